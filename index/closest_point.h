@@ -1,0 +1,28 @@
+// The one function that decides which point of a segment is nearest. Every distance that *decides* something, in search and in
+// the solver, is this one, in double, of exact world positions, child to parent: so all parts agree to the last bit, whatever
+// the tiling. Float and SIMD may prune, never decide.
+#pragma once
+
+#include "index/grid.h"
+
+namespace filiform {
+
+struct ClosestPoint {
+  double t;                 // 0 at the child, 1 at the parent; exactly 0 or 1 at the ends
+  Vector3d p_W;             // the end itself, bit for bit, when t is 0 or 1
+  double squared_distance;  // um^2, |p - h|^2
+};
+
+// O(1), no failure: a segment of equal ends answers its child (t = 0). Requires finite arguments.
+inline ClosestPoint closestPoint(const Vector3d& child_W, const Vector3d& parent_W, const Vector3d& h_W) noexcept {
+  const Vector3d d = parent_W - child_W;  // exact: both ends lie on the grid
+  const double length2 = d.squaredNorm();
+  const double s = (h_W - child_W).dot(d);
+  if (!(s > 0.0) || length2 == 0.0) return {0.0, child_W, (child_W - h_W).squaredNorm()};
+  if (s >= length2) return {1.0, parent_W, (parent_W - h_W).squaredNorm()};
+  const double t = s / length2;
+  const Vector3d p_W = child_W + t * d;
+  return {t, p_W, (p_W - h_W).squaredNorm()};
+}
+
+}  // namespace filiform

@@ -1,0 +1,18 @@
+#include "index/errors.h"
+
+#include <system_error>
+
+namespace filiform {
+
+CorruptSet::CorruptSet(const std::string& file, std::uint64_t offset, const std::string& what)
+    : Error(file + ": damaged at byte " + std::to_string(offset) + ": " + what), file_(file), offset_(offset) {}
+
+CorruptTile::CorruptTile(std::uint32_t tile, const std::string& file, std::uint64_t offset, const std::string& what)
+    : CorruptSet(file, offset, "tile " + std::to_string(tile) + ": " + what), tile_(tile) {}
+
+IoError::IoError(const std::string& file, const std::string& what) : Error(file + ": " + what) {}
+
+IoError::IoError(const std::string& file, const std::string& what, int error_number)
+    : Error(file + ": " + what + ": " + std::generic_category().message(error_number)) {}
+
+}  // namespace filiform

@@ -1,0 +1,81 @@
+// Where the proxy goes: one interface for all methods.
+//
+// Given the probe h (frame W, um) and the proxy's old place on the graph, a solver finds the new place on the tiles that are
+// resident, within a bounded number of visited segments. Thread rule: haptic thread only; every member but the factory is
+// noexcept, without allocation, lock or system call.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "index/tile.h"
+
+namespace filiform {
+
+class GraphView;
+
+struct ProxyPlace {  // a point of the structure
+  bool at_node = false;
+  SegmentId segment{UINT32_MAX, UINT32_MAX};  // the active segment; at a node: the segment by which it was reached
+  double t = 0;                               // on that segment: 0 child .. 1 parent; exactly 0 or 1 at a node
+  NodeId node{UINT32_MAX, UINT32_MAX};        // at_node only
+  TileId tile = kNoTile;                      // a tile that stores the segment
+  Vector3d p_W = Vector3d::Zero();            // um
+
+  bool valid() const { return tile != kNoTile; }
+};
+
+enum class SolverMethod : std::uint8_t { basic, shading, force, climb };
+
+struct SolverParameters {
+  std::uint32_t max_visited = 256;  // segments a tick; what is left is resumed on the next tick
+  // Force-based only: r = min(r_max, G |q-h| + r_min), um in frame W (the paper's 3.3).
+  double gain = 1.0;
+  double r_min_um = 0.0;
+  double r_max_um = 0.0;
+};
+
+// A small set of tiles, filled during a tick without allocation.
+struct TileList {
+  std::array<TileId, 320> ids;
+  std::uint32_t count = 0;
+  bool overflow = false;
+
+  void add(TileId tile) noexcept {
+    for (std::uint32_t i = count; i-- > 0;)
+      if (ids[i] == tile) return;
+    if (count == ids.size()) { overflow = true; return; }
+    ids[count++] = tile;
+  }
+};
+
+struct SolverStep {
+  std::uint32_t visited = 0;    // segments tested
+  bool capped = false;          // max_visited reached, or the marks' table full: the place is the best so far
+  std::uint32_t frontiers = 0;  // nodes whose home tile was absent
+  TileList touched;             // tiles that were read
+  TileList absent;              // tiles that would have been read
+};
+
+class ProxySolver {
+ public:
+  virtual ~ProxySolver() = default;
+
+  virtual const ProxyPlace& place() const noexcept = 0;
+  // Jump or first placement: forgets marks, unfinished front and everything else but the parameters.
+  virtual void setPlace(const ProxyPlace& place) noexcept = 0;
+  // One tick. A probe that is not finite leaves the place as it is and visits nothing. `step` is overwritten.
+  virtual void advance(const GraphView& graph, const Vector3d& h_W, SolverStep& step) noexcept = 0;
+  // Restores, bit for bit, the state before the last advance(). Valid once after each advance().
+  virtual void undo() noexcept = 0;
+};
+
+// Throws UsageError, naming what is built, for a method that this build does not hold, and for parameters that are negative or
+// not finite.
+std::unique_ptr<ProxySolver> makeProxySolver(SolverMethod method, const SolverParameters& parameters);
+// "basic", "shading", "force", "climb"; throws UsageError naming the choices.
+SolverMethod solverMethod(const std::string& name);
+
+}  // namespace filiform
