@@ -1,0 +1,146 @@
+#include "tools/cli.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <csignal>
+#include <cstdio>
+#include <iostream>
+#include <new>
+
+#include <CLI/CLI.hpp>
+
+#include "device/haptic_device.h"
+#include "index/errors.h"
+
+namespace filiform::tools {
+
+namespace {
+
+std::atomic<bool> interrupted{false};
+std::atomic<int> interrupting_signal{0};
+static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<int>::is_always_lock_free);
+
+extern "C" void onSignal(int signal) {
+  interrupting_signal.store(signal);
+  interrupted.store(true);
+  std::signal(signal, SIG_DFL);  // a second one ends the program at once
+}
+
+int fail(int code, const std::string& what) {
+  std::cerr << "filiform: " << what << '\n';
+  return code;
+}
+
+// Everything that goes to stdout must have arrived: a full disk behind a redirection is an error, not a short file.
+int flushed(int code) {
+  std::cout.flush();
+  if (code == 0 && (!std::cout || std::fflush(stdout) != 0)) return fail(3, "standard output: cannot write (disk full?)");
+  return code;
+}
+
+}  // namespace
+
+const std::atomic<bool>& interruptFlag() { return interrupted; }
+
+void throwIfInterrupted() {
+  if (interrupted.load(std::memory_order_relaxed)) throw Interrupted();
+}
+
+std::uint64_t parseBytes(const std::string& option, const std::string& text) {
+  double value = 0;
+  const char* end = text.data() + text.size();
+  const auto [rest, error] = std::from_chars(text.data(), end, value);
+  std::string unit(rest, end);
+  unit.erase(0, unit.find_first_not_of(' ') == std::string::npos ? unit.size() : unit.find_first_not_of(' '));
+  double factor = 0;
+  if (unit.empty() || unit == "B") factor = 1;
+  if (unit == "KiB") factor = 1024.0;
+  if (unit == "MiB") factor = 1024.0 * 1024;
+  if (unit == "GiB") factor = 1024.0 * 1024 * 1024;
+  if (error != std::errc() || factor == 0 || !(value >= 0) || value * factor > 9e18)
+    throw UsageError(option + " " + text + ": give a number of bytes, or one with KiB, MiB or GiB, such as 64MiB");
+  return static_cast<std::uint64_t>(std::llround(value * factor));
+}
+
+std::string formatBytes(std::uint64_t bytes) {
+  static constexpr std::array<const char*, 4> kUnits{"B", "KiB", "MiB", "GiB"};
+  double value = static_cast<double>(bytes);
+  std::size_t unit = 0;
+  while (value >= 1024 && unit + 1 < kUnits.size()) value /= 1024, ++unit;
+  std::array<char, 48> text{};
+  std::snprintf(text.data(), text.size(), unit == 0 ? "%.0f %s" : "%.1f %s", value, kUnits[unit]);
+  return text.data();
+}
+
+std::string formatCount(std::uint64_t count) {
+  std::string text = std::to_string(count);
+  for (std::size_t i = text.size(); i > 3; i -= 3) text.insert(i - 3, " ");
+  return text;
+}
+
+std::string formatNumber(double value) {
+  std::array<char, 32> text{};
+  const auto end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
+  return {text.data(), end};
+}
+
+double parseNumber(const std::string& what, const std::string& text) {
+  double value = 0;
+  const char* begin = text.data() + (text.size() > 1 && text[0] == '+' ? 1 : 0);
+  const char* end = text.data() + text.size();
+  const auto [rest, error] = std::from_chars(begin, end, value);
+  if (error != std::errc() || rest != end || !std::isfinite(value))
+    throw UsageError(what + " is '" + text + "': give a finite number");
+  return value;
+}
+
+int runProgram(int argc, char** argv) {
+  std::signal(SIGINT, onSignal);
+  std::signal(SIGTERM, onSignal);
+  std::signal(SIGPIPE, SIG_IGN);
+
+  CLI::App app{"filiform: navigation through whole neuronal columns by hand.\n"
+               "Start here: filiform synth demo.zip --cells 20 --seed 1; filiform ingest demo.zip -o demo.fil; filiform navigate demo.fil"};
+  app.name("filiform");
+  app.require_subcommand(1);
+  app.set_version_flag("--version", std::string("filiform ") + FILIFORM_VERSION);
+  app.failure_message([](const CLI::App*, const CLI::Error& error) {
+    return std::string("filiform: ") + error.what() + " (see --help)\n";
+  });
+  Chosen chosen;
+  addSynth(app, chosen);
+  addCheck(app, chosen);
+  addIngest(app, chosen);
+  addInfo(app, chosen);
+  addVerify(app, chosen);
+  addNearest(app, chosen);
+  addExport(app, chosen);
+  addNavigate(app, chosen);
+
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? flushed(0) : 2;
+  }
+  try {
+    return flushed(chosen());
+  } catch (const Interrupted&) {
+    return fail(128 + interrupting_signal.load(), "interrupted; nothing half-written was left behind");
+  } catch (const UsageError& error) {
+    return fail(2, error.what());
+  } catch (const IoError& error) {
+    return fail(3, error.what());
+  } catch (const DeviceError& error) {
+    return fail(3, error.what());
+  } catch (const Error& error) {  // InputError, CorruptSet, CorruptTile
+    return fail(1, error.what());
+  } catch (const std::bad_alloc&) {
+    return fail(3, "out of memory");
+  } catch (const std::exception& error) {
+    return fail(3, std::string("internal error: ") + error.what() + " (please report this)");
+  }
+}
+
+}  // namespace filiform::tools

@@ -1,0 +1,55 @@
+// What all commands share: byte counts, numbers from people, signals, and the exit codes of a run.
+// Thread rule: thread-compatible; the signal flag may be read by any thread.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <exception>
+#include <functional>
+#include <string>
+
+#include "index/grid.h"
+
+namespace CLI {
+class App;
+}
+
+namespace filiform::tools {
+
+// Thrown where a long run notices that SIGINT or SIGTERM has come; the program then ends with 128 + signal.
+class Interrupted : public std::exception {
+ public:
+  const char* what() const noexcept override { return "interrupted"; }
+};
+
+// Set by SIGINT and SIGTERM. Long work polls it.
+const std::atomic<bool>& interruptFlag();
+void throwIfInterrupted();
+
+// "65536", "64KiB", "1.5 MiB", "1GiB" (B, KiB, MiB, GiB). Throws UsageError naming `option` and the forms.
+std::uint64_t parseBytes(const std::string& option, const std::string& text);
+// "64.0 MiB", "312 B".
+std::string formatBytes(std::uint64_t bytes);
+// 1234567 -> "1 234 567".
+std::string formatCount(std::uint64_t count);
+// Shortest decimals that read back as the same double.
+std::string formatNumber(double value);
+// A finite number in full; throws UsageError naming `what` otherwise (NaN, infinite, trailing text).
+double parseNumber(const std::string& what, const std::string& text);
+
+// A command sets `run` when it was the one chosen; main calls it after parsing.
+using Chosen = std::function<int()>;
+
+void addSynth(CLI::App& app, Chosen& chosen);
+void addCheck(CLI::App& app, Chosen& chosen);
+void addIngest(CLI::App& app, Chosen& chosen);
+void addInfo(CLI::App& app, Chosen& chosen);
+void addVerify(CLI::App& app, Chosen& chosen);
+void addNearest(CLI::App& app, Chosen& chosen);
+void addExport(CLI::App& app, Chosen& chosen);
+void addNavigate(CLI::App& app, Chosen& chosen);
+
+// The whole program: parses, runs, maps every failure to one line on stderr and an exit code (tools/README.md has the table).
+int runProgram(int argc, char** argv);
+
+}  // namespace filiform::tools
