@@ -99,7 +99,8 @@ double parseNumber(const std::string& what, const std::string& text) {
 int runProgram(int argc, char** argv) {
   std::signal(SIGINT, onSignal);
   std::signal(SIGTERM, onSignal);
-  std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGPIPE, SIG_IGN);  // a closed pipe and a file-size limit become write errors with a message
+  std::signal(SIGXFSZ, SIG_IGN);
 
   CLI::App app{"filiform: navigation through whole neuronal columns by hand.\n"
                "Start here: filiform synth demo.zip --cells 20 --seed 1; filiform ingest demo.zip -o demo.fil; filiform navigate demo.fil"};

@@ -1,0 +1,26 @@
+// Runs the program as a person would, and tells what it said.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace filiform::test {
+
+struct Outcome {
+  int exit_code = -1;  // 128 + signal when it was killed by one
+  std::string out, err;
+  bool oneLineOnStderr() const { return !err.empty() && err.find('\n') == err.size() - 1; }
+};
+
+// Runs `filiform ARGS...` with `input` on stdin. Blocks until it ends. Throws std::runtime_error if it cannot be started.
+Outcome runFiliform(const std::vector<std::string>& arguments, const std::string& input = "");
+
+// The same inside a shell line in which "$@" stands for the program and its arguments, for example
+// "ulimit -f 10; exec \"$@\"".
+Outcome runFiliformInShell(const std::string& line, const std::vector<std::string>& arguments);
+
+// The program under test, as built beside the tests.
+std::filesystem::path filiformProgram();
+
+}  // namespace filiform::test
