@@ -1,7 +1,8 @@
 // One interface for everything a hand may hold, or that stands in for a hand: exchange(wrench) -> state.
 //
-// Frame D: metres, newtons, seconds; x to the right, y up, z out of the device towards the person; origin at the centre of the
-// workspace. Thread rule: after open(), exchange() is for one thread (the haptic one); the rest for the thread that owns it.
+// Frame D: metres, newtons, seconds; x to the right, y up, z out of the device towards the person; origin at the centre
+// of the workspace. Thread rule: after open(), exchange() is for one thread (the haptic one); the rest for the thread
+// that owns it.
 #pragma once
 
 #include <cstdint>
@@ -25,17 +26,17 @@ struct DeviceCapabilities {
   std::string name;
   Eigen::Vector3d workspace_lo_D{-0.06, -0.06, -0.06};  // m
   Eigen::Vector3d workspace_hi_D{0.06, 0.06, 0.06};     // m
-  double peak_force_N = 0;         // 0: it renders no force
-  double continuous_force_N = 0;   // 0: unknown
-  double max_stiffness_N_m = 0;    // 0: unknown
-  double damping_Ns_m = 0;         // the device's own viscous damping; 0: unknown
-  double resolution_m = 0;         // of the position; 0: continuous
+  double peak_force_N = 0;                              // 0: it renders no force
+  double continuous_force_N = 0;                        // 0: unknown
+  double max_stiffness_N_m = 0;                         // 0: unknown
+  double damping_Ns_m = 0;                              // the device's own viscous damping; 0: unknown
+  double resolution_m = 0;                              // of the position; 0: continuous
   double nominal_rate_Hz = 1000;
-  int delay_samples = 0;           // between a force commanded and its effect in the state
+  int delay_samples = 0;  // between a force commanded and its effect in the state
   int buttons = 0;
   bool senses_rotation = false;
   bool needs_homing = false;
-  bool paces_loop = false;         // exchange() itself blocks until the next sample
+  bool paces_loop = false;  // exchange() itself blocks until the next sample
 };
 
 struct Wrench {
@@ -43,7 +44,10 @@ struct Wrench {
   Eigen::Vector3d torque_Nm = Eigen::Vector3d::Zero();  // frame D
 };
 
-struct DeviceState {  // one consistent snapshot
+// The wrench itself if every component is finite, else zero: what every device must render.
+Wrench finiteOrZero(const Wrench& wrench) noexcept;
+
+struct DeviceState {                                  // one consistent snapshot
   double time_s = 0;                                  // of the sample, device clock, from open()
   Eigen::Vector3d p_D = Eigen::Vector3d::Zero();      // m
   Eigen::Vector3d v_D = Eigen::Vector3d::Zero();      // m/s, as the device estimates it
@@ -64,9 +68,9 @@ class HapticDevice {
   // Zero force, then closed. Never throws; safe in any state, more than once.
   virtual void close() noexcept = 0;
 
-  // Commands the wrench and returns the newest state. No force is rendered unless status() is ready. A wrench that is not finite
-  // is rendered as zero. noexcept, no allocation; blocks only if capabilities().paces_loop. A lost device returns the last
-  // state with status fault.
+  // Commands the wrench and returns the newest state. No force is rendered unless status() is ready. A wrench that is
+  // not finite is rendered as zero. noexcept, no allocation; blocks only if capabilities().paces_loop. A lost device
+  // returns the last state with status fault.
   virtual DeviceState exchange(const Wrench& wrench) noexcept = 0;
 };
 

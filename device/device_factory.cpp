@@ -1,0 +1,32 @@
+#include "device/device_factory.h"
+
+#include "device/null_device.h"
+#include "device/replay.h"
+#include "device/simulated_hand.h"
+
+namespace filiform {
+
+const char* deviceChoices() { return "sim:loose|medium|firm, replay:FILE, null"; }
+
+std::unique_ptr<HapticDevice> makeDevice(const std::string& spec, const DeviceFactoryOptions& options) {
+  const std::size_t colon = spec.find(':');
+  const std::string kind = spec.substr(0, colon);
+  const std::string argument = colon == std::string::npos ? "" : spec.substr(colon + 1);
+  if (kind == "sim") {
+    SimulatedHandOptions hand;
+    hand.hand = handParameters(colon == std::string::npos ? "medium" : argument);
+    hand.period_s = options.period_s;
+    hand.delay_samples = options.delay_samples;
+    return std::make_unique<SimulatedHand>(hand);
+  }
+  if (kind == "replay") {
+    if (argument.empty()) throw DeviceError("device replay: name the recording, as in replay:run.rec");
+    return std::make_unique<ReplayDevice>(argument);
+  }
+  if (spec == "null") return std::make_unique<NullDevice>(options.period_s);
+  if (kind == "falcon" || kind == "spacemouse")
+    throw DeviceError("device " + kind + " is not in this build; choose one of " + deviceChoices());
+  throw DeviceError(std::string("no such device; choose one of ") + deviceChoices());
+}
+
+}  // namespace filiform

@@ -1,0 +1,171 @@
+#include "device/internal/recording_format.h"
+
+#include <algorithm>
+#include <bit>
+#include <cstring>
+
+#include <xxhash.h>
+
+namespace filiform::internal {
+
+static_assert(std::endian::native == std::endian::little,
+              "recordings are little-endian: add a byte swap for this machine");
+
+namespace {
+
+constexpr std::string_view kMagic{"FILIREC\0", 8};
+constexpr std::string_view kClosingMagic{"FILIEND\0", 8};
+constexpr std::size_t kFixedHeaderBytes = 136;  // up to the name
+constexpr std::uint32_t kLastStatus = static_cast<std::uint32_t>(DeviceStatus::fault);
+
+template <typename T>
+void append(std::string& out, T value) {
+  char bytes[sizeof value];
+  std::memcpy(bytes, &value, sizeof value);
+  out.append(bytes, sizeof value);
+}
+
+void append(std::string& out, const Eigen::Vector3d& v) {
+  for (int i = 0; i < 3; ++i) append(out, v[i]);
+}
+
+class Cursor {
+ public:
+  explicit Cursor(std::string_view bytes) : bytes_(bytes) {}
+  template <typename T>
+  T get() {
+    T value;
+    std::memcpy(&value, bytes_.data() + at_, sizeof value);
+    at_ += sizeof value;
+    return value;
+  }
+  Eigen::Vector3d vector() {
+    const double x = get<double>(), y = get<double>(), z = get<double>();
+    return {x, y, z};
+  }
+
+ private:
+  std::string_view bytes_;
+  std::size_t at_ = 0;
+};
+
+std::uint64_t checksum(std::string_view bytes, std::uint64_t seed) {
+  return XXH3_64bits_withSeed(bytes.data(), bytes.size(), seed);
+}
+
+std::uint64_t storedChecksum(std::string_view bytes, std::size_t at) {
+  return Cursor(bytes.substr(at)).get<std::uint64_t>();
+}
+
+std::size_t headerBytes(std::size_t name_bytes) { return kFixedHeaderBytes + (name_bytes + 7) / 8 * 8 + 8; }
+
+}  // namespace
+
+void appendHeader(std::string& out, const RecordingHeader& header) {
+  const DeviceCapabilities& c = header.capabilities;
+  const std::size_t start = out.size();
+  out.append(kMagic);
+  append(out, kRecordingVersion);
+  append(out, static_cast<std::uint32_t>(headerBytes(c.name.size())));
+  append(out, static_cast<std::uint32_t>(kExchangeBytes));
+  append(out, static_cast<std::uint32_t>((c.senses_rotation ? 1 : 0) | (c.needs_homing ? 2 : 0)));
+  append(out, static_cast<std::uint32_t>(header.status_at_open));
+  append(out, static_cast<std::int32_t>(c.delay_samples));
+  append(out, static_cast<std::int32_t>(c.buttons));
+  append(out, static_cast<std::uint32_t>(c.name.size()));
+  append(out, c.workspace_lo_D);
+  append(out, c.workspace_hi_D);
+  for (const double value :
+       {c.peak_force_N, c.continuous_force_N, c.max_stiffness_N_m, c.damping_Ns_m, c.resolution_m, c.nominal_rate_Hz})
+    append(out, value);
+  out.append(c.name);
+  out.resize(start + headerBytes(c.name.size()) - 8, '\0');
+  append(out, checksum(std::string_view(out).substr(start), 0));
+}
+
+void appendExchange(std::string& out, std::uint64_t index, const Wrench& wrench, const DeviceState& state) {
+  const std::size_t start = out.size();
+  append(out, wrench.force_N);
+  append(out, wrench.torque_Nm);
+  append(out, state.time_s);
+  append(out, state.p_D);
+  append(out, state.v_D);
+  append(out, state.twist_D);
+  append(out, state.buttons);
+  append(out, static_cast<std::uint32_t>(state.status));
+  append(out, checksum(std::string_view(out).substr(start), index));
+}
+
+void appendClosing(std::string& out, std::uint64_t count) {
+  const std::size_t start = out.size();
+  out.append(kClosingMagic);
+  append(out, count);
+  append(out, checksum(std::string_view(out).substr(start), count));
+}
+
+std::size_t readHeader(const std::string& file, std::string_view bytes, RecordingHeader& header) {
+  const auto damaged = [&](std::size_t at, const std::string& what) {
+    return DeviceError(file + ": damaged at byte " + std::to_string(at) + ": " + what);
+  };
+  if (bytes.empty()) throw DeviceError(file + ": cut short at byte 0: the file is empty");
+  const std::size_t compared = std::min(bytes.size(), kMagic.size());
+  if (bytes.substr(0, compared) != kMagic.substr(0, compared))
+    throw DeviceError(file + ": not a recording (it does not begin with FILIREC)");
+  const auto cut = [&] {
+    return DeviceError(file + ": cut short at byte " + std::to_string(bytes.size()) + ", within the header");
+  };
+  if (bytes.size() < kFixedHeaderBytes) throw cut();
+  Cursor in(bytes.substr(kMagic.size()));
+  if (const auto version = in.get<std::uint32_t>(); version != kRecordingVersion)
+    throw DeviceError(file + ": recording format version " + std::to_string(version) + ", this program reads version " +
+                      std::to_string(kRecordingVersion));
+  const std::size_t header_bytes = in.get<std::uint32_t>();
+  const auto exchange_bytes = in.get<std::uint32_t>();
+  const auto flags = in.get<std::uint32_t>();
+  const auto status = in.get<std::uint32_t>();
+  DeviceCapabilities& c = header.capabilities;
+  c.delay_samples = in.get<std::int32_t>();
+  c.buttons = in.get<std::int32_t>();
+  const std::size_t name_bytes = in.get<std::uint32_t>();
+  if (header_bytes != headerBytes(name_bytes))
+    throw damaged(12, "the length of the header contradicts that of the name");
+  if (bytes.size() < header_bytes) throw cut();
+  if (checksum(bytes.substr(0, header_bytes - 8), 0) != storedChecksum(bytes, header_bytes - 8))
+    throw damaged(0, "the header's checksum does not match");
+  if (exchange_bytes != kExchangeBytes || status > kLastStatus) throw damaged(16, "impossible header");
+  header.status_at_open = static_cast<DeviceStatus>(status);
+  c.senses_rotation = (flags & 1) != 0;
+  c.needs_homing = (flags & 2) != 0;
+  c.workspace_lo_D = in.vector();
+  c.workspace_hi_D = in.vector();
+  for (double* value : {&c.peak_force_N, &c.continuous_force_N, &c.max_stiffness_N_m, &c.damping_Ns_m, &c.resolution_m,
+                        &c.nominal_rate_Hz})
+    *value = in.get<double>();
+  c.name = std::string(bytes.substr(kFixedHeaderBytes, name_bytes));
+  return header_bytes;
+}
+
+bool readExchange(std::string_view bytes, std::uint64_t index, Wrench& wrench, DeviceState& state) {
+  bytes = bytes.substr(0, kExchangeBytes);
+  if (checksum(bytes.substr(0, kExchangeBytes - 8), index) != storedChecksum(bytes, kExchangeBytes - 8)) return false;
+  Cursor in(bytes);
+  wrench.force_N = in.vector();
+  wrench.torque_Nm = in.vector();
+  state.time_s = in.get<double>();
+  state.p_D = in.vector();
+  state.v_D = in.vector();
+  state.twist_D = in.vector();
+  state.buttons = in.get<std::uint32_t>();
+  const auto status = in.get<std::uint32_t>();
+  if (status > kLastStatus) return false;
+  state.status = static_cast<DeviceStatus>(status);
+  return true;
+}
+
+bool isClosing(std::string_view bytes, std::uint64_t count) {
+  bytes = bytes.substr(0, kClosingBytes);
+  return bytes.substr(0, 8) == kClosingMagic && Cursor(bytes.substr(8)).get<std::uint64_t>() == count &&
+         checksum(bytes.substr(0, 16), count) == storedChecksum(bytes, 16);
+}
+
+}  // namespace filiform::internal

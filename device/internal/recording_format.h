@@ -1,0 +1,33 @@
+// The bytes of a recording, as device/PROTOCOL.md specifies them: encoding and decoding, without files.
+#pragma once
+
+#include "device/haptic_device.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+namespace filiform::internal {
+
+inline constexpr std::uint32_t kRecordingVersion = 1;
+inline constexpr std::size_t kExchangeBytes = 144;
+inline constexpr std::size_t kClosingBytes = 24;
+
+struct RecordingHeader {
+  DeviceCapabilities capabilities;
+  DeviceStatus status_at_open = DeviceStatus::ready;
+};
+
+void appendHeader(std::string& out, const RecordingHeader& header);
+void appendExchange(std::string& out, std::uint64_t index, const Wrench& wrench, const DeviceState& state);
+void appendClosing(std::string& out, std::uint64_t count);
+
+// Returns the length of the header. Throws DeviceError naming `file`.
+std::size_t readHeader(const std::string& file, std::string_view bytes, RecordingHeader& header);
+// False if the checksum or the status is wrong. Requires bytes.size() >= kExchangeBytes.
+bool readExchange(std::string_view bytes, std::uint64_t index, Wrench& wrench, DeviceState& state);
+// Requires bytes.size() >= kClosingBytes.
+bool isClosing(std::string_view bytes, std::uint64_t count);
+
+}  // namespace filiform::internal

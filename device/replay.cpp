@@ -1,0 +1,289 @@
+#include "device/replay.h"
+
+#include "device/internal/recording_format.h"
+
+#include <atomic>
+#include <cerrno>
+#include <chrono>
+#include <condition_variable>
+#include <cstdio>
+#include <cstring>
+#include <fcntl.h>
+#include <fstream>
+#include <mutex>
+#include <sstream>
+#include <system_error>
+#include <thread>
+#include <unistd.h>
+#include <utility>
+
+#include <readerwriterqueue/readerwriterqueue.h>
+
+namespace filiform {
+
+namespace {
+
+std::string printable(const std::string& text) {
+  std::string out;
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (byte >= 0x20 && byte != 0x7f) {
+      out += c;
+    } else {
+      char escaped[8];
+      std::snprintf(escaped, sizeof escaped, "\\x%02x", byte);
+      out += escaped;
+    }
+  }
+  return out;
+}
+
+DeviceError systemFailure(const std::string& path, const std::string& what, int error_number) {
+  return DeviceError(printable(path) + ": " + what + ": " + std::generic_category().message(error_number));
+}
+
+bool sameBits(const Wrench& a, const Wrench& b) {
+  return std::memcmp(a.force_N.data(), b.force_N.data(), 3 * sizeof(double)) == 0 &&
+         std::memcmp(a.torque_Nm.data(), b.torque_Nm.data(), 3 * sizeof(double)) == 0;
+}
+
+}  // namespace
+
+struct RecordingDevice::Impl {
+  struct Exchange {
+    Wrench wrench;
+    DeviceState state;
+  };
+
+  Impl(std::unique_ptr<HapticDevice> device, std::string to, const RecordingOptions& with)
+      : inner(std::move(device)), path(std::move(to)), options(with), waiting(options.capacity) {}
+
+  std::string partial() const { return path + ".partial"; }
+
+  void write(const std::string& bytes) {
+    for (std::size_t at = 0; at < bytes.size();) {
+      const ssize_t n = ::write(file, bytes.data() + at, bytes.size() - at);
+      if (n < 0 && errno == EINTR) continue;
+      if (n < 0) throw systemFailure(path, "cannot write the recording", errno);
+      at += static_cast<std::size_t>(n);
+    }
+  }
+
+  // The rest requires the mutex.
+  void abandon() noexcept {
+    if (file >= 0) ::close(file);
+    file = -1;
+    ::unlink(partial().c_str());
+  }
+
+  // Takes everything off the ring even when the file has failed, so that a failed recording does not look like a lost
+  // one.
+  void writeWaiting() {
+    constexpr std::size_t kBatch = 1024;
+    Exchange exchange;
+    for (bool more = true; more;) {
+      batch.clear();
+      std::size_t taken = 0;
+      while (taken < kBatch && (more = waiting.try_dequeue(exchange))) {
+        internal::appendExchange(batch, written + taken, exchange.wrench, exchange.state);
+        ++taken;
+      }
+      if (file < 0) continue;
+      write(batch);
+      written += taken;
+    }
+  }
+
+  void drain() {
+    try {
+      writeWaiting();
+    } catch (...) {
+      abandon();
+      throw;
+    }
+  }
+
+  void stopWriter() noexcept {
+    if (!writer.joinable()) return;
+    {
+      const std::lock_guard lock(mutex);
+      stop = true;
+    }
+    wake.notify_one();
+    writer.join();
+  }
+
+  void runWriter() {
+    std::unique_lock lock(mutex);
+    while (!wake.wait_for(lock, std::chrono::milliseconds(5), [this] { return stop; })) {
+      try {
+        drain();
+      } catch (const DeviceError& error) {
+        failure = error.what();
+        return;
+      }
+    }
+  }
+
+  std::unique_ptr<HapticDevice> inner;
+  std::string path;
+  RecordingOptions options;
+  moodycamel::ReaderWriterQueue<Exchange> waiting;  // haptic thread -> whoever holds the mutex
+  std::atomic<std::uint64_t> lost{0};               // exchanges from the first that found the ring full
+  std::atomic<bool> recording{false};
+
+  std::mutex mutex;  // guards the file and the reading end of the ring
+  std::condition_variable wake;
+  std::thread writer;
+  bool stop = false;
+  std::string failure;  // of the writer thread
+  int file = -1;
+  std::uint64_t written = 0;
+  std::string batch;
+};
+
+RecordingDevice::RecordingDevice(std::unique_ptr<HapticDevice> inner, std::string path, const RecordingOptions& options)
+    : impl_(std::make_unique<Impl>(std::move(inner), std::move(path), options)) {
+  if (impl_->inner == nullptr) throw DeviceError("recording: there is no device to record");
+  if (impl_->path.empty()) throw DeviceError("recording: the name of its file is empty");
+  if (options.capacity == 0) throw DeviceError("recording: the capacity must be at least 1");
+}
+
+RecordingDevice::~RecordingDevice() {
+  close();
+  try {
+    finish();
+  } catch (const std::exception&) {
+    // A destructor has nobody to tell; finish() is where failures are reported.
+  }
+}
+
+HapticDevice& RecordingDevice::inner() noexcept { return *impl_->inner; }
+
+const DeviceCapabilities& RecordingDevice::capabilities() const { return impl_->inner->capabilities(); }
+
+DeviceStatus RecordingDevice::status() const noexcept { return impl_->inner->status(); }
+
+void RecordingDevice::open() {
+  Impl& d = *impl_;
+  if (d.file >= 0 || d.recording) throw DeviceError(printable(d.path) + ": a recording can be opened only once");
+  d.file = ::open(d.partial().c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  if (d.file < 0) throw systemFailure(d.path, "cannot create the recording", errno);
+  try {
+    d.inner->open();
+    std::string header;
+    internal::appendHeader(header, {d.inner->capabilities(), d.inner->status()});
+    d.write(header);
+    d.recording = true;
+    if (d.options.writer_thread) d.writer = std::thread([&d] { d.runWriter(); });
+  } catch (...) {
+    d.recording = false;
+    d.inner->close();
+    d.abandon();
+    throw;
+  }
+}
+
+void RecordingDevice::close() noexcept { impl_->inner->close(); }
+
+DeviceState RecordingDevice::exchange(const Wrench& wrench) noexcept {
+  Impl& d = *impl_;
+  const DeviceState state = d.inner->exchange(wrench);
+  if (!d.recording.load(std::memory_order_relaxed)) return state;
+  // After the first loss nothing more is kept: a recording with a hole could not be replayed.
+  if (d.lost.load(std::memory_order_relaxed) > 0 || !d.waiting.try_enqueue({wrench, state}))
+    d.lost.fetch_add(1, std::memory_order_relaxed);
+  return state;
+}
+
+void RecordingDevice::drain() {
+  const std::lock_guard lock(impl_->mutex);
+  impl_->drain();
+}
+
+void RecordingDevice::finish() {
+  Impl& d = *impl_;
+  d.recording = false;
+  d.stopWriter();
+  const std::lock_guard lock(d.mutex);
+  if (d.file < 0) {
+    if (!d.failure.empty()) throw DeviceError(std::exchange(d.failure, {}));
+    return;
+  }
+  d.drain();
+  try {
+    std::string closing;
+    internal::appendClosing(closing, d.written);
+    d.write(closing);
+    if (::fsync(d.file) != 0 && errno != EINVAL && errno != EROFS)
+      throw systemFailure(d.path, "cannot write the recording", errno);
+    if (::close(std::exchange(d.file, -1)) != 0) throw systemFailure(d.path, "cannot write the recording", errno);
+    if (::rename(d.partial().c_str(), d.path.c_str()) != 0)
+      throw systemFailure(d.path, "cannot publish the recording", errno);
+  } catch (...) {
+    d.abandon();
+    throw;
+  }
+  if (const std::uint64_t lost = d.lost; lost > 0)
+    throw DeviceError(printable(d.path) + ": the recording holds the first " + std::to_string(d.written) +
+                      " exchanges; the " + std::to_string(lost) + " after them came faster than they were written");
+}
+
+ReplayDevice::ReplayDevice(const std::string& path) {
+  const std::string file = printable(path);
+  std::ifstream in(path, std::ios::binary);
+  if (!in) throw systemFailure(path, "cannot open the recording", errno);
+  std::ostringstream whole;
+  if (in.peek() != std::ifstream::traits_type::eof()) whole << in.rdbuf();
+  if (in.bad() || whole.bad()) throw DeviceError(file + ": cannot read the recording");
+  const std::string content = std::move(whole).str();
+  const std::string_view bytes = content;
+
+  internal::RecordingHeader header;
+  std::size_t at = internal::readHeader(file, bytes, header);
+  exchanges_.reserve((bytes.size() - at) / internal::kExchangeBytes);
+  Exchange exchange;
+  while (bytes.size() - at >= internal::kExchangeBytes &&
+         internal::readExchange(bytes.substr(at), exchanges_.size(), exchange.wrench, exchange.state)) {
+    exchanges_.push_back(exchange);
+    at += internal::kExchangeBytes;
+  }
+  const std::size_t left = bytes.size() - at;
+  const std::string place = std::to_string(at) + ", after " + std::to_string(exchanges_.size()) + " whole exchanges";
+  if (left < internal::kClosingBytes)
+    throw DeviceError(file + ": cut short at byte " + std::to_string(bytes.size()) + ": no closing mark after " +
+                      std::to_string(exchanges_.size()) + " whole exchanges");
+  if (left > internal::kClosingBytes && left < internal::kExchangeBytes)
+    throw DeviceError(file + ": cut short or damaged at byte " + place);
+  if (left != internal::kClosingBytes || !internal::isClosing(bytes.substr(at), exchanges_.size()))
+    throw DeviceError(file + ": damaged at byte " + place + ": the checksum does not match");
+
+  capabilities_ = header.capabilities;
+  capabilities_.paces_loop = false;
+  status_at_open_ = header.status_at_open;
+}
+
+void ReplayDevice::open() {
+  next_ = 0;
+  differing_wrenches_ = 0;
+  state_ = DeviceState();
+  state_.status = exchanges_.empty() ? DeviceStatus::closed : status_at_open_;
+}
+
+void ReplayDevice::close() noexcept {
+  next_ = exchanges_.size();
+  state_.status = DeviceStatus::closed;
+}
+
+DeviceState ReplayDevice::exchange(const Wrench& wrench) noexcept {
+  if (next_ == exchanges_.size()) {
+    state_.status = DeviceStatus::closed;
+    return state_;
+  }
+  const Exchange& exchange = exchanges_[next_++];
+  if (!sameBits(exchange.wrench, wrench)) ++differing_wrenches_;
+  state_ = exchange.state;
+  return state_;
+}
+
+}  // namespace filiform

@@ -1,0 +1,92 @@
+// Recordings: every exchange with a device, bit for bit, into a file (device/PROTOCOL.md has its bytes), and a device
+// that plays such a file back. A run that was recorded can be repeated exactly, without the hand and without the
+// hardware.
+#pragma once
+
+#include "device/haptic_device.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace filiform {
+
+struct RecordingOptions {
+  // How many exchanges may wait to be written. More than a minute at 1 kHz: the writer may stall that long.
+  std::size_t capacity = 65536;
+  // A thread writes every few milliseconds. Without it the owner calls drain(), at least once per `capacity` exchanges:
+  // right for loops in virtual time, which could outrun any disk.
+  bool writer_thread = true;
+};
+
+// Wraps a device and passes everything through. The file appears under its name only when it is whole: until then it is
+// PATH.partial. Thread rule: as HapticDevice; drain() may be called by any thread, finish() by the owner after the
+// haptic thread has stopped calling exchange().
+class RecordingDevice : public HapticDevice {
+ public:
+  RecordingDevice(std::unique_ptr<HapticDevice> inner, std::string path, const RecordingOptions& options = {});
+  // Finishes the recording if nobody did, so that a run that ended badly can be replayed; failures go unreported here.
+  ~RecordingDevice() override;
+
+  // Writes what is waiting. Throws DeviceError when the file cannot be written; the recording is then over and removed,
+  // while exchanges go on.
+  void drain();
+  // Writes the rest and the closing mark, and publishes the file. Throws DeviceError if that fails, or if exchanges
+  // came faster than they were written: the file then holds those before the first loss, and the text says how many.
+  // Does nothing the second time.
+  void finish();
+
+  HapticDevice& inner() noexcept;
+  const DeviceCapabilities& capabilities() const override;
+  DeviceStatus status() const noexcept override;
+  // Opens the device and begins the file, replacing one of that name when it is finished. Once per object: throws
+  // DeviceError the second time.
+  void open() override;
+  void close() noexcept override;
+  // Adds a copy into memory to the cost of the inner exchange: no file, no lock, no allocation.
+  DeviceState exchange(const Wrench& wrench) noexcept override;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+// Plays a recording: the n-th exchange returns the n-th recorded state, bit for bit, whatever wrench it gets. After the
+// last one the status is closed and the last state is repeated. The whole file is held in memory (0.5 GB for an hour at
+// 1 kHz). Thread rule: as HapticDevice.
+class ReplayDevice : public HapticDevice {
+ public:
+  // Reads and checks the whole file. Throws DeviceError with the byte where it is damaged or cut short, or with both
+  // versions when the format is a newer one.
+  explicit ReplayDevice(const std::string& path);
+
+  std::size_t exchanges() const noexcept { return exchanges_.size(); }
+  bool finished() const noexcept { return next_ == exchanges_.size(); }
+  // How many wrenches since open() differed, in any bit, from those sent when the recording was made: 0 means the run
+  // is the same.
+  std::size_t differingWrenches() const noexcept { return differing_wrenches_; }
+
+  const DeviceCapabilities& capabilities() const override { return capabilities_; }
+  DeviceStatus status() const noexcept override { return state_.status; }
+  // Starts again from the first exchange.
+  void open() override;
+  void close() noexcept override;
+  DeviceState exchange(const Wrench& wrench) noexcept override;
+
+ private:
+  struct Exchange {
+    Wrench wrench;
+    DeviceState state;
+  };
+
+  std::vector<Exchange> exchanges_;
+  DeviceCapabilities capabilities_;
+  DeviceStatus status_at_open_ = DeviceStatus::ready;
+  std::size_t next_ = 0;
+  std::size_t differing_wrenches_ = 0;
+  DeviceState state_;
+};
+
+}  // namespace filiform
