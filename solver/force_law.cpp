@@ -1,0 +1,93 @@
+#include "solver/force_law.h"
+
+#include "index/errors.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+
+namespace filiform {
+namespace {
+
+using Eigen::Vector3d;
+
+void require(bool ok, const char* option, double value, const char* range) {
+  if (!ok) throw UsageError(std::string(option) + " is " + std::to_string(value) + "; it must be finite and " + range);
+}
+
+// Without overflow on the way; infinite or NaN iff the vector's length is no double.
+double lengthOf(const Vector3d& v) {
+  if (!v.allFinite()) return std::numeric_limits<double>::infinity();
+  const double largest = v.cwiseAbs().maxCoeff();
+  return largest > 0 ? largest * (v / largest).norm() : 0.0;
+}
+
+}  // namespace
+
+ForceLaw::ForceLaw(const ForceLawOptions& options) : options_(options) {
+  const auto positive = [](double x) { return std::isfinite(x) && x > 0; };
+  const auto not_negative = [](double x) { return std::isfinite(x) && x >= 0; };
+  require(positive(options.stiffness_N_m), "stiffness (N/m)", options.stiffness_N_m, "> 0");
+  require(not_negative(options.damping_Ns_m), "damping (N s/m)", options.damping_Ns_m, ">= 0");
+  require(positive(options.max_force_N), "maximum force (N)", options.max_force_N, "> 0");
+  require(positive(options.max_slew_N_s), "maximum slew (N/s)", options.max_slew_N_s, "> 0");
+  require(not_negative(options.ramp_s), "ramp (s)", options.ramp_s, ">= 0");
+}
+
+Vector3d ForceLaw::apply(const Vector3d& p_D, const Vector3d& h_D, const Vector3d& v_D, double dt_s) noexcept {
+  const double dt = std::isfinite(dt_s) && dt_s > 0 ? dt_s : 0.0;
+  if (started_) since_start_s_ += dt;
+  started_ = true;
+  const double ramp = options_.ramp_s > 0 ? std::min(1.0, since_start_s_ / options_.ramp_s) : 1.0;
+
+  Vector3d force = options_.stiffness_N_m * (p_D - h_D);
+  if (options_.damping_Ns_m > 0) force -= options_.damping_Ns_m * v_D;
+  double length = lengthOf(force);
+  if (!std::isfinite(length)) {
+    ++events_.not_finite;
+    return release();
+  }
+  if (length > options_.max_force_N) {
+    ++events_.clamped;
+    force *= options_.max_force_N / length;
+    length = options_.max_force_N;
+  }
+  // What of the last force still points the new way may stay; anything else of it is let go at once; what is added is
+  // limited.
+  if (length > 0) {
+    const double kept = std::max(0.0, last_force_N_.dot(force) / length);
+    const double allowed = kept + options_.max_slew_N_s * dt;
+    if (length > allowed) {
+      ++events_.slewed;
+      force *= allowed / length;
+    }
+  }
+  last_force_N_ = force;
+  return ramp * force;
+}
+
+Vector3d ForceLaw::release() noexcept {
+  last_force_N_.setZero();
+  return Vector3d::Zero();
+}
+
+void ForceLaw::restartRamp() noexcept {
+  last_force_N_.setZero();
+  since_start_s_ = 0;
+  started_ = false;
+}
+
+double stiffnessBound_N_m(double damping_Ns_m, double period_s, double delay_samples) noexcept {
+  return damping_Ns_m / (period_s * (0.5 + delay_samples));
+}
+
+double defaultStiffness_N_m(const DeviceCapabilities& device, double period_s) noexcept {
+  double stiffness = 200;
+  if (device.damping_Ns_m > 0)
+    stiffness = std::min(stiffness, 0.8 * stiffnessBound_N_m(device.damping_Ns_m, period_s, device.delay_samples));
+  if (device.max_stiffness_N_m > 0) stiffness = std::min(stiffness, device.max_stiffness_N_m);
+  return stiffness;
+}
+
+}  // namespace filiform

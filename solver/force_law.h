@@ -1,0 +1,67 @@
+// What the hand feels: a spring from the probe to the proxy, made safe. FORCES.md states the law, its order and its
+// bounds.
+//
+//   f = K (p - h) - B v   ->  finite?  ->  clamp  ->  slew limit on increases  ->  start ramp
+//
+// Everything is in frame D (metres, newtons, seconds), so the force does not depend on the zoom. What weakens the force
+// passes at once; what strengthens it is limited. Thread rule: haptic thread only; a copy is a snapshot of its whole
+// state.
+#pragma once
+
+#include "device/haptic_device.h"
+
+#include <cstdint>
+
+#include <Eigen/Core>
+
+namespace filiform {
+
+struct ForceLawOptions {
+  double stiffness_N_m = 200;  // K > 0; up to twice the hand's own stiffness is safe, 50 suits a light touch
+  double damping_Ns_m = 0;     // B >= 0; 0: none. Adds the noise of the device's velocity to the force
+  double max_force_N = 8;      // > 0; longer forces are shortened and keep their direction
+  double max_slew_N_s = 100;   // > 0; how fast the force may grow. A fall is never delayed
+  double ramp_s = 0.5;         // >= 0; after a start, jump or change of mode the force grows from zero over this time
+};
+
+struct ForceLawEvents {  // ticks, since construction
+  std::uint64_t not_finite = 0, clamped = 0, slewed = 0;
+};
+
+class ForceLaw {
+ public:
+  // Throws UsageError for an option out of its range or not finite.
+  explicit ForceLaw(const ForceLawOptions& options);
+
+  // The force to command now (N, frame D). Always finite, at most max_force_N long, and longer than the last one by at
+  // most (max_slew_N_s + max_force_N / ramp_s) dt_s, max_slew_N_s dt_s once the ramp is over. It points along the
+  // spring's force. Zero at once, and counted, if an argument or the spring's force is not finite. A dt_s that is not >
+  // 0 and finite counts as 0. O(1).
+  Eigen::Vector3d apply(const Eigen::Vector3d& p_D, const Eigen::Vector3d& h_D, const Eigen::Vector3d& v_D,
+                        double dt_s) noexcept;
+  // No force (free mode, no proxy): zero at once.
+  Eigen::Vector3d release() noexcept;
+  // The next force is zero and grows from there over ramp_s.
+  void restartRamp() noexcept;
+
+  const ForceLawOptions& options() const { return options_; }
+  const ForceLawEvents& events() const { return events_; }
+
+ private:
+  ForceLawOptions options_;
+  ForceLawEvents events_;
+  Eigen::Vector3d last_force_N_ = Eigen::Vector3d::Zero();  // before the ramp
+  double since_start_s_ = 0;
+  bool started_ = false;
+};
+
+// The largest stiffness (N/m) for which a spring rendered with period T and a delay of d samples stays stable against a
+// total viscous damping b of device and hand: b / (T/2 + d T). 0 where b is 0. Requires T > 0.
+double stiffnessBound_N_m(double damping_Ns_m, double period_s, double delay_samples) noexcept;
+
+// The stiffness that a device gets unless told otherwise: 200 N/m, or less where 0.8 of the bound with the device's own
+// damping alone, or the device's own limit, is less. Where the damping is unknown (0) only energy is bounded, not
+// stability promised.
+double defaultStiffness_N_m(const DeviceCapabilities& device, double period_s) noexcept;
+
+}  // namespace filiform

@@ -1,0 +1,73 @@
+// How regular the haptic loop is: fixed-bucket histograms of its times, missed deadlines, and the last ticks as they
+// were.
+//
+// Recording neither allocates nor locks. Thread rule: written by the haptic thread; read it after the loop has stopped.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <iosfwd>
+#include <vector>
+
+namespace filiform {
+
+// Log-linear buckets: exact below 32 ns, 32 buckets an octave above (a bucket is at most 1/32 wide), everything over
+// 2^40 ns (18 minutes) in the last one. 9.5 KiB, whatever is recorded.
+class TimeHistogram {
+ public:
+  void record(std::int64_t time_ns) noexcept;  // a negative time counts as 0; O(1)
+
+  std::uint64_t count() const { return count_; }
+  std::int64_t max_ns() const { return max_ns_; }  // exact; 0 when empty
+  double mean_ns() const { return count_ ? sum_ns_ / static_cast<double>(count_) : 0.0; }
+  // The smallest time that at least `fraction` (0..1) of the records do not exceed, rounded up to its bucket's upper
+  // end but never over max_ns(); 0 when empty. O(buckets).
+  std::int64_t percentile_ns(double fraction) const;
+
+ private:
+  static constexpr int kSubBits = 5, kMaxBits = 40;
+  static constexpr std::size_t kBuckets = std::size_t{kMaxBits - kSubBits + 1} << kSubBits;
+  static std::size_t bucketOf(std::uint64_t time_ns) noexcept;
+  static std::uint64_t lastOf(std::size_t bucket);
+
+  std::array<std::uint64_t, kBuckets> counts_{};
+  std::uint64_t count_ = 0;
+  std::int64_t max_ns_ = 0;
+  double sum_ns_ = 0;
+};
+
+struct LoopTick {                // ns
+  std::int64_t start_ns = 0;     // since the loop began
+  std::int64_t wake_ns = 0;      // how long after the scheduled time it woke; 0 where the device paces the loop
+  std::int64_t exchange_ns = 0;  // in HapticDevice::exchange
+  std::int64_t compute_ns = 0;   // everything else in the tick
+  std::int64_t period_ns = 0;    // since the tick before; 0 at the first
+  bool missed = false;           // the tick ended after the next one should have begun
+};
+
+class LoopMetrics {
+ public:
+  // Keeps the last `ring_ticks` ticks whole (0: none). The only allocation.
+  explicit LoopMetrics(std::size_t ring_ticks = 4096) : ring_(ring_ticks) {}
+
+  void record(const LoopTick& tick) noexcept;
+
+  const TimeHistogram& wake() const { return wake_; }
+  const TimeHistogram& compute() const { return compute_; }
+  const TimeHistogram& exchange() const { return exchange_; }
+  const TimeHistogram& period() const { return period_; }
+  std::uint64_t ticks() const { return ticks_; }
+  std::uint64_t missed_deadlines() const { return missed_; }
+
+  // Oldest first.
+  std::vector<LoopTick> lastTicks() const;
+  // Header and one row a tick, oldest first: tick,start_ns,wake_ns,exchange_ns,compute_ns,period_ns,missed
+  void writeCsv(std::ostream& out) const;
+
+ private:
+  TimeHistogram wake_, compute_, exchange_, period_;
+  std::vector<LoopTick> ring_;
+  std::uint64_t ticks_ = 0, missed_ = 0;
+};
+
+}  // namespace filiform
