@@ -1,5 +1,6 @@
 #include "device/replay.h"
 
+#include "device/internal/exchange_ring.h"
 #include "device/internal/recording_format.h"
 
 #include <atomic>
@@ -16,8 +17,6 @@
 #include <thread>
 #include <unistd.h>
 #include <utility>
-
-#include <readerwriterqueue/readerwriterqueue.h>
 
 namespace filiform {
 
@@ -84,7 +83,7 @@ struct RecordingDevice::Impl {
     for (bool more = true; more;) {
       batch.clear();
       std::size_t taken = 0;
-      while (taken < kBatch && (more = waiting.try_dequeue(exchange))) {
+      while (taken < kBatch && (more = waiting.pop(exchange))) {
         internal::appendExchange(batch, written + taken, exchange.wrench, exchange.state);
         ++taken;
       }
@@ -128,8 +127,8 @@ struct RecordingDevice::Impl {
   std::unique_ptr<HapticDevice> inner;
   std::string path;
   RecordingOptions options;
-  moodycamel::ReaderWriterQueue<Exchange> waiting;  // haptic thread -> whoever holds the mutex
-  std::atomic<std::uint64_t> lost{0};               // exchanges from the first that found the ring full
+  internal::ExchangeRing<Exchange> waiting;  // haptic thread -> whoever holds the mutex
+  std::atomic<std::uint64_t> lost{0};        // exchanges from the first that found the ring full
   std::atomic<bool> recording{false};
 
   std::mutex mutex;  // guards the file and the reading end of the ring
@@ -191,7 +190,7 @@ DeviceState RecordingDevice::exchange(const Wrench& wrench) noexcept {
   const DeviceState state = d.inner->exchange(wrench);
   if (!d.recording.load(std::memory_order_relaxed)) return state;
   // After the first loss nothing more is kept: a recording with a hole could not be replayed.
-  if (d.lost.load(std::memory_order_relaxed) > 0 || !d.waiting.try_enqueue({wrench, state}))
+  if (d.lost.load(std::memory_order_relaxed) > 0 || !d.waiting.push({wrench, state}))
     d.lost.fetch_add(1, std::memory_order_relaxed);
   return state;
 }

@@ -1,0 +1,335 @@
+#include "device/replay.h"
+
+#include "device/null_device.h"
+#include "device/simulated_hand.h"
+#include "tests/support/scratch_folder.h"
+
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <limits>
+#include <random>
+#include <signal.h>
+#include <sys/resource.h>
+#include <thread>
+
+#include <gtest/gtest.h>
+
+namespace filiform {
+namespace {
+
+using Eigen::Vector3d;
+
+std::string bytesOf(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+void writeBytes(const std::string& path, const std::string& bytes) {
+  std::ofstream(path, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+}
+
+std::string messageOf(const std::string& path) {
+  try {
+    ReplayDevice replay(path);
+  } catch (const DeviceError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+// A device that says whatever bits it likes: NaN with payloads, negative zeros, subnormals, every status.
+class WildDevice : public HapticDevice {
+ public:
+  WildDevice() {
+    capabilities_.name = "wild \x01 device";
+    capabilities_.workspace_lo_D = {-1, -2, -3};
+    capabilities_.workspace_hi_D = {4, 5, 6};
+    capabilities_.peak_force_N = 7;
+    capabilities_.continuous_force_N = 8;
+    capabilities_.max_stiffness_N_m = 9;
+    capabilities_.damping_Ns_m = 10;
+    capabilities_.resolution_m = 11;
+    capabilities_.nominal_rate_Hz = 12;
+    capabilities_.delay_samples = 2;
+    capabilities_.buttons = 4;
+    capabilities_.senses_rotation = true;
+    capabilities_.needs_homing = true;
+    capabilities_.paces_loop = true;
+  }
+  const DeviceCapabilities& capabilities() const override { return capabilities_; }
+  DeviceStatus status() const noexcept override { return status_; }
+  void open() override { status_ = DeviceStatus::homing; }
+  void close() noexcept override { status_ = DeviceStatus::closed; }
+  DeviceState exchange(const Wrench&) noexcept override {
+    DeviceState s;
+    const auto any = [this] { return std::bit_cast<double>(random_()); };
+    s.time_s = any();
+    s.p_D = {any(), any(), -0.0};
+    s.v_D = {any(), std::numeric_limits<double>::denorm_min(), any()};
+    s.twist_D = {any(), any(), any()};
+    s.buttons = static_cast<std::uint32_t>(random_());
+    s.status = static_cast<DeviceStatus>(random_() % 5);
+    return s;
+  }
+
+ private:
+  DeviceCapabilities capabilities_;
+  DeviceStatus status_ = DeviceStatus::closed;
+  std::mt19937_64 random_{7};
+};
+
+bool sameBits(const DeviceState& a, const DeviceState& b) {
+  const auto same = [](const Vector3d& x, const Vector3d& y) {
+    return std::memcmp(x.data(), y.data(), 3 * sizeof(double)) == 0;
+  };
+  return std::bit_cast<std::uint64_t>(a.time_s) == std::bit_cast<std::uint64_t>(b.time_s) && same(a.p_D, b.p_D) &&
+         same(a.v_D, b.v_D) && same(a.twist_D, b.twist_D) && a.buttons == b.buttons && a.status == b.status;
+}
+
+Wrench wildWrench(int i) {
+  Wrench wrench;
+  wrench.force_N = {std::sin(i), i % 7 == 0 ? std::numeric_limits<double>::quiet_NaN() : 0.5, -0.0};
+  wrench.torque_Nm = {0, i * 1e-300, 1};
+  return wrench;
+}
+
+TEST(ReplayDevice, ReturnsEveryRecordedStateBitForBit) {
+  for (const bool writer_thread : {true, false}) {
+    const test::ScratchFolder folder;
+    const std::string path = folder.file("run.rec");
+    std::vector<DeviceState> states;
+    {
+      RecordingDevice recording(std::make_unique<WildDevice>(), path, {.writer_thread = writer_thread});
+      recording.open();
+      for (int i = 0; i < 3000; ++i) states.push_back(recording.exchange(wildWrench(i)));
+      EXPECT_FALSE(std::filesystem::exists(path)) << "not before it is whole";
+      recording.finish();
+      recording.finish();
+    }
+    EXPECT_FALSE(std::filesystem::exists(path + ".partial"));
+
+    ReplayDevice replay(path);
+    EXPECT_EQ(replay.exchanges(), 3000U);
+    EXPECT_EQ(replay.status(), DeviceStatus::closed);
+    for (int round = 0; round < 2; ++round) {
+      replay.open();
+      EXPECT_EQ(replay.status(), DeviceStatus::homing) << "as the device was when it had been opened";
+      for (int i = 0; i < 3000; ++i) ASSERT_TRUE(sameBits(replay.exchange(wildWrench(i)), states[i])) << i;
+      EXPECT_TRUE(replay.finished());
+      EXPECT_EQ(replay.differingWrenches(), 0U);
+      DeviceState last = states.back();
+      last.status = DeviceStatus::closed;
+      EXPECT_TRUE(sameBits(replay.exchange({}), last)) << "afterwards the hand is gone";
+    }
+  }
+}
+
+TEST(ReplayDevice, HasTheCapabilitiesOfTheDevice) {
+  const test::ScratchFolder folder;
+  WildDevice wild;
+  {
+    RecordingDevice recording(std::make_unique<WildDevice>(), folder.file("r"));
+    recording.open();
+    EXPECT_TRUE(recording.capabilities().paces_loop);
+    recording.finish();
+  }
+  const ReplayDevice replay(folder.file("r"));
+  const DeviceCapabilities& a = replay.capabilities();
+  const DeviceCapabilities& b = wild.capabilities();
+  EXPECT_EQ(a.name, b.name);
+  EXPECT_EQ(a.workspace_lo_D, b.workspace_lo_D);
+  EXPECT_EQ(a.workspace_hi_D, b.workspace_hi_D);
+  EXPECT_EQ(a.peak_force_N, b.peak_force_N);
+  EXPECT_EQ(a.continuous_force_N, b.continuous_force_N);
+  EXPECT_EQ(a.max_stiffness_N_m, b.max_stiffness_N_m);
+  EXPECT_EQ(a.damping_Ns_m, b.damping_Ns_m);
+  EXPECT_EQ(a.resolution_m, b.resolution_m);
+  EXPECT_EQ(a.nominal_rate_Hz, b.nominal_rate_Hz);
+  EXPECT_EQ(a.delay_samples, b.delay_samples);
+  EXPECT_EQ(a.buttons, b.buttons);
+  EXPECT_EQ(a.senses_rotation, b.senses_rotation);
+  EXPECT_EQ(a.needs_homing, b.needs_homing);
+  EXPECT_FALSE(a.paces_loop) << "a replay never blocks";
+}
+
+TEST(ReplayDevice, CountsWrenchesThatDiffer) {
+  const test::ScratchFolder folder;
+  {
+    RecordingDevice recording(std::make_unique<NullDevice>(), folder.file("r"));
+    recording.open();
+    for (int i = 0; i < 10; ++i) recording.exchange(wildWrench(i));
+    recording.finish();
+  }
+  ReplayDevice replay(folder.file("r"));
+  replay.open();
+  for (int i = 0; i < 10; ++i) {
+    Wrench wrench = wildWrench(i);
+    if (i == 4) wrench.force_N.z() = 0.0;  // it was a negative zero
+    replay.exchange(wrench);
+  }
+  EXPECT_EQ(replay.differingWrenches(), 1U);
+}
+
+std::string smallRecording(const test::ScratchFolder& folder) {
+  const std::string path = folder.file("small.rec");
+  RecordingDevice recording(std::make_unique<SimulatedHand>(SimulatedHandOptions{}), path, {.writer_thread = false});
+  recording.open();
+  for (int i = 0; i < 5; ++i) recording.exchange(wildWrench(i));
+  recording.finish();
+  return bytesOf(path);
+}
+
+TEST(ReplayDevice, SaysWhereAnyCutRecordingEnds) {
+  const test::ScratchFolder folder;
+  const std::string whole = smallRecording(folder);
+  const std::string path = folder.file("cut.rec");
+  for (std::size_t length = 0; length < whole.size(); ++length) {
+    writeBytes(path, whole.substr(0, length));
+    const std::string message = messageOf(path);
+    EXPECT_NE(message.find("at byte"), std::string::npos) << length << ": " << message;
+    EXPECT_NE(message.find("cut"), std::string::npos) << length << ": " << message;
+    EXPECT_EQ(message.rfind(path, 0), 0U) << message;
+  }
+  writeBytes(path, whole + "x");
+  EXPECT_NE(messageOf(path), "");
+}
+
+TEST(ReplayDevice, NoticesAnyFlippedByte) {
+  const test::ScratchFolder folder;
+  const std::string whole = smallRecording(folder);
+  const std::string path = folder.file("flipped.rec");
+  for (std::size_t at = 0; at < whole.size(); ++at) {
+    std::string bytes = whole;
+    bytes[at] = static_cast<char>(bytes[at] ^ 0x10);
+    writeBytes(path, bytes);
+    EXPECT_NE(messageOf(path), "") << "byte " << at;
+  }
+}
+
+TEST(ReplayDevice, NamesBothVersionsOfANewerFormat) {
+  const test::ScratchFolder folder;
+  std::string bytes = smallRecording(folder);
+  bytes[8] = 2;
+  writeBytes(folder.file("new.rec"), bytes);
+  const std::string message = messageOf(folder.file("new.rec"));
+  EXPECT_NE(message.find("version 2"), std::string::npos) << message;
+  EXPECT_NE(message.find("version 1"), std::string::npos) << message;
+}
+
+TEST(ReplayDevice, RefusesWhatIsNoRecording) {
+  const test::ScratchFolder folder;
+  writeBytes(folder.file("t"), "1 1 0 0 0 1 -1\n");
+  EXPECT_NE(messageOf(folder.file("t")).find("not a recording"), std::string::npos);
+  EXPECT_NE(messageOf(folder.file("missing")).find("cannot open"), std::string::npos);
+  EXPECT_NE(messageOf(folder.path().string()).find("cannot read"), std::string::npos) << "a folder";
+  EXPECT_NE(messageOf(folder.file("a\nb")).find("a\\x0ab"), std::string::npos) << "one line, whatever the name";
+}
+
+TEST(RecordingDevice, PassesEverythingThrough) {
+  const test::ScratchFolder folder;
+  RecordingDevice recording(std::make_unique<NullDevice>(), folder.file("r"));
+  auto& inner = dynamic_cast<NullDevice&>(recording.inner());
+  EXPECT_EQ(recording.status(), DeviceStatus::closed);
+  recording.open();
+  EXPECT_THROW(recording.open(), DeviceError);
+  inner.setPosition({0.01, 0, 0});
+  Wrench wrench;
+  wrench.force_N = {3, 2, 1};
+  EXPECT_EQ(recording.exchange(wrench).p_D.x(), 0.01);
+  EXPECT_EQ(inner.lastWrench().force_N, wrench.force_N);
+  inner.setStatus(DeviceStatus::fault);
+  EXPECT_EQ(recording.exchange(wrench).status, DeviceStatus::fault);
+  EXPECT_EQ(recording.status(), DeviceStatus::fault);
+  recording.close();
+  EXPECT_EQ(recording.status(), DeviceStatus::closed);
+}
+
+TEST(RecordingDevice, KeepsTheExchangesOfARunThatNobodyFinished) {
+  const test::ScratchFolder folder;
+  {
+    RecordingDevice recording(std::make_unique<NullDevice>(), folder.file("r"));
+    recording.open();
+    for (int i = 0; i < 7; ++i) recording.exchange({});
+  }
+  EXPECT_EQ(ReplayDevice(folder.file("r")).exchanges(), 7U);
+}
+
+TEST(RecordingDevice, SaysWhatItLostWhenNobodyDrained) {
+  const test::ScratchFolder folder;
+  RecordingDevice recording(std::make_unique<NullDevice>(), folder.file("r"), {.capacity = 64, .writer_thread = false});
+  recording.open();
+  for (int i = 0; i < 5000; ++i) recording.exchange({});
+  recording.drain();
+  for (int i = 0; i < 10; ++i) recording.exchange({});  // room again, but there is a hole before these
+  std::string message;
+  try {
+    recording.finish();
+  } catch (const DeviceError& error) {
+    message = error.what();
+  }
+  const std::size_t kept = ReplayDevice(folder.file("r")).exchanges();
+  EXPECT_EQ(kept, 64U);
+  EXPECT_NE(message.find("the first " + std::to_string(kept) + " exchanges"), std::string::npos) << message;
+  EXPECT_NE(message.find(std::to_string(5010 - kept) + " after"), std::string::npos) << message;
+}
+
+TEST(RecordingDevice, LosesNothingWhileAnotherThreadWrites) {
+  const test::ScratchFolder folder;
+  constexpr std::uint32_t kExchanges = 50000;
+  {
+    RecordingDevice recording(std::make_unique<NullDevice>(), folder.file("r"), {.capacity = kExchanges});
+    recording.open();
+    std::thread haptic([&recording] {
+      auto& inner = dynamic_cast<NullDevice&>(recording.inner());
+      for (std::uint32_t i = 0; i < kExchanges; ++i) {
+        inner.setButtons(i);
+        recording.exchange({});
+      }
+    });
+    for (int i = 0; i < 20; ++i) recording.drain();
+    haptic.join();
+    recording.finish();
+  }
+  ReplayDevice replay(folder.file("r"));
+  replay.open();
+  ASSERT_EQ(replay.exchanges(), kExchanges);
+  for (std::uint32_t i = 0; i < kExchanges; ++i) ASSERT_EQ(replay.exchange({}).buttons, i);
+}
+
+TEST(RecordingDevice, LeavesNothingBehindWhenTheFileCannotBeWritten) {
+  const test::ScratchFolder folder;
+  {
+    RecordingDevice recording(std::make_unique<NullDevice>(), folder.file("no/such/folder/r"));
+    EXPECT_THROW(recording.open(), DeviceError);
+    EXPECT_EQ(recording.status(), DeviceStatus::closed);
+  }
+  // As on a full disk: the kernel refuses to write beyond this size.
+  const auto old_handler = signal(SIGXFSZ, SIG_IGN);
+  rlimit old_limit{};
+  getrlimit(RLIMIT_FSIZE, &old_limit);
+  const rlimit small{20000, old_limit.rlim_max};
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &small), 0);
+  for (const bool writer_thread : {true, false}) {
+    RecordingDevice recording(std::make_unique<NullDevice>(), folder.file("full"), {.writer_thread = writer_thread});
+    recording.open();
+    for (int i = 0; i < 1000; ++i) recording.exchange({});
+    EXPECT_THROW(recording.finish(), DeviceError);
+    EXPECT_EQ(recording.exchange({}).status, DeviceStatus::ready) << "the hand goes on";
+  }
+  setrlimit(RLIMIT_FSIZE, &old_limit);
+  signal(SIGXFSZ, old_handler);
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
+}
+
+TEST(RecordingDevice, RefusesToRecordNothing) {
+  EXPECT_THROW(RecordingDevice(nullptr, "r"), DeviceError);
+  EXPECT_THROW(RecordingDevice(std::make_unique<NullDevice>(), ""), DeviceError);
+  EXPECT_THROW(RecordingDevice(std::make_unique<NullDevice>(), "r", {.capacity = 0}), DeviceError);
+}
+
+}  // namespace
+}  // namespace filiform
