@@ -1,0 +1,98 @@
+#include "index/sample_hint.h"
+
+#include <algorithm>
+#include <limits>
+#include <mutex>
+#include <unordered_set>
+
+#include <flann/algorithms/dist.h>
+#include <flann/algorithms/kdtree_single_index.h>
+#include <flann/general.h>
+
+namespace filiform {
+
+struct SampleHint::Impl {
+  using Tree = flann::KDTreeSingleIndex<flann::L2_3D<double>>;
+
+  const TileStore& store;
+  const Grid grid;
+  std::once_flag built;
+  const SamplePoints* samples = nullptr;
+  std::unique_ptr<Tree> tree;  // null for an empty set
+
+  explicit Impl(const TileStore& s) : store(s), grid(s.grid()) {}
+
+  void build() {
+    std::call_once(built, [this] {
+      samples = &store.samples();
+      const std::size_t n = samples->points.size();
+      if (n == 0) return;
+      std::vector<double> points(3 * n);
+      for (std::size_t i = 0; i < n; ++i) {
+        const Vector3d p_W = grid.toWorld(samples->points[i]);
+        std::copy(p_W.data(), p_W.data() + 3, &points[3 * i]);
+      }
+      // The tree keeps a reordered copy of the points.
+      tree =
+          std::make_unique<Tree>(flann::Matrix<double>(points.data(), n, 3), flann::KDTreeSingleIndexParams(10, true));
+      tree->buildIndex();
+    });
+  }
+};
+
+SampleHint::SampleHint(const TileStore& store) : impl_(std::make_unique<Impl>(store)) {}
+SampleHint::~SampleHint() = default;
+
+std::vector<SampleHint::Guess> SampleHint::nearest(const Vector3d& h_W, std::size_t k) const {
+  impl_->build();
+  std::vector<Guess> guesses;
+  if (impl_->tree == nullptr || k == 0) return guesses;
+  const SamplePoints& samples = *impl_->samples;
+  const std::size_t n = samples.points.size();
+
+  // Several samples may lie on one segment: ask for more until k segments are
+  // known.
+  for (std::size_t wanted = k >= n ? n : std::min(n, k == 1 ? k : k + k / 2 + 8);; wanted = std::min(n, 2 * wanted)) {
+    flann::KNNSimpleResultSet<double> found(wanted);
+    impl_->tree->findNeighbors(found, h_W.data(), flann::SearchParams(flann::FLANN_CHECKS_UNLIMITED));
+    std::vector<std::size_t> indices(found.size());
+    std::vector<double> squared(found.size());
+    found.copy(indices.data(), squared.data(), found.size(), true);
+    guesses.clear();
+    for (const std::size_t i : indices) {
+      const Vector3d p_W = impl_->grid.toWorld(samples.points[i]);
+      guesses.push_back({(p_W - h_W).norm(), p_W, samples.segments[i], samples.t[i]});
+    }
+    std::sort(guesses.begin(), guesses.end(), [](const Guess& a, const Guess& b) {
+      return a.distance != b.distance ? a.distance < b.distance
+             : a.segment != b.segment ? a.segment < b.segment
+                                      : a.t < b.t;
+    });
+    std::unordered_set<std::uint64_t> seen;
+    std::erase_if(guesses, [&](const Guess& g) { return !seen.insert(g.segment.key()).second; });
+    if (guesses.size() >= k || wanted == n) break;
+  }
+  if (guesses.size() > k) guesses.resize(k);
+  return guesses;
+}
+
+double SampleHint::squaredBound(const Vector3d& h_W, std::size_t k) const {
+  impl_->build();
+  if (k > impl_->samples->points.size()) return std::numeric_limits<double>::infinity();
+  const std::vector<Guess> guesses = nearest(h_W, k);
+  if (guesses.size() < k || guesses.empty()) return std::numeric_limits<double>::infinity();
+  // A sample lies on its segment up to rounding to the grid, and closestPoint()
+  // rounds too.
+  const Guess& last = guesses.back();
+  constexpr double kUlps = 16 * std::numeric_limits<double>::epsilon();
+  const double bound =
+      last.distance + impl_->grid.quantum_um() + kUlps * (last.distance + last.p_W.cwiseAbs().maxCoeff());
+  return bound * bound;
+}
+
+double SampleHint::covering_radius_um() const {
+  impl_->build();
+  return impl_->samples->covering_radius_um;
+}
+
+}  // namespace filiform

@@ -1,0 +1,41 @@
+// The latest value from one thread to another: the writer never waits, the
+// reader sees the newest whole value or none. Both calls are wait-free, without
+// allocation, lock or system call. Thread rule: publish() by one thread, take()
+// by one thread.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <type_traits>
+
+namespace filiform {
+
+template <class T>
+class TripleBuffer {
+  static_assert(std::is_nothrow_copy_assignable_v<T>);
+
+ public:
+  // Replaces the value that was not yet taken, if any.
+  void publish(const T& value) noexcept {
+    slots_[back_] = value;
+    back_ = middle_.exchange(static_cast<std::uint8_t>(back_ | kFresh), std::memory_order_acq_rel) & kIndex;
+  }
+
+  // False, with `value` untouched, when nothing was published since the last
+  // take().
+  bool take(T& value) noexcept {
+    if (!(middle_.load(std::memory_order_relaxed) & kFresh)) return false;
+    front_ = middle_.exchange(front_, std::memory_order_acq_rel) & kIndex;
+    value = slots_[front_];
+    return true;
+  }
+
+ private:
+  static constexpr std::uint8_t kIndex = 3, kFresh = 4;
+  std::array<T, 3> slots_{};
+  std::uint8_t back_ = 0, front_ = 1;  // the writer's, the reader's
+  std::atomic<std::uint8_t> middle_{2};
+};
+
+}  // namespace filiform
