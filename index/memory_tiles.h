@@ -1,0 +1,17 @@
+// A small scene: its tiles built in memory, without files, threads or search trees.
+#pragma once
+
+#include "index/partition.h"
+#include "index/tile_store.h"
+
+#include <memory>
+
+namespace filiform {
+
+// Reads the stream to its end and cuts it into tiles, the same tiles that ingest writes. Cell ids are positions in the
+// stream. An empty stream gives a store without tiles. load() never fails and costs a reference count. Throws
+// UsageError when the capacity is 0 or a cell's arrays disagree, and whatever the stream throws. O(n log n); holds
+// everything, about 150 bytes a segment.
+std::unique_ptr<TileStore> buildTilesInMemory(CellStream& stream, const PartitionOptions& options = {});
+
+}  // namespace filiform

@@ -1,0 +1,133 @@
+#include "index/partition.h"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+
+namespace filiform {
+namespace {
+
+struct Pending {
+  CellKey cell;
+  std::size_t begin, end;  // of the keys
+  std::uint32_t parent;
+  int side;
+};
+
+}  // namespace
+
+GridPoint midpoint(const GridPoint& a, const GridPoint& b) {
+  const GridPoint sum = a + b;
+  return {sum.x() >> 1, sum.y() >> 1, sum.z() >> 1};
+}
+
+GridBox closedCell(const CellKey& key) {
+  GridBox box = key.box();
+  box.hi.array() += 1;
+  return box;
+}
+
+// Depth first, lower half first, so that leaves come in ascending order. The stack holds at most one pending half a
+// level.
+template <typename IsLeaf>
+void Partition::build(std::span<const MortonKey> keys, IsLeaf is_leaf) {
+  constexpr std::uint32_t kNone = UINT32_MAX;
+  std::vector<Pending> stack{{CellKey{}, 0, keys.size(), kNone, 0}};
+  while (!stack.empty()) {
+    const Pending at = stack.back();
+    stack.pop_back();
+    const bool leaf = is_leaf(at.cell, at.begin, at.end);
+    const auto self = static_cast<std::uint32_t>(leaf ? leaves_.size() : nodes_.size());
+    assert(self < kLeafBit);
+    if (at.parent != kNone) nodes_[at.parent].child[at.side] = leaf ? self | kLeafBit : self;
+    if (leaf) {
+      leaves_.push_back(at.cell);
+      continue;
+    }
+    const CellKey low = at.cell.half(0), high = at.cell.half(1);
+    const int axis = at.cell.depth % 3;
+    nodes_.push_back({mortonPoint(high.low)[axis], {0, 0}, axis});
+    const auto first = keys.begin() + static_cast<std::ptrdiff_t>(at.begin);
+    const auto last = keys.begin() + static_cast<std::ptrdiff_t>(at.end);
+    const auto middle = static_cast<std::size_t>(std::lower_bound(first, last, high.low) - keys.begin());
+    stack.push_back({high, middle, at.end, self, 1});
+    stack.push_back({low, at.begin, middle, self, 0});
+  }
+}
+
+Partition Partition::split(std::span<const MortonKey> sorted_midpoints, std::uint32_t capacity) {
+  Partition p;
+  p.build(sorted_midpoints, [&](const CellKey&, std::size_t begin, std::size_t end) {
+    return end - begin <= capacity || sorted_midpoints[begin] == sorted_midpoints[end - 1];
+  });
+  return p;
+}
+
+Partition::Partition(std::vector<CellKey> leaves) {
+  std::vector<MortonKey> lows;
+  lows.reserve(leaves.size());
+  for (const CellKey& leaf : leaves) lows.push_back(leaf.low);
+  build(lows, [&](const CellKey& cell, std::size_t begin, std::size_t end) {
+    assert(begin < end && leaves[begin].depth >= cell.depth);
+    return end - begin == 1 && leaves[begin].depth <= cell.depth;
+  });
+  assert(leaves_ == leaves);
+}
+
+std::uint32_t Partition::home(const GridPoint& p) const {
+  if (nodes_.empty()) return 0;
+  std::uint32_t at = 0;
+  while (!(at & kLeafBit)) {
+    const Node& node = nodes_[at];
+    at = node.child[p[node.axis] >= node.plane];
+  }
+  return at & ~kLeafBit;
+}
+
+bool Partition::leavesMet(const GridPoint& a, const GridPoint& b, std::vector<std::uint32_t>& met) const {
+  met.clear();
+  if (nodes_.empty()) {
+    met.push_back(0);
+    return true;
+  }
+  // Down to the first plane that the segment's box touches, no exact test is needed.
+  const GridPoint low = a.cwiseMin(b), high = a.cwiseMax(b);
+  GridBox cell = closedCell(CellKey{});
+  std::uint32_t at = 0;
+  while (!(at & kLeafBit)) {
+    const Node& node = nodes_[at];
+    if (high[node.axis] < node.plane) {
+      cell.hi[node.axis] = node.plane;
+      at = node.child[0];
+    } else if (low[node.axis] > node.plane) {
+      cell.lo[node.axis] = node.plane;
+      at = node.child[1];
+    } else {
+      break;
+    }
+  }
+  struct Visit {
+    std::uint32_t node;
+    GridBox cell;
+  };
+  std::array<Visit, kMortonBits + 2> stack;
+  std::size_t depth = 0;
+  stack[depth++] = {at, cell};
+  while (depth > 0) {
+    const Visit visit = stack[--depth];
+    if (visit.node & kLeafBit) {
+      met.push_back(visit.node & ~kLeafBit);
+      if (met.size() > kMaxLeavesOfSegment) return false;
+      continue;
+    }
+    const Node& node = nodes_[visit.node];
+    Visit lower{node.child[0], visit.cell}, upper{node.child[1], visit.cell};
+    lower.cell.hi[node.axis] = node.plane;
+    upper.cell.lo[node.axis] = node.plane;
+    if (segmentMeetsBox(a, b, upper.cell)) stack[depth++] = upper;
+    if (segmentMeetsBox(a, b, lower.cell)) stack[depth++] = lower;
+  }
+  return true;
+}
+
+}  // namespace filiform

@@ -1,0 +1,55 @@
+// Cells for tests: seeded random neurons, and the worst that data can hold.
+#pragma once
+
+#include "index/cell.h"
+
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace filiform::test {
+
+class VectorCellStream final : public CellStream {
+ public:
+  explicit VectorCellStream(std::vector<Cell> cells) : cells_(std::move(cells)) {}
+  bool next(Cell& cell) override;
+
+ private:
+  std::vector<Cell> cells_;
+  std::size_t at_ = 0;
+};
+
+// Adds a sample; returns its rank. Ids run from 1.
+std::uint32_t addSample(Cell& cell, const Vector3d& p_W, std::uint32_t parent = kNoParent, float radius_um = 0.5f,
+                        std::uint16_t type = 3);
+
+struct NeuronShape {
+  std::uint32_t samples = 500;
+  double step_um = 3.0;         // mean segment length
+  double branching = 0.03;      // chance that a sample starts a new branch from an earlier one
+  double extra_root = 0.002;    // chance that it starts a new tree
+  bool shuffled_files = false;  // some parents after their children, ids with gaps
+  Vector3d origin_W = Vector3d::Zero();
+};
+Cell randomNeuron(std::uint64_t seed, const NeuronShape& shape = {});
+
+// Neurons spread over a cube of `extent_um`, with sources in ascending order.
+std::vector<Cell> randomColumn(std::uint64_t seed, std::uint32_t cells, std::uint32_t samples_each, double extent_um);
+
+Cell isolatedNodes(std::uint64_t seed, std::uint32_t n, double extent_um);
+Cell coincidentNodes(std::uint32_t n);                   // a chain of n nodes at one place
+Cell hub(std::uint32_t branches, double length_um);      // one node with many branches, in all directions
+Cell comb(std::uint32_t teeth);                          // a spine with a twig at every node
+Cell longThread(std::uint32_t samples, double step_um);  // unbranched
+
+struct NamedCells {
+  std::string name;
+  std::vector<Cell> cells;
+};
+// Every generator above in small, and: nothing, a cell without samples, one node, one segment, zero-length segments
+// among others, a segment that crosses hundreds of leaves, structures far from the origin and at the edge of the grid,
+// one outlier at 1e9 um, all cells within one voxel, equal cells twice, a restarted id block.
+std::vector<NamedCells> worstCases();
+
+}  // namespace filiform::test
