@@ -1,0 +1,83 @@
+// Sample ids of one id block -> ranks. As long as ids run consecutively in file order it is two numbers; then a flat
+// hash table. Thread-compatible.
+#pragma once
+
+#include <bit>
+#include <cstdint>
+#include <vector>
+
+namespace filiform::internal {
+
+class IdTable {
+ public:
+  static constexpr std::uint32_t kNone = UINT32_MAX;
+
+  // Starts an empty block. Keeps its memory.
+  void clear() {
+    size_ = 0;
+    hashed_ = false;
+  }
+
+  std::uint32_t size() const { return size_; }
+
+  // Rank of the sample, kNone if there is none. O(1) expected.
+  std::uint32_t find(std::int64_t id) const {
+    if (!hashed_) {
+      const std::uint64_t steps = static_cast<std::uint64_t>(id) - static_cast<std::uint64_t>(first_id_);
+      return steps < size_ ? first_rank_ + static_cast<std::uint32_t>(steps) : kNone;
+    }
+    for (std::size_t at = slotOf(id);; at = (at + 1) & (slots_.size() - 1)) {
+      if (slots_[at].rank == kNone || slots_[at].id == id) return slots_[at].rank;
+    }
+  }
+
+  // Requires that `id` is not there and that ranks come in steps of one.
+  void insert(std::int64_t id, std::uint32_t rank) {
+    if (size_ == 0) {
+      first_id_ = id;
+      first_rank_ = rank;
+    } else if (!hashed_ && static_cast<std::uint64_t>(id) - static_cast<std::uint64_t>(first_id_) != size_) {
+      const std::uint32_t count = size_;
+      hashed_ = true;
+      slots_.assign(std::bit_ceil(std::size_t{4} * (count + 4)), Slot{});
+      for (std::uint32_t i = 0; i < count; ++i) place({first_id_ + i, first_rank_ + i});
+    }
+    ++size_;
+    if (!hashed_) return;
+    if (std::size_t{2} * size_ > slots_.size()) {
+      std::vector<Slot> old(slots_.size() * 2);
+      old.swap(slots_);
+      for (const Slot& slot : old) {
+        if (slot.rank != kNone) place(slot);
+      }
+    }
+    place({id, rank});
+  }
+
+ private:
+  struct Slot {
+    std::int64_t id = 0;
+    std::uint32_t rank = kNone;
+  };
+
+  std::size_t slotOf(std::int64_t id) const {
+    std::uint64_t h = static_cast<std::uint64_t>(id);
+    h = (h ^ (h >> 32)) * 0xD6E8FEB86659FD93u;
+    h = (h ^ (h >> 32)) * 0xD6E8FEB86659FD93u;
+    return static_cast<std::size_t>(h ^ (h >> 32)) & (slots_.size() - 1);
+  }
+
+  void place(const Slot& slot) {
+    std::size_t at = slotOf(slot.id);
+    while (slots_[at].rank != kNone) at = (at + 1) & (slots_.size() - 1);
+    slots_[at] = slot;
+  }
+
+  std::uint32_t size_ = 0;
+  bool hashed_ = false;
+  std::int64_t first_id_ = 0;
+  std::uint32_t first_rank_ = 0;
+  std::vector<Slot> slots_;
+};
+
+}  // namespace filiform::internal

@@ -1,0 +1,198 @@
+#include "index/internal/swc_graph.h"
+
+#include "index/errors.h"
+#include "index/text.h"
+
+#include <algorithm>
+
+namespace filiform::internal {
+
+void RecordBook::add(InputCode code, Effect effect, std::uint64_t line, std::string_view token) {
+  const bool room = ++counts_[static_cast<std::size_t>(code)] <= InputReport::kTokensKept;
+  if (effect == Effect::kRemark && !room) return;
+  records_.push_back({line, code, effect, room ? escaped(token, kTokenLength) : std::string()});
+}
+
+void RecordBook::clear() {
+  counts_.fill(0);
+  records_.clear();
+}
+
+void RecordBook::moveTo(InputReport& report) {
+  for (std::size_t i = 0; i < kInputCodes; ++i) report.codes.add(static_cast<InputCode>(i), counts_[i]);
+  std::stable_sort(records_.begin(), records_.end(),
+                   [](const InputRecord& a, const InputRecord& b) { return a.line < b.line; });
+  report.records = std::move(records_);
+  records_ = {};
+  counts_.fill(0);
+}
+
+// A sample that repeats the block's first id and is a root begins the next of several cells in one file.
+bool SwcGraph::startsBlock(const SwcSample& sample) const {
+  if (ids_.size() < 2 || sample.id != block_first_id_) return false;
+  switch (sample.parent_kind) {
+    case SwcSample::Parent::kRoot:
+    case SwcSample::Parent::kUnreadable:
+      return true;
+    case SwcSample::Parent::kId:
+      break;
+  }
+  return sample.parent < 0 || (sample.parent == 0 && sample.id != 0 && ids_.find(0) == IdTable::kNone);
+}
+
+void SwcGraph::startBlock() {
+  ids_.clear();
+  block_has_first_id_ = false;
+  block_dropped_zero_ = false;
+}
+
+bool SwcGraph::add(const SwcSample& sample, std::uint64_t line) {
+  const std::size_t size = cell_.sample_ids.size();
+  if (size >= kNoParent) throw InputError("more than 4294967294 samples in one file; split it");
+  const auto rank = static_cast<std::uint32_t>(size);
+
+  if (ids_.find(sample.id) != IdTable::kNone || (block_has_first_id_ && sample.id == block_first_id_)) {
+    if (startsBlock(sample)) {
+      closeBlock();
+      startBlock();
+      cell_.block_starts.push_back(rank);
+      book_->remark(InputCode::W_ID_RESTART, line, std::to_string(sample.id));
+    } else if (ids_.find(sample.id) != IdTable::kNone) {
+      book_->dropLine(InputCode::W_DUP_ID, line, std::to_string(sample.id));
+      return false;
+    }
+  }
+  if (!block_has_first_id_) {
+    block_has_first_id_ = true;
+    block_first_id_ = sample.id;
+  }
+  ids_.insert(sample.id, rank);
+  cell_.sample_ids.push_back(sample.id);
+  cell_.positions_um.push_back(sample.position_um);
+  cell_.radii_um.push_back(sample.radius_um);
+  cell_.types.push_back(sample.type);
+  cell_.parents.push_back(kNoParent);
+  if (line_runs_.empty() || line - line_runs_.back().line != rank - line_runs_.back().rank)
+    line_runs_.push_back({rank, line});
+  link(sample, rank, line);
+  return true;
+}
+
+void SwcGraph::link(const SwcSample& sample, std::uint32_t rank, std::uint64_t line) {
+  if (sample.parent_kind == SwcSample::Parent::kRoot) return;
+  ++links_given_;
+  if (sample.parent_kind == SwcSample::Parent::kUnreadable) {
+    ++links_cut_;
+    book_->cutLink(InputCode::W_BAD_PARENT, line, sample.parent_token);
+  } else if (sample.parent < -1) {
+    ++links_cut_;
+    book_->cutLink(InputCode::W_ROOT_CODE, line, sample.parent_token);
+  } else if (sample.parent == sample.id) {
+    ++links_cut_;
+    book_->cutLink(InputCode::W_SELF_PARENT, line, std::to_string(sample.parent));
+  } else if (const std::uint32_t parent = ids_.find(sample.parent); parent != IdTable::kNone) {
+    cell_.parents[rank] = parent;
+  } else {
+    open_.push_back({rank, sample.parent});
+  }
+}
+
+void SwcGraph::noteDropped(std::int64_t id) {
+  if (!block_has_first_id_) {
+    block_has_first_id_ = true;
+    block_first_id_ = id;
+  }
+  if (id == 0) block_dropped_zero_ = true;
+}
+
+void SwcGraph::closeBlock() {
+  for (const OpenLink& open : open_) {
+    const std::uint32_t parent = ids_.find(open.parent);
+    if (parent != IdTable::kNone) {
+      cell_.parents[open.child] = parent;
+      later_parents_ = true;
+      continue;
+    }
+    ++links_cut_;
+    const bool root_code = open.parent == 0 && !block_dropped_zero_;
+    book_->cutLink(root_code ? InputCode::W_ROOT_CODE : InputCode::W_MISSING_PARENT, lineOf(open.child),
+                   std::to_string(open.parent));
+  }
+  open_.clear();
+}
+
+std::uint64_t SwcGraph::lineOf(std::uint32_t rank) const {
+  const auto after = std::upper_bound(line_runs_.begin(), line_runs_.end(), rank,
+                                      [](std::uint32_t r, const LineRun& run) { return r < run.rank; });
+  const LineRun& run = *std::prev(after);
+  return run.line + (rank - run.rank);
+}
+
+// Every sample has at most one parent, so walks along parents meet each cycle once. Ranks are in order of lines.
+void SwcGraph::cutCycles() {
+  std::vector<std::uint32_t>& parents = cell_.parents;
+  std::vector<std::uint32_t> walk_of(parents.size(), kNoParent);
+  for (std::uint32_t start = 0; start < parents.size(); ++start) {
+    std::uint32_t at = start;
+    while (at != kNoParent && walk_of[at] == kNoParent) {
+      walk_of[at] = start;
+      at = parents[at];
+    }
+    if (at == kNoParent || walk_of[at] != start) continue;
+    std::uint32_t lowest = at;
+    for (std::uint32_t member = parents[at]; member != at; member = parents[member]) lowest = std::min(lowest, member);
+    ++links_cut_;
+    book_->cutLink(InputCode::W_CYCLE, lineOf(lowest), std::to_string(cell_.sample_ids[parents[lowest]]));
+    parents[lowest] = kNoParent;
+  }
+}
+
+void SwcGraph::count(InputReport& report) {
+  const std::vector<std::uint32_t>& parents = cell_.parents;
+  std::vector<bool> has_child(parents.size());
+  for (std::uint32_t rank = 0; rank < parents.size(); ++rank) {
+    const std::uint32_t parent = parents[rank];
+    if (parent == kNoParent) {
+      ++report.roots;
+      continue;
+    }
+    ++report.segments;
+    has_child[parent] = true;
+    if (parent > rank) book_->remark(InputCode::W_ORDER, lineOf(rank), std::to_string(cell_.sample_ids[parent]));
+  }
+  for (std::uint32_t rank = 0; rank < parents.size(); ++rank) {
+    if (parents[rank] == kNoParent && !has_child[rank]) ++report.isolated;
+  }
+  report.samples = parents.size();
+  report.links_given = links_given_;
+  report.links_cut = links_cut_;
+}
+
+void SwcGraph::finish(Cell& cell, InputReport& report) {
+  closeBlock();
+  if (later_parents_) cutCycles();
+  count(report);
+  cell.sample_ids.swap(cell_.sample_ids);
+  cell.positions_um.swap(cell_.positions_um);
+  cell.parents.swap(cell_.parents);
+  cell.radii_um.swap(cell_.radii_um);
+  cell.types.swap(cell_.types);
+  cell.block_starts.swap(cell_.block_starts);
+  clear();
+}
+
+void SwcGraph::clear() {
+  cell_.sample_ids.clear();
+  cell_.positions_um.clear();
+  cell_.parents.clear();
+  cell_.radii_um.clear();
+  cell_.types.clear();
+  cell_.block_starts.clear();
+  startBlock();
+  open_.clear();
+  line_runs_.clear();
+  links_given_ = links_cut_ = 0;
+  later_parents_ = false;
+}
+
+}  // namespace filiform::internal

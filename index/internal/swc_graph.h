@@ -1,0 +1,98 @@
+// Samples and links of one SWC input while it is read: id blocks, parents by id -> by rank, cycles. Writes every
+// remark, dropped line and cut link into a report. Thread-compatible.
+#pragma once
+
+#include "index/cell.h"
+#include "index/input_report.h"
+#include "index/internal/id_table.h"
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace filiform::internal {
+
+// Collects records: counts are exact, tokens and remarks are kept up to InputReport::kTokensKept a code.
+class RecordBook {
+ public:
+  void remark(InputCode code, std::uint64_t line, std::string_view token = {}) {
+    add(code, Effect::kRemark, line, token);
+  }
+  void dropLine(InputCode code, std::uint64_t line, std::string_view token) {
+    add(code, Effect::kLineDropped, line, token);
+  }
+  void cutLink(InputCode code, std::uint64_t line, std::string_view token) { add(code, Effect::kLinkCut, line, token); }
+  void refuse(InputCode code, std::uint64_t line = 0, std::string_view token = {}) {
+    add(code, Effect::kInputRefused, line, token);
+  }
+  std::uint64_t count(InputCode code) const { return counts_[static_cast<std::size_t>(code)]; }
+  void clear();
+  // Moves all into `report`, records by line, and empties the book.
+  void moveTo(InputReport& report);
+
+ private:
+  static constexpr std::size_t kTokenLength = 40;
+  void add(InputCode code, Effect effect, std::uint64_t line, std::string_view token);
+
+  std::array<std::uint64_t, kInputCodes> counts_{};
+  std::vector<InputRecord> records_;
+};
+
+struct SwcSample {
+  std::int64_t id = 0;
+  Vector3d position_um = Vector3d::Zero();
+  float radius_um = 0;
+  std::uint16_t type = 0;
+  enum class Parent : std::uint8_t { kRoot, kId, kUnreadable } parent_kind = Parent::kRoot;
+  std::int64_t parent = -1;       // for kId; below -1 and 0 may still mean a root
+  std::string_view parent_token;  // for the record
+};
+
+class SwcGraph {
+ public:
+  explicit SwcGraph(RecordBook& book) : book_(&book) {}
+
+  // Takes a sample of valid id and position. False: dropped as W_DUP_ID, and said so. O(1) expected.
+  bool add(const SwcSample& sample, std::uint64_t line);
+  // A line with this valid id was dropped for another reason.
+  void noteDropped(std::int64_t id);
+
+  // Resolves what is open, cuts cycles, counts, and hands the arrays over (all but source and digest). O(samples).
+  void finish(Cell& cell, InputReport& report);
+  void clear();
+
+  std::uint64_t samples() const { return cell_.sample_ids.size(); }
+
+ private:
+  struct OpenLink {
+    std::uint32_t child;
+    std::int64_t parent;
+  };
+  struct LineRun {
+    std::uint32_t rank;
+    std::uint64_t line;
+  };
+
+  bool startsBlock(const SwcSample& sample) const;
+  void startBlock();
+  void closeBlock();
+  void link(const SwcSample& sample, std::uint32_t rank, std::uint64_t line);
+  void cutCycles();
+  void count(InputReport& report);
+  std::uint64_t lineOf(std::uint32_t rank) const;
+
+  RecordBook* book_;
+  Cell cell_;
+  IdTable ids_;  // of the present block
+  bool block_has_first_id_ = false;
+  std::int64_t block_first_id_ = 0;
+  bool block_dropped_zero_ = false;
+  std::vector<OpenLink> open_;      // of the present block: parents that have not come yet
+  std::vector<LineRun> line_runs_;  // where lines stop running along with ranks
+  std::uint64_t links_given_ = 0, links_cut_ = 0;
+  bool later_parents_ = false;
+};
+
+}  // namespace filiform::internal

@@ -1,0 +1,63 @@
+// Reads SWC text into a Cell, as lenient as can be without guessing, and says exactly what it did (input_report.h).
+//
+// All forms that curated archives use are read: any blanks and line ends, forests, unordered, gapped or restarted ids,
+// exponents. A bad type, radius or parent degrades that field, never the sample. No recursion over samples, no locale,
+// memory bounded by the cell: comment lines of any length are streamed, a data line holds at most 64 KiB.
+// Thread-compatible: one reader a thread.
+//
+//   Cell cell;
+//   const InputReport report = readSwc(text, "cell.swc", {}, cell);
+#pragma once
+
+#include "index/cell.h"
+#include "index/input_report.h"
+
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+
+namespace filiform {
+
+struct SwcOptions {
+  double unit_um = 1;         // one unit of the file in um: 1e-3 for nm; multiplies positions and radii
+  bool apply_offset = false;  // add the `# OFFSET` of the header (file units) to the positions
+  bool strict = false;        // refuse the whole input on any W_ code
+};
+
+class SwcReader {
+ public:
+  static constexpr std::size_t kMaxDataLine = 65536;  // bytes without the line end; comments are unlimited
+
+  // Throws UsageError unless options.unit_um is finite and above 0.
+  explicit SwcReader(const SwcOptions& options = {});
+  ~SwcReader();
+  SwcReader(SwcReader&&) noexcept;
+  SwcReader& operator=(SwcReader&&) noexcept;
+
+  // The next bytes of the input, cut anywhere. O(bytes) expected.
+  void feed(std::string_view bytes);
+
+  // Ends the input: fills `cell` (all but `source`; without samples if refused, the digest is set in any case), and is
+  // ready for the next input. `file` names the input in errors only. Throws ConservationError if the counts do not
+  // balance, InputError beyond 2^32-2 samples. O(samples).
+  InputReport finish(std::string_view file, Cell& cell);
+
+  // Forgets what was fed since the last finish().
+  void discard();
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+// Reads a whole text. Throws as SwcReader::finish.
+InputReport readSwc(std::string_view text, std::string_view file, const SwcOptions& options, Cell& cell);
+
+// Reads a file in blocks with `reader`; `progress`, if any, is told the bytes of each block. Throws IoError naming
+// `path` when it cannot be opened or read, what `progress` throws, and as SwcReader::finish.
+InputReport readSwcFile(const std::string& path, SwcReader& reader, Cell& cell,
+                        const std::function<void(std::uint64_t bytes)>& progress = {});
+
+}  // namespace filiform

@@ -1,0 +1,98 @@
+#include "index/text.h"
+
+#include <cstdint>
+#include <cstdio>
+
+namespace filiform {
+namespace {
+
+struct Decoded {
+  std::size_t length = 0;  // 0: not UTF-8
+  std::uint32_t code_point = 0;
+};
+
+Decoded decode(std::string_view text) {
+  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
+  const unsigned char first = byte(0);
+  if (first < 0x80) return {1, first};
+  const std::size_t length = first >= 0xF0 ? 4 : first >= 0xE0 ? 3 : 2;
+  if (first < 0xC2 || first > 0xF4 || text.size() < length) return {};
+  std::uint32_t code_point = first & (0xFFu >> (length + 1));
+  for (std::size_t i = 1; i < length; ++i) {
+    if ((byte(i) & 0xC0) != 0x80) return {};
+    code_point = code_point << 6 | (byte(i) & 0x3F);
+  }
+  static constexpr std::uint32_t kLowest[] = {0, 0, 0x80, 0x800, 0x10000};
+  if (code_point < kLowest[length] || code_point > 0x10FFFF || (code_point >= 0xD800 && code_point <= 0xDFFF))
+    return {};
+  return {length, code_point};
+}
+
+bool isHarmless(std::uint32_t c) {
+  if (c < 0x20 || (c >= 0x7F && c < 0xA0)) return false;
+  const bool bidirectional = (c >= 0x202A && c <= 0x202E) || (c >= 0x2066 && c <= 0x2069) || c == 0x200E || c == 0x200F;
+  const bool line_end = c == 0x2028 || c == 0x2029;
+  return !bidirectional && !line_end;
+}
+
+void append(std::string& out, const char* format, unsigned value) {
+  char buffer[16];
+  std::snprintf(buffer, sizeof buffer, format, value);
+  out += buffer;
+}
+
+}  // namespace
+
+std::string escaped(std::string_view text) {
+  std::string out;
+  out.reserve(text.size());
+  while (!text.empty()) {
+    const Decoded decoded = decode(text);
+    const std::size_t length = decoded.length == 0 ? 1 : decoded.length;
+    if (decoded.length == 0) {
+      append(out, "\\x%02x", static_cast<unsigned char>(text[0]));
+    } else if (isHarmless(decoded.code_point)) {
+      out += text.substr(0, length);
+    } else if (decoded.code_point == '\t') {
+      out += "\\t";
+    } else if (decoded.code_point == '\n') {
+      out += "\\n";
+    } else if (decoded.code_point == '\r') {
+      out += "\\r";
+    } else {
+      append(out, length == 1 ? "\\x%02x" : "\\u%04x", decoded.code_point);
+    }
+    text.remove_prefix(length);
+  }
+  return out;
+}
+
+std::string escaped(std::string_view text, std::size_t limit) {
+  if (text.size() <= limit) return escaped(text);
+  std::size_t end = limit;
+  // Back off a character that the limit would cut; a run of stray continuation bytes is no character.
+  for (std::size_t back = 0; back < 3 && end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0) == 0x80; ++back)
+    --end;
+  return escaped(text.substr(0, end)) + "...";
+}
+
+bool isUtf8(std::string_view text) {
+  while (!text.empty()) {
+    const Decoded decoded = decode(text);
+    if (decoded.length == 0) return false;
+    text.remove_prefix(decoded.length);
+  }
+  return true;
+}
+
+bool endsWithNoCase(std::string_view name, std::string_view suffix) {
+  if (name.size() < suffix.size()) return false;
+  const std::string_view end = name.substr(name.size() - suffix.size());
+  for (std::size_t i = 0; i < suffix.size(); ++i) {
+    const char c = end[i] >= 'A' && end[i] <= 'Z' ? static_cast<char>(end[i] - 'A' + 'a') : end[i];
+    if (c != suffix[i]) return false;
+  }
+  return true;
+}
+
+}  // namespace filiform
