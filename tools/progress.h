@@ -1,0 +1,61 @@
+// One line on a terminal that says how far long work has come, how fast it goes and how long it will take; nothing at
+// all where stderr is not a terminal. Thread rule: thread-compatible.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <string>
+
+namespace filiform::tools {
+
+enum class ProgressUnit { count, bytes };
+
+struct ProgressOptions {
+  std::string title;  // "ingest"
+  std::string noun;   // "cells"; unused with bytes
+  ProgressUnit unit = ProgressUnit::count;
+  std::uint64_t total = 0;  // 0: unknown, so that there is no bar and no time left
+};
+
+class Progress {
+ public:
+  using Clock = std::function<std::chrono::steady_clock::time_point()>;
+  using Sink = std::function<void(const std::string& text)>;
+
+  // Writes to stderr if it is a terminal.
+  explicit Progress(ProgressOptions options);
+  // Writes to `sink`, whatever it is, at the pace of `clock`: for tests.
+  Progress(ProgressOptions options, Sink sink, Clock clock, int columns);
+  // Removes the line.
+  ~Progress();
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+
+  // `done` so far. May be called very often: most calls return after a count, and the line changes ten times a second
+  // at most.
+  void update(std::uint64_t done) {
+    done_ = done;
+    if (sink_ && ++calls_ >= calls_between_) refresh();
+  }
+  void setTotal(std::uint64_t total) { options_.total = total; }
+  // Removes the line. Results can follow on an empty one.
+  void finish();
+
+  // The line for this state, without control characters and at most `columns` wide.
+  static std::string line(const ProgressOptions& options, std::uint64_t done, double elapsed_s, int columns);
+
+ private:
+  void refresh();
+
+  ProgressOptions options_;
+  Sink sink_;
+  Clock clock_;
+  int columns_ = 80;
+  std::chrono::steady_clock::time_point started_, shown_;
+  std::uint64_t done_ = 0;
+  std::uint64_t calls_ = 0, calls_between_ = 1;
+  bool visible_ = false;
+};
+
+}  // namespace filiform::tools
