@@ -5,10 +5,10 @@
 namespace filiform {
 namespace {
 
-struct NodeRow {
+struct NodeAt {
   std::uint64_t key;
   const GridPoint* p;
-  bool operator<(const NodeRow& other) const { return key < other.key; }
+  bool operator<(const NodeAt& other) const { return key < other.key; }
 };
 
 NodeId nodeOf(std::uint64_t key) { return {static_cast<std::uint32_t>(key >> 32), static_cast<std::uint32_t>(key)}; }
@@ -26,23 +26,33 @@ Tile::Tile(TileId id, const CellKey& key, bool is_long, const Grid& grid, std::v
   const auto by_id = [](const StoredSegment& a, const StoredSegment& b) { return a.id < b.id; };
   if (!std::is_sorted(segments.begin(), segments.end(), by_id)) std::sort(segments.begin(), segments.end(), by_id);
 
-  std::vector<NodeRow> rows;
-  rows.reserve(2 * n);
-  for (const StoredSegment& s : segments) {
-    rows.push_back({NodeId{s.id.cell, s.child_sample}.key(), &s.child});
-    if (s.parent_sample != s.child_sample) rows.push_back({NodeId{s.id.cell, s.parent_sample}.key(), &s.parent});
+  // Children come in the order of node ids already, but for graphs with other names; parents follow them along a run.
+  // So what must be sorted is little: the parents that no child of the tile stands for.
+  const auto child_key = [](const StoredSegment& s) { return NodeId{s.id.cell, s.child_sample}.key(); };
+  const auto parent_key = [](const StoredSegment& s) { return NodeId{s.id.cell, s.parent_sample}.key(); };
+  std::vector<NodeAt> rows, strays;
+  rows.reserve(n + n / 8);
+  for (std::uint32_t s = 0; s < n; ++s) {
+    const bool follows = s > 0 && parent_key(segments[s]) == child_key(segments[s - 1]);
+    if (!follows && segments[s].parent_sample != segments[s].child_sample)
+      strays.push_back({parent_key(segments[s]), &segments[s].parent});
+    rows.push_back({child_key(segments[s]), &segments[s].child});
   }
-  std::sort(rows.begin(), rows.end());
-  rows.erase(std::unique(rows.begin(), rows.end(), [](const NodeRow& a, const NodeRow& b) { return a.key == b.key; }),
+  if (!std::is_sorted(rows.begin(), rows.end())) std::sort(rows.begin(), rows.end());
+  std::sort(strays.begin(), strays.end());
+  const auto middle = static_cast<std::ptrdiff_t>(rows.size());
+  rows.insert(rows.end(), strays.begin(), strays.end());
+  std::inplace_merge(rows.begin(), rows.begin() + middle, rows.end());
+  rows.erase(std::unique(rows.begin(), rows.end(), [](const NodeAt& a, const NodeAt& b) { return a.key == b.key; }),
              rows.end());
 
   GridBox bounds;
-  for (const NodeRow& row : rows) bounds.extend(*row.p);
+  for (const NodeAt& row : rows) bounds.extend(*row.p);
   const bool wide = !rows.empty() && (bounds.hi - bounds.lo).maxCoeff() > INT32_MAX;
   if (!rows.empty()) origin_ = bounds.lo;
   node_ids_.reserve(rows.size());
   (wide ? wide_.reserve(rows.size()) : offsets_.reserve(rows.size()));
-  for (const NodeRow& row : rows) {
+  for (const NodeAt& row : rows) {
     node_ids_.push_back(nodeOf(row.key));
     if (wide) {
       wide_.push_back(*row.p);
@@ -56,14 +66,20 @@ Tile::Tile(TileId id, const CellKey& key, bool is_long, const Grid& grid, std::v
   segment_ranks_.reserve(n);
   owned_.reserve(n);
   incident_begin_.assign(rows.size() + 1, 0);
-  for (const StoredSegment& s : segments) {
-    const std::uint32_t child = *findNode({s.id.cell, s.child_sample});
-    const std::uint32_t parent = s.parent_sample == s.child_sample ? child : *findNode({s.id.cell, s.parent_sample});
+  std::uint32_t child = 0;
+  for (std::uint32_t s = 0; s < n; ++s) {
+    const StoredSegment& segment = segments[s];
+    const std::uint32_t before = child;  // of the segment before
+    const NodeId child_id{segment.id.cell, segment.child_sample}, parent_id{segment.id.cell, segment.parent_sample};
+    while (child < node_ids_.size() && node_ids_[child].key() < child_id.key()) ++child;
+    if (child == node_ids_.size() || node_ids_[child] != child_id) child = *findNode(child_id);
+    std::uint32_t parent = child;
+    if (parent_id != child_id) parent = s > 0 && node_ids_[before] == parent_id ? before : *findNode(parent_id);
     children_.push_back(child);
     parents_.push_back(parent);
-    segment_ranks_.push_back(s.id.segment);
-    owned_.push_back(s.owned);
-    owned_count_ += s.owned;
+    segment_ranks_.push_back(segment.id.segment);
+    owned_.push_back(segment.owned);
+    owned_count_ += segment.owned;
     ++incident_begin_[child + 1];
     if (parent != child) ++incident_begin_[parent + 1];
   }
