@@ -2,22 +2,23 @@
 //
 //   absent -> queued -> reading -> ready -> resident -> retiring -> absent        (any read) -> failed
 //
-// The loader side (Residency) decides what to load and what to let go; it alone touches the disk. A reader (TileReader) owns its
-// table and changes it only by taking messages: *add* and *retire* come over a single-producer ring, acknowledgements go back over
-// another; a tile is freed after every reader has acknowledged. README.md holds the tables of states, threads and channels.
+// The loader side (Residency) decides what to load and what to let go; it alone touches the disk. A reader (TileReader)
+// owns its table and changes it only by taking messages: *add* and *retire* come over a single-producer ring,
+// acknowledgements go back over another; a tile is freed after every reader has acknowledged. README.md holds the
+// tables of states, threads and channels.
 //
-// The loader is driven in one of two ways: by its own IO thread (start/stop; real time), or by the caller, call by call, in virtual
-// time (advance, loadTogether), so that a headless run does not depend on the machine.
+// The loader is driven in one of two ways: by its own IO thread (start/stop; real time), or by the caller, call by
+// call, in virtual time (advance, loadTogether), so that a headless run does not depend on the machine.
 #pragma once
+
+#include "index/tile_store.h"
+#include "index/tile_table.h"
 
 #include <cstdint>
 #include <memory>
 #include <span>
 #include <string>
 #include <vector>
-
-#include "index/tile_store.h"
-#include "index/tile_table.h"
 
 namespace filiform {
 
@@ -28,25 +29,26 @@ enum class PrefetchPolicy : std::uint8_t { none, distance, structure };
 
 // What a reader is about, published once a tick: the loader turns it into claims on the budget.
 struct ReaderFocus {
-  TileId active_tile = kNoTile;                 // pinned
-  NodeId active_node{UINT32_MAX, UINT32_MAX};   // a node at the proxy's segment (the structure is followed from there)
-  Vector3d p_W = Vector3d::Zero();              // proxy, um
-  Vector3d v_W = Vector3d::Zero();              // its velocity, um/s
-  double radius_um = 0;                         // half the workspace: tiles within are wanted, nearest first
+  TileId active_tile = kNoTile;                // pinned
+  NodeId active_node{UINT32_MAX, UINT32_MAX};  // a node at the proxy's segment (the structure is followed from there)
+  Vector3d p_W = Vector3d::Zero();             // proxy, um
+  Vector3d v_W = Vector3d::Zero();             // its velocity, um/s
+  double radius_um = 0;                        // half the workspace: tiles within are wanted, nearest first
 };
 
 struct ResidencyOptions {
-  std::uint64_t budget_bytes = UINT64_MAX;      // bytes of all tiles in ready, resident or retiring
+  std::uint64_t budget_bytes = UINT64_MAX;  // bytes of all tiles in ready, resident or retiring
   PrefetchPolicy prefetch = PrefetchPolicy::distance;
-  double lookahead_s = 0.5;                     // structure: how far ahead at the present speed
+  double lookahead_s = 0.5;  // structure: how far ahead at the present speed
 };
 
 struct ResidencyCounters {
   std::uint64_t reads = 0, bytes_read_decoded = 0, evictions = 0, failures = 0, cancelled = 0;
-  std::uint64_t bytes = 0, peak_bytes = 0;      // against the budget
+  std::uint64_t bytes = 0, peak_bytes = 0;  // against the budget
 };
 
-// Haptic-safe: every member is noexcept, without allocation, lock or system call. Thread rule: owned by one reading thread.
+// Haptic-safe: every member is noexcept, without allocation, lock or system call. Thread rule: owned by one reading
+// thread.
 class TileReader {
  public:
   virtual ~TileReader() = default;
@@ -54,15 +56,16 @@ class TileReader {
   // Takes up to `most` messages from the loader into the table and acknowledges them. Returns how many.
   virtual int apply(int most = 8) noexcept = 0;
   virtual void publishFocus(const ReaderFocus& focus) noexcept = 0;
-  // Asks for a tile that was met absent: it becomes urgent. Asking again is harmless; lost requests (ring full) must be repeated.
+  // Asks for a tile that was met absent: it becomes urgent. Asking again is harmless; lost requests (ring full) must be
+  // repeated.
   virtual void request(TileId tile) noexcept = 0;
 };
 
 // Thread rule: internally synchronised; addReader before start().
 class Residency {
  public:
-  // Loads and pins the long-segment tile. Throws UsageError when the budget is below floorBytes() (the text states the floor),
-  // CorruptTile or IoError from that load. The store must outlive it.
+  // Loads and pins the long-segment tile. Throws UsageError when the budget is below floorBytes() (the text states the
+  // floor), CorruptTile or IoError from that load. The store must outlive it.
   Residency(const TileStore& store, const ResidencyOptions& options);
   ~Residency();
 
@@ -72,25 +75,33 @@ class Residency {
   // The reader lives as long as the Residency.
   TileReader& addReader(const std::string& name);
 
-  // Real time: an IO thread serves focus and requests until stop(). start() twice is an error; stop() is idempotent.
+  // Real time: an IO thread serves focus and requests until stop(). start() twice is a std::logic_error; stop() is
+  // idempotent.
   void start();
   void stop();
+  // One round of that thread's work by the caller instead: takes messages, plans, and reads at most one tile. True if
+  // it read one. `now_s` is any clock that does not run back. Not while started.
+  bool serve(double now_s);
 
-  // Virtual time, without a thread: all readers belong to the calling thread, and both calls bring their tables up to date
-  // (messages applied without limit) before they return.
+  // Virtual time, without a thread: all readers belong to the calling thread, and both calls bring their tables up to
+  // date (messages applied without limit) before they return.
   //
-  // Takes focus and requests of all readers at `tick`; each tile newly wanted becomes due at tick + latency_ticks, and is loaded, with
-  // eviction as needed, by the first call whose tick has reached that. A tile that cannot be read becomes `failed` and is counted.
+  // Takes focus and requests of all readers at `tick`; each tile newly wanted becomes due at tick + latency_ticks, and
+  // is loaded, with eviction as needed, by the first call whose tick has reached that. A tile that cannot be read
+  // becomes `failed` and is counted; it is tried again, while wanted, after 64 ticks, then 128, ... 4096 (in real time
+  // 0.1 s ... 5 s). What is wanted is reconsidered on requests, when a focus moved by 1/32 of its radius or to another
+  // tile, and every 32 ticks.
   void advance(std::uint64_t tick, std::uint64_t latency_ticks);
 
-  // Latency 0: makes all of `tiles` resident at once, evicting others but none of these nor a tile that a reader's focus pins.
-  // False, with nothing evicted, if they do not fit the budget together; false too if one of them failed.
+  // Latency 0: makes all of `tiles` resident at once, evicting others but none of these nor a tile that a reader's
+  // focus pins. False, with nothing evicted, if they do not fit the budget together or one waits to be tried again;
+  // false too if one fails now. They count as asked for during the next 256 ticks.
   bool loadTogether(std::span<const TileId> tiles);
 
   TileState state(TileId tile) const;
   ResidencyCounters counters() const;
   std::uint64_t budget_bytes() const;
-  // One line for each failed tile: tile, file, offset, reason.
+  // One line for each tile whose last read failed: tile, file, offset, reason. In order of tiles.
   std::vector<std::string> failures() const;
 
  private:

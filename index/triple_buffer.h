@@ -7,14 +7,12 @@
 #include <array>
 #include <atomic>
 #include <cstdint>
-#include <type_traits>
 
 namespace filiform {
 
+// Assigning a T must not throw or allocate.
 template <class T>
 class TripleBuffer {
-  static_assert(std::is_nothrow_copy_assignable_v<T>);
-
  public:
   // Replaces the value that was not yet taken, if any.
   void publish(const T& value) noexcept {

@@ -1,0 +1,137 @@
+// The loader's side of Residency, whichever thread drives it: states, claims, room and reads. Time is a number that
+// does not run back: ticks or seconds, as the pace says. index/README.md holds the table of states. Thread rule:
+// thread-compatible (Residency holds its lock around every call; read() lets go of it while the store works).
+#pragma once
+
+#include "index/directory.h"
+#include "index/internal/tile_channel.h"
+#include "index/prefetch.h"
+#include "index/residency.h"
+
+#include <deque>
+#include <functional>
+#include <limits>
+#include <map>
+#include <mutex>
+#include <string>
+#include <vector>
+
+namespace filiform::internal {
+
+struct LoaderPace {
+  double hold;                     // how long a request stays a claim
+  double first_retry, last_retry;  // of a tile that failed; doubles in between
+  double replan;                   // at the latest
+};
+inline constexpr LoaderPace kTickPace{256, 64, 4096, 32};
+inline constexpr LoaderPace kSecondPace{0.25, 0.1, 5, 0.02};
+
+class TileLoader {
+ public:
+  static constexpr std::size_t kUnclaimed = std::numeric_limits<std::size_t>::max();
+
+  struct Slot {  // a tile that is not simply absent
+    TileState state = TileState::absent;
+    std::shared_ptr<const Tile> tile;
+    std::size_t adds_left = 0, retires_left = 0;  // acknowledgements still to come
+    std::size_t order = kUnclaimed;               // place among the claims of the last plan
+    bool wanted = false;                          // by the last plan: it fits the budget with all better claims
+    std::uint64_t last_claimed = 0;               // number of the plan
+    double due = 0;                               // queued: not to be read before
+    double retry = 0, backoff = 0;                // failed: not to be tried again before
+
+    bool inMemory() const { return state == TileState::ready || state == TileState::resident; }
+  };
+  using MayGo = std::function<bool(TileId, const Slot&)>;
+
+  TileLoader(const TileStore& store, const ResidencyOptions& options);
+
+  void setTime(double now, const LoaderPace& pace) {
+    now_ = now;
+    pace_ = pace;
+  }
+  double now() const { return now_; }
+
+  TileReader& addReader();
+  void adoptLongTile(std::shared_ptr<const Tile> tile);
+
+  void takeAcknowledgements();
+  void takeFocus();
+  void takeRequests();
+  // Applies all messages on the readers' behalf: they belong to the calling thread.
+  void settle();
+
+  // The tile becomes a claim for the pace's hold.
+  void ask(TileId tile);
+  // Where the claims may have changed: decides which of them the budget serves together, queues what is missing (not to
+  // be read before `due`) and cancels queued tiles that are no longer among them.
+  void planIfDue(double due);
+
+  // Queued tiles whose time has come, best claim first.
+  std::vector<TileId> dueTiles() const;
+  // Evicts until `need` bytes fit, worst claims first, never a pinned tile or one that may not go. True if they fit
+  // now; with `at_once` (settling) also that is certain when evictions sufficed.
+  bool makeRoom(std::uint64_t need, bool at_once, const MayGo& may_go);
+  static bool isUnwanted(TileId, const Slot& slot) { return !slot.wanted; }
+  // Requires room. The lock is let go while the store works. True if the tile is in memory now; else it is `failed`.
+  bool read(TileId tile, std::unique_lock<std::mutex>& lock);
+
+  bool inMemory(TileId tile) const { return loaded_.find(tile) != nullptr; }
+  bool waitsForRetry(TileId tile) const;
+  bool pinned(TileId tile) const;
+  std::uint64_t bytesOf(TileId tile) const { return store_.entry(tile).decoded_bytes; }
+
+  const std::map<TileId, Slot>& slots() const { return slots_; }
+  const ResidencyCounters& counters() const { return counters_; }
+  const std::map<TileId, std::string>& failed() const { return failed_; }
+
+ private:
+  struct Peer {
+    explicit Peer(std::size_t tile_count) : channel(tile_count) {}
+    TileChannel channel;
+    std::deque<TileMessage> outbox;
+    std::size_t under_way = 0;
+    ReaderFocus focus, planned;
+    bool has_focus = false;
+  };
+  enum class Rank : std::uint8_t { pinned, asked, ahead, around };
+  struct Claim {
+    TileId tile;
+    Rank rank;
+    double cost;
+  };
+  struct Asked {
+    double until;
+    std::uint64_t serial;
+  };
+  using SlotPlace = std::map<TileId, Slot>::iterator;
+
+  void send(const TileMessage& message);
+  void flush();
+  void collectClaims();
+  void plan(double due);
+  SlotPlace victim(const MayGo& may_go);
+  void retire(SlotPlace at);
+  void release(SlotPlace at);
+
+  const TileStore& store_;
+  const ResidencyOptions options_;
+  const Directory directory_;
+  const Prefetch prefetch_;
+
+  LoaderPace pace_ = kTickPace;
+  double now_ = 0, planned_at_ = 0;
+  bool stale_ = true;  // the last plan no longer holds
+  std::uint64_t plan_number_ = 0, ask_serial_ = 0;
+  std::map<TileId, Slot> slots_;
+  std::map<TileId, Asked> asked_;
+  std::map<TileId, std::string> failed_;
+  std::deque<Peer> peers_;
+  TileTable loaded_;                          // ready or resident
+  std::uint64_t reserved_ = 0, leaving_ = 0;  // bytes of tiles in reading, in retiring
+  ResidencyCounters counters_;
+  std::vector<Claim> claims_;
+  std::vector<TileClaim> structure_, workspace_;
+};
+
+}  // namespace filiform::internal

@@ -1,0 +1,215 @@
+#include "index/residency.h"
+
+#include "index/errors.h"
+#include "index/internal/tile_loader.h"
+
+#include <algorithm>
+#include <chrono>
+#include <condition_variable>
+#include <mutex>
+#include <stdexcept>
+#include <thread>
+#include <utility>
+
+namespace filiform {
+namespace {
+
+constexpr std::chrono::milliseconds kPoll{
+    1};  // readers cannot wake the loader: that would be a system call in their tick
+
+}  // namespace
+
+const char* toString(TileState state) {
+  switch (state) {
+    case TileState::absent:
+      return "absent";
+    case TileState::queued:
+      return "queued";
+    case TileState::reading:
+      return "reading";
+    case TileState::ready:
+      return "ready";
+    case TileState::resident:
+      return "resident";
+    case TileState::retiring:
+      return "retiring";
+    case TileState::failed:
+      return "failed";
+  }
+  return "unknown";
+}
+
+struct Residency::Impl {
+  const TileStore& store;
+  const std::uint64_t budget_bytes;
+  mutable std::mutex mutex;
+  std::condition_variable wake;
+  std::thread thread;
+  bool started = false, stopping = false;
+  internal::TileLoader loader;
+
+  Impl(const TileStore& s, const ResidencyOptions& options)
+      : store(s), budget_bytes(options.budget_bytes), loader(s, options) {}
+
+  void requireNotStarted(const char* call) const {
+    if (started) throw std::logic_error(std::string("Residency::") + call + " while its thread runs");
+  }
+
+  bool round(double now_s, std::unique_lock<std::mutex>& lock) {
+    loader.setTime(now_s, internal::kSecondPace);
+    loader.takeAcknowledgements();
+    loader.takeFocus();
+    loader.takeRequests();
+    loader.planIfDue(now_s);
+    const std::vector<TileId> due = loader.dueTiles();
+    if (due.empty() || !loader.makeRoom(loader.bytesOf(due[0]), false, &internal::TileLoader::isUnwanted)) return false;
+    loader.read(due[0], lock);
+    return true;
+  }
+
+  void run() {
+    std::unique_lock lock(mutex);
+    while (!stopping) {
+      const std::chrono::duration<double> now = std::chrono::steady_clock::now().time_since_epoch();
+      if (!round(now.count(), lock)) wake.wait_for(lock, kPoll);
+    }
+  }
+};
+
+Residency::Residency(const TileStore& store, const ResidencyOptions& options) {
+  const std::uint64_t floor = floorBytes(store);
+  if (options.budget_bytes < floor)
+    throw UsageError(
+        "--budget " + std::to_string(options.budget_bytes) + " is below the floor of " + std::to_string(floor) +
+        " bytes (the two largest tiles and the long-segment tile); give at least " + std::to_string(floor));
+  impl_ = std::make_unique<Impl>(store, options);
+  const TileId long_tile = store.long_tile();
+  if (long_tile == kNoTile) return;
+  // An error here is the caller's to hear: without this tile no answer is right.
+  std::shared_ptr<const Tile> tile = store.load(long_tile);
+  if (tile->bytes() != store.entry(long_tile).decoded_bytes)
+    throw CorruptTile(long_tile, "directory", 0, "the long-segment tile's decoded size differs from the directory's");
+  impl_->loader.adoptLongTile(std::move(tile));
+}
+
+Residency::~Residency() { stop(); }
+
+std::uint64_t Residency::floorBytes(const TileStore& store) {
+  std::uint64_t largest = 0, second = 0, long_bytes = 0;
+  for (TileId tile = 0; tile < store.tile_count(); ++tile) {
+    const std::uint64_t bytes = store.entry(tile).decoded_bytes;
+    if (tile == store.long_tile()) {
+      long_bytes = bytes;
+    } else if (bytes > largest) {
+      second = std::exchange(largest, bytes);
+    } else {
+      second = std::max(second, bytes);
+    }
+  }
+  return largest + second + long_bytes;
+}
+
+TileReader& Residency::addReader(const std::string&) {
+  const std::lock_guard lock(impl_->mutex);
+  impl_->requireNotStarted("addReader");
+  return impl_->loader.addReader();
+}
+
+void Residency::start() {
+  const std::lock_guard lock(impl_->mutex);
+  impl_->requireNotStarted("start");
+  impl_->started = true;
+  impl_->stopping = false;
+  impl_->thread = std::thread(&Impl::run, impl_.get());
+}
+
+void Residency::stop() {
+  if (impl_ == nullptr) return;
+  {
+    const std::lock_guard lock(impl_->mutex);
+    if (!impl_->started) return;
+    impl_->stopping = true;
+  }
+  impl_->wake.notify_all();
+  impl_->thread.join();
+  const std::lock_guard lock(impl_->mutex);
+  impl_->started = false;
+}
+
+bool Residency::serve(double now_s) {
+  std::unique_lock lock(impl_->mutex);
+  impl_->requireNotStarted("serve");
+  return impl_->round(now_s, lock);
+}
+
+void Residency::advance(std::uint64_t tick, std::uint64_t latency_ticks) {
+  std::unique_lock lock(impl_->mutex);
+  impl_->requireNotStarted("advance");
+  internal::TileLoader& loader = impl_->loader;
+  loader.setTime(static_cast<double>(tick), internal::kTickPace);
+  loader.settle();
+  loader.takeFocus();
+  loader.takeRequests();
+  loader.planIfDue(static_cast<double>(tick) + static_cast<double>(latency_ticks));
+  for (const TileId tile : loader.dueTiles()) {
+    if (!loader.makeRoom(loader.bytesOf(tile), true, &internal::TileLoader::isUnwanted)) continue;
+    loader.read(tile, lock);
+    loader.settle();
+  }
+}
+
+bool Residency::loadTogether(std::span<const TileId> tiles) {
+  std::unique_lock lock(impl_->mutex);
+  impl_->requireNotStarted("loadTogether");
+  internal::TileLoader& loader = impl_->loader;
+  loader.setTime(loader.now(), internal::kTickPace);
+  loader.settle();
+  loader.takeFocus();
+  std::vector<TileId> together(tiles.begin(), tiles.end());
+  std::sort(together.begin(), together.end());
+  together.erase(std::unique(together.begin(), together.end()), together.end());
+  if (!together.empty() && together.back() >= impl_->store.tile_count()) return false;
+
+  const auto asked = [&](TileId tile) { return std::binary_search(together.begin(), together.end(), tile); };
+  std::uint64_t need = 0, keep = 0;
+  for (const TileId tile : together) {
+    if (loader.waitsForRetry(tile)) return false;
+    if (!loader.inMemory(tile)) need += loader.bytesOf(tile);
+  }
+  for (const auto& [tile, slot] : loader.slots())
+    if (slot.inMemory() && (loader.pinned(tile) || asked(tile))) keep += loader.bytesOf(tile);
+  if (keep > impl_->budget_bytes || need > impl_->budget_bytes - keep) return false;
+
+  for (const TileId tile : together) loader.ask(tile);
+  bool all = true;
+  loader.makeRoom(need, true, [&](TileId tile, const internal::TileLoader::Slot&) { return !asked(tile); });
+  for (const TileId tile : together) {
+    if (loader.inMemory(tile)) continue;
+    all &= loader.read(tile, lock);
+    loader.settle();
+  }
+  return all;
+}
+
+TileState Residency::state(TileId tile) const {
+  const std::lock_guard lock(impl_->mutex);
+  const auto& slots = impl_->loader.slots();
+  const auto at = slots.find(tile);
+  return at == slots.end() ? TileState::absent : at->second.state;
+}
+
+ResidencyCounters Residency::counters() const {
+  const std::lock_guard lock(impl_->mutex);
+  return impl_->loader.counters();
+}
+
+std::uint64_t Residency::budget_bytes() const { return impl_->budget_bytes; }
+
+std::vector<std::string> Residency::failures() const {
+  const std::lock_guard lock(impl_->mutex);
+  std::vector<std::string> lines;
+  for (const auto& [tile, line] : impl_->loader.failed()) lines.push_back(line);
+  return lines;
+}
+
+}  // namespace filiform

@@ -1,0 +1,23 @@
+// The nearest segments by looking at all of them: the oracle of every search.
+#pragma once
+
+#include "index/closest_point.h"
+#include "index/tile.h"
+
+#include <cstddef>
+#include <vector>
+
+namespace filiform::test {
+
+struct BruteForceResult {
+  double distance_um;
+  SegmentId segment;
+  double t;
+  Vector3d p_W;
+};
+
+// The k nearest, best first, ties by id; each segment must be given once. O(n log n).
+std::vector<BruteForceResult> bruteForceNearest(const std::vector<StoredSegment>& segments, const Grid& grid,
+                                                const Vector3d& h_W, std::size_t k);
+
+}  // namespace filiform::test

@@ -1,0 +1,62 @@
+// A tile store as a test wants it: it counts loads, fails or dawdles on demand, and knows which tiles somebody still
+// holds.
+#pragma once
+
+#include "index/tile_store.h"
+
+#include <chrono>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <vector>
+
+namespace filiform::test {
+
+// Thread rule: internally synchronised.
+class CountingStore : public TileStore {
+ public:
+  static constexpr int kForever = -1;
+
+  explicit CountingStore(const TileStore& store) : store_(store), account_(std::make_shared<Account>()) {}
+
+  // The next `times` loads of the tile throw CorruptTile.
+  void failLoads(TileId tile, int times = kForever);
+  // Every load takes at least this long.
+  void delayLoads(std::chrono::microseconds delay);
+
+  std::vector<TileId> loads() const;  // in order, failed ones included
+  std::size_t loads(TileId tile) const;
+  std::size_t samplesRead() const;  // calls of samples()
+  // Tile::bytes() of the tiles handed out and not yet let go by all, each load counted, and the most there ever were.
+  std::uint64_t heldBytes() const;
+  std::uint64_t peakHeldBytes() const;
+
+  Grid grid() const override { return store_.grid(); }
+  const LeafIndex& leaves() const override { return store_.leaves(); }
+  TileId tile_count() const override { return store_.tile_count(); }
+  TileId long_tile() const override { return store_.long_tile(); }
+  const TileEntry& entry(TileId tile) const override { return store_.entry(tile); }
+  std::uint32_t capacity() const override { return store_.capacity(); }
+  std::shared_ptr<const Tile> load(TileId tile) const override;
+  TileAppearance loadAppearance(TileId tile) const override { return store_.loadAppearance(tile); }
+  std::uint32_t cell_count() const override { return store_.cell_count(); }
+  const CellRecord& cell(std::uint32_t id) const override { return store_.cell(id); }
+  std::optional<std::uint32_t> findCell(const std::string& name) const override { return store_.findCell(name); }
+  CellDetail loadCellDetail(std::uint32_t id) const override { return store_.loadCellDetail(id); }
+  const SamplePoints& samples() const override;
+
+ private:
+  struct Account {  // outlives the store: a tile may be let go later
+    std::mutex mutex;
+    std::vector<TileId> loads;
+    std::size_t samples_read = 0;
+    std::map<TileId, int> failures;
+    std::chrono::microseconds delay{0};
+    std::uint64_t held = 0, peak_held = 0;
+  };
+
+  const TileStore& store_;
+  std::shared_ptr<Account> account_;
+};
+
+}  // namespace filiform::test
