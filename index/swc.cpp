@@ -131,11 +131,11 @@ void SwcReader::State::comment(std::string_view start, bool has_nul, std::uint64
   }
   if (said.offset) {
     header.offset = said.offset;
-    if (*said.offset != Vector3d::Zero()) book.remark(InputCode::W_HEADER_SCALE, line, start);
+    if (*said.offset != Vector3d::Zero() && !options.apply_offset) book.remark(InputCode::W_HEADER_SCALE, line, start);
   }
   if (!said.foreign_unit.empty() && header.units.empty()) {
     header.units = escaped(said.foreign_unit);
-    book.remark(InputCode::W_UNITS, line, start);
+    if (options.unit_um == 1) book.remark(InputCode::W_UNITS, line, start);
   }
 }
 
@@ -461,17 +461,17 @@ InputReport readSwcFile(const std::string& path, SwcReader& reader, Cell& cell,
       if (fd >= 0) ::close(fd);
     }
   };
-  constexpr std::size_t kBlock = std::size_t{1} << 18;
+  constexpr std::size_t kBlock = std::size_t{1} << 16;
   const Descriptor file{::open(path.c_str(), O_RDONLY | O_CLOEXEC)};
   if (file.fd < 0) throw IoError(escaped(path), "cannot open", errno);
   reader.discard();
-  std::vector<char> block(kBlock);
+  const std::unique_ptr<char[]> block(new char[kBlock]);
   for (;;) {
-    const ssize_t got = ::read(file.fd, block.data(), block.size());
+    const ssize_t got = ::read(file.fd, block.get(), kBlock);
     if (got < 0 && errno == EINTR) continue;
     if (got < 0) throw IoError(escaped(path), "cannot read", errno);
     if (got == 0) break;
-    reader.feed({block.data(), static_cast<std::size_t>(got)});
+    reader.feed({block.get(), static_cast<std::size_t>(got)});
     if (progress) progress(static_cast<std::uint64_t>(got));
   }
   return reader.finish(path, cell);

@@ -21,9 +21,12 @@
 namespace filiform {
 
 struct SwcOptions {
-  double unit_um = 1;         // one unit of the file in um: 1e-3 for nm; multiplies positions and radii
-  bool apply_offset = false;  // add the `# OFFSET` of the header (file units) to the positions
-  bool strict = false;        // refuse the whole input on any W_ code
+  // One unit of the file in um: 1e-3 for nm. Multiplies positions and radii; other than 1 it answers W_UNITS.
+  double unit_um = 1;
+  // Add the `# OFFSET` of the header (in file units) to the positions that follow it; answers its W_HEADER_SCALE.
+  bool apply_offset = false;
+  // Refuse the whole input on any W_ code.
+  bool strict = false;
 };
 
 class SwcReader {

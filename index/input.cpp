@@ -1,0 +1,338 @@
+#include "index/input.h"
+
+#include "index/archive.h"
+#include "index/errors.h"
+#include "index/text.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <filesystem>
+#include <list>
+#include <map>
+#include <optional>
+#include <system_error>
+#include <unistd.h>
+
+namespace filiform {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::uint32_t kNoEntry = UINT32_MAX;
+constexpr std::size_t kOpenArchives = 8;
+
+struct ListedFile {
+  std::string path;
+  std::string shown;  // below the argument
+};
+
+bool isClutter(std::string_view file_name) { return file_name == "__MACOSX" || file_name.substr(0, 2) == "._"; }
+
+// Files of interest below `folder`, by path bytes. Walks with its own stack: folders may nest deeper than the
+// program's.
+std::vector<ListedFile> listFolder(const std::string& folder, std::vector<std::string>& links) {
+  std::vector<ListedFile> files;
+  std::vector<std::string> open = {""};
+  while (!open.empty()) {
+    const std::string below = std::move(open.back());
+    open.pop_back();
+    const std::string path = below.empty() ? folder : (fs::path(folder) / below).native();
+    std::error_code error;
+    for (fs::directory_iterator it(path, error), end; !error && it != end; it.increment(error)) {
+      const std::string file_name = it->path().filename().native();
+      if (isClutter(file_name)) continue;
+      const std::string shown = below.empty() ? file_name : below + "/" + file_name;
+      const bool wanted = endsWithNoCase(file_name, ".swc") || endsWithNoCase(file_name, ".zip");
+      std::error_code status_error;
+      const fs::file_status status = it->symlink_status(status_error);
+      if (status_error) throw IoError(escaped(it->path().native()), "cannot read", status_error.value());
+      if (fs::is_symlink(status)) {
+        if (wanted) links.push_back(shown);
+      } else if (fs::is_directory(status)) {
+        open.push_back(shown);
+      } else if (wanted && fs::is_regular_file(status)) {
+        files.push_back({it->path().native(), shown});
+      }
+    }
+    if (error) throw IoError(escaped(path), "cannot read the folder", error.value());
+  }
+  std::sort(files.begin(), files.end(), [](const ListedFile& a, const ListedFile& b) { return a.shown < b.shown; });
+  return files;
+}
+
+void clearSamples(Cell& cell) {
+  cell.sample_ids.clear();
+  cell.positions_um.clear();
+  cell.parents.clear();
+  cell.radii_um.clear();
+  cell.types.clear();
+  cell.block_starts.clear();
+}
+
+}  // namespace
+
+struct Input::State {
+  struct Item {
+    std::string source;
+    std::uint32_t row = 0;
+    std::uint32_t entry = kNoEntry;  // in the archive's entries()
+    std::optional<std::uint64_t> digest;
+    bool refused = false;
+  };
+
+  explicit State(InputOptions input_options) : options(std::move(input_options)), reader(options.swc) {}
+
+  void list(const std::string& argument);
+  void addFile(const ListedFile& file);
+  void orderEqualSources();
+  InputReport read(Item& item, Cell& cell);
+  InputReport readEntry(Item& item, Cell& cell);
+  Archive& openArchive(std::uint32_t row);
+  void advance(std::uint64_t bytes);
+  void record(const Item& item, std::uint64_t digest, InputReport report);
+  void sumArchives();
+
+  InputOptions options;
+  SwcReader reader;
+  std::vector<std::string> paths;  // by row
+  std::vector<SourceReport> rows;
+  std::map<std::uint32_t, Archive> archives;  // by row
+  std::list<std::uint32_t> recently_read;     // rows of archives whose files are open
+  std::vector<Item> items;
+  std::size_t position = 0, ordered = 0;
+  bool complete = false;
+  std::uint64_t bytes_total = 0, bytes_done = 0;
+  std::vector<std::string> links;
+};
+
+void Input::State::list(const std::string& argument) {
+  std::error_code error;
+  const fs::file_status status = fs::status(argument, error);
+  if (status.type() == fs::file_type::not_found) throw IoError(escaped(argument), "no such file or folder");
+  if (error) throw IoError(escaped(argument), "cannot read", error.value());
+  if (fs::is_directory(status)) {
+    const std::vector<ListedFile> files = listFolder(argument, links);
+    if (files.empty()) throw InputError(escaped(argument) + ": no .swc or .zip file in this folder");
+    for (const ListedFile& file : files) addFile(file);
+  } else if (fs::is_regular_file(status)) {
+    addFile({argument, fs::path(argument).filename().native()});
+  } else {
+    throw IoError(escaped(argument), "neither a file nor a folder");
+  }
+}
+
+void Input::State::addFile(const ListedFile& file) {
+  const auto row = static_cast<std::uint32_t>(rows.size());
+  SourceReport report;
+  report.file = file.shown;
+  report.archive = endsWithNoCase(file.path, ".zip");
+  if (report.archive) {
+    const Archive& archive = archives.try_emplace(row, file.path).first->second;
+    report.bytes = archive.file_bytes();
+    report.digest = archive.digest();
+    std::uint32_t number = 0;
+    for (const ArchiveEntry& entry : archive.entries()) {
+      if (!entry.skipped) items.push_back({file.shown + "/" + entry.shown_label(), row, number, std::nullopt, false});
+      ++number;
+    }
+  } else {
+    std::error_code error;
+    report.bytes = fs::file_size(file.path, error);
+    if (error) throw IoError(escaped(file.path), "cannot read", error.value());
+    if (::access(file.path.c_str(), R_OK) != 0) throw IoError(escaped(file.path), "cannot read", errno);
+    items.push_back({file.shown, row, kNoEntry, std::nullopt, false});
+  }
+  bytes_total += report.bytes;
+  rows.push_back(std::move(report));
+  paths.push_back(file.path);
+}
+
+Archive& Input::State::openArchive(std::uint32_t row) {
+  recently_read.remove(row);
+  recently_read.push_front(row);
+  if (recently_read.size() > kOpenArchives) {
+    archives.at(recently_read.back()).close();
+    recently_read.pop_back();
+  }
+  return archives.at(row);
+}
+
+void Input::State::advance(std::uint64_t bytes) {
+  bytes_done += bytes;
+  if (options.progress) options.progress(std::min(bytes_done, bytes_total), bytes_total);
+}
+
+// Equal sources go by digest, which takes a reading of their own; they are rare.
+void Input::State::orderEqualSources() {
+  if (position < ordered) return;
+  ordered = position + 1;
+  while (ordered < items.size() && items[ordered].source == items[position].source) ++ordered;
+  if (ordered == position + 1) return;
+  const std::uint64_t done = bytes_done;
+  Cell cell;
+  for (std::size_t i = position; i < ordered; ++i) {
+    read(items[i], cell);
+    items[i].digest = cell.digest;
+    bytes_done = done;
+  }
+  std::stable_sort(items.begin() + static_cast<std::ptrdiff_t>(position),
+                   items.begin() + static_cast<std::ptrdiff_t>(ordered),
+                   [](const Item& a, const Item& b) { return a.digest < b.digest; });
+}
+
+InputReport Input::State::readEntry(Item& item, Cell& cell) {
+  Archive& archive = openArchive(item.row);
+  const ArchiveEntry& entry = archive.entries()[item.entry];
+  reader.discard();
+  const std::optional<InputCode> refusal = archive.read(entry, [&](std::string_view bytes) { reader.feed(bytes); });
+  InputReport report;
+  if (refusal) {
+    reader.discard();
+    clearSamples(cell);
+    cell.digest = 0;
+    report.codes.add(*refusal);
+    report.records.push_back({0, *refusal, Effect::kInputRefused, {}});
+    report.severity = Severity::kRefuse;
+  } else {
+    report = reader.finish(item.source, cell);
+  }
+  for (const InputCode code : entry.remarks) {
+    report.codes.add(code);
+    report.records.insert(report.records.begin(), {0, code, Effect::kRemark, {}});
+    if (report.severity == Severity::kAccept) report.severity = Severity::kWarn;
+  }
+  if (options.swc.strict && !entry.remarks.empty()) {
+    clearSamples(cell);
+    report.severity = Severity::kRefuse;
+    report.samples = report.segments = report.isolated = report.roots = 0;
+  }
+  advance(entry.packed_bytes);
+  return report;
+}
+
+InputReport Input::State::read(Item& item, Cell& cell) {
+  InputReport report = item.entry != kNoEntry
+                           ? readEntry(item, cell)
+                           : readSwcFile(paths[item.row], reader, cell, [&](std::uint64_t bytes) { advance(bytes); });
+  if (item.digest && *item.digest != cell.digest) {
+    throw IoError(escaped(item.source), "changed while it was being read; run again");
+  }
+  return report;
+}
+
+void Input::State::record(const Item& item, std::uint64_t digest, InputReport report) {
+  SourceReport& row = rows[item.row];
+  if (item.entry == kNoEntry) {
+    row.digest = digest;
+    row.report = std::move(report);
+    return;
+  }
+  EntryReport& entry = row.entries[item.entry];
+  entry.digest = digest;
+  entry.dropped = report.severity == Severity::kRefuse;
+  entry.report = std::move(report);
+}
+
+void Input::State::sumArchives() {
+  for (const auto& [number, archive] : archives) {
+    SourceReport& row = rows[number];
+    InputReport& sum = row.report;
+    sum = {};
+    bool any_kept = false;
+    for (const EntryReport& entry : row.entries) {
+      const InputReport& part = entry.report;
+      any_kept = any_kept || !entry.dropped;
+      sum.samples += part.samples;
+      sum.segments += part.segments;
+      sum.isolated += part.isolated;
+      sum.roots += part.roots;
+      sum.candidate_lines += part.candidate_lines;
+      sum.dropped_lines += part.dropped_lines;
+      sum.links_given += part.links_given;
+      sum.links_cut += part.links_cut;
+      sum.codes.add(part.codes);
+    }
+    if (archive.refusal()) {
+      sum.codes.add(*archive.refusal());
+      sum.records.push_back({0, *archive.refusal(), Effect::kInputRefused, {}});
+    }
+    const bool refuse = !any_kept || (options.swc.strict && !sum.codes.empty());
+    sum.severity = refuse ? Severity::kRefuse : sum.codes.empty() ? Severity::kAccept : Severity::kWarn;
+  }
+}
+
+Input::Input(const std::vector<std::string>& arguments, InputOptions options)
+    : state_(std::make_unique<State>(std::move(options))) {
+  if (arguments.empty()) throw InputError("no input: name .swc files, .zip archives or folders");
+  for (const std::string& argument : arguments) state_->list(argument);
+  std::stable_sort(state_->items.begin(), state_->items.end(),
+                   [](const State::Item& a, const State::Item& b) { return a.source < b.source; });
+  rewind();
+}
+
+Input::~Input() = default;
+Input::Input(Input&&) noexcept = default;
+Input& Input::operator=(Input&&) noexcept = default;
+
+bool Input::next(Cell& cell) {
+  State& state = *state_;
+  while (state.position < state.items.size()) {
+    if (!state.complete) state.orderEqualSources();
+    State::Item& item = state.items[state.position];
+    if (item.refused) {
+      ++state.position;
+      continue;
+    }
+    InputReport report = state.read(item, cell);
+    ++state.position;
+    item.digest = cell.digest;
+    const bool refused = report.severity == Severity::kRefuse;
+    if (!state.complete) {
+      state.record(item, cell.digest, std::move(report));
+      item.refused = refused;
+    }
+    if (refused) continue;
+    cell.source = item.source;
+    return true;
+  }
+  if (!state.complete) {
+    state.sumArchives();
+    state.complete = true;
+  }
+  for (const std::uint32_t row : state.recently_read) state.archives.at(row).close();
+  state.recently_read.clear();
+  state.bytes_done = state.bytes_total;
+  state.advance(0);
+  return false;
+}
+
+void Input::rewind() {
+  State& state = *state_;
+  state.position = 0;
+  state.bytes_done = 0;
+  if (state.complete) return;
+  for (State::Item& item : state.items) item.refused = false;
+  for (const auto& [number, archive] : state.archives) {
+    std::vector<EntryReport>& entries = state.rows[number].entries;
+    entries.clear();
+    entries.reserve(archive.entries().size());
+    for (const ArchiveEntry& entry : archive.entries()) {
+      EntryReport report{entry.name, entry.bytes, 0, entry.skipped, {}};
+      if (entry.skipped) {
+        report.report.severity = Severity::kWarn;
+        for (const InputCode code : entry.remarks) {
+          report.report.codes.add(code);
+          report.report.records.push_back({0, code, Effect::kInputRefused, {}});
+        }
+      }
+      entries.push_back(std::move(report));
+    }
+  }
+}
+
+const std::vector<SourceReport>& Input::reports() const { return state_->rows; }
+std::uint64_t Input::listed() const { return state_->items.size(); }
+std::uint64_t Input::bytes() const { return state_->bytes_total; }
+const std::vector<std::string>& Input::skipped_links() const { return state_->links; }
+
+}  // namespace filiform

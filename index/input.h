@@ -1,0 +1,100 @@
+// From command-line arguments (files, folders, zip archives) to a stream of cells, and a report on every input.
+//
+// Cells come in the order of cell ids: by source, equal sources by content digest, both in byte order, whatever the
+// order of the arguments. One cell is in memory at a time; of archives, the directory. Thread-compatible.
+//
+//   Input input({"column.zip", "more/"});
+//   for (Cell cell; input.next(cell);) tiler.add(std::move(cell));
+//   writeCheckTable(std::cout, input.reports());
+#pragma once
+
+#include "index/cell.h"
+#include "index/input_report.h"
+#include "index/swc.h"
+
+#include <cstdint>
+#include <functional>
+#include <iosfwd>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace filiform {
+
+// One .swc of an archive, or an inner archive that was not opened.
+struct EntryReport {
+  std::string entry;  // its name, raw bytes
+  std::uint64_t bytes = 0;
+  std::uint64_t digest = 0;  // XXH3 of the content
+  bool dropped = false;      // as a whole: skipped or refused
+  InputReport report;
+};
+
+// One row of `check`: a file argument, a file of a folder, or an archive with the sums over its entries.
+struct SourceReport {
+  std::string file;  // base name of the argument, or path below the folder argument; raw bytes
+  bool archive = false;
+  std::uint64_t bytes = 0;
+  std::uint64_t digest = 0;  // XXH3 of the content; of an archive, of its central directory
+  InputReport report;        // of an archive: sums, and records of the archive itself
+  std::vector<EntryReport> entries;
+};
+
+struct InputOptions {
+  SwcOptions swc;
+  // Told after each block how many of the bytes (of files on disk) are done. What it throws ends the run.
+  std::function<void(std::uint64_t done, std::uint64_t total)> progress;
+};
+
+class Input : public CellStream {
+ public:
+  // Lists everything; reads the directories of archives and nothing else. Folders are walked recursively, links not
+  // followed, taking each *.swc and *.zip in any letter case, hidden ones too, except `._*` and `__MACOSX`. An argument
+  // that is a file may be a link and have any name; *.zip is an archive. Throws IoError when an argument is missing,
+  // unreadable, or neither file nor folder; InputError when there is no argument, or a folder holds neither .swc nor
+  // .zip.
+  explicit Input(const std::vector<std::string>& arguments, InputOptions options = {});
+  ~Input() override;
+  Input(Input&&) noexcept;
+  Input& operator=(Input&&) noexcept;
+
+  // The next cell that is not refused. Throws IoError when a file cannot be read any more, or differs from an earlier
+  // pass; ConservationError; UsageError as SwcReader.
+  bool next(Cell& cell) override;
+
+  // Starts over, for another pass. Inputs that were refused are not read again.
+  void rewind();
+
+  // In the order of the arguments, in a folder by path. Complete, and then unchanging, once next() has returned false.
+  const std::vector<SourceReport>& reports() const;
+
+  // .swc files and entries that may be read; the cells are these but for what is refused.
+  std::uint64_t listed() const;
+  // Sum over the files on disk.
+  std::uint64_t bytes() const;
+  // Links in folders, not followed; paths below the folder.
+  const std::vector<std::string>& skipped_links() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+struct InputTotals {
+  std::uint64_t accepted = 0, warned = 0, refused = 0;  // inputs: files, and what an archive holds
+  std::uint64_t bytes = 0, samples = 0, segments = 0, isolated = 0, roots = 0;
+  CodeCounts codes;
+};
+InputTotals totals(const std::vector<SourceReport>& reports);
+
+// Is a row refused? Then `check` exits with 1.
+bool anyRefused(const std::vector<SourceReport>& reports);
+
+// `file severity samples segments dropped codes`, tab-separated, under a header line; names escaped.
+void writeCheckTable(std::ostream& out, const std::vector<SourceReport>& reports);
+
+// A few lines for people: totals, each code with its count and meaning, each refused or skipped input (the first 20)
+// with the reason. Ends with a newline.
+std::string summary(const std::vector<SourceReport>& reports);
+
+}  // namespace filiform

@@ -1,0 +1,228 @@
+#include "index/internal/zip_directory.h"
+
+#include "index/errors.h"
+#include "index/text.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <fcntl.h>
+#include <string_view>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <xxhash.h>
+
+namespace filiform::internal {
+namespace {
+
+using namespace std::string_view_literals;
+
+constexpr std::string_view kLocalMark = "PK\3\4"sv, kEntryMark = "PK\1\2"sv, kEndMark = "PK\5\6"sv;
+constexpr std::string_view kEnd64Mark = "PK\6\6"sv, kLocator64Mark = "PK\6\7"sv, kSpanMark = "PK\7\x08"sv;
+constexpr std::size_t kLocalBytes = 30, kEntryBytes = 46, kEndBytes = 22, kEnd64Bytes = 56, kLocator64Bytes = 20;
+constexpr std::uint64_t kMaxComment = 65535;
+
+std::uint64_t number(std::string_view bytes, std::size_t at, std::size_t width) {
+  std::uint64_t value = 0;
+  for (std::size_t i = width; i-- > 0;) value = value << 8 | static_cast<unsigned char>(bytes[at + i]);
+  return value;
+}
+
+class File {
+ public:
+  explicit File(const std::string& path) : path_(path), fd_(::open(path.c_str(), O_RDONLY | O_CLOEXEC)) {
+    struct stat status {};
+    if (fd_ < 0) throw IoError(escaped(path_), "cannot open", errno);
+    if (::fstat(fd_, &status) != 0) {
+      const int error = errno;
+      ::close(fd_);
+      throw IoError(escaped(path_), "cannot read", error);
+    }
+    size_ = static_cast<std::uint64_t>(status.st_size);
+  }
+  ~File() { ::close(fd_); }
+  File(const File&) = delete;
+  File& operator=(const File&) = delete;
+
+  std::uint64_t size() const { return size_; }
+
+  // Requires that the range lies in the file.
+  std::string read(std::uint64_t at, std::uint64_t count) const {
+    std::string bytes(static_cast<std::size_t>(count), '\0');
+    std::size_t have = 0;
+    while (have < bytes.size()) {
+      const ssize_t got = ::pread(fd_, bytes.data() + have, bytes.size() - have, static_cast<off_t>(at + have));
+      if (got < 0 && errno == EINTR) continue;
+      if (got < 0) throw IoError(escaped(path_), "cannot read", errno);
+      if (got == 0) throw IoError(escaped(path_), "became shorter while it was read");
+      have += static_cast<std::size_t>(got);
+    }
+    return bytes;
+  }
+
+ private:
+  const std::string& path_;
+  int fd_;
+  std::uint64_t size_ = 0;
+};
+
+struct EndRecord {
+  std::uint64_t entries = 0, bytes = 0, at = 0;  // of the directory, as stated
+  std::uint64_t end = 0;                         // where it must end: at this record, or at the zip64 one
+  bool several_disks = false;
+};
+
+// The zip64 record stands where its locator says, or, when bytes were put before the archive, right before the locator.
+bool readEnd64(const File& file, std::uint64_t end_at, EndRecord& record) {
+  if (end_at < kLocator64Bytes + kEnd64Bytes) return false;
+  const std::uint64_t locator_at = end_at - kLocator64Bytes;
+  const std::string locator = file.read(locator_at, kLocator64Bytes);
+  if (locator.compare(0, 4, kLocator64Mark) != 0) return false;
+  for (const std::uint64_t at : {number(locator, 8, 8), locator_at - kEnd64Bytes}) {
+    if (at > locator_at - kEnd64Bytes) continue;
+    const std::string end64 = file.read(at, kEnd64Bytes);
+    if (end64.compare(0, 4, kEnd64Mark) != 0) continue;
+    record.several_disks =
+        number(end64, 16, 4) != 0 || number(end64, 20, 4) != 0 || number(end64, 24, 8) != number(end64, 32, 8);
+    record.entries = number(end64, 32, 8);
+    record.bytes = number(end64, 40, 8);
+    record.at = number(end64, 48, 8);
+    record.end = at;
+    return true;
+  }
+  return false;
+}
+
+EndRecord readEnd(const File& file, std::string_view bytes, std::uint64_t end_at) {
+  EndRecord record;
+  record.several_disks =
+      number(bytes, 4, 2) != 0 || number(bytes, 6, 2) != 0 || number(bytes, 8, 2) != number(bytes, 10, 2);
+  record.entries = number(bytes, 10, 2);
+  record.bytes = number(bytes, 12, 4);
+  record.at = number(bytes, 16, 4);
+  record.end = end_at;
+  if (record.entries == 0xFFFF || record.bytes == 0xFFFFFFFF || record.at == 0xFFFFFFFF)
+    readEnd64(file, end_at, record);
+  return record;
+}
+
+// Fills in what the fixed fields left to the zip64 extra field. False if that field is missing.
+bool readExtra64(std::string_view extra, ZipEntry& entry) {
+  std::uint64_t* const values[] = {&entry.bytes, &entry.packed_bytes, &entry.header_at};
+  if (std::none_of(std::begin(values), std::end(values), [](const auto* value) { return *value == 0xFFFFFFFF; }))
+    return true;
+  while (extra.size() >= 4) {
+    const std::uint64_t id = number(extra, 0, 2), length = number(extra, 2, 2);
+    if (extra.size() < 4 + length) return false;
+    if (id == 1) {
+      std::size_t at = 4;
+      for (std::uint64_t* const value : values) {
+        if (*value != 0xFFFFFFFF) continue;
+        if (at + 8 > 4 + length) return false;
+        *value = number(extra, at, 8);
+        at += 8;
+      }
+      return true;
+    }
+    extra.remove_prefix(4 + length);
+  }
+  return false;
+}
+
+bool parseEntries(std::string_view bytes, std::uint64_t count, std::vector<ZipEntry>& entries) {
+  entries.clear();
+  while (bytes.size() >= kEntryBytes && entries.size() < count) {
+    if (bytes.substr(0, 4) != kEntryMark) return false;
+    ZipEntry entry;
+    entry.flags = static_cast<std::uint16_t>(number(bytes, 8, 2));
+    entry.method = static_cast<std::uint16_t>(number(bytes, 10, 2));
+    entry.crc32 = static_cast<std::uint32_t>(number(bytes, 16, 4));
+    entry.packed_bytes = number(bytes, 20, 4);
+    entry.bytes = number(bytes, 24, 4);
+    const std::size_t name = number(bytes, 28, 2), extra = number(bytes, 30, 2), comment = number(bytes, 32, 2);
+    entry.attributes = static_cast<std::uint32_t>(number(bytes, 38, 4));
+    entry.header_at = number(bytes, 42, 4);
+    if (bytes.size() < kEntryBytes + name + extra + comment) return false;
+    entry.name = bytes.substr(kEntryBytes, name);
+    if (!readExtra64(bytes.substr(kEntryBytes + name, extra), entry)) return false;
+    entries.push_back(std::move(entry));
+    bytes.remove_prefix(kEntryBytes + name + extra + comment);
+  }
+  // What may follow the entries is a digital signature, never another entry.
+  return entries.size() == count && bytes.substr(0, 4) != kEntryMark;
+}
+
+// Extents are at least header, name and packed data. An extent may not run into the next one, nor into the directory.
+bool entriesOverlap(const std::vector<ZipEntry>& entries, std::uint64_t directory_at) {
+  std::vector<std::pair<std::uint64_t, std::uint64_t>> extents;
+  extents.reserve(entries.size());
+  for (const ZipEntry& entry : entries) {
+    const std::uint64_t overhead = kLocalBytes + entry.name.size();
+    if (entry.header_at > directory_at || entry.packed_bytes > directory_at ||
+        entry.header_at + overhead + entry.packed_bytes > directory_at) {
+      return true;
+    }
+    extents.emplace_back(entry.header_at, entry.header_at + overhead + entry.packed_bytes);
+  }
+  std::sort(extents.begin(), extents.end());
+  for (std::size_t i = 1; i < extents.size(); ++i) {
+    if (extents[i].first < extents[i - 1].second) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+ZipDirectory readZipDirectory(const std::string& path) {
+  const File file(path);
+  ZipDirectory found;
+  found.file_bytes = file.size();
+  const std::uint64_t tail_bytes = std::min(file.size(), kMaxComment + kEndBytes);
+  const std::uint64_t tail_at = file.size() - tail_bytes;
+  const std::string tail = file.read(tail_at, tail_bytes);
+
+  bool bytes_missing = false, end_seen = false, have = false;
+  std::vector<ZipEntry> entries;
+  for (std::size_t at = tail.rfind(kEndMark); at != std::string::npos;
+       at = at == 0 ? std::string::npos : tail.rfind(kEndMark, at - 1)) {
+    if (tail.size() - at < kEndBytes || number(tail, at + 20, 2) > tail.size() - at - kEndBytes) {
+      bytes_missing = true;
+      continue;
+    }
+    const EndRecord record = readEnd(file, std::string_view(tail).substr(at, kEndBytes), tail_at + at);
+    end_seen = true;
+    if (record.bytes > record.end || record.at > record.end - record.bytes) {
+      bytes_missing = true;
+      continue;
+    }
+    const std::uint64_t directory_at = record.end - record.bytes;
+    const bool shifted = directory_at != record.at;
+    // Of several readable directories the one that starts where it says wins: the others lie inside of a comment.
+    if (record.several_disks || (shifted && have)) continue;
+    const std::string directory = file.read(directory_at, record.bytes);
+    if (!parseEntries(directory, record.entries, entries)) continue;
+    found.entries = std::move(entries);
+    found.archive_at = directory_at - record.at;
+    found.digest = XXH3_64bits(directory.data(), directory.size());
+    have = true;
+    if (entriesOverlap(found.entries, record.at)) {
+      found.refusal = InputCode::E_ZIP_OVERLAP;
+    } else {
+      found.refusal.reset();
+    }
+    if (!shifted) break;
+  }
+  if (!have) {
+    const std::string start = file.read(0, std::min<std::uint64_t>(file.size(), 4));
+    const auto isStart = [&](std::string_view mark) {
+      return start.size() >= 2 && mark.substr(0, start.size()) == start;
+    };
+    const bool zip_start = isStart(kLocalMark) || isStart(kSpanMark);
+    const bool truncated = bytes_missing || (zip_start && !end_seen);
+    found.refusal = truncated ? InputCode::E_ZIP_TRUNCATED : InputCode::E_ZIP_FORMAT;
+  }
+  if (found.refusal) found.entries.clear();
+  return found;
+}
+
+}  // namespace filiform::internal
