@@ -9,15 +9,13 @@
 #include <atomic>
 #include <bit>
 #include <cstddef>
-#include <type_traits>
 #include <vector>
 
 namespace filiform {
 
+// Assigning a T must not throw or allocate.
 template <class T>
 class SpscRing {
-  static_assert(std::is_nothrow_copy_assignable_v<T>);
-
  public:
   // Holds at least `capacity` elements; the only allocation.
   explicit SpscRing(std::size_t capacity) : slots_(std::bit_ceil(capacity < 2 ? std::size_t{2} : capacity)) {}
