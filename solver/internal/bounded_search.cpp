@@ -1,0 +1,227 @@
+#include "solver/internal/bounded_search.h"
+
+#include <algorithm>
+#include <limits>
+
+namespace filiform::internal {
+
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+const Vector3d kNoSubGoal = Vector3d::Constant(kInfinity);
+// Beyond this the squares of distances overflow: as good as infinite.
+constexpr double kFarthestProbe_um = 1e150;
+
+bool usable(const Vector3d& h_W) noexcept { return (h_W.array().abs() <= kFarthestProbe_um).all(); }  // false for NaN
+
+std::uint32_t marksFor(std::uint32_t max_visited) noexcept {
+  return std::max(BoundedSearch::kLeastMarks, 3 * max_visited);
+}
+
+}  // namespace
+
+BoundedSearch::BoundedSearch(std::uint32_t max_visited)
+    : max_visited_(max_visited),
+      max_scans_(kScansPerTest * max_visited),
+      marks_(marksFor(max_visited), max_visited + max_scans_ + 2),
+      stack_(marksFor(max_visited) + 2),
+      kept_(std::min<std::size_t>(stack_.size(), max_scans_ + 2)) {}
+
+void BoundedSearch::setPlace(const ProxyPlace& place) noexcept {
+  state_ = State{};
+  state_.place = place;
+  can_undo_ = false;
+}
+
+void BoundedSearch::advance(const GraphView& graph, const Vector3d& h_W, SolverStep& step) noexcept {
+  step.visited = 0;
+  step.capped = false;
+  step.frontiers = 0;
+  step.touched.count = step.absent.count = 0;
+  step.touched.overflow = step.absent.overflow = false;
+
+  before_ = state_;
+  kept_above_ = state_.depth;
+  marks_.beginTick();
+  can_undo_ = true;
+  if (!usable(h_W) || !state_.place.valid()) return;
+
+  Tick tick{graph, h_W, step, 0, {}};
+  tick.best.squared_distance = (state_.place.p_W - h_W).squaredNorm();
+  const bool resumes = state_.depth > 0;
+  if (resumes) {
+    if (state_.h_W != h_W) {
+      state_.moved = true;
+      if (max_visited_ > 1) slide(tick);  // with a single test a tick the sweep would never end
+    }
+    run(tick);
+  }
+  if (tick.best.tile != nullptr)
+    state_.place = graph.placeOn(*tick.best.tile, tick.best.segment, tick.best.t, tick.best.p_W);
+  if (state_.depth == 0 && !step.capped && (!resumes || state_.moved) && step.visited < max_visited_) {
+    tick.best.tile = nullptr;
+    state_.moved = false;
+    startSweep(tick);
+    run(tick);
+    if (tick.best.tile != nullptr)
+      state_.place = graph.placeOn(*tick.best.tile, tick.best.segment, tick.best.t, tick.best.p_W);
+  }
+  state_.h_W = h_W;
+}
+
+void BoundedSearch::undo() noexcept {
+  if (!can_undo_) return;
+  can_undo_ = false;
+  state_ = before_;
+  for (std::uint32_t i = kept_above_; i < state_.depth; ++i) stack_[i] = kept_[state_.depth - 1 - i];
+  marks_.undo();
+}
+
+void BoundedSearch::startSweep(Tick& tick) noexcept {
+  marks_.newEpoch();
+  const ProxyPlace& place = state_.place;
+  if (place.at_node) {
+    // The place of a node is its grid point exactly, so its home follows from it.
+    const TileId home = tick.graph.leaves().home(tick.graph.grid().snap(place.p_W));
+    stack_[state_.depth++] = {place.node, home, kNoNode, 0, 0, kNoSubGoal};
+    return;
+  }
+  const GraphView::SegmentRef ref = active(tick);
+  if (!ref) return;
+  marks_.put(Marks::Kind::segment, place.segment.key());
+  test(tick, *ref.tile, ref.segment, kNoNode, kNoSubGoal);
+}
+
+// At a node too: its place keeps the segment by which it was reached, the way back. Only offers: ends that it reaches
+// are entered by the sweep that follows, so that the bound on the stack holds.
+void BoundedSearch::slide(Tick& tick) noexcept {
+  const GraphView::SegmentRef ref = active(tick);
+  if (!ref) return;
+  ++tick.step.visited;
+  const Tile& tile = *ref.tile;
+  offer(tick, tile, ref.segment,
+        closestPoint(tile.position_W(tile.child(ref.segment)), tile.position_W(tile.parent(ref.segment)), tick.h_W));
+}
+
+GraphView::SegmentRef BoundedSearch::active(Tick& tick) const noexcept {
+  const GraphView::SegmentRef ref = tick.graph.segment(state_.place.tile, state_.place.segment);
+  if (tick.graph.tiles().find(state_.place.tile) == nullptr) {
+    ++tick.step.frontiers;
+    tick.step.absent.add(state_.place.tile);
+  } else {
+    tick.step.touched.add(state_.place.tile);
+  }
+  return ref;
+}
+
+void BoundedSearch::run(Tick& tick) noexcept {
+  while (state_.depth > 0) {
+    if (tick.step.visited == max_visited_ || tick.scans >= max_scans_) {
+      tick.step.capped = true;
+      return;
+    }
+    ++tick.scans;
+    Entry& top = touchTop();
+    if (top.end == 0) {
+      if (!enter(tick, top)) continue;
+    }
+    const Tile* tile = tick.graph.tiles().find(top.home);
+    if (tile == nullptr) {  // let go since it was entered
+      ++tick.step.frontiers;
+      tick.step.absent.add(top.home);
+      pop();
+      continue;
+    }
+    tick.step.touched.add(top.home);
+
+    const std::span<const std::uint32_t> incident = tile->incident(top.node);
+    std::uint32_t segment = 0;
+    Marks::Put put = Marks::Put::present;
+    while (put == Marks::Put::present && top.next < top.end && tick.scans <= max_scans_) {
+      segment = incident[top.next++];
+      ++tick.scans;
+      put = marks_.put(Marks::Kind::segment, tile->segmentId(segment).key());
+    }
+    if (put == Marks::Put::full) return giveUp(tick);
+    // An entry that has nothing left goes before its last branch is followed, as a tail call: stacks stay short on long
+    // threads.
+    const std::uint32_t entered = top.node;
+    const Vector3d sub_goal_W = top.sub_goal_W;
+    if (top.next == top.end) pop();
+    if (put == Marks::Put::fresh) test(tick, *tile, segment, entered, sub_goal_W);
+  }
+}
+
+bool BoundedSearch::enter(Tick& tick, Entry& top) noexcept {
+  const Marks::Put put = marks_.put(Marks::Kind::node, top.id.key());
+  if (put == Marks::Put::full) {
+    giveUp(tick);
+    return false;
+  }
+  if (put == Marks::Put::fresh) {
+    GraphView::HomeNode home;
+    if (top.node == kNoNode) {
+      home = tick.graph.nodeIn(top.home, top.id);
+    } else {
+      home = {top.home, tick.graph.tiles().find(top.home), top.node};
+    }
+    if (home.present()) {
+      top.node = home.node;
+      top.next = 0;
+      top.end = static_cast<std::uint32_t>(home.tile->incident(home.node).size());
+      if (top.end > 0) return true;
+    } else {
+      ++tick.step.frontiers;
+      if (home.frontier()) tick.step.absent.add(home.home);
+    }
+  }
+  pop();
+  return false;
+}
+
+void BoundedSearch::test(Tick& tick, const Tile& tile, std::uint32_t segment, std::uint32_t entered,
+                         const Vector3d& sub_goal_W) noexcept {
+  ++tick.step.visited;
+  const std::uint32_t child = tile.child(segment), parent = tile.parent(segment);
+  const Vector3d child_W = tile.position_W(child), parent_W = tile.position_W(parent);
+  ClosestPoint q = closestPoint(child_W, parent_W, tick.h_W);
+  if (child_W == parent_W) {
+    if (entered == child && child != parent) q.t = 1.0;
+    offer(tick, tile, segment, q);
+    goOn(tick, tile, parent, sub_goal_W);
+    goOn(tick, tile, child, sub_goal_W);
+    return;
+  }
+  offer(tick, tile, segment, q);
+  follow(tick, {tile, child, parent, child_W, parent_W, q, sub_goal_W});
+}
+
+void BoundedSearch::offer(Tick& tick, const Tile& tile, std::uint32_t segment, const ClosestPoint& q) const noexcept {
+  if (q.squared_distance < tick.best.squared_distance) tick.best = {&tile, segment, q.t, q.p_W, q.squared_distance};
+}
+
+void BoundedSearch::goOn(const Tick& tick, const Tile& tile, std::uint32_t node, const Vector3d& sub_goal_W) noexcept {
+  const NodeId id = tile.nodeId(node);
+  if (marks_.contains(Marks::Kind::node, id.key())) return;
+  const TileId home = tick.graph.homeId(tile, node);
+  stack_[state_.depth++] = {id, home, home == tile.id() ? node : kNoNode, 0, 0, sub_goal_W};
+}
+
+BoundedSearch::Entry& BoundedSearch::touchTop() noexcept {
+  const std::uint32_t top = state_.depth - 1;
+  if (top < kept_above_) {
+    kept_[before_.depth - 1 - top] = stack_[top];
+    kept_above_ = top;
+  }
+  return stack_[top];
+}
+
+void BoundedSearch::pop() noexcept { --state_.depth; }
+
+void BoundedSearch::giveUp(Tick& tick) noexcept {
+  // The entries below stay where they are: undo() needs them, and nothing else looks at them.
+  state_.depth = 0;
+  tick.step.capped = true;
+}
+
+}  // namespace filiform::internal
