@@ -1,5 +1,8 @@
 #include "tools/cli.h"
 
+#include "device/haptic_device.h"
+#include "index/errors.h"
+
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -10,9 +13,6 @@
 #include <new>
 
 #include <CLI/CLI.hpp>
-
-#include "device/haptic_device.h"
-#include "index/errors.h"
 
 namespace filiform::tools {
 
@@ -36,7 +36,8 @@ int fail(int code, const std::string& what) {
 // Everything that goes to stdout must have arrived: a full disk behind a redirection is an error, not a short file.
 int flushed(int code) {
   std::cout.flush();
-  if (code == 0 && (!std::cout || std::fflush(stdout) != 0)) return fail(3, "standard output: cannot write (disk full?)");
+  if (code == 0 && (!std::cout || std::fflush(stdout) != 0))
+    return fail(3, "standard output: cannot write (disk full?)");
   return code;
 }
 
@@ -102,8 +103,10 @@ int runProgram(int argc, char** argv) {
   std::signal(SIGPIPE, SIG_IGN);  // a closed pipe and a file-size limit become write errors with a message
   std::signal(SIGXFSZ, SIG_IGN);
 
-  CLI::App app{"filiform: navigation through whole neuronal columns by hand.\n"
-               "Start here: filiform synth demo.zip --cells 20 --seed 1; filiform ingest demo.zip -o demo.fil; filiform navigate demo.fil"};
+  CLI::App app{
+      "filiform: navigation through whole neuronal columns by hand.\n"
+      "Start here: filiform synth demo.zip --cells 20 --seed 1; filiform ingest demo.zip -o demo.fil; filiform "
+      "navigate demo.fil"};
   app.name("filiform");
   app.require_subcommand(1);
   app.set_version_flag("--version", std::string("filiform ") + FILIFORM_VERSION);

@@ -2,13 +2,13 @@
 // Thread rule: thread-compatible; the signal flag may be read by any thread.
 #pragma once
 
+#include "index/grid.h"
+
 #include <atomic>
 #include <cstdint>
 #include <exception>
 #include <functional>
 #include <string>
-
-#include "index/grid.h"
 
 namespace CLI {
 class App;
@@ -49,7 +49,8 @@ void addNearest(CLI::App& app, Chosen& chosen);
 void addExport(CLI::App& app, Chosen& chosen);
 void addNavigate(CLI::App& app, Chosen& chosen);
 
-// The whole program: parses, runs, maps every failure to one line on stderr and an exit code (tools/README.md has the table).
+// The whole program: parses, runs, maps every failure to one line on stderr and an exit code (tools/README.md has the
+// table).
 int runProgram(int argc, char** argv);
 
 }  // namespace filiform::tools

@@ -13,7 +13,8 @@ struct Outcome {
   bool oneLineOnStderr() const { return !err.empty() && err.find('\n') == err.size() - 1; }
 };
 
-// Runs `filiform ARGS...` with `input` on stdin. Blocks until it ends. Throws std::runtime_error if it cannot be started.
+// Runs `filiform ARGS...` with `input` on stdin. Blocks until it ends. Throws std::runtime_error if it cannot be
+// started.
 Outcome runFiliform(const std::vector<std::string>& arguments, const std::string& input = "");
 
 // The same inside a shell line in which "$@" stands for the program and its arguments, for example

@@ -1,0 +1,53 @@
+// filiform synth: SWC of a synthetic column, or of a named test scene.
+#include "index/text.h"
+#include "tools/cli.h"
+#include "tools/progress.h"
+#include "tools/synthetic.h"
+
+#include <iostream>
+
+#include <CLI/CLI.hpp>
+
+namespace filiform::tools {
+
+namespace {
+
+int runSynth(const SyntheticOptions& options, const std::string& out) {
+  Progress progress({.title = "synth", .noun = "cells"});
+  const SyntheticSummary summary = writeSynthetic(options, out, [&](std::uint64_t done, std::uint64_t total) {
+    throwIfInterrupted();
+    progress.setTotal(total);
+    progress.update(done);
+  });
+  progress.finish();
+  std::cout << escaped(out) << ": " << formatCount(summary.files) << (summary.files == 1 ? " cell, " : " cells, ")
+            << formatCount(summary.samples) << " samples, " << formatCount(summary.segments) << " segments, "
+            << formatBytes(summary.text_bytes) << " of SWC in " << formatBytes(summary.zip_bytes) << " of zip\n";
+  if (!options.placements_out.empty())
+    std::cout << escaped(options.placements_out) << ": places these morphologies " << formatCount(summary.cells)
+              << " times\n";
+  const bool is_scene = options.kind != "column";
+  if (is_scene) std::cout << "the route meant for this scene: --route " << sceneRoute(options.kind) << '\n';
+  return 0;
+}
+
+}  // namespace
+
+void addSynth(CLI::App& app, Chosen& chosen) {
+  auto options = std::make_shared<SyntheticOptions>();
+  auto out = std::make_shared<std::string>();
+  CLI::App* command = app.add_subcommand("synth", "Write SWC of a synthetic column, or of a named test scene");
+  command->footer(
+      "Example:\n  filiform synth column.zip --cells 200 --seed 1\n  filiform synth scene2.zip --kind scene2");
+  command->add_option("OUT", *out, "zip archive to write")->required();
+  command->add_option("--cells", options->cells, "how many neurons")->capture_default_str();
+  command->add_option("--seed", options->seed, "the same seed gives the same bytes")->capture_default_str();
+  command->add_option("--kind", options->kind, "column, scene1, scene2 or scene3")->capture_default_str();
+  command
+      ->add_option("--placements-out", options->placements_out,
+                   "write a library of morphologies, and to this file the table that places them")
+      ->type_name("TSV");
+  command->callback([options, out, &chosen] { chosen = [options, out] { return runSynth(*options, *out); }; });
+}
+
+}  // namespace filiform::tools
