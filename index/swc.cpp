@@ -171,9 +171,9 @@ namespace {
 // The shapes that nearly all lines have. Each reads at `at`, and fails where anything is out of the ordinary.
 bool plainInteger(const char*& at, const char* end, std::int64_t& value, int max_digits) {
   const char* const start = at;
-  std::int64_t sum = 0;
-  while (at < end && *at >= '0' && *at <= '9') sum = sum * 10 + (*at++ - '0');
-  value = sum;
+  std::uint64_t sum = 0;  // 19 digits at most, by `end`
+  while (at < end && *at >= '0' && *at <= '9') sum = sum * 10 + static_cast<std::uint64_t>(*at++ - '0');
+  value = static_cast<std::int64_t>(sum);
   return at > start && at - start <= max_digits;
 }
 

@@ -1,0 +1,33 @@
+// Zip archives byte by byte, so that a test can lie in any field. Stored entries only; thread-compatible.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace filiform::test {
+
+struct ZipMember {
+  std::string name;
+  std::string content;
+  std::optional<std::uint32_t> crc32;      // instead of the true one
+  std::optional<std::uint32_t> bytes;      // declared size instead of the true one
+  std::optional<std::uint32_t> header_at;  // instead of where the local header is
+  std::uint16_t flags = 0;
+  std::uint16_t method = 0;
+  std::uint32_t attributes = 0;
+};
+
+inline constexpr std::uint32_t kSymbolicLinkAttributes = 0120777u << 16;
+
+// The archive's bytes. `prefix` stands before it without being counted in its offsets.
+std::string buildZip(const std::vector<ZipMember>& members, const std::string& comment = "",
+                     const std::string& prefix = "");
+
+// The same members, really deflated, as an ordinary program writes them. Writes the file `path`.
+void writeDeflatedZip(const std::string& path, const std::vector<ZipMember>& members);
+
+void writeFile(const std::string& path, const std::string& bytes);
+
+}  // namespace filiform::test
