@@ -79,7 +79,7 @@ void Progress::refresh() {
   const auto since = now - shown_;
   // So many calls fit between two looks at the clock that one look costs them nothing.
   if (since < kBetweenLines / 8) {
-    calls_between_ = std::min<std::uint64_t>(calls_between_ * 2, 1U << 20);
+    calls_between_ = std::min<std::uint64_t>(calls_between_ * 2, 1U << 12);
   } else if (since > kBetweenLines) {
     calls_between_ = std::max<std::uint64_t>(calls_between_ / 4, 1);
   }

@@ -269,7 +269,7 @@ SyntheticSummary writeArchive(const Plan& plan, const std::string& path, const S
     // DOS fields, not a time: a time would pass through the local time zone.
     if (zip_file_set_dostime(archive, at, kDosTime, kDosDate, 0) != 0 ||
         zip_file_set_external_attributes(archive, at, 0, ZIP_OPSYS_UNIX, 0100644U << 16) != 0 ||
-        zip_set_file_compression(archive, at, ZIP_CM_DEFLATE, 6) != 0)
+        zip_set_file_compression(archive, at, ZIP_CM_DEFLATE, 4) != 0)
       fail();
   }
   if (zip_close(archive) != 0) fail();

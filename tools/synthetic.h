@@ -13,7 +13,7 @@
 //  none).
 //  5. Their axons go straight down into the white matter and give off collaterals, some recurrent, until the cell has
 //  the size
-//     drawn for its type: 1500 to 11 000 segments, median about 4000.
+//     drawn for its type: 1800 to 11 000 segments, median about 4000.
 //  6. Basket and neurogliaform axons fill a ball around the soma, Martinotti axons rise to L1, stellate axons stay
 //  local.
 //  7. Steps are 1 to 6 um long, 2.4 um on average; coordinates and radii have three decimals.

@@ -9,6 +9,7 @@ namespace filiform::tools {
 
 namespace {
 
+constexpr std::size_t kNoLimit = SIZE_MAX;
 constexpr std::uint16_t kSoma = 1, kAxon = 2, kBasal = 3, kApical = 4;
 
 const Vector3d kUp(0, 1, 0);
@@ -167,11 +168,12 @@ class Grower {
     d += step * style.outward * from_soma / std::max(1.0, from_soma.norm());
     const Vector3d from_centre = end.p - style.centre;
     if (const double distance = from_centre.norm(); distance > style.reach_um)
-      d -= 0.08 * step * from_centre / distance;
-    // The pia is a wall: neurites bend along it.
+      d -= 0.035 * step * from_centre / distance;
+    // The pia is a wall: neurites bend along it and away from it again.
     const double headroom_um = kColumnHeight_um - 4 - end.p.y();
-    if (headroom_um < 30 && d.y() > 0) d.y() *= std::max(0.0, headroom_um - 6) / 30;
-    if (headroom_um < 6) d.y() -= 0.2;
+    if (headroom_um < 40 && d.y() > 0) d.y() *= std::max(0.0, headroom_um - 4) / 40;
+    if (headroom_um < 25) d.y() -= 0.02 * step;
+    if (headroom_um < 4) d.y() -= 0.3;
     end.direction = d.normalized();
   }
 
@@ -181,18 +183,16 @@ class Grower {
   double soma_radius_;
 };
 
-void growBasal(Grower& g, int stems, double last_um, double radius_um, std::size_t most, double highest,
-               std::vector<Vector3d> taken) {
+void growBasal(Grower& g, int stems, double last_um, double radius_um, double highest, std::vector<Vector3d> taken) {
   Style style;
   style.last_um = last_um;
   for (const Vector3d& direction : g.balanced(stems, std::move(taken), highest))
-    g.tree(style, g.stem(kBasal, direction, radius_um * g.random().between(0.85, 1.15)), 0, most);
+    g.tree(style, g.stem(kBasal, direction, radius_um * g.random().between(0.85, 1.15)), 0, kNoLimit);
 }
 
 // Trunk from the top of the soma to `tuft_y_um`, obliques on its lower part, and a tuft above unless `tuft_orders` is
 // 0.
-void growApical(Grower& g, double tuft_y_um, double top_y_um, double radius_um, int obliques, int tuft_orders,
-                std::size_t most) {
+void growApical(Grower& g, double tuft_y_um, double top_y_um, double radius_um, int obliques, int tuft_orders) {
   Style trunk;
   trunk.type = kApical;
   trunk.wander = 0.035;
@@ -230,9 +230,9 @@ void growApical(Grower& g, double tuft_y_um, double top_y_um, double radius_um, 
     if (i < obliques) twigs.push_back(end);
   }
   if (tuft_orders > 0)
-    for (const Grower::End& daughter : g.fork(tuft, end)) g.tree(tuft, daughter, 1, most);
+    for (const Grower::End& daughter : g.fork(tuft, end)) g.tree(tuft, daughter, 1, kNoLimit);
   for (const Grower::End& twig : twigs)
-    g.tree(oblique, g.sideways(twig, 0.25, std::max(0.3, twig.radius_um * 0.4)), 0, most);
+    g.tree(oblique, g.sideways(twig, 0.25, std::max(0.3, twig.radius_um * 0.4)), 0, kNoLimit);
 }
 
 // Down into the white matter, collaterals on the way until the neuron has `size` samples.
@@ -338,44 +338,40 @@ const std::vector<Plan>& plansOfLayer(int layer) {
 
 void growKind(Grower& g, const std::string& kind, int layer, std::size_t size) {
   SyntheticRandom& random = g.random();
-  const auto stems = [&random](int least, int most) {
-    return least + static_cast<int>(random.uniform() * (most - least + 1));
+  // A stem with its twigs is about 2 samples for each um that a twig is long, so larger cells get more stems rather
+  // than shorn ones.
+  const auto stems = [&](int least, int most, double share, double last_um) {
+    const double wanted = static_cast<double>(size) * share / (2.1 * last_um) * random.between(0.85, 1.15);
+    return std::clamp(static_cast<int>(std::lround(wanted)), least, most);
   };
-  // Dendrites may take two thirds, so that every cell has an axon.
-  const std::size_t dendrites = size * 2 / 3;
   if (kind.find("pyramidal") != std::string::npos) {
     const bool thick = kind.starts_with("thick");
-    growBasal(g, stems(4, 7), thick ? 120 : 95, thick ? 1.2 : 0.9, dendrites, 0.3, {kUp, kDown});
     if (kind.starts_with("star")) {
-      growApical(g, layerTop_um(3) + random.between(-90, -10), layerTop_um(2), 1.1, 4, 0, dendrites);
+      growApical(g, layerTop_um(3) + random.between(-90, -10), layerTop_um(2), 1.1, 4, 0);
     } else if (layer == 6) {
-      growApical(g, layerTop_um(4) + random.between(-120, -40), layerTop_um(4), 1.2, 7, 2, dendrites);
+      growApical(g, layerTop_um(4) + random.between(-120, -40), layerTop_um(4), 1.2, 6, 2);
     } else {
       const double top = kColumnHeight_um - 10;
       const double base = std::max(g.soma().y() + 25, layerTop_um(2) - random.between(0, 80));
-      growApical(g, base, top, thick ? 2.8 : 1.5,
-                 thick        ? 11
-                 : layer == 5 ? 8
-                              : 5,
-                 thick        ? 4
-                 : layer == 5 ? 2
-                              : 3,
-                 dendrites);
+      growApical(g, base, top, thick ? 2.8 : 1.5, thick ? 10 : layer == 5 ? 7 : 4, thick ? 4 : layer == 5 ? 2 : 3);
     }
-    growProjectionAxon(g, size);
+    const double last_um = thick ? 120 : 95;
+    growBasal(g, stems(3, 7, 0.3, last_um), last_um, thick ? 1.2 : 0.9, 0.3, {kUp, kDown});
+    growProjectionAxon(g, std::max(size, g.size() + 700));
   } else if (kind == "spiny stellate") {
-    growBasal(g, stems(5, 8), 80, 0.8, dendrites, 1, {kDown});
-    growProjectionAxon(g, size);
+    growBasal(g, stems(5, 8, 0.42, 80), 80, 0.8, 1, {kDown});
+    growProjectionAxon(g, std::max(size, g.size() + 700));
   } else if (kind == "Martinotti") {
-    growBasal(g, stems(4, 6), 85, 0.7, dendrites, 0.6, {kUp});
+    growBasal(g, stems(4, 6, 0.3, 85), 85, 0.7, 0.6, {kUp});
     const Vector3d in_l1(g.soma().x() + random.between(-40, 40), kColumnHeight_um - 70,
                          g.soma().z() + random.between(-40, 40));
-    growLocalAxon(g, size, kUp, in_l1, 110);
+    growLocalAxon(g, std::max(size, g.size() + 700), kUp, in_l1, 110);
   } else {
     const bool gliaform = kind == "neurogliaform";
-    growBasal(g, gliaform ? stems(6, 9) : stems(4, 6), gliaform ? 45 : 85, 0.7, dendrites, 1, {});
-    growLocalAxon(g, size, random.direction(), g.soma() + (gliaform ? 10 : 25) * random.direction(),
-                  gliaform ? 90 : 130);
+    const double last_um = gliaform ? 45 : 85;
+    growBasal(g, gliaform ? stems(6, 9, 0.3, 45) : stems(4, 6, 0.3, 85), last_um, 0.7, 1, {});
+    growLocalAxon(g, std::max(size, g.size() + 700), random.direction(),
+                  g.soma() + (gliaform ? 10 : 25) * random.direction(), gliaform ? 90 : 130);
   }
 }
 
@@ -461,7 +457,7 @@ Neuron growNeuron(std::uint64_t seed, std::uint64_t number, bool on_axis) {
   const Vector3d across = kColumnRadius_um * random.inDisc();
   const double top_um = layerTop_um(layer) - 12;
   const double bottom_um = layerTop_um(layer + 1) + 12;
-  const double y_um = layer == 6 ? random.between(60, top_um) : random.between(bottom_um, top_um);
+  const double y_um = layer == 6 ? random.between(110, top_um) : random.between(bottom_um, top_um);
   const Vector3d soma(on_axis ? 0 : across.x(), y_um, on_axis ? 0 : across.z());
   // Sizes are skewed: most cells near the typical one, a few much larger.
   const double v = random.uniform();
