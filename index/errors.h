@@ -50,6 +50,12 @@ class IoError : public Error {
   IoError(const std::string& file, const std::string& what, int error_number);
 };
 
+// Work that was told to stop, by a signal as a rule. Exit code 128 + signal.
+class Interrupted : public Error {
+ public:
+  using Error::Error;
+};
+
 // A request that makes no sense: NaN coordinate, unknown cell or route, a budget below the floor. Exit code 2.
 class UsageError : public Error {
  public:

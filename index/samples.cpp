@@ -9,6 +9,8 @@
 namespace filiform {
 namespace {
 
+constexpr std::size_t kPointsPerSegment = 4;  // more would take more bytes than the segments
+
 // A point that may become a sample: an end of a segment, or an interior point of a long one.
 struct Points {
   std::vector<GridPoint> at;
@@ -131,6 +133,7 @@ double pieceRadius(const GridPoint& a, const GridPoint& b, const GridPoint& s, c
 SamplePoints chooseSamples(std::span<const SegmentEnds> segments, const Grid& grid, std::size_t most) {
   SamplePoints result;
   if (segments.empty() || most == 0) return result;
+  most = std::min(most, kPointsPerSegment * segments.size());
   const Points points = collect(segments, most);
   std::vector<std::uint32_t> order(points.at.size());
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = static_cast<std::uint32_t>(i);

@@ -15,9 +15,10 @@ struct SegmentEnds {
   GridPoint child, parent;
 };
 
-// At most `most` points of the segments and the radius within which they cover every point of every segment. A pure
-// function of the segments, which must be in ascending order of id. Points are nodes, or points inside a long segment
-// rounded to the grid: such a point (0 < t < 1) lies within one quantum of its segment. O(n log most).
+// At most `most` points of the segments, and at most four a segment, and the radius within which they cover every point
+// of every segment. A pure function of the segments, which must be in ascending order of id. Points are nodes, or
+// points inside a long segment rounded to the grid: such a point (0 < t < 1) lies within one quantum of its segment.
+// O(n log most).
 SamplePoints chooseSamples(std::span<const SegmentEnds> segments, const Grid& grid,
                            std::size_t most = kMaxSamplePoints);
 

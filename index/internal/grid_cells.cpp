@@ -9,7 +9,7 @@ namespace filiform::internal {
 namespace {
 
 void stopIf(const std::atomic<bool>* cancel) {
-  if (cancel != nullptr && cancel->load(std::memory_order_relaxed)) throw InputError("interrupted");
+  if (cancel != nullptr && cancel->load(std::memory_order_relaxed)) throw Interrupted("interrupted");
 }
 
 template <typename T>

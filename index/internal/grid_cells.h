@@ -78,7 +78,7 @@ struct Placement {
   CellKey key(TileId tile) const { return isLong(tile) ? CellKey{} : leaves[tile]; }
 };
 
-// Throws InputError when `cancel` becomes true. O(n log n).
+// Throws Interrupted. O(n log n).
 Placement place(const GridCells& cells, std::uint32_t capacity, const std::atomic<bool>* cancel);
 
 std::shared_ptr<const Tile> buildTile(const GridCells& cells, const Placement& placement, TileId tile);

@@ -1,0 +1,56 @@
+// Cells in, a tile set on disk out.
+#pragma once
+
+#include "index/cell.h"
+#include "index/partition.h"
+#include "index/tile_set.h"
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace filiform {
+
+// What the set was made from, kept in its manifest for people. Names may hold any bytes.
+struct Provenance {
+  struct Source {
+    std::string name;
+    std::uint64_t bytes = 0, digest = 0, cells = 0;
+  };
+  struct Refused {
+    std::string name, code, reason;
+  };
+  std::vector<Source> sources;
+  std::vector<Refused> refused;
+  std::map<std::string, std::uint64_t> codes;  // how often each code was reported: everything dropped, cut or doubted
+};
+
+struct IngestOptions {
+  std::uint32_t capacity = PartitionOptions{}.capacity;
+  int quantum_exponent = Grid::kDefaultExponent;
+  unsigned threads = 0;                         // 0: as many as the machine has; the bytes do not depend on it
+  bool force = false;                           // replace a set that is there already
+  const std::atomic<bool>* cancel = nullptr;    // when it becomes true: stop, clean up, throw Interrupted
+  std::function<Provenance()> provenance = {};  // asked once, after the stream has ended; may be empty
+  // Called now and then from the calling thread; `total` is 0 where it is unknown.
+  std::function<void(const char* phase, std::uint64_t done, std::uint64_t total)> progress = {};
+};
+
+struct IngestResult {
+  std::string revision;
+  SetCounts counts;
+  std::uint64_t bytes = 0;  // of all files
+  bool unchanged = false;   // --force met the very same set; it was left as it was
+};
+
+// Reads the stream to its end and publishes a tile set at `path`, atomically: until the end a set that is there stays
+// in force, and whatever fails leaves no trace. One ingest a set at a time. Deterministic: the same cells and options
+// give the same bytes. Throws InputError when there is a set already and not `force`, when the folder holds anything
+// else, or when another ingest is at work; IoError (disk full, no permission); Interrupted; UsageError for options out
+// of range; and whatever the stream throws. O(n log n), everything in memory: about 150 bytes a segment.
+IngestResult ingest(CellStream& cells, const std::string& path, const IngestOptions& options = {});
+
+}  // namespace filiform

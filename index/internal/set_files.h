@@ -1,0 +1,78 @@
+// The files of a tile set other than packs: directory.bin, cells.bin, samples.bin and manifest.json. Encoding and
+// decoding stand side by side; FORMAT.md describes the same bytes for people. Decoders throw Damage and never read
+// beyond what they are given.
+#pragma once
+
+#include "index/ingest.h"
+#include "index/internal/bytes.h"
+#include "index/tile_set.h"
+
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace filiform::internal {
+
+inline constexpr std::uint32_t kFormatVersion = 1;
+inline constexpr std::uint64_t kMaxPackBytes = std::uint64_t{256} << 20;
+inline constexpr std::size_t kPackHeaderBytes = 16;
+inline constexpr std::size_t kMaxRootBytes = 16384;
+
+inline constexpr const char* kManifestFile = "manifest.json";
+inline constexpr const char* kDirectoryFile = "directory.bin";
+inline constexpr const char* kCellsFile = "cells.bin";
+inline constexpr const char* kSamplesFile = "samples.bin";
+std::string packFile(std::uint32_t pack);
+Bytes packHeader(std::uint32_t pack);
+
+struct TileLocation {
+  std::uint32_t pack = 0, geometry_bytes = 0, appearance_bytes = 0;
+  std::uint64_t offset = 0;  // of the geometry; the appearance follows it
+  std::uint64_t geometry_checksum = 0, appearance_checksum = 0;
+};
+
+struct Directory {
+  Grid grid;
+  std::uint32_t capacity = 0;
+  TileId long_tile = kNoTile;
+  std::vector<TileEntry> entries;
+  std::vector<TileLocation> locations;
+};
+Bytes encodeDirectory(const Directory& directory);
+Directory decodeDirectory(ByteSpan bytes);  // checks every page and the order of the leaves
+
+struct DetailPlace {
+  std::uint64_t offset, bytes, checksum;
+};
+struct CellTable {
+  std::vector<CellRecord> records;
+  std::vector<DetailPlace> details;
+  std::vector<std::uint32_t> by_name;  // cell ids in the order of their names
+};
+Bytes encodeCells(const std::vector<CellRecord>& records, const std::function<std::uint64_t(std::uint32_t)>& digest,
+                  const std::function<CellDetail(std::uint32_t)>& detail);
+inline constexpr std::size_t kCellsHeaderBytes = 56;
+// Bytes of header, records, name index and strings, which decodeCells wants. Checks the header.
+std::uint64_t cellTableBytes(ByteSpan header, std::uint64_t file_bytes);
+CellTable decodeCells(ByteSpan table);
+Bytes encodeDetail(const CellDetail& detail);
+CellDetail decodeDetail(ByteSpan bytes, std::uint64_t samples);
+
+Bytes encodeSamples(const SamplePoints& samples);
+SamplePoints decodeSamples(ByteSpan bytes);
+
+struct Manifest {
+  Grid grid;
+  std::uint32_t capacity = 0;
+  GridBox bounds;
+  SetCounts counts;
+  double covering_radius_um = 0;
+  std::vector<SetFile> files;
+};
+std::string encodeManifest(const Manifest& manifest, const Provenance& provenance);
+Manifest decodeManifest(const std::string& text);
+
+std::string revisionName(const std::string& manifest);
+bool isRevisionName(const std::string& name);
+
+}  // namespace filiform::internal

@@ -1,0 +1,71 @@
+// A tile set on disk, as ingest publishes it. FORMAT.md specifies every byte.
+//
+//   const auto set = filiform::TileSet::open("column.fil");
+//   const std::shared_ptr<const filiform::Tile> tile = set->load(0);
+#pragma once
+
+#include "index/tile_source.h"
+#include "index/tile_store.h"
+
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+namespace filiform {
+
+struct SetCounts {
+  std::uint64_t cells = 0, samples = 0, segments = 0, isolated = 0, roots = 0;
+  std::uint64_t tiles = 0, stored_segments = 0;  // stored: owned and ghosts, isolated ones included
+  std::uint64_t decoded_bytes = 0;               // of all tiles in memory
+  bool operator==(const SetCounts&) const = default;
+};
+
+struct SetFile {
+  std::string name;  // in the revision's folder
+  std::uint64_t bytes = 0, digest = 0;
+};
+
+// Thread rule: internally synchronised.
+class TileSet final : public TileStore {
+ public:
+  // Opens the revision that CURRENT names and keeps its files open, so that a later revision changes nothing here.
+  // Reads manifest and directory; everything else when it is first asked for. Throws IoError when there is no tile set
+  // or a file is missing, CorruptSet when the bytes are not those that were written. O(tiles).
+  static std::unique_ptr<TileSet> open(const std::string& path);
+  static std::unique_ptr<TileSet> open(std::unique_ptr<TileSource> source);
+  ~TileSet() override;
+
+  Grid grid() const override;
+  const LeafIndex& leaves() const override;
+  TileId tile_count() const override;
+  TileId long_tile() const override;
+  const TileEntry& entry(TileId tile) const override;
+  std::uint32_t capacity() const override;
+  std::shared_ptr<const Tile> load(TileId tile) const override;
+  TileAppearance loadAppearance(TileId tile) const override;
+  // The first call of these reads the table of all cells; throws CorruptSet, IoError.
+  std::uint32_t cell_count() const override;
+  const CellRecord& cell(std::uint32_t id) const override;
+  std::optional<std::uint32_t> findCell(const std::string& name) const override;
+  CellDetail loadCellDetail(std::uint32_t id) const override;
+  const SamplePoints& samples() const override;
+
+  const std::string& revision() const;  // the folder's name
+  const std::string& manifest() const;  // its text, JSON
+  const SetCounts& counts() const;      // as the manifest states them
+  const GridBox& bounds() const;        // of all samples
+  const std::vector<SetFile>& files() const;
+  std::uint64_t bytes() const;  // of all files of the revision, the manifest included
+  // Reads a whole file of the revision and compares its digest with the manifest's. Throws CorruptSet, IoError.
+  void checkFile(const SetFile& file) const;
+  // Where the tile lies, for messages: file and offset.
+  std::pair<std::string, std::uint64_t> place(TileId tile) const;
+
+ private:
+  struct Impl;
+  explicit TileSet(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace filiform

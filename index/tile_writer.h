@@ -1,0 +1,48 @@
+// Writes the files of one revision into a folder of its own. Publishing the folder is ingest's job.
+#pragma once
+
+#include "index/ingest.h"
+#include "index/tile_set.h"
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace filiform {
+
+// Thread-compatible. Every member throws IoError.
+class TileWriter {
+ public:
+  // The folder must exist and be empty. Tiles have the ids 0 .. tile_count-1; the long-segment tile, if any, is the
+  // last.
+  TileWriter(std::string folder, const Grid& grid, std::uint32_t capacity, TileId tile_count, bool has_long);
+  TileWriter(const TileWriter&) = delete;
+  TileWriter& operator=(const TileWriter&) = delete;
+  ~TileWriter();
+
+  // The order in which packs hold the tiles: along the Hilbert curve of the centres of their cells, the long-segment
+  // tile last.
+  static std::vector<TileId> packOrder(std::span<const CellKey> leaves, bool has_long);
+
+  // Appends a tile, each id once, in packOrder.
+  void add(TileId tile, const TileEntry& entry, std::span<const std::uint8_t> geometry,
+           std::span<const std::uint8_t> appearance);
+  // Each once; cells in the order of their ids.
+  void writeCells(const std::vector<CellRecord>& records, const std::function<std::uint64_t(std::uint32_t)>& digest,
+                  const std::function<CellDetail(std::uint32_t)>& detail);
+  void writeSamples(const SamplePoints& samples);
+
+  // Writes directory and manifest, flushes the folder, and returns the revision's name.
+  std::string finish(const Provenance& provenance);
+  const SetCounts& counts() const;  // after finish
+  std::uint64_t bytes() const;      // of all files, after finish
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace filiform

@@ -1,0 +1,273 @@
+#include "index/ingest.h"
+
+#include "index/errors.h"
+#include "index/memory_tiles.h"
+#include "tests/support/random_cells.h"
+#include "tests/support/temp_folder.h"
+#include "tests/support/tile_invariants.h"
+
+#include <algorithm>
+#include <csignal>
+#include <fcntl.h>
+#include <filesystem>
+#include <map>
+#include <sys/file.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+namespace filiform {
+namespace {
+
+namespace fs = std::filesystem;
+using test::TempFolder;
+using test::VectorCellStream;
+
+IngestResult ingestCells(const std::vector<Cell>& cells, const std::string& path, IngestOptions options = {}) {
+  VectorCellStream stream(cells);
+  return ingest(stream, path, options);
+}
+
+std::map<std::string, std::string> contents(const std::string& folder) {
+  std::map<std::string, std::string> files;
+  for (const auto& entry : fs::recursive_directory_iterator(folder))
+    if (entry.is_regular_file())
+      files[fs::relative(entry.path(), folder).string()] = test::readFile(entry.path().string());
+  return files;
+}
+
+// Hands over some cells, then fails as a file that has gone would.
+class FailingStream final : public CellStream {
+ public:
+  explicit FailingStream(int good) : good_(good) {}
+  bool next(Cell& cell) override {
+    if (good_-- == 0) throw IoError("gone.swc", "cannot be read");
+    cell = test::randomNeuron(static_cast<std::uint64_t>(good_));
+    return true;
+  }
+
+ private:
+  int good_;
+};
+
+TEST(Ingest, WhatIsReadBackKeepsEveryPromise) {
+  std::vector<test::NamedCells> all = test::worstCases();
+  all.push_back({"column", test::randomColumn(31, 8, 250, 150)});
+  for (const test::NamedCells& named : all) {
+    SCOPED_TRACE(named.name);
+    const TempFolder folder;
+    const IngestResult result = ingestCells(named.cells, folder / "a.fil", {.capacity = 32});
+    const auto set = TileSet::open(folder / "a.fil");
+    test::expectTilesHold(*set, named.cells);
+    EXPECT_EQ(set->revision(), result.revision);
+    EXPECT_EQ(set->counts(), result.counts);
+    EXPECT_EQ(set->bytes(), result.bytes);
+    std::uint64_t stored = 0, decoded = 0;
+    for (TileId t = 0; t < set->tile_count(); ++t)
+      stored += set->entry(t).stored, decoded += set->entry(t).decoded_bytes;
+    EXPECT_EQ(result.counts.stored_segments, stored);
+    EXPECT_EQ(result.counts.decoded_bytes, decoded);
+    EXPECT_EQ(result.counts.cells, named.cells.size());
+    VectorCellStream stream(named.cells);
+    const auto memory = buildTilesInMemory(stream, {.capacity = 32});
+    test::expectSameTiles(*set, *memory);
+    EXPECT_EQ(set->samples().points, memory->samples().points);
+    EXPECT_EQ(set->samples().segments, memory->samples().segments);
+    EXPECT_EQ(set->samples().t, memory->samples().t);
+    EXPECT_EQ(set->samples().covering_radius_um, memory->samples().covering_radius_um);
+  }
+}
+
+TEST(Ingest, MoreTilesThanAPageHolds) {
+  const std::vector<Cell> cells{test::isolatedNodes(32, 6000, 500)};
+  const TempFolder folder;
+  ingestCells(cells, folder / "a.fil", {.capacity = 1});
+  VectorCellStream stream(cells);
+  const auto memory = buildTilesInMemory(stream, {.capacity = 1});
+  ASSERT_GT(memory->tile_count(), 4096u);
+  test::expectSameTiles(*TileSet::open(folder / "a.fil"), *memory);
+}
+
+TEST(Ingest, SameCellsGiveTheSameBytes) {
+  const std::vector<Cell> cells = test::randomColumn(33, 6, 300, 120);
+  const TempFolder folder;
+  ingestCells(cells, folder / "a.fil", {.capacity = 20, .threads = 1});
+  ingestCells(cells, folder / "b.fil/", {.capacity = 20, .threads = 3});
+  EXPECT_EQ(contents(folder / "a.fil"), contents(folder / "b.fil"));
+}
+
+// Fails when a byte of the format changes: then the format version and FORMAT.md must change too.
+TEST(Ingest, GoldenRevision) {
+  Cell cell;
+  cell.source = "golden.swc";
+  cell.digest = 7;
+  for (std::uint32_t i = 0; i < 100; ++i)
+    test::addSample(cell, Vector3d(i * 0.5, (i * i % 17) * 0.25, i % 3),
+                    i == 0 || i == 50 ? kNoParent : i - 1 - i % 2 * (i > 60), 0.25f * static_cast<float>(i % 5),
+                    static_cast<std::uint16_t>(i / 40));
+  const TempFolder folder;
+  const IngestResult result = ingestCells({cell}, folder / "a.fil", {.capacity = 16});
+  EXPECT_EQ(result.revision, "r-970b46330fac1c6a");
+}
+
+TEST(Ingest, AnExistingSetIsRefusedWithoutForce) {
+  const TempFolder folder;
+  ingestCells({test::randomNeuron(1)}, folder / "a.fil");
+  const auto before = contents(folder / "a.fil");
+  EXPECT_THROW(ingestCells({test::randomNeuron(2)}, folder / "a.fil"), InputError);
+  EXPECT_EQ(contents(folder / "a.fil"), before);
+}
+
+TEST(Ingest, ForceReplacesTheRevisionAndReadersKeepTheirs) {
+  const TempFolder folder;
+  const std::vector<Cell> first{test::randomNeuron(1)}, second{test::randomNeuron(2)};
+  const IngestResult one = ingestCells(first, folder / "a.fil");
+  const auto reader = TileSet::open(folder / "a.fil");
+  const IngestResult two = ingestCells(second, folder / "a.fil", {.force = true});
+  EXPECT_NE(one.revision, two.revision);
+  EXPECT_FALSE(fs::exists(folder / ("a.fil/" + one.revision)));
+  test::expectTilesHold(*reader, first);
+  test::expectTilesHold(*TileSet::open(folder / "a.fil"), second);
+}
+
+TEST(Ingest, ForceWithTheSameCellsLeavesTheSetAlone) {
+  const TempFolder folder;
+  ingestCells({test::randomNeuron(1)}, folder / "a.fil");
+  const auto before = contents(folder / "a.fil");
+  EXPECT_TRUE(ingestCells({test::randomNeuron(1)}, folder / "a.fil", {.force = true}).unchanged);
+  EXPECT_EQ(contents(folder / "a.fil"), before);
+}
+
+TEST(Ingest, ForceMendsADamagedSet) {
+  const TempFolder folder;
+  const IngestResult result = ingestCells({test::randomNeuron(1)}, folder / "a.fil");
+  const auto before = contents(folder / "a.fil");
+  const std::string pack = folder / ("a.fil/" + result.revision + "/tiles-00000.pack");
+  std::string bytes = test::readFile(pack);
+  bytes[100] ^= 1;
+  test::writeFile(pack, bytes);
+  EXPECT_FALSE(ingestCells({test::randomNeuron(1)}, folder / "a.fil", {.force = true}).unchanged);
+  EXPECT_EQ(contents(folder / "a.fil"), before);
+  test::writeFile(folder / "a.fil/CURRENT", "rubbish");
+  EXPECT_FALSE(ingestCells({test::randomNeuron(1)}, folder / "a.fil", {.force = true}).unchanged);
+  EXPECT_EQ(contents(folder / "a.fil"), before);
+}
+
+TEST(Ingest, AFailureLeavesNoTrace) {
+  const TempFolder folder;
+  FailingStream failing(3);
+  EXPECT_THROW(ingest(failing, folder / "a.fil"), IoError);
+  EXPECT_FALSE(fs::exists(folder / "a.fil"));
+  ingestCells({test::randomNeuron(1)}, folder / "b.fil");
+  const auto before = contents(folder / "b.fil");
+  FailingStream again(3);
+  EXPECT_THROW(ingest(again, folder / "b.fil", {.force = true}), IoError);
+  EXPECT_EQ(contents(folder / "b.fil"), before);
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder / "b.fil"), fs::directory_iterator()), 2);
+}
+
+TEST(Ingest, AFullDiskLeavesNoTrace) {
+  const TempFolder folder;
+  const std::vector<Cell> cells = test::randomColumn(34, 5, 500, 100);
+  struct rlimit before {};
+  ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &before), 0);
+  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+  for (rlim_t limit : {0, 10, 5000}) {
+    struct rlimit small = before;
+    small.rlim_cur = limit;
+    ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &small), 0);
+    EXPECT_THROW(ingestCells(cells, folder / "a.fil"), IoError);
+    ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &before), 0);
+    EXPECT_FALSE(fs::exists(folder / "a.fil"));
+  }
+  std::signal(SIGXFSZ, handler);
+}
+
+TEST(Ingest, CancellingLeavesNoTrace) {
+  const std::vector<Cell> cells = test::randomColumn(35, 5, 500, 100);
+  // Raised in each phase in turn.
+  for (const std::string at :
+       {"reading", "cutting", "writing tiles", "choosing sample points", "writing cells", "publishing"}) {
+    SCOPED_TRACE(at);
+    const TempFolder folder;
+    std::atomic<bool> cancel{false};
+    bool reached = false;
+    IngestOptions options{.capacity = 4, .cancel = &cancel};
+    options.progress = [&](const char* phase, std::uint64_t, std::uint64_t) {
+      if (phase == at) cancel = reached = true;
+    };
+    if (at == "publishing") {
+      options.progress = nullptr;
+      options.provenance = [&] {
+        cancel = reached = true;
+        return Provenance{};
+      };
+    }
+    EXPECT_THROW(ingestCells(cells, folder / "a.fil", options), Interrupted);
+    EXPECT_TRUE(reached);
+    EXPECT_FALSE(fs::exists(folder / "a.fil"));
+  }
+}
+
+TEST(Ingest, WhatACrashLeftIsCleared) {
+  const TempFolder folder;
+  fs::create_directories(folder / "a.fil/new.tmp-123");
+  fs::create_directories(folder / "a.fil/r-0123456789abcdef");
+  test::writeFile(folder / "a.fil/new.tmp-123/tiles-00000.pack", "half");
+  test::writeFile(folder / "a.fil/CURRENT.tmp-123", "half");
+  ingestCells({test::randomNeuron(1)}, folder / "a.fil");
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder / "a.fil"), fs::directory_iterator()), 2);
+}
+
+TEST(Ingest, OtherFoldersAreLeftAlone) {
+  const TempFolder folder;
+  test::writeFile(folder / "thesis.txt", "precious");
+  EXPECT_THROW(ingestCells({test::randomNeuron(1)}, folder.path(), {.force = true}), InputError);
+  EXPECT_THROW(ingestCells({test::randomNeuron(1)}, folder / "thesis.txt", {.force = true}), InputError);
+  EXPECT_EQ(contents(folder.path()).size(), 1u);
+  EXPECT_THROW(ingestCells({test::randomNeuron(1)}, folder / "no/such/folder"), IoError);
+}
+
+TEST(Ingest, OneAtATime) {
+  const TempFolder folder;
+  fs::create_directory(folder / "a.fil");
+  const int other = ::open((folder / "a.fil").c_str(), O_RDONLY | O_DIRECTORY);
+  ASSERT_EQ(::flock(other, LOCK_EX), 0);
+  EXPECT_THROW(ingestCells({test::randomNeuron(1)}, folder / "a.fil"), InputError);
+  EXPECT_TRUE(fs::is_empty(folder / "a.fil"));
+  ::close(other);
+  ingestCells({test::randomNeuron(1)}, folder / "a.fil");
+}
+
+TEST(Ingest, TheManifestSaysWhereTheSetCameFrom) {
+  const TempFolder folder;
+  IngestOptions options;
+  options.provenance = [] {
+    Provenance p;
+    p.sources.push_back({"a\xff\"\n.swc", 123, 0xabcdef, 1});
+    p.refused.push_back({"b.swc", "E_EMPTY", "no samples"});
+    p.codes["W_ID_RESTART"] = 5;
+    return p;
+  };
+  const std::vector<Cell> cells{test::randomNeuron(1)};
+  const IngestResult result = ingestCells(cells, folder / "a.fil", options);
+  const auto manifest = nlohmann::json::parse(TileSet::open(folder / "a.fil")->manifest());
+  EXPECT_EQ(manifest.at("provenance").at("sources").at(0).at("name"), "a\\xFF\"\n.swc");
+  EXPECT_EQ(manifest.at("provenance").at("sources").at(0).at("xxh3"), "0000000000abcdef");
+  EXPECT_EQ(manifest.at("provenance").at("refused").at(0).at("code"), "E_EMPTY");
+  EXPECT_EQ(manifest.at("provenance").at("codes").at("W_ID_RESTART"), 5);
+  EXPECT_EQ(manifest.at("counts").at("samples"), cells[0].samples());
+  EXPECT_EQ(manifest.at("quantum_um"), std::ldexp(1.0, -9));
+}
+
+TEST(Ingest, RefusesNonsense) {
+  const TempFolder folder;
+  EXPECT_THROW(ingestCells({}, folder / "a.fil", {.capacity = 0}), UsageError);
+  EXPECT_THROW(ingestCells({}, folder / "a.fil", {.quantum_exponent = 11}), UsageError);
+  EXPECT_FALSE(fs::exists(folder / "a.fil"));
+}
+
+}  // namespace
+}  // namespace filiform

@@ -1,0 +1,42 @@
+#include "tests/support/temp_folder.h"
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <stdexcept>
+#include <stdlib.h>
+#include <unistd.h>
+
+namespace filiform::test {
+
+TempFolder::TempFolder() {
+  // In memory where that is possible: publishing a set flushes every file, which on a disk takes most of a test's time.
+  std::error_code ignored;
+  const std::filesystem::path memory("/dev/shm");
+  const bool have_memory =
+      ::access(memory.c_str(), W_OK) == 0 && std::filesystem::space(memory, ignored).available > (64u << 20);
+  const std::filesystem::path base = have_memory ? memory : std::filesystem::temp_directory_path();
+  std::string name = (base / "filiform-test-XXXXXX").string();
+  if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error(name + ": cannot be created");
+  path_ = name;
+}
+
+TempFolder::~TempFolder() {
+  std::error_code ignored;
+  std::filesystem::remove_all(path_, ignored);
+}
+
+std::string readFile(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  if (!in) throw std::runtime_error(path + ": cannot be read");
+  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+}
+
+void writeFile(const std::string& path, const std::string& bytes) {
+  std::ofstream out(path, std::ios::binary | std::ios::trunc);
+  out << bytes;
+  out.close();
+  if (!out) throw std::runtime_error(path + ": cannot be written");
+}
+
+}  // namespace filiform::test
