@@ -5,6 +5,8 @@
 #include "index/text.h"
 
 #include <algorithm>
+#include <cerrno>
+#include <sys/stat.h>
 #include <unordered_set>
 
 #include <zip.h>
@@ -165,6 +167,11 @@ void Archive::close() { handle_.reset(); }
 std::optional<InputCode> Archive::read(const ArchiveEntry& entry, const std::function<void(std::string_view)>& sink) {
   if (entry.bytes > kMaxEntryBytes) return InputCode::E_ZIP_SIZE;
   if (!handle_) {
+    struct stat status {};
+    if (::stat(path_.c_str(), &status) != 0) throw IoError(escaped(path_), "cannot open", errno);
+    if (static_cast<std::uint64_t>(status.st_size) != file_bytes_) {
+      throw IoError(escaped(path_), "changed while it was being read; run again");
+    }
     zip_error_t error;
     zip_error_init(&error);
     zip_source_t* const source =

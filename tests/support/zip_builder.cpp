@@ -47,7 +47,6 @@ std::string buildZip(const std::vector<ZipMember>& members, const std::string& c
     put(directory, 3 << 8 | 20, 2);
     putCommon(directory, member);
     put(directory, 0, 6);
-    put(directory, 0, 2);
     put(directory, member.attributes, 4);
     put(directory, member.header_at.value_or(static_cast<std::uint32_t>(header_at)), 4);
     directory += member.name;

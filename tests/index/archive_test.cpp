@@ -1,0 +1,222 @@
+#include "index/archive.h"
+
+#include "index/errors.h"
+#include "index/input.h"
+#include "tests/support/scratch_folder.h"
+#include "tests/support/zip_builder.h"
+
+#include <sstream>
+#include <string>
+
+#include <gtest/gtest.h>
+
+namespace filiform {
+namespace {
+
+using test::buildZip;
+using test::ZipMember;
+
+const std::string kSwc = "1 1 0 0 0 5 -1\n2 3 0 6 0 1 1\n";
+const ZipMember kGood{"good.swc", kSwc, {}, {}, {}};
+
+ZipMember member(const std::string& name, const std::string& content = kSwc) {
+  ZipMember m;
+  m.name = name;
+  m.content = content;
+  return m;
+}
+
+// The row of `check` for an archive, without its name: severity, samples, segments, dropped, codes.
+std::string rowOfFile(const std::string& path) {
+  Input input({path});
+  for (Cell cell; input.next(cell);) EXPECT_GT(cell.samples(), 0u);
+  std::ostringstream table;
+  writeCheckTable(table, input.reports());
+  const std::string text = table.str();
+  std::string row = text.substr(text.find('\n') + 1);
+  row = row.substr(row.find('\t') + 1);
+  for (char& c : row) {
+    if (c == '\t') c = ' ';
+  }
+  return row.substr(0, row.size() - 1);
+}
+
+std::string row(const std::string& bytes) {
+  const test::ScratchFolder folder;
+  test::writeFile(folder.file("a.zip"), bytes);
+  return rowOfFile(folder.file("a.zip"));
+}
+
+std::string row(const std::vector<ZipMember>& members) { return row(buildZip(members)); }
+
+TEST(Archive, SumsOverItsEntries) {
+  EXPECT_EQ(row({kGood, member("x/CNG version/two.CNG.SWC"), member("readme.txt")}), "accept 4 2 - -");
+}
+
+TEST(Archive, DeflatedEntriesAreRead) {
+  const test::ScratchFolder folder;
+  std::string large;
+  for (int i = 1; i < 20000; ++i)
+    large += std::to_string(i) + " 3 0 0 " + std::to_string(i) + " 1 " + std::to_string(i > 1 ? i - 1 : -1) + "\n";
+  test::writeDeflatedZip(folder.file("a.zip"), {member("one.swc", large), member("two.swc")});
+  EXPECT_EQ(rowOfFile(folder.file("a.zip")), "accept 20001 19999 - -");
+}
+
+TEST(Archive, DroppedLinesNameTheirEntry) {
+  EXPECT_EQ(row({kGood, member("bad.swc", kSwc + "oops\n3 3 nan 0 0 1 1\n")}),
+            "warn 4 2 bad.swc:3,bad.swc:4 W_NONFINITE:1,W_SHORT_LINE:1");
+}
+
+TEST(Archive, ARefusedEntryIsDroppedAsAWhole) {
+  EXPECT_EQ(row({kGood, member("page.swc", "<html>\n")}), "warn 2 1 page.swc E_NO_SAMPLES:1,W_SHORT_LINE:1");
+  EXPECT_EQ(row({member("page.swc", "")}), "refuse 0 0 page.swc E_NO_SAMPLES:1");
+}
+
+TEST(Archive, NamesThatClimbOutAreSkipped) {
+  EXPECT_EQ(row({kGood, member("a/../../evil.swc"), member("..\\evil.swc"), member("..")}),
+            "warn 2 1 a/../../evil.swc,..\\evil.swc W_ZIP_UNSAFE_NAME:2");
+}
+
+TEST(Archive, OddNamesAreReadUnderAPlainOne) {
+  const test::ScratchFolder folder;
+  test::writeFile(folder.file("a.zip"),
+                  buildZip({member("/etc/abs.swc"), member("C:\\x\\drive.swc"), member("\\\\host\\unc.swc"),
+                            member("tab\there\x1B[1m.swc"), member("..dots../fine.swc")}));
+  Input input({folder.file("a.zip")});
+  std::vector<std::string> sources;
+  for (Cell cell; input.next(cell);) sources.push_back(cell.source);
+  EXPECT_EQ(sources, (std::vector<std::string>{"a.zip/..dots../fine.swc", "a.zip/etc/abs.swc", "a.zip/host/unc.swc",
+                                               "a.zip/tab\\there\\x1b[1m.swc", "a.zip/x/drive.swc"}));
+  EXPECT_EQ(input.reports()[0].report.codes[InputCode::W_ZIP_NAME], 4u);
+}
+
+TEST(Archive, NamesThatAreNotUtf8AreKept) {
+  EXPECT_EQ(row({member("caf\xE9.swc"), member("caf\xC3\xA9.swc")}), "warn 4 2 - W_ZIP_NAME_ENCODING:1");
+  EXPECT_EQ(row({kGood, member("caf\xE9.swc", "")}), "warn 2 1 caf\\xe9.swc E_NO_SAMPLES:1,W_ZIP_NAME_ENCODING:1");
+}
+
+TEST(Archive, EqualNamesAreKeptApart) { EXPECT_EQ(row({kGood, kGood, kGood}), "warn 6 3 - W_ZIP_DUP_NAME:2"); }
+
+TEST(Archive, LinksAndInnerArchivesAreNotOpened) {
+  ZipMember link = member("link.swc", "/etc/passwd");
+  link.attributes = test::kSymbolicLinkAttributes;
+  EXPECT_EQ(row({kGood, link, member("in/inner.ZIP", buildZip({kGood}))}),
+            "warn 2 1 link.swc,in/inner.ZIP W_ZIP_LINK:1,W_ZIP_NESTED:1");
+}
+
+TEST(Archive, ClutterIsIgnored) {
+  EXPECT_EQ(row({kGood, member("__MACOSX/._good.swc", "x"), member("a/._b.swc", "x"), member("folder.swc/", ""),
+                 member("._c.zip", "x")}),
+            "accept 2 1 - -");
+}
+
+TEST(Archive, AnEntryWithABadChecksumIsRefused) {
+  ZipMember rotten = member("rotten.swc");
+  rotten.crc32 = 0xDEADBEEF;
+  EXPECT_EQ(row({kGood, rotten}), "warn 2 1 rotten.swc E_ZIP_CRC:1");
+  EXPECT_EQ(row({rotten}), "refuse 0 0 rotten.swc E_ZIP_CRC:1");
+}
+
+TEST(Archive, AnEntryOfAnotherSizeIsRefused) {
+  for (const std::uint32_t bytes : {10u, 1000u}) {
+    ZipMember liar = member("liar.swc");
+    liar.bytes = bytes;
+    EXPECT_EQ(row({kGood, liar}), "warn 2 1 liar.swc E_ZIP_SIZE:1") << bytes;
+  }
+}
+
+TEST(Archive, NothingBeyondTheDeclaredSizeIsHandedOver) {
+  const test::ScratchFolder folder;
+  ZipMember liar = member("liar.swc", std::string(500000, '1'));
+  liar.bytes = 70000;
+  test::writeFile(folder.file("a.zip"), buildZip({liar}));
+  Archive archive(folder.file("a.zip"));
+  std::size_t got = 0;
+  EXPECT_EQ(archive.read(archive.entries()[0], [&](std::string_view bytes) { got += bytes.size(); }),
+            InputCode::E_ZIP_SIZE);
+  EXPECT_LE(got, 70000u);
+}
+
+TEST(Archive, EncryptedAndUnknownMethodsAreRefused) {
+  ZipMember locked = member("locked.swc"), odd = member("odd.swc");
+  locked.flags = 1;
+  odd.method = 77;
+  EXPECT_EQ(row({kGood, locked, odd}), "warn 2 1 locked.swc,odd.swc E_ZIP_METHOD:2");
+}
+
+TEST(Archive, OverlappingEntriesRefuseTheArchive) {
+  ZipMember second = member("second.swc");
+  second.header_at = 0;
+  EXPECT_EQ(row({kGood, second}), "refuse 0 0 - E_ZIP_OVERLAP:1");
+  second.header_at = 40;
+  EXPECT_EQ(row({kGood, second}), "refuse 0 0 - E_ZIP_OVERLAP:1");
+}
+
+// Every cut of an archive is seen as a cut; the first byte alone could be anything.
+TEST(Archive, EveryTruncationIsRefused) {
+  const test::ScratchFolder folder;
+  const std::string path = folder.file("a.zip");
+  const std::string whole = buildZip({kGood, member("two.swc")}, "a comment");
+  for (std::size_t size = 0; size < whole.size(); ++size) {
+    test::writeFile(path, whole.substr(0, size));
+    EXPECT_EQ(Archive(path).refusal(), size < 2 ? InputCode::E_ZIP_FORMAT : InputCode::E_ZIP_TRUNCATED)
+        << size << " bytes";
+  }
+  test::writeFile(path, whole);
+  EXPECT_FALSE(Archive(path).refusal());
+}
+
+TEST(Archive, AMissingStartIsATruncation) {
+  EXPECT_EQ(row(buildZip({kGood, member("two.swc")}).substr(50)), "refuse 0 0 - E_ZIP_TRUNCATED:1");
+}
+
+TEST(Archive, OtherFilesAreNoArchive) {
+  EXPECT_EQ(row(kSwc), "refuse 0 0 - E_ZIP_FORMAT:1");
+  EXPECT_EQ(row(std::string()), "refuse 0 0 - E_ZIP_FORMAT:1");
+  EXPECT_EQ(row(std::string("PK") + kSwc), "refuse 0 0 - E_ZIP_FORMAT:1");
+}
+
+TEST(Archive, WithoutSwcItIsRefused) {
+  EXPECT_EQ(row(std::vector<ZipMember>{}), "refuse 0 0 - E_ZIP_NO_SWC:1");
+  EXPECT_EQ(row({member("readme.txt")}), "refuse 0 0 - E_ZIP_NO_SWC:1");
+  EXPECT_EQ(row({member("inner.zip")}), "refuse 0 0 inner.zip E_ZIP_NO_SWC:1,W_ZIP_NESTED:1");
+}
+
+TEST(Archive, SignaturesInTheCommentDoNotMislead) {
+  const std::string empty_archive = std::string("PK\5\6") + std::string(18, '\0');
+  EXPECT_EQ(row(buildZip({kGood}, "see PK\5\6 in here, it is legal")), "accept 2 1 - -");
+  EXPECT_EQ(row(buildZip({kGood}, "PK\1\2PK\5\6" + std::string(30, 'x'))), "accept 2 1 - -");
+  EXPECT_EQ(row(buildZip({kGood}, empty_archive)), "accept 2 1 - -");
+  EXPECT_EQ(row(buildZip({kGood, member("two.swc")}, buildZip({member("fake.swc")}))), "accept 4 2 - -");
+}
+
+TEST(Archive, BytesBeforeTheArchiveAreAllowed) {
+  EXPECT_EQ(row(buildZip({kGood}, "", "#!/bin/sh\nexit\n")), "accept 2 1 - -");
+}
+
+// Flips every byte of a small archive to three other values: it may be refused or read, and what is read must be whole.
+TEST(Archive, DamageNeverPassesForData) {
+  const test::ScratchFolder folder;
+  const std::string path = folder.file("a.zip");
+  const std::string whole = buildZip({kGood, member("two.swc")}, "c");
+  for (std::size_t at = 0; at < whole.size(); ++at) {
+    for (const int flip : {0x01, 0x80, 0xFF}) {
+      std::string damaged = whole;
+      damaged[at] = static_cast<char>(damaged[at] ^ flip);
+      test::writeFile(path, damaged);
+      Archive archive(path);
+      for (const ArchiveEntry& entry : archive.entries()) {
+        if (entry.skipped) continue;
+        std::string content;
+        if (!archive.read(entry, [&](std::string_view bytes) { content += bytes; })) {
+          EXPECT_EQ(content, kSwc) << "byte " << at << " flipped by " << flip;
+        }
+      }
+    }
+  }
+}
+
+TEST(Archive, AMissingFileIsNamed) { EXPECT_THROW(Archive("no/such.zip"), IoError); }
+
+}  // namespace
+}  // namespace filiform
