@@ -78,14 +78,14 @@ void ForceLaw::restartRamp() noexcept {
   started_ = false;
 }
 
-double stiffnessBound_N_m(double damping_Ns_m, double period_s, double delay_samples) noexcept {
+double stiffnessBound(double damping_Ns_m, double period_s, double delay_samples) noexcept {
   return damping_Ns_m / (period_s * (0.5 + delay_samples));
 }
 
-double defaultStiffness_N_m(const DeviceCapabilities& device, double period_s) noexcept {
+double defaultStiffness(const DeviceCapabilities& device, double period_s) noexcept {
   double stiffness = 200;
   if (device.damping_Ns_m > 0)
-    stiffness = std::min(stiffness, 0.8 * stiffnessBound_N_m(device.damping_Ns_m, period_s, device.delay_samples));
+    stiffness = std::min(stiffness, 0.8 * stiffnessBound(device.damping_Ns_m, period_s, device.delay_samples));
   if (device.max_stiffness_N_m > 0) stiffness = std::min(stiffness, device.max_stiffness_N_m);
   return stiffness;
 }

@@ -57,11 +57,11 @@ class ForceLaw {
 
 // The largest stiffness (N/m) for which a spring rendered with period T and a delay of d samples stays stable against a
 // total viscous damping b of device and hand: b / (T/2 + d T). 0 where b is 0. Requires T > 0.
-double stiffnessBound_N_m(double damping_Ns_m, double period_s, double delay_samples) noexcept;
+double stiffnessBound(double damping_Ns_m, double period_s, double delay_samples) noexcept;
 
-// The stiffness that a device gets unless told otherwise: 200 N/m, or less where 0.8 of the bound with the device's own
-// damping alone, or the device's own limit, is less. Where the damping is unknown (0) only energy is bounded, not
-// stability promised.
-double defaultStiffness_N_m(const DeviceCapabilities& device, double period_s) noexcept;
+// The stiffness (N/m) that a device gets unless told otherwise: 200 N/m, or less where 0.8 of the bound with the
+// device's own damping alone, or the device's own limit, is less. Where the damping is unknown (0) only energy is
+// bounded, not stability promised.
+double defaultStiffness(const DeviceCapabilities& device, double period_s) noexcept;
 
 }  // namespace filiform

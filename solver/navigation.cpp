@@ -181,7 +181,7 @@ void Navigation::fill(NavigationSnapshot& snapshot) const noexcept {
   snapshot.h_D = tick_.h_D;
   snapshot.force_N = tick_.wrench.force_N;
   snapshot.centre_W = state_.workspace.centre_W();
-  snapshot.rotation_WD = Eigen::Quaterniond(state_.workspace.rotation_WD());
+  snapshot.rotation_WD = Eigen::Quaterniond(state_.workspace.rotationMatrix());
   snapshot.zoom_um = state_.workspace.zoom_um();
   snapshot.visited = tick_.step.visited;
   snapshot.frontier = tick_.frontier;

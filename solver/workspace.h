@@ -41,7 +41,7 @@ class Workspace {
   }
   Eigen::Vector3d centre_D() const noexcept { return 0.5 * (options_.lo_D + options_.hi_D); }
   Eigen::Vector3d centre_W() const noexcept { return toWorld(centre_D()); }
-  Eigen::Matrix3d rotation_WD() const noexcept { return rotation_WD_.toRotationMatrix(); }
+  Eigen::Matrix3d rotationMatrix() const noexcept { return rotation_WD_.toRotationMatrix(); }  // R_WD
   double scale_um_m() const noexcept { return scale_um_m_; }  // um of world a metre of device
   double zoom_um() const noexcept { return scale_um_m_ * kZoomSpan_m; }
   const WorkspaceOptions& options() const noexcept { return options_; }

@@ -187,21 +187,21 @@ TEST(ForceLaw, RefusesOptionsOutOfRange) {
 }
 
 TEST(Stiffness, BoundIsThatOfASampledDelayedSpring) {
-  EXPECT_NEAR(stiffnessBound_N_m(2, 1e-3, 0), 4000, 1e-9);
-  EXPECT_NEAR(stiffnessBound_N_m(2, 1e-3, 1), 4000.0 / 3, 1e-9);
-  EXPECT_NEAR(stiffnessBound_N_m(2, 1e-3, 2), 800, 1e-9);
+  EXPECT_NEAR(stiffnessBound(2, 1e-3, 0), 4000, 1e-9);
+  EXPECT_NEAR(stiffnessBound(2, 1e-3, 1), 4000.0 / 3, 1e-9);
+  EXPECT_NEAR(stiffnessBound(2, 1e-3, 2), 800, 1e-9);
 }
 
 TEST(Stiffness, DefaultHeedsDampingAndTheDevicesLimit) {
   DeviceCapabilities device;
-  EXPECT_EQ(defaultStiffness_N_m(device, 1e-3), 200);
+  EXPECT_EQ(defaultStiffness(device, 1e-3), 200);
   device.damping_Ns_m = 0.3;
   device.delay_samples = 1;
-  EXPECT_NEAR(defaultStiffness_N_m(device, 1e-3), 0.8 * 200, 1e-9);
+  EXPECT_NEAR(defaultStiffness(device, 1e-3), 0.8 * 200, 1e-9);
   device.damping_Ns_m = 5;
-  EXPECT_EQ(defaultStiffness_N_m(device, 1e-3), 200);
+  EXPECT_EQ(defaultStiffness(device, 1e-3), 200);
   device.max_stiffness_N_m = 120;
-  EXPECT_EQ(defaultStiffness_N_m(device, 1e-3), 120);
+  EXPECT_EQ(defaultStiffness(device, 1e-3), 120);
 }
 
 }  // namespace

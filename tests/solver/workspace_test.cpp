@@ -46,7 +46,8 @@ TEST(Workspace, MapsThereAndBack) {
     workspace.rotate(uniform(random, -3, 3), uniform(random, -3, 3), proxy_W);
     const Vector3d p_D = vector(random, 0.06);
     EXPECT_LT((workspace.toDevice(workspace.toWorld(p_D)) - p_D).norm(), 1e-10);
-    EXPECT_LT((workspace.rotation_WD() * workspace.rotation_WD().transpose() - Matrix3d::Identity()).norm(), 1e-12);
+    EXPECT_LT((workspace.rotationMatrix() * workspace.rotationMatrix().transpose() - Matrix3d::Identity()).norm(),
+              1e-12);
   }
 }
 
