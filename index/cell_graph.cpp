@@ -1,0 +1,189 @@
+#include "index/cell_graph.h"
+
+#include "index/errors.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <ostream>
+
+namespace filiform {
+namespace {
+
+// The first of the tile's segments with an id of the cell or beyond.
+std::uint32_t firstOf(const Tile& tile, std::uint32_t cell) {
+  std::uint32_t low = 0, high = tile.segment_count();
+  while (low < high) {
+    const std::uint32_t middle = low + (high - low) / 2;
+    if (tile.segmentId(middle).cell < cell) {
+      low = middle + 1;
+    } else {
+      high = middle;
+    }
+  }
+  return low;
+}
+
+class Assembly {
+ public:
+  Assembly(CellGraph& graph, const CellRecord& record, std::uint32_t cell)
+      : graph_(graph),
+        what_("cell " + std::to_string(cell) + " of the tile set"),
+        placed_(record.samples, 0),
+        linked_(record.samples, 0) {}
+
+  [[noreturn]] void fail(const std::string& why) const { throw CorruptSet(what_, 0, why); }
+
+  void place(std::uint32_t rank, const GridPoint& p) {
+    if (rank >= placed_.size()) fail("sample " + std::to_string(rank) + " is beyond its last");
+    if (placed_[rank] && graph_.positions[rank] != p) fail("sample " + std::to_string(rank) + " is in two places");
+    placed_[rank] = 1;
+    graph_.positions[rank] = p;
+  }
+  void link(std::uint32_t child, std::uint32_t parent) {
+    if (linked_[child]) fail("segment " + std::to_string(child) + " has two owners");
+    linked_[child] = 1;
+    if (parent != child) graph_.parents[child] = parent;
+  }
+  void finish(const std::vector<CellDetail::Root>& roots) const {
+    std::vector<std::uint8_t> is_root(placed_.size(), 0);
+    for (const CellDetail::Root& root : roots) is_root[root.rank] = 1;
+    for (std::size_t i = 0; i < placed_.size(); ++i) {
+      if (!placed_[i]) fail("sample " + std::to_string(i) + " is in no tile");
+      if (!linked_[i] && !is_root[i]) fail("segment " + std::to_string(i) + " has no owner");
+      if (graph_.parents[i] != kNoParent && is_root[i]) fail("root " + std::to_string(i) + " has a parent");
+    }
+  }
+
+ private:
+  CellGraph& graph_;
+  std::string what_;
+  std::vector<std::uint8_t> placed_, linked_;
+};
+
+std::string escaped(const std::string& bytes) {
+  std::string text;
+  for (unsigned char c : bytes) {
+    if (c >= 0x20 && c != 0x7F) {
+      text += static_cast<char>(c);
+      continue;
+    }
+    char code[8];
+    std::snprintf(code, sizeof code, "\\x%02X", static_cast<unsigned>(c));
+    text += code;
+  }
+  return text;
+}
+
+// Ids with every block after the first moved past the highest before it; 1, 2, 3 ... where that does not fit 64 bits.
+std::vector<std::int64_t> distinctIds(const CellGraph& cell) {
+  std::vector<std::int64_t> ids = cell.sample_ids;
+  std::int64_t highest = INT64_MIN;
+  for (std::size_t block = 0; block <= cell.block_starts.size(); ++block) {
+    const std::size_t begin = block == 0 ? 0 : cell.block_starts[block - 1];
+    const std::size_t end = block == cell.block_starts.size() ? ids.size() : cell.block_starts[block];
+    if (begin == end) continue;
+    const auto [least, most] = std::minmax_element(ids.begin() + static_cast<std::ptrdiff_t>(begin),
+                                                   ids.begin() + static_cast<std::ptrdiff_t>(end));
+    std::int64_t shift = 0, top = *most;
+    if (block > 0 && *least <= highest) {
+      if (__builtin_sub_overflow(highest, *least, &shift) || __builtin_add_overflow(shift, 1, &shift) ||
+          __builtin_add_overflow(*most, shift, &top)) {
+        for (std::size_t i = 0; i < ids.size(); ++i) ids[i] = static_cast<std::int64_t>(i) + 1;
+        return ids;
+      }
+      for (std::size_t i = begin; i < end; ++i) ids[i] += shift;
+    }
+    highest = std::max(highest, top);
+  }
+  return ids;
+}
+
+class Line {
+ public:
+  template <typename... Format>
+  void number(auto value, Format... format) {
+    if (at_ != text_) *at_++ = ' ';
+    at_ = std::to_chars(at_, text_ + sizeof text_, value, format...).ptr;
+  }
+  void word(std::string_view w) {
+    if (at_ != text_) *at_++ = ' ';
+    at_ = std::copy(w.begin(), w.end(), at_);
+  }
+  void writeTo(std::ostream& out) {
+    *at_++ = '\n';
+    out.write(text_, at_ - text_);
+    at_ = text_;
+  }
+
+ private:
+  char text_[512];
+  char* at_ = text_;
+};
+
+}  // namespace
+
+CellGraph readCell(const TileStore& store, std::uint32_t cell, bool with_appearance) {
+  const CellRecord& record = store.cell(cell);
+  CellDetail detail = store.loadCellDetail(cell);
+  CellGraph graph;
+  graph.name = record.name;
+  graph.source = record.source;
+  graph.grid = store.grid();
+  graph.positions.assign(record.samples, GridPoint::Zero());
+  graph.parents.assign(record.samples, kNoParent);
+  if (with_appearance) {
+    graph.radii_um.assign(record.samples, kUnknownRadius);
+    graph.types.assign(record.samples, 0);
+  }
+  Assembly assembly(graph, record, cell);
+  for (TileId t : detail.tiles) {
+    const std::shared_ptr<const Tile> tile = store.load(t);
+    const TileAppearance appearance = with_appearance ? store.loadAppearance(t) : TileAppearance{};
+    for (std::uint32_t s = firstOf(*tile, cell); s < tile->segment_count() && tile->segmentId(s).cell == cell; ++s) {
+      if (!tile->owned(s)) continue;
+      const std::uint32_t child = tile->nodeId(tile->child(s)).sample, parent = tile->nodeId(tile->parent(s)).sample;
+      assembly.place(child, tile->gridPoint(tile->child(s)));
+      assembly.place(parent, tile->gridPoint(tile->parent(s)));
+      assembly.link(child, parent);
+      if (!with_appearance) continue;
+      graph.radii_um[child] = appearance.radii_um[s];
+      graph.types[child] = appearance.types[s];
+    }
+  }
+  for (const CellDetail::Root& root : detail.roots) {
+    if (!with_appearance) break;
+    graph.radii_um[root.rank] = root.radius_um;
+    graph.types[root.rank] = root.type;
+  }
+  assembly.finish(detail.roots);
+  graph.sample_ids = std::move(detail.sample_ids);
+  graph.block_starts = std::move(detail.block_starts);
+  return graph;
+}
+
+void writeSwc(std::ostream& out, const CellGraph& cell) {
+  out << "# " << escaped(cell.name) << "\n# source: " << escaped(cell.source) << "\n";
+  const std::vector<std::int64_t> ids = distinctIds(cell);
+  if (ids != cell.sample_ids)
+    out << "# ids began again in the source at " << cell.block_starts.size()
+        << " place(s); from there on they are renumbered past the highest before\n";
+  out << "# id type x y z radius parent, um\n";
+  Line line;
+  for (std::uint32_t i = 0; i < cell.samples(); ++i) {
+    const Vector3d p_W = cell.position_W(i);
+    line.number(ids[i]);
+    line.number(cell.types[i]);
+    for (int axis = 0; axis < 3; ++axis) line.number(p_W[axis], std::chars_format::fixed);
+    if (std::isnan(cell.radii_um[i])) {
+      line.word("NaN");
+    } else {
+      line.number(cell.radii_um[i]);
+    }
+    line.number(cell.parents[i] == kNoParent ? std::int64_t{-1} : ids[cell.parents[i]]);
+    line.writeTo(out);
+  }
+}
+
+}  // namespace filiform

@@ -1,0 +1,138 @@
+// Whatever happens to the bytes of a tile set, the answer is right or an error that names the file; never a crash.
+#include "index/cell_graph.h"
+#include "index/errors.h"
+#include "index/ingest.h"
+#include "index/verify.h"
+#include "tests/support/random_cells.h"
+#include "tests/support/temp_folder.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <random>
+#include <sstream>
+
+#include <gtest/gtest.h>
+
+namespace filiform {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Everything that a set can be asked, as text.
+std::string everything(const std::string& path) {
+  const auto set = TileSet::open(path);
+  std::ostringstream out;
+  for (std::uint32_t c = 0; c < set->cell_count(); ++c) {
+    writeSwc(out, readCell(*set, c, true));
+    out << set->cell(c).bounds.lo.transpose() << set->cell(c).bounds.hi.transpose()
+        << set->findCell(set->cell(c).name).value_or(99);
+  }
+  for (TileId t = 0; t < set->tile_count(); ++t) {
+    const auto tile = set->load(t);
+    const TileEntry& e = set->entry(t);
+    out << static_cast<std::uint64_t>(e.key.low) << ' ' << e.key.depth << e.content.lo.transpose()
+        << e.content.hi.transpose();
+    for (std::uint32_t s = 0; s < tile->segment_count(); ++s) out << tile->segmentId(s).key() << tile->owned(s) << ' ';
+    for (float radius : set->loadAppearance(t).radii_um) out << radius << ' ';
+  }
+  const SamplePoints& samples = set->samples();
+  out << samples.covering_radius_um;
+  for (std::size_t i = 0; i < samples.points.size(); ++i)
+    out << samples.points[i].transpose() << ' ' << samples.segments[i].key() << ' ' << samples.t[i] << ' ';
+  out << set->manifest();
+  return out.str();
+}
+
+class Corruption : public ::testing::Test {
+ protected:
+  Corruption() {
+    std::vector<Cell> cells = test::randomColumn(81, 3, 60, 40);
+    const std::uint32_t last = static_cast<std::uint32_t>(cells[0].samples()) - 1;
+    test::addSample(cells[0], Vector3d(1, 2, 3), last);
+    test::VectorCellStream stream(cells);
+    ingest(stream, path_, {.capacity = 20});
+    for (const auto& entry : fs::recursive_directory_iterator(path_))
+      if (entry.is_regular_file()) files_.push_back(entry.path().string());
+    std::sort(files_.begin(), files_.end());
+    good_ = everything(path_);
+  }
+
+  void expectFoundOrHarmless(const std::string& file) {
+    const bool is_current = file.ends_with("CURRENT");
+    std::string name = fs::path(file).filename().string();
+    try {
+      EXPECT_EQ(everything(path_), good_);
+    } catch (const CorruptSet& error) {
+      EXPECT_NE(std::string(error.what()).find(name), std::string::npos) << error.what();
+    } catch (const IoError& error) {
+      EXPECT_TRUE(is_current) << error.what();
+    }
+    try {
+      const VerifyReport report = verify(path_);
+      EXPECT_FALSE(report.sound());
+      if (!report.sound()) {
+        EXPECT_NE(report.problems.front().find(name), std::string::npos) << report.problems.front();
+      }
+    } catch (const IoError& error) {
+      EXPECT_TRUE(is_current) << error.what();
+    }
+  }
+
+  test::TempFolder folder_;
+  std::string path_ = folder_ / "a.fil";
+  std::vector<std::string> files_;
+  std::string good_;
+};
+
+TEST_F(Corruption, AFlippedBitIsFound) {
+  std::mt19937_64 random(82);
+  ASSERT_EQ(files_.size(), 6u);
+  for (const std::string& file : files_) {
+    const std::string bytes = test::readFile(file);
+    const std::size_t step = std::max<std::size_t>(1, bytes.size() / 150);
+    for (std::size_t at = 0; at < bytes.size(); at += at < 64 ? 1 : 1 + random() % (2 * step)) {
+      SCOPED_TRACE(file + " byte " + std::to_string(at));
+      std::string damaged = bytes;
+      damaged[at] = static_cast<char>(damaged[at] ^ (1 << random() % 8));
+      test::writeFile(file, damaged);
+      expectFoundOrHarmless(file);
+    }
+    test::writeFile(file, bytes);
+  }
+  EXPECT_EQ(everything(path_), good_);
+}
+
+TEST_F(Corruption, AShortOrLongFileIsFound) {
+  std::mt19937_64 random(83);
+  for (const std::string& file : files_) {
+    const std::string bytes = test::readFile(file);
+    std::vector<std::size_t> lengths{0, 1, 8, 16, bytes.size() / 2, bytes.size() - 1};
+    for (int i = 0; i < 15; ++i) lengths.push_back(random() % bytes.size());
+    for (std::size_t length : lengths) {
+      if (length >= bytes.size()) continue;
+      SCOPED_TRACE(file + " length " + std::to_string(length));
+      test::writeFile(file, bytes.substr(0, length));
+      expectFoundOrHarmless(file);
+    }
+    test::writeFile(file, bytes + "x");
+    expectFoundOrHarmless(file);
+    test::writeFile(file, bytes);
+  }
+}
+
+TEST_F(Corruption, AMissingFileIsAnErrorThatNamesIt) {
+  for (const std::string& file : files_) {
+    const std::string bytes = test::readFile(file);
+    fs::remove(file);
+    try {
+      everything(path_);
+      FAIL() << file;
+    } catch (const IoError& error) {
+      EXPECT_NE(std::string(error.what()).find(fs::path(file).filename().string()), std::string::npos) << error.what();
+    }
+    test::writeFile(file, bytes);
+  }
+}
+
+}  // namespace
+}  // namespace filiform
