@@ -184,10 +184,11 @@ class ArchiveFeed {
         const auto n = std::min<std::size_t>(length, bytes.size() - reader.at);
         std::memcpy(data, bytes.data() + reader.at, n);
         reader.at += n;
+        // At the end of the text: the library does not listen to what closing says.
+        if (n == 0 && length > 0) finished();
         return static_cast<zip_int64_t>(n);
       }
       case ZIP_SOURCE_CLOSE:
-        finished();
         return 0;
       case ZIP_SOURCE_STAT: {
         auto* stat = static_cast<zip_stat_t*>(data);

@@ -222,11 +222,10 @@ void growApical(Grower& g, double tuft_y_um, double top_y_um, double radius_um, 
     // Obliques crowd on the lower two thirds of the trunk.
     const double until =
         i == obliques ? length_um : 12 + (length_um * 0.65 - 12) * (i + g.random().uniform()) / obliques;
-    if (until > done + 1) {
-      const double t = until / length_um;
-      end = g.section(trunk, end, until - done, radius_um * (1 - 0.55 * t));
-      done = until;
-    }
+    // A short trunk has no room for all of them.
+    if (until < done + 2) continue;
+    end = g.section(trunk, end, until - done, radius_um * (1 - 0.55 * until / length_um));
+    done = until;
     if (i < obliques) twigs.push_back(end);
   }
   if (tuft_orders > 0)
@@ -272,10 +271,15 @@ void growProjectionAxon(Grower& g, std::size_t size) {
     const bool recurrent = random.uniform() < 0.25;
     collateral.pull = (recurrent ? 0.02 : 0.0) * kUp;
     collateral.reach_um = recurrent ? 420 : 260;
-    g.tree(collateral, g.sideways(site, recurrent ? 0.9 : random.between(-0.4, 0.3), 0.3), 0, size);
-    // Two collaterals at one point would make a node of four branches: rare, so a place is used once while there are
-    // others.
-    if (sites.size() > 4) sites.erase(sites.begin() + static_cast<std::ptrdiff_t>(pick));
+    Grower::End twig = g.sideways(site, recurrent ? 0.9 : random.between(-0.4, 0.3), 0.3);
+    if (sites.size() > 4) {
+      sites.erase(sites.begin() + static_cast<std::ptrdiff_t>(pick));
+    } else {
+      // Never two collaterals at one point: the next one leaves from this one.
+      twig = g.section(collateral, twig, random.between(20, 50), 0.3);
+      sites[pick] = twig;
+    }
+    g.tree(collateral, twig, 0, size);
   }
 }
 
@@ -310,8 +314,12 @@ void growLocalAxon(Grower& g, std::size_t size, const Vector3d& towards, const V
     sites.push_back(end);
   } while ((centre - end.p).norm() > 40 && sites.size() < 60);
   g.tree(arbour, end, 0, size);
-  for (std::size_t i = 0; g.size() < size && i < 200; ++i)
-    g.tree(arbour, g.sideways(sites[sites.size() - 1 - i % std::min<std::size_t>(sites.size(), 6)], 0.0, 0.3), 1, size);
+  const std::size_t last = std::min<std::size_t>(sites.size(), 6);
+  for (std::size_t i = 0; g.size() < size && i < 200; ++i) {
+    Grower::End& site = sites[sites.size() - 1 - i % last];
+    site = g.section(arbour, g.sideways(site, 0.0, 0.3), 12, 0.3);
+    g.tree(arbour, site, 1, size);
+  }
 }
 
 struct Plan {
