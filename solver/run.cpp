@@ -1,0 +1,398 @@
+#include "solver/run.h"
+
+#include "device/device_factory.h"
+#include "device/replay.h"
+#include "device/simulated_hand.h"
+#include "index/cell_graph.h"
+#include "index/errors.h"
+#include "index/spsc_ring.h"
+#include "solver/graph_view.h"
+#include "solver/haptic_loop.h"
+#include "solver/navigation.h"
+#include "solver/parameters.h"
+#include "solver/route.h"
+
+#include <algorithm>
+#include <atomic>
+#include <charconv>
+#include <chrono>
+#include <cmath>
+#include <memory>
+#include <ostream>
+#include <thread>
+
+namespace filiform {
+namespace {
+
+constexpr std::size_t kRowsInFlight = 1 << 14;  // of a real-time run: 16 s at 1 kHz
+constexpr std::uint64_t kDrainEvery = 1024;     // ticks; a recording in virtual time is written between them
+
+std::uint32_t defaultCell(const TileStore& store) {
+  if (store.cell_count() == 0) throw UsageError("the set holds no cell: there is nothing to navigate");
+  std::uint32_t best = 0;
+  for (std::uint32_t id = 1; id < store.cell_count(); ++id) {
+    const CellRecord &cell = store.cell(id), &other = store.cell(best);
+    if (cell.segments > other.segments || (cell.segments == other.segments && cell.name < other.name)) best = id;
+  }
+  return best;
+}
+
+void check(const RunOptions& options) {
+  const auto positive = [](double x) { return x > 0 && std::isfinite(x); };
+  if (!positive(options.rate_Hz) || options.rate_Hz > 1e6) throw UsageError("the rate must be between 0 and 1e6 Hz");
+  if (!positive(options.zoom_um)) throw UsageError("the zoom must be finite and > 0 um");
+  if (options.seconds && !positive(*options.seconds)) throw UsageError("the time limit must be finite and > 0 s");
+  if (!(options.latency_ms >= 0 && std::isfinite(options.latency_ms)))
+    throw UsageError("the latency must be finite and >= 0 ms");
+  if (options.realtime && options.latency_ms > 0)
+    throw UsageError("a latency belongs to virtual time; in real time the disk has its own: leave one of the two out");
+}
+
+// Where the haptic thread's tiles come from: the loader, or a table that holds them all.
+class Tiles {
+ public:
+  Tiles(const TileStore& store, const RunOptions& options) : store_(store) {
+    if (options.in_memory) {
+      table_ = std::make_unique<TileTable>(store.tile_count());
+      for (TileId id = 0; id < store.tile_count(); ++id) {
+        held_.push_back(store.load(id));
+        table_->add(*held_.back());
+      }
+      return;
+    }
+    ResidencyOptions residency;
+    if (options.budget_bytes) residency.budget_bytes = *options.budget_bytes;
+    residency.prefetch = options.prefetch;
+    residency_ = std::make_unique<Residency>(store, residency);
+    reader_ = &residency_->addReader("haptic loop");
+  }
+
+  const TileTable& table() const { return table_ ? *table_ : reader_->tiles(); }
+  Residency* residency() { return residency_.get(); }
+  TileReader* reader() { return reader_; }
+
+  // False if they do not fit together. A tile that cannot be read throws what is wrong with it.
+  bool loadTogether(std::span<const TileId> tiles) {
+    if (!residency_) return false;
+    if (residency_->loadTogether(tiles)) return true;
+    for (const TileId tile : tiles)
+      if (residency_->state(tile) == TileState::failed) store_.load(tile);
+    return false;
+  }
+
+  void fill(RunSummary& summary) const {
+    if (!residency_) {
+      summary.peak_bytes = summary.decoded_bytes;
+      return;
+    }
+    const ResidencyCounters counters = residency_->counters();
+    summary.tiles_read = counters.reads;
+    summary.evictions = counters.evictions;
+    summary.peak_bytes = counters.peak_bytes;
+    summary.failures = residency_->failures();
+  }
+
+ private:
+  const TileStore& store_;
+  std::vector<std::shared_ptr<const Tile>> held_;
+  std::unique_ptr<TileTable> table_;
+  std::unique_ptr<Residency> residency_;
+  TileReader* reader_ = nullptr;
+};
+
+// Closes on every path out: zero force, then closed.
+struct OpenDevice {
+  explicit OpenDevice(HapticDevice& opened) : device(opened) { device.open(); }
+  ~OpenDevice() { device.close(); }
+  OpenDevice(const OpenDevice&) = delete;
+  OpenDevice& operator=(const OpenDevice&) = delete;
+  HapticDevice& device;
+};
+
+class Run {
+ public:
+  Run(const TileStore& store, const RunOptions& options)
+      : store_(store),
+        options_(options),
+        dt_s_(1.0 / options.rate_Hz),
+        cell_(options.cell ? *options.cell : defaultCell(store)),
+        route_(planRoute(readCell(store, cell_, false), cell_, options.route)),
+        tiles_(store, options),
+        graph_(tiles_.table(), store.leaves(), store.grid()),
+        device_(makeDevice(options.device, {dt_s_, options.delay_samples})),
+        touched_(store.tile_count(), 0),
+        tracker_(route_) {
+    hand_ = dynamic_cast<SimulatedHand*>(device_.get());
+    replay_ = dynamic_cast<ReplayDevice*>(device_.get());
+    if (!options.record.empty()) {
+      RecordingOptions recording;
+      recording.writer_thread = options.realtime;
+      auto recorder = std::make_unique<RecordingDevice>(std::move(device_), options.record, recording);
+      recorder_ = recorder.get();
+      device_ = std::move(recorder);
+    }
+    summary_.stiffness_N_m = options.stiffness_N_m.value_or(options.device == "sim:loose" ? 50 : 200);
+    NavigationOptions navigation;
+    navigation.force.stiffness_N_m = summary_.stiffness_N_m;
+    navigation.workspace.lo_D = device_->capabilities().workspace_lo_D;
+    navigation.workspace.hi_D = device_->capabilities().workspace_hi_D;
+    navigation.workspace.zoom_um = options.zoom_um;
+    navigation.buttons.fill(ButtonAction::none);
+    const SolverParameters parameters = options.solver ? *options.solver : automaticParameters(store, cell_);
+    navigation_ = std::make_unique<Navigation>(graph_, makeProxySolver(options.method, parameters), navigation);
+    if (hand_) person_ = std::make_unique<SimulatedPerson>(route_, options.person, options.seed);
+    noteStability();
+
+    const double device_m = route_.length_um() / navigation_->workspace().scale_um_m();
+    const double limit_s = options.seconds.value_or(10 * device_m / options.person.speed_m_s + 20);
+    most_ticks_ = static_cast<std::uint64_t>(std::min(1e15, std::ceil(limit_s * options.rate_Hz)));
+  }
+
+  RunSummary operator()(const std::function<void(const TickRow&)>& on_tick) {
+    {
+      OpenDevice open(*device_);
+      placeAtStart();
+      if (options_.realtime)
+        runRealTime(on_tick);
+      else
+        runVirtualTime(on_tick);
+    }
+    if (recorder_) recorder_->finish();
+    finishSummary();
+    return std::move(summary_);
+  }
+
+ private:
+  void noteStability() {
+    if (!hand_) return;
+    const std::string name = options_.device.size() > 4 ? options_.device.substr(4) : "medium";
+    const double damping = handParameters(name).damping_Ns_m + device_->capabilities().damping_Ns_m;
+    const double bound = stiffnessBound(damping, dt_s_, options_.delay_samples);
+    if (summary_.stiffness_N_m >= bound)
+      summary_.notes.push_back("stiffness " + std::to_string(std::lround(summary_.stiffness_N_m)) +
+                               " N/m is outside the stability bound of " + std::to_string(std::lround(bound)) +
+                               " N/m for this hand, rate and delay: the proxy may vibrate");
+  }
+
+  void placeAtStart() {
+    const TileId home = store_.leaves().home(store_.grid().snap(route_.points().front().p_W));
+    if (home == kNoTile) throw UsageError("the route's first sample lies in no tile: verify the set");
+    if (!tiles_.table().find(home)) tiles_.loadTogether({&home, 1});
+    NavigationCommand start;
+    start.kind = NavigationCommand::Kind::jump;
+    start.place = graph_.placeAt(home, route_.first_segment(), route_.first_t());
+    if (!navigation_->apply(start, navigation_->workspace().centre_D()))
+      throw UsageError("the route's first segment is not in its tile: verify the set");
+    if (TileReader* reader = tiles_.reader()) reader->publishFocus(navigation_->focus());
+  }
+
+  // After a tick that stands: what it counts, and where the hand goes next. Haptic-safe. True when the run is over.
+  bool account(const NavigationTick& tick, TickRow& row) noexcept {
+    row.tick = summary_.ticks;
+    row.time_s = static_cast<double>(summary_.ticks) * dt_s_;
+    row.h_W = tick.h_W;
+    row.p_W = tick.p_W;
+    row.segment = navigation_->place().segment;
+    row.force_N = tick.wrench.force_N;
+    row.visited = tick.step.visited;
+    row.frontier = tick.frontier;
+
+    const double force_N = row.force_N.norm();
+    force_sum_N_ += force_N;
+    summary_.max_force_N = std::max(summary_.max_force_N, force_N);
+    summary_.max_force_step_N = std::max(summary_.max_force_step_N, (row.force_N - last_force_N_).norm());
+    last_force_N_ = row.force_N;
+    summary_.visited += tick.step.visited;
+    summary_.capped_ticks += tick.step.capped;
+    summary_.frontiers += tick.frontier;
+    for (std::uint32_t i = 0; i < tick.step.touched.count; ++i) touched_[tick.step.touched.ids[i]] = 1;
+    ++summary_.ticks;
+
+    const Route::Progress progress = tracker_.update(navigation_->place());
+    const double tolerance_um = options_.person.arrive_m * navigation_->workspace().scale_um_m();
+    arrived_ = progress.on_route && progress.arc_um >= route_.length_um() - tolerance_um;
+    bool over = arrived_ || summary_.ticks >= most_ticks_;
+    if (person_) {
+      hand_->setTarget(person_->target_D(navigation_->place(), navigation_->workspace(), dt_s_));
+      over = over || person_->status() == PersonStatus::gave_up;
+    }
+    return over;
+  }
+
+  bool recordingEnded(const DeviceState& state) const { return replay_ && state.status == DeviceStatus::closed; }
+
+  void runVirtualTime(const std::function<void(const TickRow&)>& on_tick) {
+    const auto latency_ticks =
+        static_cast<std::uint64_t>(std::min(1e15, std::ceil(options_.latency_ms * 1e-3 / dt_s_)));
+    Wrench wrench;
+    TickRow row;
+    for (bool over = false; !over;) {
+      const DeviceState state = device_->exchange(wrench);
+      if (recordingEnded(state)) break;
+      if (latency_ticks > 0 && tiles_.residency()) tiles_.residency()->advance(summary_.ticks, latency_ticks);
+      const NavigationTick& tick = latency_ticks > 0 ? navigation_->tick(state, dt_s_) : tickWithItsTiles(state);
+      wrench = tick.wrench;
+      if (TileReader* reader = tiles_.reader()) {
+        for (std::uint32_t i = 0; i < tick.step.absent.count; ++i) reader->request(tick.step.absent.ids[i]);
+        reader->publishFocus(navigation_->focus());
+      }
+      over = account(tick, row);
+      if (on_tick) on_tick(row);
+      if (recorder_ && summary_.ticks % kDrainEvery == 0) recorder_->drain();
+    }
+  }
+
+  // Latency 0. Each repetition has the tiles of the one before and some more, so that it cannot go on for long.
+  const NavigationTick& tickWithItsTiles(const DeviceState& state) {
+    const NavigationTick* tick = &navigation_->tick(state, dt_s_);
+    bool stalled = false;
+    while (tick->frontier) {
+      wanted_.assign(tick->step.touched.ids.begin(), tick->step.touched.ids.begin() + tick->step.touched.count);
+      const std::size_t before = wanted_.size();
+      wanted_.insert(wanted_.end(), tick->step.absent.ids.begin(),
+                     tick->step.absent.ids.begin() + tick->step.absent.count);
+      // A list that ran over cannot be loaded whole: what is missing could push out what is there, for ever.
+      if (before == wanted_.size() || tick->step.touched.overflow || !tiles_.loadTogether(wanted_)) break;
+      navigation_->undoSolve();
+      stalled = true;
+      tick = &navigation_->tick(state, dt_s_);
+    }
+    summary_.stalls += stalled;
+    return *tick;
+  }
+
+  void runRealTime(const std::function<void(const TickRow&)>& on_tick) {
+    SpscRing<TickRow> rows(kRowsInFlight);
+    std::atomic<bool> over{false};
+    std::uint64_t rows_lost = 0;
+    struct IoThread {
+      Residency* residency;
+      ~IoThread() {
+        if (residency) residency->stop();
+      }
+    } io{tiles_.residency()};  // outlives the loop
+    TileReader* reader = tiles_.reader();
+    HapticLoopOptions loop_options;
+    loop_options.rate_Hz = options_.rate_Hz;
+    HapticLoop loop(
+        *device_,
+        [&](const DeviceState& state, double) -> Wrench {
+          if (over.load(std::memory_order_relaxed)) return {};
+          if (recordingEnded(state)) {
+            over.store(true, std::memory_order_release);
+            return {};
+          }
+          if (reader) reader->apply();
+          const NavigationTick& tick = navigation_->tick(state, dt_s_);
+          if (reader) {
+            for (std::uint32_t i = 0; i < tick.step.absent.count; ++i) reader->request(tick.step.absent.ids[i]);
+            reader->publishFocus(navigation_->focus());
+          }
+          TickRow row;
+          const bool last = account(tick, row);
+          rows_lost += !rows.push(row);
+          if (last) over.store(true, std::memory_order_release);
+          return tick.wrench;
+        },
+        loop_options);
+
+    if (io.residency) io.residency->start();
+    loop.start();
+    TickRow row;
+    const auto drain = [&] {
+      while (rows.pop(row))
+        if (on_tick) on_tick(row);
+    };
+    while (loop.running() && !over.load(std::memory_order_acquire)) {
+      drain();
+      std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    }
+    loop.stop();
+    drain();
+    if (!loop.fault().empty()) throw DeviceError(loop.fault());
+    summary_.missed_deadlines = loop.metrics().missed_deadlines();
+    summary_.notes.insert(summary_.notes.end(), loop.refusals().begin(), loop.refusals().end());
+    if (rows_lost > 0)
+      summary_.notes.push_back(std::to_string(rows_lost) +
+                               " rows were lost: they could not be written as fast as the loop ran");
+  }
+
+  void finishSummary() {
+    RunSummary& s = summary_;
+    s.outcome = arrived_ ? "completed" : "stuck";
+    s.route_um = route_.length_um();
+    s.reached_um = tracker_.reached_um();
+    s.sim_s = static_cast<double>(s.ticks) * dt_s_;
+    for (std::uint32_t id = 0; id < store_.cell_count(); ++id) s.segments += store_.cell(id).segments;
+    for (TileId tile = 0; tile < store_.tile_count(); ++tile) s.decoded_bytes += store_.entry(tile).decoded_bytes;
+    s.tiles = static_cast<std::uint64_t>(std::count(touched_.begin(), touched_.end(), 1));
+    s.budget_bytes = options_.budget_bytes;
+    s.force_integral_Ns = force_sum_N_ * dt_s_;
+    s.mean_force_N = s.ticks ? force_sum_N_ / static_cast<double>(s.ticks) : 0.0;
+    s.cell = store_.cell(cell_).name;
+    if (person_) s.back_offs = person_->back_offs();
+    if (replay_ && replay_->differingWrenches() > 0)
+      s.notes.push_back(
+          std::to_string(replay_->differingWrenches()) +
+          " forces differ from those of the recording: the set, an option or the program is not the same");
+    tiles_.fill(s);
+  }
+
+  const TileStore& store_;
+  RunOptions options_;
+  double dt_s_;
+  std::uint32_t cell_;
+  Route route_;
+  Tiles tiles_;
+  GraphView graph_;
+  std::unique_ptr<HapticDevice> device_;
+  SimulatedHand* hand_ = nullptr;  // the device, if it is one of these
+  ReplayDevice* replay_ = nullptr;
+  RecordingDevice* recorder_ = nullptr;
+  std::unique_ptr<Navigation> navigation_;
+  std::unique_ptr<SimulatedPerson> person_;
+  std::vector<std::uint8_t> touched_;  // by tile
+  std::vector<TileId> wanted_;
+  RouteTracker tracker_;
+  std::uint64_t most_ticks_ = 0;
+  double force_sum_N_ = 0;
+  Vector3d last_force_N_ = Vector3d::Zero();
+  bool arrived_ = false;
+  RunSummary summary_;
+};
+
+}  // namespace
+
+RunSummary run(const TileStore& store, const RunOptions& options, const std::function<void(const TickRow&)>& on_tick) {
+  check(options);
+  if (options.cell && *options.cell >= store.cell_count())
+    throw UsageError("the set has no cell number " + std::to_string(*options.cell));
+  return Run(store, options)(on_tick);
+}
+
+void writeCsvHeader(std::ostream& out) {
+  out << "tick,time_s,hx_um,hy_um,hz_um,px_um,py_um,pz_um,cell,segment,fx_N,fy_N,fz_N,visited,frontier\n";
+}
+
+void writeCsvRow(std::ostream& out, const TickRow& row) {
+  char line[512];
+  char* at = line;
+  char* const end = line + sizeof line;
+  const auto put = [&](auto value) {
+    at = std::to_chars(at, end - 1, value).ptr;
+    *at++ = ',';
+  };
+  put(row.tick);
+  put(row.time_s);
+  for (int axis = 0; axis < 3; ++axis) put(row.h_W[axis]);
+  for (int axis = 0; axis < 3; ++axis) put(row.p_W[axis]);
+  put(row.segment.cell);
+  put(row.segment.segment);
+  for (int axis = 0; axis < 3; ++axis) put(row.force_N[axis]);
+  put(row.visited);
+  put(row.frontier ? 1 : 0);
+  at[-1] = '\n';
+  out.write(line, at - line);
+}
+
+}  // namespace filiform

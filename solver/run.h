@@ -1,0 +1,98 @@
+// A headless navigation run: a hand, simulated or recorded, travels a route through a tile set.
+//
+// In virtual time (the default) the outcome depends on the data, the options and the seed, not on the machine. A tile
+// asked for at tick k is there at tick k + ceil(latency / dt). With latency 0 a tick that meets an absent tile is taken
+// back, its tiles are loaded, and it is repeated before time advances: one *stall*; only a tick whose tiles do not fit
+// the budget together is a *frontier*. So a run's rows are bit-identical whatever the budget as long as it meets no
+// frontier. In real time (`realtime`) a haptic thread keeps the clock, an IO thread reads, and an absent tile is always
+// a frontier. Thread rule: functions without state; any thread but a haptic one. on_tick is called on the caller's
+// thread.
+#pragma once
+
+#include "index/residency.h"
+#include "index/tile_store.h"
+#include "solver/proxy_solver.h"
+#include "solver/simulated_person.h"
+
+#include <cstdint>
+#include <functional>
+#include <iosfwd>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace filiform {
+
+struct RunOptions {
+  std::optional<std::uint32_t> cell;  // none: the cell of most segments (ties: name)
+  std::string route = "longest";      // see planRoute
+  std::optional<double> seconds;      // simulated time at most; none: 10 times nominal + 20 s
+  SolverMethod method = SolverMethod::force;
+  std::optional<SolverParameters> solver;  // none: automatic, from the cell
+  std::string device = "sim:medium";       // see makeDevice; a simulated hand is led by a simulated person
+  std::optional<double> stiffness_N_m;     // none: 200, or 50 with the loose hand
+  double zoom_um = 300;                    // world across 0.12 m of device
+  double rate_Hz = 1000;
+  int delay_samples = 1;    // of the simulated hand: 0, 1 or 2
+  PersonParameters person;  // its speed_m_s is the aim's
+  std::uint64_t seed = 1;   // of the person's tremor
+  // The store holds its tiles in memory (a small scene): no residency, budget or latency; nothing is read or evicted.
+  bool in_memory = false;
+  std::optional<std::uint64_t> budget_bytes;  // none: unlimited
+  double latency_ms = 0;                      // virtual time only
+  PrefetchPolicy prefetch =
+      PrefetchPolicy::distance;  // with latency or in real time; at latency 0 tiles come on demand only
+  bool realtime = false;
+  std::string record;  // file that replay:FILE reads; empty: none
+};
+
+// One row of the CSV.
+struct TickRow {
+  std::uint64_t tick = 0;  // from 0
+  double time_s = 0;
+  Vector3d h_W = Vector3d::Zero();            // probe, um
+  Vector3d p_W = Vector3d::Zero();            // proxy, um
+  SegmentId segment{UINT32_MAX, UINT32_MAX};  // the proxy's
+  Vector3d force_N = Vector3d::Zero();        // frame D
+  std::uint32_t visited = 0;                  // segments tested
+  bool frontier = false;
+};
+
+struct RunSummary {
+  // As `navigate --json` has them.
+  std::string outcome;  // "completed": the proxy was within the person's arrive_m of the tip; else "stuck"
+  double route_um = 0, reached_um = 0;  // arc length of the route, and of it so far as RouteTracker counts it
+  std::uint64_t ticks = 0;
+  double sim_s = 0;
+  std::uint64_t segments = 0;  // links kept in the whole set
+  std::uint64_t tiles = 0;     // distinct tiles that the solver read
+  std::uint64_t tiles_read = 0, evictions = 0;
+  std::uint64_t stalls = 0, frontiers = 0;  // ticks
+  std::uint64_t peak_bytes = 0;
+  std::optional<std::uint64_t> budget_bytes;                        // none: unlimited
+  std::uint64_t decoded_bytes = 0;                                  // of all tiles of the set
+  double mean_force_N = 0, max_force_N = 0, force_integral_Ns = 0;  // of its magnitude, over all ticks
+  double max_force_step_N = 0;                                      // |f - f of the tick before|, the first from zero
+  std::optional<std::uint64_t> missed_deadlines;                    // real time only
+
+  // Beyond it.
+  std::string cell;                             // name
+  std::uint64_t visited = 0, capped_ticks = 0;  // segments tested in all; ticks that hit the solver's cap
+  int back_offs = 0;                            // how often the person gave a try up
+  double stiffness_N_m = 0;
+  std::vector<std::string> notes;     // for a person, one line each: stability, what real time was refused, rows lost
+  std::vector<std::string> failures;  // tiles that could not be read (latency or real time): the set is damaged, exit 1
+};
+
+// Runs until the proxy arrives, the person gives up, time is over, or a recording ends. Whatever ends it, the device's
+// last command is zero force. Throws UsageError for options that make no sense, an unknown cell or route, a budget
+// below the floor, a method not built; DeviceError from the device and its recording; CorruptTile, CorruptSet, IoError
+// from the store; and passes on what on_tick throws.
+RunSummary run(const TileStore& store, const RunOptions& options,
+               const std::function<void(const TickRow&)>& on_tick = {});
+
+// The CSV of `navigate`: shortest decimals that read back to the same double.
+void writeCsvHeader(std::ostream& out);
+void writeCsvRow(std::ostream& out, const TickRow& row);
+
+}  // namespace filiform

@@ -1,0 +1,303 @@
+#include "solver/run.h"
+
+#include "device/haptic_device.h"
+#include "index/errors.h"
+#include "index/memory_tiles.h"
+#include "tests/support/counting_store.h"
+#include "tests/support/random_cells.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <memory>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <unistd.h>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace filiform {
+namespace {
+
+std::unique_ptr<TileStore> storeOf(std::vector<Cell> cells, std::uint32_t capacity) {
+  test::VectorCellStream stream(std::move(cells));
+  PartitionOptions partition;
+  partition.capacity = capacity;
+  return buildTilesInMemory(stream, partition);
+}
+
+std::unique_ptr<TileStore> column(std::uint32_t capacity = 64) {
+  return storeOf(test::randomColumn(7, 4, 1200, 150), capacity);
+}
+
+// `samples` on a straight line, 2 um apart.
+Cell line(std::uint32_t samples) {
+  Cell cell;
+  for (std::uint32_t i = 0; i < samples; ++i) test::addSample(cell, {2.0 * i, 0, 0}, i == 0 ? kNoParent : i - 1);
+  return cell;
+}
+
+std::unique_ptr<TileStore> thread(std::uint32_t samples = 60) { return storeOf({line(samples)}, 8); }
+
+struct Recorded {
+  RunSummary summary;
+  std::vector<std::string> rows;
+  std::vector<bool> frontier;
+};
+
+Recorded record(const TileStore& store, const RunOptions& options) {
+  Recorded recorded;
+  recorded.summary = run(store, options, [&](const TickRow& row) {
+    std::ostringstream line;
+    writeCsvRow(line, row);
+    recorded.rows.push_back(line.str());
+    recorded.frontier.push_back(row.frontier);
+  });
+  return recorded;
+}
+
+RunOptions shortRun() {
+  RunOptions options;
+  options.route = "random:3";
+  options.zoom_um = 100;
+  options.seconds = 6;
+  return options;
+}
+
+TEST(Run, BudgetDoesNotChangeABit) {
+  const auto store = column();
+  for (const SolverMethod method : {SolverMethod::basic, SolverMethod::force}) {
+    RunOptions options = shortRun();
+    options.method = method;
+    options.in_memory = true;
+    const Recorded whole = record(*store, options);
+    EXPECT_EQ(whole.summary.evictions, 0u);
+    EXPECT_EQ(whole.summary.tiles_read, 0u);
+    EXPECT_EQ(whole.summary.stalls, 0u);
+    ASSERT_GT(whole.rows.size(), 1000u);
+    options.in_memory = false;
+    const Recorded unlimited = record(*store, options);
+    EXPECT_EQ(unlimited.summary.evictions, 0u);
+    EXPECT_GT(unlimited.summary.stalls, 0u);
+    ASSERT_EQ(unlimited.rows, whole.rows);
+    options.budget_bytes = Residency::floorBytes(*store);
+    const Recorded floor = record(*store, options);
+    EXPECT_GT(floor.summary.evictions, 0u);
+    EXPECT_EQ(floor.summary.frontiers, 0u);
+    EXPECT_LE(floor.summary.peak_bytes, *options.budget_bytes);
+    ASSERT_EQ(floor.rows, whole.rows);
+    EXPECT_EQ(floor.summary.outcome, whole.summary.outcome);
+    EXPECT_EQ(floor.summary.reached_um, whole.summary.reached_um);
+    EXPECT_EQ(floor.summary.tiles, whole.summary.tiles);
+    EXPECT_GT(floor.summary.tiles, 3u);
+    EXPECT_GE(floor.summary.tiles_read, floor.summary.tiles);
+  }
+}
+
+TEST(Run, LatencyChangesNothingBeforeTheFirstFrontier) {
+  const auto store = column();
+  RunOptions options = shortRun();
+  options.in_memory = true;
+  const Recorded whole = record(*store, options);
+  options.in_memory = false;
+  for (const PrefetchPolicy prefetch : {PrefetchPolicy::none, PrefetchPolicy::distance, PrefetchPolicy::structure}) {
+    options.prefetch = prefetch;
+    options.latency_ms = 40;
+    const Recorded late = record(*store, options);
+    std::size_t first = 0;
+    while (first < late.rows.size() && !late.frontier[first]) ++first;
+    ASSERT_LE(first, whole.rows.size());
+    for (std::size_t row = 0; row < first; ++row) ASSERT_EQ(late.rows[row], whole.rows[row]);
+    EXPECT_EQ(late.summary.stalls, 0u);
+    EXPECT_EQ(late.summary.frontiers,
+              static_cast<std::uint64_t>(std::count(late.frontier.begin(), late.frontier.end(), true)));
+    if (prefetch == PrefetchPolicy::none) {
+      EXPECT_GT(late.summary.frontiers, 39u);  // a tile that is met absent is waited for
+    }
+    if (late.summary.frontiers == 0) {
+      EXPECT_EQ(late.rows, whole.rows);
+    }
+    const Recorded again = record(*store, options);
+    EXPECT_EQ(again.rows, late.rows);
+  }
+}
+
+TEST(Run, CompletesAStraightThread) {
+  const auto store = thread();
+  for (const char* device : {"sim:loose", "sim:medium", "sim:firm"}) {
+    RunOptions options;
+    options.device = device;
+    options.in_memory = true;
+    const Recorded recorded = record(*store, options);
+    const RunSummary& s = recorded.summary;
+    EXPECT_EQ(s.outcome, "completed") << device;
+    EXPECT_DOUBLE_EQ(s.route_um, 59 * 2.0);
+    EXPECT_NEAR(s.reached_um, s.route_um, 0.0005 * 300 / 0.12 * 1.01);
+    EXPECT_EQ(s.ticks, recorded.rows.size());
+    EXPECT_NEAR(s.sim_s, static_cast<double>(s.ticks) * 1e-3, 1e-9);
+    EXPECT_EQ(s.segments, 59u);
+    EXPECT_EQ(s.frontiers, 0u);
+    EXPECT_FALSE(s.missed_deadlines.has_value());
+    EXPECT_EQ(s.stiffness_N_m, std::string(device) == "sim:loose" ? 50 : 200);
+    EXPECT_GT(s.mean_force_N, 0);
+    EXPECT_GE(s.max_force_N, s.mean_force_N);
+    EXPECT_LE(s.max_force_N, 8 * (1 + 1e-12));
+    EXPECT_NEAR(s.force_integral_Ns, s.mean_force_N * s.sim_s, 1e-9 + 1e-9 * s.force_integral_Ns);
+    EXPECT_GE(s.visited, s.ticks);
+    EXPECT_TRUE(s.notes.empty());
+  }
+}
+
+TEST(Run, FollowsTheSeed) {
+  const auto store = thread();
+  RunOptions options;
+  options.in_memory = true;
+  options.seconds = 0.5;
+  const Recorded a = record(*store, options), b = record(*store, options);
+  EXPECT_EQ(a.rows, b.rows);
+  options.seed = 2;
+  EXPECT_NE(record(*store, options).rows, a.rows);
+}
+
+TEST(Run, StopsWhenTimeIsOver) {
+  const auto store = thread(2000);
+  RunOptions options;
+  options.in_memory = true;
+  options.seconds = 0.25;
+  const Recorded recorded = record(*store, options);
+  EXPECT_EQ(recorded.summary.outcome, "stuck");
+  EXPECT_EQ(recorded.rows.size(), 250u);
+  EXPECT_GT(recorded.summary.reached_um, 0);
+  EXPECT_LT(recorded.summary.reached_um, recorded.summary.route_um);
+}
+
+TEST(Run, ReplayOfItsRecordingIsTheSameRun) {
+  const std::string file =
+      (std::filesystem::temp_directory_path() / ("filiform-run-" + std::to_string(getpid()) + ".rec")).string();
+  const auto store = column();
+  RunOptions options = shortRun();
+  options.record = file;
+  const Recorded live = record(*store, options);
+  options.record.clear();
+  options.device = "replay:" + file;
+  const Recorded replayed = record(*store, options);
+  std::filesystem::remove(file);
+  EXPECT_EQ(replayed.rows, live.rows);
+  EXPECT_EQ(replayed.summary.outcome, live.summary.outcome);
+  EXPECT_TRUE(replayed.summary.notes.empty());
+}
+
+TEST(Run, SaysWhenTheStiffnessIsOutsideTheBound) {
+  const auto store = thread();
+  RunOptions options;
+  options.in_memory = true;
+  options.seconds = 0.01;
+  options.stiffness_N_m = 4000;  // medium: b 5.5, T 1 ms, one sample of delay: 3667
+  const RunSummary summary = run(*store, options);
+  ASSERT_EQ(summary.notes.size(), 1u);
+  EXPECT_NE(summary.notes[0].find("3667"), std::string::npos) << summary.notes[0];
+}
+
+TEST(Run, RealTimeTicksAndCountsMissedDeadlines) {
+  const auto store = column();
+  for (const bool in_memory : {false, true}) {
+    RunOptions options = shortRun();
+    options.realtime = true;
+    options.in_memory = in_memory;
+    options.seconds = 0.25;
+    const Recorded recorded = record(*store, options);
+    EXPECT_EQ(recorded.summary.ticks, 250u);
+    EXPECT_EQ(recorded.rows.size(), 250u);
+    ASSERT_TRUE(recorded.summary.missed_deadlines.has_value());
+    EXPECT_LE(*recorded.summary.missed_deadlines, recorded.summary.ticks + 1);
+    EXPECT_EQ(recorded.summary.stalls, 0u);
+  }
+}
+
+TEST(Run, DamagedTileIsNeverARun) {
+  const auto store = column();
+  test::CountingStore damaged(*store);
+  RunOptions options = shortRun();
+  options.solver = SolverParameters{};  // else the automatic ones would read the tile first
+  const Recorded sound = record(damaged, options);
+  // Fails from its second load on: the first is that of the route's planning.
+  const TileId start = damaged.loads().back();
+  test::CountingStore failing(*store);
+  failing.failLoads(start);
+  EXPECT_THROW(run(failing, options), CorruptTile);
+}
+
+TEST(Run, PassesOnWhatOnTickThrows) {
+  const auto store = column();
+  for (const bool realtime : {false, true}) {
+    RunOptions options = shortRun();
+    options.realtime = realtime;
+    EXPECT_THROW(run(*store, options, [](const TickRow&) { throw std::runtime_error("enough"); }), std::runtime_error);
+  }
+}
+
+TEST(Run, RefusesWhatMakesNoSense) {
+  const auto store = thread();
+  const auto refuses = [&](auto change) {
+    RunOptions options;
+    change(options);
+    EXPECT_THROW(run(*store, options), UsageError);
+  };
+  refuses([](RunOptions& o) { o.cell = 1; });
+  refuses([](RunOptions& o) { o.cell = UINT32_MAX; });
+  refuses([](RunOptions& o) { o.route = "tour:1"; });
+  refuses([](RunOptions& o) { o.route = "1:999"; });
+  refuses([](RunOptions& o) { o.budget_bytes = 1; });
+  refuses([](RunOptions& o) { o.method = SolverMethod::climb; });
+  refuses([](RunOptions& o) { o.zoom_um = std::nan(""); });
+  refuses([](RunOptions& o) { o.rate_Hz = 0; });
+  refuses([](RunOptions& o) { o.seconds = -1; });
+  refuses([](RunOptions& o) { o.latency_ms = -1; });
+  refuses([](RunOptions& o) { o.stiffness_N_m = 0; });
+  refuses([](RunOptions& o) { o.person.speed_m_s = 0; });
+  refuses([](RunOptions& o) {
+    o.realtime = true;
+    o.latency_ms = 5;
+  });
+  RunOptions options;
+  options.device = "sim:giant";
+  EXPECT_THROW(run(*store, options), DeviceError);
+  const auto empty = storeOf({}, 8);
+  EXPECT_THROW(run(*empty, {}), UsageError);
+}
+
+TEST(Run, TakesTheCellOfMostSegmentsUnlessTold) {
+  Cell small = line(10), big = line(20);
+  small.source = "a.swc";
+  big.source = "b.swc";
+  const auto store = storeOf({small, big}, 8);
+  RunOptions options;
+  options.in_memory = true;
+  options.seconds = 0.01;
+  EXPECT_DOUBLE_EQ(run(*store, options).route_um, 38);
+  options.cell = 0;
+  EXPECT_DOUBLE_EQ(run(*store, options).route_um, 18);
+}
+
+TEST(Run, CsvHasItsColumns) {
+  TickRow row;
+  row.tick = 3;
+  row.time_s = 0.003;
+  row.h_W = {1, 2, 3};
+  row.p_W = {4, 5, 0.1};
+  row.segment = {7, 9};
+  row.force_N = {-0.5, 0, 1e-7};
+  row.visited = 2;
+  row.frontier = true;
+  std::ostringstream out;
+  writeCsvHeader(out);
+  writeCsvRow(out, row);
+  EXPECT_EQ(out.str(),
+            "tick,time_s,hx_um,hy_um,hz_um,px_um,py_um,pz_um,cell,segment,fx_N,fy_N,fz_N,visited,frontier\n"
+            "3,0.003,1,2,3,4,5,0.1,7,9,-0.5,0,1e-07,2,1\n");
+}
+
+}  // namespace
+}  // namespace filiform
