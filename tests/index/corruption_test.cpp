@@ -88,16 +88,16 @@ TEST_F(Corruption, AFlippedBitIsFound) {
   std::mt19937_64 random(82);
   ASSERT_EQ(files_.size(), 6u);
   for (const std::string& file : files_) {
-    const std::string bytes = test::readFile(file);
+    const std::string bytes = test::readBytes(file);
     const std::size_t step = std::max<std::size_t>(1, bytes.size() / 150);
     for (std::size_t at = 0; at < bytes.size(); at += at < 64 ? 1 : 1 + random() % (2 * step)) {
       SCOPED_TRACE(file + " byte " + std::to_string(at));
       std::string damaged = bytes;
       damaged[at] = static_cast<char>(damaged[at] ^ (1 << random() % 8));
-      test::writeFile(file, damaged);
+      test::writeBytes(file, damaged);
       expectFoundOrHarmless(file);
     }
-    test::writeFile(file, bytes);
+    test::writeBytes(file, bytes);
   }
   EXPECT_EQ(everything(path_), good_);
 }
@@ -105,24 +105,24 @@ TEST_F(Corruption, AFlippedBitIsFound) {
 TEST_F(Corruption, AShortOrLongFileIsFound) {
   std::mt19937_64 random(83);
   for (const std::string& file : files_) {
-    const std::string bytes = test::readFile(file);
+    const std::string bytes = test::readBytes(file);
     std::vector<std::size_t> lengths{0, 1, 8, 16, bytes.size() / 2, bytes.size() - 1};
     for (int i = 0; i < 15; ++i) lengths.push_back(random() % bytes.size());
     for (std::size_t length : lengths) {
       if (length >= bytes.size()) continue;
       SCOPED_TRACE(file + " length " + std::to_string(length));
-      test::writeFile(file, bytes.substr(0, length));
+      test::writeBytes(file, bytes.substr(0, length));
       expectFoundOrHarmless(file);
     }
-    test::writeFile(file, bytes + "x");
+    test::writeBytes(file, bytes + "x");
     expectFoundOrHarmless(file);
-    test::writeFile(file, bytes);
+    test::writeBytes(file, bytes);
   }
 }
 
 TEST_F(Corruption, AMissingFileIsAnErrorThatNamesIt) {
   for (const std::string& file : files_) {
-    const std::string bytes = test::readFile(file);
+    const std::string bytes = test::readBytes(file);
     fs::remove(file);
     try {
       everything(path_);
@@ -130,7 +130,7 @@ TEST_F(Corruption, AMissingFileIsAnErrorThatNamesIt) {
     } catch (const IoError& error) {
       EXPECT_NE(std::string(error.what()).find(fs::path(file).filename().string()), std::string::npos) << error.what();
     }
-    test::writeFile(file, bytes);
+    test::writeBytes(file, bytes);
   }
 }
 

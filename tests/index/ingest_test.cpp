@@ -34,7 +34,7 @@ std::map<std::string, std::string> contents(const std::string& folder) {
   std::map<std::string, std::string> files;
   for (const auto& entry : fs::recursive_directory_iterator(folder))
     if (entry.is_regular_file())
-      files[fs::relative(entry.path(), folder).string()] = test::readFile(entry.path().string());
+      files[fs::relative(entry.path(), folder).string()] = test::readBytes(entry.path().string());
   return files;
 }
 
@@ -145,12 +145,12 @@ TEST(Ingest, ForceMendsADamagedSet) {
   const IngestResult result = ingestCells({test::randomNeuron(1)}, folder / "a.fil");
   const auto before = contents(folder / "a.fil");
   const std::string pack = folder / ("a.fil/" + result.revision + "/tiles-00000.pack");
-  std::string bytes = test::readFile(pack);
+  std::string bytes = test::readBytes(pack);
   bytes[100] ^= 1;
-  test::writeFile(pack, bytes);
+  test::writeBytes(pack, bytes);
   EXPECT_FALSE(ingestCells({test::randomNeuron(1)}, folder / "a.fil", {.force = true}).unchanged);
   EXPECT_EQ(contents(folder / "a.fil"), before);
-  test::writeFile(folder / "a.fil/CURRENT", "rubbish");
+  test::writeBytes(folder / "a.fil/CURRENT", "rubbish");
   EXPECT_FALSE(ingestCells({test::randomNeuron(1)}, folder / "a.fil", {.force = true}).unchanged);
   EXPECT_EQ(contents(folder / "a.fil"), before);
 }
@@ -215,15 +215,15 @@ TEST(Ingest, WhatACrashLeftIsCleared) {
   const TempFolder folder;
   fs::create_directories(folder / "a.fil/new.tmp-123");
   fs::create_directories(folder / "a.fil/r-0123456789abcdef");
-  test::writeFile(folder / "a.fil/new.tmp-123/tiles-00000.pack", "half");
-  test::writeFile(folder / "a.fil/CURRENT.tmp-123", "half");
+  test::writeBytes(folder / "a.fil/new.tmp-123/tiles-00000.pack", "half");
+  test::writeBytes(folder / "a.fil/CURRENT.tmp-123", "half");
   ingestCells({test::randomNeuron(1)}, folder / "a.fil");
   EXPECT_EQ(std::distance(fs::directory_iterator(folder / "a.fil"), fs::directory_iterator()), 2);
 }
 
 TEST(Ingest, OtherFoldersAreLeftAlone) {
   const TempFolder folder;
-  test::writeFile(folder / "thesis.txt", "precious");
+  test::writeBytes(folder / "thesis.txt", "precious");
   EXPECT_THROW(ingestCells({test::randomNeuron(1)}, folder.path(), {.force = true}), InputError);
   EXPECT_THROW(ingestCells({test::randomNeuron(1)}, folder / "thesis.txt", {.force = true}), InputError);
   EXPECT_EQ(contents(folder.path()).size(), 1u);

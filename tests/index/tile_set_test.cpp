@@ -35,13 +35,13 @@ TEST(TileSet, SaysThatThereIsNone) {
 TEST(TileSet, RefusesWhatCurrentCannotName) {
   const test::TempFolder folder;
   const std::string path = ingested(folder, {test::randomNeuron(1)});
-  const std::string good = test::readFile(path + "/CURRENT");
+  const std::string good = test::readBytes(path + "/CURRENT");
   for (const std::string& bad : {std::string(), std::string("\n"), good + "\n", std::string("../../etc/passwd/xx\n"),
                                  good.substr(0, 18), std::string(19, '\0'), std::string("r-0123456789ABCDEF\n")}) {
-    test::writeFile(path + "/CURRENT", bad);
+    test::writeBytes(path + "/CURRENT", bad);
     EXPECT_THROW(TileSet::open(path), CorruptSet) << bad;
   }
-  test::writeFile(path + "/CURRENT", "r-0123456789abcdef\n");
+  test::writeBytes(path + "/CURRENT", "r-0123456789abcdef\n");
   EXPECT_THROW(TileSet::open(path), IoError);
 }
 
@@ -60,9 +60,9 @@ TEST(TileSet, DamageNamesTileFileAndOffset) {
   const std::string path = ingested(folder, test::randomColumn(52, 3, 300, 100));
   const auto before = TileSet::open(path);
   const auto [pack, offset] = before->place(1);
-  std::string bytes = test::readFile(pack);
+  std::string bytes = test::readBytes(pack);
   bytes[offset + 3] ^= 4;
-  test::writeFile(pack, bytes);
+  test::writeBytes(pack, bytes);
   const auto set = TileSet::open(path);
   set->load(0);
   set->loadAppearance(1);

@@ -20,7 +20,7 @@ TEST(TileSource, NamesCannotLeaveTheFolder) {
 
 TEST(Folder, ReadsRangesOfWhatItOpened) {
   const test::TempFolder folder;
-  test::writeFile(folder / "file", "0123456789");
+  test::writeBytes(folder / "file", "0123456789");
   const auto source = openFolder(folder.path());
   EXPECT_EQ(source->size("file"), 10u);
   std::filesystem::remove(folder / "file");
@@ -38,7 +38,7 @@ TEST(Folder, SaysWhatIsMissing) {
   EXPECT_THROW(source->size("../none"), UsageError);
   std::filesystem::create_directory(folder / "sub");
   EXPECT_THROW(source->size("sub"), IoError);
-  test::writeFile(folder / "file", "0123456789");
+  test::writeBytes(folder / "file", "0123456789");
   std::vector<std::uint8_t> bytes(4);
   try {
     source->read("file", 8, bytes);

@@ -69,7 +69,7 @@ void writeSet(const TileStore& store, const std::string& path, const Faults& fau
   writer.writeSamples(samples);
   const std::string revision = writer.finish({});
   fs::rename(path + "/r", path + "/" + revision);
-  test::writeFile(path + "/CURRENT", revision + "\n");
+  test::writeBytes(path + "/CURRENT", revision + "\n");
 }
 
 std::string firstProblem(const VerifyReport& report) { return report.problems.empty() ? "" : report.problems.front(); }
