@@ -2,6 +2,8 @@
 
 #include "device/haptic_device.h"
 #include "index/errors.h"
+#include "index/text.h"
+#include "index/tile_store.h"
 
 #include <algorithm>
 #include <array>
@@ -46,7 +48,7 @@ int flushed(int code) {
 const std::atomic<bool>& interruptFlag() { return interrupted; }
 
 void throwIfInterrupted() {
-  if (interrupted.load(std::memory_order_relaxed)) throw Interrupted();
+  if (interrupted.load(std::memory_order_relaxed)) throw Interrupted("interrupted");
 }
 
 std::uint64_t parseBytes(const std::string& option, const std::string& text) {
@@ -95,6 +97,12 @@ double parseNumber(const std::string& what, const std::string& text) {
   if (error != std::errc() || rest != end || !std::isfinite(value))
     throw UsageError(what + " is '" + text + "': give a finite number");
   return value;
+}
+
+std::uint32_t findCellNamed(const TileStore& store, const std::string& name) {
+  if (const auto id = store.findCell(name)) return *id;
+  const std::string hint = store.cell_count() > 0 ? "; one that is there is '" + escaped(store.cell(0).name) + "'" : "";
+  throw UsageError("--cell " + escaped(name) + ": no cell of that name" + hint);
 }
 
 int runProgram(int argc, char** argv) {

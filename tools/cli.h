@@ -2,28 +2,23 @@
 // Thread rule: thread-compatible; the signal flag may be read by any thread.
 #pragma once
 
-#include "index/grid.h"
-
 #include <atomic>
 #include <cstdint>
-#include <exception>
 #include <functional>
 #include <string>
 
+namespace filiform {
+class TileStore;
+}
 namespace CLI {
 class App;
 }
 
 namespace filiform::tools {
 
-// Thrown where a long run notices that SIGINT or SIGTERM has come; the program then ends with 128 + signal.
-class Interrupted : public std::exception {
- public:
-  const char* what() const noexcept override { return "interrupted"; }
-};
-
 // Set by SIGINT and SIGTERM. Long work polls it.
 const std::atomic<bool>& interruptFlag();
+// Throws Interrupted (index/errors.h) once the flag is set.
 void throwIfInterrupted();
 
 // "65536", "64KiB", "1.5 MiB", "1GiB" (B, KiB, MiB, GiB). Throws UsageError naming `option` and the forms.
@@ -37,7 +32,10 @@ std::string formatNumber(double value);
 // A finite number in full; throws UsageError naming `what` otherwise (NaN, infinite, trailing text).
 double parseNumber(const std::string& what, const std::string& text);
 
-// A command sets `run` when it was the one chosen; main calls it after parsing.
+// The cell of that name. Throws UsageError, naming one that is there.
+std::uint32_t findCellNamed(const TileStore& store, const std::string& name);
+
+// A command sets `chosen` when it was the one chosen; main calls it after parsing.
 using Chosen = std::function<int()>;
 
 void addSynth(CLI::App& app, Chosen& chosen);

@@ -1,0 +1,232 @@
+// filiform navigate: a hand, simulated or recorded, travels a route without a display.
+#include "index/errors.h"
+#include "index/input.h"
+#include "index/memory_tiles.h"
+#include "index/text.h"
+#include "index/tile_set.h"
+#include "solver/run.h"
+#include "tools/cli.h"
+#include "tools/progress.h"
+#include "tools/travel_report.h"
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <iostream>
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+namespace filiform::tools {
+
+namespace {
+
+struct NavigateArguments {
+  std::string scene, cell, method = "force", hand, device, budget, prefetch = "distance", record, csv, plot, picture;
+  std::string route = "longest";
+  double zoom_um = 300, rate_Hz = 1000, latency_ms = 0;
+  std::optional<double> seconds, speed_m_s, stiffness_N_m;
+  std::uint64_t seed = 1;
+  bool realtime = false, json = false;
+};
+
+PrefetchPolicy prefetchPolicy(const std::string& name) {
+  if (name == "none") return PrefetchPolicy::none;
+  if (name == "distance") return PrefetchPolicy::distance;
+  if (name == "structure") return PrefetchPolicy::structure;
+  throw UsageError("--prefetch " + escaped(name) + ": choose none, distance or structure");
+}
+
+// A tile set, or a small file whose tiles are built in memory: no files, IO thread or search trees then.
+std::unique_ptr<TileStore> openScene(const std::string& path, bool& in_memory) {
+  in_memory = endsWithNoCase(path, ".swc") || endsWithNoCase(path, ".zip");
+  if (!in_memory) return TileSet::open(path);
+  Input input({path});
+  auto store = buildTilesInMemory(input);
+  if (store->cell_count() == 0) throw InputError(escaped(path) + ": no usable neuron in it; filiform check says why");
+  return store;
+}
+
+RunOptions optionsOf(const NavigateArguments& a, const TileStore& store, bool in_memory) {
+  RunOptions options;
+  options.in_memory = in_memory;
+  options.method = solverMethod(a.method);
+  options.route = a.route;
+  options.seconds = a.seconds;
+  if (!a.hand.empty() && !a.device.empty()) throw UsageError("--hand is short for --device sim:HAND: give one of them");
+  if (!a.hand.empty()) options.device = "sim:" + a.hand;
+  if (!a.device.empty()) options.device = a.device;
+  options.stiffness_N_m = a.stiffness_N_m;
+  options.zoom_um = a.zoom_um;
+  options.rate_Hz = a.rate_Hz;
+  if (a.speed_m_s) options.person.speed_m_s = *a.speed_m_s;
+  options.seed = a.seed;
+  if (!a.budget.empty()) {
+    const std::uint64_t budget = parseBytes("--budget", a.budget);
+    if (in_memory)
+      throw UsageError("--budget is for tile sets: a file that is travelled directly lies in memory as a whole");
+    options.budget_bytes = budget;
+  }
+  if (in_memory && a.latency_ms != 0)
+    throw UsageError("--latency is for tile sets: a file that is travelled directly is never read again");
+  options.latency_ms = a.latency_ms;
+  options.prefetch = prefetchPolicy(a.prefetch);
+  options.realtime = a.realtime;
+  options.record = a.record;
+  if (!a.cell.empty()) options.cell = findCellNamed(store, a.cell);
+  return options;
+}
+
+nlohmann::ordered_json describe(const RunSummary& s) {
+  nlohmann::ordered_json json{{"outcome", s.outcome},
+                              {"route_um", s.route_um},
+                              {"reached_um", s.reached_um},
+                              {"ticks", s.ticks},
+                              {"sim_s", s.sim_s},
+                              {"segments", s.segments},
+                              {"tiles", s.tiles},
+                              {"tiles_read", s.tiles_read},
+                              {"evictions", s.evictions},
+                              {"stalls", s.stalls},
+                              {"frontiers", s.frontiers},
+                              {"peak_bytes", s.peak_bytes},
+                              {"budget_bytes", nullptr},
+                              {"decoded_bytes", s.decoded_bytes},
+                              {"mean_force_N", s.mean_force_N},
+                              {"max_force_N", s.max_force_N},
+                              {"force_integral_Ns", s.force_integral_Ns},
+                              {"max_force_step_N", s.max_force_step_N},
+                              {"missed_deadlines", nullptr}};
+  if (s.budget_bytes) json["budget_bytes"] = *s.budget_bytes;
+  if (s.missed_deadlines) json["missed_deadlines"] = *s.missed_deadlines;
+  json["cell"] = s.cell;
+  json["visited"] = s.visited;
+  json["capped_ticks"] = s.capped_ticks;
+  json["back_offs"] = s.back_offs;
+  json["stiffness_N_m"] = s.stiffness_N_m;
+  return json;
+}
+
+std::string rounded(double value, int decimals) {
+  const double factor = std::pow(10, decimals);
+  return formatNumber(std::round(value * factor) / factor);
+}
+
+void describeForPeople(const RunSummary& s, const NavigateArguments& a) {
+  const auto line = [](const std::string& what, const std::string& value) {
+    std::cout << "  " << what << std::string(what.size() < 22 ? 22 - what.size() : 1, ' ') << value << '\n';
+  };
+  std::cout << "cell " << escaped(s.cell) << ", route " << escaped(a.route) << ", method " << a.method << ": "
+            << (s.outcome == "completed" ? "completed" : "stuck before the end") << '\n';
+  line("route", rounded(s.route_um, 1) + " um, reached " + rounded(s.reached_um, 1) + " um");
+  line("time", rounded(s.sim_s, 2) + " s, " + formatCount(s.ticks) + " ticks");
+  line("force", "mean " + rounded(s.mean_force_N, 3) + " N, largest " + rounded(s.max_force_N, 3) + " N, integral " +
+                    rounded(s.force_integral_Ns, 2) + " N s");
+  line("largest force step", rounded(s.max_force_step_N, 4) + " N from one tick to the next");
+  line("segments in the set", formatCount(s.segments));
+  line("tiles touched", formatCount(s.tiles));
+  line("tiles read", formatCount(s.tiles_read) + ", let go again " + formatCount(s.evictions));
+  line("memory for tiles", formatBytes(s.peak_bytes) + " at most, of " + formatBytes(s.decoded_bytes) +
+                               " in the whole set" +
+                               (s.budget_bytes ? "; budget " + formatBytes(*s.budget_bytes) : std::string()));
+  line("stalls", formatCount(s.stalls) + "  (ticks repeated after a tile was read; the hand does not feel them)");
+  line("frontiers", formatCount(s.frontiers) + "  (ticks at which the proxy waited for an absent tile)");
+  if (s.capped_ticks > 0) line("capped ticks", formatCount(s.capped_ticks) + "  (search continued on the next tick)");
+  if (s.missed_deadlines)
+    line("missed deadlines", formatCount(*s.missed_deadlines) + " of " + formatCount(s.ticks));
+  else
+    line("missed deadlines", "none possible in virtual time (--realtime counts them)");
+}
+
+int runNavigate(const NavigateArguments& a) {
+  bool in_memory = false;
+  const std::unique_ptr<TileStore> store = openScene(a.scene, in_memory);
+  const RunOptions options = optionsOf(a, *store, in_memory);
+
+  std::ofstream csv;
+  if (!a.csv.empty()) {
+    csv.open(a.csv, std::ios::binary);
+    if (!csv) throw IoError(escaped(a.csv), "cannot write", errno);
+    writeCsvHeader(csv);
+  }
+  std::unique_ptr<TravelReport> travel;
+  if (!a.plot.empty() || !a.picture.empty()) travel = std::make_unique<TravelReport>();
+  Progress progress({.title = "navigate", .noun = "ticks"});
+
+  RunSummary summary;
+  try {
+    summary = run(*store, options, [&](const TickRow& row) {
+      throwIfInterrupted();
+      if (csv.is_open()) {
+        writeCsvRow(csv, row);
+        if (!csv) throw IoError(escaped(a.csv), "cannot write", errno);
+      }
+      if (travel) travel->add(row);
+      progress.update(row.tick);
+    });
+    if (csv.is_open()) {
+      csv.close();
+      if (!csv) throw IoError(escaped(a.csv), "cannot write", errno);
+    }
+  } catch (...) {
+    if (csv.is_open()) csv.close();
+    if (!a.csv.empty()) std::remove(a.csv.c_str());
+    throw;
+  }
+  progress.finish();
+  const std::string title = summary.cell + ", " + a.route + ", " + a.method;
+  if (!a.plot.empty()) travel->writeForcePlot(a.plot, escaped(title), summary);
+  if (!a.picture.empty()) travel->writePicture(a.picture, escaped(title), summary, *store);
+
+  if (a.json)
+    std::cout << describe(summary).dump(1, ' ', false, nlohmann::json::error_handler_t::replace) << '\n';
+  else
+    describeForPeople(summary, a);
+  for (const std::string& note : summary.notes) std::cerr << "filiform: note: " << note << '\n';
+  for (const std::string& failure : summary.failures) std::cerr << "filiform: " << failure << '\n';
+  return summary.failures.empty() ? 0 : 1;
+}
+
+}  // namespace
+
+void addNavigate(CLI::App& app, Chosen& chosen) {
+  auto a = std::make_shared<NavigateArguments>();
+  CLI::App* command = app.add_subcommand("navigate", "A simulated or recorded hand travels a route");
+  command->footer(
+      "Example:\n  filiform navigate column.fil --route longest --zoom 300 --budget 4MiB --csv travel.csv --plot "
+      "force.png\n"
+      "  filiform navigate cell.swc --route 1:245 --method basic");
+  command->add_option("SCENE", a->scene, "tile set, or an .swc file or small .zip that is travelled directly")
+      ->required()
+      ->type_name("SET|FILE.swc");
+  command->add_option("--cell", a->cell, "name of the cell; default: the one with the most segments");
+  command->add_option("--route", a->route, "ROOT:TIP (sample ids), longest, or random:SEED")->capture_default_str();
+  command->add_option("--seconds", a->seconds, "simulated time at most; default: 10 times nominal + 20 s");
+  command->add_option("--method", a->method, "proxy solver: basic or force")->capture_default_str();
+  command->add_option("--hand", a->hand, "loose, medium or firm: short for --device sim:HAND");
+  command->add_option("--device", a->device, "sim:HAND, replay:FILE or null; default sim:medium");
+  command->add_option("--stiffness", a->stiffness_N_m,
+                      "of the spring to the proxy, N/m; default 200, with the loose hand 50");
+  command->add_option("--zoom", a->zoom_um, "um of world across 0.12 m of device")
+      ->capture_default_str()
+      ->type_name("UM");
+  command->add_option("--speed", a->speed_m_s, "of the hand's aim, m/s of device")->type_name("M_PER_S");
+  command->add_option("--rate", a->rate_Hz, "ticks a second")->capture_default_str()->type_name("HZ");
+  command->add_option("--seed", a->seed, "of the hand's tremor")->capture_default_str();
+  command->add_option("--budget", a->budget, "memory for tiles; default: no limit")->type_name("BYTES");
+  command->add_option("--latency", a->latency_ms, "virtual time until a tile has been read, ms")
+      ->capture_default_str()
+      ->type_name("MS");
+  command->add_option("--prefetch", a->prefetch, "none, distance or structure")->capture_default_str();
+  command->add_flag("--realtime", a->realtime, "pace by the clock, with a haptic and an IO thread");
+  command->add_option("--record", a->record, "write the exchanges with the device, for --device replay:FILE")
+      ->type_name("FILE");
+  command->add_option("--csv", a->csv, "one row a tick")->type_name("FILE");
+  command->add_option("--plot", a->plot, "the force curve as PNG")->type_name("FILE");
+  command->add_option("--picture", a->picture, "front view of the tissue and the way travelled, as PNG")
+      ->type_name("FILE");
+  command->add_flag("--json", a->json, "the summary as one JSON object");
+  command->callback([a, &chosen] { chosen = [a] { return runNavigate(*a); }; });
+}
+
+}  // namespace filiform::tools
