@@ -61,9 +61,10 @@ struct Residency::Impl {
     loader.takeFocus();
     loader.takeRequests();
     loader.planIfDue(now_s);
-    const std::vector<TileId> due = loader.dueTiles();
-    if (due.empty() || !loader.makeRoom(loader.bytesOf(due[0]), false, &internal::TileLoader::isUnwanted)) return false;
-    loader.read(due[0], lock);
+    const TileId next = loader.nextDue();
+    if (next == kNoTile || !loader.makeRoom(loader.bytesOf(next), false, &internal::TileLoader::isUnwanted))
+      return false;
+    loader.read(next, lock);
     return true;
   }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 #include <mutex>
+#include <numeric>
 #include <unordered_set>
 
 #include <flann/algorithms/dist.h>
@@ -10,6 +11,12 @@
 #include <flann/general.h>
 
 namespace filiform {
+namespace {
+
+// FLANN inserts results one by one into a sorted array; beyond this a scan of all samples is cheaper.
+constexpr std::size_t kMaxFromTree = 1024;
+
+}  // namespace
 
 struct SampleHint::Impl {
   using Tree = flann::KDTreeSingleIndex<flann::L2_3D<double>>;
@@ -38,31 +45,16 @@ struct SampleHint::Impl {
       tree->buildIndex();
     });
   }
-};
 
-SampleHint::SampleHint(const TileStore& store) : impl_(std::make_unique<Impl>(store)) {}
-SampleHint::~SampleHint() = default;
-
-std::vector<SampleHint::Guess> SampleHint::nearest(const Vector3d& h_W, std::size_t k) const {
-  impl_->build();
-  std::vector<Guess> guesses;
-  if (impl_->tree == nullptr || k == 0) return guesses;
-  const SamplePoints& samples = *impl_->samples;
-  const std::size_t n = samples.points.size();
-
-  // Several samples may lie on one segment: ask for more until k segments are
-  // known.
-  for (std::size_t wanted = k >= n ? n : std::min(n, k == 1 ? k : k + k / 2 + 8);; wanted = std::min(n, 2 * wanted)) {
-    flann::KNNSimpleResultSet<double> found(wanted);
-    impl_->tree->findNeighbors(found, h_W.data(), flann::SearchParams(flann::FLANN_CHECKS_UNLIMITED));
-    std::vector<std::size_t> indices(found.size());
-    std::vector<double> squared(found.size());
-    found.copy(indices.data(), squared.data(), found.size(), true);
-    guesses.clear();
+  // The nearest sample of each segment, nearest first.
+  std::vector<Guess> distinct(const Vector3d& h_W, const std::vector<std::size_t>& indices) const {
+    std::vector<Guess> guesses;
+    guesses.reserve(indices.size());
     for (const std::size_t i : indices) {
-      const Vector3d p_W = impl_->grid.toWorld(samples.points[i]);
-      guesses.push_back({(p_W - h_W).norm(), p_W, samples.segments[i], samples.t[i]});
+      const Vector3d p_W = grid.toWorld(samples->points[i]);
+      guesses.push_back({(p_W - h_W).norm(), p_W, samples->segments[i], samples->t[i]});
     }
+    if (guesses.size() == 1) return guesses;
     std::sort(guesses.begin(), guesses.end(), [](const Guess& a, const Guess& b) {
       return a.distance != b.distance ? a.distance < b.distance
              : a.segment != b.segment ? a.segment < b.segment
@@ -70,7 +62,39 @@ std::vector<SampleHint::Guess> SampleHint::nearest(const Vector3d& h_W, std::siz
     });
     std::unordered_set<std::uint64_t> seen;
     std::erase_if(guesses, [&](const Guess& g) { return !seen.insert(g.segment.key()).second; });
-    if (guesses.size() >= k || wanted == n) break;
+    return guesses;
+  }
+
+  // At least k distinct segments, or fewer where these would take more than kMaxFromTree samples: many may lie on one
+  // segment.
+  std::vector<Guess> fromTree(const Vector3d& h_W, std::size_t k) const {
+    const std::size_t most = std::min(samples->points.size(), kMaxFromTree);
+    std::vector<Guess> guesses;
+    if (tree == nullptr || k == 0) return guesses;
+    for (std::size_t wanted = k >= most ? most : std::min(most, k == 1 ? k : k + k / 2 + 8);;
+         wanted = std::min(most, 4 * wanted)) {
+      flann::KNNSimpleResultSet<double> found(wanted);
+      tree->findNeighbors(found, h_W.data(), flann::SearchParams(flann::FLANN_CHECKS_UNLIMITED));
+      std::vector<std::size_t> indices(found.size());
+      std::vector<double> squared(found.size());
+      found.copy(indices.data(), squared.data(), found.size(), true);
+      guesses = distinct(h_W, indices);
+      if (guesses.size() >= k || wanted == most) return guesses;
+    }
+  }
+};
+
+SampleHint::SampleHint(const TileStore& store) : impl_(std::make_unique<Impl>(store)) {}
+SampleHint::~SampleHint() = default;
+
+std::vector<SampleHint::Guess> SampleHint::nearest(const Vector3d& h_W, std::size_t k) const {
+  impl_->build();
+  std::vector<Guess> guesses = impl_->fromTree(h_W, k);
+  const std::size_t n = impl_->samples->points.size();
+  if (guesses.size() < k && n > kMaxFromTree) {
+    std::vector<std::size_t> all(n);
+    std::iota(all.begin(), all.end(), std::size_t{0});
+    guesses = impl_->distinct(h_W, all);
   }
   if (guesses.size() > k) guesses.resize(k);
   return guesses;
@@ -79,11 +103,11 @@ std::vector<SampleHint::Guess> SampleHint::nearest(const Vector3d& h_W, std::siz
 double SampleHint::squaredBound(const Vector3d& h_W, std::size_t k) const {
   impl_->build();
   if (k > impl_->samples->points.size()) return std::numeric_limits<double>::infinity();
-  const std::vector<Guess> guesses = nearest(h_W, k);
-  if (guesses.size() < k || guesses.empty()) return std::numeric_limits<double>::infinity();
+  const std::vector<Guess> guesses = impl_->fromTree(h_W, k);
+  if (guesses.size() < k || k == 0) return std::numeric_limits<double>::infinity();
   // A sample lies on its segment up to rounding to the grid, and closestPoint()
   // rounds too.
-  const Guess& last = guesses.back();
+  const Guess& last = guesses[k - 1];
   constexpr double kUlps = 16 * std::numeric_limits<double>::epsilon();
   const double bound =
       last.distance + impl_->grid.quantum_um() + kUlps * (last.distance + last.p_W.cwiseAbs().maxCoeff());

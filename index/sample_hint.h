@@ -33,7 +33,7 @@ class SampleHint {
   std::vector<Guess> nearest(const Vector3d& h_W, std::size_t k) const;
 
   // A squared distance, um^2, within which k distinct segments surely lie,
-  // rounding included; infinity where the samples do not tell.
+  // rounding included; infinity where the samples do not tell cheaply.
   double squaredBound(const Vector3d& h_W, std::size_t k) const;
 
   double covering_radius_um() const;

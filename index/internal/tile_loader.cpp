@@ -205,6 +205,15 @@ std::vector<TileId> TileLoader::dueTiles() const {
   return tiles;
 }
 
+TileId TileLoader::nextDue() const {
+  const std::pair<const TileId, Slot>* best = nullptr;
+  for (const auto& at : slots_)
+    if (at.second.state == TileState::queued && at.second.due <= now_ &&
+        (best == nullptr || at.second.order < best->second.order))
+      best = &at;
+  return best == nullptr ? kNoTile : best->first;
+}
+
 void TileLoader::release(SlotPlace at) {
   counters_.bytes -= bytesOf(at->first);
   leaving_ -= bytesOf(at->first);

@@ -69,6 +69,8 @@ class TileLoader {
 
   // Queued tiles whose time has come, best claim first.
   std::vector<TileId> dueTiles() const;
+  // The first of them, or kNoTile.
+  TileId nextDue() const;
   // Evicts until `need` bytes fit, worst claims first, never a pinned tile or one that may not go. True if they fit
   // now; with `at_once` (settling) also that is certain when evictions sufficed.
   bool makeRoom(std::uint64_t need, bool at_once, const MayGo& may_go);

@@ -1,6 +1,7 @@
 #include "tests/support/counting_store.h"
 
 #include "index/errors.h"
+#include "index/samples.h"
 
 #include <algorithm>
 #include <thread>
@@ -77,7 +78,9 @@ const SamplePoints& CountingStore::samples() const {
     const std::lock_guard lock(account_->mutex);
     ++account_->samples_read;
   }
-  return store_.samples();
+  if (most_samples_ == 0) return store_.samples();
+  std::call_once(chosen_, [&] { samples_ = chooseSamples(store_, most_samples_); });
+  return samples_;
 }
 
 }  // namespace filiform::test

@@ -17,7 +17,9 @@ class CountingStore : public TileStore {
  public:
   static constexpr int kForever = -1;
 
-  explicit CountingStore(const TileStore& store) : store_(store), account_(std::make_shared<Account>()) {}
+  // With `most_samples` its samples are chosen anew, that many at most: few are quickly chosen.
+  explicit CountingStore(const TileStore& store, std::size_t most_samples = 0)
+      : store_(store), most_samples_(most_samples), account_(std::make_shared<Account>()) {}
 
   // The next `times` loads of the tile throw CorruptTile.
   void failLoads(TileId tile, int times = kForever);
@@ -56,6 +58,9 @@ class CountingStore : public TileStore {
   };
 
   const TileStore& store_;
+  const std::size_t most_samples_;
+  mutable std::once_flag chosen_;
+  mutable SamplePoints samples_;
   std::shared_ptr<Account> account_;
 };
 
