@@ -117,7 +117,10 @@ void describeForPeople(const RunSummary& s, const NavigateArguments& a) {
     std::cout << "  " << what << std::string(what.size() < 22 ? 22 - what.size() : 1, ' ') << value << '\n';
   };
   std::cout << "cell " << escaped(s.cell) << ", route " << escaped(a.route) << ", method " << a.method << ": "
-            << (s.outcome == "completed" ? "completed" : "stuck before the end") << '\n';
+            << (s.outcome == "completed"             ? "completed"
+                : a.seconds && s.sim_s >= *a.seconds ? "not completed: time was over"
+                                                     : "stuck before the end")
+            << '\n';
   line("route", rounded(s.route_um, 1) + " um, reached " + rounded(s.reached_um, 1) + " um");
   line("time", rounded(s.sim_s, 2) + " s, " + formatCount(s.ticks) + " ticks");
   line("force", "mean " + rounded(s.mean_force_N, 3) + " N, largest " + rounded(s.max_force_N, 3) + " N, integral " +

@@ -54,6 +54,11 @@ void TravelReport::writePicture(const std::string& path, const std::string& titl
   options.hi_um = store.grid().toWorld(bounds.hi);
   for (int axis = 0; axis < 3; ++axis)  // a flat or single-point scene still needs a frame
     if (options.hi_um[axis] - options.lo_um[axis] < 1e-3) options.hi_um[axis] += 0.5, options.lo_um[axis] -= 0.5;
+  const auto is_synthetic = [&](std::uint32_t id) {
+    return store.cell(id).source.find("column/L") != std::string::npos;
+  };
+  if (store.cell_count() > 0 && is_synthetic(0) && is_synthetic(store.cell_count() - 1))
+    options.levels = syntheticLevels();
   ProjectionPicture picture(options);
   std::map<NodeId, CellDetail::Root> somata;  // not yet drawn
   for (std::uint32_t cell = 0; cell < store.cell_count(); ++cell)

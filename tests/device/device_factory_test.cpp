@@ -3,7 +3,7 @@
 #include "device/null_device.h"
 #include "device/replay.h"
 #include "device/simulated_hand.h"
-#include "tests/support/scratch_folder.h"
+#include "tests/support/temp_folder.h"
 
 #include <gtest/gtest.h>
 
@@ -20,7 +20,7 @@ TEST(DeviceFactory, MakesEveryDeviceItOffers) {
   }
   EXPECT_NE(dynamic_cast<NullDevice*>(makeDevice("null").get()), nullptr);
 
-  const test::ScratchFolder folder;
+  const test::TempFolder folder;
   const std::string path = folder.file("with:colon.rec");
   RecordingDevice recording(makeDevice("null"), path);
   recording.open();

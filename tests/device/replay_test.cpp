@@ -2,7 +2,7 @@
 
 #include "device/null_device.h"
 #include "device/simulated_hand.h"
-#include "tests/support/scratch_folder.h"
+#include "tests/support/temp_folder.h"
 
 #include <bit>
 #include <cmath>
@@ -22,15 +22,6 @@ namespace filiform {
 namespace {
 
 using Eigen::Vector3d;
-
-std::string bytesOf(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
-void writeBytes(const std::string& path, const std::string& bytes) {
-  std::ofstream(path, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-}
 
 std::string messageOf(const std::string& path) {
   try {
@@ -99,7 +90,7 @@ Wrench wildWrench(int i) {
 
 TEST(ReplayDevice, ReturnsEveryRecordedStateBitForBit) {
   for (const bool writer_thread : {true, false}) {
-    const test::ScratchFolder folder;
+    const test::TempFolder folder;
     const std::string path = folder.file("run.rec");
     std::vector<DeviceState> states;
     {
@@ -129,7 +120,7 @@ TEST(ReplayDevice, ReturnsEveryRecordedStateBitForBit) {
 }
 
 TEST(ReplayDevice, HasTheCapabilitiesOfTheDevice) {
-  const test::ScratchFolder folder;
+  const test::TempFolder folder;
   WildDevice wild;
   {
     RecordingDevice recording(std::make_unique<WildDevice>(), folder.file("r"));
@@ -157,7 +148,7 @@ TEST(ReplayDevice, HasTheCapabilitiesOfTheDevice) {
 }
 
 TEST(ReplayDevice, CountsWrenchesThatDiffer) {
-  const test::ScratchFolder folder;
+  const test::TempFolder folder;
   {
     RecordingDevice recording(std::make_unique<NullDevice>(), folder.file("r"));
     recording.open();
@@ -174,63 +165,63 @@ TEST(ReplayDevice, CountsWrenchesThatDiffer) {
   EXPECT_EQ(replay.differingWrenches(), 1U);
 }
 
-std::string smallRecording(const test::ScratchFolder& folder) {
+std::string smallRecording(const test::TempFolder& folder) {
   const std::string path = folder.file("small.rec");
   RecordingDevice recording(std::make_unique<SimulatedHand>(SimulatedHandOptions{}), path, {.writer_thread = false});
   recording.open();
   for (int i = 0; i < 5; ++i) recording.exchange(wildWrench(i));
   recording.finish();
-  return bytesOf(path);
+  return test::readBytes(path);
 }
 
 TEST(ReplayDevice, SaysWhereAnyCutRecordingEnds) {
-  const test::ScratchFolder folder;
+  const test::TempFolder folder;
   const std::string whole = smallRecording(folder);
   const std::string path = folder.file("cut.rec");
   for (std::size_t length = 0; length < whole.size(); ++length) {
-    writeBytes(path, whole.substr(0, length));
+    test::writeBytes(path, whole.substr(0, length));
     const std::string message = messageOf(path);
     EXPECT_NE(message.find("at byte"), std::string::npos) << length << ": " << message;
     EXPECT_NE(message.find("cut"), std::string::npos) << length << ": " << message;
     EXPECT_EQ(message.rfind(path, 0), 0U) << message;
   }
-  writeBytes(path, whole + "x");
+  test::writeBytes(path, whole + "x");
   EXPECT_NE(messageOf(path), "");
 }
 
 TEST(ReplayDevice, NoticesAnyFlippedByte) {
-  const test::ScratchFolder folder;
+  const test::TempFolder folder;
   const std::string whole = smallRecording(folder);
   const std::string path = folder.file("flipped.rec");
   for (std::size_t at = 0; at < whole.size(); ++at) {
     std::string bytes = whole;
     bytes[at] = static_cast<char>(bytes[at] ^ 0x10);
-    writeBytes(path, bytes);
+    test::writeBytes(path, bytes);
     EXPECT_NE(messageOf(path), "") << "byte " << at;
   }
 }
 
 TEST(ReplayDevice, NamesBothVersionsOfANewerFormat) {
-  const test::ScratchFolder folder;
+  const test::TempFolder folder;
   std::string bytes = smallRecording(folder);
   bytes[8] = 2;
-  writeBytes(folder.file("new.rec"), bytes);
+  test::writeBytes(folder.file("new.rec"), bytes);
   const std::string message = messageOf(folder.file("new.rec"));
   EXPECT_NE(message.find("version 2"), std::string::npos) << message;
   EXPECT_NE(message.find("version 1"), std::string::npos) << message;
 }
 
 TEST(ReplayDevice, RefusesWhatIsNoRecording) {
-  const test::ScratchFolder folder;
-  writeBytes(folder.file("t"), "1 1 0 0 0 1 -1\n");
+  const test::TempFolder folder;
+  test::writeBytes(folder.file("t"), "1 1 0 0 0 1 -1\n");
   EXPECT_NE(messageOf(folder.file("t")).find("not a recording"), std::string::npos);
   EXPECT_NE(messageOf(folder.file("missing")).find("cannot open"), std::string::npos);
-  EXPECT_NE(messageOf(folder.path().string()).find("cannot read"), std::string::npos) << "a folder";
+  EXPECT_NE(messageOf(folder.path()).find("cannot read"), std::string::npos) << "a folder";
   EXPECT_NE(messageOf(folder.file("a\nb")).find("a\\x0ab"), std::string::npos) << "one line, whatever the name";
 }
 
 TEST(RecordingDevice, PassesEverythingThrough) {
-  const test::ScratchFolder folder;
+  const test::TempFolder folder;
   RecordingDevice recording(std::make_unique<NullDevice>(), folder.file("r"));
   auto& inner = dynamic_cast<NullDevice&>(recording.inner());
   EXPECT_EQ(recording.status(), DeviceStatus::closed);
@@ -249,7 +240,7 @@ TEST(RecordingDevice, PassesEverythingThrough) {
 }
 
 TEST(RecordingDevice, KeepsTheExchangesOfARunThatNobodyFinished) {
-  const test::ScratchFolder folder;
+  const test::TempFolder folder;
   {
     RecordingDevice recording(std::make_unique<NullDevice>(), folder.file("r"));
     recording.open();
@@ -259,7 +250,7 @@ TEST(RecordingDevice, KeepsTheExchangesOfARunThatNobodyFinished) {
 }
 
 TEST(RecordingDevice, SaysWhatItLostWhenNobodyDrained) {
-  const test::ScratchFolder folder;
+  const test::TempFolder folder;
   RecordingDevice recording(std::make_unique<NullDevice>(), folder.file("r"), {.capacity = 64, .writer_thread = false});
   recording.open();
   for (int i = 0; i < 5000; ++i) recording.exchange({});
@@ -278,7 +269,7 @@ TEST(RecordingDevice, SaysWhatItLostWhenNobodyDrained) {
 }
 
 TEST(RecordingDevice, LosesNothingWhileAnotherThreadWrites) {
-  const test::ScratchFolder folder;
+  const test::TempFolder folder;
   constexpr std::uint32_t kExchanges = 50000;
   {
     RecordingDevice recording(std::make_unique<NullDevice>(), folder.file("r"), {.capacity = kExchanges});
@@ -301,7 +292,7 @@ TEST(RecordingDevice, LosesNothingWhileAnotherThreadWrites) {
 }
 
 TEST(RecordingDevice, LeavesNothingBehindWhenTheFileCannotBeWritten) {
-  const test::ScratchFolder folder;
+  const test::TempFolder folder;
   {
     RecordingDevice recording(std::make_unique<NullDevice>(), folder.file("no/such/folder/r"));
     EXPECT_THROW(recording.open(), DeviceError);

@@ -2,7 +2,7 @@
 
 #include "index/errors.h"
 #include "index/input.h"
-#include "tests/support/scratch_folder.h"
+#include "tests/support/temp_folder.h"
 #include "tests/support/zip_builder.h"
 
 #include <sstream>
@@ -42,8 +42,8 @@ std::string rowOfFile(const std::string& path) {
 }
 
 std::string row(const std::string& bytes) {
-  const test::ScratchFolder folder;
-  test::writeFile(folder.file("a.zip"), bytes);
+  const test::TempFolder folder;
+  test::writeBytes(folder.file("a.zip"), bytes);
   return rowOfFile(folder.file("a.zip"));
 }
 
@@ -54,7 +54,7 @@ TEST(Archive, SumsOverItsEntries) {
 }
 
 TEST(Archive, DeflatedEntriesAreRead) {
-  const test::ScratchFolder folder;
+  const test::TempFolder folder;
   std::string large;
   for (int i = 1; i < 20000; ++i)
     large += std::to_string(i) + " 3 0 0 " + std::to_string(i) + " 1 " + std::to_string(i > 1 ? i - 1 : -1) + "\n";
@@ -78,8 +78,8 @@ TEST(Archive, NamesThatClimbOutAreSkipped) {
 }
 
 TEST(Archive, OddNamesAreReadUnderAPlainOne) {
-  const test::ScratchFolder folder;
-  test::writeFile(folder.file("a.zip"),
+  const test::TempFolder folder;
+  test::writeBytes(folder.file("a.zip"),
                   buildZip({member("/etc/abs.swc"), member("C:\\x\\drive.swc"), member("\\\\host\\unc.swc"),
                             member("tab\there\x1B[1m.swc"), member("..dots../fine.swc")}));
   Input input({folder.file("a.zip")});
@@ -126,10 +126,10 @@ TEST(Archive, AnEntryOfAnotherSizeIsRefused) {
 }
 
 TEST(Archive, NothingBeyondTheDeclaredSizeIsHandedOver) {
-  const test::ScratchFolder folder;
+  const test::TempFolder folder;
   ZipMember liar = member("liar.swc", std::string(500000, '1'));
   liar.bytes = 70000;
-  test::writeFile(folder.file("a.zip"), buildZip({liar}));
+  test::writeBytes(folder.file("a.zip"), buildZip({liar}));
   Archive archive(folder.file("a.zip"));
   std::size_t got = 0;
   EXPECT_EQ(archive.read(archive.entries()[0], [&](std::string_view bytes) { got += bytes.size(); }),
@@ -154,15 +154,15 @@ TEST(Archive, OverlappingEntriesRefuseTheArchive) {
 
 // Every cut of an archive is seen as a cut; the first byte alone could be anything.
 TEST(Archive, EveryTruncationIsRefused) {
-  const test::ScratchFolder folder;
+  const test::TempFolder folder;
   const std::string path = folder.file("a.zip");
   const std::string whole = buildZip({kGood, member("two.swc")}, "a comment");
   for (std::size_t size = 0; size < whole.size(); ++size) {
-    test::writeFile(path, whole.substr(0, size));
+    test::writeBytes(path, whole.substr(0, size));
     EXPECT_EQ(Archive(path).refusal(), size < 2 ? InputCode::E_ZIP_FORMAT : InputCode::E_ZIP_TRUNCATED)
         << size << " bytes";
   }
-  test::writeFile(path, whole);
+  test::writeBytes(path, whole);
   EXPECT_FALSE(Archive(path).refusal());
 }
 
@@ -196,14 +196,14 @@ TEST(Archive, BytesBeforeTheArchiveAreAllowed) {
 
 // Flips every byte of a small archive to three other values: it may be refused or read, and what is read must be whole.
 TEST(Archive, DamageNeverPassesForData) {
-  const test::ScratchFolder folder;
+  const test::TempFolder folder;
   const std::string path = folder.file("a.zip");
   const std::string whole = buildZip({kGood, member("two.swc")}, "c");
   for (std::size_t at = 0; at < whole.size(); ++at) {
     for (const int flip : {0x01, 0x80, 0xFF}) {
       std::string damaged = whole;
       damaged[at] = static_cast<char>(damaged[at] ^ flip);
-      test::writeFile(path, damaged);
+      test::writeBytes(path, damaged);
       Archive archive(path);
       for (const ArchiveEntry& entry : archive.entries()) {
         if (entry.skipped) continue;

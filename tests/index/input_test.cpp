@@ -2,7 +2,7 @@
 
 #include "index/errors.h"
 #include "tests/support/corpus.h"
-#include "tests/support/scratch_folder.h"
+#include "tests/support/temp_folder.h"
 #include "tests/support/zip_builder.h"
 
 #include <filesystem>
@@ -39,13 +39,13 @@ test::ZipMember member(const std::string& name, const std::string& content) {
   return m;
 }
 
-void put(const test::ScratchFolder& folder, const std::string& name, const std::string& bytes) {
+void put(const test::TempFolder& folder, const std::string& name, const std::string& bytes) {
   fs::create_directories(fs::path(folder.file(name)).parent_path());
-  test::writeFile(folder.file(name), bytes);
+  test::writeBytes(folder.file(name), bytes);
 }
 
 TEST(Input, WalksFoldersAndTakesWhatItShould) {
-  const test::ScratchFolder folder;
+  const test::TempFolder folder;
   for (const char* name :
        {"b.swc", "a/deep/er/c.SWC", ".hidden.swc", ".h/d.Swc", "._e.swc", "__MACOSX/f.swc", "g.txt", "h.swc.bak"}) {
     put(folder, name, kTwo);
@@ -53,7 +53,7 @@ TEST(Input, WalksFoldersAndTakesWhatItShould) {
   put(folder, "z.ZIP", test::buildZip({member("in/i.swc", kTwo)}));
   fs::create_symlink(folder.file("b.swc"), folder.file("link.swc"));
   fs::create_directory_symlink(folder.path(), folder.file("loop"));
-  Input input({folder.path().string()});
+  Input input({folder.path()});
   EXPECT_EQ(sourcesOf(input),
             (std::vector<std::string>{".h/d.Swc", ".hidden.swc", "a/deep/er/c.SWC", "b.swc", "z.ZIP/in/i.swc"}));
   EXPECT_EQ(input.skipped_links(), std::vector<std::string>{"link.swc"});
@@ -61,7 +61,7 @@ TEST(Input, WalksFoldersAndTakesWhatItShould) {
 }
 
 TEST(Input, CellsComeByThenDigestWhateverTheOrderOfArguments) {
-  const test::ScratchFolder folder;
+  const test::TempFolder folder;
   put(folder, "p/x.swc", kOne);
   put(folder, "q/x.swc", kTwo);
   put(folder, "q/b.swc", kTwo);
@@ -82,7 +82,7 @@ TEST(Input, CellsComeByThenDigestWhateverTheOrderOfArguments) {
 }
 
 TEST(Input, RowsFollowTheArgumentsAndFoldersTheirPaths) {
-  const test::ScratchFolder folder;
+  const test::TempFolder folder;
   put(folder, "z.swc", kTwo);
   put(folder, "f/b.swc", "");
   put(folder, "f/a/b\n.swc", kOne);
@@ -101,11 +101,11 @@ TEST(Input, RowsFollowTheArgumentsAndFoldersTheirPaths) {
 }
 
 TEST(Input, ASecondPassYieldsTheSame) {
-  const test::ScratchFolder folder;
+  const test::TempFolder folder;
   put(folder, "a.swc", kTwo);
   put(folder, "b.swc", "");
   put(folder, "c.zip", test::buildZip({member("x.swc", kOne), member("x.swc", kTwo), member("bad.swc", "x")}));
-  Input input({folder.path().string()});
+  Input input({folder.path()});
   const std::vector<std::string> first = sourcesOf(input);
   const std::string table = tableOf(input);
   for (int pass = 0; pass < 2; ++pass) {
@@ -116,7 +116,7 @@ TEST(Input, ASecondPassYieldsTheSame) {
 }
 
 TEST(Input, AnUnfinishedPassLeavesNoTrace) {
-  const test::ScratchFolder folder;
+  const test::TempFolder folder;
   put(folder, "a.zip",
       test::buildZip({member("x.swc", "1 1 0 0 0 0 -1\n"), member("y.swc", kTwo), member("../z.swc", kTwo)}));
   Input input({folder.file("a.zip")});
@@ -129,7 +129,7 @@ TEST(Input, AnUnfinishedPassLeavesNoTrace) {
 }
 
 TEST(Input, AFileThatChangedBetweenPassesIsAnError) {
-  const test::ScratchFolder folder;
+  const test::TempFolder folder;
   put(folder, "a.swc", kTwo);
   Input input({folder.file("a.swc")});
   EXPECT_EQ(sourcesOf(input).size(), 1u);
@@ -140,7 +140,7 @@ TEST(Input, AFileThatChangedBetweenPassesIsAnError) {
 }
 
 TEST(Input, ArgumentsThatCannotBeReadAreErrors) {
-  const test::ScratchFolder folder;
+  const test::TempFolder folder;
   fs::create_directories(folder.file("empty/inner"));
   put(folder, "a.swc", kTwo);
   EXPECT_THROW(Input({folder.file("none.swc")}), IoError);
@@ -151,7 +151,7 @@ TEST(Input, ArgumentsThatCannotBeReadAreErrors) {
 }
 
 TEST(Input, AFileThatVanishesIsAnError) {
-  const test::ScratchFolder folder;
+  const test::TempFolder folder;
   put(folder, "a.swc", kTwo);
   put(folder, "b.zip", test::buildZip({member("x.swc", kTwo)}));
   for (const char* name : {"a.swc", "b.zip"}) {
@@ -163,7 +163,7 @@ TEST(Input, AFileThatVanishesIsAnError) {
 }
 
 TEST(Input, ALinkAsArgumentIsFollowed) {
-  const test::ScratchFolder folder;
+  const test::TempFolder folder;
   put(folder, "a.swc", kTwo);
   fs::create_symlink(folder.file("a.swc"), folder.file("link"));
   Input input({folder.file("link")});
@@ -171,7 +171,7 @@ TEST(Input, ALinkAsArgumentIsFollowed) {
 }
 
 TEST(Input, StrictRefusesEntriesAndArchivesOnAnyWarning) {
-  const test::ScratchFolder folder;
+  const test::TempFolder folder;
   put(folder, "a.zip", test::buildZip({member("x.swc", kTwo), member("/y.swc", kTwo)}));
   InputOptions options;
   options.swc.strict = true;
@@ -181,7 +181,7 @@ TEST(Input, StrictRefusesEntriesAndArchivesOnAnyWarning) {
 }
 
 TEST(Input, ProgressEndsAtTheTotal) {
-  const test::ScratchFolder folder;
+  const test::TempFolder folder;
   put(folder, "a.swc", kTwo);
   put(folder, "b.zip", test::buildZip({member("x.swc", kTwo), member("x.swc", kOne), member("y.txt", kOne)}));
   std::uint64_t last = 0, total = 0;
@@ -191,18 +191,18 @@ TEST(Input, ProgressEndsAtTheTotal) {
     total = of;
     EXPECT_LE(done, of);
   };
-  Input input({folder.path().string()}, options);
+  Input input({folder.path()}, options);
   sourcesOf(input);
   EXPECT_EQ(last, input.bytes());
   EXPECT_EQ(total, input.bytes());
 }
 
 TEST(Input, TheSummaryNamesWhatIsRefusedAndWhy) {
-  const test::ScratchFolder folder;
+  const test::TempFolder folder;
   put(folder, "bad\x1B.swc", "");
   put(folder, "good.swc", "1 1 0 0 0 0 -1\n");
   put(folder, "z.zip", "no zip");
-  Input input({folder.path().string()});
+  Input input({folder.path()});
   sourcesOf(input);
   EXPECT_EQ(summary(input.reports()),
             "3 inputs: 0 accepted, 1 with warnings, 2 refused; 1 samples, 0 segments kept\n"

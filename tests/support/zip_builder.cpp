@@ -75,10 +75,4 @@ void writeDeflatedZip(const std::string& path, const std::vector<ZipMember>& mem
   if (zip_close(zip) != 0) throw std::runtime_error("cannot write " + path);
 }
 
-void writeFile(const std::string& path, const std::string& bytes) {
-  std::ofstream file(path, std::ios::binary);
-  file << bytes;
-  if (!file.flush()) throw std::runtime_error("cannot write " + path);
-}
-
 }  // namespace filiform::test

@@ -28,6 +28,4 @@ std::string buildZip(const std::vector<ZipMember>& members, const std::string& c
 // The same members, really deflated, as an ordinary program writes them. Writes the file `path`.
 void writeDeflatedZip(const std::string& path, const std::vector<ZipMember>& members);
 
-void writeFile(const std::string& path, const std::string& bytes);
-
 }  // namespace filiform::test

@@ -1,7 +1,7 @@
 #include "tools/report.h"
 
 #include "index/errors.h"
-#include "tests/support/scratch_folder.h"
+#include "tests/support/temp_folder.h"
 #include "tools/image_font.h"
 
 #include <algorithm>
@@ -45,7 +45,7 @@ int count(const Image& image, Colour colour, int within = 30) {
 }
 
 TEST(WritePng, ReadsBackPixelForPixel) {
-  const test::ScratchFolder folder;
+  const test::TempFolder folder;
   Image image(37, 21);
   for (std::size_t i = 0; i < image.rgb.size(); ++i) image.rgb[i] = static_cast<std::uint8_t>(i * 7);
   writePng(image, folder.file("a.png"));
@@ -55,7 +55,7 @@ TEST(WritePng, ReadsBackPixelForPixel) {
 }
 
 TEST(WritePng, LeavesNothingHalfWritten) {
-  const test::ScratchFolder folder;
+  const test::TempFolder folder;
   Image image(400, 400);
   unsigned noise = 1;
   for (auto& byte : image.rgb) byte = static_cast<std::uint8_t>((noise = noise * 1664525U + 1013904223U) >> 24);

@@ -1,7 +1,7 @@
 #include "tools/synthetic.h"
 
 #include "index/errors.h"
-#include "tests/support/scratch_folder.h"
+#include "tests/support/temp_folder.h"
 
 #include <algorithm>
 #include <charconv>
@@ -22,11 +22,6 @@
 
 namespace filiform::tools {
 namespace {
-
-std::string bytesOf(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
 
 // Path -> text of every entry.
 std::map<std::string, std::string> entriesOf(const std::string& path) {
@@ -69,7 +64,7 @@ SyntheticOptions scene(const std::string& kind) {
 }
 
 TEST(Synthetic, TheSameOptionsGiveTheSameBytes) {
-  const test::ScratchFolder folder;
+  const test::TempFolder folder;
   writeSynthetic(column(4), folder.file("a.zip"));
   // The dates in an archive must not follow the local time zone.
   const char* old_zone = getenv("TZ");
@@ -84,8 +79,8 @@ TEST(Synthetic, TheSameOptionsGiveTheSameBytes) {
   }
   tzset();
   writeSynthetic(column(4, 2), folder.file("c.zip"));
-  EXPECT_TRUE(bytesOf(folder.file("a.zip")) == bytesOf(folder.file("b.zip")));
-  EXPECT_FALSE(bytesOf(folder.file("a.zip")) == bytesOf(folder.file("c.zip")));
+  EXPECT_TRUE(test::readBytes(folder.file("a.zip")) == test::readBytes(folder.file("b.zip")));
+  EXPECT_FALSE(test::readBytes(folder.file("a.zip")) == test::readBytes(folder.file("c.zip")));
 }
 
 TEST(Synthetic, AColumnKeepsItsFirstCellsWhenItGrows) {
@@ -100,7 +95,7 @@ TEST(Synthetic, AColumnKeepsItsFirstCellsWhenItGrows) {
 }
 
 TEST(Synthetic, TheStreamIsWhatAReaderOfTheArchiveWouldGet) {
-  const test::ScratchFolder folder;
+  const test::TempFolder folder;
   for (const SyntheticOptions& options : {column(6), scene("scene1"), scene("scene3")}) {
     const SyntheticSummary summary = writeSynthetic(options, folder.file("a.zip"));
     const auto entries = entriesOf(folder.file("a.zip"));
@@ -264,14 +259,14 @@ TEST(Synthetic, ScenesHaveTheShapesTheirNamesPromise) {
     const auto tip = static_cast<std::size_t>(std::stoul(route.substr(2)));
     ASSERT_LE(tip, easy.samples());
     EXPECT_EQ(children[tip - 1], 0) << route << " ends at a tip";
-    const test::ScratchFolder folder;
+    const test::TempFolder folder;
     writeSynthetic(scene(kind), folder.file("s.zip"));
     EXPECT_NE(entriesOf(folder.file("s.zip")).at(kind + ".swc").find("ROOT:TIP): " + route + "\n"), std::string::npos);
   }
 }
 
 TEST(Synthetic, APlacementTableUsesALibrary) {
-  const test::ScratchFolder folder;
+  const test::TempFolder folder;
   SyntheticOptions options = column(25);
   options.library = 4;
   options.placements_out = folder.file("t.tsv");
@@ -279,7 +274,7 @@ TEST(Synthetic, APlacementTableUsesALibrary) {
   EXPECT_EQ(summary.cells, 25U);
   EXPECT_EQ(summary.files, 4U);
   const auto entries = entriesOf(folder.file("lib.zip"));
-  std::istringstream lines(bytesOf(folder.file("t.tsv")));
+  std::istringstream lines(test::readBytes(folder.file("t.tsv")));
   std::string line;
   std::getline(lines, line);
   EXPECT_EQ(line, "source\tx_um\ty_um\tz_um\tqw\tqx\tqy\tqz\tname");
@@ -304,21 +299,21 @@ TEST(Synthetic, APlacementTableUsesALibrary) {
 }
 
 TEST(Synthetic, RefusesWhatItCannotMake) {
-  const test::ScratchFolder folder;
+  const test::TempFolder folder;
   EXPECT_THROW(writeSynthetic(column(0), folder.file("a.zip")), UsageError);
   EXPECT_THROW(writeSynthetic(scene("scene4"), folder.file("a.zip")), UsageError);
   EXPECT_THROW(SyntheticCells(scene("")), UsageError);
   EXPECT_THROW(sceneRoute("column"), UsageError);
   EXPECT_THROW(sceneRoute("scene9"), UsageError);
   EXPECT_THROW(writeSynthetic(column(1), folder.file("no/such/folder/a.zip")), IoError);
-  EXPECT_THROW(writeSynthetic(column(1), folder.path().string()), IoError) << "a folder";
+  EXPECT_THROW(writeSynthetic(column(1), folder.path()), IoError) << "a folder";
   EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
 }
 
 TEST(Synthetic, AnOldArchiveStaysUntilTheNewOneIsWhole) {
-  const test::ScratchFolder folder;
+  const test::TempFolder folder;
   writeSynthetic(column(2), folder.file("a.zip"));
-  const std::string old = bytesOf(folder.file("a.zip"));
+  const std::string old = test::readBytes(folder.file("a.zip"));
   struct Stop {};
   SyntheticOptions options = column(5, 9);
   options.placements_out = folder.file("t.tsv");
@@ -328,7 +323,7 @@ TEST(Synthetic, AnOldArchiveStaysUntilTheNewOneIsWhole) {
                                 if (done == 3) throw Stop();
                               }),
                Stop);
-  EXPECT_TRUE(bytesOf(folder.file("a.zip")) == old);
+  EXPECT_TRUE(test::readBytes(folder.file("a.zip")) == old);
 
   const auto old_handler = signal(SIGXFSZ, SIG_IGN);
   rlimit old_limit{};
@@ -338,7 +333,7 @@ TEST(Synthetic, AnOldArchiveStaysUntilTheNewOneIsWhole) {
   EXPECT_THROW(writeSynthetic(options, folder.file("a.zip")), IoError) << "as on a full disk";
   setrlimit(RLIMIT_FSIZE, &old_limit);
   signal(SIGXFSZ, old_handler);
-  EXPECT_TRUE(bytesOf(folder.file("a.zip")) == old);
+  EXPECT_TRUE(test::readBytes(folder.file("a.zip")) == old);
   std::size_t files = 0;
   for ([[maybe_unused]] const auto& entry : std::filesystem::directory_iterator(folder.path())) ++files;
   EXPECT_EQ(files, 1U) << "nothing half-written";
