@@ -1,0 +1,254 @@
+// The program as a person meets it: every mistake gives one clear line, the documented exit code, and leaves nothing
+// half-written.
+#include "tests/support/process.h"
+#include "tests/support/temp_folder.h"
+
+#include <cstdlib>
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+namespace filiform {
+namespace {
+
+namespace fs = std::filesystem;
+using test::Outcome;
+using test::runFiliform;
+using test::runFiliformInShell;
+
+std::string contentOf(const fs::path& file) { return test::readBytes(file.string()); }
+void write(const fs::path& file, const std::string& text) { test::writeBytes(file.string(), text); }
+
+// A Y: a soma, a dendrite that forks, 7 samples.
+const char* const kSmallCell =
+    "# a small cell\n1 1 0 0 0 5 -1\n2 3 10 0 0 1 1\n3 3 20 0 0 1 2\n4 3 30 5 0 1 3\n5 3 40 10 0 1 4\n6 3 30 -5 0 1 "
+    "3\n7 3 40 -10 0 1 6\n";
+
+// All entries below a folder with the bytes of every file: equal before and after means untouched.
+std::map<std::string, std::string> snapshotOf(const fs::path& folder) {
+  std::map<std::string, std::string> entries;
+  for (const auto& entry : fs::recursive_directory_iterator(folder))
+    entries[fs::relative(entry.path(), folder).string()] = entry.is_regular_file() ? contentOf(entry.path()) : "";
+  return entries;
+}
+
+class Program : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    write(path("cell.swc"), kSmallCell);
+    const Outcome made = runFiliform({"ingest", path("cell.swc"), "-o", path("small.fil"), "--capacity", "2"});
+    ASSERT_EQ(made.exit_code, 0) << made.err;
+  }
+  std::string path(const std::string& name) const { return folder_ / name; }
+  static void expectRefusal(const Outcome& outcome, int code, const std::string& says) {
+    EXPECT_EQ(outcome.exit_code, code) << outcome.err;
+    EXPECT_TRUE(outcome.oneLineOnStderr()) << outcome.err;
+    EXPECT_NE(outcome.err.find(says), std::string::npos) << outcome.err;
+  }
+  test::TempFolder folder_;
+};
+
+TEST_F(Program, HelpOfEveryCommandHasAnExample) {
+  for (const char* command : {"synth", "check", "ingest", "info", "verify", "nearest", "export", "navigate"}) {
+    const Outcome outcome = runFiliform({command, "--help"});
+    EXPECT_EQ(outcome.exit_code, 0) << command;
+    EXPECT_NE(outcome.out.find("Example"), std::string::npos) << command << outcome.out;
+  }
+}
+
+TEST_F(Program, UnknownCommandExitsTwo) {
+  EXPECT_EQ(runFiliform({"frobnicate"}).exit_code, 2);
+  EXPECT_EQ(runFiliform({}).exit_code, 2);
+  EXPECT_EQ(runFiliform({"info"}).exit_code, 2);
+}
+
+TEST_F(Program, MissingInputExitsThree) {
+  expectRefusal(runFiliform({"ingest", path("none.swc"), "-o", path("x.fil")}), 3, "none.swc");
+  expectRefusal(runFiliform({"check", path("none.swc")}), 3, "none.swc");
+  expectRefusal(runFiliform({"info", path("none.fil")}), 3, "none.fil");
+  expectRefusal(runFiliform({"navigate", path("none.fil")}), 3, "none.fil");
+  EXPECT_FALSE(fs::exists(path("x.fil")));
+}
+
+TEST_F(Program, FolderWithoutSwcExitsOne) {
+  fs::create_directory(path("empty"));
+  expectRefusal(runFiliform({"ingest", path("empty"), "-o", path("x.fil")}), 1, "empty");
+  EXPECT_FALSE(fs::exists(path("x.fil")));
+}
+
+TEST_F(Program, ZipThatIsNoneExitsOne) {
+  write(path("fake.zip"), kSmallCell);
+  expectRefusal(runFiliform({"ingest", path("fake.zip"), "-o", path("x.fil")}), 1, "fake.zip");
+  EXPECT_FALSE(fs::exists(path("x.fil")));
+  EXPECT_EQ(runFiliform({"check", path("fake.zip"), "--tsv"}).exit_code, 1);
+}
+
+TEST_F(Program, ExistingSetIsUntouchedWithoutForce) {
+  const auto before = snapshotOf(path("small.fil"));
+  expectRefusal(runFiliform({"ingest", path("cell.swc"), "-o", path("small.fil")}), 1, "--force");
+  EXPECT_EQ(snapshotOf(path("small.fil")), before);
+}
+
+TEST_F(Program, ForceReplacesTheRevisionAndTheSameOneIsKept) {
+  const auto before = snapshotOf(path("small.fil"));
+  EXPECT_EQ(runFiliform({"ingest", path("cell.swc"), "-o", path("small.fil"), "--capacity", "2", "--force"}).exit_code,
+            0);
+  EXPECT_EQ(snapshotOf(path("small.fil")), before);
+  EXPECT_EQ(runFiliform({"ingest", path("cell.swc"), "-o", path("small.fil"), "--capacity", "8", "--force"}).exit_code,
+            0);
+  EXPECT_NE(contentOf(path("small.fil/CURRENT")), before.at("CURRENT"));
+  std::size_t entries = 0;
+  for ([[maybe_unused]] const auto& entry : fs::directory_iterator(path("small.fil"))) ++entries;
+  EXPECT_EQ(entries, 2u) << "CURRENT and one revision";
+}
+
+TEST_F(Program, FullDiskExitsThreeAndLeavesNothing) {
+  // A file-size limit stands in for the disk: the kernel answers a write beyond it with an error.
+  const Outcome outcome =
+      runFiliformInShell("ulimit -f 0; exec \"$@\" 2>&1", {"ingest", path("cell.swc"), "-o", path("x.fil")});
+  EXPECT_EQ(outcome.exit_code, 3) << outcome.out;
+  EXPECT_FALSE(fs::exists(path("x.fil")));
+}
+
+TEST_F(Program, FullFileSystemExitsThreeAndKeepsTheOldSet) {
+  fs::create_directory(path("mount"));
+  const std::string mount = "mount -t tmpfs -o size=4k none " + path("mount") + " 2>/dev/null || exit 99; ";
+  if (std::system(("unshare -rm bash -c '" + mount + "'").c_str()) != 0)
+    GTEST_SKIP() << "this kernel refuses a private tmpfs mount (unshare -rm)";
+  const Outcome outcome = runFiliformInShell(
+      "exec unshare -rm bash -c '" + mount + "\"$@\"; code=$?; ls -A " + path("mount") + "; exit $code' bash \"$@\"",
+      {"ingest", path("cell.swc"), "-o", path("mount/x.fil")});
+  EXPECT_EQ(outcome.exit_code, 3) << outcome.err;
+  EXPECT_TRUE(outcome.oneLineOnStderr()) << outcome.err;
+  EXPECT_EQ(outcome.out, "") << "left behind";
+}
+
+TEST_F(Program, DamagedSetIsRefusedByEveryCommand) {
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::recursive_directory_iterator(path("small.fil")))
+    if (entry.is_regular_file()) files.push_back(entry.path());
+  ASSERT_GE(files.size(), 5u);
+  for (const fs::path& file : files) {
+    const std::string good = contentOf(file);
+    std::string flipped = good;
+    flipped[flipped.size() / 2] ^= 0x10;
+    for (const std::string& bad : {flipped, good.substr(0, good.size() / 2), std::string()}) {
+      SCOPED_TRACE(file.filename().string() + ", " + std::to_string(bad.size()) + " bytes");
+      write(file, bad);
+      const Outcome verified = runFiliform({"verify", path("small.fil")});
+      EXPECT_TRUE(verified.exit_code == 1 || verified.exit_code == 3) << verified.exit_code << verified.err;
+      EXPECT_TRUE(verified.oneLineOnStderr()) << verified.err;
+    }
+    write(file, good);
+  }
+  EXPECT_EQ(runFiliform({"verify", "--deep", path("small.fil")}).exit_code, 0);
+}
+
+TEST_F(Program, NotANumberOnTheCommandLineExitsTwo) {
+  for (const char* bad : {"nan", "inf", "-inf", "1e999", "12x", ""})
+    EXPECT_EQ(runFiliform({"nearest", path("small.fil"), "0", bad, "0"}).exit_code, 2) << bad;
+  expectRefusal(runFiliform({"nearest", path("small.fil"), "0", "nan", "0"}), 2, "nan");
+}
+
+TEST_F(Program, BudgetBelowTheFloorStatesTheFloor) {
+  expectRefusal(runFiliform({"navigate", path("small.fil"), "--budget", "1"}), 2, "floor");
+}
+
+TEST_F(Program, UnknownCellRouteMethodAndHandExitTwo) {
+  expectRefusal(runFiliform({"navigate", path("small.fil"), "--cell", "nobody"}), 2, "nobody");
+  expectRefusal(runFiliform({"export", path("small.fil"), "--cell", "nobody", "-o", path("n.swc")}), 2, "nobody");
+  EXPECT_FALSE(fs::exists(path("n.swc")));
+  expectRefusal(runFiliform({"navigate", path("small.fil"), "--route", "1:99"}), 2, "99");
+  expectRefusal(runFiliform({"navigate", path("small.fil"), "--method", "climb"}), 2, "force");
+  EXPECT_EQ(runFiliform({"navigate", path("small.fil"), "--hand", "loose", "--device", "sim:firm"}).exit_code, 2);
+  EXPECT_EQ(runFiliform({"navigate", path("small.fil"), "--hand", "iron"}).exit_code, 2);
+}
+
+TEST_F(Program, CheckPrintsOneRowAnArgument) {
+  const Outcome outcome = runFiliform({"check", "--tsv", path("cell.swc")});
+  EXPECT_EQ(outcome.exit_code, 0);
+  EXPECT_EQ(outcome.out, "file\tseverity\tsamples\tsegments\tdropped\tcodes\ncell.swc\taccept\t7\t6\t-\t-\n");
+}
+
+TEST_F(Program, InfoJsonHoldsThePromisedFields) {
+  const Outcome outcome = runFiliform({"info", path("small.fil"), "--json"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const auto info = nlohmann::json::parse(outcome.out);
+  EXPECT_EQ(info.at("cells"), 1);
+  EXPECT_EQ(info.at("samples"), 7);
+  EXPECT_EQ(info.at("segments"), 6);
+  EXPECT_EQ(info.at("isolated"), 0);
+  EXPECT_EQ(info.at("roots"), 1);
+  EXPECT_EQ(info.at("capacity"), 2);
+  EXPECT_EQ(info.at("refused"), 0);
+  EXPECT_DOUBLE_EQ(info.at("quantum_um").get<double>(), 0x1p-9);
+  EXPECT_GE(info.at("tiles").get<int>(), 3);
+  EXPECT_GE(info.at("stored_segments").get<int>(), 6);
+  EXPECT_GT(info.at("bytes").get<int>(), 0);
+  EXPECT_GT(info.at("decoded_bytes").get<int>(), 0);
+}
+
+TEST_F(Program, NearestAnswersPointsFromArgumentsFilesAndStdin) {
+  const Outcome one = runFiliform({"nearest", path("small.fil"), "12", "3", "0", "--tsv"});
+  ASSERT_EQ(one.exit_code, 0) << one.err;
+  EXPECT_EQ(one.out.substr(0, one.out.find('\n')),
+            "query\trank\tdistance\tx\ty\tz\tcell\tsegment\tsample\texact\ttiles_read");
+  const Outcome piped =
+      runFiliform({"nearest", path("small.fil"), "--points", "-", "--json"}, "# two\n12 3 0\n-100,\t0, 0\n");
+  ASSERT_EQ(piped.exit_code, 0) << piped.err;
+  const auto rows = nlohmann::json::parse(piped.out);
+  ASSERT_EQ(rows.size(), 2u);
+  EXPECT_DOUBLE_EQ(rows[0].at("distance").get<double>(), 3);
+  EXPECT_EQ(rows[0].at("cell"), "cell");
+  EXPECT_EQ(rows[0].at("segment"), 2);
+  EXPECT_EQ(rows[0].at("sample"), 3);
+  EXPECT_EQ(rows[0].at("exact"), true);
+  EXPECT_DOUBLE_EQ(rows[1].at("distance").get<double>(), 100);
+  EXPECT_EQ(runFiliform({"nearest", path("small.fil"), "--points", "-"}, "1 2\n").exit_code, 2);
+}
+
+TEST_F(Program, ExportGivesTheCellBack) {
+  ASSERT_EQ(runFiliform({"export", path("small.fil"), "--cell", "cell", "-o", path("back.swc")}).exit_code, 0);
+  const Outcome again = runFiliform({"ingest", path("back.swc"), "-o", path("back.fil"), "--capacity", "2"});
+  ASSERT_EQ(again.exit_code, 0) << again.err;
+  const Outcome info = runFiliform({"info", path("back.fil"), "--json"});
+  EXPECT_EQ(nlohmann::json::parse(info.out).at("segments"), 6);
+}
+
+TEST_F(Program, NavigateReportsThePromisedFieldsAndRows) {
+  const Outcome outcome =
+      runFiliform({"navigate", path("small.fil"), "--route", "1:5", "--zoom", "100", "--csv", path("f.csv"), "--json"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const auto summary = nlohmann::json::parse(outcome.out);
+  for (const char* field : {"outcome", "route_um", "reached_um", "ticks", "sim_s", "segments", "tiles", "tiles_read",
+                            "evictions", "stalls", "frontiers", "peak_bytes", "budget_bytes", "decoded_bytes",
+                            "mean_force_N", "max_force_N", "force_integral_Ns", "max_force_step_N", "missed_deadlines"})
+    EXPECT_TRUE(summary.contains(field)) << field;
+  EXPECT_EQ(summary.at("frontiers"), 0);
+  EXPECT_TRUE(summary.at("missed_deadlines").is_null());
+  const std::string csv = contentOf(path("f.csv"));
+  EXPECT_EQ(csv.substr(0, csv.find('\n')),
+            "tick,time_s,hx_um,hy_um,hz_um,px_um,py_um,pz_um,cell,segment,fx_N,fy_N,fz_N,visited,frontier");
+}
+
+TEST_F(Program, ASmallFileIsTravelledWithoutATileSet) {
+  const Outcome outcome = runFiliform({"navigate", path("cell.swc"), "--zoom", "100", "--json"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(nlohmann::json::parse(outcome.out).at("tiles_read"), 0);
+  std::size_t entries = 0;
+  for ([[maybe_unused]] const auto& entry : fs::directory_iterator(folder_.path())) ++entries;
+  EXPECT_EQ(entries, 2u) << "cell.swc and small.fil, nothing new";
+}
+
+TEST_F(Program, TextFromFilesCannotReachTheTerminalRaw) {
+  write(path("evil\x1b[31m.swc"), "not numbers at all\n");
+  const Outcome outcome = runFiliform({"check", path("evil\x1b[31m.swc")});
+  EXPECT_EQ((outcome.out + outcome.err).find('\x1b'), std::string::npos) << outcome.out << outcome.err;
+}
+
+}  // namespace
+}  // namespace filiform
