@@ -20,13 +20,13 @@ std::unique_ptr<HapticDevice> makeDevice(const std::string& spec, const DeviceFa
     return std::make_unique<SimulatedHand>(hand);
   }
   if (kind == "replay") {
-    if (argument.empty()) throw DeviceError("device replay: name the recording, as in replay:run.rec");
+    if (argument.empty()) throw UnknownDevice("device replay: name the recording, as in replay:run.rec");
     return std::make_unique<ReplayDevice>(argument);
   }
   if (spec == "null") return std::make_unique<NullDevice>(options.period_s);
   if (kind == "falcon" || kind == "spacemouse")
-    throw DeviceError("device " + kind + " is not in this build; choose one of " + deviceChoices());
-  throw DeviceError(std::string("no such device; choose one of ") + deviceChoices());
+    throw UnknownDevice("device " + kind + " is not in this build; choose one of " + deviceChoices());
+  throw UnknownDevice(std::string("no such device; choose one of ") + deviceChoices());
 }
 
 }  // namespace filiform

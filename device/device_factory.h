@@ -14,7 +14,7 @@ struct DeviceFactoryOptions {
 };
 
 // "sim:loose", "sim:medium", "sim:firm" ("sim" is medium), "replay:FILE", "null". Not opened, except that a recording
-// is read and checked. Throws DeviceError naming what this build has. A simulated hand is a SimulatedHand: its owner
+// is read and checked. Throws UnknownDevice naming what this build has. A simulated hand is a SimulatedHand: its owner
 // aims it through that.
 std::unique_ptr<HapticDevice> makeDevice(const std::string& spec, const DeviceFactoryOptions& options = {});
 

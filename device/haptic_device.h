@@ -19,6 +19,12 @@ class DeviceError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+// A name that this build has no device or hand for; the text names those that it has. Exit code 2.
+class UnknownDevice : public DeviceError {
+ public:
+  using DeviceError::DeviceError;
+};
+
 enum class DeviceStatus : std::uint8_t { closed, booting, homing, ready, fault };
 const char* toString(DeviceStatus status);
 

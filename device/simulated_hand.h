@@ -16,7 +16,7 @@ struct HandParameters {  // m x'' = k (target - x) - (b + device damping) x' + f
   double stiffness_N_m = 200;
 };
 
-// loose 0.10 kg, 2 N s/m, 30 N/m; medium 0.15, 5, 200; firm 0.30, 12, 600. Throws DeviceError naming the choices.
+// loose 0.10 kg, 2 N s/m, 30 N/m; medium 0.15, 5, 200; firm 0.30, 12, 600. Throws UnknownDevice naming the choices.
 HandParameters handParameters(const std::string& name);
 
 struct SimulatedHandOptions {

@@ -144,6 +144,8 @@ int runProgram(int argc, char** argv) {
     return fail(2, error.what());
   } catch (const IoError& error) {
     return fail(3, error.what());
+  } catch (const UnknownDevice& error) {
+    return fail(2, error.what());
   } catch (const DeviceError& error) {
     return fail(3, error.what());
   } catch (const Error& error) {  // InputError, CorruptSet, CorruptTile
