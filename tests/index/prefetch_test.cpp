@@ -118,7 +118,7 @@ TEST_F(PrefetchTest, AheadComesBeforeBehind) {
 }
 
 TEST_F(PrefetchTest, WorkIsBounded) {
-  test::VectorCellStream stream({test::hub(20000, 30)});
+  test::VectorCellStream stream({test::hub(9000, 30)});
   store_ = buildTilesInMemory(stream, {.capacity = 100});
   directory_ = std::make_unique<Directory>(*store_);
   loaded_ = std::make_unique<TileTable>(store_->tile_count());
