@@ -18,9 +18,9 @@ class Marks {
   enum class Put : std::uint8_t { fresh, present, full };
 
   // Room for `capacity` marks in an epoch, and for `most_in_tick` between two calls of beginTick(); what goes beyond
-  // either is answered `full` and not marked. The slots are at most 3/4 full, 16 bytes each.
+  // either is answered `full` and not marked. The slots are at most half full, 16 bytes each.
   Marks(std::uint32_t capacity, std::uint32_t most_in_tick)
-      : capacity_(capacity), slots_(std::bit_ceil(std::uint64_t{capacity} + capacity / 3 + 1)), log_(most_in_tick) {}
+      : capacity_(capacity), slots_(std::bit_ceil(2 * std::uint64_t{capacity} + 4)), log_(most_in_tick) {}
 
   std::uint32_t size() const noexcept { return size_; }  // in this epoch
 
@@ -74,11 +74,13 @@ class Marks {
   // free.
   std::uint64_t find(Kind kind, std::uint64_t key) const noexcept {
     const std::uint64_t mask = slots_.size() - 1;
-    std::uint64_t x = key + static_cast<std::uint64_t>(kind) * 0x9e3779b97f4a7c15u;
-    x = (x ^ x >> 32) * 0xd6e8feb86659fd93u;  // neighbouring ranks must not pile up
+    // Two neighbouring ranks, segment and node each, share a cache line: a search along a thread takes them in turn.
+    const auto k = static_cast<std::uint64_t>(kind);
+    std::uint64_t x = (key >> 1 ^ key >> 33) * 0xd6e8feb86659fd93u;
     x = (x ^ x >> 32) * 0xd6e8feb86659fd93u;
+    x = (x ^ x >> 32) << 2 | (key & 1) << 1 | k;
     const std::uint64_t wanted = stamp(kind);
-    for (std::uint64_t at = (x ^ x >> 32) & mask;; at = (at + 1) & mask) {
+    for (std::uint64_t at = x & mask;; at = (at + 1) & mask) {
       const Slot& slot = slots_[at];
       if (slot.stamp / 2 != epoch_ || (slot.key == key && slot.stamp == wanted)) return at;
     }

@@ -56,15 +56,12 @@ void BoundedSearch::advance(const GraphView& graph, const Vector3d& h_W, SolverS
     }
     run(tick);
   }
-  if (tick.best.tile != nullptr)
-    state_.place = graph.placeOn(*tick.best.tile, tick.best.segment, tick.best.t, tick.best.p_W);
+  settle(tick);
   if (state_.depth == 0 && !step.capped && (!resumes || state_.moved) && step.visited < max_visited_) {
-    tick.best.tile = nullptr;
     state_.moved = false;
     startSweep(tick);
     run(tick);
-    if (tick.best.tile != nullptr)
-      state_.place = graph.placeOn(*tick.best.tile, tick.best.segment, tick.best.t, tick.best.p_W);
+    settle(tick);
   }
   state_.h_W = h_W;
 }
@@ -77,13 +74,32 @@ void BoundedSearch::undo() noexcept {
   marks_.undo();
 }
 
+void BoundedSearch::settle(Tick& tick) noexcept {
+  if (tick.best.tile == nullptr) return;
+  const Tile& tile = *tick.best.tile;
+  const std::uint32_t segment = tick.best.segment;
+  state_.place = tick.graph.placeOn(tile, segment, tick.best.t, tick.best.p_W);
+  state_.segment = segment;
+  state_.home = kNoTile;
+  if (state_.place.at_node && state_.place.tile == tile.id()) {
+    state_.home = tile.id();
+    state_.node = tick.best.t == 0.0 ? tile.child(segment) : tile.parent(segment);
+  }
+  tick.best.tile = nullptr;
+}
+
 void BoundedSearch::startSweep(Tick& tick) noexcept {
   marks_.newEpoch();
   const ProxyPlace& place = state_.place;
   if (place.at_node) {
-    // The place of a node is its grid point exactly, so its home follows from it.
-    const TileId home = tick.graph.leaves().home(tick.graph.grid().snap(place.p_W));
-    stack_[state_.depth++] = {place.node, home, kNoNode, 0, 0, kNoSubGoal};
+    const Tile* known = tick.graph.tiles().find(state_.home);
+    if (known == nullptr || state_.node >= known->node_count() || known->nodeId(state_.node) != place.node) {
+      // The place of a node is its grid point exactly, so its home follows from it.
+      const GraphView::HomeNode home = tick.graph.home(place.node, tick.graph.grid().snap(place.p_W));
+      state_.home = home.home;
+      state_.node = home.present() ? home.node : kNoNode;
+    }
+    stack_[state_.depth++] = {place.node, state_.home, state_.node, 0, 0, kNoSubGoal};
     return;
   }
   const GraphView::SegmentRef ref = active(tick);
@@ -103,14 +119,19 @@ void BoundedSearch::slide(Tick& tick) noexcept {
         closestPoint(tile.position_W(tile.child(ref.segment)), tile.position_W(tile.parent(ref.segment)), tick.h_W));
 }
 
-GraphView::SegmentRef BoundedSearch::active(Tick& tick) const noexcept {
-  const GraphView::SegmentRef ref = tick.graph.segment(state_.place.tile, state_.place.segment);
-  if (tick.graph.tiles().find(state_.place.tile) == nullptr) {
+GraphView::SegmentRef BoundedSearch::active(Tick& tick) noexcept {
+  const ProxyPlace& place = state_.place;
+  const Tile* tile = tick.graph.tiles().find(place.tile);
+  if (tile == nullptr) {
     ++tick.step.frontiers;
-    tick.step.absent.add(state_.place.tile);
-  } else {
-    tick.step.touched.add(state_.place.tile);
+    tick.step.absent.add(place.tile);
+    return {};
   }
+  tick.step.touched.add(place.tile);
+  if (state_.segment < tile->segment_count() && tile->segmentId(state_.segment) == place.segment)
+    return {tile, state_.segment};
+  const GraphView::SegmentRef ref = tick.graph.segment(place.tile, place.segment);
+  if (ref) state_.segment = ref.segment;
   return ref;
 }
 

@@ -47,7 +47,7 @@ namespace filiform::internal {
 
 class BoundedSearch : public ProxySolver {
  public:
-  // 2 MB at the default; grows with max_visited beyond 8192. Requires 1 <= max_visited <= kMostVisited.
+  // 2.5 MB at the default; grows with max_visited beyond 8192. Requires 1 <= max_visited <= kMostVisited.
   explicit BoundedSearch(std::uint32_t max_visited);
 
   static constexpr std::uint32_t kMostVisited = 1u << 20;
@@ -103,6 +103,10 @@ class BoundedSearch : public ProxySolver {
     Vector3d h_W = Vector3d::Zero();  // of the last tick
     bool moved = false;               // h moved since the unfinished sweep began
     std::uint32_t depth = 0;          // entries on the stack
+    // Where the last tick found the place, to spare the search for it; confirmed by identity before use.
+    std::uint32_t segment = 0;     // in tile place.tile
+    TileId home = kNoTile;         // of place.node; kNoTile: not known
+    std::uint32_t node = kNoNode;  // in that tile
   };
 
   void startSweep(Tick& tick) noexcept;
@@ -111,7 +115,8 @@ class BoundedSearch : public ProxySolver {
   bool enter(Tick& tick, Entry& top) noexcept;
   void test(Tick& tick, const Tile& tile, std::uint32_t segment, std::uint32_t entered,
             const Vector3d& sub_goal_W) noexcept;
-  GraphView::SegmentRef active(Tick& tick) const noexcept;
+  GraphView::SegmentRef active(Tick& tick) noexcept;
+  void settle(Tick& tick) noexcept;
   void offer(Tick& tick, const Tile& tile, std::uint32_t segment, const ClosestPoint& q) const noexcept;
   Entry& touchTop() noexcept;
   void pop() noexcept;
