@@ -1,6 +1,6 @@
-// The one function that decides which point of a segment is nearest. Every distance that *decides* something, in search and in
-// the solver, is this one, in double, of exact world positions, child to parent: so all parts agree to the last bit, whatever
-// the tiling. Float and SIMD may prune, never decide.
+// The one function that decides which point of a segment is nearest. Every distance that *decides* something, in search
+// and in the solver, is this one, in double, of exact world positions, child to parent: so all parts agree to the last
+// bit, whatever the tiling. Float and SIMD may prune, never decide.
 #pragma once
 
 #include "index/grid.h"

@@ -1,5 +1,5 @@
-// Errors at the edges of the program, few and by cause. Each text names the file, line, tile or option, and what to do about it.
-// The haptic tick never throws: it returns values.
+// Errors at the edges of the program, few and by cause. Each text names the file, line, tile or option, and what to do
+// about it. The haptic tick never throws: it returns values.
 #pragma once
 
 #include <cstdint>

@@ -1,8 +1,8 @@
 // The fixed grid that every position lies on, and the world frame W.
 //
-// World positions are integers (multiples of the quantum) on disk, and exact in double in memory, so the same node has identical
-// coordinates wherever it appears. Rounding to the grid is the only loss: at most half a quantum an axis (0.98 nm at the default).
-// Immutable values.
+// World positions are integers (multiples of the quantum) on disk, and exact in double in memory, so the same node has
+// identical coordinates wherever it appears. Rounding to the grid is the only loss: at most half a quantum an axis
+// (0.98 nm at the default). Immutable values.
 #pragma once
 
 #include <cmath>
@@ -20,13 +20,20 @@ struct GridBox {  // closed; empty when lo > hi on any axis
   GridPoint hi = GridPoint::Constant(INT64_MIN);
 
   bool empty() const { return (lo.array() > hi.array()).any(); }
-  void extend(const GridPoint& p) { lo = lo.cwiseMin(p); hi = hi.cwiseMax(p); }
-  void extend(const GridBox& b) { lo = lo.cwiseMin(b.lo); hi = hi.cwiseMax(b.hi); }
+  void extend(const GridPoint& p) {
+    lo = lo.cwiseMin(p);
+    hi = hi.cwiseMax(p);
+  }
+  void extend(const GridBox& b) {
+    lo = lo.cwiseMin(b.lo);
+    hi = hi.cwiseMax(b.hi);
+  }
 };
 
 class Grid {
  public:
-  // As read, |x| > kMaxInput_um is W_RANGE; after unit, offset and placement, |x| > kMaxCoordinate_um drops the sample too.
+  // As read, |x| > kMaxInput_um is W_RANGE; after unit, offset and placement, |x| > kMaxCoordinate_um drops the sample
+  // too.
   static constexpr double kMaxInput_um = 1e9;
   static constexpr double kMaxCoordinate_um = 1073741824.0;  // 2^30
   static constexpr int kDefaultExponent = -9;

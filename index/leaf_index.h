@@ -1,9 +1,9 @@
 // Which tile is home to a point: the sorted keys of all leaves. Immutable; safe on the haptic thread.
 #pragma once
 
-#include <vector>
-
 #include "index/tile.h"
+
+#include <vector>
 
 namespace filiform {
 

@@ -1,16 +1,16 @@
 // Keys of the binary space partition.
 //
-// A MortonKey interleaves the three grid coordinates, 42 bits each, offset by 2^41 so that they are unsigned; from the top bit
-// down the axes alternate x, y, z, x, ... A CellKey is a prefix of such keys: `depth` leading bits. Depth 0 is the whole world,
-// one bit more halves the cell along the next axis, three bits more make an octree level. Cells at equal depth, and the leaves
-// of any partition, are ordered by their lowest key; a cell contains exactly the keys in [low, high].
-// Immutable values, O(1) throughout.
+// A MortonKey interleaves the three grid coordinates, 42 bits each, offset by 2^41 so that they are unsigned; from the
+// top bit down the axes alternate x, y, z, x, ... A CellKey is a prefix of such keys: `depth` leading bits. Depth 0 is
+// the whole world, one bit more halves the cell along the next axis, three bits more make an octree level. Cells at
+// equal depth, and the leaves of any partition, are ordered by their lowest key; a cell contains exactly the keys in
+// [low, high]. Immutable values, O(1) throughout.
 #pragma once
+
+#include "index/grid.h"
 
 #include <compare>
 #include <cstdint>
-
-#include "index/grid.h"
 
 namespace filiform {
 
@@ -36,8 +36,8 @@ struct CellKey {
   bool operator==(const CellKey&) const = default;
 };
 
-// Position of the cell's centre along a three-dimensional Hilbert curve over the same 42-bit cube: neighbours on the curve are
-// neighbours in space. Used to order tiles in packs.
+// Position of the cell's centre along a three-dimensional Hilbert curve over the same 42-bit cube: neighbours on the
+// curve are neighbours in space. Used to order tiles in packs.
 MortonKey hilbertIndex(const GridPoint& p);
 
 // Does the closed segment a-b meet the closed box? Exact in integers (separating axes), never misses.

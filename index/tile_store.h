@@ -1,16 +1,16 @@
-// A set of tiles, wherever it lies: on disk (tile_set.h) or built in memory for a small scene (memory_tiles.h). Search, residency,
-// export and navigation know only this.
-// Thread rule: internally synchronised; any thread but the haptic one may load.
+// A set of tiles, wherever it lies: on disk (tile_set.h) or built in memory for a small scene (memory_tiles.h). Search,
+// residency, export and navigation know only this. Thread rule: internally synchronised; any thread but the haptic one
+// may load.
 #pragma once
+
+#include "index/cell.h"
+#include "index/leaf_index.h"
+#include "index/tile.h"
 
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
-
-#include "index/cell.h"
-#include "index/leaf_index.h"
-#include "index/tile.h"
 
 namespace filiform {
 
@@ -25,19 +25,25 @@ struct TileEntry {  // what the directory says of a tile
 
 struct CellRecord {
   std::string name, source;
-  std::uint64_t samples = 0, segments = 0, isolated = 0, roots = 0;  // roots: samples without parent, isolated ones included
+  std::uint64_t samples = 0, segments = 0, isolated = 0,
+                roots = 0;  // roots: samples without parent, isolated ones included
   GridBox bounds;
 };
 
 struct CellDetail {
-  struct Root { std::uint32_t rank; float radius_um; std::uint16_t type; };
+  struct Root {
+    std::uint32_t rank;
+    float radius_um;
+    std::uint16_t type;
+  };
   std::vector<TileId> tiles;                // ascending: every tile that owns one of its segments
   std::vector<std::int64_t> sample_ids;     // by rank
   std::vector<Root> roots;                  // ascending rank: attributes that no segment carries
   std::vector<std::uint32_t> block_starts;  // as in Cell
 };
 
-struct SamplePoints {  // points of the data set such that every point of it lies within covering_radius_um of one of them
+struct SamplePoints {  // points of the data set such that every point of it lies within covering_radius_um of one of
+                       // them
   std::vector<GridPoint> points;
   std::vector<SegmentId> segments;  // a segment that holds the point, the lowest if several
   std::vector<float> t;             // where on it: 0 child .. 1 parent

@@ -1,11 +1,11 @@
-// The tiles that one reader may use right now. Each reader (haptic loop, viewer, jump resolver) owns its table and changes it only
-// between its own ticks, when it takes messages from the loader: so no lock, allocation or reference count while it works.
-// Thread rule: owned by one thread.
+// The tiles that one reader may use right now. Each reader (haptic loop, viewer, jump resolver) owns its table and
+// changes it only between its own ticks, when it takes messages from the loader: so no lock, allocation or reference
+// count while it works. Thread rule: owned by one thread.
 #pragma once
 
-#include <vector>
-
 #include "index/tile.h"
+
+#include <vector>
 
 namespace filiform {
 

@@ -1,16 +1,16 @@
 // Where the proxy goes: one interface for all methods.
 //
-// Given the probe h (frame W, um) and the proxy's old place on the graph, a solver finds the new place on the tiles that are
-// resident, within a bounded number of visited segments. Thread rule: haptic thread only; every member but the factory is
-// noexcept, without allocation, lock or system call.
+// Given the probe h (frame W, um) and the proxy's old place on the graph, a solver finds the new place on the tiles
+// that are resident, within a bounded number of visited segments. Thread rule: haptic thread only; every member but the
+// factory is noexcept, without allocation, lock or system call.
 #pragma once
+
+#include "index/tile.h"
 
 #include <array>
 #include <cstdint>
 #include <memory>
 #include <string>
-
-#include "index/tile.h"
 
 namespace filiform {
 
@@ -46,7 +46,10 @@ struct TileList {
   void add(TileId tile) noexcept {
     for (std::uint32_t i = count; i-- > 0;)
       if (ids[i] == tile) return;
-    if (count == ids.size()) { overflow = true; return; }
+    if (count == ids.size()) {
+      overflow = true;
+      return;
+    }
     ids[count++] = tile;
   }
 };
@@ -72,8 +75,8 @@ class ProxySolver {
   virtual void undo() noexcept = 0;
 };
 
-// Throws UsageError, naming what is built, for a method that this build does not hold, and for parameters that are negative or
-// not finite.
+// Throws UsageError, naming what is built, for a method that this build does not hold, and for parameters that are
+// negative or not finite.
 std::unique_ptr<ProxySolver> makeProxySolver(SolverMethod method, const SolverParameters& parameters);
 // "basic", "shading", "force", "climb"; throws UsageError naming the choices.
 SolverMethod solverMethod(const std::string& name);

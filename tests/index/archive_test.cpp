@@ -80,8 +80,8 @@ TEST(Archive, NamesThatClimbOutAreSkipped) {
 TEST(Archive, OddNamesAreReadUnderAPlainOne) {
   const test::TempFolder folder;
   test::writeBytes(folder.file("a.zip"),
-                  buildZip({member("/etc/abs.swc"), member("C:\\x\\drive.swc"), member("\\\\host\\unc.swc"),
-                            member("tab\there\x1B[1m.swc"), member("..dots../fine.swc")}));
+                   buildZip({member("/etc/abs.swc"), member("C:\\x\\drive.swc"), member("\\\\host\\unc.swc"),
+                             member("tab\there\x1B[1m.swc"), member("..dots../fine.swc")}));
   Input input({folder.file("a.zip")});
   std::vector<std::string> sources;
   for (Cell cell; input.next(cell);) sources.push_back(cell.source);
