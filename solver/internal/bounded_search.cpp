@@ -105,7 +105,7 @@ void BoundedSearch::startSweep(Tick& tick) noexcept {
   const GraphView::SegmentRef ref = active(tick);
   if (!ref) return;
   marks_.put(Marks::Kind::segment, place.segment.key());
-  test(tick, *ref.tile, ref.segment, kNoNode, kNoSubGoal);
+  test(tick, *ref.tile, ref.segment, kNoSubGoal);
 }
 
 // At a node too: its place keeps the segment by which it was reached, the way back. Only offers: ends that it reaches
@@ -166,10 +166,9 @@ void BoundedSearch::run(Tick& tick) noexcept {
     if (put == Marks::Put::full) return giveUp(tick);
     // An entry that has nothing left goes before its last branch is followed, as a tail call: stacks stay short on long
     // threads.
-    const std::uint32_t entered = top.node;
     const Vector3d sub_goal_W = top.sub_goal_W;
     if (top.next == top.end) pop();
-    if (put == Marks::Put::fresh) test(tick, *tile, segment, entered, sub_goal_W);
+    if (put == Marks::Put::fresh) test(tick, *tile, segment, sub_goal_W);
   }
 }
 
@@ -200,20 +199,17 @@ bool BoundedSearch::enter(Tick& tick, Entry& top) noexcept {
   return false;
 }
 
-void BoundedSearch::test(Tick& tick, const Tile& tile, std::uint32_t segment, std::uint32_t entered,
-                         const Vector3d& sub_goal_W) noexcept {
+void BoundedSearch::test(Tick& tick, const Tile& tile, std::uint32_t segment, const Vector3d& sub_goal_W) noexcept {
   ++tick.step.visited;
   const std::uint32_t child = tile.child(segment), parent = tile.parent(segment);
   const Vector3d child_W = tile.position_W(child), parent_W = tile.position_W(parent);
-  ClosestPoint q = closestPoint(child_W, parent_W, tick.h_W);
-  if (child_W == parent_W) {
-    if (entered == child && child != parent) q.t = 1.0;
-    offer(tick, tile, segment, q);
+  const ClosestPoint q = closestPoint(child_W, parent_W, tick.h_W);
+  offer(tick, tile, segment, q);
+  if (child_W == parent_W) {  // which of the ends q is makes no difference: neither is nearer than the other
     goOn(tick, tile, parent, sub_goal_W);
     goOn(tick, tile, child, sub_goal_W);
     return;
   }
-  offer(tick, tile, segment, q);
   follow(tick, {tile, child, parent, child_W, parent_W, q, sub_goal_W});
 }
 

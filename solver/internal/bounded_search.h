@@ -113,8 +113,7 @@ class BoundedSearch : public ProxySolver {
   void slide(Tick& tick) noexcept;
   void run(Tick& tick) noexcept;
   bool enter(Tick& tick, Entry& top) noexcept;
-  void test(Tick& tick, const Tile& tile, std::uint32_t segment, std::uint32_t entered,
-            const Vector3d& sub_goal_W) noexcept;
+  void test(Tick& tick, const Tile& tile, std::uint32_t segment, const Vector3d& sub_goal_W) noexcept;
   GraphView::SegmentRef active(Tick& tick) noexcept;
   void settle(Tick& tick) noexcept;
   void offer(Tick& tick, const Tile& tile, std::uint32_t segment, const ClosestPoint& q) const noexcept;

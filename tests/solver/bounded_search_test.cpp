@@ -399,6 +399,40 @@ TEST_P(BoundedSearch, HubIsSeenWholeUnderAHandThatNeverRests) {
   }
 }
 
+TEST_P(BoundedSearch, ASingleTestATickStillEndsTheSweepUnderAHandThatNeverRests) {
+  const Hub hub(50);
+  const TiledGraph tiled(hub.graph, 2048);
+  const GraphView view = viewOf(tiled, hub.graph);
+  const auto solved = solver(1);
+  solved->setPlace(view.placeAt(0, {0, 1}, 1.0));
+  SolverStep step;
+  int ticks = 0;
+  while (solved->place().segment != hub.best) {
+    tick(*solved, view, Vector3d(4, 1e-3 * ticks, 0), step);
+    ASSERT_LE(step.visited, 1u);
+    ASSERT_LE(++ticks, 60);
+  }
+}
+
+TEST_P(BoundedSearch, ANewSweepFollowsInTheTickThatEndsTheSweepOfAnotherProbe) {
+  const Hub hub(100);
+  const TiledGraph tiled(hub.graph, 2048);
+  const GraphView view = viewOf(tiled, hub.graph);
+  const auto solved = solver(64), held = solver(64);
+  solved->setPlace(view.placeAt(0, {0, 1}, 1.0));
+  held->setPlace(solved->place());
+  SolverStep step;
+  tick(*solved, view, Vector3d(4, 0, 0), step);
+  ASSERT_TRUE(step.capped);
+  tick(*held, view, Vector3d(4, 0, 0), step);
+  tick(*held, view, Vector3d(4, 0, 0), step);
+  EXPECT_EQ(step.visited, 36u);  // the rest, and no more: a held probe has nothing new to say
+  // The way back, what is left of the old sweep, and then the whole of a new one as far as it goes.
+  tick(*solved, view, Vector3d(4, 0.01, 0), step);
+  EXPECT_GT(step.visited, 37u);
+  EXPECT_EQ(solved->place().segment, hub.best);
+}
+
 TEST_P(BoundedSearch, ProxySlidesAlongItsSegmentWhileASweepIsUnfinished) {
   // A hub at one end of the active segment keeps the sweep busy; the hand moves along the segment meanwhile.
   TestGraphBuilder builder;
