@@ -41,9 +41,12 @@ DeviceError systemFailure(const std::string& path, const std::string& what, int 
   return DeviceError(printable(path) + ": " + what + ": " + std::generic_category().message(error_number));
 }
 
+// By the bits: -0 differs from 0 here, and a NaN equals itself.
 bool sameBits(const Wrench& a, const Wrench& b) {
+  // NOLINTBEGIN(bugprone-suspicious-memory-comparison)
   return std::memcmp(a.force_N.data(), b.force_N.data(), 3 * sizeof(double)) == 0 &&
          std::memcmp(a.torque_Nm.data(), b.torque_Nm.data(), 3 * sizeof(double)) == 0;
+  // NOLINTEND(bugprone-suspicious-memory-comparison)
 }
 
 }  // namespace
@@ -187,7 +190,7 @@ void RecordingDevice::close() noexcept { impl_->inner->close(); }
 
 DeviceState RecordingDevice::exchange(const Wrench& wrench) noexcept {
   Impl& d = *impl_;
-  const DeviceState state = d.inner->exchange(wrench);
+  DeviceState state = d.inner->exchange(wrench);
   if (!d.recording.load(std::memory_order_relaxed)) return state;
   // After the first loss nothing more is kept: a recording with a hole could not be replayed.
   if (d.lost.load(std::memory_order_relaxed) > 0 || !d.waiting.push({wrench, state}))

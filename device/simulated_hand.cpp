@@ -71,7 +71,7 @@ struct SimulatedHand::Impl {
 
   Eigen::Vector3d delayed(const Eigen::Vector3d& force_N) {
     if (options.delay_samples == 0) return force_N;
-    const Eigen::Vector3d due_N = pending_N[0];
+    Eigen::Vector3d due_N = pending_N[0];
     pending_N[0] = options.delay_samples == 1 ? force_N : pending_N[1];
     pending_N[1] = force_N;
     return due_N;

@@ -40,13 +40,13 @@ std::vector<std::string_view> tellApart(std::vector<std::string_view> open, Shor
     for (const std::string_view source : open) groups[shorten(suffix(source, parts))].push_back(source);
     open.clear();
     for (const auto& [name, group] : groups) {
-      const auto isWhole = [&](std::string_view source) { return suffix(source, parts).size() == source.size(); };
-      const auto whole = std::count_if(group.begin(), group.end(), isWhole);
+      const auto is_whole = [&](std::string_view source) { return suffix(source, parts).size() == source.size(); };
+      const auto whole = std::count_if(group.begin(), group.end(), is_whole);
       for (const std::string_view source : group) {
-        if (group.size() == 1 || (whole == 1 && isWhole(source))) {
+        if (group.size() == 1 || (whole == 1 && is_whole(source))) {
           names[source] = name;
         } else {
-          (isWhole(source) ? left : open).push_back(source);
+          (is_whole(source) ? left : open).push_back(source);
         }
       }
     }

@@ -41,7 +41,9 @@ std::vector<ListedFile> listFolder(const std::string& folder, std::vector<std::s
     for (fs::directory_iterator it(path, error), end; !error && it != end; it.increment(error)) {
       const std::string file_name = it->path().filename().native();
       if (isClutter(file_name)) continue;
-      const std::string shown = below.empty() ? file_name : below + "/" + file_name;
+      std::string shown = below;
+      if (!shown.empty()) shown += '/';
+      shown += file_name;
       const bool wanted = endsWithNoCase(file_name, ".swc") || endsWithNoCase(file_name, ".zip");
       std::error_code status_error;
       const fs::file_status status = it->symlink_status(status_error);

@@ -18,17 +18,17 @@ void appendPart(std::string& list, std::string_view part) {
 
 std::string droppedColumn(const SourceReport& row) {
   std::string dropped;
-  const auto appendLines = [&](const InputReport& report, const std::string& before) {
+  const auto append_lines = [&](const InputReport& report, const std::string& before) {
     for (const InputRecord& record : report.records) {
       if (record.effect == Effect::kLineDropped) appendPart(dropped, before + std::to_string(record.line));
     }
   };
-  if (!row.archive) appendLines(row.report, "");
+  if (!row.archive) append_lines(row.report, "");
   for (const EntryReport& entry : row.entries) {
     if (entry.dropped) {
       appendPart(dropped, escaped(entry.entry));
     } else {
-      appendLines(entry.report, escaped(entry.entry) + ":");
+      append_lines(entry.report, escaped(entry.entry) + ":");
     }
   }
   return dropped.empty() ? "-" : dropped;

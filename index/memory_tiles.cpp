@@ -34,7 +34,7 @@ class MemoryTiles final : public TileStore {
   std::uint32_t capacity() const override { return capacity_; }
   std::shared_ptr<const Tile> load(TileId tile) const override { return tiles_.at(tile); }
   TileAppearance loadAppearance(TileId tile) const override {
-    entries_.at(tile);
+    (void)entries_.at(tile);  // an id out of range throws
     return internal::buildAppearance(cells_, placement_, tile);
   }
   std::uint32_t cell_count() const override { return cells_.cell_count(); }
@@ -44,7 +44,7 @@ class MemoryTiles final : public TileStore {
     return found == by_name_.end() ? std::nullopt : std::optional(found->second);
   }
   CellDetail loadCellDetail(std::uint32_t id) const override {
-    cells_.records().at(id);
+    (void)cells_.records().at(id);
     CellDetail detail = cells_.detail(id);
     detail.tiles = owning_[id];
     return detail;

@@ -144,7 +144,7 @@ struct Nearest::Impl {
 
   void searchResident(Search& s) const {
     const std::vector<TileId> resident = cache.resident();
-    const auto visitResident = [&](TileId tile) {
+    const auto visit_resident = [&](TileId tile) {
       const std::shared_ptr<const LoadedTile> loaded =
           std::binary_search(resident.begin(), resident.end(), tile) ? cache.find(tile) : nullptr;
       if (loaded == nullptr) return false;
@@ -153,13 +153,13 @@ struct Nearest::Impl {
       return true;
     };
     const TileId long_tile = store.long_tile();
-    if (long_tile != kNoTile && !visitResident(long_tile)) s.absent2 = 0;
+    if (long_tile != kNoTile && !visit_resident(long_tile)) s.absent2 = 0;
     Directory::Walk walk = directory.walk(s.h_W);
     std::size_t left = resident.size() - (long_tile != kNoTile && s.absent2 > 0 ? 1 : 0);
     // Past the last resident tile, one absent tile tells from where on results may be missing.
     for (auto hit = walk.next(); hit && hit->squared_distance <= s.best.bound2(); hit = walk.next()) {
       if (left == 0 && std::isfinite(s.absent2)) break;
-      if (visitResident(hit->tile))
+      if (visit_resident(hit->tile))
         --left;
       else
         s.absent2 = std::min(s.absent2, hit->squared_distance);

@@ -18,10 +18,10 @@ void requireNonNegative(double value, const char* name) {
 }
 
 void check(const SolverParameters& parameters) {
-  constexpr std::uint32_t most = internal::BoundedSearch::kMostVisited;
-  if (parameters.max_visited < 1 || parameters.max_visited > most)
+  constexpr std::uint32_t kMost = internal::BoundedSearch::kMostVisited;
+  if (parameters.max_visited < 1 || parameters.max_visited > kMost)
     throw UsageError("max_visited is " + std::to_string(parameters.max_visited) + " segments a tick: give 1 to " +
-                     std::to_string(most));
+                     std::to_string(kMost));
   requireNonNegative(parameters.gain, "gain");
   requireNonNegative(parameters.r_min_um, "r_min_um");
   requireNonNegative(parameters.r_max_um, "r_max_um");

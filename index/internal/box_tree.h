@@ -80,8 +80,10 @@ class BoxTree {
     using Id = std::uint32_t;
     using Point = Kernel::Point_3;
     using Datum = Kernel::Iso_cuboid_3;
+    // NOLINTBEGIN(readability-identifier-naming): the names that CGAL asks for
     using Point_reference = Point;
     using Datum_reference = Datum;
+    // NOLINTEND(readability-identifier-naming)
 
     const Item* item = nullptr;
 

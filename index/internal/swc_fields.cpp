@@ -24,10 +24,10 @@ template <class Alone>
 SwcFields split(std::string_view line, Alone alone) {
   SwcFields fields;
   std::size_t at = 0;
-  const auto skipBlanks = [&] {
+  const auto skip_blanks = [&] {
     while (at < line.size() && isBlank(line[at])) ++at;
   };
-  skipBlanks();
+  skip_blanks();
   while (at < line.size()) {
     const std::size_t start = at;
     if (fields.count >= kCommentColumn && line[at] == '#') break;
@@ -40,11 +40,11 @@ SwcFields split(std::string_view line, Alone alone) {
       ++at;
     }
     fields.columns[fields.count++] = line.substr(start, at - start);
-    skipBlanks();
+    skip_blanks();
     // A separator at the very end closes the last column and opens none.
     if (at < line.size() && alone(line[at])) {
       ++at;
-      skipBlanks();
+      skip_blanks();
     }
   }
   return fields;
@@ -115,11 +115,11 @@ bool isAboveOne(std::string_view number) {
 
 SwcFields splitFields(std::string_view line) {
   SwcFields fields = split(line, [](char) { return false; });
-  const auto hasSeparator = [](std::string_view column) {
+  const auto has_separator = [](std::string_view column) {
     return std::any_of(column.begin(), column.end(), isSeparator);
   };
   const auto end = fields.columns.begin() + static_cast<std::ptrdiff_t>(fields.count);
-  if (std::none_of(fields.columns.begin(), end, hasSeparator)) return fields;
+  if (std::none_of(fields.columns.begin(), end, has_separator)) return fields;
 
   // Commas inside of what blanks or semicolons already split into seven columns are part of the numbers.
   SwcFields coarse = split(line, [](char c) { return c == ';'; });

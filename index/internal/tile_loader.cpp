@@ -201,6 +201,7 @@ std::vector<TileId> TileLoader::dueTiles() const {
     if (slot.state == TileState::queued && slot.due <= now_) due.emplace_back(slot.order, tile);
   std::sort(due.begin(), due.end());
   std::vector<TileId> tiles;
+  tiles.reserve(due.size());
   for (const auto& [order, tile] : due) tiles.push_back(tile);
   return tiles;
 }

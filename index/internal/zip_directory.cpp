@@ -214,10 +214,10 @@ ZipDirectory readZipDirectory(const std::string& path) {
   }
   if (!have) {
     const std::string start = file.read(0, std::min<std::uint64_t>(file.size(), 4));
-    const auto isStart = [&](std::string_view mark) {
+    const auto is_start = [&](std::string_view mark) {
       return start.size() >= 2 && mark.substr(0, start.size()) == start;
     };
-    const bool zip_start = isStart(kLocalMark) || isStart(kSpanMark);
+    const bool zip_start = is_start(kLocalMark) || is_start(kSpanMark);
     const bool truncated = bytes_missing || (zip_start && !end_seen);
     found.refusal = truncated ? InputCode::E_ZIP_TRUNCATED : InputCode::E_ZIP_FORMAT;
   }
