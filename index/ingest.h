@@ -19,6 +19,7 @@ struct Provenance {
   struct Source {
     std::string name;
     std::uint64_t bytes = 0, digest = 0, cells = 0;
+    std::string dropped = {};  // lines, entries or `entry:line`, comma-separated; empty: nothing
   };
   struct Refused {
     std::string name, code, reason;

@@ -87,6 +87,10 @@ struct InputTotals {
 };
 InputTotals totals(const std::vector<SourceReport>& reports);
 
+// What was dropped of a row, in order: `-`, or comma-separated line numbers, in an archive entry names or `entry:line`;
+// escaped.
+std::string droppedColumn(const SourceReport& row);
+
 // Is a row refused? Then `check` exits with 1.
 bool anyRefused(const std::vector<SourceReport>& reports);
 

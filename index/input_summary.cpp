@@ -16,24 +16,6 @@ void appendPart(std::string& list, std::string_view part) {
   list += part;
 }
 
-std::string droppedColumn(const SourceReport& row) {
-  std::string dropped;
-  const auto append_lines = [&](const InputReport& report, const std::string& before) {
-    for (const InputRecord& record : report.records) {
-      if (record.effect == Effect::kLineDropped) appendPart(dropped, before + std::to_string(record.line));
-    }
-  };
-  if (!row.archive) append_lines(row.report, "");
-  for (const EntryReport& entry : row.entries) {
-    if (entry.dropped) {
-      appendPart(dropped, escaped(entry.entry));
-    } else {
-      append_lines(entry.report, escaped(entry.entry) + ":");
-    }
-  }
-  return dropped.empty() ? "-" : dropped;
-}
-
 std::string codesColumn(const CodeCounts& codes) {
   std::string list;
   for (const auto& [code, count] : codes.all()) appendPart(list, std::string(name(code)) + ":" + std::to_string(count));
@@ -70,6 +52,24 @@ void forEachInput(const std::vector<SourceReport>& rows, Use use) {
 }
 
 }  // namespace
+
+std::string droppedColumn(const SourceReport& row) {
+  std::string dropped;
+  const auto append_lines = [&](const InputReport& report, const std::string& before) {
+    for (const InputRecord& record : report.records) {
+      if (record.effect == Effect::kLineDropped) appendPart(dropped, before + std::to_string(record.line));
+    }
+  };
+  if (!row.archive) append_lines(row.report, "");
+  for (const EntryReport& entry : row.entries) {
+    if (entry.dropped) {
+      appendPart(dropped, escaped(entry.entry));
+    } else {
+      append_lines(entry.report, escaped(entry.entry) + ":");
+    }
+  }
+  return dropped.empty() ? "-" : dropped;
+}
 
 InputTotals totals(const std::vector<SourceReport>& reports) {
   InputTotals sum;

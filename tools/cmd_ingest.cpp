@@ -116,7 +116,8 @@ Provenance provenanceOf(const std::vector<SourceReport>& reports) {
     }
     if (source.report.severity == Severity::kRefuse)
       provenance.refused.push_back({source.file, firstCode(source.report), firstReason(source.report)});
-    provenance.sources.push_back({source.file, source.bytes, source.digest, cells});
+    const std::string dropped = droppedColumn(source);
+    provenance.sources.push_back({source.file, source.bytes, source.digest, cells, dropped == "-" ? "" : dropped});
   }
   return provenance;
 }

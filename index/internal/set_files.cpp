@@ -472,9 +472,12 @@ std::string encodeManifest(const Manifest& manifest, const Provenance& provenanc
     json["files"].push_back({{"name", file.name}, {"bytes", file.bytes}, {"xxh3", hex16(file.digest)}});
   nlohmann::ordered_json origin;
   origin["sources"] = nlohmann::ordered_json::array();
-  for (const Provenance::Source& s : provenance.sources)
-    origin["sources"].push_back(
-        {{"name", asText(s.name)}, {"bytes", s.bytes}, {"xxh3", hex16(s.digest)}, {"cells", s.cells}});
+  for (const Provenance::Source& s : provenance.sources) {
+    nlohmann::ordered_json source = {
+        {"name", asText(s.name)}, {"bytes", s.bytes}, {"xxh3", hex16(s.digest)}, {"cells", s.cells}};
+    if (!s.dropped.empty()) source["dropped"] = asText(s.dropped);
+    origin["sources"].push_back(std::move(source));
+  }
   origin["refused"] = nlohmann::ordered_json::array();
   for (const Provenance::Refused& r : provenance.refused)
     origin["refused"].push_back({{"name", asText(r.name)}, {"code", asText(r.code)}, {"reason", asText(r.reason)}});
