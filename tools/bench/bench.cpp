@@ -1,0 +1,223 @@
+#include "tools/bench/bench.h"
+
+#include "index/errors.h"
+#include "tools/cli.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <sstream>
+#include <stdexcept>
+#include <sys/resource.h>
+#include <sys/utsname.h>
+#include <sys/wait.h>
+#include <thread>
+#include <unistd.h>
+
+#include <nlohmann/json.hpp>
+
+namespace filiform::tools {
+
+namespace {
+
+using nlohmann::ordered_json;
+
+std::string processorName() {
+  std::ifstream info("/proc/cpuinfo");
+  for (std::string line; std::getline(info, line);)
+    if (line.starts_with("model name")) {
+      const std::size_t colon = line.find(':');
+      if (colon != std::string::npos) return line.substr(std::min(line.size(), colon + 2));
+    }
+  return "unknown";
+}
+
+ordered_json machine() {
+  utsname system{};
+  uname(&system);
+  const auto pages = static_cast<std::uint64_t>(sysconf(_SC_PHYS_PAGES));
+  const auto page = static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
+  return {{"processor", processorName()},
+          {"threads", std::thread::hardware_concurrency()},
+          {"memory_bytes", pages * page},
+          {"system", std::string(system.sysname) + " " + system.release},
+          {"compiler", std::string("g++/clang ") + __VERSION__},
+          {"filiform", FILIFORM_VERSION},
+#ifdef NDEBUG
+          {"assertions", false}
+#else
+          {"assertions", true}
+#endif
+  };
+}
+
+ordered_json toJson(const BenchValue& value) {
+  return std::visit([](const auto& v) -> ordered_json { return v; }, value);
+}
+
+// Figures for people: four significant digits.
+std::string shown(double value) {
+  if (!std::isfinite(value)) return "-";
+  std::ostringstream out;
+  if (value != 0 && (std::abs(value) >= 1e7 || std::abs(value) < 1e-4)) {
+    out.precision(3);
+    out << std::scientific << value;
+  } else if (std::abs(value) >= 1000) {
+    out.precision(0);
+    out << std::fixed << value;
+  } else {
+    out.precision(4);
+    out << value;
+  }
+  return out.str();
+}
+
+std::string shown(const BenchValue& value) {
+  if (const auto* text = std::get_if<std::string>(&value)) return *text;
+  if (const auto* count = std::get_if<std::int64_t>(&value)) return std::to_string(*count);
+  return shown(std::get<double>(value));
+}
+
+void writeFile(const std::string& path, const std::string& text) {
+  std::ofstream file(path, std::ios::binary);
+  file << text;
+  file.close();
+  if (!file) throw IoError(path, "could not be written", errno);
+}
+
+std::string markdown(const Workload& workload, const BenchOptions& options, const BenchReport& report,
+                     const ordered_json& where, double wall_s) {
+  std::ostringstream out;
+  out << "# bench " << workload.name << ": " << workload.summary << "\n\n"
+      << "`filiform bench " << workload.name << " --seed " << options.seed << (options.quick ? " --quick" : "") << "`, "
+      << shown(wall_s) << " s on " << where["processor"].get<std::string>() << ", " << where["threads"] << " threads, "
+      << where["compiler"].get<std::string>() << (where["assertions"].get<bool>() ? ", assertions on" : "");
+  for (const auto& [name, version] : report.versions) out << ", " << name << ' ' << version;
+  out << ".\n";
+  if (options.quick) out << "\n**Quick run: these figures mean nothing.**\n";
+  if (!report.goals.empty()) {
+    out << "\n| what | must | aim | measured | |\n|---|---|---|---|---|\n";
+    for (const BenchGoal& goal : report.goals)
+      out << "| " << goal.what << " | " << goal.must << " | " << goal.aim << " | " << shown(goal.measured) << " | "
+          << (goal.met_aim    ? "aim"
+              : goal.met_must ? "must"
+                              : "**missed**")
+          << " |\n";
+  }
+  for (const BenchTable& table : report.tables) {
+    out << "\n" << table.caption << "\n\n|";
+    for (const std::string& column : table.columns) out << ' ' << column << " |";
+    out << "\n|";
+    for (std::size_t i = 0; i < table.columns.size(); ++i) out << "---|";
+    out << '\n';
+    for (const auto& row : table.rows) {
+      out << '|';
+      for (const BenchValue& value : row) out << ' ' << shown(value) << " |";
+      out << '\n';
+    }
+  }
+  for (const std::string& picture : report.pictures) out << "\n![" << picture << "](" << picture << ")\n";
+  if (!report.notes.empty()) out << '\n';
+  for (const std::string& note : report.notes) out << "- " << note << '\n';
+  return out.str();
+}
+
+}  // namespace
+
+std::string runWorkload(const Workload& workload, const BenchOptions& options) {
+  const auto started = std::chrono::steady_clock::now();
+  const BenchReport report = workload.run(options);
+  const double wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+  const ordered_json where = machine();
+
+  ordered_json json{{"workload", workload.name}, {"summary", workload.summary},
+                    {"seed", options.seed},      {"quick", options.quick},
+                    {"wall_s", wall_s},          {"machine", where}};
+  for (const auto& [name, version] : report.versions) json["versions"][name] = version;
+  for (const BenchGoal& goal : report.goals)
+    json["goals"].push_back({{"what", goal.what},
+                             {"must", goal.must},
+                             {"aim", goal.aim},
+                             {"measured", goal.measured},
+                             {"met_must", goal.met_must},
+                             {"met_aim", goal.met_aim}});
+  for (const BenchTable& table : report.tables) {
+    ordered_json rows = ordered_json::array();
+    for (const auto& row : table.rows) {
+      if (row.size() != table.columns.size())
+        throw std::logic_error("bench table " + table.name + ": a row of another length than the columns");
+      ordered_json one;
+      for (std::size_t i = 0; i < row.size(); ++i) one[table.columns[i]] = toJson(row[i]);
+      rows.push_back(std::move(one));
+    }
+    json["tables"][table.name] = {{"caption", table.caption}, {"rows", std::move(rows)}};
+  }
+  json["notes"] = report.notes;
+  json["pictures"] = report.pictures;
+
+  const std::string base = options.out + "/" + workload.name;
+  writeFile(base + ".json", json.dump(1) + "\n");
+  std::string text = markdown(workload, options, report, where, wall_s);
+  writeFile(base + ".md", text);
+  return text;
+}
+
+double percentile(std::vector<double> values, double fraction) {
+  if (values.empty()) return std::nan("");
+  const double rank = std::ceil(fraction * static_cast<double>(values.size()));
+  const auto at = static_cast<std::size_t>(std::clamp(rank - 1.0, 0.0, static_cast<double>(values.size() - 1)));
+  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(at), values.end());
+  return values[at];
+}
+
+ChildCost measureInChild(const std::function<std::vector<double>()>& work) {
+  int ends[2];
+  if (pipe(ends) != 0) throw std::runtime_error(std::string("pipe: ") + std::strerror(errno));
+  const auto started = std::chrono::steady_clock::now();
+  const pid_t child = fork();
+  if (child < 0) throw std::runtime_error(std::string("fork: ") + std::strerror(errno));
+  if (child == 0) {
+    close(ends[0]);
+    std::string answer;
+    try {
+      for (const double number : work()) {
+        char bytes[sizeof number];
+        std::memcpy(bytes, &number, sizeof number);
+        answer.append(bytes, sizeof bytes);
+      }
+      answer.insert(answer.begin(), 'n');
+    } catch (const std::exception& error) {
+      answer = std::string("e") + error.what();
+    }
+    for (std::size_t sent = 0; sent < answer.size();) {
+      const ssize_t n = write(ends[1], answer.data() + sent, answer.size() - sent);
+      if (n <= 0) break;
+      sent += static_cast<std::size_t>(n);
+    }
+    _exit(0);
+  }
+  close(ends[1]);
+  std::string answer;
+  char buffer[4096];
+  for (ssize_t n; (n = read(ends[0], buffer, sizeof buffer)) > 0;) answer.append(buffer, static_cast<std::size_t>(n));
+  close(ends[0]);
+  int status = 0;
+  rusage usage{};
+  wait4(child, &status, 0, &usage);
+  ChildCost cost;
+  cost.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+  if (answer.empty() || answer[0] != 'n')
+    throw std::runtime_error(answer.empty() ? "the measured process ended without an answer" : answer.substr(1));
+  const auto seconds = [](const timeval& t) {
+    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
+  };
+  cost.cpu_s = seconds(usage.ru_utime) + seconds(usage.ru_stime);
+  cost.peak_bytes = static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
+  cost.numbers.resize((answer.size() - 1) / sizeof(double));
+  std::memcpy(cost.numbers.data(), answer.data() + 1, cost.numbers.size() * sizeof(double));
+  return cost;
+}
+
+}  // namespace filiform::tools

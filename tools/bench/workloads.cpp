@@ -1,0 +1,10 @@
+#include "tools/bench/workloads.h"
+
+namespace filiform::tools {
+
+std::vector<Workload> workloads() {
+  std::vector<Workload> all;
+  return all;
+}
+
+}  // namespace filiform::tools

@@ -1,0 +1,12 @@
+// The parts of `filiform bench`: each function appends the workloads of its file. workloads() lists them all.
+#pragma once
+
+#include "tools/bench/bench.h"
+
+#include <vector>
+
+namespace filiform::tools {
+
+// One line a file: void addSolverWorkloads(std::vector<Workload>& all);
+
+}  // namespace filiform::tools

@@ -1,0 +1,75 @@
+// filiform bench: named workloads, measured and written down.
+#include "index/errors.h"
+#include "tools/bench/bench.h"
+#include "tools/cli.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+
+namespace filiform::tools {
+
+namespace {
+
+struct BenchCommand {
+  BenchOptions options;
+  std::vector<std::string> names;
+  bool list = false;
+};
+
+int runBench(BenchCommand command) {
+  const std::vector<Workload> all = workloads();
+  if (command.list) {
+    for (const Workload& workload : all)
+      std::cout << workload.name
+                << std::string(std::max<std::size_t>(14, workload.name.size() + 2) - workload.name.size(), ' ')
+                << workload.summary << '\n';
+    return 0;
+  }
+  std::vector<Workload> chosen;
+  for (const std::string& name : command.names) {
+    const auto found = std::find_if(all.begin(), all.end(), [&](const Workload& w) { return w.name == name; });
+    if (found == all.end()) {
+      std::string names;
+      for (const Workload& workload : all) names += (names.empty() ? "" : ", ") + workload.name;
+      throw UsageError("no workload is called " + name + ": choose from " + names);
+    }
+    chosen.push_back(*found);
+  }
+  if (command.names.empty()) chosen = all;
+  std::error_code error;
+  std::filesystem::create_directories(command.options.out, error);
+  if (error) throw IoError(command.options.out, "cannot make the folder", error.value());
+  const bool terminal = isatty(STDERR_FILENO) == 1;
+  for (const Workload& workload : chosen) {
+    command.options.progress = [&](const std::string& what) {
+      throwIfInterrupted();
+      if (terminal) std::cerr << "bench " << workload.name << ": " << what << '\n';
+    };
+    std::cout << runWorkload(workload, command.options) << std::endl;
+  }
+  return 0;
+}
+
+}  // namespace
+
+void addBench(CLI::App& app, Chosen& chosen) {
+  auto command = std::make_shared<BenchCommand>();
+  CLI::App* bench = app.add_subcommand("bench", "Measures named workloads; ratios to peers in the same run");
+  bench->footer("Examples:\n  filiform bench --list\n  filiform bench solver --out bench");
+  bench->add_option("NAME", command->names, "workloads; all where none is named");
+  bench->add_flag("--list", command->list, "what there is");
+  bench->add_option("--out", command->options.out, "folder for NAME.json, NAME.md and pictures")->capture_default_str();
+  bench->add_option("--seed", command->options.seed, "of everything random")->capture_default_str();
+  bench->add_option("--corpus", command->options.corpus, "folder of real reconstructions")->envname("FILIFORM_CORPUS");
+  bench->add_option("--segments", command->options.segments, "largest size to go to; 0: the workload's own");
+  bench->add_flag("--quick", command->options.quick, "small sizes, to see that it works");
+  bench->callback([command, &chosen] { chosen = [command] { return runBench(*command); }; });
+}
+
+}  // namespace filiform::tools
