@@ -3,6 +3,7 @@
 #include "index/cell.h"
 #include "index/cell_graph.h"
 #include "index/errors.h"
+#include "solver/internal/draw.h"
 
 #include <algorithm>
 #include <charconv>
@@ -63,14 +64,6 @@ std::optional<Integer> parse(std::string_view text) {
   return value;
 }
 
-// Uniform below n: the standard distributions differ between libraries.
-std::uint64_t below(std::mt19937_64& random, std::uint64_t n) {
-  const std::uint64_t most = UINT64_MAX - UINT64_MAX % n;
-  std::uint64_t draw = random();
-  while (draw >= most) draw = random();
-  return draw % n;
-}
-
 using Ends = std::pair<std::uint32_t, std::uint32_t>;
 
 Ends longest(const Forest& forest) {
@@ -89,20 +82,20 @@ Ends longest(const Forest& forest) {
   return best;
 }
 
-Ends randomEnds(const Forest& forest, std::uint64_t seed) {
+std::optional<Ends> randomEnds(const Forest& forest, std::uint64_t seed) {
   // Only tips at some distance make a route.
   std::vector<std::uint32_t> roots;
   for (std::uint32_t rank = 0; rank < forest.root.size(); ++rank)
     if (forest.is_tip[rank] && forest.depth_um[rank] > 0) roots.push_back(forest.root[rank]);
   std::sort(roots.begin(), roots.end());
   roots.erase(std::unique(roots.begin(), roots.end()), roots.end());
-  if (roots.empty()) throw UsageError("the cell has no route: none of its segments has a length");
+  if (roots.empty()) return std::nullopt;
   std::mt19937_64 random(seed);
-  const std::uint32_t root = roots[below(random, roots.size())];
+  const std::uint32_t root = roots[internal::drawBelow(random, roots.size())];
   std::vector<std::uint32_t> tips;
   for (std::uint32_t rank = 0; rank < forest.root.size(); ++rank)
     if (forest.root[rank] == root && forest.is_tip[rank] && forest.depth_um[rank] > 0) tips.push_back(rank);
-  return {root, tips[below(random, tips.size())]};
+  return Ends{root, tips[internal::drawBelow(random, tips.size())]};
 }
 
 Ends byIds(const CellGraph& graph, const Forest& forest, std::int64_t first_id, std::int64_t last_id) {
@@ -217,16 +210,23 @@ Route planRoute(const CellGraph& graph, std::uint32_t cell, const std::string& s
   } else if (head == "random") {
     const auto seed = parse<std::uint64_t>(tail);
     if (!seed) throw UsageError("a random route is random:SEED with a whole number >= 0, as in random:1");
-    ends = randomEnds(forest, *seed);
-  } else if (head == "tour") {
-    throw UsageError("tours are not in this build; choose FIRST:LAST, longest or random:SEED");
+    const std::optional<Ends> drawn = randomEnds(forest, *seed);
+    if (!drawn) throw UsageError("the cell has no route: none of its segments has a length");
+    ends = *drawn;
   } else {
     const auto first = parse<std::int64_t>(head), last = parse<std::int64_t>(tail);
     if (!first || !last)
-      throw UsageError("no such route: choose FIRST:LAST (two sample ids of the cell), longest or random:SEED");
+      throw UsageError(
+          "no such route: choose FIRST:LAST (two sample ids of the cell), longest, random:SEED or tour:SEED");
     ends = byIds(graph, forest, *first, *last);
   }
   return Route(cell, graph.grid, graph.positions, graph.parents, ends.first, ends.second);
+}
+
+std::optional<Route> planRandomRoute(const CellGraph& graph, std::uint32_t cell, std::uint64_t seed) {
+  const std::optional<Ends> ends = randomEnds(measure(graph), seed);
+  if (!ends) return std::nullopt;
+  return Route(cell, graph.grid, graph.positions, graph.parents, ends->first, ends->second);
 }
 
 }  // namespace filiform

@@ -6,6 +6,7 @@
 #include "solver/proxy_solver.h"
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -73,10 +74,13 @@ class RouteTracker {
 
 // A route of the cell, by what is asked for:
 //   FIRST:LAST   between two samples by their ids in the file; where ids repeat (restarted blocks), the joined pair of
-//   lowest ranks longest      the root-to-tip path of greatest arc length within one tree; ties: lowest ranks
+//                lowest ranks
+//   longest      the root-to-tip path of greatest arc length within one tree; ties: lowest ranks
 //   random:SEED  from a random root to one of its tips; the same for a seed on every machine
 // Throws UsageError for anything else, unknown or unconnected samples, and a cell without segments. O(samples).
 // `cell` is the id of `graph` in its set.
 Route planRoute(const CellGraph& graph, std::uint32_t cell, const std::string& spec);
+// The route of random:SEED; none where no segment of the cell has a length.
+std::optional<Route> planRandomRoute(const CellGraph& graph, std::uint32_t cell, std::uint64_t seed);
 
 }  // namespace filiform

@@ -11,12 +11,14 @@
 #include "solver/navigation.h"
 #include "solver/parameters.h"
 #include "solver/route.h"
+#include "solver/tour.h"
 
 #include <algorithm>
 #include <atomic>
 #include <charconv>
 #include <chrono>
 #include <cmath>
+#include <exception>
 #include <memory>
 #include <ostream>
 #include <thread>
@@ -25,7 +27,10 @@ namespace filiform {
 namespace {
 
 constexpr std::size_t kRowsInFlight = 1 << 14;  // of a real-time run: 16 s at 1 kHz
-constexpr std::uint64_t kDrainEvery = 1024;     // ticks; a recording in virtual time is written between them
+constexpr std::size_t kLegsAhead = 4;           // of a tour, planned while another is travelled
+constexpr double kTourTime_s = 60;
+constexpr double kJumpPatience_s = 20;       // beyond the latency, for a jump's tile
+constexpr std::uint64_t kDrainEvery = 1024;  // ticks; a recording in virtual time is written between them
 
 std::uint32_t defaultCell(const TileStore& store) {
   if (store.cell_count() == 0) throw UsageError("the set holds no cell: there is nothing to navigate");
@@ -109,19 +114,114 @@ struct OpenDevice {
   HapticDevice& device;
 };
 
+// A route, and the person who travels it. Made and freed off the haptic path, used on it.
+struct Leg {
+  Leg(const TileStore& store, const RunOptions& options, Route planned, std::uint64_t number)
+      : route(std::move(planned)), home(store.leaves().home(store.grid().snap(route.points().front().p_W))) {
+    if (home == kNoTile) throw UsageError("the route's first sample lies in no tile: verify the set");
+    // Each leg trembles in its own way, the first as a run of one route does.
+    person = std::make_unique<SimulatedPerson>(route, options.person, options.seed + number);
+    const double device_m = route.length_um() / (options.zoom_um / Workspace::kZoomSpan_m);
+    nominal_limit_s = 10 * device_m / options.person.speed_m_s + 20;
+  }
+  Leg(const Leg&) = delete;
+  Leg& operator=(const Leg&) = delete;
+
+  Route route;
+  TileId home;  // where it begins
+  RouteTracker tracker{route};
+  std::unique_ptr<SimulatedPerson> person;
+  double nominal_limit_s = 0;
+};
+
+// The legs of a run, one after the other: one, or those of a tour.
+class Itinerary {
+ public:
+  Itinerary(const TileStore& store, const RunOptions& options)
+      : store_(store), options_(options), tour_seed_(Tour::seedOf(options.route)) {
+    if (tour_seed_) tour_ = std::make_unique<Tour>(store, *tour_seed_, options.cell);
+  }
+  bool isTour() const { return tour_ != nullptr; }
+
+  std::unique_ptr<Leg> next() {
+    if (tour_) return std::make_unique<Leg>(store_, options_, tour_->next(), legs_++);
+    const std::uint32_t cell = options_.cell ? *options_.cell : defaultCell(store_);
+    return std::make_unique<Leg>(store_, options_, planRoute(readCell(store_, cell, false), cell, options_.route), 0);
+  }
+
+ private:
+  const TileStore& store_;
+  const RunOptions& options_;
+  std::optional<std::uint64_t> tour_seed_;
+  std::unique_ptr<Tour> tour_;
+  std::uint64_t legs_ = 0;
+};
+
+// Plans legs ahead in a thread of its own, and frees those that were travelled. take() and giveBack() are for the
+// haptic thread, the rest for the one that owns this.
+class LegPlanner {
+ public:
+  explicit LegPlanner(Itinerary& itinerary) : itinerary_(itinerary), thread_([this] { plan(); }) {}
+  ~LegPlanner() {
+    stopping_.store(true, std::memory_order_relaxed);
+    thread_.join();
+    Leg* leg = nullptr;
+    while (planned_.pop(leg)) delete leg;
+    while (travelled_.pop(leg)) delete leg;
+  }
+  LegPlanner(const LegPlanner&) = delete;
+  LegPlanner& operator=(const LegPlanner&) = delete;
+
+  Leg* take() noexcept {
+    Leg* leg = nullptr;
+    planned_.pop(leg);
+    return leg;
+  }
+  // False: keep it, and try again after a tick.
+  bool giveBack(Leg* leg) noexcept { return travelled_.push(leg); }
+
+  bool failed() const { return failed_.load(std::memory_order_acquire); }
+  void rethrow() const { std::rethrow_exception(error_); }  // Requires failed()
+
+ private:
+  void plan() {
+    std::unique_ptr<Leg> next;
+    try {
+      while (!stopping_.load(std::memory_order_relaxed)) {
+        Leg* leg = nullptr;
+        while (travelled_.pop(leg)) delete leg;
+        if (!next) next = itinerary_.next();
+        if (planned_.push(next.get()))
+          next.release();
+        else
+          std::this_thread::sleep_for(std::chrono::milliseconds(2));
+      }
+    } catch (...) {
+      error_ = std::current_exception();
+      failed_.store(true, std::memory_order_release);
+    }
+  }
+
+  Itinerary& itinerary_;
+  SpscRing<Leg*> planned_{kLegsAhead}, travelled_{2 * kLegsAhead};
+  std::atomic<bool> stopping_{false}, failed_{false};
+  std::exception_ptr error_;
+  std::thread thread_;
+};
+
 class Run {
  public:
   Run(const TileStore& store, const RunOptions& options)
       : store_(store),
         options_(options),
         dt_s_(1.0 / options.rate_Hz),
-        cell_(options.cell ? *options.cell : defaultCell(store)),
-        route_(planRoute(readCell(store, cell_, false), cell_, options.route)),
+        itinerary_(store_, options_),
+        leg_(itinerary_.next()),
+        first_cell_(leg_->route.cell()),
         tiles_(store, options),
         graph_(tiles_.table(), store.leaves(), store.grid()),
         device_(makeDevice(options.device, {dt_s_, options.delay_samples})),
-        touched_(store.tile_count(), 0),
-        tracker_(route_) {
+        touched_(store.tile_count(), 0) {
     hand_ = dynamic_cast<SimulatedHand*>(device_.get());
     replay_ = dynamic_cast<ReplayDevice*>(device_.get());
     if (!options.record.empty()) {
@@ -138,14 +238,13 @@ class Run {
     navigation.workspace.hi_D = device_->capabilities().workspace_hi_D;
     navigation.workspace.zoom_um = options.zoom_um;
     navigation.buttons.fill(ButtonAction::none);
-    const SolverParameters parameters = options.solver ? *options.solver : automaticParameters(store, cell_);
+    const SolverParameters parameters = options.solver ? *options.solver : automaticParameters(store, first_cell_);
     navigation_ = std::make_unique<Navigation>(graph_, makeProxySolver(options.method, parameters), navigation);
-    if (hand_) person_ = std::make_unique<SimulatedPerson>(route_, options.person, options.seed);
+    if (itinerary_.isTour() && !hand_)
+      throw UsageError("a tour is planned by the simulated person: it needs a simulated hand, as --device sim:medium");
     noteStability();
-
-    const double device_m = route_.length_um() / navigation_->workspace().scale_um_m();
-    const double limit_s = options.seconds.value_or(10 * device_m / options.person.speed_m_s + 20);
-    most_ticks_ = static_cast<std::uint64_t>(std::min(1e15, std::ceil(limit_s * options.rate_Hz)));
+    most_ticks_ = ticksOf(options.seconds.value_or(itinerary_.isTour() ? kTourTime_s : leg_->nominal_limit_s));
+    jump_patience_ticks_ = ticksOf(1e-3 * options.latency_ms + kJumpPatience_s);
   }
 
   RunSummary operator()(const std::function<void(const TickRow&)>& on_tick) {
@@ -174,16 +273,57 @@ class Run {
                                " N/m for this hand, rate and delay: the proxy may vibrate");
   }
 
+  std::uint64_t ticksOf(double time_s) const {
+    return static_cast<std::uint64_t>(std::min(1e15, std::ceil(time_s * options_.rate_Hz)));
+  }
+
   void placeAtStart() {
-    const TileId home = store_.leaves().home(store_.grid().snap(route_.points().front().p_W));
-    if (home == kNoTile) throw UsageError("the route's first sample lies in no tile: verify the set");
-    if (!tiles_.table().find(home)) tiles_.loadTogether({&home, 1});
-    NavigationCommand start;
-    start.kind = NavigationCommand::Kind::jump;
-    start.place = graph_.placeAt(home, route_.first_segment(), route_.first_t());
-    if (!navigation_->apply(start, navigation_->workspace().centre_D()))
+    if (!tiles_.table().find(leg_->home)) tiles_.loadTogether({&leg_->home, 1});
+    if (!enter(*leg_, navigation_->workspace().centre_D()))
       throw UsageError("the route's first segment is not in its tile: verify the set");
     if (TileReader* reader = tiles_.reader()) reader->publishFocus(navigation_->focus());
+  }
+
+  // Puts the leg's first point under the hand. Requires its tile. Haptic-safe.
+  bool enter(const Leg& leg, const Vector3d& h_D) noexcept {
+    NavigationCommand command;
+    command.kind = NavigationCommand::Kind::jump;
+    command.place = graph_.placeAt(leg.home, leg.route.first_segment(), leg.route.first_t());
+    if (!navigation_->apply(command, h_D)) return false;
+    ++summary_.legs;
+    leg_end_tick_ = summary_.ticks + ticksOf(leg.nominal_limit_s);
+    arrived_ = leg_over_ = false;
+    return true;
+  }
+
+  // Before a tick of a tour whose leg is over: jumps to the next as soon as it is planned and its tile is there. `take`
+  // answers the next leg, or nullptr; the one that was travelled is left in past_. Haptic-safe as far as `take` is.
+  template <class Take>
+  void moveOn(const DeviceState& state, Take&& take) {
+    if (!leg_over_ || past_) return;
+    if (!next_) next_.reset(take());
+    if (next_) {
+      if (tiles_.table().find(next_->home)) {
+        past_.swap(leg_);
+        leg_.swap(next_);
+        jump_waited_ = 0;
+        summary_.back_offs += past_->person->back_offs();
+        summary_.route_um += past_->route.length_um();
+        summary_.reached_um += past_->tracker.reached_um();
+        if (enter(*leg_, state.p_D))
+          ++summary_.jumps;
+        else
+          ++legs_dropped_;  // leg_over_ still holds: the next tick moves on
+        return;
+      }
+      if (TileReader* reader = tiles_.reader()) reader->request(next_->home);
+      if (++jump_waited_ > jump_patience_ticks_) {
+        past_.swap(next_);
+        jump_waited_ = 0;
+        ++legs_dropped_;
+      }
+    }
+    ++summary_.jump_wait_ticks;
   }
 
   // After a tick that stands: what it counts, and where the hand goes next. Haptic-safe. True when the run is over.
@@ -207,16 +347,22 @@ class Run {
     summary_.frontiers += tick.frontier;
     for (std::uint32_t i = 0; i < tick.step.touched.count; ++i) touched_[tick.step.touched.ids[i]] = 1;
     ++summary_.ticks;
+    const bool time_over = summary_.ticks >= most_ticks_;
+    if (leg_over_) return time_over;  // the hand stays where it is until the jump
 
-    const Route::Progress progress = tracker_.update(navigation_->place());
+    const Route::Progress progress = leg_->tracker.update(navigation_->place());
     const double tolerance_um = options_.person.arrive_m * navigation_->workspace().scale_um_m();
-    arrived_ = progress.on_route && progress.arc_um >= route_.length_um() - tolerance_um;
-    bool over = arrived_ || summary_.ticks >= most_ticks_;
-    if (person_) {
-      hand_->setTarget(person_->target_D(navigation_->place(), navigation_->workspace(), dt_s_));
-      over = over || person_->status() == PersonStatus::gave_up;
+    arrived_ = progress.on_route && progress.arc_um >= leg_->route.length_um() - tolerance_um;
+    leg_over_ = arrived_;
+    if (hand_) {
+      SimulatedPerson& person = *leg_->person;
+      hand_->setTarget(person.target_D(navigation_->place(), navigation_->workspace(), dt_s_));
+      leg_over_ = leg_over_ || person.status() == PersonStatus::gave_up;
     }
-    return over;
+    summary_.legs_completed += arrived_;
+    if (!itinerary_.isTour()) return leg_over_ || time_over;
+    leg_over_ = leg_over_ || summary_.ticks >= leg_end_tick_;
+    return time_over;
   }
 
   bool recordingEnded(const DeviceState& state) const { return replay_ && state.status == DeviceStatus::closed; }
@@ -229,6 +375,15 @@ class Run {
     for (bool over = false; !over;) {
       const DeviceState state = device_->exchange(wrench);
       if (recordingEnded(state)) break;
+      if (leg_over_) {
+        past_.reset();
+        // Without latency a tile is there when it is asked for, unless it cannot be.
+        moveOn(state, [&] {
+          std::unique_ptr<Leg> next = itinerary_.next();
+          if (latency_ticks == 0 && !tiles_.table().find(next->home)) tiles_.loadTogether({&next->home, 1});
+          return next.release();
+        });
+      }
       if (latency_ticks > 0 && tiles_.residency()) tiles_.residency()->advance(summary_.ticks, latency_ticks);
       const NavigationTick& tick = latency_ticks > 0 ? navigation_->tick(state, dt_s_) : tickWithItsTiles(state);
       wrench = tick.wrench;
@@ -272,6 +427,8 @@ class Run {
       }
     } io{tiles_.residency()};  // outlives the loop
     TileReader* reader = tiles_.reader();
+    std::optional<LegPlanner> planner;  // outlives the loop too
+    if (itinerary_.isTour()) planner.emplace(itinerary_);
     HapticLoopOptions loop_options;
     loop_options.rate_Hz = options_.rate_Hz;
     HapticLoop loop(
@@ -283,6 +440,10 @@ class Run {
             return {};
           }
           if (reader) reader->apply();
+          if (planner) {
+            if (past_ && planner->giveBack(past_.get())) past_.release();
+            moveOn(state, [&]() noexcept { return planner->take(); });
+          }
           const NavigationTick& tick = navigation_->tick(state, dt_s_);
           if (reader) {
             for (std::uint32_t i = 0; i < tick.step.absent.count; ++i) reader->request(tick.step.absent.ids[i]);
@@ -305,11 +466,13 @@ class Run {
     };
     while (loop.running() && !over.load(std::memory_order_acquire)) {
       drain();
+      if (planner && planner->failed()) break;
       std::this_thread::sleep_for(std::chrono::milliseconds(2));
     }
     loop.stop();
     drain();
     if (!loop.fault().empty()) throw DeviceError(loop.fault());
+    if (planner && planner->failed()) planner->rethrow();
     summary_.missed_deadlines = loop.metrics().missed_deadlines();
     summary_.notes.insert(summary_.notes.end(), loop.refusals().begin(), loop.refusals().end());
     if (rows_lost > 0)
@@ -319,9 +482,10 @@ class Run {
 
   void finishSummary() {
     RunSummary& s = summary_;
-    s.outcome = arrived_ ? "completed" : "stuck";
-    s.route_um = route_.length_um();
-    s.reached_um = tracker_.reached_um();
+    s.outcome = arrived_ || itinerary_.isTour() ? "completed" : "stuck";
+    s.route_um += leg_->route.length_um();
+    s.reached_um += leg_->tracker.reached_um();
+    s.back_offs += leg_->person->back_offs();
     s.sim_s = static_cast<double>(s.ticks) * dt_s_;
     for (std::uint32_t id = 0; id < store_.cell_count(); ++id) s.segments += store_.cell(id).segments;
     for (TileId tile = 0; tile < store_.tile_count(); ++tile) s.decoded_bytes += store_.entry(tile).decoded_bytes;
@@ -329,8 +493,10 @@ class Run {
     s.budget_bytes = options_.budget_bytes;
     s.force_integral_Ns = force_sum_N_ * dt_s_;
     s.mean_force_N = s.ticks ? force_sum_N_ / static_cast<double>(s.ticks) : 0.0;
-    s.cell = store_.cell(cell_).name;
-    if (person_) s.back_offs = person_->back_offs();
+    s.cell = store_.cell(first_cell_).name;
+    if (legs_dropped_ > 0)
+      s.notes.push_back(std::to_string(legs_dropped_) +
+                        " legs of the tour were dropped: their first tile did not come");
     if (replay_ && replay_->differingWrenches() > 0)
       s.notes.push_back(
           std::to_string(replay_->differingWrenches()) +
@@ -341,8 +507,10 @@ class Run {
   const TileStore& store_;
   RunOptions options_;
   double dt_s_;
-  std::uint32_t cell_;
-  Route route_;
+  Itinerary itinerary_;
+  std::unique_ptr<Leg> leg_;          // being travelled
+  std::unique_ptr<Leg> next_, past_;  // of a tour: to jump to, and to be freed
+  std::uint32_t first_cell_;
   Tiles tiles_;
   GraphView graph_;
   std::unique_ptr<HapticDevice> device_;
@@ -350,14 +518,13 @@ class Run {
   ReplayDevice* replay_ = nullptr;
   RecordingDevice* recorder_ = nullptr;
   std::unique_ptr<Navigation> navigation_;
-  std::unique_ptr<SimulatedPerson> person_;
   std::vector<std::uint8_t> touched_;  // by tile
   std::vector<TileId> wanted_;
-  RouteTracker tracker_;
-  std::uint64_t most_ticks_ = 0;
+  std::uint64_t most_ticks_ = 0, leg_end_tick_ = 0;
+  std::uint64_t jump_patience_ticks_ = 0, jump_waited_ = 0, legs_dropped_ = 0;
   double force_sum_N_ = 0;
   Vector3d last_force_N_ = Vector3d::Zero();
-  bool arrived_ = false;
+  bool arrived_ = false, leg_over_ = false;
   RunSummary summary_;
 };
 

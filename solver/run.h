@@ -25,8 +25,8 @@ namespace filiform {
 
 struct RunOptions {
   std::optional<std::uint32_t> cell;  // none: the cell of most segments (ties: name)
-  std::string route = "longest";      // see planRoute
-  std::optional<double> seconds;      // simulated time at most; none: 10 times nominal + 20 s
+  std::string route = "longest";      // see planRoute; or tour:SEED, see Tour: through `cell`, or all cells
+  std::optional<double> seconds;      // simulated time at most; none: 10 times nominal + 20 s, of a tour 60 s
   SolverMethod method = SolverMethod::force;
   std::optional<SolverParameters> solver;  // none: automatic, from the cell
   std::string device = "sim:medium";       // see makeDevice; a simulated hand is led by a simulated person
@@ -60,8 +60,10 @@ struct TickRow {
 
 struct RunSummary {
   // As `navigate --json` has them.
-  std::string outcome;  // "completed": the proxy was within the person's arrive_m of the tip; else "stuck"
-  double route_um = 0, reached_um = 0;  // arc length of the route, and of it so far as RouteTracker counts it
+  std::string outcome;  // "completed": the proxy was within the person's arrive_m of the tip, or a tour's time is over;
+                        // else "stuck"
+  double route_um = 0, reached_um = 0;  // arc length of the route, and of it so far as RouteTracker counts it; of a
+                                        // tour: of all its legs together
   std::uint64_t ticks = 0;
   double sim_s = 0;
   std::uint64_t segments = 0;  // links kept in the whole set
@@ -76,14 +78,22 @@ struct RunSummary {
   std::optional<std::uint64_t> missed_deadlines;                    // real time only
 
   // Beyond it.
-  std::string cell;                             // name
+  std::string cell;                             // name; of a tour's first leg
   std::uint64_t visited = 0, capped_ticks = 0;  // segments tested in all; ticks that hit the solver's cap
   int back_offs = 0;                            // how often the person gave a try up
+  // Routes begun, travelled to their end, jumps between them; ticks at which the hand had to wait for a jump: for the
+  // next route to be planned (real time only) or its first tile to be read. Of one route: 1, 0 or 1, 0, 0.
+  std::uint64_t legs = 0, legs_completed = 0, jumps = 0, jump_wait_ticks = 0;
   double stiffness_N_m = 0;
   std::vector<std::string> notes;     // for a person, one line each: stability, what real time was refused, rows lost
   std::vector<std::string> failures;  // tiles that could not be read (latency or real time): the set is damaged, exit 1
 };
 
+// A tour (route tour:SEED) travels one route after the other until its time is over. A leg ends when the proxy arrives,
+// the person gives up, or ten times its nominal time and 20 s are over; the next one's first tile is asked for, and
+// when it is resident the hand jumps there: the place comes under the hand, and the force is ramped in. Routes are read
+// and planned between ticks in virtual time, by a thread of their own in real time, a few ahead.
+//
 // Runs until the proxy arrives, the person gives up, time is over, or a recording ends. Whatever ends it, the device's
 // last command is zero force. Throws UsageError for options that make no sense, an unknown cell or route, a budget
 // below the floor, a method not built; DeviceError from the device and its recording; CorruptTile, CorruptSet, IoError

@@ -104,6 +104,10 @@ nlohmann::ordered_json describe(const RunSummary& s) {
   json["capped_ticks"] = s.capped_ticks;
   json["back_offs"] = s.back_offs;
   json["stiffness_N_m"] = s.stiffness_N_m;
+  json["legs"] = s.legs;
+  json["legs_completed"] = s.legs_completed;
+  json["jumps"] = s.jumps;
+  json["jump_wait_ticks"] = s.jump_wait_ticks;
   return json;
 }
 
@@ -121,6 +125,9 @@ void describeForPeople(const RunSummary& s, const NavigateArguments& a) {
                 : a.seconds && s.sim_s >= *a.seconds ? "not completed: time was over"
                                                      : "stuck before the end")
             << '\n';
+  if (s.jumps > 0 || s.legs_completed > 1)
+    line("tour", formatCount(s.legs) + " routes begun, " + formatCount(s.legs_completed) + " travelled to the end; " +
+                     formatCount(s.jumps) + " jumps, waited for " + formatCount(s.jump_wait_ticks) + " ticks");
   line("route", rounded(s.route_um, 1) + " um, reached " + rounded(s.reached_um, 1) + " um");
   line("time", rounded(s.sim_s, 2) + " s, " + formatCount(s.ticks) + " ticks");
   line("force", "mean " + rounded(s.mean_force_N, 3) + " N, largest " + rounded(s.max_force_N, 3) + " N, integral " +
@@ -198,13 +205,19 @@ void addNavigate(CLI::App& app, Chosen& chosen) {
   command->footer(
       "Example:\n  filiform navigate column.fil --route longest --zoom 300 --budget 4MiB --csv travel.csv --plot "
       "force.png\n"
-      "  filiform navigate cell.swc --route 1:245 --method basic");
+      "  filiform navigate cell.swc --route 1:245 --method basic\n"
+      "  filiform navigate column.fil --route tour:1 --seconds 600 --budget 64MiB --realtime --json");
   command->add_option("SCENE", a->scene, "tile set, or an .swc file or small .zip that is travelled directly")
       ->required()
       ->type_name("SET|FILE.swc");
   command->add_option("--cell", a->cell, "name of the cell; default: the one with the most segments");
-  command->add_option("--route", a->route, "ROOT:TIP (sample ids), longest, or random:SEED")->capture_default_str();
-  command->add_option("--seconds", a->seconds, "simulated time at most; default: 10 times nominal + 20 s");
+  command
+      ->add_option("--route", a->route,
+                   "ROOT:TIP (sample ids), longest, random:SEED, or tour:SEED: one random route after "
+                   "the other, through --cell or all cells")
+      ->capture_default_str();
+  command->add_option("--seconds", a->seconds,
+                      "simulated time at most; default: 10 times nominal + 20 s, of a tour 60 s");
   command->add_option("--method", a->method, "proxy solver: basic or force")->capture_default_str();
   command->add_option("--hand", a->hand, "loose, medium or firm: short for --device sim:HAND");
   command->add_option("--device", a->device, "sim:HAND, replay:FILE or null; default sim:medium");

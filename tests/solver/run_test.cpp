@@ -3,6 +3,7 @@
 #include "device/haptic_device.h"
 #include "index/errors.h"
 #include "index/memory_tiles.h"
+#include "solver/tour.h"
 #include "tests/support/counting_store.h"
 #include "tests/support/random_cells.h"
 
@@ -189,6 +190,88 @@ TEST(Run, ReplayOfItsRecordingIsTheSameRun) {
   EXPECT_TRUE(replayed.summary.notes.empty());
 }
 
+RunOptions shortTour() {
+  RunOptions options;
+  options.route = "tour:5";
+  options.zoom_um = 100;
+  options.seconds = 40;
+  options.person.speed_m_s = 0.3;
+  return options;
+}
+
+TEST(Run, ATourGoesOnUntilItsTimeIsOver) {
+  const auto store = column();
+  RunOptions options = shortTour();
+  options.in_memory = true;
+  const Recorded whole = record(*store, options);
+  const RunSummary& s = whole.summary;
+  EXPECT_EQ(s.outcome, "completed");
+  EXPECT_EQ(s.ticks, 40000u);
+  EXPECT_GT(s.legs, 3u);
+  EXPECT_EQ(s.jumps, s.legs - 1);
+  EXPECT_GT(s.legs_completed, 1u);
+  EXPECT_LE(s.legs_completed, s.legs);
+  EXPECT_EQ(s.jump_wait_ticks, 0u);
+  EXPECT_GT(s.reached_um, 0);
+  EXPECT_LE(s.reached_um, s.route_um);
+  EXPECT_TRUE(s.notes.empty());
+  // Whatever the budget: the same to a bit.
+  options.in_memory = false;
+  options.budget_bytes = Residency::floorBytes(*store);
+  const Recorded floor = record(*store, options);
+  EXPECT_GT(floor.summary.evictions, 0u);
+  EXPECT_EQ(floor.summary.frontiers, 0u);
+  ASSERT_EQ(floor.rows, whole.rows);
+  EXPECT_EQ(floor.summary.jumps, s.jumps);
+}
+
+TEST(Run, ATourWaitsForTheTileThatItJumpsTo) {
+  const auto store = column();
+  RunOptions options = shortTour();
+  options.latency_ms = 50;
+  options.budget_bytes = Residency::floorBytes(*store);
+  const Recorded late = record(*store, options);
+  EXPECT_GT(late.summary.jumps, 2u);
+  EXPECT_GT(late.summary.jump_wait_ticks, late.summary.jumps * 10);
+  EXPECT_LE(late.summary.jump_wait_ticks, (late.summary.jumps + 1) * 60);
+  EXPECT_TRUE(late.summary.notes.empty());
+  EXPECT_EQ(record(*store, options).rows, late.rows);
+}
+
+TEST(Run, ATourInRealTimeJumps) {
+  const auto store = storeOf({line(8)}, 8);
+  for (const bool in_memory : {false, true}) {
+    RunOptions options = shortTour();
+    options.realtime = true;
+    options.in_memory = in_memory;
+    options.zoom_um = 400;
+    options.seconds = 1.5;
+    const Recorded recorded = record(*store, options);
+    EXPECT_EQ(recorded.summary.outcome, "completed");
+    EXPECT_EQ(recorded.summary.ticks, 1500u);
+    EXPECT_GE(recorded.summary.jumps, 1u);
+    EXPECT_EQ(recorded.summary.legs, recorded.summary.jumps + 1);
+  }
+}
+
+TEST(Run, ATourPassesOnWhatItsPlannerThrows) {
+  const auto store = column();
+  test::CountingStore failing(*store);
+  RunOptions options = shortTour();
+  options.solver = SolverParameters{};
+  options.realtime = true;
+  // A tile that a later leg's cell is read from, and the first leg's is not. The planner is a few legs ahead.
+  Tour tour(*store, 5);
+  const std::vector<TileId> kept = store->loadCellDetail(tour.next().cell()).tiles;
+  TileId lost = kNoTile;
+  for (int leg = 0; leg < 3; ++leg)
+    for (const TileId tile : store->loadCellDetail(tour.next().cell()).tiles)
+      if (!std::binary_search(kept.begin(), kept.end(), tile)) lost = tile;
+  ASSERT_NE(lost, kNoTile);
+  failing.failLoads(lost);
+  EXPECT_THROW(run(failing, options), CorruptTile);
+}
+
 TEST(Run, SaysWhenTheStiffnessIsOutsideTheBound) {
   const auto store = thread();
   RunOptions options;
@@ -247,7 +330,7 @@ TEST(Run, RefusesWhatMakesNoSense) {
   };
   refuses([](RunOptions& o) { o.cell = 1; });
   refuses([](RunOptions& o) { o.cell = UINT32_MAX; });
-  refuses([](RunOptions& o) { o.route = "tour:1"; });
+  refuses([](RunOptions& o) { o.route = "tour:x"; });
   refuses([](RunOptions& o) { o.route = "1:999"; });
   refuses([](RunOptions& o) { o.budget_bytes = 1; });
   refuses([](RunOptions& o) { o.method = SolverMethod::climb; });
@@ -260,6 +343,10 @@ TEST(Run, RefusesWhatMakesNoSense) {
   refuses([](RunOptions& o) {
     o.realtime = true;
     o.latency_ms = 5;
+  });
+  refuses([](RunOptions& o) {
+    o.route = "tour:1";
+    o.device = "null";
   });
   RunOptions options;
   options.device = "sim:giant";
