@@ -6,15 +6,21 @@
 #include <string_view>
 #include <unordered_map>
 #include <unordered_set>
+#include <utility>
 
 namespace filiform {
 namespace {
 
 std::string_view withoutEndings(std::string_view path) {
-  for (const std::string_view ending : {".swc", ".cng"}) {
+  const auto without = [&](std::string_view ending) {
     const std::string_view rest = path.substr(0, path.size() - std::min(path.size(), ending.size()));
-    if (endsWithNoCase(path, ending) && !rest.empty() && rest.back() != '/') path = rest;
-  }
+    if (!endsWithNoCase(path, ending) || rest.empty() || rest.back() == '/') return false;
+    path = rest;
+    return true;
+  };
+  for (const std::string_view ending : {".swc", ".edges", ".obj", ".vtk"})
+    if (without(ending)) break;
+  without(".cng");
   return path;
 }
 
@@ -56,27 +62,93 @@ std::vector<std::string_view> tellApart(std::vector<std::string_view> open, Shor
 
 }  // namespace
 
-std::vector<std::string> cellNames(const std::vector<std::string>& sources) {
-  const std::unordered_set<std::string_view> different(sources.begin(), sources.end());
+void Cell::clearSamples() {
+  sample_ids.clear();
+  positions_um.clear();
+  parents.clear();
+  links.clear();
+  radii_um.clear();
+  types.clear();
+  block_starts.clear();
+}
+
+void connect(Cell& cell, std::vector<std::array<std::uint32_t, 2>> edges) {
+  const std::size_t n = cell.samples();
+  cell.links.clear();
+  cell.parents.assign(n, kNoParent);
+  std::vector<std::uint64_t> begin(n + 1, 0);
+  for (const auto& [a, b] : edges) ++begin[a], ++begin[b];
+  for (std::uint64_t sum = 0; std::uint64_t & at : begin) at = std::exchange(sum, sum + at);
+  std::vector<std::uint32_t> incident(2 * edges.size());
+  {
+    std::vector<std::uint64_t> next(begin.begin(), begin.end() - 1);
+    for (std::uint32_t e = 0; e < edges.size(); ++e)
+      for (const std::uint32_t end : edges[e]) incident[next[end]++] = e;
+  }
+
+  std::vector<std::uint32_t> reached(n, 0);  // in which turn, from 1
+  std::uint32_t turn = 0;
+  std::vector<std::uint32_t> queue;
+  queue.reserve(n);
+  std::size_t tree_links = 0;
+  for (std::uint32_t root = 0; root < n; ++root) {
+    if (reached[root]) continue;
+    reached[root] = ++turn;
+    queue.assign(1, root);
+    for (std::size_t at = 0; at < queue.size(); ++at) {
+      const std::uint32_t node = queue[at];
+      for (std::uint64_t i = begin[node]; i < begin[node + 1]; ++i) {
+        const auto& [a, b] = edges[incident[i]];
+        const std::uint32_t other = a == node ? b : a;
+        if (reached[other]) continue;
+        reached[other] = ++turn;
+        queue.push_back(other);
+        cell.parents[other] = node;
+        ++tree_links;
+      }
+    }
+  }
+  if (tree_links == edges.size()) return;
+  cell.parents.clear();
+  for (auto& [child, parent] : edges)
+    if (reached[child] < reached[parent]) std::swap(child, parent);
+  for (std::uint32_t node = 0; node < n; ++node)
+    if (begin[node] == begin[node + 1]) edges.push_back({node, node});
+  cell.links = std::move(edges);
+}
+
+std::vector<std::string> cellNames(const std::vector<std::string>& sources, const std::vector<std::string>& given) {
+  const auto has_name = [&](std::size_t i) { return !given.empty() && !given[i].empty(); };
+  std::unordered_set<std::string_view> different;
+  std::unordered_set<std::string> taken;
+  std::vector<std::string> names(sources.size());
+  std::unordered_map<std::string_view, std::size_t> numbers;  // the last one used, by what it was added to
+  const auto number_on = [&](std::size_t i, std::string_view counted, const std::string& base) {
+    std::size_t& number = numbers[counted];
+    for (;;) {
+      names[i] = ++number == 1 ? base : base + "#" + std::to_string(number);
+      if (taken.insert(names[i]).second) return;
+    }
+  };
+  for (std::size_t i = 0; i < sources.size(); ++i) {
+    if (!has_name(i)) {
+      different.insert(sources[i]);
+    } else if (taken.insert(given[i]).second) {
+      names[i] = given[i];
+    }
+  }
+  for (std::size_t i = 0; i < sources.size(); ++i)
+    if (has_name(i) && names[i].empty()) number_on(i, given[i], given[i]);
+
   std::unordered_map<std::string_view, std::string_view> short_names;
   const std::vector<std::string_view> left =
       tellApart({different.begin(), different.end()}, withoutEndings, short_names);
   tellApart(
       left, [](std::string_view path) { return path; }, short_names);
-
   // A name with an ending or a number may still be another's plain name: the later one is then numbered on.
-  std::vector<std::string> names;
-  names.reserve(sources.size());
-  std::unordered_set<std::string> taken;
-  std::unordered_map<std::string_view, std::size_t> seen;
-  for (const std::string& source : sources) {
-    const std::string base(short_names[source]);
-    std::size_t number = ++seen[source];
-    std::string name = number == 1 ? base : base + "#" + std::to_string(number);
-    while (!taken.insert(name).second) name = base + "#" + std::to_string(++number);
-    seen[source] = number;
-    names.push_back(std::move(name));
-  }
+  numbers.clear();
+  for (std::size_t i = 0; i < sources.size(); ++i)
+    if (!has_name(i)) number_on(i, sources[i], std::string(short_names[sources[i]]));
   return names;
 }
 

@@ -27,7 +27,8 @@ GridCells::GridCells(CellStream& stream, const Grid& grid, const std::atomic<boo
   std::vector<std::string> sources;
   sources.reserve(records_.size());
   for (const CellRecord& record : records_) sources.push_back(record.source);
-  std::vector<std::string> names = cellNames(sources);
+  std::vector<std::string> names = cellNames(sources, given_names_);
+  given_names_ = {};
   for (std::size_t i = 0; i < records_.size(); ++i) records_[i].name = std::move(names[i]);
 }
 
@@ -42,6 +43,7 @@ void GridCells::take(Cell& cell) {
   const std::size_t base = positions_.size();
   CellRecord record;
   record.source = std::move(cell.source);
+  given_names_.push_back(std::move(cell.name));
   record.samples = n;
   for (const Vector3d& p_W : cell.positions_um) {
     positions_.push_back(grid_.snap(p_W));

@@ -58,6 +58,7 @@ class GridCells {
   std::vector<std::vector<std::uint32_t>> block_starts_;
   std::vector<std::uint64_t> digests_;
   std::vector<CellRecord> records_;
+  std::vector<std::string> given_names_;  // while cells are taken
 };
 
 // Which tile stores which segment.
