@@ -25,12 +25,19 @@ Navigation::Navigation(const GraphView& graph, std::unique_ptr<ProxySolver> solv
     : graph_(graph),
       solver_(std::move(solver)),
       actions_(options.buttons),
-      state_{ForceLaw(options.force), Workspace(gentle(options))},
+      anchored_(options.anchor_use == AnchorUse::always ||
+                (options.anchor_use == AnchorUse::by_method && solver_->wantsAnchor())),
+      state_{ForceLaw(options.force), Workspace(gentle(options)), Anchor(options.anchor)},
       saved_(state_) {}
 
 void Navigation::setMode(NavigationMode mode) noexcept {
   state_.mode = mode;
+  restart();
+}
+
+void Navigation::restart() noexcept {
   state_.law.restartRamp();
+  state_.anchor.reset();
 }
 
 bool Navigation::apply(const NavigationCommand& command, const Eigen::Vector3d& h_D) noexcept {
@@ -114,7 +121,7 @@ const NavigationTick& Navigation::tick(const DeviceState& device, double dt_s) n
   tick_.step.touched.overflow = tick_.step.absent.overflow = false;
 
   const bool ready = device.status == DeviceStatus::ready;
-  if (ready && !state_.was_ready) state_.law.restartRamp();
+  if (ready && !state_.was_ready) restart();
   state_.was_ready = ready;
   if (ready) pressButtons(device.buttons);
 
@@ -127,7 +134,7 @@ const NavigationTick& Navigation::tick(const DeviceState& device, double dt_s) n
   if (state_.mode == NavigationMode::constrained) {
     if (usable && place().valid()) {
       tick_.solved = true;
-      solver_->advance(graph_, tick_.h_W, tick_.step);
+      solver_->advance(graph_, {tick_.h_W, dt_s, workspace.scale_um_m()}, tick_.step);
       tick_.frontier = tick_.step.absent.count > 0;
       state_.frontiers += tick_.frontier;
       p_W = place().p_W;
@@ -137,10 +144,16 @@ const NavigationTick& Navigation::tick(const DeviceState& device, double dt_s) n
   }
   tick_.p_W = p_W;
   tick_.p_D = workspace.toDevice(p_W);
+  tick_.anchor_D = tick_.p_D;
+  if (anchored_ && state_.mode == NavigationMode::constrained) {
+    if (tick_.solved && tick_.h_W.allFinite())
+      state_.anchor.follow(tick_.p_D - workspace.toDevice(state_.p_W), tick_.h_D, dt_s);
+    tick_.anchor_D += state_.anchor.offset_D();
+  }
 
   // A hand that is nowhere goes through the force law all the same: it is what counts faults.
   const bool pulls = ready && state_.mode == NavigationMode::constrained && place().valid();
-  tick_.wrench.force_N = pulls ? state_.law.apply(tick_.p_D, device.p_D, device.v_D, dt_s) : state_.law.release();
+  tick_.wrench.force_N = pulls ? state_.law.apply(tick_.anchor_D, device.p_D, device.v_D, dt_s) : state_.law.release();
 
   if (dt_s > 0 && std::isfinite(dt_s)) {
     const Vector3d v_W = (p_W - state_.p_W) / dt_s;
@@ -179,6 +192,7 @@ void Navigation::fill(NavigationSnapshot& snapshot) const noexcept {
   snapshot.h_W = tick_.h_W;
   snapshot.p_D = tick_.p_D;
   snapshot.h_D = tick_.h_D;
+  snapshot.anchor_D = tick_.anchor_D;
   snapshot.force_N = tick_.wrench.force_N;
   snapshot.centre_W = state_.workspace.centre_W();
   snapshot.rotation_WD = Eigen::Quaterniond(state_.workspace.rotationMatrix());

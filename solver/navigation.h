@@ -9,6 +9,7 @@
 
 #include "device/haptic_device.h"
 #include "index/residency.h"
+#include "solver/anchor.h"
 #include "solver/force_law.h"
 #include "solver/navigation_link.h"
 #include "solver/proxy_solver.h"
@@ -32,9 +33,15 @@ enum class ButtonAction : std::uint8_t {
   forward,
 };
 
+enum class AnchorUse : std::uint8_t { by_method, never, always };
+
 struct NavigationOptions {
   ForceLawOptions force;
   WorkspaceOptions workspace;
+  // What the spring pulls to: the proxy itself (never; the paper's), or a point that walks to it (always). By method:
+  // as the solver wants, that is for bounded climb only.
+  AnchorUse anchor_use = AnchorUse::by_method;
+  AnchorOptions anchor;
   // The workspace drifts no faster than this over the stiffness, so that its drift alone changes the force by at most
   // drift_force_N_s dt.
   double drift_force_N_s = 20;
@@ -48,6 +55,7 @@ struct NavigationTick {
   Vector3d h_W = Vector3d::Zero();                          // probe, um
   Vector3d p_W = Vector3d::Zero();                          // proxy, um; in free mode the probe
   Vector3d h_D = Vector3d::Zero(), p_D = Vector3d::Zero();  // the same in m, before the workspace drifted
+  Vector3d anchor_D = Vector3d::Zero();                     // what the spring pulls to; without an anchor p_D
   NavigationMode mode = NavigationMode::constrained;
   bool solved = false;    // the solver ran: constrained, and the device ready
   bool frontier = false;  // it met a tile that is absent: the proxy rests there, the force goes on as it was
@@ -57,7 +65,7 @@ struct NavigationTick {
 class Navigation {
  public:
   // Constrained, without a place (no force) until the first jump or constrain. The graph must outlive it. Throws
-  // UsageError as ForceLaw and Workspace do, and for a drift force that is not >= 0 and finite.
+  // UsageError as ForceLaw, Workspace and Anchor do, and for a drift force that is not >= 0 and finite.
   Navigation(const GraphView& graph, std::unique_ptr<ProxySolver> solver, const NavigationOptions& options);
 
   // Between ticks. `h_D` is where the hand is (m): a jump puts the new place there, so that nothing pulls. Jumps and
@@ -76,6 +84,7 @@ class Navigation {
   const ProxyPlace& place() const noexcept { return solver_->place(); }
   const Workspace& workspace() const noexcept { return state_.workspace; }
   const ForceLaw& force_law() const noexcept { return state_.law; }
+  bool anchored() const noexcept { return anchored_; }
   std::uint64_t ticks() const noexcept { return state_.ticks; }
 
   // What the loader of tiles should know after the last tick.
@@ -87,6 +96,7 @@ class Navigation {
   struct State {  // everything a tick changes, but the solver's: saved whole for undoSolve()
     ForceLaw law;
     Workspace workspace;
+    Anchor anchor;
     NavigationMode mode = NavigationMode::constrained;
     bool was_ready = false;
     std::uint32_t buttons = 0;
@@ -97,10 +107,12 @@ class Navigation {
   };
   void pressButtons(std::uint32_t buttons) noexcept;
   void setMode(NavigationMode mode) noexcept;
+  void restart() noexcept;
 
   const GraphView& graph_;
   std::unique_ptr<ProxySolver> solver_;
   std::array<ButtonAction, 8> actions_;
+  bool anchored_;
   State state_, saved_;
   NavigationTick tick_;
 };

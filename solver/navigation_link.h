@@ -46,6 +46,7 @@ struct NavigationSnapshot {  // of one tick
   Vector3d p_W = Vector3d::Zero();  // proxy; in free mode the probe
   Vector3d h_W = Vector3d::Zero();  // probe
   Vector3d p_D = Vector3d::Zero(), h_D = Vector3d::Zero();
+  Vector3d anchor_D = Vector3d::Zero();  // what the spring pulls to; but for bounded climb p_D
   Vector3d force_N = Vector3d::Zero();   // frame D
   Vector3d centre_W = Vector3d::Zero();  // of the workspace
   Eigen::Quaterniond rotation_WD = Eigen::Quaterniond::Identity();

@@ -1,8 +1,10 @@
 #include "solver/proxy_solver.h"
 
 #include "index/errors.h"
+#include "solver/bounded_climb.h"
 #include "solver/descent.h"
 #include "solver/force_based.h"
+#include "solver/force_shading.h"
 #include "solver/internal/bounded_search.h"
 
 #include <cmath>
@@ -25,26 +27,29 @@ void check(const SolverParameters& parameters) {
   requireNonNegative(parameters.gain, "gain");
   requireNonNegative(parameters.r_min_um, "r_min_um");
   requireNonNegative(parameters.r_max_um, "r_max_um");
+  requireNonNegative(parameters.climb.rest_mm, "rest_mm");
+  requireNonNegative(parameters.climb.gain, "the climb's gain");
+  requireNonNegative(parameters.climb.most_mm, "most_mm");
+  requireNonNegative(parameters.climb.patience_1_s, "patience_1_s");
+  requireNonNegative(parameters.climb.pull_mm, "pull_mm");
+  requireNonNegative(parameters.climb.reset_mm, "reset_mm");
 }
 
 }  // namespace
 
 std::unique_ptr<ProxySolver> makeProxySolver(SolverMethod method, const SolverParameters& parameters) {
   check(parameters);
-  const char* name = "";
   switch (method) {
     case SolverMethod::basic:
       return makeDescent(parameters);
+    case SolverMethod::shading:
+      return makeForceShading(parameters);
     case SolverMethod::force:
       return makeForceBased(parameters);
-    case SolverMethod::shading:
-      name = "shading";
-      break;
     case SolverMethod::climb:
-      name = "climb";
-      break;
+      return makeBoundedClimb(parameters);
   }
-  throw UsageError("method '" + std::string(name) + "' is not in this build: choose basic or force");
+  throw UsageError("unknown solver method");
 }
 
 SolverMethod solverMethod(const std::string& name) {

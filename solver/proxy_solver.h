@@ -29,12 +29,28 @@ struct ProxyPlace {  // a point of the structure
 
 enum class SolverMethod : std::uint8_t { basic, shading, force, climb };
 
+struct ClimbParameters {     // bounded climb (bounded_climb.h), in millimetres of the device; all >= 0
+  double rest_mm = 0.5;      // climb allowed to a hand at rest; more costs visits: 3 to 4 times at 5 mm
+  double gain = 4;           // and for each mm of pull; 3 to 6 are alike, 2 and less lose routes
+  double most_mm = 20;       // never more
+  double patience_1_s = 10;  // growth a second for each mm of pull beyond pull_mm; 0: none
+  double pull_mm = 0.5;
+  double reset_mm = 1.0;  // progress of the proxy that ends the patience
+};
+
 struct SolverParameters {
-  std::uint32_t max_visited = 256;  // segments a tick; what is left is resumed on the next tick
+  std::uint32_t max_visited = 256;  // segments a tick; basic and force-based resume what is left on the next one
   // Force-based only: r = min(r_max, G |q-h| + r_min), um in frame W (the paper's 3.3).
   double gain = 1.0;
   double r_min_um = 0.0;
   double r_max_um = 0.0;
+  ClimbParameters climb;
+};
+
+struct ProbeState {                 // what a solver is told each tick
+  Vector3d h_W = Vector3d::Zero();  // um
+  double dt_s = 1e-3;               // since the last tick
+  double scale_um_m = 2500;         // um of world a metre of device: 300 um across 0.12 m
 };
 
 // A small set of tiles, filled during a tick without allocation.
@@ -56,7 +72,7 @@ struct TileList {
 
 struct SolverStep {
   std::uint32_t visited = 0;    // segments tested
-  bool capped = false;          // max_visited reached, or the marks' table full: the place is the best so far
+  bool capped = false;          // max_visited reached, or a table full: the place is the best so far
   std::uint32_t frontiers = 0;  // nodes whose home tile was absent
   TileList touched;             // tiles that were read
   TileList absent;              // tiles that would have been read
@@ -69,14 +85,16 @@ class ProxySolver {
   virtual const ProxyPlace& place() const noexcept = 0;
   // Jump or first placement: forgets marks, unfinished front and everything else but the parameters.
   virtual void setPlace(const ProxyPlace& place) noexcept = 0;
-  // One tick. A probe that is not finite leaves the place as it is and visits nothing. `step` is overwritten.
-  virtual void advance(const GraphView& graph, const Vector3d& h_W, SolverStep& step) noexcept = 0;
+  // One tick. A probe that is not finite leaves the place as it is and visits nothing; a dt or a scale that is not > 0
+  // and finite counts as no time and no budget. `step` is overwritten.
+  virtual void advance(const GraphView& graph, const ProbeState& probe, SolverStep& step) noexcept = 0;
   // Restores, bit for bit, the state before the last advance(). Valid once after each advance().
   virtual void undo() noexcept = 0;
+  // The proxy may jump by far: the force should come from an Anchor that follows it, not from the proxy itself.
+  virtual bool wantsAnchor() const noexcept { return false; }
 };
 
-// Throws UsageError, naming what is built, for a method that this build does not hold, and for parameters that are
-// negative or not finite.
+// Throws UsageError for parameters that are negative or not finite.
 std::unique_ptr<ProxySolver> makeProxySolver(SolverMethod method, const SolverParameters& parameters);
 // "basic", "shading", "force", "climb"; throws UsageError naming the choices.
 SolverMethod solverMethod(const std::string& name);

@@ -27,7 +27,7 @@ struct RunOptions {
   std::optional<std::uint32_t> cell;  // none: the cell of most segments (ties: name)
   std::string route = "longest";      // see planRoute; or tour:SEED, see Tour: through `cell`, or all cells
   std::optional<double> seconds;      // simulated time at most; none: 10 times nominal + 20 s, of a tour 60 s
-  SolverMethod method = SolverMethod::force;
+  SolverMethod method = SolverMethod::climb;
   std::optional<SolverParameters> solver;  // none: automatic, from the cell
   std::string device = "sim:medium";       // see makeDevice; a simulated hand is led by a simulated person
   std::optional<double> stiffness_N_m;     // none: 200, or 50 with the loose hand

@@ -22,7 +22,7 @@ namespace filiform::tools {
 namespace {
 
 struct NavigateArguments {
-  std::string scene, cell, method = "force", hand, device, budget, prefetch = "distance", record, csv, plot, picture;
+  std::string scene, cell, method = "climb", hand, device, budget, prefetch = "distance", record, csv, plot, picture;
   std::string route = "longest";
   double zoom_um = 300, rate_Hz = 1000, latency_ms = 0;
   std::optional<double> seconds, speed_m_s, stiffness_N_m;
@@ -218,7 +218,7 @@ void addNavigate(CLI::App& app, Chosen& chosen) {
       ->capture_default_str();
   command->add_option("--seconds", a->seconds,
                       "simulated time at most; default: 10 times nominal + 20 s, of a tour 60 s");
-  command->add_option("--method", a->method, "proxy solver: basic or force")->capture_default_str();
+  command->add_option("--method", a->method, "proxy solver: basic, shading, force or climb")->capture_default_str();
   command->add_option("--hand", a->hand, "loose, medium or firm: short for --device sim:HAND");
   command->add_option("--device", a->device, "sim:HAND, replay:FILE or null; default sim:medium");
   command->add_option("--stiffness", a->stiffness_N_m,

@@ -1,5 +1,7 @@
 #include "solver/internal/bounded_search.h"
 
+#include "solver/internal/active_segment.h"
+
 #include <algorithm>
 #include <limits>
 
@@ -9,20 +11,16 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 const Vector3d kNoSubGoal = Vector3d::Constant(kInfinity);
-// Beyond this the squares of distances overflow: as good as infinite.
-constexpr double kFarthestProbe_um = 1e150;
-
-bool usable(const Vector3d& h_W) noexcept { return (h_W.array().abs() <= kFarthestProbe_um).all(); }  // false for NaN
-
 std::uint32_t marksFor(std::uint32_t max_visited) noexcept {
   return std::max(BoundedSearch::kLeastMarks, 3 * max_visited);
 }
 
 }  // namespace
 
-BoundedSearch::BoundedSearch(std::uint32_t max_visited)
+BoundedSearch::BoundedSearch(std::uint32_t max_visited, const Reach& reach)
     : max_visited_(max_visited),
       max_scans_(kScansPerTest * max_visited),
+      reach_(reach),
       marks_(marksFor(max_visited), max_visited + max_scans_ + 2),
       stack_(marksFor(max_visited) + 2),
       kept_(std::min<std::size_t>(stack_.size(), max_scans_ + 2)) {}
@@ -33,22 +31,24 @@ void BoundedSearch::setPlace(const ProxyPlace& place) noexcept {
   can_undo_ = false;
 }
 
-void BoundedSearch::advance(const GraphView& graph, const Vector3d& h_W, SolverStep& step) noexcept {
-  step.visited = 0;
-  step.capped = false;
-  step.frontiers = 0;
-  step.touched.count = step.absent.count = 0;
-  step.touched.overflow = step.absent.overflow = false;
-
+void BoundedSearch::advance(const GraphView& graph, const ProbeState& probe, SolverStep& step) noexcept {
+  const Vector3d& h_W = probe.h_W;
+  clear(step);
   before_ = state_;
   kept_above_ = state_.depth;
   marks_.beginTick();
   can_undo_ = true;
-  if (!usable(h_W) || !state_.place.valid()) return;
+  if (!usableProbe(h_W) || !state_.place.valid()) return;
 
   Tick tick{graph, h_W, step, 0, {}};
   tick.best.squared_distance = (state_.place.p_W - h_W).squaredNorm();
   const bool resumes = state_.depth > 0;
+  if (!resumes && quickSweep(tick)) {
+    settle(tick);
+    state_.moved = false;
+    state_.h_W = h_W;
+    return;
+  }
   if (resumes) {
     if (state_.h_W != h_W) {
       state_.moved = true;
@@ -88,17 +88,41 @@ void BoundedSearch::settle(Tick& tick) noexcept {
   tick.best.tile = nullptr;
 }
 
+// Home of the place's node: its place is its grid point exactly, so its home follows from it.
+void BoundedSearch::findHome(const GraphView& graph) noexcept {
+  const ProxyPlace& place = state_.place;
+  const Tile* known = graph.tiles().find(state_.home);
+  if (known != nullptr && state_.node < known->node_count() && known->nodeId(state_.node) == place.node) return;
+  const GraphView::HomeNode home = graph.home(place.node, graph.grid().snap(place.p_W));
+  state_.home = home.home;
+  state_.node = home.present() ? home.node : kNoNode;
+}
+
+// False: nothing has happened, the sweep is too large or meets an absent tile.
+bool BoundedSearch::quickSweep(Tick& tick) noexcept {
+  const BestPoint old = tick.best;
+  bool done = false;
+  if (state_.place.at_node) {
+    findHome(tick.graph);
+    const Tile* home = tick.graph.tiles().find(state_.home);
+    done = home != nullptr && state_.node != kNoNode &&
+           quick_.fromNode(tick.graph, reach_, *home, state_.node, tick.h_W, max_visited_, tick.step, tick.best);
+  } else {
+    const GraphView::SegmentRef ref = active(tick);
+    done = ref &&
+           quick_.fromSegment(tick.graph, reach_, *ref.tile, ref.segment, tick.h_W, max_visited_, tick.step, tick.best);
+  }
+  if (done) return true;
+  tick.best = old;
+  clear(tick.step);
+  return false;
+}
+
 void BoundedSearch::startSweep(Tick& tick) noexcept {
   marks_.newEpoch();
   const ProxyPlace& place = state_.place;
   if (place.at_node) {
-    const Tile* known = tick.graph.tiles().find(state_.home);
-    if (known == nullptr || state_.node >= known->node_count() || known->nodeId(state_.node) != place.node) {
-      // The place of a node is its grid point exactly, so its home follows from it.
-      const GraphView::HomeNode home = tick.graph.home(place.node, tick.graph.grid().snap(place.p_W));
-      state_.home = home.home;
-      state_.node = home.present() ? home.node : kNoNode;
-    }
+    findHome(tick.graph);
     stack_[state_.depth++] = {place.node, state_.home, state_.node, 0, 0, kNoSubGoal};
     return;
   }
@@ -115,24 +139,13 @@ void BoundedSearch::slide(Tick& tick) noexcept {
   if (!ref) return;
   ++tick.step.visited;
   const Tile& tile = *ref.tile;
-  offer(tick, tile, ref.segment,
-        closestPoint(tile.position_W(tile.child(ref.segment)), tile.position_W(tile.parent(ref.segment)), tick.h_W));
+  tick.best.offer(
+      tile, ref.segment,
+      closestPoint(tile.position_W(tile.child(ref.segment)), tile.position_W(tile.parent(ref.segment)), tick.h_W));
 }
 
 GraphView::SegmentRef BoundedSearch::active(Tick& tick) noexcept {
-  const ProxyPlace& place = state_.place;
-  const Tile* tile = tick.graph.tiles().find(place.tile);
-  if (tile == nullptr) {
-    ++tick.step.frontiers;
-    tick.step.absent.add(place.tile);
-    return {};
-  }
-  tick.step.touched.add(place.tile);
-  if (state_.segment < tile->segment_count() && tile->segmentId(state_.segment) == place.segment)
-    return {tile, state_.segment};
-  const GraphView::SegmentRef ref = tick.graph.segment(place.tile, place.segment);
-  if (ref) state_.segment = ref.segment;
-  return ref;
+  return activeSegment(tick.graph, state_.place, state_.segment, tick.step);
 }
 
 void BoundedSearch::run(Tick& tick) noexcept {
@@ -155,7 +168,7 @@ void BoundedSearch::run(Tick& tick) noexcept {
     }
     tick.step.touched.add(top.home);
 
-    const std::span<const std::uint32_t> incident = tile->incident(top.node);
+    const auto incident = tile->incident(top.node);
     std::uint32_t segment = 0;
     Marks::Put put = Marks::Put::present;
     while (put == Marks::Put::present && top.next < top.end && tick.scans <= max_scans_) {
@@ -204,17 +217,16 @@ void BoundedSearch::test(Tick& tick, const Tile& tile, std::uint32_t segment, co
   const std::uint32_t child = tile.child(segment), parent = tile.parent(segment);
   const Vector3d child_W = tile.position_W(child), parent_W = tile.position_W(parent);
   const ClosestPoint q = closestPoint(child_W, parent_W, tick.h_W);
-  offer(tick, tile, segment, q);
+  tick.best.offer(tile, segment, q);
   if (child_W == parent_W) {  // which of the ends q is makes no difference: neither is nearer than the other
     goOn(tick, tile, parent, sub_goal_W);
     goOn(tick, tile, child, sub_goal_W);
     return;
   }
-  follow(tick, {tile, child, parent, child_W, parent_W, q, sub_goal_W});
-}
-
-void BoundedSearch::offer(Tick& tick, const Tile& tile, std::uint32_t segment, const ClosestPoint& q) const noexcept {
-  if (q.squared_distance < tick.best.squared_distance) tick.best = {&tile, segment, q.t, q.p_W, q.squared_distance};
+  // The sub-goal is kept as a point: its distance is that to the present h even when the sweep began under another one.
+  const double sub_goal2 = (sub_goal_W - tick.h_W).squaredNorm();
+  follow(reach_, child_W, parent_W, q, sub_goal2,
+         [&](bool at_parent) { goOn(tick, tile, at_parent ? parent : child, q.p_W); });
 }
 
 void BoundedSearch::goOn(const Tick& tick, const Tile& tile, std::uint32_t node, const Vector3d& sub_goal_W) noexcept {

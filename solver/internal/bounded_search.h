@@ -11,8 +11,8 @@
 // entered from (both, where the search begins on it), and the search goes on there with the sub-goal it came with, so
 // that it is never a wall.
 //
-// A *sweep* is one such search, from a place to an empty stack. Most sweeps end within their tick. One that does not is
-// resumed by the next tick, marks and stack kept.
+// A *sweep* is one such search, from a place to an empty stack. Most sweeps end within their tick, and are done by
+// QuickSweep, which marks next to nothing. One that does not is resumed by the next tick, marks and stack kept.
 //
 // Invariants (each a test):
 //  1. |place - h| never rises within a tick, whatever the method: the best starts as the old place and yields only to
@@ -38,6 +38,7 @@
 
 #include "index/closest_point.h"
 #include "solver/graph_view.h"
+#include "solver/internal/quick_sweep.h"
 #include "solver/marks.h"
 #include "solver/proxy_solver.h"
 
@@ -45,10 +46,10 @@
 
 namespace filiform::internal {
 
-class BoundedSearch : public ProxySolver {
+class BoundedSearch final : public ProxySolver {
  public:
   // 2.5 MB at the default; grows with max_visited beyond 8192. Requires 1 <= max_visited <= kMostVisited.
-  explicit BoundedSearch(std::uint32_t max_visited);
+  BoundedSearch(std::uint32_t max_visited, const Reach& reach);
 
   static constexpr std::uint32_t kMostVisited = 1u << 20;
   static constexpr std::uint32_t kScansPerTest = 8;
@@ -57,40 +58,18 @@ class BoundedSearch : public ProxySolver {
 
   const ProxyPlace& place() const noexcept override { return state_.place; }
   void setPlace(const ProxyPlace& place) noexcept override;
-  void advance(const GraphView& graph, const Vector3d& h_W, SolverStep& step) noexcept override;
+  void advance(const GraphView& graph, const ProbeState& probe, SolverStep& step) noexcept override;
   void undo() noexcept override;
 
- protected:
+ private:
   static constexpr std::uint32_t kNoNode = UINT32_MAX;
-
-  struct Best {
-    const Tile* tile = nullptr;  // nullptr: the old place
-    std::uint32_t segment = 0;
-    double t = 0;
-    Vector3d p_W;
-    double squared_distance = 0;
-  };
   struct Tick {
     const GraphView& graph;
     const Vector3d& h_W;
     SolverStep& step;
     std::uint32_t scans = 0;
-    Best best;
+    BestPoint best;
   };
-  struct Tested {
-    const Tile& tile;
-    std::uint32_t child, parent;  // nodes of `tile`
-    Vector3d child_W, parent_W;   // not equal
-    ClosestPoint q;
-    const Vector3d& sub_goal_W;  // as the branch carries it; infinite: none
-  };
-
-  // The method: calls goOn for each end to go on from, the one to be visited first last.
-  virtual void follow(Tick& tick, const Tested& tested) noexcept = 0;
-  // Does nothing for a node that is visited already.
-  void goOn(const Tick& tick, const Tile& tile, std::uint32_t node, const Vector3d& sub_goal_W) noexcept;
-
- private:
   struct Entry {
     NodeId id;
     TileId home;
@@ -109,19 +88,24 @@ class BoundedSearch : public ProxySolver {
     std::uint32_t node = kNoNode;  // in that tile
   };
 
+  bool quickSweep(Tick& tick) noexcept;
   void startSweep(Tick& tick) noexcept;
+  void findHome(const GraphView& graph) noexcept;
   void slide(Tick& tick) noexcept;
   void run(Tick& tick) noexcept;
   bool enter(Tick& tick, Entry& top) noexcept;
   void test(Tick& tick, const Tile& tile, std::uint32_t segment, const Vector3d& sub_goal_W) noexcept;
   GraphView::SegmentRef active(Tick& tick) noexcept;
   void settle(Tick& tick) noexcept;
-  void offer(Tick& tick, const Tile& tile, std::uint32_t segment, const ClosestPoint& q) const noexcept;
+  // Does nothing for a node that is visited already.
+  void goOn(const Tick& tick, const Tile& tile, std::uint32_t node, const Vector3d& sub_goal_W) noexcept;
   Entry& touchTop() noexcept;
   void pop() noexcept;
   void giveUp(Tick& tick) noexcept;
 
   std::uint32_t max_visited_, max_scans_;
+  Reach reach_;
+  QuickSweep quick_;
   State state_, before_;
   Marks marks_;
   std::vector<Entry> stack_;

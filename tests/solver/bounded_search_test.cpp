@@ -2,11 +2,11 @@
 // bounds, undo.
 #include "solver/internal/bounded_search.h"
 
-#include "index/memory_tiles.h"
 #include "tests/support/no_alloc_guard.h"
 #include "tests/support/paper_oracle.h"
 #include "tests/support/proxy_walk.h"
 #include "tests/support/random_cells.h"
+#include "tests/support/store_graph.h"
 #include "tests/support/test_graph.h"
 
 #include <algorithm>
@@ -26,7 +26,7 @@ class BoundedSearch : public testing::TestWithParam<SolverMethod> {
   // Every tick of every test is watched.
   static void tick(ProxySolver& solver, const GraphView& view, const Vector3d& h_W, SolverStep& step) {
     NoAllocGuard guard;
-    solver.advance(view, h_W, step);
+    solver.advance(view, {h_W}, step);
     const ForbiddenCalls calls = guard.calls();
     ASSERT_EQ(calls.total(), 0u) << calls.first;
   }
@@ -90,33 +90,6 @@ TEST_P(BoundedSearch, EqualsTheLiteralOracleInEveryTiling) {
   EXPECT_GT(farthest, 20u);
 }
 
-// The product's own tiles, all resident, and their segments for the oracle.
-struct StoreGraph {
-  std::unique_ptr<TileStore> store;
-  std::vector<std::shared_ptr<const Tile>> tiles;
-  TileTable table{0};
-  std::vector<StoredSegment> owned;
-  std::vector<TileId> owners;  // of `owned`
-
-  StoreGraph(const std::vector<Cell>& cells, std::uint32_t capacity) {
-    VectorCellStream stream(cells);
-    store = buildTilesInMemory(stream, {.capacity = capacity});
-    table = TileTable(store->tile_count());
-    for (TileId id = 0; id < store->tile_count(); ++id) {
-      tiles.push_back(store->load(id));
-      const Tile& tile = *tiles.back();
-      table.add(tile);
-      for (std::uint32_t s = 0; s < tile.segment_count(); ++s) {
-        if (!tile.owned(s)) continue;
-        const std::uint32_t child = tile.child(s), parent = tile.parent(s);
-        owned.push_back({tile.segmentId(s), tile.nodeId(child).sample, tile.nodeId(parent).sample,
-                         tile.gridPoint(child), tile.gridPoint(parent), true});
-        owners.push_back(id);
-      }
-    }
-  }
-};
-
 TEST_P(BoundedSearch, EqualsTheLiteralOracleOnTheTilesOfTheProduct) {
   std::vector<NamedCells> scenes = worstCases();
   scenes.push_back({"column", randomColumn(1, 6, 300, 60.0)});
@@ -128,7 +101,7 @@ TEST_P(BoundedSearch, EqualsTheLiteralOracleOnTheTilesOfTheProduct) {
       const StoreGraph graph(scene.cells, capacity);
       if (graph.owned.empty()) continue;
       const WholeGraph whole(graph.owned, graph.store->grid());
-      const GraphView view(graph.table, graph.store->leaves(), graph.store->grid());
+      const GraphView view = graph.view();
       std::mt19937_64 random(capacity);
       PaperOracle oracle(whole, GetParam(), livelyParameters(kUnbounded));
       SolverStep step;
@@ -617,7 +590,7 @@ TEST_P(BoundedSearch, TicksMakeNoSystemCall) {
     for (std::size_t i = 0; i < probes.size(); ++i) {
       const auto other = static_cast<TileId>(i % tiled.tile_count());
       tiled.drop(other);
-      solved->advance(view, probes[i], step);
+      solved->advance(view, {probes[i]}, step);
       if (step.absent.count > 0) solved->undo();
       tiled.load(other);
       visited += step.visited;

@@ -24,7 +24,7 @@ class Descent : public testing::Test {
   }
   void place(SegmentId segment, double t) { solver_->setPlace(viewOf(*tiled_, graph_).placeAt(0, segment, t)); }
   const ProxyPlace& advance(const Vector3d& h_W) {
-    solver_->advance(viewOf(*tiled_, graph_), h_W, step_);
+    solver_->advance(viewOf(*tiled_, graph_), {h_W}, step_);
     return solver_->place();
   }
 
@@ -162,7 +162,7 @@ TEST_F(Descent, FrontierHoldsTheProxyAtTheNodeAndNamesTheTile) {
   const TileId far = tiled.leaves().home(graph_.grid.snap(Vector3d(20, 0, 0)));
   solver_->setPlace(view.placeAt(tiled.tileOf({0, 2}), {0, 2}, 0.5));
   tiled.drop(far);
-  solver_->advance(view, h_W, step_);
+  solver_->advance(view, {h_W}, step_);
   EXPECT_EQ(step_.frontiers, 1u);
   ASSERT_EQ(step_.absent.count, 1u);
   EXPECT_EQ(step_.absent.ids[0], far);
@@ -171,11 +171,11 @@ TEST_F(Descent, FrontierHoldsTheProxyAtTheNodeAndNamesTheTile) {
   const Vector3d rest_W = solver_->place().p_W;
   EXPECT_GT(rest_W.x(), 2.0);
   EXPECT_LE(rest_W.x(), 20.0);
-  solver_->advance(view, h_W, step_);  // still absent: it rests, and says so again
+  solver_->advance(view, {h_W}, step_);  // still absent: it rests, and says so again
   EXPECT_EQ(solver_->place().p_W, rest_W);
   EXPECT_EQ(step_.frontiers, 1u);
   tiled.load(far);
-  solver_->advance(view, h_W, step_);
+  solver_->advance(view, {h_W}, step_);
   EXPECT_EQ(step_.frontiers, 0u);
   EXPECT_EQ(solver_->place().p_W, Vector3d(39.5, 0, 0));
 }
@@ -190,13 +190,13 @@ std::string refusal(Call call) {
   return "";
 }
 
-TEST(ProxySolver, RefusesWhatIsNotBuiltNamingWhatIs) {
-  EXPECT_EQ(refusal([] { makeProxySolver(SolverMethod::climb, {}); }),
-            "method 'climb' is not in this build: choose basic or force");
-  EXPECT_EQ(refusal([] { makeProxySolver(SolverMethod::shading, {}); }),
-            "method 'shading' is not in this build: choose basic or force");
-  EXPECT_NE(makeProxySolver(SolverMethod::basic, {}), nullptr);
-  EXPECT_NE(makeProxySolver(SolverMethod::force, {}), nullptr);
+TEST(ProxySolver, EveryMethodIsMadeAndOnlyClimbWantsAnAnchor) {
+  for (const SolverMethod method :
+       {SolverMethod::basic, SolverMethod::shading, SolverMethod::force, SolverMethod::climb}) {
+    const auto solver = makeProxySolver(method, {});
+    ASSERT_NE(solver, nullptr);
+    EXPECT_EQ(solver->wantsAnchor(), method == SolverMethod::climb);
+  }
 }
 
 TEST(ProxySolver, RefusesParametersThatMakeNoSense) {
@@ -212,6 +212,12 @@ TEST(ProxySolver, RefusesParametersThatMakeNoSense) {
   EXPECT_NE(refuses([](auto& p) { p.r_min_um = nan; }).find("r_min_um"), std::string::npos);
   EXPECT_NE(refuses([](auto& p) { p.r_max_um = inf; }).find("r_max_um"), std::string::npos);
   EXPECT_EQ(refuses([](auto& p) { p.r_max_um = 1e6; }), "");
+  EXPECT_NE(refuses([](auto& p) { p.climb.rest_mm = -1; }).find("rest_mm"), std::string::npos);
+  EXPECT_NE(refuses([](auto& p) { p.climb.gain = nan; }).find("gain"), std::string::npos);
+  EXPECT_NE(refuses([](auto& p) { p.climb.most_mm = inf; }).find("most_mm"), std::string::npos);
+  EXPECT_NE(refuses([](auto& p) { p.climb.patience_1_s = -1; }).find("patience_1_s"), std::string::npos);
+  EXPECT_NE(refuses([](auto& p) { p.climb.pull_mm = -1; }).find("pull_mm"), std::string::npos);
+  EXPECT_NE(refuses([](auto& p) { p.climb.reset_mm = nan; }).find("reset_mm"), std::string::npos);
 }
 
 TEST(ProxySolver, MethodsHaveNames) {

@@ -34,7 +34,7 @@ class ForceBased : public testing::Test {
     solver_->setPlace(viewOf(*tiled_, graph_).placeAt(0, {0, 1}, 0.5));
   }
   const ProxyPlace& advance(const Vector3d& h_W) {
-    solver_->advance(viewOf(*tiled_, graph_), h_W, step_);
+    solver_->advance(viewOf(*tiled_, graph_), {h_W}, step_);
     return solver_->place();
   }
   static SolverParameters reach(double gain, double r_min_um, double r_max_um) {
@@ -71,7 +71,7 @@ TEST_F(ForceBased, StaysWhereTheBasicSolverDoesWithoutReach) {
   EXPECT_FALSE(place.at_node);
   const auto basic = makeDescent({});
   basic->setPlace(viewOf(*tiled_, graph_).placeAt(0, {0, 1}, 0.5));
-  basic->advance(viewOf(*tiled_, graph_), kBelow_W, step_);
+  basic->advance(viewOf(*tiled_, graph_), {kBelow_W}, step_);
   EXPECT_TRUE(samePlace(basic->place(), place));
 }
 
@@ -82,7 +82,7 @@ TEST_F(ForceBased, ReachIsBoundedByItsMaximumAndOpenAtTheBound) {
   const auto endsOn = [&](const SolverParameters& parameters) {
     const auto solver = makeForceBased(parameters);
     solver->setPlace(viewOf(*tiled_, graph_).placeAt(0, {0, 1}, 0.5));
-    solver->advance(viewOf(*tiled_, graph_), kBelow_W, step_);
+    solver->advance(viewOf(*tiled_, graph_), {kBelow_W}, step_);
     return solver->place().segment;
   };
   EXPECT_EQ(endsOn(reach(0, 100, to_top_um)), (SegmentId{0, 1}));  // |n-q| < r, not <=

@@ -247,7 +247,8 @@ TEST(Navigation, DeviceThatIsNotReadyGetsNoForceAndTheRampRestarts) {
 TEST(Navigation, UndoneAndRepeatedTickIsTheTickWithAllTiles) {
   constexpr std::uint64_t kSeed = 5;
   SCOPED_TRACE(kSeed);
-  for (const SolverMethod method : {SolverMethod::basic, SolverMethod::force}) {
+  for (const SolverMethod method :
+       {SolverMethod::basic, SolverMethod::shading, SolverMethod::force, SolverMethod::climb}) {
     Scene whole({}, method, 8), part({}, method, 8);
     std::mt19937_64 random(kSeed);
     const ProxyPlace start = whole.somewhere(20);
@@ -326,7 +327,9 @@ TEST(Navigation, ExtremesGiveFiniteBoundedForces) {
     options.force.stiffness_N_m = logUniform(1e-3, 1e6);
     options.workspace.zoom_um = logUniform(1e-6, 1e6);
     options.force.ramp_s = round % 2 ? 0.0 : 0.1;
-    Scene scene(options, round % 3 ? SolverMethod::force : SolverMethod::basic);
+    const SolverMethod methods[] = {SolverMethod::basic, SolverMethod::shading, SolverMethod::force,
+                                    SolverMethod::climb};
+    Scene scene(options, methods[round % 4]);
     const double dt_s = logUniform(1e-6, 1);
     ASSERT_TRUE(scene.command(Kind::jump, scene.somewhere(static_cast<std::uint32_t>(round))));
     for (int i = 0; i < 200; ++i) {
@@ -344,7 +347,8 @@ TEST(Navigation, ExtremesGiveFiniteBoundedForces) {
 }
 
 TEST(Navigation, TickNeitherAllocatesNorLocksNorCallsTheSystem) {
-  for (const SolverMethod method : {SolverMethod::basic, SolverMethod::force}) {
+  for (const SolverMethod method :
+       {SolverMethod::basic, SolverMethod::shading, SolverMethod::force, SolverMethod::climb}) {
     Scene scene({}, method, 8);
     ASSERT_TRUE(scene.command(Kind::jump, scene.somewhere(20)));
     NavigationLink link;
@@ -391,6 +395,78 @@ TEST(Navigation, TellsTheLoaderWhereTheProxyIsAndGoes) {
   EXPECT_NEAR(scene.navigation->focus().v_W.x(), 0.02 * 2500, 1);  // 0.02 m/s at 2500 um a metre
 }
 
+// The proxy of bounded climb jumps; what the hand feels does not.
+TEST(Navigation, TheAnchorKeepsTheForceContinuousWhereTheProxyJumps) {
+  const auto largest = [](AnchorUse use, double& jump_m) {
+    NavigationOptions options;
+    options.force.ramp_s = 0;
+    options.force.max_slew_N_s = 1e9;  // the law's own limits are not what is tested
+    options.force.max_force_N = 1e9;
+    options.workspace.drift_speed_m_s = 0;
+    options.anchor_use = use;
+    Scene scene(options, SolverMethod::climb);
+    EXPECT_EQ(scene.navigation->anchored(), use != AnchorUse::never);
+    EXPECT_TRUE(scene.command(Kind::jump, scene.somewhere(30)));
+    Vector3d last_N = Vector3d::Zero(), last_p_D = Vector3d::Zero(), last_h_D = Vector3d::Zero();
+    double step_N = 0;
+    for (int i = 0; i < 8000; ++i) {
+      const double s = 1e-3 * i;
+      const Vector3d h_D = 0.03 * Vector3d(std::sin(s), std::sin(1.7 * s), std::sin(2.3 * s));
+      const NavigationTick& tick = scene.navigation->tick(handAt(h_D), kDt_s);
+      if (i > 0) {
+        jump_m = std::max(jump_m, (tick.p_D - last_p_D).norm());
+        step_N = std::max(step_N, (forceOf(tick) - last_N).norm());
+        if (use != AnchorUse::never) {
+          // K ((v0 + c_v speed) dt + |dh|), the speed here at most 0.13 m/s.
+          EXPECT_LE((forceOf(tick) - last_N).norm(), 200 * ((0.1 + 0.13) * kDt_s + (h_D - last_h_D).norm()));
+        }
+      }
+      EXPECT_LT((forceOf(tick) - 200 * (tick.anchor_D - tick.h_D)).norm(), 1e-9);
+      last_N = forceOf(tick);
+      last_p_D = tick.p_D;
+      last_h_D = h_D;
+    }
+    return step_N;
+  };
+  double jump_m = 0;
+  EXPECT_LT(largest(AnchorUse::by_method, jump_m), 0.08);
+  EXPECT_GT(jump_m, 0.003);
+  EXPECT_GT(largest(AnchorUse::never, jump_m), 0.4);
+}
+
+TEST(Navigation, TheAnchorStaysWhereItIsInTheDeviceUnderZoomAndRotationAndIsTheProxyAfterAJump) {
+  NavigationOptions options;
+  options.force.ramp_s = 0;
+  options.anchor.speed_m_s = 0;  // so that it stays behind
+  options.anchor.hand_share = 0;
+  Scene scene(options, SolverMethod::climb);
+  ASSERT_TRUE(scene.command(Kind::jump, scene.somewhere(30)));
+  Vector3d offset_D = Vector3d::Zero();
+  const Vector3d h_D(0.02, 0.01, 0);
+  for (int i = 0; i < 200; ++i) {
+    const NavigationTick& tick = scene.navigation->tick(handAt(1e-2 * std::min(i, 100) * h_D), kDt_s);
+    offset_D = tick.anchor_D - tick.p_D;
+  }
+  ASSERT_GT(offset_D.norm(), 1e-3);
+  const NavigationTick before = scene.navigation->tick(handAt(h_D), kDt_s);
+  NavigationCommand command;
+  command.kind = Kind::zoom;
+  command.factor = 0.9;
+  ASSERT_TRUE(scene.navigation->apply(command, h_D));
+  command.kind = Kind::rotate;
+  command.about_x_rad = 0.2;
+  ASSERT_TRUE(scene.navigation->apply(command, h_D));
+  const NavigationTick after = scene.navigation->tick(handAt(h_D), kDt_s);
+  // Wherever the proxy has gone since: the anchor has not moved in the device.
+  EXPECT_LT((after.anchor_D - before.anchor_D).norm(), 1e-9);
+  ASSERT_TRUE(scene.command(Kind::jump, scene.somewhere(50), h_D));
+  const NavigationTick jumped = scene.navigation->tick(handAt(h_D), kDt_s);
+  EXPECT_EQ(jumped.anchor_D, jumped.p_D);
+  NavigationSnapshot snapshot;
+  scene.navigation->fill(snapshot);
+  EXPECT_EQ(snapshot.anchor_D, jumped.anchor_D);
+}
+
 TEST(Navigation, RefusesOptionsThatMakeNoSense) {
   const auto refuses = [](auto change) {
     NavigationOptions options;
@@ -400,6 +476,7 @@ TEST(Navigation, RefusesOptionsThatMakeNoSense) {
   refuses([](NavigationOptions& o) { o.force.stiffness_N_m = -1; });
   refuses([](NavigationOptions& o) { o.workspace.zoom_um = kNaN; });
   refuses([](NavigationOptions& o) { o.drift_force_N_s = -1; });
+  refuses([](NavigationOptions& o) { o.anchor.speed_m_s = -1; });
 }
 
 }  // namespace

@@ -69,7 +69,8 @@ RunOptions shortRun() {
 
 TEST(Run, BudgetDoesNotChangeABit) {
   const auto store = column();
-  for (const SolverMethod method : {SolverMethod::basic, SolverMethod::force}) {
+  for (const SolverMethod method :
+       {SolverMethod::basic, SolverMethod::shading, SolverMethod::force, SolverMethod::climb}) {
     RunOptions options = shortRun();
     options.method = method;
     options.in_memory = true;
@@ -333,7 +334,6 @@ TEST(Run, RefusesWhatMakesNoSense) {
   refuses([](RunOptions& o) { o.route = "tour:x"; });
   refuses([](RunOptions& o) { o.route = "1:999"; });
   refuses([](RunOptions& o) { o.budget_bytes = 1; });
-  refuses([](RunOptions& o) { o.method = SolverMethod::climb; });
   refuses([](RunOptions& o) { o.zoom_um = std::nan(""); });
   refuses([](RunOptions& o) { o.rate_Hz = 0; });
   refuses([](RunOptions& o) { o.seconds = -1; });

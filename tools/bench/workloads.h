@@ -7,6 +7,6 @@
 
 namespace filiform::tools {
 
-// One line a file: void addSolverWorkloads(std::vector<Workload>& all);
+void addSolverWorkloads(std::vector<Workload>& all);
 
 }  // namespace filiform::tools

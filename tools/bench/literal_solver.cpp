@@ -1,10 +1,10 @@
-#include "tests/support/paper_oracle.h"
+#include "tools/bench/literal_solver.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-namespace filiform::test {
+namespace filiform::tools {
 
 WholeGraph::WholeGraph(std::span<const StoredSegment> segments, const Grid& grid) {
   std::vector<StoredSegment> sorted(segments.begin(), segments.end());
@@ -25,35 +25,49 @@ WholeGraph::WholeGraph(std::span<const StoredSegment> segments, const Grid& grid
   }
 }
 
-std::uint32_t PaperOracle::advance(const Vector3d& h_W) {
+ProxyPlace LiteralSolver::place() const {
+  const WholeGraph::Segment& s = graph_.segments()[segment_];
+  ProxyPlace place;
+  place.segment = s.id;
+  place.t = t_;
+  place.p_W = p_W_;
+  place.at_node = t_ == 0.0 || t_ == 1.0;
+  if (place.at_node) place.node = graph_.nodes()[t_ == 0.0 ? s.child : s.parent].id;
+  return place;
+}
+
+void LiteralSolver::setPlace(const ProxyPlace& place) {
+  segment_ = graph_.segment(place.segment);
+  t_ = place.t;
+  p_W_ = place.p_W;
+}
+
+std::uint32_t LiteralSolver::advance(const Vector3d& h_W) {
   if (!h_W.allFinite()) return 0;
   seen_segments_.clear();
   seen_nodes_.clear();
   h_W_ = h_W;
-  best2_ = (place_.p_W - h_W).squaredNorm();
+  best2_ = (p_W_ - h_W).squaredNorm();
   constexpr double none = std::numeric_limits<double>::infinity();
-  const ProxyPlace start = place_;
-  if (start.at_node) {
-    visitNode(graph_.node(start.node), none);
+  const WholeGraph::Segment& s = graph_.segments()[segment_];
+  if (t_ == 0.0 || t_ == 1.0) {
+    visitNode(t_ == 0.0 ? s.child : s.parent, none);
   } else {
-    visitSegment(graph_.segment(start.segment), -1, none);
+    visitSegment(segment_, -1, none);
   }
   return static_cast<std::uint32_t>(seen_segments_.size());
 }
 
-void PaperOracle::visitSegment(std::uint32_t number, std::int64_t entered, double d_sub2) {
+void LiteralSolver::visitSegment(std::uint32_t number, std::int64_t entered, double d_sub2) {
   if (!seen_segments_.insert(number).second) return;
   const WholeGraph::Segment& s = graph_.segments()[number];
   const Vector3d child_W = graph_.nodes()[s.child].p_W, parent_W = graph_.nodes()[s.parent].p_W;
   const ClosestPoint q = closestPoint(child_W, parent_W, h_W_);
   if (q.squared_distance < best2_) {
     best2_ = q.squared_distance;
-    place_ = ProxyPlace{};
-    place_.segment = s.id;
-    place_.t = q.t;
-    place_.p_W = q.p_W;
-    place_.at_node = q.t == 0.0 || q.t == 1.0;
-    if (place_.at_node) place_.node = graph_.nodes()[q.t == 0.0 ? s.child : s.parent].id;
+    segment_ = number;
+    t_ = q.t;
+    p_W_ = q.p_W;
   }
   if (child_W == parent_W) {  // q is the end that was not entered from; the sub-goal stays
     if (entered != s.child) visitNode(s.child, d_sub2);
@@ -79,9 +93,9 @@ void PaperOracle::visitSegment(std::uint32_t number, std::int64_t entered, doubl
   }
 }
 
-void PaperOracle::visitNode(std::uint32_t node, double d_sub2) {
+void LiteralSolver::visitNode(std::uint32_t node, double d_sub2) {
   if (!seen_nodes_.insert(node).second) return;
   for (const std::uint32_t segment : graph_.nodes()[node].incident) visitSegment(segment, node, d_sub2);
 }
 
-}  // namespace filiform::test
+}  // namespace filiform::tools

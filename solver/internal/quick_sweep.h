@@ -1,0 +1,91 @@
+// A sweep of BoundedSearch that is small enough to end within its tick, as nearly all are: the same search in the same
+// order, without anything that outlives it.
+//
+// Nothing is marked but the nodes entered, in a short list: all nodes that a search reaches are of one cell, so a
+// sample's rank stands for the node; and a segment has been tested exactly if it is the first one, or if one of its
+// ends has been entered and has come to it in its list, which is in the order of identity. What is too large, or meets
+// an absent tile, is given up: BoundedSearch then does it its own way, from the start. Thread rule: haptic thread only;
+// noexcept, without allocation, lock or system call.
+#pragma once
+
+#include "index/closest_point.h"
+#include "solver/graph_view.h"
+#include "solver/proxy_solver.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace filiform::internal {
+
+// From which ends of a segment to go on: basic descent, and the force-based escape over one local maximum.
+struct Reach {
+  bool escapes = false;  // false: basic
+  double gain = 0, r_min_um = 0, r_max_um = 0;
+};
+
+struct BestPoint {
+  const Tile* tile = nullptr;  // nullptr: the old place
+  std::uint32_t segment = 0;
+  double t = 0;
+  Vector3d p_W = Vector3d::Zero();
+  double squared_distance = 0;
+
+  void offer(const Tile& its_tile, std::uint32_t its_segment, const ClosestPoint& q) noexcept {
+    if (!(q.squared_distance < squared_distance)) return;
+    tile = &its_tile;
+    segment = its_segment;
+    t = q.t;
+    p_W = q.p_W;
+    squared_distance = q.squared_distance;
+  }
+};
+
+// Calls goOn(at_parent, sub_goal, its_squared_distance) for each end to go on from, the one to be visited first last.
+// `sub_goal2` is the squared distance of the branch's sub-goal; `keep` stands for it where the branch keeps it.
+template <typename GoOn>
+inline void follow(const Reach& reach, const Vector3d& child_W, const Vector3d& parent_W, const ClosestPoint& q,
+                   double sub_goal2, const GoOn& goOn) noexcept {
+  if (!reach.escapes) {
+    if (q.t == 0.0) goOn(false);
+    if (q.t == 1.0) goOn(true);
+    return;
+  }
+  if (q.squared_distance > sub_goal2) return;
+  if (q.t == 0.0) return goOn(false);
+  if (q.t == 1.0) return goOn(true);
+  const double r_um = std::min(reach.r_max_um, reach.gain * std::sqrt(q.squared_distance) + reach.r_min_um);
+  if ((parent_W - q.p_W).norm() < r_um) goOn(true);
+  if ((child_W - q.p_W).norm() < r_um) goOn(false);
+}
+
+class QuickSweep {
+ public:
+  static constexpr std::uint32_t kMostTests = 64;
+  static constexpr std::uint32_t kMostLooks = 4 * kMostTests;  // at incident segments
+
+  // From the interior of a segment, or from a node at its home. False: given up, `step` and `best` are to be forgotten.
+  bool fromSegment(const GraphView& graph, const Reach& reach, const Tile& tile, std::uint32_t segment,
+                   const Vector3d& h_W, std::uint32_t most_tests, SolverStep& step, BestPoint& best) noexcept;
+  bool fromNode(const GraphView& graph, const Reach& reach, const Tile& home, std::uint32_t node, const Vector3d& h_W,
+                std::uint32_t most_tests, SolverStep& step, BestPoint& best) noexcept;
+
+ private:
+  static constexpr std::uint32_t kNone = UINT32_MAX;
+  struct Entry {
+    const Tile* tile;     // pending: any that stores the node; entered: its home
+    std::uint32_t node;   // in `tile`
+    std::uint32_t via;    // the segment by which it was met, in `tile`; kNone: none, or not known there
+    std::uint32_t entry;  // its number among the entered nodes; kNone: pending
+    std::uint32_t next;
+    double sub_goal2;
+  };
+  struct Sweep;
+
+  std::array<std::uint32_t, kMostTests + 2> samples_;  // of the nodes entered
+  std::array<std::int64_t, kMostTests + 2> passed_;    // rank of the last incident segment that each has come to
+  std::array<Entry, kMostTests + 2> stack_;
+  std::uint32_t entered_ = 0, depth_ = 0;
+};
+
+}  // namespace filiform::internal

@@ -1,0 +1,424 @@
+// filiform bench solver: what a tick of each proxy solver costs, beside the literal transcription of the paper.
+#include "index/input.h"
+#include "index/memory_tiles.h"
+#include "solver/graph_view.h"
+#include "solver/parameters.h"
+#include "tools/bench/literal_solver.h"
+#include "tools/bench/workloads.h"
+#include "tools/synthetic.h"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <memory>
+#include <random>
+
+namespace filiform::tools {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr SolverMethod kMethods[] = {SolverMethod::basic, SolverMethod::shading, SolverMethod::force,
+                                     SolverMethod::climb};
+
+const char* nameOf(SolverMethod method) {
+  switch (method) {
+    case SolverMethod::basic:
+      return "basic";
+    case SolverMethod::shading:
+      return "shading";
+    case SolverMethod::force:
+      return "force";
+    case SolverMethod::climb:
+      return "climb";
+  }
+  return "";
+}
+
+double nanoseconds(Clock::duration d) { return std::chrono::duration<double, std::nano>(d).count(); }
+
+// What reading the clock twice takes by itself.
+double clockCost() {
+  std::vector<double> costs;
+  for (int i = 0; i < 10001; ++i) {
+    const auto start = Clock::now();
+    costs.push_back(nanoseconds(Clock::now() - start));
+  }
+  return percentile(costs, 0.5);
+}
+
+// Cells as tiles, all resident, and as one flat graph.
+struct Scene {
+  std::string name;
+  std::unique_ptr<TileStore> store;
+  std::vector<std::shared_ptr<const Tile>> tiles;
+  std::unique_ptr<TileTable> table;
+  std::unique_ptr<GraphView> view;
+  std::vector<StoredSegment> owned;
+  std::vector<TileId> owners;  // of `owned`
+  std::unique_ptr<WholeGraph> whole;
+  SolverParameters parameters;  // of the first cell
+
+  Scene(std::string scene_name, std::vector<Cell> cells) : name(std::move(scene_name)) {
+    struct Stream final : CellStream {
+      std::vector<Cell>* cells = nullptr;
+      std::size_t at = 0;
+      bool next(Cell& cell) override {
+        if (at == cells->size()) return false;
+        cell = std::move((*cells)[at++]);
+        return true;
+      }
+    } stream;
+    stream.cells = &cells;
+    store = buildTilesInMemory(stream);
+    table = std::make_unique<TileTable>(store->tile_count());
+    for (TileId id = 0; id < store->tile_count(); ++id) {
+      tiles.push_back(store->load(id));
+      const Tile& tile = *tiles.back();
+      table->add(tile);
+      for (std::uint32_t s = 0; s < tile.segment_count(); ++s) {
+        if (!tile.owned(s)) continue;
+        const std::uint32_t child = tile.child(s), parent = tile.parent(s);
+        owned.push_back({tile.segmentId(s), tile.nodeId(child).sample, tile.nodeId(parent).sample,
+                         tile.gridPoint(child), tile.gridPoint(parent), true});
+        owners.push_back(id);
+      }
+    }
+    view = std::make_unique<GraphView>(*table, store->leaves(), store->grid());
+    whole = std::make_unique<WholeGraph>(owned, store->grid());
+    parameters = automaticParameters(*store, 0);
+  }
+
+  std::size_t anyOwned(std::mt19937_64& random) const {
+    for (;;) {
+      const std::size_t at = random() % owned.size();
+      if (owned[at].child != owned[at].parent) return at;
+    }
+  }
+  ProxyPlace placeOn(std::size_t at) const { return view->placeAt(owners[at], owned[at].id, 0.5); }
+};
+
+struct Walk {
+  std::string name;
+  std::size_t start;  // in Scene::owned
+  double scale_um_m;
+  std::vector<Vector3d> probes;
+};
+
+double uniform(std::mt19937_64& random) { return static_cast<double>(random() >> 11) * 0x1p-53; }
+Vector3d cube(std::mt19937_64& random) {
+  const double x = uniform(random), y = uniform(random), z = uniform(random);
+  return 2.0 * Vector3d(x, y, z) - Vector3d::Ones();
+}
+
+// A hand that goes along the threads, turning where they branch, at so many um a tick, with a smooth deviation of about
+// `off_um`.
+Walk alongThreads(const Scene& scene, double um_a_tick, double off_um, std::size_t ticks, std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  const WholeGraph& whole = *scene.whole;
+  Walk walk{std::to_string(um_a_tick), scene.anyOwned(random), 2500, {}};
+  walk.name.erase(walk.name.find_last_not_of('0') + 1);
+  walk.name = "hand, " + walk.name + " um a tick";
+  std::uint32_t segment = whole.segment(scene.owned[walk.start].id);
+  std::uint32_t from = whole.segments()[segment].child;
+  double along = 0;
+  Vector3d off_W = Vector3d::Zero(), drift_W = Vector3d::Zero();
+  while (walk.probes.size() < ticks) {
+    const WholeGraph::Segment& s = whole.segments()[segment];
+    const std::uint32_t to = s.child == from ? s.parent : s.child;
+    const Vector3d from_W = whole.nodes()[from].p_W, to_W = whole.nodes()[to].p_W;
+    const double length = (to_W - from_W).norm();
+    while (along < length && walk.probes.size() < ticks) {
+      drift_W += 0.02 * cube(random) - 0.01 * drift_W - 1e-4 * off_W / off_um;
+      off_W = 0.999 * off_W + 0.01 * off_um * drift_W;
+      walk.probes.push_back(from_W + (along / length) * (to_W - from_W) + off_W);
+      along += um_a_tick;
+    }
+    along -= length;
+    const std::vector<std::uint32_t>& incident = whole.nodes()[to].incident;
+    std::uint32_t next = segment;  // back where it ends
+    if (incident.size() > 1) do
+        next = incident[random() % incident.size()];
+      while (next == segment);
+    segment = next;
+    from = to;
+  }
+  return walk;
+}
+
+Walk jumps(const Scene& scene, std::size_t ticks, std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  Walk walk{"jumps anywhere, each tick", scene.anyOwned(random), 2500, {}};
+  while (walk.probes.size() < ticks)
+    walk.probes.push_back(scene.whole->nodes()[random() % scene.whole->nodes().size()].p_W + 5.0 * cube(random));
+  return walk;
+}
+
+struct TickCosts {
+  double mean_ns = 0, literal_ns = 0;  // a tick, of whole batches: medians over batches
+  double ratio = 0;                    // median over pairs of batches of literal / fast; 0: no literal form
+  double p50 = 0, p99 = 0, p999 = 0, worst = 0;
+  double visited = 0;
+  std::uint32_t most_visited = 0;
+  std::uint64_t capped = 0;
+};
+
+constexpr std::size_t kBatch = 1000;
+
+// Both go over the same probes, batch by batch in turn: first for the means, then tick by tick for the percentiles.
+TickCosts measure(const Scene& scene, const Walk& walk, SolverMethod method, int passes, double clock_ns) {
+  const auto solver = makeProxySolver(method, scene.parameters);
+  const bool has_literal = method == SolverMethod::basic || method == SolverMethod::force;
+  LiteralSolver literal(*scene.whole, method, scene.parameters);
+  SolverStep step;
+  TickCosts costs;
+  std::vector<double> fast, slow, ratios;
+  const ProxyPlace start = scene.placeOn(walk.start);
+  std::vector<std::vector<double>> ticks(walk.probes.size());
+  const auto probeAt = [&](std::size_t i) { return ProbeState{walk.probes[i], 1e-3, walk.scale_um_m}; };
+  double check = 0;
+  for (int pass = 0; pass <= passes; ++pass) {  // the first one warms up
+    solver->setPlace(start);
+    literal.setPlace(start);
+    for (std::size_t begin = 0; begin + kBatch <= walk.probes.size(); begin += kBatch) {
+      const auto at = Clock::now();
+      for (std::size_t i = begin; i < begin + kBatch; ++i) solver->advance(*scene.view, probeAt(i), step);
+      const double fast_ns = nanoseconds(Clock::now() - at) / kBatch;
+      double literal_ns = 0;
+      if (has_literal) {
+        const auto literal_at = Clock::now();
+        for (std::size_t i = begin; i < begin + kBatch; ++i) literal.advance(walk.probes[i]);
+        literal_ns = nanoseconds(Clock::now() - literal_at) / kBatch;
+        check += (literal.p_W() - solver->place().p_W).norm();
+      }
+      if (pass == 0) continue;
+      fast.push_back(fast_ns);
+      if (!has_literal) continue;
+      slow.push_back(literal_ns);
+      ratios.push_back(literal_ns / fast_ns);
+    }
+    solver->setPlace(start);
+    for (std::size_t i = 0; i < walk.probes.size(); ++i) {
+      const ProbeState probe = probeAt(i);
+      const auto at = Clock::now();
+      solver->advance(*scene.view, probe, step);
+      const double ns = nanoseconds(Clock::now() - at);
+      if (pass == 0) {
+        costs.visited += step.visited;
+        costs.most_visited = std::max(costs.most_visited, step.visited);
+        costs.capped += step.capped;
+      } else {
+        ticks[i].push_back(std::max(0.0, ns - clock_ns));
+      }
+    }
+  }
+  if (check != 0 && costs.capped == 0)
+    throw std::logic_error("the solver and its literal transcription part: the figures mean nothing");
+  std::vector<double> each;
+  for (std::vector<double>& of_tick : ticks) each.push_back(percentile(of_tick, 0.5));
+  costs.mean_ns = percentile(fast, 0.5);
+  costs.literal_ns = has_literal ? percentile(slow, 0.5) : 0;
+  costs.ratio = has_literal ? percentile(ratios, 0.5) : 0;
+  costs.p50 = percentile(each, 0.5);
+  costs.p99 = percentile(each, 0.99);
+  costs.p999 = percentile(each, 0.999);
+  costs.worst = percentile(each, 1.0);
+  costs.visited /= static_cast<double>(walk.probes.size());
+  return costs;
+}
+
+// Drives everything else out of the caches.
+class Flusher {
+ public:
+  explicit Flusher(std::size_t bytes) : walked_(bytes, 1) {}
+  void flush() {
+    for (std::size_t i = 0; i < walked_.size(); i += 64) sum_ += ++walked_[i];
+  }
+  std::uint64_t sum() const { return sum_; }
+
+ private:
+  std::vector<unsigned char> walked_;
+  std::uint64_t sum_ = 0;
+};
+
+struct ColdCosts {
+  std::vector<double> us, undo_us;
+  std::uint64_t ticks = 0;
+};
+
+// Capped ticks only, each after a flush: from a random place towards a probe that sends the search far.
+ColdCosts measureCold(const Scene& scene, SolverMethod method, int rounds, std::uint64_t seed, Flusher& flusher,
+                      double clock_ns) {
+  std::mt19937_64 random(seed);
+  const auto solver = makeProxySolver(method, scene.parameters);
+  SolverStep step;
+  ColdCosts costs;
+  for (int i = 0; i < rounds; ++i) {
+    const std::size_t at = scene.anyOwned(random);
+    solver->setPlace(scene.placeOn(at));
+    const Vector3d away_W = 3e3 * cube(random);
+    const ProbeState probe{scene.view->grid().toWorld(scene.owned[at].child) + away_W, 1e-3, 1e6 / 0.12};
+    flusher.flush();
+    const auto start = Clock::now();
+    solver->advance(*scene.view, probe, step);
+    const auto end = Clock::now();
+    ++costs.ticks;
+    if (!step.capped && step.visited < 200) continue;
+    costs.us.push_back(std::max(0.0, nanoseconds(end - start) - clock_ns) * 1e-3);
+    const auto undo = Clock::now();
+    solver->undo();
+    costs.undo_us.push_back(std::max(0.0, nanoseconds(Clock::now() - undo) - clock_ns) * 1e-3);
+  }
+  return costs;
+}
+
+Cell emptyCell(const std::string& source) {
+  Cell cell;
+  cell.source = source;
+  return cell;
+}
+void addSample(Cell& cell, const Vector3d& p_W, std::uint32_t parent) {
+  cell.sample_ids.push_back(static_cast<std::int64_t>(cell.samples()) + 1);
+  cell.positions_um.push_back(p_W);
+  cell.parents.push_back(parent);
+  cell.radii_um.push_back(0.5f);
+  cell.types.push_back(3);
+}
+
+Cell hubCell(std::uint32_t branches, std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  Cell cell = emptyCell("hub.swc");
+  addSample(cell, Vector3d::Zero(), kNoParent);
+  for (std::uint32_t i = 0; i < branches; ++i) addSample(cell, 20.0 * cube(random), 0);
+  return cell;
+}
+
+Cell combCell(std::uint32_t teeth) {
+  Cell cell = emptyCell("comb.swc");
+  addSample(cell, Vector3d::Zero(), kNoParent);
+  std::uint32_t spine = 0;
+  for (std::uint32_t i = 1; i <= teeth; ++i) {
+    addSample(cell, Vector3d(i, 0, 0), spine);
+    spine = static_cast<std::uint32_t>(cell.samples() - 1);
+    addSample(cell, Vector3d(i, 3, 0), spine);
+  }
+  return cell;
+}
+
+Cell threadCell(std::uint32_t samples) {
+  Cell cell = emptyCell("thread.swc");
+  addSample(cell, Vector3d::Zero(), kNoParent);
+  for (std::uint32_t i = 1; i < samples; ++i) addSample(cell, Vector3d(0.5 * i, i % 7 * 0.1, 0), i - 1);
+  return cell;
+}
+
+std::vector<Cell> fromCorpus(const BenchOptions& options, std::uint64_t most_segments) {
+  std::vector<Cell> cells;
+  Input input({options.corpus});
+  std::uint64_t segments = 0;
+  for (Cell cell; segments < most_segments && input.next(cell);) {
+    segments += cell.samples();
+    cells.push_back(std::move(cell));
+  }
+  return cells;
+}
+
+std::vector<Cell> syntheticCells(const BenchOptions& options, std::uint32_t count) {
+  SyntheticOptions synthetic;
+  synthetic.cells = count;
+  synthetic.seed = options.seed;
+  SyntheticCells stream(synthetic);
+  std::vector<Cell> cells;
+  for (Cell cell; stream.next(cell);) cells.push_back(std::move(cell));
+  return cells;
+}
+
+BenchReport runSolver(const BenchOptions& options) {
+  const double clock_ns = clockCost();
+  const std::size_t ticks = options.quick ? 2000 : 50000;
+  const int passes = options.quick ? 1 : 5;
+  std::vector<Scene> scenes;
+  options.progress("scenes");
+  scenes.emplace_back("synthetic column", syntheticCells(options, options.quick ? 1 : 8));
+  if (!options.corpus.empty()) scenes.emplace_back("corpus", fromCorpus(options, options.quick ? 5000 : 100000));
+
+  BenchReport report;
+  BenchTable warm{"warm",
+                  "one tick, caches warm, ns; literal: the paper's listings with recursion and hash sets over one flat "
+                  "graph, on the same probes",
+                  {"scene", "probe", "method", "segments mean", "most", "mean", "p50", "p99", "p99.9", "max",
+                   "literal mean", "literal / this"},
+                  {}};
+  double least_ratio = 1e300, worst_p99 = 0;
+  for (const Scene& scene : scenes) {
+    std::vector<Walk> walks;
+    for (const double um : {0.125, 1.25, 12.5}) walks.push_back(alongThreads(scene, um, 1.0, ticks, options.seed));
+    walks.push_back(jumps(scene, ticks, options.seed));
+    for (const Walk& walk : walks) {
+      for (const SolverMethod method : kMethods) {
+        options.progress(scene.name + ", " + walk.name + ", " + nameOf(method));
+        const TickCosts c = measure(scene, walk, method, passes, clock_ns);
+        warm.rows.push_back({scene.name, walk.name, nameOf(method), c.visited, std::int64_t{c.most_visited}, c.mean_ns,
+                             c.p50, c.p99, c.p999, c.worst, c.ratio > 0 ? BenchValue(c.literal_ns) : BenchValue("-"),
+                             c.ratio > 0 ? BenchValue(c.ratio) : BenchValue("-")});
+        if (method == SolverMethod::force && &walk == &walks.front()) {
+          least_ratio = std::min(least_ratio, c.ratio);
+          worst_p99 = std::max(worst_p99, c.p99);
+        }
+      }
+    }
+  }
+  report.tables.push_back(std::move(warm));
+
+  options.progress("cold caches");
+  scenes.emplace_back("hub of 10 000", std::vector<Cell>{hubCell(10000, options.seed)});
+  scenes.emplace_back("comb of 200 000", std::vector<Cell>{combCell(options.quick ? 2000 : 200000)});
+  scenes.emplace_back("thread of 1 000 000", std::vector<Cell>{threadCell(options.quick ? 2000 : 1000000)});
+  Flusher flusher(options.quick ? 8u << 20 : 96u << 20);
+  BenchTable cold{"cold",
+                  "one tick of 200 to 256 segments, after everything was driven out of the caches, us",
+                  {"scene", "method", "ticks", "p50", "p99", "max", "undo max"},
+                  {}};
+  double worst_cold_us = 0;
+  for (const Scene& scene : scenes) {
+    for (const SolverMethod method : kMethods) {
+      options.progress(scene.name + ", cold, " + nameOf(method));
+      const ColdCosts c = measureCold(scene, method, options.quick ? 10 : 300, options.seed, flusher, clock_ns);
+      if (c.us.empty()) continue;
+      const double p99 = percentile(c.us, 0.99);
+      cold.rows.push_back({scene.name, nameOf(method), static_cast<std::int64_t>(c.us.size()), percentile(c.us, 0.5),
+                           p99, percentile(c.us, 1.0), percentile(c.undo_us, 1.0)});
+      worst_cold_us = std::max(worst_cold_us, p99);
+    }
+  }
+  report.tables.push_back(std::move(cold));
+
+  report.goals.push_back({"force-based tick, warm, hand at ordinary speed: literal / this", ">= 3", ">= 4", least_ratio,
+                          least_ratio >= 3, least_ratio >= 4});
+  report.goals.push_back({"force-based tick, warm, hand at ordinary speed: p99, ns", "<= 100", "<= 60", worst_p99,
+                          worst_p99 <= 100, worst_p99 <= 60});
+  report.goals.push_back({"capped tick, cold caches, worst scene and method: p99, us", "<= 50", "<= 25", worst_cold_us,
+                          worst_cold_us <= 50, worst_cold_us <= 25});
+  report.notes.push_back("Ordinary speed: 0.125 um a tick, 50 mm/s at 300 um across 12 cm.");
+  report.notes.push_back(
+      "Means: batches of " + std::to_string(kBatch) +
+      " ticks under one pair of clock reads, this and literal in turn; medians over batches, the ratio over pairs.");
+  report.notes.push_back("Percentiles: tick by tick, each tick the median of " + std::to_string(passes) +
+                         " passes over the same probes, so that what else the machine does weighs little; the cost of "
+                         "reading the clock (" +
+                         std::to_string(std::lround(clock_ns)) + " ns) subtracted.");
+  report.notes.push_back("Cold ticks cannot be repeated: their p99 and max hold whatever the machine did meanwhile.");
+  if (flusher.sum() == 0) report.notes.push_back("nothing was flushed");
+  return report;
+}
+
+}  // namespace
+
+void addSolverWorkloads(std::vector<Workload>& all) {
+  all.push_back(
+      {"solver", "what a tick of each proxy solver costs, beside the paper's listings taken literally", runSolver});
+}
+
+}  // namespace filiform::tools
