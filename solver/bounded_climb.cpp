@@ -4,6 +4,7 @@
 #include "solver/graph_view.h"
 #include "solver/internal/active_segment.h"
 #include "solver/internal/node_numbers.h"
+#include "solver/internal/star_cache.h"
 
 #include <algorithm>
 #include <cmath>
@@ -15,13 +16,15 @@ namespace {
 
 using internal::NodeNumbers;
 
-constexpr double kForget_s = 0.2;  // in which patience goes when the hand lets up
+constexpr std::uint32_t kStars = 512;  // of the proxy's neighbourhood
+constexpr double kForget_s = 0.2;      // in which patience goes when the hand lets up
 
 class BoundedClimb final : public ProxySolver {
  public:
   explicit BoundedClimb(const SolverParameters& parameters)
       : max_visited_(parameters.max_visited),
         climb_(parameters.climb),
+        stars_(kStars),
         numbers_(max_visited_ + 2),
         nodes_(max_visited_ + 2),
         heap_(max_visited_ + 2) {}
@@ -32,6 +35,8 @@ class BoundedClimb final : public ProxySolver {
     state_.place = place;
     state_.began_W = place.p_W;
     before_ = state_;
+    active_ = internal::ActiveSegment{};
+    stars_.forget();
   }
   void advance(const GraphView& graph, const ProbeState& probe, SolverStep& step) noexcept override;
   void undo() noexcept override { state_ = before_; }
@@ -49,8 +54,9 @@ class BoundedClimb final : public ProxySolver {
   enum class Progress : std::uint8_t { offered, done, absent };
   struct Node {
     double cost;  // um
-    const Tile* tile;
-    std::uint32_t node;  // in `tile`: as it was met, from the pop on at home
+    NodeId id;
+    const Tile* tile;    // any that stores it
+    std::uint32_t node;  // in `tile`
     Progress progress;
   };
   struct Offer {
@@ -72,8 +78,11 @@ class BoundedClimb final : public ProxySolver {
 
   void wait(const ProbeState& probe, double distance_um) noexcept;
   void search(const GraphView& graph, const ProbeState& probe, SolverStep& step) noexcept;
-  void offer(const Tile& tile, std::uint32_t node, double cost) noexcept;
+  void offer(NodeId id, const Tile& tile, std::uint32_t node, double cost) noexcept;
   bool follow(const GraphView& graph, const Vector3d& h_W, std::uint32_t number, SolverStep& step) noexcept;
+  template <typename Branches>
+  bool testBranches(const Tile& home, NodeId id, double cost, const Vector3d& h_W, SolverStep& step,
+                    const Branches& branches) noexcept;
   void settle(const GraphView& graph) noexcept;
 
   // What a point must be nearer than to count as progress.
@@ -86,20 +95,22 @@ class BoundedClimb final : public ProxySolver {
   std::uint32_t max_visited_;
   ClimbParameters climb_;
   State state_, before_;
+  // Of the neighbourhood, decoded.
+  internal::ActiveSegment active_;
+  internal::StarCache stars_;
   // Of the present search only.
   NodeNumbers numbers_;
   std::vector<Node> nodes_;  // by number
   std::vector<Offer> heap_;
   std::size_t offers_ = 0;
   double budget_um_ = 0;
-  NodeId starts_[2] = {};  // the ends of the segment that it starts on
   Best best_;
 };
 
 void BoundedClimb::advance(const GraphView& graph, const ProbeState& probe, SolverStep& step) noexcept {
   internal::clear(step);
   before_ = state_;
-  if (!internal::usableProbe(probe.h_W) || !state_.place.valid()) return;
+  if (!state_.place.valid()) return;
   search(graph, probe, step);
 }
 
@@ -120,20 +131,16 @@ void BoundedClimb::wait(const ProbeState& probe, double distance_um) noexcept {
 
 void BoundedClimb::search(const GraphView& graph, const ProbeState& probe, SolverStep& step) noexcept {
   const Vector3d& h_W = probe.h_W;
-  const GraphView::SegmentRef active = internal::activeSegment(graph, state_.place, state_.segment, step);
-  if (!active) return;
-  const bool scaled = probe.scale_um_m > 0 && std::isfinite(probe.scale_um_m);
   const double d2 = (state_.place.p_W - h_W).squaredNorm();
+  if (!internal::usableDistance(d2) || !active_.follow(graph, state_.place, state_.segment, step)) return;
+  const bool scaled = probe.scale_um_m > 0 && std::isfinite(probe.scale_um_m);
   if (scaled) wait(probe, std::sqrt(d2));
 
   ++step.visited;
-  const Tile& tile = *active.tile;
-  const std::uint32_t child = tile.child(active.segment), parent = tile.parent(active.segment);
-  const Vector3d child_W = tile.position_W(child), parent_W = tile.position_W(parent);
-  const ClosestPoint q = closestPoint(child_W, parent_W, h_W);
+  const ClosestPoint q = closestPoint(active_.child_W, active_.parent_W, h_W);
   const bool nearer = q.squared_distance < d2;
   best_ = Best{};
-  if (nearer) best_ = {&tile, active.segment, q.t, q.p_W, 0};
+  if (nearer) best_ = {active_.tile, active_.segment, q.t, q.p_W, 0};
   const double best2 = nearer ? q.squared_distance : d2;
   best_.yields_below = yieldsBelow(best2);
 
@@ -144,13 +151,11 @@ void BoundedClimb::search(const GraphView& graph, const ProbeState& probe, Solve
     budget_um_ = 1e-3 * budget_mm * probe.scale_um_m;
   }
 
-  starts_[0] = tile.nodeId(child);
-  starts_[1] = tile.nodeId(parent);
   numbers_.forget();
   offers_ = 0;
-  const double length = (parent_W - child_W).norm();
-  offer(tile, child, length * std::min(q.t, state_.place.t));
-  offer(tile, parent, length * (1.0 - std::max(q.t, state_.place.t)));
+  const double length = (active_.parent_W - active_.child_W).norm();
+  offer(active_.child_id, *active_.tile, active_.child, length * std::min(q.t, state_.place.t));
+  offer(active_.parent_id, *active_.tile, active_.parent, length * (1.0 - std::max(q.t, state_.place.t)));
   while (offers_ > 0) {
     const std::uint32_t number = heap_[0].number;
     std::pop_heap(heap_.begin(), heap_.begin() + static_cast<std::ptrdiff_t>(offers_--));
@@ -162,13 +167,12 @@ void BoundedClimb::search(const GraphView& graph, const ProbeState& probe, Solve
 }
 
 // No more than one offer for each segment tested, and one for the other end of the first: the arrays hold them all.
-void BoundedClimb::offer(const Tile& tile, std::uint32_t node, double cost) noexcept {
+void BoundedClimb::offer(NodeId id, const Tile& tile, std::uint32_t node, double cost) noexcept {
   if (!(cost <= budget_um_)) return;
-  const NodeId id = tile.nodeId(node);
   const std::uint32_t met = numbers_.size();
   const std::uint32_t number = numbers_.put(id);
   if (number == met) {
-    nodes_[number] = {cost, &tile, node, Progress::offered};
+    nodes_[number] = {cost, id, &tile, node, Progress::offered};
   } else {
     if (!(cost < nodes_[number].cost)) return;
     nodes_[number].cost = cost;
@@ -177,11 +181,53 @@ void BoundedClimb::offer(const Tile& tile, std::uint32_t node, double cost) noex
   std::push_heap(heap_.begin(), heap_.begin() + static_cast<std::ptrdiff_t>(offers_));
 }
 
-// A segment has been tested exactly if one of its ends is done, or if it is the first: so nodes are all that is marked.
+struct Branch {  // of a node at its home
+  std::uint32_t segment, rank, far;
+  NodeId far_id;
+  bool loops;  // to the node itself
+};
+
+// Branches of the node, as its star has them.
+struct StarBranches {
+  const internal::StarCache::Star& star;
+
+  std::uint32_t degree() const noexcept { return star.degree; }
+  Branch branch(std::uint32_t at) const noexcept {
+    const internal::StarCache::Ray& ray = star.rays[at];
+    return {ray.segment, ray.rank, ray.far, {star.id.cell, ray.far_rank}, ray.far == star.node};
+  }
+  bool farIsParent(std::uint32_t at) const noexcept { return star.rays[at].from_child; }
+  const Vector3d& far_W(std::uint32_t at, const Branch&) const noexcept { return star.rays[at].far_W; }
+  const Vector3d& node_W() const noexcept { return star.p_W; }
+};
+
+// The same of a node with too many for that, as its tile has them.
+struct TileBranches {
+  const Tile& tile;
+  std::uint32_t node;
+  decltype(tile.incident(0)) incident = tile.incident(node);
+  Vector3d own_W = tile.position_W(node);
+
+  std::uint32_t degree() const noexcept { return static_cast<std::uint32_t>(incident.size()); }
+  Branch branch(std::uint32_t at) const noexcept {
+    const std::uint32_t segment = incident[at], child = tile.child(segment);
+    const std::uint32_t far = child == node ? tile.parent(segment) : child;
+    return {segment, tile.segmentId(segment).segment, far, tile.nodeId(far), far == node};
+  }
+  bool farIsParent(std::uint32_t at) const noexcept { return tile.child(incident[at]) == node; }
+  Vector3d far_W(std::uint32_t, const Branch& branch) const noexcept { return tile.position_W(branch.far); }
+  const Vector3d& node_W() const noexcept { return own_W; }
+};
+
 // False at the cap.
-bool BoundedClimb::follow(const GraphView& graph, const Vector3d& h_W, std::uint32_t number,
-                          SolverStep& step) noexcept {
+[[gnu::flatten]] bool BoundedClimb::follow(const GraphView& graph, const Vector3d& h_W, std::uint32_t number,
+                                           SolverStep& step) noexcept {
   Node& met = nodes_[number];
+  if (const internal::StarCache::Star* star = stars_.find(graph, met.id, *met.tile, met.node)) {
+    met.progress = Progress::done;
+    step.touched.add(star->home);
+    return testBranches(*star->tile, met.id, met.cost, h_W, step, StarBranches{*star});
+  }
   const GraphView::HomeNode home = graph.home(*met.tile, met.node);
   if (!home.present()) {
     met.progress = Progress::absent;
@@ -190,21 +236,22 @@ bool BoundedClimb::follow(const GraphView& graph, const Vector3d& h_W, std::uint
     return true;
   }
   met.progress = Progress::done;
-  const Tile& tile = *home.tile;
   step.touched.add(home.home);
-  const double cost = met.cost;
-  const auto incident = tile.incident(home.node);
-  const auto degree = static_cast<std::uint32_t>(incident.size());
-  const NodeId id = tile.nodeId(home.node);
-  const bool starts = id == starts_[0] || id == starts_[1];
+  return testBranches(*home.tile, met.id, met.cost, h_W, step, TileBranches{*home.tile, home.node});
+}
+
+// A segment has been tested exactly if one of its ends is done, or if it is the first: so nodes are all that is marked.
+template <typename Branches>
+bool BoundedClimb::testBranches(const Tile& home, NodeId id, double cost, const Vector3d& h_W, SolverStep& step,
+                                const Branches& branches) noexcept {
+  const std::uint32_t degree = branches.degree();
+  const Vector3d node_W = branches.node_W();
   std::uint32_t at = id == state_.cut_node && state_.cut_next < degree ? state_.cut_next : 0;
   for (std::uint32_t i = 0; i < degree; ++i, at = at + 1 == degree ? 0 : at + 1) {
-    const std::uint32_t segment = incident[at];
-    if (starts && tile.segmentId(segment) == before_.place.segment) continue;
-    const std::uint32_t child = tile.child(segment), parent = tile.parent(segment);
-    const std::uint32_t far = child == home.node ? parent : child;
-    if (far != home.node) {
-      const std::uint32_t other = numbers_.find(tile.nodeId(far));
+    const Branch branch = branches.branch(at);
+    if (branch.rank == active_.id.segment) continue;  // all that is reached is of one cell
+    if (!branch.loops) {
+      const std::uint32_t other = numbers_.find(branch.far_id);
       if (other != NodeNumbers::kNone && nodes_[other].progress == Progress::done) continue;
     }
     if (step.visited == max_visited_) {
@@ -214,16 +261,24 @@ bool BoundedClimb::follow(const GraphView& graph, const Vector3d& h_W, std::uint
       return false;
     }
     ++step.visited;
-    const Vector3d child_W = tile.position_W(child), parent_W = tile.position_W(parent);
-    const ClosestPoint w = closestPoint(child_W, parent_W, h_W);
-    if (w.squared_distance < best_.yields_below) best_ = {&tile, segment, w.t, w.p_W, yieldsBelow(w.squared_distance)};
-    offer(tile, far, cost + ((far == child ? child_W : parent_W) - w.p_W).norm());
+    const Vector3d far_W = branches.far_W(at, branch);
+    const ClosestPoint w =
+        branches.farIsParent(at) ? closestPoint(node_W, far_W, h_W) : closestPoint(far_W, node_W, h_W);
+    if (w.squared_distance < best_.yields_below)
+      best_ = {&home, branch.segment, w.t, w.p_W, yieldsBelow(w.squared_distance)};
+    offer(branch.far_id, home, branch.far, cost + (far_W - w.p_W).norm());
   }
   return true;
 }
 
 void BoundedClimb::settle(const GraphView& graph) noexcept {
   if (best_.tile == nullptr) return;
+  if (best_.tile == active_.tile && best_.segment == active_.segment && !state_.place.at_node && best_.t != 0.0 &&
+      best_.t != 1.0) {  // it slides along, and nothing else changes
+    state_.place.t = best_.t;
+    state_.place.p_W = best_.p_W;
+    return;
+  }
   state_.place = graph.placeOn(*best_.tile, best_.segment, best_.t, best_.p_W);
   state_.segment = best_.segment;
 }

@@ -89,7 +89,7 @@ double shadedGoal(double a0, double a1, double a2, double u) noexcept {
 void ForceShading::advance(const GraphView& graph, const ProbeState& probe, SolverStep& step) noexcept {
   internal::clear(step);
   before_ = state_;
-  if (!internal::usableProbe(probe.h_W) || !state_.place.valid()) return;
+  if (!state_.place.valid() || !internal::usableDistance((state_.place.p_W - probe.h_W).squaredNorm())) return;
   Tick tick{graph, probe.h_W, step};
   const GraphView::SegmentRef active = internal::activeSegment(graph, state_.place, state_.segment, step);
   if (!active) return;

@@ -7,11 +7,8 @@
 
 namespace filiform::internal {
 
-// Beyond this the squares of distances overflow: as good as infinite.
-inline constexpr double kFarthestProbe_um = 1e150;
-
-// False for NaN too.
-inline bool usableProbe(const Vector3d& h_W) noexcept { return (h_W.array().abs() <= kFarthestProbe_um).all(); }
+// Beyond this, squared, distances overflow: as good as infinite. False for NaN too.
+inline bool usableDistance(double squared_um2) noexcept { return squared_um2 <= 1e300; }
 
 inline void clear(SolverStep& step) noexcept {
   step.visited = 0;
@@ -37,5 +34,43 @@ inline GraphView::SegmentRef activeSegment(const GraphView& graph, const ProxyPl
   if (ref) hint = ref.segment;
   return ref;
 }
+
+// The segment that the proxy is on, decoded, and kept for as long as it stays there.
+struct ActiveSegment {
+  const Tile* tile = nullptr;  // nullptr: none
+  TileId home = kNoTile;       // id of `tile`
+  SegmentId id{UINT32_MAX, UINT32_MAX};
+  std::uint32_t segment = 0, child = 0, parent = 0;  // in `tile`
+  NodeId child_id{}, parent_id{};
+  Vector3d child_W = Vector3d::Zero(), parent_W = Vector3d::Zero();
+
+  bool isOf(const ProxyPlace& place) const noexcept { return id == place.segment && home == place.tile; }
+  // Makes it that of the place; false as activeSegment(). O(1) where it is already, or the hint holds.
+  bool follow(const GraphView& graph, const ProxyPlace& place, std::uint32_t& hint, SolverStep& step) noexcept {
+    if (isOf(place) && tile != nullptr && graph.tiles().find(home) == tile) {
+      hint = segment;
+      step.touched.add(home);
+      return true;
+    }
+    return find(graph, place, hint, step);
+  }
+
+ private:
+  bool find(const GraphView& graph, const ProxyPlace& place, std::uint32_t& hint, SolverStep& step) noexcept {
+    const GraphView::SegmentRef ref = activeSegment(graph, place, hint, step);
+    if (!ref) return false;
+    tile = ref.tile;
+    home = place.tile;
+    id = place.segment;
+    segment = ref.segment;
+    child = tile->child(segment);
+    parent = tile->parent(segment);
+    child_id = tile->nodeId(child);
+    parent_id = tile->nodeId(parent);
+    child_W = tile->position_W(child);
+    parent_W = tile->position_W(parent);
+    return true;
+  }
+};
 
 }  // namespace filiform::internal

@@ -11,6 +11,8 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 const Vector3d kNoSubGoal = Vector3d::Constant(kInfinity);
+constexpr std::uint32_t kStars = 256;  // of the proxy's neighbourhood; more than a quick sweep enters
+
 std::uint32_t marksFor(std::uint32_t max_visited) noexcept {
   return std::max(BoundedSearch::kLeastMarks, 3 * max_visited);
 }
@@ -21,6 +23,7 @@ BoundedSearch::BoundedSearch(std::uint32_t max_visited, const Reach& reach)
     : max_visited_(max_visited),
       max_scans_(kScansPerTest * max_visited),
       reach_(reach),
+      stars_(kStars),
       marks_(marksFor(max_visited), max_visited + max_scans_ + 2),
       stack_(marksFor(max_visited) + 2),
       kept_(std::min<std::size_t>(stack_.size(), max_scans_ + 2)) {}
@@ -28,47 +31,73 @@ BoundedSearch::BoundedSearch(std::uint32_t max_visited, const Reach& reach)
 void BoundedSearch::setPlace(const ProxyPlace& place) noexcept {
   state_ = State{};
   state_.place = place;
-  can_undo_ = false;
+  active_ = ActiveSegment{};
+  stars_.forget();
+  undo_ = Undo::nothing;
+}
+
+void BoundedSearch::keepForUndo() noexcept {
+  before_ = state_;
+  kept_above_ = state_.depth;
+  marks_.beginTick();
+  undo_ = Undo::all;
 }
 
 void BoundedSearch::advance(const GraphView& graph, const ProbeState& probe, SolverStep& step) noexcept {
   const Vector3d& h_W = probe.h_W;
   clear(step);
-  before_ = state_;
-  kept_above_ = state_.depth;
-  marks_.beginTick();
-  can_undo_ = true;
-  if (!usableProbe(h_W) || !state_.place.valid()) return;
-
+  undo_ = Undo::nothing;
   Tick tick{graph, h_W, step, 0, {}};
   tick.best.squared_distance = (state_.place.p_W - h_W).squaredNorm();
-  const bool resumes = state_.depth > 0;
-  if (!resumes && quickSweep(tick)) {
+  if (!usableDistance(tick.best.squared_distance) || !state_.place.valid()) return;
+
+  if (state_.depth == 0 && quickSweep(tick)) {
+    if (tick.best.tile == nullptr) return;
+    const bool slides = tick.best.tile == active_.tile && tick.best.segment == active_.segment &&
+                        active_.isOf(state_.place) && !state_.place.at_node;
+    if (slides && tick.best.t != 0.0 && tick.best.t != 1.0) {  // nothing else changes
+      undo_ = Undo::slide;
+      before_.place.t = state_.place.t;
+      before_.place.p_W = state_.place.p_W;
+      state_.place.t = tick.best.t;
+      state_.place.p_W = tick.best.p_W;
+      return;
+    }
+    keepForUndo();
     settle(tick);
-    state_.moved = false;
-    state_.h_W = h_W;
     return;
   }
+  keepForUndo();
+  sweep(tick);
+}
+
+void BoundedSearch::sweep(Tick& tick) noexcept {
+  const bool resumes = state_.depth > 0;
   if (resumes) {
-    if (state_.h_W != h_W) {
+    if (state_.h_W != tick.h_W) {
       state_.moved = true;
       if (max_visited_ > 1) slide(tick);  // with a single test a tick the sweep would never end
     }
     run(tick);
   }
   settle(tick);
-  if (state_.depth == 0 && !step.capped && (!resumes || state_.moved) && step.visited < max_visited_) {
+  if (state_.depth == 0 && !tick.step.capped && (!resumes || state_.moved) && tick.step.visited < max_visited_) {
     state_.moved = false;
     startSweep(tick);
     run(tick);
     settle(tick);
   }
-  state_.h_W = h_W;
+  state_.h_W = tick.h_W;
 }
 
 void BoundedSearch::undo() noexcept {
-  if (!can_undo_) return;
-  can_undo_ = false;
+  const Undo undo = undo_;
+  undo_ = Undo::nothing;
+  if (undo == Undo::slide) {
+    state_.place.t = before_.place.t;
+    state_.place.p_W = before_.place.p_W;
+  }
+  if (undo != Undo::all) return;
   state_ = before_;
   for (std::uint32_t i = kept_above_; i < state_.depth; ++i) stack_[i] = kept_[state_.depth - 1 - i];
   marks_.undo();
@@ -100,20 +129,25 @@ void BoundedSearch::findHome(const GraphView& graph) noexcept {
 
 // False: nothing has happened, the sweep is too large or meets an absent tile.
 bool BoundedSearch::quickSweep(Tick& tick) noexcept {
-  const BestPoint old = tick.best;
+  const double old2 = tick.best.squared_distance;
+  const ProxyPlace& place = state_.place;
   bool done = false;
-  if (state_.place.at_node) {
+  if (!place.at_node) {
+    done = active_.follow(tick.graph, place, state_.segment, tick.step) &&
+           quick_.fromSegment(tick.graph, stars_, reach_, active_, tick.h_W, max_visited_, tick.step, tick.best);
+  } else if (const StarCache::Star* star = stars_.kept(tick.graph, place.node)) {
+    done = quick_.fromNode(tick.graph, stars_, reach_, place.node, *star->tile, star->node, tick.h_W, max_visited_,
+                           tick.step, tick.best);
+  } else {
     findHome(tick.graph);
     const Tile* home = tick.graph.tiles().find(state_.home);
     done = home != nullptr && state_.node != kNoNode &&
-           quick_.fromNode(tick.graph, reach_, *home, state_.node, tick.h_W, max_visited_, tick.step, tick.best);
-  } else {
-    const GraphView::SegmentRef ref = active(tick);
-    done = ref &&
-           quick_.fromSegment(tick.graph, reach_, *ref.tile, ref.segment, tick.h_W, max_visited_, tick.step, tick.best);
+           quick_.fromNode(tick.graph, stars_, reach_, place.node, *home, state_.node, tick.h_W, max_visited_,
+                           tick.step, tick.best);
   }
   if (done) return true;
-  tick.best = old;
+  tick.best = BestPoint{};
+  tick.best.squared_distance = old2;
   clear(tick.step);
   return false;
 }

@@ -89,6 +89,7 @@ class BoundedSearch final : public ProxySolver {
   };
 
   bool quickSweep(Tick& tick) noexcept;
+  void sweep(Tick& tick) noexcept;
   void startSweep(Tick& tick) noexcept;
   void findHome(const GraphView& graph) noexcept;
   void slide(Tick& tick) noexcept;
@@ -97,6 +98,7 @@ class BoundedSearch final : public ProxySolver {
   void test(Tick& tick, const Tile& tile, std::uint32_t segment, const Vector3d& sub_goal_W) noexcept;
   GraphView::SegmentRef active(Tick& tick) noexcept;
   void settle(Tick& tick) noexcept;
+  void keepForUndo() noexcept;
   // Does nothing for a node that is visited already.
   void goOn(const Tick& tick, const Tile& tile, std::uint32_t node, const Vector3d& sub_goal_W) noexcept;
   Entry& touchTop() noexcept;
@@ -105,6 +107,9 @@ class BoundedSearch final : public ProxySolver {
 
   std::uint32_t max_visited_, max_scans_;
   Reach reach_;
+  // Of the neighbourhood, decoded.
+  ActiveSegment active_;
+  StarCache stars_;
   QuickSweep quick_;
   State state_, before_;
   Marks marks_;
@@ -113,7 +118,8 @@ class BoundedSearch final : public ProxySolver {
   // `kept_`, top first.
   std::vector<Entry> kept_;
   std::uint32_t kept_above_ = 0;
-  bool can_undo_ = false;
+  enum class Undo : std::uint8_t { nothing, slide, all };  // of the last tick; slide: t and p_W alone
+  Undo undo_ = Undo::nothing;
 };
 
 }  // namespace filiform::internal

@@ -10,6 +10,8 @@
 
 #include "index/closest_point.h"
 #include "solver/graph_view.h"
+#include "solver/internal/active_segment.h"
+#include "solver/internal/star_cache.h"
 #include "solver/proxy_solver.h"
 
 #include <algorithm>
@@ -41,8 +43,8 @@ struct BestPoint {
   }
 };
 
-// Calls goOn(at_parent, sub_goal, its_squared_distance) for each end to go on from, the one to be visited first last.
-// `sub_goal2` is the squared distance of the branch's sub-goal; `keep` stands for it where the branch keeps it.
+// Calls goOn(at_parent) for each end to go on from, the one to be visited first last; q is its sub-goal.
+// `sub_goal2` is the squared distance of the sub-goal with which the branch came.
 template <typename GoOn>
 inline void follow(const Reach& reach, const Vector3d& child_W, const Vector3d& parent_W, const ClosestPoint& q,
                    double sub_goal2, const GoOn& goOn) noexcept {
@@ -55,8 +57,15 @@ inline void follow(const Reach& reach, const Vector3d& child_W, const Vector3d& 
   if (q.t == 0.0) return goOn(false);
   if (q.t == 1.0) return goOn(true);
   const double r_um = std::min(reach.r_max_um, reach.gain * std::sqrt(q.squared_distance) + reach.r_min_um);
-  if ((parent_W - q.p_W).norm() < r_um) goOn(true);
-  if ((child_W - q.p_W).norm() < r_um) goOn(false);
+  // |x| < r, without the root but where rounding might decide.
+  const double r2 = r_um * r_um;
+  const auto within = [&](const Vector3d& end_W) {
+    const double d2 = (end_W - q.p_W).squaredNorm();
+    if (d2 > r2 * (1 + 1e-12)) return false;
+    return d2 < r2 * (1 - 1e-12) || std::sqrt(d2) < r_um;
+  };
+  if (within(parent_W)) goOn(true);
+  if (within(child_W)) goOn(false);
 }
 
 class QuickSweep {
@@ -64,18 +73,21 @@ class QuickSweep {
   static constexpr std::uint32_t kMostTests = 64;
   static constexpr std::uint32_t kMostLooks = 4 * kMostTests;  // at incident segments
 
-  // From the interior of a segment, or from a node at its home. False: given up, `step` and `best` are to be forgotten.
-  bool fromSegment(const GraphView& graph, const Reach& reach, const Tile& tile, std::uint32_t segment,
+  // From the interior of a segment, or from a node that `tile` stores. False: given up, `step` and `best` are to be
+  // forgotten.
+  bool fromSegment(const GraphView& graph, StarCache& stars, const Reach& reach, const ActiveSegment& active,
                    const Vector3d& h_W, std::uint32_t most_tests, SolverStep& step, BestPoint& best) noexcept;
-  bool fromNode(const GraphView& graph, const Reach& reach, const Tile& home, std::uint32_t node, const Vector3d& h_W,
-                std::uint32_t most_tests, SolverStep& step, BestPoint& best) noexcept;
+  bool fromNode(const GraphView& graph, StarCache& stars, const Reach& reach, NodeId id, const Tile& tile,
+                std::uint32_t node, const Vector3d& h_W, std::uint32_t most_tests, SolverStep& step,
+                BestPoint& best) noexcept;
 
  private:
   static constexpr std::uint32_t kNone = UINT32_MAX;
   struct Entry {
-    const Tile* tile;     // pending: any that stores the node; entered: its home
+    NodeId id;
+    const Tile* tile;     // any that stores the node
     std::uint32_t node;   // in `tile`
-    std::uint32_t via;    // the segment by which it was met, in `tile`; kNone: none, or not known there
+    std::uint32_t via;    // rank of the segment by which it was met; kNone: none
     std::uint32_t entry;  // its number among the entered nodes; kNone: pending
     std::uint32_t next;
     double sub_goal2;

@@ -164,7 +164,7 @@ TEST_F(Program, UnknownCellRouteMethodAndHandExitTwo) {
   expectRefusal(runFiliform({"export", path("small.fil"), "--cell", "nobody", "-o", path("n.swc")}), 2, "nobody");
   EXPECT_FALSE(fs::exists(path("n.swc")));
   expectRefusal(runFiliform({"navigate", path("small.fil"), "--route", "1:99"}), 2, "99");
-  expectRefusal(runFiliform({"navigate", path("small.fil"), "--method", "climb"}), 2, "force");
+  expectRefusal(runFiliform({"navigate", path("small.fil"), "--method", "best"}), 2, "force");
   EXPECT_EQ(runFiliform({"navigate", path("small.fil"), "--hand", "loose", "--device", "sim:firm"}).exit_code, 2);
   EXPECT_EQ(runFiliform({"navigate", path("small.fil"), "--hand", "iron"}).exit_code, 2);
 }

@@ -20,6 +20,8 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
+constexpr std::size_t kBatch = 1000;  // ticks
+
 constexpr SolverMethod kMethods[] = {SolverMethod::basic, SolverMethod::shading, SolverMethod::force,
                                      SolverMethod::climb};
 
@@ -164,8 +166,6 @@ struct TickCosts {
   std::uint32_t most_visited = 0;
   std::uint64_t capped = 0;
 };
-
-constexpr std::size_t kBatch = 1000;
 
 // Both go over the same probes, batch by batch in turn: first for the means, then tick by tick for the percentiles.
 TickCosts measure(const Scene& scene, const Walk& walk, SolverMethod method, int passes, double clock_ns) {
@@ -337,7 +337,7 @@ std::vector<Cell> syntheticCells(const BenchOptions& options, std::uint32_t coun
 
 BenchReport runSolver(const BenchOptions& options) {
   const double clock_ns = clockCost();
-  const std::size_t ticks = options.quick ? 2000 : 50000;
+  const std::size_t ticks = options.quick ? 5000 : 20000;
   const int passes = options.quick ? 1 : 5;
   std::vector<Scene> scenes;
   options.progress("scenes");
@@ -354,8 +354,10 @@ BenchReport runSolver(const BenchOptions& options) {
   double least_ratio = 1e300, worst_p99 = 0;
   for (const Scene& scene : scenes) {
     std::vector<Walk> walks;
-    for (const double um : {0.125, 1.25, 12.5}) walks.push_back(alongThreads(scene, um, 1.0, ticks, options.seed));
-    walks.push_back(jumps(scene, ticks, options.seed));
+    walks.push_back(alongThreads(scene, 0.125, 1.0, ticks, options.seed));
+    walks.push_back(alongThreads(scene, 1.25, 1.0, ticks / 2, options.seed));
+    walks.push_back(alongThreads(scene, 12.5, 1.0, ticks / 5, options.seed));
+    walks.push_back(jumps(scene, std::max(ticks / 10, kBatch), options.seed));
     for (const Walk& walk : walks) {
       for (const SolverMethod method : kMethods) {
         options.progress(scene.name + ", " + walk.name + ", " + nameOf(method));
@@ -385,7 +387,7 @@ BenchReport runSolver(const BenchOptions& options) {
   for (const Scene& scene : scenes) {
     for (const SolverMethod method : kMethods) {
       options.progress(scene.name + ", cold, " + nameOf(method));
-      const ColdCosts c = measureCold(scene, method, options.quick ? 10 : 300, options.seed, flusher, clock_ns);
+      const ColdCosts c = measureCold(scene, method, options.quick ? 10 : 200, options.seed, flusher, clock_ns);
       if (c.us.empty()) continue;
       const double p99 = percentile(c.us, 0.99);
       cold.rows.push_back({scene.name, nameOf(method), static_cast<std::int64_t>(c.us.size()), percentile(c.us, 0.5),
