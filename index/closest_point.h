@@ -15,7 +15,8 @@ struct ClosestPoint {
 
 // O(1), no failure: a segment of equal ends answers its child (t = 0). Requires finite arguments. Always inlined: half
 // of a tick's time goes into it, and most of that would be the answer's way through memory.
-[[gnu::always_inline]] inline ClosestPoint closestPoint(const Vector3d& child_W, const Vector3d& parent_W, const Vector3d& h_W) noexcept {
+[[gnu::always_inline]] inline ClosestPoint closestPoint(const Vector3d& child_W, const Vector3d& parent_W,
+                                                        const Vector3d& h_W) noexcept {
   const Vector3d d = parent_W - child_W;  // exact: both ends lie on the grid
   const double length2 = d.squaredNorm();
   const double s = (h_W - child_W).dot(d);

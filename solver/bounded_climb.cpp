@@ -177,6 +177,7 @@ void BoundedClimb::offer(NodeId id, const Tile& tile, std::uint32_t node, double
     if (!(cost < nodes_[number].cost)) return;
     nodes_[number].cost = cost;
   }
+  stars_.prefetch(id);
   heap_[offers_++] = {cost, id.key(), number};
   std::push_heap(heap_.begin(), heap_.begin() + static_cast<std::ptrdiff_t>(offers_));
 }

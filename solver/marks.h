@@ -38,6 +38,10 @@ class Marks {
     ++size_;
     return Put::fresh;
   }
+  // It will be asked for soon.
+  void prefetch(Kind kind, std::uint64_t key) const noexcept {
+    __builtin_prefetch(&slots_[start(kind, key) & (slots_.size() - 1)], 1);
+  }
   void newEpoch() noexcept {
     ++epoch_;
     size_ = 0;
@@ -70,17 +74,20 @@ class Marks {
 
   std::uint64_t stamp(Kind kind) const noexcept { return epoch_ * 2 + static_cast<std::uint64_t>(kind); }
 
-  // The slot that holds the mark, or the free one where it would go. Terminates: at least a quarter of the slots is
-  // free.
-  std::uint64_t find(Kind kind, std::uint64_t key) const noexcept {
-    const std::uint64_t mask = slots_.size() - 1;
+  static std::uint64_t start(Kind kind, std::uint64_t key) noexcept {
     // Two neighbouring ranks, segment and node each, share a cache line: a search along a thread takes them in turn.
     const auto k = static_cast<std::uint64_t>(kind);
     std::uint64_t x = (key >> 1 ^ key >> 33) * 0xd6e8feb86659fd93u;
     x = (x ^ x >> 32) * 0xd6e8feb86659fd93u;
-    x = (x ^ x >> 32) << 2 | (key & 1) << 1 | k;
+    return (x ^ x >> 32) << 2 | (key & 1) << 1 | k;
+  }
+
+  // The slot that holds the mark, or the free one where it would go. Terminates: at least a quarter of the slots is
+  // free.
+  std::uint64_t find(Kind kind, std::uint64_t key) const noexcept {
+    const std::uint64_t mask = slots_.size() - 1;
     const std::uint64_t wanted = stamp(kind);
-    for (std::uint64_t at = x & mask;; at = (at + 1) & mask) {
+    for (std::uint64_t at = start(kind, key) & mask;; at = (at + 1) & mask) {
       const Slot& slot = slots_[at];
       if (slot.stamp / 2 != epoch_ || (slot.key == key && slot.stamp == wanted)) return at;
     }

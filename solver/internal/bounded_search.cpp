@@ -11,6 +11,7 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 const Vector3d kNoSubGoal = Vector3d::Constant(kInfinity);
+constexpr std::uint32_t kAhead = 4;    // branches of a hub whose marks are fetched in time
 constexpr std::uint32_t kStars = 256;  // of the proxy's neighbourhood; more than a quick sweep enters
 
 std::uint32_t marksFor(std::uint32_t max_visited) noexcept {
@@ -45,30 +46,75 @@ void BoundedSearch::keepForUndo() noexcept {
 
 void BoundedSearch::advance(const GraphView& graph, const ProbeState& probe, SolverStep& step) noexcept {
   const Vector3d& h_W = probe.h_W;
+  ProxyPlace& place = state_.place;
   clear(step);
   undo_ = Undo::nothing;
-  Tick tick{graph, h_W, step, 0, {}};
-  tick.best.squared_distance = (state_.place.p_W - h_W).squaredNorm();
-  if (!usableDistance(tick.best.squared_distance) || !state_.place.valid()) return;
+  const double distance2 = (place.p_W - h_W).squaredNorm();
+  if (!usableDistance(distance2) || !place.valid()) return;
 
-  if (state_.depth == 0 && quickSweep(tick)) {
-    if (tick.best.tile == nullptr) return;
-    const bool slides = tick.best.tile == active_.tile && tick.best.segment == active_.segment &&
-                        active_.isOf(state_.place) && !state_.place.at_node;
-    if (slides && tick.best.t != 0.0 && tick.best.t != 1.0) {  // nothing else changes
-      undo_ = Undo::slide;
-      before_.place.t = state_.place.t;
-      before_.place.p_W = state_.place.p_W;
-      state_.place.t = tick.best.t;
-      state_.place.p_W = tick.best.p_W;
-      return;
-    }
-    keepForUndo();
-    settle(tick);
+  Tick tick{graph, h_W, step, 0, {}};
+  tick.best.squared_distance = distance2;
+  ClosestPoint q{};
+  const bool on_segment = state_.depth == 0 && !place.at_node && active_.follow(graph, place, state_.segment, step);
+  if (on_segment) {
+    q = closestPoint(active_.child_W, active_.parent_W, h_W);
+    if (shallowSweep(tick, q)) return keep(tick);
+    tick.best.tile = nullptr;
+    tick.best.squared_distance = distance2;
+  }
+  if (state_.depth == 0 && quickSweep(tick, on_segment ? &q : nullptr)) return keep(tick);
+  keepForUndo();
+  sweep(tick);
+}
+
+void BoundedSearch::keep(Tick& tick) noexcept {
+  if (tick.best.tile == nullptr) return;
+  if (tick.best.tile == active_.tile && tick.best.segment == active_.segment && !state_.place.at_node &&
+      active_.isOf(state_.place) && tick.best.t != 0.0 && tick.best.t != 1.0) {
+    // It slides along its segment: nothing else changes.
+    undo_ = Undo::slide;
+    before_.place.t = state_.place.t;
+    before_.place.p_W = state_.place.p_W;
+    state_.place.t = tick.best.t;
+    state_.place.p_W = tick.best.p_W;
     return;
   }
   keepForUndo();
-  sweep(tick);
+  settle(tick);
+}
+
+// The usual tick: from the active segment nothing leads on, or no farther than the branches at its ends. False: it
+// does, or there is something to be careful about.
+bool BoundedSearch::shallowSweep(Tick& tick, const ClosestPoint& q) noexcept {
+  const ActiveSegment& active = active_;
+  if (active.child_W == active.parent_W) return false;
+  tick.step.visited = 1;
+  tick.best.offer(*active.tile, active.segment, q);
+  bool leads_on[2] = {false, false};  // by the child, by the parent
+  follow(reach_, active.child_W, active.parent_W, q, kInfinity, [&](bool at_parent) { leads_on[at_parent] = true; });
+  for (const bool at_parent : {false, true}) {
+    if (!leads_on[at_parent]) continue;
+    const NodeId id = at_parent ? active.parent_id : active.child_id;
+    const StarCache::Star* star = stars_.find(tick.graph, id, *active.tile, at_parent ? active.parent : active.child);
+    if (star == nullptr) return false;
+    tick.step.touched.add(star->home);
+    const std::uint32_t other_end = at_parent ? active.child_id.sample : active.parent_id.sample;
+    for (std::uint32_t i = 0; i < star->degree; ++i) {
+      const StarCache::Ray& ray = star->rays[i];
+      if (ray.rank == active.id.segment) continue;
+      if (ray.far_rank == id.sample || ray.far_rank == other_end || tick.step.visited == max_visited_) return false;
+      ++tick.step.visited;
+      const Vector3d &child_W = ray.from_child ? star->p_W : ray.far_W,
+                     &parent_W = ray.from_child ? ray.far_W : star->p_W;
+      const ClosestPoint w = closestPoint(child_W, parent_W, tick.h_W);
+      bool goes_on = child_W == parent_W;
+      follow(reach_, child_W, parent_W, w, q.squared_distance,
+             [&](bool by_parent) { goes_on = goes_on || by_parent == ray.from_child; });
+      if (goes_on) return false;
+      tick.best.offer(*star->tile, ray.segment, w);
+    }
+  }
+  return true;
 }
 
 void BoundedSearch::sweep(Tick& tick) noexcept {
@@ -127,14 +173,17 @@ void BoundedSearch::findHome(const GraphView& graph) noexcept {
   state_.node = home.present() ? home.node : kNoNode;
 }
 
-// False: nothing has happened, the sweep is too large or meets an absent tile.
-bool BoundedSearch::quickSweep(Tick& tick) noexcept {
+// `q`: the closest point of the active segment, where the place is on one that is resident. False: nothing has
+// happened, the sweep is too large or meets an absent tile.
+bool BoundedSearch::quickSweep(Tick& tick, const ClosestPoint* q) noexcept {
   const double old2 = tick.best.squared_distance;
   const ProxyPlace& place = state_.place;
   bool done = false;
   if (!place.at_node) {
-    done = active_.follow(tick.graph, place, state_.segment, tick.step) &&
-           quick_.fromSegment(tick.graph, stars_, reach_, active_, tick.h_W, max_visited_, tick.step, tick.best);
+    clear(tick.step);
+    tick.step.touched.add(place.tile);
+    done = q != nullptr &&
+           quick_.fromSegment(tick.graph, stars_, reach_, active_, *q, tick.h_W, max_visited_, tick.step, tick.best);
   } else if (const StarCache::Star* star = stars_.kept(tick.graph, place.node)) {
     done = quick_.fromNode(tick.graph, stars_, reach_, place.node, *star->tile, star->node, tick.h_W, max_visited_,
                            tick.step, tick.best);
@@ -211,6 +260,8 @@ void BoundedSearch::run(Tick& tick) noexcept {
       put = marks_.put(Marks::Kind::segment, tile->segmentId(segment).key());
     }
     if (put == Marks::Put::full) return giveUp(tick);
+    if (top.next + kAhead < top.end)
+      marks_.prefetch(Marks::Kind::segment, tile->segmentId(incident[top.next + kAhead]).key());
     // An entry that has nothing left goes before its last branch is followed, as a tail call: stacks stay short on long
     // threads.
     const Vector3d sub_goal_W = top.sub_goal_W;

@@ -88,7 +88,9 @@ class BoundedSearch final : public ProxySolver {
     std::uint32_t node = kNoNode;  // in that tile
   };
 
-  bool quickSweep(Tick& tick) noexcept;
+  bool quickSweep(Tick& tick, const ClosestPoint* q) noexcept;
+  bool shallowSweep(Tick& tick, const ClosestPoint& q) noexcept;
+  void keep(Tick& tick) noexcept;
   void sweep(Tick& tick) noexcept;
   void startSweep(Tick& tick) noexcept;
   void findHome(const GraphView& graph) noexcept;

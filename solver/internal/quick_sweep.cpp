@@ -27,10 +27,9 @@ struct QuickSweep::Sweep {
     own.stack_[own.depth_++] = {id, &tile, node, via, kNone, 0, sub_goal2};
   }
 
-  void testFirst(const ActiveSegment& active) noexcept {
+  void testFirst(const ActiveSegment& active, const ClosestPoint& q) noexcept {
     ++step.visited;
     first = active.id.segment;
-    const ClosestPoint q = closestPoint(active.child_W, active.parent_W, h_W);
     best.offer(*active.tile, active.segment, q);
     const auto goOn = [&](bool at_parent, double sub_goal2) {
       if (at_parent)
@@ -106,11 +105,11 @@ struct QuickSweep::Sweep {
 };
 
 [[gnu::flatten]] bool QuickSweep::fromSegment(const GraphView& graph, StarCache& stars, const Reach& reach,
-                                              const ActiveSegment& active, const Vector3d& h_W,
+                                              const ActiveSegment& active, const ClosestPoint& q, const Vector3d& h_W,
                                               std::uint32_t most_tests, SolverStep& step, BestPoint& best) noexcept {
   entered_ = depth_ = 0;
   Sweep sweep{*this, graph, stars, reach, h_W, std::min(most_tests, kMostTests), step, best};
-  sweep.testFirst(active);
+  sweep.testFirst(active, q);
   return depth_ == 0 || sweep.run();
 }
 

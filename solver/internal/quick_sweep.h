@@ -73,10 +73,11 @@ class QuickSweep {
   static constexpr std::uint32_t kMostTests = 64;
   static constexpr std::uint32_t kMostLooks = 4 * kMostTests;  // at incident segments
 
-  // From the interior of a segment, or from a node that `tile` stores. False: given up, `step` and `best` are to be
-  // forgotten.
+  // From the interior of a segment, whose closest point is q, or from a node that `tile` stores. False: given up,
+  // `step` and `best` are to be forgotten.
   bool fromSegment(const GraphView& graph, StarCache& stars, const Reach& reach, const ActiveSegment& active,
-                   const Vector3d& h_W, std::uint32_t most_tests, SolverStep& step, BestPoint& best) noexcept;
+                   const ClosestPoint& q, const Vector3d& h_W, std::uint32_t most_tests, SolverStep& step,
+                   BestPoint& best) noexcept;
   bool fromNode(const GraphView& graph, StarCache& stars, const Reach& reach, NodeId id, const Tile& tile,
                 std::uint32_t node, const Vector3d& h_W, std::uint32_t most_tests, SolverStep& step,
                 BestPoint& best) noexcept;
