@@ -25,19 +25,21 @@ double lengthOf(const Vector3d& v) {
 
 }  // namespace
 
-ForceLaw::ForceLaw(const ForceLawOptions& options) : options_(options) {
+ForceLaw::ForceLaw(const ForceLawOptions& options) : options_(options), passivity_(options.passivity) {
   const auto positive = [](double x) { return std::isfinite(x) && x > 0; };
   const auto not_negative = [](double x) { return std::isfinite(x) && x >= 0; };
   require(positive(options.stiffness_N_m), "stiffness (N/m)", options.stiffness_N_m, "> 0");
   require(not_negative(options.damping_Ns_m), "damping (N s/m)", options.damping_Ns_m, ">= 0");
   require(positive(options.max_force_N), "maximum force (N)", options.max_force_N, "> 0");
   require(positive(options.max_slew_N_s), "maximum slew (N/s)", options.max_slew_N_s, "> 0");
+  require(not_negative(options.free_speed_m_s), "free speed (m/s)", options.free_speed_m_s, ">= 0");
   require(not_negative(options.ramp_s), "ramp (s)", options.ramp_s, ">= 0");
 }
 
 Vector3d ForceLaw::apply(const Vector3d& p_D, const Vector3d& h_D, const Vector3d& v_D, double dt_s) noexcept {
   const double dt = std::isfinite(dt_s) && dt_s > 0 ? dt_s : 0.0;
-  if (started_) since_start_s_ += dt;
+  const bool started = started_;
+  if (started) since_start_s_ += dt;
   started_ = true;
   const double ramp = options_.ramp_s > 0 ? std::min(1.0, since_start_s_ / options_.ramp_s) : 1.0;
 
@@ -48,27 +50,36 @@ Vector3d ForceLaw::apply(const Vector3d& p_D, const Vector3d& h_D, const Vector3
     ++events_.not_finite;
     return release();
   }
+  const double stored_J = storedEnergy(lengthOf(p_D - h_D));
+  force = passivity_.apply(force, h_D, stored_J, started ? storedEnergy(lengthOf(last_p_D_ - h_D)) : stored_J, dt);
+  const double step_m = started ? std::min(lengthOf(h_D - last_h_D_), options_.free_speed_m_s * dt) : 0.0;
+  last_p_D_ = p_D;
+  last_h_D_ = h_D;
+  length = lengthOf(force);
   if (length > options_.max_force_N) {
     ++events_.clamped;
     force *= options_.max_force_N / length;
     length = options_.max_force_N;
   }
   // What of the last force still points the new way may stay; anything else of it is let go at once; what is added is
-  // limited.
+  // limited, but for what the hand itself stretches the spring by.
   if (length > 0) {
     const double kept = std::max(0.0, last_force_N_.dot(force) / length);
-    const double allowed = kept + options_.max_slew_N_s * dt;
+    const double allowed = kept + options_.max_slew_N_s * dt + options_.stiffness_N_m * step_m;
     if (length > allowed) {
       ++events_.slewed;
       force *= allowed / length;
     }
   }
   last_force_N_ = force;
-  return ramp * force;
+  force *= ramp;
+  passivity_.sent(force);
+  return force;
 }
 
 Vector3d ForceLaw::release() noexcept {
   last_force_N_.setZero();
+  passivity_.sent(Vector3d::Zero());
   return Vector3d::Zero();
 }
 
@@ -76,6 +87,21 @@ void ForceLaw::restartRamp() noexcept {
   last_force_N_.setZero();
   since_start_s_ = 0;
   started_ = false;
+  passivity_.restart();
+}
+
+void ForceLaw::carried(const Vector3d& shift_D) noexcept {
+  last_p_D_ -= shift_D;
+  last_h_D_ -= shift_D;
+  passivity_.carried(shift_D);
+}
+
+double ForceLaw::storedEnergy(double extension_m) const noexcept {
+  const double linear_m = options_.max_force_N / options_.stiffness_N_m;
+  const double within_m = std::min(extension_m, linear_m);
+  const double energy_J =
+      0.5 * options_.stiffness_N_m * within_m * within_m + options_.max_force_N * (extension_m - within_m);
+  return energy_J < 1e12 ? energy_J : 1e12;
 }
 
 double stiffnessBound(double damping_Ns_m, double period_s, double delay_samples) noexcept {

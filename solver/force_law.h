@@ -1,7 +1,7 @@
 // What the hand feels: a spring from the probe to the proxy, made safe. FORCES.md states the law, its order and its
 // bounds.
 //
-//   f = K (p - h) - B v   ->  finite?  ->  clamp  ->  slew limit on increases  ->  start ramp
+//   f = K (p - h) - B v  ->  finite?  ->  passivity controller  ->  clamp  ->  slew limit on increases  ->  start ramp
 //
 // Everything is in frame D (metres, newtons, seconds), so the force does not depend on the zoom. What weakens the force
 // passes at once; what strengthens it is limited. Thread rule: haptic thread only; a copy is a snapshot of its whole
@@ -9,6 +9,7 @@
 #pragma once
 
 #include "device/haptic_device.h"
+#include "solver/passivity.h"
 
 #include <cstdint>
 
@@ -20,8 +21,14 @@ struct ForceLawOptions {
   double stiffness_N_m = 200;  // K > 0; up to twice the hand's own stiffness is safe, 50 suits a light touch
   double damping_Ns_m = 0;     // B >= 0; 0: none. Adds the noise of the device's velocity to the force
   double max_force_N = 8;      // > 0; longer forces are shortened and keep their direction
-  double max_slew_N_s = 100;   // > 0; how fast the force may grow. A fall is never delayed
+  // > 0; how fast the force may grow, beyond what the hand's own motion stretches the spring by. A fall is never
+  // delayed.
+  double max_slew_N_s = 100;
+  // >= 0; the hand's motion counts up to this speed. At 0 the slew limit would lag behind the hand on its way out and
+  // not on its way back: a spring that gives more than it took, and vibrates well below the stability bound.
+  double free_speed_m_s = 1;
   double ramp_s = 0.5;         // >= 0; after a start, jump or change of mode the force grows from zero over this time
+  PassivityOptions passivity;  // observes always; acts where it is on
 };
 
 struct ForceLawEvents {  // ticks, since construction
@@ -34,22 +41,31 @@ class ForceLaw {
   explicit ForceLaw(const ForceLawOptions& options);
 
   // The force to command now (N, frame D). Always finite, at most max_force_N long, and longer than the last one by at
-  // most (max_slew_N_s + max_force_N / ramp_s) dt_s, max_slew_N_s dt_s once the ramp is over. It points along the
-  // spring's force. Zero at once, and counted, if an argument or the spring's force is not finite. A dt_s that is not >
-  // 0 and finite counts as 0. O(1).
+  // most (max_slew_N_s + max_force_N / ramp_s) dt_s + K min(|dh|, free_speed_m_s dt_s), dh the hand's step since the
+  // last tick; without the ramp's part once that is over. It points along the
+  // spring's force, but for what the passivity controller damps. Zero at once, and counted, if an argument or the
+  // spring's force is not finite. A dt_s that is not > 0 and finite counts as 0. O(1).
   Eigen::Vector3d apply(const Eigen::Vector3d& p_D, const Eigen::Vector3d& h_D, const Eigen::Vector3d& v_D,
                         double dt_s) noexcept;
   // No force (free mode, no proxy): zero at once.
   Eigen::Vector3d release() noexcept;
   // The next force is zero and grows from there over ramp_s.
   void restartRamp() noexcept;
+  // The workspace has moved the world under the device: every point's p_D fell by `shift_D` (m).
+  void carried(const Eigen::Vector3d& shift_D) noexcept;
+
+  // What the spring stores (J) at that extension, its force limited to max_force_N. At most 1e12.
+  double storedEnergy(double extension_m) const noexcept;
 
   const ForceLawOptions& options() const { return options_; }
   const ForceLawEvents& events() const { return events_; }
+  const PassivityEnergy& energy() const { return passivity_.energy(); }
 
  private:
   ForceLawOptions options_;
   ForceLawEvents events_;
+  PassivityController passivity_;
+  Eigen::Vector3d last_p_D_ = Eigen::Vector3d::Zero(), last_h_D_ = Eigen::Vector3d::Zero();
   Eigen::Vector3d last_force_N_ = Eigen::Vector3d::Zero();  // before the ramp
   double since_start_s_ = 0;
   bool started_ = false;

@@ -35,6 +35,23 @@ std::optional<ProxyPlace> NavigationHistory::forward(const ProxyPlace& here) {
   return step(now_ + 1, here);
 }
 
+void NavigationHistory::restore(std::vector<ProxyPlace> places, std::size_t now) {
+  places_.clear();
+  now_ = 0;
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    if (!places[i].valid()) continue;
+    places_.push_back(places[i]);
+    if (i <= now) now_ = places_.size() - 1;
+  }
+  if (places_.size() > most_) {
+    // The newest, but never without where the proxy is.
+    const std::size_t first = std::min(places_.size() - most_, now_);
+    places_.erase(places_.begin(), places_.begin() + static_cast<std::ptrdiff_t>(first));
+    places_.resize(most_);
+    now_ -= first;
+  }
+}
+
 void NavigationHistory::setBookmark(const std::string& name, const ProxyPlace& place) { bookmarks_[name] = place; }
 
 bool NavigationHistory::removeBookmark(const std::string& name) { return bookmarks_.erase(name) > 0; }

@@ -23,6 +23,12 @@ class NavigationHistory {
   std::optional<ProxyPlace> back(const ProxyPlace& here);
   std::optional<ProxyPlace> forward(const ProxyPlace& here);
 
+  // All places, oldest first, and which of them is where the proxy is (0 while there are none): what restore() takes.
+  const std::vector<ProxyPlace>& places() const { return places_; }
+  std::size_t now() const { return now_; }
+  // In place of what there is; bookmarks stay. Invalid places are left out; a `now` beyond the last is the last.
+  void restore(std::vector<ProxyPlace> places, std::size_t now);
+
   // Replaces one of that name.
   void setBookmark(const std::string& name, const ProxyPlace& place);
   bool removeBookmark(const std::string& name);  // false: there was none

@@ -158,7 +158,7 @@ const NavigationTick& Navigation::tick(const DeviceState& device, double dt_s) n
   if (dt_s > 0 && std::isfinite(dt_s)) {
     const Vector3d v_W = (p_W - state_.p_W) / dt_s;
     if (v_W.allFinite()) state_.v_W += std::min(1.0, dt_s / kVelocityTime_s) * (v_W - state_.v_W);
-    if (usable) workspace.follow(p_W, dt_s);
+    if (usable) state_.law.carried(workspace.follow(p_W, dt_s));
   }
   state_.p_W = p_W;
   return tick_;

@@ -32,16 +32,6 @@ constexpr double kTourTime_s = 60;
 constexpr double kJumpPatience_s = 20;       // beyond the latency, for a jump's tile
 constexpr std::uint64_t kDrainEvery = 1024;  // ticks; a recording in virtual time is written between them
 
-std::uint32_t defaultCell(const TileStore& store) {
-  if (store.cell_count() == 0) throw UsageError("the set holds no cell: there is nothing to navigate");
-  std::uint32_t best = 0;
-  for (std::uint32_t id = 1; id < store.cell_count(); ++id) {
-    const CellRecord &cell = store.cell(id), &other = store.cell(best);
-    if (cell.segments > other.segments || (cell.segments == other.segments && cell.name < other.name)) best = id;
-  }
-  return best;
-}
-
 void check(const RunOptions& options) {
   const auto positive = [](double x) { return x > 0 && std::isfinite(x); };
   if (!positive(options.rate_Hz) || options.rate_Hz > 1e6) throw UsageError("the rate must be between 0 and 1e6 Hz");
@@ -234,6 +224,10 @@ class Run {
     summary_.stiffness_N_m = options.stiffness_N_m.value_or(options.device == "sim:loose" ? 50 : 200);
     NavigationOptions navigation;
     navigation.force.stiffness_N_m = summary_.stiffness_N_m;
+    summary_.passivity = options.passivity.value_or(summary_.stiffness_N_m >= bound_N_m());
+    navigation.force.passivity.on = summary_.passivity;
+    navigation.force.passivity.delay_samples =
+        std::clamp(device_->capabilities().delay_samples, 0, PassivityOptions::kMaxDelay);
     navigation.workspace.lo_D = device_->capabilities().workspace_lo_D;
     navigation.workspace.hi_D = device_->capabilities().workspace_hi_D;
     navigation.workspace.zoom_um = options.zoom_um;
@@ -262,15 +256,20 @@ class Run {
   }
 
  private:
+  // The largest stable stiffness (N/m): with the hand's damping where that is known, else with the device's alone.
+  double bound_N_m() const {
+    double damping_Ns_m = device_->capabilities().damping_Ns_m;
+    if (hand_)
+      damping_Ns_m += handParameters(options_.device.size() > 4 ? options_.device.substr(4) : "medium").damping_Ns_m;
+    return stiffnessBound(damping_Ns_m, dt_s_, device_->capabilities().delay_samples);
+  }
+
   void noteStability() {
-    if (!hand_) return;
-    const std::string name = options_.device.size() > 4 ? options_.device.substr(4) : "medium";
-    const double damping = handParameters(name).damping_Ns_m + device_->capabilities().damping_Ns_m;
-    const double bound = stiffnessBound(damping, dt_s_, options_.delay_samples);
-    if (summary_.stiffness_N_m >= bound)
-      summary_.notes.push_back("stiffness " + std::to_string(std::lround(summary_.stiffness_N_m)) +
-                               " N/m is outside the stability bound of " + std::to_string(std::lround(bound)) +
-                               " N/m for this hand, rate and delay: the proxy may vibrate");
+    if (!hand_ || summary_.stiffness_N_m < bound_N_m()) return;
+    summary_.notes.push_back(
+        "stiffness " + std::to_string(std::lround(summary_.stiffness_N_m)) + " N/m is outside the stability bound of " +
+        std::to_string(std::lround(bound_N_m())) + " N/m for this hand, rate and delay: " +
+        (summary_.passivity ? "the passivity controller weakens the force instead" : "the proxy may vibrate"));
   }
 
   std::uint64_t ticksOf(double time_s) const {
@@ -494,6 +493,7 @@ class Run {
     s.force_integral_Ns = force_sum_N_ * dt_s_;
     s.mean_force_N = s.ticks ? force_sum_N_ / static_cast<double>(s.ticks) : 0.0;
     s.cell = store_.cell(first_cell_).name;
+    s.energy = navigation_->force_law().energy();
     if (legs_dropped_ > 0)
       s.notes.push_back(std::to_string(legs_dropped_) +
                         " legs of the tour were dropped: their first tile did not come");
@@ -535,6 +535,16 @@ RunSummary run(const TileStore& store, const RunOptions& options, const std::fun
   if (options.cell && *options.cell >= store.cell_count())
     throw UsageError("the set has no cell number " + std::to_string(*options.cell));
   return Run(store, options)(on_tick);
+}
+
+std::uint32_t defaultCell(const TileStore& store) {
+  if (store.cell_count() == 0) throw UsageError("the set holds no cell: there is nothing to navigate");
+  std::uint32_t best = 0;
+  for (std::uint32_t id = 1; id < store.cell_count(); ++id) {
+    const CellRecord &cell = store.cell(id), &other = store.cell(best);
+    if (cell.segments > other.segments || (cell.segments == other.segments && cell.name < other.name)) best = id;
+  }
+  return best;
 }
 
 void writeCsvHeader(std::ostream& out) {

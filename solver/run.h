@@ -11,6 +11,7 @@
 
 #include "index/residency.h"
 #include "index/tile_store.h"
+#include "solver/passivity.h"
 #include "solver/proxy_solver.h"
 #include "solver/simulated_person.h"
 
@@ -31,7 +32,10 @@ struct RunOptions {
   std::optional<SolverParameters> solver;  // none: automatic, from the cell
   std::string device = "sim:medium";       // see makeDevice; a simulated hand is led by a simulated person
   std::optional<double> stiffness_N_m;     // none: 200, or 50 with the loose hand
-  double zoom_um = 300;                    // world across 0.12 m of device
+  // The passivity controller. None: on where the stiffness is not within the stability bound of hand and device, or
+  // their damping is unknown.
+  std::optional<bool> passivity;
+  double zoom_um = 300;  // world across 0.12 m of device
   double rate_Hz = 1000;
   int delay_samples = 1;    // of the simulated hand: 0, 1 or 2
   PersonParameters person;  // its speed_m_s is the aim's
@@ -85,6 +89,8 @@ struct RunSummary {
   // next route to be planned (real time only) or its first tile to be read. Of one route: 1, 0 or 1, 0, 0.
   std::uint64_t legs = 0, legs_completed = 0, jumps = 0, jump_wait_ticks = 0;
   double stiffness_N_m = 0;
+  bool passivity = false;             // the controller was on
+  PassivityEnergy energy;             // see passivity.h
   std::vector<std::string> notes;     // for a person, one line each: stability, what real time was refused, rows lost
   std::vector<std::string> failures;  // tiles that could not be read (latency or real time): the set is damaged, exit 1
 };
@@ -100,6 +106,9 @@ struct RunSummary {
 // from the store; and passes on what on_tick throws.
 RunSummary run(const TileStore& store, const RunOptions& options,
                const std::function<void(const TickRow&)>& on_tick = {});
+
+// The cell that is travelled unless another is asked for. Throws UsageError where there is none. O(cells).
+std::uint32_t defaultCell(const TileStore& store);
 
 // The CSV of `navigate`: shortest decimals that read back to the same double.
 void writeCsvHeader(std::ostream& out);

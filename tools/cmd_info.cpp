@@ -1,7 +1,13 @@
 // filiform info: what a tile set holds.
+#include "index/nearest.h"
 #include "index/residency.h"
 #include "index/text.h"
 #include "index/tile_set.h"
+#include "solver/confusion.h"
+#include "solver/force_law.h"
+#include "solver/navigation.h"
+#include "solver/parameters.h"
+#include "solver/run.h"
 #include "tools/cli.h"
 
 #include <algorithm>
@@ -14,26 +20,104 @@ namespace filiform::tools {
 
 namespace {
 
-int runInfo(const std::string& path, bool as_json) {
+struct InfoArguments {
+  std::string path, cell;
+  bool json = false, parameters = false;
+};
+
+// What navigate takes unless told otherwise, and what is found of the set.
+struct Parameters {
+  std::string cell;
+  SolverParameters solver;
+  std::size_t places = 0;
+  double confusion_zoom_um = 0, confused_at_300 = 0;
+};
+
+Parameters parametersOf(const TileSet& set, const std::string& cell_name) {
+  Parameters p;
+  if (set.cell_count() == 0) return p;
+  const std::uint32_t cell = cell_name.empty() ? defaultCell(set) : findCellNamed(set, cell_name);
+  p.cell = set.cell(cell).name;
+  p.solver = automaticParameters(set, cell);
+  const Nearest nearest(set);
+  const Confusion confusion(set, nearest);
+  p.places = confusion.places();
+  p.confusion_zoom_um = confusion.largestZoom();
+  p.confused_at_300 = confusion.at(300);
+  return p;
+}
+
+// Names, values and notes, as people and programs read them.
+struct Row {
+  const char* name;
+  double value;
+  const char* unit;
+  const char* note;
+};
+
+std::vector<Row> rowsOf(const Parameters& p) {
+  const ForceLawOptions force;
+  const WorkspaceOptions workspace;
+  const NavigationOptions navigation;
+  return {
+      {"stiffness_N_m", force.stiffness_N_m, "N/m", "of the spring to the proxy; 50 with a loose hand"},
+      {"damping_Ns_m", force.damping_Ns_m, "N s/m", ""},
+      {"max_force_N", force.max_force_N, "N", ""},
+      {"max_slew_N_s", force.max_slew_N_s, "N/s", "of increases, beyond the hand's own motion"},
+      {"ramp_s", force.ramp_s, "s", "after a start or jump"},
+      {"passivity_energy_J", force.passivity.energy_J, "J", "controller on where the stiffness is outside the bound"},
+      {"passivity_power_W", force.passivity.power_W, "W", ""},
+      {"passivity_damping_Ns_m", force.passivity.max_damping_Ns_m, "N s/m", ""},
+      {"static_fraction", workspace.static_fraction, "", "of the workspace in each dimension"},
+      {"drift_speed_m_s", workspace.drift_speed_m_s, "m/s", "of the workspace, or less: see drift_force"},
+      {"drift_force_N_s", navigation.drift_force_N_s, "N/s", ""},
+      {"max_visited", static_cast<double>(p.solver.max_visited), "", "segments a tick"},
+      {"force_gain", p.solver.gain, "", "force-based: r = min(r_max, G |q-h| + r_min)"},
+      {"force_r_min_um", p.solver.r_min_um, "um", "5th percentile of the cell's segment lengths"},
+      {"force_r_max_um", p.solver.r_max_um, "um", "95th percentile"},
+      {"confusion_places", static_cast<double>(p.places), "", "sampled"},
+      {"confused_at_300_um", p.confused_at_300, "", "of them, at 300 um across 12 cm"},
+      {"confusion_zoom_um", p.confusion_zoom_um, "um", "zoom in to this or less across 12 cm: 5 % are confused"}};
+}
+
+void printParameters(const Parameters& p) {
+  std::cout << "automatic parameters, cell " << escaped(p.cell) << '\n';
+  for (const Row& row : rowsOf(p)) {
+    const std::string value = formatNumber(std::round(row.value * 1e6) / 1e6) + (*row.unit ? " " : "") + row.unit;
+    std::cout << "  " << row.name << std::string(24 - std::string_view(row.name).size(), ' ') << value;
+    if (*row.note) std::cout << std::string(value.size() < 16 ? 16 - value.size() : 1, ' ') << row.note;
+    std::cout << '\n';
+  }
+}
+
+int runInfo(const InfoArguments& a) {
+  const std::string& path = a.path;
+  const bool as_json = a.json;
   const auto set = TileSet::open(path);
   const SetCounts& n = set->counts();
   const auto manifest = nlohmann::json::parse(set->manifest());
   const auto& refused_inputs = manifest.at("provenance").at("refused");
   const std::size_t refused = refused_inputs.size();
   if (as_json) {
-    const nlohmann::ordered_json info{{"cells", n.cells},
-                                      {"samples", n.samples},
-                                      {"segments", n.segments},
-                                      {"isolated", n.isolated},
-                                      {"roots", n.roots},
-                                      {"tiles", n.tiles},
-                                      {"stored_segments", n.stored_segments},
-                                      {"bytes", set->bytes()},
-                                      {"decoded_bytes", n.decoded_bytes},
-                                      {"quantum_um", set->grid().quantum_um()},
-                                      {"capacity", set->capacity()},
-                                      {"refused", refused}};
-    std::cout << info.dump(1) << '\n';
+    nlohmann::ordered_json info{{"cells", n.cells},
+                                {"samples", n.samples},
+                                {"segments", n.segments},
+                                {"isolated", n.isolated},
+                                {"roots", n.roots},
+                                {"tiles", n.tiles},
+                                {"stored_segments", n.stored_segments},
+                                {"bytes", set->bytes()},
+                                {"decoded_bytes", n.decoded_bytes},
+                                {"quantum_um", set->grid().quantum_um()},
+                                {"capacity", set->capacity()},
+                                {"refused", refused}};
+    if (a.parameters) {
+      const Parameters p = parametersOf(*set, a.cell);
+      auto& json = info["parameters"];
+      json["cell"] = p.cell;
+      for (const Row& row : rowsOf(p)) json[row.name] = row.value;
+    }
+    std::cout << info.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) << '\n';
     return 0;
   }
   const auto line = [](const char* what, const std::string& value, const char* note = "") {
@@ -68,19 +152,23 @@ int runInfo(const std::string& path, bool as_json) {
     std::cout << "    " << escaped(one.at("name").get<std::string>()) << ": " << one.at("reason").get<std::string>()
               << '\n';
   }
+  if (a.parameters) printParameters(parametersOf(*set, a.cell));
   return 0;
 }
 
 }  // namespace
 
 void addInfo(CLI::App& app, Chosen& chosen) {
-  auto path = std::make_shared<std::string>();
-  auto as_json = std::make_shared<bool>(false);
+  auto a = std::make_shared<InfoArguments>();
   CLI::App* command = app.add_subcommand("info", "What a tile set holds");
-  command->footer("Example:\n  filiform info column.fil --json");
-  command->add_option("SET", *path, "tile set")->required();
-  command->add_flag("--json", *as_json, "one JSON object, fields as in tools/README.md");
-  command->callback([path, as_json, &chosen] { chosen = [path, as_json] { return runInfo(*path, *as_json); }; });
+  command->footer("Examples:\n  filiform info column.fil --json\n  filiform info column.fil --parameters");
+  command->add_option("SET", a->path, "tile set")->required();
+  command->add_flag("--json", a->json, "one JSON object, fields as in tools/README.md");
+  command->add_flag("--parameters", a->parameters,
+                    "also what navigate takes unless told otherwise, and the zoom at which a trembling hand takes one "
+                    "neurite for another in 5 % of places (reads some hundred tiles: seconds)");
+  command->add_option("--cell", a->cell, "whose parameters; default: the one with the most segments");
+  command->callback([a, &chosen] { chosen = [a] { return runInfo(*a); }; });
 }
 
 }  // namespace filiform::tools

@@ -25,6 +25,7 @@ struct NavigateArguments {
   std::string scene, cell, method = "climb", hand, device, budget, prefetch = "distance", record, csv, plot, picture;
   std::string route = "longest";
   double zoom_um = 300, rate_Hz = 1000, latency_ms = 0;
+  std::string passivity = "auto";
   std::optional<double> seconds, speed_m_s, stiffness_N_m;
   std::uint64_t seed = 1;
   bool realtime = false, json = false;
@@ -57,6 +58,9 @@ RunOptions optionsOf(const NavigateArguments& a, const TileStore& store, bool in
   if (!a.hand.empty()) options.device = "sim:" + a.hand;
   if (!a.device.empty()) options.device = a.device;
   options.stiffness_N_m = a.stiffness_N_m;
+  if (a.passivity != "auto" && a.passivity != "on" && a.passivity != "off")
+    throw UsageError("--passivity " + escaped(a.passivity) + ": choose auto, on or off");
+  if (a.passivity != "auto") options.passivity = a.passivity == "on";
   options.zoom_um = a.zoom_um;
   options.rate_Hz = a.rate_Hz;
   if (a.speed_m_s) options.person.speed_m_s = *a.speed_m_s;
@@ -104,6 +108,10 @@ nlohmann::ordered_json describe(const RunSummary& s) {
   json["capped_ticks"] = s.capped_ticks;
   json["back_offs"] = s.back_offs;
   json["stiffness_N_m"] = s.stiffness_N_m;
+  json["passivity"] = s.passivity;
+  json["least_energy_J"] = s.energy.least;
+  json["injected_energy_J"] = s.energy.injected;
+  json["passivity_ticks"] = s.energy.acted;
   json["legs"] = s.legs;
   json["legs_completed"] = s.legs_completed;
   json["jumps"] = s.jumps;
@@ -133,6 +141,10 @@ void describeForPeople(const RunSummary& s, const NavigateArguments& a) {
   line("force", "mean " + rounded(s.mean_force_N, 3) + " N, largest " + rounded(s.max_force_N, 3) + " N, integral " +
                     rounded(s.force_integral_Ns, 2) + " N s");
   line("largest force step", rounded(s.max_force_step_N, 4) + " N from one tick to the next");
+  line("energy", "least " + rounded(1e3 * s.energy.least, 4) + " mJ, injected by the proxy " +
+                     rounded(1e3 * s.energy.injected, 4) + " mJ" +
+                     (s.passivity ? "; the passivity controller acted in " + formatCount(s.energy.acted) + " ticks"
+                                  : std::string()));
   line("segments in the set", formatCount(s.segments));
   line("tiles touched", formatCount(s.tiles));
   line("tiles read", formatCount(s.tiles_read) + ", let go again " + formatCount(s.evictions));
@@ -223,6 +235,11 @@ void addNavigate(CLI::App& app, Chosen& chosen) {
   command->add_option("--device", a->device, "sim:HAND, replay:FILE or null; default sim:medium");
   command->add_option("--stiffness", a->stiffness_N_m,
                       "of the spring to the proxy, N/m; default 200, with the loose hand 50");
+  command
+      ->add_option("--passivity", a->passivity,
+                   "controller that bounds the energy given to the hand: auto (on where the stiffness is outside the "
+                   "stability bound), on or off")
+      ->capture_default_str();
   command->add_option("--zoom", a->zoom_um, "um of world across 0.12 m of device")
       ->capture_default_str()
       ->type_name("UM");

@@ -99,6 +99,20 @@ TEST(ForceLaw, IncreasesAreLimitedAndDecreasesPassAtOnce) {
   EXPECT_EQ(law.events().slewed, 10u);
 }
 
+TEST(ForceLaw, TheHandsOwnMotionIsNotSlewed) {
+  // 0.5 m/s against 2000 N/m grows by 1 N a tick; 2 m/s counts as 1.
+  for (const double speed : {0.5, 2.0}) {
+    ForceLawOptions options;
+    options.ramp_s = 0;
+    options.stiffness_N_m = 2000;
+    ForceLaw law(options);
+    law.apply(kZero, kZero, kZero, 1e-3);
+    const double force = law.apply(kZero, {-speed * 1e-3, 0, 0}, kZero, 1e-3).x();
+    EXPECT_NEAR(force, speed < 1 ? 1.0 : 2.0 + 0.1, 1e-12);
+    EXPECT_EQ(law.events().slewed, speed < 1 ? 0u : 1u);
+  }
+}
+
 TEST(ForceLaw, ReversedForceStartsFromZero) {
   ForceLawOptions options;
   options.ramp_s = 0;
@@ -148,6 +162,7 @@ TEST(ForceLaw, BoundsHoldForAnyInput) {
     options.max_force_N = logUniform(random, 1e-2, 50);
     options.max_slew_N_s = logUniform(random, 1, 1e4);
     options.ramp_s = random() % 3 ? logUniform(random, 1e-3, 2) : 0.0;
+    options.free_speed_m_s = random() % 3 ? logUniform(random, 1e-3, 10) : 0.0;
     ForceLaw law(options);
     Vector3d last = kZero;
     for (int tick = 0; tick < 300; ++tick) {
@@ -157,7 +172,7 @@ TEST(ForceLaw, BoundsHoldForAnyInput) {
       const Vector3d force = law.apply(p_D, h_D, v_D, dt);
       ASSERT_TRUE(force.allFinite());
       ASSERT_LE(force.norm(), options.max_force_N * (1 + 1e-12));
-      double growth = options.max_slew_N_s;
+      double growth = options.max_slew_N_s + options.stiffness_N_m * options.free_speed_m_s;
       if (options.ramp_s > 0) growth += options.max_force_N / options.ramp_s;
       // The ramp's last step is cut short at 1: up to its whole length may pass in a tick longer than what is left of
       // it.
@@ -178,7 +193,7 @@ TEST(ForceLaw, RefusesOptionsOutOfRange) {
   for (const double bad : {kNaN, kInfinity, -1.0}) {
     for (double ForceLawOptions::*option :
          {&ForceLawOptions::stiffness_N_m, &ForceLawOptions::damping_Ns_m, &ForceLawOptions::max_force_N,
-          &ForceLawOptions::max_slew_N_s, &ForceLawOptions::ramp_s}) {
+          &ForceLawOptions::max_slew_N_s, &ForceLawOptions::free_speed_m_s, &ForceLawOptions::ramp_s}) {
       ForceLawOptions options;
       options.*option = bad;
       EXPECT_THROW(ForceLaw{options}, UsageError);

@@ -5,6 +5,8 @@ namespace filiform::tools {
 std::vector<Workload> workloads() {
   std::vector<Workload> all;
   addSolverWorkloads(all);
+  addParametersWorkloads(all);
+  addStabilityWorkloads(all);
   return all;
 }
 

@@ -8,5 +8,7 @@
 namespace filiform::tools {
 
 void addSolverWorkloads(std::vector<Workload>& all);
+void addParametersWorkloads(std::vector<Workload>& all);
+void addStabilityWorkloads(std::vector<Workload>& all);
 
 }  // namespace filiform::tools

@@ -1,0 +1,176 @@
+#include "tools/bench/bench.h"
+
+#include "index/errors.h"
+#include "tests/support/process.h"
+#include "tests/support/temp_folder.h"
+#include "tools/bench/workloads.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <random>
+#include <set>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+namespace filiform::tools {
+namespace {
+
+std::string textOf(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::ostringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+BenchReport small() {
+  BenchReport report;
+  report.tables.push_back(
+      {"times", "Times in us", {"what", "mean", "count"}, {{std::string("one"), 1.25, std::int64_t{3}}}});
+  report.goals.push_back({"fast", "<= 2", "<= 1", 1.25, true, false});
+  report.notes.push_back("a note");
+  report.versions.emplace_back("Peer", "1.2");
+  report.pictures.push_back("one.png");
+  return report;
+}
+
+TEST(BenchPercentile, IsTheNearestRank) {
+  EXPECT_TRUE(std::isnan(percentile({}, 0.5)));
+  EXPECT_EQ(percentile({7}, 0), 7);
+  EXPECT_EQ(percentile({7}, 1), 7);
+  EXPECT_EQ(percentile({3, 1, 2}, 0.5), 2);
+  EXPECT_EQ(percentile({4, 3, 2, 1}, 0.5), 2);
+  std::mt19937_64 random(3);
+  for (int round = 0; round < 200; ++round) {
+    std::vector<double> values(1 + random() % 50);
+    for (double& value : values) value = static_cast<double>(random() % 20);
+    const double fraction = static_cast<double>(random() % 101) / 100;
+    const double answer = percentile(values, fraction);
+    // The smallest value that at least that fraction of all do not exceed.
+    const auto below = [&](double x) {
+      return static_cast<double>(std::count_if(values.begin(), values.end(), [&](double v) { return v <= x; })) /
+             static_cast<double>(values.size());
+    };
+    EXPECT_GE(below(answer) + 1e-12, fraction);
+    for (const double value : values) {
+      if (value < answer) {
+        EXPECT_LT(below(value), fraction + 1e-12);
+      }
+    }
+  }
+}
+
+TEST(BenchChild, HasAPeakOfItsOwnAndSendsItsNumbersBack) {
+  constexpr std::size_t kBytes = 96u << 20;
+  std::vector<char> ours(64u << 20, 1);  // of the parent: no child is to answer for what it grows later
+  const ChildCost little = measureInChild([] { return std::vector<double>{1.5, -2}; });
+  const ChildCost much = measureInChild([] {
+    std::vector<char> memory(kBytes);
+    std::fill(memory.begin(), memory.end(), static_cast<char>(memory.size() & 127));
+    return std::vector<double>{static_cast<double>(memory[kBytes / 2])};
+  });
+  EXPECT_EQ(little.numbers, (std::vector<double>{1.5, -2}));
+  EXPECT_EQ(much.numbers.size(), 1u);
+  EXPECT_GE(much.peak_bytes, little.peak_bytes + kBytes / 2);
+  EXPECT_GE(much.wall_s, 0);
+  EXPECT_EQ(ours[5], 1);
+}
+
+TEST(BenchChild, PassesOnItsMessageAndItsDeath) {
+  try {
+    measureInChild([]() -> std::vector<double> { throw std::runtime_error("the disk is full"); });
+    FAIL() << "nothing was thrown";
+  } catch (const std::runtime_error& error) {
+    EXPECT_EQ(std::string(error.what()), "the disk is full");
+  }
+  EXPECT_THROW(measureInChild([]() -> std::vector<double> { _exit(3); }), std::runtime_error);
+}
+
+TEST(BenchWorkload, WritesWhatItMeasuredAsJsonAndMarkdown) {
+  const test::TempFolder folder;
+  BenchOptions options;
+  options.out = folder.path();
+  options.seed = 7;
+  options.quick = true;
+  options.progress = [](const std::string&) {};
+  const Workload workload{"small", "a small one", [](const BenchOptions&) { return small(); }};
+  const std::string markdown = runWorkload(workload, options);
+  const auto json = nlohmann::json::parse(textOf(folder.path() + "/small.json"));
+  EXPECT_EQ(json.at("workload"), "small");
+  EXPECT_EQ(json.at("seed"), 7);
+  EXPECT_EQ(json.at("quick"), true);
+  EXPECT_TRUE(json.at("machine").contains("processor"));
+  EXPECT_EQ(json.at("versions").at("Peer"), "1.2");
+  EXPECT_EQ(json.at("goals").at(0).at("measured"), 1.25);
+  EXPECT_EQ(json.at("goals").at(0).at("met_must"), true);
+  EXPECT_EQ(json.at("tables").at("times").at("rows").at(0).at("what"), "one");
+  EXPECT_EQ(json.at("tables").at("times").at("rows").at(0).at("count"), 3);
+  EXPECT_EQ(json.at("notes").at(0), "a note");
+  EXPECT_EQ(json.at("pictures").at(0), "one.png");
+  EXPECT_EQ(markdown, textOf(folder.path() + "/small.md"));
+  for (const char* part : {"a small one", "--seed 7 --quick", "these figures mean nothing", "Peer 1.2",
+                           "| one | 1.25 | 3 |", "(one.png)", "- a note"})
+    EXPECT_NE(markdown.find(part), std::string::npos) << part;
+}
+
+TEST(BenchWorkload, RefusesRowsOfAnotherLengthAndFoldersThatAreNone) {
+  const test::TempFolder folder;
+  BenchOptions options;
+  options.out = folder.path();
+  options.progress = [](const std::string&) {};
+  Workload workload{"odd", "", [](const BenchOptions&) {
+                      BenchReport report = small();
+                      report.tables[0].rows[0].pop_back();
+                      return report;
+                    }};
+  EXPECT_THROW(runWorkload(workload, options), std::logic_error);
+  workload.run = [](const BenchOptions&) { return small(); };
+  options.out = folder.path() + "/none";
+  EXPECT_THROW(runWorkload(workload, options), IoError);
+}
+
+TEST(BenchWorkload, NamesAreWordsAndDiffer) {
+  std::set<std::string> names;
+  for (const Workload& workload : workloads()) {
+    EXPECT_TRUE(names.insert(workload.name).second) << workload.name;
+    EXPECT_FALSE(workload.summary.empty());
+    for (const char c : workload.name) EXPECT_TRUE((c >= 'a' && c <= 'z') || c == '_' || c == '-') << workload.name;
+  }
+  EXPECT_FALSE(names.empty());
+}
+
+TEST(BenchProgram, EveryWorkloadRunsQuick) {
+  for (const Workload& workload : workloads()) {
+    SCOPED_TRACE(workload.name);
+    const test::TempFolder folder;
+    const test::Outcome outcome = test::runFiliform({"bench", workload.name, "--quick", "--out", folder.path()});
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_TRUE(outcome.err.empty()) << outcome.err;
+    const auto json = nlohmann::json::parse(test::readBytes(folder / (workload.name + ".json")));
+    EXPECT_EQ(json.at("workload"), workload.name);
+    EXPECT_EQ(json.at("quick"), true);
+    EXPECT_FALSE(json.at("tables").empty());
+    for (const auto& [name, table] : json.at("tables").items()) EXPECT_FALSE(table.at("rows").empty()) << name;
+    for (const auto& picture : json.at("pictures"))
+      EXPECT_EQ(test::readBytes(folder / picture.get<std::string>()).substr(1, 3), "PNG");
+    EXPECT_NE(outcome.out.find(test::readBytes(folder / (workload.name + ".md"))), std::string::npos);
+  }
+}
+
+TEST(BenchProgram, UnknownWorkloadIsRefusedWithTheChoices) {
+  const test::Outcome outcome = test::runFiliform({"bench", "nonsense"});
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_TRUE(outcome.oneLineOnStderr()) << outcome.err;
+  for (const Workload& workload : workloads())
+    EXPECT_NE(outcome.err.find(workload.name), std::string::npos) << workload.name;
+}
+
+}  // namespace
+}  // namespace filiform::tools

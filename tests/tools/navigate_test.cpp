@@ -1,0 +1,93 @@
+// Tours, the passivity controller and automatic parameters as the program shows them.
+#include "tests/support/process.h"
+#include "tests/support/temp_folder.h"
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+namespace filiform {
+namespace {
+
+using test::Outcome;
+using test::runFiliform;
+
+class Travel : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    // A zigzag of 40 samples with a twig at every fourth.
+    std::string swc;
+    for (int i = 1; i <= 40; ++i)
+      swc += std::to_string(i) + " 3 " + std::to_string(5 * i) + " " + std::to_string(i % 2 * 2) + " 0 1 " +
+             std::to_string(i == 1 ? -1 : i - 1) + "\n";
+    for (int i = 1; i <= 10; ++i)
+      swc += std::to_string(40 + i) + " 3 " + std::to_string(20 * i) + " 9 3 1 " + std::to_string(4 * i) + "\n";
+    test::writeBytes(folder_ / "zigzag.swc", swc);
+    const Outcome made = runFiliform({"ingest", folder_ / "zigzag.swc", "-o", folder_ / "z.fil", "--capacity", "8"});
+    ASSERT_EQ(made.exit_code, 0) << made.err;
+  }
+  test::TempFolder folder_;
+};
+
+TEST_F(Travel, ATourReportsItsLegs) {
+  const Outcome outcome =
+      runFiliform({"navigate", folder_ / "z.fil", "--route", "tour:3", "--seconds", "20", "--speed", "0.3", "--json"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const auto json = nlohmann::json::parse(outcome.out);
+  EXPECT_EQ(json.at("outcome"), "completed");
+  EXPECT_EQ(json.at("ticks"), 20000);
+  EXPECT_GT(json.at("jumps"), 2);
+  EXPECT_EQ(json.at("legs"), json.at("jumps").get<int>() + 1);
+  EXPECT_EQ(
+      runFiliform({"navigate", folder_ / "z.fil", "--route", "tour:3", "--seconds", "20", "--speed", "0.3", "--json"})
+          .out,
+      outcome.out);
+  for (const char* wrong : {"tour", "tour:", "tour:x", "tour:-1"}) {
+    const Outcome refused = runFiliform({"navigate", folder_ / "z.fil", "--route", wrong});
+    EXPECT_EQ(refused.exit_code, 2) << wrong;
+    EXPECT_TRUE(refused.oneLineOnStderr()) << refused.err;
+  }
+}
+
+TEST_F(Travel, TheControllerIsOnWhereTheStiffnessIsOutsideTheBound) {
+  const auto travels = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> arguments{"navigate", folder_ / "z.fil", "--seconds", "0.5", "--json"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const Outcome outcome = runFiliform(arguments);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    return nlohmann::json::parse(outcome.out);
+  };
+  EXPECT_EQ(travels({}).at("passivity"), false);
+  EXPECT_EQ(travels({"--stiffness", "5000"}).at("passivity"), true);
+  EXPECT_EQ(travels({"--stiffness", "5000", "--passivity", "off"}).at("passivity"), false);
+  EXPECT_EQ(travels({"--passivity", "on"}).at("passivity"), true);
+  EXPECT_LE(travels({}).at("least_energy_J"), 0.0);
+  const Outcome refused = runFiliform({"navigate", folder_ / "z.fil", "--passivity", "maybe"});
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_TRUE(refused.oneLineOnStderr()) << refused.err;
+}
+
+TEST_F(Travel, InfoStatesEveryAutomaticParameter) {
+  const Outcome outcome = runFiliform({"info", folder_ / "z.fil", "--parameters", "--json"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const auto json = nlohmann::json::parse(outcome.out).at("parameters");
+  EXPECT_EQ(json.at("cell"), "zigzag");
+  EXPECT_EQ(json.at("stiffness_N_m"), 200);
+  EXPECT_NEAR(json.at("force_r_min_um").get<double>(), std::sqrt(29.0), 0.01);
+  EXPECT_GT(json.at("force_r_max_um"), json.at("force_r_min_um"));
+  EXPECT_GT(json.at("confusion_zoom_um"), 0);
+  const Outcome text = runFiliform({"info", folder_ / "z.fil", "--parameters", "--cell", "zigzag"});
+  ASSERT_EQ(text.exit_code, 0) << text.err;
+  for (const auto& [name, value] : json.items()) {
+    if (name != "cell") {
+      EXPECT_NE(text.out.find(name), std::string::npos) << name;
+    }
+  }
+  EXPECT_EQ(runFiliform({"info", folder_ / "z.fil", "--parameters", "--cell", "none"}).exit_code, 2);
+}
+
+}  // namespace
+}  // namespace filiform
