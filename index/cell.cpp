@@ -1,5 +1,6 @@
 #include "index/cell.h"
 
+#include "index/spanning_forest.h"
 #include "index/text.h"
 
 #include <algorithm>
@@ -74,46 +75,21 @@ void Cell::clearSamples() {
 
 void connect(Cell& cell, std::vector<std::array<std::uint32_t, 2>> edges) {
   const std::size_t n = cell.samples();
+  SpanningForest forest = spanningForest(n, edges);
+  const auto roots = std::count(forest.parents.begin(), forest.parents.end(), kNoParent);
   cell.links.clear();
-  cell.parents.assign(n, kNoParent);
-  std::vector<std::uint64_t> begin(n + 1, 0);
-  for (const auto& [a, b] : edges) ++begin[a], ++begin[b];
-  for (std::uint64_t sum = 0; std::uint64_t & at : begin) at = std::exchange(sum, sum + at);
-  std::vector<std::uint32_t> incident(2 * edges.size());
-  {
-    std::vector<std::uint64_t> next(begin.begin(), begin.end() - 1);
-    for (std::uint32_t e = 0; e < edges.size(); ++e)
-      for (const std::uint32_t end : edges[e]) incident[next[end]++] = e;
+  if (edges.size() + static_cast<std::size_t>(roots) == n) {
+    cell.parents = std::move(forest.parents);
+    return;
   }
-
-  std::vector<std::uint32_t> reached(n, 0);  // in which turn, from 1
-  std::uint32_t turn = 0;
-  std::vector<std::uint32_t> queue;
-  queue.reserve(n);
-  std::size_t tree_links = 0;
-  for (std::uint32_t root = 0; root < n; ++root) {
-    if (reached[root]) continue;
-    reached[root] = ++turn;
-    queue.assign(1, root);
-    for (std::size_t at = 0; at < queue.size(); ++at) {
-      const std::uint32_t node = queue[at];
-      for (std::uint64_t i = begin[node]; i < begin[node + 1]; ++i) {
-        const auto& [a, b] = edges[incident[i]];
-        const std::uint32_t other = a == node ? b : a;
-        if (reached[other]) continue;
-        reached[other] = ++turn;
-        queue.push_back(other);
-        cell.parents[other] = node;
-        ++tree_links;
-      }
-    }
-  }
-  if (tree_links == edges.size()) return;
   cell.parents.clear();
-  for (auto& [child, parent] : edges)
-    if (reached[child] < reached[parent]) std::swap(child, parent);
+  std::vector<std::uint8_t> linked(n, 0);
+  for (auto& [child, parent] : edges) {
+    if (forest.turns[child] < forest.turns[parent]) std::swap(child, parent);
+    linked[child] = linked[parent] = 1;
+  }
   for (std::uint32_t node = 0; node < n; ++node)
-    if (begin[node] == begin[node + 1]) edges.push_back({node, node});
+    if (!linked[node]) edges.push_back({node, node});
   cell.links = std::move(edges);
 }
 

@@ -1,6 +1,7 @@
 #include "index/cell_graph.h"
 
 #include "index/errors.h"
+#include "index/spanning_forest.h"
 
 #include <algorithm>
 #include <charconv>
@@ -30,8 +31,11 @@ class Assembly {
   Assembly(CellGraph& graph, const CellRecord& record, std::uint32_t cell)
       : graph_(graph),
         what_("cell " + std::to_string(cell) + " of the tile set"),
+        has_loops_(hasLoops(record)),
         placed_(record.samples, 0),
-        linked_(record.samples, 0) {}
+        linked_(has_loops_ ? record.segments + record.isolated : record.samples, 0) {
+    if (has_loops_) graph_.links.resize(linked_.size());
+  }
 
   [[noreturn]] void fail(const std::string& why) const { throw CorruptSet(what_, 0, why); }
 
@@ -41,24 +45,33 @@ class Assembly {
     placed_[rank] = 1;
     graph_.positions[rank] = p;
   }
-  void link(std::uint32_t child, std::uint32_t parent) {
-    if (linked_[child]) fail("segment " + std::to_string(child) + " has two owners");
-    linked_[child] = 1;
-    if (parent != child) graph_.parents[child] = parent;
+  void link(std::uint32_t segment, std::uint32_t child, std::uint32_t parent) {
+    if (segment >= linked_.size() || (!has_loops_ && segment != child))
+      fail("there is no segment " + std::to_string(segment));
+    if (linked_[segment]) fail("segment " + std::to_string(segment) + " has two owners");
+    linked_[segment] = 1;
+    if (has_loops_) {
+      graph_.links[segment] = {child, parent};
+    } else if (parent != child) {
+      graph_.parents[child] = parent;
+    }
   }
-  void finish(const std::vector<CellDetail::Root>& roots) const {
+  void finish(const std::vector<CellDetail::Root>& roots) {
     std::vector<std::uint8_t> is_root(placed_.size(), 0);
     for (const CellDetail::Root& root : roots) is_root[root.rank] = 1;
-    for (std::size_t i = 0; i < placed_.size(); ++i) {
+    for (std::size_t i = 0; i < placed_.size(); ++i)
       if (!placed_[i]) fail("sample " + std::to_string(i) + " is in no tile");
-      if (!linked_[i] && !is_root[i]) fail("segment " + std::to_string(i) + " has no owner");
+    for (std::size_t i = 0; i < linked_.size(); ++i)
+      if (!linked_[i] && (has_loops_ || !is_root[i])) fail("segment " + std::to_string(i) + " has no owner");
+    if (has_loops_) graph_.parents = spanningForest(placed_.size(), graph_.links).parents;
+    for (std::size_t i = 0; !has_loops_ && i < placed_.size(); ++i)
       if (graph_.parents[i] != kNoParent && is_root[i]) fail("root " + std::to_string(i) + " has a parent");
-    }
   }
 
  private:
   CellGraph& graph_;
   std::string what_;
+  bool has_loops_;
   std::vector<std::uint8_t> placed_, linked_;
 };
 
@@ -74,30 +87,6 @@ std::string escaped(const std::string& bytes) {
     text += code;
   }
   return text;
-}
-
-// Ids with every block after the first moved past the highest before it; 1, 2, 3 ... where that does not fit 64 bits.
-std::vector<std::int64_t> distinctIds(const CellGraph& cell) {
-  std::vector<std::int64_t> ids = cell.sample_ids;
-  std::int64_t highest = INT64_MIN;
-  for (std::size_t block = 0; block <= cell.block_starts.size(); ++block) {
-    const std::size_t begin = block == 0 ? 0 : cell.block_starts[block - 1];
-    const std::size_t end = block == cell.block_starts.size() ? ids.size() : cell.block_starts[block];
-    if (begin == end) continue;
-    const auto [least, most] = std::minmax_element(ids.begin() + static_cast<std::ptrdiff_t>(begin),
-                                                   ids.begin() + static_cast<std::ptrdiff_t>(end));
-    std::int64_t shift = 0, top = *most;
-    if (block > 0 && *least <= highest) {
-      if (__builtin_sub_overflow(highest, *least, &shift) || __builtin_add_overflow(shift, 1, &shift) ||
-          __builtin_add_overflow(*most, shift, &top)) {
-        for (std::size_t i = 0; i < ids.size(); ++i) ids[i] = static_cast<std::int64_t>(i) + 1;
-        return ids;
-      }
-      for (std::size_t i = begin; i < end; ++i) ids[i] += shift;
-    }
-    highest = std::max(highest, top);
-  }
-  return ids;
 }
 
 class Line {
@@ -124,6 +113,29 @@ class Line {
 
 }  // namespace
 
+std::vector<std::int64_t> distinctIds(const CellGraph& cell) {
+  std::vector<std::int64_t> ids = cell.sample_ids;
+  std::int64_t highest = INT64_MIN;
+  for (std::size_t block = 0; block <= cell.block_starts.size(); ++block) {
+    const std::size_t begin = block == 0 ? 0 : cell.block_starts[block - 1];
+    const std::size_t end = block == cell.block_starts.size() ? ids.size() : cell.block_starts[block];
+    if (begin == end) continue;
+    const auto [least, most] = std::minmax_element(ids.begin() + static_cast<std::ptrdiff_t>(begin),
+                                                   ids.begin() + static_cast<std::ptrdiff_t>(end));
+    std::int64_t shift = 0, top = *most;
+    if (block > 0 && *least <= highest) {
+      if (__builtin_sub_overflow(highest, *least, &shift) || __builtin_add_overflow(shift, 1, &shift) ||
+          __builtin_add_overflow(*most, shift, &top)) {
+        for (std::size_t i = 0; i < ids.size(); ++i) ids[i] = static_cast<std::int64_t>(i) + 1;
+        return ids;
+      }
+      for (std::size_t i = begin; i < end; ++i) ids[i] += shift;
+    }
+    highest = std::max(highest, top);
+  }
+  return ids;
+}
+
 CellGraph readCell(const TileStore& store, std::uint32_t cell, bool with_appearance) {
   const CellRecord& record = store.cell(cell);
   CellDetail detail = store.loadCellDetail(cell);
@@ -146,7 +158,7 @@ CellGraph readCell(const TileStore& store, std::uint32_t cell, bool with_appeara
       const std::uint32_t child = tile->nodeId(tile->child(s)).sample, parent = tile->nodeId(tile->parent(s)).sample;
       assembly.place(child, tile->gridPoint(tile->child(s)));
       assembly.place(parent, tile->gridPoint(tile->parent(s)));
-      assembly.link(child, parent);
+      assembly.link(tile->segmentId(s).segment, child, parent);
       if (!with_appearance) continue;
       graph.radii_um[child] = appearance.radii_um[s];
       graph.types[child] = appearance.types[s];
@@ -164,6 +176,9 @@ CellGraph readCell(const TileStore& store, std::uint32_t cell, bool with_appeara
 }
 
 void writeSwc(std::ostream& out, const CellGraph& cell) {
+  if (cell.isGraph())
+    throw InputError("'" + escaped(cell.name) +
+                     "' has loops, which SWC cannot hold; write an edge list instead, such as " + "-o cell.edges");
   out << "# " << escaped(cell.name) << "\n# source: " << escaped(cell.source) << "\n";
   const std::vector<std::int64_t> ids = distinctIds(cell);
   if (ids != cell.sample_ids)

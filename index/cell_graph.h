@@ -3,6 +3,7 @@
 
 #include "index/tile_store.h"
 
+#include <array>
 #include <cstdint>
 #include <iosfwd>
 #include <string>
@@ -15,15 +16,23 @@ struct CellGraph {
   std::string name, source;
   Grid grid;
   std::vector<GridPoint> positions;
-  std::vector<std::uint32_t> parents;  // rank, kNoParent for a root
+  // Rank, kNoParent for a root. Of a cell with loops, the spanning forest that connect() finds: routes keep to it.
+  std::vector<std::uint32_t> parents;
+  // {child, parent} by rank of the segment, as in Cell; only of a cell with loops.
+  std::vector<std::array<std::uint32_t, 2>> links;
   std::vector<std::int64_t> sample_ids;
   std::vector<std::uint32_t> block_starts;
   std::vector<float> radii_um;       // empty unless asked for
   std::vector<std::uint16_t> types;  // likewise
 
   std::size_t samples() const { return positions.size(); }
+  bool isGraph() const { return !links.empty(); }
   Vector3d position_W(std::uint32_t rank) const { return grid.toWorld(positions[rank]); }
 };
+
+// Is the cell a graph with loops, whose segments are named by their place among its links (see Cell)? Then it has more
+// links than a forest.
+inline bool hasLoops(const CellRecord& cell) { return cell.segments + cell.roots > cell.samples; }
 
 // Reads every tile that owns a segment of the cell. Requires cell < store.cell_count(). Throws CorruptSet when a sample
 // is missing or there twice, or two tiles disagree on where it is; what the store throws. O(segments of those tiles).
@@ -31,7 +40,12 @@ CellGraph readCell(const TileStore& store, std::uint32_t cell, bool with_appeara
 
 // Writes the cell as SWC: original ids in file order, positions as the shortest decimals that read back as the same
 // grid point, radii as those that read back as the same float, NaN where unknown. Ids of restarted blocks are moved
-// past the highest before, and a comment says so. Requires radii and types. The stream's state tells of write errors.
+// past the highest before, and a comment says so. Requires radii and types. Throws InputError for a cell with loops,
+// which SWC cannot hold. The stream's state tells of write errors.
 void writeSwc(std::ostream& out, const CellGraph& cell);
+
+// The ids that writeSwc writes: every block after the first moved past the highest before it, or 1, 2, 3 ... where that
+// does not fit 64 bits. O(samples).
+std::vector<std::int64_t> distinctIds(const CellGraph& cell);
 
 }  // namespace filiform

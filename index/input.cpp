@@ -2,11 +2,15 @@
 
 #include "index/archive.h"
 #include "index/errors.h"
+#include "index/graph_file.h"
 #include "index/text.h"
+#include "index/unit_check.h"
 
 #include <algorithm>
 #include <cerrno>
+#include <cmath>
 #include <filesystem>
+#include <fstream>
 #include <list>
 #include <map>
 #include <optional>
@@ -24,6 +28,9 @@ constexpr std::size_t kOpenArchives = 8;
 struct ListedFile {
   std::string path;
   std::string shown;  // below the argument
+  // Of a graph.
+  std::optional<GraphFormat> format = {};
+  std::shared_ptr<const SkeletonInfo> skeleton = {};
 };
 
 bool isClutter(std::string_view file_name) { return file_name == "__MACOSX" || file_name.substr(0, 2) == "._"; }
@@ -62,13 +69,27 @@ std::vector<ListedFile> listFolder(const std::string& folder, std::vector<std::s
   return files;
 }
 
-void clearSamples(Cell& cell) {
-  cell.sample_ids.clear();
-  cell.positions_um.clear();
-  cell.parents.clear();
-  cell.radii_um.clear();
-  cell.types.clear();
-  cell.block_starts.clear();
+// The files of a folder of Neuroglancer skeletons, by id as text; nothing where the folder is none.
+std::vector<ListedFile> listSkeletons(const std::string& folder) {
+  const std::string info_path = (fs::path(folder) / "info").native();
+  std::error_code error;
+  if (!fs::is_regular_file(info_path, error) || fs::file_size(info_path, error) > SkeletonInfo::kMaxBytes || error)
+    return {};
+  std::ifstream in(info_path, std::ios::binary);
+  const std::string text((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
+  if (!SkeletonInfo::isSkeletonInfo(text)) return {};
+  const auto info = std::make_shared<const SkeletonInfo>(SkeletonInfo::parse(text, info_path));
+  std::vector<ListedFile> files;
+  for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
+    const std::string name = it->path().filename().native();
+    std::error_code status_error;
+    if (name.find_first_not_of("0123456789") == std::string::npos && it->is_regular_file(status_error))
+      files.push_back({it->path().native(), name, GraphFormat::kNeuroglancerSkeleton, info});
+  }
+  if (error) throw IoError(escaped(folder), "cannot read the folder", error.value());
+  if (files.empty()) throw InputError(escaped(folder) + ": its info is that of skeletons, but it holds none");
+  std::sort(files.begin(), files.end(), [](const ListedFile& a, const ListedFile& b) { return a.shown < b.shown; });
+  return files;
 }
 
 }  // namespace
@@ -96,7 +117,7 @@ struct Input::State {
 
   InputOptions options;
   SwcReader reader;
-  std::vector<std::string> paths;  // by row
+  std::vector<ListedFile> files;  // by row
   std::vector<SourceReport> rows;
   std::map<std::uint32_t, Archive> archives;  // by row
   std::list<std::uint32_t> recently_read;     // rows of archives whose files are open
@@ -105,6 +126,7 @@ struct Input::State {
   bool complete = false;
   std::uint64_t bytes_total = 0, bytes_done = 0;
   std::vector<std::string> links;
+  UnitCheck units;
 };
 
 void Input::State::list(const std::string& argument) {
@@ -113,11 +135,12 @@ void Input::State::list(const std::string& argument) {
   if (status.type() == fs::file_type::not_found) throw IoError(escaped(argument), "no such file or folder");
   if (error) throw IoError(escaped(argument), "cannot read", error.value());
   if (fs::is_directory(status)) {
-    const std::vector<ListedFile> files = listFolder(argument, links);
-    if (files.empty()) throw InputError(escaped(argument) + ": no .swc or .zip file in this folder");
-    for (const ListedFile& file : files) addFile(file);
+    std::vector<ListedFile> found = listSkeletons(argument);
+    if (found.empty()) found = listFolder(argument, links);
+    if (found.empty()) throw InputError(escaped(argument) + ": no .swc or .zip file in this folder");
+    for (const ListedFile& file : found) addFile(file);
   } else if (fs::is_regular_file(status)) {
-    addFile({argument, fs::path(argument).filename().native()});
+    addFile({argument, fs::path(argument).filename().native(), graphFormatOf(argument)});
   } else {
     throw IoError(escaped(argument), "neither a file nor a folder");
   }
@@ -146,7 +169,7 @@ void Input::State::addFile(const ListedFile& file) {
   }
   bytes_total += report.bytes;
   rows.push_back(std::move(report));
-  paths.push_back(file.path);
+  files.push_back(file);
 }
 
 Archive& Input::State::openArchive(std::uint32_t row) {
@@ -190,7 +213,7 @@ InputReport Input::State::readEntry(Item& item, Cell& cell) {
   InputReport report;
   if (refusal) {
     reader.discard();
-    clearSamples(cell);
+    cell.clearSamples();
     cell.digest = 0;
     report.codes.add(*refusal);
     report.records.push_back({0, *refusal, Effect::kInputRefused, {}});
@@ -204,7 +227,7 @@ InputReport Input::State::readEntry(Item& item, Cell& cell) {
     if (report.severity == Severity::kAccept) report.severity = Severity::kWarn;
   }
   if (options.swc.strict && !entry.remarks.empty()) {
-    clearSamples(cell);
+    cell.clearSamples();
     report.severity = Severity::kRefuse;
     report.samples = report.segments = report.isolated = report.roots = 0;
   }
@@ -213,9 +236,18 @@ InputReport Input::State::readEntry(Item& item, Cell& cell) {
 }
 
 InputReport Input::State::read(Item& item, Cell& cell) {
-  InputReport report = item.entry != kNoEntry
-                           ? readEntry(item, cell)
-                           : readSwcFile(paths[item.row], reader, cell, [&](std::uint64_t bytes) { advance(bytes); });
+  const ListedFile& file = files[item.row];
+  const auto progress = [&](std::uint64_t bytes) { advance(bytes); };
+  InputReport report;
+  if (item.entry != kNoEntry) {
+    report = readEntry(item, cell);
+  } else if (file.format) {
+    GraphOptions graph{options.swc, {}};
+    if (file.skeleton) graph.skeleton = *file.skeleton;
+    report = readGraphFile(file.path, *file.format, graph, cell, progress);
+  } else {
+    report = readSwcFile(file.path, reader, cell, progress);
+  }
   if (item.digest && *item.digest != cell.digest) {
     throw IoError(escaped(item.source), "changed while it was being read; run again");
   }
@@ -295,6 +327,7 @@ bool Input::next(Cell& cell) {
     }
     if (refused) continue;
     cell.source = item.source;
+    if (!state.complete) state.units.add(cell);
     return true;
   }
   if (!state.complete) {
@@ -313,6 +346,7 @@ void Input::rewind() {
   state.position = 0;
   state.bytes_done = 0;
   if (state.complete) return;
+  state.units = {};
   for (State::Item& item : state.items) item.refused = false;
   for (const auto& [number, archive] : state.archives) {
     std::vector<EntryReport>& entries = state.rows[number].entries;
@@ -334,6 +368,16 @@ void Input::rewind() {
 
 const std::vector<SourceReport>& Input::reports() const { return state_->rows; }
 std::uint64_t Input::listed() const { return state_->items.size(); }
+std::vector<std::string_view> Input::sources() const {
+  std::vector<std::string_view> sources;
+  sources.reserve(state_->items.size());
+  for (const State::Item& item : state_->items) sources.push_back(item.source);
+  return sources;
+}
+std::string Input::unitDoubt() const {
+  const SwcOptions& swc = state_->options.swc;
+  return state_->units.doubt(swc.voxel_um ? std::cbrt(swc.voxel_um->prod()) : swc.unit_um);
+}
 std::uint64_t Input::bytes() const { return state_->bytes_total; }
 const std::vector<std::string>& Input::skipped_links() const { return state_->links; }
 

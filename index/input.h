@@ -17,6 +17,7 @@
 #include <iosfwd>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace filiform {
@@ -49,10 +50,12 @@ struct InputOptions {
 class Input : public CellStream {
  public:
   // Lists everything; reads the directories of archives and nothing else. Folders are walked recursively, links not
-  // followed, taking each *.swc and *.zip in any letter case, hidden ones too, except `._*` and `__MACOSX`. An argument
-  // that is a file may be a link and have any name; *.zip is an archive. Throws IoError when an argument is missing,
-  // unreadable, or neither file nor folder; InputError when there is no argument, or a folder holds neither .swc nor
-  // .zip.
+  // followed, taking each *.swc and *.zip in any letter case, hidden ones too, except `._*` and `__MACOSX`. A folder
+  // whose own `info` is that of Neuroglancer skeletons is these skeletons and nothing else. An argument that is a file
+  // may be a link and have any name; *.zip is an archive, *.edges, *.obj and *.vtk are graphs (index/graph_file.h), all
+  // else is SWC. Graph files within folders and archives are not taken: such folders hold meshes as a rule. Throws
+  // IoError when an argument is missing, unreadable, or neither file nor folder; InputError when there is no argument,
+  // a folder holds neither .swc nor .zip.
   explicit Input(const std::vector<std::string>& arguments, InputOptions options = {});
   ~Input() override;
   Input(Input&&) noexcept;
@@ -70,8 +73,12 @@ class Input : public CellStream {
 
   // .swc files and entries that may be read; the cells are these but for what is refused.
   std::uint64_t listed() const;
+  // Of the same, in the order of cells. O(listed()); valid as long as the input.
+  std::vector<std::string_view> sources() const;
   // Sum over the files on disk.
   std::uint64_t bytes() const;
+  // One line where the unit of what was read so far looks wrong (index/unit_check.h), empty otherwise.
+  std::string unitDoubt() const;
   // Links in folders, not followed; paths below the folder.
   const std::vector<std::string>& skipped_links() const;
 

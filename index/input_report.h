@@ -21,6 +21,7 @@ namespace filiform {
 enum class InputCode : std::uint8_t {
   E_DECIMAL_COMMA,
   E_ENCODING,
+  E_FORMAT,
   E_MOSTLY_BAD,
   E_NOT_TEXT,
   E_NO_SAMPLES,
@@ -40,6 +41,7 @@ enum class InputCode : std::uint8_t {
   W_CR,
   W_CYCLE,
   W_DUP_ID,
+  W_ELEMENT,
   W_EXTRA_COLUMNS,
   W_FLOAT_ID,
   W_HEADER_SCALE,

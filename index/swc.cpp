@@ -5,10 +5,10 @@
 #include "index/internal/swc_fields.h"
 #include "index/internal/swc_graph.h"
 #include "index/internal/swc_header.h"
+#include "index/internal/text_sniff.h"
 #include "index/text.h"
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <charconv>
 #include <cmath>
@@ -31,41 +31,6 @@ using internal::SwcSample;
 constexpr std::size_t kSniffBytes = 4096;
 constexpr std::string_view kUtf8Mark = "\xEF\xBB\xBF";
 
-bool startsWith(std::string_view text, std::string_view start) { return text.substr(0, start.size()) == start; }
-
-bool hasBinaryMagic(std::string_view head) {
-  using namespace std::string_view_literals;
-  static constexpr std::string_view kMagics[] = {"\x1F\x8B"sv,
-                                                 "PK\x03\x04"sv,
-                                                 "PK\x05\x06"sv,
-                                                 "\x89HDF\r\n\x1A\n"sv,
-                                                 "\x28\xB5\x2F\xFD"sv,
-                                                 "\xFD"
-                                                 "7zXZ\0"sv,
-                                                 "7z\xBC\xAF\x27\x1C"sv,
-                                                 "BZh"sv};
-  return std::any_of(std::begin(kMagics), std::end(kMagics),
-                     [&](std::string_view magic) { return startsWith(head, magic); });
-}
-
-// UTF-16 and UTF-32, by their mark or, without one, by NULs at nearly all places of some residue and at nearly none of
-// another.
-bool isWideText(std::string_view head) {
-  using namespace std::string_view_literals;
-  if (startsWith(head, "\xFF\xFE"sv) || startsWith(head, "\xFE\xFF"sv) || startsWith(head, "\0\0\xFE\xFF"sv))
-    return true;
-  const std::size_t rounds = head.size() / 4;
-  if (rounds < 2) return false;
-  std::array<std::size_t, 4> nuls{};
-  for (std::size_t i = 0; i < rounds * 4; ++i) nuls[i % 4] += head[i] == '\0';
-  const auto mostly = [&](std::size_t residue) { return nuls[residue] * 10 >= rounds * 9; };
-  const auto hardly = [&](std::size_t residue) { return nuls[residue] * 10 <= rounds; };
-  const bool utf16 =
-      (mostly(0) && mostly(2) && hardly(1) && hardly(3)) || (mostly(1) && mostly(3) && hardly(0) && hardly(2));
-  const bool utf32 = mostly(1) && mostly(2) && ((mostly(0) && hardly(3)) || (mostly(3) && hardly(0)));
-  return utf16 || utf32;
-}
-
 float radiusFrom(double radius_um) {
   const float narrow = static_cast<float>(radius_um);
   return narrow == 0 && radius_um > 0 ? std::numeric_limits<float>::denorm_min() : narrow;
@@ -79,9 +44,7 @@ struct HashFree {
 
 struct SwcReader::State {
   explicit State(const SwcOptions& swc_options) : options(swc_options), graph(book), lines(*this, kMaxDataLine) {
-    if (!(std::isfinite(options.unit_um) && options.unit_um > 0)) {
-      throw UsageError("the unit must be a finite number of um above 0");
-    }
+    options.check();
     if (!hash) throw std::bad_alloc();
     XXH3_64bits_reset(hash.get());
   }
@@ -135,7 +98,7 @@ void SwcReader::State::comment(std::string_view start, bool has_nul, std::uint64
   }
   if (!said.foreign_unit.empty() && header.units.empty()) {
     header.units = escaped(said.foreign_unit);
-    if (options.unit_um == 1) book.remark(InputCode::W_UNITS, line, start);
+    if (options.isMicrometres()) book.remark(InputCode::W_UNITS, line, start);
   }
 }
 
@@ -220,7 +183,7 @@ bool SwcReader::State::plainLine(std::string_view text, std::uint64_t line) {
   }
   if (skipBlanks(at, end) != end) return false;
 
-  sample.radius_um = radiusFrom(radius * options.unit_um);
+  sample.radius_um = radiusFrom(radius * options.radius_um());
   if (!std::isfinite(sample.radius_um) || !place(position)) return false;
   sample.position_um = position;
   sample.type = static_cast<std::uint16_t>(type);
@@ -232,7 +195,7 @@ bool SwcReader::State::plainLine(std::string_view text, std::uint64_t line) {
 // From the unit of the file to um. False where the result is beyond the range of the grid.
 bool SwcReader::State::place(Vector3d& position) const {
   if (options.apply_offset && header.offset) position += *header.offset;
-  position *= options.unit_um;
+  position = options.toMicrometres(position);
   return (position.array().abs() <= Grid::kMaxCoordinate_um).all();
 }
 
@@ -319,7 +282,7 @@ void SwcReader::State::readRest(const internal::SwcFields& fields, SwcSample& sa
   double radius = 0;
   sample.radius_um = kUnknownRadius;
   if (internal::readReal(fields.columns[5], radius) == RealKind::kFinite && radius >= 0) {
-    const float radius_um = radiusFrom(radius * options.unit_um);
+    const float radius_um = radiusFrom(radius * options.radius_um());
     if (std::isfinite(radius_um)) sample.radius_um = radius_um;
   }
 
@@ -353,12 +316,12 @@ void SwcReader::State::sniff(bool at_end) {
   if (!at_end && head.size() < kSniffBytes) return;
   sniffed = true;
   std::string_view text = head;
-  if (hasBinaryMagic(text)) {
+  if (internal::hasBinaryMagic(text)) {
     refuseWhole(InputCode::E_NOT_TEXT);
-  } else if (isWideText(text.substr(0, kSniffBytes))) {
+  } else if (internal::isWideText(text.substr(0, kSniffBytes))) {
     refuseWhole(InputCode::E_ENCODING);
   } else {
-    if (startsWith(text, kUtf8Mark)) {
+    if (text.starts_with(kUtf8Mark)) {
       text.remove_prefix(kUtf8Mark.size());
       book.remark(InputCode::W_BOM, 1);
     }
@@ -415,13 +378,10 @@ InputReport SwcReader::State::finish(std::string_view file, Cell& cell) {
   report.severity = refuse ? Severity::kRefuse : report.codes.empty() ? Severity::kAccept : Severity::kWarn;
   if (refuse) {
     report.samples = report.segments = report.isolated = report.roots = 0;
-    cell.sample_ids.clear();
-    cell.positions_um.clear();
-    cell.parents.clear();
-    cell.radii_um.clear();
-    cell.types.clear();
-    cell.block_starts.clear();
+    cell.clearSamples();
   }
+  cell.links.clear();
+  cell.name.clear();
   cell.digest = XXH3_64bits_digest(hash.get());
   reset();
   return report;
@@ -440,6 +400,12 @@ void SwcReader::State::reset() {
 
 SwcReader::SwcReader(const SwcOptions& options) : state_(std::make_unique<State>(options)) {}
 SwcReader::~SwcReader() = default;
+void SwcOptions::check() const {
+  const auto good = [](double unit) { return std::isfinite(unit) && unit > 0; };
+  if (!good(unit_um) || (voxel_um && !(good(voxel_um->x()) && good(voxel_um->y()) && good(voxel_um->z()))))
+    throw UsageError("a unit must be a finite number of um above 0");
+}
+
 SwcReader::SwcReader(SwcReader&&) noexcept = default;
 SwcReader& SwcReader::operator=(SwcReader&&) noexcept = default;
 

@@ -15,6 +15,7 @@
 #include <cstddef>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -23,17 +24,26 @@ namespace filiform {
 struct SwcOptions {
   // One unit of the file in um: 1e-3 for nm. Multiplies positions and radii; other than 1 it answers W_UNITS.
   double unit_um = 1;
+  // The size of a voxel instead, where it differs by axis. Radii, which have no axis, then stay as they are.
+  std::optional<Vector3d> voxel_um = {};
   // Add the `# OFFSET` of the header (in file units) to the positions that follow it; answers its W_HEADER_SCALE.
   bool apply_offset = false;
   // Refuse the whole input on any W_ code.
   bool strict = false;
+
+  bool isMicrometres() const { return unit_um == 1 && !voxel_um; }
+  Vector3d toMicrometres(const Vector3d& p) const {
+    return voxel_um ? Vector3d(p.cwiseProduct(*voxel_um)) : p * unit_um;
+  }
+  double radius_um() const { return voxel_um ? 1 : unit_um; }  // of a radius of 1
+  void check() const;  // throws UsageError unless every unit is finite and above 0
 };
 
 class SwcReader {
  public:
   static constexpr std::size_t kMaxDataLine = 65536;  // bytes without the line end; comments are unlimited
 
-  // Throws UsageError unless options.unit_um is finite and above 0.
+  // Throws as options.check().
   explicit SwcReader(const SwcOptions& options = {});
   ~SwcReader();
   SwcReader(SwcReader&&) noexcept;

@@ -33,6 +33,8 @@ int runCheck(const CheckArguments& a) {
     writeCheckTable(std::cout, input.reports());
   else
     std::cout << summary(input.reports());
+  if (const std::string doubt = input.unitDoubt(); !a.tsv && !doubt.empty())
+    std::cerr << "filiform: note: " << doubt << '\n';
   return anyRefused(input.reports()) ? 1 : 0;
 }
 
@@ -42,7 +44,10 @@ void addCheck(CLI::App& app, Chosen& chosen) {
   auto arguments = std::make_shared<CheckArguments>();
   CLI::App* command = app.add_subcommand("check", "Read SWC and zip as ingest would, and report");
   command->footer("Example:\n  filiform check archive.zip more/ --tsv\nExits 1 if any input is refused.");
-  command->add_option("INPUT", arguments->inputs, "SWC files, folders, zip archives")->required();
+  command
+      ->add_option("INPUT", arguments->inputs,
+                   "SWC files, folders, zip archives; graphs: .edges, .obj, .vtk, skeletons")
+      ->required();
   command->add_flag("--tsv", arguments->tsv, "one row an input: file severity samples segments dropped codes");
   command->add_flag("--strict", arguments->strict, "refuse every file with a warning");
   command->callback([arguments, &chosen] { chosen = [arguments] { return runCheck(*arguments); }; });

@@ -2,13 +2,17 @@
 #include "index/errors.h"
 #include "index/ingest.h"
 #include "index/input.h"
+#include "index/placements.h"
 #include "index/text.h"
 #include "tools/cli.h"
 #include "tools/progress.h"
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <iostream>
+#include <optional>
+#include <tuple>
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
@@ -21,19 +25,29 @@ using Json = nlohmann::ordered_json;
 
 struct IngestArguments {
   std::vector<std::string> inputs;
-  std::string out, unit = "um", quantum = "2^-9", memory = "1GiB", report;
+  std::string out, unit = "um", quantum = "2^-9", memory = "1GiB", report, placements;
   std::uint32_t capacity = PartitionOptions{}.capacity;
   unsigned threads = 0;
   bool apply_offset = false, strict = false, force = false;
 };
 
-double unitOf(const std::string& text) {
-  if (text == "um") return 1;
-  if (text == "nm") return 1e-3;
-  if (text == "mm") return 1e3;
-  const double um = parseNumber("--unit", text);
-  if (!(um > 0)) throw UsageError("--unit " + text + ": give um, nm, mm, or the size of a voxel in um");
-  return um;
+// um, nm, mm, the size of a voxel in um, or its sizes by axis as X,Y,Z.
+void readUnit(const std::string& text, SwcOptions& options) {
+  const auto size = [&](const std::string& number) {
+    const double um = parseNumber("--unit", number);
+    if (!(um > 0))
+      throw UsageError("--unit " + text + ": give um, nm, mm, or the size of a voxel in um, such as 0.5 or 4,4,40");
+    return um;
+  };
+  const std::size_t first = text.find(','), second = first == std::string::npos ? first : text.find(',', first + 1);
+  if (text == "um" || text == "nm" || text == "mm") {
+    options.unit_um = text == "um" ? 1 : text == "nm" ? 1e-3 : 1e3;
+  } else if (second != std::string::npos) {
+    options.voxel_um = Vector3d(size(text.substr(0, first)), size(text.substr(first + 1, second - first - 1)),
+                                size(text.substr(second + 1)));
+  } else {
+    options.unit_um = size(text);
+  }
 }
 
 int quantumExponentOf(const std::string& text) {
@@ -122,6 +136,40 @@ Provenance provenanceOf(const std::vector<SourceReport>& reports) {
   return provenance;
 }
 
+// The table joins the sources, with all cells to its name. Rows are named by what they place, so that the manifest does
+// not depend on their order.
+void addPlacements(const PlacedCells& placed, bool strict, Provenance& provenance) {
+  const PlacementReport& report = placed.report();
+  const PlacementTable& table = placed.table();
+  if (strict && !report.codes.empty())
+    throw InputError("--strict: " + escaped(table.file()) + ":" + std::to_string(report.records.front().line) + ": " +
+                     std::string(explanation(report.records.front().code)) + "; nothing written");
+  if (report.placed == 0) throw InputError(escaped(table.file()) + ": places nothing");
+  for (const auto& [code, count] : report.codes.all()) provenance.codes[std::string(name(code))] += count;
+  std::vector<std::string> tokens;
+  for (const InputRecord& record : report.records)
+    if (!record.token.empty()) tokens.push_back(record.token);
+  std::sort(tokens.begin(), tokens.end());
+  std::string dropped;
+  for (const std::string& token : tokens) dropped += (dropped.empty() ? "" : ",") + token;
+  for (Provenance::Source& source : provenance.sources) source.cells = 0;
+  provenance.sources.push_back({table.file(), table.bytes(), table.digest(), report.placed, dropped});
+}
+
+std::string describe(const PlacedCells& placed) {
+  const PlacementReport& report = placed.report();
+  std::string text = escaped(placed.table().file()) + ": places " + formatCount(report.morphologies) +
+                     (report.morphologies == 1 ? " morphology " : " morphologies ") + formatCount(report.placed) +
+                     " times: " + formatCount(report.samples) + " samples, " + formatCount(report.segments) +
+                     " segments\n";
+  for (const auto& [code, count] : report.codes.all())
+    text += "  " + std::string(name(code)) + " " + formatCount(count) + ": " +
+            (code == InputCode::W_BAD_LINE ? "the row's morphology was refused; row dropped"
+                                           : std::string(explanation(code))) +
+            "\n";
+  return text;
+}
+
 int runIngest(const IngestArguments& a) {
   IngestOptions options;
   options.capacity = a.capacity;
@@ -132,7 +180,8 @@ int runIngest(const IngestArguments& a) {
   const std::uint64_t memory = parseBytes("--memory", a.memory);
 
   InputOptions reading;
-  reading.swc = {.unit_um = unitOf(a.unit), .apply_offset = a.apply_offset, .strict = a.strict};
+  reading.swc = {.apply_offset = a.apply_offset, .strict = a.strict};
+  readUnit(a.unit, reading.swc);
   Progress read_progress({.title = "reading", .noun = "", .unit = ProgressUnit::bytes});
   reading.progress = [&](std::uint64_t done, std::uint64_t total) {
     throwIfInterrupted();
@@ -140,6 +189,8 @@ int runIngest(const IngestArguments& a) {
     read_progress.update(done);
   };
   Input input(a.inputs, reading);
+  std::optional<PlacedCells> placed;
+  if (!a.placements.empty()) placed.emplace(input, PlacementTable::read(a.placements));
   options.provenance = [&] {
     read_progress.finish();
     const InputTotals all = totals(input.reports());
@@ -155,7 +206,16 @@ int runIngest(const IngestArguments& a) {
                                     : escaped(reports.front().file) + ": " + firstReason(reports.front().report);
       throw InputError("no usable neuron in the input (" + first + "); filiform check says more");
     }
-    return provenanceOf(input.reports());
+    Provenance provenance = provenanceOf(input.reports());
+    if (placed) addPlacements(*placed, a.strict, provenance);
+    // The bytes of a set do not depend on the order of the arguments.
+    std::sort(provenance.sources.begin(), provenance.sources.end(), [](const auto& x, const auto& y) {
+      return std::tie(x.name, x.digest, x.bytes) < std::tie(y.name, y.digest, y.bytes);
+    });
+    std::sort(provenance.refused.begin(), provenance.refused.end(), [](const auto& x, const auto& y) {
+      return std::tie(x.name, x.code, x.reason) < std::tie(y.name, y.code, y.reason);
+    });
+    return provenance;
   };
   std::unique_ptr<Progress> building;
   std::string phase_now;
@@ -170,9 +230,12 @@ int runIngest(const IngestArguments& a) {
     building->update(done);
   };
 
-  const IngestResult result = ingest(input, a.out, options);
+  CellStream& cells = placed ? static_cast<CellStream&>(*placed) : input;
+  const IngestResult result = ingest(cells, a.out, options);
   if (building) building->finish();
   std::cout << summary(input.reports());
+  if (placed) std::cout << describe(*placed);
+  if (const std::string doubt = input.unitDoubt(); !doubt.empty()) std::cerr << "filiform: note: " << doubt << '\n';
   const SetCounts& n = result.counts;
   std::cout << escaped(a.out) << ": " << formatCount(n.cells) << (n.cells == 1 ? " cell, " : " cells, ")
             << formatCount(n.samples) << " samples, " << formatCount(n.segments) << " segments in "
@@ -192,20 +255,25 @@ void addIngest(CLI::App& app, Chosen& chosen) {
   auto a = std::make_shared<IngestArguments>();
   CLI::App* command = app.add_subcommand("ingest", "Cut SWC files, folders and archives into a tile set");
   command->footer(
-      "Example:\n  filiform ingest archive.zip more/*.swc -o column.fil\n"
+      "Examples:\n  filiform ingest archive.zip more/*.swc -o column.fil\n"
+      "  filiform ingest library.zip --placements column.tsv -o column.fil\n"
       "Files that cannot be used are counted and named; the others go in. filiform check tells the rest beforehand.");
-  command->add_option("INPUT", a->inputs, "SWC files, folders, zip archives")->required();
+  command->add_option("INPUT", a->inputs, "SWC files, folders, zip archives; graphs: .edges, .obj, .vtk, skeletons")
+      ->required();
   command->add_option("-o,--output", a->out, "tile set to make (a folder)")->required()->type_name("SET");
   command->add_option("--capacity", a->capacity, "segments a tile at most")
       ->capture_default_str()
       ->check(CLI::Range(1u, 1u << 30));
   command->add_option("--quantum", a->quantum, "grid of the positions, um, a power of two")->capture_default_str();
-  command->add_option("--unit", a->unit, "unit of the files: um, nm, mm, or um per voxel")->capture_default_str();
+  command->add_option("--unit", a->unit, "unit of the files: um, nm, mm, or um a voxel: one number, or X,Y,Z")
+      ->capture_default_str();
   command->add_flag("--apply-offset", a->apply_offset, "add the '# OFFSET' of each header to its positions");
   command->add_option("--memory", a->memory, "memory wanted; this build only says when it needs more")
       ->capture_default_str()
       ->type_name("BYTES");
   command->add_option("--threads", a->threads, "0: as many as there are cores")->capture_default_str();
+  command->add_option("--placements", a->placements, "table of what is placed where; the input is then a library")
+      ->type_name("TSV");
   command->add_flag("--strict", a->strict, "refuse files with any warning, and write nothing if one is refused");
   command->add_flag("--force", a->force, "replace an existing set");
   command->add_option("--report", a->report, "write everything dropped, cut or remarked as JSON")->type_name("FILE");

@@ -1,4 +1,5 @@
 // filiform nearest: nearest segments to points from the command line, a file or stdin.
+#include "index/cell_graph.h"
 #include "index/errors.h"
 #include "index/nearest.h"
 #include "index/text.h"
@@ -58,13 +59,22 @@ std::vector<Vector3d> pointsOf(const NearestArguments& a) {
   return readPoints(file, escaped(a.points));
 }
 
+// Segments of a forest are named after their child; in a graph with loops its links tell.
+std::vector<std::int64_t> childIds(const TileSet& set, std::uint32_t cell) {
+  if (!hasLoops(set.cell(cell))) return set.loadCellDetail(cell).sample_ids;
+  const CellGraph graph = readCell(set, cell, false);
+  std::vector<std::int64_t> ids;
+  for (const auto& link : graph.links) ids.push_back(graph.sample_ids[link[0]]);
+  return ids;
+}
+
 int runNearest(const NearestArguments& a) {
   const std::vector<Vector3d> points = pointsOf(a);
   const auto set = TileSet::open(a.set);
   const Nearest nearest(*set, {.engine = a.engine, .budget_bytes = parseBytes("--budget", a.budget)});
   const NearestQuery query{.k = a.k, .epsilon = a.epsilon, .approximate = a.approximate};
 
-  std::map<std::uint32_t, std::vector<std::int64_t>> sample_ids;  // of the cells met, by rank
+  std::map<std::uint32_t, std::vector<std::int64_t>> sample_ids;  // of the cells met: of the child, by segment
   if (a.json)
     std::cout << '[';
   else
@@ -75,8 +85,7 @@ int runNearest(const NearestArguments& a) {
     for (const NearestResult& r : nearest.find(points[i], query)) {
       const std::string& cell = set->cell(r.segment.cell).name;
       auto ids = sample_ids.find(r.segment.cell);
-      if (ids == sample_ids.end())
-        ids = sample_ids.emplace(r.segment.cell, set->loadCellDetail(r.segment.cell).sample_ids).first;
+      if (ids == sample_ids.end()) ids = sample_ids.emplace(r.segment.cell, childIds(*set, r.segment.cell)).first;
       const std::int64_t sample = ids->second.at(r.segment.segment);
       if (a.json) {
         const nlohmann::ordered_json row{{"query", i},

@@ -379,9 +379,9 @@ CellTable decodeCells(ByteSpan bytes) {
     r.segments = record.u64();
     r.isolated = record.u64();
     r.roots = record.u64();
-    record.require(
-        r.samples < UINT32_MAX && r.isolated <= r.roots && r.roots <= r.samples && r.segments == r.samples - r.roots,
-        "a cell's counts contradict each other");
+    record.require(r.samples < UINT32_MAX && r.isolated <= r.roots && r.roots <= r.samples &&
+                       r.segments >= r.samples - r.roots && r.segments < UINT32_MAX - r.isolated,
+                   "a cell's counts contradict each other");
     r.bounds = record.box();
     DetailPlace place{};
     place.offset = record.u64();

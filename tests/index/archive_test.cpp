@@ -216,6 +216,53 @@ TEST(Archive, DamageNeverPassesForData) {
   }
 }
 
+TEST(Archive, MoreEntriesThanSixteenBitsCountAreAllRead) {
+  const test::TempFolder folder;
+  std::vector<ZipMember> members;
+  for (int i = 0; i < 65600; ++i) members.push_back(member(std::to_string(i) + ".swc", "1 1 0 0 0 5 -1\n"));
+  test::writeDeflatedZip(folder.file("a.zip"), members);
+  Archive archive(folder.file("a.zip"));
+  EXPECT_FALSE(archive.refusal());
+  ASSERT_EQ(archive.entries().size(), members.size());
+  std::string content;
+  EXPECT_FALSE(archive.read(archive.entries().back(), [&](std::string_view bytes) { content += bytes; }));
+  EXPECT_EQ(content, members.back().content);
+}
+
+std::string littleEndian(std::uint64_t value, int bytes) {
+  std::string out;
+  for (int i = 0; i < bytes; ++i) out += static_cast<char>(value >> (8 * i));
+  return out;
+}
+
+// The archive of one entry with all that may be in zip64 fields moved there.
+std::string inZip64(std::uint64_t size_lie = 0) {
+  const std::string plain = buildZip({kGood});
+  const std::size_t end_at = plain.size() - 22;
+  const std::size_t directory_at = plain.rfind("PK\1\2");
+  std::string entry = plain.substr(directory_at, end_at - directory_at);
+  const std::string all = littleEndian(UINT64_MAX, 4);
+  const std::string extra = littleEndian(1, 2) + littleEndian(24, 2) + littleEndian(kSwc.size() + size_lie, 8) +
+                            littleEndian(kSwc.size() + size_lie, 8) + littleEndian(0, 8);
+  entry.replace(20, 4, all).replace(24, 4, all).replace(42, 4, all).replace(30, 2, littleEndian(extra.size(), 2));
+  entry += extra;
+  std::string zip = plain.substr(0, directory_at) + entry;
+  const std::size_t end64_at = zip.size();
+  zip += "PK\6\6" + littleEndian(44, 8) + littleEndian(45, 2) + littleEndian(45, 2) + littleEndian(0, 8) +
+         littleEndian(1, 8) + littleEndian(1, 8) + littleEndian(entry.size(), 8) + littleEndian(directory_at, 8);
+  zip += "PK\6\7" + littleEndian(0, 4) + littleEndian(end64_at, 8) + littleEndian(1, 4);
+  zip += "PK\5\6" + littleEndian(0, 4) + littleEndian(0xFFFF, 2) + littleEndian(0xFFFF, 2) + all + all +
+         littleEndian(0, 2);
+  return zip;
+}
+
+TEST(Archive, SizesAndPlacesMayStandInZip64Fields) {
+  EXPECT_EQ(row(inZip64()), "accept 2 1 - -");
+  // A size of 4 GiB and more that is a lie.
+  const std::string found = row(inZip64(std::uint64_t{1} << 33));
+  EXPECT_TRUE(found.starts_with("refuse 0 0 ")) << found;
+}
+
 TEST(Archive, AMissingFileIsNamed) { EXPECT_THROW(Archive("no/such.zip"), IoError); }
 
 }  // namespace
