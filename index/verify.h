@@ -22,15 +22,15 @@ struct VerifyReport {
 
 struct VerifyOptions {
   // Beyond the bytes: every segment owned once, every node's home complete, ghosts complete and none needless, boxes,
-  // counts and cells in agreement with the segments, the sample points within their radius. Holds the whole set in
-  // memory.
+  // counts and cells in agreement with the segments, the sample points within their radius. Tile by tile, each read
+  // twice; half a byte a sample and a few hundred bytes a tile and a cell are in memory.
   bool deep = false;
   const std::atomic<bool>* cancel = nullptr;  // when it becomes true: Interrupted
   std::function<void(const char* phase, std::uint64_t done, std::uint64_t total)> progress = {};
 };
 
 // Checks the digest of every file and the checksum of every tile and cell, and decodes all of them. Damage is a problem
-// in the report; throws IoError only when there is no set or it cannot be read. O(bytes); deep: O(n log n).
+// in the report; throws IoError only when there is no set or it cannot be read. O(bytes); deep: O(stored segments).
 VerifyReport verify(const std::string& path, const VerifyOptions& options = {});
 
 }  // namespace filiform

@@ -48,7 +48,7 @@ void addVerify(CLI::App& app, Chosen& chosen) {
   command->footer(
       "Example:\n  filiform verify --deep column.fil\nExits 1 and lists the problems if the set is damaged.");
   command->add_option("SET", *path, "tile set")->required();
-  command->add_flag("--deep", *deep, "check every invariant of the format too; holds the whole set in memory");
+  command->add_flag("--deep", *deep, "check every invariant of the format too");
   command->callback([path, deep, &chosen] { chosen = [path, deep] { return runVerify(*path, *deep); }; });
 }
 
