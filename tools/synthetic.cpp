@@ -27,6 +27,9 @@ namespace {
 constexpr zip_uint16_t kDosDate = (2011 - 1980) << 9 | 6 << 5 | 21;
 constexpr zip_uint16_t kDosTime = 12 << 11;
 
+// Where a table places cells: 31 000 of them in 0.29 mm^3, a column of rat cortex.
+constexpr double kPlacedRadius_um = 257;
+
 struct Entry {
   std::string path;
   std::uint64_t number;  // of the cell
@@ -289,7 +292,7 @@ std::string placementTable(const SyntheticOptions& options, const Plan& plan, co
   const std::size_t width = std::max<std::size_t>(5, std::to_string(options.cells - 1).size());
   for (std::uint64_t i = 0; i < options.cells; ++i) {
     SyntheticRandom random(options.seed ^ 0x706c616365U, i);
-    const Vector3d p = kColumnRadius_um * random.inDisc();
+    const Vector3d p = kPlacedRadius_um * random.inDisc();
     Vector3d turn = random.inDisc();
     while (turn.squaredNorm() < 0.01) turn = random.inDisc();
     turn.normalize();

@@ -36,7 +36,8 @@ struct SyntheticOptions {
   std::uint32_t cells = 200;
   std::uint64_t seed = 1;
   // Not empty: the archive holds a library of at most `library` morphologies with their somata on the column's axis,
-  // and this file becomes the table that places them `cells` times.
+  // and this file becomes the table that places them `cells` times, within 257 um of the axis: 31 000 cells are then a
+  // column of 0.29 mm^3 and 2e8 segments. A library's cells are 45 % larger than a column's, about 6400 segments.
   std::string placements_out;
   std::uint32_t library = 50;
 };

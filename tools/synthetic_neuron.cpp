@@ -469,7 +469,8 @@ Neuron growNeuron(std::uint64_t seed, std::uint64_t number, bool on_axis) {
   const Vector3d soma(on_axis ? 0 : across.x(), y_um, on_axis ? 0 : across.z());
   // Sizes are skewed: most cells near the typical one, a few much larger.
   const double v = random.uniform();
-  const auto size = static_cast<std::size_t>(plan.samples * (0.62 + 0.62 * v + 0.45 * v * v * v * v));
+  auto size = static_cast<std::size_t>(plan.samples * (0.62 + 0.62 * v + 0.45 * v * v * v * v));
+  if (on_axis) size = size * 29 / 20;
   neuron.samples.reserve(size + 200);
   Grower grower(neuron, random, soma, plan.soma_radius_um * random.between(0.88, 1.15));
   growKind(grower, plan.kind, layer, size);

@@ -287,7 +287,7 @@ TEST(Synthetic, APlacementTableUsesALibrary) {
     ASSERT_TRUE(fields) << line;
     ASSERT_EQ(source.rfind("lib.zip/", 0), 0U);
     EXPECT_TRUE(entries.contains(source.substr(8))) << source;
-    EXPECT_LE(std::hypot(x, z), 150.01);
+    EXPECT_LE(std::hypot(x, z), 257.01);
     EXPECT_NEAR(qw * qw + qx * qx + qy * qy + qz * qz, 1, 1e-12);
     EXPECT_EQ(qx, 0);
     EXPECT_EQ(qz, 0) << "turned about the vertical only";
