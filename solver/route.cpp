@@ -117,9 +117,11 @@ Ends byIds(const CellGraph& graph, const Forest& forest, std::int64_t first_id, 
 }  // namespace
 
 Route::Route(std::uint32_t cell, const Grid& grid, const std::vector<GridPoint>& positions,
-             std::vector<std::uint32_t> parents, std::uint32_t first, std::uint32_t last)
+             std::vector<std::uint32_t> parents, std::uint32_t first, std::uint32_t last,
+             std::vector<std::array<std::uint32_t, 2>> links)
     : cell_(cell),
       parents_(std::move(parents)),
+      links_(std::move(links)),
       route_index_(parents_.size(), kNone),
       on_route_(parents_.size(), false) {
   // Up from both ends: the first sample of the climb from `last` that lies above `first` is where the two meet.
@@ -161,11 +163,17 @@ Route::Route(std::uint32_t cell, const Grid& grid, const std::vector<GridPoint>&
 }
 
 SegmentId Route::first_segment() const {
-  const bool child_first = parents_[points_[0].rank] == points_[1].rank;
-  return {cell_, points_[child_first ? 0 : 1].rank};
+  const std::uint32_t a = points_[0].rank, b = points_[1].rank;
+  for (std::uint32_t s = 0; s < links_.size(); ++s)
+    if (links_[s] == std::array{a, b} || links_[s] == std::array{b, a}) return {cell_, s};
+  return {cell_, parents_[a] == b ? a : b};
 }
 
-double Route::first_t() const { return parents_[points_[0].rank] == points_[1].rank ? 0.0 : 1.0; }
+double Route::first_t() const {
+  const std::uint32_t first = points_[0].rank;
+  if (links_.empty()) return parents_[first] == points_[1].rank ? 0.0 : 1.0;
+  return links_[first_segment().segment][0] == first ? 0.0 : 1.0;
+}
 
 Vector3d Route::pointAt(double arc_um) const noexcept {
   if (!(arc_um > 0)) return points_.front().p_W;
@@ -179,8 +187,20 @@ Vector3d Route::pointAt(double arc_um) const noexcept {
 
 Route::Progress Route::progress(const ProxyPlace& place) const noexcept {
   const std::uint32_t cell = place.at_node ? place.node.cell : place.segment.cell;
-  const std::uint32_t rank = place.at_node ? place.node.sample : place.segment.segment;
-  if (!place.valid() || cell != cell_ || rank >= parents_.size() || route_index_[rank] == kNone) return {};
+  std::uint32_t rank = place.at_node ? place.node.sample : place.segment.segment;
+  if (!place.valid() || cell != cell_) return {};
+  if (!links_.empty() && !place.at_node) {
+    if (rank >= links_.size()) return {};
+    const auto [child, parent] = links_[rank];
+    rank = child;
+    // A link that closes a loop is off the route, and leads back to it from its nearer end.
+    if (child < parents_.size() && parents_[child] != parent) {
+      const std::uint32_t nearer = place.t < 0.5 ? child : parent;
+      if (nearer >= parents_.size() || route_index_[nearer] == kNone) return {};
+      return {points_[route_index_[nearer]].arc_um, false, true};
+    }
+  }
+  if (rank >= parents_.size() || route_index_[rank] == kNone) return {};
   const double arc_um = points_[route_index_[rank]].arc_um;
   if (place.at_node) return {arc_um, on_route_[rank], true};
   const std::uint32_t parent = parents_[rank];
@@ -220,13 +240,13 @@ Route planRoute(const CellGraph& graph, std::uint32_t cell, const std::string& s
           "no such route: choose FIRST:LAST (two sample ids of the cell), longest, random:SEED or tour:SEED");
     ends = byIds(graph, forest, *first, *last);
   }
-  return Route(cell, graph.grid, graph.positions, graph.parents, ends.first, ends.second);
+  return Route(cell, graph.grid, graph.positions, graph.parents, ends.first, ends.second, graph.links);
 }
 
 std::optional<Route> planRandomRoute(const CellGraph& graph, std::uint32_t cell, std::uint64_t seed) {
   const std::optional<Ends> ends = randomEnds(measure(graph), seed);
   if (!ends) return std::nullopt;
-  return Route(cell, graph.grid, graph.positions, graph.parents, ends->first, ends->second);
+  return Route(cell, graph.grid, graph.positions, graph.parents, ends->first, ends->second, graph.links);
 }
 
 }  // namespace filiform

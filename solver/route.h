@@ -5,6 +5,7 @@
 #include "index/tile.h"
 #include "solver/proxy_solver.h"
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -31,9 +32,11 @@ class Route {
   };
 
   // The path from sample `first` to sample `last` (ranks). Requires `parents` (kNoParent at roots) without cycles, of
-  // the length of `positions`. Throws UsageError if no path joins them or it has no length. O(samples).
+  // the length of `positions`. Of a cell with loops, `parents` is a spanning forest, which the route keeps to, and
+  // `links` are its segments, as in CellGraph. Throws UsageError if no path joins them or it has no length. O(samples).
   Route(std::uint32_t cell, const Grid& grid, const std::vector<GridPoint>& positions,
-        std::vector<std::uint32_t> parents, std::uint32_t first, std::uint32_t last);
+        std::vector<std::uint32_t> parents, std::uint32_t first, std::uint32_t last,
+        std::vector<std::array<std::uint32_t, 2>> links = {});
 
   std::uint32_t cell() const { return cell_; }
   const std::vector<Point>& points() const { return points_; }  // at least two
@@ -52,8 +55,9 @@ class Route {
  private:
   std::uint32_t cell_;
   std::vector<Point> points_;
-  Vector3d beyond_ = Vector3d::Zero();  // unit vector past the last point
-  std::vector<std::uint32_t> parents_;  // of all samples of the cell
+  Vector3d beyond_ = Vector3d::Zero();               // unit vector past the last point
+  std::vector<std::uint32_t> parents_;               // of all samples of the cell
+  std::vector<std::array<std::uint32_t, 2>> links_;  // of a cell with loops
   std::vector<std::uint32_t>
       route_index_;             // by rank: index of the route's point, from which off the route the structure leaves it
   std::vector<bool> on_route_;  // by rank
