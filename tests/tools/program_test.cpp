@@ -230,6 +230,35 @@ TEST_F(Program, ExportGivesTheCellBack) {
   EXPECT_EQ(nlohmann::json::parse(info.out).at("segments"), 6);
 }
 
+TEST_F(Program, ALibraryIsPlacedByATableWhateverTheOrderOfItsRows) {
+  const std::string header = "source\tx_um\ty_um\tz_um\tqw\tqx\tqy\tqz\tname\n";
+  const std::string a = "cell.swc\t100\t0\t0\t1\t0\t0\t0\tfirst\n", b = "cell.swc\t0\t50\t0\t0\t0\t1\t0\t\n";
+  write(path("ab.tsv"), header + a + b);
+  write(path("ba.tsv"), header + b + a);
+  for (const char* order : {"ab", "ba"}) {
+    const std::string table = path(std::string(order) + ".tsv"), set = path(std::string(order) + ".fil");
+    fs::create_directory(path(order));
+    fs::rename(table, path(order) + "/t.tsv");
+    const Outcome made = runFiliform({"ingest", path("cell.swc"), "--placements", path(order) + "/t.tsv", "-o", set});
+    ASSERT_EQ(made.exit_code, 0) << made.err;
+  }
+  EXPECT_EQ(contentOf(path("ab.fil") + "/CURRENT"), contentOf(path("ba.fil") + "/CURRENT"));
+  const Outcome nearest = runFiliform({"nearest", path("ab.fil"), "100", "0", "0", "--json"});
+  EXPECT_EQ(nlohmann::json::parse(nearest.out).at(0).at("cell"), "first");
+  write(path("bad.tsv"), header + "other.swc\t0\t0\t0\t1\t0\t0\t0\t\n");
+  expectRefusal(runFiliform({"ingest", path("cell.swc"), "--placements", path("bad.tsv"), "-o", path("bad.fil")}), 1,
+                "bad.tsv:2: 'other.swc'");
+  EXPECT_FALSE(fs::exists(path("bad.fil")));
+}
+
+TEST_F(Program, AnEdgeListGoesInAndComesBack) {
+  write(path("tree.edges"), "node 5 0 0 0 1 1\nnode 7 3 4 0\nedge 5 7\n");
+  ASSERT_EQ(runFiliform({"ingest", path("tree.edges"), "-o", path("tree.fil")}).exit_code, 0);
+  ASSERT_EQ(runFiliform({"export", path("tree.fil"), "--cell", "tree", "-o", path("back.edges")}).exit_code, 0);
+  const Outcome check = runFiliform({"check", path("back.edges"), "--tsv"});
+  EXPECT_NE(check.out.find("back.edges\taccept\t2\t1\t-\t-\n"), std::string::npos) << check.out;
+}
+
 TEST_F(Program, NavigateReportsThePromisedFieldsAndRows) {
   const Outcome outcome =
       runFiliform({"navigate", path("small.fil"), "--route", "1:5", "--zoom", "100", "--csv", path("f.csv"), "--json"});
