@@ -216,6 +216,8 @@ Image drawPlot(const Plot& plot) {
     widen(x, series.x, series.y, y, any_x);
     widen(y, series.y, series.x, x, any_y);
   }
+  if (plot.x_most && any_x && x.shows(*plot.x_most)) x.hi = std::max(x.hi, x.inside(*plot.x_most));
+  if (plot.y_most && any_y && y.shows(*plot.y_most)) y.hi = std::max(y.hi, y.inside(*plot.y_most));
   settle(x, any_x);
   if (plot.y_from_zero && !y.log && any_y) {
     y.lo = std::min(y.lo, 0.0);

@@ -15,6 +15,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -40,6 +41,7 @@ struct Plot {
   bool x_log = false, y_log = false;
   bool y_from_zero = true;  // a linear y axis includes 0
   int width = 1200, height = 500;
+  std::optional<double> x_most, y_most;  // the axes reach at least so far: for plots to be compared side by side
 };
 
 // A series with more points than the plot has columns is drawn by the least and the greatest value in each column, so

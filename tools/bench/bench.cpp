@@ -34,31 +34,12 @@ std::string processorName() {
   return "unknown";
 }
 
-ordered_json machine() {
-  utsname system{};
-  uname(&system);
-  const auto pages = static_cast<std::uint64_t>(sysconf(_SC_PHYS_PAGES));
-  const auto page = static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
-  return {{"processor", processorName()},
-          {"threads", std::thread::hardware_concurrency()},
-          {"memory_bytes", pages * page},
-          {"system", std::string(system.sysname) + " " + system.release},
-          {"compiler", std::string("g++/clang ") + __VERSION__},
-          {"filiform", FILIFORM_VERSION},
-#ifdef NDEBUG
-          {"assertions", false}
-#else
-          {"assertions", true}
-#endif
-  };
-}
-
 ordered_json toJson(const BenchValue& value) {
   return std::visit([](const auto& v) -> ordered_json { return v; }, value);
 }
 
 // Figures for people: four significant digits.
-std::string shown(double value) {
+std::string fourDigits(double value) {
   if (!std::isfinite(value)) return "-";
   std::ostringstream out;
   if (value != 0 && (std::abs(value) >= 1e7 || std::abs(value) < 1e-4)) {
@@ -74,10 +55,15 @@ std::string shown(double value) {
   return out.str();
 }
 
-std::string shown(const BenchValue& value) {
-  if (const auto* text = std::get_if<std::string>(&value)) return *text;
-  if (const auto* count = std::get_if<std::int64_t>(&value)) return std::to_string(*count);
-  return shown(std::get<double>(value));
+ordered_json machine() {
+  ordered_json json;
+  for (const auto& [name, value] : machineFacts()) json[name] = toJson(value);
+#ifdef NDEBUG
+  json["assertions"] = false;
+#else
+  json["assertions"] = true;
+#endif
+  return json;
 }
 
 void writeFile(const std::string& path, const std::string& text) {
@@ -92,15 +78,16 @@ std::string markdown(const Workload& workload, const BenchOptions& options, cons
   std::ostringstream out;
   out << "# bench " << workload.name << ": " << workload.summary << "\n\n"
       << "`filiform bench " << workload.name << " --seed " << options.seed << (options.quick ? " --quick" : "") << "`, "
-      << shown(wall_s) << " s on " << where["processor"].get<std::string>() << ", " << where["threads"] << " threads, "
-      << where["compiler"].get<std::string>() << (where["assertions"].get<bool>() ? ", assertions on" : "");
+      << fourDigits(wall_s) << " s on " << where["processor"].get<std::string>() << ", " << where["threads"]
+      << " threads, " << where["compiler"].get<std::string>()
+      << (where["assertions"].get<bool>() ? ", assertions on" : "");
   for (const auto& [name, version] : report.versions) out << ", " << name << ' ' << version;
   out << ".\n";
   if (options.quick) out << "\n**Quick run: these figures mean nothing.**\n";
   if (!report.goals.empty()) {
     out << "\n| what | must | aim | measured | |\n|---|---|---|---|---|\n";
     for (const BenchGoal& goal : report.goals)
-      out << "| " << goal.what << " | " << goal.must << " | " << goal.aim << " | " << shown(goal.measured) << " | "
+      out << "| " << goal.what << " | " << goal.must << " | " << goal.aim << " | " << fourDigits(goal.measured) << " | "
           << (goal.met_aim    ? "aim"
               : goal.met_must ? "must"
                               : "**missed**")
@@ -125,6 +112,25 @@ std::string markdown(const Workload& workload, const BenchOptions& options, cons
 }
 
 }  // namespace
+
+std::string shown(const BenchValue& value) {
+  if (const auto* text = std::get_if<std::string>(&value)) return *text;
+  if (const auto* count = std::get_if<std::int64_t>(&value)) return std::to_string(*count);
+  return fourDigits(std::get<double>(value));
+}
+
+std::vector<std::pair<std::string, BenchValue>> machineFacts() {
+  utsname system{};
+  uname(&system);
+  const auto pages = static_cast<std::int64_t>(sysconf(_SC_PHYS_PAGES));
+  const auto page = static_cast<std::int64_t>(sysconf(_SC_PAGESIZE));
+  return {{"processor", processorName()},
+          {"threads", static_cast<std::int64_t>(std::thread::hardware_concurrency())},
+          {"memory_bytes", pages * page},
+          {"system", std::string(system.sysname) + " " + system.release},
+          {"compiler", std::string("g++/clang ") + __VERSION__},
+          {"filiform", std::string(FILIFORM_VERSION)}};
+}
 
 std::string runWorkload(const Workload& workload, const BenchOptions& options) {
   const auto started = std::chrono::steady_clock::now();

@@ -23,6 +23,11 @@ struct BenchOptions {
 
 using BenchValue = std::variant<std::string, double, std::int64_t>;
 
+// As tables for people show it: numbers with four significant digits.
+std::string shown(const BenchValue& value);
+// Processor, threads, memory, system, compiler, version of the program.
+std::vector<std::pair<std::string, BenchValue>> machineFacts();
+
 struct BenchTable {
   std::string name;     // a word: the key in the JSON
   std::string caption;  // a line, with units

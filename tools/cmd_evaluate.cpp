@@ -1,0 +1,81 @@
+// filiform evaluate: every method on the paper's scenes and on routes of many cells, by a simulated hand.
+#include "index/errors.h"
+#include "index/input.h"
+#include "tools/cli.h"
+#include "tools/evaluate/evaluation.h"
+#include "tools/progress.h"
+#include "tools/synthetic.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <thread>
+
+#include <CLI/CLI.hpp>
+
+namespace filiform::tools {
+
+namespace {
+
+constexpr std::uint32_t kSyntheticCells = 12;
+
+int runEvaluate(EvaluationOptions options) {
+  std::error_code error;
+  std::filesystem::create_directories(options.out, error);
+  if (error) throw IoError(options.out, "cannot make the folder", error.value());
+  if (options.threads == 0) options.threads = std::max(1u, std::thread::hardware_concurrency());
+
+  std::unique_ptr<Progress> progress;
+  std::string shown_stage;
+  options.progress = [&](const std::string& stage, std::uint64_t done, std::uint64_t total) {
+    throwIfInterrupted();
+    if (stage != shown_stage) {
+      progress.reset();
+      ProgressOptions line;
+      line.title = "evaluate: " + stage;
+      line.noun = "trials";
+      line.total = total;
+      progress = std::make_unique<Progress>(line);
+      shown_stage = stage;
+    }
+    progress->update(done);
+  };
+  std::unique_ptr<CellStream> cells;
+  if (options.corpus.empty()) {
+    SyntheticOptions synthetic;
+    synthetic.cells = options.quick ? 1 : kSyntheticCells;
+    synthetic.seed = options.seed;
+    cells = std::make_unique<SyntheticCells>(synthetic);
+  } else {
+    cells = std::make_unique<Input>(std::vector<std::string>{options.corpus});
+    options.corpus = std::filesystem::path(options.corpus).lexically_normal().filename().string();
+  }
+  const std::string text = evaluate(*cells, options);
+  if (progress) progress->finish();
+  std::cout << text;
+  return 0;
+}
+
+}  // namespace
+
+void addEvaluate(CLI::App& app, Chosen& chosen) {
+  auto options = std::make_shared<EvaluationOptions>();
+  options->threads = 0;
+  CLI::App* evaluate = app.add_subcommand("evaluate", "Every method on the paper's scenes and on many routes");
+  evaluate->footer(
+      "Examples:\n  filiform evaluate --out eval\n  filiform evaluate --out eval --corpus morphologies/ --routes 2000");
+  evaluate->add_option("--out", options->out, "folder for the page, tables, plots and CSV")->capture_default_str();
+  evaluate->add_option("--corpus", options->corpus, "SWC files, folders or archives; none: synthetic cells");
+  evaluate->add_option("--routes", options->routes, "drawn over all cells; 0: 2000 of a corpus, 24 of synthetic cells");
+  evaluate->add_option("--seed", options->seed, "of routes, tremor, synthetic cells and pulls")->capture_default_str();
+  evaluate->add_option("--threads", options->threads, "0: as many as the machine has")->capture_default_str();
+  evaluate->add_option("--methods", options->methods, "of basic,shading,force,climb,nearest; none: all")
+      ->delimiter(',');
+  evaluate->add_option("--zooms", options->zooms_um, "um across 12 cm, of the main tables; none: 100,300,1000")
+      ->delimiter(',');
+  evaluate->add_flag("--quick", options->quick, "a few of everything, to see that it works");
+  evaluate->callback([options, &chosen] { chosen = [options] { return runEvaluate(*options); }; });
+}
+
+}  // namespace filiform::tools
