@@ -32,9 +32,9 @@ std::string evaluateInto(const std::string& folder, unsigned threads) {
   EvaluationOptions options;
   options.out = folder;
   options.quick = true;
-  options.routes = 2;
+  options.routes = 1;
   options.threads = threads;
-  options.methods = {"basic", "force", "climb", "nearest"};
+  options.methods = {"force", "climb", "nearest"};
   options.zooms_um = {1000};
   return evaluate(cells, options);
 }

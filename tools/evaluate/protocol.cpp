@@ -97,8 +97,8 @@ std::vector<Condition> sceneConditions(const ProtocolOptions& options) {
     for (const double stiffness : {200.0, 50.0, 500.0}) {
       setup.stiffness_N_m = stiffness;
       add(handVariant(hand, stiffness), setup);
+      if (options.quick) return conditions;
     }
-    if (options.quick) return conditions;
   }
   TrialSetup other;
   other.zoom_um = kSceneZoom_um;
@@ -211,6 +211,8 @@ std::vector<std::pair<std::string, std::string>> parameterDump() {
   put("law.max_force_N", law.max_force_N);
   put("law.max_slew_N_s", law.max_slew_N_s);
   put("law.ramp_s", law.ramp_s);
+  put("law.free_speed_m_s", law.free_speed_m_s);
+  put("law.passivity_on", law.passivity.on);
   const WorkspaceOptions workspace;
   put("workspace.static_fraction", workspace.static_fraction);
   put("workspace.drift_speed_m_s", workspace.drift_speed_m_s);
