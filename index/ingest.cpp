@@ -1,17 +1,16 @@
 #include "index/ingest.h"
 
 #include "index/errors.h"
-#include "index/internal/grid_cells.h"
 #include "index/internal/output_file.h"
 #include "index/internal/set_files.h"
 #include "index/internal/tile_entry.h"
+#include "index/internal/tiler.h"
 #include "index/samples.h"
 #include "index/tile_codec.h"
 #include "index/tile_writer.h"
 
 #include <algorithm>
 #include <cerrno>
-#include <exception>
 #include <fcntl.h>
 #include <filesystem>
 #include <memory>
@@ -23,8 +22,6 @@ namespace filiform {
 namespace {
 
 namespace fs = std::filesystem;
-using internal::GridCells;
-using internal::Placement;
 
 constexpr const char* kCurrent = "CURRENT";
 
@@ -161,58 +158,61 @@ class Workshop {
   int folder_ = -1;
 };
 
-struct EncodedTile {
-  TileEntry entry;
-  std::vector<std::uint8_t> geometry, appearance;
-};
-
-EncodedTile encode(const GridCells& cells, const Placement& placement, TileId t) {
-  const std::shared_ptr<const Tile> tile = internal::buildTile(cells, placement, t);
-  return {internal::entryOf(*tile), encodeTile(*tile),
-          encodeAppearance(internal::buildAppearance(cells, placement, t))};
-}
-
-// Encodes a batch at a time on all threads, writes in order: so the bytes do not depend on the threads.
-void writeTiles(const GridCells& cells, const Placement& placement, unsigned threads, TileWriter& writer,
-                const std::function<void(std::uint64_t)>& progress) {
-  constexpr std::size_t kBatch = 256;
-  const std::vector<TileId> order = TileWriter::packOrder(placement.leaves, placement.has_long);
-  std::vector<EncodedTile> batch;
-  for (std::size_t begin = 0; begin < order.size(); begin += kBatch) {
-    progress(begin);
-    const std::size_t n = std::min(kBatch, order.size() - begin);
-    batch.assign(n, {});
-    std::atomic<std::size_t> next{0};
-    const auto work = [&](std::exception_ptr& failure) {
-      try {
-        for (std::size_t i; (i = next.fetch_add(1)) < n;) batch[i] = encode(cells, placement, order[begin + i]);
-      } catch (...) {
-        failure = std::current_exception();
-      }
-    };
-    const std::size_t helpers = std::min<std::size_t>(threads, n) - 1;
-    std::vector<std::exception_ptr> failures(helpers + 1);
-    {
-      std::vector<std::jthread> pool;
-      for (std::size_t i = 0; i < helpers; ++i) pool.emplace_back(work, std::ref(failures[i]));
-      work(failures[helpers]);
-    }
-    for (const std::exception_ptr& failure : failures)
-      if (failure) std::rethrow_exception(failure);
-    for (std::size_t i = 0; i < n; ++i)
-      writer.add(order[begin + i], batch[i].entry, batch[i].geometry, batch[i].appearance);
+// Encodes tiles as they come, and keeps their bytes aside until their places in the packs are known.
+class TileStack final : public internal::TileSink {
+ public:
+  TileStack(const Grid& grid, unsigned threads, const std::string& folder, std::uint64_t memory)
+      : grid_(grid), spool_(folder, kBlockBytes, memory) {
+    for (unsigned i = 0; i < threads; ++i) heaps_.push_back({internal::Chain(spool_), {}});
   }
-}
 
-std::vector<SegmentEnds> allSegments(const GridCells& cells) {
-  std::vector<SegmentEnds> segments;
-  segments.reserve(cells.sample_count());
-  for (std::uint32_t c = 0; c < cells.cell_count(); ++c)
-    for (std::uint32_t s = cells.begin(c); s < cells.begin(c + 1); ++s)
-      if (cells.isSegment(s))
-        segments.push_back({{c, s - cells.begin(c)}, cells.position(s), cells.position(cells.other(s, c))});
-  return segments;
-}
+  void add(unsigned worker, std::uint32_t leaf, const CellKey& key, bool is_long, std::vector<StoredSegment>& segments,
+           TileAppearance& appearance) override {
+    const Tile tile(0, key, is_long, grid_, std::move(segments));
+    Heap& heap = heaps_[worker];
+    const std::vector<std::uint8_t> geometry = encodeTile(tile), look = encodeAppearance(appearance);
+    heap.tiles.push_back({internal::entryOf(tile), leaf, worker, heap.bytes.bytes(), geometry.size(), look.size()});
+    heap.bytes.append(geometry);
+    heap.bytes.append(look);
+  }
+
+  struct Encoded {
+    TileEntry entry;
+    std::uint32_t leaf;
+    unsigned heap;
+    std::uint64_t offset;
+    std::size_t geometry_bytes, appearance_bytes;
+  };
+  // All of them, by leaf: their places are the tiles' ids.
+  std::vector<Encoded> finish() {
+    std::vector<Encoded> all;
+    for (Heap& heap : heaps_) {
+      heap.bytes.close();
+      all.insert(all.end(), heap.tiles.begin(), heap.tiles.end());
+      heap.tiles = {};
+    }
+    std::sort(all.begin(), all.end(), [](const Encoded& a, const Encoded& b) { return a.leaf < b.leaf; });
+    return all;
+  }
+  void write(TileId id, const Encoded& tile, TileWriter& writer) {
+    bytes_.resize(tile.geometry_bytes + tile.appearance_bytes);
+    heaps_[tile.heap].bytes.read(tile.offset, bytes_, scratch_);
+    const std::span<const std::uint8_t> all(bytes_);
+    writer.add(id, tile.entry, all.first(tile.geometry_bytes), all.subspan(tile.geometry_bytes));
+  }
+
+ private:
+  static constexpr std::size_t kBlockBytes = std::size_t{64} << 10;
+  struct Heap {
+    internal::Chain bytes;
+    std::vector<Encoded> tiles;
+  };
+  Grid grid_;
+  internal::Spool spool_;
+  std::vector<Heap> heaps_;
+  internal::Spool::Buffer scratch_;
+  std::vector<std::uint8_t> bytes_;
+};
 
 }  // namespace
 
@@ -227,29 +227,48 @@ IngestResult ingest(CellStream& stream, const std::string& path, const IngestOpt
     if (options.progress) options.progress(phase, done, total);
   };
 
-  Workshop workshop(folder, options.force);
-  step("reading", 0, 0);
-  const GridCells cells(stream, Grid(options.quantum_exponent), options.cancel);
-  step("cutting", 0, 0);
-  const Placement placement = internal::place(cells, options.capacity, options.cancel);
-
-  TileWriter writer(workshop.building(), cells.grid(), options.capacity, placement.tile_count(), placement.has_long);
+  if (options.memory < kMinIngestMemory)
+    throw UsageError("ingest needs at least " + std::to_string(kMinIngestMemory >> 20) + " MiB of memory");
   const unsigned threads = options.threads != 0 ? options.threads : std::max(1u, std::thread::hardware_concurrency());
-  writeTiles(cells, placement, threads, writer,
-             [&](std::uint64_t done) { step("writing tiles", done, placement.tile_count()); });
+
+  Workshop workshop(folder, options.force);
+  const Grid grid(options.quantum_exponent);
+  internal::Tiler tiler({.grid = grid,
+                         .capacity = options.capacity,
+                         .memory = options.memory,
+                         .chunk_segments = options.chunk_segments,
+                         .threads = threads,
+                         .folder = workshop.building(),
+                         .cancel = options.cancel,
+                         .progress = step});
+  tiler.read(stream);
+  tiler.cut();
+  TileStack stack(grid, threads, workshop.building(), options.chunk_segments != 0 ? 0 : options.memory / 8);
+  tiler.tiles(stack);
+  const std::vector<TileStack::Encoded> tiles = stack.finish();
+
+  const auto leaf_count = static_cast<std::uint32_t>(tiler.leaves().size());
+  const bool has_long = !tiles.empty() && tiles.back().leaf == leaf_count;
+  TileWriter writer(workshop.building(), grid, options.capacity, static_cast<TileId>(tiles.size()), has_long);
+  std::vector<CellKey> keys;
+  std::vector<TileId> tile_of(leaf_count + 1, kNoTile);
+  for (TileId t = 0; t < tiles.size(); ++t) {
+    tile_of[tiles[t].leaf] = t;
+    if (tiles[t].leaf < leaf_count) keys.push_back(tiles[t].entry.key);
+  }
+  std::uint64_t written = 0;
+  for (const TileId t : TileWriter::packOrder(keys, has_long)) {
+    if (written % 256 == 0) step("packing", written, tiles.size());
+    stack.write(t, tiles[t], writer);
+    ++written;
+  }
   step("choosing sample points", 0, 0);
-  writer.writeSamples(chooseSamples(allSegments(cells), cells.grid()));
+  writer.writeSamples(tiler.samples());
   step("writing cells", 0, 0);
-  const std::vector<std::vector<TileId>> owning = internal::owningTiles(cells, placement);
-  writer.writeCells(
-      cells.records(), [&](std::uint32_t c) { return cells.digest(c); },
-      [&](std::uint32_t c) {
-        CellDetail detail = cells.detail(c);
-        detail.tiles = owning[c];
-        return detail;
-      });
+  writer.writeCells(tiler.records(), tiler.digests(), [&](const auto& use) { tiler.details(tile_of, use); });
 
   IngestResult result;
+  result.spool_bytes = tiler.spool_file_bytes();
   result.revision = writer.finish(options.provenance ? options.provenance() : Provenance{});
   result.counts = writer.counts();
   result.bytes = writer.bytes();

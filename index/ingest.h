@@ -29,10 +29,16 @@ struct Provenance {
   std::map<std::string, std::uint64_t> codes;  // how often each code was reported: everything dropped, cut or doubted
 };
 
+inline constexpr std::uint64_t kMinIngestMemory = std::uint64_t{64} << 20;
+
 struct IngestOptions {
   std::uint32_t capacity = PartitionOptions{}.capacity;
   int quantum_exponent = Grid::kDefaultExponent;
-  unsigned threads = 0;                         // 0: as many as the machine has; the bytes do not depend on it
+  unsigned threads = 0;  // 0: as many as the machine has
+  // Working memory, at least kMinIngestMemory. What does not fit goes to a file in the set's folder, about 14 bytes a
+  // segment and then as much as the set; beside it each tile takes about 300 bytes, each cell about 400.
+  std::uint64_t memory = std::uint64_t{1} << 30;
+  std::uint64_t chunk_segments = 0;             // for tests: worked on together at most, everything else in the file
   bool force = false;                           // replace a set that is there already
   const std::atomic<bool>* cancel = nullptr;    // when it becomes true: stop, clean up, throw Interrupted
   std::function<Provenance()> provenance = {};  // asked once, after the stream has ended; may be empty
@@ -43,15 +49,17 @@ struct IngestOptions {
 struct IngestResult {
   std::string revision;
   SetCounts counts;
-  std::uint64_t bytes = 0;  // of all files
-  bool unchanged = false;   // --force met the very same set; it was left as it was
+  std::uint64_t bytes = 0;        // of all files
+  std::uint64_t spool_bytes = 0;  // the most that was put aside on disk while segments were sorted
+  bool unchanged = false;         // --force met the very same set; it was left as it was
 };
 
 // Reads the stream to its end and publishes a tile set at `path`, atomically: until the end a set that is there stays
 // in force, and whatever fails leaves no trace. One ingest a set at a time. Deterministic: the same cells and options
 // give the same bytes. Throws InputError when there is a set already and not `force`, when the folder holds anything
-// else, or when another ingest is at work; IoError (disk full, no permission); Interrupted; UsageError for options out
-// of range; and whatever the stream throws. O(n log n), everything in memory: about 150 bytes a segment.
+// else, when another ingest is at work, or when so many segments have one and the same midpoint that their tile does
+// not fit the memory; IoError (disk full, no permission); Interrupted; UsageError for options out of range; and
+// whatever the stream throws. The bytes depend neither on threads nor on memory. O(n).
 IngestResult ingest(CellStream& cells, const std::string& path, const IngestOptions& options = {});
 
 }  // namespace filiform

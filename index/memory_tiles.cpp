@@ -1,70 +1,91 @@
 #include "index/memory_tiles.h"
 
 #include "index/errors.h"
-#include "index/internal/grid_cells.h"
+#include "index/internal/set_files.h"
 #include "index/internal/tile_entry.h"
-#include "index/samples.h"
+#include "index/internal/tiler.h"
 
 #include <map>
-#include <mutex>
 
 namespace filiform {
 namespace {
 
-class MemoryTiles final : public TileStore {
+class MemoryTiles final : public TileStore, private internal::TileSink {
  public:
   MemoryTiles(CellStream& stream, const PartitionOptions& options)
-      : capacity_(options.capacity),
-        cells_(stream, Grid(options.quantum_exponent), nullptr),
-        placement_(internal::place(cells_, options.capacity, nullptr)),
-        owning_(internal::owningTiles(cells_, placement_)),
-        leaves_(placement_.leaves) {
-    for (TileId t = 0; t < placement_.tile_count(); ++t) {
-      tiles_.push_back(internal::buildTile(cells_, placement_, t));
+      : capacity_(options.capacity), grid_(options.quantum_exponent) {
+    internal::Tiler tiler({.grid = grid_, .capacity = capacity_});
+    tiler.read(stream);
+    tiler.cut();
+    tiler.tiles(*this);
+    samples_ = tiler.samples();
+    const auto leaf_count = static_cast<std::uint32_t>(tiler.leaves().size());
+    std::vector<TileId> tile_of(leaf_count + 1, kNoTile);
+    std::vector<CellKey> keys;
+    for (Found& found : found_) {
+      const auto id = tile_of[found.leaf] = static_cast<TileId>(tiles_.size());
+      tiles_.push_back(
+          std::make_shared<const Tile>(id, found.key, found.leaf == leaf_count, grid_, std::move(found.segments)));
       entries_.push_back(internal::entryOf(*tiles_.back()));
+      appearances_.push_back(std::move(found.appearance));
+      if (found.leaf == leaf_count) {
+        long_tile_ = id;
+      } else {
+        keys.push_back(found.key);
+      }
     }
-    for (std::uint32_t c = 0; c < cells_.cell_count(); ++c) by_name_.emplace(cells_.records()[c].name, c);
+    found_.clear();
+    leaves_ = LeafIndex(std::move(keys));
+    records_ = tiler.records();
+    details_.reserve(records_.size());
+    tiler.details(tile_of, [&](internal::ByteSpan detail) {
+      details_.push_back(internal::decodeDetail(detail, records_[details_.size()].samples));
+    });
+    for (std::uint32_t c = 0; c < records_.size(); ++c) by_name_.emplace(records_[c].name, c);
   }
 
-  Grid grid() const override { return cells_.grid(); }
+  Grid grid() const override { return grid_; }
   const LeafIndex& leaves() const override { return leaves_; }
-  TileId tile_count() const override { return placement_.tile_count(); }
-  TileId long_tile() const override { return placement_.has_long ? tile_count() - 1 : kNoTile; }
+  TileId tile_count() const override { return static_cast<TileId>(tiles_.size()); }
+  TileId long_tile() const override { return long_tile_; }
   const TileEntry& entry(TileId tile) const override { return entries_.at(tile); }
   std::uint32_t capacity() const override { return capacity_; }
   std::shared_ptr<const Tile> load(TileId tile) const override { return tiles_.at(tile); }
-  TileAppearance loadAppearance(TileId tile) const override {
-    (void)entries_.at(tile);  // an id out of range throws
-    return internal::buildAppearance(cells_, placement_, tile);
-  }
-  std::uint32_t cell_count() const override { return cells_.cell_count(); }
-  const CellRecord& cell(std::uint32_t id) const override { return cells_.records().at(id); }
+  TileAppearance loadAppearance(TileId tile) const override { return appearances_.at(tile); }
+  std::uint32_t cell_count() const override { return static_cast<std::uint32_t>(records_.size()); }
+  const CellRecord& cell(std::uint32_t id) const override { return records_.at(id); }
   std::optional<std::uint32_t> findCell(const std::string& name) const override {
     const auto found = by_name_.find(name);
     return found == by_name_.end() ? std::nullopt : std::optional(found->second);
   }
-  CellDetail loadCellDetail(std::uint32_t id) const override {
-    (void)cells_.records().at(id);
-    CellDetail detail = cells_.detail(id);
-    detail.tiles = owning_[id];
-    return detail;
-  }
-  const SamplePoints& samples() const override {
-    std::call_once(samples_once_, [this] { samples_ = chooseSamples(*this); });
-    return samples_;
-  }
+  CellDetail loadCellDetail(std::uint32_t id) const override { return details_.at(id); }
+  const SamplePoints& samples() const override { return samples_; }
 
  private:
+  // Leaves come in the order of their keys, as there is one thread.
+  void add(unsigned, std::uint32_t leaf, const CellKey& key, bool, std::vector<StoredSegment>& segments,
+           TileAppearance& appearance) override {
+    found_.push_back({leaf, key, segments, appearance});
+  }
+  struct Found {
+    std::uint32_t leaf;
+    CellKey key;
+    std::vector<StoredSegment> segments;
+    TileAppearance appearance;
+  };
+
   std::uint32_t capacity_;
-  internal::GridCells cells_;
-  internal::Placement placement_;
-  std::vector<std::vector<TileId>> owning_;
+  Grid grid_;
+  TileId long_tile_ = kNoTile;
   LeafIndex leaves_;
   std::vector<std::shared_ptr<const Tile>> tiles_;
   std::vector<TileEntry> entries_;
+  std::vector<TileAppearance> appearances_;
+  std::vector<CellRecord> records_;
+  std::vector<CellDetail> details_;
   std::map<std::string, std::uint32_t> by_name_;
-  mutable std::once_flag samples_once_;
-  mutable SamplePoints samples_;
+  SamplePoints samples_;
+  std::vector<Found> found_;  // while tiles are cut
 };
 
 }  // namespace

@@ -14,6 +14,12 @@ struct Pending {
   int side;
 };
 
+auto isLeaf(std::span<const MortonKey> sorted_midpoints, std::uint32_t capacity) {
+  return [=](const CellKey&, std::size_t begin, std::size_t end) {
+    return end - begin <= capacity || sorted_midpoints[begin] == sorted_midpoints[end - 1];
+  };
+}
+
 }  // namespace
 
 GridPoint midpoint(const GridPoint& a, const GridPoint& b) {
@@ -30,9 +36,9 @@ GridBox closedCell(const CellKey& key) {
 // Depth first, lower half first, so that leaves come in ascending order. The stack holds at most one pending half a
 // level.
 template <typename IsLeaf>
-void Partition::build(std::span<const MortonKey> keys, IsLeaf is_leaf) {
+void Partition::build(const CellKey& world, std::span<const MortonKey> keys, IsLeaf is_leaf) {
   constexpr std::uint32_t kNone = UINT32_MAX;
-  std::vector<Pending> stack{{CellKey{}, 0, keys.size(), kNone, 0}};
+  std::vector<Pending> stack{{world, 0, keys.size(), kNone, 0}};
   while (!stack.empty()) {
     const Pending at = stack.back();
     stack.pop_back();
@@ -57,26 +63,31 @@ void Partition::build(std::span<const MortonKey> keys, IsLeaf is_leaf) {
 
 Partition Partition::split(std::span<const MortonKey> sorted_midpoints, std::uint32_t capacity) {
   Partition p;
-  p.build(sorted_midpoints, [&](const CellKey&, std::size_t begin, std::size_t end) {
-    return end - begin <= capacity || sorted_midpoints[begin] == sorted_midpoints[end - 1];
-  });
+  p.build(CellKey{}, sorted_midpoints, isLeaf(sorted_midpoints, capacity));
   return p;
+}
+
+std::vector<CellKey> Partition::splitCell(const CellKey& cell, std::span<const MortonKey> sorted_midpoints,
+                                          std::uint32_t capacity) {
+  Partition p;
+  p.build(cell, sorted_midpoints, isLeaf(sorted_midpoints, capacity));
+  return std::move(p.leaves_);
 }
 
 Partition::Partition(std::vector<CellKey> leaves) {
   std::vector<MortonKey> lows;
   lows.reserve(leaves.size());
   for (const CellKey& leaf : leaves) lows.push_back(leaf.low);
-  build(lows, [&](const CellKey& cell, std::size_t begin, std::size_t end) {
+  build(CellKey{}, lows, [&](const CellKey& cell, std::size_t begin, std::size_t end) {
     assert(begin < end && leaves[begin].depth >= cell.depth);
     return end - begin == 1 && leaves[begin].depth <= cell.depth;
   });
   assert(leaves_ == leaves);
 }
 
-std::uint32_t Partition::home(const GridPoint& p) const {
-  if (nodes_.empty()) return 0;
-  std::uint32_t at = 0;
+std::uint32_t Partition::home(const GridPoint& p) const { return descend(root(), p); }
+
+std::uint32_t Partition::descend(std::uint32_t at, const GridPoint& p) const {
   while (!(at & kLeafBit)) {
     const Node& node = nodes_[at];
     at = node.child[p[node.axis] >= node.plane];
@@ -84,16 +95,30 @@ std::uint32_t Partition::home(const GridPoint& p) const {
   return at & ~kLeafBit;
 }
 
-bool Partition::leavesMet(const GridPoint& a, const GridPoint& b, std::vector<std::uint32_t>& met) const {
-  met.clear();
-  if (nodes_.empty()) {
-    met.push_back(0);
-    return true;
+Partition::Subtree Partition::subtree(const CellKey& cell) const {
+  const GridPoint low = mortonPoint(cell.low);
+  std::uint32_t at = root();
+  CellKey reached;
+  while (reached.depth < cell.depth && !(at & kLeafBit)) {
+    const Node& node = nodes_[at];
+    const int upper = low[node.axis] >= node.plane;
+    at = node.child[upper];
+    reached = reached.half(upper);
   }
+  return {at, closedCell(reached)};
+}
+
+bool Partition::leavesMet(const GridPoint& a, const GridPoint& b, std::vector<std::uint32_t>& met) const {
+  return leavesMet({root(), closedCell(CellKey{})}, a, b, met);
+}
+
+bool Partition::leavesMet(const Subtree& from, const GridPoint& a, const GridPoint& b,
+                          std::vector<std::uint32_t>& met) const {
+  met.clear();
   // Down to the first plane that the segment's box touches, no exact test is needed.
   const GridPoint low = a.cwiseMin(b), high = a.cwiseMax(b);
-  GridBox cell = closedCell(CellKey{});
-  std::uint32_t at = 0;
+  GridBox cell = from.cell;
+  std::uint32_t at = from.root;
   while (!(at & kLeafBit)) {
     const Node& node = nodes_[at];
     if (high[node.axis] < node.plane) {
@@ -106,13 +131,18 @@ bool Partition::leavesMet(const GridPoint& a, const GridPoint& b, std::vector<st
       break;
     }
   }
+  // Beyond it a test is needed only where the segment's box touches a plane again, and the segment leaves the cell.
   struct Visit {
     std::uint32_t node;
+    bool whole;  // the segment lies in the cell
     GridBox cell;
+  };
+  const auto inside = [&](const GridBox& box) {
+    return (low.array() >= box.lo.array()).all() && (high.array() <= box.hi.array()).all();
   };
   std::array<Visit, kMortonBits + 2> stack;
   std::size_t depth = 0;
-  stack[depth++] = {at, cell};
+  stack[depth++] = {at, inside(cell), cell};
   while (depth > 0) {
     const Visit visit = stack[--depth];
     if (visit.node & kLeafBit) {
@@ -121,11 +151,15 @@ bool Partition::leavesMet(const GridPoint& a, const GridPoint& b, std::vector<st
       continue;
     }
     const Node& node = nodes_[visit.node];
-    Visit lower{node.child[0], visit.cell}, upper{node.child[1], visit.cell};
+    Visit lower{node.child[0], false, visit.cell}, upper{node.child[1], false, visit.cell};
     lower.cell.hi[node.axis] = node.plane;
     upper.cell.lo[node.axis] = node.plane;
-    if (segmentMeetsBox(a, b, upper.cell)) stack[depth++] = upper;
-    if (segmentMeetsBox(a, b, lower.cell)) stack[depth++] = lower;
+    const bool below = low[node.axis] <= node.plane, above = high[node.axis] >= node.plane;
+    const bool sure = visit.whole || !below || !above;
+    lower.whole = visit.whole && high[node.axis] <= node.plane;
+    upper.whole = visit.whole && low[node.axis] >= node.plane;
+    if (above && (sure || segmentMeetsBox(a, b, upper.cell))) stack[depth++] = upper;
+    if (below && (sure || segmentMeetsBox(a, b, lower.cell))) stack[depth++] = lower;
   }
   return true;
 }

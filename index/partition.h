@@ -36,6 +36,10 @@ class Partition {
   // and capacity > 0. O(leaves * log n).
   static Partition split(std::span<const MortonKey> sorted_midpoints, std::uint32_t capacity);
 
+  // The leaves of a part of the world, given all midpoints in it, where the whole partition splits everything above it.
+  static std::vector<CellKey> splitCell(const CellKey& cell, std::span<const MortonKey> sorted_midpoints,
+                                        std::uint32_t capacity);
+
   // The partition with these leaves. Requires that they are disjoint, ascending and cover the world. O(leaves).
   explicit Partition(std::vector<CellKey> leaves);
 
@@ -46,10 +50,25 @@ class Partition {
   // False, with `met` cut short, when there are more than kMaxLeavesOfSegment. O(depth + leaves met * depth).
   bool leavesMet(const GridPoint& a, const GridPoint& b, std::vector<std::uint32_t>& met) const;
 
+  // A cell of the tree, to start from instead of the whole world.
+  struct Subtree {
+    std::uint32_t root;
+    GridBox cell;  // closed
+  };
+  // That cell, or the leaf that holds it. O(depth).
+  Subtree subtree(const CellKey& cell) const;
+  // As home(), for a point inside the cell.
+  std::uint32_t home(const Subtree& from, const GridPoint& p) const { return descend(from.root, p); }
+  // As leavesMet(), for a segment that meets no closed cell outside of `from`.
+  bool leavesMet(const Subtree& from, const GridPoint& a, const GridPoint& b, std::vector<std::uint32_t>& met) const;
+
  private:
   Partition() = default;
   template <typename IsLeaf>
-  void build(std::span<const MortonKey> keys, IsLeaf is_leaf);
+  void build(const CellKey& world, std::span<const MortonKey> keys, IsLeaf is_leaf);
+
+  std::uint32_t descend(std::uint32_t at, const GridPoint& p) const;
+  std::uint32_t root() const { return nodes_.empty() ? kLeafBit : 0; }
 
   static constexpr std::uint32_t kLeafBit = std::uint32_t{1} << 31;
   struct Node {

@@ -1,57 +1,50 @@
 #include "index/samples.h"
 
+#include "index/internal/key_sort.h"
+#include "index/partition.h"
+
 #include <algorithm>
-#include <array>
+#include <bit>
 #include <cmath>
-#include <queue>
-#include <unordered_map>
+#include <tuple>
 
 namespace filiform {
 namespace {
 
-constexpr std::size_t kPointsPerSegment = 4;  // more would take more bytes than the segments
+constexpr std::size_t kSegmentsPerPoint = 128, kLeastPoints = 64;
+constexpr int kTableBits = 12;      // more cells in a leaf than that are found in a map
+constexpr double kRounding = 0.87;  // of a point to the grid, quanta
+constexpr std::uint32_t kNone = UINT32_MAX;
 
-// A point that may become a sample: an end of a segment, or an interior point of a long one.
-struct Points {
-  std::vector<GridPoint> at;
-  std::vector<std::uint32_t> child, parent;  // of each segment: its ends among the points
-
-  struct Cut {  // interior points of a long segment: first .. first + pieces - 2, from the child on
-    std::uint32_t segment, first, pieces;
-  };
-  std::vector<Cut> cuts;
-};
-
-double distance(const GridPoint& a, const GridPoint& b) { return (a - b).cast<double>().norm(); }
-
-// The shortest piece length, in quarter octaves, for which cutting every longer segment adds at most `most` points.
-double pieceLength(const std::vector<double>& lengths, std::size_t most) {
-  constexpr std::array<double, 4> kQuarters{1.0, 1.189207115002721, 1.4142135623730951, 1.681792830507429};
-  const auto length = [&](int quarter) { return std::ldexp(kQuarters[quarter % 4], quarter / 4); };
-  const auto fits = [&](double piece) {
-    double added = 0;
-    for (double l : lengths)
-      if (l > piece) added += std::floor(l / piece);
-    return added <= static_cast<double>(most);
-  };
-  int low = 0, high = 4 * (kMortonAxisBits + 2);  // the second always fits: no segment is longer
-  while (low < high) {
-    const int middle = (low + high) / 2;
-    if (fits(length(middle))) {
-      high = middle;
-    } else {
-      low = middle + 1;
-    }
+// The least e with |a - b| <= 2^e quanta.
+int lengthExponent(const GridPoint& a, const GridPoint& b) {
+  __extension__ using Wide = unsigned __int128;
+  Wide squared = 0;
+  for (int i = 0; i < 3; ++i) {
+    const auto d = static_cast<std::uint64_t>(std::abs(a[i] - b[i]));
+    squared += Wide{d} * d;
   }
-  return length(low);
+  if (squared <= 1) return 0;
+  const Wide below = squared - 1;
+  const auto high = static_cast<std::uint64_t>(below >> 64);
+  const int bits = high != 0 ? 64 + std::bit_width(high) : std::bit_width(static_cast<std::uint64_t>(below));
+  return (bits + 1) / 2;
 }
 
-GridPoint interior(const SegmentEnds& s, std::uint32_t piece, std::uint32_t pieces) {
+// Bits of an axis among the first `depth` bits of a key.
+int axisBits(int depth, int axis) { return (depth + 2 - axis) / 3; }
+
+MortonKey prefix(MortonKey key, int depth) {
+  return depth == 0 ? 0 : key >> (kMortonBits - depth) << (kMortonBits - depth);
+}
+
+double squaredDistance(const GridPoint& a, const GridPoint& b) { return (a - b).cast<double>().squaredNorm(); }
+
+GridPoint interior(const StoredSegment& s, std::uint64_t odd, std::uint64_t pieces) {  // at odd / (2 pieces)
+  __extension__ using Wide = __int128;
   GridPoint p;
   for (int i = 0; i < 3; ++i) {
-    __extension__ using Wide = __int128;
-    const Wide doubled = Wide{s.parent[i] - s.child[i]} * piece * 2 + pieces;  // rounded to the nearest
-    const Wide divisor = Wide{pieces} * 2;
+    const Wide divisor = Wide{pieces} * 2, doubled = Wide{s.parent[i] - s.child[i]} * odd + pieces;  // to the nearest
     Wide step = doubled / divisor;
     if (doubled < 0 && doubled % divisor != 0) --step;
     p[i] = s.child[i] + static_cast<std::int64_t>(step);
@@ -59,181 +52,215 @@ GridPoint interior(const SegmentEnds& s, std::uint32_t piece, std::uint32_t piec
   return p;
 }
 
-Points collect(std::span<const SegmentEnds> segments, std::size_t most) {
-  Points points;
-  points.at.reserve(segments.size() + segments.size() / 8);
-  points.child.reserve(segments.size());
-  points.parent.reserve(segments.size());
-  std::vector<double> lengths;
-  lengths.reserve(segments.size());
-  const auto add = [&](const GridPoint& p) {
-    points.at.push_back(p);
-    return static_cast<std::uint32_t>(points.at.size() - 1);
-  };
-  for (std::size_t i = 0; i < segments.size(); ++i) {
-    const SegmentEnds& s = segments[i];
-    // Along a run the parent is the child before: one point, not two.
-    const bool follows = i > 0 && segments[i - 1].child == s.parent;
-    const std::uint32_t before = follows ? points.child.back() : 0;
-    points.child.push_back(add(s.child));
-    points.parent.push_back(follows ? before : s.parent == s.child ? points.child.back() : add(s.parent));
-    lengths.push_back(distance(s.child, s.parent));
-  }
-  const double piece = pieceLength(lengths, 2 * most);
-  for (std::size_t i = 0; i < segments.size(); ++i) {
-    if (!(lengths[i] > piece)) continue;
-    const auto pieces = static_cast<std::uint32_t>(std::floor(lengths[i] / piece)) + 1;
-    points.cuts.push_back({static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(points.at.size()), pieces});
-    for (std::uint32_t k = 1; k < pieces; ++k) add(interior(segments[i], k, pieces));
-  }
-  return points;
-}
-
-struct Group {
-  std::size_t begin, end;
-  GridBox box;
-  double diagonal2;
-  bool operator<(const Group& other) const {  // largest first; equal ones by place, which depends on sizes only
-    return diagonal2 != other.diagonal2 ? diagonal2 < other.diagonal2 : begin > other.begin;
-  }
-};
-
-Group group(const Points& points, const std::vector<std::uint32_t>& order, std::size_t begin, std::size_t end) {
-  Group g{begin, end, {}, 0};
-  for (std::size_t i = begin; i < end; ++i) g.box.extend(points.at[order[i]]);
-  g.diagonal2 = (g.box.hi - g.box.lo).cast<double>().squaredNorm();
-  return g;
-}
-
-bool lexicographic(const GridPoint& a, const GridPoint& b) {
-  return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3);
-}
-
-struct Hash {
-  std::size_t operator()(const GridPoint& p) const {
-    std::uint64_t h = 0;
-    for (int i = 0; i < 3; ++i) h = (h ^ static_cast<std::uint64_t>(p[i])) * 0x9E3779B97F4A7C15ull, h ^= h >> 29;
-    return h;
-  }
-};
-
-// For a piece a-b with length L whose ends are u and v away from samples s and t, every point x of it is within the
-// least of
-//   max(|a-s|, |b-s|)   the distance to one sample is convex along the piece,
-//   max(|a-t|, |b-t|)   likewise,
-//   (u + v + L) / 2     min(u + |a-x|, v + |x-b|) is at most the mean of the two, and |a-x| + |x-b| = L.
-double pieceRadius(const GridPoint& a, const GridPoint& b, const GridPoint& s, const GridPoint& t) {
-  const double u = distance(a, s), v = distance(b, t);
-  const double by_s = std::max(u, distance(b, s)), by_t = std::max(distance(a, t), v);
-  return std::min({by_s, by_t, (u + v + distance(a, b)) / 2});
-}
-
 }  // namespace
 
-SamplePoints chooseSamples(std::span<const SegmentEnds> segments, const Grid& grid, std::size_t most) {
-  SamplePoints result;
-  if (segments.empty() || most == 0) return result;
-  most = std::min(most, kPointsPerSegment * segments.size());
-  const Points points = collect(segments, most);
-  std::vector<std::uint32_t> order(points.at.size());
-  for (std::size_t i = 0; i < order.size(); ++i) order[i] = static_cast<std::uint32_t>(i);
+std::size_t samplePointsFor(std::uint64_t segments) {
+  return static_cast<std::size_t>(
+      std::clamp<std::uint64_t>(segments / kSegmentsPerPoint, kLeastPoints, kMaxSamplePoints));
+}
 
-  std::priority_queue<Group> groups;
-  groups.push(group(points, order, 0, order.size()));
-  while (groups.size() < most && groups.top().diagonal2 > 0) {
-    const Group g = groups.top();
-    groups.pop();
-    int axis = 0;
-    const GridPoint extent = g.box.hi - g.box.lo;
-    extent.maxCoeff(&axis);
-    const std::int64_t plane = g.box.lo[axis] + extent[axis] / 2;  // both halves hold something
-    const auto middle = std::partition(order.begin() + static_cast<std::ptrdiff_t>(g.begin),
-                                       order.begin() + static_cast<std::ptrdiff_t>(g.end),
-                                       [&](std::uint32_t i) { return points.at[i][axis] <= plane; });
-    const auto at = static_cast<std::size_t>(middle - order.begin());
-    groups.push(group(points, order, g.begin, at));
-    groups.push(group(points, order, at, g.end));
+void SampleSurvey::addLength(const GridPoint& a, const GridPoint& b) {
+  ++longer_[static_cast<std::size_t>(lengthExponent(a, b))];
+}
+
+void SampleSurvey::join(MortonKey next) {
+  const MortonKey differing = last_ ^ next;
+  if (differing == 0) return;
+  const auto high = static_cast<std::uint64_t>(differing >> 64);
+  const int width = high != 0 ? 64 + std::bit_width(high) : std::bit_width(static_cast<std::uint64_t>(differing));
+  ++differ_[static_cast<std::size_t>(kMortonBits - width)];
+}
+
+void SampleSurvey::addKeys(std::span<const MortonKey> sorted) {
+  if (sorted.empty()) return;
+  if (keys_ == 0) first_ = last_ = sorted.front();
+  for (const MortonKey key : sorted) join(key), last_ = key;
+  keys_ += sorted.size();
+}
+
+void SampleSurvey::add(const SampleSurvey& next) {
+  for (std::size_t i = 0; i < longer_.size(); ++i) longer_[i] += next.longer_[i];
+  if (next.keys_ == 0) return;
+  if (keys_ == 0) {
+    first_ = next.first_;
+  } else {
+    join(next.first_);
   }
+  for (std::size_t i = 0; i < differ_.size(); ++i) differ_[i] += next.differ_[i];
+  last_ = next.last_;
+  keys_ += next.keys_;
+}
 
-  std::vector<std::uint32_t> sample_of(points.at.size());  // point -> the point that stands for it
-  std::vector<std::uint32_t> chosen;
-  for (; !groups.empty(); groups.pop()) {
-    const Group& g = groups.top();
-    const GridPoint centre2 = g.box.lo + g.box.hi;
-    std::uint32_t best = order[g.begin];
-    double best_distance = INFINITY;
-    for (std::size_t i = g.begin; i < g.end; ++i) {
-      const GridPoint& p = points.at[order[i]];
-      const double d = (2 * p - centre2).cast<double>().squaredNorm();
-      if (d < best_distance || (d == best_distance && lexicographic(p, points.at[best])))
-        best = order[i], best_distance = d;
-    }
-    for (std::size_t i = g.begin; i < g.end; ++i) sample_of[order[i]] = best;
-    chosen.push_back(best);
-  }
-  std::sort(chosen.begin(), chosen.end(),
-            [&](std::uint32_t a, std::uint32_t b) { return mortonKey(points.at[a]) < mortonKey(points.at[b]); });
-
-  double radius = 0;
-  const auto cover = [&](std::uint32_t a, std::uint32_t b, double slack) {
-    const GridPoint &p = points.at[a], &q = points.at[b];
-    radius = std::max(radius, slack + pieceRadius(p, q, points.at[sample_of[a]], points.at[sample_of[b]]));
+SampleChooser::SampleChooser(const Grid& grid, const SampleSurvey& survey, std::size_t most) : grid_(grid) {
+  // The finest cells of which at most `wanted` are occupied.
+  const auto finest = [&](std::uint64_t wanted) {
+    std::uint64_t occupied = 1;
+    int depth = 0;
+    while (depth < kMortonBits && (occupied += survey.differ_[static_cast<std::size_t>(depth)]) <= wanted) ++depth;
+    return depth;
   };
-  auto cut = points.cuts.begin();
+  const std::size_t for_pieces = most / 4;
+  const int longest = kMortonAxisBits + 2;
+  const auto pieces = [&](int exponent) {
+    double sum = 0;
+    for (int e = exponent + 1; e <= longest; ++e)
+      sum += std::ldexp(static_cast<double>(survey.longer_[static_cast<std::size_t>(e)]), e - exponent);
+    return sum;
+  };
+  // Pieces shorter than a cell would cover no better.
+  piece_exponent_ = kMortonAxisBits - axisBits(finest(most - for_pieces), 2);
+  while (pieces(piece_exponent_) > static_cast<double>(for_pieces)) ++piece_exponent_;
+  depth_ = finest(most - static_cast<std::size_t>(pieces(piece_exponent_)));
+}
+
+void SampleChooser::addLeaf(const CellKey& leaf, std::span<const StoredSegment> segments, Part& part) const {
+  const GridPoint lo = leaf.box().lo;
+  const int bits = std::max(0, depth_ - leaf.depth);
+  std::array<int, 3> shift{}, place{};
+  for (int axis = 0, at = 0; axis < 3; ++axis) {
+    const auto i = static_cast<std::size_t>(axis);
+    shift[i] = kMortonAxisBits - axisBits(depth_, axis);
+    place[i] = at;
+    at += bits == 0 ? 0 : axisBits(depth_, axis) - axisBits(leaf.depth, axis);
+  }
+  if (bits <= kTableBits) part.table.assign(std::size_t{1} << bits, kNone);
+  part.sparse.clear();
+  part.group_of.assign(segments.size(), kNone);
+  const auto slot = [&](const GridPoint& p) -> std::uint32_t& {
+    if (bits == 0) return part.table[0];
+    if (bits > kTableBits) return part.sparse.try_emplace(prefix(mortonKey(p), depth_), kNone).first->second;
+    std::size_t index = 0;
+    for (std::size_t i = 0; i < 3; ++i)
+      index |=
+          static_cast<std::size_t>((p[static_cast<Eigen::Index>(i)] - lo[static_cast<Eigen::Index>(i)]) >> shift[i])
+          << place[i];
+    return part.table[index];
+  };
+  const auto centre2 = [&](const GridPoint& p) {  // twice the middle of the point's cell
+    GridPoint c;
+    for (int i = 0; i < 3; ++i) {
+      const int s = shift[static_cast<std::size_t>(i)];
+      // Cells are aligned to their sides, but for the whole world.
+      c[i] = s == kMortonAxisBits ? -1 : ((p[i] >> s) << (s + 1)) + (std::int64_t{1} << s) - 1;
+    }
+    return c;
+  };
+
+  const std::size_t first = part.groups.size();
   for (std::size_t i = 0; i < segments.size(); ++i) {
-    if (cut == points.cuts.end() || cut->segment != i) {
-      cover(points.child[i], points.parent[i], 0);
+    const StoredSegment& s = segments[i];
+    if (!s.owned) continue;
+    const int exponent = lengthExponent(s.child, s.parent);
+    if (exponent > piece_exponent_) {
+      const double length = std::sqrt(squaredDistance(s.child, s.parent));
+      const auto n =
+          std::min<std::uint64_t>(std::uint64_t{1} << (exponent - piece_exponent_),
+                                  static_cast<std::uint64_t>(std::floor(std::ldexp(length, -piece_exponent_))) + 1);
+      for (std::uint64_t k = 0; k < n; ++k)
+        part.pieces.push_back({interior(s, 2 * k + 1, n), s.id,
+                               static_cast<float>(static_cast<double>(2 * k + 1) / static_cast<double>(2 * n))});
+      part.piece_radius = std::max(part.piece_radius, length / (2 * static_cast<double>(n)) + kRounding);
       continue;
     }
-    // Interior points were rounded, so the true segment runs within half a quantum an axis of the pieces.
-    std::uint32_t from = points.child[i];
-    for (std::uint32_t k = 0; k + 1 < cut->pieces; ++k) {
-      cover(from, cut->first + k, 0.87);
-      from = cut->first + k;
+    const GridPoint middle = midpoint(s.child, s.parent);
+    const double distance2 = squaredDistance(2 * middle, centre2(middle));
+    std::uint32_t& at = slot(middle);
+    if (at == kNone) {
+      at = static_cast<std::uint32_t>(part.groups.size());
+      part.groups.push_back({0, middle, distance2, s.id, {}, 0});
+    } else {
+      Part::Group& group = part.groups[at];
+      if (std::tie(distance2, s.id) < std::tie(group.distance2, group.id))
+        group.point = middle, group.distance2 = distance2, group.id = s.id;
     }
-    cover(from, points.parent[i], 0.87);
-    ++cut;
+    part.group_of[i] = at;
   }
-  result.covering_radius_um = radius * (1 + 1e-12) * grid.quantum_um();
-
-  // The lowest segment that holds each point: ends first, whichever cell they are of, then the segment that was cut
-  // there.
-  std::unordered_map<GridPoint, std::uint32_t, Hash> slots;
-  slots.reserve(2 * chosen.size());
-  result.segments.assign(chosen.size(), {UINT32_MAX, UINT32_MAX});
-  result.t.assign(chosen.size(), 0.0f);
-  for (std::uint32_t point : chosen) {
-    slots.emplace(points.at[point], static_cast<std::uint32_t>(result.points.size()));
-    result.points.push_back(points.at[point]);
-  }
-  const auto claim = [&](const GridPoint& p, SegmentId id, float t) {
-    const auto slot = slots.find(p);
-    if (slot == slots.end() || !(id < result.segments[slot->second])) return;
-    result.segments[slot->second] = id;
-    result.t[slot->second] = t;
-  };
-  cut = points.cuts.begin();
   for (std::size_t i = 0; i < segments.size(); ++i) {
-    claim(segments[i].child, segments[i].id, 0.0f);
-    claim(segments[i].parent, segments[i].id, 1.0f);
-    if (cut == points.cuts.end() || cut->segment != i) continue;
-    for (std::uint32_t k = 1; k < cut->pieces; ++k)
-      claim(points.at[cut->first + k - 1], segments[i].id, static_cast<float>(k) / static_cast<float>(cut->pieces));
-    ++cut;
+    if (part.group_of[i] == kNone) continue;
+    const StoredSegment& s = segments[i];
+    Part::Group& group = part.groups[part.group_of[i]];
+    group.ends.extend(s.child);
+    group.ends.extend(s.parent);
+    group.radius2 =
+        std::max({group.radius2, squaredDistance(s.child, group.point), squaredDistance(s.parent, group.point)});
   }
+  for (std::size_t g = first; g < part.groups.size(); ++g)
+    part.groups[g].cell = prefix(mortonKey(part.groups[g].point), depth_);
+}
+
+SamplePoints SampleChooser::finish(std::span<Part> parts) const {
+  std::vector<Part::Group> groups;
+  std::vector<Part::Piece> points;
+  double radius = 0;  // quanta
+  for (Part& part : parts) {
+    groups.insert(groups.end(), part.groups.begin(), part.groups.end());
+    points.insert(points.end(), part.pieces.begin(), part.pieces.end());
+    radius = std::max(radius, part.piece_radius);
+    part = {};
+  }
+  std::sort(groups.begin(), groups.end(), [](const Part::Group& a, const Part::Group& b) {
+    return std::tie(a.cell, a.distance2, a.id) < std::tie(b.cell, b.distance2, b.id);
+  });
+  for (std::size_t begin = 0, end; begin < groups.size(); begin = end) {
+    const Part::Group& best = groups[begin];
+    points.push_back({best.point, best.id, 0.5f});
+    for (end = begin + 1; end < groups.size() && groups[end].cell == best.cell;) ++end;
+    double radius2 = best.radius2;
+    for (std::size_t g = begin + 1; g < end; ++g) {
+      const GridPoint farthest =
+          (best.point - groups[g].ends.lo).cwiseAbs().cwiseMax((best.point - groups[g].ends.hi).cwiseAbs());
+      radius2 = std::max(radius2, farthest.cast<double>().squaredNorm());
+    }
+    radius = std::max(radius, std::sqrt(radius2));
+  }
+  groups = {};
+  std::vector<std::pair<MortonKey, Part::Piece>> sorted;
+  sorted.reserve(points.size());
+  for (const Part::Piece& point : points) sorted.emplace_back(mortonKey(point.point), point);
+  std::sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) {
+    return std::tie(a.first, a.second.id, a.second.t) < std::tie(b.first, b.second.id, b.second.t);
+  });
+  SamplePoints result;
+  for (std::size_t i = 0; i < sorted.size(); ++i) {
+    if (i > 0 && sorted[i].first == sorted[i - 1].first) continue;
+    result.points.push_back(sorted[i].second.point);
+    result.segments.push_back(sorted[i].second.id);
+    result.t.push_back(sorted[i].second.t);
+  }
+  result.covering_radius_um = radius * (1 + 1e-12) * grid_.quantum_um();
   return result;
 }
 
 SamplePoints chooseSamples(const TileStore& store, std::size_t most) {
-  std::vector<SegmentEnds> segments;
-  for (TileId t = 0; t < store.tile_count(); ++t) {
-    const std::shared_ptr<const Tile> tile = store.load(t);
-    for (std::uint32_t s = 0; s < tile->segment_count(); ++s)
-      if (tile->owned(s))
-        segments.push_back({tile->segmentId(s), tile->gridPoint(tile->child(s)), tile->gridPoint(tile->parent(s))});
-  }
-  std::sort(segments.begin(), segments.end(), [](const SegmentEnds& a, const SegmentEnds& b) { return a.id < b.id; });
-  return chooseSamples(segments, store.grid(), most);
+  SampleSurvey survey;
+  std::vector<MortonKey> keys;
+  const auto each = [&](const auto& use) {
+    for (TileId t = 0; t < store.tile_count(); ++t) {
+      const std::shared_ptr<const Tile> tile = store.load(t);
+      std::vector<StoredSegment> segments;
+      for (std::uint32_t s = 0; s < tile->segment_count(); ++s)
+        if (tile->owned(s))
+          segments.push_back(
+              {tile->segmentId(s), 0, 0, tile->gridPoint(tile->child(s)), tile->gridPoint(tile->parent(s)), true});
+      use(tile->key(), segments);
+    }
+  };
+  each([&](const CellKey&, const std::vector<StoredSegment>& segments) {
+    for (const StoredSegment& s : segments) {
+      survey.addLength(s.child, s.parent);
+      keys.push_back(mortonKey(midpoint(s.child, s.parent)));
+    }
+  });
+  internal::sortKeys(keys);
+  survey.addKeys(keys);
+  if (most == 0) most = samplePointsFor(keys.size());
+  keys = {};
+  const SampleChooser chooser(store.grid(), survey, most);
+  SampleChooser::Part part;
+  each([&](const CellKey& key, const std::vector<StoredSegment>& segments) { chooser.addLeaf(key, segments, part); });
+  return chooser.finish({&part, 1});
 }
+
+SamplePoints chooseSamples(const TileStore& store) { return chooseSamples(store, 0); }
 
 }  // namespace filiform

@@ -92,19 +92,22 @@ void TileSet::Impl::openDirectory() {
   const std::string name = describe(f.name);
   const Bytes bytes = read(f.name, 0, f.bytes);
   directory = decoded(name, 0, [&] { return internal::decodeDirectory(bytes); });
+  std::vector<std::uint64_t> pack_bytes;
+  for (auto found = files.find(internal::packFile(0)); found != files.end();
+       found = files.find(internal::packFile(static_cast<std::uint32_t>(pack_bytes.size())))) {
+    pack_bytes.push_back(found->second->bytes);
+    pack_names.push_back(describe(found->first));
+  }
   SetCounts sum;
   for (std::size_t t = 0; t < directory.entries.size(); ++t) {
     const internal::TileLocation& at = directory.locations[t];
-    const std::string pack = internal::packFile(at.pack);
-    const auto found = files.find(pack);
     const std::uint64_t bytes_needed = std::uint64_t{at.geometry_bytes} + at.appearance_bytes;
-    if (found == files.end() || at.offset > found->second->bytes || bytes_needed > found->second->bytes - at.offset)
+    if (at.pack >= pack_bytes.size() || at.offset > pack_bytes[at.pack] ||
+        bytes_needed > pack_bytes[at.pack] - at.offset)
       throw CorruptSet(name, 0, "tile " + std::to_string(t) + " lies outside the packs");
     sum.stored_segments += directory.entries[t].stored;
     sum.decoded_bytes += directory.entries[t].decoded_bytes;
     sum.segments += directory.entries[t].owned;
-    if (at.pack >= pack_names.size()) pack_names.resize(at.pack + 1);
-    if (pack_names[at.pack].empty()) pack_names[at.pack] = describe(pack);
   }
   const SetCounts& counts = manifest.counts;
   if (directory.entries.size() != counts.tiles || sum.stored_segments != counts.stored_segments ||
@@ -241,6 +244,15 @@ const SamplePoints& TileSet::samples() const {
 
 const std::string& TileSet::revision() const { return impl_->revision; }
 const std::string& TileSet::manifest() const { return impl_->text; }
+std::string TileSet::readProvenance() const {
+  const SetFile& f = impl_->file(internal::kProvenanceFile);
+  const Bytes bytes = impl_->read(f.name, 0, f.bytes);
+  if (internal::checksum(bytes) != f.digest)
+    throw CorruptSet(impl_->describe(f.name), 0, "its digest is not that of the manifest");
+  return {bytes.begin(), bytes.end()};
+}
+
+std::uint64_t TileSet::refused() const { return impl_->manifest.refused; }
 const SetCounts& TileSet::counts() const { return impl_->manifest.counts; }
 const GridBox& TileSet::bounds() const { return impl_->manifest.bounds; }
 const std::vector<SetFile>& TileSet::files() const { return impl_->manifest.files; }

@@ -53,6 +53,8 @@ class TileSet final : public TileStore {
 
   const std::string& revision() const;  // the folder's name
   const std::string& manifest() const;  // its text, JSON
+  std::string readProvenance() const;   // text of provenance.json; throws CorruptSet, IoError
+  std::uint64_t refused() const;        // inputs that were refused when it was made
   const SetCounts& counts() const;      // as the manifest states them
   const GridBox& bounds() const;        // of all samples
   const std::vector<SetFile>& files() const;

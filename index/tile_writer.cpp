@@ -3,14 +3,21 @@
 #include "index/errors.h"
 #include "index/internal/output_file.h"
 #include "index/internal/set_files.h"
+#include "index/internal/spool.h"
 #include "index/morton.h"
 
 #include <algorithm>
 
 namespace filiform {
 
-using internal::Bytes;
 using internal::ByteSpan;
+
+namespace {
+
+constexpr std::size_t kDetailBlock = std::size_t{64} << 10;
+constexpr std::uint64_t kDetailMemory = std::uint64_t{8} << 20;
+
+}  // namespace
 
 struct TileWriter::Impl {
   std::string folder;
@@ -89,9 +96,8 @@ void TileWriter::add(TileId tile, const TileEntry& entry, std::span<const std::u
   impl_->manifest.counts.decoded_bytes += entry.decoded_bytes;
 }
 
-void TileWriter::writeCells(const std::vector<CellRecord>& records,
-                            const std::function<std::uint64_t(std::uint32_t)>& digest,
-                            const std::function<CellDetail(std::uint32_t)>& detail) {
+void TileWriter::writeCells(const std::vector<CellRecord>& records, const std::vector<std::uint64_t>& digests,
+                            const std::function<void(const UseDetail& use)>& details) {
   SetCounts& counts = impl_->manifest.counts;
   counts.cells = records.size();
   for (const CellRecord& record : records) {
@@ -101,7 +107,23 @@ void TileWriter::writeCells(const std::vector<CellRecord>& records,
     counts.roots += record.roots;
     impl_->manifest.bounds.extend(record.bounds);
   }
-  impl_->writeFile(internal::kCellsFile, internal::encodeCells(records, digest, detail));
+  // The details follow a table of their places: they wait in a spool until it is written.
+  internal::Spool spool(impl_->folder, kDetailBlock, kDetailMemory);
+  internal::Chain waiting(spool);
+  std::vector<internal::DetailPlace> places;
+  places.reserve(records.size());
+  std::uint64_t at = 0;
+  details([&](ByteSpan detail) {
+    places.push_back({at, detail.size(), internal::checksum(detail)});
+    at += detail.size();
+    waiting.append(detail);
+  });
+  waiting.close();
+  internal::OutputFile file(impl_->folder + "/" + internal::kCellsFile);
+  file.write(internal::encodeCellTable(records, digests, places));
+  internal::Chain::Reader reader(waiting, true);
+  for (ByteSpan bytes; !(bytes = reader.next()).empty();) file.write(bytes);
+  impl_->closeFile(internal::kCellsFile, file);
 }
 
 void TileWriter::writeSamples(const SamplePoints& samples) {
@@ -112,6 +134,8 @@ void TileWriter::writeSamples(const SamplePoints& samples) {
 std::string TileWriter::finish(const Provenance& provenance) {
   impl_->closePack();
   impl_->writeFile(internal::kDirectoryFile, internal::encodeDirectory(impl_->directory));
+  const std::string origin = internal::encodeProvenance(provenance);
+  impl_->writeFile(internal::kProvenanceFile, {reinterpret_cast<const std::uint8_t*>(origin.data()), origin.size()});
   std::sort(impl_->manifest.files.begin(), impl_->manifest.files.end(),
             [](const SetFile& a, const SetFile& b) { return a.name < b.name; });
   const std::string text = internal::encodeManifest(impl_->manifest, provenance);

@@ -30,9 +30,10 @@ class TileWriter {
   // Appends a tile, each id once, in packOrder.
   void add(TileId tile, const TileEntry& entry, std::span<const std::uint8_t> geometry,
            std::span<const std::uint8_t> appearance);
-  // Each once; cells in the order of their ids.
-  void writeCells(const std::vector<CellRecord>& records, const std::function<std::uint64_t(std::uint32_t)>& digest,
-                  const std::function<CellDetail(std::uint32_t)>& detail);
+  // Each once; cells in the order of their ids. `details` is called once and hands over each cell's detail, encoded.
+  using UseDetail = std::function<void(std::span<const std::uint8_t> detail)>;
+  void writeCells(const std::vector<CellRecord>& records, const std::vector<std::uint64_t>& digests,
+                  const std::function<void(const UseDetail& use)>& details);
   void writeSamples(const SamplePoints& samples);
 
   // Writes directory and manifest, flushes the folder, and returns the revision's name.

@@ -95,9 +95,6 @@ int runInfo(const InfoArguments& a) {
   const bool as_json = a.json;
   const auto set = TileSet::open(path);
   const SetCounts& n = set->counts();
-  const auto manifest = nlohmann::json::parse(set->manifest());
-  const auto& refused_inputs = manifest.at("provenance").at("refused");
-  const std::size_t refused = refused_inputs.size();
   if (as_json) {
     nlohmann::ordered_json info{{"cells", n.cells},
                                 {"samples", n.samples},
@@ -110,7 +107,7 @@ int runInfo(const InfoArguments& a) {
                                 {"decoded_bytes", n.decoded_bytes},
                                 {"quantum_um", set->grid().quantum_um()},
                                 {"capacity", set->capacity()},
-                                {"refused", refused}};
+                                {"refused", set->refused()}};
     if (a.parameters) {
       const Parameters p = parametersOf(*set, a.cell);
       auto& json = info["parameters"];
@@ -146,11 +143,15 @@ int runInfo(const InfoArguments& a) {
   line("on disk", formatBytes(set->bytes()));
   line("in memory", formatBytes(n.decoded_bytes), "  if all tiles were resident");
   line("smallest budget", formatBytes(Residency::floorBytes(*set)), "  for navigate --budget");
-  line("refused inputs", formatCount(refused));
-  for (std::size_t i = 0; i < std::min<std::size_t>(refused, 20); ++i) {
-    const auto& one = refused_inputs[i];
-    std::cout << "    " << escaped(one.at("name").get<std::string>()) << ": " << one.at("reason").get<std::string>()
-              << '\n';
+  line("refused inputs", formatCount(set->refused()));
+  if (set->refused() > 0) {
+    const auto provenance = nlohmann::json::parse(set->readProvenance());
+    const auto& refused_inputs = provenance.at("refused");
+    for (std::size_t i = 0; i < std::min<std::size_t>(refused_inputs.size(), 20); ++i) {
+      const auto& one = refused_inputs[i];
+      std::cout << "    " << escaped(one.at("name").get<std::string>()) << ": " << one.at("reason").get<std::string>()
+                << '\n';
+    }
   }
   if (a.parameters) printParameters(parametersOf(*set, a.cell));
   return 0;

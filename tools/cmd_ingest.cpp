@@ -177,7 +177,9 @@ int runIngest(const IngestArguments& a) {
   options.threads = a.threads;
   options.force = a.force;
   options.cancel = &interruptFlag();
-  const std::uint64_t memory = parseBytes("--memory", a.memory);
+  options.memory = parseBytes("--memory", a.memory);
+  if (options.memory < kMinIngestMemory)
+    throw UsageError("--memory " + a.memory + ": give at least " + formatBytes(kMinIngestMemory));
 
   InputOptions reading;
   reading.swc = {.apply_offset = a.apply_offset, .strict = a.strict};
@@ -221,6 +223,7 @@ int runIngest(const IngestArguments& a) {
   std::string phase_now;
   options.progress = [&](const char* phase, std::uint64_t done, std::uint64_t total) {
     throwIfInterrupted();
+    if (std::string_view(phase) == "reading") return;  // the reader tells of that, in bytes
     if (phase_now != phase) {
       phase_now = phase;
       read_progress.finish();
@@ -241,11 +244,6 @@ int runIngest(const IngestArguments& a) {
             << formatCount(n.samples) << " samples, " << formatCount(n.segments) << " segments in "
             << formatCount(n.tiles) << " tiles, " << formatBytes(result.bytes)
             << (result.unchanged ? " (the same as before: left as it was)" : "") << '\n';
-  constexpr std::uint64_t kWorkingBytesPerSegment = 150;
-  if ((n.segments + n.isolated) * kWorkingBytesPerSegment > memory)
-    std::cerr << "filiform: note: this build ingests in memory and took about "
-              << formatBytes((n.segments + n.isolated) * kWorkingBytesPerSegment) << ", more than --memory " << a.memory
-              << '\n';
   return 0;
 }
 
@@ -268,7 +266,9 @@ void addIngest(CLI::App& app, Chosen& chosen) {
   command->add_option("--unit", a->unit, "unit of the files: um, nm, mm, or um a voxel: one number, or X,Y,Z")
       ->capture_default_str();
   command->add_flag("--apply-offset", a->apply_offset, "add the '# OFFSET' of each header to its positions");
-  command->add_option("--memory", a->memory, "memory wanted; this build only says when it needs more")
+  command
+      ->add_option("--memory", a->memory,
+                   "working memory, at least 64MiB; more input than that goes through a file beside the set")
       ->capture_default_str()
       ->type_name("BYTES");
   command->add_option("--threads", a->threads, "0: as many as there are cores")->capture_default_str();

@@ -33,6 +33,11 @@ inline std::uint64_t loadLittle64(const std::uint8_t* p) {
   return v;
 }
 
+inline void storeLittle64(std::uint8_t* p, std::uint64_t v) {
+  if constexpr (std::endian::native == std::endian::big) v = __builtin_bswap64(v);
+  std::memcpy(p, &v, sizeof v);
+}
+
 class ByteWriter {
  public:
   void u8(std::uint8_t v) { bytes_.push_back(v); }

@@ -283,8 +283,8 @@ CellDetail decodeDetail(ByteSpan bytes, std::uint64_t samples) {
   return detail;
 }
 
-Bytes encodeCells(const std::vector<CellRecord>& records, const std::function<std::uint64_t(std::uint32_t)>& digest,
-                  const std::function<CellDetail(std::uint32_t)>& detail) {
+Bytes encodeCellTable(const std::vector<CellRecord>& records, const std::vector<std::uint64_t>& digests,
+                      const std::vector<DetailPlace>& places) {
   const auto n = static_cast<std::uint32_t>(records.size());
   std::string strings;
   std::vector<std::uint64_t> string_at;
@@ -293,23 +293,21 @@ Bytes encodeCells(const std::vector<CellRecord>& records, const std::function<st
     strings += record.name + record.source;
   }
   const std::uint64_t details_at = kCellsHeaderBytes + std::uint64_t{n} * (kCellRecordBytes + 4) + strings.size();
-  ByteWriter table, index, details;
+  ByteWriter table, index;
   for (std::uint32_t i = 0; i < n; ++i) {
     const CellRecord& record = records[i];
-    const Bytes bytes = encodeDetail(detail(i));
     table.u64(string_at[i]);
     table.u32(static_cast<std::uint32_t>(record.name.size()));
     table.u32(static_cast<std::uint32_t>(record.source.size()));
-    table.u64(digest(i));
+    table.u64(digests[i]);
     table.u64(record.samples);
     table.u64(record.segments);
     table.u64(record.isolated);
     table.u64(record.roots);
     box(table, record.bounds);
-    table.u64(details_at + details.size());
-    table.u64(bytes.size());
-    table.u64(checksum(bytes));
-    details.append(bytes);
+    table.u64(details_at + places[i].offset);
+    table.u64(places[i].bytes);
+    table.u64(places[i].checksum);
   }
   std::vector<std::uint32_t> order(n);
   for (std::uint32_t i = 0; i < n; ++i) order[i] = i;
@@ -329,7 +327,6 @@ Bytes encodeCells(const std::vector<CellRecord>& records, const std::function<st
   out.append(table.bytes());
   out.append(index.bytes());
   out.text(strings);
-  out.append(details.bytes());
   return out.take();
 }
 
@@ -470,21 +467,30 @@ std::string encodeManifest(const Manifest& manifest, const Provenance& provenanc
   json["files"] = nlohmann::ordered_json::array();
   for (const SetFile& file : manifest.files)
     json["files"].push_back({{"name", file.name}, {"bytes", file.bytes}, {"xxh3", hex16(file.digest)}});
-  nlohmann::ordered_json origin;
-  origin["sources"] = nlohmann::ordered_json::array();
-  for (const Provenance::Source& s : provenance.sources) {
-    nlohmann::ordered_json source = {
-        {"name", asText(s.name)}, {"bytes", s.bytes}, {"xxh3", hex16(s.digest)}, {"cells", s.cells}};
-    if (!s.dropped.empty()) source["dropped"] = asText(s.dropped);
-    origin["sources"].push_back(std::move(source));
-  }
-  origin["refused"] = nlohmann::ordered_json::array();
-  for (const Provenance::Refused& r : provenance.refused)
-    origin["refused"].push_back({{"name", asText(r.name)}, {"code", asText(r.code)}, {"reason", asText(r.reason)}});
-  origin["codes"] = nlohmann::ordered_json::object();
-  for (const auto& [code, count] : provenance.codes) origin["codes"][asText(code)] = count;
-  json["provenance"] = std::move(origin);
+  nlohmann::ordered_json codes = nlohmann::ordered_json::object();
+  for (const auto& [code, count] : provenance.codes) codes[asText(code)] = count;
+  json["provenance"] = {
+      {"sources", provenance.sources.size()}, {"refused", provenance.refused.size()}, {"codes", codes}};
   return json.dump(2) + "\n";
+}
+
+std::string encodeProvenance(const Provenance& provenance) {
+  using Json = nlohmann::ordered_json;
+  std::string text = "{\n\"sources\": [";
+  const char* between = "\n";
+  for (const Provenance::Source& s : provenance.sources) {
+    Json source = {{"name", asText(s.name)}, {"bytes", s.bytes}, {"xxh3", hex16(s.digest)}, {"cells", s.cells}};
+    if (!s.dropped.empty()) source["dropped"] = asText(s.dropped);
+    text += between + source.dump();
+    between = ",\n";
+  }
+  text += "\n],\n\"refused\": [";
+  between = "\n";
+  for (const Provenance::Refused& r : provenance.refused) {
+    text += between + Json{{"name", asText(r.name)}, {"code", asText(r.code)}, {"reason", asText(r.reason)}}.dump();
+    between = ",\n";
+  }
+  return text + "\n]\n}\n";
 }
 
 Manifest decodeManifest(const std::string& text) {
@@ -513,6 +519,7 @@ Manifest decodeManifest(const std::string& text) {
     manifest.counts = {count("cells"), count("samples"), count("segments"),        count("isolated"),
                        count("roots"), count("tiles"),   count("stored_segments"), count("decoded_bytes")};
     manifest.covering_radius_um = json.at("covering_radius_um").get<double>();
+    manifest.refused = json.at("provenance").at("refused").get<std::uint64_t>();
     for (const nlohmann::json& file : json.at("files")) {
       manifest.files.push_back({file.at("name").get<std::string>(), file.at("bytes").get<std::uint64_t>(),
                                 fromHex16(file.at("xxh3").get<std::string>())});

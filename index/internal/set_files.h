@@ -22,6 +22,7 @@ inline constexpr const char* kManifestFile = "manifest.json";
 inline constexpr const char* kDirectoryFile = "directory.bin";
 inline constexpr const char* kCellsFile = "cells.bin";
 inline constexpr const char* kSamplesFile = "samples.bin";
+inline constexpr const char* kProvenanceFile = "provenance.json";
 std::string packFile(std::uint32_t pack);
 Bytes packHeader(std::uint32_t pack);
 
@@ -49,8 +50,9 @@ struct CellTable {
   std::vector<DetailPlace> details;
   std::vector<std::uint32_t> by_name;  // cell ids in the order of their names
 };
-Bytes encodeCells(const std::vector<CellRecord>& records, const std::function<std::uint64_t(std::uint32_t)>& digest,
-                  const std::function<CellDetail(std::uint32_t)>& detail);
+// Everything but the details, which follow; their places are counted from the first.
+Bytes encodeCellTable(const std::vector<CellRecord>& records, const std::vector<std::uint64_t>& digests,
+                      const std::vector<DetailPlace>& places);
 inline constexpr std::size_t kCellsHeaderBytes = 56;
 // Bytes of header, records, name index and strings, which decodeCells wants. Checks the header.
 std::uint64_t cellTableBytes(ByteSpan header, std::uint64_t file_bytes);
@@ -67,9 +69,12 @@ struct Manifest {
   GridBox bounds;
   SetCounts counts;
   double covering_radius_um = 0;
+  std::uint64_t refused = 0;  // inputs
   std::vector<SetFile> files;
 };
+// Of the provenance, the numbers only; encodeProvenance() has the rest, a line for each source and refused input.
 std::string encodeManifest(const Manifest& manifest, const Provenance& provenance);
+std::string encodeProvenance(const Provenance& provenance);
 Manifest decodeManifest(const std::string& text);
 
 std::string revisionName(const std::string& manifest);

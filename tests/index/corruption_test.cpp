@@ -39,7 +39,7 @@ std::string everything(const std::string& path) {
   out << samples.covering_radius_um;
   for (std::size_t i = 0; i < samples.points.size(); ++i)
     out << samples.points[i].transpose() << ' ' << samples.segments[i].key() << ' ' << samples.t[i] << ' ';
-  out << set->manifest();
+  out << set->manifest() << set->readProvenance();
   return out.str();
 }
 

@@ -2,6 +2,7 @@
 
 #include "index/errors.h"
 #include "index/ingest.h"
+#include "index/internal/set_files.h"
 #include "index/memory_tiles.h"
 #include "index/tile_codec.h"
 #include "index/tile_writer.h"
@@ -57,13 +58,13 @@ void writeSet(const TileStore& store, const std::string& path, const Faults& fau
   std::vector<CellRecord> records;
   for (std::uint32_t c = 0; c < store.cell_count(); ++c) records.push_back(store.cell(c));
   if (faults.records) faults.records(records);
-  writer.writeCells(
-      records, [](std::uint32_t) { return 0; },
-      [&](std::uint32_t c) {
-        CellDetail detail = store.loadCellDetail(c);
-        if (faults.detail) faults.detail(c, detail);
-        return detail;
-      });
+  writer.writeCells(records, std::vector<std::uint64_t>(records.size(), 0), [&](const TileWriter::UseDetail& use) {
+    for (std::uint32_t c = 0; c < records.size(); ++c) {
+      CellDetail detail = store.loadCellDetail(c);
+      if (faults.detail) faults.detail(c, detail);
+      use(internal::encodeDetail(detail));
+    }
+  });
   SamplePoints samples = store.samples();
   if (faults.samples) faults.samples(samples);
   writer.writeSamples(samples);

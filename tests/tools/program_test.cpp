@@ -175,13 +175,14 @@ TEST_F(Program, CheckPrintsOneRowAnArgument) {
   EXPECT_EQ(outcome.out, "file\tseverity\tsamples\tsegments\tdropped\tcodes\ncell.swc\taccept\t7\t6\t-\t-\n");
 }
 
-TEST_F(Program, TheManifestNamesWhatWasDropped) {
+TEST_F(Program, TheSetNamesWhatWasDropped) {
   write(path("short.swc"), "1 1 0 0 0 1 -1\n2 3 1 0 0 1 1\n3 3 2 0\n");
   ASSERT_EQ(runFiliform({"ingest", path("short.swc"), "-o", path("short.fil")}).exit_code, 0);
   const std::string current = contentOf(path("short.fil/CURRENT"));
-  const auto manifest =
-      nlohmann::json::parse(contentOf(path("short.fil/" + current.substr(0, current.size() - 1) + "/manifest.json")));
-  EXPECT_EQ(manifest.at("provenance").at("sources").at(0).at("dropped"), "3");
+  const std::string revision = path("short.fil/" + current.substr(0, current.size() - 1));
+  const auto manifest = nlohmann::json::parse(contentOf(revision + "/manifest.json"));
+  const auto provenance = nlohmann::json::parse(contentOf(revision + "/provenance.json"));
+  EXPECT_EQ(provenance.at("sources").at(0).at("dropped"), "3");
   EXPECT_EQ(manifest.at("provenance").at("codes").at("W_SHORT_LINE"), 1);
 }
 

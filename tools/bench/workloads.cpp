@@ -7,6 +7,7 @@ std::vector<Workload> workloads() {
   addSolverWorkloads(all);
   addParametersWorkloads(all);
   addStabilityWorkloads(all);
+  addIngestWorkloads(all);
   return all;
 }
 

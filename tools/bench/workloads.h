@@ -10,5 +10,6 @@ namespace filiform::tools {
 void addSolverWorkloads(std::vector<Workload>& all);
 void addParametersWorkloads(std::vector<Workload>& all);
 void addStabilityWorkloads(std::vector<Workload>& all);
+void addIngestWorkloads(std::vector<Workload>& all);
 
 }  // namespace filiform::tools

@@ -1,4 +1,4 @@
-#include "index/internal/grid_cells.h"
+#include "tests/support/grid_cells.h"
 
 #include "index/errors.h"
 #include "index/partition.h"

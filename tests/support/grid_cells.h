@@ -1,5 +1,5 @@
-// All cells of a stream in memory, snapped to the grid: what tiles are cut from.
-// Immutable after construction.
+// Oracle of the tiler: all cells of a stream in memory, snapped to the grid, and their tiles found by sorting
+// everything. Immutable after construction.
 #pragma once
 
 #include "index/cell.h"

@@ -1,0 +1,56 @@
+// Segments put aside in a spool: about 13 bytes each where they come in runs, as they do from a reader.
+#pragma once
+
+#include "index/internal/spool.h"
+#include "index/tile.h"
+
+#include <bit>
+#include <cstdint>
+#include <cstring>
+
+namespace filiform::internal {
+
+struct SegmentRecord {
+  SegmentId id;
+  std::uint32_t child_sample, parent_sample;  // equal: isolated
+  GridPoint child, parent;
+  float radius_um;  // of the child
+  std::uint16_t type;
+};
+
+// Written to its end, then read as often as wanted. Thread-compatible.
+//
+// A record follows from the one before it: a byte of flags, a byte with the widths of two steps (4 bits each, bytes a
+// coordinate), then what the flags do not say. The bytes never leave the program.
+class SegmentChain {
+ public:
+  explicit SegmentChain(Spool& spool) : chain_(spool) {}
+
+  void add(const SegmentRecord& record);
+  void close() { chain_.close(); }
+  std::uint64_t count() const { return count_; }
+  std::uint64_t bytes() const { return chain_.bytes(); }
+  void clear() { chain_.clear(), count_ = 0; }
+
+  class Reader {
+   public:
+    Reader(SegmentChain& chain, bool release) : blocks_(chain.chain_, release) {}
+    bool next(SegmentRecord& record);  // false at the end; `record` must be the one that it gave before
+
+   private:
+    Chain::Reader blocks_;
+    const std::uint8_t* at_ = nullptr;
+    const std::uint8_t* end_ = nullptr;
+  };
+
+ private:
+  Chain chain_;
+  SegmentRecord last_ = first();
+  std::uint64_t count_ = 0;
+
+ public:
+  // What the first record follows from; every block starts from it too.
+  static SegmentRecord first() { return {{0, 0}, 0, 0, GridPoint::Zero(), GridPoint::Zero(), 0, 0}; }
+};
+
+}  // namespace filiform::internal

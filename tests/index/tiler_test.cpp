@@ -1,0 +1,174 @@
+#include "index/internal/tiler.h"
+
+#include "index/errors.h"
+#include "index/internal/set_files.h"
+#include "tests/support/grid_cells.h"
+#include "tests/support/random_cells.h"
+#include "tests/support/temp_folder.h"
+
+#include <bit>
+#include <cmath>
+#include <map>
+#include <mutex>
+
+#include <gtest/gtest.h>
+
+namespace filiform::internal {
+namespace {
+
+using test::TempFolder;
+using test::VectorCellStream;
+
+class Collected final : public TileSink {
+ public:
+  struct Leaf {
+    CellKey key;
+    bool is_long;
+    std::vector<StoredSegment> segments;
+    TileAppearance appearance;
+  };
+  void add(unsigned, std::uint32_t leaf, const CellKey& key, bool is_long, std::vector<StoredSegment>& segments,
+           TileAppearance& appearance) override {
+    const std::lock_guard lock(mutex_);
+    EXPECT_TRUE(leaves.emplace(leaf, Leaf{key, is_long, std::move(segments), appearance}).second);
+  }
+  std::map<std::uint32_t, Leaf> leaves;
+
+ private:
+  std::mutex mutex_;
+};
+
+std::uint32_t bits(float f) { return std::bit_cast<std::uint32_t>(f); }
+
+// Against the tiles found by holding and sorting everything.
+void expectSameAsReference(const std::vector<Cell>& cells, TilerOptions options) {
+  VectorCellStream again(cells);
+  const GridCells reference(again, options.grid, nullptr);
+  const Placement placement = place(reference, options.capacity, nullptr);
+  const auto owning = owningTiles(reference, placement);
+
+  VectorCellStream stream(cells);
+  Tiler tiler(options);
+  tiler.read(stream);
+  tiler.cut();
+  Collected sink;
+  tiler.tiles(sink);
+  ASSERT_EQ(sink.leaves.size(), placement.tile_count());
+  std::vector<TileId> tile_of(tiler.leaves().size() + 1, kNoTile);
+  TileId t = 0;
+  for (const auto& [leaf, found] : sink.leaves) {
+    ASSERT_EQ(found.is_long, placement.isLong(t));
+    ASSERT_TRUE(found.key == placement.key(t));
+    ASSERT_EQ(found.segments.size(), placement.begin[t + 1] - placement.begin[t]);
+    const TileAppearance look = buildAppearance(reference, placement, t);
+    for (std::size_t i = 0; i < found.segments.size(); ++i) {
+      const Placement::Stored& stored = placement.stored[placement.begin[t] + i];
+      const StoredSegment expected = reference.segment(stored.sample, reference.cellOf(stored.sample), stored.owned());
+      const StoredSegment& s = found.segments[i];
+      ASSERT_TRUE(s.id == expected.id && s.child_sample == expected.child_sample &&
+                  s.parent_sample == expected.parent_sample && s.child == expected.child &&
+                  s.parent == expected.parent && s.owned == expected.owned)
+          << "tile " << t << ", segment " << i;
+      ASSERT_EQ(bits(found.appearance.radii_um[i]), bits(look.radii_um[i]));
+      ASSERT_EQ(found.appearance.types[i], look.types[i]);
+    }
+    tile_of[leaf] = t++;
+  }
+  ASSERT_EQ(tiler.records().size(), cells.size());
+  std::uint32_t c = 0;
+  tiler.details(tile_of, [&](ByteSpan bytes) {
+    CellDetail expected = reference.detail(c);
+    expected.tiles = owning[c];
+    ASSERT_EQ(Bytes(bytes.begin(), bytes.end()), encodeDetail(expected)) << "cell " << c;
+    const CellRecord &found = tiler.records()[c], &record = reference.records()[c];
+    ASSERT_TRUE(found.name == record.name && found.source == record.source && found.samples == record.samples &&
+                found.segments == record.segments && found.isolated == record.isolated && found.roots == record.roots);
+    ASSERT_TRUE(found.bounds.empty() == record.bounds.empty() &&
+                (found.bounds.empty() || (found.bounds.lo == record.bounds.lo && found.bounds.hi == record.bounds.hi)));
+    ++c;
+  });
+  ASSERT_EQ(c, cells.size());
+}
+
+TEST(Tiler, FindsWhatHoldingEverythingFinds) {
+  std::vector<test::NamedCells> all = test::worstCases();
+  all.push_back({"column", test::randomColumn(51, 8, 400, 200)});
+  for (const test::NamedCells& named : all)
+    for (const std::uint32_t capacity : {2u, 30u})
+      for (const std::uint64_t chunk : {0u, 3u, 100u})
+        for (const unsigned threads : {1u, 3u}) {
+          if (threads > 1 && chunk != 100) continue;
+          SCOPED_TRACE(named.name + ", capacity " + std::to_string(capacity) + ", chunks of " + std::to_string(chunk));
+          const TempFolder folder;
+          TilerOptions options{.grid = Grid(), .capacity = capacity, .chunk_segments = chunk, .threads = threads};
+          if (chunk != 0) options.folder = folder.path();
+          expectSameAsReference(named.cells, options);
+          if (HasFatalFailure()) return;
+        }
+}
+
+TEST(Tiler, KeepsSmallScenesOffTheDisk) {
+  VectorCellStream stream(test::randomColumn(52, 4, 1000, 100));
+  const TempFolder folder;
+  Tiler tiler({.grid = Grid(), .capacity = 64, .memory = std::uint64_t{64} << 20, .folder = folder.path()});
+  tiler.read(stream);
+  tiler.cut();
+  Collected sink;
+  tiler.tiles(sink);
+  EXPECT_EQ(tiler.spool_file_bytes(), 0u);
+  EXPECT_EQ(tiler.chunks(), 1u);
+}
+
+// The outlier gets chunks of its own; the others are cut as if it were not there.
+TEST(Tiler, AnOutlierCostsAFewChunks) {
+  std::vector<Cell> cells = test::randomColumn(53, 10, 1000, 1);
+  for (Cell& cell : cells)
+    for (Vector3d& p_W : cell.positions_um) p_W *= 1e-3;
+  test::addSample(cells[0], Vector3d(1e9, 1e9, -1e9), 0);
+  VectorCellStream stream(cells);
+  const TempFolder folder;
+  Tiler tiler({.grid = Grid(-10), .capacity = 16, .chunk_segments = 500, .folder = folder.path()});
+  tiler.read(stream);
+  // About 110 halves lead down to the place where the others are, in each of the eight octants that meet there.
+  EXPECT_LT(tiler.chunks(), 1000u);
+  EXPECT_GT(tiler.spool_file_bytes(), 0u);
+}
+
+TEST(Tiler, RefusesATileThatDoesNotFitTheMemory) {
+  VectorCellStream stream({test::coincidentNodes(250000)});
+  Tiler tiler({.grid = Grid(), .capacity = 16, .memory = std::uint64_t{64} << 20});
+  EXPECT_THROW(tiler.read(stream), InputError);
+}
+
+TEST(Tiler, ACellOfLinksKeepsItsLoops) {
+  Cell loop;
+  loop.source = "loop";
+  for (int i = 0; i < 6; ++i) {
+    loop.sample_ids.push_back(i);
+    loop.positions_um.emplace_back(10 * std::cos(i), 10 * std::sin(i), i);
+    loop.radii_um.push_back(0.1f * static_cast<float>(i));
+    loop.types.push_back(static_cast<std::uint16_t>(i));
+  }
+  loop.links = {{1, 0}, {2, 1}, {3, 2}, {3, 0}, {4, 3}, {4, 3}, {5, 5}};
+  VectorCellStream stream({loop});
+  Tiler tiler({.grid = Grid(), .capacity = 100});
+  tiler.read(stream);
+  tiler.cut();
+  Collected sink;
+  tiler.tiles(sink);
+  ASSERT_EQ(sink.leaves.size(), 1u);
+  const Collected::Leaf& leaf = sink.leaves.begin()->second;
+  ASSERT_EQ(leaf.segments.size(), loop.links.size());
+  for (std::uint32_t i = 0; i < loop.links.size(); ++i) {
+    EXPECT_EQ(leaf.segments[i].id, (SegmentId{0, i}));
+    EXPECT_EQ(leaf.segments[i].child_sample, loop.links[i][0]);
+    EXPECT_EQ(leaf.segments[i].parent_sample, loop.links[i][1]);
+    EXPECT_EQ(leaf.appearance.types[i], loop.links[i][0]);
+  }
+  EXPECT_EQ(tiler.records()[0].segments, 6u);
+  EXPECT_EQ(tiler.records()[0].isolated, 1u);
+  EXPECT_EQ(tiler.records()[0].roots, 2u);
+}
+
+}  // namespace
+}  // namespace filiform::internal
