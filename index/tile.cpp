@@ -92,6 +92,15 @@ Tile::Tile(TileId id, const CellKey& key, bool is_long, const Grid& grid, std::v
     if (parents_[s] != children_[s]) incident_[next[parents_[s]]++] = s;
   }
 
+  if (!is_long_) {
+    const GridBox cell = key_.box();
+    for (std::uint32_t node = 0; node < node_count(); ++node) {
+      const GridPoint p = gridPoint(node);
+      if ((p.array() >= cell.lo.array()).all() && (p.array() <= cell.hi.array()).all())
+        incident_begin_[node] |= kHomeBit;
+    }
+  }
+
   bytes_ = sizeof(Tile) + heapBytes(node_ids_) + heapBytes(offsets_) + heapBytes(wide_) + heapBytes(children_) +
            heapBytes(parents_) + heapBytes(segment_ranks_) + heapBytes(owned_) + heapBytes(incident_begin_) +
            heapBytes(incident_);
@@ -101,8 +110,6 @@ GridPoint Tile::gridPoint(std::uint32_t node) const {
   if (!wide_.empty()) return wide_[node];
   return origin_ + offsets_[node].cast<std::int64_t>();
 }
-
-bool Tile::isHome(std::uint32_t node) const { return !is_long_ && key_.contains(mortonKey(gridPoint(node))); }
 
 std::optional<std::uint32_t> Tile::findNode(NodeId id) const noexcept {
   const auto at = std::lower_bound(node_ids_.begin(), node_ids_.end(), id,

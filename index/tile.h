@@ -58,11 +58,12 @@ class Tile {
   NodeId nodeId(std::uint32_t node) const { return node_ids_[node]; }
   GridPoint gridPoint(std::uint32_t node) const;
   Vector3d position_W(std::uint32_t node) const { return grid_.toWorld(gridPoint(node)); }  // exact, O(1)
-  bool isHome(std::uint32_t node) const;                                                    // O(1)
+  bool isHome(std::uint32_t node) const { return (incident_begin_[node] & kHomeBit) != 0; }
   // Segments at the node in the order of their ids. All of them iff isHome(node); else those that this tile happens to
   // hold.
   std::span<const std::uint32_t> incident(std::uint32_t node) const {
-    return {incident_.data() + incident_begin_[node], incident_.data() + incident_begin_[node + 1]};
+    return {incident_.data() + (incident_begin_[node] & ~kHomeBit),
+            incident_.data() + (incident_begin_[node + 1] & ~kHomeBit)};
   }
   std::optional<std::uint32_t> findNode(NodeId id) const noexcept;  // O(log n)
 
@@ -89,6 +90,8 @@ class Tile {
   std::vector<GridPoint> wide_;                             // absolute, only where offsets do not fit 32 bits
   std::vector<std::uint32_t> children_, parents_, segment_ranks_;
   std::vector<std::uint8_t> owned_;
+  // incident_begin_ of a node whose home this is carries the bit, so that the solver need not compute a Morton key.
+  static constexpr std::uint32_t kHomeBit = std::uint32_t{1} << 31;
   std::vector<std::uint32_t> incident_begin_, incident_;
 };
 
