@@ -86,7 +86,7 @@ class Corruption : public ::testing::Test {
 
 TEST_F(Corruption, AFlippedBitIsFound) {
   std::mt19937_64 random(82);
-  ASSERT_EQ(files_.size(), 6u);
+  ASSERT_EQ(files_.size(), 7u);
   for (const std::string& file : files_) {
     const std::string bytes = test::readBytes(file);
     const std::size_t step = std::max<std::size_t>(1, bytes.size() / 150);
