@@ -31,6 +31,7 @@ int runBench(BenchCommand command) {
                 << workload.summary << '\n';
     return 0;
   }
+  if (command.options.quick) command.options.corpus.clear();
   std::vector<Workload> chosen;
   for (const std::string& name : command.names) {
     const auto found = std::find_if(all.begin(), all.end(), [&](const Workload& w) { return w.name == name; });
@@ -68,7 +69,7 @@ void addBench(CLI::App& app, Chosen& chosen) {
   bench->add_option("--seed", command->options.seed, "of everything random")->capture_default_str();
   bench->add_option("--corpus", command->options.corpus, "folder of real reconstructions")->envname("FILIFORM_CORPUS");
   bench->add_option("--segments", command->options.segments, "largest size to go to; 0: the workload's own");
-  bench->add_flag("--quick", command->options.quick, "small sizes, to see that it works");
+  bench->add_flag("--quick", command->options.quick, "small sizes without the corpus, to see that it works");
   bench->callback([command, &chosen] { chosen = [command] { return runBench(*command); }; });
 }
 
