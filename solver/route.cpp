@@ -12,11 +12,7 @@
 #include <utility>
 
 namespace filiform {
-namespace {
 
-constexpr std::uint32_t kNone = UINT32_MAX;
-
-// Samples so that parents come before children: files may list them in any order.
 std::vector<std::uint32_t> parentsFirst(const std::vector<std::uint32_t>& parents) {
   std::vector<std::uint32_t> order, climb;
   order.reserve(parents.size());
@@ -31,6 +27,10 @@ std::vector<std::uint32_t> parentsFirst(const std::vector<std::uint32_t>& parent
   }
   return order;
 }
+
+namespace {
+
+constexpr std::uint32_t kNone = UINT32_MAX;
 
 struct Forest {
   std::vector<std::uint32_t> root;  // by rank

@@ -76,6 +76,10 @@ class RouteTracker {
   double reached_um_ = 0;
 };
 
+// The ranks of all samples, parents before their children, which files may list in any order. Requires parents without
+// cycles, kNoParent at roots. O(samples).
+std::vector<std::uint32_t> parentsFirst(const std::vector<std::uint32_t>& parents);
+
 // A route of the cell, by what is asked for:
 //   FIRST:LAST   between two samples by their ids in the file; where ids repeat (restarted blocks), the joined pair of
 //                lowest ranks

@@ -93,18 +93,7 @@ std::string markdown(const Workload& workload, const BenchOptions& options, cons
                               : "**missed**")
           << " |\n";
   }
-  for (const BenchTable& table : report.tables) {
-    out << "\n" << table.caption << "\n\n|";
-    for (const std::string& column : table.columns) out << ' ' << column << " |";
-    out << "\n|";
-    for (std::size_t i = 0; i < table.columns.size(); ++i) out << "---|";
-    out << '\n';
-    for (const auto& row : table.rows) {
-      out << '|';
-      for (const BenchValue& value : row) out << ' ' << shown(value) << " |";
-      out << '\n';
-    }
-  }
+  for (const BenchTable& table : report.tables) out << "\n" << markdownTable(table);
   for (const std::string& picture : report.pictures) out << "\n![" << picture << "](" << picture << ")\n";
   if (!report.notes.empty()) out << '\n';
   for (const std::string& note : report.notes) out << "- " << note << '\n';
@@ -130,6 +119,21 @@ std::vector<std::pair<std::string, BenchValue>> machineFacts() {
           {"system", std::string(system.sysname) + " " + system.release},
           {"compiler", std::string("g++/clang ") + __VERSION__},
           {"filiform", std::string(FILIFORM_VERSION)}};
+}
+
+std::string markdownTable(const BenchTable& table) {
+  std::ostringstream out;
+  out << table.caption << "\n\n|";
+  for (const std::string& column : table.columns) out << ' ' << column << " |";
+  out << "\n|";
+  for (std::size_t i = 0; i < table.columns.size(); ++i) out << "---|";
+  out << '\n';
+  for (const auto& row : table.rows) {
+    out << '|';
+    for (const BenchValue& value : row) out << ' ' << shown(value) << " |";
+    out << '\n';
+  }
+  return out.str();
 }
 
 std::string runWorkload(const Workload& workload, const BenchOptions& options) {

@@ -51,6 +51,9 @@ struct BenchReport {
   std::vector<std::string> pictures;                          // file names in `out`
 };
 
+// For people: the caption, and the table as Markdown.
+std::string markdownTable(const BenchTable& table);
+
 struct Workload {
   std::string name;     // a word
   std::string summary;  // a line

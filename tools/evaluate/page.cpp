@@ -112,21 +112,6 @@ std::string htmlPage(const std::string& title, const std::vector<PageSection>& s
   return out.str();
 }
 
-std::string markdownTable(const BenchTable& table) {
-  std::ostringstream out;
-  out << table.caption << "\n\n|";
-  for (const std::string& column : table.columns) out << ' ' << column << " |";
-  out << "\n|";
-  for (std::size_t i = 0; i < table.columns.size(); ++i) out << "---|";
-  out << '\n';
-  for (const auto& row : table.rows) {
-    out << '|';
-    for (const BenchValue& value : row) out << ' ' << shown(value) << " |";
-    out << '\n';
-  }
-  return out.str();
-}
-
 std::string markdownPage(const std::string& title, const std::vector<PageSection>& sections) {
   std::ostringstream out;
   out << "# " << title << '\n';

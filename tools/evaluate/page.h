@@ -25,6 +25,5 @@ struct PageSection {
 // Text is escaped. Throws IoError where a picture cannot be read.
 std::string htmlPage(const std::string& title, const std::vector<PageSection>& sections, const std::string& folder);
 std::string markdownPage(const std::string& title, const std::vector<PageSection>& sections);
-std::string markdownTable(const BenchTable& table);
 
 }  // namespace filiform::tools

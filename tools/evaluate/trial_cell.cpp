@@ -1,6 +1,7 @@
 #include "tools/evaluate/trial_cell.h"
 
 #include "index/memory_tiles.h"
+#include "solver/route.h"
 
 #include <utility>
 
@@ -39,21 +40,6 @@ Vector3d toSinglePrecision(const Vector3d& p) {
     return static_cast<double>(single);
   };
   return {rounded(p.x()), rounded(p.y()), rounded(p.z())};
-}
-
-std::vector<std::uint32_t> parentsFirst(const std::vector<std::uint32_t>& parents) {
-  std::vector<std::uint32_t> order, climb;
-  order.reserve(parents.size());
-  std::vector<bool> done(parents.size(), false);
-  for (std::uint32_t rank = 0; rank < parents.size(); ++rank) {
-    for (std::uint32_t at = rank; at != kNoParent && !done[at]; at = parents[at]) {
-      done[at] = true;
-      climb.push_back(at);
-    }
-    order.insert(order.end(), climb.rbegin(), climb.rend());
-    climb.clear();
-  }
-  return order;
 }
 
 TrialCell::TrialCell(Cell cell, const CellTreatment& treatment) {

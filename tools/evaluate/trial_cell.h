@@ -67,7 +67,4 @@ class TrialCell {
 // Rounded to 24 bits.
 Vector3d toSinglePrecision(const Vector3d& p);
 
-// Samples so that parents come before children. O(samples).
-std::vector<std::uint32_t> parentsFirst(const std::vector<std::uint32_t>& parents);
-
 }  // namespace filiform::tools

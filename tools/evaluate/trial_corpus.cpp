@@ -1,6 +1,7 @@
 #include "tools/evaluate/trial_corpus.h"
 
 #include "index/grid.h"
+#include "solver/route.h"
 #include "tools/evaluate/trial_cell.h"
 
 #include <algorithm>
