@@ -2,7 +2,9 @@
 // functions without state, noexcept, without allocation, lock or system call.
 #pragma once
 
+#include "index/closest_point.h"
 #include "solver/graph_view.h"
+#include "solver/internal/star_cache.h"
 #include "solver/proxy_solver.h"
 
 namespace filiform::internal {
@@ -42,17 +44,38 @@ struct ActiveSegment {
   SegmentId id{UINT32_MAX, UINT32_MAX};
   std::uint32_t segment = 0, child = 0, parent = 0;  // in `tile`
   NodeId child_id{}, parent_id{};
-  Vector3d child_W = Vector3d::Zero(), parent_W = Vector3d::Zero();
+  Vector3d child_W = Vector3d::Zero(), parent_W = Vector3d::Zero(), d_W = Vector3d::Zero();
+  double length2 = 0;  // of d_W, child to parent, squared
 
+  [[gnu::always_inline]] ClosestPoint closestTo(const Vector3d& h_W) const noexcept {
+    return closestPoint(child_W, parent_W, d_W, length2, h_W);
+  }
   bool isOf(const ProxyPlace& place) const noexcept { return id == place.segment && home == place.tile; }
   // Makes it that of the place; false as activeSegment(). O(1) where it is already, or the hint holds.
-  bool follow(const GraphView& graph, const ProxyPlace& place, std::uint32_t& hint, SolverStep& step) noexcept {
+  [[gnu::always_inline]] bool follow(const GraphView& graph, const ProxyPlace& place, std::uint32_t& hint,
+                                     SolverStep& step) noexcept {
     if (isOf(place) && tile != nullptr && graph.tiles().find(home) == tile) {
       hint = segment;
       step.touched.add(home);
       return true;
     }
     return find(graph, place, hint, step);
+  }
+  // Makes it a branch of a node that is decoded already.
+  void become(const StarCache::Star& star, const StarCache::Ray& ray) noexcept {
+    tile = star.tile;
+    home = star.home;
+    id = {star.id.cell, ray.rank};
+    segment = ray.segment;
+    const NodeId far_id{star.id.cell, ray.far_rank};
+    child = ray.from_child ? star.node : ray.far;
+    parent = ray.from_child ? ray.far : star.node;
+    child_id = ray.from_child ? star.id : far_id;
+    parent_id = ray.from_child ? far_id : star.id;
+    child_W = ray.from_child ? star.p_W : ray.far_W;
+    parent_W = ray.from_child ? ray.far_W : star.p_W;
+    d_W = parent_W - child_W;
+    length2 = d_W.squaredNorm();
   }
 
  private:
@@ -69,6 +92,8 @@ struct ActiveSegment {
     parent_id = tile->nodeId(parent);
     child_W = tile->position_W(child);
     parent_W = tile->position_W(parent);
+    d_W = parent_W - child_W;
+    length2 = d_W.squaredNorm();
     return true;
   }
 };

@@ -44,6 +44,78 @@ void BoundedSearch::keepForUndo() noexcept {
   undo_ = Undo::all;
 }
 
+// The usual tick: from the active segment nothing leads on, or no farther than the branches at its ends. `old2` is the
+// squared distance of the place. False: it does, or there is something to be careful about, and nothing has happened.
+[[gnu::always_inline]] inline bool BoundedSearch::shallowSweep(const GraphView& graph, const Vector3d& h_W, double old2,
+                                                               SolverStep& step) noexcept {
+  const ActiveSegment& active = active_;
+  // The star of one end would take the place of the other's.
+  if (active.length2 == 0.0 || stars_.collide(active.child_id, active.parent_id)) return false;
+  const ClosestPoint q = active.closestTo(h_W);
+  std::uint32_t visited = 1;
+  double best2 = std::min(old2, q.squared_distance);
+  bool leads_on[2] = {false, false};  // by the child, by the parent
+  follow(reach_, active.child_W, active.parent_W, q, kInfinity,
+         [&leads_on](bool at_parent) { leads_on[at_parent] = true; });
+  const StarCache::Star* best_star = nullptr;
+  const StarCache::Ray* best_ray = nullptr;
+  double best_t = 0;
+  Vector3d best_W = q.p_W;
+  for (int end = leads_on[0] ? 0 : 1; end <= (leads_on[1] ? 1 : 0); ++end) {
+    const StarCache::Star* star = stars_.find(graph, end == 0 ? active.child_id : active.parent_id, *active.tile,
+                                              end == 0 ? active.child : active.parent);
+    if (star == nullptr || !star->plain || visited + star->degree > max_visited_ + 1) return false;
+    if (star->tile != active.tile) step.touched.add(star->home);
+    // Nearest on most branches is the node itself, which is no nearer than what is known and leads nowhere.
+    const Vector3d x_W = h_W - star->p_W;
+    if (x_W.squaredNorm() < best2) return false;
+    for (std::uint32_t i = 0; i < star->degree; ++i) {
+      const StarCache::Ray& ray = star->rays[i];
+      if (ray.rank == active.id.segment) continue;
+      ++visited;
+      const Vector3d &child_W = ray.from_child ? star->p_W : ray.far_W,
+                     &parent_W = ray.from_child ? ray.far_W : star->p_W;
+      const Vector3d d_W = parent_W - child_W;
+      if (ray.from_child ? !(x_W.dot(d_W) > 0.0) : (h_W - child_W).dot(d_W) >= d_W.squaredNorm()) continue;
+      const ClosestPoint w = closestPoint(child_W, parent_W, h_W);
+      bool goes_on = false;
+      follow(reach_, child_W, parent_W, w, q.squared_distance,
+             [&](bool at_parent) { goes_on = goes_on || at_parent == ray.from_child; });
+      if (goes_on) return false;
+      if (!(w.squared_distance < best2)) continue;
+      if (w.t == 0.0 || w.t == 1.0) return false;
+      best2 = w.squared_distance;
+      best_t = w.t;
+      best_W = w.p_W;
+      best_star = star;
+      best_ray = &ray;
+    }
+  }
+  step.visited = visited;
+  if (best_ray != nullptr) {
+    keepForUndo();
+    state_.place.segment = {best_star->id.cell, best_ray->rank};
+    state_.place.t = best_t;
+    state_.place.p_W = best_W;
+    state_.place.tile = best_star->home;
+    state_.segment = best_ray->segment;
+    state_.home = kNoTile;
+    active_.become(*best_star, *best_ray);
+  } else if (q.squared_distance < old2) {
+    if (q.t != 0.0 && q.t != 1.0) {  // it slides along its segment: nothing else changes
+      undo_ = Undo::slide;
+      before_.place.t = state_.place.t;
+      before_.place.p_W = state_.place.p_W;
+      state_.place.t = q.t;
+      state_.place.p_W = q.p_W;
+    } else {
+      keepForUndo();
+      settle(graph, *active.tile, active.segment, q.t, q.p_W);
+    }
+  }
+  return true;
+}
+
 void BoundedSearch::advance(const GraphView& graph, const ProbeState& probe, SolverStep& step) noexcept {
   const Vector3d& h_W = probe.h_W;
   ProxyPlace& place = state_.place;
@@ -52,69 +124,23 @@ void BoundedSearch::advance(const GraphView& graph, const ProbeState& probe, Sol
   const double distance2 = (place.p_W - h_W).squaredNorm();
   if (!usableDistance(distance2) || !place.valid()) return;
 
-  Tick tick{graph, h_W, step, 0, {}};
-  tick.best.squared_distance = distance2;
-  ClosestPoint q{};
   const bool on_segment = state_.depth == 0 && !place.at_node && active_.follow(graph, place, state_.segment, step);
-  if (on_segment) {
-    q = closestPoint(active_.child_W, active_.parent_W, h_W);
-    if (shallowSweep(tick, q)) return keep(tick);
-    tick.best.tile = nullptr;
-    tick.best.squared_distance = distance2;
+  if (on_segment && shallowSweep(graph, h_W, distance2, step)) return;
+  deepSweep(graph, h_W, on_segment, distance2, step);
+}
+
+// All others. `on_segment`: the place is inside the active segment.
+[[gnu::noinline]] void BoundedSearch::deepSweep(const GraphView& graph, const Vector3d& h_W, bool on_segment,
+                                                double old2, SolverStep& step) noexcept {
+  Tick tick{graph, h_W, step, 0, {}};
+  tick.best.squared_distance = old2;
+  if (state_.depth == 0 && quickSweep(tick, on_segment)) {
+    if (tick.best.tile == nullptr) return;
+    keepForUndo();
+    return settle(tick);
   }
-  if (state_.depth == 0 && quickSweep(tick, on_segment ? &q : nullptr)) return keep(tick);
   keepForUndo();
   sweep(tick);
-}
-
-void BoundedSearch::keep(Tick& tick) noexcept {
-  if (tick.best.tile == nullptr) return;
-  if (tick.best.tile == active_.tile && tick.best.segment == active_.segment && !state_.place.at_node &&
-      active_.isOf(state_.place) && tick.best.t != 0.0 && tick.best.t != 1.0) {
-    // It slides along its segment: nothing else changes.
-    undo_ = Undo::slide;
-    before_.place.t = state_.place.t;
-    before_.place.p_W = state_.place.p_W;
-    state_.place.t = tick.best.t;
-    state_.place.p_W = tick.best.p_W;
-    return;
-  }
-  keepForUndo();
-  settle(tick);
-}
-
-// The usual tick: from the active segment nothing leads on, or no farther than the branches at its ends. False: it
-// does, or there is something to be careful about.
-bool BoundedSearch::shallowSweep(Tick& tick, const ClosestPoint& q) noexcept {
-  const ActiveSegment& active = active_;
-  if (active.child_W == active.parent_W) return false;
-  tick.step.visited = 1;
-  tick.best.offer(*active.tile, active.segment, q);
-  bool leads_on[2] = {false, false};  // by the child, by the parent
-  follow(reach_, active.child_W, active.parent_W, q, kInfinity, [&](bool at_parent) { leads_on[at_parent] = true; });
-  for (const bool at_parent : {false, true}) {
-    if (!leads_on[at_parent]) continue;
-    const NodeId id = at_parent ? active.parent_id : active.child_id;
-    const StarCache::Star* star = stars_.find(tick.graph, id, *active.tile, at_parent ? active.parent : active.child);
-    if (star == nullptr) return false;
-    tick.step.touched.add(star->home);
-    const std::uint32_t other_end = at_parent ? active.child_id.sample : active.parent_id.sample;
-    for (std::uint32_t i = 0; i < star->degree; ++i) {
-      const StarCache::Ray& ray = star->rays[i];
-      if (ray.rank == active.id.segment) continue;
-      if (ray.far_rank == id.sample || ray.far_rank == other_end || tick.step.visited == max_visited_) return false;
-      ++tick.step.visited;
-      const Vector3d &child_W = ray.from_child ? star->p_W : ray.far_W,
-                     &parent_W = ray.from_child ? ray.far_W : star->p_W;
-      const ClosestPoint w = closestPoint(child_W, parent_W, tick.h_W);
-      bool goes_on = child_W == parent_W;
-      follow(reach_, child_W, parent_W, w, q.squared_distance,
-             [&](bool by_parent) { goes_on = goes_on || by_parent == ray.from_child; });
-      if (goes_on) return false;
-      tick.best.offer(*star->tile, ray.segment, w);
-    }
-  }
-  return true;
 }
 
 void BoundedSearch::sweep(Tick& tick) noexcept {
@@ -151,16 +177,19 @@ void BoundedSearch::undo() noexcept {
 
 void BoundedSearch::settle(Tick& tick) noexcept {
   if (tick.best.tile == nullptr) return;
-  const Tile& tile = *tick.best.tile;
-  const std::uint32_t segment = tick.best.segment;
-  state_.place = tick.graph.placeOn(tile, segment, tick.best.t, tick.best.p_W);
+  settle(tick.graph, *tick.best.tile, tick.best.segment, tick.best.t, tick.best.p_W);
+  tick.best.tile = nullptr;
+}
+
+void BoundedSearch::settle(const GraphView& graph, const Tile& tile, std::uint32_t segment, double t,
+                           const Vector3d& p_W) noexcept {
+  state_.place = graph.placeOn(tile, segment, t, p_W);
   state_.segment = segment;
   state_.home = kNoTile;
   if (state_.place.at_node && state_.place.tile == tile.id()) {
     state_.home = tile.id();
-    state_.node = tick.best.t == 0.0 ? tile.child(segment) : tile.parent(segment);
+    state_.node = t == 0.0 ? tile.child(segment) : tile.parent(segment);
   }
-  tick.best.tile = nullptr;
 }
 
 // Home of the place's node: its place is its grid point exactly, so its home follows from it.
@@ -173,17 +202,16 @@ void BoundedSearch::findHome(const GraphView& graph) noexcept {
   state_.node = home.present() ? home.node : kNoNode;
 }
 
-// `q`: the closest point of the active segment, where the place is on one that is resident. False: nothing has
-// happened, the sweep is too large or meets an absent tile.
-bool BoundedSearch::quickSweep(Tick& tick, const ClosestPoint* q) noexcept {
+// False: nothing has happened, the sweep is too large or meets an absent tile.
+bool BoundedSearch::quickSweep(Tick& tick, bool on_segment) noexcept {
   const double old2 = tick.best.squared_distance;
   const ProxyPlace& place = state_.place;
   bool done = false;
   if (!place.at_node) {
     clear(tick.step);
     tick.step.touched.add(place.tile);
-    done = q != nullptr &&
-           quick_.fromSegment(tick.graph, stars_, reach_, active_, *q, tick.h_W, max_visited_, tick.step, tick.best);
+    done = on_segment &&
+           quick_.fromSegment(tick.graph, stars_, reach_, active_, tick.h_W, max_visited_, tick.step, tick.best);
   } else if (const StarCache::Star* star = stars_.kept(tick.graph, place.node)) {
     done = quick_.fromNode(tick.graph, stars_, reach_, place.node, *star->tile, star->node, tick.h_W, max_visited_,
                            tick.step, tick.best);
@@ -206,7 +234,8 @@ void BoundedSearch::startSweep(Tick& tick) noexcept {
   const ProxyPlace& place = state_.place;
   if (place.at_node) {
     findHome(tick.graph);
-    stack_[state_.depth++] = {place.node, state_.home, state_.node, 0, 0, kNoSubGoal};
+    stack_[state_.depth++] = {
+        place.node, state_.home, state_.node, 0, 0, kNoSubGoal, tick.graph.grid().snap(place.p_W)};
     return;
   }
   const GraphView::SegmentRef ref = active(tick);
@@ -260,8 +289,7 @@ void BoundedSearch::run(Tick& tick) noexcept {
       put = marks_.put(Marks::Kind::segment, tile->segmentId(segment).key());
     }
     if (put == Marks::Put::full) return giveUp(tick);
-    if (top.next + kAhead < top.end)
-      marks_.prefetch(Marks::Kind::segment, tile->segmentId(incident[top.next + kAhead]).key());
+    if (top.next + kAhead < top.end) marks_.prefetch(tile->segmentId(incident[top.next + kAhead]).key());
     // An entry that has nothing left goes before its last branch is followed, as a tail call: stacks stay short on long
     // threads.
     const Vector3d sub_goal_W = top.sub_goal_W;
@@ -279,6 +307,7 @@ bool BoundedSearch::enter(Tick& tick, Entry& top) noexcept {
   if (put == Marks::Put::fresh) {
     GraphView::HomeNode home;
     if (top.node == kNoNode) {
+      if (top.home == kNoTile) top.home = tick.graph.leaves().home(top.point);
       home = tick.graph.nodeIn(top.home, top.id);
     } else {
       home = {top.home, tick.graph.tiles().find(top.home), top.node};
@@ -304,21 +333,24 @@ void BoundedSearch::test(Tick& tick, const Tile& tile, std::uint32_t segment, co
   const ClosestPoint q = closestPoint(child_W, parent_W, tick.h_W);
   tick.best.offer(tile, segment, q);
   if (child_W == parent_W) {  // which of the ends q is makes no difference: neither is nearer than the other
-    goOn(tick, tile, parent, sub_goal_W);
-    goOn(tick, tile, child, sub_goal_W);
+    goOn(tile, parent, sub_goal_W);
+    goOn(tile, child, sub_goal_W);
     return;
   }
   // The sub-goal is kept as a point: its distance is that to the present h even when the sweep began under another one.
   const double sub_goal2 = (sub_goal_W - tick.h_W).squaredNorm();
   follow(reach_, child_W, parent_W, q, sub_goal2,
-         [&](bool at_parent) { goOn(tick, tile, at_parent ? parent : child, q.p_W); });
+         [&](bool at_parent) { goOn(tile, at_parent ? parent : child, q.p_W); });
 }
 
-void BoundedSearch::goOn(const Tick& tick, const Tile& tile, std::uint32_t node, const Vector3d& sub_goal_W) noexcept {
+void BoundedSearch::goOn(const Tile& tile, std::uint32_t node, const Vector3d& sub_goal_W) noexcept {
   const NodeId id = tile.nodeId(node);
   if (marks_.contains(Marks::Kind::node, id.key())) return;
-  const TileId home = tick.graph.homeId(tile, node);
-  stack_[state_.depth++] = {id, home, home == tile.id() ? node : kNoNode, 0, 0, sub_goal_W};
+  Entry& entry = stack_[state_.depth++];
+  if (tile.isHome(node))
+    entry = {id, tile.id(), node, 0, 0, sub_goal_W, GridPoint::Zero()};
+  else
+    entry = {id, kNoTile, kNoNode, 0, 0, sub_goal_W, tile.gridPoint(node)};
 }
 
 BoundedSearch::Entry& BoundedSearch::touchTop() noexcept {

@@ -72,10 +72,11 @@ class BoundedSearch final : public ProxySolver {
   };
   struct Entry {
     NodeId id;
-    TileId home;
+    TileId home;              // kNoTile: not looked up yet
     std::uint32_t node;       // in the home tile; kNoNode: not looked up yet
     std::uint32_t next, end;  // positions in the incidence list; end 0: pending
     Vector3d sub_goal_W;
+    GridPoint point;  // of the node, where its home is not known
   };
   struct State {
     ProxyPlace place;
@@ -88,9 +89,9 @@ class BoundedSearch final : public ProxySolver {
     std::uint32_t node = kNoNode;  // in that tile
   };
 
-  bool quickSweep(Tick& tick, const ClosestPoint* q) noexcept;
-  bool shallowSweep(Tick& tick, const ClosestPoint& q) noexcept;
-  void keep(Tick& tick) noexcept;
+  bool shallowSweep(const GraphView& graph, const Vector3d& h_W, double old2, SolverStep& step) noexcept;
+  void deepSweep(const GraphView& graph, const Vector3d& h_W, bool on_segment, double old2, SolverStep& step) noexcept;
+  bool quickSweep(Tick& tick, bool on_segment) noexcept;
   void sweep(Tick& tick) noexcept;
   void startSweep(Tick& tick) noexcept;
   void findHome(const GraphView& graph) noexcept;
@@ -100,9 +101,10 @@ class BoundedSearch final : public ProxySolver {
   void test(Tick& tick, const Tile& tile, std::uint32_t segment, const Vector3d& sub_goal_W) noexcept;
   GraphView::SegmentRef active(Tick& tick) noexcept;
   void settle(Tick& tick) noexcept;
+  void settle(const GraphView& graph, const Tile& tile, std::uint32_t segment, double t, const Vector3d& p_W) noexcept;
   void keepForUndo() noexcept;
   // Does nothing for a node that is visited already.
-  void goOn(const Tick& tick, const Tile& tile, std::uint32_t node, const Vector3d& sub_goal_W) noexcept;
+  void goOn(const Tile& tile, std::uint32_t node, const Vector3d& sub_goal_W) noexcept;
   Entry& touchTop() noexcept;
   void pop() noexcept;
   void giveUp(Tick& tick) noexcept;

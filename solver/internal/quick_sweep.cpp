@@ -27,8 +27,9 @@ struct QuickSweep::Sweep {
     own.stack_[own.depth_++] = {id, &tile, node, via, kNone, 0, sub_goal2};
   }
 
-  void testFirst(const ActiveSegment& active, const ClosestPoint& q) noexcept {
+  void testFirst(const ActiveSegment& active) noexcept {
     ++step.visited;
+    const ClosestPoint q = active.closestTo(h_W);
     first = active.id.segment;
     best.offer(*active.tile, active.segment, q);
     const auto goOn = [&](bool at_parent, double sub_goal2) {
@@ -38,7 +39,7 @@ struct QuickSweep::Sweep {
         push(active.child_id, *active.tile, active.child, first, sub_goal2);
     };
     constexpr double none = std::numeric_limits<double>::infinity();
-    if (active.child_W == active.parent_W) {
+    if (active.length2 == 0.0) {
       goOn(true, none);
       goOn(false, none);
       return;
@@ -105,11 +106,11 @@ struct QuickSweep::Sweep {
 };
 
 [[gnu::flatten]] bool QuickSweep::fromSegment(const GraphView& graph, StarCache& stars, const Reach& reach,
-                                              const ActiveSegment& active, const ClosestPoint& q, const Vector3d& h_W,
+                                              const ActiveSegment& active, const Vector3d& h_W,
                                               std::uint32_t most_tests, SolverStep& step, BestPoint& best) noexcept {
   entered_ = depth_ = 0;
   Sweep sweep{*this, graph, stars, reach, h_W, std::min(most_tests, kMostTests), step, best};
-  sweep.testFirst(active, q);
+  sweep.testFirst(active);
   return depth_ == 0 || sweep.run();
 }
 

@@ -46,8 +46,8 @@ struct BestPoint {
 // Calls goOn(at_parent) for each end to go on from, the one to be visited first last; q is its sub-goal.
 // `sub_goal2` is the squared distance of the sub-goal with which the branch came.
 template <typename GoOn>
-inline void follow(const Reach& reach, const Vector3d& child_W, const Vector3d& parent_W, const ClosestPoint& q,
-                   double sub_goal2, const GoOn& goOn) noexcept {
+[[gnu::always_inline]] inline void follow(const Reach& reach, const Vector3d& child_W, const Vector3d& parent_W,
+                                          const ClosestPoint& q, double sub_goal2, const GoOn& goOn) noexcept {
   if (!reach.escapes) {
     if (q.t == 0.0) goOn(false);
     if (q.t == 1.0) goOn(true);
@@ -57,12 +57,11 @@ inline void follow(const Reach& reach, const Vector3d& child_W, const Vector3d& 
   if (q.t == 0.0) return goOn(false);
   if (q.t == 1.0) return goOn(true);
   const double r_um = std::min(reach.r_max_um, reach.gain * std::sqrt(q.squared_distance) + reach.r_min_um);
-  // |x| < r, without the root but where rounding might decide.
-  const double r2 = r_um * r_um;
+  // |end - q| < r, without the root but where rounding might decide.
+  const double r2 = r_um * r_um, surely2 = r2 * (1 - 1e-12), never2 = r2 * (1 + 1e-12);
   const auto within = [&](const Vector3d& end_W) {
     const double d2 = (end_W - q.p_W).squaredNorm();
-    if (d2 > r2 * (1 + 1e-12)) return false;
-    return d2 < r2 * (1 - 1e-12) || std::sqrt(d2) < r_um;
+    return d2 < surely2 || (d2 <= never2 && std::sqrt(d2) < r_um);
   };
   if (within(parent_W)) goOn(true);
   if (within(child_W)) goOn(false);
@@ -73,11 +72,10 @@ class QuickSweep {
   static constexpr std::uint32_t kMostTests = 64;
   static constexpr std::uint32_t kMostLooks = 4 * kMostTests;  // at incident segments
 
-  // From the interior of a segment, whose closest point is q, or from a node that `tile` stores. False: given up,
+  // From the interior of a segment, or from a node that `tile` stores. False: given up,
   // `step` and `best` are to be forgotten.
   bool fromSegment(const GraphView& graph, StarCache& stars, const Reach& reach, const ActiveSegment& active,
-                   const ClosestPoint& q, const Vector3d& h_W, std::uint32_t most_tests, SolverStep& step,
-                   BestPoint& best) noexcept;
+                   const Vector3d& h_W, std::uint32_t most_tests, SolverStep& step, BestPoint& best) noexcept;
   bool fromNode(const GraphView& graph, StarCache& stars, const Reach& reach, NodeId id, const Tile& tile,
                 std::uint32_t node, const Vector3d& h_W, std::uint32_t most_tests, SolverStep& step,
                 BestPoint& best) noexcept;

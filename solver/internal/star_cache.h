@@ -35,6 +35,7 @@ class StarCache {
     TileId home = kNoTile;
     std::uint32_t node = 0;  // in the home tile
     std::uint32_t degree = 0;
+    bool plain = false;  // no segment of equal ends among them, no two with the same ends
     Vector3d p_W = Vector3d::Zero();
     std::array<Ray, kMostRays> rays;
   };
@@ -52,6 +53,8 @@ class StarCache {
     if (star.id == id && star.epoch == epoch_ && graph.tiles().find(star.home) == star.tile) return &star;
     return fill(graph, id, tile, node, star) ? &star : nullptr;
   }
+  // They share a place: asking for one forgets the other. So do a node and itself.
+  bool collide(NodeId a, NodeId b) const noexcept { return slotOf(a) == slotOf(b); }
   // It will be asked for soon: brings its place into the caches, from where a cold one would take the longest.
   void prefetch(NodeId id) const noexcept {
     const char* star = reinterpret_cast<const char*>(&stars_[slotOf(id)]);
@@ -65,10 +68,11 @@ class StarCache {
 
  private:
   // Neighbouring samples lie side by side.
-  std::size_t slotOf(NodeId id) const noexcept { return (id.sample + id.cell * 0x9e3779b9u) & (stars_.size() - 1); }
+  std::size_t slotOf(NodeId id) const noexcept { return (id.sample + id.cell * 0x9e3779b9u) & mask_; }
   bool fill(const GraphView& graph, NodeId id, const Tile& tile, std::uint32_t node, Star& star) const noexcept;
 
   std::vector<Star> stars_;
+  std::size_t mask_;
   std::uint64_t epoch_ = 1;
 };
 
