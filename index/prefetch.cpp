@@ -2,98 +2,156 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
+#include <limits>
 #include <queue>
+#include <unordered_map>
 #include <unordered_set>
 
 namespace filiform {
 namespace {
 
 constexpr double kMinReach_um = 1.0;
+// How much later a way is expected to be taken than the one straight ahead: back along the neurite, and at a branching
+// by the angle of the turn.
+constexpr double kBack = 2.0, kTurn = 1.5, kMost = 4.0;
+constexpr std::size_t kMaxEnds = 64;
 
 // A node to walk on from, seen in `tile`, which need not be its home.
 struct Step {
-  double cost_s, arc_um;
+  double cost_s, arc_um, weight;
   NodeId node;
   const Tile* tile;
   std::uint32_t index;
+  Vector3d way_W;  // unit vector of the last segment; zero at the start
 
   bool operator<(const Step& other) const {  // as in a max-heap: "comes later"
     return cost_s != other.cost_s ? cost_s > other.cost_s : node > other.node;
   }
 };
 
+struct End {  // of the walk: the neurite goes on from here, unseen
+  double cost_s, weight;
+  Vector3d p_W;
+};
+
 }  // namespace
 
 Prefetch::Prefetch(const TileStore& store, const Directory& directory, PrefetchPolicy policy, double lookahead_s)
-    : store_(store), directory_(directory), policy_(policy), lookahead_s_(lookahead_s) {}
+    : store_(store), directory_(directory), policy_(policy), lookahead_s_(lookahead_s > 0 ? lookahead_s : 1e-3) {}
 
-void Prefetch::claim(const ReaderFocus& focus, const TileTable& loaded, std::uint64_t budget_bytes,
-                     std::vector<TileClaim>& structure, std::vector<TileClaim>& workspace) const {
-  if (policy_ == PrefetchPolicy::none || !focus.p_W.allFinite() || !std::isfinite(focus.radius_um)) return;
-  if (policy_ == PrefetchPolicy::structure) claimStructure(focus, loaded, structure);
-  claimWorkspace(focus, budget_bytes, workspace);
+double Prefetch::distance_um(TileId tile, const Vector3d& p_W) const {
+  const GridBox& box = store_.entry(tile).content;
+  if (box.empty()) return std::numeric_limits<double>::infinity();
+  const Grid grid = store_.grid();
+  return (grid.toWorld(box.lo) - p_W).cwiseMax(p_W - grid.toWorld(box.hi)).cwiseMax(0.0).norm();
 }
 
-void Prefetch::claimStructure(const ReaderFocus& focus, const TileTable& loaded, std::vector<TileClaim>& claims) const {
+void Prefetch::claimAhead(const ReaderFocus& focus, const TileTable& loaded, std::span<const TileId> cell_tiles,
+                          std::uint64_t budget_bytes, std::vector<TileClaim>& claims) const {
+  if (policy_ != PrefetchPolicy::structure || focus.is_view || !focus.p_W.allFinite() ||
+      !std::isfinite(focus.radius_um))
+    return;
   const Tile* tile = loaded.find(focus.active_tile);
-  if (tile == nullptr) return;
-  const std::optional<std::uint32_t> start = tile->findNode(focus.active_node);
-  if (!start) return;
+  std::optional<std::uint32_t> start;
+  if (tile != nullptr) start = tile->findNode(focus.active_node);
 
   const double speed = focus.v_W.allFinite() ? focus.v_W.norm() : 0.0;
   const Vector3d heading = speed > 0 ? Vector3d(focus.v_W / speed) : Vector3d(Vector3d::Zero());
-  const double lookahead_s = lookahead_s_ > 0 ? lookahead_s_ : 1e-3;
   // At rest, or slowly, the hand may start at once in any direction: look at least as far as the workspace reaches.
-  const double reach_um = std::max({speed * lookahead_s, focus.radius_um, kMinReach_um});
-  const double pace_um_s = reach_um / lookahead_s;
+  const double reach_um = std::max({speed * lookahead_s_, focus.radius_um, kMinReach_um});
+  const double pace_um_s = reach_um / lookahead_s_;
 
-  std::map<TileId, double> cost;
-  std::unordered_set<std::uint64_t> seen;
-  std::priority_queue<Step> queue;
-  const double first_um = (tile->position_W(*start) - focus.p_W).norm();
-  queue.push({first_um / pace_um_s, 0.0, focus.active_node, tile, *start});
-  std::size_t budget = kMaxWalkedSegments;
-  while (!queue.empty() && budget > 0) {
-    Step at = queue.top();
-    queue.pop();
-    if (!seen.insert(at.node.key()).second) continue;
-    if (!at.tile->isHome(at.index)) {
-      const TileId home = store_.leaves().home(at.tile->gridPoint(at.index));
-      if (home == kNoTile) continue;
-      cost.try_emplace(home, at.cost_s);
-      at.tile = loaded.find(home);
-      if (at.tile == nullptr) continue;
-      const std::optional<std::uint32_t> index = at.tile->findNode(at.node);
-      if (!index) continue;
-      at.index = *index;
-    } else {
-      cost.try_emplace(at.tile->id(), at.cost_s);
+  std::unordered_map<TileId, double> cost;
+  std::vector<End> ends;
+  const auto enter = [&](TileId id, double cost_s) {
+    const auto [at, first] = cost.try_emplace(id, cost_s);
+    if (!first) at->second = std::min(at->second, cost_s);
+  };
+  if (start) {
+    std::unordered_set<std::uint64_t> seen;
+    std::priority_queue<Step> queue;
+    queue.push({(tile->position_W(*start) - focus.p_W).norm() / pace_um_s, 0.0, 1.0, focus.active_node, tile, *start,
+                Vector3d::Zero()});
+    std::size_t budget = kMaxWalkedSegments;
+    std::uint64_t bytes = 0;
+    while (!queue.empty()) {
+      Step at = queue.top();
+      queue.pop();
+      if (!seen.insert(at.node.key()).second) continue;
+      const Vector3d from_W = at.tile->position_W(at.index);
+      if (!at.tile->isHome(at.index)) {
+        const TileId home = store_.leaves().home(at.tile->gridPoint(at.index));
+        if (home == kNoTile) continue;
+        if (!cost.contains(home)) bytes += store_.entry(home).decoded_bytes;
+        enter(home, at.cost_s);
+        at.tile = loaded.find(home);
+        if (at.tile == nullptr) {
+          ends.push_back({at.cost_s, at.weight, from_W});
+          continue;
+        }
+        const std::optional<std::uint32_t> index = at.tile->findNode(at.node);
+        if (!index) continue;
+        at.index = *index;
+      } else {
+        if (!cost.contains(at.tile->id())) bytes += store_.entry(at.tile->id()).decoded_bytes;
+        enter(at.tile->id(), at.cost_s);
+      }
+      // The first node's neighbours always count.
+      if (budget == 0 || bytes > budget_bytes || (at.arc_um > reach_um && seen.size() > 2)) {
+        ends.push_back({at.cost_s, at.weight, from_W});
+        continue;
+      }
+      const auto incident = at.tile->incident(at.index);
+      for (const std::uint32_t s : incident) {
+        if (budget == 0) break;
+        --budget;
+        const std::uint32_t other = at.tile->child(s) == at.index ? at.tile->parent(s) : at.tile->child(s);
+        const NodeId id = at.tile->nodeId(other);
+        if (seen.contains(id.key())) continue;
+        const Vector3d way = at.tile->position_W(other) - from_W;
+        const double length = way.norm();
+        const Vector3d way_W = length > 0 ? Vector3d(way / length) : at.way_W;
+        double weight = at.weight;
+        if (at.way_W.isZero(0)) {
+          weight = 0.5 * (1 + kBack) - 0.5 * (kBack - 1) * way_W.dot(heading);
+        } else if (incident.size() > 2) {
+          weight = std::min(kMost, weight * (0.5 * (1 + kTurn) - 0.5 * (kTurn - 1) * way_W.dot(at.way_W)));
+        }
+        queue.push({at.cost_s + length * weight / pace_um_s, at.arc_um + length, weight, id, at.tile, other, way_W});
+      }
     }
-    const Vector3d from_W = at.tile->position_W(at.index);
-    for (const std::uint32_t s : at.tile->incident(at.index)) {
-      if (budget-- == 1) break;
-      const std::uint32_t other = at.tile->child(s) == at.index ? at.tile->parent(s) : at.tile->child(s);
-      const NodeId id = at.tile->nodeId(other);
-      if (seen.contains(id.key())) continue;
-      const Vector3d way = at.tile->position_W(other) - from_W;
-      const double length = way.norm();
-      if (seen.size() > 1 && at.arc_um + length > reach_um) continue;  // the first node's neighbours always count
-      const double ahead = length > 0 ? way.dot(heading) / length : 0.0;
-      const double weight = 1.5 - 0.5 * ahead;  // 1 straight ahead, 2 straight back
-      queue.push({at.cost_s + length * weight / pace_um_s, at.arc_um + length, id, at.tile, other});
-    }
+  } else if (!cell_tiles.empty()) {
+    ends.push_back({0, 1, focus.p_W});  // the tile itself is on its way
   }
+
+  // What the walk did not reach: whichever end is nearest in time.
+  std::sort(ends.begin(), ends.end(), [](const End& a, const End& b) { return a.cost_s < b.cost_s; });
+  if (ends.size() > kMaxEnds) ends.resize(kMaxEnds);
+  for (const TileId id : cell_tiles) {
+    if (id >= store_.tile_count() || cost.contains(id)) continue;
+    double best = lookahead_s_;
+    for (const End& end : ends) {
+      if (end.cost_s >= best) break;
+      best = std::min(best, end.cost_s + end.weight * distance_um(id, end.p_W) / pace_um_s);
+    }
+    if (best < lookahead_s_) cost.emplace(id, best);
+  }
+
   const std::size_t first = claims.size();
   for (const auto& [id, seconds] : cost) claims.push_back({id, seconds});
   std::sort(
       claims.begin() + static_cast<std::ptrdiff_t>(first), claims.end(),
       [](const TileClaim& a, const TileClaim& b) { return a.cost != b.cost ? a.cost < b.cost : a.tile < b.tile; });
+  std::uint64_t bytes = 0;
+  std::size_t fits = first;
+  while (fits < claims.size() && (bytes += store_.entry(claims[fits].tile).decoded_bytes) <= budget_bytes) ++fits;
+  claims.resize(std::max(fits, std::min(claims.size(), first + 1)));
 }
 
-void Prefetch::claimWorkspace(const ReaderFocus& focus, std::uint64_t budget_bytes,
-                              std::vector<TileClaim>& claims) const {
-  if (!(focus.radius_um > 0)) return;
+void Prefetch::claimAround(const ReaderFocus& focus, std::uint64_t budget_bytes, std::vector<TileClaim>& claims) const {
+  if (policy_ == PrefetchPolicy::none || !focus.p_W.allFinite() || !std::isfinite(focus.radius_um) ||
+      !(focus.radius_um > 0))
+    return;
   Directory::Walk walk = directory_.walk(focus.p_W);
   std::uint64_t bytes = 0;
   for (std::size_t n = 0; n < kMaxWorkspaceTiles; ++n) {

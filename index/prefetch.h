@@ -1,15 +1,17 @@
 // What a reader will want next: claims on the byte budget, from where it is and how it moves.
 //
-//   structure: the tiles that the graph enters, walked from the proxy's node, by time to reach at the present speed;
-//   where the walk
-//              meets a tile that is absent, that tile is claimed and the walk ends there.
-//   workspace: the tiles within the workspace's radius of the proxy, nearest first.
+//   ahead:  the tiles that the neurite enters, by time to reach at the present speed. Where it is in memory it is
+//           walked; where the walk ends at an absent tile or at its reach, the other tiles that hold the same cell
+//           follow, by their distance from those ends: so a far disk is asked for several tiles at once, not for one
+//           after the other.
+//   around: the tiles within the workspace's radius of the proxy, nearest first.
 // Thread rule: thread-compatible; loader's side only (it allocates).
 #pragma once
 
 #include "index/directory.h"
 #include "index/residency.h"
 
+#include <span>
 #include <vector>
 
 namespace filiform {
@@ -27,16 +29,20 @@ class Prefetch {
   // Store and directory must outlive it.
   Prefetch(const TileStore& store, const Directory& directory, PrefetchPolicy policy, double lookahead_s);
 
-  // Appends each tile at most once a list, best first. `loaded` holds the tiles in memory; the workspace's list ends
-  // where its tiles would fill budget_bytes. A focus that is not finite claims nothing. At most kMaxWalkedSegments
-  // segments and kMaxWorkspaceTiles tiles are looked at.
-  void claim(const ReaderFocus& focus, const TileTable& loaded, std::uint64_t budget_bytes,
-             std::vector<TileClaim>& structure, std::vector<TileClaim>& workspace) const;
+  // Both append each tile at most once, best first, and no more than fill budget_bytes. A focus that is not finite
+  // claims nothing; a velocity that is not finite counts as rest.
+  //
+  // `loaded` holds the tiles in memory, `cell_tiles` those that own a segment of the active node's cell (empty: not
+  // known). At most kMaxWalkedSegments segments are walked. O(walked log walked + cell_tiles * ends of the walk).
+  void claimAhead(const ReaderFocus& focus, const TileTable& loaded, std::span<const TileId> cell_tiles,
+                  std::uint64_t budget_bytes, std::vector<TileClaim>& claims) const;
+  // O(kMaxWorkspaceTiles log tiles).
+  void claimAround(const ReaderFocus& focus, std::uint64_t budget_bytes, std::vector<TileClaim>& claims) const;
+
+  // From a point to what the tile holds, by its box; 0 inside.
+  double distance_um(TileId tile, const Vector3d& p_W) const;
 
  private:
-  void claimStructure(const ReaderFocus& focus, const TileTable& loaded, std::vector<TileClaim>& claims) const;
-  void claimWorkspace(const ReaderFocus& focus, std::uint64_t budget_bytes, std::vector<TileClaim>& claims) const;
-
   const TileStore& store_;
   const Directory& directory_;
   PrefetchPolicy policy_;

@@ -10,12 +10,17 @@
 #include <stdexcept>
 #include <thread>
 #include <utility>
+#include <vector>
 
 namespace filiform {
 namespace {
 
-constexpr std::chrono::milliseconds kPoll{
-    1};  // readers cannot wake the loader: that would be a system call in their tick
+// Readers cannot wake the loader: that would be a system call in their tick. So it looks: often while one of them
+// moves.
+constexpr std::chrono::microseconds kBusyPoll{200}, kIdlePoll{2000};
+constexpr double kIdleAfter_s = 0.5;
+// Evictions wait for acknowledgements: so room is made for as many tiles at once.
+constexpr std::size_t kRoomAhead = 16;
 
 }  // namespace
 
@@ -42,14 +47,15 @@ const char* toString(TileState state) {
 struct Residency::Impl {
   const TileStore& store;
   const std::uint64_t budget_bytes;
+  const unsigned io_threads;
   mutable std::mutex mutex;
-  std::condition_variable wake;
-  std::thread thread;
-  bool started = false, stopping = false;
+  std::condition_variable stop, work;
+  std::vector<std::thread> threads;
+  bool started = false, stopping = false, polling = false;
   internal::TileLoader loader;
 
   Impl(const TileStore& s, const ResidencyOptions& options)
-      : store(s), budget_bytes(options.budget_bytes), loader(s, options) {}
+      : store(s), budget_bytes(options.budget_bytes), io_threads(options.io_threads), loader(s, options) {}
 
   void requireNotStarted(const char* call) const {
     if (started) throw std::logic_error(std::string("Residency::") + call + " while its thread runs");
@@ -60,20 +66,32 @@ struct Residency::Impl {
     loader.takeAcknowledgements();
     loader.takeFocus();
     loader.takeRequests();
+    if (loader.fetchCells(now_s, lock)) return true;
     loader.planIfDue(now_s);
     const TileId next = loader.nextDue();
-    if (next == kNoTile || !loader.makeRoom(loader.bytesOf(next), false, &internal::TileLoader::isUnwanted))
-      return false;
+    if (next == kNoTile) return false;
+    loader.makeRoom(loader.dueBytes(kRoomAhead), false, &internal::TileLoader::isUnwanted);
+    if (!loader.makeRoom(loader.bytesOf(next), false, &internal::TileLoader::isUnwanted)) return false;
+    if (threads.size() > 1) work.notify_one();
     loader.read(next, lock);
     return true;
   }
 
+  // One thread at a time looks for messages; the others wait until there is something to read.
   void run() {
     std::unique_lock lock(mutex);
     while (!stopping) {
       const std::chrono::duration<double> now = std::chrono::steady_clock::now().time_since_epoch();
-      if (!round(now.count(), lock)) wake.wait_for(lock, kPoll);
+      if (round(now.count(), lock)) continue;
+      if (polling) {
+        work.wait(lock);
+        continue;
+      }
+      polling = true;
+      stop.wait_for(lock, now.count() - loader.lastActive() < kIdleAfter_s ? kBusyPoll : kIdlePoll);
+      polling = false;
     }
+    work.notify_all();
   }
 };
 
@@ -121,7 +139,7 @@ void Residency::start() {
   impl_->requireNotStarted("start");
   impl_->started = true;
   impl_->stopping = false;
-  impl_->thread = std::thread(&Impl::run, impl_.get());
+  for (unsigned i = 0; i < std::max(1u, impl_->io_threads); ++i) impl_->threads.emplace_back(&Impl::run, impl_.get());
 }
 
 void Residency::stop() {
@@ -131,9 +149,11 @@ void Residency::stop() {
     if (!impl_->started) return;
     impl_->stopping = true;
   }
-  impl_->wake.notify_all();
-  impl_->thread.join();
+  impl_->stop.notify_all();
+  impl_->work.notify_all();
+  for (std::thread& thread : impl_->threads) thread.join();
   const std::lock_guard lock(impl_->mutex);
+  impl_->threads.clear();
   impl_->started = false;
 }
 
@@ -151,7 +171,10 @@ void Residency::advance(std::uint64_t tick, std::uint64_t latency_ticks) {
   loader.settle();
   loader.takeFocus();
   loader.takeRequests();
-  loader.planIfDue(static_cast<double>(tick) + static_cast<double>(latency_ticks));
+  const double due = static_cast<double>(tick) + static_cast<double>(latency_ticks);
+  while (loader.fetchCells(due, lock)) {
+  }
+  loader.planIfDue(due);
   for (const TileId tile : loader.dueTiles()) {
     if (!loader.makeRoom(loader.bytesOf(tile), true, &internal::TileLoader::isUnwanted)) continue;
     loader.read(tile, lock);
@@ -192,6 +215,21 @@ bool Residency::loadTogether(std::span<const TileId> tiles) {
   return all;
 }
 
+HoldId Residency::hold(std::span<const TileId> tiles, HoldKind kind) {
+  const std::lock_guard lock(impl_->mutex);
+  return impl_->loader.hold(tiles, kind);
+}
+
+void Residency::release(HoldId hold) {
+  const std::lock_guard lock(impl_->mutex);
+  impl_->loader.releaseHold(hold);
+}
+
+bool Residency::isHeld(HoldId hold) const {
+  const std::lock_guard lock(impl_->mutex);
+  return impl_->loader.isHeld(hold);
+}
+
 TileState Residency::state(TileId tile) const {
   const std::lock_guard lock(impl_->mutex);
   const auto& slots = impl_->loader.slots();
@@ -208,9 +246,7 @@ std::uint64_t Residency::budget_bytes() const { return impl_->budget_bytes; }
 
 std::vector<std::string> Residency::failures() const {
   const std::lock_guard lock(impl_->mutex);
-  std::vector<std::string> lines;
-  for (const auto& [tile, line] : impl_->loader.failed()) lines.push_back(line);
-  return lines;
+  return impl_->loader.failed();
 }
 
 }  // namespace filiform

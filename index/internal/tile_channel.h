@@ -6,6 +6,8 @@
 #include "index/spsc_ring.h"
 #include "index/triple_buffer.h"
 
+#include <atomic>
+
 namespace filiform::internal {
 
 struct TileMessage {
@@ -39,12 +41,16 @@ struct TileChannel : public TileReader {
   }
   void publishFocus(const ReaderFocus& f) noexcept override { focus.publish(f); }
   void request(TileId tile) noexcept override { requests.push(tile); }
+  bool isTargetReady(NodeId target_node) const noexcept override {
+    return ready_target.load(std::memory_order_acquire) == target_node.key();
+  }
 
   TileTable table;
   SpscRing<TileMessage> inbox{kRing};
   SpscRing<TileAcknowledgement> acknowledgements{kRing};
   SpscRing<TileId> requests{kRequests};
   TripleBuffer<ReaderFocus> focus;
+  std::atomic<std::uint64_t> ready_target{UINT64_MAX};  // NodeId::key(), written by the loader
 };
 
 }  // namespace filiform::internal

@@ -13,6 +13,7 @@
 #include <limits>
 #include <map>
 #include <mutex>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -38,7 +39,11 @@ class TileLoader {
     bool wanted = false;                          // by the last plan: it fits the budget with all better claims
     std::uint64_t last_claimed = 0;               // number of the plan
     double due = 0;                               // queued: not to be read before
-    double retry = 0, backoff = 0;                // failed: not to be tried again before
+    double queued_at = 0;
+    bool ahead = false;             // claimed along the structure: what it holds tells where to go on
+    bool foreseen = false;          // read unasked, neither entered nor asked for since
+    bool held_once = false;         // by every reader
+    double retry = 0, backoff = 0;  // failed: not to be tried again before
 
     bool inMemory() const { return state == TileState::ready || state == TileState::resident; }
   };
@@ -67,10 +72,20 @@ class TileLoader {
   // be read before `due`) and cancels queued tiles that are no longer among them.
   void planIfDue(double due);
 
+  // Reads the list of tiles of a cell that a reader is on, if one is missing; it is used from `due` on. True if it did;
+  // the lock is let go meanwhile.
+  bool fetchCells(double due, std::unique_lock<std::mutex>& lock);
+
+  HoldId hold(std::span<const TileId> tiles, HoldKind kind);
+  void releaseHold(HoldId hold);
+  bool isHeld(HoldId hold) const;
+
   // Queued tiles whose time has come, best claim first.
   std::vector<TileId> dueTiles() const;
   // The first of them, or kNoTile.
   TileId nextDue() const;
+  std::uint64_t dueBytes(std::size_t most) const;   // of the first `most` of them
+  double lastActive() const { return active_at_; }  // when a focus last moved or a tile was asked for
   // Evicts until `need` bytes fit, worst claims first, never a pinned tile or one that may not go. True if they fit
   // now; with `at_once` (settling) also that is certain when evictions sufficed.
   bool makeRoom(std::uint64_t need, bool at_once, const MayGo& may_go);
@@ -85,7 +100,7 @@ class TileLoader {
 
   const std::map<TileId, Slot>& slots() const { return slots_; }
   const ResidencyCounters& counters() const { return counters_; }
-  const std::map<TileId, std::string>& failed() const { return failed_; }
+  std::vector<std::string> failed() const;
 
  private:
   struct Peer {
@@ -95,8 +110,20 @@ class TileLoader {
     std::size_t under_way = 0;
     ReaderFocus focus, planned;
     bool has_focus = false;
+    bool walk_stale = true, around_stale = true;
+    std::vector<TileClaim> ahead, around, target;
   };
-  enum class Rank : std::uint8_t { pinned, asked, ahead, around };
+  enum class Rank : std::uint8_t { pinned, target, asked, ahead, kept, around, view };
+  struct Hold {
+    std::vector<TileId> tiles;
+    HoldKind kind;
+    std::uint64_t made_in_plan;
+  };
+  struct CellTiles {
+    std::vector<TileId> tiles;
+    double usable, retry, backoff;  // retry: of a list that could not be read
+    std::uint64_t last_plan = 0;
+  };
   struct Claim {
     TileId tile;
     Rank rank;
@@ -111,6 +138,14 @@ class TileLoader {
   void send(const TileMessage& message);
   void flush();
   void collectClaims();
+  void claimHolds();
+  void claimFor(Peer& peer);
+  void claimTarget(Peer& peer);
+  void tellTargets();
+  std::span<const TileId> tilesOf(std::uint32_t cell);
+  void countMiss(TileId tile);
+  void use(TileId tile);
+  void arrive(Slot& slot);
   void plan(double due);
   SlotPlace victim(const MayGo& may_go);
   void retire(SlotPlace at);
@@ -128,12 +163,18 @@ class TileLoader {
   std::map<TileId, Slot> slots_;
   std::map<TileId, Asked> asked_;
   std::map<TileId, std::string> failed_;
+  std::map<std::uint32_t, std::string> failed_cells_;
   std::deque<Peer> peers_;
   TileTable loaded_;                          // ready or resident
   std::uint64_t reserved_ = 0, leaving_ = 0;  // bytes of tiles in reading, in retiring
   ResidencyCounters counters_;
   std::vector<Claim> claims_;
-  std::vector<TileClaim> structure_, workspace_;
+  std::map<HoldId, Hold> holds_;
+  HoldId next_hold_ = 1;
+  std::map<std::uint32_t, CellTiles> cells_;  // by cell: of the readers' active nodes
+  std::vector<bool> evicted_;                 // once, by tile
+  double cells_due_ = std::numeric_limits<double>::infinity();
+  double active_at_ = 0;
 };
 
 }  // namespace filiform::internal

@@ -46,7 +46,9 @@ class PrefetchTest : public testing::Test {
   void claim(PrefetchPolicy policy, const ReaderFocus& focus, std::uint64_t budget = kNoBudget) {
     structure_.clear();
     workspace_.clear();
-    Prefetch(*store_, *directory_, policy, 0.5).claim(focus, *loaded_, budget, structure_, workspace_);
+    const Prefetch prefetch(*store_, *directory_, policy, 0.5);
+    prefetch.claimAhead(focus, *loaded_, cell_tiles_, budget, structure_);
+    prefetch.claimAround(focus, budget, workspace_);
   }
   static double costOf(const std::vector<TileClaim>& claims, TileId tile) {
     for (const TileClaim& c : claims)
@@ -58,6 +60,7 @@ class PrefetchTest : public testing::Test {
   std::unique_ptr<Directory> directory_;
   std::unique_ptr<TileTable> loaded_;
   std::vector<std::shared_ptr<const Tile>> kept_;
+  std::vector<TileId> cell_tiles_;  // as far as the prefetch knows them
   std::vector<TileClaim> structure_, workspace_;
 };
 
@@ -115,6 +118,64 @@ TEST_F(PrefetchTest, AheadComesBeforeBehind) {
   EXPECT_LT(costOf(structure_, homeOf(530)), costOf(structure_, homeOf(470)));
   claim(PrefetchPolicy::structure, at(500, -1000, 100));
   EXPECT_GT(costOf(structure_, homeOf(530)), costOf(structure_, homeOf(470)));
+}
+
+TEST_F(PrefetchTest, TilesOfTheCellAreClaimedBeyondAnAbsentTile) {
+  const TileId here = homeOf(500);
+  load(here);
+  cell_tiles_ = store_->loadCellDetail(0).tiles;
+  claim(PrefetchPolicy::structure, at(500, 1000, 100));  // 500 um ahead
+  for (const std::uint32_t sample : {510u, 530u, 545u})
+    EXPECT_LT(costOf(structure_, homeOf(sample)), 0.5) << "sample " << sample;
+  EXPECT_LT(costOf(structure_, homeOf(510)), costOf(structure_, homeOf(545)));
+  EXPECT_LT(costOf(structure_, homeOf(530)), costOf(structure_, homeOf(470))) << "ahead first";
+  EXPECT_GT(costOf(structure_, homeOf(600)), 1e9) << "beyond the look-ahead";
+
+  // The tile that the hand is in is on its way itself: around it, then.
+  loaded_ = std::make_unique<TileTable>(store_->tile_count());
+  claim(PrefetchPolicy::structure, at(500, 1000, 100));
+  EXPECT_EQ(structure_[0].tile, here);
+  EXPECT_LT(costOf(structure_, homeOf(530)), 0.5);
+}
+
+TEST_F(PrefetchTest, AheadEndsWhereTheBudgetDoes) {
+  for (TileId tile = 0; tile < store_->tile_count(); ++tile) load(tile);
+  cell_tiles_ = store_->loadCellDetail(0).tiles;
+  const std::uint64_t budget = 5 * store_->entry(homeOf(500)).decoded_bytes;
+  claim(PrefetchPolicy::structure, at(500, 1e5, 1e4), budget);
+  std::uint64_t bytes = 0;
+  for (const TileClaim& c : structure_) bytes += store_->entry(c.tile).decoded_bytes;
+  EXPECT_LE(bytes, budget);
+  EXPECT_GE(structure_.size(), 3u);
+}
+
+TEST_F(PrefetchTest, WayBackStaysBehindHoweverItTurns) {
+  // A thread that turns back on itself: both arms run beside each other, only one is ahead.
+  Cell hairpin;
+  for (std::uint32_t i = 0; i < 400; ++i)
+    test::addSample(hairpin, i < 200 ? Vector3d(10.0 * i, 3, 3) : Vector3d(10.0 * (399 - i), 400, 3),
+                    i == 0 ? kNoParent : i - 1);
+  test::VectorCellStream stream({hairpin});
+  store_ = buildTilesInMemory(stream, {.capacity = 8});
+  directory_ = std::make_unique<Directory>(*store_);
+  loaded_ = std::make_unique<TileTable>(store_->tile_count());
+  for (TileId tile = 0; tile < store_->tile_count(); ++tile) load(tile);
+  ReaderFocus focus = at(190, 2000, 100);  // 1000 um ahead: 100 um to the turn, 400 um across, and 500 um back
+  focus.active_tile = store_->leaves().home(store_->grid().snap({1900, 3, 3}));
+  claim(PrefetchPolicy::structure, focus);
+  const TileId after_turn = store_->leaves().home(store_->grid().snap({1700, 400, 3}));
+  const TileId behind = store_->leaves().home(store_->grid().snap({1200, 3, 3}));
+  EXPECT_LT(costOf(structure_, after_turn), 0.45) << "weighed as going back";
+  EXPECT_GT(costOf(structure_, behind), costOf(structure_, after_turn));
+}
+
+TEST_F(PrefetchTest, ViewClaimsItsSurroundingsOnly) {
+  load(homeOf(500));
+  ReaderFocus focus = at(500, 100, 100);
+  focus.is_view = true;
+  claim(PrefetchPolicy::structure, focus);
+  EXPECT_TRUE(structure_.empty());
+  EXPECT_FALSE(workspace_.empty());
 }
 
 TEST_F(PrefetchTest, WorkIsBounded) {

@@ -1,9 +1,15 @@
 #include "index/residency.h"
 
+#include "index/directory.h"
 #include "index/errors.h"
+#include "index/faulty_source.h"
+#include "index/ingest.h"
 #include "index/memory_tiles.h"
+#include "index/prefetch.h"
+#include "index/tile_set.h"
 #include "tests/support/counting_store.h"
 #include "tests/support/random_cells.h"
+#include "tests/support/temp_folder.h"
 
 #include <algorithm>
 #include <atomic>
@@ -462,6 +468,71 @@ TEST_F(ResidencyTest, FailureAmongTilesAskedTogetherIsSaid) {
   EXPECT_TRUE(residency.loadTogether(tiles));
 }
 
+// Of a set on a disk that is slow and fails: the active tile of a hand, seen by two more readers.
+TEST_F(ResidencyTest, ActiveTileThatFailsComesBackForAllReadersWhenTheDiskHeals) {
+  const test::TempFolder folder;
+  test::VectorCellStream stream(test::randomColumn(5, 10, 500, 300));
+  ingest(stream, folder / "set", {.capacity = 64});
+  auto source = std::make_unique<FaultySource>(openFolder(folder / "set"), FaultPlan{});
+  FaultySource& faults = *source;
+  const auto set = TileSet::open(std::move(source));
+  const TileId active = 5;
+  const auto [file, offset] = set->place(active);
+  const std::string name = file.substr(folder.path().size() + 5);
+  faults.failRange(name, offset, offset + 1);
+
+  ResidencyOptions all;
+  all.prefetch = PrefetchPolicy::none;
+  Residency residency(*set, all);
+  std::vector<TileReader*> readers;
+  for (const char* who : {"hand", "eye", "jumps"}) readers.push_back(&residency.addReader(who));
+  ReaderFocus focus;
+  focus.active_tile = active;
+  std::uint64_t tick = 0;
+  for (; tick < 300; ++tick) {
+    readers[0]->publishFocus(focus);
+    readers[0]->request(active);
+    residency.advance(tick, 2);
+    for (TileReader* reader : readers) ASSERT_EQ(reader->tiles().find(active), nullptr);
+  }
+  ASSERT_EQ(residency.failures().size(), 1u);
+  EXPECT_NE(residency.failures()[0].find(file), std::string::npos) << residency.failures()[0];
+  EXPECT_NE(residency.failures()[0].find("injected"), std::string::npos);
+  EXPECT_EQ(residency.counters().failures, 3u) << "tries at 2, 66 and 194, doubling";
+  faults.heal();
+  for (const std::uint64_t end = tick + 600; tick < end; ++tick) {
+    readers[0]->publishFocus(focus);
+    residency.advance(tick, 2);
+  }
+  for (TileReader* reader : readers) EXPECT_NE(reader->tiles().find(active), nullptr);
+  EXPECT_TRUE(residency.failures().empty());
+  EXPECT_EQ(residency.state(active), TileState::resident);
+}
+
+TEST_F(ResidencyTest, EverythingArrivesFromADiskThatFailsNowAndThen) {
+  const test::TempFolder folder;
+  test::VectorCellStream stream(test::randomColumn(5, 10, 500, 300));
+  ingest(stream, folder / "set", {.capacity = 64});
+  auto source = std::make_unique<FaultySource>(
+      openFolder(folder / "set"),
+      FaultPlan{.fail_every = 5, .fail_probability = 0.3, .seed = 3, .wait = [](double) {}});
+  FaultySource& faults = *source;
+  const auto set = TileSet::open(std::move(source));
+  faults.arm();
+  Residency residency(*set, options(UINT64_MAX, PrefetchPolicy::structure));
+  TileReader& reader = residency.addReader("hand");
+  ReaderFocus focus = focusOn(3, 1e5);
+  focus.active_node = {0, 0};
+  std::uint64_t tick = 0;
+  for (; tick < 20000 && reader.tiles().size() < set->tile_count(); ++tick) {
+    reader.publishFocus(focus);
+    residency.advance(tick, 1);
+  }
+  EXPECT_EQ(reader.tiles().size(), set->tile_count());
+  EXPECT_GT(residency.counters().failures, 10u);
+  EXPECT_TRUE(residency.failures().empty());
+}
+
 // ---- the long-segment tile
 
 class LongResidencyTest : public ResidencyTest {
@@ -505,6 +576,215 @@ TEST_F(ResidencyTest, EmptySetServesNothing) {
   EXPECT_EQ(reader.tiles().size(), 0u);
 }
 
+// ---- holds
+
+TEST_F(ResidencyTest, TargetOfAJumpIsLoadedFirstAndKept) {
+  Residency residency(*store_, options(Residency::floorBytes(*store_), PrefetchPolicy::distance));
+  TileReader& reader = residency.addReader("hand");
+  reader.publishFocus(focusOn(0, 1e4));
+  for (std::uint64_t tick = 0; tick < 10; ++tick) residency.advance(tick, 3);
+  const TileId target = count() - 2, more[] = {target, count() / 2, count() / 3, count() / 4};
+  const HoldId hold = residency.hold(more, HoldKind::target);
+  EXPECT_FALSE(residency.isHeld(hold));
+  for (std::uint64_t tick = 10; tick < 13; ++tick) {
+    residency.advance(tick, 3);
+    EXPECT_FALSE(residency.isHeld(hold)) << "tick " << tick;
+  }
+  residency.advance(13, 3);
+  EXPECT_TRUE(residency.isHeld(hold)) << "the first is there, and the budget has no room for all";
+  EXPECT_NE(reader.tiles().find(target), nullptr);
+  EXPECT_NE(reader.tiles().find(0), nullptr) << "the hand's own tile stays";
+  for (std::uint64_t tick = 14; tick < 300; ++tick) {
+    reader.publishFocus(focusOn(0, 1e4 + static_cast<double>(tick % 3)));
+    reader.request(static_cast<TileId>(tick * 7 % count()));
+    residency.advance(tick, 3);
+    ASSERT_NE(reader.tiles().find(target), nullptr) << "tick " << tick;
+  }
+  residency.release(hold);
+  EXPECT_FALSE(residency.isHeld(hold));
+  for (std::uint64_t tick = 300; tick < 1000; ++tick) {
+    reader.publishFocus(focusOn(0, 1e4 + static_cast<double>(tick % 3)));
+    reader.request(static_cast<TileId>(tick * 7 % count()));
+    residency.advance(tick, 3);
+  }
+  EXPECT_EQ(reader.tiles().find(target), nullptr) << "kept although nobody holds it";
+}
+
+TEST_F(ResidencyTest, CellThatIsHeldOutranksTheSurroundingsOnly) {
+  const std::vector<TileId> of_cell = store_->loadCellDetail(3).tiles;
+  std::uint64_t bytes = 0;
+  for (const TileId tile : of_cell) bytes += bytesOf(tile);
+  ASSERT_LT(bytes + 4 * Residency::floorBytes(*store_), total());
+  // Room for what is asked for now and then, too.
+  Residency residency(*store_, options(bytes + 4 * Residency::floorBytes(*store_), PrefetchPolicy::distance));
+  TileReader& reader = residency.addReader("hand");
+  reader.publishFocus(focusOn(0, 1e4));
+  for (std::uint64_t tick = 0; tick < 5; ++tick) residency.advance(tick, 0);
+  const HoldId hold = residency.hold(of_cell, HoldKind::cell);
+  for (std::uint64_t tick = 5; tick < 500; ++tick) {
+    const auto place = static_cast<TileId>(tick / 10 % count());
+    reader.publishFocus(focusOn(place, 1e4));
+    if (tick % 50 == 0) reader.request(place);
+    residency.advance(tick, 0);
+    if (tick > 6) {
+      ASSERT_TRUE(residency.isHeld(hold)) << "tick " << tick;
+      for (const TileId tile : of_cell) ASSERT_NE(reader.tiles().find(tile), nullptr) << "tick " << tick;
+    }
+    ASSERT_LE(residency.counters().peak_bytes, residency.budget_bytes());
+  }
+}
+
+TEST_F(ResidencyTest, HoldOfUnknownTilesIsHarmless) {
+  Residency residency(*store_, options(UINT64_MAX));
+  residency.addReader("hand");
+  const TileId beyond[] = {count(), kNoTile};
+  const HoldId hold = residency.hold(beyond, HoldKind::target);
+  residency.advance(0, 0);
+  EXPECT_TRUE(residency.isHeld(hold)) << "nothing is missing";
+  residency.release(hold);
+  residency.release(hold);
+  EXPECT_FALSE(residency.isHeld(hold));
+  EXPECT_FALSE(residency.isHeld(12345));
+}
+
+TEST_F(ResidencyTest, TargetThatFailsIsWaitedFor) {
+  store_->failLoads(6, 1);
+  Residency residency(*store_, options(UINT64_MAX));
+  residency.addReader("hand");
+  const TileId target[] = {6};
+  const HoldId hold = residency.hold(target, HoldKind::target);
+  residency.advance(0, 0);
+  EXPECT_FALSE(residency.isHeld(hold));
+  EXPECT_EQ(residency.state(6), TileState::failed);
+  for (std::uint64_t tick = 1; tick < 200; ++tick) residency.advance(tick, 0);
+  EXPECT_TRUE(residency.isHeld(hold));
+}
+
+TEST_F(ResidencyTest, JumpIsReadyWhenItsSurroundingsAreThere) {
+  for (const PrefetchPolicy policy : {PrefetchPolicy::none, PrefetchPolicy::distance, PrefetchPolicy::structure}) {
+    Residency residency(*store_, options(UINT64_MAX, policy));
+    TileReader& reader = residency.addReader("hand");
+    ReaderFocus focus = focusOn(0, 100);
+    const TileId far = count() - 2;
+    const std::shared_ptr<const Tile> tile = inner_->load(far);
+    std::uint32_t node = 0;
+    while (!tile->isHome(node)) ++node;
+    focus.target_tile = far;
+    focus.target_node = tile->nodeId(node);
+    focus.target_W = tile->position_W(node);
+    std::uint64_t tick = 0;
+    for (; !reader.isTargetReady(focus.target_node); ++tick) {
+      ASSERT_LT(tick, 1000u);
+      reader.publishFocus(focus);
+      residency.advance(tick, 5);
+    }
+    EXPECT_NE(reader.tiles().find(far), nullptr);
+    EXPECT_GE(tick, 6u);
+    EXPECT_FALSE(reader.isTargetReady({1000, 0}));
+    // What can be reached within a tenth of a second is there.
+    if (policy == PrefetchPolicy::none) continue;
+    ReaderFocus there = focus;
+    there.active_tile = far;
+    there.active_node = focus.target_node;
+    there.p_W = focus.target_W;
+    there.target_tile = kNoTile;
+    reader.publishFocus(there);
+    const std::uint64_t misses = residency.counters().misses();
+    const Directory directory(*store_);
+    const Prefetch prefetch(*store_, directory, policy, 0.5);
+    std::vector<TileClaim> claims;
+    if (policy == PrefetchPolicy::structure)
+      prefetch.claimAhead(there, reader.tiles(), {}, UINT64_MAX, claims);
+    else
+      for (const Directory::Hit& hit : directory.within(there.p_W, 15.0 * 15.0)) claims.push_back({hit.tile, 0});
+    EXPECT_FALSE(claims.empty());
+    for (const TileClaim& c : claims)
+      if (c.cost < 0.09) {
+        EXPECT_NE(reader.tiles().find(c.tile), nullptr) << "policy " << static_cast<int>(policy);
+      }
+    EXPECT_EQ(residency.counters().misses(), misses);
+    residency.advance(tick, 5);
+    residency.advance(tick + 1, 5);
+    EXPECT_FALSE(reader.isTargetReady(focus.target_node)) << "no jump waits any more";
+  }
+}
+
+TEST_F(ResidencyTest, SurroundingsOfTheEyeComeAfterThoseOfTheHand) {
+  Residency residency(*store_, options(total() / 3, PrefetchPolicy::distance));
+  TileReader& hand = residency.addReader("hand");
+  TileReader& eye = residency.addReader("eye");
+  ReaderFocus looks = focusOn(count() - 2, 1e4);
+  looks.active_tile = kNoTile;
+  looks.is_view = true;
+  eye.publishFocus(looks);
+  hand.publishFocus(focusOn(0, 60));
+  for (std::uint64_t tick = 0; tick < 5; ++tick) residency.advance(tick, 0);
+  // All that lies around the hand is there, and the rest of the budget is the eye's.
+  const Directory directory(*store_);
+  for (const Directory::Hit& hit : directory.within(centre(0), 60.0 * 60.0))
+    EXPECT_NE(hand.tiles().find(hit.tile), nullptr);
+  EXPECT_NE(eye.tiles().find(count() - 2), nullptr);
+}
+
+// ---- counters
+
+TEST_F(ResidencyTest, MissesAreCountedByTheirCause) {
+  const std::uint64_t budget = Residency::floorBytes(*store_);
+  store_->failLoads(9);
+  Residency residency(*store_, options(budget));
+  TileReader& reader = residency.addReader("hand");
+  std::uint64_t tick = 0;
+  reader.request(3);
+  residency.advance(tick, 10);
+  EXPECT_EQ(residency.counters().missed_unclaimed, 1u);
+  reader.request(3);
+  residency.advance(++tick, 10);
+  EXPECT_EQ(residency.counters().misses(), 1u) << "asking again is no new miss";
+  EXPECT_EQ(residency.counters().queued, 1u);
+  for (; tick < 12; ++tick) residency.advance(tick, 10);
+  EXPECT_EQ(residency.counters().queued, 0u);
+  EXPECT_EQ(residency.counters().waits, 1u + (store_->long_tile() != kNoTile));
+  EXPECT_EQ(residency.counters().wait_most, 10.0);
+  for (TileId tile = 4; residency.state(3) != TileState::absent; ++tile) {
+    tick += 1000;
+    ASSERT_LT(tile, 9u);
+    reader.request(tile);
+    residency.advance(tick, 0);
+  }
+  reader.request(3);
+  residency.advance(++tick, 0);
+  EXPECT_EQ(residency.counters().missed_evicted, 1u);
+  reader.request(9);
+  residency.advance(tick += 1000, 0);
+  residency.advance(tick += 1000, 0);
+  reader.request(9);
+  residency.advance(++tick, 0);
+  EXPECT_EQ(residency.counters().missed_failed, 1u);
+}
+
+TEST_F(ResidencyTest, PrefetchIsCountedAsUsedOrWasted) {
+  Residency residency(*store_, options(total() / 4, PrefetchPolicy::distance));
+  TileReader& reader = residency.addReader("hand");
+  reader.publishFocus(focusOn(0, 1e4));
+  residency.advance(0, 0);
+  ResidencyCounters c = residency.counters();
+  EXPECT_GT(c.prefetched, 3u);
+  EXPECT_EQ(c.prefetch_used, 0u);
+  TileId neighbour = 1;
+  while (residency.state(neighbour) != TileState::resident) ++neighbour;
+  reader.publishFocus(focusOn(neighbour, 1e4));
+  residency.advance(1, 0);
+  EXPECT_EQ(residency.counters().prefetch_used, 1u);
+  EXPECT_EQ(residency.counters().entered, 1u);
+  for (TileId tile = 0; tile < count(); ++tile) {
+    reader.publishFocus(focusOn(tile, 1e4));
+    residency.advance(100 + tile, 0);
+  }
+  c = residency.counters();
+  EXPECT_GT(c.prefetch_wasted, 0u);
+  EXPECT_LE(c.prefetch_used + c.prefetch_wasted, c.prefetched);
+}
+
 // ---- threads
 
 TEST_F(ResidencyTest, ThreadIsStartedOnceAndStoppedAsOftenAsOneLikes) {
@@ -520,10 +800,15 @@ TEST_F(ResidencyTest, ThreadIsStartedOnceAndStoppedAsOftenAsOneLikes) {
   residency.start();
 }
 
-TEST_F(ResidencyTest, ThreadsKeepEveryPromiseUnderLoad) {
+class ThreadedResidency : public ResidencyTest, public testing::WithParamInterface<unsigned> {};
+INSTANTIATE_TEST_SUITE_P(IoThreads, ThreadedResidency, testing::Values(1u, 4u));
+
+TEST_P(ThreadedResidency, KeepsEveryPromiseUnderLoad) {
   const std::uint64_t budget = Residency::floorBytes(*store_) + total() / 5;
   store_->failLoads(3);
-  Residency residency(*store_, options(budget, PrefetchPolicy::structure));
+  ResidencyOptions many = options(budget, PrefetchPolicy::structure);
+  many.io_threads = GetParam();
+  Residency residency(*store_, many);
   std::vector<TileReader*> readers = {&residency.addReader("hand"), &residency.addReader("eye")};
   residency.start();
   std::atomic<bool> done{false};
