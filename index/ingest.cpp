@@ -262,6 +262,8 @@ IngestResult ingest(CellStream& stream, const std::string& path, const IngestOpt
     stack.write(t, tiles[t], writer);
     ++written;
   }
+  if (options.levels)
+    writer.writeLevels(threads, [&](std::uint64_t done) { step("levels of detail", done, tiles.size()); });
   step("choosing sample points", 0, 0);
   writer.writeSamples(tiler.samples());
   step("writing cells", 0, 0);

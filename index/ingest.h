@@ -39,6 +39,7 @@ struct IngestOptions {
   // segment and then as much as the set; beside it each tile takes about 300 bytes, each cell about 400.
   std::uint64_t memory = std::uint64_t{1} << 30;
   std::uint64_t chunk_segments = 0;             // for tests: worked on together at most, everything else in the file
+  bool levels = false;                          // write levels of detail too, for the eye
   bool force = false;                           // replace a set that is there already
   const std::atomic<bool>* cancel = nullptr;    // when it becomes true: stop, clean up, throw Interrupted
   std::function<Provenance()> provenance = {};  // asked once, after the stream has ended; may be empty

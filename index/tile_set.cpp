@@ -263,6 +263,12 @@ std::uint64_t TileSet::bytes() const {
   return sum;
 }
 
+void TileSet::read(const std::string& file, std::uint64_t offset, std::span<std::uint8_t> bytes) const {
+  impl_->source->read(impl_->key(file), offset, bytes);
+}
+
+std::string TileSet::describe(const std::string& file) const { return impl_->describe(file); }
+
 void TileSet::checkFile(const SetFile& f) const {
   internal::RunningDigest digest;
   constexpr std::uint64_t kPiece = std::uint64_t{4} << 20;

@@ -9,6 +9,7 @@
 
 #include <memory>
 #include <mutex>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -59,6 +60,9 @@ class TileSet final : public TileStore {
   const GridBox& bounds() const;        // of all samples
   const std::vector<SetFile>& files() const;
   std::uint64_t bytes() const;  // of all files of the revision, the manifest included
+  // Part of a file of the revision, as it is. Throws CorruptSet, IoError.
+  void read(const std::string& file, std::uint64_t offset, std::span<std::uint8_t> bytes) const;
+  std::string describe(const std::string& file) const;  // what messages call it
   // Reads a whole file of the revision and compares its digest with the manifest's. Throws CorruptSet, IoError.
   void checkFile(const SetFile& file) const;
   // Where the tile lies, for messages: file and offset.

@@ -4,12 +4,15 @@
 #include "index/internal/output_file.h"
 #include "index/internal/set_files.h"
 #include "index/internal/spool.h"
+#include "index/level_writer.h"
 #include "index/morton.h"
+#include "index/tile_codec.h"
 
 #include <algorithm>
 
 namespace filiform {
 
+using internal::Bytes;
 using internal::ByteSpan;
 
 namespace {
@@ -129,6 +132,38 @@ void TileWriter::writeCells(const std::vector<CellRecord>& records, const std::v
 void TileWriter::writeSamples(const SamplePoints& samples) {
   impl_->manifest.covering_radius_um = samples.covering_radius_um;
   impl_->writeFile(internal::kSamplesFile, internal::encodeSamples(samples));
+}
+
+void TileWriter::writeLevels(unsigned threads, const std::function<void(std::uint64_t)>& progress) {
+  impl_->closePack();
+  const internal::Directory& directory = impl_->directory;
+  std::vector<CellKey> leaves;
+  for (TileId t = 0; t < directory.entries.size(); ++t)
+    if (t != directory.long_tile) leaves.push_back(directory.entries[t].key);
+  const std::unique_ptr<TileSource> source = openFolder(impl_->folder);
+  const auto read = [&](TileId tile, bool appearance) {
+    const internal::TileLocation& at = directory.locations[tile];
+    Bytes bytes(appearance ? at.appearance_bytes : at.geometry_bytes);
+    source->read(internal::packFile(at.pack), at.offset + (appearance ? at.geometry_bytes : 0), bytes);
+    return bytes;
+  };
+  const auto place = [&](TileId tile) {
+    return TilePlace{tile, directory.entries[tile].key, tile == directory.long_tile, "tiles", 0};
+  };
+  LevelInput input{directory.grid, leaves, {}, {}, progress};
+  input.load = [&](TileId tile) {
+    return std::make_shared<const Tile>(decodeTile(read(tile, false), place(tile), directory.grid));
+  };
+  input.loadAppearance = [&](TileId tile) {
+    return decodeAppearance(read(tile, true), place(tile), directory.entries[tile].stored);
+  };
+  LevelOptions options;
+  options.most_segments = directory.capacity;
+  options.threads = threads;
+  for (const SetFile& file : filiform::writeLevels(input, options, impl_->folder)) {
+    impl_->manifest.files.push_back(file);
+    impl_->bytes += file.bytes;
+  }
 }
 
 std::string TileWriter::finish(const Provenance& provenance) {

@@ -2,6 +2,7 @@
 
 #include "index/errors.h"
 #include "index/internal/deep_check.h"
+#include "index/levels.h"
 
 #include <memory>
 
@@ -62,6 +63,13 @@ VerifyReport verify(const std::string& path, const VerifyOptions& options) {
     for (std::uint32_t c = 0; c < set->cell_count(); ++c) set->loadCellDetail(c), set->cell(c);
   });
   checker.attempt([&] { set->samples(); });
+  std::unique_ptr<Levels> levels;
+  checker.attempt([&] { levels = Levels::open(*set); });
+  for (LevelId l = 0; levels != nullptr && l < levels->size(); ++l) {
+    checker.step("checking levels", l, levels->size());
+    checker.attempt([&] { levels->load(l); });
+    checker.attempt([&] { levels->loadAppearance(l); });
+  }
   if (!options.deep || !report.sound()) return report;
 
   checker.attempt([&] {
@@ -72,6 +80,8 @@ VerifyReport verify(const std::string& path, const VerifyOptions& options) {
     }
     checker.step("checking cells", 0, 0);
     deep.finish();
+    if (levels == nullptr) return;
+    for (const std::string& what : checkLevels(*set, *levels)) checker.problem(what);
   });
   return report;
 }

@@ -1,4 +1,5 @@
 // filiform info: what a tile set holds.
+#include "index/levels.h"
 #include "index/nearest.h"
 #include "index/residency.h"
 #include "index/text.h"
@@ -95,6 +96,7 @@ int runInfo(const InfoArguments& a) {
   const bool as_json = a.json;
   const auto set = TileSet::open(path);
   const SetCounts& n = set->counts();
+  const std::unique_ptr<Levels> levels = Levels::open(*set);
   if (as_json) {
     nlohmann::ordered_json info{{"cells", n.cells},
                                 {"samples", n.samples},
@@ -107,7 +109,9 @@ int runInfo(const InfoArguments& a) {
                                 {"decoded_bytes", n.decoded_bytes},
                                 {"quantum_um", set->grid().quantum_um()},
                                 {"capacity", set->capacity()},
-                                {"refused", set->refused()}};
+                                {"refused", set->refused()},
+                                {"level_tiles", levels ? levels->size() : 0},
+                                {"level_bytes", levels ? levels->bytes() : 0}};
     if (a.parameters) {
       const Parameters p = parametersOf(*set, a.cell);
       auto& json = info["parameters"];
@@ -140,6 +144,20 @@ int runInfo(const InfoArguments& a) {
   line("ghosts", formatCount(n.stored_segments - n.segments - n.isolated),
        "  segments stored again in a tile that they cross");
   line("grid", formatNumber(set->grid().quantum_um() * 1000) + " nm");
+  if (levels) {
+    std::uint64_t segments = 0;
+    for (LevelId l = 0; l < levels->size(); ++l) segments += levels->entry(l).segments;
+    line("levels", formatCount(levels->size()), "  tiles of simplified threads, for the eye");
+    line("  segments", formatCount(segments));
+    line("  on disk", formatBytes(levels->bytes()));
+    if (levels->size() > 0) {
+      const LevelEntry& top = levels->entry(0);
+      line("  coarsest", formatCount(top.segments),
+           ("  segments within " + formatNumber(std::round(top.error_um * 100) / 100) + " um, " +
+            formatCount(top.dropped) + " of " + formatCount(top.dropped + top.represented) + " left out")
+               .c_str());
+    }
+  }
   line("on disk", formatBytes(set->bytes()));
   line("in memory", formatBytes(n.decoded_bytes), "  if all tiles were resident");
   line("smallest budget", formatBytes(Residency::floorBytes(*set)), "  for navigate --budget");

@@ -28,7 +28,7 @@ struct IngestArguments {
   std::string out, unit = "um", quantum = "2^-9", memory = "1GiB", report, placements;
   std::uint32_t capacity = PartitionOptions{}.capacity;
   unsigned threads = 0;
-  bool apply_offset = false, strict = false, force = false;
+  bool apply_offset = false, strict = false, force = false, levels = false;
 };
 
 // um, nm, mm, the size of a voxel in um, or its sizes by axis as X,Y,Z.
@@ -175,6 +175,7 @@ int runIngest(const IngestArguments& a) {
   options.capacity = a.capacity;
   options.quantum_exponent = quantumExponentOf(a.quantum);
   options.threads = a.threads;
+  options.levels = a.levels;
   options.force = a.force;
   options.cancel = &interruptFlag();
   options.memory = parseBytes("--memory", a.memory);
@@ -274,6 +275,7 @@ void addIngest(CLI::App& app, Chosen& chosen) {
   command->add_option("--threads", a->threads, "0: as many as there are cores")->capture_default_str();
   command->add_option("--placements", a->placements, "table of what is placed where; the input is then a library")
       ->type_name("TSV");
+  command->add_flag("--levels", a->levels, "write levels of detail too, for the eye");
   command->add_flag("--strict", a->strict, "refuse files with any warning, and write nothing if one is refused");
   command->add_flag("--force", a->force, "replace an existing set");
   command->add_option("--report", a->report, "write everything dropped, cut or remarked as JSON")->type_name("FILE");

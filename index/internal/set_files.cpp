@@ -56,26 +56,34 @@ void entry(ByteWriter& out, const TileEntry& e, const TileLocation& at) {
   out.u64(at.appearance_checksum);
 }
 
+// By whole words: opening a set decodes every entry.
 void readEntry(ByteReader& in, TileEntry& e, TileLocation& at) {
-  e.key.low = in.key();
-  const std::uint32_t depth = in.u32();
+  const std::uint8_t* const bytes = in.take(kEntryBytes).data();
+  const auto u64 = [bytes](std::size_t offset) { return loadLittle64(bytes + offset); };
+  const auto low32 = [u64](std::size_t offset) { return static_cast<std::uint32_t>(u64(offset)); };
+  const auto high32 = [u64](std::size_t offset) { return static_cast<std::uint32_t>(u64(offset) >> 32); };
+  e.key.low = MortonKey{u64(0)} | MortonKey{u64(8)} << 64;
+  const std::uint32_t depth = low32(16);
   in.require(depth <= static_cast<std::uint32_t>(kMortonBits) && e.key.low >> kMortonBits == 0,
              "a cell lies outside the grid");
   e.key.depth = static_cast<int>(depth);
   in.require(e.key.high() - e.key.low == CellKey{0, e.key.depth}.high(), "a cell is not a cell");
-  at.pack = in.u32();
-  e.content = in.box();
-  e.owned = in.u32();
-  e.stored = in.u32();
-  e.isolated = in.u32();
+  at.pack = high32(16);
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    e.content.lo[i] = static_cast<std::int64_t>(u64(24 + 8 * static_cast<std::size_t>(i)));
+    e.content.hi[i] = static_cast<std::int64_t>(u64(48 + 8 * static_cast<std::size_t>(i)));
+  }
+  e.owned = low32(72);
+  e.stored = high32(72);
+  e.isolated = low32(80);
   in.require(e.owned <= e.stored && e.isolated <= e.owned && e.stored > 0, "a tile's counts contradict each other");
-  at.geometry_bytes = in.u32();
-  at.appearance_bytes = in.u32();
-  in.require(in.u32() == 0, "a reserved field is not zero");
-  e.decoded_bytes = in.u64();
-  at.offset = in.u64();
-  at.geometry_checksum = in.u64();
-  at.appearance_checksum = in.u64();
+  at.geometry_bytes = high32(80);
+  at.appearance_bytes = low32(88);
+  in.require(high32(88) == 0, "a reserved field is not zero");
+  e.decoded_bytes = u64(96);
+  at.offset = u64(104);
+  at.geometry_checksum = u64(112);
+  at.appearance_checksum = u64(120);
 }
 
 // Bytes that are no valid text become \xNN, so that JSON can hold any file name.

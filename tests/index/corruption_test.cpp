@@ -2,6 +2,7 @@
 #include "index/cell_graph.h"
 #include "index/errors.h"
 #include "index/ingest.h"
+#include "index/levels.h"
 #include "index/verify.h"
 #include "tests/support/random_cells.h"
 #include "tests/support/temp_folder.h"
@@ -39,6 +40,16 @@ std::string everything(const std::string& path) {
   out << samples.covering_radius_um;
   for (std::size_t i = 0; i < samples.points.size(); ++i)
     out << samples.points[i].transpose() << ' ' << samples.segments[i].key() << ' ' << samples.t[i] << ' ';
+  const auto levels = Levels::open(*set);
+  for (LevelId l = 0; levels != nullptr && l < levels->size(); ++l) {
+    const auto tile = levels->load(l);
+    const LevelEntry& e = levels->entry(l);
+    out << static_cast<std::uint64_t>(e.key.low) << ' ' << e.key.depth << e.content.lo.transpose()
+        << e.content.hi.transpose() << e.error_um << ' ' << e.represented << ' ' << e.dropped << ' ' << e.dropped_um;
+    for (std::uint32_t s = 0; s < tile->segment_count(); ++s)
+      out << tile->segmentId(s).key() << tile->gridPoint(tile->child(s)).transpose();
+    for (float radius : levels->loadAppearance(l).radii_um) out << radius << ' ';
+  }
   out << set->manifest() << set->readProvenance();
   return out.str();
 }
@@ -50,7 +61,7 @@ class Corruption : public ::testing::Test {
     const std::uint32_t last = static_cast<std::uint32_t>(cells[0].samples()) - 1;
     test::addSample(cells[0], Vector3d(1, 2, 3), last);
     test::VectorCellStream stream(cells);
-    ingest(stream, path_, {.capacity = 20});
+    ingest(stream, path_, {.capacity = 20, .levels = true});
     for (const auto& entry : fs::recursive_directory_iterator(path_))
       if (entry.is_regular_file()) files_.push_back(entry.path().string());
     std::sort(files_.begin(), files_.end());
@@ -86,7 +97,7 @@ class Corruption : public ::testing::Test {
 
 TEST_F(Corruption, AFlippedBitIsFound) {
   std::mt19937_64 random(82);
-  ASSERT_EQ(files_.size(), 7u);
+  ASSERT_EQ(files_.size(), 9u);
   for (const std::string& file : files_) {
     const std::string bytes = test::readBytes(file);
     const std::size_t step = std::max<std::size_t>(1, bytes.size() / 150);
