@@ -58,6 +58,7 @@ class Tiles {
     ResidencyOptions residency;
     if (options.budget_bytes) residency.budget_bytes = *options.budget_bytes;
     residency.prefetch = options.prefetch;
+    residency.io_threads = options.io_threads;
     residency_ = std::make_unique<Residency>(store, residency);
     reader_ = &residency_->addReader("haptic loop");
   }
@@ -81,6 +82,7 @@ class Tiles {
       return;
     }
     const ResidencyCounters counters = residency_->counters();
+    summary.streaming = counters;
     summary.tiles_read = counters.reads;
     summary.evictions = counters.evictions;
     summary.peak_bytes = counters.peak_bytes;
@@ -280,7 +282,7 @@ class Run {
     if (!tiles_.table().find(leg_->home)) tiles_.loadTogether({&leg_->home, 1});
     if (!enter(*leg_, navigation_->workspace().centre_D()))
       throw UsageError("the route's first segment is not in its tile: verify the set");
-    if (TileReader* reader = tiles_.reader()) reader->publishFocus(navigation_->focus());
+    if (TileReader* reader = tiles_.reader()) reader->publishFocus(focus());
   }
 
   // Puts the leg's first point under the hand. Requires its tile. Haptic-safe.
@@ -295,14 +297,30 @@ class Run {
     return true;
   }
 
+  static NodeId firstNode(const Leg& leg) noexcept { return {leg.route.cell(), leg.route.points().front().rank}; }
+
+  // With the jump that waits for its tiles, if there is one. Haptic-safe.
+  ReaderFocus focus() const noexcept {
+    ReaderFocus focus = navigation_->focus();
+    if (leg_over_ && next_) {
+      focus.target_tile = next_->home;
+      focus.target_node = firstNode(*next_);
+      focus.target_W = next_->route.points().front().p_W;
+    }
+    return focus;
+  }
+
   // Before a tick of a tour whose leg is over: jumps to the next as soon as it is planned and its tile is there. `take`
   // answers the next leg, or nullptr; the one that was travelled is left in past_. Haptic-safe as far as `take` is.
   template <class Take>
   void moveOn(const DeviceState& state, Take&& take) {
     if (!leg_over_ || past_) return;
+    TileReader* reader = tiles_.reader();
+    // Without latency the tiles of each tick are loaded with it.
+    const bool comes_at_once = reader == nullptr || (!options_.realtime && options_.latency_ms == 0);
     if (!next_) next_.reset(take());
     if (next_) {
-      if (tiles_.table().find(next_->home)) {
+      if (tiles_.table().find(next_->home) && (comes_at_once || reader->isTargetReady(firstNode(*next_)))) {
         past_.swap(leg_);
         leg_.swap(next_);
         jump_waited_ = 0;
@@ -315,7 +333,7 @@ class Run {
           ++legs_dropped_;  // leg_over_ still holds: the next tick moves on
         return;
       }
-      if (TileReader* reader = tiles_.reader()) reader->request(next_->home);
+      if (reader != nullptr && !tiles_.table().find(next_->home)) reader->request(next_->home);
       if (++jump_waited_ > jump_patience_ticks_) {
         past_.swap(next_);
         jump_waited_ = 0;
@@ -388,7 +406,7 @@ class Run {
       wrench = tick.wrench;
       if (TileReader* reader = tiles_.reader()) {
         for (std::uint32_t i = 0; i < tick.step.absent.count; ++i) reader->request(tick.step.absent.ids[i]);
-        reader->publishFocus(navigation_->focus());
+        reader->publishFocus(focus());
       }
       over = account(tick, row);
       if (on_tick) on_tick(row);
@@ -446,7 +464,7 @@ class Run {
           const NavigationTick& tick = navigation_->tick(state, dt_s_);
           if (reader) {
             for (std::uint32_t i = 0; i < tick.step.absent.count; ++i) reader->request(tick.step.absent.ids[i]);
-            reader->publishFocus(navigation_->focus());
+            reader->publishFocus(focus());
           }
           TickRow row;
           const bool last = account(tick, row);

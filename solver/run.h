@@ -45,7 +45,8 @@ struct RunOptions {
   std::optional<std::uint64_t> budget_bytes;  // none: unlimited
   double latency_ms = 0;                      // virtual time only
   PrefetchPolicy prefetch =
-      PrefetchPolicy::distance;  // with latency or in real time; at latency 0 tiles come on demand only
+      PrefetchPolicy::structure;  // with latency or in real time; at latency 0 tiles come on demand only
+  unsigned io_threads = 1;        // in real time
   bool realtime = false;
   std::string record;  // file that replay:FILE reads; empty: none
 };
@@ -82,6 +83,7 @@ struct RunSummary {
   std::optional<std::uint64_t> missed_deadlines;                    // real time only
 
   // Beyond it.
+  ResidencyCounters streaming;                  // zero for a scene in memory
   std::string cell;                             // name; of a tour's first leg
   std::uint64_t visited = 0, capped_ticks = 0;  // segments tested in all; ticks that hit the solver's cap
   int back_offs = 0;                            // how often the person gave a try up

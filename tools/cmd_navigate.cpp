@@ -1,5 +1,6 @@
 // filiform navigate: a hand, simulated or recorded, travels a route without a display.
 #include "index/errors.h"
+#include "index/faulty_source.h"
 #include "index/input.h"
 #include "index/memory_tiles.h"
 #include "index/text.h"
@@ -22,12 +23,14 @@ namespace filiform::tools {
 namespace {
 
 struct NavigateArguments {
-  std::string scene, cell, method = "climb", hand, device, budget, prefetch = "distance", record, csv, plot, picture;
+  std::string scene, cell, method = "climb", hand, device, budget, prefetch = "structure", delays = "constant", record,
+                           csv, plot, picture;
   std::string route = "longest";
   double zoom_um = 300, rate_Hz = 1000, latency_ms = 0;
   std::string passivity = "auto";
   std::optional<double> seconds, speed_m_s, stiffness_N_m;
   std::uint64_t seed = 1;
+  unsigned io_threads = 0;
   bool realtime = false, json = false;
 };
 
@@ -38,13 +41,30 @@ PrefetchPolicy prefetchPolicy(const std::string& name) {
   throw UsageError("--prefetch " + escaped(name) + ": choose none, distance or structure");
 }
 
-// A tile set, or a small file whose tiles are built in memory: no files, IO thread or search trees then.
-std::unique_ptr<TileStore> openScene(const std::string& path, bool& in_memory) {
-  in_memory = endsWithNoCase(path, ".swc") || endsWithNoCase(path, ".zip");
-  if (!in_memory) return TileSet::open(path);
-  Input input({path});
+FaultPlan::Delay delayKind(const std::string& name) {
+  if (name == "constant") return FaultPlan::Delay::constant;
+  if (name == "uniform") return FaultPlan::Delay::uniform;
+  if (name == "exponential") return FaultPlan::Delay::exponential;
+  throw UsageError("--latency-kind " + escaped(name) + ": choose constant, uniform or exponential");
+}
+
+// A tile set, or a small file whose tiles are built in memory: no files, IO thread or search trees then. In real time a
+// latency is that of the set's files.
+std::unique_ptr<TileStore> openScene(const NavigateArguments& a, bool& in_memory) {
+  in_memory = endsWithNoCase(a.scene, ".swc") || endsWithNoCase(a.scene, ".zip");
+  if (!in_memory && !(a.realtime && a.latency_ms > 0)) return TileSet::open(a.scene);
+  if (!in_memory) {
+    FaultPlan plan{.delay = delayKind(a.delays), .delay_s = 1e-3 * a.latency_ms, .seed = a.seed};
+    auto source = std::make_unique<FaultySource>(openFolder(a.scene), std::move(plan));
+    FaultySource& slow = *source;
+    auto set = TileSet::open(std::move(source));
+    slow.arm();
+    return set;
+  }
+  Input input({a.scene});
   auto store = buildTilesInMemory(input);
-  if (store->cell_count() == 0) throw InputError(escaped(path) + ": no usable neuron in it; filiform check says why");
+  if (store->cell_count() == 0)
+    throw InputError(escaped(a.scene) + ": no usable neuron in it; filiform check says why");
   return store;
 }
 
@@ -73,7 +93,9 @@ RunOptions optionsOf(const NavigateArguments& a, const TileStore& store, bool in
   }
   if (in_memory && a.latency_ms != 0)
     throw UsageError("--latency is for tile sets: a file that is travelled directly is never read again");
-  options.latency_ms = a.latency_ms;
+  // In real time the files themselves are slow.
+  options.latency_ms = a.realtime ? 0 : a.latency_ms;
+  options.io_threads = a.io_threads != 0 ? a.io_threads : a.realtime && a.latency_ms > 0 ? 16 : 1;
   options.prefetch = prefetchPolicy(a.prefetch);
   options.realtime = a.realtime;
   options.record = a.record;
@@ -116,6 +138,20 @@ nlohmann::ordered_json describe(const RunSummary& s) {
   json["legs_completed"] = s.legs_completed;
   json["jumps"] = s.jumps;
   json["jump_wait_ticks"] = s.jump_wait_ticks;
+  const ResidencyCounters& c = s.streaming;
+  json["streaming"] = {{"prefetched", c.prefetched},
+                       {"prefetch_used", c.prefetch_used},
+                       {"prefetch_wasted", c.prefetch_wasted},
+                       {"cancelled", c.cancelled},
+                       {"missed_unclaimed", c.missed_unclaimed},
+                       {"missed_full", c.missed_full},
+                       {"missed_late", c.missed_late},
+                       {"missed_evicted", c.missed_evicted},
+                       {"missed_failed", c.missed_failed},
+                       {"bytes_read_decoded", c.bytes_read_decoded},
+                       {"peak_queued", c.peak_queued},
+                       {"wait_mean", c.waits > 0 ? c.wait_sum / static_cast<double>(c.waits) : 0.0},
+                       {"wait_most", c.wait_most}};
   return json;
 }
 
@@ -162,7 +198,7 @@ void describeForPeople(const RunSummary& s, const NavigateArguments& a) {
 
 int runNavigate(const NavigateArguments& a) {
   bool in_memory = false;
-  const std::unique_ptr<TileStore> store = openScene(a.scene, in_memory);
+  const std::unique_ptr<TileStore> store = openScene(a, in_memory);
   const RunOptions options = optionsOf(a, *store, in_memory);
 
   std::ofstream csv;
@@ -247,9 +283,17 @@ void addNavigate(CLI::App& app, Chosen& chosen) {
   command->add_option("--rate", a->rate_Hz, "ticks a second")->capture_default_str()->type_name("HZ");
   command->add_option("--seed", a->seed, "of the hand's tremor")->capture_default_str();
   command->add_option("--budget", a->budget, "memory for tiles; default: no limit")->type_name("BYTES");
-  command->add_option("--latency", a->latency_ms, "virtual time until a tile has been read, ms")
+  command
+      ->add_option("--latency", a->latency_ms, "until a tile has been read, ms; with --realtime, delays each read so")
       ->capture_default_str()
       ->type_name("MS");
+  command
+      ->add_option("--latency-kind", a->delays,
+                   "constant, uniform or exponential, with --realtime; --latency is its mean")
+      ->capture_default_str()
+      ->type_name("KIND");
+  command->add_option("--io-threads", a->io_threads, "reads at once with --realtime; 0: 1, with --latency 16")
+      ->capture_default_str();
   command->add_option("--prefetch", a->prefetch, "none, distance or structure")->capture_default_str();
   command->add_flag("--realtime", a->realtime, "pace by the clock, with a haptic and an IO thread");
   command->add_option("--record", a->record, "write the exchanges with the device, for --device replay:FILE")

@@ -119,8 +119,7 @@ TEST_F(LevelsTest, BytesDoNotDependOnThreads) {
 }
 
 TEST_F(LevelsTest, SetWithoutLevelsHasNone) {
-  const std::string bare =
-      made(*folder_, "bare", test::randomColumn(31, 12, 500, 300), {.capacity = 64}, false);
+  const std::string bare = made(*folder_, "bare", test::randomColumn(31, 12, 500, 300), {.capacity = 64}, false);
   const auto set = TileSet::open(bare);
   EXPECT_EQ(Levels::open(*set), nullptr);
   EXPECT_TRUE(verify(bare, {.deep = true}).sound());

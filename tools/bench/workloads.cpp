@@ -8,6 +8,7 @@ std::vector<Workload> workloads() {
   addParametersWorkloads(all);
   addStabilityWorkloads(all);
   addIngestWorkloads(all);
+  addStreamingWorkloads(all);
   return all;
 }
 
