@@ -52,11 +52,23 @@ std::unique_ptr<ProxySolver> makeProxySolver(SolverMethod method, const SolverPa
   throw UsageError("unknown solver method");
 }
 
+const char* toString(SolverMethod method) noexcept {
+  switch (method) {
+    case SolverMethod::basic:
+      return "basic";
+    case SolverMethod::shading:
+      return "shading";
+    case SolverMethod::force:
+      return "force";
+    case SolverMethod::climb:
+      return "climb";
+  }
+  return "unknown";
+}
+
 SolverMethod solverMethod(const std::string& name) {
-  if (name == "basic") return SolverMethod::basic;
-  if (name == "shading") return SolverMethod::shading;
-  if (name == "force") return SolverMethod::force;
-  if (name == "climb") return SolverMethod::climb;
+  for (const SolverMethod method : kSolverMethods)
+    if (name == toString(method)) return method;
   throw UsageError("unknown method '" + name + "': choose basic, shading, force or climb");
 }
 

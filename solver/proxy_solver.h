@@ -28,6 +28,8 @@ struct ProxyPlace {  // a point of the structure
 };
 
 enum class SolverMethod : std::uint8_t { basic, shading, force, climb };
+inline constexpr SolverMethod kSolverMethods[] = {SolverMethod::basic, SolverMethod::shading, SolverMethod::force,
+                                                  SolverMethod::climb};
 
 struct ClimbParameters {     // bounded climb (bounded_climb.h), in millimetres of the device; all >= 0
   double rest_mm = 0.5;      // climb allowed to a hand at rest; more costs visits: 3 to 4 times at 5 mm
@@ -96,7 +98,9 @@ class ProxySolver {
 
 // Throws UsageError for parameters that are negative or not finite.
 std::unique_ptr<ProxySolver> makeProxySolver(SolverMethod method, const SolverParameters& parameters);
-// "basic", "shading", "force", "climb"; throws UsageError naming the choices.
+// "basic", "shading", "force", "climb".
+const char* toString(SolverMethod method) noexcept;
+// The other way; throws UsageError naming the choices.
 SolverMethod solverMethod(const std::string& name);
 
 }  // namespace filiform

@@ -64,7 +64,7 @@ void BoundedSearch::keepForUndo() noexcept {
   for (int end = leads_on[0] ? 0 : 1; end <= (leads_on[1] ? 1 : 0); ++end) {
     const StarCache::Star* star = stars_.find(graph, end == 0 ? active.child_id : active.parent_id, *active.tile,
                                               end == 0 ? active.child : active.parent);
-    if (star == nullptr || !star->plain || visited + star->degree > max_visited_ + 1) return false;
+    if (star == nullptr || !star->plain || visited + star->degree > max_visited_) return false;
     if (star->tile != active.tile) step.touched.add(star->home);
     // Nearest on most branches is the node itself, which is no nearer than what is known and leads nowhere.
     const Vector3d x_W = h_W - star->p_W;

@@ -64,6 +64,8 @@ struct QuickSweep::Sweep {
 
   bool run() noexcept {
     while (own.depth_ > 0) {
+      // Here BoundedSearch would stop as capped, before it asks whether the next node is resident.
+      if (step.visited == most_tests) return false;
       Entry& top = own.stack_[own.depth_ - 1];
       const bool pending = top.entry == kNone;
       if (pending && find(top.id.sample) != kNone) {

@@ -2,7 +2,7 @@
 
 #include "index/memory_tiles.h"
 #include "tests/support/climb_oracle.h"
-#include "tests/support/no_alloc_guard.h"
+#include "tests/support/oracle_walk.h"
 #include "tests/support/proxy_walk.h"
 #include "tests/support/random_cells.h"
 #include "tests/support/store_graph.h"
@@ -27,14 +27,6 @@ std::unique_ptr<ProxySolver> climber(std::uint32_t max_visited = 256, const Clim
   return makeProxySolver(SolverMethod::climb, parameters);
 }
 
-// Every tick of every test is watched.
-void tick(ProxySolver& solver, const GraphView& view, const ProbeState& probe, SolverStep& step) {
-  NoAllocGuard guard;
-  solver.advance(view, probe, step);
-  const ForbiddenCalls calls = guard.calls();
-  ASSERT_EQ(calls.total(), 0u) << calls.first;
-}
-
 double eps(double distance) { return std::max(1e-9, 1e-12 * distance); }
 
 std::vector<ProbeState> probesFor(const WholeGraph& whole, std::mt19937_64& random, int smooth, int jumping) {
@@ -49,85 +41,58 @@ std::vector<ProbeState> probesFor(const WholeGraph& whole, std::mt19937_64& rand
   return probes;
 }
 
-TEST(BoundedClimb, EqualsTheLiteralOracleInEveryTiling) {
-  std::uint64_t moved = 0, farthest = 0, climbed = 0;
-  for (std::uint64_t seed = 0; seed < 120; ++seed) {
-    SCOPED_TRACE(testing::Message() << "seed " << seed);
-    std::mt19937_64 random(seed);
-    const Vector3d centre_W = seed % 8 == 7 ? Vector3d(1e9, -1e9, 1e9) : Vector3d::Zero();
-    const TestGraph graph =
-        randomGraph(random, 20 + static_cast<std::uint32_t>(random() % 150), seed % 3 == 0, centre_W);
-    const WholeGraph whole(graph.segments, graph.grid);
-    const ClimbParameters parameters = seed % 2 == 0 ? ClimbParameters{} : ClimbParameters{.rest_mm = 0.05, .gain = 1};
-    std::vector<std::unique_ptr<TiledGraph>> tilings;
-    std::vector<std::unique_ptr<ProxySolver>> solvers;
-    const RandomStart start = randomStart(whole, random);
-    for (const std::uint32_t capacity : {4u, 16u, 2048u}) {
-      tilings.push_back(std::make_unique<TiledGraph>(graph, capacity));
-      solvers.push_back(climber(kUnbounded, parameters));
-      const TileId tile = tilings.back()->tileOf(start.segment);
-      solvers.back()->setPlace(viewOf(*tilings.back(), graph).placeAt(tile, start.segment, start.t));
-      ASSERT_TRUE(solvers.back()->place().valid());
-    }
-    ClimbOracle oracle(whole, parameters);
-    oracle.setPlace(solvers[0]->place());
-    SolverStep step;
-    for (const ProbeState& probe : probesFor(whole, random, 40, 20)) {
-      const Vector3d before_W = oracle.place().p_W;
-      const std::uint32_t visited = oracle.advance(probe);
-      ASSERT_LE(oracle.climbed_um(), oracle.budget_um());
-      moved += oracle.place().p_W != before_W;
-      climbed += oracle.climbed_um() > 0;
-      farthest = std::max<std::uint64_t>(farthest, visited);
-      for (std::size_t i = 0; i < solvers.size(); ++i) {
-        tick(*solvers[i], viewOf(*tilings[i], graph), probe, step);
-        ASSERT_TRUE(samePlace(solvers[i]->place(), oracle.place())) << "tiling " << i;
-        ASSERT_EQ(step.visited, visited);
-        ASSERT_FALSE(step.capped);
-        ASSERT_EQ(step.frontiers, 0u);
-      }
-    }
+class WatchedClimbOracle final : public Oracle {
+ public:
+  WatchedClimbOracle(const WholeGraph& whole, const ClimbParameters& parameters, std::uint64_t& climbed)
+      : oracle_(whole, parameters), climbed_(climbed) {}
+  ProxyPlace place() const override { return oracle_.place(); }
+  void setPlace(const ProxyPlace& place) override { oracle_.setPlace(place); }
+  std::uint32_t advance(const ProbeState& probe) override {
+    const std::uint32_t visited = oracle_.advance(probe);
+    EXPECT_LE(oracle_.climbed_um(), oracle_.budget_um());
+    climbed_ += oracle_.climbed_um() > 0;
+    return visited;
   }
-  EXPECT_GT(moved, 2000u);
+
+ private:
+  ClimbOracle oracle_;
+  std::uint64_t& climbed_;
+};
+
+// `climbed` counts the ticks that rose.
+WalkedMethod walkedClimb(std::uint64_t& climbed) {
+  const auto of = [](std::uint64_t variant) {
+    return variant == 0 ? ClimbParameters{} : ClimbParameters{.rest_mm = 0.05, .gain = 1};
+  };
+  return {[of](std::uint64_t variant, std::uint32_t max_visited) { return climber(max_visited, of(variant)); },
+          [of, &climbed](std::uint64_t variant, const WholeGraph& whole) {
+            return std::make_unique<WatchedClimbOracle>(whole, of(variant), climbed);
+          },
+          [](const WholeGraph& whole, std::mt19937_64& random) { return probesFor(whole, random, 40, 20); }, 20000};
+}
+
+TEST(BoundedClimb, EqualsTheLiteralOracleInEveryTiling) {
+  Walked result;
+  std::uint64_t climbed = 0;
+  walkInEveryTiling(walkedClimb(climbed), 120, result);
+  EXPECT_GT(result.moved, 2000u);
   EXPECT_GT(climbed, 200u);
-  EXPECT_GT(farthest, 50u);
+  EXPECT_GT(result.farthest, 50u);
 }
 
 TEST(BoundedClimb, EqualsTheLiteralOracleOnTheTilesOfTheProduct) {
-  std::vector<NamedCells> scenes = worstCases();
-  scenes.push_back({"column", randomColumn(1, 6, 300, 60.0)});
-  std::uint64_t moved = 0;
-  const auto solved = climber(20000);
-  for (const NamedCells& scene : scenes) {
-    for (const std::uint32_t capacity : {4u, 64u, 2048u}) {
-      SCOPED_TRACE(testing::Message() << scene.name << ", capacity " << capacity);
-      const StoreGraph graph(scene.cells, capacity);
-      if (graph.owned.empty()) continue;
-      const WholeGraph whole(graph.owned, graph.store->grid());
-      const GraphView view = graph.view();
-      std::mt19937_64 random(capacity);
-      ClimbOracle oracle(whole, {});
-      SolverStep step;
-      const std::vector<Vector3d> probes = jumpingProbes(whole, random, 24);
-      for (std::size_t i = 0; i < probes.size(); ++i) {
-        if (i % 8 == 0) {
-          // The first start is the last segment stored: in the long-segment tile, where there is one.
-          const std::size_t start = i == 0 ? graph.owned.size() - 1 : random() % graph.owned.size();
-          solved->setPlace(view.placeAt(graph.owners[start], graph.owned[start].id, 0.5));
-          ASSERT_TRUE(solved->place().valid());
-          oracle.setPlace(solved->place());
-        }
-        const Vector3d before_W = oracle.place().p_W;
-        const ProbeState probe{probes[i], 1e-3, kScales_um_m[i % 4]};
-        const std::uint32_t visited = oracle.advance(probe);
-        tick(*solved, view, probe, step);
-        ASSERT_TRUE(samePlace(solved->place(), oracle.place()));
-        ASSERT_EQ(step.visited, visited);
-        moved += oracle.place().p_W != before_W;
-      }
-    }
-  }
-  EXPECT_GT(moved, 200u);
+  Walked result;
+  std::uint64_t climbed = 0;
+  walkOnTilesOfTheProduct(walkedClimb(climbed), result);
+  EXPECT_GT(result.moved, 200u);
+  EXPECT_GT(result.started_long, 0u);
+}
+
+TEST(BoundedClimb, LoadingWhatWasAbsentAndRepeatingGivesTheAnswerOfTheWhole) {
+  Walked result;
+  std::uint64_t climbed = 0;
+  walkThroughAbsentTiles(walkedClimb(climbed), 30, {3, 20, kUnbounded}, result);
+  EXPECT_GT(result.frontiers, 100u);
 }
 
 TEST(BoundedClimb, DistanceNeverRisesAndFallsByMoreThanRoundingWhereTheProxyLeavesItsSegment) {
@@ -147,7 +112,7 @@ TEST(BoundedClimb, DistanceNeverRisesAndFallsByMoreThanRoundingWhereTheProxyLeav
       for (int i = 0; i < 40; ++i) {
         const ProxyPlace before = solved->place();
         const double distance = (before.p_W - h_W).norm();
-        tick(*solved, viewOf(tiled, graph), {h_W, 1e-3, 2500}, step);
+        watchedTick(*solved, viewOf(tiled, graph), {h_W, 1e-3, 2500}, step);
         const double now = (solved->place().p_W - h_W).norm();
         ASSERT_LE(now, distance);
         if (solved->place().segment != before.segment) {
@@ -179,7 +144,7 @@ TEST(BoundedClimb, WithoutABudgetItTakesTheBestOfWhatBasicReaches) {
       const RandomStart start = randomStart(whole, random);
       solved->setPlace(view.placeAt(tiled.tileOf(start.segment), start.segment, start.t));
       basic.setPlace(solved->place());
-      tick(*solved, view, {h_W}, step);
+      watchedTick(*solved, view, {h_W}, step);
       basic.advance(h_W);
       const double bound = (basic.place().p_W - h_W).norm();
       const double distance = (solved->place().p_W - h_W).norm();
@@ -219,7 +184,7 @@ TEST(BoundedClimb, PassesSeveralNodesUphillIfAndOnlyIfTheBudgetAllows) {
     const auto solved = climber(256, {.rest_mm = share * climb_mm, .gain = 0, .patience_1_s = 0});
     solved->setPlace(view.placeAt(tiled.tileOf({0, 1}), {0, 1}, 0.0));
     SolverStep step;
-    tick(*solved, view, {Elbow::probe_W(), 1e-3, Elbow::kScale_um_m}, step);
+    watchedTick(*solved, view, {Elbow::probe_W(), 1e-3, Elbow::kScale_um_m}, step);
     EXPECT_EQ(solved->place().segment == (SegmentId{0, 4}), share > 1) << solved->place().p_W.transpose();
   }
 }
@@ -232,7 +197,7 @@ TEST(BoundedClimb, TheBudgetIsOneOfTheDeviceWhateverTheZoom) {
     const auto solved = climber(256, {.rest_mm = 1.5, .gain = 0, .patience_1_s = 0});
     solved->setPlace(view.placeAt(0, {0, 1}, 0.0));
     SolverStep step;
-    tick(*solved, view, {Elbow::probe_W(), 1e-3, zoom * Elbow::kScale_um_m}, step);
+    watchedTick(*solved, view, {Elbow::probe_W(), 1e-3, zoom * Elbow::kScale_um_m}, step);
     EXPECT_EQ(solved->place().segment == (SegmentId{0, 4}), zoom >= 1) << zoom;
   }
 }
@@ -247,7 +212,7 @@ TEST(BoundedClimb, AHandThatKeepsPullingGetsOutAndALooseOneDoesNot) {
     solved->setPlace(view.placeAt(0, {0, 1}, 0.0));
     SolverStep step;
     for (int i = 0; i < 5000; ++i) {
-      tick(*solved, view, {Elbow::probe_W(), 1e-3, Elbow::kScale_um_m}, step);
+      watchedTick(*solved, view, {Elbow::probe_W(), 1e-3, Elbow::kScale_um_m}, step);
       if (solved->place().segment == (SegmentId{0, 4})) return i;
     }
     return -1;
@@ -256,50 +221,6 @@ TEST(BoundedClimb, AHandThatKeepsPullingGetsOutAndALooseOneDoesNot) {
   EXPECT_NEAR(ticksToGetOut(10, 0.2), climb_mm / (10 * counts_mm * 1e-3), 2);
   EXPECT_EQ(ticksToGetOut(0, 0.2), -1);
   EXPECT_EQ(ticksToGetOut(10, 0.5), -1);
-}
-
-TEST(BoundedClimb, LoadingWhatWasAbsentAndRepeatingGivesTheAnswerOfTheWhole) {
-  std::uint64_t frontiers = 0;
-  for (std::uint64_t seed = 0; seed < 30; ++seed) {
-    SCOPED_TRACE(testing::Message() << "seed " << seed);
-    std::mt19937_64 random(seed);
-    const TestGraph graph = randomGraph(random, 150, seed % 2 == 0);
-    const WholeGraph whole(graph.segments, graph.grid);
-    const TiledGraph all(graph, 8);
-    TiledGraph some(graph, 8);
-    const std::uint32_t cap = seed % 3 == 0 ? 3 : seed % 3 == 1 ? 20 : kUnbounded;
-    const auto expected = climber(cap), actual = climber(cap);
-    const RandomStart start = randomStart(whole, random);
-    expected->setPlace(viewOf(all, graph).placeAt(all.tileOf(start.segment), start.segment, start.t));
-    actual->setPlace(expected->place());
-    SolverStep step, reference;
-    for (const ProbeState& probe : probesFor(whole, random, 20, 20)) {
-      tick(*expected, viewOf(all, graph), probe, reference);
-      for (TileId id = 0; id < some.tile_count(); ++id) random() % 3 == 0 ? some.load(id) : some.drop(id);
-      const ProxyPlace before = actual->place();
-      for (;;) {
-        tick(*actual, viewOf(some, graph), probe, step);
-        if (step.absent.count == 0) break;
-        frontiers += step.frontiers;
-        ASSERT_GT(step.frontiers, 0u);
-        actual->undo();
-        ASSERT_TRUE(samePlace(actual->place(), before));
-        // The first one is always needed.
-        bool needed = false;
-        for (std::uint32_t i = 0; i < reference.touched.count; ++i)
-          needed = needed || reference.touched.ids[i] == step.absent.ids[0];
-        ASSERT_TRUE(needed);
-        for (std::uint32_t i = 0; i < step.absent.count; ++i) {
-          ASSERT_EQ(some.table().find(step.absent.ids[i]), nullptr) << "was not absent";
-          some.load(step.absent.ids[i]);
-        }
-      }
-      ASSERT_TRUE(samePlace(actual->place(), expected->place()));
-      ASSERT_EQ(step.visited, reference.visited);
-      ASSERT_EQ(step.capped, reference.capped);
-    }
-  }
-  EXPECT_GT(frontiers, 100u);
 }
 
 // Not undone: as in real time, ticks go on while tiles come in.
@@ -319,7 +240,7 @@ TEST(BoundedClimb, AtAFrontierItStaysOnTheStructureAndGoesOnWhenTheTileComes) {
     SolverStep step;
     double distance = (solved->place().p_W - probe.h_W).norm();
     for (int i = 0; i < 400; ++i) {
-      tick(*solved, view, probe, step);
+      watchedTick(*solved, view, probe, step);
       frontiers += step.frontiers;
       const double now = (solved->place().p_W - probe.h_W).norm();
       ASSERT_LE(now, distance);
@@ -349,12 +270,12 @@ TEST(BoundedClimb, UndoneTicksLeaveNoTrace) {
     const std::vector<ProbeState> probes = probesFor(whole, random, 60, 60);
     SolverStep expected, step;
     for (const ProbeState& probe : probes) {
-      tick(*plain, view, probe, expected);
+      watchedTick(*plain, view, probe, expected);
       for (std::uint64_t undone = random() % 3; undone > 0; --undone) {
-        tick(*hesitant, view, probes[random() % probes.size()], step);
+        watchedTick(*hesitant, view, probes[random() % probes.size()], step);
         hesitant->undo();
       }
-      tick(*hesitant, view, probe, step);
+      watchedTick(*hesitant, view, probe, step);
       ASSERT_TRUE(samePlace(hesitant->place(), plain->place()));
       ASSERT_EQ(hesitant->place().tile, plain->place().tile);
       ASSERT_EQ(step.visited, expected.visited);
@@ -385,7 +306,7 @@ TEST(BoundedClimb, EveryBranchOfAHubIsSeenWithinDegreeOverTheCap) {
     SolverStep step;
     int ticks = 0;
     while (solved->place().segment != SegmentId{0, best}) {
-      tick(*solved, view, {Vector3d(4, 1e-3 * ticks, 0), 1e-3, 2500}, step);
+      watchedTick(*solved, view, {Vector3d(4, 1e-3 * ticks, 0), 1e-3, 2500}, step);
       ASSERT_LE(step.visited, 256u);
       ASSERT_LE(++ticks, 41) << best;
     }
@@ -412,7 +333,7 @@ TEST(BoundedClimb, WorkIsBoundedOnACombAndOnAThread) {
     for (int i = 0; i < 500; ++i) {
       const Vector3d h_W = solved->place().p_W + Vector3d(i % 50 == 0 ? 1e5 : 3.0, 2, 0);
       const double distance = (solved->place().p_W - h_W).norm();
-      tick(*solved, view, {h_W, 1e-3, 1e6 / 0.12}, step);
+      watchedTick(*solved, view, {h_W, 1e-3, 1e6 / 0.12}, step);
       ASSERT_LE(step.visited, 256u);
       ASSERT_LE((solved->place().p_W - h_W).norm(), distance);
       capped += step.capped;
@@ -437,13 +358,13 @@ TEST(BoundedClimb, RoundingIsNoProgress) {
   const auto solved = climber();
   solved->setPlace(view.placeAt(0, {0, 3}, 0.5));
   SolverStep step;
-  tick(*solved, view, {far_W + Vector3d(2, 0, 0), 1e-3, 1000}, step);  // exactly in the middle
+  watchedTick(*solved, view, {far_W + Vector3d(2, 0, 0), 1e-3, 1000}, step);  // exactly in the middle
   EXPECT_EQ(solved->place().segment, (SegmentId{0, 3}));
   EXPECT_GT(step.visited, 3u);  // it saw the other
   // At a distance of 1e9 um a step of 0.1 nm is less than 1e-12 of it.
-  tick(*solved, view, {far_W + Vector3d(2, 0, 1e9), 1e-3, 1000}, step);
+  watchedTick(*solved, view, {far_W + Vector3d(2, 0, 1e9), 1e-3, 1000}, step);
   EXPECT_EQ(solved->place().segment, (SegmentId{0, 3}));
-  tick(*solved, view, {far_W + Vector3d(2, -1e-4, 1e9), 1e-3, 1000}, step);
+  watchedTick(*solved, view, {far_W + Vector3d(2, -1e-4, 1e9), 1e-3, 1000}, step);
   EXPECT_EQ(solved->place().segment, (SegmentId{0, 3}));
   EXPECT_GT(step.visited, 3u);  // it saw the other
 }
@@ -456,7 +377,7 @@ TEST(BoundedClimb, ProbeThatIsNotFiniteChangesNothing) {
   constexpr double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
   const auto solved = climber();
   SolverStep step;
-  tick(*solved, view, {Vector3d::Zero()}, step);  // never placed
+  watchedTick(*solved, view, {Vector3d::Zero()}, step);  // never placed
   EXPECT_FALSE(solved->place().valid());
   solved->setPlace(view.placeAt(0, tiled.tile(0).segmentId(0), 0.5));
   const ProxyPlace before = solved->place();
@@ -464,7 +385,7 @@ TEST(BoundedClimb, ProbeThatIsNotFiniteChangesNothing) {
     for (int axis = 0; axis < 3; ++axis) {
       Vector3d h_W = Vector3d::Zero();
       h_W[axis] = bad;
-      tick(*solved, view, {h_W}, step);
+      watchedTick(*solved, view, {h_W}, step);
       EXPECT_TRUE(samePlace(solved->place(), before));
       EXPECT_EQ(step.visited, 0u);
     }
@@ -472,9 +393,9 @@ TEST(BoundedClimb, ProbeThatIsNotFiniteChangesNothing) {
   // No scale is no budget, and no time no patience: what falls is still followed.
   for (const double bad : {nan, inf, -inf, 0.0, -1.0, 1e300, 1e-300}) {
     solved->setPlace(before);
-    tick(*solved, view, {Vector3d(1, 2, 3), 1e-3, bad}, step);
+    watchedTick(*solved, view, {Vector3d(1, 2, 3), 1e-3, bad}, step);
     EXPECT_TRUE(solved->place().p_W.allFinite());
-    tick(*solved, view, {Vector3d(1, 2, 3), bad, 2500}, step);
+    watchedTick(*solved, view, {Vector3d(1, 2, 3), bad, 2500}, step);
     EXPECT_TRUE(solved->place().p_W.allFinite());
     EXPECT_LE(step.visited, 256u);
   }
@@ -482,7 +403,7 @@ TEST(BoundedClimb, ProbeThatIsNotFiniteChangesNothing) {
   unknown.tile = 0;
   unknown.segment = {99, 99};
   solved->setPlace(unknown);
-  tick(*solved, view, {Vector3d::Zero()}, step);
+  watchedTick(*solved, view, {Vector3d::Zero()}, step);
   EXPECT_TRUE(samePlace(solved->place(), unknown));
   EXPECT_EQ(step.visited, 0u);
 }

@@ -3,6 +3,7 @@
 #include "solver/internal/bounded_search.h"
 
 #include "tests/support/no_alloc_guard.h"
+#include "tests/support/oracle_walk.h"
 #include "tests/support/paper_oracle.h"
 #include "tests/support/proxy_walk.h"
 #include "tests/support/random_cells.h"
@@ -21,156 +22,60 @@ namespace {
 
 constexpr std::uint32_t kUnbounded = 8000;  // more than any walk here tests in a tick
 
+class SearchOracle final : public Oracle {
+ public:
+  SearchOracle(const WholeGraph& whole, SolverMethod method) : oracle_(whole, method, livelyParameters(kUnbounded)) {}
+  ProxyPlace place() const override { return oracle_.place(); }
+  void setPlace(const ProxyPlace& place) override { oracle_.setPlace(place); }
+  std::uint32_t advance(const ProbeState& probe) override { return oracle_.advance(probe.h_W); }
+
+ private:
+  PaperOracle oracle_;
+};
+
 class BoundedSearch : public testing::TestWithParam<SolverMethod> {
  protected:
-  // Every tick of every test is watched.
   static void tick(ProxySolver& solver, const GraphView& view, const Vector3d& h_W, SolverStep& step) {
-    NoAllocGuard guard;
-    solver.advance(view, {h_W}, step);
-    const ForbiddenCalls calls = guard.calls();
-    ASSERT_EQ(calls.total(), 0u) << calls.first;
+    watchedTick(solver, view, {h_W}, step);
   }
-  static void takeBack(ProxySolver& solver) {
-    NoAllocGuard guard;
-    solver.undo();
-    const ForbiddenCalls calls = guard.calls();
-    ASSERT_EQ(calls.total(), 0u) << calls.first;
-  }
+  static void takeBack(ProxySolver& solver) { watchedUndo(solver); }
   std::unique_ptr<ProxySolver> solver(std::uint32_t max_visited) const {
     return makeProxySolver(GetParam(), livelyParameters(max_visited));
+  }
+  WalkedMethod walked() const {
+    return {[this](std::uint64_t, std::uint32_t max_visited) { return solver(max_visited); },
+            [](std::uint64_t, const WholeGraph& whole) { return std::make_unique<SearchOracle>(whole, GetParam()); },
+            [](const WholeGraph& whole, std::mt19937_64& random) {
+              std::vector<ProbeState> probes;
+              for (const Vector3d& h_W : smoothProbes(whole, random, 60)) probes.push_back({h_W});
+              for (const Vector3d& h_W : jumpingProbes(whole, random, 20)) probes.push_back({h_W});
+              return probes;
+            },
+            kUnbounded};
   }
 };
 
 INSTANTIATE_TEST_SUITE_P(Methods, BoundedSearch, testing::Values(SolverMethod::basic, SolverMethod::force),
-                         [](const auto& method) { return methodName(method.param); });
+                         [](const auto& method) { return std::string(toString(method.param)); });
 
 TEST_P(BoundedSearch, EqualsTheLiteralOracleInEveryTiling) {
-  std::uint64_t moved = 0, farthest = 0;
-  std::vector<std::unique_ptr<ProxySolver>> solvers;
-  for (int i = 0; i < 3; ++i) solvers.push_back(solver(512));
-  for (std::uint64_t seed = 0; seed < 240; ++seed) {
-    SCOPED_TRACE(testing::Message() << "seed " << seed);
-    std::mt19937_64 random(seed);
-    const Vector3d centre_W = seed % 8 == 7 ? Vector3d(1e9, -1e9, 1e9) : Vector3d::Zero();
-    const TestGraph graph =
-        randomGraph(random, 20 + static_cast<std::uint32_t>(random() % 150), seed % 3 == 0, centre_W);
-    const WholeGraph whole(graph.segments, graph.grid);
-    std::vector<std::unique_ptr<TiledGraph>> tilings;
-    for (const std::uint32_t capacity : {4u, 16u, 2048u})
-      tilings.push_back(std::make_unique<TiledGraph>(graph, capacity));
-
-    std::vector<Vector3d> probes = smoothProbes(whole, random, 60);
-    for (const Vector3d& h_W : jumpingProbes(whole, random, 20)) probes.push_back(h_W);
-    const RandomStart start = randomStart(whole, random);
-    PaperOracle oracle(whole, GetParam(), livelyParameters(kUnbounded));
-    for (std::size_t i = 0; i < tilings.size(); ++i) {
-      const TileId tile = tilings[i]->tileOf(start.segment);
-      solvers[i]->setPlace(viewOf(*tilings[i], graph).placeAt(tile, start.segment, start.t));
-      ASSERT_TRUE(solvers[i]->place().valid());
-    }
-    oracle.setPlace(solvers[0]->place());
-
-    SolverStep step;
-    for (const Vector3d& h_W : probes) {
-      const Vector3d before_W = oracle.place().p_W;
-      const std::uint32_t visited = oracle.advance(h_W);
-      moved += oracle.place().p_W != before_W;
-      farthest = std::max<std::uint64_t>(farthest, visited);
-      for (std::size_t i = 0; i < solvers.size(); ++i) {
-        tick(*solvers[i], viewOf(*tilings[i], graph), h_W, step);
-        ASSERT_TRUE(samePlace(solvers[i]->place(), oracle.place())) << "tiling " << i;
-        ASSERT_EQ(step.visited, visited);
-        ASSERT_FALSE(step.capped);
-        ASSERT_EQ(step.frontiers, 0u);
-        ASSERT_EQ(step.absent.count, 0u);
-      }
-    }
-  }
-  EXPECT_GT(moved, 5000u);  // the walks do walk
-  EXPECT_GT(farthest, 20u);
+  Walked result;
+  walkInEveryTiling(walked(), 240, result);
+  EXPECT_GT(result.moved, 5000u);
+  EXPECT_GT(result.farthest, 20u);
 }
 
 TEST_P(BoundedSearch, EqualsTheLiteralOracleOnTheTilesOfTheProduct) {
-  std::vector<NamedCells> scenes = worstCases();
-  scenes.push_back({"column", randomColumn(1, 6, 300, 60.0)});
-  std::uint64_t moved = 0, started_long = 0;
-  const auto solved = solver(kUnbounded);
-  for (const NamedCells& scene : scenes) {
-    for (const std::uint32_t capacity : {4u, 64u, 2048u}) {
-      SCOPED_TRACE(testing::Message() << scene.name << ", capacity " << capacity);
-      const StoreGraph graph(scene.cells, capacity);
-      if (graph.owned.empty()) continue;
-      const WholeGraph whole(graph.owned, graph.store->grid());
-      const GraphView view = graph.view();
-      std::mt19937_64 random(capacity);
-      PaperOracle oracle(whole, GetParam(), livelyParameters(kUnbounded));
-      SolverStep step;
-      std::vector<Vector3d> probes = jumpingProbes(whole, random, 24);
-      for (std::size_t i = 0; i < probes.size(); ++i) {
-        if (i % 8 == 0) {
-          // The first start is the last segment stored: in the long-segment tile, where there is one.
-          const std::size_t start = i == 0 ? graph.owned.size() - 1 : random() % graph.owned.size();
-          solved->setPlace(view.placeAt(graph.owners[start], graph.owned[start].id, 0.5));
-          started_long += graph.owners[start] == graph.store->long_tile();
-          ASSERT_TRUE(solved->place().valid());
-          oracle.setPlace(solved->place());
-        }
-        const Vector3d before_W = oracle.place().p_W;
-        const std::uint32_t visited = oracle.advance(probes[i]);
-        tick(*solved, view, probes[i], step);
-        ASSERT_TRUE(samePlace(solved->place(), oracle.place()));
-        ASSERT_EQ(step.visited, visited);
-        ASSERT_EQ(step.frontiers, 0u);
-        moved += oracle.place().p_W != before_W;
-      }
-    }
-  }
-  EXPECT_GT(moved, 200u);
-  EXPECT_GT(started_long, 0u);
+  Walked result;
+  walkOnTilesOfTheProduct(walked(), result);
+  EXPECT_GT(result.moved, 200u);
+  EXPECT_GT(result.started_long, 0u);
 }
 
 TEST_P(BoundedSearch, LoadingWhatWasAbsentAndRepeatingGivesTheAnswerOfTheWhole) {
-  std::uint64_t frontiers = 0;
-  for (std::uint64_t seed = 0; seed < 36; ++seed) {
-    SCOPED_TRACE(testing::Message() << "seed " << seed);
-    std::mt19937_64 random(seed);
-    const TestGraph graph = randomGraph(random, 150, seed % 2 == 0);
-    const WholeGraph whole(graph.segments, graph.grid);
-    const TiledGraph all(graph, 8);
-    TiledGraph some(graph, 8);
-    // Small caps leave fronts that must survive tiles coming and going.
-    const std::uint32_t cap = seed % 3 == 0 ? 3 : seed % 3 == 1 ? 20 : kUnbounded;
-    const auto expected = solver(cap), actual = solver(cap);
-    const RandomStart start = randomStart(whole, random);
-    expected->setPlace(viewOf(all, graph).placeAt(all.tileOf(start.segment), start.segment, start.t));
-    actual->setPlace(expected->place());
-
-    std::vector<Vector3d> probes = smoothProbes(whole, random, 30);
-    for (const Vector3d& h_W : jumpingProbes(whole, random, 20)) probes.push_back(h_W);
-    SolverStep step, reference;
-    for (const Vector3d& h_W : probes) {
-      tick(*expected, viewOf(all, graph), h_W, reference);
-      for (TileId id = 0; id < some.tile_count(); ++id) random() % 3 == 0 ? some.load(id) : some.drop(id);
-      const ProxyPlace before = actual->place();
-      for (;;) {
-        tick(*actual, viewOf(some, graph), h_W, step);
-        if (step.absent.count == 0) break;
-        frontiers += step.frontiers;
-        ASSERT_GT(step.frontiers, 0u);
-        takeBack(*actual);
-        ASSERT_TRUE(samePlace(actual->place(), before));
-        for (std::uint32_t i = 0; i < step.absent.count; ++i) {
-          ASSERT_EQ(some.table().find(step.absent.ids[i]), nullptr) << "was not absent";
-          some.load(step.absent.ids[i]);
-        }
-      }
-      ASSERT_EQ(step.frontiers, 0u);
-      ASSERT_TRUE(samePlace(actual->place(), expected->place()));
-      ASSERT_EQ(step.visited, reference.visited);
-      ASSERT_EQ(step.capped, reference.capped);
-    }
-  }
-  EXPECT_GT(frontiers, 100u);
+  Walked result;  // small caps leave fronts that must survive tiles coming and going
+  walkThroughAbsentTiles(walked(), 36, {3, 20, kUnbounded}, result);
+  EXPECT_GT(result.frontiers, 100u);
 }
 
 TEST_P(BoundedSearch, ATileIsReportedAbsentIfAndOnlyIfItWouldHaveBeenRead) {

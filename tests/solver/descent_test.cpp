@@ -191,8 +191,7 @@ std::string refusal(Call call) {
 }
 
 TEST(ProxySolver, EveryMethodIsMadeAndOnlyClimbWantsAnAnchor) {
-  for (const SolverMethod method :
-       {SolverMethod::basic, SolverMethod::shading, SolverMethod::force, SolverMethod::climb}) {
+  for (const SolverMethod method : kSolverMethods) {
     const auto solver = makeProxySolver(method, {});
     ASSERT_NE(solver, nullptr);
     EXPECT_EQ(solver->wantsAnchor(), method == SolverMethod::climb);
@@ -221,6 +220,7 @@ TEST(ProxySolver, RefusesParametersThatMakeNoSense) {
 }
 
 TEST(ProxySolver, MethodsHaveNames) {
+  for (const SolverMethod method : kSolverMethods) EXPECT_EQ(solverMethod(toString(method)), method);
   EXPECT_EQ(solverMethod("basic"), SolverMethod::basic);
   EXPECT_EQ(solverMethod("shading"), SolverMethod::shading);
   EXPECT_EQ(solverMethod("force"), SolverMethod::force);

@@ -36,8 +36,7 @@ std::unique_ptr<TileStore> storeOf(std::vector<Cell> cells, std::uint32_t capaci
 
 std::vector<SolverMethod> methods() {
   std::vector<SolverMethod> built;
-  for (const SolverMethod method :
-       {SolverMethod::basic, SolverMethod::shading, SolverMethod::force, SolverMethod::climb}) {
+  for (const SolverMethod method : kSolverMethods) {
     try {
       makeProxySolver(method, {});
       built.push_back(method);

@@ -1,6 +1,6 @@
 #include "solver/force_shading.h"
 
-#include "tests/support/no_alloc_guard.h"
+#include "tests/support/oracle_walk.h"
 #include "tests/support/proxy_walk.h"
 #include "tests/support/random_cells.h"
 #include "tests/support/shading_oracle.h"
@@ -22,82 +22,51 @@ std::unique_ptr<ProxySolver> shading(std::uint32_t max_visited = 100000) {
   return makeProxySolver(SolverMethod::shading, parameters);
 }
 
-// Every tick of every test is watched.
 void tick(ProxySolver& solver, const GraphView& view, const Vector3d& h_W, SolverStep& step) {
-  NoAllocGuard guard;
-  solver.advance(view, {h_W}, step);
-  const ForbiddenCalls calls = guard.calls();
-  ASSERT_EQ(calls.total(), 0u) << calls.first;
+  watchedTick(solver, view, {h_W}, step);
+}
+
+class WalkedShadingOracle final : public Oracle {
+ public:
+  explicit WalkedShadingOracle(const WholeGraph& whole) : oracle_(whole) {}
+  ProxyPlace place() const override { return oracle_.place(); }
+  void setPlace(const ProxyPlace& place) override { oracle_.setPlace(place); }
+  std::uint32_t advance(const ProbeState& probe) override { return oracle_.advance(probe.h_W); }
+
+ private:
+  ShadingOracle oracle_;
+};
+
+WalkedMethod walkedShading() {
+  return {[](std::uint64_t, std::uint32_t max_visited) { return shading(max_visited); },
+          [](std::uint64_t, const WholeGraph& whole) { return std::make_unique<WalkedShadingOracle>(whole); },
+          [](const WholeGraph& whole, std::mt19937_64& random) {
+            std::vector<ProbeState> probes;
+            for (const Vector3d& h_W : smoothProbes(whole, random, 60)) probes.push_back({h_W});
+            for (const Vector3d& h_W : jumpingProbes(whole, random, 20)) probes.push_back({h_W});
+            return probes;
+          },
+          100000};
 }
 
 TEST(ForceShading, EqualsTheLiteralOracleInEveryTiling) {
-  std::uint64_t moved = 0, farthest = 0;
-  for (std::uint64_t seed = 0; seed < 160; ++seed) {
-    SCOPED_TRACE(testing::Message() << "seed " << seed);
-    std::mt19937_64 random(seed);
-    const Vector3d centre_W = seed % 8 == 7 ? Vector3d(1e9, -1e9, 1e9) : Vector3d::Zero();
-    const TestGraph graph =
-        randomGraph(random, 20 + static_cast<std::uint32_t>(random() % 150), seed % 3 == 0, centre_W);
-    const WholeGraph whole(graph.segments, graph.grid);
-    std::vector<std::unique_ptr<TiledGraph>> tilings;
-    std::vector<std::unique_ptr<ProxySolver>> solvers;
-    const RandomStart start = randomStart(whole, random);
-    for (const std::uint32_t capacity : {4u, 16u, 2048u}) {
-      tilings.push_back(std::make_unique<TiledGraph>(graph, capacity));
-      solvers.push_back(shading());
-      solvers.back()->setPlace(
-          viewOf(*tilings.back(), graph).placeAt(tilings.back()->tileOf(start.segment), start.segment, start.t));
-    }
-    ShadingOracle oracle(whole);
-    oracle.setPlace(solvers[0]->place());
-    std::vector<Vector3d> probes = smoothProbes(whole, random, 60);
-    for (const Vector3d& h_W : jumpingProbes(whole, random, 20)) probes.push_back(h_W);
-    SolverStep step;
-    for (const Vector3d& h_W : probes) {
-      const Vector3d before_W = oracle.place().p_W;
-      const std::uint32_t walked = oracle.advance(h_W);
-      moved += oracle.place().p_W != before_W;
-      farthest = std::max<std::uint64_t>(farthest, walked);
-      for (std::size_t i = 0; i < solvers.size(); ++i) {
-        tick(*solvers[i], viewOf(*tilings[i], graph), h_W, step);
-        ASSERT_TRUE(samePlace(solvers[i]->place(), oracle.place())) << "tiling " << i;
-        ASSERT_EQ(step.visited, walked);
-        ASSERT_FALSE(step.capped);
-      }
-    }
-  }
-  EXPECT_GT(moved, 4000u);
-  EXPECT_GT(farthest, 10u);
+  Walked result;
+  walkInEveryTiling(walkedShading(), 160, result);
+  EXPECT_GT(result.moved, 4000u);
+  EXPECT_GT(result.farthest, 10u);
 }
 
 TEST(ForceShading, EqualsTheLiteralOracleOnTheTilesOfTheProduct) {
-  std::vector<NamedCells> scenes = worstCases();
-  scenes.push_back({"column", randomColumn(1, 6, 300, 60.0)});
-  for (const NamedCells& scene : scenes) {
-    for (const std::uint32_t capacity : {4u, 2048u}) {
-      SCOPED_TRACE(testing::Message() << scene.name << ", capacity " << capacity);
-      const StoreGraph graph(scene.cells, capacity);
-      if (graph.owned.empty()) continue;
-      const WholeGraph whole(graph.owned, graph.store->grid());
-      const GraphView view = graph.view();
-      std::mt19937_64 random(capacity);
-      const auto solved = shading();
-      ShadingOracle oracle(whole);
-      SolverStep step;
-      const std::vector<Vector3d> probes = jumpingProbes(whole, random, 24);
-      for (std::size_t i = 0; i < probes.size(); ++i) {
-        if (i % 8 == 0) {
-          const std::size_t start = i == 0 ? graph.owned.size() - 1 : random() % graph.owned.size();
-          solved->setPlace(view.placeAt(graph.owners[start], graph.owned[start].id, 0.5));
-          oracle.setPlace(solved->place());
-        }
-        const std::uint32_t walked = oracle.advance(probes[i]);
-        tick(*solved, view, probes[i], step);
-        ASSERT_TRUE(samePlace(solved->place(), oracle.place()));
-        ASSERT_EQ(step.visited, walked);
-      }
-    }
-  }
+  Walked result;
+  walkOnTilesOfTheProduct(walkedShading(), result);
+  EXPECT_GT(result.moved, 100u);
+  EXPECT_GT(result.started_long, 0u);
+}
+
+TEST(ForceShading, LoadingWhatWasAbsentAndRepeatingGivesTheAnswerOfTheWhole) {
+  Walked result;
+  walkThroughAbsentTiles(walkedShading(), 24, {5, 100000}, result);
+  EXPECT_GT(result.frontiers, 100u);
 }
 
 TEST(ForceShading, TurnsEvenlyWhereTheClosestPointWouldStopAtACorner) {
@@ -205,44 +174,6 @@ TEST(ForceShading, WorkIsBoundedAtAHubAndRoundALoop) {
     tick(*walker, viewOf(loop, looped), 0.2 * Vector3d(x, y, z), step);
     ASSERT_LE(step.visited, kMostShadedSegments);
   }
-}
-
-TEST(ForceShading, LoadingWhatWasAbsentAndRepeatingGivesTheAnswerOfTheWhole) {
-  std::uint64_t frontiers = 0;
-  for (std::uint64_t seed = 0; seed < 24; ++seed) {
-    SCOPED_TRACE(testing::Message() << "seed " << seed);
-    std::mt19937_64 random(seed);
-    const TestGraph graph = randomGraph(random, 150, seed % 2 == 0);
-    const WholeGraph whole(graph.segments, graph.grid);
-    const TiledGraph all(graph, 8);
-    TiledGraph some(graph, 8);
-    const std::uint32_t cap = seed % 2 == 0 ? 5 : 100000;
-    const auto expected = shading(cap), actual = shading(cap);
-    const RandomStart start = randomStart(whole, random);
-    expected->setPlace(viewOf(all, graph).placeAt(all.tileOf(start.segment), start.segment, start.t));
-    actual->setPlace(expected->place());
-    SolverStep step, reference;
-    for (const Vector3d& h_W : smoothProbes(whole, random, 40)) {
-      tick(*expected, viewOf(all, graph), h_W, reference);
-      for (TileId id = 0; id < some.tile_count(); ++id) random() % 3 == 0 ? some.load(id) : some.drop(id);
-      const ProxyPlace before = actual->place();
-      for (;;) {
-        tick(*actual, viewOf(some, graph), h_W, step);
-        if (step.absent.count == 0) break;
-        frontiers += step.frontiers;
-        actual->undo();
-        ASSERT_TRUE(samePlace(actual->place(), before));
-        bool needed = false;
-        for (std::uint32_t i = 0; i < reference.touched.count; ++i)
-          needed = needed || reference.touched.ids[i] == step.absent.ids[0];
-        ASSERT_TRUE(needed);
-        for (std::uint32_t i = 0; i < step.absent.count; ++i) some.load(step.absent.ids[i]);
-      }
-      ASSERT_TRUE(samePlace(actual->place(), expected->place()));
-      ASSERT_EQ(step.visited, reference.visited);
-    }
-  }
-  EXPECT_GT(frontiers, 100u);
 }
 
 TEST(ForceShading, ProbeThatIsNotFiniteChangesNothingAndFarOnesAreFollowed) {

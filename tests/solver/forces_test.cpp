@@ -58,12 +58,12 @@ TEST(Forces, FiguresKeepTheirBounds) {
       "| method | zoom, um | completed in 15 s | mean, N | largest, N | largest rise in a tick, N | largest step, N | "
       "N s/um |\n");
   std::printf("|---|---|---|---|---|---|---|---|\n");
-  for (const SolverMethod method : {SolverMethod::basic, SolverMethod::force}) {
+  for (const SolverMethod method : kSolverMethods) {
     for (const double zoom_um : {100.0, 300.0, 1000.0}) {
       const Figures f = measure(*store, method, zoom_um);
-      std::printf("| %s | %.0f | %d of %d | %.3f | %.2f | %.3f | %.2f | %.4f |\n",
-                  method == SolverMethod::basic ? "basic" : "force", zoom_um, f.completed, kRoutes,
-                  f.force_sum_N / f.ticks, f.max_N, f.rise_N, f.step_N, f.integral_Ns / f.route_um);
+      std::printf("| %s | %.0f | %d of %d | %.3f | %.2f | %.3f | %.2f | %.4f |\n", toString(method), zoom_um,
+                  f.completed, kRoutes, f.force_sum_N / f.ticks, f.max_N, f.rise_N, f.step_N,
+                  f.integral_Ns / f.route_um);
       EXPECT_LE(f.max_N, 8 * (1 + 1e-12));
       EXPECT_LE(f.rise_N, (100 + 8 / 0.5) * 1e-3 * (1 + 1e-9));
       EXPECT_LE(f.step_N, f.max_N + (100 + 8 / 0.5) * 1e-3);

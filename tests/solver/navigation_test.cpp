@@ -247,8 +247,7 @@ TEST(Navigation, DeviceThatIsNotReadyGetsNoForceAndTheRampRestarts) {
 TEST(Navigation, UndoneAndRepeatedTickIsTheTickWithAllTiles) {
   constexpr std::uint64_t kSeed = 5;
   SCOPED_TRACE(kSeed);
-  for (const SolverMethod method :
-       {SolverMethod::basic, SolverMethod::shading, SolverMethod::force, SolverMethod::climb}) {
+  for (const SolverMethod method : kSolverMethods) {
     Scene whole({}, method, 8), part({}, method, 8);
     std::mt19937_64 random(kSeed);
     const ProxyPlace start = whole.somewhere(20);
@@ -328,9 +327,7 @@ TEST(Navigation, ExtremesGiveFiniteBoundedForces) {
     options.force.stiffness_N_m = logUniform(1e-3, 1e6);
     options.workspace.zoom_um = logUniform(1e-6, 1e6);
     options.force.ramp_s = round % 2 ? 0.0 : 0.1;
-    const SolverMethod methods[] = {SolverMethod::basic, SolverMethod::shading, SolverMethod::force,
-                                    SolverMethod::climb};
-    Scene scene(options, methods[round % 4]);
+    Scene scene(options, kSolverMethods[round % 4]);
     const double dt_s = logUniform(1e-6, 1);
     ASSERT_TRUE(scene.command(Kind::jump, scene.somewhere(static_cast<std::uint32_t>(round))));
     for (int i = 0; i < 200; ++i) {
@@ -348,8 +345,7 @@ TEST(Navigation, ExtremesGiveFiniteBoundedForces) {
 }
 
 TEST(Navigation, TickNeitherAllocatesNorLocksNorCallsTheSystem) {
-  for (const SolverMethod method :
-       {SolverMethod::basic, SolverMethod::shading, SolverMethod::force, SolverMethod::climb}) {
+  for (const SolverMethod method : kSolverMethods) {
     Scene scene({}, method, 8);
     ASSERT_TRUE(scene.command(Kind::jump, scene.somewhere(20)));
     NavigationLink link;

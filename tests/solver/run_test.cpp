@@ -69,8 +69,7 @@ RunOptions shortRun() {
 
 TEST(Run, BudgetDoesNotChangeABit) {
   const auto store = column();
-  for (const SolverMethod method :
-       {SolverMethod::basic, SolverMethod::shading, SolverMethod::force, SolverMethod::climb}) {
+  for (const SolverMethod method : kSolverMethods) {
     RunOptions options = shortRun();
     options.method = method;
     options.in_memory = true;

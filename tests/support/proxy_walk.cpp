@@ -71,18 +71,4 @@ SolverParameters livelyParameters(std::uint32_t max_visited) {
   return parameters;
 }
 
-std::string methodName(SolverMethod method) {
-  switch (method) {
-    case SolverMethod::basic:
-      return "basic";
-    case SolverMethod::shading:
-      return "shading";
-    case SolverMethod::force:
-      return "force";
-    case SolverMethod::climb:
-      return "climb";
-  }
-  return "unknown";
-}
-
 }  // namespace filiform::test

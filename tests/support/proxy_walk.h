@@ -6,7 +6,6 @@
 #include "tests/support/test_graph.h"
 
 #include <random>
-#include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -34,7 +33,5 @@ inline GraphView viewOf(const TiledGraph& tiled, const TestGraph& graph) {
 
 // Parameters under which a force-based proxy escapes often.
 SolverParameters livelyParameters(std::uint32_t max_visited);
-
-std::string methodName(SolverMethod method);
 
 }  // namespace filiform::test

@@ -27,23 +27,6 @@ using Clock = std::chrono::steady_clock;
 
 constexpr std::size_t kBatch = 1000;  // ticks
 
-constexpr SolverMethod kMethods[] = {SolverMethod::basic, SolverMethod::shading, SolverMethod::force,
-                                     SolverMethod::climb};
-
-const char* nameOf(SolverMethod method) {
-  switch (method) {
-    case SolverMethod::basic:
-      return "basic";
-    case SolverMethod::shading:
-      return "shading";
-    case SolverMethod::force:
-      return "force";
-    case SolverMethod::climb:
-      return "climb";
-  }
-  return "";
-}
-
 double nanoseconds(Clock::duration d) { return std::chrono::duration<double, std::nano>(d).count(); }
 
 // What reading the clock twice takes by itself.
@@ -372,11 +355,12 @@ BenchReport runSolver(const BenchOptions& options) {
     walks.push_back(alongThreads(scene, 12.5, 1.0, ticks / 5, options.seed));
     walks.push_back(jumps(scene, std::max(ticks / 10, kBatch), options.seed));
     for (const Walk& walk : walks) {
-      for (const SolverMethod method : kMethods) {
-        options.progress(scene.name + ", " + walk.name + ", " + nameOf(method));
+      for (const SolverMethod method : kSolverMethods) {
+        options.progress(scene.name + ", " + walk.name + ", " + toString(method));
         const TickCosts c = measure(scene, walk, method, passes, clock_ns);
-        warm.rows.push_back({scene.name, walk.name, nameOf(method), c.visited, std::int64_t{c.most_visited}, c.mean_ns,
-                             c.p50, c.p99, c.p999, c.worst, c.ratio > 0 ? BenchValue(c.literal_ns) : BenchValue("-"),
+        warm.rows.push_back({scene.name, walk.name, toString(method), c.visited, std::int64_t{c.most_visited},
+                             c.mean_ns, c.p50, c.p99, c.p999, c.worst,
+                             c.ratio > 0 ? BenchValue(c.literal_ns) : BenchValue("-"),
                              c.ratio > 0 ? BenchValue(c.ratio) : BenchValue("-")});
         if (method == SolverMethod::force && &walk == &walks.front()) {
           least_ratio = std::min(least_ratio, c.ratio);
@@ -398,12 +382,12 @@ BenchReport runSolver(const BenchOptions& options) {
                   {}};
   double worst_cold_us = 0;
   for (const Scene& scene : scenes) {
-    for (const SolverMethod method : kMethods) {
-      options.progress(scene.name + ", cold, " + nameOf(method));
+    for (const SolverMethod method : kSolverMethods) {
+      options.progress(scene.name + ", cold, " + toString(method));
       const ColdCosts c = measureCold(scene, method, options.quick ? 10 : 200, options.seed, flusher, thread_clock_ns);
       if (c.us.empty()) continue;
       const double p99 = percentile(c.us, 0.99);
-      cold.rows.push_back({scene.name, nameOf(method), static_cast<std::int64_t>(c.us.size()), percentile(c.us, 0.5),
+      cold.rows.push_back({scene.name, toString(method), static_cast<std::int64_t>(c.us.size()), percentile(c.us, 0.5),
                            p99, percentile(c.us, 1.0), percentile(c.undo_us, 1.0)});
       worst_cold_us = std::max(worst_cold_us, p99);
     }

@@ -396,18 +396,8 @@ BenchReport runStability(const BenchOptions& options) {
       {}};
   double cost = 0;
   const auto store = syntheticStore(options.quick ? 2 : 12, options.seed + 1);
-  for (const SolverMethod one :
-       {SolverMethod::basic, SolverMethod::shading, SolverMethod::force, SolverMethod::climb}) {
-    const char* name = one == SolverMethod::basic     ? "basic"
-                       : one == SolverMethod::shading ? "shading"
-                       : one == SolverMethod::force   ? "force"
-                                                      : "climb";
-    try {
-      makeProxySolver(one, parameters);
-    } catch (const UsageError&) {
-      report.notes.push_back(std::string(name) + " is not in this build");
-      continue;
-    }
+  for (const SolverMethod one : kSolverMethods) {
+    const char* name = toString(one);
     for (const double k : {200.0, 3000.0, 10000.0}) {
       std::array<RunSummary, 2> runs;
       for (const bool on : {false, true}) {
