@@ -17,6 +17,8 @@ class Folder final : public TileSource {
  public:
   explicit Folder(const std::string& path)
       : path_(path), folder_(::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
+    if (folder_ < 0 && errno == ENOTDIR)
+      throw IoError(path, "a file, and no tile set; make one of it with filiform ingest " + path + " -o NAME.fil");
     if (folder_ < 0) throw IoError(path, "cannot be opened", errno);
   }
   Folder(const Folder&) = delete;

@@ -24,11 +24,14 @@ std::string ingested(const test::TempFolder& folder, std::vector<Cell> cells, st
 TEST(TileSet, SaysThatThereIsNone) {
   const test::TempFolder folder;
   EXPECT_THROW(TileSet::open(folder / "none.fil"), IoError);
-  try {
-    TileSet::open(folder.path());
-    FAIL();
-  } catch (const IoError& error) {
-    EXPECT_NE(std::string(error.what()).find("not a tile set"), std::string::npos);
+  test::writeBytes(folder / "x.edges", "a b\n");
+  for (const std::string& path : {folder.path(), folder / "x.edges"}) {
+    try {
+      TileSet::open(path);
+      FAIL();
+    } catch (const IoError& error) {
+      EXPECT_NE(std::string(error.what()).find("filiform ingest"), std::string::npos) << error.what();
+    }
   }
 }
 
