@@ -1,8 +1,8 @@
 #include "index/partition.h"
 
 #include <algorithm>
-#include <array>
 #include <cassert>
+#include <utility>
 
 namespace filiform {
 namespace {
@@ -132,36 +132,30 @@ bool Partition::leavesMet(const Subtree& from, const GridPoint& a, const GridPoi
     }
   }
   // Beyond it a test is needed only where the segment's box touches a plane again, and the segment leaves the cell.
-  struct Visit {
-    std::uint32_t node;
-    bool whole;  // the segment lies in the cell
-    GridBox cell;
-  };
-  const auto inside = [&](const GridBox& box) {
-    return (low.array() >= box.lo.array()).all() && (high.array() <= box.hi.array()).all();
-  };
-  std::array<Visit, kMortonBits + 2> stack;
-  std::size_t depth = 0;
-  stack[depth++] = {at, inside(cell), cell};
-  while (depth > 0) {
-    const Visit visit = stack[--depth];
-    if (visit.node & kLeafBit) {
-      met.push_back(visit.node & ~kLeafBit);
-      if (met.size() > kMaxLeavesOfSegment) return false;
-      continue;
+  // One box, changed on the way down and restored on the way up: nothing is copied.
+  const auto descend = [&](const auto& self, std::uint32_t number, bool whole) -> bool {  // whole: it lies in the cell
+    if (number & kLeafBit) {
+      met.push_back(number & ~kLeafBit);
+      return met.size() <= kMaxLeavesOfSegment;
     }
-    const Node& node = nodes_[visit.node];
-    Visit lower{node.child[0], false, visit.cell}, upper{node.child[1], false, visit.cell};
-    lower.cell.hi[node.axis] = node.plane;
-    upper.cell.lo[node.axis] = node.plane;
+    const Node& node = nodes_[number];
     const bool below = low[node.axis] <= node.plane, above = high[node.axis] >= node.plane;
-    const bool sure = visit.whole || !below || !above;
-    lower.whole = visit.whole && high[node.axis] <= node.plane;
-    upper.whole = visit.whole && low[node.axis] >= node.plane;
-    if (above && (sure || segmentMeetsBox(a, b, upper.cell))) stack[depth++] = upper;
-    if (below && (sure || segmentMeetsBox(a, b, lower.cell))) stack[depth++] = lower;
-  }
-  return true;
+    const bool sure = whole || !below || !above;
+    if (below) {
+      const std::int64_t hi = std::exchange(cell.hi[node.axis], node.plane);
+      if ((sure || segmentMeetsBox(a, b, cell)) && !self(self, node.child[0], whole && high[node.axis] <= node.plane))
+        return false;
+      cell.hi[node.axis] = hi;
+    }
+    if (above) {
+      const std::int64_t lo = std::exchange(cell.lo[node.axis], node.plane);
+      if ((sure || segmentMeetsBox(a, b, cell)) && !self(self, node.child[1], whole && low[node.axis] >= node.plane))
+        return false;
+      cell.lo[node.axis] = lo;
+    }
+    return true;
+  };
+  return descend(descend, at, (low.array() >= cell.lo.array()).all() && (high.array() <= cell.hi.array()).all());
 }
 
 }  // namespace filiform

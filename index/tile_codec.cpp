@@ -41,6 +41,48 @@ std::vector<Fragment> fragmentsOf(const Tile& tile) {
   return fragments;
 }
 
+// The different radii among many, as unsigned bits. Only they are sorted: as a rule there are few.
+class RadiusTable {
+ public:
+  explicit RadiusTable(const std::vector<float>& radii_um) {
+    const int log_slots = std::bit_width(2 * radii_um.size() + 1);
+    std::vector<std::uint32_t> slots(std::size_t{1} << log_slots, kFree);
+    places_.reserve(radii_um.size());
+    for (const float radius : radii_um) {
+      const auto bits = std::bit_cast<std::uint32_t>(radius);
+      std::size_t slot = (bits * std::uint64_t{0x9E3779B97F4A7C15}) >> (64 - log_slots);
+      while (slots[slot] != kFree && sorted_[slots[slot]] != bits) slot = (slot + 1) & (slots.size() - 1);
+      if (slots[slot] == kFree) {
+        slots[slot] = static_cast<std::uint32_t>(sorted_.size());
+        sorted_.push_back(bits);
+      }
+      places_.push_back(slots[slot]);
+    }
+    std::vector<std::uint64_t> order;  // bits, then the place in which they were met
+    order.reserve(sorted_.size());
+    for (std::size_t place = 0; place < sorted_.size(); ++place)
+      order.push_back(std::uint64_t{sorted_[place]} << 32 | place);
+    std::sort(order.begin(), order.end());
+    ranks_.resize(order.size());
+    for (std::size_t rank = 0; rank < order.size(); ++rank) {
+      sorted_[rank] = static_cast<std::uint32_t>(order[rank] >> 32);
+      ranks_[static_cast<std::uint32_t>(order[rank])] = rank;
+    }
+  }
+  const std::vector<std::uint32_t>& sorted() const { return sorted_; }
+  std::vector<std::uint64_t> ranks() const {  // of each radius
+    std::vector<std::uint64_t> all;
+    all.reserve(places_.size());
+    for (const std::uint32_t place : places_) all.push_back(ranks_[place]);
+    return all;
+  }
+
+ private:
+  static constexpr std::uint32_t kFree = UINT32_MAX;
+  std::vector<std::uint32_t> sorted_, places_;
+  std::vector<std::uint64_t> ranks_;  // by place
+};
+
 bool onGrid(const GridPoint& p) { return (p.array() >= -kEdge).all() && (p.array() < kEdge).all(); }
 
 [[noreturn]] void rethrow(const Damage& damage, const TilePlace& place) {
@@ -196,25 +238,17 @@ std::vector<std::uint8_t> encodeAppearance(const TileAppearance& appearance) {
     out.varint(end - i - 1);
     i = end;
   }
-  std::vector<std::uint32_t> table;
-  table.reserve(n);
-  for (float radius : appearance.radii_um) table.push_back(std::bit_cast<std::uint32_t>(radius));
-  const std::vector<std::uint32_t> bits = table;
-  std::sort(table.begin(), table.end());
-  table.erase(std::unique(table.begin(), table.end()), table.end());
+  const RadiusTable radii(appearance.radii_um);
+  const std::vector<std::uint32_t>& table = radii.sorted();
   const int width = table.empty() ? 0 : internal::bitsFor(table.size() - 1);
   const bool plain = 4 * table.size() + internal::packedBytes(n, width) >= 4 * n;
   out.varint(plain ? 0 : table.size());
   if (plain) {
-    for (std::uint32_t b : bits) out.u32(b);
+    for (float radius : appearance.radii_um) out.u32(std::bit_cast<std::uint32_t>(radius));
     return out.take();
   }
   for (std::uint32_t b : table) out.u32(b);
-  std::vector<std::uint64_t> ranks;
-  ranks.reserve(n);
-  for (std::uint32_t b : bits)
-    ranks.push_back(static_cast<std::uint64_t>(std::lower_bound(table.begin(), table.end(), b) - table.begin()));
-  internal::packBits(out, ranks, width);
+  internal::packBits(out, radii.ranks(), width);
   return out.take();
 }
 

@@ -437,11 +437,11 @@ void Tiler::Impl::buildChunk(Chunk& chunk, unsigned worker, TileSink& sink) {
   if (all >= kChunkBit)
     throw InputError("more than 2^31 segments have the same midpoint: one tile would have to hold them");
   Workspace& w = workspaces[worker];
-  w.records.clear();
-  w.records.reserve(all);
+  w.records.resize(all);
+  std::size_t at_record = 0;
   for (SegmentChain* chain : {&chunk.own, &chunk.ghosts}) {
     SegmentChain::Reader reader(*chain, true);
-    for (SegmentRecord record = SegmentChain::first(); reader.next(record);) w.records.push_back(record);
+    for (SegmentRecord record = SegmentChain::first(); reader.next(record);) w.records[at_record++] = record;
   }
   chunk.own.clear();
   chunk.ghosts.clear();
