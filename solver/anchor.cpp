@@ -20,6 +20,8 @@ Anchor::Anchor(const AnchorOptions& options) : options_(options) {
     throw UsageError("the speed of the anchor must be finite and >= 0 m/s");
   if (!(options.hand_share >= 0 && std::isfinite(options.hand_share)))
     throw UsageError("the anchor's share of the hand's speed must be finite and >= 0");
+  if (!(options.most_share_m_s >= 0 && std::isfinite(options.most_share_m_s)))
+    throw UsageError("the most that the anchor takes of the hand's speed must be finite and >= 0 m/s");
 }
 
 void Anchor::reset() noexcept {
@@ -37,8 +39,9 @@ const Vector3d& Anchor::follow(const Vector3d& moved_D, const Vector3d& h_D, dou
   }
   offset_D_ -= moved_D;
   const double length = offset_D_.stableNorm();
-  const double step = (options_.speed_m_s + options_.hand_share * v_D_.stableNorm()) * dt;
-  if (!std::isfinite(length) || !std::isfinite(step)) {
+  const double share_m_s = options_.hand_share * v_D_.stableNorm();
+  const double step = (options_.speed_m_s + std::min(share_m_s, options_.most_share_m_s)) * dt;
+  if (!std::isfinite(length) || !std::isfinite(share_m_s) || !std::isfinite(step)) {
     reset();
   } else if (length <= step) {
     offset_D_.setZero();

@@ -5,7 +5,7 @@
 // unchanged. Once a tick, with the proxy moved by `moved_D` and the hand at h_D:
 //
 //   offset -= moved_D                                      the anchor stays where it was in the world
-//   step = (speed + hand_share |v_h|) dt                   v_h: the hand's velocity, low pass of 5 ms
+//   step = (speed + min(hand_share |v_h|, most_share)) dt  v_h: the hand's velocity, low pass of 5 ms
 //   offset = 0 if |offset| <= step, else offset shortened by step
 //
 // Invariants (each a test), x = p + offset:
@@ -27,6 +27,9 @@ namespace filiform {
 struct AnchorOptions {
   double speed_m_s = 0.10;  // >= 0: of a hand at rest. 0.02 to 0.2 feel alike
   double hand_share = 1.0;  // >= 0: of the hand's own speed, added. 0 drags when the hand moves faster than the anchor
+  // >= 0: and no more than this. A hand that slips from a full push moves at up to 1 m/s; an anchor that kept up with
+  // it would double the jerk.
+  double most_share_m_s = 0.2;
 };
 
 class Anchor {

@@ -203,6 +203,7 @@ std::vector<std::pair<std::string, std::string>> parameterDump() {
   put("climb.reset_mm", solver.climb.reset_mm);
   put("anchor.speed_m_s", AnchorOptions().speed_m_s);
   put("anchor.hand_share", AnchorOptions().hand_share);
+  put("anchor.most_share_m_s", AnchorOptions().most_share_m_s);
   put("force.gain", automaticParameters(std::vector<double>{1.0}).gain);
   dump.emplace_back("force.r_min_um", "5th percentile of the cell's segment lengths");
   dump.emplace_back("force.r_max_um", "95th percentile of the cell's segment lengths");
