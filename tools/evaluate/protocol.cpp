@@ -20,14 +20,16 @@ std::uint32_t oneIn(std::uint64_t routes, std::uint64_t wanted) {
 struct Variant {
   std::string name;
   std::function<void(TrialSetup&)> change;
+  bool in_scenes = false;  // too
 };
 
 const std::vector<Variant>& variants() {
   static const std::vector<Variant> kVariants{
       {"as in the main table", [](TrialSetup&) {}},
-      {"tremor 0 mm", [](TrialSetup& s) { s.person.tremor_rms_m = 0; }},
-      {"tremor 1 mm", [](TrialSetup& s) { s.person.tremor_rms_m = 0.001; }},
-      {"look-ahead 4 mm", [](TrialSetup& s) { s.person.lookahead_m = 0.004; }},
+      {"tremor 0 mm", [](TrialSetup& s) { s.person.tremor_rms_m = 0; }, true},
+      {"tremor 1 mm", [](TrialSetup& s) { s.person.tremor_rms_m = 0.001; }, true},
+      {"look-ahead 4 mm", [](TrialSetup& s) { s.person.lookahead_m = 0.004; }, true},
+      {"a person who tries once", [](TrialSetup& s) { s.person.tries = 1; }, true},
       {"50 N/m", [](TrialSetup& s) { s.stiffness_N_m = 50; }},
       {"500 N/m", [](TrialSetup& s) { s.stiffness_N_m = 500; }},
       {"firm hand 500 N/m", [](TrialSetup& s) { s.hand = "firm", s.stiffness_N_m = 500; }},
@@ -103,7 +105,7 @@ std::vector<Condition> sceneConditions(const ProtocolOptions& options) {
   TrialSetup other;
   other.zoom_um = kSceneZoom_um;
   for (const Variant& variant : variants()) {
-    if (variant.name != "tremor 0 mm" && variant.name != "tremor 1 mm" && variant.name != "look-ahead 4 mm") continue;
+    if (!variant.in_scenes) continue;
     setup = other;
     variant.change(setup);
     add(handVariant(setup.hand, setup.stiffness_N_m) + "; " + variant.name, setup);

@@ -22,8 +22,8 @@ struct ProtocolOptions {
 inline constexpr double kStressZoom_um = 3000;
 inline constexpr double kSceneZoom_um = 300;
 
-// Table "scenes": every hand at 50, 200 and 500 N/m; the medium one also with other tremors and look-ahead. Ten seeds
-// each.
+// Table "scenes": every hand at 50, 200 and 500 N/m; the medium one also with other tremors, look-ahead and
+// patience. Ten seeds each.
 std::vector<Condition> sceneConditions(const ProtocolOptions& options);
 // Table "main": medium and firm hand at 200 N/m, loose at 50; "stress": 3000 um; "ablation": one thing changed at a
 // time.
