@@ -3,6 +3,8 @@
 
 #include "tests/support/no_alloc_guard.h"
 
+#include "tests/support/sanitized.h"
+
 #include <cerrno>
 #include <cstdarg>
 #include <cstddef>
@@ -23,17 +25,6 @@
 #include <sys/wait.h>
 #include <time.h>
 #include <unistd.h>
-
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#define FILIFORM_UNDER_SANITIZER 1
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer) || __has_feature(memory_sanitizer)
-#define FILIFORM_UNDER_SANITIZER 1
-#endif
-#endif
-#ifndef FILIFORM_UNDER_SANITIZER
-#define FILIFORM_UNDER_SANITIZER 0
-#endif
 
 namespace {
 

@@ -1,0 +1,19 @@
+// Is this test instrumented? Then it is many times slower, and may look at a sample of what the plain one sees whole.
+#pragma once
+
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#define FILIFORM_UNDER_SANITIZER 1
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer) || __has_feature(memory_sanitizer)
+#define FILIFORM_UNDER_SANITIZER 1
+#endif
+#endif
+#ifndef FILIFORM_UNDER_SANITIZER
+#define FILIFORM_UNDER_SANITIZER 0
+#endif
+
+namespace filiform::test {
+
+inline constexpr bool kSanitized = FILIFORM_UNDER_SANITIZER;
+
+}  // namespace filiform::test
