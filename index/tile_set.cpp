@@ -90,8 +90,11 @@ void TileSet::Impl::openManifest() {
 void TileSet::Impl::openDirectory() {
   const SetFile& f = file(internal::kDirectoryFile);
   const std::string name = describe(f.name);
-  const Bytes bytes = read(f.name, 0, f.bytes);
-  directory = decoded(name, 0, [&] { return internal::decodeDirectory(bytes); });
+  directory = decoded(name, 0, [&] {
+    return internal::decodeDirectory(f.bytes, [&](std::uint64_t offset, std::span<std::uint8_t> bytes) {
+      source->read(key(f.name), offset, bytes);
+    });
+  });
   std::vector<std::uint64_t> pack_bytes;
   for (auto found = files.find(internal::packFile(0)); found != files.end();
        found = files.find(internal::packFile(static_cast<std::uint32_t>(pack_bytes.size())))) {
@@ -115,6 +118,7 @@ void TileSet::Impl::openDirectory() {
       directory.capacity != manifest.capacity || directory.grid.exponent() != manifest.grid.exponent())
     throw CorruptSet(name, 0, "contradicts the manifest");
   std::vector<CellKey> keys;
+  keys.reserve(directory.entries.size());
   for (std::size_t t = 0; t < directory.entries.size(); ++t)
     if (t != directory.long_tile) keys.push_back(directory.entries[t].key);
   leaves = LeafIndex(std::move(keys));

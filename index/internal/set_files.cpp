@@ -174,8 +174,10 @@ Bytes encodeDirectory(const Directory& directory) {
   return root.take();
 }
 
-Directory decodeDirectory(ByteSpan bytes) {
-  ByteReader in(bytes);
+Directory decodeDirectory(std::uint64_t file_bytes, const ReadPart& read) {
+  Bytes root(std::min<std::uint64_t>(file_bytes, kMaxRootBytes));
+  read(0, root);
+  ByteReader in(root);
   checkMagic(in, kDirectoryMagic);
   const std::uint32_t per_page = in.u32(), tiles = in.u32(), pages = in.u32();
   Directory directory;
@@ -186,17 +188,17 @@ Directory decodeDirectory(ByteSpan bytes) {
   directory.grid = Grid(exponent);
   in.require(in.u32() == 0, "a reserved field is not zero");
   in.require(per_page == tilesPerPage(tiles) && pages == (std::uint64_t{tiles} + per_page - 1) / per_page &&
-                 bytes.size() == rootBytes(pages) + std::uint64_t{tiles} * kEntryBytes,
+                 file_bytes == rootBytes(pages) + std::uint64_t{tiles} * kEntryBytes,
              "the number of tiles does not fit the file");
   const std::uint64_t stated = in.u64();
-  Bytes root(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(rootBytes(pages)));
   std::fill_n(root.begin() + kRootChecksumAt, 8, std::uint8_t{0});
-  if (checksum(root) != stated) throw Damage{0, "the root page's checksum is wrong"};
+  if (checksum(ByteSpan(root).first(rootBytes(pages))) != stated) throw Damage{0, "the root page's checksum is wrong"};
   in.require(directory.long_tile == kNoTile || directory.long_tile + 1 == tiles,
              "the long-segment tile is not the last");
 
-  directory.entries.resize(tiles);
-  directory.locations.resize(tiles);
+  directory.entries.reserve(tiles);
+  directory.locations.reserve(tiles);
+  Bytes body;
   for (std::uint32_t page = 0; page < pages; ++page) {
     const std::uint32_t begin = page * per_page,
                         end =
@@ -204,11 +206,13 @@ Directory decodeDirectory(ByteSpan bytes) {
     in.key();
     in.box();
     const std::uint64_t page_checksum = in.u64(), at = rootBytes(pages) + std::uint64_t{begin} * kEntryBytes;
-    const ByteSpan body = bytes.subspan(at, (end - begin) * kEntryBytes);
+    body.resize((end - begin) * kEntryBytes);
+    read(at, body);
     if (checksum(body) != page_checksum) throw Damage{at, "page " + std::to_string(page) + "'s checksum is wrong"};
     ByteReader entries(body);
     try {
-      for (std::uint32_t t = begin; t < end; ++t) readEntry(entries, directory.entries[t], directory.locations[t]);
+      for (std::uint32_t t = begin; t < end; ++t)
+        readEntry(entries, directory.entries.emplace_back(), directory.locations.emplace_back());
     } catch (const Damage& damage) {
       throw Damage{at + damage.offset, damage.what};
     }

@@ -40,7 +40,10 @@ struct Directory {
   std::vector<TileLocation> locations;
 };
 Bytes encodeDirectory(const Directory& directory);
-Directory decodeDirectory(ByteSpan bytes);  // checks every page and the order of the leaves
+// Checks every page and the order of the leaves. Reads page after page, so that it needs no memory beside the result;
+// `read` throws what it likes.
+using ReadPart = std::function<void(std::uint64_t offset, std::span<std::uint8_t> bytes)>;
+Directory decodeDirectory(std::uint64_t file_bytes, const ReadPart& read);
 
 struct DetailPlace {
   std::uint64_t offset, bytes, checksum;
