@@ -1,6 +1,7 @@
 #include "index/sample_hint.h"
 
 #include <algorithm>
+#include <atomic>
 #include <limits>
 #include <mutex>
 #include <numeric>
@@ -15,6 +16,8 @@ namespace {
 
 // FLANN inserts results one by one into a sorted array; beyond this a scan of all samples is cheaper.
 constexpr std::size_t kMaxFromTree = 1024;
+// The first few searches go without a bound: they open hardly more tiles, and the tree takes longer than that.
+constexpr unsigned kUnaided = 8;
 
 }  // namespace
 
@@ -24,6 +27,8 @@ struct SampleHint::Impl {
   const TileStore& store;
   const Grid grid;
   std::once_flag built;
+  std::atomic<bool> is_built{false};
+  std::atomic<unsigned> unaided{0};
   const SamplePoints* samples = nullptr;
   std::unique_ptr<Tree> tree;  // null for an empty set
 
@@ -44,6 +49,7 @@ struct SampleHint::Impl {
           std::make_unique<Tree>(flann::Matrix<double>(points.data(), n, 3), flann::KDTreeSingleIndexParams(10, true));
       tree->buildIndex();
     });
+    is_built.store(true, std::memory_order_relaxed);
   }
 
   // The nearest sample of each segment, nearest first.
@@ -101,6 +107,9 @@ std::vector<SampleHint::Guess> SampleHint::nearest(const Vector3d& h_W, std::siz
 }
 
 double SampleHint::squaredBound(const Vector3d& h_W, std::size_t k) const {
+  if (!impl_->is_built.load(std::memory_order_relaxed) &&
+      impl_->unaided.fetch_add(1, std::memory_order_relaxed) < kUnaided)
+    return std::numeric_limits<double>::infinity();
   impl_->build();
   if (k > impl_->samples->points.size()) return std::numeric_limits<double>::infinity();
   const std::vector<Guess> guesses = impl_->fromTree(h_W, k);

@@ -34,6 +34,7 @@ class SampleHint {
 
   // A squared distance, um^2, within which k distinct segments surely lie,
   // rounding included; infinity where the samples do not tell cheaply.
+  // The first few calls answer infinity, if the tree is not there yet: a first jump does not wait for it.
   double squaredBound(const Vector3d& h_W, std::size_t k) const;
 
   double covering_radius_um() const;

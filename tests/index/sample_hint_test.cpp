@@ -96,6 +96,17 @@ TEST(SampleHint, BoundHoldsAndTheFirstIsWithinTheCoveringRadius) {
   }
 }
 
+TEST(SampleHint, FirstSearchesAreNotMadeToWaitForATree) {
+  const auto store = build(test::randomColumn(1, 2, 100, 50));
+  const test::CountingStore counted(*store, 50);
+  const SampleHint hint(counted);
+  int unaided = 0;
+  while (unaided < 100 && std::isinf(hint.squaredBound(Vector3d::Zero(), 1))) ++unaided;
+  EXPECT_GT(unaided, 0);
+  EXPECT_LT(unaided, 20);
+  EXPECT_EQ(counted.samplesRead(), 1u);
+}
+
 TEST(SampleHint, BuildsNothingBeforeTheFirstQuestion) {
   const auto store = build(test::randomColumn(1, 2, 100, 50));
   const test::CountingStore counted(*store, 50);
