@@ -5,6 +5,8 @@
 
 #include "index/grid.h"
 
+#include <algorithm>
+
 namespace filiform {
 
 struct ClosestPoint {
@@ -30,6 +32,46 @@ struct ClosestPoint {
                                                         const Vector3d& h_W) noexcept {
   const Vector3d d_W = parent_W - child_W;
   return closestPoint(child_W, parent_W, d_W, d_W.squaredNorm(), h_W);
+}
+
+struct ClosestApproach {
+  double along;             // from the ray's origin, in lengths of its direction, >= 0
+  double t;                 // on the segment: 0 at the child, 1 at the parent
+  Vector3d p_W;             // on the segment
+  double squared_distance;  // um^2, between the two points
+};
+
+// Where a segment and the ray origin + along * direction, along >= 0, come closest; of many such places, as on
+// parallels, the first along the ray up to rounding. Requires a unit direction and finite arguments. O(1). (Ericson,
+// Real-Time Collision Detection, 5.1.9, with one end open.)
+inline ClosestApproach closestApproach(const Vector3d& child_W, const Vector3d& parent_W, const Vector3d& origin_W,
+                                       const Vector3d& direction) noexcept {
+  const Vector3d d = parent_W - child_W, r = child_W - origin_W;
+  const double a = d.squaredNorm(), b = d.dot(direction), c = d.dot(r), f = direction.dot(r);
+  // |r + t d - along direction|^2 over t in [0, 1]; along follows from t as f + t b, not below 0.
+  const auto at = [&](double t) {
+    const Vector3d p_W = t == 0.0 ? child_W : t == 1.0 ? parent_W : Vector3d(child_W + t * d);
+    const double along = std::max(0.0, direction.dot(p_W - origin_W));
+    return ClosestApproach{along, t, p_W, (origin_W + along * direction - p_W).squaredNorm()};
+  };
+  ClosestApproach best = at(0.0);
+  const auto offer = [&](double t) {
+    const ClosestApproach other = at(t);
+    if (other.squared_distance < best.squared_distance ||
+        (other.squared_distance == best.squared_distance && other.along < best.along))
+      best = other;
+  };
+  offer(1.0);
+  const double e = a - b * b;  // > 0 unless parallel
+  if (e > 0.0) {
+    const double t = (b * f - c) / e;
+    if (t > 0.0 && t < 1.0) offer(t);
+  }
+  if (a > 0.0) {  // the segment's nearest point to the origin, where the ray begins
+    const double t = -c / a;
+    if (t > 0.0 && t < 1.0) offer(t);
+  }
+  return best;
 }
 
 }  // namespace filiform

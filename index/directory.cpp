@@ -49,8 +49,7 @@ struct Directory::Impl {
   TileId pageEnd(std::uint32_t number) const { return std::min(store.tile_count(), (number + 1) * kPageTiles); }
   bool listed(TileId tile) const { return tile != store.long_tile() && !store.entry(tile).content.empty(); }
 
-  // Cells are closed sets of grid points: what lies between two neighbouring
-  // cells is within a quantum of both.
+  // Cells are closed sets of grid points: what lies between two neighbouring cells is within a quantum of both.
   WorldBox box(TileId tile) const {
     const GridBox& content = store.entry(tile).content;
     const Vector3d quantum = Vector3d::Constant(grid.quantum_um());
@@ -118,6 +117,22 @@ std::vector<Directory::Hit> Directory::within(const Vector3d& h_W, double square
   return hits;
 }
 
+std::vector<std::pair<TileId, WorldBox>> Directory::meeting(const Region& region) const {
+  impl_->open();
+  std::vector<std::pair<TileId, WorldBox>> hits;
+  if (impl_->scanned) {
+    for (const auto& [tile, box] : impl_->boxes)
+      if (region.mayMeet(box)) hits.emplace_back(tile, box);
+  } else {
+    impl_->pages->collect(region, [&](std::uint32_t item) {
+      const Impl::Page& page = impl_->enter(item);
+      page.tree->collect(region, [&](std::uint32_t i) { hits.emplace_back(page.tiles[i], impl_->box(page.tiles[i])); });
+    });
+  }
+  std::sort(hits.begin(), hits.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  return hits;
+}
+
 bool Directory::isOutside(const Vector3d& h_W) const {
   impl_->open();
   return !((h_W.array() >= impl_->bounds.lo_W.array()).all() && (h_W.array() <= impl_->bounds.hi_W.array()).all());
@@ -131,8 +146,7 @@ struct Directory::Walk::State {
     const Impl::Page* page;
     TileId tile;
 
-    // At equal distance everything is opened before a tile is given, so that
-    // ties come in the order of ids.
+    // At equal distance everything is opened before a tile is given, so that ties come in the order of ids.
     bool operator<(const Entry& other) const {  // as in a max-heap: "comes later"
       if (place.squared_distance != other.place.squared_distance)
         return place.squared_distance > other.place.squared_distance;

@@ -1,18 +1,17 @@
-// Where the tiles are: which of them may hold something near a point, without
-// reading any.
+// Where the tiles are: which of them may hold something near a point, without reading any.
 //
-// CGAL AABB trees over the tiles' boxes in two levels: one over pages of 4096
-// tiles, and one for each page, built when a query first enters it, so that
-// opening does not depend on the number of tiles. Sets of up to 64 tiles are
-// scanned and build no tree. Boxes are widened by one quantum and distances
-// rounded down: a tile is never missed. The long-segment tile is not in here.
-// Thread rule: internally synchronised.
+// CGAL AABB trees over the tiles' boxes in two levels: one over pages of 4096 tiles, and one for each page, built when
+// a query first enters it, so that opening does not depend on the number of tiles. Sets of up to 64 tiles are scanned
+// and build no tree. Boxes are widened by one quantum and distances rounded down: a tile is never missed. The
+// long-segment tile is not in here. Thread rule: internally synchronised.
 #pragma once
 
+#include "index/tile_engine.h"
 #include "index/tile_store.h"
 
 #include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 namespace filiform {
@@ -32,13 +31,16 @@ class Directory {
   explicit Directory(const TileStore& store);
   ~Directory();
 
-  // All tiles with content whose box lies within `squared_bound` (um^2, closed)
-  // of h, nearest first, ties by id. Requires finite h. O(log tiles + hits log
-  // hits).
+  // All tiles with content whose box lies within `squared_bound` (um^2, closed) of h, nearest first, ties by id.
+  // Requires finite h. O(log tiles + hits log hits).
   std::vector<Hit> within(const Vector3d& h_W, double squared_bound) const;
 
-  // Tiles one by one, nearest first, ties by id: for points far outside, and
-  // where no bound is known. The directory must outlive it. Thread-compatible.
+  // All tiles with content whose box may meet the region, ascending, with the box as `within` sees it. O(log tiles +
+  // hits log hits).
+  std::vector<std::pair<TileId, WorldBox>> meeting(const Region& region) const;
+
+  // Tiles one by one, nearest first, ties by id: for points far outside, and where no bound is known. The directory
+  // must outlive it. Thread-compatible.
   class Walk {
    public:
     ~Walk();

@@ -1,6 +1,5 @@
 #include "index/reference_tree.h"
 
-#include "index/errors.h"
 #include "index/internal/box_tree.h"
 
 #include <utility>
@@ -29,6 +28,10 @@ class ReferenceTree : public TileEngine {
         });
   }
 
+  void collect(const Region& region, std::vector<std::uint32_t>& segments) const override {
+    tree_.collect(region, [&](std::uint32_t s) { segments.push_back(s); });
+  }
+
   std::size_t bytes() const override { return sizeof *this + tree_.bytes(); }
 
  private:
@@ -40,15 +43,6 @@ class ReferenceTree : public TileEngine {
 
 std::unique_ptr<TileEngine> makeReferenceTree(std::shared_ptr<const Tile> tile) {
   return std::make_unique<ReferenceTree>(std::move(tile));
-}
-
-void requireTileEngine(const std::string& name) {
-  if (name != "cgal") throw UsageError("search engine \"" + name + "\" is not in this build; use cgal");
-}
-
-std::unique_ptr<TileEngine> makeTileEngine(const std::string& name, std::shared_ptr<const Tile> tile) {
-  requireTileEngine(name);
-  return makeReferenceTree(std::move(tile));
 }
 
 }  // namespace filiform

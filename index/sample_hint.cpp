@@ -114,8 +114,7 @@ double SampleHint::squaredBound(const Vector3d& h_W, std::size_t k) const {
   if (k > impl_->samples->points.size()) return std::numeric_limits<double>::infinity();
   const std::vector<Guess> guesses = impl_->fromTree(h_W, k);
   if (guesses.size() < k || k == 0) return std::numeric_limits<double>::infinity();
-  // A sample lies on its segment up to rounding to the grid, and closestPoint()
-  // rounds too.
+  // A sample lies on its segment up to rounding to the grid, and closestPoint() rounds too.
   const Guess& last = guesses[k - 1];
   constexpr double kUlps = 16 * std::numeric_limits<double>::epsilon();
   const double bound =

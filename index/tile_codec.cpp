@@ -2,44 +2,23 @@
 
 #include "index/errors.h"
 #include "index/internal/bytes.h"
+#include "index/internal/run_order.h"
 
 #include <algorithm>
 #include <array>
 #include <bit>
 
 namespace filiform {
-namespace {
 
 using internal::ByteReader;
 using internal::ByteWriter;
 using internal::Damage;
 
+namespace {
+
 constexpr std::size_t kBlock = 32;
 constexpr std::int64_t kEdge = std::int64_t{1} << (kMortonAxisBits - 1);
-
-// A run of consecutive samples of one cell, each the child of the one before; the first hangs on `parent`.
-struct Fragment {
-  std::uint32_t cell, first_child, parent, begin, count;  // begin: among the tile's segments
-};
-
-std::vector<Fragment> fragmentsOf(const Tile& tile) {
-  std::vector<Fragment> fragments;
-  for (std::uint32_t s = 0; s < tile.segment_count(); ++s) {
-    const NodeId child = tile.nodeId(tile.child(s)), parent = tile.nodeId(tile.parent(s));
-    if (tile.segmentId(s).segment != child.sample)
-      throw InputError("a segment that is not named after its child cannot be written in format version 1");
-    if (!fragments.empty()) {
-      Fragment& last = fragments.back();
-      const std::uint32_t before = last.first_child + last.count - 1;
-      if (last.cell == child.cell && parent.sample == before && child.sample == before + 1) {
-        ++last.count;
-        continue;
-      }
-    }
-    fragments.push_back({child.cell, child.sample, parent.sample, s, 1});
-  }
-  return fragments;
-}
+constexpr std::uint8_t kGraph = 1;  // flag: fragments state their first samples, and may be loose
 
 // The different radii among many, as unsigned bits. Only they are sorted: as a rule there are few.
 class RadiusTable {
@@ -89,48 +68,131 @@ bool onGrid(const GridPoint& p) { return (p.array() >= -kEdge).all() && (p.array
   throw CorruptTile(place.tile, place.file, place.offset + damage.offset, damage.what);
 }
 
+// How a fragment begins.
+enum Kind : std::uint32_t {
+  kLead = 0,    // its first parent is the sample before, placed just before its first child
+  kLinked = 1,  // its first parent is another node
+  kSelf = 2,    // its first parent is its first child: an isolated sample
+  kLoose = 3,   // graphs: one segment between nodes that are placed elsewhere
+};
+
+std::int64_t difference(std::uint32_t a, std::uint32_t b) { return std::int64_t{a} - std::int64_t{b}; }
+
+// A sum that must be an index below `limit`.
+std::uint32_t shifted(const ByteReader& in, std::uint32_t from, std::uint64_t zigzagged, std::uint64_t limit,
+                      const char* what) {
+  const std::int64_t step = internal::unzigzag(zigzagged);
+  in.require(step >= -std::int64_t{UINT32_MAX} && step <= std::int64_t{UINT32_MAX}, what);
+  const std::int64_t at = std::int64_t{from} - step;
+  in.require(at >= 0 && static_cast<std::uint64_t>(at) < limit, what);
+  return static_cast<std::uint32_t>(at);
+}
+
 }  // namespace
 
-std::vector<std::uint8_t> encodeTile(const Tile& tile) {
-  const std::vector<Fragment> fragments = fragmentsOf(tile);
+class TileCodec {
+ public:
+  static std::vector<std::uint8_t> encode(const Tile& tile);
+  static Tile decode(ByteReader& in, const TilePlace& place, const Grid& grid);
+
+ private:
+  static Kind kindOf(const Tile& tile, std::uint32_t f) {
+    const Tile::Fragment& fragment = tile.fragments_[f];
+    if (!tile.places(f)) return kLoose;
+    if (fragment.parent_node == fragment.child_node) return kSelf;
+    return tile.hasLead(f) ? kLead : kLinked;
+  }
+  static std::uint32_t straysBegin(const Tile& tile) {
+    return tile.node_count_ - static_cast<std::uint32_t>(tile.strays_.size());
+  }
+  // Is the first child's position stated by itself? Else it is a step away from a parent that stands before it.
+  static bool standsAlone(const Tile& tile, const Tile::Fragment& f) {
+    return f.parent_node >= f.child_node && f.parent_node < straysBegin(tile);
+  }
+  // Coordinates by name: loops of three stay in memory.
+  struct Place {
+    std::uint64_t x = 0, y = 0, z = 0;
+
+    template <class Offsets>
+    void put(const Offsets& out, std::size_t node, Place& bits) const {
+      bits.x |= x, bits.y |= y, bits.z |= z;
+      out.put(node, {x, y, z});
+    }
+  };
+  template <class Offsets>
+  static void readPositions(ByteReader& in, const Tile& tile, std::span<const Kind> kinds,
+                            const std::array<int, 3>& widths, const Offsets& out);
+};
+
+std::vector<std::uint8_t> TileCodec::encode(const Tile& tile) {
+  const bool graph = !tile.first_samples_.empty() || !tile.loose_.empty();
+  const auto fragment_count = static_cast<std::uint32_t>(tile.fragments_.size());
+  GridPoint extent = GridPoint::Zero();
+  for (std::uint32_t n = 0; n < tile.node_count_; ++n) extent = extent.cwiseMax(tile.offset(n));
+  if (!onGrid(tile.origin_) || !onGrid(tile.origin_ + extent)) throw InputError("a position lies outside the grid");
+
   ByteWriter out;
-  out.varint(tile.segment_count());
-  out.varint(fragments.size());
-
-  GridBox bounds;
-  for (std::uint32_t n = 0; n < tile.node_count(); ++n) bounds.extend(tile.gridPoint(n));
-  if (tile.node_count() == 0) bounds.extend(GridPoint::Zero());
-  if (!onGrid(bounds.lo) || !onGrid(bounds.hi)) throw InputError("a position lies outside the grid");
-  out.point(bounds.lo);
-
-  std::uint32_t cell = 0, next_child = 0;
-  for (const Fragment& f : fragments) {
-    out.varint(f.cell - cell);
-    if (f.cell != cell) next_child = 0;
-    out.varint(f.first_child - next_child);
-    out.varint(internal::zigzag(std::int64_t{f.first_child} - f.parent));
-    out.varint(f.count - 1);
-    cell = f.cell;
-    next_child = f.first_child + f.count;
+  out.u8(graph ? kGraph : 0);
+  out.varint(tile.segment_count_);
+  out.varint(fragment_count);
+  out.varint(tile.strays_.size());
+  out.point(tile.origin_);
+  std::array<int, 3> widths;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    widths[axis] = internal::bitsFor(static_cast<std::uint64_t>(extent[static_cast<Eigen::Index>(axis)]));
+    out.u8(static_cast<std::uint8_t>(widths[axis]));
   }
 
-  const GridPoint extent = bounds.hi - bounds.lo;
+  std::uint32_t cell = 0, next_rank = 0, nodes = 0;
+  std::vector<std::uint32_t> stated;  // nodes whose positions are stated by themselves, in order
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> steps;  // (node, from)
+  for (std::uint32_t n = straysBegin(tile); n < tile.node_count_; ++n) stated.push_back(n);
+  for (std::uint32_t f = 0; f < fragment_count; ++f) {
+    const Tile::Fragment& fragment = tile.fragments_[f];
+    const std::uint32_t count = tile.fragmentEnd(f) - fragment.begin;
+    const Kind kind = kindOf(tile, f);
+    out.varint(4 * std::uint64_t{count - 1} + kind);
+    out.varint(fragment.cell - cell);
+    if (fragment.cell != cell) next_rank = 0;
+    out.varint(fragment.first_rank - next_rank);
+    if (graph) out.varint(internal::zigzag(difference(fragment.first_rank, tile.firstSample(f))));
+    cell = fragment.cell;
+    next_rank = fragment.first_rank + count;
+    if (kind == kLoose) {
+      out.varint(internal::zigzag(difference(nodes, fragment.child_node)));
+      out.varint(internal::zigzag(difference(nodes, fragment.parent_node)));
+      continue;
+    }
+    if (kind == kLinked) out.varint(internal::zigzag(difference(fragment.child_node, fragment.parent_node)));
+    if (kind == kLead) stated.push_back(fragment.parent_node);
+    if (standsAlone(tile, fragment)) {
+      stated.push_back(fragment.child_node);
+    } else {
+      steps.emplace_back(fragment.child_node, fragment.parent_node);
+    }
+    for (std::uint32_t i = 1; i < count; ++i) steps.emplace_back(fragment.child_node + i, fragment.child_node + i - 1);
+    nodes = fragment.child_node + count;
+  }
+  NodeId next{0, 0};
+  for (const NodeId& stray : tile.strays_) {
+    out.varint(stray.cell - next.cell);
+    out.varint(stray.sample - (stray.cell == next.cell ? next.sample : 0));
+    next = {stray.cell, stray.sample + 1};
+  }
+
   std::vector<std::uint64_t> values;
-  for (int axis = 0; axis < 3; ++axis)
-    out.u8(static_cast<std::uint8_t>(internal::bitsFor(static_cast<std::uint64_t>(extent[axis]))));
-  for (int axis = 0; axis < 3; ++axis) {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
     values.clear();
-    for (const Fragment& f : fragments)
-      values.push_back(static_cast<std::uint64_t>(tile.gridPoint(tile.parent(f.begin))[axis] - bounds.lo[axis]));
-    internal::packBits(out, values, internal::bitsFor(static_cast<std::uint64_t>(extent[axis])));
+    for (const std::uint32_t n : stated)
+      values.push_back(static_cast<std::uint64_t>(tile.offset(n)[static_cast<Eigen::Index>(axis)]));
+    internal::packBits(out, values, widths[axis]);
   }
-
-  for (std::uint32_t begin = 0; begin < tile.segment_count(); begin += kBlock) {
-    const std::uint32_t n = std::min<std::uint32_t>(kBlock, tile.segment_count() - begin);
+  for (std::size_t begin = 0; begin < steps.size(); begin += kBlock) {
+    const std::size_t n = std::min(kBlock, steps.size() - begin);
     std::array<std::array<std::uint64_t, kBlock>, 3> deltas;
     std::array<std::uint64_t, 3> all{};
-    for (std::uint32_t i = 0; i < n; ++i) {
-      const GridPoint d = tile.gridPoint(tile.child(begin + i)) - tile.gridPoint(tile.parent(begin + i));
+    for (std::size_t i = 0; i < n; ++i) {
+      const GridPoint d = tile.offset(steps[begin + i].first) - tile.offset(steps[begin + i].second);
       for (std::size_t axis = 0; axis < 3; ++axis)
         all[axis] |= deltas[axis][i] = internal::zigzag(d[static_cast<Eigen::Index>(axis)]);
     }
@@ -140,88 +202,229 @@ std::vector<std::uint8_t> encodeTile(const Tile& tile) {
   }
 
   values.clear();
-  for (std::uint32_t s = 0; s < tile.segment_count(); ++s) values.push_back(tile.owned(s));
+  for (std::uint32_t s = 0; s < tile.segment_count_; ++s) values.push_back(tile.owned(s));
   internal::packBits(out, values, 1);
+
+  std::vector<SegmentRun> canonical;
+  for (std::uint32_t f = 0; f < fragment_count; ++f)
+    internal::appendRuns(tile.fragments_[f].begin, tile.fragmentEnd(f) - tile.fragments_[f].begin, canonical);
+  values.clear();
+  for (const SegmentRun run : tile.runs_)
+    values.push_back(static_cast<std::uint64_t>(
+        std::lower_bound(canonical.begin(), canonical.end(), run,
+                         [](SegmentRun a, SegmentRun b) { return a.begin_and_count < b.begin_and_count; }) -
+        canonical.begin()));
+  internal::packBits(out, values, canonical.empty() ? 0 : internal::bitsFor(canonical.size() - 1));
   return out.take();
 }
+
+template <class Offsets>
+void TileCodec::readPositions(ByteReader& in, const Tile& tile, std::span<const Kind> kinds,
+                              const std::array<int, 3>& widths, const Offsets& out) {
+  std::size_t alone = tile.strays_.size(), steps = 0;
+  for (std::uint32_t f = 0; f < kinds.size(); ++f) {
+    if (kinds[f] == kLoose) continue;
+    const bool first = standsAlone(tile, tile.fragments_[f]);
+    alone += (kinds[f] == kLead ? 1 : 0) + (first ? 1 : 0);
+    steps += tile.fragmentEnd(f) - tile.fragments_[f].begin - (first ? 1 : 0);
+  }
+  std::array<std::vector<std::uint64_t>, 3> stated;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    in.require(internal::packedBytes(alone, widths[axis]) <= in.left(), "the bytes end too early");
+    stated[axis].resize(alone);
+    internal::unpackBits(in, stated[axis], widths[axis]);
+  }
+
+  std::size_t next_stated = 0;
+  Place p, all;  // the place reached; the bits of all coordinates
+  const auto putStated = [&](std::uint32_t node) {
+    p = {stated[0][next_stated], stated[1][next_stated], stated[2][next_stated]};
+    ++next_stated;
+    p.put(out, node, all);
+  };
+  for (std::uint32_t node = straysBegin(tile); node < tile.node_count_; ++node) putStated(node);
+
+  std::array<std::array<std::uint64_t, kBlock>, 3> deltas;
+  std::size_t at = 0, block_end = 0;  // in the block of steps
+  const auto putSteps = [&](std::uint32_t node, std::uint32_t end) {
+    while (node < end) {
+      if (at == block_end) {
+        block_end = std::min(kBlock, steps);
+        std::array<int, 3> block_widths;
+        for (int& width : block_widths) width = in.u8();
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          in.require(block_widths[axis] <= kMortonAxisBits + 1, "a step is too wide");
+          internal::unpackBits(in, std::span(deltas[axis]).first(block_end), block_widths[axis]);
+        }
+        steps -= block_end;
+        at = 0;
+      }
+      Place here = p, bits = all;
+      for (const std::size_t stop = at + std::min<std::size_t>(block_end - at, end - node); at < stop; ++at) {
+        here.x += static_cast<std::uint64_t>(internal::unzigzag(deltas[0][at]));
+        here.y += static_cast<std::uint64_t>(internal::unzigzag(deltas[1][at]));
+        here.z += static_cast<std::uint64_t>(internal::unzigzag(deltas[2][at]));
+        here.put(out, node++, bits);
+      }
+      p = here;
+      all = bits;
+    }
+  };
+  for (std::uint32_t f = 0; f < kinds.size(); ++f) {
+    if (kinds[f] == kLoose) continue;
+    const Tile::Fragment& fragment = tile.fragments_[f];
+    const std::uint32_t end = fragment.child_node + (tile.fragmentEnd(f) - fragment.begin);
+    if (kinds[f] == kLead) putStated(fragment.parent_node);
+    if (standsAlone(tile, fragment)) {
+      putStated(fragment.child_node);
+      putSteps(fragment.child_node + 1, end);
+      continue;
+    }
+    if (kinds[f] == kLinked) {
+      const Tile::Offset from = out.get(fragment.parent_node);
+      p = {from[0], from[1], from[2]};
+    }
+    putSteps(fragment.child_node, end);
+  }
+  const std::array<std::uint64_t, 3> bits{all.x, all.y, all.z};
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    in.require(internal::bitsFor(bits[axis]) <= widths[axis], "a position lies outside the tile");
+}
+
+Tile TileCodec::decode(ByteReader& in, const TilePlace& place, const Grid& grid) {
+  const std::uint8_t flags = in.u8();
+  in.require((flags & ~kGraph) == 0, "an unknown flag");
+  const bool graph = (flags & kGraph) != 0;
+  const std::uint32_t count = in.varint32(), fragment_count = in.varint32(), stray_count = in.varint32();
+  // Each segment has a bit of its own, each fragment three bytes, each stray two.
+  in.require(count <= Tile::kMaxSegments && count / 8 <= in.left() && fragment_count / 3 <= in.left() &&
+                 stray_count / 2 <= in.left(),
+             "more segments than there are bytes");
+  Tile tile(place.tile, place.key, place.is_long, grid);
+  tile.segment_count_ = count;
+  tile.origin_ = in.point();
+  in.require(onGrid(tile.origin_), "the origin lies outside the grid");
+  std::array<int, 3> widths;
+  for (int& width : widths) {
+    width = in.u8();
+    in.require(width <= kMortonAxisBits, "a position is too wide");
+  }
+
+  std::vector<Kind> kinds;
+  std::vector<std::uint32_t> strips;
+  kinds.reserve(fragment_count);
+  strips.reserve(fragment_count);
+  tile.fragments_.reserve(fragment_count);
+  if (graph) tile.first_samples_.reserve(fragment_count);
+  struct Ends {
+    std::uint32_t fragment;
+    std::uint64_t child, parent;
+  };
+  std::vector<Ends> ends;  // known when all nodes are counted
+  std::uint32_t cell = 0, at = 0, nodes = 0;
+  std::uint64_t next_rank = 0, next_sample = 0;
+  bool named = true;
+  for (std::uint32_t f = 0; f < fragment_count; ++f) {
+    const std::uint64_t head = in.varint();
+    const auto kind = static_cast<Kind>(head % 4);
+    const std::uint64_t n = head / 4 + 1;
+    const std::uint32_t cell_step = in.varint32();
+    in.require(cell_step <= UINT32_MAX - 1 - cell, "a cell number is too large");
+    cell += cell_step;
+    if (cell_step != 0) next_rank = next_sample = 0;
+    const std::uint64_t rank = next_rank + in.varint32();
+    in.require(n <= count - at && rank + n <= UINT32_MAX && (kind != kLoose || (graph && n == 1)),
+               "a fragment is too long");
+    next_rank = rank + n;
+    const auto first_rank = static_cast<std::uint32_t>(rank);
+    std::uint64_t sample = rank;
+    if (graph) {
+      sample = shifted(in, first_rank, in.varint(), UINT32_MAX, "a sample does not exist");
+      in.require(sample + n <= UINT32_MAX, "a sample does not exist");
+      tile.first_samples_.push_back(static_cast<std::uint32_t>(sample));
+      named = named && sample == rank;
+    }
+    kinds.push_back(kind);
+    if (kind == kLoose) {
+      const std::uint64_t child = in.varint();
+      ends.push_back({f, child, in.varint()});
+      tile.fragments_.push_back({cell, first_rank, at, nodes, nodes});
+      if (tile.loose_.empty()) tile.loose_.assign((fragment_count + 31) / 32, 0);
+      tile.loose_[f / 32] |= 1u << (f % 32);
+      ++at;
+      continue;
+    }
+    strips.push_back(nodes);
+    if (kind == kLead) {
+      in.require(sample > next_sample || (graph && sample > 0), "a parent does not exist");
+      ++nodes;
+    }
+    tile.fragments_.push_back({cell, first_rank, at, nodes, kind == kLead ? nodes - 1 : nodes});
+    if (kind == kLinked) ends.push_back({f, 0, in.varint()});
+    next_sample = sample + n;
+    at += static_cast<std::uint32_t>(n);
+    nodes += static_cast<std::uint32_t>(n);
+  }
+  in.require(at == count, "the fragments do not add up");
+  in.require(!graph || !named || !tile.loose_.empty(), "a graph's flag without need");
+  if (named) tile.first_samples_.clear();
+
+  tile.node_count_ = nodes + stray_count;
+  for (const Ends& e : ends) {
+    Tile::Fragment& fragment = tile.fragments_[e.fragment];
+    const std::uint32_t from = fragment.child_node;  // of a loose one: the nodes placed so far
+    if (kinds[e.fragment] == kLoose)
+      fragment.child_node = shifted(in, from, e.child, tile.node_count_, "a node does not exist");
+    fragment.parent_node = shifted(in, from, e.parent, tile.node_count_, "a node does not exist");
+    in.require(kinds[e.fragment] == kLoose || fragment.parent_node != fragment.child_node,
+               "a sample is its own parent");
+  }
+  NodeId next{0, 0};
+  tile.strays_.reserve(stray_count);
+  for (std::uint32_t i = 0; i < stray_count; ++i) {
+    const std::uint32_t step = in.varint32();
+    in.require(step <= UINT32_MAX - 1 - next.cell, "a cell number is too large");
+    const std::uint64_t sample = std::uint64_t{step == 0 ? next.sample : 0} + in.varint32();
+    in.require(sample < UINT32_MAX, "a sample does not exist");
+    tile.strays_.push_back({next.cell + step, static_cast<std::uint32_t>(sample)});
+    next = {next.cell + step, static_cast<std::uint32_t>(sample + 1)};
+  }
+
+  tile.offset_bits_ = *std::max_element(widths.begin(), widths.end());
+  tile.fillOffsets([&](const auto& offsets) { readPositions(in, tile, kinds, widths, offsets); });
+  for (int axis = 0; axis < 3; ++axis) {
+    const std::int64_t last = tile.origin_[axis] + (std::int64_t{1} << widths[static_cast<std::size_t>(axis)]) - 1;
+    if (last < kEdge) continue;
+    for (std::uint32_t n = 0; n < tile.node_count_; ++n)
+      in.require(onGrid(tile.gridPoint(n)), "a position lies outside the grid");
+  }
+
+  const internal::ByteSpan owned = in.take(internal::packedBytes(count, 1));
+  in.require(count % 8 == 0 || owned.back() >> (count % 8) == 0, "bits beyond the last segment");
+
+  std::vector<SegmentRun> canonical;
+  canonical.reserve(fragment_count + count / internal::kRunSegments);
+  for (std::uint32_t f = 0; f < fragment_count; ++f)
+    internal::appendRuns(tile.fragments_[f].begin, tile.fragmentEnd(f) - tile.fragments_[f].begin, canonical);
+  std::vector<std::uint64_t> order(canonical.size());
+  internal::unpackBits(in, order, canonical.empty() ? 0 : internal::bitsFor(canonical.size() - 1));
+  tile.runs_.reserve(canonical.size());
+  for (const std::uint64_t r : order) {
+    in.require(r < canonical.size() && canonical[r].begin_and_count != UINT32_MAX, "a run of segments is missing");
+    tile.runs_.push_back(canonical[r]);
+    canonical[r].begin_and_count = UINT32_MAX;
+  }
+  in.require(in.left() == 0, "bytes beyond the end of the tile");
+  tile.index(owned, strips);
+  return tile;
+}
+
+std::vector<std::uint8_t> encodeTile(const Tile& tile) { return TileCodec::encode(tile); }
 
 Tile decodeTile(std::span<const std::uint8_t> bytes, const TilePlace& place, const Grid& grid) {
   try {
     ByteReader in(bytes);
-    const std::uint32_t count = in.varint32(), fragment_count = in.varint32();
-    // Each segment has a bit of its own, each fragment four bytes.
-    in.require(count / 8 <= in.left() && fragment_count / 4 <= in.left(), "more segments than there are bytes");
-    const GridPoint origin = in.point();
-    in.require(onGrid(origin), "the origin lies outside the grid");
-
-    std::vector<StoredSegment> segments(count);
-    std::vector<std::uint32_t> begins;
-    begins.reserve(fragment_count);
-    std::uint32_t cell = 0, at = 0;
-    std::uint64_t next_child = 0;
-    for (std::uint32_t f = 0; f < fragment_count; ++f) {
-      const std::uint32_t cell_step = in.varint32();
-      in.require(cell_step <= UINT32_MAX - 1 - cell, "a cell number is too large");
-      cell += cell_step;
-      if (cell_step != 0) next_child = 0;
-      const std::uint64_t first = next_child + in.varint32();
-      const std::uint64_t step_back = in.varint();
-      const std::uint64_t n = std::uint64_t{in.varint32()} + 1;
-      in.require(n <= count - at && first + n <= UINT32_MAX, "a fragment is too long");
-      const std::int64_t back = internal::unzigzag(step_back);
-      in.require(back <= static_cast<std::int64_t>(first) &&
-                     back > static_cast<std::int64_t>(first) - std::int64_t{UINT32_MAX},
-                 "a parent does not exist");
-      next_child = first + n;
-      begins.push_back(at);
-      auto parent = static_cast<std::uint32_t>(static_cast<std::int64_t>(first) - back);
-      for (auto child = static_cast<std::uint32_t>(first); child < next_child; ++child, ++at) {
-        segments[at] = {{cell, child}, child, parent, GridPoint::Zero(), GridPoint::Zero(), false};
-        parent = child;
-      }
-    }
-    in.require(at == count, "the fragments do not add up");
-
-    std::array<int, 3> widths;
-    for (int& width : widths) width = in.u8();
-    std::vector<std::uint64_t> values(fragment_count);
-    for (int axis = 0; axis < 3; ++axis) {
-      in.require(widths[static_cast<std::size_t>(axis)] <= kMortonAxisBits, "a position is too wide");
-      internal::unpackBits(in, values, widths[static_cast<std::size_t>(axis)]);
-      for (std::uint32_t f = 0; f < fragment_count; ++f)
-        segments[begins[f]].parent[axis] = origin[axis] + static_cast<std::int64_t>(values[f]);
-    }
-
-    std::size_t fragment = 0;
-    GridPoint p = GridPoint::Zero();
-    for (std::uint32_t begin = 0; begin < count; begin += kBlock) {
-      const std::uint32_t n = std::min<std::uint32_t>(kBlock, count - begin);
-      std::array<std::array<std::uint64_t, kBlock>, 3> deltas;
-      for (int& width : widths) width = in.u8();
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        in.require(widths[axis] <= kMortonAxisBits + 1, "a step is too wide");
-        internal::unpackBits(in, std::span(deltas[axis]).first(n), widths[axis]);
-      }
-      for (std::uint32_t i = 0; i < n; ++i) {
-        StoredSegment& s = segments[begin + i];
-        if (fragment < begins.size() && begins[fragment] == begin + i) {
-          p = s.parent;
-          ++fragment;
-        }
-        s.parent = p;
-        for (std::size_t axis = 0; axis < 3; ++axis)
-          p[static_cast<Eigen::Index>(axis)] += internal::unzigzag(deltas[axis][i]);
-        in.require(onGrid(s.parent) && onGrid(p), "a position lies outside the grid");
-        s.child = p;
-        in.require(s.child_sample != s.parent_sample || s.child == s.parent, "an isolated sample has a length");
-      }
-    }
-
-    const internal::ByteSpan owned = in.take(internal::packedBytes(count, 1));
-    for (std::uint32_t s = 0; s < count; ++s) segments[s].owned = (owned[s / 8] >> (s % 8) & 1) != 0;
-    in.require(count % 8 == 0 || owned.back() >> (count % 8) == 0, "bits beyond the last segment");
-    in.require(in.left() == 0, "bytes beyond the end of the tile");
-    return Tile(place.tile, place.key, place.is_long, grid, std::move(segments));
+    return TileCodec::decode(in, place, grid);
   } catch (const Damage& damage) {
     rethrow(damage, place);
   }

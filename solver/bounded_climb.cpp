@@ -211,9 +211,10 @@ struct TileBranches {
 
   std::uint32_t degree() const noexcept { return static_cast<std::uint32_t>(incident.size()); }
   Branch branch(std::uint32_t at) const noexcept {
-    const std::uint32_t segment = incident[at], child = tile.child(segment);
-    const std::uint32_t far = child == node ? tile.parent(segment) : child;
-    return {segment, tile.segmentId(segment).segment, far, tile.nodeId(far), far == node};
+    const std::uint32_t segment = incident[at];
+    const Tile::Link link = tile.link(segment);
+    if (link.child == node) return {segment, link.id.segment, link.parent, link.parent_id, link.parent == node};
+    return {segment, link.id.segment, link.child, link.child_id, false};
   }
   bool farIsParent(std::uint32_t at) const noexcept { return tile.child(incident[at]) == node; }
   Vector3d far_W(std::uint32_t, const Branch& branch) const noexcept { return tile.position_W(branch.far); }

@@ -38,14 +38,14 @@ ProxyPlace GraphView::placeAt(TileId tile, SegmentId id, double t) const noexcep
 
 ProxyPlace GraphView::placeOn(const Tile& tile, std::uint32_t segment, double t, const Vector3d& p_W) const noexcept {
   ProxyPlace place;
-  place.segment = tile.segmentId(segment);
+  const Tile::Link link = tile.link(segment);
+  place.segment = link.id;
   place.t = t;
   place.p_W = p_W;
   place.at_node = t == 0.0 || t == 1.0;
   if (place.at_node) {
-    const std::uint32_t node = t == 0.0 ? tile.child(segment) : tile.parent(segment);
-    place.node = tile.nodeId(node);
-    place.tile = homeId(tile, node);
+    place.node = t == 0.0 ? link.child_id : link.parent_id;
+    place.tile = homeId(tile, t == 0.0 ? link.child : link.parent);
     if (place.tile == kNoTile) place.tile = tile.id();
   } else {
     place.tile = tile.id();

@@ -11,6 +11,8 @@
 #include <iostream>
 #include <iterator>
 #include <map>
+#include <optional>
+#include <span>
 #include <sstream>
 
 #include <CLI/CLI.hpp>
@@ -21,11 +23,12 @@ namespace filiform::tools {
 namespace {
 
 struct NearestArguments {
-  std::string set, points, budget = "256MiB", engine = "cgal";
-  std::vector<std::string> coordinates;
+  std::string set, points, budget = "256MiB", engine = "packed";
+  std::vector<std::string> coordinates, box, ray;
   std::size_t k = 1;
-  double epsilon = 0;
-  bool approximate = false, json = false, tsv = false;
+  double epsilon = 0, radius = -1, tolerance = 1, slope = 0;
+  unsigned threads = 1;
+  bool k_given = false, approximate = false, json = false, tsv = false;
 };
 
 std::vector<Vector3d> readPoints(std::istream& in, const std::string& name) {
@@ -47,16 +50,10 @@ std::vector<Vector3d> readPoints(std::istream& in, const std::string& name) {
   return points;
 }
 
-std::vector<Vector3d> pointsOf(const NearestArguments& a) {
-  if (a.points.empty() == a.coordinates.empty())
-    throw UsageError("nearest: give either X Y Z or --points FILE (- for stdin)");
-  if (a.points.empty())
-    return {Vector3d(parseNumber("X", a.coordinates[0]), parseNumber("Y", a.coordinates[1]),
-                     parseNumber("Z", a.coordinates[2]))};
-  if (a.points == "-") return readPoints(std::cin, "stdin");
-  std::ifstream file(a.points);
-  if (!file) throw IoError(escaped(a.points), "cannot open", errno);
-  return readPoints(file, escaped(a.points));
+std::vector<double> numbers(const std::string& option, const std::vector<std::string>& words) {
+  std::vector<double> values;
+  for (const std::string& word : words) values.push_back(parseNumber(option, word));
+  return values;
 }
 
 // Segments of a forest are named after their child; in a graph with loops its links tell.
@@ -68,48 +65,108 @@ std::vector<std::int64_t> childIds(const TileSet& set, std::uint32_t cell) {
   return ids;
 }
 
+constexpr std::size_t kBatch = 65536;  // points whose answers are held at once
+
+// The rows of the answer, as TSV or one JSON array.
+class Rows {
+ public:
+  Rows(const TileSet& set, bool json, bool along) : set_(set), json_(json) {
+    if (json_)
+      std::cout << '[';
+    else
+      std::cout << "query\trank\tdistance\tx\ty\tz\tcell\tsegment\tsample\texact\ttiles_read"
+                << (along ? "\talong\n" : "\n");
+  }
+  void write(std::size_t query, const NearestResult& r, std::optional<double> along = {}) {
+    const std::string& cell = set_.cell(r.segment.cell).name;
+    auto ids = sample_ids_.find(r.segment.cell);
+    if (ids == sample_ids_.end()) ids = sample_ids_.emplace(r.segment.cell, childIds(set_, r.segment.cell)).first;
+    const std::int64_t sample = ids->second.at(r.segment.segment);
+    if (json_) {
+      nlohmann::ordered_json row{{"query", query},
+                                 {"rank", r.rank},
+                                 {"distance", r.distance_um},
+                                 {"x", r.p_W.x()},
+                                 {"y", r.p_W.y()},
+                                 {"z", r.p_W.z()},
+                                 {"cell", cell},
+                                 {"segment", r.segment.segment},
+                                 {"sample", sample},
+                                 {"exact", r.exact},
+                                 {"tiles_read", r.tiles_read}};
+      if (along) row["along"] = *along;
+      std::cout << separator_ << row.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+      separator_ = ",\n";
+    } else {
+      std::cout << query << '\t' << r.rank << '\t' << formatNumber(r.distance_um) << '\t' << formatNumber(r.p_W.x())
+                << '\t' << formatNumber(r.p_W.y()) << '\t' << formatNumber(r.p_W.z()) << '\t' << escaped(cell) << '\t'
+                << r.segment.segment << '\t' << sample << '\t' << (r.exact ? "true" : "false") << '\t' << r.tiles_read;
+      if (along) std::cout << '\t' << formatNumber(*along);
+      std::cout << '\n';
+    }
+  }
+  void end() {
+    if (json_) std::cout << "\n]\n";
+  }
+
+ private:
+  const TileSet& set_;
+  bool json_;
+  const char* separator_ = "\n";
+  std::map<std::uint32_t, std::vector<std::int64_t>> sample_ids_;  // of the cells met: of the child, by segment
+};
+
+std::vector<Vector3d> pointsOf(const NearestArguments& a) {
+  if (int{!a.points.empty()} + int{!a.coordinates.empty()} + int{!a.box.empty()} + int{!a.ray.empty()} != 1)
+    throw UsageError("nearest: give one of X Y Z, --points FILE (- for stdin), --box, --ray");
+  if (a.points.empty())
+    return {Vector3d(parseNumber("X", a.coordinates[0]), parseNumber("Y", a.coordinates[1]),
+                     parseNumber("Z", a.coordinates[2]))};
+  if (a.points == "-") return readPoints(std::cin, "stdin");
+  std::ifstream file(a.points);
+  if (!file) throw IoError(escaped(a.points), "cannot open", errno);
+  return readPoints(file, escaped(a.points));
+}
+
 int runNearest(const NearestArguments& a) {
   const std::vector<Vector3d> points = pointsOf(a);
   const auto set = TileSet::open(a.set);
   const Nearest nearest(*set, {.engine = a.engine, .budget_bytes = parseBytes("--budget", a.budget)});
-  const NearestQuery query{.k = a.k, .epsilon = a.epsilon, .approximate = a.approximate};
+  NearestQuery query{.k = a.k, .epsilon = a.epsilon, .approximate = a.approximate};
+  if (a.radius >= 0) {
+    query.max_distance_um = a.radius;
+    if (!a.k_given) query.k = SIZE_MAX;
+  }
 
-  std::map<std::uint32_t, std::vector<std::int64_t>> sample_ids;  // of the cells met: of the child, by segment
-  if (a.json)
-    std::cout << '[';
-  else
-    std::cout << "query\trank\tdistance\tx\ty\tz\tcell\tsegment\tsample\texact\ttiles_read\n";
-  const char* separator = "\n";
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    throwIfInterrupted();
-    for (const NearestResult& r : nearest.find(points[i], query)) {
-      const std::string& cell = set->cell(r.segment.cell).name;
-      auto ids = sample_ids.find(r.segment.cell);
-      if (ids == sample_ids.end()) ids = sample_ids.emplace(r.segment.cell, childIds(*set, r.segment.cell)).first;
-      const std::int64_t sample = ids->second.at(r.segment.segment);
-      if (a.json) {
-        const nlohmann::ordered_json row{{"query", i},
-                                         {"rank", r.rank},
-                                         {"distance", r.distance_um},
-                                         {"x", r.p_W.x()},
-                                         {"y", r.p_W.y()},
-                                         {"z", r.p_W.z()},
-                                         {"cell", cell},
-                                         {"segment", r.segment.segment},
-                                         {"sample", sample},
-                                         {"exact", r.exact},
-                                         {"tiles_read", r.tiles_read}};
-        std::cout << separator << row.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
-        separator = ",\n";
-      } else {
-        std::cout << i << '\t' << r.rank << '\t' << formatNumber(r.distance_um) << '\t' << formatNumber(r.p_W.x())
-                  << '\t' << formatNumber(r.p_W.y()) << '\t' << formatNumber(r.p_W.z()) << '\t' << escaped(cell) << '\t'
-                  << r.segment.segment << '\t' << sample << '\t' << (r.exact ? "true" : "false") << '\t' << r.tiles_read
-                  << '\n';
+  Rows rows(*set, a.json, !a.ray.empty());
+  if (!a.box.empty()) {
+    const std::vector<double> c = numbers("--box", a.box);
+    for (const NearestResult& r : nearest.inBox({c[0], c[1], c[2]}, {c[3], c[4], c[5]})) rows.write(0, r);
+  } else if (!a.ray.empty()) {
+    const std::vector<double> c = numbers("--ray", a.ray);
+    const RayQuery ray{.origin_W = {c[0], c[1], c[2]},
+                       .direction = {c[3], c[4], c[5]},
+                       .radius_um = a.tolerance,
+                       .slope = a.slope,
+                       .most = a.k};
+    std::uint32_t rank = 0;
+    for (const RayHit& hit : nearest.alongRay(ray)) {
+      const NearestResult r{rank++, hit.distance_um, hit.p_W,           hit.segment, hit.t, hit.tile,
+                            true,   hit.tiles_read,  hit.tiles_searched};
+      rows.write(0, r, hit.along_um);
+    }
+  } else {
+    for (std::size_t begin = 0; begin < points.size(); begin += kBatch) {
+      throwIfInterrupted();
+      const auto batch = std::span(points).subspan(begin, std::min(kBatch, points.size() - begin));
+      std::size_t i = begin;
+      for (const std::vector<NearestResult>& results : nearest.findAll(batch, query, a.threads)) {
+        for (const NearestResult& r : results) rows.write(i, r);
+        ++i;
       }
     }
   }
-  if (a.json) std::cout << "\n]\n";
+  rows.end();
   return 0;
 }
 
@@ -125,20 +182,40 @@ void addNearest(CLI::App& app, Chosen& chosen) {
   command->add_option("XYZ", arguments->coordinates, "a point, um")->expected(0, 3)->type_name("X Y Z");
   command->add_option("--points", arguments->points, "file of points, one 'x y z' a line; - for stdin")
       ->type_name("FILE");
-  command->add_option("--k", arguments->k, "how many segments a point")
-      ->capture_default_str()
-      ->check(CLI::Range(1, 1000000));
+  CLI::Option* k = command->add_option("--k", arguments->k, "how many segments a point; along a ray, at most")
+                       ->capture_default_str()
+                       ->check(CLI::Range(1, 1000000));
   command->add_option("--epsilon", arguments->epsilon, "answers may be (1 + E) times too far, and no more")
       ->type_name("E")
       ->capture_default_str();
   command->add_flag("--approximate", arguments->approximate, "from the set's samples alone, without reading a tile");
-  command->add_option("--engine", arguments->engine, "search structure inside a tile: cgal")->capture_default_str();
+  command->add_option("--engine", arguments->engine, "search structure inside a tile: packed, or cgal for reference")
+      ->capture_default_str();
   command->add_option("--budget", arguments->budget, "memory for tiles between queries")
       ->capture_default_str()
       ->type_name("BYTES");
+  command->add_option("--radius", arguments->radius, "only what lies within R um; all of it without --k")
+      ->type_name("R")
+      ->check(CLI::NonNegativeNumber);
+  command->add_option("--box", arguments->box, "all segments that meet a box, um, nearest to its middle first")
+      ->expected(6)
+      ->type_name("X0 Y0 Z0 X1 Y1 Z1");
+  command->add_option("--ray", arguments->ray, "segments near a ray: origin, then direction; first along the ray first")
+      ->expected(6)
+      ->type_name("X Y Z DX DY DZ");
+  command->add_option("--tolerance", arguments->tolerance, "how far from the ray, um")
+      ->capture_default_str()
+      ->check(CLI::NonNegativeNumber);
+  command->add_option("--slope", arguments->slope, "and how much farther for each um along it")
+      ->capture_default_str()
+      ->check(CLI::NonNegativeNumber);
+  command->add_option("--threads", arguments->threads, "for many points")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 1024));
   command->add_flag("--json", arguments->json, "one JSON array");
   command->add_flag("--tsv", arguments->tsv, "tab-separated rows (the default)")->excludes("--json");
-  command->callback([arguments, &chosen] {
+  command->callback([arguments, k, &chosen] {
+    arguments->k_given = k->count() > 0;
     if (!arguments->coordinates.empty() && arguments->coordinates.size() != 3)
       throw CLI::ValidationError("nearest", "give three coordinates: X Y Z");
     chosen = [arguments] { return runNearest(*arguments); };

@@ -1,7 +1,6 @@
-// A CGAL AABB tree over boxes, walked by our own best-first and depth-first
-// searches: CGAL's own queries are not ordered by distance, and its sphere
-// tests miss what lies wholly inside. Include from sources only. Immutable
-// after construction.
+// A CGAL AABB tree over boxes, walked by our own best-first and depth-first searches: CGAL's own queries are not
+// ordered by distance, and its sphere tests miss what lies wholly inside. Include from sources only. Immutable after
+// construction.
 #pragma once
 
 #include "index/tile_engine.h"
@@ -17,8 +16,7 @@ namespace filiform::internal {
 
 class BoxTree {
  public:
-  // Item ids are positions in `boxes`; boxes may be flat or single points. O(n
-  // log n).
+  // Item ids are positions in `boxes`; boxes may be flat or single points. O(n log n).
   explicit BoxTree(const std::vector<WorldBox>& boxes) {
     items_.reserve(boxes.size());
     for (std::uint32_t i = 0; i < boxes.size(); ++i) items_.push_back({boxes[i], i});
@@ -32,8 +30,8 @@ class BoxTree {
     return sizeof *this + items_.capacity() * sizeof(Item) + tree_.size() * (sizeof(Primitive) + sizeof(Node));
   }
 
-  // Calls visit(id, squared distance rounded down) for boxes within bound() of
-  // h, nearer children first; bound() may shrink meanwhile.
+  // Calls visit(id, squared distance rounded down) for boxes within bound() of h, nearer children first; bound() may
+  // shrink meanwhile.
   template <class Bound, class Visit>
   void descend(const Vector3d& h_W, Bound&& bound, Visit&& visit) const {
     if (items_.empty()) return;
@@ -42,8 +40,15 @@ class BoxTree {
     if (below(root->bbox(), h_W) <= bound()) descend(*root, items_.size(), h_W, bound, visit);
   }
 
-  // A place in the tree, in a best-first walk: a node with its number of items
-  // (2 or more), or one item.
+  // Calls visit(id) for boxes that may meet the region.
+  template <class Visit>
+  void collect(const Region& region, Visit&& visit) const {
+    if (items_.empty()) return;
+    if (items_.size() == 1) return collectItem(items_[0], region, visit);
+    collect(*tree_.root_node(), items_.size(), region, visit);
+  }
+
+  // A place in the tree, in a best-first walk: a node with its number of items (2 or more), or one item.
   struct Place {
     double squared_distance;
     const void* node;  // null: an item
@@ -107,13 +112,34 @@ class BoxTree {
     return {below(node.bbox(), h_W), &node, n};
   }
 
+  static WorldBox boxOf(const Node& node) {
+    const CGAL::Bbox_3& b = node.bbox();
+    return {{b.xmin(), b.ymin(), b.zmin()}, {b.xmax(), b.ymax(), b.zmax()}};
+  }
+  template <class Visit>
+  static void collectItem(const Item& item, const Region& region, Visit& visit) {
+    if (region.mayMeet(item.box)) visit(item.id);
+  }
+  template <class Visit>
+  static void collect(const Node& node, std::size_t n, const Region& region, Visit& visit) {
+    if (!region.mayMeet(boxOf(node))) return;
+    if (n <= 3)
+      collectItem(*node.left_data().item, region, visit);
+    else
+      collect(node.left_child(), n / 2, region, visit);
+    if (n == 2)
+      collectItem(*node.right_data().item, region, visit);
+    else
+      collect(node.right_child(), n - n / 2, region, visit);
+  }
+
   template <class Bound, class Visit>
   static void visitItem(const Item& item, const Vector3d& h_W, Bound& bound, Visit& visit) {
     const double d2 = item.box.squaredDistanceBelow(h_W);
     if (d2 <= bound()) visit(item.id, d2);
   }
-  // CGAL splits n items into n/2 and n - n/2, down to nodes of 2 (two items)
-  // and 3 (an item and a node of 2). Depth O(log n).
+  // CGAL splits n items into n/2 and n - n/2, down to nodes of 2 (two items) and 3 (an item and a node of 2). Depth
+  // O(log n).
   template <class Bound, class Visit>
   static void descend(const Node& node, std::size_t n, const Vector3d& h_W, Bound& bound, Visit& visit) {
     if (n == 2) {

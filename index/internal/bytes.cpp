@@ -23,7 +23,7 @@ void ByteWriter::setU64(std::size_t at, std::uint64_t v) {
   for (std::size_t i = 0; i < 8; ++i) bytes_[at + i] = static_cast<std::uint8_t>(v >> (8 * i));
 }
 
-std::uint64_t ByteReader::varint() {
+std::uint64_t ByteReader::longVarint() {
   std::uint64_t v = 0;
   for (int shift = 0; shift < 64; shift += 7) {
     const std::uint8_t byte = u8();
@@ -86,9 +86,18 @@ void unpackBits(ByteReader& in, std::span<std::uint64_t> values, int bits) {
     return;
   }
   const std::uint64_t mask = (std::uint64_t{1} << bits) - 1;
-  std::uint64_t at = 0;  // in bits
+  const std::uint64_t readable = bytes.size() + in.left();  // what follows may be looked at, it is masked away
+  std::uint64_t at = 0;                                     // in bits
   std::size_t i = 0;
-  for (; i < values.size() && at / 8 + 8 <= bytes.size(); ++i, at += static_cast<std::uint64_t>(bits))
+  if (bits <= 14)  // four at once
+    for (; i + 4 <= values.size() && at / 8 + 8 <= readable; i += 4, at += 4 * static_cast<std::uint64_t>(bits)) {
+      const std::uint64_t four = loadLittle64(bytes.data() + at / 8) >> (at % 8);
+      values[i] = four & mask;
+      values[i + 1] = four >> bits & mask;
+      values[i + 2] = four >> 2 * bits & mask;
+      values[i + 3] = four >> 3 * bits & mask;
+    }
+  for (; i < values.size() && at / 8 + 8 <= readable; ++i, at += static_cast<std::uint64_t>(bits))
     values[i] = (loadLittle64(bytes.data() + at / 8) >> (at % 8)) & mask;
   std::array<std::uint8_t, 8> tail{};
   for (; i < values.size(); ++i, at += static_cast<std::uint64_t>(bits)) {

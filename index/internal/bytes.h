@@ -76,7 +76,10 @@ struct Damage {
 class ByteReader {
  public:
   explicit ByteReader(ByteSpan bytes) : bytes_(bytes) {}
-  std::uint8_t u8() { return static_cast<std::uint8_t>(little(1)); }
+  std::uint8_t u8() {
+    if (at_ == bytes_.size()) fail("the bytes end too early");
+    return bytes_[at_++];
+  }
   std::uint16_t u16() { return static_cast<std::uint16_t>(little(2)); }
   std::uint32_t u32() { return static_cast<std::uint32_t>(little(4)); }
   std::uint64_t u64() { return little(8); }
@@ -84,7 +87,7 @@ class ByteReader {
   std::int64_t i64() { return static_cast<std::int64_t>(u64()); }
   float f32() { return std::bit_cast<float>(u32()); }
   double f64() { return std::bit_cast<double>(u64()); }
-  std::uint64_t varint();
+  std::uint64_t varint() { return at_ < bytes_.size() && bytes_[at_] < 128 ? bytes_[at_++] : longVarint(); }
   std::uint32_t varint32();  // Damage when it does not fit
   GridPoint point();
   GridBox box();
@@ -99,6 +102,7 @@ class ByteReader {
   }
 
  private:
+  std::uint64_t longVarint();
   std::uint64_t little(std::size_t n) {
     if (left() < n) fail("the bytes end too early");
     std::uint64_t v = 0;

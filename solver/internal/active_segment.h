@@ -86,10 +86,11 @@ struct ActiveSegment {
     home = place.tile;
     id = place.segment;
     segment = ref.segment;
-    child = tile->child(segment);
-    parent = tile->parent(segment);
-    child_id = tile->nodeId(child);
-    parent_id = tile->nodeId(parent);
+    const Tile::Link link = tile->link(segment);
+    child = link.child;
+    parent = link.parent;
+    child_id = link.child_id;
+    parent_id = link.parent_id;
     child_W = tile->position_W(child);
     parent_W = tile->position_W(parent);
     d_W = parent_W - child_W;

@@ -328,23 +328,26 @@ bool BoundedSearch::enter(Tick& tick, Entry& top) noexcept {
 
 void BoundedSearch::test(Tick& tick, const Tile& tile, std::uint32_t segment, const Vector3d& sub_goal_W) noexcept {
   ++tick.step.visited;
-  const std::uint32_t child = tile.child(segment), parent = tile.parent(segment);
-  const Vector3d child_W = tile.position_W(child), parent_W = tile.position_W(parent);
+  const Tile::Link link = tile.link(segment);
+  const Vector3d child_W = tile.position_W(link.child), parent_W = tile.position_W(link.parent);
   const ClosestPoint q = closestPoint(child_W, parent_W, tick.h_W);
   tick.best.offer(tile, segment, q);
   if (child_W == parent_W) {  // which of the ends q is makes no difference: neither is nearer than the other
-    goOn(tile, parent, sub_goal_W);
-    goOn(tile, child, sub_goal_W);
+    goOn(tile, link.parent, link.parent_id, sub_goal_W);
+    goOn(tile, link.child, link.child_id, sub_goal_W);
     return;
   }
   // The sub-goal is kept as a point: its distance is that to the present h even when the sweep began under another one.
   const double sub_goal2 = (sub_goal_W - tick.h_W).squaredNorm();
-  follow(reach_, child_W, parent_W, q, sub_goal2,
-         [&](bool at_parent) { goOn(tile, at_parent ? parent : child, q.p_W); });
+  follow(reach_, child_W, parent_W, q, sub_goal2, [&](bool at_parent) {
+    if (at_parent)
+      goOn(tile, link.parent, link.parent_id, q.p_W);
+    else
+      goOn(tile, link.child, link.child_id, q.p_W);
+  });
 }
 
-void BoundedSearch::goOn(const Tile& tile, std::uint32_t node, const Vector3d& sub_goal_W) noexcept {
-  const NodeId id = tile.nodeId(node);
+void BoundedSearch::goOn(const Tile& tile, std::uint32_t node, NodeId id, const Vector3d& sub_goal_W) noexcept {
   if (marks_.contains(Marks::Kind::node, id.key())) return;
   Entry& entry = stack_[state_.depth++];
   if (tile.isHome(node))

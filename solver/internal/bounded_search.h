@@ -104,7 +104,7 @@ class BoundedSearch final : public ProxySolver {
   void settle(const GraphView& graph, const Tile& tile, std::uint32_t segment, double t, const Vector3d& p_W) noexcept;
   void keepForUndo() noexcept;
   // Does nothing for a node that is visited already.
-  void goOn(const Tile& tile, std::uint32_t node, const Vector3d& sub_goal_W) noexcept;
+  void goOn(const Tile& tile, std::uint32_t node, NodeId id, const Vector3d& sub_goal_W) noexcept;
   Entry& touchTop() noexcept;
   void pop() noexcept;
   void giveUp(Tick& tick) noexcept;

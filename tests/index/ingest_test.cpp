@@ -121,7 +121,7 @@ TEST(Ingest, GoldenRevision) {
                     static_cast<std::uint16_t>(i / 40));
   const TempFolder folder;
   const IngestResult result = ingestCells({cell}, folder / "a.fil", {.capacity = 16});
-  EXPECT_EQ(result.revision, "r-3b3146ae259a6e45");
+  EXPECT_EQ(result.revision, "r-c984a29cc95bbbc6");
 }
 
 TEST(Ingest, AnExistingSetIsRefusedWithoutForce) {

@@ -326,6 +326,102 @@ TEST(Nearest, DamagedTileIsAnErrorNotAnAnswer) {
   EXPECT_EQ(nearest.find(Vector3d::Zero()).at(0).segment, r.segment);
 }
 
+TEST(Nearest, AnswersManyPointsInTheirOrder) {
+  const std::vector<Cell> cells = test::randomColumn(41, 12, 400, 300);
+  const auto store = build(cells, 32);
+  const auto points = probes(test::snappedSegments(cells, store->grid()), store->grid(), 41, 60);
+  const Nearest nearest(*store);
+  for (const unsigned threads : {1u, 3u}) {
+    const auto all = nearest.findAll(points, {.k = 2}, threads);
+    ASSERT_EQ(all.size(), points.size());
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const auto one = nearest.find(points[i], {.k = 2});
+      ASSERT_EQ(all[i].size(), one.size());
+      for (std::size_t r = 0; r < one.size(); ++r) EXPECT_EQ(all[i][r].segment, one[r].segment);
+    }
+  }
+  EXPECT_TRUE(nearest.findAll({}).empty());
+}
+
+TEST(Nearest, FindsAllInABoxAsBruteForceDoes) {
+  for (const test::NamedCells& named : test::worstCases()) {
+    SCOPED_TRACE(named.name + ", seed 42");
+    const auto store = build(named.cells, 50);
+    const auto segments = test::snappedSegments(named.cells, store->grid());
+    std::mt19937_64 random(42);
+    for (const char* engine : {"packed", "cgal"}) {
+      const Nearest nearest(*store, {.engine = engine});
+      for (int i = 0; i < 8 && !segments.empty(); ++i) {
+        const StoredSegment& some = segments[random() % segments.size()];
+        const std::int64_t reach = i == 0 ? 0 : std::int64_t{1} << (2 * i + 2);
+        const GridBox box{some.child.array() - reach, some.child.array() + reach};
+        std::vector<SegmentId> expected;
+        for (const StoredSegment& s : segments)
+          if (segmentMeetsBox(s.child, s.parent, box)) expected.push_back(s.id);
+        std::vector<SegmentId> found;
+        double last = 0;
+        for (const NearestResult& r : nearest.inBox(store->grid().toWorld(box.lo), store->grid().toWorld(box.hi))) {
+          EXPECT_LE(last, r.distance_um);
+          last = r.distance_um;
+          found.push_back(r.segment);
+        }
+        std::sort(expected.begin(), expected.end());
+        std::sort(found.begin(), found.end());
+        EXPECT_EQ(found, expected);
+      }
+    }
+  }
+}
+
+TEST(Nearest, FindsWhatARayHitsAsBruteForceDoes) {
+  for (const test::NamedCells& named : test::worstCases()) {
+    SCOPED_TRACE(named.name + ", seed 43");
+    const auto store = build(named.cells, 50);
+    const auto segments = test::snappedSegments(named.cells, store->grid());
+    std::mt19937_64 random(43);
+    std::normal_distribution<double> normal;
+    for (const char* engine : {"packed", "cgal"}) {
+      const Nearest nearest(*store, {.engine = engine});
+      for (int i = 0; i < 12 && !segments.empty(); ++i) {
+        const Vector3d aim_W = store->grid().toWorld(segments[random() % segments.size()].child);
+        RayQuery ray{.origin_W = aim_W + 100 * Vector3d(normal(random), normal(random), normal(random)),
+                     .direction = {},
+                     .radius_um = i % 3 == 0 ? 0.01 : 2.0,
+                     .slope = i % 2 == 0 ? 0.0 : 0.02};
+        ray.direction = aim_W - ray.origin_W;
+        if (i == 0) ray.direction = {0, 0, -3};
+        const Vector3d unit = ray.direction / ray.direction.norm();
+        std::vector<std::pair<double, SegmentId>> expected;
+        for (const StoredSegment& s : segments) {
+          const ClosestApproach c =
+              closestApproach(store->grid().toWorld(s.child), store->grid().toWorld(s.parent), ray.origin_W, unit);
+          if (std::sqrt(c.squared_distance) <= ray.radius_um + ray.slope * c.along)
+            expected.emplace_back(c.along, s.id);
+        }
+        std::sort(expected.begin(), expected.end());
+        for (const std::size_t most : {SIZE_MAX, std::size_t{3}, std::size_t{0}}) {
+          ray.most = most;
+          const std::vector<RayHit> hits = nearest.alongRay(ray);
+          ASSERT_EQ(hits.size(), std::min(most, expected.size()));
+          for (std::size_t r = 0; r < hits.size(); ++r) {
+            EXPECT_EQ(hits[r].segment, expected[r].second);
+            EXPECT_EQ(hits[r].along_um, expected[r].first);
+          }
+        }
+      }
+    }
+  }
+}
+
+TEST(Nearest, RefusesImpossibleBoxesAndRays) {
+  const auto store = build({test::randomNeuron(1)}, 64);
+  const Nearest nearest(*store);
+  EXPECT_THROW(nearest.inBox({0, 0, 0}, {1, -1, 1}), UsageError);
+  EXPECT_THROW(nearest.inBox({0, 0, 0}, {1, std::nan(""), 1}), UsageError);
+  EXPECT_THROW(nearest.alongRay({.origin_W = {0, 0, 0}, .direction = {0, 0, 0}}), UsageError);
+  EXPECT_THROW(nearest.alongRay({.origin_W = {0, 0, 0}, .direction = {0, 0, 1}, .radius_um = -1}), UsageError);
+}
+
 TEST(Nearest, ServesManyThreads) {
   const std::vector<Cell> cells = test::randomColumn(37, 12, 400, 300);
   const auto store = build(cells, 16);

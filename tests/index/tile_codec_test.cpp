@@ -3,6 +3,7 @@
 #include "index/errors.h"
 #include "index/memory_tiles.h"
 #include "tests/support/random_cells.h"
+#include "tests/support/test_graph.h"
 #include "tests/support/tile_invariants.h"
 
 #include <bit>
@@ -111,9 +112,56 @@ TEST(TileCodec, DamagedBytesNeverEscape) {
   EXPECT_GT(refused, 100);
 }
 
-TEST(TileCodec, RefusesWhatTheFormatCannotSay) {
-  const GridPoint p(0, 0, 0), q(1, 0, 0);
-  EXPECT_THROW(encodeTile(Tile(0, {}, false, Grid(), {{{0, 5}, 1, 0, p, q, true}})), InputError);
+// Loops, several links with one child, links named otherwise than their children: as themselves and as tiles of a
+// partition.
+TEST(TileCodec, DecodingGivesBackGraphs) {
+  std::mt19937_64 random(25);
+  for (int round = 0; round < 40; ++round) {
+    const test::TestGraph graph = test::randomGraph(random, 20 + 10 * round, round % 2 == 0);
+    const Tile whole(0, {}, false, graph.grid, graph.segments);
+    test::expectSameTile(decodeTile(encodeTile(whole), placeOf(whole), graph.grid), whole);
+    const test::TiledGraph tiles(graph, 30);
+    for (TileId t = 0; t < tiles.tile_count(); ++t) {
+      const Tile& tile = tiles.tile(t);
+      test::expectSameTile(decodeTile(encodeTile(tile), placeOf(tile), graph.grid), tile);
+    }
+  }
+}
+
+TEST(TileCodec, DamagedGraphsNeverEscape) {
+  std::mt19937_64 random(26);
+  const test::TestGraph graph = test::randomGraph(random, 150, true);
+  const Tile tile(0, {}, false, graph.grid, graph.segments);
+  const std::vector<std::uint8_t> good = encodeTile(tile);
+  int refused = 0;
+  const auto attempt = [&](const std::vector<std::uint8_t>& bytes) {
+    try {
+      const Tile read = decodeTile(bytes, placeOf(tile), graph.grid);
+      for (std::uint32_t n = 0; n < read.node_count(); ++n) {
+        for (const std::uint32_t s : read.incident(n)) ASSERT_LT(s, read.segment_count());
+        read.findNode(read.nodeId(n));
+      }
+      for (std::uint32_t s = 0; s < read.segment_count(); ++s) {
+        ASSERT_LT(read.child(s), read.node_count());
+        ASSERT_LT(read.parent(s), read.node_count());
+      }
+    } catch (const CorruptTile&) {
+      ++refused;
+    }
+  };
+  for (std::size_t i = 0; i < good.size(); ++i) {
+    std::vector<std::uint8_t> bytes = good;
+    bytes[i] ^= static_cast<std::uint8_t>(1u << random() % 8);
+    attempt(bytes);
+    attempt(std::vector<std::uint8_t>(good.begin(), good.begin() + static_cast<std::ptrdiff_t>(i)));
+  }
+  EXPECT_GE(refused, static_cast<int>(good.size()));  // every truncation, and more
+}
+
+TEST(TileCodec, RefusesPositionsOutsideTheGrid) {
+  const std::int64_t edge = std::int64_t{1} << 41;
+  const GridPoint p(0, 0, 0), q(edge, 0, 0);
+  EXPECT_THROW(encodeTile(Tile(0, {}, false, Grid(), {{{0, 1}, 1, 0, q, p, true}})), InputError);
 }
 
 // The layout of FORMAT.md, byte by byte: this fails when the code drifts from it.
@@ -121,20 +169,46 @@ TEST(TileCodec, WritesTheSpecifiedBytes) {
   const GridPoint p0(10, 20, 30), p1(12, 20, 29), p2(12, 23, 29);
   const Tile tile(0, {}, false, Grid(), {{{3, 1}, 1, 0, p1, p0, true}, {{3, 2}, 2, 1, p2, p1, false}});
   const std::vector<std::uint8_t> expected{
-      2,    1,                          // segments, fragments
+      0,    2,    1,    0,              // no graph; segments, fragments, strays
       10,   0,    0,    0, 0, 0, 0, 0,  // lowest x
       20,   0,    0,    0, 0, 0, 0, 0,  // lowest y
       29,   0,    0,    0, 0, 0, 0, 0,  // lowest z
-      3,    1,    2,    1,              // cell +3, first child 1, child - parent = 1 (zigzag 2), 2 samples
-      2,    2,    1,                    // widths of starts: extents 2, 3, 1
-      0,    0,    1,                    // start of the fragment: 0, 0, 1
+      2,    2,    1,                    // widths: extents 2, 3, 1
+      4,    3,    1,                    // two segments after a lead; cell +3; first rank 1
+      0,    0,    1,                    // position of the lead
       3,    3,    1,                    // widths of steps
       0x04, 0x30, 0x01,                 // x: 4, 0; y: 0, 6; z: 1, 0
-      0x01,                             // owned: yes, no
+      0x01,                             // owned: yes, no; one run needs no order
   };
   EXPECT_EQ(encodeTile(tile), expected);
   TileAppearance appearance{{0.5f, 0.5f}, {3, 3}};
   EXPECT_EQ(encodeAppearance(appearance), (std::vector<std::uint8_t>{2, 3, 0, 1, 1, 0, 0, 0, 0x3f}));
+}
+
+// A graph: two links have child 1 and one closes a loop; an isolated sample in another cell.
+TEST(TileCodec, WritesTheSpecifiedBytesOfAGraph) {
+  const GridPoint p0(0, 0, 0), p1(4, 0, 0), p2(4, 4, 0), q(0, 0, 0);
+  const Tile tile(0, {}, false, Grid(),
+                  {{{0, 0}, 1, 0, p1, p0, true},
+                   {{0, 1}, 2, 1, p2, p1, true},
+                   {{0, 2}, 1, 0, p1, p0, true},
+                   {{1, 0}, 0, 0, q, q, true}});
+  const std::vector<std::uint8_t> expected{
+      1,    4,    3, 0,              // a graph; segments, fragments, strays
+      0,    0,    0, 0, 0, 0, 0, 0,  // lowest x
+      0,    0,    0, 0, 0, 0, 0, 0,  // lowest y
+      0,    0,    0, 0, 0, 0, 0, 0,  // lowest z
+      3,    3,    0,                 // widths: extents 4, 4, 0
+      4,    0,    0, 1,              // two segments after a lead, cell 0, rank 0; first sample 0 - (-1)
+      3,    0,    0, 2, 4, 6,        // loose, rank 2; first sample 2 - 1; child node 3 - 2, parent node 3 - 3
+      2,    1,    0, 0,              // a sample alone in cell 1, rank 0, sample 0
+      0x00, 0x00,                    // x, y of the lead and of the sample alone; z takes no bits
+      4,    4,    0,                 // widths of steps
+      0x08, 0x80,                    // x: 8, 0; y: 0, 8
+      0x0f,                          // owned
+      0x24,                          // order of the three runs: 0, 1, 2
+  };
+  EXPECT_EQ(encodeTile(tile), expected);
 }
 
 }  // namespace

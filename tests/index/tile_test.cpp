@@ -1,6 +1,9 @@
 #include "index/tile.h"
 
+#include "tests/support/test_graph.h"
+
 #include <algorithm>
+#include <map>
 #include <random>
 
 #include <gtest/gtest.h>
@@ -63,12 +66,105 @@ TEST(Tile, WideTilesKeepExactPositions) {
   EXPECT_EQ(wide.gridPoint(1), a);
   EXPECT_EQ(wide.gridPoint(0), b);
   EXPECT_EQ(wide.position_W(1), Grid().toWorld(a));
-  const GridPoint c = b + GridPoint(INT32_MAX, 0, 0), d = b + GridPoint(std::int64_t{INT32_MAX} + 1, 0, 0);
+  const GridPoint c = b + GridPoint(UINT32_MAX, 0, 0), d = b + GridPoint(std::int64_t{UINT32_MAX} + 1, 0, 0);
   const Tile narrow(0, kWorld, true, Grid(), {segment(0, 1, 0, c, b)});
   const Tile too_wide(0, kWorld, true, Grid(), {segment(0, 1, 0, d, b)});
   EXPECT_EQ(narrow.gridPoint(1), c);
   EXPECT_EQ(too_wide.gridPoint(1), d);
   EXPECT_LT(narrow.bytes(), too_wide.bytes());
+}
+
+// Each layout of positions at its edge: 16, 21 and 32 bits.
+TEST(Tile, PositionsAreExactAtEveryWidth) {
+  const GridPoint b(-1000, 2000, 0);
+  for (const std::int64_t extent : {std::int64_t{0xffff}, std::int64_t{0x10000}, std::int64_t{0x1fffff},
+                                    std::int64_t{0x200000}, std::int64_t{UINT32_MAX}, std::int64_t{UINT32_MAX} + 1}) {
+    const GridPoint a = b + GridPoint(1, extent, extent / 2);
+    const Tile tile(0, kWorld, false, Grid(), {segment(0, 1, 0, a, b)});
+    EXPECT_EQ(tile.gridPoint(tile.child(0)), a);
+    EXPECT_EQ(tile.gridPoint(tile.parent(0)), b);
+    EXPECT_EQ(tile.position_W(tile.child(0)), Grid().toWorld(a));
+    EXPECT_EQ(tile.position_W(tile.parent(0)), Grid().toWorld(b));
+    Tile::Offset lo, hi;
+    tile.bound(tile.runs()[0], lo, hi);
+    EXPECT_EQ(lo, (Tile::Offset{0, 0, 0}));
+    EXPECT_EQ(hi, (Tile::Offset{1, static_cast<std::uint64_t>(extent), static_cast<std::uint64_t>(extent / 2)}));
+  }
+}
+
+void expectLink(const Tile& tile, std::uint32_t segment, const Tile::Link& link) {
+  EXPECT_EQ(link.id, tile.segmentId(segment));
+  EXPECT_EQ(link.child, tile.child(segment));
+  EXPECT_EQ(link.parent, tile.parent(segment));
+  EXPECT_EQ(link.child_id, tile.nodeId(link.child));
+  EXPECT_EQ(link.parent_id, tile.nodeId(link.parent));
+}
+
+// Against plain tables of what was handed over.
+void expectHolds(const Tile& tile, std::vector<StoredSegment> segments) {
+  std::sort(segments.begin(), segments.end(), [](const auto& a, const auto& b) { return a.id < b.id; });
+  ASSERT_EQ(tile.segment_count(), segments.size());
+  std::map<NodeId, std::pair<GridPoint, std::vector<std::uint32_t>>> nodes;
+  for (std::uint32_t s = 0; s < segments.size(); ++s) {
+    const StoredSegment& expected = segments[s];
+    const NodeId child{expected.id.cell, expected.child_sample}, parent{expected.id.cell, expected.parent_sample};
+    EXPECT_EQ(tile.segmentId(s), expected.id);
+    EXPECT_EQ(tile.findSegment(expected.id), s);
+    EXPECT_EQ(tile.nodeId(tile.child(s)), child);
+    EXPECT_EQ(tile.nodeId(tile.parent(s)), parent);
+    EXPECT_EQ(tile.owned(s), expected.owned);
+    EXPECT_EQ(tile.isolated(s), child == parent);
+    expectLink(tile, s, tile.link(s));
+    nodes[child].first = expected.child;
+    nodes[parent].first = expected.parent;
+    nodes[child].second.push_back(s);
+    if (child != parent) nodes[parent].second.push_back(s);
+  }
+  ASSERT_EQ(tile.node_count(), nodes.size());
+  for (const auto& [id, node] : nodes) {
+    const std::optional<std::uint32_t> found = tile.findNode(id);
+    ASSERT_TRUE(found);
+    EXPECT_EQ(tile.gridPoint(*found), node.first);
+    const Tile::Incident incident = tile.incident(*found);
+    EXPECT_EQ(std::vector<std::uint32_t>(incident.begin(), incident.end()), node.second);
+    std::vector<std::uint32_t> visited;
+    const auto visit = [&](std::uint32_t s, const Tile::Link& link) {
+      visited.push_back(s);
+      expectLink(tile, s, link);
+    };
+    EXPECT_EQ(tile.visitIncident(*found, UINT32_MAX, visit), node.second.size());
+    EXPECT_EQ(visited, node.second);
+    visited.clear();
+    EXPECT_EQ(tile.visitIncident(*found, 2, visit), node.second.size());
+    EXPECT_EQ(visited.size(), node.second.size() <= 2 ? node.second.size() : 0);
+    for (const NodeId other : {NodeId{id.cell, id.sample + 1}, NodeId{id.cell + 1, id.sample}})
+      EXPECT_EQ(tile.findNode(other).has_value(), nodes.contains(other));
+  }
+  std::vector<int> met(segments.size(), 0);
+  for (const SegmentRun run : tile.runs())
+    for (std::uint32_t i = 0; i < run.count(); ++i) ++met.at(run.begin() + i);
+  EXPECT_EQ(std::count(met.begin(), met.end(), 1), static_cast<std::ptrdiff_t>(met.size()));
+}
+
+TEST(Tile, HoldsRandomGraphs) {
+  std::mt19937_64 random(6);
+  SCOPED_TRACE("seed 6");
+  for (int round = 0; round < 60; ++round) {
+    test::TestGraph graph = test::randomGraph(random, 5 + 5 * round, round % 3 != 0);
+    for (StoredSegment& s : graph.segments) s.owned = random() % 2 != 0;
+    std::shuffle(graph.segments.begin(), graph.segments.end(), random);
+    expectHolds(Tile(0, kWorld, false, graph.grid, graph.segments), graph.segments);
+    // A part of it: parents without segments of their own.
+    graph.segments.resize(graph.segments.size() / 2);
+    expectHolds(Tile(0, kWorld, false, graph.grid, graph.segments), graph.segments);
+  }
+}
+
+TEST(Tile, HoldsANodeWithManyBranches) {
+  std::vector<StoredSegment> segments;
+  for (std::uint32_t i = 1; i <= 2000; ++i) segments.push_back(segment(0, 2 * i, 1001, {i, 1, 1}, {5, 5, 5}));
+  segments.push_back(segment(0, 1001, 7001, {5, 5, 5}, {0, 0, 0}));
+  expectHolds(Tile(0, kWorld, false, Grid(), segments), segments);
 }
 
 TEST(Tile, HomeIsWhereTheCellContainsTheNode) {

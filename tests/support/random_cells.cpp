@@ -188,7 +188,7 @@ std::vector<NamedCells> worstCases() {
   crossed.push_back(spear);
   Cell rail;  // enough leaves along the spear to make it long
   for (std::uint32_t i = 0; i < 4000; ++i)
-    addSample(rail, Vector3d(-2000 + i, -1900 + 0.95 * i, -1950 + 0.97 * i), i == 0 ? kNoParent : i - 1);
+    addSample(rail, Vector3d(-2000.0 + i, -1900 + 0.95 * i, -1950 + 0.97 * i), i == 0 ? kNoParent : i - 1);
   crossed.push_back(rail);
   std::vector<Cell> outlier = randomColumn(12, 3, 300, 100);
   Cell far;

@@ -4,6 +4,7 @@ namespace filiform::tools {
 
 std::vector<Workload> workloads() {
   std::vector<Workload> all;
+  addIndexWorkloads(all);
   addSolverWorkloads(all);
   addParametersWorkloads(all);
   addStabilityWorkloads(all);

@@ -7,6 +7,7 @@
 
 namespace filiform::tools {
 
+void addIndexWorkloads(std::vector<Workload>& all);
 void addSolverWorkloads(std::vector<Workload>& all);
 void addParametersWorkloads(std::vector<Workload>& all);
 void addStabilityWorkloads(std::vector<Workload>& all);
