@@ -6,10 +6,11 @@
 #include "index/reference_tree.h"
 #include "index/tile_codec.h"
 #include "tools/bench/dense_cells.h"
+#include "tools/bench/embree_peer.h"
 #include "tools/bench/workloads.h"
 
-#include <chrono>
 #include <cmath>
+#include <ctime>
 #include <limits>
 #include <memory>
 #include <random>
@@ -23,6 +24,7 @@
 
 #if __has_include(<boost/geometry/index/rtree.hpp>)
 #define FILIFORM_BENCH_BOOST 1
+#define BOOST_ALLOW_DEPRECATED_HEADERS  // it includes such
 #include <boost/geometry.hpp>
 #include <boost/geometry/index/rtree.hpp>
 #include <boost/version.hpp>
@@ -39,7 +41,12 @@ using CgalTree =
 
 constexpr int kBatches = 5;
 
-double now_s() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+// Processor time of the thread: being put aside for others does not count.
+double now_s() {
+  timespec t{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
 
 template <typename Work>
 double seconds(Work&& work) {
@@ -223,7 +230,8 @@ BenchReport runIndex(const BenchOptions& options) {
   for (const std::string& path : packedTreePaths()) paths += (paths.empty() ? "" : ", ") + path;
   report.notes.push_back("Paths of the packed tree on this machine: " + paths + "; the last is used.");
   report.notes.push_back(
-      "Near: 0.5 um (sigma, each axis) about a node. Batches of the engines alternate; medians. Answers are compared.");
+      "Near: 0.5 um (sigma, each axis) about a node. Batches of the engines alternate; medians, in processor time of "
+      "the thread. Answers are compared.");
 
   BenchTable tiles{
       "tiles",
@@ -290,6 +298,20 @@ BenchReport runIndex(const BenchOptions& options) {
 #else
   report.notes.push_back("Boost.Geometry was not there when this was built.");
 #endif
+  std::vector<SegmentEnds> ends;
+  const EmbreePeer embree = [&] {
+    ends.reserve(segments.size());
+    for (const Kernel::Segment_3& s : segments)
+      ends.push_back({Vector3d(s.source().x(), s.source().y(), s.source().z()),
+                      Vector3d(s.target().x(), s.target().y(), s.target().z())});
+    return embreePeer(ends);
+  }();
+  if (embree.squared) {
+    others.push_back({"Embree", embree.squared, {}});
+    report.versions.emplace_back("Embree", embree.version);
+  } else {
+    report.notes.push_back("Without Embree: configure with -DFILIFORM_BENCH_PEERS=ON after tools/setup --bench.");
+  }
   BenchTable jumps{"jumps",
                    "An exact jump, warm, " + std::to_string(segments.size()) +
                        " segments at 0.67 a um^3, capacity 4096: ns, and how many times filiform is faster",
@@ -307,6 +329,8 @@ BenchReport runIndex(const BenchOptions& options) {
         report.goals.push_back(atLeast("warm exact jump, " + points + ", against one CGAL tree", 3, 5, ratio));
       if (engine.name == "Boost")
         report.goals.push_back(atLeast("warm exact jump, " + points + ", against Boost rtree", 1.1, 2, ratio));
+      if (engine.name == "Embree")
+        report.goals.push_back(atLeast("warm exact jump, " + points + ", against Embree 3", 0.8, 1.5, ratio));
     }
   }
   report.tables.push_back(std::move(jumps));
@@ -317,7 +341,7 @@ BenchReport runIndex(const BenchOptions& options) {
 }  // namespace
 
 void addIndexWorkloads(std::vector<Workload>& all) {
-  all.push_back({"index", "tiles in memory and exact jumps, against CGAL and Boost", runIndex});
+  all.push_back({"index", "tiles in memory and exact jumps, against CGAL, Boost and Embree", runIndex});
 }
 
 }  // namespace filiform::tools
