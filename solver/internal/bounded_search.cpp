@@ -18,6 +18,13 @@ std::uint32_t marksFor(std::uint32_t max_visited) noexcept {
   return std::max(BoundedSearch::kLeastMarks, 3 * max_visited);
 }
 
+// Eigen's own assignment is a call in so large a function.
+[[gnu::always_inline]] inline void assign(Vector3d& to, const Vector3d& from) noexcept {
+  to.x() = from.x();
+  to.y() = from.y();
+  to.z() = from.z();
+}
+
 }  // namespace
 
 BoundedSearch::BoundedSearch(std::uint32_t max_visited, const Reach& reach)
@@ -105,9 +112,9 @@ void BoundedSearch::keepForUndo() noexcept {
     if (q.t != 0.0 && q.t != 1.0) {  // it slides along its segment: nothing else changes
       undo_ = Undo::slide;
       before_.place.t = state_.place.t;
-      before_.place.p_W = state_.place.p_W;
+      assign(before_.place.p_W, state_.place.p_W);
       state_.place.t = q.t;
-      state_.place.p_W = q.p_W;
+      assign(state_.place.p_W, q.p_W);
     } else {
       keepForUndo();
       settle(graph, *active.tile, active.segment, q.t, q.p_W);
