@@ -1,12 +1,15 @@
 #include "index/ingest.h"
 
+#include "index/cell_graph.h"
 #include "index/errors.h"
 #include "index/memory_tiles.h"
+#include "index/verify.h"
 #include "tests/support/random_cells.h"
 #include "tests/support/temp_folder.h"
 #include "tests/support/tile_invariants.h"
 
 #include <algorithm>
+#include <array>
 #include <csignal>
 #include <fcntl.h>
 #include <filesystem>
@@ -79,6 +82,37 @@ TEST(Ingest, WhatIsReadBackKeepsEveryPromise) {
     EXPECT_EQ(set->samples().t, memory->samples().t);
     EXPECT_EQ(set->samples().covering_radius_um, memory->samples().covering_radius_um);
   }
+}
+
+// A lattice of squares: a third of its links close loops, and tiles of 8 cut it everywhere.
+TEST(Ingest, LoopsComeBackAsTheyWere) {
+  constexpr int kSide = 12;
+  Cell lattice;
+  lattice.source = "lattice.edges";
+  std::vector<std::array<std::uint32_t, 2>> edges;
+  for (int i = 0; i < kSide * kSide; ++i) {
+    const int x = i % kSide, y = i / kSide;
+    lattice.sample_ids.push_back(i);
+    lattice.positions_um.emplace_back(3 * x, 3 * y, x * y % 5);
+    lattice.radii_um.push_back(0.5f + 0.01f * static_cast<float>(i));
+    lattice.types.push_back(3);
+    const auto rank = static_cast<std::uint32_t>(i);
+    if (x > 0) edges.push_back({rank, rank - 1});
+    if (y > 0) edges.push_back({rank, rank - kSide});
+  }
+  connect(lattice, edges);
+  ASSERT_EQ(lattice.links.size(), edges.size());
+  const TempFolder folder;
+  ingestCells({lattice}, folder / "a.fil", {.capacity = 8});
+  const VerifyReport report = verify(folder / "a.fil", {.deep = true});
+  EXPECT_TRUE(report.sound()) << report.problems.front();
+  const auto set = TileSet::open(folder / "a.fil");
+  EXPECT_GT(set->tile_count(), 20u);
+  const CellGraph back = readCell(*set, 0, true);
+  EXPECT_EQ(back.links, lattice.links);
+  EXPECT_EQ(back.radii_um, lattice.radii_um);
+  for (std::uint32_t i = 0; i < lattice.samples(); ++i)
+    EXPECT_LE((back.position_W(i) - lattice.positions_um[i]).cwiseAbs().maxCoeff(), 0.001);
 }
 
 TEST(Ingest, MoreTilesThanAPageHolds) {
