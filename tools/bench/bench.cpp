@@ -226,8 +226,7 @@ ChildCost measureInChild(const std::function<std::vector<double>()>& work) {
   cost.cpu_s = seconds(usage.ru_utime) + seconds(usage.ru_stime);
   cost.peak_bytes = static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
   cost.numbers.resize((answer.size() - 1) / sizeof(double));
-  if (!cost.numbers.empty())
-    std::memcpy(cost.numbers.data(), answer.data() + 1, cost.numbers.size() * sizeof(double));
+  if (!cost.numbers.empty()) std::memcpy(cost.numbers.data(), answer.data() + 1, cost.numbers.size() * sizeof(double));
   return cost;
 }
 
