@@ -98,7 +98,7 @@ class UsbTransfer {
   // or failed, if it could not be started; requires that it is not pending, and length <= buffer().size(). No time
   // limit of its own: see UsbConnection::run() and cancel(). Nothing here allocates; libusb takes one small block.
   virtual bool submit(std::size_t length) noexcept = 0;
-  // Changes only within handleEvents(), submit() and cancel() of this connection.
+  // Changes only within calls of this connection and its transfers.
   virtual UsbStatus status() const noexcept = 0;
   bool pending() const noexcept { return status() == UsbStatus::pending; }
   // Bytes sent or received by the last one, also where it ended early.
@@ -146,8 +146,8 @@ class UsbTransport {
  public:
   virtual ~UsbTransport() = default;
 
-  // What is plugged in now, ordered by bus path. Looks at the system each time (milliseconds): works where no daemon
-  // announces changes. Throws UsbError failed.
+  // What is plugged in now, hubs aside, ordered by bus path. Looks at the system each time (milliseconds): works where
+  // no daemon announces changes. Throws UsbError failed.
   virtual std::vector<UsbDeviceInfo> devices() = 0;
   // Throws UsbError no_permission (naming kUdevRule), not_found (no longer plugged in as `info` says), failed. The
   // transport must outlive the connection.
