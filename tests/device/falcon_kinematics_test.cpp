@@ -51,7 +51,7 @@ double shinMiss_m(const Vector3d& p_F, double angle_rad, int leg) {
 
 TEST(FalconKinematics, EveryPlaceOfTheWorkspaceIsReachedByClosedLegs) {
   Random random(1);
-  for (int i = 0; i < 100000; ++i) {
+  for (int i = 0; i < 30000; ++i) {
     const Vector3d p_F = random.inBox(kFalconCentre_F, kFalconReach_m);
     const auto angles = falconAngles(p_F);
     ASSERT_TRUE(angles) << p_F.transpose();
@@ -82,7 +82,7 @@ TEST(FalconKinematics, ForwardOfInverseIsThePlaceFromAColdStart) {
   Random random(2);
   double worst_m = 0;
   int most = 0;
-  for (int i = 0; i < 200000; ++i) {
+  for (int i = 0; i < 60000; ++i) {
     const Vector3d p_F = random.inBox(kFalconCentre_F, kFalconReach_m);
     const FalconPlace place = falconPlace(falconAngles(p_F).value(), kFalconCentre_F);
     ASSERT_TRUE(place.reached) << p_F.transpose();
@@ -96,7 +96,7 @@ TEST(FalconKinematics, ForwardOfInverseIsThePlaceFromAColdStart) {
 
 TEST(FalconKinematics, AnyPlaceOfTheWorkspaceIsAStart) {
   Random random(3);
-  for (int i = 0; i < 50000; ++i) {
+  for (int i = 0; i < 30000; ++i) {
     const Vector3d p_F = random.inBox(kFalconCentre_F, kFalconReach_m);
     const Vector3d start_F = random.inBox(kFalconCentre_F, kFalconReach_m);
     const FalconPlace place = falconPlace(falconAngles(p_F).value(), start_F);
@@ -185,7 +185,7 @@ TEST(FalconKinematics, AFastHandSeesTheEncodersAloneAndNoLag) {
 TEST(FalconKinematics, BeyondTheEdgeThereIsNoAnswerAndNeverANaN) {
   Random random(6);
   int answered = 0, none = 0, reached = 0;
-  for (int i = 0; i < 200000; ++i) {
+  for (int i = 0; i < 60000; ++i) {
     const Vector3d p_F = random.inBox(kFalconCentre_F, i % 2 == 0 ? 0.06 : 0.2);
     const auto angles = falconAngles(p_F);
     (angles ? answered : none)++;
@@ -220,7 +220,7 @@ TEST(FalconKinematics, BeyondTheEdgeThereIsNoAnswerAndNeverANaN) {
 TEST(FalconKinematics, AnglesOfNoPlaceAreRefusedAndTheStartIsKept) {
   Random random(7);
   int refused = 0;
-  for (int i = 0; i < 10000; ++i) {
+  for (int i = 0; i < 3000; ++i) {
     const Vector3d start_F = random.inBox(kFalconCentre_F, kFalconReach_m);
     const FalconPlace place = falconPlace(random.inBox(Vector3d::Zero(), 10), start_F);
     ASSERT_TRUE(place.p_F.allFinite());
@@ -228,7 +228,7 @@ TEST(FalconKinematics, AnglesOfNoPlaceAreRefusedAndTheStartIsKept) {
     ++refused;
     ASSERT_EQ(place.p_F, start_F);
   }
-  EXPECT_GT(refused, 5000);
+  EXPECT_GT(refused, 1000);
   const Vector3d angles = falconAngles(kFalconCentre_F).value();
   for (const double bad : {kNaN, kInfinity, -kInfinity, 1e300}) {
     EXPECT_FALSE(falconPlace(Vector3d(angles.x(), bad, angles.z()), kFalconCentre_F).reached) << bad;
