@@ -1,12 +1,13 @@
 #include "device/device_factory.h"
 
+#include "device/falcon.h"
 #include "device/null_device.h"
 #include "device/replay.h"
 #include "device/simulated_hand.h"
 
 namespace filiform {
 
-const char* deviceChoices() { return "sim:loose|medium|firm, replay:FILE, null"; }
+const char* deviceChoices() { return "sim:loose|medium|firm, replay:FILE, null, falcon[:FIRMWARE]"; }
 
 std::unique_ptr<HapticDevice> makeDevice(const std::string& spec, const DeviceFactoryOptions& options) {
   const std::size_t colon = spec.find(':');
@@ -24,7 +25,12 @@ std::unique_ptr<HapticDevice> makeDevice(const std::string& spec, const DeviceFa
     return std::make_unique<ReplayDevice>(argument);
   }
   if (spec == "null") return std::make_unique<NullDevice>(options.period_s);
-  if (kind == "falcon" || kind == "spacemouse")
+  if (kind == "falcon") {
+    FalconOptions falcon;
+    falcon.firmware = argument;
+    return std::make_unique<Falcon>(systemUsb(), falcon);
+  }
+  if (kind == "spacemouse")
     throw UnknownDevice("device " + kind + " is not in this build; choose one of " + deviceChoices());
   throw UnknownDevice(std::string("no such device; choose one of ") + deviceChoices());
 }

@@ -1,5 +1,6 @@
 #include "device/device_factory.h"
 
+#include "device/falcon.h"
 #include "device/null_device.h"
 #include "device/replay.h"
 #include "device/simulated_hand.h"
@@ -19,6 +20,8 @@ TEST(DeviceFactory, MakesEveryDeviceItOffers) {
     EXPECT_EQ(device->status(), DeviceStatus::closed);
   }
   EXPECT_NE(dynamic_cast<NullDevice*>(makeDevice("null").get()), nullptr);
+  for (const char* spec : {"falcon", "falcon:", "falcon:/no/such/file"})
+    EXPECT_NE(dynamic_cast<Falcon*>(makeDevice(spec).get()), nullptr) << spec;
 
   const test::TempFolder folder;
   const std::string path = folder.file("with:colon.rec");
@@ -29,7 +32,7 @@ TEST(DeviceFactory, MakesEveryDeviceItOffers) {
 }
 
 TEST(DeviceFactory, NamesWhatThereIs) {
-  for (const char* spec : {"falcon", "spacemouse", "", "nul", "null:x", "mouse", "SIM:loose"}) {
+  for (const char* spec : {"falcons", "spacemouse", "", "nul", "null:x", "mouse", "SIM:loose"}) {
     try {
       makeDevice(spec);
       ADD_FAILURE() << spec << " was made";

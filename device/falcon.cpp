@@ -1,0 +1,374 @@
+#include "device/falcon.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <system_error>
+#include <utility>
+
+namespace filiform {
+namespace {
+
+constexpr std::uint8_t kInterface = 0, kIn = 0x81, kOut = 0x02;
+constexpr std::size_t kInBytes = 512, kOutBytes = 64;
+constexpr double kControlTime_s = 0.5, kWriteTime_s = 0.5, kReopenPause_s = 0.1;
+constexpr double kProbeTime_s = 0.1, kFirstReportTime_s = 1.0, kProbeAnswer_s = 0.01, kZeroTime_s = 0.01;
+constexpr double kFarthest_m = 0.1;  // from the centre, on any axis: beyond what the mechanism can do
+// Between two believed reports, when their distance is judged. After a gap nothing is believed at once.
+constexpr double kLeastInterval_s = 1e-3, kMostInterval_s = 2e-3;
+constexpr double kLeastWindow_s = 0.005;  // of the velocity: less says more of the encoders than of the hand
+
+std::string rejection(UsbStatus status) { return std::string("a transfer ended ") + toString(status); }
+
+}  // namespace
+
+Falcon::Falcon(UsbTransport& transport, FalconOptions options) : transport_(transport), options_(std::move(options)) {
+  if (options_.firmware.empty())
+    if (const char* named = std::getenv(kFalconFirmwareVariable)) options_.firmware = named;
+  capabilities_.name = "Novint Falcon";
+  capabilities_.workspace_lo_D.setConstant(-kFalconReach_m);
+  capabilities_.workspace_hi_D.setConstant(kFalconReach_m);
+  capabilities_.peak_force_N = 8;
+  capabilities_.max_stiffness_N_m = 500;
+  capabilities_.resolution_m = 5e-5;
+  capabilities_.nominal_rate_Hz = 1000;
+  capabilities_.delay_samples = 1;
+  capabilities_.buttons = 4;
+  capabilities_.needs_homing = true;
+  capabilities_.paces_loop = true;
+}
+
+Falcon::~Falcon() { close(); }
+
+UsbDeviceInfo Falcon::find() const {
+  for (UsbDeviceInfo& info : transport_.devices())
+    if (info.vendor == kFalconVendor && info.product == kFalconProduct &&
+        (options_.bus_path.empty() || info.bus_path == options_.bus_path))
+      return info;
+  throw DeviceError("no Novint Falcon (USB 0403:cb48) is plugged in" +
+                    (options_.bus_path.empty() ? std::string() : " at " + options_.bus_path) +
+                    ": connect its USB cable and its power supply");
+}
+
+void Falcon::connect(const UsbDeviceInfo& info) {
+  usb_ = transport_.open(info);
+  usb_->claim(kInterface);
+  in_ = usb_->makeTransfer(kIn, kInBytes);
+  out_ = usb_->makeTransfer(kOut, kOutBytes);
+  parser_.reset();
+}
+
+void Falcon::disconnect() noexcept {
+  in_.reset();
+  out_.reset();
+  usb_.reset();
+}
+
+void Falcon::prepareToRun() {
+  const auto request = [this](const FtdiRequest& what) {
+    usb_->control({.request_type = 0x40, .request = what.request, .value = what.value}, {}, kControlTime_s);
+  };
+  for (const FtdiRequest& what : falconRunRequests()) request(what);
+  if (options_.event_character) request(ftdi::kEventAtReportEnd);
+}
+
+bool Falcon::answersAsRunning(double patience_s) noexcept {
+  const std::uint64_t before = parser_.reports();
+  const double end_s = usb_->time_s() + patience_s;
+  takeReports();
+  while (parser_.reports() == before && usb_->time_s() < end_s && !usb_->gone()) {
+    send({}, true);
+    const double next_s = usb_->time_s() + kProbeAnswer_s;
+    while (parser_.reports() == before && usb_->time_s() < next_s && !usb_->gone()) {
+      usb_->handleEvents(next_s - usb_->time_s());
+      takeReports();
+    }
+  }
+  return parser_.reports() != before;
+}
+
+std::vector<std::uint8_t> Falcon::readFirmware() const {
+  const std::string& path = options_.firmware;
+  if (path.empty())
+    throw DeviceError(
+        std::string("the Falcon has no firmware loaded, and none was given. It is Novint's and may not be shipped with "
+                    "filiform: look for a .bin file of 7 to 9 kB in the driver or SDK that came with the device, and "
+                    "pass it as --device falcon:FILE or in ") +
+        kFalconFirmwareVariable);
+  std::ifstream file(path, std::ios::binary);
+  if (!file) throw DeviceError(path + ": cannot open the firmware: " + std::generic_category().message(errno));
+  std::vector<std::uint8_t> image(kFalconFirmwareMost + 1);
+  file.read(reinterpret_cast<char*>(image.data()), static_cast<std::streamsize>(image.size()));
+  if (file.bad()) throw DeviceError(path + ": cannot read the firmware");
+  image.resize(static_cast<std::size_t>(file.gcount()));
+  if (image.size() < kFalconFirmwareLeast || image.size() > kFalconFirmwareMost)
+    throw DeviceError(path + ": this is no firmware of a Falcon: it would have " +
+                      std::to_string(kFalconFirmwareLeast) + " to " + std::to_string(kFalconFirmwareMost) + " bytes");
+  return image;
+}
+
+void Falcon::load(std::span<const std::uint8_t> image) {
+  FalconLoader loader(image);
+  for (;;) {
+    const FalconLoader::Step& step = loader.next(transport_.time_s());
+    try {
+      switch (step.action) {
+        case FalconLoader::Action::request:
+          usb_->control({.request_type = 0x40, .request = step.request.request, .value = step.request.value}, {},
+                        kControlTime_s);
+          break;
+        case FalconLoader::Action::write: {
+          std::copy(step.bytes.begin(), step.bytes.end(), out_->buffer().begin());
+          const UsbStatus status = usb_->run(*out_, step.bytes.size(), kWriteTime_s);
+          if (status != UsbStatus::done) loader.lost(rejection(status));
+          break;
+        }
+        case FalconLoader::Action::read:
+          if (!in_->pending() && !in_->submit(kInBytes)) {
+            loader.lost(rejection(in_->status()));
+            break;
+          }
+          usb_->handleEvents(std::max(step.until_s - transport_.time_s(), 0.0));
+          if (in_->pending()) break;
+          if (in_->status() == UsbStatus::done)
+            forEachFtdiPayload(in_->data(), [&](std::span<const std::uint8_t> bytes) { loader.received(bytes); });
+          else
+            loader.lost(rejection(in_->status()));
+          break;
+        case FalconLoader::Action::reopen:
+          disconnect();
+          transport_.pause(kReopenPause_s);
+          connect(find());
+          break;
+        case FalconLoader::Action::loaded:
+          return;
+        case FalconLoader::Action::failed:
+          throw DeviceError("the Falcon's firmware could not be loaded in " + std::to_string(loader.attempt()) +
+                            " attempts: " + step.why +
+                            "; unplug USB and power, wait, and try again, with and without "
+                            "a hub in between");
+      }
+    } catch (const UsbError& error) {
+      loader.lost(error.what());
+    }
+  }
+}
+
+void Falcon::open() {
+  close();
+  counters_ = {};
+  state_ = {};
+  state_.status = DeviceStatus::booting;
+  try {
+    connect(find());
+    prepareToRun();
+    // Longer probing is said to spoil the loading that follows; so is whatever else the device was told before it.
+    if (!answersAsRunning(kProbeTime_s)) {
+      const std::vector<std::uint8_t> image = readFirmware();
+      disconnect();
+      transport_.pause(kReopenPause_s);
+      connect(find());
+      load(image);
+      if (options_.event_character) prepareToRun();
+      if (!answersAsRunning(kFirstReportTime_s))
+        throw DeviceError(options_.firmware +
+                          ": the Falcon took this firmware and does not answer: it is not one for this device");
+    }
+  } catch (...) {
+    disconnect();
+    state_.status = DeviceStatus::closed;
+    throw;
+  }
+  opened_s_ = report_s_ = usb_->time_s();
+  refused_in_a_row_ = unanswered_ = 0;
+  state_.status = DeviceStatus::homing;
+}
+
+void Falcon::close() noexcept {
+  if (usb_) sendZeros({});
+  disconnect();
+  state_.status = DeviceStatus::closed;
+  state_.v_D.setZero();
+}
+
+DeviceState Falcon::exchange(const Wrench& wrench) noexcept {
+  if (state_.status == DeviceStatus::closed || state_.status == DeviceStatus::fault) return state_;
+  // What has come by now answers an earlier question; it must not be taken for the answer to this one.
+  usb_->handleEvents(0);
+  takeReports();
+  const double begin_s = usb_->time_s();
+  if (begin_s - report_s_ > kLost_s) fail();
+  if (state_.status == DeviceStatus::fault) return state_;
+
+  const bool stale = begin_s - report_s_ > kStale_s;
+  if (stale) ramp_from_s_ = begin_s;
+  send(commandFor(stale ? Wrench{} : wrench), stale);
+  bool answered = false;
+  while (unanswered_ > 0 && state_.status != DeviceStatus::fault) {
+    const double left_s = begin_s + kAnswerTime_s - usb_->time_s();
+    if (left_s <= 0) break;
+    usb_->handleEvents(left_s);
+    answered = takeReports() || answered;
+  }
+  // Two questions on their way would make every answer that of the question before: a sample more of delay, for good.
+  if (answered)
+    unanswered_ = 0;
+  else
+    ++counters_.unanswered;
+  counters_.reports = parser_.reports();
+  counters_.skipped_bytes = parser_.skipped_bytes();
+  return state_;
+}
+
+FalconCommand Falcon::commandFor(const Wrench& wrench) const noexcept {
+  FalconCommand command;
+  if (state_.status != DeviceStatus::ready) {
+    command.red = command.homing = true;
+    return command;
+  }
+  command.green = true;
+  Eigen::Vector3d force_N = finiteOrZero(wrench).force_N;
+  const double since_s = usb_->time_s() - ramp_from_s_;
+  if (since_s < options_.ramp_s) force_N *= std::max(since_s, 0.0) / options_.ramp_s;
+  if (const double most = force_N.cwiseAbs().maxCoeff(); most > 0) {
+    // By the largest component first: the square of a huge force is not finite.
+    const double length_N = most * (force_N / most).norm();
+    if (length_N > capabilities_.peak_force_N)
+      force_N = force_N / most * (capabilities_.peak_force_N * most / length_N);
+  }
+  const auto torques_Nm = falconTorques(p_F_, force_N);
+  if (torques_Nm) command.motors = falconMotors(*torques_Nm, options_.motor_per_Nm);
+  return command;
+}
+
+void Falcon::send(const FalconCommand& command, bool at_once) noexcept {
+  if (out_->pending()) {
+    // The device does not take the last command: a newer one waits behind it, a zero does not.
+    if (!at_once) return;
+    out_->cancel();
+  }
+  const UsbStatus last = out_->status();
+  if (last == UsbStatus::stalled || last == UsbStatus::failed) ++counters_.transfer_errors;
+  const FalconPacket packet = packFalconCommand(command);
+  std::copy(packet.begin(), packet.end(), out_->buffer().begin());
+  if (out_->submit(packet.size()))
+    unanswered_ = std::min(unanswered_ + 1, 2);
+  else
+    ++counters_.transfer_errors;
+  if (out_->status() == UsbStatus::gone || usb_->gone()) fail();
+}
+
+bool Falcon::takeReports() noexcept {
+  bool any = false;
+  while (!in_->pending()) {
+    const UsbStatus status = in_->status();
+    if (status == UsbStatus::done) {
+      forEachFtdiPayload(in_->data(), [&](std::span<const std::uint8_t> bytes) {
+        for (const std::uint8_t byte : bytes)
+          if (parser_.push(byte)) {
+            any = true;
+            unanswered_ = std::max(unanswered_ - 1, 0);
+            take(parser_.report());
+          }
+      });
+    } else if (status != UsbStatus::idle) {
+      ++counters_.transfer_errors;
+      parser_.reset();
+    }
+    if (status == UsbStatus::gone || usb_->gone() || !in_->submit(kInBytes)) {
+      fail();
+      return any;
+    }
+  }
+  if (usb_->gone()) fail();
+  return any;
+}
+
+void Falcon::take(const FalconReport& report) noexcept {
+  if (state_.status != DeviceStatus::homing && state_.status != DeviceStatus::ready) return;
+  state_.buttons = report.buttons;
+  if (!report.allHomed()) {
+    state_.status = DeviceStatus::homing;
+    state_.p_D.setZero();
+    state_.v_D.setZero();
+    report_s_ = usb_->time_s();
+    state_.time_s = report_s_ - opened_s_;
+    return;
+  }
+  const Eigen::Vector3d angles_rad = falconAnglesOfCounts(report.counts);
+  const bool ready = state_.status == DeviceStatus::ready;
+  FalconPlace place = falconPlace(angles_rad, ready ? p_F_ : kFalconCentre_F);
+  if (!place.reached) place = falconPlace(angles_rad, kFalconCentre_F);
+  if (!place.reached || (place.p_F - kFalconCentre_F).cwiseAbs().maxCoeff() > kFarthest_m) {
+    ++counters_.refused_reports;
+    refused_in_a_row_ = 0;
+    return;
+  }
+  if (!ready) {
+    begin(place.p_F);
+    return;
+  }
+  const double interval_s = std::clamp(usb_->time_s() - report_s_, kLeastInterval_s, kMostInterval_s);
+  if ((place.p_F - p_F_).norm() <= kMostSpeed_m_s * interval_s) {
+    refused_in_a_row_ = 0;
+    moveTo(place.p_F);
+    return;
+  }
+  ++counters_.refused_reports;
+  const bool agrees = (place.p_F - refused_F_).norm() <= kMostSpeed_m_s * kLeastInterval_s;
+  refused_in_a_row_ = refused_in_a_row_ > 0 && agrees ? refused_in_a_row_ + 1 : 1;
+  refused_F_ = place.p_F;
+  if (refused_in_a_row_ >= kBelieved) begin(place.p_F);
+}
+
+// At a place that has nothing to do with the one before: no speed follows from it, and force begins from zero.
+void Falcon::begin(const Eigen::Vector3d& p_F) noexcept {
+  state_.status = DeviceStatus::ready;
+  ramp_from_s_ = usb_->time_s();
+  refused_in_a_row_ = 0;
+  held_ = 0;
+  moveTo(p_F);
+}
+
+void Falcon::moveTo(const Eigen::Vector3d& p_F) noexcept {
+  p_F_ = p_F;
+  report_s_ = usb_->time_s();
+  state_.time_s = report_s_ - opened_s_;
+  state_.p_D = p_F - kFalconCentre_F;
+  newest_ = (newest_ + 1) % samples_.size();
+  samples_[newest_] = {report_s_, state_.p_D};
+  held_ = std::min(held_ + 1, samples_.size());
+  std::size_t back = 0;
+  const auto sample = [this](std::size_t ago) -> const Sample& {
+    return samples_[(newest_ + samples_.size() - ago) % samples_.size()];
+  };
+  while (back + 1 < held_ && report_s_ - sample(back).time_s < kVelocityWindow_s) ++back;
+  const double window_s = report_s_ - sample(back).time_s;
+  if (window_s >= kLeastWindow_s)
+    state_.v_D = (state_.p_D - sample(back).p_D) / window_s;
+  else
+    state_.v_D.setZero();
+}
+
+void Falcon::sendZeros(const FalconCommand& zero) noexcept {
+  const FalconPacket packet = packFalconCommand(zero);
+  for (int i = 0; i < kZeroPackets && !usb_->gone(); ++i) {
+    out_->cancel();
+    std::copy(packet.begin(), packet.end(), out_->buffer().begin());
+    usb_->run(*out_, packet.size(), kZeroTime_s);
+  }
+}
+
+void Falcon::fail() noexcept {
+  if (state_.status == DeviceStatus::fault || state_.status == DeviceStatus::booting) return;
+  state_.status = DeviceStatus::fault;
+  state_.v_D.setZero();
+  sendZeros({.red = true});
+  in_->cancel();
+}
+
+}  // namespace filiform
