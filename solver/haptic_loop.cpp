@@ -1,6 +1,7 @@
 #include "solver/haptic_loop.h"
 
 #include "index/errors.h"
+#include "solver/force_hold.h"
 
 #include <algorithm>
 #include <cerrno>
@@ -30,6 +31,8 @@ void sleepUntil(std::int64_t time_ns) noexcept {
   }
 }
 
+constexpr std::int64_t kGuardPeriod_ns = 2'000'000;
+
 // Faults in the pages of the stack that the tick may come to use, before the first tick.
 [[gnu::noinline]] void touchStack() noexcept {
   volatile char pages[128 * 1024];
@@ -53,6 +56,11 @@ HapticLoop::HapticLoop(HapticDevice& device, Tick tick, const HapticLoopOptions&
     : device_(device), tick_(std::move(tick)), options_(options), metrics_(options.ring_ticks) {
   if (!(options.rate_Hz > 0 && std::isfinite(options.rate_Hz)))
     throw UsageError("the rate of the haptic loop must be finite and > 0 Hz");
+  if (options_.stall_s > 0) {
+    const double period_s = 1.0 / options_.rate_Hz;
+    const double between_s = options_.stall_s + (device_.capabilities().paces_loop ? 0.0 : period_s);
+    stall_ns_ = static_cast<std::int64_t>(1e9 * std::min(std::max(between_s, 2 * period_s), 1e6));
+  }
 }
 
 HapticLoop::~HapticLoop() { stop(); }
@@ -60,7 +68,7 @@ HapticLoop::~HapticLoop() { stop(); }
 void HapticLoop::start() {
   if (thread_.joinable()) {
     if (running()) return;
-    thread_.join();
+    stop();
   }
   refusals_.clear();
   stopping_ = false;
@@ -68,17 +76,28 @@ void HapticLoop::start() {
   std::promise<void> prepared;
   std::future<void> is_prepared = prepared.get_future();
   running_ = true;
+  laid_back_ns_ = now_ns();
   thread_ = std::thread([this, &prepared] {
-    prepareThread();
+    prepareThread(options_.priority, true);
     prepared.set_value();
     run();
   });
   is_prepared.wait();
+  if (stall_ns_ > 0) {
+    guard_stopping_ = false;
+    internal::forceHolds().guards.fetch_add(1);
+    guard_ = std::thread([this] {
+      prepareThread(options_.priority + 1, false);  // a tick that spins must not keep the guard from running
+      guard();
+    });
+  }
 }
 
 void HapticLoop::stop() noexcept {
   stopping_.store(true, std::memory_order_release);
   if (thread_.joinable()) thread_.join();
+  guard_stopping_.store(true, std::memory_order_release);
+  if (guard_.joinable()) guard_.join();
   if (memory_locked_) munlockall();
   memory_locked_ = false;
 }
@@ -95,9 +114,9 @@ std::string HapticLoop::fault() const {
   return {};
 }
 
-void HapticLoop::prepareThread() {
+void HapticLoop::prepareThread(int priority, bool tell) {
   touchStack();
-  if (options_.lock_memory) {
+  if (options_.lock_memory && tell) {
     const std::string refused = lockMemory();
     memory_locked_ = refused.empty();
     if (!memory_locked_)
@@ -106,11 +125,28 @@ void HapticLoop::prepareThread() {
   }
   if (options_.realtime_priority) {
     sched_param parameters{};
-    parameters.sched_priority = options_.priority;
-    if (const int error = pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameters))
+    parameters.sched_priority = priority;
+    if (const int error = pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameters); error != 0 && tell)
       refusals_.push_back(std::string("real-time priority was refused (") + std::strerror(error) +
                           "): other programs may delay ticks by milliseconds; raise the rtprio limit");
   }
+}
+
+void HapticLoop::takeDevice() noexcept {
+  const std::atomic<int>& holds_wanted = internal::forceHolds().wanted;
+  for (;;) {
+    // A device that paces the loop is nearly always taken: left lying for a hold, the guard comes to it.
+    const bool leave =
+        holds_wanted.load(std::memory_order_relaxed) > 0 && stall_ns_ > 0 && !stopping_.load(std::memory_order_relaxed);
+    Holder nobody = Holder::nobody;
+    if (!leave && holder_.compare_exchange_strong(nobody, Holder::haptic, std::memory_order_acquire)) return;
+    sleepUntil(now_ns() + 100'000);
+  }
+}
+
+void HapticLoop::layDeviceBack() noexcept {
+  laid_back_ns_.store(now_ns(), std::memory_order_relaxed);
+  holder_.store(Holder::nobody, std::memory_order_release);
 }
 
 void HapticLoop::run() noexcept {
@@ -119,8 +155,46 @@ void HapticLoop::run() noexcept {
   } catch (...) {
     fault_.store(Fault::tick, std::memory_order_release);
   }
+  takeDevice();
   device_.exchange(Wrench{});
+  layDeviceBack();
   running_.store(false, std::memory_order_release);
+}
+
+void HapticLoop::guard() noexcept {
+  internal::ForceHolds& holds = internal::forceHolds();
+  bool held = false;
+  while (!guard_stopping_.load(std::memory_order_acquire)) {
+    sleepUntil(now_ns() + kGuardPeriod_ns);
+    const bool wanted = holds.wanted.load(std::memory_order_acquire) > 0 && !stopping_.load(std::memory_order_acquire);
+    const bool stalled = running() && now_ns() - laid_back_ns_.load(std::memory_order_relaxed) > stall_ns_;
+    if (!held && (wanted || stalled)) {
+      Holder nobody = Holder::nobody;
+      if (!holder_.compare_exchange_strong(nobody, Holder::guard, std::memory_order_acquire)) continue;
+      // Between the two looks the haptic thread may have been at the device.
+      if (wanted || now_ns() - laid_back_ns_.load(std::memory_order_relaxed) > stall_ns_) {
+        device_.exchange(Wrench{});
+        guard_exchanges_.fetch_add(1, std::memory_order_relaxed);
+      }
+      held = wanted;
+      if (held)
+        holds.held.fetch_add(1);
+      else
+        holder_.store(Holder::nobody, std::memory_order_release);
+    } else if (held && wanted) {
+      device_.exchange(Wrench{});
+      guard_exchanges_.fetch_add(1, std::memory_order_relaxed);
+    } else if (held) {
+      held = false;
+      holds.held.fetch_sub(1);
+      holder_.store(Holder::nobody, std::memory_order_release);
+    }
+  }
+  if (held) {
+    holds.held.fetch_sub(1);
+    holder_.store(Holder::nobody, std::memory_order_release);
+  }
+  holds.guards.fetch_sub(1);
 }
 
 void HapticLoop::loop() {
@@ -131,17 +205,31 @@ void HapticLoop::loop() {
   const std::int64_t begin_ns = now_ns();
   std::int64_t due_ns = begin_ns, last_start_ns = begin_ns, moved_ns = begin_ns;
   double device_time_s = -1;
+  constexpr std::int64_t kFullForce = -1;
+  const auto ramp_ns = static_cast<std::int64_t>(1e9 * std::max(options_.ramp_s, 0.0));
+  std::int64_t ramp_from_ns = options_.ramp_at_start ? begin_ns : kFullForce;
+  bool computed = false, was_ready = false;  // there is a wrench of a tick; the state before was ready
   Wrench wrench;
   while (!stopping_.load(std::memory_order_acquire)) {
     if (!device_paces) sleepUntil(due_ns);
+    takeDevice();
     LoopTick times;
     const std::int64_t start_ns = now_ns();
+    if (computed && stall_ns_ > 0 && start_ns - laid_back_ns_.load(std::memory_order_relaxed) > stall_ns_) {
+      times.interrupted = true;
+      interruptions_.fetch_add(1, std::memory_order_relaxed);
+      ramp_from_ns = start_ns;
+      wrench = Wrench{};
+    }
+    computed = true;
     if (!device_paces) times.wake_ns = start_ns - due_ns;
     times.start_ns = start_ns - begin_ns;
     times.period_ns = start_ns - last_start_ns;
     last_start_ns = start_ns;
 
+    times.force_N = wrench.force_N.norm();
     const DeviceState state = device_.exchange(wrench);
+    layDeviceBack();
     const std::int64_t exchanged_ns = now_ns();
     times.exchange_ns = exchanged_ns - start_ns;
     if (state.status == DeviceStatus::fault) {
@@ -158,8 +246,20 @@ void HapticLoop::loop() {
     if (stale) stale_ticks_.fetch_add(1, std::memory_order_relaxed);
 
     wrench = tick_(state, dt_s);
-    if (stale || state.status != DeviceStatus::ready || !wrench.force_N.allFinite() || !wrench.torque_Nm.allFinite())
-      wrench = Wrench{};
+    const bool ready = state.status == DeviceStatus::ready;
+    if (stale || (ready && !was_ready && options_.ramp_at_start)) ramp_from_ns = exchanged_ns;
+    was_ready = ready;
+    if (stale || !ready || !wrench.force_N.allFinite() || !wrench.torque_Nm.allFinite()) wrench = Wrench{};
+    if (ramp_from_ns != kFullForce) {
+      const std::int64_t since_ns = exchanged_ns - ramp_from_ns;
+      if (since_ns >= ramp_ns) {
+        ramp_from_ns = kFullForce;
+      } else {
+        const double part = static_cast<double>(since_ns) / static_cast<double>(ramp_ns);
+        wrench.force_N *= part;
+        wrench.torque_Nm *= part;
+      }
+    }
 
     // Late ticks are skipped, never caught up: a burst of ticks would feed the hand stale forces.
     const std::int64_t end_ns = now_ns();

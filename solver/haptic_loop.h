@@ -4,9 +4,19 @@
 //   options); loop.start();  ...  loop.stop();  loop.metrics().writeCsv(out);
 //
 // Whatever ends the loop (stop(), a fault of the device, an exception in the tick, destruction), the last thing that
-// the device is sent is zero force. Thread rule: start, stop and the destructor belong to one thread; running() and
-// fault() to any; metrics() and refusals() may be read while the loop does not run, refusals() as soon as start() has
-// returned.
+// the device is sent is zero force. While it runs, a force is never older than stall_s: a second thread, the guard,
+// watches. If the haptic thread has not come back to the device for that long (a tick that blocks, a thread that is not
+// scheduled), the guard exchanges in its place, zero force each time, until it comes back; what the late tick computed
+// is not sent, and force grows from zero again over ramp_s. The same follows where the whole process had been stopped,
+// and force_hold.h lets signal handlers ask for it.
+//
+// The device changes hands through one atomic word: the haptic thread takes it for an exchange and lays it back, the
+// guard takes it only from where it lies. So the haptic thread never waits, except when it comes back late and meets
+// the guard in the middle of an exchange. Within exchange() the device's own limits hold (haptic_device.h).
+//
+// Thread rule: start, stop and the destructor belong to one thread; running() and fault() to any; metrics() and
+// refusals() may be read while the loop does not run, refusals() as soon as start() has returned. The device is
+// exchanged with by two threads, never at once and each after the other in the sense of the memory model.
 #pragma once
 
 #include "device/haptic_device.h"
@@ -27,7 +37,13 @@ struct HapticLoopOptions {
   int priority = 80;              // 99 would compete with the kernel's own threads
   bool lock_memory = true;        // ask that nothing be paged out while the loop runs
   // A device whose time stands still for so long (s) is taken for dead: zero force until it moves again. 0: never.
-  double watchdog_s = 0.1;
+  double watchdog_s = 0.015;
+  // How old (s) a force may get before the guard takes the device; a period is added where the clock paces the loop,
+  // and it is 2 periods at least. 0: no guard.
+  double stall_s = 0.010;
+  // After an interruption (stall, still clock, stopped process) force grows from zero over this time (s).
+  double ramp_s = 0.5;
+  bool ramp_at_start = true;      // at the first ready state too; not where the tick does that itself
   std::size_t ring_ticks = 4096;  // kept whole by the metrics
 };
 
@@ -58,22 +74,32 @@ class HapticLoop {
   const LoopMetrics& metrics() const { return metrics_; }
   std::uint64_t ticks() const noexcept { return ticks_.load(std::memory_order_relaxed); }              // any thread
   std::uint64_t stale_ticks() const noexcept { return stale_ticks_.load(std::memory_order_relaxed); }  // any thread
+  // How often what had been computed was too old to be sent, and the exchanges of the guard. Any thread.
+  std::uint64_t interruptions() const noexcept { return interruptions_.load(std::memory_order_relaxed); }
+  std::uint64_t guard_exchanges() const noexcept { return guard_exchanges_.load(std::memory_order_relaxed); }
 
  private:
   enum class Fault : std::uint8_t { none, device, tick };
-  void prepareThread();
+  enum class Holder : std::uint8_t { nobody, haptic, guard };
+  void prepareThread(int priority, bool tell);
   void loop();
   void run() noexcept;
+  void guard() noexcept;
+  void takeDevice() noexcept;
+  void layDeviceBack() noexcept;
 
   HapticDevice& device_;
   Tick tick_;
   HapticLoopOptions options_;
   LoopMetrics metrics_;
   std::vector<std::string> refusals_;
-  std::thread thread_;
-  std::atomic<bool> running_{false}, stopping_{false};
+  std::int64_t stall_ns_ = 0;
+  std::thread thread_, guard_;
+  std::atomic<bool> running_{false}, stopping_{false}, guard_stopping_{false};
+  std::atomic<Holder> holder_{Holder::nobody};
+  std::atomic<std::int64_t> laid_back_ns_{0};  // when the haptic thread last did
   std::atomic<Fault> fault_{Fault::none};
-  std::atomic<std::uint64_t> ticks_{0}, stale_ticks_{0};
+  std::atomic<std::uint64_t> ticks_{0}, stale_ticks_{0}, interruptions_{0}, guard_exchanges_{0};
   bool memory_locked_ = false;
 };
 

@@ -60,14 +60,14 @@ std::vector<LoopTick> LoopMetrics::lastTicks() const {
 }
 
 void LoopMetrics::writeCsv(std::ostream& out) const {
-  out << "tick,start_ns,wake_ns,exchange_ns,compute_ns,period_ns,missed\n";
+  out << "tick,start_ns,wake_ns,exchange_ns,compute_ns,period_ns,missed,interrupted,force_N\n";
   const std::vector<LoopTick> ticks = lastTicks();
   std::uint64_t number = ticks_ - ticks.size();
   for (const LoopTick& tick : ticks) {
     out << number++;
     for (std::int64_t time_ns : {tick.start_ns, tick.wake_ns, tick.exchange_ns, tick.compute_ns, tick.period_ns})
       out << ',' << time_ns;
-    out << ',' << (tick.missed ? 1 : 0) << '\n';
+    out << ',' << (tick.missed ? 1 : 0) << ',' << (tick.interrupted ? 1 : 0) << ',' << tick.force_N << '\n';
   }
 }
 

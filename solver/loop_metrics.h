@@ -43,6 +43,8 @@ struct LoopTick {                // ns
   std::int64_t compute_ns = 0;   // everything else in the tick
   std::int64_t period_ns = 0;    // since the tick before; 0 at the first
   bool missed = false;           // the tick ended after the next one should have begun
+  bool interrupted = false;      // what had been computed was too old: zero was sent instead
+  double force_N = 0;            // magnitude of what was sent
 };
 
 class LoopMetrics {
@@ -61,7 +63,8 @@ class LoopMetrics {
 
   // Oldest first.
   std::vector<LoopTick> lastTicks() const;
-  // Header and one row a tick, oldest first: tick,start_ns,wake_ns,exchange_ns,compute_ns,period_ns,missed
+  // Header and one row a tick, oldest first:
+  // tick,start_ns,wake_ns,exchange_ns,compute_ns,period_ns,missed,interrupted,force_N
   void writeCsv(std::ostream& out) const;
 
  private:

@@ -82,12 +82,12 @@ TEST(LoopMetrics, CountsMissedDeadlinesAndKeepsTheLastTicks) {
 
 TEST(LoopMetrics, WritesTheLastTicksAsCsv) {
   LoopMetrics metrics(2);
-  for (int i = 0; i < 3; ++i) metrics.record({i * 1000, 1, 2, 3, 1000, i == 2});
+  for (int i = 0; i < 3; ++i) metrics.record({i * 1000, 1, 2, 3, 1000, i == 2, i == 1, 0.5 * i});
   std::ostringstream out;
   metrics.writeCsv(out);
-  EXPECT_EQ(
-      out.str(),
-      "tick,start_ns,wake_ns,exchange_ns,compute_ns,period_ns,missed\n1,1000,1,2,3,1000,0\n2,2000,1,2,3,1000,1\n");
+  EXPECT_EQ(out.str(),
+            "tick,start_ns,wake_ns,exchange_ns,compute_ns,period_ns,missed,interrupted,force_N\n"
+            "1,1000,1,2,3,1000,0,1,0.5\n2,2000,1,2,3,1000,1,0,1\n");
 }
 
 TEST(LoopMetrics, WithoutARingKeepsOnlyTheHistograms) {
