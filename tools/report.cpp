@@ -124,6 +124,8 @@ class Envelope {
   Point first_, least_, greatest_, last_;
 };
 
+constexpr double kBroad = 8, kPale = 0.35;
+
 void drawSeries(Canvas& canvas, const PlotSeries& series, const Axis& x, const Axis& y, Colour colour) {
   Envelope envelope;
   std::vector<Vector2d> markers;
@@ -133,7 +135,7 @@ void drawSeries(Canvas& canvas, const PlotSeries& series, const Axis& x, const A
     if (points.size() == 1) {
       canvas.disc(points[0], 2.5, colour);
     } else {
-      canvas.polyline(points, 1.8, colour, 0.95);
+      canvas.polyline(points, series.broad ? kBroad : 1.8, colour, series.broad ? kPale : 0.95);
     }
   };
   for (std::size_t i = 0; i < series.x.size(); ++i) {
@@ -143,7 +145,7 @@ void drawSeries(Canvas& canvas, const PlotSeries& series, const Axis& x, const A
     }
     const Vector2d p(x.pixel(series.x[i]), y.pixel(series.y[i]));
     envelope.add(p, i);
-    if (series.markers) markers.push_back(p);
+    if (series.markers && !series.broad) markers.push_back(p);
   }
   draw();
   for (const Vector2d& p : markers) {
@@ -157,7 +159,9 @@ void drawLegend(Canvas& canvas, const Plot& plot, double right, double y) {
   for (std::size_t i = plot.series.size(); i-- > 0;) {
     const double width = Canvas::textWidth(plot.series[i].name, 9);
     canvas.text(plot.series[i].name, {right - width, y}, 9, kInk);
-    canvas.line({right - width - 30, y - 4.5}, {right - width - 8, y - 4.5}, 2.6, seriesColour(i));
+    const bool broad = plot.series[i].broad;
+    canvas.line({right - width - 30, y - 4.5}, {right - width - 8, y - 4.5}, broad ? kBroad : 2.6, seriesColour(i),
+                broad ? kPale : 1);
     right -= width + 52;
   }
 }
@@ -270,7 +274,9 @@ Image drawPlot(const Plot& plot) {
     canvas.dashes({at, top}, {at, bottom}, 1.2, kGrey, 5, 4);
     canvas.text(mark.label, {at - 6, top + 8}, 8, kGrey, Align::right, true);
   }
-  for (std::size_t i = 0; i < plot.series.size(); ++i) drawSeries(canvas, plot.series[i], x, y, seriesColour(i));
+  for (const bool broad : {true, false})
+    for (std::size_t i = 0; i < plot.series.size(); ++i)
+      if (plot.series[i].broad == broad) drawSeries(canvas, plot.series[i], x, y, seriesColour(i));
   canvas.clipNothing();
 
   if (!any_x) canvas.text("no data", {(left + right) / 2, (top + bottom) / 2}, 12, kGrey, Align::centre);

@@ -26,6 +26,7 @@ struct PlotSeries {
   std::vector<double> x,
       y;  // of one length; a point that is not finite (or not positive on a logarithmic axis) breaks the line
   bool markers = false;  // a dot on each point: for few points
+  bool broad = false;    // pale and broad, below the others: what they are compared with
 };
 
 struct PlotMark {  // a vertical line at a place worth naming: a knee, a frontier

@@ -191,6 +191,16 @@ TEST(DrawPlot, ShowsTheDataInThePalette) {
   EXPECT_EQ(image.at(1199, 499), kWhite);
 }
 
+TEST(DrawPlot, WhatLiesOnABroadSeriesIsSeenWhicheverComesFirst) {
+  for (const std::size_t broad : {0u, 1u}) {
+    Plot plot;
+    plot.series = {{"a", {0, 1, 2}, {1, 2, 3}}, {"b", {0, 1, 2}, {1, 2, 3}}};
+    plot.series[broad].broad = true;
+    const Image image = drawPlot(plot);
+    EXPECT_GT(count(image, seriesColour(1 - broad), 70), 500) << broad;
+  }
+}
+
 TEST(DrawPlot, KeepsASinglePeakAmongAMillionPoints) {
   Plot plot = waves(1'000'000);
   Plot without = plot;

@@ -320,6 +320,7 @@ class Evaluation {
       PlotSeries a, b;
       a.name = b.name = method;
       a.markers = b.markers = true;
+      a.broad = b.broad = method == "nearest";
       for (const double zoom : protocol_.zooms_um) {
         const TrialSummary s = routesOf("main", variant, method, zoom);
         a.x.push_back(zoom);
@@ -348,6 +349,7 @@ class Evaluation {
         for (const TrialRow& row : trials_.rows)
           if (row.condition == condition) values.push_back(row.result.step_max_N);
         steps.series.push_back(cumulative(method, std::move(values)));
+        steps.series.back().broad = method == "nearest";
       }
       picture(section, steps, "steps.png", "Largest force step of each run, cumulative");
     }
