@@ -234,7 +234,7 @@ std::vector<SetFile> writeLevels(const LevelInput& input, const LevelOptions& op
     }
     if (made.geometry.size() > UINT32_MAX || made.appearance.size() > UINT32_MAX)
       throw InputError("a tile of a level of detail takes more than 4 GiB");
-    internal::LevelLocation at;
+    internal::TileLocation at;
     at.pack = packs - 1;
     at.offset = pack->bytes();
     at.geometry_bytes = static_cast<std::uint32_t>(made.geometry.size());

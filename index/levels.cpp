@@ -94,7 +94,7 @@ std::unique_ptr<Levels> Levels::open(const TileSet& set) {
     throw CorruptSet(name, damage.offset, damage.what);
   }
   if (impl->table.grid.exponent() != set.grid().exponent()) throw CorruptSet(name, 0, "contradicts the manifest");
-  for (const internal::LevelLocation& at : impl->table.locations) {
+  for (const internal::TileLocation& at : impl->table.locations) {
     const std::string pack = internal::levelPackFile(at.pack);
     const auto found = sizes.find(pack);
     const std::uint64_t need = std::uint64_t{at.geometry_bytes} + at.appearance_bytes;
@@ -112,7 +112,7 @@ const LevelEntry& Levels::entry(LevelId level) const { return impl_->table.entri
 std::uint64_t Levels::bytes() const { return impl_->bytes; }
 
 Bytes Levels::Impl::part(LevelId level, bool appearance, std::string& file, std::uint64_t& offset) const {
-  const internal::LevelLocation& at = table.locations.at(level);
+  const internal::TileLocation& at = table.locations.at(level);
   file = packs[at.pack];
   offset = at.offset + (appearance ? at.geometry_bytes : 0);
   Bytes read(appearance ? at.appearance_bytes : at.geometry_bytes);

@@ -1,7 +1,5 @@
 #include "index/internal/level_files.h"
 
-#include "index/internal/set_files.h"
-
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -16,7 +14,7 @@ constexpr std::uint32_t kTilesPerPage = 4096;
 
 std::size_t rootBytes(std::size_t pages) { return kHeaderBytes + pages * kPageChecksumBytes; }
 
-void write(ByteWriter& out, const LevelEntry& e, const LevelLocation& at) {
+void write(ByteWriter& out, const LevelEntry& e, const TileLocation& at) {
   out.key(e.key.low);
   out.u32(static_cast<std::uint32_t>(e.key.depth));
   out.u32(at.pack);
@@ -36,7 +34,7 @@ void write(ByteWriter& out, const LevelEntry& e, const LevelLocation& at) {
   out.u64(at.appearance_checksum);
 }
 
-void read(ByteReader& in, LevelEntry& e, LevelLocation& at) {
+void read(ByteReader& in, LevelEntry& e, TileLocation& at) {
   e.key.low = in.key();
   const std::uint32_t depth = in.u32();
   in.require(depth < static_cast<std::uint32_t>(kMortonBits) && depth % 3 == 0 && e.key.low >> kMortonBits == 0,
@@ -70,19 +68,12 @@ std::string levelPackFile(std::uint32_t pack) {
   return name;
 }
 
-Bytes levelPackHeader(std::uint32_t pack) {
-  ByteWriter out;
-  out.text(kPackMagic);
-  out.u32(kFormatVersion);
-  out.u32(pack);
-  return out.take();
-}
+Bytes levelPackHeader(std::uint32_t pack) { return packHeader(kPackMagic, pack); }
 
 Bytes encodeLevels(const LevelTable& table) {
   const std::size_t tiles = table.entries.size(), pages = (tiles + kTilesPerPage - 1) / kTilesPerPage;
   ByteWriter root, body;
-  root.text(kMagic);
-  root.u32(kFormatVersion);
+  writeMagic(root, kMagic);
   root.u32(kTilesPerPage);
   root.u32(static_cast<std::uint32_t>(tiles));
   root.u32(static_cast<std::uint32_t>(pages));
@@ -102,11 +93,7 @@ Bytes encodeLevels(const LevelTable& table) {
 
 LevelTable decodeLevels(ByteSpan bytes) {
   ByteReader in(bytes);
-  const ByteSpan found = in.take(kMagic.size());
-  in.require(std::equal(found.begin(), found.end(), kMagic.begin()), "not a file of this kind");
-  const std::uint32_t version = in.u32();
-  if (version != kFormatVersion)
-    in.fail("format version " + std::to_string(version) + ", this program reads " + std::to_string(kFormatVersion));
+  checkMagic(in, kMagic);
   LevelTable table;
   const std::uint32_t per_page = in.u32(), tiles = in.u32(), pages = in.u32();
   table.most_segments = in.u32();

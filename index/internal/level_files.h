@@ -2,7 +2,7 @@
 // for people. Decoders throw Damage and never read beyond what they are given.
 #pragma once
 
-#include "index/internal/bytes.h"
+#include "index/internal/set_files.h"
 #include "index/levels.h"
 
 #include <string>
@@ -14,17 +14,11 @@ inline constexpr const char* kLevelsFile = "levels.bin";
 std::string levelPackFile(std::uint32_t pack);
 Bytes levelPackHeader(std::uint32_t pack);
 
-struct LevelLocation {
-  std::uint32_t pack = 0, geometry_bytes = 0, appearance_bytes = 0;
-  std::uint64_t offset = 0;  // of the geometry; the appearance follows it
-  std::uint64_t geometry_checksum = 0, appearance_checksum = 0;
-};
-
 struct LevelTable {
   Grid grid;
   std::uint32_t most_segments = 0;  // aimed at, a tile
   std::vector<LevelEntry> entries;  // ascending by lowest key, a cell before those inside it
-  std::vector<LevelLocation> locations;
+  std::vector<TileLocation> locations;
 };
 Bytes encodeLevels(const LevelTable& table);
 LevelTable decodeLevels(ByteSpan bytes);

@@ -23,14 +23,6 @@ void box(ByteWriter& out, const GridBox& b) {
   out.point(b.hi);
 }
 
-void checkMagic(ByteReader& in, std::string_view magic) {
-  const ByteSpan found = in.take(magic.size());
-  in.require(std::equal(found.begin(), found.end(), magic.begin()), "not a file of this kind");
-  const std::uint32_t version = in.u32();
-  if (version != kFormatVersion)
-    in.fail("format version " + std::to_string(version) + ", this program reads " + std::to_string(kFormatVersion));
-}
-
 std::size_t rootBytes(std::size_t pages) { return kRootHeaderBytes + pages * kRootEntryBytes; }
 
 std::uint32_t tilesPerPage(std::size_t tiles) {
@@ -135,21 +127,33 @@ std::string packFile(std::uint32_t pack) {
   return name;
 }
 
-Bytes packHeader(std::uint32_t pack) {
-  ByteWriter out;
-  out.text(kPackMagic);
+void writeMagic(ByteWriter& out, std::string_view magic) {
+  out.text(magic);
   out.u32(kFormatVersion);
+}
+
+void checkMagic(ByteReader& in, std::string_view magic) {
+  const ByteSpan found = in.take(magic.size());
+  in.require(std::equal(found.begin(), found.end(), magic.begin()), "not a file of this kind");
+  const std::uint32_t version = in.u32();
+  if (version != kFormatVersion)
+    in.fail("format version " + std::to_string(version) + ", this program reads " + std::to_string(kFormatVersion));
+}
+
+Bytes packHeader(std::string_view magic, std::uint32_t pack) {
+  ByteWriter out;
+  writeMagic(out, magic);
   out.u32(pack);
   return out.take();
 }
+Bytes packHeader(std::uint32_t pack) { return packHeader(kPackMagic, pack); }
 
 Bytes encodeDirectory(const Directory& directory) {
   const std::size_t tiles = directory.entries.size();
   const std::uint32_t per_page = tilesPerPage(tiles);
   const std::size_t pages = (tiles + per_page - 1) / per_page;
   ByteWriter root, body;
-  root.text(kDirectoryMagic);
-  root.u32(kFormatVersion);
+  writeMagic(root, kDirectoryMagic);
   root.u32(per_page);
   root.u32(static_cast<std::uint32_t>(tiles));
   root.u32(static_cast<std::uint32_t>(pages));
@@ -328,8 +332,7 @@ Bytes encodeCellTable(const std::vector<CellRecord>& records, const std::vector<
   });
   for (std::uint32_t i : order) index.u32(i);
   ByteWriter out;
-  out.text(kCellsMagic);
-  out.u32(kFormatVersion);
+  writeMagic(out, kCellsMagic);
   out.u32(n);
   out.u64(checksum(table.bytes()));
   out.u64(checksum(index.bytes()));
@@ -415,8 +418,7 @@ Bytes encodeSamples(const SamplePoints& samples) {
     body.u32(samples.segments[i].segment);
     body.f32(samples.t[i]);
   }
-  out.text(kSamplesMagic);
-  out.u32(kFormatVersion);
+  writeMagic(out, kSamplesMagic);
   out.u32(static_cast<std::uint32_t>(samples.points.size()));
   out.f64(samples.covering_radius_um);
   out.u64(checksum(body.bytes()));

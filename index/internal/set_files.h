@@ -9,6 +9,7 @@
 
 #include <functional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace filiform::internal {
@@ -25,6 +26,10 @@ inline constexpr const char* kSamplesFile = "samples.bin";
 inline constexpr const char* kProvenanceFile = "provenance.json";
 std::string packFile(std::uint32_t pack);
 Bytes packHeader(std::uint32_t pack);
+Bytes packHeader(std::string_view magic, std::uint32_t pack);  // of another kind of pack
+// Every file but the manifest begins so: what it is, and the version.
+void writeMagic(ByteWriter& out, std::string_view magic);
+void checkMagic(ByteReader& in, std::string_view magic);
 
 struct TileLocation {
   std::uint32_t pack = 0, geometry_bytes = 0, appearance_bytes = 0;
