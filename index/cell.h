@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <limits>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace filiform {
@@ -60,6 +61,21 @@ class CellStream {
   // Moves the next cell into `cell`, in the order that gives cell ids (source, then digest, in byte order). False at
   // the end. Throws IoError when a file that was listed can no longer be read.
   virtual bool next(Cell& cell) = 0;
+};
+
+// Cells that are in memory, in the order given. Thread-compatible.
+class CellList final : public CellStream {
+ public:
+  explicit CellList(std::vector<Cell> cells) : cells_(std::move(cells)) {}
+  bool next(Cell& cell) override {
+    if (at_ == cells_.size()) return false;
+    cell = std::move(cells_[at_++]);
+    return true;
+  }
+
+ private:
+  std::vector<Cell> cells_;
+  std::size_t at_ = 0;
 };
 
 // Names of cells for people, in the order of cell ids. `given` is empty or as long as `sources`. A given name goes to

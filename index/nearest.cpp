@@ -179,6 +179,15 @@ struct Nearest::Impl {
     return tiles;
   }
 
+  // Those that the tile's engine cannot rule out, as visit(tile, segment).
+  template <typename Region, typename Visit>
+  void forEachIn(const Region& region, TileId id, std::uint32_t& tiles_read, const Visit& visit) const {
+    const auto loaded = cache.get(id, tiles_read);
+    std::vector<std::uint32_t> segments;
+    loaded->engine->collect(region, segments);
+    for (const std::uint32_t s : segments) visit(*loaded->tile, s);
+  }
+
   void visit(Search& s, TileId tile) const {
     cache.get(tile, s.tiles_read)->engine->search(s.h_W, s.best);
     ++s.tiles_searched;
@@ -344,18 +353,13 @@ std::vector<NearestResult> Nearest::inBox(const Vector3d& lo_W, const Vector3d& 
 
   std::vector<Candidate> found;
   std::uint32_t tiles_read = 0, tiles_searched = 0;
-  std::vector<std::uint32_t> segments;
   for (const auto& [tile_id, tile_box] : impl_->tilesMeeting(region)) {
-    const auto loaded = impl_->cache.get(tile_id, tiles_read);
     ++tiles_searched;
-    const Tile& tile = *loaded->tile;
-    segments.clear();
-    loaded->engine->collect(region, segments);
-    for (const std::uint32_t s : segments) {
-      if (!segmentMeetsBox(tile.gridPoint(tile.child(s)), tile.gridPoint(tile.parent(s)), box)) continue;
+    impl_->forEachIn(region, tile_id, tiles_read, [&](const Tile& tile, std::uint32_t s) {
+      if (!segmentMeetsBox(tile.gridPoint(tile.child(s)), tile.gridPoint(tile.parent(s)), box)) return;
       const ClosestPoint c = closestPoint(tile.position_W(tile.child(s)), tile.position_W(tile.parent(s)), middle_W);
-      found.push_back({c.squared_distance, tile.segmentId(s), c.t, c.p_W, tile_id});
-    }
+      found.push_back({c.squared_distance, tile.segmentId(s), c.t, c.p_W, tile.id()});
+    });
   }
   std::sort(found.begin(), found.end());
   found.erase(std::unique(found.begin(), found.end(),
@@ -397,21 +401,16 @@ std::vector<RayHit> Nearest::alongRay(const RayQuery& ray) const {
     if (hits.size() > ray.most) hits.erase(hits.begin() + static_cast<std::ptrdiff_t>(ray.most), hits.end());
   };
   std::uint32_t tiles_read = 0, tiles_searched = 0;
-  std::vector<std::uint32_t> segments;
   for (const auto& [entry, tile_id] : order) {
     if (hits.size() == ray.most && (hits.empty() || entry > hits.back().along_um)) break;
-    const auto loaded = impl_->cache.get(tile_id, tiles_read);
     ++tiles_searched;
-    const Tile& tile = *loaded->tile;
-    segments.clear();
-    loaded->engine->collect(region, segments);
-    for (const std::uint32_t s : segments) {
+    impl_->forEachIn(region, tile_id, tiles_read, [&](const Tile& tile, std::uint32_t s) {
       const ClosestApproach c = closestApproach(tile.position_W(tile.child(s)), tile.position_W(tile.parent(s)),
                                                 region.origin_W, region.direction);
       const double distance = std::sqrt(c.squared_distance);
       if (c.along <= ray.length_um && distance <= ray.radius_um + ray.slope * c.along)
-        hits.push_back({c.along, distance, c.p_W, tile.segmentId(s), c.t, tile_id, 0, 0});
-    }
+        hits.push_back({c.along, distance, c.p_W, tile.segmentId(s), c.t, tile.id(), 0, 0});
+    });
     settle();
   }
   for (RayHit& hit : hits) hit.tiles_read = tiles_read, hit.tiles_searched = tiles_searched;

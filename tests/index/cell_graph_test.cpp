@@ -15,7 +15,7 @@ namespace filiform {
 namespace {
 
 std::unique_ptr<TileStore> build(const std::vector<Cell>& cells, std::uint32_t capacity) {
-  test::VectorCellStream stream(cells);
+  CellList stream(cells);
   return buildTilesInMemory(stream, {.capacity = capacity});
 }
 

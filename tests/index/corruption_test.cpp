@@ -60,7 +60,7 @@ class Corruption : public ::testing::Test {
     std::vector<Cell> cells = test::randomColumn(81, 3, 60, 40);
     const std::uint32_t last = static_cast<std::uint32_t>(cells[0].samples()) - 1;
     test::addSample(cells[0], Vector3d(1, 2, 3), last);
-    test::VectorCellStream stream(cells);
+    CellList stream(cells);
     ingest(stream, path_, {.capacity = 20, .levels = true});
     for (const auto& entry : fs::recursive_directory_iterator(path_))
       if (entry.is_regular_file()) files_.push_back(entry.path().string());

@@ -17,7 +17,7 @@ namespace filiform {
 namespace {
 
 std::unique_ptr<TileStore> build(std::vector<Cell> cells, std::uint32_t capacity) {
-  test::VectorCellStream stream(std::move(cells));
+  CellList stream(std::move(cells));
   return buildTilesInMemory(stream, {.capacity = capacity});
 }
 

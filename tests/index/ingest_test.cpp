@@ -26,10 +26,9 @@ namespace {
 
 namespace fs = std::filesystem;
 using test::TempFolder;
-using test::VectorCellStream;
 
 IngestResult ingestCells(const std::vector<Cell>& cells, const std::string& path, IngestOptions options = {}) {
-  VectorCellStream stream(cells);
+  CellList stream(cells);
   return ingest(stream, path, options);
 }
 
@@ -74,7 +73,7 @@ TEST(Ingest, WhatIsReadBackKeepsEveryPromise) {
     EXPECT_EQ(result.counts.stored_segments, stored);
     EXPECT_EQ(result.counts.decoded_bytes, decoded);
     EXPECT_EQ(result.counts.cells, named.cells.size());
-    VectorCellStream stream(named.cells);
+    CellList stream(named.cells);
     const auto memory = buildTilesInMemory(stream, {.capacity = 32});
     test::expectSameTiles(*set, *memory);
     EXPECT_EQ(set->samples().points, memory->samples().points);
@@ -119,7 +118,7 @@ TEST(Ingest, MoreTilesThanAPageHolds) {
   const std::vector<Cell> cells{test::isolatedNodes(32, 6000, 500)};
   const TempFolder folder;
   ingestCells(cells, folder / "a.fil", {.capacity = 1});
-  VectorCellStream stream(cells);
+  CellList stream(cells);
   const auto memory = buildTilesInMemory(stream, {.capacity = 1});
   ASSERT_GT(memory->tile_count(), 4096u);
   test::expectSameTiles(*TileSet::open(folder / "a.fil"), *memory);

@@ -22,7 +22,7 @@ using test::TempFolder;
 std::string made(const TempFolder& folder, const std::string& name, std::vector<Cell> cells, IngestOptions options,
                  bool levels = true) {
   options.levels = levels;
-  test::VectorCellStream stream(std::move(cells));
+  CellList stream(std::move(cells));
   ingest(stream, folder / name, options);
   return folder / name;
 }

@@ -11,10 +11,8 @@
 namespace filiform {
 namespace {
 
-using test::VectorCellStream;
-
 std::unique_ptr<TileStore> build(const std::vector<Cell>& cells, std::uint32_t capacity, int exponent = -9) {
-  VectorCellStream stream(cells);
+  CellList stream(cells);
   return buildTilesInMemory(stream, {.capacity = capacity, .quantum_exponent = exponent});
 }
 
@@ -72,7 +70,7 @@ TEST(MemoryTiles, TilingDoesNotDependOnTheOrderOfCells) {
 }
 
 TEST(MemoryTiles, RefusesNonsense) {
-  VectorCellStream nothing({});
+  CellList nothing({});
   EXPECT_THROW(buildTilesInMemory(nothing, {.capacity = 0}), UsageError);
   Cell uneven = test::randomNeuron(1);
   uneven.types.pop_back();

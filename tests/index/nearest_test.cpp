@@ -21,7 +21,7 @@ namespace {
 constexpr std::size_t kAll = std::numeric_limits<std::size_t>::max();
 
 std::unique_ptr<TileStore> build(std::vector<Cell> cells, std::uint32_t capacity) {
-  test::VectorCellStream stream(std::move(cells));
+  CellList stream(std::move(cells));
   return buildTilesInMemory(stream, {.capacity = capacity});
 }
 

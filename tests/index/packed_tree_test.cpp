@@ -17,18 +17,10 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-std::vector<StoredSegment> segmentsOf(const Tile& tile) {
-  std::vector<StoredSegment> all;
-  for (std::uint32_t s = 0; s < tile.segment_count(); ++s)
-    all.push_back({tile.segmentId(s), tile.nodeId(tile.child(s)).sample, tile.nodeId(tile.parent(s)).sample,
-                   tile.gridPoint(tile.child(s)), tile.gridPoint(tile.parent(s)), tile.owned(s)});
-  return all;
-}
-
 // Every path against brute force, near, far and very far.
 void expectNearest(const std::shared_ptr<const Tile>& tile, const Grid& grid, std::mt19937_64& random, int probes) {
   if (tile->segment_count() == 0) return;
-  const std::vector<StoredSegment> segments = segmentsOf(*tile);
+  const std::vector<StoredSegment> segments = test::storedSegments(*tile);
   for (const std::string& path : packedTreePaths()) {
     SCOPED_TRACE(path);
     const std::unique_ptr<TileEngine> engine = makePackedTree(tile, path);
@@ -38,19 +30,8 @@ void expectNearest(const std::shared_ptr<const Tile>& tile, const Grid& grid, st
       const Vector3d h_W =
           tile->position_W(static_cast<std::uint32_t>(random() % tile->node_count())) +
           (i % 8 < 2 ? Vector3d::Zero().eval() : Vector3d(jitter(random), jitter(random), jitter(random)));
-      for (const std::size_t k : {1, 5, 50}) {
-        Candidates best(k, 0, kInfinity);
-        engine->search(h_W, best);
-        const auto expected = test::bruteForceNearest(segments, grid, h_W, k);
-        const std::vector<Candidate>& found = best.sorted();
-        ASSERT_EQ(found.size(), expected.size());
-        for (std::size_t r = 0; r < found.size(); ++r) {
-          ASSERT_EQ(found[r].segment, expected[r].segment);
-          ASSERT_EQ(std::sqrt(found[r].squared_distance), expected[r].distance_um);
-          ASSERT_EQ(found[r].t, expected[r].t);
-          ASSERT_EQ(found[r].p_W, expected[r].p_W);
-        }
-      }
+      test::expectBruteForce(*engine, segments, grid, h_W);
+      if (::testing::Test::HasFatalFailure()) return;
     }
   }
 }
@@ -59,7 +40,7 @@ TEST(PackedTree, AgreesWithBruteForceInsideEveryTile) {
   std::mt19937_64 random(9);
   for (const test::NamedCells& named : test::worstCases()) {
     SCOPED_TRACE(named.name + ", seed 9");
-    test::VectorCellStream stream(named.cells);
+    CellList stream(named.cells);
     const auto store = buildTilesInMemory(stream, {.capacity = 300});
     for (TileId id = 0; id < std::min<TileId>(store->tile_count(), 20); ++id)
       expectNearest(store->load(id), store->grid(), random, 8);
@@ -120,7 +101,7 @@ struct BoxOf final : Region {
 };
 
 TEST(PackedTree, CollectsWhateverMeetsARegion) {
-  test::VectorCellStream stream(test::randomColumn(11, 6, 300, 100));
+  CellList stream(test::randomColumn(11, 6, 300, 100));
   const auto store = buildTilesInMemory(stream, {.capacity = 5000});
   const std::shared_ptr<const Tile> tile = store->load(0);
   const auto packed = makePackedTree(tile), reference = makeReferenceTree(tile);

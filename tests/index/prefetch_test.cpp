@@ -21,7 +21,7 @@ class PrefetchTest : public testing::Test {
     Cell thread;
     for (std::uint32_t i = 0; i < 1000; ++i)
       test::addSample(thread, Vector3d(10.0 * i, 3, 3), i == 0 ? kNoParent : i - 1);
-    test::VectorCellStream stream({thread});
+    CellList stream({thread});
     store_ = buildTilesInMemory(stream, {.capacity = 8});
     directory_ = std::make_unique<Directory>(*store_);
     loaded_ = std::make_unique<TileTable>(store_->tile_count());
@@ -155,7 +155,7 @@ TEST_F(PrefetchTest, WayBackStaysBehindHoweverItTurns) {
   for (std::uint32_t i = 0; i < 400; ++i)
     test::addSample(hairpin, i < 200 ? Vector3d(10.0 * i, 3, 3) : Vector3d(10.0 * (399 - i), 400, 3),
                     i == 0 ? kNoParent : i - 1);
-  test::VectorCellStream stream({hairpin});
+  CellList stream({hairpin});
   store_ = buildTilesInMemory(stream, {.capacity = 8});
   directory_ = std::make_unique<Directory>(*store_);
   loaded_ = std::make_unique<TileTable>(store_->tile_count());
@@ -179,7 +179,7 @@ TEST_F(PrefetchTest, ViewClaimsItsSurroundingsOnly) {
 }
 
 TEST_F(PrefetchTest, WorkIsBounded) {
-  test::VectorCellStream stream({test::hub(9000, 30)});
+  CellList stream({test::hub(9000, 30)});
   store_ = buildTilesInMemory(stream, {.capacity = 100});
   directory_ = std::make_unique<Directory>(*store_);
   loaded_ = std::make_unique<TileTable>(store_->tile_count());

@@ -28,7 +28,7 @@ constexpr int kAll = std::numeric_limits<int>::max();
 class ResidencyTest : public testing::Test {
  protected:
   explicit ResidencyTest(std::vector<Cell> cells = test::randomColumn(5, 10, 500, 300), std::uint32_t capacity = 64) {
-    test::VectorCellStream stream(std::move(cells));
+    CellList stream(std::move(cells));
     inner_ = buildTilesInMemory(stream, {.capacity = capacity});
     store_ = std::make_unique<test::CountingStore>(*inner_);
   }
@@ -171,7 +171,7 @@ TEST_F(ResidencyTest, ReaderThatJoinsLateGetsWhatIsInMemory) {
 }
 
 TEST_F(ResidencyTest, MoreMessagesThanTheRingHoldsAllArrive) {
-  test::VectorCellStream stream(test::randomColumn(6, 10, 500, 300));
+  CellList stream(test::randomColumn(6, 10, 500, 300));
   const auto store = buildTilesInMemory(stream, {.capacity = 1});
   ASSERT_GT(store->tile_count(), 2500u);
   Residency residency(*store, options(UINT64_MAX, PrefetchPolicy::distance));
@@ -471,7 +471,7 @@ TEST_F(ResidencyTest, FailureAmongTilesAskedTogetherIsSaid) {
 // Of a set on a disk that is slow and fails: the active tile of a hand, seen by two more readers.
 TEST_F(ResidencyTest, ActiveTileThatFailsComesBackForAllReadersWhenTheDiskHeals) {
   const test::TempFolder folder;
-  test::VectorCellStream stream(test::randomColumn(5, 10, 500, 300));
+  CellList stream(test::randomColumn(5, 10, 500, 300));
   ingest(stream, folder / "set", {.capacity = 64});
   auto source = std::make_unique<FaultySource>(openFolder(folder / "set"), FaultPlan{});
   FaultySource& faults = *source;
@@ -511,7 +511,7 @@ TEST_F(ResidencyTest, ActiveTileThatFailsComesBackForAllReadersWhenTheDiskHeals)
 
 TEST_F(ResidencyTest, EverythingArrivesFromADiskThatFailsNowAndThen) {
   const test::TempFolder folder;
-  test::VectorCellStream stream(test::randomColumn(5, 10, 500, 300));
+  CellList stream(test::randomColumn(5, 10, 500, 300));
   ingest(stream, folder / "set", {.capacity = 64});
   auto source = std::make_unique<FaultySource>(
       openFolder(folder / "set"),
@@ -565,7 +565,7 @@ TEST_F(LongResidencyTest, LongTileThatCannotBeReadIsAnErrorAtOnce) {
 }
 
 TEST_F(ResidencyTest, EmptySetServesNothing) {
-  test::VectorCellStream stream({});
+  CellList stream({});
   const auto empty = buildTilesInMemory(stream);
   Residency residency(*empty, options(0, PrefetchPolicy::structure));
   TileReader& reader = residency.addReader("hand");

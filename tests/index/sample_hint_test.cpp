@@ -27,7 +27,7 @@ class SampledStore : public test::CountingStore {
 };
 
 std::unique_ptr<TileStore> build(std::vector<Cell> cells) {
-  test::VectorCellStream stream(std::move(cells));
+  CellList stream(std::move(cells));
   return buildTilesInMemory(stream, {.capacity = 100});
 }
 

@@ -17,7 +17,7 @@ namespace {
 using Segments = std::vector<StoredSegment>;
 
 SamplePoints choose(const std::vector<Cell>& cells, std::size_t most, std::uint32_t capacity = 64) {
-  test::VectorCellStream stream(cells);
+  CellList stream(cells);
   return chooseSamples(*buildTilesInMemory(stream, {.capacity = capacity}), most);
 }
 

@@ -74,7 +74,7 @@ Shape shapeOf(const ThreadGraph& graph) {
 }
 
 ThreadGraph wholeOf(const std::vector<Cell>& cells, const Grid& grid) {
-  test::VectorCellStream stream(cells);
+  CellList stream(cells);
   const auto store = buildTilesInMemory(stream, {.capacity = 1u << 30});
   if (store->tile_count() == 0) return {};
   return threadsOf(*store->load(0), store->loadAppearance(0), grid);
@@ -234,7 +234,7 @@ TEST(Simplify, LoopsThatHangTogetherDoNotAllDisappear) {
 
 TEST(Simplify, PartsThatAreJoinedAreTheWhole) {
   const std::vector<Cell> cells = test::randomColumn(21, 5, 400, 200);
-  test::VectorCellStream stream(cells);
+  CellList stream(cells);
   const auto store = buildTilesInMemory(stream, {.capacity = 50});
   std::vector<ThreadGraph> parts;
   for (TileId tile = 0; tile < store->tile_count(); ++tile)
@@ -259,7 +259,7 @@ TEST(Simplify, PartsThatAreJoinedAreTheWhole) {
 TEST(Simplify, PiecesStayTogetherThroughAllLevels) {
   const std::vector<Cell> cells = test::randomColumn(22, 5, 400, 200);
   const ThreadGraph whole = wholeOf(cells, kGrid);
-  test::VectorCellStream stream(cells);
+  CellList stream(cells);
   const auto store = buildTilesInMemory(stream, {.capacity = 50});
   std::vector<ThreadGraph> parts;
   for (TileId tile = 0; tile < store->tile_count(); ++tile)

@@ -31,7 +31,7 @@ std::vector<test::NamedCells> cases() {
 TEST(TileCodec, DecodingGivesBackTheTile) {
   for (const test::NamedCells& named : cases()) {
     SCOPED_TRACE(named.name);
-    test::VectorCellStream stream(named.cells);
+    CellList stream(named.cells);
     const auto store = buildTilesInMemory(stream, {.capacity = 50});
     for (TileId t = 0; t < store->tile_count(); ++t) {
       const auto tile = store->load(t);
@@ -67,7 +67,7 @@ TEST(TileCodec, RadiiKeepEveryBit) {
 
 TEST(TileCodec, NeuritesTakeLessThanSevenBytesASegment) {
   const std::vector<Cell> cells = test::randomColumn(22, 10, 2000, 150);
-  test::VectorCellStream stream(cells);
+  CellList stream(cells);
   const auto store = buildTilesInMemory(stream);
   std::size_t bytes = 0, segments = 0;
   for (TileId t = 0; t < store->tile_count(); ++t) {
@@ -80,7 +80,7 @@ TEST(TileCodec, NeuritesTakeLessThanSevenBytesASegment) {
 // Without the checksum's help: any answer is allowed, except a crash, a read out of bounds (the sanitizers watch), or
 // another error.
 TEST(TileCodec, DamagedBytesNeverEscape) {
-  test::VectorCellStream stream(test::randomColumn(23, 3, 200, 60));
+  CellList stream(test::randomColumn(23, 3, 200, 60));
   const auto store = buildTilesInMemory(stream, {.capacity = 100});
   std::mt19937_64 random(24);
   int refused = 0;

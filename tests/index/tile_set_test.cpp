@@ -16,7 +16,7 @@ namespace {
 namespace fs = std::filesystem;
 
 std::string ingested(const test::TempFolder& folder, std::vector<Cell> cells, std::uint32_t capacity = 50) {
-  test::VectorCellStream stream(std::move(cells));
+  CellList stream(std::move(cells));
   ingest(stream, folder / "a.fil", {.capacity = capacity});
   return folder / "a.fil";
 }

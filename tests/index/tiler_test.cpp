@@ -17,7 +17,6 @@ namespace filiform::internal {
 namespace {
 
 using test::TempFolder;
-using test::VectorCellStream;
 
 class Collected final : public TileSink {
  public:
@@ -42,12 +41,12 @@ std::uint32_t bits(float f) { return std::bit_cast<std::uint32_t>(f); }
 
 // Against the tiles found by holding and sorting everything.
 void expectSameAsReference(const std::vector<Cell>& cells, TilerOptions options) {
-  VectorCellStream again(cells);
+  CellList again(cells);
   const GridCells reference(again, options.grid, nullptr);
   const Placement placement = place(reference, options.capacity, nullptr);
   const auto owning = owningTiles(reference, placement);
 
-  VectorCellStream stream(cells);
+  CellList stream(cells);
   Tiler tiler(options);
   tiler.read(stream);
   tiler.cut();
@@ -112,7 +111,7 @@ TEST(Tiler, FindsWhatHoldingEverythingFinds) {
 }
 
 TEST(Tiler, KeepsSmallScenesOffTheDisk) {
-  VectorCellStream stream(test::randomColumn(52, 4, 1000, 100));
+  CellList stream(test::randomColumn(52, 4, 1000, 100));
   const TempFolder folder;
   Tiler tiler({.grid = Grid(), .capacity = 64, .memory = std::uint64_t{64} << 20, .folder = folder.path()});
   tiler.read(stream);
@@ -129,7 +128,7 @@ TEST(Tiler, AnOutlierCostsAFewChunks) {
   for (Cell& cell : cells)
     for (Vector3d& p_W : cell.positions_um) p_W *= 1e-3;
   test::addSample(cells[0], Vector3d(1e9, 1e9, -1e9), 0);
-  VectorCellStream stream(cells);
+  CellList stream(cells);
   const TempFolder folder;
   Tiler tiler({.grid = Grid(-10), .capacity = 16, .chunk_segments = 500, .folder = folder.path()});
   tiler.read(stream);
@@ -139,7 +138,7 @@ TEST(Tiler, AnOutlierCostsAFewChunks) {
 }
 
 TEST(Tiler, RefusesATileThatDoesNotFitTheMemory) {
-  VectorCellStream stream({test::coincidentNodes(250000)});
+  CellList stream({test::coincidentNodes(250000)});
   Tiler tiler({.grid = Grid(), .capacity = 16, .memory = std::uint64_t{64} << 20});
   EXPECT_THROW(tiler.read(stream), InputError);
 }
@@ -154,7 +153,7 @@ TEST(Tiler, ACellOfLinksKeepsItsLoops) {
     loop.types.push_back(static_cast<std::uint16_t>(i));
   }
   loop.links = {{1, 0}, {2, 1}, {3, 2}, {3, 0}, {4, 3}, {4, 3}, {5, 5}};
-  VectorCellStream stream({loop});
+  CellList stream({loop});
   Tiler tiler({.grid = Grid(), .capacity = 100});
   tiler.read(stream);
   tiler.cut();

@@ -81,7 +81,7 @@ TEST(Verify, WhatIngestWritesIsSound) {
   for (const test::NamedCells& named : all) {
     SCOPED_TRACE(named.name);
     const test::TempFolder folder;
-    test::VectorCellStream stream(named.cells);
+    CellList stream(named.cells);
     const IngestResult result = ingest(stream, folder / "a.fil", {.capacity = 40});
     const VerifyReport report = verify(folder / "a.fil", {.deep = true});
     EXPECT_TRUE(report.sound()) << firstProblem(report);
@@ -92,7 +92,7 @@ TEST(Verify, WhatIngestWritesIsSound) {
 class FaultySet : public ::testing::Test {
  protected:
   FaultySet() {
-    test::VectorCellStream stream(test::randomColumn(72, 5, 300, 80));
+    CellList stream(test::randomColumn(72, 5, 300, 80));
     store_ = buildTilesInMemory(stream, {.capacity = 60});
   }
   // The bytes are in order, the content is not: only the deep check can tell.
@@ -232,7 +232,7 @@ TEST(Verify, SaysThatThereIsNoSet) {
 
 TEST(Verify, CanBeStopped) {
   const test::TempFolder folder;
-  test::VectorCellStream stream({test::randomNeuron(1)});
+  CellList stream({test::randomNeuron(1)});
   ingest(stream, folder / "a.fil");
   const std::atomic<bool> cancel{true};
   EXPECT_THROW(verify(folder / "a.fil", {.cancel = &cancel}), Interrupted);

@@ -316,7 +316,7 @@ TEST(BoundedClimb, EveryBranchOfAHubIsSeenWithinDegreeOverTheCap) {
 // At a coarse zoom thousands of twigs lie within the budget.
 TEST(BoundedClimb, WorkIsBoundedOnACombAndOnAThread) {
   for (const bool is_comb : {true, false}) {
-    VectorCellStream stream({is_comb ? comb(20000) : longThread(40000, 0.5)});
+    CellList stream({is_comb ? comb(20000) : longThread(40000, 0.5)});
     const auto store = buildTilesInMemory(stream);
     std::vector<std::shared_ptr<const Tile>> tiles;
     TileTable table(store->tile_count());

@@ -12,7 +12,7 @@ namespace filiform {
 namespace {
 
 std::unique_ptr<TileStore> storeOf(std::vector<Cell> cells, std::uint32_t capacity = 64) {
-  test::VectorCellStream stream(std::move(cells));
+  CellList stream(std::move(cells));
   PartitionOptions partition;
   partition.capacity = capacity;
   return buildTilesInMemory(stream, partition);

@@ -28,7 +28,7 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 std::unique_ptr<TileStore> storeOf(std::vector<Cell> cells, std::uint32_t capacity) {
-  test::VectorCellStream stream(std::move(cells));
+  CellList stream(std::move(cells));
   PartitionOptions partition;
   partition.capacity = capacity;
   return buildTilesInMemory(stream, partition);

@@ -52,7 +52,7 @@ Figures measure(const TileStore& store, SolverMethod method, double zoom_um) {
 }
 
 TEST(Forces, FiguresKeepTheirBounds) {
-  test::VectorCellStream stream(test::randomColumn(1, 4, 1500, 200));
+  CellList stream(test::randomColumn(1, 4, 1500, 200));
   const std::unique_ptr<TileStore> store = buildTilesInMemory(stream);
   std::printf(
       "| method | zoom, um | completed in 15 s | mean, N | largest, N | largest rise in a tick, N | largest step, N | "

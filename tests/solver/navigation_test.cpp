@@ -47,7 +47,7 @@ struct Scene {
   }
 
   static std::unique_ptr<TileStore> build(std::uint32_t capacity) {
-    test::VectorCellStream stream(test::randomColumn(3, 2, 600, 150));
+    CellList stream(test::randomColumn(3, 2, 600, 150));
     PartitionOptions partition;
     partition.capacity = capacity;
     return buildTilesInMemory(stream, partition);

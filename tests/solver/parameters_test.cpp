@@ -46,7 +46,7 @@ TEST(AutomaticParameters, OfFewLengths) {
 TEST(AutomaticParameters, OfACellAreThoseOfItsTiles) {
   const std::vector<Cell> cells = randomColumn(3, 5, 400, 50.0);
   for (const std::uint32_t capacity : {16u, 2048u}) {
-    VectorCellStream stream(cells);
+    CellList stream(cells);
     const std::unique_ptr<TileStore> store = buildTilesInMemory(stream, {.capacity = capacity});
     for (std::uint32_t cell = 0; cell < store->cell_count(); ++cell) {
       const SolverParameters from_tiles = automaticParameters(*store, cell);

@@ -21,7 +21,7 @@ namespace {
 namespace fs = std::filesystem;
 
 std::unique_ptr<TileStore> storeOf(std::vector<Cell> cells, std::uint32_t capacity) {
-  test::VectorCellStream stream(std::move(cells));
+  CellList stream(std::move(cells));
   PartitionOptions partition;
   partition.capacity = capacity;
   return buildTilesInMemory(stream, partition);

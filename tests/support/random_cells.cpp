@@ -65,12 +65,6 @@ Cell reversed(const Cell& cell) {
 
 }  // namespace
 
-bool VectorCellStream::next(Cell& cell) {
-  if (at_ == cells_.size()) return false;
-  cell = std::move(cells_[at_++]);
-  return true;
-}
-
 std::uint32_t addSample(Cell& cell, const Vector3d& p_W, std::uint32_t parent, float radius_um, std::uint16_t type) {
   const auto rank = static_cast<std::uint32_t>(cell.samples());
   cell.sample_ids.push_back(rank + 1);

@@ -10,16 +10,6 @@
 
 namespace filiform::test {
 
-class VectorCellStream final : public CellStream {
- public:
-  explicit VectorCellStream(std::vector<Cell> cells) : cells_(std::move(cells)) {}
-  bool next(Cell& cell) override;
-
- private:
-  std::vector<Cell> cells_;
-  std::size_t at_ = 0;
-};
-
 // Adds a sample; returns its rank. Ids run from 1.
 std::uint32_t addSample(Cell& cell, const Vector3d& p_W, std::uint32_t parent = kNoParent, float radius_um = 0.5f,
                         std::uint16_t type = 3);

@@ -19,7 +19,7 @@ struct StoreGraph {
   std::vector<TileId> owners;  // of `owned`
 
   StoreGraph(const std::vector<Cell>& cells, std::uint32_t capacity) {
-    VectorCellStream stream(cells);
+    CellList stream(cells);
     store = buildTilesInMemory(stream, {.capacity = capacity});
     table = TileTable(store->tile_count());
     for (TileId id = 0; id < store->tile_count(); ++id) {

@@ -12,20 +12,6 @@
 namespace filiform::tools {
 namespace {
 
-class Cells : public CellStream {
- public:
-  explicit Cells(std::vector<Cell> cells) : cells_(std::move(cells)) {}
-  bool next(Cell& cell) override {
-    if (at_ == cells_.size()) return false;
-    cell = cells_[at_++];
-    return true;
-  }
-
- private:
-  std::vector<Cell> cells_;
-  std::size_t at_ = 0;
-};
-
 std::vector<Cell> someCells(int count) {
   std::vector<Cell> cells;
   for (int i = 0; i < count; ++i) {
@@ -60,9 +46,9 @@ TEST(TrialCorpus, DoesNotDependOnTheOrderOfArrival) {
   RouteDraw draw;
   draw.shortest_um = 10;
   std::vector<Cell> cells = someCells(9);
-  Cells forwards(cells);
+  CellList forwards(cells);
   std::reverse(cells.begin(), cells.end());
-  Cells backwards(cells);
+  CellList backwards(cells);
   const TrialCorpus a = drawCorpus(forwards, 40, draw), b = drawCorpus(backwards, 40, draw);
   ASSERT_EQ(a.cells.size(), b.cells.size());
   EXPECT_EQ(a.routes, 40u);
@@ -81,7 +67,7 @@ TEST(TrialCorpus, DoesNotDependOnTheOrderOfArrival) {
 TEST(TrialCorpus, HoldsTheLastThirdByDigestOut) {
   RouteDraw draw;
   draw.shortest_um = 10;
-  Cells cells(someCells(9));
+  CellList cells(someCells(9));
   const TrialCorpus corpus = drawCorpus(cells, 1000, draw);
   ASSERT_EQ(corpus.cells.size(), 9u);
   for (std::size_t i = 0; i < 9; ++i) {
@@ -95,7 +81,7 @@ TEST(TrialCorpus, HoldsTheLastThirdByDigestOut) {
 TEST(TrialCorpus, FewRoutesAreSpreadOverTheCells) {
   RouteDraw draw;
   draw.shortest_um = 10;
-  Cells cells(someCells(9));
+  CellList cells(someCells(9));
   const TrialCorpus corpus = drawCorpus(cells, 3, draw);
   ASSERT_EQ(corpus.cells.size(), 3u);
   EXPECT_EQ(std::count_if(corpus.cells.begin(), corpus.cells.end(), [](const CorpusCell& c) { return c.held_out; }), 1);
@@ -110,7 +96,7 @@ TEST(TrialCorpus, SkipsCopiesLoopsAndCellsThatAreTooSmall) {
   connect(cells.back(), {{0, 1}, {1, 2}, {2, 0}});
   RouteDraw draw;
   draw.shortest_um = 10;
-  Cells stream(cells);
+  CellList stream(cells);
   const TrialCorpus corpus = drawCorpus(stream, 1000, draw);
   EXPECT_EQ(corpus.listed, 5u);
   EXPECT_EQ(corpus.duplicates, 1u);

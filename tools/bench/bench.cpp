@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <sstream>
 #include <stdexcept>
@@ -172,6 +173,17 @@ std::string runWorkload(const Workload& workload, const BenchOptions& options) {
   std::string text = markdown(workload, options, report, where, wall_s);
   writeFile(base + ".md", text);
   return text;
+}
+
+WorkFolder::WorkFolder(const std::string& out, const std::string& name)
+    : path_(out + "/" + name + ".tmp-" + std::to_string(::getpid())) {
+  std::filesystem::remove_all(path_);
+  std::filesystem::create_directories(path_);
+}
+
+WorkFolder::~WorkFolder() {
+  std::error_code ignored;
+  std::filesystem::remove_all(path_, ignored);
 }
 
 double percentile(std::vector<double> values, double fraction) {

@@ -67,6 +67,19 @@ std::vector<Workload> workloads();
 // throws.
 std::string runWorkload(const Workload& workload, const BenchOptions& options);
 
+// A folder of a workload's own below `out`, that goes with it and all that is in it. Throws std::filesystem's errors.
+class WorkFolder {
+ public:
+  WorkFolder(const std::string& out, const std::string& name);
+  ~WorkFolder();
+  WorkFolder(const WorkFolder&) = delete;
+  WorkFolder& operator=(const WorkFolder&) = delete;
+  const std::string& path() const { return path_; }
+
+ private:
+  std::string path_;
+};
+
 // The value below which `fraction` of them lie, by nearest rank; NaN where there are none. O(n).
 double percentile(std::vector<double> values, double fraction);
 

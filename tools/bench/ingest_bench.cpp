@@ -12,7 +12,6 @@
 #include <filesystem>
 #include <memory>
 #include <random>
-#include <unistd.h>
 
 namespace filiform::tools {
 
@@ -73,20 +72,6 @@ class PlacedCells final : public CellStream {
   std::vector<Cell> library_;
 };
 
-struct Folder {
-  explicit Folder(const std::string& out) : path(out + "/ingest-" + std::to_string(::getpid())) {
-    fs::remove_all(path);
-    fs::create_directories(path);
-  }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-  ~Folder() {
-    std::error_code ignored;
-    fs::remove_all(path, ignored);
-  }
-  std::string path;
-};
-
 struct Row {
   std::string from;
   double segments = 0, cpu_s = 0, wall_s = 0, peak_mib = 0, spool_mib = 0, open_ms = 0, tiles = 0;
@@ -129,13 +114,13 @@ Row measure(const std::string& from, const std::string& path,
 }
 
 BenchReport run(const BenchOptions& options) {
-  const Folder folder(options.out);
+  const WorkFolder folder(options.out, "ingest");
   const std::uint64_t largest = options.segments != 0 ? options.segments : options.quick ? 50'000 : 10'000'000;
   std::vector<Row> rows;
   using Kind = PlacedCells::Kind;
   const auto placed = [&](const char* from, std::uint64_t n, Kind kind) {
     options.progress(std::string(from) + ", " + std::to_string(n) + " segments");
-    const std::string path = folder.path + "/set.fil";
+    const std::string path = folder.path() + "/set.fil";
     rows.push_back(measure(from, path, [&] { return std::make_unique<PlacedCells>(n, options.seed, kind); }));
     fs::remove_all(path);
   };
@@ -146,7 +131,7 @@ BenchReport run(const BenchOptions& options) {
     placed("placements", n, Kind::column);
     if (n > kMostFromSwc) continue;
     options.progress("SWC, " + std::to_string(n) + " segments");
-    const std::string zip = folder.path + "/cells.zip", path = folder.path + "/swc.fil";
+    const std::string zip = folder.path() + "/cells.zip", path = folder.path() + "/swc.fil";
     writeSynthetic(columnOf(static_cast<std::uint32_t>(std::max<std::uint64_t>(n / 5000, 2)), options.seed), zip);
     rows.push_back(measure("SWC", path, [&] { return std::make_unique<Input>(std::vector<std::string>{zip}); }));
     fs::remove_all(path);

@@ -1,16 +1,13 @@
 // How much the automatic parameters of the paper's solver matter: its results on real cells with r_min, r_max and G
 // changed one by one, with the paper's own choice (shortest and longest segment of the data), and with none.
-#include "index/errors.h"
-#include "index/input.h"
 #include "index/memory_tiles.h"
 #include "solver/parameters.h"
 #include "solver/run.h"
+#include "tools/bench/dense_cells.h"
 #include "tools/bench/workloads.h"
-#include "tools/synthetic.h"
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <functional>
 #include <memory>
 
@@ -18,47 +15,19 @@ namespace filiform::tools {
 
 namespace {
 
-namespace fs = std::filesystem;
-
 struct NamedStore {
   std::string name;
   std::unique_ptr<TileStore> store;
 };
 
-// Up to `most` cells, evenly over the corpus in order of paths; files of ordinary size only.
-std::vector<NamedStore> realCells(const std::string& corpus, std::size_t most) {
-  std::vector<fs::path> files;
-  std::error_code error;
-  for (fs::recursive_directory_iterator at(corpus, error), end; !error && at != end; at.increment(error))
-    if (at->is_regular_file() && at->path().extension() == ".swc" && at->file_size() > 50'000 &&
-        at->file_size() < 2'000'000)
-      files.push_back(at->path());
-  std::sort(files.begin(), files.end());
-  std::vector<NamedStore> cells;
-  for (std::size_t i = 0; i < most && !files.empty(); ++i) {
-    const fs::path& file = files[i * files.size() / most];
-    if (!cells.empty() && cells.back().name == file.stem().string()) continue;
-    try {
-      Input input({file.string()});
-      auto store = buildTilesInMemory(input);
-      if (store->cell_count() > 0 && store->cell(0).segments > 0)
-        cells.push_back({file.stem().string(), std::move(store)});
-    } catch (const Error&) {  // not every file of a corpus is a sound one
-    }
+std::vector<NamedStore> storesOf(std::vector<Cell> cells) {
+  std::vector<NamedStore> stores;
+  for (Cell& cell : cells) {
+    CellList stream({std::move(cell)});
+    auto store = buildTilesInMemory(stream);
+    stores.push_back({store->cell(0).name, std::move(store)});
   }
-  return cells;
-}
-
-std::vector<NamedStore> syntheticCells(std::uint32_t cells, std::uint64_t seed) {
-  std::vector<NamedStore> made;
-  for (std::uint32_t i = 0; i < cells; ++i) {
-    SyntheticOptions options;
-    options.cells = 1;
-    options.seed = seed + i;
-    SyntheticCells stream(options);
-    made.push_back({"synthetic " + std::to_string(i), buildTilesInMemory(stream)});
-  }
-  return made;
+  return stores;
 }
 
 SolverParameters papersOwn(const TileStore& store) {
@@ -79,12 +48,12 @@ SolverParameters papersOwn(const TileStore& store) {
 
 BenchReport runParameters(const BenchOptions& options) {
   BenchReport report;
-  std::vector<NamedStore> cells;
-  if (!options.corpus.empty()) cells = realCells(options.corpus, options.quick ? 1 : 8);
-  if (cells.empty()) {
-    cells = syntheticCells(options.quick ? 1 : 4, options.seed);
-    report.notes.push_back("no corpus of real cells was given (--corpus): synthetic ones");
-  }
+  const std::vector<NamedStore> cells = storesOf(morphologyLibrary(options.corpus,
+                                                                   options.quick            ? 1
+                                                                   : options.corpus.empty() ? 4
+                                                                                            : 8,
+                                                                   options.seed));
+  if (options.corpus.empty()) report.notes.push_back("no corpus of real cells was given (--corpus): synthetic ones");
   struct Variant {
     std::string name;
     std::function<void(SolverParameters&, const TileStore&)> change;

@@ -1,11 +1,10 @@
 // filiform bench solver: what a tick of each proxy solver costs, beside the literal transcription of the paper.
-#include "index/input.h"
 #include "index/memory_tiles.h"
 #include "solver/graph_view.h"
 #include "solver/parameters.h"
+#include "tools/bench/dense_cells.h"
 #include "tools/bench/literal_solver.h"
 #include "tools/bench/workloads.h"
-#include "tools/synthetic.h"
 
 #include <algorithm>
 #include <array>
@@ -62,16 +61,7 @@ struct Scene {
   SolverParameters parameters;  // of the first cell
 
   Scene(std::string scene_name, std::vector<Cell> cells) : name(std::move(scene_name)) {
-    struct Stream final : CellStream {
-      std::vector<Cell>* cells = nullptr;
-      std::size_t at = 0;
-      bool next(Cell& cell) override {
-        if (at == cells->size()) return false;
-        cell = std::move((*cells)[at++]);
-        return true;
-      }
-    } stream;
-    stream.cells = &cells;
+    CellList stream(std::move(cells));
     store = buildTilesInMemory(stream);
     table = std::make_unique<TileTable>(store->tile_count());
     for (TileId id = 0; id < store->tile_count(); ++id) {
@@ -310,35 +300,16 @@ Cell threadCell(std::uint32_t samples) {
   return cell;
 }
 
-std::vector<Cell> fromCorpus(const BenchOptions& options, std::uint64_t most_segments) {
-  std::vector<Cell> cells;
-  Input input({options.corpus});
-  std::uint64_t segments = 0;
-  for (Cell cell; segments < most_segments && input.next(cell);) {
-    segments += cell.samples();
-    cells.push_back(std::move(cell));
-  }
-  return cells;
-}
-
-std::vector<Cell> syntheticCells(const BenchOptions& options, std::uint32_t count) {
-  SyntheticOptions synthetic;
-  synthetic.cells = count;
-  synthetic.seed = options.seed;
-  SyntheticCells stream(synthetic);
-  std::vector<Cell> cells;
-  for (Cell cell; stream.next(cell);) cells.push_back(std::move(cell));
-  return cells;
-}
-
 BenchReport runSolver(const BenchOptions& options) {
   const double clock_ns = clockCost(wallNow_ns), thread_clock_ns = clockCost(threadNow_ns);
   const std::size_t ticks = options.quick ? 5000 : 20000;
   const int passes = options.quick ? 1 : 5;
   std::vector<Scene> scenes;
   options.progress("scenes");
-  scenes.emplace_back("synthetic column", syntheticCells(options, options.quick ? 1 : 8));
-  if (!options.corpus.empty()) scenes.emplace_back("corpus", fromCorpus(options, options.quick ? 5000 : 100000));
+  const std::size_t cells = options.quick ? 1 : 8;
+  scenes.emplace_back("synthetic column", morphologyLibrary({}, cells, options.seed));
+  if (!options.corpus.empty())
+    scenes.emplace_back("real cells", morphologyLibrary(options.corpus, cells, options.seed));
 
   BenchReport report;
   BenchTable warm{"warm",

@@ -14,16 +14,13 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <filesystem>
 #include <memory>
 #include <thread>
-#include <unistd.h>
 
 namespace filiform::tools {
 
 namespace {
 
-namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
 constexpr double kSegmentsPerCell = 4500;  // of the synthetic column
@@ -38,16 +35,7 @@ std::string withUnit(std::uint64_t n) {
 // The sets that the workload is about, in a folder of their own that goes with them.
 class Sets {
  public:
-  explicit Sets(const BenchOptions& options)
-      : options_(options), folder_(options.out + "/streaming.tmp-" + std::to_string(::getpid())) {
-    fs::create_directories(folder_);
-  }
-  ~Sets() {
-    std::error_code ignored;
-    fs::remove_all(folder_, ignored);
-  }
-  Sets(const Sets&) = delete;
-  Sets& operator=(const Sets&) = delete;
+  explicit Sets(const BenchOptions& options) : options_(options), folder_(options.out, "streaming") {}
 
   struct Made {
     std::string path;
@@ -55,7 +43,7 @@ class Sets {
   };
   // In a process of its own: what it takes is not the measurements'.
   Made make(std::uint64_t segments, bool levels) const {
-    const std::string path = folder_ + "/" + std::to_string(segments) + (levels ? ".fil" : "-bare.fil");
+    const std::string path = folder_.path() + "/" + std::to_string(segments) + (levels ? ".fil" : "-bare.fil");
     const ChildCost cost = measureInChild([&] {
       SyntheticOptions column;
       column.cells = static_cast<std::uint32_t>(std::max(2.0, static_cast<double>(segments) / kSegmentsPerCell));
@@ -71,7 +59,7 @@ class Sets {
 
  private:
   const BenchOptions& options_;
-  std::string folder_;
+  WorkFolder folder_;
 };
 
 // ---- opening

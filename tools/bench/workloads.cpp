@@ -9,6 +9,7 @@ std::vector<Workload> workloads() {
   addParametersWorkloads(all);
   addStabilityWorkloads(all);
   addIngestWorkloads(all);
+  addJumpWorkloads(all);
   addStreamingWorkloads(all);
   return all;
 }

@@ -12,6 +12,7 @@ void addSolverWorkloads(std::vector<Workload>& all);
 void addParametersWorkloads(std::vector<Workload>& all);
 void addStabilityWorkloads(std::vector<Workload>& all);
 void addIngestWorkloads(std::vector<Workload>& all);
+void addJumpWorkloads(std::vector<Workload>& all);
 void addStreamingWorkloads(std::vector<Workload>& all);
 
 }  // namespace filiform::tools

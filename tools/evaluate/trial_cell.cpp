@@ -9,21 +9,6 @@ namespace filiform::tools {
 
 namespace {
 
-class OneCell : public CellStream {
- public:
-  explicit OneCell(Cell cell) : cell_(std::move(cell)) {}
-  bool next(Cell& cell) override {
-    if (taken_) return false;
-    taken_ = true;
-    cell = std::move(cell_);
-    return true;
-  }
-
- private:
-  Cell cell_;
-  bool taken_ = false;
-};
-
 void treat(Cell& cell, const CellTreatment& treatment) {
   for (Vector3d& p : cell.positions_um) {
     p.x() += treatment.offset_um;
@@ -45,7 +30,7 @@ Vector3d toSinglePrecision(const Vector3d& p) {
 TrialCell::TrialCell(Cell cell, const CellTreatment& treatment) {
   treat(cell, treatment);
   parameters_ = automaticParameters(cell, Grid());
-  OneCell stream(std::move(cell));
+  CellList stream({std::move(cell)});
   store_ = buildTilesInMemory(stream);
   table_ = std::make_unique<TileTable>(store_->tile_count());
   for (TileId id = 0; id < store_->tile_count(); ++id) {
