@@ -4,10 +4,14 @@
 #include "device/null_device.h"
 #include "device/replay.h"
 #include "device/simulated_hand.h"
+#include "device/spacemouse.h"
+#include "device/usb_transport.h"
 
 namespace filiform {
 
-const char* deviceChoices() { return "sim:loose|medium|firm, replay:FILE, null, falcon[:FIRMWARE]"; }
+const char* deviceChoices() {
+  return "sim:loose|medium|firm, replay:FILE, null, falcon[:FIRMWARE], spacemouse[:SOCKET]";
+}
 
 std::unique_ptr<HapticDevice> makeDevice(const std::string& spec, const DeviceFactoryOptions& options) {
   const std::size_t colon = spec.find(':');
@@ -30,7 +34,11 @@ std::unique_ptr<HapticDevice> makeDevice(const std::string& spec, const DeviceFa
     falcon.firmware = argument;
     return std::make_unique<Falcon>(systemUsb(), falcon);
   }
-  if (kind == "spacemouse")
+  if (kind == "spacemouse") {
+    SpaceMouseOptions mouse;
+    mouse.bus_path = argument;
+    return std::make_unique<SpaceMouse>(systemUsb(), mouse);
+  }
     throw UnknownDevice("device " + kind + " is not in this build; choose one of " + deviceChoices());
   throw UnknownDevice(std::string("no such device; choose one of ") + deviceChoices());
 }

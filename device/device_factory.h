@@ -13,9 +13,10 @@ struct DeviceFactoryOptions {
   int delay_samples = 1;    // of the simulated hand
 };
 
-// "sim:loose", "sim:medium", "sim:firm" ("sim" is medium), "replay:FILE", "null", "falcon" or "falcon:FIRMWARE" (on the
-// machine's own USB). Not opened, except that a recording is read and checked. Throws UnknownDevice naming what this
-// build has. A simulated hand is a SimulatedHand: its owner aims it through that.
+// "sim:loose", "sim:medium", "sim:firm" ("sim" is medium), "replay:FILE", "null"; on the machine's own USB "falcon" or
+// "falcon:FIRMWARE", "spacemouse" (the first) or "spacemouse:1-2" (the one in that socket). Not opened, except that a
+// recording is read and checked. Throws UnknownDevice naming what this build has. A simulated hand is a SimulatedHand:
+// its owner aims it through that.
 std::unique_ptr<HapticDevice> makeDevice(const std::string& spec, const DeviceFactoryOptions& options = {});
 
 // What makeDevice takes, for help texts: "sim:loose|medium|firm, replay:FILE, null, ...".

@@ -41,6 +41,7 @@ struct DeviceCapabilities {
   int delay_samples = 0;  // between a force commanded and its effect in the state
   int buttons = 0;
   bool senses_rotation = false;
+  bool rate_control = false;  // it has no position: p_D rests, v_D and twist_D are rates that the hand asks for
   bool needs_homing = false;
   bool paces_loop = false;  // exchange() itself blocks until the next sample
 };

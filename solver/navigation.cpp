@@ -27,7 +27,8 @@ Navigation::Navigation(const GraphView& graph, std::unique_ptr<ProxySolver> solv
       actions_(options.buttons),
       anchored_(options.anchor_use == AnchorUse::always ||
                 (options.anchor_use == AnchorUse::by_method && solver_->wantsAnchor())),
-      state_{ForceLaw(options.force), Workspace(gentle(options)), Anchor(options.anchor)},
+      rate_control_(options.rate_control),
+      state_{ForceLaw(options.force), Workspace(gentle(options)), Anchor(options.anchor), RateControl(options.rate)},
       saved_(state_) {}
 
 void Navigation::setMode(NavigationMode mode) noexcept {
@@ -38,6 +39,16 @@ void Navigation::setMode(NavigationMode mode) noexcept {
 void Navigation::restart() noexcept {
   state_.law.restartRamp();
   state_.anchor.reset();
+  state_.rate.reset();
+}
+
+void Navigation::turn(const Vector3d& twist_D, double dt_s) noexcept {
+  const Vector3d angle = twist_D * dt_s;
+  if (!angle.allFinite() || angle.isZero(0)) return;
+  Workspace& workspace = state_.workspace;
+  if (angle.x() != 0 || angle.y() != 0) workspace.rotate(angle.x(), angle.y(), state_.p_W);
+  if (rate_control_ && angle.z() != 0)
+    workspace.setZoom(workspace.zoom_um() * state_.rate.zoomFactor(twist_D.z(), dt_s), state_.p_W);
 }
 
 bool Navigation::apply(const NavigationCommand& command, const Eigen::Vector3d& h_D) noexcept {
@@ -124,12 +135,13 @@ const NavigationTick& Navigation::tick(const DeviceState& device, double dt_s) n
   if (ready && !state_.was_ready) restart();
   state_.was_ready = ready;
   if (ready) pressButtons(device.buttons);
+  if (ready) turn(device.twist_D, dt_s);
 
   Workspace& workspace = state_.workspace;
-  const bool usable = ready && device.p_D.allFinite();
   tick_.mode = state_.mode;
-  tick_.h_D = device.p_D;
-  tick_.h_W = workspace.toWorld(device.p_D);
+  tick_.h_D = rate_control_ && ready ? state_.rate.probe(workspace.toDevice(state_.p_W), device.v_D, dt_s) : device.p_D;
+  const bool usable = ready && tick_.h_D.allFinite();
+  tick_.h_W = workspace.toWorld(tick_.h_D);
   Vector3d p_W = state_.p_W;
   if (state_.mode == NavigationMode::constrained) {
     if (usable && place().valid()) {
@@ -144,6 +156,7 @@ const NavigationTick& Navigation::tick(const DeviceState& device, double dt_s) n
   }
   tick_.p_W = p_W;
   tick_.p_D = workspace.toDevice(p_W);
+  if (rate_control_) state_.rate.followed(tick_.p_D);
   tick_.anchor_D = tick_.p_D;
   if (anchored_ && state_.mode == NavigationMode::constrained) {
     if (tick_.solved && tick_.h_W.allFinite())
@@ -152,7 +165,7 @@ const NavigationTick& Navigation::tick(const DeviceState& device, double dt_s) n
   }
 
   // A hand that is nowhere goes through the force law all the same: it is what counts faults.
-  const bool pulls = ready && state_.mode == NavigationMode::constrained && place().valid();
+  const bool pulls = ready && !rate_control_ && state_.mode == NavigationMode::constrained && place().valid();
   tick_.wrench.force_N = pulls ? state_.law.apply(tick_.anchor_D, device.p_D, device.v_D, dt_s) : state_.law.release();
 
   if (dt_s > 0 && std::isfinite(dt_s)) {

@@ -13,6 +13,7 @@
 #include "solver/force_law.h"
 #include "solver/navigation_link.h"
 #include "solver/proxy_solver.h"
+#include "solver/rate_control.h"
 #include "solver/workspace.h"
 
 #include <array>
@@ -42,6 +43,9 @@ struct NavigationOptions {
   // as the solver wants, that is for bounded climb only.
   AnchorUse anchor_use = AnchorUse::by_method;
   AnchorOptions anchor;
+  // For devices that give rates instead of positions; the probe is then made of them, and no force is commanded.
+  bool rate_control = false;
+  RateControlOptions rate;
   // The workspace drifts no faster than this over the stiffness, so that its drift alone changes the force by at most
   // drift_force_N_s dt.
   double drift_force_N_s = 20;
@@ -73,7 +77,8 @@ class Navigation {
   // invalid place, a value that is not finite.
   bool apply(const NavigationCommand& command, const Eigen::Vector3d& h_D) noexcept;
 
-  // The answer holds until the next tick. A state that is not finite or not ready moves nothing and commands no force.
+  // The answer holds until the next tick. Rotation that the device senses turns the world about the proxy. A state that
+  // is not finite or not ready moves nothing and commands no force.
   const NavigationTick& tick(const DeviceState& state, double dt_s) noexcept;
 
   // Virtual time: takes the last tick back, bit for bit, so that it can be repeated with more tiles. Once after each
@@ -97,6 +102,7 @@ class Navigation {
     ForceLaw law;
     Workspace workspace;
     Anchor anchor;
+    RateControl rate;
     NavigationMode mode = NavigationMode::constrained;
     bool was_ready = false;
     std::uint32_t buttons = 0;
@@ -108,11 +114,12 @@ class Navigation {
   void pressButtons(std::uint32_t buttons) noexcept;
   void setMode(NavigationMode mode) noexcept;
   void restart() noexcept;
+  void turn(const Eigen::Vector3d& twist_D, double dt_s) noexcept;
 
   const GraphView& graph_;
   std::unique_ptr<ProxySolver> solver_;
   std::array<ButtonAction, 8> actions_;
-  bool anchored_;
+  bool anchored_, rate_control_;
   State state_, saved_;
   NavigationTick tick_;
 };

@@ -233,6 +233,9 @@ class Run {
     navigation.workspace.lo_D = device_->capabilities().workspace_lo_D;
     navigation.workspace.hi_D = device_->capabilities().workspace_hi_D;
     navigation.workspace.zoom_um = options.zoom_um;
+    navigation.rate_control = device_->capabilities().rate_control;
+    if (navigation.rate_control && !options.realtime && !replay_)
+      throw UsageError("a " + device_->capabilities().name + " moves in real time only: add --realtime");
     navigation.buttons.fill(ButtonAction::none);
     const SolverParameters parameters = options.solver ? *options.solver : automaticParameters(store, first_cell_);
     navigation_ = std::make_unique<Navigation>(graph_, makeProxySolver(options.method, parameters), navigation);

@@ -4,6 +4,7 @@
 #include "device/null_device.h"
 #include "device/replay.h"
 #include "device/simulated_hand.h"
+#include "device/spacemouse.h"
 #include "tests/support/temp_folder.h"
 
 #include <gtest/gtest.h>
@@ -23,6 +24,12 @@ TEST(DeviceFactory, MakesEveryDeviceItOffers) {
   for (const char* spec : {"falcon", "falcon:", "falcon:/no/such/file"})
     EXPECT_NE(dynamic_cast<Falcon*>(makeDevice(spec).get()), nullptr) << spec;
 
+  for (const char* spec : {"spacemouse", "spacemouse:1-2"}) {
+    const auto device = makeDevice(spec);
+    ASSERT_NE(dynamic_cast<SpaceMouse*>(device.get()), nullptr) << spec;
+    EXPECT_EQ(device->status(), DeviceStatus::closed);
+  }
+
   const test::TempFolder folder;
   const std::string path = folder.file("with:colon.rec");
   RecordingDevice recording(makeDevice("null"), path);
@@ -32,7 +39,7 @@ TEST(DeviceFactory, MakesEveryDeviceItOffers) {
 }
 
 TEST(DeviceFactory, NamesWhatThereIs) {
-  for (const char* spec : {"falcons", "spacemouse", "", "nul", "null:x", "mouse", "SIM:loose"}) {
+  for (const char* spec : {"falcons", "spacemouses", "", "nul", "null:x", "mouse", "SIM:loose"}) {
     try {
       makeDevice(spec);
       ADD_FAILURE() << spec << " was made";

@@ -476,5 +476,58 @@ TEST(Navigation, RefusesOptionsThatMakeNoSense) {
   refuses([](NavigationOptions& o) { o.anchor.speed_m_s = -1; });
 }
 
+DeviceState rates(const Vector3d& v_D, const Vector3d& twist_D = Vector3d::Zero()) {
+  DeviceState state;
+  state.v_D = v_D;
+  state.twist_D = twist_D;
+  state.status = DeviceStatus::ready;
+  return state;
+}
+
+TEST(Navigation, RatesLeadTheProxyAndRestLeavesIt) {
+  NavigationOptions options;
+  options.rate_control = true;
+  Scene scene(options, SolverMethod::climb);
+  scene.command(Kind::jump, scene.somewhere());
+  const Vector3d start_W = scene.navigation->tick(rates(Vector3d::Zero()), kDt_s).p_W;
+  EXPECT_EQ(scene.navigation->tick(rates(Vector3d::Zero()), kDt_s).p_W, start_W);
+  Vector3d p_W = start_W;
+  double most_um = 0;
+  for (int i = 0; i < 3000; ++i) {
+    const NavigationTick& tick = scene.navigation->tick(rates({0.05, 0.02 * std::sin(i * 0.01), 0}), kDt_s);
+    ASSERT_EQ(forceOf(tick), Vector3d::Zero()) << "there is no hand to feel it";
+    ASSERT_LE((tick.h_D - tick.p_D).norm(), 0.02 + 1e-9);
+    p_W = tick.p_W;
+    most_um = std::max(most_um, (p_W - start_W).norm());
+  }
+  EXPECT_GT(most_um, 10) << "it was led away";
+  const Vector3d left_W = scene.navigation->tick(rates(Vector3d::Zero()), kDt_s).p_W;
+  for (int i = 0; i < 100; ++i) scene.navigation->tick(rates(Vector3d::Zero()), kDt_s);
+  EXPECT_LT((scene.navigation->tick(rates(Vector3d::Zero()), kDt_s).p_W - left_W).norm(), 1e-6);
+}
+
+TEST(Navigation, TurnsOfTheDeviceRotateAboutTheProxyAndZoom) {
+  for (const bool rate_control : {false, true}) {
+    NavigationOptions options;
+    options.rate_control = rate_control;
+    Scene scene(options);
+    scene.command(Kind::jump, scene.somewhere());
+    scene.navigation->tick(rates(Vector3d::Zero()), kDt_s);
+    const Eigen::Matrix3d before = scene.navigation->workspace().rotationMatrix();
+    const double zoom_um = scene.navigation->workspace().zoom_um();
+    const Vector3d p_D = scene.navigation->tick(rates(Vector3d::Zero(), {kNaN, 1, 0}), kDt_s).p_D;
+    EXPECT_EQ(scene.navigation->workspace().rotationMatrix(), before);
+    for (int i = 0; i < 500; ++i) {
+      const NavigationTick& tick = scene.navigation->tick(rates(Vector3d::Zero(), {0, 1, -1}), kDt_s);
+      ASSERT_LT((tick.p_D - p_D).norm(), 1e-9);
+    }
+    const Eigen::AngleAxisd turn(before.transpose() * scene.navigation->workspace().rotationMatrix());
+    EXPECT_NEAR(turn.angle(), 0.5, 1e-9);
+    EXPECT_NEAR(std::abs(turn.axis().y()), 1, 1e-9);
+    EXPECT_NEAR(scene.navigation->workspace().zoom_um(), rate_control ? zoom_um * std::exp(-0.5) : zoom_um, 1e-6)
+        << "a stylus that is rolled does not zoom";
+  }
+}
+
 }  // namespace
 }  // namespace filiform
