@@ -39,7 +39,6 @@ std::unique_ptr<HapticDevice> makeDevice(const std::string& spec, const DeviceFa
     mouse.bus_path = argument;
     return std::make_unique<SpaceMouse>(systemUsb(), mouse);
   }
-    throw UnknownDevice("device " + kind + " is not in this build; choose one of " + deviceChoices());
   throw UnknownDevice(std::string("no such device; choose one of ") + deviceChoices());
 }
 
