@@ -130,6 +130,7 @@ int runProgram(int argc, char** argv) {
   addNearest(app, chosen);
   addExport(app, chosen);
   addNavigate(app, chosen);
+  addDevices(app, chosen);
   addEvaluate(app, chosen);
   addBench(app, chosen);
 

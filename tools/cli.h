@@ -46,6 +46,7 @@ void addVerify(CLI::App& app, Chosen& chosen);
 void addNearest(CLI::App& app, Chosen& chosen);
 void addExport(CLI::App& app, Chosen& chosen);
 void addNavigate(CLI::App& app, Chosen& chosen);
+void addDevices(CLI::App& app, Chosen& chosen);
 void addEvaluate(CLI::App& app, Chosen& chosen);
 void addBench(CLI::App& app, Chosen& chosen);
 

@@ -1,4 +1,5 @@
 // filiform navigate: a hand, simulated or recorded, travels a route without a display.
+#include "device/device_factory.h"
 #include "index/errors.h"
 #include "index/faulty_source.h"
 #include "index/input.h"
@@ -268,7 +269,7 @@ void addNavigate(CLI::App& app, Chosen& chosen) {
                       "simulated time at most; default: 10 times nominal + 20 s, of a tour 60 s");
   command->add_option("--method", a->method, "proxy solver: basic, shading, force or climb")->capture_default_str();
   command->add_option("--hand", a->hand, "loose, medium or firm: short for --device sim:HAND");
-  command->add_option("--device", a->device, "sim:HAND, replay:FILE or null; default sim:medium");
+  command->add_option("--device", a->device, std::string(deviceChoices()) + "; default sim:medium");
   command->add_option("--stiffness", a->stiffness_N_m,
                       "of the spring to the proxy, N/m; default 200, with the loose hand 50");
   command

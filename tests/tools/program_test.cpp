@@ -53,7 +53,8 @@ class Program : public ::testing::Test {
 };
 
 TEST_F(Program, HelpOfEveryCommandHasAnExample) {
-  for (const char* command : {"synth", "check", "ingest", "info", "verify", "nearest", "export", "navigate"}) {
+  for (const char* command :
+       {"synth", "check", "ingest", "info", "verify", "nearest", "export", "navigate", "devices"}) {
     const Outcome outcome = runFiliform({command, "--help"});
     EXPECT_EQ(outcome.exit_code, 0) << command;
     EXPECT_NE(outcome.out.find("Example"), std::string::npos) << command << outcome.out;
