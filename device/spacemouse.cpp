@@ -129,10 +129,14 @@ void SpaceMouse::light(bool on) noexcept {
 DeviceState SpaceMouse::exchange(const Wrench&) noexcept {
   if (!connected_ || state_.status != DeviceStatus::ready) return state_;
   Connected& c = *connected_;
-  bool lost = false;
-  for (int round = 0; round < kMostRounds && c.usb->handleEvents(0) && !lost; ++round) {
+  bool lost = false, any = true;
+  for (int round = 0; round < kMostRounds && any && !lost; ++round) {
+    c.usb->handleEvents(0);
+    any = false;
+    // Whether or not it was this call that completed them: a request for the lamp does so too.
     for (const auto& read : c.reads) {
       if (read->pending()) continue;
+      any = true;
       if (read->status() == UsbStatus::done) {
         const internal::SpaceMouseReport what = internal::takeReport(read->data(), c.mouse);
         if (what == internal::SpaceMouseReport::motion) c.moved_s = c.usb->time_s();

@@ -167,6 +167,14 @@ TEST_F(SpaceMouseTest, LightsItsLed) {
   EXPECT_EQ(asked, (std::vector<int>{1, 0}));
 }
 
+TEST_F(SpaceMouseTest, TakesWhatCameWhileItLitItsLed) {
+  FakeUsbDevice& device = usb.plug(mouseAt("1-1"));
+  for (int i = 1; i <= 3; ++i) device.answer(0x81, report(1, {i, 0, 0}));
+  mouse.open();
+  EXPECT_NEAR(after(0).v_D.x(), 0.1 * 3 / 350, 1e-15);
+  EXPECT_EQ(mouse.reports(), 3U);
+}
+
 TEST_F(SpaceMouseTest, ComesToRestInFaultWhenUnplugged) {
   FakeUsbDevice& device = usb.plug(mouseAt("1-1"));
   device.kernel_driven = {0};

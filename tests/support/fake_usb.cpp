@@ -54,7 +54,10 @@ class FakeConnection : public UsbConnection {
       usb_.advanceTo(usb_.time_s_ + timeout_s);
       throw UsbError(UsbCause::timed_out, describe(info()) + ": it does not answer");
     }
-    usb_.advanceTo(usb_.time_s_ + device_.control_s);
+    // Meanwhile other transfers complete, as with libusb.
+    const double end_s = usb_.time_s_ + device_.control_s;
+    do handleEvents(end_s - usb_.time_s_);
+    while (usb_.time_s_ < end_s && device_.plugged_);
     if (!device_.plugged_) throw lost();
     if (!device_.on_control) return data.size();
     const std::optional<std::size_t> moved = device_.on_control(setup, data, device_);
