@@ -16,6 +16,7 @@ const char* deviceChoices() {
 std::unique_ptr<HapticDevice> makeDevice(const std::string& spec, const DeviceFactoryOptions& options) {
   const std::size_t colon = spec.find(':');
   const std::string kind = spec.substr(0, colon);
+  UsbTransport& usb = options.usb != nullptr ? *options.usb : systemUsb();
   const std::string argument = colon == std::string::npos ? "" : spec.substr(colon + 1);
   if (kind == "sim") {
     SimulatedHandOptions hand;
@@ -32,12 +33,12 @@ std::unique_ptr<HapticDevice> makeDevice(const std::string& spec, const DeviceFa
   if (kind == "falcon") {
     FalconOptions falcon;
     falcon.firmware = argument;
-    return std::make_unique<Falcon>(systemUsb(), falcon);
+    return std::make_unique<Falcon>(usb, falcon);
   }
   if (kind == "spacemouse") {
     SpaceMouseOptions mouse;
     mouse.bus_path = argument;
-    return std::make_unique<SpaceMouse>(systemUsb(), mouse);
+    return std::make_unique<SpaceMouse>(usb, mouse);
   }
   throw UnknownDevice(std::string("no such device; choose one of ") + deviceChoices());
 }

@@ -8,12 +8,15 @@
 
 namespace filiform {
 
+class UsbTransport;
+
 struct DeviceFactoryOptions {
-  double period_s = 0.001;  // of devices in virtual time
-  int delay_samples = 1;    // of the simulated hand
+  double period_s = 0.001;      // of devices in virtual time
+  int delay_samples = 1;        // of the simulated hand
+  UsbTransport* usb = nullptr;  // for hardware; must outlive the device. None: the machine's own
 };
 
-// "sim:loose", "sim:medium", "sim:firm" ("sim" is medium), "replay:FILE", "null"; on the machine's own USB "falcon" or
+// "sim:loose", "sim:medium", "sim:firm" ("sim" is medium), "replay:FILE", "null"; over USB "falcon" or
 // "falcon:FIRMWARE", "spacemouse" (the first) or "spacemouse:1-2" (the one in that socket). Not opened, except that a
 // recording is read and checked. Throws UnknownDevice naming what this build has. A simulated hand is a SimulatedHand:
 // its owner aims it through that.

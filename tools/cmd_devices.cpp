@@ -1,5 +1,7 @@
 // filiform devices: what is plugged in, what is missing, and whether it works.
 #include "device/device_factory.h"
+#include "device/usb_recording.h"
+#include "index/errors.h"
 #include "index/text.h"
 #include "tools/cli.h"
 #include "tools/device_check.h"
@@ -17,7 +19,7 @@ namespace {
 
 struct DevicesArguments {
   bool json = false, test = false;
-  std::string device;
+  std::string device, record;
 };
 
 struct Recognised {
@@ -122,6 +124,7 @@ int runDevices(const DevicesArguments& a) {
     json["recognised"].push_back({{"ids", r.ids}, {"kind", r.kind}, {"device", r.device}});
   if (!refusal.empty()) json["refusal"] = refusal;
 
+  if (!a.record.empty() && !a.test) throw UsageError("--record is for the traffic of --test");
   if (!a.test && !a.json) printTable(found, refusal);
   if (a.test) {
     std::string spec = a.device;
@@ -133,10 +136,13 @@ int runDevices(const DevicesArguments& a) {
                               : refusal);
       spec = found.front().device;
     }
-    const std::unique_ptr<HapticDevice> device = makeDevice(spec);
+    std::unique_ptr<UsbRecorder> recorder;  // outlives the device
+    if (!a.record.empty()) recorder = std::make_unique<UsbRecorder>(systemUsb(), a.record);
+    const std::unique_ptr<HapticDevice> device = makeDevice(spec, {.usb = recorder.get()});
     DeviceCheckOptions options;
     options.tell = [](const std::string& text) { std::cerr << text << '\n'; };
     const DeviceCheck check = checkDevice(*device, options);
+    if (recorder) recorder->finish();
     json["test"] = asJson(check);
     json["test"]["device"] = spec;
     json["test"]["name"] = device->capabilities().name;
@@ -166,6 +172,7 @@ void addDevices(CLI::App& app, Chosen& chosen) {
           "try a device: the one named, or the first that is plugged in")
       ->expected(0, 1)
       ->type_name("[DEVICE]");
+  command->add_option("--record", a->record, "write the USB traffic of the test, for UsbReplay")->type_name("FILE");
   command->callback([a, &chosen] { chosen = [a] { return runDevices(*a); }; });
 }
 

@@ -25,11 +25,11 @@ std::vector<FoundDevice> findDevices(UsbTransport& transport);
 
 struct DeviceCheckOptions {
   double read_s = 1;
-  double homing_s = 60;                          // how long the person has for it
-  double force_N = 0.5;                          // at most, along each axis in turn; not where the device renders none
-  double ramp_s = 1;                             // up and down again
-  double most_moved_m = 0.025;                   // a hand that gives way further than that ends the force
-  std::function<void(const std::string&)> tell;  // what the person should do now
+  double homing_s = 60;         // how long the person has for it
+  double force_N = 0.5;         // at most, along each axis in turn; not where the device renders none
+  double ramp_s = 1;            // up and down again
+  double most_moved_m = 0.025;  // a hand that gives way further than that ends the force
+  std::function<void(const std::string&)> tell{};  // what the person should do now
 };
 
 struct DeviceCheck {

@@ -124,6 +124,7 @@ TEST(Devices, ProgramListsAndTests) {
   const Outcome people = runFiliform({"devices", "--test", "sim:medium"});
   EXPECT_NE(people.out.find("the hand gave way by"), std::string::npos) << people.out;
   EXPECT_EQ(runFiliform({"devices", "--test", "sim:iron"}).exit_code, 2);
+  EXPECT_EQ(runFiliform({"devices", "--record", "x.usb"}).exit_code, 2);
 }
 
 }  // namespace

@@ -1,5 +1,8 @@
 // The program as a person with a Falcon and a SpaceMouse meets it.
+#include "device/spacemouse.h"
+#include "device/usb_recording.h"
 #include "tests/support/process.h"
+#include "tests/support/temp_folder.h"
 #include "tests/umockdev/mock_usb.h"
 
 #include <cstdlib>
@@ -77,6 +80,7 @@ TEST_F(DevicesUnderUmockdev, ListsAFalconAndASpaceMouse) {
 
 TEST_F(DevicesUnderUmockdev, TestsASpaceMouse) {
   MockUsbDevice& mouse = usb->plug(spaceMouse());
+  const test::TempFolder folder;
   mouse.bind(0, "usbhid");
   bool lit = false;
   mouse.on_control = [&lit](const UsbSetup& setup, const MockBytes& data,
@@ -87,13 +91,20 @@ TEST_F(DevicesUnderUmockdev, TestsASpaceMouse) {
       for (int i = 0; i < 3; ++i) d.answer(0x81, {1, 0x5e, 1, 0, 0, 0, 0});
     return MockBytes{};
   };
-  const Outcome test = runFiliform({"devices", "--json", "--test", "spacemouse"});
+  const Outcome test = runFiliform({"devices", "--json", "--test", "spacemouse", "--record", folder.file("mouse.usb")});
   EXPECT_EQ(test.exit_code, 0) << test.err;
   const auto json = nlohmann::json::parse(test.out);
   EXPECT_EQ(json.at("test").at("reports"), 3);
   EXPECT_EQ(json.at("test").at("force_N"), 0);
   EXPECT_TRUE(lit);
   EXPECT_EQ(mouse.bound()[0], "usbhid") << "the kernel has it back";
+
+  UsbReplay replay(folder.file("mouse.usb"));
+  SpaceMouse again(replay);
+  again.open();
+  replay.pause(10);
+  EXPECT_GT(again.exchange({}).v_D.x(), 0.09);
+  EXPECT_EQ(again.reports(), 3U);
 }
 
 }  // namespace
