@@ -70,8 +70,8 @@ struct Residency::Impl {
     loader.planIfDue(now_s);
     const TileId next = loader.nextDue();
     if (next == kNoTile) return false;
-    loader.makeRoom(loader.dueBytes(kRoomAhead), false, &internal::TileLoader::isUnwanted);
-    if (!loader.makeRoom(loader.bytesOf(next), false, &internal::TileLoader::isUnwanted)) return false;
+    loader.makeRoom(loader.dueBytes(kRoomAhead), false);
+    if (!loader.makeRoom(loader.bytesOf(next), false)) return false;
     if (threads.size() > 1) work.notify_one();
     loader.read(next, lock);
     return true;
@@ -176,7 +176,7 @@ void Residency::advance(std::uint64_t tick, std::uint64_t latency_ticks) {
   }
   loader.planIfDue(due);
   for (const TileId tile : loader.dueTiles()) {
-    if (!loader.makeRoom(loader.bytesOf(tile), true, &internal::TileLoader::isUnwanted)) continue;
+    if (!loader.makeRoom(loader.bytesOf(tile), true)) continue;
     loader.read(tile, lock);
     loader.settle();
   }
@@ -200,13 +200,13 @@ bool Residency::loadTogether(std::span<const TileId> tiles) {
     if (loader.waitsForRetry(tile)) return false;
     if (!loader.inMemory(tile)) need += loader.bytesOf(tile);
   }
-  for (const auto& [tile, slot] : loader.slots())
-    if (slot.inMemory() && (loader.pinned(tile) || asked(tile))) keep += loader.bytesOf(tile);
+  for (const internal::TileSlot* const slot : loader.slots().all())
+    if (slot->inMemory() && (loader.pinned(slot->id) || asked(slot->id))) keep += loader.bytesOf(slot->id);
   if (keep > impl_->budget_bytes || need > impl_->budget_bytes - keep) return false;
 
   for (const TileId tile : together) loader.ask(tile);
   bool all = true;
-  loader.makeRoom(need, true, [&](TileId tile, const internal::TileLoader::Slot&) { return !asked(tile); });
+  loader.makeRoom(need, true, [&](const internal::TileSlot& slot) { return !asked(slot.id); });
   for (const TileId tile : together) {
     if (loader.inMemory(tile)) continue;
     all &= loader.read(tile, lock);
@@ -232,9 +232,9 @@ bool Residency::isHeld(HoldId hold) const {
 
 TileState Residency::state(TileId tile) const {
   const std::lock_guard lock(impl_->mutex);
-  const auto& slots = impl_->loader.slots();
-  const auto at = slots.find(tile);
-  return at == slots.end() ? TileState::absent : at->second.state;
+  if (tile >= impl_->store.tile_count()) return TileState::absent;
+  const internal::TileSlot* const slot = impl_->loader.slots().find(tile);
+  return slot == nullptr ? TileState::absent : slot->state;
 }
 
 ResidencyCounters Residency::counters() const {

@@ -88,7 +88,7 @@ class TileReader {
   // repeated.
   virtual void request(TileId tile) noexcept = 0;
   // The jump that the focus waits with may be made: the table holds its tile and, as far as the budget goes, those
-  // where the hand may get to within a tenth of a second (nothing but the tile without prefetch).
+  // where the hand may get to within 0.3 s (nothing but the tile without prefetch).
   virtual bool isTargetReady(NodeId target_node) const noexcept = 0;
 };
 

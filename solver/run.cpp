@@ -436,6 +436,21 @@ class Run {
     return *tick;
   }
 
+  // The first leg begins as a jump does: with what the hand can reach at once, or after as long as a jump waits.
+  void awaitStart(TileReader& reader) const {
+    ReaderFocus start = navigation_->focus();
+    start.target_tile = leg_->home;
+    start.target_node = firstNode(*leg_);
+    start.target_W = leg_->route.points().front().p_W;
+    reader.publishFocus(start);
+    for (std::uint64_t waited = 0; waited < jump_patience_ticks_; ++waited) {
+      reader.apply();
+      if (reader.isTargetReady(start.target_node)) break;
+      std::this_thread::sleep_for(std::chrono::duration<double>(dt_s_));
+    }
+    reader.publishFocus(focus());
+  }
+
   void runRealTime(const std::function<void(const TickRow&)>& on_tick) {
     SpscRing<TickRow> rows(kRowsInFlight);
     std::atomic<bool> over{false};
@@ -477,7 +492,10 @@ class Run {
         },
         loop_options);
 
-    if (io.residency) io.residency->start();
+    if (io.residency) {
+      io.residency->start();
+      awaitStart(*reader);
+    }
     loop.start();
     TickRow row;
     const auto drain = [&] {

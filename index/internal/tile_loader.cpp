@@ -10,10 +10,13 @@ namespace {
 
 // What is in memory counts as this much nearer: no swapping back and forth at the rim.
 constexpr double kHeadStart = 0.8;
+// When a reader has moved by this part of the workspace's radius, what lies ahead is looked at again; of the reach of
+// what the budget lets it have around it, that, which costs more and changes less.
+constexpr double kWalkAgain = 1.0 / 32, kAroundAgain = 1.0 / 8;
 constexpr std::size_t kMaxCells = 8;  // whose lists of tiles are kept
 // Of a jump's target: what a hand may reach within this time, and for prefetch by distance the part of the workspace's
 // radius that this amounts to.
-constexpr double kTargetTime_s = 0.1, kTargetPart = 0.2;
+constexpr double kTargetTime_s = 0.3, kTargetPart = 0.6;
 
 }  // namespace
 
@@ -22,23 +25,25 @@ TileLoader::TileLoader(const TileStore& store, const ResidencyOptions& options)
       options_(options),
       directory_(store),
       prefetch_(store, directory_, options.prefetch, options.lookahead_s),
+      slots_(store.tile_count()),
       loaded_(store.tile_count()),
+      claimed_in_(store.tile_count()),
       evicted_(store.tile_count()) {}
 
 TileReader& TileLoader::addReader() {
   Peer& peer = peers_.emplace_back(store_.tile_count());
-  for (auto& [tile, slot] : slots_) {
-    if (!slot.inMemory()) continue;
-    ++slot.adds_left;
-    slot.state = TileState::ready;
-    peer.outbox.push_back({slot.tile.get(), tile});
+  for (TileSlot* const slot : slots_.all()) {
+    if (!slot->inMemory()) continue;
+    ++slot->adds_left;
+    slot->state = TileState::ready;
+    peer.outbox.push_back({slot->tile.get(), slot->id});
   }
   flush();
   return peer.channel;
 }
 
 void TileLoader::adoptLongTile(std::shared_ptr<const Tile> tile) {
-  Slot& slot = slots_[tile->id()];
+  TileSlot& slot = slots_[tile->id()];
   slot.state = TileState::resident;
   slot.tile = std::move(tile);
   loaded_.add(*slot.tile);
@@ -53,8 +58,8 @@ bool TileLoader::pinned(TileId tile) const {
 }
 
 bool TileLoader::waitsForRetry(TileId tile) const {
-  const auto at = slots_.find(tile);
-  return at != slots_.end() && at->second.state == TileState::failed && at->second.retry > now_;
+  const TileSlot* const slot = slots_.find(tile);
+  return slot != nullptr && slot->state == TileState::failed && slot->retry > now_;
 }
 
 void TileLoader::send(const TileMessage& message) {
@@ -75,10 +80,9 @@ void TileLoader::takeAcknowledgements() {
   for (Peer& p : peers_)
     for (TileAcknowledgement a; p.channel.acknowledgements.pop(a);) {
       --p.under_way;
-      const SlotPlace at = slots_.find(a.id);
-      Slot& slot = at->second;
+      TileSlot& slot = *slots_.find(a.id);
       if (a.retired) {
-        if (--slot.retires_left == 0) release(at);
+        if (--slot.retires_left == 0) release(slot);
       } else if (--slot.adds_left == 0 && slot.state == TileState::ready) {
         arrive(slot);
       }
@@ -86,7 +90,7 @@ void TileLoader::takeAcknowledgements() {
   flush();
 }
 
-void TileLoader::arrive(Slot& slot) {
+void TileLoader::arrive(TileSlot& slot) {
   slot.state = TileState::resident;
   if (slot.held_once) return;  // a reader joined late
   slot.held_once = true;
@@ -97,9 +101,9 @@ void TileLoader::arrive(Slot& slot) {
 }
 
 void TileLoader::use(TileId tile) {
-  const SlotPlace at = slots_.find(tile);
-  if (at == slots_.end() || !at->second.foreseen) return;
-  at->second.foreseen = false;
+  TileSlot* const slot = slots_.find(tile);
+  if (slot == nullptr || !slot->foreseen) return;
+  slot->foreseen = false;
   ++counters_.prefetch_used;
 }
 
@@ -111,25 +115,27 @@ void TileLoader::takeFocus() {
       ++counters_.entered;
       use(p.focus.active_tile);
     }
-    const double moved = (p.focus.p_W - p.planned.p_W).norm();
-    const bool away = !p.has_focus || p.focus.radius_um != p.planned.radius_um || !(moved <= p.focus.radius_um / 32);
-    if (away || p.focus.active_tile != p.planned.active_tile || p.focus.target_tile != p.planned.target_tile ||
-        p.focus.target_node != p.planned.target_node) {
-      p.walk_stale = p.around_stale = stale_ = true;
+    const bool afresh = !p.has_focus || p.focus.radius_um != p.planned.radius_um;
+    const bool elsewhere = p.focus.active_tile != p.planned.active_tile ||
+                           p.focus.target_tile != p.planned.target_tile || p.focus.target_node != p.planned.target_node;
+    if (afresh || elsewhere || !((p.focus.p_W - p.planned.p_W).norm() <= kWalkAgain * p.focus.radius_um)) {
+      p.walk_stale = stale_ = true;
+      urgent_ |= elsewhere;
       active_at_ = now_;
     }
+    if (afresh || !((p.focus.p_W - p.around_W).norm() <= kAroundAgain * p.around_um)) p.around_stale = stale_ = true;
     p.has_focus = true;
   }
 }
 
 void TileLoader::countMiss(TileId tile) {
-  const auto at = slots_.find(tile);
-  const TileState state = at == slots_.end() ? TileState::absent : at->second.state;
+  const TileSlot* const slot = slots_.find(tile);
+  const TileState state = slot == nullptr ? TileState::absent : slot->state;
   if (state == TileState::failed) {
     ++counters_.missed_failed;
   } else if (state == TileState::queued || state == TileState::reading) {
     ++counters_.missed_late;
-  } else if (std::any_of(claims_.begin(), claims_.end(), [&](const Claim& c) { return c.tile == tile; })) {
+  } else if (plan_number_ > 0 && claimed_in_[tile] == plan_number_) {
     ++counters_.missed_full;
   } else if (evicted_[tile]) {
     ++counters_.missed_evicted;
@@ -142,10 +148,10 @@ void TileLoader::takeRequests() {
   for (Peer& p : peers_)
     for (TileId tile; p.channel.requests.pop(tile);) {
       if (tile >= store_.tile_count()) continue;
-      const bool again = asked_.contains(tile) && slots_.contains(tile);
+      const bool again = asked_.contains(tile) && slots_.find(tile) != nullptr;
       if (!again && !inMemory(tile)) {
         countMiss(tile);
-        stale_ = true;
+        stale_ = urgent_ = true;
       }
       active_at_ = now_;
       use(tile);
@@ -201,7 +207,7 @@ HoldId TileLoader::hold(std::span<const TileId> tiles, HoldKind kind) {
   for (const TileId tile : tiles)
     if (tile < store_.tile_count()) hold.tiles.push_back(tile);
   holds_.emplace(next_hold_, std::move(hold));
-  stale_ = true;
+  stale_ = urgent_ = true;
   return next_hold_++;
 }
 
@@ -212,9 +218,9 @@ bool TileLoader::isHeld(HoldId id) const {
   if (found == holds_.end()) return false;
   const Hold& hold = found->second;
   for (std::size_t i = 0; i < hold.tiles.size(); ++i) {
-    const auto at = slots_.find(hold.tiles[i]);
-    if (at != slots_.end() && at->second.state == TileState::resident) continue;
-    const bool no_room = i > 0 && plan_number_ > hold.made_in_plan && (at == slots_.end() || !at->second.wanted);
+    const TileSlot* const slot = slots_.find(hold.tiles[i]);
+    if (slot != nullptr && slot->state == TileState::resident) continue;
+    const bool no_room = i > 0 && plan_number_ > hold.made_in_plan && (slot == nullptr || !slot->wanted);
     if (!no_room) return false;
   }
   return true;
@@ -284,8 +290,8 @@ void TileLoader::tellTargets() {
     if (!p.walk_stale && !p.target.empty() && p.planned.target_node == p.focus.target_node) {
       bool all = true;
       for (std::size_t i = 0; i < p.target.size() && all; ++i) {
-        const auto at = slots_.find(p.target[i].tile);
-        all = at == slots_.end() ? i > 0 : at->second.state == TileState::resident || (i > 0 && !at->second.wanted);
+        const TileSlot* const slot = slots_.find(p.target[i].tile);
+        all = slot == nullptr ? i > 0 : slot->state == TileState::resident || (i > 0 && !slot->wanted);
       }
       if (all) ready = p.planned.target_node.key();
     }
@@ -300,10 +306,12 @@ void TileLoader::claimFor(Peer& p) {
     claimTarget(p);
   }
   if (p.around_stale) {
+    p.around_W = p.focus.p_W;
     p.around.clear();
     prefetch_.claimAround(p.focus, options_.budget_bytes, p.around);
+    p.around_um = p.around.empty() ? 0 : p.around.back().cost;
   }
-  if (p.walk_stale || p.around_stale) p.planned = p.focus;
+  if (p.walk_stale) p.planned = p.focus;
   p.walk_stale = p.around_stale = false;
   for (const TileClaim& c : p.target) claims_.push_back({c.tile, Rank::target, c.cost});
   for (const TileClaim& c : p.ahead) claims_.push_back({c.tile, Rank::ahead, c.cost});
@@ -318,24 +326,22 @@ void TileLoader::collectClaims() {
       claims_.push_back({p.focus.active_tile, Rank::pinned, 1});
   // A request that is still queued is kept: it was never served.
   std::erase_if(asked_, [&](const auto& a) {
-    const auto at = slots_.find(a.first);
-    return a.second.until < now_ && !(at != slots_.end() && at->second.state == TileState::queued);
+    const TileSlot* const slot = slots_.find(a.first);
+    return a.second.until < now_ && !(slot != nullptr && slot->state == TileState::queued);
   });
   for (const auto& [tile, a] : asked_) claims_.push_back({tile, Rank::asked, -static_cast<double>(a.serial)});
   claimHolds();
   for (Peer& p : peers_)
     if (p.has_focus) claimFor(p);
 
-  const auto better = [](const Claim& a, const Claim& b) {
-    return a.rank != b.rank ? a.rank < b.rank : a.cost < b.cost;
-  };
-  std::sort(claims_.begin(), claims_.end(),
-            [&](const Claim& a, const Claim& b) { return a.tile != b.tile ? a.tile < b.tile : better(a, b); });
-  const auto same = [](const Claim& a, const Claim& b) { return a.tile == b.tile; };
-  claims_.erase(std::unique(claims_.begin(), claims_.end(), same), claims_.end());
   for (Claim& c : claims_)
     if (c.rank >= Rank::ahead && inMemory(c.tile)) c.cost *= kHeadStart;
-  std::stable_sort(claims_.begin(), claims_.end(), better);
+  std::sort(claims_.begin(), claims_.end(), [](const Claim& a, const Claim& b) {
+    return a.rank != b.rank ? a.rank < b.rank : a.cost != b.cost ? a.cost < b.cost : a.tile < b.tile;
+  });
+  // Of several claims on a tile the best counts.
+  std::erase_if(claims_,
+                [&](const Claim& c) { return std::exchange(claimed_in_[c.tile], plan_number_) == plan_number_; });
 }
 
 void TileLoader::planIfDue(double due) {
@@ -344,29 +350,32 @@ void TileLoader::planIfDue(double due) {
   if (listed) cells_due_ = std::numeric_limits<double>::infinity();
   if (listed || late)
     for (Peer& p : peers_) p.walk_stale = true;
-  if (stale_ || listed || late) plan(due);
+  const bool rested = urgent_ || now_ - planned_at_ >= pace_.rest;
+  if ((stale_ && rested) || listed || late) plan(due);
   tellTargets();
 }
 
 void TileLoader::plan(double due) {
   ++plan_number_;
   planned_at_ = now_;
-  stale_ = false;
+  stale_ = urgent_ = false;
   collectClaims();
-  for (auto& [tile, slot] : slots_) {
-    slot.order = kUnclaimed;
-    slot.wanted = slot.ahead = false;
+  for (TileSlot* const slot : slots_.all()) {
+    slot->order = TileSlot::kUnclaimed;
+    slot->wanted = slot->ahead = false;
   }
   const auto stays = [&](const Claim& c) { return c.rank == Rank::pinned && inMemory(c.tile); };
   std::uint64_t total = 0;
   for (const Claim& c : claims_)
     if (stays(c)) total += bytesOf(c.tile);
   bool full = false;
+  queue_.clear();
+  head_ = 0;
   for (std::size_t i = 0; i < claims_.size(); ++i) {
     const Claim& c = claims_[i];
-    if (const SlotPlace at = slots_.find(c.tile); at != slots_.end()) {
-      at->second.order = i;
-      at->second.last_claimed = plan_number_;
+    if (TileSlot* const slot = slots_.find(c.tile)) {
+      slot->order = i;
+      slot->last_claimed = plan_number_;
     }
     if (waitsForRetry(c.tile)) continue;
     if (!stays(c)) {
@@ -376,7 +385,7 @@ void TileLoader::plan(double due) {
       }
       total += bytesOf(c.tile);
     }
-    Slot& slot = slots_[c.tile];
+    TileSlot& slot = slots_[c.tile];
     slot.wanted = true;
     slot.ahead = c.rank == Rank::ahead || c.rank == Rank::target;
     slot.order = i;
@@ -387,93 +396,109 @@ void TileLoader::plan(double due) {
       slot.queued_at = now_;
       slot.held_once = false;
     }
+    if (slot.state == TileState::queued) queue_.push_back(c.tile);
   }
-  counters_.queued = 0;
-  for (SlotPlace at = slots_.begin(); at != slots_.end();) {
-    const bool queued = at->second.state == TileState::queued, useless = queued && !at->second.wanted;
-    counters_.cancelled += useless;
-    counters_.queued += queued && !useless;
-    at = useless ? slots_.erase(at) : std::next(at);
-  }
+  counters_.queued = queue_.size();
   counters_.peak_queued = std::max(counters_.peak_queued, counters_.queued);
-}
-
-std::vector<TileId> TileLoader::dueTiles() const {
-  std::vector<std::pair<std::size_t, TileId>> due;
-  for (const auto& [tile, slot] : slots_)
-    if (slot.state == TileState::queued && slot.due <= now_) due.emplace_back(slot.order, tile);
-  std::sort(due.begin(), due.end());
-  std::vector<TileId> tiles;
-  tiles.reserve(due.size());
-  for (const auto& [order, tile] : due) tiles.push_back(tile);
-  return tiles;
-}
-
-TileId TileLoader::nextDue() const {
-  const std::pair<const TileId, Slot>* best = nullptr;
-  for (const auto& at : slots_)
-    if (at.second.state == TileState::queued && at.second.due <= now_ &&
-        (best == nullptr || at.second.order < best->second.order))
-      best = &at;
-  return best == nullptr ? kNoTile : best->first;
-}
-
-std::uint64_t TileLoader::dueBytes(std::size_t most) const {
-  const std::vector<TileId> tiles = dueTiles();
-  std::uint64_t sum = 0;
-  for (std::size_t i = 0; i < std::min(most, tiles.size()); ++i) sum += bytesOf(tiles[i]);
-  return sum;
-}
-
-void TileLoader::release(SlotPlace at) {
-  counters_.bytes -= bytesOf(at->first);
-  leaving_ -= bytesOf(at->first);
-  stale_ |= at->second.wanted;
-  slots_.erase(at);
-}
-
-void TileLoader::retire(SlotPlace at) {
-  Slot& slot = at->second;
-  const TileId tile = at->first;
-  slot.state = TileState::retiring;
-  counters_.prefetch_wasted += slot.foreseen;
-  evicted_[tile] = true;
-  slot.retires_left = peers_.size();
-  loaded_.retire(tile);
-  leaving_ += bytesOf(tile);
-  ++counters_.evictions;
-  if (peers_.empty()) {
-    release(at);
-  } else {
-    send({nullptr, tile});
+  unwanted_.clear();
+  for (std::size_t i = slots_.all().size(); i-- > 0;) {  // backwards: erasing moves the last one here
+    TileSlot& slot = *slots_.all()[i];
+    if (slot.wanted) continue;
+    if (slot.inMemory()) unwanted_.push_back(&slot);
+    if (slot.state != TileState::queued) continue;
+    ++counters_.cancelled;
+    slots_.erase(slot);
   }
+  std::sort(unwanted_.begin(), unwanted_.end(), goesLater);
 }
 
 // The worst claim goes first; of those without a claim, the one that lost it longest ago.
-TileLoader::SlotPlace TileLoader::victim(const MayGo& may_go) {
-  SlotPlace worst = slots_.end();
-  for (SlotPlace at = slots_.begin(); at != slots_.end(); ++at) {
-    const Slot& slot = at->second;
-    if (!slot.inMemory() || pinned(at->first) || !may_go(at->first, slot)) continue;
-    const bool worse = worst == slots_.end() || slot.order > worst->second.order ||
-                       (slot.order == worst->second.order && slot.last_claimed < worst->second.last_claimed);
-    if (worse) worst = at;
+bool TileLoader::goesLater(const TileSlot* a, const TileSlot* b) {
+  if (a->order != b->order) return a->order < b->order;
+  return a->last_claimed != b->last_claimed ? a->last_claimed > b->last_claimed : a->id > b->id;
+}
+
+std::vector<TileId> TileLoader::dueTiles() const {
+  std::vector<TileId> tiles;
+  for (std::size_t i = head_; i < queue_.size(); ++i)
+    if (isDue(queue_[i])) tiles.push_back(queue_[i]);
+  return tiles;
+}
+
+bool TileLoader::isDue(TileId tile) const {
+  const TileSlot* const slot = slots_.find(tile);
+  return slot != nullptr && slot->state == TileState::queued && slot->due <= now_;
+}
+
+TileId TileLoader::nextDue() {
+  const auto waits = [&](TileId tile) {
+    const TileSlot* const slot = slots_.find(tile);
+    return slot != nullptr && slot->state == TileState::queued;
+  };
+  while (head_ < queue_.size() && !waits(queue_[head_])) ++head_;
+  for (std::size_t i = head_; i < queue_.size(); ++i)
+    if (isDue(queue_[i])) return queue_[i];
+  return kNoTile;
+}
+
+std::uint64_t TileLoader::dueBytes(std::size_t most) const {
+  std::uint64_t sum = 0;
+  for (std::size_t i = head_; i < queue_.size() && most > 0; ++i) {
+    if (!isDue(queue_[i])) continue;
+    sum += bytesOf(queue_[i]);
+    --most;
   }
+  return sum;
+}
+
+void TileLoader::release(TileSlot& slot) {
+  counters_.bytes -= bytesOf(slot.id);
+  leaving_ -= bytesOf(slot.id);
+  stale_ |= slot.wanted;
+  slots_.erase(slot);
+}
+
+void TileLoader::retire(TileSlot& slot) {
+  slot.state = TileState::retiring;
+  std::erase(unwanted_, &slot);
+  counters_.prefetch_wasted += slot.foreseen;
+  evicted_[slot.id] = true;
+  slot.retires_left = peers_.size();
+  loaded_.retire(slot.id);
+  leaving_ += bytesOf(slot.id);
+  ++counters_.evictions;
+  if (peers_.empty()) {
+    release(slot);
+  } else {
+    send({nullptr, slot.id});
+  }
+}
+
+TileSlot* TileLoader::victim(const MayGo& may_go) {
+  if (!may_go) {
+    for (std::size_t i = unwanted_.size(); i-- > 0;)
+      if (!pinned(unwanted_[i]->id)) return unwanted_[i];
+    return nullptr;
+  }
+  TileSlot* worst = nullptr;
+  for (TileSlot* const slot : slots_.all())
+    if (slot->inMemory() && !pinned(slot->id) && may_go(*slot) && (worst == nullptr || goesLater(worst, slot)))
+      worst = slot;
   return worst;
 }
 
 bool TileLoader::makeRoom(std::uint64_t need, bool at_once, const MayGo& may_go) {
   while (counters_.bytes - leaving_ + reserved_ + need > options_.budget_bytes) {
-    const SlotPlace at = victim(may_go);
-    if (at == slots_.end()) return false;
-    retire(at);
+    TileSlot* const slot = victim(may_go);
+    if (slot == nullptr) return false;
+    retire(*slot);
     if (at_once) settle();
   }
   return counters_.bytes + reserved_ + need <= options_.budget_bytes;
 }
 
 bool TileLoader::read(TileId tile, std::unique_lock<std::mutex>& lock) {
-  Slot& slot = slots_[tile];  // stays: nobody erases a tile that is being read
+  TileSlot& slot = slots_[tile];  // stays: nobody erases a tile that is being read
   if (slot.state == TileState::queued) {
     --counters_.queued;
   } else {
@@ -517,6 +542,8 @@ bool TileLoader::read(TileId tile, std::unique_lock<std::mutex>& lock) {
   slot.state = TileState::ready;
   slot.last_claimed = plan_number_;
   slot.foreseen = !asked_.contains(tile) && !pinned(tile);
+  // A plan made meanwhile may not want it any more.
+  if (!slot.wanted) unwanted_.insert(std::upper_bound(unwanted_.begin(), unwanted_.end(), &slot, goesLater), &slot);
   if (peers_.empty()) arrive(slot);
   ++counters_.reads;
   counters_.prefetched += slot.foreseen;

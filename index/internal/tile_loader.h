@@ -5,6 +5,7 @@
 
 #include "index/directory.h"
 #include "index/internal/tile_channel.h"
+#include "index/internal/tile_slots.h"
 #include "index/prefetch.h"
 #include "index/residency.h"
 
@@ -23,31 +24,14 @@ struct LoaderPace {
   double hold;                     // how long a request stays a claim
   double first_retry, last_retry;  // of a tile that failed; doubles in between
   double replan;                   // at the latest
+  double rest;                     // between plans, unless a reader is stuck or elsewhere
 };
-inline constexpr LoaderPace kTickPace{256, 64, 4096, 32};
-inline constexpr LoaderPace kSecondPace{0.25, 0.1, 5, 0.02};
+inline constexpr LoaderPace kTickPace{256, 64, 4096, 32, 0};
+inline constexpr LoaderPace kSecondPace{0.25, 0.1, 5, 0.02, 0.004};
 
 class TileLoader {
  public:
-  static constexpr std::size_t kUnclaimed = std::numeric_limits<std::size_t>::max();
-
-  struct Slot {  // a tile that is not simply absent
-    TileState state = TileState::absent;
-    std::shared_ptr<const Tile> tile;
-    std::size_t adds_left = 0, retires_left = 0;  // acknowledgements still to come
-    std::size_t order = kUnclaimed;               // place among the claims of the last plan
-    bool wanted = false;                          // by the last plan: it fits the budget with all better claims
-    std::uint64_t last_claimed = 0;               // number of the plan
-    double due = 0;                               // queued: not to be read before
-    double queued_at = 0;
-    bool ahead = false;             // claimed along the structure: what it holds tells where to go on
-    bool foreseen = false;          // read unasked, neither entered nor asked for since
-    bool held_once = false;         // by every reader
-    double retry = 0, backoff = 0;  // failed: not to be tried again before
-
-    bool inMemory() const { return state == TileState::ready || state == TileState::resident; }
-  };
-  using MayGo = std::function<bool(TileId, const Slot&)>;
+  using MayGo = std::function<bool(const TileSlot&)>;
 
   TileLoader(const TileStore& store, const ResidencyOptions& options);
 
@@ -82,14 +66,14 @@ class TileLoader {
 
   // Queued tiles whose time has come, best claim first.
   std::vector<TileId> dueTiles() const;
-  // The first of them, or kNoTile.
-  TileId nextDue() const;
+  // The first of them, or kNoTile. Both in constant time, but for what was read or is not due yet.
+  TileId nextDue();
   std::uint64_t dueBytes(std::size_t most) const;   // of the first `most` of them
   double lastActive() const { return active_at_; }  // when a focus last moved or a tile was asked for
-  // Evicts until `need` bytes fit, worst claims first, never a pinned tile or one that may not go. True if they fit
-  // now; with `at_once` (settling) also that is certain when evictions sufficed.
-  bool makeRoom(std::uint64_t need, bool at_once, const MayGo& may_go);
-  static bool isUnwanted(TileId, const Slot& slot) { return !slot.wanted; }
+  // Evicts until `need` bytes fit, worst claims first, never a pinned tile or one that the last plan wants; or, with
+  // `may_go`, one that may not. True if they fit now; with `at_once` (settling) also that is certain when evictions
+  // sufficed.
+  bool makeRoom(std::uint64_t need, bool at_once, const MayGo& may_go = {});
   // Requires room. The lock is let go while the store works. True if the tile is in memory now; else it is `failed`.
   bool read(TileId tile, std::unique_lock<std::mutex>& lock);
 
@@ -98,7 +82,7 @@ class TileLoader {
   bool pinned(TileId tile) const;
   std::uint64_t bytesOf(TileId tile) const { return store_.entry(tile).decoded_bytes; }
 
-  const std::map<TileId, Slot>& slots() const { return slots_; }
+  const TileSlots& slots() const { return slots_; }
   const ResidencyCounters& counters() const { return counters_; }
   std::vector<std::string> failed() const;
 
@@ -111,6 +95,8 @@ class TileLoader {
     ReaderFocus focus, planned;
     bool has_focus = false;
     bool walk_stale = true, around_stale = true;
+    Vector3d around_W = Vector3d::Zero();  // where `around` was made
+    double around_um = 0;                  // how far it reaches
     std::vector<TileClaim> ahead, around, target;
   };
   enum class Rank : std::uint8_t { pinned, target, asked, ahead, kept, around, view };
@@ -133,7 +119,6 @@ class TileLoader {
     double until;
     std::uint64_t serial;
   };
-  using SlotPlace = std::map<TileId, Slot>::iterator;
 
   void send(const TileMessage& message);
   void flush();
@@ -145,11 +130,13 @@ class TileLoader {
   std::span<const TileId> tilesOf(std::uint32_t cell);
   void countMiss(TileId tile);
   void use(TileId tile);
-  void arrive(Slot& slot);
+  void arrive(TileSlot& slot);
   void plan(double due);
-  SlotPlace victim(const MayGo& may_go);
-  void retire(SlotPlace at);
-  void release(SlotPlace at);
+  bool isDue(TileId tile) const;
+  static bool goesLater(const TileSlot* a, const TileSlot* b);  // when room is made
+  TileSlot* victim(const MayGo& may_go);
+  void retire(TileSlot& slot);
+  void release(TileSlot& slot);
 
   const TileStore& store_;
   const ResidencyOptions options_;
@@ -158,9 +145,10 @@ class TileLoader {
 
   LoaderPace pace_ = kTickPace;
   double now_ = 0, planned_at_ = 0;
-  bool stale_ = true;  // the last plan no longer holds
+  bool stale_ = true;   // the last plan no longer holds
+  bool urgent_ = true;  // and a reader waits for the next
   std::uint64_t plan_number_ = 0, ask_serial_ = 0;
-  std::map<TileId, Slot> slots_;
+  TileSlots slots_;
   std::map<TileId, Asked> asked_;
   std::map<TileId, std::string> failed_;
   std::map<std::uint32_t, std::string> failed_cells_;
@@ -169,6 +157,10 @@ class TileLoader {
   std::uint64_t reserved_ = 0, leaving_ = 0;  // bytes of tiles in reading, in retiring
   ResidencyCounters counters_;
   std::vector<Claim> claims_;
+  std::vector<std::uint64_t> claimed_in_;  // number of the last plan with a claim on the tile
+  std::vector<TileId> queue_;              // queued by the last plan, best claim first; those before head_ are done
+  std::size_t head_ = 0;
+  std::vector<TileSlot*> unwanted_;  // in memory, of no use to the last plan; the last one is to go first
   std::map<HoldId, Hold> holds_;
   HoldId next_hold_ = 1;
   std::map<std::uint32_t, CellTiles> cells_;  // by cell: of the readers' active nodes
