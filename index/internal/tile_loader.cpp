@@ -273,12 +273,13 @@ void TileLoader::claimTarget(Peer& p) {
   there.active_node = p.focus.target_node;
   there.p_W = p.focus.target_W;
   there.v_W.setZero();
+  const std::uint64_t room = options_.budget_bytes / 2;  // the hand is still where it was
   if (options_.prefetch == PrefetchPolicy::structure) {
-    prefetch_.claimAhead(there, loaded_, tilesOf(there.active_node.cell), options_.budget_bytes, p.target);
+    prefetch_.claimAhead(there, loaded_, tilesOf(there.active_node.cell), room, p.target);
     std::erase_if(p.target, [](const TileClaim& c) { return c.cost > kTargetTime_s; });
   } else {
     there.radius_um *= kTargetPart;
-    prefetch_.claimAround(there, options_.budget_bytes, p.target);
+    prefetch_.claimAround(there, room, p.target);
   }
   std::erase_if(p.target, [&](const TileClaim& c) { return c.tile == there.active_tile; });
   p.target.insert(p.target.begin(), {there.active_tile, -1});
