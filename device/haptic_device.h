@@ -79,6 +79,8 @@ class HapticDevice {
   // not finite is rendered as zero. noexcept, no allocation; blocks only if capabilities().paces_loop. A lost device
   // returns the last state with status fault.
   virtual DeviceState exchange(const Wrench& wrench) noexcept = 0;
+  // Zero force now, and no state: what is sent on the way out, and while nobody computes a force. As exchange().
+  virtual void relax() noexcept { exchange(Wrench{}); }
 };
 
 }  // namespace filiform

@@ -52,10 +52,7 @@ bool sameBits(const Wrench& a, const Wrench& b) {
 }  // namespace
 
 struct RecordingDevice::Impl {
-  struct Exchange {
-    Wrench wrench;
-    DeviceState state;
-  };
+  using Exchange = internal::RecordedExchange;
 
   Impl(std::unique_ptr<HapticDevice> device, std::string to, const RecordingOptions& with)
       : inner(std::move(device)), path(std::move(to)), options(with), waiting(options.capacity) {}
@@ -87,13 +84,20 @@ struct RecordingDevice::Impl {
       batch.clear();
       std::size_t taken = 0;
       while (taken < kBatch && (more = waiting.pop(exchange))) {
-        internal::appendExchange(batch, written + taken, exchange.wrench, exchange.state);
+        internal::appendExchange(batch, written + taken, exchange);
         ++taken;
       }
       if (file < 0) continue;
       write(batch);
       written += taken;
     }
+  }
+
+  void keepLast() noexcept {
+    if (!has_last) return;
+    has_last = false;
+    // After the first loss nothing more is kept: a recording with a hole could not be replayed.
+    if (lost.load(std::memory_order_relaxed) > 0 || !waiting.push(last)) lost.fetch_add(1, std::memory_order_relaxed);
   }
 
   void drain() {
@@ -130,6 +134,9 @@ struct RecordingDevice::Impl {
   std::unique_ptr<HapticDevice> inner;
   std::string path;
   RecordingOptions options;
+  // The last exchange, until it is known that no marks come any more. Haptic thread, then finish().
+  Exchange last;
+  bool has_last = false;
   internal::ExchangeRing<Exchange> waiting;  // haptic thread -> whoever holds the mutex
   std::atomic<std::uint64_t> lost{0};        // exchanges from the first that found the ring full
   std::atomic<bool> recording{false};
@@ -174,7 +181,7 @@ void RecordingDevice::open() {
   try {
     d.inner->open();
     std::string header;
-    internal::appendHeader(header, {d.inner->capabilities(), d.inner->status()});
+    internal::appendHeader(header, {d.inner->capabilities(), d.inner->status(), d.options.marked, d.options.device});
     d.write(header);
     d.recording = true;
     if (d.options.writer_thread) d.writer = std::thread([&d] { d.runWriter(); });
@@ -192,11 +199,15 @@ DeviceState RecordingDevice::exchange(const Wrench& wrench) noexcept {
   Impl& d = *impl_;
   DeviceState state = d.inner->exchange(wrench);
   if (!d.recording.load(std::memory_order_relaxed)) return state;
-  // After the first loss nothing more is kept: a recording with a hole could not be replayed.
-  if (d.lost.load(std::memory_order_relaxed) > 0 || !d.waiting.push({wrench, state}))
-    d.lost.fetch_add(1, std::memory_order_relaxed);
+  d.keepLast();
+  d.last = {wrench, state, {}};
+  d.has_last = true;
   return state;
 }
+
+void RecordingDevice::relax() noexcept { impl_->inner->relax(); }
+
+void RecordingDevice::mark(const RunMarks& marks) noexcept { impl_->last.marks = marks; }
 
 void RecordingDevice::drain() {
   const std::lock_guard lock(impl_->mutex);
@@ -212,6 +223,8 @@ void RecordingDevice::finish() {
     if (!d.failure.empty()) throw DeviceError(std::exchange(d.failure, {}));
     return;
   }
+  d.drain();
+  d.keepLast();
   d.drain();
   try {
     std::string closing;
@@ -245,8 +258,10 @@ ReplayDevice::ReplayDevice(const std::string& path) {
   std::size_t at = internal::readHeader(file, bytes, header);
   exchanges_.reserve((bytes.size() - at) / internal::kExchangeBytes);
   Exchange exchange;
+  internal::RecordedExchange recorded;
   while (bytes.size() - at >= internal::kExchangeBytes &&
-         internal::readExchange(bytes.substr(at), exchanges_.size(), exchange.wrench, exchange.state)) {
+         internal::readExchange(bytes.substr(at), exchanges_.size(), recorded)) {
+    exchange = {recorded.wrench, recorded.state, recorded.marks};
     exchanges_.push_back(exchange);
     at += internal::kExchangeBytes;
   }
@@ -263,11 +278,14 @@ ReplayDevice::ReplayDevice(const std::string& path) {
   capabilities_ = header.capabilities;
   capabilities_.paces_loop = false;
   status_at_open_ = header.status_at_open;
+  device_ = header.device;
+  marked_ = header.marked;
 }
 
 void ReplayDevice::open() {
   next_ = 0;
   differing_wrenches_ = 0;
+  marks_ = {};
   state_ = DeviceState();
   state_.status = exchanges_.empty() ? DeviceStatus::closed : status_at_open_;
 }
@@ -285,6 +303,7 @@ DeviceState ReplayDevice::exchange(const Wrench& wrench) noexcept {
   const Exchange& exchange = exchanges_[next_++];
   if (!sameBits(exchange.wrench, wrench)) ++differing_wrenches_;
   state_ = exchange.state;
+  marks_ = exchange.marks;
   return state_;
 }
 

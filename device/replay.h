@@ -5,6 +5,7 @@
 
 #include "device/haptic_device.h"
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -13,17 +14,27 @@
 
 namespace filiform {
 
+// What a run must know, beside the states, to do the same again: written down with each exchange, of no meaning here.
+struct RunMarks {
+  std::uint32_t bits = 0;
+  std::uint32_t count = 0;  // of the values
+  std::array<std::uint32_t, 6> values{};
+};
+
 struct RecordingOptions {
   // How many exchanges may wait to be written. More than a minute at 1 kHz: the writer may stall that long.
   std::size_t capacity = 65536;
   // A thread writes every few milliseconds. Without it the owner calls drain(), at least once per `capacity` exchanges:
   // right for loops in virtual time, which could outrun any disk.
   bool writer_thread = true;
+  std::string device{};  // words that made the device, for who replays it
+  bool marked = false;   // the run calls mark()
 };
 
 // Wraps a device and passes everything through. The file appears under its name only when it is whole: until then it is
-// PATH.partial. Thread rule: as HapticDevice; drain() may be called by any thread, finish() by the owner after the
-// haptic thread has stopped calling exchange().
+// PATH.partial. What relax() does is not recorded: nobody computed with its state. Thread rule: as HapticDevice; mark()
+// is for the thread that exchanges, drain() for any, finish() for the owner after the haptic thread has stopped calling
+// exchange().
 class RecordingDevice : public HapticDevice {
  public:
   RecordingDevice(std::unique_ptr<HapticDevice> inner, std::string path, const RecordingOptions& options = {});
@@ -47,6 +58,9 @@ class RecordingDevice : public HapticDevice {
   void close() noexcept override;
   // Adds a copy into memory to the cost of the inner exchange: no file, no lock, no allocation.
   DeviceState exchange(const Wrench& wrench) noexcept override;
+  void relax() noexcept override;
+  // Of the last exchange. Costs a copy.
+  void mark(const RunMarks& marks) noexcept;
 
  private:
   struct Impl;
@@ -54,7 +68,7 @@ class RecordingDevice : public HapticDevice {
 };
 
 // Plays a recording: the n-th exchange returns the n-th recorded state, bit for bit, whatever wrench it gets. After the
-// last one the status is closed and the last state is repeated. The whole file is held in memory (0.5 GB for an hour at
+// last one the status is closed and the last state is repeated. The whole file is held in memory (0.7 GB for an hour at
 // 1 kHz). Thread rule: as HapticDevice.
 class ReplayDevice : public HapticDevice {
  public:
@@ -67,6 +81,10 @@ class ReplayDevice : public HapticDevice {
   // How many wrenches since open() differed, in any bit, from those sent when the recording was made: 0 means the run
   // is the same.
   std::size_t differingWrenches() const noexcept { return differing_wrenches_; }
+  // The words that made the recorded device; whether its exchanges were marked; the marks of the last one.
+  const std::string& device() const noexcept { return device_; }
+  bool marked() const noexcept { return marked_; }
+  const RunMarks& marks() const noexcept { return marks_; }
 
   const DeviceCapabilities& capabilities() const override { return capabilities_; }
   DeviceStatus status() const noexcept override { return state_.status; }
@@ -74,16 +92,21 @@ class ReplayDevice : public HapticDevice {
   void open() override;
   void close() noexcept override;
   DeviceState exchange(const Wrench& wrench) noexcept override;
+  void relax() noexcept override {}
 
  private:
   struct Exchange {
     Wrench wrench;
     DeviceState state;
+    RunMarks marks;
   };
 
   std::vector<Exchange> exchanges_;
   DeviceCapabilities capabilities_;
   DeviceStatus status_at_open_ = DeviceStatus::ready;
+  std::string device_;
+  bool marked_ = false;
+  RunMarks marks_;
   std::size_t next_ = 0;
   std::size_t differing_wrenches_ = 0;
   DeviceState state_;

@@ -56,6 +56,8 @@ class SimulatedHand : public HapticDevice {
   void open() override;
   void close() noexcept override;
   DeviceState exchange(const Wrench& wrench) noexcept override;
+  // Nothing: between exchanges its time stands still, and no force acts.
+  void relax() noexcept override {}
 
  private:
   struct Impl;

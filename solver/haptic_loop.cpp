@@ -156,7 +156,7 @@ void HapticLoop::run() noexcept {
     fault_.store(Fault::tick, std::memory_order_release);
   }
   takeDevice();
-  device_.exchange(Wrench{});
+  device_.relax();
   layDeviceBack();
   running_.store(false, std::memory_order_release);
 }
@@ -173,7 +173,7 @@ void HapticLoop::guard() noexcept {
       if (!holder_.compare_exchange_strong(nobody, Holder::guard, std::memory_order_acquire)) continue;
       // Between the two looks the haptic thread may have been at the device.
       if (wanted || now_ns() - laid_back_ns_.load(std::memory_order_relaxed) > stall_ns_) {
-        device_.exchange(Wrench{});
+        device_.relax();
         guard_exchanges_.fetch_add(1, std::memory_order_relaxed);
       }
       held = wanted;
@@ -182,7 +182,7 @@ void HapticLoop::guard() noexcept {
       else
         holder_.store(Holder::nobody, std::memory_order_release);
     } else if (held && wanted) {
-      device_.exchange(Wrench{});
+      device_.relax();
       guard_exchanges_.fetch_add(1, std::memory_order_relaxed);
     } else if (held) {
       held = false;

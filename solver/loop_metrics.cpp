@@ -29,6 +29,13 @@ void TimeHistogram::record(std::int64_t time_ns) noexcept {
   max_ns_ = std::max(max_ns_, time);
 }
 
+void TimeHistogram::add(const TimeHistogram& other) {
+  for (std::size_t bucket = 0; bucket < kBuckets; ++bucket) counts_[bucket] += other.counts_[bucket];
+  count_ += other.count_;
+  sum_ns_ += other.sum_ns_;
+  max_ns_ = std::max(max_ns_, other.max_ns_);
+}
+
 std::int64_t TimeHistogram::percentile_ns(double fraction) const {
   if (count_ == 0) return 0;
   const double wanted = std::ceil(std::clamp(fraction, 0.0, 1.0) * static_cast<double>(count_));

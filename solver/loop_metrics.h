@@ -16,6 +16,7 @@ namespace filiform {
 class TimeHistogram {
  public:
   void record(std::int64_t time_ns) noexcept;  // a negative time counts as 0; O(1)
+  void add(const TimeHistogram& other);        // as if its records had been recorded here
 
   std::uint64_t count() const { return count_; }
   std::int64_t max_ns() const { return max_ns_; }  // exact; 0 when empty

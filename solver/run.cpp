@@ -19,6 +19,8 @@
 #include <chrono>
 #include <cmath>
 #include <exception>
+#include <fstream>
+#include <iterator>
 #include <memory>
 #include <ostream>
 #include <thread>
@@ -31,6 +33,20 @@ constexpr std::size_t kLegsAhead = 4;           // of a tour, planned while anot
 constexpr double kTourTime_s = 60;
 constexpr double kJumpPatience_s = 20;       // beyond the latency, for a jump's tile
 constexpr std::uint64_t kDrainEvery = 1024;  // ticks; a recording in virtual time is written between them
+
+// What happened at an exchange, beyond its state: the bits of RunMarks, whose values are the tiles that its tick met
+// absent. With them a replay does the same whenever tiles come to it.
+constexpr std::uint32_t kTicked = 1, kJumped = 2, kLegDropped = 4, kMoreAbsent = 8;
+
+// A replay is led, and rendered, as the recording was.
+std::string ledBy(const RunOptions& options, const ReplayDevice* replay) {
+  return replay != nullptr && !replay->device().empty() ? replay->device() : options.device;
+}
+
+std::optional<HandParameters> handOf(const std::string& device) {
+  if (device != "sim" && device.rfind("sim:", 0) != 0) return std::nullopt;
+  return handParameters(device.size() > 4 ? device.substr(4) : "medium");
+}
 
 void check(const RunOptions& options) {
   const auto positive = [](double x) { return x > 0 && std::isfinite(x); };
@@ -46,7 +62,14 @@ void check(const RunOptions& options) {
 // Where the haptic thread's tiles come from: the loader, or a table that holds them all.
 class Tiles {
  public:
-  Tiles(const TileStore& store, const RunOptions& options) : store_(store) {
+  Tiles(const TileStore& store, const RunOptions& options, bool replaying) : store_(store) {
+    if (replaying && !options.in_memory) {
+      most_bytes_ = options.budget_bytes.value_or(UINT64_MAX);
+      replayed_.resize(store.tile_count());
+      table_ = std::make_unique<TileTable>(store.tile_count());
+      if (const TileId pinned = store.long_tile(); pinned != kNoTile) hold(pinned);
+      return;
+    }
     if (options.in_memory) {
       table_ = std::make_unique<TileTable>(store.tile_count());
       for (TileId id = 0; id < store.tile_count(); ++id) {
@@ -69,6 +92,7 @@ class Tiles {
 
   // False if they do not fit together. A tile that cannot be read throws what is wrong with it.
   bool loadTogether(std::span<const TileId> tiles) {
+    if (!replayed_.empty()) return loadForReplay(tiles);
     if (!residency_) return false;
     if (residency_->loadTogether(tiles)) return true;
     for (const TileId tile : tiles)
@@ -76,7 +100,26 @@ class Tiles {
     return false;
   }
 
+  // Of a replay: these are absent until shown again, as they were when the recording was made.
+  void hide(std::span<const std::uint32_t> tiles) {
+    if (replayed_.empty()) return;
+    hidden_.assign(tiles.begin(), tiles.end());
+    for (const TileId tile : hidden_)
+      if (tile < store_.tile_count()) table_->retire(tile);
+  }
+  bool hides(TileId tile) const { return std::find(hidden_.begin(), hidden_.end(), tile) != hidden_.end(); }
+  void show() {
+    for (const TileId tile : hidden_)
+      if (tile < replayed_.size() && replayed_[tile]) table_->add(*replayed_[tile]);
+    hidden_.clear();
+  }
+
   void fill(RunSummary& summary) const {
+    if (!replayed_.empty()) {
+      summary.tiles_read = reads_;
+      summary.peak_bytes = peak_bytes_;
+      return;
+    }
     if (!residency_) {
       summary.peak_bytes = summary.decoded_bytes;
       return;
@@ -90,7 +133,35 @@ class Tiles {
   }
 
  private:
+  void hold(TileId tile) {
+    if (replayed_[tile]) return;
+    replayed_[tile] = store_.load(tile);
+    ++reads_;
+    bytes_ += store_.entry(tile).decoded_bytes;
+    peak_bytes_ = std::max(peak_bytes_, bytes_);
+    if (!hides(tile)) table_->add(*replayed_[tile]);
+  }
+  bool loadForReplay(std::span<const TileId> tiles) {
+    std::uint64_t more = 0;
+    for (const TileId tile : tiles) more += replayed_[tile] ? 0 : store_.entry(tile).decoded_bytes;
+    if (bytes_ + more > most_bytes_) {  // all but what is wanted now: simple, and rare
+      for (TileId tile = 0; tile < replayed_.size(); ++tile) {
+        if (!replayed_[tile] || tile == store_.long_tile() ||
+            std::find(tiles.begin(), tiles.end(), tile) != tiles.end())
+          continue;
+        table_->retire(tile);
+        replayed_[tile].reset();
+        bytes_ -= store_.entry(tile).decoded_bytes;
+      }
+    }
+    for (const TileId tile : tiles) hold(tile);
+    return true;
+  }
+
   const TileStore& store_;
+  std::vector<std::shared_ptr<const Tile>> replayed_;  // by tile; empty unless a recording is replayed
+  std::vector<TileId> hidden_;
+  std::uint64_t bytes_ = 0, peak_bytes_ = 0, most_bytes_ = UINT64_MAX, reads_ = 0;
   std::vector<std::shared_ptr<const Tile>> held_;
   std::unique_ptr<TileTable> table_;
   std::unique_ptr<Residency> residency_;
@@ -210,20 +281,23 @@ class Run {
         itinerary_(store_, options_),
         leg_(itinerary_.next()),
         first_cell_(leg_->route.cell()),
-        tiles_(store, options),
-        graph_(tiles_.table(), store.leaves(), store.grid()),
         device_(makeDevice(options.device, {dt_s_, options.delay_samples})),
+        hand_(dynamic_cast<SimulatedHand*>(device_.get())),
+        replay_(dynamic_cast<ReplayDevice*>(device_.get())),
+        led_by_(ledBy(options, replay_)),
+        tiles_(store, options, replaysMarks() && !options.realtime),
+        graph_(tiles_.table(), store.leaves(), store.grid()),
         touched_(store.tile_count(), 0) {
-    hand_ = dynamic_cast<SimulatedHand*>(device_.get());
-    replay_ = dynamic_cast<ReplayDevice*>(device_.get());
     if (!options.record.empty()) {
       RecordingOptions recording;
       recording.writer_thread = options.realtime;
+      recording.device = led_by_;
+      recording.marked = true;
       auto recorder = std::make_unique<RecordingDevice>(std::move(device_), options.record, recording);
       recorder_ = recorder.get();
       device_ = std::move(recorder);
     }
-    summary_.stiffness_N_m = options.stiffness_N_m.value_or(options.device == "sim:loose" ? 50 : 200);
+    summary_.stiffness_N_m = options.stiffness_N_m.value_or(led_by_ == "sim:loose" ? 50 : 200);
     NavigationOptions navigation;
     navigation.force.stiffness_N_m = summary_.stiffness_N_m;
     summary_.passivity = options.passivity.value_or(summary_.stiffness_N_m >= bound_N_m());
@@ -239,10 +313,18 @@ class Run {
     navigation.buttons.fill(ButtonAction::none);
     const SolverParameters parameters = options.solver ? *options.solver : automaticParameters(store, first_cell_);
     navigation_ = std::make_unique<Navigation>(graph_, makeProxySolver(options.method, parameters), navigation);
-    if (itinerary_.isTour() && !hand_)
+    if (itinerary_.isTour() && !hand_ && !(replaysMarks() && handOf(led_by_)))
       throw UsageError("a tour is planned by the simulated person: it needs a simulated hand, as --device sim:medium");
+    if (itinerary_.isTour() && replay_ && options.realtime)
+      throw UsageError(
+          "a tour is replayed in virtual time, where its jumps can be made when they were: leave "
+          "--realtime out");
+    if (device_->capabilities().paces_loop && !options.realtime)
+      throw UsageError("device " + options.device + " keeps its own time: add --realtime");
     noteStability();
-    most_ticks_ = ticksOf(options.seconds.value_or(itinerary_.isTour() ? kTourTime_s : leg_->nominal_limit_s));
+    // A replay ends with its recording.
+    const double limit_s = replaysMarks() ? 1e12 : itinerary_.isTour() ? kTourTime_s : leg_->nominal_limit_s;
+    most_ticks_ = ticksOf(options.seconds.value_or(limit_s));
     jump_patience_ticks_ = ticksOf(1e-3 * options.latency_ms + kJumpPatience_s);
   }
 
@@ -264,13 +346,12 @@ class Run {
   // The largest stable stiffness (N/m): with the hand's damping where that is known, else with the device's alone.
   double bound_N_m() const {
     double damping_Ns_m = device_->capabilities().damping_Ns_m;
-    if (hand_)
-      damping_Ns_m += handParameters(options_.device.size() > 4 ? options_.device.substr(4) : "medium").damping_Ns_m;
+    if (const auto hand = handOf(led_by_)) damping_Ns_m += hand->damping_Ns_m;
     return stiffnessBound(damping_Ns_m, dt_s_, device_->capabilities().delay_samples);
   }
 
   void noteStability() {
-    if (!hand_ || summary_.stiffness_N_m < bound_N_m()) return;
+    if (!handOf(led_by_) || summary_.stiffness_N_m < bound_N_m()) return;
     summary_.notes.push_back(
         "stiffness " + std::to_string(std::lround(summary_.stiffness_N_m)) + " N/m is outside the stability bound of " +
         std::to_string(std::lround(bound_N_m())) + " N/m for this hand, rate and delay: " +
@@ -327,13 +408,7 @@ class Run {
         past_.swap(leg_);
         leg_.swap(next_);
         jump_waited_ = 0;
-        summary_.back_offs += past_->person->back_offs();
-        summary_.route_um += past_->route.length_um();
-        summary_.reached_um += past_->tracker.reached_um();
-        if (enter(*leg_, state.p_D))
-          ++summary_.jumps;
-        else
-          ++legs_dropped_;  // leg_over_ still holds: the next tick moves on
+        leavePast(state);
         return;
       }
       if (reader != nullptr && !tiles_.table().find(next_->home)) reader->request(next_->home);
@@ -341,9 +416,57 @@ class Run {
         past_.swap(next_);
         jump_waited_ = 0;
         ++legs_dropped_;
+        marks_.bits |= kLegDropped;
       }
     }
     ++summary_.jump_wait_ticks;
+  }
+
+  // The leg that was travelled is past_, the next one leg_: jumps to where that begins. Haptic-safe.
+  void leavePast(const DeviceState& state) noexcept {
+    marks_.bits |= kJumped;
+    summary_.back_offs += past_->person->back_offs();
+    summary_.route_um += past_->route.length_um();
+    summary_.reached_um += past_->tracker.reached_um();
+    if (enter(*leg_, state.p_D))
+      ++summary_.jumps;
+    else
+      ++legs_dropped_;  // leg_over_ still holds: the next tick moves on
+  }
+
+  // The same, of a replay: when the recording did.
+  void moveOnAsRecorded(const DeviceState& state) {
+    const std::uint32_t bits = replay_->marks().bits;
+    if ((bits & (kJumped | kLegDropped)) != 0 && !next_) next_ = itinerary_.next();
+    if (bits & kLegDropped) {
+      next_.reset();
+      ++legs_dropped_;
+    }
+    if (bits & kJumped) {
+      tiles_.loadTogether({&next_->home, 1});
+      past_ = std::move(leg_);
+      leg_ = std::move(next_);
+      leavePast(state);
+      past_.reset();
+    } else if (leg_over_) {
+      ++summary_.jump_wait_ticks;
+    }
+  }
+
+  bool replaysMarks() const { return replay_ && replay_->marked(); }
+
+  // What the recording of this tick needs beyond its state. Haptic-safe.
+  void mark(const NavigationTick& tick) noexcept {
+    if (!recorder_) return;
+    marks_.bits |= kTicked;
+    if (tick.frontier) {
+      const TileList& absent = tick.step.absent;
+      marks_.count = static_cast<std::uint32_t>(std::min<std::size_t>(absent.count, marks_.values.size()));
+      std::copy_n(absent.ids.begin(), marks_.count, marks_.values.begin());
+      if (absent.overflow || absent.count > marks_.count) marks_.bits |= kMoreAbsent;
+    }
+    recorder_->mark(marks_);
+    marks_ = {};
   }
 
   // After a tick that stands: what it counts, and where the hand goes next. Haptic-safe. True when the run is over.
@@ -374,9 +497,10 @@ class Run {
     const double tolerance_um = options_.person.arrive_m * navigation_->workspace().scale_um_m();
     arrived_ = progress.on_route && progress.arc_um >= leg_->route.length_um() - tolerance_um;
     leg_over_ = arrived_;
-    if (hand_) {
+    if (hand_ || (itinerary_.isTour() && replay_)) {  // a replayed tour: the person gives up when it did
       SimulatedPerson& person = *leg_->person;
-      hand_->setTarget(person.target_D(navigation_->place(), navigation_->workspace(), dt_s_));
+      const Vector3d target_D = person.target_D(navigation_->place(), navigation_->workspace(), dt_s_);
+      if (hand_) hand_->setTarget(target_D);
       leg_over_ = leg_over_ || person.status() == PersonStatus::gave_up;
     }
     summary_.legs_completed += arrived_;
@@ -395,7 +519,13 @@ class Run {
     for (bool over = false; !over;) {
       const DeviceState state = device_->exchange(wrench);
       if (recordingEnded(state)) break;
-      if (leg_over_) {
+      if (replaysMarks()) {
+        if ((replay_->marks().bits & kTicked) == 0) {  // nobody computed with it
+          wrench = {};
+          continue;
+        }
+        moveOnAsRecorded(state);
+      } else if (leg_over_) {
         past_.reset();
         // Without latency a tile is there when it is asked for, unless it cannot be.
         moveOn(state, [&] {
@@ -405,8 +535,11 @@ class Run {
         });
       }
       if (latency_ticks > 0 && tiles_.residency()) tiles_.residency()->advance(summary_.ticks, latency_ticks);
-      const NavigationTick& tick = latency_ticks > 0 ? navigation_->tick(state, dt_s_) : tickWithItsTiles(state);
+      const NavigationTick& tick = replaysMarks()      ? tickAsRecorded(state)
+                                   : latency_ticks > 0 ? navigation_->tick(state, dt_s_)
+                                                       : tickWithItsTiles(state);
       wrench = tick.wrench;
+      mark(tick);
       if (TileReader* reader = tiles_.reader()) {
         for (std::uint32_t i = 0; i < tick.step.absent.count; ++i) reader->request(tick.step.absent.ids[i]);
         reader->publishFocus(focus());
@@ -417,6 +550,16 @@ class Run {
     }
   }
 
+  // With the tiles absent that were, and all others there.
+  const NavigationTick& tickAsRecorded(const DeviceState& state) {
+    const RunMarks& marks = replay_->marks();
+    uncertain_ticks_ += (marks.bits & kMoreAbsent) != 0;
+    tiles_.hide({marks.values.data(), marks.count});
+    const NavigationTick& tick = tickWithItsTiles(state);
+    tiles_.show();
+    return tick;
+  }
+
   // Latency 0. Each repetition has the tiles of the one before and some more, so that it cannot go on for long.
   const NavigationTick& tickWithItsTiles(const DeviceState& state) {
     const NavigationTick* tick = &navigation_->tick(state, dt_s_);
@@ -424,8 +567,8 @@ class Run {
     while (tick->frontier) {
       wanted_.assign(tick->step.touched.ids.begin(), tick->step.touched.ids.begin() + tick->step.touched.count);
       const std::size_t before = wanted_.size();
-      wanted_.insert(wanted_.end(), tick->step.absent.ids.begin(),
-                     tick->step.absent.ids.begin() + tick->step.absent.count);
+      std::copy_if(tick->step.absent.ids.begin(), tick->step.absent.ids.begin() + tick->step.absent.count,
+                   std::back_inserter(wanted_), [this](TileId tile) { return !tiles_.hides(tile); });
       // A list that ran over cannot be loaded whole: what is missing could push out what is there, for ever.
       if (before == wanted_.size() || tick->step.touched.overflow || !tiles_.loadTogether(wanted_)) break;
       navigation_->undoSolve();
@@ -466,6 +609,7 @@ class Run {
     if (itinerary_.isTour()) planner.emplace(itinerary_);
     HapticLoopOptions loop_options;
     loop_options.rate_Hz = options_.rate_Hz;
+    loop_options.ramp_at_start = false;  // the force law's
     HapticLoop loop(
         *device_,
         [&](const DeviceState& state, double) -> Wrench {
@@ -474,6 +618,7 @@ class Run {
             over.store(true, std::memory_order_release);
             return {};
           }
+          if (replaysMarks() && (replay_->marks().bits & kTicked) == 0) return {};
           if (reader) reader->apply();
           if (planner) {
             if (past_ && planner->giveBack(past_.get())) past_.release();
@@ -485,6 +630,7 @@ class Run {
             reader->publishFocus(focus());
           }
           TickRow row;
+          mark(tick);
           const bool last = account(tick, row);
           rows_lost += !rows.push(row);
           if (last) over.store(true, std::memory_order_release);
@@ -509,13 +655,27 @@ class Run {
     }
     loop.stop();
     drain();
-    if (!loop.fault().empty()) throw DeviceError(loop.fault());
+    if (!loop.fault().empty()) throw DeviceError(loop.fault() + lastTicksOf(loop));
     if (planner && planner->failed()) planner->rethrow();
     summary_.missed_deadlines = loop.metrics().missed_deadlines();
+    summary_.loop = {loop.metrics(), loop.stale_ticks(), loop.interruptions(), loop.guard_exchanges()};
+    if (loop.interruptions() > 0)
+      summary_.notes.push_back("the haptic loop was interrupted " + std::to_string(loop.interruptions()) +
+                               " times: the force was zero, and grew again");
     summary_.notes.insert(summary_.notes.end(), loop.refusals().begin(), loop.refusals().end());
     if (rows_lost > 0)
       summary_.notes.push_back(std::to_string(rows_lost) +
                                " rows were lost: they could not be written as fast as the loop ran");
+  }
+
+  // Writes them down, and says where.
+  std::string lastTicksOf(const HapticLoop& loop) const {
+    if (options_.fault_csv.empty()) return {};
+    std::ofstream out(options_.fault_csv, std::ios::binary);
+    loop.metrics().writeCsv(out);
+    out.close();
+    return out ? "; its last ticks are in " + options_.fault_csv
+               : "; its last ticks could not be written to " + options_.fault_csv;
   }
 
   void finishSummary() {
@@ -539,7 +699,12 @@ class Run {
     if (replay_ && replay_->differingWrenches() > 0)
       s.notes.push_back(
           std::to_string(replay_->differingWrenches()) +
-          " forces differ from those of the recording: the set, an option or the program is not the same");
+          " forces differ from those of the recording: the set, an option or the program is not the same, or the "
+          "recorded loop was interrupted");
+    if (uncertain_ticks_ > 0)
+      s.notes.push_back(std::to_string(uncertain_ticks_) +
+                        " ticks of the recording met more absent tiles than it could hold: from the first of them on "
+                        "the replay may differ");
     tiles_.fill(s);
   }
 
@@ -550,17 +715,19 @@ class Run {
   std::unique_ptr<Leg> leg_;          // being travelled
   std::unique_ptr<Leg> next_, past_;  // of a tour: to jump to, and to be freed
   std::uint32_t first_cell_;
+  std::unique_ptr<HapticDevice> device_;
+  SimulatedHand* hand_;  // the device, if it is one of these
+  ReplayDevice* replay_;
+  RecordingDevice* recorder_ = nullptr;
+  std::string led_by_;  // what made the device, of a replay the recorded one
   Tiles tiles_;
   GraphView graph_;
-  std::unique_ptr<HapticDevice> device_;
-  SimulatedHand* hand_ = nullptr;  // the device, if it is one of these
-  ReplayDevice* replay_ = nullptr;
-  RecordingDevice* recorder_ = nullptr;
+  RunMarks marks_;  // of the tick under way
   std::unique_ptr<Navigation> navigation_;
   std::vector<std::uint8_t> touched_;  // by tile
   std::vector<TileId> wanted_;
   std::uint64_t most_ticks_ = 0, leg_end_tick_ = 0;
-  std::uint64_t jump_patience_ticks_ = 0, jump_waited_ = 0, legs_dropped_ = 0;
+  std::uint64_t jump_patience_ticks_ = 0, jump_waited_ = 0, legs_dropped_ = 0, uncertain_ticks_ = 0;
   double force_sum_N_ = 0;
   Vector3d last_force_N_ = Vector3d::Zero();
   bool arrived_ = false, leg_over_ = false;

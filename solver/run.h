@@ -11,6 +11,7 @@
 
 #include "index/residency.h"
 #include "index/tile_store.h"
+#include "solver/loop_metrics.h"
 #include "solver/passivity.h"
 #include "solver/proxy_solver.h"
 #include "solver/simulated_person.h"
@@ -48,7 +49,8 @@ struct RunOptions {
       PrefetchPolicy::structure;  // with latency or in real time; at latency 0 tiles come on demand only
   unsigned io_threads = 1;        // in real time
   bool realtime = false;
-  std::string record;  // file that replay:FILE reads; empty: none
+  std::string record;     // file that replay:FILE reads; empty: none
+  std::string fault_csv;  // in real time: where the last ticks go if the loop ends by a fault; empty: nowhere
 };
 
 // One row of the CSV.
@@ -61,6 +63,11 @@ struct TickRow {
   Vector3d force_N = Vector3d::Zero();        // frame D
   std::uint32_t visited = 0;                  // segments tested
   bool frontier = false;
+};
+
+struct LoopReport {  // of the haptic loop, see haptic_loop.h
+  LoopMetrics metrics{0};
+  std::uint64_t stale_ticks = 0, interruptions = 0, guard_exchanges = 0;
 };
 
 struct RunSummary {
@@ -83,6 +90,7 @@ struct RunSummary {
   std::optional<std::uint64_t> missed_deadlines;                    // real time only
 
   // Beyond it.
+  std::optional<LoopReport> loop;               // real time only
   ResidencyCounters streaming;                  // zero for a scene in memory
   std::string cell;                             // name; of a tour's first leg
   std::uint64_t visited = 0, capped_ticks = 0;  // segments tested in all; ticks that hit the solver's cap
@@ -101,6 +109,12 @@ struct RunSummary {
 // the person gives up, or ten times its nominal time and 20 s are over; the next one's first tile is asked for, and
 // when it is resident the hand jumps there: the place comes under the hand, and the force is ramped in. Routes are read
 // and planned between ticks in virtual time, by a thread of their own in real time, a few ahead.
+//
+// A run that was recorded can be replayed (device replay:FILE) in virtual time, whatever time it was recorded in: with
+// the same set and options the rows are the same to the bit, frontiers and jumps included, since the recording says
+// which tiles each tick met absent and when jumps were made. Two limits, both noted where they are met: a tick that met
+// more than six absent tiles, and the *forces* commanded where the haptic loop was interrupted (the rows have those
+// that were computed). A replay in real time is the same as long as neither run meets a frontier.
 //
 // Runs until the proxy arrives, the person gives up, time is over, or a recording ends. Whatever ends it, the device's
 // last command is zero force. Throws UsageError for options that make no sense, an unknown cell or route, a budget

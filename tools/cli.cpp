@@ -4,6 +4,7 @@
 #include "index/errors.h"
 #include "index/text.h"
 #include "index/tile_store.h"
+#include "solver/force_hold.h"
 
 #include <algorithm>
 #include <array>
@@ -26,8 +27,12 @@ static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<int>::is_alw
 
 extern "C" void onSignal(int signal) {
   interrupting_signal.store(signal);
-  interrupted.store(true);
-  std::signal(signal, SIG_DFL);  // a second one ends the program at once
+  // A second one ends the program at once, after zero force.
+  if (interrupted.exchange(true)) {
+    holdForces();
+    std::signal(signal, SIG_DFL);
+    std::raise(signal);
+  }
 }
 
 int fail(int code, const std::string& what) {

@@ -6,6 +6,7 @@
 #include "index/memory_tiles.h"
 #include "index/text.h"
 #include "index/tile_set.h"
+#include "solver/force_hold.h"
 #include "solver/run.h"
 #include "tools/cli.h"
 #include "tools/progress.h"
@@ -25,7 +26,7 @@ namespace {
 
 struct NavigateArguments {
   std::string scene, cell, method = "climb", hand, device, budget, prefetch = "structure", delays = "constant", record,
-                           csv, plot, picture;
+                           csv, fault_csv, plot, picture;
   std::string route = "longest";
   double zoom_um = 300, rate_Hz = 1000, latency_ms = 0;
   std::string passivity = "auto";
@@ -100,8 +101,19 @@ RunOptions optionsOf(const NavigateArguments& a, const TileStore& store, bool in
   options.prefetch = prefetchPolicy(a.prefetch);
   options.realtime = a.realtime;
   options.record = a.record;
+  options.fault_csv = !a.fault_csv.empty() || a.csv.empty() ? a.fault_csv : a.csv + ".fault.csv";
   if (!a.cell.empty()) options.cell = findCellNamed(store, a.cell);
   return options;
+}
+
+nlohmann::ordered_json describe(const TimeHistogram& times) {
+  const auto us = [](double ns) { return ns / 1000; };
+  return {{"mean_us", us(times.mean_ns())},
+          {"p50_us", us(static_cast<double>(times.percentile_ns(0.5)))},
+          {"p99_us", us(static_cast<double>(times.percentile_ns(0.99)))},
+          {"p99.9_us", us(static_cast<double>(times.percentile_ns(0.999)))},
+          {"p99.99_us", us(static_cast<double>(times.percentile_ns(0.9999)))},
+          {"max_us", us(static_cast<double>(times.max_ns()))}};
 }
 
 nlohmann::ordered_json describe(const RunSummary& s) {
@@ -153,6 +165,15 @@ nlohmann::ordered_json describe(const RunSummary& s) {
                        {"peak_queued", c.peak_queued},
                        {"wait_mean", c.waits > 0 ? c.wait_sum / static_cast<double>(c.waits) : 0.0},
                        {"wait_most", c.wait_most}};
+  json["loop"] = nullptr;
+  if (s.loop)
+    json["loop"] = {{"wake", describe(s.loop->metrics.wake())},
+                    {"compute", describe(s.loop->metrics.compute())},
+                    {"exchange", describe(s.loop->metrics.exchange())},
+                    {"period", describe(s.loop->metrics.period())},
+                    {"stale_ticks", s.loop->stale_ticks},
+                    {"interruptions", s.loop->interruptions},
+                    {"guard_exchanges", s.loop->guard_exchanges}};
   return json;
 }
 
@@ -191,10 +212,16 @@ void describeForPeople(const RunSummary& s, const NavigateArguments& a) {
   line("stalls", formatCount(s.stalls) + "  (ticks repeated after a tile was read; the hand does not feel them)");
   line("frontiers", formatCount(s.frontiers) + "  (ticks at which the proxy waited for an absent tile)");
   if (s.capped_ticks > 0) line("capped ticks", formatCount(s.capped_ticks) + "  (search continued on the next tick)");
-  if (s.missed_deadlines)
-    line("missed deadlines", formatCount(*s.missed_deadlines) + " of " + formatCount(s.ticks));
-  else
-    line("missed deadlines", "none possible in virtual time (--realtime counts them)");
+  if (s.missed_deadlines) line("missed deadlines", formatCount(*s.missed_deadlines) + " of " + formatCount(s.ticks));
+  if (s.loop) {
+    const auto us = [](std::int64_t ns) { return rounded(1e-3 * static_cast<double>(ns), 0); };
+    const LoopMetrics& m = s.loop->metrics;
+    line("haptic loop", "compute p50 " + us(m.compute().percentile_ns(0.5)) + ", p99.99 " +
+                            us(m.compute().percentile_ns(0.9999)) + ", most " + us(m.compute().max_ns()) +
+                            " us; woke late p99 " + us(m.wake().percentile_ns(0.99)) + ", most " +
+                            us(m.wake().max_ns()) + " us; interrupted " + formatCount(s.loop->interruptions));
+  }
+  if (!s.missed_deadlines) line("missed deadlines", "none possible in virtual time (--realtime counts them)");
 }
 
 int runNavigate(const NavigateArguments& a) {
@@ -212,6 +239,7 @@ int runNavigate(const NavigateArguments& a) {
   if (!a.plot.empty() || !a.picture.empty()) travel = std::make_unique<TravelReport>();
   Progress progress({.title = "navigate", .noun = "ticks"});
 
+  if (options.realtime) holdForcesOnSignals();
   RunSummary summary;
   try {
     summary = run(*store, options, [&](const TickRow& row) {
@@ -300,6 +328,11 @@ void addNavigate(CLI::App& app, Chosen& chosen) {
   command->add_option("--record", a->record, "write the exchanges with the device, for --device replay:FILE")
       ->type_name("FILE");
   command->add_option("--csv", a->csv, "one row a tick")->type_name("FILE");
+  command
+      ->add_option("--fault-csv", a->fault_csv,
+                   "with --realtime: the last ticks of a loop that ends by a fault; default: beside --csv, as "
+                   "FILE.fault.csv")
+      ->type_name("FILE");
   command->add_option("--plot", a->plot, "the force curve as PNG")->type_name("FILE");
   command->add_option("--picture", a->picture, "front view of the tissue and the way travelled, as PNG")
       ->type_name("FILE");

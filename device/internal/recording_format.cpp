@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::string_view kMagic{"FILIREC\0", 8};
 constexpr std::string_view kClosingMagic{"FILIEND\0", 8};
-constexpr std::size_t kFixedHeaderBytes = 136;  // up to the name
+constexpr std::size_t kFixedHeaderBytes = 144;  // up to the names
 constexpr std::uint32_t kLastStatus = static_cast<std::uint32_t>(DeviceStatus::fault);
 
 template <typename T>
@@ -57,18 +57,22 @@ std::uint64_t storedChecksum(std::string_view bytes, std::size_t at) {
   return Cursor(bytes.substr(at)).get<std::uint64_t>();
 }
 
-std::size_t headerBytes(std::size_t name_bytes) { return kFixedHeaderBytes + (name_bytes + 7) / 8 * 8 + 8; }
+std::size_t headerBytes(std::size_t name_bytes, std::size_t device_bytes) {
+  return kFixedHeaderBytes + (name_bytes + device_bytes + 7) / 8 * 8 + 8;
+}
 
 }  // namespace
 
 void appendHeader(std::string& out, const RecordingHeader& header) {
   const DeviceCapabilities& c = header.capabilities;
   const std::size_t start = out.size();
+  const std::size_t whole = headerBytes(c.name.size(), header.device.size());
   out.append(kMagic);
   append(out, kRecordingVersion);
-  append(out, static_cast<std::uint32_t>(headerBytes(c.name.size())));
+  append(out, static_cast<std::uint32_t>(whole));
   append(out, static_cast<std::uint32_t>(kExchangeBytes));
-  append(out, static_cast<std::uint32_t>((c.senses_rotation ? 1 : 0) | (c.needs_homing ? 2 : 0)));
+  append(out,
+         static_cast<std::uint32_t>((c.senses_rotation ? 1 : 0) | (c.needs_homing ? 2 : 0) | (header.marked ? 4 : 0)));
   append(out, static_cast<std::uint32_t>(header.status_at_open));
   append(out, static_cast<std::int32_t>(c.delay_samples));
   append(out, static_cast<std::int32_t>(c.buttons));
@@ -78,12 +82,16 @@ void appendHeader(std::string& out, const RecordingHeader& header) {
   for (const double value :
        {c.peak_force_N, c.continuous_force_N, c.max_stiffness_N_m, c.damping_Ns_m, c.resolution_m, c.nominal_rate_Hz})
     append(out, value);
+  append(out, static_cast<std::uint32_t>(header.device.size()));
+  append(out, std::uint32_t{0});
   out.append(c.name);
-  out.resize(start + headerBytes(c.name.size()) - 8, '\0');
+  out.append(header.device);
+  out.resize(start + whole - 8, '\0');
   append(out, checksum(std::string_view(out).substr(start), 0));
 }
 
-void appendExchange(std::string& out, std::uint64_t index, const Wrench& wrench, const DeviceState& state) {
+void appendExchange(std::string& out, std::uint64_t index, const RecordedExchange& exchange) {
+  const auto& [wrench, state, marks] = exchange;
   const std::size_t start = out.size();
   append(out, wrench.force_N);
   append(out, wrench.torque_Nm);
@@ -93,6 +101,9 @@ void appendExchange(std::string& out, std::uint64_t index, const Wrench& wrench,
   append(out, state.twist_D);
   append(out, state.buttons);
   append(out, static_cast<std::uint32_t>(state.status));
+  append(out, marks.bits);
+  append(out, marks.count);
+  for (const std::uint32_t value : marks.values) append(out, value);
   append(out, checksum(std::string_view(out).substr(start), index));
 }
 
@@ -127,8 +138,10 @@ std::size_t readHeader(const std::string& file, std::string_view bytes, Recordin
   c.delay_samples = in.get<std::int32_t>();
   c.buttons = in.get<std::int32_t>();
   const std::size_t name_bytes = in.get<std::uint32_t>();
-  if (header_bytes != headerBytes(name_bytes))
-    throw damaged(12, "the length of the header contradicts that of the name");
+  std::uint32_t device_bytes = 0;
+  std::memcpy(&device_bytes, bytes.data() + kFixedHeaderBytes - 8, sizeof device_bytes);
+  if (header_bytes != headerBytes(name_bytes, device_bytes))
+    throw damaged(12, "the length of the header contradicts that of the names");
   if (bytes.size() < header_bytes) throw cut();
   if (checksum(bytes.substr(0, header_bytes - 8), 0) != storedChecksum(bytes, header_bytes - 8))
     throw damaged(0, "the header's checksum does not match");
@@ -136,16 +149,19 @@ std::size_t readHeader(const std::string& file, std::string_view bytes, Recordin
   header.status_at_open = static_cast<DeviceStatus>(status);
   c.senses_rotation = (flags & 1) != 0;
   c.needs_homing = (flags & 2) != 0;
+  header.marked = (flags & 4) != 0;
   c.workspace_lo_D = in.vector();
   c.workspace_hi_D = in.vector();
   for (double* value : {&c.peak_force_N, &c.continuous_force_N, &c.max_stiffness_N_m, &c.damping_Ns_m, &c.resolution_m,
                         &c.nominal_rate_Hz})
     *value = in.get<double>();
   c.name = std::string(bytes.substr(kFixedHeaderBytes, name_bytes));
+  header.device = std::string(bytes.substr(kFixedHeaderBytes + name_bytes, device_bytes));
   return header_bytes;
 }
 
-bool readExchange(std::string_view bytes, std::uint64_t index, Wrench& wrench, DeviceState& state) {
+bool readExchange(std::string_view bytes, std::uint64_t index, RecordedExchange& exchange) {
+  auto& [wrench, state, marks] = exchange;
   bytes = bytes.substr(0, kExchangeBytes);
   if (checksum(bytes.substr(0, kExchangeBytes - 8), index) != storedChecksum(bytes, kExchangeBytes - 8)) return false;
   Cursor in(bytes);
@@ -159,7 +175,10 @@ bool readExchange(std::string_view bytes, std::uint64_t index, Wrench& wrench, D
   const auto status = in.get<std::uint32_t>();
   if (status > kLastStatus) return false;
   state.status = static_cast<DeviceStatus>(status);
-  return true;
+  marks.bits = in.get<std::uint32_t>();
+  marks.count = in.get<std::uint32_t>();
+  for (std::uint32_t& value : marks.values) value = in.get<std::uint32_t>();
+  return marks.count <= marks.values.size();
 }
 
 bool isClosing(std::string_view bytes, std::uint64_t count) {

@@ -66,6 +66,21 @@ TEST(TimeHistogram, TakesNegativeTimesAsZero) {
   EXPECT_EQ(histogram.mean_ns(), 0);
 }
 
+TEST(TimeHistogram, AddsAnotherAsIfItHadBeenRecordedHere) {
+  TimeHistogram one, other, both;
+  for (int i = 0; i < 1000; ++i) {
+    const std::int64_t time_ns = 17 * i * i;
+    (i % 3 == 0 ? one : other).record(time_ns);
+    both.record(time_ns);
+  }
+  one.add(other);
+  EXPECT_EQ(one.count(), both.count());
+  EXPECT_EQ(one.max_ns(), both.max_ns());
+  EXPECT_DOUBLE_EQ(one.mean_ns(), both.mean_ns());
+  for (const double fraction : {0.0, 0.1, 0.5, 0.99, 1.0})
+    EXPECT_EQ(one.percentile_ns(fraction), both.percentile_ns(fraction));
+}
+
 TEST(LoopMetrics, CountsMissedDeadlinesAndKeepsTheLastTicks) {
   LoopMetrics metrics(4);
   for (int i = 0; i < 10; ++i) metrics.record({i * 1000, 10 + i, 20, 30, 1000, i % 3 == 0});

@@ -1,11 +1,14 @@
 #include "solver/run.h"
 
 #include "device/haptic_device.h"
+#include "device/null_device.h"
+#include "device/replay.h"
 #include "index/errors.h"
 #include "index/memory_tiles.h"
 #include "solver/tour.h"
 #include "tests/support/counting_store.h"
 #include "tests/support/random_cells.h"
+#include "tests/support/temp_folder.h"
 
 #include <algorithm>
 #include <cmath>
@@ -190,6 +193,15 @@ TEST(Run, ReplayOfItsRecordingIsTheSameRun) {
   EXPECT_TRUE(replayed.summary.notes.empty());
 }
 
+// Replays the recording in `file` as `options` were run, but for the time that they kept.
+Recorded replay(const TileStore& store, RunOptions options, const std::string& file) {
+  options.record.clear();
+  options.device = "replay:" + file;
+  options.realtime = false;
+  options.latency_ms = 0;
+  return record(store, options);
+}
+
 RunOptions shortTour() {
   RunOptions options;
   options.route = "tour:5";
@@ -252,6 +264,101 @@ TEST(Run, ATourInRealTimeJumps) {
     EXPECT_GE(recorded.summary.jumps, 1u);
     EXPECT_EQ(recorded.summary.legs, recorded.summary.jumps + 1);
   }
+}
+
+// Frontiers and jumps depend on when tiles come; the recording says when they did.
+TEST(Run, ReplayOfLateTilesAndJumpsIsTheSameRunWhateverTimeItWasRecordedIn) {
+  const test::TempFolder folder;
+  const auto store = column();
+  std::vector<std::pair<std::string, RunOptions>> cases;
+  RunOptions late = shortRun();
+  late.latency_ms = 40;
+  late.prefetch = PrefetchPolicy::none;
+  cases.emplace_back("late", late);
+  late.device = "sim:loose";
+  cases.emplace_back("late, loose hand", late);
+  RunOptions tour = shortTour();
+  cases.emplace_back("tour", tour);
+  tour.latency_ms = 50;
+  tour.budget_bytes = Residency::floorBytes(*store);
+  cases.emplace_back("late tour", tour);
+  tour.latency_ms = 0;
+  tour.realtime = true;
+  tour.seconds = 4;
+  tour.person.speed_m_s = 1;
+  cases.emplace_back("tour in real time", tour);
+  RunOptions plain = shortRun();
+  plain.realtime = true;
+  plain.seconds = 2;
+  cases.emplace_back("route in real time", plain);
+  for (auto& [name, options] : cases) {
+    SCOPED_TRACE(name);
+    const std::string file = folder.file("r.rec");
+    options.record = file;
+    const Recorded live = record(*store, options);
+    if (name.rfind("late", 0) == 0) {
+      EXPECT_GT(live.summary.frontiers + live.summary.jump_wait_ticks, 0u);
+    }
+    const Recorded same = replay(*store, options, file);
+    ASSERT_EQ(same.rows.size(), live.rows.size());
+    EXPECT_EQ(same.rows, live.rows);
+    EXPECT_EQ(same.summary.frontiers, live.summary.frontiers);
+    EXPECT_EQ(same.summary.jumps, live.summary.jumps);
+    EXPECT_EQ(same.summary.legs_completed, live.summary.legs_completed);
+    EXPECT_EQ(same.summary.reached_um, live.summary.reached_um);
+    if (!options.realtime) {
+      EXPECT_TRUE(same.summary.notes.empty()) << same.summary.notes.front();
+    }
+    // Without the time that was asked for it ends with the recording.
+    options.seconds.reset();
+    EXPECT_EQ(replay(*store, options, file).rows.size(), live.rows.size());
+  }
+}
+
+TEST(Run, ATourIsNotReplayedInRealTime) {
+  const test::TempFolder folder;
+  const auto store = column();
+  RunOptions options = shortTour();
+  options.seconds = 1;
+  options.record = folder.file("r.rec");
+  record(*store, options);
+  options.device = "replay:" + options.record;
+  options.record.clear();
+  options.realtime = true;
+  EXPECT_THROW(record(*store, options), UsageError);
+}
+
+TEST(Run, AFaultOfTheDeviceLeavesTheLastTicks) {
+  const test::TempFolder folder;
+  const auto store = column();
+  // A recording that ends in a fault stands for a device that is lost.
+  class Dying : public NullDevice {
+   public:
+    DeviceState exchange(const Wrench& wrench) noexcept override {
+      DeviceState state = NullDevice::exchange(wrench);
+      if (++exchanges_ > 100) state.status = DeviceStatus::fault;
+      return state;
+    }
+
+   private:
+    int exchanges_ = 0;
+  };
+  RecordingDevice recording(std::make_unique<Dying>(), folder.file("r.rec"));
+  recording.open();
+  for (int i = 0; i < 110; ++i) recording.exchange({});
+  recording.finish();
+  RunOptions options = shortRun();
+  options.device = "replay:" + folder.file("r.rec");
+  options.realtime = true;
+  options.fault_csv = folder.file("fault.csv");
+  try {
+    record(*store, options);
+    ADD_FAILURE() << "the fault was not reported";
+  } catch (const DeviceError& error) {
+    EXPECT_NE(std::string(error.what()).find(options.fault_csv), std::string::npos) << error.what();
+  }
+  const std::string csv = test::readBytes(options.fault_csv);
+  EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 101);
 }
 
 TEST(Run, ATourPassesOnWhatItsPlannerThrows) {

@@ -17,6 +17,8 @@ struct BenchOptions {
   std::uint64_t seed = 1;
   std::string corpus;          // folder of real reconstructions (FILIFORM_CORPUS by default); empty: none
   std::uint64_t segments = 0;  // the largest size to go to; 0: the workload's own
+  std::string scene;           // a tile set to travel instead of a synthetic one; empty: none
+  bool long_run = false;       // ten minutes of each loop
   bool quick = false;          // small sizes, no corpus, to see that it works: figures mean nothing
   std::function<void(const std::string& what)> progress;  // never empty when a workload runs
 };

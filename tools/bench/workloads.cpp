@@ -11,6 +11,7 @@ std::vector<Workload> workloads() {
   addIngestWorkloads(all);
   addJumpWorkloads(all);
   addStreamingWorkloads(all);
+  addLoopWorkloads(all);
   return all;
 }
 

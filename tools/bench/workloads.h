@@ -14,5 +14,6 @@ void addStabilityWorkloads(std::vector<Workload>& all);
 void addIngestWorkloads(std::vector<Workload>& all);
 void addJumpWorkloads(std::vector<Workload>& all);
 void addStreamingWorkloads(std::vector<Workload>& all);
+void addLoopWorkloads(std::vector<Workload>& all);
 
 }  // namespace filiform::tools

@@ -1,0 +1,179 @@
+// bench loop: how regular the haptic loop is while tiles stream in, beside a loop that does nothing.
+#include "device/device_factory.h"
+#include "index/ingest.h"
+#include "index/residency.h"
+#include "index/tile_set.h"
+#include "solver/haptic_loop.h"
+#include "solver/run.h"
+#include "tools/bench/workloads.h"
+#include "tools/synthetic.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <memory>
+#include <thread>
+#include <unistd.h>
+
+namespace filiform::tools {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kSegmentsPerCell = 4500;  // of the synthetic column
+constexpr const char* kHand = "sim:firm";
+
+// Of one kind of loop, all its turns together.
+struct Times {
+  TimeHistogram wake, compute, exchange, period;
+  std::uint64_t ticks = 0, missed = 0, interruptions = 0;
+
+  void add(const LoopMetrics& metrics, std::uint64_t interrupted) {
+    wake.add(metrics.wake());
+    compute.add(metrics.compute());
+    exchange.add(metrics.exchange());
+    period.add(metrics.period());
+    ticks += metrics.ticks();
+    missed += metrics.missed_deadlines();
+    interruptions += interrupted;
+  }
+};
+
+void runBare(double seconds, Times& times, std::vector<std::string>& refusals) {
+  const auto device = makeDevice(kHand);
+  device->open();
+  HapticLoop loop(*device, [](const DeviceState&, double) { return Wrench{}; });
+  loop.start();
+  std::this_thread::sleep_for(std::chrono::duration<double>(seconds));
+  loop.stop();
+  device->close();
+  times.add(loop.metrics(), loop.interruptions());
+  refusals = loop.refusals();
+}
+
+class Scene {
+ public:
+  explicit Scene(const BenchOptions& options) {
+    if (!options.scene.empty()) {
+      set_ = TileSet::open(options.scene);
+      return;
+    }
+    folder_ = options.out + "/loop.tmp-" + std::to_string(::getpid());
+    fs::create_directories(folder_);
+    const std::uint64_t segments = options.segments > 0 ? options.segments : options.quick ? 20'000 : 1'000'000;
+    measureInChild([&] {
+      SyntheticOptions column;
+      column.cells = static_cast<std::uint32_t>(std::max(2.0, static_cast<double>(segments) / kSegmentsPerCell));
+      column.seed = options.seed;
+      SyntheticCells cells(column);
+      ingest(cells, folder_ + "/loop.fil", {});
+      return std::vector<double>{};
+    });
+    set_ = TileSet::open(folder_ + "/loop.fil");
+  }
+  ~Scene() {
+    std::error_code ignored;
+    if (!folder_.empty()) fs::remove_all(folder_, ignored);
+  }
+  Scene(const Scene&) = delete;
+  Scene& operator=(const Scene&) = delete;
+  const TileSet& set() const { return *set_; }
+
+ private:
+  std::string folder_;
+  std::unique_ptr<TileSet> set_;
+};
+
+BenchReport runLoop(const BenchOptions& options) {
+  BenchReport report;
+  options.progress("making the set");
+  const Scene scene(options);
+  const double whole_s = options.quick ? 0.5 : options.long_run ? 600 : 10;
+  const int turns = options.quick ? 1 : options.long_run ? 20 : 2;
+  const double turn_s = whole_s / turns;
+  const std::uint64_t budget = std::max<std::uint64_t>(16 << 20, 2 * Residency::floorBytes(scene.set()));
+
+  Times bare, navigation;
+  std::vector<std::string> refusals;
+  std::uint64_t frontiers = 0, jumps = 0, tiles_read = 0;
+  double max_force_N = 0, max_force_step_N = 0;
+  bool finite = true;
+  for (int turn = 0; turn < turns; ++turn) {
+    options.progress("turn " + std::to_string(turn + 1) + " of " + std::to_string(turns) + ": bare loop");
+    runBare(turn_s, bare, refusals);
+    options.progress("turn " + std::to_string(turn + 1) + " of " + std::to_string(turns) + ": navigation");
+    RunOptions run_options;
+    run_options.device = kHand;
+    run_options.route = "tour:" + std::to_string(options.seed + static_cast<std::uint64_t>(turn));
+    run_options.seconds = turn_s;
+    run_options.realtime = true;
+    run_options.budget_bytes = budget;
+    const RunSummary summary = run(scene.set(), run_options, [&](const TickRow& row) {
+      finite = finite && row.force_N.allFinite();
+      if (row.tick % 1000 == 0) options.progress("navigation, " + std::to_string(row.tick) + " ticks");
+    });
+    navigation.add(summary.loop->metrics, summary.loop->interruptions);
+    frontiers += summary.frontiers;
+    jumps += summary.jumps;
+    tiles_read += summary.tiles_read;
+    max_force_N = std::max(max_force_N, summary.max_force_N);
+    max_force_step_N = std::max(max_force_step_N, summary.max_force_step_N);
+  }
+
+  BenchTable table{"times",
+                   "The haptic loop at 1 kHz, " + std::to_string(static_cast<int>(whole_s)) +
+                       " s of each, by turns; us (wake: later than scheduled)",
+                   {"loop", "what", "p50", "p99", "p99.9", "p99.99", "most"},
+                   {}};
+  const auto rows = [&](const std::string& name, const Times& times) {
+    const auto row = [&](const std::string& what, const TimeHistogram& histogram) {
+      const auto us = [](std::int64_t ns) { return 1e-3 * static_cast<double>(ns); };
+      table.rows.push_back({name, what, us(histogram.percentile_ns(0.5)), us(histogram.percentile_ns(0.99)),
+                            us(histogram.percentile_ns(0.999)), us(histogram.percentile_ns(0.9999)),
+                            us(histogram.max_ns())});
+    };
+    row("wake", times.wake);
+    row("compute", times.compute);
+    row("exchange", times.exchange);
+    row("period", times.period);
+  };
+  rows("bare", bare);
+  rows("navigation", navigation);
+  report.tables.push_back(std::move(table));
+  BenchTable counts{"counts",
+                    "The same: ticks that ended after the next was due, and forces that came too late to be sent",
+                    {"loop", "ticks", "missed", "interrupted"},
+                    {}};
+  for (const auto& [name, times] : {std::pair("bare", &bare), std::pair("navigation", &navigation)})
+    counts.rows.push_back({std::string(name), static_cast<std::int64_t>(times->ticks),
+                           static_cast<std::int64_t>(times->missed), static_cast<std::int64_t>(times->interruptions)});
+  report.tables.push_back(std::move(counts));
+
+  const double compute_us = 1e-3 * static_cast<double>(navigation.compute.percentile_ns(0.9999));
+  report.goals.push_back(
+      {"navigation's compute time, p99.99, us", "<= 50", "", compute_us, compute_us <= 50, compute_us <= 50});
+  const auto share = [](const Times& times) {
+    return times.ticks > 0 ? static_cast<double>(times.missed) / static_cast<double>(times.ticks) : 0.0;
+  };
+  const double more = share(navigation) - share(bare);
+  report.goals.push_back(
+      {"share of deadlines missed beyond the bare loop's", "<= 0.001", "0", more, more <= 0.001, more <= 0});
+  report.goals.push_back({"largest force, N (the clamp is 8)", "<= 8", "", max_force_N,
+                          finite && max_force_N <= 8 + 1e-12, finite && max_force_N <= 8 + 1e-12});
+  report.notes.push_back(std::to_string(scene.set().counts().segments) + " segments, tile budget " +
+                         std::to_string(budget >> 20) + " MiB: " + std::to_string(tiles_read) + " tiles read, " +
+                         std::to_string(jumps) + " jumps, " + std::to_string(frontiers) +
+                         " frontiers; largest force step " + shown(BenchValue(max_force_step_N)) + " N");
+  for (const std::string& refusal : refusals) report.notes.push_back(refusal);
+  return report;
+}
+
+}  // namespace
+
+void addLoopWorkloads(std::vector<Workload>& all) {
+  all.push_back({"loop", "the haptic loop in real time beside a bare one: wake, compute, missed deadlines", runLoop});
+}
+
+}  // namespace filiform::tools
