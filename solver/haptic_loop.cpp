@@ -247,9 +247,10 @@ void HapticLoop::loop() {
 
     wrench = tick_(state, dt_s);
     const bool ready = state.status == DeviceStatus::ready;
-    if (stale || (ready && !was_ready && options_.ramp_at_start)) ramp_from_ns = exchanged_ns;
+    const bool withheld = withheld_.load(std::memory_order_relaxed);
+    if (stale || withheld || (ready && !was_ready && options_.ramp_at_start)) ramp_from_ns = exchanged_ns;
     was_ready = ready;
-    if (stale || !ready || !wrench.force_N.allFinite() || !wrench.torque_Nm.allFinite()) wrench = Wrench{};
+    if (stale || withheld || !ready || !wrench.force_N.allFinite() || !wrench.torque_Nm.allFinite()) wrench = Wrench{};
     if (ramp_from_ns != kFullForce) {
       const std::int64_t since_ns = exchanged_ns - ramp_from_ns;
       if (since_ns >= ramp_ns) {

@@ -66,6 +66,9 @@ class HapticLoop {
   // Zero force, then the thread ends. Idempotent.
   void stop() noexcept;
 
+  // While withheld the force is zero, whatever is computed; let go, it grows from zero over ramp_s. Any thread.
+  void withhold(bool withheld) noexcept { withheld_.store(withheld, std::memory_order_relaxed); }
+
   bool running() const noexcept { return running_.load(std::memory_order_acquire); }
   // Why the loop ended by itself; empty if it did not.
   std::string fault() const;
@@ -96,6 +99,7 @@ class HapticLoop {
   std::int64_t stall_ns_ = 0;
   std::thread thread_, guard_;
   std::atomic<bool> running_{false}, stopping_{false}, guard_stopping_{false};
+  std::atomic<bool> withheld_{false};
   std::atomic<Holder> holder_{Holder::nobody};
   std::atomic<std::int64_t> laid_back_ns_{0};  // when the haptic thread last did
   std::atomic<Fault> fault_{Fault::none};

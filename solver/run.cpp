@@ -597,6 +597,7 @@ class Run {
   void runRealTime(const std::function<void(const TickRow&)>& on_tick) {
     SpscRing<TickRow> rows(kRowsInFlight);
     std::atomic<bool> over{false};
+    std::atomic<TileId> waited_for{kNoTile};  // by the proxy, which rests at it
     std::uint64_t rows_lost = 0;
     struct IoThread {
       Residency* residency;
@@ -628,6 +629,8 @@ class Run {
           if (reader) {
             for (std::uint32_t i = 0; i < tick.step.absent.count; ++i) reader->request(tick.step.absent.ids[i]);
             reader->publishFocus(focus());
+            waited_for.store(tick.frontier && tick.step.absent.count > 0 ? tick.step.absent.ids[0] : kNoTile,
+                             std::memory_order_relaxed);
           }
           TickRow row;
           mark(tick);
@@ -651,6 +654,9 @@ class Run {
     while (loop.running() && !over.load(std::memory_order_acquire)) {
       drain();
       if (planner && planner->failed()) break;
+      // A proxy that rests because the source fails is no place for the hand to be held at.
+      const TileId tile = waited_for.load(std::memory_order_relaxed);
+      loop.withhold(tile != kNoTile && io.residency->state(tile) == TileState::failed);
       std::this_thread::sleep_for(std::chrono::milliseconds(2));
     }
     loop.stop();

@@ -5,8 +5,8 @@
 // back, its tiles are loaded, and it is repeated before time advances: one *stall*; only a tick whose tiles do not fit
 // the budget together is a *frontier*. So a run's rows are bit-identical whatever the budget as long as it meets no
 // frontier. In real time (`realtime`) a haptic thread keeps the clock, an IO thread reads, and an absent tile is always
-// a frontier. Thread rule: functions without state; any thread but a haptic one. on_tick is called on the caller's
-// thread.
+// a frontier; while the tile that the proxy waits for cannot be read, the device is sent zero force. Thread rule:
+// functions without state; any thread but a haptic one. on_tick is called on the caller's thread.
 #pragma once
 
 #include "index/residency.h"

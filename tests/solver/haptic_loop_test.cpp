@@ -197,6 +197,23 @@ TEST(HapticLoop, WatchdogTakesTheForceFromADeviceThatStandsStill) {
   EXPECT_TRUE(soon([&] { return device.last_force_N == 1; }));
 }
 
+TEST(HapticLoop, AForceThatIsWithheldIsZeroAndComesBackByTheRamp) {
+  WatchedDevice device;
+  HapticLoop loop(
+      device, [](const DeviceState&, double) { return push(1); }, quiet());
+  loop.start();
+  ASSERT_TRUE(soon([&] { return device.last_force_N == 1; }));
+  loop.withhold(true);
+  ASSERT_TRUE(soon([&] { return device.last_force_N == 0; }));
+  const int exchanges = device.exchanges;
+  ASSERT_TRUE(soon([&] { return device.exchanges > exchanges + 20; }));
+  EXPECT_EQ(device.last_force_N, 0);
+  loop.withhold(false);
+  ASSERT_TRUE(soon([&] { return device.last_force_N > 0; }));
+  EXPECT_LT(device.last_force_N, 0.9);
+  EXPECT_TRUE(soon([&] { return device.last_force_N == 1; }));
+}
+
 TEST(HapticLoop, SendsZeroForAForceThatIsNotFinite) {
   WatchedDevice device;
   HapticLoop loop(
@@ -308,7 +325,7 @@ TEST(HapticLoop, TheGuardSendsZeroWhileATickBlocksAndTheForceComesBackByTheRamp)
           if (block.exchange(false)) {
             log->event_ns = SentLog::now_ns();
             blocked = true;
-            std::this_thread::sleep_for(300ms);
+            std::this_thread::sleep_for(600ms);
           }
           return push(1);
         },
@@ -325,7 +342,7 @@ TEST(HapticLoop, TheGuardSendsZeroWhileATickBlocksAndTheForceComesBackByTheRamp)
     const double zero_s = log->zeroAfterEvent_s();
     std::printf("force was zero %.1f ms after the tick had blocked (%s)\n", 1e3 * zero_s,
                 paces ? "the device paces" : "the clock paces");
-    EXPECT_LT(zero_s, 0.25);
+    EXPECT_LT(zero_s, 0.5);
     // From then on zero until the tick is back, and then no step up.
     bool zero_seen = false;
     double last_N = 0;
@@ -333,7 +350,7 @@ TEST(HapticLoop, TheGuardSendsZeroWhileATickBlocksAndTheForceComesBackByTheRamp)
       const auto& [time_ns, force_N] = log->sent[i];
       if (time_ns < log->event_ns) continue;
       zero_seen = zero_seen || force_N == 0;
-      if (zero_seen && time_ns < log->event_ns + 290'000'000) {
+      if (zero_seen && time_ns < log->event_ns + 590'000'000) {
         EXPECT_EQ(force_N, 0);
       }
       if (zero_seen && last_N == 0) {

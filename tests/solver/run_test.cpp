@@ -1,6 +1,7 @@
 #include "solver/run.h"
 
 #include "device/haptic_device.h"
+#include "device/internal/recording_format.h"
 #include "device/null_device.h"
 #include "device/replay.h"
 #include "index/errors.h"
@@ -359,6 +360,40 @@ TEST(Run, AFaultOfTheDeviceLeavesTheLastTicks) {
   }
   const std::string csv = test::readBytes(options.fault_csv);
   EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 101);
+}
+
+TEST(Run, WhileTheSourceFailsTheHandIsSentNoForce) {
+  const test::TempFolder folder;
+  const auto store = thread();
+  test::CountingStore failing(*store);
+  const TileId lost = store->leaves().home(store->grid().snap({60, 0, 0}));
+  RunOptions options;
+  options.realtime = true;
+  options.seconds = 3;
+  options.prefetch = PrefetchPolicy::none;
+  options.record = folder.file("r.rec");
+  std::vector<double> computed_N;
+  const RunSummary summary = run(failing, options, [&](const TickRow& row) {
+    if (row.tick == 0) failing.failLoads(lost);  // the route has been planned by then
+    computed_N.push_back(row.force_N.norm());
+  });
+  EXPECT_GT(summary.frontiers, 100u);
+  EXPECT_FALSE(summary.failures.empty());
+  const std::string bytes = test::readBytes(options.record);
+  internal::RecordingHeader header;
+  std::size_t at = internal::readHeader("r", bytes, header);
+  std::vector<double> sent_N;
+  internal::RecordedExchange exchange;
+  for (; bytes.size() - at >= internal::kExchangeBytes; at += internal::kExchangeBytes)
+    if (internal::readExchange(std::string_view(bytes).substr(at), sent_N.size(), exchange))
+      sent_N.push_back(exchange.wrench.force_N.norm());
+  ASSERT_GT(sent_N.size(), 2500u);
+  // It pulled before, and pulls where it rests, but the device does not hear of that.
+  EXPECT_GT(*std::max_element(sent_N.begin(), sent_N.begin() + 1000), 0.01);
+  EXPECT_GT(computed_N.back(), 0.05);
+  // Whenever the tile is tried again, the force may begin to grow for the time that takes.
+  EXPECT_GT(std::count(sent_N.begin() + 2000, sent_N.begin() + 2500, 0.0), 400);
+  for (std::size_t i = 2000; i < 2500; ++i) EXPECT_LT(sent_N[i], 0.5 * computed_N[i]);
 }
 
 TEST(Run, ATourPassesOnWhatItsPlannerThrows) {

@@ -52,6 +52,40 @@ TEST_F(Travel, ATourReportsItsLegs) {
   }
 }
 
+TEST_F(Travel, ATourInRealTimeShowsItsLoopAndIsReplayedToTheByte) {
+  const auto travels = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> arguments{"navigate", folder_ / "z.fil", "--route", "tour:3", "--seconds",
+                                       "3",        "--speed",         "0.6",     "--json"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const Outcome outcome = runFiliform(arguments);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    return nlohmann::json::parse(outcome.out);
+  };
+  const auto live = travels({"--device", "sim:firm", "--realtime", "--record", folder_ / "f.rec", "--csv",
+                             folder_ / "live.csv", "--prefetch", "none"});
+  for (const char* what : {"wake", "compute", "exchange", "period"}) {
+    const auto& times = live.at("loop").at(what);
+    EXPECT_LE(times.at("p50_us").get<double>(), times.at("p99_us").get<double>()) << what;
+    EXPECT_LE(times.at("p99_us").get<double>(), times.at("p99.9_us").get<double>()) << what;
+    EXPECT_LE(times.at("p99.9_us").get<double>(), times.at("p99.99_us").get<double>()) << what;
+    EXPECT_LE(times.at("p99.99_us").get<double>(), times.at("max_us").get<double>()) << what;
+    EXPECT_GT(times.at("mean_us").get<double>(), 0) << what;
+  }
+  EXPECT_TRUE(live.at("loop").at("interruptions").is_number());
+  const auto replayed = travels({"--device", "replay:" + (folder_ / "f.rec"), "--csv", folder_ / "replayed.csv"});
+  EXPECT_TRUE(replayed.at("loop").is_null());
+  EXPECT_EQ(replayed.at("jumps"), live.at("jumps"));
+  EXPECT_EQ(replayed.at("frontiers"), live.at("frontiers"));
+  EXPECT_EQ(test::readBytes(folder_ / "replayed.csv"), test::readBytes(folder_ / "live.csv"));
+}
+
+TEST_F(Travel, ADeviceThatKeepsItsOwnTimeNeedsRealTime) {
+  const Outcome refused = runFiliform({"navigate", folder_ / "z.fil", "--device", "falcon"});
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_NE(refused.err.find("--realtime"), std::string::npos) << refused.err;
+  EXPECT_TRUE(refused.oneLineOnStderr()) << refused.err;
+}
+
 TEST_F(Travel, TheControllerIsOnWhereTheStiffnessIsOutsideTheBound) {
   const auto travels = [&](const std::vector<std::string>& more) {
     std::vector<std::string> arguments{"navigate", folder_ / "z.fil", "--seconds", "0.5", "--json"};
