@@ -123,7 +123,7 @@ BenchReport runLoop(const BenchOptions& options) {
   }
 
   BenchTable table{"times",
-                   "The haptic loop at 1 kHz, " + std::to_string(static_cast<int>(whole_s)) +
+                   "The haptic loop at 1 kHz, " + shown(BenchValue(whole_s)) +
                        " s of each, by turns; us (wake: later than scheduled)",
                    {"loop", "what", "p50", "p99", "p99.9", "p99.99", "most"},
                    {}};
