@@ -71,8 +71,8 @@ void appendHeader(std::string& out, const RecordingHeader& header) {
   append(out, kRecordingVersion);
   append(out, static_cast<std::uint32_t>(whole));
   append(out, static_cast<std::uint32_t>(kExchangeBytes));
-  append(out,
-         static_cast<std::uint32_t>((c.senses_rotation ? 1 : 0) | (c.needs_homing ? 2 : 0) | (header.marked ? 4 : 0)));
+  append(out, static_cast<std::uint32_t>((c.senses_rotation ? 1 : 0) | (c.needs_homing ? 2 : 0) |
+                                         (header.marked ? 4 : 0) | (c.rate_control ? 8 : 0)));
   append(out, static_cast<std::uint32_t>(header.status_at_open));
   append(out, static_cast<std::int32_t>(c.delay_samples));
   append(out, static_cast<std::int32_t>(c.buttons));
@@ -150,6 +150,7 @@ std::size_t readHeader(const std::string& file, std::string_view bytes, Recordin
   c.senses_rotation = (flags & 1) != 0;
   c.needs_homing = (flags & 2) != 0;
   header.marked = (flags & 4) != 0;
+  c.rate_control = (flags & 8) != 0;
   c.workspace_lo_D = in.vector();
   c.workspace_hi_D = in.vector();
   for (double* value : {&c.peak_force_N, &c.continuous_force_N, &c.max_stiffness_N_m, &c.damping_Ns_m, &c.resolution_m,

@@ -48,6 +48,7 @@ class WildDevice : public HapticDevice {
     capabilities_.delay_samples = 2;
     capabilities_.buttons = 4;
     capabilities_.senses_rotation = true;
+    capabilities_.rate_control = true;
     capabilities_.needs_homing = true;
     capabilities_.paces_loop = true;
   }
@@ -143,6 +144,7 @@ TEST(ReplayDevice, HasTheCapabilitiesOfTheDevice) {
   EXPECT_EQ(a.delay_samples, b.delay_samples);
   EXPECT_EQ(a.buttons, b.buttons);
   EXPECT_EQ(a.senses_rotation, b.senses_rotation);
+  EXPECT_EQ(a.rate_control, b.rate_control);
   EXPECT_EQ(a.needs_homing, b.needs_homing);
   EXPECT_FALSE(a.paces_loop) << "a replay never blocks";
 }
