@@ -1,9 +1,11 @@
 #include "solver/haptic_loop.h"
 
+#include "device/falcon.h"
 #include "device/null_device.h"
 #include "device/simulated_hand.h"
 #include "index/errors.h"
 #include "solver/force_hold.h"
+#include "tests/support/fake_falcon.h"
 #include "tests/support/sanitized.h"
 
 #include <algorithm>
@@ -359,6 +361,42 @@ TEST(HapticLoop, TheGuardSendsZeroWhileATickBlocksAndTheForceComesBackByTheRamp)
       if (zero_seen) last_N = force_N;
     }
   }
+}
+
+TEST(HapticLoop, AFalconIsSentZeroWhileTheTickBlocksAndAtTheEnd) {
+  test::FakeUsb usb;
+  test::FakeFalcon fake(usb);
+  fake.powerUp(true);
+  Falcon falcon(usb);
+  falcon.open();
+  falcon.exchange({});
+  fake.home();
+  std::atomic<bool> zero{true};
+  const auto received = fake.usb_device().on_write;
+  fake.usb_device().on_write = [&](std::uint8_t endpoint, std::span<const std::uint8_t> bytes,
+                                   test::FakeUsbDevice& device) {
+    received(endpoint, bytes, device);
+    zero = fake.last().isZero();
+    std::this_thread::sleep_for(500us);  // the fake's own clock is virtual
+  };
+  std::atomic<bool> block{false};
+  HapticLoop loop(
+      falcon,
+      [&](const DeviceState&, double) {
+        while (block) std::this_thread::sleep_for(1ms);
+        return push(2);
+      },
+      rampOf(0.05));
+  loop.start();
+  ASSERT_TRUE(soon([&] { return !zero; }));
+  block = true;
+  EXPECT_TRUE(soon([&] { return zero.load(); }));
+  block = false;
+  EXPECT_TRUE(soon([&] { return !zero; }));
+  loop.stop();
+  EXPECT_TRUE(fake.last().isZero());
+  EXPECT_EQ(falcon.status(), DeviceStatus::ready);
+  EXPECT_TRUE(usb.violations().empty()) << usb.violations().front();
 }
 
 TEST(HapticLoop, WithoutAStallTimeThereIsNoGuard) {
