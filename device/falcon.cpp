@@ -201,7 +201,8 @@ DeviceState Falcon::exchange(const Wrench& wrench) noexcept {
   usb_->handleEvents(0);
   takeReports();
   const double begin_s = usb_->time_s();
-  if (begin_s - report_s_ > kLost_s) fail();
+  // Silence is counted from a question: a host that paused has not lost the device.
+  if (unanswered_ > 0 && begin_s - asked_s_ > kLost_s) fail();
   if (state_.status == DeviceStatus::fault) return state_;
 
   const bool stale = begin_s - report_s_ > kStale_s;
@@ -255,10 +256,9 @@ void Falcon::send(const FalconCommand& command, bool at_once) noexcept {
   if (last == UsbStatus::stalled || last == UsbStatus::failed) ++counters_.transfer_errors;
   const FalconPacket packet = packFalconCommand(command);
   std::copy(packet.begin(), packet.end(), out_->buffer().begin());
-  if (out_->submit(packet.size()))
-    unanswered_ = std::min(unanswered_ + 1, 2);
-  else
-    ++counters_.transfer_errors;
+  if (unanswered_ == 0) asked_s_ = usb_->time_s();
+  unanswered_ = std::min(unanswered_ + 1, 2);
+  if (!out_->submit(packet.size())) ++counters_.transfer_errors;
   if (out_->status() == UsbStatus::gone || usb_->gone()) fail();
 }
 
@@ -272,6 +272,7 @@ bool Falcon::takeReports() noexcept {
           if (parser_.push(byte)) {
             any = true;
             unanswered_ = std::max(unanswered_ - 1, 0);
+            asked_s_ = usb_->time_s();
             take(parser_.report());
           }
       });

@@ -111,6 +111,7 @@ class Falcon : public HapticDevice {
   Eigen::Vector3d refused_F_ = kFalconCentre_F;  // where the last report that was not believed was
   int refused_in_a_row_ = 0;
   int unanswered_ = 0;                // commands on their way, 2 at most
+  double asked_s_ = 0;                // when the first of them was sent, or the last answer came
   std::array<Sample, 64> samples_{};  // a ring, for the velocity
   std::size_t newest_ = 0, held_ = 0;
 };

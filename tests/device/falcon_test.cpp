@@ -380,6 +380,25 @@ TEST(Falcon, AGapInTheReportsBeginsTheRampAnew) {
   EXPECT_NEAR(bench.fake.force_N().norm(), 2, 0.02);
 }
 
+TEST(Falcon, AHostThatPausesHasNotLostTheDeviceAndBeginsWithoutForce) {
+  Bench bench(false);
+  bench.usb.pause(5);  // between open() and the first exchange
+  bench.repeat(2);
+  EXPECT_EQ(bench.falcon.status(), DeviceStatus::homing);
+  bench.fake.home();
+  bench.settle(push({2, 0, 0}));
+  EXPECT_NEAR(bench.fake.force_N().norm(), 2, 0.02);
+  bench.usb.pause(1);
+  DeviceState state = bench.repeat(1, push({2, 0, 0}));
+  EXPECT_EQ(state.status, DeviceStatus::ready);
+  EXPECT_TRUE(bench.fake.last().isZero());
+  bench.repeat(3, push({2, 0, 0}));
+  EXPECT_LT(bench.fake.force_N().norm(), 0.1);
+  state = bench.settle(push({2, 0, 0}));
+  EXPECT_EQ(state.status, DeviceStatus::ready);
+  EXPECT_NEAR(bench.fake.force_N().norm(), 2, 0.02);
+}
+
 TEST(Falcon, ADeafDeviceIsAFaultAndHoldsUpNobody) {
   Bench bench;
   bench.settle(push({2, 0, 0}));
