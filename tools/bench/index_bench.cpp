@@ -57,12 +57,14 @@ double seconds(Work&& work) {
 
 Kernel::Point_3 cgalPoint(const Vector3d& p) { return {p.x(), p.y(), p.z()}; }
 
-// The owned segments of positive length: CGAL takes no others.
+// The owned segments. CGAL takes none of length zero: samples without links get a length that cannot be told from it.
 void appendSegments(const Tile& tile, bool ghosts, CgalSegments& segments) {
   for (std::uint32_t s = 0; s < tile.segment_count(); ++s) {
     if (!ghosts && !tile.owned(s)) continue;
-    const Vector3d a_W = tile.position_W(tile.child(s)), b_W = tile.position_W(tile.parent(s));
-    if (a_W != b_W) segments.emplace_back(cgalPoint(a_W), cgalPoint(b_W));
+    const Vector3d a_W = tile.position_W(tile.child(s));
+    Vector3d b_W = tile.position_W(tile.parent(s));
+    if (a_W == b_W) b_W.x() += 1e-9;
+    segments.emplace_back(cgalPoint(a_W), cgalPoint(b_W));
   }
 }
 
