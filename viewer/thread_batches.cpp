@@ -1,0 +1,134 @@
+#include "viewer/thread_batches.h"
+
+#include "index/errors.h"
+#include "index/text.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace filiform {
+
+namespace {
+
+constexpr std::uint16_t kSoma = 1;
+constexpr float kNoRadius = -1;
+
+}  // namespace
+
+const char* toString(ColourBy colouring) noexcept {
+  switch (colouring) {
+    case ColourBy::cell:
+      return "cell";
+    case ColourBy::type:
+      return "type";
+    case ColourBy::depth:
+      return "depth";
+    case ColourBy::radius:
+      return "radius";
+    case ColourBy::tile:
+      return "tile";
+  }
+  return "";
+}
+
+ColourBy colourBy(const std::string& name) {
+  std::string choices;
+  for (const ColourBy colouring : kColourings) {
+    if (name == toString(colouring)) return colouring;
+    choices += (choices.empty() ? "" : ", ") + std::string(toString(colouring));
+  }
+  throw UsageError("colour by " + escaped(name) + ": choose one of " + choices);
+}
+
+float drawnRadius(float radius_um, std::uint16_t type, bool* replaced) noexcept {
+  const bool soma = type == kSoma;
+  const bool plausible = radius_um >= kThinnest_um && radius_um <= (soma ? kThickestSoma_um : kThickest_um);
+  if (replaced != nullptr) *replaced = !plausible;
+  if (plausible) return radius_um;
+  return soma ? kDrawnUnknownSoma_um : kDrawnUnknown_um;
+}
+
+void addRoots(const TileStore& store, std::uint32_t cell, RootTable& roots) {
+  for (const CellDetail::Root& root : store.loadCellDetail(cell).roots) roots[{cell, root.rank}] = root;
+}
+
+ThreadBatch makeBatch(const Tile& tile, const TileAppearance& appearance, const BatchOptions& options) {
+  ThreadBatch batch;
+  if (tile.node_count() == 0) return batch;
+  std::vector<float> radii(tile.node_count(), kNoRadius);
+  std::vector<bool> soma(tile.node_count(), false);
+  for (std::uint32_t s = 0; s < tile.segment_count(); ++s) {
+    bool replaced = false;
+    const std::uint32_t child = tile.child(s);
+    radii[child] = drawnRadius(appearance.radii_um[s], appearance.types[s], &replaced);
+    soma[child] = appearance.types[s] == kSoma;
+    if (replaced && tile.owned(s)) ++batch.implausible_radii;
+  }
+
+  GridBox box;
+  for (std::uint32_t n = 0; n < tile.node_count(); ++n) box.extend(tile.gridPoint(n));
+  batch.origin_W = (tile.grid().toWorld(box.lo) + tile.grid().toWorld(box.hi)) / 2;
+  const auto put = [&](std::uint32_t node, float* p_um) {
+    const Vector3d p = tile.position_W(node) - batch.origin_W;
+    for (int axis = 0; axis < 3; ++axis) p_um[axis] = static_cast<float>(p[axis]);
+  };
+  const auto colour = [&](std::uint32_t s, std::uint16_t type, std::uint32_t node, float radius_um) {
+    switch (options.colour) {
+      case ColourBy::cell:
+        return colourOfNumber(tile.segmentId(s).cell);
+      case ColourBy::type:
+        return colourOfType(type);
+      case ColourBy::depth:
+        return colourOnRamp((tile.position_W(node).y() - options.shallow_um) / (options.deep_um - options.shallow_um));
+      // 0.05 to 5 um, the range of neurites, by ratio.
+      case ColourBy::radius:
+        return colourOnRamp(std::log10(radius_um / 0.05) / 2);
+      case ColourBy::tile:
+        return colourOfNumber(tile.id());
+    }
+    return Rgba{};
+  };
+
+  batch.segments.reserve(tile.owned_count());
+  const auto add = [&](const ThreadSegment& segment) {
+    batch.largest_radius_um = std::max({batch.largest_radius_um, segment.a_radius_um, segment.b_radius_um});
+    batch.segments.push_back(segment);
+  };
+  std::vector<std::uint32_t> somata;  // parents drawn as such
+  for (std::uint32_t s = 0; s < tile.segment_count(); ++s) {
+    if (!tile.owned(s)) continue;
+    const std::uint32_t child = tile.child(s), parent = tile.parent(s);
+    ThreadSegment segment{};
+    put(child, segment.a_um);
+    put(parent, segment.b_um);
+    segment.a_radius_um = radii[child];
+    segment.b_radius_um = radii[parent] != kNoRadius ? radii[parent] : radii[child];
+    if (options.roots != nullptr && radii[parent] == kNoRadius) {
+      const auto root = options.roots->find(tile.nodeId(parent));
+      if (root != options.roots->end()) {
+        const float radius_um = drawnRadius(root->second.radius_um, root->second.type);
+        if (root->second.type == kSoma) {
+          ThreadSegment ball = segment;
+          std::copy_n(segment.b_um, 3, ball.a_um);
+          ball.a_radius_um = ball.b_radius_um = radius_um;
+          ball.colour = colour(s, kSoma, parent, radius_um);
+          if (std::find(somata.begin(), somata.end(), parent) == somata.end()) add(ball);
+          somata.push_back(parent);
+        } else {
+          segment.b_radius_um = radius_um;
+        }
+      }
+    }
+    // A neurite begins at the soma's middle in many files: it must not widen into a cone as thick as the soma.
+    if (soma[parent] && !soma[child]) segment.b_radius_um = segment.a_radius_um;
+    segment.colour = colour(s, appearance.types[s], child, segment.a_radius_um);
+    add(segment);
+  }
+  if (batch.segments.empty()) return batch;
+  const Vector3d rim = Vector3d::Constant(batch.largest_radius_um);
+  batch.lo_W = tile.grid().toWorld(box.lo) - rim;
+  batch.hi_W = tile.grid().toWorld(box.hi) + rim;
+  return batch;
+}
+
+}  // namespace filiform

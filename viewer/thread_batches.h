@@ -1,0 +1,58 @@
+// Tiles as the graphics card wants them: one batch a tile, positions relative to an origin of its own, so that single
+// precision is enough however far from the world's origin. Pure functions; any thread.
+#pragma once
+
+#include "index/tile_store.h"
+#include "viewer/colour.h"
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace filiform {
+
+enum class ColourBy : std::uint8_t { cell, type, depth, radius, tile };
+inline constexpr ColourBy kColourings[] = {ColourBy::cell, ColourBy::type, ColourBy::depth, ColourBy::radius,
+                                           ColourBy::tile};
+const char* toString(ColourBy colouring) noexcept;
+ColourBy colourBy(const std::string& name);  // throws UsageError naming the choices
+
+struct ThreadSegment {  // a round cone: child end a, parent end b; a sphere where they coincide
+  float a_um[3], a_radius_um;
+  float b_um[3], b_radius_um;
+  Rgba colour;
+};
+static_assert(sizeof(ThreadSegment) == 36);
+
+struct ThreadBatch {
+  Vector3d origin_W = Vector3d::Zero();  // of a_um, b_um
+  Vector3d lo_W = Vector3d::Zero(), hi_W = Vector3d::Zero();
+  float largest_radius_um = 0;
+  std::vector<ThreadSegment> segments;
+  std::uint64_t implausible_radii = 0;  // were replaced
+};
+
+// Some files give radii in another unit, and nearly all leave some unknown. A neurite's radius is taken as it is from
+// kThinnest_um to kThickest_um, a soma's to kThickestSoma_um; anything else is drawn with kDrawnUnknown_um, a soma
+// with kDrawnUnknownSoma_um.
+inline constexpr float kThinnest_um = 0.01F, kThickest_um = 10, kThickestSoma_um = 30;
+inline constexpr float kDrawnUnknown_um = 0.3F, kDrawnUnknownSoma_um = 6;
+float drawnRadius(float radius_um, std::uint16_t type, bool* replaced = nullptr) noexcept;
+
+// Radius and type of samples that no segment carries: roots, and with them most somata.
+using RootTable = std::map<NodeId, CellDetail::Root>;
+// Adds the roots of a cell. Throws CorruptSet, IoError from the store. O(samples of the cell).
+void addRoots(const TileStore& store, std::uint32_t cell, RootTable& roots);
+
+struct BatchOptions {
+  ColourBy colour = ColourBy::cell;
+  double shallow_um = 0, deep_um = 1;  // ColourBy::depth: y of the two ends of the ramp, which may be in either order
+  const RootTable* roots = nullptr;    // draws the somata among them, and gives first segments their true width
+};
+
+// All segments that the tile owns; isolated samples and somata as spheres. A segment's two radii are those of its
+// samples, as far as the tile holds them. Requires the tile's own appearance. O(n).
+ThreadBatch makeBatch(const Tile& tile, const TileAppearance& appearance, const BatchOptions& options = {});
+
+}  // namespace filiform
