@@ -1,0 +1,13 @@
+// The texts of viewer/shaders/, which the build puts into the program.
+#pragma once
+
+namespace filiform::internal {
+
+extern const char* const kConeVertexShader;
+extern const char* const kConeFragmentShader;
+extern const char* const kLineVertexShader;
+extern const char* const kLineFragmentShader;
+extern const char* const kComposeVertexShader;
+extern const char* const kComposeFragmentShader;
+
+}  // namespace filiform::internal

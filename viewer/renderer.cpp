@@ -1,0 +1,384 @@
+#include "viewer/renderer.h"
+
+#include "viewer/internal/shaders.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <epoxy/gl.h>
+#include <map>
+#include <span>
+
+namespace filiform {
+
+namespace {
+
+// Thinner segments are drawn as lines, in pixels of the samples.
+constexpr double kLineRadius_px = 0.6;
+// A thread is never drawn thinner: it would break into dots.
+constexpr double kLeastRadius_px = 0.55;
+
+class Program {
+ public:
+  Program(const char* vertex, const char* fragment) : id_(glCreateProgram()) {
+    for (const auto& [kind, text] : {std::pair{GL_VERTEX_SHADER, vertex}, std::pair{GL_FRAGMENT_SHADER, fragment}}) {
+      const GLuint shader = glCreateShader(static_cast<GLenum>(kind));
+      glShaderSource(shader, 1, &text, nullptr);
+      glCompileShader(shader);
+      GLint good = 0;
+      glGetShaderiv(shader, GL_COMPILE_STATUS, &good);
+      if (good == 0) {
+        std::array<char, 400> log{};
+        glGetShaderInfoLog(shader, static_cast<GLsizei>(log.size()), nullptr, log.data());
+        refuse(log.data());
+      }
+      glAttachShader(id_, shader);
+      glDeleteShader(shader);
+    }
+    glLinkProgram(id_);
+    GLint good = 0;
+    glGetProgramiv(id_, GL_LINK_STATUS, &good);
+    if (good == 0) {
+      std::array<char, 400> log{};
+      glGetProgramInfoLog(id_, static_cast<GLsizei>(log.size()), nullptr, log.data());
+      refuse(log.data());
+    }
+  }
+  Program(const Program&) = delete;
+  Program& operator=(const Program&) = delete;
+  ~Program() { glDeleteProgram(id_); }
+
+  void use() const { glUseProgram(id_); }
+  GLint at(const char* name) const { return glGetUniformLocation(id_, name); }
+  void set(const char* name, double x) const { glUniform1f(at(name), static_cast<float>(x)); }
+  void set(const char* name, int x) const { glUniform1i(at(name), x); }
+  void set(const char* name, const PictureSize& s) const { glUniform2i(at(name), s.width, s.height); }
+  void set(const char* name, double x, double y) const {
+    glUniform2f(at(name), static_cast<float>(x), static_cast<float>(y));
+  }
+  void set(const char* name, const Vector3d& v) const {
+    const Eigen::Vector3f f = v.cast<float>();
+    glUniform3fv(at(name), 1, f.data());
+  }
+  void set(const char* name, const Eigen::Vector4d& v) const {
+    const Eigen::Vector4f f = v.cast<float>();
+    glUniform4fv(at(name), 1, f.data());
+  }
+  void set(const char* name, const Eigen::Matrix3d& m) const {
+    const Eigen::Matrix3f f = m.cast<float>();
+    glUniformMatrix3fv(at(name), 1, GL_FALSE, f.data());
+  }
+
+ private:
+  [[noreturn]] void refuse(std::string log) {
+    glDeleteProgram(id_);
+    std::replace(log.begin(), log.end(), '\n', ' ');
+    throw GraphicsError("the graphics driver refuses a shader: " + log +
+                        "; update it, or use Mesa's software renderer");
+  }
+  GLuint id_;
+};
+
+void requireRoom(const char* what) {
+  if (glGetError() != GL_OUT_OF_MEMORY) return;
+  throw GraphicsError(std::string("the graphics card has no room for ") + what +
+                      "; ask for fewer segments or a smaller picture");
+}
+
+// A picture that can be drawn into and read from shaders.
+class Target {
+ public:
+  Target() = default;
+  Target(const Target&) = delete;
+  Target& operator=(const Target&) = delete;
+  ~Target() { clear(); }
+
+  void resize(const PictureSize& size, bool with_depth) {
+    if (frame_ != 0 && size.width == size_.width && size.height == size_.height) return;
+    clear();
+    size_ = size;
+    glGenFramebuffers(1, &frame_);
+    glBindFramebuffer(GL_FRAMEBUFFER, frame_);
+    glGenTextures(1, &colour_);
+    glBindTexture(GL_TEXTURE_2D, colour_);
+    glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA8, size.width, size.height, 0, GL_RGBA, GL_UNSIGNED_BYTE, nullptr);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+    glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, colour_, 0);
+    if (with_depth) {
+      glGenRenderbuffers(1, &depth_);
+      glBindRenderbuffer(GL_RENDERBUFFER, depth_);
+      glRenderbufferStorage(GL_RENDERBUFFER, GL_DEPTH_COMPONENT32F, size.width, size.height);
+      glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, depth_);
+    }
+    requireRoom("the picture");
+    if (glCheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
+      throw GraphicsError("the graphics driver refuses a picture of " + std::to_string(size.width) + " x " +
+                          std::to_string(size.height) + " samples; ask for a smaller one");
+  }
+  void bind() const {
+    glBindFramebuffer(GL_FRAMEBUFFER, frame_);
+    glViewport(0, 0, size_.width, size_.height);
+  }
+  GLuint colour() const { return colour_; }
+  const PictureSize& size() const { return size_; }
+
+ private:
+  void clear() {
+    glDeleteFramebuffers(1, &frame_);
+    glDeleteTextures(1, &colour_);
+    glDeleteRenderbuffers(1, &depth_);
+    frame_ = colour_ = depth_ = 0;
+  }
+  PictureSize size_{0, 0};
+  GLuint frame_ = 0, colour_ = 0, depth_ = 0;
+};
+
+// A batch on the card.
+struct Uploaded {
+  Vector3d origin_W, lo_W, hi_W;
+  Layer layer;
+  std::vector<float> radii_um;  // of the segments, falling
+  GLuint vertices, buffer;
+};
+
+// So that the first segment drawn is that one. (glDrawArraysInstancedBaseInstance came after OpenGL 3.3.)
+void bindFrom(const Uploaded& batch, std::size_t first) {
+  glBindVertexArray(batch.vertices);
+  glBindBuffer(GL_ARRAY_BUFFER, batch.buffer);
+  const auto attribute = [first](GLuint place, GLenum type, GLboolean normalised, std::size_t offset) {
+    glVertexAttribPointer(place, 4, type, normalised, sizeof(ThreadSegment),
+                          reinterpret_cast<const void*>(first * sizeof(ThreadSegment) + offset));
+  };
+  attribute(0, GL_FLOAT, GL_FALSE, offsetof(ThreadSegment, a_um));
+  attribute(1, GL_FLOAT, GL_FALSE, offsetof(ThreadSegment, b_um));
+  attribute(2, GL_UNSIGNED_BYTE, GL_TRUE, offsetof(ThreadSegment, colour));
+}
+
+bool isSeen(const Uploaded& batch, const LevelView& view) {
+  return std::all_of(view.planes.begin(), view.planes.end(), [&](const LevelView::Plane& plane) {
+    return plane.n.dot((plane.n.array() >= 0).select(batch.hi_W, batch.lo_W).matrix()) >= plane.d;
+  });
+}
+
+Vector3d colourVector(Rgba c) { return Vector3d(c.r, c.g, c.b) / 255; }
+
+}  // namespace
+
+struct Renderer::Impl {
+  Program cone{internal::kConeVertexShader, internal::kConeFragmentShader};
+  Program line{internal::kLineVertexShader, internal::kLineFragmentShader};
+  Program compose{internal::kComposeVertexShader, internal::kComposeFragmentShader};
+  std::map<BatchId, Uploaded> batches;
+  std::array<Target, 2> eyes;
+  Target whole;
+  GLuint nothing = 0;  // vertex array of the composing pass, which has no vertices to read
+  std::uint64_t bytes = 0;
+  float widest_line = 1;
+
+  void remove(BatchId id);
+  void prepare(const Program& program, const EyeView& view, const PictureSize& size, const RenderOptions& options,
+               int samples) const;
+  RenderFigures drawEye(const EyeView& view, const PictureSize& size, const RenderOptions& options, int samples) const;
+};
+
+Renderer::Renderer(GraphicsContext& context) {
+  context.makeCurrent();
+  impl_ = std::make_unique<Impl>();
+  glGenVertexArrays(1, &impl_->nothing);
+  std::array<float, 2> widths{1, 1};
+  glGetFloatv(GL_ALIASED_LINE_WIDTH_RANGE, widths.data());
+  impl_->widest_line = widths[1];
+}
+
+Renderer::~Renderer() {
+  while (!impl_->batches.empty()) impl_->remove(impl_->batches.begin()->first);
+  glDeleteVertexArrays(1, &impl_->nothing);
+}
+
+void Renderer::Impl::remove(BatchId id) {
+  const auto found = batches.find(id);
+  if (found == batches.end()) return;
+  glDeleteVertexArrays(1, &found->second.vertices);
+  glDeleteBuffers(1, &found->second.buffer);
+  bytes -= static_cast<std::uint64_t>(found->second.radii_um.size()) * sizeof(ThreadSegment);
+  batches.erase(found);
+}
+
+void Renderer::remove(BatchId id) { impl_->remove(id); }
+std::uint64_t Renderer::bytes() const { return impl_->bytes; }
+
+void Renderer::put(BatchId id, const ThreadBatch& batch, Layer layer) {
+  remove(id);
+  if (batch.segments.empty()) return;
+  const auto radius = [](const ThreadSegment& s) { return std::max(s.a_radius_um, s.b_radius_um); };
+  std::vector<ThreadSegment> segments = batch.segments;
+  std::stable_sort(segments.begin(), segments.end(),
+                   [&](const ThreadSegment& a, const ThreadSegment& b) { return radius(a) > radius(b); });
+  Uploaded up{batch.origin_W, batch.lo_W, batch.hi_W, layer, {}, 0, 0};
+  for (const ThreadSegment& segment : segments) up.radii_um.push_back(radius(segment));
+  const std::size_t bytes = batch.segments.size() * sizeof(ThreadSegment);
+  glGenVertexArrays(1, &up.vertices);
+  glBindVertexArray(up.vertices);
+  glGenBuffers(1, &up.buffer);
+  glBindBuffer(GL_ARRAY_BUFFER, up.buffer);
+  glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(bytes), segments.data(), GL_STATIC_DRAW);
+  for (const GLuint place : {0U, 1U, 2U}) {
+    glEnableVertexAttribArray(place);
+    glVertexAttribDivisor(place, 1);
+  }
+  impl_->batches.emplace(id, std::move(up));
+  impl_->bytes += bytes;
+  requireRoom("the threads");
+}
+
+void Renderer::Impl::prepare(const Program& program, const EyeView& view, const PictureSize& size,
+                             const RenderOptions& options, int samples) const {
+  const Eigen::Matrix4d p = projection(view.frustum);
+  program.use();
+  program.set("rotation_VW", view.rotation_VW);
+  program.set("lens", Eigen::Vector4d(p(0, 0), p(0, 2), p(1, 1), p(1, 2)));
+  program.set("depth_map", p(2, 2), p(2, 3));
+  program.set("half_px", size.width / 2.0, size.height / 2.0);
+  program.set("near_um", view.frustum.near_um);
+  program.set("least_px", kLeastRadius_px);
+  program.set("halo_px", options.halo_px * samples);
+  program.set("background", colourVector(options.background));
+  program.set("fog", Vector3d(options.fog_begin_um, options.fog_end_um, options.fog_most));
+  program.set("clearing", options.clear_end_um, options.clear_begin_um);
+  program.set("opacity", 1.0);
+}
+
+RenderFigures Renderer::Impl::drawEye(const EyeView& view, const PictureSize& size, const RenderOptions& options,
+                                      int samples) const {
+  const LevelView levels = levelView(view, size);
+  RenderFigures figures;
+  struct Part {  // the thicker segments of a batch, then the others
+    const Uploaded* batch;
+    std::size_t cones;
+  };
+  std::vector<Part> threads, marks;
+  for (const auto& [id, batch] : batches) {
+    if (!isSeen(batch, levels)) {
+      ++figures.culled;
+      continue;
+    }
+    ++figures.batches;
+    if (batch.layer == Layer::marks) {
+      marks.push_back({&batch, batch.radii_um.size()});
+      continue;
+    }
+    const double distance = (batch.lo_W - view.eye_W).cwiseMax(view.eye_W - batch.hi_W).cwiseMax(0.0).norm();
+    const double line_um = kLineRadius_px * distance / levels.pixels_per_rad;
+    const auto thin = std::partition_point(batch.radii_um.begin(), batch.radii_um.end(),
+                                           [line_um](float radius_um) { return radius_um >= line_um; });
+    const auto cones = static_cast<std::size_t>(thin - batch.radii_um.begin());
+    threads.push_back({&batch, cones});
+    figures.cones += cones;
+    figures.lines += batch.radii_um.size() - cones;
+  }
+
+  const Vector3d background = colourVector(options.background);
+  glClearColor(static_cast<float>(background.x()), static_cast<float>(background.y()),
+               static_cast<float>(background.z()), 1);
+  glDepthMask(GL_TRUE);
+  glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+  glEnable(GL_DEPTH_TEST);
+  glDepthFunc(GL_LESS);
+  glDisable(GL_BLEND);
+
+  prepare(line, view, size, options, samples);
+  glLineWidth(std::min(static_cast<float>(samples), widest_line));
+  for (const Part& part : threads) {
+    const std::size_t count = part.batch->radii_um.size() - part.cones;
+    if (count == 0) continue;
+    line.set("origin_V", view.toView(part.batch->origin_W));
+    bindFrom(*part.batch, part.cones);
+    glDrawArraysInstanced(GL_LINES, 0, 2, static_cast<GLsizei>(count));
+  }
+  prepare(cone, view, size, options, samples);
+  const auto drawCones = [&](const std::vector<Part>& parts) {
+    for (const Part& part : parts) {
+      if (part.cones == 0) continue;
+      cone.set("origin_V", view.toView(part.batch->origin_W));
+      bindFrom(*part.batch, 0);
+      glDrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, static_cast<GLsizei>(part.cones));
+    }
+  };
+  drawCones(threads);
+  if (marks.empty()) return figures;
+
+  // Inside dense tissue marks would vanish: faint without a test of depth, then as they are.
+  constexpr double kFaint = 0.3;
+  cone.set("fog", Vector3d(1e9, 2e9, 0));
+  cone.set("clearing", -2.0, -1.0);
+  cone.set("halo_px", 0.0);
+  cone.set("opacity", kFaint);
+  glDisable(GL_DEPTH_TEST);
+  glEnable(GL_BLEND);
+  glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
+  drawCones(marks);
+  glDisable(GL_BLEND);
+  glEnable(GL_DEPTH_TEST);
+  cone.set("opacity", 1.0);
+  drawCones(marks);
+  return figures;
+}
+
+RenderFigures Renderer::draw(const std::array<EyeView, 2>& views, const RenderOptions& options) {
+  const PictureSize& size = options.size;
+  if (size.width < 1 || size.height < 1 || size.width > kMaxSize || size.height > kMaxSize)
+    throw UsageError("a picture of " + std::to_string(size.width) + " x " + std::to_string(size.height) +
+                     " pixels: each side must be 1 to " + std::to_string(kMaxSize));
+  GLint most = 0;
+  glGetIntegerv(GL_MAX_TEXTURE_SIZE, &most);
+  int samples = std::clamp(options.samples, 1, 4);
+  while (samples > 1 && samples * std::max(size.width, size.height) > most) samples /= 2;
+  const PictureSize eye = eyeSize(options.stereo, size);
+
+  RenderFigures figures;
+  const std::size_t count = options.stereo == StereoMode::mono ? 1 : 2;
+  for (std::size_t i = 0; i < count; ++i) {
+    impl_->eyes[i].resize({eye.width * samples, eye.height * samples}, true);
+    impl_->eyes[i].bind();
+    const RenderFigures drawn = impl_->drawEye(views[i], impl_->eyes[i].size(), options, samples);
+    if (i == 0) figures = drawn;
+  }
+
+  impl_->whole.resize(size, false);
+  impl_->whole.bind();
+  glDisable(GL_DEPTH_TEST);
+  impl_->compose.use();
+  impl_->compose.set("left_eye", 0);
+  impl_->compose.set("right_eye", 1);
+  impl_->compose.set("mode", static_cast<int>(options.stereo));
+  impl_->compose.set("samples", samples);
+  impl_->compose.set("whole", size);
+  impl_->compose.set("eye", eye);
+  for (std::size_t i = 0; i < count; ++i) {
+    glActiveTexture(static_cast<GLenum>(GL_TEXTURE0 + i));
+    glBindTexture(GL_TEXTURE_2D, impl_->eyes[i].colour());
+  }
+  glActiveTexture(GL_TEXTURE0);
+  glBindVertexArray(impl_->nothing);
+  glDrawArrays(GL_TRIANGLES, 0, 3);
+  requireRoom("the picture");
+  return figures;
+}
+
+Picture Renderer::read() const {
+  const PictureSize& size = impl_->whole.size();
+  const auto row = static_cast<std::size_t>(size.width) * 3, rows = static_cast<std::size_t>(size.height);
+  Picture picture{size.width, size.height, std::vector<std::uint8_t>(row * rows)};
+  if (picture.rgb.empty()) return picture;
+  impl_->whole.bind();
+  std::vector<std::uint8_t> upside_down(row * rows);
+  glPixelStorei(GL_PACK_ALIGNMENT, 1);
+  glReadPixels(0, 0, size.width, size.height, GL_RGB, GL_UNSIGNED_BYTE, upside_down.data());
+  for (std::size_t y = 0; y < rows; ++y)
+    std::copy_n(upside_down.begin() + static_cast<std::ptrdiff_t>((rows - 1 - y) * row), row,
+                picture.rgb.begin() + static_cast<std::ptrdiff_t>(y * row));
+  return picture;
+}
+
+}  // namespace filiform

@@ -1,0 +1,56 @@
+#version 330 core
+// A round cone, as four corners about its picture: both ends, their radii, and room for the halo.
+layout(location = 0) in vec4 a;  // um, about the batch's origin; radius
+layout(location = 1) in vec4 b;
+layout(location = 2) in vec4 colour;
+
+uniform mat3 rotation_VW;
+uniform vec3 origin_V;
+uniform vec4 lens;  // of the projection matrix: [0][0], [0][2], [1][1], [1][2]
+uniform vec2 half_px;
+uniform float near_um;
+uniform float least_px;
+uniform float halo_px;
+
+flat out vec4 ends_px;   // a, b, from the middle of the picture
+flat out vec4 radii;     // a, b in pixels as drawn; in um as they are
+flat out vec2 depths;    // um
+flat out vec3 axis_V;    // of length 1; 0 of a sphere
+flat out vec4 own_colour;
+out vec2 at_px;
+
+vec2 pixel(vec3 p) { return vec2(lens.x * p.x + lens.y * p.z, lens.z * p.y + lens.w * p.z) / -p.z * half_px; }
+
+void main() {
+  vec3 p = rotation_VW * a.xyz + origin_V, q = rotation_VW * b.xyz + origin_V;
+  vec2 radius_um = vec2(a.w, b.w);
+  if (-p.z < near_um && -q.z < near_um) {
+    gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
+    return;
+  }
+  axis_V = q == p ? vec3(0.0) : normalize(q - p);
+  if (-p.z < near_um) {
+    float t = (-near_um - p.z) / (q.z - p.z);
+    p = mix(p, q, t);
+    radius_um.x = mix(radius_um.x, radius_um.y, t);
+  } else if (-q.z < near_um) {
+    float t = (-near_um - q.z) / (p.z - q.z);
+    q = mix(q, p, t);
+    radius_um.y = mix(radius_um.y, radius_um.x, t);
+  }
+  depths = vec2(-p.z, -q.z);
+  vec2 a_px = pixel(p), b_px = pixel(q);
+  vec2 r_px = max(radius_um * lens.z * half_px.y / depths, vec2(least_px));
+  ends_px = vec4(a_px, b_px);
+  radii = vec4(r_px, radius_um);
+  own_colour = colour;
+
+  vec2 along = b_px - a_px;
+  float length_px = length(along);
+  along = length_px > 1e-4 ? along / length_px : vec2(1.0, 0.0);
+  float room = max(r_px.x, r_px.y) + halo_px + 1.0;
+  vec2 corner = ((gl_VertexID & 1) == 0 ? a_px - room * along : b_px + room * along) +
+                ((gl_VertexID & 2) == 0 ? -room : room) * vec2(-along.y, along.x);
+  at_px = corner;
+  gl_Position = vec4(corner / half_px, 0.0, 1.0);
+}

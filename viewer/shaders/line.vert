@@ -1,0 +1,24 @@
+#version 330 core
+// A thread thinner than a pixel: a line, lit as a thin cylinder (Zoeckler, Stalling and Hege 1996).
+layout(location = 0) in vec4 a;
+layout(location = 1) in vec4 b;
+layout(location = 2) in vec4 colour;
+
+uniform mat3 rotation_VW;
+uniform vec3 origin_V;
+uniform vec4 lens;
+uniform vec2 depth_map;
+uniform vec3 background;
+uniform vec3 fog;
+
+out vec3 shown;
+
+void main() {
+  vec3 p = rotation_VW * (gl_VertexID == 0 ? a.xyz : b.xyz) + origin_V;
+  vec3 way = rotation_VW * (b.xyz - a.xyz);
+  float squared = dot(way, way);
+  float along = squared > 0.0 ? dot(normalize(vec3(-0.35, 0.55, 0.75)), way * inversesqrt(squared)) : 0.0;
+  float diffuse = sqrt(max(0.0, 1.0 - along * along));
+  shown = mix(colour.rgb * (0.38 + 0.62 * diffuse), background, fog.z * smoothstep(fog.x, fog.y, -p.z));
+  gl_Position = vec4(lens.x * p.x + lens.y * p.z, lens.z * p.y + lens.w * p.z, depth_map.x * p.z + depth_map.y, -p.z);
+}
