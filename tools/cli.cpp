@@ -5,6 +5,7 @@
 #include "index/text.h"
 #include "index/tile_store.h"
 #include "solver/force_hold.h"
+#include "viewer/graphics_context.h"
 
 #include <algorithm>
 #include <array>
@@ -136,6 +137,7 @@ int runProgram(int argc, char** argv) {
   addExport(app, chosen);
   addNavigate(app, chosen);
   addDevices(app, chosen);
+  addRender(app, chosen);
   addEvaluate(app, chosen);
   addBench(app, chosen);
 
@@ -155,6 +157,8 @@ int runProgram(int argc, char** argv) {
   } catch (const UnknownDevice& error) {
     return fail(2, error.what());
   } catch (const DeviceError& error) {
+    return fail(3, error.what());
+  } catch (const GraphicsError& error) {
     return fail(3, error.what());
   } catch (const Error& error) {  // InputError, CorruptSet, CorruptTile
     return fail(1, error.what());

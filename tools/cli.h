@@ -47,6 +47,7 @@ void addNearest(CLI::App& app, Chosen& chosen);
 void addExport(CLI::App& app, Chosen& chosen);
 void addNavigate(CLI::App& app, Chosen& chosen);
 void addDevices(CLI::App& app, Chosen& chosen);
+void addRender(CLI::App& app, Chosen& chosen);
 void addEvaluate(CLI::App& app, Chosen& chosen);
 void addBench(CLI::App& app, Chosen& chosen);
 

@@ -2,14 +2,13 @@
 #include "device/device_factory.h"
 #include "index/errors.h"
 #include "index/faulty_source.h"
-#include "index/input.h"
-#include "index/memory_tiles.h"
 #include "index/text.h"
 #include "index/tile_set.h"
 #include "solver/force_hold.h"
 #include "solver/run.h"
 #include "tools/cli.h"
 #include "tools/progress.h"
+#include "tools/scene.h"
 #include "tools/travel_report.h"
 
 #include <algorithm>
@@ -50,10 +49,9 @@ FaultPlan::Delay delayKind(const std::string& name) {
   throw UsageError("--latency-kind " + escaped(name) + ": choose constant, uniform or exponential");
 }
 
-// A tile set, or a small file whose tiles are built in memory: no files, IO thread or search trees then. In real time a
-// latency is that of the set's files.
+// In real time a latency is that of the set's files.
 std::unique_ptr<TileStore> openScene(const NavigateArguments& a, bool& in_memory) {
-  in_memory = endsWithNoCase(a.scene, ".swc") || endsWithNoCase(a.scene, ".zip");
+  in_memory = isFileScene(a.scene);
   if (!in_memory && !(a.realtime && a.latency_ms > 0)) return TileSet::open(a.scene);
   if (!in_memory) {
     FaultPlan plan{.delay = delayKind(a.delays), .delay_s = 1e-3 * a.latency_ms, .seed = a.seed};
@@ -63,11 +61,7 @@ std::unique_ptr<TileStore> openScene(const NavigateArguments& a, bool& in_memory
     slow.arm();
     return set;
   }
-  Input input({a.scene});
-  auto store = buildTilesInMemory(input);
-  if (store->cell_count() == 0)
-    throw InputError(escaped(a.scene) + ": no usable neuron in it; filiform check says why");
-  return store;
+  return buildScene(a.scene);
 }
 
 RunOptions optionsOf(const NavigateArguments& a, const TileStore& store, bool in_memory) {

@@ -1,0 +1,105 @@
+// filiform render as a person meets it.
+#include "tests/support/process.h"
+#include "tests/support/temp_folder.h"
+
+#include <filesystem>
+#include <string>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+namespace filiform {
+namespace {
+
+using test::Outcome;
+using test::runFiliform;
+using test::runFiliformInShell;
+
+class Render : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    test::writeBytes(folder_ / "y.swc",
+                     "1 1 0 0 0 5 -1\n2 3 10 0 0 1 1\n3 3 20 0 0 1 2\n4 3 30 5 0 1 3\n5 3 40 10 0 1 4\n6 3 30 -5 0 "
+                     "700 3\n7 3 40 -10 0 1 6\n");
+  }
+  bool wrote(const std::string& name) const {
+    return std::filesystem::exists(folder_ / name) && test::readBytes(folder_ / name).substr(1, 3) == "PNG";
+  }
+  void refused(const std::vector<std::string>& more, int code, const std::string& says) {
+    std::vector<std::string> arguments{"render", folder_ / "y.swc", "-o", folder_ / "no.png"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const Outcome outcome = runFiliform(arguments);
+    EXPECT_EQ(outcome.exit_code, code) << outcome.err;
+    EXPECT_TRUE(outcome.oneLineOnStderr()) << outcome.err;
+    EXPECT_NE(outcome.err.find(says), std::string::npos) << outcome.err;
+    EXPECT_FALSE(std::filesystem::exists(folder_ / "no.png"));
+  }
+  test::TempFolder folder_;
+};
+
+TEST_F(Render, DrawsAFileAndASetAlike) {
+  ASSERT_EQ(runFiliform({"ingest", folder_ / "y.swc", "-o", folder_ / "y.fil", "--levels"}).exit_code, 0);
+  for (const char* scene : {"y.swc", "y.fil"}) {
+    const Outcome outcome = runFiliform(
+        {"render", folder_ / scene, "-o", folder_ / (std::string(scene) + ".png"), "--size", "200x100", "--json"});
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    const auto json = nlohmann::json::parse(outcome.out);
+    EXPECT_EQ(json["width"], 200);
+    EXPECT_EQ(json["segments"], 6);
+    EXPECT_EQ(json["left_out"], 0);
+    EXPECT_EQ(json["implausible_radii"], 1);
+    EXPECT_TRUE(wrote(std::string(scene) + ".png"));
+  }
+  EXPECT_EQ(test::readBytes(folder_ / "y.swc.png"), test::readBytes(folder_ / "y.fil.png"));
+}
+
+TEST_F(Render, TakesEveryViewAndMode) {
+  for (const std::vector<std::string>& more :
+       {std::vector<std::string>{"--at", "y:3", "--zoom", "50", "--stereo", "anaglyph"},
+        {"--proxy", "25,1,0", "--zoom", "50", "--palette", "orange-blue", "--camera", "40,10"},
+        {"--camera", "0,0,200:20,0,0", "--colour-by", "type"},
+        {"--camera", "top", "--stereo", "side-by-side", "--widening", "1.2"}}) {
+    std::vector<std::string> arguments{"render", folder_ / "y.swc", "-o", folder_ / "a.png", "--size", "64x48"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const Outcome outcome = runFiliform(arguments);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_TRUE(wrote("a.png"));
+    std::filesystem::remove(folder_ / "a.png");
+  }
+}
+
+TEST_F(Render, WhatCannotBeIsOneClearLine) {
+  refused({"--size", "0x10"}, 2, "--size");
+  refused({"--size", "wide"}, 2, "WIDTHxHEIGHT");
+  refused({"--stereo", "3d"}, 2, "anaglyph");
+  refused({"--colour-by", "mood"}, 2, "radius");
+  refused({"--camera", "up"}, 2, "front");
+  refused({"--camera", "follow"}, 2, "--proxy");
+  refused({"--camera", "1,2,3:1,2,3"}, 2, "two points");
+  refused({"--at", "y:99"}, 2, "no sample");
+  refused({"--at", "who:1"}, 2, "no cell");
+  refused({"--proxy", "1,2"}, 2, "3 numbers");
+  refused({"--palette", "grey"}, 2, "orange-blue");
+}
+
+TEST_F(Render, TheBudgetIsKeptAndTheRestCounted) {
+  const Outcome outcome =
+      runFiliform({"render", folder_ / "y.swc", "-o", folder_ / "a.png", "--segments", "2", "--json"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const auto json = nlohmann::json::parse(outcome.out);
+  EXPECT_EQ(json["segments"], 0);
+  EXPECT_EQ(json["left_out"], 6);
+}
+
+// Mesa's own switch makes the driver say that it is too old.
+TEST_F(Render, WithoutOpenGl33ItSaysWhatToDo) {
+  const Outcome outcome = runFiliformInShell("MESA_GL_VERSION_OVERRIDE=2.1 exec \"$@\"",
+                                             {"render", folder_ / "y.swc", "-o", folder_ / "a.png"});
+  EXPECT_EQ(outcome.exit_code, 3) << outcome.err;
+  EXPECT_TRUE(outcome.oneLineOnStderr()) << outcome.err;
+  EXPECT_NE(outcome.err.find("libgl1-mesa-dri"), std::string::npos) << outcome.err;
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "a.png"));
+}
+
+}  // namespace
+}  // namespace filiform

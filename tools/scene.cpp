@@ -1,0 +1,19 @@
+#include "tools/scene.h"
+
+#include "index/errors.h"
+#include "index/input.h"
+#include "index/memory_tiles.h"
+#include "index/text.h"
+
+namespace filiform::tools {
+
+bool isFileScene(const std::string& path) { return endsWithNoCase(path, ".swc") || endsWithNoCase(path, ".zip"); }
+
+std::unique_ptr<TileStore> buildScene(const std::string& path) {
+  Input input({path});
+  auto store = buildTilesInMemory(input);
+  if (store->cell_count() == 0) throw InputError(escaped(path) + ": no usable neuron in it; filiform check says why");
+  return store;
+}
+
+}  // namespace filiform::tools
