@@ -97,7 +97,7 @@ Branch followBranch(Walk& walk, const GraphView::HomeNode& from, std::uint32_t s
 class Shape {
  public:
   void cone(const Vector3d& a, double a_radius, const Vector3d& b, double b_radius, Rgba colour) {
-    ThreadSegment s{};
+    DrawnSegment s{};
     for (int axis = 0; axis < 3; ++axis) {
       s.a_um[axis] = static_cast<float>(a[axis]);
       s.b_um[axis] = static_cast<float>(b[axis]);

@@ -27,7 +27,7 @@ ThreadBatch workspaceBatch(const Workspace& workspace, double line_um) {
       for (const int axis : {1, 2, 4}) {
         if ((corner & axis) != 0) continue;
         const Vector3d a_W = corner_W(corner), b_W = corner_W(corner | axis);
-        ThreadSegment edge{};
+        DrawnSegment edge{};
         put(a_W - batch.origin_W, edge.a_um);
         put(b_W - batch.origin_W, edge.b_um);
         edge.a_radius_um = edge.b_radius_um = radius_um;
@@ -46,7 +46,7 @@ ThreadBatch proxyBatch(const Vector3d& p_W, double radius_um) {
   batch.origin_W = p_W;
   batch.lo_W = p_W - Vector3d::Constant(radius_um);
   batch.hi_W = p_W + Vector3d::Constant(radius_um);
-  ThreadSegment ball{};
+  DrawnSegment ball{};
   ball.a_radius_um = ball.b_radius_um = batch.largest_radius_um = static_cast<float>(radius_um);
   ball.colour = kProxyColour;
   batch.segments.push_back(ball);

@@ -147,12 +147,12 @@ void bindFrom(const Uploaded& batch, std::size_t first) {
   glBindVertexArray(batch.vertices);
   glBindBuffer(GL_ARRAY_BUFFER, batch.buffer);
   const auto attribute = [first](GLuint place, GLenum type, GLboolean normalised, std::size_t offset) {
-    glVertexAttribPointer(place, 4, type, normalised, sizeof(ThreadSegment),
-                          reinterpret_cast<const void*>(first * sizeof(ThreadSegment) + offset));
+    glVertexAttribPointer(place, 4, type, normalised, sizeof(DrawnSegment),
+                          reinterpret_cast<const void*>(first * sizeof(DrawnSegment) + offset));
   };
-  attribute(0, GL_FLOAT, GL_FALSE, offsetof(ThreadSegment, a_um));
-  attribute(1, GL_FLOAT, GL_FALSE, offsetof(ThreadSegment, b_um));
-  attribute(2, GL_UNSIGNED_BYTE, GL_TRUE, offsetof(ThreadSegment, colour));
+  attribute(0, GL_FLOAT, GL_FALSE, offsetof(DrawnSegment, a_um));
+  attribute(1, GL_FLOAT, GL_FALSE, offsetof(DrawnSegment, b_um));
+  attribute(2, GL_UNSIGNED_BYTE, GL_TRUE, offsetof(DrawnSegment, colour));
 }
 
 bool isSeen(const Uploaded& batch, const LevelView& view) {
@@ -201,7 +201,7 @@ void Renderer::Impl::remove(BatchId id) {
   if (found == batches.end()) return;
   glDeleteVertexArrays(1, &found->second.vertices);
   glDeleteBuffers(1, &found->second.buffer);
-  bytes -= static_cast<std::uint64_t>(found->second.radii_um.size()) * sizeof(ThreadSegment);
+  bytes -= static_cast<std::uint64_t>(found->second.radii_um.size()) * sizeof(DrawnSegment);
   batches.erase(found);
 }
 
@@ -211,13 +211,13 @@ std::uint64_t Renderer::bytes() const { return impl_->bytes; }
 void Renderer::put(BatchId id, const ThreadBatch& batch, Layer layer) {
   remove(id);
   if (batch.segments.empty()) return;
-  const auto radius = [](const ThreadSegment& s) { return std::max(s.a_radius_um, s.b_radius_um); };
-  std::vector<ThreadSegment> segments = batch.segments;
+  const auto radius = [](const DrawnSegment& s) { return std::max(s.a_radius_um, s.b_radius_um); };
+  std::vector<DrawnSegment> segments = batch.segments;
   std::stable_sort(segments.begin(), segments.end(),
-                   [&](const ThreadSegment& a, const ThreadSegment& b) { return radius(a) > radius(b); });
+                   [&](const DrawnSegment& a, const DrawnSegment& b) { return radius(a) > radius(b); });
   Uploaded up{batch.origin_W, batch.lo_W, batch.hi_W, layer, {}, 0, 0};
-  for (const ThreadSegment& segment : segments) up.radii_um.push_back(radius(segment));
-  const std::size_t bytes = batch.segments.size() * sizeof(ThreadSegment);
+  for (const DrawnSegment& segment : segments) up.radii_um.push_back(radius(segment));
+  const std::size_t bytes = batch.segments.size() * sizeof(DrawnSegment);
   glGenVertexArrays(1, &up.vertices);
   glBindVertexArray(up.vertices);
   glGenBuffers(1, &up.buffer);

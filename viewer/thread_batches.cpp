@@ -90,7 +90,7 @@ ThreadBatch makeBatch(const Tile& tile, const TileAppearance& appearance, const 
   };
 
   batch.segments.reserve(tile.owned_count());
-  const auto add = [&](const ThreadSegment& segment) {
+  const auto add = [&](const DrawnSegment& segment) {
     batch.largest_radius_um = std::max({batch.largest_radius_um, segment.a_radius_um, segment.b_radius_um});
     batch.segments.push_back(segment);
   };
@@ -98,7 +98,7 @@ ThreadBatch makeBatch(const Tile& tile, const TileAppearance& appearance, const 
   for (std::uint32_t s = 0; s < tile.segment_count(); ++s) {
     if (!tile.owned(s)) continue;
     const std::uint32_t child = tile.child(s), parent = tile.parent(s);
-    ThreadSegment segment{};
+    DrawnSegment segment{};
     put(child, segment.a_um);
     put(parent, segment.b_um);
     segment.a_radius_um = radii[child];
@@ -108,7 +108,7 @@ ThreadBatch makeBatch(const Tile& tile, const TileAppearance& appearance, const 
       if (root != options.roots->end()) {
         const float radius_um = drawnRadius(root->second.radius_um, root->second.type);
         if (root->second.type == kSoma) {
-          ThreadSegment ball = segment;
+          DrawnSegment ball = segment;
           std::copy_n(segment.b_um, 3, ball.a_um);
           ball.a_radius_um = ball.b_radius_um = radius_um;
           ball.colour = colour(s, kSoma, parent, radius_um);

@@ -18,18 +18,18 @@ inline constexpr ColourBy kColourings[] = {ColourBy::cell, ColourBy::type, Colou
 const char* toString(ColourBy colouring) noexcept;
 ColourBy colourBy(const std::string& name);  // throws UsageError naming the choices
 
-struct ThreadSegment {  // a round cone: child end a, parent end b; a sphere where they coincide
+struct DrawnSegment {  // a round cone: child end a, parent end b; a sphere where they coincide
   float a_um[3], a_radius_um;
   float b_um[3], b_radius_um;
   Rgba colour;
 };
-static_assert(sizeof(ThreadSegment) == 36);
+static_assert(sizeof(DrawnSegment) == 36);
 
 struct ThreadBatch {
   Vector3d origin_W = Vector3d::Zero();  // of a_um, b_um
   Vector3d lo_W = Vector3d::Zero(), hi_W = Vector3d::Zero();
   float largest_radius_um = 0;
-  std::vector<ThreadSegment> segments;
+  std::vector<DrawnSegment> segments;
   std::uint64_t implausible_radii = 0;  // were replaced
 };
 

@@ -137,7 +137,7 @@ TEST(Glyph, OwnBranchDiffersInColourAndInShape) {
     int own = 0, other = 0, filled = 0;
     double farthest[2] = {0, 0};
     float thickest_other = 0, thinnest_own_line = 1e9F;
-    for (const ThreadSegment& s : glyph.segments) {
+    for (const DrawnSegment& s : glyph.segments) {
       const bool is_own = s.colour == palette.own;
       ASSERT_TRUE(is_own || s.colour == palette.other);
       ++(is_own ? own : other);

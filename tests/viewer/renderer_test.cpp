@@ -21,7 +21,7 @@ ThreadBatch threads(std::initializer_list<std::array<double, 8>> list, Rgba colo
   batch.lo_W.setConstant(INFINITY);
   batch.hi_W.setConstant(-INFINITY);
   for (const auto& v : list) {
-    ThreadSegment s{};
+    DrawnSegment s{};
     for (std::size_t i = 0; i < 3; ++i) {
       s.a_um[i] = static_cast<float>(v[i]);
       s.b_um[i] = static_cast<float>(v[i + 4]);
@@ -119,7 +119,7 @@ TEST_F(Renderers, WhatIsNearerHidesWhatIsFarther) {
   EXPECT_EQ(regionOf(picture, 0).count, 0);
   EXPECT_GT(regionOf(picture, 1).count, 300);
   renderer_.remove(2);
-  EXPECT_EQ(renderer_.bytes(), sizeof(ThreadSegment));
+  EXPECT_EQ(renderer_.bytes(), sizeof(DrawnSegment));
   EXPECT_EQ(regionOf(draw(camera_), 1).count, 0);
 }
 
@@ -257,7 +257,7 @@ TEST(Overlay, RegionsAreBoxesOfTheWorkspace) {
   const ThreadBatch boxes = workspaceBatch(workspace, 1);
   ASSERT_EQ(boxes.segments.size(), 24u);
   int outer = 0;
-  for (const ThreadSegment& s : boxes.segments) {
+  for (const DrawnSegment& s : boxes.segments) {
     const Vector3d a = boxes.origin_W + Vector3d(s.a_um[0], s.a_um[1], s.a_um[2]);
     const Vector3d b = boxes.origin_W + Vector3d(s.b_um[0], s.b_um[1], s.b_um[2]);
     const bool dynamic = s.colour == kDynamicColour;

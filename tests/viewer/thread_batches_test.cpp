@@ -41,7 +41,7 @@ TEST(ThreadBatches, DrawEveryLinkOnce) {
   for (TileId id = 0; id < store->tile_count(); ++id) {
     const ThreadBatch batch = makeBatch(*store->load(id), store->loadAppearance(id));
     EXPECT_EQ(batch.segments.size(), store->entry(id).owned);
-    for (const ThreadSegment& s : batch.segments) {
+    for (const DrawnSegment& s : batch.segments) {
       const Vector3d a = endOf(batch, s.a_um), b = endOf(batch, s.b_um);
       ++drawn[key(a, b)];
       radius[key(a, b)] = s.a_radius_um;
@@ -113,7 +113,7 @@ TEST(ThreadBatches, SomataAreBallsAndDoNotThickenTheirNeurites) {
   const ThreadBatch with = makeBatch(*store->load(0), store->loadAppearance(0), {.roots = &roots});
   ASSERT_EQ(with.segments.size(), 3u);
   int balls = 0;
-  for (const ThreadSegment& s : with.segments) {
+  for (const DrawnSegment& s : with.segments) {
     if (std::equal(s.a_um, s.a_um + 3, s.b_um)) {
       ++balls;
       EXPECT_EQ(s.a_radius_um, 8);
@@ -141,7 +141,7 @@ TEST(ThreadBatches, ColoursSayWhatTheyAreAskedFor) {
   const auto colours = [&](ColourBy by) {
     std::vector<Rgba> list;
     const BatchOptions options{.colour = by, .shallow_um = 100, .deep_um = 0};
-    for (const ThreadSegment& s : makeBatch(*store->load(0), store->loadAppearance(0), options).segments)
+    for (const DrawnSegment& s : makeBatch(*store->load(0), store->loadAppearance(0), options).segments)
       list.push_back(s.colour);
     return list;
   };
@@ -168,7 +168,7 @@ TEST(ThreadBatches, WorstCasesGiveFiniteSegments) {
     for (TileId id = 0; id < store->tile_count(); ++id) {
       const ThreadBatch batch = makeBatch(*store->load(id), store->loadAppearance(id), {.roots = &roots});
       EXPECT_GE(batch.segments.size(), store->entry(id).owned);
-      for (const ThreadSegment& s : batch.segments)
+      for (const DrawnSegment& s : batch.segments)
         for (int axis = 0; axis < 3; ++axis) EXPECT_TRUE(std::isfinite(s.a_um[axis]) && std::isfinite(s.b_um[axis]));
     }
   }
