@@ -132,8 +132,9 @@ std::vector<FoundDevice> findDevices(UsbTransport& transport) {
     }
     if (!info.may_open) {
       device.state = "no_permission";
-      device.remedy =
-          std::string("install device/udev/") + kUdevRule + " (cmake --install does), then plug the device in again";
+      device.remedy = "install device/udev/";
+      device.remedy += kUdevRule;
+      device.remedy += " (cmake --install does), then plug the device in again";
     }
     found.push_back(std::move(device));
   }
