@@ -66,7 +66,8 @@ class TileLoader {
 
   // Queued tiles whose time has come, best claim first.
   std::vector<TileId> dueTiles() const;
-  // The first of them, or kNoTile. O(1) amortised over a plan, plus those queued that are not due yet; so is dueBytes().
+  // The first of them, or kNoTile. O(1) amortised over a plan, plus those queued that are not due yet; so is
+  // dueBytes().
   TileId nextDue();
   std::uint64_t dueBytes(std::size_t most) const;   // of the first `most` of them
   double lastActive() const { return active_at_; }  // when a focus last moved or a tile was asked for
