@@ -172,6 +172,10 @@ double Levels::Impl::errorOnScreen(const LevelPart& part, const LevelView& view)
   return distance > 0 ? error_um / distance * view.pixels_per_rad : std::numeric_limits<double>::infinity();
 }
 
+double Levels::errorOnScreen(LevelId level, const LevelView& view) const {
+  return impl_->errorOnScreen({true, level, entry(level).segments, 0}, view);
+}
+
 LevelChoice Levels::choose(const LevelView& view, std::uint64_t most_segments, double enough_px) const {
   const auto finer = [](const LevelPart& a, const LevelPart& b) {
     if (a.error_px != b.error_px) return a.error_px < b.error_px;

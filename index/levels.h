@@ -77,6 +77,10 @@ class Levels {
   std::span<const LevelPart> below(LevelId level) const;
   static constexpr LevelId kRoots = std::numeric_limits<LevelId>::max();
 
+  // How wrong the level tile is on the screen, in pixels, what it drops counted by its share; infinite where the eye is
+  // within its box.
+  double errorOnScreen(LevelId level, const LevelView& view) const;
+
   // Tiles that together show what lies in the view, each place once: from the roots on, whatever is coarsest on the
   // screen is replaced by the tiles below it while they take at most `most_segments` together and the error is above
   // `enough_px`. The long-segment tile is always among them. O(parts log parts).

@@ -82,6 +82,18 @@ Camera follow(const Workspace& workspace, double aspect, double fill) {
   return camera;
 }
 
+Camera parallel(const Camera& camera) {
+  constexpr double kAngle_rad = 0.002;
+  Camera far = camera;
+  far.height_angle_rad = kAngle_rad;
+  far.focus_um = camera.focus_um * std::tan(camera.height_angle_rad / 2) / std::tan(kAngle_rad / 2);
+  const double away_um = far.focus_um - camera.focus_um;
+  far.eye_W = camera.eye_W + away_um * camera.rotation_VW.row(2).transpose();
+  far.near_um = camera.near_um + away_um;
+  far.far_um = camera.far_um + away_um;
+  return far;
+}
+
 Camera fitDepth(const Camera& camera, const Vector3d& lo_W, const Vector3d& hi_W) {
   double nearest = INFINITY, farthest = 0;
   for (int corner = 0; corner < 8; ++corner) {

@@ -60,6 +60,10 @@ Camera orbit(const Camera& camera, double yaw_rad, double pitch_rad, double fact
 // width, whichever is scarcer. What zoom and rotation do to the world under the device, they do to the picture.
 Camera follow(const Workspace& workspace, double aspect, double fill = 0.8);
 
+// The same from so far away that what is nearer looks no larger (an orthographic view, to some parts in a thousand):
+// what lies at the focus keeps its size and place, a narrow angle takes the place of the wide one.
+Camera parallel(const Camera& camera);
+
 // Moves near and far so that the box lies between them, near at least 1/kDepthRatio of far, far at least the focus.
 inline constexpr double kDepthRatio = 20000;
 Camera fitDepth(const Camera& camera, const Vector3d& lo_W, const Vector3d& hi_W);

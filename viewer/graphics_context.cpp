@@ -52,13 +52,7 @@ class OffscreenContext final : public GraphicsContext {
     if (eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, context_) != EGL_TRUE)
       fail("EGL cannot make the context current");
   }
-  std::string description() const override {
-    const auto text = [](GLenum name) {
-      const GLubyte* words = glGetString(name);
-      return words != nullptr ? std::string(reinterpret_cast<const char*>(words)) : std::string("unknown");
-    };
-    return text(GL_RENDERER) + ", OpenGL " + text(GL_VERSION);
-  }
+  std::string description() const override { return describeCurrentContext(); }
 
  private:
   static std::vector<EGLDisplay> displays() {
@@ -113,6 +107,20 @@ class OffscreenContext final : public GraphicsContext {
 };
 
 }  // namespace
+
+std::string describeCurrentContext() {
+  const auto text = [](GLenum name) {
+    const GLubyte* words = glGetString(name);
+    return words != nullptr ? std::string(reinterpret_cast<const char*>(words)) : std::string("unknown");
+  };
+  return text(GL_RENDERER) + ", OpenGL " + text(GL_VERSION);
+}
+
+bool isSoftwareRenderer(const std::string& description) {
+  for (const char* name : {"llvmpipe", "softpipe", "swrast", "SwiftShader", "Software"})
+    if (description.find(name) != std::string::npos) return true;
+  return false;
+}
 
 std::unique_ptr<GraphicsContext> makeOffscreenContext() { return std::make_unique<OffscreenContext>(); }
 

@@ -24,6 +24,11 @@ class GraphicsContext {
   virtual std::string description() const = 0;
 };
 
+// Of the context that is current, whoever made it.
+std::string describeCurrentContext();
+// Draws the processor itself? Then a picture of a million segments takes a second.
+bool isSoftwareRenderer(const std::string& description);
+
 // Through EGL, without a display: Mesa's surfaceless platform where it is, else the first graphics card that EGL lists.
 // It is current when this returns. Throws GraphicsError.
 std::unique_ptr<GraphicsContext> makeOffscreenContext();

@@ -17,6 +17,8 @@ namespace {
 constexpr double kLineRadius_px = 0.6;
 // A thread is never drawn thinner: it would break into dots.
 constexpr double kLeastRadius_px = 0.55;
+// Of a highlighted cell's threads, in pixels.
+constexpr double kHighlightRadius_px = 1.1;
 
 class Program {
  public:
@@ -106,10 +108,13 @@ class Target {
     glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
     glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, colour_, 0);
     if (with_depth) {
-      glGenRenderbuffers(1, &depth_);
-      glBindRenderbuffer(GL_RENDERBUFFER, depth_);
-      glRenderbufferStorage(GL_RENDERBUFFER, GL_DEPTH_COMPONENT32F, size.width, size.height);
-      glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, depth_);
+      glGenTextures(1, &depth_);
+      glBindTexture(GL_TEXTURE_2D, depth_);
+      glTexImage2D(GL_TEXTURE_2D, 0, GL_DEPTH_COMPONENT32F, size.width, size.height, 0, GL_DEPTH_COMPONENT, GL_FLOAT,
+                   nullptr);
+      glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+      glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+      glFramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, depth_, 0);
     }
     requireRoom("the picture");
     if (glCheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
@@ -120,14 +125,16 @@ class Target {
     glBindFramebuffer(GL_FRAMEBUFFER, frame_);
     glViewport(0, 0, size_.width, size_.height);
   }
+  void bindForReading() const { glBindFramebuffer(GL_READ_FRAMEBUFFER, frame_); }
   GLuint colour() const { return colour_; }
+  GLuint depth() const { return depth_; }
   const PictureSize& size() const { return size_; }
 
  private:
   void clear() {
     glDeleteFramebuffers(1, &frame_);
     glDeleteTextures(1, &colour_);
-    glDeleteRenderbuffers(1, &depth_);
+    glDeleteTextures(1, &depth_);
     frame_ = colour_ = depth_ = 0;
   }
   PictureSize size_{0, 0};
@@ -140,6 +147,7 @@ struct Uploaded {
   Layer layer;
   std::vector<float> radii_um;  // of the segments, falling
   GLuint vertices, buffer;
+  bool shown = true;
 };
 
 // So that the first segment drawn is that one. (glDrawArraysInstancedBaseInstance came after OpenGL 3.3.)
@@ -171,8 +179,9 @@ struct Renderer::Impl {
   Program compose{internal::kComposeVertexShader, internal::kComposeFragmentShader};
   std::map<BatchId, Uploaded> batches;
   std::array<Target, 2> eyes;
-  Target whole;
-  GLuint nothing = 0;  // vertex array of the composing pass, which has no vertices to read
+  Target whole, whole_right;  // of quad-buffer stereo one for each eye
+  bool quad_buffer = false;   // as it was drawn last
+  GLuint nothing = 0;         // vertex array of the composing pass, which has no vertices to read
   std::uint64_t bytes = 0;
   float widest_line = 1;
 
@@ -207,15 +216,25 @@ void Renderer::Impl::remove(BatchId id) {
 
 void Renderer::remove(BatchId id) { impl_->remove(id); }
 std::uint64_t Renderer::bytes() const { return impl_->bytes; }
+void Renderer::show(BatchId id, bool shown) {
+  const auto found = impl_->batches.find(id);
+  if (found != impl_->batches.end()) found->second.shown = shown;
+}
 
 void Renderer::put(BatchId id, const ThreadBatch& batch, Layer layer) {
   remove(id);
   if (batch.segments.empty()) return;
   const auto radius = [](const DrawnSegment& s) { return std::max(s.a_radius_um, s.b_radius_um); };
-  std::vector<DrawnSegment> segments = batch.segments;
-  std::stable_sort(segments.begin(), segments.end(),
-                   [&](const DrawnSegment& a, const DrawnSegment& b) { return radius(a) > radius(b); });
+  std::vector<DrawnSegment> sorted;
+  std::span<const DrawnSegment> segments = batch.segments;
+  if (!isThickestFirst(batch)) {
+    ThreadBatch copy = batch;
+    sortThickestFirst(copy);
+    sorted = std::move(copy.segments);
+    segments = sorted;
+  }
   Uploaded up{batch.origin_W, batch.lo_W, batch.hi_W, layer, {}, 0, 0};
+  up.radii_um.reserve(segments.size());
   for (const DrawnSegment& segment : segments) up.radii_um.push_back(radius(segment));
   const std::size_t bytes = batch.segments.size() * sizeof(DrawnSegment);
   glGenVertexArrays(1, &up.vertices);
@@ -244,6 +263,7 @@ void Renderer::Impl::prepare(const Program& program, const EyeView& view, const 
   program.set("least_px", kLeastRadius_px);
   program.set("halo_px", options.halo_px * samples);
   program.set("background", colourVector(options.background));
+  program.set("dim", options.dim);
   program.set("fog", Vector3d(options.fog_begin_um, options.fog_end_um, options.fog_most));
   program.set("clearing", options.clear_end_um, options.clear_begin_um);
   program.set("opacity", 1.0);
@@ -257,15 +277,17 @@ RenderFigures Renderer::Impl::drawEye(const EyeView& view, const PictureSize& si
     const Uploaded* batch;
     std::size_t cones;
   };
-  std::vector<Part> threads, marks;
+  std::vector<Part> threads, highlights, marks;
   for (const auto& [id, batch] : batches) {
+    if (!batch.shown) continue;
     if (!isSeen(batch, levels)) {
       ++figures.culled;
       continue;
     }
     ++figures.batches;
-    if (batch.layer == Layer::marks) {
-      marks.push_back({&batch, batch.radii_um.size()});
+    if (batch.layer != Layer::threads) {
+      (batch.layer == Layer::marks ? marks : highlights).push_back({&batch, batch.radii_um.size()});
+      if (batch.layer == Layer::highlight) figures.cones += batch.radii_um.size();
       continue;
     }
     const double distance = (batch.lo_W - view.eye_W).cwiseMax(view.eye_W - batch.hi_W).cwiseMax(0.0).norm();
@@ -281,6 +303,10 @@ RenderFigures Renderer::Impl::drawEye(const EyeView& view, const PictureSize& si
   const Vector3d background = colourVector(options.background);
   glClearColor(static_cast<float>(background.x()), static_cast<float>(background.y()),
                static_cast<float>(background.z()), 1);
+  // Who else draws in this context may have left anything on.
+  glDisable(GL_SCISSOR_TEST);
+  glDisable(GL_CULL_FACE);
+  glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
   glDepthMask(GL_TRUE);
   glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
   glEnable(GL_DEPTH_TEST);
@@ -306,22 +332,29 @@ RenderFigures Renderer::Impl::drawEye(const EyeView& view, const PictureSize& si
     }
   };
   drawCones(threads);
-  if (marks.empty()) return figures;
+  if (highlights.empty() && marks.empty()) return figures;
 
-  // Inside dense tissue marks would vanish: faint without a test of depth, then as they are.
-  constexpr double kFaint = 0.3;
+  // Inside dense tissue they would vanish: faint without a test of depth, then as they are.
+  const auto drawTwice = [&](const std::vector<Part>& parts, double faint) {
+    if (parts.empty()) return;
+    cone.set("opacity", faint);
+    glDisable(GL_DEPTH_TEST);
+    glEnable(GL_BLEND);
+    glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
+    drawCones(parts);
+    glDisable(GL_BLEND);
+    glEnable(GL_DEPTH_TEST);
+    cone.set("opacity", 1.0);
+    drawCones(parts);
+  };
   cone.set("fog", Vector3d(1e9, 2e9, 0));
+  cone.set("dim", 0.0);
   cone.set("clearing", -2.0, -1.0);
   cone.set("halo_px", 0.0);
-  cone.set("opacity", kFaint);
-  glDisable(GL_DEPTH_TEST);
-  glEnable(GL_BLEND);
-  glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
-  drawCones(marks);
-  glDisable(GL_BLEND);
-  glEnable(GL_DEPTH_TEST);
-  cone.set("opacity", 1.0);
-  drawCones(marks);
+  cone.set("least_px", kHighlightRadius_px * samples);
+  drawTwice(highlights, 0.45);
+  cone.set("least_px", kLeastRadius_px);
+  drawTwice(marks, 0.3);
   return figures;
 }
 
@@ -335,6 +368,10 @@ RenderFigures Renderer::draw(const std::array<EyeView, 2>& views, const RenderOp
   int samples = std::clamp(options.samples, 1, 4);
   while (samples > 1 && samples * std::max(size.width, size.height) > most) samples /= 2;
   const PictureSize eye = eyeSize(options.stereo, size);
+  const bool quad_buffer = options.stereo == StereoMode::quad_buffer;
+  if (quad_buffer && !hasQuadBuffer())
+    throw GraphicsError(
+        "this display has no quad-buffer stereo; choose anaglyph, side-by-side, top-bottom or row-interleaved");
 
   RenderFigures figures;
   const std::size_t count = options.stereo == StereoMode::mono ? 1 : 2;
@@ -345,25 +382,51 @@ RenderFigures Renderer::draw(const std::array<EyeView, 2>& views, const RenderOp
     if (i == 0) figures = drawn;
   }
 
-  impl_->whole.resize(size, false);
-  impl_->whole.bind();
   glDisable(GL_DEPTH_TEST);
-  impl_->compose.use();
-  impl_->compose.set("left_eye", 0);
-  impl_->compose.set("right_eye", 1);
-  impl_->compose.set("mode", static_cast<int>(options.stereo));
-  impl_->compose.set("samples", samples);
-  impl_->compose.set("whole", size);
-  impl_->compose.set("eye", eye);
-  for (std::size_t i = 0; i < count; ++i) {
-    glActiveTexture(static_cast<GLenum>(GL_TEXTURE0 + i));
-    glBindTexture(GL_TEXTURE_2D, impl_->eyes[i].colour());
-  }
-  glActiveTexture(GL_TEXTURE0);
+  const Program& compose = impl_->compose;
+  const Eigen::Matrix4d p = projection(views[0].frustum);
+  compose.use();
+  compose.set("left_eye", 0);
+  compose.set("right_eye", 1);
+  compose.set("left_depth", 2);
+  compose.set("right_depth", 3);
+  compose.set("samples", samples);
+  compose.set("whole", size);
+  compose.set("eye", eye);
+  compose.set("depth_map", p(2, 2), p(2, 3));
+  compose.set("shade_um", options.shade_um);
   glBindVertexArray(impl_->nothing);
-  glDrawArrays(GL_TRIANGLES, 0, 3);
+  const auto bindPicture = [](GLuint unit, GLuint texture) {
+    glActiveTexture(GL_TEXTURE0 + unit);
+    glBindTexture(GL_TEXTURE_2D, texture);
+  };
+  const auto composeInto = [&](Target& target, std::size_t left, std::size_t right, StereoMode mode) {
+    target.resize(size, false);
+    target.bind();
+    compose.set("mode", static_cast<int>(mode));
+    bindPicture(0, impl_->eyes[left].colour());
+    bindPicture(1, impl_->eyes[right].colour());
+    bindPicture(2, impl_->eyes[left].depth());
+    bindPicture(3, impl_->eyes[right].depth());
+    glDrawArrays(GL_TRIANGLES, 0, 3);
+  };
+  if (quad_buffer) {
+    composeInto(impl_->whole_right, 1, 1, StereoMode::mono);
+    composeInto(impl_->whole, 0, 0, StereoMode::mono);
+  } else {
+    composeInto(impl_->whole, 0, count - 1, options.stereo);
+  }
+  for (const GLuint unit : {3U, 2U, 1U, 0U}) bindPicture(unit, 0);
+  impl_->quad_buffer = quad_buffer;
   requireRoom("the picture");
   return figures;
+}
+
+bool Renderer::hasQuadBuffer() const {
+  GLboolean stereo = GL_FALSE;
+  glBindFramebuffer(GL_FRAMEBUFFER, 0);
+  glGetBooleanv(GL_STEREO, &stereo);
+  return stereo == GL_TRUE;
 }
 
 Picture Renderer::read() const {
@@ -379,6 +442,28 @@ Picture Renderer::read() const {
     std::copy_n(upside_down.begin() + static_cast<std::ptrdiff_t>((rows - 1 - y) * row), row,
                 picture.rgb.begin() + static_cast<std::ptrdiff_t>(y * row));
   return picture;
+}
+
+void Renderer::finish() const { glFinish(); }
+
+void Renderer::present(const PictureSize& window) const {
+  if (window.width < 1 || window.height < 1) throw UsageError("a window of no pixels cannot be drawn into");
+  const PictureSize& size = impl_->whole.size();
+  if (size.width == 0) return;
+  glBindFramebuffer(GL_DRAW_FRAMEBUFFER, 0);
+  glDisable(GL_SCISSOR_TEST);
+  const bool same = window.width == size.width && window.height == size.height;
+  const auto copy = [&](const Target& from, GLenum to) {
+    from.bindForReading();
+    if (impl_->quad_buffer) glDrawBuffer(to);
+    glBlitFramebuffer(0, 0, size.width, size.height, 0, 0, window.width, window.height, GL_COLOR_BUFFER_BIT,
+                      same ? GL_NEAREST : GL_LINEAR);
+  };
+  if (impl_->quad_buffer) copy(impl_->whole_right, GL_BACK_RIGHT);
+  copy(impl_->whole, GL_BACK_LEFT);
+  if (impl_->quad_buffer) glDrawBuffer(GL_BACK);
+  glBindFramebuffer(GL_FRAMEBUFFER, 0);
+  glViewport(0, 0, window.width, window.height);
 }
 
 }  // namespace filiform

@@ -7,8 +7,9 @@
 //   const Picture picture = renderer.read();
 //
 // Threads are lit lines where they are thinner than a pixel, and round cones, drawn about their picture with their
-// depth at each pixel, where they are thicker. Depth is told by fog, by halos that cut what lies behind, and by
-// clearing what stands before the place that is looked at. Thread rule: the thread of its context.
+// depth at each pixel, where they are thicker. Depth is told by fog, by halos that cut what lies behind, by shading
+// what has something nearer beside it, and by thinning out what stands before the place that is looked at. Thread rule:
+// the thread of its context.
 #pragma once
 
 #include "viewer/graphics_context.h"
@@ -29,7 +30,9 @@ struct Picture {
 
 enum class Layer : std::uint8_t {
   threads,
-  marks,  // glyph, proxy, workspace: neither fogged nor cleared, and seen faintly through what hides them
+  highlight,  // threads over the others, which recede: never thinner than some pixels, neither fogged nor dimmed, and
+              // seen through what hides them
+  marks,      // glyph, proxy, workspace: neither fogged nor cleared, and seen faintly through what hides them
 };
 
 struct RenderOptions {
@@ -39,9 +42,12 @@ struct RenderOptions {
   Rgba background{13, 15, 20, 255};
   // Threads fade into the background from the first depth to the second, down to this part.
   double fog_begin_um = 1e9, fog_end_um = 2e9, fog_most = 0;
-  // Nothing is drawn before the first depth, everything from the second on.
+  double dim = 0;  // of threads into the background, at any depth
+  // Threads thin out from the second depth towards the eye, to nothing at the first.
   double clear_end_um = -2, clear_begin_um = -1;
   double halo_px = 2;  // about threads; 0: none
+  // Eye-dome lighting: what lies this far and more behind its neighbour on the screen is darkened; 0: none.
+  double shade_um = 0;
 };
 
 struct RenderFigures {
@@ -58,17 +64,28 @@ class Renderer {
   ~Renderer();
 
   using BatchId = std::uint64_t;
-  // Uploads; replaces what had the id. O(segments). Throws GraphicsError when the card has no room.
+  // Uploads; replaces what had the id. O(segments), and a sort where their radii do not fall. Throws GraphicsError when
+  // the card has no room.
   void put(BatchId id, const ThreadBatch& batch, Layer layer = Layer::threads);
-  void remove(BatchId id);      // nothing if there is none
+  void remove(BatchId id);  // nothing if there is none
+  // Leaves it out of pictures, or takes it in again; a new one is drawn. Nothing if there is none.
+  void show(BatchId id, bool shown);
   std::uint64_t bytes() const;  // of all that was uploaded
 
+  // Is there a window behind the context that shows each eye its own picture (StereoMode::quad_buffer)?
+  bool hasQuadBuffer() const;
+
   // Views of the left and the right eye, whose proportions are those of eyeSize(); mono draws the first alone. Throws
-  // UsageError for a size outside 1 .. kMaxSize, GraphicsError when the card has no room. O(batches + segments in the
-  // picture).
+  // UsageError for a size outside 1 .. kMaxSize, GraphicsError when the card has no room or shows no quad-buffer
+  // stereo. O(batches + segments in the picture).
   RenderFigures draw(const std::array<EyeView, 2>& views, const RenderOptions& options);
-  // What was drawn last.
+  // What was drawn last; of quad-buffer stereo the left eye's.
   Picture read() const;
+  // Returns when the last pixel is drawn: for measurements.
+  void finish() const;
+  // Copies what was drawn last into the context's own framebuffer, stretched where the window has another size; that
+  // framebuffer is bound afterwards. Nothing where nothing was drawn. Throws UsageError for a size below 1 x 1.
+  void present(const PictureSize& window) const;
 
  private:
   struct Impl;

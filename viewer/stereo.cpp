@@ -20,11 +20,14 @@ const char* toString(StereoMode mode) noexcept {
       return "top-bottom";
     case StereoMode::row_interleaved:
       return "row-interleaved";
+    case StereoMode::quad_buffer:
+      return "quad-buffer";
   }
   return "";
 }
 
 StereoMode stereoMode(const std::string& name) {
+  if (name == toString(StereoMode::quad_buffer)) return StereoMode::quad_buffer;
   std::string choices;
   for (const StereoMode mode : kStereoModes) {
     if (name == toString(mode)) return mode;

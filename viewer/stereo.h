@@ -17,11 +17,13 @@ enum class StereoMode : std::uint8_t {
   side_by_side,     // left eye in the left half, each in its right proportions
   top_bottom,       // left eye above
   row_interleaved,  // left eye in rows 0, 2, 4 ... from the top, for polarised screens
+  quad_buffer,      // a picture for each eye, which the screen shows by turns: only in windows that have it
 };
+// Those that need no special window.
 inline constexpr StereoMode kStereoModes[] = {StereoMode::mono, StereoMode::anaglyph, StereoMode::side_by_side,
                                               StereoMode::top_bottom, StereoMode::row_interleaved};
 const char* toString(StereoMode mode) noexcept;  // "side-by-side"
-StereoMode stereoMode(const std::string& name);  // throws UsageError naming the choices
+StereoMode stereoMode(const std::string& name);  // quad_buffer too; throws UsageError naming the choices
 
 // What one eye's picture measures within a picture of that size (at least 1 x 1).
 PictureSize eyeSize(StereoMode mode, const PictureSize& size);

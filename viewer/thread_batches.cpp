@@ -13,6 +13,10 @@ namespace {
 constexpr std::uint16_t kSoma = 1;
 constexpr float kNoRadius = -1;
 
+bool isThicker(const DrawnSegment& a, const DrawnSegment& b) {
+  return std::max(a.a_radius_um, a.b_radius_um) > std::max(b.a_radius_um, b.b_radius_um);
+}
+
 }  // namespace
 
 const char* toString(ColourBy colouring) noexcept {
@@ -50,6 +54,18 @@ float drawnRadius(float radius_um, std::uint16_t type, bool* replaced) noexcept 
 
 void addRoots(const TileStore& store, std::uint32_t cell, RootTable& roots) {
   for (const CellDetail::Root& root : store.loadCellDetail(cell).roots) roots[{cell, root.rank}] = root;
+}
+
+std::vector<std::uint32_t> cellsWithOpenNodes(const Tile& tile) {
+  std::vector<bool> closed(tile.node_count(), false);
+  for (std::uint32_t s = 0; s < tile.segment_count(); ++s) closed[tile.child(s)] = true;
+  std::vector<std::uint32_t> cells;
+  for (std::uint32_t s = 0; s < tile.segment_count(); ++s)
+    if (!closed[tile.parent(s)] && (cells.empty() || cells.back() != tile.segmentId(s).cell))
+      cells.push_back(tile.segmentId(s).cell);
+  std::sort(cells.begin(), cells.end());
+  cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
+  return cells;
 }
 
 ThreadBatch makeBatch(const Tile& tile, const TileAppearance& appearance, const BatchOptions& options) {
@@ -95,8 +111,10 @@ ThreadBatch makeBatch(const Tile& tile, const TileAppearance& appearance, const 
     batch.segments.push_back(segment);
   };
   std::vector<std::uint32_t> somata;  // parents drawn as such
+  std::vector<std::uint8_t> threads_out(options.somata != nullptr ? tile.node_count() : 0, 0);
   for (std::uint32_t s = 0; s < tile.segment_count(); ++s) {
     if (!tile.owned(s)) continue;
+    if (options.only_cell != UINT32_MAX && tile.segmentId(s).cell != options.only_cell) continue;
     const std::uint32_t child = tile.child(s), parent = tile.parent(s);
     DrawnSegment segment{};
     put(child, segment.a_um);
@@ -119,6 +137,17 @@ ThreadBatch makeBatch(const Tile& tile, const TileAppearance& appearance, const 
         }
       }
     }
+    if (options.somata != nullptr && radii[parent] == kNoRadius && threads_out[parent] < 2 &&
+        ++threads_out[parent] == 2) {
+      const auto found = options.somata->find(tile.segmentId(s).cell);
+      if (found != options.somata->end()) {
+        DrawnSegment ball = segment;
+        std::copy_n(segment.b_um, 3, ball.a_um);
+        ball.a_radius_um = ball.b_radius_um = drawnRadius(found->second, kSoma);
+        ball.colour = colour(s, kSoma, parent, ball.a_radius_um);
+        add(ball);
+      }
+    }
     // A neurite begins at the soma's middle in many files: it must not widen into a cone as thick as the soma.
     if (soma[parent] && !soma[child]) segment.b_radius_um = segment.a_radius_um;
     segment.colour = colour(s, appearance.types[s], child, segment.a_radius_um);
@@ -129,6 +158,35 @@ ThreadBatch makeBatch(const Tile& tile, const TileAppearance& appearance, const 
   batch.lo_W = tile.grid().toWorld(box.lo) - rim;
   batch.hi_W = tile.grid().toWorld(box.hi) + rim;
   return batch;
+}
+
+void append(ThreadBatch& batch, const ThreadBatch& more) {
+  if (more.segments.empty()) return;
+  if (batch.segments.empty()) {
+    const std::uint64_t implausible = batch.implausible_radii;
+    batch = more;
+    batch.implausible_radii += implausible;
+    return;
+  }
+  const Eigen::Vector3f shift = (more.origin_W - batch.origin_W).cast<float>();
+  batch.lo_W = batch.lo_W.cwiseMin(more.lo_W);
+  batch.hi_W = batch.hi_W.cwiseMax(more.hi_W);
+  batch.largest_radius_um = std::max(batch.largest_radius_um, more.largest_radius_um);
+  batch.implausible_radii += more.implausible_radii;
+  for (DrawnSegment segment : more.segments) {
+    for (int axis = 0; axis < 3; ++axis) {
+      segment.a_um[axis] += shift[axis];
+      segment.b_um[axis] += shift[axis];
+    }
+    batch.segments.push_back(segment);
+  }
+}
+
+void sortThickestFirst(ThreadBatch& batch) {
+  std::stable_sort(batch.segments.begin(), batch.segments.end(), isThicker);
+}
+bool isThickestFirst(const ThreadBatch& batch) {
+  return std::is_sorted(batch.segments.begin(), batch.segments.end(), isThicker);
 }
 
 }  // namespace filiform

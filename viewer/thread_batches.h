@@ -45,14 +45,32 @@ using RootTable = std::map<NodeId, CellDetail::Root>;
 // Adds the roots of a cell. Throws CorruptSet, IoError from the store. O(samples of the cell).
 void addRoots(const TileStore& store, std::uint32_t cell, RootTable& roots);
 
+// Cells of which the tile holds a node that no segment's child end gives a radius and a type: a root, or a sample whose
+// own segment lies elsewhere. Ascending. O(n log n).
+std::vector<std::uint32_t> cellsWithOpenNodes(const Tile& tile);
+
+// By cell, the radius of its soma, of cells that have one root, a soma.
+using LoneSomata = std::map<std::uint32_t, float>;
+
 struct BatchOptions {
   ColourBy colour = ColourBy::cell;
   double shallow_um = 0, deep_um = 1;  // ColourBy::depth: y of the two ends of the ramp, which may be in either order
   const RootTable* roots = nullptr;    // draws the somata among them, and gives first segments their true width
+  // For tiles of levels, whose nodes are no samples: of these cells a node from which two or more threads go out and
+  // into which none comes is drawn as the soma.
+  const LoneSomata* somata = nullptr;
+  std::uint32_t only_cell = UINT32_MAX;  // if it is one: no other cell's segments
 };
 
 // All segments that the tile owns; isolated samples and somata as spheres. A segment's two radii are those of its
 // samples, as far as the tile holds them. Requires the tile's own appearance. O(n).
 ThreadBatch makeBatch(const Tile& tile, const TileAppearance& appearance, const BatchOptions& options = {});
+
+// Puts what `more` holds behind; it must have an origin near by. O(more).
+void append(ThreadBatch& batch, const ThreadBatch& more);
+
+// The order in which the renderer wants segments: the larger radius of each falls. O(n log n), stable; O(n).
+void sortThickestFirst(ThreadBatch& batch);
+bool isThickestFirst(const ThreadBatch& batch);
 
 }  // namespace filiform

@@ -185,6 +185,66 @@ TEST_F(Renderers, MarksAreSeenFaintlyThroughThreads) {
   EXPECT_GT(middle[1], middle[0]);
 }
 
+TEST_F(Renderers, HiddenBatchesAreLeftOut) {
+  renderer_.put(1, ball(0, 0, 0, 8, kRed));
+  renderer_.show(1, false);
+  EXPECT_EQ(regionOf(draw(camera_), 0).count, 0);
+  EXPECT_EQ(figures_.batches, 0u);
+  renderer_.show(1, true);
+  renderer_.show(2, true);  // there is none
+  EXPECT_GT(regionOf(draw(camera_), 0).count, 300);
+}
+
+TEST_F(Renderers, HighlightsAreSeenThroughOthersWhichRecede) {
+  renderer_.put(1, ball(0, 0, 30, 10, kGreen));
+  const double before = regionOf(draw(camera_), 1).count;
+  renderer_.put(2, threads({{-30, 0, 0, 0.01, 30, 0, 0, 0.01}}, kRed, Vector3d::Zero()), Layer::highlight);
+  const Picture picture = draw(camera_, {.fog_begin_um = 10, .fog_end_um = 50, .fog_most = 1, .dim = 0.9});
+  const Region red = regionOf(picture, 0);
+  EXPECT_GT(red.count, 30 * pixelsPerRadian(viewOf(camera_, size_.aspect()).frustum, size_) / 100);
+  const std::uint8_t* middle = &picture.rgb[3 * static_cast<std::size_t>(100 * 320 + 160)];
+  EXPECT_GT(middle[0], middle[1]);  // through the ball
+  EXPECT_LT(regionOf(picture, 1).count, before / 10);
+}
+
+TEST_F(Renderers, WhatHasSomethingNearerBesideItIsShaded) {
+  renderer_.put(1, threads({{-60, 0, -40, 20, 60, 0, -40, 20}}, kGreen, Vector3d::Zero()));
+  renderer_.put(2, ball(0, 0, 30, 5, kRed));
+  const auto brightness = [](const Picture& p, int x, int y) {
+    return p.rgb[3 * static_cast<std::size_t>(y * p.width + x) + 1];
+  };
+  const Picture plain = draw(camera_, {.halo_px = 0}), shaded = draw(camera_, {.halo_px = 0, .shade_um = 10});
+  const Region ball_px = regionOf(plain, 0);
+  const int beside = static_cast<int>(ball_px.x + std::sqrt(ball_px.count / std::numbers::pi) + 1.5);
+  EXPECT_LT(brightness(shaded, beside, 100), 0.8 * brightness(plain, beside, 100));
+  EXPECT_NEAR(brightness(shaded, beside + 60, 100), brightness(plain, beside + 60, 100), 3);  // far from it: as it was
+}
+
+// What stands before the place that is looked at thins out: no pattern of dots.
+TEST_F(Renderers, ClearedThreadsTaper) {
+  renderer_.put(1, threads({{-30, 0, 20, 6, 30, 0, 20, 6}}, kRed, Vector3d::Zero()));
+  const double whole = regionOf(draw(camera_, {.halo_px = 0}), 0).count;
+  const Picture half = draw(camera_, {.clear_end_um = 70, .clear_begin_um = 90, .halo_px = 0});  // it is 80 away
+  EXPECT_NEAR(regionOf(half, 0).count / whole, 0.5, 0.12);
+  // Each column has one run of red.
+  for (int x = 120; x < 200; ++x) {
+    int runs = 0;
+    bool red = false;
+    for (int y = 0; y < 200; ++y) {
+      const std::uint8_t* p = &half.rgb[3 * static_cast<std::size_t>(y * 320 + x)];
+      const bool now = p[0] >= p[1] + 30;
+      runs += now && !red;
+      red = now;
+    }
+    EXPECT_EQ(runs, 1) << x;
+  }
+}
+
+TEST_F(Renderers, QuadBufferStereoNeedsAWindowThatHasIt) {
+  EXPECT_FALSE(renderer_.hasQuadBuffer());
+  EXPECT_THROW(draw(camera_, {.stereo = StereoMode::quad_buffer}), GraphicsError);
+}
+
 TEST_F(Renderers, StereoPutsEachEyeInItsPlace) {
   separation_ = 1.0 / 20;
   renderer_.put(1, ball(0, 0, 40, 5, kRed));  // before the plane of convergence: to the right for the left eye

@@ -1,35 +1,61 @@
 #version 330 core
-// The eyes' pictures as one, their samples averaged.
-uniform sampler2D left_eye, right_eye;
+// The eyes' pictures as one, their samples averaged and, where asked for, shaded by what stands before them.
+uniform sampler2D left_eye, right_eye, left_depth, right_depth;
 uniform int mode;  // as StereoMode
 uniform int samples;
 uniform ivec2 whole, eye;  // pixels
+uniform vec2 depth_map;    // of the projection matrix: [2][2], [2][3]
+uniform float shade_um;    // 0: none
 
 out vec4 drawn;
 
-vec3 average(sampler2D picture, ivec2 at) {
+float away_um(float depth) { return depth_map.y / (2.0 * depth - 1.0 + depth_map.x); }
+
+// Eye-dome lighting: dark beside what is nearer (Boucheny 2009).
+float lit(sampler2D depths, ivec2 at) {
+  ivec2 first = at * samples, last = eye * samples - 1;
+  float nearest = 1.0;
+  for (int y = 0; y < samples; ++y)
+    for (int x = 0; x < samples; ++x) nearest = min(nearest, texelFetch(depths, first + ivec2(x, y), 0).r);
+  if (nearest == 1.0) return 1.0;
+  float here_um = away_um(nearest), behind = 0.0;
+  ivec2 middle = first + samples / 2;
+  for (int i = 0; i < 8; ++i) {
+    ivec2 way = i < 4 ? ivec2((i & 1) * 2 - 1, (i & 2) - 1) : 2 * ivec2(i == 4 ? 1 : i == 5 ? -1 : 0, i == 6 ? 1 : i == 7 ? -1 : 0);
+    float other = texelFetch(depths, clamp(middle + way * samples, ivec2(0), last), 0).r;
+    behind += clamp((here_um - away_um(other)) / shade_um, 0.0, 1.0);
+  }
+  return exp(-1.6 * behind / 8.0 * 2.0);
+}
+
+vec3 average(sampler2D picture, sampler2D depths, ivec2 at) {
   vec3 sum = vec3(0.0);
   for (int y = 0; y < samples; ++y)
     for (int x = 0; x < samples; ++x) sum += texelFetch(picture, at * samples + ivec2(x, y), 0).rgb;
-  return sum / float(samples * samples);
+  sum /= float(samples * samples);
+  return shade_um > 0.0 ? sum * lit(depths, at) : sum;
 }
+
+vec3 left(ivec2 at) { return average(left_eye, left_depth, at); }
+vec3 right(ivec2 at) { return average(right_eye, right_depth, at); }
 
 void main() {
   ivec2 at = ivec2(gl_FragCoord.xy);
   int from_top = whole.y - 1 - at.y;
   vec3 shown = vec3(0.0);
   if (mode == 0) {
-    shown = average(left_eye, at);
+    shown = left(at);
   } else if (mode == 1) {
-    shown = vec3(dot(average(left_eye, at), vec3(0.299, 0.587, 0.114)), average(right_eye, at).gb);
+    shown = vec3(dot(left(at), vec3(0.299, 0.587, 0.114)), right(at).gb);
   } else if (mode == 2) {
-    if (at.x < eye.x) shown = average(left_eye, at);
-    else if (at.x >= whole.x - eye.x) shown = average(right_eye, at - ivec2(whole.x - eye.x, 0));
+    if (at.x < eye.x) shown = left(at);
+    else if (at.x >= whole.x - eye.x) shown = right(at - ivec2(whole.x - eye.x, 0));
   } else if (mode == 3) {
-    if (from_top < eye.y) shown = average(left_eye, at - ivec2(0, whole.y - eye.y));
-    else if (at.y < eye.y) shown = average(right_eye, at);
+    if (from_top < eye.y) shown = left(at - ivec2(0, whole.y - eye.y));
+    else if (at.y < eye.y) shown = right(at);
   } else {
-    shown = (from_top & 1) == 0 ? average(left_eye, at) : average(right_eye, at);
+    if ((from_top & 1) == 0) shown = left(at);
+    else shown = right(at);
   }
   drawn = vec4(shown, 1.0);
 }

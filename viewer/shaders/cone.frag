@@ -12,7 +12,8 @@ uniform vec2 depth_map;  // of the projection matrix: [2][2], [2][3]
 uniform float halo_px;
 uniform vec3 background;
 uniform vec3 fog;       // begin um, end um, most
-uniform vec2 clearing;  // um: nothing is drawn before the first, all from the second on
+uniform float dim;      // so much into the background, at any depth
+uniform vec2 clearing;  // um: threads thin out from the second to nothing at the first
 uniform float opacity;
 
 out vec4 drawn;
@@ -24,20 +25,21 @@ void main() {
   float squared = dot(way, way);
   float t = squared > 1e-8 ? clamp(dot(at_px - ends_px.xy, way) / squared, 0.0, 1.0) : 0.0;
   vec2 off = at_px - ends_px.xy - t * way;
-  float r = mix(radii.x, radii.y, t), distance_px = length(off);
-  float halo = halo_px * smoothstep(0.8, 2.0, r);
-  if (distance_px > r + halo) discard;
-
   // Depth is even in 1/w over the picture.
   float w = 1.0 / mix(1.0 / depths.x, 1.0 / depths.y, t);
-  if (hash(gl_FragCoord.xy) >= smoothstep(clearing.x, clearing.y, w)) discard;
+  float left_over = smoothstep(clearing.x, clearing.y, w);
+  float r = mix(radii.x, radii.y, t) * left_over, distance_px = length(off);
+  // What is thinner than a sample cannot thin out any more.
+  if (r < 0.5 && left_over < 1.0 && hash(gl_FragCoord.xy) >= 2.0 * r) discard;
+  float halo = halo_px * smoothstep(0.8, 2.0, r);
+  if (distance_px > max(r, 0.5) + halo) discard;
   float um_px = w / (lens.z * half_px.y);
   float radius_um = r * um_px;
   vec3 light = normalize(vec3(-0.35, 0.55, 0.75));
   float surface;
   vec3 shown;
-  if (distance_px <= r) {
-    vec3 n = vec3(off / r, 0.0);
+  if (distance_px <= max(r, 0.5)) {
+    vec3 n = vec3(off / max(r, 0.5), 0.0);
     float front = sqrt(max(0.0, 1.0 - dot(n.xy, n.xy)));
     n.z = front;
     if (t > 0.0 && t < 1.0) n = normalize(n - dot(n, axis_V) * axis_V);  // a cylinder's
@@ -45,7 +47,7 @@ void main() {
     // On threads of a pixel the highlight would only be noise.
     float bright = 0.25 * smoothstep(1.5, 4.0, r) * pow(max(0.0, dot(n, normalize(light + vec3(0.0, 0.0, 1.0)))), 30.0);
     shown = own_colour.rgb * (0.38 + 0.68 * diffuse) + bright;
-    float away = fog.z * smoothstep(fog.x, fog.y, w);
+    float away = max(dim, fog.z * smoothstep(fog.x, fog.y, w));
     shown = mix(shown, background, away);
     surface = w - radius_um * front;
   } else {

@@ -10,6 +10,7 @@ uniform vec4 lens;
 uniform vec2 depth_map;
 uniform vec3 background;
 uniform vec3 fog;
+uniform float dim;
 
 out vec3 shown;
 
@@ -19,6 +20,6 @@ void main() {
   float squared = dot(way, way);
   float along = squared > 0.0 ? dot(normalize(vec3(-0.35, 0.55, 0.75)), way * inversesqrt(squared)) : 0.0;
   float diffuse = sqrt(max(0.0, 1.0 - along * along));
-  shown = mix(colour.rgb * (0.38 + 0.62 * diffuse), background, fog.z * smoothstep(fog.x, fog.y, -p.z));
+  shown = mix(colour.rgb * (0.38 + 0.62 * diffuse), background, max(dim, fog.z * smoothstep(fog.x, fog.y, -p.z)));
   gl_Position = vec4(lens.x * p.x + lens.y * p.z, lens.z * p.y + lens.w * p.z, depth_map.x * p.z + depth_map.y, -p.z);
 }

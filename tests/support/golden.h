@@ -1,0 +1,27 @@
+// Pictures kept beside the tests, and what it means that another one shows the same.
+#pragma once
+
+#include "viewer/renderer.h"
+
+#include <string>
+
+namespace filiform::test {
+
+// Of two pictures, each averaged over 3 x 3 pixels first, so that an edge that another driver rounds to the
+// neighbouring pixel counts little.
+struct PictureDifference {
+  bool same_size = true;
+  double mean = 0;     // over all channels, 0..255
+  double far_off = 0;  // part of the pixels in which a channel differs by more than kFarOff
+  static constexpr int kFarOff = 24;
+
+  // Within what drivers may do, yet not within a thread that is elsewhere, or another colour.
+  bool showsTheSame() const { return same_size && mean <= 1.5 && far_off <= 0.004; }
+};
+PictureDifference compare(const Picture& a, const Picture& b);
+
+// Throws std::runtime_error.
+Picture readPng(const std::string& path);
+void writePng(const Picture& picture, const std::string& path);
+
+}  // namespace filiform::test
