@@ -1,15 +1,11 @@
 #include "device/internal/recording_format.h"
 
+#include "device/internal/record_bytes.h"
+
 #include <algorithm>
-#include <bit>
 #include <cstring>
 
-#include <xxhash.h>
-
 namespace filiform::internal {
-
-static_assert(std::endian::native == std::endian::little,
-              "recordings are little-endian: add a byte swap for this machine");
 
 namespace {
 
@@ -18,43 +14,17 @@ constexpr std::string_view kClosingMagic{"FILIEND\0", 8};
 constexpr std::size_t kFixedHeaderBytes = 144;  // up to the names
 constexpr std::uint32_t kLastStatus = static_cast<std::uint32_t>(DeviceStatus::fault);
 
-template <typename T>
-void append(std::string& out, T value) {
-  char bytes[sizeof value];
-  std::memcpy(bytes, &value, sizeof value);
-  out.append(bytes, sizeof value);
-}
-
-void append(std::string& out, const Eigen::Vector3d& v) {
+void appendVector(std::string& out, const Eigen::Vector3d& v) {
   for (int i = 0; i < 3; ++i) append(out, v[i]);
 }
 
-class Cursor {
- public:
-  explicit Cursor(std::string_view bytes) : bytes_(bytes) {}
-  template <typename T>
-  T get() {
-    T value;
-    std::memcpy(&value, bytes_.data() + at_, sizeof value);
-    at_ += sizeof value;
-    return value;
-  }
-  Eigen::Vector3d vector() {
-    const double x = get<double>(), y = get<double>(), z = get<double>();
-    return {x, y, z};
-  }
-
- private:
-  std::string_view bytes_;
-  std::size_t at_ = 0;
-};
-
-std::uint64_t checksum(std::string_view bytes, std::uint64_t seed) {
-  return XXH3_64bits_withSeed(bytes.data(), bytes.size(), seed);
+Eigen::Vector3d getVector(ByteReader& in) {
+  const double x = in.get<double>(), y = in.get<double>(), z = in.get<double>();
+  return {x, y, z};
 }
 
 std::uint64_t storedChecksum(std::string_view bytes, std::size_t at) {
-  return Cursor(bytes.substr(at)).get<std::uint64_t>();
+  return ByteReader(bytes.substr(at)).get<std::uint64_t>();
 }
 
 std::size_t headerBytes(std::size_t name_bytes, std::size_t device_bytes) {
@@ -77,8 +47,8 @@ void appendHeader(std::string& out, const RecordingHeader& header) {
   append(out, static_cast<std::int32_t>(c.delay_samples));
   append(out, static_cast<std::int32_t>(c.buttons));
   append(out, static_cast<std::uint32_t>(c.name.size()));
-  append(out, c.workspace_lo_D);
-  append(out, c.workspace_hi_D);
+  appendVector(out, c.workspace_lo_D);
+  appendVector(out, c.workspace_hi_D);
   for (const double value :
        {c.peak_force_N, c.continuous_force_N, c.max_stiffness_N_m, c.damping_Ns_m, c.resolution_m, c.nominal_rate_Hz})
     append(out, value);
@@ -93,12 +63,12 @@ void appendHeader(std::string& out, const RecordingHeader& header) {
 void appendExchange(std::string& out, std::uint64_t index, const RecordedExchange& exchange) {
   const auto& [wrench, state, marks] = exchange;
   const std::size_t start = out.size();
-  append(out, wrench.force_N);
-  append(out, wrench.torque_Nm);
+  appendVector(out, wrench.force_N);
+  appendVector(out, wrench.torque_Nm);
   append(out, state.time_s);
-  append(out, state.p_D);
-  append(out, state.v_D);
-  append(out, state.twist_D);
+  appendVector(out, state.p_D);
+  appendVector(out, state.v_D);
+  appendVector(out, state.twist_D);
   append(out, state.buttons);
   append(out, static_cast<std::uint32_t>(state.status));
   append(out, marks.bits);
@@ -126,7 +96,7 @@ std::size_t readHeader(const std::string& file, std::string_view bytes, Recordin
     return DeviceError(file + ": cut short at byte " + std::to_string(bytes.size()) + ", within the header");
   };
   if (bytes.size() < kFixedHeaderBytes) throw cut();
-  Cursor in(bytes.substr(kMagic.size()));
+  ByteReader in(bytes.substr(kMagic.size()));
   if (const auto version = in.get<std::uint32_t>(); version != kRecordingVersion)
     throw DeviceError(file + ": recording format version " + std::to_string(version) + ", this program reads version " +
                       std::to_string(kRecordingVersion));
@@ -151,8 +121,8 @@ std::size_t readHeader(const std::string& file, std::string_view bytes, Recordin
   c.needs_homing = (flags & 2) != 0;
   header.marked = (flags & 4) != 0;
   c.rate_control = (flags & 8) != 0;
-  c.workspace_lo_D = in.vector();
-  c.workspace_hi_D = in.vector();
+  c.workspace_lo_D = getVector(in);
+  c.workspace_hi_D = getVector(in);
   for (double* value : {&c.peak_force_N, &c.continuous_force_N, &c.max_stiffness_N_m, &c.damping_Ns_m, &c.resolution_m,
                         &c.nominal_rate_Hz})
     *value = in.get<double>();
@@ -165,13 +135,13 @@ bool readExchange(std::string_view bytes, std::uint64_t index, RecordedExchange&
   auto& [wrench, state, marks] = exchange;
   bytes = bytes.substr(0, kExchangeBytes);
   if (checksum(bytes.substr(0, kExchangeBytes - 8), index) != storedChecksum(bytes, kExchangeBytes - 8)) return false;
-  Cursor in(bytes);
-  wrench.force_N = in.vector();
-  wrench.torque_Nm = in.vector();
+  ByteReader in(bytes);
+  wrench.force_N = getVector(in);
+  wrench.torque_Nm = getVector(in);
   state.time_s = in.get<double>();
-  state.p_D = in.vector();
-  state.v_D = in.vector();
-  state.twist_D = in.vector();
+  state.p_D = getVector(in);
+  state.v_D = getVector(in);
+  state.twist_D = getVector(in);
   state.buttons = in.get<std::uint32_t>();
   const auto status = in.get<std::uint32_t>();
   if (status > kLastStatus) return false;
@@ -184,7 +154,7 @@ bool readExchange(std::string_view bytes, std::uint64_t index, RecordedExchange&
 
 bool isClosing(std::string_view bytes, std::uint64_t count) {
   bytes = bytes.substr(0, kClosingBytes);
-  return bytes.substr(0, 8) == kClosingMagic && Cursor(bytes.substr(8)).get<std::uint64_t>() == count &&
+  return bytes.substr(0, 8) == kClosingMagic && ByteReader(bytes.substr(8)).get<std::uint64_t>() == count &&
          checksum(bytes.substr(0, 16), count) == storedChecksum(bytes, 16);
 }
 

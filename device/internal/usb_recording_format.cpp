@@ -1,16 +1,11 @@
 #include "device/internal/usb_recording_format.h"
 
-#include <algorithm>
-#include <bit>
-#include <cmath>
-#include <cstring>
+#include "device/internal/record_bytes.h"
 
-#include <xxhash.h>
+#include <algorithm>
+#include <cmath>
 
 namespace filiform::internal {
-
-static_assert(std::endian::native == std::endian::little,
-              "recordings are little-endian: add a byte swap for this machine");
 
 namespace {
 
@@ -19,55 +14,14 @@ constexpr std::string_view kClosingMagic{"FILIUND\0", 8};
 constexpr std::size_t kHeaderBytes = 24;
 constexpr std::size_t kFixedBytes = 40;  // of a record, before its bytes
 
-template <typename T>
-void append(std::string& out, T value) {
-  char bytes[sizeof value];
-  std::memcpy(bytes, &value, sizeof value);
-  out.append(bytes, sizeof value);
-}
-
 void appendText(std::string& out, const std::string& text) {
   append(out, static_cast<std::uint32_t>(text.size()));
   out.append(text);
 }
 
-// Reads zeros past the end, and remembers that it did.
-class Cursor {
- public:
-  explicit Cursor(std::string_view bytes) : bytes_(bytes) {}
-  template <typename T>
-  T get() {
-    T value{};
-    if (bytes_.size() - at_ < sizeof value) {
-      whole_ = false;
-      at_ = bytes_.size();
-      return value;
-    }
-    std::memcpy(&value, bytes_.data() + at_, sizeof value);
-    at_ += sizeof value;
-    return value;
-  }
-  std::string text() {
-    const std::size_t size = get<std::uint32_t>();
-    if (bytes_.size() - at_ < size) {
-      whole_ = false;
-      return {};
-    }
-    const std::string text(bytes_.substr(at_, size));
-    at_ += size;
-    return text;
-  }
-  bool whole() const { return whole_; }
-  bool atEnd() const { return at_ == bytes_.size(); }
-
- private:
-  std::string_view bytes_;
-  std::size_t at_ = 0;
-  bool whole_ = true;
-};
-
-std::uint64_t checksum(std::string_view bytes, std::uint64_t seed) {
-  return XXH3_64bits_withSeed(bytes.data(), bytes.size(), seed);
+std::string takeText(ByteReader& in) {
+  const std::size_t size = in.get<std::uint32_t>();
+  return std::string(in.take(size));
 }
 
 std::size_t recordBytes(std::size_t bytes) { return kFixedBytes + (bytes + 7) / 8 * 8 + 8; }
@@ -155,7 +109,7 @@ std::string encodeDevices(const std::vector<UsbDeviceInfo>& devices) {
 }
 
 std::optional<std::vector<UsbDeviceInfo>> decodeDevices(std::string_view bytes) {
-  Cursor in(bytes);
+  ByteReader in(bytes);
   std::vector<UsbDeviceInfo> devices;
   for (std::uint32_t left = in.get<std::uint32_t>(); left > 0 && in.whole(); --left) {
     UsbDeviceInfo info;
@@ -163,7 +117,8 @@ std::optional<std::vector<UsbDeviceInfo>> decodeDevices(std::string_view bytes) 
     info.product = in.get<std::uint16_t>();
     info.address = in.get<std::uint8_t>();
     info.may_open = in.get<std::uint8_t>() != 0;
-    for (std::string* text : {&info.bus_path, &info.manufacturer, &info.product_name, &info.serial}) *text = in.text();
+    for (std::string* text : {&info.bus_path, &info.manufacturer, &info.product_name, &info.serial})
+      *text = takeText(in);
     for (int interfaces = in.get<std::uint8_t>(); interfaces > 0 && in.whole(); --interfaces) {
       UsbInterface i;
       for (std::uint8_t* byte : {&i.number, &i.usb_class, &i.subclass, &i.protocol}) *byte = in.get<std::uint8_t>();
@@ -190,7 +145,7 @@ std::vector<UsbRecord> readUsbRecording(const std::string& file, std::string_vie
   if (compared != kMagic.substr(0, compared.size()))
     throw DeviceError(file + ": not a recording of USB traffic (it does not begin with FILIUSB)");
   if (bytes.size() < kHeaderBytes) throw cutShort();
-  Cursor header(bytes.substr(kMagic.size()));
+  ByteReader header(bytes.substr(kMagic.size()));
   if (const auto version = header.get<std::uint32_t>(); version != kUsbRecordingVersion)
     throw DeviceError(file + ": USB recording format version " + std::to_string(version) +
                       ", this program reads version " + std::to_string(kUsbRecordingVersion));
@@ -209,7 +164,7 @@ std::vector<UsbRecord> readUsbRecording(const std::string& file, std::string_vie
     if (rest.size() < 8) throw cutShort();
     if (rest.substr(0, 8) == kClosingMagic) {
       if (rest.size() < kUsbClosingBytes) throw cutShort();
-      Cursor closing(rest.substr(8));
+      ByteReader closing(rest.substr(8));
       const auto count = closing.get<std::uint64_t>();
       if (checksum(rest.substr(0, 16), count) != closing.get<std::uint64_t>() || count != records.size())
         throw damaged("the closing mark does not match");
@@ -217,11 +172,11 @@ std::vector<UsbRecord> readUsbRecording(const std::string& file, std::string_vie
       if (at != bytes.size()) throw damaged("bytes follow the closing mark");
       return records;
     }
-    Cursor in(rest);
+    ByteReader in(rest);
     const std::size_t size = in.get<std::uint32_t>(), payload = in.get<std::uint32_t>();
     if (size != recordBytes(payload)) throw damaged("impossible length of a record");
     if (rest.size() < size) throw cutShort();
-    Cursor stored(rest.substr(size - 8));
+    ByteReader stored(rest.substr(size - 8));
     if (checksum(rest.substr(0, size - 8), records.size()) != stored.get<std::uint64_t>())
       throw damaged("the record's checksum does not match");
     UsbRecord record;
