@@ -283,8 +283,7 @@ std::vector<std::string> checkLevels(const TileSet& set, const Levels& levels) {
         ++open.owned;
         const std::uint32_t cell = tile->segmentId(s).cell;
         const auto [first, last] =
-            std::equal_range(open.threads.begin(), open.threads.end(), std::pair<std::uint32_t, Thread>{cell, {}},
-                             [](const auto& a, const auto& b) { return a.first < b.first; });
+            std::ranges::equal_range(open.threads, cell, {}, [](const auto& thread) { return thread.first; });
         const Vector3d ends_W[] = {tile->position_W(tile->child(s)), tile->position_W(tile->parent(s))};
         for (const Vector3d& p_W : {ends_W[0], ends_W[1], Vector3d(0.5 * (ends_W[0] + ends_W[1]))}) {
           const bool near = std::any_of(first, last, [&](const auto& thread) {
