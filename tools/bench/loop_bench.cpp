@@ -1,4 +1,5 @@
-// bench loop: how regular the haptic loop is while tiles stream in, beside a loop that does nothing.
+// bench loop: how regular the haptic loop is while tiles stream in, beside a loop that does nothing and one that does
+// sums alone: what the machine takes from any computation shows in that one.
 #include "device/device_factory.h"
 #include "index/ingest.h"
 #include "index/residency.h"
@@ -24,6 +25,7 @@ namespace fs = std::filesystem;
 
 constexpr double kSegmentsPerCell = 4500;  // of the synthetic column
 constexpr const char* kHand = "sim:firm";
+constexpr double kSums_s = 8e-6;  // about what a tick of navigation takes at 1 kHz
 
 // Of one kind of loop, all its turns together.
 struct Times {
@@ -41,10 +43,36 @@ struct Times {
   }
 };
 
-void runBare(double seconds, Times& times, std::vector<std::string>& refusals) {
+// A chain in which each step waits for the one before; the value is returned so that it has to be computed.
+double sums(std::int64_t steps) {
+  double x = 1;
+  for (std::int64_t i = 0; i < steps; ++i) x = x * 1.0000001 + 1e-9;
+  return x;
+}
+
+// Steps of sums() in a time, by the fastest of some tries.
+std::int64_t stepsIn(double seconds) {
+  constexpr std::int64_t kSteps = 100'000;
+  double fastest_s = 1;
+  volatile double kept = 0;
+  for (int i = 0; i < 20; ++i) {
+    const auto begin = std::chrono::steady_clock::now();
+    kept = sums(kSteps);
+    const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
+    fastest_s = std::min(fastest_s, took.count());
+  }
+  static_cast<void>(kept);
+  return static_cast<std::int64_t>(seconds / fastest_s * kSteps);
+}
+
+void runBare(double seconds, std::int64_t steps, Times& times, std::vector<std::string>& refusals) {
   const auto device = makeDevice(kHand);
   device->open();
-  HapticLoop loop(*device, [](const DeviceState&, double) { return Wrench{}; });
+  HapticLoop loop(*device, [steps](const DeviceState&, double) {
+    volatile double kept = sums(steps);
+    static_cast<void>(kept);
+    return Wrench{};
+  });
   loop.start();
   std::this_thread::sleep_for(std::chrono::duration<double>(seconds));
   loop.stop();
@@ -95,15 +123,19 @@ BenchReport runLoop(const BenchOptions& options) {
   const double turn_s = whole_s / turns;
   const std::uint64_t budget = std::max<std::uint64_t>(16 << 20, 2 * Residency::floorBytes(scene.set()));
 
-  Times bare, navigation;
+  const std::int64_t steps = stepsIn(kSums_s);
+  Times bare, summing, navigation;
   std::vector<std::string> refusals;
   std::uint64_t frontiers = 0, jumps = 0, tiles_read = 0;
   double max_force_N = 0, max_force_step_N = 0;
   bool finite = true;
   for (int turn = 0; turn < turns; ++turn) {
-    options.progress("turn " + std::to_string(turn + 1) + " of " + std::to_string(turns) + ": bare loop");
-    runBare(turn_s, bare, refusals);
-    options.progress("turn " + std::to_string(turn + 1) + " of " + std::to_string(turns) + ": navigation");
+    const std::string which = "turn " + std::to_string(turn + 1) + " of " + std::to_string(turns) + ": ";
+    options.progress(which + "bare loop");
+    runBare(turn_s, 0, bare, refusals);
+    options.progress(which + "sums");
+    runBare(turn_s, steps, summing, refusals);
+    options.progress(which + "navigation");
     RunOptions run_options;
     run_options.device = kHand;
     run_options.route = "tour:" + std::to_string(options.seed + static_cast<std::uint64_t>(turn));
@@ -140,13 +172,15 @@ BenchReport runLoop(const BenchOptions& options) {
     row("period", times.period);
   };
   rows("bare", bare);
+  rows("sums", summing);
   rows("navigation", navigation);
   report.tables.push_back(std::move(table));
   BenchTable counts{"counts",
                     "The same: ticks that ended after the next was due, and forces that came too late to be sent",
                     {"loop", "ticks", "missed", "interrupted"},
                     {}};
-  for (const auto& [name, times] : {std::pair("bare", &bare), std::pair("navigation", &navigation)})
+  for (const auto& [name, times] :
+       {std::pair("bare", &bare), std::pair("sums", &summing), std::pair("navigation", &navigation)})
     counts.rows.push_back({std::string(name), static_cast<std::int64_t>(times->ticks),
                            static_cast<std::int64_t>(times->missed), static_cast<std::int64_t>(times->interruptions)});
   report.tables.push_back(std::move(counts));
@@ -166,6 +200,9 @@ BenchReport runLoop(const BenchOptions& options) {
                          std::to_string(budget >> 20) + " MiB: " + std::to_string(tiles_read) + " tiles read, " +
                          std::to_string(jumps) + " jumps, " + std::to_string(frontiers) +
                          " frontiers; largest force step " + shown(BenchValue(max_force_step_N)) + " N");
+  report.notes.push_back("sums: " + std::to_string(steps) +
+                         " dependent steps a tick, 8 us of an idle core; what its times exceed this by is "
+                         "the machine's");
   for (const std::string& refusal : refusals) report.notes.push_back(refusal);
   return report;
 }
