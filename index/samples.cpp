@@ -14,7 +14,7 @@ namespace {
 constexpr std::size_t kSegmentsPerPoint = 128, kLeastPoints = 64;
 constexpr int kTableBits = 12;      // more cells in a leaf than that are found in a map
 constexpr double kRounding = 0.87;  // of a point to the grid, quanta
-constexpr std::uint32_t kNone = UINT32_MAX;
+constexpr std::uint32_t kAbsent = UINT32_MAX;
 
 // The least e with |a - b| <= 2^e quanta.
 int lengthExponent(const GridPoint& a, const GridPoint& b) {
@@ -123,12 +123,12 @@ void SampleChooser::addLeaf(const CellKey& leaf, std::span<const StoredSegment> 
     place[i] = at;
     at += bits == 0 ? 0 : axisBits(depth_, axis) - axisBits(leaf.depth, axis);
   }
-  if (bits <= kTableBits) part.table.assign(std::size_t{1} << bits, kNone);
+  if (bits <= kTableBits) part.table.assign(std::size_t{1} << bits, kAbsent);
   part.sparse.clear();
-  part.group_of.assign(segments.size(), kNone);
+  part.group_of.assign(segments.size(), kAbsent);
   const auto slot = [&](const GridPoint& p) -> std::uint32_t& {
     if (bits == 0) return part.table[0];
-    if (bits > kTableBits) return part.sparse.try_emplace(prefix(mortonKey(p), depth_), kNone).first->second;
+    if (bits > kTableBits) return part.sparse.try_emplace(prefix(mortonKey(p), depth_), kAbsent).first->second;
     std::size_t index = 0;
     for (std::size_t i = 0; i < 3; ++i)
       index |=
@@ -165,7 +165,7 @@ void SampleChooser::addLeaf(const CellKey& leaf, std::span<const StoredSegment> 
     const GridPoint middle = midpoint(s.child, s.parent);
     const double distance2 = squaredDistance(2 * middle, centre2(middle));
     std::uint32_t& at = slot(middle);
-    if (at == kNone) {
+    if (at == kAbsent) {
       at = static_cast<std::uint32_t>(part.groups.size());
       part.groups.push_back({0, middle, distance2, s.id, {}, 0});
     } else {
@@ -176,7 +176,7 @@ void SampleChooser::addLeaf(const CellKey& leaf, std::span<const StoredSegment> 
     part.group_of[i] = at;
   }
   for (std::size_t i = 0; i < segments.size(); ++i) {
-    if (part.group_of[i] == kNone) continue;
+    if (part.group_of[i] == kAbsent) continue;
     const StoredSegment& s = segments[i];
     Part::Group& group = part.groups[part.group_of[i]];
     group.ends.extend(s.child);

@@ -43,17 +43,17 @@ std::string UnitCheck::doubt(double unit_um) const {
   if (steps_um_.empty()) return {};
   const double step = static_cast<double>(median(steps_um_)), extent = static_cast<double>(median(extents_um_));
   if (isPlausible(step, extent)) return {};
-  struct Candidate {
+  struct KnownUnit {
     const char* text;
     double um;
   };
-  static constexpr std::array<Candidate, 5> kCandidates = {{{"nm", 1e-3},
+  static constexpr std::array<KnownUnit, 5> kCandidates = {{{"nm", 1e-3},
                                                             {"0.008 (voxels of 8 nm)", 0.008},
                                                             {"0.5 (voxels of half a micrometre)", 0.5},
                                                             {"um", 1},
                                                             {"mm", 1e3}}};
   std::string would_do;
-  for (const Candidate& c : kCandidates)
+  for (const KnownUnit& c : kCandidates)
     if (isPlausible(step * (c.um / unit_um), extent * (c.um / unit_um)))
       would_do += (would_do.empty() ? "" : ", ") + std::string(c.text);
   std::array<char, 200> text{};
