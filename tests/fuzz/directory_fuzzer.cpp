@@ -1,0 +1,116 @@
+#include "index/internal/level_files.h"
+#include "index/internal/set_files.h"
+#include "tests/fuzz/fuzz_bytes.h"
+
+namespace filiform::fuzz {
+namespace {
+
+using internal::Bytes;
+using internal::ByteSpan;
+using internal::Damage;
+
+std::uint32_t u32At(const Bytes& bytes, std::size_t at) {
+  std::uint32_t value = 0;
+  if (at + sizeof value <= bytes.size()) std::memcpy(&value, bytes.data() + at, sizeof value);
+  return value;
+}
+
+// Writes the checksum of [begin, end) at `at`, as far as these bytes are there: else every mutation ends at it.
+void seal(Bytes& bytes, std::size_t at, std::size_t begin, std::size_t end) {
+  end = std::min(end, bytes.size());
+  if (begin > end || at + 8 > bytes.size()) return;
+  internal::storeLittle64(bytes.data() + at, internal::checksum(ByteSpan(bytes).subspan(begin, end - begin)));
+}
+
+// A root page with the checksums of the pages that follow it, and its own.
+void sealPages(Bytes& bytes, std::size_t header, std::size_t entry, std::size_t own_at, std::size_t tile) {
+  const std::size_t per_page = u32At(bytes, 12), pages = std::min<std::size_t>(u32At(bytes, 20), bytes.size() / entry);
+  const std::size_t root = header + pages * entry;
+  for (std::size_t page = 0; page < pages; ++page)
+    seal(bytes, header + page * entry + entry - 8, root + page * per_page * tile, root + (page + 1) * per_page * tile);
+  if (own_at + 8 <= bytes.size()) internal::storeLittle64(bytes.data() + own_at, 0);
+  seal(bytes, own_at, 0, root);
+}
+
+void directory(Bytes bytes) {
+  sealPages(bytes, 48, 72, 40, 128);
+  const auto read = [&](std::uint64_t offset, std::span<std::uint8_t> to) {
+    require(offset <= bytes.size() && to.size() <= bytes.size() - offset, "never beyond the file");
+    if (!to.empty()) std::memcpy(to.data(), bytes.data() + offset, to.size());
+  };
+  const internal::Directory found = internal::decodeDirectory(bytes.size(), read);
+  require(found.entries.size() == found.locations.size(), "a place for each tile");
+  for (const TileEntry& entry : found.entries) require(entry.owned <= entry.stored, "counts agree");
+  require(internal::encodeDirectory(found).size() == bytes.size(), "a directory survives its bytes");
+}
+
+void cells(Bytes bytes) {
+  const std::size_t n = u32At(bytes, 12), records = 56, index = records + 128 * n, names = index + 4 * n;
+  seal(bytes, 16, records, index);
+  seal(bytes, 24, index, names);
+  seal(bytes, 40, names, names + u32At(bytes, 32));
+  seal(bytes, 48, 0, 48);
+  if (bytes.size() < internal::kCellsHeaderBytes) return;
+  const std::uint64_t table =
+      internal::cellTableBytes(ByteSpan(bytes).first(internal::kCellsHeaderBytes), bytes.size());
+  require(table <= bytes.size(), "the table lies within the file");
+  const internal::CellTable found = internal::decodeCells(ByteSpan(bytes).first(table));
+  require(found.records.size() == found.details.size() && found.by_name.size() == found.records.size(),
+          "a place and a name for each cell");
+  for (const std::uint32_t cell : found.by_name) require(cell < found.records.size(), "names are of cells");
+}
+
+void detail(Input input) {
+  Taker in(input);
+  const std::uint64_t samples = in.number<std::uint16_t>();
+  const CellDetail found = internal::decodeDetail(in.rest(), samples);
+  require(found.sample_ids.size() == samples, "an id for each sample");
+  const Bytes again = internal::encodeDetail(found);
+  require(internal::encodeDetail(internal::decodeDetail(again, samples)) == again, "a cell survives its bytes");
+}
+
+void samples(Bytes bytes) {
+  seal(bytes, 24, 40, bytes.size());
+  seal(bytes, 32, 0, 32);
+  const SamplePoints found = internal::decodeSamples(bytes);
+  require(found.points.size() == found.segments.size() && found.points.size() == found.t.size(),
+          "arrays of one length");
+  require(internal::encodeSamples(found) == bytes, "sample points survive their bytes");
+}
+
+void levels(Bytes bytes) {
+  sealPages(bytes, 40, 8, 32, 152);
+  const internal::LevelTable found = internal::decodeLevels(bytes);
+  require(found.entries.size() == found.locations.size(), "a place for each tile");
+  require(internal::encodeLevels(found).size() == bytes.size(), "a table survives its bytes");
+}
+
+}  // namespace
+
+// The first byte says which of the binary files it is. Checksums are made right, as a hostile writer would.
+void fuzzDirectory(Input input) {
+  Taker in(input);
+  const auto kind = in.number<std::uint8_t>() % 5;
+  const Bytes bytes(in.rest().begin(), in.rest().end());
+  try {
+    if (kind == 0) directory(bytes);
+    if (kind == 1) cells(bytes);
+    if (kind == 2) detail(bytes);
+    if (kind == 3) samples(bytes);
+    if (kind == 4) levels(bytes);
+  } catch (const Damage& damage) {
+    require(!damage.what.empty(), "damage is said in words");
+  }
+}
+
+void fuzzManifest(Input input) {
+  try {
+    const internal::Manifest manifest = internal::decodeManifest(std::string(asText(input)));
+    for (const SetFile& file : manifest.files) require(!file.name.empty(), "files have names");
+  } catch (const Damage& damage) {
+    require(!damage.what.empty(), "damage is said in words");
+  }
+  internal::isRevisionName(std::string(asText(input)));
+}
+
+}  // namespace filiform::fuzz

@@ -1,0 +1,33 @@
+#include "index/errors.h"
+#include "index/graph_file.h"
+#include "tests/fuzz/fuzz_bytes.h"
+
+namespace filiform::fuzz {
+
+// The first byte is the format; of a skeleton the info comes first, up to a zero.
+void fuzzGraph(Input input) {
+  Taker in(input);
+  const auto format = static_cast<GraphFormat>(in.number<std::uint8_t>() % 4);
+  std::string_view bytes = asText(in.rest());
+  GraphOptions options;
+  if (format == GraphFormat::kNeuroglancerSkeleton) {
+    const std::string_view info = bytes.substr(0, bytes.find('\0'));
+    bytes.remove_prefix(std::min(bytes.size(), info.size() + 1));
+    try {
+      SkeletonInfo::isSkeletonInfo(info);
+      options.skeleton = SkeletonInfo::parse(info, "info");
+    } catch (const InputError&) {
+    }
+  }
+  Cell cell;
+  readGraph(bytes, "fuzz", format, options, cell);
+  const std::size_t n = cell.samples();
+  require(cell.positions_um.size() == n && cell.radii_um.size() == n && cell.types.size() == n, "arrays of one length");
+  for (const Vector3d& p_W : cell.positions_um)
+    require(p_W.allFinite() && p_W.cwiseAbs().maxCoeff() <= Grid::kMaxCoordinate_um, "positions lie in range");
+  require(cell.isGraph() || cell.parents.size() == n, "a cell is a forest or has links");
+  for (const auto& [child, parent] : cell.links) require(child < n && parent < n, "links are between samples");
+  for (const std::uint32_t parent : cell.parents) require(parent == kNoParent || parent < n, "parents are samples");
+}
+
+}  // namespace filiform::fuzz
