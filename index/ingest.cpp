@@ -14,6 +14,7 @@
 #include <fcntl.h>
 #include <filesystem>
 #include <memory>
+#include <new>
 #include <sys/file.h>
 #include <thread>
 #include <unistd.h>
@@ -24,6 +25,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kCurrent = "CURRENT";
+constexpr unsigned kMostThreads = 256;  // each takes memory of its own
 
 bool isTemporaryName(const std::string& name) { return name.find(".tmp-") != std::string::npos; }
 
@@ -53,6 +55,7 @@ class Workshop {
       throw IoError(path, "cannot be written", e.code().value());
     } catch (...) {
       undo();
+      if (created) fs::remove(path, error);  // as far as nobody else has begun to use it
       throw;
     }
   }
@@ -66,23 +69,29 @@ class Workshop {
   bool publish(const std::string& revision) {
     try {
       const std::string target = path_ + "/" + revision;
-      if (revision == previous_ && holds(path_)) return false;
-      if (fs::exists(target)) {  // damaged, or left by a crash before CURRENT named it
-        const std::string aside = target + ".tmp-" + std::to_string(::getpid());
-        fs::remove_all(aside);
-        fs::rename(target, aside);
+      if (revision == previous_ && holds(path_)) {
+        removeOthers(revision);
+        return false;
       }
+      const std::string own = ".tmp-" + std::to_string(::getpid());
+      if (fs::exists(target)) {  // damaged, or left by a crash before CURRENT named it
+        fs::remove_all(target + own);
+        fs::rename(target, target + own);
+        aside_ = target + own;
+      }
+      target_ = target;
       fs::rename(building_, target);
       internal::syncFolder(path_);
-      const std::string next = path_ + "/" + kCurrent + ".tmp-" + std::to_string(::getpid());
+      const std::string next = path_ + "/" + kCurrent + own;
       fs::remove(next);
+      next_ = next;
       internal::OutputFile file(next);
       const std::string text = revision + "\n";
       file.write({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
       file.close();
       fs::rename(next, path_ + "/" + kCurrent);
       created_ = false;
-      building_.clear();
+      for (std::string* undone : {&building_, &target_, &aside_, &next_}) undone->clear();
       internal::syncFolder(path_);
       const fs::path parent = fs::path(path_).parent_path();
       internal::syncFolder(parent.empty() ? "." : parent.string());
@@ -133,27 +142,38 @@ class Workshop {
     }
   }
 
+  // Readers hold what they opened; what cannot be removed now is removed by the next ingest.
   void removeOthers(const std::string& revision) noexcept {
-    std::error_code ignored;  // readers hold what they opened; what cannot be removed now is removed by the next ingest
-    std::vector<fs::path> others;
-    for (fs::directory_iterator at(path_, ignored), end; at != end; at.increment(ignored)) {
-      const std::string name = at->path().filename().string();
-      if (name != revision && (internal::isRevisionName(name) || isTemporaryName(name))) others.push_back(at->path());
+    try {
+      std::error_code ignored;
+      std::vector<fs::path> others;
+      for (fs::directory_iterator at(path_, ignored), end; at != end; at.increment(ignored)) {
+        const std::string name = at->path().filename().string();
+        if (name != revision && (internal::isRevisionName(name) || isTemporaryName(name))) others.push_back(at->path());
+      }
+      for (const fs::path& other : others) fs::remove_all(other, ignored);
+    } catch (const std::bad_alloc&) {
     }
-    for (const fs::path& other : others) fs::remove_all(other, ignored);
   }
 
   void undo() noexcept {
-    std::error_code ignored;
-    if (!building_.empty()) fs::remove_all(building_, ignored);
-    if (created_) fs::remove_all(path_, ignored);
-    building_.clear();
+    try {
+      std::error_code ignored;
+      for (const std::string* made : {&building_, &target_, &next_})
+        if (!made->empty()) fs::remove_all(*made, ignored);
+      if (!aside_.empty()) fs::rename(aside_, target_, ignored);
+      if (created_) fs::remove_all(path_, ignored);
+    } catch (const std::bad_alloc&) {
+      // Without memory nothing can be removed; the next ingest does.
+    }
+    for (std::string* undone : {&building_, &target_, &aside_, &next_}) undone->clear();
     created_ = false;
     if (folder_ >= 0) ::close(folder_);
     folder_ = -1;
   }
 
-  std::string path_, building_, previous_;
+  std::string path_, previous_;
+  std::string building_, target_, aside_, next_;  // to be undone; empty: nothing
   bool created_ = false;
   int folder_ = -1;
 };
@@ -229,7 +249,8 @@ IngestResult ingest(CellStream& stream, const std::string& path, const IngestOpt
 
   if (options.memory < kMinIngestMemory)
     throw UsageError("ingest needs at least " + std::to_string(kMinIngestMemory >> 20) + " MiB of memory");
-  const unsigned threads = options.threads != 0 ? options.threads : std::max(1u, std::thread::hardware_concurrency());
+  const unsigned wanted = options.threads != 0 ? options.threads : std::max(1u, std::thread::hardware_concurrency());
+  const unsigned threads = std::min(wanted, kMostThreads);
 
   Workshop workshop(folder, options.force);
   const Grid grid(options.quantum_exponent);

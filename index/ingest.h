@@ -34,7 +34,7 @@ inline constexpr std::uint64_t kMinIngestMemory = std::uint64_t{64} << 20;
 struct IngestOptions {
   std::uint32_t capacity = PartitionOptions{}.capacity;
   int quantum_exponent = Grid::kDefaultExponent;
-  unsigned threads = 0;  // 0: as many as the machine has
+  unsigned threads = 0;  // 0: as many as the machine has; 256 at most, and no more than the system grants
   // Working memory, at least kMinIngestMemory. What does not fit goes to a file in the set's folder, about 14 bytes a
   // segment and then as much as the set; beside it each tile takes about 300 bytes, each cell about 400.
   std::uint64_t memory = std::uint64_t{1} << 30;

@@ -11,6 +11,7 @@
 #include <bit>
 #include <cmath>
 #include <exception>
+#include <system_error>
 #include <thread>
 
 namespace filiform {
@@ -195,7 +196,11 @@ class TopMaker final : public Maker {
     std::vector<std::exception_ptr> failures(helpers + 1);
     {
       std::vector<std::jthread> pool;
-      for (std::size_t i = 0; i < helpers; ++i) pool.emplace_back(work, std::ref(failures[i]));
+      try {
+        for (std::size_t i = 0; i < helpers; ++i) pool.emplace_back(work, std::ref(failures[i]));
+      } catch (const std::system_error&) {
+        // No more threads are to be had: those that there are do the work.
+      }
       work(failures[helpers]);
     }
     for (const std::exception_ptr& failure : failures)

@@ -12,6 +12,7 @@
 #include <exception>
 #include <list>
 #include <mutex>
+#include <system_error>
 #include <thread>
 #include <unordered_map>
 #include <utility>
@@ -331,8 +332,14 @@ std::vector<std::vector<NearestResult>> Nearest::findAll(std::span<const Vector3
   };
   {
     std::vector<std::jthread> others;
-    for (unsigned number = 1; number < threads; ++number) others.emplace_back(work, number);
+    unsigned given = 1;
+    try {
+      for (; given < threads; ++given) others.emplace_back(work, given);
+    } catch (const std::system_error&) {
+      // No more threads are to be had: the rest is for this one.
+    }
     work(0);
+    for (; given < threads; ++given) work(given);
   }
   for (const std::exception_ptr& failure : failures)
     if (failure) std::rethrow_exception(failure);

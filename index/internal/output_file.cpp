@@ -4,6 +4,7 @@
 
 #include <cerrno>
 #include <fcntl.h>
+#include <new>
 #include <unistd.h>
 
 #include <xxhash.h>
@@ -17,6 +18,11 @@ constexpr std::size_t kBufferBytes = std::size_t{1} << 20;
 
 struct RunningDigest::State {
   XXH3_state_t* xxh3 = XXH3_createState();
+  State() {
+    if (xxh3 == nullptr) throw std::bad_alloc();
+  }
+  State(const State&) = delete;
+  State& operator=(const State&) = delete;
   ~State() { XXH3_freeState(xxh3); }
 };
 

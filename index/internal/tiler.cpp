@@ -10,6 +10,7 @@
 #include <exception>
 #include <mutex>
 #include <numeric>
+#include <system_error>
 #include <thread>
 
 namespace filiform::internal {
@@ -367,7 +368,11 @@ void Tiler::Impl::forEachChunk(const char* phase, const Work& work) {
   std::vector<std::exception_ptr> failures(helpers + 1);
   {
     std::vector<std::jthread> pool;
-    for (unsigned i = 1; i <= helpers; ++i) pool.emplace_back(run, i, std::ref(failures[i]));
+    try {
+      for (unsigned i = 1; i <= helpers; ++i) pool.emplace_back(run, i, std::ref(failures[i]));
+    } catch (const std::system_error&) {
+      // No more threads are to be had: those that there are do the work.
+    }
     run(0, failures[0]);
   }
   for (const std::exception_ptr& failure : failures)

@@ -1,0 +1,324 @@
+// Whatever fails in the midst of an ingest: the old set is whole, or the new one is, and nothing else is left behind.
+#include "index/errors.h"
+#include "index/ingest.h"
+#include "index/input.h"
+#include "index/verify.h"
+#include "tests/faults/failing_calls.h"
+#include "tests/support/campaign.h"
+#include "tests/support/sanitized.h"
+#include "tests/support/temp_folder.h"
+
+#include <csignal>
+#include <cstdlib>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <random>
+#include <set>
+#include <stdexcept>
+#include <string>
+#include <sys/wait.h>
+#include <system_error>
+#include <unistd.h>
+
+#include <gtest/gtest.h>
+
+#if defined(__SANITIZE_ADDRESS__)
+extern "C" int __lsan_do_recoverable_leak_check();
+#endif
+
+namespace filiform {
+namespace {
+
+namespace fs = std::filesystem;
+using test::FailingCalls;
+using test::Kind;
+using test::wholeCampaign;
+
+bool leaks() {
+#if defined(__SANITIZE_ADDRESS__)
+  return __lsan_do_recoverable_leak_check() != 0;
+#else
+  return false;
+#endif
+}
+
+std::size_t openFiles() {
+  std::size_t count = 0;
+  for ([[maybe_unused]] const auto& entry : fs::directory_iterator("/proc/self/fd")) ++count;
+  return count;
+}
+
+class FailingIngest : public ::testing::Test {
+ protected:
+  FailingIngest() {
+    fs::create_directory(folder_ / "in");
+    for (int i = 0; i < 3; ++i) {
+      std::string text = "# " + std::to_string(i) + "\n1 1 0 0 0 5 -1\n";
+      for (int s = 2; s < 40; ++s)
+        text += std::to_string(s) + " 3 " + std::to_string(7 * s + i) + " " + std::to_string(s * s % 17) + " " +
+                std::to_string(i * 3) + " 1 " + std::to_string(s % 5 == 0 ? s / 2 : s - 1) + "\n";
+      test::writeBytes(folder_ / "in/" + std::to_string(i) + ".swc", text);
+    }
+    make(8);
+    old_ = revision();
+    fs::copy(path_, folder_ / "old", fs::copy_options::recursive);
+    make(16);
+    new_ = revision();
+    restore();
+  }
+
+  void make(std::uint32_t capacity) const { makeAt(path_, capacity); }
+  void makeAt(const std::string& path, std::uint32_t capacity) const {
+    Input input({folder_ / "in"});
+    ingest(input, path, {.capacity = capacity, .threads = 2, .chunk_segments = 30, .levels = true, .force = true});
+  }
+  std::string revision() const {
+    std::string text = test::readBytes(path_ + "/CURRENT");
+    text.pop_back();
+    return text;
+  }
+  void restore() const {
+    fs::remove_all(path_);
+    fs::copy(folder_ / "old", path_, fs::copy_options::recursive);
+  }
+  static std::set<std::string> namesIn(const std::string& path) {
+    std::set<std::string> names;
+    for (const auto& entry : fs::directory_iterator(path)) names.insert(entry.path().filename().string());
+    return names;
+  }
+  // Old and whole, or new and whole. True if it is the new one.
+  bool expectWhole() const {
+    const std::string now = revision();
+    EXPECT_TRUE(now == old_ || now == new_) << now;
+    const VerifyReport report = verify(path_);
+    EXPECT_TRUE(report.sound()) << report.problems.front();
+    return now == new_;
+  }
+  // An old revision may stay beside the new one that is in force: until that is on the disk both are needed, and what
+  // cannot be removed waits for the next ingest.
+  void expectNothingElse(bool old_may_stay = false) const {
+    std::set<std::string> names = namesIn(path_);
+    if (old_may_stay && revision() == new_) names.erase(old_);
+    EXPECT_EQ(names, (std::set<std::string>{"CURRENT", revision()}));
+  }
+
+  test::TempFolder folder_;
+  std::string path_ = folder_ / "a.fil", old_, new_;
+};
+
+// Does the work in a child; what it said, or nothing when it was ended by the JSON library, whose destructors ask for
+// memory and cannot do without. Leaks end the child with another code.
+std::optional<std::string> saidInAChild(const std::function<std::string()>& work) {
+  int ends[2];
+  if (::pipe(ends) != 0) throw std::runtime_error("no pipe");
+  const pid_t child = fork();
+  if (child == 0) {
+    ::signal(SIGABRT, SIG_DFL);
+    const std::string said = work();
+    const bool told = ::write(ends[1], said.data(), said.size()) == static_cast<ssize_t>(said.size());
+    _exit(told && !leaks() ? 0 : 1);
+  }
+  ::close(ends[1]);
+  std::string said(4096, '\0');
+  const ssize_t n = ::read(ends[0], said.data(), said.size());
+  said.resize(static_cast<std::size_t>(std::max<ssize_t>(n, 0)));
+  ::close(ends[0]);
+  int status = 0;
+  while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
+  }
+  if (WIFSIGNALED(status) && WTERMSIG(status) == SIGABRT) return std::nullopt;
+  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << "ended by " << status;
+  return said;
+}
+
+// Which errors may come of it: those that the program maps to an exit code and one line.
+std::string outcomeOf(const std::function<void()>& what) {
+  try {
+    what();
+    return "";
+  } catch (const Error& error) {
+    return error.what();
+  } catch (const std::bad_alloc&) {
+    return "out of memory";
+  }
+}
+
+TEST_F(FailingIngest, TheOldSetOrTheNewWhicheverCallFails) {
+  std::uint64_t runs = 0, failed = 0, ended_by_json = 0, of_memory = 0;
+  for (const Kind kind : test::kKinds) {
+    std::uint64_t calls = 0;
+    {
+      FailingCalls counting(kind, {});
+      make(16);
+      calls = counting.end();
+    }
+    ASSERT_GT(calls, 0u) << test::toString(kind) << ": the shim sees nothing";
+    restore();
+    const std::uint64_t most = wholeCampaign() ? calls : test::kSanitized ? 8 : 30;
+    const std::uint64_t step = std::max<std::uint64_t>(1, calls / most);
+    for (const bool for_ever : {false, true}) {
+      for (std::uint64_t k = 1; k <= calls; k += k < 4 ? 1 : step) {
+        SCOPED_TRACE(std::string(test::toString(kind)) + (for_ever ? " from call " : " call ") + std::to_string(k) +
+                     " of " + std::to_string(calls));
+        const std::size_t files = openFiles();
+        const auto run = [&] {
+          FailingCalls faults(kind, {.at = k, .for_ever = for_ever});
+          std::string said = outcomeOf([&] { make(16); });
+          faults.end();
+          return said;
+        };
+        const std::optional<std::string> answer = kind == Kind::memory ? saidInAChild(run) : run();
+        const std::string said = answer.value_or("ended");
+        ++runs;
+        of_memory += kind == Kind::memory;
+        ended_by_json += !answer;
+        failed += !said.empty();
+        EXPECT_EQ(openFiles(), files) << "files left open";
+        const bool is_new = expectWhole();
+        EXPECT_TRUE(is_new || !said.empty()) << "it failed and did not say so";
+        // Without memory, or folders that can be listed, nothing can be cleared up; the next ingest does.
+        if (answer && (!for_ever || (kind != Kind::memory && kind != Kind::open))) expectNothingElse(true);
+        if (is_new || namesIn(path_).size() != 2) restore();
+        if (HasFatalFailure() || HasNonfatalFailure()) return;
+      }
+    }
+  }
+  EXPECT_GT(failed, runs / 2);
+  EXPECT_LT(ended_by_json, of_memory / 4);
+  test::tell(std::to_string(runs) + " ingests with a failing call: " + std::to_string(failed) + " ended by it, " +
+             std::to_string(ended_by_json) + " of these at once");
+}
+
+TEST_F(FailingIngest, WithoutAnOldSetNothingIsLeft) {
+  for (const Kind kind : {Kind::open, Kind::write, Kind::sync, Kind::rename, Kind::make_folder}) {
+    for (std::uint64_t k = 1; k < 60; k += 1 + k / 4) {
+      SCOPED_TRACE(std::string(test::toString(kind)) + " call " + std::to_string(k));
+      const std::string fresh = folder_ / "fresh.fil";
+      FailingCalls faults(kind, {.at = k});
+      const std::string said = outcomeOf([&] { makeAt(fresh, 16); });
+      faults.end();
+      if (fs::exists(fresh)) {
+        EXPECT_TRUE(verify(fresh).sound());
+        EXPECT_EQ(namesIn(fresh), (std::set<std::string>{"CURRENT", new_}));
+      } else {
+        EXPECT_NE(said, "");
+      }
+      fs::remove_all(fresh);
+    }
+  }
+}
+
+// Does the work in a child that dies as planned; true if it died.
+bool diesDoing(const std::function<void()>& work, const FailingCalls::Plan& plan) {
+  const pid_t child = fork();
+  if (child == 0) {
+    FailingCalls faults(Kind::any_file, plan);
+    outcomeOf(work);
+    faults.end();
+    _exit(0);
+  }
+  int status = 0;
+  while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
+  }
+  return WIFSIGNALED(status);
+}
+
+TEST_F(FailingIngest, KilledAtAnyCallOldOrNew) {
+  std::uint64_t killed = 0, new_ones = 0;
+  const std::uint64_t step = wholeCampaign() ? 1 : test::kSanitized ? 25 : 7;
+  for (std::uint64_t k = 1;; k += step) {
+    SCOPED_TRACE("call " + std::to_string(k));
+    if (!diesDoing([&] { make(16); }, {.at = k, .what = FailingCalls::What::die})) break;
+    ++killed;
+    new_ones += expectWhole();
+    make(8);  // clears up, and is the old one again
+    expectNothingElse();
+    ASSERT_EQ(revision(), old_);
+    ASSERT_FALSE(HasNonfatalFailure());
+  }
+  EXPECT_GT(killed, 5u);
+  test::tell("ingest killed at " + std::to_string(killed) + " calls: " + std::to_string(new_ones) +
+             " times the new set, else the old");
+}
+
+TEST_F(FailingIngest, KilledAtAnyTimeOldOrNew) {
+  std::mt19937_64 random(8);
+  const int times = wholeCampaign() ? 1000 : test::kSanitized ? 5 : 20;
+  int killed = 0, new_ones = 0;
+  for (int i = 0; i < times; ++i) {
+    const pid_t child = fork();
+    if (child == 0) {
+      for (std::uint32_t capacity = 16;; capacity = 24 - capacity) make(capacity);
+    }
+    ::usleep(static_cast<useconds_t>(random() % 20000));
+    ::kill(child, SIGKILL);
+    int status = 0;
+    waitpid(child, &status, 0);
+    killed += WIFSIGNALED(status);
+    new_ones += expectWhole();
+    ASSERT_FALSE(HasNonfatalFailure()) << "after " << i;
+  }
+  make(8);
+  expectNothingElse();
+  EXPECT_EQ(killed, times);
+  test::tell("ingest killed " + std::to_string(killed) + " times at random: " + std::to_string(new_ones) +
+             " times the new set, else the old");
+}
+
+int shell(const std::string& line) { return std::system(("( " + line + " ) >/dev/null 2>&1").c_str()); }
+
+// The disk as it is at the moment of a power cut: a copy of a mounted file system's image.
+TEST_F(FailingIngest, OldOrNewAfterAPowerCut) {
+  if (test::kSanitized) GTEST_SKIP() << "the plain test looks at it";
+  const test::TempFolder place;
+  const std::string image = place / "disk", cut = place / "cut", mount = place / "mount", after = place / "after";
+  fs::create_directory(mount);
+  fs::create_directory(after);
+  if (shell("truncate -s 16M " + image + " && mkfs.ext4 -q " + image + " && mount -o loop " + image + " " + mount) != 0)
+    GTEST_SKIP() << "no loop mount here (it needs root and a loop device)";
+  const auto unmount = [&] { shell("umount " + after + "; umount " + mount); };
+  const std::string path = mount + "/a.fil";
+  makeAt(path, 8);
+  std::uint64_t calls = 0;
+  {
+    FailingCalls counting(Kind::any_file, {});
+    makeAt(path, 16);
+    calls = counting.end();
+  }
+  std::mt19937_64 random(9);
+  const int times = wholeCampaign() ? 200 : 3;
+  int new_ones = 0;
+  for (int i = 0; i < times && !HasFailure(); ++i) {
+    makeAt(path, 8);
+    shell("sync -f " + mount);
+    // The last calls are those that publish: half of the cuts are among them.
+    const std::uint64_t at = i % 2 == 0 ? 1 + random() % calls : calls - random() % std::min<std::uint64_t>(calls, 20);
+    SCOPED_TRACE("call " + std::to_string(at) + " of " + std::to_string(calls));
+    const pid_t child = fork();
+    if (child == 0) {
+      FailingCalls faults(Kind::any_file, {.at = at, .what = FailingCalls::What::stand_still});
+      outcomeOf([&] { makeAt(path, 16); });
+      _exit(0);
+    }
+    int status = 0;
+    waitpid(child, &status, WUNTRACED);
+    const bool copied =
+        shell("cp --sparse=always " + image + " " + cut + " && mount -o loop " + cut + " " + after) == 0;
+    ::kill(child, SIGKILL);
+    if (WIFSTOPPED(status)) waitpid(child, &status, 0);
+    EXPECT_TRUE(copied);
+    if (!copied) break;
+    std::string now = test::readBytes(after + "/a.fil/CURRENT");
+    EXPECT_TRUE(now == old_ + "\n" || now == new_ + "\n") << now;
+    new_ones += now == new_ + "\n";
+    const VerifyReport report = verify(after + "/a.fil");
+    EXPECT_TRUE(report.sound()) << report.problems.front();
+    shell("umount " + after);
+  }
+  unmount();
+  test::tell(std::to_string(times) + " power cuts: " + std::to_string(new_ones) + " times the new set, else the old");
+}
+
+}  // namespace
+}  // namespace filiform
