@@ -3,7 +3,9 @@
 #include "index/errors.h"
 #include "index/ingest.h"
 #include "index/levels.h"
+#include "index/nearest.h"
 #include "index/verify.h"
+#include "tests/support/campaign.h"
 #include "tests/support/random_cells.h"
 #include "tests/support/temp_folder.h"
 
@@ -50,6 +52,9 @@ std::string everything(const std::string& path) {
       out << tile->segmentId(s).key() << tile->gridPoint(tile->child(s)).transpose();
     for (float radius : levels->loadAppearance(l).radii_um) out << radius << ' ';
   }
+  const Nearest nearest(*set);
+  for (const double x_um : {-30.0, 0.0, 55.0})
+    for (const NearestResult& r : nearest.find(Vector3d(x_um, 1, 2))) out << r.segment.key() << r.p_W.transpose();
   out << set->manifest() << set->readProvenance();
   return out.str();
 }
@@ -73,6 +78,11 @@ class Corruption : public ::testing::Test {
     std::string name = fs::path(file).filename().string();
     try {
       EXPECT_EQ(everything(path_), good_);
+      ++harmless_;
+    } catch (const CorruptTile& error) {
+      EXPECT_NE(name.find(".pack"), std::string::npos) << error.what();
+      EXPECT_NE(error.file().find(name), std::string::npos) << error.what();
+      EXPECT_LE(error.offset(), fs::file_size(file) + 1) << error.what();
     } catch (const CorruptSet& error) {
       EXPECT_NE(std::string(error.what()).find(name), std::string::npos) << error.what();
     } catch (const IoError& error) {
@@ -93,6 +103,7 @@ class Corruption : public ::testing::Test {
   std::string path_ = folder_ / "a.fil";
   std::vector<std::string> files_;
   std::string good_;
+  std::uint64_t harmless_ = 0;  // damages that change no answer, only what verify() finds
 };
 
 TEST_F(Corruption, AFlippedBitIsFound) {
@@ -111,6 +122,46 @@ TEST_F(Corruption, AFlippedBitIsFound) {
     test::writeBytes(file, bytes);
   }
   EXPECT_EQ(everything(path_), good_);
+}
+
+// Each byte in turn: every bit, all zeros, all ones; and each file cut at every length.
+TEST_F(Corruption, EveryByteAndEveryLengthIsFound) {
+  if (!test::wholeCampaign()) GTEST_SKIP() << "the others take samples of it; tools/test --long does it whole";
+  test::TempFolder folder;
+  std::vector<Cell> cells = test::randomColumn(84, 2, 14, 20);
+  CellList stream(cells);
+  path_ = folder / "b.fil";
+  ingest(stream, path_, {.capacity = 8, .levels = true});
+  good_ = everything(path_);
+  std::uint64_t bytes_flipped = 0, cuts = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(path_)) {
+    if (!entry.is_regular_file()) continue;
+    const std::string file = entry.path().string(), bytes = test::readBytes(file);
+    const std::uint64_t harmless_before = harmless_;
+    for (std::size_t at = 0; at < bytes.size() && !HasFailure(); ++at) {
+      SCOPED_TRACE(file + " byte " + std::to_string(at));
+      for (int way = 0; way < 10; ++way) {
+        std::string damaged = bytes;
+        damaged[at] = static_cast<char>(way < 8 ? damaged[at] ^ (1 << way) : way == 8 ? 0 : 0xFF);
+        if (damaged == bytes) continue;
+        test::writeBytes(file, damaged);
+        expectFoundOrHarmless(file);
+        ++bytes_flipped;
+      }
+    }
+    const bool may_be_harmless = file.ends_with(".pack") || file.ends_with("CURRENT");
+    EXPECT_TRUE(may_be_harmless || harmless_ == harmless_before) << file;
+    EXPECT_LE(harmless_ - harmless_before, 160u) << file << ": more than the pack's header is never looked at";
+    for (std::size_t length = 0; length < bytes.size() && !HasFailure(); ++length, ++cuts) {
+      SCOPED_TRACE(file + " length " + std::to_string(length));
+      test::writeBytes(file, bytes.substr(0, length));
+      expectFoundOrHarmless(file);
+    }
+    test::writeBytes(file, bytes);
+  }
+  EXPECT_EQ(everything(path_), good_);
+  test::tell(std::to_string(bytes_flipped) + " damaged bytes and " + std::to_string(cuts) +
+             " cut files: all found by verify; " + std::to_string(harmless_) + " in bytes that no answer needs");
 }
 
 TEST_F(Corruption, AShortOrLongFileIsFound) {
