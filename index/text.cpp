@@ -30,7 +30,8 @@ Decoded decode(std::string_view text) {
 
 bool isHarmless(std::uint32_t c) {
   if (c < 0x20 || (c >= 0x7F && c < 0xA0)) return false;
-  const bool bidirectional = (c >= 0x202A && c <= 0x202E) || (c >= 0x2066 && c <= 0x2069) || c == 0x200E || c == 0x200F;
+  const bool bidirectional =
+      (c >= 0x202A && c <= 0x202E) || (c >= 0x2066 && c <= 0x2069) || c == 0x200E || c == 0x200F || c == 0x061C;
   const bool line_end = c == 0x2028 || c == 0x2029;
   return !bidirectional && !line_end;
 }

@@ -15,6 +15,7 @@
 #include <cstdio>
 #include <iostream>
 #include <new>
+#include <system_error>
 
 #include <CLI/CLI.hpp>
 
@@ -37,7 +38,8 @@ extern "C" void onSignal(int signal) {
 }
 
 int fail(int code, const std::string& what) {
-  std::cerr << "filiform: " << what << '\n';
+  // Once more where the text is safe already: that changes nothing, and what was forgotten cannot steer a terminal.
+  std::cerr << "filiform: " << escaped(what) << '\n';
   return code;
 }
 
@@ -125,7 +127,9 @@ int runProgram(int argc, char** argv) {
   app.require_subcommand(1);
   app.set_version_flag("--version", std::string("filiform ") + FILIFORM_VERSION);
   app.failure_message([](const CLI::App*, const CLI::Error& error) {
-    return std::string("filiform: ") + error.what() + " (see --help)\n";
+    std::string text = "filiform: ";
+    text += escaped(error.what());
+    return text += " (see --help)\n";
   });
   Chosen chosen;
   addSynth(app, chosen);
@@ -164,6 +168,8 @@ int runProgram(int argc, char** argv) {
     return fail(1, error.what());
   } catch (const std::bad_alloc&) {
     return fail(3, "out of memory");
+  } catch (const std::system_error& error) {  // a thread, as a rule
+    return fail(3, "the system refused: " + error.code().message());
   } catch (const std::exception& error) {
     return fail(3, std::string("internal error: ") + error.what() + " (please report this)");
   }

@@ -148,7 +148,7 @@ int runDevices(const DevicesArguments& a) {
     json["test"]["name"] = device->capabilities().name;
     if (!a.json) print(spec, device->capabilities(), check);
   }
-  if (a.json) std::cout << json.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) << '\n';
+  if (a.json) std::cout << json.dump(1, ' ', true, nlohmann::json::error_handler_t::replace) << '\n';
   return 0;
 }
 

@@ -118,7 +118,7 @@ int runInfo(const InfoArguments& a) {
       json["cell"] = p.cell;
       for (const Row& row : rowsOf(p)) json[row.name] = row.value;
     }
-    std::cout << info.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) << '\n';
+    std::cout << info.dump(1, ' ', true, nlohmann::json::error_handler_t::replace) << '\n';
     return 0;
   }
   const auto line = [](const char* what, const std::string& value, const char* note = "") {

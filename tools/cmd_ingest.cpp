@@ -65,7 +65,7 @@ int quantumExponentOf(const std::string& text) {
   return exponent;
 }
 
-std::string textOf(const Json& json) { return json.dump(1, ' ', false, Json::error_handler_t::replace); }
+std::string textOf(const Json& json) { return json.dump(1, ' ', true, Json::error_handler_t::replace); }
 
 Json describe(const InputReport& report) {
   Json codes = Json::object(), records = Json::array();

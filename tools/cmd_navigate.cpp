@@ -260,7 +260,7 @@ int runNavigate(const NavigateArguments& a) {
   if (!a.picture.empty()) travel->writePicture(a.picture, escaped(title), summary, *store);
 
   if (a.json)
-    std::cout << describe(summary).dump(1, ' ', false, nlohmann::json::error_handler_t::replace) << '\n';
+    std::cout << describe(summary).dump(1, ' ', true, nlohmann::json::error_handler_t::replace) << '\n';
   else
     describeForPeople(summary, a);
   for (const std::string& note : summary.notes) std::cerr << "filiform: note: " << note << '\n';

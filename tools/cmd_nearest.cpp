@@ -95,7 +95,7 @@ class Rows {
                                  {"exact", r.exact},
                                  {"tiles_read", r.tiles_read}};
       if (along) row["along"] = *along;
-      std::cout << separator_ << row.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+      std::cout << separator_ << row.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
       separator_ = ",\n";
     } else {
       std::cout << query << '\t' << r.rank << '\t' << formatNumber(r.distance_um) << '\t' << formatNumber(r.p_W.x())

@@ -23,6 +23,10 @@ TEST(Escaped, WritesOutBytesThatAreNotUtf8) {
   EXPECT_EQ(escaped("\xE9 \xC0\xAF \xED\xA0\x80 \xF5 \xE2\x82"), "\\xe9 \\xc0\\xaf \\xed\\xa0\\x80 \\xf5 \\xe2\\x82");
 }
 
+TEST(Escaped, WritesOutEveryMarkThatTurnsText) {
+  EXPECT_EQ(escaped("\xD8\x9C\xE2\x80\x8E\xE2\x80\xAE\xE2\x81\xA6"), "\\u061c\\u200e\\u202e\\u2066");
+}
+
 TEST(Escaped, CutsAtAWholeCharacter) {
   EXPECT_EQ(escaped("abc", 3), "abc");
   EXPECT_EQ(escaped("abcd", 3), "abc...");
