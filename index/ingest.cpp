@@ -25,7 +25,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kCurrent = "CURRENT";
-constexpr unsigned kMostThreads = 256;  // each takes memory of its own
+constexpr unsigned kMostIngestThreads = 256;  // each takes memory of its own
 
 bool isTemporaryName(const std::string& name) { return name.find(".tmp-") != std::string::npos; }
 
@@ -250,7 +250,7 @@ IngestResult ingest(CellStream& stream, const std::string& path, const IngestOpt
   if (options.memory < kMinIngestMemory)
     throw UsageError("ingest needs at least " + std::to_string(kMinIngestMemory >> 20) + " MiB of memory");
   const unsigned wanted = options.threads != 0 ? options.threads : std::max(1u, std::thread::hardware_concurrency());
-  const unsigned threads = std::min(wanted, kMostThreads);
+  const unsigned threads = std::min(wanted, kMostIngestThreads);
 
   Workshop workshop(folder, options.force);
   const Grid grid(options.quantum_exponent);
