@@ -516,6 +516,7 @@ class Run {
         static_cast<std::uint64_t>(std::min(1e15, std::ceil(options_.latency_ms * 1e-3 / dt_s_)));
     Wrench wrench;
     TickRow row;
+    NavigationSnapshot snapshot;
     for (bool over = false; !over;) {
       const DeviceState state = device_->exchange(wrench);
       if (recordingEnded(state)) break;
@@ -546,6 +547,10 @@ class Run {
       }
       over = account(tick, row);
       if (on_tick) on_tick(row);
+      if (options_.on_snapshot) {
+        navigation_->fill(snapshot);
+        options_.on_snapshot(snapshot);
+      }
       if (recorder_ && summary_.ticks % kDrainEvery == 0) recorder_->drain();
     }
   }

@@ -25,6 +25,8 @@
 
 namespace filiform {
 
+struct NavigationSnapshot;
+
 struct RunOptions {
   std::optional<std::uint32_t> cell;  // none: the cell of most segments (ties: name)
   std::string route = "longest";      // see planRoute; or tour:SEED, see Tour: through `cell`, or all cells
@@ -49,7 +51,9 @@ struct RunOptions {
       PrefetchPolicy::structure;  // with latency or in real time; at latency 0 tiles come on demand only
   unsigned io_threads = 1;        // in real time
   bool realtime = false;
-  std::string record;     // file that replay:FILE reads; empty: none
+  std::string record;  // file that replay:FILE reads; empty: none
+  // In virtual time only: after each tick, on the caller's thread, what the eye should know.
+  std::function<void(const NavigationSnapshot&)> on_snapshot{};
   std::string fault_csv;  // in real time: where the last ticks go if the loop ends by a fault; empty: nowhere
 };
 

@@ -60,6 +60,16 @@ void Workspace::rotate(double about_x_rad, double about_y_rad, const Vector3d& p
   rotation_WD_ = (rotation_WD_ * turn_D.conjugate()).normalized();
 }
 
+void Workspace::lay(const Vector3d& centre_W, const Eigen::Quaterniond& rotation_WD, double zoom_um) noexcept {
+  if (!isZoom(zoom_um) || !centre_W.allFinite() || !(rotation_WD.norm() > 0) || !rotation_WD.coeffs().allFinite())
+    return;
+  anchor_W_ = centre_W;
+  anchor_D_ = centre_D();
+  rotation_WD_ = rotation_WD.normalized();
+  scale_um_m_ = scaleOf(zoom_um);
+  centring_ = false;
+}
+
 Vector3d Workspace::follow(const Vector3d& proxy_W, double dt_s) noexcept {
   const Vector3d p_D = toDevice(proxy_W);
   if (!p_D.allFinite() || !(dt_s > 0)) return Vector3d::Zero();

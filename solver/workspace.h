@@ -55,6 +55,9 @@ class Workspace {
   // Turns the world as it is seen by these angles about the screen's X, then Y (frame D, right-handed) through the
   // proxy, whose p_D stays. Angles that are not finite change nothing.
   void rotate(double about_x_rad, double about_y_rad, const Eigen::Vector3d& proxy_W) noexcept;
+  // The whole map, as a snapshot has it: what the commanding thread draws with. Ends a centring. A map that is not
+  // finite or a zoom that is not > 0 changes nothing.
+  void lay(const Vector3d& centre_W, const Eigen::Quaterniond& rotation_WD, double zoom_um) noexcept;
   // Brings the proxy to the centre of the device, at no more than the drift speed, over the next calls of follow().
   void startCentring() noexcept { centring_ = true; }
   bool centring() const noexcept { return centring_; }

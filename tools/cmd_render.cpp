@@ -5,22 +5,21 @@
 #include "index/text.h"
 #include "index/tile_set.h"
 #include "solver/graph_view.h"
+#include "solver/navigation_link.h"
+#include "solver/run.h"
 #include "solver/workspace.h"
 #include "tools/cli.h"
+#include "tools/film.h"
 #include "tools/image.h"
 #include "tools/progress.h"
 #include "tools/scene.h"
-#include "viewer/draw_list.h"
-#include "viewer/glyph.h"
-#include "viewer/overlay.h"
-#include "viewer/renderer.h"
+#include "viewer/scene_view.h"
 
 #include <algorithm>
 #include <cmath>
 #include <iostream>
 #include <numbers>
 #include <optional>
-#include <set>
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
@@ -31,11 +30,12 @@ namespace {
 
 struct RenderArguments {
   std::string scene, out, camera, size = "1280x800", stereo = "mono", colour_by = "cell", proxy, at,
-                                  palette = "red-green";
+                                  palette = "red-green", highlight, path, cell, route = "longest", method = "climb";
   double zoom_um = 300, widening = 1, separation = 1, error_px = 0.5;
   std::uint64_t segments = 2'000'000;
+  double pictures_s = 30;
   int samples = 2;
-  bool json = false;
+  bool orthographic = false, json = false;
 };
 
 std::vector<double> parseNumbers(const std::string& what, const std::string& text, std::size_t count) {
@@ -68,19 +68,6 @@ PictureSize parseSize(const std::string& text) {
   return {static_cast<int>(width), static_cast<int>(height)};
 }
 
-struct Bounds {
-  Vector3d lo_W, hi_W;
-};
-
-Bounds boundsOf(const TileStore& store) {
-  GridBox box;
-  for (TileId tile = 0; tile < store.tile_count(); ++tile)
-    if (!store.entry(tile).content.empty()) box.extend(store.entry(tile).content);
-  if (box.empty()) throw InputError("there is nothing to draw: the scene has no segment");
-  const Vector3d rim = Vector3d::Constant(kDrawnUnknownSoma_um);  // the box is that of the samples' middles
-  return {store.grid().toWorld(box.lo) - rim, store.grid().toWorld(box.hi) + rim};
-}
-
 // Where the proxy stands, and the fork that it is next to.
 struct Proxy {
   Vector3d p_W;
@@ -110,33 +97,58 @@ NearestResult placeNamed(const TileStore& store, const RenderArguments& a) {
   throw InputError("--at " + escaped(a.at) + ": the sample is on no segment");
 }
 
-Proxy findProxy(const TileStore& store, const RenderArguments& a) {
-  const NearestResult place = placeNamed(store, a);
-  std::vector<std::shared_ptr<const Tile>> tiles;
-  TileTable table(store.tile_count());
-  const GraphView graph(table, store.leaves(), store.grid());
-  const auto load = [&](TileId tile) {
-    tiles.push_back(store.load(tile));
-    table.add(*tiles.back());
-  };
-  load(place.tile);
-  const GraphView::SegmentRef on = graph.segment(place.tile, place.segment);
-  const ProxyPlace proxy = graph.placeOn(*on.tile, on.segment, place.t, place.p_W);
-  const double reach_um = a.zoom_um / 2;
-  for (int round = 0;; ++round) {
-    JunctionSearch search = findJunction(graph, proxy, Vector3d::Zero(), reach_um, a.zoom_um / 10);
-    // A fork in a tile that is not there yet may be nearer.
-    if (search.absent.empty() || round == 64) return {place.p_W, std::move(search.junction)};
-    for (const TileId tile : search.absent) load(tile);
+// Finds forks near the proxy; loads the tiles that it needs, and keeps them.
+class Forks {
+ public:
+  explicit Forks(const TileStore& store) : store_(store) { forget(); }
+
+  ProxyPlace placeOf(const NearestResult& found) {
+    if (table_->find(found.tile) == nullptr) load(found.tile);
+    const GraphView::SegmentRef on = graph_->segment(found.tile, found.segment);
+    return graph_->placeOn(*on.tile, on.segment, found.t, found.p_W);
   }
+
+  std::optional<Junction> near(const ProxyPlace& place, const Vector3d& heading_W, double zoom_um) {
+    constexpr std::size_t kMostTiles = 512;
+    if (tiles_.size() > kMostTiles) forget();
+    if (table_->find(place.tile) == nullptr) load(place.tile);
+    for (int round = 0;; ++round) {
+      JunctionSearch search = findJunction(*graph_, place, heading_W, zoom_um / 2, zoom_um / 10);
+      // A fork in a tile that is not there yet may be nearer.
+      if (search.absent.empty() || round == 64) return std::move(search.junction);
+      for (const TileId tile : search.absent) load(tile);
+    }
+  }
+
+ private:
+  void load(TileId tile) {
+    tiles_.push_back(store_.load(tile));
+    table_->add(*tiles_.back());
+  }
+  void forget() {
+    table_ = std::make_unique<TileTable>(store_.tile_count());
+    graph_ = std::make_unique<GraphView>(*table_, store_.leaves(), store_.grid());
+    tiles_.clear();
+  }
+
+  const TileStore& store_;
+  std::vector<std::shared_ptr<const Tile>> tiles_;
+  std::unique_ptr<TileTable> table_;
+  std::unique_ptr<GraphView> graph_;
+};
+
+Proxy findProxy(const TileStore& store, const RenderArguments& a) {
+  const NearestResult found = placeNamed(store, a);
+  Forks forks(store);
+  return {found.p_W, forks.near(forks.placeOf(found), Vector3d::Zero(), a.zoom_um)};
 }
 
-Camera cameraOf(const RenderArguments& a, const Bounds& bounds, const std::optional<Proxy>& proxy,
+Camera cameraOf(const RenderArguments& a, const SceneView& scene, const std::optional<Proxy>& proxy,
                 const std::optional<Workspace>& workspace, double aspect) {
   const std::string& name = a.camera;
   constexpr double kRight = std::numbers::pi / 2;
   const auto around = [&](double yaw, double pitch) {
-    Camera camera = overview(bounds.lo_W, bounds.hi_W, yaw, pitch, aspect);
+    Camera camera = overview(scene.lo_W(), scene.hi_W(), yaw, pitch, aspect);
     if (!proxy) return camera;
     // Turned about the proxy instead, at the distance of the follower's view.
     Camera close = follow(*workspace, aspect);
@@ -157,7 +169,7 @@ Camera cameraOf(const RenderArguments& a, const Bounds& bounds, const std::optio
   if (const std::size_t colon = name.find(':'); colon != std::string::npos) {
     const Camera camera =
         lookAt(parsePoint("--camera", name.substr(0, colon)), parsePoint("--camera", name.substr(colon + 1)));
-    return fitDepth(camera, bounds.lo_W, bounds.hi_W);
+    return fitDepth(camera, scene.lo_W(), scene.hi_W());
   }
   if (name.find(',') == std::string::npos)
     throw UsageError("--camera " + escaped(name) +
@@ -166,116 +178,116 @@ Camera cameraOf(const RenderArguments& a, const Bounds& bounds, const std::optio
   return around(angles[0] * std::numbers::pi / 180, angles[1] * std::numbers::pi / 180);
 }
 
-struct Drawn {
-  DrawList list;
-  RenderFigures figures;
-  std::uint64_t uploaded = 0, implausible = 0;
-  std::string renderer;
-};
-
-// Loads what the list names and puts it on the card.
-void putThreads(const TileStore& store, const Levels* levels, const RenderArguments& a, const Bounds& bounds,
-                Renderer& renderer, Drawn& drawn) {
-  RootTable roots;
-  std::set<std::uint32_t> cells_known;
-  BatchOptions options{
-      .colour = colourBy(a.colour_by), .shallow_um = bounds.hi_W.y(), .deep_um = bounds.lo_W.y(), .roots = &roots};
-  Progress progress({.title = "render", .noun = "tiles", .total = drawn.list.parts.size()});
-  Renderer::BatchId id = 0;
-  for (const LevelPart& part : drawn.list.parts) {
-    throwIfInterrupted();
-    const std::shared_ptr<const Tile> tile = part.level ? levels->load(part.tile) : store.load(part.tile);
-    const TileAppearance appearance = part.level ? levels->loadAppearance(part.tile) : store.loadAppearance(part.tile);
-    // Nodes of level tiles are no samples: their somata are not known.
-    if (!part.level)
-      for (std::uint32_t s = 0; s < tile->segment_count(); ++s)
-        if (const std::uint32_t cell = tile->segmentId(s).cell; cells_known.insert(cell).second)
-          addRoots(store, cell, roots);
-    options.roots = part.level ? nullptr : &roots;
-    const ThreadBatch batch = makeBatch(*tile, appearance, options);
-    drawn.implausible += batch.implausible_radii;
-    drawn.uploaded += batch.segments.size();
-    renderer.put(++id, batch);
-    progress.update(id);
-  }
-  progress.finish();
+SceneFrame frameOf(const TileStore& store, const RenderArguments& a) {
+  SceneFrame frame;
+  frame.size = parseSize(a.size);
+  frame.stereo = stereoMode(a.stereo);
+  frame.palette = a.palette == "red-green" ? kRedGreen : kOrangeBlue;
+  frame.colour = colourBy(a.colour_by);
+  frame.orthographic = a.orthographic;
+  frame.eyes = {.gain = a.separation, .widening = a.widening};
+  frame.budget.segments = a.segments;
+  frame.budget.samples = a.samples;
+  frame.budget.enough_px = a.error_px;
+  if (!a.highlight.empty()) frame.cell = findCellNamed(store, a.highlight);
+  return frame;
 }
 
-void putMarks(const Proxy& proxy, const Workspace& workspace, const Camera& camera, const RenderArguments& a,
-              const PictureSize& eye, Renderer& renderer) {
-  const double px_rad = pixelsPerRadian(viewOf(camera, eye.aspect()).frustum, eye);
-  const double um_px = camera.focus_um / px_rad * std::max(1.0, eye.height / 800.0);
-  constexpr Renderer::BatchId kMarks = Renderer::BatchId{1} << 40;
-  renderer.put(kMarks, workspaceBatch(workspace, 1.6 * um_px), Layer::marks);
-  renderer.put(kMarks + 1, proxyBatch(proxy.p_W, 7 * um_px), Layer::marks);
-  if (!proxy.junction) return;
-  const GlyphPalette palette = a.palette == "red-green" ? kRedGreen : kOrangeBlue;
-  renderer.put(kMarks + 2, glyphBatch(*proxy.junction, 90 * um_px, 5 * um_px, palette), Layer::marks);
+Image imageOf(Picture picture) {
+  Image image;
+  image.width = picture.width;
+  image.height = picture.height;
+  image.rgb = std::move(picture.rgb);
+  return image;
 }
 
-Drawn drawScene(const TileStore& store, const Levels* levels, const RenderArguments& a, Image& image) {
-  Drawn drawn;
-  const StereoMode stereo = stereoMode(a.stereo);
-  const PictureSize size = parseSize(a.size), eye = eyeSize(stereo, size);
-  const Bounds bounds = boundsOf(store);
+SceneFigures drawPicture(const TileStore& store, const RenderArguments& a, SceneView& scene, Renderer& renderer) {
+  SceneFrame frame = frameOf(store, a);
   std::optional<Proxy> proxy;
   std::optional<Workspace> workspace;
   if (!a.proxy.empty() || !a.at.empty()) {
     workspace.emplace(WorkspaceOptions{.zoom_um = a.zoom_um});
     proxy = findProxy(store, a);
     workspace->place(proxy->p_W, workspace->centre_D());
+    frame.workspace = &*workspace;
+    frame.proxy_W = proxy->p_W;
+    frame.junction = proxy->junction ? &*proxy->junction : nullptr;
   }
-  Camera camera = cameraOf(a, bounds, proxy, workspace, eye.aspect());
+  frame.camera = cameraOf(a, scene, proxy, workspace, eyeSize(frame.stereo, frame.size).aspect());
+  Progress progress({.title = "render", .noun = "tiles"});
+  const SceneFigures figures = scene.drawWhole(frame, [&](std::size_t done, std::size_t all) {
+    throwIfInterrupted();
+    progress.setTotal(all);
+    progress.update(done);
+  });
+  progress.finish();
+  writePng(imageOf(renderer.read()), a.out);
+  return figures;
+}
 
-  // Depths within which things are: the workspace's, or all.
-  const Camera whole = fitDepth(camera, bounds.lo_W, bounds.hi_W);
-  RenderOptions options{.size = size, .stereo = stereo, .samples = a.samples};
-  double nearest_um = whole.near_um, farthest_um = whole.far_um;
-  if (proxy) {
-    const double half_um = a.zoom_um / 2;
-    nearest_um = std::max(camera.near_um, camera.focus_um - half_um);
-    farthest_um = camera.focus_um + half_um;
-    options.fog_begin_um = camera.focus_um - half_um / 2;
-    options.fog_end_um = camera.far_um;
-    options.fog_most = 1;
-    options.clear_end_um = camera.focus_um - 1.5 * half_um;
-    options.clear_begin_um = nearest_um;
-  } else {
-    const Vector3d rim = Vector3d::Constant(kThickestSoma_um);
-    camera = fitDepth(camera, bounds.lo_W - rim, bounds.hi_W + rim);
-    options.fog_begin_um = nearest_um;
-    options.fog_end_um = farthest_um;
-    options.fog_most = 0.75;
-  }
-  const double width_tan = std::tan(camera.height_angle_rad / 2) * eye.aspect();
-  const double ratio = stereo == StereoMode::mono ? 0
-                                                  : separationRatio({.gain = a.separation}, camera.focus_um, nearest_um,
-                                                                    farthest_um, width_tan);
-  const auto views = stereoViews(camera, eye.aspect(), ratio, a.widening);
+// What was navigated and recorded, as the person saw it.
+SceneFigures drawFilm(const TileStore& store, const RenderArguments& a, SceneView& scene, Renderer& renderer,
+                      std::string& out, std::uint64_t& pictures) {
+  SceneFrame frame = frameOf(store, a);
+  const double aspect = eyeSize(frame.stereo, frame.size).aspect();
+  std::string device = "replay:";
+  device += a.path;
+  RunOptions options;
+  options.device = device;
+  options.route = a.route;
+  options.method = solverMethod(a.method);
+  options.zoom_um = a.zoom_um;
+  options.in_memory = isFileScene(a.scene);
+  if (!a.cell.empty()) options.cell = findCellNamed(store, a.cell);
 
-  const auto context = makeOffscreenContext();
-  drawn.renderer = context->description();
-  Renderer renderer(*context);
-  // One list for both eyes, whose views differ by a hand's breadth: wide enough for both.
-  EyeView both = views[0];
-  both.eye_W = camera.eye_W;
-  both.frustum.right = std::max(-both.frustum.left, both.frustum.right) * (1 + 2 * ratio);
-  both.frustum.left = -both.frustum.right;
-  drawn.list = chooseTiles(store, levels, levelView(both, eye), camera.focus_W(), a.segments, a.error_px);
-  putThreads(store, levels, a, bounds, renderer, drawn);
-  if (proxy) putMarks(*proxy, *workspace, camera, a, eye, renderer);
-  drawn.figures = renderer.draw(views, options);
-  Picture picture = renderer.read();
-  image.width = picture.width;
-  image.height = picture.height;
-  image.rgb = std::move(picture.rgb);
-  return drawn;
+  Film film(a.out, frame.size.width, frame.size.height, a.pictures_s);
+  if (!film.note().empty()) std::cerr << "filiform: note: " << film.note() << '\n';
+  Forks forks(store);
+  Workspace workspace({.zoom_um = a.zoom_um});
+  SceneFigures figures;
+  Vector3d last_W = Vector3d::Zero();
+  double first_s = 0;
+  Progress progress({.title = "render", .noun = "pictures"});
+  options.on_snapshot = [&](const NavigationSnapshot& seen) {
+    throwIfInterrupted();
+    if (seen.tick == 1) first_s = seen.time_s;
+    const double time_s = seen.time_s - first_s;
+    if (time_s < static_cast<double>(film.pictures()) / a.pictures_s) return;
+    workspace.lay(seen.centre_W, seen.rotation_WD, seen.zoom_um);
+    std::optional<Junction> junction;
+    const Vector3d heading_W = film.pictures() > 0 ? Vector3d(seen.p_W - last_W) : Vector3d(Vector3d::Zero());
+    if (seen.place.valid()) junction = forks.near(seen.place, heading_W, seen.zoom_um);
+    last_W = seen.p_W;
+    frame.workspace = &workspace;
+    frame.proxy_W = seen.p_W;
+    frame.junction = junction ? &*junction : nullptr;
+    frame.camera = follow(workspace, aspect);
+    frame.time_s = time_s;
+    figures = scene.drawWhole(frame);
+    const Image image = imageOf(renderer.read());
+    // A picture for each moment, also where the recording's ticks are farther apart.
+    while (static_cast<double>(film.pictures()) / a.pictures_s <= time_s) film.add(image);
+    progress.update(film.pictures());
+  };
+  const RunSummary summary = run(store, options);
+  for (const std::string& note : summary.notes) std::cerr << "filiform: note: " << note << '\n';
+  film.finish();
+  progress.finish();
+  out = film.out();
+  pictures = film.pictures();
+  return figures;
 }
 
 int runRender(const RenderArguments& a) {
   if (!a.proxy.empty() && !a.at.empty()) throw UsageError("--proxy and --at: give one of them");
   if (a.palette != "red-green" && a.palette != "orange-blue")
     throw UsageError("--palette " + escaped(a.palette) + ": choose red-green or orange-blue");
+  if (a.path.empty() && isFilmName(a.out))
+    throw UsageError(escaped(a.out) + ": a film needs --path FILE, a recording of navigate --record");
+  if (!a.path.empty() && !isFilmName(a.out))
+    throw UsageError(escaped(a.out) + ": with --path give FILE.mp4, .mkv, .webm, .mov or FILE-%05d.png");
+  if (!a.path.empty() && (!a.proxy.empty() || !a.at.empty() || !a.camera.empty()))
+    throw UsageError("--path follows the recorded hand: leave --proxy, --at and --camera out");
   parseSize(a.size);
   stereoMode(a.stereo);
   colourBy(a.colour_by);
@@ -289,36 +301,44 @@ int runRender(const RenderArguments& a) {
     levels = Levels::open(*set);
     store = std::move(set);
   }
-  Image image;
-  const Drawn drawn = drawScene(*store, levels.get(), a, image);
-  writePng(image, a.out);
-
-  const DrawList& list = drawn.list;
+  const auto context = makeOffscreenContext();
+  Renderer renderer(*context);
+  SceneView scene(*store, levels.get(), renderer);
+  std::string out = a.out;
+  std::uint64_t pictures = 1;
+  const SceneFigures figures =
+      a.path.empty() ? drawPicture(*store, a, scene, renderer) : drawFilm(*store, a, scene, renderer, out, pictures);
+  const PictureSize size = parseSize(a.size);
   if (a.json) {
-    const nlohmann::ordered_json json{{"width", image.width},
-                                      {"height", image.height},
-                                      {"segments", list.segments},
-                                      {"tiles", list.parts.size()},
-                                      {"error_px", list.error_px},
-                                      {"left_out", list.left_out},
-                                      {"tiles_left_out", list.tiles_left_out},
-                                      {"lines", drawn.figures.lines},
-                                      {"cones", drawn.figures.cones},
-                                      {"implausible_radii", drawn.implausible},
+    const nlohmann::ordered_json json{{"width", size.width},
+                                      {"height", size.height},
+                                      {"segments", figures.segments},
+                                      {"tiles", figures.tiles},
+                                      {"error_px", figures.error_px},
+                                      {"left_out", figures.left_out},
+                                      {"tiles_left_out", figures.tiles_left_out},
+                                      {"lines", figures.drawn.lines},
+                                      {"cones", figures.drawn.cones},
+                                      {"implausible_radii", figures.implausible_radii},
                                       {"levels", levels != nullptr},
-                                      {"renderer", drawn.renderer}};
+                                      {"renderer", context->description()},
+                                      {"out", out},
+                                      {"pictures", pictures}};
     std::cout << json.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) << '\n';
-  } else {
-    std::cout << escaped(a.out) << ": " << image.width << " x " << image.height << ", " << formatCount(list.segments)
-              << " segments in " << formatCount(list.parts.size()) << " tiles, error at most "
-              << formatNumber(std::ceil(list.error_px * 100) / 100) << " px; drawn by " << drawn.renderer << '\n';
-    if (list.left_out > 0)
-      std::cout << "  left out: " << formatCount(list.left_out) << " segments (--segments allows "
-                << formatCount(a.segments) << ")\n";
-    if (drawn.implausible > 0)
-      std::cout << "  radii that are unknown or cannot be in um: " << formatCount(drawn.implausible)
-                << ", drawn with a usual one\n";
+    return 0;
   }
+  std::cout << escaped(out) << ": ";
+  if (!a.path.empty()) std::cout << formatCount(pictures) << " pictures of ";
+  std::cout << size.width << " x " << size.height << ", " << formatCount(figures.segments) << " segments in "
+            << formatCount(figures.tiles) << " tiles, error at most "
+            << formatNumber(std::ceil(figures.error_px * 100) / 100) << " px; drawn by " << context->description()
+            << '\n';
+  if (figures.left_out > 0)
+    std::cout << "  left out: " << formatCount(figures.left_out) << " segments (--segments allows "
+              << formatCount(a.segments) << ")\n";
+  if (figures.implausible_radii > 0)
+    std::cout << "  radii that are unknown or cannot be in um: " << formatCount(figures.implausible_radii)
+              << ", drawn with a usual one\n";
   return 0;
 }
 
@@ -330,11 +350,12 @@ void addRender(CLI::App& app, Chosen& chosen) {
   command->footer(
       "Example:\n  filiform render column.fil -o overview.png\n"
       "  filiform render column.fil -o near.png --at CELL:245 --zoom 200 --stereo anaglyph\n"
+      "  filiform render column.fil -o travel.mp4 --path travel.rec --fps 30\n"
       "  filiform render cell.swc -o cell.png --camera 30,20 --colour-by type");
   command->add_option("SCENE", a->scene, "tile set, or an .swc file or small .zip that is drawn directly")
       ->required()
       ->type_name("SET|FILE.swc");
-  command->add_option("-o,--out", a->out, "the picture, PNG")->required()->type_name("FILE");
+  command->add_option("-o,--out", a->out, "the picture, PNG; with --path a film")->required()->type_name("FILE");
   command->add_option("--size", a->size, "in pixels")->capture_default_str()->type_name("WxH");
   command
       ->add_option(
@@ -349,7 +370,7 @@ void addRender(CLI::App& app, Chosen& chosen) {
       ->capture_default_str()
       ->type_name("UM")
       ->check(CLI::Range(Workspace::kMinZoom_um, Workspace::kMaxZoom_um));
-  command->add_option("--stereo", a->stereo, "mono, anaglyph, side-by-side, top-bottom or row-interleaved")
+  command->add_option("--stereo", a->stereo, "mono, anaglyph, side-by-side, top-bottom, row-interleaved or quad-buffer")
       ->capture_default_str();
   command->add_option("--separation", a->separation, "of the eyes, times what is comfortable")
       ->capture_default_str()
@@ -360,6 +381,19 @@ void addRender(CLI::App& app, Chosen& chosen) {
   command->add_option("--colour-by", a->colour_by, "cell, type, depth, radius or tile")->capture_default_str();
   command->add_option("--palette", a->palette, "of the branches at a fork: red-green or orange-blue")
       ->capture_default_str();
+  command->add_option("--highlight", a->highlight, "this cell over the others, which recede")->type_name("CELL");
+  command->add_flag("--orthographic", a->orthographic, "what is nearer looks no larger");
+  command
+      ->add_option("--path", a->path,
+                   "a recording of `navigate --record`: a film of it into FILE.mp4 (by ffmpeg) or FILE-%05d.png; give "
+                   "--zoom, --route, --cell and --method as they were")
+      ->type_name("FILE.rec");
+  command->add_option("--fps", a->pictures_s, "pictures a second of a film")
+      ->capture_default_str()
+      ->check(CLI::Range(0.1, 1000.0));
+  command->add_option("--route", a->route, "of the recording")->capture_default_str();
+  command->add_option("--cell", a->cell, "of the recording; default: the one with the most segments");
+  command->add_option("--method", a->method, "of the recording")->capture_default_str();
   command->add_option("--segments", a->segments, "at most so many are drawn")->capture_default_str();
   command->add_option("--error", a->error_px, "levels of detail may be wrong by so many pixels")
       ->capture_default_str()

@@ -2,6 +2,8 @@
 #include "tests/support/process.h"
 #include "tests/support/temp_folder.h"
 
+#include <array>
+#include <cstdio>
 #include <filesystem>
 #include <string>
 
@@ -58,7 +60,8 @@ TEST_F(Render, TakesEveryViewAndMode) {
        {std::vector<std::string>{"--at", "y:3", "--zoom", "50", "--stereo", "anaglyph"},
         {"--proxy", "25,1,0", "--zoom", "50", "--palette", "orange-blue", "--camera", "40,10"},
         {"--camera", "0,0,200:20,0,0", "--colour-by", "type"},
-        {"--camera", "top", "--stereo", "side-by-side", "--widening", "1.2"}}) {
+        {"--camera", "top", "--stereo", "side-by-side", "--widening", "1.2"},
+        {"--highlight", "y", "--orthographic"}}) {
     std::vector<std::string> arguments{"render", folder_ / "y.swc", "-o", folder_ / "a.png", "--size", "64x48"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     const Outcome outcome = runFiliform(arguments);
@@ -80,6 +83,32 @@ TEST_F(Render, WhatCannotBeIsOneClearLine) {
   refused({"--at", "who:1"}, 2, "no cell");
   refused({"--proxy", "1,2"}, 2, "3 numbers");
   refused({"--palette", "grey"}, 2, "orange-blue");
+  refused({"--highlight", "who"}, 2, "no cell");
+  refused({"--stereo", "quad-buffer"}, 3, "anaglyph");
+  refused({"--path", "none.rec"}, 2, "FILE.mp4");
+}
+
+TEST_F(Render, ARecordedTravelIsAFilmAtAFixedRate) {
+  ASSERT_EQ(
+      runFiliform({"navigate", folder_ / "y.swc", "--zoom", "60", "--route", "1:5", "--record", folder_ / "y.rec"})
+          .exit_code,
+      0);
+  const Outcome outcome =
+      runFiliform({"render", folder_ / "y.swc", "-o", folder_ / "y-%04d.png", "--path", folder_ / "y.rec", "--zoom",
+                   "60", "--route", "1:5", "--fps", "2", "--size", "64x48", "--json"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_TRUE(outcome.err.empty()) << outcome.err;  // no note that the replay differs
+  const auto json = nlohmann::json::parse(outcome.out);
+  const int pictures = json["pictures"];
+  EXPECT_GT(pictures, 1);
+  EXPECT_TRUE(wrote("y-0001.png"));
+  std::array<char, 16> last{};
+  std::snprintf(last.data(), last.size(), "y-%04d.png", pictures);
+  EXPECT_TRUE(wrote(last.data()));
+  EXPECT_NE(test::readBytes(folder_ / "y-0001.png"), test::readBytes(folder_ / last.data()));
+  const Outcome alone = runFiliform({"render", folder_ / "y.swc", "-o", folder_ / "y.mp4"});
+  EXPECT_EQ(alone.exit_code, 2);
+  EXPECT_NE(alone.err.find("--path"), std::string::npos);
 }
 
 TEST_F(Render, TheBudgetIsKeptAndTheRestCounted) {
