@@ -17,6 +17,8 @@ namespace {
 constexpr double kLineRadius_px = 0.6;
 // A thread is never drawn thinner: it would break into dots.
 constexpr double kLeastRadius_px = 0.55;
+// A dark rim sets marks off from the threads behind them.
+constexpr double kMarkHalo_px = 2.5;
 // Of a highlighted cell's threads, in pixels.
 constexpr double kHighlightRadius_px = 1.1;
 
@@ -354,7 +356,8 @@ RenderFigures Renderer::Impl::drawEye(const EyeView& view, const PictureSize& si
   cone.set("least_px", kHighlightRadius_px * samples);
   drawTwice(highlights, 0.45);
   cone.set("least_px", kLeastRadius_px);
-  drawTwice(marks, 0.3);
+  cone.set("halo_px", kMarkHalo_px * samples);
+  drawTwice(marks, 0.4);
   return figures;
 }
 

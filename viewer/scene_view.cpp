@@ -407,7 +407,7 @@ void SceneView::Impl::putMarks(const SceneFrame& f, const Camera& at, const Pict
   };
   put(0, f.workspace != nullptr, [&] { return workspaceBatch(*f.workspace, 1.6 * um_px); });
   put(1, f.proxy_W.has_value(), [&] { return proxyBatch(*f.proxy_W, 7 * um_px); });
-  put(2, f.junction != nullptr, [&] { return glyphBatch(*f.junction, 90 * um_px, 5 * um_px, f.palette); });
+  put(2, f.junction != nullptr, [&] { return glyphBatch(*f.junction, 120 * um_px, 6 * um_px, f.palette); });
 }
 
 // Camera, depth cues, eyes, and which tiles are wanted.
@@ -451,7 +451,7 @@ void SceneView::Impl::prepare(const SceneFrame& f, bool whole) {
     fitted = fitDepth(asked, lo_W - rim, hi_W + rim);
     options.fog_begin_um = nearest_um;
     options.fog_end_um = farthest_um;
-    options.fog_most = 0.75;
+    options.fog_most = 0.5;
     if (!moving || f.budget.moving_shade) options.shade_um = kShadePart * (farthest_um - nearest_um);
   }
   double ratio = 0;

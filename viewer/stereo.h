@@ -13,7 +13,7 @@ namespace filiform {
 
 enum class StereoMode : std::uint8_t {
   mono,
-  anaglyph,         // red and cyan, half-colour: the left eye's luminance in red, the right eye's green and blue
+  anaglyph,         // red and cyan, the left eye's luminance in red, the right eye's green and blue, half as pure
   side_by_side,     // left eye in the left half, each in its right proportions
   top_bottom,       // left eye above
   row_interleaved,  // left eye in rows 0, 2, 4 ... from the top, for polarised screens

@@ -199,5 +199,20 @@ TEST(Camera, DepthIsFittedToTheBox) {
   EXPECT_GT(inside.far_um, 1000);
 }
 
+TEST(Camera, ParallelViewsKeepTheFocusAndHaveNoPerspective) {
+  const PictureSize size{640, 480};
+  const Camera camera = lookAt({10, 20, 300}, {0, 0, 0});
+  const Camera far = parallel(camera);
+  EXPECT_LT((far.focus_W() - camera.focus_W()).norm(), 1e-6);
+  const EyeView near_view = viewOf(camera, size.aspect()), far_view = viewOf(far, size.aspect());
+  const auto width = [&](const EyeView& view, double depth_um) {
+    const Vector3d at = camera.focus_W() - depth_um * camera.rotation_VW.row(2).transpose();
+    return project(view, at + 10 * camera.rotation_VW.row(0).transpose(), size).x - project(view, at, size).x;
+  };
+  EXPECT_NEAR(width(far_view, 0), width(near_view, 0), 1e-6);
+  EXPECT_NEAR(width(far_view, 100) / width(far_view, -100), 1, 0.003);
+  EXPECT_LT(width(near_view, 100) / width(near_view, -100), 0.6);
+}
+
 }  // namespace
 }  // namespace filiform

@@ -50,9 +50,12 @@ class GoldenPictures : public ::testing::Test {
     if (wish != nullptr && std::string(wish) == "renew") test::writePng(drawn, path);
     const test::PictureDifference difference = test::compare(drawn, test::readPng(path));
     if (!difference.showsTheSame()) {
-      test::writePng(drawn, "golden-" + name + ".png");
+      std::string drawn_path = "golden-";
+      drawn_path += name;
+      drawn_path += ".png";
+      test::writePng(drawn, drawn_path);
       ADD_FAILURE() << name << ": mean difference " << difference.mean << ", far off " << difference.far_off
-                    << "; the picture is golden-" << name << ".png in the folder of the test";
+                    << "; the picture is " << drawn_path << " in the folder of the test";
     }
     return drawn;
   }
@@ -100,8 +103,11 @@ TEST_F(GoldenPictures, HighlightedCell) {
 // The pictures are far enough from each other that one in another's place would be noticed.
 TEST_F(GoldenPictures, NoneStandsForAnother) {
   std::vector<Picture> all;
-  for (const char* name : {"overview", "near", "anaglyph", "highlight"})
-    all.push_back(test::readPng(std::string(FILIFORM_GOLDEN_FOLDER "/") + name + ".png"));
+  for (const char* name : {"overview.png", "near.png", "anaglyph.png", "highlight.png"}) {
+    std::string path = FILIFORM_GOLDEN_FOLDER "/";
+    path += name;
+    all.push_back(test::readPng(path));
+  }
   for (std::size_t i = 0; i < all.size(); ++i)
     for (std::size_t j = 0; j < i; ++j) EXPECT_FALSE(test::compare(all[i], all[j]).showsTheSame()) << i << ' ' << j;
 }

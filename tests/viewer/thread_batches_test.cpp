@@ -4,6 +4,7 @@
 #include "index/memory_tiles.h"
 #include "tests/support/random_cells.h"
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <tuple>
@@ -172,6 +173,52 @@ TEST(ThreadBatches, WorstCasesGiveFiniteSegments) {
         for (int axis = 0; axis < 3; ++axis) EXPECT_TRUE(std::isfinite(s.a_um[axis]) && std::isfinite(s.b_um[axis]));
     }
   }
+}
+
+TEST(ThreadBatches, ThickestComeFirstAndBatchesJoin) {
+  const auto store = storeOf(test::randomColumn(5, 3, 200, 300), 64);
+  ThreadBatch all = makeBatch(*store->load(0), store->loadAppearance(0));
+  const ThreadBatch first = all, second = makeBatch(*store->load(1), store->loadAppearance(1));
+  append(all, second);
+  ASSERT_EQ(all.segments.size(), first.segments.size() + second.segments.size());
+  const Vector3d have = endOf(all, all.segments.back().a_um), want = endOf(second, second.segments.back().a_um);
+  EXPECT_LT((have - want).norm(), 1e-3);
+  EXPECT_TRUE((all.hi_W.array() >= second.hi_W.array()).all());
+  for (std::size_t i = 0; i < all.segments.size(); ++i) all.segments[i].b_radius_um = 0.1F * static_cast<float>(i % 7);
+  EXPECT_FALSE(isThickestFirst(all));
+  sortThickestFirst(all);
+  EXPECT_TRUE(isThickestFirst(all));
+}
+
+TEST(ThreadBatches, OneCellAlone) {
+  const auto store = storeOf(test::randomColumn(5, 3, 200, 30), 4096);
+  std::size_t sum = 0;
+  for (std::uint32_t cell = 0; cell < 3; ++cell)
+    sum += makeBatch(*store->load(0), store->loadAppearance(0), {.only_cell = cell}).segments.size();
+  ASSERT_EQ(store->tile_count(), 1u);
+  EXPECT_EQ(sum, store->entry(0).owned);
+}
+
+// A root from which two threads go out is the cell's only soma; a tile of a level knows no more than that.
+TEST(ThreadBatches, LoneSomataAreFoundWhereNothingNamesThem) {
+  Cell cell;
+  const std::uint32_t root = test::addSample(cell, {0, 0, 0}, kNoParent, 5, 1);
+  for (const double side : {-1.0, 1.0}) {
+    const std::uint32_t next = test::addSample(cell, {10 * side, 0, 0}, root);
+    test::addSample(cell, {20 * side, 5, 0}, next);
+  }
+  const auto store = storeOf({cell}, 4096);
+  const auto tile = store->load(0);
+  EXPECT_EQ(cellsWithOpenNodes(*tile), std::vector<std::uint32_t>{0});
+  const LoneSomata somata{{0, 7.0F}}, others{{1, 7.0F}};
+  EXPECT_EQ(makeBatch(*tile, store->loadAppearance(0), {.somata = &others}).segments.size(), 4u);
+  const ThreadBatch batch = makeBatch(*tile, store->loadAppearance(0), {.somata = &somata});
+  ASSERT_EQ(batch.segments.size(), 5u);
+  const auto ball = std::find_if(batch.segments.begin(), batch.segments.end(),
+                                 [](const DrawnSegment& s) { return s.a_radius_um == 7; });
+  ASSERT_NE(ball, batch.segments.end());
+  EXPECT_LT(endOf(batch, ball->a_um).norm(), 1e-3);
+  EXPECT_EQ(endOf(batch, ball->a_um), endOf(batch, ball->b_um));
 }
 
 }  // namespace

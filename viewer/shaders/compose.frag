@@ -11,6 +11,8 @@ out vec4 drawn;
 
 float away_um(float depth) { return depth_map.y / (2.0 * depth - 1.0 + depth_map.x); }
 
+const ivec2 kFarther[4] = ivec2[4](ivec2(2, 0), ivec2(-2, 0), ivec2(0, 2), ivec2(0, -2));
+
 // Eye-dome lighting: dark beside what is nearer (Boucheny 2009).
 float lit(sampler2D depths, ivec2 at) {
   ivec2 first = at * samples, last = eye * samples - 1;
@@ -21,11 +23,11 @@ float lit(sampler2D depths, ivec2 at) {
   float here_um = away_um(nearest), behind = 0.0;
   ivec2 middle = first + samples / 2;
   for (int i = 0; i < 8; ++i) {
-    ivec2 way = i < 4 ? ivec2((i & 1) * 2 - 1, (i & 2) - 1) : 2 * ivec2(i == 4 ? 1 : i == 5 ? -1 : 0, i == 6 ? 1 : i == 7 ? -1 : 0);
+    ivec2 way = i < 4 ? ivec2((i & 1) * 2 - 1, (i & 2) - 1) : kFarther[i - 4];
     float other = texelFetch(depths, clamp(middle + way * samples, ivec2(0), last), 0).r;
     behind += clamp((here_um - away_um(other)) / shade_um, 0.0, 1.0);
   }
-  return exp(-1.6 * behind / 8.0 * 2.0);
+  return exp(-2.0 * behind / 8.0);
 }
 
 vec3 average(sampler2D picture, sampler2D depths, ivec2 at) {
@@ -46,7 +48,10 @@ void main() {
   if (mode == 0) {
     shown = left(at);
   } else if (mode == 1) {
-    shown = vec3(dot(left(at), vec3(0.299, 0.587, 0.114)), right(at).gb);
+    // Pure colours would be bright for one eye and dark for the other.
+    vec3 other = right(at);
+    const vec3 kLuminance = vec3(0.299, 0.587, 0.114);
+    shown = vec3(dot(left(at), kLuminance), mix(vec2(dot(other, kLuminance)), other.gb, 0.5));
   } else if (mode == 2) {
     if (at.x < eye.x) shown = left(at);
     else if (at.x >= whole.x - eye.x) shown = right(at - ivec2(whole.x - eye.x, 0));
