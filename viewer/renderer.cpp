@@ -264,6 +264,7 @@ void Renderer::Impl::prepare(const Program& program, const EyeView& view, const 
   program.set("near_um", view.frustum.near_um);
   program.set("least_px", kLeastRadius_px);
   program.set("halo_px", options.halo_px * samples);
+  program.set("halo_radii", 0.8, 2.0);
   program.set("background", colourVector(options.background));
   program.set("dim", options.dim);
   program.set("fog", Vector3d(options.fog_begin_um, options.fog_end_um, options.fog_most));
@@ -337,8 +338,9 @@ RenderFigures Renderer::Impl::drawEye(const EyeView& view, const PictureSize& si
   if (highlights.empty() && marks.empty()) return figures;
 
   // Inside dense tissue they would vanish: faint without a test of depth, then as they are.
-  const auto drawTwice = [&](const std::vector<Part>& parts, double faint) {
+  const auto drawTwice = [&](const std::vector<Part>& parts, double faint, double rim_px) {
     if (parts.empty()) return;
+    cone.set("halo_px", 0.0);
     cone.set("opacity", faint);
     glDisable(GL_DEPTH_TEST);
     glEnable(GL_BLEND);
@@ -347,17 +349,17 @@ RenderFigures Renderer::Impl::drawEye(const EyeView& view, const PictureSize& si
     glDisable(GL_BLEND);
     glEnable(GL_DEPTH_TEST);
     cone.set("opacity", 1.0);
+    cone.set("halo_px", rim_px * samples);
     drawCones(parts);
   };
   cone.set("fog", Vector3d(1e9, 2e9, 0));
   cone.set("dim", 0.0);
   cone.set("clearing", -2.0, -1.0);
-  cone.set("halo_px", 0.0);
   cone.set("least_px", kHighlightRadius_px * samples);
-  drawTwice(highlights, 0.45);
+  drawTwice(highlights, 0.45, 0);
   cone.set("least_px", kLeastRadius_px);
-  cone.set("halo_px", kMarkHalo_px * samples);
-  drawTwice(marks, 0.4);
+  cone.set("halo_radii", 1.2 * samples, 2.4 * samples);  // of the glyph, not of the boxes
+  drawTwice(marks, 0.5, kMarkHalo_px);
   return figures;
 }
 

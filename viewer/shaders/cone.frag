@@ -10,6 +10,7 @@ uniform vec4 lens;
 uniform vec2 half_px;
 uniform vec2 depth_map;  // of the projection matrix: [2][2], [2][3]
 uniform float halo_px;
+uniform vec2 halo_radii;  // px: thinner threads have none, thicker ones all of it
 uniform vec3 background;
 uniform vec3 fog;       // begin um, end um, most
 uniform float dim;      // so much into the background, at any depth
@@ -31,7 +32,7 @@ void main() {
   float r = mix(radii.x, radii.y, t) * left_over, distance_px = length(off);
   // What is thinner than a sample cannot thin out any more.
   if (r < 0.5 && left_over < 1.0 && hash(gl_FragCoord.xy) >= 2.0 * r) discard;
-  float halo = halo_px * smoothstep(0.8, 2.0, r);
+  float halo = halo_px * smoothstep(halo_radii.x, halo_radii.y, r);
   if (distance_px > max(r, 0.5) + halo) discard;
   float um_px = w / (lens.z * half_px.y);
   float radius_um = r * um_px;
