@@ -69,7 +69,9 @@ void addBench(CLI::App& app, Chosen& chosen) {
   bench->add_option("--seed", command->options.seed, "of everything random")->capture_default_str();
   bench->add_option("--corpus", command->options.corpus, "folder of real reconstructions")->envname("FILIFORM_CORPUS");
   bench->add_option("--segments", command->options.segments, "largest size to go to; 0: the workload's own");
-  bench->add_option("--scene", command->options.scene, "tile set that `loop` travels; default: a synthetic one")
+  bench
+      ->add_option("--scene", command->options.scene,
+                   "tile set that `loop` travels and `viewer` draws; default: a synthetic one")
       ->type_name("SET");
   bench->add_flag("--long", command->options.long_run, "`loop` runs each loop for ten minutes");
   bench->add_flag("--quick", command->options.quick, "small sizes without the corpus, to see that it works");

@@ -359,7 +359,7 @@ RenderFigures Renderer::Impl::drawEye(const EyeView& view, const PictureSize& si
   drawTwice(highlights, 0.45, 0);
   cone.set("least_px", kLeastRadius_px);
   cone.set("halo_radii", 1.2 * samples, 2.4 * samples);  // of the glyph, not of the boxes
-  drawTwice(marks, 0.5, kMarkHalo_px);
+  drawTwice(marks, 0.4, kMarkHalo_px);
   return figures;
 }
 

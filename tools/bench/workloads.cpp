@@ -12,6 +12,7 @@ std::vector<Workload> workloads() {
   addJumpWorkloads(all);
   addStreamingWorkloads(all);
   addLoopWorkloads(all);
+  addViewerWorkloads(all);
   return all;
 }
 

@@ -15,5 +15,6 @@ void addIngestWorkloads(std::vector<Workload>& all);
 void addJumpWorkloads(std::vector<Workload>& all);
 void addStreamingWorkloads(std::vector<Workload>& all);
 void addLoopWorkloads(std::vector<Workload>& all);
+void addViewerWorkloads(std::vector<Workload>& all);
 
 }  // namespace filiform::tools
