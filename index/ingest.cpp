@@ -18,6 +18,7 @@
 #include <sys/file.h>
 #include <thread>
 #include <unistd.h>
+#include <utility>
 
 namespace filiform {
 namespace {
@@ -52,10 +53,11 @@ class Workshop {
       fs::create_directory(building_);
     } catch (const fs::filesystem_error& e) {
       undo();
+      if (created) fs::remove(path, error);  // unless somebody else has begun to use it
       throw IoError(path, "cannot be written", e.code().value());
     } catch (...) {
       undo();
-      if (created) fs::remove(path, error);  // as far as nobody else has begun to use it
+      if (created) fs::remove(path, error);
       throw;
     }
   }
@@ -159,17 +161,28 @@ class Workshop {
   void undo() noexcept {
     try {
       std::error_code ignored;
-      for (const std::string* made : {&building_, &target_, &next_})
-        if (!made->empty()) fs::remove_all(*made, ignored);
-      if (!aside_.empty()) fs::rename(aside_, target_, ignored);
+      removeMade();
+      if (!aside_.empty()) {
+        fs::remove_all(target_, ignored);
+        fs::rename(aside_, target_, ignored);
+      }
       if (created_) fs::remove_all(path_, ignored);
+      if (folder_ >= 0) ::close(std::exchange(folder_, -1));
+      removeMade();                              // with one more file descriptor to list them with
+      if (created_) fs::remove(path_, ignored);  // unless somebody else has begun to use it
     } catch (const std::bad_alloc&) {
       // Without memory nothing can be removed; the next ingest does.
     }
     for (std::string* undone : {&building_, &target_, &aside_, &next_}) undone->clear();
     created_ = false;
-    if (folder_ >= 0) ::close(folder_);
-    folder_ = -1;
+    if (folder_ >= 0) ::close(std::exchange(folder_, -1));
+  }
+
+  void removeMade() const {
+    std::error_code ignored;
+    for (const std::string* made : {&building_, &next_})
+      if (!made->empty()) fs::remove_all(*made, ignored);
+    if (!target_.empty() && aside_.empty()) fs::remove_all(target_, ignored);
   }
 
   std::string path_, previous_;

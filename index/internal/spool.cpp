@@ -7,7 +7,9 @@
 #include <cerrno>
 #include <cstring>
 #include <fcntl.h>
+#include <new>
 #include <unistd.h>
+#include <utility>
 
 namespace filiform::internal {
 namespace {
@@ -42,10 +44,14 @@ Spool::Buffer Spool::buffer() {
   return std::make_unique<std::uint8_t[]>(block_bytes_ + kSlack);
 }
 
-void Spool::giveBack(Buffer buffer) {
+void Spool::giveBack(Buffer buffer) noexcept {
   if (!buffer) return;
   const std::lock_guard lock(mutex_);
-  spare_.push_back(std::move(buffer));
+  try {
+    spare_.push_back(std::move(buffer));
+  } catch (const std::bad_alloc&) {
+    // One buffer less is kept for later.
+  }
 }
 
 Spool::Block Spool::store(Buffer& filled, std::size_t used) {
@@ -95,16 +101,21 @@ const std::uint8_t* Spool::load(const Block& block, Buffer& scratch) const {
   return scratch.get();
 }
 
-void Spool::release(Block& block) {
+void Spool::release(Block& block) noexcept {
   if (block.at == kReleased) return;
+  const std::uint64_t at = std::exchange(block.at, kReleased);
+  const bool in_memory = block.memory != nullptr;
+  giveBack(std::move(block.memory));
   const std::lock_guard lock(mutex_);
-  if (block.memory) {
+  if (in_memory) {
     ++memory_blocks_;
-    spare_.push_back(std::move(block.memory));
-  } else {
-    free_.push_back(block.at);
+    return;
   }
-  block.at = kReleased;
+  try {
+    free_.push_back(at);
+  } catch (const std::bad_alloc&) {
+    // The file grows instead.
+  }
 }
 
 void Chain::turn() {

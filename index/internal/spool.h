@@ -34,12 +34,12 @@ class Spool {
     Buffer memory;  // null in the file
   };
   Buffer buffer();  // of block_bytes() + kSlack
-  void giveBack(Buffer buffer);
+  void giveBack(Buffer buffer) noexcept;
   // Stores the first `used` bytes; `filled` is then null, or still the caller's, to be written over. Throws IoError.
   Block store(Buffer& filled, std::size_t used);
   // The block's bytes: its memory, or read into `scratch` (buffer() if null). Throws IoError.
   const std::uint8_t* load(const Block& block, Buffer& scratch) const;
-  void release(Block& block);  // a second time does nothing
+  void release(Block& block) noexcept;  // a second time does nothing
 
  private:
   std::string folder_;
