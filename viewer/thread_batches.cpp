@@ -111,7 +111,6 @@ ThreadBatch makeBatch(const Tile& tile, const TileAppearance& appearance, const 
     batch.segments.push_back(segment);
   };
   std::vector<std::uint32_t> somata;  // parents drawn as such
-  std::vector<std::uint8_t> threads_out(options.somata != nullptr ? tile.node_count() : 0, 0);
   for (std::uint32_t s = 0; s < tile.segment_count(); ++s) {
     if (!tile.owned(s)) continue;
     if (options.only_cell != UINT32_MAX && tile.segmentId(s).cell != options.only_cell) continue;
@@ -135,17 +134,6 @@ ThreadBatch makeBatch(const Tile& tile, const TileAppearance& appearance, const 
         } else {
           segment.b_radius_um = radius_um;
         }
-      }
-    }
-    if (options.somata != nullptr && radii[parent] == kNoRadius && threads_out[parent] < 2 &&
-        ++threads_out[parent] == 2) {
-      const auto found = options.somata->find(tile.segmentId(s).cell);
-      if (found != options.somata->end()) {
-        DrawnSegment ball = segment;
-        std::copy_n(segment.b_um, 3, ball.a_um);
-        ball.a_radius_um = ball.b_radius_um = drawnRadius(found->second, kSoma);
-        ball.colour = colour(s, kSoma, parent, ball.a_radius_um);
-        add(ball);
       }
     }
     // A neurite begins at the soma's middle in many files: it must not widen into a cone as thick as the soma.

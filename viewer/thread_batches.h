@@ -49,16 +49,10 @@ void addRoots(const TileStore& store, std::uint32_t cell, RootTable& roots);
 // own segment lies elsewhere. Ascending. O(n log n).
 std::vector<std::uint32_t> cellsWithOpenNodes(const Tile& tile);
 
-// By cell, the radius of its soma, of cells that have one root, a soma.
-using LoneSomata = std::map<std::uint32_t, float>;
-
 struct BatchOptions {
   ColourBy colour = ColourBy::cell;
-  double shallow_um = 0, deep_um = 1;  // ColourBy::depth: y of the two ends of the ramp, which may be in either order
-  const RootTable* roots = nullptr;    // draws the somata among them, and gives first segments their true width
-  // For tiles of levels, whose nodes are no samples: of these cells a node from which two or more threads go out and
-  // into which none comes is drawn as the soma.
-  const LoneSomata* somata = nullptr;
+  double shallow_um = 0, deep_um = 1;    // ColourBy::depth: y of the two ends of the ramp, which may be in either order
+  const RootTable* roots = nullptr;      // draws the somata among them, and gives first segments their true width
   std::uint32_t only_cell = UINT32_MAX;  // if it is one: no other cell's segments
 };
 

@@ -34,7 +34,6 @@ struct TileLoader::Impl {
 
   // Of the loading thread.
   RootTable roots;
-  LoneSomata somata;
   std::set<std::uint32_t> cells_known;
   std::thread thread{};
 
@@ -49,8 +48,6 @@ struct TileLoader::Impl {
 
 void TileLoader::Impl::learn(std::uint32_t cell, const CellDetail& detail) {
   for (const CellDetail::Root& root : detail.roots) roots[{cell, root.rank}] = root;
-  constexpr std::uint16_t kSoma = 1;
-  if (detail.roots.size() == 1 && detail.roots[0].type == kSoma) somata[cell] = detail.roots[0].radius_um;
   cells_known.insert(cell);
 }
 
@@ -67,10 +64,11 @@ ThreadBatch TileLoader::Impl::load(const TileJob& job) {
   } else {
     const std::shared_ptr<const Tile> tile = job.level ? levels->load(job.tile) : store.load(job.tile);
     const TileAppearance appearance = job.level ? levels->loadAppearance(job.tile) : store.loadAppearance(job.tile);
-    for (const std::uint32_t cell : cellsWithOpenNodes(*tile))
-      if (!cells_known.contains(cell)) learn(cell, store.loadCellDetail(cell));
+    // Nodes of level tiles are no samples: which of them are somata is not known.
+    if (!job.level)
+      for (const std::uint32_t cell : cellsWithOpenNodes(*tile))
+        if (!cells_known.contains(cell)) learn(cell, store.loadCellDetail(cell));
     options.roots = job.level ? nullptr : &roots;
-    options.somata = job.level ? &somata : nullptr;
     batch = makeBatch(*tile, appearance, options);
   }
   sortThickestFirst(batch);
@@ -113,7 +111,6 @@ TileLoader::TileLoader(const TileStore& store, const Levels* levels, double shal
                      .ready = {},
                      .under_way = {},
                      .roots = {},
-                     .somata = {},
                      .cells_known = {}}) {
   impl_->thread = std::thread([this] { impl_->run(); });
 }
