@@ -111,6 +111,11 @@ class FailingIngest : public ::testing::Test {
 
 int where_to_tell = 2;
 constexpr int kEnded = 77;
+void endHere(int) {
+  void* frames[64];
+  ::backtrace_symbols_fd(frames, ::backtrace(frames, 64), where_to_tell);
+  ::_exit(kEnded);
+}
 
 // Does the work in a child; what it said, or nothing when a library ended it that cannot do without memory. Leaks end
 // the child with another code.
@@ -122,11 +127,8 @@ std::optional<std::string> saidInAChild(const std::function<std::string()>& work
   const pid_t child = fork();
   if (child == 0) {
     where_to_tell = ends[1];
-    std::set_terminate([] {
-      void* frames[64];
-      ::backtrace_symbols_fd(frames, ::backtrace(frames, 64), where_to_tell);
-      ::_exit(kEnded);
-    });
+    std::set_terminate([] { endHere(SIGABRT); });
+    std::signal(SIGABRT, endHere);  // of an assertion in that library
     const std::string said = work();
     const bool told = ::write(ends[1], said.data(), said.size()) == static_cast<ssize_t>(said.size());
     _exit(told && !leaks() ? 0 : 1);
