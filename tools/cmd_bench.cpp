@@ -1,9 +1,13 @@
 // filiform bench: named workloads, measured and written down.
 #include "index/errors.h"
 #include "tools/bench/bench.h"
+#include "tools/bench/bench_record.h"
+#include "tools/bench/compare.h"
 #include "tools/cli.h"
 
 #include <algorithm>
+#include <chrono>
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <iostream>
@@ -18,9 +22,11 @@ namespace {
 
 struct BenchCommand {
   BenchOptions options;
-  std::vector<std::string> names;
+  std::vector<std::string> names, compare;
   bool list = false;
 };
+
+constexpr int kRegressionExit = 4;
 
 int runBench(BenchCommand command) {
   const std::vector<Workload> all = workloads();
@@ -30,6 +36,11 @@ int runBench(BenchCommand command) {
                 << std::string(std::max<std::size_t>(14, workload.name.size() + 2) - workload.name.size(), ' ')
                 << workload.summary << '\n';
     return 0;
+  }
+  if (!command.compare.empty()) {
+    const RunComparison comparison = compareRuns(command.compare.at(0), command.compare.at(1));
+    std::cout << comparisonMarkdown(comparison);
+    return comparison.regressions() > 0 ? kRegressionExit : 0;
   }
   if (command.options.quick) command.options.corpus.clear();
   std::vector<Workload> chosen;
@@ -46,14 +57,24 @@ int runBench(BenchCommand command) {
   std::error_code error;
   std::filesystem::create_directories(command.options.out, error);
   if (error) throw IoError(command.options.out, "cannot make the folder", error.value());
+  using Clock = std::chrono::steady_clock;
+  const auto started = Clock::now();
+  const auto elapsed_s = [&] { return std::chrono::duration<double>(Clock::now() - started).count(); };
+  double load = 0;
+  getloadavg(&load, 1);
   const bool terminal = isatty(STDERR_FILENO) == 1;
+  std::vector<BenchResult> results;
   for (const Workload& workload : chosen) {
     command.options.progress = [&](const std::string& what) {
       throwIfInterrupted();
-      if (terminal) std::cerr << "bench " << workload.name << ": " << what << '\n';
+      if (!terminal) return;
+      std::cerr << "bench " << workload.name << " (" << results.size() + 1 << " of " << chosen.size() << ", "
+                << std::lround(elapsed_s()) << " s): " << what << '\n';
     };
-    std::cout << runWorkload(workload, command.options) << std::endl;
+    results.push_back(runWorkload(workload, command.options));
+    std::cout << workloadMarkdown(results.back(), command.options) << std::endl;
   }
+  writeBenchRun(results, command.options, elapsed_s(), load);
   return 0;
 }
 
@@ -62,19 +83,28 @@ int runBench(BenchCommand command) {
 void addBench(CLI::App& app, Chosen& chosen) {
   auto command = std::make_shared<BenchCommand>();
   CLI::App* bench = app.add_subcommand("bench", "Measures named workloads; ratios to peers in the same run");
-  bench->footer("Examples:\n  filiform bench --list\n  filiform bench solver --out bench");
+  bench->footer(
+      "Examples:\n  filiform bench --list\n  filiform bench solver --out bench\n"
+      "  filiform bench --compare before/bench.json after/bench.json   (exit 4: a regression of more than 10 %)");
   bench->add_option("NAME", command->names, "workloads; all where none is named");
   bench->add_flag("--list", command->list, "what there is");
-  bench->add_option("--out", command->options.out, "folder for NAME.json, NAME.md and pictures")->capture_default_str();
+  bench
+      ->add_option("--out", command->options.out,
+                   "folder for bench.json, .csv, .md and .html, NAME.json, NAME.md and pictures")
+      ->capture_default_str();
   bench->add_option("--seed", command->options.seed, "of everything random")->capture_default_str();
   bench->add_option("--corpus", command->options.corpus, "folder of real reconstructions")->envname("FILIFORM_CORPUS");
-  bench->add_option("--segments", command->options.segments, "largest size to go to; 0: the workload's own");
+  bench->add_option("--size,--segments", command->options.segments,
+                    "largest number of segments; 0: the workload's own");
   bench
-      ->add_option("--scene", command->options.scene,
-                   "tile set that `loop` travels and `viewer` draws; default: a synthetic one")
+      ->add_option("--scene,--set", command->options.scene,
+                   "tile set for `loop` and `scene`, and that `viewer` draws; default: a synthetic one")
       ->type_name("SET");
-  bench->add_flag("--long", command->options.long_run, "`loop` runs each loop for ten minutes");
+  bench->add_flag("--long", command->options.long_run, "the largest sizes, and ten minutes of each loop: hours");
   bench->add_flag("--quick", command->options.quick, "small sizes without the corpus, to see that it works");
+  bench->add_option("--compare", command->compare, "two files bench.json: what changed, and whether beyond its spread")
+      ->expected(2)
+      ->type_name("A.json B.json");
   bench->callback([command, &chosen] { chosen = [command] { return runBench(*command); }; });
 }
 

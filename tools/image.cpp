@@ -113,11 +113,15 @@ Colour mix(Colour a, Colour b, double t) {
   return {channel(a.r, b.r), channel(a.g, b.g), channel(a.b, b.b)};
 }
 
-Colour seriesColour(std::size_t index) {
-  static constexpr std::array<Colour, 7> kColours{
-      {{0, 114, 178}, {213, 94, 0}, {0, 158, 115}, {204, 121, 167}, {230, 159, 0}, {86, 180, 233}, {60, 60, 60}}};
-  return kColours[index % kColours.size()];
-}
+namespace {
+
+constexpr std::array<Colour, 7> kSeriesColours{
+    {{0, 114, 178}, {213, 94, 0}, {0, 158, 115}, {204, 121, 167}, {230, 159, 0}, {86, 180, 233}, {60, 60, 60}}};
+
+}  // namespace
+
+Colour seriesColour(std::size_t index) { return kSeriesColours[index % kSeriesColours.size()]; }
+std::size_t seriesColours() { return kSeriesColours.size(); }
 
 Image::Image(int w, int h)
     : width(w), height(h), rgb(static_cast<std::size_t>(w) * static_cast<std::size_t>(h) * 3, 255) {}

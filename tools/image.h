@@ -27,9 +27,12 @@ Colour mix(Colour a, Colour b, double t);
 inline constexpr Colour kWhite{255, 255, 255};
 inline constexpr Colour kInk{38, 38, 43};
 inline constexpr Colour kGrey{120, 120, 128};
+inline constexpr Colour kGridLine{232, 232, 236};
+inline constexpr Colour kFinerGridLine{244, 244, 246};
 
 // Told apart by readers with any form of colour blindness (the palette of Okabe and Ito, without its yellow).
 Colour seriesColour(std::size_t index);
+std::size_t seriesColours();  // how many there are before they repeat
 
 struct Image {
   int width = 0, height = 0;

@@ -1,6 +1,7 @@
 #include "tools/report.h"
 
 #include "index/errors.h"
+#include "tools/svg_canvas.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,9 +12,6 @@
 namespace filiform::tools {
 
 namespace {
-
-constexpr Colour kGrid{232, 232, 236};
-constexpr Colour kFinerGrid{244, 244, 246};
 
 // Maps values of one axis to pixels.
 struct Axis {
@@ -126,7 +124,8 @@ class Envelope {
 
 constexpr double kBroad = 8, kPale = 0.35;
 
-void drawSeries(Canvas& canvas, const PlotSeries& series, const Axis& x, const Axis& y, Colour colour) {
+template <typename Surface>
+void drawSeries(Surface& canvas, const PlotSeries& series, const Axis& x, const Axis& y, Colour colour) {
   Envelope envelope;
   std::vector<Vector2d> markers;
   const auto draw = [&] {
@@ -154,16 +153,102 @@ void drawSeries(Canvas& canvas, const PlotSeries& series, const Axis& x, const A
   }
 }
 
-void drawLegend(Canvas& canvas, const Plot& plot, double right, double y) {
+template <typename Surface>
+void drawLegend(Surface& canvas, const Plot& plot, double right, double y) {
   if (plot.series.size() < 2) return;
   for (std::size_t i = plot.series.size(); i-- > 0;) {
-    const double width = Canvas::textWidth(plot.series[i].name, 9);
+    const double width = Surface::textWidth(plot.series[i].name, 9);
     canvas.text(plot.series[i].name, {right - width, y}, 9, kInk);
     const bool broad = plot.series[i].broad;
     canvas.line({right - width - 30, y - 4.5}, {right - width - 8, y - 4.5}, broad ? kBroad : 2.6, seriesColour(i),
                 broad ? kPale : 1);
     right -= width + 52;
   }
+}
+
+void requireSize(const Plot& plot) {
+  if (plot.width < 200 || plot.height < 150 || plot.width > 8192 || plot.height > 8192)
+    throw UsageError("a plot must be between 200 x 150 and 8192 x 8192 pixels");
+}
+
+// On any surface that draws as Canvas does.
+template <typename Surface>
+void layPlot(Surface& canvas, const Plot& plot) {
+  Axis x, y;
+  x.log = plot.x_log;
+  y.log = plot.y_log;
+  bool any_x = false;
+  bool any_y = false;
+  for (const PlotSeries& series : plot.series) {
+    if (series.x.size() != series.y.size())
+      throw UsageError("plot: series '" + series.name + "' has " + std::to_string(series.x.size()) + " x but " +
+                       std::to_string(series.y.size()) + " y values");
+    widen(x, series.x, series.y, y, any_x);
+    widen(y, series.y, series.x, x, any_y);
+  }
+  if (plot.x_most && any_x && x.shows(*plot.x_most)) x.hi = std::max(x.hi, x.inside(*plot.x_most));
+  if (plot.y_most && any_y && y.shows(*plot.y_most)) y.hi = std::max(y.hi, y.inside(*plot.y_most));
+  settle(x, any_x);
+  if (plot.y_from_zero && !y.log && any_y) {
+    y.lo = std::min(y.lo, 0.0);
+    y.hi = std::max(y.hi, 0.0);
+  }
+  settle(y, any_y);
+  // Air above and, unless the axis ends at zero, below.
+  const double air = (y.hi - y.lo) * 0.06;
+  if (y.hi != 0 || y.log) y.hi += air;
+  if (y.lo != 0 || y.log) y.lo -= air;
+
+  const bool headed = !plot.title.empty() || plot.series.size() > 1;
+  const double top = 18 + (headed ? 26 : 0) + (plot.subtitle.empty() ? 0 : 20);
+  const double bottom = plot.height - (plot.x_label.empty() ? 34 : 58);
+  y.from = bottom;
+  y.to = top;
+  const std::vector<Tick> y_ticks = ticksOf(y, std::max(2, static_cast<int>((bottom - top) / 55)));
+  double widest = 0;
+  for (const Tick& tick : y_ticks) widest = std::max(widest, Surface::textWidth(tick.label, 9));
+  const double left = std::round(widest + 26 + (plot.y_label.empty() ? 0 : 26));
+  const double right = plot.width - 24;
+  x.from = left;
+  x.to = right;
+  const std::vector<Tick> x_ticks = ticksOf(x, std::max(2, static_cast<int>((right - left) / 110)));
+
+  // Straight lines lie on pixels: half a pixel off their corners.
+  const auto crisp = [](double pixel) { return std::floor(pixel) + 0.5; };
+  for (const Tick& tick : y_ticks) {
+    const double at = crisp(y.pixel(tick.value));
+    canvas.line({left, at}, {right, at}, 1, tick.label.empty() ? kFinerGridLine : kGridLine);
+    canvas.text(tick.label, {left - 9, at + 4.5}, 9, kInk, Align::right);
+  }
+  for (const Tick& tick : x_ticks) {
+    const double at = crisp(x.pixel(tick.value));
+    canvas.line({at, top}, {at, bottom}, 1, tick.label.empty() ? kFinerGridLine : kGridLine);
+    if (tick.label.empty()) continue;
+    canvas.line({at, bottom}, {at, bottom + 5}, 1, kGrey);
+    canvas.text(tick.label, {at, bottom + 20}, 9, kInk, Align::centre);
+  }
+  canvas.line({left, crisp(bottom)}, {right, crisp(bottom)}, 1, kGrey);
+  canvas.line({crisp(left), top}, {crisp(left), bottom}, 1, kGrey);
+
+  canvas.clip(static_cast<int>(left) - 5, static_cast<int>(top) - 6, static_cast<int>(right) + 5,
+              static_cast<int>(bottom) + 3);
+  for (const PlotMark& mark : plot.marks) {
+    if (!x.shows(mark.x)) continue;
+    const double at = crisp(x.pixel(mark.x));
+    canvas.dashes({at, top}, {at, bottom}, 1.2, kGrey, 5, 4);
+    canvas.text(mark.label, {at - 6, top + 8}, 8, kGrey, Align::right, true);
+  }
+  for (const bool broad : {true, false})
+    for (std::size_t i = 0; i < plot.series.size(); ++i)
+      if (plot.series[i].broad == broad) drawSeries(canvas, plot.series[i], x, y, seriesColour(i));
+  canvas.clipNothing();
+
+  if (!any_x) canvas.text("no data", {(left + right) / 2, (top + bottom) / 2}, 12, kGrey, Align::centre);
+  canvas.text(plot.title, {left, 25}, 12, kInk);
+  if (!plot.subtitle.empty()) canvas.text(plot.subtitle, {left, 46}, 8.5, kGrey);
+  canvas.text(plot.x_label, {(left + right) / 2, plot.height - 16.0}, 9.5, kInk, Align::centre);
+  canvas.text(plot.y_label, {21, (top + bottom) / 2}, 9.5, kInk, Align::centre, true);
+  drawLegend(canvas, plot, right, 25);
 }
 
 }  // namespace
@@ -206,86 +291,18 @@ std::string tickLabel(double value, double step) {
 }
 
 Image drawPlot(const Plot& plot) {
-  if (plot.width < 200 || plot.height < 150 || plot.width > 8192 || plot.height > 8192)
-    throw UsageError("a plot must be between 200 x 150 and 8192 x 8192 pixels");
-  Axis x, y;
-  x.log = plot.x_log;
-  y.log = plot.y_log;
-  bool any_x = false;
-  bool any_y = false;
-  for (const PlotSeries& series : plot.series) {
-    if (series.x.size() != series.y.size())
-      throw UsageError("plot: series '" + series.name + "' has " + std::to_string(series.x.size()) + " x but " +
-                       std::to_string(series.y.size()) + " y values");
-    widen(x, series.x, series.y, y, any_x);
-    widen(y, series.y, series.x, x, any_y);
-  }
-  if (plot.x_most && any_x && x.shows(*plot.x_most)) x.hi = std::max(x.hi, x.inside(*plot.x_most));
-  if (plot.y_most && any_y && y.shows(*plot.y_most)) y.hi = std::max(y.hi, y.inside(*plot.y_most));
-  settle(x, any_x);
-  if (plot.y_from_zero && !y.log && any_y) {
-    y.lo = std::min(y.lo, 0.0);
-    y.hi = std::max(y.hi, 0.0);
-  }
-  settle(y, any_y);
-  // Air above and, unless the axis ends at zero, below.
-  const double air = (y.hi - y.lo) * 0.06;
-  if (y.hi != 0 || y.log) y.hi += air;
-  if (y.lo != 0 || y.log) y.lo -= air;
-
-  const bool headed = !plot.title.empty() || plot.series.size() > 1;
-  const double top = 18 + (headed ? 26 : 0) + (plot.subtitle.empty() ? 0 : 20);
-  const double bottom = plot.height - (plot.x_label.empty() ? 34 : 58);
-  y.from = bottom;
-  y.to = top;
-  const std::vector<Tick> y_ticks = ticksOf(y, std::max(2, static_cast<int>((bottom - top) / 55)));
-  double widest = 0;
-  for (const Tick& tick : y_ticks) widest = std::max(widest, Canvas::textWidth(tick.label, 9));
-  const double left = std::round(widest + 26 + (plot.y_label.empty() ? 0 : 26));
-  const double right = plot.width - 24;
-  x.from = left;
-  x.to = right;
-  const std::vector<Tick> x_ticks = ticksOf(x, std::max(2, static_cast<int>((right - left) / 110)));
-
+  requireSize(plot);
   Image image(plot.width, plot.height);
   Canvas canvas(image);
-  // Straight lines lie on pixels: half a pixel off their corners.
-  const auto crisp = [](double pixel) { return std::floor(pixel) + 0.5; };
-  for (const Tick& tick : y_ticks) {
-    const double at = crisp(y.pixel(tick.value));
-    canvas.line({left, at}, {right, at}, 1, tick.label.empty() ? kFinerGrid : kGrid);
-    canvas.text(tick.label, {left - 9, at + 4.5}, 9, kInk, Align::right);
-  }
-  for (const Tick& tick : x_ticks) {
-    const double at = crisp(x.pixel(tick.value));
-    canvas.line({at, top}, {at, bottom}, 1, tick.label.empty() ? kFinerGrid : kGrid);
-    if (tick.label.empty()) continue;
-    canvas.line({at, bottom}, {at, bottom + 5}, 1, kGrey);
-    canvas.text(tick.label, {at, bottom + 20}, 9, kInk, Align::centre);
-  }
-  canvas.line({left, crisp(bottom)}, {right, crisp(bottom)}, 1, kGrey);
-  canvas.line({crisp(left), top}, {crisp(left), bottom}, 1, kGrey);
-
-  canvas.clip(static_cast<int>(left) - 5, static_cast<int>(top) - 6, static_cast<int>(right) + 5,
-              static_cast<int>(bottom) + 3);
-  for (const PlotMark& mark : plot.marks) {
-    if (!x.shows(mark.x)) continue;
-    const double at = crisp(x.pixel(mark.x));
-    canvas.dashes({at, top}, {at, bottom}, 1.2, kGrey, 5, 4);
-    canvas.text(mark.label, {at - 6, top + 8}, 8, kGrey, Align::right, true);
-  }
-  for (const bool broad : {true, false})
-    for (std::size_t i = 0; i < plot.series.size(); ++i)
-      if (plot.series[i].broad == broad) drawSeries(canvas, plot.series[i], x, y, seriesColour(i));
-  canvas.clipNothing();
-
-  if (!any_x) canvas.text("no data", {(left + right) / 2, (top + bottom) / 2}, 12, kGrey, Align::centre);
-  canvas.text(plot.title, {left, 25}, 12, kInk);
-  if (!plot.subtitle.empty()) canvas.text(plot.subtitle, {left, 46}, 8.5, kGrey);
-  canvas.text(plot.x_label, {(left + right) / 2, plot.height - 16.0}, 9.5, kInk, Align::centre);
-  canvas.text(plot.y_label, {21, (top + bottom) / 2}, 9.5, kInk, Align::centre, true);
-  drawLegend(canvas, plot, right, 25);
+  layPlot(canvas, plot);
   return image;
+}
+
+std::string svgPlot(const Plot& plot, const std::string& description) {
+  requireSize(plot);
+  SvgCanvas canvas(plot.width, plot.height, plot.title, description);
+  layPlot(canvas, plot);
+  return canvas.finish();
 }
 
 }  // namespace filiform::tools

@@ -49,6 +49,8 @@ struct Plot {
 // that no peak is lost. Throws UsageError when the x and y of a series differ in length or the picture would be under
 // 200 x 150 or over 8192. O(points + pixels).
 Image drawPlot(const Plot& plot);
+// The same as an SVG element; its title is the plot's, `description` is for those who do not see it (svg_canvas.h).
+std::string svgPlot(const Plot& plot, const std::string& description);
 
 // Round values that divide [lo, hi] into about `wanted` parts: 1, 2 or 5 times a power of ten apart. Requires finite lo
 // < hi.

@@ -3,6 +3,7 @@
 #include "index/errors.h"
 #include "tests/support/process.h"
 #include "tests/support/temp_folder.h"
+#include "tools/bench/bench_record.h"
 #include "tools/bench/workloads.h"
 
 #include <algorithm>
@@ -10,6 +11,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <random>
 #include <set>
 #include <sstream>
@@ -30,6 +32,8 @@ std::string textOf(const std::string& path) {
   return text.str();
 }
 
+constexpr double kNoFigure = std::numeric_limits<double>::quiet_NaN();
+
 BenchReport small() {
   BenchReport report;
   report.tables.push_back(
@@ -38,7 +42,31 @@ BenchReport small() {
   report.notes.push_back("a note");
   report.versions.emplace_back("Peer", "1.2");
   report.pictures.push_back("one.png");
+  report.bounds.push_back({"rounded", "at most half a step", 0.5, 0.25, "um"});
+  report.samples.push_back({"query", "ns", false, {3, 1, 2}});
+  Plot plot;
+  plot.title = "Time against error";
+  plot.x_label = "error (um)";
+  plot.y_label = "time (ns)";
+  plot.series = {{"one & two", {1, 2, 3}, {9, 4, kNoFigure}}};
+  plot.marks = {{2, "default"}};
+  report.curves.push_back({"trade", plot, "the default stays"});
   return report;
+}
+
+// What Debian's JSON Schema library has against a file; empty: nothing.
+std::string schemaProblems(const std::string& path) {
+  const std::string schema = std::string(FILIFORM_SOURCE) + "/tools/bench/bench.schema.json";
+  const test::Outcome outcome = test::runFiliformInShell(
+      "/usr/bin/python3 -c '\n"
+      "import json, sys\n"
+      "from jsonschema import Draft202012Validator as V\n"
+      "schema = json.load(open(sys.argv[1]))\n"
+      "V.check_schema(schema)\n"
+      "for e in V(schema).iter_errors(json.load(open(sys.argv[2]))): print(e.message)\n' \"$2\" \"$3\"",
+      {schema, path});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  return outcome.out;
 }
 
 TEST(BenchPercentile, IsTheNearestRank) {
@@ -101,7 +129,8 @@ TEST(BenchWorkload, WritesWhatItMeasuredAsJsonAndMarkdown) {
   options.quick = true;
   options.progress = [](const std::string&) {};
   const Workload workload{"small", "a small one", [](const BenchOptions&) { return small(); }};
-  const std::string markdown = runWorkload(workload, options);
+  const BenchResult result = runWorkload(workload, options);
+  const std::string markdown = workloadMarkdown(result, options);
   const auto json = nlohmann::json::parse(textOf(folder.path() + "/small.json"));
   EXPECT_EQ(json.at("workload"), "small");
   EXPECT_EQ(json.at("seed"), 7);
@@ -114,10 +143,14 @@ TEST(BenchWorkload, WritesWhatItMeasuredAsJsonAndMarkdown) {
   EXPECT_EQ(json.at("tables").at("times").at("rows").at(0).at("count"), 3);
   EXPECT_EQ(json.at("notes").at(0), "a note");
   EXPECT_EQ(json.at("pictures").at(0), "one.png");
-  EXPECT_EQ(markdown, textOf(folder.path() + "/small.md"));
+  EXPECT_EQ(json.at("bounds").at(0).at("holds"), true);
+  EXPECT_EQ(json.at("samples").at(0).at("batches").at(2), 2);
+  EXPECT_EQ(json.at("curves").at("trade").at("marks").at(0).at("label"), "default");
+  EXPECT_TRUE(json.at("curves").at("trade").at("series").at(0).at("y").at(2).is_null());
   for (const char* part : {"a small one", "--seed 7 --quick", "these figures mean nothing", "Peer 1.2",
                            "| one | 1.25 | 3 |", "(one.png)", "- a note"})
     EXPECT_NE(markdown.find(part), std::string::npos) << part;
+  EXPECT_EQ(textOf(folder.path() + "/small.md"), markdown);
 }
 
 TEST(BenchWorkload, RefusesRowsOfAnotherLengthAndFoldersThatAreNone) {
@@ -146,18 +179,15 @@ TEST(BenchWorkload, NamesAreWordsAndDiffer) {
   EXPECT_FALSE(names.empty());
 }
 
-TEST(BenchProgram, EveryWorkloadRunsQuick) {
+TEST(BenchProgram, EveryWorkloadRunsQuickAndTheRunIsAsTheSchemaSays) {
+  const test::TempFolder folder;
+  // The OpenGL driver leaks (see tests/CMakeLists.txt).
+  const test::Outcome outcome = test::runFiliformInShell(
+      "ASAN_OPTIONS=detect_leaks=0:strict_string_checks=1 exec \"$@\"", {"bench", "--quick", "--out", folder.path()});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_TRUE(outcome.err.empty()) << outcome.err;
   for (const Workload& workload : workloads()) {
     SCOPED_TRACE(workload.name);
-    const test::TempFolder folder;
-    const std::vector<std::string> arguments{"bench", workload.name, "--quick", "--out", folder.path()};
-    // The OpenGL driver leaks (see tests/CMakeLists.txt).
-    const test::Outcome outcome =
-        workload.name == "viewer"
-            ? test::runFiliformInShell("ASAN_OPTIONS=detect_leaks=0:strict_string_checks=1 exec \"$@\"", arguments)
-            : test::runFiliform(arguments);
-    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-    EXPECT_TRUE(outcome.err.empty()) << outcome.err;
     const auto json = nlohmann::json::parse(test::readBytes(folder / (workload.name + ".json")));
     EXPECT_EQ(json.at("workload"), workload.name);
     EXPECT_EQ(json.at("quick"), true);
@@ -166,7 +196,56 @@ TEST(BenchProgram, EveryWorkloadRunsQuick) {
     for (const auto& picture : json.at("pictures"))
       EXPECT_EQ(test::readBytes(folder / picture.get<std::string>()).substr(1, 3), "PNG");
     EXPECT_NE(outcome.out.find(test::readBytes(folder / (workload.name + ".md"))), std::string::npos);
+    EXPECT_FALSE(json.contains("bounds") && json.at("bounds").empty());
   }
+  EXPECT_EQ(schemaProblems(folder / "bench.json"), "");
+  const std::string page = test::readBytes(folder / "bench.html");
+  EXPECT_EQ(page.find("<script"), std::string::npos);
+  EXPECT_EQ(page.find("src=\"http"), std::string::npos);
+  for (std::size_t at = page.find("<svg"); at != std::string::npos; at = page.find("<svg", at + 1))
+    EXPECT_EQ(page.compare(page.find('>', at) + 1, 8, "\n<title>"), 0);
+  // Compared with itself nothing has changed.
+  const test::Outcome same = test::runFiliform({"bench", "--compare", folder / "bench.json", folder / "bench.json"});
+  EXPECT_EQ(same.exit_code, 0) << same.err;
+  EXPECT_NE(same.out.find("0 regressions"), std::string::npos) << same.out;
+}
+
+TEST(BenchSchema, RefusesWhatIsNoRun) {
+  const test::TempFolder folder;
+  BenchOptions options;
+  options.out = folder.path();
+  writePng(Image(4, 4), folder.file("one.png"));
+  writeBenchRun({{"small", "a small one", 1.5, small()}}, options, 2, 0.5);
+  const std::string path = folder.file("bench.json");
+  EXPECT_EQ(schemaProblems(path), "");
+  for (const char* missing : {"seed", "machine", "workloads"}) {
+    auto json = nlohmann::json::parse(textOf(path));
+    json.erase(missing);
+    writeText(folder.file("bad.json"), json.dump());
+    EXPECT_NE(schemaProblems(folder.file("bad.json")).find(missing), std::string::npos);
+  }
+  auto json = nlohmann::json::parse(textOf(path));
+  json["workloads"][0]["curves"]["trade"]["series"][0]["y"][0] = "much";
+  writeText(folder.file("bad.json"), json.dump());
+  EXPECT_NE(schemaProblems(folder.file("bad.json")), "");
+}
+
+TEST(BenchRun, WritesPageAndTableOfEverything) {
+  const test::TempFolder folder;
+  BenchOptions options;
+  options.out = folder.path();
+  writePng(Image(4, 4), folder.file("one.png"));
+  writeBenchRun({{"small", "a small one", 1.5, small()}}, options, 2, 0.5);
+  const std::string page = textOf(folder.file("bench.html"));
+  for (const char* part : {"<title>Time against error</title>", "one &amp; two", "prefers-color-scheme: dark",
+                           "@media print", "the default stays", "at most half a step", "data:image/png;base64,"})
+    EXPECT_NE(page.find(part), std::string::npos) << part;
+  const std::string csv = textOf(folder.file("bench.csv"));
+  EXPECT_EQ(csv.rfind("workload,kind,name,row,column,value\n", 0), 0u);
+  for (const char* line :
+       {"small,table,\"times\",0,\"mean\",1.25\n", "small,sample,\"query\",2,\"ns\",2\n",
+        "small,curve,\"trade/one & two\",1,\"time (ns)\",4\n", "small,table,\"bounds\",0,\"holds\",\"holds\"\n"})
+    EXPECT_NE(csv.find(line), std::string::npos) << line;
 }
 
 TEST(BenchProgram, UnknownWorkloadIsRefusedWithTheChoices) {

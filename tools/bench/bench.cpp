@@ -1,7 +1,6 @@
 #include "tools/bench/bench.h"
 
-#include "index/errors.h"
-#include "tools/cli.h"
+#include "tools/bench/bench_record.h"
 
 #include <algorithm>
 #include <chrono>
@@ -9,6 +8,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <malloc.h>
 #include <sstream>
 #include <stdexcept>
 #include <sys/resource.h>
@@ -17,13 +17,9 @@
 #include <thread>
 #include <unistd.h>
 
-#include <nlohmann/json.hpp>
-
 namespace filiform::tools {
 
 namespace {
-
-using nlohmann::ordered_json;
 
 std::string processorName() {
   std::ifstream info("/proc/cpuinfo");
@@ -33,10 +29,6 @@ std::string processorName() {
       if (colon != std::string::npos) return line.substr(std::min(line.size(), colon + 2));
     }
   return "unknown";
-}
-
-ordered_json toJson(const BenchValue& value) {
-  return std::visit([](const auto& v) -> ordered_json { return v; }, value);
 }
 
 // Figures for people: four significant digits.
@@ -53,51 +45,6 @@ std::string fourDigits(double value) {
     out.precision(4);
     out << value;
   }
-  return out.str();
-}
-
-ordered_json machine() {
-  ordered_json json;
-  for (const auto& [name, value] : machineFacts()) json[name] = toJson(value);
-#ifdef NDEBUG
-  json["assertions"] = false;
-#else
-  json["assertions"] = true;
-#endif
-  return json;
-}
-
-void writeFile(const std::string& path, const std::string& text) {
-  std::ofstream file(path, std::ios::binary);
-  file << text;
-  file.close();
-  if (!file) throw IoError(path, "could not be written", errno);
-}
-
-std::string markdown(const Workload& workload, const BenchOptions& options, const BenchReport& report,
-                     const ordered_json& where, double wall_s) {
-  std::ostringstream out;
-  out << "# bench " << workload.name << ": " << workload.summary << "\n\n"
-      << "`filiform bench " << workload.name << " --seed " << options.seed << (options.quick ? " --quick" : "") << "`, "
-      << fourDigits(wall_s) << " s on " << where["processor"].get<std::string>() << ", " << where["threads"]
-      << " threads, " << where["compiler"].get<std::string>()
-      << (where["assertions"].get<bool>() ? ", assertions on" : "");
-  for (const auto& [name, version] : report.versions) out << ", " << name << ' ' << version;
-  out << ".\n";
-  if (options.quick) out << "\n**Quick run: these figures mean nothing.**\n";
-  if (!report.goals.empty()) {
-    out << "\n| what | must | aim | measured | |\n|---|---|---|---|---|\n";
-    for (const BenchGoal& goal : report.goals)
-      out << "| " << goal.what << " | " << goal.must << " | " << goal.aim << " | " << fourDigits(goal.measured) << " | "
-          << (goal.met_aim    ? "aim"
-              : goal.met_must ? "must"
-                              : "**missed**")
-          << " |\n";
-  }
-  for (const BenchTable& table : report.tables) out << "\n" << markdownTable(table);
-  for (const std::string& picture : report.pictures) out << "\n![" << picture << "](" << picture << ")\n";
-  if (!report.notes.empty()) out << '\n';
-  for (const std::string& note : report.notes) out << "- " << note << '\n';
   return out.str();
 }
 
@@ -118,7 +65,7 @@ std::vector<std::pair<std::string, BenchValue>> machineFacts() {
           {"threads", static_cast<std::int64_t>(std::thread::hardware_concurrency())},
           {"memory_bytes", pages * page},
           {"system", std::string(system.sysname) + " " + system.release},
-          {"compiler", std::string("g++/clang ") + __VERSION__},
+          {"compiler", std::string("g++/clang " __VERSION__)},
           {"filiform", std::string(FILIFORM_VERSION)}};
 }
 
@@ -137,42 +84,14 @@ std::string markdownTable(const BenchTable& table) {
   return out.str();
 }
 
-std::string runWorkload(const Workload& workload, const BenchOptions& options) {
+BenchResult runWorkload(const Workload& workload, const BenchOptions& options) {
   const auto started = std::chrono::steady_clock::now();
-  const BenchReport report = workload.run(options);
-  const double wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
-  const ordered_json where = machine();
-
-  ordered_json json{{"workload", workload.name}, {"summary", workload.summary},
-                    {"seed", options.seed},      {"quick", options.quick},
-                    {"wall_s", wall_s},          {"machine", where}};
-  for (const auto& [name, version] : report.versions) json["versions"][name] = version;
-  for (const BenchGoal& goal : report.goals)
-    json["goals"].push_back({{"what", goal.what},
-                             {"must", goal.must},
-                             {"aim", goal.aim},
-                             {"measured", goal.measured},
-                             {"met_must", goal.met_must},
-                             {"met_aim", goal.met_aim}});
-  for (const BenchTable& table : report.tables) {
-    ordered_json rows = ordered_json::array();
-    for (const auto& row : table.rows) {
-      if (row.size() != table.columns.size())
-        throw std::logic_error("bench table " + table.name + ": a row of another length than the columns");
-      ordered_json one;
-      for (std::size_t i = 0; i < row.size(); ++i) one[table.columns[i]] = toJson(row[i]);
-      rows.push_back(std::move(one));
-    }
-    json["tables"][table.name] = {{"caption", table.caption}, {"rows", std::move(rows)}};
-  }
-  json["notes"] = report.notes;
-  json["pictures"] = report.pictures;
-
+  BenchResult result{workload.name, workload.summary, 0, workload.run(options)};
+  result.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
   const std::string base = options.out + "/" + workload.name;
-  writeFile(base + ".json", json.dump(1) + "\n");
-  std::string text = markdown(workload, options, report, where, wall_s);
-  writeFile(base + ".md", text);
-  return text;
+  writeText(base + ".json", workloadJson(result, options));
+  writeText(base + ".md", workloadMarkdown(result, options));
+  return result;
 }
 
 WorkFolder::WorkFolder(const std::string& out, const std::string& name)
@@ -197,6 +116,7 @@ double percentile(std::vector<double> values, double fraction) {
 ChildCost measureInChild(const std::function<std::vector<double>()>& work) {
   int ends[2];
   if (pipe(ends) != 0) throw std::runtime_error(std::string("pipe: ") + std::strerror(errno));
+  malloc_trim(0);  // what was freed is not to be the child's
   const auto started = std::chrono::steady_clock::now();
   const pid_t child = fork();
   if (child < 0) throw std::runtime_error(std::string("fork: ") + std::strerror(errno));

@@ -3,6 +3,8 @@
 // taken in one run. Thread rule: functions without state; a workload runs on the calling thread.
 #pragma once
 
+#include "tools/report.h"
+
 #include <cstdint>
 #include <functional>
 #include <string>
@@ -18,7 +20,7 @@ struct BenchOptions {
   std::string corpus;          // folder of real reconstructions (FILIFORM_CORPUS by default); empty: none
   std::uint64_t segments = 0;  // the largest size to go to; 0: the workload's own
   std::string scene;           // a tile set to travel instead of a synthetic one; empty: none
-  bool long_run = false;       // ten minutes of each loop
+  bool long_run = false;       // the largest sizes, ten minutes of each loop: hours
   bool quick = false;          // small sizes, no corpus, to see that it works: figures mean nothing
   std::function<void(const std::string& what)> progress;  // never empty when a workload runs
 };
@@ -29,6 +31,9 @@ using BenchValue = std::variant<std::string, double, std::int64_t>;
 std::string shown(const BenchValue& value);
 // Processor, threads, memory, system, compiler, version of the program.
 std::vector<std::pair<std::string, BenchValue>> machineFacts();
+
+// Of the libraries that the product is built with: name, version.
+std::vector<std::pair<std::string, std::string>> libraryVersions();
 
 struct BenchTable {
   std::string name;     // a word: the key in the JSON
@@ -45,9 +50,34 @@ struct BenchGoal {
   bool met_must = false, met_aim = false;
 };
 
+// What an approximate mode promises, beside the largest error that was measured.
+struct BenchBound {
+  std::string what, stated;  // the mode; the bound in words, with where it is stated
+  double bound = 0, measured = 0;
+  std::string unit;
+  bool holds() const { return measured <= bound; }
+};
+
+// A figure measured in batches, so that two runs can be compared with regard to its spread.
+struct BenchSample {
+  std::string name, unit;
+  bool more_is_better = false;
+  std::vector<double> batches;
+};
+
+// A trade, drawn: the plot's marks are what is exact, the default, and the knee.
+struct BenchCurve {
+  std::string name;  // a word
+  Plot plot;
+  std::string finding;  // a line: what it decided
+};
+
 struct BenchReport {
   std::vector<BenchTable> tables;
   std::vector<BenchGoal> goals;
+  std::vector<BenchBound> bounds;
+  std::vector<BenchSample> samples;
+  std::vector<BenchCurve> curves;
   std::vector<std::string> notes;
   std::vector<std::pair<std::string, std::string>> versions;  // of peers: name, version
   std::vector<std::string> pictures;                          // file names in `out`
@@ -65,9 +95,14 @@ struct Workload {
 // All there are, in the order of `bench --list`.
 std::vector<Workload> workloads();
 
-// Runs it, and writes OUT/NAME.json and OUT/NAME.md. Returns the Markdown. Throws IoError, and what the workload
-// throws.
-std::string runWorkload(const Workload& workload, const BenchOptions& options);
+struct BenchResult {  // of one workload
+  std::string name, summary;
+  double wall_s = 0;
+  BenchReport report;
+};
+
+// Runs it, and writes OUT/NAME.json and OUT/NAME.md (bench_record.h). Throws IoError, and what the workload throws.
+BenchResult runWorkload(const Workload& workload, const BenchOptions& options);
 
 // A folder of a workload's own below `out`, that goes with it and all that is in it. Throws std::filesystem's errors.
 class WorkFolder {

@@ -6,11 +6,11 @@
 #include "index/reference_tree.h"
 #include "index/tile_codec.h"
 #include "tools/bench/dense_cells.h"
-#include "tools/bench/embree_peer.h"
+#include "tools/bench/midpoint_peers.h"
+#include "tools/bench/trade.h"
 #include "tools/bench/workloads.h"
 
 #include <cmath>
-#include <ctime>
 #include <limits>
 #include <memory>
 #include <random>
@@ -41,18 +41,11 @@ using CgalTree =
 
 constexpr int kBatches = 5;
 
-// Processor time of the thread: being put aside for others does not count.
-double now_s() {
-  timespec t{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
-
 template <typename Work>
 double seconds(Work&& work) {
-  const double from = now_s();
+  const double from = threadTime_s();
   work();
-  return now_s() - from;
+  return threadTime_s() - from;
 }
 
 Kernel::Point_3 cgalPoint(const Vector3d& p) { return {p.x(), p.y(), p.z()}; }
@@ -222,7 +215,7 @@ BenchGoal atMost(const std::string& what, double must, double aim, double measur
 BenchReport runIndex(const BenchOptions& options) {
   BenchReport report;
   report.versions.emplace_back("CGAL", CGAL_VERSION_STR);
-  const std::uint64_t in_tiles = options.quick ? 20000 : 300000;
+  const std::uint64_t in_tiles = options.quick ? 20000 : options.long_run ? 300000 : 100000;
   const std::uint64_t all = options.quick ? 20000 : options.segments != 0 ? options.segments : 1000000;
   const std::vector<Cell> library = morphologyLibrary(options.corpus, options.quick ? 4 : 60, options.seed);
   if (library.empty()) throw std::runtime_error("no reconstruction below " + options.corpus + " can be used");
@@ -314,6 +307,10 @@ BenchReport runIndex(const BenchOptions& options) {
   } else {
     report.notes.push_back("Without Embree: configure with -DFILIFORM_BENCH_PEERS=ON after tools/setup --bench.");
   }
+  for (const PointPeer& peer : midpointPeers(ends)) {
+    others.push_back({peer.name, peer.squared, {}});
+    report.versions.emplace_back(peer.name, peer.version);
+  }
   BenchTable jumps{"jumps",
                    "An exact jump, warm, " + std::to_string(segments.size()) +
                        " segments at 0.67 a um^3, capacity 4096: ns, and how many times filiform is faster",
@@ -327,6 +324,7 @@ BenchReport runIndex(const BenchOptions& options) {
       const double ratio = median(engine.ns) / own;
       jumps.rows.push_back({points, engine.name, median(engine.ns), ratio,
                             engine.name == "filiform" ? BenchValue(m.tiles) : BenchValue(std::string("-"))});
+      report.samples.push_back({"jump, " + points + ", " + engine.name, "ns", false, engine.ns});
       if (engine.name == "CGAL")
         report.goals.push_back(atLeast("warm exact jump, " + points + ", against one CGAL tree", 3, 5, ratio));
       if (engine.name == "Boost")
@@ -343,7 +341,8 @@ BenchReport runIndex(const BenchOptions& options) {
 }  // namespace
 
 void addIndexWorkloads(std::vector<Workload>& all) {
-  all.push_back({"index", "tiles in memory and exact jumps, against CGAL, Boost and Embree", runIndex});
+  all.push_back(
+      {"index", "tiles in memory and exact jumps, against CGAL, Boost, Embree, FLANN and nanoflann", runIndex});
 }
 
 }  // namespace filiform::tools

@@ -115,7 +115,10 @@ Row measure(const std::string& from, const std::string& path,
 
 BenchReport run(const BenchOptions& options) {
   const WorkFolder folder(options.out, "ingest");
-  const std::uint64_t largest = options.segments != 0 ? options.segments : options.quick ? 50'000 : 10'000'000;
+  const std::uint64_t largest = options.segments != 0 ? options.segments
+                                : options.quick       ? 50'000
+                                : options.long_run    ? 100'000'000
+                                                      : 1'000'000;
   std::vector<Row> rows;
   using Kind = PlacedCells::Kind;
   const auto placed = [&](const char* from, std::uint64_t n, Kind kind) {

@@ -82,7 +82,7 @@ BenchReport runParameters(const BenchOptions& options) {
        "N_1000", "routes"},
       {}};
   const std::vector<double> zooms{100, 300, 1000};
-  const int routes = options.quick ? 1 : 6;
+  const int routes = options.quick ? 1 : options.long_run ? 6 : 2;
   std::int64_t base_done = 0;
   double largest_change = 0;
   for (const Variant& variant : variants) {

@@ -153,6 +153,7 @@ struct TickCosts {
   double visited = 0;
   std::uint32_t most_visited = 0;
   std::uint64_t capped = 0;
+  std::vector<double> passes_ns;  // mean_ns of each pass
 };
 
 // Both go over the same probes, batch by batch in turn: first for the means, then tick by tick for the percentiles.
@@ -186,6 +187,10 @@ TickCosts measure(const Scene& scene, const Walk& walk, SolverMethod method, int
       if (!has_literal) continue;
       slow.push_back(literal_ns);
       ratios.push_back(literal_ns / fast_ns);
+    }
+    if (pass > 0) {
+      const auto batches = static_cast<std::ptrdiff_t>(fast.size()) / pass;
+      costs.passes_ns.push_back(percentile({fast.end() - batches, fast.end()}, 0.5));
     }
     solver->setPlace(start);
     for (std::size_t i = 0; i < walk.probes.size(); ++i) {
@@ -333,6 +338,9 @@ BenchReport runSolver(const BenchOptions& options) {
                              c.mean_ns, c.p50, c.p99, c.p999, c.worst,
                              c.ratio > 0 ? BenchValue(c.literal_ns) : BenchValue("-"),
                              c.ratio > 0 ? BenchValue(c.ratio) : BenchValue("-")});
+        std::string figure = scene.name;
+        figure += ", " + walk.name + ", " + toString(method);
+        report.samples.push_back({figure, "ns", false, c.passes_ns});
         if (method == SolverMethod::force && &walk == &walks.front()) {
           least_ratio = std::min(least_ratio, c.ratio);
           worst_p99 = std::max(worst_p99, c.p99);

@@ -8,6 +8,7 @@
 #include "solver/graph_view.h"
 #include "solver/navigation.h"
 #include "solver/run.h"
+#include "tools/bench/trade.h"
 #include "tools/bench/workloads.h"
 #include "tools/synthetic.h"
 
@@ -121,6 +122,8 @@ void measureOpening(const BenchOptions& options, const Sets& sets, const std::ve
       open_ms.push_back(1e3 * opening.open_s);
       tick_ms.push_back(1e3 * opening.first_tick_s);
     }
+    report.samples.push_back({"open, " + withUnit(size), "ms", false, open_ms});
+    report.samples.push_back({"first tick, " + withUnit(size), "ms", false, tick_ms});
     opens.push_back(percentile(open_ms, 0.5));
     ticks.push_back(percentile(tick_ms, 0.5));
     const auto segments = static_cast<double>(set->counts().segments);
@@ -172,10 +175,16 @@ void measureFrontiers(const BenchOptions& options, const TileSet& set, BenchRepo
                    {"latency ms", "speed m/s", "budget MiB", "prefetch", "frontiers", "ticks", "jumps waited for",
                     "unforeseen", "no room", "late", "evicted", "tiles read", "foreseen used", "wasted"},
                    {}};
-  const double seconds = options.quick ? 1 : 20;
+  const double seconds = options.quick ? 1 : options.long_run ? 20 : 5;
   const std::uint64_t floor = Residency::floorBytes(set);
   std::vector<double> ratios;
   std::uint64_t distance_20 = 0, structure_20 = 0;
+  std::vector<PlotSeries> by_budget, by_latency;
+  const auto plot = [](std::vector<PlotSeries>& all, const std::string& name, double x, double y) {
+    auto found = std::find_if(all.begin(), all.end(), [&](const PlotSeries& one) { return one.name == name; });
+    if (found == all.end()) found = all.insert(all.end(), PlotSeries{name, {}, {}});
+    found->x.push_back(x), found->y.push_back(y);
+  };
   const std::vector<double> latencies = options.quick ? std::vector<double>{20} : std::vector<double>{5, 20, 50};
   for (const double latency_ms : latencies)
     for (const double speed : options.quick ? std::vector<double>{0.5} : std::vector<double>{0.15, 0.5})
@@ -198,12 +207,32 @@ void measureFrontiers(const BenchOptions& options, const TileSet& set, BenchRepo
                                 static_cast<std::int64_t>(c.missed_late), static_cast<std::int64_t>(c.missed_evicted),
                                 static_cast<std::int64_t>(c.reads), static_cast<std::int64_t>(c.prefetch_used),
                                 static_cast<std::int64_t>(c.prefetch_wasted)});
+          const double share = 1e3 * static_cast<double>(s.frontiers) / static_cast<double>(s.ticks);
+          if (latency_ms == 20 && speed == 0.5)
+            plot(by_budget, toString(policy), static_cast<double>(budget) / kMiB, share);
+          if (times == 8 && speed == 0.5) plot(by_latency, toString(policy), latency_ms, share);
           if (latency_ms == 20 && speed == 0.5) {
             distance_20 += policy == PrefetchPolicy::distance ? s.frontiers : 0;
             structure_20 += policy == PrefetchPolicy::structure ? s.frontiers : 0;
           }
         }
       }
+  // In the order of PrefetchPolicy: the last is the default.
+  const auto ends = [](const PlotSeries& one) { return shown(one.y.front()) + " to " + shown(one.y.back()); };
+  BenchCurve budgets = tradeCurve("budget", "Budget and prefetch: ticks that wait for a tile, 20 ms a tile, 0.5 m/s",
+                                  "budget (MiB)", "frontiers in 1000 ticks", by_budget, true, false);
+  const std::string knee = markKnee(budgets, 2);
+  budgets.finding = "From the smallest budget to the largest: none " + ends(by_budget[0]) + ", distance " +
+                    ends(by_budget[1]) + ", structure, the default, " + ends(by_budget[2]) + " in 1000 ticks (" + knee +
+                    "). There is no default budget: all that is visited stays.";
+  report.curves.push_back(std::move(budgets));
+  if (latencies.size() > 1) {
+    BenchCurve waits = tradeCurve("latency", "Latency: ticks that wait for a tile, budget 8 times the floor, 0.5 m/s",
+                                  "latency of a tile (ms)", "frontiers in 1000 ticks", by_latency, false, false);
+    waits.finding = "Over these latencies: none " + ends(by_latency[0]) + ", distance " + ends(by_latency[1]) +
+                    ", structure, the default, " + ends(by_latency[2]) + " in 1000 ticks.";
+    report.curves.push_back(std::move(waits));
+  }
   const double ratio = distance_20 > 0 ? static_cast<double>(structure_20) / static_cast<double>(distance_20)
                                        : static_cast<double>(structure_20);
   report.goals.push_back({"frontiers at 20 ms and 0.5 m/s, structure against distance, all budgets", "<= 1/3", "1/10",
@@ -217,7 +246,7 @@ void measureRealTime(const BenchOptions& options, const TileSet& set, BenchRepor
                    {"budget MiB", "seconds", "frontiers", "missed deadlines", "jumps", "ticks waited for jumps",
                     "unforeseen", "no room", "late", "evicted", "tiles read", "wait mean ms", "wait most ms"},
                    {}};
-  const double seconds = options.quick ? 1 : 30;
+  const double seconds = options.quick ? 1 : options.long_run ? 30 : 10;
   for (const std::uint64_t budget : {64 * kMiB, 16 * kMiB}) {
     options.progress("real time, " + std::to_string(budget / kMiB) + " MiB");
     RunOptions run_options = tour(options, seconds);
@@ -233,6 +262,10 @@ void measureRealTime(const BenchOptions& options, const TileSet& set, BenchRepor
          static_cast<std::int64_t>(c.missed_evicted), static_cast<std::int64_t>(c.reads),
          1e3 * c.wait_sum / static_cast<double>(std::max<std::uint64_t>(1, c.waits)), 1e3 * c.wait_most});
     const bool none = s.frontiers == 0;
+    report.samples.push_back({"tiles waited for in real time, " + std::to_string(budget / kMiB) + " MiB",
+                              "ms",
+                              false,
+                              {1e3 * c.wait_sum / static_cast<double>(std::max<std::uint64_t>(1, c.waits))}});
     report.goals.push_back({"frontiers in real time at " + std::to_string(budget / kMiB) + " MiB",
                             budget > 16 * kMiB ? "0" : "", "0", static_cast<double>(s.frontiers),
                             none || budget == 16 * kMiB, none});
@@ -290,11 +323,11 @@ void measureLoader(const BenchOptions& options, const std::string& path, BenchRe
 
 BenchReport streaming(const BenchOptions& options) {
   BenchReport report;
-  std::vector<std::uint64_t> sizes = options.quick ? std::vector<std::uint64_t>{30'000, 100'000}
-                                                   : std::vector<std::uint64_t>{300'000, 1'000'000, 3'000'000};
+  std::vector<std::uint64_t> sizes =
+      options.quick ? std::vector<std::uint64_t>{30'000, 100'000} : std::vector<std::uint64_t>{300'000, 1'000'000};
   if (options.segments > 0) {
     std::erase_if(sizes, [&](std::uint64_t n) { return n >= options.segments; });
-    for (std::uint64_t n = 10'000'000; n < options.segments; n *= 10) sizes.push_back(n);
+    for (std::uint64_t n = 3'000'000; n < options.segments; n = 10'000'000 * (n / 3'000'000)) sizes.push_back(n);
     sizes.push_back(options.segments);
   }
   const Sets sets(options);

@@ -15,14 +15,20 @@ struct PagePicture {
   std::string caption;
 };
 
+struct PageFigure {
+  std::string svg;  // an element of SvgCanvas
+  std::string caption;
+};
+
 struct PageSection {
   std::string heading;
   std::vector<std::string> paragraphs;
   std::vector<BenchTable> tables;
   std::vector<PagePicture> pictures;
+  std::vector<PageFigure> figures = {};  // on the HTML page only
 };
 
-// Text is escaped. Throws IoError where a picture cannot be read.
+// Light or dark as the reader has it, light on paper. Text is escaped. Throws IoError where a picture cannot be read.
 std::string htmlPage(const std::string& title, const std::vector<PageSection>& sections, const std::string& folder);
 std::string markdownPage(const std::string& title, const std::vector<PageSection>& sections);
 

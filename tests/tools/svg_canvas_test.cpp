@@ -1,0 +1,80 @@
+#include "tools/svg_canvas.h"
+
+#include "index/errors.h"
+#include "tools/report.h"
+
+#include <cmath>
+#include <limits>
+#include <regex>
+
+#include <gtest/gtest.h>
+
+namespace filiform::tools {
+namespace {
+
+std::size_t count(const std::string& text, const std::string& part) {
+  std::size_t n = 0;
+  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++n;
+  return n;
+}
+
+TEST(SvgCanvas, NamesColoursOfThePaletteAndSpellsOthers) {
+  SvgCanvas canvas(100, 50, "A <b>", "what & how");
+  canvas.line({1, 2}, {3, 4.5}, 2, seriesColour(1));
+  canvas.disc({5, 6}, 3, Colour{1, 2, 255});
+  canvas.text("x < y", {7, 8}, 9, kInk, Align::right);
+  canvas.text("up", {7, 8}, 9, kGrey, Align::centre, true);
+  canvas.disc({std::nan(""), 6}, 3, kInk);
+  const std::string svg = canvas.finish();
+  EXPECT_EQ(svg.rfind("<svg ", 0), 0u);
+  for (const char* part :
+       {"viewBox=\"0 0 100 50\"", "<title>A &lt;b&gt;</title>", "<desc>what &amp; how</desc>", "class=\"k-s1\"",
+        "points=\"1,2 3,4.5\"", "fill=\"#0102ff\"", "x &lt; y</text>", "text-anchor=\"end\"", "rotate(-90)"})
+    EXPECT_NE(svg.find(part), std::string::npos) << part;
+  EXPECT_EQ(count(svg, "<circle"), 1u);
+  EXPECT_EQ(svg.find("nan"), std::string::npos);
+}
+
+TEST(SvgCanvas, EveryClassIsInTheStyleLightAndDark) {
+  SvgCanvas canvas(100, 50, "t", "d");
+  for (std::size_t i = 0; i < seriesColours(); ++i) canvas.line({0, 0}, {1, 1}, 1, seriesColour(i));
+  for (const Colour c : {kInk, kGrey, kWhite, kGridLine, kFinerGridLine}) canvas.disc({1, 1}, 1, c);
+  const std::string svg = canvas.finish(), style = svgStyle();
+  const std::regex name("class=\"([kf]-([a-z0-9]+))\"");
+  int classes = 0;
+  for (std::sregex_iterator it(svg.begin(), svg.end(), name), end; it != end; ++it, ++classes) {
+    EXPECT_NE(style.find("." + (*it)[1].str() + " {"), std::string::npos) << (*it)[1];
+    EXPECT_EQ(count(style, "--" + (*it)[2].str() + ":"), 2u) << (*it)[2];
+  }
+  EXPECT_EQ(classes, static_cast<int>(seriesColours()) + 5);
+}
+
+TEST(SvgPlot, ShowsSeriesMarksLabelsAndClosesWhatItOpens) {
+  Plot plot;
+  plot.title = "Cost";
+  plot.x_label = "error (um)";
+  plot.y_label = "time (us)";
+  plot.series = {{"one", {1, 10, 100}, {5, 4, 1}}, {"two", {1, 10, 100}, {2, std::nan(""), 1}}};
+  plot.series[0].markers = true;
+  plot.marks = {{10, "knee"}};
+  plot.x_log = true;
+  const std::string svg = svgPlot(plot, "described");
+  for (const char* part : {"<title>Cost</title>", "described", "error (um)", "time (us)", "knee</text>", ">one</text>",
+                           ">two</text>", "class=\"k-s0\"", "class=\"f-s1\""})
+    EXPECT_NE(svg.find(part), std::string::npos) << part;
+  for (const char* tag : {"g", "svg", "text", "clipPath"}) {
+    EXPECT_EQ(count(svg, std::string("<") + tag + " "), count(svg, std::string("</") + tag + ">")) << tag;
+  }
+  // Two plots on one page do not share a clip.
+  plot.title = "Other";
+  const std::regex id("clipPath id=\"([^\"]+)\"");
+  std::smatch a, b;
+  const std::string other = svgPlot(plot, "described");
+  ASSERT_TRUE(std::regex_search(svg, a, id) && std::regex_search(other, b, id));
+  EXPECT_NE(a[1], b[1]);
+  plot.width = 10;
+  EXPECT_THROW(svgPlot(plot, ""), UsageError);
+}
+
+}  // namespace
+}  // namespace filiform::tools
