@@ -59,7 +59,7 @@ class Refinement {
   double squared() const { return best_; }
   void offer(std::size_t piece) {
     const auto& [a_W, b_W] = pieces_.segments[pieces_.owner[piece]];
-    const double squared = closestPoint(h_W_, a_W, b_W).squared_distance;
+    const double squared = closestPoint(a_W, b_W, h_W_).squared_distance;
     if (squared >= best_) return;
     best_ = squared;
     const double reach = std::sqrt(best_) + pieces_.half_um + 1e-9;

@@ -12,7 +12,13 @@ std::vector<Workload> workloads() {
   addJumpWorkloads(all);
   addStreamingWorkloads(all);
   addLoopWorkloads(all);
-  addViewerWorkloads(all);
+  addSearchWorkloads(all);
+  addStorageWorkloads(all);
+  addWorkWorkloads(all);
+  addScaleWorkloads(all);
+  addSceneWorkloads(all);
+  addExtremesWorkloads(all);
+  addViewerWorkloads(all);  // last: the OpenGL driver leaves threads behind, and others fork
   return all;
 }
 

@@ -16,5 +16,11 @@ void addJumpWorkloads(std::vector<Workload>& all);
 void addStreamingWorkloads(std::vector<Workload>& all);
 void addLoopWorkloads(std::vector<Workload>& all);
 void addViewerWorkloads(std::vector<Workload>& all);
+void addSearchWorkloads(std::vector<Workload>& all);
+void addStorageWorkloads(std::vector<Workload>& all);
+void addWorkWorkloads(std::vector<Workload>& all);
+void addScaleWorkloads(std::vector<Workload>& all);
+void addSceneWorkloads(std::vector<Workload>& all);
+void addExtremesWorkloads(std::vector<Workload>& all);
 
 }  // namespace filiform::tools

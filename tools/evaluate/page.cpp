@@ -93,9 +93,9 @@ std::string htmlPage(const std::string& title, const std::vector<PageSection>& s
     const PageSection& section = sections[i];
     out << "<h2 id=\"s" << i << "\">" << escapedMarkup(section.heading) << "</h2>\n";
     for (const std::string& paragraph : section.paragraphs) out << "<p>" << escapedMarkup(paragraph) << "</p>\n";
-    for (const BenchTable& table : section.tables) putTable(out, table);
     for (const PageFigure& figure : section.figures)
       out << "<figure>" << figure.svg << "<figcaption>" << escapedMarkup(figure.caption) << "</figcaption></figure>\n";
+    for (const BenchTable& table : section.tables) putTable(out, table);
     for (const PagePicture& picture : section.pictures)
       out << "<figure><img alt=\"" << escapedMarkup(picture.caption) << "\" src=\"data:image/png;base64,"
           << base64(bytesOf(folder + "/" + picture.file)) << "\"><figcaption>" << escapedMarkup(picture.caption)
