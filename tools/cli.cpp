@@ -142,6 +142,7 @@ int runProgram(int argc, char** argv) {
   addNavigate(app, chosen);
   addDevices(app, chosen);
   addRender(app, chosen);
+  addView(app, chosen);
   addEvaluate(app, chosen);
   addBench(app, chosen);
 

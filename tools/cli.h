@@ -48,6 +48,7 @@ void addExport(CLI::App& app, Chosen& chosen);
 void addNavigate(CLI::App& app, Chosen& chosen);
 void addDevices(CLI::App& app, Chosen& chosen);
 void addRender(CLI::App& app, Chosen& chosen);
+void addView(CLI::App& app, Chosen& chosen);
 void addEvaluate(CLI::App& app, Chosen& chosen);
 void addBench(CLI::App& app, Chosen& chosen);
 

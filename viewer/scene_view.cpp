@@ -91,7 +91,7 @@ struct SceneView::Impl {
   Node first_tile;           // level tiles come before
   std::vector<Node> parent;  // the level tile right above, kNone for roots
   Vector3d lo_W, hi_W;
-  std::unique_ptr<internal::TileLoader> loader;
+  std::unique_ptr<internal::BatchLoader> loader;
 
   std::unordered_map<Node, Held> held;
   DrawList chosen;
@@ -149,7 +149,7 @@ SceneView::Impl::Impl(const TileStore& s, const Levels* l, Renderer& r)
   parent.assign(std::size_t{first_tile} + store.tile_count(), kNone);
   for (LevelId level = 0; level < first_tile; ++level)
     for (const LevelPart& part : levels->below(level)) parent[nodeOf(part)] = level;
-  loader = std::make_unique<internal::TileLoader>(store, levels, hi_W.y(), lo_W.y());
+  loader = std::make_unique<internal::BatchLoader>(store, levels, hi_W.y(), lo_W.y());
 }
 
 SceneView::SceneView(const TileStore& store, const Levels* levels, Renderer& renderer)

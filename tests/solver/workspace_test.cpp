@@ -168,6 +168,22 @@ TEST(Workspace, NothingMovesItThatIsNotFinite) {
   EXPECT_EQ(workspace.toDevice({10, 20, 30}), p_D);
 }
 
+TEST(Workspace, IsLaidAsASnapshotSays) {
+  Workspace moved{WorkspaceOptions{.lo_D = {-0.05, -0.06, -0.02}, .hi_D = {0.06, 0.06, 0.06}}};
+  moved.place({1e6, -20, 3}, {0.01, 0.02, -0.01});
+  moved.setZoom(40, {1e6, -20, 3});
+  moved.rotate(0.3, -0.8, {1e6, -20, 3});
+  Workspace laid{moved.options()};
+  laid.lay(moved.centre_W(), Eigen::Quaterniond(moved.rotationMatrix()), moved.zoom_um());
+  for (const Vector3d& p_D : {Vector3d(0, 0, 0), Vector3d(0.05, -0.02, 0.04)})
+    EXPECT_LT((laid.toWorld(p_D) - moved.toWorld(p_D)).norm(), 1e-8);
+  const Vector3d before = laid.centre_W();
+  laid.lay({kNaN, 0, 0}, Eigen::Quaterniond::Identity(), 10);
+  laid.lay({0, 0, 0}, Eigen::Quaterniond(0, 0, 0, 0), 10);
+  laid.lay({0, 0, 0}, Eigen::Quaterniond::Identity(), -1);
+  EXPECT_EQ(laid.centre_W(), before);
+}
+
 TEST(Workspace, RefusesOptionsOutOfRange) {
   const auto refuses = [](auto change) {
     WorkspaceOptions options;

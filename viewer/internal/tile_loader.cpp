@@ -20,7 +20,7 @@ bool isSame(const TileJob& a, const TileJob& b) { return a.key == b.key && a.gen
 
 }  // namespace
 
-struct TileLoader::Impl {
+struct BatchLoader::Impl {
   const TileStore& store;
   const Levels* levels;
   double shallow_um, deep_um;
@@ -46,12 +46,12 @@ struct TileLoader::Impl {
   }
 };
 
-void TileLoader::Impl::learn(std::uint32_t cell, const CellDetail& detail) {
+void BatchLoader::Impl::learn(std::uint32_t cell, const CellDetail& detail) {
   for (const CellDetail::Root& root : detail.roots) roots[{cell, root.rank}] = root;
   cells_known.insert(cell);
 }
 
-ThreadBatch TileLoader::Impl::load(const TileJob& job) {
+ThreadBatch BatchLoader::Impl::load(const TileJob& job) {
   BatchOptions options{.colour = job.colour, .shallow_um = shallow_um, .deep_um = deep_um};
   ThreadBatch batch;
   if (job.whole_cell != UINT32_MAX) {
@@ -75,7 +75,7 @@ ThreadBatch TileLoader::Impl::load(const TileJob& job) {
   return batch;
 }
 
-void TileLoader::Impl::run() {
+void BatchLoader::Impl::run() {
   // Where there are few cores, frames come first. (On Linux niceness is a thread's own.)
   ::setpriority(PRIO_PROCESS, 0, 10);
   std::unique_lock lock(mutex);
@@ -99,7 +99,7 @@ void TileLoader::Impl::run() {
   }
 }
 
-TileLoader::TileLoader(const TileStore& store, const Levels* levels, double shallow_um, double deep_um)
+BatchLoader::BatchLoader(const TileStore& store, const Levels* levels, double shallow_um, double deep_um)
     : impl_(new Impl{.store = store,
                      .levels = levels,
                      .shallow_um = shallow_um,
@@ -115,7 +115,7 @@ TileLoader::TileLoader(const TileStore& store, const Levels* levels, double shal
   impl_->thread = std::thread([this] { impl_->run(); });
 }
 
-TileLoader::~TileLoader() {
+BatchLoader::~BatchLoader() {
   {
     const std::lock_guard lock(impl_->mutex);
     impl_->stop = true;
@@ -124,7 +124,7 @@ TileLoader::~TileLoader() {
   impl_->thread.join();
 }
 
-void TileLoader::want(std::vector<TileJob> jobs) {
+void BatchLoader::want(std::vector<TileJob> jobs) {
   const std::lock_guard lock(impl_->mutex);
   std::erase_if(jobs, [this](const TileJob& job) { return impl_->isKnown(job); });
   std::reverse(jobs.begin(), jobs.end());
@@ -132,7 +132,7 @@ void TileLoader::want(std::vector<TileJob> jobs) {
   impl_->to_do.notify_all();
 }
 
-bool TileLoader::take(LoadedTile& tile) {
+bool BatchLoader::take(LoadedTile& tile) {
   const std::lock_guard lock(impl_->mutex);
   if (impl_->ready.empty()) return false;
   tile = std::move(impl_->ready.front());
@@ -141,12 +141,12 @@ bool TileLoader::take(LoadedTile& tile) {
   return true;
 }
 
-bool TileLoader::isIdle() const {
+bool BatchLoader::isIdle() const {
   const std::lock_guard lock(impl_->mutex);
   return impl_->jobs.empty() && !impl_->busy && impl_->ready.empty();
 }
 
-bool TileLoader::wait(double most_s) {
+bool BatchLoader::wait(double most_s) {
   std::unique_lock lock(impl_->mutex);
   const auto isOver = [this] { return !impl_->ready.empty() || (impl_->jobs.empty() && !impl_->busy); };
   impl_->done.wait_for(lock, std::chrono::duration<double>(most_s), isOver);

@@ -27,11 +27,11 @@ struct LoadedTile {
   std::exception_ptr error;  // the tile cannot be read
 };
 
-class TileLoader {
+class BatchLoader {
  public:
   // Store and levels (which may be nullptr) must outlive it. The depths are those of ColourBy::depth.
-  TileLoader(const TileStore& store, const Levels* levels, double shallow_um, double deep_um);
-  ~TileLoader();  // waits for the tile that is being read
+  BatchLoader(const TileStore& store, const Levels* levels, double shallow_um, double deep_um);
+  ~BatchLoader();  // waits for the tile that is being read
 
   // From now on these, in this order; what was wanted before and is not begun is forgotten. What is being read, or
   // waits to be taken, is not read again. O(jobs * tiles that wait to be taken).

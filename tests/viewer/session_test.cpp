@@ -1,0 +1,197 @@
+#include "viewer/session.h"
+
+#include "index/errors.h"
+#include "index/ingest.h"
+#include "index/memory_tiles.h"
+#include "index/tile_set.h"
+#include "tests/support/random_cells.h"
+#include "tests/support/temp_folder.h"
+#include "viewer/place_finder.h"
+#include "viewer/worker.h"
+
+#include <chrono>
+#include <thread>
+
+#include <gtest/gtest.h>
+
+namespace filiform {
+namespace {
+
+class Sessions : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    CellList stream(test::randomColumn(11, 4, 400, 200));
+    store_ = buildTilesInMemory(stream, {.capacity = 64});
+    finder_ = std::make_unique<PlaceFinder>(*store_);
+  }
+  ProxyPlace near(const Vector3d& p_W) const { return finder_->nearest(p_W)->place; }
+  std::unique_ptr<TileStore> store_;
+  std::unique_ptr<PlaceFinder> finder_;
+};
+
+TEST_F(Sessions, AJumpPutsThePlaceUnderTheHandAndThePointerPulls) {
+  Session session(*store_, {.in_memory = true});
+  const ProxyPlace place = near({10, 20, 30});
+  session.jump(place);
+  session.advance(200);
+  EXPECT_EQ(session.update().p_W, place.p_W);
+  EXPECT_LT((session.now().h_W - place.p_W).norm(), 1e-6);
+  EXPECT_LT(session.now().force_N.norm(), 1e-6);
+
+  session.point(Pointing::at(session.now().p_D + Vector3d(0.02, 0, 0)));
+  session.advance(1000);
+  session.update();
+  EXPECT_GT(session.now().force_N.norm(), 0.05);  // the proxy is held by its thread
+  EXPECT_LT(session.now().force_N.norm(), 8.001);
+  std::vector<float> forces;
+  session.takeForces(forces);
+  EXPECT_EQ(forces.size(), 1200u);
+
+  session.point({});
+  session.advance(2000);
+  EXPECT_LT(session.update().force_N.norm(), 0.02);
+}
+
+TEST_F(Sessions, FreeThenConstrainedAgain) {
+  Session session(*store_, {.in_memory = true});
+  session.jump(near({0, 0, 0}));
+  session.advance(10);
+  NavigationCommand free;
+  free.kind = NavigationCommand::Kind::free;
+  ASSERT_TRUE(session.send(free));
+  session.point(Pointing::at({0.03, 0.02, 0.01}));
+  session.advance(2000);
+  session.update();
+  EXPECT_EQ(session.now().mode, NavigationMode::free);
+  EXPECT_EQ(session.now().force_N.norm(), 0);
+  EXPECT_LT((session.now().h_D - Vector3d(0.03, 0.02, 0.01)).norm(), 1e-3);
+  const ProxyPlace back = near(session.now().p_W);
+  session.jump(back, false);
+  session.advance(1);
+  EXPECT_EQ(session.update().mode, NavigationMode::constrained);
+}
+
+// The same states, bit for bit, from the recording alone.
+TEST_F(Sessions, AReplayGoesThroughTheSameStates) {
+  const test::TempFolder folder;
+  const std::string file = folder / "travel.rec";
+  std::vector<NavigationSnapshot> seen;
+  {
+    Session session(*store_,
+                    {.zoom_um = 150, .stiffness_N_m = {}, .in_memory = true, .budget_bytes = {}, .record = file});
+    const auto go = [&](std::uint64_t ticks) {
+      session.advance(ticks);
+      seen.push_back(session.update());
+    };
+    session.jump(near({5, 5, 5}));
+    go(50);
+    session.point(Pointing::push({0.006, 0.002, 0}));
+    go(700);
+    NavigationCommand command;
+    command.kind = NavigationCommand::Kind::rotate;
+    command.about_y_rad = 0.37;
+    session.send(command);
+    command.kind = NavigationCommand::Kind::zoom;
+    command.factor = 0.6;
+    session.send(command);
+    session.point(Pointing::at({-0.03, 0.04, 0.02}));
+    go(600);
+    session.jump(near({-40, 60, 0}));
+    go(333);
+    session.finish();
+  }
+  Session replay(*store_, {.device = "replay:" + file, .in_memory = true});
+  std::uint64_t ticks = 0;
+  for (const NavigationSnapshot& expected : seen) {
+    replay.advance(expected.tick - ticks);
+    ticks = expected.tick;
+    const NavigationSnapshot& got = replay.update();
+    ASSERT_EQ(got.tick, expected.tick);
+    EXPECT_EQ(got.p_W, expected.p_W);
+    EXPECT_EQ(got.h_W, expected.h_W);
+    EXPECT_EQ(got.force_N, expected.force_N);
+    EXPECT_EQ(got.place.segment, expected.place.segment);
+    EXPECT_EQ(got.place.t, expected.place.t);
+    EXPECT_EQ(got.zoom_um, expected.zoom_um);
+    EXPECT_EQ(got.centre_W, expected.centre_W);
+    EXPECT_EQ(got.rotation_WD.coeffs(), expected.rotation_WD.coeffs());
+  }
+  EXPECT_FALSE(replay.replayEnded());
+  replay.jump(near({0, 0, 0}));  // nobody else leads
+  replay.advance(10);
+  EXPECT_TRUE(replay.replayEnded());
+  EXPECT_EQ(replay.update().p_W, seen.back().p_W);
+}
+
+TEST_F(Sessions, ARecordingThatDoesNotFitIsRefused) {
+  const test::TempFolder folder;
+  {
+    Session session(*store_, {.in_memory = true, .budget_bytes = {}, .record = folder / "a.rec"});
+    session.jump(near({5, 5, 5}));
+    session.advance(20);
+    session.finish();
+  }
+  test::writeBytes(folder / "b.rec", test::readBytes(folder / "a.rec"));
+  EXPECT_THROW(Session(*store_, {.device = "replay:" + folder / "b.rec", .in_memory = true}), IoError);
+  test::writeBytes(folder / "b.rec.json", "{\"zoom_um\": 1");
+  EXPECT_THROW(Session(*store_, {.device = "replay:" + folder / "b.rec", .in_memory = true}), InputError);
+}
+
+// Threads, tiles from the disk, and a replay of it.
+TEST_F(Sessions, InRealTimeAJumpWaitsForItsTile) {
+  const test::TempFolder folder;
+  CellList stream(test::randomColumn(11, 4, 400, 200));
+  ingest(stream, folder / "a.fil", {});
+  const auto set = TileSet::open(folder / "a.fil");
+  const PlaceFinder finder(*set);
+  const auto wait = [](Session& session, const auto& done) {
+    for (int i = 0; i < 4000 && !done(session.update()); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    EXPECT_TRUE(done(session.update()));
+    EXPECT_EQ(session.fault(), "");
+  };
+  NavigationSnapshot last;
+  const std::string file = folder / "t.rec";
+  {
+    Session session(*set, {.budget_bytes = Residency::floorBytes(*set) * 2, .record = file});
+    session.start();
+    for (const Vector3d& p_W : {Vector3d(20, -30, 0), Vector3d(-60, 90, 10)}) {
+      const ProxyPlace place = finder.nearest(p_W)->place;
+      session.jump(place);
+      wait(session, [&](const NavigationSnapshot& s) { return !session.awaited() && s.p_W == place.p_W; });
+    }
+    session.point(Pointing::push({0.005, 0, 0}));
+    const std::uint64_t until = session.now().tick + 300;
+    wait(session, [&](const NavigationSnapshot& s) { return s.tick >= until; });
+    session.finish();
+    last = session.now();
+    ASSERT_NE(session.metrics(), nullptr);
+  }
+  Session replay(*set, {.device = "replay:" + file});
+  replay.advance(1U << 20);
+  EXPECT_TRUE(replay.replayEnded());
+  EXPECT_EQ(replay.update().tick, last.tick);
+  EXPECT_EQ(replay.now().p_W, last.p_W);
+  EXPECT_EQ(replay.now().centre_W, last.centre_W);
+}
+
+TEST(Workers, ServeInOrderAndTellWhatFailed) {
+  std::vector<int> done;
+  std::vector<std::string> failed;
+  Worker worker;
+  EXPECT_TRUE(worker.idle());
+  for (int i = 0; i < 3; ++i)
+    worker.ask([&done, i]() -> Worker::Done {
+      if (i == 1) throw UsageError("no such place");
+      return [&done, i] { done.push_back(i); };
+    });
+  EXPECT_FALSE(worker.idle());
+  for (int i = 0; i < 4000 && !worker.idle(); ++i) {
+    worker.serve([&](const std::string& what) { failed.push_back(what); });
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  EXPECT_EQ(done, (std::vector<int>{0, 2}));
+  EXPECT_EQ(failed, (std::vector<std::string>{"no such place"}));
+}
+
+}  // namespace
+}  // namespace filiform

@@ -1,0 +1,117 @@
+// What keys and mouse do in the window: one table, from which the input, the help in the window, `filiform view --keys`
+// and the README's table are all made. Pure; any thread.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+
+namespace filiform {
+
+enum class Action : std::uint8_t {
+  none,
+  // the hand
+  push_left,
+  push_right,
+  push_up,
+  push_down,
+  push_away,
+  push_closer,
+  toggle_free,
+  centre,
+  // the view
+  zoom_in,
+  zoom_out,
+  turn_left,
+  turn_right,
+  turn_up,
+  turn_down,
+  overview,
+  next_colouring,
+  next_palette,
+  next_stereo,
+  more_separation,
+  less_separation,
+  freeze,
+  fullscreen,
+  // travelling
+  next_branch,
+  previous_branch,
+  next_sample,
+  parent_sample,
+  other_branch,
+  nearest_tip,
+  soma,
+  back,
+  forward,
+  set_bookmark,
+  go_to_bookmark,
+  search,
+  measure,
+  tour,
+  // the window
+  help,
+  panel_tiles,
+  panel_force,
+  panel_minimap,
+  panel_settings,
+  screenshot,
+  screenshot_large,
+  window_picture,
+  close,
+  quit,
+  // mouse only
+  rotate,
+  pull,
+  pull_depth,
+  jump,
+  wheel_zoom,
+  wheel_separation,
+};
+
+// A key by the character that it types, or one of those that type none.
+struct Key {
+  enum Special : std::uint32_t {
+    kNone = 0,
+    kEscape = 0x110000,  // beyond Unicode
+    kEnter,
+    kTab,
+    kBackspace,
+    kLeft,
+    kRight,
+    kUp,
+    kDown,
+    kPageUp,
+    kPageDown,
+    kHome,
+    kF1,
+    kF11,
+  };
+  enum Modifier : std::uint8_t { kShift = 1, kControl = 2, kAlt = 4 };
+
+  std::uint32_t code = kNone;  // a character as it was typed (so without kShift), or Special
+  std::uint8_t modifiers = 0;
+  friend bool operator==(const Key&, const Key&) = default;
+};
+std::string toString(const Key& key);  // "Alt+Left", "v", "Space"
+
+struct Binding {
+  Action action;
+  const char* name;   // in the state dump and in recordings of actions
+  const char* group;  // a heading of the help
+  Key first, second;  // kNone: none
+  const char* mouse;  // a gesture; empty: none
+  const char* what;   // it does, a phrase
+};
+
+// In the order of the help, groups together.
+std::span<const Binding> bindings();
+const Binding& bindingOf(Action action);       // Requires one that is in the table
+Action actionOf(const Key& key);               // none: not bound
+std::string inputsOf(const Binding& binding);  // "h, F1", "wheel"
+
+// The table for the README, Markdown, a line feed at its end.
+std::string bindingsInMarkdown();
+
+}  // namespace filiform
