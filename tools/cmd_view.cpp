@@ -30,7 +30,7 @@ struct ViewArguments {
   bool reset = false, keys = false;
 };
 
-OpenedScene openScene(const std::vector<std::string>& paths) {
+OpenedScene openToView(const std::vector<std::string>& paths) {
   OpenedScene scene;
   scene.name = escaped(std::filesystem::path(paths.front()).filename().string(), 60);
   if (scene.name.empty()) scene.name = escaped(paths.front(), 60);
@@ -73,7 +73,7 @@ int runView(const ViewArguments& a) {
   }
   ApplicationOptions options;
   options.paths = a.scene;
-  options.open = openScene;
+  options.open = openToView;
   options.write = [](const Picture& picture, const std::string& path) {
     Image image;
     image.width = picture.width;
