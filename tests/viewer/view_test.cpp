@@ -1,0 +1,262 @@
+// filiform view as a person meets it: in a window of a virtual display, with keys and mouse. Skipped where there is no
+// Xvfb or xdotool (tools/setup installs them), and outside the whole campaigns (tools/test --long): it waits for a
+// picture at every step. Screenshots stay in view-test/ below the folder that it runs in.
+#include "tests/support/campaign.h"
+#include "tests/support/process.h"
+#include "tests/support/temp_folder.h"
+
+#include <chrono>
+#include <csignal>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <thread>
+#include <unistd.h>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+extern char** environ;
+
+namespace filiform {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using test::Outcome;
+using test::runFiliform;
+using test::runFiliformInShell;
+
+constexpr int kStep_ms = 150;    // events within one frame would be taken as one
+constexpr int kPatience_s = 90;  // for a busy machine that draws without a graphics card
+
+bool has(const std::string& program) {
+  return std::system(("command -v " + program + " >/dev/null 2>&1").c_str()) == 0;
+}
+
+pid_t start(const std::string& line) {
+  const char* const arguments[] = {"bash", "-c", line.c_str(), nullptr};
+  pid_t pid = -1;
+  if (posix_spawnp(&pid, "bash", nullptr, nullptr, const_cast<char* const*>(arguments), environ) != 0) return -1;
+  return pid;
+}
+
+class View : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    if (!test::wholeCampaign() || !has("Xvfb") || !has("xdotool")) return;
+    // The server says which display it took.
+    folder_ = new test::TempFolder;
+    const std::string number = *folder_ / "display";
+    server_ = start("exec Xvfb -displayfd 3 -screen 0 1400x900x24 -nolisten tcp 3>'" + number + "' >/dev/null 2>&1");
+    for (int i = 0; i < 300 && display_.empty(); ++i) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+      std::ifstream(number) >> display_;
+    }
+    runFiliform({"synth", *folder_ / "c.zip", "--cells", "4", "--seed", "3"});
+    runFiliform({"ingest", *folder_ / "c.zip", "-o", *folder_ / "c.fil", "--levels"});
+    test::writeBytes(*folder_ / "y.swc",
+                     "1 1 0 0 0 5 -1\n2 3 10 0 0 1 1\n3 3 20 0 0 1 2\n4 3 30 5 0 1 3\n5 3 40 10 0 1 4\n"
+                     "6 3 30 -5 0 1 3\n7 3 40 -10 0 1 6\n");
+  }
+  static void TearDownTestSuite() {
+    if (server_ > 0) {
+      kill(server_, SIGTERM);
+      waitpid(server_, nullptr, 0);
+    }
+    delete folder_;
+    folder_ = nullptr;
+  }
+  void SetUp() override {
+    if (!test::wholeCampaign()) GTEST_SKIP() << "a window, by keys and mouse: set FILIFORM_CAMPAIGN";
+    if (!has("Xvfb") || !has("xdotool")) GTEST_SKIP() << "no Xvfb or no xdotool: run tools/setup";
+    ASSERT_FALSE(display_.empty()) << "Xvfb did not start";
+    pictures_ = fs::absolute("view-test").string();
+    fs::create_directories(pictures_);
+    fs::remove_all(*folder_ / "config");
+  }
+  void TearDown() override {
+    if (viewer_ <= 0) return;
+    kill(viewer_, SIGKILL);
+    waitpid(viewer_, nullptr, 0);
+  }
+
+  std::string environment() const {
+    return "DISPLAY=:" + display_ + " XDG_CONFIG_HOME='" + (*folder_ / "config") + "' ";
+  }
+  void view(const std::string& arguments) {
+    fs::remove(*folder_ / "state");
+    viewer_ = start(environment() + "exec '" + test::filiformProgram().string() + "' view " + arguments + " --state '" +
+                    (*folder_ / "state") + "' --pictures '" + pictures_ + "' 2>'" + (*folder_ / "err") + "'");
+    ASSERT_GT(viewer_, 0);
+  }
+  json state() const {
+    std::ifstream in(*folder_ / "state");
+    json parsed = json::parse(in, nullptr, false);
+    return parsed.is_object() ? parsed : json::object();
+  }
+  // Until the state is so.
+  void await(const std::string& what, const std::function<bool(const json&)>& done) {
+    const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(kPatience_s);
+    json last;
+    while (std::chrono::steady_clock::now() < until) {
+      last = state();
+      try {
+        if (done(last)) return;
+      } catch (const json::exception&) {  // not there yet
+      }
+      std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    }
+    FAIL() << "not within " << kPatience_s << " s: " << what << "\n"
+           << last.dump(1) << test::readBytes(*folder_ / "err");
+  }
+  void type(const std::string& xdotool) {
+    ASSERT_EQ(std::system((environment() + "xdotool " + xdotool).c_str()), 0) << xdotool;
+    std::this_thread::sleep_for(std::chrono::milliseconds(kStep_ms));
+  }
+  // How it ended.
+  int ended() {
+    for (int i = 0; i < 10 * kPatience_s; ++i) {
+      int status = 0;
+      if (waitpid(viewer_, &status, WNOHANG) == viewer_) {
+        viewer_ = -1;
+        return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+      }
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    }
+    return -1;
+  }
+
+  static test::TempFolder* folder_;
+  static std::string display_;
+  static pid_t server_;
+  std::string pictures_;
+  pid_t viewer_ = -1;
+};
+
+test::TempFolder* View::folder_ = nullptr;
+std::string View::display_;
+pid_t View::server_ = -1;
+
+TEST_F(View, TravelsByKeysAndMouse) {
+  view("'" + (*folder_ / "c.fil") + "' --size 900x600 --segments 20000 --reset");
+  await("a proxy on a thread",
+        [](const json& s) { return s.at("open") == true && !s.at("cell").get<std::string>().empty(); });
+
+  type("key h");
+  await("help", [](const json& s) { return s.at("help") == true; });
+  type("key w");
+  await("a picture of the help", [](const json& s) { return s.at("pictures") == 1; });
+  type("key Escape");
+  await("no help", [](const json& s) { return s.at("help") == false; });
+
+  const json before = state();
+  type("mousemove 600 200");
+  type("mousedown 1");
+  for (int x = 620; x <= 760; x += 35) type("mousemove " + std::to_string(x) + " 220");
+  type("mouseup 1");
+  await("turned", [&](const json& s) { return s.at("rotation") != before.at("rotation"); });
+  EXPECT_EQ(state()["p_um"], before.at("p_um"));
+  type("click 4");
+  await("zoomed in", [&](const json& s) { return s.at("zoom_um").get<double>() < before.at("zoom_um").get<double>(); });
+
+  type("key slash");
+  await("search", [](const json& s) { return s.at("search") == true; });
+  type("type --delay 80 cell_00002");
+  type("keydown Return");  // held for some frames, as a finger does: the search takes no shorter stroke
+  type("keyup Return");
+  await("the cell", [](const json& s) { return s.at("cell") == "cell_00002" && s.at("search") == false; });
+  const json soma = state();
+
+  type("key x");
+  type("key v");
+  await("the next fork", [&](const json& s) { return s.at("p_um") != soma.at("p_um") && s.at("jumping") == false; });
+  await("a measured path", [](const json& s) { return s.at("measured_um").get<double>() > 0; });
+  type("key semicolon");
+  type("key a");
+  await("a bookmark", [](const json& s) { return s.at("bookmarks") == json::array({"a"}); });
+  const json marked = state();
+  type("key BackSpace");
+  await("back", [&](const json& s) { return s.at("p_um") == soma.at("p_um"); });
+  type("key apostrophe");
+  type("key a");
+  await("the bookmark", [&](const json& s) { return s.at("p_um") == marked.at("p_um"); });
+
+  // The hand pulls, and the proxy follows its thread.
+  type("keydown Down");
+  await("travelled by force",
+        [&](const json& s) { return s.at("p_um") != marked.at("p_um") && s.at("force_N") > 0.01; });
+  type("keyup Down");
+  type("key f");
+  await("free", [](const json& s) { return s.at("mode") == "free"; });
+  type("key f");
+  await("on a thread again", [](const json& s) { return s.at("mode") == "constrained"; });
+
+  type("key s");
+  await("stereo", [](const json& s) { return s.at("stereo") == "anaglyph"; });
+  type("key w");
+  await("a picture of it", [](const json& s) { return s.at("pictures") == 2; });
+  type("key o");
+  await("everything", [](const json& s) { return s.at("overview") == true; });
+  type("key p");
+  await("a screenshot", [](const json& s) { return s.at("pictures") == 3; });
+  EXPECT_EQ(test::readBytes(state()["last_picture"].get<std::string>()).substr(1, 3), "PNG");
+  type("key q");
+  EXPECT_EQ(ended(), 0) << test::readBytes(*folder_ / "err");
+  EXPECT_EQ(test::readBytes(*folder_ / "err"), "");
+
+  // Settings, bookmarks and history are there the next time.
+  view("'" + (*folder_ / "c.fil") + "' --segments 20000");
+  await("the same again", [](const json& s) {
+    return s.at("stereo") == "anaglyph" && s.at("bookmarks") == json::array({"a"}) && s.at("history") > 1;
+  });
+  type("key ctrl+q");
+  EXPECT_EQ(ended(), 0);
+}
+
+TEST_F(View, OpensAFileAtOnceAndReplaysWhatWasDone) {
+  view("'" + (*folder_ / "y.swc") + "' --size 300x200 --record '" + (*folder_ / "y.rec") + "'");
+  await("the file", [](const json& s) { return s.at("cell") == "y" && s.at("tick") > 0; });
+  type("key v");
+  await("the fork", [](const json& s) { return s.at("sample") == 3 && s.at("jumping") == false; });
+  type("keydown Right");
+  await("travelled on", [](const json& s) { return s.at("p_um").at(0) > 21; });
+  type("keyup Right");
+  type("key q");
+  ASSERT_EQ(ended(), 0) << test::readBytes(*folder_ / "err");
+  const json done = state();
+  view("'" + (*folder_ / "y.swc") + "' --size 300x200 --device 'replay:" + (*folder_ / "y.rec") + "'");
+  await("the end of the recording", [](const json& s) { return s.at("replay_ended") == true; });
+  type("key q");
+  ASSERT_EQ(ended(), 0);
+  for (const char* field : {"tick", "p_um", "h_um", "zoom_um", "centre_um", "rotation", "segment", "t", "force_N"})
+    EXPECT_EQ(state()[field], done.at(field)) << field;
+}
+
+void refused(const Outcome& outcome, int code, const std::string& says) {
+  EXPECT_EQ(outcome.exit_code, code) << outcome.err;
+  EXPECT_TRUE(outcome.oneLineOnStderr()) << outcome.err;
+  EXPECT_NE(outcome.err.find(says), std::string::npos) << outcome.err;
+}
+
+TEST(ViewWithout, ADisplayItSaysWhatToDo) {
+  const Outcome outcome = runFiliformInShell("unset DISPLAY; exec \"$@\"", {"view", "none.fil"});
+  refused(outcome, 3, "filiform render");
+  EXPECT_NE(outcome.err.find("xvfb-run"), std::string::npos) << outcome.err;
+}
+
+TEST_F(View, WhatCannotBeIsOneClearLine) {
+  const std::string file = *folder_ / "y.swc";
+  const std::string shell = environment() + "exec \"$@\"";
+  refused(runFiliformInShell(shell, {"view", *folder_ / "none.fil"}), 3, "none.fil");
+  refused(runFiliformInShell(shell, {"view", file, "--device", "trackball"}), 2, "mouse");
+  refused(runFiliformInShell(shell, {"view", file, "--size", "wide"}), 2, "WIDTHxHEIGHT");
+  refused(runFiliformInShell(shell, {"view", file, "--method", "magic"}), 2, "climb");
+  refused(runFiliformInShell("MESA_GL_VERSION_OVERRIDE=2.1 " + shell, {"view", file}), 3, "OpenGL 3.3");
+}
+
+}  // namespace
+}  // namespace filiform
