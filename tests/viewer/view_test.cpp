@@ -1,6 +1,6 @@
 // filiform view as a person meets it: in a window of a virtual display, with keys and mouse. Skipped where there is no
 // Xvfb or xdotool (tools/setup installs them), and outside the whole campaigns (tools/test --long): it waits for a
-// picture at every step. Screenshots stay in view-test/ below the folder that it runs in.
+// picture at every step. Screenshots stay in view-test/ beside the program.
 #include "tests/support/campaign.h"
 #include "tests/support/process.h"
 #include "tests/support/temp_folder.h"
@@ -74,7 +74,7 @@ class View : public ::testing::Test {
     if (!test::wholeCampaign()) GTEST_SKIP() << "a window, by keys and mouse: set FILIFORM_CAMPAIGN";
     if (!has("Xvfb") || !has("xdotool")) GTEST_SKIP() << "no Xvfb or no xdotool: run tools/setup";
     ASSERT_FALSE(display_.empty()) << "Xvfb did not start";
-    pictures_ = fs::absolute("view-test").string();
+    pictures_ = (test::filiformProgram().parent_path() / "view-test").string();
     fs::create_directories(pictures_);
     fs::remove_all(*folder_ / "config");
   }
