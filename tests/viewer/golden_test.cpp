@@ -33,7 +33,7 @@ class GoldenPictures : public ::testing::Test {
   }
 
   // Draws, and compares with or renews the file.
-  Picture check(const std::string& name, SceneFrame frame) {
+  Picture check(const std::string& name, SceneFrame&& frame) {
     frame.size = {200, 140};
     Renderer renderer(*context_);
     SceneView scene(*store_, nullptr, renderer);
@@ -97,7 +97,7 @@ TEST_F(GoldenPictures, HighlightedCell) {
   SceneFrame frame;
   frame.cell = 1;
   frame.orthographic = true;
-  check("highlight", frame);
+  check("highlight", std::move(frame));
 }
 
 // The pictures are far enough from each other that one in another's place would be noticed.
