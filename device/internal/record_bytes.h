@@ -25,9 +25,9 @@ void append(std::string& out, T value) {
 }
 
 // Reads zeros past the end, and remembers that it did.
-class ByteReader {
+class RecordReader {
  public:
-  explicit ByteReader(std::string_view bytes) : bytes_(bytes) {}
+  explicit RecordReader(std::string_view bytes) : bytes_(bytes) {}
 
   template <typename T>
   T get() {

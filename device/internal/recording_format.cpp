@@ -18,13 +18,13 @@ void appendVector(std::string& out, const Eigen::Vector3d& v) {
   for (int i = 0; i < 3; ++i) append(out, v[i]);
 }
 
-Eigen::Vector3d getVector(ByteReader& in) {
+Eigen::Vector3d getVector(RecordReader& in) {
   const double x = in.get<double>(), y = in.get<double>(), z = in.get<double>();
   return {x, y, z};
 }
 
 std::uint64_t storedChecksum(std::string_view bytes, std::size_t at) {
-  return ByteReader(bytes.substr(at)).get<std::uint64_t>();
+  return RecordReader(bytes.substr(at)).get<std::uint64_t>();
 }
 
 std::size_t headerBytes(std::size_t name_bytes, std::size_t device_bytes) {
@@ -96,7 +96,7 @@ std::size_t readHeader(const std::string& file, std::string_view bytes, Recordin
     return DeviceError(file + ": cut short at byte " + std::to_string(bytes.size()) + ", within the header");
   };
   if (bytes.size() < kFixedHeaderBytes) throw cut();
-  ByteReader in(bytes.substr(kMagic.size()));
+  RecordReader in(bytes.substr(kMagic.size()));
   if (const auto version = in.get<std::uint32_t>(); version != kRecordingVersion)
     throw DeviceError(file + ": recording format version " + std::to_string(version) + ", this program reads version " +
                       std::to_string(kRecordingVersion));
@@ -135,7 +135,7 @@ bool readExchange(std::string_view bytes, std::uint64_t index, RecordedExchange&
   auto& [wrench, state, marks] = exchange;
   bytes = bytes.substr(0, kExchangeBytes);
   if (checksum(bytes.substr(0, kExchangeBytes - 8), index) != storedChecksum(bytes, kExchangeBytes - 8)) return false;
-  ByteReader in(bytes);
+  RecordReader in(bytes);
   wrench.force_N = getVector(in);
   wrench.torque_Nm = getVector(in);
   state.time_s = in.get<double>();
@@ -154,7 +154,7 @@ bool readExchange(std::string_view bytes, std::uint64_t index, RecordedExchange&
 
 bool isClosing(std::string_view bytes, std::uint64_t count) {
   bytes = bytes.substr(0, kClosingBytes);
-  return bytes.substr(0, 8) == kClosingMagic && ByteReader(bytes.substr(8)).get<std::uint64_t>() == count &&
+  return bytes.substr(0, 8) == kClosingMagic && RecordReader(bytes.substr(8)).get<std::uint64_t>() == count &&
          checksum(bytes.substr(0, 16), count) == storedChecksum(bytes, 16);
 }
 

@@ -19,7 +19,7 @@ void appendText(std::string& out, const std::string& text) {
   out.append(text);
 }
 
-std::string takeText(ByteReader& in) {
+std::string takeText(RecordReader& in) {
   const std::size_t size = in.get<std::uint32_t>();
   return std::string(in.take(size));
 }
@@ -109,7 +109,7 @@ std::string encodeDevices(const std::vector<UsbDeviceInfo>& devices) {
 }
 
 std::optional<std::vector<UsbDeviceInfo>> decodeDevices(std::string_view bytes) {
-  ByteReader in(bytes);
+  RecordReader in(bytes);
   std::vector<UsbDeviceInfo> devices;
   for (std::uint32_t left = in.get<std::uint32_t>(); left > 0 && in.whole(); --left) {
     UsbDeviceInfo info;
@@ -145,7 +145,7 @@ std::vector<UsbRecord> readUsbRecording(const std::string& file, std::string_vie
   if (compared != kMagic.substr(0, compared.size()))
     throw DeviceError(file + ": not a recording of USB traffic (it does not begin with FILIUSB)");
   if (bytes.size() < kHeaderBytes) throw cutShort();
-  ByteReader header(bytes.substr(kMagic.size()));
+  RecordReader header(bytes.substr(kMagic.size()));
   if (const auto version = header.get<std::uint32_t>(); version != kUsbRecordingVersion)
     throw DeviceError(file + ": USB recording format version " + std::to_string(version) +
                       ", this program reads version " + std::to_string(kUsbRecordingVersion));
@@ -164,7 +164,7 @@ std::vector<UsbRecord> readUsbRecording(const std::string& file, std::string_vie
     if (rest.size() < 8) throw cutShort();
     if (rest.substr(0, 8) == kClosingMagic) {
       if (rest.size() < kUsbClosingBytes) throw cutShort();
-      ByteReader closing(rest.substr(8));
+      RecordReader closing(rest.substr(8));
       const auto count = closing.get<std::uint64_t>();
       if (checksum(rest.substr(0, 16), count) != closing.get<std::uint64_t>() || count != records.size())
         throw damaged("the closing mark does not match");
@@ -172,11 +172,11 @@ std::vector<UsbRecord> readUsbRecording(const std::string& file, std::string_vie
       if (at != bytes.size()) throw damaged("bytes follow the closing mark");
       return records;
     }
-    ByteReader in(rest);
+    RecordReader in(rest);
     const std::size_t size = in.get<std::uint32_t>(), payload = in.get<std::uint32_t>();
     if (size != recordBytes(payload)) throw damaged("impossible length of a record");
     if (rest.size() < size) throw cutShort();
-    ByteReader stored(rest.substr(size - 8));
+    RecordReader stored(rest.substr(size - 8));
     if (checksum(rest.substr(0, size - 8), records.size()) != stored.get<std::uint64_t>())
       throw damaged("the record's checksum does not match");
     UsbRecord record;
