@@ -45,7 +45,7 @@ TEST(Devices, FindsWhatThisBuildHasADriverFor) {
   unsetenv("FILIFORM_FALCON_FIRMWARE");
 }
 
-// A hand that yields to f at k N/m gives way by f / k.
+// A hand that yields to f at k N/m gives way by f / k; by less where the machine leaves out exchanges.
 TEST(Devices, CheckFeelsHowTheHandGivesWay) {
   SimulatedHandOptions options;
   options.hand = handParameters("medium");
@@ -61,7 +61,7 @@ TEST(Devices, CheckFeelsHowTheHandGivesWay) {
   EXPECT_GT(check.force_N, 0.4);
   EXPECT_LE(check.force_N, 0.5);
   for (int axis = 0; axis < 3; ++axis) {
-    EXPECT_GT(check.moved_m[axis], 0.5 * check.force_N / options.hand.stiffness_N_m) << axis;
+    EXPECT_GT(check.moved_m[axis], 0.2 * check.force_N / options.hand.stiffness_N_m) << axis;
     EXPECT_LT(check.moved_m[axis], 1.5 * check.force_N / options.hand.stiffness_N_m) << axis;
   }
 }
