@@ -285,7 +285,7 @@ struct UsbReplay::Traffic {
   static UsbError errorOf(const UsbRecord& record, const UsbDeviceInfo& info, const char* what) {
     const auto cause = static_cast<UsbCause>(record.outcome - 1);
     std::string text = describe(info) + ": " + what + " failed when this was recorded";
-    if (cause == UsbCause::no_permission) text += std::string(" for lack of permission: install ") + kUdevRule;
+    if (cause == UsbCause::no_permission) (text += " for lack of permission: install ") += kUdevRule;
     return {cause, text};
   }
 

@@ -5,6 +5,7 @@
 #include "tests/support/temp_folder.h"
 #include "tests/umockdev/mock_usb.h"
 
+#include <atomic>
 #include <cstdlib>
 #include <unistd.h>
 
@@ -82,15 +83,15 @@ TEST_F(DevicesUnderUmockdev, TestsASpaceMouse) {
   MockUsbDevice& mouse = usb->plug(spaceMouse());
   const test::TempFolder folder;
   mouse.bind(0, "usbhid");
-  bool lit = false;
-  mouse.on_control = [&lit](const UsbSetup& setup, const MockBytes& data,
-                            MockUsbDevice& d) -> std::optional<MockBytes> {
+  std::atomic<bool> lit = false;
+  mouse.onControl([&lit](const UsbSetup& setup, const MockBytes& data, MockUsbDevice& d) -> std::optional<MockBytes> {
     if (setup.request != 0x09 || data.size() != 2) return std::nullopt;
-    lit = lit || data[1] == 1;
-    if (data[1] == 1)
+    if (data[1] == 1) {
+      lit = true;
       for (int i = 0; i < 3; ++i) d.answer(0x81, {1, 0x5e, 1, 0, 0, 0, 0});
+    }
     return MockBytes{};
-  };
+  });
   const Outcome test = runFiliform({"devices", "--json", "--test", "spacemouse", "--record", folder.file("mouse.usb")});
   EXPECT_EQ(test.exit_code, 0) << test.err;
   const auto json = nlohmann::json::parse(test.out);

@@ -91,6 +91,14 @@ class MockDevice : public MockUsbDevice {
   MockDevice& operator=(const MockDevice&) = delete;
 
   const UsbDeviceInfo& info() const override { return info_; }
+  void onWrite(Write script) override {
+    const std::lock_guard lock(mutex_);
+    on_write_ = std::move(script);
+  }
+  void onControl(Control script) override {
+    const std::lock_guard lock(mutex_);
+    on_control_ = std::move(script);
+  }
   void answer(std::uint8_t endpoint, const MockBytes& bytes) override {
     const std::lock_guard lock(mutex_);
     packets_[endpoint].push_back(bytes);
@@ -211,7 +219,7 @@ class MockDevice : public MockUsbDevice {
       const UsbSetup setup{bytes[0], bytes[1], static_cast<std::uint16_t>(bytes[2] | bytes[3] << 8),
                            static_cast<std::uint16_t>(bytes[4] | bytes[5] << 8)};
       const MockBytes data(bytes + 8, bytes + urb.buffer_length);
-      const auto answer = on_control ? on_control(setup, data, *this) : std::nullopt;
+      const auto answer = on_control_ ? on_control_(setup, data, *this) : std::nullopt;
       urb.status = answer ? 0 : -EPIPE;
       urb.actual_length = static_cast<int>(data.size());
       if (answer && setup.in()) {
@@ -225,7 +233,7 @@ class MockDevice : public MockUsbDevice {
       flight.ready = true;
       const MockBytes data(bytes, bytes + urb.buffer_length);
       const std::uint8_t endpoint = urb.endpoint;
-      if (on_write) on_write(endpoint, data, *this);
+      if (on_write_) on_write_(endpoint, data, *this);
     }
     flights_.push_back(std::move(flight));
     return {};
@@ -258,6 +266,8 @@ class MockDevice : public MockUsbDevice {
 
   // Recursive: scripts are called under it, and answer.
   mutable std::recursive_mutex mutex_;
+  Write on_write_;
+  Control on_control_;
   bool gone_ = false;
   std::map<std::uint8_t, std::string> bound_, detached_;
   std::map<std::uint8_t, std::deque<MockBytes>> packets_;

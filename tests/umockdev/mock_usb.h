@@ -2,12 +2,13 @@
 //
 //   MockUsb usb;
 //   MockUsbDevice& echo = usb.plug(info);
-//   echo.on_write = [](std::uint8_t, const MockBytes& bytes, MockUsbDevice& d) { d.answer(0x81, bytes); };
+//   echo.onWrite([](std::uint8_t, const MockBytes& bytes, MockUsbDevice& d) { d.answer(0x81, bytes); });
 //   auto connection = systemUsb().open(systemUsb().devices().at(0));
 //
 // Works in processes started by `umockdev-run --`, and in what those start in turn. Every system call for the device is
 // a round trip through a socket: good for protocols and errors, not for timing. Thread rule: scripts are called on a
-// thread of umockdev, one at a time, and are set before the device is opened; the rest is internally synchronised.
+// thread of umockdev, one at a time: what a script writes for the test to read needs an atomic. The rest is internally
+// synchronised.
 #pragma once
 
 #include "device/usb_transport.h"
@@ -30,11 +31,11 @@ class MockUsbDevice {
   // What an IN request gets, any bytes for OUT; nothing to stall.
   using Control = std::function<std::optional<MockBytes>(const UsbSetup&, const MockBytes& data, MockUsbDevice&)>;
 
-  Write on_write;
-  Control on_control;  // without one all stall
-
   virtual ~MockUsbDevice() = default;
   virtual const UsbDeviceInfo& info() const = 0;
+  virtual void onWrite(Write script) = 0;
+  // Without one all stall.
+  virtual void onControl(Control script) = 0;
   // From now on this packet waits to be received on that endpoint.
   virtual void answer(std::uint8_t endpoint, const MockBytes& bytes) = 0;
   // The driver that the kernel has bound to each interface, "usbfs" for another program; free where none is named.

@@ -38,12 +38,12 @@ class SystemUsb : public testing::Test {
   // Answers every write on 0x02 with its bytes on 0x81; request 5 IN gives 1 2 3, request 6 OUT is taken.
   MockUsbDevice& plugEcho(const std::string& bus_path) {
     MockUsbDevice& echo = usb->plug(describedAs(0x1234, 0x5678, bus_path));
-    echo.on_write = [](std::uint8_t, const MockBytes& bytes, MockUsbDevice& d) { d.answer(0x81, bytes); };
-    echo.on_control = [](const UsbSetup& setup, const MockBytes&, MockUsbDevice&) -> std::optional<MockBytes> {
+    echo.onWrite([](std::uint8_t, const MockBytes& bytes, MockUsbDevice& d) { d.answer(0x81, bytes); });
+    echo.onControl([](const UsbSetup& setup, const MockBytes&, MockUsbDevice&) -> std::optional<MockBytes> {
       if (setup.in() && setup.request == 5) return MockBytes{1, 2, 3};
       if (!setup.in() && setup.request == 6) return MockBytes{};
       return std::nullopt;
-    };
+    });
     return echo;
   }
 
