@@ -15,6 +15,10 @@ constexpr double kMinReach_um = 1.0;
 // by the angle of the turn.
 constexpr double kBack = 2.0, kTurn = 1.5, kMost = 4.0;
 constexpr std::size_t kMaxEnds = 64;
+// A hand on a structure gets to what lies around it along the structure only, which is claimed as what lies ahead. In
+// 1.9e8 segments an eighth of the workspace's radius serves it as well as the whole (index/README.md), with a tenth of
+// the reads.
+constexpr double kAroundOnStructure = 1.0 / 8;
 
 // A node to walk on from, seen in `tile`, which need not be its home.
 struct Step {
@@ -152,11 +156,13 @@ void Prefetch::claimAround(const ReaderFocus& focus, std::uint64_t budget_bytes,
   if (policy_ == PrefetchPolicy::none || !focus.p_W.allFinite() || !std::isfinite(focus.radius_um) ||
       !(focus.radius_um > 0))
     return;
+  const bool follows = policy_ == PrefetchPolicy::structure && !focus.is_view && focus.active_tile != kNoTile;
+  const double reach_um = (follows ? kAroundOnStructure : 1) * focus.radius_um;
   Directory::Walk walk = directory_.walk(focus.p_W);
   std::uint64_t bytes = 0;
   for (std::size_t n = 0; n < kMaxWorkspaceTiles; ++n) {
     const std::optional<Directory::Hit> hit = walk.next();
-    if (!hit || hit->squared_distance > focus.radius_um * focus.radius_um) return;
+    if (!hit || hit->squared_distance > reach_um * reach_um) return;
     bytes += store_.entry(hit->tile).decoded_bytes;
     if (bytes > budget_bytes) return;
     claims.push_back({hit->tile, std::sqrt(hit->squared_distance)});

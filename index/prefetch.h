@@ -4,7 +4,8 @@
 //           walked; where the walk ends at an absent tile or at its reach, the other tiles that hold the same cell
 //           follow, by their distance from those ends: so a far disk is asked for several tiles at once, not for one
 //           after the other.
-//   around: the tiles within the workspace's radius of the proxy, nearest first.
+//   around: the tiles within the workspace's radius of the proxy, nearest first; of a hand whose structure is followed
+//           (PrefetchPolicy::structure, an active tile), within an eighth of it.
 // Thread rule: thread-compatible; loader's side only (it allocates).
 #pragma once
 

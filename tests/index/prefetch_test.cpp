@@ -169,6 +169,23 @@ TEST_F(PrefetchTest, WayBackStaysBehindHoweverItTurns) {
   EXPECT_GT(costOf(structure_, behind), costOf(structure_, after_turn));
 }
 
+TEST_F(PrefetchTest, AHandOnAStructureClaimsAnEighthOfItsSurroundings) {
+  const auto expectWithin = [this](double reach_um) {
+    const auto hits = directory_->within(Vector3d(5000, 3, 3), reach_um * reach_um);
+    EXPECT_EQ(workspace_.size(), hits.size());
+    for (const auto& hit : hits) EXPECT_LE(costOf(workspace_, hit.tile), reach_um);
+  };
+  load(homeOf(500));
+  ReaderFocus focus = at(500, 100, 1600);
+  claim(PrefetchPolicy::structure, focus);
+  expectWithin(200);
+  claim(PrefetchPolicy::distance, focus);
+  expectWithin(1600);
+  focus.active_tile = kNoTile;  // it moves freely
+  claim(PrefetchPolicy::structure, focus);
+  expectWithin(1600);
+}
+
 TEST_F(PrefetchTest, ViewClaimsItsSurroundingsOnly) {
   load(homeOf(500));
   ReaderFocus focus = at(500, 100, 100);
