@@ -807,6 +807,7 @@ INSTANTIATE_TEST_SUITE_P(IoThreads, ThreadedResidency, testing::Values(1u, 4u));
 TEST_P(ThreadedResidency, KeepsEveryPromiseUnderLoad) {
   const std::uint64_t budget = Residency::floorBytes(*store_) + total() / 5;
   store_->failLoads(3);
+  store_->jitterLoads(std::chrono::microseconds(300));
   ResidencyOptions many = options(budget, PrefetchPolicy::structure);
   many.io_threads = GetParam();
   Residency residency(*store_, many);
@@ -825,6 +826,8 @@ TEST_P(ThreadedResidency, KeepsEveryPromiseUnderLoad) {
         focus.active_node = {0, static_cast<std::uint32_t>(random() % 400)};
         reader.publishFocus(focus);
         for (int i = 0; i < 40; ++i) {
+          // Now and then a reader stands still, and what it is told waits.
+          if (random() % 64 == 0) std::this_thread::sleep_for(std::chrono::microseconds(random() % 3000));
           reader.apply(r == 0 ? 8 : 1);
           const auto id = static_cast<TileId>(random() % count());
           if (const Tile* tile = reader.tiles().find(id)) {

@@ -18,6 +18,11 @@ void CountingStore::delayLoads(std::chrono::microseconds delay) {
   account_->delay = delay;
 }
 
+void CountingStore::jitterLoads(std::chrono::microseconds most) {
+  const std::lock_guard lock(account_->mutex);
+  account_->jitter = most;
+}
+
 std::vector<TileId> CountingStore::loads() const {
   const std::lock_guard lock(account_->mutex);
   return account_->loads;
@@ -49,6 +54,8 @@ std::shared_ptr<const Tile> CountingStore::load(TileId tile) const {
     const std::lock_guard lock(account_->mutex);
     account_->loads.push_back(tile);
     delay = account_->delay;
+    if (const auto most = account_->jitter.count(); most > 0)
+      delay += std::chrono::microseconds(account_->random() % static_cast<std::uint64_t>(most + 1));
     const auto failure = account_->failures.find(tile);
     if (failure != account_->failures.end() && failure->second != 0) {
       if (failure->second > 0) --failure->second;

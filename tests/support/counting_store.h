@@ -8,6 +8,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <random>
 #include <vector>
 
 namespace filiform::test {
@@ -25,6 +26,8 @@ class CountingStore : public TileStore {
   void failLoads(TileId tile, int times = kForever);
   // Every load takes at least this long.
   void delayLoads(std::chrono::microseconds delay);
+  // And up to this much more, drawn anew for each.
+  void jitterLoads(std::chrono::microseconds most);
 
   std::vector<TileId> loads() const;  // in order, failed ones included
   std::size_t loads(TileId tile) const;
@@ -53,7 +56,8 @@ class CountingStore : public TileStore {
     std::vector<TileId> loads;
     std::size_t samples_read = 0;
     std::map<TileId, int> failures;
-    std::chrono::microseconds delay{0};
+    std::chrono::microseconds delay{0}, jitter{0};
+    std::mt19937_64 random{11};
     std::uint64_t held = 0, peak_held = 0;
   };
 
