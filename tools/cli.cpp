@@ -13,9 +13,12 @@
 #include <cmath>
 #include <csignal>
 #include <cstdio>
+#include <exception>
 #include <iostream>
 #include <new>
+#include <string_view>
 #include <system_error>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 
@@ -41,6 +44,25 @@ int fail(int code, const std::string& what) {
   // Once more where the text is safe already: that changes nothing, and what was forgotten cannot steer a terminal.
   std::cerr << "filiform: " << escaped(what) << '\n';
   return code;
+}
+
+std::terminate_handler terminate_before = nullptr;
+
+// Libraries that find no memory where they must not throw come here (a JSON value's destructor, a folder's iterator).
+[[noreturn]] void endWithoutMemory() {
+  bool out_of_memory = false;
+  try {
+    if (const std::exception_ptr error = std::current_exception()) std::rethrow_exception(error);
+  } catch (const std::bad_alloc&) {
+    out_of_memory = true;
+  } catch (...) {
+  }
+  if (!out_of_memory) terminate_before();
+  holdForces();
+  static constexpr std::string_view kText = "filiform: out of memory, where a library cannot go back\n";
+  // Nothing is left to do if that cannot be said.
+  [[maybe_unused]] const auto written = ::write(STDERR_FILENO, kText.data(), kText.size());
+  ::_exit(3);
 }
 
 // Everything that goes to stdout must have arrived: a full disk behind a redirection is an error, not a short file.
@@ -113,7 +135,13 @@ std::uint32_t findCellNamed(const TileStore& store, const std::string& name) {
   throw UsageError("--cell " + escaped(name) + ": no cell of that name" + hint);
 }
 
+void endPlainlyWithoutMemory() {
+  const std::terminate_handler before = std::set_terminate(endWithoutMemory);
+  if (before != endWithoutMemory) terminate_before = before;
+}
+
 int runProgram(int argc, char** argv) {
+  endPlainlyWithoutMemory();
   std::signal(SIGINT, onSignal);
   std::signal(SIGTERM, onSignal);
   std::signal(SIGPIPE, SIG_IGN);  // a closed pipe and a file-size limit become write errors with a message

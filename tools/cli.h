@@ -32,6 +32,10 @@ std::string formatNumber(double value);
 // A finite number in full; throws UsageError naming `what` otherwise (NaN, infinite, trailing text).
 double parseNumber(const std::string& what, const std::string& text);
 
+// From now on: memory that lacks where no exception may leave (libraries have such places) ends the program as it does
+// elsewhere: zero force, one line on stderr, exit code 3.
+void endPlainlyWithoutMemory();
+
 // The cell of that name. Throws UsageError, naming one that is there.
 std::uint32_t findCellNamed(const TileStore& store, const std::string& name);
 

@@ -4,9 +4,13 @@
 #include "tests/support/sanitized.h"
 #include "tests/support/temp_folder.h"
 #include "tests/support/zip_builder.h"
+#include "tools/cli.h"
 
 #include <cstdlib>
 #include <filesystem>
+#include <functional>
+#include <new>
+#include <stdexcept>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -78,6 +82,17 @@ TEST_F(Resources, TooLittleMemory) {
   }
   EXPECT_GT(refused_, 0);
   EXPECT_LT(refused_, 4);
+}
+
+TEST_F(Resources, NoMemoryWhereNoneMayThrow) {
+  // As the destructor of a JSON value, which asks for memory.
+  const auto destroy = [](const std::function<void()>& within) noexcept {
+    tools::endPlainlyWithoutMemory();
+    within();
+  };
+  EXPECT_EXIT(destroy([] { throw std::bad_alloc(); }), ::testing::ExitedWithCode(3),
+              "^filiform: out of memory[^\n]*\n$");
+  EXPECT_DEATH(destroy([] { throw std::runtime_error("of its own"); }), "of its own");
 }
 
 TEST_F(Resources, AFolderThatMayNotBeWritten) {
