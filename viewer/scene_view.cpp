@@ -1,7 +1,7 @@
 #include "viewer/scene_view.h"
 
 #include "index/errors.h"
-#include "viewer/internal/tile_loader.h"
+#include "viewer/internal/batch_loader.h"
 #include "viewer/overlay.h"
 
 #include <algorithm>

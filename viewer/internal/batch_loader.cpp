@@ -1,4 +1,4 @@
-#include "viewer/internal/tile_loader.h"
+#include "viewer/internal/batch_loader.h"
 
 #include <algorithm>
 #include <chrono>
