@@ -181,7 +181,8 @@ void RecordingDevice::open() {
   try {
     d.inner->open();
     std::string header;
-    internal::appendHeader(header, {d.inner->capabilities(), d.inner->status(), d.options.marked, d.options.device});
+    internal::appendHeader(
+        header, {d.inner->capabilities(), d.inner->status(), d.options.marked, d.options.device, d.options.options});
     d.write(header);
     d.recording = true;
     if (d.options.writer_thread) d.writer = std::thread([&d] { d.runWriter(); });
@@ -242,6 +243,19 @@ void RecordingDevice::finish() {
   if (const std::uint64_t lost = d.lost; lost > 0)
     throw DeviceError(printable(d.path) + ": the recording holds the first " + std::to_string(d.written) +
                       " exchanges; the " + std::to_string(lost) + " after them came faster than they were written");
+}
+
+RecordingWords readRecordingWords(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  if (!in) throw systemFailure(path, "cannot open the recording", errno);
+  constexpr std::size_t kMostHeader = 1 << 20;
+  std::string bytes(kMostHeader, '\0');
+  in.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  if (in.bad()) throw DeviceError(printable(path) + ": cannot read the recording");
+  bytes.resize(static_cast<std::size_t>(in.gcount()));
+  internal::RecordingHeader header;
+  internal::readHeader(printable(path), bytes, header);
+  return {header.device, header.options};
 }
 
 ReplayDevice::ReplayDevice(const std::string& path) {

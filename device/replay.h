@@ -27,8 +27,9 @@ struct RecordingOptions {
   // A thread writes every few milliseconds. Without it the owner calls drain(), at least once per `capacity` exchanges:
   // right for loops in virtual time, which could outrun any disk.
   bool writer_thread = true;
-  std::string device{};  // words that made the device, for who replays it
-  bool marked = false;   // the run calls mark()
+  std::string device{};   // words that made the device, for who replays it
+  std::string options{};  // what the run was told, for who repeats it; of no meaning here
+  bool marked = false;    // the run calls mark()
 };
 
 // Wraps a device and passes everything through. The file appears under its name only when it is whole: until then it is
@@ -66,6 +67,12 @@ class RecordingDevice : public HapticDevice {
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
+
+struct RecordingWords {
+  std::string device, options;  // as in RecordingOptions
+};
+// Of a recording's header; the rest is not looked at. Throws DeviceError as ReplayDevice does.
+RecordingWords readRecordingWords(const std::string& path);
 
 // Plays a recording: the n-th exchange returns the n-th recorded state, bit for bit, whatever wrench it gets. After the
 // last one the status is closed and the last state is repeated. The whole file is held in memory (0.7 GB for an hour at

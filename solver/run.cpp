@@ -292,6 +292,7 @@ class Run {
       RecordingOptions recording;
       recording.writer_thread = options.realtime;
       recording.device = led_by_;
+      recording.options = options.record_options;
       recording.marked = true;
       auto recorder = std::make_unique<RecordingDevice>(std::move(device_), options.record, recording);
       recorder_ = recorder.get();

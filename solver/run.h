@@ -51,7 +51,8 @@ struct RunOptions {
       PrefetchPolicy::structure;  // with latency or in real time; at latency 0 tiles come on demand only
   unsigned io_threads = 1;        // in real time
   bool realtime = false;
-  std::string record;  // file that replay:FILE reads; empty: none
+  std::string record;          // file that replay:FILE reads; empty: none
+  std::string record_options;  // kept in it, for who repeats the run; of no meaning here
   // In virtual time only: after each tick, on the caller's thread, what the eye should know.
   std::function<void(const NavigationSnapshot&)> on_snapshot{};
   std::string fault_csv;  // in real time: where the last ticks go if the loop ends by a fault; empty: nowhere

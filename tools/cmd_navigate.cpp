@@ -1,5 +1,6 @@
 // filiform navigate: a hand, simulated or recorded, travels a route without a display.
 #include "device/device_factory.h"
+#include "device/replay.h"
 #include "index/errors.h"
 #include "index/faulty_source.h"
 #include "index/text.h"
@@ -15,6 +16,7 @@
 #include <cmath>
 #include <fstream>
 #include <iostream>
+#include <string_view>
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
@@ -28,7 +30,7 @@ struct NavigateArguments {
                            csv, fault_csv, plot, picture;
   std::string route = "longest";
   double zoom_um = 300, rate_Hz = 1000, latency_ms = 0;
-  std::string passivity = "auto";
+  std::string passivity = "auto", as_options;
   std::optional<double> seconds, speed_m_s, stiffness_N_m;
   std::uint64_t seed = 1;
   unsigned io_threads = 0;
@@ -95,9 +97,49 @@ RunOptions optionsOf(const NavigateArguments& a, const TileStore& store, bool in
   options.prefetch = prefetchPolicy(a.prefetch);
   options.realtime = a.realtime;
   options.record = a.record;
+  options.record_options = a.as_options;
   options.fault_csv = !a.fault_csv.empty() || a.csv.empty() ? a.fault_csv : a.csv + ".fault.csv";
   if (!a.cell.empty()) options.cell = findCellNamed(store, a.cell);
   return options;
+}
+
+// What decides the way that is travelled, beside scene and device: kept in a recording, so that a replay needs nothing
+// but the file.
+constexpr const char* kRepeated[] = {"--cell",      "--route", "--seconds", "--method", "--stiffness",
+                                     "--passivity", "--zoom",  "--speed",   "--rate",   "--seed"};
+
+std::string toldOptions(const CLI::App& command) {
+  nlohmann::json told = nlohmann::json::object();
+  for (const char* const name : kRepeated) {
+    const CLI::Option* const option = command.get_option(name);
+    const std::string value = option->count() > 0 ? option->results().front() : option->get_default_str();
+    if (!value.empty()) told[name] = value;
+  }
+  return told.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
+}
+
+// Those of a recorded run that are not given now.
+void tellAgain(CLI::App& command, const std::string& device) {
+  constexpr std::string_view kReplay = "replay:";
+  if (device.rfind(kReplay, 0) != 0) return;
+  const std::string file = device.substr(kReplay.size());
+  const auto told = nlohmann::json::parse(readRecordingWords(file).options, nullptr, false);
+  std::string taken;
+  for (const char* const name : kRepeated) {
+    CLI::Option* const option = command.get_option(name);
+    if (option->count() > 0 || !told.is_object() || !told.contains(name) || !told.at(name).is_string()) continue;
+    const std::string value = told.at(name);
+    if (value == option->get_default_str()) continue;
+    try {
+      option->add_result(value);
+      option->run_callback();
+    } catch (const CLI::Error&) {
+      throw UsageError(escaped(file) + ": recorded with " + name + " " + escaped(value) +
+                       ", which this program does not take");
+    }
+    (((taken += ' ') += name) += ' ') += escaped(value);
+  }
+  if (!taken.empty()) std::cerr << "filiform: note: as it was recorded:" << taken << '\n';
 }
 
 nlohmann::ordered_json describe(const TimeHistogram& times) {
@@ -331,7 +373,13 @@ void addNavigate(CLI::App& app, Chosen& chosen) {
   command->add_option("--picture", a->picture, "front view of the tissue and the way travelled, as PNG")
       ->type_name("FILE");
   command->add_flag("--json", a->json, "the summary as one JSON object");
-  command->callback([a, &chosen] { chosen = [a] { return runNavigate(*a); }; });
+  command->callback([a, command, &chosen] {
+    chosen = [a, command] {
+      tellAgain(*command, a->device);
+      a->as_options = toldOptions(*command);
+      return runNavigate(*a);
+    };
+  });
 }
 
 }  // namespace filiform::tools

@@ -3,7 +3,6 @@
 #include "device/internal/record_bytes.h"
 
 #include <algorithm>
-#include <cstring>
 
 namespace filiform::internal {
 
@@ -27,16 +26,15 @@ std::uint64_t storedChecksum(std::string_view bytes, std::size_t at) {
   return RecordReader(bytes.substr(at)).get<std::uint64_t>();
 }
 
-std::size_t headerBytes(std::size_t name_bytes, std::size_t device_bytes) {
-  return kFixedHeaderBytes + (name_bytes + device_bytes + 7) / 8 * 8 + 8;
-}
+// Of the name, the device's words and the options together.
+std::size_t headerBytes(std::size_t text_bytes) { return kFixedHeaderBytes + (text_bytes + 7) / 8 * 8 + 8; }
 
 }  // namespace
 
 void appendHeader(std::string& out, const RecordingHeader& header) {
   const DeviceCapabilities& c = header.capabilities;
   const std::size_t start = out.size();
-  const std::size_t whole = headerBytes(c.name.size(), header.device.size());
+  const std::size_t whole = headerBytes(c.name.size() + header.device.size() + header.options.size());
   out.append(kMagic);
   append(out, kRecordingVersion);
   append(out, static_cast<std::uint32_t>(whole));
@@ -53,9 +51,10 @@ void appendHeader(std::string& out, const RecordingHeader& header) {
        {c.peak_force_N, c.continuous_force_N, c.max_stiffness_N_m, c.damping_Ns_m, c.resolution_m, c.nominal_rate_Hz})
     append(out, value);
   append(out, static_cast<std::uint32_t>(header.device.size()));
-  append(out, std::uint32_t{0});
+  append(out, static_cast<std::uint32_t>(header.options.size()));
   out.append(c.name);
   out.append(header.device);
+  out.append(header.options);
   out.resize(start + whole - 8, '\0');
   append(out, checksum(std::string_view(out).substr(start), 0));
 }
@@ -108,9 +107,9 @@ std::size_t readHeader(const std::string& file, std::string_view bytes, Recordin
   c.delay_samples = in.get<std::int32_t>();
   c.buttons = in.get<std::int32_t>();
   const std::size_t name_bytes = in.get<std::uint32_t>();
-  std::uint32_t device_bytes = 0;
-  std::memcpy(&device_bytes, bytes.data() + kFixedHeaderBytes - 8, sizeof device_bytes);
-  if (header_bytes != headerBytes(name_bytes, device_bytes))
+  RecordReader sizes(bytes.substr(kFixedHeaderBytes - 8));
+  const std::size_t device_bytes = sizes.get<std::uint32_t>(), options_bytes = sizes.get<std::uint32_t>();
+  if (header_bytes != headerBytes(name_bytes + device_bytes + options_bytes))
     throw damaged(12, "the length of the header contradicts that of the names");
   if (bytes.size() < header_bytes) throw cut();
   if (checksum(bytes.substr(0, header_bytes - 8), 0) != storedChecksum(bytes, header_bytes - 8))
@@ -128,6 +127,7 @@ std::size_t readHeader(const std::string& file, std::string_view bytes, Recordin
     *value = in.get<double>();
   c.name = std::string(bytes.substr(kFixedHeaderBytes, name_bytes));
   header.device = std::string(bytes.substr(kFixedHeaderBytes + name_bytes, device_bytes));
+  header.options = std::string(bytes.substr(kFixedHeaderBytes + name_bytes + device_bytes, options_bytes));
   return header_bytes;
 }
 

@@ -10,7 +10,7 @@
 
 namespace filiform::internal {
 
-inline constexpr std::uint32_t kRecordingVersion = 2;
+inline constexpr std::uint32_t kRecordingVersion = 3;
 inline constexpr std::size_t kExchangeBytes = 176;
 inline constexpr std::size_t kClosingBytes = 24;
 
@@ -18,7 +18,8 @@ struct RecordingHeader {
   DeviceCapabilities capabilities;
   DeviceStatus status_at_open = DeviceStatus::ready;
   bool marked = false;
-  std::string device;  // as the command line named it
+  std::string device;   // as the command line named it
+  std::string options;  // what the run was told, as who wrote it spells it
 };
 
 struct RecordedExchange {

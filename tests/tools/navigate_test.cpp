@@ -79,6 +79,26 @@ TEST_F(Travel, ATourInRealTimeShowsItsLoopAndIsReplayedToTheByte) {
   EXPECT_EQ(test::readBytes(folder_ / "replayed.csv"), test::readBytes(folder_ / "live.csv"));
 }
 
+TEST_F(Travel, ARecordingKnowsWhatItsRunWasTold) {
+  const std::string set = folder_ / "z.fil", recording = folder_ / "told.rec";
+  const auto csvOf = [&](std::vector<std::string> more, std::string* err = nullptr) {
+    more.insert(more.begin(), {"navigate", set, "--csv", folder_ / "told.csv"});
+    const Outcome outcome = runFiliform(more);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    if (err != nullptr) *err = outcome.err;
+    return test::readBytes(folder_ / "told.csv");
+  };
+  const std::string live =
+      csvOf({"--route", "tour:5", "--seconds", "1.5", "--zoom", "150.5", "--hand", "loose", "--record", recording});
+  std::string err;
+  EXPECT_EQ(csvOf({"--device", "replay:" + recording}, &err), live);
+  EXPECT_NE(err.find("--route tour:5 --seconds 1.5 --zoom 150.5"), std::string::npos) << err;
+  EXPECT_NE(csvOf({"--device", "replay:" + recording, "--zoom", "200"}), live) << "what is given now counts";
+  const Outcome missing = runFiliform({"navigate", set, "--device", "replay:" + (folder_ / "none.rec")});
+  EXPECT_EQ(missing.exit_code, 3);
+  EXPECT_TRUE(missing.oneLineOnStderr()) << missing.err;
+}
+
 TEST_F(Travel, ADeviceThatKeepsItsOwnTimeNeedsRealTime) {
   const Outcome refused = runFiliform({"navigate", folder_ / "z.fil", "--device", "falcon"});
   EXPECT_EQ(refused.exit_code, 2);
