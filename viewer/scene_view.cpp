@@ -30,6 +30,9 @@ constexpr double kReceding = 0.7;
 constexpr double kShadePart = 0.08;
 // Nothing is loaded or dropped for a camera that trembles by less.
 constexpr double kTremble_px = 0.05;
+// The proxy's ball is drawn anew when it is that far from where it was drawn: a hand that trembles is at rest. Farther,
+// and the hand moves.
+constexpr double kProxyTremble_px = 0.3, kProxyMoves_px = 1;
 
 double since_ms(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
@@ -104,7 +107,8 @@ struct SceneView::Impl {
   std::optional<std::uint32_t> cell;
   Held cell_held;
 
-  std::optional<Camera> camera;  // of the last frame
+  std::optional<Camera> camera;                     // of the last frame
+  std::optional<Vector3d> proxy_W, proxy_rested_W;  // as drawn; where it was when it moved last
   double moved_s = -1e300, last_s = 0;
   SeparationFilter separation;
   Signature last_choice, last_picture;
@@ -176,6 +180,19 @@ bool SceneView::Impl::isMoving(const SceneFrame& f) {
   if (moved) {
     camera = now;
     moved_s = f.time_s;
+  }
+  if (f.proxy_W) {
+    const double px_um = f.size.height / (2 * std::tan(now.height_angle_rad / 2)) / std::max(now.focus_um, 1e-12);
+    const auto isBeyond = [&](const std::optional<Vector3d>& from, double most_px) {
+      return !from || (*f.proxy_W - *from).norm() * px_um > most_px;
+    };
+    if (isBeyond(proxy_W, kProxyTremble_px)) proxy_W = f.proxy_W;
+    if (isBeyond(proxy_rested_W, kProxyMoves_px)) {
+      proxy_rested_W = f.proxy_W;
+      moved_s = f.time_s;
+    }
+  } else {
+    proxy_W.reset();
   }
   return f.moving ? *f.moving : f.time_s - moved_s < SceneFrame::kRest_s;
 }
@@ -406,7 +423,7 @@ void SceneView::Impl::putMarks(const SceneFrame& f, const Camera& at, const Pict
       renderer.remove(id);
   };
   put(0, f.workspace != nullptr, [&] { return workspaceBatch(*f.workspace, 1.6 * um_px); });
-  put(1, f.proxy_W.has_value(), [&] { return proxyBatch(*f.proxy_W, 7 * um_px); });
+  put(1, proxy_W.has_value(), [&] { return proxyBatch(*proxy_W, 7 * um_px); });
   put(2, f.junction != nullptr, [&] { return glyphBatch(*f.junction, 120 * um_px, 6 * um_px, f.palette); });
 }
 
@@ -496,7 +513,7 @@ void SceneView::Impl::picture(const SceneFrame& f) {
     now.add(f.workspace->rotationMatrix());
     now.add(f.workspace->zoom_um());
   }
-  if (f.proxy_W) now.add(*f.proxy_W);
+  if (proxy_W) now.add(*proxy_W);
   if (f.junction != nullptr) {
     now.add(f.junction->p_W);
     now.add(f.palette.own);

@@ -55,7 +55,7 @@ struct SceneFrame {
   // Of any clock that does not run back: tells rest from motion, smooths the eyes' separation, tries failed tiles
   // again.
   double time_s = 0;
-  std::optional<bool> moving{};  // none: moving until kRest_s after the camera's last change
+  std::optional<bool> moving{};  // none: moving until kRest_s after the camera's or the proxy's last change
 
   PictureSize size{};
   StereoMode stereo = StereoMode::mono;

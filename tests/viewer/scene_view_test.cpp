@@ -201,6 +201,28 @@ TEST_F(SceneViews, WhatDidNotChangeIsNotDrawnAgain) {
   EXPECT_FALSE(scene.draw(frame).redrawn);
 }
 
+// A hand moves the proxy under a camera that rests: smoothly, so coarsely; a hand that trembles leaves the picture.
+TEST_F(SceneViews, AProxyThatMovesIsMotionAndOneThatTremblesIsNot) {
+  SceneView scene(*store_, nullptr, renderer_);
+  SceneFrame frame = frameOf(scene);
+  const double px_um = frame.size.height / (2 * std::tan(frame.camera.height_angle_rad / 2)) / frame.camera.focus_um;
+  frame.proxy_W = frame.camera.focus_W();
+  settle(scene, frame);
+  frame.time_s += 10;
+  frame.moving.reset();
+  EXPECT_FALSE(scene.draw(frame).moving);
+  frame.proxy_W->x() += 0.1 / px_um;
+  frame.time_s += 0.01;
+  EXPECT_FALSE(scene.draw(frame).redrawn);
+  frame.proxy_W->x() += 5 / px_um;
+  frame.time_s += 0.01;
+  const SceneFigures figures = scene.draw(frame);
+  EXPECT_TRUE(figures.redrawn);
+  EXPECT_TRUE(figures.moving);
+  frame.time_s += 1;
+  EXPECT_FALSE(scene.draw(frame).moving);
+}
+
 TEST_F(SceneViews, FrozenTilesStay) {
   SceneView scene(*set_, levels_.get(), renderer_);
   SceneFrame frame = frameOf(scene);
