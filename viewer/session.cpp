@@ -273,9 +273,11 @@ Wrench Session::Impl::tick(const DeviceState& state) {
   if (hand != nullptr) {
     Pointing newer;
     if (pointings.take(newer)) pointing = newer;
-    hand->setTarget(pointing.kind == Pointing::Kind::at     ? pointing.target_D
-                    : pointing.kind == Pointing::Kind::push ? Vector3d(p_D + pointing.target_D)
-                                                            : p_D);
+    Vector3d target_D = p_D;
+    if (pointing.kind == Pointing::Kind::at) target_D = pointing.target_D;
+    if (pointing.kind == Pointing::Kind::push) target_D += pointing.target_D;
+    // No hand reaches beyond its device: at the rim it rests, and the world is moved under it.
+    hand->setTarget(target_D.cwiseMax(workspace.lo_D).cwiseMin(workspace.hi_D));
   }
   if (reader != nullptr) reader->apply();
   applyCommands(state.p_D);
@@ -402,12 +404,14 @@ void Session::finish() {
   if (s.loop) s.loop->stop();
   s.stopping = true;
   if (s.replay_thread.joinable()) s.replay_thread.join();
-  if (s.residency) s.residency->stop();
   update();
   s.device->close();
-  if (s.recorder == nullptr) return;
-  s.recorder->finish();
-  s.writeCommands();
+  if (s.recorder != nullptr) {
+    s.recorder->finish();
+    s.writeCommands();
+  }
+  // Last, because it waits for the tile that is being read.
+  if (s.residency) s.residency->stop();
   if (s.log_lost > 0) throw DeviceError("commands came faster than they were recorded: the recording is not whole");
 }
 

@@ -10,7 +10,8 @@
 //   }
 //
 // The device "mouse" is a simulated hand (device/simulated_hand.h) whose muscles pull to where the pointer is: so the
-// proxy resists and pulls as it does on a haptic device, and the pointer's distance from the hand is the force cue. A
+// proxy resists and pulls as it does on a haptic device, and the pointer's distance from the hand is the force cue. It
+// reaches no farther than the device's box: at its rim the world moves under the hand. A
 // recorded session (SessionOptions::record) is played back by the device "replay:FILE", at the same fixed rate, and
 // goes through the same states to the bit.
 //

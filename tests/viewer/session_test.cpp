@@ -4,6 +4,7 @@
 #include "index/ingest.h"
 #include "index/memory_tiles.h"
 #include "index/tile_set.h"
+#include "tests/support/counting_store.h"
 #include "tests/support/random_cells.h"
 #include "tests/support/temp_folder.h"
 #include "viewer/place_finder.h"
@@ -50,6 +51,27 @@ TEST_F(Sessions, AJumpPutsThePlaceUnderTheHandAndThePointerPulls) {
   session.point({});
   session.advance(2000);
   EXPECT_LT(session.update().force_N.norm(), 0.02);
+}
+
+// Pushed on and on the hand stays in the box of its device: the world goes under it.
+TEST_F(Sessions, APushedHandDoesNotLeaveItsDevice) {
+  Session session(*store_, {.zoom_um = 20, .stiffness_N_m = {}, .in_memory = true});
+  const ProxyPlace place = near({10, 20, 30});
+  session.jump(place);
+  session.advance(10);
+  NavigationCommand free;
+  free.kind = NavigationCommand::Kind::free;
+  ASSERT_TRUE(session.send(free));
+  const Vector3d begin_W = session.update().centre_W;
+  session.point(Pointing::push({0.02, 0, 0}));
+  double farthest_m = 0;
+  for (int i = 0; i < 60; ++i) {
+    session.advance(50);
+    farthest_m = std::max(farthest_m, session.update().h_D.cwiseAbs().maxCoeff());
+  }
+  EXPECT_LT(farthest_m, 0.07);  // it swings over its aim at the rim, 0.06
+  EXPECT_GT(farthest_m, 0.05);
+  EXPECT_GT(session.now().centre_W.x() - begin_W.x(), 20);
 }
 
 TEST_F(Sessions, FreeThenConstrainedAgain) {
@@ -172,6 +194,37 @@ TEST_F(Sessions, InRealTimeAJumpWaitsForItsTile) {
   EXPECT_EQ(replay.update().tick, last.tick);
   EXPECT_EQ(replay.now().p_W, last.p_W);
   EXPECT_EQ(replay.now().centre_W, last.centre_W);
+}
+
+// A tile that fails its checksum while the scene is open.
+TEST_F(Sessions, ADamagedTileIsSaidAndTheTravelGoesOn) {
+  test::CountingStore damaged(*store_);
+  const ProxyPlace here = near({20, -30, 0});
+  ProxyPlace there;
+  for (double y = 0; y < 400 && (!there.valid() || there.tile == here.tile); y += 10) there = near({-60, y, 10});
+  ASSERT_NE(there.tile, here.tile);
+  damaged.failLoads(there.tile);
+  Session session(damaged, {});
+  session.start();
+  const auto wait = [&](const auto& done) {
+    for (int i = 0; i < 4000 && !done(session.update()); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    return done(session.update());
+  };
+  session.jump(here);
+  ASSERT_TRUE(wait([&](const NavigationSnapshot& s) { return s.p_W == here.p_W; }));
+  session.jump(there);
+  std::vector<std::string> notes;
+  EXPECT_TRUE(wait([&](const NavigationSnapshot&) {
+    for (std::string& note : session.takeNotes()) notes.push_back(std::move(note));
+    return !session.awaited();
+  }));
+  ASSERT_FALSE(notes.empty());
+  EXPECT_EQ(notes.back(), "no jump: tile " + std::to_string(there.tile) + " cannot be read");
+  EXPECT_EQ(session.update().p_W, here.p_W);
+  EXPECT_EQ(session.fault(), "");
+  const std::uint64_t until = session.now().tick + 100;
+  EXPECT_TRUE(wait([&](const NavigationSnapshot& s) { return s.tick >= until; }));
+  session.finish();
 }
 
 TEST(Workers, ServeInOrderAndTellWhatFailed) {
