@@ -12,6 +12,7 @@
 #include "viewer/bindings.h"
 
 #include <algorithm>
+#include <cstdlib>
 #include <filesystem>
 #include <iostream>
 
@@ -82,6 +83,11 @@ int runView(const ViewArguments& a) {
     writePng(image, path);
   };
   options.poll = throwIfInterrupted;
+  options.stuck = [] {
+    holdForces();
+    std::cerr << "filiform: the scene's files do not answer: ended without waiting for them any longer\n" << std::flush;
+    std::_Exit(3);
+  };
   options.session.device = a.device;
   options.session.method = solverMethod(a.method);
   options.session.zoom_um = a.zoom_um;

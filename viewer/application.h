@@ -29,6 +29,9 @@ struct ApplicationOptions {
   std::function<OpenedScene(const std::vector<std::string>&)> open;    // not on the main thread
   std::function<void(const Picture&, const std::string& path)> write;  // a picture
   std::function<void()> poll = [] {};                                  // once a frame; may throw to end
+  // At the end a read has not come back for seconds, so that its thread cannot be ended: from another thread, to say
+  // so and end the process.
+  std::function<void()> stuck = [] {};
   SessionOptions session;
   std::optional<PictureSize> size;  // else the settings'
   std::uint64_t segments = 0;       // drawn at most; 0: by the renderer

@@ -11,7 +11,7 @@ constexpr Key key(std::uint32_t code, int modifiers = 0) { return {code, static_
 constexpr Key kNoKey{};
 
 constexpr std::array kBindings{
-    Binding{Action::pull, "pull", "Hand", kNoKey, kNoKey, "right drag, or left drag from the proxy",
+    Binding{Action::pull, "pull", "Hand", kNoKey, kNoKey, "right drag, left drag from proxy",
             "pull the proxy along its thread; the line shows force"},
     Binding{Action::pull_depth, "pull-depth", "Hand", kNoKey, kNoKey, "Shift + right drag, up and down",
             "push the hand away from you, or bring it closer"},
@@ -24,9 +24,8 @@ constexpr std::array kBindings{
     Binding{Action::push_closer, "push-closer", "Hand", key(Key::kPageDown), kNoKey, "", "towards you"},
     Binding{Action::toggle_free, "toggle-free", "Hand", key('f'), kNoKey, "",
             "free the hand, or bring it to the nearest thread"},
-    Binding{Action::centre, "centre", "Hand", key(' '), kNoKey, "", "centre the workspace on the proxy"},
-    Binding{Action::tour, "tour", "Hand", key('t'), kNoKey, "",
-            "let a simulated hand travel to the cell's farthest tip"},
+    Binding{Action::centre, "centre", "Hand", key(' '), kNoKey, "", "centre workspace and view on the proxy"},
+    Binding{Action::tour, "tour", "Hand", key('t'), kNoKey, "", "a simulated hand travels to the farthest tip"},
 
     Binding{Action::next_branch, "next-branch", "Travel", key('v'), kNoKey, "", "next branch point or tip"},
     Binding{Action::previous_branch, "previous-branch", "Travel", key('b'), kNoKey, "",
@@ -34,7 +33,7 @@ constexpr std::array kBindings{
     Binding{Action::next_sample, "next-sample", "Travel", key(']'), kNoKey, "", "next sample, away from the root"},
     Binding{Action::parent_sample, "parent-sample", "Travel", key('['), kNoKey, "", "parent sample"},
     Binding{Action::other_branch, "other-branch", "Travel", key(Key::kTab), kNoKey, "",
-            "into the other branches of the fork behind, one after the other"},
+            "into the fork's other branches, in turn"},
     Binding{Action::nearest_tip, "nearest-tip", "Travel", key('r'), kNoKey, "",
             "nearest open end; again: the next nearest"},
     Binding{Action::soma, "soma", "Travel", key('u'), kNoKey, "", "the cell's root"},
@@ -50,6 +49,8 @@ constexpr std::array kBindings{
             "measure along the path from here; again: stop"},
 
     Binding{Action::rotate, "rotate", "View", kNoKey, kNoKey, "left drag", "turn the world about the proxy"},
+    Binding{Action::pan, "pan", "View", kNoKey, kNoKey, "middle drag, Shift + left drag",
+            "shift the view aside; Space brings it back"},
     Binding{Action::turn_left, "turn-left", "View", key(Key::kLeft, Key::kControl), kNoKey, "", "turn it to the left"},
     Binding{Action::turn_right, "turn-right", "View", key(Key::kRight, Key::kControl), kNoKey, "", "to the right"},
     Binding{Action::turn_up, "turn-up", "View", key(Key::kUp, Key::kControl), kNoKey, "", "up"},

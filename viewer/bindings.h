@@ -63,6 +63,7 @@ enum class Action : std::uint8_t {
   quit,
   // mouse only
   rotate,
+  pan,
   pull,
   pull_depth,
   jump,

@@ -1,13 +1,12 @@
 #include "viewer/panels.h"
 
 #include "viewer/bindings.h"
+#include "viewer/internal/text_format.h"
 #include "viewer/minimap.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdarg>
-#include <cstdio>
 #include <cstring>
 #include <imgui.h>
 
@@ -15,20 +14,15 @@ namespace filiform {
 
 namespace {
 
+using internal::format;
+
+// Over dense tissue text is lost on anything more transparent.
+constexpr float kPanelAlpha = 0.88F;
+
 constexpr ImU32 kInk = IM_COL32(225, 230, 240, 255), kDim = IM_COL32(150, 158, 172, 255),
                 kGold = IM_COL32(235, 200, 90, 255), kRed = IM_COL32(240, 110, 95, 255);
 
 ImVec2 vec(double x, double y) { return {static_cast<float>(x), static_cast<float>(y)}; }
-
-std::string format(const char* pattern, ...) __attribute__((format(printf, 1, 2)));
-std::string format(const char* pattern, ...) {
-  std::array<char, 256> text{};
-  va_list arguments;
-  va_start(arguments, pattern);
-  std::vsnprintf(text.data(), text.size(), pattern, arguments);
-  va_end(arguments);
-  return text.data();
-}
 
 std::string count(std::uint64_t n) {
   std::string text = std::to_string(n);
@@ -83,7 +77,7 @@ void write(ImDrawList& list, const ImVec2& at, ImU32 colour, const std::string& 
 
 void drawStatus(const PanelData& d) {
   ImGui::SetNextWindowPos(vec(10 * d.scale, 10 * d.scale));
-  ImGui::SetNextWindowBgAlpha(0.72F);
+  ImGui::SetNextWindowBgAlpha(kPanelAlpha);
   ImGui::Begin("status", nullptr, kStill | ImGuiWindowFlags_NoInputs);
   ImGui::TextUnformatted(d.scene.c_str());
   const auto row = [&](const char* what, const std::string& value) {
@@ -110,21 +104,29 @@ void drawStatus(const PanelData& d) {
   ImGui::End();
 }
 
-void drawMessages(const PanelData& d) {
-  ImDrawList& list = *ImGui::GetForegroundDrawList();
-  const double line = ImGui::GetTextLineHeightWithSpacing();
-  double y = d.size.height - 14 * d.scale - line;
-  if (!d.hint.empty()) {
-    const ImVec2 size = ImGui::CalcTextSize(d.hint.c_str());
-    write(list, vec((d.size.width - size.x) / 2, y), kDim, d.hint);
-  }
-  for (std::size_t i = d.messages.size(); i-- > 0;) {
-    y -= line;
-    const ImVec2 size = ImGui::CalcTextSize(d.messages[i].c_str());
-    write(list, vec(std::max(8.0, (d.size.width - size.x) / 2.0), y), kGold, d.messages[i]);
-  }
+// A line at the lower rim, broken where the window ends, on a ground of its own; above the last one.
+void drawLine(ImDrawList& list, const PictureSize& size, double scale, ImU32 colour, const std::string& text,
+              double& bottom) {
+  const double widest = std::max(60.0, std::min(size.width - 40 * scale, 760 * scale)), rim = 4 * scale;
+  const ImVec2 taken = ImGui::CalcTextSize(text.c_str(), nullptr, false, static_cast<float>(widest));
+  const double left = (size.width - taken.x) / 2.0, top = bottom - taken.y - 2 * rim;
+  list.AddRectFilled(vec(left - 2 * rim, top), vec(left + taken.x + 2 * rim, bottom), IM_COL32(13, 15, 20, 215),
+                     static_cast<float>(rim));
+  list.AddText(ImGui::GetFont(), ImGui::GetFontSize(), vec(left, top + rim), colour, text.c_str(), nullptr,
+               static_cast<float>(widest));
+  bottom = top - rim / 2;
 }
 
+void drawMessages(const PictureSize& size, double scale, const std::vector<std::string>& messages,
+                  const std::string& hint) {
+  // Over the picture, and under what is open.
+  ImDrawList& list = *ImGui::GetBackgroundDrawList();
+  double bottom = size.height - 8 * scale;
+  if (!hint.empty()) drawLine(list, size, scale, kDim, hint, bottom);
+  for (std::size_t i = messages.size(); i-- > 0;) drawLine(list, size, scale, kGold, messages[i], bottom);
+}
+
+// A bar of round length, at the rim where no panel lies.
 void drawScaleBar(const PanelData& d) {
   if (!(d.um_px > 0) || !std::isfinite(d.um_px) || d.size.width < 100 * d.scale) return;
   const ScaleBar bar = scaleBar(d.um_px, std::min(220 * d.scale, d.size.width / 4.0));
@@ -136,6 +138,17 @@ void drawScaleBar(const PanelData& d) {
   list.AddLine(vec(right, y - 5 * d.scale), vec(right, y + 5 * d.scale), kInk, thick);
   const ImVec2 size = ImGui::CalcTextSize(bar.text.c_str());
   write(list, vec((left + right - size.x) / 2, y - 8 * d.scale - size.y), kInk, bar.text);
+}
+
+// Among everything the proxy is a point: a ring and a word say where.
+void drawHere(const PanelData& d) {
+  if (!d.overview || !d.proxy || !(d.proxy->depth_um > 0)) return;
+  ImDrawList& list = *ImGui::GetBackgroundDrawList();
+  const auto radius = static_cast<float>(11 * d.scale), thick = static_cast<float>(2 * d.scale);
+  const ImVec2 at = vec(d.proxy->x, d.proxy->y);
+  list.AddCircle(at, radius, IM_COL32(0, 0, 0, 200), 32, 2 * thick);
+  list.AddCircle(at, radius, kGold, 32, thick);
+  write(list, vec(at.x + 15 * d.scale, at.y - 7 * d.scale), kGold, "proxy");
 }
 
 void drawPull(const PanelData& d) {
@@ -155,9 +168,9 @@ void drawForce(const PanelData& d) {
   if (d.forces_N == nullptr || d.size.width < 420 * d.scale) return;
   const double width = 260 * d.scale, height = 90 * d.scale;
   ImGui::SetNextWindowPos(vec(d.size.width - 10 * d.scale, 10 * d.scale), ImGuiCond_Always, vec(1, 0));
-  ImGui::SetNextWindowBgAlpha(0.72F);
+  ImGui::SetNextWindowBgAlpha(kPanelAlpha);
   ImGui::Begin("force", nullptr, kStill | ImGuiWindowFlags_NoInputs);
-  ImGui::Text("force, N, the last 4 s");
+  ImGui::Text("force %.2f N, the last 4 s", d.force_N);
   const ImVec2 at = ImGui::GetCursorScreenPos();
   ImGui::Dummy(vec(width, height));
   ImDrawList& list = *ImGui::GetWindowDrawList();
@@ -169,8 +182,9 @@ void drawForce(const PanelData& d) {
     const double y = at.y + height * (1 - line / 2.0);
     list.AddLine(vec(at.x, y), vec(at.x + width, y), IM_COL32(90, 98, 115, 140));
   }
-  list.AddText(vec(at.x, at.y), kDim, format("%g", top).c_str());
+  list.AddText(vec(at.x, at.y), kDim, format("%g N", top).c_str());
   list.AddText(vec(at.x, at.y + height / 2), kDim, format("%g", top / 2).c_str());
+  list.AddText(vec(at.x, at.y + height - ImGui::GetTextLineHeight()), kDim, "0");
   // The largest of each pixel's ticks, so that no peak is missed.
   constexpr std::size_t kTicks = 4000;
   const auto columns = static_cast<std::size_t>(width);
@@ -214,7 +228,7 @@ std::optional<Vector3d> drawMinimap(const PanelData& d) {
   const double side = 170 * d.scale;
   if (d.size.width < 2.5 * side || d.size.height < 3.5 * side) return std::nullopt;
   ImGui::SetNextWindowPos(vec(10 * d.scale, d.size.height - 10 * d.scale), ImGuiCond_Always, vec(0, 1));
-  ImGui::SetNextWindowBgAlpha(0.72F);
+  ImGui::SetNextWindowBgAlpha(kPanelAlpha);
   ImGui::Begin("minimap", nullptr, kStill);
   std::optional<Vector3d> clicked;
   const Minimap whole(d.lo_W, d.hi_W, side, side);
@@ -243,7 +257,7 @@ std::optional<Vector3d> drawMinimap(const PanelData& d) {
 
 void drawTiles(const PanelData& d, const TilePanel& t) {
   ImGui::SetNextWindowPos(vec(d.size.width - 10 * d.scale, 150 * d.scale), ImGuiCond_FirstUseEver, vec(1, 0));
-  ImGui::SetNextWindowBgAlpha(0.82F);
+  ImGui::SetNextWindowBgAlpha(kPanelAlpha);
   ImGui::Begin("tiles and memory", nullptr,
                ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoNav);
   if (t.in_memory) {
@@ -298,13 +312,15 @@ void drawTiles(const PanelData& d, const TilePanel& t) {
 void drawHelp(const PanelData& d, bool& open) {
   ImGui::SetNextWindowPos(vec(d.size.width / 2.0, d.size.height / 2.0), ImGuiCond_Always, vec(0.5, 0.5));
   ImGui::SetNextWindowSizeConstraints(vec(0, 0), vec(d.size.width * 0.96, d.size.height * 0.94));
-  ImGui::SetNextWindowBgAlpha(0.94F);
+  ImGui::SetNextWindowBgAlpha(1);
   ImGui::Begin("keys and mouse", &open,
-               ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoCollapse);
+               ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoCollapse |
+                   ImGuiWindowFlags_HorizontalScrollbar);
   // Two columns of groups, as far as the window is wide.
   const bool wide = d.size.width > 1000 * d.scale;
   const auto table = [&](const char* name, std::initializer_list<const char*> groups) {
-    if (!ImGui::BeginTable(name, 2, ImGuiTableFlags_SizingFixedFit)) return;
+    // Else the first takes all of the window, and pushes the second out of it.
+    if (!ImGui::BeginTable(name, 2, ImGuiTableFlags_SizingFixedFit | ImGuiTableFlags_NoHostExtendX)) return;
     for (const char* group : groups) {
       ImGui::TableNextRow();
       ImGui::TableNextColumn();
@@ -384,6 +400,7 @@ void drawSettings(bool& open, Settings& settings, PanelRequests& requests) {
 PanelRequests drawPanels(const PanelData& d, const TilePanel& tiles, OpenPanels& open, SearchPanel& search,
                          Settings& settings) {
   PanelRequests requests;
+  drawHere(d);
   drawPull(d);
   drawScaleBar(d);
   if (d.size.width >= 240 * d.scale && d.size.height >= 200 * d.scale) drawStatus(d);
@@ -393,7 +410,7 @@ PanelRequests drawPanels(const PanelData& d, const TilePanel& tiles, OpenPanels&
   if (open.settings) drawSettings(open.settings, settings, requests);
   if (open.search) drawSearch(d, open.search, search, requests);
   if (open.help) drawHelp(d, open.help);
-  drawMessages(d);
+  drawMessages(d.size, d.scale, d.messages, open.help ? std::string() : d.hint);
   if (!d.tooltip.empty()) {
     ImDrawList& list = *ImGui::GetForegroundDrawList();
     const ImVec2 size = ImGui::CalcTextSize(d.tooltip.c_str());
@@ -406,7 +423,9 @@ PanelRequests drawPanels(const PanelData& d, const TilePanel& tiles, OpenPanels&
   return requests;
 }
 
-void drawOpening(const PictureSize& size, double scale, const std::string& what, double since_s) {
+void drawOpening(const PictureSize& size, double scale, const std::string& what, double since_s,
+                 const std::vector<std::string>& messages) {
+  drawMessages(size, scale, messages, {});
   ImGui::SetNextWindowPos(vec(size.width / 2.0, size.height / 2.0), ImGuiCond_Always, vec(0.5, 0.5));
   ImGui::Begin("opening", nullptr, kStill);
   ImGui::TextUnformatted(what.c_str());

@@ -51,7 +51,7 @@ struct PanelData {
   const std::vector<float>* forces_N = nullptr;  // oldest first, 1 kHz
   double most_force_N = 8;
 
-  // Lines of the hand's pull over the picture, pixels.
+  // Over the picture, pixels: the line of the hand's pull; among everything a ring about the proxy.
   std::optional<ScreenPoint> proxy, hand;
 
   Vector3d lo_W = Vector3d::Zero(), hi_W = Vector3d::Zero();  // of the scene
@@ -72,6 +72,7 @@ struct PanelRequests {
 PanelRequests drawPanels(const PanelData& data, const TilePanel& tiles, OpenPanels& open, SearchPanel& search,
                          Settings& settings);
 // While a scene is opened, or none is.
-void drawOpening(const PictureSize& size, double scale, const std::string& what, double since_s);
+void drawOpening(const PictureSize& size, double scale, const std::string& what, double since_s,
+                 const std::vector<std::string>& messages);
 
 }  // namespace filiform

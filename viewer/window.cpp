@@ -180,7 +180,12 @@ Window::Window(const std::string& title, const PictureSize& size, double interfa
   glfwWindowHint(GLFW_OPENGL_FORWARD_COMPAT, GLFW_TRUE);
   glfwWindowHint(GLFW_DEPTH_BITS, 0);
   glfwWindowHint(GLFW_SCALE_TO_MONITOR, GLFW_TRUE);
-  w.window = glfwCreateWindow(std::max(size.width, 1), std::max(size.height, 1), title.c_str(), nullptr, nullptr);
+  // With a picture for each eye where the driver has that: few have, and then a plain one.
+  for (const int stereo : {GLFW_TRUE, GLFW_FALSE}) {
+    glfwWindowHint(GLFW_STEREO, stereo);
+    w.window = glfwCreateWindow(std::max(size.width, 1), std::max(size.height, 1), title.c_str(), nullptr, nullptr);
+    if (w.window != nullptr) break;
+  }
   if (w.window == nullptr) {
     std::string what = "no window: the display gives no OpenGL 3.3 (";
     what += lastError();

@@ -1,0 +1,45 @@
+#include "viewer/internal/ending_watch.h"
+
+#include <chrono>
+#include <condition_variable>
+#include <mutex>
+#include <thread>
+#include <utility>
+
+namespace filiform::internal {
+
+struct EndingWatch::Impl {
+  std::chrono::duration<double> patience;
+  std::function<void()> stuck;
+  std::mutex mutex;
+  std::condition_variable changed;
+  bool ended = false;
+  std::thread thread;
+};
+
+EndingWatch::EndingWatch(double patience_s, std::function<void()> stuck) : impl_(std::make_unique<Impl>()) {
+  impl_->patience = std::chrono::duration<double>(patience_s);
+  impl_->stuck = std::move(stuck);
+}
+
+EndingWatch::~EndingWatch() {
+  if (!impl_->thread.joinable()) return;
+  {
+    const std::lock_guard lock(impl_->mutex);
+    impl_->ended = true;
+  }
+  impl_->changed.notify_one();
+  impl_->thread.join();
+}
+
+void EndingWatch::begin() {
+  if (impl_->thread.joinable()) return;
+  impl_->thread = std::thread([&impl = *impl_] {
+    std::unique_lock lock(impl.mutex);
+    if (impl.changed.wait_for(lock, impl.patience, [&impl] { return impl.ended; })) return;
+    lock.unlock();
+    impl.stuck();
+  });
+}
+
+}  // namespace filiform::internal

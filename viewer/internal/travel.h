@@ -1,0 +1,133 @@
+// A person's way through one open scene: the session under the hand, and all that finds places for it: jumps, steps
+// along the cell, names, bookmarks, the fork ahead, a simulated hand's tour. What may read the disk is done on a thread
+// beside the frames, and its result taken up by a later serve().
+//
+// What goes wrong is said (Messages) and the travel goes on. Thread rule: one owner, the window's thread; the callbacks
+// come on it.
+#pragma once
+
+#include "viewer/bindings.h"
+#include "viewer/glyph.h"
+#include "viewer/internal/messages.h"
+#include "viewer/internal/opening.h"
+#include "viewer/internal/path_measure.h"
+#include "viewer/internal/tour.h"
+#include "viewer/pointer.h"
+#include "viewer/session.h"
+#include "viewer/worker.h"
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+namespace filiform::internal {
+
+class Travel {
+ public:
+  struct Callbacks {
+    std::function<void()> jumps;                            // right before the proxy is taken elsewhere
+    std::function<void(const std::string&)> finds_nothing;  // what was asked for leads nowhere
+  };
+
+  // `messages` must outlive it. Throws as Session does.
+  Travel(Opened opened, const SessionOptions& session, Messages& messages, Callbacks callbacks);
+  // Ends the session, its failures unheard, and waits for the work under way.
+  ~Travel();
+
+  // The hand's loop, and the jump to the scene's first place.
+  void start();
+  // Keeps history and bookmarks, what fails is said.
+  void savePlaces();
+  // Ends the session. Throws DeviceError, IoError. Idempotent.
+  void finish() { session_->finish(); }
+
+  // Once a frame, in this order. Takes up what came from the hand and from the finished works.
+  void serve();
+  // The hand does that; else what the tour asks for.
+  void lead(const std::optional<Pointing>& pointing, const Workspace& workspace);
+  // The cell's name, the fork ahead and the measured path catch up with the proxy.
+  void observe();
+
+  const NavigationSnapshot& now() const { return session_->now(); }
+  const Session& session() const { return *session_; }
+  const OpenedScene& scene() const { return opened_.scene; }
+  const TileStore& store() const { return *opened_.scene.store; }
+  NavigationHistory& history() { return opened_.saved ? opened_.saved->history() : unsaved_; }
+
+  // What that action does to hand, proxy or world, if it is one of those; else false.
+  bool act(Action action);
+  void turn(const Turn& turn);
+  void zoom(double factor);
+  void endTour() { tour_.end(); }
+
+  // Jumps to what is found there.
+  void goAlong(const RayQuery& ray);
+  void goTo(const CellQuery& query);
+  void goNear(const Vector3d& p_W);
+  void setBookmark(const std::string& name);
+  void goToBookmark(const std::string& name);
+
+  // Names of cells that fit, cells and samples that a line of sight meets: told when they are found.
+  void findNames(const std::string& text, std::function<void(std::vector<std::string>)> found);
+  void describeAlong(const RayQuery& ray, std::function<void(std::string)> described);
+  bool isIdle() const { return worker_->idle(); }  // nothing is looked for
+
+  const std::string& cellName() const { return cell_name_; }
+  std::optional<std::int64_t> sample() const { return sample_; }  // nearest to the proxy, its id in the file
+  const Junction* junction() const { return junction_ ? &*junction_ : nullptr; }
+  std::string measured() const { return measure_.text(); }
+  const std::vector<float>& forces_N() const { return forces_; }         // of the last seconds, oldest first
+  const std::vector<Vector3d>& visited_W() const { return visited_W_; }  // oldest first
+
+  void describe(nlohmann::ordered_json& state) const;
+
+ private:
+  void watch();
+  void replaceDevice(const std::string& fault);
+  void go(const ProxyPlace& place, bool remember);
+  void goWhenFound(std::function<ProxyPlace()> find);
+  void constrain();
+  void goBack();
+  void goForward();
+  void step(Action action);
+  void startTour();
+  void toggleMeasure();
+  const CellWalk* walk();
+  void nameCell();
+  void lookForFork();
+  const PlaceFinder& finder() const { return *opened_.finder; }
+
+  Messages& messages_;
+  Callbacks callbacks_;
+  SessionOptions options_;
+  Opened opened_;
+  NavigationHistory unsaved_;
+  std::unique_ptr<Session> session_;
+
+  std::shared_ptr<const CellWalk> walk_;
+  std::uint32_t walk_cell_ = UINT32_MAX, walk_asked_ = UINT32_MAX;
+  std::string cell_name_;
+  std::optional<std::int64_t> sample_;
+  std::vector<std::uint32_t> tips_;
+  std::size_t tips_at_ = 0;
+  Vector3d last_tip_ = Vector3d::Constant(NAN);
+  PathMeasure measure_;
+  Tour tour_;
+  std::optional<Junction> junction_;
+  std::optional<ProxyPlace> junction_at_;
+  double junction_zoom_um_ = 0;
+  bool junction_asked_ = false, replay_told_ = false, fault_told_ = false;
+  std::uint32_t asked_constrain_ = 0, asked_back_ = 0, asked_forward_ = 0;
+  std::vector<float> forces_, new_forces_;
+  std::vector<Vector3d> visited_W_;
+  std::uint64_t jumps_ = 0;
+  std::unique_ptr<Worker> worker_;  // goes first: its works use the rest
+};
+
+}  // namespace filiform::internal
