@@ -1,8 +1,9 @@
 // filiform view as a person meets it: in a window of a virtual display, with keys and mouse. Skipped where there is no
-// Xvfb or xdotool (tools/setup installs them), and outside the whole campaigns (tools/test --long): it waits for a
-// picture at every step. Screenshots stay in view-test/ beside the program.
+// Xvfb or xdotool (tools/setup installs them). A short form always runs but under the sanitizers, the whole in the
+// campaigns (tools/test --long). Screenshots stay in view-test/ beside the program.
 #include "tests/support/campaign.h"
 #include "tests/support/process.h"
+#include "tests/support/sanitized.h"
 #include "tests/support/temp_folder.h"
 
 #include <chrono>
@@ -12,6 +13,7 @@
 #include <fstream>
 #include <functional>
 #include <spawn.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <thread>
 #include <unistd.h>
@@ -44,10 +46,11 @@ pid_t start(const std::string& line) {
   return pid;
 }
 
-class View : public ::testing::Test {
+class Display : public ::testing::Test {
  protected:
+  static bool wanted() { return test::wholeCampaign() || !test::kSanitized; }
   static void SetUpTestSuite() {
-    if (!test::wholeCampaign() || !has("Xvfb") || !has("xdotool")) return;
+    if (!wanted() || !has("Xvfb") || !has("xdotool")) return;
     // The server says which display it took.
     folder_ = new test::TempFolder;
     const std::string number = *folder_ / "display";
@@ -71,7 +74,7 @@ class View : public ::testing::Test {
     folder_ = nullptr;
   }
   void SetUp() override {
-    if (!test::wholeCampaign()) GTEST_SKIP() << "a window, by keys and mouse: set FILIFORM_CAMPAIGN";
+    if (!wanted()) GTEST_SKIP() << "a window that draws under a sanitizer: set FILIFORM_CAMPAIGN";
     if (!has("Xvfb") || !has("xdotool")) GTEST_SKIP() << "no Xvfb or no xdotool: run tools/setup";
     ASSERT_FALSE(display_.empty()) << "Xvfb did not start";
     pictures_ = (test::filiformProgram().parent_path() / "view-test").string();
@@ -108,14 +111,32 @@ class View : public ::testing::Test {
         if (done(last)) return;
       } catch (const json::exception&) {  // not there yet
       }
-      std::this_thread::sleep_for(std::chrono::milliseconds(50));
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
     }
     FAIL() << "not within " << kPatience_s << " s: " << what << "\n"
            << last.dump(1) << test::readBytes(*folder_ / "err");
   }
-  void type(const std::string& xdotool) {
+  void send(const std::string& xdotool) {
     ASSERT_EQ(std::system((environment() + "xdotool " + xdotool).c_str()), 0) << xdotool;
+  }
+  void type(const std::string& xdotool) {
+    send(xdotool);
     std::this_thread::sleep_for(std::chrono::milliseconds(kStep_ms));
+  }
+  // A key that does something, and until it has.
+  void act(const std::string& key) {
+    const json before = state();
+    send("key " + key);
+    await(key, [&](const json& s) { return s.at("actions") > before.at("actions"); });
+  }
+  // Until what was sent is drawn: events within one frame would be taken as one. The first state may be of a frame that
+  // had begun before.
+  void sendAndDraw(const std::string& xdotool) {
+    send(xdotool);
+    for (int i = 0; i < 2; ++i) {
+      const auto frames = state().at("frames").get<std::uint64_t>();
+      await("a frame", [&](const json& s) { return s.at("frames") > frames; });
+    }
   }
   // How it ended.
   int ended() {
@@ -137,9 +158,73 @@ class View : public ::testing::Test {
   pid_t viewer_ = -1;
 };
 
-test::TempFolder* View::folder_ = nullptr;
-std::string View::display_;
-pid_t View::server_ = -1;
+test::TempFolder* Display::folder_ = nullptr;
+std::string Display::display_;
+pid_t Display::server_ = -1;
+
+class View : public Display {
+ protected:
+  void SetUp() override {
+    if (!test::wholeCampaign()) GTEST_SKIP() << "the whole of the window: set FILIFORM_CAMPAIGN";
+    Display::SetUp();
+  }
+};
+class ViewInShort : public Display {};
+
+TEST_F(ViewInShort, StartsShowsHelpTurnsZoomsSearchesJumpsTakesAPictureAndQuits) {
+  view("'" + (*folder_ / "c.fil") + "' --size 480x320 --segments 5000 --reset");
+  await("a proxy on a thread",
+        [](const json& s) { return s.at("open") == true && !s.at("cell").get<std::string>().empty(); });
+  act("h");
+  EXPECT_EQ(state().at("help"), true);
+  act("Escape");
+  EXPECT_EQ(state().at("help"), false);
+
+  const json before = state();
+  sendAndDraw("mousemove 300 120");
+  sendAndDraw("mousedown 1");
+  sendAndDraw("mousemove 360 140");
+  sendAndDraw("mouseup 1");
+  await("turned", [&](const json& s) { return s.at("rotation") != before.at("rotation"); });
+  sendAndDraw("mousedown 2");
+  sendAndDraw("mousemove 330 130");
+  sendAndDraw("mouseup 2");
+  await("shifted", [](const json& s) { return s.at("shift").at(0) > 0; });
+  send("click 4");
+  await("zoomed in", [&](const json& s) { return s.at("zoom_um").get<double>() < before.at("zoom_um").get<double>(); });
+
+  act("slash");
+  sendAndDraw("type --delay 60 cell_00002");
+  await("the name", [](const json& s) { return s.at("search_text") == "cell_00002"; });
+  sendAndDraw("keydown Return");
+  sendAndDraw("keyup Return");
+  await("the cell", [](const json& s) {
+    return s.at("cell") == "cell_00002" && s.at("search") == false && s.at("jumping") == false;
+  });
+  EXPECT_EQ(state().at("shift"), json::array({0.0, 0.0}));
+  const json soma = state();
+  act("v");
+  await("the next fork", [&](const json& s) { return s.at("p_um") != soma.at("p_um") && s.at("jumping") == false; });
+  act("w");
+  await("a picture", [](const json& s) { return s.at("pictures") == 1; });
+  EXPECT_EQ(test::readBytes(state()["last_picture"].get<std::string>()).substr(1, 3), "PNG");
+  send("key q");
+  EXPECT_EQ(ended(), 0) << test::readBytes(*folder_ / "err");
+  EXPECT_EQ(test::readBytes(*folder_ / "err"), "");
+}
+
+// A pipe that nobody writes to, where a file of the set should be.
+TEST_F(ViewInShort, ASetThatNeverAnswersDoesNotKeepItFromEnding) {
+  fs::create_directory(*folder_ / "silent.fil");
+  ASSERT_EQ(mkfifo((*folder_ / "silent.fil/CURRENT").c_str(), 0600), 0);
+  view("'" + (*folder_ / "silent.fil") + "' --size 200x150");
+  await("a window", [](const json& s) { return s.at("frames") > 2; });
+  send("key q");
+  EXPECT_EQ(ended(), 3);
+  const std::string said = test::readBytes(*folder_ / "err");
+  EXPECT_NE(said.find("do not answer"), std::string::npos) << said;
+  EXPECT_EQ(said.find('\n'), said.size() - 1);
+}
 
 TEST_F(View, TravelsByKeysAndMouse) {
   view("'" + (*folder_ / "c.fil") + "' --size 900x600 --segments 20000 --reset");
@@ -215,6 +300,41 @@ TEST_F(View, TravelsByKeysAndMouse) {
   });
   type("key ctrl+q");
   EXPECT_EQ(ended(), 0);
+}
+
+// Every tile but those in memory, then the whole folder.
+TEST_F(View, GoesOnWhenTheSetBreaksAndVanishesWhileOpen) {
+  const std::string set = *folder_ / "breaks.fil";
+  fs::copy(*folder_ / "c.fil", set, fs::copy_options::recursive);
+  view("'" + set + "' --size 480x320 --segments 5000 --reset --budget 600KiB");
+  await("a proxy on a thread",
+        [](const json& s) { return s.at("open") == true && !s.at("cell").get<std::string>().empty(); });
+  const json before = state();
+  for (const auto& entry : fs::recursive_directory_iterator(set)) {
+    if (entry.path().extension() != ".pack" && entry.path().filename().string().find("pack") == std::string::npos)
+      continue;
+    std::fstream file(entry.path(), std::ios::in | std::ios::out | std::ios::binary);
+    file.seekp(16);
+    const std::string noise(static_cast<std::size_t>(entry.file_size()) - 16, '\x5a');
+    file.write(noise.data(), static_cast<std::streamsize>(noise.size()));
+  }
+  for (const char* name : {"cell_00000", "cell_00001", "cell_00002", "cell_00003"}) {
+    act("slash");
+    sendAndDraw(std::string("type --delay 80 ") + name);
+    sendAndDraw("keydown Return");
+    sendAndDraw("keyup Return");
+    act("Escape");
+  }
+  await("a word of it", [&](const json& s) { return s.at("messages") > before.at("messages"); });
+  EXPECT_NE(state().at("search_error"), "") << state();
+  fs::remove_all(set);
+  const auto tick = state().at("tick").get<std::uint64_t>();
+  act("o");
+  sendAndDraw("click 4");
+  await("the hand goes on", [&](const json& s) { return s.at("tick") > tick + 200; });
+  send("key q");
+  EXPECT_EQ(ended(), 0) << test::readBytes(*folder_ / "err");
+  EXPECT_EQ(test::readBytes(*folder_ / "err"), "");
 }
 
 TEST_F(View, OpensAFileAtOnceAndReplaysWhatWasDone) {
