@@ -95,10 +95,13 @@ void drawStatus(const PanelData& d) {
   row("force", format("%.2f N", d.force_N));
   row("measure", d.measure);
   std::string drawn = count(d.segments) + " segments";
-  if (d.error_px > 0) drawn += format(", error %.1f px", d.error_px);
+  if (std::isinf(d.error_px))
+    drawn += ", coarse at the eye";
+  else if (d.error_px > 0)
+    drawn += format(", error %.1f px", d.error_px);
   row("drawn", drawn);
   row("left out", d.left_out > 0 ? count(d.left_out) + " segments" : std::string());
-  row("to come", d.pending > 0 ? count(d.pending) + " tiles" : std::string());
+  row("to come", d.pending > 0 ? count(d.pending) + (d.pending == 1 ? " tile" : " tiles") : std::string());
   row("stereo", d.stereo);
   if (d.frozen) ImGui::TextColored({0.92F, 0.78F, 0.35F, 1}, "levels of detail are frozen (l)");
   ImGui::End();
