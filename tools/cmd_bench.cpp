@@ -3,6 +3,7 @@
 #include "tools/bench/bench.h"
 #include "tools/bench/bench_record.h"
 #include "tools/bench/compare.h"
+#include "tools/bench/peers.h"
 #include "tools/cli.h"
 
 #include <algorithm>
@@ -35,6 +36,10 @@ int runBench(BenchCommand command) {
       std::cout << workload.name
                 << std::string(std::max<std::size_t>(14, workload.name.size() + 2) - workload.name.size(), ' ')
                 << workload.summary << '\n';
+    std::cout << "\npeers:";
+    for (const Peer& peer : peers())
+      std::cout << ' ' << peer.name << ' ' << (peer.build ? peer.version : std::string("(not in this build)"));
+    std::cout << '\n';
     return 0;
   }
   if (!command.compare.empty()) {

@@ -79,6 +79,14 @@ std::vector<Tick> ticksOf(const Axis& axis, int wanted) {
       }
     }
   }
+  const auto labelled = std::count_if(out.begin(), out.end(), [](const Tick& tick) { return !tick.label.empty(); });
+  if (labelled >= 2 || axis.hi > 300 || axis.lo < -300) return out;
+  // Within a decade: such ticks as a linear axis has.
+  out.clear();
+  const std::vector<double> values = niceTicks(std::pow(10.0, axis.lo), std::pow(10.0, axis.hi), wanted);
+  const double step = values.size() > 1 ? values[1] - values[0] : 1;
+  for (const double value : values)
+    if (value > 0) out.push_back({value, tickLabel(value, step)});
   return out;
 }
 
@@ -153,6 +161,16 @@ void drawSeries(Surface& canvas, const PlotSeries& series, const Axis& x, const 
   }
 }
 
+constexpr double kLegendGap = 52;
+
+template <typename Surface>
+double legendWidth(const Plot& plot) {
+  double width = 0;
+  if (plot.series.size() > 1)
+    for (const PlotSeries& series : plot.series) width += Surface::textWidth(series.name, 9) + kLegendGap;
+  return width;
+}
+
 template <typename Surface>
 void drawLegend(Surface& canvas, const Plot& plot, double right, double y) {
   if (plot.series.size() < 2) return;
@@ -162,8 +180,35 @@ void drawLegend(Surface& canvas, const Plot& plot, double right, double y) {
     const bool broad = plot.series[i].broad;
     canvas.line({right - width - 30, y - 4.5}, {right - width - 8, y - 4.5}, broad ? kBroad : 2.6, seriesColour(i),
                 broad ? kPale : 1);
-    right -= width + 52;
+    right -= width + kLegendGap;
   }
+}
+
+// Above the axes, in as many rows as it takes that none covers another.
+struct MarkLabel {
+  std::size_t mark;
+  double at;  // its middle
+  int row;
+};
+constexpr double kMarkRow = 15, kMarkHeight = 8.5;
+
+template <typename Surface>
+std::vector<MarkLabel> placeMarks(const Plot& plot, const Axis& x) {
+  std::vector<MarkLabel> labels;
+  for (std::size_t i = 0; i < plot.marks.size(); ++i)
+    if (x.shows(plot.marks[i].x)) labels.push_back({i, x.pixel(plot.marks[i].x), 0});
+  std::sort(labels.begin(), labels.end(), [](const MarkLabel& a, const MarkLabel& b) { return a.at < b.at; });
+  std::vector<double> taken;  // right end of each row
+  for (MarkLabel& label : labels) {
+    const double half = 0.5 * Surface::textWidth(plot.marks[label.mark].label, kMarkHeight);
+    label.at = std::max(std::min(label.at, x.to + 16 - half), x.from + half);
+    while (label.row < static_cast<int>(taken.size()) &&
+           label.at - half < taken[static_cast<std::size_t>(label.row)] + 10)
+      ++label.row;
+    if (label.row == static_cast<int>(taken.size())) taken.push_back(0);
+    taken[static_cast<std::size_t>(label.row)] = label.at + half;
+  }
+  return labels;
 }
 
 void requireSize(const Plot& plot) {
@@ -186,6 +231,8 @@ void layPlot(Surface& canvas, const Plot& plot) {
     widen(x, series.x, series.y, y, any_x);
     widen(y, series.y, series.x, x, any_y);
   }
+  for (const PlotMark& mark : plot.marks)
+    if (any_x && x.shows(mark.x)) x.lo = std::min(x.lo, x.inside(mark.x)), x.hi = std::max(x.hi, x.inside(mark.x));
   if (plot.x_most && any_x && x.shows(*plot.x_most)) x.hi = std::max(x.hi, x.inside(*plot.x_most));
   if (plot.y_most && any_y && y.shows(*plot.y_most)) y.hi = std::max(y.hi, y.inside(*plot.y_most));
   settle(x, any_x);
@@ -200,17 +247,25 @@ void layPlot(Surface& canvas, const Plot& plot) {
   if (y.lo != 0 || y.log) y.lo -= air;
 
   const bool headed = !plot.title.empty() || plot.series.size() > 1;
-  const double top = 18 + (headed ? 26 : 0) + (plot.subtitle.empty() ? 0 : 20);
+  const double legend_width = legendWidth<Surface>(plot);
+  // Beside the title where there is room, else below it.
+  const bool legend_below = legend_width > 0 && !plot.title.empty() &&
+                            40 + 1.1 * Surface::textWidth(plot.title, 12) + legend_width > plot.width - 60;
+  const double head = 18 + (headed ? 26 : 0) + (plot.subtitle.empty() ? 0 : 20) + (legend_below ? 20 : 0);
   const double bottom = plot.height - (plot.x_label.empty() ? 34 : 58);
-  y.from = bottom;
-  y.to = top;
-  const std::vector<Tick> y_ticks = ticksOf(y, std::max(2, static_cast<int>((bottom - top) / 55)));
+  const std::vector<Tick> y_ticks = ticksOf(y, std::max(2, static_cast<int>((bottom - head) / 55)));
   double widest = 0;
   for (const Tick& tick : y_ticks) widest = std::max(widest, Surface::textWidth(tick.label, 9));
   const double left = std::round(widest + 26 + (plot.y_label.empty() ? 0 : 26));
   const double right = plot.width - 24;
   x.from = left;
   x.to = right;
+  const std::vector<MarkLabel> labels = placeMarks<Surface>(plot, x);
+  int rows = 0;
+  for (const MarkLabel& label : labels) rows = std::max(rows, label.row + 1);
+  const double top = head + kMarkRow * rows;
+  y.from = bottom;
+  y.to = top;
   const std::vector<Tick> x_ticks = ticksOf(x, std::max(2, static_cast<int>((right - left) / 110)));
 
   // Straight lines lie on pixels: half a pixel off their corners.
@@ -235,20 +290,26 @@ void layPlot(Surface& canvas, const Plot& plot) {
   for (const PlotMark& mark : plot.marks) {
     if (!x.shows(mark.x)) continue;
     const double at = crisp(x.pixel(mark.x));
-    canvas.dashes({at, top}, {at, bottom}, 1.2, kGrey, 5, 4);
-    canvas.text(mark.label, {at - 6, top + 8}, 8, kGrey, Align::right, true);
+    canvas.dashes({at, top}, {at, bottom}, 1.4, kGrey, 5, 4);
+    for (const PlotSeries& series : plot.series)
+      for (std::size_t i = 0; i < series.x.size() && !series.broad; ++i)
+        if (series.x[i] == mark.x && y.shows(series.y[i]))
+          canvas.disc({x.pixel(mark.x), y.pixel(series.y[i])}, 7, kInk);
   }
   for (const bool broad : {true, false})
     for (std::size_t i = 0; i < plot.series.size(); ++i)
       if (plot.series[i].broad == broad) drawSeries(canvas, plot.series[i], x, y, seriesColour(i));
   canvas.clipNothing();
+  for (const MarkLabel& label : labels)
+    canvas.text(plot.marks[label.mark].label, {label.at, top - 5 - kMarkRow * label.row}, kMarkHeight, kInk,
+                Align::centre);
 
   if (!any_x) canvas.text("no data", {(left + right) / 2, (top + bottom) / 2}, 12, kGrey, Align::centre);
   canvas.text(plot.title, {left, 25}, 12, kInk);
   if (!plot.subtitle.empty()) canvas.text(plot.subtitle, {left, 46}, 8.5, kGrey);
   canvas.text(plot.x_label, {(left + right) / 2, plot.height - 16.0}, 9.5, kInk, Align::centre);
   canvas.text(plot.y_label, {21, (top + bottom) / 2}, 9.5, kInk, Align::centre, true);
-  drawLegend(canvas, plot, right, 25);
+  drawLegend(canvas, plot, right, 25 + (legend_below ? (plot.subtitle.empty() ? 21 : 41) : 0));
 }
 
 }  // namespace

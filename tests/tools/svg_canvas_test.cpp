@@ -76,5 +76,57 @@ TEST(SvgPlot, ShowsSeriesMarksLabelsAndClosesWhatItOpens) {
   EXPECT_THROW(svgPlot(plot, ""), UsageError);
 }
 
+// Where a text stands: its x and y, by its words.
+Vector2d placeOf(const std::string& svg, const std::string& words) {
+  const std::regex text("<text[^>]* x=\"([0-9.-]+)\" y=\"([0-9.-]+)\"[^>]*>([^<]*)</text>");
+  for (std::sregex_iterator it(svg.begin(), svg.end(), text), end; it != end; ++it)
+    if ((*it)[3] == words) return {std::stod((*it)[1]), std::stod((*it)[2])};
+  ADD_FAILURE() << "no text says " << words;
+  return {0, 0};
+}
+
+TEST(SvgPlot, MarksThatAreCloseStandInRowsAndInsideThePicture) {
+  Plot plot;
+  plot.series = {{"one", {0, 1, 2, 100}, {5, 4, 1, 1}}};
+  plot.marks = {{0, "exact, default, as it was read"}, {1, "knee of the curve"}, {100, "the far end of the axis"}};
+  const std::string svg = svgPlot(plot, "");
+  const Vector2d first = placeOf(svg, plot.marks[0].label), second = placeOf(svg, plot.marks[1].label),
+                 last = placeOf(svg, plot.marks[2].label);
+  EXPECT_LE(second.y(), first.y() - 10);
+  EXPECT_EQ(last.y(), first.y());
+  const auto half = [](const std::string& text) { return 0.5 * SvgCanvas::textWidth(text, 8.5); };
+  EXPECT_GE(first.x() - half(plot.marks[0].label), 0);
+  EXPECT_LE(last.x() + half(plot.marks[2].label), plot.width);
+}
+
+TEST(SvgPlot, ReachesToItsMarks) {
+  Plot plot;
+  plot.x_log = true;
+  plot.series = {{"one", {1, 10}, {5, 4}}};
+  plot.marks = {{1000, "default"}};
+  EXPECT_NE(svgPlot(plot, "").find(">1000</text>"), std::string::npos);
+}
+
+TEST(SvgPlot, ALongTitleAndItsLegendDoNotMeet) {
+  Plot plot;
+  plot.width = 500;
+  plot.title = "A title that is nearly as long as the whole picture is wide";
+  plot.series = {{"first of two", {1, 2}, {5, 4}}, {"second of two", {1, 2}, {2, 3}}};
+  const std::string svg = svgPlot(plot, "");
+  EXPECT_GE(placeOf(svg, "first of two").y(), placeOf(svg, plot.title).y() + 12);
+  plot.title = "Short";
+  const std::string beside = svgPlot(plot, "");
+  EXPECT_EQ(placeOf(beside, "first of two").y(), placeOf(beside, "Short").y());
+}
+
+TEST(SvgPlot, LogarithmicAxesWithinADecadeHaveLabels) {
+  Plot plot;
+  plot.y_log = true;
+  plot.series = {{"one", {1, 2, 3}, {30.5, 31, 33}}};
+  const std::string svg = svgPlot(plot, "");
+  EXPECT_NE(svg.find(">31.0</text>"), std::string::npos) << svg;
+  EXPECT_NE(svg.find(">33.0</text>"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace filiform::tools

@@ -1,6 +1,7 @@
 #include "tools/bench/bench_record.h"
 
 #include "index/errors.h"
+#include "tools/bench/peers.h"
 #include "tools/cli.h"
 #include "tools/evaluate/page.h"
 #include "tools/svg_canvas.h"
@@ -193,6 +194,8 @@ std::vector<PageSection> sections(const std::vector<BenchResult>& results, const
   for (const auto& [name, value] : where.items())
     facts.rows.push_back({name, value.is_string() ? value.get<std::string>() : value.dump()});
   for (const auto& [name, version] : libraryVersions()) facts.rows.push_back({name, version});
+  for (const Peer& peer : peers())
+    facts.rows.push_back({"peer " + peer.name, peer.build ? peer.version : std::string("not in this build")});
   std::vector<BenchGoal> goals;
   std::vector<BenchBound> bounds;
   BenchTable found{"findings", "What the curves decided", {"workload", "curve", "finding"}, {}};
@@ -276,6 +279,7 @@ void writeBenchRun(const std::vector<BenchResult>& results, const BenchOptions& 
                     {"machine", machine()},
                     {"libraries", libraries()},
                     {"workloads", ordered_json::array()}};
+  for (const Peer& peer : peers()) json["peers"][peer.name] = peer.build ? ordered_json(peer.version) : ordered_json();
   for (const BenchResult& result : results) json["workloads"].push_back(resultJson(result, options));
   writeText(options.out + "/bench.json", json.dump(1) + "\n");
   writeText(options.out + "/bench.csv", csv(results));

@@ -5,6 +5,7 @@
 #include "index/closest_point.h"
 
 #include <cmath>
+#include <dlfcn.h>
 #include <embree3/rtcore.h>
 #include <limits>
 #include <memory>
@@ -12,6 +13,54 @@
 namespace filiform::tools {
 
 namespace {
+
+// Opened when it is raced: the program does not load it at each start.
+class Library {
+ public:
+  Library() : handle_(::dlopen("libembree3.so.3", RTLD_NOW | RTLD_LOCAL)) {
+    const bool all =
+        find(newDevice, "rtcNewDevice") && find(releaseDevice, "rtcReleaseDevice") && find(newScene, "rtcNewScene") &&
+        find(releaseScene, "rtcReleaseScene") && find(setBuildQuality, "rtcSetSceneBuildQuality") &&
+        find(commitScene, "rtcCommitScene") && find(newGeometry, "rtcNewGeometry") &&
+        find(releaseGeometry, "rtcReleaseGeometry") && find(setPrimitiveCount, "rtcSetGeometryUserPrimitiveCount") &&
+        find(setUserData, "rtcSetGeometryUserData") && find(setBounds, "rtcSetGeometryBoundsFunction") &&
+        find(setPointQuery, "rtcSetGeometryPointQueryFunction") && find(commitGeometry, "rtcCommitGeometry") &&
+        find(attachGeometry, "rtcAttachGeometry") && find(pointQuery, "rtcPointQuery");
+    complete_ = all;
+  }
+  bool complete() const { return complete_; }
+
+  decltype(&rtcNewDevice) newDevice = nullptr;
+  decltype(&rtcReleaseDevice) releaseDevice = nullptr;
+  decltype(&rtcNewScene) newScene = nullptr;
+  decltype(&rtcReleaseScene) releaseScene = nullptr;
+  decltype(&rtcSetSceneBuildQuality) setBuildQuality = nullptr;
+  decltype(&rtcCommitScene) commitScene = nullptr;
+  decltype(&rtcNewGeometry) newGeometry = nullptr;
+  decltype(&rtcReleaseGeometry) releaseGeometry = nullptr;
+  decltype(&rtcSetGeometryUserPrimitiveCount) setPrimitiveCount = nullptr;
+  decltype(&rtcSetGeometryUserData) setUserData = nullptr;
+  decltype(&rtcSetGeometryBoundsFunction) setBounds = nullptr;
+  decltype(&rtcSetGeometryPointQueryFunction) setPointQuery = nullptr;
+  decltype(&rtcCommitGeometry) commitGeometry = nullptr;
+  decltype(&rtcAttachGeometry) attachGeometry = nullptr;
+  decltype(&rtcPointQuery) pointQuery = nullptr;
+
+ private:
+  template <typename Function>
+  bool find(Function& function, const char* name) {
+    function = handle_ != nullptr ? reinterpret_cast<Function>(::dlsym(handle_, name)) : nullptr;
+    return function != nullptr;
+  }
+
+  void* handle_;  // until the program ends: its threads do
+  bool complete_ = false;
+};
+
+const Library& library() {
+  static const Library opened;
+  return opened;
+}
 
 constexpr double kRounding_um = 2e-3;  // of coordinates below 1e4 um in float, and of what is computed with them
 
@@ -40,40 +89,43 @@ bool visit(RTCPointQueryFunctionArguments* args) {
 }
 
 struct Scene {
-  RTCDevice device = rtcNewDevice(nullptr);
-  RTCScene scene = rtcNewScene(device);
+  RTCDevice device = library().newDevice(nullptr);
+  RTCScene scene = library().newScene(device);
   Scene() = default;
   Scene(const Scene&) = delete;
   Scene& operator=(const Scene&) = delete;
   ~Scene() {
-    rtcReleaseScene(scene);
-    rtcReleaseDevice(device);
+    library().releaseScene(scene);
+    library().releaseDevice(device);
   }
 };
 
 }  // namespace
 
-EmbreePeer embreePeer(const std::vector<SegmentEnds>& segments) {
-  const auto scene = std::make_shared<Scene>();
-  const RTCGeometry geometry = rtcNewGeometry(scene->device, RTC_GEOMETRY_TYPE_USER);
-  rtcSetGeometryUserPrimitiveCount(geometry, static_cast<unsigned>(segments.size()));
-  rtcSetGeometryUserData(geometry, const_cast<std::vector<SegmentEnds>*>(&segments));
-  rtcSetGeometryBoundsFunction(geometry, bound, nullptr);
-  rtcSetGeometryPointQueryFunction(geometry, visit);
-  rtcCommitGeometry(geometry);
-  rtcAttachGeometry(scene->scene, geometry);
-  rtcReleaseGeometry(geometry);
-  rtcSetSceneBuildQuality(scene->scene, RTC_BUILD_QUALITY_HIGH);
-  rtcCommitScene(scene->scene);
-  return {RTC_VERSION_STRING, [scene, &segments](const Vector3d& h_W) {
-            Search search{&segments, h_W};
-            RTCPointQuery query{};
-            query.x = static_cast<float>(h_W.x()), query.y = static_cast<float>(h_W.y());
-            query.z = static_cast<float>(h_W.z()), query.time = 0, query.radius = INFINITY;
-            RTCPointQueryContext context;
-            rtcInitPointQueryContext(&context);
-            rtcPointQuery(scene->scene, &query, &context, nullptr, &search);
-            return search.squared;
+Peer embreePeer() {
+  if (!library().complete()) return {"Embree", "", {}};
+  return {"Embree", RTC_VERSION_STRING, [](const std::vector<SegmentEnds>& segments) -> SquaredDistance {
+            const auto scene = std::make_shared<Scene>();
+            const RTCGeometry geometry = library().newGeometry(scene->device, RTC_GEOMETRY_TYPE_USER);
+            library().setPrimitiveCount(geometry, static_cast<unsigned>(segments.size()));
+            library().setUserData(geometry, const_cast<std::vector<SegmentEnds>*>(&segments));
+            library().setBounds(geometry, bound, nullptr);
+            library().setPointQuery(geometry, visit);
+            library().commitGeometry(geometry);
+            library().attachGeometry(scene->scene, geometry);
+            library().releaseGeometry(geometry);
+            library().setBuildQuality(scene->scene, RTC_BUILD_QUALITY_HIGH);
+            library().commitScene(scene->scene);
+            return [scene, &segments](const Vector3d& h_W) {
+              Search search{&segments, h_W};
+              RTCPointQuery query{};
+              query.x = static_cast<float>(h_W.x()), query.y = static_cast<float>(h_W.y());
+              query.z = static_cast<float>(h_W.z()), query.time = 0, query.radius = INFINITY;
+              RTCPointQueryContext context;
+              rtcInitPointQueryContext(&context);
+              library().pointQuery(scene->scene, &query, &context, nullptr, &search);
+              return search.squared;
+            };
           }};
 }
 
@@ -83,7 +135,7 @@ EmbreePeer embreePeer(const std::vector<SegmentEnds>& segments) {
 
 namespace filiform::tools {
 
-EmbreePeer embreePeer(const std::vector<SegmentEnds>&) { return {}; }
+Peer embreePeer() { return {"Embree", "", {}}; }
 
 }  // namespace filiform::tools
 

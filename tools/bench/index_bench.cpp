@@ -1,12 +1,12 @@
-// filiform bench index: the packed tree and jumps through tiles, against one CGAL tree and other structures over the
-// same segments.
+// bench index: tiles in memory, by density and capacity: bytes, until they can be queried, a query, and how many an
+// exact jump opens.
 #include "index/memory_tiles.h"
 #include "index/nearest.h"
 #include "index/packed_tree.h"
 #include "index/reference_tree.h"
 #include "index/tile_codec.h"
+#include "tools/bench/box_peers.h"
 #include "tools/bench/dense_cells.h"
-#include "tools/bench/midpoint_peers.h"
 #include "tools/bench/trade.h"
 #include "tools/bench/workloads.h"
 
@@ -16,28 +16,9 @@
 #include <random>
 #include <string>
 
-#include <CGAL/AABB_segment_primitive.h>
-#include <CGAL/AABB_traits.h>
-#include <CGAL/AABB_tree.h>
-#include <CGAL/Simple_cartesian.h>
-#include <CGAL/version.h>
-
-#if __has_include(<boost/geometry/index/rtree.hpp>)
-#define FILIFORM_BENCH_BOOST 1
-#define BOOST_ALLOW_DEPRECATED_HEADERS  // it includes such
-#include <boost/geometry.hpp>
-#include <boost/geometry/index/rtree.hpp>
-#include <boost/version.hpp>
-#endif
-
 namespace filiform::tools {
 
 namespace {
-
-using Kernel = CGAL::Simple_cartesian<double>;
-using CgalSegments = std::vector<Kernel::Segment_3>;
-using CgalTree =
-    CGAL::AABB_tree<CGAL::AABB_traits<Kernel, CGAL::AABB_segment_primitive<Kernel, CgalSegments::iterator>>>;
 
 constexpr int kBatches = 5;
 
@@ -46,19 +27,6 @@ double seconds(Work&& work) {
   const double from = threadTime_s();
   work();
   return threadTime_s() - from;
-}
-
-Kernel::Point_3 cgalPoint(const Vector3d& p) { return {p.x(), p.y(), p.z()}; }
-
-// The owned segments. CGAL takes none of length zero: samples without links get a length that cannot be told from it.
-void appendSegments(const Tile& tile, bool ghosts, CgalSegments& segments) {
-  for (std::uint32_t s = 0; s < tile.segment_count(); ++s) {
-    if (!ghosts && !tile.owned(s)) continue;
-    const Vector3d a_W = tile.position_W(tile.child(s));
-    Vector3d b_W = tile.position_W(tile.parent(s));
-    if (a_W == b_W) b_W.x() += 1e-9;
-    segments.emplace_back(cgalPoint(a_W), cgalPoint(b_W));
-  }
 }
 
 Vector3d nearPoint(const Tile& tile, std::mt19937_64& random) {
@@ -114,19 +82,16 @@ InTiles measureTiles(const TileStore& store, std::uint64_t seed) {
     const std::vector<std::uint8_t> bytes = encodeTile(*tile);
     const TilePlace place{id, tile->key(), tile->isLong(), "memory", 0};
     std::unique_ptr<TileEngine> packed;
-    CgalSegments ends;
-    appendSegments(*tile, true, ends);
-    std::unique_ptr<CgalTree> cgal;
+    std::vector<SegmentEnds> ends;
+    for (std::uint32_t s = 0; s < tile->segment_count(); ++s)
+      ends.push_back({tile->position_W(tile->child(s)), tile->position_W(tile->parent(s))});
+    SquaredDistance cgal;
     for (int batch = 0; batch < kBatches; ++batch) {
       ready.push_back(1e6 * seconds([&] {
                         packed = makePackedTree(std::make_shared<const Tile>(decodeTile(bytes, place, store.grid())));
                       }));
-      cgal.reset();
-      cgal_ready.push_back(1e6 * seconds([&] {
-                             cgal = std::make_unique<CgalTree>(ends.begin(), ends.end());
-                             cgal->build();
-                             cgal->accelerate_distance_queries();
-                           }));
+      cgal = {};
+      cgal_ready.push_back(1e6 * seconds([&] { cgal = cgalPeer().build(ends); }));
     }
     segments += tile->segment_count();
     ++tiles;
@@ -142,10 +107,9 @@ InTiles measureTiles(const TileStore& store, std::uint64_t seed) {
       engine.search(h_W, best);
       return best.bound2();
     };
-    std::vector<Engine> engines{
-        {"packed", [&](const Vector3d& h_W) { return search(*packed, h_W); }, {}},
-        {"portable", [&](const Vector3d& h_W) { return search(*portable, h_W); }, {}},
-        {"CGAL", [&](const Vector3d& h_W) { return cgal->squared_distance(cgalPoint(h_W)); }, {}}};
+    std::vector<Engine> engines{{"packed", [&](const Vector3d& h_W) { return search(*packed, h_W); }, {}},
+                                {"portable", [&](const Vector3d& h_W) { return search(*portable, h_W); }, {}},
+                                {"CGAL", cgal, {}}};
     race(engines, points);
     packed_ns.push_back(median(engines[0].ns));
     portable_ns.push_back(median(engines[1].ns));
@@ -166,34 +130,18 @@ std::unique_ptr<TileStore> build(const std::vector<Cell>& library, std::uint64_t
   return buildTilesInMemory(cells, {.capacity = capacity});
 }
 
-struct Jumps {
-  std::vector<Engine> engines;
-  double tiles = 0;  // searched by an exact jump
-};
-
-// `others`: what else to race, over the same segments.
-Jumps measureJumps(const TileStore& store, const std::vector<Engine>& others, bool near, std::size_t count,
-                   double side_um, std::uint64_t seed) {
+// Tiles searched by an exact jump, on average.
+double tilesOpened(const TileStore& store, bool near, std::size_t count, double side_um, std::uint64_t seed) {
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> place(0, side_um);
-  std::vector<Vector3d> points;
-  while (points.size() < count) {
-    const std::shared_ptr<const Tile> tile = store.load(static_cast<TileId>(random() % store.tile_count()));
-    points.push_back(near ? nearPoint(*tile, random) : Vector3d(place(random), place(random), place(random)));
-  }
   const Nearest nearest(store, {.budget_bytes = UINT64_MAX});
-  Jumps jumps;
-  for (const Vector3d& h_W : points) jumps.tiles += nearest.find(h_W).at(0).tiles_searched;  // and warms up
-  jumps.tiles /= static_cast<double>(count);
-  jumps.engines.push_back({"filiform",
-                           [&](const Vector3d& h_W) {
-                             const double d = nearest.find(h_W)[0].distance_um;
-                             return d * d;
-                           },
-                           {}});
-  for (const Engine& other : others) jumps.engines.push_back(other);
-  race(jumps.engines, points);
-  return jumps;
+  double tiles = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::shared_ptr<const Tile> tile = store.load(static_cast<TileId>(random() % store.tile_count()));
+    const Vector3d h_W = near ? nearPoint(*tile, random) : Vector3d(place(random), place(random), place(random));
+    tiles += nearest.find(h_W).at(0).tiles_searched;
+  }
+  return tiles / static_cast<double>(count);
 }
 
 BenchGoal atLeast(const std::string& what, double must, double aim, double measured) {
@@ -214,9 +162,8 @@ BenchGoal atMost(const std::string& what, double must, double aim, double measur
 
 BenchReport runIndex(const BenchOptions& options) {
   BenchReport report;
-  report.versions.emplace_back("CGAL", CGAL_VERSION_STR);
+  report.versions.emplace_back("CGAL", cgalPeer().version);
   const std::uint64_t in_tiles = options.quick ? 20000 : options.long_run ? 300000 : 100000;
-  const std::uint64_t all = options.quick ? 20000 : options.segments != 0 ? options.segments : 1000000;
   const std::vector<Cell> library = morphologyLibrary(options.corpus, options.quick ? 4 : 60, options.seed);
   if (library.empty()) throw std::runtime_error("no reconstruction below " + options.corpus + " can be used");
   report.notes.push_back(options.corpus.empty() ? "Synthetic neurons; --corpus DIR takes real ones."
@@ -243,8 +190,8 @@ BenchReport runIndex(const BenchOptions& options) {
       const auto store = build(library, in_tiles, per_um3, capacity, options.seed, &side_um);
       const InTiles m = measureTiles(*store, options.seed);
       const std::size_t count = options.quick ? 100 : 2000;
-      const double near = measureJumps(*store, {}, true, count, side_um, options.seed).tiles;
-      const double uniform = measureJumps(*store, {}, false, count, side_um, options.seed).tiles;
+      const double near = tilesOpened(*store, true, count, side_um, options.seed);
+      const double uniform = tilesOpened(*store, false, count, side_um, options.seed);
       tiles.rows.push_back({per_um3, std::int64_t{capacity}, m.stored_per_tile, m.tile_bytes, m.tree_bytes,
                             m.disk_bytes, m.ready_us, m.cgal_ready_us, m.cgal_ready_us / m.ready_us, m.packed_ns,
                             m.portable_ns, m.cgal_ns, m.cgal_ns / m.packed_ns, near, uniform});
@@ -259,90 +206,13 @@ BenchReport runIndex(const BenchOptions& options) {
       report.goals.push_back(atMost("tiles opened by an exact jump, uniform" + at, 2.2, 2, uniform));
     }
   report.tables.push_back(std::move(tiles));
-
-  options.progress("jumps through " + std::to_string(all) + " segments");
-  double side_um = 0;
-  const auto store = build(library, all, 0.67, 4096, options.seed, &side_um);
-  CgalSegments segments;
-  for (TileId t = 0; t < store->tile_count(); ++t) appendSegments(*store->load(t), false, segments);
-  CgalTree cgal(segments.begin(), segments.end());
-  cgal.build();
-  cgal.accelerate_distance_queries();
-  std::vector<Engine> others{{"CGAL", [&](const Vector3d& h_W) { return cgal.squared_distance(cgalPoint(h_W)); }, {}}};
-#ifdef FILIFORM_BENCH_BOOST
-  namespace bg = boost::geometry;
-  using Point = bg::model::point<double, 3, bg::cs::cartesian>;
-  using Segment = bg::model::segment<Point>;
-  std::vector<Segment> packed;
-  packed.reserve(segments.size());
-  for (const Kernel::Segment_3& s : segments)
-    packed.emplace_back(Point(s.source().x(), s.source().y(), s.source().z()),
-                        Point(s.target().x(), s.target().y(), s.target().z()));
-  const bg::index::rtree<Segment, bg::index::linear<16>> boost_tree(packed);
-  packed = {};
-  others.push_back({"Boost",
-                    [&](const Vector3d& h_W) {
-                      const Point p(h_W.x(), h_W.y(), h_W.z());
-                      double squared = 0;
-                      for (auto it = boost_tree.qbegin(bg::index::nearest(p, 1)); it != boost_tree.qend(); ++it)
-                        squared = bg::comparable_distance(p, *it);
-                      return squared;
-                    },
-                    {}});
-  report.versions.emplace_back("Boost", BOOST_LIB_VERSION);
-#else
-  report.notes.push_back("Boost.Geometry was not there when this was built.");
-#endif
-  std::vector<SegmentEnds> ends;
-  const EmbreePeer embree = [&] {
-    ends.reserve(segments.size());
-    for (const Kernel::Segment_3& s : segments)
-      ends.push_back({Vector3d(s.source().x(), s.source().y(), s.source().z()),
-                      Vector3d(s.target().x(), s.target().y(), s.target().z())});
-    return embreePeer(ends);
-  }();
-  if (embree.squared) {
-    others.push_back({"Embree", embree.squared, {}});
-    report.versions.emplace_back("Embree", embree.version);
-  } else {
-    report.notes.push_back("Without Embree: configure with -DFILIFORM_BENCH_PEERS=ON after tools/setup --bench.");
-  }
-  for (const PointPeer& peer : midpointPeers(ends)) {
-    others.push_back({peer.name, peer.squared, {}});
-    report.versions.emplace_back(peer.name, peer.version);
-  }
-  BenchTable jumps{"jumps",
-                   "An exact jump, warm, " + std::to_string(segments.size()) +
-                       " segments at 0.67 a um^3, capacity 4096: ns, and how many times filiform is faster",
-                   {"points", "engine", "ns", "ratio", "tiles"},
-                   {}};
-  for (const bool near : {true, false}) {
-    const std::string points = near ? "near" : "uniform";
-    Jumps m = measureJumps(*store, others, near, options.quick ? 200 : 20000, side_um, options.seed + 1);
-    const double own = median(m.engines[0].ns);
-    for (const Engine& engine : m.engines) {
-      const double ratio = median(engine.ns) / own;
-      jumps.rows.push_back({points, engine.name, median(engine.ns), ratio,
-                            engine.name == "filiform" ? BenchValue(m.tiles) : BenchValue(std::string("-"))});
-      report.samples.push_back({"jump, " + points + ", " + engine.name, "ns", false, engine.ns});
-      if (engine.name == "CGAL")
-        report.goals.push_back(atLeast("warm exact jump, " + points + ", against one CGAL tree", 3, 5, ratio));
-      if (engine.name == "Boost")
-        report.goals.push_back(atLeast("warm exact jump, " + points + ", against Boost rtree", 1.1, 2, ratio));
-      if (engine.name == "Embree")
-        report.goals.push_back(atLeast("warm exact jump, " + points + ", against Embree 3", 0.8, 1.5, ratio));
-    }
-  }
-  report.tables.push_back(std::move(jumps));
-  report.notes.push_back("The goals of jumps are stated for 1e7 segments: --segments 10000000 (about 6 GB).");
   return report;
 }
 
 }  // namespace
 
 void addIndexWorkloads(std::vector<Workload>& all) {
-  all.push_back(
-      {"index", "tiles in memory and exact jumps, against CGAL, Boost, Embree, FLANN and nanoflann", runIndex});
+  all.push_back({"index", "tiles in memory, by density and capacity, against CGAL", runIndex});
 }
 
 }  // namespace filiform::tools

@@ -9,7 +9,7 @@
 
 #include <flann/flann.hpp>
 
-#if __has_include(<nanoflann.hpp>)
+#ifdef FILIFORM_BENCH_NANOFLANN
 #include <nanoflann.hpp>
 #endif
 
@@ -85,20 +85,28 @@ class FlannResult final : public flann::ResultSet<double> {
   Refinement& refinement_;
 };
 
-PointPeer flannPeer(const std::shared_ptr<Pieces>& pieces) {
-  using Tree = flann::KDTreeSingleIndex<flann::L2_Simple<double>>;
-  auto tree = std::make_shared<Tree>(flann::Matrix<double>(pieces->middles.data(), pieces->owner.size(), 3),
-                                     flann::KDTreeSingleIndexParams(10));
-  tree->buildIndex();
-  return {"FLANN", FLANN_VERSION_, [pieces, tree](const Vector3d& h_W) {
-            Refinement refinement(*pieces, h_W);
-            FlannResult result(refinement);
-            tree->findNeighbors(result, h_W.data(), flann::SearchParams(flann::FLANN_CHECKS_UNLIMITED));
-            return refinement.squared();
+}  // namespace
+
+Peer flannPeer() {
+  return {"FLANN", FLANN_VERSION_, [](const std::vector<SegmentEnds>& segments) -> SquaredDistance {
+            using Tree = flann::KDTreeSingleIndex<flann::L2_Simple<double>>;
+            const std::shared_ptr<Pieces> pieces = cut(segments);
+            auto tree = std::make_shared<Tree>(flann::Matrix<double>(pieces->middles.data(), pieces->owner.size(), 3),
+                                               flann::KDTreeSingleIndexParams(10));
+            tree->buildIndex();
+            return [pieces, tree](const Vector3d& h_W) {
+              Refinement refinement(*pieces, h_W);
+              FlannResult result(refinement);
+              tree->findNeighbors(result, h_W.data(), flann::SearchParams(flann::FLANN_CHECKS_UNLIMITED));
+              return refinement.squared();
+            };
           }};
 }
 
-#ifdef NANOFLANN_VERSION
+#ifdef FILIFORM_BENCH_NANOFLANN
+
+namespace {
+
 class NanoflannResult {
  public:
   explicit NanoflannResult(Refinement& refinement) : refinement_(refinement) {}
@@ -113,31 +121,30 @@ class NanoflannResult {
   Refinement& refinement_;
 };
 
-PointPeer nanoflannPeer(const std::shared_ptr<Pieces>& pieces) {
-  using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, Pieces>, Pieces, 3>;
-  auto tree = std::make_shared<Tree>(3, *pieces, nanoflann::KDTreeSingleIndexAdaptorParams(10));
-  tree->buildIndex();
+}  // namespace
+
+Peer nanoflannPeer() {
   std::string version = std::to_string(NANOFLANN_VERSION / 256);
   version += "." + std::to_string(NANOFLANN_VERSION / 16 % 16);
   version += "." + std::to_string(NANOFLANN_VERSION % 16);
-  return {"nanoflann", version, [pieces, tree](const Vector3d& h_W) {
-            Refinement refinement(*pieces, h_W);
-            NanoflannResult result(refinement);
-            tree->findNeighbors(result, h_W.data(), nanoflann::SearchParams());
-            return refinement.squared();
+  return {"nanoflann", version, [](const std::vector<SegmentEnds>& segments) -> SquaredDistance {
+            using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, Pieces>, Pieces, 3>;
+            const std::shared_ptr<Pieces> pieces = cut(segments);
+            auto tree = std::make_shared<Tree>(3, *pieces, nanoflann::KDTreeSingleIndexAdaptorParams(10));
+            tree->buildIndex();
+            return [pieces, tree](const Vector3d& h_W) {
+              Refinement refinement(*pieces, h_W);
+              NanoflannResult result(refinement);
+              tree->findNeighbors(result, h_W.data(), nanoflann::SearchParams());
+              return refinement.squared();
+            };
           }};
 }
-#endif
 
-}  // namespace
+#else
 
-std::vector<PointPeer> midpointPeers(const std::vector<SegmentEnds>& segments) {
-  const std::shared_ptr<Pieces> pieces = cut(segments);
-  std::vector<PointPeer> peers{flannPeer(pieces)};
-#ifdef NANOFLANN_VERSION
-  peers.push_back(nanoflannPeer(pieces));
+Peer nanoflannPeer() { return {"nanoflann", "", {}}; }
+
 #endif
-  return peers;
-}
 
 }  // namespace filiform::tools

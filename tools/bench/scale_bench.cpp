@@ -78,6 +78,19 @@ std::vector<double> travel(const std::string& path, double side_um, std::uint64_
   return {open_ms, tick_ms, percentile(cold_us, 0.5), percentile(warm_us, 0.5)};
 }
 
+enum class Law { flat, linear, base_and_linear };
+
+// Through the largest size, or through the middle of what is flat; a base and what each segment adds: through both
+// ends.
+PlotSeries lawOf(Law law, const std::vector<double>& n, const std::vector<double>& y) {
+  if (law == Law::linear) return lawSeries("N^1", n, y.back() * n.front() / n.back(), 1);
+  if (law == Law::flat) return lawSeries("N^0", n, percentile(y, 0.5), 0);
+  PlotSeries both{"a + b N", n, {}, false, true};
+  for (const double size : n)
+    both.y.push_back(y.front() + (y.back() - y.front()) * (size - n.front()) / (n.back() - n.front()));
+  return both;
+}
+
 BenchReport runScale(const BenchOptions& options) {
   BenchReport report;
   const WorkFolder folder(options.out, "scale");
@@ -150,32 +163,32 @@ BenchReport runScale(const BenchOptions& options) {
                     {"what", "exponent", "upper half", "expected", "why"},
                     {}};
   const auto curve = [&](const std::string& name, const std::string& title, const std::string& y_label,
-                         double At::*what, double law, const std::string& expected, const std::string& why) {
+                         double At::*what, Law law, const std::string& expected, const std::string& why) {
     PlotSeries measured{"measured", n, {}};
     for (const At& at : all) measured.y.push_back(at.*what * (what == &At::ingest_s_million ? at.segments / 1e6 : 1));
     const std::size_t half = n.size() / 2;
     const std::vector<double> upper_x(n.begin() + static_cast<std::ptrdiff_t>(half), n.end()),
         upper_y(measured.y.begin() + static_cast<std::ptrdiff_t>(half), measured.y.end());
     const double slope = logSlope(n, measured.y), upper = logSlope(upper_x, upper_y);
-    BenchCurve one = tradeCurve(
-        name, title, "segments", y_label,
-        {measured, lawSeries("N^" + shown(law), n, measured.y.back() / std::pow(n.back() / n.front(), law), law)}, true,
-        true);
+    BenchCurve one = tradeCurve(name, title, "segments", y_label, {measured, lawOf(law, n, measured.y)}, true, true);
     one.finding =
         "Exponent " + shown(slope) + ", in the upper half " + shown(upper) + "; expected " + expected + ": " + why;
     slopes.rows.push_back({title, slope, upper, expected, why});
     report.curves.push_back(std::move(one));
   };
-  curve("ingest", "Ingest", "CPU (s)", &At::ingest_s_million, 1, "1", "every segment is read, sorted and written once");
-  curve("ingest_memory", "Peak memory of ingest", "MiB", &At::ingest_mib, 0, "1, then 0 from --memory (1 GiB) on",
-        "what does not fit goes to a file");
-  curve("open", "Opening a set", "ms", &At::open_ms, 1, "0, then 1", "the directory is read whole: 40 bytes a tile");
-  curve("first_tick", "First constrained tick, from nothing", "ms", &At::tick_ms, 1, "0, then 1",
+  curve("ingest", "Ingest", "CPU (s)", &At::ingest_s_million, Law::linear, "1",
+        "every segment is read, sorted and written once");
+  curve("ingest_memory", "Peak memory of ingest", "MiB", &At::ingest_mib, Law::base_and_linear,
+        "0, then 1, then 0 from --memory (1 GiB) on", "what does not fit goes to a file");
+  curve("open", "Opening a set", "ms", &At::open_ms, Law::base_and_linear, "0, then 1",
+        "the directory is read whole: 40 bytes a tile");
+  curve("first_tick", "First constrained tick, from nothing", "ms", &At::tick_ms, Law::base_and_linear, "0, then 1",
         "opening and one jump");
-  curve("cold_jump", "An exact jump whose tiles are not in memory", "us", &At::jump_us, 0, "0 (log N)",
+  curve("cold_jump", "An exact jump whose tiles are not in memory", "us", &At::jump_us, Law::flat, "0 (log N)",
         "one or two tiles are read, whatever N");
-  curve("warm_jump", "An exact jump in memory", "us", &At::warm_us, 0, "0 (log N)", "two searches in small trees");
-  curve("memory", "Peak memory of the travelling process", "MiB", &At::navigate_mib, 0, "0, then 1",
+  curve("warm_jump", "An exact jump in memory", "us", &At::warm_us, Law::flat, "0 (log N)",
+        "two searches in small trees");
+  curve("memory", "Peak memory of the travelling process", "MiB", &At::navigate_mib, Law::base_and_linear, "0, then 1",
         "64 MiB for tiles and as much for the search, and the directory");
   report.tables.push_back(std::move(slopes));
   const At& last = all.back();

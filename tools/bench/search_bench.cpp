@@ -224,6 +224,9 @@ void measureResident(const BenchOptions& options, const Scene& scene, BenchRepor
   BenchCurve curve =
       tradeCurve("resident", "Only what is in memory: how often the nearest segment is missed",
                  "budget (parts of all tiles and their trees)", "nearest missed (parts of all)", {recall}, true, false);
+  const auto complete = std::find(recall.y.begin(), recall.y.end(), 0.0);
+  if (complete != recall.y.end())
+    addMark(curve, recall.x[static_cast<std::size_t>(complete - recall.y.begin())], "exact");
   const std::string knee = markKnee(curve);
   curve.finding = "Off by default: it trades completeness for never waiting, for callers that must not; missed are " +
                   shown(100 * recall.y.front()) + " % at a budget of 2 % and " + shown(100 * recall.y.back()) +
@@ -301,11 +304,13 @@ void measurePrecision(const BenchOptions& options, BenchReport& report) {
                  "from the origin (um)", "largest error (nm)", {single, twofold, step}, true, true);
   const auto coarse = std::find_if(single.y.begin(), single.y.end(), [&](double nm) { return nm > step.y[0]; });
   const std::size_t at = static_cast<std::size_t>(coarse - single.y.begin());
+  if (at < single.x.size()) addMark(curve, single.x[at], "float is worse than the grid: the knee");
+  curve.plot.series[1].name += " (default)";
   curve.finding = "Double takes " + shown(last_ratio) + " times the time of float, and its largest error is " +
                   shown(*std::max_element(twofold.y.begin(), twofold.y.end())) +
                   " nm; float is off by more than half a "
                   "quantum from " +
-                  shown(single.x.at(at)) +
+                  shown(at < single.x.size() ? single.x[at] : INFINITY) +
                   " um from the origin on. Only double is built: positions are integers of the grid, exact in double; "
                   "boxes of the search tree are rounded outwards.";
   report.curves.push_back(std::move(curve));

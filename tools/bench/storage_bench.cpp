@@ -1,6 +1,5 @@
 // bench storage: what the grid's quantum, a tile's capacity and the levels of detail cost and give.
 #include "index/ingest.h"
-#include "index/levels.h"
 #include "index/memory_tiles.h"
 #include "index/nearest.h"
 #include "index/packed_tree.h"
@@ -9,13 +8,11 @@
 #include "tools/bench/dense_cells.h"
 #include "tools/bench/trade.h"
 #include "tools/bench/workloads.h"
-#include "tools/synthetic.h"
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <filesystem>
-#include <limits>
 #include <memory>
 #include <random>
 
@@ -56,7 +53,7 @@ void measureGrid(const BenchOptions& options, const std::vector<Cell>& cells, co
       {"exponent", "quantum um", "bytes a segment", "of tiles", "error mean nm", "error most nm", "stated nm"},
       {}};
   PlotSeries bytes{"bytes a segment", {}, {}};
-  double at_default = 0, at_coarse = 0;
+  double at_default = 0, default_nm = 0, at_coarse = 0;
   for (const int exponent : {-10, -9, -8, -7, -6, -5, -4, -3, -2, -1, 0}) {
     if (options.quick && exponent % 3 != 0) continue;
     options.progress("quantum 2^" + std::to_string(exponent) + " um");
@@ -84,20 +81,21 @@ void measureGrid(const BenchOptions& options, const std::vector<Cell>& cells, co
     report.bounds.push_back({"grid of 2^" + std::to_string(exponent) + " um", "half a quantum an axis (grid.h)",
                              1e3 * stated, 1e3 * most, "nm"});
     bytes.x.push_back(1e3 * most), bytes.y.push_back(per_segment);
-    if (exponent == Grid::kDefaultExponent) at_default = per_segment;
+    if (exponent == Grid::kDefaultExponent) at_default = per_segment, default_nm = 1e3 * most;
     if (exponent <= -4) at_coarse = per_segment;
     fs::remove_all(path);
   }
   BenchCurve curve = tradeCurve("grid", "Grid: bytes against position error", "largest position error (nm)",
                                 "bytes a segment on disk", {bytes}, true, false);
-  addMark(curve, 1e3 * 0.5 * std::sqrt(3.0) * std::ldexp(1.0, Grid::kDefaultExponent), "default");
+  addMark(curve, default_nm, "default");
   const std::string knee = markKnee(curve);
   const double halvings = std::log2(bytes.x.back() / bytes.x.front());
-  curve.finding = "Each halving of the quantum costs " + shown(8 * (bytes.y.front() - bytes.y.back()) / halvings) +
-                  " bits a segment on average (" + knee + "). The default of 2 nm takes " + shown(at_default) +
-                  " bytes; the coarsest grid up to 62 nm would take " + shown(at_coarse) +
-                  ". The default is finer than any reconstruction: it stays so that coordinates of three decimals of a "
-                  "um come back to the nm.";
+  curve.finding =
+      "Each halving of the quantum costs " + shown(8 * (bytes.y.front() - bytes.y.back()) / halvings) +
+      " bits a segment on average (" + knee + "). The default of 2 nm takes " + shown(at_default) +
+      " bytes; the coarsest grid up to 62 nm would take " + shown(at_coarse) +
+      ". What was read, three doubles a node, would be exact with 24. The default is the coarsest grid on which "
+      "coordinates of three decimals of a um come back to the nm: it stays.";
   report.curves.push_back(std::move(curve));
   report.tables.push_back(std::move(table));
 }
@@ -169,94 +167,14 @@ void measureCapacity(const BenchOptions& options, const std::vector<Cell>& cells
                                 "capacity (segments)", "us", {jump, jump_near, ready}, true, true);
   addMark(curve, standard, "default");
   addMark(curve, best_capacity, "fastest jump");
+  const std::string knee = markKnee(curve, 1);
   curve.finding =
       "Small tiles are ready sooner, but more of them are opened and ghosts are stored again; the fastest "
       "uniform jump is at " +
       shown(best_capacity) + " (" + shown(best) + " us), the default of " + std::to_string(standard) + " takes " +
-      shown(at_default) + " us.";
+      shown(at_default) + " us; near jumps: " + knee + ".";
   report.curves.push_back(std::move(curve));
   report.tables.push_back(std::move(table));
-}
-
-void measureLevels(const BenchOptions& options, const std::string& folder, BenchReport& report) {
-  options.progress("a set with levels of detail");
-  const std::string path = folder + "/levels.fil";
-  const std::uint64_t wanted = options.quick ? 20'000 : 1'000'000;
-  SyntheticOptions column;
-  column.cells = static_cast<std::uint32_t>(std::max<std::uint64_t>(2, wanted / 4500));
-  column.seed = options.seed;
-  SyntheticCells cells(column);
-  ingest(cells, path, {.levels = true});
-  const auto set = TileSet::open(path);
-  const auto levels = Levels::open(*set);
-  const Grid grid = set->grid();
-  const Vector3d lo = grid.toWorld(set->bounds().lo), hi = grid.toWorld(set->bounds().hi);
-  // The whole of it on a screen of 1080 rows, under 45 degrees.
-  LevelView view;
-  view.pixels_per_rad = 1080 / (2 * std::tan(0.3927));
-  view.eye_W =
-      0.5 * (lo + hi) + Vector3d(0, 0, 0.5 * (hi - lo).maxCoeff() / std::tan(0.3927) + 0.5 * (hi.z() - lo.z()));
-  const auto all = static_cast<double>(set->counts().segments);
-
-  BenchTable table{"levels",
-                   "Levels of detail, the whole column on 1080 rows: what is allowed, what is drawn, the largest error "
-                   "on the screen (pixels), what nothing stands for, and ms to load the parts",
-                   {"allowed", "enough px", "segments", "error px", "left out", "parts", "load ms"},
-                   {}};
-  PlotSeries budget{"largest error", {}, {}}, tolerance{"segments drawn", {}, {}};
-  const auto choose = [&](std::uint64_t most, double enough) {
-    const LevelChoice choice = levels->choose(view, most, enough);
-    const auto start = Clock::now();
-    std::size_t loaded = 0;
-    for (const LevelPart& part : choice.parts)
-      loaded += (part.level ? levels->load(part.tile) : set->load(part.tile))->segment_count();
-    const double load_ms = since_ms(start);
-    if (loaded == 0) throw std::logic_error("nothing was chosen");
-    table.rows.push_back({static_cast<std::int64_t>(most), enough, static_cast<std::int64_t>(choice.segments),
-                          choice.error_px, static_cast<std::int64_t>(choice.dropped),
-                          static_cast<std::int64_t>(choice.parts.size()), load_ms});
-    return choice;
-  };
-  for (std::uint64_t most = 2000; most < 4 * wanted; most *= 2) {
-    options.progress("levels within " + std::to_string(most) + " segments");
-    const LevelChoice choice = choose(most, 0);
-    budget.x.push_back(static_cast<double>(most)), budget.y.push_back(choice.error_px);
-  }
-  for (const double enough : {0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0}) {
-    const LevelChoice choice = choose(std::numeric_limits<std::uint64_t>::max() / 2, enough);
-    tolerance.x.push_back(enough), tolerance.y.push_back(static_cast<double>(choice.segments));
-    report.bounds.push_back({"levels, " + shown(enough) + " px asked for",
-                             "error at most as asked, room given (levels.h)", enough, choice.error_px, "px"});
-  }
-  BenchCurve by_budget = tradeCurve("segment_budget", "Segments drawn: largest error on the screen", "segments allowed",
-                                    "error (pixels)", {budget}, true, true);
-  addMark(by_budget, std::max(2e3, all), "exact");
-  addMark(by_budget, 2e6, "default");
-  by_budget.finding = "The error falls as the budget grows (" + markKnee(by_budget) +
-                      "); the default of 2 000 000 shows a column of " + shown(all) +
-                      " segments within its tolerance. What a frame takes is the viewer's workload.";
-  report.curves.push_back(std::move(by_budget));
-  BenchCurve by_tolerance = tradeCurve("tolerance", "Tolerance on the screen: segments drawn", "tolerance (pixels)",
-                                       "segments", {tolerance}, true, true);
-  addMark(by_tolerance, 0.5, "default");
-  const std::string knee = markKnee(by_tolerance);
-  by_tolerance.finding = "Half a pixel cannot be seen and takes " + shown(tolerance.y.at(1)) +
-                         " segments, four pixels " + shown(tolerance.y.at(4)) + " (" + knee + ").";
-  report.curves.push_back(std::move(by_tolerance));
-  report.tables.push_back(std::move(table));
-
-  // Against every segment that a level tile stands for: on a small set, since it is slow.
-  options.progress("checking every level");
-  SyntheticOptions few;
-  few.cells = 4;
-  few.seed = options.seed;
-  SyntheticCells small(few);
-  ingest(small, folder + "/few.fil", {.levels = true});
-  const auto few_set = TileSet::open(folder + "/few.fil");
-  const auto few_levels = Levels::open(*few_set);
-  report.bounds.push_back({"levels of detail, each tile of four cells",
-                           "all but those said to be left out lie within its error (levels.h); tiles where not", 0,
-                           static_cast<double>(checkLevels(*few_set, *few_levels).size()), "tiles"});
 }
 
 BenchReport runStorage(const BenchOptions& options) {
@@ -270,17 +188,14 @@ BenchReport runStorage(const BenchOptions& options) {
   for (Cell cell; dense.next(cell);) cells.push_back(cell);
   measureGrid(options, cells, folder.path(), report);
   measureCapacity(options, cells, dense.side_um(), folder.path(), report);
-  measureLevels(options, folder.path(), report);
-  report.notes.push_back(std::to_string(segments) +
-                         " segments at 0.67 a um^3 for grid and capacity; levels: a synthetic column.");
+  report.notes.push_back(std::to_string(segments) + " segments at 0.67 a um^3.");
   return report;
 }
 
 }  // namespace
 
 void addStorageWorkloads(std::vector<Workload>& all) {
-  all.push_back(
-      {"storage", "the grid's quantum, a tile's capacity, levels of detail: bytes and time against error", runStorage});
+  all.push_back({"storage", "the grid's quantum and a tile's capacity: bytes and time against error", runStorage});
 }
 
 }  // namespace filiform::tools

@@ -87,6 +87,52 @@ Felt feel(const BenchOptions& options, const std::vector<Scene>& scenes, SolverM
   return felt;
 }
 
+// A faster loop feels smoother and takes more of a processor; stiffness is the other thing it buys
+// (stability_bench.cpp).
+void measureRate(const BenchOptions& options, const std::vector<Scene>& scenes, int routes, BenchReport& report) {
+  BenchTable table{
+      "rate",
+      "Ticks a second, bounded climb, 300 um across 12 cm, medium hand, 200 N/m: routes completed, force a "
+      "um of route (N s/um), largest force step from tick to tick (N), processor time a second of travel "
+      "(per cent, the simulated hand included)",
+      {"rate Hz", "done", "runs", "Ns_um", "step N", "cpu %"},
+      {}};
+  PlotSeries step{"largest force step (mN)", {}, {}}, cpu{"of a processor (%)", {}, {}};
+  const RunOptions standard;
+  for (const double rate_Hz : {125.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0, 8000.0}) {
+    if (options.quick && rate_Hz != 250 && rate_Hz != 1000 && rate_Hz != 4000) continue;
+    options.progress(shown(rate_Hz) + " Hz");
+    double done = 0, runs = 0, integral = 0, way = 0, most_N = 0, time_s = 0;
+    const double from = threadTime_s();
+    for (const Scene& scene : scenes)
+      for (int route = 0; route < routes; ++route) {
+        RunOptions run_options = travel(options, scene, standard.method, SolverParameters{}.max_visited, kZooms[0],
+                                        static_cast<std::uint64_t>(route));
+        run_options.rate_Hz = rate_Hz;
+        const RunSummary s = run(*scene.store, run_options);
+        done += s.outcome == "completed", runs += 1;
+        integral += s.force_integral_Ns, way += s.route_um, time_s += s.sim_s;
+        most_N = std::max(most_N, s.max_force_step_N);
+      }
+    const double share = 100 * (threadTime_s() - from) / time_s;
+    table.rows.push_back({rate_Hz, done, runs, integral / way, most_N, share});
+    step.x.push_back(rate_Hz), step.y.push_back(1e3 * most_N);
+    cpu.x.push_back(rate_Hz), cpu.y.push_back(share);
+  }
+  BenchCurve curve = tradeCurve("rate", "Haptic rate: force step that the hand gets, and processor time", "rate (Hz)",
+                                "mN; per cent", {step, cpu}, true, true);
+  addMark(curve, standard.rate_Hz, "default");
+  const std::string knee = markKnee(curve);
+  const auto at = static_cast<std::size_t>(std::find(step.x.begin(), step.x.end(), standard.rate_Hz) - step.x.begin());
+  curve.finding = "From " + shown(step.x.front()) + " to " + shown(step.x.back()) + " Hz the largest step falls from " +
+                  shown(step.y.front()) + " to " + shown(step.y.back()) + " mN and a processor is busy for " +
+                  shown(cpu.y.front()) + " to " + shown(cpu.y.back()) + " % (" + knee + "). At the default of " +
+                  shown(standard.rate_Hz) + " Hz: " + shown(step.y.at(at)) + " mN, " + shown(cpu.y.at(at)) +
+                  " %. It stays: devices are read a thousand times a second. Exact would be infinitely fast.";
+  report.curves.push_back(std::move(curve));
+  report.tables.push_back(std::move(table));
+}
+
 // The same probes for all: those of hands that travelled without a limit.
 struct Probes {
   const Scene* scene;
@@ -207,6 +253,7 @@ BenchReport runWork(const BenchOptions& options) {
     methods.rows.push_back(std::move(row));
   }
   report.tables.push_back(std::move(methods));
+  measureRate(options, scenes, routes, report);
   report.notes.push_back(std::to_string(scenes.size()) + " cells, " + std::to_string(routes) +
                          " random routes each, medium hand, 200 N/m, 1 kHz. " +
                          (options.corpus.empty() ? "Synthetic; --corpus DIR takes real ones." : "Real cells."));

@@ -5,6 +5,7 @@ namespace filiform::tools {
 std::vector<Workload> workloads() {
   std::vector<Workload> all;
   addIndexWorkloads(all);
+  addNearestWorkloads(all);
   addSolverWorkloads(all);
   addParametersWorkloads(all);
   addStabilityWorkloads(all);
@@ -18,7 +19,9 @@ std::vector<Workload> workloads() {
   addScaleWorkloads(all);
   addSceneWorkloads(all);
   addExtremesWorkloads(all);
-  addViewerWorkloads(all);  // last: the OpenGL driver leaves threads behind, and others fork
+  // Last: the OpenGL driver leaves threads behind, and others fork.
+  addLevelsWorkloads(all);
+  addViewerWorkloads(all);
   return all;
 }
 

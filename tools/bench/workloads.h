@@ -8,6 +8,7 @@
 namespace filiform::tools {
 
 void addIndexWorkloads(std::vector<Workload>& all);
+void addNearestWorkloads(std::vector<Workload>& all);
 void addSolverWorkloads(std::vector<Workload>& all);
 void addParametersWorkloads(std::vector<Workload>& all);
 void addStabilityWorkloads(std::vector<Workload>& all);
@@ -18,6 +19,7 @@ void addLoopWorkloads(std::vector<Workload>& all);
 void addViewerWorkloads(std::vector<Workload>& all);
 void addSearchWorkloads(std::vector<Workload>& all);
 void addStorageWorkloads(std::vector<Workload>& all);
+void addLevelsWorkloads(std::vector<Workload>& all);
 void addWorkWorkloads(std::vector<Workload>& all);
 void addScaleWorkloads(std::vector<Workload>& all);
 void addSceneWorkloads(std::vector<Workload>& all);
