@@ -285,8 +285,8 @@ void layPlot(Surface& canvas, const Plot& plot) {
   canvas.line({left, crisp(bottom)}, {right, crisp(bottom)}, 1, kGrey);
   canvas.line({crisp(left), top}, {crisp(left), bottom}, 1, kGrey);
 
-  canvas.clip(static_cast<int>(left) - 5, static_cast<int>(top) - 6, static_cast<int>(right) + 5,
-              static_cast<int>(bottom) + 3);
+  canvas.clip(static_cast<int>(left) - 9, static_cast<int>(top) - 9, static_cast<int>(right) + 9,
+              static_cast<int>(bottom) + 9);
   for (const PlotMark& mark : plot.marks) {
     if (!x.shows(mark.x)) continue;
     const double at = crisp(x.pixel(mark.x));
