@@ -109,11 +109,12 @@ void measureCapacity(const BenchOptions& options, const std::vector<Cell>& cells
                    {"capacity", "tiles", "stored a segment", "bytes a segment", "tile ready us", "tiles near",
                     "tiles uniform", "jump near us", "jump uniform us", "largest tile bytes"},
                    {}};
-  PlotSeries jump{"a jump, uniform", {}, {}}, ready{"a tile ready", {}, {}}, jump_near{"a jump, near", {}, {}};
+  PlotSeries jump{"a jump, uniform", {}, {}}, ready{"a tile ready", {}, {}}, jump_near{"a jump, near", {}, {}},
+      bytes{"bytes a segment on disk", {}, {}};
   std::mt19937_64 random(options.seed);
   std::uniform_real_distribution<double> place(0, side_um);
   std::normal_distribution<double> jitter(0, 0.5);
-  double best = INFINITY, best_capacity = 0, at_default = 0;
+  double best = INFINITY, best_capacity = 0, at_default = 0, default_bytes = 0;
   const std::uint32_t standard = PartitionOptions{}.capacity;
   for (std::uint32_t capacity = 256; capacity <= 32768; capacity *= 2) {
     if (options.quick && capacity != 1024 && capacity != standard && capacity != 8192) continue;
@@ -158,21 +159,23 @@ void measureCapacity(const BenchOptions& options, const std::vector<Cell>& cells
                           opened[1] / n, near_us, uniform_us, static_cast<std::int64_t>(largest)});
     jump.x.push_back(capacity), jump.y.push_back(uniform_us);
     jump_near.x.push_back(capacity), jump_near.y.push_back(near_us);
+    bytes.x.push_back(capacity), bytes.y.push_back(static_cast<double>(made.bytes) / segments);
+    if (capacity == standard) default_bytes = bytes.y.back();
     ready.x.push_back(capacity), ready.y.push_back(percentile(ready_us, 0.5));
     if (capacity == standard) at_default = uniform_us;
     if (uniform_us < best) best = uniform_us, best_capacity = capacity;
     fs::remove_all(path);
   }
   BenchCurve curve = tradeCurve("capacity", "Tile capacity: a jump that reads its tiles, and one tile",
-                                "capacity (segments)", "us", {jump, jump_near, ready}, true, true);
+                                "capacity (segments)", "us; bytes", {jump, jump_near, ready, bytes}, true, true);
   addMark(curve, standard, "default");
   addMark(curve, best_capacity, "fastest jump");
-  const std::string knee = markKnee(curve, 1);
-  curve.finding =
-      "Small tiles are ready sooner, but more of them are opened and ghosts are stored again; the fastest "
-      "uniform jump is at " +
-      shown(best_capacity) + " (" + shown(best) + " us), the default of " + std::to_string(standard) + " takes " +
-      shown(at_default) + " us; near jumps: " + knee + ".";
+  const std::string knee = markKnee(curve, 3);
+  curve.finding = "Small tiles are ready sooner, but their ghosts are stored again: a uniform jump takes " +
+                  shown(best) + " us at " + shown(best_capacity) + " and " + shown(at_default) + " at the default of " +
+                  std::to_string(standard) + ", a segment " + shown(bytes.y.front()) + " bytes at " +
+                  shown(bytes.x.front()) + ", " + shown(default_bytes) + " at the default, " + shown(bytes.y.back()) +
+                  " at " + shown(bytes.x.back()) + " (of the bytes: " + knee + ").";
   report.curves.push_back(std::move(curve));
   report.tables.push_back(std::move(table));
 }
