@@ -78,8 +78,8 @@ int runBench(BenchCommand command) {
     };
     results.push_back(runWorkload(workload, command.options));
     std::cout << workloadMarkdown(results.back(), command.options) << std::endl;
+    writeBenchRun(results, command.options, elapsed_s(), load);  // so far: an interrupted run leaves what is done
   }
-  writeBenchRun(results, command.options, elapsed_s(), load);
   return 0;
 }
 

@@ -25,6 +25,8 @@ double since_ms(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
 
+constexpr double kEnough_ms = 3000;  // of one figure: a software renderer takes seconds a frame
+
 struct Drawn {
   double segments = 0, error_px = 0, frame_ms = 0;
 };
@@ -51,7 +53,9 @@ class Overview {
     frame_.budget.enough_px = enough_px;
     std::vector<double> ms;
     Drawn drawn;
+    const auto begin = Clock::now();
     for (int i = 0; i < (quick_ ? 2 : 7); ++i) {
+      if (i >= 3 && since_ms(begin) > kEnough_ms) break;
       frame_.camera = overview(scene_.lo_W(), scene_.hi_W(), 1e-3 * i, 0.2, frame_.size.aspect());
       if (i == 0) scene_.drawWhole(frame_);
       frame_.camera = orbit(frame_.camera, 1e-5, 0);

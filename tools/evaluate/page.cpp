@@ -27,7 +27,7 @@ svg { max-width: 100%; height: auto; }
 figcaption { color: var(--grey); font-size: 13px; } td.missed { color: var(--s1); font-weight: 600; }
 nav a { margin-right: 1rem; } a { color: var(--s0); }
 @media print { :root { color-scheme: light; } body { max-width: none; margin: 0; font-size: 11px; } nav { display: none; }
-  figure, tr { break-inside: avoid; } h2 { break-after: avoid; } table { display: table; font-size: 8px; } th, td { padding: .1rem .25rem; white-space: normal; overflow-wrap: anywhere; } }
+  figure, tr { break-inside: avoid; } h2 { break-after: avoid; } table { display: table; font-size: 8px; } th, td { padding: .1rem .25rem; white-space: normal; } td.long { overflow-wrap: anywhere; min-width: 0; } }
 )";
 
 std::string base64(const std::string& bytes) {
