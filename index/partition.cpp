@@ -2,10 +2,15 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cstdlib>
+#include <limits>
 #include <utility>
 
 namespace filiform {
 namespace {
+
+constexpr std::size_t kLeastPassage = 6;  // nodes: fewer are looked at as fast
+constexpr std::size_t kBetweenPassages = 4;
 
 struct Pending {
   CellKey cell;
@@ -37,7 +42,6 @@ GridBox closedCell(const CellKey& key) {
 // level.
 template <typename IsLeaf>
 void Partition::build(const CellKey& world, std::span<const MortonKey> keys, IsLeaf is_leaf) {
-  constexpr std::uint32_t kNone = UINT32_MAX;
   std::vector<Pending> stack{{world, 0, keys.size(), kNone, 0}};
   while (!stack.empty()) {
     const Pending at = stack.back();
@@ -52,7 +56,7 @@ void Partition::build(const CellKey& world, std::span<const MortonKey> keys, IsL
     }
     const CellKey low = at.cell.half(0), high = at.cell.half(1);
     const int axis = at.cell.depth % 3;
-    nodes_.push_back({mortonPoint(high.low)[axis], {0, 0}, axis});
+    nodes_.push_back({mortonPoint(high.low)[axis], {0, 0}, axis, kNone});
     const auto first = keys.begin() + static_cast<std::ptrdiff_t>(at.begin);
     const auto last = keys.begin() + static_cast<std::ptrdiff_t>(at.end);
     const auto middle = static_cast<std::size_t>(std::lower_bound(first, last, high.low) - keys.begin());
@@ -61,9 +65,40 @@ void Partition::build(const CellKey& world, std::span<const MortonKey> keys, IsL
   }
 }
 
+void Partition::findPassages() {
+  constexpr std::int64_t kFar = std::numeric_limits<std::int64_t>::max();
+  std::vector<bool> passed(nodes_.size(), false);
+  std::vector<std::pair<std::uint32_t, int>> way;         // nodes, and the side that goes on
+  for (std::uint32_t at = 0; at < nodes_.size(); ++at) {  // parents come before their children
+    if (passed[at]) continue;
+    std::uint32_t end = at;
+    for (way.clear();;) {
+      const Node& node = nodes_[end];
+      const bool low_is_leaf = (node.child[0] & kLeafBit) != 0, high_is_leaf = (node.child[1] & kLeafBit) != 0;
+      if (low_is_leaf == high_is_leaf) break;
+      passed[end] = true;
+      way.emplace_back(end, low_is_leaf ? 1 : 0);
+      end = node.child[way.back().second];
+    }
+    // Planes of an axis come nearer and nearer: from the end, the first on each side is the bound.
+    Passage passage{GridPoint::Constant(-kFar), GridPoint::Constant(kFar), end};
+    for (std::size_t i = way.size(); i-- > 0;) {
+      const auto [number, side] = way[i];
+      Node& node = nodes_[number];
+      std::int64_t& bound = side == 1 ? passage.lo[node.axis] : passage.hi[node.axis];
+      if (std::abs(bound) == kFar) bound = node.plane;
+      // Who touches a plane on the way can pass after it.
+      if (i % kBetweenPassages != 0 || way.size() - i < kLeastPassage) continue;
+      node.passage = static_cast<std::uint32_t>(passages_.size());
+      passages_.push_back(passage);
+    }
+  }
+}
+
 Partition Partition::split(std::span<const MortonKey> sorted_midpoints, std::uint32_t capacity) {
   Partition p;
   p.build(CellKey{}, sorted_midpoints, isLeaf(sorted_midpoints, capacity));
+  p.findPassages();
   return p;
 }
 
@@ -83,6 +118,7 @@ Partition::Partition(std::vector<CellKey> leaves) {
     return end - begin == 1 && leaves[begin].depth <= cell.depth;
   });
   assert(leaves_ == leaves);
+  findPassages();
 }
 
 std::uint32_t Partition::home(const GridPoint& p) const { return descend(root(), p); }
@@ -90,6 +126,13 @@ std::uint32_t Partition::home(const GridPoint& p) const { return descend(root(),
 std::uint32_t Partition::descend(std::uint32_t at, const GridPoint& p) const {
   while (!(at & kLeafBit)) {
     const Node& node = nodes_[at];
+    if (node.passage != kNone) {
+      const Passage& way = passages_[node.passage];
+      if ((p.array() >= way.lo.array()).all() && (p.array() < way.hi.array()).all()) {
+        at = way.end;
+        continue;
+      }
+    }
     at = node.child[p[node.axis] >= node.plane];
   }
   return at & ~kLeafBit;
@@ -108,54 +151,78 @@ Partition::Subtree Partition::subtree(const CellKey& cell) const {
   return {at, closedCell(reached)};
 }
 
-bool Partition::leavesMet(const GridPoint& a, const GridPoint& b, std::vector<std::uint32_t>& met) const {
-  return leavesMet({root(), closedCell(CellKey{})}, a, b, met);
-}
+// A walk to the leaves that a segment meets. An exact test is needed only where the segment's box touches a plane, and
+// the segment leaves the cell.
+class Partition::Visit {
+ public:
+  Visit(const Partition& partition, const GridBox& cell, const GridPoint& a, const GridPoint& b,
+        std::vector<std::uint32_t>& met)
+      : partition_(partition), a_(a), b_(b), low_(a.cwiseMin(b)), high_(a.cwiseMax(b)), cell_(cell), met_(met) {}
 
-bool Partition::leavesMet(const Subtree& from, const GridPoint& a, const GridPoint& b,
-                          std::vector<std::uint32_t>& met) const {
-  met.clear();
-  // Down to the first plane that the segment's box touches, no exact test is needed.
-  const GridPoint low = a.cwiseMin(b), high = a.cwiseMax(b);
-  GridBox cell = from.cell;
-  std::uint32_t at = from.root;
-  while (!(at & kLeafBit)) {
-    const Node& node = nodes_[at];
-    if (high[node.axis] < node.plane) {
-      cell.hi[node.axis] = node.plane;
-      at = node.child[0];
-    } else if (low[node.axis] > node.plane) {
-      cell.lo[node.axis] = node.plane;
-      at = node.child[1];
-    } else {
-      break;
+  bool run(std::uint32_t root) {
+    return descend(root, (low_.array() >= cell_.lo.array()).all() && (high_.array() <= cell_.hi.array()).all());
+  }
+  std::uint64_t visited() const { return visited_; }
+
+ private:
+  // `whole`: the segment lies in the cell. Leaves the cell changed.
+  bool descend(std::uint32_t at, bool whole) {
+    for (;;) {
+      ++visited_;
+      if (at & kLeafBit) {
+        met_.push_back(at & ~kLeafBit);
+        return met_.size() <= kMaxLeavesOfSegment;
+      }
+      const Node& node = partition_.nodes_[at];
+      if (node.passage != kNone) {
+        const Passage& way = partition_.passages_[node.passage];
+        if ((low_.array() > way.lo.array()).all() && (high_.array() < way.hi.array()).all()) {
+          cell_.lo = cell_.lo.cwiseMax(way.lo);
+          cell_.hi = cell_.hi.cwiseMin(way.hi);
+          at = way.end;
+          continue;
+        }
+      }
+      if (high_[node.axis] < node.plane) {
+        cell_.hi[node.axis] = node.plane;
+        at = node.child[0];
+      } else if (low_[node.axis] > node.plane) {
+        cell_.lo[node.axis] = node.plane;
+        at = node.child[1];
+      } else {
+        const GridBox both = cell_;
+        cell_.hi[node.axis] = node.plane;
+        if ((whole || segmentMeetsBox(a_, b_, cell_)) &&
+            !descend(node.child[0], whole && high_[node.axis] <= node.plane))
+          return false;
+        cell_ = both;
+        cell_.lo[node.axis] = node.plane;
+        if (!whole && !segmentMeetsBox(a_, b_, cell_)) return true;
+        whole = whole && low_[node.axis] >= node.plane;
+        at = node.child[1];
+      }
     }
   }
-  // Beyond it a test is needed only where the segment's box touches a plane again, and the segment leaves the cell.
-  // One box, changed on the way down and restored on the way up: nothing is copied.
-  const auto descend = [&](const auto& self, std::uint32_t number, bool whole) -> bool {  // whole: it lies in the cell
-    if (number & kLeafBit) {
-      met.push_back(number & ~kLeafBit);
-      return met.size() <= kMaxLeavesOfSegment;
-    }
-    const Node& node = nodes_[number];
-    const bool below = low[node.axis] <= node.plane, above = high[node.axis] >= node.plane;
-    const bool sure = whole || !below || !above;
-    if (below) {
-      const std::int64_t hi = std::exchange(cell.hi[node.axis], node.plane);
-      if ((sure || segmentMeetsBox(a, b, cell)) && !self(self, node.child[0], whole && high[node.axis] <= node.plane))
-        return false;
-      cell.hi[node.axis] = hi;
-    }
-    if (above) {
-      const std::int64_t lo = std::exchange(cell.lo[node.axis], node.plane);
-      if ((sure || segmentMeetsBox(a, b, cell)) && !self(self, node.child[1], whole && low[node.axis] >= node.plane))
-        return false;
-      cell.lo[node.axis] = lo;
-    }
-    return true;
-  };
-  return descend(descend, at, (low.array() >= cell.lo.array()).all() && (high.array() <= cell.hi.array()).all());
+
+  const Partition& partition_;
+  const GridPoint a_, b_, low_, high_;
+  GridBox cell_;
+  std::vector<std::uint32_t>& met_;
+  std::uint64_t visited_ = 0;
+};
+
+bool Partition::leavesMet(const GridPoint& a, const GridPoint& b, std::vector<std::uint32_t>& met,
+                          std::uint64_t* visited) const {
+  return leavesMet({root(), closedCell(CellKey{})}, a, b, met, visited);
+}
+
+bool Partition::leavesMet(const Subtree& from, const GridPoint& a, const GridPoint& b, std::vector<std::uint32_t>& met,
+                          std::uint64_t* visited) const {
+  met.clear();
+  Visit visit(*this, from.cell, a, b, met);
+  const bool few = visit.run(from.root);
+  if (visited != nullptr) *visited += visit.visited();
+  return few;
 }
 
 }  // namespace filiform

@@ -47,8 +47,10 @@ class Partition {
   // Position in leaves() of the leaf that contains the point. O(depth).
   std::uint32_t home(const GridPoint& p) const;
   // Clears `met`, then appends the position of every leaf whose closed cell meets the closed segment, ascending; exact.
-  // False, with `met` cut short, when there are more than kMaxLeavesOfSegment. O(depth + leaves met * depth).
-  bool leavesMet(const GridPoint& a, const GridPoint& b, std::vector<std::uint32_t>& met) const;
+  // False, with `met` cut short, when there are more than kMaxLeavesOfSegment. Adds to `visited`, if given, how many
+  // nodes were looked at. O(leaves met * depth), where a way without branches through empty space counts as one.
+  bool leavesMet(const GridPoint& a, const GridPoint& b, std::vector<std::uint32_t>& met,
+                 std::uint64_t* visited = nullptr) const;
 
   // A cell of the tree, to start from instead of the whole world.
   struct Subtree {
@@ -60,23 +62,34 @@ class Partition {
   // As home(), for a point inside the cell.
   std::uint32_t home(const Subtree& from, const GridPoint& p) const { return descend(from.root, p); }
   // As leavesMet(), for a segment that meets no closed cell outside of `from`.
-  bool leavesMet(const Subtree& from, const GridPoint& a, const GridPoint& b, std::vector<std::uint32_t>& met) const;
+  bool leavesMet(const Subtree& from, const GridPoint& a, const GridPoint& b, std::vector<std::uint32_t>& met,
+                 std::uint64_t* visited = nullptr) const;
 
  private:
   Partition() = default;
   template <typename IsLeaf>
   void build(const CellKey& world, std::span<const MortonKey> keys, IsLeaf is_leaf);
 
+  void findPassages();
   std::uint32_t descend(std::uint32_t at, const GridPoint& p) const;
+  class Visit;
   std::uint32_t root() const { return nodes_.empty() ? kLeafBit : 0; }
 
   static constexpr std::uint32_t kLeafBit = std::uint32_t{1} << 31;
+  static constexpr std::uint32_t kNone = UINT32_MAX;
   struct Node {
     std::int64_t plane;      // lowest coordinate of the upper half
     std::uint32_t child[2];  // position in nodes_, or kLeafBit | position in leaves_
-    int axis;
+    std::int32_t axis;
+    std::uint32_t passage;  // that begins here, or kNone
+  };
+  // A way down past nodes that have a leaf on one side: a few cells in a wide world lie at the end of many such nodes.
+  struct Passage {
+    GridPoint lo, hi;  // what lies between them, on no face, passes all the nodes on the way
+    std::uint32_t end;
   };
   std::vector<Node> nodes_;  // the first is the root, unless the world is one leaf
+  std::vector<Passage> passages_;
   std::vector<CellKey> leaves_;
 };
 

@@ -127,6 +127,7 @@ struct Tiler::Impl {
     std::vector<StoredSegment> segments;
     TileAppearance appearance;
     std::vector<std::vector<Pair>> pairs;  // by group of cells
+    std::uint64_t visited = 0;
   };
 
   void stopIfCancelled() const {
@@ -168,7 +169,7 @@ struct Tiler::Impl {
   std::vector<std::uint64_t> digests;
   std::vector<std::string> given_names;
   Chain details;
-  std::uint64_t segments = 0;
+  std::uint64_t segments = 0, visited = 0;
   std::vector<GridPoint> snapped;      // of the cell at hand
   std::vector<std::uint8_t> is_child;  // likewise
 
@@ -411,7 +412,7 @@ void Tiler::Impl::deliver(SegmentChain& crossing) {
   SegmentChain::Reader reader(crossing, true);
   std::vector<std::uint32_t> met;
   for (SegmentRecord record = SegmentChain::first(); reader.next(record);) {
-    if (!partition.leavesMet(record.child, record.parent, met))
+    if (!partition.leavesMet(record.child, record.parent, met, &visited))
       met = {partition.home(record.child), partition.home(record.parent)};
     const std::uint32_t own = chunk_of_leaf(partition.home(midpoint(record.child, record.parent)));
     std::sort(met.begin(), met.end());
@@ -462,8 +463,9 @@ void Tiler::Impl::buildChunk(Chunk& chunk, unsigned worker, TileSink& sink) {
     ++w.begin[leaf - first + 1];
   };
   const auto meets = [&](const SegmentRecord& r) {
-    return strictlyInside(subtree.cell, r.child, r.parent) ? partition.leavesMet(subtree, r.child, r.parent, w.met)
-                                                           : partition.leavesMet(r.child, r.parent, w.met);
+    return strictlyInside(subtree.cell, r.child, r.parent)
+               ? partition.leavesMet(subtree, r.child, r.parent, w.met, &w.visited)
+               : partition.leavesMet(r.child, r.parent, w.met, &w.visited);
   };
   std::uint32_t owner = first;
   for (std::uint32_t i = 0; i < all; ++i) {
@@ -621,6 +623,7 @@ void Tiler::tiles(TileSink& sink) {
       t.pair_chains[g].append(
           {reinterpret_cast<const std::uint8_t*>(w.pairs[g].data()), w.pairs[g].size() * sizeof(Impl::Pair)});
   }
+  for (const Impl::Workspace& used : t.workspaces) t.visited += used.visited;
   t.workspaces.clear();
   for (Chain& chain : t.pair_chains) chain.close();
 }
@@ -674,5 +677,6 @@ const std::vector<std::uint64_t>& Tiler::digests() const { return impl_->digests
 std::uint64_t Tiler::segments() const { return impl_->segments; }
 std::uint64_t Tiler::spool_file_bytes() const { return impl_->spool.file_bytes(); }
 std::size_t Tiler::chunks() const { return impl_->chunks.size(); }
+std::uint64_t Tiler::visited() const { return impl_->visited; }
 
 }  // namespace filiform::internal

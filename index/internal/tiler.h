@@ -71,6 +71,7 @@ class Tiler {
   std::uint64_t segments() const;          // isolated ones included
   std::uint64_t spool_file_bytes() const;  // the most that was on disk
   std::size_t chunks() const;              // after read()
+  std::uint64_t visited() const;           // after tiles(): nodes of the partition, in search of what segments meet
 
  private:
   struct Impl;

@@ -137,6 +137,33 @@ TEST(Tiler, AnOutlierCostsAFewChunks) {
   EXPECT_GT(tiler.spool_file_bytes(), 0u);
 }
 
+// All segments of a comb along an axis lie on faces of cells, and meet some that are far larger than the comb: whatever
+// the number of chunks, looking for the leaves of a segment must not take more than the way down to them.
+TEST(Tiler, SegmentsOnFacesOfCellsCostAsMuchInManyChunksAsInFew) {
+  for (const std::size_t twigs : {2000u, 8000u})
+    for (const std::uint64_t chunk : {std::uint64_t{1} << 20, std::uint64_t{1000}, std::uint64_t{100}}) {
+      SCOPED_TRACE(std::to_string(twigs) + " twigs, chunks of " + std::to_string(chunk));
+      Cell comb;
+      test::addSample(comb, Vector3d::Zero(), kNoParent);
+      for (std::uint32_t i = 1, spine = 0; i <= twigs; ++i) {
+        test::addSample(comb, Vector3d(i, 0, 0), spine);
+        spine = static_cast<std::uint32_t>(comb.samples()) - 1;
+        test::addSample(comb, Vector3d(i, 3, 0), spine);
+      }
+      CellList stream({comb});
+      const TempFolder folder;
+      Tiler tiler({.grid = Grid(), .capacity = 16, .chunk_segments = chunk, .folder = folder.path()});
+      tiler.read(stream);
+      tiler.cut();
+      Collected sink;
+      tiler.tiles(sink);
+      const std::uint64_t segments = 2 * twigs, halvings = 3 * 10;  // to 8 um in one of 8 mm
+      EXPECT_GT(tiler.visited(), segments);
+      // Once to find the chunks that it meets, and once in each of these, which are at most four.
+      EXPECT_LT(tiler.visited(), 5 * (halvings + 8) * segments);
+    }
+}
+
 TEST(Tiler, RefusesATileThatDoesNotFitTheMemory) {
   CellList stream({test::coincidentNodes(250000)});
   Tiler tiler({.grid = Grid(), .capacity = 16, .memory = std::uint64_t{64} << 20});
