@@ -11,7 +11,6 @@
 namespace filiform {
 namespace {
 
-constexpr TileId kPageTiles = 4096;
 constexpr TileId kScanTiles = 64;
 
 void extend(WorldBox& box, const WorldBox& other) {
@@ -35,6 +34,7 @@ struct Directory::Impl {
 
   const TileStore& store;
   const Grid grid;
+  const TileId page_tiles;
   std::once_flag opened;
   WorldBox bounds = emptyBox();
   bool scanned = false;
@@ -43,15 +43,17 @@ struct Directory::Impl {
   std::vector<std::uint32_t> page_of_item;
   std::unique_ptr<Page[]> page;
 
-  explicit Impl(const TileStore& s) : store(s), grid(s.grid()) {}
+  explicit Impl(const TileStore& s) : store(s), grid(s.grid()), page_tiles(s.page_tiles()) {}
 
-  std::uint32_t pageCount() const { return (store.tile_count() + kPageTiles - 1) / kPageTiles; }
-  TileId pageEnd(std::uint32_t number) const { return std::min(store.tile_count(), (number + 1) * kPageTiles); }
+  std::uint32_t pageCount() const { return (store.tile_count() + page_tiles - 1) / page_tiles; }
+  TileId pageEnd(std::uint32_t number) const {
+    return static_cast<TileId>(std::min<std::uint64_t>(store.tile_count(), (std::uint64_t{number} + 1) * page_tiles));
+  }
   bool listed(TileId tile) const { return tile != store.long_tile() && !store.entry(tile).content.empty(); }
 
   // Cells are closed sets of grid points: what lies between two neighbouring cells is within a quantum of both.
-  WorldBox box(TileId tile) const {
-    const GridBox& content = store.entry(tile).content;
+  WorldBox box(TileId tile) const { return box(store.entry(tile).content); }
+  WorldBox box(const GridBox& content) const {
     const Vector3d quantum = Vector3d::Constant(grid.quantum_um());
     return {grid.toWorld(content.lo) - quantum, grid.toWorld(content.hi) + quantum};
   }
@@ -59,21 +61,22 @@ struct Directory::Impl {
   void open() {
     std::call_once(opened, [this] {
       scanned = store.tile_count() <= kScanTiles;
+      if (scanned) {
+        for (TileId tile = 0; tile < store.tile_count(); ++tile) {
+          if (!listed(tile)) continue;
+          boxes.emplace_back(tile, box(tile));
+          extend(bounds, boxes.back().second);
+        }
+        return;
+      }
       std::vector<WorldBox> page_boxes;
       for (std::uint32_t number = 0; number < pageCount(); ++number) {
-        WorldBox all = emptyBox();
-        for (TileId tile = number * kPageTiles; tile < pageEnd(number); ++tile) {
-          if (!listed(tile)) continue;
-          const WorldBox b = box(tile);
-          extend(all, b);
-          if (scanned) boxes.emplace_back(tile, b);
-        }
-        if ((all.lo_W.array() > all.hi_W.array()).any()) continue;
-        extend(bounds, all);
-        page_boxes.push_back(all);
+        const GridBox content = store.pageContent(number);
+        if (content.empty()) continue;
+        page_boxes.push_back(box(content));
         page_of_item.push_back(number);
+        extend(bounds, page_boxes.back());
       }
-      if (scanned) return;
       pages = std::make_unique<internal::BoxTree>(page_boxes);
       page = std::make_unique<Page[]>(pageCount());
     });
@@ -84,7 +87,7 @@ struct Directory::Impl {
     Page& p = page[number];
     std::call_once(p.built, [&] {
       std::vector<WorldBox> tile_boxes;
-      for (TileId tile = number * kPageTiles; tile < pageEnd(number); ++tile) {
+      for (TileId tile = number * page_tiles; tile < pageEnd(number); ++tile) {
         if (!listed(tile)) continue;
         p.tiles.push_back(tile);
         tile_boxes.push_back(box(tile));

@@ -1,6 +1,6 @@
 // Where the tiles are: which of them may hold something near a point, without reading any.
 //
-// CGAL AABB trees over the tiles' boxes in two levels: one over pages of 4096 tiles, and one for each page, built when
+// CGAL AABB trees over the tiles' boxes in two levels: one over the store's pages, and one for each page, built when
 // a query first enters it, so that opening does not depend on the number of tiles. Sets of up to 64 tiles are scanned
 // and build no tree. Boxes are widened by one quantum and distances rounded down: a tile is never missed. The
 // long-segment tile is not in here. Thread rule: internally synchronised.
@@ -27,7 +27,8 @@ class Directory {
     }
   };
 
-  // The store must outlive it. O(1); the first query is O(tiles).
+  // The store must outlive it. O(1); the first query is O(pages), and O(page log page) for each page that it enters.
+  // Every member throws what the store throws when it reads a page.
   explicit Directory(const TileStore& store);
   ~Directory();
 

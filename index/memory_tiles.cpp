@@ -46,6 +46,7 @@ class MemoryTiles final : public TileStore, private internal::TileSink {
 
   Grid grid() const override { return grid_; }
   const LeafIndex& leaves() const override { return leaves_; }
+  TileId home(const GridPoint& p) const override { return leaves_.home(p); }
   TileId tile_count() const override { return static_cast<TileId>(tiles_.size()); }
   TileId long_tile() const override { return long_tile_; }
   const TileEntry& entry(TileId tile) const override { return entries_.at(tile); }

@@ -199,7 +199,7 @@ struct Nearest::Impl {
   TileId homeOf(const Vector3d& h_W) const {
     if (!(h_W.cwiseAbs().maxCoeff() < Grid::kMaxCoordinate_um)) return kNoTile;
     const Grid grid = store.grid();
-    const TileId home = store.leaves().home(grid.snap(h_W));
+    const TileId home = store.home(grid.snap(h_W));
     if (home == kNoTile) return kNoTile;
     const GridBox& content = store.entry(home).content;
     const bool inside = (h_W.array() >= grid.toWorld(content.lo).array()).all() &&

@@ -84,7 +84,7 @@ void Prefetch::claimAhead(const ReaderFocus& focus, const TileTable& loaded, std
       if (!seen.insert(at.node.key()).second) continue;
       const Vector3d from_W = at.tile->position_W(at.index);
       if (!at.tile->isHome(at.index)) {
-        const TileId home = store_.leaves().home(at.tile->gridPoint(at.index));
+        const TileId home = store_.home(at.tile->gridPoint(at.index));
         if (home == kNoTile) continue;
         if (!cost.contains(home)) bytes += store_.entry(home).decoded_bytes;
         enter(home, at.cost_s);

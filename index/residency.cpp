@@ -82,7 +82,12 @@ struct Residency::Impl {
     std::unique_lock lock(mutex);
     while (!stopping) {
       const std::chrono::duration<double> now = std::chrono::steady_clock::now().time_since_epoch();
-      if (round(now.count(), lock)) continue;
+      try {
+        if (round(now.count(), lock)) continue;
+      } catch (const Error& failure) {
+        // Where the tiles lie cannot be read: the next plan tries again.
+        loader.planFailed(failure.what());
+      }
       if (polling) {
         work.wait(lock);
         continue;
@@ -113,20 +118,7 @@ Residency::Residency(const TileStore& store, const ResidencyOptions& options) {
 
 Residency::~Residency() { stop(); }
 
-std::uint64_t Residency::floorBytes(const TileStore& store) {
-  std::uint64_t largest = 0, second = 0, long_bytes = 0;
-  for (TileId tile = 0; tile < store.tile_count(); ++tile) {
-    const std::uint64_t bytes = store.entry(tile).decoded_bytes;
-    if (tile == store.long_tile()) {
-      long_bytes = bytes;
-    } else if (bytes > largest) {
-      second = std::exchange(largest, bytes);
-    } else {
-      second = std::max(second, bytes);
-    }
-  }
-  return largest + second + long_bytes;
-}
+std::uint64_t Residency::floorBytes(const TileStore& store) { return store.floorBytes(); }
 
 TileReader& Residency::addReader(const std::string&) {
   const std::lock_guard lock(impl_->mutex);

@@ -140,7 +140,8 @@ class Residency {
   TileState state(TileId tile) const;
   ResidencyCounters counters() const;
   std::uint64_t budget_bytes() const;
-  // One line for each tile whose last read failed: tile, file, offset, reason. In order of tiles.
+  // One line for each tile whose last read failed: tile, file, offset, reason. In order of tiles. Then what else could
+  // not be read: lists of cells, pages of the directory.
   std::vector<std::string> failures() const;
 
  private:

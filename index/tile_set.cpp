@@ -6,7 +6,9 @@
 #include "index/tile_codec.h"
 
 #include <algorithm>
+#include <atomic>
 #include <map>
+#include <stdexcept>
 
 namespace filiform {
 
@@ -31,10 +33,20 @@ struct TileSet::Impl {
   std::unique_ptr<TileSource> source;
   std::string revision, text;
   internal::Manifest manifest;
-  internal::Directory directory;
+  internal::DirectoryRoot root;
   std::map<std::string, const SetFile*> files;
-  std::vector<std::string> pack_names;  // for messages, by pack
-  LeafIndex leaves;
+  std::vector<std::uint64_t> pack_bytes;
+  std::vector<std::string> pack_names;  // for messages
+
+  struct Page {
+    std::atomic<const internal::DirectoryPage*> known{nullptr};
+    std::unique_ptr<const internal::DirectoryPage> owned;
+  };
+  mutable std::mutex directory_mutex;  // of whoever adds a page to these
+  mutable std::unique_ptr<Page[]> pages;
+  mutable std::atomic<std::uint32_t> pages_unknown{0};
+  mutable LeafIndex leaves;
+  mutable std::atomic<std::uint64_t> floor_bytes{UINT64_MAX};
 
   mutable std::mutex mutex;  // of what is read at first need
   mutable std::unique_ptr<internal::CellTable> cells;
@@ -54,6 +66,21 @@ struct TileSet::Impl {
   }
   void openManifest();
   void openDirectory();
+  internal::ReadPart directoryReader() const {
+    return [this](std::uint64_t offset, std::span<std::uint8_t> bytes) {
+      source->read(key(internal::kDirectoryFile), offset, bytes);
+    };
+  }
+  const internal::DirectoryPage& readPage(std::uint32_t number) const;
+  const internal::DirectoryPage& pageOf(TileId tile) const {
+    if (tile >= root.tiles) throw std::out_of_range("there is no such tile");
+    const std::uint32_t number = tile / root.page_tiles;
+    const internal::DirectoryPage* const known = pages[number].known.load(std::memory_order_acquire);
+    return known != nullptr ? *known : readPage(number);
+  }
+  const TileEntry& entry(TileId tile) const { return pageOf(tile).entries[tile % root.page_tiles]; }
+  const internal::TileLocation& location(TileId tile) const { return pageOf(tile).locations[tile % root.page_tiles]; }
+  void knowHomes(const Tile& tile) const;
   Bytes part(TileId tile, bool appearance) const;
   TilePlace placeOf(TileId tile, bool appearance) const;
   const internal::CellTable& table() const;
@@ -90,48 +117,78 @@ void TileSet::Impl::openManifest() {
 void TileSet::Impl::openDirectory() {
   const SetFile& f = file(internal::kDirectoryFile);
   const std::string name = describe(f.name);
-  directory = decoded(name, 0, [&] {
-    return internal::decodeDirectory(f.bytes, [&](std::uint64_t offset, std::span<std::uint8_t> bytes) {
-      source->read(key(f.name), offset, bytes);
-    });
-  });
-  std::vector<std::uint64_t> pack_bytes;
+  root = decoded(name, 0, [&] { return internal::decodeDirectoryRoot(f.bytes, directoryReader()); });
   for (auto found = files.find(internal::packFile(0)); found != files.end();
        found = files.find(internal::packFile(static_cast<std::uint32_t>(pack_bytes.size())))) {
     pack_bytes.push_back(found->second->bytes);
     pack_names.push_back(describe(found->first));
   }
-  SetCounts sum;
-  for (std::size_t t = 0; t < directory.entries.size(); ++t) {
-    const internal::TileLocation& at = directory.locations[t];
+  if (root.tiles != manifest.counts.tiles || root.capacity != manifest.capacity ||
+      root.grid.exponent() != manifest.grid.exponent())
+    throw CorruptSet(name, 0, "contradicts the manifest");
+  pages = std::make_unique<Page[]>(root.pages.size());
+  pages_unknown = static_cast<std::uint32_t>(root.pages.size());
+  std::vector<MortonKey> lows;
+  for (std::uint32_t page = 0; root.pageBegin(page) < root.leaf_count(); ++page) lows.push_back(root.pages[page].low);
+  leaves = LeafIndex(std::move(lows), root.page_tiles, root.leaf_count());
+}
+
+const internal::DirectoryPage& TileSet::Impl::readPage(std::uint32_t number) const {
+  const std::lock_guard lock(directory_mutex);
+  Page& page = pages[number];
+  if (page.owned != nullptr) return *page.owned;
+  const std::string name = describe(internal::kDirectoryFile);
+  auto found = std::make_unique<internal::DirectoryPage>(
+      decoded(name, 0, [&] { return internal::decodeDirectoryPage(root, number, directoryReader()); }));
+  const TileId begin = root.pageBegin(number);
+  for (std::size_t t = 0; t < found->entries.size(); ++t) {
+    const internal::TileLocation& at = found->locations[t];
     const std::uint64_t bytes_needed = std::uint64_t{at.geometry_bytes} + at.appearance_bytes;
     if (at.pack >= pack_bytes.size() || at.offset > pack_bytes[at.pack] ||
-        bytes_needed > pack_bytes[at.pack] - at.offset)
-      throw CorruptSet(name, 0, "tile " + std::to_string(t) + " lies outside the packs");
-    sum.stored_segments += directory.entries[t].stored;
-    sum.decoded_bytes += directory.entries[t].decoded_bytes;
-    sum.segments += directory.entries[t].owned;
+        bytes_needed > pack_bytes[at.pack] - at.offset) {
+      std::string what = "tile " + std::to_string(begin + t);
+      what += " lies outside the packs";
+      throw CorruptSet(name, 0, what);
+    }
   }
-  const SetCounts& counts = manifest.counts;
-  if (directory.entries.size() != counts.tiles || sum.stored_segments != counts.stored_segments ||
-      sum.decoded_bytes != counts.decoded_bytes || sum.segments != counts.segments + counts.isolated ||
-      directory.capacity != manifest.capacity || directory.grid.exponent() != manifest.grid.exponent())
-    throw CorruptSet(name, 0, "contradicts the manifest");
   std::vector<CellKey> keys;
-  keys.reserve(directory.entries.size());
-  for (std::size_t t = 0; t < directory.entries.size(); ++t)
-    if (t != directory.long_tile) keys.push_back(directory.entries[t].key);
-  leaves = LeafIndex(std::move(keys));
+  keys.reserve(found->entries.size());
+  for (std::size_t t = 0; t < found->entries.size() && begin + t < root.leaf_count(); ++t)
+    keys.push_back(found->entries[t].key);
+  if (!keys.empty()) leaves.add(number, std::move(keys));
+  page.owned = std::move(found);
+  page.known.store(page.owned.get(), std::memory_order_release);
+  pages_unknown.fetch_sub(1, std::memory_order_release);
+  return *page.owned;
+}
+
+// So that the haptic thread, which cannot read, finds the home of every node that it meets.
+void TileSet::Impl::knowHomes(const Tile& tile) const {
+  if (pages_unknown.load(std::memory_order_acquire) == 0 || tile.node_count() == 0) return;
+  // Keys rise with each coordinate: all nodes lie in the pages between those of two corners of a box around them.
+  constexpr std::int64_t kLast = (std::int64_t{1} << (kMortonAxisBits - 1)) - 1;
+  const GridPoint far = tile.origin().array() + ((std::int64_t{1} << tile.offset_bits()) - 1);
+  const auto known = [this](std::size_t page) { return page == LeafIndex::kNoPage || leaves.knows(page); };
+  const std::size_t first = leaves.pageOf(tile.origin()), last = leaves.pageOf(far.cwiseMin(kLast));
+  bool all = true;
+  for (std::size_t page = first == LeafIndex::kNoPage ? 0 : first; page <= last && last != LeafIndex::kNoPage; ++page)
+    all = all && known(page);
+  if (all) return;
+  for (std::uint32_t node = 0; node < tile.node_count(); ++node) {
+    if (tile.isHome(node)) continue;
+    const std::size_t page = leaves.pageOf(tile.gridPoint(node));
+    if (!known(page)) readPage(static_cast<std::uint32_t>(page));
+  }
 }
 
 TilePlace TileSet::Impl::placeOf(TileId tile, bool appearance) const {
-  const internal::TileLocation& at = directory.locations[tile];
-  return {tile, directory.entries[tile].key, tile == directory.long_tile, pack_names[at.pack].c_str(),
+  const internal::TileLocation& at = location(tile);
+  return {tile, entry(tile).key, tile == root.long_tile, pack_names[at.pack].c_str(),
           at.offset + (appearance ? at.geometry_bytes : 0)};
 }
 
 Bytes TileSet::Impl::part(TileId tile, bool appearance) const {
-  const internal::TileLocation& at = directory.locations[tile];
+  const internal::TileLocation& at = location(tile);
   const TilePlace place = placeOf(tile, appearance);
   Bytes bytes = read(internal::packFile(at.pack), place.offset, appearance ? at.appearance_bytes : at.geometry_bytes);
   if (internal::checksum(bytes) != (appearance ? at.appearance_checksum : at.geometry_checksum))
@@ -187,9 +244,47 @@ std::unique_ptr<TileSet> TileSet::open(std::unique_ptr<TileSource> source) {
 
 Grid TileSet::grid() const { return impl_->manifest.grid; }
 const LeafIndex& TileSet::leaves() const { return impl_->leaves; }
-TileId TileSet::tile_count() const { return static_cast<TileId>(impl_->directory.entries.size()); }
-TileId TileSet::long_tile() const { return impl_->directory.long_tile; }
-const TileEntry& TileSet::entry(TileId tile) const { return impl_->directory.entries.at(tile); }
+TileId TileSet::home(const GridPoint& p) const {
+  const std::size_t page = impl_->leaves.pageOf(p);
+  if (page == LeafIndex::kNoPage) return kNoTile;
+  if (!impl_->leaves.knows(page)) impl_->readPage(static_cast<std::uint32_t>(page));
+  return impl_->leaves.home(p);
+}
+TileId TileSet::tile_count() const { return impl_->root.tiles; }
+TileId TileSet::long_tile() const { return impl_->root.long_tile; }
+const TileEntry& TileSet::entry(TileId tile) const { return impl_->entry(tile); }
+TileId TileSet::page_tiles() const { return impl_->root.page_tiles; }
+GridBox TileSet::pageContent(std::uint32_t page) const { return impl_->root.pages.at(page).content; }
+
+std::uint64_t TileSet::floorBytes() const {
+  if (const std::uint64_t known = impl_->floor_bytes.load(); known != UINT64_MAX) return known;
+  const internal::DirectoryRoot& root = impl_->root;
+  TileFloor floor;
+  Bytes scratch;
+  std::vector<std::uint64_t> bytes;
+  for (std::uint32_t page = 0; page < root.pages.size(); ++page) {
+    decoded(impl_->describe(internal::kDirectoryFile), 0,
+            [&] { internal::readDecodedBytes(root, page, impl_->directoryReader(), scratch, bytes); });
+    for (std::size_t t = 0; t < bytes.size(); ++t)
+      floor.add(bytes[t], root.pageBegin(page) + static_cast<TileId>(t) == root.long_tile);
+  }
+  impl_->floor_bytes.store(floor.bytes());
+  return floor.bytes();
+}
+
+void TileSet::checkDirectory() const {
+  SetCounts sum = counts();
+  sum.stored_segments = sum.decoded_bytes = 0;
+  std::uint64_t owned = 0;
+  for (TileId tile = 0; tile < tile_count(); ++tile) {
+    const TileEntry& e = entry(tile);
+    sum.stored_segments += e.stored;
+    sum.decoded_bytes += e.decoded_bytes;
+    owned += e.owned;
+  }
+  if (sum != counts() || owned != counts().segments + counts().isolated)
+    throw CorruptSet(impl_->describe(internal::kDirectoryFile), 0, "contradicts the manifest");
+}
 std::uint32_t TileSet::capacity() const { return impl_->manifest.capacity; }
 
 std::shared_ptr<const Tile> TileSet::load(TileId tile) const {
@@ -200,6 +295,7 @@ std::shared_ptr<const Tile> TileSet::load(TileId tile) const {
   if (loaded->segment_count() != stated.stored || loaded->owned_count() != stated.owned ||
       loaded->bytes() != stated.decoded_bytes)
     throw CorruptTile(tile, place.file, place.offset, "contradicts the directory");
+  impl_->knowHomes(*loaded);
   return loaded;
 }
 
@@ -283,7 +379,7 @@ void TileSet::checkFile(const SetFile& f) const {
 }
 
 std::pair<std::string, std::uint64_t> TileSet::place(TileId tile) const {
-  const internal::TileLocation& at = impl_->directory.locations.at(tile);
+  const internal::TileLocation& at = impl_->location(tile);
   return {impl_->pack_names[at.pack], at.offset};
 }
 

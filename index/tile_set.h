@@ -31,17 +31,22 @@ struct SetFile {
 class TileSet final : public TileStore {
  public:
   // Opens the revision that CURRENT names and keeps its files open, so that a later revision changes nothing here.
-  // Reads manifest and directory; everything else when it is first asked for. Throws IoError when there is no tile set
-  // or a file is missing, CorruptSet when the bytes are not those that were written. O(tiles).
+  // Reads manifest and the root page of the directory; everything else, and checks it, when it is first asked for.
+  // Throws IoError when there is no tile set or a file is missing, CorruptSet when the bytes are not those that were
+  // written. O(pages of the directory).
   static std::unique_ptr<TileSet> open(const std::string& path);
   static std::unique_ptr<TileSet> open(std::unique_ptr<TileSource> source);
   ~TileSet() override;
 
   Grid grid() const override;
   const LeafIndex& leaves() const override;
+  TileId home(const GridPoint& p) const override;
   TileId tile_count() const override;
   TileId long_tile() const override;
   const TileEntry& entry(TileId tile) const override;
+  TileId page_tiles() const override;
+  GridBox pageContent(std::uint32_t page) const override;
+  std::uint64_t floorBytes() const override;
   std::uint32_t capacity() const override;
   std::shared_ptr<const Tile> load(TileId tile) const override;
   TileAppearance loadAppearance(TileId tile) const override;
@@ -63,6 +68,9 @@ class TileSet final : public TileStore {
   // Part of a file of the revision, as it is. Throws CorruptSet, IoError.
   void read(const std::string& file, std::uint64_t offset, std::span<std::uint8_t> bytes) const;
   std::string describe(const std::string& file) const;  // what messages call it
+  // Reads all pages of the directory that were not read yet, and compares their sums with the manifest. Throws
+  // CorruptSet, IoError.
+  void checkDirectory() const;
   // Reads a whole file of the revision and compares its digest with the manifest's. Throws CorruptSet, IoError.
   void checkFile(const SetFile& file) const;
   // Where the tile lies, for messages: file and offset.

@@ -50,19 +50,41 @@ struct SamplePoints {  // points of the data set such that every point of it lie
   double covering_radius_um = 0;
 };
 
+// The least that a byte budget for tiles can be: room for the two largest, and the long-segment tile, which stays.
+class TileFloor {
+ public:
+  void add(std::uint64_t bytes, bool is_long);  // TileEntry::decoded_bytes of each tile
+  std::uint64_t bytes() const { return largest_ + second_ + long_; }
+
+ private:
+  std::uint64_t largest_ = 0, second_ = 0, long_ = 0;
+};
+
 class TileStore {
  public:
   virtual ~TileStore() = default;
 
   virtual Grid grid() const = 0;
+  // For the haptic thread, which asks for nodes of tiles in memory only: see LeafIndex::home().
   virtual const LeafIndex& leaves() const = 0;
+  // The tile whose cell contains the point, or kNoTile where space is empty. Like entry(), reads a page of the
+  // directory if this is the first need of it: throws CorruptSet, IoError. O(log tiles).
+  virtual TileId home(const GridPoint& p) const = 0;
   // Tiles, the long-segment tile included: ids 0 .. tile_count()-1.
   virtual TileId tile_count() const = 0;
   virtual TileId long_tile() const = 0;  // kNoTile where there is none
   virtual const TileEntry& entry(TileId tile) const = 0;
+  // The directory's pages, each of page_tiles() tiles but the last, and a box around the content of a page's tiles,
+  // known without reading it. O(1), or O(page_tiles()) where there is nothing to read.
+  virtual TileId page_tiles() const { return 4096; }
+  virtual GridBox pageContent(std::uint32_t page) const;
+  // Bytes in memory of the two largest tiles and the long-segment tile together. O(tiles), all pages are read and
+  // checked.
+  virtual std::uint64_t floorBytes() const;
   virtual std::uint32_t capacity() const = 0;
 
-  // Reads, checks and decodes. Throws CorruptTile, IoError. O(segments of the tile) and one disk read.
+  // Reads, checks and decodes. The homes of the tile's nodes are in leaves() from then on. Throws CorruptTile, IoError.
+  // O(segments of the tile) and one disk read.
   virtual std::shared_ptr<const Tile> load(TileId tile) const = 0;
   virtual TileAppearance loadAppearance(TileId tile) const = 0;  // likewise
 

@@ -42,8 +42,11 @@ VerifyReport verify(const std::string& path, const VerifyOptions& options) {
   VerifyReport report;
   Checker checker(report, options);
   std::unique_ptr<TileSet> set;
-  checker.attempt([&] { set = TileSet::open(path); });
-  if (set == nullptr) return report;
+  checker.attempt([&] {
+    set = TileSet::open(path);
+    set->checkDirectory();
+  });
+  if (!report.sound()) return report;
   for (const SetFile& file : set->files()) {
     checker.step("checking files", report.bytes, set->bytes());
     checker.attempt([&] { set->checkFile(file); });

@@ -39,7 +39,7 @@ class Neighbourhood {
       for (const auto& [id, held] : held_) table_.retire(id);
       held_.clear();
     }
-    const TileId tile = store_.leaves().home(store_.grid().snap(p_W));
+    const TileId tile = store_.home(store_.grid().snap(p_W));
     GraphView::SegmentRef segment = tile == kNoTile ? GraphView::SegmentRef{} : find(tile, from);
     if (!segment && store_.long_tile() != kNoTile) segment = find(store_.long_tile(), from);
     if (!segment) return false;

@@ -180,7 +180,7 @@ struct OpenDevice {
 // A route, and the person who travels it. Made and freed off the haptic path, used on it.
 struct Leg {
   Leg(const TileStore& store, const RunOptions& options, Route planned, std::uint64_t number)
-      : route(std::move(planned)), home(store.leaves().home(store.grid().snap(route.points().front().p_W))) {
+      : route(std::move(planned)), home(store.home(store.grid().snap(route.points().front().p_W))) {
     if (home == kNoTile) throw UsageError("the route's first sample lies in no tile: verify the set");
     // Each leg trembles in its own way, the first as a run of one route does.
     person = std::make_unique<SimulatedPerson>(route, options.person, options.seed + number);

@@ -73,7 +73,7 @@ class Finder {
     // Where it was is where it most likely is.
     std::vector<TileId> tiles;
     if (p_W.cwiseAbs().maxCoeff() <= Grid::kMaxCoordinate_um)
-      if (const TileId home = store_.leaves().home(store_.grid().snap(p_W)); home != kNoTile) tiles.push_back(home);
+      if (const TileId home = store_.home(store_.grid().snap(p_W)); home != kNoTile) tiles.push_back(home);
     if (store_.long_tile() != kNoTile) tiles.push_back(store_.long_tile());
     tiles.insert(tiles.end(), detail.tiles.begin(), detail.tiles.end());
     std::optional<ProxyPlace> best;

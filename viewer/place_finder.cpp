@@ -68,7 +68,7 @@ std::optional<PlaceFinder::Picked> PlaceFinder::nearest(const Vector3d& p_W) con
 
 ProxyPlace PlaceFinder::atSample(const CellWalk& walk, std::uint32_t cell, std::uint32_t node) const {
   const CellWalk::Spot spot = walk.at(node);
-  const TileId home = impl_->store.leaves().home(walk.graph().positions[node]);
+  const TileId home = impl_->store.home(walk.graph().positions[node]);
   // The home holds every segment at the node.
   ProxyPlace place = impl_->at(home, {cell, spot.segment}, spot.t);
   if (!place.valid()) throw InputError("a sample lies in no tile: verify the set");

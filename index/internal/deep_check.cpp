@@ -182,11 +182,11 @@ void DeepCheck::midpoints(const Tile& tile) {
 
 // Walks the tree that the stored leaves span; what lies beside them holds no midpoint but of long segments.
 Load DeepCheck::Impl::splitLoad(const CellKey& cell, std::size_t first, std::size_t last) {
-  const LeafIndex& stored = set.leaves();
+  const auto key = [this](std::size_t tile) -> const CellKey& { return set.entry(static_cast<TileId>(tile)).key; };
   const auto middles_begin = std::lower_bound(long_middles.begin(), long_middles.end(), cell.low);
   const auto middles_end = std::upper_bound(middles_begin, long_middles.end(), cell.high());
   Load load;
-  const bool is_stored = last - first == 1 && stored.key(static_cast<TileId>(first)).depth == cell.depth;
+  const bool is_stored = last - first == 1 && key(first).depth == cell.depth;
   if (first == last || is_stored) {
     if (is_stored) load = loads[first];
     for (auto at = middles_begin; at != middles_end; ++at) load.add(*at);
@@ -208,7 +208,7 @@ Load DeepCheck::Impl::splitLoad(const CellKey& cell, std::size_t first, std::siz
   }
   const CellKey low = cell.half(0), high = cell.half(1);
   std::size_t middle = first;
-  while (middle < last && stored.key(static_cast<TileId>(middle)).low < high.low) ++middle;
+  while (middle < last && key(middle).low < high.low) ++middle;
   load = splitLoad(low, first, middle);
   load.add(splitLoad(high, middle, last));
   if (leaves_good && !load.mustSplit(set.capacity())) {

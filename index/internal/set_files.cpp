@@ -14,7 +14,8 @@ namespace {
 
 constexpr std::string_view kDirectoryMagic = "FILIDIRY", kCellsMagic = "FILICELL", kSamplesMagic = "FILISMPL",
                            kPackMagic = "FILIPACK";
-constexpr std::size_t kRootHeaderBytes = 48, kRootEntryBytes = 72, kEntryBytes = 128, kRootChecksumAt = 40;
+constexpr std::size_t kRootHeaderBytes = 48, kRootEntryBytes = 72, kEntryBytes = 128, kRootChecksumAt = 40,
+                      kDecodedAt = 96;
 constexpr std::size_t kSamplesHeaderBytes = 40, kSampleBytes = 36, kCellRecordBytes = 128;
 constexpr std::int64_t kEdge = std::int64_t{1} << (kMortonAxisBits - 1);
 
@@ -48,7 +49,7 @@ void entry(ByteWriter& out, const TileEntry& e, const TileLocation& at) {
   out.u64(at.appearance_checksum);
 }
 
-// By whole words: opening a set decodes every entry.
+// By whole words: a page has thousands of entries.
 void readEntry(ByteReader& in, TileEntry& e, TileLocation& at) {
   const std::uint8_t* const bytes = in.take(kEntryBytes).data();
   const auto u64 = [bytes](std::size_t offset) { return loadLittle64(bytes + offset); };
@@ -72,7 +73,7 @@ void readEntry(ByteReader& in, TileEntry& e, TileLocation& at) {
   at.geometry_bytes = high32(80);
   at.appearance_bytes = low32(88);
   in.require(high32(88) == 0, "a reserved field is not zero");
-  e.decoded_bytes = u64(96);
+  e.decoded_bytes = u64(kDecodedAt);
   at.offset = u64(104);
   at.geometry_checksum = u64(112);
   at.appearance_checksum = u64(120);
@@ -178,52 +179,103 @@ Bytes encodeDirectory(const Directory& directory) {
   return root.take();
 }
 
-Directory decodeDirectory(std::uint64_t file_bytes, const ReadPart& read) {
-  Bytes root(std::min<std::uint64_t>(file_bytes, kMaxRootBytes));
-  read(0, root);
-  ByteReader in(root);
+DirectoryRoot decodeDirectoryRoot(std::uint64_t file_bytes, const ReadPart& read) {
+  Bytes bytes(std::min<std::uint64_t>(file_bytes, kMaxRootBytes));
+  read(0, bytes);
+  ByteReader in(bytes);
   checkMagic(in, kDirectoryMagic);
-  const std::uint32_t per_page = in.u32(), tiles = in.u32(), pages = in.u32();
-  Directory directory;
-  directory.long_tile = in.u32();
-  directory.capacity = in.u32();
+  DirectoryRoot root;
+  root.page_tiles = in.u32();
+  root.tiles = in.u32();
+  const std::uint32_t pages = in.u32();
+  root.long_tile = in.u32();
+  root.capacity = in.u32();
   const std::int32_t exponent = in.i32();
   in.require(exponent >= Grid::kMinExponent && exponent <= Grid::kMaxExponent, "the quantum is out of range");
-  directory.grid = Grid(exponent);
+  root.grid = Grid(exponent);
   in.require(in.u32() == 0, "a reserved field is not zero");
-  in.require(per_page == tilesPerPage(tiles) && pages == (std::uint64_t{tiles} + per_page - 1) / per_page &&
-                 file_bytes == rootBytes(pages) + std::uint64_t{tiles} * kEntryBytes,
+  in.require(root.page_tiles == tilesPerPage(root.tiles) &&
+                 pages == (std::uint64_t{root.tiles} + root.page_tiles - 1) / root.page_tiles &&
+                 file_bytes == rootBytes(pages) + std::uint64_t{root.tiles} * kEntryBytes,
              "the number of tiles does not fit the file");
   const std::uint64_t stated = in.u64();
-  std::fill_n(root.begin() + kRootChecksumAt, 8, std::uint8_t{0});
-  if (checksum(ByteSpan(root).first(rootBytes(pages))) != stated) throw Damage{0, "the root page's checksum is wrong"};
-  in.require(directory.long_tile == kNoTile || directory.long_tile + 1 == tiles,
-             "the long-segment tile is not the last");
-
-  directory.entries.reserve(tiles);
-  directory.locations.reserve(tiles);
-  Bytes body;
+  std::fill_n(bytes.begin() + kRootChecksumAt, 8, std::uint8_t{0});
+  if (checksum(ByteSpan(bytes).first(rootBytes(pages))) != stated) throw Damage{0, "the root page's checksum is wrong"};
+  in.require(root.long_tile == kNoTile || root.long_tile + 1 == root.tiles, "the long-segment tile is not the last");
+  root.pages.resize(pages);
   for (std::uint32_t page = 0; page < pages; ++page) {
-    const std::uint32_t begin = page * per_page,
-                        end =
-                            static_cast<std::uint32_t>(std::min<std::uint64_t>(std::uint64_t{begin} + per_page, tiles));
-    in.key();
-    in.box();
-    const std::uint64_t page_checksum = in.u64(), at = rootBytes(pages) + std::uint64_t{begin} * kEntryBytes;
-    body.resize((end - begin) * kEntryBytes);
-    read(at, body);
-    if (checksum(body) != page_checksum) throw Damage{at, "page " + std::to_string(page) + "'s checksum is wrong"};
-    ByteReader entries(body);
-    try {
-      for (std::uint32_t t = begin; t < end; ++t)
-        readEntry(entries, directory.entries.emplace_back(), directory.locations.emplace_back());
-    } catch (const Damage& damage) {
-      throw Damage{at + damage.offset, damage.what};
-    }
+    DirectoryRoot::Page& p = root.pages[page];
+    p.low = in.key();
+    p.content = in.box();
+    p.checksum = in.u64();
+    in.require(page == 0 || root.pageBegin(page) == root.long_tile || p.low > root.pages[page - 1].low,
+               "the pages are out of order");
   }
-  for (std::uint32_t t = 1; t < tiles; ++t)
-    in.require(t == directory.long_tile || directory.entries[t].key.low > directory.entries[t - 1].key.high(),
-               "the leaves are out of order");
+  return root;
+}
+
+namespace {
+
+// The page's bytes, checked; `at` is where they lie in the file.
+std::uint64_t readPage(const DirectoryRoot& root, std::uint32_t page, const ReadPart& read, Bytes& bytes) {
+  const std::uint64_t begin = root.pageBegin(page), at = rootBytes(root.pages.size()) + begin * kEntryBytes;
+  bytes.resize((root.pageEnd(page) - begin) * kEntryBytes);
+  read(at, bytes);
+  if (checksum(bytes) != root.pages[page].checksum) {
+    std::string what = "page " + std::to_string(page);
+    what += "'s checksum is wrong";
+    throw Damage{at, what};
+  }
+  return at;
+}
+
+}  // namespace
+
+DirectoryPage decodeDirectoryPage(const DirectoryRoot& root, std::uint32_t page, const ReadPart& read) {
+  Bytes bytes;
+  const std::uint64_t at = readPage(root, page, read, bytes);
+  const TileId begin = root.pageBegin(page), end = root.pageEnd(page);
+  const DirectoryRoot::Page& stated = root.pages[page];
+  DirectoryPage found;
+  found.entries.resize(end - begin);
+  found.locations.resize(end - begin);
+  ByteReader in(bytes);
+  try {
+    GridBox content;
+    for (TileId t = begin; t < end; ++t) {
+      TileEntry& e = found.entries[t - begin];
+      readEntry(in, e, found.locations[t - begin]);
+      content.extend(e.content);
+      in.require(t == begin ? e.key.low == stated.low
+                            : t == root.long_tile || e.key.low > found.entries[t - begin - 1].key.high(),
+                 "the leaves are out of order");
+    }
+    const TileEntry& last = found.entries.back();
+    in.require(end >= root.leaf_count() || last.key.high() < root.pages[page + 1].low, "the leaves are out of order");
+    in.require(content.lo == stated.content.lo && content.hi == stated.content.hi,
+               "the content of a page is not that of the root page");
+  } catch (const Damage& damage) {
+    throw Damage{at + damage.offset, damage.what};
+  }
+  return found;
+}
+
+void readDecodedBytes(const DirectoryRoot& root, std::uint32_t page, const ReadPart& read, Bytes& scratch,
+                      std::vector<std::uint64_t>& decoded_bytes) {
+  readPage(root, page, read, scratch);
+  decoded_bytes.clear();
+  for (std::size_t at = 0; at < scratch.size(); at += kEntryBytes)
+    decoded_bytes.push_back(loadLittle64(scratch.data() + at + kDecodedAt));
+}
+
+Directory decodeDirectory(std::uint64_t file_bytes, const ReadPart& read) {
+  const DirectoryRoot root = decodeDirectoryRoot(file_bytes, read);
+  Directory directory{root.grid, root.capacity, root.long_tile, {}, {}};
+  for (std::uint32_t page = 0; page < root.pages.size(); ++page) {
+    const DirectoryPage found = decodeDirectoryPage(root, page, read);
+    directory.entries.insert(directory.entries.end(), found.entries.begin(), found.entries.end());
+    directory.locations.insert(directory.locations.end(), found.locations.begin(), found.locations.end());
+  }
   return directory;
 }
 

@@ -7,6 +7,7 @@
 #include "index/internal/bytes.h"
 #include "index/tile_set.h"
 
+#include <algorithm>
 #include <functional>
 #include <string>
 #include <string_view>
@@ -45,10 +46,40 @@ struct Directory {
   std::vector<TileLocation> locations;
 };
 Bytes encodeDirectory(const Directory& directory);
-// Checks every page and the order of the leaves. Reads page after page, so that it needs no memory beside the result;
 // `read` throws what it likes.
 using ReadPart = std::function<void(std::uint64_t offset, std::span<std::uint8_t> bytes)>;
+// All pages, one after the other.
 Directory decodeDirectory(std::uint64_t file_bytes, const ReadPart& read);
+
+// The root page: what there is to know of the others without reading them.
+struct DirectoryRoot {
+  struct Page {
+    MortonKey low = 0;  // of its first tile
+    GridBox content;    // of its tiles
+    std::uint64_t checksum = 0;
+  };
+  Grid grid;
+  std::uint32_t capacity = 0;
+  TileId tiles = 0, page_tiles = 0, long_tile = kNoTile;
+  std::vector<Page> pages;
+
+  TileId leaf_count() const { return tiles - (long_tile != kNoTile ? 1 : 0); }
+  TileId pageBegin(std::uint32_t page) const { return page * page_tiles; }
+  TileId pageEnd(std::uint32_t page) const {
+    return static_cast<TileId>(std::min<std::uint64_t>(tiles, (std::uint64_t{page} + 1) * page_tiles));
+  }
+};
+// Checks the root page, and that its pages follow one another.
+DirectoryRoot decodeDirectoryRoot(std::uint64_t file_bytes, const ReadPart& read);
+struct DirectoryPage {
+  std::vector<TileEntry> entries;
+  std::vector<TileLocation> locations;
+};
+// Checks the page, the order of its leaves, and that it is what the root page says.
+DirectoryPage decodeDirectoryPage(const DirectoryRoot& root, std::uint32_t page, const ReadPart& read);
+// TileEntry::decoded_bytes of the page's tiles; checks no more than the checksum. `scratch` is written over.
+void readDecodedBytes(const DirectoryRoot& root, std::uint32_t page, const ReadPart& read, Bytes& scratch,
+                      std::vector<std::uint64_t>& decoded_bytes);
 
 struct DetailPlace {
   std::uint64_t offset, bytes, checksum;

@@ -230,6 +230,7 @@ std::vector<std::string> TileLoader::failed() const {
   std::vector<std::string> lines;
   for (const auto& [tile, line] : failed_) lines.push_back(line);
   for (const auto& [cell, line] : failed_cells_) lines.push_back(line);
+  if (!plan_failure_.empty()) lines.push_back(plan_failure_);
   return lines;
 }
 
@@ -411,6 +412,7 @@ void TileLoader::plan(double due) {
     slots_.erase(slot);
   }
   std::sort(unwanted_.begin(), unwanted_.end(), goesLater);
+  plan_failure_.clear();
 }
 
 // The worst claim goes first; of those without a claim, the one that lost it longest ago.

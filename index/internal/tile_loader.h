@@ -55,6 +55,8 @@ class TileLoader {
   // Where the claims may have changed: decides which of them the budget serves together, queues what is missing (not to
   // be read before `due`) and cancels queued tiles that are no longer among them.
   void planIfDue(double due);
+  // It threw: listed by failed() until a plan succeeds.
+  void planFailed(const std::string& why) { plan_failure_ = why; }
 
   // Reads the list of tiles of a cell that a reader is on, if one is missing; it is used from `due` on. True if it did;
   // the lock is let go meanwhile.
@@ -153,6 +155,7 @@ class TileLoader {
   std::map<TileId, Asked> asked_;
   std::map<TileId, std::string> failed_;
   std::map<std::uint32_t, std::string> failed_cells_;
+  std::string plan_failure_;
   std::deque<Peer> peers_;
   TileTable loaded_;                          // ready or resident
   std::uint64_t reserved_ = 0, leaving_ = 0;  // bytes of tiles in reading, in retiring

@@ -135,6 +135,7 @@ class Forgetful final : public TileStore {
   explicit Forgetful(const TileStore& whole) : whole_(whole) {}
   Grid grid() const override { return whole_.grid(); }
   const LeafIndex& leaves() const override { return whole_.leaves(); }
+  TileId home(const GridPoint& p) const override { return whole_.home(p); }
   TileId tile_count() const override { return whole_.tile_count(); }
   TileId long_tile() const override { return whole_.long_tile(); }
   const TileEntry& entry(TileId tile) const override { return whole_.entry(tile); }

@@ -801,6 +801,38 @@ TEST_F(ResidencyTest, ThreadIsStartedOnceAndStoppedAsOftenAsOneLikes) {
   residency.start();
 }
 
+// Tiles whose entries cannot be read for a while.
+class LostDirectory final : public test::CountingStore {
+ public:
+  using CountingStore::CountingStore;
+  const TileEntry& entry(TileId tile) const override {
+    if (lost) throw IoError("directory.bin", "cannot be read");
+    return CountingStore::entry(tile);
+  }
+  std::atomic<bool> lost{false};
+};
+
+TEST_F(ResidencyTest, ADirectoryThatCannotBeReadIsReportedAndTriedAgain) {
+  LostDirectory store(*store_);
+  Residency residency(store, options(UINT64_MAX));
+  TileReader& reader = residency.addReader("hand");
+  store.lost = true;
+  residency.start();
+  const auto wait = [&](auto until) {
+    for (int i = 0; i < 20000 && !until(); ++i) {
+      reader.apply(8);
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    return until();
+  };
+  reader.publishFocus(focusOn(3, 80));
+  EXPECT_TRUE(wait([&] { return !residency.failures().empty(); }));
+  EXPECT_EQ(reader.tiles().size(), 0u);
+  store.lost = false;
+  EXPECT_TRUE(wait([&] { return reader.tiles().find(3) != nullptr; }));
+  EXPECT_TRUE(wait([&] { return residency.failures().empty(); }));
+}
+
 class ThreadedResidency : public ResidencyTest, public testing::WithParamInterface<unsigned> {};
 INSTANTIATE_TEST_SUITE_P(IoThreads, ThreadedResidency, testing::Values(1u, 4u));
 

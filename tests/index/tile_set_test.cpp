@@ -2,6 +2,7 @@
 
 #include "index/errors.h"
 #include "index/ingest.h"
+#include "index/verify.h"
 #include "tests/support/random_cells.h"
 #include "tests/support/temp_folder.h"
 
@@ -56,6 +57,125 @@ TEST(TileSet, FindsCellsByName) {
   EXPECT_FALSE(set->findCell(""));
   EXPECT_FALSE(set->findCell("nobody"));
   EXPECT_FALSE(set->findCell(set->cell(39).name + "x"));
+}
+
+// Three pages of the directory and more.
+class PagedSet : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = std::make_unique<test::TempFolder>();
+    path_ = ingested(*folder_, test::randomColumn(7, 40, 500, 400), 2);
+  }
+  static void TearDownTestSuite() { folder_.reset(); }
+
+  // The folder, counting what is read of the directory.
+  class Metered final : public TileSource {
+   public:
+    Metered(const std::string& path, std::uint64_t& bytes) : source_(openFolder(path)), bytes_(bytes) {}
+    std::uint64_t size(const std::string& name) const override { return source_->size(name); }
+    std::string describe(const std::string& name) const override { return source_->describe(name); }
+    void read(const std::string& name, std::uint64_t offset, std::span<std::uint8_t> bytes) const override {
+      if (name.ends_with("directory.bin")) bytes_ += bytes.size();
+      source_->read(name, offset, bytes);
+    }
+
+   private:
+    std::unique_ptr<TileSource> source_;
+    std::uint64_t& bytes_;
+  };
+  static std::string directoryFile() {
+    const std::string current = test::readBytes(path_ + "/CURRENT");
+    return path_ + "/" + current.substr(0, 18) + "/directory.bin";
+  }
+
+  static constexpr TileId kPage = 4096;
+  static std::unique_ptr<test::TempFolder> folder_;
+  static std::string path_;
+};
+std::unique_ptr<test::TempFolder> PagedSet::folder_;
+std::string PagedSet::path_;
+
+TEST_F(PagedSet, ReadsAPageOfTheDirectoryWhenItIsNeeded) {
+  std::uint64_t bytes = 0;
+  const auto set = TileSet::open(std::make_unique<Metered>(path_, bytes));
+  ASSERT_GT(set->tile_count(), 2 * kPage);
+  EXPECT_LE(bytes, 16384u);
+  bytes = 0;
+  set->entry(kPage);
+  EXPECT_EQ(bytes, 128u * kPage);
+  const GridPoint first = mortonPoint(set->entry(0).key.low);
+  EXPECT_EQ(bytes, 2 * 128u * kPage);
+  set->entry(1), set->entry(2 * kPage - 1), set->load(0);
+  EXPECT_EQ(bytes, 2 * 128u * kPage);
+
+  const auto fresh = TileSet::open(path_);
+  EXPECT_EQ(fresh->leaves().size(), fresh->tile_count() - (fresh->long_tile() == kNoTile ? 0 : 1));
+  EXPECT_EQ(fresh->leaves().home(first), kNoTile) << "its page is not known";
+  EXPECT_EQ(fresh->home(first), 0u);
+  EXPECT_EQ(fresh->leaves().home(first), 0u);
+  EXPECT_THROW(fresh->entry(fresh->tile_count()), std::out_of_range);
+}
+
+TEST_F(PagedSet, ALoadedTileKnowsTheHomesOfItsNodes) {
+  const auto whole = TileSet::open(path_);
+  whole->checkDirectory();
+  std::size_t elsewhere = 0;  // homes in another page
+  for (TileId tile = 0; tile < whole->tile_count(); tile += 61) {
+    const TileId at = tile % 2 == 0 ? tile : std::min(whole->tile_count() - 1, (tile / kPage + 1) * kPage - 1);
+    const auto set = TileSet::open(path_);
+    const auto loaded = set->load(at);
+    for (std::uint32_t node = 0; node < loaded->node_count(); ++node) {
+      const TileId home = whole->leaves().home(loaded->gridPoint(node));
+      ASSERT_NE(home, kNoTile);
+      ASSERT_EQ(set->leaves().home(loaded->gridPoint(node)), home) << "tile " << at;
+      elsewhere += home / kPage != at / kPage;
+    }
+  }
+  EXPECT_GT(elsewhere, 0u);
+}
+
+TEST_F(PagedSet, PagesSayWhatTheyHold) {
+  const auto set = TileSet::open(path_);
+  EXPECT_EQ(set->page_tiles(), kPage);
+  TileFloor floor;
+  for (std::uint32_t page = 0; page * kPage < set->tile_count(); ++page) {
+    GridBox content;
+    for (TileId tile = page * kPage; tile < std::min(set->tile_count(), (page + 1) * kPage); ++tile) {
+      content.extend(set->entry(tile).content);
+      floor.add(set->entry(tile).decoded_bytes, tile == set->long_tile());
+    }
+    EXPECT_EQ(set->pageContent(page).lo, content.lo);
+    EXPECT_EQ(set->pageContent(page).hi, content.hi);
+  }
+  EXPECT_EQ(set->floorBytes(), floor.bytes());
+  EXPECT_EQ(TileSet::open(path_)->floorBytes(), floor.bytes()) << "where no page is known";
+}
+
+TEST_F(PagedSet, ADamagedPageIsFoundBeforeItIsUsed) {
+  const std::string file = directoryFile(), good = test::readBytes(file);
+  const std::size_t page_at = good.size() - 128 * std::size_t{TileSet::open(path_)->tile_count()} + 128 * kPage;
+  const GridPoint there = mortonPoint(TileSet::open(path_)->entry(kPage + 5).key.low);
+  std::string bytes = good;
+  bytes[page_at + 128 * 7 + 24] ^= 1;
+  test::writeBytes(file, bytes);
+  const auto set = TileSet::open(path_);
+  set->entry(0);
+  try {
+    set->entry(kPage);
+    FAIL();
+  } catch (const CorruptSet& error) {
+    EXPECT_NE(std::string(error.what()).find("directory.bin"), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find("page 1"), std::string::npos) << error.what();
+  }
+  EXPECT_THROW(set->home(there), CorruptSet);
+  EXPECT_EQ(set->leaves().home(there), kNoTile);
+  EXPECT_THROW(set->load(kPage + 5), CorruptSet);
+  EXPECT_THROW(set->floorBytes(), CorruptSet);
+  EXPECT_THROW(set->checkDirectory(), CorruptSet);
+  const VerifyReport report = verify(path_);
+  EXPECT_EQ(report.problem_count, 1u);
+  test::writeBytes(file, good);
+  EXPECT_TRUE(verify(path_).sound());
 }
 
 TEST(TileSet, DamageNamesTileFileAndOffset) {

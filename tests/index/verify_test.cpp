@@ -34,7 +34,7 @@ struct Faults {
 void writeSet(const TileStore& store, const std::string& path, const Faults& faults) {
   fs::create_directories(path + "/r");
   std::vector<CellKey> leaves;
-  for (TileId t = 0; t < store.leaves().size(); ++t) leaves.push_back(store.leaves().key(t));
+  for (TileId t = 0; t < store.leaves().size(); ++t) leaves.push_back(store.entry(t).key);
   const bool has_long = store.long_tile() != kNoTile;
   TileWriter writer(path + "/r", store.grid(), store.capacity(), store.tile_count(), has_long);
   for (TileId t : TileWriter::packOrder(leaves, has_long)) {

@@ -38,6 +38,7 @@ class CountingStore : public TileStore {
 
   Grid grid() const override { return store_.grid(); }
   const LeafIndex& leaves() const override { return store_.leaves(); }
+  TileId home(const GridPoint& p) const override { return store_.home(p); }
   TileId tile_count() const override { return store_.tile_count(); }
   TileId long_tile() const override { return store_.long_tile(); }
   const TileEntry& entry(TileId tile) const override { return store_.entry(tile); }
