@@ -180,10 +180,10 @@ BenchReport runScale(const BenchOptions& options) {
         "every segment is read, sorted and written once");
   curve("ingest_memory", "Peak memory of ingest", "MiB", &At::ingest_mib, Law::base_and_linear,
         "0, then 1, then 0 from --memory (1 GiB) on", "what does not fit goes to a file");
-  curve("open", "Opening a set", "ms", &At::open_ms, Law::base_and_linear, "0, then 1",
-        "the directory is read whole: 40 bytes a tile");
+  curve("open", "Opening a set", "ms", &At::open_ms, Law::flat, "0",
+        "the root page of the directory is read, 16 KiB at most");
   curve("first_tick", "First constrained tick, from nothing", "ms", &At::tick_ms, Law::base_and_linear, "0, then 1",
-        "opening and one jump");
+        "one jump, and the sizes of all tiles, of which the two largest must fit the budget");
   curve("cold_jump", "An exact jump whose tiles are not in memory", "us", &At::jump_us, Law::flat, "0 (log N)",
         "one or two tiles are read, whatever N");
   curve("warm_jump", "An exact jump in memory", "us", &At::warm_us, Law::flat, "0 (log N)",
