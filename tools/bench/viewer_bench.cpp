@@ -106,7 +106,7 @@ void measureFrames(Stage& stage, const BenchOptions& options, const SceneFrame& 
         frame.budget.samples = frame.budget.moving_samples = samples;
         frame.budget.moving_shade = samples > 1;
         frame.budget.enough_px = 0;
-        const int frames = options.quick ? 3 : 20;
+        const int frames = options.quick ? 3 : software ? 10 : 20;
         // The same way twice: the first loads and uploads.
         std::vector<double> times, cpu;
         for (const bool measured : {false, true})
@@ -192,7 +192,7 @@ void measureStreaming(const std::string& path, const BenchOptions& options, cons
   double ratio = 0;
   for (const bool again : {false, true}) {
     options.progress(again ? "the flight again" : "a flight");
-    const int frames = options.quick ? 5 : 200;
+    const int frames = options.quick ? 5 : isSoftwareRenderer(stage.context->description()) ? 100 : 200;
     std::vector<double> times, cpu;
     std::int64_t uploads = 0, uploading = 0;
     double largest_ms = 0, pending = 0;
@@ -297,7 +297,7 @@ void measureLoop(const std::string& path, const BenchOptions& options, const Sce
     frame.moving = true;
     std::vector<double> times;
     const Clock::time_point begin = Clock::now();
-    const double most_ms = options.quick ? 300 : 20'000;
+    const double most_ms = options.quick ? 300 : 10'000;
     for (double now_ms = 0; now_ms < most_ms; now_ms = since_ms(begin)) {
       const NavigationSnapshot& now = session.update();
       const double turn_rad = 0.001 * now_ms;
