@@ -39,6 +39,7 @@ class WatchedDevice : public HapticDevice {
   void close() noexcept override {}
   DeviceState exchange(const Wrench& wrench) noexcept override {
     if (capabilities_.paces_loop) std::this_thread::sleep_for(1ms);
+    if (last_force_N == 0) rose_to_N = wrench.force_N.x();
     last_force_N = wrench.force_N.x();
     ++exchanges;
     DeviceState state;
@@ -49,7 +50,7 @@ class WatchedDevice : public HapticDevice {
   }
   void setStatus(DeviceStatus status) { status_ = status; }
 
-  std::atomic<double> last_force_N{0};
+  std::atomic<double> last_force_N{0}, rose_to_N{0};  // the latter: the first one after zero
   std::atomic<int> exchanges{0};
   std::atomic<bool> frozen{false};
 
@@ -62,6 +63,13 @@ class WatchedDevice : public HapticDevice {
 HapticLoopOptions quiet() {
   HapticLoopOptions options;
   options.realtime_priority = options.lock_memory = false;
+  return options;
+}
+
+// Without the guard, which takes the force away whenever a busy machine is late, so that it might never be whole.
+HapticLoopOptions unguarded() {
+  HapticLoopOptions options = quiet();
+  options.stall_s = 0;
   return options;
 }
 
@@ -153,7 +161,7 @@ TEST(HapticLoop, ExceptionInTheTickEndsItWithZeroForce) {
 TEST(HapticLoop, FaultOfTheDeviceEndsItWithZeroForceAndItCanStartAgain) {
   WatchedDevice device;
   HapticLoop loop(
-      device, [](const DeviceState&, double) { return push(1); }, quiet());
+      device, [](const DeviceState&, double) { return push(1); }, unguarded());
   loop.start();
   ASSERT_TRUE(soon([&] { return device.last_force_N == 1; }));
   device.setStatus(DeviceStatus::fault);
@@ -176,7 +184,7 @@ TEST(HapticLoop, SendsNoForceBeforeTheDeviceIsReady) {
         ++ticks;
         return push(1);
       },
-      quiet());
+      unguarded());
   loop.start();
   ASSERT_TRUE(soon([&] { return ticks > 20; }));
   EXPECT_EQ(device.last_force_N, 0);
@@ -186,7 +194,7 @@ TEST(HapticLoop, SendsNoForceBeforeTheDeviceIsReady) {
 
 TEST(HapticLoop, WatchdogTakesTheForceFromADeviceThatStandsStill) {
   WatchedDevice device;
-  HapticLoopOptions options = quiet();
+  HapticLoopOptions options = unguarded();
   options.watchdog_s = 0.02;
   HapticLoop loop(
       device, [](const DeviceState&, double) { return push(1); }, options);
@@ -202,7 +210,7 @@ TEST(HapticLoop, WatchdogTakesTheForceFromADeviceThatStandsStill) {
 TEST(HapticLoop, AForceThatIsWithheldIsZeroAndComesBackByTheRamp) {
   WatchedDevice device;
   HapticLoop loop(
-      device, [](const DeviceState&, double) { return push(1); }, quiet());
+      device, [](const DeviceState&, double) { return push(1); }, unguarded());
   loop.start();
   ASSERT_TRUE(soon([&] { return device.last_force_N == 1; }));
   loop.withhold(true);
@@ -212,7 +220,7 @@ TEST(HapticLoop, AForceThatIsWithheldIsZeroAndComesBackByTheRamp) {
   EXPECT_EQ(device.last_force_N, 0);
   loop.withhold(false);
   ASSERT_TRUE(soon([&] { return device.last_force_N > 0; }));
-  EXPECT_LT(device.last_force_N, 0.9);
+  EXPECT_LT(device.rose_to_N, 0.9);
   EXPECT_TRUE(soon([&] { return device.last_force_N == 1; }));
 }
 
