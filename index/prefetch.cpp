@@ -16,8 +16,8 @@ constexpr double kMinReach_um = 1.0;
 constexpr double kBack = 2.0, kTurn = 1.5, kMost = 4.0;
 constexpr std::size_t kMaxEnds = 64;
 // A hand on a structure gets to what lies around it along the structure only, which is claimed as what lies ahead. In
-// 1.9e8 segments an eighth of the workspace's radius serves it as well as the whole (index/README.md), with a tenth of
-// the reads.
+// 1.9e8 segments a tour met no frontier with an eighth of the workspace's radius, as with the whole, and read an eighth
+// as many tiles a second (index/README.md).
 constexpr double kAroundOnStructure = 1.0 / 8;
 
 // A node to walk on from, seen in `tile`, which need not be its home.

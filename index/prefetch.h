@@ -31,7 +31,8 @@ class Prefetch {
   Prefetch(const TileStore& store, const Directory& directory, PrefetchPolicy policy, double lookahead_s);
 
   // Both append each tile at most once, best first, and no more than fill budget_bytes. A focus that is not finite
-  // claims nothing; a velocity that is not finite counts as rest.
+  // claims nothing; a velocity that is not finite counts as rest. Throw CorruptSet, IoError where a page of the
+  // directory is needed for the first time and cannot be read.
   //
   // `loaded` holds the tiles in memory, `cell_tiles` those that own a segment of the active node's cell (empty: not
   // known). At most kMaxWalkedSegments segments are walked. O(walked log walked + cell_tiles * ends of the walk).
