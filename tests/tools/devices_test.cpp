@@ -45,38 +45,17 @@ TEST(Devices, FindsWhatThisBuildHasADriverFor) {
   unsetenv("FILIFORM_FALCON_FIRMWARE");
 }
 
-// A hand that yields to f at k N/m gives way by f / k; by less where the machine leaves out exchanges.
-TEST(Devices, CheckFeelsHowTheHandGivesWay) {
+// What it finds is tested in the hand's own time (device_checker_test.cpp).
+TEST(Devices, CheckReadsAndPushesAHandAndClosesIt) {
   SimulatedHandOptions options;
   options.hand = handParameters("medium");
   SimulatedHand hand(options);
-  DeviceCheckOptions check_options;
-  check_options.read_s = 0.1;
-  check_options.ramp_s = 0.5;
-  const DeviceCheck check = checkDevice(hand, check_options);
+  const DeviceCheck check = checkDevice(hand, {.read_s = 0.05, .ramp_s = 0.1});
   EXPECT_EQ(hand.status(), DeviceStatus::closed);
   EXPECT_GT(check.exchanges, 0U);
-  EXPECT_GE(check.seconds, 0.1);
+  EXPECT_GE(check.seconds, 0.05);
   EXPECT_FALSE(check.stopped);
-  EXPECT_GT(check.force_N, 0.4);
   EXPECT_LE(check.force_N, 0.5);
-  for (int axis = 0; axis < 3; ++axis) {
-    EXPECT_GT(check.moved_m[axis], 0.2 * check.force_N / options.hand.stiffness_N_m) << axis;
-    EXPECT_LT(check.moved_m[axis], 1.5 * check.force_N / options.hand.stiffness_N_m) << axis;
-  }
-}
-
-TEST(Devices, CheckEndsTheForceWhereTheHandGivesWayTooFar) {
-  SimulatedHandOptions options;
-  options.hand = handParameters("loose");
-  SimulatedHand hand(options);
-  DeviceCheckOptions check_options;
-  check_options.read_s = 0.05;
-  check_options.most_moved_m = 0.002;
-  const DeviceCheck check = checkDevice(hand, check_options);
-  EXPECT_TRUE(check.stopped);
-  EXPECT_LT(check.force_N, 0.3);
-  EXPECT_EQ(check.moved_m.z(), 0);
 }
 
 TEST(Devices, CheckOfADeviceWithoutForceOnlyReads) {

@@ -11,6 +11,7 @@
 #include "solver/navigation.h"
 #include "solver/parameters.h"
 #include "solver/run.h"
+#include "tools/bench/extreme_cells.h"
 #include "tools/bench/workloads.h"
 #include "tools/synthetic.h"
 
@@ -35,20 +36,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kClamp_N = 8;
-
-void add(Cell& cell, const Vector3d& p_W, std::uint32_t parent) {
-  cell.sample_ids.push_back(static_cast<std::int64_t>(cell.samples()) + 1);
-  cell.positions_um.push_back(p_W);
-  cell.parents.push_back(parent);
-  cell.radii_um.push_back(0.5f);
-  cell.types.push_back(3);
-}
-
-Cell named(const std::string& source) {
-  Cell cell;
-  cell.source = source + ".swc";
-  return cell;
-}
 
 class Trials {
  public:
@@ -162,9 +149,10 @@ class Trials {
 // ---- data
 
 Cell walk(const std::string& name, std::size_t samples, double step_um, const Vector3d& from_W) {
-  Cell cell = named(name);
+  Cell cell = emptyCell(name + ".swc");
   for (std::size_t i = 0; i < samples; ++i)
-    add(cell,
+    addSample(
+        cell,
         from_W + step_um * Vector3d(static_cast<double>(i), static_cast<double>(i % 7), static_cast<double>(i % 3)),
         i == 0 ? kNoParent : static_cast<std::uint32_t>(i - 1));
   return cell;
@@ -172,9 +160,10 @@ Cell walk(const std::string& name, std::size_t samples, double step_um, const Ve
 
 // Along a thread of 200 um, all but its ends at one point of it.
 Cell coincident(std::size_t samples) {
-  Cell cell = named("coincident");
+  Cell cell = emptyCell("coincident.swc");
   const auto put = [&](double x_um) {
-    add(cell, Vector3d(x_um, 0, 0), cell.samples() == 0 ? kNoParent : static_cast<std::uint32_t>(cell.samples() - 1));
+    addSample(cell, Vector3d(x_um, 0, 0),
+              cell.samples() == 0 ? kNoParent : static_cast<std::uint32_t>(cell.samples() - 1));
   };
   for (int i = 0; i < 100; ++i) put(i);
   for (std::size_t i = 0; i < samples; ++i) put(100);
@@ -182,38 +171,16 @@ Cell coincident(std::size_t samples) {
   return cell;
 }
 
-Cell hub(std::size_t branches) {
-  Cell cell = named("hub");
-  add(cell, Vector3d::Zero(), kNoParent);
-  for (std::size_t i = 0; i < branches; ++i) {
-    const double turn = 0.1 * static_cast<double>(i);
-    add(cell, Vector3d(20 * std::cos(turn), 20 * std::sin(turn), 1e-3 * static_cast<double>(i)), 0);
-  }
-  return cell;
-}
-
-Cell comb(std::size_t twigs) {
-  Cell cell = named("comb");
-  add(cell, Vector3d::Zero(), kNoParent);
-  std::uint32_t spine = 0;
-  for (std::size_t i = 1; i <= twigs; ++i) {
-    add(cell, Vector3d(static_cast<double>(i), 0, 0), spine);
-    spine = static_cast<std::uint32_t>(cell.samples() - 1);
-    add(cell, Vector3d(static_cast<double>(i), 3, 0), spine);
-  }
-  return cell;
-}
-
 // Segments that all touch a sphere about the origin from outside.
 Cell equidistant(std::size_t segments) {
-  Cell cell = named("sphere");
+  Cell cell = emptyCell("sphere.swc");
   for (std::size_t i = 0; i < segments; ++i) {
     const double z = 1 - 2 * (static_cast<double>(i) + 0.5) / static_cast<double>(segments);
     const double r = std::sqrt(1 - z * z), turn = 2.39996 * static_cast<double>(i);
     const Vector3d n(r * std::cos(turn), r * std::sin(turn), z);
     const Vector3d along = n.unitOrthogonal();
-    add(cell, 10 * n + along, kNoParent);
-    add(cell, 10 * n - along, static_cast<std::uint32_t>(cell.samples() - 1));
+    addSample(cell, 10 * n + along, kNoParent);
+    addSample(cell, 10 * n - along, static_cast<std::uint32_t>(cell.samples() - 1));
   }
   return cell;
 }
@@ -240,23 +207,25 @@ void tryData(const BenchOptions& options, Trials& trials) {
                  {walk("low", 2000, 1, -far_W), walk("high", 2000, 1, far_W)}, 50);
   trials.travel("coordinates to 1e9 um", "a hand at 1e9 um", *inMemory({walk("far", 2000, 1, far_W)}), resident());
   {
-    Cell cell = named("lengths");
-    add(cell, Vector3d::Zero(), kNoParent);
+    Cell cell = emptyCell("lengths.swc");
+    addSample(cell, Vector3d::Zero(), kNoParent);
     for (const double step : {1.0, 0.0, 1e-9, 1e6, 1.0, 0.0, 1e-9, 1.0})
-      add(cell, cell.positions_um.back() + Vector3d(step, 0, 0), static_cast<std::uint32_t>(cell.samples() - 1));
+      addSample(cell, cell.positions_um.back() + Vector3d(step, 0, 0), static_cast<std::uint32_t>(cell.samples() - 1));
     trials.nearest("segments of length 0, 1e-9, 1e6 um", "in one thread of 8", {cell}, 100);
     trials.travel("segments of length 0, 1e-9, 1e6 um", "a hand along it", *inMemory({cell}), resident());
   }
   trials.nearest("coincident nodes", std::to_string(5000 / part) + " at one point", {coincident(5000 / part)}, 3);
   trials.travel("coincident nodes", "a hand there", *inMemory({coincident(5000 / part)}), resident());
-  trials.nearest("a node with 10 000 branches", std::to_string(10'000 / part) + " branches", {hub(10'000 / part)}, 10);
-  trials.travel("a node with 10 000 branches", "a hand there", *inMemory({hub(10'000 / part)}), resident());
+  trials.nearest("a node with 10 000 branches", std::to_string(10'000 / part) + " branches",
+                 {hubCell(10'000 / part, options.seed)}, 10);
+  trials.travel("a node with 10 000 branches", "a hand there", *inMemory({hubCell(10'000 / part, options.seed)}),
+                resident());
   trials.nearest("a thread of 1e6 samples", std::to_string(1'000'000 / part) + " samples",
                  {walk("thread", 1'000'000 / part, 0.5, Vector3d::Zero())}, 5);
   trials.travel("a thread of 1e6 samples", "a hand along it",
                 *inMemory({walk("thread", 1'000'000 / part, 0.5, Vector3d::Zero())}), resident());
-  trials.nearest("a comb of 200 000 twigs", std::to_string(200'000 / part) + " twigs", {comb(200'000 / part)}, 5);
-  trials.travel("a comb of 200 000 twigs", "a hand along it", *inMemory({comb(200'000 / part)}), resident());
+  trials.nearest("a comb of 200 000 twigs", std::to_string(200'000 / part) + " twigs", {combCell(200'000 / part)}, 5);
+  trials.travel("a comb of 200 000 twigs", "a hand along it", *inMemory({combCell(200'000 / part)}), resident());
   trials.nearest("a set of next to nothing", "no cell", {}, 1);
   trials.nearest("a set of next to nothing", "one node", {walk("node", 1, 1, Vector3d::Zero())}, 5);
   trials.nearest("a set of next to nothing", "one segment", {walk("segment", 2, 1, Vector3d::Zero())}, 5);

@@ -3,6 +3,7 @@
 #include "solver/graph_view.h"
 #include "solver/parameters.h"
 #include "tools/bench/dense_cells.h"
+#include "tools/bench/extreme_cells.h"
 #include "tools/bench/literal_solver.h"
 #include "tools/bench/workloads.h"
 
@@ -263,39 +264,6 @@ ColdCosts measureCold(const Scene& scene, SolverMethod method, int rounds, std::
     costs.undo_us.push_back(std::max(0.0, threadNow_ns() - undo_ns - clock_ns) * 1e-3);
   }
   return costs;
-}
-
-Cell emptyCell(const std::string& source) {
-  Cell cell;
-  cell.source = source;
-  return cell;
-}
-void addSample(Cell& cell, const Vector3d& p_W, std::uint32_t parent) {
-  cell.sample_ids.push_back(static_cast<std::int64_t>(cell.samples()) + 1);
-  cell.positions_um.push_back(p_W);
-  cell.parents.push_back(parent);
-  cell.radii_um.push_back(0.5f);
-  cell.types.push_back(3);
-}
-
-Cell hubCell(std::uint32_t branches, std::uint64_t seed) {
-  std::mt19937_64 random(seed);
-  Cell cell = emptyCell("hub.swc");
-  addSample(cell, Vector3d::Zero(), kNoParent);
-  for (std::uint32_t i = 0; i < branches; ++i) addSample(cell, 20.0 * cube(random), 0);
-  return cell;
-}
-
-Cell combCell(std::uint32_t teeth) {
-  Cell cell = emptyCell("comb.swc");
-  addSample(cell, Vector3d::Zero(), kNoParent);
-  std::uint32_t spine = 0;
-  for (std::uint32_t i = 1; i <= teeth; ++i) {
-    addSample(cell, Vector3d(i, 0, 0), spine);
-    spine = static_cast<std::uint32_t>(cell.samples() - 1);
-    addSample(cell, Vector3d(i, 3, 0), spine);
-  }
-  return cell;
 }
 
 Cell threadCell(std::uint32_t samples) {

@@ -3,7 +3,7 @@
 #include "index/errors.h"
 #include "tools/bench/bench.h"
 #include "tools/cli.h"
-#include "tools/evaluate/hold_test.h"
+#include "tools/evaluate/hold.h"
 #include "tools/evaluate/page.h"
 #include "tools/evaluate/parallel.h"
 #include "tools/evaluate/protocol.h"

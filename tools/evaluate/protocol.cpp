@@ -3,7 +3,7 @@
 #include "device/simulated_hand.h"
 #include "solver/navigation.h"
 #include "tools/cli.h"
-#include "tools/evaluate/hold_test.h"
+#include "tools/evaluate/hold.h"
 #include "tools/evaluate/travel_meter.h"
 
 #include <algorithm>

@@ -82,30 +82,39 @@ std::unique_ptr<ProxySolver> makeTrialSolver(TrialCell& cell, const TrialSetup& 
   return solver;
 }
 
-TrialResult runTrial(TrialCell& cell, const Route& route, const TrialSetup& setup, VisitCounts* visits,
-                     TrialTrace* trace) {
-  const double dt_s = 1 / setup.rate_Hz;
-  SimulatedHandOptions hand_options;
-  hand_options.hand = handParameters(setup.hand);
-  hand_options.period_s = dt_s;
-  hand_options.delay_samples = setup.delay_samples;
-  SimulatedHand hand(hand_options);
+SimulatedHandOptions trialHandOptions(const TrialSetup& setup) {
+  SimulatedHandOptions options;
+  options.hand = handParameters(setup.hand);
+  options.period_s = 1 / setup.rate_Hz;
+  options.delay_samples = setup.delay_samples;
+  return options;
+}
+
+NavigationOptions trialNavigationOptions(const TrialSetup& setup) {
   NavigationOptions options;
   options.force.stiffness_N_m = setup.stiffness_N_m;
-  options.workspace.lo_D = hand.capabilities().workspace_lo_D;
-  options.workspace.hi_D = hand.capabilities().workspace_hi_D;
   options.workspace.zoom_um = setup.zoom_um;
   options.buttons.fill(ButtonAction::none);
   options.anchor_use = setup.anchor_use;
-  Navigation navigation(cell.view(), makeTrialSolver(cell, setup), options);
-  SimulatedPerson person(route, setup.person, setup.seed);
+  return options;
+}
 
+void startTrial(Navigation& navigation, TrialCell& cell, std::uint32_t child, double t) {
   NavigationCommand jump;
   jump.kind = NavigationCommand::Kind::jump;
-  jump.place = cell.placeAt(route.first_segment().segment, route.first_t());
+  jump.place = cell.placeAt(child, t);
+  cell.tree(cell.root(child));
   if (!navigation.apply(jump, navigation.workspace().centre_D()))
-    throw UsageError("the route does not begin on a segment of the cell");
-  cell.tree(cell.root(route.first_segment().segment));
+    throw UsageError("the trial does not begin on a segment of the cell");
+}
+
+TrialResult runTrial(TrialCell& cell, const Route& route, const TrialSetup& setup, VisitCounts* visits,
+                     TrialTrace* trace) {
+  const double dt_s = 1 / setup.rate_Hz;
+  SimulatedHand hand(trialHandOptions(setup));
+  Navigation navigation(cell.view(), makeTrialSolver(cell, setup), trialNavigationOptions(setup));
+  SimulatedPerson person(route, setup.person, setup.seed);
+  startTrial(navigation, cell, route.first_segment().segment, route.first_t());
   hand.open();
 
   const double scale_um_m = navigation.workspace().scale_um_m();

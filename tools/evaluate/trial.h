@@ -3,6 +3,7 @@
 // takes. Thread rule: functions without state; a TrialCell belongs to one thread.
 #pragma once
 
+#include "device/simulated_hand.h"
 #include "solver/navigation.h"
 #include "solver/proxy_solver.h"
 #include "solver/route.h"
@@ -73,7 +74,12 @@ struct TrialTrace {
 TrialResult runTrial(TrialCell& cell, const Route& route, const TrialSetup& setup, VisitCounts* visits = nullptr,
                      TrialTrace* trace = nullptr);
 
-// The solver that a trial uses.
+// What a trial is made of: its solver, its hand (closed), and what its navigation starts with.
 std::unique_ptr<ProxySolver> makeTrialSolver(TrialCell& cell, const TrialSetup& setup);
+SimulatedHandOptions trialHandOptions(const TrialSetup& setup);
+NavigationOptions trialNavigationOptions(const TrialSetup& setup);
+
+// The proxy jumps to t of the segment of that child. Throws UsageError if the cell has no such place.
+void startTrial(Navigation& navigation, TrialCell& cell, std::uint32_t child, double t);
 
 }  // namespace filiform::tools

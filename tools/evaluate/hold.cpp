@@ -1,7 +1,6 @@
-#include "tools/evaluate/hold_test.h"
+#include "tools/evaluate/hold.h"
 
 #include "device/simulated_hand.h"
-#include "index/errors.h"
 #include "solver/navigation.h"
 
 #include <algorithm>
@@ -50,24 +49,12 @@ struct Extent {
 
 HoldResult runHold(TrialCell& cell, std::uint32_t child, double t, const Vector3d& pull_m, const TrialSetup& setup) {
   const double dt_s = 1 / setup.rate_Hz;
-  SimulatedHandOptions hand_options;
-  hand_options.hand = handParameters(setup.hand);
-  hand_options.period_s = dt_s;
-  hand_options.delay_samples = setup.delay_samples;
-  SimulatedHand hand(hand_options);
-  NavigationOptions options;
-  options.force.stiffness_N_m = setup.stiffness_N_m;
-  options.force.ramp_s = 0;  // nothing pulls at the start, and a ramp would hide what the spring gives
-  options.workspace.zoom_um = setup.zoom_um;
+  SimulatedHand hand(trialHandOptions(setup));
+  NavigationOptions options = trialNavigationOptions(setup);
+  options.force.ramp_s = 0;               // nothing pulls at the start, and a ramp would hide what the spring gives
   options.workspace.drift_speed_m_s = 0;  // a drifting world would move a hand that holds
-  options.buttons.fill(ButtonAction::none);
   Navigation navigation(cell.view(), makeTrialSolver(cell, setup), options);
-  NavigationCommand jump;
-  jump.kind = NavigationCommand::Kind::jump;
-  jump.place = cell.placeAt(child, t);
-  cell.tree(cell.root(child));
-  if (!navigation.apply(jump, navigation.workspace().centre_D()))
-    throw UsageError("the hold test does not begin on a segment of the cell");
+  startTrial(navigation, cell, child, t);
   hand.open();
 
   const auto ticks = static_cast<std::uint64_t>(std::lround(kHold_s * setup.rate_Hz));
