@@ -614,6 +614,12 @@ class Run {
     TileReader* reader = tiles_.reader();
     std::optional<LegPlanner> planner;  // outlives the loop too
     if (itinerary_.isTour()) planner.emplace(itinerary_);
+    struct Ending {
+      const std::function<void()>& tell;
+      ~Ending() {
+        if (tell) tell();
+      }
+    } ending{options_.ending};
     HapticLoopOptions loop_options;
     loop_options.rate_Hz = options_.rate_Hz;
     loop_options.ramp_at_start = false;  // the force law's

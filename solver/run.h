@@ -55,6 +55,8 @@ struct RunOptions {
   std::string record_options;  // kept in it, for who repeats the run; of no meaning here
   // In virtual time only: after each tick, on the caller's thread, what the eye should know.
   std::function<void(const NavigationSnapshot&)> on_snapshot{};
+  // In real time: before its threads are waited for, which a read that hangs can hold up. May not throw.
+  std::function<void()> ending{};
   std::string fault_csv;  // in real time: where the last ticks go if the loop ends by a fault; empty: nowhere
 };
 

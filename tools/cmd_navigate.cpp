@@ -8,6 +8,7 @@
 #include "solver/force_hold.h"
 #include "solver/run.h"
 #include "tools/cli.h"
+#include "tools/ending_watch.h"
 #include "tools/progress.h"
 #include "tools/scene.h"
 #include "tools/travel_report.h"
@@ -263,7 +264,7 @@ void describeForPeople(const RunSummary& s, const NavigateArguments& a) {
 int runNavigate(const NavigateArguments& a) {
   bool in_memory = false;
   const std::unique_ptr<TileStore> store = openScene(a, in_memory);
-  const RunOptions options = optionsOf(a, *store, in_memory);
+  RunOptions options = optionsOf(a, *store, in_memory);
 
   std::ofstream csv;
   if (!a.csv.empty()) {
@@ -275,6 +276,8 @@ int runNavigate(const NavigateArguments& a) {
   if (!a.plot.empty() || !a.picture.empty()) travel = std::make_unique<TravelReport>();
   Progress progress({.title = "navigate", .noun = "ticks"});
 
+  EndingWatch watch = watchForSilentFiles();
+  options.ending = [&watch] { watch.begin(); };
   if (options.realtime) holdForcesOnSignals();
   RunSummary summary;
   try {

@@ -6,6 +6,8 @@
 #include "index/tile_set.h"
 #include "solver/force_hold.h"
 #include "tools/cli.h"
+#include "tools/device_check.h"
+#include "tools/ending_watch.h"
 #include "tools/image.h"
 #include "tools/scene.h"
 #include "viewer/application.h"
@@ -83,11 +85,9 @@ int runView(const ViewArguments& a) {
     writePng(image, path);
   };
   options.poll = throwIfInterrupted;
-  options.stuck = [] {
-    holdForces();
-    std::cerr << "filiform: the scene's files do not answer: ended without waiting for them any longer\n" << std::flush;
-    std::_Exit(3);
-  };
+  options.plugged_in = [](const std::string& device) { return isPluggedIn(systemUsb(), device); };
+  EndingWatch watch = watchForSilentFiles();
+  options.ending = [&watch] { watch.begin(); };
   options.session.device = a.device;
   options.session.method = solverMethod(a.method);
   options.session.zoom_um = a.zoom_um;

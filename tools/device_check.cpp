@@ -6,6 +6,7 @@
 #include "tools/cli.h"
 #include "tools/device_checker.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cstdlib>
 #include <thread>
@@ -60,6 +61,16 @@ std::vector<FoundDevice> findDevices(UsbTransport& transport) {
     found.push_back(std::move(device));
   }
   return found;
+}
+
+bool isPluggedIn(UsbTransport& transport, const std::string& device) {
+  // "falcon:FIRMWARE" is a "falcon", "spacemouse" any "spacemouse:1-2".
+  const auto names = [&device](const std::string& found) {
+    return device == found || device.starts_with(found + ":") || found.starts_with(device + ":");
+  };
+  const std::vector<FoundDevice> found = findDevices(transport);
+  return std::any_of(found.begin(), found.end(),
+                     [&](const FoundDevice& one) { return one.info.may_open && names(one.device); });
 }
 
 DeviceCheck checkDevice(HapticDevice& device, const DeviceCheckOptions& options) {

@@ -23,6 +23,9 @@ struct FoundDevice {
 // Of what this build has a driver for, in the order of bus paths. Opens nothing. Throws as UsbTransport::devices().
 std::vector<FoundDevice> findDevices(UsbTransport& transport);
 
+// Whether --device `device` names one of them that may be opened. Throws as findDevices().
+bool isPluggedIn(UsbTransport& transport, const std::string& device);
+
 struct DeviceCheckOptions {
   double read_s = 1;
   double homing_s = 60;         // how long the person has for it

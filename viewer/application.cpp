@@ -3,7 +3,6 @@
 #include "device/haptic_device.h"
 #include "index/errors.h"
 #include "index/text.h"
-#include "viewer/internal/ending_watch.h"
 #include "viewer/internal/messages.h"
 #include "viewer/internal/opening.h"
 #include "viewer/internal/text_format.h"
@@ -36,7 +35,6 @@ using internal::Travel;
 using internal::Viewpoint;
 
 constexpr double kDoubleClick_s = 0.4, kStillBeforeTooltip_s = 0.25;
-constexpr double kEndPatience_s = 3;
 constexpr double kPush_m = 0.006;  // of a held key, from the proxy
 
 template <class T, std::size_t N>
@@ -46,9 +44,8 @@ T next(T value, const T (&choices)[N]) {
 
 class Application {
  public:
-  Application(const ApplicationOptions& options, internal::EndingWatch& ending)
+  explicit Application(const ApplicationOptions& options)
       : options_(options),
-        ending_(ending),
         settings_(loadSettings()),
         window_("filiform", options.size.value_or(PictureSize{settings_.width, settings_.height}),
                 settings_.interface_scale),
@@ -78,10 +75,10 @@ class Application {
         ++frames_;
       }
     } catch (...) {
-      ending_.begin();
+      options_.ending();
       throw;
     }
-    ending_.begin();
+    options_.ending();
     end();
   }
 
@@ -116,7 +113,8 @@ class Application {
       auto picture = std::make_unique<SceneView>(*opened.scene.store, opened.scene.levels.get(), renderer_);
       SessionOptions session = options_.session;
       if (opened_once_) session.record.clear();  // a recording is of one scene
-      const Travel::Callbacks callbacks{[this] { leave(); }, [this](const std::string& why) { search_.error = why; }};
+      const Travel::Callbacks callbacks{[this] { leave(); }, [this](const std::string& why) { search_.error = why; },
+                                        options_.plugged_in};
       travel_ = std::make_unique<Travel>(std::move(opened), session, messages_, callbacks);
       picture_ = std::move(picture);
       viewpoint_.emplace(travel_->session().workspaceOptions());
@@ -287,6 +285,9 @@ class Application {
         return say(format("coloured by %s", toString(settings_.colouring)));
       case Action::next_stereo:
         return nextStereo();
+      case Action::orthographic:
+        settings_.orthographic = !settings_.orthographic;
+        return say(settings_.orthographic ? "orthographic" : "in perspective");
       case Action::next_palette:
         settings_.orange_blue = !settings_.orange_blue;
         return say(settings_.orange_blue ? "fork: own branch orange, others blue"
@@ -444,6 +445,7 @@ class Application {
     try {
       travel_->serve();
       camera_ = viewpoint_->look(now(), picture_->lo_W(), picture_->hi_W(), size_.aspect(), now_s_);
+      if (settings_.orthographic) camera_ = parallel(camera_);
       view_ = viewOf(camera_, size_.aspect(), 1);
       travel_->lead(pointing(), viewpoint_->workspace());
       travel_->observe();
@@ -626,6 +628,7 @@ class Application {
                                 {"colour_by", toString(settings_.colouring)},
                                 {"stereo", toString(settings_.stereo)},
                                 {"separation", settings_.separation},
+                                {"orthographic", settings_.orthographic},
                                 {"orange_blue", settings_.orange_blue},
                                 {"reduced_motion", settings_.reduced_motion},
                                 {"help", panels_.help},
@@ -663,7 +666,6 @@ class Application {
   }
 
   const ApplicationOptions& options_;
-  internal::EndingWatch& ending_;
   Messages messages_;  // before what says something while it is made
   std::string settings_path_;
   Settings settings_;
@@ -706,9 +708,6 @@ class Application {
 
 }  // namespace
 
-void runApplication(const ApplicationOptions& options) {
-  internal::EndingWatch ending(kEndPatience_s, options.stuck);
-  Application(options, ending).run();
-}
+void runApplication(const ApplicationOptions& options) { Application(options).run(); }
 
 }  // namespace filiform

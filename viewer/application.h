@@ -29,9 +29,8 @@ struct ApplicationOptions {
   std::function<OpenedScene(const std::vector<std::string>&)> open;    // not on the main thread
   std::function<void(const Picture&, const std::string& path)> write;  // a picture
   std::function<void()> poll = [] {};                                  // once a frame; may throw to end
-  // At the end a read has not come back for seconds, so that its thread cannot be ended: from another thread, to say
-  // so and end the process.
-  std::function<void()> stuck = [] {};
+  std::function<bool(const std::string&)> plugged_in;  // see internal::Travel: a lost device is looked for; any thread
+  std::function<void()> ending = [] {};  // before its threads are waited for, which a read that hangs can hold up
   SessionOptions session;
   std::optional<PictureSize> size;  // else the settings'
   std::uint64_t segments = 0;       // drawn at most; 0: by the renderer

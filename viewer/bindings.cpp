@@ -60,6 +60,8 @@ constexpr std::array kBindings{
     Binding{Action::zoom_out, "zoom-out", "View", key('-'), kNoKey, "", "zoom out"},
     Binding{Action::overview, "overview", "View", key('o'), key(Key::kHome), "",
             "see everything, or the workspace again"},
+    Binding{Action::orthographic, "orthographic", "View", key('a'), kNoKey, "",
+            "as from far away (orthographic), or in perspective again"},
     Binding{Action::next_colouring, "next-colouring", "View", key('c'), kNoKey, "",
             "colour by cell, type, depth, radius, tile"},
     Binding{Action::next_palette, "next-palette", "View", key('g'), kNoKey, "",

@@ -28,6 +28,7 @@ enum class Action : std::uint8_t {
   turn_up,
   turn_down,
   overview,
+  orthographic,
   next_colouring,
   next_palette,
   next_stereo,

@@ -392,6 +392,7 @@ void drawSettings(bool& open, Settings& settings, PanelRequests& requests) {
   slide("separation of the eyes", settings.separation, 0, 2);
   slide("widening of the angle", settings.widening, 0.5F, 2);
   slide("size of letters (next start)", settings.interface_scale, 0.5F, 4);
+  requests.settings_changed |= ImGui::Checkbox("as from far away (orthographic)", &settings.orthographic);
   requests.settings_changed |= ImGui::Checkbox("fork in blue and orange", &settings.orange_blue);
   requests.settings_changed |= ImGui::Checkbox("reduced motion", &settings.reduced_motion);
   if (ImGui::Button("as they were at first")) requests.reset = true;

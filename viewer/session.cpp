@@ -148,7 +148,7 @@ Session::Impl::Impl(const TileStore& scene, const SessionOptions& wanted)
     : store(scene), options(wanted), dt_s(1.0 / wanted.rate_Hz) {
   if (!(wanted.rate_Hz > 0 && wanted.rate_Hz <= 1e6)) throw UsageError("the rate must be between 0 and 1e6 Hz");
   std::string spec = options.device == "mouse" ? "sim:medium" : options.device;
-  device = makeDevice(spec, {.period_s = dt_s});
+  device = options.make_device ? options.make_device(spec, dt_s) : makeDevice(spec, {.period_s = dt_s});
   hand = isHand(options.device) ? dynamic_cast<SimulatedHand*>(device.get()) : nullptr;
   replay = dynamic_cast<ReplayDevice*>(device.get());
   const DeviceCapabilities can = device->capabilities();

@@ -19,12 +19,14 @@
 // constructor, and advance().
 #pragma once
 
+#include "device/haptic_device.h"
 #include "index/residency.h"
 #include "solver/loop_metrics.h"
 #include "solver/navigation_link.h"
 #include "solver/workspace.h"
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -41,6 +43,8 @@ struct SessionOptions {
   bool in_memory = false;                       // the store holds its tiles: no residency
   std::optional<std::uint64_t> budget_bytes{};  // none: unlimited
   std::string record{};                         // FILE, and FILE.json beside it; empty: none
+  // Makes `device`, not opened, from its name and the period in s; none: makeDevice().
+  std::function<std::unique_ptr<HapticDevice>(const std::string&, double)> make_device{};
 };
 
 // What the pointer asks of the hand.

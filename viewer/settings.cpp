@@ -52,6 +52,7 @@ Settings Settings::load(const std::string& path, std::string& warning) {
   };
   choice("colour_by", s.colouring, kColourings);
   choice("stereo", s.stereo, kStereoModes);
+  flag("orthographic", s.orthographic);
   flag("orange_blue", s.orange_blue);
   number("separation", s.separation, 0, 2);
   number("widening", s.widening, 0.5, 2);
@@ -68,6 +69,7 @@ Settings Settings::load(const std::string& path, std::string& warning) {
 void Settings::save(const std::string& path) const {
   const nlohmann::ordered_json json{{"colour_by", toString(colouring)},
                                     {"stereo", toString(stereo)},
+                                    {"orthographic", orthographic},
                                     {"orange_blue", orange_blue},
                                     {"separation", separation},
                                     {"widening", widening},

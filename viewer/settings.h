@@ -11,6 +11,7 @@ namespace filiform {
 struct Settings {
   ColourBy colouring = ColourBy::cell;
   StereoMode stereo = StereoMode::mono;
+  bool orthographic = false;    // what is nearer looks no larger
   bool orange_blue = false;     // the fork's colours; else the paper's red and green
   double separation = 1;        // of the eyes, times what is comfortable, 0 .. 2
   double widening = 1;          // of the projection angle's tangent, 0.5 .. 2

@@ -45,6 +45,21 @@ TEST(Devices, FindsWhatThisBuildHasADriverFor) {
   unsetenv("FILIFORM_FALCON_FIRMWARE");
 }
 
+TEST(Devices, SaysWhetherWhatWasAskedForIsPluggedIn) {
+  FakeUsb usb;
+  for (const char* device : {"falcon", "spacemouse", "mouse"}) EXPECT_FALSE(isPluggedIn(usb, device)) << device;
+  usb.plug(test::fakeBulkDevice(0x0403, 0xcb48, "1-2", "FALCON HAPTIC"));
+  test::FakeUsbDevice& mouse = usb.plug(test::fakeBulkDevice(0x256f, 0xc635, "1-4", "SpaceMouse Compact"));
+  for (const char* device : {"falcon", "falcon:firmware.bin", "spacemouse", "spacemouse:1-4"})
+    EXPECT_TRUE(isPluggedIn(usb, device)) << device;
+  for (const char* device : {"spacemouse:1-5", "mouse", "sim:firm", ""})
+    EXPECT_FALSE(isPluggedIn(usb, device)) << device;
+  mouse.permitted = false;
+  EXPECT_FALSE(isPluggedIn(usb, "spacemouse"));
+  usb.unplug(mouse);
+  EXPECT_FALSE(isPluggedIn(usb, "spacemouse:1-4"));
+}
+
 // What it finds is tested in the hand's own time (device_checker_test.cpp).
 TEST(Devices, CheckReadsAndPushesAHandAndClosesIt) {
   SimulatedHandOptions options;

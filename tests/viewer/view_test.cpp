@@ -193,6 +193,11 @@ TEST_F(ViewInShort, StartsShowsHelpTurnsZoomsSearchesJumpsTakesAPictureAndQuits)
   send("click 4");
   await("zoomed in", [&](const json& s) { return s.at("zoom_um").get<double>() < before.at("zoom_um").get<double>(); });
 
+  act("a");
+  EXPECT_EQ(state().at("orthographic"), true);
+  act("a");
+  EXPECT_EQ(state().at("orthographic"), false);
+
   act("slash");
   sendAndDraw("type --delay 60 cell_00002");
   await("the name", [](const json& s) { return s.at("search_text") == "cell_00002"; });

@@ -17,6 +17,7 @@ using Kind = NavigationCommand::Kind;
 
 constexpr double kTourAhead_m = 0.004;  // of the simulated hand's aim, from the proxy
 constexpr std::size_t kForcesKept = 4000, kVisitedKept = 400;
+constexpr std::chrono::seconds kLookEvery{1};  // for a lost device
 
 }  // namespace
 
@@ -76,6 +77,7 @@ void Travel::watch() {
   }
   const std::string fault = session_->fault();
   if (!fault.empty()) replaceDevice(fault);
+  lookForLostDevice();
 }
 
 // A device that is lost: the mouse takes over where it was.
@@ -84,7 +86,7 @@ void Travel::replaceDevice(const std::string& fault) {
   messages_.say(fault);
   if (options_.device == "mouse" || session_->replaying()) return;
   const NavigationSnapshot last = now();
-  options_.device = "mouse";
+  lost_device_ = std::exchange(options_.device, "mouse");
   options_.stiffness_N_m.reset();  // was the lost device's
   options_.record.clear();
   options_.zoom_um = last.zoom_um;
@@ -94,15 +96,60 @@ void Travel::replaceDevice(const std::string& fault) {
     messages_.say(error.what());
   }
   try {
-    session_ = std::make_unique<Session>(store(), options_);
+    goOnWith(std::make_unique<Session>(store(), options_), last);
   } catch (const Error& error) {  // the old one stays: where it was can still be looked at
     return messages_.say(error.what());
   }
+  messages_.say("the device is lost: the mouse takes over");
+}
+
+void Travel::goOnWith(std::unique_ptr<Session> session, const NavigationSnapshot& last) {
+  session_ = std::move(session);
   session_->start();
   session_->jump(last.place.valid() ? last.place : opened_.start);
   asked_constrain_ = asked_back_ = asked_forward_ = 0;
   fault_told_ = false;
-  messages_.say("the device is lost: the mouse takes over");
+}
+
+void Travel::lookForLostDevice() {
+  const auto now = std::chrono::steady_clock::now();
+  if (lost_device_.empty() || !callbacks_.plugged_in || looking_ || now < look_again_) return;
+  looking_ = true;
+  look_again_ = now + kLookEvery;
+  worker_->ask([this, plugged_in = callbacks_.plugged_in, device = lost_device_]() -> Worker::Done {
+    bool is_back = false;
+    try {
+      is_back = plugged_in(device);
+    } catch (const Error&) {  // the next look may fare better
+    }
+    return [this, is_back] {
+      looking_ = false;
+      if (is_back) takeBackLostDevice();
+    };
+  });
+}
+
+void Travel::takeBackLostDevice() {
+  const NavigationSnapshot last = now();
+  SessionOptions options = options_;
+  options.device = lost_device_;
+  options.zoom_um = last.zoom_um;
+  std::unique_ptr<Session> session;
+  try {
+    session = std::make_unique<Session>(store(), options);
+  } catch (const Error& error) {  // the mouse goes on, and the device is looked for again
+    return messages_.sayOnce(error.what());
+  }
+  try {
+    session_->finish();
+  } catch (const std::exception& error) {
+    messages_.say(error.what());
+  }
+  options_ = options;
+  lost_device_.clear();
+  tour_.end();
+  goOnWith(std::move(session), last);
+  messages_.say(session_->deviceName() + " is back");
 }
 
 void Travel::lead(const std::optional<Pointing>& pointing, const Workspace& workspace) {

@@ -16,6 +16,7 @@
 #include "viewer/session.h"
 #include "viewer/worker.h"
 
+#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -33,6 +34,9 @@ class Travel {
   struct Callbacks {
     std::function<void()> jumps;                            // right before the proxy is taken elsewhere
     std::function<void(const std::string&)> finds_nothing;  // what was asked for leads nowhere
+    // Whether what --device takes by that name could be opened now; on another thread. None: a lost device is not
+    // looked for.
+    std::function<bool(const std::string&)> plugged_in{};
   };
 
   // `messages` must outlive it. Throws as Session does.
@@ -90,6 +94,9 @@ class Travel {
  private:
   void watch();
   void replaceDevice(const std::string& fault);
+  void lookForLostDevice();
+  void takeBackLostDevice();
+  void goOnWith(std::unique_ptr<Session> session, const NavigationSnapshot& last);
   void go(const ProxyPlace& place, bool remember);
   void goWhenFound(std::function<ProxyPlace()> find);
   void constrain();
@@ -123,6 +130,9 @@ class Travel {
   std::optional<ProxyPlace> junction_at_;
   double junction_zoom_um_ = 0;
   bool junction_asked_ = false, replay_told_ = false, fault_told_ = false;
+  std::string lost_device_;  // as --device takes it; empty: none
+  std::chrono::steady_clock::time_point look_again_{};
+  bool looking_ = false;
   std::uint32_t asked_constrain_ = 0, asked_back_ = 0, asked_forward_ = 0;
   std::vector<float> forces_, new_forces_;
   std::vector<Vector3d> visited_W_;

@@ -2,7 +2,8 @@
 // it, and joining it would hang too.
 //
 //   EndingWatch watch(5, [] { /* say so, and end the process */ });
-//   { Application application; application.run(); watch.begin(); }  // ends its threads, as a rule at once
+//   options.ending = [&watch] { watch.begin(); };  // before it joins its threads
+//   run(*store, options);
 //
 // Thread rule: one owner; `stuck` is called on a thread of the watch's own.
 #pragma once
@@ -10,7 +11,7 @@
 #include <functional>
 #include <memory>
 
-namespace filiform::internal {
+namespace filiform::tools {
 
 class EndingWatch {
  public:
@@ -19,11 +20,16 @@ class EndingWatch {
   EndingWatch(const EndingWatch&) = delete;
   EndingWatch& operator=(const EndingWatch&) = delete;
 
-  void begin();  // the patience runs from here; idempotent
+  // The patience runs from here; idempotent. Where the system gives no thread for it, the end waits as it would
+  // without.
+  void begin() noexcept;
 
  private:
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace filiform::internal
+// After three seconds: one line, zero force, exit code 3.
+EndingWatch watchForSilentFiles();
+
+}  // namespace filiform::tools

@@ -1,12 +1,17 @@
-#include "viewer/internal/ending_watch.h"
+#include "tools/ending_watch.h"
+
+#include "solver/force_hold.h"
 
 #include <chrono>
 #include <condition_variable>
+#include <cstdlib>
+#include <iostream>
 #include <mutex>
+#include <system_error>
 #include <thread>
 #include <utility>
 
-namespace filiform::internal {
+namespace filiform::tools {
 
 struct EndingWatch::Impl {
   std::chrono::duration<double> patience;
@@ -32,14 +37,25 @@ EndingWatch::~EndingWatch() {
   impl_->thread.join();
 }
 
-void EndingWatch::begin() {
+void EndingWatch::begin() noexcept {
   if (impl_->thread.joinable()) return;
-  impl_->thread = std::thread([&impl = *impl_] {
-    std::unique_lock lock(impl.mutex);
-    if (impl.changed.wait_for(lock, impl.patience, [&impl] { return impl.ended; })) return;
-    lock.unlock();
-    impl.stuck();
+  try {
+    impl_->thread = std::thread([&impl = *impl_] {
+      std::unique_lock lock(impl.mutex);
+      if (impl.changed.wait_for(lock, impl.patience, [&impl] { return impl.ended; })) return;
+      lock.unlock();
+      impl.stuck();
+    });
+  } catch (const std::system_error&) {
+  }
+}
+
+EndingWatch watchForSilentFiles() {
+  return EndingWatch(3, [] {
+    holdForces();
+    std::cerr << "filiform: the scene's files do not answer: ended without waiting for them any longer\n" << std::flush;
+    std::_Exit(3);
   });
 }
 
-}  // namespace filiform::internal
+}  // namespace filiform::tools

@@ -1,4 +1,4 @@
-#include "viewer/internal/ending_watch.h"
+#include "tools/ending_watch.h"
 
 #include <atomic>
 #include <chrono>
@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-namespace filiform::internal {
+namespace filiform::tools {
 namespace {
 
 TEST(EndingWatches, TellOfAnEndThatTakesTooLong) {
@@ -28,4 +28,4 @@ TEST(EndingWatches, AreSilentWhenItEndsInTimeOrHasNotBegun) {
 }
 
 }  // namespace
-}  // namespace filiform::internal
+}  // namespace filiform::tools

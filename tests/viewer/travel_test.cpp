@@ -1,0 +1,96 @@
+#include "viewer/internal/travel.h"
+
+#include "device/device_factory.h"
+#include "device/null_device.h"
+#include "index/memory_tiles.h"
+#include "tests/support/random_cells.h"
+
+#include <chrono>
+#include <thread>
+
+#include <gtest/gtest.h>
+
+namespace filiform::internal {
+namespace {
+
+// A device at a cable.
+struct Plug {
+  std::atomic<bool> in{true};
+  std::atomic<int> opened{0}, asked{0};
+};
+
+class PluggedDevice : public NullDevice {
+ public:
+  explicit PluggedDevice(Plug& plug) : plug_(plug) {}
+  void open() override {
+    if (!plug_.in) throw DeviceError("it is not plugged in");
+    ++plug_.opened;
+    NullDevice::open();
+  }
+  DeviceState exchange(const Wrench& wrench) noexcept override {
+    if (!plug_.in) setStatus(DeviceStatus::fault);
+    return NullDevice::exchange(wrench);
+  }
+
+ private:
+  Plug& plug_;
+};
+
+class Travels : public testing::Test {
+ protected:
+  void SetUp() override {
+    CellList stream(test::randomColumn(11, 4, 400, 200));
+    Opened opened;
+    opened.scene.store = buildTilesInMemory(stream, {.capacity = 64});
+    opened.scene.in_memory = true;
+    opened.finder = std::make_unique<PlaceFinder>(*opened.scene.store);
+    opened.start = opened.finder->nearest({10, 20, 30})->place;
+    SessionOptions options;
+    options.device = "plugged";
+    options.make_device = [this](const std::string& name, double period_s) -> std::unique_ptr<HapticDevice> {
+      if (name != "plugged") return makeDevice(name, {.period_s = period_s});
+      return std::make_unique<PluggedDevice>(plug_);
+    };
+    Travel::Callbacks callbacks{[] {}, [](const std::string&) {},
+                                [this](const std::string& device) {
+                                  EXPECT_EQ(device, "plugged");
+                                  ++plug_.asked;
+                                  return plug_.in.load();
+                                }};
+    travel_ = std::make_unique<Travel>(std::move(opened), options, messages_, callbacks);
+    name_ = travel_->session().deviceName();
+    travel_->start();
+  }
+  // Frames until that device leads.
+  bool comesTo(const std::string& device) {
+    for (int i = 0; i < 30'000; ++i) {
+      travel_->serve();
+      if (travel_->session().deviceName() == device && travel_->now().place.valid()) return true;
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    return false;
+  }
+
+  Plug plug_;  // outlives the rest
+  Messages messages_;
+  std::unique_ptr<Travel> travel_;
+  std::string name_;
+};
+
+TEST_F(Travels, ALostDeviceIsReplacedByTheMouseAndTakenBackWhenItIsPluggedInAgain) {
+  ASSERT_TRUE(comesTo(name_));
+  EXPECT_EQ(plug_.asked, 0);
+  for (int turn = 1; turn <= 2; ++turn) {
+    const Vector3d place_W = travel_->now().p_W;
+    plug_.in = false;
+    ASSERT_TRUE(comesTo("mouse")) << turn;
+    EXPECT_LT((travel_->now().p_W - place_W).norm(), 1) << turn;
+    plug_.in = true;
+    ASSERT_TRUE(comesTo(name_)) << turn;
+    EXPECT_EQ(plug_.opened, turn + 1);
+    EXPECT_EQ(messages_.last(), name_ + " is back");
+  }
+}
+
+}  // namespace
+}  // namespace filiform::internal
