@@ -191,7 +191,9 @@ TrialResult runTrial(TrialCell& cell, const Route& route, const TrialSetup& setu
   if (result.completed) result.last_stuck = result.last_inherent = 0;
   if (visits != nullptr)
     for (std::size_t i = 0; i < counts->size(); ++i) (*visits)[i] += (*counts)[i];
-  if (setup.measure_time) result.solver_ns = timeSolver_ns(cell, setup, jump.place, navigation.place(), probes);
+  if (setup.measure_time)
+    result.solver_ns = timeSolver_ns(cell, setup, cell.placeAt(route.first_segment().segment, route.first_t()),
+                                     navigation.place(), probes);
   return result;
 }
 
