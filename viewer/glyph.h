@@ -41,6 +41,8 @@ struct GlyphPalette {
 };
 inline constexpr GlyphPalette kRedGreen{{235, 60, 50, 255}, {70, 200, 90, 255}};      // the paper's
 inline constexpr GlyphPalette kOrangeBlue{{255, 150, 20, 255}, {70, 150, 255, 255}};  // told apart by all readers
+// Through red and cyan glasses a red is dark and hues are next to lost: these differ by brightness.
+inline constexpr GlyphPalette kForGlasses{{255, 240, 90, 255}, {50, 130, 255, 255}};
 
 // Round cones about the junction at the origin: the proxy's own branch is a thick line with a filled head, the others
 // are thin with a ring for a head. Every branch is drawn `length_um` long, in the direction and with the course that it

@@ -424,7 +424,8 @@ void SceneView::Impl::putMarks(const SceneFrame& f, const Camera& at, const Pict
   };
   put(0, f.workspace != nullptr, [&] { return workspaceBatch(*f.workspace, 1.6 * um_px); });
   put(1, proxy_W.has_value(), [&] { return proxyBatch(*proxy_W, 7 * um_px); });
-  put(2, f.junction != nullptr, [&] { return glyphBatch(*f.junction, 120 * um_px, 6 * um_px, f.palette); });
+  const GlyphPalette& palette = f.stereo == StereoMode::anaglyph ? kForGlasses : f.palette;
+  put(2, f.junction != nullptr, [&] { return glyphBatch(*f.junction, 120 * um_px, 6 * um_px, palette); });
 }
 
 // Camera, depth cues, eyes, and which tiles are wanted.

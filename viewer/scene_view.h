@@ -48,7 +48,7 @@ struct SceneFrame {
   const Workspace* workspace = nullptr;
   std::optional<Vector3d> proxy_W{};   // drawn as a ball
   const Junction* junction = nullptr;  // drawn as glyph
-  GlyphPalette palette = kRedGreen;
+  GlyphPalette palette = kRedGreen;    // kForGlasses takes its place where the picture is for such
   ColourBy colour = ColourBy::cell;
   std::optional<std::uint32_t> cell{};  // drawn in full resolution over the others, which recede
   bool orthographic = false;            // see parallel()

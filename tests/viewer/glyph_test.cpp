@@ -131,7 +131,7 @@ TEST(Glyph, OwnBranchDiffersInColourAndInShape) {
     branch.points_W = {junction.p_W, junction.p_W + Vector3d(i - 1.0, 1, 0.25 * i)};
     junction.branches.push_back(branch);
   }
-  for (const GlyphPalette& palette : {kRedGreen, kOrangeBlue}) {
+  for (const GlyphPalette& palette : {kRedGreen, kOrangeBlue, kForGlasses}) {
     const ThreadBatch glyph = glyphBatch(junction, 10, 0.4, palette);
     EXPECT_EQ(glyph.origin_W, junction.p_W);
     int own = 0, other = 0, filled = 0;
@@ -154,6 +154,14 @@ TEST(Glyph, OwnBranchDiffersInColourAndInShape) {
     EXPECT_NEAR(farthest[1], 10, 0.01);
   }
   EXPECT_NE(kRedGreen.own, kOrangeBlue.own);
+}
+
+// As bright for the eye behind the red glass, which sees luminance, as for the other; and one of the two far brighter.
+TEST(Glyph, IsSeenThroughRedAndCyanGlasses) {
+  const auto luminance = [](const Rgba& c) { return 0.299 * c.r + 0.587 * c.g + 0.114 * c.b; };
+  EXPECT_GT(luminance(kForGlasses.own), 200);
+  EXPECT_GT(luminance(kForGlasses.own), 1.8 * luminance(kForGlasses.other));
+  EXPECT_GT(luminance(kForGlasses.other), 90);
 }
 
 }  // namespace
