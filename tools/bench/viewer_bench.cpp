@@ -106,7 +106,7 @@ void measureFrames(Stage& stage, const BenchOptions& options, const SceneFrame& 
         frame.budget.samples = frame.budget.moving_samples = samples;
         frame.budget.moving_shade = samples > 1;
         frame.budget.enough_px = 0;
-        const int frames = options.quick ? 3 : software ? 10 : 20;
+        const int frames = options.quick ? 3 : software ? 5 : 20;
         // The same way twice: the first loads and uploads.
         std::vector<double> times, cpu;
         for (const bool measured : {false, true})
@@ -156,9 +156,10 @@ void measureCulling(Stage& stage, const BenchOptions& options, const SceneFrame&
   batch.segments.resize(2048);
   constexpr Renderer::BatchId kFirst = Renderer::BatchId{1} << 50;
   constexpr int kCulled = 500;
+  const int frames = options.quick ? 3 : isSoftwareRenderer(stage.context->description()) ? 7 : 30;
   const auto median = [&] {
     std::vector<double> times;
-    for (int i = 0; i < (options.quick ? 3 : 30); ++i) {
+    for (int i = 0; i < frames; ++i) {
       frame.camera = orbit(frame.camera, 1e-4, 0);
       times.push_back(stage.frame(frame));
     }
@@ -192,7 +193,7 @@ void measureStreaming(const std::string& path, const BenchOptions& options, cons
   double ratio = 0;
   for (const bool again : {false, true}) {
     options.progress(again ? "the flight again" : "a flight");
-    const int frames = options.quick ? 5 : isSoftwareRenderer(stage.context->description()) ? 100 : 200;
+    const int frames = options.quick ? 5 : isSoftwareRenderer(stage.context->description()) ? 50 : 200;
     std::vector<double> times, cpu;
     std::int64_t uploads = 0, uploading = 0;
     double largest_ms = 0, pending = 0;
