@@ -3,11 +3,13 @@
 #include "viewer/internal/shaders.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <epoxy/gl.h>
 #include <map>
 #include <span>
+#include <string>
 
 namespace filiform {
 
@@ -178,7 +180,7 @@ Vector3d colourVector(Rgba c) { return Vector3d(c.r, c.g, c.b) / 255; }
 struct Renderer::Impl {
   Program cone{internal::kConeVertexShader, internal::kConeFragmentShader};
   Program line{internal::kLineVertexShader, internal::kLineFragmentShader};
-  Program compose{internal::kComposeVertexShader, internal::kComposeFragmentShader};
+  std::map<std::array<int, 3>, Program> compose;  // by mode, samples, whether it is shaded: made when first needed
   std::map<BatchId, Uploaded> batches;
   std::array<Target, 2> eyes;
   Target whole, whole_right;  // of quad-buffer stereo one for each eye
@@ -188,6 +190,7 @@ struct Renderer::Impl {
   float widest_line = 1;
 
   void remove(BatchId id);
+  const Program& composing(StereoMode mode, int samples, bool shaded);
   void prepare(const Program& program, const EyeView& view, const PictureSize& size, const RenderOptions& options,
                int samples) const;
   RenderFigures drawEye(const EyeView& view, const PictureSize& size, const RenderOptions& options, int samples) const;
@@ -251,6 +254,18 @@ void Renderer::put(BatchId id, const ThreadBatch& batch, Layer layer) {
   impl_->batches.emplace(id, std::move(up));
   impl_->bytes += bytes;
   requireRoom("the threads");
+}
+
+const Program& Renderer::Impl::composing(StereoMode mode, int samples, bool shaded) {
+  const std::array<int, 3> key{static_cast<int>(mode), samples, shaded ? 1 : 0};
+  const auto found = compose.find(key);
+  if (found != compose.end()) return found->second;
+  std::string text = internal::kComposeFragmentShader;
+  std::string defined = "#define MODE " + std::to_string(key[0]);
+  defined += "\n#define SAMPLES " + std::to_string(key[1]);
+  defined += "\n#define SHADED " + std::to_string(key[2]);
+  text.insert(text.find('\n') + 1, defined + "\n");  // after the version
+  return compose.try_emplace(key, internal::kComposeVertexShader, text.c_str()).first->second;
 }
 
 void Renderer::Impl::prepare(const Program& program, const EyeView& view, const PictureSize& size,
@@ -388,18 +403,7 @@ RenderFigures Renderer::draw(const std::array<EyeView, 2>& views, const RenderOp
   }
 
   glDisable(GL_DEPTH_TEST);
-  const Program& compose = impl_->compose;
   const Eigen::Matrix4d p = projection(views[0].frustum);
-  compose.use();
-  compose.set("left_eye", 0);
-  compose.set("right_eye", 1);
-  compose.set("left_depth", 2);
-  compose.set("right_depth", 3);
-  compose.set("samples", samples);
-  compose.set("whole", size);
-  compose.set("eye", eye);
-  compose.set("depth_map", p(2, 2), p(2, 3));
-  compose.set("shade_um", options.shade_um);
   glBindVertexArray(impl_->nothing);
   const auto bindPicture = [](GLuint unit, GLuint texture) {
     glActiveTexture(GL_TEXTURE0 + unit);
@@ -408,7 +412,16 @@ RenderFigures Renderer::draw(const std::array<EyeView, 2>& views, const RenderOp
   const auto composeInto = [&](Target& target, std::size_t left, std::size_t right, StereoMode mode) {
     target.resize(size, false);
     target.bind();
-    compose.set("mode", static_cast<int>(mode));
+    const Program& compose = impl_->composing(mode, samples, options.shade_um > 0);
+    compose.use();
+    compose.set("left_eye", 0);
+    compose.set("right_eye", 1);
+    compose.set("left_depth", 2);
+    compose.set("right_depth", 3);
+    compose.set("whole", size);
+    compose.set("eye", eye);
+    compose.set("depth_map", p(2, 2), p(2, 3));
+    compose.set("shade_um", options.shade_um);
     bindPicture(0, impl_->eyes[left].colour());
     bindPicture(1, impl_->eyes[right].colour());
     bindPicture(2, impl_->eyes[left].depth());

@@ -1,11 +1,12 @@
 #version 330 core
-// The eyes' pictures as one, their samples averaged and, where asked for, shaded by what stands before them.
+// The eyes' pictures as one, their samples averaged and, where asked for, shaded by what stands before them. MODE (as
+// StereoMode), SAMPLES and SHADED (0, 1) are defined by who compiles it: a software renderer takes both ways at every
+// branch.
 uniform sampler2D left_eye, right_eye, left_depth, right_depth;
-uniform int mode;  // as StereoMode
-uniform int samples;
+const int samples = SAMPLES;
 uniform ivec2 whole, eye;  // pixels
 uniform vec2 depth_map;    // of the projection matrix: [2][2], [2][3]
-uniform float shade_um;    // 0: none
+uniform float shade_um;
 
 out vec4 drawn;
 
@@ -13,6 +14,7 @@ float away_um(float depth) { return depth_map.y / (2.0 * depth - 1.0 + depth_map
 
 const ivec2 kFarther[4] = ivec2[4](ivec2(2, 0), ivec2(-2, 0), ivec2(0, 2), ivec2(0, -2));
 
+#if SHADED
 // Eye-dome lighting: dark beside what is nearer (Boucheny 2009).
 float lit(sampler2D depths, ivec2 at) {
   ivec2 first = at * samples, last = eye * samples - 1;
@@ -29,13 +31,15 @@ float lit(sampler2D depths, ivec2 at) {
   }
   return exp(-2.0 * behind / 8.0);
 }
+#else
+float lit(sampler2D depths, ivec2 at) { return 1.0; }
+#endif
 
 vec3 average(sampler2D picture, sampler2D depths, ivec2 at) {
   vec3 sum = vec3(0.0);
   for (int y = 0; y < samples; ++y)
     for (int x = 0; x < samples; ++x) sum += texelFetch(picture, at * samples + ivec2(x, y), 0).rgb;
-  sum /= float(samples * samples);
-  return shade_um > 0.0 ? sum * lit(depths, at) : sum;
+  return sum * lit(depths, at) / float(samples * samples);
 }
 
 vec3 left(ivec2 at) { return average(left_eye, left_depth, at); }
@@ -45,22 +49,22 @@ void main() {
   ivec2 at = ivec2(gl_FragCoord.xy);
   int from_top = whole.y - 1 - at.y;
   vec3 shown = vec3(0.0);
-  if (mode == 0) {
-    shown = left(at);
-  } else if (mode == 1) {
-    // Pure colours would be bright for one eye and dark for the other.
-    vec3 other = right(at);
-    const vec3 kLuminance = vec3(0.299, 0.587, 0.114);
-    shown = vec3(dot(left(at), kLuminance), mix(vec2(dot(other, kLuminance)), other.gb, 0.5));
-  } else if (mode == 2) {
-    if (at.x < eye.x) shown = left(at);
-    else if (at.x >= whole.x - eye.x) shown = right(at - ivec2(whole.x - eye.x, 0));
-  } else if (mode == 3) {
-    if (from_top < eye.y) shown = left(at - ivec2(0, whole.y - eye.y));
-    else if (at.y < eye.y) shown = right(at);
-  } else {
-    if ((from_top & 1) == 0) shown = left(at);
-    else shown = right(at);
-  }
+#if MODE == 0
+  shown = left(at);
+#elif MODE == 1
+  // Pure colours would be bright for one eye and dark for the other.
+  vec3 other = right(at);
+  const vec3 kLuminance = vec3(0.299, 0.587, 0.114);
+  shown = vec3(dot(left(at), kLuminance), mix(vec2(dot(other, kLuminance)), other.gb, 0.5));
+#elif MODE == 2
+  if (at.x < eye.x) shown = left(at);
+  else if (at.x >= whole.x - eye.x) shown = right(at - ivec2(whole.x - eye.x, 0));
+#elif MODE == 3
+  if (from_top < eye.y) shown = left(at - ivec2(0, whole.y - eye.y));
+  else if (at.y < eye.y) shown = right(at);
+#else
+  if ((from_top & 1) == 0) shown = left(at);
+  else shown = right(at);
+#endif
   drawn = vec4(shown, 1.0);
 }
