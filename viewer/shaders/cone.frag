@@ -10,7 +10,7 @@ uniform vec4 lens;
 uniform vec2 half_px;
 uniform vec2 depth_map;  // of the projection matrix: [2][2], [2][3]
 uniform float halo_px;
-uniform vec2 halo_radii;  // px: thinner threads have none, thicker ones all of it
+uniform vec2 halo_radii;
 uniform vec3 background;
 uniform vec3 fog;       // begin um, end um, most
 uniform float dim;      // so much into the background, at any depth
@@ -46,7 +46,12 @@ void main() {
     if (t > 0.0 && t < 1.0) n = normalize(n - dot(n, axis_V) * axis_V);  // a cylinder's
     float diffuse = max(0.0, dot(n, light));
     // On threads of a pixel the highlight would only be noise.
-    float bright = 0.25 * smoothstep(1.5, 4.0, r) * pow(max(0.0, dot(n, normalize(light + vec3(0.0, 0.0, 1.0)))), 30.0);
+    float mirrored = max(0.0, dot(n, normalize(light + vec3(0.0, 0.0, 1.0))));
+    mirrored *= mirrored;
+    mirrored *= mirrored;
+    mirrored *= mirrored;
+    mirrored *= mirrored;
+    float bright = 0.25 * smoothstep(1.5, 4.0, r) * mirrored * mirrored;  // its 32nd power
     shown = own_colour.rgb * (0.38 + 0.68 * diffuse) + bright;
     float away = max(dim, fog.z * smoothstep(fog.x, fog.y, w));
     shown = mix(shown, background, away);

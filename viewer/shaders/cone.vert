@@ -11,6 +11,7 @@ uniform vec2 half_px;
 uniform float near_um;
 uniform float least_px;
 uniform float halo_px;
+uniform vec2 halo_radii;  // px: thinner threads have none, thicker ones all of it
 
 flat out vec4 ends_px;   // a, b, from the middle of the picture
 flat out vec4 radii;     // a, b in pixels as drawn; in um as they are
@@ -48,7 +49,8 @@ void main() {
   vec2 along = b_px - a_px;
   float length_px = length(along);
   along = length_px > 1e-4 ? along / length_px : vec2(1.0, 0.0);
-  float room = max(r_px.x, r_px.y) + halo_px + 1.0;
+  float thickest_px = max(r_px.x, r_px.y);
+  float room = thickest_px + halo_px * smoothstep(halo_radii.x, halo_radii.y, thickest_px) + 1.0;
   vec2 corner = ((gl_VertexID & 1) == 0 ? a_px - room * along : b_px + room * along) +
                 ((gl_VertexID & 2) == 0 ? -room : room) * vec2(-along.y, along.x);
   at_px = corner;
