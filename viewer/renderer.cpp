@@ -15,8 +15,10 @@ namespace filiform {
 
 namespace {
 
-// Thinner segments are drawn as lines, in pixels of the samples.
-constexpr double kLineRadius_px = 0.6;
+// In pixels of the samples: thinner segments are drawn as lines, a pixel wide; then, up to the second, as ribbons:
+// lines two samples wide, where the driver has them. A cone costs ten times as much.
+constexpr double kLineRadius_px = 0.6, kRibbonRadius_px = 1.25;
+constexpr float kRibbon = 2;
 // A thread is never drawn thinner: it would break into dots.
 constexpr double kLeastRadius_px = 0.55;
 // A dark rim sets marks off from the threads behind them.
@@ -291,9 +293,9 @@ RenderFigures Renderer::Impl::drawEye(const EyeView& view, const PictureSize& si
                                       int samples) const {
   const LevelView levels = levelView(view, size);
   RenderFigures figures;
-  struct Part {  // the thicker segments of a batch, then the others
+  struct Part {  // a batch, thickest first: cones up to the first bound, ribbons up to the second, then lines
     const Uploaded* batch;
-    std::size_t cones;
+    std::size_t cones, ribbons;
   };
   std::vector<Part> threads, highlights, marks;
   for (const auto& [id, batch] : batches) {
@@ -304,16 +306,21 @@ RenderFigures Renderer::Impl::drawEye(const EyeView& view, const PictureSize& si
     }
     ++figures.batches;
     if (batch.layer != Layer::threads) {
-      (batch.layer == Layer::marks ? marks : highlights).push_back({&batch, batch.radii_um.size()});
+      (batch.layer == Layer::marks ? marks : highlights)
+          .push_back({&batch, batch.radii_um.size(), batch.radii_um.size()});
       if (batch.layer == Layer::highlight) figures.cones += batch.radii_um.size();
       continue;
     }
     const double distance = (batch.lo_W - view.eye_W).cwiseMax(view.eye_W - batch.hi_W).cwiseMax(0.0).norm();
-    const double line_um = kLineRadius_px * distance / levels.pixels_per_rad;
-    const auto thin = std::partition_point(batch.radii_um.begin(), batch.radii_um.end(),
-                                           [line_um](float radius_um) { return radius_um >= line_um; });
-    const auto cones = static_cast<std::size_t>(thin - batch.radii_um.begin());
-    threads.push_back({&batch, cones});
+    const auto thickerThan = [&](double radius_px) {
+      const double least_um = radius_px * distance / levels.pixels_per_rad;
+      const auto thin = std::partition_point(batch.radii_um.begin(), batch.radii_um.end(),
+                                             [least_um](float radius_um) { return radius_um >= least_um; });
+      return static_cast<std::size_t>(thin - batch.radii_um.begin());
+    };
+    const std::size_t ribbons = thickerThan(kLineRadius_px);
+    const std::size_t cones = widest_line >= kRibbon ? thickerThan(kRibbonRadius_px) : ribbons;
+    threads.push_back({&batch, cones, ribbons});
     figures.cones += cones;
     figures.lines += batch.radii_um.size() - cones;
   }
@@ -332,13 +339,25 @@ RenderFigures Renderer::Impl::drawEye(const EyeView& view, const PictureSize& si
   glDisable(GL_BLEND);
 
   prepare(line, view, size, options, samples);
-  glLineWidth(std::min(static_cast<float>(samples), widest_line));
-  for (const Part& part : threads) {
-    const std::size_t count = part.batch->radii_um.size() - part.cones;
-    if (count == 0) continue;
-    line.set("origin_V", view.toView(part.batch->origin_W));
-    bindFrom(*part.batch, part.cones);
-    glDrawArraysInstanced(GL_LINES, 0, 2, static_cast<GLsizei>(count));
+  const auto drawLines = [&](float width, const auto& beginOf, const auto& endOf) {
+    glLineWidth(std::min(width, widest_line));
+    for (const Part& part : threads) {
+      const std::size_t begin = beginOf(part), end = endOf(part);
+      if (begin == end) continue;
+      line.set("origin_V", view.toView(part.batch->origin_W));
+      bindFrom(*part.batch, begin);
+      glDrawArraysInstanced(GL_LINES, 0, 2, static_cast<GLsizei>(end - begin));
+    }
+  };
+  const auto cones = [](const Part& part) { return part.cones; };
+  const auto ribbons = [](const Part& part) { return part.ribbons; };
+  const auto all = [](const Part& part) { return part.batch->radii_um.size(); };
+  const auto width = static_cast<float>(samples);
+  if (width >= kRibbon) {
+    drawLines(width, cones, all);
+  } else {
+    drawLines(kRibbon, cones, ribbons);
+    drawLines(width, ribbons, all);
   }
   prepare(cone, view, size, options, samples);
   const auto drawCones = [&](const std::vector<Part>& parts) {

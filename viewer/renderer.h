@@ -51,7 +51,7 @@ struct RenderOptions {
 };
 
 struct RenderFigures {
-  std::uint64_t lines = 0, cones = 0;  // segments drawn, of one eye
+  std::uint64_t lines = 0, cones = 0;  // segments drawn, of one eye; ribbons are lines
   std::uint32_t batches = 0, culled = 0;
 };
 

@@ -156,7 +156,7 @@ void measureCulling(Stage& stage, const BenchOptions& options, const SceneFrame&
   batch.segments.resize(2048);
   constexpr Renderer::BatchId kFirst = Renderer::BatchId{1} << 50;
   constexpr int kCulled = 500;
-  const int frames = options.quick ? 3 : isSoftwareRenderer(stage.context->description()) ? 7 : 30;
+  const int frames = options.quick ? 3 : isSoftwareRenderer(stage.context->description()) ? 20 : 30;
   const auto median = [&] {
     std::vector<double> times;
     for (int i = 0; i < frames; ++i) {
