@@ -276,20 +276,22 @@ int runNavigate(const NavigateArguments& a) {
   if (!a.plot.empty() || !a.picture.empty()) travel = std::make_unique<TravelReport>();
   Progress progress({.title = "navigate", .noun = "ticks"});
 
-  EndingWatch watch = watchForSilentFiles();
-  options.ending = [&watch] { watch.begin(); };
   if (options.realtime) holdForcesOnSignals();
   RunSummary summary;
   try {
-    summary = run(*store, options, [&](const TickRow& row) {
-      throwIfInterrupted();
-      if (csv.is_open()) {
-        writeCsvRow(csv, row);
-        if (!csv) throw IoError(escaped(a.csv), "cannot write", errno);
-      }
-      if (travel) travel->add(row);
-      progress.update(row.tick);
-    });
+    {
+      EndingWatch watch = watchForSilentFiles();  // of the run: what is drawn and written after it may take its time
+      options.ending = [&watch] { watch.begin(); };
+      summary = run(*store, options, [&](const TickRow& row) {
+        throwIfInterrupted();
+        if (csv.is_open()) {
+          writeCsvRow(csv, row);
+          if (!csv) throw IoError(escaped(a.csv), "cannot write", errno);
+        }
+        if (travel) travel->add(row);
+        progress.update(row.tick);
+      });
+    }
     if (csv.is_open()) {
       csv.close();
       if (!csv) throw IoError(escaped(a.csv), "cannot write", errno);

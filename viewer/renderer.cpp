@@ -16,7 +16,7 @@ namespace filiform {
 namespace {
 
 // In pixels of the samples: thinner segments are drawn as lines, a pixel wide; then, up to the second, as ribbons:
-// lines two samples wide, where the driver has them. A cone costs ten times as much.
+// lines two samples wide, where the driver has them. A cone costs five times as much.
 constexpr double kLineRadius_px = 0.6, kRibbonRadius_px = 1.25;
 constexpr float kRibbon = 2;
 // A thread is never drawn thinner: it would break into dots.
