@@ -39,6 +39,7 @@ void loadFirmware(Input input) {
 // A device that has been a good Falcon until it was homed, and then says anything.
 void drive(Input input) {
   test::FakeUsb usb;
+  usb.queue_packets = 64;  // cheap to set up
   test::FakeFalcon fake(usb);
   Falcon falcon(usb);
   fake.powerUp(true);

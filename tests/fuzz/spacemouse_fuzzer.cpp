@@ -17,6 +17,7 @@ void fuzzSpaceMouse(Input input) {
   }
 
   test::FakeUsb usb;
+  usb.queue_packets = 64;  // as many as it answers, and cheap to set up
   UsbDeviceInfo info;
   info.vendor = 0x046d;
   info.product = 0xc626;

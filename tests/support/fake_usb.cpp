@@ -237,7 +237,7 @@ bool FakeConnection::handleEvents(double timeout_s) noexcept {
 FakeUsbDevice::FakeUsbDevice(FakeUsb& usb, UsbDeviceInfo what) : info(std::move(what)), usb_(usb) {
   for (const UsbInterface& interface : info.interfaces)
     for (const UsbEndpoint& endpoint : interface.endpoints)
-      if (endpoint.in()) queues_[endpoint.address].ring.resize(kMaxQueue);
+      if (endpoint.in()) queues_[endpoint.address].ring.resize(usb.queue_packets);
 }
 
 double FakeUsbDevice::time_s() const noexcept { return usb_.time_s(); }

@@ -51,7 +51,6 @@ struct FakeUsbFault {
 class FakeUsbDevice {
  public:
   static constexpr std::size_t kMaxPacket = 512;  // longer answers come as several packets
-  static constexpr std::size_t kMaxQueue = 1024;  // packets waiting per endpoint; more are lost and counted
 
   using Write = std::function<void(std::uint8_t endpoint, std::span<const std::uint8_t> bytes, FakeUsbDevice&)>;
   // Fills `data` for IN, reads it for OUT; the bytes moved, or nothing to stall.
@@ -116,6 +115,9 @@ class FakeUsb : public UsbTransport {
  public:
   FakeUsb();
   ~FakeUsb() override;
+
+  // Packets that wait at an endpoint of a device plugged in from now on; more are lost and counted.
+  std::size_t queue_packets = 1024;
 
   // The device stays where it is until the end of the transport, also after unplug(). Address 0 is replaced by a fresh
   // one.

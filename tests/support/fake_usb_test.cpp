@@ -84,6 +84,15 @@ TEST_F(FakeUsbTest, CancelsAReadAndKeepsTheNextPacket) {
   EXPECT_EQ(read(), Bytes{7});
 }
 
+TEST_F(FakeUsbTest, PacketsThatFindTheQueueFullAreLostAndCounted) {
+  usb.queue_packets = 3;
+  FakeUsbDevice& narrow = usb.plug(fakeBulkDevice(0x1234, 0x5679, "1-3", "three packets"));
+  for (std::uint8_t i = 0; i < 5; ++i) narrow.answer(0x81, Bytes{i});
+  EXPECT_EQ(narrow.lost(), 2U);
+  for (std::uint8_t i = 0; i < 5; ++i) device.answer(0x81, Bytes{i});
+  EXPECT_EQ(device.lost(), 0U) << "plugged in before";
+}
+
 TEST_F(FakeUsbTest, DamagesThePacketsItIsToldTo) {
   device.fault({.kind = Kind::truncated, .at = 1, .bytes = 2});
   device.fault({.kind = Kind::split, .at = 2, .bytes = 1});
