@@ -1,10 +1,10 @@
 #include "device/falcon_kinematics.h"
 
 #include "tests/support/no_alloc_guard.h"
+#include "tests/support/numbers.h"
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <random>
 #include <vector>
 
@@ -17,10 +17,10 @@ namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
+using test::kInfinity;
+using test::kNaN;
 
 constexpr double kDegree = 3.14159265358979323846 / 180;
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 class Random {
  public:

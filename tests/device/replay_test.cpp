@@ -2,11 +2,11 @@
 
 #include "device/null_device.h"
 #include "device/simulated_hand.h"
+#include "tests/support/device_states.h"
 #include "tests/support/temp_folder.h"
 
 #include <bit>
 #include <cmath>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -21,9 +21,9 @@
 namespace filiform {
 namespace {
 
-using Eigen::Vector3d;
+using test::sameBits;
 
-std::string messageOf(const std::string& path) {
+std::string replayMessageOf(const std::string& path) {
   try {
     ReplayDevice replay(path);
   } catch (const DeviceError& error) {
@@ -73,14 +73,6 @@ class WildDevice : public HapticDevice {
   DeviceStatus status_ = DeviceStatus::closed;
   std::mt19937_64 random_{7};
 };
-
-bool sameBits(const DeviceState& a, const DeviceState& b) {
-  const auto same = [](const Vector3d& x, const Vector3d& y) {
-    return std::memcmp(x.data(), y.data(), 3 * sizeof(double)) == 0;
-  };
-  return std::bit_cast<std::uint64_t>(a.time_s) == std::bit_cast<std::uint64_t>(b.time_s) && same(a.p_D, b.p_D) &&
-         same(a.v_D, b.v_D) && same(a.twist_D, b.twist_D) && a.buttons == b.buttons && a.status == b.status;
-}
 
 Wrench wildWrench(int i) {
   Wrench wrench;
@@ -182,13 +174,13 @@ TEST(ReplayDevice, SaysWhereAnyCutRecordingEnds) {
   const std::string path = folder.file("cut.rec");
   for (std::size_t length = 0; length < whole.size(); ++length) {
     test::writeBytes(path, whole.substr(0, length));
-    const std::string message = messageOf(path);
+    const std::string message = replayMessageOf(path);
     EXPECT_NE(message.find("at byte"), std::string::npos) << length << ": " << message;
     EXPECT_NE(message.find("cut"), std::string::npos) << length << ": " << message;
     EXPECT_EQ(message.rfind(path, 0), 0U) << message;
   }
   test::writeBytes(path, whole + "x");
-  EXPECT_NE(messageOf(path), "");
+  EXPECT_NE(replayMessageOf(path), "");
 }
 
 TEST(ReplayDevice, NoticesAnyFlippedByte) {
@@ -199,7 +191,7 @@ TEST(ReplayDevice, NoticesAnyFlippedByte) {
     std::string bytes = whole;
     bytes[at] = static_cast<char>(bytes[at] ^ 0x10);
     test::writeBytes(path, bytes);
-    EXPECT_NE(messageOf(path), "") << "byte " << at;
+    EXPECT_NE(replayMessageOf(path), "") << "byte " << at;
   }
 }
 
@@ -244,7 +236,7 @@ TEST(ReplayDevice, NamesBothVersionsOfANewerFormat) {
   std::string bytes = smallRecording(folder);
   bytes[8] = 4;
   test::writeBytes(folder.file("new.rec"), bytes);
-  const std::string message = messageOf(folder.file("new.rec"));
+  const std::string message = replayMessageOf(folder.file("new.rec"));
   EXPECT_NE(message.find("version 4"), std::string::npos) << message;
   EXPECT_NE(message.find("version 3"), std::string::npos) << message;
 }
@@ -252,10 +244,10 @@ TEST(ReplayDevice, NamesBothVersionsOfANewerFormat) {
 TEST(ReplayDevice, RefusesWhatIsNoRecording) {
   const test::TempFolder folder;
   test::writeBytes(folder.file("t"), "1 1 0 0 0 1 -1\n");
-  EXPECT_NE(messageOf(folder.file("t")).find("not a recording"), std::string::npos);
-  EXPECT_NE(messageOf(folder.file("missing")).find("cannot open"), std::string::npos);
-  EXPECT_NE(messageOf(folder.path()).find("cannot read"), std::string::npos) << "a folder";
-  EXPECT_NE(messageOf(folder.file("a\nb")).find("a\\x0ab"), std::string::npos) << "one line, whatever the name";
+  EXPECT_NE(replayMessageOf(folder.file("t")).find("not a recording"), std::string::npos);
+  EXPECT_NE(replayMessageOf(folder.file("missing")).find("cannot open"), std::string::npos);
+  EXPECT_NE(replayMessageOf(folder.path()).find("cannot read"), std::string::npos) << "a folder";
+  EXPECT_NE(replayMessageOf(folder.file("a\nb")).find("a\\x0ab"), std::string::npos) << "one line, whatever the name";
 }
 
 TEST(RecordingDevice, PassesEverythingThrough) {

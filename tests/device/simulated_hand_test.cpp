@@ -1,5 +1,7 @@
 #include "device/simulated_hand.h"
 
+#include "tests/support/numbers.h"
+
 #include <cmath>
 #include <limits>
 #include <vector>
@@ -10,9 +12,8 @@ namespace filiform {
 namespace {
 
 using Eigen::Vector3d;
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+using test::kInfinity;
+using test::kNaN;
 
 SimulatedHandOptions hand(const std::string& name, int delay_samples = 0) {
   SimulatedHandOptions options;

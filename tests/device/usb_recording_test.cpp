@@ -2,6 +2,7 @@
 
 #include "device/falcon.h"
 #include "device/spacemouse.h"
+#include "tests/support/device_states.h"
 #include "tests/support/fake_falcon.h"
 #include "tests/support/fake_usb.h"
 #include "tests/support/no_alloc_guard.h"
@@ -20,9 +21,10 @@ namespace {
 using test::FakeFalcon;
 using test::FakeUsb;
 using test::FakeUsbDevice;
+using test::sameBits;
 using Bytes = std::vector<std::uint8_t>;
 
-std::string messageOf(const std::string& path) {
+std::string usbMessageOf(const std::string& path) {
   try {
     UsbReplay replay(path);
   } catch (const DeviceError& error) {
@@ -44,14 +46,6 @@ std::vector<DeviceState> drive(UsbTransport& usb, const std::function<void(int)>
   }
   falcon.close();
   return states;
-}
-
-bool sameBits(const DeviceState& a, const DeviceState& b) {
-  const auto same = [](const Eigen::Vector3d& x, const Eigen::Vector3d& y) {
-    return std::memcmp(x.data(), y.data(), 3 * sizeof(double)) == 0;
-  };
-  return same(a.p_D, b.p_D) && same(a.v_D, b.v_D) && a.time_s == b.time_s && a.buttons == b.buttons &&
-         a.status == b.status;
 }
 
 TEST(UsbRecording, ADriverMeetsAgainWhatItMetOnce) {
@@ -96,7 +90,7 @@ UsbDeviceInfo mouseInfo() {
 }
 
 // A mouse that is moved, and pulled out in the end.
-std::string smallRecording(const test::TempFolder& folder) {
+std::string smallUsbRecording(const test::TempFolder& folder) {
   FakeUsb usb;
   FakeUsbDevice& device = usb.plug(mouseInfo());
   UsbRecorder recorder(usb, folder.file("small.usb"));
@@ -116,7 +110,7 @@ std::string smallRecording(const test::TempFolder& folder) {
 
 TEST(UsbRecording, KeepsTheDeviceAndItsEnd) {
   const test::TempFolder folder;
-  smallRecording(folder);
+  smallUsbRecording(folder);
   UsbReplay replay(folder.file("small.usb"));
   SpaceMouse mouse(replay, {.dead_zone = 0});
   mouse.open();
@@ -208,29 +202,30 @@ TEST(UsbRecording, KeepsRefusals) {
 
 TEST(UsbRecording, RefusesDamageAtEveryByte) {
   const test::TempFolder folder;
-  const std::string whole = smallRecording(folder);
-  ASSERT_EQ(messageOf(folder.file("small.usb")), "");
+  const std::string whole = smallUsbRecording(folder);
+  ASSERT_EQ(usbMessageOf(folder.file("small.usb")), "");
   const std::string path = folder.file("damaged.usb");
   for (std::size_t at = 0; at < whole.size(); ++at) {
     std::string bytes = whole;
     bytes[at] = static_cast<char>(bytes[at] ^ 0x10);
     test::writeBytes(path, bytes);
-    ASSERT_NE(messageOf(path), "") << "byte " << at;
+    ASSERT_NE(usbMessageOf(path), "") << "byte " << at;
   }
   for (std::size_t length = 0; length < whole.size(); ++length) {
     test::writeBytes(path, whole.substr(0, length));
-    const std::string message = messageOf(path);
+    const std::string message = usbMessageOf(path);
     ASSERT_NE(message.find("cut short at byte " + std::to_string(length)), std::string::npos) << message;
   }
   test::writeBytes(path, whole + "x");
-  EXPECT_NE(messageOf(path), "");
+  EXPECT_NE(usbMessageOf(path), "");
   std::string newer = whole;
   newer[8] = 9;
   test::writeBytes(path, newer);
-  EXPECT_NE(messageOf(path).find("version 9, this program reads version 1"), std::string::npos) << messageOf(path);
+  EXPECT_NE(usbMessageOf(path).find("version 9, this program reads version 1"), std::string::npos)
+      << usbMessageOf(path);
   test::writeBytes(path, "FILIREC");
-  EXPECT_NE(messageOf(path).find("not a recording of USB traffic"), std::string::npos);
-  EXPECT_NE(messageOf(folder.file("none")).find("cannot open"), std::string::npos);
+  EXPECT_NE(usbMessageOf(path).find("not a recording of USB traffic"), std::string::npos);
+  EXPECT_NE(usbMessageOf(folder.file("none")).find("cannot open"), std::string::npos);
 }
 
 TEST(UsbRecording, SaysWhatItHadNoRoomFor) {
@@ -253,7 +248,7 @@ TEST(UsbRecording, SaysWhatItHadNoRoomFor) {
   } catch (const DeviceError& error) {
     EXPECT_NE(std::string(error.what()).find("exceeded its capacity"), std::string::npos) << error.what();
   }
-  EXPECT_EQ(messageOf(folder.file("r.usb")), "") << "what it holds is whole";
+  EXPECT_EQ(usbMessageOf(folder.file("r.usb")), "") << "what it holds is whole";
   EXPECT_LE(std::filesystem::file_size(folder.file("r.usb")), 4096U);
   EXPECT_THROW(UsbRecorder(usb, folder.file("no/such/r.usb")).finish(), DeviceError);
   EXPECT_THROW(UsbRecorder(usb, ""), DeviceError);

@@ -19,7 +19,7 @@ using test::ZipMember;
 const std::string kSwc = "1 1 0 0 0 5 -1\n2 3 0 6 0 1 1\n";
 const ZipMember kGood{"good.swc", kSwc, {}, {}, {}};
 
-ZipMember member(const std::string& name, const std::string& content = kSwc) {
+ZipMember swcMember(const std::string& name, const std::string& content = kSwc) {
   ZipMember m;
   m.name = name;
   m.content = content;
@@ -41,16 +41,16 @@ std::string rowOfFile(const std::string& path) {
   return row.substr(0, row.size() - 1);
 }
 
-std::string row(const std::string& bytes) {
+std::string archiveRow(const std::string& bytes) {
   const test::TempFolder folder;
   test::writeBytes(folder.file("a.zip"), bytes);
   return rowOfFile(folder.file("a.zip"));
 }
 
-std::string row(const std::vector<ZipMember>& members) { return row(buildZip(members)); }
+std::string archiveRow(const std::vector<ZipMember>& members) { return archiveRow(buildZip(members)); }
 
 TEST(Archive, SumsOverItsEntries) {
-  EXPECT_EQ(row({kGood, member("x/CNG version/two.CNG.SWC"), member("readme.txt")}), "accept 4 2 - -");
+  EXPECT_EQ(archiveRow({kGood, swcMember("x/CNG version/two.CNG.SWC"), swcMember("readme.txt")}), "accept 4 2 - -");
 }
 
 TEST(Archive, DeflatedEntriesAreRead) {
@@ -58,30 +58,30 @@ TEST(Archive, DeflatedEntriesAreRead) {
   std::string large;
   for (int i = 1; i < 20000; ++i)
     large += std::to_string(i) + " 3 0 0 " + std::to_string(i) + " 1 " + std::to_string(i > 1 ? i - 1 : -1) + "\n";
-  test::writeDeflatedZip(folder.file("a.zip"), {member("one.swc", large), member("two.swc")});
+  test::writeDeflatedZip(folder.file("a.zip"), {swcMember("one.swc", large), swcMember("two.swc")});
   EXPECT_EQ(rowOfFile(folder.file("a.zip")), "accept 20001 19999 - -");
 }
 
 TEST(Archive, DroppedLinesNameTheirEntry) {
-  EXPECT_EQ(row({kGood, member("bad.swc", kSwc + "oops\n3 3 nan 0 0 1 1\n")}),
+  EXPECT_EQ(archiveRow({kGood, swcMember("bad.swc", kSwc + "oops\n3 3 nan 0 0 1 1\n")}),
             "warn 4 2 bad.swc:3,bad.swc:4 W_NONFINITE:1,W_SHORT_LINE:1");
 }
 
 TEST(Archive, ARefusedEntryIsDroppedAsAWhole) {
-  EXPECT_EQ(row({kGood, member("page.swc", "<html>\n")}), "warn 2 1 page.swc E_NO_SAMPLES:1,W_SHORT_LINE:1");
-  EXPECT_EQ(row({member("page.swc", "")}), "refuse 0 0 page.swc E_NO_SAMPLES:1");
+  EXPECT_EQ(archiveRow({kGood, swcMember("page.swc", "<html>\n")}), "warn 2 1 page.swc E_NO_SAMPLES:1,W_SHORT_LINE:1");
+  EXPECT_EQ(archiveRow({swcMember("page.swc", "")}), "refuse 0 0 page.swc E_NO_SAMPLES:1");
 }
 
 TEST(Archive, NamesThatClimbOutAreSkipped) {
-  EXPECT_EQ(row({kGood, member("a/../../evil.swc"), member("..\\evil.swc"), member("..")}),
+  EXPECT_EQ(archiveRow({kGood, swcMember("a/../../evil.swc"), swcMember("..\\evil.swc"), swcMember("..")}),
             "warn 2 1 a/../../evil.swc,..\\evil.swc W_ZIP_UNSAFE_NAME:2");
 }
 
 TEST(Archive, OddNamesAreReadUnderAPlainOne) {
   const test::TempFolder folder;
   test::writeBytes(folder.file("a.zip"),
-                   buildZip({member("/etc/abs.swc"), member("C:\\x\\drive.swc"), member("\\\\host\\unc.swc"),
-                             member("tab\there\x1B[1m.swc"), member("..dots../fine.swc")}));
+                   buildZip({swcMember("/etc/abs.swc"), swcMember("C:\\x\\drive.swc"), swcMember("\\\\host\\unc.swc"),
+                             swcMember("tab\there\x1B[1m.swc"), swcMember("..dots../fine.swc")}));
   Input input({folder.file("a.zip")});
   std::vector<std::string> sources;
   for (Cell cell; input.next(cell);) sources.push_back(cell.source);
@@ -91,43 +91,44 @@ TEST(Archive, OddNamesAreReadUnderAPlainOne) {
 }
 
 TEST(Archive, NamesThatAreNotUtf8AreKept) {
-  EXPECT_EQ(row({member("caf\xE9.swc"), member("caf\xC3\xA9.swc")}), "warn 4 2 - W_ZIP_NAME_ENCODING:1");
-  EXPECT_EQ(row({kGood, member("caf\xE9.swc", "")}), "warn 2 1 caf\\xe9.swc E_NO_SAMPLES:1,W_ZIP_NAME_ENCODING:1");
+  EXPECT_EQ(archiveRow({swcMember("caf\xE9.swc"), swcMember("caf\xC3\xA9.swc")}), "warn 4 2 - W_ZIP_NAME_ENCODING:1");
+  EXPECT_EQ(archiveRow({kGood, swcMember("caf\xE9.swc", "")}),
+            "warn 2 1 caf\\xe9.swc E_NO_SAMPLES:1,W_ZIP_NAME_ENCODING:1");
 }
 
-TEST(Archive, EqualNamesAreKeptApart) { EXPECT_EQ(row({kGood, kGood, kGood}), "warn 6 3 - W_ZIP_DUP_NAME:2"); }
+TEST(Archive, EqualNamesAreKeptApart) { EXPECT_EQ(archiveRow({kGood, kGood, kGood}), "warn 6 3 - W_ZIP_DUP_NAME:2"); }
 
 TEST(Archive, LinksAndInnerArchivesAreNotOpened) {
-  ZipMember link = member("link.swc", "/etc/passwd");
+  ZipMember link = swcMember("link.swc", "/etc/passwd");
   link.attributes = test::kSymbolicLinkAttributes;
-  EXPECT_EQ(row({kGood, link, member("in/inner.ZIP", buildZip({kGood}))}),
+  EXPECT_EQ(archiveRow({kGood, link, swcMember("in/inner.ZIP", buildZip({kGood}))}),
             "warn 2 1 link.swc,in/inner.ZIP W_ZIP_LINK:1,W_ZIP_NESTED:1");
 }
 
 TEST(Archive, ClutterIsIgnored) {
-  EXPECT_EQ(row({kGood, member("__MACOSX/._good.swc", "x"), member("a/._b.swc", "x"), member("folder.swc/", ""),
-                 member("._c.zip", "x")}),
+  EXPECT_EQ(archiveRow({kGood, swcMember("__MACOSX/._good.swc", "x"), swcMember("a/._b.swc", "x"),
+                        swcMember("folder.swc/", ""), swcMember("._c.zip", "x")}),
             "accept 2 1 - -");
 }
 
 TEST(Archive, AnEntryWithABadChecksumIsRefused) {
-  ZipMember rotten = member("rotten.swc");
+  ZipMember rotten = swcMember("rotten.swc");
   rotten.crc32 = 0xDEADBEEF;
-  EXPECT_EQ(row({kGood, rotten}), "warn 2 1 rotten.swc E_ZIP_CRC:1");
-  EXPECT_EQ(row({rotten}), "refuse 0 0 rotten.swc E_ZIP_CRC:1");
+  EXPECT_EQ(archiveRow({kGood, rotten}), "warn 2 1 rotten.swc E_ZIP_CRC:1");
+  EXPECT_EQ(archiveRow({rotten}), "refuse 0 0 rotten.swc E_ZIP_CRC:1");
 }
 
 TEST(Archive, AnEntryOfAnotherSizeIsRefused) {
   for (const std::uint32_t bytes : {10u, 1000u}) {
-    ZipMember liar = member("liar.swc");
+    ZipMember liar = swcMember("liar.swc");
     liar.bytes = bytes;
-    EXPECT_EQ(row({kGood, liar}), "warn 2 1 liar.swc E_ZIP_SIZE:1") << bytes;
+    EXPECT_EQ(archiveRow({kGood, liar}), "warn 2 1 liar.swc E_ZIP_SIZE:1") << bytes;
   }
 }
 
 TEST(Archive, NothingBeyondTheDeclaredSizeIsHandedOver) {
   const test::TempFolder folder;
-  ZipMember liar = member("liar.swc", std::string(500000, '1'));
+  ZipMember liar = swcMember("liar.swc", std::string(500000, '1'));
   liar.bytes = 70000;
   test::writeBytes(folder.file("a.zip"), buildZip({liar}));
   Archive archive(folder.file("a.zip"));
@@ -138,25 +139,25 @@ TEST(Archive, NothingBeyondTheDeclaredSizeIsHandedOver) {
 }
 
 TEST(Archive, EncryptedAndUnknownMethodsAreRefused) {
-  ZipMember locked = member("locked.swc"), odd = member("odd.swc");
+  ZipMember locked = swcMember("locked.swc"), odd = swcMember("odd.swc");
   locked.flags = 1;
   odd.method = 77;
-  EXPECT_EQ(row({kGood, locked, odd}), "warn 2 1 locked.swc,odd.swc E_ZIP_METHOD:2");
+  EXPECT_EQ(archiveRow({kGood, locked, odd}), "warn 2 1 locked.swc,odd.swc E_ZIP_METHOD:2");
 }
 
 TEST(Archive, OverlappingEntriesRefuseTheArchive) {
-  ZipMember second = member("second.swc");
+  ZipMember second = swcMember("second.swc");
   second.header_at = 0;
-  EXPECT_EQ(row({kGood, second}), "refuse 0 0 - E_ZIP_OVERLAP:1");
+  EXPECT_EQ(archiveRow({kGood, second}), "refuse 0 0 - E_ZIP_OVERLAP:1");
   second.header_at = 40;
-  EXPECT_EQ(row({kGood, second}), "refuse 0 0 - E_ZIP_OVERLAP:1");
+  EXPECT_EQ(archiveRow({kGood, second}), "refuse 0 0 - E_ZIP_OVERLAP:1");
 }
 
 // Every cut of an archive is seen as a cut; the first byte alone could be anything.
 TEST(Archive, EveryTruncationIsRefused) {
   const test::TempFolder folder;
   const std::string path = folder.file("a.zip");
-  const std::string whole = buildZip({kGood, member("two.swc")}, "a comment");
+  const std::string whole = buildZip({kGood, swcMember("two.swc")}, "a comment");
   for (std::size_t size = 0; size < whole.size(); ++size) {
     test::writeBytes(path, whole.substr(0, size));
     EXPECT_EQ(Archive(path).refusal(), size < 2 ? InputCode::E_ZIP_FORMAT : InputCode::E_ZIP_TRUNCATED)
@@ -167,38 +168,38 @@ TEST(Archive, EveryTruncationIsRefused) {
 }
 
 TEST(Archive, AMissingStartIsATruncation) {
-  EXPECT_EQ(row(buildZip({kGood, member("two.swc")}).substr(50)), "refuse 0 0 - E_ZIP_TRUNCATED:1");
+  EXPECT_EQ(archiveRow(buildZip({kGood, swcMember("two.swc")}).substr(50)), "refuse 0 0 - E_ZIP_TRUNCATED:1");
 }
 
 TEST(Archive, OtherFilesAreNoArchive) {
-  EXPECT_EQ(row(kSwc), "refuse 0 0 - E_ZIP_FORMAT:1");
-  EXPECT_EQ(row(std::string()), "refuse 0 0 - E_ZIP_FORMAT:1");
-  EXPECT_EQ(row(std::string("PK") + kSwc), "refuse 0 0 - E_ZIP_FORMAT:1");
+  EXPECT_EQ(archiveRow(kSwc), "refuse 0 0 - E_ZIP_FORMAT:1");
+  EXPECT_EQ(archiveRow(std::string()), "refuse 0 0 - E_ZIP_FORMAT:1");
+  EXPECT_EQ(archiveRow(std::string("PK") + kSwc), "refuse 0 0 - E_ZIP_FORMAT:1");
 }
 
 TEST(Archive, WithoutSwcItIsRefused) {
-  EXPECT_EQ(row(std::vector<ZipMember>{}), "refuse 0 0 - E_ZIP_NO_SWC:1");
-  EXPECT_EQ(row({member("readme.txt")}), "refuse 0 0 - E_ZIP_NO_SWC:1");
-  EXPECT_EQ(row({member("inner.zip")}), "refuse 0 0 inner.zip E_ZIP_NO_SWC:1,W_ZIP_NESTED:1");
+  EXPECT_EQ(archiveRow(std::vector<ZipMember>{}), "refuse 0 0 - E_ZIP_NO_SWC:1");
+  EXPECT_EQ(archiveRow({swcMember("readme.txt")}), "refuse 0 0 - E_ZIP_NO_SWC:1");
+  EXPECT_EQ(archiveRow({swcMember("inner.zip")}), "refuse 0 0 inner.zip E_ZIP_NO_SWC:1,W_ZIP_NESTED:1");
 }
 
 TEST(Archive, SignaturesInTheCommentDoNotMislead) {
   const std::string empty_archive = std::string("PK\5\6") + std::string(18, '\0');
-  EXPECT_EQ(row(buildZip({kGood}, "see PK\5\6 in here, it is legal")), "accept 2 1 - -");
-  EXPECT_EQ(row(buildZip({kGood}, "PK\1\2PK\5\6" + std::string(30, 'x'))), "accept 2 1 - -");
-  EXPECT_EQ(row(buildZip({kGood}, empty_archive)), "accept 2 1 - -");
-  EXPECT_EQ(row(buildZip({kGood, member("two.swc")}, buildZip({member("fake.swc")}))), "accept 4 2 - -");
+  EXPECT_EQ(archiveRow(buildZip({kGood}, "see PK\5\6 in here, it is legal")), "accept 2 1 - -");
+  EXPECT_EQ(archiveRow(buildZip({kGood}, "PK\1\2PK\5\6" + std::string(30, 'x'))), "accept 2 1 - -");
+  EXPECT_EQ(archiveRow(buildZip({kGood}, empty_archive)), "accept 2 1 - -");
+  EXPECT_EQ(archiveRow(buildZip({kGood, swcMember("two.swc")}, buildZip({swcMember("fake.swc")}))), "accept 4 2 - -");
 }
 
 TEST(Archive, BytesBeforeTheArchiveAreAllowed) {
-  EXPECT_EQ(row(buildZip({kGood}, "", "#!/bin/sh\nexit\n")), "accept 2 1 - -");
+  EXPECT_EQ(archiveRow(buildZip({kGood}, "", "#!/bin/sh\nexit\n")), "accept 2 1 - -");
 }
 
 // Flips every byte of a small archive to three other values: it may be refused or read, and what is read must be whole.
 TEST(Archive, DamageNeverPassesForData) {
   const test::TempFolder folder;
   const std::string path = folder.file("a.zip");
-  const std::string whole = buildZip({kGood, member("two.swc")}, "c");
+  const std::string whole = buildZip({kGood, swcMember("two.swc")}, "c");
   for (std::size_t at = 0; at < whole.size(); ++at) {
     for (const int flip : {0x01, 0x80, 0xFF}) {
       std::string damaged = whole;
@@ -219,7 +220,7 @@ TEST(Archive, DamageNeverPassesForData) {
 TEST(Archive, MoreEntriesThanSixteenBitsCountAreAllRead) {
   const test::TempFolder folder;
   std::vector<ZipMember> members;
-  for (int i = 0; i < 65600; ++i) members.push_back(member(std::to_string(i) + ".swc", "1 1 0 0 0 5 -1\n"));
+  for (int i = 0; i < 65600; ++i) members.push_back(swcMember(std::to_string(i) + ".swc", "1 1 0 0 0 5 -1\n"));
   test::writeDeflatedZip(folder.file("a.zip"), members);
   Archive archive(folder.file("a.zip"));
   EXPECT_FALSE(archive.refusal());
@@ -229,7 +230,7 @@ TEST(Archive, MoreEntriesThanSixteenBitsCountAreAllRead) {
   EXPECT_EQ(content, members.back().content);
 }
 
-std::string littleEndian(std::uint64_t value, int bytes) {
+std::string zipNumber(std::uint64_t value, int bytes) {
   std::string out;
   for (int i = 0; i < bytes; ++i) out += static_cast<char>(value >> (8 * i));
   return out;
@@ -241,25 +242,24 @@ std::string inZip64(std::uint64_t size_lie = 0) {
   const std::size_t end_at = plain.size() - 22;
   const std::size_t directory_at = plain.rfind("PK\1\2");
   std::string entry = plain.substr(directory_at, end_at - directory_at);
-  const std::string all = littleEndian(UINT64_MAX, 4);
-  const std::string extra = littleEndian(1, 2) + littleEndian(24, 2) + littleEndian(kSwc.size() + size_lie, 8) +
-                            littleEndian(kSwc.size() + size_lie, 8) + littleEndian(0, 8);
-  entry.replace(20, 4, all).replace(24, 4, all).replace(42, 4, all).replace(30, 2, littleEndian(extra.size(), 2));
+  const std::string all = zipNumber(UINT64_MAX, 4);
+  const std::string extra = zipNumber(1, 2) + zipNumber(24, 2) + zipNumber(kSwc.size() + size_lie, 8) +
+                            zipNumber(kSwc.size() + size_lie, 8) + zipNumber(0, 8);
+  entry.replace(20, 4, all).replace(24, 4, all).replace(42, 4, all).replace(30, 2, zipNumber(extra.size(), 2));
   entry += extra;
   std::string zip = plain.substr(0, directory_at) + entry;
   const std::size_t end64_at = zip.size();
-  zip += "PK\6\6" + littleEndian(44, 8) + littleEndian(45, 2) + littleEndian(45, 2) + littleEndian(0, 8) +
-         littleEndian(1, 8) + littleEndian(1, 8) + littleEndian(entry.size(), 8) + littleEndian(directory_at, 8);
-  zip += "PK\6\7" + littleEndian(0, 4) + littleEndian(end64_at, 8) + littleEndian(1, 4);
-  zip += "PK\5\6" + littleEndian(0, 4) + littleEndian(0xFFFF, 2) + littleEndian(0xFFFF, 2) + all + all +
-         littleEndian(0, 2);
+  zip += "PK\6\6" + zipNumber(44, 8) + zipNumber(45, 2) + zipNumber(45, 2) + zipNumber(0, 8) + zipNumber(1, 8) +
+         zipNumber(1, 8) + zipNumber(entry.size(), 8) + zipNumber(directory_at, 8);
+  zip += "PK\6\7" + zipNumber(0, 4) + zipNumber(end64_at, 8) + zipNumber(1, 4);
+  zip += "PK\5\6" + zipNumber(0, 4) + zipNumber(0xFFFF, 2) + zipNumber(0xFFFF, 2) + all + all + zipNumber(0, 2);
   return zip;
 }
 
 TEST(Archive, SizesAndPlacesMayStandInZip64Fields) {
-  EXPECT_EQ(row(inZip64()), "accept 2 1 - -");
+  EXPECT_EQ(archiveRow(inZip64()), "accept 2 1 - -");
   // A size of 4 GiB and more that is a lie.
-  const std::string found = row(inZip64(std::uint64_t{1} << 33));
+  const std::string found = archiveRow(inZip64(std::uint64_t{1} << 33));
   EXPECT_TRUE(found.starts_with("refuse 0 0 ")) << found;
 }
 

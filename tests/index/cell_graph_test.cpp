@@ -1,7 +1,7 @@
 #include "index/cell_graph.h"
 
 #include "index/errors.h"
-#include "index/memory_tiles.h"
+#include "tests/support/memory_store.h"
 #include "tests/support/random_cells.h"
 
 #include <cmath>
@@ -14,10 +14,7 @@
 namespace filiform {
 namespace {
 
-std::unique_ptr<TileStore> build(const std::vector<Cell>& cells, std::uint32_t capacity) {
-  CellList stream(cells);
-  return buildTilesInMemory(stream, {.capacity = capacity});
-}
+using test::storeOf;
 
 bool same(float a, float b) { return a == b || (std::isnan(a) && std::isnan(b)); }
 
@@ -52,7 +49,7 @@ TEST(CellGraph, IsTheCellThatWasRead) {
   all.push_back({"column", test::randomColumn(61, 8, 300, 100)});
   for (const test::NamedCells& named : all) {
     SCOPED_TRACE(named.name);
-    const auto store = build(named.cells, 30);
+    const auto store = storeOf(named.cells, 30);
     for (std::uint32_t c = 0; c < named.cells.size(); ++c) {
       const Cell& cell = named.cells[c];
       const CellGraph graph = readCell(*store, c, true);
@@ -76,7 +73,7 @@ TEST(CellGraph, IsTheCellThatWasRead) {
 TEST(CellGraph, ExportedTextEqualsTheInputUpToTheGrid) {
   for (const test::NamedCells& named : test::worstCases()) {
     SCOPED_TRACE(named.name);
-    const auto store = build(named.cells, 30);
+    const auto store = storeOf(named.cells, 30);
     for (std::uint32_t c = 0; c < named.cells.size(); ++c) {
       const Cell& cell = named.cells[c];
       const std::vector<Row> rows = rowsOf(exported(readCell(*store, c, true)));
@@ -105,14 +102,14 @@ TEST(CellGraph, RestartedBlocksAreRenumberedAndThatIsSaid) {
     test::addSample(cell, Vector3d(i, 0, 0), i % 3 == 0 ? kNoParent : static_cast<std::uint32_t>(i - 1));
   cell.sample_ids = {1, 2, 7, 1, 2, 3};
   cell.block_starts = {3};
-  const std::string text = exported(readCell(*build({cell}, 10), 0, true));
+  const std::string text = exported(readCell(*storeOf({cell}, 10), 0, true));
   std::vector<std::int64_t> ids;
   for (const Row& row : rowsOf(text)) ids.push_back(row.id);
   EXPECT_EQ(ids, (std::vector<std::int64_t>{1, 2, 7, 8, 9, 10}));
   EXPECT_NE(text.find("renumbered"), std::string::npos);
   cell.sample_ids = {1, 2, INT64_MAX, 1, 2, 3};
   ids.clear();
-  for (const Row& row : rowsOf(exported(readCell(*build({cell}, 10), 0, true)))) ids.push_back(row.id);
+  for (const Row& row : rowsOf(exported(readCell(*storeOf({cell}, 10), 0, true)))) ids.push_back(row.id);
   EXPECT_EQ(ids, (std::vector<std::int64_t>{1, 2, 3, 4, 5, 6}));
 }
 
@@ -120,7 +117,7 @@ TEST(CellGraph, PlainNumbersAndNoLineBreaksFromNames) {
   Cell cell;
   cell.source = "evil\n1 1 0 0 0 1 -1\n.swc";
   test::addSample(cell, Vector3d(1e9, -0.001953125, 0.1), kNoParent, kUnknownRadius, 65535);
-  const std::string text = exported(readCell(*build({cell}, 10), 0, true));
+  const std::string text = exported(readCell(*storeOf({cell}, 10), 0, true));
   const std::vector<Row> rows = rowsOf(text);
   ASSERT_EQ(rows.size(), 1u);
   EXPECT_EQ(rows[0].x, "1000000000");
@@ -157,7 +154,7 @@ class Forgetful final : public TileStore {
 };
 
 TEST(CellGraph, AMissingSampleIsNeverSilent) {
-  const auto store = build({test::randomNeuron(62)}, 30);
+  const auto store = storeOf({test::randomNeuron(62)}, 30);
   EXPECT_THROW(readCell(Forgetful(*store), 0, false), CorruptSet);
 }
 

@@ -1,8 +1,8 @@
 #include "index/directory.h"
 
-#include "index/memory_tiles.h"
 #include "index/tile_engine.h"
 #include "tests/support/counting_store.h"
+#include "tests/support/memory_store.h"
 #include "tests/support/random_cells.h"
 
 #include <algorithm>
@@ -16,14 +16,11 @@
 namespace filiform {
 namespace {
 
-std::unique_ptr<TileStore> build(std::vector<Cell> cells, std::uint32_t capacity) {
-  CellList stream(std::move(cells));
-  return buildTilesInMemory(stream, {.capacity = capacity});
-}
+using test::storeOf;
 
 // More than one page of 4096 tiles.
 const TileStore& manyTiles() {
-  static const std::unique_ptr<TileStore> store = build(test::randomColumn(7, 40, 500, 400), 3);
+  static const std::unique_ptr<TileStore> store = storeOf(test::randomColumn(7, 40, 500, 400), 3);
   return *store;
 }
 
@@ -85,7 +82,7 @@ TEST(Directory, WalkGivesEveryTileOnceNearestFirst) {
 }
 
 TEST(Directory, WalkAgreesWithTheListAndWithAScanOfAFewTiles) {
-  const auto few = build(test::randomColumn(3, 5, 300, 200), 64);
+  const auto few = storeOf(test::randomColumn(3, 5, 300, 200), 64);
   ASSERT_LE(few->tile_count(), 64u);
   for (const TileStore* store : {&manyTiles(), static_cast<const TileStore*>(few.get())}) {
     const Directory directory(*store);
@@ -109,7 +106,7 @@ TEST(Directory, KnowsWhatIsOutside) {
 }
 
 TEST(Directory, EmptySetHasNoTiles) {
-  const auto store = build({}, 64);
+  const auto store = storeOf({}, 64);
   const Directory directory(*store);
   EXPECT_TRUE(directory.within(Vector3d::Zero(), std::numeric_limits<double>::infinity()).empty());
   EXPECT_FALSE(directory.walk(Vector3d::Zero()).next());

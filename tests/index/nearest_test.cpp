@@ -1,9 +1,9 @@
 #include "index/nearest.h"
 
 #include "index/errors.h"
-#include "index/memory_tiles.h"
 #include "tests/support/brute_force.h"
 #include "tests/support/counting_store.h"
+#include "tests/support/memory_store.h"
 #include "tests/support/random_cells.h"
 #include "tests/support/tile_invariants.h"
 
@@ -18,12 +18,9 @@
 namespace filiform {
 namespace {
 
-constexpr std::size_t kAll = std::numeric_limits<std::size_t>::max();
+using test::storeOf;
 
-std::unique_ptr<TileStore> build(std::vector<Cell> cells, std::uint32_t capacity) {
-  CellList stream(std::move(cells));
-  return buildTilesInMemory(stream, {.capacity = capacity});
-}
+constexpr std::size_t kAllSegments = std::numeric_limits<std::size_t>::max();
 
 // Few samples are chosen quickly, and bound loosely: the harder case.
 constexpr std::size_t kSamples = 200;
@@ -64,7 +61,7 @@ void expectExact(const std::vector<NearestResult>& found, const std::vector<test
   }
 }
 
-std::vector<test::NamedCells> cases() {
+std::vector<test::NamedCells> storeCases() {
   std::vector<test::NamedCells> all = test::worstCases();
   all.push_back({"column", test::randomColumn(21, 12, 600, 300)});
   all.push_back({"sparse", test::randomColumn(22, 6, 200, 1e5)});
@@ -72,13 +69,13 @@ std::vector<test::NamedCells> cases() {
 }
 
 TEST(Nearest, ExactIsBruteForceInAnyTiling) {
-  for (const test::NamedCells& named : cases()) {
+  for (const test::NamedCells& named : storeCases()) {
     std::vector<StoredSegment> segments = test::snappedSegments(named.cells, Grid());
     if (segments.empty()) continue;
     const std::vector<Vector3d> points = probes(segments, Grid(), 31, 5);
     for (const std::uint32_t capacity : {8u, 2048u}) {
       SCOPED_TRACE(named.name + ", capacity " + std::to_string(capacity) + ", seed 31");
-      const auto store = build(named.cells, capacity);
+      const auto store = storeOf(named.cells, capacity);
       const test::CountingStore sampled(*store, kSamples);
       const Nearest nearest(sampled);
       for (const Vector3d& h_W : points) {
@@ -93,7 +90,7 @@ TEST(Nearest, ExactIsBruteForceInAnyTiling) {
 
 TEST(Nearest, EpsilonIsNeverExceededAtAnyRank) {
   const std::vector<Cell> cells = test::randomColumn(23, 12, 600, 300);
-  const auto store = build(cells, 16);
+  const auto store = storeOf(cells, 16);
   const std::vector<StoredSegment> segments = test::snappedSegments(cells, store->grid());
   const test::CountingStore sampled(*store, kSamples);
   const Nearest nearest(sampled);
@@ -114,7 +111,7 @@ TEST(Nearest, EpsilonIsNeverExceededAtAnyRank) {
 
 TEST(Nearest, EpsilonSavesTiles) {
   const std::vector<Cell> cells = test::randomColumn(23, 12, 600, 300);
-  const auto store = build(cells, 16);
+  const auto store = storeOf(cells, 16);
   const test::CountingStore sampled(*store, kSamples);
   const Nearest nearest(sampled);
   std::uint64_t exact = 0, loose = 0;
@@ -126,9 +123,9 @@ TEST(Nearest, EpsilonSavesTiles) {
 }
 
 TEST(Nearest, ApproximateIsWithinTheCoveringRadiusAndReadsNoTile) {
-  for (const test::NamedCells& named : cases()) {
+  for (const test::NamedCells& named : storeCases()) {
     SCOPED_TRACE(named.name);
-    const auto store = build(named.cells, 64);
+    const auto store = storeOf(named.cells, 64);
     const test::CountingStore counted(*store, kSamples);
     const Nearest nearest(counted);
     const std::vector<StoredSegment> segments = test::snappedSegments(named.cells, store->grid());
@@ -155,7 +152,7 @@ TEST(Nearest, EquidistantSegmentsComeInTheOrderOfTheirIds) {
     }
   const auto segments = test::snappedSegments(cells, Grid());
   for (const std::uint32_t capacity : {1u, 8u, 2048u}) {
-    const auto store = build(cells, capacity);
+    const auto store = storeOf(cells, capacity);
     const test::CountingStore sampled(*store, kSamples);
     const Nearest nearest(sampled);
     const auto found = nearest.find(Vector3d::Zero(), {.k = 50});
@@ -183,7 +180,7 @@ TEST(Nearest, ThinGapsBetweenCellsHideNothing) {
   }
   cells.push_back(slanted);
   const auto segments = test::snappedSegments(cells, Grid());
-  const auto store = build(cells, 4);
+  const auto store = storeOf(cells, 4);
   const test::CountingStore sampled(*store, kSamples);
   const Nearest nearest(sampled);
   for (std::size_t i = segments.size() - 300; i < segments.size(); ++i) {
@@ -195,7 +192,7 @@ TEST(Nearest, ThinGapsBetweenCellsHideNothing) {
 
 TEST(Nearest, WithinARadiusIsAllAndOnlyThose) {
   const std::vector<Cell> cells = test::randomColumn(25, 8, 400, 200);
-  const auto store = build(cells, 8);
+  const auto store = storeOf(cells, 8);
   const test::CountingStore sampled(*store, kSamples);
   const Nearest nearest(sampled);
   const auto segments = test::snappedSegments(cells, store->grid());
@@ -204,16 +201,16 @@ TEST(Nearest, WithinARadiusIsAllAndOnlyThose) {
     const double radius_um = all[20].distance_um;  // closed: that one belongs
     auto expected = all;
     std::erase_if(expected, [&](const auto& r) { return r.distance_um > radius_um; });
-    expectExact(nearest.find(h_W, {.k = kAll, .max_distance_um = radius_um}), expected);
+    expectExact(nearest.find(h_W, {.k = kAllSegments, .max_distance_um = radius_um}), expected);
     expected.resize(3);
     expectExact(nearest.find(h_W, {.k = 3, .max_distance_um = radius_um}), expected);
   }
-  EXPECT_EQ(nearest.find(Vector3d::Zero(), {.k = kAll}).size(), segments.size());
+  EXPECT_EQ(nearest.find(Vector3d::Zero(), {.k = kAllSegments}).size(), segments.size());
 }
 
 TEST(Nearest, ResidentOnlyReadsNothingAndOwnsUpToIt) {
   const std::vector<Cell> cells = test::randomColumn(27, 12, 600, 300);
-  const auto store = build(cells, 16);
+  const auto store = storeOf(cells, 16);
   ASSERT_GT(store->tile_count(), 64u);
   const test::CountingStore counted(*store, kSamples);
   const Nearest nearest(counted);
@@ -243,7 +240,7 @@ TEST(Nearest, ResidentOnlyReadsNothingAndOwnsUpToIt) {
 
 TEST(Nearest, OpensFewTilesAndReadsThemOnce) {
   const std::vector<Cell> cells = test::randomColumn(29, 30, 800, 300);
-  const auto store = build(cells, 64);
+  const auto store = storeOf(cells, 64);
   ASSERT_GT(store->tile_count(), 200u);
   const test::CountingStore counted(*store, kSamples);
   const Nearest nearest(counted);
@@ -264,7 +261,7 @@ TEST(Nearest, OpensFewTilesAndReadsThemOnce) {
 
 TEST(Nearest, FewTilesNeedNeitherSamplesNorTrees) {
   const std::vector<Cell> cells = test::randomColumn(30, 4, 300, 100);
-  const auto store = build(cells, 2048);
+  const auto store = storeOf(cells, 2048);
   const test::CountingStore counted(*store, kSamples);
   const Nearest nearest(counted);
   nearest.find(Vector3d::Zero(), {.k = 5});
@@ -273,7 +270,7 @@ TEST(Nearest, FewTilesNeedNeitherSamplesNorTrees) {
 
 TEST(Nearest, CacheKeepsItsBudgetAndAnswersWithoutOne) {
   const std::vector<Cell> cells = test::randomColumn(33, 12, 600, 300);
-  const auto store = build(cells, 32);
+  const auto store = storeOf(cells, 32);
   const auto segments = test::snappedSegments(cells, store->grid());
   for (const std::uint64_t budget : {std::uint64_t{0}, std::uint64_t{200000}}) {
     const test::CountingStore counted(*store, kSamples);
@@ -286,7 +283,7 @@ TEST(Nearest, CacheKeepsItsBudgetAndAnswersWithoutOne) {
 }
 
 TEST(Nearest, EmptySetHasNoResults) {
-  const auto store = build({}, 64);
+  const auto store = storeOf({}, 64);
   const test::CountingStore sampled(*store, kSamples);
   const Nearest nearest(sampled);
   EXPECT_TRUE(nearest.find(Vector3d::Zero()).empty());
@@ -295,7 +292,7 @@ TEST(Nearest, EmptySetHasNoResults) {
 }
 
 TEST(Nearest, RefusesWhatMakesNoSense) {
-  const auto store = build({test::comb(20)}, 64);
+  const auto store = storeOf({test::comb(20)}, 64);
   const test::CountingStore sampled(*store, kSamples);
   const Nearest nearest(sampled);
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN(), kInf = std::numeric_limits<double>::infinity();
@@ -317,7 +314,7 @@ TEST(Nearest, RefusesWhatMakesNoSense) {
 
 TEST(Nearest, DamagedTileIsAnErrorNotAnAnswer) {
   const std::vector<Cell> cells = test::randomColumn(35, 4, 300, 100);
-  const auto store = build(cells, 64);
+  const auto store = storeOf(cells, 64);
   test::CountingStore counted(*store);
   const Nearest nearest(counted);
   const NearestResult r = Nearest(*store).find(Vector3d::Zero()).at(0);
@@ -328,7 +325,7 @@ TEST(Nearest, DamagedTileIsAnErrorNotAnAnswer) {
 
 TEST(Nearest, AnswersManyPointsInTheirOrder) {
   const std::vector<Cell> cells = test::randomColumn(41, 12, 400, 300);
-  const auto store = build(cells, 32);
+  const auto store = storeOf(cells, 32);
   const auto points = probes(test::snappedSegments(cells, store->grid()), store->grid(), 41, 60);
   const Nearest nearest(*store);
   for (const unsigned threads : {1u, 3u}) {
@@ -346,7 +343,7 @@ TEST(Nearest, AnswersManyPointsInTheirOrder) {
 TEST(Nearest, FindsAllInABoxAsBruteForceDoes) {
   for (const test::NamedCells& named : test::worstCases()) {
     SCOPED_TRACE(named.name + ", seed 42");
-    const auto store = build(named.cells, 50);
+    const auto store = storeOf(named.cells, 50);
     const auto segments = test::snappedSegments(named.cells, store->grid());
     std::mt19937_64 random(42);
     for (const char* engine : {"packed", "cgal"}) {
@@ -376,7 +373,7 @@ TEST(Nearest, FindsAllInABoxAsBruteForceDoes) {
 TEST(Nearest, FindsWhatARayHitsAsBruteForceDoes) {
   for (const test::NamedCells& named : test::worstCases()) {
     SCOPED_TRACE(named.name + ", seed 43");
-    const auto store = build(named.cells, 50);
+    const auto store = storeOf(named.cells, 50);
     const auto segments = test::snappedSegments(named.cells, store->grid());
     std::mt19937_64 random(43);
     std::normal_distribution<double> normal;
@@ -414,7 +411,7 @@ TEST(Nearest, FindsWhatARayHitsAsBruteForceDoes) {
 }
 
 TEST(Nearest, RefusesImpossibleBoxesAndRays) {
-  const auto store = build({test::randomNeuron(1)}, 64);
+  const auto store = storeOf({test::randomNeuron(1)}, 64);
   const Nearest nearest(*store);
   EXPECT_THROW(nearest.inBox({0, 0, 0}, {1, -1, 1}), UsageError);
   EXPECT_THROW(nearest.inBox({0, 0, 0}, {1, std::nan(""), 1}), UsageError);
@@ -424,7 +421,7 @@ TEST(Nearest, RefusesImpossibleBoxesAndRays) {
 
 TEST(Nearest, ServesManyThreads) {
   const std::vector<Cell> cells = test::randomColumn(37, 12, 400, 300);
-  const auto store = build(cells, 16);
+  const auto store = storeOf(cells, 16);
   const auto segments = test::snappedSegments(cells, store->grid());
   const auto points = probes(segments, store->grid(), 99, 8);
   std::vector<SegmentId> expected;

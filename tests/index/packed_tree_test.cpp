@@ -4,10 +4,10 @@
 #include "index/memory_tiles.h"
 #include "index/reference_tree.h"
 #include "tests/support/brute_force.h"
+#include "tests/support/numbers.h"
 #include "tests/support/random_cells.h"
 #include "tests/support/test_graph.h"
 
-#include <limits>
 #include <random>
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@
 namespace filiform {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+using test::kInfinity;
 
 // Every path against brute force, near, far and very far.
 void expectNearest(const std::shared_ptr<const Tile>& tile, const Grid& grid, std::mt19937_64& random, int probes) {

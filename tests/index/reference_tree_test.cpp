@@ -3,9 +3,9 @@
 #include "index/errors.h"
 #include "index/memory_tiles.h"
 #include "tests/support/brute_force.h"
+#include "tests/support/numbers.h"
 #include "tests/support/random_cells.h"
 
-#include <limits>
 #include <random>
 
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@
 namespace filiform {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+using test::kInfinity;
 
 TEST(ReferenceTree, AgreesWithBruteForceInsideEveryTile) {
   for (const test::NamedCells& named : test::worstCases()) {

@@ -1,8 +1,8 @@
 #include "index/sample_hint.h"
 
-#include "index/memory_tiles.h"
 #include "tests/support/brute_force.h"
 #include "tests/support/counting_store.h"
+#include "tests/support/memory_store.h"
 #include "tests/support/random_cells.h"
 #include "tests/support/tile_invariants.h"
 
@@ -16,6 +16,8 @@
 namespace filiform {
 namespace {
 
+using test::storeOf;
+
 // A store whose samples are replaced.
 class SampledStore : public test::CountingStore {
  public:
@@ -26,13 +28,8 @@ class SampledStore : public test::CountingStore {
   SamplePoints samples_;
 };
 
-std::unique_ptr<TileStore> build(std::vector<Cell> cells) {
-  CellList stream(std::move(cells));
-  return buildTilesInMemory(stream, {.capacity = 100});
-}
-
 TEST(SampleHint, FewSamplesAreEnough) {
-  const auto store = build(test::randomColumn(1, 2, 100, 50));
+  const auto store = storeOf(test::randomColumn(1, 2, 100, 50), 100);
   for (const std::size_t n : {0, 1, 2, 3, 11}) {
     SamplePoints samples;
     for (std::size_t i = 0; i < n; ++i) {
@@ -53,7 +50,7 @@ TEST(SampleHint, FewSamplesAreEnough) {
 }
 
 TEST(SampleHint, CoincidentSamplesOfOneSegmentCountOnce) {
-  const auto store = build(test::randomColumn(1, 2, 100, 50));
+  const auto store = storeOf(test::randomColumn(1, 2, 100, 50), 100);
   SamplePoints samples;
   for (std::uint32_t i = 0; i < 5000; ++i) {
     samples.points.push_back(GridPoint(7, 7, i < 4950 ? 7 : 700));
@@ -74,7 +71,7 @@ TEST(SampleHint, CoincidentSamplesOfOneSegmentCountOnce) {
 TEST(SampleHint, BoundHoldsAndTheFirstIsWithinTheCoveringRadius) {
   for (const test::NamedCells& named : test::worstCases()) {
     SCOPED_TRACE(named.name);
-    const auto store = build(named.cells);
+    const auto store = storeOf(named.cells, 100);
     const std::vector<StoredSegment> segments = test::snappedSegments(named.cells, store->grid());
     const test::CountingStore sampled(*store, 2000);
     const SampleHint hint(sampled);
@@ -97,7 +94,7 @@ TEST(SampleHint, BoundHoldsAndTheFirstIsWithinTheCoveringRadius) {
 }
 
 TEST(SampleHint, FirstSearchesAreNotMadeToWaitForATree) {
-  const auto store = build(test::randomColumn(1, 2, 100, 50));
+  const auto store = storeOf(test::randomColumn(1, 2, 100, 50), 100);
   const test::CountingStore counted(*store, 50);
   const SampleHint hint(counted);
   int unaided = 0;
@@ -108,7 +105,7 @@ TEST(SampleHint, FirstSearchesAreNotMadeToWaitForATree) {
 }
 
 TEST(SampleHint, BuildsNothingBeforeTheFirstQuestion) {
-  const auto store = build(test::randomColumn(1, 2, 100, 50));
+  const auto store = storeOf(test::randomColumn(1, 2, 100, 50), 100);
   const test::CountingStore counted(*store, 50);
   const SampleHint hint(counted);
   EXPECT_EQ(counted.samplesRead(), 0u);

@@ -22,14 +22,14 @@ bool sameBits(const std::vector<float>& a, const std::vector<float>& b) {
   });
 }
 
-std::vector<test::NamedCells> cases() {
+std::vector<test::NamedCells> codecCases() {
   std::vector<test::NamedCells> all = test::worstCases();
   all.push_back({"column", test::randomColumn(21, 6, 300, 150)});
   return all;
 }
 
 TEST(TileCodec, DecodingGivesBackTheTile) {
-  for (const test::NamedCells& named : cases()) {
+  for (const test::NamedCells& named : codecCases()) {
     SCOPED_TRACE(named.name);
     CellList stream(named.cells);
     const auto store = buildTilesInMemory(stream, {.capacity = 50});

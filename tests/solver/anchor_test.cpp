@@ -1,9 +1,9 @@
 #include "solver/anchor.h"
 
 #include "index/errors.h"
+#include "tests/support/numbers.h"
 
 #include <cmath>
-#include <limits>
 #include <random>
 
 #include <gtest/gtest.h>
@@ -12,9 +12,9 @@ namespace filiform {
 namespace {
 
 using Eigen::Vector3d;
-
-constexpr double kDt_s = 1e-3;
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN(), kInfinity = std::numeric_limits<double>::infinity();
+using test::kDt_s;
+using test::kInfinity;
+using test::kNaN;
 
 Vector3d cube(std::mt19937_64& random, double reach) {
   std::uniform_real_distribution<double> unit(-reach, reach);

@@ -17,7 +17,6 @@
 namespace filiform::test {
 namespace {
 
-constexpr std::uint32_t kUnbounded = 8000;  // more than any walk here tests in a tick
 constexpr double kScales_um_m[] = {800, 2500, 8000, 80000};
 
 std::unique_ptr<ProxySolver> climber(std::uint32_t max_visited = 256, const ClimbParameters& climb = {}) {

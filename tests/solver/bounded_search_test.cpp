@@ -20,8 +20,6 @@
 namespace filiform::test {
 namespace {
 
-constexpr std::uint32_t kUnbounded = 8000;  // more than any walk here tests in a tick
-
 class SearchOracle final : public Oracle {
  public:
   SearchOracle(const WholeGraph& whole, SolverMethod method) : oracle_(whole, method, livelyParameters(kUnbounded)) {}

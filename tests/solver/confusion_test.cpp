@@ -1,6 +1,6 @@
 #include "solver/confusion.h"
 
-#include "index/memory_tiles.h"
+#include "tests/support/memory_store.h"
 #include "tests/support/random_cells.h"
 
 #include <memory>
@@ -11,12 +11,7 @@
 namespace filiform {
 namespace {
 
-std::unique_ptr<TileStore> storeOf(std::vector<Cell> cells, std::uint32_t capacity = 64) {
-  CellList stream(std::move(cells));
-  PartitionOptions partition;
-  partition.capacity = capacity;
-  return buildTilesInMemory(stream, partition);
-}
+using test::storeOf;
 
 // Straight threads of 4 um segments along x, `apart` um from each other in y and z.
 std::vector<Cell> bundle(int across, double apart_um) {

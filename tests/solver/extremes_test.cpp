@@ -2,15 +2,15 @@
 // tick. What cannot be lived through is refused with a line that says so.
 #include "device/haptic_device.h"
 #include "index/errors.h"
-#include "index/memory_tiles.h"
 #include "solver/graph_view.h"
 #include "solver/navigation.h"
 #include "solver/parameters.h"
 #include "solver/run.h"
+#include "tests/support/memory_store.h"
+#include "tests/support/numbers.h"
 #include "tests/support/random_cells.h"
 
 #include <cmath>
-#include <limits>
 #include <map>
 #include <memory>
 #include <random>
@@ -23,16 +23,10 @@ namespace filiform {
 namespace {
 
 using Eigen::Vector3d;
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-std::unique_ptr<TileStore> storeOf(std::vector<Cell> cells, std::uint32_t capacity) {
-  CellList stream(std::move(cells));
-  PartitionOptions partition;
-  partition.capacity = capacity;
-  return buildTilesInMemory(stream, partition);
-}
+using test::kInfinity;
+using test::kNaN;
+using test::logUniform;
+using test::storeOf;
 
 std::vector<SolverMethod> methods() {
   std::vector<SolverMethod> built;
@@ -102,10 +96,6 @@ const std::vector<Extreme>& extremes() {
     return made;
   }();
   return all;
-}
-
-double logUniform(std::mt19937_64& random, double lo, double hi) {
-  return std::exp(std::uniform_real_distribution<double>(std::log(lo), std::log(hi))(random));
 }
 
 struct Corner {

@@ -9,6 +9,7 @@
 #include "solver/force_law.h"
 #include "solver/run.h"
 #include "tests/support/campaign.h"
+#include "tests/support/numbers.h"
 #include "tests/support/random_cells.h"
 #include "tests/support/temp_folder.h"
 
@@ -27,11 +28,13 @@
 namespace filiform {
 namespace {
 
+using test::kDt_s;
+
 namespace fs = std::filesystem;
 
-constexpr double kStiffness_N_m = 200, kDt_s = 0.001;
+constexpr double kStiffness_N_m = 200;
 
-std::vector<Cell> column() { return test::randomColumn(7, 4, 1200, 150); }
+std::vector<Cell> smallColumn() { return test::randomColumn(7, 4, 1200, 150); }
 
 // How much a force may grow in a tick in which the hand moved by `step_m`.
 double mostGrowth_N(double step_m, double dt_s = kDt_s) {
@@ -41,7 +44,7 @@ double mostGrowth_N(double step_m, double dt_s = kDt_s) {
 }
 
 TEST(Faults, HoweverLateTheTilesTheForceKeepsItsLimits) {
-  CellList stream(column());
+  CellList stream(smallColumn());
   const auto store = buildTilesInMemory(stream, {.capacity = 64});
   std::uint64_t ticks = 0, frontiers = 0;
   const std::vector<double> latencies = test::wholeCampaign()
@@ -85,7 +88,7 @@ INSTANTIATE_TEST_SUITE_P(Disk, FaultsUnderfoot, testing::Values("fails", "trunca
 TEST_P(FaultsUnderfoot, TheDeviceIsSentSafeForces) {
   const std::string kind = GetParam();
   const test::TempFolder folder;
-  CellList stream(column());
+  CellList stream(smallColumn());
   ingest(stream, folder / "a.fil", {.capacity = 64});
   std::atomic<bool> released{false};
   FaultPlan plan;

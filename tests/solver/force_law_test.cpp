@@ -1,9 +1,9 @@
 #include "solver/force_law.h"
 
 #include "index/errors.h"
+#include "tests/support/numbers.h"
 
 #include <cmath>
-#include <limits>
 #include <random>
 
 #include <gtest/gtest.h>
@@ -12,9 +12,10 @@ namespace filiform {
 namespace {
 
 using Eigen::Vector3d;
+using test::kInfinity;
+using test::kNaN;
+using test::logUniform;
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 const Vector3d kZero = Vector3d::Zero();
 
 // A law without ramp, and slow enough limits out of the way where a test wants the bare spring.
@@ -24,10 +25,6 @@ ForceLawOptions bare(double stiffness_N_m = 200) {
   options.max_slew_N_s = 1e12;
   options.ramp_s = 0;
   return options;
-}
-
-double logUniform(std::mt19937_64& random, double lo, double hi) {
-  return std::exp(std::uniform_real_distribution<double>(std::log(lo), std::log(hi))(random));
 }
 
 Vector3d wild(std::mt19937_64& random) {

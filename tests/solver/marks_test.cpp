@@ -9,7 +9,7 @@
 namespace filiform {
 namespace {
 
-using Kind = Marks::Kind;
+using MarkKind = Marks::Kind;
 using Put = Marks::Put;
 
 TEST(Marks, AgreeWithASetThroughEpochsAndUndo) {
@@ -18,7 +18,7 @@ TEST(Marks, AgreeWithASetThroughEpochsAndUndo) {
     std::mt19937_64 random(seed);
     constexpr std::uint32_t capacity = 300, in_tick = 40;
     Marks marks(capacity, in_tick);
-    std::set<std::pair<Kind, std::uint64_t>> expected;
+    std::set<std::pair<MarkKind, std::uint64_t>> expected;
     for (int tick = 0; tick < 400; ++tick) {
       const auto before = expected;
       marks.beginTick();
@@ -28,7 +28,7 @@ TEST(Marks, AgreeWithASetThroughEpochsAndUndo) {
           marks.newEpoch();
           expected.clear();
         }
-        const Kind kind = random() % 2 == 0 ? Kind::segment : Kind::node;
+        const MarkKind kind = random() % 2 == 0 ? MarkKind::segment : MarkKind::node;
         const std::uint64_t key = random() % 250 << (random() % 2 == 0 ? 0 : 32);
         ASSERT_EQ(marks.contains(kind, key), expected.count({kind, key}) == 1);
         const Put put = marks.put(kind, key);
@@ -56,10 +56,10 @@ TEST(Marks, AgreeWithASetThroughEpochsAndUndo) {
 TEST(Marks, ASegmentAndANodeOfTheSameNumberDoNotMeet) {
   Marks marks(10, 10);
   marks.beginTick();
-  EXPECT_EQ(marks.put(Kind::segment, 7), Put::fresh);
-  EXPECT_FALSE(marks.contains(Kind::node, 7));
-  EXPECT_EQ(marks.put(Kind::node, 7), Put::fresh);
-  EXPECT_EQ(marks.put(Kind::segment, 7), Put::present);
+  EXPECT_EQ(marks.put(MarkKind::segment, 7), Put::fresh);
+  EXPECT_FALSE(marks.contains(MarkKind::node, 7));
+  EXPECT_EQ(marks.put(MarkKind::node, 7), Put::fresh);
+  EXPECT_EQ(marks.put(MarkKind::segment, 7), Put::present);
 }
 
 TEST(Marks, HoldTheirCapacityOfNeighbouringKeysInEveryEpoch) {
@@ -68,10 +68,11 @@ TEST(Marks, HoldTheirCapacityOfNeighbouringKeysInEveryEpoch) {
   for (int epoch = 0; epoch < 5; ++epoch) {
     marks.beginTick();
     marks.newEpoch();
-    for (std::uint64_t key = 0; key < capacity; ++key) ASSERT_EQ(marks.put(Kind::node, key << 32 | key), Put::fresh);
-    for (std::uint64_t key = 0; key < capacity; ++key) ASSERT_TRUE(marks.contains(Kind::node, key << 32 | key));
-    EXPECT_EQ(marks.put(Kind::node, 1), Put::full);
-    EXPECT_FALSE(marks.contains(Kind::node, 1));
+    for (std::uint64_t key = 0; key < capacity; ++key)
+      ASSERT_EQ(marks.put(MarkKind::node, key << 32 | key), Put::fresh);
+    for (std::uint64_t key = 0; key < capacity; ++key) ASSERT_TRUE(marks.contains(MarkKind::node, key << 32 | key));
+    EXPECT_EQ(marks.put(MarkKind::node, 1), Put::full);
+    EXPECT_FALSE(marks.contains(MarkKind::node, 1));
   }
 }
 

@@ -4,10 +4,10 @@
 #include "index/memory_tiles.h"
 #include "solver/graph_view.h"
 #include "tests/support/no_alloc_guard.h"
+#include "tests/support/numbers.h"
 #include "tests/support/random_cells.h"
 
 #include <cmath>
-#include <limits>
 #include <memory>
 #include <random>
 
@@ -17,11 +17,10 @@ namespace filiform {
 namespace {
 
 using Eigen::Vector3d;
+using test::kDt_s;
+using test::kInfinity;
+using test::kNaN;
 using Kind = NavigationCommand::Kind;
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kDt_s = 1e-3;
 
 DeviceState handAt(const Vector3d& p_D, std::uint32_t buttons = 0) {
   DeviceState state;

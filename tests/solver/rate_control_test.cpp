@@ -1,6 +1,7 @@
 #include "solver/rate_control.h"
 
 #include "index/errors.h"
+#include "tests/support/numbers.h"
 
 #include <cmath>
 #include <limits>
@@ -11,8 +12,7 @@ namespace filiform {
 namespace {
 
 using Eigen::Vector3d;
-
-constexpr double kDt_s = 1e-3;
+using test::kDt_s;
 
 TEST(RateControl, RunsAheadAtTheSpeedThatIsAsked) {
   RateControl rate;

@@ -5,9 +5,9 @@
 #include "device/null_device.h"
 #include "device/replay.h"
 #include "index/errors.h"
-#include "index/memory_tiles.h"
 #include "solver/tour.h"
 #include "tests/support/counting_store.h"
+#include "tests/support/memory_store.h"
 #include "tests/support/random_cells.h"
 #include "tests/support/temp_folder.h"
 
@@ -26,12 +26,7 @@
 namespace filiform {
 namespace {
 
-std::unique_ptr<TileStore> storeOf(std::vector<Cell> cells, std::uint32_t capacity) {
-  CellList stream(std::move(cells));
-  PartitionOptions partition;
-  partition.capacity = capacity;
-  return buildTilesInMemory(stream, partition);
-}
+using test::storeOf;
 
 std::unique_ptr<TileStore> column(std::uint32_t capacity = 64) {
   return storeOf(test::randomColumn(7, 4, 1200, 150), capacity);

@@ -1,8 +1,8 @@
 #include "solver/saved_history.h"
 
 #include "index/errors.h"
-#include "index/memory_tiles.h"
 #include "solver/graph_view.h"
+#include "tests/support/memory_store.h"
 #include "tests/support/random_cells.h"
 #include "tests/support/temp_folder.h"
 
@@ -18,14 +18,9 @@
 namespace filiform {
 namespace {
 
-namespace fs = std::filesystem;
+using test::storeOf;
 
-std::unique_ptr<TileStore> storeOf(std::vector<Cell> cells, std::uint32_t capacity) {
-  CellList stream(std::move(cells));
-  PartitionOptions partition;
-  partition.capacity = capacity;
-  return buildTilesInMemory(stream, partition);
-}
+namespace fs = std::filesystem;
 
 std::vector<Cell> cells() {
   std::vector<Cell> made = test::randomColumn(4, 3, 300, 100);

@@ -3,6 +3,7 @@
 #include "index/cell.h"
 #include "index/errors.h"
 #include "tests/support/no_alloc_guard.h"
+#include "tests/support/numbers.h"
 
 #include <algorithm>
 #include <cmath>
@@ -14,8 +15,7 @@
 namespace filiform {
 namespace {
 
-constexpr double kDt_s = 1e-3;
-const Grid kGrid;
+using test::kDt_s;
 
 // A thread of `n` segments of 10 um with a right angle at every node.
 Route staircase(std::uint32_t n = 20) {
@@ -23,11 +23,11 @@ Route staircase(std::uint32_t n = 20) {
   std::vector<std::uint32_t> parents;
   Vector3d p = Vector3d::Zero();
   for (std::uint32_t i = 0; i <= n; ++i) {
-    positions.push_back(kGrid.snap(p));
+    positions.push_back(Grid().snap(p));
     parents.push_back(i == 0 ? kNoParent : i - 1);
     p[i % 2] += 10;
   }
-  return Route(0, kGrid, positions, parents, 0, n);
+  return Route(0, Grid(), positions, parents, 0, n);
 }
 
 ProxyPlace placeAt(const Route& route, double arc_um) {

@@ -1,8 +1,8 @@
 #include "solver/tour.h"
 
 #include "index/errors.h"
-#include "index/memory_tiles.h"
 #include "tests/support/counting_store.h"
+#include "tests/support/memory_store.h"
 #include "tests/support/random_cells.h"
 
 #include <algorithm>
@@ -15,15 +15,10 @@
 namespace filiform {
 namespace {
 
-std::unique_ptr<TileStore> storeOf(std::vector<Cell> cells, std::uint32_t capacity = 32) {
-  CellList stream(std::move(cells));
-  PartitionOptions partition;
-  partition.capacity = capacity;
-  return buildTilesInMemory(stream, partition);
-}
+using test::storeOf;
 
 TEST(Tour, FollowsFromTheSeed) {
-  const auto store = storeOf(test::randomColumn(3, 6, 200, 80));
+  const auto store = storeOf(test::randomColumn(3, 6, 200, 80), 32);
   Tour one(*store, 11), same(*store, 11), other(*store, 12);
   int differ = 0;
   std::set<std::uint32_t> cells;
@@ -41,7 +36,7 @@ TEST(Tour, FollowsFromTheSeed) {
 }
 
 TEST(Tour, StaysInTheCellThatItIsGiven) {
-  const auto store = storeOf(test::randomColumn(3, 4, 150, 80));
+  const auto store = storeOf(test::randomColumn(3, 4, 150, 80), 32);
   Tour tour(*store, 1, 2);
   for (int leg = 0; leg < 10; ++leg) EXPECT_EQ(tour.next().cell(), 2u);
 }
@@ -51,7 +46,7 @@ TEST(Tour, PassesOverCellsWithoutARoute) {
   for (int i = 0; i < 30; ++i) cells.push_back(i % 3 == 0 ? test::isolatedNodes(i, 5, 10) : test::coincidentNodes(4));
   cells.push_back(test::randomNeuron(1, {.samples = 50}));
   for (std::size_t i = 0; i < cells.size(); ++i) cells[i].source = "c" + std::to_string(100 + i) + ".swc";
-  const auto store = storeOf(std::move(cells));
+  const auto store = storeOf(std::move(cells), 32);
   Tour tour(*store, 5);
   for (int leg = 0; leg < 5; ++leg) EXPECT_EQ(tour.next().cell(), 30u);
 }
@@ -70,11 +65,11 @@ TEST(Tour, ReadsOnlyTheCellsThatItVisits) {
 
 TEST(Tour, RefusesASetWithoutRoutes) {
   for (const auto& store :
-       {storeOf({}), storeOf({test::coincidentNodes(3)}), storeOf({test::isolatedNodes(1, 4, 5)})}) {
+       {storeOf({}, 32), storeOf({test::coincidentNodes(3)}, 32), storeOf({test::isolatedNodes(1, 4, 5)}, 32)}) {
     Tour tour(*store, 1);
     EXPECT_THROW(tour.next(), UsageError);
   }
-  const auto store = storeOf({test::coincidentNodes(3), test::randomNeuron(1, {.samples = 50})});
+  const auto store = storeOf({test::coincidentNodes(3), test::randomNeuron(1, {.samples = 50})}, 32);
   Tour tour(*store, 1, 0);
   EXPECT_THROW(tour.next(), UsageError);
 }

@@ -1,9 +1,9 @@
 #include "solver/workspace.h"
 
 #include "index/errors.h"
+#include "tests/support/numbers.h"
 
 #include <cmath>
-#include <limits>
 #include <random>
 
 #include <gtest/gtest.h>
@@ -12,18 +12,15 @@ namespace filiform {
 namespace {
 
 using Eigen::Matrix3d;
+using test::kInfinity;
+using test::kNaN;
+using test::logUniform;
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-double uniform(std::mt19937_64& random, double lo, double hi) {
+double between(std::mt19937_64& random, double lo, double hi) {
   return std::uniform_real_distribution<double>(lo, hi)(random);
 }
-double logUniform(std::mt19937_64& random, double lo, double hi) {
-  return std::exp(uniform(random, std::log(lo), std::log(hi)));
-}
 Vector3d vector(std::mt19937_64& random, double size) {
-  return {uniform(random, -size, size), uniform(random, -size, size), uniform(random, -size, size)};
+  return {between(random, -size, size), between(random, -size, size), between(random, -size, size)};
 }
 
 TEST(Workspace, ZoomIsTheWorldAcrossTheSpan) {
@@ -43,7 +40,7 @@ TEST(Workspace, MapsThereAndBack) {
     Workspace workspace(options);
     const Vector3d proxy_W = vector(random, 1e4);
     workspace.place(proxy_W, vector(random, 0.05));
-    workspace.rotate(uniform(random, -3, 3), uniform(random, -3, 3), proxy_W);
+    workspace.rotate(between(random, -3, 3), between(random, -3, 3), proxy_W);
     const Vector3d p_D = vector(random, 0.06);
     EXPECT_LT((workspace.toDevice(workspace.toWorld(p_D)) - p_D).norm(), 1e-10);
     EXPECT_LT((workspace.rotationMatrix() * workspace.rotationMatrix().transpose() - Matrix3d::Identity()).norm(),
@@ -64,7 +61,7 @@ TEST(Workspace, ZoomAndRotationLeaveTheProxyWhereItIsFelt) {
     for (int turn = 0; turn < 20; ++turn) {
       const Vector3d p_D = workspace.toDevice(proxy_W);
       if (random() % 2)
-        workspace.rotate(uniform(random, -3, 3), uniform(random, -3, 3), proxy_W);
+        workspace.rotate(between(random, -3, 3), between(random, -3, 3), proxy_W);
       else
         workspace.setZoom(logUniform(random, 1e-9, 1e9), proxy_W);
       ASSERT_LT((workspace.toDevice(proxy_W) - p_D).norm(), 1e-12);
@@ -117,7 +114,7 @@ TEST(Workspace, NeverDriftsFasterThanStatedNorPastTheBorder) {
   for (int round = 0; round < 3000; ++round) {
     WorkspaceOptions options;
     options.zoom_um = logUniform(random, 1e-6, 1e6);
-    options.static_fraction = random() % 4 ? uniform(random, 0, 1) : static_cast<double>(random() % 2);
+    options.static_fraction = random() % 4 ? between(random, 0, 1) : static_cast<double>(random() % 2);
     options.drift_speed_m_s = random() % 5 ? logUniform(random, 1e-4, 10) : 0.0;
     Workspace workspace(options);
     const double dt = logUniform(random, 1e-6, 1.0);

@@ -15,6 +15,8 @@ namespace filiform::test {
 void watchedTick(ProxySolver& solver, const GraphView& view, const ProbeState& probe, SolverStep& step);
 void watchedUndo(ProxySolver& solver);
 
+inline constexpr std::uint32_t kUnbounded = 8000;  // more than any walk of the tests tests in a tick
+
 class Oracle {
  public:
   virtual ~Oracle() = default;

@@ -1,6 +1,7 @@
 #include "tools/report.h"
 
 #include "index/errors.h"
+#include "tests/support/numbers.h"
 #include "tests/support/temp_folder.h"
 #include "tools/image_font.h"
 
@@ -8,7 +9,6 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
-#include <limits>
 #include <signal.h>
 #include <sys/resource.h>
 
@@ -18,8 +18,8 @@
 namespace filiform::tools {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+using test::kInfinity;
+using test::kNaN;
 
 Image readPng(const std::string& path) {
   png_image png{};

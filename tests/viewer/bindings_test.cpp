@@ -42,7 +42,7 @@ TEST(Bindings, KeysAreNamedAsPeopleWriteThem) {
 
 // The table that people read is the one that the program works by.
 TEST(Bindings, TheReadmeHasThisTable) {
-  const std::string readme = test::readBytes(FILIFORM_VIEWER_README);
+  const std::string readme = test::readBytes(FILIFORM_SOURCE "/viewer/README.md");
   EXPECT_NE(readme.find(bindingsInMarkdown()), std::string::npos)
       << "put the output of `filiform view --keys` into viewer/README.md";
 }

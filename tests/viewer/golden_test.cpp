@@ -43,7 +43,7 @@ class GoldenPictures : public ::testing::Test {
       frame.camera = overview(scene.lo_W(), scene.hi_W(), 0.3, 0.2, eyeSize(frame.stereo, frame.size).aspect());
     scene.drawWhole(frame);
     const Picture drawn = renderer.read();
-    std::string path = FILIFORM_GOLDEN_FOLDER "/";
+    std::string path = FILIFORM_SOURCE "/tests/viewer/golden/";
     path += name;
     path += ".png";
     const char* const wish = std::getenv("FILIFORM_GOLDEN");
@@ -104,7 +104,7 @@ TEST_F(GoldenPictures, HighlightedCell) {
 TEST_F(GoldenPictures, NoneStandsForAnother) {
   std::vector<Picture> all;
   for (const char* name : {"overview.png", "near.png", "anaglyph.png", "highlight.png"}) {
-    std::string path = FILIFORM_GOLDEN_FOLDER "/";
+    std::string path = FILIFORM_SOURCE "/tests/viewer/golden/";
     path += name;
     all.push_back(test::readPng(path));
   }

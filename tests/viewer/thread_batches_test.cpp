@@ -1,7 +1,7 @@
 #include "viewer/thread_batches.h"
 
 #include "index/errors.h"
-#include "index/memory_tiles.h"
+#include "tests/support/memory_store.h"
 #include "tests/support/random_cells.h"
 
 #include <cmath>
@@ -13,13 +13,10 @@
 namespace filiform {
 namespace {
 
+using test::storeOf;
+
 Vector3d endOf(const ThreadBatch& batch, const float* p_um) {
   return batch.origin_W + Vector3d(p_um[0], p_um[1], p_um[2]);
-}
-
-std::unique_ptr<TileStore> storeOf(std::vector<Cell> cells, std::uint32_t capacity) {
-  CellList stream(std::move(cells));
-  return buildTilesInMemory(stream, {.capacity = capacity});
 }
 
 // Every link of every cell is drawn once, whatever the tiling, where the cell has it and as thick as its samples.

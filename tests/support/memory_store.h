@@ -1,0 +1,17 @@
+// Cells cut by the product's own tiler, in memory, into small tiles unless told otherwise.
+#pragma once
+
+#include "index/memory_tiles.h"
+
+#include <memory>
+#include <utility>
+#include <vector>
+
+namespace filiform::test {
+
+inline std::unique_ptr<TileStore> storeOf(std::vector<Cell> cells, std::uint32_t capacity = 64) {
+  CellList stream(std::move(cells));
+  return buildTilesInMemory(stream, {.capacity = capacity});
+}
+
+}  // namespace filiform::test
