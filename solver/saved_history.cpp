@@ -3,6 +3,7 @@
 #include "index/cell.h"
 #include "index/errors.h"
 #include "index/text.h"
+#include "index/whole_number.h"
 #include "solver/graph_view.h"
 
 #include <algorithm>
@@ -50,19 +51,21 @@ class Finder {
   explicit Finder(const TileStore& store)
       : store_(store), table_(store.tile_count()), graph_(table_, store.leaves(), store.grid()), ids_(store) {}
 
-  // None where the set has no such cell or sample now. Throws nlohmann::json::exception for what is no place.
+  // None where the set has no such cell or sample now. Throws nlohmann::json::exception or std::out_of_range for what
+  // is no place.
   std::optional<ProxyPlace> find(const ordered_json& saved) {
     const std::string name = saved.at("cell").get<std::string>();
     const double t = saved.at("t").get<double>();
     const Vector3d p_W(saved.at("x").get<double>(), saved.at("y").get<double>(), saved.at("z").get<double>());
     const bool by_sample = saved.contains("sample");
-    const std::int64_t number = saved.at(by_sample ? "sample" : "segment").get<std::int64_t>();
+    const std::int64_t number = wholeNumber<std::int64_t>(saved.at(by_sample ? "sample" : "segment"));
     if (!std::isfinite(t) || !p_W.allFinite()) return std::nullopt;
     const std::optional<std::uint32_t> cell = store_.findCell(name);
     if (!cell) return std::nullopt;
     const CellDetail& detail = ids_.of(*cell);
     std::vector<std::uint32_t> ranks;
     if (!by_sample) {
+      if (!std::in_range<std::uint32_t>(number)) return std::nullopt;
       ranks.push_back(static_cast<std::uint32_t>(number));
     } else {
       for (std::uint32_t rank = 0; rank < detail.sample_ids.size(); ++rank)
@@ -134,11 +137,12 @@ struct SavedHistory::Impl {
     if (file.bad()) throw IoError(path, "cannot read the saved places", errno);
     try {
       const ordered_json json = ordered_json::parse(text.str());
-      if (json.at("version").get<int>() != kVersion) throw std::runtime_error("it is of another version");
+      if (wholeNumber<std::int64_t>(json.at("version")) != kVersion)
+        throw std::runtime_error("it is of another version");
       Finder finder(store);
       std::size_t lost = 0;
       std::vector<ProxyPlace> places;
-      const std::size_t saved_now = json.at("now").get<std::size_t>();
+      const std::size_t saved_now = wholeNumber<std::size_t>(json.at("now"));
       std::size_t now = 0;
       for (std::size_t i = 0; i < json.at("history").size(); ++i) {
         const std::optional<ProxyPlace> place = finder.find(json.at("history")[i]);
@@ -159,6 +163,8 @@ struct SavedHistory::Impl {
         warning = escaped(path) + ": " + std::to_string(lost) +
                   " saved places are not in this set now: their cell or sample has another name; bookmarks are kept";
     } catch (const nlohmann::json::exception& error) {
+      startAfresh("it does not read as what was written");
+    } catch (const std::out_of_range& error) {
       startAfresh("it does not read as what was written");
     } catch (const std::runtime_error& error) {
       if (dynamic_cast<const IoError*>(&error) || dynamic_cast<const CorruptSet*>(&error) ||

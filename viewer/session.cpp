@@ -5,6 +5,7 @@
 #include "device/simulated_hand.h"
 #include "index/errors.h"
 #include "index/text.h"
+#include "index/whole_number.h"
 #include "solver/graph_view.h"
 #include "solver/haptic_loop.h"
 #include "solver/navigation.h"
@@ -55,18 +56,19 @@ nlohmann::ordered_json toJson(const Commanded& commanded) {
 }
 
 Commanded fromJson(const nlohmann::ordered_json& json) {
-  Commanded commanded{json.at("tick").get<std::uint64_t>(), {}};
+  Commanded commanded{wholeNumber<std::uint64_t>(json.at("tick")), {}};
   NavigationCommand& c = commanded.command;
   using Kind = NavigationCommand::Kind;
-  const int kind = json.at("kind").get<int>();
+  const int kind = wholeNumber<int>(json.at("kind"));
   if (kind < 0 || kind > static_cast<int>(Kind::centre)) throw InputError("no such command");
   c.kind = static_cast<Kind>(kind);
   if (c.kind == Kind::jump || c.kind == Kind::constrain) {
-    c.place.segment = {json.at("cell").get<std::uint32_t>(), json.at("segment").get<std::uint32_t>()};
+    c.place.segment = {wholeNumber<std::uint32_t>(json.at("cell")), wholeNumber<std::uint32_t>(json.at("segment"))};
     c.place.t = json.at("t").get<double>();
     c.place.at_node = json.at("at_node").get<bool>();
-    c.place.node = {json.at("node").at(0).get<std::uint32_t>(), json.at("node").at(1).get<std::uint32_t>()};
-    c.place.tile = json.at("tile").get<TileId>();
+    c.place.node = {wholeNumber<std::uint32_t>(json.at("node").at(0)),
+                    wholeNumber<std::uint32_t>(json.at("node").at(1))};
+    c.place.tile = wholeNumber<TileId>(json.at("tile"));
     for (int axis = 0; axis < 3; ++axis)
       c.place.p_W[axis] = json.at("p_um").at(static_cast<std::size_t>(axis)).get<double>();
   }
@@ -328,6 +330,8 @@ void Session::Impl::readCommands(const std::string& path) {
     dt_s = 1.0 / options.rate_Hz;
     for (const auto& one : json.at("commands")) replayed.push_back(fromJson(one));
   } catch (const nlohmann::json::exception& error) {
+    throw InputError(escaped(path) + ": not the commands of a session: " + error.what());
+  } catch (const std::out_of_range& error) {
     throw InputError(escaped(path) + ": not the commands of a session: " + error.what());
   }
   for (const Commanded& one : replayed)

@@ -1,6 +1,7 @@
 #include "index/internal/set_files.h"
 
 #include "index/tile_source.h"
+#include "index/whole_number.h"
 
 #include <algorithm>
 #include <bit>
@@ -573,27 +574,27 @@ Manifest decodeManifest(const std::string& text) {
       throw Damage{
           0, "format version " + json.at("version").dump() + ", this program reads " + std::to_string(kFormatVersion)};
     Manifest manifest;
-    const int exponent = json.at("quantum_exponent").get<int>();
+    const int exponent = wholeNumber<int>(json.at("quantum_exponent"));
     if (exponent < Grid::kMinExponent || exponent > Grid::kMaxExponent) throw Damage{0, "the quantum is out of range"};
     manifest.grid = Grid(exponent);
-    manifest.capacity = json.at("capacity").get<std::uint32_t>();
+    manifest.capacity = wholeNumber<std::uint32_t>(json.at("capacity"));
     if (!json.at("bounds_quanta").is_null()) {
-      const auto corners = json.at("bounds_quanta").get<std::vector<std::vector<std::int64_t>>>();
-      if (corners.size() != 2 || corners[0].size() != 3 || corners[1].size() != 3)
+      const nlohmann::json& corners = json.at("bounds_quanta");
+      if (corners.size() != 2 || corners.at(0).size() != 3 || corners.at(1).size() != 3)
         throw Damage{0, "the bounds are malformed"};
       for (std::size_t i = 0; i < 3; ++i) {
-        manifest.bounds.lo[static_cast<Eigen::Index>(i)] = corners[0][i];
-        manifest.bounds.hi[static_cast<Eigen::Index>(i)] = corners[1][i];
+        manifest.bounds.lo[static_cast<Eigen::Index>(i)] = wholeNumber<std::int64_t>(corners.at(0).at(i));
+        manifest.bounds.hi[static_cast<Eigen::Index>(i)] = wholeNumber<std::int64_t>(corners.at(1).at(i));
       }
     }
     const nlohmann::json& counts = json.at("counts");
-    const auto count = [&](const char* name) { return counts.at(name).get<std::uint64_t>(); };
+    const auto count = [&](const char* name) { return wholeNumber<std::uint64_t>(counts.at(name)); };
     manifest.counts = {count("cells"), count("samples"), count("segments"),        count("isolated"),
                        count("roots"), count("tiles"),   count("stored_segments"), count("decoded_bytes")};
     manifest.covering_radius_um = json.at("covering_radius_um").get<double>();
-    manifest.refused = json.at("provenance").at("refused").get<std::uint64_t>();
+    manifest.refused = wholeNumber<std::uint64_t>(json.at("provenance").at("refused"));
     for (const nlohmann::json& file : json.at("files")) {
-      manifest.files.push_back({file.at("name").get<std::string>(), file.at("bytes").get<std::uint64_t>(),
+      manifest.files.push_back({file.at("name").get<std::string>(), wholeNumber<std::uint64_t>(file.at("bytes")),
                                 fromHex16(file.at("xxh3").get<std::string>())});
       const std::string& name = manifest.files.back().name;
       if (!isTileFileName(name) || name.find('/') != std::string::npos)
@@ -601,6 +602,8 @@ Manifest decodeManifest(const std::string& text) {
     }
     return manifest;
   } catch (const nlohmann::json::exception& error) {
+    throw Damage{0, std::string("not a manifest: ") + error.what()};
+  } catch (const std::out_of_range& error) {
     throw Damage{0, std::string("not a manifest: ") + error.what()};
   }
 }

@@ -2,6 +2,7 @@
 
 #include "index/errors.h"
 #include "index/ingest.h"
+#include "index/internal/set_files.h"
 #include "index/verify.h"
 #include "tests/support/random_cells.h"
 #include "tests/support/temp_folder.h"
@@ -176,6 +177,25 @@ TEST_F(PagedSet, ADamagedPageIsFoundBeforeItIsUsed) {
   EXPECT_EQ(report.problem_count, 1u);
   test::writeBytes(file, good);
   EXPECT_TRUE(verify(path_).sound());
+}
+
+// Written by whoever made the set, so that its name, the checksum of its text, is right.
+TEST(TileSet, RefusesAManifestWhoseWholeNumbersAreNone) {
+  const test::TempFolder folder;
+  const std::string path = ingested(folder, {test::randomNeuron(1)});
+  const std::string good = test::readBytes(path + "/CURRENT").substr(0, 18);
+  const std::string text = test::readBytes(path + "/" + good + "/manifest.json");
+  const auto with = [&](const std::string& key, const std::string& value) {  // for its first number
+    const std::size_t at = text.find_first_of("-0123456789", text.find('"' + key + '"'));
+    std::string changed = text;
+    return changed.replace(at, text.find_first_not_of("-0123456789", at) - at, value);
+  };
+  EXPECT_NO_THROW(internal::decodeManifest(with("capacity", "7")));
+  for (const char* key : {"capacity", "quantum_exponent", "bounds_quanta", "samples", "bytes", "refused"})
+    for (const char* value : {"-5e20", "1.5", "4e2", "\"7\"", "18446744073709551616"})
+      EXPECT_THROW(internal::decodeManifest(with(key, value)), internal::Damage) << key << ' ' << value;
+  EXPECT_THROW(internal::decodeManifest(with("capacity", "4294967303")), internal::Damage);
+  EXPECT_THROW(internal::decodeManifest(with("quantum_exponent", "4294967287")), internal::Damage);
 }
 
 TEST(TileSet, DamageNamesTileFileAndOffset) {

@@ -124,6 +124,8 @@ TEST(SavedHistory, ADamagedFileIsOneWarningAndAFreshStart) {
                                          R"({"version":9,"now":0,"history":[],"bookmarks":{}})",
                                          R"({"version":1,"now":-1,"history":7,"bookmarks":{}})",
                                          R"({"version":1,"now":0,"history":[5],"bookmarks":{}})",
+                                         R"({"version":1,"now":-5e20,"history":[],"bookmarks":{}})",
+                                         R"({"version":4294967297,"now":0,"history":[],"bookmarks":{}})",
                                          R"({"version":1,"now":0,"history":[{"cell":3}],"bookmarks":{}})",
                                          std::string(2000, '['),
                                          good + "x"};
