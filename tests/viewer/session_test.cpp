@@ -159,6 +159,23 @@ TEST_F(Sessions, ARecordingThatDoesNotFitIsRefused) {
   EXPECT_THROW(Session(*store_, {.device = "replay:" + folder / "b.rec", .in_memory = true}), InputError);
 }
 
+TEST_F(Sessions, CommandsWhoseNumbersAreNoneAreRefused) {
+  const test::TempFolder folder;
+  {
+    Session session(*store_, {.in_memory = true, .budget_bytes = {}, .record = folder / "a.rec"});
+    session.advance(10);
+    session.finish();
+  }
+  const std::string good = test::readBytes(folder / "a.rec.json");
+  for (const std::string& command : {std::string(R"({"tick":-5e20,"kind":0})"), std::string(R"({"tick":1.5,"kind":0})"),
+                                     std::string(R"({"tick":3,"kind":4294967296})")}) {
+    const std::size_t list = good.find('[', good.find("\"commands\""));
+    std::string bad = good;
+    test::writeBytes(folder / "a.rec.json", bad.replace(list, good.rfind(']') + 1 - list, "[" + command + "]"));
+    EXPECT_THROW(Session(*store_, {.device = "replay:" + folder / "a.rec", .in_memory = true}), InputError) << command;
+  }
+}
+
 // Threads, tiles from the disk, and a replay of it.
 TEST_F(Sessions, InRealTimeAJumpWaitsForItsTile) {
   const test::TempFolder folder;
