@@ -282,8 +282,10 @@ std::vector<std::string> checkLevels(const TileSet& set, const Levels& levels) {
         if (!tile->owned(s)) continue;
         ++open.owned;
         const std::uint32_t cell = tile->segmentId(s).cell;
-        const auto [first, last] =
-            std::ranges::equal_range(open.threads, cell, {}, [](const auto& thread) { return thread.first; });
+        const auto first = std::lower_bound(open.threads.begin(), open.threads.end(), cell,
+                                            [](const auto& thread, std::uint32_t of) { return thread.first < of; });
+        const auto last =
+            std::find_if(first, open.threads.end(), [&](const auto& thread) { return thread.first != cell; });
         const Vector3d ends_W[] = {tile->position_W(tile->child(s)), tile->position_W(tile->parent(s))};
         for (const Vector3d& p_W : {ends_W[0], ends_W[1], Vector3d(0.5 * (ends_W[0] + ends_W[1]))}) {
           const bool near = std::any_of(first, last, [&](const auto& thread) {

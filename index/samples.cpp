@@ -123,18 +123,18 @@ void SampleChooser::addLeaf(const CellKey& leaf, std::span<const StoredSegment> 
     place[i] = at;
     at += bits == 0 ? 0 : axisBits(depth_, axis) - axisBits(leaf.depth, axis);
   }
-  if (bits <= kTableBits) part.table.assign(std::size_t{1} << bits, kAbsent);
-  part.sparse.clear();
-  part.group_of.assign(segments.size(), kAbsent);
+  if (bits <= kTableBits) part.table_.assign(std::size_t{1} << bits, kAbsent);
+  part.sparse_.clear();
+  part.group_of_.assign(segments.size(), kAbsent);
   const auto slot = [&](const GridPoint& p) -> std::uint32_t& {
-    if (bits == 0) return part.table[0];
-    if (bits > kTableBits) return part.sparse.try_emplace(prefix(mortonKey(p), depth_), kAbsent).first->second;
+    if (bits == 0) return part.table_[0];
+    if (bits > kTableBits) return part.sparse_.try_emplace(prefix(mortonKey(p), depth_), kAbsent).first->second;
     std::size_t index = 0;
     for (std::size_t i = 0; i < 3; ++i)
       index |=
           static_cast<std::size_t>((p[static_cast<Eigen::Index>(i)] - lo[static_cast<Eigen::Index>(i)]) >> shift[i])
           << place[i];
-    return part.table[index];
+    return part.table_[index];
   };
   const auto centre2 = [&](const GridPoint& p) {  // twice the middle of the point's cell
     GridPoint c;
@@ -146,7 +146,7 @@ void SampleChooser::addLeaf(const CellKey& leaf, std::span<const StoredSegment> 
     return c;
   };
 
-  const std::size_t first = part.groups.size();
+  const std::size_t first = part.groups_.size();
   for (std::size_t i = 0; i < segments.size(); ++i) {
     const StoredSegment& s = segments[i];
     if (!s.owned) continue;
@@ -157,35 +157,35 @@ void SampleChooser::addLeaf(const CellKey& leaf, std::span<const StoredSegment> 
           std::min<std::uint64_t>(std::uint64_t{1} << (exponent - piece_exponent_),
                                   static_cast<std::uint64_t>(std::floor(std::ldexp(length, -piece_exponent_))) + 1);
       for (std::uint64_t k = 0; k < n; ++k)
-        part.pieces.push_back({interior(s, 2 * k + 1, n), s.id,
-                               static_cast<float>(static_cast<double>(2 * k + 1) / static_cast<double>(2 * n))});
-      part.piece_radius = std::max(part.piece_radius, length / (2 * static_cast<double>(n)) + kRounding);
+        part.pieces_.push_back({interior(s, 2 * k + 1, n), s.id,
+                                static_cast<float>(static_cast<double>(2 * k + 1) / static_cast<double>(2 * n))});
+      part.piece_radius_ = std::max(part.piece_radius_, length / (2 * static_cast<double>(n)) + kRounding);
       continue;
     }
     const GridPoint middle = midpoint(s.child, s.parent);
     const double distance2 = squaredDistance(2 * middle, centre2(middle));
     std::uint32_t& at = slot(middle);
     if (at == kAbsent) {
-      at = static_cast<std::uint32_t>(part.groups.size());
-      part.groups.push_back({0, middle, distance2, s.id, {}, 0});
+      at = static_cast<std::uint32_t>(part.groups_.size());
+      part.groups_.push_back({0, middle, distance2, s.id, {}, 0});
     } else {
-      Part::Group& group = part.groups[at];
+      Part::Group& group = part.groups_[at];
       if (std::tie(distance2, s.id) < std::tie(group.distance2, group.id))
         group.point = middle, group.distance2 = distance2, group.id = s.id;
     }
-    part.group_of[i] = at;
+    part.group_of_[i] = at;
   }
   for (std::size_t i = 0; i < segments.size(); ++i) {
-    if (part.group_of[i] == kAbsent) continue;
+    if (part.group_of_[i] == kAbsent) continue;
     const StoredSegment& s = segments[i];
-    Part::Group& group = part.groups[part.group_of[i]];
+    Part::Group& group = part.groups_[part.group_of_[i]];
     group.ends.extend(s.child);
     group.ends.extend(s.parent);
     group.radius2 =
         std::max({group.radius2, squaredDistance(s.child, group.point), squaredDistance(s.parent, group.point)});
   }
-  for (std::size_t g = first; g < part.groups.size(); ++g)
-    part.groups[g].cell = prefix(mortonKey(part.groups[g].point), depth_);
+  for (std::size_t g = first; g < part.groups_.size(); ++g)
+    part.groups_[g].cell = prefix(mortonKey(part.groups_[g].point), depth_);
 }
 
 SamplePoints SampleChooser::finish(std::span<Part> parts) const {
@@ -193,9 +193,9 @@ SamplePoints SampleChooser::finish(std::span<Part> parts) const {
   std::vector<Part::Piece> points;
   double radius = 0;  // quanta
   for (Part& part : parts) {
-    groups.insert(groups.end(), part.groups.begin(), part.groups.end());
-    points.insert(points.end(), part.pieces.begin(), part.pieces.end());
-    radius = std::max(radius, part.piece_radius);
+    groups.insert(groups.end(), part.groups_.begin(), part.groups_.end());
+    points.insert(points.end(), part.pieces_.begin(), part.pieces_.end());
+    radius = std::max(radius, part.piece_radius_);
     part = {};
   }
   std::sort(groups.begin(), groups.end(), [](const Part::Group& a, const Part::Group& b) {

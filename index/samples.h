@@ -61,11 +61,11 @@ class SampleChooser {
       SegmentId id;
       float t;
     };
-    std::vector<Group> groups;
-    std::vector<Piece> pieces;
-    double piece_radius = 0;  // quanta
-    std::vector<std::uint32_t> table, group_of;
-    std::map<MortonKey, std::uint32_t> sparse;
+    std::vector<Group> groups_;
+    std::vector<Piece> pieces_;
+    double piece_radius_ = 0;  // quanta
+    std::vector<std::uint32_t> table_, group_of_;
+    std::map<MortonKey, std::uint32_t> sparse_;
   };
   // The segments of a leaf; those that it does not own are passed over. O(n).
   void addLeaf(const CellKey& leaf, std::span<const StoredSegment> segments, Part& part) const;

@@ -34,7 +34,7 @@ struct TileSlot {
 
  private:
   friend class TileSlots;
-  std::size_t listed_at = 0;
+  std::size_t listed_at_ = 0;
 };
 
 class TileSlots {
@@ -54,13 +54,13 @@ class TileSlots {
     free_.pop_back();
     TileSlot& slot = pool_[place_[tile]];
     slot.id = tile;
-    slot.listed_at = list_.size();
+    slot.listed_at_ = list_.size();
     list_.push_back(&slot);
     return slot;
   }
   void erase(TileSlot& slot) {
-    list_.back()->listed_at = slot.listed_at;
-    list_[slot.listed_at] = list_.back();
+    list_.back()->listed_at_ = slot.listed_at_;
+    list_[slot.listed_at_] = list_.back();
     list_.pop_back();
     free_.push_back(place_[slot.id]);
     place_[slot.id] = kNone;
