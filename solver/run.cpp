@@ -255,7 +255,7 @@ class LegPlanner {
         while (travelled_.pop(leg)) delete leg;
         if (!next) next = itinerary_.next();
         if (planned_.push(next.get()))
-          next.release();
+          static_cast<void>(next.release());  // the loop has it
         else
           std::this_thread::sleep_for(std::chrono::milliseconds(2));
       }
@@ -634,7 +634,7 @@ class Run {
           if (replaysMarks() && (replay_->marks().bits & kTicked) == 0) return {};
           if (reader) reader->apply();
           if (planner) {
-            if (past_ && planner->giveBack(past_.get())) past_.release();
+            if (past_ && planner->giveBack(past_.get())) static_cast<void>(past_.release());
             moveOn(state, [&]() noexcept { return planner->take(); });
           }
           const NavigationTick& tick = navigation_->tick(state, dt_s_);

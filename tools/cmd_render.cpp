@@ -215,7 +215,7 @@ SceneFigures drawPicture(const TileStore& store, const RenderArguments& a, Scene
   }
   frame.camera = cameraOf(a, scene, proxy, workspace, eyeSize(frame.stereo, frame.size).aspect());
   Progress progress({.title = "render", .noun = "tiles"});
-  const SceneFigures figures = scene.drawWhole(frame, [&](std::size_t done, std::size_t all) {
+  SceneFigures figures = scene.drawWhole(frame, [&](std::size_t done, std::size_t all) {
     throwIfInterrupted();
     progress.setTotal(all);
     progress.update(done);

@@ -312,11 +312,11 @@ RenderFigures Renderer::Impl::drawEye(const EyeView& view, const PictureSize& si
       continue;
     }
     const double distance = (batch.lo_W - view.eye_W).cwiseMax(view.eye_W - batch.hi_W).cwiseMax(0.0).norm();
-    const auto thickerThan = [&](double radius_px) {
+    const auto thickerThan = [&, &radii_um = batch.radii_um](double radius_px) {
       const double least_um = radius_px * distance / levels.pixels_per_rad;
-      const auto thin = std::partition_point(batch.radii_um.begin(), batch.radii_um.end(),
+      const auto thin = std::partition_point(radii_um.begin(), radii_um.end(),
                                              [least_um](float radius_um) { return radius_um >= least_um; });
-      return static_cast<std::size_t>(thin - batch.radii_um.begin());
+      return static_cast<std::size_t>(thin - radii_um.begin());
     };
     const std::size_t ribbons = thickerThan(kLineRadius_px);
     const std::size_t cones = widest_line >= kRibbon ? thickerThan(kRibbonRadius_px) : ribbons;
@@ -339,10 +339,10 @@ RenderFigures Renderer::Impl::drawEye(const EyeView& view, const PictureSize& si
   glDisable(GL_BLEND);
 
   prepare(line, view, size, options, samples);
-  const auto drawLines = [&](float width, const auto& beginOf, const auto& endOf) {
+  const auto drawLines = [&](float width, const auto& begin_of, const auto& end_of) {
     glLineWidth(std::min(width, widest_line));
     for (const Part& part : threads) {
-      const std::size_t begin = beginOf(part), end = endOf(part);
+      const std::size_t begin = begin_of(part), end = end_of(part);
       if (begin == end) continue;
       line.set("origin_V", view.toView(part.batch->origin_W));
       bindFrom(*part.batch, begin);

@@ -38,13 +38,13 @@ struct QuickSweep::Sweep {
       else
         push(active.child_id, *active.tile, active.child, first, sub_goal2);
     };
-    constexpr double none = std::numeric_limits<double>::infinity();
+    constexpr double kNone = std::numeric_limits<double>::infinity();
     if (active.length2 == 0.0) {
-      goOn(true, none);
-      goOn(false, none);
+      goOn(true, kNone);
+      goOn(false, kNone);
       return;
     }
-    follow(reach, active.child_W, active.parent_W, q, none,
+    follow(reach, active.child_W, active.parent_W, q, kNone,
            [&](bool at_parent) { goOn(at_parent, q.squared_distance); });
   }
 

@@ -43,19 +43,19 @@ struct BestPoint {
   }
 };
 
-// Calls goOn(at_parent) for each end to go on from, the one to be visited first last; q is its sub-goal.
+// Calls go_on(at_parent) for each end to go on from, the one to be visited first last; q is its sub-goal.
 // `sub_goal2` is the squared distance of the sub-goal with which the branch came.
 template <typename GoOn>
 [[gnu::always_inline]] inline void follow(const Reach& reach, const Vector3d& child_W, const Vector3d& parent_W,
-                                          const ClosestPoint& q, double sub_goal2, const GoOn& goOn) noexcept {
+                                          const ClosestPoint& q, double sub_goal2, const GoOn& go_on) noexcept {
   if (!reach.escapes) {
-    if (q.t == 0.0) goOn(false);
-    if (q.t == 1.0) goOn(true);
+    if (q.t == 0.0) go_on(false);
+    if (q.t == 1.0) go_on(true);
     return;
   }
   if (q.squared_distance > sub_goal2) return;
-  if (q.t == 0.0) return goOn(false);
-  if (q.t == 1.0) return goOn(true);
+  if (q.t == 0.0) return go_on(false);
+  if (q.t == 1.0) return go_on(true);
   const double r_um = std::min(reach.r_max_um, reach.gain * std::sqrt(q.squared_distance) + reach.r_min_um);
   // |end - q| < r, without the root but where rounding might decide.
   const double r2 = r_um * r_um, surely2 = r2 * (1 - 1e-12), never2 = r2 * (1 + 1e-12);
@@ -63,8 +63,8 @@ template <typename GoOn>
     const double d2 = (end_W - q.p_W).squaredNorm();
     return d2 < surely2 || (d2 <= never2 && std::sqrt(d2) < r_um);
   };
-  if (within(parent_W)) goOn(true);
-  if (within(child_W)) goOn(false);
+  if (within(parent_W)) go_on(true);
+  if (within(child_W)) go_on(false);
 }
 
 class QuickSweep {

@@ -48,12 +48,12 @@ std::uint32_t LiteralSolver::advance(const Vector3d& h_W) {
   seen_nodes_.clear();
   h_W_ = h_W;
   best2_ = (p_W_ - h_W).squaredNorm();
-  constexpr double none = std::numeric_limits<double>::infinity();
+  constexpr double kNone = std::numeric_limits<double>::infinity();
   const WholeGraph::Segment& s = graph_.segments()[segment_];
   if (t_ == 0.0 || t_ == 1.0) {
-    visitNode(t_ == 0.0 ? s.child : s.parent, none);
+    visitNode(t_ == 0.0 ? s.child : s.parent, kNone);
   } else {
-    visitSegment(segment_, -1, none);
+    visitSegment(segment_, -1, kNone);
   }
   return static_cast<std::uint32_t>(seen_segments_.size());
 }

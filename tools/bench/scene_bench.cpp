@@ -29,8 +29,6 @@ namespace {
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
-constexpr double kMiB = 1048576.0;
-
 struct Start {  // of the program, to its end
   double wall_ms = 0, cpu_ms = 0, peak_mib = 0;
   std::size_t threads = 0;  // most at a time, as seen from outside every 0.2 ms

@@ -197,8 +197,9 @@ Image drawMap(const std::string& title, const std::string& subtitle, const std::
   const double lo = std::log(stiffness_N_m.front()), step = std::log(stiffness_N_m[1] / stiffness_N_m[0]);
   for (std::size_t p = 0; p < panels.size(); ++p) {
     const Panel& panel = panels[p];
-    const double x0 = kLeft + static_cast<double>(p % panel_columns) * (columns * kCell_x + kGap_x);
-    const double y0 = kTop + 16 + static_cast<double>(p / panel_columns) * (rows * kCell_y + kGap_y);
+    const std::size_t column = p % panel_columns, below = p / panel_columns;
+    const double x0 = kLeft + static_cast<double>(column) * (columns * kCell_x + kGap_x);
+    const double y0 = kTop + 16 + static_cast<double>(below) * (rows * kCell_y + kGap_y);
     const double y1 = y0 + rows * kCell_y;
     canvas.text(panel.title, {x0, y0 - 8}, 9.5, kInk);
     for (int c = 0; c < columns; ++c) {
@@ -344,7 +345,8 @@ BenchReport runStability(const BenchOptions& options) {
   std::size_t at = 0;
   for (const char* hand : kHands) {
     for (const int delay : delays) {
-      Panel off{std::string(hand) + " hand, delay " + std::to_string(delay), {}, {}, {}}, on = off;
+      const std::string title = std::string(hand) + " hand, delay " + std::to_string(delay);
+      Panel off{title, {}, {}, {}}, on{title, {}, {}, {}};
       for (const double rate : rates) {
         const auto from = [&](bool with) {
           for (std::size_t r = 0; r < stiffness.size(); ++r)

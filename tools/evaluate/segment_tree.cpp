@@ -16,7 +16,7 @@ double squaredDistance(const Vector3d& lo, const Vector3d& hi, const Vector3d& h
 
 }  // namespace
 
-SegmentTree::SegmentTree(const CellGraph& cell, std::vector<std::uint32_t> children) {
+SegmentTree::SegmentTree(const CellGraph& cell, const std::vector<std::uint32_t>& children) {
   segments_.reserve(children.size());
   for (const std::uint32_t child : children)
     segments_.push_back({cell.position_W(child), cell.position_W(cell.parents[child]), child});

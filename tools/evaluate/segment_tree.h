@@ -22,7 +22,7 @@ class SegmentTree {
   };
 
   // Over the segments that have these children (ranks). O(n log n).
-  SegmentTree(const CellGraph& cell, std::vector<std::uint32_t> children);
+  SegmentTree(const CellGraph& cell, const std::vector<std::uint32_t>& children);
 
   // The nearest point to h among those strictly nearer than the square root of `limit2_um2`. Deterministic. O(log n) as
   // a rule. Requires finite h.

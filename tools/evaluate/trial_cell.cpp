@@ -62,7 +62,7 @@ const SegmentTree& TrialCell::tree(std::uint32_t root) {
   std::vector<std::uint32_t> children;
   for (std::uint32_t rank = 0; rank < graph_.samples(); ++rank)
     if (root_[rank] == root && rank != root) children.push_back(rank);
-  return trees_.emplace(root, SegmentTree(graph_, std::move(children))).first->second;
+  return trees_.emplace(root, SegmentTree(graph_, children)).first->second;
 }
 
 ProxyPlace TrialCell::placeAt(std::uint32_t child, double t, const Vector3d& p_W) const noexcept {
