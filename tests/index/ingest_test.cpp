@@ -5,6 +5,7 @@
 #include "index/memory_tiles.h"
 #include "index/verify.h"
 #include "tests/support/random_cells.h"
+#include "tests/support/sanitized.h"
 #include "tests/support/temp_folder.h"
 #include "tests/support/tile_invariants.h"
 
@@ -133,6 +134,7 @@ TEST(Ingest, SameCellsGiveTheSameBytesWhateverTheThreadsAndTheMemory) {
     const IngestResult first = ingestCells(named.cells, folder / "a.fil", {.capacity = 20, .threads = 1});
     for (const unsigned threads : {1u, 3u})
       for (const std::uint64_t chunk : {0u, 20u, 150u}) {
+        if (test::kSanitized && (chunk == 150 || (threads == 1 && chunk == 0))) continue;
         const std::string path = folder / "b.fil/";
         const IngestResult again = ingestCells(
             named.cells, path, {.capacity = 20, .threads = threads, .chunk_segments = chunk, .force = true});

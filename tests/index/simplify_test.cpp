@@ -95,7 +95,7 @@ TEST(Simplify, StaysWithinTheErrorThatItStatesInBothDirections) {
   for (const test::NamedCells& input : inputs()) {
     const ThreadGraph whole = wholeOf(input.cells, kGrid);
     std::size_t before = whole.segments.size();
-    if (test::kSanitized && before > 1000) continue;  // all against all takes minutes there
+    if (test::kSanitized && before > 600) continue;  // all against all takes minutes there
     for (const double tolerance : {0.01, 0.5, 3.0, 40.0, 1e4}) {
       SCOPED_TRACE(input.name + ", tolerance " + std::to_string(tolerance));
       const ThreadGraph simple = simplify(whole, kGrid, {tolerance, tolerance, kUnlimited});
