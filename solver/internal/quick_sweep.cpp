@@ -38,13 +38,13 @@ struct QuickSweep::Sweep {
       else
         push(active.child_id, *active.tile, active.child, first, sub_goal2);
     };
-    constexpr double kNone = std::numeric_limits<double>::infinity();
+    constexpr double kUnbounded = std::numeric_limits<double>::infinity();
     if (active.length2 == 0.0) {
-      goOn(true, kNone);
-      goOn(false, kNone);
+      goOn(true, kUnbounded);
+      goOn(false, kUnbounded);
       return;
     }
-    follow(reach, active.child_W, active.parent_W, q, kNone,
+    follow(reach, active.child_W, active.parent_W, q, kUnbounded,
            [&](bool at_parent) { goOn(at_parent, q.squared_distance); });
   }
 
