@@ -75,7 +75,7 @@ class Assembly {
   std::vector<std::uint8_t> placed_, linked_;
 };
 
-std::string escaped(const std::string& bytes) {
+std::string hexEscaped(const std::string& bytes) {
   std::string text;
   for (unsigned char c : bytes) {
     if (c >= 0x20 && c != 0x7F) {
@@ -177,9 +177,9 @@ CellGraph readCell(const TileStore& store, std::uint32_t cell, bool with_appeara
 
 void writeSwc(std::ostream& out, const CellGraph& cell) {
   if (cell.isGraph())
-    throw InputError("'" + escaped(cell.name) +
+    throw InputError("'" + hexEscaped(cell.name) +
                      "' has loops, which SWC cannot hold; write an edge list instead, such as " + "-o cell.edges");
-  out << "# " << escaped(cell.name) << "\n# source: " << escaped(cell.source) << "\n";
+  out << "# " << hexEscaped(cell.name) << "\n# source: " << hexEscaped(cell.source) << "\n";
   const std::vector<std::int64_t> ids = distinctIds(cell);
   if (ids != cell.sample_ids)
     out << "# ids began again in the source at " << cell.block_starts.size()

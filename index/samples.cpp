@@ -18,14 +18,14 @@ constexpr std::uint32_t kAbsent = UINT32_MAX;
 
 // The least e with |a - b| <= 2^e quanta.
 int lengthExponent(const GridPoint& a, const GridPoint& b) {
-  __extension__ using Wide = unsigned __int128;
-  Wide squared = 0;
+  __extension__ using Product = unsigned __int128;
+  Product squared = 0;
   for (int i = 0; i < 3; ++i) {
     const auto d = static_cast<std::uint64_t>(std::abs(a[i] - b[i]));
-    squared += Wide{d} * d;
+    squared += Product{d} * d;
   }
   if (squared <= 1) return 0;
-  const Wide below = squared - 1;
+  const Product below = squared - 1;
   const auto high = static_cast<std::uint64_t>(below >> 64);
   const int bits = high != 0 ? 64 + std::bit_width(high) : std::bit_width(static_cast<std::uint64_t>(below));
   return (bits + 1) / 2;
@@ -41,11 +41,12 @@ MortonKey prefix(MortonKey key, int depth) {
 double squaredDistance(const GridPoint& a, const GridPoint& b) { return (a - b).cast<double>().squaredNorm(); }
 
 GridPoint interior(const StoredSegment& s, std::uint64_t odd, std::uint64_t pieces) {  // at odd / (2 pieces)
-  __extension__ using Wide = __int128;
+  __extension__ using Product = __int128;
   GridPoint p;
   for (int i = 0; i < 3; ++i) {
-    const Wide divisor = Wide{pieces} * 2, doubled = Wide{s.parent[i] - s.child[i]} * odd + pieces;  // to the nearest
-    Wide step = doubled / divisor;
+    const Product divisor = Product{pieces} * 2,
+                  doubled = Product{s.parent[i] - s.child[i]} * odd + pieces;  // to the nearest
+    Product step = doubled / divisor;
     if (doubled < 0 && doubled % divisor != 0) --step;
     p[i] = s.child[i] + static_cast<std::int64_t>(step);
   }

@@ -9,7 +9,6 @@ namespace filiform {
 namespace {
 
 constexpr std::uint32_t kNone = UINT32_MAX;
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // Rounded up by more than what the distances below can err by.
 constexpr double kRoundUp = 1 + 1e-12;
 
@@ -149,7 +148,7 @@ class Simplifier {
     }
     for (const ThreadSegment& s : graph_.segments) fixed += s.child == s.parent && !dropped(s.child);
     if (fixed + above.size() <= most) return least_um;
-    if (fixed > most) return kInfinity;
+    if (fixed > most) return std::numeric_limits<double>::infinity();
     const auto nth = above.begin() + static_cast<std::ptrdiff_t>(most - fixed);
     std::nth_element(above.begin(), nth, above.end(), std::greater<>());
     return *nth;
@@ -254,7 +253,7 @@ class Simplifier {
   void weigh(const Run& run, double least_um) {
     if (run.nodes.size() < 3) return;
     std::vector<Part>& parts = parts_;
-    parts.assign(1, {0, run.nodes.size() - 1, kInfinity});
+    parts.assign(1, {0, run.nodes.size() - 1, std::numeric_limits<double>::infinity()});
     while (!parts.empty()) {
       const Part part = parts.back();
       parts.pop_back();

@@ -14,7 +14,7 @@ std::size_t heapBytes(const std::vector<T>& v) {
   return v.size() * sizeof(T);
 }
 
-constexpr std::uint32_t kNone = UINT32_MAX;
+constexpr std::uint32_t kNoSegment = UINT32_MAX;
 
 NodeId childOf(const StoredSegment& s) { return {s.id.cell, s.child_sample}; }
 NodeId parentOf(const StoredSegment& s) { return {s.id.cell, s.parent_sample}; }
@@ -34,15 +34,15 @@ class Children {
         std::unique(rows_.begin(), rows_.end(), [](const auto& a, const auto& b) { return a.first == b.first; }),
         rows_.end());
   }
-  std::uint32_t placing(NodeId node) const {  // kNone: no segment
+  std::uint32_t placing(NodeId node) const {  // kNoSegment: no segment
     if (named_) {
       const auto at = std::lower_bound(segments_.begin(), segments_.end(), node.key(),
                                        [](const StoredSegment& s, std::uint64_t key) { return s.id.key() < key; });
-      if (at == segments_.end() || at->id.key() != node.key()) return kNone;
+      if (at == segments_.end() || at->id.key() != node.key()) return kNoSegment;
       return static_cast<std::uint32_t>(at - segments_.begin());
     }
     const auto at = std::lower_bound(rows_.begin(), rows_.end(), std::pair(node.key(), std::uint32_t{0}));
-    return at == rows_.end() || at->first != node.key() ? kNone : at->second;
+    return at == rows_.end() || at->first != node.key() ? kNoSegment : at->second;
   }
   bool placed(std::uint32_t segment) const { return named_ || placing(childOf(segments_[segment])) == segment; }
 
@@ -95,7 +95,7 @@ Tile::Tile(TileId id, const CellKey& key, bool is_long, const Grid& grid, std::v
       starts.push_back(s);
       strips.push_back(static_cast<std::uint32_t>(points.size()));
       if (segment.parent_sample != UINT32_MAX && segment.parent_sample + 1 == segment.child_sample &&
-          children.placing(parentOf(segment)) == kNone) {
+          children.placing(parentOf(segment)) == kNoSegment) {
         lead[s] = true;
         points.push_back(&segment.parent);
       }
@@ -105,13 +105,13 @@ Tile::Tile(TileId id, const CellKey& key, bool is_long, const Grid& grid, std::v
   }
 
   std::vector<std::pair<NodeId, const GridPoint*>> strays;
-  const auto leadOf = [&](NodeId node) {  // the segment whose fragment placed it as its lead, or kNone
+  const auto leadOf = [&](NodeId node) {  // the segment whose fragment placed it as its lead, or kNoSegment
     const std::uint32_t s = children.placing({node.cell, node.sample + 1});
-    return s != kNone && lead[s] ? s : kNone;
+    return s != kNoSegment && lead[s] ? s : kNoSegment;
   };
   for (const std::uint32_t s : starts) {
     const NodeId parent = parentOf(segments[s]);
-    if (!lead[s] && children.placing(parent) == kNone && leadOf(parent) == kNone)
+    if (!lead[s] && children.placing(parent) == kNoSegment && leadOf(parent) == kNoSegment)
       strays.emplace_back(parent, &segments[s].parent);
   }
   std::sort(strays.begin(), strays.end());
@@ -133,9 +133,9 @@ Tile::Tile(TileId id, const CellKey& key, bool is_long, const Grid& grid, std::v
       --parent_node;
     } else if (parent != childOf(segments[s])) {
       std::uint32_t at = children.placing(parent);
-      if (at != kNone) {
+      if (at != kNoSegment) {
         parent_node = node_of[at];
-      } else if (at = leadOf(parent); at != kNone) {
+      } else if (at = leadOf(parent); at != kNoSegment) {
         parent_node = node_of[at] - 1;
       } else {
         parent_node = strays_begin + static_cast<std::uint32_t>(

@@ -24,7 +24,7 @@ constexpr std::uint64_t kDetailMemory = std::uint64_t{8} << 20;
 
 struct TileWriter::Impl {
   std::string folder;
-  internal::Directory directory;
+  internal::DirectoryContents directory;
   internal::Manifest manifest;
   std::unique_ptr<internal::OutputFile> pack;
   std::uint32_t packs = 0;
@@ -136,7 +136,7 @@ void TileWriter::writeSamples(const SamplePoints& samples) {
 
 void TileWriter::writeLevels(unsigned threads, const std::function<void(std::uint64_t)>& progress) {
   impl_->closePack();
-  const internal::Directory& directory = impl_->directory;
+  const internal::DirectoryContents& directory = impl_->directory;
   std::vector<CellKey> leaves;
   for (TileId t = 0; t < directory.entries.size(); ++t)
     if (t != directory.long_tile) leaves.push_back(directory.entries[t].key);

@@ -1,6 +1,6 @@
 #include "solver/force_law.h"
 
-#include "index/errors.h"
+#include "solver/internal/option_check.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,10 +11,9 @@ namespace filiform {
 namespace {
 
 using Eigen::Vector3d;
-
-void require(bool ok, const char* option, double value, const char* range) {
-  if (!ok) throw UsageError(std::string(option) + " is " + std::to_string(value) + "; it must be finite and " + range);
-}
+using internal::isNotNegative;
+using internal::isPositive;
+using internal::require;
 
 // Without overflow on the way; infinite or NaN iff the vector's length is no double.
 double lengthOf(const Vector3d& v) {
@@ -26,14 +25,12 @@ double lengthOf(const Vector3d& v) {
 }  // namespace
 
 ForceLaw::ForceLaw(const ForceLawOptions& options) : options_(options), passivity_(options.passivity) {
-  const auto positive = [](double x) { return std::isfinite(x) && x > 0; };
-  const auto not_negative = [](double x) { return std::isfinite(x) && x >= 0; };
-  require(positive(options.stiffness_N_m), "stiffness (N/m)", options.stiffness_N_m, "> 0");
-  require(not_negative(options.damping_Ns_m), "damping (N s/m)", options.damping_Ns_m, ">= 0");
-  require(positive(options.max_force_N), "maximum force (N)", options.max_force_N, "> 0");
-  require(positive(options.max_slew_N_s), "maximum slew (N/s)", options.max_slew_N_s, "> 0");
-  require(not_negative(options.free_speed_m_s), "free speed (m/s)", options.free_speed_m_s, ">= 0");
-  require(not_negative(options.ramp_s), "ramp (s)", options.ramp_s, ">= 0");
+  require(isPositive(options.stiffness_N_m), "stiffness (N/m)", options.stiffness_N_m, "> 0");
+  require(isNotNegative(options.damping_Ns_m), "damping (N s/m)", options.damping_Ns_m, ">= 0");
+  require(isPositive(options.max_force_N), "maximum force (N)", options.max_force_N, "> 0");
+  require(isPositive(options.max_slew_N_s), "maximum slew (N/s)", options.max_slew_N_s, "> 0");
+  require(isNotNegative(options.free_speed_m_s), "free speed (m/s)", options.free_speed_m_s, ">= 0");
+  require(isNotNegative(options.ramp_s), "ramp (s)", options.ramp_s, ">= 0");
 }
 
 Vector3d ForceLaw::apply(const Vector3d& p_D, const Vector3d& h_D, const Vector3d& v_D, double dt_s) noexcept {

@@ -1,6 +1,7 @@
 #include "solver/passivity.h"
 
 #include "index/errors.h"
+#include "solver/internal/option_check.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,22 +11,19 @@ namespace filiform {
 namespace {
 
 using Eigen::Vector3d;
+using internal::isNotNegative;
+using internal::isPositive;
+using internal::require;
 
 constexpr double kLeastSpeed_m_s = 1e-4;  // below, a velocity is noise, and its square no divisor
-
-void require(bool ok, const char* option, double value, const char* range) {
-  if (!ok) throw UsageError(std::string(option) + " is " + std::to_string(value) + "; it must be finite and " + range);
-}
 
 }  // namespace
 
 PassivityController::PassivityController(const PassivityOptions& options) : options_(options) {
-  const auto not_negative = [](double x) { return std::isfinite(x) && x >= 0; };
-  require(std::isfinite(options.energy_J) && options.energy_J > 0, "passivity energy (J)", options.energy_J, "> 0");
-  require(not_negative(options.power_W), "passivity power (W)", options.power_W, ">= 0");
-  require(std::isfinite(options.recovery_1_s) && options.recovery_1_s > 0, "passivity recovery (1/s)",
-          options.recovery_1_s, "> 0");
-  require(not_negative(options.max_damping_Ns_m), "passivity damping (N s/m)", options.max_damping_Ns_m, ">= 0");
+  require(isPositive(options.energy_J), "passivity energy (J)", options.energy_J, "> 0");
+  require(isNotNegative(options.power_W), "passivity power (W)", options.power_W, ">= 0");
+  require(isPositive(options.recovery_1_s), "passivity recovery (1/s)", options.recovery_1_s, "> 0");
+  require(isNotNegative(options.max_damping_Ns_m), "passivity damping (N s/m)", options.max_damping_Ns_m, ">= 0");
   if (options.delay_samples < 0 || options.delay_samples > PassivityOptions::kMaxDelay)
     throw UsageError("the delay for passivity is " + std::to_string(options.delay_samples) +
                      " samples; it must be between 0 and " + std::to_string(PassivityOptions::kMaxDelay));

@@ -9,7 +9,8 @@ namespace filiform::tools {
 
 namespace {
 
-constexpr double kCapital = 0.72, kMeanLetter = 0.55;  // of the size of a sans-serif font: a capital, a letter's width
+constexpr double kCapitalPart = 0.72,
+                 kMeanLetterPart = 0.55;  // of the size of a sans-serif font: a capital, a letter's width
 
 std::string number(double value) {
   char text[32];
@@ -125,7 +126,7 @@ void SvgCanvas::text(std::string_view utf8, const Vector2d& at, double height, C
                      bool turned) {
   if (!finite(at) || utf8.empty()) return;
   const char* const anchors[] = {"start", "middle", "end"};
-  body_ += "<text" + painted(colour, false) + " font-size=\"" + number(height / kCapital) + "\" text-anchor=\"" +
+  body_ += "<text" + painted(colour, false) + " font-size=\"" + number(height / kCapitalPart) + "\" text-anchor=\"" +
            anchors[static_cast<int>(align)] + "\"";
   if (turned)
     body_ += " transform=\"translate(" + number(at.x()) + " " + number(at.y()) + ") rotate(-90)\"";
@@ -137,7 +138,7 @@ void SvgCanvas::text(std::string_view utf8, const Vector2d& at, double height, C
 double SvgCanvas::textWidth(std::string_view utf8, double height) {
   std::size_t letters = 0;
   for (const char c : utf8) letters += (static_cast<unsigned char>(c) & 0xC0) != 0x80;
-  return static_cast<double>(letters) * kMeanLetter * height / kCapital;
+  return static_cast<double>(letters) * kMeanLetterPart * height / kCapitalPart;
 }
 
 std::string SvgCanvas::finish() {

@@ -322,15 +322,15 @@ void growLocalAxon(Grower& g, std::size_t size, const Vector3d& towards, const V
   }
 }
 
-struct Plan {
+struct NeuronPlan {
   const char* kind;
   double share;    // among the cells of its layer
   double samples;  // typical size
   double soma_radius_um;
 };
 
-const std::vector<Plan>& plansOfLayer(int layer) {
-  static const std::array<std::vector<Plan>, 6> kPlans{{
+const std::vector<NeuronPlan>& plansOfLayer(int layer) {
+  static const std::array<std::vector<NeuronPlan>, 6> kPlans{{
       {{"neurogliaform", 1, 2600, 5}},
       {{"pyramidal", 0.84, 3600, 6.5}, {"basket", 0.16, 3600, 5.5}},
       {{"pyramidal", 0.82, 4200, 7}, {"basket", 0.10, 4000, 5.5}, {"Martinotti", 0.08, 4200, 5.5}},
@@ -454,11 +454,11 @@ int layerOfCell(std::uint64_t seed, std::uint64_t number) {
 Neuron growNeuron(std::uint64_t seed, std::uint64_t number, bool on_axis) {
   SyntheticRandom random(seed, number);
   const int layer = layerOfCell(seed, number);
-  const std::vector<Plan>& plans = plansOfLayer(layer);
+  const std::vector<NeuronPlan>& plans = plansOfLayer(layer);
   double u = random.uniform();
   std::size_t chosen = 0;
   for (; chosen + 1 < plans.size() && u >= plans[chosen].share; ++chosen) u -= plans[chosen].share;
-  const Plan& plan = plans[chosen];
+  const NeuronPlan& plan = plans[chosen];
 
   Neuron neuron;
   neuron.description = std::string(plan.kind) + " cell, layer L" + std::to_string(layer);

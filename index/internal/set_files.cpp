@@ -150,7 +150,7 @@ Bytes packHeader(std::string_view magic, std::uint32_t pack) {
 }
 Bytes packHeader(std::uint32_t pack) { return packHeader(kPackMagic, pack); }
 
-Bytes encodeDirectory(const Directory& directory) {
+Bytes encodeDirectory(const DirectoryContents& directory) {
   const std::size_t tiles = directory.entries.size();
   const std::uint32_t per_page = tilesPerPage(tiles);
   const std::size_t pages = (tiles + per_page - 1) / per_page;
@@ -269,9 +269,9 @@ void readDecodedBytes(const DirectoryRoot& root, std::uint32_t page, const ReadP
     decoded_bytes.push_back(loadLittle64(scratch.data() + at + kDecodedAt));
 }
 
-Directory decodeDirectory(std::uint64_t file_bytes, const ReadPart& read) {
+DirectoryContents decodeDirectory(std::uint64_t file_bytes, const ReadPart& read) {
   const DirectoryRoot root = decodeDirectoryRoot(file_bytes, read);
-  Directory directory{root.grid, root.capacity, root.long_tile, {}, {}};
+  DirectoryContents directory{root.grid, root.capacity, root.long_tile, {}, {}};
   for (std::uint32_t page = 0; page < root.pages.size(); ++page) {
     const DirectoryPage found = decodeDirectoryPage(root, page, read);
     directory.entries.insert(directory.entries.end(), found.entries.begin(), found.entries.end());

@@ -38,18 +38,18 @@ struct TileLocation {
   std::uint64_t geometry_checksum = 0, appearance_checksum = 0;
 };
 
-struct Directory {
+struct DirectoryContents {
   Grid grid;
   std::uint32_t capacity = 0;
   TileId long_tile = kNoTile;
   std::vector<TileEntry> entries;
   std::vector<TileLocation> locations;
 };
-Bytes encodeDirectory(const Directory& directory);
+Bytes encodeDirectory(const DirectoryContents& directory);
 // `read` throws what it likes.
 using ReadPart = std::function<void(std::uint64_t offset, std::span<std::uint8_t> bytes)>;
 // All pages, one after the other.
-Directory decodeDirectory(std::uint64_t file_bytes, const ReadPart& read);
+DirectoryContents decodeDirectory(std::uint64_t file_bytes, const ReadPart& read);
 
 // The root page: what there is to know of the others without reading them.
 struct DirectoryRoot {

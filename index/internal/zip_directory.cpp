@@ -19,7 +19,7 @@ using namespace std::string_view_literals;
 
 constexpr std::string_view kLocalMark = "PK\3\4"sv, kEntryMark = "PK\1\2"sv, kEndMark = "PK\5\6"sv;
 constexpr std::string_view kEnd64Mark = "PK\6\6"sv, kLocator64Mark = "PK\6\7"sv, kSpanMark = "PK\7\x08"sv;
-constexpr std::size_t kLocalBytes = 30, kEntryBytes = 46, kEndBytes = 22, kEnd64Bytes = 56, kLocator64Bytes = 20;
+constexpr std::size_t kLocalBytes = 30, kCentralBytes = 46, kEndBytes = 22, kEnd64Bytes = 56, kLocator64Bytes = 20;
 constexpr std::uint64_t kMaxComment = 65535;
 
 std::uint64_t number(std::string_view bytes, std::size_t at, std::size_t width) {
@@ -131,7 +131,7 @@ bool readExtra64(std::string_view extra, ZipEntry& entry) {
 
 bool parseEntries(std::string_view bytes, std::uint64_t count, std::vector<ZipEntry>& entries) {
   entries.clear();
-  while (bytes.size() >= kEntryBytes && entries.size() < count) {
+  while (bytes.size() >= kCentralBytes && entries.size() < count) {
     if (bytes.substr(0, 4) != kEntryMark) return false;
     ZipEntry entry;
     entry.flags = static_cast<std::uint16_t>(number(bytes, 8, 2));
@@ -142,11 +142,11 @@ bool parseEntries(std::string_view bytes, std::uint64_t count, std::vector<ZipEn
     const std::size_t name = number(bytes, 28, 2), extra = number(bytes, 30, 2), comment = number(bytes, 32, 2);
     entry.attributes = static_cast<std::uint32_t>(number(bytes, 38, 4));
     entry.header_at = number(bytes, 42, 4);
-    if (bytes.size() < kEntryBytes + name + extra + comment) return false;
-    entry.name = bytes.substr(kEntryBytes, name);
-    if (!readExtra64(bytes.substr(kEntryBytes + name, extra), entry)) return false;
+    if (bytes.size() < kCentralBytes + name + extra + comment) return false;
+    entry.name = bytes.substr(kCentralBytes, name);
+    if (!readExtra64(bytes.substr(kCentralBytes + name, extra), entry)) return false;
     entries.push_back(std::move(entry));
-    bytes.remove_prefix(kEntryBytes + name + extra + comment);
+    bytes.remove_prefix(kCentralBytes + name + extra + comment);
   }
   // What may follow the entries is a digital signature, never another entry.
   return entries.size() == count && bytes.substr(0, 4) != kEntryMark;

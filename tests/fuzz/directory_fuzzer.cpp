@@ -38,7 +38,7 @@ void directory(Bytes bytes) {
     require(offset <= bytes.size() && to.size() <= bytes.size() - offset, "never beyond the file");
     if (!to.empty()) std::memcpy(to.data(), bytes.data() + offset, to.size());
   };
-  const internal::Directory found = internal::decodeDirectory(bytes.size(), read);
+  const internal::DirectoryContents found = internal::decodeDirectory(bytes.size(), read);
   require(found.entries.size() == found.locations.size(), "a place for each tile");
   for (const TileEntry& entry : found.entries) require(entry.owned <= entry.stored, "counts agree");
   require(internal::encodeDirectory(found).size() == bytes.size(), "a directory survives its bytes");

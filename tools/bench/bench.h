@@ -5,6 +5,7 @@
 
 #include "tools/report.h"
 
+#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <string>
@@ -13,6 +14,12 @@
 #include <vector>
 
 namespace filiform::tools {
+
+// What workloads count in.
+inline constexpr std::uint64_t kMiB = 1 << 20;
+inline constexpr double kPerUm3 = 0.67;           // segments in a cube of cortex
+inline constexpr double kSegmentsPerCell = 4500;  // of the synthetic column
+inline constexpr int kBatches = 5;                // whose median is taken
 
 struct BenchOptions {
   std::string out = "filiform-out";  // folder for NAME.json, NAME.md and pictures; exists when a workload runs
@@ -119,6 +126,10 @@ class WorkFolder {
 
 // The value below which `fraction` of them lie, by nearest rank; NaN where there are none. O(n).
 double percentile(std::vector<double> values, double fraction);
+inline double median(const std::vector<double>& values) { return percentile(values, 0.5); }
+inline double since_ms(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+}
 
 // What a piece of work took. Run in a child process of its own, so that its peak memory is its alone: what `work` does
 // to this process' memory is lost, the numbers that it returns come back. Throws std::runtime_error if the child fails,

@@ -20,8 +20,6 @@ namespace filiform::tools {
 
 namespace {
 
-constexpr int kBatches = 5;
-
 template <typename Work>
 double seconds(Work&& work) {
   const double from = threadTime_s();
@@ -36,17 +34,17 @@ Vector3d nearPoint(const Tile& tile, std::mt19937_64& random) {
 }
 
 // A competitor in a batch: answers the squared distance.
-struct Engine {
+struct TreeEngine {
   std::string name;
   std::function<double(const Vector3d&)> squared;
   std::vector<double> ns;  // of a query, by batch
 };
 
 // Alternating batches; the median counts. Throws when two engines disagree by more than rounding.
-void race(std::vector<Engine>& engines, const std::vector<Vector3d>& points) {
+void race(std::vector<TreeEngine>& engines, const std::vector<Vector3d>& points) {
   std::vector<double> expected;
   for (int batch = 0; batch < kBatches; ++batch)
-    for (Engine& engine : engines) {
+    for (TreeEngine& engine : engines) {
       std::vector<double> found;
       found.reserve(points.size());
       const double took = seconds([&] {
@@ -59,8 +57,6 @@ void race(std::vector<Engine>& engines, const std::vector<Vector3d>& points) {
           throw std::runtime_error(engine.name + " answers otherwise than " + engines[0].name);
     }
 }
-
-double median(const std::vector<double>& values) { return percentile(values, 0.5); }
 
 struct InTiles {
   double stored_per_tile = 0, tile_bytes = 0, tree_bytes = 0, disk_bytes = 0;  // a stored segment
@@ -107,9 +103,9 @@ InTiles measureTiles(const TileStore& store, std::uint64_t seed) {
       engine.search(h_W, best);
       return best.bound2();
     };
-    std::vector<Engine> engines{{"packed", [&](const Vector3d& h_W) { return search(*packed, h_W); }, {}},
-                                {"portable", [&](const Vector3d& h_W) { return search(*portable, h_W); }, {}},
-                                {"CGAL", cgal, {}}};
+    std::vector<TreeEngine> engines{{"packed", [&](const Vector3d& h_W) { return search(*packed, h_W); }, {}},
+                                    {"portable", [&](const Vector3d& h_W) { return search(*portable, h_W); }, {}},
+                                    {"CGAL", cgal, {}}};
     race(engines, points);
     packed_ns.push_back(median(engines[0].ns));
     portable_ns.push_back(median(engines[1].ns));

@@ -20,7 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::uint64_t kMemory = std::uint64_t{1} << 30;
-constexpr double kMiB = 1048576.0, kMillion = 1e6;
+constexpr double kMillion = 1e6;
 constexpr std::uint64_t kMostFromSwc = 10'000'000;  // the text of more is written no faster than it is read
 
 SyntheticOptions columnOf(std::uint32_t cells, std::uint64_t seed) {
@@ -72,7 +72,7 @@ class PlacedCells final : public CellStream {
   std::vector<Cell> library_;
 };
 
-struct Row {
+struct IngestRow {
   std::string from;
   double segments = 0, cpu_s = 0, wall_s = 0, peak_mib = 0, spool_mib = 0, open_ms = 0, tiles = 0;
   double packs = 0, directory = 0, cells = 0, samples = 0;  // bytes a segment
@@ -80,14 +80,14 @@ struct Row {
   double bytes() const { return packs + directory + cells + samples; }
 };
 
-Row measure(const std::string& from, const std::string& path,
-            const std::function<std::unique_ptr<CellStream>()>& stream) {
+IngestRow measure(const std::string& from, const std::string& path,
+                  const std::function<std::unique_ptr<CellStream>()>& stream) {
   const ChildCost cost = measureInChild([&]() -> std::vector<double> {
     const std::unique_ptr<CellStream> cells = stream();
     const IngestResult result = ingest(*cells, path, {.memory = kMemory, .force = true});
     return {static_cast<double>(result.counts.segments), static_cast<double>(result.spool_bytes)};
   });
-  Row row;
+  IngestRow row;
   row.from = from;
   row.segments = cost.numbers.at(0);
   row.spool_mib = cost.numbers.at(1) / kMiB;
@@ -113,13 +113,13 @@ Row measure(const std::string& from, const std::string& path,
   return row;
 }
 
-BenchReport run(const BenchOptions& options) {
+BenchReport runIngest(const BenchOptions& options) {
   const WorkFolder folder(options.out, "ingest");
   const std::uint64_t largest = options.segments != 0 ? options.segments
                                 : options.quick       ? 50'000
                                 : options.long_run    ? 100'000'000
                                                       : 1'000'000;
-  std::vector<Row> rows;
+  std::vector<IngestRow> rows;
   using Kind = PlacedCells::Kind;
   const auto placed = [&](const char* from, std::uint64_t n, Kind kind) {
     options.progress(std::string(from) + ", " + std::to_string(n) + " segments");
@@ -152,7 +152,7 @@ BenchReport run(const BenchOptions& options) {
       "size", "Bytes a segment by file", {"from", "segments", "packs", "directory", "cells", "samples", "all"}, {}};
   double worst_cpu = 0, worst_peak = 0, worst_bytes = 0;
   std::vector<double> open_ms;
-  for (const Row& r : rows) {
+  for (const IngestRow& r : rows) {
     const auto n = static_cast<std::int64_t>(r.segments);
     cost.rows.push_back({r.from, n, static_cast<std::int64_t>(r.tiles), r.cpuPerMillion(), r.wall_s, r.peak_mib,
                          r.spool_mib, r.open_ms});
@@ -185,7 +185,7 @@ BenchReport run(const BenchOptions& options) {
 }  // namespace
 
 void addIngestWorkloads(std::vector<Workload>& all) {
-  all.push_back({"ingest", "making, keeping and opening tile sets, against the number of segments", run});
+  all.push_back({"ingest", "making, keeping and opening tile sets, against the number of segments", runIngest});
 }
 
 }  // namespace filiform::tools

@@ -103,7 +103,7 @@ Costs measure(const std::string& path, bool cold, bool near, double side_um, std
   return costs;
 }
 
-BenchReport run(const BenchOptions& options) {
+BenchReport runJump(const BenchOptions& options) {
   const std::uint64_t segments = options.segments != 0 ? options.segments : options.quick ? 20000 : 1000000;
   const std::size_t count = options.quick ? 20 : 300;
   const std::vector<Cell> library = morphologyLibrary(options.corpus, options.quick ? 4 : 60, options.seed);
@@ -145,7 +145,7 @@ BenchReport run(const BenchOptions& options) {
 }  // namespace
 
 void addJumpWorkloads(std::vector<Workload>& all) {
-  all.push_back({"jump", "exact jumps whose tiles are on the disk, against reading them", run});
+  all.push_back({"jump", "exact jumps whose tiles are on the disk, against reading them", runJump});
 }
 
 }  // namespace filiform::tools

@@ -21,10 +21,6 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-double since_ms(Clock::time_point start) {
-  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-}
-
 constexpr double kEnough_ms = 3000;  // of one figure: a software renderer takes seconds a frame
 
 struct Drawn {

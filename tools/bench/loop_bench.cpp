@@ -23,7 +23,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kSegmentsPerCell = 4500;  // of the synthetic column
 constexpr const char* kHand = "sim:firm";
 constexpr double kSums_s = 8e-6;  // about what a tick of navigation takes at 1 kHz
 
@@ -81,9 +80,9 @@ void runBare(double seconds, std::int64_t steps, Times& times, std::vector<std::
   refusals = loop.refusals();
 }
 
-class Scene {
+class LoopScene {
  public:
-  explicit Scene(const BenchOptions& options) {
+  explicit LoopScene(const BenchOptions& options) {
     if (!options.scene.empty()) {
       set_ = TileSet::open(options.scene);
       return;
@@ -101,12 +100,12 @@ class Scene {
     });
     set_ = TileSet::open(folder_ + "/loop.fil");
   }
-  ~Scene() {
+  ~LoopScene() {
     std::error_code ignored;
     if (!folder_.empty()) fs::remove_all(folder_, ignored);
   }
-  Scene(const Scene&) = delete;
-  Scene& operator=(const Scene&) = delete;
+  LoopScene(const LoopScene&) = delete;
+  LoopScene& operator=(const LoopScene&) = delete;
   const TileSet& set() const { return *set_; }
 
  private:
@@ -117,7 +116,7 @@ class Scene {
 BenchReport runLoop(const BenchOptions& options) {
   BenchReport report;
   options.progress("making the set");
-  const Scene scene(options);
+  const LoopScene scene(options);
   const double whole_s = options.quick ? 0.5 : options.long_run ? 600 : 10;
   const int turns = options.quick ? 1 : options.long_run ? 20 : 2;
   const double turn_s = whole_s / turns;

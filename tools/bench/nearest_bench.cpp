@@ -26,8 +26,6 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr int kBatches = 5;
-constexpr double kPerUm3 = 0.67;
 constexpr double kSame_um = 1e-6;
 constexpr std::uint64_t kMostForPeers = 10'000'000;  // CGAL alone takes 19 GB at 1e8
 const char* const kWhere[] = {"near", "uniform", "far"};

@@ -24,14 +24,8 @@ namespace {
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
-constexpr double kMiB = 1048576.0;
-constexpr double kPerUm3 = 0.67;
 constexpr std::uint64_t kBudget = 64 << 20;
 constexpr std::size_t kJumps = 200;
-
-double since_ms(Clock::time_point start) {
-  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-}
 
 struct At {
   double segments = 0, ingest_s_million = 0, ingest_mib = 0, bytes = 0, open_ms = 0, tick_ms = 0, jump_us = 0,

@@ -21,16 +21,11 @@ namespace filiform::tools {
 
 namespace {
 
-constexpr int kBatches = 5;
-constexpr double kPerUm3 = 0.67;
-
-struct Scene {
+struct SearchScene {
   std::unique_ptr<TileStore> store;
   std::vector<Vector3d> points;
   std::vector<NearestResult> truth;  // the nearest of each point
 };
-
-double median(const std::vector<double>& values) { return percentile(values, 0.5); }
 
 // ns of CPU a point, by batch.
 template <typename Work>
@@ -44,7 +39,7 @@ std::vector<double> timed(std::size_t points, Work&& work) {
   return ns;
 }
 
-void measureEpsilon(const BenchOptions& options, const Scene& scene, BenchReport& report) {
+void measureEpsilon(const BenchOptions& options, const SearchScene& scene, BenchReport& report) {
   BenchTable table{"epsilon",
                    "Nearest within a factor 1 + epsilon, warm, uniform points: ns of CPU, tiles searched, how much "
                    "farther than the nearest (parts of its distance), how often the nearest",
@@ -86,7 +81,8 @@ void measureEpsilon(const BenchOptions& options, const Scene& scene, BenchReport
 }
 
 // The samples alone, as many as is said, searched by FLANN with its own eps.
-void measureSamples(const BenchOptions& options, const Scene& scene, std::uint64_t segments, BenchReport& report) {
+void measureSamples(const BenchOptions& options, const SearchScene& scene, std::uint64_t segments,
+                    BenchReport& report) {
   BenchTable table{
       "samples",
       "Nearest from samples alone: points, covering radius R (um), bytes, FLANN's eps, ns of CPU, how much "
@@ -179,7 +175,7 @@ void measureSamples(const BenchOptions& options, const Scene& scene, std::uint64
   report.tables.push_back(std::move(table));
 }
 
-void measureResident(const BenchOptions& options, const Scene& scene, BenchReport& report) {
+void measureResident(const BenchOptions& options, const SearchScene& scene, BenchReport& report) {
   BenchTable table{
       "resident",
       "Nearest among tiles in memory only, uniform points, after as many queries elsewhere: budget in parts "
@@ -324,7 +320,7 @@ BenchReport runSearch(const BenchOptions& options) {
   if (library.empty()) throw std::runtime_error("no reconstruction below " + options.corpus + " can be used");
   options.progress("tiles of " + std::to_string(segments) + " segments");
   DenseCells cells(library, segments, kPerUm3, options.seed);
-  Scene scene{buildTilesInMemory(cells), {}, {}};
+  SearchScene scene{buildTilesInMemory(cells), {}, {}};
   std::mt19937_64 random(options.seed);
   std::uniform_real_distribution<double> place(0, cells.side_um());
   const Nearest exact(*scene.store, {.budget_bytes = UINT64_MAX});

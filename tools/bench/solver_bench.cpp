@@ -50,7 +50,7 @@ double threadNow_ns() {
 }
 
 // Cells as tiles, all resident, and as one flat graph.
-struct Scene {
+struct SolverScene {
   std::string name;
   std::unique_ptr<TileStore> store;
   std::vector<std::shared_ptr<const Tile>> tiles;
@@ -61,7 +61,7 @@ struct Scene {
   std::unique_ptr<WholeGraph> whole;
   SolverParameters parameters;  // of the first cell
 
-  Scene(std::string scene_name, std::vector<Cell> cells) : name(std::move(scene_name)) {
+  SolverScene(std::string scene_name, std::vector<Cell> cells) : name(std::move(scene_name)) {
     CellList stream(std::move(cells));
     store = buildTilesInMemory(stream);
     table = std::make_unique<TileTable>(store->tile_count());
@@ -93,7 +93,7 @@ struct Scene {
 
 struct Walk {
   std::string name;
-  std::size_t start;  // in Scene::owned
+  std::size_t start;  // in SolverScene::owned
   double scale_um_m;
   std::vector<Vector3d> probes;
 };
@@ -106,7 +106,7 @@ Vector3d cube(std::mt19937_64& random) {
 
 // A hand that goes along the threads, turning where they branch, at so many um a tick, with a smooth deviation of about
 // `off_um`.
-Walk alongThreads(const Scene& scene, double um_a_tick, double off_um, std::size_t ticks, std::uint64_t seed) {
+Walk alongThreads(const SolverScene& scene, double um_a_tick, double off_um, std::size_t ticks, std::uint64_t seed) {
   std::mt19937_64 random(seed);
   const WholeGraph& whole = *scene.whole;
   Walk walk{std::to_string(um_a_tick), scene.anyOwned(random), 2500, {}};
@@ -139,7 +139,7 @@ Walk alongThreads(const Scene& scene, double um_a_tick, double off_um, std::size
   return walk;
 }
 
-Walk jumps(const Scene& scene, std::size_t ticks, std::uint64_t seed) {
+Walk jumps(const SolverScene& scene, std::size_t ticks, std::uint64_t seed) {
   std::mt19937_64 random(seed);
   Walk walk{"jumps anywhere, each tick", scene.anyOwned(random), 2500, {}};
   while (walk.probes.size() < ticks)
@@ -158,7 +158,7 @@ struct TickCosts {
 };
 
 // Both go over the same probes, batch by batch in turn: first for the means, then tick by tick for the percentiles.
-TickCosts measure(const Scene& scene, const Walk& walk, SolverMethod method, int passes, double clock_ns) {
+TickCosts measure(const SolverScene& scene, const Walk& walk, SolverMethod method, int passes, double clock_ns) {
   const auto solver = makeProxySolver(method, scene.parameters);
   const bool has_literal = method == SolverMethod::basic || method == SolverMethod::force;
   LiteralSolver literal(*scene.whole, method, scene.parameters);
@@ -242,7 +242,7 @@ struct ColdCosts {
 };
 
 // Capped ticks only, each after a flush: from a random place towards a probe that sends the search far.
-ColdCosts measureCold(const Scene& scene, SolverMethod method, int rounds, std::uint64_t seed, Flusher& flusher,
+ColdCosts measureCold(const SolverScene& scene, SolverMethod method, int rounds, std::uint64_t seed, Flusher& flusher,
                       double clock_ns) {
   std::mt19937_64 random(seed);
   const auto solver = makeProxySolver(method, scene.parameters);
@@ -277,7 +277,7 @@ BenchReport runSolver(const BenchOptions& options) {
   const double clock_ns = clockCost(wallNow_ns), thread_clock_ns = clockCost(threadNow_ns);
   const std::size_t ticks = options.quick ? 5000 : 20000;
   const int passes = options.quick ? 1 : 5;
-  std::vector<Scene> scenes;
+  std::vector<SolverScene> scenes;
   options.progress("scenes");
   const std::size_t cells = options.quick ? 1 : 8;
   scenes.emplace_back("synthetic column", morphologyLibrary({}, cells, options.seed));
@@ -292,7 +292,7 @@ BenchReport runSolver(const BenchOptions& options) {
                    "literal mean", "literal / this"},
                   {}};
   double least_ratio = 1e300, worst_p99 = 0;
-  for (const Scene& scene : scenes) {
+  for (const SolverScene& scene : scenes) {
     std::vector<Walk> walks;
     walks.push_back(alongThreads(scene, 0.125, 1.0, ticks, options.seed));
     walks.push_back(alongThreads(scene, 1.25, 1.0, ticks / 2, options.seed));
@@ -328,7 +328,7 @@ BenchReport runSolver(const BenchOptions& options) {
                   {"scene", "method", "ticks", "p50", "p99", "max", "undo max"},
                   {}};
   double worst_cold_us = 0;
-  for (const Scene& scene : scenes) {
+  for (const SolverScene& scene : scenes) {
     for (const SolverMethod method : kSolverMethods) {
       options.progress(scene.name + ", cold, " + toString(method));
       const ColdCosts c = measureCold(scene, method, options.quick ? 10 : 200, options.seed, flusher, thread_clock_ns);

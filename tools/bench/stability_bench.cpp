@@ -42,8 +42,8 @@ std::string shortNumber(double value) {
 }
 
 // All tiles of a small store, for any number of threads to read.
-struct Scene {
-  explicit Scene(std::unique_ptr<TileStore> opened) : store(std::move(opened)), table(store->tile_count()) {
+struct StabilityScene {
+  explicit StabilityScene(std::unique_ptr<TileStore> opened) : store(std::move(opened)), table(store->tile_count()) {
     for (TileId id = 0; id < store->tile_count(); ++id) {
       tiles.push_back(store->load(id));
       table.add(*tiles.back());
@@ -81,7 +81,7 @@ struct Held {
   double given_W = 0;  // mean power given to the hand over the windows, by the force that acted
 };
 
-Held hold(const Scene& scene, const Hold& what, SolverMethod method, const SolverParameters& parameters) {
+Held hold(const StabilityScene& scene, const Hold& what, SolverMethod method, const SolverParameters& parameters) {
   std::mt19937_64 random(what.seed);
   const auto unit = [&] { return static_cast<double>(random() >> 11) * 0x1p-53; };
   const GraphView graph(scene.table, scene.store->leaves(), scene.store->grid());
@@ -228,7 +228,7 @@ struct MapCell {
   double swing_m = 0, least_J = 0, over_bound = 0, given_W = 0;  // the largest; over_bound: -least / promised bound
 };
 
-MapCell measureCell(const Scene& scene, Hold what, int pulls, std::uint64_t seed, SolverMethod method,
+MapCell measureCell(const StabilityScene& scene, Hold what, int pulls, std::uint64_t seed, SolverMethod method,
                     const SolverParameters& parameters) {
   MapCell cell;
   cell.bound_N_m =
@@ -261,7 +261,7 @@ BenchReport runStability(const BenchOptions& options) {
     stiffness.push_back(50 * std::pow(2, options.quick ? 2 * i : 0.5 * i));
 
   options.progress("growing the neurons");
-  const Scene scene(syntheticStore(2, options.seed));
+  const StabilityScene scene(syntheticStore(2, options.seed));
   const SolverMethod method = RunOptions{}.method;
   const SolverParameters parameters = automaticParameters(*scene.store, 0);
 

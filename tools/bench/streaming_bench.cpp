@@ -26,9 +26,6 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr double kSegmentsPerCell = 4500;  // of the synthetic column
-constexpr std::uint64_t kMiB = 1 << 20;
-
 double since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
 std::string withUnit(std::uint64_t n) {

@@ -27,10 +27,6 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-double since_ms(Clock::time_point start) {
-  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-}
-
 // Of all threads of the program: what a frame takes from a machine that has other work.
 double cpu_ms() {
   timespec now{};
@@ -338,7 +334,7 @@ void measureLoop(const std::string& path, const BenchOptions& options, const Sce
                            refused.front());
 }
 
-BenchReport run(const BenchOptions& options) {
+BenchReport runViewer(const BenchOptions& options) {
   BenchReport report;
   std::optional<WorkFolder> folder;
   std::string path = options.scene;
@@ -382,7 +378,7 @@ BenchReport run(const BenchOptions& options) {
 }  // namespace
 
 void addViewerWorkloads(std::vector<Workload>& all) {
-  all.push_back({"viewer", "frames, culling, streaming, the first picture, the loop beside it", run});
+  all.push_back({"viewer", "frames, culling, streaming, the first picture, the loop beside it", runViewer});
 }
 
 }  // namespace filiform::tools

@@ -19,8 +19,8 @@ namespace {
 constexpr double kZooms[] = {300, 1000};
 constexpr std::uint32_t kUnlimited = 16384;
 
-struct Scene {
-  explicit Scene(Cell cell) {
+struct WorkScene {
+  explicit WorkScene(Cell cell) {
     CellList stream({std::move(cell)});
     store = buildTilesInMemory(stream);
     table = std::make_unique<TileTable>(store->tile_count());
@@ -48,8 +48,8 @@ struct Scene {
   std::unique_ptr<GraphView> view;
 };
 
-RunOptions travel(const BenchOptions& options, const Scene& scene, SolverMethod method, std::uint32_t cap, double zoom,
-                  std::uint64_t route) {
+RunOptions travel(const BenchOptions& options, const WorkScene& scene, SolverMethod method, std::uint32_t cap,
+                  double zoom, std::uint64_t route) {
   RunOptions run_options;
   run_options.in_memory = true;
   run_options.method = method;
@@ -67,11 +67,11 @@ struct Felt {
   double done = 0, runs = 0, force_Ns_um = 0, mean_N = 0, step_N = 0, capped = 0;
 };
 
-Felt feel(const BenchOptions& options, const std::vector<Scene>& scenes, SolverMethod method, std::uint32_t cap,
+Felt feel(const BenchOptions& options, const std::vector<WorkScene>& scenes, SolverMethod method, std::uint32_t cap,
           double zoom, int routes) {
   Felt felt;
   double integral = 0, way = 0, time = 0, ticks = 0, capped = 0;
-  for (const Scene& scene : scenes)
+  for (const WorkScene& scene : scenes)
     for (int route = 0; route < routes; ++route) {
       const RunSummary s =
           run(*scene.store, travel(options, scene, method, cap, zoom, static_cast<std::uint64_t>(route)));
@@ -89,7 +89,7 @@ Felt feel(const BenchOptions& options, const std::vector<Scene>& scenes, SolverM
 
 // A faster loop feels smoother and takes more of a processor; stiffness is the other thing it buys
 // (stability_bench.cpp).
-void measureRate(const BenchOptions& options, const std::vector<Scene>& scenes, int routes, BenchReport& report) {
+void measureRate(const BenchOptions& options, const std::vector<WorkScene>& scenes, int routes, BenchReport& report) {
   BenchTable table{
       "rate",
       "Ticks a second, bounded climb, 300 um across 12 cm, medium hand, 200 N/m: routes completed, force a "
@@ -104,7 +104,7 @@ void measureRate(const BenchOptions& options, const std::vector<Scene>& scenes, 
     options.progress(shown(rate_Hz) + " Hz");
     double done = 0, runs = 0, integral = 0, way = 0, most_N = 0, time_s = 0;
     const double from = threadTime_s();
-    for (const Scene& scene : scenes)
+    for (const WorkScene& scene : scenes)
       for (int route = 0; route < routes; ++route) {
         RunOptions run_options = travel(options, scene, standard.method, SolverParameters{}.max_visited, kZooms[0],
                                         static_cast<std::uint64_t>(route));
@@ -135,7 +135,7 @@ void measureRate(const BenchOptions& options, const std::vector<Scene>& scenes, 
 
 // The same probes for all: those of hands that travelled without a limit.
 struct Probes {
-  const Scene* scene;
+  const WorkScene* scene;
   double zoom_um;
   ProxyPlace start;
   std::vector<Vector3d> h_W;
@@ -144,7 +144,7 @@ struct Probes {
 BenchReport runWork(const BenchOptions& options) {
   BenchReport report;
   options.progress("cells");
-  std::vector<Scene> scenes;
+  std::vector<WorkScene> scenes;
   for (Cell& cell : morphologyLibrary(options.corpus, options.quick ? 1 : 4, options.seed))
     scenes.emplace_back(std::move(cell));
   if (scenes.empty()) throw std::runtime_error("no reconstruction below " + options.corpus + " can be used");
@@ -154,7 +154,7 @@ BenchReport runWork(const BenchOptions& options) {
 
   std::vector<Probes> all;
   for (const double zoom : kZooms)
-    for (const Scene& scene : scenes) {
+    for (const WorkScene& scene : scenes) {
       options.progress("a hand without a limit, zoom " + shown(zoom));
       Probes probes{&scene, zoom, {}, {}};
       const auto solver_options = travel(options, scene, standard, kUnlimited, zoom, 0);
