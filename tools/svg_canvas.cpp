@@ -10,7 +10,7 @@ namespace filiform::tools {
 namespace {
 
 constexpr double kCapitalPart = 0.72,
-                 kMeanLetterPart = 0.55;  // of the size of a sans-serif font: a capital, a letter's width
+                 kMeanLetterPart = 0.55;  // of the size of a sans-serif font: a capital, a mean letter's width
 
 std::string number(double value) {
   char text[32];

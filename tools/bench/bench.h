@@ -17,7 +17,7 @@ namespace filiform::tools {
 
 // What workloads count in.
 inline constexpr std::uint64_t kMiB = 1 << 20;
-inline constexpr double kPerUm3 = 0.67;           // segments in a cube of cortex
+inline constexpr double kPerUm3 = 0.67;           // segments in a um^3 of cortex
 inline constexpr double kSegmentsPerCell = 4500;  // of the synthetic column
 inline constexpr int kBatches = 5;                // whose median is taken
 
