@@ -217,12 +217,14 @@ TEST(DrawPlot, KeepsASinglePeakAmongAMillionPoints) {
   EXPECT_NE(image.rgb, drawPlot(without).rgb);
 }
 
-TEST(DrawPlot, SurvivesAnyData) {
+// A point is drawn if it is finite and, on logarithmic axes, positive. Nothing else may be.
+TEST(DrawPlot, DrawsThePointsThatAreThereOfAnyData) {
   const std::vector<std::pair<std::vector<double>, std::vector<double>>> cases{
       {{}, {}},
       {{1}, {1}},
       {{0}, {0}},
       {{1, 2, 3}, {kNaN, kInfinity, -kInfinity}},
+      {{kNaN, kInfinity, -kInfinity}, {1, 2, 3}},
       {{1, 2, 3, 4, 5}, {1, 2, kNaN, 2, 1}},
       {{-1e308, 1e308}, {-1e308, 1e308}},
       {{5, 5, 5}, {1e-320, 0, 1e-320}},
@@ -233,13 +235,25 @@ TEST(DrawPlot, SurvivesAnyData) {
   for (std::size_t i = 0; i < cases.size(); ++i) {
     for (const bool log : {false, true}) {
       SCOPED_TRACE("case " + std::to_string(i) + (log ? ", logarithmic" : ""));
+      const auto& [x, y] = cases[i];
+      std::size_t points = 0;
+      for (std::size_t k = 0; k < x.size(); ++k)
+        points += std::isfinite(x[k]) && std::isfinite(y[k]) && (!log || (x[k] > 0 && y[k] > 0));
       Plot plot;
       plot.x_log = plot.y_log = log;
       plot.width = 300;
       plot.height = 200;
-      plot.series = {{"a", cases[i].first, cases[i].second, true}, {"b", {}, {}}};
+      plot.series = {{"", x, y, true}};
       plot.marks = {{1.5, "mark"}, {kNaN, "nowhere"}};
-      EXPECT_EQ(drawPlot(plot).rgb.size(), 300U * 200U * 3U);
+      const Image image = drawPlot(plot);
+      EXPECT_EQ(image.width, 300);
+      EXPECT_EQ(image.height, 200);
+      if (points > 0)
+        EXPECT_GT(count(image, seriesColour(0)), 5);
+      else
+        EXPECT_EQ(count(image, seriesColour(0)), 0);
+      for (const auto& [column, row] : {std::pair(0, 0), {299, 0}, {0, 199}, {299, 199}})
+        EXPECT_EQ(image.at(column, row), kWhite);
     }
   }
 }
