@@ -7,6 +7,7 @@
 #include <limits>
 #include <random>
 #include <set>
+#include <stdexcept>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -14,7 +15,7 @@
 namespace filiform::tools {
 namespace {
 
-TEST(Peers, EachInTheBuildIsExact) {
+TEST(Peers, EachSettingInTheBuildIsExact) {
   std::mt19937_64 random(5);
   std::uniform_real_distribution<double> place(0, 200), step(-9, 9);
   std::vector<SegmentEnds> segments;
@@ -26,18 +27,30 @@ TEST(Peers, EachInTheBuildIsExact) {
   int raced = 0;
   for (const Peer& peer : peers()) {
     SCOPED_TRACE(peer.name);
-    EXPECT_EQ(peer.version.empty(), !peer.build);
-    if (!peer.build) continue;
+    EXPECT_EQ(peer.version.empty(), !peer.inBuild());
+    if (!peer.inBuild()) continue;
     ++raced;
-    const SquaredDistance squared = peer.build(segments);
-    for (int i = 0; i < 100; ++i) {
-      const Vector3d h_W(3 * place(random) - 200, place(random), place(random));
-      double best = std::numeric_limits<double>::infinity();
-      for (const auto& [a_W, b_W] : segments) best = std::min(best, closestPoint(a_W, b_W, h_W).squared_distance);
-      EXPECT_NEAR(std::sqrt(squared(h_W)), std::sqrt(best), 1e-6);
+    EXPECT_FALSE(peer.best().name.empty());
+    std::set<std::string> names;
+    for (const PeerSetting& setting : peer.settings) {
+      SCOPED_TRACE(setting.name);
+      EXPECT_TRUE(names.insert(setting.name).second);
+      const SquaredDistance squared = setting.build(segments);
+      for (int i = 0; i < 30; ++i) {
+        const Vector3d h_W(3 * place(random) - 200, place(random), place(random));
+        double best = std::numeric_limits<double>::infinity();
+        for (const auto& [a_W, b_W] : segments) best = std::min(best, closestPoint(a_W, b_W, h_W).squared_distance);
+        EXPECT_NEAR(std::sqrt(squared(h_W)), std::sqrt(best), 1e-6);
+      }
     }
   }
   EXPECT_GE(raced, 2);  // CGAL and FLANN are in every build
+}
+
+TEST(Peers, RaceASettingThatTheyHave) {
+  const Peer peer{"one", "1", {{"slow", false, {}}, {"fast", false, {}}}};
+  EXPECT_EQ(racedWith(peer, "fast").best().name, "fast");
+  EXPECT_THROW(racedWith(peer, "none"), std::logic_error);
 }
 
 TEST(Peers, AreNamedOnceEach) {

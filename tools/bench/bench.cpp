@@ -56,6 +56,12 @@ std::string shown(const BenchValue& value) {
   return fourDigits(std::get<double>(value));
 }
 
+std::string BenchSample::name() const {
+  std::string text = table;
+  for (std::size_t i = 0; i < row.size(); ++i) text += (i == 0 ? ": " : ", ") + shown(row[i]);
+  return text + ": " + column;
+}
+
 std::vector<std::pair<std::string, BenchValue>> machineFacts() {
   utsname system{};
   uname(&system);
@@ -111,6 +117,19 @@ double percentile(std::vector<double> values, double fraction) {
   const auto at = static_cast<std::size_t>(std::clamp(rank - 1.0, 0.0, static_cast<double>(values.size() - 1)));
   std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(at), values.end());
   return values[at];
+}
+
+int ingestRuns(std::uint64_t segments, bool quick) { return quick ? 2 : segments <= 1'000'000 ? kBatches : 5; }
+
+std::vector<double> batchMedians(const std::vector<double>& values) {
+  std::vector<double> medians;
+  const auto batches = std::min(values.size(), static_cast<std::size_t>(kBatches));
+  for (std::size_t i = 0; i < batches; ++i) {
+    const auto from = static_cast<std::ptrdiff_t>(values.size() * i / batches),
+               to = static_cast<std::ptrdiff_t>(values.size() * (i + 1) / batches);
+    medians.push_back(median({values.begin() + from, values.begin() + to}));
+  }
+  return medians;
 }
 
 ChildCost measureInChild(const std::function<std::vector<double>()>& work) {

@@ -19,7 +19,13 @@ namespace filiform::tools {
 inline constexpr std::uint64_t kMiB = 1 << 20;
 inline constexpr double kPerUm3 = 0.67;           // segments in a um^3 of cortex
 inline constexpr double kSegmentsPerCell = 4500;  // of the synthetic column
-inline constexpr int kBatches = 5;                // whose median is taken
+// Batches whose median is taken. Nine, so that `--compare` can tell a change among a thousand figures: the exact
+// rank-sum test of nine against nine reaches 4e-5, of five against five only 8e-3.
+inline constexpr int kBatches = 9;
+
+// Ingests of one input, each in a process of its own, whose median is taken: as many as batches up to 1e6 segments,
+// five beyond, two in a quick run.
+int ingestRuns(std::uint64_t segments, bool quick);
 
 struct BenchOptions {
   std::string out = "filiform-out";  // folder for NAME.json, NAME.md and pictures; exists when a workload runs
@@ -47,6 +53,8 @@ struct BenchTable {
   std::string caption;  // a line, with units
   std::vector<std::string> columns;
   std::vector<std::vector<BenchValue>> rows;  // each as long as columns
+  // The columns that identify a row, for `--compare`; empty: the first column.
+  std::vector<std::string> keys = {};
 };
 
 // A figure that was promised, beside what came out.
@@ -65,11 +73,15 @@ struct BenchBound {
   bool holds() const { return measured <= bound; }
 };
 
-// A figure measured in batches, so that two runs can be compared with regard to its spread.
+// A figure measured in batches, so that two runs can be compared with regard to its spread. It is identified by the
+// workload, `table`, `row` and `column`, which are those of a table of the report where the table shows its median.
 struct BenchSample {
-  std::string name, unit;
+  std::string table;
+  std::vector<BenchValue> row;  // values of the table's key columns
+  std::string column, unit;
   bool more_is_better = false;
   std::vector<double> batches;
+  std::string name() const;  // for people: "TABLE: ROW, ROW: COLUMN"
 };
 
 // A trade, drawn: the plot's marks are what is exact, the default, and the knee.
@@ -126,6 +138,9 @@ class WorkFolder {
 
 // The value below which `fraction` of them lie, by nearest rank; NaN where there are none. O(n).
 double percentile(std::vector<double> values, double fraction);
+// The medians of kBatches runs of consecutive values, as alike in length as can be: the batches of a sample. Fewer
+// where there are fewer values.
+std::vector<double> batchMedians(const std::vector<double>& values);
 inline double median(const std::vector<double>& values) { return percentile(values, 0.5); }
 inline double since_ms(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();

@@ -6,6 +6,7 @@
 #include "tools/evaluate/page.h"
 #include "tools/svg_canvas.h"
 
+#include <algorithm>
 #include <cerrno>
 #include <fstream>
 #include <sstream>
@@ -41,6 +42,21 @@ ordered_json libraries() {
   ordered_json json;
   for (const auto& [name, version] : libraryVersions()) json[name] = version;
   return json;
+}
+
+std::vector<std::string> keysOf(const BenchTable& table) {
+  std::vector<std::string> keys = table.keys;
+  if (keys.empty()) keys.push_back(table.columns.at(0));
+  for (const std::string& key : keys)
+    if (std::find(table.columns.begin(), table.columns.end(), key) == table.columns.end())
+      throw std::logic_error("bench table " + table.name + ": no column is called " + key);
+  return keys;
+}
+
+ordered_json rowJson(const std::vector<BenchValue>& row) {
+  ordered_json values = ordered_json::array();
+  for (const BenchValue& value : row) values.push_back(toJson(value));
+  return values;
 }
 
 ordered_json curveJson(const BenchCurve& curve) {
@@ -80,7 +96,9 @@ ordered_json resultJson(const BenchResult& result, const BenchOptions& options) 
       for (std::size_t i = 0; i < row.size(); ++i) one[table.columns[i]] = toJson(row[i]);
       rows.push_back(std::move(one));
     }
-    json["tables"][table.name] = {{"caption", table.caption}, {"rows", std::move(rows)}};
+    if (json.contains("tables") && json["tables"].contains(table.name))
+      throw std::logic_error("bench: two tables are called " + table.name);
+    json["tables"][table.name] = {{"caption", table.caption}, {"rows", std::move(rows)}, {"keys", keysOf(table)}};
   }
   json["notes"] = report.notes;
   json["pictures"] = report.pictures;
@@ -92,10 +110,13 @@ ordered_json resultJson(const BenchResult& result, const BenchOptions& options) 
                               {"unit", bound.unit},
                               {"holds", bound.holds()}});
   for (const BenchSample& sample : report.samples)
-    json["samples"].push_back({{"name", sample.name},
+    json["samples"].push_back({{"name", sample.name()},
                                {"unit", sample.unit},
                                {"more_is_better", sample.more_is_better},
-                               {"batches", sample.batches}});
+                               {"batches", sample.batches},
+                               {"table", sample.table},
+                               {"row", rowJson(sample.row)},
+                               {"column", sample.column}});
   for (const BenchCurve& curve : report.curves) json["curves"][curve.name] = curveJson(curve);
   return json;
 }
@@ -171,7 +192,7 @@ std::string csv(const std::vector<BenchResult>& results) {
           line(result, "table", table.name, r, table.columns[c], table.rows[r][c]);
     for (const BenchSample& sample : report.samples)
       for (std::size_t i = 0; i < sample.batches.size(); ++i)
-        line(result, "sample", sample.name, i, sample.unit, sample.batches[i]);
+        line(result, "sample", sample.name(), i, sample.unit, sample.batches[i]);
     for (const BenchCurve& curve : report.curves)
       for (const PlotSeries& series : curve.plot.series)
         for (std::size_t i = 0; i < series.x.size(); ++i) {
@@ -195,7 +216,7 @@ std::vector<PageSection> sections(const std::vector<BenchResult>& results, const
     facts.rows.push_back({name, value.is_string() ? value.get<std::string>() : value.dump()});
   for (const auto& [name, version] : libraryVersions()) facts.rows.push_back({name, version});
   for (const Peer& peer : peers())
-    facts.rows.push_back({"peer " + peer.name, peer.build ? peer.version : std::string("not in this build")});
+    facts.rows.push_back({"peer " + peer.name, peer.inBuild() ? peer.version : std::string("not in this build")});
   std::vector<BenchGoal> goals;
   std::vector<BenchBound> bounds;
   BenchTable found{"findings", "What the curves decided", {"workload", "curve", "finding"}, {}};
@@ -266,8 +287,8 @@ std::string workloadMarkdown(const BenchResult& result, const BenchOptions& opti
   return out.str();
 }
 
-void writeBenchRun(const std::vector<BenchResult>& results, const BenchOptions& options, double wall_s,
-                   double load_before) {
+std::string benchRunJson(const std::vector<BenchResult>& results, const BenchOptions& options, double wall_s,
+                         double load_before) {
   ordered_json json{{"format", "filiform-bench-1"},
                     {"seed", options.seed},
                     {"quick", options.quick},
@@ -279,9 +300,15 @@ void writeBenchRun(const std::vector<BenchResult>& results, const BenchOptions& 
                     {"machine", machine()},
                     {"libraries", libraries()},
                     {"workloads", ordered_json::array()}};
-  for (const Peer& peer : peers()) json["peers"][peer.name] = peer.build ? ordered_json(peer.version) : ordered_json();
+  for (const Peer& peer : peers())
+    json["peers"][peer.name] = peer.inBuild() ? ordered_json(peer.version) : ordered_json();
   for (const BenchResult& result : results) json["workloads"].push_back(resultJson(result, options));
-  writeText(options.out + "/bench.json", json.dump(1) + "\n");
+  return json.dump(1) + "\n";
+}
+
+void writeBenchRun(const std::vector<BenchResult>& results, const BenchOptions& options, double wall_s,
+                   double load_before) {
+  writeText(options.out + "/bench.json", benchRunJson(results, options, wall_s, load_before));
   writeText(options.out + "/bench.csv", csv(results));
   const std::vector<PageSection> all = sections(results, options, wall_s, load_before);
   const std::string title = "filiform bench";

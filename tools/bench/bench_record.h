@@ -24,6 +24,10 @@ std::string workloadJson(const BenchResult& result, const BenchOptions& options)
 // The same for people.
 std::string workloadMarkdown(const BenchResult& result, const BenchOptions& options);
 
+// The JSON of a run, as OUT/bench.json has it (bench.schema.json).
+std::string benchRunJson(const std::vector<BenchResult>& results, const BenchOptions& options, double wall_s,
+                         double load_before);
+
 // Writes OUT/bench.json, bench.csv, bench.md and bench.html, of all workloads of a run. Throws IoError.
 void writeBenchRun(const std::vector<BenchResult>& results, const BenchOptions& options, double wall_s,
                    double load_before);

@@ -9,6 +9,8 @@
 #include <embree3/rtcore.h>
 #include <limits>
 #include <memory>
+#include <string>
+#include <utility>
 
 namespace filiform::tools {
 
@@ -21,11 +23,12 @@ class Library {
     const bool all =
         find(newDevice, "rtcNewDevice") && find(releaseDevice, "rtcReleaseDevice") && find(newScene, "rtcNewScene") &&
         find(releaseScene, "rtcReleaseScene") && find(setBuildQuality, "rtcSetSceneBuildQuality") &&
-        find(commitScene, "rtcCommitScene") && find(newGeometry, "rtcNewGeometry") &&
-        find(releaseGeometry, "rtcReleaseGeometry") && find(setPrimitiveCount, "rtcSetGeometryUserPrimitiveCount") &&
-        find(setUserData, "rtcSetGeometryUserData") && find(setBounds, "rtcSetGeometryBoundsFunction") &&
-        find(setPointQuery, "rtcSetGeometryPointQueryFunction") && find(commitGeometry, "rtcCommitGeometry") &&
-        find(attachGeometry, "rtcAttachGeometry") && find(pointQuery, "rtcPointQuery");
+        find(setFlags, "rtcSetSceneFlags") && find(commitScene, "rtcCommitScene") &&
+        find(newGeometry, "rtcNewGeometry") && find(releaseGeometry, "rtcReleaseGeometry") &&
+        find(setPrimitiveCount, "rtcSetGeometryUserPrimitiveCount") && find(setUserData, "rtcSetGeometryUserData") &&
+        find(setBounds, "rtcSetGeometryBoundsFunction") && find(setPointQuery, "rtcSetGeometryPointQueryFunction") &&
+        find(commitGeometry, "rtcCommitGeometry") && find(attachGeometry, "rtcAttachGeometry") &&
+        find(pointQuery, "rtcPointQuery");
     complete_ = all;
   }
   bool complete() const { return complete_; }
@@ -35,6 +38,7 @@ class Library {
   decltype(&rtcNewScene) newScene = nullptr;
   decltype(&rtcReleaseScene) releaseScene = nullptr;
   decltype(&rtcSetSceneBuildQuality) setBuildQuality = nullptr;
+  decltype(&rtcSetSceneFlags) setFlags = nullptr;
   decltype(&rtcCommitScene) commitScene = nullptr;
   decltype(&rtcNewGeometry) newGeometry = nullptr;
   decltype(&rtcReleaseGeometry) releaseGeometry = nullptr;
@@ -100,11 +104,8 @@ struct Scene {
   }
 };
 
-}  // namespace
-
-Peer embreePeer() {
-  if (!library().complete()) return {"Embree", "", {}};
-  return {"Embree", RTC_VERSION_STRING, [](const std::vector<SegmentEnds>& segments) -> SquaredDistance {
+PeerSetting embreeSetting(const std::string& name, RTCBuildQuality quality, RTCSceneFlags flags) {
+  return {name, true, [quality, flags](const std::vector<SegmentEnds>& segments) -> SquaredDistance {
             const auto scene = std::make_shared<Scene>();
             const RTCGeometry geometry = library().newGeometry(scene->device, RTC_GEOMETRY_TYPE_USER);
             library().setPrimitiveCount(geometry, static_cast<unsigned>(segments.size()));
@@ -114,7 +115,8 @@ Peer embreePeer() {
             library().commitGeometry(geometry);
             library().attachGeometry(scene->scene, geometry);
             library().releaseGeometry(geometry);
-            library().setBuildQuality(scene->scene, RTC_BUILD_QUALITY_HIGH);
+            library().setBuildQuality(scene->scene, quality);
+            library().setFlags(scene->scene, flags);
             library().commitScene(scene->scene);
             return [scene, &segments](const Vector3d& h_W) {
               Search search{&segments, h_W};
@@ -127,6 +129,21 @@ Peer embreePeer() {
               return search.squared;
             };
           }};
+}
+
+}  // namespace
+
+Peer embreePeer() {
+  if (!library().complete()) return {"Embree", "", {}};
+  Peer peer{"Embree", RTC_VERSION_STRING, {}};
+  for (const auto& [quality, text] :
+       {std::pair(RTC_BUILD_QUALITY_LOW, "low quality"), std::pair(RTC_BUILD_QUALITY_MEDIUM, "medium quality"),
+        std::pair(RTC_BUILD_QUALITY_HIGH, "high quality")})
+    for (const auto& [flags, flag] :
+         {std::pair(RTC_SCENE_FLAG_NONE, ""), std::pair(RTC_SCENE_FLAG_COMPACT, ", compact"),
+          std::pair(RTC_SCENE_FLAG_ROBUST, ", robust")})
+      peer.settings.push_back(embreeSetting(std::string(text) + flag, quality, flags));
+  return racedWith(std::move(peer), "high quality");
 }
 
 }  // namespace filiform::tools

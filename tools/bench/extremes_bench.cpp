@@ -507,7 +507,8 @@ BenchReport runExtremes(const BenchOptions& options) {
   report.tables.push_back({"extremes",
                            "Each extreme: what was tried, the largest error (against long double), force or refusal",
                            {"extreme", "tried", "result", "detail", "verdict"},
-                           std::move(trials.rows)});
+                           std::move(trials.rows),
+                           {"extreme", "tried"}});
   report.notes.push_back(
       "Passes: an error within what rounding of coordinates of that size allows; forces that are numbers, within the "
       "clamp of "

@@ -74,26 +74,28 @@ class PlacedCells final : public CellStream {
 
 struct IngestRow {
   std::string from;
-  double segments = 0, cpu_s = 0, wall_s = 0, peak_mib = 0, spool_mib = 0, open_ms = 0, tiles = 0;
-  double packs = 0, directory = 0, cells = 0, samples = 0;  // bytes a segment
-  double cpuPerMillion() const { return cpu_s / segments * kMillion; }
+  double segments = 0, peak_mib = 0, spool_mib = 0, open_ms = 0, tiles = 0;  // peak_mib: the largest of all runs
+  std::vector<double> cpu_s_per_million, wall_s;                             // by run
+  double packs = 0, directory = 0, cells = 0, samples = 0;                   // bytes a segment
   double bytes() const { return packs + directory + cells + samples; }
 };
 
-IngestRow measure(const std::string& from, const std::string& path,
+IngestRow measure(const std::string& from, const std::string& path, int runs,
                   const std::function<std::unique_ptr<CellStream>()>& stream) {
-  const ChildCost cost = measureInChild([&]() -> std::vector<double> {
-    const std::unique_ptr<CellStream> cells = stream();
-    const IngestResult result = ingest(*cells, path, {.memory = kMemory, .force = true});
-    return {static_cast<double>(result.counts.segments), static_cast<double>(result.spool_bytes)};
-  });
   IngestRow row;
   row.from = from;
-  row.segments = cost.numbers.at(0);
-  row.spool_mib = cost.numbers.at(1) / kMiB;
-  row.cpu_s = cost.cpu_s;
-  row.wall_s = cost.wall_s;
-  row.peak_mib = static_cast<double>(cost.peak_bytes) / kMiB;
+  for (int run = 0; run < runs; ++run) {
+    const ChildCost cost = measureInChild([&]() -> std::vector<double> {
+      const std::unique_ptr<CellStream> cells = stream();
+      const IngestResult result = ingest(*cells, path, {.memory = kMemory, .force = true});
+      return {static_cast<double>(result.counts.segments), static_cast<double>(result.spool_bytes)};
+    });
+    row.segments = cost.numbers.at(0);
+    row.spool_mib = cost.numbers.at(1) / kMiB;
+    row.cpu_s_per_million.push_back(kMillion * cost.cpu_s / row.segments);
+    row.wall_s.push_back(cost.wall_s);
+    row.peak_mib = std::max(row.peak_mib, static_cast<double>(cost.peak_bytes) / kMiB);
+  }
   std::vector<double> opened;
   for (int i = 0; i < 9; ++i) {
     const auto begin = std::chrono::steady_clock::now();
@@ -124,7 +126,8 @@ BenchReport runIngest(const BenchOptions& options) {
   const auto placed = [&](const char* from, std::uint64_t n, Kind kind) {
     options.progress(std::string(from) + ", " + std::to_string(n) + " segments");
     const std::string path = folder.path() + "/set.fil";
-    rows.push_back(measure(from, path, [&] { return std::make_unique<PlacedCells>(n, options.seed, kind); }));
+    rows.push_back(measure(from, path, ingestRuns(n, options.quick),
+                           [&] { return std::make_unique<PlacedCells>(n, options.seed, kind); }));
     fs::remove_all(path);
   };
   std::vector<std::uint64_t> sizes;
@@ -136,7 +139,8 @@ BenchReport runIngest(const BenchOptions& options) {
     options.progress("SWC, " + std::to_string(n) + " segments");
     const std::string zip = folder.path() + "/cells.zip", path = folder.path() + "/swc.fil";
     writeSynthetic(columnOf(static_cast<std::uint32_t>(std::max<std::uint64_t>(n / 5000, 2)), options.seed), zip);
-    rows.push_back(measure("SWC", path, [&] { return std::make_unique<Input>(std::vector<std::string>{zip}); }));
+    rows.push_back(measure("SWC", path, ingestRuns(n, options.quick),
+                           [&] { return std::make_unique<Input>(std::vector<std::string>{zip}); }));
     fs::remove_all(path);
     fs::remove(zip);
   }
@@ -145,21 +149,29 @@ BenchReport runIngest(const BenchOptions& options) {
 
   BenchReport report;
   BenchTable cost{"cost",
-                  "Ingest with --memory 1GiB: CPU seconds a million segments, peak memory and spool in MiB",
-                  {"from", "segments", "tiles", "cpu_s_per_million", "wall_s", "peak_mib", "spool_mib", "open_ms"},
-                  {}};
-  BenchTable size{
-      "size", "Bytes a segment by file", {"from", "segments", "packs", "directory", "cells", "samples", "all"}, {}};
+                  "Ingest with --memory 1GiB: CPU seconds a million segments (median, least and most of the runs), "
+                  "clock (median), peak memory (the largest) and spool in MiB",
+                  {"from", "segments", "tiles", "cpu_s_per_million", "wall_s", "peak_mib", "spool_mib", "open_ms",
+                   "cpu_least", "cpu_most", "runs"},
+                  {},
+                  {"from", "segments"}};
+  BenchTable size{"size",
+                  "Bytes a segment by file",
+                  {"from", "segments", "packs", "directory", "cells", "samples", "all"},
+                  {},
+                  {"from", "segments"}};
   double worst_cpu = 0, worst_peak = 0, worst_bytes = 0;
   std::vector<double> open_ms;
   for (const IngestRow& r : rows) {
     const auto n = static_cast<std::int64_t>(r.segments);
-    cost.rows.push_back({r.from, n, static_cast<std::int64_t>(r.tiles), r.cpuPerMillion(), r.wall_s, r.peak_mib,
-                         r.spool_mib, r.open_ms});
+    cost.rows.push_back({r.from, n, static_cast<std::int64_t>(r.tiles), median(r.cpu_s_per_million), median(r.wall_s),
+                         r.peak_mib, r.spool_mib, r.open_ms, percentile(r.cpu_s_per_million, 0),
+                         percentile(r.cpu_s_per_million, 1), static_cast<std::int64_t>(r.wall_s.size())});
+    report.samples.push_back({"cost", {r.from, n}, "cpu_s_per_million", "s", false, r.cpu_s_per_million});
     size.rows.push_back({r.from, n, r.packs, r.directory, r.cells, r.samples, r.bytes()});
     worst_peak = std::max(worst_peak, r.peak_mib);
     if (r.segments < 0.9 * kMillion && !options.quick) continue;
-    worst_cpu = std::max(worst_cpu, r.cpuPerMillion());
+    worst_cpu = std::max(worst_cpu, median(r.cpu_s_per_million));
     if (r.from == "placements" || r.from == "SWC") {
       worst_bytes = std::max(worst_bytes, r.bytes());
       open_ms.push_back(r.open_ms);
@@ -170,7 +182,8 @@ BenchReport runIngest(const BenchOptions& options) {
     report.goals.push_back({what, must, aim, measured, measured <= m, measured <= a});
   };
   const double allowed = static_cast<double>(kMemory) / kMiB + 200;
-  most("CPU seconds a million segments, the worst from 1e6 on", "<= 0.6", "<= 0.3", worst_cpu, 0.6, 0.3);
+  most("CPU seconds a million segments, median of the runs, the worst from 1e6 on", "<= 0.6", "<= 0.3", worst_cpu, 0.6,
+       0.3);
   most("peak memory, MiB, the worst", "<= 1224", "<= 1224", worst_peak, allowed, allowed);
   most("bytes a segment on disk, without levels of detail", "<= 9", "<= 7", worst_bytes, 9, 7);
   if (!open_ms.empty())

@@ -118,7 +118,8 @@ BenchReport runJump(const BenchOptions& options) {
       "jumps",
       "An exact jump that reads its tiles, us, of sets of " + std::to_string(segments) + " segments",
       {"per_um3", "points", "files", "jump_us", "jump_p90_us", "reading_us", "jump / reading", "tiles", "bytes"},
-      {}};
+      {},
+      {"per_um3", "points", "files"}};
   double worst = 0;
   for (const double per_um3 : {0.67, 2.1}) {
     options.progress("a set at " + std::to_string(per_um3) + " segments a um^3");

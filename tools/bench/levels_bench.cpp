@@ -115,7 +115,8 @@ void measureFrames(const BenchOptions& options, const TileSet& set, const Levels
       "The whole column, every tile on the card, one sample a pixel: segments allowed, tolerance (pixels), "
       "segments drawn, largest error (pixels), ms a frame",
       {"allowed", "tolerance px", "segments", "error px", "frame ms"},
-      {}};
+      {},
+      {"allowed", "tolerance px"}};
   const auto draw = [&](std::uint64_t most, double enough) {
     options.progress("frames of " + std::to_string(most) + " segments, " + shown(enough) + " pixels");
     const Drawn drawn = overview.draw(most, enough);

@@ -157,7 +157,8 @@ BenchReport runLoop(const BenchOptions& options) {
                    "The haptic loop at 1 kHz, " + shown(BenchValue(whole_s)) +
                        " s of each, by turns; us (wake: later than scheduled)",
                    {"loop", "what", "p50", "p99", "p99.9", "p99.99", "most"},
-                   {}};
+                   {},
+                   {"loop", "what"}};
   const auto rows = [&](const std::string& name, const Times& times) {
     const auto row = [&](const std::string& what, const TimeHistogram& histogram) {
       const auto us = [](std::int64_t ns) { return 1e-3 * static_cast<double>(ns); };

@@ -29,7 +29,8 @@ constexpr std::size_t kJumps = 200;
 
 struct At {
   double segments = 0, ingest_s_million = 0, ingest_mib = 0, bytes = 0, open_ms = 0, tick_ms = 0, jump_us = 0,
-         warm_us = 0, navigate_mib = 0;
+         warm_us = 0, navigate_mib = 0, ingest_least = 0, ingest_most = 0;
+  std::int64_t ingests = 0;
 };
 
 // From nothing to a force, then jumps: the first to a place reads its tiles, the second finds them in memory.
@@ -106,18 +107,24 @@ BenchReport runScale(const BenchOptions& options) {
     options.progress("ingest of " + std::to_string(size) + " segments");
     const std::string path = folder.path() + "/set.fil";
     const double side_um = DenseCells(library, size, kPerUm3, options.seed).side_um();
-    const ChildCost made = measureInChild([&]() -> std::vector<double> {
-      DenseCells cells(library, size, kPerUm3, options.seed);
-      const IngestResult result = ingest(cells, path, {.force = true});
-      return {static_cast<double>(result.counts.segments), static_cast<double>(result.bytes)};
-    });
     At at;
-    at.segments = made.numbers.at(0);
-    at.ingest_s_million = 1e6 * made.cpu_s / at.segments;
-    at.ingest_mib = static_cast<double>(made.peak_bytes) / kMiB;
-    at.bytes = made.numbers.at(1) / at.segments;
+    std::vector<double> ingest_s, ingest_mib;
+    for (int run = 0; run < ingestRuns(size, options.quick); ++run) {
+      const ChildCost made = measureInChild([&]() -> std::vector<double> {
+        DenseCells cells(library, size, kPerUm3, options.seed);
+        const IngestResult result = ingest(cells, path, {.force = true});
+        return {static_cast<double>(result.counts.segments), static_cast<double>(result.bytes)};
+      });
+      at.segments = made.numbers.at(0);
+      at.bytes = made.numbers.at(1) / at.segments;
+      ingest_s.push_back(1e6 * made.cpu_s / at.segments);
+      ingest_mib.push_back(static_cast<double>(made.peak_bytes) / kMiB);
+    }
+    at.ingest_s_million = median(ingest_s), at.ingest_mib = median(ingest_mib);
+    at.ingest_least = percentile(ingest_s, 0), at.ingest_most = percentile(ingest_s, 1);
+    at.ingests = static_cast<std::int64_t>(ingest_s.size());
     std::vector<double> open_ms, tick_ms, jump_us, warm_us, peak_mib;
-    for (int i = 0; i < (options.quick ? 2 : 7); ++i) {
+    for (int i = 0; i < (options.quick ? 2 : kBatches); ++i) {
       options.progress("first tick and jumps in " + std::to_string(size) + " segments");
       const ChildCost cost =
           measureInChild([&] { return travel(path, side_um, options.seed + static_cast<std::uint64_t>(i)); });
@@ -128,11 +135,13 @@ BenchReport runScale(const BenchOptions& options) {
     at.open_ms = percentile(open_ms, 0.5), at.tick_ms = percentile(tick_ms, 0.5);
     at.jump_us = percentile(jump_us, 0.5), at.warm_us = percentile(warm_us, 0.5);
     at.navigate_mib = percentile(peak_mib, 0.5);
-    const std::string n = std::to_string(size) + " segments";
-    report.samples.push_back({"open, " + n, "ms", false, open_ms});
-    report.samples.push_back({"first tick, " + n, "ms", false, tick_ms});
-    report.samples.push_back({"jump, not in memory, " + n, "us", false, jump_us});
-    report.samples.push_back({"jump, in memory, " + n, "us", false, warm_us});
+    const auto n = static_cast<std::int64_t>(at.segments);
+    report.samples.push_back({"sizes", {n}, "ingest s", "s", false, ingest_s});
+    report.samples.push_back({"sizes", {n}, "open ms", "ms", false, open_ms});
+    report.samples.push_back({"sizes", {n}, "first tick ms", "ms", false, tick_ms});
+    report.samples.push_back({"sizes", {n}, "jump us", "us", false, jump_us});
+    report.samples.push_back({"sizes", {n}, "warm jump us", "us", false, warm_us});
+    report.samples.push_back({"sizes", {n}, "MiB", "MiB", false, peak_mib});
     all.push_back(at);
     fs::remove_all(path);
   }
@@ -142,13 +151,15 @@ BenchReport runScale(const BenchOptions& options) {
       "Segments at 0.67 a um^3: ingest in CPU s a million and MiB, bytes a segment on disk; opening and first "
       "tick from nothing (ms); a jump whose tiles are not in memory, and in memory (us, files in the page "
       "cache); peak of the travelling process with 64 MiB for tiles",
-      {"segments", "ingest s", "ingest MiB", "bytes", "open ms", "first tick ms", "jump us", "warm jump us", "MiB"},
+      {"segments", "ingest s", "ingest MiB", "bytes", "open ms", "first tick ms", "jump us", "warm jump us", "MiB",
+       "ingest least", "ingest most", "ingests"},
       {}};
   std::vector<double> n;
   for (const At& at : all) {
     n.push_back(at.segments);
     table.rows.push_back({static_cast<std::int64_t>(at.segments), at.ingest_s_million, at.ingest_mib, at.bytes,
-                          at.open_ms, at.tick_ms, at.jump_us, at.warm_us, at.navigate_mib});
+                          at.open_ms, at.tick_ms, at.jump_us, at.warm_us, at.navigate_mib, at.ingest_least,
+                          at.ingest_most, at.ingests});
   }
   report.tables.push_back(std::move(table));
   BenchTable slopes{"slopes",

@@ -182,17 +182,17 @@ BenchReport runScene(const BenchOptions& options) {
       {"1000 segments, no radii", {"navigate", at + "bare.swc", "--seconds", once}},
       {"one thread, 5000 segments, 4.5 mm", {"navigate", at + "thread.swc", "--seconds", once}},
       {"one cell", {"navigate", at + "cell.swc", "--seconds", once}},
-      {"the same, real time", {"navigate", at + "cell.swc", "--seconds", "0.02", "--realtime"}},
-      {"the same, no controller, basic", {"navigate", at + "cell.swc", "--seconds", once, "--method", "basic"}},
-      {"the same, a picture of it (OpenGL)", {"render", at + "cell.swc", "-o", at + "cell.png"}, true},
+      {"one cell, real time", {"navigate", at + "cell.swc", "--seconds", "0.02", "--realtime"}},
+      {"one cell, no controller, basic", {"navigate", at + "cell.swc", "--seconds", once, "--method", "basic"}},
+      {"one cell, a picture of it (OpenGL)", {"render", at + "cell.swc", "-o", at + "cell.png"}, true},
       {"devices that are plugged in (libusb)", {"devices"}, true},
       {"a set of " + std::to_string(large), {"navigate", at + "large.fil", "--route", "random:1", "--seconds", once}},
-      {"the same, 20 ms a tile, prefetch",
+      {"that set, 20 ms a tile, prefetch",
        {"navigate", at + "large.fil", "--route", "random:1", "--seconds", once, "--latency", "20"}},
-      {"the same, real time", {"navigate", at + "large.fil", "--route", "random:1", "--seconds", "0.02", "--realtime"}},
-      {"the same, nearest segment", {"nearest", at + "large.fil", "0", "700", "0"}},
-      {"the same, samples alone (FLANN)", {"nearest", at + "large.fil", "0", "700", "0", "--approximate"}},
-      {"the same, what it holds", {"info", at + "large.fil"}}};
+      {"that set, real time", {"navigate", at + "large.fil", "--route", "random:1", "--seconds", "0.02", "--realtime"}},
+      {"that set, nearest segment", {"nearest", at + "large.fil", "0", "700", "0"}},
+      {"that set, samples alone (FLANN)", {"nearest", at + "large.fil", "0", "700", "0", "--approximate"}},
+      {"that set, what it holds", {"info", at + "large.fil"}}};
   if (!options.scene.empty()) {
     cases.push_back({"the set given", {"navigate", options.scene, "--route", "random:1", "--seconds", once}});
     cases.push_back({"the set given, nearest segment", {"nearest", options.scene, "0", "700", "0"}});
@@ -236,7 +236,7 @@ BenchReport runScene(const BenchOptions& options) {
     std::set<std::string> more;
     std::set_difference(sum.libraries.begin(), sum.libraries.end(), first_libraries.begin(), first_libraries.end(),
                         std::inserter(more, more.begin()));
-    report.samples.push_back({"start, " + one.name, "ms", false, wall});
+    report.samples.push_back({"start", {one.name}, "ms", "ms", false, wall});
     table.rows.push_back({one.name, percentile(wall, 0.5), percentile(wall, 0), percentile(cpu, 0.5), sum.peak_mib,
                           static_cast<std::int64_t>(sum.threads), static_cast<std::int64_t>(sum.set_files.size()),
                           &one == &cases.front() ? joined(sum.libraries)

@@ -62,7 +62,7 @@ void measureEpsilon(const BenchOptions& options, const SearchScene& scene, Bench
     const auto n = static_cast<double>(scene.points.size());
     const std::vector<double> ns =
         timed(scene.points.size(), [&](std::size_t i) { nearest.find(scene.points[i], {.epsilon = epsilon}); });
-    report.samples.push_back({"nearest, epsilon " + shown(epsilon), "ns", false, ns});
+    report.samples.push_back({table.name, {epsilon}, "ns", "ns", false, ns});
     table.rows.push_back({epsilon, median(ns), searched / n, sum / n, most, static_cast<double>(same) / n});
     report.bounds.push_back({"nearest, epsilon " + shown(epsilon), "at most 1 + epsilon times too far (nearest.h)",
                              epsilon + 1e-12, most, "of the distance"});
@@ -88,7 +88,8 @@ void measureSamples(const BenchOptions& options, const SearchScene& scene, std::
       "Nearest from samples alone: points, covering radius R (um), bytes, FLANN's eps, ns of CPU, how much "
       "farther than the nearest segment (um), and the bound sqrt(1 + eps) (d + R) - d at its tightest",
       {"samples", "R_um", "bytes", "eps", "ns", "error mean um", "error p99 um", "error most um", "most over bound"},
-      {}};
+      {},
+      {"samples", "eps"}};
   PlotSeries error{"error, eps 0", {}, {}}, radius{"covering radius R", {}, {}};
   const std::size_t standard = samplePointsFor(segments);
   std::vector<std::size_t> counts;

@@ -331,7 +331,8 @@ BenchReport runStability(const BenchOptions& options) {
                     "Device damping 0.5 N s/m: predicted bound (N/m), the lowest stiffness of the grid at which a hold "
                     "oscillates, without and with the controller (0: none up to the grid's end)",
                     {"hand", "delay", "rate_Hz", "predicted", "oscillates_from", "over_predicted", "with_controller"},
-                    {}};
+                    {},
+                    {"hand", "delay", "rate_Hz"}};
   std::vector<Panel> off_panels, on_panels, damping_panels;
   std::vector<PlotSeries> first_unstable, predicted;
   const auto addColumn = [&](Panel& panel, std::size_t first, bool on) {
@@ -422,7 +423,8 @@ BenchReport runStability(const BenchOptions& options) {
       "with the controller",
       {"method", "K_N_m", "controller", "injected_mJ_s", "largest_mJ", "least_mJ", "acted_percent", "mean_N",
        "reached_um", "legs_completed"},
-      {}};
+      {},
+      {"method", "K_N_m", "controller"}};
   double cost = 0;
   const auto store = syntheticStore(options.quick ? 2 : 12, options.seed + 1);
   for (const SolverMethod one : kSolverMethods) {

@@ -146,7 +146,8 @@ void measureCapacity(const BenchOptions& options, const std::vector<Cell>& cells
       }
     const auto segments = static_cast<double>(made.counts.segments), n = static_cast<double>(count);
     const double near_us = percentile(jump_us[0], 0.5), uniform_us = percentile(jump_us[1], 0.5);
-    report.samples.push_back({"cached jump, uniform, capacity " + std::to_string(capacity), "us", false, jump_us[1]});
+    report.samples.push_back(
+        {table.name, {std::int64_t{capacity}}, "jump uniform us", "us", false, batchMedians(jump_us[1])});
     table.rows.push_back({std::int64_t{capacity}, static_cast<std::int64_t>(set->tile_count()),
                           static_cast<double>(made.counts.stored_segments) / segments,
                           static_cast<double>(made.bytes) / segments, percentile(ready_us, 0.5), opened[0] / n,

@@ -6,6 +6,7 @@ std::vector<Workload> workloads() {
   std::vector<Workload> all;
   addIndexWorkloads(all);
   addNearestWorkloads(all);
+  addPeersWorkloads(all);
   addSolverWorkloads(all);
   addParametersWorkloads(all);
   addStabilityWorkloads(all);

@@ -9,6 +9,7 @@ namespace filiform::tools {
 
 void addIndexWorkloads(std::vector<Workload>& all);
 void addNearestWorkloads(std::vector<Workload>& all);
+void addPeersWorkloads(std::vector<Workload>& all);
 void addSolverWorkloads(std::vector<Workload>& all);
 void addParametersWorkloads(std::vector<Workload>& all);
 void addStabilityWorkloads(std::vector<Workload>& all);
