@@ -87,8 +87,12 @@ class Input : public CellStream {
   std::unique_ptr<State> state_;
 };
 
+// What became of an input: a file, or what an archive holds. An entry that an archive loses is skipped as long as the
+// archive itself is not refused. So an input is refused only where anyRefused() is true.
+enum class InputFate : std::uint8_t { kAccepted, kWarned, kSkipped, kRefused };
+
 struct InputTotals {
-  std::uint64_t accepted = 0, warned = 0, refused = 0;  // inputs: files, and what an archive holds
+  std::uint64_t accepted = 0, warned = 0, skipped = 0, refused = 0;  // inputs, by InputFate
   std::uint64_t bytes = 0, samples = 0, segments = 0, isolated = 0, roots = 0;
   CodeCounts codes;
 };
@@ -98,14 +102,15 @@ InputTotals totals(const std::vector<SourceReport>& reports);
 // escaped.
 std::string droppedColumn(const SourceReport& row);
 
-// Is a row refused? Then `check` exits with 1.
+// The worst severity of the rows; accept where there is none. `check` exits with 1 where the verdict is refuse.
+Severity verdict(const std::vector<SourceReport>& reports);
 bool anyRefused(const std::vector<SourceReport>& reports);
 
 // `file severity samples segments dropped codes`, tab-separated, under a header line; names escaped.
 void writeCheckTable(std::ostream& out, const std::vector<SourceReport>& reports);
 
-// A few lines for people: totals, each code with its count and meaning, each refused or skipped input (the first 20)
-// with the reason. Ends with a newline.
+// A few lines for people: totals, each code with its count and meaning, each refused and each skipped input (the first
+// 20 of both) with the reason. Ends with a newline.
 std::string summary(const std::vector<SourceReport>& reports);
 
 }  // namespace filiform

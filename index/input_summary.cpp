@@ -2,9 +2,11 @@
 #include "index/input.h"
 #include "index/text.h"
 
+#include <algorithm>
 #include <ostream>
 #include <string>
 #include <string_view>
+#include <utility>
 
 namespace filiform {
 namespace {
@@ -41,13 +43,32 @@ std::string grouped(std::uint64_t count) {
   return out;
 }
 
-// Calls `use(name, report, dropped)` for each input: plain files, entries, and archives that are refused as such.
+InputFate fateOf(const InputReport& report) {
+  switch (report.severity) {
+    case Severity::kAccept:
+      return InputFate::kAccepted;
+    case Severity::kWarn:
+      return InputFate::kWarned;
+    case Severity::kRefuse:
+      return InputFate::kRefused;
+  }
+  return InputFate::kRefused;
+}
+
+// Calls `use(name, report, fate)` for each input: plain files, entries, and refused archives none of whose entries is
+// itself refused.
 template <class Use>
 void forEachInput(const std::vector<SourceReport>& rows, Use use) {
   for (const SourceReport& row : rows) {
-    const bool archive_refused = row.archive && !row.report.records.empty();
-    if (!row.archive || archive_refused) use(row.file, row.report, row.report.severity == Severity::kRefuse);
-    for (const EntryReport& entry : row.entries) use(row.file + "/" + entry.entry, entry.report, entry.dropped);
+    const bool refused = row.report.severity == Severity::kRefuse;
+    const auto fate = [&](const EntryReport& entry) {
+      if (!entry.dropped) return fateOf(entry.report);
+      return refused && entry.report.severity == Severity::kRefuse ? InputFate::kRefused : InputFate::kSkipped;
+    };
+    const bool told = std::any_of(row.entries.begin(), row.entries.end(),
+                                  [&](const EntryReport& entry) { return fate(entry) == InputFate::kRefused; });
+    if (!row.archive || (refused && !told)) use(row.file, row.report, fateOf(row.report));
+    for (const EntryReport& entry : row.entries) use(row.file + "/" + entry.entry, entry.report, fate(entry));
   }
 }
 
@@ -73,8 +94,21 @@ std::string droppedColumn(const SourceReport& row) {
 
 InputTotals totals(const std::vector<SourceReport>& reports) {
   InputTotals sum;
-  forEachInput(reports, [&](const std::string&, const InputReport& report, bool dropped) {
-    ++(dropped ? sum.refused : report.severity == Severity::kWarn ? sum.warned : sum.accepted);
+  forEachInput(reports, [&](const std::string&, const InputReport&, InputFate fate) {
+    switch (fate) {
+      case InputFate::kAccepted:
+        ++sum.accepted;
+        break;
+      case InputFate::kWarned:
+        ++sum.warned;
+        break;
+      case InputFate::kSkipped:
+        ++sum.skipped;
+        break;
+      case InputFate::kRefused:
+        ++sum.refused;
+        break;
+    }
   });
   for (const SourceReport& row : reports) {
     sum.bytes += row.bytes;
@@ -87,12 +121,13 @@ InputTotals totals(const std::vector<SourceReport>& reports) {
   return sum;
 }
 
-bool anyRefused(const std::vector<SourceReport>& reports) {
-  for (const SourceReport& row : reports) {
-    if (row.report.severity == Severity::kRefuse) return true;
-  }
-  return false;
+Severity verdict(const std::vector<SourceReport>& reports) {
+  Severity worst = Severity::kAccept;
+  for (const SourceReport& row : reports) worst = std::max(worst, row.report.severity);
+  return worst;
 }
+
+bool anyRefused(const std::vector<SourceReport>& reports) { return verdict(reports) == Severity::kRefuse; }
 
 void writeCheckTable(std::ostream& out, const std::vector<SourceReport>& reports) {
   out << "file\tseverity\tsamples\tsegments\tdropped\tcodes\n";
@@ -104,18 +139,22 @@ void writeCheckTable(std::ostream& out, const std::vector<SourceReport>& reports
 
 std::string summary(const std::vector<SourceReport>& reports) {
   const InputTotals sum = totals(reports);
-  std::string out = grouped(sum.accepted + sum.warned + sum.refused) + " inputs: " + grouped(sum.accepted) +
-                    " accepted, " + grouped(sum.warned) + " with warnings, " + grouped(sum.refused) + " refused; " +
+  std::string out = grouped(sum.accepted + sum.warned + sum.skipped + sum.refused) +
+                    " inputs: " + grouped(sum.accepted) + " accepted, " + grouped(sum.warned) + " with warnings, " +
+                    (sum.skipped > 0 ? grouped(sum.skipped) + " skipped, " : "") + grouped(sum.refused) + " refused; " +
                     grouped(sum.samples) + " samples, " + grouped(sum.segments) + " segments kept\n";
   for (const auto& [code, count] : sum.codes.all()) {
     if (!isRefusal(code))
       out += "  " + std::string(name(code)) + " " + grouped(count) + ": " + std::string(explanation(code)) + "\n";
   }
-  std::size_t named = 0;
-  forEachInput(reports, [&](const std::string& input, const InputReport& report, bool dropped) {
-    if (dropped && ++named <= kNamedInputs) out += "  refused " + escaped(input) + ": " + reason(report) + "\n";
-  });
-  if (named > kNamedInputs) out += "  and " + grouped(named - kNamedInputs) + " more refused\n";
+  for (const auto& [fate, word] : {std::pair(InputFate::kRefused, " refused"), {InputFate::kSkipped, " skipped"}}) {
+    std::size_t named = 0;
+    forEachInput(reports, [&](const std::string& input, const InputReport& report, InputFate its_fate) {
+      if (its_fate == fate && ++named <= kNamedInputs)
+        out += " " + std::string(word) + " " + escaped(input) + ": " + reason(report) + "\n";
+    });
+    if (named > kNamedInputs) out += "  and " + grouped(named - kNamedInputs) + " more" + word + "\n";
+  }
   return out;
 }
 

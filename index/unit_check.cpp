@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdio>
+#include <utility>
 
 namespace filiform {
 namespace {
@@ -15,7 +17,13 @@ float median(std::vector<float> values) {
 
 bool isPlausible(double step_um, double extent_um) {
   return step_um >= UnitCheck::kMinSegment_um && step_um <= UnitCheck::kMaxSegment_um &&
-         extent_um >= UnitCheck::kMinExtent_um && extent_um <= UnitCheck::kMaxExtent_um;
+         extent_um >= UnitCheck::kMinExtent_um && extent_um <= UnitCheck::kMaxExtent_um &&
+         (step_um <= UnitCheck::kLongSegment_um || extent_um <= UnitCheck::kLargeExtent_um);
+}
+
+// How far from an ordinary neuron, in powers of ten.
+double oddity(double step_um, double extent_um) {
+  return std::abs(std::log10(step_um / 1.5)) + std::abs(std::log10(extent_um / 500));
 }
 
 }  // namespace
@@ -46,20 +54,25 @@ std::string UnitCheck::doubt(double unit_um) const {
   struct KnownUnit {
     const char* text;
     double um;
+    double rarity;  // units of voxels come after plain ones that do as well
   };
-  static constexpr std::array<KnownUnit, 5> kCandidates = {{{"nm", 1e-3},
-                                                            {"0.008 (voxels of 8 nm)", 0.008},
-                                                            {"0.5 (voxels of half a micrometre)", 0.5},
-                                                            {"um", 1},
-                                                            {"mm", 1e3}}};
+  static constexpr std::array<KnownUnit, 5> kKnown = {
+      {{"nm", 1e-3, 0}, {"8nm", 0.008, 0.3}, {"0.5um", 0.5, 0.3}, {"um", 1, 0}, {"mm", 1e3, 0}}};
+  constexpr double kWithin = 2;  // powers of ten of the likeliest
+  std::vector<std::pair<double, const char*>> likely;
+  for (const KnownUnit& unit : kKnown) {
+    const double its_step = step * (unit.um / unit_um), its_extent = extent * (unit.um / unit_um);
+    if (isPlausible(its_step, its_extent)) likely.emplace_back(oddity(its_step, its_extent) + unit.rarity, unit.text);
+  }
+  std::stable_sort(likely.begin(), likely.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
   std::string would_do;
-  for (const KnownUnit& c : kCandidates)
-    if (isPlausible(step * (c.um / unit_um), extent * (c.um / unit_um)))
-      would_do += (would_do.empty() ? "" : ", ") + std::string(c.text);
+  for (const auto& [odd, unit] : likely)
+    if (odd <= likely.front().first + kWithin) would_do += (would_do.empty() ? "" : " or ") + std::string(unit);
   std::array<char, 200> text{};
   std::snprintf(text.data(), text.size(),
                 "the unit looks wrong: a median cell measures %.3g um, its segments %.3g um; ", extent, step);
-  return text.data() + (would_do.empty() ? "--unit states the unit of the files" : "--unit may be " + would_do);
+  return text.data() + (would_do.empty() ? "state the unit of the files: filiform ingest --unit UNIT"
+                                         : "try filiform ingest --unit " + would_do);
 }
 
 }  // namespace filiform

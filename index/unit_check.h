@@ -14,13 +14,15 @@ class UnitCheck {
  public:
   // What a median cell of more than a few segments is expected to have.
   static constexpr double kMinSegment_um = 0.02, kMaxSegment_um = 200;
-  static constexpr double kMinExtent_um = 5, kMaxExtent_um = 300000;
+  static constexpr double kMinExtent_um = 1, kMaxExtent_um = 300000;
+  // Coarse tracings have such segments and whole-brain axons such an extent. Both together are data in voxels.
+  static constexpr double kLongSegment_um = 20, kLargeExtent_um = 20000;
 
   // Looks at some of the cell's segments: O(1) but for its bounds.
   void add(const Cell& cell);
 
-  // One line, naming the units that would do, or empty. `unit_um` is what one unit of the files was taken for.
-  // O(cells).
+  // One line that names the units that would do, the likeliest first, as --unit takes them; or empty. `unit_um` is what
+  // one unit of the files was taken for. O(cells).
   std::string doubt(double unit_um = 1) const;
 
  private:

@@ -1,25 +1,65 @@
 // filiform check: reads SWC and zip as ingest would, and says what it would keep, drop and refuse.
 #include "index/input.h"
+#include "index/text.h"
 #include "tools/cli.h"
 #include "tools/progress.h"
+#include "tools/unit.h"
 
 #include <iostream>
 
 #include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
 
 namespace filiform::tools {
 
 namespace {
 
+using Json = nlohmann::ordered_json;
+
 struct CheckArguments {
   std::vector<std::string> inputs;
-  bool tsv = false, strict = false;
+  std::string unit = "um";
+  bool tsv = false, json = false, strict = false;
 };
+
+Json countsOf(const CodeCounts& codes) {
+  Json counts = Json::object();
+  for (const auto& [code, count] : codes.all()) counts[std::string(name(code))] = count;
+  return counts;
+}
+
+std::string textOf(const Json& json) { return json.dump(1, ' ', false, Json::error_handler_t::replace); }
+
+void writeCheckJson(std::ostream& out, const std::vector<SourceReport>& reports, const std::string& doubt) {
+  const InputTotals all = totals(reports);
+  Json files = Json::array();
+  for (const SourceReport& row : reports)
+    files.push_back({{"file", row.file},
+                     {"severity", std::string(name(row.report.severity))},
+                     {"samples", row.report.samples},
+                     {"segments", row.report.segments},
+                     {"dropped", droppedColumn(row)},
+                     {"codes", countsOf(row.report.codes)}});
+  out << textOf({{"verdict", std::string(name(verdict(reports)))},
+                 {"inputs", all.accepted + all.warned + all.skipped + all.refused},
+                 {"accepted", all.accepted},
+                 {"warned", all.warned},
+                 {"skipped", all.skipped},
+                 {"refused", all.refused},
+                 {"bytes", all.bytes},
+                 {"samples", all.samples},
+                 {"segments", all.segments},
+                 {"codes", countsOf(all.codes)},
+                 {"unit_doubt", doubt},
+                 {"files", files}})
+      << '\n';
+}
 
 int runCheck(const CheckArguments& a) {
   Progress progress({.title = "check", .noun = "", .unit = ProgressUnit::bytes});
   InputOptions options;
   options.swc.strict = a.strict;
+  readUnit(a.unit, options.swc);
   options.progress = [&](std::uint64_t done, std::uint64_t total) {
     throwIfInterrupted();
     progress.setTotal(total);
@@ -29,12 +69,14 @@ int runCheck(const CheckArguments& a) {
   for (Cell cell; input.next(cell);) {
   }
   progress.finish();
-  if (a.tsv)
+  const std::string doubt = input.unitDoubt();
+  if (a.json)
+    writeCheckJson(std::cout, input.reports(), doubt);
+  else if (a.tsv)
     writeCheckTable(std::cout, input.reports());
   else
     std::cout << summary(input.reports());
-  if (const std::string doubt = input.unitDoubt(); !a.tsv && !doubt.empty())
-    std::cerr << "filiform: note: " << doubt << '\n';
+  if (!doubt.empty()) std::cerr << "filiform: note: " << doubt << '\n';
   return anyRefused(input.reports()) ? 1 : 0;
 }
 
@@ -48,7 +90,11 @@ void addCheck(CLI::App& app, Chosen& chosen) {
       ->add_option("INPUT", arguments->inputs,
                    "SWC files, folders, zip archives; graphs: .edges, .obj, .vtk, skeletons")
       ->required();
-  command->add_flag("--tsv", arguments->tsv, "one row an input: file severity samples segments dropped codes");
+  CLI::Option* const tsv =
+      command->add_flag("--tsv", arguments->tsv, "one row an input: file severity samples segments dropped codes");
+  command->add_flag("--json", arguments->json, "one object: the verdict, counts, and the fields of --tsv for each file")
+      ->excludes(tsv);
+  command->add_option("--unit", arguments->unit, kUnitHelp)->capture_default_str();
   command->add_flag("--strict", arguments->strict, "refuse every file with a warning");
   command->callback([arguments, &chosen] { chosen = [arguments] { return runCheck(*arguments); }; });
 }

@@ -6,6 +6,7 @@
 #include "index/text.h"
 #include "tools/cli.h"
 #include "tools/progress.h"
+#include "tools/unit.h"
 
 #include <algorithm>
 #include <cmath>
@@ -30,25 +31,6 @@ struct IngestArguments {
   unsigned threads = 0;
   bool apply_offset = false, strict = false, force = false, levels = false;
 };
-
-// um, nm, mm, the size of a voxel in um, or its sizes by axis as X,Y,Z.
-void readUnit(const std::string& text, SwcOptions& options) {
-  const auto size = [&](const std::string& number) {
-    const double um = parseNumber("--unit", number);
-    if (!(um > 0))
-      throw UsageError("--unit " + text + ": give um, nm, mm, or the size of a voxel in um, such as 0.5 or 4,4,40");
-    return um;
-  };
-  const std::size_t first = text.find(','), second = first == std::string::npos ? first : text.find(',', first + 1);
-  if (text == "um" || text == "nm" || text == "mm") {
-    options.unit_um = text == "um" ? 1 : text == "nm" ? 1e-3 : 1e3;
-  } else if (second != std::string::npos) {
-    options.voxel_um = Vector3d(size(text.substr(0, first)), size(text.substr(first + 1, second - first - 1)),
-                                size(text.substr(second + 1)));
-  } else {
-    options.unit_um = size(text);
-  }
-}
 
 int quantumExponentOf(const std::string& text) {
   double quantum = 0;
@@ -200,7 +182,7 @@ int runIngest(const IngestArguments& a) {
     if (!a.report.empty()) writeReport(a.report, input.reports());
     if (a.strict && all.refused > 0)
       throw InputError("--strict: " + std::to_string(all.refused) + " of " +
-                       std::to_string(all.accepted + all.warned + all.refused) +
+                       std::to_string(all.accepted + all.warned + all.skipped + all.refused) +
                        " inputs refused, nothing written; filiform check says which and why");
     if (all.accepted + all.warned == 0) {
       const std::vector<SourceReport>& reports = input.reports();
@@ -264,7 +246,7 @@ void addIngest(CLI::App& app, Chosen& chosen) {
       ->capture_default_str()
       ->check(CLI::Range(1u, 1u << 30));
   command->add_option("--quantum", a->quantum, "grid of the positions, um, a power of two")->capture_default_str();
-  command->add_option("--unit", a->unit, "unit of the files: um, nm, mm, or um a voxel: one number, or X,Y,Z")
+  command->add_option("--unit", a->unit, kUnitHelp)
       ->capture_default_str();
   command->add_flag("--apply-offset", a->apply_offset, "add the '# OFFSET' of each header to its positions");
   command

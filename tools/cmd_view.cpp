@@ -48,6 +48,7 @@ OpenedScene openToView(const std::vector<std::string>& paths) {
     scene.store = buildTilesInMemory(input);
     if (scene.store->cell_count() == 0)
       throw InputError(escaped(paths.front()) + ": no usable neuron in it; filiform check says why");
+    if (const std::string doubt = input.unitDoubt(); !doubt.empty()) std::cerr << "filiform: note: " << doubt << '\n';
     return scene;
   }
   if (paths.size() > 1) throw UsageError("give one tile set, or any number of .swc and .zip files");
