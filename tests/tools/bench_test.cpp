@@ -229,6 +229,12 @@ TEST(BenchProgram, EveryWorkloadRunsQuickAndTheRunIsAsTheSchemaSays) {
       EXPECT_EQ(test::readBytes(folder / picture.get<std::string>()).substr(1, 3), "PNG");
     EXPECT_NE(outcome.out.find(test::readBytes(folder / (workload.name + ".md"))), std::string::npos);
     EXPECT_FALSE(json.contains("bounds") && json.at("bounds").empty());
+    if (workload.name == "ingest")
+      for (const auto& row : json.at("tables").at("cost").at("rows")) {
+        EXPECT_EQ(row.at("runs"), ingestRuns(1, true));
+        EXPECT_LE(row.at("cpu_least"), row.at("cpu_s_per_million"));
+        EXPECT_LE(row.at("cpu_s_per_million"), row.at("cpu_most"));
+      }
   }
   EXPECT_EQ(schemaProblems(folder / "bench.json"), "");
   const std::string page = test::readBytes(folder / "bench.html");
@@ -321,6 +327,11 @@ TEST(BenchProgram, RefusesContradictions) {
     EXPECT_EQ(outcome.exit_code, 2) << arguments.back();
     EXPECT_TRUE(outcome.oneLineOnStderr()) << outcome.err;
   }
+}
+
+TEST(BenchIngest, IsTheMedianOfAtLeastFiveRuns) {
+  for (const std::uint64_t segments : {10'000ull, 1'000'000ull, 200'000'000ull})
+    EXPECT_GE(ingestRuns(segments, false), 5);
 }
 
 TEST(BatchMedians, SplitsValuesInOrder) {

@@ -1,10 +1,14 @@
 #include "tools/bench/peers.h"
 
 #include "index/closest_point.h"
+#include "tests/support/sanitized.h"
+#include "tools/bench/bench.h"
+#include "tools/bench/jump_race.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <random>
 #include <set>
 #include <stdexcept>
@@ -51,6 +55,34 @@ TEST(Peers, RaceASettingThatTheyHave) {
   const Peer peer{"one", "1", {{"slow", false, {}}, {"fast", false, {}}}};
   EXPECT_EQ(racedWith(peer, "fast").best().name, "fast");
   EXPECT_THROW(racedWith(peer, "none"), std::logic_error);
+}
+
+TEST(JumpRace, MeasuresMemoryByTheGrowthOfTheProcess) {
+  if (test::kSanitized) GTEST_SKIP() << "memory is laid out otherwise under a sanitizer";
+  const std::vector<SegmentEnds> segments(200'000, SegmentEnds{Vector3d::Zero(), Vector3d::Zero()});
+  const auto setting = [](bool keeps) {
+    return PeerSetting{"", keeps, [](const std::vector<SegmentEnds>& all) -> SquaredDistance {
+                         std::vector<char> freed(all.size() * 100, 1);  // given back while building: counts for nothing
+                         const auto kept = std::make_shared<std::vector<char>>(all.size() * 64 + (freed[5] == 0), 1);
+                         return [kept](const Vector3d&) { return static_cast<double>(kept->front()); };
+                       }};
+  };
+  const JumpEngine copies = builtEngine("copies", setting(false), segments);
+  EXPECT_NEAR(copies.bytes, 64, 4);
+  const JumpEngine reads = builtEngine("reads", setting(true), segments);
+  EXPECT_NEAR(reads.bytes, 64 + 48, 4);
+  EXPECT_EQ(reads.squared(Vector3d::Zero()), 1);
+}
+
+TEST(JumpRace, RefusesAnEngineThatAnswersOtherwise) {
+  const JumpEngine one{"one", [](const Vector3d& h_W) { return h_W.squaredNorm(); }};
+  const JumpEngine other{"other", [](const Vector3d& h_W) { return h_W.squaredNorm() + (h_W.x() > 1 ? 0.1 : 0); }};
+  const std::vector<Vector3d> right{{0, 1, 2}, {1, 1, 1}}, wrong{{0, 1, 2}, {2, 1, 1}};
+  const std::vector<Raced> raced = raceJumps({one, other}, right);
+  ASSERT_EQ(raced.size(), 2u);
+  EXPECT_EQ(raced[1].ns.size(), static_cast<std::size_t>(kBatches));
+  EXPECT_NEAR(raced[1].recall, 1, 1e-12);
+  EXPECT_THROW(raceJumps({one, other}, wrong), std::runtime_error);
 }
 
 TEST(Peers, AreNamedOnceEach) {
