@@ -119,9 +119,10 @@ class Rows {
 std::vector<Vector3d> pointsOf(const NearestArguments& a) {
   if (int{!a.points.empty()} + int{!a.coordinates.empty()} + int{!a.box.empty()} + int{!a.ray.empty()} != 1)
     throw UsageError("nearest: give one of X Y Z, --points FILE (- for stdin), --box, --ray");
-  if (a.points.empty())
+  if (!a.coordinates.empty())
     return {Vector3d(parseNumber("X", a.coordinates[0]), parseNumber("Y", a.coordinates[1]),
                      parseNumber("Z", a.coordinates[2]))};
+  if (a.points.empty()) return {};  // a box or a ray
   if (a.points == "-") return readPoints(std::cin, "stdin");
   std::ifstream file(a.points);
   if (!file) throw IoError(escaped(a.points), "cannot open", errno);
@@ -176,8 +177,9 @@ void addNearest(CLI::App& app, Chosen& chosen) {
   auto arguments = std::make_shared<NearestArguments>();
   CLI::App* command = app.add_subcommand("nearest", "Nearest segments to a point, or to many");
   command->footer(
-      "Example:\n  filiform nearest column.fil 12.5 -300 40 --k 3\n  filiform nearest column.fil --points soma.txt "
-      "--json");
+      "Examples:\n  filiform nearest column.fil 12.5 -300 40 --k 3\n  filiform nearest column.fil --points soma.txt "
+      "--json\n  filiform nearest column.fil --box 0 700 0 20 720 20\n"
+      "  filiform nearest column.fil --ray 0 700 -500 0 0 1 --k 5");
   command->add_option("SET", arguments->set, "tile set")->required();
   command->add_option("XYZ", arguments->coordinates, "a point, um")->expected(0, 3)->type_name("X Y Z");
   command->add_option("--points", arguments->points, "file of points, one 'x y z' a line; - for stdin")

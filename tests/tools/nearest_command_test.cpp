@@ -1,0 +1,72 @@
+// filiform nearest as a process: each kind of query answers what the library answers.
+#include "tests/support/process.h"
+#include "tests/support/temp_folder.h"
+
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+namespace filiform {
+namespace {
+
+using test::Outcome;
+using test::runFiliform;
+
+class NearestCommand : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    // Four segments of 10 um along x; sample 5 is its end.
+    test::writeBytes(folder_ / "line.swc",
+                     "1 3 0 0 0 1 -1\n2 3 10 0 0 1 1\n3 3 20 0 0 1 2\n4 3 30 0 0 1 3\n5 3 40 0 0 1 4\n");
+    const Outcome made = runFiliform({"ingest", folder_ / "line.swc", "-o", set_, "--capacity", "2"});
+    ASSERT_EQ(made.exit_code, 0) << made.err;
+  }
+  test::TempFolder folder_;
+  std::string set_ = folder_ / "line.fil";
+};
+
+TEST_F(NearestCommand, ABoxGivesTheSegmentsThatMeetIt) {
+  const Outcome box = runFiliform({"nearest", set_, "--box", "12", "-1", "-1", "23", "1", "1", "--json"});
+  ASSERT_EQ(box.exit_code, 0) << box.err;
+  const auto rows = nlohmann::json::parse(box.out);
+  ASSERT_EQ(rows.size(), 2u) << box.out;
+  EXPECT_EQ(rows[0].at("sample"), 3);
+  EXPECT_EQ(rows[1].at("sample"), 4);
+  const Outcome none = runFiliform({"nearest", set_, "--box", "12", "5", "5", "23", "6", "6"});
+  EXPECT_EQ(none.exit_code, 0) << none.err;
+  EXPECT_EQ(none.out, "query\trank\tdistance\tx\ty\tz\tcell\tsegment\tsample\texact\ttiles_read\n");
+}
+
+TEST_F(NearestCommand, ARayGivesTheSegmentsAlongIt) {
+  const Outcome ray = runFiliform(
+      {"nearest", set_, "--ray", "15", "0", "-100", "0", "0", "1", "--k", "5", "--tolerance", "6", "--json"});
+  ASSERT_EQ(ray.exit_code, 0) << ray.err;
+  const auto rows = nlohmann::json::parse(ray.out);
+  ASSERT_EQ(rows.size(), 3u) << ray.out;
+  for (const auto& row : rows) {
+    EXPECT_DOUBLE_EQ(row.at("along").get<double>(), 100);
+    EXPECT_LE(row.at("distance").get<double>(), 6);
+  }
+  const Outcome table = runFiliform({"nearest", set_, "--ray", "15", "0", "-100", "0", "0", "1"});
+  EXPECT_EQ(table.out.substr(0, table.out.find('\n')),
+            "query\trank\tdistance\tx\ty\tz\tcell\tsegment\tsample\texact\ttiles_read\talong");
+}
+
+TEST_F(NearestCommand, OneKindOfQueryAtATime) {
+  const std::vector<std::string> box{"--box", "0", "0", "0", "1", "1", "1"}, ray{"--ray", "0", "0", "0", "0", "0", "1"},
+      point{"1", "2", "3"};
+  for (const auto& [first, second] : {std::pair(box, ray), std::pair(point, box), std::pair(point, ray)}) {
+    std::vector<std::string> words{"nearest", set_};
+    words.insert(words.end(), first.begin(), first.end());
+    words.insert(words.end(), second.begin(), second.end());
+    const Outcome both = runFiliform(words);
+    EXPECT_EQ(both.exit_code, 2) << both.out;
+    EXPECT_NE(both.err.find("give one of"), std::string::npos) << both.err;
+  }
+  EXPECT_EQ(runFiliform({"nearest", set_}).exit_code, 2);
+}
+
+}  // namespace
+}  // namespace filiform
