@@ -15,7 +15,7 @@ constexpr std::array<CodeText, kInputCodes> kTexts = {{
     {"E_ENCODING", "UTF-16 or UTF-32 text; save it as UTF-8"},
     {"E_FORMAT", "not the format that its name says, or cut short"},
     {"E_MOSTLY_BAD", "more than half of its lines cannot be read as samples"},
-    {"E_NOT_TEXT", "compressed or binary data, not SWC text; unpack it first"},
+    {"E_NOT_TEXT", "a packed file (tar, gz, xz, 7z) or binary data, not SWC text; unpack it, then give what was in it"},
     {"E_NO_SAMPLES", "holds no sample"},
     {"E_ZIP_CRC", "damaged data (checksum or compressed stream); fetch it again"},
     {"E_ZIP_FORMAT", "not a zip archive, or one whose directory contradicts itself"},

@@ -3,8 +3,8 @@
 #include "device/haptic_device.h"
 #include "index/errors.h"
 #include "index/text.h"
-#include "index/tile_store.h"
 #include "solver/force_hold.h"
+#include "tools/near_names.h"
 #include "viewer/graphics_context.h"
 
 #include <algorithm>
@@ -19,6 +19,7 @@
 #include <string_view>
 #include <system_error>
 #include <unistd.h>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 
@@ -73,6 +74,36 @@ int flushed(int code) {
   return code;
 }
 
+// What is said of a command line that CLI11 refuses: a misspelt command or option is named with those like it.
+std::string refusalOf(const CLI::App& app, const CLI::Error& error, const std::vector<std::string>& words) {
+  const auto commands = app.get_subcommands([](const CLI::App*) { return true; });
+  const std::vector<CLI::App*> chosen = app.get_subcommands();
+  const auto is_option = [](const std::string& word) {  // not a negative number
+    return word.size() > 1 && word[0] == '-' && word.find_first_of("0123456789.") != 1;
+  };
+  const auto first = std::find_if_not(words.begin(), words.end(), is_option);
+  if (chosen.empty() && first != words.end()) {
+    NearNames near(*first);
+    for (const CLI::App* command : commands) near.offer(command->get_name());
+    return "unknown command '" + escaped(*first, 80) + "'" + didYouMean(near.names()) +
+           (near.names().empty() ? "; " : " ") + "'filiform --help' lists the commands";
+  }
+  const CLI::App& command = chosen.empty() ? app : *chosen.front();
+  const std::string help = chosen.empty() ? "'filiform --help'" : "'filiform " + command.get_name() + " --help'";
+  for (const std::string& word : app.remaining(true)) {
+    if (!is_option(word) || word == "--") continue;
+    const std::string name = word.substr(0, word.find('='));
+    NearNames near(name);
+    for (const CLI::Option* option : command.get_options()) {
+      for (const std::string& long_name : option->get_lnames()) near.offer("--" + long_name);
+      for (const std::string& short_name : option->get_snames()) near.offer("-" + short_name);
+    }
+    return "unknown option '" + escaped(name, 80) + "'" + didYouMean(near.names()) +
+           (near.names().empty() ? "; " : " ") + help + " lists the options";
+  }
+  return escaped(error.what()) + " (see " + help + ")";
+}
+
 }  // namespace
 
 const std::atomic<bool>& interruptFlag() { return interrupted; }
@@ -87,13 +118,20 @@ std::uint64_t parseBytes(const std::string& option, const std::string& text) {
   const auto [rest, error] = std::from_chars(text.data(), end, value);
   std::string unit(rest, end);
   unit.erase(0, unit.find_first_not_of(' ') == std::string::npos ? unit.size() : unit.find_first_not_of(' '));
-  double factor = 0;
-  if (unit.empty() || unit == "B") factor = 1;
-  if (unit == "KiB") factor = 1024.0;
-  if (unit == "MiB") factor = 1024.0 * 1024;
-  if (unit == "GiB") factor = 1024.0 * 1024 * 1024;
+  double factor = unit.empty() || unit == "B" ? 1 : 0;
+  static constexpr std::string_view kPrefixes = "KMGT";
+  if (const std::size_t prefix = kPrefixes.find(unit.empty()     ? ' '
+                                                : unit[0] == 'k' ? 'K'
+                                                                 : unit[0]);
+      prefix != std::string_view::npos) {
+    const std::string_view rest_of_unit = std::string_view(unit).substr(1);
+    const bool binary = unit[0] != 'k' && (rest_of_unit == "iB" || rest_of_unit.empty());
+    if (binary || rest_of_unit == "B") factor = std::pow(binary ? 1024.0 : 1000.0, static_cast<double>(prefix + 1));
+  }
   if (error != std::errc() || factor == 0 || !(value >= 0) || value * factor > 9e18)
-    throw UsageError(option + " " + text + ": give a number of bytes, or one with KiB, MiB or GiB, such as 64MiB");
+    throw UsageError(option + " " + text +
+                     ": give a number of bytes, or one with K, M, G, T (KiB, MiB, GiB, TiB) or KB, MB, GB, TB, such as "
+                     "64MiB");
   return static_cast<std::uint64_t>(std::llround(value * factor));
 }
 
@@ -129,12 +167,6 @@ double parseNumber(const std::string& what, const std::string& text) {
   return value;
 }
 
-std::uint32_t findCellNamed(const TileStore& store, const std::string& name) {
-  if (const auto id = store.findCell(name)) return *id;
-  const std::string hint = store.cell_count() > 0 ? "; one that is there is '" + escaped(store.cell(0).name) + "'" : "";
-  throw UsageError("--cell " + escaped(name) + ": no cell of that name" + hint);
-}
-
 void endPlainlyWithoutMemory() {
   const std::terminate_handler before = std::set_terminate(endWithoutMemory);
   if (before != endWithoutMemory) terminate_before = before;
@@ -147,18 +179,13 @@ int runProgram(int argc, char** argv) {
   std::signal(SIGPIPE, SIG_IGN);  // a closed pipe and a file-size limit become write errors with a message
   std::signal(SIGXFSZ, SIG_IGN);
 
-  CLI::App app{
-      "filiform: navigation through whole neuronal columns by hand.\n"
-      "Start here: filiform synth demo.zip --cells 20 --seed 1; filiform ingest demo.zip -o demo.fil; filiform "
-      "navigate demo.fil"};
+  CLI::App app{"filiform: navigation through whole neuronal columns by hand."};
+  app.footer(
+      "Start here:\n  filiform synth demo.zip --cells 20 --seed 1\n  filiform ingest demo.zip -o demo.fil\n"
+      "  filiform view demo.fil\n'filiform COMMAND --help' has an example for each command.");
   app.name("filiform");
   app.require_subcommand(1);
   app.set_version_flag("--version", std::string("filiform ") + FILIFORM_VERSION);
-  app.failure_message([](const CLI::App*, const CLI::Error& error) {
-    std::string text = "filiform: ";
-    text += escaped(error.what());
-    return text += " (see --help)\n";
-  });
   Chosen chosen;
   addSynth(app, chosen);
   addCheck(app, chosen);
@@ -174,6 +201,14 @@ int runProgram(int argc, char** argv) {
   addEvaluate(app, chosen);
   addBench(app, chosen);
 
+  const std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
+  app.failure_message([&words](const CLI::App* of, const CLI::Error& error) {
+    return "filiform: " + refusalOf(*of, error, words) + '\n';
+  });
+  if (words.empty()) {  // the commands, but as what went wrong: nothing was done
+    std::cerr << app.help();
+    return 2;
+  }
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -182,7 +217,7 @@ int runProgram(int argc, char** argv) {
   try {
     return flushed(chosen());
   } catch (const Interrupted&) {
-    return fail(128 + interrupting_signal.load(), "interrupted; nothing half-written was left behind");
+    return fail(128 + interrupting_signal.load(), "interrupted");
   } catch (const UsageError& error) {
     return fail(2, error.what());
   } catch (const IoError& error) {

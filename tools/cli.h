@@ -21,7 +21,8 @@ const std::atomic<bool>& interruptFlag();
 // Throws Interrupted (index/errors.h) once the flag is set.
 void throwIfInterrupted();
 
-// "65536", "64KiB", "1.5 MiB", "1GiB" (B, KiB, MiB, GiB). Throws UsageError naming `option` and the forms.
+// "65536", "64KiB", "1.5 MiB", "1G": K, M, G, T and KiB, MiB, GiB, TiB are powers of 1024; KB (kB), MB, GB, TB powers
+// of 1000. Throws UsageError naming `option` and the forms.
 std::uint64_t parseBytes(const std::string& option, const std::string& text);
 // "64.0 MiB", "312 B".
 std::string formatBytes(std::uint64_t bytes);
@@ -36,8 +37,10 @@ double parseNumber(const std::string& what, const std::string& text);
 // elsewhere: zero force, one line on stderr, exit code 3.
 void endPlainlyWithoutMemory();
 
-// The cell of that name. Throws UsageError, naming one that is there.
-std::uint32_t findCellNamed(const TileStore& store, const std::string& name);
+// The cell of that name, or the only one whose name, else the only one whose source, has this text in it, in any letter
+// case. Throws UsageError naming `option` (where the text was given) and up to five cells that the text fits, or up to
+// three whose names are near. O(log cells) for a whole name, else O(cells).
+std::uint32_t findCellNamed(const TileStore& store, const std::string& name, const std::string& option = "--cell");
 
 // A command sets `chosen` when it was the one chosen; main calls it after parsing.
 using Chosen = std::function<int()>;

@@ -1,6 +1,7 @@
 // filiform bench: named workloads, measured and written down.
 #include "index/errors.h"
 #include "index/text.h"
+#include "index/tile_set.h"
 #include "tools/bench/bench.h"
 #include "tools/bench/bench_record.h"
 #include "tools/bench/compare.h"
@@ -90,6 +91,8 @@ int runBench(BenchCommand command) {
     chosen.push_back(*found);
   }
   if (command.names.empty()) chosen = all;
+  if (!command.options.scene.empty())
+    TileSet::open(command.options.scene);  // no tile set: refused before anything runs
   std::error_code error;
   std::filesystem::create_directories(command.options.out, error);
   if (error) throw IoError(command.options.out, "cannot make the folder", error.value());

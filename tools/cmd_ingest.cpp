@@ -246,12 +246,12 @@ void addIngest(CLI::App& app, Chosen& chosen) {
       ->capture_default_str()
       ->check(CLI::Range(1u, 1u << 30));
   command->add_option("--quantum", a->quantum, "grid of the positions, um, a power of two")->capture_default_str();
-  command->add_option("--unit", a->unit, kUnitHelp)
-      ->capture_default_str();
+  command->add_option("--unit", a->unit, kUnitHelp)->capture_default_str();
   command->add_flag("--apply-offset", a->apply_offset, "add the '# OFFSET' of each header to its positions");
   command
       ->add_option("--memory", a->memory,
-                   "working memory, at least 64MiB; more input than that goes through a file beside the set")
+                   "working memory, at least 64MiB (K, M, G: KiB, MiB, GiB); more input than that goes through a file "
+                   "beside the set")
       ->capture_default_str()
       ->type_name("BYTES");
   command->add_option("--threads", a->threads, "0: as many as there are cores")->capture_default_str();

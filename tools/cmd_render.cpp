@@ -84,7 +84,7 @@ NearestResult placeNamed(const TileStore& store, const RenderArguments& a) {
   }
   const std::size_t colon = a.at.rfind(':');
   if (colon == std::string::npos) throw UsageError("--at " + escaped(a.at) + ": give CELL:SAMPLE");
-  const std::uint32_t cell = findCellNamed(store, a.at.substr(0, colon));
+  const std::uint32_t cell = findCellNamed(store, a.at.substr(0, colon), "--at");
   const double id = parseNumber("--at", a.at.substr(colon + 1));
   const CellGraph graph = readCell(store, cell, false);
   const auto sample = std::find_if(graph.sample_ids.begin(), graph.sample_ids.end(),
@@ -189,7 +189,7 @@ SceneFrame frameOf(const TileStore& store, const RenderArguments& a) {
   frame.budget.segments = a.segments;
   frame.budget.samples = a.samples;
   frame.budget.enough_px = a.error_px;
-  if (!a.highlight.empty()) frame.cell = findCellNamed(store, a.highlight);
+  if (!a.highlight.empty()) frame.cell = findCellNamed(store, a.highlight, "--highlight");
   return frame;
 }
 

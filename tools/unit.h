@@ -1,4 +1,4 @@
-// The unit of coordinates in files, as the option --unit of several commands states it. Any thread.
+// --unit: in which unit a file's positions are. Thread rule: thread-compatible.
 #pragma once
 
 #include "index/swc.h"
@@ -8,10 +8,12 @@
 namespace filiform::tools {
 
 // What --unit takes, for help texts.
-inline constexpr const char* kUnitHelp = "unit of the files: um, nm, mm, 8nm, or um a voxel: one number, or X,Y,Z";
+inline constexpr const char* kUnitHelp =
+    "unit of the files: um, nm, mm; or the size of a voxel, as 8nm or 0.5 (um), or as 8,8,30nm by axis";
 
-// Sets options.unit_um, or options.voxel_um where `text` gives a size for each axis. Takes um, nm, mm, a number with
-// one of them behind (8nm), a number of um, or three of these as X,Y,Z. Throws UsageError for anything else.
+// "um", "nm", "mm"; the size of a voxel as a number with one of these, or without, then in um: "8nm", "0.5"; or its
+// sizes along x, y and z, a unit after the last counts for all: "8,8,30nm", "4,4,40". Sets unit_um, or voxel_um where
+// there are three. Throws UsageError naming --unit and the forms.
 void readUnit(const std::string& text, SwcOptions& options);
 
 }  // namespace filiform::tools

@@ -4,6 +4,7 @@
 #include <charconv>
 #include <cmath>
 #include <tuple>
+#include <utility>
 
 namespace filiform {
 
@@ -57,7 +58,7 @@ CellQuery parseCellQuery(const std::string& text) {
   return query;
 }
 
-std::vector<std::uint32_t> findCells(const TileStore& store, const std::string& text, std::size_t most) {
+CellMatches matchCells(const TileStore& store, const std::string& text, bool by_source, std::size_t most) {
   struct Found {
     int rank;
     std::uint32_t cell;
@@ -65,10 +66,11 @@ std::vector<std::uint32_t> findCells(const TileStore& store, const std::string& 
   std::vector<Found> found;
   const std::string wanted = lowered(text);
   for (std::uint32_t cell = 0; cell < store.cell_count(); ++cell) {
-    const std::string& name = store.cell(cell).name;
-    const std::size_t at = lowered(name).find(wanted);
+    const CellRecord& record = store.cell(cell);
+    const std::string& has = by_source ? record.source : record.name;
+    const std::size_t at = lowered(has).find(wanted);
     if (at == std::string::npos) continue;
-    found.push_back({name == text ? 0 : name.size() == wanted.size() ? 1 : at == 0 ? 2 : 3, cell});
+    found.push_back({has == text ? 0 : has.size() == wanted.size() ? 1 : at == 0 ? 2 : 3, cell});
   }
   const std::size_t kept = std::min(most, found.size());
   std::partial_sort(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(kept), found.end(),
@@ -76,9 +78,15 @@ std::vector<std::uint32_t> findCells(const TileStore& store, const std::string& 
                       return std::tuple(a.rank, std::cref(store.cell(a.cell).name).get(), a.cell) <
                              std::tuple(b.rank, std::cref(store.cell(b.cell).name).get(), b.cell);
                     });
-  std::vector<std::uint32_t> cells;
-  for (std::size_t i = 0; i < kept; ++i) cells.push_back(found[i].cell);
-  return cells;
+  CellMatches matches;
+  matches.count = found.size();
+  for (std::size_t i = 0; i < kept; ++i) matches.cells.push_back(found[i].cell);
+  return matches;
+}
+
+std::vector<std::uint32_t> findCells(const TileStore& store, const std::string& text, std::size_t most) {
+  CellMatches names = matchCells(store, text, false, most);
+  return names.count > 0 ? std::move(names.cells) : matchCells(store, text, true, most).cells;
 }
 
 }  // namespace filiform

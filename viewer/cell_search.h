@@ -19,8 +19,15 @@ struct CellQuery {
 // Blanks around it do not count. A number after the last colon is a sample.
 CellQuery parseCellQuery(const std::string& text);
 
-// Cells whose name has the text in it, in any letter case: the very name first, then names that begin with it, then the
-// others, each in byte order; at most `most`. O(cells).
+struct CellMatches {
+  std::size_t count = 0;             // all that match
+  std::vector<std::uint32_t> cells;  // the best of them
+};
+// Cells whose name, or source where `by_source`, has the text in it, in any letter case: the very text first, then
+// those that begin with it, then the others, each in byte order of names; at most `most`. O(cells).
+CellMatches matchCells(const TileStore& store, const std::string& text, bool by_source, std::size_t most);
+
+// The best matches of names, or, where no name matches, of sources.
 std::vector<std::uint32_t> findCells(const TileStore& store, const std::string& text, std::size_t most);
 
 }  // namespace filiform

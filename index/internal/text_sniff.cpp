@@ -3,9 +3,34 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <iterator>
 
 namespace filiform::internal {
+
+namespace {
+
+// A tar archive begins with a block of 512 bytes whose eight at 148 hold, in octal digits, the sum of all with blanks
+// for these eight; old ones have no other mark.
+bool isTar(std::string_view head) {
+  constexpr std::size_t kBlock = 512, kSum = 148, kSumBytes = 8;
+  if (head.size() < kBlock || head[0] == '\0') return false;
+  std::uint32_t stated = 0, sum = 0;
+  bool digits = false;
+  for (const char c : head.substr(kSum, kSumBytes)) {
+    if (c >= '0' && c <= '7') {
+      stated = stated * 8 + static_cast<std::uint32_t>(c - '0');
+      digits = true;
+    } else if (c != ' ' && c != '\0') {
+      return false;
+    }
+  }
+  for (std::size_t i = 0; i < kBlock; ++i)
+    sum += i >= kSum && i < kSum + kSumBytes ? std::uint32_t{' '} : static_cast<unsigned char>(head[i]);
+  return digits && sum == stated;
+}
+
+}  // namespace
 
 bool hasBinaryMagic(std::string_view head) {
   using namespace std::string_view_literals;
@@ -18,8 +43,8 @@ bool hasBinaryMagic(std::string_view head) {
                                                  "7zXZ\0"sv,
                                                  "7z\xBC\xAF\x27\x1C"sv,
                                                  "BZh"sv};
-  return std::any_of(std::begin(kMagics), std::end(kMagics),
-                     [&](std::string_view magic) { return head.starts_with(magic); });
+  return isTar(head) || std::any_of(std::begin(kMagics), std::end(kMagics),
+                                    [&](std::string_view magic) { return head.starts_with(magic); });
 }
 
 bool isWideText(std::string_view head) {

@@ -5,7 +5,7 @@
 
 namespace filiform::internal {
 
-// Does it begin as compressed data and data containers do?
+// Does it begin as compressed data, archives (tar too, if 512 bytes of it are given) and data containers do?
 bool hasBinaryMagic(std::string_view head);
 
 // UTF-16 and UTF-32, by their mark or, without one, by NULs at nearly all places of some residue and at nearly none of
