@@ -772,10 +772,10 @@ std::uint32_t defaultCell(const TileStore& store) {
 }
 
 void writeCsvHeader(std::ostream& out) {
-  out << "tick,time_s,hx_um,hy_um,hz_um,px_um,py_um,pz_um,cell,segment,fx_N,fy_N,fz_N,visited,frontier\n";
+  out << "tick,time_s,hx_um,hy_um,hz_um,px_um,py_um,pz_um,cell,segment,fx_N,fy_N,fz_N,visited,frontier,cell_name\n";
 }
 
-void writeCsvRow(std::ostream& out, const TickRow& row) {
+void writeCsvRow(std::ostream& out, const TickRow& row, std::string_view cell_name) {
   char line[512];
   char* at = line;
   char* const end = line + sizeof line;
@@ -792,8 +792,16 @@ void writeCsvRow(std::ostream& out, const TickRow& row) {
   for (int axis = 0; axis < 3; ++axis) put(row.force_N[axis]);
   put(row.visited);
   put(row.frontier ? 1 : 0);
-  at[-1] = '\n';
   out.write(line, at - line);
+  if (!cell_name.empty()) {
+    out << '"';
+    for (const char c : cell_name) {
+      if (c == '"') out << '"';
+      out << c;
+    }
+    out << '"';
+  }
+  out << '\n';
 }
 
 }  // namespace filiform

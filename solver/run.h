@@ -21,6 +21,7 @@
 #include <iosfwd>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace filiform {
@@ -133,8 +134,9 @@ RunSummary run(const TileStore& store, const RunOptions& options,
 // The cell that is travelled unless another is asked for. Throws UsageError where there is none. O(cells).
 std::uint32_t defaultCell(const TileStore& store);
 
-// The CSV of `navigate`: shortest decimals that read back to the same double.
+// The CSV of `navigate`: shortest decimals that read back to the same double. `cell_name` is written between quotation
+// marks, each one in it doubled; an empty name is an empty field.
 void writeCsvHeader(std::ostream& out);
-void writeCsvRow(std::ostream& out, const TickRow& row);
+void writeCsvRow(std::ostream& out, const TickRow& row, std::string_view cell_name = {});
 
 }  // namespace filiform

@@ -191,6 +191,7 @@ int runProgram(int argc, char** argv) {
   addCheck(app, chosen);
   addIngest(app, chosen);
   addInfo(app, chosen);
+  addCells(app, chosen);
   addVerify(app, chosen);
   addNearest(app, chosen);
   addExport(app, chosen);

@@ -49,6 +49,7 @@ void addSynth(CLI::App& app, Chosen& chosen);
 void addCheck(CLI::App& app, Chosen& chosen);
 void addIngest(CLI::App& app, Chosen& chosen);
 void addInfo(CLI::App& app, Chosen& chosen);
+void addCells(CLI::App& app, Chosen& chosen);
 void addVerify(CLI::App& app, Chosen& chosen);
 void addNearest(CLI::App& app, Chosen& chosen);
 void addExport(CLI::App& app, Chosen& chosen);

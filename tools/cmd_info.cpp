@@ -13,6 +13,9 @@
 
 #include <algorithm>
 #include <iostream>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
@@ -91,6 +94,22 @@ void printParameters(const Parameters& p) {
   }
 }
 
+std::uint64_t segmentsOf(const Levels& levels) {
+  std::uint64_t segments = 0;
+  for (LevelId l = 0; l < levels.size(); ++l) segments += levels.entry(l).segments;
+  return segments;
+}
+
+// Names and reasons.
+std::vector<std::pair<std::string, std::string>> refusedInputs(const TileSet& set) {
+  std::vector<std::pair<std::string, std::string>> inputs;
+  if (set.refused() == 0) return inputs;
+  const auto provenance = nlohmann::json::parse(set.readProvenance());
+  for (const auto& input : provenance.at("refused"))
+    inputs.emplace_back(input.at("name").get<std::string>(), input.at("reason").get<std::string>());
+  return inputs;
+}
+
 int runInfo(const InfoArguments& a) {
   const std::string& path = a.path;
   const bool as_json = a.json;
@@ -111,7 +130,28 @@ int runInfo(const InfoArguments& a) {
                                 {"capacity", set->capacity()},
                                 {"refused", set->refused()},
                                 {"level_tiles", levels ? levels->size() : 0},
-                                {"level_bytes", levels ? levels->bytes() : 0}};
+                                {"level_bytes", levels ? levels->bytes() : 0},
+                                {"revision", set->revision()},
+                                {"box_um", nullptr},
+                                {"ghosts", n.stored_segments - n.segments - n.isolated},
+                                {"level_segments", levels ? segmentsOf(*levels) : 0},
+                                {"coarsest_level", nullptr},
+                                {"smallest_budget_bytes", Residency::floorBytes(*set)},
+                                {"refused_inputs", nlohmann::ordered_json::array()}};
+    if (!set->bounds().empty())
+      for (const GridPoint& corner : {set->bounds().lo, set->bounds().hi}) {
+        const Vector3d p_W = set->grid().toWorld(corner);
+        info["box_um"].push_back({p_W.x(), p_W.y(), p_W.z()});
+      }
+    if (levels && levels->size() > 0) {
+      const LevelEntry& top = levels->entry(0);
+      info["coarsest_level"] = {{"segments", top.segments},
+                                {"error_um", top.error_um},
+                                {"left_out", top.dropped},
+                                {"of", top.dropped + top.represented}};
+    }
+    for (const auto& [name, reason] : refusedInputs(*set))
+      info["refused_inputs"].push_back({{"name", name}, {"reason", reason}});
     if (a.parameters) {
       const Parameters p = parametersOf(*set, a.cell);
       auto& json = info["parameters"];
@@ -145,10 +185,8 @@ int runInfo(const InfoArguments& a) {
        "  segments stored again in a tile that they cross");
   line("grid", formatNumber(set->grid().quantum_um() * 1000) + " nm");
   if (levels) {
-    std::uint64_t segments = 0;
-    for (LevelId l = 0; l < levels->size(); ++l) segments += levels->entry(l).segments;
     line("levels", formatCount(levels->size()), "  tiles of simplified threads, for the eye");
-    line("  segments", formatCount(segments));
+    line("  segments", formatCount(segmentsOf(*levels)));
     line("  on disk", formatBytes(levels->bytes()));
     if (levels->size() > 0) {
       const LevelEntry& top = levels->entry(0);
@@ -162,15 +200,9 @@ int runInfo(const InfoArguments& a) {
   line("in memory", formatBytes(n.decoded_bytes), "  if all tiles were resident");
   line("smallest budget", formatBytes(Residency::floorBytes(*set)), "  for navigate --budget");
   line("refused inputs", formatCount(set->refused()));
-  if (set->refused() > 0) {
-    const auto provenance = nlohmann::json::parse(set->readProvenance());
-    const auto& refused_inputs = provenance.at("refused");
-    for (std::size_t i = 0; i < std::min<std::size_t>(refused_inputs.size(), 20); ++i) {
-      const auto& one = refused_inputs[i];
-      std::cout << "    " << escaped(one.at("name").get<std::string>()) << ": " << one.at("reason").get<std::string>()
-                << '\n';
-    }
-  }
+  const auto refused_inputs = refusedInputs(*set);
+  for (std::size_t i = 0; i < std::min<std::size_t>(refused_inputs.size(), 20); ++i)
+    std::cout << "    " << escaped(refused_inputs[i].first) << ": " << refused_inputs[i].second << '\n';
   if (a.parameters) printParameters(parametersOf(*set, a.cell));
   return 0;
 }

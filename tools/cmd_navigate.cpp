@@ -261,6 +261,24 @@ void describeForPeople(const RunSummary& s, const NavigateArguments& a) {
   if (!s.missed_deadlines) line("missed deadlines", "none possible in virtual time (--realtime counts them)");
 }
 
+// The name of the cell that the proxy is on, for the CSV; a row seldom has another cell than the one before.
+class CellNames {
+ public:
+  explicit CellNames(const TileStore& store) : store_(store) {}
+  const std::string& of(std::uint32_t cell) {
+    if (cell != cell_) {
+      cell_ = cell;
+      name_ = cell < store_.cell_count() ? escaped(store_.cell(cell).name) : "";
+    }
+    return name_;
+  }
+
+ private:
+  const TileStore& store_;
+  std::uint32_t cell_ = UINT32_MAX;
+  std::string name_;
+};
+
 int runNavigate(const NavigateArguments& a) {
   bool in_memory = false;
   const std::unique_ptr<TileStore> store = openScene(a, in_memory);
@@ -274,6 +292,7 @@ int runNavigate(const NavigateArguments& a) {
   }
   std::unique_ptr<TravelReport> travel;
   if (!a.plot.empty() || !a.picture.empty()) travel = std::make_unique<TravelReport>();
+  CellNames cell_names(*store);
   Progress progress({.title = "navigate", .noun = "ticks"});
 
   if (options.realtime) holdForcesOnSignals();
@@ -285,7 +304,7 @@ int runNavigate(const NavigateArguments& a) {
       summary = run(*store, options, [&](const TickRow& row) {
         throwIfInterrupted();
         if (csv.is_open()) {
-          writeCsvRow(csv, row);
+          writeCsvRow(csv, row, cell_names.of(row.segment.cell));
           if (!csv) throw IoError(escaped(a.csv), "cannot write", errno);
         }
         if (travel) travel->add(row);

@@ -517,9 +517,11 @@ TEST(Run, CsvHasItsColumns) {
   std::ostringstream out;
   writeCsvHeader(out);
   writeCsvRow(out, row);
+  writeCsvRow(out, row, "an, \"odd\" name");
   EXPECT_EQ(out.str(),
-            "tick,time_s,hx_um,hy_um,hz_um,px_um,py_um,pz_um,cell,segment,fx_N,fy_N,fz_N,visited,frontier\n"
-            "3,0.003,1,2,3,4,5,0.1,7,9,-0.5,0,1e-07,2,1\n");
+            "tick,time_s,hx_um,hy_um,hz_um,px_um,py_um,pz_um,cell,segment,fx_N,fy_N,fz_N,visited,frontier,cell_name\n"
+            "3,0.003,1,2,3,4,5,0.1,7,9,-0.5,0,1e-07,2,1,\n"
+            "3,0.003,1,2,3,4,5,0.1,7,9,-0.5,0,1e-07,2,1,\"an, \"\"odd\"\" name\"\n");
 }
 
 }  // namespace

@@ -274,7 +274,9 @@ TEST_F(Program, NavigateReportsThePromisedFieldsAndRows) {
   EXPECT_TRUE(summary.at("missed_deadlines").is_null());
   const std::string csv = contentOf(path("f.csv"));
   EXPECT_EQ(csv.substr(0, csv.find('\n')),
-            "tick,time_s,hx_um,hy_um,hz_um,px_um,py_um,pz_um,cell,segment,fx_N,fy_N,fz_N,visited,frontier");
+            "tick,time_s,hx_um,hy_um,hz_um,px_um,py_um,pz_um,cell,segment,fx_N,fy_N,fz_N,visited,frontier,cell_name");
+  const std::string row = csv.substr(csv.find('\n') + 1);
+  EXPECT_TRUE(row.substr(0, row.find('\n')).ends_with(",\"cell\"")) << row.substr(0, row.find('\n'));
 }
 
 TEST_F(Program, ASmallFileIsTravelledWithoutATileSet) {
