@@ -118,6 +118,29 @@ TEST_F(CellsCommand, TheLengthOfOneCellIsThatInTheWholeList) {
   EXPECT_NE(whole.out.find(fieldsOf(one.out, '\n').at(1)), std::string::npos) << one.out << whole.out;
 }
 
+// Lengths are on the tiles: of a great set they are read only if they are asked for.
+TEST_F(CellsCommand, ManyTilesAreReadOnlyIfAskedFor) {
+  std::string line = "1 3 0 0 0 1 -1\n";
+  for (int i = 2; i <= 6001; ++i)
+    line += std::to_string(i) + " 3 " + std::to_string(i - 1) + " 0 0 1 " + std::to_string(i - 1) + "\n";
+  test::writeBytes(folder_ / "long.swc", line);
+  const std::string set = folder_ / "long.fil";
+  const Outcome made =
+      runFiliform({"ingest", folder_ / "long.swc", folder_ / "bent.swc", "-o", set, "--capacity", "1"});
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  const Outcome list = runFiliform({"cells", set, "--json"});
+  EXPECT_EQ(list.exit_code, 0);
+  EXPECT_TRUE(list.oneLineOnStderr()) << list.err;
+  EXPECT_NE(list.err.find("--length"), std::string::npos) << list.err;
+  EXPECT_TRUE(nlohmann::json::parse(list.out).at(1).at("length_um").is_null()) << list.out;
+  const Outcome measured = runFiliform({"cells", set, "--json", "--length"});
+  EXPECT_EQ(measured.err, "");
+  EXPECT_DOUBLE_EQ(nlohmann::json::parse(measured.out).at(1).at("length_um").get<double>(), 6000);
+  const Outcome one = runFiliform({"cells", set, "--json", "--name", "bent"});
+  EXPECT_EQ(one.err, "") << "few tiles";
+  EXPECT_DOUBLE_EQ(nlohmann::json::parse(one.out).at(0).at("length_um").get<double>(), 15);
+}
+
 // Everything that the text of `info` says is in its JSON.
 TEST_F(CellsCommand, InfoSaysAsMuchInJsonAsInText) {
   test::writeBytes(folder_ / "bad.swc", "nothing\n");

@@ -70,6 +70,7 @@ TEST_F(CommandLine, AnyWordsGiveADocumentedCode) {
        {"--force", "--strict", "--levels", "--capacity", "--quantum", "--unit", "--memory", "--threads", "--report",
         "--placements", "--apply-offset"}},
       {{"info", "set.fil"}, {"--json", "--parameters", "--cell"}},
+      {{"cells", "set.fil"}, {"--name", "--length", "--json", "--tsv"}},
       {{"verify", "set.fil"}, {"--deep"}},
       {{"nearest", "set.fil", "1", "2", "3"},
        {"--k", "--radius", "--approximate", "--epsilon", "--points", "--engine", "--budget", "--box", "--ray",

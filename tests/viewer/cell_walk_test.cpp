@@ -154,6 +154,10 @@ TEST(CellQueries, TheVeryNameComesFirst) {
   EXPECT_EQ(names("cell_1", 1), (std::vector<std::string>{"cell_1"}));
   EXPECT_EQ(names("", 9).size(), 4u);
   EXPECT_TRUE(names("zebra", 9).empty());
+  EXPECT_EQ(names("other.swc", 9), (std::vector<std::string>{"other"})) << "sources, where no name has it";
+  const CellMatches matches = matchCells(*store, "CELL", false, 2);
+  EXPECT_EQ(matches.count, 3u);
+  EXPECT_EQ(matches.cells.size(), 2u);
 }
 
 }  // namespace
