@@ -1,12 +1,14 @@
 #include "viewer/renderer.h"
 
+#include "viewer/internal/gl_objects.h"
 #include "viewer/internal/shaders.h"
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cmath>
 #include <cstddef>
-#include <epoxy/gl.h>
+#include <limits>
 #include <map>
 #include <span>
 #include <string>
@@ -15,137 +17,20 @@ namespace filiform {
 
 namespace {
 
+using internal::Program;
+using internal::requireRoom;
+using internal::Target;
+
 // In pixels of the samples: thinner segments are drawn as lines, a pixel wide; then, up to the second, as ribbons:
-// lines two samples wide, where the driver has them. A cone costs five times as much.
+// lines two samples wide. A cone costs five times as much.
 constexpr double kLineRadius_px = 0.6, kRibbonRadius_px = 1.25;
-constexpr float kRibbon = 2;
+constexpr double kRibbon = 2;
 // A thread is never drawn thinner: it would break into dots.
 constexpr double kLeastRadius_px = 0.55;
 // A dark rim sets marks off from the threads behind them.
 constexpr double kMarkHalo_px = 2.5;
 // Of a highlighted cell's threads, in pixels.
 constexpr double kHighlightRadius_px = 1.1;
-
-class Program {
- public:
-  Program(const char* vertex, const char* fragment) : id_(glCreateProgram()) {
-    for (const auto& [kind, text] : {std::pair{GL_VERTEX_SHADER, vertex}, std::pair{GL_FRAGMENT_SHADER, fragment}}) {
-      const GLuint shader = glCreateShader(static_cast<GLenum>(kind));
-      glShaderSource(shader, 1, &text, nullptr);
-      glCompileShader(shader);
-      GLint good = 0;
-      glGetShaderiv(shader, GL_COMPILE_STATUS, &good);
-      if (good == 0) {
-        std::array<char, 400> log{};
-        glGetShaderInfoLog(shader, static_cast<GLsizei>(log.size()), nullptr, log.data());
-        refuse(log.data());
-      }
-      glAttachShader(id_, shader);
-      glDeleteShader(shader);
-    }
-    glLinkProgram(id_);
-    GLint good = 0;
-    glGetProgramiv(id_, GL_LINK_STATUS, &good);
-    if (good == 0) {
-      std::array<char, 400> log{};
-      glGetProgramInfoLog(id_, static_cast<GLsizei>(log.size()), nullptr, log.data());
-      refuse(log.data());
-    }
-  }
-  Program(const Program&) = delete;
-  Program& operator=(const Program&) = delete;
-  ~Program() { glDeleteProgram(id_); }
-
-  void use() const { glUseProgram(id_); }
-  GLint at(const char* name) const { return glGetUniformLocation(id_, name); }
-  void set(const char* name, double x) const { glUniform1f(at(name), static_cast<float>(x)); }
-  void set(const char* name, int x) const { glUniform1i(at(name), x); }
-  void set(const char* name, const PictureSize& s) const { glUniform2i(at(name), s.width, s.height); }
-  void set(const char* name, double x, double y) const {
-    glUniform2f(at(name), static_cast<float>(x), static_cast<float>(y));
-  }
-  void set(const char* name, const Vector3d& v) const {
-    const Eigen::Vector3f f = v.cast<float>();
-    glUniform3fv(at(name), 1, f.data());
-  }
-  void set(const char* name, const Eigen::Vector4d& v) const {
-    const Eigen::Vector4f f = v.cast<float>();
-    glUniform4fv(at(name), 1, f.data());
-  }
-  void set(const char* name, const Eigen::Matrix3d& m) const {
-    const Eigen::Matrix3f f = m.cast<float>();
-    glUniformMatrix3fv(at(name), 1, GL_FALSE, f.data());
-  }
-
- private:
-  [[noreturn]] void refuse(std::string log) {
-    glDeleteProgram(id_);
-    std::replace(log.begin(), log.end(), '\n', ' ');
-    throw GraphicsError("the graphics driver refuses a shader: " + log +
-                        "; update it, or use Mesa's software renderer");
-  }
-  GLuint id_;
-};
-
-void requireRoom(const char* what) {
-  if (glGetError() != GL_OUT_OF_MEMORY) return;
-  throw GraphicsError(std::string("the graphics card has no room for ") + what +
-                      "; ask for fewer segments or a smaller picture");
-}
-
-// A picture that can be drawn into and read from shaders.
-class Target {
- public:
-  Target() = default;
-  Target(const Target&) = delete;
-  Target& operator=(const Target&) = delete;
-  ~Target() { clear(); }
-
-  void resize(const PictureSize& size, bool with_depth) {
-    if (frame_ != 0 && size.width == size_.width && size.height == size_.height) return;
-    clear();
-    size_ = size;
-    glGenFramebuffers(1, &frame_);
-    glBindFramebuffer(GL_FRAMEBUFFER, frame_);
-    glGenTextures(1, &colour_);
-    glBindTexture(GL_TEXTURE_2D, colour_);
-    glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA8, size.width, size.height, 0, GL_RGBA, GL_UNSIGNED_BYTE, nullptr);
-    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
-    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
-    glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, colour_, 0);
-    if (with_depth) {
-      glGenTextures(1, &depth_);
-      glBindTexture(GL_TEXTURE_2D, depth_);
-      glTexImage2D(GL_TEXTURE_2D, 0, GL_DEPTH_COMPONENT32F, size.width, size.height, 0, GL_DEPTH_COMPONENT, GL_FLOAT,
-                   nullptr);
-      glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
-      glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
-      glFramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, depth_, 0);
-    }
-    requireRoom("the picture");
-    if (glCheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
-      throw GraphicsError("the graphics driver refuses a picture of " + std::to_string(size.width) + " x " +
-                          std::to_string(size.height) + " samples; ask for a smaller one");
-  }
-  void bind() const {
-    glBindFramebuffer(GL_FRAMEBUFFER, frame_);
-    glViewport(0, 0, size_.width, size_.height);
-  }
-  void bindForReading() const { glBindFramebuffer(GL_READ_FRAMEBUFFER, frame_); }
-  GLuint colour() const { return colour_; }
-  GLuint depth() const { return depth_; }
-  const PictureSize& size() const { return size_; }
-
- private:
-  void clear() {
-    glDeleteFramebuffers(1, &frame_);
-    glDeleteTextures(1, &colour_);
-    glDeleteTextures(1, &depth_);
-    frame_ = colour_ = depth_ = 0;
-  }
-  PictureSize size_{0, 0};
-  GLuint frame_ = 0, colour_ = 0, depth_ = 0;
-};
 
 // A batch on the card.
 struct Uploaded {
@@ -177,6 +62,65 @@ bool isSeen(const Uploaded& batch, const LevelView& view) {
 
 Vector3d colourVector(Rgba c) { return Vector3d(c.r, c.g, c.b) / 255; }
 
+bool contextHasQuadBuffer() {
+  GLboolean stereo = GL_FALSE;
+  glBindFramebuffer(GL_FRAMEBUFFER, 0);
+  glGetBooleanv(GL_STEREO, &stereo);
+  return stereo == GL_TRUE;
+}
+
+// Rows of the framebuffer that is bound, from the upmost of them down. OpenGL counts rows from below.
+void appendRows(Picture& picture, int lowest, int rows) {
+  const auto row = static_cast<std::size_t>(picture.width) * 3, count = static_cast<std::size_t>(rows);
+  std::vector<std::uint8_t> upside_down(row * count);
+  glPixelStorei(GL_PACK_ALIGNMENT, 1);
+  glReadPixels(0, lowest, picture.width, rows, GL_RGB, GL_UNSIGNED_BYTE, upside_down.data());
+  for (std::size_t y = count; y-- > 0;) {
+    const auto begin = upside_down.begin() + static_cast<std::ptrdiff_t>(y * row);
+    picture.rgb.insert(picture.rgb.end(), begin, begin + static_cast<std::ptrdiff_t>(row));
+  }
+}
+
+// Segments of one piece: of a picture that is drawn at once, and of one that is drawn in parts.
+constexpr std::size_t kAllAtOnce = 1U << 20, kInParts = 256;
+// Rows of the whole picture that are composed or read at a time.
+constexpr int kRows = 64;
+
+// In this order: what is drawn later lies over the earlier.
+enum class Stage : std::uint8_t { ribbons, lines, cones, highlight_faint, highlight, marks_faint, marks };
+
+// Segments of one batch that are drawn by one call.
+struct Piece {
+  Stage stage;
+  const Uploaded* batch;
+  std::size_t first, count;
+};
+
+// A picture that is being drawn: first the eyes' pieces, then the rows of the whole.
+struct Job {
+  std::array<EyeView, 2> views;
+  RenderOptions options;
+  PictureSize eye_size;
+  int samples = 1;
+  std::size_t eyes = 1;
+  std::array<std::vector<Piece>, 2> pieces;
+  std::size_t drawn_eyes = 0, drawn_pieces = 0;  // of the eye that is being drawn
+  int composed_rows = 0;
+  bool under_way = false;
+  std::size_t group = kInParts;  // segments between two looks at the clock
+
+  double done() const {
+    double all = 0, drawn = 0;
+    for (std::size_t eye = 0; eye < eyes; ++eye) {
+      const auto count = static_cast<double>(pieces[eye].size());
+      all += count;
+      drawn += eye < drawn_eyes ? count : eye == drawn_eyes ? static_cast<double>(drawn_pieces) : 0;
+    }
+    constexpr double kDrawing = 0.8;
+    return kDrawing * (all > 0 ? drawn / all : 1) + (1 - kDrawing) * composed_rows / options.size.height;
+  }
+};
+
 }  // namespace
 
 struct Renderer::Impl {
@@ -189,22 +133,22 @@ struct Renderer::Impl {
   bool quad_buffer = false;   // as it was drawn last
   GLuint nothing = 0;         // vertex array of the composing pass, which has no vertices to read
   std::uint64_t bytes = 0;
-  float widest_line = 1;
+  Job job;
 
   void remove(BatchId id);
   const Program& composing(StereoMode mode, int samples, bool shaded);
-  void prepare(const Program& program, const EyeView& view, const PictureSize& size, const RenderOptions& options,
-               int samples) const;
-  RenderFigures drawEye(const EyeView& view, const PictureSize& size, const RenderOptions& options, int samples) const;
+  RenderFigures start(const std::array<EyeView, 2>& views, const RenderOptions& options, std::size_t piece_segments);
+  RenderFigures list(std::size_t eye, std::size_t piece_segments);
+  void clearEye(std::size_t eye);
+  const Program& enter(Stage stage, std::size_t eye) const;
+  void drawPieces(std::size_t eye, std::size_t end);
+  void composeRows(int first_row, int rows);
 };
 
 Renderer::Renderer(GraphicsContext& context) {
   context.makeCurrent();
   impl_ = std::make_unique<Impl>();
   glGenVertexArrays(1, &impl_->nothing);
-  std::array<float, 2> widths{1, 1};
-  glGetFloatv(GL_ALIASED_LINE_WIDTH_RANGE, widths.data());
-  impl_->widest_line = widths[1];
 }
 
 Renderer::~Renderer() {
@@ -270,34 +214,16 @@ const Program& Renderer::Impl::composing(StereoMode mode, int samples, bool shad
   return compose.try_emplace(key, internal::kComposeVertexShader, text.c_str()).first->second;
 }
 
-void Renderer::Impl::prepare(const Program& program, const EyeView& view, const PictureSize& size,
-                             const RenderOptions& options, int samples) const {
-  const Eigen::Matrix4d p = projection(view.frustum);
-  program.use();
-  program.set("rotation_VW", view.rotation_VW);
-  program.set("lens", Eigen::Vector4d(p(0, 0), p(0, 2), p(1, 1), p(1, 2)));
-  program.set("depth_map", p(2, 2), p(2, 3));
-  program.set("half_px", size.width / 2.0, size.height / 2.0);
-  program.set("near_um", view.frustum.near_um);
-  program.set("least_px", kLeastRadius_px);
-  program.set("halo_px", options.halo_px * samples);
-  program.set("halo_radii", 0.8, 2.0);
-  program.set("background", colourVector(options.background));
-  program.set("dim", options.dim);
-  program.set("fog", Vector3d(options.fog_begin_um, options.fog_end_um, options.fog_most));
-  program.set("clearing", options.clear_end_um, options.clear_begin_um);
-  program.set("opacity", 1.0);
-}
-
-RenderFigures Renderer::Impl::drawEye(const EyeView& view, const PictureSize& size, const RenderOptions& options,
-                                      int samples) const {
-  const LevelView levels = levelView(view, size);
+// What is drawn of one eye's view, in order.
+RenderFigures Renderer::Impl::list(std::size_t eye, std::size_t piece_segments) {
+  const EyeView& view = job.views[eye];
+  const LevelView levels = levelView(view, {job.eye_size.width * job.samples, job.eye_size.height * job.samples});
   RenderFigures figures;
   struct Part {  // a batch, thickest first: cones up to the first bound, ribbons up to the second, then lines
     const Uploaded* batch;
     std::size_t cones, ribbons;
   };
-  std::vector<Part> threads, highlights, marks;
+  std::vector<Part> threads, highlights, marked;
   for (const auto& [id, batch] : batches) {
     if (!batch.shown) continue;
     if (!isSeen(batch, levels)) {
@@ -306,7 +232,7 @@ RenderFigures Renderer::Impl::drawEye(const EyeView& view, const PictureSize& si
     }
     ++figures.batches;
     if (batch.layer != Layer::threads) {
-      (batch.layer == Layer::marks ? marks : highlights)
+      (batch.layer == Layer::marks ? marked : highlights)
           .push_back({&batch, batch.radii_um.size(), batch.radii_um.size()});
       if (batch.layer == Layer::highlight) figures.cones += batch.radii_um.size();
       continue;
@@ -318,86 +244,157 @@ RenderFigures Renderer::Impl::drawEye(const EyeView& view, const PictureSize& si
                                              [least_um](float radius_um) { return radius_um >= least_um; });
       return static_cast<std::size_t>(thin - radii_um.begin());
     };
-    const std::size_t ribbons = thickerThan(kLineRadius_px);
-    const std::size_t cones = widest_line >= kRibbon ? thickerThan(kRibbonRadius_px) : ribbons;
-    threads.push_back({&batch, cones, ribbons});
-    figures.cones += cones;
-    figures.lines += batch.radii_um.size() - cones;
+    threads.push_back({&batch, thickerThan(kRibbonRadius_px), thickerThan(kLineRadius_px)});
+    figures.cones += threads.back().cones;
+    figures.lines += batch.radii_um.size() - threads.back().cones;
   }
 
-  const Vector3d background = colourVector(options.background);
+  std::vector<Piece>& pieces = job.pieces[eye];
+  pieces.clear();
+  const auto add = [&](Stage stage, const Part& part, std::size_t begin, std::size_t end) {
+    for (std::size_t first = begin; first < end; first += piece_segments)
+      pieces.push_back({stage, part.batch, first, std::min(piece_segments, end - first)});
+  };
+  const auto addAll = [&](Stage stage, const std::vector<Part>& parts) {
+    for (const Part& part : parts) add(stage, part, 0, part.cones);
+  };
+  for (const Part& part : threads) add(Stage::ribbons, part, part.cones, part.ribbons);
+  for (const Part& part : threads) add(Stage::lines, part, part.ribbons, part.batch->radii_um.size());
+  addAll(Stage::cones, threads);
+  // Inside dense tissue they would vanish: faint without a test of depth, then as they are.
+  addAll(Stage::highlight_faint, highlights);
+  addAll(Stage::highlight, highlights);
+  addAll(Stage::marks_faint, marked);
+  addAll(Stage::marks, marked);
+  return figures;
+}
+
+void Renderer::Impl::clearEye(std::size_t eye) {
+  eyes[eye].resize({job.eye_size.width * job.samples, job.eye_size.height * job.samples}, true);
+  eyes[eye].bind();
+  const Vector3d background = colourVector(job.options.background);
   glClearColor(static_cast<float>(background.x()), static_cast<float>(background.y()),
                static_cast<float>(background.z()), 1);
+  glDisable(GL_SCISSOR_TEST);
+  glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+  glDepthMask(GL_TRUE);
+  glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+}
+
+// All that the stage needs of OpenGL's state.
+const Program& Renderer::Impl::enter(Stage stage, std::size_t eye) const {
+  const bool faint = stage == Stage::highlight_faint || stage == Stage::marks_faint;
+  if (faint) {
+    glDisable(GL_DEPTH_TEST);
+    glEnable(GL_BLEND);
+    glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
+  } else {
+    glEnable(GL_DEPTH_TEST);
+    glDepthFunc(GL_LESS);
+    glDisable(GL_BLEND);
+  }
+  const RenderOptions& options = job.options;
+  const EyeView& view = job.views[eye];
+  const PictureSize& size = eyes[eye].size();
+  const Eigen::Matrix4d p = projection(view.frustum);
+  const bool is_line = stage == Stage::ribbons || stage == Stage::lines;
+  const Program& program = is_line ? line : cone;
+  program.use();
+  program.set("rotation_VW", view.rotation_VW);
+  program.set("lens", Eigen::Vector4d(p(0, 0), p(0, 2), p(1, 1), p(1, 2)));
+  program.set("depth_map", p(2, 2), p(2, 3));
+  program.set("half_px", size.width / 2.0, size.height / 2.0);
+  program.set("near_um", view.frustum.near_um);
+  program.set("background", colourVector(options.background));
+  program.set("dim", options.dim);
+  program.set("fog", Vector3d(options.fog_begin_um, options.fog_end_um, options.fog_most));
+  program.set("clearing", options.clear_end_um, options.clear_begin_um);
+  program.set("opacity", 1.0);
+  if (is_line) {
+    program.set("width_px", stage == Stage::ribbons ? std::max<double>(job.samples, kRibbon) : job.samples);
+    return program;
+  }
+  program.set("least_px", kLeastRadius_px);
+  program.set("halo_px", options.halo_px * job.samples);
+  program.set("halo_radii", 0.8, 2.0);
+  if (stage == Stage::cones) return program;
+  program.set("fog", Vector3d(1e9, 2e9, 0));
+  program.set("dim", 0.0);
+  program.set("clearing", -2.0, -1.0);
+  if (stage == Stage::highlight_faint || stage == Stage::highlight) {
+    program.set("least_px", kHighlightRadius_px * job.samples);
+    program.set("halo_px", 0.0);
+    program.set("opacity", faint ? 0.45 : 1);
+    return program;
+  }
+  program.set("halo_radii", 1.2 * job.samples, 2.4 * job.samples);  // of the glyph, not of the boxes
+  program.set("halo_px", faint ? 0 : kMarkHalo_px * job.samples);
+  program.set("opacity", faint ? 0.4 : 1);
+  return program;
+}
+
+void Renderer::Impl::drawPieces(std::size_t eye, std::size_t end) {
+  eyes[eye].bind();
   // Who else draws in this context may have left anything on.
   glDisable(GL_SCISSOR_TEST);
   glDisable(GL_CULL_FACE);
   glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
   glDepthMask(GL_TRUE);
-  glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
-  glEnable(GL_DEPTH_TEST);
-  glDepthFunc(GL_LESS);
-  glDisable(GL_BLEND);
-
-  prepare(line, view, size, options, samples);
-  const auto drawLines = [&](float width, const auto& begin_of, const auto& end_of) {
-    glLineWidth(std::min(width, widest_line));
-    for (const Part& part : threads) {
-      const std::size_t begin = begin_of(part), end = end_of(part);
-      if (begin == end) continue;
-      line.set("origin_V", view.toView(part.batch->origin_W));
-      bindFrom(*part.batch, begin);
-      glDrawArraysInstanced(GL_LINES, 0, 2, static_cast<GLsizei>(end - begin));
-    }
-  };
-  const auto cones = [](const Part& part) { return part.cones; };
-  const auto ribbons = [](const Part& part) { return part.ribbons; };
-  const auto all = [](const Part& part) { return part.batch->radii_um.size(); };
-  const auto width = static_cast<float>(samples);
-  if (width >= kRibbon) {
-    drawLines(width, cones, all);
-  } else {
-    drawLines(kRibbon, cones, ribbons);
-    drawLines(width, ribbons, all);
+  const Program* program = nullptr;
+  for (std::size_t& at = job.drawn_pieces; at < end; ++at) {
+    const Piece& piece = job.pieces[eye][at];
+    if (program == nullptr || piece.stage != job.pieces[eye][at - 1].stage) program = &enter(piece.stage, eye);
+    program->set("origin_V", job.views[eye].toView(piece.batch->origin_W));
+    bindFrom(*piece.batch, piece.first);
+    glDrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, static_cast<GLsizei>(piece.count));
   }
-  prepare(cone, view, size, options, samples);
-  const auto drawCones = [&](const std::vector<Part>& parts) {
-    for (const Part& part : parts) {
-      if (part.cones == 0) continue;
-      cone.set("origin_V", view.toView(part.batch->origin_W));
-      bindFrom(*part.batch, 0);
-      glDrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, static_cast<GLsizei>(part.cones));
-    }
-  };
-  drawCones(threads);
-  if (highlights.empty() && marks.empty()) return figures;
-
-  // Inside dense tissue they would vanish: faint without a test of depth, then as they are.
-  const auto drawTwice = [&](const std::vector<Part>& parts, double faint, double rim_px) {
-    if (parts.empty()) return;
-    cone.set("halo_px", 0.0);
-    cone.set("opacity", faint);
-    glDisable(GL_DEPTH_TEST);
-    glEnable(GL_BLEND);
-    glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
-    drawCones(parts);
-    glDisable(GL_BLEND);
-    glEnable(GL_DEPTH_TEST);
-    cone.set("opacity", 1.0);
-    cone.set("halo_px", rim_px * samples);
-    drawCones(parts);
-  };
-  cone.set("fog", Vector3d(1e9, 2e9, 0));
-  cone.set("dim", 0.0);
-  cone.set("clearing", -2.0, -1.0);
-  cone.set("least_px", kHighlightRadius_px * samples);
-  drawTwice(highlights, 0.45, 0);
-  cone.set("least_px", kLeastRadius_px);
-  cone.set("halo_radii", 1.2 * samples, 2.4 * samples);  // of the glyph, not of the boxes
-  drawTwice(marks, 0.4, kMarkHalo_px);
-  return figures;
 }
 
-RenderFigures Renderer::draw(const std::array<EyeView, 2>& views, const RenderOptions& options) {
+void Renderer::Impl::composeRows(int first_row, int rows) {
+  const RenderOptions& options = job.options;
+  const Eigen::Matrix4d p = projection(job.views[0].frustum);
+  glDisable(GL_DEPTH_TEST);
+  glDisable(GL_BLEND);
+  glDisable(GL_CULL_FACE);
+  glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+  glBindVertexArray(nothing);
+  const auto bindPicture = [](GLuint unit, GLuint texture) {
+    glActiveTexture(GL_TEXTURE0 + unit);
+    glBindTexture(GL_TEXTURE_2D, texture);
+  };
+  const auto composeInto = [&](Target& target, std::size_t left, std::size_t right, StereoMode mode) {
+    target.resize(options.size, false);
+    target.bind();
+    glEnable(GL_SCISSOR_TEST);
+    glScissor(0, first_row, options.size.width, rows);
+    const Program& composing_program = composing(mode, job.samples, options.shade_um > 0);
+    composing_program.use();
+    composing_program.set("left_eye", 0);
+    composing_program.set("right_eye", 1);
+    composing_program.set("left_depth", 2);
+    composing_program.set("right_depth", 3);
+    composing_program.set("whole", options.size);
+    composing_program.set("eye", job.eye_size);
+    composing_program.set("depth_map", p(2, 2), p(2, 3));
+    composing_program.set("shade_um", options.shade_um);
+    bindPicture(0, eyes[left].colour());
+    bindPicture(1, eyes[right].colour());
+    bindPicture(2, eyes[left].depth());
+    bindPicture(3, eyes[right].depth());
+    glDrawArrays(GL_TRIANGLES, 0, 3);
+    glDisable(GL_SCISSOR_TEST);
+  };
+  if (options.stereo == StereoMode::quad_buffer) {
+    composeInto(whole_right, 1, 1, StereoMode::mono);
+    composeInto(whole, 0, 0, StereoMode::mono);
+  } else {
+    composeInto(whole, 0, job.eyes - 1, options.stereo);
+  }
+  for (const GLuint unit : {3U, 2U, 1U, 0U}) bindPicture(unit, 0);
+}
+
+RenderFigures Renderer::Impl::start(const std::array<EyeView, 2>& views, const RenderOptions& options,
+                                    std::size_t piece_segments) {
   const PictureSize& size = options.size;
   if (size.width < 1 || size.height < 1 || size.width > kMaxSize || size.height > kMaxSize)
     throw UsageError("a picture of " + std::to_string(size.width) + " x " + std::to_string(size.height) +
@@ -406,78 +403,101 @@ RenderFigures Renderer::draw(const std::array<EyeView, 2>& views, const RenderOp
   glGetIntegerv(GL_MAX_TEXTURE_SIZE, &most);
   int samples = std::clamp(options.samples, 1, 4);
   while (samples > 1 && samples * std::max(size.width, size.height) > most) samples /= 2;
-  const PictureSize eye = eyeSize(options.stereo, size);
-  const bool quad_buffer = options.stereo == StereoMode::quad_buffer;
-  if (quad_buffer && !hasQuadBuffer())
+  quad_buffer = options.stereo == StereoMode::quad_buffer;
+  if (quad_buffer && !contextHasQuadBuffer())
     throw GraphicsError(
         "this display has no quad-buffer stereo; choose anaglyph, side-by-side, top-bottom or row-interleaved");
 
+  job = {};
+  job.views = views;
+  job.options = options;
+  job.eye_size = eyeSize(options.stereo, size);
+  job.samples = samples;
+  job.eyes = options.stereo == StereoMode::mono ? 1 : 2;
   RenderFigures figures;
-  const std::size_t count = options.stereo == StereoMode::mono ? 1 : 2;
-  for (std::size_t i = 0; i < count; ++i) {
-    impl_->eyes[i].resize({eye.width * samples, eye.height * samples}, true);
-    impl_->eyes[i].bind();
-    const RenderFigures drawn = impl_->drawEye(views[i], impl_->eyes[i].size(), options, samples);
-    if (i == 0) figures = drawn;
+  for (std::size_t eye = 0; eye < job.eyes; ++eye) {
+    const RenderFigures listed = list(eye, piece_segments);
+    if (eye == 0) figures = listed;
   }
-
-  glDisable(GL_DEPTH_TEST);
-  const Eigen::Matrix4d p = projection(views[0].frustum);
-  glBindVertexArray(impl_->nothing);
-  const auto bindPicture = [](GLuint unit, GLuint texture) {
-    glActiveTexture(GL_TEXTURE0 + unit);
-    glBindTexture(GL_TEXTURE_2D, texture);
-  };
-  const auto composeInto = [&](Target& target, std::size_t left, std::size_t right, StereoMode mode) {
-    target.resize(size, false);
-    target.bind();
-    const Program& compose = impl_->composing(mode, samples, options.shade_um > 0);
-    compose.use();
-    compose.set("left_eye", 0);
-    compose.set("right_eye", 1);
-    compose.set("left_depth", 2);
-    compose.set("right_depth", 3);
-    compose.set("whole", size);
-    compose.set("eye", eye);
-    compose.set("depth_map", p(2, 2), p(2, 3));
-    compose.set("shade_um", options.shade_um);
-    bindPicture(0, impl_->eyes[left].colour());
-    bindPicture(1, impl_->eyes[right].colour());
-    bindPicture(2, impl_->eyes[left].depth());
-    bindPicture(3, impl_->eyes[right].depth());
-    glDrawArrays(GL_TRIANGLES, 0, 3);
-  };
-  if (quad_buffer) {
-    composeInto(impl_->whole_right, 1, 1, StereoMode::mono);
-    composeInto(impl_->whole, 0, 0, StereoMode::mono);
-  } else {
-    composeInto(impl_->whole, 0, count - 1, options.stereo);
-  }
-  for (const GLuint unit : {3U, 2U, 1U, 0U}) bindPicture(unit, 0);
-  impl_->quad_buffer = quad_buffer;
-  requireRoom("the picture");
+  job.under_way = true;
   return figures;
 }
 
-bool Renderer::hasQuadBuffer() const {
-  GLboolean stereo = GL_FALSE;
-  glBindFramebuffer(GL_FRAMEBUFFER, 0);
-  glGetBooleanv(GL_STEREO, &stereo);
-  return stereo == GL_TRUE;
+RenderFigures Renderer::begin(const std::array<EyeView, 2>& views, const RenderOptions& options) {
+  return impl_->start(views, options, kInParts);
 }
 
+double Renderer::advance(double most_ms) {
+  using Clock = std::chrono::steady_clock;
+  Impl& r = *impl_;
+  Job& job = r.job;
+  if (!job.under_way) return 1;
+  const bool at_once = std::isinf(most_ms);
+  const Clock::time_point begin = Clock::now();
+  const auto since_ms = [](Clock::time_point then) {
+    glFinish();  // the driver is behind the calls
+    return std::chrono::duration<double, std::milli>(Clock::now() - then).count();
+  };
+  for (; job.drawn_eyes < job.eyes; ++job.drawn_eyes, job.drawn_pieces = 0) {
+    const std::size_t eye = job.drawn_eyes;
+    if (job.drawn_pieces == 0) r.clearEye(eye);
+    const std::vector<Piece>& pieces = job.pieces[eye];
+    while (job.drawn_pieces < pieces.size()) {
+      std::size_t end = job.drawn_pieces, segments = 0;
+      while (end < pieces.size() && (at_once || segments < job.group)) segments += pieces[end++].count;
+      const Clock::time_point group_begin = Clock::now();
+      r.drawPieces(eye, end);
+      if (at_once) continue;
+      const double group_ms = since_ms(group_begin);
+      if (group_ms < most_ms / 8) job.group *= 2;
+      if (group_ms > most_ms / 2) job.group = std::max(job.group / 2, kInParts);
+      if (since_ms(begin) >= most_ms) return job.done();
+    }
+  }
+  while (job.composed_rows < job.options.size.height) {
+    const int left = job.options.size.height - job.composed_rows, rows = at_once ? left : std::min(kRows, left);
+    r.composeRows(job.composed_rows, rows);
+    job.composed_rows += rows;
+    if (rows < left && since_ms(begin) >= most_ms) return job.done();
+  }
+  job.under_way = false;
+  requireRoom("the picture");
+  return 1;
+}
+
+RenderFigures Renderer::draw(const std::array<EyeView, 2>& views, const RenderOptions& options) {
+  const RenderFigures figures = impl_->start(views, options, kAllAtOnce);
+  advance(INFINITY);
+  return figures;
+}
+
+bool Renderer::hasQuadBuffer() const { return contextHasQuadBuffer(); }
+
 Picture Renderer::read() const {
+  Picture picture;
+  while (!readMore(picture, std::numeric_limits<int>::max())) {
+  }
+  return picture;
+}
+
+bool Renderer::readMore(Picture& picture, int most_rows) const {
   const PictureSize& size = impl_->whole.size();
-  const auto row = static_cast<std::size_t>(size.width) * 3, rows = static_cast<std::size_t>(size.height);
-  Picture picture{size.width, size.height, std::vector<std::uint8_t>(row * rows)};
-  if (picture.rgb.empty()) return picture;
+  const std::size_t row = static_cast<std::size_t>(size.width) * 3;
+  if (size.width == 0) return true;
+  if (picture.rgb.empty()) {
+    picture = {size.width, size.height, {}};
+    picture.rgb.reserve(row * static_cast<std::size_t>(size.height));
+  }
+  const int done = static_cast<int>(picture.rgb.size() / row), rows = std::min(most_rows, size.height - done);
   impl_->whole.bind();
-  std::vector<std::uint8_t> upside_down(row * rows);
-  glPixelStorei(GL_PACK_ALIGNMENT, 1);
-  glReadPixels(0, 0, size.width, size.height, GL_RGB, GL_UNSIGNED_BYTE, upside_down.data());
-  for (std::size_t y = 0; y < rows; ++y)
-    std::copy_n(upside_down.begin() + static_cast<std::ptrdiff_t>((rows - 1 - y) * row), row,
-                picture.rgb.begin() + static_cast<std::ptrdiff_t>(y * row));
+  appendRows(picture, size.height - done - rows, rows);
+  return done + rows == size.height;
+}
+
+Picture Renderer::readWindow(const PictureSize& window) {
+  Picture picture{window.width, window.height, {}};
+  glBindFramebuffer(GL_FRAMEBUFFER, 0);
+  appendRows(picture, 0, window.height);
   return picture;
 }
 

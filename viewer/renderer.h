@@ -79,8 +79,17 @@ class Renderer {
   // UsageError for a size outside 1 .. kMaxSize, GraphicsError when the card has no room or shows no quad-buffer
   // stereo. O(batches + segments in the picture).
   RenderFigures draw(const std::array<EyeView, 2>& views, const RenderOptions& options);
+  // The same in parts, for a picture that takes longer than a frame. begin() does what needs no drawing, and throws as
+  // draw() does. Each advance() draws for about `most_ms`, one piece at least, and returns which part of the picture is
+  // done: 1 at the end, when the picture is that of draw(). Requires that no batch changes in between.
+  RenderFigures begin(const std::array<EyeView, 2>& views, const RenderOptions& options);
+  double advance(double most_ms);
   // What was drawn last; of quad-buffer stereo the left eye's.
   Picture read() const;
+  // The same in parts: appends at most so many rows to the picture, which is empty at first. True: that was all.
+  bool readMore(Picture& picture, int most_rows) const;
+  // The pixels of the current context's own framebuffer, before they are shown.
+  static Picture readWindow(const PictureSize& window);
   // Returns when the last pixel is drawn: for measurements.
   void finish() const;
   // Copies what was drawn last into the context's own framebuffer, stretched where the window has another size; that

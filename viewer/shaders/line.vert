@@ -1,5 +1,8 @@
 #version 330 core
-// A thread of a pixel or less: a line or ribbon, lit as a thin cylinder (Zoeckler, Stalling and Hege 1996).
+// A thread of some pixels or less: a line or ribbon, lit as a thin cylinder (Zoeckler, Stalling and Hege 1996). Four
+// corners a segment, because OpenGL refuses wide lines in a forward-compatible context. The line is `width_px` wide
+// along the axis of the picture in which it advances less, as OpenGL's own lines are: it covers the same pixels, and
+// joints leave no gap.
 layout(location = 0) in vec4 a;
 layout(location = 1) in vec4 b;
 layout(location = 2) in vec4 colour;
@@ -7,7 +10,10 @@ layout(location = 2) in vec4 colour;
 uniform mat3 rotation_VW;
 uniform vec3 origin_V;
 uniform vec4 lens;
+uniform vec2 half_px;
 uniform vec2 depth_map;
+uniform float near_um;
+uniform float width_px;
 uniform vec3 background;
 uniform vec3 fog;
 uniform float dim;
@@ -16,17 +22,28 @@ uniform vec2 clearing;  // um: threads thin out from the second to nothing at th
 out vec3 shown;
 out float left_over;
 
+vec2 pixel(vec3 p) { return vec2(lens.x * p.x + lens.y * p.z, lens.z * p.y + lens.w * p.z) / -p.z * half_px; }
+
 void main() {
-  vec3 way = rotation_VW * (b.xyz - a.xyz), from = rotation_VW * a.xyz + origin_V;
-  vec3 p = gl_VertexID == 0 ? from : from + way;
-  if (max(-from.z, -from.z - way.z) <= clearing.x) {
+  vec3 way = rotation_VW * (b.xyz - a.xyz), p = rotation_VW * a.xyz + origin_V;
+  vec3 q = p + way;
+  if (max(-p.z, -q.z) <= max(clearing.x, near_um)) {
     gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
     return;
   }
-  left_over = smoothstep(clearing.x, clearing.y, -p.z);
+  // What lies behind the eye has no place in the picture.
+  if (-p.z < near_um) p = mix(p, q, (-near_um - p.z) / (q.z - p.z));
+  if (-q.z < near_um) q = mix(q, p, (-near_um - q.z) / (p.z - q.z));
+  vec2 a_px = pixel(p), b_px = pixel(q), along = abs(b_px - a_px);
+  vec2 side = along.x >= along.y ? vec2(0.0, 0.5 * width_px) : vec2(0.5 * width_px, 0.0);
+  bool at_b = (gl_VertexID & 1) != 0;
+  vec3 here = at_b ? q : p;
+  vec2 corner = (at_b ? b_px : a_px) + ((gl_VertexID & 2) != 0 ? side : -side);
+
+  left_over = smoothstep(clearing.x, clearing.y, -here.z);
   float squared = dot(way, way);
-  float along = squared > 0.0 ? dot(normalize(vec3(-0.35, 0.55, 0.75)), way * inversesqrt(squared)) : 0.0;
-  float diffuse = sqrt(max(0.0, 1.0 - along * along));
-  shown = mix(colour.rgb * (0.38 + 0.62 * diffuse), background, max(dim, fog.z * smoothstep(fog.x, fog.y, -p.z)));
-  gl_Position = vec4(lens.x * p.x + lens.y * p.z, lens.z * p.y + lens.w * p.z, depth_map.x * p.z + depth_map.y, -p.z);
+  float lit = squared > 0.0 ? dot(normalize(vec3(-0.35, 0.55, 0.75)), way * inversesqrt(squared)) : 0.0;
+  float diffuse = sqrt(max(0.0, 1.0 - lit * lit));
+  shown = mix(colour.rgb * (0.38 + 0.62 * diffuse), background, max(dim, fog.z * smoothstep(fog.x, fog.y, -here.z)));
+  gl_Position = vec4(corner / half_px * -here.z, depth_map.x * here.z + depth_map.y, -here.z);
 }
