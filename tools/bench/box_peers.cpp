@@ -70,9 +70,10 @@ Peer cgalPeer() {
        CGAL_VERSION_STR,
        {cgalSetting<CGAL::Tag_false>("hints: all segments", 1),
         cgalSetting<CGAL::Tag_true>("hints: all segments, copies in the tree", 1),
+        cgalSetting<CGAL::Tag_true>("hints: one segment in 8, copies in the tree", 8),
         cgalSetting<CGAL::Tag_false>("hints: one segment in 8", 8),
         cgalSetting<CGAL::Tag_false>("hints: one segment in 64", 64), cgalSetting<CGAL::Tag_false>("no hints", 0)}},
-      "hints: all segments");
+      "hints: all segments, copies in the tree");
 }
 
 #ifdef FILIFORM_BENCH_BOOST
@@ -135,13 +136,15 @@ PeerSetting boostBoxes(const std::string& name) {
             return [tree, &segments](const Vector3d& h_W) {
               const BoostPoint p = boostPoint(h_W);
               double squared = std::numeric_limits<double>::infinity();
-              const auto count = static_cast<unsigned>(segments.size());
-              for (auto it = tree->qbegin(bgi::nearest(p, count)); it != tree->qend(); ++it) {
-                if (bg::comparable_distance(p, it->first) >= squared) break;
-                const auto& [a_W, b_W] = segments[it->second];
-                squared = std::min(squared, closestPoint(a_W, b_W, h_W).squared_distance);
+              // The tree sorts all the neighbours that it is asked for: few first.
+              for (std::size_t most = 16;; most *= 8) {
+                for (auto it = tree->qbegin(bgi::nearest(p, static_cast<unsigned>(most))); it != tree->qend(); ++it) {
+                  if (bg::comparable_distance(p, it->first) >= squared) return squared;
+                  const auto& [a_W, b_W] = segments[it->second];
+                  squared = std::min(squared, closestPoint(a_W, b_W, h_W).squared_distance);
+                }
+                if (most >= segments.size()) return squared;
               }
-              return squared;
             };
           }};
 }
@@ -160,6 +163,7 @@ Peer boostPeer() {
                      boostSetting<bgi::linear<16>>("linear<16>, packed, query()", kPacked, kQuery),
                      boostSetting<bgi::linear<32>>("linear<32>, packed, query()", kPacked, kQuery),
                      boostSetting<bgi::quadratic<8>>("quadratic<8>, packed, query()", kPacked, kQuery),
+                     boostSetting<bgi::rstar<6>>("rstar<6>, packed, query()", kPacked, kQuery),
                      boostSetting<bgi::rstar<8>>("rstar<8>, packed, query()", kPacked, kQuery),
                      boostSetting<bgi::linear<8>>("linear<8>, packed, qbegin()", kPacked, kIterator),
                      boostSetting<bgi::linear<16>>("linear<16>, packed, qbegin()", kPacked, kIterator),

@@ -1,6 +1,7 @@
 #include "tools/bench/midpoint_peers.h"
 
 #include "index/closest_point.h"
+#include "tools/bench/bench.h"
 
 #include <algorithm>
 #include <cmath>
@@ -101,12 +102,13 @@ std::array<Scalar, 3> coordinates(const Vector3d& h_W) {
 
 // The settings of both libraries: numbers of a leaf's points, length of the pieces, and how numbers are held.
 std::string settingName(int leaf, double longest_um, bool single) {
-  return "leaf " + std::to_string(leaf) + ", pieces of " + std::to_string(static_cast<int>(longest_um)) + " um" +
-         (single ? ", float" : "");
+  return "leaf " + std::to_string(leaf) + ", pieces of " + shown(longest_um) + " um" + (single ? ", float" : "");
 }
 
-constexpr int kLeaves[] = {5, 10, 20, 40};
-constexpr double kPieces_um[] = {2, 4, 8, 16};
+constexpr int kLeaves[] = {10, 20, 40};
+constexpr double kPieces_um[] = {0.5, 1, 2, 4};
+constexpr int kFloatLeaves[] = {20, 40};
+constexpr double kFloatPieces_um[] = {0.5, 1, 2};
 
 template <typename Scalar>
 PeerSetting flannSetting(int leaf, double longest_um, bool reorder) {
@@ -133,9 +135,11 @@ Peer flannPeer() {
   Peer peer{"FLANN", FLANN_VERSION_, {}};
   for (const int leaf : kLeaves)
     for (const double longest_um : kPieces_um) peer.settings.push_back(flannSetting<double>(leaf, longest_um, true));
-  for (const int leaf : kLeaves) peer.settings.push_back(flannSetting<float>(leaf, 4, true));
+  for (const int leaf : kFloatLeaves)
+    for (const double longest_um : kFloatPieces_um)
+      peer.settings.push_back(flannSetting<float>(leaf, longest_um, true));
   peer.settings.push_back(flannSetting<double>(10, 4, false));
-  return racedWith(std::move(peer), settingName(10, 4, false));
+  return racedWith(std::move(peer), settingName(40, 1, true));
 }
 
 #ifdef FILIFORM_BENCH_NANOFLANN
@@ -186,8 +190,9 @@ Peer nanoflannPeer() {
   Peer peer{"nanoflann", version, {}};
   for (const int leaf : kLeaves)
     for (const double longest_um : kPieces_um) peer.settings.push_back(nanoflannSetting<double>(leaf, longest_um));
-  for (const int leaf : kLeaves) peer.settings.push_back(nanoflannSetting<float>(leaf, 4));
-  return racedWith(std::move(peer), settingName(10, 4, false));
+  for (const int leaf : kFloatLeaves)
+    for (const double longest_um : kFloatPieces_um) peer.settings.push_back(nanoflannSetting<float>(leaf, longest_um));
+  return racedWith(std::move(peer), settingName(20, 1, true));
 }
 
 #else
