@@ -130,7 +130,7 @@ void addBench(CLI::App& app, Chosen& chosen) {
   bench->footer(
       "Examples:\n  filiform bench --list\n  filiform bench solver --out bench\n"
       "  filiform bench --compare before/bench.json after/bench.json   (exit 4: a regression of more than 10 %)\n"
-      "  filiform bench solver --strict   (exit 5: a promise is missed)");
+      "  filiform bench extremes --strict   (exit 5: a promise is missed)");
   bench->add_option("NAME", command->names, "workloads; all where none is named");
   CLI::Option* list = bench->add_flag("--list", command->list, "List workloads and peers");
   bench->add_flag("--json", command->json, "Print JSON on stdout instead of Markdown, and nothing else");
