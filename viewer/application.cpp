@@ -3,6 +3,8 @@
 #include "device/haptic_device.h"
 #include "index/errors.h"
 #include "index/text.h"
+#include "viewer/internal/closing.h"
+#include "viewer/internal/large_picture.h"
 #include "viewer/internal/messages.h"
 #include "viewer/internal/opening.h"
 #include "viewer/internal/text_format.h"
@@ -13,13 +15,16 @@
 #include "viewer/pointer.h"
 #include "viewer/scene_view.h"
 #include "viewer/window.h"
+#include "viewer/worker.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <ctime>
 #include <fstream>
 #include <set>
+#include <thread>
 
 #include <nlohmann/json.hpp>
 
@@ -27,7 +32,9 @@ namespace filiform {
 
 namespace {
 
+using internal::Closing;
 using internal::format;
+using internal::LargePicture;
 using internal::Messages;
 using internal::Opened;
 using internal::Opening;
@@ -36,6 +43,8 @@ using internal::Viewpoint;
 
 constexpr double kDoubleClick_s = 0.4, kStillBeforeTooltip_s = 0.25;
 constexpr double kPush_m = 0.006;  // of a held key, from the proxy
+// Of a frame, for a picture that takes many: the window stays at 30 frames a second and more.
+constexpr double kPicture_ms = 15;
 
 template <class T, std::size_t N>
 T next(T value, const T (&choices)[N]) {
@@ -64,6 +73,8 @@ class Application {
         messages_.setTime(begin_s);
         for (const InputEvent& event : window_.poll(busy_ ? 0.001 : 0.015)) handle(event);
         finishOpening();
+        for (const std::string& failure : closing_.takeFailures()) say(failure);
+        writer_.serve([this](const std::string& failure) { say(failure); });
         if (travel_) {
           frame();
         } else {
@@ -78,6 +89,7 @@ class Application {
       options_.ending();
       throw;
     }
+    window_.hide();
     options_.ending();
     end();
   }
@@ -102,49 +114,63 @@ class Application {
 
   void open(const std::vector<std::string>& paths) {
     if (opening_.isUnderWay()) return say("one scene is being opened already");
-    opening_.begin(paths, options_.open, window_.now_s());
+    opening_.begin(paths, options_.open, renderer_, window_.now_s());
   }
 
   void finishOpening() {
-    if (!opening_.isReady()) return;
     try {
-      Opened opened = opening_.take();
-      closeScene();
-      auto picture = std::make_unique<SceneView>(*opened.scene.store, opened.scene.levels.get(), renderer_);
-      SessionOptions session = options_.session;
-      if (opened_once_) session.record.clear();  // a recording is of one scene
-      const Travel::Callbacks callbacks{[this] { leave(); }, [this](const std::string& why) { search_.error = why; },
-                                        options_.plugged_in};
-      travel_ = std::make_unique<Travel>(std::move(opened), session, messages_, callbacks);
-      picture_ = std::move(picture);
-      viewpoint_.emplace(travel_->session().workspaceOptions());
-      figures_ = {};
-      tiles_ = {};
-      drag_ = Action::none;
-      tooltip_asked_ = false;
-      opened_once_ = true;
-      window_.setTitle("filiform: " + travel_->scene().name);
-      travel_->start();
+      if (opening_.isSceneReady()) {
+        opening_.takeScene();
+        closeScene();
+      }
+      // Only one session can have a device: the one before lets go of it first.
+      const bool is_free = options_.session.device == "mouse" || !closing_.isUnderWay();
+      if (opening_.awaitsDevice() && is_free) {
+        SessionOptions session = options_.session;
+        if (opened_once_) session.record.clear();  // a recording is of one scene
+        opening_.openDevice(session);
+      }
+      if (opening_.isReady()) enter(opening_.take());
     } catch (const std::exception& error) {
       if (!opened_once_) throw;  // the person is at the terminal still
       say(error.what());
     }
   }
 
+  void enter(Opened opened) {
+    picture_ = std::move(opened.picture);
+    const Travel::Callbacks callbacks{[this] { leave(); }, [this](const std::string& why) { search_.error = why; },
+                                      options_.plugged_in};
+    travel_ = std::make_unique<Travel>(std::move(opened), messages_, callbacks);
+    viewpoint_.emplace(travel_->session().workspaceOptions());
+    figures_ = {};
+    tiles_ = {};
+    drag_ = Action::none;
+    tooltip_asked_ = false;
+    opened_once_ = true;
+    window_.setTitle("filiform: " + travel_->scene().name);
+    travel_->start();
+  }
+
+  // Its end may wait for the disk or the device: beside the frames.
   void closeScene() {
     if (!travel_) return;
     travel_->savePlaces();
-    try {
-      travel_->finish();
-    } catch (const std::exception& error) {
-      say(error.what());
-    }
+    endPicture();
+    closing_.begin([loader = picture_->end(), travel = std::shared_ptr<Travel>(std::move(travel_))]() mutable {
+      loader.reset();
+      travel->finish();
+    });
     picture_.reset();
-    travel_.reset();
   }
 
   void end() {
     std::string failure;
+    endPicture();
+    while (!writer_.idle()) {
+      writer_.serve([&](const std::string& why) { failure = why; });
+      std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    }
     if (travel_) {
       travel_->savePlaces();
       try {
@@ -180,7 +206,7 @@ class Application {
     pointer_x_ = event.kind == InputEvent::Kind::scroll ? pointer_x_ : event.x;
     pointer_y_ = event.kind == InputEvent::Kind::scroll ? pointer_y_ : event.y;
     if (event.kind == InputEvent::Kind::drop) return open(event.paths);
-    if (event.kind == InputEvent::Kind::key) return press(event.key);
+    if (event.kind == InputEvent::Kind::key) return press(event.key, event.repeated);
     if (event.kind == InputEvent::Kind::key_up) {
       // A modifier may have been let go before.
       for (const Binding& binding : bindings())
@@ -240,15 +266,17 @@ class Application {
     if (drag_ == Action::pull_depth) closer_m_ += dy / size_.height * 0.12;
   }
 
-  void press(const Key& key) {
+  void press(const Key& key, bool repeated) {
+    key_repeats_ += repeated ? 1 : 0;
     if (awaiting_letter_ != Action::none) {
+      if (repeated) return;  // of the key that asked for the letter
       const Action what = std::exchange(awaiting_letter_, Action::none);
       if (!travel_ || key.code <= ' ' || key.code >= 0x7F || key.modifiers != 0) return;
       const std::string name(1, static_cast<char>(key.code));
       if (what == Action::set_bookmark) return travel_->setBookmark(name);
       return travel_->goToBookmark(name);
     }
-    const Action action = actionOf(key);
+    const Action action = actionOf(key, repeated);
     if (action != Action::none) act(action);
   }
 
@@ -374,6 +402,8 @@ class Application {
       panels_.search = false;
     else if (panels_.settings)
       panels_.settings = false;
+    else if (large_)
+      cancelPicture();
     else if (travel_)
       travel_->endTour();
   }
@@ -455,13 +485,23 @@ class Application {
       messages_.sayOnce(error.what());
     }
     for (const std::string& failure : figures_.failed) sayFailure(failure);
-    busy_ = figures_.redrawn || figures_.pending > 0 || drag_ != Action::none || viewpoint_->isGliding();
+    busy_ = large_ || figures_.redrawn || figures_.pending > 0 || drag_ != Action::none || viewpoint_->isGliding();
     renderer_.present(size_);
     if (now_s_ - tiles_counted_s_ > 0.25) countTiles();
+    const PanelData data = panelData();
+    using Text = const std::string*;
+    for (const Text text : std::initializer_list<Text>{&data.scene, &data.cell, &data.device, &data.hint, &data.tooltip,
+                                                       &search_.text, &search_.error})
+      window_.want(*text);
+    using Texts = const std::vector<std::string>*;
+    for (const Texts texts : std::initializer_list<Texts>{&data.messages, &search_.names, &tiles_.failures})
+      for (const std::string& text : *texts) window_.want(text);
+    window_.setInterfaceScale(settings_.interface_scale);
     window_.beginPanels();
-    const PanelRequests requests = drawPanels(panelData(), tiles_, panels_, search_, settings_);
+    const PanelRequests requests = drawPanels(data, tiles_, panels_, search_, settings_);
     window_.endPanels();
     if (std::exchange(window_picture_wanted_, false)) write(window_.read());
+    advancePicture();
     serve(requests);
   }
 
@@ -486,7 +526,7 @@ class Application {
     frame.budget = budget_;
     frame.frozen = frozen_;
     frame.mark_scale = window_.scale();
-    if (picture_wanted_ > 0) writePicture(frame);
+    if (picture_wanted_ > 0) beginPicture(frame);
     figures_ = picture_->draw(frame);
   }
 
@@ -500,10 +540,16 @@ class Application {
     busy_ = false;
     renderer_.draw({EyeView{}, EyeView{}}, {.size = size_, .samples = 1});
     renderer_.present(size_);
-    window_.beginPanels();
     const bool opening = opening_.isUnderWay();
-    drawOpening(size_, window_.scale(), opening ? "opening " + opening_.name() : "drop a tile set or an .swc file here",
-                opening ? now_s_ - opening_.since_s() : -1, messages_.shown());
+    std::string what = "drop a tile set or an .swc file here";
+    if (opening)
+      what = "opening " +
+             (opening_.awaitsScene() || options_.session.device == "mouse" ? opening_.name() : options_.session.device);
+    const std::vector<std::string> messages = messages_.shown();
+    window_.want(what);
+    for (const std::string& text : messages) window_.want(text);
+    window_.beginPanels();
+    drawOpening(size_, window_.scale(), what, opening ? now_s_ - opening_.since_s() : -1, messages);
     window_.endPanels();
   }
 
@@ -554,6 +600,12 @@ class Application {
       d.hint = "opening " + opening_.name();
     else
       d.hint = "h: keys and mouse";
+    if (large_) {
+      d.picture = format("picture of %d x %d pixels", large_->size().width, large_->size().height);
+      d.picture_part = large_->done();
+    } else if (!writer_.idle()) {
+      d.picture = "writing the picture";
+    }
     d.tooltip = tooltip_;
     d.tooltip_x = pointer_x_;
     d.tooltip_y = pointer_y_;
@@ -570,6 +622,7 @@ class Application {
   }
 
   void serve(const PanelRequests& requests) {
+    if (requests.cancel_picture) cancelPicture();
     if (requests.search_changed) findNames();
     if (requests.reset) {
       const int width = settings_.width, height = settings_.height;
@@ -586,33 +639,56 @@ class Application {
 
   // ---- pictures and the state
 
-  void writePicture(SceneFrame frame) {
+  void beginPicture(SceneFrame frame) {
     const int most = Renderer::kMaxSize / std::max(size_.width, size_.height);
     const int times = std::clamp(std::exchange(picture_wanted_, 0), 1, std::max(most, 1));
+    if (large_) return say("one picture is being drawn already (Esc cancels it)");
     frame.size = {size_.width * times, size_.height * times};
     frame.mark_scale *= times;
+    large_ = std::make_unique<LargePicture>(travel_->store(), travel_->scene().levels.get(), window_.context(), frame);
+  }
+
+  void advancePicture() {
+    if (!large_) return;
     try {
-      picture_->drawWhole(frame);
-      write(renderer_.read());
+      large_->advance(kPicture_ms);
+      if (!large_->isDone()) return;
+      write(large_->take());
     } catch (const std::exception& error) {
       say(error.what());
     }
+    endPicture();
   }
 
-  void write(const Picture& picture) {
+  void cancelPicture() {
+    if (!large_) return;
+    endPicture();
+    say("the picture is cancelled");
+  }
+
+  void endPicture() {
+    if (!large_) return;
+    closing_.begin([loader = large_->end()]() mutable { loader.reset(); });
+    large_.reset();
+  }
+
+  // Packing and writing a large picture takes a second: beside the frames.
+  void write(Picture picture) {
     const std::time_t now = std::time(nullptr);
     std::tm local{};
     localtime_r(&now, &local);
     char stamp[32];
     std::strftime(stamp, sizeof stamp, "%Y%m%d-%H%M%S", &local);
-    const std::string path = options_.pictures + "/filiform-" + stamp + "-" + std::to_string(++pictures_) + ".png";
-    try {
-      options_.write(picture, path);
-      last_picture_ = path;
-      say(format("%d x %d pixels: ", picture.width, picture.height) + escaped(path));
-    } catch (const std::exception& error) {
-      say(error.what());
-    }
+    std::string path = options_.pictures + "/filiform-" + stamp + "-" + std::to_string(++pictures_asked_) + ".png";
+    writer_.ask([this, path = std::move(path),
+                 picture = std::make_shared<const Picture>(std::move(picture))]() -> Worker::Done {
+      options_.write(*picture, path);
+      return [this, path, width = picture->width, height = picture->height] {
+        ++pictures_;
+        last_picture_ = path;
+        say(format("%d x %d pixels: ", width, height) + escaped(path));
+      };
+    });
   }
 
   void dumpState() {
@@ -622,6 +698,7 @@ class Application {
                                 {"frame_ms", frame_ms_},
                                 {"ended", ended_},
                                 {"open", travel_ != nullptr},
+                                {"scale", window_.scale()},
                                 {"width", size_.width},
                                 {"height", size_.height},
                                 {"renderer", window_.context().description()},
@@ -638,10 +715,12 @@ class Application {
                                 {"tiles_panel", settings_.show_tiles},
                                 {"frozen", frozen_},
                                 {"actions", actions_},
+                                {"key_repeats", key_repeats_},
                                 {"last_action", last_action_},
                                 {"message", messages_.last()},
                                 {"messages", messages_.count()},
                                 {"last_picture", last_picture_},
+                                {"picture_part", large_ ? large_->done() : -1},
                                 {"pictures", pictures_}};
     if (travel_) {
       travel_->describe(json);
@@ -654,6 +733,7 @@ class Application {
       json["left_out"] = figures_.left_out;
       json["pending"] = figures_.pending;
       json["complete"] = figures_.complete;
+      json["moving"] = figures_.moving;
       json["error_px"] = figures_.error_px;
       json["resident_bytes"] = tiles_.counters.bytes;
       json["failures"] = figures_.failed.size() + tiles_.failures.size();
@@ -696,14 +776,17 @@ class Application {
   SearchPanel search_;
   TilePanel tiles_;
   double tiles_counted_s_ = -1, last_dump_s_ = -1, frame_ms_ = 0;
-  int picture_wanted_ = 0, pictures_ = 0;
+  int picture_wanted_ = 0, pictures_asked_ = 0, pictures_ = 0;
   bool window_picture_wanted_ = false;
-  std::uint64_t frames_ = 0, actions_ = 0;
+  std::uint64_t frames_ = 0, actions_ = 0, key_repeats_ = 0;
   std::string last_action_, last_picture_;
   // Of the open scene; what uses the others goes first.
   std::unique_ptr<Travel> travel_;
   std::optional<Viewpoint> viewpoint_;
   std::unique_ptr<SceneView> picture_;
+  std::unique_ptr<LargePicture> large_;  // that is being drawn
+  Worker writer_;                        // of pictures into files
+  Closing closing_;                      // what it ends may still use the open scene
 };
 
 }  // namespace

@@ -27,7 +27,7 @@ struct OpenedScene {
 struct ApplicationOptions {
   std::vector<std::string> paths;                                      // to open at first; empty: none
   std::function<OpenedScene(const std::vector<std::string>&)> open;    // not on the main thread
-  std::function<void(const Picture&, const std::string& path)> write;  // a picture
+  std::function<void(const Picture&, const std::string& path)> write;  // a picture; not on the main thread
   std::function<void()> poll = [] {};                                  // once a frame; may throw to end
   std::function<bool(const std::string&)> plugged_in;  // see internal::Travel: a lost device is looked for; any thread
   std::function<void()> ending = [] {};  // before its threads are waited for, which a read that hangs can hold up

@@ -15,13 +15,13 @@ constexpr std::array kBindings{
             "pull the proxy along its thread; the line shows force"},
     Binding{Action::pull_depth, "pull-depth", "Hand", kNoKey, kNoKey, "Shift + right drag, up and down",
             "push the hand away from you, or bring it closer"},
-    Binding{Action::push_left, "push-left", "Hand", key(Key::kLeft), kNoKey, "",
-            "push the hand to the left, while held"},
-    Binding{Action::push_right, "push-right", "Hand", key(Key::kRight), kNoKey, "", "to the right"},
-    Binding{Action::push_up, "push-up", "Hand", key(Key::kUp), kNoKey, "", "up"},
-    Binding{Action::push_down, "push-down", "Hand", key(Key::kDown), kNoKey, "", "down"},
-    Binding{Action::push_away, "push-away", "Hand", key(Key::kPageUp), kNoKey, "", "away from you"},
-    Binding{Action::push_closer, "push-closer", "Hand", key(Key::kPageDown), kNoKey, "", "towards you"},
+    Binding{Action::push_left, "push-left", "Hand", key(Key::kLeft), kNoKey, "", "push the hand to the left",
+            Held::pushes},
+    Binding{Action::push_right, "push-right", "Hand", key(Key::kRight), kNoKey, "", "to the right", Held::pushes},
+    Binding{Action::push_up, "push-up", "Hand", key(Key::kUp), kNoKey, "", "up", Held::pushes},
+    Binding{Action::push_down, "push-down", "Hand", key(Key::kDown), kNoKey, "", "down", Held::pushes},
+    Binding{Action::push_away, "push-away", "Hand", key(Key::kPageUp), kNoKey, "", "away from you", Held::pushes},
+    Binding{Action::push_closer, "push-closer", "Hand", key(Key::kPageDown), kNoKey, "", "towards you", Held::pushes},
     Binding{Action::toggle_free, "toggle-free", "Hand", key('f'), kNoKey, "",
             "free the hand, or bring it to the nearest thread"},
     Binding{Action::centre, "centre", "Hand", key(' '), kNoKey, "", "centre workspace and view on the proxy"},
@@ -30,8 +30,9 @@ constexpr std::array kBindings{
     Binding{Action::next_branch, "next-branch", "Travel", key('v'), kNoKey, "", "next branch point or tip"},
     Binding{Action::previous_branch, "previous-branch", "Travel", key('b'), kNoKey, "",
             "previous branch point or root"},
-    Binding{Action::next_sample, "next-sample", "Travel", key(']'), kNoKey, "", "next sample, away from the root"},
-    Binding{Action::parent_sample, "parent-sample", "Travel", key('['), kNoKey, "", "parent sample"},
+    Binding{Action::next_sample, "next-sample", "Travel", key(']'), kNoKey, "", "next sample, away from the root",
+            Held::repeats},
+    Binding{Action::parent_sample, "parent-sample", "Travel", key('['), kNoKey, "", "parent sample", Held::repeats},
     Binding{Action::other_branch, "other-branch", "Travel", key(Key::kTab), kNoKey, "",
             "into the fork's other branches, in turn"},
     Binding{Action::nearest_tip, "nearest-tip", "Travel", key('r'), kNoKey, "",
@@ -51,13 +52,15 @@ constexpr std::array kBindings{
     Binding{Action::rotate, "rotate", "View", kNoKey, kNoKey, "left drag", "turn the world about the proxy"},
     Binding{Action::pan, "pan", "View", kNoKey, kNoKey, "middle drag, Shift + left drag",
             "shift the view aside; Space brings it back"},
-    Binding{Action::turn_left, "turn-left", "View", key(Key::kLeft, Key::kControl), kNoKey, "", "turn it to the left"},
-    Binding{Action::turn_right, "turn-right", "View", key(Key::kRight, Key::kControl), kNoKey, "", "to the right"},
-    Binding{Action::turn_up, "turn-up", "View", key(Key::kUp, Key::kControl), kNoKey, "", "up"},
-    Binding{Action::turn_down, "turn-down", "View", key(Key::kDown, Key::kControl), kNoKey, "", "down"},
+    Binding{Action::turn_left, "turn-left", "View", key(Key::kLeft, Key::kControl), kNoKey, "", "turn it to the left",
+            Held::repeats},
+    Binding{Action::turn_right, "turn-right", "View", key(Key::kRight, Key::kControl), kNoKey, "", "to the right",
+            Held::repeats},
+    Binding{Action::turn_up, "turn-up", "View", key(Key::kUp, Key::kControl), kNoKey, "", "up", Held::repeats},
+    Binding{Action::turn_down, "turn-down", "View", key(Key::kDown, Key::kControl), kNoKey, "", "down", Held::repeats},
     Binding{Action::wheel_zoom, "wheel-zoom", "View", kNoKey, kNoKey, "wheel", "zoom about the proxy"},
-    Binding{Action::zoom_in, "zoom-in", "View", key('+'), key('='), "", "zoom in"},
-    Binding{Action::zoom_out, "zoom-out", "View", key('-'), kNoKey, "", "zoom out"},
+    Binding{Action::zoom_in, "zoom-in", "View", key('+'), key('='), "", "zoom in", Held::repeats},
+    Binding{Action::zoom_out, "zoom-out", "View", key('-'), kNoKey, "", "zoom out", Held::repeats},
     Binding{Action::overview, "overview", "View", key('o'), key(Key::kHome), "",
             "see everything, or the workspace again"},
     Binding{Action::orthographic, "orthographic", "View", key('a'), kNoKey, "",
@@ -69,8 +72,10 @@ constexpr std::array kBindings{
     Binding{Action::next_stereo, "next-stereo", "View", key('s'), kNoKey, "", "next stereo mode"},
     Binding{Action::wheel_separation, "wheel-separation", "View", kNoKey, kNoKey, "Ctrl + wheel",
             "separation of the eyes"},
-    Binding{Action::more_separation, "more-separation", "View", key('.'), kNoKey, "", "eyes farther apart"},
-    Binding{Action::less_separation, "less-separation", "View", key(','), kNoKey, "", "eyes closer together"},
+    Binding{Action::more_separation, "more-separation", "View", key('.'), kNoKey, "", "eyes farther apart",
+            Held::repeats},
+    Binding{Action::less_separation, "less-separation", "View", key(','), kNoKey, "", "eyes closer together",
+            Held::repeats},
     Binding{Action::freeze, "freeze", "View", key('l'), kNoKey, "", "freeze the levels of detail as they are"},
     Binding{Action::fullscreen, "fullscreen", "View", key(Key::kF11), kNoKey, "", "whole screen"},
 
@@ -131,6 +136,18 @@ std::string toString(const Key& key) {
   }
 }
 
+const char* toString(Held held) {
+  switch (held) {
+    case Held::repeats:
+      return "repeats";
+    case Held::pushes:
+      return "pushes";
+    case Held::once:
+      break;
+  }
+  return "";
+}
+
 std::span<const Binding> bindings() { return kBindings; }
 
 const Binding& bindingOf(Action action) {
@@ -141,6 +158,12 @@ Action actionOf(const Key& key) {
   if (key.code == Key::kNone) return Action::none;
   for (const Binding& binding : kBindings)
     if (binding.first == key || binding.second == key) return binding.action;
+  return Action::none;
+}
+
+Action actionOf(const Key& key, bool repeated) {
+  const Action action = actionOf(key);
+  if (!repeated || action == Action::none || bindingOf(action).held == Held::repeats) return action;
   return Action::none;
 }
 
@@ -158,14 +181,14 @@ std::string inputsOf(const Binding& binding) {
 }
 
 std::string bindingsInMarkdown() {
-  std::string text = "| input | does |\n|---|---|\n";
+  std::string text = "| input | does | while held |\n|---|---|---|\n";
   const char* group = "";
   for (const Binding& binding : kBindings) {
     if (std::string(group) != binding.group) {
       group = binding.group;
       text += "| **";
       text += group;
-      text += "** | |\n";
+      text += "** | | |\n";
     }
     text += "| ";
     const bool keys = binding.first.code != Key::kNone;
@@ -174,7 +197,9 @@ std::string bindingsInMarkdown() {
     if (keys) text += "`";
     text += " | ";
     text += binding.what;
-    text += " |\n";
+    text += " | ";
+    text += toString(binding.held);
+    text += binding.held == Held::once ? "|\n" : " |\n";
   }
   return text;
 }

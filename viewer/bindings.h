@@ -98,6 +98,14 @@ struct Key {
 };
 std::string toString(const Key& key);  // "Alt+Left", "v", "Space"
 
+// What a key that stays down does.
+enum class Held : std::uint8_t {
+  once,     // acts when it is pressed, never again
+  repeats,  // acts again at the keyboard's repeat rate
+  pushes,   // acts until it is released
+};
+const char* toString(Held held);  // "repeats"; once: ""
+
 struct Binding {
   Action action;
   const char* name;   // in the state dump and in recordings of actions
@@ -105,12 +113,15 @@ struct Binding {
   Key first, second;  // kNone: none
   const char* mouse;  // a gesture; empty: none
   const char* what;   // it does, a phrase
+  Held held = Held::once;
 };
 
 // In the order of the help, groups together.
 std::span<const Binding> bindings();
-const Binding& bindingOf(Action action);       // Requires one that is in the table
-Action actionOf(const Key& key);               // none: not bound
+const Binding& bindingOf(Action action);  // Requires one that is in the table
+Action actionOf(const Key& key);          // none: not bound
+// The same for a key event; `repeated`: the key was down already. none: not bound, or an action that happens once.
+Action actionOf(const Key& key, bool repeated);
 std::string inputsOf(const Binding& binding);  // "h, F1", "wheel"
 
 // The table for the README, Markdown, a line feed at its end.

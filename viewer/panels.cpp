@@ -75,18 +75,56 @@ void write(ImDrawList& list, const ImVec2& at, ImU32 colour, const std::string& 
   list.AddText(at, colour, text.c_str());
 }
 
-void drawStatus(const PanelData& d) {
+// The beginning of a text, as far as it fits; a sign says where it is cut.
+std::string fitted(const std::string& text, float width) {
+  if (ImGui::CalcTextSize(text.c_str()).x <= width) return text;
+  const std::string sign = ImGui::GetFont()->FindGlyphNoFallback(0x2026) != nullptr ? "\u2026" : "...";
+  std::size_t fits = 0, beyond = text.size();  // bytes
+  while (beyond - fits > 1) {
+    const std::size_t middle = (fits + beyond) / 2;
+    if (ImGui::CalcTextSize((text.substr(0, middle) + sign).c_str()).x <= width)
+      fits = middle;
+    else
+      beyond = middle;
+  }
+  while (fits > 0 && (static_cast<unsigned char>(text[fits]) & 0xC0U) == 0x80U) --fits;  // a whole character
+  return text.substr(0, fits) + sign;
+}
+
+void showWhole(const std::string& text, double scale) {
+  ImGui::BeginTooltip();
+  ImGui::PushTextWrapPos(static_cast<float>(600 * scale));
+  ImGui::TextUnformatted(text.c_str());
+  ImGui::PopTextWrapPos();
+  ImGui::EndTooltip();
+}
+
+// As far as it fits; whole while the pointer is on it.
+void showFitted(const std::string& text, double width, double scale) {
+  const std::string shown = fitted(text, static_cast<float>(width));
+  ImGui::TextUnformatted(shown.c_str());
+  if (shown.size() == text.size()) return;
+  // Also in panels that take no input.
+  const ImVec2 lo = ImGui::GetItemRectMin(), hi = ImGui::GetItemRectMax(), at = ImGui::GetIO().MousePos;
+  if (at.x >= lo.x && at.x < hi.x && at.y >= lo.y && at.y < hi.y) showWhole(text, scale);
+}
+
+constexpr double kForceWidth = 260, kStatusColumn = 82;  // times the scale
+
+void drawStatus(const PanelData& d, bool beside_force) {
   ImGui::SetNextWindowPos(vec(10 * d.scale, 10 * d.scale));
   ImGui::SetNextWindowBgAlpha(kPanelAlpha);
   ImGui::Begin("status", nullptr, kStill | ImGuiWindowFlags_NoInputs);
-  ImGui::TextUnformatted(d.scene.c_str());
+  const double right = d.size.width - (beside_force ? (kForceWidth + 50) * d.scale : 10 * d.scale);
+  const double width = std::max(80 * d.scale, right - 10 * d.scale - 2 * ImGui::GetStyle().WindowPadding.x);
+  showFitted(d.scene, width, d.scale);
   const auto row = [&](const char* what, const std::string& value) {
     if (value.empty()) return;
     ImGui::PushStyleColor(ImGuiCol_Text, kDim);
     ImGui::TextUnformatted(what);
     ImGui::PopStyleColor();
-    ImGui::SameLine(static_cast<float>(82 * d.scale));
-    ImGui::TextUnformatted(value.c_str());
+    ImGui::SameLine(static_cast<float>(kStatusColumn * d.scale));
+    showFitted(value, width - (kStatusColumn - 8) * d.scale, d.scale);
   };
   row("cell", d.cell);
   row("place", d.place);
@@ -168,8 +206,7 @@ void drawPull(const PanelData& d) {
 }
 
 void drawForce(const PanelData& d) {
-  if (d.forces_N == nullptr || d.size.width < 420 * d.scale) return;
-  const double width = 260 * d.scale, height = 90 * d.scale;
+  const double width = kForceWidth * d.scale, height = 90 * d.scale;
   ImGui::SetNextWindowPos(vec(d.size.width - 10 * d.scale, 10 * d.scale), ImGuiCond_Always, vec(1, 0));
   ImGui::SetNextWindowBgAlpha(kPanelAlpha);
   ImGui::Begin("force", nullptr, kStill | ImGuiWindowFlags_NoInputs);
@@ -200,6 +237,19 @@ void drawForce(const PanelData& d) {
     const ImVec2 point = vec(at.x + static_cast<double>(column), at.y + height * (1 - std::min(1.0, most / top)));
     if (column > 0) list.AddLine(last, point, kGold, static_cast<float>(1.3 * d.scale));
     last = point;
+  }
+  ImGui::End();
+}
+
+void drawPicture(const PanelData& d, PanelRequests& requests) {
+  if (d.picture.empty()) return;
+  ImGui::SetNextWindowPos(vec(d.size.width - 10 * d.scale, d.size.height - 60 * d.scale), ImGuiCond_Always, vec(1, 1));
+  ImGui::SetNextWindowBgAlpha(kPanelAlpha);
+  ImGui::Begin("picture", nullptr, kStill);
+  ImGui::TextUnformatted(d.picture.c_str());
+  if (d.picture_part >= 0) {
+    ImGui::ProgressBar(static_cast<float>(d.picture_part), vec(220 * d.scale, 0));
+    requests.cancel_picture = ImGui::Button("cancel (Esc)");
   }
   ImGui::End();
 }
@@ -263,10 +313,19 @@ void drawTiles(const PanelData& d, const TilePanel& t) {
   ImGui::SetNextWindowBgAlpha(kPanelAlpha);
   ImGui::Begin("tiles and memory", nullptr,
                ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoNav);
+  // It grows with what it shows.
+  const ImVec2 at_first = ImGui::GetWindowPos(), taken = ImGui::GetWindowSize();
+  const double inside = d.size.width - 10 * d.scale - taken.x;
+  if (at_first.x > inside) ImGui::SetWindowPos(vec(std::max(0.0, inside), at_first.y));
   if (t.in_memory) {
     ImGui::Text("all %s tiles lie in memory", count(t.tiles).c_str());
   } else {
     const ResidencyCounters& c = t.counters;
+    const auto row = [&](const char* what, const std::string& value) {
+      ImGui::TextUnformatted(what);
+      ImGui::SameLine(static_cast<float>(100 * d.scale));
+      ImGui::TextUnformatted(value.c_str());
+    };
     ImGui::Text("%s tiles; the hand's:", count(t.tiles).c_str());
     for (int i = 0; i < 7; ++i) {
       const auto state = static_cast<TileState>(i);
@@ -274,18 +333,20 @@ void drawTiles(const PanelData& d, const TilePanel& t) {
       ImGui::ColorButton(toString(state), ImColor(colourOf(state)), ImGuiColorEditFlags_NoTooltip,
                          vec(10 * d.scale, 10 * d.scale));
       ImGui::SameLine();
-      ImGui::Text("%-9s %s", toString(state), count(t.counts[i]).c_str());
+      row(toString(state), count(t.counts[i]));
     }
     std::string budget = bytes(static_cast<double>(c.bytes));
     budget += t.budget_bytes == UINT64_MAX ? " (no limit)" : " of " + bytes(static_cast<double>(t.budget_bytes));
-    ImGui::Text("memory    %s", budget.c_str());
+    row("memory", budget);
     if (t.budget_bytes != UINT64_MAX)
       ImGui::ProgressBar(static_cast<float>(static_cast<double>(c.bytes) / static_cast<double>(t.budget_bytes)),
                          vec(240 * d.scale, 6 * d.scale), "");
-    ImGui::Text("read      %s tiles, %.0f a s, %s/s", count(c.reads).c_str(), t.reads_s, bytes(t.read_bytes_s).c_str());
-    ImGui::Text("let go    %s tiles", count(c.evictions).c_str());
-    ImGui::Text("frontiers %s ticks", count(t.frontiers).c_str());
+    row("read", format("%s tiles, %.0f a s, %s/s", count(c.reads).c_str(), t.reads_s, bytes(t.read_bytes_s).c_str()));
+    row("dropped", count(c.evictions) + " tiles");
+    row("frontiers", count(t.frontiers) + " ticks");
+    ImGui::PushTextWrapPos(static_cast<float>(360 * d.scale));
     for (const std::string& failure : t.failures) ImGui::TextColored({0.94F, 0.43F, 0.37F, 1}, "%s", failure.c_str());
+    ImGui::PopTextWrapPos();
   }
   if (!t.boxes.empty()) {
     const double side = 260 * d.scale;
@@ -306,24 +367,49 @@ void drawTiles(const PanelData& d, const TilePanel& t) {
       list.AddRect(from, to, colour);
     }
     list.AddCircleFilled(vec(at.x + map.x(d.proxy_W), at.y + map.y(d.proxy_W)), static_cast<float>(3 * d.scale), kInk);
+    ImGui::PushTextWrapPos(static_cast<float>(side));
     ImGui::TextColored({0.6F, 0.63F, 0.69F, 1}, "%s tiles nearest to the proxy, from the front",
                        count(t.boxes.size()).c_str());
+    ImGui::PopTextWrapPos();
   }
   ImGui::End();
 }
 
-void drawHelp(const PanelData& d, bool& open) {
-  ImGui::SetNextWindowPos(vec(d.size.width / 2.0, d.size.height / 2.0), ImGuiCond_Always, vec(0.5, 0.5));
-  ImGui::SetNextWindowSizeConstraints(vec(0, 0), vec(d.size.width * 0.96, d.size.height * 0.94));
-  ImGui::SetNextWindowBgAlpha(1);
-  ImGui::Begin("keys and mouse", &open,
-               ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoCollapse |
-                   ImGuiWindowFlags_HorizontalScrollbar);
-  // Two columns of groups, as far as the window is wide.
-  const bool wide = d.size.width > 1000 * d.scale;
-  const auto table = [&](const char* name, std::initializer_list<const char*> groups) {
-    // Else the first takes all of the window, and pushes the second out of it.
+// What a binding's key does, for the help.
+std::string doneBy(const Binding& binding) {
+  std::string text = binding.what;
+  if (binding.held == Held::repeats) text += " (repeats while held)";
+  if (binding.held == Held::pushes) text += " (while held)";
+  return text;
+}
+
+// Two columns of a table: inputs, and what they do; each as wide as its longest line.
+struct HelpTable {
+  const char* name;
+  std::vector<const char*> groups;
+  float inputs = 0, done = 0;
+
+  void measure() {
+    const auto width = [](const std::string& text) { return ImGui::CalcTextSize(text.c_str()).x + 1; };
+    for (const Binding& binding : bindings()) {
+      if (!has(binding)) continue;
+      inputs = std::max(inputs, width(inputsOf(binding)));
+      done = std::max(done, width(doneBy(binding)));
+    }
+  }
+  bool has(const Binding& binding) const {
+    return std::any_of(groups.begin(), groups.end(),
+                       [&](const char* group) { return std::strcmp(binding.group, group) == 0; });
+  }
+  // Longer lines are broken.
+  void fit(float width) {
+    inputs = std::min(inputs, 0.5F * width);
+    done = std::min(done, width - inputs);
+  }
+  void show() const {
     if (!ImGui::BeginTable(name, 2, ImGuiTableFlags_SizingFixedFit | ImGuiTableFlags_NoHostExtendX)) return;
+    ImGui::TableSetupColumn("inputs", ImGuiTableColumnFlags_WidthFixed, inputs);
+    ImGui::TableSetupColumn("done", ImGuiTableColumnFlags_WidthFixed, done);
     for (const char* group : groups) {
       ImGui::TableNextRow();
       ImGui::TableNextColumn();
@@ -331,17 +417,46 @@ void drawHelp(const PanelData& d, bool& open) {
       for (const Binding& binding : bindings()) {
         if (std::strcmp(binding.group, group) != 0) continue;
         ImGui::TableNextRow();
-        ImGui::TableNextColumn();
-        ImGui::TextUnformatted(inputsOf(binding).c_str());
-        ImGui::TableNextColumn();
-        ImGui::TextUnformatted(binding.what);
+        for (const std::string& text : {inputsOf(binding), doneBy(binding)}) {
+          ImGui::TableNextColumn();
+          ImGui::PushTextWrapPos(0);
+          ImGui::TextUnformatted(text.c_str());
+          ImGui::PopTextWrapPos();
+        }
       }
     }
     ImGui::EndTable();
-  };
-  table("left", {"Hand", "Travel"});
-  if (wide) ImGui::SameLine(0, static_cast<float>(24 * d.scale));
-  table("right", {"View", "Window"});
+  }
+};
+
+void drawHelp(const PanelData& d, bool& open) {
+  const ImVec2 most = vec(d.size.width * 0.96, d.size.height * 0.94);
+  ImGui::SetNextWindowPos(vec(d.size.width / 2.0, d.size.height / 2.0), ImGuiCond_Always, vec(0.5, 0.5));
+  ImGui::SetNextWindowSizeConstraints(vec(0, 0), most);
+  ImGui::SetNextWindowBgAlpha(1);
+  ImGui::Begin("keys and mouse", &open,
+               ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoCollapse);
+  HelpTable left{"left", {"Hand", "Travel"}}, right{"right", {"View", "Window"}};
+  left.measure();
+  right.measure();
+  const ImGuiStyle& style = ImGui::GetStyle();
+  const auto gap = static_cast<float>(24 * d.scale);
+  const float rim = 4 * style.CellPadding.x;  // of one table
+  const float room = most.x - 2 * style.WindowPadding.x - style.ScrollbarSize;
+  // Side by side where no line has to be broken more than once.
+  const float beside = room - gap - 2 * rim, natural = left.inputs + left.done + right.inputs + right.done;
+  const bool wide = beside >= 0.6F * natural;
+  if (wide) {
+    const float part = std::min(1.0F, beside / natural);
+    left.fit(part * (left.inputs + left.done));
+    right.fit(part * (right.inputs + right.done));
+  } else {
+    left.fit(room - rim);
+    right.fit(room - rim);
+  }
+  left.show();
+  if (wide) ImGui::SameLine(0, gap);
+  right.show();
   ImGui::End();
 }
 
@@ -353,7 +468,7 @@ void drawSearch(const PanelData& d, bool& open, SearchPanel& search, PanelReques
   ImGui::TextColored({0.6F, 0.63F, 0.69F, 1}, "a cell's name or a part of it, CELL:SAMPLE, or X Y Z in um; Enter");
   if (search.focus) ImGui::SetKeyboardFocusHere();
   search.focus = false;
-  std::array<char, 256> text{};
+  std::array<char, 1024> text{};
   search.text.copy(text.data(), text.size() - 1);
   ImGui::SetNextItemWidth(-1);
   const bool entered = ImGui::InputText("##query", text.data(), text.size(), ImGuiInputTextFlags_EnterReturnsTrue);
@@ -363,13 +478,25 @@ void drawSearch(const PanelData& d, bool& open, SearchPanel& search, PanelReques
     requests.search_changed = true;
   }
   if (entered) requests.go = search.text;
-  for (const std::string& name : search.names)
-    if (ImGui::Selectable(name.c_str())) requests.go = name;
+  for (std::size_t i = 0; i < search.names.size(); ++i) {
+    // The name is no label: Dear ImGui takes what follows "##" in one for its own.
+    const std::string& name = search.names[i];
+    ImGui::PushID(static_cast<int>(i));
+    const ImVec2 at = ImGui::GetCursorScreenPos();
+    const std::string shown = fitted(name, ImGui::GetContentRegionAvail().x);
+    if (ImGui::Selectable("##name")) requests.go = name;
+    if (shown.size() != name.size() && ImGui::IsItemHovered()) showWhole(name, d.scale);
+    ImGui::GetWindowDrawList()->AddText(at, ImGui::GetColorU32(ImGuiCol_Text), shown.c_str());
+    ImGui::PopID();
+  }
+  ImGui::PushTextWrapPos(0);
   if (!search.error.empty()) ImGui::TextColored({0.94F, 0.43F, 0.37F, 1}, "%s", search.error.c_str());
+  ImGui::PopTextWrapPos();
   ImGui::End();
 }
 
-void drawSettings(bool& open, Settings& settings, PanelRequests& requests) {
+void drawSettings(const PanelData& d, bool& open, Settings& settings, PanelRequests& requests) {
+  ImGui::SetNextWindowPos(vec(10 * d.scale, 180 * d.scale), ImGuiCond_FirstUseEver);
   ImGui::SetNextWindowBgAlpha(0.92F);
   ImGui::Begin("settings", &open, ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoSavedSettings);
   const auto choose = [&](const char* what, auto& value, const auto& choices) {
@@ -391,11 +518,11 @@ void drawSettings(bool& open, Settings& settings, PanelRequests& requests) {
   };
   slide("separation of the eyes", settings.separation, 0, 2);
   slide("widening of the angle", settings.widening, 0.5F, 2);
-  slide("size of letters (next start)", settings.interface_scale, 0.5F, 4);
+  slide("size of letters", settings.interface_scale, 0.5F, 4);
   requests.settings_changed |= ImGui::Checkbox("as from far away (orthographic)", &settings.orthographic);
   requests.settings_changed |= ImGui::Checkbox("fork in blue and orange", &settings.orange_blue);
   requests.settings_changed |= ImGui::Checkbox("reduced motion", &settings.reduced_motion);
-  if (ImGui::Button("as they were at first")) requests.reset = true;
+  if (ImGui::Button("reset to defaults")) requests.reset = true;
   ImGui::End();
 }
 
@@ -407,22 +534,25 @@ PanelRequests drawPanels(const PanelData& d, const TilePanel& tiles, OpenPanels&
   drawHere(d);
   drawPull(d);
   drawScaleBar(d);
-  if (d.size.width >= 240 * d.scale && d.size.height >= 200 * d.scale) drawStatus(d);
-  if (settings.show_force) drawForce(d);
+  const bool has_force = settings.show_force && d.forces_N != nullptr && d.size.width >= 420 * d.scale;
+  if (d.size.width >= 240 * d.scale && d.size.height >= 200 * d.scale) drawStatus(d, has_force);
+  if (has_force) drawForce(d);
+  drawPicture(d, requests);
   if (settings.show_minimap) requests.go_to_W = drawMinimap(d);
   if (settings.show_tiles) drawTiles(d, tiles);
-  if (open.settings) drawSettings(open.settings, settings, requests);
+  if (open.settings) drawSettings(d, open.settings, settings, requests);
   if (open.search) drawSearch(d, open.search, search, requests);
   if (open.help) drawHelp(d, open.help);
   drawMessages(d.size, d.scale, d.messages, open.help ? std::string() : d.hint);
   if (!d.tooltip.empty()) {
     ImDrawList& list = *ImGui::GetForegroundDrawList();
-    const ImVec2 size = ImGui::CalcTextSize(d.tooltip.c_str());
+    const auto widest = static_cast<float>(std::max(60.0, std::min(d.size.width - 24 * d.scale, 600 * d.scale)));
+    const ImVec2 size = ImGui::CalcTextSize(d.tooltip.c_str(), nullptr, false, widest);
     const double x = std::min(d.tooltip_x + 14 * d.scale, d.size.width - size.x - 12 * d.scale);
     const double y = std::min(d.tooltip_y + 16 * d.scale, d.size.height - size.y - 12 * d.scale);
     list.AddRectFilled(vec(x - 6 * d.scale, y - 4 * d.scale), vec(x + size.x + 6 * d.scale, y + size.y + 4 * d.scale),
                        IM_COL32(20, 23, 31, 235), static_cast<float>(4 * d.scale));
-    list.AddText(vec(x, y), kInk, d.tooltip.c_str());
+    list.AddText(ImGui::GetFont(), ImGui::GetFontSize(), vec(x, y), kInk, d.tooltip.c_str(), nullptr, widest);
   }
   return requests;
 }
@@ -432,7 +562,7 @@ void drawOpening(const PictureSize& size, double scale, const std::string& what,
   drawMessages(size, scale, messages, {});
   ImGui::SetNextWindowPos(vec(size.width / 2.0, size.height / 2.0), ImGuiCond_Always, vec(0.5, 0.5));
   ImGui::Begin("opening", nullptr, kStill);
-  ImGui::TextUnformatted(what.c_str());
+  showFitted(what, size.width - 40 * scale, scale);
   if (since_s >= 0) {
     // How much there is to do is not known: the bar goes round.
     ImGui::ProgressBar(static_cast<float>(since_s - std::floor(since_s)), vec(320 * scale, 8 * scale), "");

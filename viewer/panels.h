@@ -59,6 +59,9 @@ struct PanelData {
   std::vector<Vector3d> visited_W, bookmarks_W;
   std::vector<std::string> bookmark_names;
 
+  std::string picture;       // that is being drawn or written; empty: none
+  double picture_part = -1;  // of it, 0 to 1; below 0: not known, and it cannot be cancelled any more
+
   std::string tooltip;
   double tooltip_x = 0, tooltip_y = 0;
 };
@@ -66,6 +69,7 @@ struct PanelData {
 struct PanelRequests {
   std::optional<std::string> go;    // what was typed or chosen
   std::optional<Vector3d> go_to_W;  // a click on the minimap
+  bool cancel_picture = false;
   bool search_changed = false, settings_changed = false, reset = false;
 };
 

@@ -132,6 +132,9 @@ struct SceneView::Impl {
   void putMarks(const SceneFrame& frame, const Camera& fitted, const PictureSize& eye);
   void prepare(const SceneFrame& frame, bool whole);
   void picture(const SceneFrame& frame);
+  std::size_t countWhole();
+  void takeOff();
+  bool whole_begun = false, whole_drawing = false;  // advanceWhole()
 
   // Of the frame under way.
   Camera fitted;
@@ -159,9 +162,18 @@ SceneView::Impl::Impl(const TileStore& s, const Levels* l, Renderer& r)
 SceneView::SceneView(const TileStore& store, const Levels* levels, Renderer& renderer)
     : impl_(std::make_unique<Impl>(store, levels, renderer)) {}
 
-SceneView::~SceneView() {
-  for (const auto& [node, tile] : impl_->held) impl_->renderer.remove(node);
-  for (Renderer::BatchId mark = kMarks; mark < kMarksEnd; ++mark) impl_->renderer.remove(mark);
+void SceneView::Impl::takeOff() {
+  for (const auto& [node, tile] : held) renderer.remove(node);
+  for (Renderer::BatchId mark = kMarks; mark < kMarksEnd; ++mark) renderer.remove(mark);
+  held.clear();
+}
+
+SceneView::~SceneView() { impl_->takeOff(); }
+
+std::shared_ptr<void> SceneView::end() {
+  impl_->takeOff();
+  impl_->loader->stop();
+  return std::shared_ptr<internal::BatchLoader>(std::move(impl_->loader));
 }
 
 const Vector3d& SceneView::lo_W() const noexcept { return impl_->lo_W; }
@@ -545,13 +557,8 @@ SceneFigures SceneView::drawWhole(const SceneFrame& f,
                                   const std::function<void(std::size_t done, std::size_t all)>& progress) {
   impl_->prepare(f, true);
   const std::size_t all = impl_->chosen.parts.size() + (impl_->cell ? 1 : 0);
-  const auto isThere = [this](const Impl::Held& tile) {
-    if (tile.error) std::rethrow_exception(tile.error);
-    return tile.uploaded && tile.generation == impl_->generation;
-  };
   for (;;) {
-    std::size_t done = impl_->cell && isThere(impl_->cell_held) ? 1 : 0;
-    for (const LevelPart& part : impl_->chosen.parts) done += isThere(impl_->held[impl_->nodeOf(part)]);
+    const std::size_t done = impl_->countWhole();
     if (progress) progress(done, all);
     if (done == all) break;
     impl_->loader->wait(0.1);
@@ -560,6 +567,38 @@ SceneFigures SceneView::drawWhole(const SceneFrame& f,
   impl_->changed = true;
   impl_->picture(f);
   return impl_->figures;
+}
+
+// How much is there of what the whole picture needs.
+std::size_t SceneView::Impl::countWhole() {
+  const auto isThere = [this](const Held& tile) {
+    if (tile.error) std::rethrow_exception(tile.error);
+    return tile.uploaded && tile.generation == generation;
+  };
+  std::size_t done = cell && isThere(cell_held) ? 1 : 0;
+  for (const LevelPart& part : chosen.parts) done += isThere(held[nodeOf(part)]) ? 1 : 0;
+  return done;
+}
+
+double SceneView::advanceWhole(const SceneFrame& f, double most_ms) {
+  constexpr double kLoading = 0.5;  // the part of it that is loading
+  Impl& s = *impl_;
+  if (s.whole_drawing) {
+    const double part = s.renderer.advance(most_ms);
+    s.whole_drawing = part < 1;
+    return kLoading + (1 - kLoading) * part;
+  }
+  if (!std::exchange(s.whole_begun, true)) s.prepare(f, true);
+  s.upload(f, false);
+  const std::size_t all = s.chosen.parts.size() + (s.cell ? 1 : 0), done = s.countWhole();
+  if (done < all) return kLoading * static_cast<double>(done) / static_cast<double>(all);
+  s.selectShown();
+  s.putMarks(f, s.fitted, s.eye);
+  s.figures.drawn = s.renderer.begin(s.views, s.options);
+  s.count();
+  s.has_picture = s.whole_begun = false;
+  s.whole_drawing = true;
+  return kLoading;
 }
 
 }  // namespace filiform

@@ -92,7 +92,8 @@ struct SceneFigures {
 
 class SceneView {
  public:
-  // Store, levels (none: nullptr) and renderer must outlive it. Throws InputError for a scene without a segment.
+  // Store, levels (none: nullptr) and renderer must outlive it. Throws InputError for a scene without a segment. May
+  // run on any thread: draws nothing.
   // O(tiles).
   SceneView(const TileStore& store, const Levels* levels, Renderer& renderer);
   // Takes its batches off the renderer.
@@ -111,6 +112,15 @@ class SceneView {
   // and may throw to stop. Throws the reason of a tile that cannot be read.
   SceneFigures drawWhole(const SceneFrame& frame,
                          const std::function<void(std::size_t done, std::size_t all)>& progress = {});
+
+  // drawWhole() in parts, for a window that must not wait. Each call takes the same frame; it loads and draws for about
+  // `most_ms` and returns which part is done: 1 at the end, when the renderer has the picture. Throws as drawWhole().
+  double advanceWhole(const SceneFrame& frame, double most_ms);
+
+  // Takes the batches off the renderer and ends the loading thread's work. The result waits for the tile that is being
+  // read when it is destroyed, which store and levels must outlive; any thread. Afterwards only the destructor may be
+  // called.
+  std::shared_ptr<void> end();
 
   // Waits for the loading thread, at most so long. True when tiles wait to be uploaded.
   bool waitForTiles(double most_s);

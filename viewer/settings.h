@@ -16,7 +16,7 @@ struct Settings {
   double separation = 1;        // of the eyes, times what is comfortable, 0 .. 2
   double widening = 1;          // of the projection angle's tangent, 0.5 .. 2
   bool reduced_motion = false;  // no flights between places
-  double interface_scale = 1;   // of letters, 0.5 .. 4; from the next start on
+  double interface_scale = 1;   // of letters, 0.5 .. 4
   bool show_tiles = false, show_force = true, show_minimap = true;
   int width = 1280, height = 800;
 

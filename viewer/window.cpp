@@ -1,5 +1,8 @@
 #include "viewer/window.h"
 
+#include "viewer/internal/letters.h"
+#include "viewer/internal/system_fonts.h"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -70,16 +73,7 @@ class WindowContext final : public GraphicsContext {
  public:
   explicit WindowContext(GLFWwindow* window) : window_(window) {}
   void makeCurrent() override { glfwMakeContextCurrent(window_); }
-  std::string description() const override {
-    const auto text = [](unsigned name) {
-      using GetString = const unsigned char* (*)(unsigned);
-      const auto get = reinterpret_cast<GetString>(glfwGetProcAddress("glGetString"));
-      const unsigned char* words = get != nullptr ? get(name) : nullptr;
-      return words != nullptr ? std::string(reinterpret_cast<const char*>(words)) : std::string("unknown");
-    };
-    constexpr unsigned kRenderer = 0x1F01, kVersion = 0x1F02;  // GL_RENDERER, GL_VERSION
-    return text(kRenderer) + ", OpenGL " + text(kVersion);
-  }
+  std::string description() const override { return describeCurrentContext(); }
 
  private:
   GLFWwindow* window_;
@@ -92,8 +86,12 @@ struct Window::Impl {
   std::unique_ptr<WindowContext> context;
   std::vector<InputEvent> events;
   double x = 0, y = 0;  // as the last move told
-  double letters = 1, content_scale = 1;
+  double interface_scale = 1, content_scale = 1;
+  double built_scale = 0;  // of letters and sizes as they are; 0: none yet
+  internal::Letters letters{internal::findFonts(internal::fontFolders())};
   std::uint8_t modifiers = 0;
+  // Of the key event that the next character belongs to.
+  bool repeated = false, began_in_text = false;
   int windowed_x = 0, windowed_y = 0, windowed_width = 0, windowed_height = 0;
 
   static Impl& of(GLFWwindow* window) { return *static_cast<Impl*>(glfwGetWindowUserPointer(window)); }
@@ -108,10 +106,18 @@ struct Window::Impl {
     return events.emplace_back(std::move(event));
   }
 
+  void addKey(const Key& key) {
+    InputEvent& event = add(InputEvent::Kind::key);
+    event.key = key;
+    event.repeated = repeated;
+  }
+
   static void onKey(GLFWwindow* window, int key, int scancode, int action, int mods) {
     ImGui_ImplGlfw_KeyCallback(window, key, scancode, action, mods);
     Impl& w = of(window);
     w.modifiers = modifiersOf(mods);
+    w.repeated = action == GLFW_REPEAT;
+    if (action == GLFW_PRESS) w.began_in_text = ImGui::GetIO().WantTextInput;
     Key pressed{specialOf(key), w.modifiers};
     // Characters come by onCharacter, except with Ctrl or Alt, where none is typed.
     if (pressed.code == Key::kNone) {
@@ -126,14 +132,15 @@ struct Window::Impl {
     }
     const bool typing = ImGui::GetIO().WantTextInput;
     if (typing && pressed.code != Key::kEscape) return;
-    if (action == GLFW_REPEAT && pressed.code != Key::kBackspace) return;
-    w.add(InputEvent::Kind::key).key = pressed;
+    w.addKey(pressed);
   }
   static void onCharacter(GLFWwindow* window, unsigned codepoint) {
-    ImGui_ImplGlfw_CharCallback(window, codepoint);
     Impl& w = of(window);
+    // A key that opened a text field and is still held does not type into it.
+    if (w.repeated && !w.began_in_text) return w.addKey({codepoint, 0});
+    ImGui_ImplGlfw_CharCallback(window, codepoint);
     if (ImGui::GetIO().WantTextInput) return;
-    w.add(InputEvent::Kind::key).key = {codepoint, 0};
+    w.addKey({codepoint, 0});
   }
   static void onButton(GLFWwindow* window, int button, int action, int mods) {
     ImGui_ImplGlfw_MouseButtonCallback(window, button, action, mods);
@@ -155,6 +162,10 @@ struct Window::Impl {
     ImGui_ImplGlfw_ScrollCallback(window, dx, dy);
     if (ImGui::GetIO().WantCaptureMouse) return;
     of(window).add(InputEvent::Kind::scroll).y = dy;
+  }
+  // The window went to another screen, or this one has a new scale.
+  static void onContentScale(GLFWwindow* window, float across, float) {
+    if (across > 0) of(window).content_scale = across;
   }
   static void onDrop(GLFWwindow* window, int count, const char** paths) {
     of(window).add(InputEvent::Kind::drop).paths.assign(paths, paths + count);
@@ -201,7 +212,7 @@ Window::Window(const std::string& title, const PictureSize& size, double interfa
   float across = 1, down = 1;
   glfwGetWindowContentScale(w.window, &across, &down);
   w.content_scale = across > 0 ? across : 1;
-  w.letters = w.content_scale * (interface_scale > 0 ? interface_scale : 1);
+  w.interface_scale = interface_scale > 0 ? interface_scale : 1;
 
   glfwSetWindowUserPointer(w.window, &w);
   glfwSetKeyCallback(w.window, Impl::onKey);
@@ -210,16 +221,12 @@ Window::Window(const std::string& title, const PictureSize& size, double interfa
   glfwSetCursorPosCallback(w.window, Impl::onMove);
   glfwSetScrollCallback(w.window, Impl::onScroll);
   glfwSetDropCallback(w.window, Impl::onDrop);
+  glfwSetWindowContentScaleCallback(w.window, Impl::onContentScale);
 
   IMGUI_CHECKVERSION();
   ImGui::CreateContext();
   ImGuiIO& io = ImGui::GetIO();
   io.IniFilename = nullptr;  // settings are ours
-  ImFontConfig font;
-  font.SizePixels = static_cast<float>(std::round(13 * w.letters));
-  io.Fonts->AddFontDefault(&font);
-  ImGui::StyleColorsDark();
-  ImGui::GetStyle().ScaleAllSizes(static_cast<float>(w.letters));
   ImGui_ImplGlfw_InitForOpenGL(w.window, false);
   ImGui_ImplOpenGL3_Init("#version 330 core");
 }
@@ -234,7 +241,12 @@ Window::~Window() {
 
 GraphicsContext& Window::context() { return *impl_->context; }
 bool Window::isOpen() const { return glfwWindowShouldClose(impl_->window) == GLFW_FALSE; }
-double Window::scale() const { return impl_->letters; }
+double Window::scale() const { return impl_->interface_scale * impl_->content_scale; }
+void Window::want(const std::string& utf8) { impl_->letters.want(utf8); }
+
+void Window::setInterfaceScale(double scale) {
+  if (scale > 0 && !ImGui::IsAnyMouseDown()) impl_->interface_scale = scale;
+}
 double Window::now_s() const { return glfwGetTime(); }
 
 PictureSize Window::size() const {
@@ -254,6 +266,19 @@ std::vector<InputEvent> Window::poll(double wait_s) {
 bool Window::pointerOnPanel() const { return ImGui::GetIO().WantCaptureMouse; }
 
 void Window::beginPanels() {
+  Impl& w = *impl_;
+  if (w.letters.isStale() || w.built_scale != scale()) {
+    ImGuiStyle style;
+    ImGui::StyleColorsDark(&style);
+    style.ScaleAllSizes(static_cast<float>(scale()));
+    ImGui::GetStyle() = style;
+    w.letters.build(scale());
+    if (w.built_scale > 0) {
+      ImGui_ImplOpenGL3_DestroyFontsTexture();
+      ImGui_ImplOpenGL3_CreateFontsTexture();
+    }
+    w.built_scale = scale();
+  }
   ImGui_ImplOpenGL3_NewFrame();
   ImGui_ImplGlfw_NewFrame();
   ImGui::NewFrame();
@@ -264,25 +289,13 @@ void Window::endPanels() {
   ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
 }
 
-Picture Window::read() const {
-  using ReadPixels = void (*)(int, int, int, int, unsigned, unsigned, void*);
-  using PixelStore = void (*)(unsigned, int);
-  const auto pixel_store = reinterpret_cast<PixelStore>(glfwGetProcAddress("glPixelStorei"));
-  const auto read_pixels = reinterpret_cast<ReadPixels>(glfwGetProcAddress("glReadPixels"));
-  constexpr unsigned kPackAlignment = 0x0D05, kRgb = 0x1907, kUnsignedByte = 0x1401;
-  const PictureSize pixels = size();
-  const auto row = static_cast<std::size_t>(pixels.width) * 3, rows = static_cast<std::size_t>(pixels.height);
-  std::vector<std::uint8_t> upside_down(row * rows);
-  pixel_store(kPackAlignment, 1);
-  read_pixels(0, 0, pixels.width, pixels.height, kRgb, kUnsignedByte, upside_down.data());
-  Picture picture{pixels.width, pixels.height, std::vector<std::uint8_t>(row * rows)};
-  for (std::size_t y = 0; y < rows; ++y)
-    std::copy_n(upside_down.begin() + static_cast<std::ptrdiff_t>((rows - 1 - y) * row), row,
-                picture.rgb.begin() + static_cast<std::ptrdiff_t>(y * row));
-  return picture;
-}
+Picture Window::read() const { return Renderer::readWindow(size()); }
 
 void Window::show() { glfwSwapBuffers(impl_->window); }
+void Window::hide() {
+  glfwHideWindow(impl_->window);
+  glfwPollEvents();
+}
 void Window::setTitle(const std::string& title) { glfwSetWindowTitle(impl_->window, title.c_str()); }
 
 void Window::toggleFullscreen() {

@@ -26,6 +26,7 @@ struct InputEvent {
   enum class Kind : std::uint8_t { key, key_up, button, button_up, move, scroll, drop };
   Kind kind = Kind::key;
   Key key{};                   // key, key_up
+  bool repeated = false;       // key: it was down already, and the keyboard repeats it
   int button = 0;              // 0 left, 1 right, 2 middle
   std::uint8_t modifiers = 0;  // of Key
   double x = 0, y = 0;         // pixels of the picture, from the top left; scroll: y in notches
@@ -44,7 +45,11 @@ class Window {
   GraphicsContext& context();
   bool isOpen() const;       // the person has not closed it
   PictureSize size() const;  // of the picture, pixels; at least 1 x 1
-  double scale() const;      // of letters: the screen's, times the person's
+  double scale() const;      // of letters: that of the screen the window is on, times the person's
+  // The person's; takes effect with the next panels, once no mouse button is held.
+  void setInterfaceScale(double scale);
+  // The panels will show these characters.
+  void want(const std::string& utf8);
   double now_s() const;
 
   // What happened since the last call, without what belongs to the panels. Waits up to `wait_s` for something to
@@ -56,6 +61,7 @@ class Window {
   void endPanels();      // draws them over what was presented
   Picture read() const;  // of all that was drawn, before show()
   void show();
+  void hide();  // at the end: what is left to do may take a moment
   void setTitle(const std::string& title);
   void toggleFullscreen();
 

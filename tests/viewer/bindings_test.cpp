@@ -40,6 +40,22 @@ TEST(Bindings, KeysAreNamedAsPeopleWriteThem) {
   EXPECT_EQ(inputsOf(bindingOf(Action::help)), "h, F1");
 }
 
+TEST(Bindings, AHeldKeyRepeatsMovesOfTheViewAndStepsAlone) {
+  EXPECT_EQ(actionOf(Key{'p', 0}, false), Action::screenshot);
+  EXPECT_EQ(actionOf(Key{'p', 0}, true), Action::none);
+  EXPECT_EQ(actionOf(Key{'m', 0}, true), Action::none);
+  EXPECT_EQ(actionOf(Key{'q', Key::kControl}, true), Action::none);
+  EXPECT_EQ(actionOf(Key{Key::kBackspace, 0}, true), Action::none);
+  EXPECT_EQ(actionOf(Key{'z', 0}, true), Action::none);
+  EXPECT_EQ(actionOf(Key{'+', 0}, true), Action::zoom_in);
+  EXPECT_EQ(actionOf(Key{Key::kLeft, Key::kControl}, true), Action::turn_left);
+  EXPECT_EQ(actionOf(Key{']', 0}, true), Action::next_sample);
+  EXPECT_EQ(bindingOf(Action::push_left).held, Held::pushes);
+  // A panel opens once, a place is gone to once.
+  for (const Binding& binding : bindings())
+    EXPECT_TRUE(std::string(binding.group) != "Window" || binding.held == Held::once) << binding.name;
+}
+
 // The table that people read is the one that the program works by.
 TEST(Bindings, TheReadmeHasThisTable) {
   const std::string readme = test::readBytes(FILIFORM_SOURCE "/viewer/README.md");

@@ -7,6 +7,7 @@
 #include "index/tile_set.h"
 #include "solver/workspace.h"
 #include "tests/support/counting_store.h"
+#include "tests/support/golden.h"
 #include "tests/support/random_cells.h"
 #include "tests/support/temp_folder.h"
 
@@ -296,9 +297,46 @@ TEST_F(SceneViews, LeavesNothingOnTheCard) {
   EXPECT_EQ(renderer_.bytes(), 0u);
 }
 
+// The drivers that draw on the processor, by the names that they give themselves; all others get all.
 TEST(SceneBudgets, SoftwareRenderersGetLess) {
-  EXPECT_LT(SceneBudget::of("llvmpipe (LLVM 15.0.6, 256 bits), OpenGL 4.5").moving_segments,
-            SceneBudget::of("NVIDIA H200, OpenGL 4.6").moving_segments);
+  const std::uint64_t all = SceneBudget{}.segments;
+  for (const char* name :
+       {"llvmpipe (LLVM 15.0.6, 256 bits), OpenGL 4.5 (Core Profile) Mesa 22.3.6", "softpipe, OpenGL 3.3",
+        "Google SwiftShader, OpenGL 4.1", "Software Rasterizer, OpenGL 3.3"}) {
+    const SceneBudget budget = SceneBudget::of(name);
+    EXPECT_LT(budget.segments, all) << name;
+    EXPECT_LT(budget.moving_segments, budget.segments) << name;
+    EXPECT_FALSE(budget.moving_shade) << name;
+  }
+  for (const char* name : {"NVIDIA H200, OpenGL 4.6", "Mesa Intel(R) UHD Graphics 630 (CFL GT2), OpenGL 4.6", ""})
+    EXPECT_EQ(SceneBudget::of(name).moving_segments, all) << name;
+}
+
+TEST_F(SceneViews, AWholePictureInPartsIsTheOneDrawnAtOnceAndLoadsBesideTheCalls) {
+  SceneView at_once(*set_, levels_.get(), renderer_);
+  SceneFrame frame = frameOf(at_once);
+  at_once.drawWhole(frame);
+  const Picture whole = renderer_.read();
+
+  CountingStore slow(*set_);
+  slow.delayLoads(std::chrono::milliseconds(1));
+  Renderer other(*context_);
+  SceneView scene(slow, nullptr, other);
+  frame.budget.segments = 2'000'000;
+  double part = 0, last = 0;
+  int calls = 0;
+  for (; part < 1; ++calls) {
+    part = scene.advanceWhole(frame, 0.1);
+    EXPECT_GE(part, last);
+    last = part;
+    if (part < 0.5) scene.waitForTiles(1);
+  }
+  EXPECT_GT(calls, 4);
+  EXPECT_TRUE(test::compare(other.read(), whole).showsTheSame());
+  slow.delayLoads(std::chrono::milliseconds(0));
+  // Its loading thread ends beside it.
+  const std::shared_ptr<void> end = scene.end();
+  EXPECT_EQ(other.bytes(), 0u);
 }
 
 }  // namespace

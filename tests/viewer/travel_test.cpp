@@ -2,6 +2,7 @@
 
 #include "device/device_factory.h"
 #include "device/null_device.h"
+#include "index/errors.h"
 #include "index/memory_tiles.h"
 #include "tests/support/random_cells.h"
 
@@ -17,6 +18,7 @@ namespace {
 // A device at a cable.
 struct Plug {
   std::atomic<bool> in{true};
+  std::atomic<bool> slow{false}, opening{false};  // open() waits; it does
   std::atomic<int> opened{0}, asked{0};
 };
 
@@ -25,6 +27,9 @@ class PluggedDevice : public NullDevice {
   explicit PluggedDevice(Plug& plug) : plug_(plug) {}
   void open() override {
     if (!plug_.in) throw DeviceError("it is not plugged in");
+    plug_.opening = true;
+    while (plug_.slow) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    plug_.opening = false;
     ++plug_.opened;
     NullDevice::open();
   }
@@ -58,7 +63,9 @@ class Travels : public testing::Test {
                                   ++plug_.asked;
                                   return plug_.in.load();
                                 }};
-    travel_ = std::make_unique<Travel>(std::move(opened), options, messages_, callbacks);
+    opened.options = fitTo(opened.scene, options);
+    opened.session = std::make_unique<Session>(*opened.scene.store, opened.options);
+    travel_ = std::make_unique<Travel>(std::move(opened), messages_, callbacks);
     name_ = travel_->session().deviceName();
     travel_->start();
   }
@@ -93,6 +100,44 @@ TEST_F(Travels, ALostDeviceIsReplacedByTheMouseAndTakenBackWhenItIsPluggedInAgai
     const std::vector<std::string> told = messages_.shown();
     EXPECT_EQ(std::count(told.begin(), told.end(), name_ + " is back"), 1) << turn;
   }
+}
+
+// Frames and the mouse's hand go on while it is opened.
+TEST_F(Travels, AReturningDeviceThatOpensSlowlyHoldsNothingUp) {
+  ASSERT_TRUE(comesTo(name_));
+  plug_.in = false;
+  ASSERT_TRUE(comesTo("mouse"));
+  plug_.slow = true;
+  plug_.in = true;
+  std::uint64_t tick = 0;
+  for (int i = 0; i < 30'000 && (!plug_.opening || travel_->now().tick < tick + 20); ++i) {
+    travel_->serve();
+    if (!plug_.opening) tick = travel_->now().tick;
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  EXPECT_TRUE(plug_.opening);
+  EXPECT_EQ(travel_->session().deviceName(), "mouse");
+  EXPECT_GE(travel_->now().tick, tick + 20);
+  plug_.slow = false;
+  EXPECT_TRUE(comesTo(name_));
+}
+
+TEST(Closings, EndOneAfterTheOtherAndTellWhatFailed) {
+  std::atomic<bool> goes_on{false};
+  std::vector<int> order;
+  Closing closing;
+  closing.begin([&] {
+    while (!goes_on) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    order.push_back(1);
+    throw InputError("the first");
+  });
+  closing.begin([&] { order.push_back(2); });
+  EXPECT_TRUE(closing.isUnderWay());
+  EXPECT_TRUE(closing.takeFailures().empty());
+  goes_on = true;
+  for (int i = 0; i < 30'000 && closing.isUnderWay(); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  EXPECT_EQ(closing.takeFailures(), std::vector<std::string>{"the first"});
+  EXPECT_EQ(order, (std::vector<int>{1, 2}));
 }
 
 }  // namespace

@@ -2,6 +2,8 @@
 // Xvfb or xdotool (tools/setup installs them). A short form always runs but under the sanitizers, the whole in the
 // campaigns (tools/test --long). Screenshots stay in view-test/ beside the program.
 #include "tests/support/campaign.h"
+#include "tests/support/display.h"
+#include "tests/support/golden.h"
 #include "tests/support/process.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/temp_folder.h"
@@ -12,7 +14,6 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
-#include <spawn.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <thread>
@@ -20,8 +21,6 @@
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
-
-extern char** environ;
 
 namespace filiform {
 namespace {
@@ -35,30 +34,13 @@ using test::runFiliformInShell;
 constexpr int kStep_ms = 150;    // events within one frame would be taken as one
 constexpr int kPatience_s = 90;  // for a busy machine that draws without a graphics card
 
-bool has(const std::string& program) {
-  return std::system(("command -v " + program + " >/dev/null 2>&1").c_str()) == 0;
-}
-
-pid_t start(const std::string& line) {
-  const char* const arguments[] = {"bash", "-c", line.c_str(), nullptr};
-  pid_t pid = -1;
-  if (posix_spawnp(&pid, "bash", nullptr, nullptr, const_cast<char* const*>(arguments), environ) != 0) return -1;
-  return pid;
-}
-
 class Display : public ::testing::Test {
  protected:
   static bool wanted() { return test::wholeCampaign() || !test::kSanitized; }
-  static void SetUpTestSuite() {
-    if (!wanted() || !has("Xvfb") || !has("xdotool")) return;
-    // The server says which display it took.
+  // Not in SetUpTestSuite(): a test that is skipped needs none of it.
+  static void prepare() {
+    if (folder_ != nullptr) return;
     folder_ = new test::TempFolder;
-    const std::string number = *folder_ / "display";
-    server_ = start("exec Xvfb -displayfd 3 -screen 0 1400x900x24 -nolisten tcp 3>'" + number + "' >/dev/null 2>&1");
-    for (int i = 0; i < 300 && display_.empty(); ++i) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(100));
-      std::ifstream(number) >> display_;
-    }
     runFiliform({"synth", *folder_ / "c.zip", "--cells", "4", "--seed", "3"});
     runFiliform({"ingest", *folder_ / "c.zip", "-o", *folder_ / "c.fil", "--levels"});
     test::writeBytes(*folder_ / "y.swc",
@@ -66,17 +48,14 @@ class Display : public ::testing::Test {
                      "6 3 30 -5 0 1 3\n7 3 40 -10 0 1 6\n");
   }
   static void TearDownTestSuite() {
-    if (server_ > 0) {
-      kill(server_, SIGTERM);
-      waitpid(server_, nullptr, 0);
-    }
     delete folder_;
     folder_ = nullptr;
   }
   void SetUp() override {
     if (!wanted()) GTEST_SKIP() << "a window that draws under a sanitizer: set FILIFORM_CAMPAIGN";
-    if (!has("Xvfb") || !has("xdotool")) GTEST_SKIP() << "no Xvfb or no xdotool: run tools/setup";
-    ASSERT_FALSE(display_.empty()) << "Xvfb did not start";
+    if (!test::VirtualDisplay::isInstalled()) GTEST_SKIP() << "no Xvfb or no xdotool: run tools/setup";
+    ASSERT_FALSE(test::VirtualDisplay::name().empty()) << "Xvfb did not start";
+    prepare();
     pictures_ = (test::filiformProgram().parent_path() / "view-test").string();
     fs::create_directories(pictures_);
     fs::remove_all(*folder_ / "config");
@@ -88,12 +67,13 @@ class Display : public ::testing::Test {
   }
 
   std::string environment() const {
-    return "DISPLAY=:" + display_ + " XDG_CONFIG_HOME='" + (*folder_ / "config") + "' ";
+    return "DISPLAY=" + test::VirtualDisplay::name() + " XDG_CONFIG_HOME='" + (*folder_ / "config") + "' ";
   }
   void view(const std::string& arguments) {
     fs::remove(*folder_ / "state");
-    viewer_ = start(environment() + "exec '" + test::filiformProgram().string() + "' view " + arguments + " --state '" +
-                    (*folder_ / "state") + "' --pictures '" + pictures_ + "' 2>'" + (*folder_ / "err") + "'");
+    viewer_ = test::startInShell(environment() + "exec '" + test::filiformProgram().string() + "' view " + arguments +
+                                 " --state '" + (*folder_ / "state") + "' --pictures '" + pictures_ + "' 2>'" +
+                                 (*folder_ / "err") + "'");
     ASSERT_GT(viewer_, 0);
   }
   json state() const {
@@ -116,9 +96,7 @@ class Display : public ::testing::Test {
     FAIL() << "not within " << kPatience_s << " s: " << what << "\n"
            << last.dump(1) << test::readBytes(*folder_ / "err");
   }
-  void send(const std::string& xdotool) {
-    ASSERT_EQ(std::system((environment() + "xdotool " + xdotool).c_str()), 0) << xdotool;
-  }
+  void send(const std::string& xdotool) { ASSERT_TRUE(test::VirtualDisplay::send(xdotool)) << xdotool; }
   void type(const std::string& xdotool) {
     send(xdotool);
     std::this_thread::sleep_for(std::chrono::milliseconds(kStep_ms));
@@ -152,15 +130,11 @@ class Display : public ::testing::Test {
   }
 
   static test::TempFolder* folder_;
-  static std::string display_;
-  static pid_t server_;
   std::string pictures_;
   pid_t viewer_ = -1;
 };
 
 test::TempFolder* Display::folder_ = nullptr;
-std::string Display::display_;
-pid_t Display::server_ = -1;
 
 class View : public Display {
  protected:
@@ -216,6 +190,87 @@ TEST_F(ViewInShort, StartsShowsHelpTurnsZoomsSearchesJumpsTakesAPictureAndQuits)
   send("key q");
   EXPECT_EQ(ended(), 0) << test::readBytes(*folder_ / "err");
   EXPECT_EQ(test::readBytes(*folder_ / "err"), "");
+}
+
+// The window's own pixels, panels and messages aside, are those that `filiform render` draws without a window.
+TEST_F(ViewInShort, TheWindowAndRenderDrawTheSamePixels) {
+  view("'" + (*folder_ / "c.fil") + "' --size 239x300 --segments 5000 --reset");  // too narrow for panels
+  await("a proxy on a thread",
+        [](const json& s) { return s.at("open") == true && !s.at("cell").get<std::string>().empty(); });
+  act("o");
+  await("everything at rest",
+        [](const json& s) { return s.at("overview") == true && s.at("complete") == true && s.at("moving") == false; });
+  act("w");
+  await("a picture", [](const json& s) { return s.at("pictures") == 1; });
+  Picture window = test::readPng(state()["last_picture"].get<std::string>());
+  const std::string path = *folder_ / "same.png";
+  ASSERT_EQ(
+      runFiliform({"render", *folder_ / "c.fil", "-o", path, "--size", "239x300", "--segments", "5000"}).exit_code, 0);
+  Picture rendered = test::readPng(path);
+  ASSERT_EQ(window.rgb.size(), rendered.rgb.size());
+  // Messages cover the lower part, and the window marks the proxy: a cell is above both.
+  const std::size_t part = window.rgb.size() / 2;
+  window.rgb.resize(part);
+  rendered.rgb.resize(part);
+  window.height = rendered.height = 150;
+  const auto lit = [](const Picture& picture) {
+    return std::count_if(picture.rgb.begin(), picture.rgb.end(), [](std::uint8_t c) { return c > 60; });
+  };
+  EXPECT_GT(lit(rendered), 500);
+  EXPECT_NEAR(static_cast<double>(lit(window)) / static_cast<double>(lit(rendered)), 1, 0.02);
+  EXPECT_TRUE(test::compare(window, rendered).showsTheSame());
+  send("key q");
+  EXPECT_EQ(ended(), 0) << test::readBytes(*folder_ / "err");
+}
+
+// As the keyboard repeats a key that is held: what switches does so once, what turns and zooms goes on.
+TEST_F(ViewInShort, AHeldKeyRepeatsWhatTurnsAndZoomsAndNothingElse) {
+  view("'" + (*folder_ / "y.swc") + "' --size 300x200 --reset");
+  await("the file", [](const json& s) { return s.at("cell") == "y" && s.at("tick") > 0; });
+  const auto hold = [&](const std::string& key, const std::function<bool(const json&)>& done) {
+    send("keydown " + key);
+    await(key + " held", done);
+    send("keyup " + key);
+  };
+  for (const char* key : {"m", "p", "F1", "slash"}) {
+    const json before = state();
+    hold(key, [&](const json& s) { return s.at("key_repeats").get<int>() >= before.at("key_repeats").get<int>() + 5; });
+    EXPECT_EQ(state()["actions"], before.at("actions").get<int>() + 1) << key;
+  }
+  EXPECT_EQ(state()["search_text"], "");
+  act("Escape");  // the help
+  act("Escape");  // the search
+  await("one picture", [](const json& s) { return s.at("pictures") == 1; });
+
+  const json before = state();
+  hold("equal",
+       [&](const json& s) { return s.at("zoom_um").get<double>() < 0.5 * before.at("zoom_um").get<double>(); });
+  hold("ctrl+Left", [&](const json& s) { return s.at("actions").get<int>() >= before.at("actions").get<int>() + 12; });
+  EXPECT_NE(state()["rotation"], before.at("rotation"));
+  send("key q");
+  EXPECT_EQ(ended(), 0) << test::readBytes(*folder_ / "err");
+}
+
+TEST_F(ViewInShort, ALargePictureIsDrawnBesideTheFramesAndCanBeCancelled) {
+  view("'" + (*folder_ / "c.fil") + "' --size 480x320 --segments 5000 --reset");
+  await("a proxy on a thread",
+        [](const json& s) { return s.at("open") == true && !s.at("cell").get<std::string>().empty(); });
+  act("o");
+  await("everything", [](const json& s) { return s.at("overview") == true && s.at("complete") == true; });
+  act("P");
+  await("the picture", [](const json& s) { return s.at("pictures") == 1; });
+  const Picture large = test::readPng(state()["last_picture"].get<std::string>());
+  EXPECT_EQ(large.width, 3 * 480);
+  EXPECT_EQ(large.height, 3 * 320);
+  act("P");
+  send("key Escape");
+  await("cancelled, if Esc came in time", [](const json& s) {
+    return s.at("picture_part") == -1 && (s.at("message") == "the picture is cancelled" || s.at("pictures") == 2);
+  });
+  // Quitting does not wait for one that is being drawn.
+  act("P");
+  send("key q");
+  EXPECT_EQ(ended(), 0) << test::readBytes(*folder_ / "err");
 }
 
 // A pipe that nobody writes to, where a file of the set should be.

@@ -116,12 +116,16 @@ BatchLoader::BatchLoader(const TileStore& store, const Levels* levels, double sh
 }
 
 BatchLoader::~BatchLoader() {
+  stop();
+  impl_->thread.join();
+}
+
+void BatchLoader::stop() {
   {
     const std::lock_guard lock(impl_->mutex);
     impl_->stop = true;
   }
   impl_->to_do.notify_all();
-  impl_->thread.join();
 }
 
 void BatchLoader::want(std::vector<TileJob> jobs) {

@@ -32,6 +32,7 @@ class BatchLoader {
   // Store and levels (which may be nullptr) must outlive it. The depths are those of ColourBy::depth.
   BatchLoader(const TileStore& store, const Levels* levels, double shallow_um, double deep_um);
   ~BatchLoader();  // waits for the tile that is being read
+  void stop();     // begins no further tile; does not wait
 
   // From now on these, in this order; what was wanted before and is not begun is forgotten. What is being read, or
   // waits to be taken, is not read again. O(jobs * tiles that wait to be taken).

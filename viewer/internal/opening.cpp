@@ -9,6 +9,11 @@ namespace filiform::internal {
 
 namespace {
 
+template <class T>
+bool isThere(const std::future<T>& future) {
+  return future.valid() && future.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+}
+
 Opened openScene(const std::vector<std::string>& paths, const Opening::Open& open) {
   Opened opened;
   opened.scene = open(paths);
@@ -32,20 +37,44 @@ Opened openScene(const std::vector<std::string>& paths, const Opening::Open& ope
 
 }  // namespace
 
-void Opening::begin(const std::vector<std::string>& paths, const Open& open, double now_s) {
+SessionOptions fitTo(const OpenedScene& scene, SessionOptions options) {
+  options.in_memory = scene.in_memory;
+  if (options.in_memory) options.budget_bytes.reset();
+  return options;
+}
+
+void Opening::begin(const std::vector<std::string>& paths, const Open& open, Renderer& renderer, double now_s) {
   name_.clear();
   for (const std::string& path : paths) {
     if (!name_.empty()) name_ += ", ";
     name_ += escaped(path, 80);
   }
   since_s_ = now_s;
-  opening_ = std::async(std::launch::async, [paths, open] { return openScene(paths, open); });
+  scene_ = std::async(std::launch::async, [paths, open, &renderer] {
+    Opened opened = openScene(paths, open);
+    // Last: its end would touch the renderer.
+    opened.picture = std::make_unique<SceneView>(*opened.scene.store, opened.scene.levels.get(), renderer);
+    return opened;
+  });
 }
 
-bool Opening::isReady() const {
-  return opening_.valid() && opening_.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+bool Opening::isSceneReady() const { return isThere(scene_); }
+void Opening::takeScene() { opened_ = scene_.get(); }
+
+void Opening::openDevice(const SessionOptions& options) {
+  opened_->options = fitTo(opened_->scene, options);
+  session_ = std::async(std::launch::async, [&store = *opened_->scene.store, wanted = opened_->options] {
+    return std::make_unique<Session>(store, wanted);
+  });
 }
 
-Opened Opening::take() { return opening_.get(); }
+bool Opening::isReady() const { return isThere(session_); }
+
+Opened Opening::take() {
+  Opened opened = std::move(*opened_);
+  opened_.reset();
+  opened.session = session_.get();
+  return opened;
+}
 
 }  // namespace filiform::internal

@@ -21,13 +21,13 @@ constexpr std::chrono::seconds kLookEvery{1};  // for a lost device
 
 }  // namespace
 
-Travel::Travel(Opened opened, const SessionOptions& session, Messages& messages, Callbacks callbacks)
-    : messages_(messages), callbacks_(std::move(callbacks)), options_(session), opened_(std::move(opened)) {
-  options_.in_memory = opened_.scene.in_memory;
-  if (options_.in_memory) options_.budget_bytes.reset();
-  session_ = std::make_unique<Session>(store(), options_);
-  worker_ = std::make_unique<Worker>();
-}
+Travel::Travel(Opened opened, Messages& messages, Callbacks callbacks)
+    : messages_(messages),
+      callbacks_(std::move(callbacks)),
+      options_(std::move(opened.options)),
+      opened_(std::move(opened)),
+      session_(std::move(opened_.session)),
+      worker_(std::make_unique<Worker>()) {}
 
 Travel::~Travel() = default;
 
@@ -78,6 +78,7 @@ void Travel::watch() {
   const std::string fault = session_->fault();
   if (!fault.empty()) replaceDevice(fault);
   lookForLostDevice();
+  finishReplacing();
 }
 
 // A device that is lost: the mouse takes over where it was.
@@ -85,35 +86,50 @@ void Travel::replaceDevice(const std::string& fault) {
   if (std::exchange(fault_told_, true)) return;
   messages_.say(fault);
   if (options_.device == "mouse" || session_->replaying()) return;
-  const NavigationSnapshot last = now();
-  lost_device_ = std::exchange(options_.device, "mouse");
-  options_.stiffness_N_m.reset();  // was the lost device's
-  options_.record.clear();
-  options_.zoom_um = last.zoom_um;
-  try {
-    session_->finish();
-  } catch (const std::exception& error) {
-    messages_.say(error.what());
-  }
-  try {
-    goOnWith(std::make_unique<Session>(store(), options_), last);
-  } catch (const Error& error) {  // the old one stays: where it was can still be looked at
-    return messages_.say(error.what());
-  }
-  messages_.say("the device is lost: the mouse takes over");
+  SessionOptions options = options_;
+  lost_device_ = std::exchange(options.device, "mouse");
+  options.stiffness_N_m.reset();  // was the lost device's
+  options.record.clear();
+  replaceSession(std::move(options));
 }
 
-void Travel::goOnWith(std::unique_ptr<Session> session, const NavigationSnapshot& last) {
+// Opening a device may take seconds: not on this thread.
+void Travel::replaceSession(SessionOptions options) {
+  options.zoom_um = now().zoom_um;
+  replacement_options_ = options;
+  replacement_ = std::async(std::launch::async, [&scene = store(), wanted = std::move(options)] {
+    return std::make_unique<Session>(scene, wanted);
+  });
+}
+
+void Travel::finishReplacing() {
+  for (const std::string& failure : closing_.takeFailures()) messages_.say(failure);
+  if (!replacement_.valid() || replacement_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
+  const bool to_mouse = replacement_options_.device == "mouse";
+  std::unique_ptr<Session> session;
+  try {
+    session = replacement_.get();
+  } catch (const std::exception& error) {  // the old one stays; a lost device is looked for again
+    return messages_.sayOnce(error.what());
+  }
+  const NavigationSnapshot last = now();
+  closing_.begin([old = std::shared_ptr<Session>(std::move(session_))] { old->finish(); });
   session_ = std::move(session);
+  options_ = replacement_options_;
   session_->start();
+  if (last.zoom_um != options_.zoom_um) zoom(last.zoom_um / options_.zoom_um);
   session_->jump(last.place.valid() ? last.place : opened_.start);
   asked_constrain_ = asked_back_ = asked_forward_ = 0;
   fault_told_ = false;
+  if (to_mouse) return messages_.say("the device is lost: the mouse takes over");
+  lost_device_.clear();
+  tour_.end();
+  messages_.say(session_->deviceName() + " is back");
 }
 
 void Travel::lookForLostDevice() {
   const auto now = std::chrono::steady_clock::now();
-  if (lost_device_.empty() || !callbacks_.plugged_in || looking_ || now < look_again_) return;
+  if (lost_device_.empty() || !callbacks_.plugged_in || looking_ || replacement_.valid() || now < look_again_) return;
   looking_ = true;
   look_again_ = now + kLookEvery;
   worker_->ask([this, plugged_in = callbacks_.plugged_in, device = lost_device_]() -> Worker::Done {
@@ -130,26 +146,10 @@ void Travel::lookForLostDevice() {
 }
 
 void Travel::takeBackLostDevice() {
-  const NavigationSnapshot last = now();
+  if (replacement_.valid()) return;
   SessionOptions options = options_;
   options.device = lost_device_;
-  options.zoom_um = last.zoom_um;
-  std::unique_ptr<Session> session;
-  try {
-    session = std::make_unique<Session>(store(), options);
-  } catch (const Error& error) {  // the mouse goes on, and the device is looked for again
-    return messages_.sayOnce(error.what());
-  }
-  try {
-    session_->finish();
-  } catch (const std::exception& error) {
-    messages_.say(error.what());
-  }
-  options_ = options;
-  lost_device_.clear();
-  tour_.end();
-  goOnWith(std::move(session), last);
-  messages_.say(session_->deviceName() + " is back");
+  replaceSession(std::move(options));
 }
 
 void Travel::lead(const std::optional<Pointing>& pointing, const Workspace& workspace) {
@@ -385,7 +385,7 @@ void Travel::describeAlong(const RayQuery& ray, std::function<void(std::string)>
     try {
       if (const auto picked = finder().along(ray)) {
         const SegmentId segment = picked->place.segment;
-        text = escaped(store().cell(segment.cell).name, 60);
+        text = escaped(store().cell(segment.cell).name);
         const CellDetail detail = store().loadCellDetail(segment.cell);
         if (segment.segment < detail.sample_ids.size()) {
           text += ":";

@@ -8,6 +8,7 @@
 
 #include "viewer/bindings.h"
 #include "viewer/glyph.h"
+#include "viewer/internal/closing.h"
 #include "viewer/internal/messages.h"
 #include "viewer/internal/opening.h"
 #include "viewer/internal/path_measure.h"
@@ -19,6 +20,7 @@
 #include <chrono>
 #include <cstdint>
 #include <functional>
+#include <future>
 #include <memory>
 #include <optional>
 #include <set>
@@ -39,8 +41,8 @@ class Travel {
     std::function<bool(const std::string&)> plugged_in{};
   };
 
-  // `messages` must outlive it. Throws as Session does.
-  Travel(Opened opened, const SessionOptions& session, Messages& messages, Callbacks callbacks);
+  // `messages` must outlive it. Requires a session, not started.
+  Travel(Opened opened, Messages& messages, Callbacks callbacks);
   // Ends the session, its failures unheard, and waits for the work under way.
   ~Travel();
 
@@ -96,7 +98,8 @@ class Travel {
   void replaceDevice(const std::string& fault);
   void lookForLostDevice();
   void takeBackLostDevice();
-  void goOnWith(std::unique_ptr<Session> session, const NavigationSnapshot& last);
+  void replaceSession(SessionOptions options);
+  void finishReplacing();
   void go(const ProxyPlace& place, bool remember);
   void goWhenFound(std::function<ProxyPlace()> find);
   void constrain();
@@ -116,6 +119,10 @@ class Travel {
   Opened opened_;
   NavigationHistory unsaved_;
   std::unique_ptr<Session> session_;
+  // The session that takes its place, while its device is opened.
+  std::future<std::unique_ptr<Session>> replacement_;
+  SessionOptions replacement_options_;
+  Closing closing_;  // of replaced sessions
 
   std::shared_ptr<const CellWalk> walk_;
   std::uint32_t walk_cell_ = UINT32_MAX, walk_asked_ = UINT32_MAX;
