@@ -81,6 +81,7 @@ bool Falcon::answersAsRunning(double patience_s) noexcept {
   const double end_s = usb_->time_s() + patience_s;
   takeReports();
   while (parser_.reports() == before && usb_->time_s() < end_s && !usb_->gone()) {
+    deadline_s_ = usb_->time_s() + kZeroTime_s;
     send({}, true);
     const double next_s = usb_->time_s() + kProbeAnswer_s;
     while (parser_.reports() == before && usb_->time_s() < next_s && !usb_->gone()) {
@@ -189,14 +190,16 @@ void Falcon::open() {
 }
 
 void Falcon::close() noexcept {
-  if (usb_) sendZeros({});
+  if (usb_) sendZeros({}, usb_->time_s() + kZeroPackets * kZeroTime_s);
   disconnect();
   state_.status = DeviceStatus::closed;
   state_.v_D.setZero();
 }
 
 DeviceState Falcon::exchange(const Wrench& wrench) noexcept {
+  state_.sent_N = Eigen::Vector3d::Zero();
   if (state_.status == DeviceStatus::closed || state_.status == DeviceStatus::fault) return state_;
+  deadline_s_ = usb_->time_s() + kAnswerTime_s;
   // What has come by now answers an earlier question; it must not be taken for the answer to this one.
   usb_->handleEvents(0);
   takeReports();
@@ -207,10 +210,13 @@ DeviceState Falcon::exchange(const Wrench& wrench) noexcept {
 
   const bool stale = begin_s - report_s_ > kStale_s;
   if (stale) ramp_from_s_ = begin_s;
-  send(commandFor(stale ? Wrench{} : wrench), stale);
+  const Command command = commandFor(stale ? Wrench{} : wrench);
+  // Where the last command still waits to be taken, that one acts on.
+  if (send(command.packet, stale) && state_.status != DeviceStatus::fault) sent_N_ = command.force_N;
+  state_.sent_N = sent_N_;
   bool answered = false;
   while (unanswered_ > 0 && state_.status != DeviceStatus::fault) {
-    const double left_s = begin_s + kAnswerTime_s - usb_->time_s();
+    const double left_s = deadline_s_ - usb_->time_s();
     if (left_s <= 0) break;
     usb_->handleEvents(left_s);
     answered = takeReports() || answered;
@@ -225,13 +231,13 @@ DeviceState Falcon::exchange(const Wrench& wrench) noexcept {
   return state_;
 }
 
-FalconCommand Falcon::commandFor(const Wrench& wrench) const noexcept {
-  FalconCommand command;
+Falcon::Command Falcon::commandFor(const Wrench& wrench) const noexcept {
+  Command command;
   if (state_.status != DeviceStatus::ready) {
-    command.red = command.homing = true;
+    command.packet.red = command.packet.homing = true;
     return command;
   }
-  command.green = true;
+  command.packet.green = true;
   Eigen::Vector3d force_N = finiteOrZero(wrench).force_N;
   const double since_s = usb_->time_s() - ramp_from_s_;
   if (since_s < options_.ramp_s) force_N *= std::max(since_s, 0.0) / options_.ramp_s;
@@ -242,24 +248,26 @@ FalconCommand Falcon::commandFor(const Wrench& wrench) const noexcept {
       force_N = force_N / most * (capabilities_.peak_force_N * most / length_N);
   }
   const auto torques_Nm = falconTorques(p_F_, force_N);
-  if (torques_Nm) command.motors = falconMotors(*torques_Nm, options_.motor_per_Nm);
+  if (!torques_Nm) return command;
+  command.packet.motors = falconMotors(*torques_Nm, options_.motor_per_Nm);
+  command.force_N = falconMotorShare(*torques_Nm, options_.motor_per_Nm) * force_N;
   return command;
 }
 
-void Falcon::send(const FalconCommand& command, bool at_once) noexcept {
-  if (out_->pending()) {
-    // The device does not take the last command: a newer one waits behind it, a zero does not.
-    if (!at_once) return;
-    out_->cancel();
-  }
+// False: nothing was sent.
+bool Falcon::send(const FalconCommand& command, bool at_once) noexcept {
+  // The device does not take the last command: a newer one waits behind it, a zero does not.
+  if (out_->pending() && (!at_once || !out_->cancel(std::max(0.0, deadline_s_ - usb_->time_s())))) return false;
   const UsbStatus last = out_->status();
   if (last == UsbStatus::stalled || last == UsbStatus::failed) ++counters_.transfer_errors;
   const FalconPacket packet = packFalconCommand(command);
   std::copy(packet.begin(), packet.end(), out_->buffer().begin());
   if (unanswered_ == 0) asked_s_ = usb_->time_s();
   unanswered_ = std::min(unanswered_ + 1, 2);
-  if (!out_->submit(packet.size())) ++counters_.transfer_errors;
+  const bool sent = out_->submit(packet.size());
+  if (!sent) ++counters_.transfer_errors;
   if (out_->status() == UsbStatus::gone || usb_->gone()) fail();
+  return sent;
 }
 
 bool Falcon::takeReports() noexcept {
@@ -355,21 +363,27 @@ void Falcon::moveTo(const Eigen::Vector3d& p_F) noexcept {
     state_.v_D.setZero();
 }
 
-void Falcon::sendZeros(const FalconCommand& zero) noexcept {
+// The first one is sent whatever the time, if the device has taken the command before.
+void Falcon::sendZeros(const FalconCommand& zero, double until_s) noexcept {
   const FalconPacket packet = packFalconCommand(zero);
-  for (int i = 0; i < kZeroPackets && !usb_->gone(); ++i) {
-    out_->cancel();
+  const auto left_s = [&] { return std::max(0.0, until_s - usb_->time_s()); };
+  for (int i = 0; i < kZeroPackets && !usb_->gone() && (i == 0 || left_s() > 0); ++i) {
+    if (!out_->cancel(left_s())) break;
     std::copy(packet.begin(), packet.end(), out_->buffer().begin());
-    usb_->run(*out_, packet.size(), kZeroTime_s);
+    // Half of what is left for the answer, half for the system to return the buffer.
+    const double wait_s = std::min(kZeroTime_s, 0.5 * left_s());
+    usb_->run(*out_, packet.size(), wait_s, wait_s);
   }
+  sent_N_.setZero();
 }
 
 void Falcon::fail() noexcept {
   if (state_.status == DeviceStatus::fault || state_.status == DeviceStatus::booting) return;
   state_.status = DeviceStatus::fault;
   state_.v_D.setZero();
-  sendZeros({.red = true});
-  in_->cancel();
+  sendZeros({.red = true}, deadline_s_);
+  state_.sent_N = sent_N_;
+  in_->cancel(std::max(0.0, deadline_s_ - usb_->time_s()));
 }
 
 }  // namespace filiform

@@ -12,7 +12,7 @@
 // values are limited together; the force grows from zero over ramp_s after homing and after any gap; a state is only
 // taken from a well-formed report whose place the hand can have got to; without one for kStale_s the motors are sent
 // zero whatever is commanded, and without one for kLost_s the device is in fault; close and fault send zero several
-// times. Thread rule: as HapticDevice.
+// times. An exchange ends within kAnswerTime_s, also where a fault comes in it. Thread rule: as HapticDevice.
 #pragma once
 
 #include "device/falcon_kinematics.h"
@@ -51,7 +51,7 @@ struct FalconCounters {  // since open()
 
 class Falcon : public HapticDevice {
  public:
-  static constexpr double kAnswerTime_s = 0.005;  // exchange() waits no longer
+  static constexpr double kAnswerTime_s = 0.005;  // exchange() waits no longer, whatever fails
   static constexpr double kStale_s = 0.010;
   static constexpr double kLost_s = 0.25;
   static constexpr double kVelocityWindow_s = 0.012;
@@ -71,7 +71,8 @@ class Falcon : public HapticDevice {
   const DeviceCapabilities& capabilities() const override { return capabilities_; }
   DeviceStatus status() const noexcept override { return state_.status; }
   // Sends the force and waits for the report that answers, kAnswerTime_s at most. Without one the state is the last
-  // one, its time unchanged. Torques are ignored. Handles the transport's events on the calling thread.
+  // one, its time unchanged. Sends zeros if the device is lost; these also end at kAnswerTime_s, and close() repeats
+  // them. Torques are ignored. Handles the transport's events on the calling thread.
   DeviceState exchange(const Wrench& wrench) noexcept override;
 
   const FalconCounters& counters() const noexcept { return counters_; }
@@ -89,13 +90,17 @@ class Falcon : public HapticDevice {
   std::vector<std::uint8_t> readFirmware() const;
   void load(std::span<const std::uint8_t> image);
 
-  FalconCommand commandFor(const Wrench& wrench) const noexcept;
-  void send(const FalconCommand& command, bool at_once) noexcept;
+  struct Command {
+    FalconCommand packet;
+    Eigen::Vector3d force_N = Eigen::Vector3d::Zero();  // that the motors are told
+  };
+  Command commandFor(const Wrench& wrench) const noexcept;
+  bool send(const FalconCommand& command, bool at_once) noexcept;
   bool takeReports() noexcept;
   void take(const FalconReport& report) noexcept;
   void begin(const Eigen::Vector3d& p_F) noexcept;
   void moveTo(const Eigen::Vector3d& p_F) noexcept;
-  void sendZeros(const FalconCommand& zero) noexcept;
+  void sendZeros(const FalconCommand& zero, double until_s) noexcept;
   void fail() noexcept;
 
   UsbTransport& transport_;
@@ -107,6 +112,8 @@ class Falcon : public HapticDevice {
   FalconCounters counters_;
   DeviceState state_;
   double opened_s_ = 0, report_s_ = 0, ramp_from_s_ = 0;  // transport's clock; of the last report that was believed
+  double deadline_s_ = 0;                                 // of the exchange under way, transport's clock
+  Eigen::Vector3d sent_N_ = Eigen::Vector3d::Zero();      // that the device was told last
   Eigen::Vector3d p_F_ = kFalconCentre_F;
   Eigen::Vector3d refused_F_ = kFalconCentre_F;  // where the last report that was not believed was
   int refused_in_a_row_ = 0;

@@ -174,4 +174,11 @@ std::array<std::int16_t, 3> falconMotors(const Eigen::Vector3d& torques_Nm, doub
   return motors;
 }
 
+double falconMotorShare(const Eigen::Vector3d& torques_Nm, double motor_per_Nm) noexcept {
+  if (!torques_Nm.allFinite() || !(motor_per_Nm > 0)) return 0;
+  const double most = std::min(motor_per_Nm, kFalconMotorPerNmMost) * torques_Nm.cwiseAbs().maxCoeff();
+  if (!(most <= 1e100)) return 0;
+  return most > kFalconMaxMotor ? kFalconMaxMotor / most : 1.0;
+}
+
 }  // namespace filiform

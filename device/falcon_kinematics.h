@@ -63,5 +63,7 @@ inline constexpr double kFalconMotorPerNmMost = 10000;
 // factor, so that the force keeps its direction. Torques that are not finite give zeros; motor_per_Nm is limited to
 // 0..kFalconMotorPerNmMost.
 std::array<std::int16_t, 3> falconMotors(const Eigen::Vector3d& torques_Nm, double motor_per_Nm) noexcept;
+// What part of the torques the motors are told so, 0 to 1: less than 1 where values are limited.
+double falconMotorShare(const Eigen::Vector3d& torques_Nm, double motor_per_Nm) noexcept;
 
 }  // namespace filiform

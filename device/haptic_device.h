@@ -6,6 +6,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <stdexcept>
 #include <string>
 
@@ -61,6 +62,9 @@ struct DeviceState {                                  // one consistent snapshot
   Eigen::Vector3d twist_D = Eigen::Vector3d::Zero();  // rad/s about x, y, z; zero unless senses_rotation
   std::uint32_t buttons = 0;                          // bit i: button i held
   DeviceStatus status = DeviceStatus::closed;
+  // The force (N, frame D) that this exchange sent to the motors, after every limit of the device. None: the device
+  // does not say; it is then taken to have sent the force of the wrench.
+  std::optional<Eigen::Vector3d> sent_N;
 };
 
 class HapticDevice {
@@ -76,8 +80,9 @@ class HapticDevice {
   virtual void close() noexcept = 0;
 
   // Commands the wrench and returns the newest state. No force is rendered unless status() is ready. A wrench that is
-  // not finite is rendered as zero. noexcept, no allocation; blocks only if capabilities().paces_loop. A lost device
-  // returns the last state with status fault.
+  // not finite is rendered as zero. A device that limits, ramps or drops the force reports it in DeviceState::sent_N.
+  // noexcept, no allocation; blocks only if capabilities().paces_loop. A lost device returns the last state with status
+  // fault.
   virtual DeviceState exchange(const Wrench& wrench) noexcept = 0;
   // Zero force now, and no state: what is sent on the way out, and while nobody computes a force. As exchange().
   virtual void relax() noexcept { exchange(Wrench{}); }

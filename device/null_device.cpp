@@ -29,6 +29,7 @@ void NullDevice::close() noexcept {
 DeviceState NullDevice::exchange(const Wrench& wrench) noexcept {
   const bool ready = state_.status == DeviceStatus::ready;
   last_wrench_ = ready ? finiteOrZero(wrench) : Wrench();
+  state_.sent_N = last_wrench_.force_N;
   if (ready) state_.time_s = static_cast<double>(++periods_) * period_s_;
   return state_;
 }

@@ -199,6 +199,7 @@ void RecordingDevice::close() noexcept { impl_->inner->close(); }
 DeviceState RecordingDevice::exchange(const Wrench& wrench) noexcept {
   Impl& d = *impl_;
   DeviceState state = d.inner->exchange(wrench);
+  if (!state.sent_N) state.sent_N = wrench.force_N;  // as a replay will answer
   if (!d.recording.load(std::memory_order_relaxed)) return state;
   d.keepLast();
   d.last = {wrench, state, {}};

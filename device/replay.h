@@ -75,7 +75,7 @@ struct RecordingWords {
 RecordingWords readRecordingWords(const std::string& path);
 
 // Plays a recording: the n-th exchange returns the n-th recorded state, bit for bit, whatever wrench it gets. After the
-// last one the status is closed and the last state is repeated. The whole file is held in memory (0.7 GB for an hour at
+// last one the status is closed and the last state is repeated. The whole file is held in memory (0.8 GB for an hour at
 // 1 kHz). Thread rule: as HapticDevice.
 class ReplayDevice : public HapticDevice {
  public:

@@ -53,6 +53,7 @@ void ScriptedPath::place() noexcept {
 DeviceState ScriptedPath::exchange(const Wrench& wrench) noexcept {
   const bool ready = state_.status == DeviceStatus::ready;
   last_wrench_ = ready ? finiteOrZero(wrench) : Wrench();
+  state_.sent_N = last_wrench_.force_N;
   if (ready) {
     ++periods_;
     place();

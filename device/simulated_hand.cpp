@@ -60,8 +60,9 @@ struct SimulatedHand::Impl {
     pending_N.fill(Eigen::Vector3d::Zero());
   }
 
-  DeviceState state() const {
+  DeviceState state(const Eigen::Vector3d& sent_N) const {
     DeviceState s;
+    s.sent_N = sent_N;
     s.time_s = static_cast<double>(periods) * options.period_s;
     s.p_D = p_D;
     s.v_D = v_D;
@@ -131,7 +132,7 @@ void SimulatedHand::close() noexcept { impl_->status = DeviceStatus::closed; }
 
 DeviceState SimulatedHand::exchange(const Wrench& wrench) noexcept {
   Impl& d = *impl_;
-  if (d.status != DeviceStatus::ready) return d.state();
+  if (d.status != DeviceStatus::ready) return d.state(Eigen::Vector3d::Zero());
   Eigen::Vector3d force_N = finiteOrZero(wrench).force_N;
   // stableNorm: the square of a huge but finite force would overflow.
   const double strength_N = force_N.stableNorm();
@@ -141,7 +142,7 @@ DeviceState SimulatedHand::exchange(const Wrench& wrench) noexcept {
   d.p_D = d.response(0, 0) * p_D + d.response(0, 1) * d.v_D + d.response(0, 2) * drive_N;
   d.v_D = d.response(1, 0) * p_D + d.response(1, 1) * d.v_D + d.response(1, 2) * drive_N;
   ++d.periods;
-  return d.state();
+  return d.state(force_N);
 }
 
 }  // namespace filiform

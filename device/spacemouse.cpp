@@ -96,6 +96,7 @@ void SpaceMouse::open() {
   connected->opened_s = connected->moved_s = connected->usb->time_s();
   connected_ = std::move(connected);
   state_ = DeviceState();
+  state_.sent_N = Eigen::Vector3d::Zero();
   state_.status = DeviceStatus::ready;
   light(true);
 }

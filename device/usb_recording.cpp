@@ -171,7 +171,7 @@ class RecordedTransfer : public UsbTransfer {
     connection_.transfers_.push_back(this);
   }
   ~RecordedTransfer() override {
-    cancel();
+    RecordedTransfer::cancel(kCancelTime_s);
     std::erase(connection_.transfers_, this);
   }
   RecordedTransfer(const RecordedTransfer&) = delete;
@@ -195,9 +195,10 @@ class RecordedTransfer : public UsbTransfer {
     note();
     return started;
   }
-  void cancel() noexcept override {
-    inner_->cancel();
+  bool cancel(double patience_s) noexcept override {
+    const bool over = inner_->cancel(patience_s);
     connection_.note();
+    return over;
   }
   void note() noexcept {
     if (!in_flight_ || inner_->pending()) return;
@@ -361,7 +362,7 @@ class ReplayedTransfer : public UsbTransfer {
         completes_(connection.traffic_.queueOf(UsbEvent::complete, connection.number_, endpoint)),
         in_((endpoint & 0x80) != 0),
         buffer_(capacity) {}
-  ~ReplayedTransfer() override { ReplayedTransfer::cancel(); }
+  ~ReplayedTransfer() override { ReplayedTransfer::cancel(0); }
   ReplayedTransfer(const ReplayedTransfer&) = delete;
   ReplayedTransfer& operator=(const ReplayedTransfer&) = delete;
 
@@ -389,12 +390,16 @@ class ReplayedTransfer : public UsbTransfer {
     return true;
   }
 
-  void cancel() noexcept override {
-    if (!pending()) return;
-    if (dueTime() <= connection_.traffic_.time_s) return complete();
+  bool cancel(double) noexcept override {
+    if (!pending()) return true;
+    if (dueTime() <= connection_.traffic_.time_s) {
+      complete();
+      return true;
+    }
     if (!completes_.empty() && isCancelled(connection_.traffic_.head(completes_)))
       connection_.traffic_.take(completes_);
     finish(UsbStatus::cancelled);
+    return true;
   }
 
   double dueTime() const noexcept {

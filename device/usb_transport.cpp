@@ -48,18 +48,17 @@ std::string describe(const UsbDeviceInfo& info) {
   return info.bus_path + ids + (info.product_name.empty() ? "" : " " + info.product_name);
 }
 
-UsbStatus UsbConnection::run(UsbTransfer& transfer, std::size_t length, double timeout_s) noexcept {
+UsbStatus UsbConnection::run(UsbTransfer& transfer, std::size_t length, double timeout_s, double cancel_s) noexcept {
   if (!transfer.submit(length)) return transfer.status();
-  const double end_s = time_s() + timeout_s;
-  while (transfer.pending()) {
-    const double left_s = end_s - time_s();
-    if (left_s <= 0) {
-      transfer.cancel();
-      return transfer.status() == UsbStatus::cancelled ? UsbStatus::timed_out : transfer.status();
-    }
-    handleEvents(left_s);
-  }
-  return transfer.status();
+  if (await(transfer, timeout_s)) return transfer.status();
+  transfer.cancel(cancel_s);
+  return transfer.status() == UsbStatus::cancelled ? UsbStatus::timed_out : transfer.status();
+}
+
+bool UsbConnection::await(const UsbTransfer& transfer, double patience_s) noexcept {
+  const double end_s = time_s() + patience_s;
+  for (double left_s = patience_s; transfer.pending() && left_s > 0; left_s = end_s - time_s()) handleEvents(left_s);
+  return !transfer.pending();
 }
 
 std::vector<UsbChange> UsbWatch::poll() {
@@ -209,33 +208,45 @@ class LibusbTransfer : public UsbTransfer {
  public:
   LibusbTransfer(LibusbConnection& connection, libusb_device_handle* handle, const UsbEndpoint& endpoint,
                  std::size_t capacity)
-      : connection_(connection), transfer_(libusb_alloc_transfer(0)), buffer_(capacity) {
+      : connection_(connection), flight_(std::make_unique<Flight>(capacity)), transfer_(libusb_alloc_transfer(0)) {
     if (transfer_ == nullptr) throw std::bad_alloc();
+    flight_->owner = this;
+    std::uint8_t* const bytes = flight_->buffer.data();
     if (endpoint.type == UsbEndpointType::interrupt) {
-      libusb_fill_interrupt_transfer(transfer_, handle, endpoint.address, buffer_.data(), 0, &onDone, this, 0);
+      libusb_fill_interrupt_transfer(transfer_, handle, endpoint.address, bytes, 0, &onDone, flight_.get(), 0);
     } else {
-      libusb_fill_bulk_transfer(transfer_, handle, endpoint.address, buffer_.data(), 0, &onDone, this, 0);
+      libusb_fill_bulk_transfer(transfer_, handle, endpoint.address, bytes, 0, &onDone, flight_.get(), 0);
     }
   }
   ~LibusbTransfer() override {
-    cancel();
-    libusb_free_transfer(transfer_);
+    if (LibusbTransfer::cancel(kCancelTime_s)) {
+      libusb_free_transfer(transfer_);
+    } else {
+      // The system still has the buffer: onDone() frees both if they ever come back.
+      flight_->owner = nullptr;
+      static_cast<void>(flight_.release());
+    }
   }
   LibusbTransfer(const LibusbTransfer&) = delete;
   LibusbTransfer& operator=(const LibusbTransfer&) = delete;
 
-  std::span<std::uint8_t> buffer() noexcept override { return buffer_; }
+  std::span<std::uint8_t> buffer() noexcept override { return flight_->buffer; }
   UsbStatus status() const noexcept override { return status_; }
   std::size_t actual() const noexcept override { return actual_; }
   bool submit(std::size_t length) noexcept override;
-  void cancel() noexcept override;
+  bool cancel(double patience_s) noexcept override;
 
  private:
+  struct Flight {  // what the system uses while the transfer is pending; may outlive its owner
+    explicit Flight(std::size_t capacity) : buffer(capacity) {}
+    LibusbTransfer* owner = nullptr;
+    std::vector<std::uint8_t> buffer;
+  };
   static void LIBUSB_CALL onDone(libusb_transfer* transfer);
 
   LibusbConnection& connection_;
+  std::unique_ptr<Flight> flight_;
   libusb_transfer* transfer_;
-  std::vector<std::uint8_t> buffer_;
   std::size_t actual_ = 0;
   UsbStatus status_ = UsbStatus::idle;
 };
@@ -322,21 +333,28 @@ class LibusbConnection : public UsbConnection {
 bool LibusbTransfer::submit(std::size_t length) noexcept {
   if (pending()) return false;
   actual_ = 0;
-  transfer_->length = static_cast<int>(std::min(length, buffer_.size()));
+  transfer_->length = static_cast<int>(std::min(length, flight_->buffer.size()));
   const int error = libusb_submit_transfer(transfer_);
   status_ = error == 0 ? UsbStatus::pending : error == LIBUSB_ERROR_NO_DEVICE ? UsbStatus::gone : UsbStatus::failed;
   if (status_ == UsbStatus::gone) connection_.gone_ = true;
   return error == 0;
 }
 
-void LibusbTransfer::cancel() noexcept {
-  if (!pending()) return;
+bool LibusbTransfer::cancel(double patience_s) noexcept {
+  if (!pending()) return true;
   libusb_cancel_transfer(transfer_);
-  while (pending()) connection_.handleEvents(0.1);
+  connection_.handleEvents(0);
+  return connection_.await(*this, patience_s);
 }
 
 void LibusbTransfer::onDone(libusb_transfer* transfer) {
-  auto& self = *static_cast<LibusbTransfer*>(transfer->user_data);
+  auto* const flight = static_cast<Flight*>(transfer->user_data);
+  if (flight->owner == nullptr) {
+    delete flight;
+    libusb_free_transfer(transfer);
+    return;
+  }
+  LibusbTransfer& self = *flight->owner;
   self.actual_ = static_cast<std::size_t>(std::max(transfer->actual_length, 0));
   switch (transfer->status) {
     case LIBUSB_TRANSFER_COMPLETED:

@@ -87,9 +87,12 @@ enum class UsbStatus : std::uint8_t {
 };
 const char* toString(UsbStatus status);
 
-// One transfer over one endpoint, used again and again. Must not outlive its connection. Destruction cancels and waits.
+// One transfer over one endpoint, used again and again. Must not outlive its connection. Destruction cancels, and waits
+// kCancelTime_s at most.
 class UsbTransfer {
  public:
+  static constexpr double kCancelTime_s = 0.1;
+
   virtual ~UsbTransfer() = default;
 
   // What is sent (OUT, from the front) or was received. Only while not pending.
@@ -104,9 +107,10 @@ class UsbTransfer {
   // Bytes sent or received by the last one, also where it ended early.
   virtual std::size_t actual() const noexcept = 0;
   std::span<const std::uint8_t> data() noexcept { return buffer().first(actual()); }
-  // Ends it and waits until the system has let go of the buffer: cancelled, or done if it was faster. Not pending: no
-  // effect.
-  virtual void cancel() noexcept = 0;
+  // Ends the transfer and waits `patience_s` at most until the system has returned the buffer. True: it is over
+  // (cancelled, or done if it was faster) or was not pending. False: it is still pending; the buffer may not be
+  // touched.
+  virtual bool cancel(double patience_s = kCancelTime_s) noexcept = 0;
 };
 
 // An opened device. Destruction releases all interfaces and gives them back to the kernel drivers they were taken from.
@@ -138,8 +142,12 @@ class UsbConnection {
   virtual double time_s() const noexcept = 0;  // the transport's clock, monotonic
 
   // Submits, handles events until it is over, and cancels it when the time is up (timed_out; bytes received before that
-  // are in data()).
-  UsbStatus run(UsbTransfer& transfer, std::size_t length, double timeout_s) noexcept;
+  // are in data()). Returns after timeout_s + cancel_s at the latest; `pending` if the system does not return the
+  // buffer.
+  UsbStatus run(UsbTransfer& transfer, std::size_t length, double timeout_s,
+                double cancel_s = UsbTransfer::kCancelTime_s) noexcept;
+  // Handles events until the transfer is over, `patience_s` at most. True if it is over.
+  bool await(const UsbTransfer& transfer, double patience_s) noexcept;
 };
 
 class UsbTransport {

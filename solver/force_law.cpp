@@ -24,65 +24,75 @@ double lengthOf(const Vector3d& v) {
 
 }  // namespace
 
-ForceLaw::ForceLaw(const ForceLawOptions& options) : options_(options), passivity_(options.passivity) {
+ForceLaw::ForceLaw(const ForceLawOptions& options)
+    : options_(options),
+      passivity_(options.passivity),
+      gate_({options.max_force_N, options.max_slew_N_s, options.ramp_s, options.fade_s, options.max_slew_N_s}) {
   require(isPositive(options.stiffness_N_m), "stiffness (N/m)", options.stiffness_N_m, "> 0");
   require(isNotNegative(options.damping_Ns_m), "damping (N s/m)", options.damping_Ns_m, ">= 0");
   require(isPositive(options.max_force_N), "maximum force (N)", options.max_force_N, "> 0");
   require(isPositive(options.max_slew_N_s), "maximum slew (N/s)", options.max_slew_N_s, "> 0");
   require(isNotNegative(options.free_speed_m_s), "free speed (m/s)", options.free_speed_m_s, ">= 0");
-  require(isNotNegative(options.ramp_s), "ramp (s)", options.ramp_s, ">= 0");
 }
 
 Vector3d ForceLaw::apply(const Vector3d& p_D, const Vector3d& h_D, const Vector3d& v_D, double dt_s) noexcept {
   const double dt = std::isfinite(dt_s) && dt_s > 0 ? dt_s : 0.0;
   const bool started = started_;
-  if (started) since_start_s_ += dt;
   started_ = true;
-  const double ramp = options_.ramp_s > 0 ? std::min(1.0, since_start_s_ / options_.ramp_s) : 1.0;
-
   Vector3d force = options_.stiffness_N_m * (p_D - h_D);
   if (options_.damping_Ns_m > 0) force -= options_.damping_Ns_m * v_D;
-  double length = lengthOf(force);
-  if (!std::isfinite(length)) {
-    ++events_.not_finite;
+  if (!std::isfinite(lengthOf(force))) {
+    ++not_finite_;
     return release();
   }
-  const double stored_J = storedEnergy(lengthOf(p_D - h_D));
-  force = passivity_.apply(force, h_D, stored_J, started ? storedEnergy(lengthOf(last_p_D_ - h_D)) : stored_J, dt);
+  // The old place's force fades; the new place's spring stores energy meanwhile, but pulls only afterwards.
+  const double faded_J = storedInFade(dt);
+  if (gate_.fading()) force = gate_.faded_N(dt);
+  const double stored_J = storedEnergy(lengthOf(p_D - h_D)) + faded_J;
+  const double by_last_J = started ? storedEnergy(lengthOf(last_p_D_ - h_D)) + faded_J : stored_J;
+  force = passivity_.apply(force, h_D, stored_J, by_last_J, dt);
   const double step_m = started ? std::min(lengthOf(h_D - last_h_D_), options_.free_speed_m_s * dt) : 0.0;
   last_p_D_ = p_D;
   last_h_D_ = h_D;
-  length = lengthOf(force);
-  if (length > options_.max_force_N) {
-    ++events_.clamped;
-    force *= options_.max_force_N / length;
-    length = options_.max_force_N;
-  }
-  // What of the last force still points the new way may stay; anything else of it is let go at once; what is added is
-  // limited, but for what the hand itself stretches the spring by.
-  if (length > 0) {
-    const double kept = std::max(0.0, last_force_N_.dot(force) / length);
-    const double allowed = kept + options_.max_slew_N_s * dt + options_.stiffness_N_m * step_m;
-    if (length > allowed) {
-      ++events_.slewed;
-      force *= allowed / length;
-    }
-  }
-  last_force_N_ = force;
-  force *= ramp;
-  passivity_.sent(force);
-  return force;
+  return send(force, dt, options_.stiffness_N_m * step_m);
+}
+
+Vector3d ForceLaw::applyNothing(const Vector3d& h_D, double dt_s) noexcept {
+  if (!gate_.fading() || !h_D.allFinite()) return release();
+  const double dt = std::isfinite(dt_s) && dt_s > 0 ? dt_s : 0.0;
+  const double faded_J = storedInFade(dt);
+  return send(passivity_.apply(gate_.faded_N(dt), h_D, faded_J, faded_J, dt), dt, 0);
+}
+
+Vector3d ForceLaw::send(const Vector3d& allowed_N, double dt_s, double free_N) noexcept {
+  ForceGate::Input input;
+  input.wanted.force_N = allowed_N;
+  input.dt_s = dt_s;
+  input.free_N = free_N;
+  const Vector3d sent_N = gate_.pass(input).force_N;
+  passivity_.sent(sent_N);
+  return sent_N;
+}
+
+// What a spring that pulls with the fading force stores: what it gives while it fades is so accounted for.
+double ForceLaw::storedInFade(double dt_s) const noexcept {
+  return gate_.fading() ? storedEnergy(gate_.faded_N(dt_s).norm() / options_.stiffness_N_m) : 0.0;
 }
 
 Vector3d ForceLaw::release() noexcept {
-  last_force_N_.setZero();
+  gate_.cut();
   passivity_.sent(Vector3d::Zero());
   return Vector3d::Zero();
 }
 
-void ForceLaw::restartRamp() noexcept {
-  last_force_N_.setZero();
-  since_start_s_ = 0;
+void ForceLaw::restart() noexcept {
+  gate_.restart();
+  started_ = false;
+  passivity_.restart();
+}
+
+void ForceLaw::restartFromZero() noexcept {
+  gate_.close();
   started_ = false;
   passivity_.restart();
 }
@@ -101,8 +111,9 @@ double ForceLaw::storedEnergy(double extension_m) const noexcept {
   return energy_J < 1e12 ? energy_J : 1e12;
 }
 
-double stiffnessBound(double damping_Ns_m, double period_s, double delay_samples) noexcept {
-  return damping_Ns_m / (period_s * (0.5 + delay_samples));
+double stiffnessBound(double damping_Ns_m, double period_s, double delay_samples,
+                      double virtual_damping_Ns_m) noexcept {
+  return std::max(0.0, damping_Ns_m - std::abs(virtual_damping_Ns_m)) / (period_s * (0.5 + delay_samples));
 }
 
 double defaultStiffness(const DeviceCapabilities& device, double period_s) noexcept {

@@ -2,6 +2,7 @@
 
 #include "index/errors.h"
 #include "solver/force_hold.h"
+#include "solver/loop_gate.h"
 
 #include <algorithm>
 #include <cerrno>
@@ -56,6 +57,9 @@ HapticLoop::HapticLoop(HapticDevice& device, Tick tick, const HapticLoopOptions&
     : device_(device), tick_(std::move(tick)), options_(options), metrics_(options.ring_ticks) {
   if (!(options.rate_Hz > 0 && std::isfinite(options.rate_Hz)))
     throw UsageError("the rate of the haptic loop must be finite and > 0 Hz");
+  if (!(options.stall_s >= 0 && std::isfinite(options.stall_s)))
+    throw UsageError("the stall time of the haptic loop must be finite and >= 0 s");
+  static_cast<void>(LoopGate(gateOptions()));  // throws now, not on the haptic thread
   if (options_.stall_s > 0) {
     const double period_s = 1.0 / options_.rate_Hz;
     const double between_s = options_.stall_s + (device_.capabilities().paces_loop ? 0.0 : period_s);
@@ -77,20 +81,37 @@ void HapticLoop::start() {
   std::future<void> is_prepared = prepared.get_future();
   running_ = true;
   laid_back_ns_ = now_ns();
-  thread_ = std::thread([this, &prepared] {
-    prepareThread(options_.priority, true);
-    prepared.set_value();
-    run();
-  });
-  is_prepared.wait();
-  if (stall_ns_ > 0) {
-    guard_stopping_ = false;
-    internal::forceHolds().guards.fetch_add(1);
+  try {
+    thread_ = std::thread([this, &prepared] {
+      prepareThread(options_.priority, true);
+      prepared.set_value();
+      run();
+    });
+    is_prepared.wait();
+    if (stall_ns_ > 0) startGuard();
+  } catch (...) {
+    stop();
+    running_ = false;
+    throw;
+  }
+}
+
+void HapticLoop::startGuard() {
+  guard_stopping_ = false;
+  internal::forceHolds().guards.fetch_add(1);
+  try {
     guard_ = std::thread([this] {
       prepareThread(options_.priority + 1, false);  // a tick that spins must not keep the guard from running
       guard();
     });
+  } catch (...) {
+    internal::forceHolds().guards.fetch_sub(1);
+    throw;
   }
+}
+
+LoopGateOptions HapticLoop::gateOptions() const noexcept {
+  return {1.0 / options_.rate_Hz, options_.watchdog_s, options_.ramp_s, options_.fade_s, options_.ramp_at_start};
 }
 
 void HapticLoop::stop() noexcept {
@@ -199,18 +220,17 @@ void HapticLoop::guard() noexcept {
 
 void HapticLoop::loop() {
   const bool device_paces = device_.capabilities().paces_loop;
-  const double period_s = 1.0 / options_.rate_Hz;
-  const auto period_ns = std::max<std::int64_t>(1, static_cast<std::int64_t>(1e9 * period_s));
-  const auto watchdog_ns = static_cast<std::int64_t>(1e9 * options_.watchdog_s);
+  const auto period_ns = std::max<std::int64_t>(1, static_cast<std::int64_t>(1e9 / options_.rate_Hz));
   const std::int64_t begin_ns = now_ns();
-  std::int64_t due_ns = begin_ns, last_start_ns = begin_ns, moved_ns = begin_ns;
-  double device_time_s = -1;
-  constexpr std::int64_t kFullForce = -1;
-  const auto ramp_ns = static_cast<std::int64_t>(1e9 * std::max(options_.ramp_s, 0.0));
-  std::int64_t ramp_from_ns = options_.ramp_at_start ? begin_ns : kFullForce;
-  bool computed = false, was_ready = false;  // there is a wrench of a tick; the state before was ready
-  Wrench wrench;
-  while (!stopping_.load(std::memory_order_acquire)) {
+  std::int64_t due_ns = begin_ns, last_start_ns = begin_ns;
+  LoopGate gate(gateOptions());
+  bool computed = false, ending = false;
+  for (;;) {
+    if (!ending && stopping_.load(std::memory_order_acquire)) {
+      ending = true;
+      gate.end();
+    }
+    if (ending && gate.ended()) return;
     if (!device_paces) sleepUntil(due_ns);
     takeDevice();
     LoopTick times;
@@ -218,8 +238,7 @@ void HapticLoop::loop() {
     if (computed && stall_ns_ > 0 && start_ns - laid_back_ns_.load(std::memory_order_relaxed) > stall_ns_) {
       times.interrupted = true;
       interruptions_.fetch_add(1, std::memory_order_relaxed);
-      ramp_from_ns = start_ns;
-      wrench = Wrench{};
+      gate.interrupt();
     }
     computed = true;
     if (!device_paces) times.wake_ns = start_ns - due_ns;
@@ -227,8 +246,8 @@ void HapticLoop::loop() {
     times.period_ns = start_ns - last_start_ns;
     last_start_ns = start_ns;
 
-    times.force_N = wrench.force_N.norm();
-    const DeviceState state = device_.exchange(wrench);
+    times.force_N = gate.wrench().force_N.norm();
+    DeviceState state = device_.exchange(gate.wrench());
     layDeviceBack();
     const std::int64_t exchanged_ns = now_ns();
     times.exchange_ns = exchanged_ns - start_ns;
@@ -237,30 +256,9 @@ void HapticLoop::loop() {
       return;
     }
 
-    const double elapsed_s = state.time_s - device_time_s;
-    const bool moved = state.time_s != device_time_s;
-    if (moved) moved_ns = exchanged_ns;
-    const double dt_s = device_time_s >= 0 && elapsed_s > 0 && elapsed_s < 1 ? elapsed_s : period_s;
-    device_time_s = state.time_s;
-    const bool stale = watchdog_ns > 0 && exchanged_ns - moved_ns > watchdog_ns;
-    if (stale) stale_ticks_.fetch_add(1, std::memory_order_relaxed);
-
-    wrench = tick_(state, dt_s);
-    const bool ready = state.status == DeviceStatus::ready;
-    const bool withheld = withheld_.load(std::memory_order_relaxed);
-    if (stale || withheld || (ready && !was_ready && options_.ramp_at_start)) ramp_from_ns = exchanged_ns;
-    was_ready = ready;
-    if (stale || withheld || !ready || !wrench.force_N.allFinite() || !wrench.torque_Nm.allFinite()) wrench = Wrench{};
-    if (ramp_from_ns != kFullForce) {
-      const std::int64_t since_ns = exchanged_ns - ramp_from_ns;
-      if (since_ns >= ramp_ns) {
-        ramp_from_ns = kFullForce;
-      } else {
-        const double part = static_cast<double>(since_ns) / static_cast<double>(ramp_ns);
-        wrench.force_N *= part;
-        wrench.torque_Nm *= part;
-      }
-    }
+    const double dt_s = gate.take(state, 1e-9 * static_cast<double>(exchanged_ns - begin_ns));
+    if (gate.stale()) stale_ticks_.fetch_add(1, std::memory_order_relaxed);
+    gate.put(tick_(state, dt_s), withheld_.load(std::memory_order_relaxed));
 
     // Late ticks are skipped, never caught up: a burst of ticks would feed the hand stale forces.
     const std::int64_t end_ns = now_ns();

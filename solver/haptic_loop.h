@@ -20,6 +20,7 @@
 #pragma once
 
 #include "device/haptic_device.h"
+#include "solver/loop_gate.h"
 #include "solver/loop_metrics.h"
 
 #include <atomic>
@@ -43,30 +44,32 @@ struct HapticLoopOptions {
   double stall_s = 0.010;
   // After an interruption (stall, still clock, stopped process) force grows from zero over this time (s).
   double ramp_s = 0.5;
+  double fade_s = 0.05;           // stop() lets the force fall to zero over this time (s), a force above 5 N at 100 N/s
   bool ramp_at_start = true;      // at the first ready state too; not where the tick does that itself
   std::size_t ring_ticks = 4096;  // kept whole by the metrics
 };
 
 class HapticLoop {
  public:
-  // Called once a period with the newest state and the time since the one before (s; the period where the device's
-  // clock does not say). Must not allocate, lock or wait. What it returns goes out with the next exchange, unless the
-  // device is not ready or stale, or the force is not finite: then zero does. An exception ends the loop.
+  // Called once a period with the newest state, whose sent_N is the force that was really sent, and the time since the
+  // state before (s), as TickClock measures it. Must not allocate, lock or wait. What it returns goes out with the next
+  // exchange as LoopGate lets it. An exception ends the loop.
   using Tick = std::function<Wrench(const DeviceState&, double dt_s)>;
 
   // The device must be open, and outlive the loop; nobody else may exchange with it while the loop runs. Throws
-  // UsageError for a rate that is not > 0 and finite.
+  // UsageError for a rate that is not > 0 and finite, and for a time that is negative or not finite.
   HapticLoop(HapticDevice& device, Tick tick, const HapticLoopOptions& options = {});
   ~HapticLoop();
   HapticLoop(const HapticLoop&) = delete;
   HapticLoop& operator=(const HapticLoop&) = delete;
 
-  // Returns when the thread has its priority. Starting a loop that runs does nothing; metrics go on counting.
+  // Returns when the thread has its priority. Starting a loop that runs does nothing; metrics go on counting. Throws
+  // std::system_error if a thread cannot be made; the loop then does not run.
   void start();
-  // Zero force, then the thread ends. Idempotent.
+  // The force fades over fade_s, the tick being called meanwhile; then zero force, and the thread ends. Idempotent.
   void stop() noexcept;
 
-  // While withheld the force is zero, whatever is computed; let go, it grows from zero over ramp_s. Any thread.
+  // While withheld the force is zero, whatever is computed; afterwards it grows from zero over ramp_s. Any thread.
   void withhold(bool withheld) noexcept { withheld_.store(withheld, std::memory_order_relaxed); }
 
   bool running() const noexcept { return running_.load(std::memory_order_acquire); }
@@ -84,6 +87,8 @@ class HapticLoop {
  private:
   enum class Fault : std::uint8_t { none, device, tick };
   enum class Holder : std::uint8_t { nobody, haptic, guard };
+  void startGuard();
+  LoopGateOptions gateOptions() const noexcept;
   void prepareThread(int priority, bool tell);
   void loop();
   void run() noexcept;

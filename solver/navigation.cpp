@@ -33,11 +33,11 @@ Navigation::Navigation(const GraphView& graph, std::unique_ptr<ProxySolver> solv
 
 void Navigation::setMode(NavigationMode mode) noexcept {
   state_.mode = mode;
-  restart();
+  state_.law.restart();
+  forgetMotion();
 }
 
-void Navigation::restart() noexcept {
-  state_.law.restartRamp();
+void Navigation::forgetMotion() noexcept {
   state_.anchor.reset();
   state_.rate.reset();
 }
@@ -59,7 +59,7 @@ bool Navigation::apply(const NavigationCommand& command, const Eigen::Vector3d& 
       break;
     case Kind::jump:
     case Kind::constrain:
-      done = command.place.valid() && command.place.p_W.allFinite();
+      done = command.place.valid() && command.place.p_W.allFinite() && (command.kind != Kind::jump || h_D.allFinite());
       if (!done) break;
       if (command.kind == Kind::jump) state_.workspace.place(command.place.p_W, h_D);
       solver_->setPlace(command.place);
@@ -132,7 +132,11 @@ const NavigationTick& Navigation::tick(const DeviceState& device, double dt_s) n
   tick_.step.touched.overflow = tick_.step.absent.overflow = false;
 
   const bool ready = device.status == DeviceStatus::ready;
-  if (ready && !state_.was_ready) restart();
+  if (device.sent_N) state_.law.acted(*device.sent_N);
+  if (ready && !state_.was_ready) {
+    state_.law.restartFromZero();
+    forgetMotion();
+  }
   state_.was_ready = ready;
   if (ready) pressButtons(device.buttons);
   if (ready) turn(device.twist_D, dt_s);
@@ -164,9 +168,12 @@ const NavigationTick& Navigation::tick(const DeviceState& device, double dt_s) n
     tick_.anchor_D += state_.anchor.offset_D();
   }
 
-  // A hand that is nowhere goes through the force law all the same: it is what counts faults.
-  const bool pulls = ready && !rate_control_ && state_.mode == NavigationMode::constrained && place().valid();
-  tick_.wrench.force_N = pulls ? state_.law.apply(tick_.anchor_D, device.p_D, device.v_D, dt_s) : state_.law.release();
+  // Positions that are not finite are passed on, so that the force law counts them.
+  const bool feels = ready && !rate_control_;
+  const bool pulls = feels && state_.mode == NavigationMode::constrained && place().valid();
+  tick_.wrench.force_N = pulls   ? state_.law.apply(tick_.anchor_D, device.p_D, device.v_D, dt_s)
+                         : feels ? state_.law.applyNothing(device.p_D, dt_s)
+                                 : state_.law.release();
 
   if (dt_s > 0 && std::isfinite(dt_s)) {
     const Vector3d v_W = (p_W - state_.p_W) / dt_s;

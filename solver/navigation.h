@@ -72,13 +72,14 @@ class Navigation {
   // UsageError as ForceLaw, Workspace and Anchor do, and for a drift force that is not >= 0 and finite.
   Navigation(const GraphView& graph, std::unique_ptr<ProxySolver> solver, const NavigationOptions& options);
 
-  // Between ticks. `h_D` is where the hand is (m): a jump puts the new place there, so that nothing pulls. Jumps and
-  // changes of mode restart the force's ramp. False, nothing changed but the count, for a command that cannot be: an
-  // invalid place, a value that is not finite.
+  // Between ticks. `h_D` is where the hand is (m): a jump puts the new place there, so that nothing pulls. At a jump or
+  // change of mode the force fades, then grows over the ramp. False, nothing changed but the count, for a command that
+  // cannot be: an invalid place, a value that is not finite, a jump while the hand's place is not finite.
   bool apply(const NavigationCommand& command, const Eigen::Vector3d& h_D) noexcept;
 
-  // The answer holds until the next tick. Rotation that the device senses turns the world about the proxy. A state that
-  // is not finite or not ready moves nothing and commands no force.
+  // The answer holds until the next tick. The energy is accounted for by state.sent_N, where the device gives it: the
+  // force that was really sent after the tick before. Rotation that the device senses turns the world about the proxy.
+  // A state that is not finite or not ready moves nothing and commands no force.
   const NavigationTick& tick(const DeviceState& state, double dt_s) noexcept;
 
   // Virtual time: takes the last tick back, bit for bit, so that it can be repeated with more tiles. Once after each
@@ -113,7 +114,7 @@ class Navigation {
   };
   void pressButtons(std::uint32_t buttons) noexcept;
   void setMode(NavigationMode mode) noexcept;
-  void restart() noexcept;
+  void forgetMotion() noexcept;
   void turn(const Eigen::Vector3d& twist_D, double dt_s) noexcept;
 
   const GraphView& graph_;

@@ -33,14 +33,15 @@ PassivityController::PassivityController(const PassivityOptions& options) : opti
 Vector3d PassivityController::apply(const Vector3d& force_N, const Vector3d& h_D, double stored_J,
                                     double stored_by_last_proxy_J, double dt_s) noexcept {
   const Vector3d dh_D = h_D - h_D_ + carried_D_;
-  // The oldest of delay + 1 forces: the one that acted while the hand moved.
-  const double given_J = sent_N_[static_cast<std::size_t>(at_)].dot(dh_D);
+  const double given_J = given(dh_D);
   h_D_ = h_D;
   carried_D_.setZero();
   double& e = energy_.observed;
   if (!started_ || !std::isfinite(given_J)) {
     started_ = true;
-    e = stored_J;
+    lo_N_ = kNone;
+    hi_N_ = -kNone;
+    e = stored_J - (given_J > 0 && std::isfinite(given_J) ? given_J : 0.0);
     weight_ = 1;
     return force_N;
   }
@@ -67,6 +68,35 @@ Vector3d PassivityController::apply(const Vector3d& force_N, const Vector3d& h_D
       allowed_N -= std::min(options_.max_damping_Ns_m, -e / (dt_s * speed_m_s) / speed_m_s) * v_D;
   }
   return weight_ * allowed_N;
+}
+
+// What the hand was given (J) on its way here; the forces that may have acted on it are forgotten.
+double PassivityController::given(const Vector3d& dh_D) noexcept {
+  // The oldest of delay + 1 forces: the one that acted while the hand moved.
+  const Vector3d oldest_N = sent_N_[static_cast<std::size_t>(at_)];
+  mayHaveActed(oldest_N);
+  if (doubtful_ > 0) {
+    --doubtful_;
+    for (int i = 0; i <= options_.delay_samples; ++i) mayHaveActed(sent_N_[static_cast<std::size_t>(i)]);
+  }
+  if (dh_D.isZero(0)) return 0;
+  const double given_J =
+      lo_N_ == hi_N_ ? oldest_N.dot(dh_D) : lo_N_.cwiseProduct(dh_D).cwiseMax(hi_N_.cwiseProduct(dh_D)).sum();
+  lo_N_ = kNone;
+  hi_N_ = -kNone;
+  return given_J;
+}
+
+void PassivityController::mayHaveActed(const Vector3d& force_N) noexcept {
+  lo_N_ = lo_N_.cwiseMin(force_N);
+  hi_N_ = hi_N_.cwiseMax(force_N);
+}
+
+void PassivityController::acted(const Vector3d& force_N) noexcept {
+  Vector3d& last_N = sent_N_[static_cast<std::size_t>(at_ == 0 ? options_.delay_samples : at_ - 1)];
+  if (last_N == force_N || !force_N.allFinite()) return;
+  if (force_N.isZero(0)) doubtful_ = options_.delay_samples + 1;
+  last_N = force_N;
 }
 
 void PassivityController::sent(const Vector3d& force_N) noexcept {

@@ -9,7 +9,8 @@
 //   ceiling    E is at most what the spring stores now. What a proxy that found a nearer place gave up is dissipated,
 //              not saved for later.
 //   allowance  below zero E recovers by power_W: what is forgotten is at most that power.
-//   start      after a start, jump or change of mode E is what the spring stores: such a command brings its energy.
+//   start      after a start, jump or change of mode E is what the spring stores, and what a spring that pulls with the
+//              fading force would store: such a command brings its energy.
 // Where E < 0 the controller, if on, (1) damps: f -= a v with a = min(max_damping, -E / (dt v^2)), the damping that
 // takes the deficit back within a period; (2) weakens: f *= w, w at most 1 + E / energy_J, so nothing is left at
 // E = -energy_J. Where the damping's cap binds, or the hand reverses faster than the delay lets damping act, the second
@@ -22,12 +23,17 @@
 // power_W t + (delay + 1) F s. It asks nothing of the hand, the proxy or the regularity of ticks; it asks that `delay`
 // is the device's, that positions are true, and that the device renders what it is sent.
 //
+// Where it is not known which force acted while the hand moved (the hand is seen to move after samples that were the
+// same; a force was taken away between two samples), each axis counts the force that gives most. E is then too low
+// rather than too high, for a hand that does not turn back in between.
+//
 // Work that the workspace does by moving under the hand is a command, bounded apart (FORCES.md): carried() takes it
 // out. Thread rule: haptic thread only; a copy is a snapshot of its whole state.
 #pragma once
 
 #include <array>
 #include <cstdint>
+#include <limits>
 
 #include <Eigen/Core>
 
@@ -65,6 +71,9 @@ class PassivityController {
                         double stored_by_last_proxy_J, double dt_s) noexcept;
   // What was commanded in the end, once a tick.
   void sent(const Eigen::Vector3d& force_N) noexcept;
+  // What the device was really sent in place of the force of the last sent(): before the next apply(). Zero in place of
+  // another force also means that nobody knows for how long the forces before it acted.
+  void acted(const Eigen::Vector3d& force_N) noexcept;
   // Since the last tick the world was moved under the device: every point's p_D fell by `shift_D`.
   void carried(const Eigen::Vector3d& shift_D) noexcept { carried_D_ += shift_D; }
   // A start, a jump, a change of mode.
@@ -74,11 +83,19 @@ class PassivityController {
   const PassivityEnergy& energy() const { return energy_; }
 
  private:
+  static inline const Eigen::Vector3d kNone = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
+
   PassivityOptions options_;
   PassivityEnergy energy_;
   std::array<Eigen::Vector3d, PassivityOptions::kMaxDelay + 1> sent_N_;  // oldest at at_
   int at_ = 0;
+  void mayHaveActed(const Eigen::Vector3d& force_N) noexcept;
+  double given(const Eigen::Vector3d& dh_D) noexcept;
+
   Eigen::Vector3d h_D_ = Eigen::Vector3d::Zero(), carried_D_ = Eigen::Vector3d::Zero();
+  // The forces that may have acted since the hand was last seen to move, on each axis; none yet: lo > hi.
+  Eigen::Vector3d lo_N_ = kNone, hi_N_ = -kNone;
+  int doubtful_ = 0;  // for so many ticks all of sent_N_ may have acted
   double weight_ = 1;
   bool started_ = false;
 };

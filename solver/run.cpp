@@ -11,6 +11,7 @@
 #include "solver/navigation.h"
 #include "solver/parameters.h"
 #include "solver/route.h"
+#include "solver/tick_clock.h"
 #include "solver/tour.h"
 
 #include <algorithm>
@@ -36,7 +37,7 @@ constexpr std::uint64_t kDrainEvery = 1024;  // ticks; a recording in virtual ti
 
 // What happened at an exchange, beyond its state: the bits of RunMarks, whose values are the tiles that its tick met
 // absent. With them a replay does the same whenever tiles come to it.
-constexpr std::uint32_t kTicked = 1, kJumped = 2, kLegDropped = 4, kMoreAbsent = 8;
+constexpr std::uint32_t kTicked = 1, kJumped = 2, kLegDropped = 4, kMoreAbsent = 8, kMeasured = 16;
 
 // A replay is led, and rendered, as the recording was.
 std::string ledBy(const RunOptions& options, const ReplayDevice* replay) {
@@ -281,7 +282,8 @@ class Run {
         itinerary_(store_, options_),
         leg_(itinerary_.next()),
         first_cell_(leg_->route.cell()),
-        device_(makeDevice(options.device, {dt_s_, options.delay_samples})),
+        device_(options.make_device ? options.make_device(options.device, dt_s_)
+                                    : makeDevice(options.device, {dt_s_, options.delay_samples})),
         hand_(dynamic_cast<SimulatedHand*>(device_.get())),
         replay_(dynamic_cast<ReplayDevice*>(device_.get())),
         led_by_(ledBy(options, replay_)),
@@ -298,7 +300,10 @@ class Run {
       recorder_ = recorder.get();
       device_ = std::move(recorder);
     }
-    summary_.stiffness_N_m = options.stiffness_N_m.value_or(led_by_ == "sim:loose" ? 50 : 200);
+    summary_.stiffness_N_m =
+        options.stiffness_N_m.value_or(!handOf(led_by_)         ? defaultStiffness(device_->capabilities(), dt_s_)
+                                       : led_by_ == "sim:loose" ? 50.0
+                                                                : 200.0);
     NavigationOptions navigation;
     navigation.force.stiffness_N_m = summary_.stiffness_N_m;
     summary_.passivity = options.passivity.value_or(summary_.stiffness_N_m >= bound_N_m());
@@ -325,8 +330,8 @@ class Run {
     noteStability();
     // A replay ends with its recording.
     const double limit_s = replaysMarks() ? 1e12 : itinerary_.isTour() ? kTourTime_s : leg_->nominal_limit_s;
-    most_ticks_ = ticksOf(options.seconds.value_or(limit_s));
-    jump_patience_ticks_ = ticksOf(1e-3 * options.latency_ms + kJumpPatience_s);
+    most_periods_ = periodsOf(options.seconds.value_or(limit_s));
+    jump_patience_periods_ = periodsOf(1e-3 * options.latency_ms + kJumpPatience_s);
   }
 
   RunSummary operator()(const std::function<void(const TickRow&)>& on_tick) {
@@ -359,8 +364,10 @@ class Run {
         (summary_.passivity ? "the passivity controller weakens the force instead" : "the proxy may vibrate"));
   }
 
-  std::uint64_t ticksOf(double time_s) const {
-    return static_cast<std::uint64_t>(std::min(1e15, std::ceil(time_s * options_.rate_Hz)));
+  // Whole periods; 0 for a time that is not a number.
+  double periodsOf(double time_s) const {
+    const double periods = std::ceil(time_s * options_.rate_Hz);
+    return periods >= 0 ? std::min(1e15, periods) : 0.0;
   }
 
   void placeAtStart() {
@@ -377,7 +384,7 @@ class Run {
     command.place = graph_.placeAt(leg.home, leg.route.first_segment(), leg.route.first_t());
     if (!navigation_->apply(command, h_D)) return false;
     ++summary_.legs;
-    leg_end_tick_ = summary_.ticks + ticksOf(leg.nominal_limit_s);
+    leg_end_periods_ = periods_ + periodsOf(leg.nominal_limit_s);
     arrived_ = leg_over_ = false;
     return true;
   }
@@ -408,14 +415,15 @@ class Run {
       if (tiles_.table().find(next_->home) && (comes_at_once || reader->isTargetReady(firstNode(*next_)))) {
         past_.swap(leg_);
         leg_.swap(next_);
-        jump_waited_ = 0;
+        jump_waited_periods_ = 0;
         leavePast(state);
         return;
       }
       if (reader != nullptr && !tiles_.table().find(next_->home)) reader->request(next_->home);
-      if (++jump_waited_ > jump_patience_ticks_) {
+      jump_waited_periods_ += step_periods_;
+      if (jump_waited_periods_ > jump_patience_periods_) {
         past_.swap(next_);
-        jump_waited_ = 0;
+        jump_waited_periods_ = 0;
         ++legs_dropped_;
         marks_.bits |= kLegDropped;
       }
@@ -454,12 +462,17 @@ class Run {
     }
   }
 
+  void setStep(double step_s) noexcept {
+    step_s_ = step_s;
+    step_periods_ = step_s == dt_s_ ? 1.0 : step_s / dt_s_;
+  }
+
   bool replaysMarks() const { return replay_ && replay_->marked(); }
 
   // What the recording of this tick needs beyond its state. Haptic-safe.
   void mark(const NavigationTick& tick) noexcept {
     if (!recorder_) return;
-    marks_.bits |= kTicked;
+    marks_.bits |= kTicked | (options_.realtime ? kMeasured : 0u);
     if (tick.frontier) {
       const TileList& absent = tick.step.absent;
       marks_.count = static_cast<std::uint32_t>(std::min<std::size_t>(absent.count, marks_.values.size()));
@@ -473,7 +486,7 @@ class Run {
   // After a tick that stands: what it counts, and where the hand goes next. Haptic-safe. True when the run is over.
   bool account(const NavigationTick& tick, TickRow& row) noexcept {
     row.tick = summary_.ticks;
-    row.time_s = static_cast<double>(summary_.ticks) * dt_s_;
+    row.time_s = periods_ * dt_s_;
     row.h_W = tick.h_W;
     row.p_W = tick.p_W;
     row.segment = navigation_->place().segment;
@@ -483,6 +496,7 @@ class Run {
 
     const double force_N = row.force_N.norm();
     force_sum_N_ += force_N;
+    force_periods_N_ += force_N * step_periods_;
     summary_.max_force_N = std::max(summary_.max_force_N, force_N);
     summary_.max_force_step_N = std::max(summary_.max_force_step_N, (row.force_N - last_force_N_).norm());
     last_force_N_ = row.force_N;
@@ -491,7 +505,8 @@ class Run {
     summary_.frontiers += tick.frontier;
     for (std::uint32_t i = 0; i < tick.step.touched.count; ++i) touched_[tick.step.touched.ids[i]] = 1;
     ++summary_.ticks;
-    const bool time_over = summary_.ticks >= most_ticks_;
+    periods_ += step_periods_;
+    const bool time_over = periods_ >= most_periods_;
     if (leg_over_) return time_over;  // the hand stays where it is until the jump
 
     const Route::Progress progress = leg_->tracker.update(navigation_->place());
@@ -500,13 +515,13 @@ class Run {
     leg_over_ = arrived_;
     if (hand_ || (itinerary_.isTour() && replay_)) {  // a replayed tour: the person gives up when it did
       SimulatedPerson& person = *leg_->person;
-      const Vector3d target_D = person.target_D(navigation_->place(), navigation_->workspace(), dt_s_);
+      const Vector3d target_D = person.target_D(navigation_->place(), navigation_->workspace(), step_s_);
       if (hand_) hand_->setTarget(target_D);
       leg_over_ = leg_over_ || person.status() == PersonStatus::gave_up;
     }
     summary_.legs_completed += arrived_;
     if (!itinerary_.isTour()) return leg_over_ || time_over;
-    leg_over_ = leg_over_ || summary_.ticks >= leg_end_tick_;
+    leg_over_ = leg_over_ || periods_ >= leg_end_periods_;
     return time_over;
   }
 
@@ -518,10 +533,13 @@ class Run {
     Wrench wrench;
     TickRow row;
     NavigationSnapshot snapshot;
+    TickClock clock(dt_s_);
     for (bool over = false; !over;) {
       const DeviceState state = device_->exchange(wrench);
       if (recordingEnded(state)) break;
+      const double measured_s = clock.step_s(state.time_s);
       if (replaysMarks()) {
+        setStep((replay_->marks().bits & kMeasured) != 0 ? measured_s : dt_s_);
         if ((replay_->marks().bits & kTicked) == 0) {  // nobody computed with it
           wrench = {};
           continue;
@@ -538,7 +556,7 @@ class Run {
       }
       if (latency_ticks > 0 && tiles_.residency()) tiles_.residency()->advance(summary_.ticks, latency_ticks);
       const NavigationTick& tick = replaysMarks()      ? tickAsRecorded(state)
-                                   : latency_ticks > 0 ? navigation_->tick(state, dt_s_)
+                                   : latency_ticks > 0 ? navigation_->tick(state, step_s_)
                                                        : tickWithItsTiles(state);
       wrench = tick.wrench;
       mark(tick);
@@ -568,7 +586,7 @@ class Run {
 
   // Latency 0. Each repetition has the tiles of the one before and some more, so that it cannot go on for long.
   const NavigationTick& tickWithItsTiles(const DeviceState& state) {
-    const NavigationTick* tick = &navigation_->tick(state, dt_s_);
+    const NavigationTick* tick = &navigation_->tick(state, step_s_);
     bool stalled = false;
     while (tick->frontier) {
       wanted_.assign(tick->step.touched.ids.begin(), tick->step.touched.ids.begin() + tick->step.touched.count);
@@ -579,7 +597,7 @@ class Run {
       if (before == wanted_.size() || tick->step.touched.overflow || !tiles_.loadTogether(wanted_)) break;
       navigation_->undoSolve();
       stalled = true;
-      tick = &navigation_->tick(state, dt_s_);
+      tick = &navigation_->tick(state, step_s_);
     }
     summary_.stalls += stalled;
     return *tick;
@@ -592,7 +610,7 @@ class Run {
     start.target_node = firstNode(*leg_);
     start.target_W = leg_->route.points().front().p_W;
     reader.publishFocus(start);
-    for (std::uint64_t waited = 0; waited < jump_patience_ticks_; ++waited) {
+    for (double waited = 0; waited < jump_patience_periods_; ++waited) {
       reader.apply();
       if (reader.isTargetReady(start.target_node)) break;
       std::this_thread::sleep_for(std::chrono::duration<double>(dt_s_));
@@ -625,7 +643,8 @@ class Run {
     loop_options.ramp_at_start = false;  // the force law's
     HapticLoop loop(
         *device_,
-        [&](const DeviceState& state, double) -> Wrench {
+        [&](const DeviceState& state, double dt_s) -> Wrench {
+          setStep(dt_s);
           if (over.load(std::memory_order_relaxed)) return {};
           if (recordingEnded(state)) {
             over.store(true, std::memory_order_release);
@@ -637,7 +656,7 @@ class Run {
             if (past_ && planner->giveBack(past_.get())) static_cast<void>(past_.release());
             moveOn(state, [&]() noexcept { return planner->take(); });
           }
-          const NavigationTick& tick = navigation_->tick(state, dt_s_);
+          const NavigationTick& tick = navigation_->tick(state, step_s_);
           if (reader) {
             for (std::uint32_t i = 0; i < tick.step.absent.count; ++i) reader->request(tick.step.absent.ids[i]);
             reader->publishFocus(focus());
@@ -702,12 +721,12 @@ class Run {
     s.route_um += leg_->route.length_um();
     s.reached_um += leg_->tracker.reached_um();
     s.back_offs += leg_->person->back_offs();
-    s.sim_s = static_cast<double>(s.ticks) * dt_s_;
+    s.sim_s = periods_ * dt_s_;
     for (std::uint32_t id = 0; id < store_.cell_count(); ++id) s.segments += store_.cell(id).segments;
     for (TileId tile = 0; tile < store_.tile_count(); ++tile) s.decoded_bytes += store_.entry(tile).decoded_bytes;
     s.tiles = static_cast<std::uint64_t>(std::count(touched_.begin(), touched_.end(), 1));
     s.budget_bytes = options_.budget_bytes;
-    s.force_integral_Ns = force_sum_N_ * dt_s_;
+    s.force_integral_Ns = force_periods_N_ * dt_s_;
     s.mean_force_N = s.ticks ? force_sum_N_ / static_cast<double>(s.ticks) : 0.0;
     s.cell = store_.cell(first_cell_).name;
     s.energy = navigation_->force_law().energy();
@@ -744,9 +763,12 @@ class Run {
   std::unique_ptr<Navigation> navigation_;
   std::vector<std::uint8_t> touched_;  // by tile
   std::vector<TileId> wanted_;
-  std::uint64_t most_ticks_ = 0, leg_end_tick_ = 0;
-  std::uint64_t jump_patience_ticks_ = 0, jump_waited_ = 0, legs_dropped_ = 0, uncertain_ticks_ = 0;
-  double force_sum_N_ = 0;
+  // Time is counted in periods of the rate that was asked for: exact where every tick takes one, as in virtual time.
+  double step_s_ = dt_s_, step_periods_ = 1;  // of the tick under way
+  double periods_ = 0, most_periods_ = 0, leg_end_periods_ = 0;
+  double jump_patience_periods_ = 0, jump_waited_periods_ = 0;
+  std::uint64_t legs_dropped_ = 0, uncertain_ticks_ = 0;
+  double force_sum_N_ = 0, force_periods_N_ = 0;
   Vector3d last_force_N_ = Vector3d::Zero();
   bool arrived_ = false, leg_over_ = false;
   RunSummary summary_;

@@ -9,6 +9,7 @@
 // functions without state; any thread but a haptic one. on_tick is called on the caller's thread.
 #pragma once
 
+#include "device/haptic_device.h"
 #include "index/residency.h"
 #include "index/tile_store.h"
 #include "solver/loop_metrics.h"
@@ -19,6 +20,7 @@
 #include <cstdint>
 #include <functional>
 #include <iosfwd>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -35,7 +37,7 @@ struct RunOptions {
   SolverMethod method = SolverMethod::climb;
   std::optional<SolverParameters> solver;  // none: automatic, from the cell
   std::string device = "sim:medium";       // see makeDevice; a simulated hand is led by a simulated person
-  std::optional<double> stiffness_N_m;     // none: 200, or 50 with the loose hand
+  std::optional<double> stiffness_N_m;     // none: 200, 50 with the loose hand; hardware as defaultStiffness()
   // The passivity controller. None: on where the stiffness is not within the stability bound of hand and device, or
   // their damping is unknown.
   std::optional<bool> passivity;
@@ -54,6 +56,8 @@ struct RunOptions {
   bool realtime = false;
   std::string record;          // file that replay:FILE reads; empty: none
   std::string record_options;  // kept in it, for who repeats the run; of no meaning here
+  // Makes `device`, not opened, from its name and the period in s; none: makeDevice().
+  std::function<std::unique_ptr<HapticDevice>(const std::string&, double)> make_device{};
   // In virtual time only: after each tick, on the caller's thread, what the eye should know.
   std::function<void(const NavigationSnapshot&)> on_snapshot{};
   // In real time: before its threads are waited for, which a read that hangs can hold up. May not throw.

@@ -11,6 +11,7 @@
 #include "solver/navigation.h"
 #include "solver/parameters.h"
 #include "solver/run.h"
+#include "solver/tick_clock.h"
 
 #include <algorithm>
 #include <atomic>
@@ -26,8 +27,9 @@ namespace filiform {
 
 namespace {
 
-// Bits of RunMarks, as run() has them: a tick was computed; it met more absent tiles than the marks hold.
-constexpr std::uint32_t kTicked = 1, kMoreAbsent = 8;
+// Bits of RunMarks, as run() has them: a tick was computed; it met more absent tiles than the marks hold; its time step
+// was measured.
+constexpr std::uint32_t kTicked = 1, kMoreAbsent = 8, kMeasured = 16;
 
 struct Commanded {  // before tick number `tick`
   std::uint64_t tick = 0;
@@ -85,8 +87,9 @@ Commanded fromJson(const nlohmann::ordered_json& json) {
 struct Session::Impl {
   Impl(const TileStore& scene, const SessionOptions& wanted);
 
-  Wrench tick(const DeviceState& state);  // throws in a replay only, where it reads tiles
-  const NavigationTick& tickWithItsTiles(const DeviceState& state);
+  Wrench tick(const DeviceState& state, double step_s);  // throws in a replay only, where it reads tiles
+  Wrench replayTick(const DeviceState& state);
+  const NavigationTick& tickWithItsTiles(const DeviceState& state, double step_s);
   void applyCommands(const Eigen::Vector3d& h_D) noexcept;
   void mark(const NavigationTick& tick) noexcept;
   void hold(TileId tile);
@@ -128,6 +131,7 @@ struct Session::Impl {
   std::vector<Commanded> replayed;
   std::size_t next_replayed = 0;
   NavigationSnapshot filled;
+  std::optional<TickClock> replay_clock;
   std::exception_ptr replay_error;
 
   // The commanding thread's.
@@ -234,7 +238,7 @@ void Session::Impl::applyCommands(const Eigen::Vector3d& h_D) noexcept {
 void Session::Impl::mark(const NavigationTick& ticked) noexcept {
   if (recorder == nullptr) return;
   RunMarks marks;
-  marks.bits = kTicked;
+  marks.bits = kTicked | (loop ? kMeasured : 0u);
   if (ticked.frontier) {
     const TileList& absent = ticked.step.absent;
     marks.count = static_cast<std::uint32_t>(std::min<std::size_t>(absent.count, marks.values.size()));
@@ -245,7 +249,7 @@ void Session::Impl::mark(const NavigationTick& ticked) noexcept {
 }
 
 // With the tiles absent that were when it was recorded, and all others there.
-const NavigationTick& Session::Impl::tickWithItsTiles(const DeviceState& state) {
+const NavigationTick& Session::Impl::tickWithItsTiles(const DeviceState& state, double step_s) {
   hidden.clear();
   if (replay->marked()) {
     const RunMarks& marks = replay->marks();
@@ -253,7 +257,7 @@ const NavigationTick& Session::Impl::tickWithItsTiles(const DeviceState& state) 
       if (marks.values[i] < held.size()) hidden.push_back(marks.values[i]);
   }
   for (const TileId tile : hidden) table->retire(tile);
-  const NavigationTick* ticked = &navigation->tick(state, dt_s);
+  const NavigationTick* ticked = &navigation->tick(state, step_s);
   for (bool loaded = true; ticked->frontier && loaded;) {
     loaded = false;
     for (std::uint32_t i = 0; i < ticked->step.absent.count; ++i) {
@@ -264,14 +268,14 @@ const NavigationTick& Session::Impl::tickWithItsTiles(const DeviceState& state) 
     }
     if (!loaded) break;
     navigation->undoSolve();
-    ticked = &navigation->tick(state, dt_s);
+    ticked = &navigation->tick(state, step_s);
   }
   for (const TileId tile : hidden)
     if (held[tile]) table->add(*held[tile]);
   return *ticked;
 }
 
-Wrench Session::Impl::tick(const DeviceState& state) {
+Wrench Session::Impl::tick(const DeviceState& state, double step_s) {
   if (hand != nullptr) {
     Pointing newer;
     if (pointings.take(newer)) pointing = newer;
@@ -283,7 +287,7 @@ Wrench Session::Impl::tick(const DeviceState& state) {
   }
   if (reader != nullptr) reader->apply();
   applyCommands(state.p_D);
-  const NavigationTick& ticked = replay != nullptr ? tickWithItsTiles(state) : navigation->tick(state, dt_s);
+  const NavigationTick& ticked = replay != nullptr ? tickWithItsTiles(state, step_s) : navigation->tick(state, step_s);
   mark(ticked);
   p_D = ticked.mode == NavigationMode::free ? ticked.h_D : ticked.p_D;
   if (reader != nullptr) {
@@ -297,6 +301,15 @@ Wrench Session::Impl::tick(const DeviceState& state) {
   return ticked.wrench;
 }
 
+// As the recording did; zero where it computed nothing.
+Wrench Session::Impl::replayTick(const DeviceState& state) {
+  if (!replay_clock) replay_clock.emplace(dt_s);
+  const double measured_s = replay_clock->step_s(state.time_s);
+  const std::uint32_t bits = replay->marked() ? replay->marks().bits : kTicked;
+  if ((bits & kTicked) == 0) return {};
+  return tick(state, (bits & kMeasured) != 0 ? measured_s : dt_s);
+}
+
 void Session::Impl::replayLoop() {
   const auto period = std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::duration<double>(dt_s));
   auto next = std::chrono::steady_clock::now();
@@ -305,10 +318,7 @@ void Session::Impl::replayLoop() {
     while (!stopping.load(std::memory_order_relaxed)) {
       const DeviceState state = device->exchange(wrench);
       if (state.status == DeviceStatus::closed) break;
-      if (replay->marked() && (replay->marks().bits & kTicked) == 0)
-        wrench = {};
-      else
-        wrench = tick(state);
+      wrench = replayTick(state);
       next += period;
       std::this_thread::sleep_until(next);
     }
@@ -381,7 +391,7 @@ void Session::start() {
   looping.rate_Hz = s.options.rate_Hz;
   looping.ramp_at_start = false;  // the force law's
   s.loop = std::make_unique<HapticLoop>(
-      *s.device, [&s](const DeviceState& state, double) { return s.tick(state); }, looping);
+      *s.device, [&s](const DeviceState& state, double dt_s) { return s.tick(state, dt_s); }, looping);
   if (s.residency) s.residency->start();
   s.loop->start();
   s.notes = s.loop->refusals();
@@ -396,7 +406,7 @@ void Session::advance(std::uint64_t ticks) {
       s.replay_ended = true;
       return;
     }
-    s.virtual_wrench = s.tick(state);
+    s.virtual_wrench = s.replay != nullptr ? s.replayTick(state) : s.tick(state, s.dt_s);
     s.collectLog();
   }
 }

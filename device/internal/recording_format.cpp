@@ -70,6 +70,7 @@ void appendExchange(std::string& out, std::uint64_t index, const RecordedExchang
   appendVector(out, state.twist_D);
   append(out, state.buttons);
   append(out, static_cast<std::uint32_t>(state.status));
+  appendVector(out, state.sent_N.value_or(wrench.force_N));
   append(out, marks.bits);
   append(out, marks.count);
   for (const std::uint32_t value : marks.values) append(out, value);
@@ -146,6 +147,7 @@ bool readExchange(std::string_view bytes, std::uint64_t index, RecordedExchange&
   const auto status = in.get<std::uint32_t>();
   if (status > kLastStatus) return false;
   state.status = static_cast<DeviceStatus>(status);
+  state.sent_N = getVector(in);
   marks.bits = in.get<std::uint32_t>();
   marks.count = in.get<std::uint32_t>();
   for (std::uint32_t& value : marks.values) value = in.get<std::uint32_t>();

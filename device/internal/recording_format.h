@@ -10,8 +10,8 @@
 
 namespace filiform::internal {
 
-inline constexpr std::uint32_t kRecordingVersion = 3;
-inline constexpr std::size_t kExchangeBytes = 176;
+inline constexpr std::uint32_t kRecordingVersion = 4;
+inline constexpr std::size_t kExchangeBytes = 200;
 inline constexpr std::size_t kClosingBytes = 24;
 
 struct RecordingHeader {

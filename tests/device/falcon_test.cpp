@@ -399,18 +399,41 @@ TEST(Falcon, AHostThatPausesHasNotLostTheDeviceAndBeginsWithoutForce) {
   EXPECT_NEAR(bench.fake.force_N().norm(), 2, 0.02);
 }
 
-TEST(Falcon, ADeafDeviceIsAFaultAndHoldsUpNobody) {
-  Bench bench;
-  bench.settle(push({2, 0, 0}));
-  bench.fake.usb_device().fault({.kind = FakeUsbFault::Kind::deaf, .at = bench.fake.usb_device().transfers()});
-  for (int i = 0; i < 1000 && bench.falcon.status() != DeviceStatus::fault; ++i) {
-    const double begin_s = bench.usb.time_s();
-    bench.falcon.exchange(push({2, 0, 0}));
-    EXPECT_LT(bench.usb.time_s() - begin_s, 0.1);
+TEST(Falcon, ADeviceThatTakesNothingIsAFaultAndHoldsUpNobody) {
+  for (const auto kind : {FakeUsbFault::Kind::deaf, FakeUsbFault::Kind::stuck, FakeUsbFault::Kind::silent}) {
+    Bench bench;
+    bench.settle(push({2, 0, 0}));
+    test::FakeUsbDevice& device = bench.fake.usb_device();
+    const bool silent = kind == FakeUsbFault::Kind::silent;
+    device.fault({.kind = kind, .at = silent ? device.packets() : device.transfers()});
+    for (int i = 0; i < 1000 && bench.falcon.status() != DeviceStatus::fault; ++i) {
+      const double begin_s = bench.usb.time_s();
+      bench.falcon.exchange(push({2, 0, 0}));
+      EXPECT_LE(bench.usb.time_s() - begin_s, Falcon::kAnswerTime_s + 1e-9) << i;
+    }
+    EXPECT_EQ(bench.falcon.status(), DeviceStatus::fault);
+    bench.falcon.close();
+    EXPECT_TRUE(bench.usb.violations().empty()) << bench.usb.violations().front();
   }
-  EXPECT_EQ(bench.falcon.status(), DeviceStatus::fault);
-  bench.falcon.close();
-  EXPECT_TRUE(bench.usb.violations().empty()) << bench.usb.violations().front();
+}
+
+TEST(Falcon, SaysWhatForceItSentAfterItsOwnLimits) {
+  Bench bench;
+  const auto check = [&](const Vector3d& force_N) {
+    const DeviceState state = bench.repeat(1, push(force_N));
+    ASSERT_TRUE(state.sent_N.has_value());
+    EXPECT_LT((*state.sent_N - bench.fake.force_N()).norm(), 0.02)
+        << state.sent_N->transpose() << ", at the motors " << bench.fake.force_N().transpose();
+  };
+  for (int i = 0; i < 100; ++i) check({2, 0, 0});  // the ramp
+  bench.settle(push({2, 0, 0}));
+  for (const Vector3d& force_N : {Vector3d(2, 0, 0), Vector3d(0, 30, 0), Vector3d(0, 0, -1)}) check(force_N);
+  check({std::numeric_limits<double>::quiet_NaN(), 0, 0});
+  bench.fake.mute = true;
+  bench.repeat(10, push({2, 0, 0}));  // beyond kStale_s
+  EXPECT_EQ(*bench.repeat(1, push({2, 0, 0})).sent_N, Vector3d::Zero());
+  bench.fake.mute = false;
+  for (int i = 0; i < 10; ++i) check({2, 0, 0});
 }
 
 TEST(Falcon, FailedAndStalledTransfersAreSurvived) {

@@ -3,7 +3,9 @@
 #include "index/errors.h"
 #include "tests/support/numbers.h"
 
+#include <algorithm>
 #include <cmath>
+#include <complex>
 #include <random>
 
 #include <gtest/gtest.h>
@@ -127,7 +129,7 @@ TEST(ForceLaw, RampGrowsFromZeroAndRestarts) {
       const double force = law.apply({0.01, 0, 0}, kZero, kZero, 1e-3).x();
       ASSERT_NEAR(force, 2.0 * std::min(1.0, tick / 500.0), 1e-9) << tick;
     }
-    law.restartRamp();
+    law.restartFromZero();
   }
 }
 
@@ -164,7 +166,7 @@ TEST(ForceLaw, BoundsHoldForAnyInput) {
     Vector3d last = kZero;
     for (int tick = 0; tick < 300; ++tick) {
       const double dt = logUniform(random, 1e-6, 1.0);
-      if (random() % 50 == 0) law.restartRamp();
+      if (random() % 50 == 0) law.restartFromZero();
       const Vector3d p_D = wild(random), h_D = wild(random), v_D = wild(random);
       const Vector3d force = law.apply(p_D, h_D, v_D, dt);
       ASSERT_TRUE(force.allFinite());
@@ -198,10 +200,62 @@ TEST(ForceLaw, RefusesOptionsOutOfRange) {
   }
 }
 
+TEST(ForceLaw, ACommandLetsTheForceFadeBeforeTheRamp) {
+  ForceLawOptions options = bare();
+  options.max_slew_N_s = 100;
+  options.ramp_s = 0.5;
+  for (const bool constrained : {true, false}) {
+    ForceLaw law(options);
+    double last_N = 0;
+    for (int tick = 0; tick < 600; ++tick) last_N = law.apply({0.005, 0, 0}, kZero, kZero, 1e-3).x();
+    ASSERT_NEAR(last_N, 1, 1e-9);
+    law.restart();
+    for (int tick = 1; tick < 50; ++tick) {
+      const Vector3d force = constrained ? law.apply({0, 0.01, 0}, kZero, kZero, 1e-3) : law.applyNothing(kZero, 1e-3);
+      EXPECT_NEAR(force.x(), 1 - tick / 50.0, 1e-9);
+      EXPECT_EQ(force.y(), 0);
+    }
+    for (int tick = 0; tick < 600 && constrained; ++tick) last_N = law.apply({0, 0.01, 0}, kZero, kZero, 1e-3).y();
+    if (constrained) {
+      EXPECT_NEAR(last_N, 2, 1e-9);
+    }
+    law.restart();
+    law.restartFromZero();
+    EXPECT_EQ(law.applyNothing(kZero, 1e-3), kZero);
+  }
+}
+
 TEST(Stiffness, BoundIsThatOfASampledDelayedSpring) {
   EXPECT_NEAR(stiffnessBound(2, 1e-3, 0), 4000, 1e-9);
   EXPECT_NEAR(stiffnessBound(2, 1e-3, 1), 4000.0 / 3, 1e-9);
   EXPECT_NEAR(stiffnessBound(2, 1e-3, 2), 800, 1e-9);
+  EXPECT_NEAR(stiffnessBound(2, 1e-3, 0, 0.5), 3000, 1e-9);
+  EXPECT_NEAR(stiffnessBound(2, 1e-3, 0, -0.5), 3000, 1e-9);
+  EXPECT_EQ(stiffnessBound(2, 1e-3, 1, 3), 0);
+}
+
+// The criterion of Colgate and Schenkel (1994), at every frequency up to Nyquist's: the damping b must exceed
+// T/2 Re{(1 - z^-1) H(z)} / (1 - cos wT), with H(z) = z^-d (K + B (z - 1) / (T z)).
+TEST(Stiffness, BoundKeepsColgateAndSchenkelsCriterionWithVirtualDampingAndDelay) {
+  const double period_s = 1e-3;
+  const auto leastDamping = [&](double stiffness, double virtual_damping, int delay) {
+    double most = 0;
+    for (int i = 1; i <= 20000; ++i) {
+      const std::complex<double> z = std::polar(1.0, M_PI * i / 20000);
+      const std::complex<double> h = std::pow(z, -delay) * (stiffness + virtual_damping * (z - 1.0) / (period_s * z));
+      most = std::max(most, period_s / 2 * ((1.0 - 1.0 / z) * h).real() / (1 - z.real()));
+    }
+    return most;
+  };
+  for (const int delay : {0, 1, 2}) {
+    for (const double virtual_damping : {0.0, 0.3, 1.5}) {
+      const double damping = 2, bound = stiffnessBound(damping, period_s, delay, virtual_damping);
+      EXPECT_LE(leastDamping(bound, virtual_damping, delay), damping * (1 + 1e-4)) << delay << ' ' << virtual_damping;
+      if (delay == 0 || virtual_damping == 0) {  // there it is exact
+        EXPECT_GT(leastDamping(1.01 * bound, virtual_damping, delay), damping);
+      }
+    }
+  }
 }
 
 TEST(Stiffness, DefaultHeedsDampingAndTheDevicesLimit) {

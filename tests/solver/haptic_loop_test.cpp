@@ -16,9 +16,11 @@
 #include <csignal>
 #include <functional>
 #include <limits>
+#include <pthread.h>
 #include <stdexcept>
 #include <sys/mman.h>
 #include <sys/wait.h>
+#include <system_error>
 #include <thread>
 #include <unistd.h>
 
@@ -434,6 +436,7 @@ TEST(HapticLoop, TheForceRampsUpAtTheStartUnlessTheTickDoesThatItself) {
     LoggingDevice device(*log, false);
     HapticLoopOptions options = rampOf(0.2);
     options.ramp_at_start = ramp;
+    options.fade_s = 0;
     options.stall_s = 10;  // a busy machine must not interrupt
     HapticLoop loop(
         device, [](const DeviceState&, double) { return push(1); }, options);
@@ -561,6 +564,80 @@ TEST(HapticLoop, AStoppedProcessBeginsWithZeroAndTheRampWhenItIsContinued) {
     EXPECT_TRUE(soon([&] { return log->last_N() == 1; }));
     kill(child, SIGKILL);
     waitpid(child, &status, 0);
+  }
+}
+
+TEST(HapticLoop, StoppingLetsTheForceFade) {
+  SharedLog log;
+  LoggingDevice device(*log, false);
+  HapticLoopOptions options = rampOf(0.02);
+  options.stall_s = 0;
+  options.fade_s = 0.4;
+  HapticLoop loop(
+      device, [](const DeviceState&, double) { return push(1); }, options);
+  loop.start();
+  ASSERT_TRUE(soon([&] { return log->last_N() == 1; }));
+  loop.stop();
+  EXPECT_EQ(log->last_N(), 0);
+  const auto begin = log->sent.begin(), end = begin + static_cast<std::ptrdiff_t>(log->count.load());
+  const auto whole = std::find_if(begin, end, [](const SentLog::Sent& sent) { return sent.force_N == 1; });
+  std::size_t between = 0;
+  for (auto one = whole; one + 1 < end; ++one) {
+    EXPECT_LE((one + 1)->force_N, one->force_N);
+    between += one->force_N > 0 && one->force_N < 1;
+  }
+  EXPECT_GT(between, 0u);
+}
+
+TEST(HapticLoop, TellsTheTickWhatWasReallySent) {
+  WatchedDevice device;
+  std::atomic<bool> withheld_seen{false}, whole_seen{false};
+  HapticLoop loop(
+      device,
+      [&](const DeviceState& state, double) {
+        if (state.sent_N && state.sent_N->x() == 1) whole_seen = true;
+        if (whole_seen && state.sent_N && state.sent_N->isZero(0)) withheld_seen = true;
+        return push(1);
+      },
+      unguarded());
+  loop.start();
+  EXPECT_TRUE(soon([&] { return whole_seen.load(); }));
+  loop.withhold(true);
+  EXPECT_TRUE(soon([&] { return withheld_seen.load(); }));
+}
+
+TEST(HapticLoop, AThreadThatCannotBeMadeLeavesTheLoopStopped) {
+  if (test::kSanitized) GTEST_SKIP() << "the sanitizer makes its own threads";
+  WatchedDevice device;
+  HapticLoop loop(
+      device, [](const DeviceState&, double) { return push(1); }, quiet());
+  pthread_attr_t usual, huge;
+  ASSERT_EQ(pthread_getattr_default_np(&usual), 0);
+  ASSERT_EQ(pthread_attr_init(&huge), 0);
+  ASSERT_EQ(pthread_attr_setstacksize(&huge, std::size_t{1} << 47), 0);  // more than there are addresses
+  ASSERT_EQ(pthread_setattr_default_np(&huge), 0);
+  EXPECT_THROW(loop.start(), std::system_error);
+  ASSERT_EQ(pthread_setattr_default_np(&usual), 0);
+  EXPECT_FALSE(loop.running());
+  EXPECT_EQ(device.exchanges, 0);
+  loop.start();
+  EXPECT_TRUE(soon([&] { return loop.ticks() > 10; }));
+  loop.stop();
+  pthread_attr_destroy(&usual);
+  pthread_attr_destroy(&huge);
+}
+
+TEST(HapticLoop, RefusesTimesThatAreNone) {
+  NullDevice device;
+  for (double HapticLoopOptions::*option : {&HapticLoopOptions::watchdog_s, &HapticLoopOptions::stall_s,
+                                            &HapticLoopOptions::ramp_s, &HapticLoopOptions::fade_s}) {
+    for (const double bad : {-1.0, std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+      HapticLoopOptions options;
+      options.*option = bad;
+      EXPECT_THROW(HapticLoop(
+                       device, [](const DeviceState&, double) { return Wrench{}; }, options),
+                   UsageError);
+    }
   }
 }
 

@@ -184,6 +184,62 @@ TEST(Navigation, ButtonsDoWhatTheTableSays) {
   EXPECT_EQ(navigation.mode(), NavigationMode::free);
 }
 
+TEST(Navigation, AJumpWhileTheHandIsNowhereMovesNothing) {
+  Scene scene;
+  const ProxyPlace before = scene.somewhere(0);
+  ASSERT_TRUE(scene.command(Kind::jump, before, {0.01, 0, 0}));
+  for (const double bad : {kNaN, kInfinity}) {
+    EXPECT_FALSE(scene.command(Kind::jump, scene.somewhere(100), {0, bad, 0}));
+    EXPECT_EQ(scene.navigation->place().p_W, before.p_W);
+    EXPECT_LT((scene.navigation->workspace().toDevice(before.p_W) - Vector3d(0.01, 0, 0)).norm(), 1e-9);
+  }
+  EXPECT_TRUE(scene.command(Kind::constrain, scene.somewhere(100), {0, kNaN, 0})) << "it does not ask for the hand";
+}
+
+// Jumps within a cell and to another one, free mode and back, by command and by button: each while the hand is pulled.
+TEST(Navigation, NoCommandStepsTheForceBeyondTheSlewLimit) {
+  for (const SolverMethod method : kSolverMethods) {
+    SCOPED_TRACE(toString(method));
+    Scene scene({}, method);
+    const ForceLawOptions law;
+    std::mt19937_64 random(3);
+    ASSERT_TRUE(scene.command(Kind::jump, scene.somewhere(20)));
+    Vector3d last_N = Vector3d::Zero(), last_D = Vector3d::Zero(), last_anchor_D = Vector3d::Zero();
+    int since = 1000, pulled = 0, refused = 0;
+    std::uint32_t buttons = 0;
+    for (int i = 0; i < 30000; ++i) {
+      const double s = 1e-3 * i;
+      const Vector3d h_D = 0.02 * Vector3d(std::sin(2 * s), std::sin(3.1 * s), std::sin(1.3 * s));
+      buttons = 0;
+      if (i % 400 == 399) {
+        since = 0;
+        pulled += last_N.norm() > 0.3;
+        const int kind = i / 400 % 5;
+        const auto place = scene.somewhere(static_cast<std::uint32_t>(random() % 1000));
+        if (kind == 0) refused += !scene.command(Kind::jump, place, h_D);
+        if (kind == 1) refused += !scene.command(Kind::constrain, place, h_D);
+        if (kind == 2) refused += !scene.command(Kind::free);
+        if (kind == 3) refused += !scene.command(Kind::constrain, place, h_D);
+        if (kind == 4) buttons = 1;  // toggles to free mode
+      }
+      const NavigationTick& tick = scene.navigation->tick(handAt(h_D, buttons), kDt_s);
+      // What the hand's own step, and the proxy's or the anchor's within the ramp, change the spring by comes on top.
+      const double stretched_N = 200 * ((h_D - last_D).norm() + (tick.anchor_D - last_anchor_D).norm());
+      const double most_N = (law.max_slew_N_s + law.max_force_N / law.ramp_s) * kDt_s;
+      if (since < 60) {
+        ASSERT_LE((forceOf(tick) - last_N).norm(), most_N + (since == 0 ? 0.0 : stretched_N) + 1e-9)
+            << i << ", " << since << " ticks after the command";
+      }
+      ++since;
+      last_N = forceOf(tick);
+      last_D = h_D;
+      last_anchor_D = tick.anchor_D;
+    }
+    EXPECT_EQ(refused, 0);
+    EXPECT_GT(pulled, 10);
+  }
+}
+
 TEST(Navigation, DriftChangesTheForceByNoMoreThanStated) {
   for (const double stiffness : {50.0, 200.0, 5000.0}) {
     NavigationOptions options;

@@ -162,6 +162,56 @@ TEST(PassivityController, ObservesTheForceThatActed) {
   }
 }
 
+TEST(PassivityController, CountsTheForceThatWasReallySent) {
+  for (const int delay : {0, 1, 3}) {
+    PassivityOptions options;
+    options.delay_samples = delay;
+    options.power_W = 0;
+    PassivityController controller(options);
+    const auto tick = [&](double x_m, double sent_N) {
+      controller.apply(Vector3d::Zero(), {x_m, 0, 0}, 1.0, 1.0, 1e-3);
+      controller.sent({sent_N, 0, 0});
+    };
+    // Sent 2 N, but the device clamps at 0.5.
+    tick(0, 2);
+    controller.acted({0.5, 0, 0});
+    for (int i = 0; i < delay; ++i) tick(0, 0.5);
+    tick(0.001, 0.5);
+    EXPECT_NEAR(controller.energy().observed, 1 - 0.0005, 1e-15) << delay;
+  }
+}
+
+TEST(PassivityController, WhereNobodyKnowsWhichForceActedItCountsWhatGivesMost) {
+  PassivityOptions options;
+  options.power_W = 0;
+  options.delay_samples = 1;
+  for (const bool taken : {false, true}) {
+    for (const double way_m : {0.002, -0.002}) {
+      PassivityController controller(options);
+      const auto apply = [&](double x_m) { controller.apply(Vector3d::Zero(), {x_m, 0, 0}, 1.0, 1.0, 1e-3); };
+      // 2 N, then it is taken away (or not) while the hand moves.
+      apply(0);
+      for (int i = 0; i < 4; ++i) {
+        controller.sent({2, 0, 0});
+        if (i == 3 && taken) controller.acted(Vector3d::Zero());
+        apply(i == 3 ? way_m : 0);
+      }
+      const double given_J = !taken ? 2 * way_m : std::max(0.0, 2 * way_m);
+      EXPECT_NEAR(controller.energy().observed, std::min(1.0, 1 - given_J), 1e-12);
+    }
+  }
+  // A hand that is seen again after samples that were the same: 1 N or 3 N may have acted.
+  PassivityController controller(options);
+  controller.apply(Vector3d::Zero(), Vector3d::Zero(), 1.0, 1.0, 1e-3);
+  for (const double sent_N : {1.0, 3.0, 2.0, 2.0}) {
+    controller.sent({sent_N, 0, 0});
+    controller.apply(Vector3d::Zero(), Vector3d::Zero(), 1.0, 1.0, 1e-3);
+  }
+  controller.sent({2, 0, 0});
+  controller.apply(Vector3d::Zero(), {0.001, 0, 0}, 1.0, 1.0, 1e-3);
+  EXPECT_NEAR(controller.energy().observed, 1 - 0.003, 1e-12);
+}
+
 TEST(PassivityController, DampsWhatOnePeriodTakesBackWithinItsCap) {
   PassivityOptions options;
   options.on = true;

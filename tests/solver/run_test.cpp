@@ -8,6 +8,7 @@
 #include "solver/tour.h"
 #include "tests/support/counting_store.h"
 #include "tests/support/memory_store.h"
+#include "tests/support/paced_device.h"
 #include "tests/support/random_cells.h"
 #include "tests/support/temp_folder.h"
 
@@ -407,6 +408,65 @@ TEST(Run, ATourPassesOnWhatItsPlannerThrows) {
   ASSERT_NE(lost, kNoTile);
   failing.failLoads(lost);
   EXPECT_THROW(run(failing, options), CorruptTile);
+}
+
+// A device that paces the loop at 500 Hz, while 1 kHz is asked for: ramp, time and integral go by its clock.
+TEST(Run, TimeGoesByTheDevicesClock) {
+  const test::TempFolder folder;
+  const auto store = thread();
+  RunOptions options;
+  options.in_memory = true;
+  options.realtime = true;
+  options.seconds = 1;
+  options.record = folder.file("r.rec");
+  options.device = "paced";
+  options.make_device = [](const std::string&, double) {
+    return std::make_unique<test::PacedDevice>(0.002, Vector3d(0, 0.005, 0));
+  };
+  std::vector<TickRow> rows;
+  std::vector<std::string> lines;
+  const RunSummary summary = run(*store, options, [&](const TickRow& row) {
+    rows.push_back(row);
+    std::ostringstream line;
+    writeCsvRow(line, row);
+    lines.push_back(line.str());
+  });
+  EXPECT_NEAR(static_cast<double>(summary.ticks), 500, 2);
+  EXPECT_NEAR(summary.sim_s, 1, 0.003);
+  ASSERT_GT(rows.size(), 400u);
+  for (const std::size_t tick : {100u, 200u, 400u}) {
+    EXPECT_NEAR(rows[tick].time_s, 0.002 * static_cast<double>(tick), 0.002);
+    EXPECT_NEAR(rows[tick].force_N.norm(), std::min(1.0, rows[tick].time_s / 0.5), 0.01);
+  }
+  EXPECT_NEAR(summary.force_integral_Ns, 0.75, 0.01);
+
+  // The recording has these times.
+  RunOptions again = options;
+  again.make_device = nullptr;
+  again.realtime = false;
+  again.device = "replay:" + options.record;
+  again.record.clear();
+  const Recorded replayed = record(*store, again);
+  EXPECT_EQ(replayed.rows, lines);
+  EXPECT_EQ(replayed.summary.sim_s, summary.sim_s);
+}
+
+TEST(Run, HardwareGetsTheStiffnessThatItCanRender) {
+  const auto store = thread();
+  for (const bool told : {false, true}) {
+    RunOptions options;
+    options.in_memory = true;
+    options.realtime = true;
+    options.seconds = 0.05;
+    if (told) options.stiffness_N_m = 150;
+    options.device = "paced";
+    options.make_device = [](const std::string&, double) {
+      auto device = std::make_unique<test::PacedDevice>(0.001, Vector3d::Zero());
+      device->changeCapabilities().max_stiffness_N_m = 120;
+      return device;
+    };
+    EXPECT_EQ(run(*store, options).stiffness_N_m, told ? 150 : 120);
+  }
 }
 
 TEST(Run, SaysWhenTheStiffnessIsOutsideTheBound) {

@@ -90,7 +90,7 @@ class FakeTransfer : public UsbTransfer {
     ++connection_.transfers_;
   }
   ~FakeTransfer() override {
-    cancel();
+    if (!FakeTransfer::cancel(0)) finish(UsbStatus::cancelled);
     --connection_.transfers_;
   }
 
@@ -124,7 +124,8 @@ class FakeTransfer : public UsbTransfer {
     length_ = std::min(length, buffer_.size());
     due_s_ = endpoint_.in() ? kNever : connection_.usb_.time_s() + device.write_s;
     outcome_ = UsbStatus::done;
-    if (device.reached(FakeUsbFault::Kind::deaf, index)) {
+    stuck_ = device.reached(FakeUsbFault::Kind::stuck, index);
+    if (stuck_ || device.reached(FakeUsbFault::Kind::deaf, index)) {
       outcome_ = UsbStatus::pending;
       due_s_ = kNever;
     } else if (device.faultNow(FakeUsbFault::Kind::stalled, index)) {
@@ -142,13 +143,16 @@ class FakeTransfer : public UsbTransfer {
     return true;
   }
 
-  void cancel() noexcept override {
-    if (!pending()) return;
+  bool cancel(double patience_s) noexcept override {
+    if (!pending()) return true;
     if (dueTime() <= connection_.usb_.time_s()) {
       complete();
+    } else if (stuck_) {
+      return connection_.await(*this, patience_s);
     } else {
       finish(UsbStatus::cancelled);
     }
+    return true;
   }
 
   // When it will be over, as far as is known now.
@@ -199,6 +203,7 @@ class FakeTransfer : public UsbTransfer {
   std::size_t length_ = 0, actual_ = 0;
   UsbStatus status_ = UsbStatus::idle, outcome_ = UsbStatus::done;
   double due_s_ = kNever;
+  bool stuck_ = false;
 };
 
 std::unique_ptr<UsbTransfer> FakeConnection::makeTransfer(std::uint8_t endpoint, std::size_t capacity) {

@@ -36,6 +36,7 @@ struct FakeUsbFault {
     garbage,    // its bytes are replaced by seeded random ones
     silent,     // from this packet on nothing more is received: reads never complete
     deaf,       // from this transfer on nothing completes at all, writes neither
+    stuck,      // as deaf, and the system does not return a transfer that is cancelled
     stalled,    // this transfer ends stalled
     failed,     // this transfer ends failed
     unplugged,  // at the submission of this transfer the device is pulled out

@@ -5,13 +5,16 @@
 #include "index/memory_tiles.h"
 #include "index/tile_set.h"
 #include "tests/support/counting_store.h"
+#include "tests/support/paced_device.h"
 #include "tests/support/random_cells.h"
 #include "tests/support/temp_folder.h"
 #include "viewer/place_finder.h"
 #include "viewer/worker.h"
 
+#include <algorithm>
 #include <chrono>
 #include <thread>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -51,6 +54,31 @@ TEST_F(Sessions, AJumpPutsThePlaceUnderTheHandAndThePointerPulls) {
   session.point({});
   session.advance(2000);
   EXPECT_LT(session.update().force_N.norm(), 0.02);
+}
+
+// At 500 Hz the ramp of half a second takes 250 ticks.
+TEST_F(Sessions, TimeGoesByTheDevicesClock) {
+  Session session(*store_, {.device = "paced",
+                            .stiffness_N_m = {},
+                            .in_memory = true,
+                            .budget_bytes = {},
+                            .record = {},
+                            .make_device = [](const std::string&, double) {
+                              return std::make_unique<test::PacedDevice>(0.002, Vector3d(0.03, 0.03, 0.03));
+                            }});
+  session.jump(near({10, 20, 30}), false);
+  session.start();
+  std::vector<float> forces, more;
+  for (int i = 0; i < 20000 && forces.size() < 1000; ++i) {
+    session.takeForces(more);
+    forces.insert(forces.end(), more.begin(), more.end());
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  session.finish();
+  const auto pulled = std::find_if(forces.begin(), forces.end(), [](float force_N) { return force_N > 0; });
+  ASSERT_GT(forces.end() - pulled, 400);
+  EXPECT_LT(pulled[125], 0.6 * pulled[300]);
+  EXPECT_NEAR(pulled[260], pulled[300], 1e-3);
 }
 
 // Pushed on and on the hand stays in the box of its device: the world goes under it.
