@@ -1,6 +1,7 @@
 #include "index/cell_graph.h"
 
 #include "index/errors.h"
+#include "index/soma_finder.h"
 #include "index/spanning_forest.h"
 
 #include <algorithm>
@@ -111,6 +112,25 @@ class Line {
   char* at_ = text_;
 };
 
+CellSomata readSomata(const TileStore& store, std::uint32_t cell, const CellGraph& graph, const CellDetail& detail) {
+  if (graph.isGraph() || std::none_of(detail.roots.begin(), detail.roots.end(),
+                                      [](const CellDetail::Root& root) { return root.type == kSomaType; }))
+    return {};
+  if (!graph.types.empty()) {
+    std::vector<Vector3d> positions_um(graph.samples());
+    for (std::uint32_t rank = 0; rank < graph.samples(); ++rank) positions_um[rank] = graph.position_W(rank);
+    return somataOf(graph.parents, positions_um, graph.radii_um, graph.types,
+                    graph.grid.quantum_um() * std::sqrt(3.0) / 2);
+  }
+  CellSomata found;
+  SomaFinder finder(store);
+  finder.offer(cell, detail);
+  for (const CellDetail::Root& root : detail.roots)
+    if (root.type == kSomaType)
+      if (const auto soma = finder.of({cell, root.rank}, graph.positions[root.rank])) found.somata.push_back(*soma);
+  return found;
+}
+
 }  // namespace
 
 std::vector<std::int64_t> distinctIds(const CellGraph& cell) {
@@ -170,6 +190,7 @@ CellGraph readCell(const TileStore& store, std::uint32_t cell, bool with_appeara
     graph.types[root.rank] = root.type;
   }
   assembly.finish(detail.roots);
+  graph.somata = readSomata(store, cell, graph, detail);
   graph.sample_ids = std::move(detail.sample_ids);
   graph.block_starts = std::move(detail.block_starts);
   return graph;

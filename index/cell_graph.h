@@ -1,6 +1,7 @@
 // A whole cell read back from a set of tiles: for export, and for planning routes along it.
 #pragma once
 
+#include "index/soma.h"
 #include "index/tile_store.h"
 
 #include <array>
@@ -24,6 +25,7 @@ struct CellGraph {
   std::vector<std::uint32_t> block_starts;
   std::vector<float> radii_um;       // empty unless asked for
   std::vector<std::uint16_t> types;  // likewise
+  CellSomata somata;                 // what the soma's samples mean; off_roots only where the types are there
 
   std::size_t samples() const { return positions.size(); }
   bool isGraph() const { return !links.empty(); }

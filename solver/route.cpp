@@ -35,7 +35,7 @@ constexpr std::uint32_t kNone = UINT32_MAX;
 struct Forest {
   std::vector<std::uint32_t> root;  // by rank
   std::vector<double> depth_um;     // by rank: arc length from the root
-  std::vector<bool> is_tip;         // by rank: has a parent and no child
+  std::vector<bool> is_tip;         // by rank: has a parent and no child, and is no sample of a soma's shape
 };
 
 Forest measure(const CellGraph& graph) {
@@ -53,6 +53,8 @@ Forest measure(const CellGraph& graph) {
     forest.depth_um[rank] = forest.depth_um[parent] + (graph.position_W(rank) - graph.position_W(parent)).norm();
     forest.is_tip[parent] = false;
   }
+  for (const Soma& soma : graph.somata.somata)
+    for (const std::uint32_t rank : soma.dead_ends) forest.is_tip[rank] = false;
   return forest;
 }
 
@@ -78,7 +80,7 @@ Ends longest(const Forest& forest) {
       best_um = depth_um;
     }
   }
-  if (best.first == kNone) throw UsageError("the cell has no route: none of its segments has a length");
+  if (best.first == kNone) throw UsageError("the cell has no route: none of its segments has a length (a soma has none)");
   return best;
 }
 
@@ -231,7 +233,7 @@ Route planRoute(const CellGraph& graph, std::uint32_t cell, const std::string& s
     const auto seed = parse<std::uint64_t>(tail);
     if (!seed) throw UsageError("a random route is random:SEED with a whole number >= 0, as in random:1");
     const std::optional<Ends> drawn = randomEnds(forest, *seed);
-    if (!drawn) throw UsageError("the cell has no route: none of its segments has a length");
+    if (!drawn) throw UsageError("the cell has no route: none of its segments has a length (a soma has none)");
     ends = *drawn;
   } else {
     const auto first = parse<std::int64_t>(head), last = parse<std::int64_t>(tail);

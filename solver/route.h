@@ -85,6 +85,7 @@ std::vector<std::uint32_t> parentsFirst(const std::vector<std::uint32_t>& parent
 //                lowest ranks
 //   longest      the root-to-tip path of greatest arc length within one tree; ties: lowest ranks
 //   random:SEED  from a random root to one of its tips; the same for a seed on every machine
+// Samples that only give a soma its shape (index/soma.h) are no tips.
 // Throws UsageError for anything else, unknown or unconnected samples, and a cell without segments. O(samples).
 // `cell` is the id of `graph` in its set.
 Route planRoute(const CellGraph& graph, std::uint32_t cell, const std::string& spec);

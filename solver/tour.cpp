@@ -46,7 +46,7 @@ Route Tour::next() {
     if (const std::optional<Route> route = planRandomRoute(graph, cell, seed)) return *route;
     if (only_) break;
   }
-  throw UsageError(only_ ? "the cell has no route: none of its segments has a length"
+  throw UsageError(only_ ? "the cell has no route: none of its segments has a length (a soma has none)"
                          : "the set has no route to tour: no cell with a segment that has a length was found");
 }
 

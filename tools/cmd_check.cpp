@@ -1,5 +1,6 @@
 // filiform check: reads SWC and zip as ingest would, and says what it would keep, drop and refuse.
 #include "index/input.h"
+#include "index/soma.h"
 #include "index/text.h"
 #include "tools/cli.h"
 #include "tools/progress.h"
@@ -30,7 +31,21 @@ Json countsOf(const CodeCounts& codes) {
 
 std::string textOf(const Json& json) { return json.dump(1, ' ', false, Json::error_handler_t::replace); }
 
-void writeCheckJson(std::ostream& out, const std::vector<SourceReport>& reports, const std::string& doubt) {
+// What the TSV has no column for.
+struct CheckNotes {
+  std::string unit_doubt;
+  std::vector<std::string> soma_three_point_off;  // cells
+};
+
+std::string textOf(const CheckNotes& notes) {
+  const std::vector<std::string>& off = notes.soma_three_point_off;
+  if (off.empty()) return {};
+  return "  soma_three_point_off " + formatCount(off.size()) +
+         ": three soma samples, the outer two not one radius from the centre; taken as they are (the first: " +
+         escaped(off.front()) + ")\n";
+}
+
+void writeCheckJson(std::ostream& out, const std::vector<SourceReport>& reports, const CheckNotes& notes) {
   const InputTotals all = totals(reports);
   Json files = Json::array();
   for (const SourceReport& row : reports)
@@ -50,7 +65,8 @@ void writeCheckJson(std::ostream& out, const std::vector<SourceReport>& reports,
                  {"samples", all.samples},
                  {"segments", all.segments},
                  {"codes", countsOf(all.codes)},
-                 {"unit_doubt", doubt},
+                 {"unit_doubt", notes.unit_doubt},
+                 {"soma_three_point_off", notes.soma_three_point_off},
                  {"files", files}})
       << '\n';
 }
@@ -66,17 +82,18 @@ int runCheck(const CheckArguments& a) {
     progress.update(done);
   };
   Input input(a.inputs, options);
-  for (Cell cell; input.next(cell);) {
-  }
+  CheckNotes notes;
+  for (Cell cell; input.next(cell);)
+    if (!somataOf(cell).off_roots.empty()) notes.soma_three_point_off.push_back(cell.source);
   progress.finish();
-  const std::string doubt = input.unitDoubt();
+  notes.unit_doubt = input.unitDoubt();
   if (a.json)
-    writeCheckJson(std::cout, input.reports(), doubt);
+    writeCheckJson(std::cout, input.reports(), notes);
   else if (a.tsv)
     writeCheckTable(std::cout, input.reports());
   else
-    std::cout << summary(input.reports());
-  if (!doubt.empty()) std::cerr << "filiform: note: " << doubt << '\n';
+    std::cout << summary(input.reports()) << textOf(notes);
+  if (!notes.unit_doubt.empty()) std::cerr << "filiform: note: " << notes.unit_doubt << '\n';
   return anyRefused(input.reports()) ? 1 : 0;
 }
 

@@ -100,7 +100,7 @@ NearestResult placeNamed(const TileStore& store, const RenderArguments& a) {
 // Finds forks near the proxy; loads the tiles that it needs, and keeps them.
 class Forks {
  public:
-  explicit Forks(const TileStore& store) : store_(store) { forget(); }
+  explicit Forks(const TileStore& store) : store_(store), somata_(store) { forget(); }
 
   ProxyPlace placeOf(const NearestResult& found) {
     if (table_->find(found.tile) == nullptr) load(found.tile);
@@ -113,7 +113,8 @@ class Forks {
     if (tiles_.size() > kMostTiles) forget();
     if (table_->find(place.tile) == nullptr) load(place.tile);
     for (int round = 0;; ++round) {
-      JunctionSearch search = findJunction(*graph_, place, heading_W, zoom_um / 2, zoom_um / 10);
+      JunctionSearch search =
+          findJunction(*graph_, place, heading_W, zoom_um / 2, zoom_um / 10, kMostJunctionSegments, &somata_);
       // A fork in a tile that is not there yet may be nearer.
       if (search.absent.empty() || round == 64) return std::move(search.junction);
       for (const TileId tile : search.absent) load(tile);
@@ -135,6 +136,7 @@ class Forks {
   std::vector<std::shared_ptr<const Tile>> tiles_;
   std::unique_ptr<TileTable> table_;
   std::unique_ptr<GraphView> graph_;
+  SomaFinder somata_;
 };
 
 Proxy findProxy(const TileStore& store, const RenderArguments& a) {

@@ -1,17 +1,16 @@
 #include "tools/travel_report.h"
 
 #include "tools/report.h"
+#include "viewer/drawn_somata.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <map>
+#include <set>
 
 namespace filiform::tools {
 
 namespace {
-
-constexpr std::uint16_t kSwcSoma = 1;
 
 std::string format(const char* pattern, double a, double b) {
   char text[160];
@@ -60,23 +59,32 @@ void TravelReport::writePicture(const std::string& path, const std::string& titl
   if (store.cell_count() > 0 && is_synthetic(0) && is_synthetic(store.cell_count() - 1))
     options.levels = syntheticLevels();
   ProjectionPicture picture(options);
-  std::map<NodeId, CellDetail::Root> somata;  // not yet drawn
+  RootTable somata;
   for (std::uint32_t cell = 0; cell < store.cell_count(); ++cell)
     for (const CellDetail::Root& root : store.loadCellDetail(cell).roots)
-      if (root.type == kSwcSoma) somata.emplace(NodeId{cell, root.rank}, root);
+      if (root.type == kSomaType) somata.emplace(NodeId{cell, root.rank}, root);
+  std::set<NodeId> drawn;  // their roots
+  SomaFinder finder(store);
   for (TileId id = 0; id < store.tile_count(); ++id) {
     const std::shared_ptr<const Tile> tile = store.load(id);
     const TileAppearance appearance = store.loadAppearance(id);
+    finder.offer(tile, appearance);
+    const SomaTable spheres = somataIn(*tile, appearance, somata, finder);
     for (std::uint32_t s = 0; s < tile->segment_count(); ++s) {
       if (!tile->owned(s)) continue;
       const NodeId parent = tile->nodeId(tile->parent(s));
       const Vector3d parent_W = tile->position_W(tile->parent(s));
+      const auto sphere = spheres.find(parent);
+      if (sphere != spheres.end()) {
+        const Soma& soma = *sphere->second;
+        if (drawn.insert({parent.cell, soma.root}).second) picture.addSoma(parent.cell, soma.centre_um, soma.radius_um);
+        const auto child = spheres.find(tile->nodeId(tile->child(s)));
+        if (child != spheres.end() && child->second == sphere->second) continue;
+      } else if (const auto soma = somata.find(parent); soma != somata.end() && drawn.insert(parent).second) {
+        picture.addSoma(parent.cell, parent_W, soma->second.radius_um);
+      }
       picture.addSegment(parent.cell, tile->position_W(tile->child(s)), parent_W, appearance.types[s],
                          appearance.radii_um[s]);
-      if (const auto soma = somata.find(parent); soma != somata.end()) {
-        picture.addSoma(parent.cell, parent_W, soma->second.radius_um);
-        somata.erase(soma);
-      }
     }
   }
   picture.addPath(way_W_);

@@ -26,13 +26,20 @@ void list(std::uint32_t keys, const std::vector<std::pair<std::uint32_t, std::ui
 
 }  // namespace
 
-CellWalk::CellWalk(CellGraph graph) : graph_(std::move(graph)), parents_(graph_.parents) {
+CellWalk::CellWalk(CellGraph graph)
+    : graph_(std::move(graph)), is_soma_end_(graph_.samples(), false), parents_(graph_.parents) {
   const std::uint32_t n = samples();
   segment_at_.resize(n);
+  std::vector<std::uint32_t> soma_end_below(n, kNoParent);
+  for (const Soma& soma : graph_.somata.somata)
+    for (const std::uint32_t node : soma.dead_ends) {
+      is_soma_end_[node] = true;
+      soma_end_below[parents_[node]] = node;
+    }
   std::vector<std::pair<std::uint32_t, std::uint32_t>> down, both;
   for (std::uint32_t node = 0; node < n; ++node) {
     if (parents_[node] == kNoParent) continue;
-    down.emplace_back(parents_[node], node);
+    if (!is_soma_end_[node]) down.emplace_back(parents_[node], node);
     if (graph_.isGraph()) continue;
     both.emplace_back(parents_[node], node);
     both.emplace_back(node, parents_[node]);
@@ -60,7 +67,13 @@ CellWalk::CellWalk(CellGraph graph) : graph_(std::move(graph)), parents_(graph_.
     std::stable_sort(begin, end, [&](std::uint32_t a, std::uint32_t b) {
       return reach_um[a] + distance(a, node) > reach_um[b] + distance(b, node);
     });
-    if (!graph_.isGraph()) segment_at_[node] = parents_[node] == kNoParent && begin != end ? *begin : node;
+    if (graph_.isGraph()) continue;
+    segment_at_[node] = node;
+    if (parents_[node] != kNoParent) continue;
+    if (begin != end)
+      segment_at_[node] = *begin;
+    else if (soma_end_below[node] != kNoParent)
+      segment_at_[node] = soma_end_below[node];
   }
 }
 
@@ -104,7 +117,7 @@ std::optional<std::uint32_t> CellWalk::parent(const Spot& spot) const {
 }
 
 std::optional<std::uint32_t> CellWalk::child(const Spot& spot, std::uint32_t turn) const {
-  if (spot.t > 0 && spot.t < 1) return spot.child;
+  if (spot.t > 0 && spot.t < 1) return is_soma_end_[spot.child] ? std::nullopt : std::optional(spot.child);
   const std::uint32_t node = spot.t > 0 ? spot.parent : spot.child;
   const std::uint32_t count = first_child_[node + 1] - first_child_[node];
   if (count == 0) return std::nullopt;
@@ -129,6 +142,7 @@ std::optional<std::uint32_t> CellWalk::otherBranch(const Spot& spot) const {
   while (parents_[below] != kNoParent) {
     const std::uint32_t fork = parents_[below];
     const std::uint32_t first = first_child_[fork], count = first_child_[fork + 1] - first;
+    if (is_soma_end_[below] && count > 0) return children_[first];
     if (count > 1) {
       std::uint32_t here = 0;
       while (children_[first + here] != below) ++here;
@@ -143,6 +157,14 @@ std::uint32_t CellWalk::root(const Spot& spot) const {
   std::uint32_t node = spot.child;
   while (parents_[node] != kNoParent) node = parents_[node];
   return node;
+}
+
+bool CellWalk::isTip(std::uint32_t node) const {
+  if (is_soma_end_[node]) return false;
+  std::uint32_t branches = 0;
+  for (std::uint32_t i = first_neighbour_[node]; i < first_neighbour_[node + 1]; ++i)
+    branches += is_soma_end_[neighbours_[i]] ? 0 : 1;
+  return branches == 1;
 }
 
 CellWalk::Reached CellWalk::reach(const Spot& from) const {
@@ -177,7 +199,7 @@ std::vector<std::uint32_t> CellWalk::tips(const Spot& spot, std::size_t most) co
   const Reached reached = reach(spot);
   std::vector<std::uint32_t> found;
   for (std::uint32_t node = 0; node < samples(); ++node)
-    if (degree(node) == 1 && reached.length_um[node] > 0 && reached.length_um[node] < kInfinity) found.push_back(node);
+    if (isTip(node) && reached.length_um[node] > 0 && reached.length_um[node] < kInfinity) found.push_back(node);
   const std::size_t kept = std::min(most, found.size());
   std::partial_sort(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(kept), found.end(),
                     [&](std::uint32_t a, std::uint32_t b) {
@@ -191,7 +213,7 @@ std::optional<std::uint32_t> CellWalk::farthestTip(const Spot& spot) const {
   const Reached reached = reach(spot);
   std::optional<std::uint32_t> best;
   for (std::uint32_t node = 0; node < samples(); ++node)
-    if (degree(node) == 1 && reached.length_um[node] > 0 && reached.length_um[node] < kInfinity &&
+    if (isTip(node) && reached.length_um[node] > 0 && reached.length_um[node] < kInfinity &&
         (!best || reached.length_um[node] > reached.length_um[*best]))
       best = node;
   return best;

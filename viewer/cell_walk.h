@@ -21,7 +21,9 @@ class CellWalk {
     std::uint32_t child = 0, parent = 0;  // ranks; the same for an isolated sample
   };
 
-  // Of a cell with loops, parents are those of its spanning forest; paths may use every link. O(samples).
+  // Of a cell with loops, parents are those of its spanning forest; paths may use every link. Samples that only give a
+  // soma its shape are neither children nor tips; a place on one of them still leads back to the soma's root.
+  // O(samples).
   explicit CellWalk(CellGraph graph);
 
   const CellGraph& graph() const { return graph_; }
@@ -64,9 +66,10 @@ class CellWalk {
   double distance(std::uint32_t a, std::uint32_t b) const {
     return (graph_.position_W(a) - graph_.position_W(b)).norm();
   }
-  std::uint32_t degree(std::uint32_t node) const { return first_neighbour_[node + 1] - first_neighbour_[node]; }
+  bool isTip(std::uint32_t node) const;
 
   CellGraph graph_;
+  std::vector<bool> is_soma_end_;                      // by sample: see Soma::dead_ends
   std::vector<std::uint32_t> parents_, segment_at_;    // by sample; of the second, a segment that ends there
   std::vector<std::uint32_t> first_child_, children_;  // children of n: children_[first_child_[n] .. first_child_[n+1])
   std::vector<std::uint32_t> first_neighbour_, neighbours_;

@@ -12,8 +12,8 @@ namespace {
 
 class Walk {
  public:
-  Walk(const GraphView& graph, std::uint32_t most, std::vector<TileId>& absent)
-      : graph_(graph), left_(most), absent_(absent) {}
+  Walk(const GraphView& graph, std::uint32_t most, SomaFinder* somata, std::vector<TileId>& absent)
+      : graph_(graph), left_(most), somata_(somata), absent_(absent) {}
 
   // The node at the given end of a segment, in its home; not present: the reason is noted.
   GraphView::HomeNode end(const Tile& tile, std::uint32_t node) {
@@ -22,11 +22,24 @@ class Walk {
       absent_.push_back(home.home);
     return home;
   }
+  // The branches at a node in its home, in the order of their segments' ids.
+  std::vector<std::uint32_t> branches(const GraphView::HomeNode& at) {
+    const Tile& tile = *at.tile;
+    std::vector<std::uint32_t> segments;
+    for (const std::uint32_t segment : tile.incident(at.node)) segments.push_back(segment);
+    if (somata_ == nullptr || segments.size() < 3) return segments;
+    const auto soma = somata_->ofIfReadable(tile.nodeId(at.node), tile.gridPoint(at.node));
+    if (soma)
+      std::erase_if(segments,
+                    [&](std::uint32_t segment) { return soma->isDeadEnd(tile.nodeId(tile.child(segment)).sample); });
+    return segments;
+  }
   bool spend() { return left_ > 0 && left_-- > 0; }
 
  private:
   const GraphView& graph_;
   std::uint32_t left_;
+  SomaFinder* somata_;
   std::vector<TileId>& absent_;
 };
 
@@ -54,9 +67,21 @@ std::optional<Fork> forkAhead(Walk& walk, const Tile* tile, std::uint32_t segmen
   while (distance_um <= reach_um && walk.spend()) {
     const GraphView::HomeNode at = walk.end(*tile, to);
     if (!at.present()) return {};
-    const Tile::Incident segments = at.tile->incident(at.node);
     const SegmentId by = tile->segmentId(segment);
+    const std::vector<std::uint32_t> segments = walk.branches(at);
     if (segments.size() > 2) return Fork{at, by, distance_um};
+    const auto isBy = [&](std::uint32_t candidate) { return at.tile->segmentId(candidate) == by; };
+    if (std::none_of(segments.begin(), segments.end(), isBy)) {
+      // From a sample that only gives the soma its shape: on along the one neurite, or both.
+      std::optional<Fork> best;
+      for (const std::uint32_t neurite : segments) {
+        const Step step = stepFrom(at, neurite);
+        const double step_um = (step.tile->position_W(step.to) - at.tile->position_W(at.node)).norm();
+        const std::optional<Fork> fork = forkAhead(walk, step.tile, neurite, step.to, distance_um + step_um, reach_um);
+        if (fork && (!best || fork->distance_um < best->distance_um)) best = fork;
+      }
+      return best;
+    }
     if (segments.size() < 2) return {};
     const std::uint32_t next = at.tile->segmentId(segments[0]) == by ? segments[1] : segments[0];
     const Step step = stepFrom(at, next);
@@ -86,7 +111,7 @@ Branch followBranch(Walk& walk, const GraphView::HomeNode& from, std::uint32_t s
     if (!walk.spend()) break;
     const GraphView::HomeNode at = walk.end(*step.tile, step.to);
     if (!at.present()) break;
-    const Tile::Incident segments = at.tile->incident(at.node);
+    const std::vector<std::uint32_t> segments = walk.branches(at);
     if (segments.size() != 2) break;
     const SegmentId by = step.tile->segmentId(step.segment);
     step = stepFrom(at, at.tile->segmentId(segments[0]) == by ? segments[1] : segments[0]);
@@ -117,7 +142,7 @@ class Shape {
 }  // namespace
 
 JunctionSearch findJunction(const GraphView& graph, const ProxyPlace& place, const Vector3d& heading_W, double reach_um,
-                            double length_um, std::uint32_t most_segments) {
+                            double length_um, std::uint32_t most_segments, SomaFinder* somata) {
   JunctionSearch search;
   if (!place.valid()) return search;
   const GraphView::SegmentRef on = graph.segment(place.tile, place.segment);
@@ -125,7 +150,7 @@ JunctionSearch findJunction(const GraphView& graph, const ProxyPlace& place, con
     search.absent.push_back(place.tile);
     return search;
   }
-  Walk walk(graph, most_segments, search.absent);
+  Walk walk(graph, most_segments, somata, search.absent);
 
   std::optional<Fork> best;
   const std::uint32_t ends[] = {on.tile->child(on.segment), on.tile->parent(on.segment)};
@@ -148,7 +173,7 @@ JunctionSearch findJunction(const GraphView& graph, const ProxyPlace& place, con
   junction.node = best->at.tile->nodeId(best->at.node);
   junction.p_W = best->at.tile->position_W(best->at.node);
   junction.distance_um = best->distance_um;
-  for (const std::uint32_t segment : best->at.tile->incident(best->at.node)) {
+  for (const std::uint32_t segment : walk.branches(best->at)) {
     Branch branch = followBranch(walk, best->at, segment, length_um);
     branch.own = branch.first == best->by;
     junction.branches.push_back(std::move(branch));

@@ -3,6 +3,7 @@
 // tile table.
 #pragma once
 
+#include "index/soma_finder.h"
 #include "solver/graph_view.h"
 #include "viewer/thread_batches.h"
 
@@ -29,12 +30,15 @@ struct JunctionSearch {
   std::vector<TileId> absent;  // tiles that the answer would have needed: with them it may be another
 };
 
+inline constexpr std::uint32_t kMostJunctionSegments = 4096;
+
 // The nearest fork along the thread from the proxy, within `reach_um`. Where the proxy moves along `heading_W` (any
 // length; zero: no heading) the one ahead is preferred to the one behind, however near. Ends of threads are no forks.
 // Visits at most `most_segments` segments; none where the place is invalid. Branches are followed for `length_um`, up
-// to the next fork.
+// to the next fork. With `somata`, segments that only give a soma its shape are no branches.
 JunctionSearch findJunction(const GraphView& graph, const ProxyPlace& place, const Vector3d& heading_W, double reach_um,
-                            double length_um, std::uint32_t most_segments = 4096);
+                            double length_um, std::uint32_t most_segments = kMostJunctionSegments,
+                            SomaFinder* somata = nullptr);
 
 struct GlyphPalette {
   Rgba own, other;

@@ -5,13 +5,13 @@
 #include "solver/graph_view.h"
 
 #include <algorithm>
+#include <mutex>
 
 namespace filiform {
 
 namespace {
 
 constexpr int kMostRounds = 64;
-constexpr std::uint16_t kSomaType = 1;
 
 // Tiles of one question, and the graph on them.
 class Reading {
@@ -37,7 +37,7 @@ class Reading {
 }  // namespace
 
 struct PlaceFinder::Impl {
-  explicit Impl(const TileStore& scene) : store(scene), nearest(scene) {}
+  explicit Impl(const TileStore& scene) : store(scene), nearest(scene), somata(scene) {}
 
   ProxyPlace at(TileId tile, SegmentId segment, double t) const {
     Reading reading(store);
@@ -47,6 +47,8 @@ struct PlaceFinder::Impl {
 
   const TileStore& store;
   Nearest nearest;
+  std::mutex mutex;  // of the next
+  SomaFinder somata;
 };
 
 PlaceFinder::PlaceFinder(const TileStore& store) : impl_(std::make_unique<Impl>(store)) {}
@@ -121,10 +123,12 @@ ProxyPlace PlaceFinder::find(const CellQuery& query) const {
 std::optional<Junction> PlaceFinder::junction(const ProxyPlace& place, const Vector3d& heading_W, double reach_um,
                                               double length_um) const {
   if (!place.valid()) return std::nullopt;
+  const std::lock_guard lock(impl_->mutex);
   Reading reading(impl_->store);
   reading.load(place.tile);
   for (int round = 0;; ++round) {
-    JunctionSearch search = findJunction(reading.graph, place, heading_W, reach_um, length_um);
+    JunctionSearch search =
+        findJunction(reading.graph, place, heading_W, reach_um, length_um, kMostJunctionSegments, &impl_->somata);
     if (search.absent.empty() || round == kMostRounds) return std::move(search.junction);
     reading.load(search.absent.front());
   }

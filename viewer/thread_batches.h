@@ -4,6 +4,7 @@
 
 #include "index/tile_store.h"
 #include "viewer/colour.h"
+#include "viewer/drawn_somata.h"
 
 #include <cstdint>
 #include <map>
@@ -40,11 +41,6 @@ inline constexpr float kThinnest_um = 0.01F, kThickest_um = 10, kThickestSoma_um
 inline constexpr float kDrawnUnknown_um = 0.3F, kDrawnUnknownSoma_um = 6;
 float drawnRadius(float radius_um, std::uint16_t type, bool* replaced = nullptr) noexcept;
 
-// Radius and type of samples that no segment carries: roots, and with them most somata.
-using RootTable = std::map<NodeId, CellDetail::Root>;
-// Adds the roots of a cell. Throws CorruptSet, IoError from the store. O(samples of the cell).
-void addRoots(const TileStore& store, std::uint32_t cell, RootTable& roots);
-
 // Cells of which the tile holds a node that no segment's child end gives a radius and a type: a root, or a sample whose
 // own segment lies elsewhere. Ascending. O(n log n).
 std::vector<std::uint32_t> cellsWithOpenNodes(const Tile& tile);
@@ -53,11 +49,12 @@ struct BatchOptions {
   ColourBy colour = ColourBy::cell;
   double shallow_um = 0, deep_um = 1;    // ColourBy::depth: y of the two ends of the ramp, which may be in either order
   const RootTable* roots = nullptr;      // draws the somata among them, and gives first segments their true width
+  const SomaTable* somata = nullptr;     // each drawn as one sphere, in place of the segments between its samples
   std::uint32_t only_cell = UINT32_MAX;  // if it is one: no other cell's segments
 };
 
-// All segments that the tile owns; isolated samples and somata as spheres. A segment's two radii are those of its
-// samples, as far as the tile holds them. Requires the tile's own appearance. O(n).
+// All segments that the tile owns but those within somata; isolated samples and somata as spheres. A segment's two
+// radii are those of its samples, as far as the tile holds them. Requires the tile's own appearance. O(n).
 ThreadBatch makeBatch(const Tile& tile, const TileAppearance& appearance, const BatchOptions& options = {});
 
 // Puts what `more` holds behind; it must have an origin near by. O(more).

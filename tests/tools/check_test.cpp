@@ -162,6 +162,24 @@ TEST(Check, JsonHoldsTheFieldsOfTheTableAndCounts) {
   EXPECT_EQ(runFiliform({"check", folder.file("a.swc"), "--json", "--tsv"}).exit_code, 2);
 }
 
+TEST(Check, AThreePointSomaThatIsOffIsARemarkOnly) {
+  const test::TempFolder folder;
+  const std::string rest = "4 3 9 0 0 1 1\n5 3 14 0 0 1 4\n";
+  test::writeBytes(folder.file("good.swc"), "1 1 0 0 0 4 -1\n2 1 0 -4 0 4 1\n3 1 0 4.02 0 4 1\n" + rest);
+  test::writeBytes(folder.file("off.swc"), "1 1 0 0 0 4 -1\n2 1 0 -4 0 4 1\n3 1 0 4.6 0 4 1\n" + rest);
+  const Outcome text = runFiliform({"check", folder.path(), "--strict"});
+  EXPECT_EQ(text.exit_code, 0);
+  EXPECT_NE(text.out.find("2 inputs: 2 accepted"), std::string::npos) << text.out;
+  EXPECT_NE(text.out.find("  soma_three_point_off 1: "), std::string::npos) << text.out;
+  EXPECT_NE(text.out.find("off.swc"), std::string::npos) << text.out;
+  const auto object = nlohmann::json::parse(runFiliform({"check", folder.path(), "--json"}).out);
+  EXPECT_EQ(object.at("soma_three_point_off"), nlohmann::json::array({"off.swc"}));
+  EXPECT_EQ(object.at("verdict"), "accept");
+  EXPECT_EQ(runFiliform({"check", folder.path(), "--tsv"}).out,
+            "file\tseverity\tsamples\tsegments\tdropped\tcodes\n"
+            "good.swc\taccept\t5\t4\t-\t-\noff.swc\taccept\t5\t4\t-\t-\n");
+}
+
 // A neurite of `steps` steps in a zigzag, in any unit.
 std::string neuriteText(double step, int steps) {
   std::string text = "1 1 0 0 0 1 -1\n";

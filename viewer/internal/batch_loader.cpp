@@ -35,6 +35,7 @@ struct BatchLoader::Impl {
   // Of the loading thread.
   RootTable roots;
   std::set<std::uint32_t> cells_known;
+  SomaFinder finder;
   std::thread thread{};
 
   void run();
@@ -49,6 +50,7 @@ struct BatchLoader::Impl {
 void BatchLoader::Impl::learn(std::uint32_t cell, const CellDetail& detail) {
   for (const CellDetail::Root& root : detail.roots) roots[{cell, root.rank}] = root;
   cells_known.insert(cell);
+  finder.offer(cell, detail);
 }
 
 ThreadBatch BatchLoader::Impl::load(const TileJob& job) {
@@ -59,8 +61,14 @@ ThreadBatch BatchLoader::Impl::load(const TileJob& job) {
     learn(job.whole_cell, detail);
     options.roots = &roots;
     options.only_cell = job.whole_cell;
-    for (const TileId tile : detail.tiles)
-      append(batch, makeBatch(*store.load(tile), store.loadAppearance(tile), options));
+    for (const TileId id : detail.tiles) {
+      const std::shared_ptr<const Tile> tile = store.load(id);
+      const TileAppearance appearance = store.loadAppearance(id);
+      finder.offer(tile, appearance);
+      const SomaTable somata = somataIn(*tile, appearance, roots, finder);
+      options.somata = &somata;
+      append(batch, makeBatch(*tile, appearance, options));
+    }
   } else {
     const std::shared_ptr<const Tile> tile = job.level ? levels->load(job.tile) : store.load(job.tile);
     const TileAppearance appearance = job.level ? levels->loadAppearance(job.tile) : store.loadAppearance(job.tile);
@@ -69,6 +77,9 @@ ThreadBatch BatchLoader::Impl::load(const TileJob& job) {
       for (const std::uint32_t cell : cellsWithOpenNodes(*tile))
         if (!cells_known.contains(cell)) learn(cell, store.loadCellDetail(cell));
     options.roots = job.level ? nullptr : &roots;
+    if (!job.level) finder.offer(tile, appearance);
+    const SomaTable somata = job.level ? somataInLevel(*tile, appearance) : somataIn(*tile, appearance, roots, finder);
+    options.somata = &somata;
     batch = makeBatch(*tile, appearance, options);
   }
   sortThickestFirst(batch);
@@ -111,7 +122,8 @@ BatchLoader::BatchLoader(const TileStore& store, const Levels* levels, double sh
                      .ready = {},
                      .under_way = {},
                      .roots = {},
-                     .cells_known = {}}) {
+                     .cells_known = {},
+                     .finder = SomaFinder(store)}) {
   impl_->thread = std::thread([this] { impl_->run(); });
 }
 

@@ -1,0 +1,29 @@
+// Somata as they are drawn: radius and type of roots, and the somata of a tile whose samples mean a sphere. Pure
+// functions but for the finder they are given; its thread.
+#pragma once
+
+#include "index/soma_finder.h"
+#include "index/tile_store.h"
+
+#include <map>
+#include <memory>
+
+namespace filiform {
+
+// Radius and type of samples that no segment carries: roots, and with them most somata.
+using RootTable = std::map<NodeId, CellDetail::Root>;
+// Adds the roots of a cell. Throws CorruptSet, IoError from the store. O(samples of the cell).
+void addRoots(const TileStore& store, std::uint32_t cell, RootTable& roots);
+
+// Somata that are drawn as spheres, by their samples: the root and all others.
+using SomaTable = std::map<NodeId, std::shared_ptr<const Soma>>;
+
+// Those that the tile's own segments begin or lie in. `roots` must hold the roots of cellsWithOpenNodes(). A soma that
+// cannot be read is left out, and then drawn as its samples are. O(n), and reads of the somata's other tiles.
+SomaTable somataIn(const Tile& tile, const TileAppearance& appearance, const RootTable& roots, SomaFinder& finder);
+
+// Those of a tile of a level of detail, where samples are not known: two soma segments at one node that lie as those of
+// a three-point soma, or one of them where the tile has no more. By the tile's own node ids. O(n).
+SomaTable somataInLevel(const Tile& tile, const TileAppearance& appearance);
+
+}  // namespace filiform
