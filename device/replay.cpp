@@ -9,13 +9,13 @@
 #include <condition_variable>
 #include <cstdio>
 #include <cstring>
-#include <fcntl.h>
+#include <exception>
 #include <fstream>
 #include <mutex>
+#include <ostream>
 #include <sstream>
 #include <system_error>
 #include <thread>
-#include <unistd.h>
 #include <utility>
 
 namespace filiform {
@@ -54,27 +54,16 @@ bool sameBits(const Wrench& a, const Wrench& b) {
 struct RecordingDevice::Impl {
   using Exchange = internal::RecordedExchange;
 
-  Impl(std::unique_ptr<HapticDevice> device, std::string to, const RecordingOptions& with)
-      : inner(std::move(device)), path(std::move(to)), options(with), waiting(options.capacity) {}
-
-  std::string partial() const { return path + ".partial"; }
+  Impl(std::unique_ptr<HapticDevice> device, std::ostream& to, const RecordingOptions& with)
+      : inner(std::move(device)), out(to), options(with), waiting(options.capacity) {}
 
   void write(const std::string& bytes) {
-    for (std::size_t at = 0; at < bytes.size();) {
-      const ssize_t n = ::write(file, bytes.data() + at, bytes.size() - at);
-      if (n < 0 && errno == EINTR) continue;
-      if (n < 0) throw systemFailure(path, "cannot write the recording", errno);
-      at += static_cast<std::size_t>(n);
-    }
+    out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+    out.flush();
+    if (!out) throw DeviceError("cannot write the recording");
   }
 
   // The rest requires the mutex.
-  void abandon() noexcept {
-    if (file >= 0) ::close(file);
-    file = -1;
-    ::unlink(partial().c_str());
-  }
-
   // Takes everything off the ring even when the file has failed, so that a failed recording does not look like a lost
   // one.
   void writeWaiting() {
@@ -87,7 +76,7 @@ struct RecordingDevice::Impl {
         internal::appendExchange(batch, written + taken, exchange);
         ++taken;
       }
-      if (file < 0) continue;
+      if (!writing) continue;
       write(batch);
       written += taken;
     }
@@ -104,7 +93,7 @@ struct RecordingDevice::Impl {
     try {
       writeWaiting();
     } catch (...) {
-      abandon();
+      writing = false;
       throw;
     }
   }
@@ -124,15 +113,15 @@ struct RecordingDevice::Impl {
     while (!wake.wait_for(lock, std::chrono::milliseconds(5), [this] { return stop; })) {
       try {
         drain();
-      } catch (const DeviceError& error) {
-        failure = error.what();
+      } catch (...) {
+        failure = std::current_exception();
         return;
       }
     }
   }
 
   std::unique_ptr<HapticDevice> inner;
-  std::string path;
+  std::ostream& out;
   RecordingOptions options;
   // The last exchange, until it is known that no marks come any more. Haptic thread, then finish().
   Exchange last;
@@ -141,20 +130,21 @@ struct RecordingDevice::Impl {
   std::atomic<std::uint64_t> lost{0};        // exchanges from the first that found the ring full
   std::atomic<bool> recording{false};
 
-  std::mutex mutex;  // guards the file and the reading end of the ring
+  std::mutex mutex;  // guards the stream and the reading end of the ring
   std::condition_variable wake;
   std::thread writer;
   bool stop = false;
-  std::string failure;  // of the writer thread
-  int file = -1;
+  std::exception_ptr failure;            // of the writer thread
+  bool writing = false, opened = false;  // the header is written, and no write has failed since
+  bool whole = false;
   std::uint64_t written = 0;
   std::string batch;
 };
 
-RecordingDevice::RecordingDevice(std::unique_ptr<HapticDevice> inner, std::string path, const RecordingOptions& options)
-    : impl_(std::make_unique<Impl>(std::move(inner), std::move(path), options)) {
+RecordingDevice::RecordingDevice(std::unique_ptr<HapticDevice> inner, std::ostream& out,
+                                 const RecordingOptions& options)
+    : impl_(std::make_unique<Impl>(std::move(inner), out, options)) {
   if (impl_->inner == nullptr) throw DeviceError("recording: there is no device to record");
-  if (impl_->path.empty()) throw DeviceError("recording: the name of its file is empty");
   if (options.capacity == 0) throw DeviceError("recording: the capacity must be at least 1");
 }
 
@@ -175,21 +165,19 @@ DeviceStatus RecordingDevice::status() const noexcept { return impl_->inner->sta
 
 void RecordingDevice::open() {
   Impl& d = *impl_;
-  if (d.file >= 0 || d.recording) throw DeviceError(printable(d.path) + ": a recording can be opened only once");
-  d.file = ::open(d.partial().c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-  if (d.file < 0) throw systemFailure(d.path, "cannot create the recording", errno);
+  if (std::exchange(d.opened, true)) throw DeviceError("a recording can be opened only once");
   try {
     d.inner->open();
     std::string header;
     internal::appendHeader(
         header, {d.inner->capabilities(), d.inner->status(), d.options.marked, d.options.device, d.options.options});
     d.write(header);
+    d.writing = true;
     d.recording = true;
     if (d.options.writer_thread) d.writer = std::thread([&d] { d.runWriter(); });
   } catch (...) {
-    d.recording = false;
+    d.recording = d.writing = false;
     d.inner->close();
-    d.abandon();
     throw;
   }
 }
@@ -221,30 +209,24 @@ void RecordingDevice::finish() {
   d.recording = false;
   d.stopWriter();
   const std::lock_guard lock(d.mutex);
-  if (d.file < 0) {
-    if (!d.failure.empty()) throw DeviceError(std::exchange(d.failure, {}));
+  if (!d.writing) {
+    if (d.failure) std::rethrow_exception(std::exchange(d.failure, nullptr));
     return;
   }
   d.drain();
   d.keepLast();
   d.drain();
-  try {
-    std::string closing;
-    internal::appendClosing(closing, d.written);
-    d.write(closing);
-    if (::fsync(d.file) != 0 && errno != EINVAL && errno != EROFS)
-      throw systemFailure(d.path, "cannot write the recording", errno);
-    if (::close(std::exchange(d.file, -1)) != 0) throw systemFailure(d.path, "cannot write the recording", errno);
-    if (::rename(d.partial().c_str(), d.path.c_str()) != 0)
-      throw systemFailure(d.path, "cannot publish the recording", errno);
-  } catch (...) {
-    d.abandon();
-    throw;
-  }
+  d.writing = false;
+  std::string closing;
+  internal::appendClosing(closing, d.written);
+  d.write(closing);
+  d.whole = true;
   if (const std::uint64_t lost = d.lost; lost > 0)
-    throw DeviceError(printable(d.path) + ": the recording holds the first " + std::to_string(d.written) +
-                      " exchanges; the " + std::to_string(lost) + " after them came faster than they were written");
+    throw DeviceError("the recording holds the first " + std::to_string(d.written) + " exchanges; the " +
+                      std::to_string(lost) + " after them came faster than they were written");
 }
+
+bool RecordingDevice::whole() const noexcept { return impl_->whole; }
 
 RecordingWords readRecordingWords(const std::string& path) {
   std::ifstream in(path, std::ios::binary);

@@ -8,6 +8,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <iosfwd>
 #include <memory>
 #include <string>
 #include <vector>
@@ -32,29 +33,31 @@ struct RecordingOptions {
   bool marked = false;    // the run calls mark()
 };
 
-// Wraps a device and passes everything through. The file appears under its name only when it is whole: until then it is
-// PATH.partial. What relax() does is not recorded: nobody computed with its state. Thread rule: as HapticDevice; mark()
-// is for the thread that exchanges, drain() for any, finish() for the owner after the haptic thread has stopped calling
-// exchange().
+// Wraps a device and passes everything through. The stream gets the recording's bytes in order; where it goes and what
+// becomes of a file that is not whole is its owner's matter. What relax() does is not recorded: nobody computed with
+// its state. Thread rule: as HapticDevice; mark() is for the thread that exchanges, drain() for any, finish() for the
+// owner after the haptic thread has stopped calling exchange().
 class RecordingDevice : public HapticDevice {
  public:
-  RecordingDevice(std::unique_ptr<HapticDevice> inner, std::string path, const RecordingOptions& options = {});
+  // The stream must outlive the device. Nothing else may write to it.
+  RecordingDevice(std::unique_ptr<HapticDevice> inner, std::ostream& out, const RecordingOptions& options = {});
   // Finishes the recording if nobody did, so that a run that ended badly can be replayed; failures go unreported here.
   ~RecordingDevice() override;
 
-  // Writes what is waiting. Throws DeviceError when the file cannot be written; the recording is then over and removed,
-  // while exchanges go on.
+  // Writes what is waiting. Throws DeviceError when the stream cannot be written, and what the stream throws; the
+  // recording is then over, while exchanges go on.
   void drain();
-  // Writes the rest and the closing mark, and publishes the file. Throws DeviceError if that fails, or if exchanges
-  // came faster than they were written: the file then holds those before the first loss, and the text says how many.
-  // Does nothing the second time.
+  // Writes the rest and the closing mark, and flushes the stream. Throws as drain() does, and DeviceError if exchanges
+  // came faster than they were written: the recording then holds those before the first loss, and the text says how
+  // many. Does nothing the second time.
   void finish();
+  // Can what was written be replayed? True after the closing mark.
+  bool whole() const noexcept;
 
   HapticDevice& inner() noexcept;
   const DeviceCapabilities& capabilities() const override;
   DeviceStatus status() const noexcept override;
-  // Opens the device and begins the file, replacing one of that name when it is finished. Once per object: throws
-  // DeviceError the second time.
+  // Opens the device and writes the recording's header. Once per object: throws DeviceError the second time.
   void open() override;
   void close() noexcept override;
   // Adds a copy into memory to the cost of the inner exchange: no file, no lock, no allocation.

@@ -6,14 +6,13 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
-#include <fcntl.h>
 #include <fstream>
 #include <limits>
 #include <map>
+#include <ostream>
 #include <sstream>
 #include <system_error>
 #include <tuple>
-#include <unistd.h>
 #include <utility>
 
 namespace filiform {
@@ -39,8 +38,7 @@ DeviceError systemFailure(const std::string& path, const std::string& what, int 
 
 class UsbRecorder::Writer {
  public:
-  Writer(std::string to, std::size_t capacity) : path(std::move(to)) {
-    if (path.empty()) throw DeviceError("recording of USB traffic: the name of its file is empty");
+  Writer(std::ostream& to, std::size_t capacity) : out_(to) {
     recorded_.reserve(std::max<std::size_t>(capacity, 4096));
     internal::appendUsbHeader(recorded_);
   }
@@ -58,34 +56,18 @@ class UsbRecorder::Writer {
   void finish() {
     if (std::exchange(finished_, true)) return;
     internal::appendUsbClosing(recorded_, count_);
-    const std::string partial = path + ".partial";
-    const int file = ::open(partial.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-    if (file < 0) throw systemFailure(path, "cannot create the recording", errno);
-    int failed = 0;
-    for (std::size_t at = 0; at < recorded_.size() && failed == 0;) {
-      const ssize_t n = ::write(file, recorded_.data() + at, recorded_.size() - at);
-      if (n >= 0) {
-        at += static_cast<std::size_t>(n);
-      } else if (errno != EINTR) {
-        failed = errno;
-      }
-    }
-    if (failed == 0 && ::fsync(file) != 0 && errno != EINVAL && errno != EROFS) failed = errno;
-    if (::close(file) != 0 && failed == 0) failed = errno;
-    if (failed == 0 && ::rename(partial.c_str(), path.c_str()) != 0) failed = errno;
-    if (failed != 0) {
-      ::unlink(partial.c_str());
-      throw systemFailure(path, "cannot write the recording", failed);
-    }
+    out_.write(recorded_.data(), static_cast<std::streamsize>(recorded_.size()));
+    out_.flush();
+    if (!out_) throw DeviceError("cannot write the recording");
     if (lost_ > 0)
-      throw DeviceError(path + ": the recording holds the first " + std::to_string(count_) + " records; the " +
+      throw DeviceError("the recording holds the first " + std::to_string(count_) + " records; the " +
                         std::to_string(lost_) + " after them exceeded its capacity");
   }
 
-  std::string path;
   std::uint32_t connections = 0;
 
  private:
+  std::ostream& out_;
   std::string recorded_;
   std::uint64_t count_ = 0, lost_ = 0;
   bool finished_ = false;
@@ -226,8 +208,8 @@ std::unique_ptr<UsbTransfer> RecordedConnection::makeTransfer(std::uint8_t endpo
   return std::make_unique<RecordedTransfer>(*this, endpoint, inner_->makeTransfer(endpoint, capacity));
 }
 
-UsbRecorder::UsbRecorder(UsbTransport& inner, std::string path, std::size_t capacity)
-    : inner_(inner), writer_(std::make_unique<Writer>(std::move(path), capacity)) {}
+UsbRecorder::UsbRecorder(UsbTransport& inner, std::ostream& out, std::size_t capacity)
+    : inner_(inner), writer_(std::make_unique<Writer>(out, capacity)) {}
 
 UsbRecorder::~UsbRecorder() {
   try {

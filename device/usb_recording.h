@@ -1,14 +1,16 @@
 // Real traffic over USB into a file, and that file in the place of the device: what a driver met once can be met again,
 // without the hardware. device/PROTOCOL.md has the file's bytes.
 //
-//   UsbRecorder recorder(systemUsb(), "falcon.usb");      UsbReplay replay("falcon.usb");
-//   Falcon falcon(recorder); ... ; recorder.finish();     Falcon falcon(replay); ...
+//   std::ofstream file("falcon.usb", std::ios::binary);   UsbReplay replay("falcon.usb");
+//   UsbRecorder recorder(systemUsb(), file);              Falcon falcon(replay); ...
+//   Falcon falcon(recorder); ... ; recorder.finish();
 #pragma once
 
 #include "device/usb_transport.h"
 
 #include <cstddef>
 #include <cstdint>
+#include <iosfwd>
 #include <memory>
 #include <string>
 #include <vector>
@@ -21,14 +23,15 @@ class UsbRecorder : public UsbTransport {
  public:
   static constexpr std::size_t kCapacity = std::size_t{64} << 20;  // bytes; some minutes of a device at 1 kHz
 
-  // Takes the memory at once, so that recording allocates nothing later. The inner transport must outlive it.
-  UsbRecorder(UsbTransport& inner, std::string path, std::size_t capacity = kCapacity);
+  // Takes the memory at once, so that recording allocates nothing later. The inner transport and the stream must
+  // outlive it.
+  UsbRecorder(UsbTransport& inner, std::ostream& out, std::size_t capacity = kCapacity);
   // Finishes the recording if nobody did; failures go unreported here. Connections must be gone.
   ~UsbRecorder() override;
 
-  // Writes the file, replacing one of that name; until it is whole it is PATH.partial. Throws DeviceError when it
-  // cannot be written, or when the capacity did not suffice: the file then holds all that came before. Nothing is
-  // recorded after it. Does nothing the second time.
+  // Writes all of it to the stream. Throws DeviceError when it cannot be written, or when the capacity did not suffice:
+  // the recording then holds all that came before. Throws what the stream throws. Nothing is recorded after it. Does
+  // nothing the second time.
   void finish();
 
   std::vector<UsbDeviceInfo> devices() override;

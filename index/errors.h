@@ -50,6 +50,13 @@ class IoError : public Error {
   IoError(const std::string& file, const std::string& what, int error_number);
 };
 
+// The reader of a pipe that results go to has gone, as `head` does when it has enough. Exit code 141, without a
+// message: that of a program that SIGPIPE ends.
+class ClosedPipe : public Error {
+ public:
+  using Error::Error;
+};
+
 // Work that was told to stop, by a signal as a rule. Exit code 128 + signal.
 class Interrupted : public Error {
  public:

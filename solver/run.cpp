@@ -5,6 +5,7 @@
 #include "device/simulated_hand.h"
 #include "index/cell_graph.h"
 #include "index/errors.h"
+#include "index/output.h"
 #include "index/spsc_ring.h"
 #include "solver/graph_view.h"
 #include "solver/haptic_loop.h"
@@ -20,7 +21,6 @@
 #include <chrono>
 #include <cmath>
 #include <exception>
-#include <fstream>
 #include <iterator>
 #include <memory>
 #include <ostream>
@@ -296,7 +296,8 @@ class Run {
       recording.device = led_by_;
       recording.options = options.record_options;
       recording.marked = true;
-      auto recorder = std::make_unique<RecordingDevice>(std::move(device_), options.record, recording);
+      record_ = std::make_unique<Output>(options.record, OutputOptions{.cancel = options.stop});
+      auto recorder = std::make_unique<RecordingDevice>(std::move(device_), record_->stream(), recording);
       recorder_ = recorder.get();
       device_ = std::move(recorder);
     }
@@ -335,20 +336,50 @@ class Run {
   }
 
   RunSummary operator()(const std::function<void(const TickRow&)>& on_tick) {
-    {
-      OpenDevice open(*device_);
-      placeAtStart();
-      if (options_.realtime)
-        runRealTime(on_tick);
-      else
-        runVirtualTime(on_tick);
+    try {
+      {
+        OpenDevice open(*device_);
+        placeAtStart();
+        if (options_.realtime)
+          runRealTime(on_tick);
+        else
+          runVirtualTime(on_tick);
+      }
+      if (recorder_) recorder_->finish();
+    } catch (...) {
+      keepRecording();
+      throw;
     }
-    if (recorder_) recorder_->finish();
     finishSummary();
+    if (interrupted_)
+      keepRecording();
+    else if (record_)
+      record_->finish();
     return std::move(summary_);
   }
 
  private:
+  bool toldToStop() const noexcept {
+    return options_.stop != nullptr && options_.stop->load(std::memory_order_relaxed);
+  }
+
+  // Of a run that did not come to its end: up to there it can be replayed.
+  void keepRecording() noexcept {
+    if (!recorder_) return;
+    try {
+      try {
+        recorder_->finish();
+      } catch (const std::exception&) {
+        // What failed before is told; what was written may be whole all the same.
+      }
+      if (!recorder_->whole()) return;
+      const std::string kept = record_->finishAside();
+      if (kept != options_.record && options_.recording_kept) options_.recording_kept(kept);
+    } catch (const std::exception&) {
+      // The first failure is told.
+    }
+  }
+
   // The largest stable stiffness (N/m): with the hand's damping where that is known, else with the device's alone.
   double bound_N_m() const {
     double damping_Ns_m = device_->capabilities().damping_Ns_m;
@@ -535,6 +566,7 @@ class Run {
     NavigationSnapshot snapshot;
     TickClock clock(dt_s_);
     for (bool over = false; !over;) {
+      if ((interrupted_ = toldToStop())) break;
       const DeviceState state = device_->exchange(wrench);
       if (recordingEnded(state)) break;
       const double measured_s = clock.step_s(state.time_s);
@@ -684,7 +716,7 @@ class Run {
     };
     while (loop.running() && !over.load(std::memory_order_acquire)) {
       drain();
-      if (planner && planner->failed()) break;
+      if ((interrupted_ = toldToStop()) || (planner && planner->failed())) break;
       // A proxy that rests because the source fails is no place for the hand to be held at.
       const TileId tile = waited_for.load(std::memory_order_relaxed);
       loop.withhold(tile != kNoTile && io.residency->state(tile) == TileState::failed);
@@ -708,16 +740,23 @@ class Run {
   // Writes them down, and says where.
   std::string lastTicksOf(const HapticLoop& loop) const {
     if (options_.fault_csv.empty()) return {};
-    std::ofstream out(options_.fault_csv, std::ios::binary);
-    loop.metrics().writeCsv(out);
-    out.close();
-    return out ? "; its last ticks are in " + options_.fault_csv
-               : "; its last ticks could not be written to " + options_.fault_csv;
+    try {
+      Output out(options_.fault_csv, {.cancel = options_.stop});
+      loop.metrics().writeCsv(out.stream());
+      out.finish();
+    } catch (const Error& error) {
+      return std::string("; its last ticks could not be written: ") + error.what();
+    }
+    return "; its last ticks are in " + options_.fault_csv;
   }
 
   void finishSummary() {
     RunSummary& s = summary_;
-    s.outcome = arrived_ || itinerary_.isTour() ? "completed" : "stuck";
+    const bool time_over = s.ticks >= ticksOf(options_.seconds.value_or(leg_->nominal_limit_s));
+    s.outcome = interrupted_                      ? RunOutcome::interrupted
+                : arrived_ || itinerary_.isTour() ? RunOutcome::completed
+                : time_over                       ? RunOutcome::time_over
+                                                  : RunOutcome::stuck;
     s.route_um += leg_->route.length_um();
     s.reached_um += leg_->tracker.reached_um();
     s.back_offs += leg_->person->back_offs();
@@ -752,6 +791,7 @@ class Run {
   std::unique_ptr<Leg> leg_;          // being travelled
   std::unique_ptr<Leg> next_, past_;  // of a tour: to jump to, and to be freed
   std::uint32_t first_cell_;
+  std::unique_ptr<Output> record_;  // outlives the device, which writes to it
   std::unique_ptr<HapticDevice> device_;
   SimulatedHand* hand_;  // the device, if it is one of these
   ReplayDevice* replay_;
@@ -770,11 +810,25 @@ class Run {
   std::uint64_t legs_dropped_ = 0, uncertain_ticks_ = 0;
   double force_sum_N_ = 0, force_periods_N_ = 0;
   Vector3d last_force_N_ = Vector3d::Zero();
-  bool arrived_ = false, leg_over_ = false;
+  bool arrived_ = false, leg_over_ = false, interrupted_ = false;
   RunSummary summary_;
 };
 
 }  // namespace
+
+const char* toString(RunOutcome outcome) {
+  switch (outcome) {
+    case RunOutcome::completed:
+      return "completed";
+    case RunOutcome::stuck:
+      return "stuck";
+    case RunOutcome::time_over:
+      return "time_over";
+    case RunOutcome::interrupted:
+      return "interrupted";
+  }
+  return "";
+}
 
 RunSummary run(const TileStore& store, const RunOptions& options, const std::function<void(const TickRow&)>& on_tick) {
   check(options);

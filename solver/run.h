@@ -17,6 +17,7 @@
 #include "solver/proxy_solver.h"
 #include "solver/simulated_person.h"
 
+#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <iosfwd>
@@ -63,7 +64,20 @@ struct RunOptions {
   // In real time: before its threads are waited for, which a read that hangs can hold up. May not throw.
   std::function<void()> ending{};
   std::string fault_csv;  // in real time: where the last ticks go if the loop ends by a fault; empty: nowhere
+  // When it becomes true the run ends after the tick under way, with the outcome `interrupted`. None: nothing does.
+  const std::atomic<bool>* stop = nullptr;
+  // A run that failed or was interrupted leaves an older file at `record` as it is, and keeps what was recorded beside
+  // it: called with that name.
+  std::function<void(const std::string& path)> recording_kept{};
 };
+
+enum class RunOutcome {
+  completed,    // the proxy was within the person's arrive_m of the tip, or a tour's time is over
+  stuck,        // the person gave up, or the recording that is replayed ended, before the tip
+  time_over,    // the time for a route was over before the tip
+  interrupted,  // RunOptions::stop
+};
+const char* toString(RunOutcome outcome);  // the enumerator's name: the word in JSON, text and pictures
 
 // One row of the CSV.
 struct TickRow {
@@ -84,8 +98,7 @@ struct LoopReport {  // of the haptic loop, see haptic_loop.h
 
 struct RunSummary {
   // As `navigate --json` has them.
-  std::string outcome;  // "completed": the proxy was within the person's arrive_m of the tip, or a tour's time is over;
-                        // else "stuck"
+  RunOutcome outcome = RunOutcome::stuck;
   double route_um = 0, reached_um = 0;  // arc length of the route, and of it so far as RouteTracker counts it; of a
                                         // tour: of all its legs together
   std::uint64_t ticks = 0;
@@ -128,10 +141,10 @@ struct RunSummary {
 // more than six absent tiles, and the *forces* commanded where the haptic loop was interrupted (the rows have those
 // that were computed). A replay in real time is the same as long as neither run meets a frontier.
 //
-// Runs until the proxy arrives, the person gives up, time is over, or a recording ends. Whatever ends it, the device's
-// last command is zero force. Throws UsageError for options that make no sense, an unknown cell or route, a budget
-// below the floor, a method not built; DeviceError from the device and its recording; CorruptTile, CorruptSet, IoError
-// from the store; and passes on what on_tick throws.
+// Runs until the proxy arrives, the person gives up, time is over, a recording ends, or `stop` says so. Whatever ends
+// it, the device's last command is zero force. Throws UsageError for options that make no sense, an unknown cell or
+// route, a budget below the floor, a method not built; DeviceError from the device; IoError and ClosedPipe from its
+// recording; CorruptTile, CorruptSet, IoError from the store; and passes on what on_tick throws.
 RunSummary run(const TileStore& store, const RunOptions& options,
                const std::function<void(const TickRow&)>& on_tick = {});
 

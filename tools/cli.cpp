@@ -2,6 +2,7 @@
 
 #include "device/haptic_device.h"
 #include "index/errors.h"
+#include "index/output.h"
 #include "index/text.h"
 #include "solver/force_hold.h"
 #include "tools/near_names.h"
@@ -14,8 +15,10 @@
 #include <csignal>
 #include <cstdio>
 #include <exception>
+#include <fcntl.h>
 #include <iostream>
 #include <new>
+#include <optional>
 #include <string_view>
 #include <system_error>
 #include <unistd.h>
@@ -66,12 +69,15 @@ std::terminate_handler terminate_before = nullptr;
   ::_exit(3);
 }
 
-// Everything that goes to stdout must have arrived: a full disk behind a redirection is an error, not a short file.
-int flushed(int code) {
-  std::cout.flush();
-  if (code == 0 && (!std::cout || std::fflush(stdout) != 0))
-    return fail(3, "standard output: cannot write (disk full?)");
-  return code;
+std::streambuf* const first_output_buffer = std::cout.rdbuf();
+
+// A standard descriptor that is closed would be given to the next file that is opened, and messages would end in it.
+void holdStandardDescriptors() {
+  // Opened the wrong way round, so that using it stays an error. The lowest free number is this one.
+  for (const int descriptor : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
+    if (::fcntl(descriptor, F_GETFD) < 0 &&
+        ::open("/dev/null", descriptor == STDIN_FILENO ? O_WRONLY : O_RDONLY) < 0)
+      return;
 }
 
 // What is said of a command line that CLI11 refuses: a misspelt command or option is named with those like it.
@@ -104,9 +110,42 @@ std::string refusalOf(const CLI::App& app, const CLI::Error& error, const std::v
   return escaped(error.what()) + " (see " + help + ")";
 }
 
+// While it lives std::cout throws where standard output cannot be written: ClosedPipe, or IoError with the reason.
+class StrictStandardOutput {
+ public:
+  StrictStandardOutput() : before_(std::cout.rdbuf()), exceptions_(std::cout.exceptions()) {
+    if (!isOurs()) return;
+    output_.emplace("-");
+    std::cout.rdbuf(output_->stream().rdbuf());
+    std::cout.exceptions(std::ios::badbit);
+  }
+  ~StrictStandardOutput() {
+    if (!output_) return;
+    try {
+      std::cout.flush();  // what was said before a failure
+    } catch (const std::exception&) {
+      // The failure is told.
+    }
+    std::cout.exceptions(exceptions_);
+    std::cout.rdbuf(before_);
+  }
+  StrictStandardOutput(const StrictStandardOutput&) = delete;
+  StrictStandardOutput& operator=(const StrictStandardOutput&) = delete;
+
+ private:
+  // Not where whoever called runProgram() has put a buffer of their own.
+  static bool isOurs() { return std::cout.rdbuf() == first_output_buffer; }
+
+  std::streambuf* before_;
+  std::ios::iostate exceptions_;
+  std::optional<Output> output_;
+};
+
 }  // namespace
 
 const std::atomic<bool>& interruptFlag() { return interrupted; }
+
+int interruptedExitCode() { return 128 + interrupting_signal.load(); }
 
 void throwIfInterrupted() {
   if (interrupted.load(std::memory_order_relaxed)) throw Interrupted("interrupted");
@@ -174,9 +213,10 @@ void endPlainlyWithoutMemory() {
 
 int runProgram(int argc, char** argv) {
   endPlainlyWithoutMemory();
+  holdStandardDescriptors();
   std::signal(SIGINT, onSignal);
   std::signal(SIGTERM, onSignal);
-  std::signal(SIGPIPE, SIG_IGN);  // a closed pipe and a file-size limit become write errors with a message
+  std::signal(SIGPIPE, SIG_IGN);  // a closed pipe and a file-size limit become write errors
   std::signal(SIGXFSZ, SIG_IGN);
 
   CLI::App app{"filiform: navigation through whole neuronal columns by hand."};
@@ -211,14 +251,20 @@ int runProgram(int argc, char** argv) {
     return 2;
   }
   try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? flushed(0) : 2;
-  }
-  try {
-    return flushed(chosen());
+    const StrictStandardOutput strict;
+    int code = 0;
+    try {
+      app.parse(argc, argv);
+      code = chosen();
+    } catch (const CLI::ParseError& error) {
+      code = app.exit(error) == 0 ? 0 : 2;
+    }
+    std::cout.flush();  // everything must have arrived
+    return code;
+  } catch (const ClosedPipe&) {
+    return 128 + SIGPIPE;  // as a program that the signal ends, without a word
   } catch (const Interrupted&) {
-    return fail(128 + interrupting_signal.load(), "interrupted");
+    return fail(interruptedExitCode(), "interrupted");
   } catch (const UsageError& error) {
     return fail(2, error.what());
   } catch (const IoError& error) {

@@ -20,6 +20,8 @@ namespace filiform::tools {
 const std::atomic<bool>& interruptFlag();
 // Throws Interrupted (index/errors.h) once the flag is set.
 void throwIfInterrupted();
+// 128 + the signal that set the flag.
+int interruptedExitCode();
 
 // "65536", "64KiB", "1.5 MiB", "1G": K, M, G, T and KiB, MiB, GiB, TiB are powers of 1024; KB (kB), MB, GB, TB powers
 // of 1000. Throws UsageError naming `option` and the forms.

@@ -7,6 +7,7 @@
 #include "tools/bench/compare.h"
 #include "tools/bench/peers.h"
 #include "tools/cli.h"
+#include "tools/output_check.h"
 
 #include <algorithm>
 #include <chrono>
@@ -93,6 +94,8 @@ int runBench(BenchCommand command) {
   if (command.names.empty()) chosen = all;
   if (!command.options.scene.empty())
     TileSet::open(command.options.scene);  // no tile set: refused before anything runs
+  checkOutputFolder({{"--corpus", command.options.corpus}, {"--scene", command.options.scene}},
+                    {"--output", command.options.out});
   std::error_code error;
   std::filesystem::create_directories(command.options.out, error);
   if (error) throw IoError(command.options.out, "cannot make the folder", error.value());
@@ -137,7 +140,7 @@ void addBench(CLI::App& app, Chosen& chosen) {
   CLI::Option* strict =
       bench->add_flag("--strict", command->strict, "Exit with 5 if a promise is missed or a stated bound exceeded");
   bench
-      ->add_option("--out", command->options.out,
+      ->add_option("-o,--output,--out", command->options.out,
                    "folder for bench.json, .csv, .md and .html, NAME.json, NAME.md and pictures")
       ->capture_default_str();
   bench->add_option("--seed", command->options.seed, "of everything random")->capture_default_str();

@@ -2,12 +2,15 @@
 #include "device/device_factory.h"
 #include "device/usb_recording.h"
 #include "index/errors.h"
+#include "index/output.h"
 #include "index/text.h"
 #include "tools/cli.h"
 #include "tools/device_check.h"
+#include "tools/output_check.h"
 
 #include <cmath>
 #include <cstdio>
+#include <exception>
 #include <iostream>
 
 #include <CLI/CLI.hpp>
@@ -86,27 +89,57 @@ std::string fixed(double value, int digits) {
   return text;
 }
 
-void print(const std::string& device, const DeviceCapabilities& capabilities, const DeviceCheck& c) {
-  std::cout << escaped(device) << ": " << escaped(capabilities.name) << '\n'
-            << "  homing   " << (capabilities.needs_homing ? fixed(c.homing_s, 1) + " s" : "not needed") << '\n'
-            << "  reading  " << formatCount(c.exchanges) << " exchanges in " << fixed(c.seconds, 2) << " s, "
-            << formatCount(static_cast<std::uint64_t>(std::llround(c.rate_Hz))) << " Hz; longest gap "
-            << formatCount(static_cast<std::uint64_t>(std::llround(1e6 * c.longest_gap_s))) << " us; "
-            << formatCount(c.reports) << " reports\n";
-  std::cout << "  buttons  ";
-  if (c.buttons == 0) std::cout << "none was pressed";
+void print(std::ostream& out, const std::string& device, const DeviceCapabilities& capabilities, const DeviceCheck& c) {
+  out << escaped(device) << ": " << escaped(capabilities.name) << '\n'
+      << "  homing   " << (capabilities.needs_homing ? fixed(c.homing_s, 1) + " s" : "not needed") << '\n'
+      << "  reading  " << formatCount(c.exchanges) << " exchanges in " << fixed(c.seconds, 2) << " s, "
+      << formatCount(static_cast<std::uint64_t>(std::llround(c.rate_Hz))) << " Hz; longest gap "
+      << formatCount(static_cast<std::uint64_t>(std::llround(1e6 * c.longest_gap_s))) << " us; "
+      << formatCount(c.reports) << " reports\n";
+  out << "  buttons  ";
+  if (c.buttons == 0) out << "none was pressed";
   for (int i = 0; i < 32; ++i)
-    if (c.buttons >> i & 1u) std::cout << i << ' ';
-  std::cout << "\n  force    ";
+    if (c.buttons >> i & 1u) out << i << ' ';
+  out << "\n  force    ";
   if (capabilities.peak_force_N > 0) {
-    std::cout << fixed(c.force_N, 2) << " N along x, y, z: the hand gave way by";
-    for (int axis = 0; axis < 3; ++axis) std::cout << (axis > 0 ? ", " : " ") << fixed(1e3 * c.moved_m[axis], 1);
-    std::cout << " mm" << (c.stopped ? "; ended there: that is too far" : "") << '\n';
+    out << fixed(c.force_N, 2) << " N along x, y, z: the hand gave way by";
+    for (int axis = 0; axis < 3; ++axis) out << (axis > 0 ? ", " : " ") << fixed(1e3 * c.moved_m[axis], 1);
+    out << " mm" << (c.stopped ? "; ended there: that is too far" : "") << '\n';
   } else {
-    std::cout << "it renders none\n";
+    out << "it renders none\n";
   }
-  for (const std::string& refusal : c.refusals) std::cout << "  note     " << refusal << '\n';
+  for (const std::string& refusal : c.refusals) out << "  note     " << refusal << '\n';
 }
+
+// The file in "falcon:FIRMWARE" or "replay:FILE"; empty: none.
+std::string fileOf(const std::string& device) {
+  const std::size_t colon = device.find(':');
+  const std::string kind = device.substr(0, colon);
+  return colon != std::string::npos && (kind == "falcon" || kind == "replay") ? device.substr(colon + 1) : "";
+}
+
+// Keeps the traffic of a test that fails, beside an older file: it shows why.
+class KeptTraffic {
+ public:
+  KeptTraffic(Output* output, UsbRecorder* recorder) : output_(output), recorder_(recorder) {}
+  ~KeptTraffic() {
+    if (std::uncaught_exceptions() == exceptions_ || output_ == nullptr) return;
+    try {
+      recorder_->finish();
+      const std::string kept = output_->finishAside();
+      if (kept != output_->path()) std::cerr << "filiform: note: the traffic so far is in " << escaped(kept) << '\n';
+    } catch (const std::exception&) {
+      // The first failure is told.
+    }
+  }
+  KeptTraffic(const KeptTraffic&) = delete;
+  KeptTraffic& operator=(const KeptTraffic&) = delete;
+
+ private:
+  Output* output_;
+  UsbRecorder* recorder_;
+  int exceptions_ = std::uncaught_exceptions();
+};
 
 int runDevices(const DevicesArguments& a) {
   std::vector<FoundDevice> found;
@@ -136,17 +169,29 @@ int runDevices(const DevicesArguments& a) {
                               : refusal);
       spec = found.front().device;
     }
+    std::vector<NamedPath> outputs{{"--record", a.record}};
+    if (a.json) outputs.push_back({"--json", "-"});
+    checkOutputs({{"--test", fileOf(spec)}}, outputs);
+    std::unique_ptr<Output> record;         // outlives the recorder
     std::unique_ptr<UsbRecorder> recorder;  // outlives the device
-    if (!a.record.empty()) recorder = std::make_unique<UsbRecorder>(systemUsb(), a.record);
+    if (!a.record.empty()) {
+      record = std::make_unique<Output>(a.record, OutputOptions{.cancel = &interruptFlag()});
+      recorder = std::make_unique<UsbRecorder>(systemUsb(), record->stream());
+    }
+    const KeptTraffic kept(record.get(), recorder.get());  // of a test that fails
     const std::unique_ptr<HapticDevice> device = makeDevice(spec, {.usb = recorder.get()});
     DeviceCheckOptions options;
     options.tell = [](const std::string& text) { std::cerr << text << '\n'; };
     const DeviceCheck check = checkDevice(*device, options);
-    if (recorder) recorder->finish();
+    if (recorder) {
+      recorder->finish();
+      record->finish();
+    }
     json["test"] = asJson(check);
     json["test"]["device"] = spec;
     json["test"]["name"] = device->capabilities().name;
-    if (!a.json) print(spec, device->capabilities(), check);
+    if (!a.json)
+      print(record && record->isStandardOutput() ? std::cerr : std::cout, spec, device->capabilities(), check);
   }
   if (a.json) std::cout << json.dump(1, ' ', true, nlohmann::json::error_handler_t::replace) << '\n';
   return 0;
@@ -172,7 +217,8 @@ void addDevices(CLI::App& app, Chosen& chosen) {
           "try a device: the one named, or the first that is plugged in")
       ->expected(0, 1)
       ->type_name("[DEVICE]");
-  command->add_option("--record", a->record, "write the USB traffic of the test, for UsbReplay")->type_name("FILE");
+  command->add_option("-o,--output,--record", a->record, "write the USB traffic of the test, for UsbReplay")
+      ->type_name("FILE");
   command->callback([a, &chosen] { chosen = [a] { return runDevices(*a); }; });
 }
 

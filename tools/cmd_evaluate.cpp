@@ -3,6 +3,7 @@
 #include "index/input.h"
 #include "tools/cli.h"
 #include "tools/evaluate/evaluation.h"
+#include "tools/output_check.h"
 #include "tools/progress.h"
 #include "tools/synthetic.h"
 
@@ -21,6 +22,7 @@ namespace {
 constexpr std::uint32_t kSyntheticCells = 12;
 
 int runEvaluate(EvaluationOptions options) {
+  checkOutputFolder({{"--corpus", options.corpus}}, {"--output", options.out});
   std::error_code error;
   std::filesystem::create_directories(options.out, error);
   if (error) throw IoError(options.out, "cannot make the folder", error.value());
@@ -65,7 +67,8 @@ void addEvaluate(CLI::App& app, Chosen& chosen) {
   CLI::App* evaluate = app.add_subcommand("evaluate", "Every method on the paper's scenes and on many routes");
   evaluate->footer(
       "Examples:\n  filiform evaluate --out eval\n  filiform evaluate --out eval --corpus morphologies/ --routes 2000");
-  evaluate->add_option("--out", options->out, "folder for the page, tables, plots and CSV")->capture_default_str();
+  evaluate->add_option("-o,--output,--out", options->out, "folder for the page, tables, plots and CSV")
+      ->capture_default_str();
   evaluate->add_option("--corpus", options->corpus, "SWC files, folders or archives; none: synthetic cells");
   evaluate->add_option("--routes", options->routes, "drawn over all cells; 0: 2000 of a corpus, 24 of synthetic cells");
   evaluate->add_option("--seed", options->seed, "of routes, tremor, synthetic cells and pulls")->capture_default_str();

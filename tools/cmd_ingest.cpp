@@ -2,15 +2,16 @@
 #include "index/errors.h"
 #include "index/ingest.h"
 #include "index/input.h"
+#include "index/output.h"
 #include "index/placements.h"
 #include "index/text.h"
 #include "tools/cli.h"
+#include "tools/output_check.h"
 #include "tools/progress.h"
 #include "tools/unit.h"
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <iostream>
 #include <optional>
 #include <tuple>
@@ -63,7 +64,7 @@ Json describe(const InputReport& report) {
           {"records", records}};
 }
 
-void writeReport(const std::string& path, const std::vector<SourceReport>& reports) {
+std::string reportText(const std::vector<SourceReport>& reports) {
   Json all = Json::array();
   for (const SourceReport& source : reports) {
     Json row = {{"file", source.file}, {"bytes", source.bytes}};
@@ -78,10 +79,7 @@ void writeReport(const std::string& path, const std::vector<SourceReport>& repor
     }
     all.push_back(row);
   }
-  std::ofstream file(path, std::ios::binary);
-  file << textOf(all) << '\n';
-  file.close();
-  if (!file) throw IoError(escaped(path), "cannot write the report", errno);
+  return textOf(all) + '\n';
 }
 
 std::string firstReason(const InputReport& report) {
@@ -173,13 +171,19 @@ int runIngest(const IngestArguments& a) {
     read_progress.setTotal(total);
     read_progress.update(done);
   };
+  std::vector<NamedPath> inputs{{"--placements", a.placements}};
+  for (const std::string& path : a.inputs) inputs.push_back({"INPUT", path});
+  checkOutputs(inputs, {{"--report", a.report}});
+  std::optional<Output> report;
+  if (!a.report.empty()) report.emplace(a.report, OutputOptions{.cancel = &interruptFlag()});
+  std::ostream& people = report && report->isStandardOutput() ? std::cerr : std::cout;
   Input input(a.inputs, reading);
   std::optional<PlacedCells> placed;
   if (!a.placements.empty()) placed.emplace(input, PlacementTable::read(a.placements));
   options.provenance = [&] {
     read_progress.finish();
     const InputTotals all = totals(input.reports());
-    if (!a.report.empty()) writeReport(a.report, input.reports());
+    if (report) report->write(reportText(input.reports()));
     if (a.strict && all.refused > 0)
       throw InputError("--strict: " + std::to_string(all.refused) + " of " +
                        std::to_string(all.accepted + all.warned + all.skipped + all.refused) +
@@ -218,15 +222,16 @@ int runIngest(const IngestArguments& a) {
 
   CellStream& cells = placed ? static_cast<CellStream&>(*placed) : input;
   const IngestResult result = ingest(cells, a.out, options);
+  if (report) report->finish();
   if (building) building->finish();
-  std::cout << summary(input.reports());
-  if (placed) std::cout << describe(*placed);
+  people << summary(input.reports());
+  if (placed) people << describe(*placed);
   if (const std::string doubt = input.unitDoubt(); !doubt.empty()) std::cerr << "filiform: note: " << doubt << '\n';
   const SetCounts& n = result.counts;
-  std::cout << escaped(a.out) << ": " << formatCount(n.cells) << (n.cells == 1 ? " cell, " : " cells, ")
-            << formatCount(n.samples) << " samples, " << formatCount(n.segments) << " segments in "
-            << formatCount(n.tiles) << " tiles, " << formatBytes(result.bytes)
-            << (result.unchanged ? " (the same as before: left as it was)" : "") << '\n';
+  people << escaped(a.out) << ": " << formatCount(n.cells) << (n.cells == 1 ? " cell, " : " cells, ")
+         << formatCount(n.samples) << " samples, " << formatCount(n.segments) << " segments in " << formatCount(n.tiles)
+         << " tiles, " << formatBytes(result.bytes) << (result.unchanged ? " (the same as before: left as it was)" : "")
+         << '\n';
   return 0;
 }
 

@@ -3,19 +3,20 @@
 #include "device/replay.h"
 #include "index/errors.h"
 #include "index/faulty_source.h"
+#include "index/output.h"
 #include "index/text.h"
 #include "index/tile_set.h"
 #include "solver/force_hold.h"
 #include "solver/run.h"
 #include "tools/cli.h"
 #include "tools/ending_watch.h"
+#include "tools/output_check.h"
 #include "tools/progress.h"
 #include "tools/scene.h"
 #include "tools/travel_report.h"
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <iostream>
 #include <string_view>
 
@@ -67,6 +68,12 @@ std::unique_ptr<TileStore> openScene(const NavigateArguments& a, bool& in_memory
   return buildScene(a.scene);
 }
 
+// Beside --csv, unless that is no regular file or another name is given.
+std::string faultCsvOf(const NavigateArguments& a) {
+  if (!a.fault_csv.empty() || !isFileOutput(a.csv)) return a.fault_csv;
+  return a.csv + ".fault.csv";
+}
+
 RunOptions optionsOf(const NavigateArguments& a, const TileStore& store, bool in_memory) {
   RunOptions options;
   options.in_memory = in_memory;
@@ -99,7 +106,11 @@ RunOptions optionsOf(const NavigateArguments& a, const TileStore& store, bool in
   options.realtime = a.realtime;
   options.record = a.record;
   options.record_options = a.as_options;
-  options.fault_csv = !a.fault_csv.empty() || a.csv.empty() ? a.fault_csv : a.csv + ".fault.csv";
+  options.fault_csv = faultCsvOf(a);
+  options.stop = &interruptFlag();
+  options.recording_kept = [](const std::string& path) {
+    std::cerr << "filiform: note: the recording so far is in " << escaped(path) << '\n';
+  };
   if (!a.cell.empty()) options.cell = findCellNamed(store, a.cell);
   return options;
 }
@@ -154,7 +165,7 @@ nlohmann::ordered_json describe(const TimeHistogram& times) {
 }
 
 nlohmann::ordered_json describe(const RunSummary& s) {
-  nlohmann::ordered_json json{{"outcome", s.outcome},
+  nlohmann::ordered_json json{{"outcome", toString(s.outcome)},
                               {"route_um", s.route_um},
                               {"reached_um", s.reached_um},
                               {"ticks", s.ticks},
@@ -219,15 +230,26 @@ std::string rounded(double value, int decimals) {
   return formatNumber(std::round(value * factor) / factor);
 }
 
-void describeForPeople(const RunSummary& s, const NavigateArguments& a) {
-  const auto line = [](const std::string& what, const std::string& value) {
-    std::cout << "  " << what << std::string(what.size() < 22 ? 22 - what.size() : 1, ' ') << value << '\n';
+const char* explanationOf(RunOutcome outcome) {
+  switch (outcome) {
+    case RunOutcome::completed:
+      return "";
+    case RunOutcome::stuck:
+      return ": the hand gave up, or its recording ended, before the end of the route";
+    case RunOutcome::time_over:
+      return ": the time was over before the end of the route; --seconds gives more";
+    case RunOutcome::interrupted:
+      return ": by a signal, before the end";
+  }
+  return "";
+}
+
+void describeForPeople(std::ostream& out, const RunSummary& s, const NavigateArguments& a) {
+  const auto line = [&out](const std::string& what, const std::string& value) {
+    out << "  " << what << std::string(what.size() < 22 ? 22 - what.size() : 1, ' ') << value << '\n';
   };
-  std::cout << "cell " << escaped(s.cell) << ", route " << escaped(a.route) << ", method " << a.method << ": "
-            << (s.outcome == "completed"             ? "completed"
-                : a.seconds && s.sim_s >= *a.seconds ? "not completed: time was over"
-                                                     : "stuck before the end")
-            << '\n';
+  out << "cell " << escaped(s.cell) << ", route " << escaped(a.route) << ", method " << a.method << ": "
+      << toString(s.outcome) << explanationOf(s.outcome) << '\n';
   if (s.jumps > 0 || s.legs_completed > 1)
     line("tour", formatCount(s.legs) + " routes begun, " + formatCount(s.legs_completed) + " travelled to the end; " +
                      formatCount(s.jumps) + " jumps, waited for " + formatCount(s.jump_wait_ticks) + " ticks");
@@ -279,17 +301,30 @@ class CellNames {
   std::string name_;
 };
 
+void checkPaths(const NavigateArguments& a) {
+  std::vector<NamedPath> inputs{{"SCENE", a.scene}};
+  for (const std::string_view kind : {"replay:", "falcon:"})
+    if (a.device.starts_with(kind)) inputs.push_back({"--device", a.device.substr(kind.size())});
+  std::vector<NamedPath> outputs{
+      {"--csv", a.csv}, {"--record", a.record}, {"--plot", a.plot}, {"--picture", a.picture}};
+  if (a.realtime) outputs.push_back({"--fault-csv", faultCsvOf(a)});
+  if (a.json) outputs.push_back({"--json", "-"});
+  checkOutputs(inputs, outputs);
+}
+
 int runNavigate(const NavigateArguments& a) {
+  checkPaths(a);
   bool in_memory = false;
   const std::unique_ptr<TileStore> store = openScene(a, in_memory);
   RunOptions options = optionsOf(a, *store, in_memory);
 
-  std::ofstream csv;
+  std::optional<Output> csv;
   if (!a.csv.empty()) {
-    csv.open(a.csv, std::ios::binary);
-    if (!csv) throw IoError(escaped(a.csv), "cannot write", errno);
-    writeCsvHeader(csv);
+    csv.emplace(a.csv, OutputOptions{.cancel = &interruptFlag()});
+    writeCsvHeader(csv->stream());
   }
+  const bool takes_stdout =
+      isStandardOutput(a.csv) || isStandardOutput(a.record) || isStandardOutput(a.plot) || isStandardOutput(a.picture);
   std::unique_ptr<TravelReport> travel;
   if (!a.plot.empty() || !a.picture.empty()) travel = std::make_unique<TravelReport>();
   CellNames cell_names(*store);
@@ -297,40 +332,32 @@ int runNavigate(const NavigateArguments& a) {
 
   if (options.realtime) holdForcesOnSignals();
   RunSummary summary;
-  try {
-    {
-      EndingWatch watch = watchForSilentFiles();  // of the run: what is drawn and written after it may take its time
-      options.ending = [&watch] { watch.begin(); };
-      summary = run(*store, options, [&](const TickRow& row) {
-        throwIfInterrupted();
-        if (csv.is_open()) {
-          writeCsvRow(csv, row, cell_names.of(row.segment.cell));
-          if (!csv) throw IoError(escaped(a.csv), "cannot write", errno);
-        }
-        if (travel) travel->add(row);
-        progress.update(row.tick);
-      });
-    }
-    if (csv.is_open()) {
-      csv.close();
-      if (!csv) throw IoError(escaped(a.csv), "cannot write", errno);
-    }
-  } catch (...) {
-    if (csv.is_open()) csv.close();
-    if (!a.csv.empty()) std::remove(a.csv.c_str());
-    throw;
+  {
+    EndingWatch watch = watchForSilentFiles();  // of the run: what is drawn and written after it may take its time
+    options.ending = [&watch] { watch.begin(); };
+    summary = run(*store, options, [&](const TickRow& row) {
+      if (csv) writeCsvRow(csv->stream(), row, cell_names.of(row.segment.cell));
+      if (travel) travel->add(row);
+      progress.update(row.tick);
+    });
   }
   progress.finish();
+  const bool interrupted = summary.outcome == RunOutcome::interrupted;
+  // What goes through a pipe or a device has gone; a file stays as it was.
+  if (csv && (!interrupted || !csv->isFile())) csv->finish();
   const std::string title = summary.cell + ", " + a.route + ", " + a.method;
-  if (!a.plot.empty()) travel->writeForcePlot(a.plot, escaped(title), summary);
-  if (!a.picture.empty()) travel->writePicture(a.picture, escaped(title), summary, *store);
+  if (!a.plot.empty() && !interrupted) travel->writeForcePlot(a.plot, escaped(title), summary);
+  if (!a.picture.empty() && !interrupted) travel->writePicture(a.picture, escaped(title), summary, *store);
 
   if (a.json)
     std::cout << describe(summary).dump(1, ' ', true, nlohmann::json::error_handler_t::replace) << '\n';
   else
-    describeForPeople(summary, a);
+    describeForPeople(takes_stdout ? std::cerr : std::cout, summary, a);
   for (const std::string& note : summary.notes) std::cerr << "filiform: note: " << note << '\n';
+  if (interrupted && ((csv && csv->isFile()) || travel))
+    std::cerr << "filiform: note: interrupted: the files of --csv, --plot and --picture were not written\n";
   for (const std::string& failure : summary.failures) std::cerr << "filiform: " << failure << '\n';
+  if (interrupted) return interruptedExitCode();
   return summary.failures.empty() ? 0 : 1;
 }
 
@@ -387,11 +414,11 @@ void addNavigate(CLI::App& app, Chosen& chosen) {
   command->add_flag("--realtime", a->realtime, "pace by the clock, with a haptic and an IO thread");
   command->add_option("--record", a->record, "write the exchanges with the device, for --device replay:FILE")
       ->type_name("FILE");
-  command->add_option("--csv", a->csv, "one row a tick")->type_name("FILE");
+  command->add_option("-o,--output,--csv", a->csv, "one row a tick; - for standard output")->type_name("FILE");
   command
       ->add_option("--fault-csv", a->fault_csv,
                    "with --realtime: the last ticks of a loop that ends by a fault; default: beside --csv, as "
-                   "FILE.fault.csv")
+                   "FILE.fault.csv where that is a regular file")
       ->type_name("FILE");
   command->add_option("--plot", a->plot, "the force curve as PNG")->type_name("FILE");
   command->add_option("--picture", a->picture, "front view of the tissue and the way travelled, as PNG")

@@ -11,12 +11,14 @@
 #include "tools/cli.h"
 #include "tools/film.h"
 #include "tools/image.h"
+#include "tools/output_check.h"
 #include "tools/progress.h"
 #include "tools/scene.h"
 #include "viewer/scene_view.h"
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <iostream>
 #include <numbers>
 #include <optional>
@@ -280,6 +282,15 @@ SceneFigures drawFilm(const TileStore& store, const RenderArguments& a, SceneVie
   return figures;
 }
 
+// A device or a pipe may have any name.
+void checkPictureName(const std::string& out) {
+  const std::string ending = std::filesystem::path(out).extension().string();
+  if (ending.empty() || endsWithNoCase(out, ".png") || !isFileOutput(out)) return;
+  throw UsageError("--output " + escaped(out) +
+                   ": a picture is PNG: give FILE.png, or - for standard output; with --path a film, FILE.mp4, .mkv, "
+                   ".webm, .mov or FILE-%05d.png");
+}
+
 int runRender(const RenderArguments& a) {
   if (!a.proxy.empty() && !a.at.empty()) throw UsageError("--proxy and --at: give one of them");
   if (a.palette != "red-green" && a.palette != "orange-blue")
@@ -290,9 +301,16 @@ int runRender(const RenderArguments& a) {
     throw UsageError(escaped(a.out) + ": with --path give FILE.mp4, .mkv, .webm, .mov or FILE-%05d.png");
   if (!a.path.empty() && (!a.proxy.empty() || !a.at.empty() || !a.camera.empty()))
     throw UsageError("--path follows the recorded hand: leave --proxy, --at and --camera out");
+  if (a.path.empty()) checkPictureName(a.out);
   parseSize(a.size);
   stereoMode(a.stereo);
   colourBy(a.colour_by);
+  std::vector<NamedPath> outputs;
+  if (a.path.empty() || !isSequenceName(a.out)) outputs.push_back({"--output", a.out});
+  for (const std::string& file : filesOfSequence(a.out)) outputs.push_back({"--output", file});
+  if (a.json) outputs.push_back({"--json", "-"});
+  checkOutputs({{"SCENE", a.scene}, {"--path", a.path}}, outputs);
+  std::ostream& people = isStandardOutput(a.out) ? std::cerr : std::cout;
 
   std::unique_ptr<TileStore> store;
   std::unique_ptr<Levels> levels;
@@ -329,18 +347,17 @@ int runRender(const RenderArguments& a) {
     std::cout << json.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) << '\n';
     return 0;
   }
-  std::cout << escaped(out) << ": ";
-  if (!a.path.empty()) std::cout << formatCount(pictures) << " pictures of ";
-  std::cout << size.width << " x " << size.height << ", " << formatCount(figures.segments) << " segments in "
-            << formatCount(figures.tiles) << " tiles, error at most "
-            << formatNumber(std::ceil(figures.error_px * 100) / 100) << " px; drawn by " << context->description()
-            << '\n';
+  people << escaped(out) << ": ";
+  if (!a.path.empty()) people << formatCount(pictures) << " pictures of ";
+  people << size.width << " x " << size.height << ", " << formatCount(figures.segments) << " segments in "
+         << formatCount(figures.tiles) << " tiles, error at most "
+         << formatNumber(std::ceil(figures.error_px * 100) / 100) << " px; drawn by " << context->description() << '\n';
   if (figures.left_out > 0)
-    std::cout << "  left out: " << formatCount(figures.left_out) << " segments (--segments allows "
-              << formatCount(a.segments) << ")\n";
+    people << "  left out: " << formatCount(figures.left_out) << " segments (--segments allows "
+           << formatCount(a.segments) << ")\n";
   if (figures.implausible_radii > 0)
-    std::cout << "  radii that are unknown or cannot be in um: " << formatCount(figures.implausible_radii)
-              << ", drawn with a usual one\n";
+    people << "  radii that are unknown or cannot be in um: " << formatCount(figures.implausible_radii)
+           << ", drawn with a usual one\n";
   return 0;
 }
 
@@ -357,7 +374,9 @@ void addRender(CLI::App& app, Chosen& chosen) {
   command->add_option("SCENE", a->scene, "tile set, or an .swc file or small .zip that is drawn directly")
       ->required()
       ->type_name("SET|FILE.swc");
-  command->add_option("-o,--out", a->out, "the picture, PNG; with --path a film")->required()->type_name("FILE");
+  command->add_option("-o,--output,--out", a->out, "the picture, PNG; with --path a film; - for standard output")
+      ->required()
+      ->type_name("FILE");
   command->add_option("--size", a->size, "in pixels")->capture_default_str()->type_name("WxH");
   command
       ->add_option(

@@ -1,6 +1,8 @@
 // filiform synth: SWC of a synthetic column, or of a named test scene.
+#include "index/errors.h"
 #include "index/text.h"
 #include "tools/cli.h"
+#include "tools/output_check.h"
 #include "tools/progress.h"
 #include "tools/synthetic.h"
 
@@ -13,21 +15,27 @@ namespace filiform::tools {
 namespace {
 
 int runSynth(const SyntheticOptions& options, const std::string& out) {
+  if (out.empty()) throw UsageError("name the zip archive to write: filiform synth -o OUT.zip");
+  checkOutputs({}, {{"--output", out}, {"--placements-out", options.placements_out}});
+  std::ostream& people = isStandardOutput(out) || isStandardOutput(options.placements_out) ? std::cerr : std::cout;
   Progress progress({.title = "synth", .noun = "cells"});
-  const SyntheticSummary summary = writeSynthetic(options, out, [&](std::uint64_t done, std::uint64_t total) {
-    throwIfInterrupted();
-    progress.setTotal(total);
-    progress.update(done);
-  });
+  const SyntheticSummary summary = writeSynthetic(
+      options, out,
+      [&](std::uint64_t done, std::uint64_t total) {
+        throwIfInterrupted();
+        progress.setTotal(total);
+        progress.update(done);
+      },
+      &interruptFlag());
   progress.finish();
-  std::cout << escaped(out) << ": " << formatCount(summary.files) << (summary.files == 1 ? " cell, " : " cells, ")
-            << formatCount(summary.samples) << " samples, " << formatCount(summary.segments) << " segments, "
-            << formatBytes(summary.text_bytes) << " of SWC in " << formatBytes(summary.zip_bytes) << " of zip\n";
+  people << escaped(out) << ": " << formatCount(summary.files) << (summary.files == 1 ? " cell, " : " cells, ")
+         << formatCount(summary.samples) << " samples, " << formatCount(summary.segments) << " segments, "
+         << formatBytes(summary.text_bytes) << " of SWC in " << formatBytes(summary.zip_bytes) << " of zip\n";
   if (!options.placements_out.empty())
-    std::cout << escaped(options.placements_out) << ": places these morphologies " << formatCount(summary.cells)
-              << " times\n";
+    people << escaped(options.placements_out) << ": places these morphologies " << formatCount(summary.cells)
+           << " times\n";
   const bool is_scene = options.kind != "column";
-  if (is_scene) std::cout << "the route meant for this scene: --route " << sceneRoute(options.kind) << '\n';
+  if (is_scene) people << "the route meant for this scene: --route " << sceneRoute(options.kind) << '\n';
   return 0;
 }
 
@@ -39,7 +47,7 @@ void addSynth(CLI::App& app, Chosen& chosen) {
   CLI::App* command = app.add_subcommand("synth", "Write SWC of a synthetic column, or of a named test scene");
   command->footer(
       "Example:\n  filiform synth column.zip --cells 200 --seed 1\n  filiform synth scene2.zip --kind scene2");
-  command->add_option("OUT", *out, "zip archive to write")->required();
+  command->add_option("OUT,-o,--output", *out, "zip archive to write")->type_name("OUT.zip");
   command->add_option("--cells", options->cells, "how many neurons")->capture_default_str();
   command->add_option("--seed", options->seed, "the same seed gives the same bytes")->capture_default_str();
   command->add_option("--kind", options->kind, "column, scene1, scene2 or scene3")->capture_default_str();

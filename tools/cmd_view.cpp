@@ -9,6 +9,7 @@
 #include "tools/device_check.h"
 #include "tools/ending_watch.h"
 #include "tools/image.h"
+#include "tools/output_check.h"
 #include "tools/scene.h"
 #include "viewer/application.h"
 #include "viewer/bindings.h"
@@ -70,11 +71,22 @@ PictureSize windowSize(const std::string& text) {
   return {static_cast<int>(width), static_cast<int>(height)};
 }
 
+std::vector<NamedPath> inputsOf(const ViewArguments& a) {
+  std::vector<NamedPath> inputs;
+  for (const std::string& path : a.scene) inputs.push_back({"SCENE", path});
+  for (const std::string_view kind : {"replay:", "falcon:"})
+    if (a.device.starts_with(kind)) inputs.push_back({"--device", a.device.substr(kind.size())});
+  return inputs;
+}
+
 int runView(const ViewArguments& a) {
   if (a.keys) {
     std::cout << bindingsInMarkdown();
     return 0;
   }
+  std::vector<NamedPath> outputs{{"--record", a.record}, {"--state", a.state}};
+  if (isFileOutput(a.record)) outputs.push_back({"--record", a.record + ".json"});
+  checkOutputs(inputsOf(a), outputs);
   ApplicationOptions options;
   options.paths = a.scene;
   options.open = openToView;
@@ -128,7 +140,9 @@ void addView(CLI::App& app, Chosen& chosen) {
   command->add_option("--stiffness", a->stiffness_N_m, "of the spring to the proxy, N/m");
   command->add_option("--budget", a->budget, "memory for the hand's tiles, such as 64MiB; default: no limit");
   command->add_option("--segments", a->segments, "at most so many are drawn; default: by the graphics driver");
-  command->add_option("--record", a->record, "what the hand does, for --device replay:FILE; FILE.json beside it")
+  command
+      ->add_option("-o,--output,--record", a->record,
+                   "what the hand does, for --device replay:FILE; FILE.json beside it")
       ->type_name("FILE");
   command->add_option("--size", a->size, "of the window, pixels")->type_name("WxH");
   command->add_option("--pictures", a->pictures, "folder for screenshots")->capture_default_str()->type_name("DIR");

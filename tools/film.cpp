@@ -1,6 +1,7 @@
 #include "tools/film.h"
 
 #include "index/errors.h"
+#include "index/output.h"
 #include "index/text.h"
 #include "tools/cli.h"
 
@@ -9,7 +10,6 @@
 #include <cerrno>
 #include <cmath>
 #include <csignal>
-#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <optional>
@@ -63,8 +63,30 @@ bool isOnPath(const std::string& program) {
 
 bool isFilmName(const std::string& name) { return isFileName(name) || numberIn(name).has_value(); }
 
+bool isSequenceName(const std::string& name) { return !isFileName(name) && numberIn(name).has_value(); }
+
+std::vector<std::string> filesOfSequence(const std::string& name) {
+  const std::optional<Number> number = isSequenceName(name) ? numberIn(name) : std::nullopt;
+  std::vector<std::string> files;
+  if (!number) return files;
+  const fs::path pattern(name);
+  const std::string folder = pattern.parent_path().empty() ? "." : pattern.parent_path().string();
+  const std::size_t skipped = name.size() - pattern.filename().string().size();
+  if (number->begin < skipped) return files;  // the number is in the folder's name
+  const std::string before = name.substr(skipped, number->begin - skipped), after = name.substr(number->end);
+  std::error_code error;
+  for (fs::directory_iterator at(folder, error), end; !error && at != end; at.increment(error)) {
+    const std::string file = at->path().filename().string();
+    if (file.size() <= before.size() + after.size() || !file.starts_with(before) || !file.ends_with(after)) continue;
+    const std::string digits = file.substr(before.size(), file.size() - before.size() - after.size());
+    if (digits.find_first_not_of("0123456789") == std::string::npos) files.push_back(at->path().string());
+  }
+  return files;
+}
+
 struct Film::Impl {
-  std::string out, note, partial;
+  std::string out, note;
+  std::optional<Output> file;  // that ffmpeg fills
   int width, height;
   std::uint64_t pictures = 0;
   std::optional<Number> number;  // of a sequence
@@ -77,12 +99,7 @@ struct Film::Impl {
 };
 
 void Film::Impl::start(double pictures_s) {
-  fs::path unfinished(out);
-  const std::string ending = unfinished.extension().string();
-  unfinished.replace_extension();
-  partial = unfinished.string();
-  partial += ".partial";
-  partial += ending;
+  file.emplace(out, OutputOptions{.by_name = true, .cancel = &interruptFlag()});
 
   // A socket, not a pipe: writing to an encoder that ended must not end this program too.
   std::array<int, 2> pictures_in{}, words_out{};
@@ -112,7 +129,7 @@ void Film::Impl::start(double pictures_s) {
                                  "crop=trunc(iw/2)*2:trunc(ih/2)*2",
                                  "-pix_fmt",
                                  "yuv420p",
-                                 partial};
+                                 file->partialPath()};
   std::vector<char*> arguments;
   for (std::string& word : words) arguments.push_back(word.data());
   arguments.push_back(nullptr);
@@ -179,7 +196,6 @@ Film::~Film() {
   if (impl_->encoder < 0) return;
   ::kill(impl_->encoder, SIGTERM);
   impl_->end();
-  std::remove(impl_->partial.c_str());
 }
 
 void Film::add(const Image& image) {
@@ -201,7 +217,6 @@ void Film::add(const Image& image) {
     }
     if (errno == EINTR) continue;
     const std::string words = impl_->end();
-    std::remove(impl_->partial.c_str());
     throw IoError(escaped(impl_->out), "ffmpeg gave up: " + escaped(words));
   }
 }
@@ -209,12 +224,8 @@ void Film::add(const Image& image) {
 void Film::finish() {
   if (impl_->encoder < 0) return;
   const std::string words = impl_->end();
-  if (!words.empty()) {
-    std::remove(impl_->partial.c_str());
-    throw IoError(escaped(impl_->out), "ffmpeg gave up: " + escaped(words));
-  }
-  if (std::rename(impl_->partial.c_str(), impl_->out.c_str()) != 0)
-    throw IoError(escaped(impl_->out), "cannot write", errno);
+  if (!words.empty()) throw IoError(escaped(impl_->out), "ffmpeg gave up: " + escaped(words));
+  impl_->file->finish();
 }
 
 const std::string& Film::out() const noexcept { return impl_->out; }

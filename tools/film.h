@@ -1,15 +1,21 @@
-// A film, picture by picture: numbered PNG files, or one file that ffmpeg makes. Thread rule: thread-compatible.
+// A film, picture by picture: numbered PNG files, or one file that ffmpeg makes. Each goes through Output
+// (index/output.h). Thread rule: thread-compatible.
 #pragma once
 
 #include "tools/image.h"
 
 #include <memory>
 #include <string>
+#include <vector>
 
 namespace filiform::tools {
 
 // Is it the name of a film: a sequence with one %d or %05d in it, or .mp4, .mkv, .webm, .mov?
 bool isFilmName(const std::string& name);
+// Of a sequence?
+bool isSequenceName(const std::string& name);
+// The files that are there now and that a sequence of this name would replace. Empty for other names.
+std::vector<std::string> filesOfSequence(const std::string& name);
 
 class Film {
  public:
@@ -24,7 +30,7 @@ class Film {
 
   // Requires the size that was given. Throws IoError, with ffmpeg's reason where it gave up.
   void add(const Image& image);
-  // Publishes the file. Throws IoError.
+  // Publishes the file. Throws IoError, ClosedPipe.
   void finish();
 
   const std::string& out() const noexcept;  // what is written: the file, or the pattern of the sequence

@@ -1,12 +1,12 @@
 #include "tools/image.h"
 
 #include "index/errors.h"
+#include "index/output.h"
+#include "tools/cli.h"
 #include "tools/image_font.h"
 
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
-#include <cstdio>
 #include <map>
 #include <memory>
 #include <utility>
@@ -143,19 +143,9 @@ void writePng(const Image& image, const std::string& path) {
   if (png_image_write_to_memory(&png, bytes.data(), &size, 0, image.rgb.data(), 0, nullptr) == 0)
     throw IoError(path, std::string("cannot write the picture: ") + png.message);
 
-  const std::string partial = path + ".partial";
-  std::FILE* file = std::fopen(partial.c_str(), "wb");
-  if (file == nullptr) throw IoError(path, "cannot write the picture", errno);
-  const bool written = std::fwrite(bytes.data(), 1, size, file) == size && std::fflush(file) == 0;
-  int code = errno;
-  if (std::fclose(file) == 0 && written) {
-    if (std::rename(partial.c_str(), path.c_str()) == 0) return;
-    code = errno;
-  } else if (written) {
-    code = errno;
-  }
-  std::remove(partial.c_str());
-  throw IoError(path, "cannot write the picture", code);
+  Output out(path, {.cancel = &interruptFlag()});
+  out.write({reinterpret_cast<const char*>(bytes.data()), size});
+  out.finish();
 }
 
 Canvas::Canvas(Image& image)

@@ -44,7 +44,7 @@ struct Image {
   Colour at(int x, int y) const;
 };
 
-// Replaces the file when everything is written; nothing is left half-written. Throws IoError.
+// Through Output (index/output.h): a file is replaced when everything is written. Throws as Output does.
 void writePng(const Image& image, const std::string& path);
 
 enum class Align { left, centre, right };

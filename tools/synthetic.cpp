@@ -1,31 +1,26 @@
 #include "tools/synthetic.h"
 
 #include "index/errors.h"
+#include "index/output.h"
 #include "tools/synthetic_neuron.h"
+#include "tools/zip_writer.h"
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <exception>
 #include <filesystem>
-#include <fstream>
 #include <optional>
 #include <utility>
 
 #include <xxhash.h>
-#include <zip.h>
 
 namespace filiform::tools {
 
 namespace {
-
-// 2011-06-21 12:00:00, the year of the method's publication, as the DOS fields of an archive.
-constexpr zip_uint16_t kDosDate = (2011 - 1980) << 9 | 6 << 5 | 21;
-constexpr zip_uint16_t kDosTime = 12 << 11;
 
 // Where a table places cells: 31 000 of them in 0.29 mm^3, a column of rat cortex.
 constexpr double kPlacedRadius_um = 257;
@@ -132,154 +127,25 @@ std::uint64_t segmentsOf(const Neuron& neuron) {
                                                   [](const NeuronSample& s) { return s.parent != kNoParent; }));
 }
 
-// Feeds the zip library, which asks for one file after the other while it closes the archive.
-class ArchiveFeed {
- public:
-  ArchiveFeed(const Plan& plan, const SyntheticProgress& progress) : plan_(plan), progress_(progress) {
-    readers_.resize(plan.entries().size());
-    for (std::size_t i = 0; i < readers_.size(); ++i) readers_[i] = {this, i, 0};
-  }
-
-  zip_source_t* source(zip_t* archive, std::size_t index) {
-    return zip_source_function(archive, &ArchiveFeed::callback, &readers_[index]);
-  }
-
-  const SyntheticSummary& summary() const { return summary_; }
-  const std::exception_ptr& failure() const { return failure_; }
-
- private:
-  struct Reader {
-    ArchiveFeed* feed;
-    std::size_t index;
-    std::size_t at;
+SyntheticSummary writeArchive(const Plan& plan, const std::string& path, const std::string& out_zip,
+                              const SyntheticProgress& progress) {
+  SyntheticSummary summary;
+  Neuron neuron;  // the last whose text was made
+  ZipContent content;
+  content.entries = plan.entries().size();
+  content.name = [&](std::size_t i) { return plan.entries()[i].path; };
+  content.text = [&](std::size_t i) {
+    neuron = plan.neuron(plan.entries()[i]);
+    return plan.text(plan.entries()[i], neuron);
   };
-
-  const std::string& text(std::size_t index) {
-    if (held_ == index) return text_;
-    const Entry& entry = plan_.entries()[index];
-    const Neuron neuron = plan_.neuron(entry);
-    text_ = plan_.text(entry, neuron);
-    held_ = index;
-    held_samples_ = neuron.samples.size();
-    held_segments_ = segmentsOf(neuron);
-    return text_;
-  }
-
-  void finished() {
-    ++summary_.files;
-    summary_.samples += held_samples_;
-    summary_.segments += held_segments_;
-    summary_.text_bytes += text_.size();
-    if (progress_) progress_(summary_.files, readers_.size());
-  }
-
-  zip_int64_t answer(Reader& reader, void* data, zip_uint64_t length, zip_source_cmd_t command) {
-    switch (command) {
-      case ZIP_SOURCE_SUPPORTS:
-        return zip_source_make_command_bitmap(ZIP_SOURCE_OPEN, ZIP_SOURCE_READ, ZIP_SOURCE_CLOSE, ZIP_SOURCE_STAT,
-                                              ZIP_SOURCE_ERROR, ZIP_SOURCE_FREE, -1);
-      case ZIP_SOURCE_OPEN:
-        reader.at = 0;
-        text(reader.index);
-        return 0;
-      case ZIP_SOURCE_READ: {
-        const std::string& bytes = text(reader.index);
-        const auto n = std::min<std::size_t>(length, bytes.size() - reader.at);
-        std::memcpy(data, bytes.data() + reader.at, n);
-        reader.at += n;
-        // At the end of the text: the library does not listen to what closing says.
-        if (n == 0 && length > 0) finished();
-        return static_cast<zip_int64_t>(n);
-      }
-      case ZIP_SOURCE_CLOSE:
-        return 0;
-      case ZIP_SOURCE_STAT: {
-        auto* stat = static_cast<zip_stat_t*>(data);
-        zip_stat_init(stat);
-        stat->size = text(reader.index).size();
-        stat->valid = ZIP_STAT_SIZE;
-        return sizeof *stat;
-      }
-      case ZIP_SOURCE_ERROR: {
-        const int codes[2] = {ZIP_ER_INTERNAL, 0};
-        std::memcpy(data, codes, sizeof codes);
-        return sizeof codes;
-      }
-      case ZIP_SOURCE_FREE:
-        return 0;
-      default:
-        return -1;
-    }
-  }
-
-  static zip_int64_t callback(void* user, void* data, zip_uint64_t length, zip_source_cmd_t command) {
-    Reader& reader = *static_cast<Reader*>(user);
-    // No exception may pass through the C library.
-    try {
-      return reader.feed->answer(reader, data, length, command);
-    } catch (...) {
-      if (!reader.feed->failure_) reader.feed->failure_ = std::current_exception();
-      return -1;
-    }
-  }
-
-  const Plan& plan_;
-  const SyntheticProgress& progress_;
-  std::vector<Reader> readers_;
-  std::optional<std::size_t> held_;
-  std::string text_;
-  std::uint64_t held_samples_ = 0, held_segments_ = 0;
-  SyntheticSummary summary_;
-  std::exception_ptr failure_;
-};
-
-[[noreturn]] void throwZip(const std::string& file, zip_error_t* error) {
-  const int system_error = zip_error_system_type(error) == ZIP_ET_SYS ? zip_error_code_system(error) : 0;
-  std::string what = std::string("cannot write the archive: ") + zip_error_strerror(error);
-  zip_error_fini(error);
-  if (system_error != 0) throw IoError(file, "cannot write the archive", system_error);
-  throw IoError(file, what);
-}
-
-SyntheticSummary writeArchive(const Plan& plan, const std::string& path, const SyntheticProgress& progress) {
-  zip_error_t error;
-  zip_error_init(&error);
-  zip_source_t* file = zip_source_file_create(path.c_str(), 0, -1, &error);
-  if (file == nullptr) throwZip(path, &error);
-  zip_t* archive = zip_open_from_source(file, ZIP_CREATE | ZIP_TRUNCATE, &error);
-  if (archive == nullptr) {
-    zip_source_free(file);
-    throwZip(path, &error);
-  }
-  ArchiveFeed feed(plan, progress);
-  const auto fail = [&] {
-    zip_error_t copy;
-    zip_error_init(&copy);
-    const zip_error_t* from = zip_get_error(archive);
-    zip_error_set(&copy, zip_error_code_zip(from), zip_error_code_system(from));
-    zip_discard(archive);
-    if (feed.failure()) std::rethrow_exception(feed.failure());
-    throwZip(path, &copy);
+  content.written = [&](std::uint64_t bytes) {
+    ++summary.files;
+    summary.samples += neuron.samples.size();
+    summary.segments += segmentsOf(neuron);
+    summary.text_bytes += bytes;
+    if (progress) progress(summary.files, content.entries);
   };
-  for (std::size_t i = 0; i < plan.entries().size(); ++i) {
-    zip_source_t* source = feed.source(archive, i);
-    const zip_int64_t index =
-        source == nullptr ? -1 : zip_file_add(archive, plan.entries()[i].path.c_str(), source, ZIP_FL_ENC_UTF_8);
-    if (index < 0) {
-      zip_source_free(source);
-      fail();
-    }
-    const auto at = static_cast<zip_uint64_t>(index);
-    // DOS fields, not a time: a time would pass through the local time zone.
-    if (zip_file_set_dostime(archive, at, kDosTime, kDosDate, 0) != 0 ||
-        zip_file_set_external_attributes(archive, at, 0, ZIP_OPSYS_UNIX, 0100644U << 16) != 0 ||
-        zip_set_file_compression(archive, at, ZIP_CM_DEFLATE, 4) != 0)
-      fail();
-  }
-  if (zip_close(archive) != 0) fail();
-  SyntheticSummary summary = feed.summary();
-  std::error_code ignored;
-  summary.zip_bytes = std::filesystem::file_size(path, ignored);
+  summary.zip_bytes = writeZip(path, out_zip, content);
   return summary;
 }
 
@@ -330,32 +196,21 @@ std::string sceneRoute(const std::string& kind) {
 }
 
 SyntheticSummary writeSynthetic(const SyntheticOptions& options, const std::string& out_zip,
-                                const SyntheticProgress& progress) {
+                                const SyntheticProgress& progress, const std::atomic<bool>* cancel) {
   const Plan plan(options);
   const bool table = !options.placements_out.empty() && !isScene(options.kind);
-  const std::string partial = options.placements_out + ".partial";
+  // Both before the work, so that a name that cannot be written is told at once.
+  Output archive(out_zip, {.by_name = true, .cancel = cancel});
+  std::optional<Output> placed;
   if (table) {
-    // The table first: it is small, and the archive appears whole by itself.
-    errno = 0;
-    std::ofstream out(partial, std::ios::binary | std::ios::trunc);
-    out << placementTable(options, plan, std::filesystem::path(out_zip).filename().string()) << std::flush;
-    if (!out) {
-      const int code = errno;
-      out.close();
-      std::remove(partial.c_str());
-      throw IoError(options.placements_out, "cannot write the table of placements", code);
-    }
+    placed.emplace(options.placements_out, OutputOptions{.cancel = cancel});
+    placed->write(placementTable(options, plan, std::filesystem::path(out_zip).filename().string()));
   }
-  try {
-    SyntheticSummary summary = writeArchive(plan, out_zip, progress);
-    summary.cells = table ? options.cells : summary.files;
-    if (table && std::rename(partial.c_str(), options.placements_out.c_str()) != 0)
-      throw IoError(options.placements_out, "cannot write the table of placements", errno);
-    return summary;
-  } catch (...) {
-    if (table) std::remove(partial.c_str());
-    throw;
-  }
+  SyntheticSummary summary = writeArchive(plan, archive.partialPath(), out_zip, progress);
+  summary.cells = table ? options.cells : summary.files;
+  archive.finish();
+  if (placed) placed->finish();
+  return summary;
 }
 
 struct SyntheticCells::Impl {

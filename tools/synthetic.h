@@ -21,6 +21,7 @@
 
 #include "index/cell.h"
 
+#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -55,10 +56,10 @@ struct SyntheticSummary {
 using SyntheticProgress = std::function<void(std::uint64_t done, std::uint64_t total)>;
 
 // Writes the archive (and the table), replacing files of that name only when everything is written. Memory does not
-// grow with the cells' sizes: one file at a time is held. Throws UsageError on an unknown kind or no cells, IoError
-// when it cannot be written. O(segments).
+// grow with the cells' sizes: one file at a time is held. `cancel` ends the wait for a pipe's reader. Throws UsageError
+// on an unknown kind or no cells, and as Output does (index/output.h). O(segments).
 SyntheticSummary writeSynthetic(const SyntheticOptions& options, const std::string& out_zip,
-                                const SyntheticProgress& progress = {});
+                                const SyntheticProgress& progress = {}, const std::atomic<bool>* cancel = nullptr);
 
 // The kinds that writeSynthetic knows.
 const std::vector<std::string>& syntheticKinds();

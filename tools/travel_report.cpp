@@ -31,7 +31,7 @@ void TravelReport::add(const TickRow& row) {
 void TravelReport::writeForcePlot(const std::string& path, const std::string& title, const RunSummary& summary) const {
   Plot plot;
   plot.title = "Force at the hand: " + title;
-  plot.subtitle = summary.outcome + format(", %.0f of %.0f um", summary.reached_um, summary.route_um) +
+  plot.subtitle = toString(summary.outcome) + format(", %.0f of %.0f um", summary.reached_um, summary.route_um) +
                   format(", mean %.2f N, integral %.2f N s", summary.mean_force_N, summary.force_integral_Ns);
   plot.x_label = "time (s)";
   plot.y_label = "force (N)";
@@ -48,7 +48,8 @@ void TravelReport::writePicture(const std::string& path, const std::string& titl
   for (std::uint32_t id = 0; id < store.cell_count(); ++id) bounds.extend(store.cell(id).bounds);
   ProjectionOptions options;
   options.title = title;
-  options.subtitle = summary.outcome + format(": %.0f of %.0f um travelled", summary.reached_um, summary.route_um);
+  options.subtitle =
+      toString(summary.outcome) + format(": %.0f of %.0f um travelled", summary.reached_um, summary.route_um);
   options.lo_um = store.grid().toWorld(bounds.lo);
   options.hi_um = store.grid().toWorld(bounds.hi);
   for (int axis = 0; axis < 3; ++axis)  // a flat or single-point scene still needs a frame

@@ -2,6 +2,7 @@
 
 #include "device/haptic_device.h"
 #include "index/errors.h"
+#include "index/output.h"
 #include "index/text.h"
 #include "viewer/internal/closing.h"
 #include "viewer/internal/large_picture.h"
@@ -18,11 +19,11 @@
 #include "viewer/worker.h"
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <ctime>
-#include <fstream>
 #include <set>
 #include <thread>
 
@@ -738,11 +739,14 @@ class Application {
       json["resident_bytes"] = tiles_.counters.bytes;
       json["failures"] = figures_.failed.size() + tiles_.failures.size();
     }
-    const std::string partial = options_.state + ".partial";
-    std::ofstream out(partial, std::ios::binary);
-    out << json.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) << '\n';
-    out.close();
-    if (out) std::rename(partial.c_str(), options_.state.c_str());
+    static const std::atomic<bool> kDoNotWait{true};  // for a pipe's reader
+    try {
+      Output out(options_.state, {.sync = false, .cancel = &kDoNotWait});
+      out.stream() << json.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) << '\n';
+      out.finish();
+    } catch (const Error&) {
+      // Tried again a tenth of a second later.
+    }
   }
 
   const ApplicationOptions& options_;

@@ -4,6 +4,7 @@
 #include "device/replay.h"
 #include "device/simulated_hand.h"
 #include "index/errors.h"
+#include "index/output.h"
 #include "index/text.h"
 #include "index/whole_number.h"
 #include "solver/graph_view.h"
@@ -101,7 +102,8 @@ struct Session::Impl {
   const TileStore& store;
   SessionOptions options;
   double dt_s;
-  std::string recorded_device;  // of a replay: what made the recorded one
+  std::string recorded_device;     // of a replay: what made the recorded one
+  std::unique_ptr<Output> record;  // outlives the device, which writes to it
   std::unique_ptr<HapticDevice> device;
   SimulatedHand* hand = nullptr;
   ReplayDevice* replay = nullptr;
@@ -207,7 +209,8 @@ Session::Impl::Impl(const TileStore& scene, const SessionOptions& wanted)
     RecordingOptions recording;
     recording.device = options.device;
     recording.marked = true;
-    auto wrapped = std::make_unique<RecordingDevice>(std::move(device), options.record, recording);
+    record = std::make_unique<Output>(options.record);
+    auto wrapped = std::make_unique<RecordingDevice>(std::move(device), record->stream(), recording);
     recorder = wrapped.get();
     device = std::move(wrapped);
   }
@@ -363,11 +366,9 @@ void Session::Impl::writeCommands() {
                               {"rate_Hz", options.rate_Hz}};
   json["commands"] = nlohmann::ordered_json::array();
   for (const Commanded& one : commanded) json["commands"].push_back(toJson(one));
-  const std::string path = options.record + ".json", partial = path + ".partial";
-  std::ofstream out(partial, std::ios::binary);
-  out << json.dump(1) << '\n';
-  out.close();
-  if (!out || std::rename(partial.c_str(), path.c_str()) != 0) throw IoError(escaped(path), "cannot write", errno);
+  Output out(options.record + ".json");
+  out.stream() << json.dump(1) << '\n';
+  out.finish();
 }
 
 Session::Session(const TileStore& store, const SessionOptions& options)
@@ -422,7 +423,8 @@ void Session::finish() {
   s.device->close();
   if (s.recorder != nullptr) {
     s.recorder->finish();
-    s.writeCommands();
+    s.record->finish();
+    if (s.record->isFile()) s.writeCommands();
   }
   // Last, because it waits for the tile that is being read.
   if (s.residency) s.residency->stop();

@@ -42,7 +42,7 @@ struct SessionOptions {
   std::optional<double> stiffness_N_m{};        // none: 200, the loose hand 50; hardware as defaultStiffness()
   bool in_memory = false;                       // the store holds its tiles: no residency
   std::optional<std::uint64_t> budget_bytes{};  // none: unlimited
-  std::string record{};                         // FILE, and FILE.json beside it; empty: none
+  std::string record{};                         // FILE, and where it is a regular file FILE.json beside it; empty: none
   // Makes `device`, not opened, from its name and the period in s; none: makeDevice().
   std::function<std::unique_ptr<HapticDevice>(const std::string&, double)> make_device{};
 };

@@ -1,10 +1,9 @@
 #include "viewer/settings.h"
 
 #include "index/errors.h"
+#include "index/output.h"
 #include "index/text.h"
 
-#include <cerrno>
-#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -82,11 +81,9 @@ void Settings::save(const std::string& path) const {
                                     {"height", height}};
   std::error_code error;
   fs::create_directories(fs::path(path).parent_path(), error);
-  const std::string partial = path + ".partial";
-  std::ofstream out(partial, std::ios::binary);
-  out << json.dump(1) << '\n';
-  out.close();
-  if (!out || std::rename(partial.c_str(), path.c_str()) != 0) throw IoError(escaped(path), "cannot write", errno);
+  Output out(path);
+  out.stream() << json.dump(1) << '\n';
+  out.finish();
 }
 
 }  // namespace filiform

@@ -7,6 +7,8 @@
 #include "device/spacemouse.h"
 #include "tests/support/temp_folder.h"
 
+#include <fstream>
+
 #include <gtest/gtest.h>
 
 namespace filiform {
@@ -32,7 +34,8 @@ TEST(DeviceFactory, MakesEveryDeviceItOffers) {
 
   const test::TempFolder folder;
   const std::string path = folder.file("with:colon.rec");
-  RecordingDevice recording(makeDevice("null"), path);
+  std::ofstream file(path, std::ios::binary);
+  RecordingDevice recording(makeDevice("null"), file);
   recording.open();
   recording.finish();
   EXPECT_NE(dynamic_cast<ReplayDevice*>(makeDevice("replay:" + path).get()), nullptr);

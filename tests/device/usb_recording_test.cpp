@@ -11,6 +11,7 @@
 #include <cmath>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <functional>
 
 #include <gtest/gtest.h>
@@ -58,13 +59,13 @@ TEST(UsbRecording, ADriverMeetsAgainWhatItMetOnce) {
     fake.usb_device().fault({.kind = test::FakeUsbFault::Kind::lost, .at = 400});
     fake.usb_device().fault({.kind = test::FakeUsbFault::Kind::garbage, .at = 500});
     fake.usb_device().fault({.kind = test::FakeUsbFault::Kind::truncated, .at = 600, .bytes = 9});
-    UsbRecorder recorder(usb, folder.file("falcon.usb"));
+    std::ofstream file(folder.file("falcon.usb"), std::ios::binary);
+    UsbRecorder recorder(usb, file);
     recorded = drive(recorder, [&fake](int i) {
       if (i == 20) fake.home();
       fake.p_D = {0.01 * std::sin(0.02 * i), 0.01 * std::cos(0.02 * i), 1e-5 * i};
       fake.buttons = i % 300 < 20 ? 2 : 0;
     });
-    EXPECT_FALSE(std::filesystem::exists(folder.file("falcon.usb"))) << "not before it is whole";
     recorder.finish();
     recorder.finish();
     EXPECT_TRUE(usb.violations().empty());
@@ -93,7 +94,8 @@ UsbDeviceInfo mouseInfo() {
 std::string smallUsbRecording(const test::TempFolder& folder) {
   FakeUsb usb;
   FakeUsbDevice& device = usb.plug(mouseInfo());
-  UsbRecorder recorder(usb, folder.file("small.usb"));
+  std::ofstream file(folder.file("small.usb"), std::ios::binary);
+  UsbRecorder recorder(usb, file);
   SpaceMouse mouse(recorder);
   mouse.open();
   for (std::uint8_t i = 1; i <= 3; ++i) {
@@ -148,7 +150,8 @@ TEST(UsbRecording, CountsWhatADriverDoesOtherwise) {
     return connection->run(*out, 4, 1);
   };
   {
-    UsbRecorder recorder(usb, folder.file("r.usb"));
+    std::ofstream file(folder.file("r.usb"), std::ios::binary);
+    UsbRecorder recorder(usb, file);
     EXPECT_EQ(session(recorder, 1, 5), UsbStatus::done);
   }
   {
@@ -193,7 +196,8 @@ TEST(UsbRecording, KeepsRefusals) {
   };
   const std::vector<UsbCause> expected{UsbCause::no_permission, UsbCause::busy, UsbCause::stalled};
   {
-    UsbRecorder recorder(usb, folder.file("r.usb"));
+    std::ofstream file(folder.file("r.usb"), std::ios::binary);
+    UsbRecorder recorder(usb, file);
     EXPECT_EQ(causes(recorder), expected);
   }
   UsbReplay replay(folder.file("r.usb"));
@@ -232,7 +236,8 @@ TEST(UsbRecording, SaysWhatItHadNoRoomFor) {
   const test::TempFolder folder;
   FakeUsb usb;
   FakeUsbDevice& device = usb.plug(mouseInfo());
-  UsbRecorder recorder(usb, folder.file("r.usb"), 4096);
+  std::ofstream file(folder.file("r.usb"), std::ios::binary);
+  UsbRecorder recorder(usb, file, 4096);
   SpaceMouse mouse(recorder);
   mouse.open();
   for (int i = 0; i < 200; ++i) {
@@ -250,15 +255,16 @@ TEST(UsbRecording, SaysWhatItHadNoRoomFor) {
   }
   EXPECT_EQ(usbMessageOf(folder.file("r.usb")), "") << "what it holds is whole";
   EXPECT_LE(std::filesystem::file_size(folder.file("r.usb")), 4096U);
-  EXPECT_THROW(UsbRecorder(usb, folder.file("no/such/r.usb")).finish(), DeviceError);
-  EXPECT_THROW(UsbRecorder(usb, ""), DeviceError);
+  std::ofstream none(folder.file("no/such/r.usb"), std::ios::binary);
+  EXPECT_THROW(UsbRecorder(usb, none).finish(), DeviceError);
 }
 
 TEST(UsbRecording, RecordingAllocatesNothingInTheLoop) {
   const test::TempFolder folder;
   FakeUsb usb;
   FakeUsbDevice& device = usb.plug(mouseInfo());
-  UsbRecorder recorder(usb, folder.file("r.usb"));
+  std::ofstream file(folder.file("r.usb"), std::ios::binary);
+  UsbRecorder recorder(usb, file);
   SpaceMouse mouse(recorder);
   mouse.open();
   for (int i = 0; i < 100; ++i) device.answer(0x81, Bytes{1, 1, 0, 0, 0, 0, 0}, 0.001 * i);

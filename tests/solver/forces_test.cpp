@@ -40,7 +40,7 @@ Figures measure(const TileStore& store, SolverMethod method, double zoom_um) {
       last_W = row.h_W;
       last_N = row.force_N.norm();
     });
-    figures.completed += summary.outcome == "completed";
+    figures.completed += summary.outcome == RunOutcome::completed;
     figures.ticks += static_cast<double>(summary.ticks);
     figures.integral_Ns += summary.force_integral_Ns;
     figures.force_sum_N += summary.mean_force_N * static_cast<double>(summary.ticks);

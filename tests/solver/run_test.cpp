@@ -13,8 +13,10 @@
 #include "tests/support/temp_folder.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 #include <memory>
 #include <sstream>
 #include <stdexcept>
@@ -133,7 +135,7 @@ TEST(Run, CompletesAStraightThread) {
     options.in_memory = true;
     const Recorded recorded = record(*store, options);
     const RunSummary& s = recorded.summary;
-    EXPECT_EQ(s.outcome, "completed") << device;
+    EXPECT_EQ(s.outcome, RunOutcome::completed) << device;
     EXPECT_DOUBLE_EQ(s.route_um, 59 * 2.0);
     EXPECT_NEAR(s.reached_um, s.route_um, 0.0005 * 300 / 0.12 * 1.01);
     EXPECT_EQ(s.ticks, recorded.rows.size());
@@ -168,10 +170,66 @@ TEST(Run, StopsWhenTimeIsOver) {
   options.in_memory = true;
   options.seconds = 0.25;
   const Recorded recorded = record(*store, options);
-  EXPECT_EQ(recorded.summary.outcome, "stuck");
+  EXPECT_EQ(recorded.summary.outcome, RunOutcome::time_over);
   EXPECT_EQ(recorded.rows.size(), 250u);
   EXPECT_GT(recorded.summary.reached_um, 0);
   EXPECT_LT(recorded.summary.reached_um, recorded.summary.route_um);
+}
+
+TEST(Run, SaysHowItEnded) {
+  EXPECT_STREQ(toString(RunOutcome::completed), "completed");
+  EXPECT_STREQ(toString(RunOutcome::stuck), "stuck");
+  EXPECT_STREQ(toString(RunOutcome::time_over), "time_over");
+  EXPECT_STREQ(toString(RunOutcome::interrupted), "interrupted");
+
+  const auto store = thread(2000);
+  RunOptions options;
+  options.in_memory = true;
+  options.person.speed_m_s = 1e-6;  // no progress to speak of
+  options.person.stuck_after_s = options.person.hold_s = options.person.back_off_s = 0.02;
+  options.person.push_most_m = 1e-6;
+  options.person.tries = 1;
+  EXPECT_EQ(record(*store, options).summary.outcome, RunOutcome::stuck);
+
+  std::atomic<bool> stop{true};
+  options.stop = &stop;
+  const RunSummary at_once = record(*store, options).summary;
+  EXPECT_EQ(at_once.outcome, RunOutcome::interrupted);
+  EXPECT_EQ(at_once.ticks, 0u);
+  for (const bool realtime : {false, true}) {
+    RunOptions tour;
+    tour.in_memory = true;
+    tour.route = "tour:1";
+    tour.seconds = 1e6;
+    tour.realtime = realtime;
+    tour.stop = &stop;
+    stop = false;
+    std::uint64_t ticks = 0;
+    const RunSummary summary = run(*store, tour, [&](const TickRow&) { stop = ++ticks >= 100; });
+    EXPECT_EQ(summary.outcome, RunOutcome::interrupted);
+    EXPECT_GE(summary.ticks, 100u);
+  }
+}
+
+TEST(Run, AnInterruptedRunLeavesAnOlderRecording) {
+  const test::TempFolder folder;
+  const auto store = thread(2000);
+  test::writeBytes(folder.file("a.rec"), "old");
+  std::atomic<bool> stop{false};
+  std::string kept;
+  RunOptions options;
+  options.in_memory = true;
+  options.record = folder.file("a.rec");
+  options.stop = &stop;
+  options.recording_kept = [&](const std::string& path) { kept = path; };
+  std::uint64_t ticks = 0;
+  run(*store, options, [&](const TickRow&) { stop = ++ticks >= 100; });
+  EXPECT_EQ(test::readBytes(folder.file("a.rec")), "old");
+  EXPECT_EQ(kept, folder.file("a.unfinished.rec"));
+  options.device = "replay:" + kept;
+  options.record.clear();
+  options.stop = nullptr;
+  EXPECT_EQ(record(*store, options).rows.size(), 100u);
 }
 
 TEST(Run, ReplayOfItsRecordingIsTheSameRun) {
@@ -214,7 +272,7 @@ TEST(Run, ATourGoesOnUntilItsTimeIsOver) {
   options.in_memory = true;
   const Recorded whole = record(*store, options);
   const RunSummary& s = whole.summary;
-  EXPECT_EQ(s.outcome, "completed");
+  EXPECT_EQ(s.outcome, RunOutcome::completed);
   EXPECT_EQ(s.ticks, 40000u);
   EXPECT_GT(s.legs, 3u);
   EXPECT_EQ(s.jumps, s.legs - 1);
@@ -256,7 +314,7 @@ TEST(Run, ATourInRealTimeJumps) {
     options.zoom_um = 400;
     options.seconds = 1.5;
     const Recorded recorded = record(*store, options);
-    EXPECT_EQ(recorded.summary.outcome, "completed");
+    EXPECT_EQ(recorded.summary.outcome, RunOutcome::completed);
     EXPECT_EQ(recorded.summary.ticks, 1500u);
     EXPECT_GE(recorded.summary.jumps, 1u);
     EXPECT_EQ(recorded.summary.legs, recorded.summary.jumps + 1);
@@ -340,7 +398,8 @@ TEST(Run, AFaultOfTheDeviceLeavesTheLastTicks) {
    private:
     int exchanges_ = 0;
   };
-  RecordingDevice recording(std::make_unique<Dying>(), folder.file("r.rec"));
+  std::ofstream file(folder.file("r.rec"), std::ios::binary);
+  RecordingDevice recording(std::make_unique<Dying>(), file);
   recording.open();
   for (int i = 0; i < 110; ++i) recording.exchange({});
   recording.finish();

@@ -4,8 +4,10 @@
 #include "tests/support/golden.h"
 #include "tests/support/temp_folder.h"
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
+#include <iterator>
 
 #include <gtest/gtest.h>
 
@@ -75,7 +77,17 @@ TEST(Film, HandsEveryPictureToTheEncoderAndPublishesItsFile) {
   EXPECT_EQ(bytes.back(), 3);
   { Film dropped(folder / "b.mp4", 6, 4, 30); }
   EXPECT_FALSE(fs::exists(folder / "b.mp4"));
-  EXPECT_FALSE(fs::exists(folder / "b.partial.mp4"));
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder.path()), fs::directory_iterator()), 2) << "bin and a.mp4";
+}
+
+TEST(Film, NamesTheFilesThatASequenceWouldReplace) {
+  test::TempFolder folder;
+  for (const char* name : {"a-1.png", "a-00020.png", "a-x.png", "b-1.png", "a-1.png.swc"})
+    test::writeBytes(folder / name, "x");
+  std::vector<std::string> files = filesOfSequence(folder / "a-%05d.png");
+  std::sort(files.begin(), files.end());
+  EXPECT_EQ(files, (std::vector<std::string>{folder / "a-00020.png", folder / "a-1.png"}));
+  EXPECT_TRUE(filesOfSequence(folder / "a.mp4").empty());
 }
 
 TEST(Film, SaysWhyTheEncoderGaveUp) {

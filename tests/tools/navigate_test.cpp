@@ -55,8 +55,8 @@ TEST_F(Travel, ATourReportsItsLegs) {
 // The end of a run in real time is watched for files that never answer; what is written after it is not.
 TEST_F(Travel, APictureThatTakesLongToWriteDoesNotEndARunInRealTimeAsAFault) {
   const Outcome outcome =
-      test::runFiliformInShell("mkfifo " + (folder_ / "force.png.partial") + " && { sleep 5; cat " +
-                                   (folder_ / "force.png.partial") + "; } >/dev/null & sleep 0.2; exec \"$@\"",
+      test::runFiliformInShell("mkfifo " + (folder_ / "force.png") + " && { sleep 5; cat " + (folder_ / "force.png") +
+                                   "; } >/dev/null & sleep 0.2; exec \"$@\"",
                                {"navigate", folder_ / "z.fil", "--route", "tour:3", "--seconds", "0.5", "--realtime",
                                 "--plot", folder_ / "force.png"});
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;

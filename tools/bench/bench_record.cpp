@@ -1,14 +1,12 @@
 #include "tools/bench/bench_record.h"
 
-#include "index/errors.h"
+#include "index/output.h"
 #include "tools/bench/peers.h"
 #include "tools/cli.h"
 #include "tools/evaluate/page.h"
 #include "tools/svg_canvas.h"
 
 #include <algorithm>
-#include <cerrno>
-#include <fstream>
 #include <sstream>
 #include <stdexcept>
 
@@ -250,10 +248,9 @@ std::vector<PageSection> sections(const std::vector<BenchResult>& results, const
 }  // namespace
 
 void writeText(const std::string& path, const std::string& text) {
-  std::ofstream file(path, std::ios::binary);
-  file << text;
-  file.close();
-  if (!file) throw IoError(path, "could not be written", errno);
+  Output file(path);
+  file.write(text);
+  file.finish();
 }
 
 std::string workloadJson(const BenchResult& result, const BenchOptions& options) {

@@ -102,7 +102,7 @@ class Trials {
         most_visited = std::max(most_visited, row.visited);
       });
       put(extreme, tried, shown(most_N) + " N at most",
-          std::to_string(s.ticks) + " ticks, " + s.outcome + "; force grows by " + shown(growth_N) +
+          std::to_string(s.ticks) + " ticks, " + toString(s.outcome) + "; force grows by " + shown(growth_N) +
               " N a tick at most (" + shown(may_grow_N) + " allowed); " + std::to_string(s.frontiers) + " frontiers, " +
               std::to_string(s.failures.size()) + " tiles that could not be read, at most " +
               std::to_string(most_visited) + " segments a tick",

@@ -106,7 +106,7 @@ BenchReport runParameters(const BenchOptions& options) {
           run_options.route = "random:" + std::to_string(options.seed + static_cast<std::uint64_t>(route));
           run_options.seed = options.seed + static_cast<std::uint64_t>(route);
           const RunSummary s = run(*cell.store, run_options);
-          done += s.outcome == "completed";
+          done += s.outcome == RunOutcome::completed;
           integral += s.force_integral_Ns;
           length += s.route_um;
           time += s.sim_s;

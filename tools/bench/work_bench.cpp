@@ -75,7 +75,7 @@ Felt feel(const BenchOptions& options, const std::vector<WorkScene>& scenes, Sol
     for (int route = 0; route < routes; ++route) {
       const RunSummary s =
           run(*scene.store, travel(options, scene, method, cap, zoom, static_cast<std::uint64_t>(route)));
-      felt.done += s.outcome == "completed";
+      felt.done += s.outcome == RunOutcome::completed;
       felt.runs += 1;
       integral += s.force_integral_Ns, way += s.route_um, time += s.sim_s;
       ticks += static_cast<double>(s.ticks), capped += static_cast<double>(s.capped_ticks);
@@ -110,7 +110,7 @@ void measureRate(const BenchOptions& options, const std::vector<WorkScene>& scen
                                         static_cast<std::uint64_t>(route));
         run_options.rate_Hz = rate_Hz;
         const RunSummary s = run(*scene.store, run_options);
-        done += s.outcome == "completed", runs += 1;
+        done += s.outcome == RunOutcome::completed, runs += 1;
         integral += s.force_integral_Ns, way += s.route_um, time_s += s.sim_s;
         most_N = std::max(most_N, s.max_force_step_N);
       }

@@ -1,6 +1,7 @@
 #include "tools/evaluate/evaluation.h"
 
 #include "index/errors.h"
+#include "index/output.h"
 #include "tools/bench/bench.h"
 #include "tools/cli.h"
 #include "tools/evaluate/hold.h"
@@ -12,10 +13,8 @@
 #include "tools/report.h"
 
 #include <algorithm>
-#include <cerrno>
 #include <chrono>
 #include <cmath>
-#include <fstream>
 #include <random>
 #include <sstream>
 #include <utility>
@@ -685,10 +684,9 @@ class Evaluation {
 
   void writeFile(const std::string& name, const std::string& text) const {
     const std::string path = options_.out + "/" + name;
-    std::ofstream file(path, std::ios::binary);
-    file << text;
-    file.close();
-    if (!file) throw IoError(path, "could not be written", errno);
+    Output file(path, {.cancel = &interruptFlag()});
+    file.write(text);
+    file.finish();
   }
 
   std::string write() const {

@@ -1,0 +1,368 @@
+#include "index/output.h"
+
+#include "index/errors.h"
+#include "index/text.h"
+
+#include <array>
+#include <cerrno>
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <fcntl.h>
+#include <filesystem>
+#include <ostream>
+#include <random>
+#include <streambuf>
+#include <sys/stat.h>
+#include <thread>
+#include <unistd.h>
+#include <utility>
+#include <vector>
+
+namespace filiform {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kOutputBuffer = std::size_t{1} << 16;
+
+// NAME.partial-XXXXXX.ENDING: free, and in the same folder, so that a rename is enough.
+std::string freshName(const std::string& folder, const std::string& name) {
+  static constexpr std::string_view kDigits = "0123456789abcdefghijklmnopqrstuvwxyz";
+  constexpr std::size_t kLongestStem = 180, kLongestEnding = 40;  // of the 255 bytes of a name
+  std::random_device random;
+  std::string digits(8, '0');
+  for (char& digit : digits) digit = kDigits[random() % kDigits.size()];
+  const fs::path given(name);
+  const std::string ending = given.extension().string();
+  std::string fresh = folder;
+  fresh += given.stem().string().substr(0, kLongestStem);
+  fresh += ".partial-";
+  fresh += digits;
+  if (ending.size() <= kLongestEnding) fresh += ending;
+  return fresh;
+}
+
+std::string folderOf(const std::string& path) {
+  const std::size_t slash = path.rfind('/');
+  return slash == std::string::npos ? std::string() : path.substr(0, slash + 1);
+}
+
+// The N of /proc/self/fd/N and of what leads there (/dev/stdout, /dev/fd/N); -1: it is none. Opening such a name again
+// would begin at the file's first byte, over what is there.
+int descriptorNamedBy(const std::string& link) {
+  std::error_code error;
+  const std::string folder = folderOf(link);
+  const std::string real = fs::canonical(folder.empty() ? "." : folder, error).string();
+  std::string own = "/proc/";
+  own += std::to_string(::getpid());
+  if (error || real.rfind(own + "/", 0) != 0 || !real.ends_with("/fd")) return -1;
+  const std::string number = link.substr(folder.size());
+  if (number.empty() || number.size() > 6 || number.find_first_not_of("0123456789") != std::string::npos) return -1;
+  return std::atoi(number.c_str());
+}
+
+bool isSameFile(int descriptor, const struct stat& what) {
+  struct stat open {};
+  return ::fstat(descriptor, &open) == 0 && open.st_dev == what.st_dev && open.st_ino == what.st_ino;
+}
+
+void writeAll(int file, std::string_view bytes, const std::string& path) {
+  while (!bytes.empty()) {
+    const ssize_t n = ::write(file, bytes.data(), bytes.size());
+    if (n >= 0) {
+      bytes.remove_prefix(static_cast<std::size_t>(n));
+    } else if (errno == EPIPE) {
+      throw ClosedPipe(escaped(path) + ": its reader has gone");
+    } else if (errno != EINTR) {
+      throw IoError(escaped(path), "cannot write", errno);
+    }
+  }
+}
+
+class DescriptorBuffer : public std::streambuf {
+ public:
+  DescriptorBuffer() { setp(buffer_.data(), buffer_.data() + buffer_.size()); }
+
+  void begin(int file, const std::string& path) {
+    file_ = file;
+    path_ = path;
+    by_line_ = ::isatty(file) == 1;
+  }
+  void flush() {
+    const std::string_view bytes(pbase(), static_cast<std::size_t>(pptr() - pbase()));
+    setp(buffer_.data(), buffer_.data() + buffer_.size());  // what cannot be written is not tried again
+    writeAll(file_, bytes, path_);
+  }
+
+ protected:
+  int_type overflow(int_type c) override {
+    flush();
+    if (!traits_type::eq_int_type(c, traits_type::eof())) {
+      *pptr() = traits_type::to_char_type(c);
+      pbump(1);
+      if (by_line_ && c == '\n') flush();
+    }
+    return traits_type::not_eof(c);
+  }
+  std::streamsize xsputn(const char* text, std::streamsize count) override {
+    if (epptr() - pptr() < count) flush();
+    if (epptr() - pptr() < count) {
+      writeAll(file_, {text, static_cast<std::size_t>(count)}, path_);
+      return count;
+    }
+    traits_type::copy(pptr(), text, static_cast<std::size_t>(count));
+    pbump(static_cast<int>(count));
+    if (by_line_ && std::string_view(text, static_cast<std::size_t>(count)).find('\n') != std::string_view::npos)
+      flush();
+    return count;
+  }
+  int sync() override {
+    flush();
+    return 0;
+  }
+
+ private:
+  std::array<char, kOutputBuffer> buffer_;
+  std::string path_;
+  int file_ = -1;
+  bool by_line_ = false;
+};
+
+}  // namespace
+
+OutputPlace outputPlace(const std::string& path) {
+  if (path.empty()) throw UsageError("the name of an output is empty: give a file, or - for standard output");
+  OutputPlace place;
+  if (path == "-") {
+    place.kind = OutputPlace::Kind::kDescriptor;
+    place.descriptor = STDOUT_FILENO;
+    place.exists = true;
+    return place;
+  }
+  constexpr int kMostLinks = 40;
+  place.target = path;
+  for (int links = 0;; ++links) {
+    struct stat what {};
+    if (::lstat(place.target.c_str(), &what) != 0) {
+      if (errno != ENOENT) throw IoError(escaped(path), "cannot write", errno);
+      return place;
+    }
+    if (S_ISLNK(what.st_mode)) {
+      if (const int descriptor = descriptorNamedBy(place.target); descriptor >= 0) {
+        place.kind = OutputPlace::Kind::kDescriptor;
+        place.descriptor = descriptor;
+        place.exists = true;
+        return place;
+      }
+      if (links == kMostLinks) throw IoError(escaped(path), "cannot write", ELOOP);
+      std::error_code error;
+      const fs::path leads_to = fs::read_symlink(place.target, error);
+      if (error) throw IoError(escaped(path), "cannot write", error.value());
+      place.target = leads_to.is_absolute() ? leads_to.string() : folderOf(place.target) + leads_to.string();
+      continue;
+    }
+    place.exists = true;
+    if (S_ISDIR(what.st_mode)) throw IoError(escaped(path), "is a folder; name a file in it");
+    if (!S_ISREG(what.st_mode)) {
+      place.kind = OutputPlace::Kind::kThrough;
+      return place;
+    }
+    for (const int descriptor : {STDOUT_FILENO, STDERR_FILENO}) {
+      if (!isSameFile(descriptor, what)) continue;
+      place.kind = OutputPlace::Kind::kDescriptor;
+      place.descriptor = descriptor;
+      return place;
+    }
+    return place;
+  }
+}
+
+struct Output::Impl {
+  std::string path;
+  OutputOptions options;
+  OutputPlace place;
+  DescriptorBuffer buffer;
+  std::ostream stream{&buffer};
+  int file = -1;
+  int through = -1;     // by_name: where our own file is copied at the end
+  std::string partial;  // our own file; empty: none
+  bool finished = false;
+
+  [[noreturn]] void fail(int error_number) const { throw IoError(escaped(path), "cannot write", error_number); }
+
+  void makePartial(const std::string& folder, const std::string& name) {
+    for (int tries = 0;; ++tries) {
+      const std::string fresh = freshName(folder, name);
+      file = ::open(fresh.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+      if (file >= 0) {
+        partial = fresh;
+        return;
+      }
+      if (errno != EEXIST || tries == 100) fail(errno);
+    }
+  }
+
+  void openThrough() {
+    struct stat what {};
+    const bool is_pipe = ::stat(place.target.c_str(), &what) == 0 && S_ISFIFO(what.st_mode);
+    // Without waiting in open(), which no signal would end.
+    while ((file = ::open(place.target.c_str(), O_WRONLY | O_NOCTTY | O_CLOEXEC | (is_pipe ? O_NONBLOCK : 0))) < 0) {
+      if (errno == EINTR) continue;
+      if (!is_pipe || errno != ENXIO) fail(errno);
+      if (options.cancel != nullptr && options.cancel->load(std::memory_order_relaxed))
+        throw Interrupted("interrupted");
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    if (is_pipe) ::fcntl(file, F_SETFL, ::fcntl(file, F_GETFL) & ~O_NONBLOCK);
+  }
+
+  void open() {
+    place = outputPlace(path);
+    const std::string ending = fs::path(path).extension().string();
+    switch (place.kind) {
+      case OutputPlace::Kind::kFile: {
+        if (place.exists && ::access(place.target.c_str(), W_OK) != 0) fail(errno);
+        const std::string folder = folderOf(place.target);
+        std::string name = fs::path(place.target).filename().string();
+        if (options.by_name) name = fs::path(name).stem().string() + ending;  // which decides for some writers
+        makePartial(folder, name);
+        break;
+      }
+      case OutputPlace::Kind::kThrough:
+        openThrough();
+        break;
+      case OutputPlace::Kind::kDescriptor:
+        file = ::fcntl(place.descriptor, F_DUPFD_CLOEXEC, 3);
+        if (file < 0) fail(errno);
+        break;
+    }
+    buffer.begin(file, path == "-" ? "standard output" : path);
+    stream.exceptions(std::ios::badbit);  // what the buffer throws passes through
+    if (!options.by_name) return;
+    through = place.kind == OutputPlace::Kind::kFile ? -1 : std::exchange(file, -1);
+    if (through >= 0) makePartial(fs::temp_directory_path().string() + "/", "filiform" + ending);
+    ::close(std::exchange(file, -1));
+  }
+
+  // Our own file, complete, takes the target's place.
+  void publish(bool aside) {
+    if (options.by_name) {  // another has written it, and perhaps replaced it
+      file = ::open(partial.c_str(), O_WRONLY | O_CLOEXEC);
+      if (file < 0) fail(errno);
+    }
+    struct stat old {};
+    if (::lstat(place.target.c_str(), &old) == 0) {
+      if (!S_ISREG(old.st_mode)) throw IoError(escaped(path), "is no regular file any more; not replaced");
+      if (!aside) {
+        // The owner first: a change of owner takes special permissions away.
+        [[maybe_unused]] const int ignored = ::fchown(file, old.st_uid, old.st_gid);
+        if (::fchmod(file, old.st_mode & 07777) != 0) fail(errno);
+      }
+    }
+    if (options.sync && ::fsync(file) != 0 && errno != EINVAL && errno != EROFS) fail(errno);
+    if (::close(std::exchange(file, -1)) != 0) fail(errno);
+    if (!aside) {
+      if (::rename(partial.c_str(), place.target.c_str()) != 0) fail(errno);
+      partial.clear();
+    }
+  }
+
+  // As cat does.
+  void copyThrough() {
+    const int from = ::open(partial.c_str(), O_RDONLY | O_CLOEXEC);
+    if (from < 0) fail(errno);
+    std::vector<char> bytes(kOutputBuffer);
+    try {
+      for (ssize_t n = 0; (n = ::read(from, bytes.data(), bytes.size())) != 0;) {
+        if (n < 0 && errno != EINTR) fail(errno);
+        if (n > 0) writeAll(through, {bytes.data(), static_cast<std::size_t>(n)}, path);
+      }
+    } catch (...) {
+      ::close(from);
+      throw;
+    }
+    ::close(from);
+    close(through);
+  }
+
+  void close(int& descriptor) {
+    // A descriptor that was given is closed by its owner.
+    if (descriptor >= 0 && ::close(std::exchange(descriptor, -1)) != 0 && errno != EINTR) fail(errno);
+  }
+
+  void complete(bool aside) {
+    if (!options.by_name) stream.flush();
+    if (place.kind == OutputPlace::Kind::kFile) {
+      publish(aside);
+    } else if (options.by_name) {
+      copyThrough();
+    } else {
+      close(file);
+    }
+  }
+};
+
+Output::Output(const std::string& path, const OutputOptions& options) : impl_(std::make_unique<Impl>()) {
+  impl_->path = path;
+  impl_->options = options;
+  try {
+    impl_->open();
+  } catch (...) {
+    for (const int file : {impl_->file, impl_->through})
+      if (file >= 0) ::close(file);
+    if (!impl_->partial.empty()) ::unlink(impl_->partial.c_str());
+    throw;
+  }
+}
+
+Output::~Output() {
+  for (const int file : {impl_->file, impl_->through})
+    if (file >= 0) ::close(file);
+  if (!impl_->partial.empty()) ::unlink(impl_->partial.c_str());
+}
+
+std::ostream& Output::stream() noexcept { return impl_->stream; }
+
+void Output::write(std::string_view bytes) {
+  impl_->stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+}
+
+const std::string& Output::partialPath() const noexcept { return impl_->partial; }
+
+void Output::finish() {
+  if (std::exchange(impl_->finished, true)) return;
+  impl_->complete(false);
+}
+
+std::string Output::finishAside() {
+  Impl& d = *impl_;
+  if (std::exchange(d.finished, true)) return d.path;
+  if (!d.stream) throw IoError(escaped(d.path), "was not written whole");
+  d.complete(true);
+  if (d.place.kind != OutputPlace::Kind::kFile) return d.path;
+  // The first name that is free: neither call replaces a file.
+  const fs::path target(d.place.target);
+  for (int n = 0;; ++n) {
+    std::string name = d.place.target;
+    if (n > 0) {
+      name = folderOf(d.place.target) + target.stem().string() + ".unfinished";
+      if (n > 1) name += "-" + std::to_string(n);
+      name += target.extension().string();
+    }
+    if (::link(d.partial.c_str(), name.c_str()) == 0) return name;  // the destructor removes the other name
+    const bool no_links = errno == EPERM || errno == EOPNOTSUPP;    // on this file system
+    if (no_links && ::renameat2(AT_FDCWD, d.partial.c_str(), AT_FDCWD, name.c_str(), RENAME_NOREPLACE) == 0)
+      return name;
+    if (errno != EEXIST || n == 1000) d.fail(errno);
+  }
+}
+
+const std::string& Output::path() const noexcept { return impl_->path; }
+bool Output::isFile() const noexcept { return impl_->place.kind == OutputPlace::Kind::kFile; }
+bool Output::isStandardOutput() const noexcept {
+  return impl_->place.kind == OutputPlace::Kind::kDescriptor && impl_->place.descriptor == STDOUT_FILENO;
+}
+
+}  // namespace filiform
