@@ -1,6 +1,7 @@
 #include "index/cell_graph.h"
 
 #include "index/errors.h"
+#include "index/internal/decimals.h"
 #include "index/soma_finder.h"
 #include "index/spanning_forest.h"
 
@@ -92,13 +93,20 @@ std::string hexEscaped(const std::string& bytes) {
 
 class Line {
  public:
-  template <typename... Format>
-  void number(auto value, Format... format) {
-    if (at_ != text_) *at_++ = ' ';
-    at_ = std::to_chars(at_, text_ + sizeof text_, value, format...).ptr;
+  void number(auto value) {
+    blank();
+    at_ = std::to_chars(at_, text_ + sizeof text_, value).ptr;
+  }
+  void coordinate(double um, const Grid& grid) {
+    blank();
+    at_ = internal::putCoordinate(at_, um, grid);
+  }
+  void radius(float um) {
+    blank();
+    at_ = internal::putRadius(at_, um);
   }
   void word(std::string_view w) {
-    if (at_ != text_) *at_++ = ' ';
+    blank();
     at_ = std::copy(w.begin(), w.end(), at_);
   }
   void writeTo(std::ostream& out) {
@@ -108,6 +116,9 @@ class Line {
   }
 
  private:
+  void blank() {
+    if (at_ != text_) *at_++ = ' ';
+  }
   char text_[512];
   char* at_ = text_;
 };
@@ -211,11 +222,11 @@ void writeSwc(std::ostream& out, const CellGraph& cell) {
     const Vector3d p_W = cell.position_W(i);
     line.number(ids[i]);
     line.number(cell.types[i]);
-    for (int axis = 0; axis < 3; ++axis) line.number(p_W[axis], std::chars_format::fixed);
+    for (int axis = 0; axis < 3; ++axis) line.coordinate(p_W[axis], cell.grid);
     if (std::isnan(cell.radii_um[i])) {
       line.word("NaN");
     } else {
-      line.number(cell.radii_um[i]);
+      line.radius(cell.radii_um[i]);
     }
     line.number(cell.parents[i] == kNoParent ? std::int64_t{-1} : ids[cell.parents[i]]);
     line.writeTo(out);

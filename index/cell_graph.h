@@ -40,7 +40,7 @@ inline bool hasLoops(const CellRecord& cell) { return cell.segments + cell.roots
 // is missing or there twice, or two tiles disagree on where it is; what the store throws. O(segments of those tiles).
 CellGraph readCell(const TileStore& store, std::uint32_t cell, bool with_appearance);
 
-// Writes the cell as SWC: original ids in file order, positions as the shortest decimals that read back as the same
+// Writes the cell as SWC: original ids in file order, positions with the fewest decimals that read back as the same
 // grid point, radii as those that read back as the same float, NaN where unknown. Ids of restarted blocks are moved
 // past the highest before, and a comment says so. Requires radii and types. Throws InputError for a cell with loops,
 // which SWC cannot hold. The stream's state tells of write errors.

@@ -2,6 +2,7 @@
 
 #include "index/cell_graph.h"
 #include "index/internal/byte_stream.h"
+#include "index/internal/decimals.h"
 #include "index/internal/graph_builder.h"
 #include "index/internal/swc_fields.h"
 
@@ -127,12 +128,15 @@ void writeEdgeList(std::ostream& out, const CellGraph& cell) {
     const Vector3d p_W = cell.position_W(i);
     word("node ");
     put(ids[i]);
-    for (int axis = 0; axis < 3; ++axis) word(" "), put(p_W[axis], std::chars_format::fixed);
+    for (int axis = 0; axis < 3; ++axis) {
+      word(" ");
+      at = internal::putCoordinate(at, p_W[axis], cell.grid);
+    }
     word(" ");
     if (std::isnan(cell.radii_um[i])) {
       word("nan");
     } else {
-      put(cell.radii_um[i]);
+      at = internal::putRadius(at, cell.radii_um[i]);
     }
     word(" ");
     put(cell.types[i]);

@@ -21,7 +21,7 @@ struct CellGraph;
 // Any other first word: W_BAD_LINE. See graph_file.h for what is thrown.
 void readEdgeList(internal::ByteStream& in, internal::GraphBuilder& graph);
 
-// Original ids, nodes and then links in file order; positions as the shortest decimals that read back as the same grid
+// Original ids, nodes and then links in file order; positions with the fewest decimals that read back as the same grid
 // point. Ids of restarted blocks as in writeSwc. Requires radii and types. The stream's state tells of write errors.
 void writeEdgeList(std::ostream& out, const CellGraph& cell);
 
