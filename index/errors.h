@@ -48,6 +48,13 @@ class IoError : public Error {
   IoError(const std::string& file, const std::string& what);
   // Appends the text of `error_number` (an errno value).
   IoError(const std::string& file, const std::string& what, int error_number);
+  const std::string& reason() const { return reason_; }  // what() without the file
+  // The process has no file descriptor or memory left: not this file's fault.
+  bool isShortage() const { return shortage_; }
+
+ private:
+  std::string reason_;
+  bool shortage_ = false;
 };
 
 // The reader of a pipe that results go to has gone, as `head` does when it has enough. Exit code 141, without a

@@ -3,11 +3,11 @@
 #include "index/archive.h"
 #include "index/errors.h"
 #include "index/graph_file.h"
+#include "index/internal/folder_walk.h"
 #include "index/text.h"
 #include "index/unit_check.h"
 
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -15,7 +15,6 @@
 #include <map>
 #include <optional>
 #include <system_error>
-#include <unistd.h>
 
 namespace filiform {
 namespace {
@@ -27,45 +26,25 @@ constexpr std::size_t kOpenArchives = 8;
 
 struct ListedFile {
   std::string path;
-  std::string shown;  // below the argument
+  std::string shown;            // below the argument
+  std::string unreadable = {};  // why it cannot be read
   // Of a graph.
   std::optional<GraphFormat> format = {};
   std::shared_ptr<const SkeletonInfo> skeleton = {};
 };
 
-bool isClutter(std::string_view file_name) { return file_name == "__MACOSX" || file_name.substr(0, 2) == "._"; }
+bool holdsCells(std::string_view file_name) {
+  return endsWithNoCase(file_name, ".swc") || endsWithNoCase(file_name, ".zip");
+}
 
-// Files of interest below `folder`, by path bytes. Walks with its own stack: folders may nest deeper than the
-// program's.
-std::vector<ListedFile> listFolder(const std::string& folder, std::vector<std::string>& links) {
+bool isSkeletonId(std::string_view file_name) {
+  return file_name.find_first_not_of("0123456789") == std::string_view::npos;
+}
+
+std::vector<ListedFile> listFolder(const std::string& folder) {
   std::vector<ListedFile> files;
-  std::vector<std::string> open = {""};
-  while (!open.empty()) {
-    const std::string below = std::move(open.back());
-    open.pop_back();
-    const std::string path = below.empty() ? folder : (fs::path(folder) / below).native();
-    std::error_code error;
-    for (fs::directory_iterator it(path, error), end; !error && it != end; it.increment(error)) {
-      const std::string file_name = it->path().filename().native();
-      if (isClutter(file_name)) continue;
-      std::string shown = below;
-      if (!shown.empty()) shown += '/';
-      shown += file_name;
-      const bool wanted = endsWithNoCase(file_name, ".swc") || endsWithNoCase(file_name, ".zip");
-      std::error_code status_error;
-      const fs::file_status status = it->symlink_status(status_error);
-      if (status_error) throw IoError(escaped(it->path().native()), "cannot read", status_error.value());
-      if (fs::is_symlink(status)) {
-        if (wanted) links.push_back(shown);
-      } else if (fs::is_directory(status)) {
-        open.push_back(shown);
-      } else if (wanted && fs::is_regular_file(status)) {
-        files.push_back({it->path().native(), shown});
-      }
-    }
-    if (error) throw IoError(escaped(path), "cannot read the folder", error.value());
-  }
-  std::sort(files.begin(), files.end(), [](const ListedFile& a, const ListedFile& b) { return a.shown < b.shown; });
+  for (internal::WalkedFile& f : internal::walkFolder(folder, holdsCells))
+    files.push_back({std::move(f.path), std::move(f.shown), std::move(f.unreadable)});
   return files;
 }
 
@@ -80,17 +59,22 @@ std::vector<ListedFile> listSkeletons(const std::string& folder) {
   if (!SkeletonInfo::isSkeletonInfo(text)) return {};
   const auto info = std::make_shared<const SkeletonInfo>(SkeletonInfo::parse(text, info_path));
   std::vector<ListedFile> files;
-  for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
-    const std::string name = it->path().filename().native();
-    std::error_code status_error;
-    if (name.find_first_not_of("0123456789") == std::string::npos && it->is_regular_file(status_error))
-      files.push_back({it->path().native(), name, GraphFormat::kNeuroglancerSkeleton, info});
-  }
-  if (error) throw IoError(escaped(folder), "cannot read the folder", error.value());
+  for (internal::WalkedFile& f : internal::walkFolder(folder, isSkeletonId, internal::WalkDepth::folder_only))
+    files.push_back(
+        {std::move(f.path), std::move(f.shown), std::move(f.unreadable), GraphFormat::kNeuroglancerSkeleton, info});
   if (files.empty()) throw InputError(escaped(folder) + ": its info is that of skeletons, but it holds none");
-  std::sort(files.begin(), files.end(), [](const ListedFile& a, const ListedFile& b) { return a.shown < b.shown; });
   return files;
 }
+
+InputReport unreadable(const std::string& reason) {
+  InputReport report;
+  report.severity = Severity::kRefuse;
+  report.codes.add(InputCode::E_UNREADABLE);
+  report.records.push_back({0, InputCode::E_UNREADABLE, Effect::kInputRefused, escaped(reason, 300)});
+  return report;
+}
+
+bool isUnreadable(const InputReport& report) { return report.codes[InputCode::E_UNREADABLE] > 0; }
 
 }  // namespace
 
@@ -107,7 +91,10 @@ struct Input::State {
 
   void list(const std::string& argument);
   void addFile(const ListedFile& file);
+  SourceReport& addRow(const ListedFile& file, std::uint64_t bytes);
+  void refuse(const ListedFile& file, const IoError& failure);
   void orderEqualSources();
+  InputReport readOrRefuse(Item& item, Cell& cell);
   InputReport read(Item& item, Cell& cell);
   InputReport readEntry(Item& item, Cell& cell);
   Archive& openArchive(std::uint32_t row);
@@ -123,9 +110,8 @@ struct Input::State {
   std::list<std::uint32_t> recently_read;     // rows of archives whose files are open
   std::vector<Item> items;
   std::size_t position = 0, ordered = 0;
-  bool complete = false;
+  bool complete = false, progress_threw = false;
   std::uint64_t bytes_total = 0, bytes_done = 0;
-  std::vector<std::string> links;
   UnitCheck units;
 };
 
@@ -133,43 +119,60 @@ void Input::State::list(const std::string& argument) {
   std::error_code error;
   const fs::file_status status = fs::status(argument, error);
   if (status.type() == fs::file_type::not_found) throw IoError(escaped(argument), "no such file or folder");
-  if (error) throw IoError(escaped(argument), "cannot read", error.value());
-  if (fs::is_directory(status)) {
+  const std::string name = fs::path(argument).filename().native();
+  if (error) {
+    refuse({argument, name}, IoError(escaped(argument), "cannot read", error.value()));
+  } else if (fs::is_directory(status)) {
     std::vector<ListedFile> found = listSkeletons(argument);
-    if (found.empty()) found = listFolder(argument, links);
+    if (found.empty()) found = listFolder(argument);
     if (found.empty()) throw InputError(escaped(argument) + ": no .swc or .zip file in this folder");
     for (const ListedFile& file : found) addFile(file);
   } else if (fs::is_regular_file(status)) {
-    addFile({argument, fs::path(argument).filename().native(), graphFormatOf(argument)});
+    addFile({argument, name, {}, graphFormatOf(argument)});
   } else {
     throw IoError(escaped(argument), "neither a file nor a folder");
   }
 }
 
-void Input::State::addFile(const ListedFile& file) {
-  const auto row = static_cast<std::uint32_t>(rows.size());
+// Adds a row for an input that cannot be read. Throws the failure where it is not the input's own.
+void Input::State::refuse(const ListedFile& file, const IoError& failure) {
+  if (failure.isShortage()) throw failure;
+  addRow(file, {}).report = unreadable(failure.reason());
+}
+
+SourceReport& Input::State::addRow(const ListedFile& file, std::uint64_t bytes) {
   SourceReport report;
   report.file = file.shown;
   report.archive = endsWithNoCase(file.path, ".zip");
-  if (report.archive) {
-    const Archive& archive = archives.try_emplace(row, file.path).first->second;
-    report.bytes = archive.file_bytes();
-    report.digest = archive.digest();
-    std::uint32_t number = 0;
-    for (const ArchiveEntry& entry : archive.entries()) {
-      if (!entry.skipped) items.push_back({file.shown + "/" + entry.shown_label(), row, number, std::nullopt, false});
-      ++number;
-    }
-  } else {
-    std::error_code error;
-    report.bytes = fs::file_size(file.path, error);
-    if (error) throw IoError(escaped(file.path), "cannot read", error.value());
-    if (::access(file.path.c_str(), R_OK) != 0) throw IoError(escaped(file.path), "cannot read", errno);
-    items.push_back({file.shown, row, kNoEntry, std::nullopt, false});
-  }
-  bytes_total += report.bytes;
-  rows.push_back(std::move(report));
+  report.bytes = bytes;
+  bytes_total += bytes;
   files.push_back(file);
+  return rows.emplace_back(std::move(report));
+}
+
+void Input::State::addFile(const ListedFile& file) {
+  const auto row = static_cast<std::uint32_t>(rows.size());
+  try {
+    if (!file.unreadable.empty()) throw IoError(escaped(file.path), file.unreadable);
+    if (endsWithNoCase(file.path, ".zip")) {
+      Archive archive(file.path);
+      addRow(file, archive.file_bytes()).digest = archive.digest();
+      std::uint32_t number = 0;
+      for (const ArchiveEntry& entry : archive.entries()) {
+        if (!entry.skipped) items.push_back({file.shown + "/" + entry.shown_label(), row, number, std::nullopt, false});
+        ++number;
+      }
+      archives.try_emplace(row, std::move(archive));
+    } else {
+      std::error_code error;
+      const std::uint64_t bytes = fs::file_size(file.path, error);
+      if (error) throw IoError(escaped(file.path), "cannot read", error.value());
+      addRow(file, bytes);
+      items.push_back({file.shown, row, kNoEntry, std::nullopt, false});
+    }
+  } catch (const IoError& failure) {
+    refuse(file, failure);
+  }
 }
 
 Archive& Input::State::openArchive(std::uint32_t row) {
@@ -184,7 +187,10 @@ Archive& Input::State::openArchive(std::uint32_t row) {
 
 void Input::State::advance(std::uint64_t bytes) {
   bytes_done += bytes;
-  if (options.progress) options.progress(std::min(bytes_done, bytes_total), bytes_total);
+  if (!options.progress) return;
+  progress_threw = true;
+  options.progress(std::min(bytes_done, bytes_total), bytes_total);
+  progress_threw = false;
 }
 
 // Equal sources go by digest, which takes a reading of their own; they are rare.
@@ -196,13 +202,31 @@ void Input::State::orderEqualSources() {
   const std::uint64_t done = bytes_done;
   Cell cell;
   for (std::size_t i = position; i < ordered; ++i) {
-    read(items[i], cell);
-    items[i].digest = cell.digest;
+    const InputReport report = readOrRefuse(items[i], cell);
+    if (!isUnreadable(report)) items[i].digest = cell.digest;
     bytes_done = done;
   }
   std::stable_sort(items.begin() + static_cast<std::ptrdiff_t>(position),
                    items.begin() + static_cast<std::ptrdiff_t>(ordered),
                    [](const Item& a, const Item& b) { return a.digest < b.digest; });
+}
+
+// In the first pass a file that cannot be read is refused. Later passes must give what the first gave, so they throw.
+InputReport Input::State::readOrRefuse(Item& item, Cell& cell) {
+  InputReport report;
+  try {
+    report = read(item, cell);
+  } catch (const IoError& failure) {
+    if (complete || progress_threw || failure.isShortage()) throw;
+    reader.discard();
+    cell.clearSamples();
+    cell.digest = 0;
+    return unreadable(failure.reason());
+  }
+  if (item.digest && *item.digest != cell.digest) {
+    throw IoError(escaped(item.source), "changed while it was being read; run again");
+  }
+  return report;
 }
 
 InputReport Input::State::readEntry(Item& item, Cell& cell) {
@@ -247,9 +271,6 @@ InputReport Input::State::read(Item& item, Cell& cell) {
     report = readGraphFile(file.path, *file.format, graph, cell, progress);
   } else {
     report = readSwcFile(file.path, reader, cell, progress);
-  }
-  if (item.digest && *item.digest != cell.digest) {
-    throw IoError(escaped(item.source), "changed while it was being read; run again");
   }
   return report;
 }
@@ -317,9 +338,10 @@ bool Input::next(Cell& cell) {
       ++state.position;
       continue;
     }
-    InputReport report = state.read(item, cell);
+    InputReport report = state.readOrRefuse(item, cell);
     ++state.position;
-    item.digest = cell.digest;
+    item.digest.reset();
+    if (!isUnreadable(report)) item.digest = cell.digest;
     const bool refused = report.severity == Severity::kRefuse;
     if (!state.complete) {
       state.record(item, cell.digest, std::move(report));
@@ -379,6 +401,5 @@ std::string Input::unitDoubt() const {
   return state_->units.doubt(swc.voxel_um ? std::cbrt(swc.voxel_um->prod()) : swc.unit_um);
 }
 std::uint64_t Input::bytes() const { return state_->bytes_total; }
-const std::vector<std::string>& Input::skipped_links() const { return state_->links; }
 
 }  // namespace filiform

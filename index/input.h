@@ -4,7 +4,7 @@
 // order of the arguments. One cell is in memory at a time; of archives, the directory. Thread-compatible.
 //
 //   Input input({"column.zip", "more/"});
-//   for (Cell cell; input.next(cell);) tiler.add(std::move(cell));
+//   for (Cell cell; input.next(cell);) std::cout << cell.source << '\n';
 //   writeCheckTable(std::cout, input.reports());
 #pragma once
 
@@ -31,7 +31,8 @@ struct EntryReport {
   InputReport report;
 };
 
-// One row of `check`: a file argument, a file of a folder, or an archive with the sums over its entries.
+// One row of `check`: a file argument, a file of a folder, an archive with the sums over its entries, or a folder that
+// cannot be listed.
 struct SourceReport {
   std::string file;  // base name of the argument, or path below the folder argument; raw bytes
   bool archive = false;
@@ -49,20 +50,28 @@ struct InputOptions {
 
 class Input : public CellStream {
  public:
-  // Lists everything; reads the directories of archives and nothing else. Folders are walked recursively, links not
-  // followed, taking each *.swc and *.zip in any letter case, hidden ones too, except `._*` and `__MACOSX`. A folder
-  // whose own `info` is that of Neuroglancer skeletons is these skeletons and nothing else. An argument that is a file
-  // may be a link and have any name; *.zip is an archive, *.edges, *.obj and *.vtk are graphs (index/graph_file.h), all
-  // else is SWC. Graph files within folders and archives are not taken: such folders hold meshes as a rule. Throws
-  // IoError when an argument is missing, unreadable, or neither file nor folder; InputError when there is no argument,
-  // a folder holds neither .swc nor .zip.
+  // Lists everything; reads the directories of archives and nothing else. Folders are walked recursively, taking each
+  // *.swc and *.zip in any letter case, hidden ones too, except `._*` and `__MACOSX`. A folder whose own `info` is that
+  // of Neuroglancer skeletons is these skeletons and nothing else. An argument that is a file may be a link and have
+  // any name; *.zip is an archive, *.edges, *.obj and *.vtk are graphs (index/graph_file.h), all else is SWC. Graph
+  // files within folders and archives are not taken: such folders hold meshes as a rule.
+  //
+  // Symbolic links in folders are followed, to files and to folders. Within one folder argument each real file (device
+  // and inode, so hard links too) is taken once, and each real folder is entered once, under its lowest path in byte
+  // order; loops end there.
+  //
+  // What cannot be read is refused (E_UNREADABLE), and the rest goes on: a file, an archive, a folder that cannot be
+  // listed, a link to nothing, a pipe or device named *.swc. Throws IoError when an argument is missing, or neither
+  // file nor folder, or when the process has no file descriptor or memory left; InputError when there is no argument, a
+  // folder holds neither .swc nor .zip.
   explicit Input(const std::vector<std::string>& arguments, InputOptions options = {});
   ~Input() override;
   Input(Input&&) noexcept;
   Input& operator=(Input&&) noexcept;
 
-  // The next cell that is not refused. Throws IoError when a file cannot be read any more, or differs from an earlier
-  // pass; ConservationError; UsageError as SwcReader.
+  // The next cell that is not refused. In the first pass, a file that cannot be read is refused. Throws IoError when a
+  // file differs from an earlier pass, cannot be read in a later pass, or the process has no file descriptor or memory
+  // left; ConservationError; UsageError as SwcReader.
   bool next(Cell& cell) override;
 
   // Starts over, for another pass. Inputs that were refused are not read again.
@@ -79,8 +88,6 @@ class Input : public CellStream {
   std::uint64_t bytes() const;
   // One line where the unit of what was read so far looks wrong (index/unit_check.h), empty otherwise.
   std::string unitDoubt() const;
-  // Links in folders, not followed; paths below the folder.
-  const std::vector<std::string>& skipped_links() const;
 
  private:
   struct State;

@@ -17,6 +17,7 @@ constexpr std::array<CodeText, kInputCodes> kTexts = {{
     {"E_MOSTLY_BAD", "more than half of its lines cannot be read as samples"},
     {"E_NOT_TEXT", "a packed file (tar, gz, xz, 7z) or binary data, not SWC text; unpack it, then give what was in it"},
     {"E_NO_SAMPLES", "holds no sample"},
+    {"E_UNREADABLE", "cannot be read"},
     {"E_ZIP_CRC", "damaged data (checksum or compressed stream); fetch it again"},
     {"E_ZIP_FORMAT", "not a zip archive, or one whose directory contradicts itself"},
     {"E_ZIP_METHOD", "encrypted, or packed by a method that is not supported; pack it again"},
@@ -92,6 +93,14 @@ void CodeCounts::add(const CodeCounts& other) {
 std::uint64_t CodeCounts::operator[](InputCode code) const {
   const auto at = std::find_if(counts_.begin(), counts_.end(), [&](const auto& entry) { return entry.first == code; });
   return at == counts_.end() ? 0 : at->second;
+}
+
+std::string refusalReason(const InputReport& report) {
+  if (!report.codes.anyRefusal()) return "";
+  const InputCode code = report.codes.all().front().first;
+  for (const InputRecord& record : report.records)
+    if (code == InputCode::E_UNREADABLE && record.code == code && !record.token.empty()) return record.token;
+  return std::string(explanation(code));
 }
 
 }  // namespace filiform

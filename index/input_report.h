@@ -25,6 +25,7 @@ enum class InputCode : std::uint8_t {
   E_MOSTLY_BAD,
   E_NOT_TEXT,
   E_NO_SAMPLES,
+  E_UNREADABLE,
   E_ZIP_CRC,
   E_ZIP_FORMAT,
   E_ZIP_METHOD,
@@ -124,6 +125,10 @@ struct InputReport {
   std::vector<InputRecord> records;  // by line: every dropped line and cut link, and the first remarks of each code
   SwcHeader header;
 };
+
+// Why the input was refused, in words: the meaning of its first refusal; for E_UNREADABLE what the system said. Empty
+// if no code refuses it.
+std::string refusalReason(const InputReport& report);
 
 // Nothing may be lost without a record; if it was, the run must not go on. Names the file.
 class ConservationError : public std::logic_error {

@@ -25,10 +25,10 @@ std::string codesColumn(const CodeCounts& codes) {
 }
 
 std::string reason(const InputReport& report) {
-  for (const auto& [code, count] : report.codes.all()) {
-    if (isRefusal(code) || report.severity == Severity::kWarn) {
-      return std::string(explanation(code)) + " (" + std::string(name(code)) + ")";
-    }
+  if (!report.codes.empty() && (report.codes.anyRefusal() || report.severity == Severity::kWarn)) {
+    const InputCode code = report.codes.all().front().first;
+    const std::string why = isRefusal(code) ? refusalReason(report) : std::string(explanation(code));
+    return why + " (" + std::string(name(code)) + ")";
   }
   return "warnings, refused as --strict asks (" + codesColumn(report.codes) + ")";
 }

@@ -83,8 +83,8 @@ std::string reportText(const std::vector<SourceReport>& reports) {
 }
 
 std::string firstReason(const InputReport& report) {
-  return report.codes.anyRefusal() ? std::string(explanation(report.codes.all().front().first))
-                                   : "warnings under --strict";
+  const std::string reason = refusalReason(report);
+  return reason.empty() ? "warnings under --strict" : reason;
 }
 
 std::string firstCode(const InputReport& report) {

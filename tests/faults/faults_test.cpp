@@ -73,7 +73,13 @@ class FailingIngest : public ::testing::Test {
   void make(std::uint32_t capacity) const { makeAt(path_, capacity); }
   void makeAt(const std::string& path, std::uint32_t capacity) const {
     Input input({folder_ / "in"});
-    ingest(input, path, {.capacity = capacity, .threads = 2, .chunk_segments = 30, .levels = true, .force = true});
+    IngestOptions options{.capacity = capacity, .threads = 2, .chunk_segments = 30, .levels = true, .force = true};
+    // As with --strict: a file that cannot be read ends the ingest, so that there are two sets only.
+    options.provenance = [&] {
+      if (anyRefused(input.reports())) throw InputError(summary(input.reports()));
+      return Provenance{};
+    };
+    ingest(input, path, options);
   }
   std::string revision() const {
     std::string text = test::readBytes(path_ + "/CURRENT");
@@ -211,6 +217,35 @@ TEST_F(FailingIngest, TheOldSetOrTheNewWhicheverCallFails) {
   EXPECT_LT(ended_by_library, of_memory / 4);
   test::tell(std::to_string(runs) + " ingests with a failing call: " + std::to_string(failed) + " ended by it, " +
              std::to_string(ended_by_library) + " of these at once");
+}
+
+// Whichever read fails: the file is refused, or the run ends; no other file suffers.
+TEST_F(FailingIngest, AFileThatCannotBeReadIsRefusedAlone) {
+  const auto readAll = [&](std::vector<std::string>& sources) {
+    Input input({folder_ / "in"});
+    for (Cell cell; input.next(cell);) sources.push_back(cell.source);
+    const InputTotals sum = totals(input.reports());
+    EXPECT_EQ(sum.accepted, sources.size());
+    EXPECT_EQ(sum.refused, 3 - sources.size());
+    EXPECT_EQ(sum.codes[InputCode::E_UNREADABLE], 3 - sources.size());
+  };
+  std::uint64_t calls = 0;
+  {
+    std::vector<std::string> sources;
+    FailingCalls counting(Kind::read, {});
+    readAll(sources);
+    calls = counting.end();
+    ASSERT_EQ(sources.size(), 3u);
+  }
+  ASSERT_GE(calls, 6u);  // a block and the end of each
+  for (std::uint64_t k = 1; k <= calls; ++k) {
+    SCOPED_TRACE("read " + std::to_string(k));
+    std::vector<std::string> sources;
+    FailingCalls faults(Kind::read, {.at = k});
+    readAll(sources);
+    faults.end();
+    EXPECT_EQ(sources.size(), 2u);
+  }
 }
 
 TEST_F(FailingIngest, WithoutAnOldSetNothingIsLeft) {

@@ -10,6 +10,7 @@
 #include <map>
 #include <set>
 #include <sstream>
+#include <sys/stat.h>
 
 #include <gtest/gtest.h>
 
@@ -51,12 +52,9 @@ TEST(Input, WalksFoldersAndTakesWhatItShould) {
     put(folder, name, kTwo);
   }
   put(folder, "z.ZIP", test::buildZip({member("in/i.swc", kTwo)}));
-  fs::create_symlink(folder.file("b.swc"), folder.file("link.swc"));
-  fs::create_directory_symlink(folder.path(), folder.file("loop"));
   Input input({folder.path()});
   EXPECT_EQ(sourcesOf(input),
             (std::vector<std::string>{".h/d.Swc", ".hidden.swc", "a/deep/er/c.SWC", "b.swc", "z.ZIP/in/i.swc"}));
-  EXPECT_EQ(input.skipped_links(), std::vector<std::string>{"link.swc"});
   EXPECT_EQ(input.listed(), 5u);
 }
 
@@ -150,16 +148,120 @@ TEST(Input, ArgumentsThatCannotBeReadAreErrors) {
   EXPECT_THROW(Input(std::vector<std::string>{}), InputError);
 }
 
-TEST(Input, AFileThatVanishesIsAnError) {
+TEST(Input, AFileThatVanishesIsRefusedAndTheOthersAreRead) {
   const test::TempFolder folder;
   put(folder, "a.swc", kTwo);
-  put(folder, "b.zip", test::buildZip({member("x.swc", kTwo)}));
-  for (const char* name : {"a.swc", "b.zip"}) {
-    Input input({folder.file(name)});
-    fs::remove(folder.file(name));
-    Cell cell;
-    EXPECT_THROW(input.next(cell), IoError) << name;
+  put(folder, "b.zip", test::buildZip({member("x.swc", kTwo), member("y.swc", kOne)}));
+  put(folder, "c.swc", kTwo);
+  put(folder, "d.swc", kTwo);
+  Input input({folder.path()});
+  fs::remove(folder.file("a.swc"));
+  fs::remove(folder.file("b.zip"));
+  fs::remove(folder.file("c.swc"));
+  fs::create_directory(folder.file("c.swc"));
+  EXPECT_EQ(sourcesOf(input), std::vector<std::string>{"d.swc"});
+  EXPECT_EQ(tableOf(input),
+            "file\tseverity\tsamples\tsegments\tdropped\tcodes\na.swc\trefuse\t0\t0\t-\tE_UNREADABLE:1\n"
+            "b.zip\trefuse\t0\t0\tx.swc,y.swc\tE_UNREADABLE:2\nc.swc\trefuse\t0\t0\t-\tE_UNREADABLE:1\n"
+            "d.swc\taccept\t2\t1\t-\t-\n");
+  EXPECT_NE(summary(input.reports()).find("refused a.swc: cannot open: No such file or directory (E_UNREADABLE)\n"),
+            std::string::npos)
+      << summary(input.reports());
+  input.rewind();
+  EXPECT_EQ(sourcesOf(input), std::vector<std::string>{"d.swc"});
+}
+
+TEST(Input, AFileThatVanishesBetweenPassesIsAnError) {
+  const test::TempFolder folder;
+  put(folder, "a.swc", kTwo);
+  Input input({folder.path()});
+  EXPECT_EQ(sourcesOf(input).size(), 1u);
+  fs::remove(folder.file("a.swc"));
+  input.rewind();
+  Cell cell;
+  EXPECT_THROW(input.next(cell), IoError);
+}
+
+TEST(Input, EqualNamesOfWhichOneVanishedAreOrderedAndRead) {
+  const test::TempFolder folder;
+  for (const char* name : {"p/x.swc", "q/x.swc", "r/x.swc"}) put(folder, name, name[0] == 'p' ? kOne : kTwo);
+  Input input({folder.file("p/x.swc"), folder.file("q/x.swc"), folder.file("r/x.swc")});
+  fs::remove(folder.file("q/x.swc"));
+  EXPECT_EQ(sourcesOf(input).size(), 2u);
+  EXPECT_EQ(totals(input.reports()).refused, 1u);
+}
+
+// An error of the caller, whatever its type, is never taken for one of the file.
+TEST(Input, WhatTheProgressThrowsEndsTheRun) {
+  const test::TempFolder folder;
+  put(folder, "a.swc", kTwo);
+  InputOptions options;
+  options.progress = [](std::uint64_t, std::uint64_t) { throw IoError("screen", "gone"); };
+  Input input({folder.path()}, options);
+  Cell cell;
+  EXPECT_THROW(input.next(cell), IoError);
+}
+
+TEST(Input, LinksAreFollowedAndEachRealFileIsTakenOnceUnderItsLowestPath) {
+  const test::TempFolder folder, elsewhere;
+  put(folder, "in/b.swc", kTwo);
+  put(folder, "in/z/deep.swc", kTwo);
+  put(elsewhere, "far.swc", kTwo);
+  put(elsewhere, "box.zip", test::buildZip({member("i.swc", kTwo)}));
+  put(elsewhere, "cells/one.swc", kTwo);
+  const std::string in = folder.file("in");
+  fs::create_symlink("b.swc", in + "/a.swc");                         // lower than its target
+  fs::create_symlink(elsewhere.file("far.swc"), in + "/linked.swc");  // outside
+  fs::create_symlink(elsewhere.file("box.zip"), in + "/linked.zip");  // an archive
+  fs::create_directory_symlink(elsewhere.file("cells"), in + "/m");   // a folder
+  fs::create_directory_symlink(in + "/z", in + "/y");                 // lower than its target
+  fs::create_directory_symlink(in, in + "/z/loop");
+  fs::create_directory_symlink("..", elsewhere.file("cells/up"));  // and on to far.swc and box.zip again
+  fs::create_symlink("itself", in + "/itself");
+  fs::create_hard_link(in + "/b.swc", in + "/c.swc");
+  Input input({in});
+  EXPECT_EQ(sourcesOf(input),
+            (std::vector<std::string>{"a.swc", "linked.swc", "linked.zip/i.swc", "m/one.swc", "y/deep.swc"}));
+  EXPECT_FALSE(anyRefused(input.reports())) << summary(input.reports());
+}
+
+// Eighteen folders in a row, each with two links to the next: 2^18 paths, but nineteen folders.
+TEST(Input, AMazeOfLinksIsWalkedInOnePassOverItsFolders) {
+  const test::TempFolder folder;
+  for (int i = 0; i < 18; ++i) {
+    const std::string here = folder.file(std::to_string(i));
+    fs::create_directory(here);
+    for (const char* link : {"/a", "/b"}) fs::create_directory_symlink("../" + std::to_string(i + 1), here + link);
   }
+  put(folder, "18/x.swc", kTwo);
+  Input input({folder.file("0")});
+  std::string lowest;
+  for (int i = 0; i < 18; ++i) lowest += "a/";
+  EXPECT_EQ(sourcesOf(input), std::vector<std::string>{lowest + "x.swc"});
+}
+
+TEST(Input, WhatCannotBeReadInAFolderIsRefusedWithItsReason) {
+  const test::TempFolder folder;
+  put(folder, "good.swc", kTwo);
+  fs::create_symlink("gone.swc", folder.file("dangling.swc"));
+  fs::create_symlink("/none/cells", folder.file("cells"));  // may have been a folder
+  fs::create_symlink("gone.txt", folder.file("notes.txt"));
+  fs::create_symlink("turn.swc", folder.file("turn.swc"));
+  fs::create_symlink("/proc/self/mem", folder.file("io.swc"));  // a regular file whose first page cannot be read
+  fs::create_symlink("/proc/self/mem", folder.file("io.zip"));
+  ASSERT_EQ(::mkfifo(folder.file("pipe.swc").c_str(), 0600), 0);
+  fs::create_symlink("/dev/zero", folder.file("zero.zip"));
+  Input input({folder.path()});
+  EXPECT_EQ(sourcesOf(input), std::vector<std::string>{"good.swc"});
+  const std::string said = summary(input.reports());
+  for (const char* line : {"7 inputs: 1 accepted, 0 with warnings, 6 refused; 2 samples, 1 segments kept\n",
+                           "  refused cells: a symbolic link to nothing (E_UNREADABLE)\n",
+                           "  refused dangling.swc: a symbolic link to nothing (E_UNREADABLE)\n",
+                           "  refused io.swc: cannot read: Input/output error (E_UNREADABLE)\n",
+                           "  refused pipe.swc: neither a file nor a folder (E_UNREADABLE)\n",
+                           "  refused turn.swc: cannot read: Too many levels of symbolic links (E_UNREADABLE)\n",
+                           "  refused zero.zip: neither a file nor a folder (E_UNREADABLE)\n"})
+    EXPECT_NE(said.find(line), std::string::npos) << line << "is not in\n" << said;
 }
 
 TEST(Input, ALinkAsArgumentIsFollowed) {
