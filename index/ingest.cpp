@@ -283,7 +283,8 @@ IngestResult ingest(CellStream& stream, const std::string& path, const IngestOpt
 
   const auto leaf_count = static_cast<std::uint32_t>(tiler.leaves().size());
   const bool has_long = !tiles.empty() && tiles.back().leaf == leaf_count;
-  TileWriter writer(workshop.building(), grid, options.capacity, static_cast<TileId>(tiles.size()), has_long);
+  TileWriter writer(workshop.building(), grid, options.capacity, static_cast<TileId>(tiles.size()), has_long,
+                    options.pack_bytes);
   std::vector<CellKey> keys;
   std::vector<TileId> tile_of(leaf_count + 1, kNoTile);
   for (TileId t = 0; t < tiles.size(); ++t) {

@@ -38,11 +38,12 @@ struct IngestOptions {
   // Working memory, at least kMinIngestMemory. What does not fit goes to a file in the set's folder, about 14 bytes a
   // segment and then as much as the set; beside it each tile takes about 300 bytes, each cell about 400.
   std::uint64_t memory = std::uint64_t{1} << 30;
-  std::uint64_t chunk_segments = 0;             // for tests: worked on together at most, everything else in the file
-  bool levels = false;                          // write levels of detail too, for the eye
-  bool force = false;                           // replace a set that is there already
-  const std::atomic<bool>* cancel = nullptr;    // when it becomes true: stop, clean up, throw Interrupted
-  std::function<Provenance()> provenance = {};  // asked once, after the stream has ended; may be empty
+  std::uint64_t chunk_segments = 0;  // for tests: worked on together at most, everything else in the file
+  std::uint64_t pack_bytes = std::uint64_t{256} << 20;  // for tests: a pack ends before the tile that would exceed this
+  bool levels = false;                                  // write levels of detail too, for the eye
+  bool force = false;                                   // replace a set that is there already
+  const std::atomic<bool>* cancel = nullptr;            // when it becomes true: stop, clean up, throw Interrupted
+  std::function<Provenance()> provenance = {};          // asked once, after the stream has ended; may be empty
   // Called now and then from the calling thread; `total` is 0 where it is unknown.
   std::function<void(const char* phase, std::uint64_t done, std::uint64_t total)> progress = {};
 };

@@ -229,7 +229,7 @@ std::vector<SetFile> writeLevels(const LevelInput& input, const LevelOptions& op
 
   TopMaker maker(input, options, [&](MadeTile made) {
     const std::uint64_t bytes = made.geometry.size() + made.appearance.size();
-    if (pack != nullptr && pack->bytes() + bytes > internal::kMaxPackBytes) {
+    if (pack != nullptr && pack->bytes() + bytes > options.pack_bytes) {
       close(internal::levelPackFile(packs - 1), *pack);
       pack.reset();
     }

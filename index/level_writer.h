@@ -14,8 +14,9 @@
 namespace filiform {
 
 struct LevelOptions {
-  std::uint32_t most_segments = 2048;  // a tile
-  unsigned threads = 1;                // the bytes do not depend on it
+  std::uint32_t most_segments = 2048;                   // a tile
+  unsigned threads = 1;                                 // the bytes do not depend on it
+  std::uint64_t pack_bytes = std::uint64_t{256} << 20;  // a pack ends before the tile that would exceed this
 };
 
 // The tiles that levels are made of; both calls may come from several threads.

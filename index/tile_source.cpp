@@ -5,39 +5,64 @@
 #include <algorithm>
 #include <cerrno>
 #include <fcntl.h>
+#include <list>
 #include <map>
+#include <memory>
 #include <mutex>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
+#include <utility>
 
 namespace filiform {
 namespace {
 
+class Descriptor {
+ public:
+  Descriptor() = default;
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  ~Descriptor() {
+    if (number_ >= 0) ::close(number_);
+  }
+  // As openat(). Once.
+  bool open(int folder, const std::string& name, int flags) {
+    number_ = ::openat(folder, name.c_str(), flags | O_CLOEXEC);
+    return number_ >= 0;
+  }
+  int number() const { return number_; }
+
+ private:
+  int number_ = -1;
+};
+
+std::size_t mostOpenByDefault() {
+  struct rlimit limit {};
+  if (::getrlimit(RLIMIT_NOFILE, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return 512;
+  return std::max<std::size_t>(1, static_cast<std::size_t>(limit.rlim_cur / 2));
+}
+
 class Folder final : public TileSource {
  public:
-  explicit Folder(const std::string& path)
-      : path_(path), folder_(::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
-    if (folder_ < 0 && errno == ENOTDIR)
+  Folder(const std::string& path, std::size_t most_open)
+      : path_(path), most_open_(most_open > 0 ? most_open : mostOpenByDefault()) {
+    const bool opened = root_->open(AT_FDCWD, path, O_RDONLY | O_DIRECTORY);
+    if (!opened && errno == ENOTDIR)
       throw IoError(path, "a file, and no tile set; make one of it with filiform ingest " + path + " -o NAME.fil");
-    if (folder_ < 0) throw IoError(path, "cannot be opened", errno);
-  }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-  ~Folder() override {
-    for (const auto& [name, file] : files_) ::close(file);
-    ::close(folder_);
+    if (!opened) throw IoError(path, "cannot be opened", errno);
   }
 
   std::uint64_t size(const std::string& name) const override {
     struct stat status {};
-    if (::fstat(file(name), &status) != 0) throw IoError(describe(name), "cannot be read", errno);
+    if (::fstat(file(name)->number(), &status) != 0) throw IoError(describe(name), "cannot be read", errno);
     return static_cast<std::uint64_t>(status.st_size);
   }
 
   void read(const std::string& name, std::uint64_t offset, std::span<std::uint8_t> bytes) const override {
-    const int from = file(name);
+    const std::shared_ptr<const Descriptor> from = file(name);  // stays open until the read has ended
     for (std::size_t done = 0; done < bytes.size();) {
-      const ssize_t n = ::pread(from, bytes.data() + done, bytes.size() - done, static_cast<off_t>(offset + done));
+      const ssize_t n =
+          ::pread(from->number(), bytes.data() + done, bytes.size() - done, static_cast<off_t>(offset + done));
       if (n < 0 && errno == EINTR) continue;
       if (n < 0) throw IoError(describe(name), "cannot be read", errno);
       if (n == 0) throw CorruptSet(describe(name), offset + done, "the file ends here");
@@ -48,25 +73,103 @@ class Folder final : public TileSource {
   std::string describe(const std::string& name) const override { return path_ + "/" + name; }
 
  private:
-  int file(const std::string& name) const {
+  struct File {
+    dev_t device;
+    ino_t inode;
+    std::shared_ptr<const Descriptor> open;  // null while closed
+    std::list<File*>::iterator recent;       // of an open one
+  };
+
+  std::shared_ptr<const Descriptor> file(const std::string& name) const {
     if (!isTileFileName(name)) throw UsageError("not the name of a file in a tile set");
-    const std::lock_guard lock(mutex_);
-    const auto found = files_.find(name);
-    if (found != files_.end()) return found->second;
-    const int opened = ::openat(folder_, name.c_str(), O_RDONLY | O_CLOEXEC);
-    if (opened < 0) throw IoError(describe(name), "cannot be opened", errno);
-    struct stat status {};
-    if (::fstat(opened, &status) != 0 || !S_ISREG(status.st_mode)) {
-      ::close(opened);
-      throw IoError(describe(name), "is not a regular file");
+    bool seen_before = false;
+    {
+      const std::lock_guard lock(mutex_);
+      const auto found = files_.find(name);
+      seen_before = found != files_.end();
+      if (seen_before && found->second.open != nullptr) {
+        recent_.splice(recent_.begin(), recent_, found->second.recent);
+        return found->second.open;
+      }
     }
-    return files_.emplace(name, opened).first->second;
+    // The disk may take its time: without the lock.
+    const std::shared_ptr<const Descriptor> opened = openFile(name, seen_before);
+    struct stat status {};
+    if (::fstat(opened->number(), &status) != 0 || !S_ISREG(status.st_mode))
+      throw IoError(describe(name), "is not a regular file");
+    const std::lock_guard lock(mutex_);
+    File& file = files_.try_emplace(name, File{status.st_dev, status.st_ino, nullptr, {}}).first->second;
+    if (file.device != status.st_dev || file.inode != status.st_ino) throw IoError(describe(name), kReplaced);
+    if (file.open == nullptr) {
+      recent_.push_front(&file);
+      file.recent = recent_.begin();
+      file.open = opened;
+    }
+    const std::shared_ptr<const Descriptor> answer = file.open;  // in use: not closed here
+    while (recent_.size() > most_open_ && closeOne()) {
+    }
+    return answer;
   }
 
-  std::string path_;
-  int folder_;
-  mutable std::mutex mutex_;
-  mutable std::map<std::string, int> files_;
+  // Closes the open file that was used least recently and that nobody reads; false if there is none. The caller holds
+  // the lock: others may end their use meanwhile, but cannot begin one.
+  bool closeOne() const {
+    for (auto least = recent_.end(); least != recent_.begin();) {
+      File& file = **--least;
+      if (file.open.use_count() > 1) continue;
+      file.open.reset();
+      recent_.erase(least);
+      return true;
+    }
+    return false;
+  }
+
+  std::shared_ptr<const Descriptor> openFile(const std::string& name, bool seen_before) const {
+    const std::size_t slash = name.rfind('/');
+    const std::string parent = slash == std::string::npos ? "" : name.substr(0, slash);
+    std::shared_ptr<const Descriptor> folder = parent.empty() ? root_ : nullptr;
+    if (folder == nullptr) {
+      const std::lock_guard lock(mutex_);
+      const auto found = folders_.find(parent);
+      if (found != folders_.end()) folder = found->second;
+    }
+    if (folder == nullptr) {
+      folder = openAt(root_->number(), parent, O_RDONLY | O_DIRECTORY);
+      if (folder == nullptr) throw IoError(describe(name), "cannot be opened", errno);
+      const std::lock_guard lock(mutex_);
+      folder = folders_.try_emplace(parent, folder).first->second;
+    }
+    auto opened =
+        openAt(folder->number(), slash == std::string::npos ? name : name.substr(slash + 1), O_RDONLY | O_NONBLOCK);
+    if (opened == nullptr && seen_before && errno == ENOENT) throw IoError(describe(name), kReplaced);
+    if (opened == nullptr) throw IoError(describe(name), "cannot be opened", errno);
+    return opened;
+  }
+
+  // nullptr with errno. Makes room where the process has no descriptor left.
+  std::shared_ptr<const Descriptor> openAt(int folder, const std::string& name, int flags) const {
+    const auto opened = std::make_shared<Descriptor>();
+    for (;;) {
+      if (opened->open(folder, name, flags)) return opened;
+      const int error = errno;
+      if (error == EMFILE || error == ENFILE) {
+        const std::lock_guard lock(mutex_);
+        if (closeOne()) continue;
+      }
+      errno = error;
+      return nullptr;
+    }
+  }
+
+  static constexpr const char* kReplaced = "was replaced or removed since the set was opened; open the set again";
+
+  const std::string path_;
+  const std::size_t most_open_;
+  const std::shared_ptr<Descriptor> root_ = std::make_shared<Descriptor>();
+  mutable std::mutex mutex_;                                                  // of all below
+  mutable std::map<std::string, std::shared_ptr<const Descriptor>> folders_;  // below the root; stay open
+  mutable std::map<std::string, File> files_;
+  mutable std::list<File*> recent_;  // the open ones, the one used last first
 };
 
 }  // namespace
@@ -82,6 +185,8 @@ bool isTileFileName(const std::string& name) {
   return !at_start;
 }
 
-std::unique_ptr<TileSource> openFolder(const std::string& folder) { return std::make_unique<Folder>(folder); }
+std::unique_ptr<TileSource> openFolder(const std::string& folder, std::size_t most_open) {
+  return std::make_unique<Folder>(folder, most_open);
+}
 
 }  // namespace filiform

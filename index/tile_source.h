@@ -2,6 +2,7 @@
 // serves as well as a folder.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -25,9 +26,12 @@ class TileSource {
 // Relative paths of [A-Za-z0-9/._-] whose parts are neither empty nor start with a dot.
 bool isTileFileName(const std::string& name);
 
-// The files below a folder, by pread. A file is opened when it is first asked for and stays open, so that what was
-// opened can be read to the end even when a newer revision replaces it. Throws IoError when there is no such folder,
-// UsageError for an impossible name.
-std::unique_ptr<TileSource> openFolder(const std::string& folder);
+// The files below a folder, by pread. A file is opened when it is first asked for, and stays open while it is among the
+// `most_open` files used last, or is being read. 0: half of the process's limit of file descriptors (RLIMIT_NOFILE), at
+// least one. A file that is open can be read to the end even when a newer revision replaces it. A file that was closed
+// is opened again in the same folder, held open, and must be the same file (device and inode); otherwise IoError says
+// that the set was replaced. If the process has no descriptor left, the file used least recently is closed first.
+// Throws IoError when there is no such folder, UsageError for an impossible name.
+std::unique_ptr<TileSource> openFolder(const std::string& folder, std::size_t most_open = 0);
 
 }  // namespace filiform

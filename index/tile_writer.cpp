@@ -24,6 +24,7 @@ constexpr std::uint64_t kDetailMemory = std::uint64_t{8} << 20;
 
 struct TileWriter::Impl {
   std::string folder;
+  std::uint64_t pack_bytes = 0;
   internal::DirectoryContents directory;
   internal::Manifest manifest;
   std::unique_ptr<internal::OutputFile> pack;
@@ -47,9 +48,11 @@ struct TileWriter::Impl {
   }
 };
 
-TileWriter::TileWriter(std::string folder, const Grid& grid, std::uint32_t capacity, TileId tile_count, bool has_long)
+TileWriter::TileWriter(std::string folder, const Grid& grid, std::uint32_t capacity, TileId tile_count, bool has_long,
+                       std::uint64_t pack_bytes)
     : impl_(std::make_unique<Impl>()) {
   impl_->folder = std::move(folder);
+  impl_->pack_bytes = pack_bytes;
   impl_->directory.grid = impl_->manifest.grid = grid;
   impl_->directory.capacity = impl_->manifest.capacity = capacity;
   impl_->directory.long_tile = has_long ? tile_count - 1 : kNoTile;
@@ -79,7 +82,7 @@ void TileWriter::add(TileId tile, const TileEntry& entry, std::span<const std::u
                      std::span<const std::uint8_t> appearance) {
   if (geometry.size() > UINT32_MAX || appearance.size() > UINT32_MAX)
     throw InputError("a tile takes more than 4 GiB: too many segments have the same midpoint");
-  if (impl_->pack != nullptr && impl_->pack->bytes() + geometry.size() + appearance.size() > internal::kMaxPackBytes)
+  if (impl_->pack != nullptr && impl_->pack->bytes() + geometry.size() + appearance.size() > impl_->pack_bytes)
     impl_->closePack();
   if (impl_->pack == nullptr) {
     impl_->pack = std::make_unique<internal::OutputFile>(impl_->folder + "/" + internal::packFile(impl_->packs));
@@ -160,6 +163,7 @@ void TileWriter::writeLevels(unsigned threads, const std::function<void(std::uin
   LevelOptions options;
   options.most_segments = directory.capacity;
   options.threads = threads;
+  options.pack_bytes = impl_->pack_bytes;
   for (const SetFile& file : filiform::writeLevels(input, options, impl_->folder)) {
     impl_->manifest.files.push_back(file);
     impl_->bytes += file.bytes;

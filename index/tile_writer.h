@@ -18,7 +18,8 @@ class TileWriter {
  public:
   // The folder must exist and be empty. Tiles have the ids 0 .. tile_count-1; the long-segment tile, if any, is the
   // last.
-  TileWriter(std::string folder, const Grid& grid, std::uint32_t capacity, TileId tile_count, bool has_long);
+  TileWriter(std::string folder, const Grid& grid, std::uint32_t capacity, TileId tile_count, bool has_long,
+             std::uint64_t pack_bytes = IngestOptions{}.pack_bytes);
   TileWriter(const TileWriter&) = delete;
   TileWriter& operator=(const TileWriter&) = delete;
   ~TileWriter();

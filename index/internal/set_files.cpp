@@ -17,7 +17,7 @@ constexpr std::string_view kDirectoryMagic = "FILIDIRY", kCellsMagic = "FILICELL
                            kPackMagic = "FILIPACK";
 constexpr std::size_t kRootHeaderBytes = 48, kRootEntryBytes = 72, kEntryBytes = 128, kRootChecksumAt = 40,
                       kDecodedAt = 96;
-constexpr std::size_t kSamplesHeaderBytes = 40, kSampleBytes = 36, kCellRecordBytes = 128;
+constexpr std::size_t kSamplesHeaderBytes = 40, kSampleBytes = 36;
 constexpr std::int64_t kEdge = std::int64_t{1} << (kMortonAxisBits - 1);
 
 void box(ByteWriter& out, const GridBox& b) {
@@ -461,6 +461,21 @@ CellTable decodeCells(ByteSpan bytes) {
     ids.require(table.by_name.back() < n, "a cell does not exist");
   }
   return table;
+}
+
+DetailRecord decodeDetailRecord(ByteSpan bytes) {
+  ByteReader in(bytes);
+  in.take(24);
+  DetailRecord record{};
+  record.samples = in.u64();
+  in.take(16);
+  record.roots = in.u64();
+  in.take(48);
+  record.place.offset = in.u64();
+  record.place.bytes = in.u64();
+  record.place.checksum = in.u64();
+  in.require(record.samples < UINT32_MAX && record.roots <= record.samples, "a cell's counts contradict each other");
+  return record;
 }
 
 Bytes encodeSamples(const SamplePoints& samples) {

@@ -16,7 +16,6 @@
 namespace filiform::internal {
 
 inline constexpr std::uint32_t kFormatVersion = 1;
-inline constexpr std::uint64_t kMaxPackBytes = std::uint64_t{256} << 20;
 inline constexpr std::size_t kPackHeaderBytes = 16;
 inline constexpr std::size_t kMaxRootBytes = 16384;
 
@@ -96,6 +95,17 @@ inline constexpr std::size_t kCellsHeaderBytes = 56;
 // Bytes of header, records, name index and strings, which decodeCells wants. Checks the header.
 std::uint64_t cellTableBytes(ByteSpan header, std::uint64_t file_bytes);
 CellTable decodeCells(ByteSpan table);
+// What loading the detail of one cell takes of its record, which lies alone at cellRecordAt(). The record's own
+// checksum covers all records; damage shows in the detail's checksum.
+struct DetailRecord {
+  std::uint64_t samples, roots;
+  DetailPlace place;
+};
+inline constexpr std::size_t kCellRecordBytes = 128;
+constexpr std::uint64_t cellRecordAt(std::uint32_t cell) {
+  return kCellsHeaderBytes + std::uint64_t{cell} * kCellRecordBytes;
+}
+DetailRecord decodeDetailRecord(ByteSpan record);
 Bytes encodeDetail(const CellDetail& detail);
 CellDetail decodeDetail(ByteSpan bytes, std::uint64_t samples);
 
