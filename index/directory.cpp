@@ -3,6 +3,7 @@
 #include "index/internal/box_tree.h"
 
 #include <algorithm>
+#include <atomic>
 #include <limits>
 #include <mutex>
 #include <queue>
@@ -27,23 +28,33 @@ WorldBox emptyBox() {
 
 struct Directory::Impl {
   struct Page {
-    std::once_flag built;
     std::unique_ptr<const internal::BoxTree> tree;
     std::vector<TileId> tiles;  // by item
+  };
+  struct Root {
+    WorldBox bounds = emptyBox();
+    bool scanned = false;
+    std::vector<std::pair<TileId, WorldBox>> boxes;  // scanned sets only
+    std::unique_ptr<const internal::BoxTree> pages;
+    std::vector<std::uint32_t> page_of_item;
+  };
+  // What is made at first need: made aside and put here whole, so that a failure leaves nothing. Threads that need it
+  // at once may each make it; the first one counts.
+  template <typename T>
+  struct Made {
+    std::atomic<const T*> known{nullptr};
+    std::unique_ptr<const T> owned;
   };
 
   const TileStore& store;
   const Grid grid;
   const TileId page_tiles;
-  std::once_flag opened;
-  WorldBox bounds = emptyBox();
-  bool scanned = false;
-  std::vector<std::pair<TileId, WorldBox>> boxes;  // scanned sets only
-  std::unique_ptr<const internal::BoxTree> pages;
-  std::vector<std::uint32_t> page_of_item;
-  std::unique_ptr<Page[]> page;
+  std::mutex mutex;  // of whoever puts something in place
+  Made<Root> root;
+  std::unique_ptr<Made<Page>[]> page;
 
-  explicit Impl(const TileStore& s) : store(s), grid(s.grid()), page_tiles(s.page_tiles()) {}
+  explicit Impl(const TileStore& s)
+      : store(s), grid(s.grid()), page_tiles(s.page_tiles()), page(new Made<Page>[pageCount()]) {}
 
   std::uint32_t pageCount() const { return (store.tile_count() + page_tiles - 1) / page_tiles; }
   TileId pageEnd(std::uint32_t number) const {
@@ -58,43 +69,56 @@ struct Directory::Impl {
     return {grid.toWorld(content.lo) - quantum, grid.toWorld(content.hi) + quantum};
   }
 
-  void open() {
-    std::call_once(opened, [this] {
-      scanned = store.tile_count() <= kScanTiles;
-      if (scanned) {
+  template <typename T, typename Make>
+  const T& get(Made<T>& made, Make make) {
+    if (const T* const known = made.known.load(std::memory_order_acquire)) return *known;
+    std::unique_ptr<const T> here = make();
+    const std::lock_guard lock(mutex);
+    if (made.owned == nullptr) {
+      made.owned = std::move(here);
+      made.known.store(made.owned.get(), std::memory_order_release);
+    }
+    return *made.owned;
+  }
+
+  const Root& open() {
+    return get(root, [this] {
+      auto r = std::make_unique<Root>();
+      r->scanned = store.tile_count() <= kScanTiles;
+      if (r->scanned) {
         for (TileId tile = 0; tile < store.tile_count(); ++tile) {
           if (!listed(tile)) continue;
-          boxes.emplace_back(tile, box(tile));
-          extend(bounds, boxes.back().second);
+          r->boxes.emplace_back(tile, box(tile));
+          extend(r->bounds, r->boxes.back().second);
         }
-        return;
+        return r;
       }
       std::vector<WorldBox> page_boxes;
       for (std::uint32_t number = 0; number < pageCount(); ++number) {
         const GridBox content = store.pageContent(number);
         if (content.empty()) continue;
         page_boxes.push_back(box(content));
-        page_of_item.push_back(number);
-        extend(bounds, page_boxes.back());
+        r->page_of_item.push_back(number);
+        extend(r->bounds, page_boxes.back());
       }
-      pages = std::make_unique<internal::BoxTree>(page_boxes);
-      page = std::make_unique<Page[]>(pageCount());
+      r->pages = std::make_unique<internal::BoxTree>(page_boxes);
+      return r;
     });
   }
 
-  const Page& enter(std::size_t item) {
-    const std::uint32_t number = page_of_item[item];
-    Page& p = page[number];
-    std::call_once(p.built, [&] {
+  const Page& enter(const Root& r, std::size_t item) {
+    const std::uint32_t number = r.page_of_item[item];
+    return get(page[number], [&] {
+      auto p = std::make_unique<Page>();
       std::vector<WorldBox> tile_boxes;
       for (TileId tile = number * page_tiles; tile < pageEnd(number); ++tile) {
         if (!listed(tile)) continue;
-        p.tiles.push_back(tile);
+        p->tiles.push_back(tile);
         tile_boxes.push_back(box(tile));
       }
-      p.tree = std::make_unique<internal::BoxTree>(tile_boxes);
+      p->tree = std::make_unique<internal::BoxTree>(tile_boxes);
+      return p;
     });
-    return p;
   }
 };
 
@@ -102,17 +126,17 @@ Directory::Directory(const TileStore& store) : impl_(std::make_unique<Impl>(stor
 Directory::~Directory() = default;
 
 std::vector<Directory::Hit> Directory::within(const Vector3d& h_W, double squared_bound) const {
-  impl_->open();
+  const Impl::Root& root = impl_->open();
   std::vector<Hit> hits;
   const auto bound = [=] { return squared_bound; };
-  if (impl_->scanned) {
-    for (const auto& [tile, box] : impl_->boxes) {
+  if (root.scanned) {
+    for (const auto& [tile, box] : root.boxes) {
       const double d2 = box.squaredDistanceBelow(h_W);
       if (d2 <= squared_bound) hits.push_back({tile, d2});
     }
   } else {
-    impl_->pages->descend(h_W, bound, [&](std::uint32_t item, double) {
-      const Impl::Page& page = impl_->enter(item);
+    root.pages->descend(h_W, bound, [&](std::uint32_t item, double) {
+      const Impl::Page& page = impl_->enter(root, item);
       page.tree->descend(h_W, bound, [&](std::uint32_t i, double d2) { hits.push_back({page.tiles[i], d2}); });
     });
   }
@@ -121,14 +145,14 @@ std::vector<Directory::Hit> Directory::within(const Vector3d& h_W, double square
 }
 
 std::vector<std::pair<TileId, WorldBox>> Directory::meeting(const Region& region) const {
-  impl_->open();
+  const Impl::Root& root = impl_->open();
   std::vector<std::pair<TileId, WorldBox>> hits;
-  if (impl_->scanned) {
-    for (const auto& [tile, box] : impl_->boxes)
+  if (root.scanned) {
+    for (const auto& [tile, box] : root.boxes)
       if (region.mayMeet(box)) hits.emplace_back(tile, box);
   } else {
-    impl_->pages->collect(region, [&](std::uint32_t item) {
-      const Impl::Page& page = impl_->enter(item);
+    root.pages->collect(region, [&](std::uint32_t item) {
+      const Impl::Page& page = impl_->enter(root, item);
       page.tree->collect(region, [&](std::uint32_t i) { hits.emplace_back(page.tiles[i], impl_->box(page.tiles[i])); });
     });
   }
@@ -137,8 +161,8 @@ std::vector<std::pair<TileId, WorldBox>> Directory::meeting(const Region& region
 }
 
 bool Directory::isOutside(const Vector3d& h_W) const {
-  impl_->open();
-  return !((h_W.array() >= impl_->bounds.lo_W.array()).all() && (h_W.array() <= impl_->bounds.hi_W.array()).all());
+  const WorldBox& bounds = impl_->open().bounds;
+  return !((h_W.array() >= bounds.lo_W.array()).all() && (h_W.array() <= bounds.hi_W.array()).all());
 }
 
 struct Directory::Walk::State {
@@ -159,6 +183,7 @@ struct Directory::Walk::State {
   };
 
   Impl& directory;
+  const Impl::Root& root;
   Vector3d h_W;
   std::priority_queue<Entry> queue;
 
@@ -177,13 +202,13 @@ Directory::Walk::~Walk() = default;
 Directory::Walk::Walk(Walk&&) noexcept = default;
 
 Directory::Walk Directory::walk(const Vector3d& h_W) const {
-  impl_->open();
-  auto state = std::make_unique<Walk::State>(Walk::State{*impl_, h_W, {}});
-  if (impl_->scanned) {
-    for (const auto& [tile, box] : impl_->boxes)
+  const Impl::Root& root = impl_->open();
+  auto state = std::make_unique<Walk::State>(Walk::State{*impl_, root, h_W, {}});
+  if (root.scanned) {
+    for (const auto& [tile, box] : root.boxes)
       state->queue.push({{box.squaredDistanceBelow(h_W), nullptr, 0}, Walk::State::Level::tile, nullptr, tile});
   } else {
-    impl_->pages->root(h_W, [&](const auto& place) { state->push(place, nullptr); });
+    root.pages->root(h_W, [&](const auto& place) { state->push(place, nullptr); });
   }
   return Walk(std::move(state));
 }
@@ -194,11 +219,11 @@ std::optional<Directory::Hit> Directory::Walk::next() {
     const State::Entry top = s.queue.top();
     s.queue.pop();
     if (top.level == State::Level::tile) return Hit{top.tile, top.place.squared_distance};
-    const internal::BoxTree* tree = top.page != nullptr ? top.page->tree.get() : s.directory.pages.get();
+    const internal::BoxTree* tree = top.page != nullptr ? top.page->tree.get() : s.root.pages.get();
     if (top.place.node != nullptr) {
       tree->expand(top.place, s.h_W, [&](const auto& place) { s.push(place, top.page); });
     } else {
-      const Impl::Page& page = s.directory.enter(top.place.size_or_id);
+      const Impl::Page& page = s.directory.enter(s.root, top.place.size_or_id);
       page.tree->root(s.h_W, [&](const auto& place) { s.push(place, &page); });
     }
   }

@@ -27,8 +27,8 @@ class Directory {
     }
   };
 
-  // The store must outlive it. O(1); the first query is O(pages), and O(page log page) for each page that it enters.
-  // Every member throws what the store throws when it reads a page.
+  // The store must outlive it. O(pages); the first query is O(pages log pages), and O(page log page) for each page that
+  // it enters. Every member throws what the store throws when it reads a page; the next call then tries again.
   explicit Directory(const TileStore& store);
   ~Directory();
 

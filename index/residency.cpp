@@ -62,12 +62,22 @@ struct Residency::Impl {
   }
 
   bool round(double now_s, std::unique_lock<std::mutex>& lock) {
+    loader.mayReadPages(false);
     loader.setTime(now_s, internal::kSecondPace);
     loader.takeAcknowledgements();
     loader.takeFocus();
     loader.takeRequests();
     if (loader.fetchCells(now_s, lock)) return true;
-    loader.planIfDue(now_s);
+    for (bool planned = false; !planned;) {
+      try {
+        loader.planIfDue(now_s);
+        planned = true;
+      } catch (const internal::PageAbsent& absent) {
+        // While another thread reads that page, the last plan is in force.
+        planned = !loader.readPage(absent.page, lock);
+        if (stopping) return false;
+      }
+    }
     const TileId next = loader.nextDue();
     if (next == kNoTile) return false;
     loader.makeRoom(loader.dueBytes(kRoomAhead), false);
@@ -159,6 +169,7 @@ void Residency::advance(std::uint64_t tick, std::uint64_t latency_ticks) {
   std::unique_lock lock(impl_->mutex);
   impl_->requireNotStarted("advance");
   internal::TileLoader& loader = impl_->loader;
+  loader.mayReadPages(true);
   loader.setTime(static_cast<double>(tick), internal::kTickPace);
   loader.settle();
   loader.takeFocus();
@@ -178,6 +189,7 @@ bool Residency::loadTogether(std::span<const TileId> tiles) {
   std::unique_lock lock(impl_->mutex);
   impl_->requireNotStarted("loadTogether");
   internal::TileLoader& loader = impl_->loader;
+  loader.mayReadPages(true);
   loader.setTime(loader.now(), internal::kTickPace);
   loader.settle();
   loader.takeFocus();

@@ -27,6 +27,29 @@ auto decoded(const std::string& file, std::uint64_t offset, Decode decode) {
   }
 }
 
+// Something that is read at first need. The first thread that needs it reads it, the others wait for that one; who has
+// it never waits. After a failure the next one that needs it reads again.
+template <typename T>
+class ReadOnce {
+ public:
+  template <typename Read>  // returns std::unique_ptr<const T>, or throws
+  const T& get(Read read) {
+    if (const T* const there = known()) return *there;
+    const std::lock_guard lock(mutex_);
+    if (owned_ == nullptr) {
+      owned_ = read();
+      known_.store(owned_.get(), std::memory_order_release);
+    }
+    return *owned_;
+  }
+  const T* known() const { return known_.load(std::memory_order_acquire); }
+
+ private:
+  std::mutex mutex_;
+  std::unique_ptr<const T> owned_;
+  std::atomic<const T*> known_{nullptr};
+};
+
 }  // namespace
 
 struct TileSet::Impl {
@@ -42,15 +65,15 @@ struct TileSet::Impl {
     std::atomic<const internal::DirectoryPage*> known{nullptr};
     std::unique_ptr<const internal::DirectoryPage> owned;
   };
-  mutable std::mutex directory_mutex;  // of whoever adds a page to these
+  mutable std::mutex directory_mutex;  // of whoever adds a page to these; nobody reads while holding it
   mutable std::unique_ptr<Page[]> pages;
   mutable std::atomic<std::uint32_t> pages_unknown{0};
   mutable LeafIndex leaves;
   mutable std::atomic<std::uint64_t> floor_bytes{UINT64_MAX};
 
-  mutable std::mutex mutex;  // of what is read at first need
-  mutable std::unique_ptr<internal::CellTable> cells;
-  mutable std::unique_ptr<SamplePoints> samples;
+  mutable ReadOnce<internal::CellTable> cells;
+  mutable ReadOnce<SamplePoints> samples;
+  mutable std::atomic<bool> cells_header_checked{false};
 
   std::string key(const std::string& name) const { return revision + "/" + name; }
   std::string describe(const std::string& name) const { return source->describe(key(name)); }
@@ -84,6 +107,7 @@ struct TileSet::Impl {
   Bytes part(TileId tile, bool appearance) const;
   TilePlace placeOf(TileId tile, bool appearance) const;
   const internal::CellTable& table() const;
+  internal::DetailRecord detailRecord(std::uint32_t id) const;
 };
 
 void TileSet::Impl::openManifest() {
@@ -134,9 +158,7 @@ void TileSet::Impl::openDirectory() {
 }
 
 const internal::DirectoryPage& TileSet::Impl::readPage(std::uint32_t number) const {
-  const std::lock_guard lock(directory_mutex);
-  Page& page = pages[number];
-  if (page.owned != nullptr) return *page.owned;
+  // Two threads may read the same page at once: the first to end adds it.
   const std::string name = describe(internal::kDirectoryFile);
   auto found = std::make_unique<internal::DirectoryPage>(
       decoded(name, 0, [&] { return internal::decodeDirectoryPage(root, number, directoryReader()); }));
@@ -155,6 +177,9 @@ const internal::DirectoryPage& TileSet::Impl::readPage(std::uint32_t number) con
   keys.reserve(found->entries.size());
   for (std::size_t t = 0; t < found->entries.size() && begin + t < root.leaf_count(); ++t)
     keys.push_back(found->entries[t].key);
+  const std::lock_guard lock(directory_mutex);
+  Page& page = pages[number];
+  if (page.owned != nullptr) return *page.owned;
   if (!keys.empty()) leaves.add(number, std::move(keys));
   page.owned = std::move(found);
   page.known.store(page.owned.get(), std::memory_order_release);
@@ -198,8 +223,7 @@ Bytes TileSet::Impl::part(TileId tile, bool appearance) const {
 }
 
 const internal::CellTable& TileSet::Impl::table() const {
-  const std::lock_guard lock(mutex);
-  if (cells == nullptr) {
+  return cells.get([this] {
     const SetFile& f = file(internal::kCellsFile);
     const std::string name = describe(f.name);
     const Bytes header = read(f.name, 0, std::min<std::uint64_t>(f.bytes, internal::kCellsHeaderBytes));
@@ -215,9 +239,27 @@ const internal::CellTable& TileSet::Impl::table() const {
     if (sum != manifest.counts) throw CorruptSet(name, 0, "contradicts the manifest");
     for (const internal::DetailPlace& d : read_cells->details)
       if (d.offset > f.bytes || d.bytes > f.bytes - d.offset) throw CorruptSet(name, 0, "a cell lies outside the file");
-    cells = std::move(read_cells);
+    return read_cells;
+  });
+}
+
+internal::DetailRecord TileSet::Impl::detailRecord(std::uint32_t id) const {
+  if (id >= manifest.counts.cells) throw std::out_of_range("there is no such cell");
+  if (const internal::CellTable* const known = cells.known())
+    return {known->records[id].samples, known->records[id].roots, known->details[id]};
+  const SetFile& f = file(internal::kCellsFile);
+  const std::string name = describe(f.name);
+  if (!cells_header_checked.load(std::memory_order_relaxed)) {
+    const Bytes header = read(f.name, 0, std::min<std::uint64_t>(f.bytes, internal::kCellsHeaderBytes));
+    decoded(name, 0, [&] { return internal::cellTableBytes(header, f.bytes); });
+    cells_header_checked.store(true, std::memory_order_relaxed);
   }
-  return *cells;
+  const std::uint64_t at = internal::cellRecordAt(id);
+  const Bytes bytes = read(f.name, at, internal::kCellRecordBytes);
+  const internal::DetailRecord record = decoded(name, at, [&] { return internal::decodeDetailRecord(bytes); });
+  if (record.place.offset > f.bytes || record.place.bytes > f.bytes - record.place.offset)
+    throw CorruptSet(name, at, "a cell lies outside the file");
+  return record;
 }
 
 TileSet::TileSet(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -318,9 +360,8 @@ std::optional<std::uint32_t> TileSet::findCell(const std::string& name) const {
 }
 
 CellDetail TileSet::loadCellDetail(std::uint32_t id) const {
-  const internal::CellTable& table = impl_->table();
-  const CellRecord& record = table.records.at(id);
-  const internal::DetailPlace& at = table.details[id];
+  const internal::DetailRecord record = impl_->detailRecord(id);
+  const internal::DetailPlace& at = record.place;
   const std::string name = impl_->describe(internal::kCellsFile);
   const Bytes bytes = impl_->read(internal::kCellsFile, at.offset, at.bytes);
   if (internal::checksum(bytes) != at.checksum)
@@ -332,14 +373,12 @@ CellDetail TileSet::loadCellDetail(std::uint32_t id) const {
 }
 
 const SamplePoints& TileSet::samples() const {
-  const std::lock_guard lock(impl_->mutex);
-  if (impl_->samples == nullptr) {
+  return impl_->samples.get([this] {
     const SetFile& f = impl_->file(internal::kSamplesFile);
     const Bytes bytes = impl_->read(f.name, 0, f.bytes);
-    impl_->samples = std::make_unique<SamplePoints>(
+    return std::make_unique<SamplePoints>(
         decoded(impl_->describe(f.name), 0, [&] { return internal::decodeSamples(bytes); }));
-  }
-  return *impl_->samples;
+  });
 }
 
 const std::string& TileSet::revision() const { return impl_->revision; }

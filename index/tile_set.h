@@ -1,7 +1,7 @@
 // A tile set on disk, as ingest publishes it. FORMAT.md specifies every byte.
 //
-//   const auto set = filiform::TileSet::open("column.fil");
-//   const std::shared_ptr<const filiform::Tile> tile = set->load(0);
+//   const auto set = TileSet::open("column.fil");
+//   const std::shared_ptr<const Tile> tile = set->load(0);
 #pragma once
 
 #include "index/tile_source.h"
@@ -30,8 +30,9 @@ struct SetFile {
 // Thread rule: internally synchronised.
 class TileSet final : public TileStore {
  public:
-  // Opens the revision that CURRENT names and keeps its files open, so that a later revision changes nothing here.
-  // Reads manifest and the root page of the directory; everything else, and checks it, when it is first asked for.
+  // Opens the revision that CURRENT names and reads that one until the end, whatever is published later: see openFolder
+  // for how many of its files stay open. Reads manifest and the root page of the directory; everything else, and checks
+  // it, when it is first asked for.
   // Throws IoError when there is no tile set or a file is missing, CorruptSet when the bytes are not those that were
   // written. O(pages of the directory).
   static std::unique_ptr<TileSet> open(const std::string& path);
@@ -50,10 +51,11 @@ class TileSet final : public TileStore {
   std::uint32_t capacity() const override;
   std::shared_ptr<const Tile> load(TileId tile) const override;
   TileAppearance loadAppearance(TileId tile) const override;
-  // The first call of these reads the table of all cells; throws CorruptSet, IoError.
   std::uint32_t cell_count() const override;
+  // The first call of these two reads the table of all cells; throws CorruptSet, IoError.
   const CellRecord& cell(std::uint32_t id) const override;
   std::optional<std::uint32_t> findCell(const std::string& name) const override;
+  // Reads one record of 128 bytes, if that table was not read, and the detail.
   CellDetail loadCellDetail(std::uint32_t id) const override;
   const SamplePoints& samples() const override;
 

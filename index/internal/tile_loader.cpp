@@ -3,6 +3,7 @@
 #include "index/errors.h"
 
 #include <algorithm>
+#include <exception>
 #include <utility>
 
 namespace filiform::internal {
@@ -22,9 +23,10 @@ constexpr double kTargetTime_s = 0.3, kTargetPart = 0.6;
 
 TileLoader::TileLoader(const TileStore& store, const ResidencyOptions& options)
     : store_(store),
+      pages_(store),
       options_(options),
-      directory_(store),
-      prefetch_(store, directory_, options.prefetch, options.lookahead_s),
+      directory_(pages_),
+      prefetch_(pages_, directory_, options.prefetch, options.lookahead_s),
       slots_(store.tile_count()),
       loaded_(store.tile_count()),
       claimed_in_(store.tile_count()),
@@ -44,6 +46,7 @@ TileReader& TileLoader::addReader() {
 
 void TileLoader::adoptLongTile(std::shared_ptr<const Tile> tile) {
   TileSlot& slot = slots_[tile->id()];
+  pages_.entry(tile->id());
   slot.state = TileState::resident;
   slot.tile = std::move(tile);
   loaded_.add(*slot.tile);
@@ -336,6 +339,7 @@ void TileLoader::collectClaims() {
   for (Peer& p : peers_)
     if (p.has_focus) claimFor(p);
 
+  for (const Claim& c : claims_) pages_.entry(c.tile);  // throws now, before any state changes
   for (Claim& c : claims_)
     if (c.rank >= Rank::ahead && inMemory(c.tile)) c.cost *= kHeadStart;
   std::sort(claims_.begin(), claims_.end(), [](const Claim& a, const Claim& b) {
@@ -357,11 +361,34 @@ void TileLoader::planIfDue(double due) {
   tellTargets();
 }
 
+bool TileLoader::readPage(std::uint32_t page, std::unique_lock<std::mutex>& lock) {
+  if (std::find(pages_read_now_.begin(), pages_read_now_.end(), page) != pages_read_now_.end()) return false;
+  pages_read_now_.push_back(page);
+  lock.unlock();
+  std::exception_ptr failure;
+  try {
+    store_.entry(pages_.firstTile(page));
+  } catch (...) {
+    failure = std::current_exception();
+  }
+  lock.lock();
+  std::erase(pages_read_now_, page);
+  if (failure) std::rethrow_exception(failure);
+  pages_.add(page);
+  stale_ = urgent_ = true;
+  return true;
+}
+
 void TileLoader::plan(double due) {
   ++plan_number_;
   planned_at_ = now_;
   stale_ = urgent_ = false;
-  collectClaims();
+  try {
+    collectClaims();
+  } catch (...) {
+    --plan_number_;  // there was no plan
+    throw;
+  }
   for (TileSlot* const slot : slots_.all()) {
     slot->order = TileSlot::kUnclaimed;
     slot->wanted = slot->ahead = false;

@@ -1,9 +1,11 @@
 // The loader's side of Residency, whichever thread drives it: states, claims, room and reads. Time is a number that
 // does not run back: ticks or seconds, as the pace says. index/README.md holds the table of states. Thread rule:
-// thread-compatible (Residency holds its lock around every call; read() lets go of it while the store works).
+// thread-compatible: Residency holds its lock around every call. Calls that take the lock release it while the store
+// reads; no other call reads from the store, unless mayReadPages(true).
 #pragma once
 
 #include "index/directory.h"
+#include "index/internal/known_pages.h"
 #include "index/internal/tile_channel.h"
 #include "index/internal/tile_slots.h"
 #include "index/prefetch.h"
@@ -55,6 +57,12 @@ class TileLoader {
   // Where the claims may have changed: decides which of them the budget serves together, queues what is missing (not to
   // be read before `due`) and cancels queued tiles that are no longer among them.
   void planIfDue(double due);
+  // While true, planIfDue() reads pages of the directory itself, under the caller's lock: for virtual time. While false
+  // it throws PageAbsent, having changed nothing that reads depend on, where it needs a page that was not read yet.
+  void mayReadPages(bool may) { pages_.mayRead(may); }
+  // Reads that page; the lock is released meanwhile. The next plan is due at once then. False, and nothing done, if
+  // another thread is reading it. Throws CorruptSet, IoError.
+  bool readPage(std::uint32_t page, std::unique_lock<std::mutex>& lock);
   // It threw: listed by failed() until a plan succeeds.
   void planFailed(const std::string& why) { plan_failure_ = why; }
 
@@ -83,7 +91,7 @@ class TileLoader {
   bool inMemory(TileId tile) const { return loaded_.find(tile) != nullptr; }
   bool waitsForRetry(TileId tile) const;
   bool pinned(TileId tile) const;
-  std::uint64_t bytesOf(TileId tile) const { return store_.entry(tile).decoded_bytes; }
+  std::uint64_t bytesOf(TileId tile) const { return pages_.entry(tile).decoded_bytes; }
 
   const TileSlots& slots() const { return slots_; }
   const ResidencyCounters& counters() const { return counters_; }
@@ -142,6 +150,8 @@ class TileLoader {
   void release(TileSlot& slot);
 
   const TileStore& store_;
+  KnownPages pages_;  // of the store
+  std::vector<std::uint32_t> pages_read_now_;
   const ResidencyOptions options_;
   const Directory directory_;
   const Prefetch prefetch_;

@@ -1,5 +1,6 @@
 #include "index/directory.h"
 
+#include "index/errors.h"
 #include "index/tile_engine.h"
 #include "tests/support/counting_store.h"
 #include "tests/support/memory_store.h"
@@ -10,6 +11,9 @@
 #include <limits>
 #include <random>
 #include <thread>
+#include <tuple>
+#include <utility>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -119,6 +123,51 @@ TEST(Directory, ReadsNoTile) {
   directory.within(Vector3d::Zero(), 1e4);
   directory.walk(Vector3d::Zero()).next();
   EXPECT_TRUE(store.loads().empty());
+}
+
+// The n-th look at an entry fails, once: a page that a disk gives at the second attempt.
+class FailsOnce final : public test::CountingStore {
+ public:
+  FailsOnce(const TileStore& store, int at) : CountingStore(store), left_(at) {}
+  const TileEntry& entry(TileId tile) const override {
+    if (left_.fetch_sub(1) == 1) throw IoError("directory.bin", "an injected fault");
+    return CountingStore::entry(tile);
+  }
+
+ private:
+  mutable std::atomic<int> left_;
+};
+
+TEST(Directory, AFailureWhileAPageIsEnteredLeavesNothingBehind) {
+  const TileStore& store = manyTiles();
+  const Vector3d h_W(10, -20, 30);
+  const std::vector<Directory::Hit> expected = Directory(store).within(h_W, 1e4);
+  const auto few = storeOf(test::randomColumn(3, 5, 300, 200), 64);
+  ASSERT_LE(few->tile_count(), 64u);
+  const std::vector<Directory::Hit> expected_of_few = Directory(*few).within(h_W, 1e4);
+  const auto pairs = [](const std::vector<Directory::Hit>& hits) {
+    std::vector<std::pair<TileId, double>> all;
+    for (const Directory::Hit& hit : hits) all.emplace_back(hit.tile, hit.squared_distance);
+    return all;
+  };
+  // In a scan; in what the memory store says of its pages; within the first and second page that are entered.
+  const int pages = static_cast<int>(store.tile_count());
+  for (const auto& [set, at, want] :
+       {std::tuple{few.get(), 5, &expected_of_few}, std::tuple{const_cast<TileStore*>(&store), 100, &expected},
+        std::tuple{const_cast<TileStore*>(&store), pages + 100, &expected},
+        std::tuple{const_cast<TileStore*>(&store), pages + 9000, &expected}}) {
+    SCOPED_TRACE(at);
+    const FailsOnce faulty(*set, at);
+    const Directory directory(faulty);
+    EXPECT_THROW(directory.within(h_W, 1e4), IoError);
+    EXPECT_EQ(pairs(directory.within(h_W, 1e4)), pairs(*want));
+    Directory::Walk walk = directory.walk(h_W);
+    for (const Directory::Hit& hit : *want) {
+      const auto next = walk.next();
+      ASSERT_TRUE(next);
+      EXPECT_EQ(next->tile, hit.tile);
+    }
+  }
 }
 
 TEST(Directory, ServesManyThreadsFromTheFirstQueryOn) {

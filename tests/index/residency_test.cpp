@@ -14,7 +14,11 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <future>
 #include <limits>
+#include <mutex>
 #include <random>
 #include <set>
 #include <thread>
@@ -831,6 +835,90 @@ TEST_F(ResidencyTest, ADirectoryThatCannotBeReadIsReportedAndTriedAgain) {
   store.lost = false;
   EXPECT_TRUE(wait([&] { return reader.tiles().find(3) != nullptr; }));
   EXPECT_TRUE(wait([&] { return residency.failures().empty(); }));
+}
+
+// Reads wait until they are answered.
+class SilentDisk {
+ public:
+  void wait() {
+    std::unique_lock lock(mutex_);
+    const int mine = answers_;
+    ++waiting_;
+    changed_.notify_all();
+    changed_.wait(lock, [&] { return answers_ != mine || healed_; });
+  }
+  bool isWaitedFor() {
+    std::unique_lock lock(mutex_);
+    return changed_.wait_for(lock, std::chrono::seconds(60), [&] { return waiting_ > 0; });
+  }
+  void answer(bool for_ever = false) {  // those that wait
+    const std::lock_guard lock(mutex_);
+    ++answers_;
+    waiting_ = 0;
+    healed_ |= for_ever;
+    changed_.notify_all();
+  }
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  int waiting_ = 0, answers_ = 0;
+  bool healed_ = false;
+};
+
+TEST_F(ResidencyTest, NobodyElseWaitsWhileTheDiskIsSilent) {
+  const test::TempFolder folder;
+  {
+    CellList cells(test::randomColumn(5, 10, 500, 300));
+    ingest(cells, folder / "a.fil", {.capacity = 64});
+  }
+  for (const PrefetchPolicy policy : {PrefetchPolicy::distance, PrefetchPolicy::structure})
+    for (const unsigned threads : {1u, 2u}) {
+      SilentDisk disk;
+      auto source = std::make_unique<FaultySource>(
+          openFolder(folder / "a.fil"),
+          FaultPlan{.delay = FaultPlan::Delay::constant, .delay_s = 1, .wait = [&](double) { disk.wait(); }});
+      FaultySource& faults = *source;
+      const auto set = TileSet::open(std::move(source));
+      ASSERT_GT(set->tile_count(), 64u);
+      ResidencyOptions how = options(UINT64_MAX, policy);
+      how.io_threads = threads;
+      Residency residency(*set, how);
+      TileReader& reader = residency.addReader("hand");
+      faults.arm();
+      residency.start();
+      ReaderFocus focus;
+      focus.active_tile = 3;
+      focus.active_node = {2, 0};
+      focus.radius_um = 50;
+      reader.publishFocus(focus);
+      // The first reads are of the cell's list (structure) and the directory; then tiles come.
+      for (int step = 0; step < 3; ++step) {
+        SCOPED_TRACE(step);
+        const bool waited_for = disk.isWaitedFor();
+        EXPECT_TRUE(waited_for);
+        auto asked = std::async(std::launch::async, [&] {
+          const HoldId hold = residency.hold(std::vector<TileId>{1}, HoldKind::cell);
+          residency.isHeld(hold);
+          residency.release(hold);
+          return residency.counters().reads + residency.failures().size() +
+                 (residency.state(3) == TileState::resident ? 1 : 0);
+        });
+        const bool answered = asked.wait_for(std::chrono::seconds(30)) == std::future_status::ready;
+        EXPECT_TRUE(answered) << "the lock is held during a read";
+        disk.answer(!answered || !waited_for);
+        asked.get();
+        if (!answered || !waited_for) break;
+      }
+      disk.answer(true);
+      for (int i = 0; i < 20000 && reader.tiles().find(3) == nullptr; ++i) {
+        reader.apply(8);
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      }
+      EXPECT_NE(reader.tiles().find(3), nullptr);
+      residency.stop();
+      EXPECT_TRUE(residency.failures().empty());
+    }
 }
 
 class ThreadedResidency : public ResidencyTest, public testing::WithParamInterface<unsigned> {};

@@ -72,17 +72,19 @@ class PagedSet : public ::testing::Test {
   // The folder, counting what is read of the directory.
   class Metered final : public TileSource {
    public:
-    Metered(const std::string& path, std::uint64_t& bytes) : source_(openFolder(path)), bytes_(bytes) {}
+    Metered(const std::string& path, std::uint64_t& bytes, std::string file = "directory.bin")
+        : source_(openFolder(path)), bytes_(bytes), file_(std::move(file)) {}
     std::uint64_t size(const std::string& name) const override { return source_->size(name); }
     std::string describe(const std::string& name) const override { return source_->describe(name); }
     void read(const std::string& name, std::uint64_t offset, std::span<std::uint8_t> bytes) const override {
-      if (name.ends_with("directory.bin")) bytes_ += bytes.size();
+      if (name.ends_with(file_)) bytes_ += bytes.size();
       source_->read(name, offset, bytes);
     }
 
    private:
     std::unique_ptr<TileSource> source_;
     std::uint64_t& bytes_;
+    std::string file_;
   };
   static std::string directoryFile() {
     const std::string current = test::readBytes(path_ + "/CURRENT");
@@ -115,6 +117,28 @@ TEST_F(PagedSet, ReadsAPageOfTheDirectoryWhenItIsNeeded) {
   EXPECT_EQ(fresh->home(first), 0u);
   EXPECT_EQ(fresh->leaves().home(first), 0u);
   EXPECT_THROW(fresh->entry(fresh->tile_count()), std::out_of_range);
+}
+
+TEST_F(PagedSet, TheDetailOfACellTakesItsRecordAlone) {
+  std::uint64_t bytes = 0;
+  const auto set = TileSet::open(std::make_unique<Metered>(path_, bytes, "cells.bin"));
+  const auto whole = TileSet::open(path_);
+  for (std::uint32_t cell = 0; cell < set->cell_count(); cell += 13) {
+    whole->cell(cell);  // reads the table
+    const CellDetail one = set->loadCellDetail(cell), other = whole->loadCellDetail(cell);
+    EXPECT_EQ(one.tiles, other.tiles);
+    EXPECT_EQ(one.sample_ids, other.sample_ids);
+  }
+  bytes = 0;
+  set->loadCellDetail(7);
+  const std::uint64_t alone = bytes;
+  bytes = 0;
+  set->cell(7);
+  EXPECT_GT(bytes, 128u * set->cell_count());
+  bytes = 0;
+  set->loadCellDetail(7);
+  EXPECT_EQ(alone, bytes + 128);
+  EXPECT_THROW(TileSet::open(path_)->loadCellDetail(set->cell_count()), std::out_of_range);
 }
 
 TEST_F(PagedSet, ALoadedTileKnowsTheHomesOfItsNodes) {
