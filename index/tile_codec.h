@@ -10,8 +10,8 @@
 
 namespace filiform {
 
-// The bytes depend on the tile's segments only. Throws InputError when a segment's rank is not that of its child, which
-// format version 1 cannot say, or when a position lies outside the grid. O(segments).
+// The bytes depend on the tile's segments only: forests, and graphs with loops, where a segment's rank is that of its
+// link. Throws InputError when a position lies outside the grid. O(segments).
 std::vector<std::uint8_t> encodeTile(const Tile& tile);
 std::vector<std::uint8_t> encodeAppearance(const TileAppearance& appearance);
 
