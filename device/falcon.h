@@ -2,7 +2,7 @@
 //
 //   Falcon falcon(systemUsb(), {.firmware = "falcon.bin"});
 //   falcon.open();      // probes, loads the firmware if there is none: 0.1 s, or 3 s
-//   state = falcon.exchange(wrench);  // homing until the grip was pulled out and pushed in, then ready
+//   const DeviceState state = falcon.exchange(wrench);  // homing; ready once the grip was pulled out and pushed in
 //
 // The firmware is Novint's and not for others to give away: the device's owner has it with the driver or the SDK that
 // came with the device, as a .bin file of 7 to 9 kB. Lamps: red while it waits for homing, green when ready, none when

@@ -93,8 +93,12 @@ inline constexpr std::size_t kFalconFirmwareLeast = 4096, kFalconFirmwareMost = 
 //   FalconLoader loader(image);
 //   for (;;) {
 //     const FalconLoader::Step& step = loader.next(time_s);
-//     request -> send step.request;  write -> send step.bytes;  read -> wait for bytes until step.until_s at most, and
-//     give them to received();  reopen -> close and open the device;  loaded, failed -> over
+//     using Action = FalconLoader::Action;
+//     if (step.action == Action::loaded || step.action == Action::failed) break;
+//     if (step.action == Action::request) send(step.request);
+//     if (step.action == Action::write) write(step.bytes);
+//     if (step.action == Action::read) loader.received(readUntil(step.until_s));
+//     if (step.action == Action::reopen) reopen();
 //   }
 //
 // The device greets, then echoes each byte of the image; a wrong echo, or none in time, ends the attempt, and the next

@@ -1,9 +1,16 @@
 // Real traffic over USB into a file, and that file in the place of the device: what a driver met once can be met again,
 // without the hardware. device/PROTOCOL.md has the file's bytes.
 //
-//   std::ofstream file("falcon.usb", std::ios::binary);   UsbReplay replay("falcon.usb");
-//   UsbRecorder recorder(systemUsb(), file);              Falcon falcon(replay); ...
-//   Falcon falcon(recorder); ... ; recorder.finish();
+//   std::ofstream file("falcon.usb", std::ios::binary);
+//   UsbRecorder recorder(systemUsb(), file);
+//   {
+//     Falcon falcon(recorder);
+//     falcon.open();
+//   }
+//   recorder.finish();
+//
+//   UsbReplay replay("falcon.usb");
+//   Falcon falcon(replay);
 #pragma once
 
 #include "device/usb_transport.h"

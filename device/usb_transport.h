@@ -1,12 +1,13 @@
 // The narrow seam between drivers and USB: what is plugged in, an opened device, and transfers that own their buffers.
 //
-//   for (const UsbDeviceInfo& info : systemUsb().devices()) ...
+//   for (const UsbDeviceInfo& info : systemUsb().devices()) std::cout << std::hex << info.vendor << '\n';
+//   const UsbDeviceInfo info = systemUsb().devices().at(0);
 //   std::unique_ptr<UsbConnection> usb = systemUsb().open(info);      // UsbError by cause
 //   usb->claim(0);
 //   std::unique_ptr<UsbTransfer> in = usb->makeTransfer(0x81, 64);
 //   in->submit(64);
 //   usb->handleEvents(0.002);                                         // on the caller's own thread
-//   if (in->status() == UsbStatus::done) use(in->data());
+//   if (in->status() == UsbStatus::done) std::cout << in->data().size() << '\n';
 //
 // Transports: systemUsb() (libusb), UsbRecorder and UsbReplay (usb_recording.h), a scripted one in tests/support. Times
 // are seconds of the transport's clock, which may be virtual: drivers take the time from here only. Thread rule: a

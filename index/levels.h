@@ -4,7 +4,9 @@
 //   const auto levels = Levels::open(*set);
 //   const LevelChoice choice = levels->choose(view, 2'000'000);
 //   for (const LevelPart& part : choice.parts)
-//     part.level ? levels->load(part.tile) : set->load(part.tile);  // of the latter, draw what it owns
+//     const auto tile = part.level ? levels->load(part.tile) : set->load(part.tile);
+//
+// Of a tile of the set, draw what it owns.
 #pragma once
 
 #include "index/tile_set.h"

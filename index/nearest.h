@@ -1,9 +1,9 @@
 // The nearest segments of a tile set to a point: exact, within a stated error, or from what is in memory.
 //
-//   TileSet set("column.fil");
-//   Nearest nearest(set);
+//   const auto set = TileSet::open("column.fil");
+//   const Nearest nearest(*set);
 //   for (const NearestResult& r : nearest.find(Vector3d(120, -40, 800), {.k = 3}))
-//     std::cout << set.cell(r.segment.cell).name << " at " << r.distance_um << " um\n";
+//     std::cout << set->cell(r.segment.cell).name << " at " << r.distance_um << " um\n";
 //
 // Exact means: of the gridded data, in double, every distance by closestPoint(), ties to the lowest (cell, segment); so
 // answers depend neither on the tiling, nor on the engine, nor on what is in memory. As few tiles are read as the

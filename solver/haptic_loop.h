@@ -1,7 +1,12 @@
 // The thread that never waits for anything but the clock or the device: exchange, tick, exchange, tick.
 //
-//   HapticLoop loop(device, [&](const DeviceState& state, double dt_s) { return navigation.tick(state, dt_s).wrench; },
-//   options); loop.start();  ...  loop.stop();  loop.metrics().writeCsv(out);
+//   HapticLoop loop(device, [&](const DeviceState& state, double dt_s) {
+//     return navigation.tick(state, dt_s).wrench;
+//   });
+//   loop.start();
+//   std::this_thread::sleep_for(std::chrono::seconds(10));
+//   loop.stop();
+//   loop.metrics().writeCsv(out);
 //
 // Whatever ends the loop (stop(), a fault of the device, an exception in the tick, destruction), the last thing that
 // the device is sent is zero force. While it runs, a force is never older than stall_s: a second thread, the guard,

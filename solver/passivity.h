@@ -18,7 +18,7 @@
 // stiffen by F^2 / energy_J and vibrate by itself; so it is weaker on the way back than on the way out, and dissipates.
 //
 // Invariant, with the controller on and forces of at most F: at every tick
-//   E >= -energy_J - (delay + 1) F s,   s the longest step of the hand in a tick;
+//   E >= -energy_J - (delay + 1) F s,   s the longest step of the hand in a tick,
 // so over any time t without a start the hand is given at most what the spring held at its begin, plus energy_J +
 // power_W t + (delay + 1) F s. It asks nothing of the hand, the proxy or the regularity of ticks; it asks that `delay`
 // is the device's, that positions are true, and that the device renders what it is sent.

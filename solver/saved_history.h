@@ -1,7 +1,7 @@
 // A person's history of jumps and bookmarks of one set, kept beside the user's settings:
 //
 //   SavedHistory saved(*set, SavedHistory::pathFor("column.fil"));
-//   if (!saved.warning().empty()) ...        // one line for the person
+//   if (!saved.warning().empty()) std::cerr << saved.warning() << '\n';  // one line for the person
 //   saved.history().setBookmark("soma", place);
 //   saved.save();
 //

@@ -2,7 +2,7 @@
 // next.
 //
 //   Tour tour(store, seed);
-//   for (...) { const Route route = tour.next(); ... }
+//   const Route first = tour.next(), second = tour.next();
 //
 // The routes follow from the set and the seed alone. Only the cells that are visited are read. Thread rule:
 // thread-compatible; not for the haptic thread.

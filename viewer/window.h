@@ -2,9 +2,11 @@
 //
 //   Window window("filiform", {1280, 800});
 //   while (window.isOpen()) {
-//     for (const InputEvent& event : window.poll()) ...
-//     draw; renderer.present(window.size());
-//     window.beginPanels(); ... window.endPanels();
+//     for (const InputEvent& event : window.poll(0)) handle(event);
+//     renderer.draw(views, options);
+//     renderer.present(window.size());
+//     window.beginPanels();
+//     window.endPanels();
 //     window.show();
 //   }
 //

@@ -1,7 +1,8 @@
 // Work that may read the disk, done beside the frames: one thread, in the order asked.
 //
-//   worker.ask([&] { const auto place = finder.nearest(p_W); return [&, place] { go(place); }; });
-//   worker.serve();  // once a frame: runs what the finished works returned
+//   Worker worker;
+//   worker.ask([&] { return [&go, place = nearest.find(p_W)] { go(place); }; });
+//   worker.serve(showError);  // once a frame: runs what the finished works returned
 //
 // Thread rule: one owner, to which all members belong; the works run on the worker's thread, what they return on the
 // owner's.

@@ -1,0 +1,313 @@
+// The examples in the comments of public headers, each compiled here as it stands there.
+//
+// An example is a run of comment lines indented by three blanks or more whose first line ends in `;`, `{` or within
+// parentheses. The test reads every public header and looks for each of its examples in this file, line by line without
+// the indentation, below a line that names the header. What an example takes for granted is declared before it.
+#include "device/falcon.h"
+#include "device/falcon_protocol.h"
+#include "device/usb_recording.h"
+#include "device/usb_transport.h"
+#include "index/faulty_source.h"
+#include "index/ingest.h"
+#include "index/input.h"
+#include "index/levels.h"
+#include "index/nearest.h"
+#include "index/placements.h"
+#include "index/swc.h"
+#include "index/tile_set.h"
+#include "solver/haptic_loop.h"
+#include "solver/navigation.h"
+#include "solver/saved_history.h"
+#include "solver/tour.h"
+#include "tests/support/temp_folder.h"
+#include "viewer/renderer.h"
+#include "viewer/scene_view.h"
+#include "viewer/session.h"
+#include "viewer/window.h"
+#include "viewer/worker.h"
+
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <iostream>
+#include <span>
+#include <sstream>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace filiform {
+namespace {
+
+// Examples are compiled, not run: they open devices, windows and files. Their lines are broken as in the headers.
+// clang-format off
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wunused-function"
+#pragma GCC diagnostic ignored "-Wunused-variable"
+#pragma GCC diagnostic ignored "-Wunused-but-set-variable"
+#pragma GCC diagnostic ignored "-Wshadow"
+
+void falcon(const Wrench& wrench) {
+  // device/falcon.h
+  Falcon falcon(systemUsb(), {.firmware = "falcon.bin"});
+  falcon.open();      // probes, loads the firmware if there is none: 0.1 s, or 3 s
+  const DeviceState state = falcon.exchange(wrench);  // homing; ready once the grip was pulled out and pushed in
+}
+
+void falconLoader(std::span<const std::uint8_t> image, double time_s, void send(const FtdiRequest&),
+                  void write(std::span<const std::uint8_t>), std::span<const std::uint8_t> readUntil(double until_s),
+                  void reopen()) {
+  // device/falcon_protocol.h
+  FalconLoader loader(image);
+  for (;;) {
+    const FalconLoader::Step& step = loader.next(time_s);
+    using Action = FalconLoader::Action;
+    if (step.action == Action::loaded || step.action == Action::failed) break;
+    if (step.action == Action::request) send(step.request);
+    if (step.action == Action::write) write(step.bytes);
+    if (step.action == Action::read) loader.received(readUntil(step.until_s));
+    if (step.action == Action::reopen) reopen();
+  }
+}
+
+void usbRecorder() {
+  // device/usb_recording.h
+  UsbRecorder recorder(systemUsb(), "falcon.usb");
+  {
+    Falcon falcon(recorder);
+    falcon.open();
+  }
+  recorder.finish();
+}
+
+void usbReplay() {
+  // device/usb_recording.h
+  UsbReplay replay("falcon.usb");
+  Falcon falcon(replay);
+}
+
+void usbTransport() {
+  // device/usb_transport.h
+  for (const UsbDeviceInfo& info : systemUsb().devices()) std::cout << std::hex << info.vendor << '\n';
+  const UsbDeviceInfo info = systemUsb().devices().at(0);
+  std::unique_ptr<UsbConnection> usb = systemUsb().open(info);      // UsbError by cause
+  usb->claim(0);
+  std::unique_ptr<UsbTransfer> in = usb->makeTransfer(0x81, 64);
+  in->submit(64);
+  usb->handleEvents(0.002);                                         // on the caller's own thread
+  if (in->status() == UsbStatus::done) std::cout << in->data().size() << '\n';
+}
+
+void faultySource(const std::string& path) {
+  // index/faulty_source.h
+  auto source = std::make_unique<FaultySource>(openFolder(path), FaultPlan{.delay = FaultPlan::Delay::constant,
+                                                                          .delay_s = 0.02});
+  FaultySource& faults = *source;
+  const auto set = TileSet::open(std::move(source));
+  faults.arm();  // from now on
+}
+
+void input() {
+  // index/input.h
+  Input input({"column.zip", "more/"});
+  for (Cell cell; input.next(cell);) std::cout << cell.source << '\n';
+  writeCheckTable(std::cout, input.reports());
+}
+
+void levels(const std::unique_ptr<TileSet>& set, const LevelView& view) {
+  // index/levels.h
+  const auto levels = Levels::open(*set);
+  const LevelChoice choice = levels->choose(view, 2'000'000);
+  for (const LevelPart& part : choice.parts)
+    const auto tile = part.level ? levels->load(part.tile) : set->load(part.tile);
+}
+
+void nearest() {
+  // index/nearest.h
+  const auto set = TileSet::open("column.fil");
+  const Nearest nearest(*set);
+  for (const NearestResult& r : nearest.find(Vector3d(120, -40, 800), {.k = 3}))
+    std::cout << set->cell(r.segment.cell).name << " at " << r.distance_um << " um\n";
+}
+
+void placements() {
+  // index/placements.h
+  Input library({"lib.zip"});
+  PlacedCells cells(library, PlacementTable::read("column.tsv"));
+  ingest(cells, "column.fil");
+}
+
+void swc(std::string_view text) {
+  // index/swc.h
+  Cell cell;
+  const InputReport report = readSwc(text, "cell.swc", {}, cell);
+}
+
+void tileSet() {
+  // index/tile_set.h
+  const auto set = TileSet::open("column.fil");
+  const std::shared_ptr<const Tile> tile = set->load(0);
+}
+
+void hapticLoop(HapticDevice& device, Navigation& navigation, std::ostream& out) {
+  // solver/haptic_loop.h
+  HapticLoop loop(device, [&](const DeviceState& state, double dt_s) {
+    return navigation.tick(state, dt_s).wrench;
+  });
+  loop.start();
+  std::this_thread::sleep_for(std::chrono::seconds(10));
+  loop.stop();
+  loop.metrics().writeCsv(out);
+}
+
+void navigate(const GraphView& graph, SolverMethod method, const SolverParameters& parameters,
+              const NavigationOptions& options, const NavigationCommand& jump_command, const Eigen::Vector3d& h_D,
+              const DeviceState& state, double dt_s) {
+  // solver/navigation.h
+  Navigation navigation(graph, makeProxySolver(method, parameters), options);
+  navigation.apply(jump_command, h_D);                        // between ticks
+  const NavigationTick& tick = navigation.tick(state, dt_s);  // tick.wrench goes to the next exchange
+}
+
+void savedHistory(const std::unique_ptr<TileSet>& set, const ProxyPlace& place) {
+  // solver/saved_history.h
+  SavedHistory saved(*set, SavedHistory::pathFor("column.fil"));
+  if (!saved.warning().empty()) std::cerr << saved.warning() << '\n';  // one line for the person
+  saved.history().setBookmark("soma", place);
+  saved.save();
+}
+
+void tour(const TileStore& store, std::uint64_t seed) {
+  // solver/tour.h
+  Tour tour(store, seed);
+  const Route first = tour.next(), second = tour.next();
+}
+
+void render(const Tile& tile, const TileAppearance& appearance, const Camera& camera, double aspect) {
+  // viewer/renderer.h
+  const auto context = makeOffscreenContext();
+  Renderer renderer(*context);
+  renderer.put(1, makeBatch(tile, appearance));
+  renderer.draw(stereoViews(camera, aspect, 0), {.size = {1280, 800}});
+  const Picture picture = renderer.read();
+}
+
+void sceneView(const std::unique_ptr<TileSet>& set, const std::unique_ptr<Levels>& levels, Renderer& renderer,
+               const Camera& camera, const Workspace& workspace, double now_s, const PictureSize& window) {
+  // viewer/scene_view.h
+  SceneView scene(*set, levels.get(), renderer);
+  for (;;) {
+    const SceneFigures figures = scene.draw({.camera = camera, .workspace = &workspace, .time_s = now_s});
+    renderer.present(window);
+  }
+}
+
+void session(const std::unique_ptr<TileSet>& set, const ProxyPlace& place, const Vector3d& target_D) {
+  // viewer/session.h
+  Session session(*set, {.device = "mouse"});
+  session.start();
+  session.jump(place);
+  for (;;) {
+    const NavigationSnapshot& now = session.update();   // never waits
+    session.point(Pointing::at(target_D));              // where the mouse pulls to
+  }
+}
+
+void window(Renderer& renderer, const std::array<EyeView, 2>& views, const RenderOptions& options,
+            void handle(const InputEvent&)) {
+  // viewer/window.h
+  Window window("filiform", {1280, 800});
+  while (window.isOpen()) {
+    for (const InputEvent& event : window.poll(0)) handle(event);
+    renderer.draw(views, options);
+    renderer.present(window.size());
+    window.beginPanels();
+    window.endPanels();
+    window.show();
+  }
+}
+
+void worker(const Nearest& nearest, const Vector3d& p_W,
+            const std::function<void(const std::vector<NearestResult>&)>& go,
+            const std::function<void(const std::string&)>& showError) {
+  // viewer/worker.h
+  Worker worker;
+  worker.ask([&] { return [&go, place = nearest.find(p_W)] { go(place); }; });
+  worker.serve(showError);  // once a frame: runs what the finished works returned
+}
+
+#pragma GCC diagnostic pop
+// clang-format on
+
+std::string stripped(const std::string& line) {
+  const std::size_t begin = line.find_first_not_of(' ');
+  return begin == std::string::npos ? "" : line.substr(begin, line.find_last_not_of(' ') + 1 - begin);
+}
+
+std::vector<std::string> linesOf(const std::string& path) {
+  std::vector<std::string> lines;
+  std::istringstream text(test::readBytes(path));
+  for (std::string line; std::getline(text, line);) lines.push_back(stripped(line));
+  return lines;
+}
+
+bool isCode(const std::string& line) {
+  const std::string code = stripped(line.substr(0, line.find("//")));
+  return code.ends_with(';') || code.ends_with('{') ||
+         std::count(code.begin(), code.end(), '(') > std::count(code.begin(), code.end(), ')');
+}
+
+std::vector<std::vector<std::string>> examplesOf(const std::string& header) {
+  std::vector<std::vector<std::string>> examples;
+  enum class Within { nothing, example, prose } within = Within::nothing;
+  for (const std::string& line : linesOf(header)) {
+    if (!line.starts_with("//   ")) {
+      within = Within::nothing;
+      continue;
+    }
+    const std::string text = stripped(line.substr(2));
+    if (within == Within::nothing) {
+      within = isCode(text) ? Within::example : Within::prose;
+      if (within == Within::example) examples.emplace_back();
+    }
+    if (within == Within::example) examples.back().push_back(text);
+  }
+  return examples;
+}
+
+TEST(HeaderExamples, AllAreCompiledHereAsTheyStandThere) {
+  const std::vector<std::string> here =
+      linesOf(std::string(FILIFORM_SOURCE) + "/tests/viewer/header_examples_test.cpp");
+  std::size_t count = 0;
+  for (const char* room : {"index", "device", "solver", "viewer"})
+    for (const auto& entry : std::filesystem::directory_iterator(std::string(FILIFORM_SOURCE) + "/" + room)) {
+      if (entry.path().extension() != ".h") continue;
+      const std::string header = std::string(room) + "/" + entry.path().filename().string();
+      for (std::vector<std::string> example : examplesOf(entry.path().string())) {
+        ++count;
+        std::string text;
+        for (const std::string& line : example) text += "  " + line + "\n";
+        example.insert(example.begin(), "// " + header);
+        EXPECT_NE(std::search(here.begin(), here.end(), example.begin(), example.end()), here.end())
+            << header << " has an example that is not compiled here:\n"
+            << text;
+      }
+    }
+  EXPECT_EQ(count, 21u) << "examples; a new one goes into this file";
+}
+
+TEST(HeaderExamples, AnExampleIsTold) {
+  const test::TempFolder folder;
+  test::writeBytes(
+      folder / "a.h",
+      "// Says.\n//\n//   Thing thing;  // makes it\n//     thing.go();\n//\n// And:\n//   words, and\n//   more\n"
+      "//\n//   f = K (p - h)\n#pragma once\n");
+  EXPECT_EQ(examplesOf(folder / "a.h"),
+            (std::vector<std::vector<std::string>>{{"Thing thing;  // makes it", "thing.go();"}}));
+}
+
+}  // namespace
+}  // namespace filiform
