@@ -83,7 +83,7 @@ using TextRow = std::array<std::string, kColumns>;
 const TextRow kTitles{"id",    "name",       "samples", "segments", "isolated", "roots",
                       "loops", "length, um", "x, um",   "y, um",    "z, um"};
 
-TextRow textOf(const CellRow& row) {
+TextRow cellTextOf(const CellRow& row) {
   const auto tenths = [](double value) {
     std::array<char, 48> text{};
     std::snprintf(text.data(), text.size(), "%.1f", value);
@@ -164,9 +164,9 @@ int runCells(const CellsArguments& a) {
   } else {
     Widths widths{};
     widen(widths, kTitles);
-    each([&](const CellRow& row) { widen(widths, textOf(row)); });
+    each([&](const CellRow& row) { widen(widths, cellTextOf(row)); });
     writeText(kTitles, "source", widths);
-    each([&](const CellRow& row) { writeText(textOf(row), escaped(row.cell->source), widths); });
+    each([&](const CellRow& row) { writeText(cellTextOf(row), escaped(row.cell->source), widths); });
   }
   if (!measured)
     std::cerr << "filiform: note: no lengths: they take reading " << formatCount(lengths.tiles())

@@ -21,12 +21,12 @@ struct Unit {
   double times = 1, over = 1;
 };
 
-constexpr std::array<std::pair<std::string_view, Unit>, 5> kUnits{
+constexpr std::array<std::pair<std::string_view, Unit>, 5> kLengthUnits{
     {{"um", {1, 1}}, {"\u00B5m", {1, 1}}, {"\u03BCm", {1, 1}}, {"nm", {1, 1000}}, {"mm", {1000, 1}}}};
 
 // Takes a unit off the end of the text, and the blanks before it.
 std::optional<Unit> takeUnit(std::string_view& text) {
-  for (const auto& [name, unit] : kUnits) {
+  for (const auto& [name, unit] : kLengthUnits) {
     if (!text.ends_with(name)) continue;
     text.remove_suffix(name.size());
     while (text.ends_with(' ')) text.remove_suffix(1);

@@ -181,14 +181,23 @@ std::vector<std::string> outputsOf(const std::vector<std::string>& arguments) {
   return outputs;
 }
 
-// What a command's standard output has in it, unless --json, --tsv and the like say otherwise.
-const std::map<std::string, std::string>& expectedText() {
-  static const std::map<std::string, std::string> kText{
-      {"synth", " of SWC in "}, {"check", " inputs: "},    {"ingest", " tiles, "},     {"info", "  segments   "},
-      {"cells", "length"},      {"verify", ": sound: "},   {"nearest", "query\trank"}, {"export", " samples of "},
-      {"navigate", "route "},   {"devices", "sim:medium"}, {"render", "drawn by "},    {"evaluate", "|---|"},
-      {"bench", "|---|"}};
-  return kText;
+using ByCommand = std::map<std::string, std::string>;
+
+// The first field of --json, and the first column of --tsv.
+const ByCommand kFirstFields{{"check", "verdict"},    {"info", "cells"},      {"cells", "id"},     {"nearest", "query"},
+                             {"navigate", "outcome"}, {"devices", "devices"}, {"render", "width"}, {"bench", "format"}};
+const ByCommand kFirstColumns{{"check", "file"}, {"cells", "id"}, {"nearest", "query"}};
+// What is in the text for people.
+const ByCommand kTexts{{"synth", " of SWC in "},   {"check", " inputs: "},     {"ingest", " tiles, "},
+                       {"info", "  segments   "},  {"cells", "length"},        {"verify", ": sound: "},
+                       {"nearest", "query\trank"}, {"export", " samples of "}, {"navigate", "route "},
+                       {"devices", "sim:medium"},  {"render", "drawn by "},    {"evaluate", "|---|"},
+                       {"bench", "|---|"}};
+
+std::string expectedOf(const ByCommand& expected, const std::string& name) {
+  const auto found = expected.find(name);
+  EXPECT_NE(found, expected.end()) << "say in this file what '" << name << "' prints";
+  return found == expected.end() ? "" : found->second;
 }
 
 void lookAt(const std::vector<std::string>& arguments, const Outcome& outcome, const std::string& folder) {
@@ -201,10 +210,12 @@ void lookAt(const std::vector<std::string>& arguments, const Outcome& outcome, c
     EXPECT_TRUE(outcome.oneLineOnStderr()) << outcome.err;
     return;
   }
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.out << outcome.err;
+  // A small run on a busy machine may miss a promise.
+  const bool missed_promise = name == "bench" && has("--strict") && outcome.exit_code == 5;
+  ASSERT_TRUE(outcome.exit_code == 0 || missed_promise) << outcome.exit_code << outcome.out << outcome.err;
   std::istringstream errors(outcome.err);
   for (std::string line; std::getline(errors, line);)
-    EXPECT_TRUE(!line.starts_with("filiform: ") || line.starts_with("filiform: note: ")) << line;
+    EXPECT_TRUE(missed_promise || !line.starts_with("filiform: ") || line.starts_with("filiform: note: ")) << line;
   for (const std::string& output : outputsOf(arguments)) EXPECT_TRUE(looksRight(fs::path(folder) / output));
   if (name == "view") {
     EXPECT_EQ(outcome.out.starts_with("| input | does |"), has("--keys")) << outcome.out;
@@ -213,15 +224,15 @@ void lookAt(const std::vector<std::string>& arguments, const Outcome& outcome, c
   if (has("--help") || has("--version")) {
     EXPECT_NE(outcome.out.find("filiform"), std::string::npos) << outcome.out;
   } else if (has("--json")) {
-    EXPECT_TRUE(nlohmann::json::accept(outcome.out)) << outcome.out;
+    const auto json = nlohmann::ordered_json::parse(outcome.out, nullptr, false);
+    ASSERT_FALSE(json.is_discarded() || json.empty()) << outcome.out;
+    EXPECT_EQ((json.is_array() ? json[0] : json).begin().key(), expectedOf(kFirstFields, name));
   } else if (has("--tsv")) {
-    EXPECT_NE(outcome.out.substr(0, outcome.out.find('\n')).find('\t'), std::string::npos) << outcome.out;
+    EXPECT_EQ(outcome.out.substr(0, outcome.out.find('\t')), expectedOf(kFirstColumns, name));
   } else if (has("--list")) {
     EXPECT_NE(outcome.out.find("peers:"), std::string::npos) << outcome.out;
   } else {
-    const auto expected = expectedText().find(name);
-    ASSERT_NE(expected, expectedText().end()) << "say what '" << name << "' prints in expectedText()";
-    EXPECT_NE(outcome.out.find(expected->second), std::string::npos) << outcome.out;
+    EXPECT_NE(outcome.out.find(expectedOf(kTexts, name)), std::string::npos) << outcome.out;
   }
 }
 

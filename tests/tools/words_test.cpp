@@ -19,7 +19,7 @@ namespace {
 using test::Outcome;
 using test::runFiliform;
 
-std::vector<std::string> near(const std::string& wanted, const std::vector<std::string>& names) {
+std::vector<std::string> nearTo(const std::string& wanted, const std::vector<std::string>& names) {
   tools::NearNames near_names(wanted);
   for (const std::string& name : names) near_names.offer(name);
   return near_names.names();
@@ -28,14 +28,14 @@ std::vector<std::string> near(const std::string& wanted, const std::vector<std::
 TEST(NearNames, PutsTheNearestFirst) {
   using Names = std::vector<std::string>;
   const Names commands{"check", "ingest", "info", "nearest", "navigate", "view"};
-  EXPECT_EQ(near("nearst", commands), Names{"nearest"});
-  EXPECT_EQ(near("naerest", commands), Names{"nearest"}) << "a swap is one edit";
-  EXPECT_EQ(near("in", commands), (Names{"info", "ingest"}));
-  EXPECT_EQ(near("INFO", commands), Names{"info"});
-  EXPECT_EQ(near("gate", commands), Names{"navigate"});
-  EXPECT_EQ(near("zebra", commands), Names{});
-  EXPECT_EQ(near("x", {"xa", "axa", "b"}), (Names{"b", "xa"})) << "one letter is in too many names";
-  EXPECT_EQ(near("cell_1", {"cell_15", "cell_14", "cell_13", "cell_12"}), (Names{"cell_12", "cell_13", "cell_14"}));
+  EXPECT_EQ(nearTo("nearst", commands), Names{"nearest"});
+  EXPECT_EQ(nearTo("naerest", commands), Names{"nearest"}) << "a swap is one edit";
+  EXPECT_EQ(nearTo("in", commands), (Names{"info", "ingest"}));
+  EXPECT_EQ(nearTo("INFO", commands), Names{"info"});
+  EXPECT_EQ(nearTo("gate", commands), Names{"navigate"});
+  EXPECT_EQ(nearTo("zebra", commands), Names{});
+  EXPECT_EQ(nearTo("x", {"xa", "axa", "b"}), (Names{"b", "xa"})) << "one letter is in too many names";
+  EXPECT_EQ(nearTo("cell_1", {"cell_15", "cell_14", "cell_13", "cell_12"}), (Names{"cell_12", "cell_13", "cell_14"}));
 }
 
 TEST(NearNames, ReadAsAQuestion) {
