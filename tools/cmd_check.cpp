@@ -29,7 +29,7 @@ Json countsOf(const CodeCounts& codes) {
   return counts;
 }
 
-std::string textOf(const Json& json) { return json.dump(1, ' ', false, Json::error_handler_t::replace); }
+std::string jsonTextOf(const Json& json) { return json.dump(1, ' ', true, Json::error_handler_t::replace); }
 
 // What the TSV has no column for.
 struct CheckNotes {
@@ -55,19 +55,19 @@ void writeCheckJson(std::ostream& out, const std::vector<SourceReport>& reports,
                      {"segments", row.report.segments},
                      {"dropped", droppedColumn(row)},
                      {"codes", countsOf(row.report.codes)}});
-  out << textOf({{"verdict", std::string(name(verdict(reports)))},
-                 {"inputs", all.accepted + all.warned + all.skipped + all.refused},
-                 {"accepted", all.accepted},
-                 {"warned", all.warned},
-                 {"skipped", all.skipped},
-                 {"refused", all.refused},
-                 {"bytes", all.bytes},
-                 {"samples", all.samples},
-                 {"segments", all.segments},
-                 {"codes", countsOf(all.codes)},
-                 {"unit_doubt", notes.unit_doubt},
-                 {"soma_three_point_off", notes.soma_three_point_off},
-                 {"files", files}})
+  out << jsonTextOf({{"verdict", std::string(name(verdict(reports)))},
+                     {"inputs", all.accepted + all.warned + all.skipped + all.refused},
+                     {"accepted", all.accepted},
+                     {"warned", all.warned},
+                     {"skipped", all.skipped},
+                     {"refused", all.refused},
+                     {"bytes", all.bytes},
+                     {"samples", all.samples},
+                     {"segments", all.segments},
+                     {"codes", countsOf(all.codes)},
+                     {"unit_doubt", notes.unit_doubt},
+                     {"soma_three_point_off", notes.soma_three_point_off},
+                     {"files", files}})
       << '\n';
 }
 

@@ -344,7 +344,7 @@ int runRender(const RenderArguments& a) {
                                       {"renderer", context->description()},
                                       {"out", out},
                                       {"pictures", pictures}};
-    std::cout << json.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) << '\n';
+    std::cout << json.dump(1, ' ', true, nlohmann::json::error_handler_t::replace) << '\n';
     return 0;
   }
   people << escaped(out) << ": ";

@@ -65,7 +65,7 @@ TEST_F(CommandLine, AnyWordsGiveADocumentedCode) {
     std::vector<std::string> options;  // and what may be added to it
   };
   const std::vector<Command> commands{
-      {{"check", "cell.swc"}, {"--tsv", "--strict", "--unit", "--help"}},
+      {{"check", "cell.swc"}, {"--tsv", "--json", "--strict", "--unit", "--help"}},
       {{"ingest", "cell.swc", "-o", "new.fil"},
        {"--force", "--strict", "--levels", "--capacity", "--quantum", "--unit", "--memory", "--threads", "--report",
         "--placements", "--apply-offset"}},

@@ -14,7 +14,7 @@ namespace {
 namespace fs = std::filesystem;
 using test::Outcome;
 
-const std::string kTwoSamples = "1 1 0 0 0 5 -1\n2 3 0 6 0 1 1\n";
+const std::string kTwoSampleFile = "1 1 0 0 0 5 -1\n2 3 0 6 0 1 1\n";
 
 class Unreadable : public ::testing::Test {
  protected:
@@ -25,7 +25,7 @@ class Unreadable : public ::testing::Test {
     fs::create_directory(folder_ / "out");
     fs::permissions(folder_ / "out", fs::perms::all);
     for (const char* name : {"in/a.swc", "in/b.swc", "in/locked/c.swc", "in/open/d.swc", "in/e.zip"})
-      test::writeBytes(folder_ / name, kTwoSamples);
+      test::writeBytes(folder_ / name, kTwoSampleFile);
     for (const char* name : {"in/b.swc", "in/locked", "in/e.zip"}) fs::permissions(folder_ / name, fs::perms::none);
     if (run({"--version"}).exit_code != 0) GTEST_SKIP() << "the program cannot be run as another user (setpriv)";
   }
