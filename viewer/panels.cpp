@@ -145,12 +145,17 @@ void drawStatus(const PanelData& d, bool beside_force) {
   ImGui::End();
 }
 
-// A line at the lower rim, broken where the window ends, on a ground of its own; above the last one.
-void drawLine(ImDrawList& list, const PictureSize& size, double scale, ImU32 colour, const std::string& text,
+// Where lines are written over the picture: between these two, pixels.
+struct Lines {
+  double left, right;
+};
+
+// A line at the lower rim, broken where the room ends, on a ground of its own; above the last one.
+void drawLine(ImDrawList& list, const Lines& room, double scale, ImU32 colour, const std::string& text,
               double& bottom) {
-  const double widest = std::max(60.0, std::min(size.width - 40 * scale, 760 * scale)), rim = 4 * scale;
+  const double widest = std::max(60.0, std::min(room.right - room.left, 760 * scale)), rim = 4 * scale;
   const ImVec2 taken = ImGui::CalcTextSize(text.c_str(), nullptr, false, static_cast<float>(widest));
-  const double left = (size.width - taken.x) / 2.0, top = bottom - taken.y - 2 * rim;
+  const double left = (room.left + room.right - taken.x) / 2.0, top = bottom - taken.y - 2 * rim;
   list.AddRectFilled(vec(left - 2 * rim, top), vec(left + taken.x + 2 * rim, bottom), IM_COL32(13, 15, 20, 215),
                      static_cast<float>(rim));
   list.AddText(ImGui::GetFont(), ImGui::GetFontSize(), vec(left, top + rim), colour, text.c_str(), nullptr,
@@ -158,13 +163,13 @@ void drawLine(ImDrawList& list, const PictureSize& size, double scale, ImU32 col
   bottom = top - rim / 2;
 }
 
-void drawMessages(const PictureSize& size, double scale, const std::vector<std::string>& messages,
+void drawMessages(const PictureSize& size, double scale, const Lines& room, const std::vector<std::string>& messages,
                   const std::string& hint) {
   // Over the picture, and under what is open.
   ImDrawList& list = *ImGui::GetBackgroundDrawList();
   double bottom = size.height - 8 * scale;
-  if (!hint.empty()) drawLine(list, size, scale, kDim, hint, bottom);
-  for (std::size_t i = messages.size(); i-- > 0;) drawLine(list, size, scale, kGold, messages[i], bottom);
+  if (!hint.empty()) drawLine(list, room, scale, kDim, hint, bottom);
+  for (std::size_t i = messages.size(); i-- > 0;) drawLine(list, room, scale, kGold, messages[i], bottom);
 }
 
 // A bar of round length, at the rim where no panel lies.
@@ -277,7 +282,8 @@ void drawMap(const PanelData& d, ImDrawList& list, const Minimap& map, const ImV
   list.AddCircleFilled(place(map.x(d.proxy_W), map.y(d.proxy_W)), static_cast<float>(2.5 * d.scale), kInk);
 }
 
-std::optional<Vector3d> drawMinimap(const PanelData& d) {
+// `right`: where it ends, pixels.
+std::optional<Vector3d> drawMinimap(const PanelData& d, double& right) {
   const double side = 170 * d.scale;
   if (d.size.width < 2.5 * side || d.size.height < 3.5 * side) return std::nullopt;
   ImGui::SetNextWindowPos(vec(10 * d.scale, d.size.height - 10 * d.scale), ImGuiCond_Always, vec(0, 1));
@@ -304,6 +310,7 @@ std::optional<Vector3d> drawMinimap(const PanelData& d) {
     ImGui::SameLine();
     map("near", near, side / 2, false);
   }
+  right = ImGui::GetWindowPos().x + ImGui::GetWindowSize().x;
   ImGui::End();
   return clicked;
 }
@@ -534,16 +541,20 @@ PanelRequests drawPanels(const PanelData& d, const TilePanel& tiles, OpenPanels&
   drawHere(d);
   drawPull(d);
   drawScaleBar(d);
+  Lines room{0, d.size.width - std::min(220 * d.scale, d.size.width / 4.0) - 20 * d.scale};  // beside the scale bar
   const bool has_force = settings.show_force && d.forces_N != nullptr && d.size.width >= 420 * d.scale;
   if (d.size.width >= 240 * d.scale && d.size.height >= 200 * d.scale) drawStatus(d, has_force);
   if (has_force) drawForce(d);
   drawPicture(d, requests);
-  if (settings.show_minimap) requests.go_to_W = drawMinimap(d);
+  if (settings.show_minimap) requests.go_to_W = drawMinimap(d, room.left);
   if (settings.show_tiles) drawTiles(d, tiles);
   if (open.settings) drawSettings(d, open.settings, settings, requests);
   if (open.search) drawSearch(d, open.search, search, requests);
   if (open.help) drawHelp(d, open.help);
-  drawMessages(d.size, d.scale, d.messages, open.help ? std::string() : d.hint);
+  // In the middle of the window where that is as wide.
+  room.left = std::max(room.left, d.size.width - room.right) + 20 * d.scale;
+  if (room.right - room.left < 240 * d.scale) room = {20 * d.scale, d.size.width - 20 * d.scale};
+  drawMessages(d.size, d.scale, room, d.messages, open.help ? std::string() : d.hint);
   if (!d.tooltip.empty()) {
     ImDrawList& list = *ImGui::GetForegroundDrawList();
     const auto widest = static_cast<float>(std::max(60.0, std::min(d.size.width - 24 * d.scale, 600 * d.scale)));
@@ -559,7 +570,7 @@ PanelRequests drawPanels(const PanelData& d, const TilePanel& tiles, OpenPanels&
 
 void drawOpening(const PictureSize& size, double scale, const std::string& what, double since_s,
                  const std::vector<std::string>& messages) {
-  drawMessages(size, scale, messages, {});
+  drawMessages(size, scale, {20 * scale, size.width - 20 * scale}, messages, {});
   ImGui::SetNextWindowPos(vec(size.width / 2.0, size.height / 2.0), ImGuiCond_Always, vec(0.5, 0.5));
   ImGui::Begin("opening", nullptr, kStill);
   showFitted(what, size.width - 40 * scale, scale);

@@ -12,13 +12,16 @@
 #include "tests/support/random_cells.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/temp_folder.h"
+#include "viewer/window.h"
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
 #include <cstdlib>
 #include <fstream>
 #include <functional>
+#include <imgui.h>
 #include <mutex>
 #include <stdexcept>
 #include <thread>
@@ -211,6 +214,32 @@ TEST_F(Applications, FramesGoOnAndQuitWorksWhileAPictureIsWritten) {
     quit();
   });
   EXPECT_EQ(written_, 1);
+}
+
+// As when the window goes to a screen of another scale: letters are made anew, at once.
+TEST_F(Applications, LettersFollowTheScale) {
+  Window window("letters", {300, 200});
+  const auto heightOfLetters = [&] {
+    window.beginPanels();
+    const float height = ImGui::GetFontSize();
+    ImGui::GetForegroundDrawList()->AddText({10, 10}, IM_COL32_WHITE, "M");
+    window.endPanels();
+    return height;
+  };
+  const auto lit = [&] {
+    const Picture picture = window.read();
+    return std::count_if(picture.rgb.begin(), picture.rgb.end(), [](std::uint8_t c) { return c > 200; });
+  };
+  const double scale = window.scale();
+  const float height = heightOfLetters();
+  const auto small = lit();
+  EXPECT_GT(small, 20);
+  window.setInterfaceScale(2);
+  EXPECT_EQ(window.scale(), 2 * scale);
+  EXPECT_NEAR(heightOfLetters(), 2 * height, 1);
+  EXPECT_GT(lit(), 2 * small);  // drawn over the small one
+  window.setInterfaceScale(0);
+  EXPECT_EQ(window.scale(), 2 * scale);
 }
 
 }  // namespace

@@ -57,7 +57,7 @@ class Panels : public ::testing::Test {
   // Corners of letters, which have a texture; and how far right they reach.
   struct Written {
     int corners = 0;
-    float right = 0;
+    float left = 1e9F, right = 0;
     bool inside = true;  // of what their panel shows
   };
   Written written(const char* panel) const {
@@ -70,7 +70,8 @@ class Panels : public ::testing::Test {
         const ImDrawVert& corner = list->VtxBuffer[list->IdxBuffer[static_cast<int>(command.IdxOffset + i)]];
         if (corner.uv.x == white.x && corner.uv.y == white.y) continue;
         ++written.corners;
-        written.right = std::max(written.right, corner.pos.x);
+        written.left = std::min(written.left, corner.pos.x);
+        written.right = std::max(written.right, std::min(corner.pos.x, command.ClipRect.z));
         written.inside &= corner.pos.x <= command.ClipRect.z + 1 && corner.pos.x >= command.ClipRect.x - 1;
       }
     return written;
@@ -117,6 +118,22 @@ TEST_F(Panels, LongNamesEndBeforeTheNextPanelAndAreWholeUnderThePointer) {
   draw({1000, 700});
   EXPECT_GE(written("##Tooltip_00").corners, 400 * 6);
   EXPECT_TRUE(written("##Tooltip_00").inside);
+}
+
+TEST_F(Panels, MessagesEndBeforeTheMinimapAndTheScaleBar) {
+  data_.lo_W = Vector3d::Zero();
+  data_.hi_W = Vector3d(300, 300, 300);
+  data_.zoom_um = 100;
+  data_.um_px = 1;
+  data_.messages = {"a"};
+  draw({900, 600});
+  const auto background = [&] { return written("##Background"); };
+  const Written one = background();
+  data_.messages = {std::string("a word ") + std::string(300, 'm') + " and more words"};
+  draw({900, 600});
+  EXPECT_GT(background().corners, one.corners + 300 * 6);
+  EXPECT_GT(background().left, written("minimap").right);
+  EXPECT_GT(written("minimap").right, 150);
 }
 
 TEST_F(Panels, NamesAreShownAsTheyAreAndChosenWhole) {
