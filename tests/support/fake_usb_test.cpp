@@ -84,6 +84,19 @@ TEST_F(FakeUsbTest, CancelsAReadAndKeepsTheNextPacket) {
   EXPECT_EQ(read(), Bytes{7});
 }
 
+TEST_F(FakeUsbTest, ATransferThatTheSystemDoesNotReturnIsWaitedForAsLongAsTold) {
+  open();
+  device.fault({.kind = Kind::stuck, .at = device.transfers()});
+  ASSERT_TRUE(in->submit(64));
+  double begin_s = usb.time_s();
+  EXPECT_FALSE(in->cancel(0.02));
+  EXPECT_NEAR(usb.time_s() - begin_s, 0.02, 1e-9);
+  EXPECT_TRUE(in->pending());
+  begin_s = usb.time_s();
+  EXPECT_EQ(connection->run(*out, 4, 0.01, 0.005), UsbStatus::pending);
+  EXPECT_NEAR(usb.time_s() - begin_s, 0.015, 1e-9);
+}
+
 TEST_F(FakeUsbTest, PacketsThatFindTheQueueFullAreLostAndCounted) {
   usb.queue_packets = 3;
   FakeUsbDevice& narrow = usb.plug(fakeBulkDevice(0x1234, 0x5679, "1-3", "three packets"));
