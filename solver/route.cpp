@@ -80,7 +80,8 @@ Ends longest(const Forest& forest) {
       best_um = depth_um;
     }
   }
-  if (best.first == kNone) throw UsageError("the cell has no route: none of its segments has a length (a soma has none)");
+  if (best.first == kNone)
+    throw UsageError("the cell has no route: none of its segments has a length (a soma has none)");
   return best;
 }
 

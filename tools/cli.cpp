@@ -75,8 +75,7 @@ std::streambuf* const first_output_buffer = std::cout.rdbuf();
 void holdStandardDescriptors() {
   // Opened the wrong way round, so that using it stays an error. The lowest free number is this one.
   for (const int descriptor : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
-    if (::fcntl(descriptor, F_GETFD) < 0 &&
-        ::open("/dev/null", descriptor == STDIN_FILENO ? O_WRONLY : O_RDONLY) < 0)
+    if (::fcntl(descriptor, F_GETFD) < 0 && ::open("/dev/null", descriptor == STDIN_FILENO ? O_WRONLY : O_RDONLY) < 0)
       return;
 }
 
