@@ -10,6 +10,7 @@
 #include <map>
 #include <set>
 #include <sstream>
+#include <sys/resource.h>
 #include <sys/stat.h>
 
 #include <gtest/gtest.h>
@@ -200,6 +201,24 @@ TEST(Input, WhatTheProgressThrowsEndsTheRun) {
   Input input({folder.path()}, options);
   Cell cell;
   EXPECT_THROW(input.next(cell), IoError);
+}
+
+// Too few file descriptors are no fault of the files: nothing is refused for it.
+TEST(Input, WithoutFileDescriptorsTheRunEnds) {
+  const test::TempFolder folder;
+  put(folder, "a.swc", kTwo);
+  put(folder, "b.zip", test::buildZip({member("x.swc", kTwo)}));
+  Input input({folder.path()});
+  Cell cell;
+  struct rlimit before {};
+  ASSERT_EQ(::getrlimit(RLIMIT_NOFILE, &before), 0);
+  const struct rlimit none { 0, before.rlim_max };
+  ASSERT_EQ(::setrlimit(RLIMIT_NOFILE, &none), 0);
+  EXPECT_THROW(Input({folder.path()}), IoError);
+  EXPECT_THROW(Input({folder.file("b.zip")}), IoError);
+  EXPECT_THROW(input.next(cell), IoError);
+  ASSERT_EQ(::setrlimit(RLIMIT_NOFILE, &before), 0);
+  EXPECT_EQ(sourcesOf(input).size(), 2u);
 }
 
 TEST(Input, LinksAreFollowedAndEachRealFileIsTakenOnceUnderItsLowestPath) {

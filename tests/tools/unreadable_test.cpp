@@ -85,12 +85,5 @@ TEST_F(Unreadable, AFileNamedThatDoesNotExistExitsThree) {
   EXPECT_NE(outcome.err.find("none.swc"), std::string::npos) << outcome.err;
 }
 
-// Too few file descriptors are no fault of the files: nothing is refused for it.
-TEST_F(Unreadable, WithoutFileDescriptorsTheRunEnds) {
-  const Outcome outcome = test::runFiliformInShell("ulimit -n 3; exec \"$@\"", {"check", folder_ / "in/open"});
-  EXPECT_EQ(outcome.exit_code, 3) << outcome.out;
-  EXPECT_NE(outcome.err.find("Too many open files"), std::string::npos) << outcome.err;
-}
-
 }  // namespace
 }  // namespace filiform
