@@ -44,6 +44,7 @@ namespace {
 
 // Examples are compiled, not run: they open devices, windows and files. Their lines are broken as in the headers.
 // clang-format off
+namespace examples {
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wunused-function"
 #pragma GCC diagnostic ignored "-Wunused-variable"
@@ -240,6 +241,7 @@ void worker(const Nearest& nearest, const Vector3d& p_W,
 }
 
 #pragma GCC diagnostic pop
+}  // namespace examples
 // clang-format on
 
 std::string stripped(const std::string& line) {
