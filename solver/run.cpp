@@ -7,6 +7,7 @@
 #include "index/errors.h"
 #include "index/output.h"
 #include "index/spsc_ring.h"
+#include "solver/force_gate.h"
 #include "solver/graph_view.h"
 #include "solver/haptic_loop.h"
 #include "solver/navigation.h"
@@ -672,12 +673,18 @@ class Run {
     } ending{options_.ending};
     HapticLoopOptions loop_options;
     loop_options.rate_Hz = options_.rate_Hz;
-    loop_options.ramp_at_start = false;  // the force law's
+    loop_options.ramp_at_start = false;         // the force law's
+    ForceGate last_force({.ramp_s = 0}, true);  // fades when the run is over
     HapticLoop loop(
         *device_,
         [&](const DeviceState& state, double dt_s) -> Wrench {
           setStep(dt_s);
-          if (over.load(std::memory_order_relaxed)) return {};
+          if (over.load(std::memory_order_relaxed)) {
+            ForceGate::Input rest;
+            rest.wanted = last_force.sent();
+            rest.dt_s = dt_s;
+            return last_force.fading() ? last_force.pass(rest) : Wrench{};
+          }
           if (recordingEnded(state)) {
             over.store(true, std::memory_order_release);
             return {};
@@ -699,7 +706,13 @@ class Run {
           mark(tick);
           const bool last = account(tick, row);
           rows_lost += !rows.push(row);
-          if (last) over.store(true, std::memory_order_release);
+          if (last) {
+            ForceGate::Input whole;
+            whole.wanted = tick.wrench;
+            last_force.pass(whole);
+            last_force.restart();
+            over.store(true, std::memory_order_release);
+          }
           return tick.wrench;
         },
         loop_options);

@@ -131,9 +131,9 @@ struct RunSummary {
 };
 
 // A tour (route tour:SEED) travels one route after the other until its time is over. A leg ends when the proxy arrives,
-// the person gives up, or ten times its nominal time and 20 s are over; the next one's first tile is asked for, and
-// when it is resident the hand jumps there: the place comes under the hand, and the force is ramped in. Routes are read
-// and planned between ticks in virtual time, by a thread of their own in real time, a few ahead.
+// the person gives up, or ten times its nominal time and 20 s are over. The next leg's first tile is then asked for.
+// When it is resident, the hand jumps: the place comes under the hand, the old force fades, and the new one grows over
+// the ramp. Routes are read and planned between ticks in virtual time, in real time by a thread a few legs ahead.
 //
 // A run that was recorded can be replayed (device replay:FILE) in virtual time, whatever time it was recorded in: with
 // the same set and options the rows are the same to the bit, frontiers and jumps included, since the recording says

@@ -510,6 +510,36 @@ TEST(Run, TimeGoesByTheDevicesClock) {
   EXPECT_EQ(replayed.summary.sim_s, summary.sim_s);
 }
 
+TEST(Run, AtTheEndTheForceFades) {
+  const auto store = thread();
+  class Watching : public test::PacedDevice {
+   public:
+    explicit Watching(std::vector<double>& sent_N) : PacedDevice(0.001, {0, 0.005, 0}), sent_N_(sent_N) {}
+    DeviceState exchange(const Wrench& wrench) noexcept override {
+      if (sent_N_.size() < sent_N_.capacity()) sent_N_.push_back(wrench.force_N.norm());
+      return PacedDevice::exchange(wrench);
+    }
+
+   private:
+    std::vector<double>& sent_N_;
+  };
+  std::vector<double> sent_N;
+  sent_N.reserve(1000);
+  RunOptions options;
+  options.in_memory = true;
+  options.realtime = true;
+  options.seconds = 0.7;
+  options.device = "paced";
+  options.make_device = [&](const std::string&, double) { return std::make_unique<Watching>(sent_N); };
+  const RunSummary summary = run(*store, options);
+  if (summary.loop->interruptions > 0) GTEST_SKIP() << "the machine held the loop up: its force was zero";
+  ASSERT_GT(sent_N.size(), 700u);
+  EXPECT_NEAR(sent_N[695], 1, 1e-6);
+  EXPECT_NEAR(sent_N[705], 0.9, 0.05);
+  // The loop's own end may come meanwhile, by the wall's clock: then it fades faster, but never steps up.
+  for (std::size_t i = 701; i + 1 < sent_N.size(); ++i) EXPECT_LE(sent_N[i + 1], sent_N[i]);
+}
+
 TEST(Run, HardwareGetsTheStiffnessThatItCanRender) {
   const auto store = thread();
   for (const bool told : {false, true}) {
