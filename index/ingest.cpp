@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <deque>
 #include <fcntl.h>
 #include <filesystem>
 #include <memory>
@@ -219,6 +220,9 @@ class TileStack final : public internal::TileSink {
   // All of them, by leaf: their places are the tiles' ids.
   std::vector<Encoded> finish() {
     std::vector<Encoded> all;
+    std::size_t size = 0;
+    for (const Heap& heap : heaps_) size += heap.tiles.size();
+    all.reserve(size);
     for (Heap& heap : heaps_) {
       heap.bytes.close();
       all.insert(all.end(), heap.tiles.begin(), heap.tiles.end());
@@ -238,7 +242,7 @@ class TileStack final : public internal::TileSink {
   static constexpr std::size_t kBlockBytes = std::size_t{64} << 10;
   struct Heap {
     internal::Chain bytes;
-    std::vector<Encoded> tiles;
+    std::deque<Encoded> tiles;  // a vector would be there twice while it grows
   };
   Grid grid_;
   internal::Spool spool_;
@@ -270,6 +274,7 @@ IngestResult ingest(CellStream& stream, const std::string& path, const IngestOpt
   internal::Tiler tiler({.grid = grid,
                          .capacity = options.capacity,
                          .memory = options.memory,
+                         .beside = options.stream_bytes,
                          .chunk_segments = options.chunk_segments,
                          .threads = threads,
                          .folder = workshop.building(),
@@ -279,28 +284,31 @@ IngestResult ingest(CellStream& stream, const std::string& path, const IngestOpt
   tiler.cut();
   TileStack stack(grid, threads, workshop.building(), options.chunk_segments != 0 ? 0 : options.memory / 8);
   tiler.tiles(stack);
-  const std::vector<TileStack::Encoded> tiles = stack.finish();
+  std::vector<TileStack::Encoded> tiles = stack.finish();
 
   const auto leaf_count = static_cast<std::uint32_t>(tiler.leaves().size());
   const bool has_long = !tiles.empty() && tiles.back().leaf == leaf_count;
   TileWriter writer(workshop.building(), grid, options.capacity, static_cast<TileId>(tiles.size()), has_long,
                     options.pack_bytes);
+  step("choosing sample points", 0, 0);
+  writer.writeSamples(tiler.samples());
   std::vector<CellKey> keys;
   std::vector<TileId> tile_of(leaf_count + 1, kNoTile);
   for (TileId t = 0; t < tiles.size(); ++t) {
     tile_of[tiles[t].leaf] = t;
     if (tiles[t].leaf < leaf_count) keys.push_back(tiles[t].entry.key);
   }
+  const std::size_t tile_count = tiles.size();
   std::uint64_t written = 0;
   for (const TileId t : TileWriter::packOrder(keys, has_long)) {
     if (written % 256 == 0) step("packing", written, tiles.size());
     stack.write(t, tiles[t], writer);
     ++written;
   }
+  tiles = {};
+  keys = {};
   if (options.levels)
-    writer.writeLevels(threads, [&](std::uint64_t done) { step("levels of detail", done, tiles.size()); });
-  step("choosing sample points", 0, 0);
-  writer.writeSamples(tiler.samples());
+    writer.writeLevels(threads, [&](std::uint64_t done) { step("levels of detail", done, tile_count); });
   step("writing cells", 0, 0);
   writer.writeCells(tiler.records(), tiler.digests(), [&](const auto& use) { tiler.details(tile_of, use); });
 

@@ -10,6 +10,7 @@
 #include <functional>
 #include <map>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace filiform {
@@ -19,7 +20,9 @@ struct Provenance {
   struct Source {
     std::string name;
     std::uint64_t bytes = 0, digest = 0, cells = 0;
-    std::string dropped = {};  // lines, entries or `entry:line`, comma-separated; empty: nothing
+    // Hands over, piece by piece, the lines, entries or `entry:line` that were dropped, comma-separated; empty:
+    // nothing.
+    std::function<void(const std::function<void(std::string_view piece)>& use)> dropped = {};
   };
   struct Refused {
     std::string name, code, reason;
@@ -35,9 +38,11 @@ struct IngestOptions {
   std::uint32_t capacity = PartitionOptions{}.capacity;
   int quantum_exponent = Grid::kDefaultExponent;
   unsigned threads = 0;  // 0: as many as the machine has; 256 at most, and no more than the system grants
-  // Working memory, at least kMinIngestMemory. What does not fit goes to a file in the set's folder, about 14 bytes a
-  // segment and then as much as the set; beside it each tile takes about 300 bytes, each cell about 400.
+  // Memory of the process but for 32 MiB, at least kMinIngestMemory. What does not fit goes to a file in the set's
+  // folder, about 14 bytes a segment and then as much as the set. Each tile takes 512 bytes of it, each cell 512 and
+  // its names: where no eighth of it is left to work with, or one tile takes more than there is, ingest refuses.
   std::uint64_t memory = std::uint64_t{1} << 30;
+  std::uint64_t stream_bytes = 0;    // of this memory, what the stream and its lists take already
   std::uint64_t chunk_segments = 0;  // for tests: worked on together at most, everything else in the file
   std::uint64_t pack_bytes = std::uint64_t{256} << 20;  // for tests: a pack ends before the tile that would exceed this
   bool levels = false;                                  // write levels of detail too, for the eye
@@ -59,9 +64,9 @@ struct IngestResult {
 // Reads the stream to its end and publishes a tile set at `path`, atomically: until the end a set that is there stays
 // in force, and whatever fails leaves no trace. One ingest a set at a time. Deterministic: the same cells and options
 // give the same bytes. Throws InputError when there is a set already and not `force`, when the folder holds anything
-// else, when another ingest is at work, or when so many segments have one and the same midpoint that their tile does
-// not fit the memory; IoError (disk full, no permission); Interrupted; UsageError for options out of range; and
-// whatever the stream throws. The bytes depend neither on threads nor on memory. O(n).
+// else, when another ingest is at work, or, naming the memory that it takes, when a cell, a tile or all
+// cells and tiles together do not fit; IoError (disk full, no permission); Interrupted; UsageError for options out of
+// range; and whatever the stream throws. The bytes depend neither on threads nor on memory. O(n).
 IngestResult ingest(CellStream& cells, const std::string& path, const IngestOptions& options = {});
 
 }  // namespace filiform

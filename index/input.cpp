@@ -23,6 +23,9 @@ namespace fs = std::filesystem;
 
 constexpr std::uint32_t kNoEntry = UINT32_MAX;
 constexpr std::size_t kOpenArchives = 8;
+// While it is read and handed on. A graph's nodes and links take no more than a fixed multiple of the file.
+constexpr std::uint64_t kBytesOfSample = 120, kBytesOfGraphByte = 8;
+constexpr std::uint64_t kBytesOfInput = 1024;  // of a listed file or entry, names beside
 
 struct ListedFile {
   std::string path;
@@ -99,6 +102,7 @@ struct Input::State {
   InputReport readEntry(Item& item, Cell& cell);
   Archive& openArchive(std::uint32_t row);
   void advance(std::uint64_t bytes);
+  void refuseBeyondMemory(const Item& item, std::uint64_t cell_bytes, double part_read) const;
   void record(const Item& item, std::uint64_t digest, InputReport report);
   void sumArchives();
 
@@ -193,6 +197,14 @@ void Input::State::advance(std::uint64_t bytes) {
   progress_threw = false;
 }
 
+// Throws where the cell, of which `part_read` of the bytes were read, takes more memory than a cell may.
+void Input::State::refuseBeyondMemory(const Item& item, std::uint64_t cell_bytes, double part_read) const {
+  if (cell_bytes <= options.memory / 8 * 5) return;
+  const double whole = static_cast<double>(cell_bytes) / std::clamp(part_read, 1e-6, 1.0);
+  throw InputError(escaped(item.source) + ": one cell of this size takes more memory than is given; use --memory " +
+                   std::to_string(static_cast<std::uint64_t>(whole * 1.6 / (1 << 20)) + 1) + "MiB");
+}
+
 // Equal sources go by digest, which takes a reading of their own; they are rare.
 void Input::State::orderEqualSources() {
   if (position < ordered) return;
@@ -233,21 +245,27 @@ InputReport Input::State::readEntry(Item& item, Cell& cell) {
   Archive& archive = openArchive(item.row);
   const ArchiveEntry& entry = archive.entries()[item.entry];
   reader.discard();
-  const std::optional<InputCode> refusal = archive.read(entry, [&](std::string_view bytes) { reader.feed(bytes); });
+  std::uint64_t fed = 0;
+  const std::optional<InputCode> refusal = archive.read(entry, [&](std::string_view bytes) {
+    reader.feed(bytes);
+    fed += bytes.size();
+    refuseBeyondMemory(item, reader.samples() * kBytesOfSample,
+                       static_cast<double>(fed) / static_cast<double>(entry.bytes));
+  });
   InputReport report;
   if (refusal) {
     reader.discard();
     cell.clearSamples();
     cell.digest = 0;
     report.codes.add(*refusal);
-    report.records.push_back({0, *refusal, Effect::kInputRefused, {}});
+    report.records.add({0, *refusal, Effect::kInputRefused, {}});
     report.severity = Severity::kRefuse;
   } else {
     report = reader.finish(item.source, cell);
   }
   for (const InputCode code : entry.remarks) {
     report.codes.add(code);
-    report.records.insert(report.records.begin(), {0, code, Effect::kRemark, {}});
+    report.records.addFirst({0, code, Effect::kRemark, {}});
     if (report.severity == Severity::kAccept) report.severity = Severity::kWarn;
   }
   if (options.swc.strict && !entry.remarks.empty()) {
@@ -261,11 +279,19 @@ InputReport Input::State::readEntry(Item& item, Cell& cell) {
 
 InputReport Input::State::read(Item& item, Cell& cell) {
   const ListedFile& file = files[item.row];
-  const auto progress = [&](std::uint64_t bytes) { advance(bytes); };
+  std::uint64_t fed = 0;
+  const auto progress = [&](std::uint64_t bytes) {
+    advance(bytes);
+    fed += bytes;
+    if (!file.format)
+      refuseBeyondMemory(item, reader.samples() * kBytesOfSample,
+                         static_cast<double>(fed) / static_cast<double>(rows[item.row].bytes));
+  };
   InputReport report;
   if (item.entry != kNoEntry) {
     report = readEntry(item, cell);
   } else if (file.format) {
+    refuseBeyondMemory(item, rows[item.row].bytes * kBytesOfGraphByte, 1);
     GraphOptions graph{options.swc, {}};
     if (file.skeleton) graph.skeleton = *file.skeleton;
     report = readGraphFile(file.path, *file.format, graph, cell, progress);
@@ -309,7 +335,7 @@ void Input::State::sumArchives() {
     }
     if (archive.refusal()) {
       sum.codes.add(*archive.refusal());
-      sum.records.push_back({0, *archive.refusal(), Effect::kInputRefused, {}});
+      sum.records.add({0, *archive.refusal(), Effect::kInputRefused, {}});
     }
     const bool refuse = !any_kept || (options.swc.strict && !sum.codes.empty());
     sum.severity = refuse ? Severity::kRefuse : sum.codes.empty() ? Severity::kAccept : Severity::kWarn;
@@ -380,7 +406,7 @@ void Input::rewind() {
         report.report.severity = Severity::kWarn;
         for (const InputCode code : entry.remarks) {
           report.report.codes.add(code);
-          report.report.records.push_back({0, code, Effect::kInputRefused, {}});
+          report.report.records.add({0, code, Effect::kInputRefused, {}});
         }
       }
       entries.push_back(std::move(report));
@@ -395,6 +421,11 @@ std::vector<std::string_view> Input::sources() const {
   sources.reserve(state_->items.size());
   for (const State::Item& item : state_->items) sources.push_back(item.source);
   return sources;
+}
+std::uint64_t Input::held_bytes() const {
+  std::uint64_t bytes = (state_->items.size() + state_->rows.size()) * kBytesOfInput;
+  for (const State::Item& item : state_->items) bytes += 4 * item.source.size();
+  return bytes;
 }
 std::string Input::unitDoubt() const {
   const SwcOptions& swc = state_->options.swc;

@@ -44,6 +44,7 @@ struct SourceReport {
 
 struct InputOptions {
   SwcOptions swc;
+  std::uint64_t memory = UINT64_MAX;  // bytes, of which one cell may take five eighths while it is read
   // Told after each block how many of the bytes (of files on disk) are done. What it throws ends the run.
   std::function<void(std::uint64_t done, std::uint64_t total)> progress;
 };
@@ -71,7 +72,7 @@ class Input : public CellStream {
 
   // The next cell that is not refused. In the first pass, a file that cannot be read is refused. Throws IoError when a
   // file differs from an earlier pass, cannot be read in a later pass, or the process has no file descriptor or memory
-  // left; ConservationError; UsageError as SwcReader.
+  // left; InputError when a cell takes more memory than is given; ConservationError; UsageError as SwcReader.
   bool next(Cell& cell) override;
 
   // Starts over, for another pass. Inputs that were refused are not read again.
@@ -84,6 +85,9 @@ class Input : public CellStream {
   std::uint64_t listed() const;
   // Of the same, in the order of cells. O(listed()); valid as long as the input.
   std::vector<std::string_view> sources() const;
+  // About the memory that the lists of inputs and the reports on them take; each record of a report beside, a byte or
+  // two beyond 1 MiB in all. O(listed()).
+  std::uint64_t held_bytes() const;
   // Sum over the files on disk.
   std::uint64_t bytes() const;
   // One line where the unit of what was read so far looks wrong (index/unit_check.h), empty otherwise.
@@ -105,9 +109,11 @@ struct InputTotals {
 };
 InputTotals totals(const std::vector<SourceReport>& reports);
 
-// What was dropped of a row, in order: `-`, or comma-separated line numbers, in an archive entry names or `entry:line`;
-// escaped.
-std::string droppedColumn(const SourceReport& row);
+// Was anything dropped of a row?
+bool anyDropped(const SourceReport& row);
+// Hands over, piece by piece, what was dropped of a row, in order: comma-separated line numbers, in an archive entry
+// names or `entry:line`; escaped. A text of any length; no piece is longer than a name.
+void writeDropped(const SourceReport& row, const std::function<void(std::string_view piece)>& use);
 
 // The worst severity of the rows; accept where there is none. `check` exits with 1 where the verdict is refuse.
 Severity verdict(const std::vector<SourceReport>& reports);

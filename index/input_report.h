@@ -6,6 +6,7 @@
 #pragma once
 
 #include "index/grid.h"
+#include "index/input_records.h"
 
 #include <cstdint>
 #include <optional>
@@ -93,15 +94,6 @@ class CodeCounts {
   std::vector<std::pair<InputCode, std::uint64_t>> counts_;
 };
 
-enum class Effect : std::uint8_t { kRemark, kLineDropped, kLinkCut, kInputRefused };
-
-struct InputRecord {
-  std::uint64_t line = 0;  // from 1; 0 where no line is meant
-  InputCode code = InputCode::E_NO_SAMPLES;
-  Effect effect = Effect::kRemark;
-  std::string token;  // what stood there, escaped and cut; empty beyond the first kTokensKept records of a code
-};
-
 struct SwcHeader {
   std::optional<Vector3d> scale;   // of a `# SCALE` line; never applied
   std::optional<Vector3d> offset;  // of the last `# OFFSET` line, in the unit of the file; applied only when asked for
@@ -122,7 +114,7 @@ struct InputReport {
   std::uint64_t links_given = 0;  // kept samples whose parent field is not -1
   std::uint64_t links_cut = 0;
   CodeCounts codes;
-  std::vector<InputRecord> records;  // by line: every dropped line and cut link, and the first remarks of each code
+  InputRecords records;  // every dropped line and cut link, and the first remarks of each code
   SwcHeader header;
 };
 

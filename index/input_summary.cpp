@@ -74,22 +74,39 @@ void forEachInput(const std::vector<SourceReport>& rows, Use use) {
 
 }  // namespace
 
-std::string droppedColumn(const SourceReport& row) {
-  std::string dropped;
-  const auto append_lines = [&](const InputReport& report, const std::string& before) {
-    for (const InputRecord& record : report.records) {
-      if (record.effect == Effect::kLineDropped) appendPart(dropped, before + std::to_string(record.line));
+bool anyDropped(const SourceReport& row) {
+  if (!row.archive && row.report.records.count(Effect::kLineDropped) > 0) return true;
+  return std::any_of(row.entries.begin(), row.entries.end(), [](const EntryReport& entry) {
+    return entry.dropped || entry.report.records.count(Effect::kLineDropped) > 0;
+  });
+}
+
+void writeDropped(const SourceReport& row, const std::function<void(std::string_view piece)>& use) {
+  std::string piece;
+  bool first = true;
+  const auto begin = [&] {
+    piece = first ? "" : ",";
+    first = false;
+  };
+  const auto write_lines = [&](const InputReport& report, const std::string& before) {
+    if (report.records.count(Effect::kLineDropped) == 0) return;
+    for (auto record = report.records.begin(); record != report.records.end(); ++record) {
+      if (record->effect != Effect::kLineDropped) continue;
+      begin();
+      piece += before;
+      piece += std::to_string(record->line);
+      use(piece);
     }
   };
-  if (!row.archive) append_lines(row.report, "");
+  if (!row.archive) write_lines(row.report, "");
   for (const EntryReport& entry : row.entries) {
-    if (entry.dropped) {
-      appendPart(dropped, escaped(entry.entry));
-    } else {
-      append_lines(entry.report, escaped(entry.entry) + ":");
+    if (!entry.dropped) {
+      write_lines(entry.report, escaped(entry.entry) + ":");
+      continue;
     }
+    begin();
+    use(piece += escaped(entry.entry));
   }
-  return dropped.empty() ? "-" : dropped;
 }
 
 InputTotals totals(const std::vector<SourceReport>& reports) {
@@ -133,7 +150,12 @@ void writeCheckTable(std::ostream& out, const std::vector<SourceReport>& reports
   out << "file\tseverity\tsamples\tsegments\tdropped\tcodes\n";
   for (const SourceReport& row : reports) {
     out << escaped(row.file) << '\t' << name(row.report.severity) << '\t' << row.report.samples << '\t'
-        << row.report.segments << '\t' << droppedColumn(row) << '\t' << codesColumn(row.report.codes) << '\n';
+        << row.report.segments << '\t';
+    if (anyDropped(row))
+      writeDropped(row, [&](std::string_view piece) { out << piece; });
+    else
+      out << '-';
+    out << '\t' << codesColumn(row.report.codes) << '\n';
   }
 }
 

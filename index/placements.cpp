@@ -195,6 +195,11 @@ PlacedCells::PlacedCells(Input& library, PlacementTable table) : library_(librar
   rewind();
 }
 
+std::uint64_t PlacedCells::held_bytes() const {
+  constexpr std::uint64_t kBytesOfRow = 192;  // vectors grow by halves
+  return table_.rows().size() * kBytesOfRow + table_.sources().size() * 256 + table_.bytes() / 4;
+}
+
 void PlacedCells::orderRows() {
   const auto& rows = table_.rows();
   begin_.assign(table_.sources().size() + 1, 0);
@@ -211,6 +216,7 @@ void PlacedCells::rewind() {
   turns_.clear();
   next_turn_ = 0;
   report_ = {};
+  records_.clear();
   report_.rows = table_.rows().size();
 }
 
@@ -228,9 +234,7 @@ bool PlacedCells::next(Cell& cell) {
         if (!met_[s]) skipRows(s);
         met_[s] = 1;
       }
-      std::sort(report_.records.begin(), report_.records.end(), [](const InputRecord& a, const InputRecord& b) {
-        return std::tie(a.line, a.code, a.token) < std::tie(b.line, b.code, b.token);
-      });
+      orderRecords();
       return false;
     }
     const auto found = source_numbers_.find(morphology_.source);
@@ -256,9 +260,32 @@ bool PlacedCells::next(Cell& cell) {
 void PlacedCells::skipRows(std::uint32_t source) {
   for (std::uint32_t i = begin_[source]; i < begin_[source + 1]; ++i) {
     report_.codes.add(InputCode::W_BAD_LINE);
-    report_.records.push_back({table_.rows()[by_source_[i]].line, InputCode::W_BAD_LINE, Effect::kLineDropped,
-                               escaped(table_.sources()[source], 200)});
+    record(table_.rows()[by_source_[i]].line, InputCode::W_BAD_LINE, Effect::kLineDropped,
+           escaped(table_.sources()[source], 200));
   }
+}
+
+// Records without a token that are equal become one.
+void PlacedCells::record(std::uint32_t line, InputCode code, Effect effect, std::string token) {
+  if (token.empty() && !records_.empty()) {
+    const InputRecord& last = records_.back().record;
+    if (last.token.empty() && last.line == line && last.code == code && last.effect == effect) {
+      ++records_.back().count;
+      return;
+    }
+  }
+  records_.push_back({{line, code, effect, std::move(token)}, 1});
+}
+
+void PlacedCells::orderRecords() {
+  std::sort(records_.begin(), records_.end(), [](const Repeated& a, const Repeated& b) {
+    return std::tie(a.record.line, a.record.code, a.record.token) <
+           std::tie(b.record.line, b.record.code, b.record.token);
+  });
+  for (const Repeated& repeated : records_)
+    for (std::uint64_t i = 0; i < repeated.count; ++i) report_.records.add(repeated.record);
+  report_.records.close();
+  records_ = {};
 }
 
 bool PlacedCells::place(const PlacementTable::Row& row, std::uint64_t digest, Cell& cell) {
@@ -299,10 +326,10 @@ bool PlacedCells::place(const PlacementTable::Row& row, std::uint64_t digest, Ce
 // A link whose one end is dropped is cut; where both are, it goes with them.
 void PlacedCells::dropOutside(const PlacementTable::Row& row, Cell& cell) {
   const std::string before = escaped(cell.source, 200);
-  const auto record = [&](InputCode code, Effect effect, std::int64_t id) {
+  const auto report = [&](InputCode code, Effect effect, std::int64_t id) {
     report_.codes.add(code);
-    std::string token = report_.codes[code] <= InputReport::kTokensKept ? before + " " + std::to_string(id) : "";
-    report_.records.push_back({row.line, code, effect, std::move(token)});
+    record(row.line, code, effect,
+           report_.codes[code] <= InputReport::kTokensKept ? before + " " + std::to_string(id) : "");
   };
   const std::size_t n = cell.samples();
   std::vector<std::uint32_t> rank(n, kNoParent);
@@ -311,7 +338,7 @@ void PlacedCells::dropOutside(const PlacementTable::Row& row, Cell& cell) {
     if ((cell.positions_um[i].array().abs() <= Grid::kMaxCoordinate_um).all()) {
       rank[i] = kept++;
     } else {
-      record(InputCode::W_RANGE, Effect::kLineDropped, cell.sample_ids[i]);
+      report(InputCode::W_RANGE, Effect::kLineDropped, cell.sample_ids[i]);
       ++report_.dropped_samples;
     }
   }
@@ -322,7 +349,7 @@ void PlacedCells::dropOutside(const PlacementTable::Row& row, Cell& cell) {
     if (rank[child] != kNoParent && rank[parent] != kNoParent) {
       edges.push_back({rank[parent], rank[child]});
     } else {
-      record(InputCode::W_MISSING_PARENT, Effect::kLinkCut, cell.sample_ids[child]);
+      report(InputCode::W_MISSING_PARENT, Effect::kLinkCut, cell.sample_ids[child]);
       ++report_.cut_links;
     }
   }

@@ -70,7 +70,7 @@ struct PlacementReport {
   // placed. The line is that of the table.
   std::uint64_t dropped_samples = 0, cut_links = 0;
   CodeCounts codes;
-  std::vector<InputRecord> records;
+  InputRecords records;  // equal lines by code, then token
 };
 
 // One morphology and one placed cell are in memory at a time. Thread-compatible.
@@ -88,6 +88,9 @@ class PlacedCells : public CellStream {
   const PlacementReport& report() const { return report_; }
   const PlacementTable& table() const { return table_; }
 
+  // About the memory that table and reports take.
+  std::uint64_t held_bytes() const;
+
   // Starts over.
   void rewind();
 
@@ -98,6 +101,8 @@ class PlacedCells : public CellStream {
   };
   void orderRows();
   void skipRows(std::uint32_t source);
+  void record(std::uint32_t line, InputCode code, Effect effect, std::string token);
+  void orderRecords();
   bool place(const PlacementTable::Row& row, std::uint64_t digest, Cell& cell);  // false: nothing of it is left
   void dropOutside(const PlacementTable::Row& row, Cell& cell);
 
@@ -111,6 +116,11 @@ class PlacedCells : public CellStream {
   std::vector<Turn> turns_;  // of the morphology, in the order of digests
   std::size_t next_turn_ = 0;
   PlacementReport report_;
+  struct Repeated {
+    InputRecord record;
+    std::uint64_t count;
+  };
+  std::vector<Repeated> records_;  // a few of each row
 };
 
 }  // namespace filiform

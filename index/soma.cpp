@@ -19,13 +19,13 @@ bool isThreeSamples(std::span<const SomaSample> s) { return s.size() == 3 && s[1
 
 // The samples from the root to the end; empty where they branch.
 std::vector<std::uint32_t> chainOf(std::span<const SomaSample> samples) {
-  constexpr std::uint32_t kNone = UINT32_MAX;
-  std::vector<std::uint32_t> next(samples.size(), kNone), chain;
+  constexpr std::uint32_t kNoSample = UINT32_MAX;
+  std::vector<std::uint32_t> next(samples.size(), kNoSample), chain;
   for (std::uint32_t i = 1; i < samples.size(); ++i) {
-    if (next[samples[i].parent] != kNone) return {};
+    if (next[samples[i].parent] != kNoSample) return {};
     next[samples[i].parent] = i;
   }
-  for (std::uint32_t at = 0; at != kNone; at = next[at]) chain.push_back(at);
+  for (std::uint32_t at = 0; at != kNoSample; at = next[at]) chain.push_back(at);
   return chain;
 }
 

@@ -361,11 +361,8 @@ InputReport SwcReader::State::finish(std::string_view file, Cell& cell) {
   report.candidate_lines = candidates;
   report.header = std::move(header);
   book.moveTo(report);
-  std::uint64_t cut = 0;
-  for (const InputRecord& record : report.records) {
-    report.dropped_lines += record.effect == Effect::kLineDropped;
-    cut += record.effect == Effect::kLinkCut;
-  }
+  report.dropped_lines = report.records.count(Effect::kLineDropped);
+  const std::uint64_t cut = report.records.count(Effect::kLinkCut);
   if (candidates != report.samples + report.dropped_lines || report.links_given != report.segments + cut ||
       cut != report.links_cut) {
     throw ConservationError(escaped(file) + ": samples or links were lost without a record (" +
@@ -411,6 +408,7 @@ SwcReader& SwcReader::operator=(SwcReader&&) noexcept = default;
 
 void SwcReader::feed(std::string_view bytes) { state_->feed(bytes); }
 InputReport SwcReader::finish(std::string_view file, Cell& cell) { return state_->finish(file, cell); }
+std::uint64_t SwcReader::samples() const { return state_->graph.samples(); }
 void SwcReader::discard() { state_->reset(); }
 
 InputReport readSwc(std::string_view text, std::string_view file, const SwcOptions& options, Cell& cell) {

@@ -57,6 +57,8 @@ class SwcReader {
   // balance, InputError beyond 2^32-2 samples. O(samples).
   InputReport finish(std::string_view file, Cell& cell);
 
+  // Kept so far of what was fed since the last finish().
+  std::uint64_t samples() const;
   // Forgets what was fed since the last finish().
   void discard();
 

@@ -173,8 +173,13 @@ void TileWriter::writeLevels(unsigned threads, const std::function<void(std::uin
 std::string TileWriter::finish(const Provenance& provenance) {
   impl_->closePack();
   impl_->writeFile(internal::kDirectoryFile, internal::encodeDirectory(impl_->directory));
-  const std::string origin = internal::encodeProvenance(provenance);
-  impl_->writeFile(internal::kProvenanceFile, {reinterpret_cast<const std::uint8_t*>(origin.data()), origin.size()});
+  {
+    internal::OutputFile origin(impl_->folder + "/" + internal::kProvenanceFile);
+    internal::writeProvenance(provenance, [&](std::string_view piece) {
+      origin.write({reinterpret_cast<const std::uint8_t*>(piece.data()), piece.size()});
+    });
+    impl_->closeFile(internal::kProvenanceFile, origin);
+  }
   std::sort(impl_->manifest.files.begin(), impl_->manifest.files.end(),
             [](const SetFile& a, const SetFile& b) { return a.name < b.name; });
   const std::string text = internal::encodeManifest(impl_->manifest, provenance);

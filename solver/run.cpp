@@ -765,7 +765,7 @@ class Run {
 
   void finishSummary() {
     RunSummary& s = summary_;
-    const bool time_over = s.ticks >= ticksOf(options_.seconds.value_or(leg_->nominal_limit_s));
+    const bool time_over = periods_ >= most_periods_;
     s.outcome = interrupted_                      ? RunOutcome::interrupted
                 : arrived_ || itinerary_.isTour() ? RunOutcome::completed
                 : time_over                       ? RunOutcome::time_over

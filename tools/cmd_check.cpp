@@ -3,6 +3,7 @@
 #include "index/soma.h"
 #include "index/text.h"
 #include "tools/cli.h"
+#include "tools/open_json.h"
 #include "tools/progress.h"
 #include "tools/unit.h"
 
@@ -29,8 +30,6 @@ Json countsOf(const CodeCounts& codes) {
   return counts;
 }
 
-std::string jsonTextOf(const Json& json) { return json.dump(1, ' ', true, Json::error_handler_t::replace); }
-
 // What the TSV has no column for.
 struct CheckNotes {
   std::string unit_doubt;
@@ -47,28 +46,41 @@ std::string textOf(const CheckNotes& notes) {
 
 void writeCheckJson(std::ostream& out, const std::vector<SourceReport>& reports, const CheckNotes& notes) {
   const InputTotals all = totals(reports);
-  Json files = Json::array();
-  for (const SourceReport& row : reports)
-    files.push_back({{"file", row.file},
-                     {"severity", std::string(name(row.report.severity))},
-                     {"samples", row.report.samples},
-                     {"segments", row.report.segments},
-                     {"dropped", droppedColumn(row)},
-                     {"codes", countsOf(row.report.codes)}});
-  out << jsonTextOf({{"verdict", std::string(name(verdict(reports)))},
-                     {"inputs", all.accepted + all.warned + all.skipped + all.refused},
-                     {"accepted", all.accepted},
-                     {"warned", all.warned},
-                     {"skipped", all.skipped},
-                     {"refused", all.refused},
-                     {"bytes", all.bytes},
-                     {"samples", all.samples},
-                     {"segments", all.segments},
-                     {"codes", countsOf(all.codes)},
-                     {"unit_doubt", notes.unit_doubt},
-                     {"soma_three_point_off", notes.soma_three_point_off},
-                     {"files", files}})
-      << '\n';
+  OpenJson object(out,
+                  {{"verdict", std::string(name(verdict(reports)))},
+                   {"inputs", all.accepted + all.warned + all.skipped + all.refused},
+                   {"accepted", all.accepted},
+                   {"warned", all.warned},
+                   {"skipped", all.skipped},
+                   {"refused", all.refused},
+                   {"bytes", all.bytes},
+                   {"samples", all.samples},
+                   {"segments", all.segments},
+                   {"codes", countsOf(all.codes)},
+                   {"unit_doubt", notes.unit_doubt},
+                   {"soma_three_point_off", notes.soma_three_point_off}},
+                  0);
+  object.beginList("files");
+  for (const SourceReport& row : reports) {
+    object.beginElement();
+    OpenJson file(out,
+                  {{"file", row.file},
+                   {"severity", std::string(name(row.report.severity))},
+                   {"samples", row.report.samples},
+                   {"segments", row.report.segments}},
+                  2);
+    file.beginText("dropped");
+    if (anyDropped(row))
+      writeDropped(row, [&](std::string_view piece) { file.addText(piece); });
+    else
+      file.addText("-");
+    file.endText();
+    file.member("codes", countsOf(row.report.codes));
+    file.end();
+  }
+  object.endList();
+  object.end();
+  out << '\n';
 }
 
 int runCheck(const CheckArguments& a) {

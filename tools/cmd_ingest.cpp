@@ -6,6 +6,7 @@
 #include "index/placements.h"
 #include "index/text.h"
 #include "tools/cli.h"
+#include "tools/input_report_json.h"
 #include "tools/output_check.h"
 #include "tools/progress.h"
 #include "tools/unit.h"
@@ -17,13 +18,10 @@
 #include <tuple>
 
 #include <CLI/CLI.hpp>
-#include <nlohmann/json.hpp>
 
 namespace filiform::tools {
 
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 struct IngestArguments {
   std::vector<std::string> inputs;
@@ -46,40 +44,6 @@ int quantumExponentOf(const std::string& text) {
     throw UsageError("--quantum " + text + ": give a power of two from 2^" + std::to_string(Grid::kMinExponent) +
                      " to 2^" + std::to_string(Grid::kMaxExponent) + " um, such as 2^-9");
   return exponent;
-}
-
-std::string textOf(const Json& json) { return json.dump(1, ' ', true, Json::error_handler_t::replace); }
-
-Json describe(const InputReport& report) {
-  Json codes = Json::object(), records = Json::array();
-  for (const auto& [code, count] : report.codes.all()) codes[std::string(name(code))] = count;
-  for (const InputRecord& r : report.records)
-    records.push_back({{"line", r.line}, {"code", std::string(name(r.code))}, {"token", r.token}});
-  return {{"severity", std::string(name(report.severity))},
-          {"samples", report.samples},
-          {"segments", report.segments},
-          {"dropped_lines", report.dropped_lines},
-          {"links_cut", report.links_cut},
-          {"codes", codes},
-          {"records", records}};
-}
-
-std::string reportText(const std::vector<SourceReport>& reports) {
-  Json all = Json::array();
-  for (const SourceReport& source : reports) {
-    Json row = {{"file", source.file}, {"bytes", source.bytes}};
-    row.update(describe(source.report));
-    if (source.archive) {
-      row["entries"] = Json::array();
-      for (const EntryReport& entry : source.entries) {
-        Json one = {{"entry", entry.entry}, {"bytes", entry.bytes}};
-        one.update(describe(entry.report));
-        row["entries"].push_back(one);
-      }
-    }
-    all.push_back(row);
-  }
-  return textOf(all) + '\n';
 }
 
 std::string firstReason(const InputReport& report) {
@@ -110,8 +74,9 @@ Provenance provenanceOf(const std::vector<SourceReport>& reports) {
     }
     if (source.report.severity == Severity::kRefuse)
       provenance.refused.push_back({source.file, firstCode(source.report), firstReason(source.report)});
-    const std::string dropped = droppedColumn(source);
-    provenance.sources.push_back({source.file, source.bytes, source.digest, cells, dropped == "-" ? "" : dropped});
+    provenance.sources.push_back({source.file, source.bytes, source.digest, cells});
+    if (anyDropped(source))
+      provenance.sources.back().dropped = [&source](const auto& use) { writeDropped(source, use); };
   }
   return provenance;
 }
@@ -133,7 +98,8 @@ void addPlacements(const PlacedCells& placed, bool strict, Provenance& provenanc
   std::string dropped;
   for (const std::string& token : tokens) dropped += (dropped.empty() ? "" : ",") + token;
   for (Provenance::Source& source : provenance.sources) source.cells = 0;
-  provenance.sources.push_back({table.file(), table.bytes(), table.digest(), report.placed, dropped});
+  provenance.sources.push_back({table.file(), table.bytes(), table.digest(), report.placed});
+  if (!dropped.empty()) provenance.sources.back().dropped = [dropped](const auto& use) { use(dropped); };
 }
 
 std::string describe(const PlacedCells& placed) {
@@ -177,13 +143,18 @@ int runIngest(const IngestArguments& a) {
   std::optional<Output> report;
   if (!a.report.empty()) report.emplace(a.report, OutputOptions{.cancel = &interruptFlag()});
   std::ostream& people = report && report->isStandardOutput() ? std::cerr : std::cout;
+  reading.memory = options.memory;
   Input input(a.inputs, reading);
+  options.stream_bytes = input.held_bytes();
   std::optional<PlacedCells> placed;
-  if (!a.placements.empty()) placed.emplace(input, PlacementTable::read(a.placements));
+  if (!a.placements.empty()) {
+    placed.emplace(input, PlacementTable::read(a.placements));
+    options.stream_bytes += placed->held_bytes();
+  }
   options.provenance = [&] {
     read_progress.finish();
     const InputTotals all = totals(input.reports());
-    if (report) report->write(reportText(input.reports()));
+    if (report) writeReportJson(report->stream(), input.reports());
     if (a.strict && all.refused > 0)
       throw InputError("--strict: " + std::to_string(all.refused) + " of " +
                        std::to_string(all.accepted + all.warned + all.skipped + all.refused) +

@@ -121,10 +121,8 @@ InputReport GraphBuilder::finish(std::string_view file, Cell& cell) {
   report.candidate_lines = candidates_;
   report.links_given = links_given_;
   book_.moveTo(report);
-  for (const InputRecord& record : report.records) {
-    report.dropped_lines += record.effect == Effect::kLineDropped;
-    report.links_cut += record.effect == Effect::kLinkCut;
-  }
+  report.dropped_lines = report.records.count(Effect::kLineDropped);
+  report.links_cut = report.records.count(Effect::kLinkCut);
   if (report.candidate_lines != report.samples + report.dropped_lines ||
       report.links_given != report.segments + report.links_cut)
     throw ConservationError(escaped(file) +

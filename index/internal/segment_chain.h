@@ -28,6 +28,7 @@ class SegmentChain {
 
   void add(const SegmentRecord& record);
   void close() { chain_.close(); }
+  bool isOpen() const { return chain_.isOpen(); }  // has a buffer
   std::uint64_t count() const { return count_; }
   std::uint64_t bytes() const { return chain_.bytes(); }
   void clear() { chain_.clear(), count_ = 0; }

@@ -562,23 +562,35 @@ std::string encodeManifest(const Manifest& manifest, const Provenance& provenanc
   return json.dump(2) + "\n";
 }
 
-std::string encodeProvenance(const Provenance& provenance) {
+void writeProvenance(const Provenance& provenance, const std::function<void(std::string_view piece)>& use) {
   using Json = nlohmann::ordered_json;
-  std::string text = "{\n\"sources\": [";
+  use("{\n\"sources\": [");
   const char* between = "\n";
   for (const Provenance::Source& s : provenance.sources) {
-    Json source = {{"name", asText(s.name)}, {"bytes", s.bytes}, {"xxh3", hex16(s.digest)}, {"cells", s.cells}};
-    if (!s.dropped.empty()) source["dropped"] = asText(s.dropped);
-    text += between + source.dump();
+    const Json source = {{"name", asText(s.name)}, {"bytes", s.bytes}, {"xxh3", hex16(s.digest)}, {"cells", s.cells}};
+    std::string text = between + source.dump();
     between = ",\n";
+    if (s.dropped) {
+      text.pop_back();
+      use(text + ",\"dropped\":\"");
+      s.dropped([&](std::string_view piece) {
+        if (piece.find_first_not_of("0123456789,") != std::string_view::npos) {
+          text = Json(asText(std::string(piece))).dump();
+          piece = std::string_view(text).substr(1, text.size() - 2);
+        }
+        use(piece);
+      });
+      text = "\"}";
+    }
+    use(text);
   }
-  text += "\n],\n\"refused\": [";
+  use("\n],\n\"refused\": [");
   between = "\n";
   for (const Provenance::Refused& r : provenance.refused) {
-    text += between + Json{{"name", asText(r.name)}, {"code", asText(r.code)}, {"reason", asText(r.reason)}}.dump();
+    use(between + Json{{"name", asText(r.name)}, {"code", asText(r.code)}, {"reason", asText(r.reason)}}.dump());
     between = ",\n";
   }
-  return text + "\n]\n}\n";
+  use("\n]\n}\n");
 }
 
 Manifest decodeManifest(const std::string& text) {

@@ -121,9 +121,9 @@ struct Manifest {
   std::uint64_t refused = 0;  // inputs
   std::vector<SetFile> files;
 };
-// Of the provenance, the numbers only; encodeProvenance() has the rest, a line for each source and refused input.
+// Of the provenance, the numbers only; writeProvenance() has the rest, a line for each source and refused input.
 std::string encodeManifest(const Manifest& manifest, const Provenance& provenance);
-std::string encodeProvenance(const Provenance& provenance);
+void writeProvenance(const Provenance& provenance, const std::function<void(std::string_view piece)>& use);
 Manifest decodeManifest(const std::string& text);
 
 std::string revisionName(const std::string& manifest);

@@ -32,6 +32,16 @@ std::uint64_t Spool::file_bytes() const {
   return file_end_ * block_bytes_;
 }
 
+std::uint64_t Spool::blocks() const {
+  const std::lock_guard lock(mutex_);
+  return most_stored_;
+}
+
+void Spool::trim() {
+  const std::lock_guard lock(mutex_);
+  spare_ = std::vector<Buffer>();
+}
+
 Spool::Buffer Spool::buffer() {
   {
     const std::lock_guard lock(mutex_);
@@ -59,6 +69,7 @@ Spool::Block Spool::store(Buffer& filled, std::size_t used) {
   int file = -1;
   {
     const std::lock_guard lock(mutex_);
+    most_stored_ = std::max(most_stored_, ++stored_);
     if (memory_blocks_ > 0) {
       --memory_blocks_;
       block.memory = std::move(filled);
@@ -107,6 +118,7 @@ void Spool::release(Block& block) noexcept {
   const bool in_memory = block.memory != nullptr;
   giveBack(std::move(block.memory));
   const std::lock_guard lock(mutex_);
+  --stored_;
   if (in_memory) {
     ++memory_blocks_;
     return;

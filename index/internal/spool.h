@@ -26,6 +26,8 @@ class Spool {
 
   std::size_t block_bytes() const { return block_bytes_; }
   std::uint64_t file_bytes() const;  // the most that the file has held
+  std::uint64_t blocks() const;      // stored and not released, the most that there were
+  void trim();                       // frees the buffers that are kept for later
 
   using Buffer = std::unique_ptr<std::uint8_t[]>;
   struct Block {
@@ -50,6 +52,7 @@ class Spool {
   std::uint64_t file_end_ = 0;       // in blocks
   std::vector<std::uint64_t> free_;  // of the file
   std::vector<Buffer> spare_;
+  std::uint64_t stored_ = 0, most_stored_ = 0;
 };
 
 // A sequence of bytes in a spool, written once and then read. Thread-compatible. Either append() or reserve() and
@@ -65,12 +68,13 @@ class Chain {
     if (!current_ || used_ + most > spool_->block_bytes()) turn();
     return current_.get() + used_;
   }
+  bool isOpen() const { return current_ != nullptr; }  // has a buffer
   void commit(std::size_t n) { used_ += static_cast<std::uint32_t>(n); }
   // Number of blocks begun.
   std::size_t blocks_begun() const { return blocks_.size() + (current_ ? 1 : 0); }
   // Anywhere, cut where a block ends.
   void append(ByteSpan bytes);
-  // No more will be written: gives up the buffer.
+  // Gives up the buffer. Required before reading; what is appended later begins a new block.
   void close();
 
   // One block after the other. With `release` the bytes are gone once the next is asked for.

@@ -10,7 +10,18 @@ namespace filiform::internal {
 void RecordBook::add(InputCode code, Effect effect, std::uint64_t line, std::string_view token) {
   const bool room = ++counts_[static_cast<std::size_t>(code)] <= InputReport::kTokensKept;
   if (effect == Effect::kRemark && !room) return;
-  records_.push_back({line, code, effect, room ? escaped(token, kTokenLength) : std::string()});
+  records_.add({line, code, effect, room ? escaped(token, kTokenLength) : std::string()});
+}
+
+void RecordBook::Unordered::cutLink(InputCode code, std::uint64_t line, std::string_view token) {
+  const bool room = ++book_->counts_[static_cast<std::size_t>(code)] <= InputReport::kTokensKept;
+  records_.push_back({line, code, Effect::kLinkCut, room ? escaped(token, kTokenLength) : std::string()});
+}
+
+void RecordBook::Unordered::add() {
+  std::stable_sort(records_.begin(), records_.end(),
+                   [](const InputRecord& a, const InputRecord& b) { return a.line < b.line; });
+  for (const InputRecord& record : records_) book_->records_.add(record);
 }
 
 void RecordBook::clear() {
@@ -20,9 +31,8 @@ void RecordBook::clear() {
 
 void RecordBook::moveTo(InputReport& report) {
   for (std::size_t i = 0; i < kInputCodes; ++i) report.codes.add(static_cast<InputCode>(i), counts_[i]);
-  std::stable_sort(records_.begin(), records_.end(),
-                   [](const InputRecord& a, const InputRecord& b) { return a.line < b.line; });
   report.records = std::move(records_);
+  report.records.close();
   records_ = {};
   counts_.fill(0);
 }
@@ -132,6 +142,7 @@ std::uint64_t SwcGraph::lineOf(std::uint32_t rank) const {
 void SwcGraph::cutCycles() {
   std::vector<std::uint32_t>& parents = cell_.parents;
   std::vector<std::uint32_t> walk_of(parents.size(), kNoParent);
+  RecordBook::Unordered cut(*book_);
   for (std::uint32_t start = 0; start < parents.size(); ++start) {
     std::uint32_t at = start;
     while (at != kNoParent && walk_of[at] == kNoParent) {
@@ -142,9 +153,10 @@ void SwcGraph::cutCycles() {
     std::uint32_t lowest = at;
     for (std::uint32_t member = parents[at]; member != at; member = parents[member]) lowest = std::min(lowest, member);
     ++links_cut_;
-    book_->cutLink(InputCode::W_CYCLE, lineOf(lowest), std::to_string(cell_.sample_ids[parents[lowest]]));
+    cut.cutLink(InputCode::W_CYCLE, lineOf(lowest), std::to_string(cell_.sample_ids[parents[lowest]]));
     parents[lowest] = kNoParent;
   }
+  cut.add();
 }
 
 void SwcGraph::count(InputReport& report) {

@@ -29,7 +29,21 @@ class RecordBook {
   }
   std::uint64_t count(InputCode code) const { return counts_[static_cast<std::size_t>(code)]; }
   void clear();
-  // Moves all into `report`, records by line, and empties the book.
+  // Cut links whose lines do not ascend. Adds them in the order of lines; those that come first keep their tokens.
+  class Unordered {
+   public:
+    explicit Unordered(RecordBook& book) : book_(&book) {}
+    Unordered(const Unordered&) = delete;
+    Unordered& operator=(const Unordered&) = delete;
+    ~Unordered() = default;
+    void cutLink(InputCode code, std::uint64_t line, std::string_view token);
+    void add();
+
+   private:
+    RecordBook* book_;
+    std::vector<InputRecord> records_;
+  };
+  // Moves all into `report`, and empties the book.
   void moveTo(InputReport& report);
 
  private:
@@ -37,7 +51,7 @@ class RecordBook {
   void add(InputCode code, Effect effect, std::uint64_t line, std::string_view token);
 
   std::array<std::uint64_t, kInputCodes> counts_{};
-  std::vector<InputRecord> records_;
+  InputRecords records_;
 };
 
 struct SwcSample {

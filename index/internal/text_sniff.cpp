@@ -13,8 +13,8 @@ namespace {
 // A tar archive begins with a block of 512 bytes whose eight at 148 hold, in octal digits, the sum of all with blanks
 // for these eight; old ones have no other mark.
 bool isTar(std::string_view head) {
-  constexpr std::size_t kBlock = 512, kSum = 148, kSumBytes = 8;
-  if (head.size() < kBlock || head[0] == '\0') return false;
+  constexpr std::size_t kTarBlock = 512, kSum = 148, kSumBytes = 8;
+  if (head.size() < kTarBlock || head[0] == '\0') return false;
   std::uint32_t stated = 0, sum = 0;
   bool digits = false;
   for (const char c : head.substr(kSum, kSumBytes)) {
@@ -25,7 +25,7 @@ bool isTar(std::string_view head) {
       return false;
     }
   }
-  for (std::size_t i = 0; i < kBlock; ++i)
+  for (std::size_t i = 0; i < kTarBlock; ++i)
     sum += i >= kSum && i < kSum + kSumBytes ? std::uint32_t{' '} : static_cast<unsigned char>(head[i]);
   return digits && sum == stated;
 }

@@ -2,11 +2,12 @@
 
 #include "index/errors.h"
 #include "index/internal/key_sort.h"
+#include "index/internal/leaf_builder.h"
+#include "index/internal/memory_gate.h"
 #include "index/internal/set_files.h"
 
 #include <algorithm>
 #include <cassert>
-#include <condition_variable>
 #include <exception>
 #include <mutex>
 #include <numeric>
@@ -16,12 +17,21 @@
 namespace filiform::internal {
 namespace {
 
-// A segment of a chunk that is being cut into tiles takes about so much, ghosts and the tile at hand included.
-constexpr std::uint64_t kBytesPerSegment = 160;
-constexpr std::uint64_t kBytesPerTileSegment = 360;                   // where one tile holds the whole chunk
 constexpr std::uint64_t kMostChunkSegments = std::uint64_t{1} << 19;  // more is no faster
 constexpr std::uint64_t kSmallMemory = std::uint64_t{512} << 20;
+constexpr std::uint64_t kMostMemory = std::uint64_t{1} << 56;  // so that sums of shares do not overflow
 constexpr std::uint64_t kPairsPerGroup = std::uint64_t{1} << 22;
+constexpr std::size_t kPairBlock = std::size_t{4} << 10;
+
+// What takes memory in proportion to its number, bytes. Measured with margins: vectors grow by halves.
+constexpr std::uint64_t kBytesOfChunk = 640, kBytesOfBlock = 56;
+constexpr std::uint64_t kBytesOfCell = 512;        // names beside
+constexpr std::uint64_t kBytesOfLeaf = 512;        // while tiles are made
+constexpr std::uint64_t kBytesOfPackedLeaf = 900;  // while they are packed
+constexpr std::uint64_t kBytesOfCut = 40;          // of a segment whose chunk is cut into leaves
+constexpr std::uint64_t kBytesOfSegment = 160;     // of a segment whose chunk is made into tiles, as a rule
+
+std::uint64_t heapBytes(const std::string& text) { return text.size() < 16 ? 0 : text.size() + 32; }
 
 bool contains(const GridBox& box, const GridPoint& p) {
   return (p.array() >= box.lo.array()).all() && (p.array() <= box.hi.array()).all();
@@ -32,49 +42,6 @@ bool strictlyInside(const GridBox& closed, const GridPoint& a, const GridPoint& 
   return (a.array() > closed.lo.array()).all() && (a.array() < closed.hi.array()).all() &&
          (b.array() > closed.lo.array()).all() && (b.array() < closed.hi.array()).all();
 }
-
-// Sorted already but for a few runs, as they are when they come from a few chains.
-template <typename T, typename Less>
-void sortRuns(std::vector<T>& values, std::vector<std::size_t>& runs, Less less) {
-  constexpr std::size_t kManyRuns = 16;
-  runs.assign(1, 0);
-  for (std::size_t i = 1; i < values.size(); ++i)
-    if (less(values[i], values[i - 1])) runs.push_back(i);
-  if (runs.size() == 1) return;
-  if (runs.size() > kManyRuns) {
-    std::sort(values.begin(), values.end(), less);
-    return;
-  }
-  const auto at = [&](std::size_t run) {
-    return values.begin() + static_cast<std::ptrdiff_t>(run < runs.size() ? runs[run] : values.size());
-  };
-  for (std::size_t width = 1; width < runs.size(); width *= 2)
-    for (std::size_t run = 0; run + width < runs.size(); run += 2 * width)
-      std::inplace_merge(at(run), at(run + width), at(run + 2 * width), less);
-}
-
-// Lets tasks in while their costs together stay within a limit; one alone may cost any amount.
-class Turnstile {
- public:
-  explicit Turnstile(std::uint64_t limit) : limit_(limit) {}
-  void enter(std::uint64_t cost) {
-    std::unique_lock lock(mutex_);
-    changed_.wait(lock, [&] { return taken_ == 0 || cost <= limit_ - std::min(limit_, taken_); });
-    taken_ += cost;
-  }
-  void leave(std::uint64_t cost) {
-    {
-      const std::lock_guard lock(mutex_);
-      taken_ -= cost;
-    }
-    changed_.notify_all();
-  }
-
- private:
-  std::mutex mutex_;
-  std::condition_variable changed_;
-  std::uint64_t limit_, taken_ = 0;
-};
 
 }  // namespace
 
@@ -116,19 +83,6 @@ struct Tiler::Impl {
   struct Pair {
     std::uint32_t cell, leaf;
   };
-  // What a thread needs to cut chunks into tiles, kept from one to the next.
-  struct Workspace {
-    std::vector<SegmentRecord> records;
-    std::vector<std::uint64_t> placed, ordered;  // leaf or cell << 32 | place
-    std::vector<std::uint32_t> begin;
-    std::vector<GridBox> closed;
-    std::vector<std::uint32_t> met;
-    std::vector<std::size_t> runs;
-    std::vector<StoredSegment> segments;
-    TileAppearance appearance;
-    std::vector<std::vector<Pair>> pairs;  // by group of cells
-    std::uint64_t visited = 0;
-  };
 
   void stopIfCancelled() const {
     if (options.cancel != nullptr && options.cancel->load(std::memory_order_relaxed)) throw Interrupted("interrupted");
@@ -144,17 +98,36 @@ struct Tiler::Impl {
   void put(std::uint32_t chunk, const SegmentRecord& record, const GridPoint& middle);
   void split(std::uint32_t chunk);
   void settle();
+  void closeOpen();
+  void settleRemnants(std::size_t from);
   void cutChunk(Chunk& chunk, SampleSurvey& survey, SegmentChain& crossing, std::vector<CellKey>& found) const;
-  void deliver(SegmentChain& crossing);
-  void buildChunk(Chunk& chunk, unsigned worker, TileSink& sink);
-  void handOver(std::uint32_t leaf, const CellKey& key, bool is_long, unsigned worker, TileSink& sink);
-  template <typename Work>  // work(chunk, worker)
-  void forEachChunk(const char* phase, const Work& work);
-  std::uint64_t cost(const Chunk& chunk) const {
-    return (chunk.own.count() + chunk.ghosts.count()) *
-           (chunk.own.count() > most_in_chunk ? kBytesPerTileSegment : kBytesPerSegment);
+  void deliver(SegmentChain& crossing, std::size_t begin, std::size_t end);
+  LeafBuilder builder(unsigned worker, TileSink& sink);
+  static LeafBuilder::Range rangeOf(const Chunk& chunk) { return {chunk.first_leaf, chunk.end_leaf, chunk.core()}; }
+  void refuseWhatCannotBeBuilt();
+  void handOver(std::uint32_t leaf, const CellKey& key, bool is_long, std::vector<StoredSegment>& stored,
+                TileAppearance& appearance, unsigned worker, TileSink& sink);
+  template <typename Work>  // work(chunk, worker, gate, pass); free(worker): gives up the memory of a worker
+  void forEachChunk(
+      const char* phase, const Work& work, const std::function<void(unsigned)>& free = [](unsigned) {});
+  std::size_t group(std::uint32_t cell) const {
+    return static_cast<std::size_t>(std::upper_bound(group_begin.begin(), group_begin.end(), cell) -
+                                    group_begin.begin() - 1);
   }
-  std::size_t group(std::uint32_t cell) const { return cell / cells_per_group; }
+
+  // Shares of the memory: a quarter for the spool's blocks, a sixteenth for its open buffers, an eighth for the encoded
+  // tiles (ingest.cpp), the rest for chunks at work and for what grows with the number of cells, chunks and leaves.
+  std::uint64_t grown() const {
+    return options.beside + cell_bytes + chunks.size() * kBytesOfChunk + spool.blocks() * kBytesOfBlock +
+           partition.leaves().size() * kBytesOfLeaf;
+  }
+  std::uint64_t workBytes() const {
+    const std::uint64_t most = options.memory / 16 * 9;
+    return most - std::min(most, grown());
+  }
+  std::uint64_t memoryForWork(std::uint64_t bytes) const { return (bytes + grown()) / 9 * 16 + 16; }
+  // An eighth is the least to work with.
+  void refuseWhatHasGrown() const;
 
   TilerOptions options;
   std::uint64_t most_in_chunk;
@@ -169,33 +142,40 @@ struct Tiler::Impl {
   std::vector<std::uint64_t> digests;
   std::vector<std::string> given_names;
   Chain details;
-  std::uint64_t segments = 0, visited = 0;
+  std::uint64_t segments = 0, visited = 0, cell_bytes = 0;
+  std::vector<std::uint32_t> open;  // chunks that were begun since buffers were closed; some of them more than once
+  std::size_t most_open = 0;
   std::vector<GridPoint> snapped;      // of the cell at hand
   std::vector<std::uint8_t> is_child;  // likewise
 
   SampleSurvey survey;
   Partition partition{std::vector<CellKey>{CellKey{}}};
-  std::vector<Workspace> workspaces;
   std::vector<SegmentChain> long_segments;  // by worker
   std::vector<SampleChooser::Part> parts;   // by worker
   std::unique_ptr<const SampleChooser> chooser;
-  std::uint32_t cells_per_group = 1;
-  std::vector<Chain> pair_chains;  // by worker, then by group
+  std::unique_ptr<Spool> pair_spool;       // of small blocks: many are open at a time
+  std::vector<std::uint32_t> group_begin;  // of cells
+  std::vector<Chain> pair_chains;          // by worker, then by group
 };
 
 Tiler::Impl::Impl(TilerOptions given)
     : options(std::move(given)),
-      most_in_chunk(options.chunk_segments != 0
-                        ? options.chunk_segments
-                        : std::min(kMostChunkSegments, options.memory / 2 / kBytesPerSegment / options.threads)),
+      most_in_chunk(0),
       spool(options.folder,
             options.folder.empty() || options.memory < kSmallMemory ? std::size_t{16} << 10 : std::size_t{64} << 10,
             options.chunk_segments != 0 ? 0 : options.memory / 4),
       details(spool) {
+  options.memory = std::min(options.memory, kMostMemory);
+  // All threads at work take a third. A chunk with no more ghosts than segments of its own never has a tile that is too
+  // large to be built.
+  most_in_chunk = options.chunk_segments != 0
+                      ? options.chunk_segments
+                      : std::min({kMostChunkSegments, options.memory / 3 / kBytesOfSegment / options.threads,
+                                  options.memory / 4 / LeafBuilder::tileCost(1)});
   // A chunk that is split must be one that its midpoints make no leaf of.
   most_in_chunk = std::max<std::uint64_t>(most_in_chunk, options.capacity);
+  most_open = std::max<std::size_t>(8, options.memory / 16 / spool.block_bytes());
   addChunk(CellKey{}, kNone, 0);
-  workspaces.resize(options.threads);
   parts.resize(options.threads);
   for (unsigned i = 0; i < options.threads; ++i) long_segments.emplace_back(spool);
 }
@@ -214,9 +194,10 @@ std::uint32_t Tiler::Impl::chunkOf(std::uint32_t split, const GridPoint& middle)
 
 void Tiler::Impl::put(std::uint32_t chunk, const SegmentRecord& record, const GridPoint& middle) {
   Chunk& to = chunks[chunk];
+  if (!to.own.isOpen()) open.push_back(chunk);
   to.own.add(record);
   to.seen.extend(middle);
-  if (to.own.count() > most_in_chunk && to.seen.lo != to.seen.hi) split(chunk);
+  if (to.own.count() > most_in_chunk && to.seen.lo != to.seen.hi && open.size() < most_open) split(chunk);
 }
 
 // Halves the cell until the midpoints are on both sides: what it holds stays there until everything is read.
@@ -310,15 +291,22 @@ void Tiler::Impl::take(Cell& cell) {
   const std::uint64_t size = bytes.size();
   details.append({reinterpret_cast<const std::uint8_t*>(&size), sizeof size});
   details.append(bytes);
+  cell_bytes += kBytesOfCell + 4 * heapBytes(record.source) + 3 * heapBytes(cell.name);
   given_names.push_back(std::move(cell.name));
   digests.push_back(cell.digest);
   records.push_back(std::move(record));
+  if (records.size() % 256 == 0) refuseWhatHasGrown();
+}
+
+void Tiler::Impl::closeOpen() {
+  for (const std::uint32_t chunk : open) chunks[chunk].own.close();
+  open.clear();
 }
 
 // What split chunks held goes down to those that there are now; these may have to be split in turn.
-void Tiler::Impl::settle() {
+void Tiler::Impl::settleRemnants(std::size_t from_remnant) {
   std::uint64_t done = 0;
-  for (std::size_t i = 0; i < remnants.size(); ++i) {
+  for (std::size_t i = from_remnant; i < remnants.size(); ++i) {
     SegmentChain chain = std::move(remnants[i].chain);
     const std::uint32_t from = remnants[i].split;
     SegmentChain::Reader reader(chain, true);
@@ -331,16 +319,36 @@ void Tiler::Impl::settle() {
     }
   }
   remnants.clear();
+  closeOpen();
+}
+
+// Each chunk that could not be split because too many had buffers open is split now, one after the other.
+void Tiler::Impl::settle() {
+  settleRemnants(0);
+  for (std::uint32_t i = 0; i < chunks.size(); ++i) {
+    while (chunks[i].own.count() > most_in_chunk && chunks[i].seen.lo != chunks[i].seen.hi) {
+      split(i);
+      settleRemnants(0);
+    }
+  }
+}
+
+void Tiler::Impl::refuseWhatHasGrown() const {
+  if (workBytes() >= options.memory / 8) return;
+  throw InputError(std::to_string(records.size()) + " cells and " + std::to_string(partition.leaves().size()) +
+                   " tiles take more memory than is given; ingest with --memory " +
+                   std::to_string((grown() / 7 * 16 >> 20) + 1) + "MiB or more");
 }
 
 template <typename Work>
-void Tiler::Impl::forEachChunk(const char* phase, const Work& work) {
+void Tiler::Impl::forEachChunk(const char* phase, const Work& work, const std::function<void(unsigned)>& free) {
   std::atomic<std::size_t> next{0};
   std::atomic<std::uint64_t> done{0};
   std::atomic<bool> failed{false};
-  Turnstile memory(options.memory / 2);
+  MemoryGate gate(std::max(workBytes(), options.memory / 8), options.threads);
   const auto run = [&](unsigned worker, std::exception_ptr& failure) {
     try {
+      MemoryGate::Pass pass(gate);
       for (std::size_t i; !failed && (i = next.fetch_add(1)) < order.size();) {
         if (worker == 0) {
           step(phase, done, segments);
@@ -348,17 +356,11 @@ void Tiler::Impl::forEachChunk(const char* phase, const Work& work) {
           stopIfCancelled();
         }
         Chunk& chunk = chunks[order[i]];
-        const std::uint64_t taken = cost(chunk), n = chunk.own.count();
-        memory.enter(taken);
-        try {
-          work(chunk, worker);
-        } catch (...) {
-          memory.leave(taken);
-          throw;
-        }
-        memory.leave(taken);
+        const std::uint64_t n = chunk.own.count();
+        work(chunk, worker, gate, pass);
         done += n;
       }
+      free(worker);
     } catch (...) {
       failure = std::current_exception();
       failed = true;
@@ -402,127 +404,90 @@ void Tiler::Impl::cutChunk(Chunk& chunk, SampleSurvey& found_survey, SegmentChai
   found.insert(found.end(), leaves.begin(), leaves.end());
 }
 
-// Gives each segment to all chunks but its own that store it.
-void Tiler::Impl::deliver(SegmentChain& crossing) {
+// Gives each segment to all chunks but its own that store it; to those from `begin` to `end` in the order of keys. In
+// several steps where the chunks have more buffers than may be open.
+void Tiler::Impl::deliver(SegmentChain& crossing, std::size_t begin, std::size_t end) {
   const auto chunk_of_leaf = [&](std::uint32_t leaf) {
     const auto after = std::upper_bound(order.begin(), order.end(), leaf,
                                         [&](std::uint32_t l, std::uint32_t c) { return l < chunks[c].first_leaf; });
-    return *(after - 1);
+    return static_cast<std::size_t>(after - order.begin() - 1);
   };
-  SegmentChain::Reader reader(crossing, true);
-  std::vector<std::uint32_t> met;
-  for (SegmentRecord record = SegmentChain::first(); reader.next(record);) {
-    if (!partition.leavesMet(record.child, record.parent, met, &visited))
-      met = {partition.home(record.child), partition.home(record.parent)};
-    const std::uint32_t own = chunk_of_leaf(partition.home(midpoint(record.child, record.parent)));
-    std::sort(met.begin(), met.end());
-    std::uint32_t last = kNone;
-    for (std::uint32_t leaf : met) {
-      if (last != kNone && leaf < chunks[last].end_leaf) continue;
-      last = chunk_of_leaf(leaf);
-      if (last != own) chunks[last].ghosts.add(record);
-    }
-  }
-}
-
-void Tiler::Impl::handOver(std::uint32_t leaf, const CellKey& key, bool is_long, unsigned worker, TileSink& sink) {
-  Workspace& w = workspaces[worker];
-  std::uint32_t cell = kNone;
-  for (const StoredSegment& s : w.segments) {
-    if (!s.owned || s.id.cell == cell) continue;
-    cell = s.id.cell;
-    w.pairs[group(cell)].push_back({cell, leaf});
-  }
-  chooser->addLeaf(key, w.segments, parts[worker]);
-  sink.add(worker, leaf, key, is_long, w.segments, w.appearance);
-}
-
-void Tiler::Impl::buildChunk(Chunk& chunk, unsigned worker, TileSink& sink) {
-  const std::uint64_t own = chunk.own.count(), all = own + chunk.ghosts.count();
-  if (all == 0) return;
-  if (all >= kChunkBit)
-    throw InputError("more than 2^31 segments have the same midpoint: one tile would have to hold them");
-  Workspace& w = workspaces[worker];
-  w.records.resize(all);
-  std::size_t at_record = 0;
-  for (SegmentChain* chain : {&chunk.own, &chunk.ghosts}) {
-    SegmentChain::Reader reader(*chain, true);
-    for (SegmentRecord record = SegmentChain::first(); reader.next(record);) w.records[at_record++] = record;
-  }
-  chunk.own.clear();
-  chunk.ghosts.clear();
-
-  const std::uint32_t first = chunk.first_leaf, end = chunk.end_leaf, count = end - first;
-  const Partition::Subtree subtree = partition.subtree(chunk.core());
-  w.closed.clear();
-  for (std::uint32_t leaf = first; leaf < end; ++leaf) w.closed.push_back(closedCell(partition.leaves()[leaf]));
-  w.begin.assign(count + 1, 0);
-  w.placed.clear();
-  const auto store = [&](std::uint32_t leaf, std::uint32_t record, bool owned) {
-    w.placed.push_back(std::uint64_t{leaf - first} << 32 | (owned ? kChunkBit : 0) | record);
-    ++w.begin[leaf - first + 1];
-  };
-  const auto meets = [&](const SegmentRecord& r) {
-    return strictlyInside(subtree.cell, r.child, r.parent)
-               ? partition.leavesMet(subtree, r.child, r.parent, w.met, &w.visited)
-               : partition.leavesMet(r.child, r.parent, w.met, &w.visited);
-  };
-  std::uint32_t owner = first;
-  for (std::uint32_t i = 0; i < all; ++i) {
-    const SegmentRecord& r = w.records[i];
-    const bool owned = i < own;
-    if (owned) {
-      const GridPoint middle = midpoint(r.child, r.parent);
-      const GridBox& last = w.closed[owner - first];
-      if ((middle.array() < last.lo.array()).any() || (middle.array() >= last.hi.array()).any())
-        owner = partition.home(subtree, middle);
-      if (strictlyInside(w.closed[owner - first], r.child, r.parent)) {
-        store(owner, i, true);
-        continue;
+  const std::size_t step = (end - begin + most_open - 1) / most_open;  // chunks that have a buffer together
+  std::vector<SegmentChain> groups;
+  if (step > 1)
+    for (std::size_t i = begin; i < end; i += step) groups.emplace_back(spool);
+  {
+    SegmentChain::Reader reader(crossing, true);
+    std::vector<std::uint32_t> met;
+    for (SegmentRecord record = SegmentChain::first(); reader.next(record);) {
+      if (!partition.leavesMet(record.child, record.parent, met, &visited))
+        met = {partition.home(record.child), partition.home(record.parent)};
+      const std::size_t own = chunk_of_leaf(partition.home(midpoint(record.child, record.parent)));
+      std::sort(met.begin(), met.end());
+      std::size_t last = SIZE_MAX, last_group = SIZE_MAX;
+      for (std::uint32_t leaf : met) {
+        if (last != SIZE_MAX && leaf < chunks[order[last]].end_leaf) continue;
+        last = chunk_of_leaf(leaf);
+        if (last == own || last < begin || last >= end) continue;
+        if (step == 1) {
+          chunks[order[last]].ghosts.add(record);
+        } else if (const std::size_t to = (last - begin) / step; to != last_group) {
+          groups[to].add(record);
+          last_group = to;
+        }
       }
     }
-    if (meets(r)) {
-      for (std::uint32_t leaf : w.met)
-        if (leaf >= first && leaf < end) store(leaf, i, owned && leaf == owner);
-      continue;
-    }
-    if (owned) long_segments[worker].add(r);
-    const std::uint32_t home_a = partition.home(r.child), home_b = partition.home(r.parent);
-    if (home_a >= first && home_a < end) store(home_a, i, false);
-    if (home_b != home_a && home_b >= first && home_b < end) store(home_b, i, false);
   }
-  std::partial_sum(w.begin.begin(), w.begin.end(), w.begin.begin());
-  w.ordered.resize(w.placed.size());
-  std::vector<std::uint32_t> next(w.begin.begin(), w.begin.end() - 1);
-  for (std::uint64_t at : w.placed) w.ordered[next[at >> 32]++] = at;
+  for (SegmentChain& group : groups) group.close();
+  for (std::size_t i = 0; i < groups.size(); ++i) {
+    stopIfCancelled();
+    deliver(groups[i], begin + i * step, std::min(begin + (i + 1) * step, end));
+  }
+  if (step == 1)
+    for (std::size_t i = begin; i < end; ++i) chunks[order[i]].ghosts.close();
+}
 
-  const auto record_of = [&](std::uint64_t at) -> const SegmentRecord& {
-    return w.records[static_cast<std::uint32_t>(at) & ~kChunkBit];
-  };
-  std::vector<std::uint64_t> entries;
-  for (std::uint32_t leaf = first; leaf < end; ++leaf) {
-    const std::uint32_t from = w.begin[leaf - first], to = w.begin[leaf - first + 1];
-    if (from == to) continue;
-    entries.assign(w.ordered.begin() + from, w.ordered.begin() + to);
-    sortRuns(entries, w.runs,
-             [&](std::uint64_t a, std::uint64_t b) { return record_of(a).id.key() < record_of(b).id.key(); });
-    w.segments.clear();
-    w.appearance.radii_um.clear();
-    w.appearance.types.clear();
-    for (const std::uint64_t at : entries) {
-      const SegmentRecord& r = record_of(at);
-      w.segments.push_back({r.id, r.child_sample, r.parent_sample, r.child, r.parent, (at & kChunkBit) != 0});
-      w.appearance.radii_um.push_back(r.radius_um);
-      w.appearance.types.push_back(r.type);
+void Tiler::Impl::handOver(std::uint32_t leaf, const CellKey& key, bool is_long, std::vector<StoredSegment>& stored,
+                           TileAppearance& appearance, unsigned worker, TileSink& sink) {
+  std::uint32_t cell = kNone;
+  for (const StoredSegment& s : stored) {
+    if (!s.owned || s.id.cell == cell) continue;
+    cell = s.id.cell;
+    const Pair pair{cell, leaf};
+    pair_chains[worker * group_begin.size() + group(cell)].append(
+        {reinterpret_cast<const std::uint8_t*>(&pair), sizeof pair});
+  }
+  chooser->addLeaf(key, stored, parts[worker]);
+  sink.add(worker, leaf, key, is_long, stored, appearance);
+}
+
+LeafBuilder Tiler::Impl::builder(unsigned worker, TileSink& sink) {
+  LeafBuilder made(partition, spool, long_segments[worker], options.capacity,
+                   [this, worker, &sink](std::uint32_t leaf, std::vector<StoredSegment>& stored, TileAppearance& look) {
+                     stopIfCancelled();
+                     handOver(leaf, partition.leaves()[leaf], false, stored, look, worker, sink);
+                   });
+  made.memoryFor = [this](std::uint64_t bytes) { return memoryForWork(bytes); };
+  return made;
+}
+
+// Where many ghosts meet, one tile may take more than there is: that is found before any tile is made.
+void Tiler::Impl::refuseWhatCannotBeBuilt() {
+  std::atomic<std::uint64_t> largest{0};
+  forEachChunk("counting", [&](Chunk& chunk, unsigned worker, MemoryGate& gate, MemoryGate::Pass&) {
+    const std::uint64_t own = chunk.own.count(), ghosts = chunk.ghosts.count();
+    if (LeafBuilder::tileCost(own + ghosts) <= gate.limit()) return;
+    if (ghosts <= own && own <= most_in_chunk && LeafBuilder::tileCost(2 * most_in_chunk) <= gate.limit()) return;
+    LeafBuilder counter(partition, spool, long_segments[worker], options.capacity, {});
+    SegmentChain* const chains[] = {&chunk.own, &chunk.ghosts};
+    for (const std::uint64_t stored : counter.count(chains, rangeOf(chunk))) {
+      std::uint64_t before = largest;
+      while (stored > before && !largest.compare_exchange_weak(before, stored)) {
+      }
     }
-    handOver(leaf, partition.leaves()[leaf], false, worker, sink);
-  }
-  const std::size_t groups = w.pairs.size();
-  for (std::size_t g = 0; g < groups; ++g) {
-    pair_chains[worker * groups + g].append(
-        {reinterpret_cast<const std::uint8_t*>(w.pairs[g].data()), w.pairs[g].size() * sizeof(Pair)});
-    w.pairs[g].clear();
-  }
+  });
+  if (LeafBuilder::tileCost(largest) > workBytes())
+    LeafBuilder::refuse(largest, memoryForWork(LeafBuilder::tileCost(largest)));
 }
 
 Tiler::Tiler(TilerOptions options) : impl_(std::make_unique<Impl>(std::move(options))) {}
@@ -546,86 +511,137 @@ void Tiler::read(CellStream& stream) {
   t.given_names = {};
   for (std::size_t i = 0; i < names.size(); ++i) t.records[i].name = std::move(names[i]);
 
-  for (Impl::Chunk& chunk : t.chunks) chunk.own.close();
   t.order.resize(t.chunks.size());
   std::iota(t.order.begin(), t.order.end(), 0u);
   std::sort(t.order.begin(), t.order.end(),
             [&](std::uint32_t a, std::uint32_t b) { return t.chunks[a].key.low < t.chunks[b].key.low; });
+  t.refuseWhatHasGrown();
   for (const Impl::Chunk& chunk : t.chunks)
-    if (chunk.own.count() > t.most_in_chunk && t.cost(chunk) > t.options.memory / 2)
+    if (chunk.own.count() > t.most_in_chunk && LeafBuilder::tileCost(chunk.own.count()) > t.workBytes())
       throw InputError(
           std::to_string(chunk.own.count()) +
           " segments have the same midpoint and belong to one tile, which takes more memory than is given; "
           "ingest with --memory " +
-          std::to_string((2 * t.cost(chunk) >> 20) + 1) + "MiB");
+          std::to_string((t.memoryForWork(LeafBuilder::tileCost(chunk.own.count())) >> 20) + 1) + "MiB");
 }
 
 void Tiler::cut() {
   Impl& t = *impl_;
-  struct Found {
-    SampleSurvey survey;
-    std::vector<CellKey> leaves;
-  };
-  std::vector<Found> found(t.chunks.size());
+  // Surveys are joined in the order of keys, each as soon as those before it are there.
+  std::vector<std::vector<CellKey>> leaves_of(t.chunks.size());
+  std::vector<std::unique_ptr<SampleSurvey>> waiting(t.order.size());
+  std::vector<std::size_t> place(t.order.size());
+  for (std::size_t i = 0; i < t.order.size(); ++i) place[t.order[i]] = i;
+  std::size_t joined = 0;
+  std::mutex mutex;
+  std::uint64_t leaf_count = 0;
   std::vector<SegmentChain> crossing;
   for (unsigned i = 0; i < t.options.threads; ++i) crossing.emplace_back(t.spool);
-  t.forEachChunk("cutting", [&](Impl::Chunk& chunk, unsigned worker) {
-    Found& of = found[static_cast<std::size_t>(&chunk - t.chunks.data())];
-    t.cutChunk(chunk, of.survey, crossing[worker], of.leaves);
+  t.forEachChunk("cutting", [&](Impl::Chunk& chunk, unsigned worker, MemoryGate& gate, MemoryGate::Pass& pass) {
+    const std::uint64_t bytes = std::min(chunk.own.count() * kBytesOfCut, gate.limit());
+    if (!pass.fits(bytes)) pass.change(bytes);
+    const auto self = static_cast<std::size_t>(&chunk - t.chunks.data());
+    auto survey = std::make_unique<SampleSurvey>();
+    t.cutChunk(chunk, *survey, crossing[worker], leaves_of[self]);
+    const std::lock_guard lock(mutex);
+    leaf_count += leaves_of[self].size();
+    if (leaf_count * kBytesOfLeaf > t.options.memory)
+      throw InputError("the segments need more than " + std::to_string(leaf_count) +
+                       " tiles, which takes more memory than is given; ingest with a larger --capacity, or with "
+                       "--memory " +
+                       std::to_string((leaf_count * kBytesOfLeaf * 2 >> 20) + 1) + "MiB or more");
+    waiting[place[self]] = std::move(survey);
+    for (; joined < waiting.size() && waiting[joined]; ++joined) {
+      t.survey.add(*waiting[joined]);
+      waiting[joined].reset();
+    }
   });
   std::vector<CellKey> leaves;
+  leaves.reserve(leaf_count);
   for (std::uint32_t c : t.order) {
     t.chunks[c].first_leaf = static_cast<std::uint32_t>(leaves.size());
-    leaves.insert(leaves.end(), found[c].leaves.begin(), found[c].leaves.end());
+    leaves.insert(leaves.end(), leaves_of[c].begin(), leaves_of[c].end());
     t.chunks[c].end_leaf = static_cast<std::uint32_t>(leaves.size());
-    t.survey.add(found[c].survey);
-    found[c] = {};
+    leaves_of[c] = {};
   }
   t.partition = Partition(std::move(leaves));
+  t.refuseWhatHasGrown();
+  const std::uint64_t packing = t.options.beside + t.cell_bytes + leaf_count * kBytesOfPackedLeaf,
+                      free = t.options.memory / 8 * 7;
+  if (packing > free)
+    throw InputError(std::to_string(leaf_count) + " tiles take more memory than is given; ingest with --memory " +
+                     std::to_string((packing / 7 * 8 >> 20) + 1) + "MiB");
   for (SegmentChain& chain : crossing) {
     chain.close();
     t.stopIfCancelled();
-    t.deliver(chain);
+    t.deliver(chain, 0, t.order.size());
   }
-  for (Impl::Chunk& chunk : t.chunks) chunk.ghosts.close();
+  t.refuseWhatCannotBeBuilt();
 }
 
 void Tiler::tiles(TileSink& sink) {
   Impl& t = *impl_;
   t.chooser = std::make_unique<const SampleChooser>(t.options.grid, t.survey, samplePointsFor(t.segments));
-  const std::uint64_t groups = t.segments / kPairsPerGroup + 1;
-  t.cells_per_group = static_cast<std::uint32_t>(t.records.size() / groups + 1);
-  const std::size_t group_count = t.records.size() / t.cells_per_group + 1;
-  for (Impl::Workspace& w : t.workspaces) w.pairs.resize(group_count);
-  for (std::size_t i = 0; i < group_count * t.options.threads; ++i) t.pair_chains.emplace_back(t.spool);
+  const std::uint64_t per_group =
+      std::max<std::uint64_t>(1, std::min(kPairsPerGroup, t.options.memory / 8 / sizeof(Impl::Pair)));
+  std::uint64_t in_group = per_group;
+  for (std::uint32_t cell = 0; cell < t.records.size(); ++cell) {
+    if (in_group >= per_group) {
+      t.group_begin.push_back(cell);
+      in_group = 0;
+    }
+    in_group += t.records[cell].segments + t.records[cell].isolated;
+  }
+  if (t.group_begin.empty()) t.group_begin.push_back(0);
+  t.pair_spool =
+      std::make_unique<Spool>(t.options.folder, kPairBlock, t.options.chunk_segments != 0 ? 0 : t.options.memory / 64);
+  for (std::size_t i = 0; i < t.group_begin.size() * t.options.threads; ++i) t.pair_chains.emplace_back(*t.pair_spool);
 
-  t.forEachChunk("writing tiles", [&](Impl::Chunk& chunk, unsigned worker) { t.buildChunk(chunk, worker, sink); });
+  std::vector<LeafBuilder> builders;
+  builders.reserve(t.options.threads);
+  for (unsigned i = 0; i < t.options.threads; ++i) builders.push_back(t.builder(i, sink));
+  t.forEachChunk(
+      "writing tiles",
+      [&](Impl::Chunk& chunk, unsigned worker, MemoryGate& gate, MemoryGate::Pass& pass) {
+        SegmentChain* const chains[] = {&chunk.own, &chunk.ghosts};
+        builders[worker].build(chains, Impl::rangeOf(chunk), gate, pass);
+      },
+      [&](unsigned worker) { builders[worker].release(); });
+  for (const LeafBuilder& builder : builders) t.visited += builder.visited();
+  builders.clear();
 
-  Impl::Workspace& w = t.workspaces[0];
-  w.records = {};
+  std::uint64_t count = 0;
   for (SegmentChain& chain : t.long_segments) {
     chain.close();
-    SegmentChain::Reader reader(chain, true);
-    for (SegmentRecord record = SegmentChain::first(); reader.next(record);) w.records.push_back(record);
+    count += chain.count();
   }
-  if (!w.records.empty()) {
-    std::sort(w.records.begin(), w.records.end(),
-              [](const SegmentRecord& a, const SegmentRecord& b) { return a.id < b.id; });
-    w.segments.clear();
-    w.appearance = {};
-    for (const SegmentRecord& r : w.records) {
-      w.segments.push_back({r.id, r.child_sample, r.parent_sample, r.child, r.parent, true});
-      w.appearance.radii_um.push_back(r.radius_um);
-      w.appearance.types.push_back(r.type);
+  if (LeafBuilder::tileCost(count) > t.workBytes())
+    throw InputError(std::to_string(count) + " segments meet more than " + std::to_string(kMaxLeavesOfSegment) +
+                     " tiles each and belong to one tile, which takes more memory than is given; ingest with a larger "
+                     "--capacity, or with --memory " +
+                     std::to_string((t.memoryForWork(LeafBuilder::tileCost(count)) >> 20) + 1) + "MiB");
+  if (count > 0) {
+    std::vector<SegmentRecord> records;
+    records.reserve(count);
+    for (SegmentChain& chain : t.long_segments) {
+      SegmentChain::Reader reader(chain, true);
+      for (SegmentRecord record = SegmentChain::first(); reader.next(record);) records.push_back(record);
     }
-    t.handOver(static_cast<std::uint32_t>(t.partition.leaves().size()), CellKey{}, true, 0, sink);
-    for (std::size_t g = 0; g < w.pairs.size(); ++g)
-      t.pair_chains[g].append(
-          {reinterpret_cast<const std::uint8_t*>(w.pairs[g].data()), w.pairs[g].size() * sizeof(Impl::Pair)});
+    std::sort(records.begin(), records.end(),
+              [](const SegmentRecord& a, const SegmentRecord& b) { return a.id < b.id; });
+    std::vector<StoredSegment> stored;
+    stored.reserve(count);
+    TileAppearance appearance;
+    for (const SegmentRecord& r : records) {
+      stored.push_back({r.id, r.child_sample, r.parent_sample, r.child, r.parent, true});
+      appearance.radii_um.push_back(r.radius_um);
+      appearance.types.push_back(r.type);
+    }
+    records = {};
+    t.handOver(static_cast<std::uint32_t>(t.partition.leaves().size()), CellKey{}, true, stored, appearance, 0, sink);
   }
-  for (const Impl::Workspace& used : t.workspaces) t.visited += used.visited;
-  t.workspaces.clear();
   for (Chain& chain : t.pair_chains) chain.close();
+  t.spool.trim();
 }
 
 SamplePoints Tiler::samples() { return impl_->chooser->finish(impl_->parts); }
@@ -635,14 +651,19 @@ void Tiler::details(std::span<const TileId> tile_of, const std::function<void(By
   Chain::Reader rest(t.details, true);
   std::vector<Impl::Pair> pairs;
   std::size_t at = 0;
-  const std::size_t groups = t.pair_chains.size() / t.options.threads;
+  const std::size_t groups = t.group_begin.size();
+  std::size_t group = 0;  // the next
   for (std::uint32_t cell = 0; cell < t.records.size(); ++cell) {
-    if (cell % t.cells_per_group == 0) {
+    if (group < groups && t.group_begin[group] == cell) {
       t.step("writing cells", cell, t.records.size());
       pairs.clear();
       at = 0;
+      std::size_t size = 0;
+      for (unsigned worker = 0; worker < t.options.threads; ++worker)
+        size += t.pair_chains[worker * groups + group].bytes() / sizeof(Impl::Pair);
+      pairs.reserve(size);
       for (unsigned worker = 0; worker < t.options.threads; ++worker) {
-        Chain& chain = t.pair_chains[worker * groups + t.group(cell)];
+        Chain& chain = t.pair_chains[worker * groups + group];
         const std::size_t n = chain.bytes() / sizeof(Impl::Pair);
         pairs.resize(pairs.size() + n);
         Chain::Reader(chain, true)
@@ -651,6 +672,7 @@ void Tiler::details(std::span<const TileId> tile_of, const std::function<void(By
       std::sort(pairs.begin(), pairs.end(), [](const Impl::Pair& a, const Impl::Pair& b) {
         return a.cell != b.cell ? a.cell < b.cell : a.leaf < b.leaf;
       });
+      ++group;
     }
     const std::size_t begin = at;
     while (at < pairs.size() && pairs[at].cell == cell) ++at;

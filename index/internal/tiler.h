@@ -10,8 +10,10 @@
 //           chunk are put aside, and then given to all chunks that they meet.
 //  tiles    Each chunk, on its own, hands over its leaves.
 //
-// Nothing depends on the size of the chunks but time and memory. Memory: the share that is given, and for each leaf and
-// each cell a few hundred bytes.
+// Nothing depends on the size of the chunks but time and memory. Memory: what is given. Its shares: a quarter for the
+// spool's blocks, a sixteenth for buffers of chunks that are being written, an eighth for what the sink keeps, the rest
+// for chunks at work and for what each leaf, cell, chunk and block takes. Where less than an eighth is left to work
+// with, or a tile does not fit it, the tiler refuses before it makes a tile.
 #pragma once
 
 #include "index/internal/segment_chain.h"
@@ -31,6 +33,7 @@ struct TilerOptions {
   Grid grid;
   std::uint32_t capacity = 0;
   std::uint64_t memory = UINT64_MAX;  // bytes
+  std::uint64_t beside = 0;           // bytes of it that others take
   std::uint64_t chunk_segments = 0;   // most in a chunk; 0: what suits the memory
   unsigned threads = 1;               // at work on chunks, the caller's included
   std::string folder = {};            // for the spool's file; empty: all in memory
@@ -50,7 +53,8 @@ class TileSink {
 };
 
 // Thread-compatible; starts threads of its own. Throws Interrupted when `cancel` becomes true, IoError when the spool
-// cannot be written, UsageError for a cell whose arrays disagree, InputError when there is too much of something.
+// cannot be written, UsageError for a cell whose arrays disagree, InputError when there is too much of something: where
+// it is too much for the memory, the message names what it takes.
 class Tiler {
  public:
   explicit Tiler(TilerOptions options);

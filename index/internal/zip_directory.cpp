@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cerrno>
 #include <fcntl.h>
+#include <memory>
+#include <new>
 #include <string_view>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -21,6 +23,8 @@ constexpr std::string_view kLocalMark = "PK\3\4"sv, kEntryMark = "PK\1\2"sv, kEn
 constexpr std::string_view kEnd64Mark = "PK\6\6"sv, kLocator64Mark = "PK\6\7"sv, kSpanMark = "PK\7\x08"sv;
 constexpr std::size_t kLocalBytes = 30, kCentralBytes = 46, kEndBytes = 22, kEnd64Bytes = 56, kLocator64Bytes = 20;
 constexpr std::uint64_t kMaxComment = 65535;
+constexpr std::uint64_t kMostCentralBytes = kCentralBytes + 3 * std::uint64_t{65535};  // of an entry
+constexpr std::uint64_t kMostSignatureBytes = 6 + 65535;
 
 std::uint64_t number(std::string_view bytes, std::size_t at, std::size_t width) {
   std::uint64_t value = 0;
@@ -106,6 +110,12 @@ EndRecord readEnd(const File& file, std::string_view bytes, std::uint64_t end_at
   return record;
 }
 
+// Can so many entries take so many bytes? Behind them only a digital signature may follow, of at most 64 KiB.
+bool plausible(const EndRecord& record) {
+  return record.entries <= record.bytes / kCentralBytes &&
+         record.bytes / kMostCentralBytes <= record.entries + kMostSignatureBytes / kMostCentralBytes + 1;
+}
+
 // Fills in what the fixed fields left to the zip64 extra field. False if that field is missing.
 bool readExtra64(std::string_view extra, ZipEntry& entry) {
   std::uint64_t* const values[] = {&entry.bytes, &entry.packed_bytes, &entry.header_at};
@@ -129,9 +139,52 @@ bool readExtra64(std::string_view extra, ZipEntry& entry) {
   return false;
 }
 
-bool parseEntries(std::string_view bytes, std::uint64_t count, std::vector<ZipEntry>& entries) {
+// The bytes of a stated directory, read a window at a time: a damaged record may state gigabytes.
+class DirectoryReader {
+ public:
+  DirectoryReader(const File& file, std::uint64_t at, std::uint64_t bytes)
+      : file_(file), at_(at), left_(bytes), hash_(XXH3_createState()) {
+    if (!hash_) throw std::bad_alloc();
+    XXH3_64bits_reset(hash_.get());
+  }
+  // The next bytes, at least `count` unless fewer are left.
+  std::string_view peek(std::size_t count) {
+    if (window_.size() - from_ < count && left_ > 0) {
+      window_.erase(0, from_);
+      from_ = 0;
+      const std::uint64_t n = std::min<std::uint64_t>(left_, std::max(kWindow, count));
+      window_ += file_.read(at_, n);
+      at_ += n;
+      left_ -= n;
+    }
+    return std::string_view(window_).substr(from_);
+  }
+  // Requires count <= peek().size().
+  void skip(std::size_t count) {
+    XXH3_64bits_update(hash_.get(), window_.data() + from_, count);
+    from_ += count;
+  }
+  std::uint64_t digestOfAll() {
+    for (std::string_view rest; !(rest = peek(1)).empty();) skip(rest.size());
+    return XXH3_64bits_digest(hash_.get());
+  }
+
+ private:
+  static constexpr std::size_t kWindow = std::size_t{1} << 18;
+  struct HashFree {
+    void operator()(XXH3_state_t* hash) const { XXH3_freeState(hash); }
+  };
+  const File& file_;
+  std::uint64_t at_, left_;
+  std::string window_;
+  std::size_t from_ = 0;
+  std::unique_ptr<XXH3_state_t, HashFree> hash_;
+};
+
+bool parseEntries(DirectoryReader& directory, std::uint64_t count, std::vector<ZipEntry>& entries) {
   entries.clear();
-  while (bytes.size() >= kCentralBytes && entries.size() < count) {
+  for (std::string_view bytes;
+       entries.size() < count && (bytes = directory.peek(kCentralBytes)).size() >= kCentralBytes;) {
     if (bytes.substr(0, 4) != kEntryMark) return false;
     ZipEntry entry;
     entry.flags = static_cast<std::uint16_t>(number(bytes, 8, 2));
@@ -142,14 +195,16 @@ bool parseEntries(std::string_view bytes, std::uint64_t count, std::vector<ZipEn
     const std::size_t name = number(bytes, 28, 2), extra = number(bytes, 30, 2), comment = number(bytes, 32, 2);
     entry.attributes = static_cast<std::uint32_t>(number(bytes, 38, 4));
     entry.header_at = number(bytes, 42, 4);
-    if (bytes.size() < kCentralBytes + name + extra + comment) return false;
+    const std::size_t whole = kCentralBytes + name + extra + comment;
+    bytes = directory.peek(whole);
+    if (bytes.size() < whole) return false;
     entry.name = bytes.substr(kCentralBytes, name);
     if (!readExtra64(bytes.substr(kCentralBytes + name, extra), entry)) return false;
     entries.push_back(std::move(entry));
-    bytes.remove_prefix(kCentralBytes + name + extra + comment);
+    directory.skip(whole);
   }
   // What may follow the entries is a digital signature, never another entry.
-  return entries.size() == count && bytes.substr(0, 4) != kEntryMark;
+  return entries.size() == count && directory.peek(4).substr(0, 4) != kEntryMark;
 }
 
 // Extents are at least header, name and packed data. An extent may not run into the next one, nor into the directory.
@@ -199,11 +254,12 @@ ZipDirectory readZipDirectory(const std::string& path) {
     const bool shifted = directory_at != record.at;
     // Of several readable directories the one that starts where it says wins: the others lie inside of a comment.
     if (record.several_disks || (shifted && have)) continue;
-    const std::string directory = file.read(directory_at, record.bytes);
+    if (!plausible(record)) continue;
+    DirectoryReader directory(file, directory_at, record.bytes);
     if (!parseEntries(directory, record.entries, entries)) continue;
     found.entries = std::move(entries);
     found.archive_at = directory_at - record.at;
-    found.digest = XXH3_64bits(directory.data(), directory.size());
+    found.digest = directory.digestOfAll();
     have = true;
     if (entriesOverlap(found.entries, record.at)) {
       found.refusal = InputCode::E_ZIP_OVERLAP;

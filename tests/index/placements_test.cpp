@@ -237,7 +237,7 @@ TEST(PlacedCells, DropWhatLiesBeyondTheGridAndSaySo) {
   EXPECT_EQ(report.samples + report.dropped_samples, 8u);
   EXPECT_EQ(report.placed, 1u);
   EXPECT_EQ(report.records.front().line, 2u);
-  EXPECT_EQ(report.records.back().line, 3u);
+  EXPECT_EQ(report.records[report.records.size() - 1].line, 3u);
 }
 
 TEST(PlacedCells, KeepIdBlocksApartWhereTheirFirstSampleIsDropped) {

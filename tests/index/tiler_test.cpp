@@ -166,6 +166,41 @@ TEST(Tiler, SegmentsOnFacesOfCellsCostAsMuchInManyChunksAsInFew) {
     }
 }
 
+// Stars in one place: many times more ghosts than owned segments, in memory that holds neither a chunk nor what its
+// leaves store.
+TEST(Tiler, GhostsAreBuiltInPartsWhereMemoryIsShort) {
+  std::vector<Cell> stars(test::kSanitized ? 10 : 40);
+  for (std::size_t c = 0; c < stars.size(); ++c) {
+    const double shift = 0.1 * static_cast<double>(c);
+    stars[c].source = "star" + std::to_string(c);
+    const std::uint32_t root = test::addSample(stars[c], Vector3d(shift, 0.7 * shift, -shift), kNoParent);
+    for (int i = 0; i < 100; ++i)
+      test::addSample(stars[c], 100 * Vector3d(std::sin(i), std::cos(i), std::sin(7 * i)).normalized(), root);
+  }
+  for (const std::uint32_t capacity : {64u, 200u})
+    for (const unsigned threads : {1u, 3u}) {
+      SCOPED_TRACE(std::to_string(capacity) + ", " + std::to_string(threads) + " threads");
+      const TempFolder folder;
+      TilerOptions options{.grid = Grid(), .capacity = capacity, .memory = std::uint64_t{3} << 20, .threads = threads};
+      options.folder = folder.path();
+      expectSameAsReference(stars, options);
+      if (HasFatalFailure()) return;
+    }
+}
+
+// More chunks than may have buffers open at a time.
+TEST(Tiler, ChunksBeyondTheOpenOnesAreSplitLater) {
+  const std::vector<Cell> cells = test::randomColumn(54, 8, 600, 200);
+  for (const unsigned threads : {1u, 3u}) {
+    const TempFolder folder;
+    TilerOptions options{
+        .grid = Grid(), .capacity = 20, .memory = std::uint64_t{3} << 20, .chunk_segments = 40, .threads = threads};
+    options.folder = folder.path();
+    expectSameAsReference(cells, options);
+    if (HasFatalFailure()) return;
+  }
+}
+
 TEST(Tiler, RefusesATileThatDoesNotFitTheMemory) {
   CellList stream({test::coincidentNodes(250000)});
   Tiler tiler({.grid = Grid(), .capacity = 16, .memory = std::uint64_t{64} << 20});

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <memory>
 #include <stdexcept>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -42,10 +43,12 @@ Outcome run(const std::vector<std::string>& command, const std::string& input) {
     _exit(127);
   }
   int status = 0;
-  while (waitpid(child, &status, 0) < 0)
+  rusage used{};
+  while (wait4(child, &status, 0, &used) < 0)
     if (errno != EINTR) throw std::runtime_error("cannot wait");
   Outcome outcome;
   outcome.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  outcome.peak_bytes = static_cast<std::uint64_t>(used.ru_maxrss) << 10;
   outcome.out = contentOf(out.get());
   outcome.err = contentOf(err.get());
   return outcome;

@@ -1,6 +1,7 @@
 // Runs the program as a person would, and tells what it said.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -10,6 +11,8 @@ namespace filiform::test {
 struct Outcome {
   int exit_code = -1;  // 128 + signal when it was killed by one
   std::string out, err;
+  // The most memory that it had at a time, bytes; at least what the calling process had when it started the program.
+  std::uint64_t peak_bytes = 0;
   bool oneLineOnStderr() const { return !err.empty() && err.find('\n') == err.size() - 1; }
 };
 

@@ -1,0 +1,104 @@
+// The records of an input (input_report.h), in a few bytes each: what is dropped may be millions of lines.
+//
+// Records that follow one another at equal steps, with one code and no token, are one entry. Beyond 1 MiB in the
+// process, records lie in one temporary file without a name, in $TMPDIR or /tmp. Value; thread-compatible.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <iterator>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace filiform {
+
+enum class InputCode : std::uint8_t;
+
+enum class Effect : std::uint8_t { kRemark, kLineDropped, kLinkCut, kInputRefused };
+
+struct InputRecord {
+  std::uint64_t line = 0;  // from 1; 0 where no line is meant
+  InputCode code{};
+  Effect effect = Effect::kRemark;
+  std::string token;  // what stood there, escaped and cut; empty beyond the first kTokensKept records of a code
+};
+
+namespace internal {
+class RecordStore;
+}
+
+class InputRecords {
+ public:
+  // Adds a record; records come out by line, equal lines in the order in which they were added. O(1) as long as lines
+  // ascend but for a few sequences. Throws IoError when the temporary file cannot be made or written.
+  void add(const InputRecord& record);
+  // Adds a record of line 0 before all others. No add() may follow.
+  void addFirst(InputRecord record);
+  // Gives up the memory that is held for further records.
+  void close();
+  void clear();
+
+  std::uint64_t size() const { return size_; }
+  bool empty() const { return size_ == 0; }
+  std::uint64_t count(Effect effect) const { return counts_[static_cast<std::size_t>(effect)]; }
+  InputRecord front() const;                          // requires !empty()
+  InputRecord operator[](std::uint64_t place) const;  // O(place); requires place < size()
+
+  // By line. Reading throws IoError when the temporary file cannot be read. Valid as long as the records, unchanged.
+  class Iterator;
+  Iterator begin() const;
+  std::default_sentinel_t end() const { return {}; }
+
+ private:
+  // A sequence with ascending lines, encoded.
+  struct Piece {
+    std::uint64_t at, bytes;  // in the store
+  };
+  struct Run {
+    std::uint64_t line = 0, step = 0, count = 0;  // count 0: none
+    InputCode code{};
+    Effect effect = Effect::kRemark;
+    std::string token;
+  };
+  struct Tape {
+    std::vector<Piece> pieces;
+    std::vector<std::uint8_t> held;
+    Run run;                      // not yet encoded
+    std::uint64_t last_line = 0;  // added
+    std::uint64_t base = 0;       // first line of the run encoded last
+  };
+  class TapeReader;
+  static void encode(Tape& tape);
+  void put(Tape& tape);
+
+  std::vector<Tape> tapes_;
+  std::shared_ptr<internal::RecordStore> store_;
+  std::uint64_t size_ = 0;
+  std::array<std::uint64_t, 4> counts_{};
+};
+
+class InputRecords::Iterator {
+ public:
+  using iterator_concept = std::input_iterator_tag;
+  using value_type = InputRecord;
+  using difference_type = std::ptrdiff_t;
+
+  explicit Iterator(const InputRecords& records);
+  Iterator(Iterator&&) noexcept;
+  Iterator& operator=(Iterator&&) noexcept;
+  ~Iterator();
+  const InputRecord& operator*() const { return record_; }
+  const InputRecord* operator->() const { return &record_; }
+  Iterator& operator++();
+  void operator++(int) { ++*this; }
+  bool operator==(std::default_sentinel_t) const { return done_; }
+
+ private:
+  std::vector<TapeReader> readers_;
+  InputRecord record_;
+  bool done_ = false;
+};
+
+}  // namespace filiform

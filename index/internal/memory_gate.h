@@ -1,0 +1,68 @@
+// Lets threads work at the same time as long as their working memory together stays within a limit.
+// Thread rule: internally synchronised; a Pass belongs to one thread.
+#pragma once
+
+#include <algorithm>
+#include <condition_variable>
+#include <cstdint>
+#include <mutex>
+
+namespace filiform::internal {
+
+class MemoryGate {
+ public:
+  // `threads` work at a time.
+  MemoryGate(std::uint64_t limit, unsigned threads) : limit_(limit), share_(limit / threads) {}
+  MemoryGate(const MemoryGate&) = delete;
+  MemoryGate& operator=(const MemoryGate&) = delete;
+
+  std::uint64_t limit() const { return limit_; }  // bytes
+  std::uint64_t share() const { return share_; }  // bytes that each thread may have while all work
+
+  // The bytes that one thread may use. Given back at the end.
+  class Pass {
+   public:
+    explicit Pass(MemoryGate& gate) : gate_(&gate) {}
+    Pass(const Pass&) = delete;
+    Pass& operator=(const Pass&) = delete;
+    ~Pass() { gate_->leave(held_); }
+
+    std::uint64_t bytes() const { return held_; }
+    // Are `bytes` held, and no more than the share or than that?
+    bool fits(std::uint64_t bytes) const { return bytes <= held_ && held_ <= std::max(bytes, gate_->share_); }
+    // Holds the share, or `bytes` where that is more. Gives back what was held, then waits until there is room: the
+    // thread must have freed its memory. Requires bytes <= limit().
+    void change(std::uint64_t bytes) {
+      gate_->leave(held_);
+      held_ = 0;
+      const std::uint64_t wanted = std::max(bytes, gate_->share_);
+      gate_->enter(wanted);
+      held_ = wanted;
+    }
+
+   private:
+    MemoryGate* gate_;
+    std::uint64_t held_ = 0;
+  };
+
+ private:
+  void enter(std::uint64_t bytes) {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [&] { return bytes <= limit_ - taken_; });
+    taken_ += bytes;
+  }
+  void leave(std::uint64_t bytes) {
+    {
+      const std::lock_guard lock(mutex_);
+      taken_ -= bytes;
+    }
+    changed_.notify_all();
+  }
+
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  const std::uint64_t limit_, share_;
+  std::uint64_t taken_ = 0;
+};
+
+}  // namespace filiform::internal

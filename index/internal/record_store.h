@@ -1,0 +1,35 @@
+// Bytes that reports put aside: the first MiB in memory, the rest in a temporary file that loses its name at once.
+// Thread rule: internally synchronised.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <span>
+#include <vector>
+
+namespace filiform::internal {
+
+class RecordStore {
+ public:
+  // The one of the process, made anew when nobody held it.
+  static std::shared_ptr<RecordStore> shared();
+  RecordStore() = default;
+  RecordStore(const RecordStore&) = delete;
+  RecordStore& operator=(const RecordStore&) = delete;
+  ~RecordStore();
+
+  // Where the bytes begin. Throws IoError.
+  std::uint64_t append(std::span<const std::uint8_t> bytes);
+  // Bytes that were appended. Throws IoError.
+  void read(std::uint64_t at, std::span<std::uint8_t> bytes) const;
+
+ private:
+  static constexpr std::uint64_t kInMemory = std::uint64_t{1} << 20;
+  mutable std::mutex mutex_;
+  std::vector<std::uint8_t> memory_;
+  int file_ = -1;
+  std::uint64_t end_ = 0;
+};
+
+}  // namespace filiform::internal
