@@ -70,7 +70,7 @@ std::string revisionOf(const std::string& set) { return test::readBytes(set + "/
 
 TEST_F(Memory, GhostsStayWithinTheMemoryOrAreRefusedBeforehand) {
   writeStar(300, 800);
-  const Outcome refused = ingestStar("small.fil", "64MiB", "8000");
+  const Outcome refused = ingestStar("small.fil", "64MiB", "1000000");
   EXPECT_EQ(refused.exit_code, 1) << refused.err;
   EXPECT_TRUE(refused.oneLineOnStderr()) << refused.err;
   const std::size_t at = refused.err.find("ingest with --memory ");
@@ -79,10 +79,10 @@ TEST_F(Memory, GhostsStayWithinTheMemoryOrAreRefusedBeforehand) {
   EXPECT_FALSE(fs::exists(path("small.fil")));
 
   const std::string named = refused.err.substr(at + 21, refused.err.find("MiB", at) - at - 18);
-  const Outcome taken = ingestStar("named.fil", named, "8000");
+  const Outcome taken = ingestStar("named.fil", named, "1000000");
   ASSERT_EQ(taken.exit_code, 0) << taken.err;
   EXPECT_LE(taken.peak_bytes, std::stoull(named) * kMiB + kBeside) << named;
-  const Outcome ample = ingestStar("ample.fil", "1GiB", "8000");
+  const Outcome ample = ingestStar("ample.fil", "1GiB", "1000000");
   ASSERT_EQ(ample.exit_code, 0) << ample.err;
   EXPECT_EQ(revisionOf(path("named.fil")), revisionOf(path("ample.fil")));
 }
