@@ -385,8 +385,9 @@ void addNavigate(CLI::App& app, Chosen& chosen) {
   command->add_option("--method", a->method, "proxy solver: basic, shading, force or climb")->capture_default_str();
   command->add_option("--hand", a->hand, "loose, medium or firm: short for --device sim:HAND");
   command->add_option("--device", a->device, std::string(deviceChoices()) + "; default sim:medium");
-  command->add_option("--stiffness", a->stiffness_N_m,
-                      "of the spring to the proxy, N/m; default 200, 50 with the loose hand, less where hardware renders less");
+  command->add_option(
+      "--stiffness", a->stiffness_N_m,
+      "of the spring to the proxy, N/m; default 200, 50 with the loose hand, less where hardware renders less");
   command
       ->add_option("--passivity", a->passivity,
                    "controller that bounds the energy given to the hand: auto (on where the stiffness is outside the "
