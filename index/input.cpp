@@ -73,7 +73,7 @@ InputReport unreadable(const std::string& reason) {
   InputReport report;
   report.severity = Severity::kRefuse;
   report.codes.add(InputCode::E_UNREADABLE);
-  report.records.push_back({0, InputCode::E_UNREADABLE, Effect::kInputRefused, escaped(reason, 300)});
+  report.records.add({0, InputCode::E_UNREADABLE, Effect::kInputRefused, escaped(reason, 300)});
   return report;
 }
 

@@ -182,7 +182,7 @@ TEST(Output, WorkThatDidNotEndIsKeptBesideAnOlderFile) {
 TEST(Output, RefusesFoldersAndFilesThatMayNotBeWritten) {
   const TempFolder folder;
   EXPECT_THROW(Output(""), UsageError);
-  EXPECT_THROW(Output(folder.path().string()), IoError);
+  EXPECT_THROW(Output(folder.path()), IoError);
   EXPECT_THROW(Output(folder / "no/such/file"), IoError);
   if (::geteuid() == 0) GTEST_SKIP() << "root may write anything";
   writeBytes(folder / "fixed", "old");

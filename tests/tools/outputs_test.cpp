@@ -28,7 +28,7 @@ using test::readBytes;
 using test::runFiliform;
 using test::runFiliformInShell;
 using test::writeBytes;
-using Words = std::vector<std::string>;
+using Arguments = std::vector<std::string>;
 
 class Outputs : public ::testing::Test {
  protected:
@@ -42,12 +42,12 @@ class Outputs : public ::testing::Test {
   }
   std::string path(const std::string& name) const { return folder_ / name; }
   // A run of half a second of simulated time.
-  Words shortRun(const Words& more) const {
-    Words words{"navigate", path("cell.fil"), "--seconds", "0.5"};
+  Arguments shortRun(const Arguments& more) const {
+    Arguments words{"navigate", path("cell.fil"), "--seconds", "0.5"};
     words.insert(words.end(), more.begin(), more.end());
     return words;
   }
-  static void expectRefusal(const Words& arguments, int code, const std::string& says) {
+  static void expectRefusal(const Arguments& arguments, int code, const std::string& says) {
     const Outcome outcome = runFiliform(arguments);
     EXPECT_EQ(outcome.exit_code, code) << outcome.err;
     EXPECT_TRUE(outcome.oneLineOnStderr()) << outcome.err;
@@ -68,7 +68,7 @@ bool canRender() {
 
 struct Option {
   std::string name;  // for messages
-  std::function<Words(const std::string& output)> words;
+  std::function<Arguments(const std::string& output)> words;
   bool needs_opengl = false;
   std::string ending{};  // that the output's name must have
 };
@@ -76,27 +76,30 @@ struct Option {
 // Every option that names a file to write.
 std::vector<Option> outputOptions(const std::string& swc, const std::string& set, const std::string& rec) {
   const auto navigate = [set](const std::string& option) {
-    return [set, option](const std::string& out) { return Words{"navigate", set, "--seconds", "0.1", option, out}; };
+    return
+        [set, option](const std::string& out) { return Arguments{"navigate", set, "--seconds", "0.1", option, out}; };
   };
   return {
       {"synth OUT",
        [](const std::string& out) {
-         return Words{"synth", out, "--kind", "scene1"};
+         return Arguments{"synth", out, "--kind", "scene1"};
        }},
       {"synth -o",
        [](const std::string& out) {
-         return Words{"synth", "-o", out, "--kind", "scene1"};
+         return Arguments{"synth", "-o", out, "--kind", "scene1"};
        }},
       {"synth --placements-out",
-       [swc](const std::string& out) { return Words{"synth", swc + ".zip", "--cells", "2", "--placements-out", out}; }},
+       [swc](const std::string& out) {
+         return Arguments{"synth", swc + ".zip", "--cells", "2", "--placements-out", out};
+       }},
       {"ingest --report",
        [swc, set](const std::string& out) {
-         return Words{"ingest", swc, "-o", set + ".again", "--force", "--report", out};
+         return Arguments{"ingest", swc, "-o", set + ".again", "--force", "--report", out};
        }},
-      {"export -o", [set](const std::string& out) { return Words{"export", set, "--cell", "cell", "-o", out}; }},
+      {"export -o", [set](const std::string& out) { return Arguments{"export", set, "--cell", "cell", "-o", out}; }},
       {"export -o .zip",
        [set](const std::string& out) {
-         return Words{"export", set, "--all", "-o", out};
+         return Arguments{"export", set, "--all", "-o", out};
        },
        false, ".zip"},
       {"navigate -o", navigate("-o")},
@@ -106,12 +109,13 @@ std::vector<Option> outputOptions(const std::string& swc, const std::string& set
       {"navigate --record", navigate("--record")},
       {"devices --record",
        [](const std::string& out) {
-         return Words{"devices", "--test", "sim:medium", "--record", out};
+         return Arguments{"devices", "--test", "sim:medium", "--record", out};
        }},
-      {"render -o", [set](const std::string& out) { return Words{"render", set, "--size", "64x64", "-o", out}; }, true},
+      {"render -o", [set](const std::string& out) { return Arguments{"render", set, "--size", "64x64", "-o", out}; },
+       true},
       {"render --path -o",
        [set, rec](const std::string& out) {
-         return Words{"render", set, "--size", "64x64", "--fps", "5", "--path", rec, "-o", out};
+         return Arguments{"render", set, "--size", "64x64", "--fps", "5", "--path", rec, "-o", out};
        },
        true, ".mp4"},
   };
@@ -271,7 +275,7 @@ TEST_F(Outputs, IngestIsNoReplacementForAFile) {
   fs::create_symlink("file", path("link"));
   for (const char* name : {"file", "link"})
     for (const bool force : {false, true}) {
-      Words words{"ingest", path("cell.swc"), "-o", path(name)};
+      Arguments words{"ingest", path("cell.swc"), "-o", path(name)};
       if (force) words.push_back("--force");
       expectRefusal(words, 1, name);
     }
@@ -306,11 +310,12 @@ TEST_F(Outputs, AClosedPipeEndsQuietly) {
   for (int i = 0; i < 20000; ++i) points += std::to_string(i % 180) + " 1 2\n";
   writeBytes(path("points"), points);
   const std::string head = "set -o pipefail; \"$@\" | head -n 1 > /dev/null";
-  const Words tour{"navigate", path("cell.fil"), "--seconds", "10", "--route", "tour:1", "--csv"};
-  Words to_dash = tour, to_device = tour;
+  const Arguments tour{"navigate", path("cell.fil"), "--seconds", "10", "--route", "tour:1", "--csv"};
+  Arguments to_dash = tour, to_device = tour;
   to_dash.push_back("-");
   to_device.push_back("/dev/stdout");
-  for (const Words& words : {to_dash, Words{"nearest", path("cell.fil"), "--points", path("points")}, to_device}) {
+  for (const Arguments& words :
+       {to_dash, Arguments{"nearest", path("cell.fil"), "--points", path("points")}, to_device}) {
     SCOPED_TRACE(words[0]);
     const Outcome outcome = runFiliformInShell(head, words);
     EXPECT_EQ(outcome.exit_code, 141);
@@ -327,8 +332,8 @@ TEST_F(Outputs, AClosedPipeEndsQuietly) {
 
 TEST_F(Outputs, TextAndJsonSayTheSameOfEveryOutcome) {
   // A hand that aims at 0.1 um a second gives up; the way back along an elbow is too long for 0.1 s.
-  const auto said = [&](const Words& more, const std::string& shell) {
-    Words json = more;
+  const auto said = [&](const Arguments& more, const std::string& shell) {
+    Arguments json = more;
     json.push_back("--json");
     const Outcome text = runFiliformInShell(shell, more), object = runFiliformInShell(shell, json);
     const auto parsed = nlohmann::json::parse(object.out);
@@ -340,10 +345,10 @@ TEST_F(Outputs, TextAndJsonSayTheSameOfEveryOutcome) {
   EXPECT_EQ(said({"navigate", path("cell.fil")}, "exec \"$@\""), "completed 0");
   EXPECT_EQ(said(shortRun({}), "exec \"$@\""), "time_over 0");
   const std::string until_begun = "\"$@\" & p=$!; sleep 1; kill -";
-  const Words tour{"navigate", path("cell.fil"), "--route", "tour:1", "--seconds", "100000", "--realtime"};
+  const Arguments tour{"navigate", path("cell.fil"), "--route", "tour:1", "--seconds", "100000", "--realtime"};
   EXPECT_EQ(said(tour, until_begun + "INT $p; wait $p"), "interrupted 130");
   EXPECT_EQ(said(tour, until_begun + "TERM $p; wait $p"), "interrupted 143");
-  const Words fast{"navigate", path("cell.fil"), "--route", "tour:1", "--seconds", "100000"};
+  const Arguments fast{"navigate", path("cell.fil"), "--route", "tour:1", "--seconds", "100000"};
   EXPECT_EQ(said(fast, until_begun + "INT $p; wait $p"), "interrupted 130");
   // A recording that ends before the tip.
   ASSERT_EQ(runFiliform(shortRun({"--record", path("a.rec")})).exit_code, 0);
@@ -354,8 +359,8 @@ TEST_F(Outputs, TextAndJsonSayTheSameOfEveryOutcome) {
 
 TEST_F(Outputs, AnInterruptedRunLeavesOlderFilesAndKeepsItsRecording) {
   for (const char* name : {"a.csv", "a.png", "a.rec"}) writeBytes(path(name), "old");
-  const Words words{"navigate", path("cell.fil"), "--route", "tour:1",      "--seconds", "100000",
-                    "--csv",    path("a.csv"),    "--plot",  path("a.png"), "--record",  path("a.rec")};
+  const Arguments words{"navigate", path("cell.fil"), "--route", "tour:1",      "--seconds", "100000",
+                        "--csv",    path("a.csv"),    "--plot",  path("a.png"), "--record",  path("a.rec")};
   const Outcome outcome = runFiliformInShell("\"$@\" & p=$!; sleep 1; kill -INT $p; wait $p", words);
   EXPECT_EQ(outcome.exit_code, 130);
   EXPECT_NE(outcome.out.find("interrupted"), std::string::npos) << outcome.out;

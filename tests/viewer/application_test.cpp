@@ -32,7 +32,7 @@
 namespace filiform {
 namespace {
 
-using nlohmann::json;
+using Json = nlohmann::json;
 
 constexpr int kPatience_ms = 60'000;
 
@@ -143,19 +143,19 @@ class Applications : public ::testing::Test {
     }
     return done();
   }
-  bool waitForState(const std::function<bool(const json&)>& done) const {
+  bool waitForState(const std::function<bool(const Json&)>& done) const {
     return waitFor([&] {
       std::ifstream in(options_.state);
-      const json state = json::parse(in, nullptr, false);
+      const Json state = Json::parse(in, nullptr, false);
       try {
         return state.is_object() && done(state);
-      } catch (const json::exception&) {  // not there yet
+      } catch (const Json::exception&) {  // not there yet
         return false;
       }
     });
   }
   bool isOpen() const {
-    return waitForState([](const json& s) { return s.at("open") == true && !s.at("cell").get<std::string>().empty(); });
+    return waitForState([](const Json& s) { return s.at("open") == true && !s.at("cell").get<std::string>().empty(); });
   }
   bool framesGoOn() const {
     return waitFor([this, then = frames_.load()] { return frames_ > then + 10; });
@@ -181,7 +181,7 @@ TEST_F(Applications, FramesGoOnAndQuitWorksWhileTheDiskIsSilent) {
     EXPECT_TRUE(waitFor([this] { return disk_.waiting() > 0; }));
     EXPECT_TRUE(framesGoOn());
     EXPECT_TRUE(test::VirtualDisplay::send("key backslash"));  // counts the tiles
-    EXPECT_TRUE(waitForState([](const json& s) { return s.at("tiles_panel") == true; }));
+    EXPECT_TRUE(waitForState([](const Json& s) { return s.at("tiles_panel") == true; }));
     EXPECT_TRUE(framesGoOn());
     EXPECT_GT(disk_.waiting(), 0);
     quit();

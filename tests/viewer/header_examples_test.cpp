@@ -29,6 +29,7 @@
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
+#include <fstream>
 #include <iostream>
 #include <span>
 #include <sstream>
@@ -76,7 +77,8 @@ void falconLoader(std::span<const std::uint8_t> image, double time_s, void send(
 
 void usbRecorder() {
   // device/usb_recording.h
-  UsbRecorder recorder(systemUsb(), "falcon.usb");
+  std::ofstream file("falcon.usb", std::ios::binary);
+  UsbRecorder recorder(systemUsb(), file);
   {
     Falcon falcon(recorder);
     falcon.open();

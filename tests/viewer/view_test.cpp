@@ -26,7 +26,7 @@ namespace filiform {
 namespace {
 
 namespace fs = std::filesystem;
-using nlohmann::json;
+using Json = nlohmann::json;
 using test::Outcome;
 using test::runFiliform;
 using test::runFiliformInShell;
@@ -76,20 +76,20 @@ class Display : public ::testing::Test {
                                  (*folder_ / "err") + "'");
     ASSERT_GT(viewer_, 0);
   }
-  json state() const {
+  Json state() const {
     std::ifstream in(*folder_ / "state");
-    json parsed = json::parse(in, nullptr, false);
-    return parsed.is_object() ? parsed : json::object();
+    Json parsed = Json::parse(in, nullptr, false);
+    return parsed.is_object() ? parsed : Json::object();
   }
   // Until the state is so.
-  void await(const std::string& what, const std::function<bool(const json&)>& done) {
+  void await(const std::string& what, const std::function<bool(const Json&)>& done) {
     const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(kPatience_s);
-    json last;
+    Json last;
     while (std::chrono::steady_clock::now() < until) {
       last = state();
       try {
         if (done(last)) return;
-      } catch (const json::exception&) {  // not there yet
+      } catch (const Json::exception&) {  // not there yet
       }
       std::this_thread::sleep_for(std::chrono::milliseconds(20));
     }
@@ -103,9 +103,9 @@ class Display : public ::testing::Test {
   }
   // A key that does something, and until it has.
   void act(const std::string& key) {
-    const json before = state();
+    const Json before = state();
     send("key " + key);
-    await(key, [&](const json& s) { return s.at("actions") > before.at("actions"); });
+    await(key, [&](const Json& s) { return s.at("actions") > before.at("actions"); });
   }
   // Until what was sent is drawn: events within one frame would be taken as one. The first state may be of a frame that
   // had begun before.
@@ -113,7 +113,7 @@ class Display : public ::testing::Test {
     send(xdotool);
     for (int i = 0; i < 2; ++i) {
       const auto frames = state().at("frames").get<std::uint64_t>();
-      await("a frame", [&](const json& s) { return s.at("frames") > frames; });
+      await("a frame", [&](const Json& s) { return s.at("frames") > frames; });
     }
   }
   // How it ended.
@@ -148,24 +148,24 @@ class ViewInShort : public Display {};
 TEST_F(ViewInShort, StartsShowsHelpTurnsZoomsSearchesJumpsTakesAPictureAndQuits) {
   view("'" + (*folder_ / "c.fil") + "' --size 480x320 --segments 5000 --reset");
   await("a proxy on a thread",
-        [](const json& s) { return s.at("open") == true && !s.at("cell").get<std::string>().empty(); });
+        [](const Json& s) { return s.at("open") == true && !s.at("cell").get<std::string>().empty(); });
   act("h");
   EXPECT_EQ(state().at("help"), true);
   act("Escape");
   EXPECT_EQ(state().at("help"), false);
 
-  const json before = state();
+  const Json before = state();
   sendAndDraw("mousemove 300 120");
   sendAndDraw("mousedown 1");
   sendAndDraw("mousemove 360 140");
   sendAndDraw("mouseup 1");
-  await("turned", [&](const json& s) { return s.at("rotation") != before.at("rotation"); });
+  await("turned", [&](const Json& s) { return s.at("rotation") != before.at("rotation"); });
   sendAndDraw("mousedown 2");
   sendAndDraw("mousemove 330 130");
   sendAndDraw("mouseup 2");
-  await("shifted", [](const json& s) { return s.at("shift").at(0) > 0; });
+  await("shifted", [](const Json& s) { return s.at("shift").at(0) > 0; });
   send("click 4");
-  await("zoomed in", [&](const json& s) { return s.at("zoom_um").get<double>() < before.at("zoom_um").get<double>(); });
+  await("zoomed in", [&](const Json& s) { return s.at("zoom_um").get<double>() < before.at("zoom_um").get<double>(); });
 
   act("a");
   EXPECT_EQ(state().at("orthographic"), true);
@@ -174,18 +174,18 @@ TEST_F(ViewInShort, StartsShowsHelpTurnsZoomsSearchesJumpsTakesAPictureAndQuits)
 
   act("slash");
   sendAndDraw("type --delay 60 cell_00002");
-  await("the name", [](const json& s) { return s.at("search_text") == "cell_00002"; });
+  await("the name", [](const Json& s) { return s.at("search_text") == "cell_00002"; });
   sendAndDraw("keydown Return");
   sendAndDraw("keyup Return");
-  await("the cell", [](const json& s) {
+  await("the cell", [](const Json& s) {
     return s.at("cell") == "cell_00002" && s.at("search") == false && s.at("jumping") == false;
   });
-  EXPECT_EQ(state().at("shift"), json::array({0.0, 0.0}));
-  const json soma = state();
+  EXPECT_EQ(state().at("shift"), Json::array({0.0, 0.0}));
+  const Json soma = state();
   act("v");
-  await("the next fork", [&](const json& s) { return s.at("p_um") != soma.at("p_um") && s.at("jumping") == false; });
+  await("the next fork", [&](const Json& s) { return s.at("p_um") != soma.at("p_um") && s.at("jumping") == false; });
   act("w");
-  await("a picture", [](const json& s) { return s.at("pictures") == 1; });
+  await("a picture", [](const Json& s) { return s.at("pictures") == 1; });
   EXPECT_EQ(test::readBytes(state()["last_picture"].get<std::string>()).substr(1, 3), "PNG");
   send("key q");
   EXPECT_EQ(ended(), 0) << test::readBytes(*folder_ / "err");
@@ -196,12 +196,12 @@ TEST_F(ViewInShort, StartsShowsHelpTurnsZoomsSearchesJumpsTakesAPictureAndQuits)
 TEST_F(ViewInShort, TheWindowAndRenderDrawTheSamePixels) {
   view("'" + (*folder_ / "c.fil") + "' --size 239x300 --segments 5000 --reset");  // too narrow for panels
   await("a proxy on a thread",
-        [](const json& s) { return s.at("open") == true && !s.at("cell").get<std::string>().empty(); });
+        [](const Json& s) { return s.at("open") == true && !s.at("cell").get<std::string>().empty(); });
   act("o");
   await("everything at rest",
-        [](const json& s) { return s.at("overview") == true && s.at("complete") == true && s.at("moving") == false; });
+        [](const Json& s) { return s.at("overview") == true && s.at("complete") == true && s.at("moving") == false; });
   act("w");
-  await("a picture", [](const json& s) { return s.at("pictures") == 1; });
+  await("a picture", [](const Json& s) { return s.at("pictures") == 1; });
   Picture window = test::readPng(state()["last_picture"].get<std::string>());
   const std::string path = *folder_ / "same.png";
   ASSERT_EQ(
@@ -226,26 +226,26 @@ TEST_F(ViewInShort, TheWindowAndRenderDrawTheSamePixels) {
 // As the keyboard repeats a key that is held: what switches does so once, what turns and zooms goes on.
 TEST_F(ViewInShort, AHeldKeyRepeatsWhatTurnsAndZoomsAndNothingElse) {
   view("'" + (*folder_ / "y.swc") + "' --size 300x200 --reset");
-  await("the file", [](const json& s) { return s.at("cell") == "y" && s.at("tick") > 0; });
-  const auto hold = [&](const std::string& key, const std::function<bool(const json&)>& done) {
+  await("the file", [](const Json& s) { return s.at("cell") == "y" && s.at("tick") > 0; });
+  const auto hold = [&](const std::string& key, const std::function<bool(const Json&)>& done) {
     send("keydown " + key);
     await(key + " held", done);
     send("keyup " + key);
   };
   for (const char* key : {"m", "p", "F1", "slash"}) {
-    const json before = state();
-    hold(key, [&](const json& s) { return s.at("key_repeats").get<int>() >= before.at("key_repeats").get<int>() + 5; });
+    const Json before = state();
+    hold(key, [&](const Json& s) { return s.at("key_repeats").get<int>() >= before.at("key_repeats").get<int>() + 5; });
     EXPECT_EQ(state()["actions"], before.at("actions").get<int>() + 1) << key;
   }
   EXPECT_EQ(state()["search_text"], "");
   act("Escape");  // the help
   act("Escape");  // the search
-  await("one picture", [](const json& s) { return s.at("pictures") == 1; });
+  await("one picture", [](const Json& s) { return s.at("pictures") == 1; });
 
-  const json before = state();
+  const Json before = state();
   hold("equal",
-       [&](const json& s) { return s.at("zoom_um").get<double>() < 0.5 * before.at("zoom_um").get<double>(); });
-  hold("ctrl+Left", [&](const json& s) { return s.at("actions").get<int>() >= before.at("actions").get<int>() + 12; });
+       [&](const Json& s) { return s.at("zoom_um").get<double>() < 0.5 * before.at("zoom_um").get<double>(); });
+  hold("ctrl+Left", [&](const Json& s) { return s.at("actions").get<int>() >= before.at("actions").get<int>() + 12; });
   EXPECT_NE(state()["rotation"], before.at("rotation"));
   send("key q");
   EXPECT_EQ(ended(), 0) << test::readBytes(*folder_ / "err");
@@ -254,17 +254,17 @@ TEST_F(ViewInShort, AHeldKeyRepeatsWhatTurnsAndZoomsAndNothingElse) {
 TEST_F(ViewInShort, ALargePictureIsDrawnBesideTheFramesAndCanBeCancelled) {
   view("'" + (*folder_ / "c.fil") + "' --size 480x320 --segments 5000 --reset");
   await("a proxy on a thread",
-        [](const json& s) { return s.at("open") == true && !s.at("cell").get<std::string>().empty(); });
+        [](const Json& s) { return s.at("open") == true && !s.at("cell").get<std::string>().empty(); });
   act("o");
-  await("everything", [](const json& s) { return s.at("overview") == true && s.at("complete") == true; });
+  await("everything", [](const Json& s) { return s.at("overview") == true && s.at("complete") == true; });
   act("P");
-  await("the picture", [](const json& s) { return s.at("pictures") == 1; });
+  await("the picture", [](const Json& s) { return s.at("pictures") == 1; });
   const Picture large = test::readPng(state()["last_picture"].get<std::string>());
   EXPECT_EQ(large.width, 3 * 480);
   EXPECT_EQ(large.height, 3 * 320);
   act("P");
   send("key Escape");
-  await("cancelled, if Esc came in time", [](const json& s) {
+  await("cancelled, if Esc came in time", [](const Json& s) {
     return s.at("picture_part") == -1 && (s.at("message") == "the picture is cancelled" || s.at("pictures") == 2);
   });
   // Quitting does not wait for one that is being drawn.
@@ -278,7 +278,7 @@ TEST_F(ViewInShort, ASetThatNeverAnswersDoesNotKeepItFromEnding) {
   fs::create_directory(*folder_ / "silent.fil");
   ASSERT_EQ(mkfifo((*folder_ / "silent.fil/CURRENT").c_str(), 0600), 0);
   view("'" + (*folder_ / "silent.fil") + "' --size 200x150");
-  await("a window", [](const json& s) { return s.at("frames") > 2; });
+  await("a window", [](const Json& s) { return s.at("frames") > 2; });
   send("key q");
   EXPECT_EQ(ended(), 3);
   const std::string said = test::readBytes(*folder_ / "err");
@@ -289,65 +289,65 @@ TEST_F(ViewInShort, ASetThatNeverAnswersDoesNotKeepItFromEnding) {
 TEST_F(View, TravelsByKeysAndMouse) {
   view("'" + (*folder_ / "c.fil") + "' --size 900x600 --segments 20000 --reset");
   await("a proxy on a thread",
-        [](const json& s) { return s.at("open") == true && !s.at("cell").get<std::string>().empty(); });
+        [](const Json& s) { return s.at("open") == true && !s.at("cell").get<std::string>().empty(); });
 
   type("key h");
-  await("help", [](const json& s) { return s.at("help") == true; });
+  await("help", [](const Json& s) { return s.at("help") == true; });
   type("key w");
-  await("a picture of the help", [](const json& s) { return s.at("pictures") == 1; });
+  await("a picture of the help", [](const Json& s) { return s.at("pictures") == 1; });
   type("key Escape");
-  await("no help", [](const json& s) { return s.at("help") == false; });
+  await("no help", [](const Json& s) { return s.at("help") == false; });
 
-  const json before = state();
+  const Json before = state();
   type("mousemove 600 200");
   type("mousedown 1");
   for (int x = 620; x <= 760; x += 35) type("mousemove " + std::to_string(x) + " 220");
   type("mouseup 1");
-  await("turned", [&](const json& s) { return s.at("rotation") != before.at("rotation"); });
+  await("turned", [&](const Json& s) { return s.at("rotation") != before.at("rotation"); });
   EXPECT_EQ(state()["p_um"], before.at("p_um"));
   type("click 4");
-  await("zoomed in", [&](const json& s) { return s.at("zoom_um").get<double>() < before.at("zoom_um").get<double>(); });
+  await("zoomed in", [&](const Json& s) { return s.at("zoom_um").get<double>() < before.at("zoom_um").get<double>(); });
 
   type("key slash");
-  await("search", [](const json& s) { return s.at("search") == true; });
+  await("search", [](const Json& s) { return s.at("search") == true; });
   type("type --delay 80 cell_00002");
   type("keydown Return");  // held for some frames, as a finger does: the search takes no shorter stroke
   type("keyup Return");
-  await("the cell", [](const json& s) { return s.at("cell") == "cell_00002" && s.at("search") == false; });
-  const json soma = state();
+  await("the cell", [](const Json& s) { return s.at("cell") == "cell_00002" && s.at("search") == false; });
+  const Json soma = state();
 
   type("key x");
   type("key v");
-  await("the next fork", [&](const json& s) { return s.at("p_um") != soma.at("p_um") && s.at("jumping") == false; });
-  await("a measured path", [](const json& s) { return s.at("measured_um").get<double>() > 0; });
+  await("the next fork", [&](const Json& s) { return s.at("p_um") != soma.at("p_um") && s.at("jumping") == false; });
+  await("a measured path", [](const Json& s) { return s.at("measured_um").get<double>() > 0; });
   type("key semicolon");
   type("key a");
-  await("a bookmark", [](const json& s) { return s.at("bookmarks") == json::array({"a"}); });
-  const json marked = state();
+  await("a bookmark", [](const Json& s) { return s.at("bookmarks") == Json::array({"a"}); });
+  const Json marked = state();
   type("key BackSpace");
-  await("back", [&](const json& s) { return s.at("p_um") == soma.at("p_um"); });
+  await("back", [&](const Json& s) { return s.at("p_um") == soma.at("p_um"); });
   type("key apostrophe");
   type("key a");
-  await("the bookmark", [&](const json& s) { return s.at("p_um") == marked.at("p_um"); });
+  await("the bookmark", [&](const Json& s) { return s.at("p_um") == marked.at("p_um"); });
 
   // The hand pulls, and the proxy follows its thread.
   type("keydown Down");
   await("travelled by force",
-        [&](const json& s) { return s.at("p_um") != marked.at("p_um") && s.at("force_N") > 0.01; });
+        [&](const Json& s) { return s.at("p_um") != marked.at("p_um") && s.at("force_N") > 0.01; });
   type("keyup Down");
   type("key f");
-  await("free", [](const json& s) { return s.at("mode") == "free"; });
+  await("free", [](const Json& s) { return s.at("mode") == "free"; });
   type("key f");
-  await("on a thread again", [](const json& s) { return s.at("mode") == "constrained"; });
+  await("on a thread again", [](const Json& s) { return s.at("mode") == "constrained"; });
 
   type("key s");
-  await("stereo", [](const json& s) { return s.at("stereo") == "anaglyph"; });
+  await("stereo", [](const Json& s) { return s.at("stereo") == "anaglyph"; });
   type("key w");
-  await("a picture of it", [](const json& s) { return s.at("pictures") == 2; });
+  await("a picture of it", [](const Json& s) { return s.at("pictures") == 2; });
   type("key o");
-  await("everything", [](const json& s) { return s.at("overview") == true; });
+  await("everything", [](const Json& s) { return s.at("overview") == true; });
   type("key p");
-  await("a screenshot", [](const json& s) { return s.at("pictures") == 3; });
+  await("a screenshot", [](const Json& s) { return s.at("pictures") == 3; });
   EXPECT_EQ(test::readBytes(state()["last_picture"].get<std::string>()).substr(1, 3), "PNG");
   type("key q");
   EXPECT_EQ(ended(), 0) << test::readBytes(*folder_ / "err");
@@ -355,8 +355,8 @@ TEST_F(View, TravelsByKeysAndMouse) {
 
   // Settings, bookmarks and history are there the next time.
   view("'" + (*folder_ / "c.fil") + "' --segments 20000");
-  await("the same again", [](const json& s) {
-    return s.at("stereo") == "anaglyph" && s.at("bookmarks") == json::array({"a"}) && s.at("history") > 1;
+  await("the same again", [](const Json& s) {
+    return s.at("stereo") == "anaglyph" && s.at("bookmarks") == Json::array({"a"}) && s.at("history") > 1;
   });
   type("key ctrl+q");
   EXPECT_EQ(ended(), 0);
@@ -368,8 +368,8 @@ TEST_F(View, GoesOnWhenTheSetBreaksAndVanishesWhileOpen) {
   fs::copy(*folder_ / "c.fil", set, fs::copy_options::recursive);
   view("'" + set + "' --size 480x320 --segments 5000 --reset --budget 600KiB");
   await("a proxy on a thread",
-        [](const json& s) { return s.at("open") == true && !s.at("cell").get<std::string>().empty(); });
-  const json before = state();
+        [](const Json& s) { return s.at("open") == true && !s.at("cell").get<std::string>().empty(); });
+  const Json before = state();
   for (const auto& entry : fs::recursive_directory_iterator(set)) {
     if (entry.path().extension() != ".pack" && entry.path().filename().string().find("pack") == std::string::npos)
       continue;
@@ -385,13 +385,13 @@ TEST_F(View, GoesOnWhenTheSetBreaksAndVanishesWhileOpen) {
     sendAndDraw("keyup Return");
     act("Escape");
   }
-  await("a word of it", [&](const json& s) { return s.at("messages") > before.at("messages"); });
+  await("a word of it", [&](const Json& s) { return s.at("messages") > before.at("messages"); });
   EXPECT_NE(state().at("search_error"), "") << state();
   fs::remove_all(set);
   const auto tick = state().at("tick").get<std::uint64_t>();
   act("o");
   sendAndDraw("click 4");
-  await("the hand goes on", [&](const json& s) { return s.at("tick") > tick + 200; });
+  await("the hand goes on", [&](const Json& s) { return s.at("tick") > tick + 200; });
   send("key q");
   EXPECT_EQ(ended(), 0) << test::readBytes(*folder_ / "err");
   EXPECT_EQ(test::readBytes(*folder_ / "err"), "");
@@ -399,17 +399,17 @@ TEST_F(View, GoesOnWhenTheSetBreaksAndVanishesWhileOpen) {
 
 TEST_F(View, OpensAFileAtOnceAndReplaysWhatWasDone) {
   view("'" + (*folder_ / "y.swc") + "' --size 300x200 --record '" + (*folder_ / "y.rec") + "'");
-  await("the file", [](const json& s) { return s.at("cell") == "y" && s.at("tick") > 0; });
+  await("the file", [](const Json& s) { return s.at("cell") == "y" && s.at("tick") > 0; });
   type("key v");
-  await("the fork", [](const json& s) { return s.at("sample") == 3 && s.at("jumping") == false; });
+  await("the fork", [](const Json& s) { return s.at("sample") == 3 && s.at("jumping") == false; });
   type("keydown Right");
-  await("travelled on", [](const json& s) { return s.at("p_um").at(0) > 21; });
+  await("travelled on", [](const Json& s) { return s.at("p_um").at(0) > 21; });
   type("keyup Right");
   type("key q");
   ASSERT_EQ(ended(), 0) << test::readBytes(*folder_ / "err");
-  const json done = state();
+  const Json done = state();
   view("'" + (*folder_ / "y.swc") + "' --size 300x200 --device 'replay:" + (*folder_ / "y.rec") + "'");
-  await("the end of the recording", [](const json& s) { return s.at("replay_ended") == true; });
+  await("the end of the recording", [](const Json& s) { return s.at("replay_ended") == true; });
   type("key q");
   ASSERT_EQ(ended(), 0);
   for (const char* field : {"tick", "p_um", "h_um", "zoom_um", "centre_um", "rotation", "segment", "t", "force_N"})
