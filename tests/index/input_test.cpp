@@ -2,6 +2,7 @@
 
 #include "index/errors.h"
 #include "tests/support/corpus.h"
+#include "tests/support/sanitized.h"
 #include "tests/support/temp_folder.h"
 #include "tests/support/zip_builder.h"
 
@@ -205,6 +206,7 @@ TEST(Input, WhatTheProgressThrowsEndsTheRun) {
 
 // Too few file descriptors are no fault of the files: nothing is refused for it.
 TEST(Input, WithoutFileDescriptorsTheRunEnds) {
+  if (test::kSanitized) GTEST_SKIP() << "the sanitizer needs descriptors itself";
   const test::TempFolder folder;
   put(folder, "a.swc", kTwo);
   put(folder, "b.zip", test::buildZip({member("x.swc", kTwo)}));

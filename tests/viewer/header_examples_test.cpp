@@ -12,12 +12,16 @@
 #include "index/input.h"
 #include "index/levels.h"
 #include "index/nearest.h"
+#include "index/output.h"
 #include "index/placements.h"
 #include "index/swc.h"
 #include "index/tile_set.h"
+#include "solver/force_gate.h"
 #include "solver/haptic_loop.h"
+#include "solver/loop_gate.h"
 #include "solver/navigation.h"
 #include "solver/saved_history.h"
+#include "solver/tick_clock.h"
 #include "solver/tour.h"
 #include "tests/support/temp_folder.h"
 #include "viewer/renderer.h"
@@ -30,6 +34,7 @@
 #include <chrono>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <iostream>
 #include <span>
 #include <sstream>
@@ -242,6 +247,37 @@ void worker(const Nearest& nearest, const Vector3d& p_W,
   worker.serve(showError);  // once a frame: runs what the finished works returned
 }
 
+void output() {
+  // index/output.h
+  Output csv("travel.csv");
+  csv.stream() << "tick,time_s\n";
+  csv.finish();  // without it an older travel.csv stays as it was
+}
+
+void forceGate(const ForceGateOptions& options, const Wrench& wrench, double dt_s) {
+  // solver/force_gate.h
+  ForceGate gate(options);
+  Wrench sent = gate.pass({.wanted = wrench, .dt_s = dt_s});     // once a tick
+  gate.close();     // zero now; later force grows from zero over the ramp
+  gate.restart();   // what is sent now fades to zero; then force grows from zero over the ramp
+}
+
+void loopGate(const LoopGateOptions& options, HapticDevice& device, bool too_old, double now_s, bool withheld,
+              const std::function<Wrench(const DeviceState&, double)>& tick) {
+  // solver/loop_gate.h
+  LoopGate gate(options);
+  if (too_old) gate.interrupt();
+  DeviceState state = device.exchange(gate.wrench());
+  const double dt_s = gate.take(state, now_s);               // fills in state.sent_N
+  gate.put(tick(state, dt_s), withheld);
+}
+
+void tickClock(double rate_Hz, const DeviceState& state) {
+  // solver/tick_clock.h
+  TickClock clock(1 / rate_Hz);
+  const double dt_s = clock.step_s(state.time_s);      // once for each state
+}
+
 #pragma GCC diagnostic pop
 }  // namespace examples
 // clang-format on
@@ -300,7 +336,7 @@ TEST(HeaderExamples, AllAreCompiledHereAsTheyStandThere) {
             << text;
       }
     }
-  EXPECT_EQ(count, 21u) << "examples; a new one goes into this file";
+  EXPECT_EQ(count, 25u) << "examples; a new one goes into this file";
 }
 
 TEST(HeaderExamples, AnExampleIsTold) {

@@ -11,6 +11,7 @@
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
+#include <fcntl.h>
 #include <filesystem>
 #include <fstream>
 #include <functional>
@@ -273,17 +274,21 @@ TEST_F(ViewInShort, ALargePictureIsDrawnBesideTheFramesAndCanBeCancelled) {
   EXPECT_EQ(ended(), 0) << test::readBytes(*folder_ / "err");
 }
 
-// A pipe that nobody writes to, where a file of the set should be.
-TEST_F(ViewInShort, ASetThatNeverAnswersDoesNotKeepItFromEnding) {
-  fs::create_directory(*folder_ / "silent.fil");
-  ASSERT_EQ(mkfifo((*folder_ / "silent.fil/CURRENT").c_str(), 0600), 0);
-  view("'" + (*folder_ / "silent.fil") + "' --size 200x150");
+// A lease that is not given back holds up whoever opens the file, as a silent disk does.
+TEST_F(ViewInShort, AFileThatNeverAnswersDoesNotKeepItFromEnding) {
+  test::writeBytes(*folder_ / "silent.swc", "1 1 0 0 0 5 -1\n2 3 10 0 0 1 1\n");
+  std::signal(SIGIO, SIG_IGN);  // tells the holder of the lease that somebody waits
+  const int file = ::open((*folder_ / "silent.swc").c_str(), O_RDWR | O_CLOEXEC);
+  ASSERT_GE(file, 0);
+  if (::fcntl(file, F_SETLEASE, F_WRLCK) != 0) GTEST_SKIP() << "this kernel or file system has no leases";
+  view("'" + (*folder_ / "silent.swc") + "' --size 200x150");
   await("a window", [](const Json& s) { return s.at("frames") > 2; });
   send("key q");
   EXPECT_EQ(ended(), 3);
   const std::string said = test::readBytes(*folder_ / "err");
   EXPECT_NE(said.find("do not answer"), std::string::npos) << said;
   EXPECT_EQ(said.find('\n'), said.size() - 1);
+  ::close(file);
 }
 
 TEST_F(View, TravelsByKeysAndMouse) {
