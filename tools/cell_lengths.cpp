@@ -1,5 +1,7 @@
 #include "tools/cell_lengths.h"
 
+#include "index/soma_finder.h"
+
 #include <algorithm>
 #include <memory>
 #include <numeric>
@@ -23,13 +25,21 @@ CellLengths::CellLengths(const TileStore& store, const std::vector<std::uint32_t
 
 void CellLengths::measure(const std::function<void(std::size_t)>& progress) {
   std::fill(lengths_um_.begin(), lengths_um_.end(), 0.0);
+  SomaFinder finder(store_);
   for (std::size_t i = 0; i < tiles_.size(); ++i) {
     const std::shared_ptr<const Tile> tile = store_.load(tiles_[i]);
+    const TileAppearance appearance = store_.loadAppearance(tiles_[i]);
+    finder.offer(tile, appearance);
+    const auto soma_of = [&](std::uint32_t node) { return finder.of(tile->nodeId(node), tile->gridPoint(node)); };
     for (std::uint32_t segment = 0; segment < tile->segment_count(); ++segment) {
       if (!tile->owned(segment)) continue;
       const Tile::Link link = tile->link(segment);
-      if (wanted_[link.id.cell])
-        lengths_um_[link.id.cell] += (tile->position_W(link.child) - tile->position_W(link.parent)).norm();
+      if (!wanted_[link.id.cell]) continue;
+      if (appearance.types[segment] == kSomaType) {
+        const auto soma = soma_of(link.child);
+        if (soma && soma == soma_of(link.parent)) continue;
+      }
+      lengths_um_[link.id.cell] += (tile->position_W(link.child) - tile->position_W(link.parent)).norm();
     }
     progress(i + 1);
   }

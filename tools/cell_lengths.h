@@ -16,8 +16,8 @@ class CellLengths {
   CellLengths(const TileStore& store, const std::vector<std::uint32_t>& cells);
   // The number of tiles that measure() reads.
   std::size_t tiles() const { return tiles_.size(); }
-  // Sums the lengths of the cells' segments. Calls progress(tiles read) after each tile; what it throws ends the work.
-  // Throws CorruptTile, IoError.
+  // Sums the lengths of the cells' segments, without those inside a soma that means a sphere (index/soma.h). Calls
+  // progress(tiles read) after each tile; what it throws ends the work. Throws CorruptTile, IoError.
   void measure(const std::function<void(std::size_t)>& progress);
   // um; 0 before measure() and for a cell that is not among those given.
   double of(std::uint32_t cell) const { return lengths_um_[cell]; }

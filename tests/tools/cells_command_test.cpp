@@ -66,6 +66,17 @@ TEST_F(CellsCommand, JsonHoldsWhatEachCellIs) {
   EXPECT_DOUBLE_EQ(cells[1].at("length_um").get<double>(), 19);
 }
 
+TEST_F(CellsCommand, LengthLeavesOutTheLinksInsideASoma) {
+  const std::string three = folder_ / "three.fil";
+  test::writeBytes(folder_ / "three.swc", "1 1 0 0 0 5 -1\n2 1 0 -5 0 5 1\n3 1 0 5 0 5 1\n4 3 0 0 20 1 1\n");
+  ASSERT_EQ(runFiliform({"ingest", folder_ / "three.swc", "-o", three}).exit_code, 0);
+  const Outcome outcome = runFiliform({"cells", three, "--json"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const auto cell = nlohmann::json::parse(outcome.out).at(0);
+  EXPECT_EQ(cell.at("segments"), 3);
+  EXPECT_DOUBLE_EQ(cell.at("length_um").get<double>(), 20);
+}
+
 TEST_F(CellsCommand, TsvHasTheSameFigures) {
   const Outcome outcome = runFiliform({"cells", set_, "--tsv"});
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
