@@ -49,8 +49,12 @@ class IoError : public Error {
   // Appends the text of `error_number` (an errno value).
   IoError(const std::string& file, const std::string& what, int error_number);
   const std::string& reason() const { return reason_; }  // what() without the file
-  // The process has no file descriptor or memory left: not this file's fault.
+  // The process lacks a file descriptor, memory or room for temporary files: not the fault of an input.
   bool isShortage() const { return shortage_; }
+  IoError& asShortage() {
+    shortage_ = true;
+    return *this;
+  }
 
  private:
   std::string reason_;

@@ -169,7 +169,9 @@ std::string summary(const std::vector<SourceReport>& reports) {
     if (!isRefusal(code))
       out += "  " + std::string(name(code)) + " " + grouped(count) + ": " + std::string(explanation(code)) + "\n";
   }
-  for (const auto& [fate, word] : {std::pair(InputFate::kRefused, " refused"), {InputFate::kSkipped, " skipped"}}) {
+  for (const auto& kind : {std::pair(InputFate::kRefused, " refused"), {InputFate::kSkipped, " skipped"}}) {
+    const InputFate fate = kind.first;  // clang 14 takes no structured binding into a lambda
+    const char* const word = kind.second;
     std::size_t named = 0;
     forEachInput(reports, [&](const std::string& input, const InputReport& report, InputFate its_fate) {
       if (its_fate == fate && ++named <= kNamedInputs)

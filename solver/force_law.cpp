@@ -58,8 +58,12 @@ Vector3d ForceLaw::apply(const Vector3d& p_D, const Vector3d& h_D, const Vector3
 }
 
 Vector3d ForceLaw::applyNothing(const Vector3d& h_D, double dt_s) noexcept {
-  if (!gate_.fading() || !h_D.allFinite()) return release();
+  if (!h_D.allFinite()) return release();
   const double dt = std::isfinite(dt_s) && dt_s > 0 ? dt_s : 0.0;
+  if (!gate_.fading()) {  // the controller sees that the hand moves without force
+    static_cast<void>(passivity_.apply(Vector3d::Zero(), h_D, 0, 0, dt));
+    return release();
+  }
   const double faded_J = storedInFade(dt);
   return send(passivity_.apply(gate_.faded_N(dt), h_D, faded_J, faded_J, dt), dt, 0);
 }

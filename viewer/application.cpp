@@ -180,6 +180,7 @@ class Application {
         failure = error.what();
       }
     }
+    for (std::string& why : closing_.finish()) failure = std::move(why);
     const PictureSize size = window_.size();
     settings_.width = static_cast<int>(size.width / window_.scale() * settings_.interface_scale);
     settings_.height = static_cast<int>(size.height / window_.scale() * settings_.interface_scale);

@@ -421,13 +421,21 @@ void Session::finish() {
   if (s.replay_thread.joinable()) s.replay_thread.join();
   update();
   s.device->close();
+  std::exception_ptr failure;
   if (s.recorder != nullptr) {
-    s.recorder->finish();
-    s.record->finish();
-    if (s.record->isFile()) s.writeCommands();
+    try {
+      s.recorder->finish();
+    } catch (...) {
+      failure = std::current_exception();
+    }
+    if (s.recorder->whole()) {  // what it holds can be replayed, even where exchanges were lost
+      s.record->finish();
+      if (s.record->isFile()) s.writeCommands();
+    }
   }
   // Last, because it waits for the tile that is being read.
   if (s.residency) s.residency->stop();
+  if (failure) std::rethrow_exception(failure);
   if (s.log_lost > 0) throw DeviceError("commands came faster than they were recorded: the recording is not whole");
 }
 

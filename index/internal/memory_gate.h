@@ -28,8 +28,10 @@ class MemoryGate {
     ~Pass() { gate_->leave(held_); }
 
     std::uint64_t bytes() const { return held_; }
-    // Are `bytes` held, and no more than the share or than that?
-    bool fits(std::uint64_t bytes) const { return bytes <= held_ && held_ <= std::max(bytes, gate_->share_); }
+    // Is anything held, `bytes` at least, and no more than the share or than that?
+    bool fits(std::uint64_t bytes) const {
+      return held_ != 0 && bytes <= held_ && held_ <= std::max(bytes, gate_->share_);
+    }
     // Holds the share, or `bytes` where that is more. Gives back what was held, then waits until there is room: the
     // thread must have freed its memory. Requires bytes <= limit().
     void change(std::uint64_t bytes) {

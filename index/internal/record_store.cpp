@@ -17,6 +17,15 @@ std::string temporaryFolder() {
   return folder != nullptr && *folder != '\0' ? folder : "/tmp";
 }
 
+// The input that is being read is not at fault.
+IoError failure(const char* what, int error_number) {
+  return IoError(temporaryFolder(), std::string(what) + " (the folder of temporary files: TMPDIR names another)",
+                 error_number)
+      .asShortage();
+}
+
+constexpr const char* kCannotHold = "cannot hold the list of dropped lines";
+
 }  // namespace
 
 std::shared_ptr<RecordStore> RecordStore::shared() {
@@ -44,13 +53,13 @@ std::uint64_t RecordStore::append(std::span<const std::uint8_t> bytes) {
   if (!bytes.empty() && file_ < 0) {
     std::string path = temporaryFolder() + "/filiform-records-XXXXXX";
     file_ = ::mkostemp(path.data(), O_CLOEXEC);
-    if (file_ < 0) throw IoError(path, "cannot hold the list of dropped lines", errno);
+    if (file_ < 0) throw failure(kCannotHold, errno);
     ::unlink(path.c_str());
   }
   while (!bytes.empty()) {
     const ssize_t n = ::pwrite(file_, bytes.data(), bytes.size(), static_cast<off_t>(end_ - kInMemory));
     if (n < 0 && errno == EINTR) continue;
-    if (n <= 0) throw IoError(temporaryFolder(), "cannot hold the list of dropped lines", n < 0 ? errno : ENOSPC);
+    if (n <= 0) throw failure(kCannotHold, n < 0 ? errno : ENOSPC);
     end_ += static_cast<std::uint64_t>(n);
     bytes = bytes.subspan(static_cast<std::size_t>(n));
   }
@@ -68,7 +77,7 @@ void RecordStore::read(std::uint64_t at, std::span<std::uint8_t> bytes) const {
   while (!bytes.empty()) {
     const ssize_t n = ::pread(file_, bytes.data(), bytes.size(), static_cast<off_t>(at - kInMemory));
     if (n < 0 && errno == EINTR) continue;
-    if (n <= 0) throw IoError(temporaryFolder(), "the list of dropped lines cannot be read", n < 0 ? errno : EIO);
+    if (n <= 0) throw failure("cannot read the list of dropped lines", n < 0 ? errno : EIO);
     at += static_cast<std::uint64_t>(n);
     bytes = bytes.subspan(static_cast<std::size_t>(n));
   }

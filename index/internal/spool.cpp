@@ -76,8 +76,8 @@ Spool::Block Spool::store(Buffer& filled, std::size_t used) {
       return block;
     }
     if (file_ < 0) {
-      const std::string path = folder_ + "/spool";
-      file_ = ::open(path.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
+      std::string path = folder_ + "/spool-XXXXXX";  // an ingest has several
+      file_ = ::mkostemp(path.data(), O_CLOEXEC);
       if (file_ < 0) throw IoError(path, "cannot be created", errno);
       ::unlink(path.c_str());
     }

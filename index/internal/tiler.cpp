@@ -22,6 +22,7 @@ constexpr std::uint64_t kSmallMemory = std::uint64_t{512} << 20;
 constexpr std::uint64_t kMostMemory = std::uint64_t{1} << 56;  // so that sums of shares do not overflow
 constexpr std::uint64_t kPairsPerGroup = std::uint64_t{1} << 22;
 constexpr std::size_t kPairBlock = std::size_t{4} << 10;
+constexpr std::size_t kMostSamplesKept = std::size_t{1} << 16;  // of a cell, in arrays that the next one uses again
 
 // What takes memory in proportion to its number, bytes. Measured with margins: vectors grow by halves.
 constexpr std::uint64_t kBytesOfChunk = 640, kBytesOfBlock = 56;
@@ -145,6 +146,7 @@ struct Tiler::Impl {
   std::uint64_t segments = 0, visited = 0, cell_bytes = 0;
   std::vector<std::uint32_t> open;  // chunks that were begun since buffers were closed; some of them more than once
   std::size_t most_open = 0;
+  std::size_t closed_chunks = 0;       // of the chunks, these have no buffer, but for one that is being split
   std::vector<GridPoint> snapped;      // of the cell at hand
   std::vector<std::uint8_t> is_child;  // likewise
 
@@ -197,7 +199,9 @@ void Tiler::Impl::put(std::uint32_t chunk, const SegmentRecord& record, const Gr
   if (!to.own.isOpen()) open.push_back(chunk);
   to.own.add(record);
   to.seen.extend(middle);
-  if (to.own.count() > most_in_chunk && to.seen.lo != to.seen.hi && open.size() < most_open) split(chunk);
+  // Each chunk that a split makes may have a buffer.
+  if (to.own.count() > most_in_chunk && to.seen.lo != to.seen.hi && chunks.size() - closed_chunks < most_open)
+    split(chunk);
 }
 
 // Halves the cell until the midpoints are on both sides: what it holds stays there until everything is read.
@@ -295,12 +299,17 @@ void Tiler::Impl::take(Cell& cell) {
   given_names.push_back(std::move(cell.name));
   digests.push_back(cell.digest);
   records.push_back(std::move(record));
+  if (n > kMostSamplesKept) {
+    snapped = {};
+    is_child = {};
+  }
   if (records.size() % 256 == 0) refuseWhatHasGrown();
 }
 
 void Tiler::Impl::closeOpen() {
   for (const std::uint32_t chunk : open) chunks[chunk].own.close();
   open.clear();
+  closed_chunks = chunks.size();
 }
 
 // What split chunks held goes down to those that there are now; these may have to be split in turn.
@@ -499,6 +508,7 @@ void Tiler::read(CellStream& stream) {
   for (Cell cell; stream.next(cell);) {
     t.step("reading", t.segments, 0);
     t.take(cell);
+    if (cell.positions_um.capacity() > kMostSamplesKept) cell = Cell{};
   }
   t.settle();
   t.details.close();

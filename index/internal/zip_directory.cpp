@@ -25,6 +25,7 @@ constexpr std::size_t kLocalBytes = 30, kCentralBytes = 46, kEndBytes = 22, kEnd
 constexpr std::uint64_t kMaxComment = 65535;
 constexpr std::uint64_t kMostCentralBytes = kCentralBytes + 3 * std::uint64_t{65535};  // of an entry
 constexpr std::uint64_t kMostSignatureBytes = 6 + 65535;
+constexpr std::uint64_t kMostParsedTwice = std::uint64_t{16} << 20;
 
 std::uint64_t number(std::string_view bytes, std::size_t at, std::size_t width) {
   std::uint64_t value = 0;
@@ -238,6 +239,7 @@ ZipDirectory readZipDirectory(const std::string& path) {
 
   bool bytes_missing = false, end_seen = false, have = false;
   std::vector<ZipEntry> entries;
+  std::uint64_t parsed = 0;  // bytes of directories
   for (std::size_t at = tail.rfind(kEndMark); at != std::string::npos;
        at = at == 0 ? std::string::npos : tail.rfind(kEndMark, at - 1)) {
     if (tail.size() - at < kEndBytes || number(tail, at + 20, 2) > tail.size() - at - kEndBytes) {
@@ -255,6 +257,8 @@ ZipDirectory readZipDirectory(const std::string& path) {
     // Of several readable directories the one that starts where it says wins: the others lie inside of a comment.
     if (record.several_disks || (shifted && have)) continue;
     if (!plausible(record)) continue;
+    // No archive states so many directories but one that is made to keep its reader busy.
+    if ((parsed += record.bytes) > 4 * file.size() + kMostParsedTwice) break;
     DirectoryReader directory(file, directory_at, record.bytes);
     if (!parseEntries(directory, record.entries, entries)) continue;
     found.entries = std::move(entries);

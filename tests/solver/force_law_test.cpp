@@ -225,6 +225,22 @@ TEST(ForceLaw, ACommandLetsTheForceFadeBeforeTheRamp) {
   }
 }
 
+// A still hand was pulled; it then moves 50 mm without force, and comes onto the structure again.
+TEST(ForceLaw, AFreeTripIsNotEnergyThatWasGiven) {
+  ForceLawOptions options = bare();
+  options.passivity.on = true;
+  ForceLaw law(options);
+  for (int tick = 0; tick < 20; ++tick) law.apply({0.015, 0, 0}, kZero, kZero, 1e-3);
+  law.restart();
+  for (int tick = 0; tick < 200; ++tick) law.applyNothing(kZero, 1e-3);
+  Vector3d h_D = kZero;
+  for (int tick = 0; tick < 1000; ++tick) law.applyNothing(h_D += Vector3d(5e-5, 0, 0), 1e-3);
+  law.restart();
+  for (int tick = 0; tick < 20; ++tick) law.apply(h_D + Vector3d(0.005, 0, 0), h_D, kZero, 1e-3);
+  // The forces while it was still may all have acted on its first step, of 50 um.
+  EXPECT_GT(law.energy().weakest, 0.8);
+}
+
 TEST(Stiffness, BoundIsThatOfASampledDelayedSpring) {
   EXPECT_NEAR(stiffnessBound(2, 1e-3, 0), 4000, 1e-9);
   EXPECT_NEAR(stiffnessBound(2, 1e-3, 1), 4000.0 / 3, 1e-9);

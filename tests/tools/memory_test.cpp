@@ -20,6 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 using test::Outcome;
 using test::runFiliform;
+using test::runFiliformInShell;
 using test::TempFolder;
 
 constexpr std::uint64_t kMiB = std::uint64_t{1} << 20;
@@ -99,16 +100,32 @@ TEST_F(Memory, MillionsOfDroppedLinesAreNotHeld) {
   EXPECT_LE(runFiliform({"ingest", path("a.swc"), "-o", path("a.fil"), "--memory", "64MiB"}).peak_bytes, 64 * kMiB);
 }
 
-// Lines at uneven steps, so that each takes room of its own.
-TEST_F(Memory, ReportAndProvenanceOfManyDroppedLinesAreStreamed) {
+constexpr std::uint64_t kDropped = 600000;
+// Lines at uneven steps, so that the record of each takes room of its own: more than what is held in memory.
+std::string manyDropped() {
+  std::mt19937 random(5);
   std::string lines = "1 1 0 0 0 1 -1\n";
-  std::uint64_t dropped = 0;
-  for (std::uint64_t i = 0; i < 400000; ++i) {
-    if (i * i % 7 < 3) lines += "\n";
+  for (std::uint64_t i = 0; i < kDropped; ++i) {
+    lines.append(random() % 5, '\n');
     lines += "1 1 0 0 0 1 1\n";
-    ++dropped;
   }
-  write("twice.swc", lines);
+  return lines;
+}
+
+// Nothing is wrong with the cell: it must not be left out.
+TEST_F(Memory, WithoutRoomForTemporaryFilesTheRunEnds) {
+  write("twice.swc", manyDropped());
+  write("other.swc", "1 1 0 0 0 1 -1\n2 3 9 0 0 1 1\n");
+  const Outcome outcome = runFiliformInShell("TMPDIR=" + path("missing") + " exec \"$@\"",
+                                             {"ingest", path("twice.swc"), path("other.swc"), "-o", path("x.fil")});
+  EXPECT_EQ(outcome.exit_code, 3) << outcome.out;
+  EXPECT_TRUE(outcome.oneLineOnStderr()) << outcome.err;
+  EXPECT_NE(outcome.err.find("TMPDIR"), std::string::npos) << outcome.err;
+  EXPECT_FALSE(fs::exists(path("x.fil")));
+}
+
+TEST_F(Memory, ReportAndProvenanceOfManyDroppedLinesAreStreamed) {
+  write("twice.swc", manyDropped());
   const Outcome made = runFiliform(
       {"ingest", path("twice.swc"), "-o", path("twice.fil"), "--memory", "64MiB", "--report", path("report.json")});
   ASSERT_EQ(made.exit_code, 0) << made.err;
@@ -116,7 +133,7 @@ TEST_F(Memory, ReportAndProvenanceOfManyDroppedLinesAreStreamed) {
   const std::string report = test::readBytes(path("report.json"));
   std::uint64_t records = 0;
   for (std::size_t at = 0; (at = report.find("\"line\"", at)) != std::string::npos; ++at) ++records;
-  EXPECT_EQ(records, dropped);
+  EXPECT_EQ(records, kDropped);
 }
 
 TEST_F(Memory, AZipThatStatesADirectoryOfGigabytesIsRefused) {

@@ -133,7 +133,7 @@ class TrueHand {
     const auto wave = [&](std::size_t axis, double phase) {
       return std::sin(2 * M_PI * frequency_Hz_[axis] * time_s_ + phase);
     };
-    Vector3d aim_m;
+    Vector3d aim_m = Vector3d::Zero();
     if (kind_ == 0) aim_m = reach_m_ * Vector3d(wave(0, 0), wave(1, 1), wave(2, 2));
     if (kind_ == 1) aim_m = reach_m_ * Vector3d(wave(0, 0), 0, 0);  // pumps along one axis
     if (kind_ == 2) aim_m = h_m_ + 2e-2 * held_N_ + reach_m_ * Vector3d(wave(0, 0), wave(1, 1), wave(2, 2));  // yields

@@ -46,4 +46,9 @@ std::vector<std::string> Closing::takeFailures() {
   return failures;
 }
 
+std::vector<std::string> Closing::finish() {
+  for (const std::shared_future<std::string>& end : ends_) end.wait();
+  return takeFailures();
+}
+
 }  // namespace filiform::internal

@@ -22,6 +22,8 @@ class Closing {
   bool isUnderWay() const;
   // Of what has ended since the last call: what was thrown, one line each.
   std::vector<std::string> takeFailures();
+  // Waits for all; then the same.
+  std::vector<std::string> finish();
 
  private:
   std::vector<std::shared_future<std::string>> ends_;  // each gives why it failed, or nothing

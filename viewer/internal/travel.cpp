@@ -5,6 +5,7 @@
 #include "viewer/internal/text_format.h"
 
 #include <cmath>
+#include <exception>
 #include <utility>
 
 #include <nlohmann/json.hpp>
@@ -35,6 +36,18 @@ void Travel::start() {
   for (const std::string& warning : opened_.warnings) messages_.say(warning);
   session_->start();
   if (opened_.start.valid()) session_->jump(opened_.start);
+}
+
+void Travel::finish() {
+  std::exception_ptr failure;
+  try {
+    session_->finish();
+  } catch (...) {
+    failure = std::current_exception();
+  }
+  const std::vector<std::string> others = closing_.finish();
+  if (failure) std::rethrow_exception(failure);
+  if (!others.empty()) throw DeviceError(others.front());
 }
 
 void Travel::savePlaces() {

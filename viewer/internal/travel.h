@@ -50,8 +50,8 @@ class Travel {
   void start();
   // Keeps history and bookmarks, what fails is said.
   void savePlaces();
-  // Ends the session. Throws DeviceError, IoError. Idempotent.
-  void finish() { session_->finish(); }
+  // Ends the session, and waits for those that were replaced. Throws DeviceError, IoError. Idempotent.
+  void finish();
 
   // Once a frame, in this order. Takes up what came from the hand and from the finished works.
   void serve();
