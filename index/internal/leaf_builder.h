@@ -56,7 +56,7 @@ class LeafBuilder {
 
  private:
   // Of a tile with all that is needed to make it, and of a segment beside it.
-  static constexpr std::uint64_t kBytesInTile = 300, kBytesOfRecord = sizeof(SegmentRecord), kBytesOfPlace = 16;
+  static constexpr std::uint64_t kBytesInTile = 420, kBytesOfRecord = sizeof(SegmentRecord), kBytesOfPlace = 16;
   static constexpr std::uint64_t kBytesTogether = 160;
   static constexpr std::uint32_t kOwned = std::uint32_t{1} << 31;
 

@@ -181,7 +181,7 @@ TEST(Tiler, GhostsAreBuiltInPartsWhereMemoryIsShort) {
     for (const unsigned threads : {1u, 3u}) {
       SCOPED_TRACE(std::to_string(capacity) + ", " + std::to_string(threads) + " threads");
       const TempFolder folder;
-      TilerOptions options{.grid = Grid(), .capacity = capacity, .memory = std::uint64_t{3} << 20, .threads = threads};
+      TilerOptions options{.grid = Grid(), .capacity = capacity, .memory = std::uint64_t{4} << 20, .threads = threads};
       options.folder = folder.path();
       expectSameAsReference(stars, options);
       if (HasFatalFailure()) return;
