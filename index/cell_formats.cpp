@@ -7,7 +7,9 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <charconv>
 #include <cmath>
+#include <concepts>
 #include <limits>
 #include <ostream>
 #include <string_view>
@@ -40,7 +42,8 @@ class TextLines {
     at_ = std::copy(text.begin(), text.end(), at_);
     return *this;
   }
-  TextLines& whole(std::uint64_t number) {
+  template <std::integral Number>
+  TextLines& whole(Number number) {
     blank();
     at_ = std::to_chars(at_, line_.data() + line_.size(), number).ptr;
     return *this;
@@ -90,6 +93,15 @@ float nanometresOf(float um) {
 }
 
 }  // namespace
+
+void writeEdgeList(std::ostream& out, const CellGraph& cell) {
+  const std::vector<std::int64_t> ids = distinctIds(cell);
+  out << "# node id x y z radius type, um\n";
+  TextLines lines(out);
+  for (std::uint32_t i = 0; i < cell.samples(); ++i)
+    lines.word("node").whole(ids[i]).point(cell, i).radius(cell.radii_um[i]).whole(cell.types[i]).end();
+  for (const auto& [parent, child] : linksOf(cell)) lines.word("edge").whole(ids[parent]).whole(ids[child]).end();
+}
 
 void writeObj(std::ostream& out, const CellGraph& cell) {
   out << "# " << escaped(cell.name) << ", um\n";

@@ -1,6 +1,6 @@
 // Cells in the formats of other programs: Wavefront OBJ, VTK legacy polylines, Neuroglancer precomputed skeletons.
-// writeSwc (cell_graph.h) and writeEdgeList (edge_list.h) write the formats that hold everything. All of them are read
-// back by Input: the same grid points and links; node ids become 1, 2, 3 ... Requires radii and types, unless stated.
+// writeSwc (cell_graph.h) and writeEdgeList write the formats that hold everything. Input reads all of them back: the
+// same grid points and links; other formats give the node ids 1, 2, 3 ... Requires radii and types, unless stated.
 // The stream's state tells of write errors. Thread rule: functions without state. O(samples).
 #pragma once
 
@@ -12,6 +12,10 @@
 #include <vector>
 
 namespace filiform {
+
+// Edge list, see edge_list.h: original ids, nodes and then links in file order. A coordinate has the fewest decimals
+// that read back as the same grid point. Ids of restarted blocks are as in writeSwc.
+void writeEdgeList(std::ostream& out, const CellGraph& cell);
 
 // `v` lines in um and one `l` line a link. Holds neither radii nor types, and asks for none.
 void writeObj(std::ostream& out, const CellGraph& cell);

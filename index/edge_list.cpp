@@ -1,17 +1,11 @@
 #include "index/edge_list.h"
 
-#include "index/cell_graph.h"
 #include "index/internal/byte_stream.h"
-#include "index/internal/decimals.h"
 #include "index/internal/graph_builder.h"
 #include "index/internal/swc_fields.h"
 
-#include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
-#include <ostream>
-#include <vector>
 
 namespace filiform {
 namespace {
@@ -110,50 +104,6 @@ void readEdgeList(internal::ByteStream& in, internal::GraphBuilder& graph) {
       graph.dropNode(InputCode::W_BAD_LINE, line, fields.text[0]);
     }
   }
-}
-
-void writeEdgeList(std::ostream& out, const CellGraph& cell) {
-  const std::vector<std::int64_t> ids = distinctIds(cell);
-  out << "# node id x y z radius type, um\n";
-  std::array<char, 512> text;
-  char* at = text.data();
-  const auto put = [&](auto... value) { at = std::to_chars(at, text.data() + text.size(), value...).ptr; };
-  const auto word = [&](std::string_view w) { at = std::copy(w.begin(), w.end(), at); };
-  const auto line = [&] {
-    *at++ = '\n';
-    out.write(text.data(), at - text.data());
-    at = text.data();
-  };
-  for (std::uint32_t i = 0; i < cell.samples(); ++i) {
-    const Vector3d p_W = cell.position_W(i);
-    word("node ");
-    put(ids[i]);
-    for (int axis = 0; axis < 3; ++axis) {
-      word(" ");
-      at = internal::putCoordinate(at, p_W[axis], cell.grid);
-    }
-    word(" ");
-    if (std::isnan(cell.radii_um[i])) {
-      word("nan");
-    } else {
-      at = internal::putRadius(at, cell.radii_um[i]);
-    }
-    word(" ");
-    put(cell.types[i]);
-    line();
-  }
-  const auto edge = [&](std::uint32_t a, std::uint32_t b) {
-    word("edge ");
-    put(ids[a]);
-    word(" ");
-    put(ids[b]);
-    line();
-  };
-  for (const auto& [child, parent] : cell.links)
-    if (child != parent) edge(parent, child);
-  if (cell.isGraph()) return;
-  for (std::uint32_t i = 0; i < cell.samples(); ++i)
-    if (cell.parents[i] != kNoParent) edge(cell.parents[i], i);
 }
 
 }  // namespace filiform

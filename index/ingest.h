@@ -3,34 +3,15 @@
 
 #include "index/cell.h"
 #include "index/partition.h"
+#include "index/provenance.h"
 #include "index/tile_set.h"
 
 #include <atomic>
 #include <cstdint>
 #include <functional>
-#include <map>
 #include <string>
-#include <string_view>
-#include <vector>
 
 namespace filiform {
-
-// What the set was made from, kept in its manifest for people. Names may hold any bytes.
-struct Provenance {
-  struct Source {
-    std::string name;
-    std::uint64_t bytes = 0, digest = 0, cells = 0;
-    // Hands over, piece by piece, the lines, entries or `entry:line` that were dropped, comma-separated; empty:
-    // nothing.
-    std::function<void(const std::function<void(std::string_view piece)>& use)> dropped = {};
-  };
-  struct Refused {
-    std::string name, code, reason;
-  };
-  std::vector<Source> sources;
-  std::vector<Refused> refused;
-  std::map<std::string, std::uint64_t> codes;  // how often each code was reported: everything dropped, cut or doubted
-};
 
 inline constexpr std::uint64_t kMinIngestMemory = std::uint64_t{64} << 20;
 

@@ -1,7 +1,8 @@
 // Writes the files of one revision into a folder of its own. Publishing the folder is ingest's job.
 #pragma once
 
-#include "index/ingest.h"
+#include "index/partition.h"
+#include "index/provenance.h"
 #include "index/tile_set.h"
 
 #include <cstdint>
@@ -13,13 +14,16 @@
 
 namespace filiform {
 
+// A pack ends before the tile that would make it larger.
+inline constexpr std::uint64_t kMostPackBytes = std::uint64_t{256} << 20;
+
 // Thread-compatible. Every member throws IoError.
 class TileWriter {
  public:
   // The folder must exist and be empty. Tiles have the ids 0 .. tile_count-1; the long-segment tile, if any, is the
   // last.
   TileWriter(std::string folder, const Grid& grid, std::uint32_t capacity, TileId tile_count, bool has_long,
-             std::uint64_t pack_bytes = IngestOptions{}.pack_bytes);
+             std::uint64_t pack_bytes = kMostPackBytes);
   TileWriter(const TileWriter&) = delete;
   TileWriter& operator=(const TileWriter&) = delete;
   ~TileWriter();

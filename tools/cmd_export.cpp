@@ -1,7 +1,6 @@
 // filiform export: cells of a tile set back as files of other programs.
 #include "index/cell_formats.h"
 #include "index/cell_graph.h"
-#include "index/edge_list.h"
 #include "index/errors.h"
 #include "index/output.h"
 #include "index/text.h"

@@ -3,7 +3,7 @@
 // beyond what they are given.
 #pragma once
 
-#include "index/ingest.h"
+#include "index/provenance.h"
 #include "index/internal/bytes.h"
 #include "index/tile_set.h"
 

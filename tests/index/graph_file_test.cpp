@@ -1,7 +1,7 @@
 #include "index/graph_file.h"
 
+#include "index/cell_formats.h"
 #include "index/cell_graph.h"
-#include "index/edge_list.h"
 #include "index/errors.h"
 #include "index/input.h"
 #include "tests/support/temp_folder.h"
