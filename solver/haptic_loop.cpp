@@ -268,6 +268,7 @@ void HapticLoop::loop() {
     if (end_ns > due_ns) due_ns += (end_ns - due_ns) / period_ns * period_ns + period_ns;
     metrics_.record(times);
     ticks_.fetch_add(1, std::memory_order_relaxed);
+    if (options_.idle) options_.idle(device_paces ? 0.0 : 1e-9 * static_cast<double>(due_ns - end_ns));
   }
 }
 

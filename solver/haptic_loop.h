@@ -52,6 +52,10 @@ struct HapticLoopOptions {
   double fade_s = 0.05;           // stop() lets the force fall to zero over this time (s), a force above 5 N at 100 N/s
   bool ramp_at_start = true;      // at the first ready state too; not where the tick does that itself
   std::size_t ring_ticks = 4096;  // kept whole by the metrics
+  // Called on the haptic thread once a period, after its tick, with the time (s) until the next exchange: work that
+  // must delay no force. 0 where the device paces the loop, because the force then goes out right after. The same
+  // rules as for Tick. None: nothing is called.
+  std::function<void(double free_s)> idle{};
 };
 
 class HapticLoop {
