@@ -7,6 +7,12 @@
 
 namespace filiform {
 
+namespace {
+
+constexpr std::uint64_t kAimErrorStream = 0x61696d6572726f72u;
+
+}  // namespace
+
 const char* toString(PersonStatus status) {
   switch (status) {
     case PersonStatus::travelling:
@@ -30,10 +36,14 @@ SimulatedPerson::SimulatedPerson(const Route& route, const PersonParameters& par
                          p.push_most_m, p.hold_s, p.back_off_s, p.tremor_time_s})
     if (!(x > 0 && std::isfinite(x)))
       throw UsageError("the simulated person's speed, distances and times must be finite and > 0");
-  for (const double x : {p.tail_m, p.tremor_rms_m})
+  for (const double x : {p.tail_m, p.tremor_rms_m, p.aim_error_m})
     if (!(x >= 0 && std::isfinite(x)))
-      throw UsageError("the simulated person's tail and tremor must be finite and >= 0");
+      throw UsageError("the simulated person's tail, tremor and aim error must be finite and >= 0");
   if (p.tries < 1) throw UsageError("the simulated person needs at least one try");
+  std::mt19937_64 random(seed ^ kAimErrorStream);  // of its own: the tremor stays the same at every aim error
+  const auto sign = [&] { return static_cast<double>(random() >> 11) * 0x1p-52 - 1; };
+  const double x = 0.5 * sign(), y = 0.5 * sign();
+  aim_error_m_ = p.aim_error_m * Eigen::Vector3d(x, y, sign() < 0 ? -1 : 1).normalized();
 }
 
 // The sum of twelve uniform numbers: mean 0, variance 1, within 6, and exact in doubles, so that no mathematical
@@ -109,6 +119,7 @@ Eigen::Vector3d SimulatedPerson::target_D(const ProxyPlace& proxy, const Workspa
   Eigen::Vector3d aim_D = workspace.toDevice(route_.pointAt(aim_um_));
   const Eigen::Vector3d ahead_D = aim_D - proxy_D;
   if (const double length = ahead_D.norm(); past_m > 0 && length > 0) aim_D += past_m / length * ahead_D;
+  aim_D += aim_error_m_;
   if (status_ == PersonStatus::backing_off) {
     const double back = std::min(1.0, phase_s_ / p.back_off_s);
     aim_D += back * (proxy_D - aim_D);

@@ -3,7 +3,8 @@
 //
 // The aim runs ahead of the proxy along the route. Where the proxy does not follow, the person pushes further: first on
 // along the route, at the next try straight on from the proxy; when that fails the aim is led back to the proxy, and
-// the person tries again. Tremor is added last. Deterministic by seed: the same numbers on every machine (no library
+// the person tries again. The error of the aim is constant over a run; backing off takes it out, because the hand then
+// yields to the force. Tremor is added last. Deterministic by seed: the same numbers on every machine (no library
 // function but the square root). Thread rule: haptic thread only; target_D is haptic-safe.
 #pragma once
 
@@ -33,6 +34,9 @@ struct PersonParameters {      // lengths are of the device (m), whatever the zo
   // Tremor: an Ornstein-Uhlenbeck process on each axis. 0 rms: none.
   double tremor_rms_m = 0.0005;
   double tremor_time_s = 0.15;
+  // The hand pulls so far (m) beside where the person means to pull: an error of depth perception. Its direction is
+  // drawn once by the seed, within 36 degrees of the depth axis (z of frame D). 0: none.
+  double aim_error_m = 0;
 };
 
 enum class PersonStatus : std::uint8_t { travelling, pushing, backing_off, arrived, gave_up };
@@ -69,6 +73,7 @@ class SimulatedPerson {
   double push_m_ = 0;
   int tries_ = 0, back_offs_ = 0;
   Eigen::Vector3d tremor_m_ = Eigen::Vector3d::Zero();
+  Eigen::Vector3d aim_error_m_ = Eigen::Vector3d::Zero();
   bool straight_ = false;  // this try
   bool trembles_ = false;
 };

@@ -3,6 +3,8 @@
 #include "index/errors.h"
 #include "index/output.h"
 #include "tools/synthetic_neuron.h"
+#include "tools/synthetic_swc.h"
+#include "tools/thousandths.h"
 #include "tools/zip_writer.h"
 
 #include <algorithm>
@@ -16,8 +18,6 @@
 #include <optional>
 #include <utility>
 
-#include <xxhash.h>
-
 namespace filiform::tools {
 
 namespace {
@@ -29,22 +29,6 @@ struct Entry {
   std::string path;
   std::uint64_t number;  // of the cell
 };
-
-void appendInteger(std::string& out, std::uint64_t value) {
-  char digits[20];
-  out.append(digits, std::to_chars(digits, digits + sizeof digits, value).ptr);
-}
-
-// 12345 -> "12.345".
-void appendThousandths(std::string& out, std::int64_t value) {
-  if (value < 0) out += '-';
-  const std::uint64_t magnitude = value < 0 ? 0 - static_cast<std::uint64_t>(value) : static_cast<std::uint64_t>(value);
-  appendInteger(out, magnitude / 1000);
-  const auto rest = static_cast<int>(magnitude % 1000);
-  const char decimals[4] = {'.', static_cast<char>('0' + rest / 100), static_cast<char>('0' + rest / 10 % 10),
-                            static_cast<char>('0' + rest % 10)};
-  out.append(decimals, 4);
-}
 
 bool isScene(const std::string& kind) { return kind.starts_with("scene"); }
 
@@ -82,38 +66,16 @@ class Plan {
   }
 
   std::string text(const Entry& entry, const Neuron& neuron) const {
-    std::string out;
-    out.reserve(500 + neuron.samples.size() * 45);
-    out += "# Synthetic, grown by filiform synth: not a reconstruction of a real cell\n";
-    out += "# " + neuron.description + "\n";
+    std::vector<std::string> comments{neuron.description};
     if (isScene(options_.kind)) {
-      out += "# suggested route (sample ids ROOT:TIP): " + sceneRoute(options_.kind) + "\n";
+      comments.push_back("suggested route (sample ids ROOT:TIP): " + sceneRoute(options_.kind));
     } else {
-      out += "# cell " + std::to_string(entry.number) + ", seed " + std::to_string(options_.seed) + "\n";
-      out += "# micrometres; y points up: white matter at 0, pia at 1400; the column is 300 wide around x = z = 0\n";
-      out += "# types: 1 soma, 2 axon, 3 basal or multipolar dendrite, 4 apical dendrite\n";
+      comments.push_back("cell " + std::to_string(entry.number) + ", seed " + std::to_string(options_.seed));
+      comments.emplace_back(
+          "micrometres; y points up: white matter at 0, pia at 1400; the column is 300 wide around x = z = 0");
+      comments.emplace_back("types: 1 soma, 2 axon, 3 basal or multipolar dendrite, 4 apical dendrite");
     }
-    out += "# id type x y z radius parent\n";
-    for (std::size_t i = 0; i < neuron.samples.size(); ++i) {
-      const NeuronSample& sample = neuron.samples[i];
-      appendInteger(out, i + 1);
-      out += ' ';
-      appendInteger(out, sample.type);
-      for (const std::int64_t coordinate : sample.p_nm) {
-        out += ' ';
-        appendThousandths(out, coordinate);
-      }
-      out += ' ';
-      appendThousandths(out, sample.radius_nm);
-      out += ' ';
-      if (sample.parent == kNoParent) {
-        out += "-1";
-      } else {
-        appendInteger(out, std::uint64_t{sample.parent} + 1);
-      }
-      out += '\n';
-    }
-    return out;
+    return swcText(neuron, comments);
   }
 
  private:
@@ -237,27 +199,7 @@ bool SyntheticCells::next(Cell& cell) {
   if (impl_->next == impl_->plan.entries().size()) return false;
   const Entry& entry = impl_->plan.entries()[impl_->next++];
   const Neuron neuron = impl_->plan.neuron(entry);
-  const std::string text = impl_->plan.text(entry, neuron);
-  Cell out;
-  out.source = impl_->prefix + entry.path;
-  out.digest = XXH3_64bits(text.data(), text.size());
-  const std::size_t n = neuron.samples.size();
-  out.sample_ids.reserve(n);
-  out.positions_um.reserve(n);
-  out.parents.reserve(n);
-  out.radii_um.reserve(n);
-  out.types.reserve(n);
-  for (std::size_t i = 0; i < n; ++i) {
-    const NeuronSample& s = neuron.samples[i];
-    out.sample_ids.push_back(static_cast<std::int64_t>(i) + 1);
-    // A quotient of exact integers is the double nearest to the decimal, which is what a reader of the text gets.
-    out.positions_um.emplace_back(static_cast<double>(s.p_nm[0]) / 1000, static_cast<double>(s.p_nm[1]) / 1000,
-                                  static_cast<double>(s.p_nm[2]) / 1000);
-    out.parents.push_back(s.parent);
-    out.radii_um.push_back(static_cast<float>(static_cast<double>(s.radius_nm) / 1000));
-    out.types.push_back(s.type);
-  }
-  cell = std::move(out);
+  cell = cellOf(neuron, impl_->plan.text(entry, neuron), impl_->prefix + entry.path);
   return true;
 }
 

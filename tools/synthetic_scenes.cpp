@@ -1,68 +1,20 @@
 // The scenes of the evaluation: one unbranched path with concave elbows, and one branching structure with an easy and a
 // hard way through it.
 #include "tools/synthetic_neuron.h"
+#include "tools/synthetic_path.h"
 
-#include <algorithm>
-#include <cmath>
-#include <utility>
+#include <vector>
 
 namespace filiform::tools {
 
 namespace {
 
-constexpr std::uint16_t kNeurite = 3;
 constexpr double kStep_um = 3;
 constexpr double kCornerReach_um = 6;  // an elbow is rounded over this length on either side
 
 struct Section {
   int parent;  // section whose end it continues, -1 for the first
   std::vector<Vector3d> corners;
-};
-
-class SceneBuilder {
- public:
-  std::uint32_t root(const Vector3d& p) { return add(p, kNoParent); }
-
-  // Straight runs between the corners, which are rounded by parabolas. Returns the last sample.
-  std::uint32_t follow(std::uint32_t from, const std::vector<Vector3d>& corners) {
-    for (std::size_t i = 0; i < corners.size(); ++i) {
-      if (i + 1 == corners.size()) return run(from, corners[i]);
-      const Vector3d& corner = corners[i];
-      const Vector3d in = corner + kCornerReach_um * (at(from) - corner).normalized();
-      const Vector3d out = corner + kCornerReach_um * (corners[i + 1] - corner).normalized();
-      from = run(from, in);
-      for (const double t : {0.25, 0.5, 0.75, 1.0})
-        from = add((1 - t) * (1 - t) * in + 2 * t * (1 - t) * corner + t * t * out, from);
-    }
-    return from;
-  }
-
-  Neuron take() { return std::move(neuron_); }
-
- private:
-  Vector3d at(std::uint32_t sample) const {
-    const auto& p = neuron_.samples[sample].p_nm;
-    return Vector3d(static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])) / 1000;
-  }
-
-  std::uint32_t run(std::uint32_t from, const Vector3d& to) {
-    const Vector3d start = at(from);
-    const int steps = std::max(1, static_cast<int>(std::lround((to - start).norm() / kStep_um)));
-    for (int i = 1; i <= steps; ++i) from = add(start + (to - start) * (static_cast<double>(i) / steps), from);
-    return from;
-  }
-
-  std::uint32_t add(const Vector3d& p, std::uint32_t parent) {
-    NeuronSample sample{};
-    for (int i = 0; i < 3; ++i) sample.p_nm[static_cast<std::size_t>(i)] = std::llround(p[i] * 1000);
-    sample.radius_nm = 1000;
-    sample.parent = parent;
-    sample.type = kNeurite;
-    neuron_.samples.push_back(sample);
-    return static_cast<std::uint32_t>(neuron_.samples.size() - 1);
-  }
-
-  Neuron neuron_;
 };
 
 // Nine legs; the way turns by 110 to 130 degrees at every corner, so that a hand which pulls ahead pulls back first.
@@ -93,7 +45,7 @@ const std::vector<Section>& branches() {
 }  // namespace
 
 Neuron buildScene(const std::string& kind, std::uint32_t& tip) {
-  SceneBuilder builder;
+  SyntheticPath builder(kStep_um, kCornerReach_um);
   const std::uint32_t root = builder.root(Vector3d::Zero());
   Neuron scene;
   if (kind == "scene1") {

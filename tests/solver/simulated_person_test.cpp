@@ -160,6 +160,30 @@ TEST(SimulatedPerson, TremorHasItsSizeAndCorrelationTime) {
   }
 }
 
+TEST(SimulatedPerson, AimErrorIsConstantMostlyInDepthAndLeavesTheTremor) {
+  const Route route = staircase();
+  const Workspace workspace(box());
+  const ProxyPlace place = placeAt(route, 0);
+  int nearer = 0;
+  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+    SCOPED_TRACE(seed);
+    PersonParameters wrong;
+    wrong.aim_error_m = 0.002;
+    SimulatedPerson person(route, wrong, seed), right(route, {}, seed);
+    Vector3d error_m;
+    for (int tick = 0; tick < 300; ++tick) {
+      const Vector3d differ_m = person.target_D(place, workspace, kDt_s) - right.target_D(place, workspace, kDt_s);
+      if (tick == 0) error_m = differ_m;
+      ASSERT_TRUE(differ_m.isApprox(error_m, 1e-9));
+    }
+    EXPECT_NEAR(error_m.norm(), 0.002, 1e-12);
+    EXPECT_GT(std::abs(error_m.z()), 0.8 * 0.002);
+    nearer += error_m.z() > 0;
+  }
+  EXPECT_GT(nearer, 8);
+  EXPECT_LT(nearer, 32);
+}
+
 TEST(SimulatedPerson, IsTheSameForASeed) {
   const Route route = staircase();
   SimulatedPerson a(route, {}, 5), b(route, {}, 5), c(route, {}, 6);

@@ -185,6 +185,7 @@ std::vector<std::pair<std::string, std::string>> parameterDump() {
   put("person.tries", p.tries);
   put("person.tremor_rms_m", p.tremor_rms_m);
   put("person.tremor_time_s", p.tremor_time_s);
+  put("person.aim_error_m", p.aim_error_m);
   for (const char* name : {"loose", "medium", "firm"}) {
     const HandParameters hand = handParameters(name);
     put(std::string("hand.") + name + ".mass_kg", hand.mass_kg);
