@@ -1,0 +1,38 @@
+#include "tools/evaluate/evaluation_results.h"
+
+#include <algorithm>
+
+namespace filiform::tools {
+
+bool EvaluationResults::has(const std::string& method) const {
+  return std::find(protocol.methods.begin(), protocol.methods.end(), method) != protocol.methods.end();
+}
+
+std::vector<std::string> EvaluationResults::mainVariants() const {
+  std::vector<std::string> variants;
+  for (const auto& [hand, stiffness] : mainHands()) {
+    variants.push_back(handVariant(hand, stiffness));
+    if (options.quick) break;
+  }
+  return variants;
+}
+
+const Condition& EvaluationResults::sceneCondition(const std::string& variant, const std::string& method) const {
+  return scene_conditions[findCondition(scene_conditions, "scenes", variant, method, kSceneZoom_um)];
+}
+
+TrialSummary EvaluationResults::scene(std::uint32_t number, const std::string& variant,
+                                      const std::string& method) const {
+  Campaign one;  // the rows of that scene alone
+  for (const TrialRow& row : scene_trials.rows)
+    if (row.cell == number) one.rows.push_back(row);
+  one.visits = scene_trials.visits;
+  return summarise(scenes, one, findCondition(scene_conditions, "scenes", variant, method, kSceneZoom_um));
+}
+
+TrialSummary EvaluationResults::routesOf(const std::string& table, const std::string& variant,
+                                         const std::string& method, double zoom_um, Part part) const {
+  return summarise(corpus.cells, trials, findCondition(conditions, table, variant, method, zoom_um), part);
+}
+
+}  // namespace filiform::tools

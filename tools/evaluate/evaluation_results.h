@@ -1,0 +1,40 @@
+// What an evaluation has measured, before it becomes tables. Thread-compatible.
+#pragma once
+
+#include "tools/evaluate/campaign.h"
+#include "tools/evaluate/evaluation.h"
+#include "tools/evaluate/hold_campaign.h"
+#include "tools/evaluate/protocol.h"
+#include "tools/evaluate/summary.h"
+#include "tools/evaluate/trial_corpus.h"
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace filiform::tools {
+
+struct EvaluationResults {
+  EvaluationOptions options;
+  ProtocolOptions protocol;
+  TrialCorpus corpus;
+  std::vector<CorpusCell> scenes;
+  std::vector<Condition> scene_conditions, conditions;
+  Campaign scene_trials, trials;
+  std::vector<HoldSeries> holds;
+
+  bool has(const std::string& method) const;
+  // The hands of the main tables, as handVariant names them.
+  std::vector<std::string> mainVariants() const;
+
+  const Condition& sceneCondition(const std::string& variant, const std::string& method) const;
+  // Over the trials of scene `number` (0 is the first). Throws std::logic_error
+  // for an unknown condition.
+  TrialSummary scene(std::uint32_t number, const std::string& variant, const std::string& method) const;
+  // Over the trials on routes. Throws std::logic_error for an unknown
+  // condition.
+  TrialSummary routesOf(const std::string& table, const std::string& variant, const std::string& method, double zoom_um,
+                        Part part = Part::all) const;
+};
+
+}  // namespace filiform::tools
