@@ -211,6 +211,16 @@ void endPlainlyWithoutMemory() {
 }
 
 int runProgram(int argc, char** argv) {
+  static const Program kFiliform{
+      "filiform: navigation through whole neuronal columns by hand.",
+      "Start here:\n  filiform synth demo.zip --cells 20 --seed 1\n  filiform ingest demo.zip -o demo.fil\n"
+      "  filiform view demo.fil\n'filiform COMMAND --help' has an example for each command.",
+      {addSynth, addCheck, addIngest, addInfo, addCells, addVerify, addNearest, addExport, addNavigate, addDevices,
+       addRender, addView, addLab}};
+  return runProgram(kFiliform, argc, argv);
+}
+
+int runProgram(const Program& program, int argc, char** argv) {
   endPlainlyWithoutMemory();
   holdStandardDescriptors();
   std::signal(SIGINT, onSignal);
@@ -218,28 +228,13 @@ int runProgram(int argc, char** argv) {
   std::signal(SIGPIPE, SIG_IGN);  // a closed pipe and a file-size limit become write errors
   std::signal(SIGXFSZ, SIG_IGN);
 
-  CLI::App app{"filiform: navigation through whole neuronal columns by hand."};
-  app.footer(
-      "Start here:\n  filiform synth demo.zip --cells 20 --seed 1\n  filiform ingest demo.zip -o demo.fil\n"
-      "  filiform view demo.fil\n'filiform COMMAND --help' has an example for each command.");
+  CLI::App app{program.description};
+  app.footer(program.footer);
   app.name("filiform");
   app.require_subcommand(1);
   app.set_version_flag("--version", std::string("filiform ") + FILIFORM_VERSION);
   Chosen chosen;
-  addSynth(app, chosen);
-  addCheck(app, chosen);
-  addIngest(app, chosen);
-  addInfo(app, chosen);
-  addCells(app, chosen);
-  addVerify(app, chosen);
-  addNearest(app, chosen);
-  addExport(app, chosen);
-  addNavigate(app, chosen);
-  addDevices(app, chosen);
-  addRender(app, chosen);
-  addView(app, chosen);
-  addEvaluate(app, chosen);
-  addBench(app, chosen);
+  for (const auto& add : program.commands) add(app, chosen);
 
   const std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
   app.failure_message([&words](const CLI::App* of, const CLI::Error& error) {

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <functional>
 #include <string>
+#include <vector>
 
 namespace filiform {
 class TileStore;
@@ -59,11 +60,18 @@ void addNavigate(CLI::App& app, Chosen& chosen);
 void addDevices(CLI::App& app, Chosen& chosen);
 void addRender(CLI::App& app, Chosen& chosen);
 void addView(CLI::App& app, Chosen& chosen);
-void addEvaluate(CLI::App& app, Chosen& chosen);
-void addBench(CLI::App& app, Chosen& chosen);
+void addLab(CLI::App& app, Chosen& chosen);       // `evaluate` and `bench`: starts filiform-lab
+void addEvaluate(CLI::App& app, Chosen& chosen);  // of filiform-lab
+void addBench(CLI::App& app, Chosen& chosen);     // of filiform-lab
 
-// The whole program: parses, runs, maps every failure to one line on stderr and an exit code (tools/README.md has the
-// table).
+// Parses, runs the chosen command, and maps every failure to one line on stderr and an exit code (tools/README.md has
+// the table). Call once a process, on its main thread.
+struct Program {
+  std::string description, footer;  // of its help
+  std::vector<void (*)(CLI::App& app, Chosen& chosen)> commands;
+};
+int runProgram(const Program& program, int argc, char** argv);
+// filiform itself.
 int runProgram(int argc, char** argv);
 
 }  // namespace filiform::tools

@@ -8,6 +8,7 @@
 #include "tools/near_names.h"
 #include "tools/unit.h"
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -187,10 +188,23 @@ TEST_F(Words, ATarIsNoCell) {
 }
 
 TEST_F(Words, AWrongSceneIsNoInternalError) {
-  expectRefusal({"bench", "scene", "--quick", "--scene", folder_ / "none.fil", "--out", folder_ / "b"}, 3, {"none.fil"},
-                {"internal error"});
+  if (!test::kSanitized)  // else filiform-lab is not built
+    expectRefusal({"bench", "scene", "--quick", "--scene", folder_ / "none.fil", "--out", folder_ / "b"}, 3,
+                  {"none.fil"}, {"internal error"});
   expectRefusal({"synth", folder_ / "s.zip", "--kind", "scene9"}, 2, {"scene1", "scene2", "scene3"},
                 {"internal error"});
+}
+
+TEST_F(Words, WithoutTheLabItsCommandsSayWhatTheyNeed) {
+  const std::string alone = folder_ / "filiform";
+  std::filesystem::copy_file(test::filiformProgram(), alone);
+  for (const char* command : {"bench", "evaluate"}) {
+    const Outcome outcome =
+        test::runFiliformInShell("PATH=/usr/bin:/bin exec '" + alone + "' " + command + " --quick", {});
+    EXPECT_EQ(outcome.exit_code, 3);
+    EXPECT_NE(outcome.err.find("filiform-lab"), std::string::npos) << outcome.err;
+    EXPECT_TRUE(outcome.oneLineOnStderr()) << outcome.err;
+  }
 }
 
 }  // namespace

@@ -67,7 +67,7 @@ void addOpened(pid_t process, std::set<std::string>& names) {
 }
 
 Start startOnce(const std::vector<std::string>& arguments, bool watched) {
-  const std::string program = fs::read_symlink("/proc/self/exe").string();
+  const std::string program = (fs::read_symlink("/proc/self/exe").parent_path() / "filiform").string();
   std::vector<char*> argv{const_cast<char*>(program.c_str())};
   for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
   argv.push_back(nullptr);

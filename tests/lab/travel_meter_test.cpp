@@ -1,6 +1,6 @@
 #include "tools/evaluate/travel_meter.h"
 
-#include "tests/tools/evaluation_cells.h"
+#include "tests/lab/evaluation_cells.h"
 
 #include <algorithm>
 #include <cmath>

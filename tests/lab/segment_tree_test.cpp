@@ -1,6 +1,6 @@
 #include "tools/evaluate/segment_tree.h"
 
-#include "tests/tools/evaluation_cells.h"
+#include "tests/lab/evaluation_cells.h"
 #include "tools/evaluate/trial_cell.h"
 
 #include <limits>

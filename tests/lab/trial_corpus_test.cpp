@@ -1,7 +1,7 @@
 #include "tools/evaluate/trial_corpus.h"
 
 #include "solver/route.h"
-#include "tests/tools/evaluation_cells.h"
+#include "tests/lab/evaluation_cells.h"
 #include "tools/evaluate/trial_cell.h"
 
 #include <algorithm>

@@ -3,7 +3,7 @@
 #include "index/errors.h"
 #include "tests/support/process.h"
 #include "tests/support/temp_folder.h"
-#include "tests/tools/evaluation_cells.h"
+#include "tests/lab/evaluation_cells.h"
 #include "tools/evaluate/page.h"
 #include "tools/evaluate/parallel.h"
 #include "tools/evaluate/scenes.h"

@@ -1,6 +1,6 @@
 #include "tools/evaluate/stuck.h"
 
-#include "tests/tools/evaluation_cells.h"
+#include "tests/lab/evaluation_cells.h"
 
 #include <cmath>
 
