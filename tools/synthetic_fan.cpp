@@ -56,7 +56,8 @@ std::string thousandths(double value) {
   return out;
 }
 
-std::vector<Vector3d> wantedCorners(const Frame& frame, SyntheticRandom& random) {
+// A straight run along `frame.ahead` from the node, then two sharp elbows.
+std::vector<Vector3d> elbowedBranch(const Frame& frame, SyntheticRandom& random) {
   const double length_um[3] = {random.between(30, 50), random.between(30, 50), random.between(30, 50)};
   const double turn_rad[2] = {random.between(1.7, 2.2), random.between(1.7, 2.2)};
   const double azimuth = random.between(0, 2 * std::numbers::pi), twist = random.between(-0.5, 0.5);
@@ -87,7 +88,7 @@ Fan buildFan(const FanOptions& options) {
   const std::uint32_t root = path.root(-kStem_um * frame.ahead);
   const std::uint32_t node = path.follow(root, {Vector3d::Zero()});
 
-  const std::vector<Vector3d> wanted = wantedCorners(frame, random);
+  const std::vector<Vector3d> wanted = elbowedBranch(frame, random);
   const int others = options.branches - 1;
   const int place = static_cast<int>(random.uniform() * options.branches);  // of the wanted branch in the file
   std::uint32_t tip = 0;
@@ -97,7 +98,12 @@ Fan buildFan(const FanOptions& options) {
       continue;
     }
     const double azimuth = 2 * std::numbers::pi * (other++ + random.between(-0.25, 0.25)) / others;
-    path.follow(node, {random.between(60, 100) * frame.direction(options.cone_rad, azimuth)});
+    const Vector3d ahead = frame.direction(options.cone_rad, azimuth);
+    if (options.alike) {
+      path.follow(node, elbowedBranch(Frame::about(ahead, random), random));
+    } else {
+      path.follow(node, {random.between(60, 100) * ahead});
+    }
   }
 
   Neuron neuron = path.take();
@@ -118,6 +124,7 @@ FanOptions drawFan(std::uint64_t seed, std::uint64_t number, int branches) {
   options.branches = branches;
   options.cone_rad = random.between(0.05, 0.6);
   options.segment_um = random.between(2, 30);
+  options.alike = number % 2 == 1;
   options.seed = random.bits() >> 16;
   return options;
 }

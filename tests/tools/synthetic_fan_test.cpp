@@ -22,10 +22,10 @@ std::vector<std::uint32_t> childrenOf(const Cell& cell, std::uint32_t parent) {
 
 double angle_rad(const Vector3d& a, const Vector3d& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
 
-// The corners of the route, its ends left out: where it turns by more than 1 rad.
-std::vector<double> turns(const Fan& fan) {
+// The corners of the way from the root to that tip: where it turns by more than 1 rad.
+std::vector<double> turns(const Fan& fan, std::uint32_t tip) {
   std::vector<Vector3d> route;
-  for (std::uint32_t i = fan.last; i != kNoParent; i = fan.cell.parents[i]) route.push_back(fan.cell.positions_um[i]);
+  for (std::uint32_t i = tip; i != kNoParent; i = fan.cell.parents[i]) route.push_back(fan.cell.positions_um[i]);
   std::vector<double> out;
   for (std::size_t i = 1; i + 1 < route.size(); ++i) {
     const double turn = angle_rad(route[i] - route[i - 1], route[i + 1] - route[i]);
@@ -64,11 +64,15 @@ TEST(SyntheticFan, TheWantedBranchIsInTheMiddleAndTwoSharpElbowsFollow) {
         EXPECT_NEAR(angle_rad(direction(on_route), direction(i)), options.cone_rad, 0.002);
       }
 
-      const std::vector<double> elbows = turns(fan);
-      ASSERT_EQ(elbows.size(), 2U);
-      for (const double elbow : elbows) {
-        EXPECT_GT(elbow, 1.69);
-        EXPECT_LT(elbow, 2.21);
+      EXPECT_EQ(options.alike, number % 2 == 1);
+      for (std::uint32_t tip = 1; tip < fan.cell.samples(); ++tip) {
+        if (!childrenOf(fan.cell, tip).empty()) continue;
+        const std::vector<double> elbows = turns(fan, tip);
+        ASSERT_EQ(elbows.size(), tip == fan.last || options.alike ? 2U : 0U);
+        for (const double elbow : elbows) {
+          EXPECT_GT(elbow, 1.69);
+          EXPECT_LT(elbow, 2.21);
+        }
       }
     }
   }
@@ -102,7 +106,7 @@ TEST(SyntheticFan, TheCellIsWhatAReaderOfTheTextGets) {
 
 TEST(SyntheticFan, RefusesOptionsOutsideTheirRanges) {
   const auto refuses = [](int branches, double cone_rad, double segment_um) {
-    EXPECT_THROW(buildFan({branches, cone_rad, segment_um, 1}), UsageError)
+    EXPECT_THROW(buildFan({branches, cone_rad, segment_um}), UsageError)
         << branches << ", " << cone_rad << ", " << segment_um;
   };
   refuses(1, 0.2, 10);
