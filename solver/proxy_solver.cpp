@@ -45,7 +45,9 @@ std::unique_ptr<ProxySolver> makeProxySolver(SolverMethod method, const SolverPa
     case SolverMethod::shading:
       return makeForceShading(parameters);
     case SolverMethod::force:
-      return makeForceBased(parameters);
+      return makeForceBased(parameters, ForceReading::text);
+    case SolverMethod::force_listing:
+      return makeForceBased(parameters, ForceReading::listing);
     case SolverMethod::climb:
       return makeBoundedClimb(parameters);
   }
@@ -60,6 +62,8 @@ const char* toString(SolverMethod method) noexcept {
       return "shading";
     case SolverMethod::force:
       return "force";
+    case SolverMethod::force_listing:
+      return "force-listing";
     case SolverMethod::climb:
       return "climb";
   }
@@ -69,7 +73,7 @@ const char* toString(SolverMethod method) noexcept {
 SolverMethod solverMethod(const std::string& name) {
   for (const SolverMethod method : kSolverMethods)
     if (name == toString(method)) return method;
-  throw UsageError("unknown method '" + name + "': choose basic, shading, force or climb");
+  throw UsageError("unknown method '" + name + "': choose basic, shading, force, force-listing or climb");
 }
 
 }  // namespace filiform

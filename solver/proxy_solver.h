@@ -27,9 +27,9 @@ struct ProxyPlace {  // a point of the structure
   bool valid() const { return tile != kNoTile; }
 };
 
-enum class SolverMethod : std::uint8_t { basic, shading, force, climb };
+enum class SolverMethod : std::uint8_t { basic, shading, force, force_listing, climb };
 inline constexpr SolverMethod kSolverMethods[] = {SolverMethod::basic, SolverMethod::shading, SolverMethod::force,
-                                                  SolverMethod::climb};
+                                                  SolverMethod::force_listing, SolverMethod::climb};
 
 struct ClimbParameters {     // bounded climb (bounded_climb.h), in millimetres of the device; all >= 0
   double rest_mm = 0.5;      // climb allowed to a hand at rest; more costs visits: 3 to 4 times at 5 mm
@@ -42,7 +42,7 @@ struct ClimbParameters {     // bounded climb (bounded_climb.h), in millimetres 
 
 struct SolverParameters {
   std::uint32_t max_visited = 256;  // segments a tick; basic and force-based resume what is left on the next one
-  // Force-based only: r = min(r_max, G |q-h| + r_min), um in frame W (the paper's 3.3).
+  // Force-based (both readings) only: r = min(r_max, G |q-h| + r_min), um in frame W (the paper's 3.3).
   double gain = 1.0;
   double r_min_um = 0.0;
   double r_max_um = 0.0;
@@ -98,7 +98,7 @@ class ProxySolver {
 
 // Throws UsageError for parameters that are negative or not finite.
 std::unique_ptr<ProxySolver> makeProxySolver(SolverMethod method, const SolverParameters& parameters);
-// "basic", "shading", "force", "climb".
+// "basic", "shading", "force", "force-listing", "climb".
 const char* toString(SolverMethod method) noexcept;
 // The other way; throws UsageError naming the choices.
 SolverMethod solverMethod(const std::string& name);

@@ -73,7 +73,7 @@ void addEvaluate(CLI::App& app, Chosen& chosen) {
   evaluate->add_option("--routes", options->routes, "drawn over all cells; 0: 2000 of a corpus, 24 of synthetic cells");
   evaluate->add_option("--seed", options->seed, "of routes, tremor, synthetic cells and pulls")->capture_default_str();
   evaluate->add_option("--threads", options->threads, "0: as many as the machine has")->capture_default_str();
-  evaluate->add_option("--methods", options->methods, "of basic,shading,force,climb,nearest; none: all")
+  evaluate->add_option("--methods", options->methods, "of basic,shading,force,force-listing,climb,nearest; none: all")
       ->delimiter(',');
   evaluate->add_option("--zooms", options->zooms_um, "um across 12 cm, of the main tables; none: 100,300,1000")
       ->delimiter(',');

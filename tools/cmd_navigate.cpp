@@ -382,7 +382,8 @@ void addNavigate(CLI::App& app, Chosen& chosen) {
       ->capture_default_str();
   command->add_option("--seconds", a->seconds,
                       "simulated time at most; default: 10 times nominal + 20 s, of a tour 60 s");
-  command->add_option("--method", a->method, "proxy solver: basic, shading, force or climb")->capture_default_str();
+  command->add_option("--method", a->method, "proxy solver: basic, shading, force, force-listing or climb")
+      ->capture_default_str();
   command->add_option("--hand", a->hand, "loose, medium or firm: short for --device sim:HAND");
   command->add_option("--device", a->device, std::string(deviceChoices()) + "; default sim:medium");
   command->add_option(

@@ -133,7 +133,8 @@ void addView(CLI::App& app, Chosen& chosen) {
       ->add_option("--device", a->device,
                    "mouse, falcon, spacemouse, sim:loose|medium|firm (the mouse with that hand), replay:FILE, null")
       ->capture_default_str();
-  command->add_option("--method", a->method, "proxy solver: basic, shading, force or climb")->capture_default_str();
+  command->add_option("--method", a->method, "proxy solver: basic, shading, force, force-listing or climb")
+      ->capture_default_str();
   command->add_option("--zoom", a->zoom_um, "um of world across the workspace at first")
       ->capture_default_str()
       ->check(CLI::Range(Workspace::kMinZoom_um, Workspace::kMaxZoom_um));

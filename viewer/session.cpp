@@ -201,8 +201,8 @@ Session::Impl::Impl(const TileStore& scene, const SessionOptions& wanted)
   }
   graph.emplace(table ? *table : reader->tiles(), store.leaves(), store.grid());
   SolverParameters parameters;
-  if (options.method == SolverMethod::force && store.cell_count() > 0)
-    parameters = automaticParameters(store, defaultCell(store));
+  const bool reaches = options.method == SolverMethod::force || options.method == SolverMethod::force_listing;
+  if (reaches && store.cell_count() > 0) parameters = automaticParameters(store, defaultCell(store));
   navigation = std::make_unique<Navigation>(*graph, makeProxySolver(options.method, parameters), navigating);
 
   if (!options.record.empty()) {

@@ -62,7 +62,7 @@ void BoundedSearch::keepForUndo() noexcept {
   std::uint32_t visited = 1;
   double best2 = std::min(old2, q.squared_distance);
   bool leads_on[2] = {false, false};  // by the child, by the parent
-  follow(reach_, active.child_W, active.parent_W, q, kInfinity,
+  follow(reach_, active.child_W, active.parent_W, q, reach_.bound2(kInfinity, best2),
          [&leads_on](bool at_parent) { leads_on[at_parent] = true; });
   const StarCache::Star* best_star = nullptr;
   const StarCache::Ray* best_ray = nullptr;
@@ -73,9 +73,11 @@ void BoundedSearch::keepForUndo() noexcept {
                                               end == 0 ? active.child : active.parent);
     if (star == nullptr || !star->plain || visited + star->degree > max_visited_) return false;
     if (star->tile != active.tile) step.touched.add(star->home);
-    // Nearest on most branches is the node itself, which is no nearer than what is known and leads nowhere.
+    // The nearest point of most branches is the node itself. It is no nearer than the best point yet, and the branch
+    // ends there; by the listing only where it is farther.
     const Vector3d x_W = h_W - star->p_W;
-    if (x_W.squaredNorm() < best2) return false;
+    const double x2 = x_W.squaredNorm();
+    if (x2 < best2 || (reach_.escape == Escape::listing && x2 == best2)) return false;
     for (std::uint32_t i = 0; i < star->degree; ++i) {
       const StarCache::Ray& ray = star->rays[i];
       if (ray.rank == active.id.segment) continue;
@@ -86,7 +88,7 @@ void BoundedSearch::keepForUndo() noexcept {
       if (ray.from_child ? !(x_W.dot(d_W) > 0.0) : (h_W - child_W).dot(d_W) >= d_W.squaredNorm()) continue;
       const ClosestPoint w = closestPoint(child_W, parent_W, h_W);
       bool goes_on = false;
-      follow(reach_, child_W, parent_W, w, q.squared_distance,
+      follow(reach_, child_W, parent_W, w, reach_.bound2(q.squared_distance, best2),
              [&](bool at_parent) { goes_on = goes_on || at_parent == ray.from_child; });
       if (goes_on) return false;
       if (!(w.squared_distance < best2)) continue;
@@ -345,8 +347,8 @@ void BoundedSearch::test(Tick& tick, const Tile& tile, std::uint32_t segment, co
     return;
   }
   // The sub-goal is kept as a point: its distance is that to the present h even when the sweep began under another one.
-  const double sub_goal2 = (sub_goal_W - tick.h_W).squaredNorm();
-  follow(reach_, child_W, parent_W, q, sub_goal2, [&](bool at_parent) {
+  const double bound2 = reach_.bound2((sub_goal_W - tick.h_W).squaredNorm(), tick.best.squared_distance);
+  follow(reach_, child_W, parent_W, q, bound2, [&](bool at_parent) {
     if (at_parent)
       goOn(tile, link.parent, link.parent_id, q.p_W);
     else

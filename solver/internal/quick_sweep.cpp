@@ -44,7 +44,7 @@ struct QuickSweep::Sweep {
       goOn(false, kUnbounded);
       return;
     }
-    follow(reach, active.child_W, active.parent_W, q, kUnbounded,
+    follow(reach, active.child_W, active.parent_W, q, reach.bound2(kUnbounded, best.squared_distance),
            [&](bool at_parent) { goOn(at_parent, q.squared_distance); });
   }
 
@@ -57,7 +57,7 @@ struct QuickSweep::Sweep {
     if (far_entered || ray.far == star.node) return;  // nowhere to go on to
     const NodeId far{star.id.cell, ray.far_rank};
     if (child_W == parent_W) return push(far, *star.tile, ray.far, ray.rank, sub_goal2);
-    follow(reach, child_W, parent_W, q, sub_goal2, [&](bool at_parent) {
+    follow(reach, child_W, parent_W, q, reach.bound2(sub_goal2, best.squared_distance), [&](bool at_parent) {
       if (at_parent == ray.from_child) push(far, *star.tile, ray.far, ray.rank, q.squared_distance);
     });
   }

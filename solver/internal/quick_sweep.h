@@ -20,10 +20,15 @@
 
 namespace filiform::internal {
 
-// From which ends of a segment to go on: basic descent, and the force-based escape over one local maximum.
+// From which ends of a segment to go on: basic descent (descent.h), or the force-based escape over one local maximum in
+// either reading (force_based.h).
+enum class Escape : std::uint8_t { none, text, listing };
 struct Reach {
-  bool escapes = false;  // false: basic
+  Escape escape = Escape::none;
   double gain = 0, r_min_um = 0, r_max_um = 0;
+
+  // Squared distance beyond which a branch ends. `sub_goal2`: of the branch's sub-goal; `best2`: of the best point yet.
+  double bound2(double sub_goal2, double best2) const noexcept { return escape == Escape::listing ? best2 : sub_goal2; }
 };
 
 struct BestPoint {
@@ -44,24 +49,26 @@ struct BestPoint {
 };
 
 // Calls go_on(at_parent) for each end to go on from, the one to be visited first last; q is its sub-goal.
-// `sub_goal2` is the squared distance of the sub-goal with which the branch came.
+// `bound2` as from Reach::bound2.
 template <typename GoOn>
 [[gnu::always_inline]] inline void follow(const Reach& reach, const Vector3d& child_W, const Vector3d& parent_W,
-                                          const ClosestPoint& q, double sub_goal2, const GoOn& go_on) noexcept {
-  if (!reach.escapes) {
+                                          const ClosestPoint& q, double bound2, const GoOn& go_on) noexcept {
+  if (reach.escape == Escape::none) {
     if (q.t == 0.0) go_on(false);
     if (q.t == 1.0) go_on(true);
     return;
   }
-  if (q.squared_distance > sub_goal2) return;
-  if (q.t == 0.0) return go_on(false);
-  if (q.t == 1.0) return go_on(true);
+  if (q.squared_distance > bound2) return;
+  const bool listing = reach.escape == Escape::listing;
+  if (!listing && q.t == 0.0) return go_on(false);
+  if (!listing && q.t == 1.0) return go_on(true);
   const double r_um = std::min(reach.r_max_um, reach.gain * std::sqrt(q.squared_distance) + reach.r_min_um);
-  // |end - q| < r, without the root but where rounding might decide.
+  // |end - q| < r (the listing: <= r), without the root but where rounding might decide.
   const double r2 = r_um * r_um, surely2 = r2 * (1 - 1e-12), never2 = r2 * (1 + 1e-12);
   const auto within = [&](const Vector3d& end_W) {
     const double d2 = (end_W - q.p_W).squaredNorm();
-    return d2 < surely2 || (d2 <= never2 && std::sqrt(d2) < r_um);
+    if (d2 < surely2 || d2 > never2) return d2 < surely2;
+    return listing ? std::sqrt(d2) <= r_um : std::sqrt(d2) < r_um;
   };
   if (within(parent_W)) go_on(true);
   if (within(child_W)) go_on(false);

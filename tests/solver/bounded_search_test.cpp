@@ -53,8 +53,13 @@ class BoundedSearch : public testing::TestWithParam<SolverMethod> {
   }
 };
 
-INSTANTIATE_TEST_SUITE_P(Methods, BoundedSearch, testing::Values(SolverMethod::basic, SolverMethod::force),
-                         [](const auto& method) { return std::string(toString(method.param)); });
+INSTANTIATE_TEST_SUITE_P(Methods, BoundedSearch,
+                         testing::Values(SolverMethod::basic, SolverMethod::force, SolverMethod::force_listing),
+                         [](const auto& method) {
+                           std::string name = toString(method.param);
+                           std::replace(name.begin(), name.end(), '-', '_');
+                           return name;
+                         });
 
 TEST_P(BoundedSearch, EqualsTheLiteralOracleInEveryTiling) {
   Walked result;

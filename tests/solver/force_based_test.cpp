@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <memory>
+#include <utility>
 
 #include <gtest/gtest.h>
 
@@ -30,7 +31,7 @@ class ForceBased : public testing::Test {
     builder_.link(end_, top);
     graph_ = builder_.build();
     tiled_ = std::make_unique<TiledGraph>(graph_, 1000);
-    solver_ = makeForceBased(parameters);
+    solver_ = makeForceBased(parameters, reading_);
     solver_->setPlace(viewOf(*tiled_, graph_).placeAt(0, {0, 1}, 0.5));
   }
   const ProxyPlace& advance(const Vector3d& h_W) {
@@ -51,6 +52,7 @@ class ForceBased : public testing::Test {
   std::unique_ptr<ProxySolver> solver_;
   SolverStep step_;
   std::uint32_t end_ = 0;
+  ForceReading reading_ = ForceReading::text;
 };
 
 // The nearest point of the first slope is (3.25, 0.8125) and 2.5 um from the top is far less than the probe's pull; the
@@ -80,7 +82,7 @@ TEST_F(ForceBased, ReachIsBoundedByItsMaximumAndOpenAtTheBound) {
   ASSERT_EQ(advance(kBelow_W).segment, (SegmentId{0, 1}));
   const double to_top_um = (Vector3d(4, 1, 0) - solver_->place().p_W).norm();
   const auto endsOn = [&](const SolverParameters& parameters) {
-    const auto solver = makeForceBased(parameters);
+    const auto solver = makeForceBased(parameters, reading_);
     solver->setPlace(viewOf(*tiled_, graph_).placeAt(0, {0, 1}, 0.5));
     solver->advance(viewOf(*tiled_, graph_), {kBelow_W}, step_);
     return solver->place().segment;
@@ -91,19 +93,64 @@ TEST_F(ForceBased, ReachIsBoundedByItsMaximumAndOpenAtTheBound) {
   EXPECT_EQ(endsOn(reach(0, std::nextafter(to_top_um, 10.0), 100)), (SegmentId{0, end_}));
 }
 
-TEST_F(ForceBased, DoesNotClimbFromANode) {
-  // At a concave corner the nearest point is the node itself.
+// A concave corner whose nearest point is the node itself; over the right edge a branch falls.
+TEST_F(ForceBased, OnlyTheListingClimbsFromANode) {
   const std::uint32_t corner = builder_.node(Vector3d(0, 0, 0));
   const std::uint32_t left = builder_.node(Vector3d(-2, 0.5, 0)), right = builder_.node(Vector3d(2, 0.5, 0));
   builder_.link(left, corner);
   builder_.link(right, corner);
-  builder_.link(builder_.node(Vector3d(2.2, -3, 0)), right);
+  const std::uint32_t beyond = builder_.node(Vector3d(2.2, -3, 0));
+  builder_.link(beyond, right);
   graph_ = builder_.build();
   tiled_ = std::make_unique<TiledGraph>(graph_, 1000);
-  solver_ = makeForceBased(reach(10, 10, 100));
-  solver_->setPlace(viewOf(*tiled_, graph_).placeAt(0, {0, left}, 1.0));
-  EXPECT_EQ(advance(Vector3d(0, -2, 0)).node, (NodeId{0, corner}));
+  const auto travel = [&](ForceReading reading) {
+    solver_ = makeForceBased(reach(10, 10, 100), reading);
+    solver_->setPlace(viewOf(*tiled_, graph_).placeAt(0, {0, left}, 1.0));
+    return advance(Vector3d(0.5, -3, 0));
+  };
+  EXPECT_EQ(travel(ForceReading::text).node, (NodeId{0, corner}));
   EXPECT_EQ(step_.visited, 2u);
+  EXPECT_EQ(travel(ForceReading::listing).segment, (SegmentId{0, beyond}));
+  EXPECT_EQ(step_.visited, 3u);
+}
+
+// Two branches of a node: one ends 1.1 um from the probe, the other passes it at 2.5 um and ends 0.4 um from it.
+TEST_F(ForceBased, OnlyTheListingDropsABranchThatIsFartherThanAnotherBranch) {
+  const auto endsOn = [&](ForceReading reading, bool short_first) {
+    builder_ = TestGraphBuilder();
+    const std::uint32_t node = builder_.node(Vector3d(0, 0, 0));
+    const auto shorter = [&] { builder_.link(builder_.node(Vector3d(0.5, -9, 0)), node); };
+    if (short_first) shorter();
+    const std::uint32_t first = builder_.node(Vector3d(2, -8.5, 0)), last = builder_.node(Vector3d(0.2, -10.3, 0));
+    builder_.link(first, node);
+    builder_.link(last, first);
+    if (!short_first) shorter();
+    graph_ = builder_.build();
+    tiled_ = std::make_unique<TiledGraph>(graph_, 1000);
+    solver_ = makeForceBased(reach(0, 0.1, 1), reading);
+    solver_->setPlace(viewOf(*tiled_, graph_).placeAt(0, {0, first}, 1.0));
+    return std::pair(advance(Vector3d(0, -10, 0)).segment, SegmentId{0, last});
+  };
+  for (const bool short_first : {false, true}) {
+    const auto [reached, wanted] = endsOn(ForceReading::text, short_first);
+    EXPECT_EQ(reached, wanted);
+    const auto [listed, far_tip] = endsOn(ForceReading::listing, short_first);
+    EXPECT_EQ(listed == far_tip, !short_first);
+  }
+}
+
+TEST_F(ForceBased, TheListingsSphereIsClosed) {
+  reading_ = ForceReading::listing;
+  build(reach(0, 100, 0));
+  ASSERT_EQ(advance(kBelow_W).segment, (SegmentId{0, 1}));
+  const double to_top_um = (Vector3d(4, 1, 0) - solver_->place().p_W).norm();
+  const auto endsOn = [&](double r_um) {
+    solver_ = makeForceBased(reach(0, 100, r_um), reading_);
+    solver_->setPlace(viewOf(*tiled_, graph_).placeAt(0, {0, 1}, 0.5));
+    return advance(kBelow_W).segment;
+  };
+  EXPECT_EQ(endsOn(to_top_um), (SegmentId{0, end_}));
+  EXPECT_EQ(endsOn(std::nextafter(to_top_um, 0.0)), (SegmentId{0, 1}));
 }
 
 TEST_F(ForceBased, StepsOverOneMaximumOnly) {
@@ -116,7 +163,7 @@ TEST_F(ForceBased, StepsOverOneMaximumOnly) {
   }
   graph_ = builder_.build();
   tiled_ = std::make_unique<TiledGraph>(graph_, 1000);
-  solver_ = makeForceBased(reach(1, 0, 100));
+  solver_ = makeForceBased(reach(1, 0, 100), ForceReading::text);
   solver_->setPlace(viewOf(*tiled_, graph_).placeAt(0, {0, 1}, 0.5));
   EXPECT_EQ(advance(Vector3d(2, -3, 0)).segment, (SegmentId{0, 1}));
   EXPECT_EQ(step_.visited, 2u);

@@ -50,7 +50,13 @@ std::uint32_t LiteralSolver::advance(const Vector3d& h_W) {
   best2_ = (p_W_ - h_W).squaredNorm();
   constexpr double kNone = std::numeric_limits<double>::infinity();
   const WholeGraph::Segment& s = graph_.segments()[segment_];
-  if (t_ == 0.0 || t_ == 1.0) {
+  const bool at_node = t_ == 0.0 || t_ == 1.0;
+  if (method_ == SolverMethod::force_listing) {
+    if (at_node)
+      listedNode(t_ == 0.0 ? s.child : s.parent, best2_);
+    else
+      listedSegment(segment_, -1, best2_);
+  } else if (at_node) {
     visitNode(t_ == 0.0 ? s.child : s.parent, kNone);
   } else {
     visitSegment(segment_, -1, kNone);
@@ -63,19 +69,14 @@ void LiteralSolver::visitSegment(std::uint32_t number, std::int64_t entered, dou
   const WholeGraph::Segment& s = graph_.segments()[number];
   const Vector3d child_W = graph_.nodes()[s.child].p_W, parent_W = graph_.nodes()[s.parent].p_W;
   const ClosestPoint q = closestPoint(child_W, parent_W, h_W_);
-  if (q.squared_distance < best2_) {
-    best2_ = q.squared_distance;
-    segment_ = number;
-    t_ = q.t;
-    p_W_ = q.p_W;
-  }
+  take(number, q);
   if (child_W == parent_W) {  // q is the end that was not entered from; the sub-goal stays
     if (entered != s.child) visitNode(s.child, d_sub2);
     if (entered != s.parent) visitNode(s.parent, d_sub2);
     return;
   }
   const bool at_end = q.t == 0.0 || q.t == 1.0;
-  if (!force_) {
+  if (method_ == SolverMethod::basic) {
     if (at_end) visitNode(q.t == 0.0 ? s.child : s.parent, d_sub2);
     return;
   }
@@ -96,6 +97,39 @@ void LiteralSolver::visitSegment(std::uint32_t number, std::int64_t entered, dou
 void LiteralSolver::visitNode(std::uint32_t node, double d_sub2) {
   if (!seen_nodes_.insert(node).second) return;
   for (const std::uint32_t segment : graph_.nodes()[node].incident) visitSegment(segment, node, d_sub2);
+}
+
+double LiteralSolver::listedSegment(std::uint32_t number, std::int64_t entered, double dist2) {
+  if (!seen_segments_.insert(number).second) return std::numeric_limits<double>::max();
+  const WholeGraph::Segment& s = graph_.segments()[number];
+  const Vector3d child_W = graph_.nodes()[s.child].p_W, parent_W = graph_.nodes()[s.parent].p_W;
+  const ClosestPoint q = closestPoint(child_W, parent_W, h_W_);
+  const bool transparent = child_W == parent_W;
+  if (q.squared_distance > dist2 && !transparent) return std::numeric_limits<double>::max();
+  take(number, q);
+  dist2 = std::min(dist2, q.squared_distance);
+  const double r =
+      std::min(parameters_.r_max_um, parameters_.gain * std::sqrt(q.squared_distance) + parameters_.r_min_um);
+  for (const std::uint32_t end : {s.child, s.parent}) {
+    if (transparent ? entered == end : (graph_.nodes()[end].p_W - q.p_W).norm() > r) continue;
+    dist2 = std::min(dist2, listedNode(end, dist2));
+  }
+  return dist2;
+}
+
+double LiteralSolver::listedNode(std::uint32_t node, double dist2) {
+  if (!seen_nodes_.insert(node).second) return std::numeric_limits<double>::max();
+  for (const std::uint32_t segment : graph_.nodes()[node].incident)
+    dist2 = std::min(dist2, listedSegment(segment, node, dist2));
+  return dist2;
+}
+
+void LiteralSolver::take(std::uint32_t number, const ClosestPoint& q) {
+  if (!(q.squared_distance < best2_)) return;
+  best2_ = q.squared_distance;
+  segment_ = number;
+  t_ = q.t;
+  p_W_ = q.p_W;
 }
 
 }  // namespace filiform::tools

@@ -44,9 +44,12 @@ class WholeGraph {
 
 class LiteralSolver {
  public:
-  // The method is basic or force; the graph must outlive the solver.
+  static bool knows(SolverMethod method) {
+    return method == SolverMethod::basic || method == SolverMethod::force || method == SolverMethod::force_listing;
+  }
+  // The method is one that it knows; the graph must outlive the solver.
   LiteralSolver(const WholeGraph& graph, SolverMethod method, const SolverParameters& parameters)
-      : graph_(graph), force_(method == SolverMethod::force), parameters_(parameters) {}
+      : graph_(graph), method_(method), parameters_(parameters) {}
 
   ProxyPlace place() const;  // without a tile
   void setPlace(const ProxyPlace& place);
@@ -58,9 +61,13 @@ class LiteralSolver {
  private:
   void visitSegment(std::uint32_t segment, std::int64_t entered, double d_sub2);
   void visitNode(std::uint32_t node, double d_sub2);
+  // Algorithms 3 and 2. `dist2`, and what they return: the squared distance of the best point so far.
+  double listedSegment(std::uint32_t segment, std::int64_t entered, double dist2);
+  double listedNode(std::uint32_t node, double dist2);
+  void take(std::uint32_t segment, const ClosestPoint& q);
 
   const WholeGraph& graph_;
-  bool force_;
+  SolverMethod method_;
   SolverParameters parameters_;
   std::uint32_t segment_ = 0;  // the place: on it at t_, at the child where t_ is 0, at the parent where it is 1
   double t_ = 0;

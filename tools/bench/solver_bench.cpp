@@ -161,7 +161,7 @@ struct TickCosts {
 // Both go over the same probes, batch by batch in turn: first for the means, then tick by tick for the percentiles.
 TickCosts measure(const SolverScene& scene, const Walk& walk, SolverMethod method, int passes, double clock_ns) {
   const auto solver = makeProxySolver(method, scene.parameters);
-  const bool has_literal = method == SolverMethod::basic || method == SolverMethod::force;
+  const bool has_literal = LiteralSolver::knows(method);
   LiteralSolver literal(*scene.whole, method, scene.parameters);
   SolverStep step;
   TickCosts costs;
@@ -291,7 +291,7 @@ BenchReport runSolver(const BenchOptions& options) {
 
   BenchReport report;
   BenchTable warm{"warm",
-                  "one tick, caches warm, ns; literal: the paper's listings with recursion and hash sets over one flat "
+                  "one tick, caches warm, ns; literal: the paper's rules with recursion and hash sets over one flat "
                   "graph, on the same probes",
                   {"scene", "probe", "method", "segments mean", "most", "mean", "p50", "p99", "p99.9", "max",
                    "literal mean", "literal / this", "p99 of medians"},
@@ -403,7 +403,7 @@ BenchReport runOnDeepStack(const BenchOptions& options) {
 }  // namespace
 
 void addSolverWorkloads(std::vector<Workload>& all) {
-  all.push_back({"solver", "what a tick of each proxy solver costs, beside the paper's listings taken literally",
+  all.push_back({"solver", "what a tick of each proxy solver costs, those of the paper beside a literal transcription",
                  runOnDeepStack});
 }
 

@@ -65,7 +65,7 @@ double timeSolver_ns(TrialCell& cell, const TrialSetup& setup, const ProxyPlace&
 }  // namespace
 
 const std::vector<std::string>& trialMethods() {
-  static const std::vector<std::string> kMethods{"basic", "shading", "force", "climb", "nearest"};
+  static const std::vector<std::string> kMethods{"basic", "shading", "force", "force-listing", "climb", "nearest"};
   return kMethods;
 }
 
