@@ -1,0 +1,16 @@
+#include "device/device_factory.h"
+
+#include <iostream>
+
+int main() {
+  std::cout << filiform::deviceChoices() << '\n';
+  const auto device = filiform::makeDevice("sim:medium");
+  device->open();
+  std::cout << toString(device->exchange({}).status) << '\n';
+  device->close();
+  try {  // libusb is linked
+    filiform::makeDevice("spacemouse")->open();
+  } catch (const filiform::DeviceError& error) {
+    std::cout << error.what() << '\n';
+  }
+}

@@ -1,0 +1,19 @@
+#include "viewer/camera.h"
+#include "viewer/window.h"
+
+#include <iostream>
+
+int main() {
+  const filiform::Camera camera = filiform::overview({0, 0, 0}, {100, 100, 100}, 0, 0, 1.6);
+  std::cout << "looks at " << camera.focus_W().transpose() << '\n';
+  try {
+    std::cout << filiform::makeOffscreenContext()->description() << '\n';
+  } catch (const filiform::GraphicsError& error) {
+    std::cout << error.what() << '\n';
+  }
+  try {
+    const filiform::Window window("filiform", {64, 64});
+  } catch (const filiform::GraphicsError& error) {
+    std::cout << error.what() << '\n';
+  }
+}
