@@ -67,7 +67,7 @@ std::string sourceFile(const std::string& path) { return test::readBytes(std::st
 std::vector<std::string> documents() {
   const fs::path root(FILIFORM_SOURCE);
   std::vector<std::string> paths{"README.md"};
-  for (const char* room : {"index", "device", "solver", "viewer", "tools", "tests"})
+  for (const char* room : {".github", "index", "device", "solver", "viewer", "tools", "tests"})
     for (const auto& entry : fs::recursive_directory_iterator(root / room))
       if (entry.path().extension() == ".md") paths.push_back(fs::relative(entry.path(), root).string());
   std::sort(paths.begin(), paths.end());
@@ -347,6 +347,31 @@ TEST_F(Documents, EveryOptionNamedIsThere) {
     }
   }
   EXPECT_GT(options, 20u);
+}
+
+// A link, or a code span with the path of a source, names a file or folder that exists. Paths with a word in capitals
+// are patterns.
+TEST_F(Documents, EveryPathNamedIsThere) {
+  static const std::regex kPath(
+      R"((?:`((?:index|device|solver|viewer|tools|tests|\.github)/[\w./]+)`)|(?:\]\(([^)#:]+)(?:#[^)]*)?\)))");
+  static const std::regex kPattern("(^|/)[A-Z]+/");
+  const fs::path root(FILIFORM_SOURCE);
+  std::size_t paths = 0;
+  for (const std::string& document : documents()) {
+    const fs::path folder = fs::path(document).parent_path();
+    std::istringstream text(sourceFile(document));
+    std::string line;
+    for (std::size_t number = 1; std::getline(text, line); ++number) {
+      for (std::sregex_iterator i(line.begin(), line.end(), kPath), end; i != end; ++i) {
+        const std::string path = (*i)[1].matched ? (*i)[1].str() : (*i)[2].str();
+        if (std::regex_search(path, kPattern)) continue;
+        ++paths;
+        const bool is_there = fs::exists(root / folder / path) || fs::exists(root / path);
+        EXPECT_TRUE(is_there) << document << ":" << number << ": " << path << " does not exist";
+      }
+    }
+  }
+  EXPECT_GT(paths, 50u);
 }
 
 TEST(DocumentedCommands, AreFoundInMarkdown) {
