@@ -6,6 +6,7 @@
 #include "tools/progress.h"
 #include "tools/synthetic.h"
 
+#include <algorithm>
 #include <iostream>
 
 #include <CLI/CLI.hpp>
@@ -34,8 +35,9 @@ int runSynth(const SyntheticOptions& options, const std::string& out) {
   if (!options.placements_out.empty())
     people << escaped(options.placements_out) << ": places these morphologies " << formatCount(summary.cells)
            << " times\n";
-  const bool is_scene = options.kind != "column";
-  if (is_scene) people << "the route meant for this scene: --route " << sceneRoute(options.kind) << '\n';
+  const auto& scenes = sceneKinds();
+  if (std::find(scenes.begin(), scenes.end(), options.kind) != scenes.end())
+    people << "the route meant for this scene: --route " << sceneRoute(options.kind) << '\n';
   return 0;
 }
 
@@ -48,9 +50,9 @@ void addSynth(CLI::App& app, Chosen& chosen) {
   command->footer(
       "Example:\n  filiform synth column.zip --cells 200 --seed 1\n  filiform synth scene2.zip --kind scene2");
   command->add_option("OUT,-o,--output", *out, "zip archive to write")->type_name("OUT.zip");
-  command->add_option("--cells", options->cells, "how many neurons")->capture_default_str();
+  command->add_option("--cells", options->cells, "how many neurons or fans")->capture_default_str();
   command->add_option("--seed", options->seed, "the same seed gives the same bytes")->capture_default_str();
-  command->add_option("--kind", options->kind, "column, scene1, scene2 or scene3")->capture_default_str();
+  command->add_option("--kind", options->kind, kindList(syntheticKinds()))->capture_default_str();
   command
       ->add_option("--placements-out", options->placements_out,
                    "write a library of morphologies, and to this file the table that places them")

@@ -2,6 +2,7 @@
 
 #include "index/errors.h"
 #include "index/output.h"
+#include "tools/synthetic_fan.h"
 #include "tools/synthetic_neuron.h"
 #include "tools/synthetic_swc.h"
 #include "tools/thousandths.h"
@@ -30,31 +31,47 @@ struct Entry {
   std::uint64_t number;  // of the cell
 };
 
-bool isScene(const std::string& kind) { return kind.starts_with("scene"); }
+constexpr int kFanBranches[] = {3, 5, 7, 10};  // in turn
+
+bool isOneOf(const std::vector<std::string>& kinds, const std::string& kind) {
+  return std::find(kinds.begin(), kinds.end(), kind) != kinds.end();
+}
+
+bool isScene(const std::string& kind) { return isOneOf(sceneKinds(), kind); }
+
+Fan fanOf(std::uint64_t seed, std::uint64_t number) {
+  return buildFan(drawFan(seed, number, kFanBranches[number % std::size(kFanBranches)]));
+}
+
+std::string padded(std::uint64_t number, std::size_t width) {
+  std::string digits = std::to_string(number);
+  digits.insert(0, width - digits.size(), '0');
+  return digits;
+}
 
 // What a column or a scene consists of, and the text of each of its files.
 class Plan {
  public:
   explicit Plan(const SyntheticOptions& options) : options_(options) {
-    const auto& kinds = syntheticKinds();
-    if (std::find(kinds.begin(), kinds.end(), options.kind) == kinds.end())
-      throw UsageError("no such kind of synthetic data; choose column, scene1, scene2 or scene3");
+    if (!isOneOf(syntheticKinds(), options.kind))
+      throw UsageError("no such kind of synthetic data; choose " + kindList(syntheticKinds()));
     if (isScene(options.kind)) {
       entries_.push_back({options.kind + ".swc", 0});
       return;
     }
-    if (options.cells == 0) throw UsageError("a column needs at least one cell");
+    if (options.cells == 0) throw UsageError("a " + options.kind + " needs at least one cell");
+    const std::size_t width = std::max<std::size_t>(5, std::to_string(options.cells - 1).size());
+    if (options.kind == "fan") {
+      for (std::uint64_t i = 0; i < options.cells; ++i) entries_.push_back({"fan/fan_" + padded(i, width) + ".swc", i});
+      return;
+    }
     library_ = !options.placements_out.empty();
     if (library_ && options.library == 0) throw UsageError("a library needs at least one morphology");
     const std::uint64_t files = library_ ? std::min(options.cells, options.library) : options.cells;
-    const std::size_t width = std::max<std::size_t>(5, std::to_string(options.cells - 1).size());
-    for (std::uint64_t i = 0; i < files; ++i) {
-      std::string digits = std::to_string(i);
-      digits.insert(0, width - digits.size(), '0');
+    for (std::uint64_t i = 0; i < files; ++i)
       entries_.push_back({(library_ ? "library/L" : "column/L") + std::to_string(layerOfCell(options.seed, i)) +
-                              "/cell_" + digits + ".swc",
+                              "/cell_" + padded(i, width) + ".swc",
                           i});
-    }
     std::sort(entries_.begin(), entries_.end(), [](const Entry& a, const Entry& b) { return a.path < b.path; });
   }
 
@@ -62,10 +79,12 @@ class Plan {
 
   Neuron neuron(const Entry& entry) const {
     std::uint32_t tip = 0;
+    if (options_.kind == "fan") return fanOf(options_.seed, entry.number).neuron;
     return isScene(options_.kind) ? buildScene(options_.kind, tip) : growNeuron(options_.seed, entry.number, library_);
   }
 
   std::string text(const Entry& entry, const Neuron& neuron) const {
+    if (options_.kind == "fan") return fanOf(options_.seed, entry.number).text;
     std::vector<std::string> comments{neuron.description};
     if (isScene(options_.kind)) {
       comments.push_back("suggested route (sample ids ROOT:TIP): " + sceneRoute(options_.kind));
@@ -134,9 +153,7 @@ std::string placementTable(const SyntheticOptions& options, const Plan& plan, co
       out += '\t';
       out.append(digits, std::to_chars(digits, digits + sizeof digits, component).ptr);
     }
-    std::string digits = std::to_string(i);
-    digits.insert(0, width - digits.size(), '0');
-    out += "\tcell_" + digits + "\n";
+    out += "\tcell_" + padded(i, width) + "\n";
   }
   return out;
 }
@@ -144,14 +161,23 @@ std::string placementTable(const SyntheticOptions& options, const Plan& plan, co
 }  // namespace
 
 const std::vector<std::string>& syntheticKinds() {
-  static const std::vector<std::string> kKinds{"column", "scene1", "scene2", "scene3"};
+  static const std::vector<std::string> kKinds{"column", "fan", "scene1", "scene2", "scene3", "elbows", "hooks"};
   return kKinds;
 }
 
+const std::vector<std::string>& sceneKinds() {
+  static const std::vector<std::string> kKinds{"scene1", "scene2", "scene3", "elbows", "hooks"};
+  return kKinds;
+}
+
+std::string kindList(const std::vector<std::string>& kinds) {
+  std::string list = kinds.front();
+  for (std::size_t i = 1; i < kinds.size(); ++i) list += (i + 1 == kinds.size() ? " or " : ", ") + kinds[i];
+  return list;
+}
+
 std::string sceneRoute(const std::string& kind) {
-  const auto& kinds = syntheticKinds();
-  if (!isScene(kind) || std::find(kinds.begin(), kinds.end(), kind) == kinds.end())
-    throw UsageError("no such scene; choose scene1, scene2 or scene3");
+  if (!isScene(kind)) throw UsageError("no such scene; choose " + kindList(sceneKinds()));
   std::uint32_t tip = 0;
   buildScene(kind, tip);
   return "1:" + std::to_string(tip + 1);
@@ -160,7 +186,7 @@ std::string sceneRoute(const std::string& kind) {
 SyntheticSummary writeSynthetic(const SyntheticOptions& options, const std::string& out_zip,
                                 const SyntheticProgress& progress, const std::atomic<bool>* cancel) {
   const Plan plan(options);
-  const bool table = !options.placements_out.empty() && !isScene(options.kind);
+  const bool table = !options.placements_out.empty() && options.kind == "column";
   // Both before the work, so that a name that cannot be written is told at once.
   Output archive(out_zip, {.by_name = true, .cancel = cancel});
   std::optional<Output> placed;

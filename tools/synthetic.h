@@ -31,8 +31,9 @@
 namespace filiform::tools {
 
 struct SyntheticOptions {
-  // "column"; "scene1", one unbranched path with concave elbows; "scene2" and "scene3", one branching structure with an
-  // easy and a hard way through it. A scene is one cell, and `cells`, `seed` and `placements_out` mean nothing to it.
+  // "column", "fan", or a scene (sceneKinds()). A scene is one cell; `cells`, `seed` and `placements_out` do not apply
+  // to it. "fan" makes `cells` fans of 3, 5, 7 and 10 branches in turn (synthetic_fan.h); `placements_out` does not
+  // apply.
   std::string kind = "column";
   std::uint32_t cells = 200;
   std::uint64_t seed = 1;
@@ -63,6 +64,15 @@ SyntheticSummary writeSynthetic(const SyntheticOptions& options, const std::stri
 
 // The kinds that writeSynthetic knows.
 const std::vector<std::string>& syntheticKinds();
+// Of these, the scenes:
+//   scene1   one path without branches, with sharp concave elbows (the paper's Figure 2)
+//   scene2   a branching structure, the way with simple forks
+//   scene3   the same structure, the way with nodes from which several branches leave nearly parallel (its Figure 3)
+//   elbows   scene 1 with rounded corners
+//   hooks    wide forks, rounded corners, a way with two hooks
+const std::vector<std::string>& sceneKinds();
+// The kinds as a message lists them: "column, fan, ... or hooks".
+std::string kindList(const std::vector<std::string>& kinds);
 
 // The route meant for a scene, as `ROOT:TIP` of sample ids; also in the header of its file. Throws UsageError for other
 // kinds.

@@ -106,15 +106,15 @@ Fan buildFan(const FanOptions& options) {
     }
   }
 
-  Neuron neuron = path.take();
   Fan fan;
+  fan.neuron = path.take();
   fan.last = tip;
-  fan.text = swcText(neuron, {"fan: " + std::to_string(options.branches) + " branches within " +
+  fan.text = swcText(fan.neuron, {"fan: " + std::to_string(options.branches) + " branches within " +
                                   thousandths(options.cone_rad) + " rad of the wanted one, segments of about " +
                                   thousandths(options.segment_um) + " um, seed " + std::to_string(options.seed),
                               "suggested route (sample ids ROOT:TIP): 1:" + std::to_string(tip + 1)});
-  fan.cell =
-      cellOf(neuron, fan.text, "fan_" + std::to_string(options.branches) + "_" + std::to_string(options.seed) + ".swc");
+  fan.cell = cellOf(fan.neuron, fan.text,
+                    "fan_" + std::to_string(options.branches) + "_" + std::to_string(options.seed) + ".swc");
   return fan;
 }
 

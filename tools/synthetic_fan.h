@@ -4,6 +4,7 @@
 #pragma once
 
 #include "index/cell.h"
+#include "tools/synthetic_neuron.h"
 
 #include <cstdint>
 #include <string>
@@ -19,6 +20,7 @@ struct FanOptions {
 };
 
 struct Fan {
+  Neuron neuron;
   Cell cell;                          // its source contains "fan"
   std::string text;                   // SWC of the cell
   std::uint32_t first = 0, last = 0;  // the route: ranks of its first sample (the root) and its last (a tip)

@@ -32,7 +32,7 @@ int layerOfCell(std::uint64_t seed, std::uint64_t number);
 // O(samples). With `on_axis` the soma lies at x = z = 0.
 Neuron growNeuron(std::uint64_t seed, std::uint64_t number, bool on_axis = false);
 
-// "scene1", "scene2" or "scene3"; the last sample of the suggested route is returned in `tip` (rank).
+// A kind of sceneKinds(); the last sample of the suggested route is returned in `tip` (rank).
 Neuron buildScene(const std::string& kind, std::uint32_t& tip);
 
 // A small generator with nothing left to the library: xoshiro256++ seeded by splitmix64.

@@ -1,9 +1,9 @@
 #include "tools/evaluate/evaluation.h"
 
 #include "index/errors.h"
+#include "tests/lab/evaluation_cells.h"
 #include "tests/support/process.h"
 #include "tests/support/temp_folder.h"
-#include "tests/lab/evaluation_cells.h"
 #include "tools/evaluate/page.h"
 #include "tools/evaluate/parallel.h"
 #include "tools/evaluate/scenes.h"
@@ -54,8 +54,9 @@ TEST(Evaluation, WritesTheSameBytesWhateverTheThreadsAndAPageThatNeedsNothingEls
   EXPECT_EQ(page.find("://"), std::string::npos);
   EXPECT_EQ(page.find("src=\"scene"), std::string::npos);
   const auto json = nlohmann::json::parse(readBytes(folder / "two/evaluate.json"));
-  for (const char* table : {"goals", "scene_time", "scene_force", "main_medium", "held_out_medium", "paired", "hold",
-                            "ablation_climb", "stress", "parameters", "machine"})
+  for (const char* table :
+       {"goals", "scene_time", "scene_force", "scene_ratios", "scene_hands", "fan", "fan_completed", "main_medium",
+        "held_out_medium", "paired", "hold", "ablation_climb", "stress", "parameters", "machine"})
     EXPECT_TRUE(json["tables"].contains(table)) << table;
 }
 

@@ -231,38 +231,107 @@ TEST(Synthetic, DendritesOfStellateAndBasketCellsBalance) {
   EXPECT_LT(sum / cells, 0.3) << "0: as much on every side; 1: all on one side";
 }
 
-TEST(Synthetic, ScenesHaveTheShapesTheirNamesPromise) {
-  const Cell one = cellsOf(scene("scene1")).at(0);
-  std::vector<int> children(one.samples(), 0);
-  for (std::size_t i = 1; i < one.samples(); ++i) ++children[one.parents[i]];
-  EXPECT_EQ(*std::max_element(children.begin(), children.end()), 1) << "no branches";
-  // Concave: a good part of the elbows turns back by more than a right angle.
-  int turned_back = 0;
-  for (std::size_t i = 8; i + 8 < one.samples(); ++i) {
-    const Vector3d in = one.positions_um[i] - one.positions_um[i - 8];
-    const Vector3d out = one.positions_um[i + 8] - one.positions_um[i];
-    turned_back += in.dot(out) < 0 ? 1 : 0;
-  }
-  EXPECT_GE(turned_back, 8);
-  EXPECT_EQ(sceneRoute("scene1"), "1:" + std::to_string(one.samples()));
+std::vector<int> childCounts(const Cell& cell) {
+  std::vector<int> children(cell.samples(), 0);
+  for (std::size_t i = 1; i < cell.samples(); ++i) ++children[cell.parents[i]];
+  return children;
+}
 
-  const Cell easy = cellsOf(scene("scene2")).at(0);
-  const Cell hard = cellsOf(scene("scene3")).at(0);
+// From the root to the tip of the scene's route.
+std::vector<std::uint32_t> routeOf(const Cell& cell, const std::string& kind) {
+  std::vector<std::uint32_t> route;
+  for (auto i = static_cast<std::uint32_t>(std::stoul(sceneRoute(kind).substr(2)) - 1); i != kNoParent;
+       i = cell.parents[i])
+    route.insert(route.begin(), i);
+  return route;
+}
+
+double turn_rad(const Vector3d& in, const Vector3d& out) { return std::atan2(in.cross(out).norm(), in.dot(out)); }
+
+TEST(Synthetic, SceneOneIsAPathWithSharpElbowsAndElbowsTheSameRounded) {
+  for (const std::string kind : {"scene1", "elbows"}) {
+    SCOPED_TRACE(kind);
+    const Cell one = cellsOf(scene(kind)).at(0);
+    const std::vector<int> children = childCounts(one);
+    EXPECT_EQ(*std::max_element(children.begin(), children.end()), 1) << "no branches";
+    EXPECT_EQ(sceneRoute(kind), "1:" + std::to_string(one.samples()));
+    int right_angles = 0, turned_back = 0;
+    for (std::size_t i = 8; i + 8 < one.samples(); ++i) {
+      const auto& p = one.positions_um;
+      right_angles += turn_rad(p[i] - p[i - 1], p[i + 1] - p[i]) > 1.57 ? 1 : 0;
+      turned_back += (p[i] - p[i - 8]).dot(p[i + 8] - p[i]) < 0 ? 1 : 0;
+    }
+    EXPECT_EQ(right_angles, kind == "scene1" ? 8 : 0);
+    EXPECT_GE(turned_back, 8);
+  }
+}
+
+TEST(Synthetic, ScenesTwoAndThreeAreTwoWaysThroughOneStructure) {
+  const Cell easy = cellsOf(scene("scene2")).at(0), hard = cellsOf(scene("scene3")).at(0);
   EXPECT_EQ(easy.positions_um, hard.positions_um);
   EXPECT_EQ(easy.parents, hard.parents);
   EXPECT_NE(sceneRoute("scene2"), sceneRoute("scene3"));
-  children.assign(easy.samples(), 0);
-  for (std::size_t i = 1; i < easy.samples(); ++i) ++children[easy.parents[i]];
-  EXPECT_EQ(std::count(children.begin(), children.end(), 2), 4) << "forks";
-  for (const std::string kind : {"scene2", "scene3"}) {
+  const std::vector<int> children = childCounts(easy);
+  // Branches met on the way, and the sharpest turn.
+  const auto branching = [&](const std::string& kind) {
+    std::vector<int> met;
+    const std::vector<std::uint32_t> route = routeOf(easy, kind);
+    for (const std::uint32_t i : route)
+      if (children[i] > 1) met.push_back(children[i]);
+    return met;
+  };
+  EXPECT_EQ(branching("scene2"), (std::vector<int>{2, 2}));
+  EXPECT_EQ(branching("scene3"), (std::vector<int>{2, 5, 3}));
+  const auto sharp = [&](const std::string& kind) {
+    int turns = 0;
+    const std::vector<std::uint32_t> route = routeOf(easy, kind);
+    const auto& p = easy.positions_um;
+    for (std::size_t i = 1; i + 1 < route.size(); ++i)
+      turns += turn_rad(p[route[i]] - p[route[i - 1]], p[route[i + 1]] - p[route[i]]) > 1.57 ? 1 : 0;
+    return turns;
+  };
+  EXPECT_EQ(sharp("scene2"), 0);
+  EXPECT_EQ(sharp("scene3"), 2);
+  // At the nodes of five and three the other branches leave at .2 rad of the route.
+  const std::vector<std::uint32_t> route = routeOf(easy, "scene3");
+  for (std::size_t k = 0; k + 1 < route.size(); ++k) {
+    if (children[route[k]] < 3) continue;
+    const auto direction = [&](std::uint32_t i) -> Vector3d {
+      return easy.positions_um[i] - easy.positions_um[route[k]];
+    };
+    for (std::uint32_t i = 1; i < easy.samples(); ++i) {
+      if (easy.parents[i] != route[k] || i == route[k + 1]) continue;
+      EXPECT_NEAR(turn_rad(direction(route[k + 1]), direction(i)), 0.2, 0.01);
+    }
+  }
+}
+
+TEST(Synthetic, EverySceneEndsAtATipAndItsFileNamesItsRoute) {
+  for (const std::string& kind : sceneKinds()) {
+    SCOPED_TRACE(kind);
+    const Cell cell = cellsOf(scene(kind)).at(0);
     const std::string route = sceneRoute(kind);
-    const auto tip = static_cast<std::size_t>(std::stoul(route.substr(2)));
-    ASSERT_LE(tip, easy.samples());
-    EXPECT_EQ(children[tip - 1], 0) << route << " ends at a tip";
+    EXPECT_EQ(childCounts(cell).at(std::stoul(route.substr(2)) - 1), 0);
     const test::TempFolder folder;
     writeSynthetic(scene(kind), folder.file("s.zip"));
     EXPECT_NE(entriesOf(folder.file("s.zip")).at(kind + ".swc").find("ROOT:TIP): " + route + "\n"), std::string::npos);
   }
+}
+
+TEST(Synthetic, FansAreCellsOfTheirOwn) {
+  SyntheticOptions options = column(6, 9);
+  options.kind = "fan";
+  const std::vector<Cell> fans = cellsOf(options);
+  ASSERT_EQ(fans.size(), 6U);
+  for (std::size_t i = 0; i < fans.size(); ++i) {
+    const std::vector<int> children = childCounts(fans[i]);
+    EXPECT_EQ(*std::max_element(children.begin(), children.end()), (std::vector<int>{3, 5, 7, 10, 3, 5}[i]));
+    EXPECT_NE(fans[i].source.find("fan"), std::string::npos);
+  }
+  const test::TempFolder folder;
+  EXPECT_EQ(writeSynthetic(options, folder.file("f.zip")).files, 6U);
+  EXPECT_NE(entriesOf(folder.file("f.zip")).at("fan/fan_00003.swc").find("route (sample ids ROOT:TIP): 1:"),
+            std::string::npos);
 }
 
 TEST(Synthetic, APlacementTableUsesALibrary) {

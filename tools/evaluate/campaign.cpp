@@ -98,10 +98,11 @@ Campaign runCampaign(const std::vector<CorpusCell>& cells, const std::vector<Con
         const Condition& condition = conditions[c];
         if (route_number % condition.one_in != 0) continue;
         TrialSetup setup = condition.setup;
-        setup.measure_time = condition.time_one_in > 0 && route_number / condition.one_in % condition.time_one_in == 0;
+        const bool timed = condition.time_one_in > 0 && route_number / condition.one_in % condition.time_one_in == 0;
         const Route& route = treated.route(setup.treatment, cell.routes[r]);
         for (std::uint32_t s = 0; s < static_cast<std::uint32_t>(condition.seeds); ++s) {
           throwIfInterrupted();
+          setup.measure_time = timed && s < condition.timed_seeds;
           setup.seed = tremorSeed(cell.routes[r], options.seed, s);
           VisitCounts& counts = visits.try_emplace(c, none).first->second;
           rows[number].push_back(
@@ -126,7 +127,8 @@ Campaign runCampaign(const std::vector<CorpusCell>& cells, const std::vector<Con
 
 void writeTrialsHeader(std::ostream& out) {
   out << kKeys
-      << ",rate_Hz,delay_samples,tremor_mm,lookahead_mm,max_visited,completed,out_of_time,route_um,reached_um,ticks,"
+      << ",rate_Hz,delay_samples,tremor_mm,lookahead_mm,aim_error_mm,max_visited,completed,out_of_time,route_um,"
+         "reached_um,ticks,"
          "force_integral_Ns,mean_force_N,max_force_N,step_p999_N,step_max_N,jerks,jump_max_mm,off_um,skip_um,visited,"
          "visited_p99,visited_max,capped_ticks,stuck,stuck_inherent,last_stuck,last_inherent,last_climb_mm\n";
 }
@@ -137,8 +139,9 @@ void writeTrials(std::ostream& out, const std::vector<CorpusCell>& cells, const 
     writeKeys(out, cells, conditions, row);
     const TrialSetup& setup = conditions[row.condition].setup;
     const TrialResult& r = row.result;
-    for (const double value : {setup.rate_Hz, static_cast<double>(setup.delay_samples), 1e3 * setup.person.tremor_rms_m,
-                               1e3 * setup.person.lookahead_m, static_cast<double>(setup.max_visited)})
+    for (const double value :
+         {setup.rate_Hz, static_cast<double>(setup.delay_samples), 1e3 * setup.person.tremor_rms_m,
+          1e3 * setup.person.lookahead_m, 1e3 * setup.person.aim_error_m, static_cast<double>(setup.max_visited)})
       out << ',' << formatNumber(value);
     out << ',' << r.completed << ',' << r.out_of_time;
     out << ',' << formatNumber(r.route_um) << ',' << formatNumber(r.reached_um) << ',' << r.ticks;

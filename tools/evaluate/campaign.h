@@ -15,12 +15,13 @@
 namespace filiform::tools {
 
 struct Condition {
-  std::string table;              // a word: what it belongs to
-  std::string variant;            // what is special about it, for people
-  TrialSetup setup;               // its seed is not used
-  int seeds = 1;                  // runs a route
-  std::uint32_t one_in = 1;       // runs routes number 0, one_in, 2 one_in .. in the order of cells and their routes
-  std::uint32_t time_one_in = 0;  // of the routes that it runs, the solver is timed on one in so many; 0: on none
+  std::string table;               // a word: what it belongs to
+  std::string variant;             // what is special about it, for people
+  TrialSetup setup;                // its seed is not used
+  int seeds = 1;                   // runs a route
+  std::uint32_t one_in = 1;        // runs routes number 0, one_in, 2 one_in .. in the order of cells and their routes
+  std::uint32_t time_one_in = 0;   // of the routes that it runs, the solver is timed on one in so many; 0: on none
+  std::uint32_t timed_seeds = 20;  // of these routes, with so many first seeds
 };
 
 struct TrialRow {

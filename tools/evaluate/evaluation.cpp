@@ -16,10 +16,18 @@ namespace filiform::tools {
 
 namespace {
 
+constexpr std::uint64_t kFans = 200, kQuickFans = 4;  // of each number of branches
+
+std::string methodList() {
+  std::string list;
+  for (const std::string& method : trialMethods()) list += (list.empty() ? "" : ", ") + method;
+  return list;
+}
+
 ProtocolOptions protocolOf(const EvaluationOptions& options) {
   for (const std::string& method : options.methods)
     if (std::find(trialMethods().begin(), trialMethods().end(), method) == trialMethods().end())
-      throw UsageError("--methods: no method is called " + method + "; choose basic, shading, force, climb, nearest");
+      throw UsageError("--methods: no method is called " + method + "; choose " + methodList());
   for (const double zoom : options.zooms_um)
     if (!(zoom > 0 && std::isfinite(zoom))) throw UsageError("--zooms: give zooms > 0 in um across 12 cm");
   ProtocolOptions protocol;
@@ -38,9 +46,7 @@ TrialCorpus corpusOf(CellStream& cells, const EvaluationOptions& options) {
                                                         : 2000;
   TrialCorpus corpus = drawCorpus(cells, routes, draw);
   if (corpus.cells.empty())
-    throw InputError(
-        "no cell has a route of 40 um or more: is the unit of the "
-        "files another one than um?");
+    throw InputError("no cell has a route of 40 um or more: is the unit of the files another one than um?");
   return corpus;
 }
 
@@ -62,8 +68,10 @@ EvaluationResults measure(CellStream& cells, const EvaluationOptions& options) {
   r.protocol.routes = r.corpus.routes;
   r.scenes = evaluationScenes();
   r.scene_conditions = sceneConditions(r.protocol);
+  r.fan_conditions = fanConditions(r.protocol);
   r.conditions = routeConditions(r.protocol);
   r.scene_trials = runCampaign(r.scenes, r.scene_conditions, campaignOptions(options, "scenes"));
+  r.fans = runFans(options.quick ? kQuickFans : kFans, r.fan_conditions, campaignOptions(options, "fans"));
   r.trials = runCampaign(r.corpus.cells, r.conditions, campaignOptions(options, "routes"));
   HoldOptions hold;
   hold.methods = r.protocol.methods;
@@ -80,6 +88,7 @@ EvaluationResults measure(CellStream& cells, const EvaluationOptions& options) {
 std::vector<PageSection> sectionsOf(const EvaluationResults& r, Goals& goals) {
   std::vector<PageSection> sections;
   sections.push_back(sceneSection(r, goals));
+  sections.push_back(fanSection(r, goals));
   sections.push_back(routeSection(r));
   if (r.has("climb")) sections.push_back(pairedSection(r));
   sections.push_back(failureSection(r));
@@ -101,7 +110,7 @@ std::string evaluate(CellStream& cells, const EvaluationOptions& options) {
   writeEvaluationData(r);
   const double wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
   writeEvaluationReport(r, sections, wall_s);
-  return markdownTable(goals.table()) + '\n' +
+  return markdownTable(goals.table()) + '\n' + markdownTable(fanSummaryTable(r)) + '\n' +
          markdownTable(routeTable(r, "main", "main", r.mainVariants().front(), r.protocol.zooms_um, Part::all)) + '\n' +
          options.out + "/evaluate.html has everything, after " + shown(wall_s) + " s\n";
 }

@@ -24,8 +24,7 @@ void writeFile(const EvaluationResults& r, const std::string& name, const std::s
 }
 
 void writeHolds(std::ostream& out, const std::vector<HoldSeries>& holds) {
-  out << "method,hand,stiffness_N_m,zoom_um,pull,oscillates,late_hop,energy_"
-         "J\n";
+  out << "method,hand,stiffness_N_m,zoom_um,pull,oscillates,late_hop,energy_J\n";
   for (const HoldSeries& hold : holds)
     for (std::size_t i = 0; i < hold.results.size(); ++i)
       out << hold.method << ',' << hold.hand << ',' << formatNumber(hold.stiffness_N_m) << ','
@@ -72,6 +71,7 @@ void writeEvaluationData(const EvaluationResults& r) {
   std::ostringstream trials, timings, holds, cells;
   writeTrialsHeader(trials);
   writeTrials(trials, r.scenes, r.scene_conditions, r.scene_trials);
+  for (const FanFamily& family : r.fans) writeTrials(trials, family.fans, r.fan_conditions, family.trials);
   writeTrials(trials, r.corpus.cells, r.conditions, r.trials);
   writeTimingsHeader(timings);
   writeTimings(timings, r.scenes, r.scene_conditions, r.scene_trials);

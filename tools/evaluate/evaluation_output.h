@@ -11,9 +11,8 @@ namespace filiform::tools {
 // Writes trials.csv, timings.csv, hold.csv and cells.csv into r.options.out.
 // Throws IoError.
 void writeEvaluationData(const EvaluationResults& r);
-// Writes evaluate.json, evaluate.md and evaluate.html there; the plots of the
-// sections exist already. `wall_s`: how long the evaluation took. Throws
-// IoError.
+// Writes evaluate.json, evaluate.md and evaluate.html there; the plots of the sections exist already. `wall_s`: how
+// long the evaluation took. Throws IoError.
 void writeEvaluationReport(const EvaluationResults& r, const std::vector<PageSection>& sections, double wall_s);
 
 }  // namespace filiform::tools

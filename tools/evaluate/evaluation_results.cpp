@@ -17,17 +17,18 @@ std::vector<std::string> EvaluationResults::mainVariants() const {
   return variants;
 }
 
+std::uint32_t EvaluationResults::sceneConditionNumber(const std::string& variant, const std::string& method) const {
+  return findCondition(scene_conditions, "scenes", variant, method, kSceneZoom_um);
+}
+
 const Condition& EvaluationResults::sceneCondition(const std::string& variant, const std::string& method) const {
-  return scene_conditions[findCondition(scene_conditions, "scenes", variant, method, kSceneZoom_um)];
+  return scene_conditions[sceneConditionNumber(variant, method)];
 }
 
 TrialSummary EvaluationResults::scene(std::uint32_t number, const std::string& variant,
                                       const std::string& method) const {
-  Campaign one;  // the rows of that scene alone
-  for (const TrialRow& row : scene_trials.rows)
-    if (row.cell == number) one.rows.push_back(row);
-  one.visits = scene_trials.visits;
-  return summarise(scenes, one, findCondition(scene_conditions, "scenes", variant, method, kSceneZoom_um));
+  return summarise(scenes, scene_trials, sceneConditionNumber(variant, method), Part::all,
+                   [number](const TrialRow& row) { return row.cell == number; });
 }
 
 TrialSummary EvaluationResults::routesOf(const std::string& table, const std::string& variant,

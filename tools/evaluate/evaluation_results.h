@@ -3,6 +3,7 @@
 
 #include "tools/evaluate/campaign.h"
 #include "tools/evaluate/evaluation.h"
+#include "tools/evaluate/fan_campaign.h"
 #include "tools/evaluate/hold_campaign.h"
 #include "tools/evaluate/protocol.h"
 #include "tools/evaluate/summary.h"
@@ -19,8 +20,9 @@ struct EvaluationResults {
   ProtocolOptions protocol;
   TrialCorpus corpus;
   std::vector<CorpusCell> scenes;
-  std::vector<Condition> scene_conditions, conditions;
+  std::vector<Condition> scene_conditions, fan_conditions, conditions;
   Campaign scene_trials, trials;
+  std::vector<FanFamily> fans;
   std::vector<HoldSeries> holds;
 
   bool has(const std::string& method) const;
@@ -28,11 +30,11 @@ struct EvaluationResults {
   std::vector<std::string> mainVariants() const;
 
   const Condition& sceneCondition(const std::string& variant, const std::string& method) const;
-  // Over the trials of scene `number` (0 is the first). Throws std::logic_error
-  // for an unknown condition.
+  // Its position in scene_conditions. Throws std::logic_error for an unknown condition.
+  std::uint32_t sceneConditionNumber(const std::string& variant, const std::string& method) const;
+  // Over the trials of scene `number` (0 is the first). Throws std::logic_error for an unknown condition.
   TrialSummary scene(std::uint32_t number, const std::string& variant, const std::string& method) const;
-  // Over the trials on routes. Throws std::logic_error for an unknown
-  // condition.
+  // Over the trials on routes. Throws std::logic_error for an unknown condition.
   TrialSummary routesOf(const std::string& table, const std::string& variant, const std::string& method, double zoom_um,
                         Part part = Part::all) const;
 };

@@ -20,8 +20,7 @@ class Goals {
   BenchTable table_{"goals", "What was promised, and what came out", {"what", "must", "measured", "met"}, {}};
 };
 
-// What is promised of bounded climb on the routes. Adds nothing if climb did
-// not run.
+// What is promised of bounded climb on the routes. Adds nothing if climb did not run.
 void addClimbGoals(const EvaluationResults& r, Goals& goals);
 
 }  // namespace filiform::tools

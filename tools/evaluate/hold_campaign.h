@@ -1,5 +1,4 @@
-// Hold tests in series: the same random pulls with every method, under several
-// hands and zooms. Function without state.
+// Hold tests in series: the same random pulls with every method, under several hands and zooms. Function without state.
 #pragma once
 
 #include "tools/evaluate/hold.h"
@@ -23,8 +22,7 @@ struct HoldOptions {
   std::uint64_t seed = 1;            // of the places and pulls
   unsigned threads = 1;
   bool quick = false;  // 4 pulls instead of 300
-  // Called about ten times a second on the caller's thread. What it throws ends
-  // the campaign.
+  // Called about ten times a second on the caller's thread. What it throws ends the campaign.
   std::function<void(std::uint64_t groups)> progress;
 };
 

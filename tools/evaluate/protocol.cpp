@@ -17,11 +17,19 @@ std::uint32_t oneIn(std::uint64_t routes, std::uint64_t wanted) {
   return static_cast<std::uint32_t>(std::max<std::uint64_t>(1, routes / std::max<std::uint64_t>(1, wanted)));
 }
 
+constexpr int kSceneSeeds = 200, kOtherSceneSeeds = 50;
+
 struct Variant {
   std::string name;
   std::function<void(TrialSetup&)> change;
   bool in_scenes = false;  // too
+  int scene_seeds = kOtherSceneSeeds;
 };
+
+Variant aimed(double aim_error_m) {
+  return {aimVariant(aim_error_m), [aim_error_m](TrialSetup& s) { s.person.aim_error_m = aim_error_m; }, true,
+          kSceneSeeds};
+}
 
 const std::vector<Variant>& variants() {
   static const std::vector<Variant> kVariants{
@@ -30,6 +38,9 @@ const std::vector<Variant>& variants() {
       {"tremor 1 mm", [](TrialSetup& s) { s.person.tremor_rms_m = 0.001; }, true},
       {"look-ahead 4 mm", [](TrialSetup& s) { s.person.lookahead_m = 0.004; }, true},
       {"a person who tries once", [](TrialSetup& s) { s.person.tries = 1; }, true},
+      aimed(0.001),
+      aimed(0.002),
+      aimed(0.004),
       {"50 N/m", [](TrialSetup& s) { s.stiffness_N_m = 50; }},
       {"500 N/m", [](TrialSetup& s) { s.stiffness_N_m = 500; }},
       {"firm hand 500 N/m", [](TrialSetup& s) { s.hand = "firm", s.stiffness_N_m = 500; }},
@@ -78,16 +89,23 @@ const std::vector<std::pair<std::string, double>>& mainHands() {
 
 std::vector<double> ablationZooms() { return {300, 1000}; }
 
+const std::vector<double>& aimErrors_m() {
+  static const std::vector<double> kErrors{0, 0.001, 0.002, 0.004};
+  return kErrors;
+}
+
+std::string aimVariant(double aim_error_m) { return "aim error " + formatNumber(1e3 * aim_error_m) + " mm"; }
+
 std::vector<Condition> sceneConditions(const ProtocolOptions& options) {
   std::vector<Condition> conditions;
-  const auto add = [&](const std::string& variant, const TrialSetup& setup) {
+  const auto add = [&](const std::string& variant, const TrialSetup& setup, int seeds) {
     for (const std::string& method : options.methods) {
       Condition c;
       c.table = "scenes";
       c.variant = variant;
       c.setup = setup;
       c.setup.method = method;
-      c.seeds = options.quick ? 1 : 10;
+      c.seeds = options.quick ? 1 : seeds;
       c.time_one_in = 1;
       conditions.push_back(c);
     }
@@ -98,7 +116,7 @@ std::vector<Condition> sceneConditions(const ProtocolOptions& options) {
     setup.hand = hand;
     for (const double stiffness : {200.0, 50.0, 500.0}) {
       setup.stiffness_N_m = stiffness;
-      add(handVariant(hand, stiffness), setup);
+      add(handVariant(hand, stiffness), setup, conditions.empty() ? kSceneSeeds : kOtherSceneSeeds);
       if (options.quick) return conditions;
     }
   }
@@ -108,8 +126,23 @@ std::vector<Condition> sceneConditions(const ProtocolOptions& options) {
     if (!variant.in_scenes) continue;
     setup = other;
     variant.change(setup);
-    add(handVariant(setup.hand, setup.stiffness_N_m) + "; " + variant.name, setup);
+    add(handVariant(setup.hand, setup.stiffness_N_m) + "; " + variant.name, setup, variant.scene_seeds);
   }
+  return conditions;
+}
+
+std::vector<Condition> fanConditions(const ProtocolOptions& options) {
+  std::vector<Condition> conditions;
+  for (const double aim_error_m : aimErrors_m())
+    for (const std::string& method : options.methods) {
+      Condition c;
+      c.table = "fan";
+      c.variant = aimVariant(aim_error_m);
+      c.setup.method = method;
+      c.setup.zoom_um = kFanZoom_um;
+      c.setup.person.aim_error_m = aim_error_m;
+      conditions.push_back(c);
+    }
   return conditions;
 }
 

@@ -15,16 +15,18 @@ struct ProtocolOptions {
   std::vector<double> zooms_um{100, 300, 1000};  // of the main tables, each more than once
   std::uint64_t routes = 0;                      // how many there are
   std::uint64_t ablation_routes = 40;            // about so many of them
-  std::uint64_t other_routes = 500;              // for methods but climb and nearest under a firm and a loose hand
   bool quick = false;                            // a few of everything
 };
 
 inline constexpr double kStressZoom_um = 3000;
 inline constexpr double kSceneZoom_um = 300;
+inline constexpr double kFanZoom_um = 300;
 
-// Table "scenes": every hand at 50, 200 and 500 N/m; the medium one also with other tremors, look-ahead and
-// patience. Ten seeds each.
+// Table "scenes": the medium hand at 200 N/m and each aim error with 200 tremors each; with 50 tremors each the other
+// hands and stiffnesses, and other tremors, look-ahead and patience.
 std::vector<Condition> sceneConditions(const ProtocolOptions& options);
+// Table "fan": the medium hand at 200 N/m with each aim error; one tremor a fan.
+std::vector<Condition> fanConditions(const ProtocolOptions& options);
 // Table "main": medium and firm hand at 200 N/m, loose at 50; "stress": 3000 um; "ablation": one thing changed at a
 // time.
 std::vector<Condition> routeConditions(const ProtocolOptions& options);
@@ -36,6 +38,9 @@ const std::vector<std::pair<std::string, double>>& mainHands();
 // The variants of "ablation", the first being the main condition itself.
 std::vector<std::string> ablationVariants(const std::vector<Condition>& conditions);
 std::vector<double> ablationZooms();
+// The aim errors (m) of the tables, 0 the first, and the variant of each: "aim error 2 mm".
+const std::vector<double>& aimErrors_m();
+std::string aimVariant(double aim_error_m);
 
 // Every parameter of person, hands, solvers, force law and workspace as they are in this program, by name: what tells
 // whether two evaluations are comparable.

@@ -1,5 +1,4 @@
-// Small parts that the sections of an evaluation share. Functions without
-// state.
+// Small parts that the sections of an evaluation share. Functions without state.
 #pragma once
 
 #include "tools/evaluate/page.h"

@@ -19,7 +19,7 @@ std::uint32_t rankOf(const Cell& cell, const std::string& id) {
 
 std::vector<CorpusCell> evaluationScenes() {
   std::vector<CorpusCell> scenes;
-  for (const char* kind : {"scene1", "scene2", "scene3"}) {
+  for (const std::string& kind : sceneKinds()) {
     SyntheticOptions options;
     options.kind = kind;
     CorpusCell scene;
@@ -35,6 +35,11 @@ std::vector<CorpusCell> evaluationScenes() {
     scenes.push_back(std::move(scene));
   }
   return scenes;
+}
+
+std::string sceneTitle(const CorpusCell& scene) {
+  const std::string& kind = scene.cell.source;
+  return kind.starts_with("scene") ? "scene " + kind.substr(5) : kind;
 }
 
 std::optional<PaperFigures> paperFigures(int scene, const std::string& method) {

@@ -46,16 +46,16 @@ PageSection aboutSection(const EvaluationResults& r, const Goals& goals) {
        << r.corpus.unsuitable << " without a route of 40 um (" << r.corpus.graphs << " with loops); " << r.corpus.routes
        << " routes on " << r.corpus.cells.size() << " cells (" << tip_to_tip
        << " from tip to tip, the others from root to tip; of " << cut
-       << " longer ones the last 2000 um). Held out: the last third of the "
-          "cells in the order of their digests, "
+       << " longer ones the last 2000 um). Held out: the last third of the cells in the order of their digests, "
        << held_out << " cells with " << held_out_routes << " routes.";
   about.paragraphs.push_back(what.str());
-  const std::uint64_t trials = r.scene_trials.rows.size() + r.trials.rows.size();
+  std::uint64_t trials = r.scene_trials.rows.size() + r.trials.rows.size();
+  for (const FanFamily& family : r.fans) trials += family.trials.rows.size();
   about.paragraphs.push_back(std::to_string(trials) + " trials, seed " + std::to_string(r.options.seed) + ", " +
                              std::to_string(r.options.threads) +
-                             " threads; one tremor a route, ten a scene. Every "
-                             "run counts. A simulated hand: no person "
-                             "has felt any of this.");
+                             " threads; one tremor a route and a fan, 200 or 50 a scene. Every run counts. Percentiles "
+                             "(p10, p90) are over the runs of a row. The hand is simulated: no person has felt any of "
+                             "this.");
   if (r.options.quick) about.paragraphs.push_back("Quick run: these figures mean little.");
   about.tables = {goals.table(), conditionTable(r)};
   return about;

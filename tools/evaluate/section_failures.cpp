@@ -33,12 +33,11 @@ PageSection failureSection(const EvaluationResults& r) {
                           std::string(row.result.out_of_time ? "out of time" : "gave up"), whole(row.result.last_stuck),
                           whole(row.result.last_inherent), 1e3 * row.result.last_climb_m, nearest});
   }
-  section.paragraphs.push_back(table.rows.empty() ? "None."
-                                                  : "Stuck there: how often the person backed off since "
-                                                    "the last progress, and how many of these were "
-                                                    "inherent. "
-                                                    "Least climb: what would have had to be climbed at "
-                                                    "the last of the others, in mm of the device.");
+  section.paragraphs.push_back(
+      table.rows.empty()
+          ? "None."
+          : "Stuck there: how often the person backed off since the last progress, and how many of these were "
+            "inherent. Least climb: what would have had to be climbed at the last of the others, in mm of the device.");
   if (!table.rows.empty()) section.tables.push_back(std::move(table));
   return section;
 }

@@ -12,15 +12,14 @@ PageSection pairedSection(const EvaluationResults& r) {
   PageSection section;
   section.heading = "Bounded climb against the others, route by route";
   section.paragraphs = {
-      "Force integral of bounded climb over that of the other method on the "
-      "same route with the same tremor. Worse: "
-      "pairs on which climb has the larger one. First over all pairs, then "
-      "over those that both completed."};
-  BenchTable table{"paired",
-                   "Ratio of force integrals, climb over the other",
-                   {"cells", "hand", "against", "um across 12 cm", "pairs", "median", "p10", "p90", "worse",
-                    "both completed", "median ", "worse "},
-                   {}};
+      "Force integral of bounded climb over that of the other method on the same route with the same tremor. Worse: "
+      "pairs on which climb has the larger one. First over all pairs, then over those that both completed."};
+  BenchTable table{
+      "paired",
+      "Ratio of force integrals, climb over the other; one tremor a route, seed " + std::to_string(r.options.seed),
+      {"cells", "hand", "against", "um across 12 cm", "pairs", "median", "p10", "p90", "worse", "both completed",
+       "median ", "worse "},
+      {}};
   const auto integral = [](const TrialResult& result) { return result.force_integral_Ns; };
   for (const Part part : {Part::all, Part::held_out})
     for (const std::string& variant : r.mainVariants())

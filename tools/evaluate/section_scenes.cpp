@@ -14,78 +14,134 @@ namespace filiform::tools {
 
 namespace {
 
-// Tables 1 and 2 of the paper.
-std::vector<BenchTable> paperTables(const EvaluationResults& r) {
-  const std::string base = handVariant("medium", 200);
-  BenchTable time{"scene_time",
-                  "Table 1: time of a tick of the solver and segments tested, "
-                  "beside the paper's",
-                  {"scene", "method", "us a tick", "paper us", "segments", "paper segments", "most segments"},
-                  {}};
-  BenchTable force{"scene_force",
-                   "Table 2: force integral and mean force over the path, "
-                   "beside the paper's",
-                   {"scene", "method", "completed", "N s", "paper N s", "mean N", "paper mean N", "largest step N",
-                    "off/L", "skip/L"},
-                   {}};
-  for (std::uint32_t number = 0; number < r.scenes.size(); ++number) {
+const std::string& baseVariant() {
+  static const std::string kBase = handVariant("medium", 200);
+  return kBase;
+}
+
+std::string seedsText(const EvaluationResults& r, const std::string& variant) {
+  return std::to_string(r.sceneCondition(variant, r.protocol.methods.front()).seeds) + " tremors each, seed " +
+         std::to_string(r.options.seed);
+}
+
+// The paper's figure for that scene (0 is the first) and method, or why there is none.
+BenchValue paperValue(std::uint32_t number, const std::string& method, double PaperFigures::*figure) {
+  if (const auto paper = paperFigures(static_cast<int>(number) + 1, method)) return (*paper).*figure;
+  return std::string(number == 2 && method == "basic" ? "not completed" : "-");
+}
+
+BenchTable timeTable(const EvaluationResults& r) {
+  BenchTable table{"scene_time",
+                   "Table 1: CPU time of a tick of the solver (caches warm) and segments tested, beside the paper's; " +
+                       seedsText(r, baseVariant()) + ", the first of them timed",
+                   {"scene", "method", "timed runs", "us a tick", "us p10", "us p90", "paper us", "segments",
+                    "paper segments", "most segments"},
+                   {},
+                   {"scene", "method"}};
+  for (std::uint32_t number = 0; number < r.scenes.size(); ++number)
     for (const std::string& method : r.protocol.methods) {
-      const TrialSummary s = r.scene(number, base, method);
-      const auto paper = paperFigures(static_cast<int>(number) + 1, method);
-      const auto beside = [&](double PaperFigures::*figure) -> BenchValue {
-        if (paper) return (*paper).*figure;
-        return std::string(method == "basic" ? "not completed" : "-");
-      };
-      const std::string name = "scene " + std::to_string(number + 1);
-      time.rows.push_back({name, method, s.solver_ns / 1000, beside(&PaperFigures::tick_us), s.visited_mean,
-                           beside(&PaperFigures::segments), whole(s.visited_max)});
-      force.rows.push_back({name, method, ratioText(s.completed, s.trials),
-                            s.force_integral_Ns / static_cast<double>(s.trials),
-                            beside(&PaperFigures::force_integral_Ns), s.mean_force_N,
-                            beside(&PaperFigures::mean_force_N), s.step_max_N, s.off, s.skip});
+      const TrialSummary s = r.scene(number, baseVariant(), method);
+      table.rows.push_back({sceneTitle(r.scenes[number]), method, whole(s.timed), s.solver_ns / 1000,
+                            s.trial_solver_ns.p10 / 1000, s.trial_solver_ns.p90 / 1000,
+                            paperValue(number, method, &PaperFigures::tick_us), s.visited_mean,
+                            paperValue(number, method, &PaperFigures::segments), whole(s.visited_max)});
     }
-  }
-  return {std::move(time), std::move(force)};
+  return table;
+}
+
+BenchTable forceTable(const EvaluationResults& r) {
+  BenchTable table{
+      "scene_force",
+      "Table 2: force integral and mean force over the path, beside the paper's; " + seedsText(r, baseVariant()),
+      {"scene", "method", "completed", "N s median", "N s p10", "N s p90", "N s mean", "paper N s", "F median N",
+       "F p10 N", "F p90 N", "F mean N", "paper F N", "largest step N", "off/L", "skip/L"},
+      {},
+      {"scene", "method"}};
+  for (std::uint32_t number = 0; number < r.scenes.size(); ++number)
+    for (const std::string& method : r.protocol.methods) {
+      const TrialSummary s = r.scene(number, baseVariant(), method);
+      table.rows.push_back({sceneTitle(r.scenes[number]), method, ratioText(s.completed, s.trials),
+                            s.integral_Ns.median, s.integral_Ns.p10, s.integral_Ns.p90,
+                            s.force_integral_Ns / static_cast<double>(s.trials),
+                            paperValue(number, method, &PaperFigures::force_integral_Ns), s.trial_mean_force_N.median,
+                            s.trial_mean_force_N.p10, s.trial_mean_force_N.p90, s.mean_force_N,
+                            paperValue(number, method, &PaperFigures::mean_force_N), s.step_max_N, s.off, s.skip});
+    }
+  return table;
+}
+
+BenchTable ratioTable(const EvaluationResults& r) {
+  BenchTable table{
+      "scene_ratios",
+      "Ratios of Table 2's force integrals, tremor by tremor, beside the paper's; " + seedsText(r, baseVariant()),
+      {"scene", "ratio", "pairs", "median", "p10", "p90", "of the means", "paper"},
+      {},
+      {"scene", "ratio"}};
+  const auto integral = [](const TrialResult& result) { return result.force_integral_Ns; };
+  for (std::uint32_t number = 0; number < r.scenes.size(); ++number)
+    for (const auto& [first, second] : {std::pair<std::string, std::string>{"basic", "force"},
+                                        {"shading", "force"},
+                                        {"basic", "shading"},
+                                        {"basic", "force-listing"},
+                                        {"basic", "climb"}}) {
+      if (!r.has(first) || !r.has(second)) continue;
+      const PairedRatio paired = compare(r.scenes, r.scene_trials, r.sceneConditionNumber(baseVariant(), first),
+                                         r.sceneConditionNumber(baseVariant(), second), integral, Part::all, false,
+                                         [number](const TrialRow& row) { return row.cell == number; });
+      const auto of = paperFigures(static_cast<int>(number) + 1, first);
+      const auto by = paperFigures(static_cast<int>(number) + 1, second);
+      table.rows.push_back(
+          {sceneTitle(r.scenes[number]), first + " / " + second, whole(paired.pairs), paired.median, paired.p10,
+           paired.p90,
+           r.scene(number, baseVariant(), first).force_integral_Ns /
+               r.scene(number, baseVariant(), second).force_integral_Ns,
+           of && by ? BenchValue(of->force_integral_Ns / by->force_integral_Ns) : BenchValue(std::string("-"))});
+    }
+  return table;
 }
 
 BenchTable handsTable(const EvaluationResults& r) {
-  BenchTable all{"scene_hands",
-                 "The same under every hand and stiffness: completed, and "
-                 "force integral in N s",
-                 {"hand and stiffness", "method"},
-                 {}};
-  for (std::size_t number = 1; number <= r.scenes.size(); ++number) {
-    all.columns.push_back("scene " + std::to_string(number));
-    all.columns.push_back("N s");
+  BenchTable table{"scene_hands",
+                   "The same under every hand, stiffness and error of the aim: completed, and force integral in N s, "
+                   "median (p10 to p90); seed " +
+                       std::to_string(r.options.seed),
+                   {"hand and stiffness", "method", "n"},
+                   {},
+                   {"hand and stiffness", "method"}};
+  for (const CorpusCell& scene : r.scenes) {
+    table.columns.push_back(sceneTitle(scene));
+    table.columns.push_back(sceneTitle(scene) + " N s");
   }
   for (const Condition& c : r.scene_conditions) {
-    std::vector<BenchValue> row{c.variant, c.setup.method};
+    std::vector<BenchValue> row{c.variant, c.setup.method, static_cast<std::int64_t>(c.seeds)};
     for (std::uint32_t number = 0; number < r.scenes.size(); ++number) {
       const TrialSummary s = r.scene(number, c.variant, c.setup.method);
-      row.emplace_back(ratioText(s.completed, s.trials));
-      row.emplace_back(s.force_integral_Ns / static_cast<double>(s.trials));
+      row.emplace_back(whole(s.completed));
+      row.emplace_back(shown(s.integral_Ns));
     }
-    all.rows.push_back(std::move(row));
+    table.rows.push_back(std::move(row));
   }
-  return all;
+  return table;
 }
 
 void addSceneGoals(const EvaluationResults& r, Goals& goals) {
-  const std::string base = handVariant("medium", 200);
   if (!(r.has("basic") && r.has("shading") && r.has("force"))) return;
-  const auto integral = [&](std::uint32_t n, const char* method) { return r.scene(n, base, method).force_integral_Ns; };
+  const auto integral = [&](std::uint32_t n, const char* method) {
+    return r.scene(n, baseVariant(), method).integral_Ns.median;
+  };
   for (const std::uint32_t n : {0u, 1u, 2u}) {
     const double f = integral(n, "force"), s = integral(n, "shading"), b = integral(n, "basic");
-    goals.add("scene " + std::to_string(n + 1) + ": force integral force-based < shading < basic", "ordered",
-              "force/shading, shading/basic: " + shown(f / s) + ", " + shown(s / b), f < s && s < b);
+    goals.add("scene " + std::to_string(n + 1) + ": median force integral force-based < shading < basic", "ordered",
+              "force " + shown(f) + ", shading " + shown(s) + ", basic " + shown(b) + " N s; n " +
+                  std::to_string(r.scene(n, baseVariant(), "force").trials),
+              f < s && s < b);
   }
-  const TrialSummary basic = r.scene(2, base, "basic");
+  const TrialSummary basic = r.scene(2, baseVariant(), "basic");
   goals.add("scene 3: not completed by basic", "0 runs", ratioText(basic.completed, basic.trials),
             basic.completed == 0);
 }
 
-// Figures 6 and 7: the force at each tick under one tremor, a panel a method on
-// the same axes.
+// Figures 6 and 7: the force at each tick under one tremor, a panel a method on the same axes.
 void plotScenes(const EvaluationResults& r, PageSection& section) {
   for (std::size_t number = 0; number < r.scenes.size(); ++number) {
     TrialCell cell(r.scenes[number].cell);
@@ -94,13 +150,13 @@ void plotScenes(const EvaluationResults& r, PageSection& section) {
     std::vector<Plot> panels;
     double longest = 0, strongest = 0;
     for (const std::string& method : r.protocol.methods) {
-      TrialSetup setup = r.sceneCondition(handVariant("medium", 200), method).setup;
+      TrialSetup setup = r.sceneCondition(baseVariant(), method).setup;
       setup.seed = r.options.seed;
       TrialTrace trace;
       const TrialResult result = runTrial(cell, route, setup, nullptr, &trace);
       Plot plot;
       plot.height = 230;
-      plot.title = "Scene " + std::to_string(number + 1) + ", " + method + ": " +
+      plot.title = sceneTitle(r.scenes[number]) + ", " + method + ": " +
                    (result.completed ? "completed" : "not completed") + ", " + shown(result.force_integral_Ns) +
                    " N s, mean " + shown(result.mean_force_N) + " N";
       plot.y_label = "force (N)";
@@ -125,13 +181,14 @@ void plotScenes(const EvaluationResults& r, PageSection& section) {
       image.height += panel.height;
       image.rgb.insert(image.rgb.end(), panel.rgb.begin(), panel.rgb.end());
     }
-    const std::string file = "scene" + std::to_string(number + 1) + ".png";
+    const std::string file = r.scenes[number].cell.source + ".png";
     writePng(image, r.options.out + "/" + file);
-    section.pictures.push_back({file, "Scene " + std::to_string(number + 1) +
-                                          ": force against tick, as the paper's Figures 6 and 7. "
-                                          "Medium hand, 200 N/m, "
-                                          "300 um across 12 cm, one tremor; a curve ends where the "
-                                          "run does."});
+    section.pictures.push_back(
+        {file,
+         sceneTitle(r.scenes[number]) +
+             ": force against tick, as the paper's Figures 6 and 7. Medium hand, 200 N/m, 300 um across 12 cm, one "
+             "tremor (seed " +
+             std::to_string(r.options.seed) + "). A curve ends where the run does."});
   }
 }
 
@@ -139,24 +196,19 @@ void plotScenes(const EvaluationResults& r, PageSection& section) {
 
 PageSection sceneSection(const EvaluationResults& r, Goals& goals) {
   PageSection section;
-  section.heading = "Scenes 1 to 3 (the paper's tables and figures)";
-  const std::string base = handVariant("medium", 200);
-  const int seeds = r.sceneCondition(base, r.protocol.methods.front()).seeds;
+  section.heading = "Scenes (the paper's tables and figures)";
   section.paragraphs = {
-      "Scene 1: one path without branches, with concave elbows. Scenes 2 and "
-      "3: one branching structure, an easy and "
-      "a "
-      "hard path through it. " +
-          formatNumber(kSceneZoom_um) + " um across 12 cm, medium hand, 200 N/m, " + std::to_string(seeds) +
-          " tremors each; figures are means over them. The paper's figures are "
-          "of a person's hand on another device, "
-          "and "
-          "of its own scenes (2011, Core i5 at 3.2 GHz): orders may be "
-          "compared, sizes may not.",
-      "Where a run is not completed its integral is that until the person gave "
-      "up, so it depends on their patience."};
-  section.tables = paperTables(r);
-  section.tables.push_back(handsTable(r));
+      "Scene 1: one path without branches, with sharp concave elbows. Scenes 2 and 3: two ways through one branching "
+      "structure, one with simple forks, one with nodes from which several branches leave nearly parallel. Elbows: "
+      "scene 1 with rounded corners. Hooks: wide forks, rounded corners and two hooks. " +
+          formatNumber(kSceneZoom_um) +
+          " um across 12 cm, medium hand, 200 N/m. The paper's figures come from a person's hand on another device, in "
+          "scenes of its own (2011, Core i5 at 3.2 GHz). Orders and ratios may be compared, sizes may not.",
+      "Method force is the paper's section 3.3 as its text says, force-listing as its listings say. The paper does not "
+      "state which of both its tables have; its figures stand beside force.",
+      "Where a run is not completed, its integral is that until the person gave up. It then depends on their "
+      "patience."};
+  section.tables = {timeTable(r), forceTable(r), ratioTable(r), handsTable(r)};
   addSceneGoals(r, goals);
   plotScenes(r, section);
   return section;

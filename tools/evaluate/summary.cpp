@@ -6,6 +6,7 @@
 #include <map>
 #include <stdexcept>
 #include <tuple>
+#include <utility>
 
 namespace filiform::tools {
 
@@ -17,13 +18,23 @@ bool belongs(const CorpusCell& cell, Part part) {
 
 }  // namespace
 
+Spread spreadOf(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return {percentile(values, 0.5), percentile(values, 0.1), percentile(values, 0.9)};
+}
+
+std::string shown(const Spread& spread) {
+  return shown(BenchValue(spread.median)) + " (" + shown(BenchValue(spread.p10)) + " to " +
+         shown(BenchValue(spread.p90)) + ")";
+}
+
 TrialSummary summarise(const std::vector<CorpusCell>& cells, const Campaign& campaign, std::uint32_t condition,
-                       Part part) {
+                       Part part, const std::function<bool(const TrialRow&)>& keep) {
   TrialSummary s;
-  std::vector<double> steps_N;
+  std::vector<double> steps_N, integrals_Ns, per_um_Ns, means_N, solver_ns;
   double seconds = 0, jerks = 0, off_um = 0, skip_um = 0, visited = 0, timed_ns = 0, timed_ticks = 0;
   for (const TrialRow& row : campaign.rows) {
-    if (row.condition != condition || !belongs(cells[row.cell], part)) continue;
+    if (row.condition != condition || !belongs(cells[row.cell], part) || (keep && !keep(row))) continue;
     const TrialResult& r = row.result;
     const auto ticks = static_cast<double>(r.ticks);
     ++s.trials;
@@ -32,6 +43,9 @@ TrialSummary summarise(const std::vector<CorpusCell>& cells, const Campaign& cam
     s.route_m += r.route_m;
     s.force_integral_Ns += r.force_integral_Ns;
     if (r.mean_force_N > 0) seconds += r.force_integral_Ns / r.mean_force_N;
+    integrals_Ns.push_back(r.force_integral_Ns);
+    per_um_Ns.push_back(r.force_integral_Ns / r.route_um);
+    means_N.push_back(r.mean_force_N);
     steps_N.push_back(r.step_p999_N);
     s.step_max_N = std::max(s.step_max_N, r.step_max_N);
     s.jump_max_m = std::max(s.jump_max_m, r.jump_max_m);
@@ -46,7 +60,11 @@ TrialSummary summarise(const std::vector<CorpusCell>& cells, const Campaign& cam
     s.stuck_inherent += r.stuck_inherent;
     s.inherent_failures += r.inherentFailure();
     s.finite = s.finite && r.finite;
-    if (r.solver_ns > 0) timed_ns += r.solver_ns * ticks, timed_ticks += ticks;
+    if (!(r.solver_ns > 0)) continue;
+    ++s.timed;
+    solver_ns.push_back(r.solver_ns);
+    timed_ns += r.solver_ns * ticks;
+    timed_ticks += ticks;
   }
   if (s.trials == 0) return s;
   s.force_per_um_Ns = s.force_integral_Ns / s.route_um;
@@ -56,6 +74,10 @@ TrialSummary summarise(const std::vector<CorpusCell>& cells, const Campaign& cam
   s.off = off_um / s.route_um;
   s.skip = skip_um / s.route_um;
   s.visited_mean = visited / static_cast<double>(s.ticks);
+  s.integral_Ns = spreadOf(std::move(integrals_Ns));
+  s.integral_per_um_Ns = spreadOf(std::move(per_um_Ns));
+  s.trial_mean_force_N = spreadOf(std::move(means_N));
+  s.trial_solver_ns = spreadOf(std::move(solver_ns));
   s.solver_ns = timed_ticks > 0 ? timed_ns / timed_ticks : 0;
 
   VisitCounts counts;
@@ -77,13 +99,13 @@ TrialSummary summarise(const std::vector<CorpusCell>& cells, const Campaign& cam
 
 PairedRatio compare(const std::vector<CorpusCell>& cells, const Campaign& campaign, std::uint32_t first,
                     std::uint32_t second, const std::function<double(const TrialResult&)>& figure, Part part,
-                    bool completed_only) {
+                    bool completed_only, const std::function<bool(const TrialRow&)>& keep) {
   std::map<std::tuple<std::uint32_t, std::uint32_t, std::uint32_t>, const TrialResult*> seconds;
   for (const TrialRow& row : campaign.rows)
     if (row.condition == second) seconds[{row.cell, row.route, row.seed}] = &row.result;
   PairedRatio paired;
   for (const TrialRow& row : campaign.rows) {
-    if (row.condition != first || !belongs(cells[row.cell], part)) continue;
+    if (row.condition != first || !belongs(cells[row.cell], part) || (keep && !keep(row))) continue;
     const auto other = seconds.find({row.cell, row.route, row.seed});
     if (other == seconds.end()) continue;
     if (completed_only && !(row.result.completed && other->second->completed)) continue;
