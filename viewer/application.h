@@ -4,8 +4,8 @@
 
 #include "index/levels.h"
 #include "index/tile_store.h"
+#include "solver/session.h"
 #include "viewer/renderer.h"
-#include "viewer/session.h"
 #include "viewer/settings.h"
 
 #include <cstdint>

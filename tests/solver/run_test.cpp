@@ -5,11 +5,9 @@
 #include "device/null_device.h"
 #include "device/replay.h"
 #include "index/errors.h"
-#include "solver/tour.h"
 #include "tests/support/counting_store.h"
-#include "tests/support/memory_store.h"
 #include "tests/support/paced_device.h"
-#include "tests/support/random_cells.h"
+#include "tests/support/recorded_run.h"
 #include "tests/support/temp_folder.h"
 
 #include <algorithm>
@@ -29,45 +27,13 @@
 namespace filiform {
 namespace {
 
+using test::column;
+using test::line;
+using test::record;
+using test::Recorded;
+using test::shortRun;
 using test::storeOf;
-
-std::unique_ptr<TileStore> column(std::uint32_t capacity = 64) {
-  return storeOf(test::randomColumn(7, 4, 1200, 150), capacity);
-}
-
-// `samples` on a straight line, 2 um apart.
-Cell line(std::uint32_t samples) {
-  Cell cell;
-  for (std::uint32_t i = 0; i < samples; ++i) test::addSample(cell, {2.0 * i, 0, 0}, i == 0 ? kNoParent : i - 1);
-  return cell;
-}
-
-std::unique_ptr<TileStore> thread(std::uint32_t samples = 60) { return storeOf({line(samples)}, 8); }
-
-struct Recorded {
-  RunSummary summary;
-  std::vector<std::string> rows;
-  std::vector<bool> frontier;
-};
-
-Recorded record(const TileStore& store, const RunOptions& options) {
-  Recorded recorded;
-  recorded.summary = run(store, options, [&](const TickRow& row) {
-    std::ostringstream line;
-    writeCsvRow(line, row);
-    recorded.rows.push_back(line.str());
-    recorded.frontier.push_back(row.frontier);
-  });
-  return recorded;
-}
-
-RunOptions shortRun() {
-  RunOptions options;
-  options.route = "random:3";
-  options.zoom_um = 100;
-  options.seconds = 6;
-  return options;
-}
+using test::thread;
 
 TEST(Run, BudgetDoesNotChangeABit) {
   const auto store = column();
@@ -211,178 +177,6 @@ TEST(Run, SaysHowItEnded) {
   }
 }
 
-TEST(Run, AnInterruptedRunLeavesAnOlderRecording) {
-  const test::TempFolder folder;
-  const auto store = thread(2000);
-  test::writeBytes(folder.file("a.rec"), "old");
-  std::atomic<bool> stop{false};
-  std::string kept;
-  RunOptions options;
-  options.in_memory = true;
-  options.record = folder.file("a.rec");
-  options.stop = &stop;
-  options.recording_kept = [&](const std::string& path) { kept = path; };
-  std::uint64_t ticks = 0;
-  run(*store, options, [&](const TickRow&) { stop = ++ticks >= 100; });
-  EXPECT_EQ(test::readBytes(folder.file("a.rec")), "old");
-  EXPECT_EQ(kept, folder.file("a.unfinished.rec"));
-  options.device = "replay:" + kept;
-  options.record.clear();
-  options.stop = nullptr;
-  EXPECT_EQ(record(*store, options).rows.size(), 100u);
-}
-
-TEST(Run, ReplayOfItsRecordingIsTheSameRun) {
-  const std::string file =
-      (std::filesystem::temp_directory_path() / ("filiform-run-" + std::to_string(getpid()) + ".rec")).string();
-  const auto store = column();
-  RunOptions options = shortRun();
-  options.record = file;
-  const Recorded live = record(*store, options);
-  options.record.clear();
-  options.device = "replay:" + file;
-  const Recorded replayed = record(*store, options);
-  std::filesystem::remove(file);
-  EXPECT_EQ(replayed.rows, live.rows);
-  EXPECT_EQ(replayed.summary.outcome, live.summary.outcome);
-  EXPECT_TRUE(replayed.summary.notes.empty());
-}
-
-// Replays the recording in `file` as `options` were run, but for the time that they kept.
-Recorded replay(const TileStore& store, RunOptions options, const std::string& file) {
-  options.record.clear();
-  options.device = "replay:" + file;
-  options.realtime = false;
-  options.latency_ms = 0;
-  return record(store, options);
-}
-
-RunOptions shortTour() {
-  RunOptions options;
-  options.route = "tour:5";
-  options.zoom_um = 100;
-  options.seconds = 40;
-  options.person.speed_m_s = 0.3;
-  return options;
-}
-
-TEST(Run, ATourGoesOnUntilItsTimeIsOver) {
-  const auto store = column();
-  RunOptions options = shortTour();
-  options.in_memory = true;
-  const Recorded whole = record(*store, options);
-  const RunSummary& s = whole.summary;
-  EXPECT_EQ(s.outcome, RunOutcome::completed);
-  EXPECT_EQ(s.ticks, 40000u);
-  EXPECT_GT(s.legs, 3u);
-  EXPECT_EQ(s.jumps, s.legs - 1);
-  EXPECT_GT(s.legs_completed, 1u);
-  EXPECT_LE(s.legs_completed, s.legs);
-  EXPECT_EQ(s.jump_wait_ticks, 0u);
-  EXPECT_GT(s.reached_um, 0);
-  EXPECT_LE(s.reached_um, s.route_um);
-  EXPECT_TRUE(s.notes.empty());
-  // Whatever the budget, as long as what a tick reads fits: the same to a bit.
-  options.in_memory = false;
-  options.budget_bytes = 4 * Residency::floorBytes(*store);
-  const Recorded floor = record(*store, options);
-  EXPECT_GT(floor.summary.evictions, 0u);
-  EXPECT_EQ(floor.summary.frontiers, 0u);
-  ASSERT_EQ(floor.rows, whole.rows);
-  EXPECT_EQ(floor.summary.jumps, s.jumps);
-}
-
-TEST(Run, ATourWaitsForTheTileThatItJumpsTo) {
-  const auto store = column();
-  RunOptions options = shortTour();
-  options.latency_ms = 50;
-  options.budget_bytes = Residency::floorBytes(*store);
-  const Recorded late = record(*store, options);
-  EXPECT_GT(late.summary.jumps, 2u);
-  EXPECT_GT(late.summary.jump_wait_ticks, late.summary.jumps * 10);
-  EXPECT_LE(late.summary.jump_wait_ticks, (late.summary.jumps + 1) * 60);
-  EXPECT_TRUE(late.summary.notes.empty());
-  EXPECT_EQ(record(*store, options).rows, late.rows);
-}
-
-TEST(Run, ATourInRealTimeJumps) {
-  const auto store = storeOf({line(8)}, 8);
-  for (const bool in_memory : {false, true}) {
-    RunOptions options = shortTour();
-    options.realtime = true;
-    options.in_memory = in_memory;
-    options.zoom_um = 400;
-    options.seconds = 1.5;
-    const Recorded recorded = record(*store, options);
-    EXPECT_EQ(recorded.summary.outcome, RunOutcome::completed);
-    EXPECT_EQ(recorded.summary.ticks, 1500u);
-    EXPECT_GE(recorded.summary.jumps, 1u);
-    EXPECT_EQ(recorded.summary.legs, recorded.summary.jumps + 1);
-  }
-}
-
-// Frontiers and jumps depend on when tiles come; the recording says when they did.
-TEST(Run, ReplayOfLateTilesAndJumpsIsTheSameRunWhateverTimeItWasRecordedIn) {
-  const test::TempFolder folder;
-  const auto store = column();
-  std::vector<std::pair<std::string, RunOptions>> cases;
-  RunOptions late = shortRun();
-  late.latency_ms = 40;
-  late.prefetch = PrefetchPolicy::none;
-  cases.emplace_back("late", late);
-  late.device = "sim:loose";
-  cases.emplace_back("late, loose hand", late);
-  RunOptions tour = shortTour();
-  cases.emplace_back("tour", tour);
-  tour.latency_ms = 50;
-  tour.budget_bytes = Residency::floorBytes(*store);
-  cases.emplace_back("late tour", tour);
-  tour.latency_ms = 0;
-  tour.realtime = true;
-  tour.seconds = 4;
-  tour.person.speed_m_s = 1;
-  cases.emplace_back("tour in real time", tour);
-  RunOptions plain = shortRun();
-  plain.realtime = true;
-  plain.seconds = 2;
-  cases.emplace_back("route in real time", plain);
-  for (auto& [name, options] : cases) {
-    SCOPED_TRACE(name);
-    const std::string file = folder.file("r.rec");
-    options.record = file;
-    const Recorded live = record(*store, options);
-    if (name.rfind("late", 0) == 0) {
-      EXPECT_GT(live.summary.frontiers + live.summary.jump_wait_ticks, 0u);
-    }
-    const Recorded same = replay(*store, options, file);
-    ASSERT_EQ(same.rows.size(), live.rows.size());
-    EXPECT_EQ(same.rows, live.rows);
-    EXPECT_EQ(same.summary.frontiers, live.summary.frontiers);
-    EXPECT_EQ(same.summary.jumps, live.summary.jumps);
-    EXPECT_EQ(same.summary.legs_completed, live.summary.legs_completed);
-    EXPECT_EQ(same.summary.reached_um, live.summary.reached_um);
-    if (!options.realtime) {
-      EXPECT_TRUE(same.summary.notes.empty()) << same.summary.notes.front();
-    }
-    // Without the time that was asked for it ends with the recording.
-    options.seconds.reset();
-    EXPECT_EQ(replay(*store, options, file).rows.size(), live.rows.size());
-  }
-}
-
-TEST(Run, ATourIsNotReplayedInRealTime) {
-  const test::TempFolder folder;
-  const auto store = column();
-  RunOptions options = shortTour();
-  options.seconds = 1;
-  options.record = folder.file("r.rec");
-  record(*store, options);
-  options.device = "replay:" + options.record;
-  options.record.clear();
-  options.realtime = true;
-  EXPECT_THROW(record(*store, options), UsageError);
-}
-
 TEST(Run, AFaultOfTheDeviceLeavesTheLastTicks) {
   const test::TempFolder folder;
   const auto store = column();
@@ -449,24 +243,6 @@ TEST(Run, WhileTheSourceFailsTheHandIsSentNoForce) {
   // Whenever the tile is tried again, the force may begin to grow for the time that takes.
   EXPECT_GT(std::count(sent_N.begin() + 2000, sent_N.begin() + 2500, 0.0), 400);
   for (std::size_t i = 2000; i < 2500; ++i) EXPECT_LT(sent_N[i], 0.5 * computed_N[i]);
-}
-
-TEST(Run, ATourPassesOnWhatItsPlannerThrows) {
-  const auto store = column();
-  test::CountingStore failing(*store);
-  RunOptions options = shortTour();
-  options.solver = SolverParameters{};
-  options.realtime = true;
-  // A tile that a later leg's cell is read from, and the first leg's is not. The planner is a few legs ahead.
-  Tour tour(*store, 5);
-  const std::vector<TileId> kept = store->loadCellDetail(tour.next().cell()).tiles;
-  TileId lost = kNoTile;
-  for (int leg = 0; leg < 3; ++leg)
-    for (const TileId tile : store->loadCellDetail(tour.next().cell()).tiles)
-      if (!std::binary_search(kept.begin(), kept.end(), tile)) lost = tile;
-  ASSERT_NE(lost, kNoTile);
-  failing.failLoads(lost);
-  EXPECT_THROW(run(failing, options), CorruptTile);
 }
 
 // A device that paces the loop at 500 Hz, while 1 kHz is asked for: ramp, time and integral go by its clock.
@@ -651,26 +427,6 @@ TEST(Run, TakesTheCellOfMostSegmentsUnlessTold) {
   EXPECT_DOUBLE_EQ(run(*store, options).route_um, 38);
   options.cell = 0;
   EXPECT_DOUBLE_EQ(run(*store, options).route_um, 18);
-}
-
-TEST(Run, CsvHasItsColumns) {
-  TickRow row;
-  row.tick = 3;
-  row.time_s = 0.003;
-  row.h_W = {1, 2, 3};
-  row.p_W = {4, 5, 0.1};
-  row.segment = {7, 9};
-  row.force_N = {-0.5, 0, 1e-7};
-  row.visited = 2;
-  row.frontier = true;
-  std::ostringstream out;
-  writeCsvHeader(out);
-  writeCsvRow(out, row);
-  writeCsvRow(out, row, "an, \"odd\" name");
-  EXPECT_EQ(out.str(),
-            "tick,time_s,hx_um,hy_um,hz_um,px_um,py_um,pz_um,cell,segment,fx_N,fy_N,fz_N,visited,frontier,cell_name\n"
-            "3,0.003,1,2,3,4,5,0.1,7,9,-0.5,0,1e-07,2,1,\n"
-            "3,0.003,1,2,3,4,5,0.1,7,9,-0.5,0,1e-07,2,1,\"an, \"\"odd\"\" name\"\n");
 }
 
 }  // namespace

@@ -20,13 +20,14 @@
 #include "solver/haptic_loop.h"
 #include "solver/loop_gate.h"
 #include "solver/navigation.h"
+#include "solver/run.h"
 #include "solver/saved_history.h"
+#include "solver/session.h"
 #include "solver/tick_clock.h"
 #include "solver/tour.h"
 #include "tests/support/temp_folder.h"
 #include "viewer/renderer.h"
 #include "viewer/scene_view.h"
-#include "viewer/session.h"
 #include "viewer/window.h"
 #include "viewer/worker.h"
 
@@ -188,6 +189,13 @@ void savedHistory(const std::unique_ptr<TileSet>& set, const ProxyPlace& place) 
   saved.save();
 }
 
+void headlessRun(const std::unique_ptr<TileSet>& set) {
+  // solver/run.h
+  RunOptions options;
+  options.route = "random:3";
+  const RunSummary summary = run(*set, options, [](const TickRow& row) { writeCsvRow(std::cout, row); });
+}
+
 void tour(const TileStore& store, std::uint64_t seed) {
   // solver/tour.h
   Tour tour(store, seed);
@@ -214,7 +222,7 @@ void sceneView(const std::unique_ptr<TileSet>& set, const std::unique_ptr<Levels
 }
 
 void session(const std::unique_ptr<TileSet>& set, const ProxyPlace& place, const Vector3d& target_D) {
-  // viewer/session.h
+  // solver/session.h
   Session session(*set, {.device = "mouse"});
   session.start();
   session.jump(place);
@@ -336,7 +344,7 @@ TEST(HeaderExamples, AllAreCompiledHereAsTheyStandThere) {
             << text;
       }
     }
-  EXPECT_EQ(count, 25u) << "examples; a new one goes into this file";
+  EXPECT_EQ(count, 26u) << "examples; a new one goes into this file";
 }
 
 TEST(HeaderExamples, AnExampleIsTold) {

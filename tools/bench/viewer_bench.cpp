@@ -2,12 +2,12 @@
 // haptic loop loses beside it.
 #include "index/ingest.h"
 #include "index/tile_set.h"
+#include "solver/session.h"
 #include "solver/workspace.h"
 #include "tools/bench/dense_cells.h"
 #include "tools/bench/workloads.h"
 #include "viewer/place_finder.h"
 #include "viewer/scene_view.h"
-#include "viewer/session.h"
 
 #include <algorithm>
 #include <array>

@@ -6,6 +6,7 @@
 // come on it.
 #pragma once
 
+#include "solver/session.h"
 #include "viewer/bindings.h"
 #include "viewer/glyph.h"
 #include "viewer/internal/closing.h"
@@ -14,7 +15,6 @@
 #include "viewer/internal/path_measure.h"
 #include "viewer/internal/tour.h"
 #include "viewer/pointer.h"
-#include "viewer/session.h"
 #include "viewer/worker.h"
 
 #include <chrono>

@@ -1,15 +1,15 @@
-#include "viewer/session.h"
+#include "solver/session.h"
 
 #include "index/errors.h"
 #include "index/ingest.h"
 #include "index/memory_tiles.h"
+#include "index/nearest.h"
 #include "index/tile_set.h"
+#include "solver/graph_view.h"
 #include "tests/support/counting_store.h"
 #include "tests/support/paced_device.h"
 #include "tests/support/random_cells.h"
 #include "tests/support/temp_folder.h"
-#include "viewer/place_finder.h"
-#include "viewer/worker.h"
 
 #include <algorithm>
 #include <chrono>
@@ -21,16 +21,22 @@
 namespace filiform {
 namespace {
 
+ProxyPlace placeNear(const TileStore& store, const Vector3d& p_W) {
+  const NearestResult nearest = Nearest(store).find(p_W).at(0);
+  const std::shared_ptr<const Tile> tile = store.load(nearest.tile);
+  TileTable table(store.tile_count());
+  table.add(*tile);
+  return GraphView(table, store.leaves(), store.grid()).placeAt(nearest.tile, nearest.segment, nearest.t);
+}
+
 class Sessions : public ::testing::Test {
  protected:
   void SetUp() override {
     CellList stream(test::randomColumn(11, 4, 400, 200));
     store_ = buildTilesInMemory(stream, {.capacity = 64});
-    finder_ = std::make_unique<PlaceFinder>(*store_);
   }
-  ProxyPlace near(const Vector3d& p_W) const { return finder_->nearest(p_W)->place; }
+  ProxyPlace near(const Vector3d& p_W) const { return placeNear(*store_, p_W); }
   std::unique_ptr<TileStore> store_;
-  std::unique_ptr<PlaceFinder> finder_;
 };
 
 TEST_F(Sessions, AJumpPutsThePlaceUnderTheHandAndThePointerPulls) {
@@ -167,7 +173,7 @@ TEST_F(Sessions, AReplayGoesThroughTheSameStates) {
     EXPECT_EQ(got.rotation_WD.coeffs(), expected.rotation_WD.coeffs());
   }
   EXPECT_FALSE(replay.replayEnded());
-  replay.jump(near({0, 0, 0}));  // nobody else leads
+  replay.jump(near({0, 0, 0}));  // replaying: jumps are ignored
   replay.advance(10);
   EXPECT_TRUE(replay.replayEnded());
   EXPECT_EQ(replay.update().p_W, seen.back().p_W);
@@ -210,7 +216,6 @@ TEST_F(Sessions, InRealTimeAJumpWaitsForItsTile) {
   CellList stream(test::randomColumn(11, 4, 400, 200));
   ingest(stream, folder / "a.fil", {});
   const auto set = TileSet::open(folder / "a.fil");
-  const PlaceFinder finder(*set);
   const auto wait = [](Session& session, const auto& done) {
     for (int i = 0; i < 4000 && !done(session.update()); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(5));
     EXPECT_TRUE(done(session.update()));
@@ -222,7 +227,7 @@ TEST_F(Sessions, InRealTimeAJumpWaitsForItsTile) {
     Session session(*set, {.budget_bytes = Residency::floorBytes(*set) * 2, .record = file});
     session.start();
     for (const Vector3d& p_W : {Vector3d(20, -30, 0), Vector3d(-60, 90, 10)}) {
-      const ProxyPlace place = finder.nearest(p_W)->place;
+      const ProxyPlace place = placeNear(*set, p_W);
       session.jump(place);
       wait(session, [&](const NavigationSnapshot& s) { return !session.awaited() && s.p_W == place.p_W; });
     }
@@ -270,25 +275,6 @@ TEST_F(Sessions, ADamagedTileIsSaidAndTheTravelGoesOn) {
   const std::uint64_t until = session.now().tick + 100;
   EXPECT_TRUE(wait([&](const NavigationSnapshot& s) { return s.tick >= until; }));
   session.finish();
-}
-
-TEST(Workers, ServeInOrderAndTellWhatFailed) {
-  std::vector<int> done;
-  std::vector<std::string> failed;
-  Worker worker;
-  EXPECT_TRUE(worker.idle());
-  for (int i = 0; i < 3; ++i)
-    worker.ask([&done, i]() -> Worker::Done {
-      if (i == 1) throw UsageError("no such place");
-      return [&done, i] { done.push_back(i); };
-    });
-  EXPECT_FALSE(worker.idle());
-  for (int i = 0; i < 4000 && !worker.idle(); ++i) {
-    worker.serve([&](const std::string& what) { failed.push_back(what); });
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  }
-  EXPECT_EQ(done, (std::vector<int>{0, 2}));
-  EXPECT_EQ(failed, (std::vector<std::string>{"no such place"}));
 }
 
 }  // namespace
