@@ -30,7 +30,7 @@ BenchValue paperValue(std::uint32_t number, const std::string& method, double Pa
   return std::string(number == 2 && method == "basic" ? "not completed" : "-");
 }
 
-BenchTable timeTable(const EvaluationResults& r) {
+BenchTable paperTimeTable(const EvaluationResults& r) {
   BenchTable table{"scene_time",
                    "Table 1: CPU time of a tick of the solver (caches warm) and segments tested, beside the paper's; " +
                        seedsText(r, baseVariant()) + ", the first of them timed",
@@ -49,7 +49,7 @@ BenchTable timeTable(const EvaluationResults& r) {
   return table;
 }
 
-BenchTable forceTable(const EvaluationResults& r) {
+BenchTable paperForceTable(const EvaluationResults& r) {
   BenchTable table{
       "scene_force",
       "Table 2: force integral and mean force over the path, beside the paper's; " + seedsText(r, baseVariant()),
@@ -70,7 +70,7 @@ BenchTable forceTable(const EvaluationResults& r) {
   return table;
 }
 
-BenchTable ratioTable(const EvaluationResults& r) {
+BenchTable paperRatioTable(const EvaluationResults& r) {
   BenchTable table{
       "scene_ratios",
       "Ratios of Table 2's force integrals, tremor by tremor, beside the paper's; " + seedsText(r, baseVariant()),
@@ -208,7 +208,7 @@ PageSection sceneSection(const EvaluationResults& r, Goals& goals) {
       "state which of both its tables have; its figures stand beside force.",
       "Where a run is not completed, its integral is that until the person gave up. It then depends on their "
       "patience."};
-  section.tables = {timeTable(r), forceTable(r), ratioTable(r), handsTable(r)};
+  section.tables = {paperTimeTable(r), paperForceTable(r), paperRatioTable(r), handsTable(r)};
   addSceneGoals(r, goals);
   plotScenes(r, section);
   return section;
