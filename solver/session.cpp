@@ -6,10 +6,10 @@
 #include "solver/haptic_loop.h"
 #include "solver/internal/awaited_jump.h"
 #include "solver/internal/hand_navigation.h"
+#include "solver/internal/hand_tiles.h"
 #include "solver/internal/navigation_choice.h"
 #include "solver/internal/session_commands.h"
 #include "solver/internal/session_hand.h"
-#include "solver/internal/tile_source.h"
 #include "solver/internal/travel_device.h"
 #include "solver/parameters.h"
 
@@ -76,7 +76,7 @@ struct Session::Impl {
   std::string device_name;
   std::vector<SessionCommand> replayed;
   internal::NavigationChoice choice;
-  internal::TileSource tiles;
+  internal::HandTiles tiles;
   internal::HandNavigation travel;
   internal::SessionChannels channels;
   internal::SessionHand travelling;  // the ticking thread's

@@ -6,7 +6,7 @@
 
 namespace filiform::internal {
 
-HandNavigation::HandNavigation(const TileStore& store, TileSource& tiles, TravelDevice& device,
+HandNavigation::HandNavigation(const TileStore& store, HandTiles& tiles, TravelDevice& device,
                                std::unique_ptr<ProxySolver> solver, const NavigationOptions& options)
     : tiles_(tiles),
       device_(device),
@@ -30,7 +30,7 @@ const NavigationTick& HandNavigation::tickWithItsTiles(const DeviceState& state,
 const NavigationTick& HandNavigation::tickAsRecorded(const DeviceState& state, double step_s) {
   if (device_.replaysMarks()) {
     const RunMarks& recorded = device_.replay()->marks();
-    uncertain_ticks_ += (recorded.bits & MarkBits::more_absent) != 0;
+    uncertain_ticks_ += (recorded.bits & MarkBits::kMoreAbsent) != 0;
     tiles_.hide({recorded.values.data(), recorded.count});
   }
   const NavigationTick& tick = solveWithItsTiles(state, step_s);
@@ -66,12 +66,12 @@ bool HandNavigation::loadTilesOf(const NavigationTick& tick) {
 
 const NavigationTick& HandNavigation::marked(const NavigationTick& tick) noexcept {
   if (device_.recorder() == nullptr) return tick;
-  marks_.bits |= MarkBits::ticked | step_mark_;
+  marks_.bits |= MarkBits::kTicked | step_mark_;
   if (tick.frontier) {
     const TileList& absent = tick.step.absent;
     marks_.count = static_cast<std::uint32_t>(std::min<std::size_t>(absent.count, marks_.values.size()));
     std::copy_n(absent.ids.begin(), marks_.count, marks_.values.begin());
-    if (absent.overflow || absent.count > marks_.count) marks_.bits |= MarkBits::more_absent;
+    if (absent.overflow || absent.count > marks_.count) marks_.bits |= MarkBits::kMoreAbsent;
   }
   device_.mark(marks_);
   marks_ = {};

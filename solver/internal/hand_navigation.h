@@ -12,7 +12,7 @@
 
 #include "index/tile_store.h"
 #include "solver/graph_view.h"
-#include "solver/internal/tile_source.h"
+#include "solver/internal/hand_tiles.h"
 #include "solver/internal/travel_device.h"
 #include "solver/navigation.h"
 
@@ -26,7 +26,7 @@ namespace filiform::internal {
 class HandNavigation {
  public:
   // Store, tiles and device must outlive it. Throws as Navigation does.
-  HandNavigation(const TileStore& store, TileSource& tiles, TravelDevice& device, std::unique_ptr<ProxySolver> solver,
+  HandNavigation(const TileStore& store, HandTiles& tiles, TravelDevice& device, std::unique_ptr<ProxySolver> solver,
                  const NavigationOptions& options);
 
   const GraphView& graph() const noexcept { return graph_; }
@@ -42,7 +42,7 @@ class HandNavigation {
   const NavigationTick& tickAsRecorded(const DeviceState& state, double step_s);
 
   // The time steps from now on are measured, not the period: goes into the marks.
-  void setMeasured(bool is_measured) noexcept { step_mark_ = is_measured ? MarkBits::measured : 0; }
+  void setMeasured(bool is_measured) noexcept { step_mark_ = is_measured ? MarkBits::kMeasured : 0; }
   // Adds bits to the marks of the next tick.
   void addMarks(std::uint32_t bits) noexcept { marks_.bits |= bits; }
   // After a tick: asks the loader for the tiles that it met absent, and tells it what the hand is about. Haptic-safe.
@@ -64,7 +64,7 @@ class HandNavigation {
   const NavigationTick& marked(const NavigationTick& tick) noexcept;
   bool loadTilesOf(const NavigationTick& tick);
 
-  TileSource& tiles_;
+  HandTiles& tiles_;
   TravelDevice& device_;
   GraphView graph_;
   Navigation navigation_;

@@ -16,7 +16,7 @@ void add(LegTravel::Totals& totals, const Leg& leg) noexcept {
 
 }  // namespace
 
-LegTravel::LegTravel(const RunOptions& options, Itinerary& itinerary, std::unique_ptr<Leg> first, TileSource& tiles,
+LegTravel::LegTravel(const RunOptions& options, Itinerary& itinerary, std::unique_ptr<Leg> first, HandTiles& tiles,
                      TravelDevice& device, HandNavigation& hand)
     : itinerary_(itinerary),
       tiles_(tiles),
@@ -71,12 +71,12 @@ void LegTravel::moveOn(const DeviceState& state, const RunTime& time) noexcept {
 
 void LegTravel::drop() noexcept {
   ++counts_.dropped;
-  hand_.addMarks(MarkBits::leg_dropped);
+  hand_.addMarks(MarkBits::kLegDropped);
 }
 
 // From the leg that was travelled, now past_, to leg_.
 void LegTravel::leavePast(const DeviceState& state, const RunTime& time) noexcept {
-  hand_.addMarks(MarkBits::jumped);
+  hand_.addMarks(MarkBits::kJumped);
   add(past_totals_, *past_);
   if (enter(*leg_, state.p_D, time))
     ++counts_.jumps;
@@ -86,12 +86,12 @@ void LegTravel::leavePast(const DeviceState& state, const RunTime& time) noexcep
 
 void LegTravel::moveOnAsRecorded(const DeviceState& state, const RunTime& time) {
   const std::uint32_t bits = device_.replay()->marks().bits;
-  if ((bits & (MarkBits::jumped | MarkBits::leg_dropped)) != 0 && !next_) next_ = itinerary_.next();
-  if ((bits & MarkBits::leg_dropped) != 0) {
+  if ((bits & (MarkBits::kJumped | MarkBits::kLegDropped)) != 0 && !next_) next_ = itinerary_.next();
+  if ((bits & MarkBits::kLegDropped) != 0) {
     next_.reset();
     ++counts_.dropped;
   }
-  if ((bits & MarkBits::jumped) != 0) {
+  if ((bits & MarkBits::kJumped) != 0) {
     tiles_.loadTogether({&next_->home, 1});
     past_ = std::move(leg_);
     leg_ = std::move(next_);

@@ -34,7 +34,7 @@ class LegTravel {
 
   // All but `first` must outlive it. `leads`: the person of a leg decides where the hand pulls to and when a leg is
   // given up.
-  LegTravel(const RunOptions& options, Itinerary& itinerary, std::unique_ptr<Leg> first, TileSource& tiles,
+  LegTravel(const RunOptions& options, Itinerary& itinerary, std::unique_ptr<Leg> first, HandTiles& tiles,
             TravelDevice& device, HandNavigation& hand);
 
   const Leg& leg() const noexcept { return *leg_; }
@@ -75,7 +75,7 @@ class LegTravel {
   void drop() noexcept;
 
   Itinerary& itinerary_;
-  TileSource& tiles_;
+  HandTiles& tiles_;
   TravelDevice& device_;
   HandNavigation& hand_;
   bool tiles_on_demand_, person_leads_;

@@ -7,11 +7,11 @@
 namespace filiform::internal {
 
 struct MarkBits {
-  static constexpr std::uint32_t ticked = 1;       // a tick was computed with the state
-  static constexpr std::uint32_t jumped = 2;       // before the tick, the hand jumped to the next leg
-  static constexpr std::uint32_t leg_dropped = 4;  // before the tick, the next leg was given up
-  static constexpr std::uint32_t more_absent = 8;  // the tick met more absent tiles than the marks hold
-  static constexpr std::uint32_t measured = 16;    // the tick's time step was measured; else it was the period
+  static constexpr std::uint32_t kTicked = 1;      // a tick was computed with the state
+  static constexpr std::uint32_t kJumped = 2;      // before the tick, the hand jumped to the next leg
+  static constexpr std::uint32_t kLegDropped = 4;  // before the tick, the next leg was given up
+  static constexpr std::uint32_t kMoreAbsent = 8;  // the tick met more absent tiles than the marks hold
+  static constexpr std::uint32_t kMeasured = 16;   // the tick's time step was measured; else it was the period
 };
 
 }  // namespace filiform::internal

@@ -140,7 +140,7 @@ RunSummary RunParts::summary() const {
   s.energy = hand->navigation().force_law().energy();
   s.missed_deadlines = missed_deadlines;
   s.loop = loop;
-  TileSource::Use use = tiles.use();
+  HandTiles::Use use = tiles.use();
   s.tiles_read = use.reads;
   s.evictions = use.evictions;
   s.peak_bytes = use.peak_bytes;

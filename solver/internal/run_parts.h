@@ -5,12 +5,12 @@
 
 #include "index/tile_store.h"
 #include "solver/internal/hand_navigation.h"
+#include "solver/internal/hand_tiles.h"
 #include "solver/internal/itinerary.h"
 #include "solver/internal/leg_travel.h"
 #include "solver/internal/navigation_choice.h"
 #include "solver/internal/run_statistics.h"
 #include "solver/internal/run_time.h"
-#include "solver/internal/tile_source.h"
 #include "solver/internal/travel_device.h"
 #include "solver/run.h"
 
@@ -50,7 +50,7 @@ struct RunParts {
   std::unique_ptr<Leg> first;  // until `legs` has it
   const std::uint32_t first_cell;
   TravelDevice device;
-  TileSource tiles;
+  HandTiles tiles;
   RunStatistics statistics;
   NavigationChoice choice;
   std::optional<HandNavigation> hand;

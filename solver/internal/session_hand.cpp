@@ -4,7 +4,7 @@
 
 namespace filiform::internal {
 
-SessionHand::SessionHand(TravelDevice& device, TileSource& tiles, HandNavigation& travel, SessionChannels& channels,
+SessionHand::SessionHand(TravelDevice& device, HandTiles& tiles, HandNavigation& travel, SessionChannels& channels,
                          SimulatedHand* hand, const WorkspaceOptions& workspace, std::vector<SessionCommand> replayed)
     : device_(device),
       tiles_(tiles),

@@ -29,7 +29,7 @@ class SessionHand {
  public:
   // All must outlive it. `hand`: the hand that the pointer moves; nullptr: none. `workspace`: the hand stays in its
   // box. `replayed`: the commands of a replay.
-  SessionHand(TravelDevice& device, TileSource& tiles, HandNavigation& travel, SessionChannels& channels,
+  SessionHand(TravelDevice& device, HandTiles& tiles, HandNavigation& travel, SessionChannels& channels,
               SimulatedHand* hand, const WorkspaceOptions& workspace, std::vector<SessionCommand> replayed);
 
   // One tick. Haptic-safe, but in a replay reads tiles and throws CorruptTile and IoError.
@@ -42,7 +42,7 @@ class SessionHand {
   void applyCommands(const Vector3d& h_D) noexcept;
 
   TravelDevice& device_;
-  TileSource& tiles_;
+  HandTiles& tiles_;
   HandNavigation& travel_;
   SessionChannels& channels_;
   SimulatedHand* hand_;

@@ -32,7 +32,7 @@ void TravelDevice::record(const TravelRecordingOptions& recording) {
 double TravelDevice::virtualStep_s(const DeviceState& state, double period_s) noexcept {
   if (!clock_) clock_.emplace(period_s);
   const double measured_s = clock_->step_s(state.time_s);
-  return replaysMarks() && (replay_->marks().bits & MarkBits::measured) != 0 ? measured_s : period_s;
+  return replaysMarks() && (replay_->marks().bits & MarkBits::kMeasured) != 0 ? measured_s : period_s;
 }
 
 std::string TravelDevice::keepRecording() noexcept {

@@ -65,7 +65,7 @@ class TravelDevice {
     return replay_ != nullptr && state.status == DeviceStatus::closed;
   }
   // The replayed run computed a tick at the last exchange. True without marks.
-  bool wasTicked() const noexcept { return !replaysMarks() || (replay_->marks().bits & MarkBits::ticked) != 0; }
+  bool wasTicked() const noexcept { return !replaysMarks() || (replay_->marks().bits & MarkBits::kTicked) != 0; }
 
   // The time step (s) in virtual time for the state of the last exchange: the period, or in a replay of measured time
   // the recorded step. Call once for each exchange, in order. Requires the same period_s > 0 in each call.

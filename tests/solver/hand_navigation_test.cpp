@@ -47,7 +47,7 @@ struct Hand {
   }
 
   TravelDevice device;
-  TileSource tiles;
+  HandTiles tiles;
   HandNavigation travel;
 };
 

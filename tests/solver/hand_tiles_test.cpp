@@ -1,4 +1,4 @@
-#include "solver/internal/tile_source.h"
+#include "solver/internal/hand_tiles.h"
 
 #include "index/errors.h"
 #include "tests/support/counting_store.h"
@@ -29,9 +29,9 @@ std::vector<TileId> someTiles(const TileStore& store, std::size_t count) {
   return tiles;
 }
 
-TEST(TileSource, HeldHasAllTilesAndReadsNoMore) {
+TEST(HandTiles, HeldHasAllTilesAndReadsNoMore) {
   const auto store = twoCells();
-  TileSource source(*store, TileKind::held, {});
+  HandTiles source(*store, TileKind::held, {});
   EXPECT_EQ(source.table().size(), store->tile_count());
   EXPECT_EQ(source.reader(), nullptr);
   EXPECT_FALSE(source.mayEvict());
@@ -39,10 +39,10 @@ TEST(TileSource, HeldHasAllTilesAndReadsNoMore) {
   EXPECT_EQ(source.use().reads, 0u);
 }
 
-TEST(TileSource, AReplayReadsEachTileOnce) {
+TEST(HandTiles, AReplayReadsEachTileOnce) {
   const auto store = twoCells();
   test::CountingStore counting(*store);
-  TileSource source(counting, TileKind::replay, {});
+  HandTiles source(counting, TileKind::replay, {});
   const std::size_t first = counting.loads().size();
   EXPECT_FALSE(source.mayEvict());
   const std::vector<TileId> tiles = someTiles(*store, 3);
@@ -53,14 +53,14 @@ TEST(TileSource, AReplayReadsEachTileOnce) {
   for (const TileId tile : tiles) EXPECT_NE(source.table().find(tile), nullptr);
 }
 
-TEST(TileSource, AReplayKeepsItsBudget) {
+TEST(HandTiles, AReplayKeepsItsBudget) {
   const auto store = twoCells();
   const std::vector<TileId> tiles = someTiles(*store, 6);
   std::uint64_t most = 0;
   for (const TileId tile : tiles) most = std::max(most, bytesOf(*store, {tile}));
   ResidencyOptions options;
   options.budget_bytes = 2 * most + (store->long_tile() != kNoTile ? bytesOf(*store, {store->long_tile()}) : 0);
-  TileSource source(*store, TileKind::replay, options);
+  HandTiles source(*store, TileKind::replay, options);
   EXPECT_TRUE(source.mayEvict());
   for (std::size_t i = 0; i + 1 < tiles.size(); ++i) {
     EXPECT_TRUE(source.loadTogether(std::vector<TileId>{tiles[i], tiles[i + 1]}));
@@ -71,10 +71,10 @@ TEST(TileSource, AReplayKeepsItsBudget) {
   EXPECT_LE(source.use().peak_bytes, options.budget_bytes);
 }
 
-TEST(TileSource, WhatIsHiddenIsAbsentUntilItIsShown) {
+TEST(HandTiles, WhatIsHiddenIsAbsentUntilItIsShown) {
   const auto store = twoCells();
   for (const TileKind kind : {TileKind::held, TileKind::replay}) {
-    TileSource source(*store, kind, {});
+    HandTiles source(*store, kind, {});
     const std::vector<TileId> tiles = someTiles(*store, 3);
     source.loadTogether(tiles);
     const std::vector<std::uint32_t> hidden{tiles[0], tiles[2], store->tile_count(), UINT32_MAX};
@@ -91,11 +91,11 @@ TEST(TileSource, WhatIsHiddenIsAbsentUntilItIsShown) {
   }
 }
 
-TEST(TileSource, ADamagedTileIsNeverJustAbsent) {
+TEST(HandTiles, ADamagedTileIsNeverJustAbsent) {
   const auto store = twoCells();
   for (const TileKind kind : {TileKind::resident, TileKind::replay}) {
     test::CountingStore failing(*store);
-    TileSource source(failing, kind, {});
+    HandTiles source(failing, kind, {});
     const std::vector<TileId> tiles = someTiles(*store, 2);
     failing.failLoads(tiles[1]);
     EXPECT_THROW(source.loadTogether(tiles), CorruptTile);

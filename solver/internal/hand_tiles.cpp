@@ -1,10 +1,10 @@
-#include "solver/internal/tile_source.h"
+#include "solver/internal/hand_tiles.h"
 
 #include <algorithm>
 
 namespace filiform::internal {
 
-TileSource::TileSource(const TileStore& store, TileKind kind, const ResidencyOptions& options)
+HandTiles::HandTiles(const TileStore& store, TileKind kind, const ResidencyOptions& options)
     : store_(store), kind_(kind), budget_bytes_(options.budget_bytes) {
   if (kind == TileKind::resident) {
     residency_ = std::make_unique<Residency>(store, options);
@@ -19,7 +19,7 @@ TileSource::TileSource(const TileStore& store, TileKind kind, const ResidencyOpt
     hold(store.long_tile());
 }
 
-bool TileSource::loadTogether(std::span<const TileId> tiles) {
+bool HandTiles::loadTogether(std::span<const TileId> tiles) {
   switch (kind_) {
     case TileKind::resident:
       if (residency_->loadTogether(tiles)) return true;
@@ -36,32 +36,32 @@ bool TileSource::loadTogether(std::span<const TileId> tiles) {
   return false;
 }
 
-bool TileSource::mayEvict() const {
+bool HandTiles::mayEvict() const {
   return kind_ == TileKind::resident || (kind_ == TileKind::replay && budget_bytes_ != UINT64_MAX);
 }
 
-void TileSource::hide(std::span<const std::uint32_t> tiles) {
+void HandTiles::hide(std::span<const std::uint32_t> tiles) {
   if (!table_) return;
   hidden_.assign(tiles.begin(), tiles.end());
   for (const TileId tile : hidden_)
     if (tile < tiles_.size()) table_->retire(tile);
 }
 
-bool TileSource::hides(TileId tile) const { return std::find(hidden_.begin(), hidden_.end(), tile) != hidden_.end(); }
+bool HandTiles::hides(TileId tile) const { return std::find(hidden_.begin(), hidden_.end(), tile) != hidden_.end(); }
 
-void TileSource::show() {
+void HandTiles::show() {
   for (const TileId tile : hidden_)
     if (tile < tiles_.size() && tiles_[tile]) table_->add(*tiles_[tile]);
   hidden_.clear();
 }
 
-TileSource::Use TileSource::use() const {
+HandTiles::Use HandTiles::use() const {
   if (kind_ != TileKind::resident) return {reads_, 0, peak_bytes_, {}, {}};
   const ResidencyCounters counters = residency_->counters();
   return {counters.reads, counters.evictions, counters.peak_bytes, counters, residency_->failures()};
 }
 
-void TileSource::hold(TileId tile) {
+void HandTiles::hold(TileId tile) {
   if (tiles_[tile]) return;
   tiles_[tile] = store_.load(tile);
   reads_ += kind_ == TileKind::replay;
@@ -71,7 +71,7 @@ void TileSource::hold(TileId tile) {
 }
 
 // Beyond the budget all tiles go that are not wanted now: simple, and rare.
-void TileSource::makeRoom(std::span<const TileId> wanted) {
+void HandTiles::makeRoom(std::span<const TileId> wanted) {
   std::uint64_t more = 0;
   for (const TileId tile : wanted) more += tiles_[tile] ? 0 : store_.entry(tile).decoded_bytes;
   if (bytes_ + more <= budget_bytes_) return;

@@ -21,11 +21,11 @@ namespace filiform::internal {
 
 enum class TileKind : std::uint8_t { resident, held, replay };
 
-class TileSource {
+class HandTiles {
  public:
   // Loads all tiles (held), or the long-segment tile. The store must outlive the source. Throws UsageError for a budget
   // below the floor (resident); CorruptTile and IoError from the store.
-  TileSource(const TileStore& store, TileKind kind, const ResidencyOptions& options);
+  HandTiles(const TileStore& store, TileKind kind, const ResidencyOptions& options);
 
   const TileTable& table() const { return table_ ? *table_ : reader_->tiles(); }
   Residency* residency() { return residency_.get(); }              // nullptr unless resident
