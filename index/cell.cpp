@@ -73,6 +73,19 @@ void Cell::clearSamples() {
   block_starts.clear();
 }
 
+void Cell::discardLarge() {
+  if (std::max({sample_ids.capacity(), positions_um.capacity(), parents.capacity(), links.capacity(),
+                radii_um.capacity(), types.capacity(), block_starts.capacity()}) <= 2 * kSamplesKept)
+    return;
+  sample_ids = {};
+  positions_um = {};
+  parents = {};
+  links = {};
+  radii_um = {};
+  types = {};
+  block_starts = {};
+}
+
 void connect(Cell& cell, std::vector<std::array<std::uint32_t, 2>> edges) {
   const std::size_t n = cell.samples();
   SpanningForest forest = spanningForest(n, edges);

@@ -38,6 +38,10 @@ struct Cell {
 
   std::size_t samples() const { return sample_ids.size(); }
   void clearSamples();  // leaves source, digest and name
+  // Empties all arrays and frees their memory if one has room for more than 2 kSamplesKept samples. Smaller arrays are
+  // left as they are: the next cell uses their memory again.
+  static constexpr std::size_t kSamplesKept = std::size_t{1} << 16;
+  void discardLarge();
   bool isGraph() const { return !links.empty(); }
   // Ranks of segments, those of isolated samples included, lie below this; in a forest, roots leave gaps.
   std::size_t segmentRanks() const { return isGraph() ? links.size() : samples(); }

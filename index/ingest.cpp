@@ -1,6 +1,7 @@
 #include "index/ingest.h"
 
 #include "index/errors.h"
+#include "index/internal/heap.h"
 #include "index/internal/output_file.h"
 #include "index/internal/set_files.h"
 #include "index/internal/tile_entry.h"
@@ -27,7 +28,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kCurrent = "CURRENT";
-constexpr unsigned kMostIngestThreads = 256;  // each takes memory of its own
+constexpr unsigned kMostIngestThreads = 256;
+constexpr std::uint64_t kMemoryOfThread = std::uint64_t{16} << 20;  // stack, buffers, arena and a tile at work
 
 bool isTemporaryName(const std::string& name) { return name.find(".tmp-") != std::string::npos; }
 
@@ -267,7 +269,9 @@ IngestResult ingest(CellStream& stream, const std::string& path, const IngestOpt
   if (options.memory < kMinIngestMemory)
     throw UsageError("ingest needs at least " + std::to_string(kMinIngestMemory >> 20) + " MiB of memory");
   const unsigned wanted = options.threads != 0 ? options.threads : std::max(1u, std::thread::hardware_concurrency());
-  const unsigned threads = std::min(wanted, kMostIngestThreads);
+  const auto threads =
+      static_cast<unsigned>(std::min<std::uint64_t>({wanted, kMostIngestThreads, options.memory / kMemoryOfThread}));
+  internal::unmapLargeBlocksWhenFreed();
 
   Workshop workshop(folder, options.force);
   const Grid grid(options.quantum_exponent);
@@ -282,9 +286,10 @@ IngestResult ingest(CellStream& stream, const std::string& path, const IngestOpt
                          .progress = step});
   tiler.read(stream);
   tiler.cut();
-  TileStack stack(grid, threads, workshop.building(), options.chunk_segments != 0 ? 0 : options.memory / 8);
-  tiler.tiles(stack);
-  std::vector<TileStack::Encoded> tiles = stack.finish();
+  auto stack = std::make_unique<TileStack>(grid, threads, workshop.building(),
+                                           options.chunk_segments != 0 ? 0 : options.memory / 8);
+  tiler.tiles(*stack);
+  std::vector<TileStack::Encoded> tiles = stack->finish();
 
   const auto leaf_count = static_cast<std::uint32_t>(tiler.leaves().size());
   const bool has_long = !tiles.empty() && tiles.back().leaf == leaf_count;
@@ -302,13 +307,15 @@ IngestResult ingest(CellStream& stream, const std::string& path, const IngestOpt
   std::uint64_t written = 0;
   for (const TileId t : TileWriter::packOrder(keys, has_long)) {
     if (written % 256 == 0) step("packing", written, tiles.size());
-    stack.write(t, tiles[t], writer);
+    stack->write(t, tiles[t], writer);
     ++written;
   }
   tiles = {};
   keys = {};
+  stack.reset();
   if (options.levels)
-    writer.writeLevels(threads, [&](std::uint64_t done) { step("levels of detail", done, tile_count); });
+    writer.writeLevels(tiler.memoryForLevels(), threads,
+                       [&](std::uint64_t done) { step("levels of detail", done, tile_count); });
   step("writing cells", 0, 0);
   writer.writeCells(tiler.records(), tiler.digests(), [&](const auto& use) { tiler.details(tile_of, use); });
 

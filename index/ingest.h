@@ -18,7 +18,7 @@ inline constexpr std::uint64_t kMinIngestMemory = std::uint64_t{64} << 20;
 struct IngestOptions {
   std::uint32_t capacity = PartitionOptions{}.capacity;
   int quantum_exponent = Grid::kDefaultExponent;
-  unsigned threads = 0;  // 0: as many as the machine has; 256 at most, and no more than the system grants
+  unsigned threads = 0;  // 0: as many as the machine has; at most 256 and one per 16 MiB of memory
   // Memory of the process but for 32 MiB, at least kMinIngestMemory. What does not fit goes to a file in the set's
   // folder, about 14 bytes a segment and then as much as the set. Each tile takes 512 bytes of it, each cell 512 and
   // its names: where no eighth of it is left to work with, or one tile takes more than there is, ingest refuses.

@@ -23,9 +23,8 @@ namespace fs = std::filesystem;
 
 constexpr std::uint32_t kNoEntry = UINT32_MAX;
 constexpr std::size_t kOpenArchives = 8;
-// While it is read and handed on. A graph's nodes and links take no more than a fixed multiple of the file.
-constexpr std::uint64_t kBytesOfSample = 120, kBytesOfGraphByte = 8;
-constexpr std::uint64_t kBytesOfInput = 1024;  // of a listed file or entry, names beside
+constexpr std::uint64_t kBytesOfGraphByte = 8;  // nodes and links, while the graph is read and handed on
+constexpr std::uint64_t kBytesOfInput = 1024;   // of a listed file or entry, names beside
 
 struct ListedFile {
   std::string path;
@@ -102,7 +101,8 @@ struct Input::State {
   InputReport readEntry(Item& item, Cell& cell);
   Archive& openArchive(std::uint32_t row);
   void advance(std::uint64_t bytes);
-  void refuseBeyondMemory(const Item& item, std::uint64_t cell_bytes, double part_read) const;
+  void refuseLargeCell(const Item& item, double part_read) const;
+  void refuseBeyondMemory(const Item& item, std::uint64_t cell_bytes) const;
   void record(const Item& item, std::uint64_t digest, InputReport report);
   void sumArchives();
 
@@ -198,11 +198,16 @@ void Input::State::advance(std::uint64_t bytes) {
 }
 
 // Throws where the cell, of which `part_read` of the bytes were read, takes more memory than a cell may.
-void Input::State::refuseBeyondMemory(const Item& item, std::uint64_t cell_bytes, double part_read) const {
-  if (cell_bytes <= options.memory / 8 * 5) return;
-  const double whole = static_cast<double>(cell_bytes) / std::clamp(part_read, 1e-6, 1.0);
+void Input::State::refuseLargeCell(const Item& item, double part_read) const {
+  if (static_cast<double>(reader.held_bytes()) <= options.cell_share * static_cast<double>(options.memory)) return;
+  refuseBeyondMemory(item, reader.held_bytes(1 / std::clamp(part_read, 1e-6, 1.0)));
+}
+
+void Input::State::refuseBeyondMemory(const Item& item, std::uint64_t cell_bytes) const {
+  const double wanted = static_cast<double>(cell_bytes) / options.cell_share;
+  if (wanted <= static_cast<double>(options.memory)) return;
   throw InputError(escaped(item.source) + ": one cell of this size takes more memory than is given; use --memory " +
-                   std::to_string(static_cast<std::uint64_t>(whole * 1.6 / (1 << 20)) + 1) + "MiB");
+                   std::to_string((static_cast<std::uint64_t>(wanted) >> 20) + 1) + "MiB");
 }
 
 // Equal sources go by digest, which takes a reading of their own; they are rare.
@@ -249,8 +254,7 @@ InputReport Input::State::readEntry(Item& item, Cell& cell) {
   const std::optional<InputCode> refusal = archive.read(entry, [&](std::string_view bytes) {
     reader.feed(bytes);
     fed += bytes.size();
-    refuseBeyondMemory(item, reader.samples() * kBytesOfSample,
-                       static_cast<double>(fed) / static_cast<double>(entry.bytes));
+    refuseLargeCell(item, static_cast<double>(fed) / static_cast<double>(entry.bytes));
   });
   InputReport report;
   if (refusal) {
@@ -283,15 +287,13 @@ InputReport Input::State::read(Item& item, Cell& cell) {
   const auto progress = [&](std::uint64_t bytes) {
     advance(bytes);
     fed += bytes;
-    if (!file.format)
-      refuseBeyondMemory(item, reader.samples() * kBytesOfSample,
-                         static_cast<double>(fed) / static_cast<double>(rows[item.row].bytes));
+    if (!file.format) refuseLargeCell(item, static_cast<double>(fed) / static_cast<double>(rows[item.row].bytes));
   };
   InputReport report;
   if (item.entry != kNoEntry) {
     report = readEntry(item, cell);
   } else if (file.format) {
-    refuseBeyondMemory(item, rows[item.row].bytes * kBytesOfGraphByte, 1);
+    refuseBeyondMemory(item, rows[item.row].bytes * kBytesOfGraphByte);
     GraphOptions graph{options.swc, {}};
     if (file.skeleton) graph.skeleton = *file.skeleton;
     report = readGraphFile(file.path, *file.format, graph, cell, progress);

@@ -44,7 +44,8 @@ struct SourceReport {
 
 struct InputOptions {
   SwcOptions swc;
-  std::uint64_t memory = UINT64_MAX;  // bytes, of which one cell may take five eighths while it is read
+  std::uint64_t memory = UINT64_MAX;  // bytes
+  double cell_share = 0.625;          // of the memory, what one cell may take while it is read
   // Told after each block how many of the bytes (of files on disk) are done. What it throws ends the run.
   std::function<void(std::uint64_t done, std::uint64_t total)> progress;
 };

@@ -2,17 +2,16 @@
 
 #include "index/errors.h"
 #include "index/internal/level_files.h"
+#include "index/internal/memory_budget.h"
 #include "index/internal/output_file.h"
 #include "index/internal/set_files.h"
+#include "index/internal/workers.h"
 #include "index/tile_codec.h"
 
 #include <algorithm>
 #include <atomic>
 #include <bit>
 #include <cmath>
-#include <exception>
-#include <system_error>
-#include <thread>
 
 namespace filiform {
 namespace {
@@ -23,10 +22,31 @@ constexpr double kMostTolerance = 8;     // times the tolerance
 constexpr std::size_t kUnitLeaves = 64;  // worked on by one thread
 constexpr int kRadiusBits = 4;           // of the mantissa: 3 % off at most
 
+// What a step takes, bytes.
+constexpr std::uint64_t kBytesOfLoaded = 260;                            // a segment of a tile, its graph included
+constexpr std::uint64_t kBytesOfJoinedNode = 270, kBytesOfJoined = 310;  // while graphs are joined and made simpler
+constexpr std::uint64_t kBytesOfMadeNode = 80, kBytesOfMade = 540;       // while a graph is made into a tile
+constexpr std::uint64_t kBytesOfShare = 3 * sizeof(ThreadShare);
+
+using internal::BeyondBudget;
+using internal::MemoryBudget;
+
 struct MadeTile {
   LevelEntry entry;
   std::vector<std::uint8_t> geometry, appearance;
+
+  std::uint64_t bytes() const { return sizeof *this + geometry.capacity() + appearance.capacity(); }
 };
+
+struct HeldGraph {
+  ThreadGraph graph;
+  MemoryBudget::Hold hold;
+};
+
+std::uint64_t bytesOf(const ThreadGraph& graph) {
+  return graph.nodes.capacity() * sizeof(ThreadNode) + graph.segments.capacity() * sizeof(ThreadSegment) +
+         graph.shares.capacity() * sizeof(ThreadShare);
+}
 
 // The least cell of the octree that holds leaves [begin, end), two at least.
 CellKey commonCell(std::span<const CellKey> leaves, std::size_t begin, std::size_t end) {
@@ -77,24 +97,58 @@ MadeTile encode(const ThreadGraph& graph, const CellKey& key, const Grid& grid) 
   return made;
 }
 
-// Walks the octree bottom-up; what it makes comes out in that order.
+// Walks the octree bottom-up; what it makes comes out in that order. Throws BeyondBudget.
 class Maker {
  public:
-  Maker(const LevelInput& input, const LevelOptions& options) : input_(input), options_(options) {}
+  Maker(const LevelInput& input, const LevelOptions& options, MemoryBudget& budget)
+      : input_(input), options_(options), budget_(budget) {}
   virtual ~Maker() = default;
   Maker(const Maker&) = delete;
   Maker& operator=(const Maker&) = delete;
 
-  ThreadGraph make(std::size_t begin, std::size_t end) {
+  HeldGraph make(std::size_t begin, std::size_t end) {
     if (end - begin == 1) return leaf(begin);
     const CellKey cell = commonCell(input_.leaves, begin, end);
-    std::vector<ThreadGraph> parts;
+    std::vector<HeldGraph> parts;
+    std::uint64_t bytes = 0;
     for (std::size_t at = begin; at < end;) {
       const std::size_t next = groupEnd(input_.leaves, at, end, cell.depth);
       parts.push_back(part(at, next));
+      const ThreadGraph& graph = parts.back().graph;
+      bytes += graph.nodes.size() * kBytesOfJoinedNode + graph.segments.size() * kBytesOfJoined +
+               graph.shares.size() * kBytesOfShare;
       at = next;
     }
-    const ThreadGraph all = join(std::move(parts));
+    MemoryBudget::Hold work(budget_, bytes);
+    HeldGraph made{simpler(std::move(parts), cell), {}};
+    made.hold = MemoryBudget::Hold(budget_, bytesOf(made.graph));
+    work.change(made.graph.nodes.size() * kBytesOfMadeNode + made.graph.segments.size() * kBytesOfMade);
+    emit(encode(made.graph, cell, input_.grid));
+    return made;
+  }
+
+ protected:
+  virtual HeldGraph part(std::size_t begin, std::size_t end) { return make(begin, end); }
+  virtual void emit(MadeTile tile) = 0;
+
+  const LevelInput& input_;
+  const LevelOptions& options_;
+  MemoryBudget& budget_;
+
+ private:
+  HeldGraph leaf(std::size_t at) const {
+    const auto tile = static_cast<TileId>(at);
+    MemoryBudget::Hold hold(budget_, input_.stored(tile) * kBytesOfLoaded);
+    ThreadGraph graph = threadsOf(*input_.load(tile), input_.loadAppearance(tile), input_.grid);
+    hold.change(bytesOf(graph));
+    return {std::move(graph), std::move(hold)};
+  }
+
+  ThreadGraph simpler(std::vector<HeldGraph> parts, const CellKey& cell) const {
+    std::vector<ThreadGraph> graphs;
+    for (HeldGraph& held : parts) graphs.push_back(std::move(held.graph));
+    const ThreadGraph all = join(std::move(graphs));
+    parts.clear();
     GridBox box;
     for (const ThreadNode& n : all.nodes) box.extend(n.p);
     const std::uint64_t extent =
@@ -106,56 +160,49 @@ class Maker {
     simplest.tolerance_um = static_cast<double>(std::min(extent, edge)) * input_.grid.quantum_um() / kToleranceParts;
     simplest.most_tolerance_um = kMostTolerance * simplest.tolerance_um;
     simplest.most_segments = options_.most_segments;
-    ThreadGraph graph = simplify(all, input_.grid, simplest);
-    emit(encode(graph, cell, input_.grid));
-    return graph;
+    return simplify(all, input_.grid, simplest);
   }
-
- protected:
-  virtual ThreadGraph part(std::size_t begin, std::size_t end) { return make(begin, end); }
-  virtual void emit(MadeTile tile) = 0;
-  ThreadGraph leaf(std::size_t at) const {
-    const auto tile = static_cast<TileId>(at);
-    return threadsOf(*input_.load(tile), input_.loadAppearance(tile), input_.grid);
-  }
-
-  const LevelInput& input_;
-  const LevelOptions& options_;
 };
 
 class UnitMaker final : public Maker {
  public:
   using Maker::Maker;
   std::vector<MadeTile> tiles;
+  MemoryBudget::Hold tiles_hold{budget_, 0};
 
  private:
-  void emit(MadeTile tile) override { tiles.push_back(std::move(tile)); }
+  void emit(MadeTile tile) override {
+    tiles_hold.change(tiles_hold.bytes() + tile.bytes());
+    tiles.push_back(std::move(tile));
+  }
 };
 
 struct Unit {
   std::size_t begin, end;
-  ThreadGraph graph;
+  HeldGraph graph;
   std::vector<MadeTile> tiles;
+  MemoryBudget::Hold tiles_hold;
+  bool made = false;
 };
 
 // The top of the octree on the calling thread, what lies below in units, some at a time on all threads.
 class TopMaker final : public Maker {
  public:
-  TopMaker(const LevelInput& input, const LevelOptions& options, std::function<void(MadeTile)> write)
-      : Maker(input, options), write_(std::move(write)) {
+  TopMaker(const LevelInput& input, const LevelOptions& options, MemoryBudget& budget,
+           std::function<void(MadeTile)> write)
+      : Maker(input, options, budget), write_(std::move(write)) {
     if (!input.leaves.empty()) listUnits(0, input.leaves.size());
   }
 
   void run() {
-    if (units_.empty()) return;
-    ThreadGraph whole = part(0, input_.leaves.size());
+    if (!units_.empty()) part(0, input_.leaves.size());
   }
 
  private:
   bool isUnit(std::size_t begin, std::size_t end) const { return end - begin <= kUnitLeaves; }
   void listUnits(std::size_t begin, std::size_t end) {
     if (isUnit(begin, end)) {
-      units_.push_back({begin, end, {}, {}});
+      units_.push_back({begin, end, {}, {}, {}});
       return;
     }
     const CellKey cell = commonCell(input_.leaves, begin, end);
@@ -166,51 +213,50 @@ class TopMaker final : public Maker {
     }
   }
 
-  ThreadGraph part(std::size_t begin, std::size_t end) override {
+  HeldGraph part(std::size_t begin, std::size_t end) override {
     if (!isUnit(begin, end)) return make(begin, end);
-    if (taken_ == made_) makeSome();
-    Unit& unit = units_[taken_++];
+    if (taken_ == claimed_) makeSome();
+    Unit unit = std::move(units_[taken_++]);
     for (MadeTile& tile : unit.tiles) write_(std::move(tile));
-    unit.tiles = {};
     if (input_.progress) input_.progress(unit.end);
     return std::move(unit.graph);
   }
   void emit(MadeTile tile) override { write_(std::move(tile)); }
 
+  void makeUnit(Unit& unit) const {
+    UnitMaker maker(input_, options_, budget_);
+    unit.graph = maker.make(unit.begin, unit.end);
+    unit.tiles = std::move(maker.tiles);
+    unit.tiles_hold = std::move(maker.tiles_hold);
+    unit.made = true;
+  }
+
+  // A unit that does not fit beside those of other threads is made when they are done.
   void makeSome() {
-    const std::size_t threads = std::max(1u, options_.threads), first = made_;
+    const std::size_t threads = std::max(1u, options_.threads), first = claimed_;
     const std::size_t last = std::min(units_.size(), first + 4 * threads);
+    const std::uint64_t used_before = budget_.used();
     std::atomic<std::size_t> next{first};
-    const auto work = [&](std::exception_ptr& failure) {
-      try {
-        for (std::size_t i; (i = next.fetch_add(1)) < last;) {
-          UnitMaker maker(input_, options_);
-          units_[i].graph = maker.make(units_[i].begin, units_[i].end);
-          units_[i].tiles = std::move(maker.tiles);
+    internal::runWorkers(std::min(threads, last - first), [&](unsigned, const std::atomic<bool>& failed) {
+      while (!failed) {
+        const std::uint64_t used = budget_.used();
+        if (next > first && used > used_before && used - used_before > budget_.limit() / 2) break;
+        const std::size_t i = next.fetch_add(1);
+        if (i >= last) break;
+        try {
+          makeUnit(units_[i]);
+        } catch (const BeyondBudget&) {
         }
-      } catch (...) {
-        failure = std::current_exception();
       }
-    };
-    const std::size_t helpers = std::min(threads, last - first) - 1;
-    std::vector<std::exception_ptr> failures(helpers + 1);
-    {
-      std::vector<std::jthread> pool;
-      try {
-        for (std::size_t i = 0; i < helpers; ++i) pool.emplace_back(work, std::ref(failures[i]));
-      } catch (const std::system_error&) {
-        // No more threads are to be had: those that there are do the work.
-      }
-      work(failures[helpers]);
-    }
-    for (const std::exception_ptr& failure : failures)
-      if (failure) std::rethrow_exception(failure);
-    made_ = last;
+    });
+    claimed_ = std::min<std::size_t>(next, last);
+    for (std::size_t i = first; i < claimed_; ++i)
+      if (!units_[i].made) makeUnit(units_[i]);
   }
 
   std::function<void(MadeTile)> write_;
   std::vector<Unit> units_;
-  std::size_t taken_ = 0, made_ = 0;
+  std::size_t taken_ = 0, claimed_ = 0;
 };
 
 }  // namespace
@@ -227,7 +273,8 @@ std::vector<SetFile> writeLevels(const LevelInput& input, const LevelOptions& op
     files.push_back({name, file.bytes(), file.digest()});
   };
 
-  TopMaker maker(input, options, [&](MadeTile made) {
+  internal::MemoryBudget budget(options.memory);
+  TopMaker maker(input, options, budget, [&](MadeTile made) {
     const std::uint64_t bytes = made.geometry.size() + made.appearance.size();
     if (pack != nullptr && pack->bytes() + bytes > options.pack_bytes) {
       close(internal::levelPackFile(packs - 1), *pack);
@@ -251,7 +298,13 @@ std::vector<SetFile> writeLevels(const LevelInput& input, const LevelOptions& op
     table.entries.push_back(made.entry);
     table.locations.push_back(at);
   });
-  maker.run();
+  try {
+    maker.run();
+  } catch (const BeyondBudget& beyond) {
+    const std::uint64_t memory = options.memoryFor ? options.memoryFor(beyond.bytes) : beyond.bytes;
+    throw InputError("the levels of detail take more memory than is given; ingest without --levels, or with --memory " +
+                     std::to_string((memory >> 20) + 1) + "MiB or more");
+  }
   if (pack != nullptr) close(internal::levelPackFile(packs - 1), *pack);
 
   std::vector<std::uint32_t> order(table.entries.size());
@@ -263,10 +316,14 @@ std::vector<SetFile> writeLevels(const LevelInput& input, const LevelOptions& op
   internal::LevelTable sorted;
   sorted.grid = table.grid;
   sorted.most_segments = table.most_segments;
+  sorted.entries.reserve(order.size());
+  sorted.locations.reserve(order.size());
   for (const std::uint32_t i : order) {
     sorted.entries.push_back(table.entries[i]);
     sorted.locations.push_back(table.locations[i]);
   }
+  table.entries = {};
+  table.locations = {};
   internal::OutputFile file(folder + "/" + internal::kLevelsFile);
   file.write(internal::encodeLevels(sorted));
   close(internal::kLevelsFile, file);

@@ -229,6 +229,7 @@ bool PlacedCells::next(Cell& cell) {
     }
     turns_.clear();
     next_turn_ = 0;
+    morphology_.discardLarge();
     if (!library_.next(morphology_)) {
       for (std::uint32_t s = 0; s < met_.size(); ++s) {
         if (!met_[s]) skipRows(s);

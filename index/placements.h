@@ -73,6 +73,9 @@ struct PlacementReport {
   InputRecords records;  // equal lines by code, then token
 };
 
+// For InputOptions::cell_share of the library: a cell is there twice while it is placed.
+inline constexpr double kPlacedCellShare = 0.4;
+
 // One morphology and one placed cell are in memory at a time. Thread-compatible.
 class PlacedCells : public CellStream {
  public:

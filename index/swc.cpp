@@ -409,6 +409,7 @@ SwcReader& SwcReader::operator=(SwcReader&&) noexcept = default;
 void SwcReader::feed(std::string_view bytes) { state_->feed(bytes); }
 InputReport SwcReader::finish(std::string_view file, Cell& cell) { return state_->finish(file, cell); }
 std::uint64_t SwcReader::samples() const { return state_->graph.samples(); }
+std::uint64_t SwcReader::held_bytes(double times) const { return state_->graph.bytes(times); }
 void SwcReader::discard() { state_->reset(); }
 
 InputReport readSwc(std::string_view text, std::string_view file, const SwcOptions& options, Cell& cell) {

@@ -59,6 +59,8 @@ class SwcReader {
 
   // Kept so far of what was fed since the last finish().
   std::uint64_t samples() const;
+  // Memory that the reader takes for these until finish() is over; `times`: with that many times as many samples.
+  std::uint64_t held_bytes(double times = 1) const;
   // Forgets what was fed since the last finish().
   void discard();
 

@@ -137,7 +137,8 @@ void TileWriter::writeSamples(const SamplePoints& samples) {
   impl_->writeFile(internal::kSamplesFile, internal::encodeSamples(samples));
 }
 
-void TileWriter::writeLevels(unsigned threads, const std::function<void(std::uint64_t)>& progress) {
+void TileWriter::writeLevels(const LevelMemory& memory, unsigned threads,
+                             const std::function<void(std::uint64_t)>& progress) {
   impl_->closePack();
   const internal::DirectoryContents& directory = impl_->directory;
   std::vector<CellKey> leaves;
@@ -153,7 +154,8 @@ void TileWriter::writeLevels(unsigned threads, const std::function<void(std::uin
   const auto place = [&](TileId tile) {
     return TilePlace{tile, directory.entries[tile].key, tile == directory.long_tile, "tiles", 0};
   };
-  LevelInput input{directory.grid, leaves, {}, {}, progress};
+  LevelInput input{directory.grid, leaves, {}, {}, {}, progress};
+  input.stored = [&](TileId tile) { return directory.entries[tile].stored; };
   input.load = [&](TileId tile) {
     return std::make_shared<const Tile>(decodeTile(read(tile, false), place(tile), directory.grid));
   };
@@ -164,6 +166,8 @@ void TileWriter::writeLevels(unsigned threads, const std::function<void(std::uin
   options.most_segments = directory.capacity;
   options.threads = threads;
   options.pack_bytes = impl_->pack_bytes;
+  options.memory = memory.bytes;
+  options.memoryFor = memory.ofProcess;
   for (const SetFile& file : filiform::writeLevels(input, options, impl_->folder)) {
     impl_->manifest.files.push_back(file);
     impl_->bytes += file.bytes;

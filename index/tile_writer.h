@@ -40,9 +40,15 @@ class TileWriter {
   void writeCells(const std::vector<CellRecord>& records, const std::vector<std::uint64_t>& digests,
                   const std::function<void(const UseDetail& use)>& details);
   void writeSamples(const SamplePoints& samples);
-  // The levels of detail, from the tiles that were added: all of them. Reads them back. Throws CorruptTile too, and
-  // what `progress` throws (it is told the tiles done). O(segments).
-  void writeLevels(unsigned threads, const std::function<void(std::uint64_t done)>& progress);
+  struct LevelMemory {
+    std::uint64_t bytes = UINT64_MAX;
+    // For a message: the memory of the process that leaves so many bytes to the levels.
+    std::function<std::uint64_t(std::uint64_t bytes)> ofProcess = {};
+  };
+  // The levels of detail, from the tiles that were added: all of them. Reads them back. Throws CorruptTile too,
+  // InputError when they take more memory, and what `progress` throws (it is told the tiles done). O(segments).
+  void writeLevels(const LevelMemory& memory, unsigned threads,
+                   const std::function<void(std::uint64_t done)>& progress);
 
   // Writes directory and manifest, flushes the folder, and returns the revision's name.
   std::string finish(const Provenance& provenance);

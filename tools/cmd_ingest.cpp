@@ -144,6 +144,7 @@ int runIngest(const IngestArguments& a) {
   if (!a.report.empty()) report.emplace(a.report, OutputOptions{.cancel = &interruptFlag()});
   std::ostream& people = report && report->isStandardOutput() ? std::cerr : std::cout;
   reading.memory = options.memory;
+  if (!a.placements.empty()) reading.cell_share = kPlacedCellShare;
   Input input(a.inputs, reading);
   options.stream_bytes = input.held_bytes();
   std::optional<PlacedCells> placed;
@@ -226,8 +227,8 @@ void addIngest(CLI::App& app, Chosen& chosen) {
   command->add_flag("--apply-offset", a->apply_offset, "add the '# OFFSET' of each header to its positions");
   command
       ->add_option("--memory", a->memory,
-                   "working memory, at least 64MiB (K, M, G: KiB, MiB, GiB); more input than that goes through a file "
-                   "beside the set")
+                   "memory of the process but for 32MiB, at least 64MiB (K, M, G: KiB, MiB, GiB); more input than that "
+                   "goes through a file beside the set")
       ->capture_default_str()
       ->type_name("BYTES");
   command->add_option("--threads", a->threads, "0: as many as there are cores")->capture_default_str();

@@ -12,10 +12,19 @@ class IdTable {
  public:
   static constexpr std::uint32_t kNone = UINT32_MAX;
 
-  // Starts an empty block. Keeps its memory.
+  // Starts an empty block. Keeps its memory unless it is large.
   void clear() {
     size_ = 0;
     hashed_ = false;
+    if (slots_.size() > kSlotsKept) slots_ = {};
+  }
+  // Bytes with `times` as many ids; twice as many more where the table is about to grow.
+  std::uint64_t bytes(double times = 1) const {
+    if (!hashed_) return slots_.capacity() * sizeof(Slot);
+    const auto ids = static_cast<std::uint64_t>(size_ * times);
+    std::size_t slots = slots_.size();
+    while (ids > most(slots)) slots *= 2;
+    return slots * sizeof(Slot) * (ids + ids / 32 > most(slots) ? 3 : 1);
   }
 
   std::uint32_t size() const { return size_; }
@@ -44,7 +53,7 @@ class IdTable {
     }
     ++size_;
     if (!hashed_) return;
-    if (std::size_t{2} * size_ > slots_.size()) {
+    if (size_ > most(slots_.size())) {
       std::vector<Slot> old(slots_.size() * 2);
       old.swap(slots_);
       for (const Slot& slot : old) {
@@ -59,6 +68,10 @@ class IdTable {
     std::int64_t id = 0;
     std::uint32_t rank = kNone;
   };
+
+  static constexpr std::size_t kSlotsKept = std::size_t{1} << 18;
+  // Half of the slots, three quarters where the table is large.
+  static std::size_t most(std::size_t slots) { return slots > kSlotsKept ? slots / 4 * 3 : slots / 2; }
 
   std::size_t slotOf(std::int64_t id) const {
     std::uint64_t h = static_cast<std::uint64_t>(id);

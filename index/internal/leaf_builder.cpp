@@ -119,13 +119,15 @@ bool LeafBuilder::forEachLeaf(const SegmentRecord& r, const Use& use) {
   return owner != kNoLeaf;
 }
 
-std::vector<std::uint32_t> LeafBuilder::count(std::span<SegmentChain* const> chains, const Range& range) {
+LeafBuilder::Counts LeafBuilder::count(std::span<SegmentChain* const> chains, const Range& range) {
   enter(range);
-  std::vector<std::uint32_t> counts(range.end - range.first, 0);
+  const std::size_t leaves = range.end - range.first;
+  Counts counts{std::vector<std::uint32_t>(leaves, 0), std::vector<std::uint32_t>(leaves, 0)};
   for (SegmentChain* chain : chains) {
     SegmentChain::Reader reader(*chain, false);
     for (SegmentRecord record = SegmentChain::first(); reader.next(record);)
-      forEachLeaf(record, [&](std::uint32_t leaf, bool) { ++counts[leaf - first_]; });
+      if (forEachLeaf(record, [&](std::uint32_t leaf, bool) { ++counts.stored[leaf - first_]; }))
+        ++counts.too_long[owner_ - first_];
   }
   return counts;
 }
@@ -193,58 +195,55 @@ bool LeafBuilder::buildTogether(std::span<SegmentChain* const> chains, std::uint
     appearance_.radii_um.clear();
     appearance_.types.clear();
     for (const std::uint64_t at : entries) {
-      const SegmentRecord& r = record_of(at);
-      segments_.push_back({r.id, r.child_sample, r.parent_sample, r.child, r.parent, (at & kOwned) != 0});
-      appearance_.radii_um.push_back(r.radius_um);
-      appearance_.types.push_back(r.type);
+      segments_.push_back(storedSegment(record_of(at), (at & kOwned) != 0, appearance_));
     }
     hand_over_(leaf, segments_, appearance_);
   }
   return true;
 }
 
-// Into parts that are known to take no more than the share, or, where there would be too many, into larger ones that
-// are divided in their turn.
+// Neighbouring leaves together as long as they fit `share`. Where there would be too many parts, several become one
+// that does not fit.
+std::vector<LeafBuilder::Part> LeafBuilder::partsOf(std::span<SegmentChain* const> chains, const Range& range,
+                                                    std::uint64_t share) {
+  std::vector<Part> parts;
+  const Counts counts = count(chains, range);
+  for (std::uint32_t leaf = range.first; leaf < range.end; ++leaf) {
+    const std::uint32_t n = counts.stored[leaf - range.first], too_long = counts.too_long[leaf - range.first];
+    Part alone{leaf, leaf + 1, n, too_long, n, true};
+    alone.fits = alone.bytes() <= share;
+    if (!parts.empty() && parts.back().fits) {
+      Part together = parts.back();
+      together.end = leaf + 1;
+      together.stored += n;
+      together.too_long += too_long;
+      together.largest = std::max(together.largest, alone.largest);
+      if (together.bytes() <= share) {
+        parts.back() = together;
+        continue;
+      }
+    }
+    parts.push_back(alone);
+  }
+  const std::size_t most_parts = std::max<std::size_t>(2, share / 4 / spool_.block_bytes());
+  if (parts.size() <= most_parts) return parts;
+  const std::size_t together = (parts.size() + most_parts - 1) / most_parts;
+  std::vector<Part> joined;
+  for (std::size_t i = 0; i < parts.size(); i += together) {
+    const std::size_t last = std::min(i + together, parts.size()) - 1;
+    joined.push_back(parts[i]);
+    if (i == last) continue;
+    joined.back().end = parts[last].end;
+    joined.back().fits = false;
+  }
+  return joined;
+}
+
 void LeafBuilder::divide(std::span<SegmentChain* const> chains, const Range& range, MemoryGate& gate,
                          MemoryGate::Pass& pass) {
   release();
   if (!pass.fits(0)) pass.change(0);
-  struct Part {
-    std::uint32_t first, end;
-    std::uint64_t stored, largest;
-    bool fits;
-  };
-  std::vector<Part> parts;
-  {
-    const std::vector<std::uint32_t> counts = count(chains, range);
-    const auto bytes = [](std::uint64_t stored, std::uint64_t largest) {
-      return stored * (kBytesOfRecord + kBytesOfPlace) + tileCost(largest);
-    };
-    for (std::uint32_t leaf = range.first; leaf < range.end; ++leaf) {
-      const std::uint64_t n = counts[leaf - range.first];
-      const bool fits = !parts.empty() && parts.back().fits &&
-                        bytes(parts.back().stored + n, std::max(parts.back().largest, n)) <= gate.share();
-      if (!fits) {
-        parts.push_back({leaf, leaf + 1, n, n, bytes(n, n) <= gate.share()});
-        continue;
-      }
-      Part& part = parts.back();
-      part.end = leaf + 1;
-      part.stored += n;
-      part.largest = std::max(part.largest, n);
-    }
-  }
-  const std::size_t most_parts = std::max<std::size_t>(2, gate.share() / 4 / spool_.block_bytes());
-  if (parts.size() > most_parts) {
-    const std::size_t together = (parts.size() + most_parts - 1) / most_parts;
-    std::vector<Part> joined;
-    for (std::size_t i = 0; i < parts.size(); i += together) {
-      const std::size_t last = std::min(i + together, parts.size()) - 1;
-      joined.push_back({parts[i].first, parts[last].end, 0, 0, i == last && parts[i].fits});
-    }
-    parts = std::move(joined);
-  }
-
+  const std::vector<Part> parts = partsOf(chains, range, gate.share());
   std::vector<SegmentChain> pieces;
   pieces.reserve(parts.size());
   for (std::size_t i = 0; i < parts.size(); ++i) pieces.emplace_back(spool_);
@@ -282,25 +281,30 @@ void LeafBuilder::divide(std::span<SegmentChain* const> chains, const Range& ran
     } else if (part.end - part.first > 1) {
       divide({&piece, 1}, part, gate, pass);
     } else {
-      buildAlone(*piece, part, gate, pass);
+      buildAlone(*piece, parts[i], part, gate, pass);
     }
   }
 }
 
 // A single leaf: beside its tile there is no room for its segments.
-void LeafBuilder::buildAlone(SegmentChain& chain, const Range& range, MemoryGate& gate, MemoryGate::Pass& pass) {
-  const std::uint64_t bytes = tileCost(chain.count());
-  if (bytes > gate.limit()) refuse(chain.count(), memoryFor(bytes));
+void LeafBuilder::buildAlone(SegmentChain& chain, const Part& part, const Range& range, MemoryGate& gate,
+                             MemoryGate::Pass& pass) {
+  const std::uint64_t bytes = tileCost(part.stored);
+  if (bytes > gate.limit()) refuse(part.stored, memoryFor(bytes));
   if (!pass.fits(bytes)) {
     release();
     pass.change(bytes);
   }
   enter(range);
-  records_.resize(chain.count());
-  std::size_t at_record = 0;
+  records_.clear();
+  records_.reserve(part.stored);
   {
     SegmentChain::Reader reader(chain, true);
-    for (SegmentRecord record = SegmentChain::first(); reader.next(record);) records_[at_record++] = record;
+    for (SegmentRecord record = SegmentChain::first(); reader.next(record);) {
+      bool is_stored = part.too_long == 0;
+      if (!is_stored && forEachLeaf(record, [&](std::uint32_t, bool) { is_stored = true; })) long_segments_.add(record);
+      if (is_stored) records_.push_back(record);
+    }
   }
   chain.clear();
   sortRuns(records_, runs_, [](const SegmentRecord& a, const SegmentRecord& b) { return a.id.key() < b.id.key(); });
@@ -308,13 +312,10 @@ void LeafBuilder::buildAlone(SegmentChain& chain, const Range& range, MemoryGate
   segments_.reserve(records_.size());
   appearance_.radii_um.clear();
   appearance_.types.clear();
+  appearance_.radii_um.reserve(records_.size());
+  appearance_.types.reserve(records_.size());
   for (const SegmentRecord& r : records_) {
-    const bool is_long = forEachLeaf(r, [&](std::uint32_t, bool owned) {
-      segments_.push_back({r.id, r.child_sample, r.parent_sample, r.child, r.parent, owned});
-      appearance_.radii_um.push_back(r.radius_um);
-      appearance_.types.push_back(r.type);
-    });
-    if (is_long) long_segments_.add(r);
+    forEachLeaf(r, [&](std::uint32_t, bool owned) { segments_.push_back(storedSegment(r, owned, appearance_)); });
   }
   records_ = {};
   if (!segments_.empty()) hand_over_(range.first, segments_, appearance_);

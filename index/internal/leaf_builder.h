@@ -39,8 +39,13 @@ class LeafBuilder {
   // Bytes that it takes to build one leaf that stores so many.
   static std::uint64_t tileCost(std::uint64_t stored) { return stored * kBytesInTile; }
 
-  // What each leaf would store. O(segments), with 52 bytes a leaf in memory.
-  std::vector<std::uint32_t> count(std::span<SegmentChain* const> chains, const Range& range);
+  // For each leaf of the range: the segments that its tile stores, and those of its own that go to the long-segment
+  // tile.
+  struct Counts {
+    std::vector<std::uint32_t> stored, too_long;
+  };
+  // O(segments), with 56 bytes a leaf in memory.
+  Counts count(std::span<SegmentChain* const> chains, const Range& range);
   // Hands over each leaf that stores anything, and empties the chains. Takes what memory `pass` allows; gives it back
   // while it waits for more. Throws InputError when one leaf takes more than pass's gate has at all.
   void build(std::span<SegmentChain* const> chains, const Range& range, MemoryGate& gate, MemoryGate::Pass& pass);
@@ -56,7 +61,8 @@ class LeafBuilder {
 
  private:
   // Of a tile with all that is needed to make it, and of a segment beside it.
-  static constexpr std::uint64_t kBytesInTile = 420, kBytesOfRecord = sizeof(SegmentRecord), kBytesOfPlace = 16;
+  static constexpr std::uint64_t kBytesInTile = 420, kBytesOfRecord = sizeof(SegmentRecord);
+  static constexpr std::uint64_t kBytesOfPlace = 24;  // 8, three times while a vector grows
   static constexpr std::uint64_t kBytesTogether = 160;
   static constexpr std::uint32_t kOwned = std::uint32_t{1} << 31;
 
@@ -65,7 +71,15 @@ class LeafBuilder {
   bool forEachLeaf(const SegmentRecord& record, const Use& use);
   bool buildTogether(std::span<SegmentChain* const> chains, std::uint64_t most_bytes);
   void divide(std::span<SegmentChain* const> chains, const Range& range, MemoryGate& gate, MemoryGate::Pass& pass);
-  void buildAlone(SegmentChain& chain, const Range& range, MemoryGate& gate, MemoryGate::Pass& pass);
+  struct Part {
+    std::uint32_t first, end;        // leaves
+    std::uint64_t stored, too_long;  // of all of them
+    std::uint64_t largest;           // stored by one leaf
+    bool fits;                       // a thread's share
+    std::uint64_t bytes() const { return (stored + too_long) * (kBytesOfRecord + kBytesOfPlace) + tileCost(largest); }
+  };
+  std::vector<Part> partsOf(std::span<SegmentChain* const> chains, const Range& range, std::uint64_t share);
+  void buildAlone(SegmentChain& chain, const Part& part, const Range& range, MemoryGate& gate, MemoryGate::Pass& pass);
 
   const Partition& partition_;
   Spool& spool_;

@@ -2,6 +2,8 @@
 // Thread rule: internally synchronised; a Pass belongs to one thread.
 #pragma once
 
+#include "index/internal/heap.h"
+
 #include <algorithm>
 #include <condition_variable>
 #include <cstdint>
@@ -40,6 +42,7 @@ class MemoryGate {
       const std::uint64_t wanted = std::max(bytes, gate_->share_);
       gate_->enter(wanted);
       held_ = wanted;
+      if (wanted > gate_->share_) returnFreedMemory();  // what other threads have freed
     }
 
    private:

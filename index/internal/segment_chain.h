@@ -18,6 +18,13 @@ struct SegmentRecord {
   std::uint16_t type;
 };
 
+// What a tile stores of a segment; the attributes go to the end of `look`.
+inline StoredSegment storedSegment(const SegmentRecord& r, bool owned, TileAppearance& look) {
+  look.radii_um.push_back(r.radius_um);
+  look.types.push_back(r.type);
+  return {r.id, r.child_sample, r.parent_sample, r.child, r.parent, owned};
+}
+
 // Written to its end, then read as often as wanted. Thread-compatible.
 //
 // A record follows from the one before it: a byte of flags, a byte with the widths of two steps (4 bits each, bytes a

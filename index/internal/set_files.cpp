@@ -285,24 +285,23 @@ Bytes encodeDetail(const CellDetail& detail) {
   out.varint(detail.tiles.size());
   std::uint32_t tile = 0;
   for (TileId t : detail.tiles) out.varint(t - tile), tile = t;
-  std::vector<std::pair<std::size_t, std::size_t>> runs;  // begin, count: ids that rise by one
-  for (std::size_t i = 0; i < detail.sample_ids.size(); ++i) {
-    const bool follows =
-        i > 0 && detail.sample_ids[i - 1] != INT64_MAX && detail.sample_ids[i] == detail.sample_ids[i - 1] + 1;
-    if (follows) {
-      ++runs.back().second;
-    } else {
-      runs.emplace_back(i, 1);
-    }
-  }
-  out.varint(runs.size());
+  const std::vector<std::int64_t>& ids = detail.sample_ids;
+  const auto runEnd = [&ids](std::size_t begin) {  // ids that rise by one
+    std::size_t end = begin + 1;
+    while (end < ids.size() && ids[end - 1] != INT64_MAX && ids[end] == ids[end - 1] + 1) ++end;
+    return end;
+  };
+  std::size_t runs = 0;
+  for (std::size_t i = 0; i < ids.size(); i = runEnd(i)) ++runs;
+  out.varint(runs);
   std::uint64_t id = 0;
-  for (const auto& [begin, count] : runs) {
+  for (std::size_t begin = 0, end = 0; begin < ids.size(); begin = end) {
+    end = runEnd(begin);
     // Modulo 2^64, so that any two ids have a difference.
-    const auto first = static_cast<std::uint64_t>(detail.sample_ids[begin]);
+    const auto first = static_cast<std::uint64_t>(ids[begin]);
     out.varint(zigzag(static_cast<std::int64_t>(first - id)));
-    out.varint(count - 1);
-    id = first + count;
+    out.varint(end - begin - 1);
+    id = first + (end - begin);
   }
   out.varint(detail.roots.size());
   std::uint32_t rank = 0;

@@ -3,8 +3,8 @@
 // beyond what they are given.
 #pragma once
 
-#include "index/provenance.h"
 #include "index/internal/bytes.h"
+#include "index/provenance.h"
 #include "index/tile_set.h"
 
 #include <algorithm>

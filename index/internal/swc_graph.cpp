@@ -76,6 +76,7 @@ bool SwcGraph::add(const SwcSample& sample, std::uint64_t line) {
     block_has_first_id_ = true;
     block_first_id_ = sample.id;
   }
+  if (size == room_) growBeyondKept();
   ids_.insert(sample.id, rank);
   cell_.sample_ids.push_back(sample.id);
   cell_.positions_um.push_back(sample.position_um);
@@ -86,6 +87,26 @@ bool SwcGraph::add(const SwcSample& sample, std::uint64_t line) {
     line_runs_.push_back({rank, line});
   link(sample, rank, line);
   return true;
+}
+
+void SwcGraph::growBeyondKept() {
+  room_ += room_ / 4;
+  cell_.sample_ids.reserve(room_);
+  cell_.positions_um.reserve(room_);
+  cell_.radii_um.reserve(room_);
+  cell_.types.reserve(room_);
+  cell_.parents.reserve(room_);
+}
+
+std::uint64_t SwcGraph::bytes(double times) const {
+  constexpr std::uint64_t kOfSample =
+      sizeof(std::int64_t) + sizeof(Vector3d) + sizeof(float) + sizeof(std::uint16_t) + sizeof(std::uint32_t);
+  // Arrays have room for a quarter more, and the largest is there twice while it grows.
+  const auto per = [times](std::size_t n, std::size_t bytes) {
+    return static_cast<std::uint64_t>(static_cast<double>(n * bytes) * times);
+  };
+  return per(samples(), kOfSample / 4 * 5 + sizeof(Vector3d)) + ids_.bytes(times) +
+         per(open_.size(), sizeof(OpenLink) * 9 / 4) + per(line_runs_.size(), sizeof(LineRun) * 3);
 }
 
 void SwcGraph::link(const SwcSample& sample, std::uint32_t rank, std::uint64_t line) {
@@ -103,6 +124,7 @@ void SwcGraph::link(const SwcSample& sample, std::uint32_t rank, std::uint64_t l
   } else if (const std::uint32_t parent = ids_.find(sample.parent); parent != IdTable::kNone) {
     cell_.parents[rank] = parent;
   } else {
+    if (open_.size() == open_.capacity() && open_.size() >= kKept) open_.reserve(open_.size() / 4 * 5);
     open_.push_back({rank, sample.parent});
   }
 }
@@ -129,6 +151,7 @@ void SwcGraph::closeBlock() {
                    std::to_string(open.parent));
   }
   open_.clear();
+  if (open_.capacity() > kKept) open_ = {};
 }
 
 std::uint64_t SwcGraph::lineOf(std::uint32_t rank) const {
@@ -182,6 +205,7 @@ void SwcGraph::count(InputReport& report) {
 
 void SwcGraph::finish(Cell& cell, InputReport& report) {
   closeBlock();
+  startBlock();
   if (later_parents_) cutCycles();
   count(report);
   cell.sample_ids.swap(cell_.sample_ids);
@@ -194,15 +218,14 @@ void SwcGraph::finish(Cell& cell, InputReport& report) {
 }
 
 void SwcGraph::clear() {
-  cell_.sample_ids.clear();
-  cell_.positions_um.clear();
-  cell_.parents.clear();
-  cell_.radii_um.clear();
-  cell_.types.clear();
-  cell_.block_starts.clear();
+  cell_.clearSamples();
+  cell_.discardLarge();
+  room_ = kKept;
   startBlock();
   open_.clear();
+  if (open_.capacity() > kKept) open_ = {};
   line_runs_.clear();
+  if (line_runs_.capacity() > kKept) line_runs_ = {};
   links_given_ = links_cut_ = 0;
   later_parents_ = false;
 }

@@ -78,8 +78,12 @@ class SwcGraph {
   void clear();
 
   std::uint64_t samples() const { return cell_.sample_ids.size(); }
+  // Memory that reading takes with `times` as many samples as now, growth and finish() included.
+  std::uint64_t bytes(double times = 1) const;
 
  private:
+  // Arrays with more room than that are freed after the cell, and grow by quarters.
+  static constexpr std::size_t kKept = Cell::kSamplesKept;
   struct OpenLink {
     std::uint32_t child;
     std::int64_t parent;
@@ -89,6 +93,7 @@ class SwcGraph {
     std::uint64_t line;
   };
 
+  void growBeyondKept();
   bool startsBlock(const SwcSample& sample) const;
   void startBlock();
   void closeBlock();
@@ -99,7 +104,8 @@ class SwcGraph {
 
   RecordBook* book_;
   Cell cell_;
-  IdTable ids_;  // of the present block
+  std::size_t room_ = kKept;  // samples
+  IdTable ids_;               // of the present block
   bool block_has_first_id_ = false;
   std::int64_t block_first_id_ = 0;
   bool block_dropped_zero_ = false;

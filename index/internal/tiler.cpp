@@ -1,18 +1,19 @@
 #include "index/internal/tiler.h"
 
 #include "index/errors.h"
+#include "index/internal/chunks.h"
+#include "index/internal/crowded_leaves.h"
 #include "index/internal/key_sort.h"
 #include "index/internal/leaf_builder.h"
 #include "index/internal/memory_gate.h"
 #include "index/internal/set_files.h"
+#include "index/internal/survey_runs.h"
+#include "index/internal/workers.h"
 
 #include <algorithm>
 #include <cassert>
-#include <exception>
 #include <mutex>
 #include <numeric>
-#include <system_error>
-#include <thread>
 
 namespace filiform::internal {
 namespace {
@@ -22,7 +23,6 @@ constexpr std::uint64_t kSmallMemory = std::uint64_t{512} << 20;
 constexpr std::uint64_t kMostMemory = std::uint64_t{1} << 56;  // so that sums of shares do not overflow
 constexpr std::uint64_t kPairsPerGroup = std::uint64_t{1} << 22;
 constexpr std::size_t kPairBlock = std::size_t{4} << 10;
-constexpr std::size_t kMostSamplesKept = std::size_t{1} << 16;  // of a cell, in arrays that the next one uses again
 
 // What takes memory in proportion to its number, bytes. Measured with margins: vectors grow by halves.
 constexpr std::uint64_t kBytesOfChunk = 640, kBytesOfBlock = 56;
@@ -31,54 +31,16 @@ constexpr std::uint64_t kBytesOfLeaf = 512;        // while tiles are made
 constexpr std::uint64_t kBytesOfPackedLeaf = 900;  // while they are packed
 constexpr std::uint64_t kBytesOfCut = 40;          // of a segment whose chunk is cut into leaves
 constexpr std::uint64_t kBytesOfSegment = 160;     // of a segment whose chunk is made into tiles, as a rule
+constexpr std::uint64_t kBytesOfSamplePoint = 160;
 
 std::uint64_t heapBytes(const std::string& text) { return text.size() < 16 ? 0 : text.size() + 32; }
-
-bool contains(const GridBox& box, const GridPoint& p) {
-  return (p.array() >= box.lo.array()).all() && (p.array() <= box.hi.array()).all();
-}
-
-// Does the segment meet no closed cell but this one's?
-bool strictlyInside(const GridBox& closed, const GridPoint& a, const GridPoint& b) {
-  return (a.array() > closed.lo.array()).all() && (a.array() < closed.hi.array()).all() &&
-         (b.array() > closed.lo.array()).all() && (b.array() < closed.hi.array()).all();
-}
 
 }  // namespace
 
 struct Tiler::Impl {
   explicit Impl(TilerOptions given);
+  static std::uint64_t mostInChunk(const TilerOptions& options);
 
-  // A cell that segments are spooled to by their midpoints.
-  struct Chunk {
-    CellKey key;
-    GridBox box;   // grid points of the cell
-    GridBox seen;  // of the midpoints
-    SegmentChain own, ghosts;
-    std::uint32_t parent;  // in splits
-    int side;
-    std::uint32_t first_leaf = 0, end_leaf = 0;
-
-    // The smallest cell that holds its midpoints: the chunk's may be far larger.
-    CellKey core() const {
-      CellKey cell = key;
-      if (seen.empty()) return cell;
-      const MortonKey low = mortonKey(seen.lo), high = mortonKey(seen.hi);  // keys rise with each coordinate
-      while (cell.depth < kMortonBits && cell.half(0).contains(low) == cell.half(0).contains(high))
-        cell = cell.half(cell.half(0).contains(low) ? 0 : 1);
-      return cell;
-    }
-  };
-  struct Split {
-    std::int64_t plane;
-    int axis;
-    std::uint32_t child[2];  // in splits, or kChunkBit | in chunks
-  };
-  struct Remnant {  // what a chunk held when it was split
-    SegmentChain chain;
-    std::uint32_t split;
-  };
-  static constexpr std::uint32_t kChunkBit = std::uint32_t{1} << 31;
   static constexpr std::uint32_t kNone = UINT32_MAX;
 
   struct Pair {
@@ -94,18 +56,17 @@ struct Tiler::Impl {
   }
 
   void take(Cell& cell);
-  std::uint32_t addChunk(const CellKey& key, std::uint32_t parent, int side);
-  std::uint32_t chunkOf(std::uint32_t split, const GridPoint& middle) const;
-  void put(std::uint32_t chunk, const SegmentRecord& record, const GridPoint& middle);
-  void split(std::uint32_t chunk);
-  void settle();
-  void closeOpen();
-  void settleRemnants(std::size_t from);
+  void nameCells();
   void cutChunk(Chunk& chunk, SampleSurvey& survey, SegmentChain& crossing, std::vector<CellKey>& found) const;
+  std::vector<CellKey> findLeaves(std::vector<SegmentChain>& crossing);
+  std::size_t chunkOf(std::uint32_t leaf) const;  // in `order`
   void deliver(SegmentChain& crossing, std::size_t begin, std::size_t end);
   LeafBuilder builder(unsigned worker, TileSink& sink);
   static LeafBuilder::Range rangeOf(const Chunk& chunk) { return {chunk.first_leaf, chunk.end_leaf, chunk.core()}; }
+  void refuseCrowdedLeaves(std::span<SegmentChain> crossing);
   void refuseWhatCannotBeBuilt();
+  void refuseLongSegments(std::uint64_t count) const;
+  void writeLongTile(TileSink& sink);
   void handOver(std::uint32_t leaf, const CellKey& key, bool is_long, std::vector<StoredSegment>& stored,
                 TileAppearance& appearance, unsigned worker, TileSink& sink);
   template <typename Work>  // work(chunk, worker, gate, pass); free(worker): gives up the memory of a worker
@@ -120,23 +81,23 @@ struct Tiler::Impl {
   // tiles (ingest.cpp), the rest for chunks at work and for what grows with the number of cells, chunks and leaves.
   std::uint64_t grown() const {
     return options.beside + cell_bytes + chunks.size() * kBytesOfChunk + spool.blocks() * kBytesOfBlock +
-           partition.leaves().size() * kBytesOfLeaf;
+           partition.leaves().size() * kBytesOfLeaf + samplePointsFor(segments) * kBytesOfSamplePoint;
   }
   std::uint64_t workBytes() const {
     const std::uint64_t most = options.memory / 16 * 9;
     return most - std::min(most, grown());
   }
-  std::uint64_t memoryForWork(std::uint64_t bytes) const { return (bytes + grown()) / 9 * 16 + 16; }
+  // What grows may grow a little more before the work is done.
+  std::uint64_t memoryForWork(std::uint64_t bytes) const { return (bytes + grown() + grown() / 8) / 9 * 16 + 16; }
   // An eighth is the least to work with.
   void refuseWhatHasGrown() const;
 
   TilerOptions options;
   std::uint64_t most_in_chunk;
   Spool spool;
-  std::vector<Chunk> chunks;
-  std::vector<Split> splits;
-  std::vector<Remnant> remnants;
-  std::uint32_t last_chunk = 0;
+  std::size_t most_open;  // chunks that have a buffer
+  Chunks table;
+  std::vector<Chunk>& chunks = table.all();
   std::vector<std::uint32_t> order;  // of the chunks, by key
 
   std::vector<CellRecord> records;
@@ -144,9 +105,6 @@ struct Tiler::Impl {
   std::vector<std::string> given_names;
   Chain details;
   std::uint64_t segments = 0, visited = 0, cell_bytes = 0;
-  std::vector<std::uint32_t> open;  // chunks that were begun since buffers were closed; some of them more than once
-  std::size_t most_open = 0;
-  std::size_t closed_chunks = 0;       // of the chunks, these have no buffer, but for one that is being split
   std::vector<GridPoint> snapped;      // of the cell at hand
   std::vector<std::uint8_t> is_child;  // likewise
 
@@ -160,76 +118,28 @@ struct Tiler::Impl {
   std::vector<Chain> pair_chains;          // by worker, then by group
 };
 
+// All threads at work take a third. A chunk with no more ghosts than segments of its own never has a tile that is too
+// large to be built. A chunk that is split must be one that its midpoints make no leaf of.
+std::uint64_t Tiler::Impl::mostInChunk(const TilerOptions& options) {
+  const std::uint64_t most = options.chunk_segments != 0
+                                 ? options.chunk_segments
+                                 : std::min({kMostChunkSegments, options.memory / 3 / kBytesOfSegment / options.threads,
+                                             options.memory / 4 / LeafBuilder::tileCost(1)});
+  return std::max<std::uint64_t>(most, options.capacity);
+}
+
 Tiler::Impl::Impl(TilerOptions given)
     : options(std::move(given)),
-      most_in_chunk(0),
+      most_in_chunk(mostInChunk(options)),
       spool(options.folder,
             options.folder.empty() || options.memory < kSmallMemory ? std::size_t{16} << 10 : std::size_t{64} << 10,
             options.chunk_segments != 0 ? 0 : options.memory / 4),
+      most_open(std::max<std::size_t>(8, options.memory / 16 / spool.block_bytes())),
+      table(spool, most_in_chunk, most_open),
       details(spool) {
   options.memory = std::min(options.memory, kMostMemory);
-  // All threads at work take a third. A chunk with no more ghosts than segments of its own never has a tile that is too
-  // large to be built.
-  most_in_chunk = options.chunk_segments != 0
-                      ? options.chunk_segments
-                      : std::min({kMostChunkSegments, options.memory / 3 / kBytesOfSegment / options.threads,
-                                  options.memory / 4 / LeafBuilder::tileCost(1)});
-  // A chunk that is split must be one that its midpoints make no leaf of.
-  most_in_chunk = std::max<std::uint64_t>(most_in_chunk, options.capacity);
-  most_open = std::max<std::size_t>(8, options.memory / 16 / spool.block_bytes());
-  addChunk(CellKey{}, kNone, 0);
   parts.resize(options.threads);
   for (unsigned i = 0; i < options.threads; ++i) long_segments.emplace_back(spool);
-}
-
-std::uint32_t Tiler::Impl::addChunk(const CellKey& key, std::uint32_t parent, int side) {
-  assert(chunks.size() < kChunkBit);
-  chunks.push_back({key, key.box(), {}, SegmentChain(spool), SegmentChain(spool), parent, side});
-  return static_cast<std::uint32_t>(chunks.size() - 1);
-}
-
-std::uint32_t Tiler::Impl::chunkOf(std::uint32_t split, const GridPoint& middle) const {
-  std::uint32_t at = split;
-  while ((at & kChunkBit) == 0) at = splits[at].child[middle[splits[at].axis] >= splits[at].plane];
-  return at & ~kChunkBit;
-}
-
-void Tiler::Impl::put(std::uint32_t chunk, const SegmentRecord& record, const GridPoint& middle) {
-  Chunk& to = chunks[chunk];
-  if (!to.own.isOpen()) open.push_back(chunk);
-  to.own.add(record);
-  to.seen.extend(middle);
-  // Each chunk that a split makes may have a buffer.
-  if (to.own.count() > most_in_chunk && to.seen.lo != to.seen.hi && chunks.size() - closed_chunks < most_open)
-    split(chunk);
-}
-
-// Halves the cell until the midpoints are on both sides: what it holds stays there until everything is read.
-void Tiler::Impl::split(std::uint32_t chunk) {
-  Remnant remnant{std::move(chunks[chunk].own), 0};
-  remnant.chain.close();
-  const GridBox seen = chunks[chunk].seen;
-  CellKey key = chunks[chunk].key;
-  std::uint32_t parent = chunks[chunk].parent;
-  int side = chunks[chunk].side;
-  for (bool apart = false; !apart;) {
-    const int axis = key.depth % 3;
-    const std::int64_t plane = mortonPoint(key.half(1).low)[axis];
-    const auto self = static_cast<std::uint32_t>(splits.size());
-    splits.push_back({plane, axis, {0, 0}});
-    if (parent != kNone) splits[parent].child[side] = self;
-    apart = seen.lo[axis] < plane && seen.hi[axis] >= plane;
-    // The chunk's place in the list goes to the half that the loop goes on with, or to the lower one.
-    const int kept = seen.lo[axis] >= plane ? 1 : 0;
-    splits[self].child[1 - kept] = kChunkBit | addChunk(key.half(1 - kept), self, 1 - kept);
-    splits[self].child[kept] = kChunkBit | chunk;
-    key = key.half(kept);
-    parent = self;
-    side = kept;
-    remnant.split = self;
-  }
-  chunks[chunk] = {key, key.box(), {}, SegmentChain(spool), SegmentChain(spool), parent, side};
-  remnants.push_back(std::move(remnant));
 }
 
 void Tiler::Impl::take(Cell& cell) {
@@ -244,11 +154,14 @@ void Tiler::Impl::take(Cell& cell) {
   CellRecord record;
   record.source = std::move(cell.source);
   record.samples = n;
+  const bool large = n > Cell::kSamplesKept;
   snapped.clear();
+  snapped.reserve(n);
   for (const Vector3d& p_W : cell.positions_um) {
     snapped.push_back(options.grid.snap(p_W));
     record.bounds.extend(snapped.back());
   }
+  if (large) cell.positions_um = {};
 
   CellDetail detail;
   const auto ranks = static_cast<std::uint32_t>(cell.segmentRanks());
@@ -282,12 +195,14 @@ void Tiler::Impl::take(Cell& cell) {
       ++record.segments;
     }
     segment = {{id, rank}, child, parent, snapped[child], snapped[parent], cell.radii_um[child], cell.types[child]};
-    const GridPoint middle = midpoint(segment.child, segment.parent);
     survey.addLength(segment.child, segment.parent);
-    if (!contains(chunks[last_chunk].box, middle)) last_chunk = splits.empty() ? 0 : chunkOf(0, middle);
-    put(last_chunk, segment, middle);
+    table.add(segment);
   }
   segments += record.segments + record.isolated;
+  if (large) {
+    snapped = {};
+    is_child = {};
+  }
 
   detail.sample_ids = std::move(cell.sample_ids);
   detail.block_starts = std::move(cell.block_starts);
@@ -299,47 +214,7 @@ void Tiler::Impl::take(Cell& cell) {
   given_names.push_back(std::move(cell.name));
   digests.push_back(cell.digest);
   records.push_back(std::move(record));
-  if (n > kMostSamplesKept) {
-    snapped = {};
-    is_child = {};
-  }
   if (records.size() % 256 == 0) refuseWhatHasGrown();
-}
-
-void Tiler::Impl::closeOpen() {
-  for (const std::uint32_t chunk : open) chunks[chunk].own.close();
-  open.clear();
-  closed_chunks = chunks.size();
-}
-
-// What split chunks held goes down to those that there are now; these may have to be split in turn.
-void Tiler::Impl::settleRemnants(std::size_t from_remnant) {
-  std::uint64_t done = 0;
-  for (std::size_t i = from_remnant; i < remnants.size(); ++i) {
-    SegmentChain chain = std::move(remnants[i].chain);
-    const std::uint32_t from = remnants[i].split;
-    SegmentChain::Reader reader(chain, true);
-    std::uint32_t at = chunkOf(from, GridPoint::Zero());
-    for (SegmentRecord record = SegmentChain::first(); reader.next(record);) {
-      const GridPoint middle = midpoint(record.child, record.parent);
-      if (!contains(chunks[at].box, middle)) at = chunkOf(from, middle);
-      put(at, record, middle);
-      if ((++done & 0xFFFF) == 0) step("sorting", done, 0);
-    }
-  }
-  remnants.clear();
-  closeOpen();
-}
-
-// Each chunk that could not be split because too many had buffers open is split now, one after the other.
-void Tiler::Impl::settle() {
-  settleRemnants(0);
-  for (std::uint32_t i = 0; i < chunks.size(); ++i) {
-    while (chunks[i].own.count() > most_in_chunk && chunks[i].seen.lo != chunks[i].seen.hi) {
-      split(i);
-      settleRemnants(0);
-    }
-  }
 }
 
 void Tiler::Impl::refuseWhatHasGrown() const {
@@ -353,42 +228,23 @@ template <typename Work>
 void Tiler::Impl::forEachChunk(const char* phase, const Work& work, const std::function<void(unsigned)>& free) {
   std::atomic<std::size_t> next{0};
   std::atomic<std::uint64_t> done{0};
-  std::atomic<bool> failed{false};
   MemoryGate gate(std::max(workBytes(), options.memory / 8), options.threads);
-  const auto run = [&](unsigned worker, std::exception_ptr& failure) {
-    try {
-      MemoryGate::Pass pass(gate);
-      for (std::size_t i; !failed && (i = next.fetch_add(1)) < order.size();) {
-        if (worker == 0) {
-          step(phase, done, segments);
-        } else {
-          stopIfCancelled();
-        }
-        Chunk& chunk = chunks[order[i]];
-        const std::uint64_t n = chunk.own.count();
-        work(chunk, worker, gate, pass);
-        done += n;
+  const std::size_t threads = std::clamp<std::size_t>(order.size(), 1, options.threads);
+  runWorkers(threads, [&](unsigned worker, const std::atomic<bool>& failed) {
+    MemoryGate::Pass pass(gate);
+    for (std::size_t i; !failed && (i = next.fetch_add(1)) < order.size();) {
+      if (worker == 0) {
+        step(phase, done, segments);
+      } else {
+        stopIfCancelled();
       }
-      free(worker);
-    } catch (...) {
-      failure = std::current_exception();
-      failed = true;
+      Chunk& chunk = chunks[order[i]];
+      const std::uint64_t n = chunk.own.count();
+      work(chunk, worker, gate, pass);
+      done += n;
     }
-  };
-  const auto helpers =
-      static_cast<unsigned>(std::min<std::size_t>(options.threads, std::max<std::size_t>(order.size(), 1))) - 1;
-  std::vector<std::exception_ptr> failures(helpers + 1);
-  {
-    std::vector<std::jthread> pool;
-    try {
-      for (unsigned i = 1; i <= helpers; ++i) pool.emplace_back(run, i, std::ref(failures[i]));
-    } catch (const std::system_error&) {
-      // No more threads are to be had: those that there are do the work.
-    }
-    run(0, failures[0]);
-  }
-  for (const std::exception_ptr& failure : failures)
-    if (failure) std::rethrow_exception(failure);
+    free(worker);
+  });
   stopIfCancelled();
 }
 
@@ -413,14 +269,15 @@ void Tiler::Impl::cutChunk(Chunk& chunk, SampleSurvey& found_survey, SegmentChai
   found.insert(found.end(), leaves.begin(), leaves.end());
 }
 
+std::size_t Tiler::Impl::chunkOf(std::uint32_t leaf) const {
+  const auto after = std::upper_bound(order.begin(), order.end(), leaf,
+                                      [&](std::uint32_t l, std::uint32_t c) { return l < chunks[c].first_leaf; });
+  return static_cast<std::size_t>(after - order.begin() - 1);
+}
+
 // Gives each segment to all chunks but its own that store it; to those from `begin` to `end` in the order of keys. In
 // several steps where the chunks have more buffers than may be open.
 void Tiler::Impl::deliver(SegmentChain& crossing, std::size_t begin, std::size_t end) {
-  const auto chunk_of_leaf = [&](std::uint32_t leaf) {
-    const auto after = std::upper_bound(order.begin(), order.end(), leaf,
-                                        [&](std::uint32_t l, std::uint32_t c) { return l < chunks[c].first_leaf; });
-    return static_cast<std::size_t>(after - order.begin() - 1);
-  };
   const std::size_t step = (end - begin + most_open - 1) / most_open;  // chunks that have a buffer together
   std::vector<SegmentChain> groups;
   if (step > 1)
@@ -431,12 +288,12 @@ void Tiler::Impl::deliver(SegmentChain& crossing, std::size_t begin, std::size_t
     for (SegmentRecord record = SegmentChain::first(); reader.next(record);) {
       if (!partition.leavesMet(record.child, record.parent, met, &visited))
         met = {partition.home(record.child), partition.home(record.parent)};
-      const std::size_t own = chunk_of_leaf(partition.home(midpoint(record.child, record.parent)));
+      const std::size_t own = chunkOf(partition.home(midpoint(record.child, record.parent)));
       std::sort(met.begin(), met.end());
       std::size_t last = SIZE_MAX, last_group = SIZE_MAX;
       for (std::uint32_t leaf : met) {
         if (last != SIZE_MAX && leaf < chunks[order[last]].end_leaf) continue;
-        last = chunk_of_leaf(leaf);
+        last = chunkOf(leaf);
         if (last == own || last < begin || last >= end) continue;
         if (step == 1) {
           chunks[order[last]].ghosts.add(record);
@@ -480,27 +337,87 @@ LeafBuilder Tiler::Impl::builder(unsigned worker, TileSink& sink) {
   return made;
 }
 
-// Where many ghosts meet, one tile may take more than there is: that is found before any tile is made.
+// Where many ghosts meet, one tile may take more than there is. As a rule a sample shows it before the ghosts are given
+// to their chunks, which takes most of the time.
+void Tiler::Impl::refuseCrowdedLeaves(std::span<SegmentChain> crossing) {
+  CrowdedLeaves crowded(partition, crossing, [this] { stopIfCancelled(); });
+  std::uint64_t stored = 0;
+  if (LeafBuilder::tileCost(crowded.estimate()) > workBytes())
+    stored = crowded.count([this](std::uint32_t leaf) {
+      Chunk& chunk = chunks[order[chunkOf(leaf)]];
+      return CrowdedLeaves::Chunk{&chunk.own, closedCell(chunk.key)};
+    });
+  visited += crowded.visited();
+  if (LeafBuilder::tileCost(stored) > workBytes())
+    LeafBuilder::refuse(stored, memoryForWork(LeafBuilder::tileCost(stored)));
+}
+
+// Counts exactly what could be too much, before any tile is made.
 void Tiler::Impl::refuseWhatCannotBeBuilt() {
-  std::atomic<std::uint64_t> largest{0};
+  std::atomic<std::uint64_t> largest{0}, too_long{0};
   forEachChunk("counting", [&](Chunk& chunk, unsigned worker, MemoryGate& gate, MemoryGate::Pass&) {
     const std::uint64_t own = chunk.own.count(), ghosts = chunk.ghosts.count();
     if (LeafBuilder::tileCost(own + ghosts) <= gate.limit()) return;
     if (ghosts <= own && own <= most_in_chunk && LeafBuilder::tileCost(2 * most_in_chunk) <= gate.limit()) return;
     LeafBuilder counter(partition, spool, long_segments[worker], options.capacity, {});
     SegmentChain* const chains[] = {&chunk.own, &chunk.ghosts};
-    for (const std::uint64_t stored : counter.count(chains, rangeOf(chunk))) {
+    const LeafBuilder::Counts counts = counter.count(chains, rangeOf(chunk));
+    for (const std::uint64_t stored : counts.stored) {
       std::uint64_t before = largest;
       while (stored > before && !largest.compare_exchange_weak(before, stored)) {
       }
     }
+    too_long += std::accumulate(counts.too_long.begin(), counts.too_long.end(), std::uint64_t{0});
+    refuseLongSegments(too_long);
   });
   if (LeafBuilder::tileCost(largest) > workBytes())
     LeafBuilder::refuse(largest, memoryForWork(LeafBuilder::tileCost(largest)));
 }
 
+void Tiler::Impl::refuseLongSegments(std::uint64_t count) const {
+  if (LeafBuilder::tileCost(count) <= workBytes()) return;
+  throw InputError(std::to_string(count) + " segments meet more than " + std::to_string(kMaxLeavesOfSegment) +
+                   " tiles each and belong to one tile, which takes more memory than is given; ingest with a larger "
+                   "--capacity, or with --memory " +
+                   std::to_string((memoryForWork(LeafBuilder::tileCost(count)) >> 20) + 1) + "MiB");
+}
+
+void Tiler::Impl::writeLongTile(TileSink& sink) {
+  std::uint64_t count = 0;
+  for (SegmentChain& chain : long_segments) {
+    chain.close();
+    count += chain.count();
+  }
+  if (count == 0) return;
+  refuseLongSegments(count);
+  std::vector<SegmentRecord> found;
+  found.reserve(count);
+  for (SegmentChain& chain : long_segments) {
+    SegmentChain::Reader reader(chain, true);
+    for (SegmentRecord record = SegmentChain::first(); reader.next(record);) found.push_back(record);
+  }
+  std::sort(found.begin(), found.end(), [](const SegmentRecord& a, const SegmentRecord& b) { return a.id < b.id; });
+  std::vector<StoredSegment> segments_found;
+  TileAppearance appearance;
+  segments_found.reserve(count);
+  appearance.radii_um.reserve(count);
+  appearance.types.reserve(count);
+  for (const SegmentRecord& record : found) segments_found.push_back(storedSegment(record, true, appearance));
+  found = {};
+  handOver(static_cast<std::uint32_t>(partition.leaves().size()), CellKey{}, true, segments_found, appearance, 0, sink);
+}
+
 Tiler::Tiler(TilerOptions options) : impl_(std::make_unique<Impl>(std::move(options))) {}
 Tiler::~Tiler() = default;
+
+void Tiler::Impl::nameCells() {
+  std::vector<std::string> sources;
+  sources.reserve(records.size());
+  for (const CellRecord& record : records) sources.push_back(record.source);
+  std::vector<std::string> names = cellNames(sources, given_names);
+  given_names = {};
+  for (std::size_t i = 0; i < names.size(); ++i) records[i].name = std::move(names[i]);
+}
 
 void Tiler::read(CellStream& stream) {
   Impl& t = *impl_;
@@ -508,25 +425,19 @@ void Tiler::read(CellStream& stream) {
   for (Cell cell; stream.next(cell);) {
     t.step("reading", t.segments, 0);
     t.take(cell);
-    if (cell.positions_um.capacity() > kMostSamplesKept) cell = Cell{};
+    cell.discardLarge();
   }
-  t.settle();
+  t.table.settle([&t](std::uint64_t done) { t.step("sorting", done, 0); });
   t.details.close();
   t.snapped = {};
   t.is_child = {};
-  std::vector<std::string> sources;
-  sources.reserve(t.records.size());
-  for (const CellRecord& record : t.records) sources.push_back(record.source);
-  std::vector<std::string> names = cellNames(sources, t.given_names);
-  t.given_names = {};
-  for (std::size_t i = 0; i < names.size(); ++i) t.records[i].name = std::move(names[i]);
-
+  t.nameCells();
   t.order.resize(t.chunks.size());
   std::iota(t.order.begin(), t.order.end(), 0u);
   std::sort(t.order.begin(), t.order.end(),
             [&](std::uint32_t a, std::uint32_t b) { return t.chunks[a].key.low < t.chunks[b].key.low; });
   t.refuseWhatHasGrown();
-  for (const Impl::Chunk& chunk : t.chunks)
+  for (const Chunk& chunk : t.chunks)
     if (chunk.own.count() > t.most_in_chunk && LeafBuilder::tileCost(chunk.own.count()) > t.workBytes())
       throw InputError(
           std::to_string(chunk.own.count()) +
@@ -535,54 +446,56 @@ void Tiler::read(CellStream& stream) {
           std::to_string((t.memoryForWork(LeafBuilder::tileCost(chunk.own.count())) >> 20) + 1) + "MiB");
 }
 
-void Tiler::cut() {
-  Impl& t = *impl_;
-  // Surveys are joined in the order of keys, each as soon as those before it are there.
-  std::vector<std::vector<CellKey>> leaves_of(t.chunks.size());
-  std::vector<std::unique_ptr<SampleSurvey>> waiting(t.order.size());
-  std::vector<std::size_t> place(t.order.size());
-  for (std::size_t i = 0; i < t.order.size(); ++i) place[t.order[i]] = i;
-  std::size_t joined = 0;
+// The leaves of all chunks, ascending; `crossing` gets the segments that touch borders of chunks.
+std::vector<CellKey> Tiler::Impl::findLeaves(std::vector<SegmentChain>& crossing) {
+  std::vector<std::vector<CellKey>> leaves_of(chunks.size());
+  std::vector<std::size_t> place(order.size());
+  for (std::size_t i = 0; i < order.size(); ++i) place[order[i]] = i;
+  SurveyRuns surveys;
   std::mutex mutex;
   std::uint64_t leaf_count = 0;
-  std::vector<SegmentChain> crossing;
-  for (unsigned i = 0; i < t.options.threads; ++i) crossing.emplace_back(t.spool);
-  t.forEachChunk("cutting", [&](Impl::Chunk& chunk, unsigned worker, MemoryGate& gate, MemoryGate::Pass& pass) {
+  forEachChunk("cutting", [&](Chunk& chunk, unsigned worker, MemoryGate& gate, MemoryGate::Pass& pass) {
     const std::uint64_t bytes = std::min(chunk.own.count() * kBytesOfCut, gate.limit());
     if (!pass.fits(bytes)) pass.change(bytes);
-    const auto self = static_cast<std::size_t>(&chunk - t.chunks.data());
-    auto survey = std::make_unique<SampleSurvey>();
-    t.cutChunk(chunk, *survey, crossing[worker], leaves_of[self]);
+    const auto self = static_cast<std::size_t>(&chunk - chunks.data());
+    SampleSurvey found;
+    cutChunk(chunk, found, crossing[worker], leaves_of[self]);
     const std::lock_guard lock(mutex);
+    surveys.add(place[self], std::move(found));
     leaf_count += leaves_of[self].size();
-    if (leaf_count * kBytesOfLeaf > t.options.memory)
+    if (leaf_count * kBytesOfLeaf > options.memory)
       throw InputError("the segments need more than " + std::to_string(leaf_count) +
                        " tiles, which takes more memory than is given; ingest with a larger --capacity, or with "
                        "--memory " +
                        std::to_string((leaf_count * kBytesOfLeaf * 2 >> 20) + 1) + "MiB or more");
-    waiting[place[self]] = std::move(survey);
-    for (; joined < waiting.size() && waiting[joined]; ++joined) {
-      t.survey.add(*waiting[joined]);
-      waiting[joined].reset();
-    }
   });
+  surveys.addTo(survey);
   std::vector<CellKey> leaves;
   leaves.reserve(leaf_count);
-  for (std::uint32_t c : t.order) {
-    t.chunks[c].first_leaf = static_cast<std::uint32_t>(leaves.size());
+  for (std::uint32_t c : order) {
+    chunks[c].first_leaf = static_cast<std::uint32_t>(leaves.size());
     leaves.insert(leaves.end(), leaves_of[c].begin(), leaves_of[c].end());
-    t.chunks[c].end_leaf = static_cast<std::uint32_t>(leaves.size());
+    chunks[c].end_leaf = static_cast<std::uint32_t>(leaves.size());
     leaves_of[c] = {};
   }
-  t.partition = Partition(std::move(leaves));
+  return leaves;
+}
+
+void Tiler::cut() {
+  Impl& t = *impl_;
+  std::vector<SegmentChain> crossing;
+  for (unsigned i = 0; i < t.options.threads; ++i) crossing.emplace_back(t.spool);
+  t.partition = Partition(t.findLeaves(crossing));
   t.refuseWhatHasGrown();
-  const std::uint64_t packing = t.options.beside + t.cell_bytes + leaf_count * kBytesOfPackedLeaf,
+  const std::uint64_t packing = t.options.beside + t.cell_bytes + leaves().size() * kBytesOfPackedLeaf,
                       free = t.options.memory / 8 * 7;
   if (packing > free)
-    throw InputError(std::to_string(leaf_count) + " tiles take more memory than is given; ingest with --memory " +
+    throw InputError(std::to_string(leaves().size()) + " tiles take more memory than is given; ingest with --memory " +
                      std::to_string((packing / 7 * 8 >> 20) + 1) + "MiB");
+  for (SegmentChain& chain : crossing) chain.close();
+  t.step("counting", 0, 0);
+  t.refuseCrowdedLeaves(crossing);
   for (SegmentChain& chain : crossing) {
-    chain.close();
     t.stopIfCancelled();
     t.deliver(chain, 0, t.order.size());
   }
@@ -607,49 +520,24 @@ void Tiler::tiles(TileSink& sink) {
       std::make_unique<Spool>(t.options.folder, kPairBlock, t.options.chunk_segments != 0 ? 0 : t.options.memory / 64);
   for (std::size_t i = 0; i < t.group_begin.size() * t.options.threads; ++i) t.pair_chains.emplace_back(*t.pair_spool);
 
+  std::atomic<std::uint64_t> too_long{0};
   std::vector<LeafBuilder> builders;
   builders.reserve(t.options.threads);
   for (unsigned i = 0; i < t.options.threads; ++i) builders.push_back(t.builder(i, sink));
   t.forEachChunk(
       "writing tiles",
-      [&](Impl::Chunk& chunk, unsigned worker, MemoryGate& gate, MemoryGate::Pass& pass) {
+      [&](Chunk& chunk, unsigned worker, MemoryGate& gate, MemoryGate::Pass& pass) {
         SegmentChain* const chains[] = {&chunk.own, &chunk.ghosts};
+        const std::uint64_t before = t.long_segments[worker].count();
         builders[worker].build(chains, Impl::rangeOf(chunk), gate, pass);
+        if (const std::uint64_t more = t.long_segments[worker].count() - before; more > 0)
+          t.refuseLongSegments(too_long += more);
       },
       [&](unsigned worker) { builders[worker].release(); });
   for (const LeafBuilder& builder : builders) t.visited += builder.visited();
   builders.clear();
 
-  std::uint64_t count = 0;
-  for (SegmentChain& chain : t.long_segments) {
-    chain.close();
-    count += chain.count();
-  }
-  if (LeafBuilder::tileCost(count) > t.workBytes())
-    throw InputError(std::to_string(count) + " segments meet more than " + std::to_string(kMaxLeavesOfSegment) +
-                     " tiles each and belong to one tile, which takes more memory than is given; ingest with a larger "
-                     "--capacity, or with --memory " +
-                     std::to_string((t.memoryForWork(LeafBuilder::tileCost(count)) >> 20) + 1) + "MiB");
-  if (count > 0) {
-    std::vector<SegmentRecord> records;
-    records.reserve(count);
-    for (SegmentChain& chain : t.long_segments) {
-      SegmentChain::Reader reader(chain, true);
-      for (SegmentRecord record = SegmentChain::first(); reader.next(record);) records.push_back(record);
-    }
-    std::sort(records.begin(), records.end(),
-              [](const SegmentRecord& a, const SegmentRecord& b) { return a.id < b.id; });
-    std::vector<StoredSegment> stored;
-    stored.reserve(count);
-    TileAppearance appearance;
-    for (const SegmentRecord& r : records) {
-      stored.push_back({r.id, r.child_sample, r.parent_sample, r.child, r.parent, true});
-      appearance.radii_um.push_back(r.radius_um);
-      appearance.types.push_back(r.type);
-    }
-    records = {};
-    t.handOver(static_cast<std::uint32_t>(t.partition.leaves().size()), CellKey{}, true, stored, appearance, 0, sink);
-  }
+  t.writeLongTile(sink);
   for (Chain& chain : t.pair_chains) chain.close();
   t.spool.trim();
 }
@@ -701,6 +589,14 @@ void Tiler::details(std::span<const TileId> tile_of, const std::function<void(By
     out.append(ByteSpan(bytes).subspan(1));  // after the number of tiles, 0
     use(out.bytes());
   }
+}
+
+TileWriter::LevelMemory Tiler::memoryForLevels() const {
+  const Impl& t = *impl_;
+  // A quarter is for details of cells, in the spool.
+  const std::uint64_t most = t.options.memory / 4 * 3,
+                      held = t.options.beside + t.cell_bytes + leaves().size() * kBytesOfPackedLeaf;
+  return {most - std::min(most, held), [held](std::uint64_t bytes) { return (bytes + held) / 3 * 4 + 16; }};
 }
 
 const std::vector<CellKey>& Tiler::leaves() const { return impl_->partition.leaves(); }

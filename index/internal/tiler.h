@@ -19,6 +19,7 @@
 #include "index/internal/segment_chain.h"
 #include "index/partition.h"
 #include "index/samples.h"
+#include "index/tile_writer.h"
 
 #include <atomic>
 #include <cstdint>
@@ -68,6 +69,9 @@ class Tiler {
   // For each cell in the order of ids: what encodeDetail() makes of its detail, in which tiles are numbered by
   // `tile_of`, a number for each leaf.
   void details(std::span<const TileId> tile_of, const std::function<void(ByteSpan detail)>& use);
+
+  // After tiles(), when nothing else takes memory but what the tiler holds and 900 bytes a tile.
+  TileWriter::LevelMemory memoryForLevels() const;
 
   const std::vector<CellKey>& leaves() const;      // after cut(): all, ascending; those without segments too
   const std::vector<CellRecord>& records() const;  // after read()

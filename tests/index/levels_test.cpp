@@ -3,6 +3,7 @@
 #include "index/errors.h"
 #include "index/ingest.h"
 #include "index/internal/level_files.h"
+#include "index/level_writer.h"
 #include "index/verify.h"
 #include "tests/support/random_cells.h"
 #include "tests/support/temp_folder.h"
@@ -116,6 +117,44 @@ TEST_F(LevelsTest, BytesDoNotDependOnThreads) {
                                    {.capacity = 64, .threads = threads});
     EXPECT_EQ(TileSet::open(other)->revision(), set_->revision());
   }
+}
+
+// In the memory that a refusal names, threads wait for one another, and the bytes stay.
+TEST_F(LevelsTest, MemoryIsBoundedOrNamedAndChangesNoByte) {
+  std::vector<CellKey> leaves;
+  for (TileId t = 0; t < set_->tile_count(); ++t)
+    if (t != set_->long_tile()) leaves.push_back(set_->entry(t).key);
+  LevelInput input{Grid(), leaves, {}, {}, {}, {}};
+  input.load = [&](TileId t) { return set_->load(t); };
+  input.loadAppearance = [&](TileId t) { return set_->loadAppearance(t); };
+  input.stored = [&](TileId t) { return set_->entry(t).stored; };
+  std::uint64_t named = 1;
+  const auto write = [&](std::uint64_t memory) {
+    LevelOptions options{.most_segments = 64, .threads = 3};
+    options.memory = memory;
+    options.memoryFor = [&](std::uint64_t bytes) {
+      named = bytes;
+      return bytes;
+    };
+    const TempFolder folder;
+    return writeLevels(input, options, folder.path());
+  };
+  const std::vector<SetFile> ample = write(UINT64_MAX);
+  std::vector<SetFile> tight;
+  int refusals = 0;
+  for (bool done = false; !done && refusals < 1000;) {
+    try {
+      tight = write(named);
+      done = true;
+    } catch (const InputError& e) {
+      EXPECT_NE(std::string(e.what()).find("--memory"), std::string::npos);
+      ++refusals;
+    }
+  }
+  EXPECT_GT(refusals, 0);
+  EXPECT_LT(named, std::uint64_t{4} << 20);
+  ASSERT_EQ(tight.size(), ample.size());
+  for (std::size_t i = 0; i < tight.size(); ++i) EXPECT_EQ(tight[i].digest, ample[i].digest);
 }
 
 TEST_F(LevelsTest, SetWithoutLevelsHasNone) {

@@ -207,6 +207,40 @@ TEST(Tiler, RefusesATileThatDoesNotFitTheMemory) {
   EXPECT_THROW(tiler.read(stream), InputError);
 }
 
+// The refusal comes before each chunk gets its ghosts: a fraction of the walks through the partition.
+TEST(Tiler, RefusesACrowdedLeafAfterASmallPartOfTheWork) {
+  std::vector<Cell> stars(30);
+  for (std::size_t c = 0; c < stars.size(); ++c) {
+    const double shift = 0.1 * static_cast<double>(c);
+    stars[c].source = "star" + std::to_string(c);
+    const Vector3d centre(1000 + shift, 1000, 1000);
+    const std::uint32_t root = test::addSample(stars[c], centre, kNoParent);
+    for (int i = 0; i < 200; ++i)
+      test::addSample(stars[c], centre + 100 * Vector3d(std::sin(i), std::cos(i), std::sin(7 * i)).normalized(), root);
+  }
+  const auto run = [&](std::uint64_t memory, std::string& refusal) {
+    CellList stream(stars);
+    const TempFolder folder;
+    Tiler tiler({.grid = Grid(), .capacity = 100, .memory = memory, .chunk_segments = 300, .folder = folder.path()});
+    tiler.read(stream);
+    try {
+      tiler.cut();
+    } catch (const InputError& e) {
+      refusal = e.what();
+      return tiler.visited();
+    }
+    Collected sink;
+    tiler.tiles(sink);
+    return tiler.visited();
+  };
+  std::string refusal;
+  const std::uint64_t whole = run(std::uint64_t{64} << 20, refusal);
+  EXPECT_EQ(refusal, "");
+  const std::uint64_t part = run(std::uint64_t{1} << 20, refusal);
+  EXPECT_NE(refusal.find("one tile stores "), std::string::npos) << refusal;
+  EXPECT_LT(part, whole / 4) << part << " of " << whole;
+}
+
 TEST(Tiler, ACellOfLinksKeepsItsLoops) {
   Cell loop;
   loop.source = "loop";

@@ -5,11 +5,13 @@
 #include "tests/support/temp_folder.h"
 #include "tests/support/zip_builder.h"
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <random>
 #include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -86,6 +88,79 @@ TEST_F(Memory, GhostsStayWithinTheMemoryOrAreRefusedBeforehand) {
   const Outcome ample = ingestStar("ample.fil", "1GiB", "1000000");
   ASSERT_EQ(ample.exit_code, 0) << ample.err;
   EXPECT_EQ(revisionOf(path("named.fil")), revisionOf(path("ample.fil")));
+}
+
+// What one thread frees is not kept from the other.
+TEST_F(Memory, LargeTilesOfTwoThreadsStayWithinTheMemory) {
+  writeStar(300, 800);
+  const Outcome made = ingestStar("two.fil", "128MiB", "60000");
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  EXPECT_LE(made.peak_bytes, 128 * kMiB + kBeside);
+}
+
+// Ids in no order take a table beside the samples.
+std::string chainWithIdsInNoOrder(std::uint32_t samples) {
+  std::vector<std::uint32_t> order(samples);
+  for (std::uint32_t i = 0; i < samples; ++i) order[i] = i;
+  std::mt19937 random(11);
+  std::shuffle(order.begin(), order.end(), random);
+  const auto id = [](std::uint32_t i) { return std::to_string(i * 2654435761u); };
+  std::string text;
+  for (const std::uint32_t i : order)
+    text += id(i) + " 3 " + std::to_string(i) + " 3.3 7.3 .5 " + (i == 0 ? "-1" : id(i - 1)) + "\n";
+  return text;
+}
+
+TEST_F(Memory, LargeCellsWithIdsInNoOrderStayWithinTheMemory) {
+  write("a.swc", chainWithIdsInNoOrder(340000));
+  fs::copy_file(path("a.swc"), path("b.swc"));
+  const Outcome made = runFiliform(
+      {"ingest", path("a.swc"), path("b.swc"), "-o", path("ids.fil"), "--memory", "64MiB", "--threads", "2"});
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  EXPECT_LE(made.peak_bytes, 64 * kMiB + kBeside);
+}
+
+TEST_F(Memory, ACellTooLargeIsRefusedWithWhatItTakes) {
+  write("large.swc", chainWithIdsInNoOrder(420000));
+  const auto ingest = [&](const std::string& memory) {
+    return runFiliform({"ingest", path("large.swc"), "-o", path("large.fil"), "--memory", memory});
+  };
+  const Outcome refused = ingest("64MiB");
+  EXPECT_EQ(refused.exit_code, 1) << refused.err;
+  EXPECT_LE(refused.peak_bytes, 64 * kMiB + kBeside);
+  const std::size_t at = refused.err.find("--memory ");
+  ASSERT_NE(at, std::string::npos) << refused.err;
+  const std::string named = refused.err.substr(at + 9, refused.err.find("MiB", at) - at - 6);
+  const Outcome made = ingest(named);
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  EXPECT_LE(made.peak_bytes, std::stoull(named) * kMiB + kBeside) << named;
+}
+
+// Points in all scales: each opens a chunk of its own.
+TEST_F(Memory, ManyThreadsAndChunksStayWithinTheMemory) {
+  std::mt19937_64 random(3);
+  std::string text;
+  for (int i = 1; i <= 200000; ++i) {
+    text += std::to_string(i) + " 3";
+    for (int axis = 0; axis < 3; ++axis) {
+      const std::uint64_t r = random();
+      text += ((r & 1) != 0 ? " -" : " ") + std::to_string((r >> 8) >> (26 + r / 2 % 29));
+    }
+    text += " 1 -1\n";
+  }
+  write("spread.swc", text);
+  const Outcome made = runFiliform({"ingest", path("spread.swc"), "-o", path("spread.fil"), "--memory", "64MiB",
+                                    "--threads", "64", "--capacity", "256"});
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  EXPECT_LE(made.peak_bytes, 64 * kMiB + kBeside);
+}
+
+TEST_F(Memory, LevelsOfDetailStayWithinTheMemory) {
+  writeStar(300, 300);
+  const Outcome made = runFiliform({"ingest", path("star.swc"), "--placements", path("places.tsv"), "-o",
+                                    path("levels.fil"), "--memory", "64MiB", "--levels", "--threads", "64"});
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  EXPECT_LE(made.peak_bytes, 64 * kMiB + kBeside);
 }
 
 TEST_F(Memory, MillionsOfDroppedLinesAreNotHeld) {

@@ -1,0 +1,13 @@
+// Returns freed memory to the system, so that the process takes what its data take. Without glibc: no effect.
+#pragma once
+
+namespace filiform::internal {
+
+// For the whole process, from now on: each block of 1 MiB or more is unmapped as soon as it is freed. By default glibc
+// keeps blocks of up to 32 MiB, each thread for itself.
+void unmapLargeBlocksWhenFreed() noexcept;
+
+// Returns the pages of all freed blocks, of all threads. Cost: milliseconds.
+void returnFreedMemory() noexcept;
+
+}  // namespace filiform::internal

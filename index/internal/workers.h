@@ -1,0 +1,41 @@
+// Runs one function on several threads.
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <exception>
+#include <functional>
+#include <system_error>
+#include <thread>
+#include <vector>
+
+namespace filiform::internal {
+
+// Calls run(worker, failed) on `threads` threads and waits for them; worker 0 is the calling thread. Fewer threads run
+// where the system grants no more. `failed` becomes true when one throws; what the lowest worker threw is thrown again.
+template <typename Run>
+void runWorkers(std::size_t threads, const Run& run) {
+  std::atomic<bool> failed{false};
+  std::vector<std::exception_ptr> failures(threads);
+  const auto guarded = [&](unsigned worker) {
+    try {
+      run(worker, failed);
+    } catch (...) {
+      failures[worker] = std::current_exception();
+      failed = true;
+    }
+  };
+  {
+    std::vector<std::jthread> pool;
+    try {
+      for (unsigned i = 1; i < threads; ++i) pool.emplace_back(guarded, i);
+    } catch (const std::system_error&) {
+      // The threads that there are do the work.
+    }
+    guarded(0);
+  }
+  for (const std::exception_ptr& failure : failures)
+    if (failure) std::rethrow_exception(failure);
+}
+
+}  // namespace filiform::internal
