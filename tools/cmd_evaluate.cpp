@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <iostream>
 #include <memory>
+#include <string>
 #include <thread>
 
 #include <CLI/CLI.hpp>
@@ -19,7 +20,25 @@ namespace filiform::tools {
 
 namespace {
 
-constexpr std::uint32_t kSyntheticCells = 12;
+constexpr std::uint32_t kSyntheticCells = 12, kSyntheticTraces = 6;
+
+SyntheticOptions synthetic(const std::string& kind, std::uint32_t cells, std::uint64_t seed) {
+  SyntheticOptions options;
+  options.kind = kind;
+  options.cells = cells;
+  options.seed = seed;
+  return options;
+}
+
+class ColumnThenTraces final : public CellStream {
+ public:
+  explicit ColumnThenTraces(std::uint64_t seed)
+      : column_(synthetic("column", kSyntheticCells, seed)), traces_(synthetic("traces", kSyntheticTraces, seed)) {}
+  bool next(Cell& cell) override { return column_.next(cell) || traces_.next(cell); }
+
+ private:
+  SyntheticCells column_, traces_;
+};
 
 int runEvaluate(EvaluationOptions options) {
   checkOutputFolder({{"--corpus", options.corpus}}, {"--output", options.out});
@@ -45,10 +64,10 @@ int runEvaluate(EvaluationOptions options) {
   };
   std::unique_ptr<CellStream> cells;
   if (options.corpus.empty()) {
-    SyntheticOptions synthetic;
-    synthetic.cells = options.quick ? 1 : kSyntheticCells;
-    synthetic.seed = options.seed;
-    cells = std::make_unique<SyntheticCells>(synthetic);
+    if (options.quick)
+      cells = std::make_unique<SyntheticCells>(synthetic("column", 1, options.seed));
+    else
+      cells = std::make_unique<ColumnThenTraces>(options.seed);
   } else {
     cells = std::make_unique<Input>(std::vector<std::string>{options.corpus});
     options.corpus = std::filesystem::path(options.corpus).lexically_normal().filename().string();

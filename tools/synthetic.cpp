@@ -5,6 +5,7 @@
 #include "tools/synthetic_fan.h"
 #include "tools/synthetic_neuron.h"
 #include "tools/synthetic_swc.h"
+#include "tools/synthetic_trace.h"
 #include "tools/thousandths.h"
 #include "tools/zip_writer.h"
 
@@ -65,6 +66,11 @@ class Plan {
       for (std::uint64_t i = 0; i < options.cells; ++i) entries_.push_back({"fan/fan_" + padded(i, width) + ".swc", i});
       return;
     }
+    if (options.kind == "traces") {
+      for (std::uint64_t i = 0; i < options.cells; ++i)
+        entries_.push_back({(i % 2 == 0 ? "traces/lattice_" : "traces/depth_") + padded(i, width) + ".swc", i});
+      return;
+    }
     library_ = !options.placements_out.empty();
     if (library_ && options.library == 0) throw UsageError("a library needs at least one morphology");
     const std::uint64_t files = library_ ? std::min(options.cells, options.library) : options.cells;
@@ -80,6 +86,7 @@ class Plan {
   Neuron neuron(const Entry& entry) const {
     std::uint32_t tip = 0;
     if (options_.kind == "fan") return fanOf(options_.seed, entry.number).neuron;
+    if (options_.kind == "traces") return drawTrace(options_.seed, entry.number);
     return isScene(options_.kind) ? buildScene(options_.kind, tip) : growNeuron(options_.seed, entry.number, library_);
   }
 
@@ -161,7 +168,8 @@ std::string placementTable(const SyntheticOptions& options, const Plan& plan, co
 }  // namespace
 
 const std::vector<std::string>& syntheticKinds() {
-  static const std::vector<std::string> kKinds{"column", "fan", "scene1", "scene2", "scene3", "elbows", "hooks"};
+  static const std::vector<std::string> kKinds{"column", "traces", "fan",    "scene1",
+                                               "scene2", "scene3", "elbows", "hooks"};
   return kKinds;
 }
 

@@ -31,9 +31,9 @@
 namespace filiform::tools {
 
 struct SyntheticOptions {
-  // "column", "fan", or a scene (sceneKinds()). A scene is one cell; `cells`, `seed` and `placements_out` do not apply
-  // to it. "fan" makes `cells` fans of 3, 5, 7 and 10 branches in turn (synthetic_fan.h); `placements_out` does not
-  // apply.
+  // "column", "traces", "fan", or a scene (sceneKinds()). A scene is one cell; `cells` and `seed` do not apply to it.
+  // "traces" makes `cells` neurons, on a voxel lattice and with a jittered depth in turn (synthetic_trace.h). "fan"
+  // makes `cells` fans of 3, 5, 7 and 10 branches in turn (synthetic_fan.h). `placements_out` applies to a column only.
   std::string kind = "column";
   std::uint32_t cells = 200;
   std::uint64_t seed = 1;
