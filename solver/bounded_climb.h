@@ -20,6 +20,11 @@
 //       offer the other end o at cost(n) + |o - w|: from n to w falls, from w to o rises
 //     eps = 1e-9 um, or 1e-12 of the distance where that is more: rounding is no progress
 //
+// How the parameters were chosen: where two branches leave a fork at an angle a, a proxy that is x past the fork on the
+// wrong branch must climb x to leave it, and the pull is at most a x. So it leaves at once while
+// x <= rest / (1 - gain a), and needs patience beyond. Nearly parallel branches (a < 0.3) and a hand whose aim is wrong
+// by more than a x need the rest and the patience; wide forks need neither.
+//
 // A segment of equal ends costs nothing: it is passed. Where max_visited cuts a node's branches, the next tick that
 // comes to this node goes on with the branch that was cut, and round: every branch of a hub is seen within
 // degree / (max_visited - what is tested before it) + 1 ticks.

@@ -31,13 +31,15 @@ enum class SolverMethod : std::uint8_t { basic, shading, force, force_listing, c
 inline constexpr SolverMethod kSolverMethods[] = {SolverMethod::basic, SolverMethod::shading, SolverMethod::force,
                                                   SolverMethod::force_listing, SolverMethod::climb};
 
-struct ClimbParameters {     // bounded climb (bounded_climb.h), in millimetres of the device; all >= 0
-  double rest_mm = 0.5;      // climb allowed to a hand at rest; more costs visits: 3 to 4 times at 5 mm
+struct ClimbParameters {  // bounded climb (bounded_climb.h), in millimetres of the device; all >= 0
+  // Climb allowed to a hand at rest. Less than 2 mm keeps the proxy on the wrong one of two nearly parallel branches;
+  // 5 mm costs 3 to 4 times the visits of 0.5 mm, 2 mm 1.6 times.
+  double rest_mm = 2.0;
   double gain = 4;           // and for each mm of pull; 3 to 6 are alike, 2 and less lose routes
-  double most_mm = 20;       // never more
-  double patience_1_s = 10;  // growth a second for each mm of pull beyond pull_mm; 0: none
-  double pull_mm = 0.5;
-  double reset_mm = 1.0;  // progress of the proxy that ends the patience
+  double most_mm = 60;       // never more: half the workspace
+  double patience_1_s = 40;  // growth a second for each mm of pull beyond pull_mm; 0: none
+  double pull_mm = 0.25;
+  double reset_mm = 2.0;  // progress of the proxy that ends the patience
 };
 
 struct SolverParameters {

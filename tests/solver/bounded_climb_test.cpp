@@ -222,6 +222,33 @@ TEST(BoundedClimb, AHandThatKeepsPullingGetsOutAndALooseOneDoesNot) {
   EXPECT_EQ(ticksToGetOut(10, 0.5), -1);
 }
 
+// Two straight branches of a fork, 0.1 rad apart; the proxy is on one of them, the hand holds beside it on the other.
+TEST(BoundedClimb, LeavesABranchNearlyParallelToTheOneWhereTheHandIs) {
+  constexpr double kHalf_rad = 0.05;
+  const Vector3d along[2] = {{std::cos(kHalf_rad), std::sin(kHalf_rad), 0},
+                             {std::cos(kHalf_rad), -std::sin(kHalf_rad), 0}};
+  TestGraphBuilder builder;
+  const std::uint32_t fork = builder.node(Vector3d(0, 0, 0));
+  builder.link(builder.node(Vector3d(-20, 0, 0)), fork);
+  const std::uint32_t tip[2] = {builder.node(40 * along[0]), builder.node(40 * along[1])};
+  for (const std::uint32_t one : tip) builder.link(one, fork);
+  const TestGraph graph = builder.build();
+  const TiledGraph tiled(graph, 2048);
+  const GraphView view = viewOf(tiled, graph);
+  const auto ticksToChange = [&](double past_fork_mm) {
+    const auto solved = climber(256);
+    solved->setPlace(view.placeAt(0, {0, tip[0]}, 1 - past_fork_mm / 40));
+    SolverStep step;
+    for (int i = 1; i <= 3000; ++i) {
+      watchedTick(*solved, view, {past_fork_mm * along[1], 1e-3, 1000}, step);  // 1 um is 1 mm of the device
+      if (solved->place().segment == (SegmentId{0, tip[1]})) return i;
+    }
+    return 3001;
+  };
+  EXPECT_EQ(ticksToChange(2), 1);  // the hand has not even left the fork
+  EXPECT_LE(ticksToChange(35), 500);
+}
+
 // Not undone: as in real time, ticks go on while tiles come in.
 TEST(BoundedClimb, AtAFrontierItStaysOnTheStructureAndGoesOnWhenTheTileComes) {
   std::mt19937_64 random(4);
