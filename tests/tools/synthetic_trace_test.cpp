@@ -1,16 +1,13 @@
 #include "tools/synthetic_trace.h"
 
 #include "index/errors.h"
-#include "solver/parameters.h"
-#include "tools/evaluate/trial.h"
-#include "tools/evaluate/trial_corpus.h"
-#include "tools/synthetic.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
 #include <limits>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -85,31 +82,6 @@ TEST(SyntheticTrace, RefusesVoxelsAndJitterThatMakeNoSense) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   for (const double voxel_um : {0.0, -1.0, nan}) EXPECT_THROW(onLattice(neuron, voxel_um), UsageError);
   for (const double rms_um : {-1.0, nan}) EXPECT_THROW(withJitteredDepth(neuron, rms_um, 1), UsageError);
-}
-
-// One route of a lattice trace and one with a jittered depth, at a fine and a coarse zoom.
-TEST(SyntheticTrace, ClimbCompletesRoutesOfTraces) {
-  SyntheticOptions options;
-  options.kind = "traces";
-  options.cells = 2;
-  options.seed = 1;
-  SyntheticCells cells(options);
-  RouteDraw draw;
-  draw.longest_um = 200;
-  const TrialCorpus corpus = drawCorpus(cells, 2, draw);
-  ASSERT_EQ(corpus.cells.size(), 2u);
-  for (const CorpusCell& drawn : corpus.cells) {
-    TrialCell cell(drawn.cell);
-    const CellGraph& graph = cell.graph();
-    for (const DrawnRoute& route : drawn.routes) {
-      const Route way(0, graph.grid, graph.positions, graph.parents, route.first, route.last);
-      for (const double zoom_um : {100.0, 1000.0}) {
-        TrialSetup setup;
-        setup.zoom_um = zoom_um;
-        EXPECT_TRUE(runTrial(cell, way, setup).completed) << drawn.cell.source << " at " << zoom_um << " um";
-      }
-    }
-  }
 }
 
 }  // namespace
