@@ -16,12 +16,16 @@ class TileTable {
 
   const Tile* find(TileId tile) const noexcept { return tile < tiles_.size() ? tiles_[tile] : nullptr; }
   std::size_t size() const noexcept { return size_; }
+  // Grows with every add() and retire(): while it stays the same, so do all answers of find().
+  std::uint64_t changes() const noexcept { return changes_; }
   // The table does not own the tile: who sent it frees it after the reader has said that it let go.
   void add(const Tile& tile) noexcept {
+    ++changes_;
     size_ += tiles_[tile.id()] == nullptr;
     tiles_[tile.id()] = &tile;
   }
   void retire(TileId tile) noexcept {
+    ++changes_;
     size_ -= tiles_[tile] != nullptr;
     tiles_[tile] = nullptr;
   }
@@ -29,6 +33,7 @@ class TileTable {
  private:
   std::vector<const Tile*> tiles_;
   std::size_t size_ = 0;
+  std::uint64_t changes_ = 0;
 };
 
 }  // namespace filiform

@@ -38,6 +38,12 @@ const Vector3d& Anchor::follow(const Vector3d& moved_D, const Vector3d& h_D, dou
     knows_hand_ = true;
   }
   offset_D_ -= moved_D;
+  // The usual tick, without roots: the anchor at its slowest reaches the proxy.
+  const double least = options_.speed_m_s * dt;
+  if (offset_D_.squaredNorm() < 0.99 * least * least && v_D_.squaredNorm() <= 1e300) {
+    offset_D_.setZero();
+    return offset_D_;
+  }
   const double length = offset_D_.stableNorm();
   const double share_m_s = options_.hand_share * v_D_.stableNorm();
   const double step = (options_.speed_m_s + std::min(share_m_s, options_.most_share_m_s)) * dt;

@@ -5,7 +5,7 @@
 namespace filiform {
 
 std::unique_ptr<ProxySolver> makeDescent(const SolverParameters& parameters) {
-  return std::make_unique<internal::BoundedSearch>(parameters.max_visited, internal::Reach{});
+  return std::make_unique<internal::BoundedSearch>(parameters.max_visited, parameters.pool_nodes, internal::Reach{});
 }
 
 }  // namespace filiform

@@ -17,7 +17,7 @@ using internal::require;
 
 // Without overflow on the way; infinite or NaN iff the vector's length is no double.
 double lengthOf(const Vector3d& v) {
-  if (!v.allFinite()) return std::numeric_limits<double>::infinity();
+  if (!(v.cwiseAbs().sum() <= std::numeric_limits<double>::max())) return std::numeric_limits<double>::infinity();
   const double largest = v.cwiseAbs().maxCoeff();
   return largest > 0 ? largest * (v / largest).norm() : 0.0;
 }
@@ -49,7 +49,7 @@ Vector3d ForceLaw::apply(const Vector3d& p_D, const Vector3d& h_D, const Vector3
   const double faded_J = storedInFade(dt);
   if (gate_.fading()) force = gate_.faded_N(dt);
   const double stored_J = storedEnergy(lengthOf(p_D - h_D)) + faded_J;
-  const double by_last_J = started ? storedEnergy(lengthOf(last_p_D_ - h_D)) + faded_J : stored_J;
+  const double by_last_J = started && last_p_D_ != p_D ? storedEnergy(lengthOf(last_p_D_ - h_D)) + faded_J : stored_J;
   force = passivity_.apply(force, h_D, stored_J, by_last_J, dt);
   const double step_m = started ? std::min(lengthOf(h_D - last_h_D_), options_.free_speed_m_s * dt) : 0.0;
   last_p_D_ = p_D;

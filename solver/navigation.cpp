@@ -8,7 +8,10 @@
 namespace filiform {
 namespace {
 
-constexpr double kVelocityTime_s = 0.1;  // low pass of the proxy's velocity, for the loader only
+constexpr double kVelocityTime_s = 0.1;  // low pass of the proxy's velocity, for the loader and prepare() only
+constexpr double kAhead_s = 0.02;        // prepare() looks so far ahead
+constexpr double kFree_s = 1e-4;         // with less time left it does less
+constexpr std::uint32_t kPrepared = 64, kLeastPrepared = 16;  // nodes
 
 WorkspaceOptions gentle(const NavigationOptions& options) {
   if (!(options.drift_force_N_s >= 0 && std::isfinite(options.drift_force_N_s)))
@@ -119,11 +122,15 @@ void Navigation::pressButtons(std::uint32_t buttons) noexcept {
   }
 }
 
-const NavigationTick& Navigation::tick(const DeviceState& device, double dt_s) noexcept {
-  saved_ = state_;
-  ++state_.ticks;
-  state_.time_s = device.time_s;
+bool Navigation::changesBeforeSolving(const DeviceState& device) const noexcept {
+  const bool ready = device.status == DeviceStatus::ready;
+  return ready != state_.was_ready ||
+         (ready && (rate_control_ || device.buttons != state_.buttons || !device.twist_D.isZero(0)));
+}
 
+[[gnu::flatten]] const NavigationTick& Navigation::tick(const DeviceState& device, double dt_s) noexcept {
+  const bool changes_before = changesBeforeSolving(device);
+  if (changes_before) saved_ = state_;
   tick_.wrench = Wrench{};
   tick_.solved = tick_.frontier = false;
   tick_.step.visited = tick_.step.frontiers = 0;
@@ -132,7 +139,6 @@ const NavigationTick& Navigation::tick(const DeviceState& device, double dt_s) n
   tick_.step.touched.overflow = tick_.step.absent.overflow = false;
 
   const bool ready = device.status == DeviceStatus::ready;
-  if (device.sent_N) state_.law.acted(*device.sent_N);
   if (ready && !state_.was_ready) {
     state_.law.restartFromZero();
     forgetMotion();
@@ -152,19 +158,27 @@ const NavigationTick& Navigation::tick(const DeviceState& device, double dt_s) n
       tick_.solved = true;
       solver_->advance(graph_, {tick_.h_W, dt_s, workspace.scale_um_m()}, tick_.step);
       tick_.frontier = tick_.step.absent.count > 0;
-      state_.frontiers += tick_.frontier;
       p_W = place().p_W;
     }
   } else if (usable && tick_.h_W.allFinite()) {
     p_W = tick_.h_W;
   }
+  can_undo_ = tick_.frontier;
+  if (can_undo_ && !changes_before) saved_ = state_;
+
+  ++state_.ticks;
+  state_.time_s = device.time_s;
+  state_.frontiers += tick_.frontier;
+  if (device.sent_N) state_.law.acted(*device.sent_N);
   tick_.p_W = p_W;
   tick_.p_D = workspace.toDevice(p_W);
   if (rate_control_) state_.rate.followed(tick_.p_D);
   tick_.anchor_D = tick_.p_D;
   if (anchored_ && state_.mode == NavigationMode::constrained) {
-    if (tick_.solved && tick_.h_W.allFinite())
-      state_.anchor.follow(tick_.p_D - workspace.toDevice(state_.p_W), tick_.h_D, dt_s);
+    if (tick_.solved && tick_.h_W.allFinite()) {
+      const Vector3d last_p_D = p_W == state_.p_W ? tick_.p_D : workspace.toDevice(state_.p_W);
+      state_.anchor.follow(tick_.p_D - last_p_D, tick_.h_D, dt_s);
+    }
     tick_.anchor_D += state_.anchor.offset_D();
   }
 
@@ -178,16 +192,23 @@ const NavigationTick& Navigation::tick(const DeviceState& device, double dt_s) n
   if (dt_s > 0 && std::isfinite(dt_s)) {
     const Vector3d v_W = (p_W - state_.p_W) / dt_s;
     if (v_W.allFinite()) state_.v_W += std::min(1.0, dt_s / kVelocityTime_s) * (v_W - state_.v_W);
-    if (usable) state_.law.carried(workspace.follow(p_W, dt_s));
+    if (usable) state_.law.carried(workspace.follow(p_W, tick_.p_D, dt_s));
   }
   state_.p_W = p_W;
   return tick_;
 }
 
+void Navigation::prepare(double free_s) noexcept {
+  if (state_.mode != NavigationMode::constrained || !place().valid()) return;
+  const Vector3d ahead_W = (tick_.solved ? tick_.h_W : state_.p_W) + kAhead_s * state_.v_W;
+  if (ahead_W.allFinite()) solver_->prepare(graph_, ahead_W, free_s >= kFree_s ? kPrepared : kLeastPrepared);
+}
+
 void Navigation::undoSolve() noexcept {
-  if (tick_.solved) solver_->undo();
-  tick_.solved = false;
+  if (!can_undo_) return;
+  solver_->undo();
   state_ = saved_;
+  can_undo_ = tick_.solved = false;
 }
 
 ReaderFocus Navigation::focus() const noexcept {

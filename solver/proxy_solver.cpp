@@ -24,6 +24,9 @@ void check(const SolverParameters& parameters) {
   if (parameters.max_visited < 1 || parameters.max_visited > kMost)
     throw UsageError("max_visited is " + std::to_string(parameters.max_visited) + " segments a tick: give 1 to " +
                      std::to_string(kMost));
+  if (parameters.pool_nodes > kMost)
+    throw UsageError("pool_nodes is " + std::to_string(parameters.pool_nodes) + ": give at most " +
+                     std::to_string(kMost));
   requireNonNegative(parameters.gain, "gain");
   requireNonNegative(parameters.r_min_um, "r_min_um");
   requireNonNegative(parameters.r_max_um, "r_max_um");

@@ -44,6 +44,7 @@ struct ClimbParameters {  // bounded climb (bounded_climb.h), in millimetres of 
 
 struct SolverParameters {
   std::uint32_t max_visited = 256;  // segments a tick; basic and force-based resume what is left on the next one
+  std::uint32_t pool_nodes = 4096;  // kept decoded, 0.4 KB each; more cost memory, fewer cost time, none changes a path
   // Force-based (both readings) only: r = min(r_max, G |q-h| + r_min), um in frame W (the paper's 3.3).
   double gain = 1.0;
   double r_min_um = 0.0;
@@ -92,8 +93,11 @@ class ProxySolver {
   // One tick. A probe that is not finite leaves the place as it is and visits nothing; a dt or a scale that is not > 0
   // and finite counts as no time and no budget. `step` is overwritten.
   virtual void advance(const GraphView& graph, const ProbeState& probe, SolverStep& step) noexcept = 0;
-  // Restores, bit for bit, the state before the last advance(). Valid once after each advance().
+  // Restores, bit for bit, the state before the last advance(). Valid once after each advance(), before prepare().
   virtual void undo() noexcept = 0;
+  // Between ticks, where there is time: decodes up to `most` nodes around the place, first those towards ahead_W (um),
+  // so that the next ticks need not. Changes no path and reports nothing. At most 0.1 us a node with warm caches.
+  virtual void prepare(const GraphView& /*graph*/, const Vector3d& /*ahead_W*/, std::uint32_t /*most*/) noexcept {}
   // The proxy may jump by far: the force should come from an Anchor that follows it, not from the proxy itself.
   virtual bool wantsAnchor() const noexcept { return false; }
 };

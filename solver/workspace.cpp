@@ -70,8 +70,7 @@ void Workspace::lay(const Vector3d& centre_W, const Eigen::Quaterniond& rotation
   centring_ = false;
 }
 
-Vector3d Workspace::follow(const Vector3d& proxy_W, double dt_s) noexcept {
-  const Vector3d p_D = toDevice(proxy_W);
+Vector3d Workspace::follow(const Vector3d& proxy_W, const Vector3d& p_D, double dt_s) noexcept {
   if (!p_D.allFinite() || !(dt_s > 0)) return Vector3d::Zero();
   const double most = options_.drift_speed_m_s * dt_s;
   const Vector3d from_centre = p_D - centre_D();

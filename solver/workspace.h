@@ -65,7 +65,11 @@ class Workspace {
   // One tick: moves the world under the device as the regions ask. Returns how far, in frame D (m): every point's p_D
   // falls by that; at most drift_speed * dt_s long, and never past the border of the static region (or the centre).
   // O(1).
-  Eigen::Vector3d follow(const Eigen::Vector3d& proxy_W, double dt_s) noexcept;
+  Eigen::Vector3d follow(const Eigen::Vector3d& proxy_W, double dt_s) noexcept {
+    return follow(proxy_W, toDevice(proxy_W), dt_s);
+  }
+  // The same where toDevice(proxy_W) is known.
+  Eigen::Vector3d follow(const Eigen::Vector3d& proxy_W, const Eigen::Vector3d& p_D, double dt_s) noexcept;
 
  private:
   WorkspaceOptions options_;

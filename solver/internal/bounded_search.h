@@ -1,32 +1,31 @@
-// The engine under the basic and the force-based solver: a depth-first search over the graph of tiles in bounded ticks.
+// The engine of the basic and the force-based solver: a depth-first search over the working graph in bounded ticks.
 //
-// It runs what the paper writes as a recursion (DESIGN 5.1, 5.2; the paper, 3.1 and 3.3),
+// It runs what the paper writes as a recursion (Raya et al. 2011, 3.1 and 3.3),
 //
 //   segment(s, entered): skip if marked, mark;  q = closest point of s to h;  q nearer than the best: it is the best;
-//                        the method says from which ends of s to go on
+//                        the method says from which ends of s to go on (Reach)
 //   node(n):             skip if marked, mark;  segment(s, n) for every incident s in the order of identity
 //
-// in exactly that order, with an explicit stack. One entry of the stack is a node: *pending* (not marked yet) or
-// *entered*, with the position in its incidence list. A segment of equal ends is transparent: q is the end that was not
-// entered from (both, where the search begins on it), and the search goes on there with the sub-goal it came with, so
-// that it is never a wall.
+// in exactly that order, with an explicit stack of nodes: *pending* ones, and *entered* ones with the position in their
+// list of edges. Only nodes are marked. All that a search reaches is of one cell, and lists are in the order of
+// identity: so a segment has been tested exactly if it is the first, or if an end of it has been entered and has passed
+// it. A segment of equal ends is transparent: q is the end that was not entered from (both, where the search begins on
+// it), and the search goes on there with the sub-goal it came with.
 //
-// A *sweep* is one such search, from a place to an empty stack. Most sweeps end within their tick, and are done by
-// QuickSweep, which marks next to nothing. One that does not is resumed by the next tick, marks and stack kept.
+// A *sweep* is one such search, from a place to an empty stack. Most end within their tick. One that does not is
+// resumed by the next tick, marks and stack kept.
 //
 // Invariants (each a test):
 //  1. |place - h| never rises within a tick, whatever the method: the best starts as the old place and yields only to
-//  strictly
-//     nearer points. So at fixed h the proxy cannot oscillate.
-//  2. Tested segments <= max_visited a tick, counted per segment. Entries looked at (incident segments already marked,
-//  stack
-//     entries entered or popped) <= kScansPerTest * max_visited + 1 a tick. Either bound ends the tick as *capped*.
-//  3. Stack <= segments marked in the sweep + 1 <= capacity of the marks + 1: a fixed array.
+//     strictly nearer points. So at fixed h the proxy cannot oscillate.
+//  2. Tested segments <= max_visited a tick. Entries looked at (edges tested already, stack entries entered or popped)
+//     <= kScansPerTest * max_visited + 1 a tick. Either bound ends the tick as *capped*.
+//  3. Stack <= nodes marked in the sweep + 2: a fixed array.
 //  4. A sweep during which h does not move ends with the place of the unbounded recursion, bit for bit, in however many
-//  ticks.
+//     ticks.
 //  5. A tile is reported absent exactly when the search, within its bounds, would have read it. With that tile loaded,
-//  undo() and
-//     the same tick again go on past it. So the answer with all such tiles loaded is that of the whole graph in memory.
+//     undo() and the same tick again go on past it. So the answer with all such tiles loaded is that of the whole graph
+//     in memory.
 //  6. undo() costs no more than the tick did.
 //
 // When h has moved since the last tick of an unfinished sweep, the active segment is tested again first (the proxy
@@ -36,10 +35,9 @@
 // full: the sweep is given up (capped), the next starts from the place. Thread rule: haptic thread only.
 #pragma once
 
-#include "index/closest_point.h"
-#include "solver/graph_view.h"
-#include "solver/internal/quick_sweep.h"
-#include "solver/marks.h"
+#include "solver/internal/active_segment.h"
+#include "solver/internal/reach.h"
+#include "solver/internal/working_graph.h"
 #include "solver/proxy_solver.h"
 
 #include <vector>
@@ -48,82 +46,83 @@ namespace filiform::internal {
 
 class BoundedSearch final : public ProxySolver {
  public:
-  // 2.5 MB at the default; grows with max_visited beyond 8192. Requires 1 <= max_visited <= kMostVisited.
-  BoundedSearch(std::uint32_t max_visited, const Reach& reach);
+  // 4 MB at the default. Requires 1 <= max_visited <= kMostVisited.
+  BoundedSearch(std::uint32_t max_visited, std::uint32_t pool_nodes, const Reach& reach);
 
   static constexpr std::uint32_t kMostVisited = 1u << 20;
   static constexpr std::uint32_t kScansPerTest = 8;
   // A hub of 10 000 branches, all of whose far ends are entered, fits.
-  static constexpr std::uint32_t kLeastMarks = 24576;
+  static constexpr std::uint32_t kLeastMarks = 12288;
 
   const ProxyPlace& place() const noexcept override { return state_.place; }
   void setPlace(const ProxyPlace& place) noexcept override;
   void advance(const GraphView& graph, const ProbeState& probe, SolverStep& step) noexcept override;
   void undo() noexcept override;
+  void prepare(const GraphView& graph, const Vector3d& ahead_W, std::uint32_t most) noexcept override;
 
  private:
-  static constexpr std::uint32_t kNoNode = UINT32_MAX;
   struct Tick {
-    const GraphView& graph;
     const Vector3d& h_W;
     SolverStep& step;
     std::uint32_t scans = 0;
-    BestPoint best;
+    // The best so far: edge `edge` of node `node`, or the active segment where that is kNone.
+    bool improved = false;
+    std::uint32_t node = WorkingGraph::kNone, edge = 0;
+    ClosestPoint best{};
   };
   struct Entry {
-    NodeId id;
-    TileId home;              // kNoTile: not looked up yet
-    std::uint32_t node;       // in the home tile; kNoNode: not looked up yet
-    std::uint32_t next, end;  // positions in the incidence list; end 0: pending
+    std::uint32_t node;  // in the working graph
+    std::uint32_t next;  // edge
+    bool entered;
     Vector3d sub_goal_W;
-    GridPoint point;  // of the node, where its home is not known
   };
   struct State {
     ProxyPlace place;
-    Vector3d h_W = Vector3d::Zero();  // of the last tick
-    bool moved = false;               // h moved since the unfinished sweep began
+    // Of an unfinished sweep:
     std::uint32_t depth = 0;          // entries on the stack
-    // Where the last tick found the place, to spare the search for it; confirmed by identity before use.
-    std::uint32_t segment = 0;     // in tile place.tile
-    TileId home = kNoTile;         // of place.node; kNoTile: not known
-    std::uint32_t node = kNoNode;  // in that tile
+    bool moved = false;               // h has moved since it began
+    bool starts_on_segment = false;   // it began on `first`
+    std::uint32_t first = 0;          // a segment's rank
+    Vector3d h_W = Vector3d::Zero();  // of the last tick
+  };
+  struct Change {
+    std::uint32_t node;
+    WorkingGraph::Mark before;
   };
 
-  bool shallowSweep(const GraphView& graph, const Vector3d& h_W, double old2, SolverStep& step) noexcept;
-  void deepSweep(const GraphView& graph, const Vector3d& h_W, bool on_segment, double old2, SolverStep& step) noexcept;
-  bool quickSweep(Tick& tick, bool on_segment) noexcept;
-  void sweep(Tick& tick) noexcept;
-  void startSweep(Tick& tick) noexcept;
-  void findHome(const GraphView& graph) noexcept;
+  void resume(Tick& tick) noexcept;
+  void sweep(Tick& tick, bool beside) noexcept;
   void slide(Tick& tick) noexcept;
   void run(Tick& tick) noexcept;
   bool enter(Tick& tick, Entry& top) noexcept;
-  void test(Tick& tick, const Tile& tile, std::uint32_t segment, const Vector3d& sub_goal_W) noexcept;
-  GraphView::SegmentRef active(Tick& tick) noexcept;
+  void testActive(Tick& tick) noexcept;
+  void test(Tick& tick, std::uint32_t n, std::uint32_t i, WorkingGraph::Edge& edge,
+            const Vector3d& sub_goal_W) noexcept;
+  bool isTested(std::uint32_t n, const WorkingGraph::Edge& edge) const noexcept;
+  void offer(Tick& tick, const ClosestPoint& q, std::uint32_t node, std::uint32_t edge) const noexcept;
   void settle(Tick& tick) noexcept;
-  void settle(const GraphView& graph, const Tile& tile, std::uint32_t segment, double t, const Vector3d& p_W) noexcept;
-  void keepForUndo() noexcept;
-  // Does nothing for a node that is visited already.
-  void goOn(const Tile& tile, std::uint32_t node, NodeId id, const Vector3d& sub_goal_W) noexcept;
+  WorkingGraph::Mark& mark(std::uint32_t n) noexcept;
+  void push(std::uint32_t n, const Vector3d& sub_goal_W) noexcept;
   Entry& touchTop() noexcept;
-  void pop() noexcept;
   void giveUp(Tick& tick) noexcept;
 
   std::uint32_t max_visited_, max_scans_;
   Reach reach_;
-  // Of the neighbourhood, decoded.
+  WorkingGraph graph_;
   ActiveSegment active_;
-  StarCache stars_;
-  QuickSweep quick_;
   State state_, before_;
-  Marks marks_;
   std::vector<Entry> stack_;
-  // Of the entries on the stack when the tick began, those from `kept_above_` up have been touched and are kept in
-  // `kept_`, top first.
-  std::vector<Entry> kept_;
-  std::uint32_t kept_above_ = 0;
-  enum class Undo : std::uint8_t { nothing, slide, all };  // of the last tick; slide: t and p_W alone
+  // For undo(): the place where the tick changed it. Of a tick that resumed a sweep all, with the marks it changed and
+  // the stack entries it touched, top first.
+  enum class Undo : std::uint8_t { nothing, sweep, all };
   Undo undo_ = Undo::nothing;
+  bool keeps_place_ = false;
+  bool resumed_ = false;
+  WorkingGraph::Search search_before_;
+  std::vector<Change> changes_;
+  std::size_t changed_ = 0;
+  std::vector<Entry> touched_;
+  std::uint32_t untouched_ = 0;  // entries from the bottom
 };
 
 }  // namespace filiform::internal

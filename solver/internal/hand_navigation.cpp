@@ -87,7 +87,7 @@ void HandNavigation::publish(const ReaderFocus& focus) noexcept {
   waited_for_.store(absent != nullptr && absent->count > 0 ? absent->ids[0] : kNoTile, std::memory_order_relaxed);
 }
 
-void HandNavigation::prepare(double) noexcept {}  // nothing has such work yet
+void HandNavigation::prepare(double free_s) noexcept { navigation_.prepare(free_s); }
 
 bool HandNavigation::waitsForFailedTile() const {
   const TileId tile = waited_for_.load(std::memory_order_relaxed);

@@ -337,24 +337,34 @@ TEST_P(BoundedSearch, ProxySlidesAlongItsSegmentWhileASweepIsUnfinished) {
   }
 }
 
+// A hub whose branches all lead to the probe, each a little nearer, so that their far ends are all entered.
 TEST_P(BoundedSearch, FullMarksGiveUpTheSweepAndSaySo) {
-  const Hub hub(internal::BoundedSearch::kLeastMarks + 100);
-  const TiledGraph tiled(hub.graph, 100000);
-  const GraphView view = viewOf(tiled, hub.graph);
-  const auto solved = solver(256);
+  constexpr std::uint32_t kBranches = internal::BoundedSearch::kLeastMarks + 100;
+  TestGraphBuilder builder;
+  const std::uint32_t hub = builder.node(Vector3d(0, 0, 0));
+  for (std::uint32_t i = 0; i < kBranches; ++i) builder.link(builder.node(Vector3d(1 + 4e-3 * i, 0, 0)), hub);
+  const TestGraph graph = builder.build();
+  const TiledGraph tiled(graph, 100000);
+  const GraphView view = viewOf(tiled, graph);
+  const auto solved = solver(256), hesitant = solver(256);
   solved->setPlace(view.placeAt(0, {0, 1}, 1.0));
-  const ProxyPlace before = solved->place();
-  SolverStep step;
-  for (int i = 0; i < 300; ++i) {
-    tick(*solved, view, Vector3d(4, 0, 0), step);
-    ASSERT_TRUE(step.capped);
+  hesitant->setPlace(solved->place());
+  const Vector3d h_W(1000, 0, 0);
+  SolverStep step, again;
+  std::uint64_t visited = 0;
+  do {
+    tick(*solved, view, h_W, step);
+    tick(*hesitant, view, h_W, again);
+    takeBack(*hesitant);
+    tick(*hesitant, view, h_W, again);
     ASSERT_LE(step.visited, 256u);
-    if (i % 7 == 0) {
-      takeBack(*solved);
-      tick(*solved, view, Vector3d(4, 0, 0), step);
-    }
-  }
-  EXPECT_TRUE(samePlace(solved->place(), before));
+    ASSERT_EQ(step.visited, again.visited);
+    ASSERT_TRUE(samePlace(solved->place(), hesitant->place()));
+    visited += step.visited;
+    ASSERT_LE(visited, kBranches);
+  } while (step.capped);
+  EXPECT_GE(visited, internal::BoundedSearch::kLeastMarks - 2);
+  EXPECT_LT(visited, kBranches);
 }
 
 TEST_P(BoundedSearch, ProbeThatIsNotFiniteChangesNothing) {
