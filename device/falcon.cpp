@@ -184,6 +184,7 @@ void Falcon::open() {
     state_.status = DeviceStatus::closed;
     throw;
   }
+  sent_N_ = taken_N_ = Eigen::Vector3d::Zero();
   opened_s_ = report_s_ = usb_->time_s();
   refused_in_a_row_ = unanswered_ = 0;
   state_.status = DeviceStatus::homing;
@@ -197,7 +198,7 @@ void Falcon::close() noexcept {
 }
 
 DeviceState Falcon::exchange(const Wrench& wrench) noexcept {
-  state_.sent_N = Eigen::Vector3d::Zero();
+  state_.sent_N = sent_N_;
   if (state_.status == DeviceStatus::closed || state_.status == DeviceStatus::fault) return state_;
   deadline_s_ = usb_->time_s() + kAnswerTime_s;
   // What has come by now answers an earlier question; it must not be taken for the answer to this one.
@@ -259,6 +260,7 @@ bool Falcon::send(const FalconCommand& command, bool at_once) noexcept {
   // The device does not take the last command: a newer one waits behind it, a zero does not.
   if (out_->pending() && (!at_once || !out_->cancel(std::max(0.0, deadline_s_ - usb_->time_s())))) return false;
   const UsbStatus last = out_->status();
+  if (last == UsbStatus::done) taken_N_ = sent_N_;
   if (last == UsbStatus::stalled || last == UsbStatus::failed) ++counters_.transfer_errors;
   const FalconPacket packet = packFalconCommand(command);
   std::copy(packet.begin(), packet.end(), out_->buffer().begin());
@@ -369,12 +371,13 @@ void Falcon::sendZeros(const FalconCommand& zero, double until_s) noexcept {
   const auto left_s = [&] { return std::max(0.0, until_s - usb_->time_s()); };
   for (int i = 0; i < kZeroPackets && !usb_->gone() && (i == 0 || left_s() > 0); ++i) {
     if (!out_->cancel(left_s())) break;
+    if (i == 0 && out_->status() == UsbStatus::done) taken_N_ = sent_N_;
     std::copy(packet.begin(), packet.end(), out_->buffer().begin());
     // Half of what is left for the answer, half for the system to return the buffer.
     const double wait_s = std::min(kZeroTime_s, 0.5 * left_s());
-    usb_->run(*out_, packet.size(), wait_s, wait_s);
+    if (usb_->run(*out_, packet.size(), wait_s, wait_s) == UsbStatus::done) taken_N_.setZero();
   }
-  sent_N_.setZero();
+  sent_N_ = taken_N_;
 }
 
 void Falcon::fail() noexcept {

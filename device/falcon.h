@@ -72,7 +72,8 @@ class Falcon : public HapticDevice {
   DeviceStatus status() const noexcept override { return state_.status; }
   // Sends the force and waits for the report that answers, kAnswerTime_s at most. Without one the state is the last
   // one, its time unchanged. Sends zeros if the device is lost; these also end at kAnswerTime_s, and close() repeats
-  // them. Torques are ignored. Handles the transport's events on the calling thread.
+  // them. If the device takes none of these zeros, sent_N is the last force that it took. Torques are ignored. Handles
+  // the transport's events on the calling thread.
   DeviceState exchange(const Wrench& wrench) noexcept override;
 
   const FalconCounters& counters() const noexcept { return counters_; }
@@ -113,7 +114,8 @@ class Falcon : public HapticDevice {
   DeviceState state_;
   double opened_s_ = 0, report_s_ = 0, ramp_from_s_ = 0;  // transport's clock; of the last report that was believed
   double deadline_s_ = 0;                                 // of the exchange under way, transport's clock
-  Eigen::Vector3d sent_N_ = Eigen::Vector3d::Zero();      // that the device was told last
+  Eigen::Vector3d sent_N_ = Eigen::Vector3d::Zero();      // of the last command sent
+  Eigen::Vector3d taken_N_ = Eigen::Vector3d::Zero();     // of the last command that the device is known to have taken
   Eigen::Vector3d p_F_ = kFalconCentre_F;
   Eigen::Vector3d refused_F_ = kFalconCentre_F;  // where the last report that was not believed was
   int refused_in_a_row_ = 0;

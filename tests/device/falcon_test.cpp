@@ -406,12 +406,17 @@ TEST(Falcon, ADeviceThatTakesNothingIsAFaultAndHoldsUpNobody) {
     test::FakeUsbDevice& device = bench.fake.usb_device();
     const bool silent = kind == FakeUsbFault::Kind::silent;
     device.fault({.kind = kind, .at = silent ? device.packets() : device.transfers()});
+    DeviceState state;
     for (int i = 0; i < 1000 && bench.falcon.status() != DeviceStatus::fault; ++i) {
       const double begin_s = bench.usb.time_s();
-      bench.falcon.exchange(push({2, 0, 0}));
+      state = bench.falcon.exchange(push({2, 0, 0}));
       EXPECT_LE(bench.usb.time_s() - begin_s, Falcon::kAnswerTime_s + 1e-9) << i;
     }
     EXPECT_EQ(bench.falcon.status(), DeviceStatus::fault);
+    // A zero that the device did not take is not reported as sent.
+    EXPECT_NEAR(bench.fake.force_N().norm(), silent ? 0 : 2, 0.02);
+    EXPECT_LT((*state.sent_N - bench.fake.force_N()).norm(), 0.02);
+    EXPECT_LT((*bench.falcon.exchange({}).sent_N - bench.fake.force_N()).norm(), 0.02);
     bench.falcon.close();
     EXPECT_TRUE(bench.usb.violations().empty()) << bench.usb.violations().front();
   }
