@@ -2,6 +2,7 @@
 
 #include "index/cell.h"
 #include "index/errors.h"
+#include "index/output.h"
 #include "index/text.h"
 #include "index/whole_number.h"
 #include "solver/graph_view.h"
@@ -10,13 +11,10 @@
 #include <cerrno>
 #include <cmath>
 #include <cstdlib>
-#include <cstring>
-#include <fcntl.h>
 #include <filesystem>
 #include <fstream>
 #include <optional>
 #include <sstream>
-#include <unistd.h>
 #include <vector>
 
 #include <nlohmann/json.hpp>
@@ -239,24 +237,9 @@ void SavedHistory::save() const {
   const fs::path folder = fs::path(d.path).parent_path();
   fs::create_directories(folder, error);
   if (error) throw IoError(folder.string(), "cannot make the folder for saved places", error.value());
-  const std::string fresh = d.path + ".tmp-" + std::to_string(getpid());
-  const int file = open(fresh.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
-  if (file < 0) throw IoError(fresh, "cannot write the saved places", errno);
-  int failed = 0;
-  for (std::size_t at = 0; at < text.size() && failed == 0;) {
-    const ssize_t written = write(file, text.data() + at, text.size() - at);
-    if (written < 0)
-      failed = errno == EINTR ? 0 : errno;
-    else
-      at += static_cast<std::size_t>(written);
-  }
-  if (failed == 0 && fsync(file) != 0) failed = errno;
-  if (close(file) != 0 && failed == 0) failed = errno;
-  if (failed == 0 && std::rename(fresh.c_str(), d.path.c_str()) != 0) failed = errno;
-  if (failed != 0) {
-    unlink(fresh.c_str());
-    throw IoError(d.path, "cannot write the saved places", failed);
-  }
+  Output out(d.path);
+  out.write(text);
+  out.finish();
 }
 
 }  // namespace filiform

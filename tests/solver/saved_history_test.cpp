@@ -185,6 +185,21 @@ TEST(SavedHistory, SaysWhereItCannotWrite) {
   EXPECT_THROW(SavedHistory(*store, folder / "taken.json"), IoError);
 }
 
+// As for every result: a link stays, and the file keeps its permissions.
+TEST(SavedHistory, FollowsALinkAndKeepsPermissions) {
+  const test::TempFolder folder;
+  const auto store = storeOf(cells(), 64);
+  test::writeBytes(folder / "real.json", R"({"version":1,"now":0,"history":[],"bookmarks":{}})");
+  fs::permissions(folder / "real.json", fs::perms::owner_read | fs::perms::owner_write);
+  fs::create_symlink("real.json", folder / "c.json");
+  SavedHistory saved(*store, folder / "c.json");
+  saved.history().setBookmark("here", placeIn(*store, 0, 0, 0.5));
+  saved.save();
+  EXPECT_TRUE(fs::is_symlink(folder / "c.json"));
+  EXPECT_NE(test::readBytes(folder / "real.json").find("here"), std::string::npos);
+  EXPECT_EQ(fs::status(folder / "real.json").permissions(), fs::perms::owner_read | fs::perms::owner_write);
+}
+
 TEST(NavigationHistory, RestoresWhatItWas) {
   const auto store = storeOf(cells(), 64);
   std::vector<ProxyPlace> places;
