@@ -5,6 +5,7 @@
 #include "tests/support/temp_folder.h"
 #include "tests/support/zip_builder.h"
 
+#include <fstream>
 #include <sstream>
 #include <string>
 
@@ -261,6 +262,55 @@ TEST(Archive, SizesAndPlacesMayStandInZip64Fields) {
   // A size of 4 GiB and more that is a lie.
   const std::string found = archiveRow(inZip64(std::uint64_t{1} << 33));
   EXPECT_TRUE(found.starts_with("refuse 0 0 ")) << found;
+}
+
+// Bytes that this thread has read from files.
+std::uint64_t bytesRead() {
+  std::ifstream counts("/proc/thread-self/io");
+  std::string name;
+  std::uint64_t bytes = 0;
+  counts >> name >> bytes;
+  return name == "rchar:" ? bytes : 0;
+}
+
+// Each end record states a directory that fails only after its last entry: reading all of them takes the square of the
+// file's size.
+TEST(Archive, ManyEndRecordsThatStateTheSameLongDirectoryAreNotAllRead) {
+  if (bytesRead() == 0) GTEST_SKIP() << "this system does not count what a thread reads";
+  const std::string plain = buildZip({kGood});
+  const std::size_t directory_at = plain.rfind("PK\1\2");
+  std::string entry = plain.substr(directory_at, plain.size() - 22 - directory_at);
+  entry.replace(32, 2, zipNumber(60000, 2)) += std::string(60000, 'c');  // its comment
+  constexpr std::uint64_t kEntries = 20, kRecords = 2900;
+  std::string zip;
+  for (std::uint64_t i = 0; i < kEntries; ++i) zip += entry;
+  for (std::uint64_t i = 0; i < kRecords; ++i)
+    zip += "PK\5\6" + zipNumber(0, 4) + zipNumber(kEntries + 1, 2) + zipNumber(kEntries + 1, 2) +
+           zipNumber(zip.size(), 4) + zipNumber(0, 4) + zipNumber(22 * (kRecords - 1 - i), 2);
+  const test::TempFolder folder;
+  test::writeBytes(folder.file("a.zip"), zip);
+  const std::uint64_t before = bytesRead();
+  EXPECT_TRUE(Archive(folder.file("a.zip")).refusal());
+  EXPECT_LT(bytesRead() - before, 6 * zip.size() + (std::uint64_t{32} << 20));
+  EXPECT_GT(kRecords * zip.size(), std::uint64_t{1} << 30);  // without a limit
+}
+
+// Small entries that share one long content: none of them is read.
+TEST(Archive, OverlappingEntriesAreRefusedBeforeTheyAreRead) {
+  if (bytesRead() == 0) GTEST_SKIP() << "this system does not count what a thread reads";
+  const std::string content(1 << 20, '1');
+  std::vector<ZipMember> members{swcMember("0.swc", content)};
+  for (int i = 1; i < 1000; ++i) {
+    ZipMember member = swcMember(std::to_string(i) + ".swc", "");
+    member.header_at = 0;
+    member.bytes = static_cast<std::uint32_t>(content.size());
+    members.push_back(member);
+  }
+  const test::TempFolder folder;
+  test::writeBytes(folder.file("a.zip"), buildZip(members));
+  const std::uint64_t before = bytesRead();
+  EXPECT_EQ(rowOfFile(folder.file("a.zip")), "refuse 0 0 - E_ZIP_OVERLAP:1");
+  EXPECT_LT(bytesRead() - before, content.size());
 }
 
 TEST(Archive, AMissingFileIsNamed) { EXPECT_THROW(Archive("no/such.zip"), IoError); }
