@@ -109,10 +109,6 @@ std::optional<Soma> somaOf(std::span<const SomaSample> samples, double slack_um)
   return soma;
 }
 
-bool CellSomata::isDeadEnd(std::uint32_t rank) const {
-  return std::any_of(somata.begin(), somata.end(), [&](const Soma& soma) { return soma.isDeadEnd(rank); });
-}
-
 CellSomata somataOf(std::span<const std::uint32_t> parents, std::span<const Vector3d> positions_um,
                     std::span<const float> radii_um, std::span<const std::uint16_t> types, double slack_um) {
   CellSomata found;

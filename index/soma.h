@@ -54,9 +54,6 @@ ThreePoint threePointOf(std::span<const SomaSample> samples, double slack_um = 0
 struct CellSomata {
   std::vector<Soma> somata;              // by root
   std::vector<std::uint32_t> off_roots;  // roots of somata with ThreePoint::kOff
-
-  // Is the sample a dead end of one of the somata? O(log samples).
-  bool isDeadEnd(std::uint32_t rank) const;
 };
 
 // Of a whole cell; none of a cell with loops. O(samples).

@@ -46,9 +46,9 @@ TEST(Soma, ThreeSamplesAtOneRadiusAreASphere) {
   EXPECT_EQ(soma.radius_um, 8);
   EXPECT_EQ(soma.samples, (std::vector<std::uint32_t>{1, 2}));
   EXPECT_EQ(soma.dead_ends, soma.samples);
-  EXPECT_TRUE(found.isDeadEnd(2));
-  EXPECT_FALSE(found.isDeadEnd(0));
-  EXPECT_FALSE(found.isDeadEnd(3));
+  EXPECT_TRUE(found.somata[0].isDeadEnd(2));
+  EXPECT_FALSE(found.somata[0].isDeadEnd(0));
+  EXPECT_FALSE(found.somata[0].isDeadEnd(3));
 }
 
 TEST(Soma, ThreeSamplesAreASphereWhicheverWayTheyAreTurned) {
@@ -129,7 +129,7 @@ TEST(Soma, EachRootHasItsOwn) {
   const CellSomata found = somataOf(cell);
   ASSERT_EQ(found.somata.size(), 2u);
   EXPECT_EQ(found.somata[1].root, 6u);
-  EXPECT_TRUE(found.isDeadEnd(8));
+  EXPECT_TRUE(found.somata[1].isDeadEnd(8));
 }
 
 }  // namespace
