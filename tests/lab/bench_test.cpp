@@ -329,6 +329,20 @@ TEST(BenchProgram, RefusesContradictions) {
   }
 }
 
+TEST(BenchProgram, ACorpusWithoutUsableNeuronsIsOneClearLine) {
+  const test::TempFolder folder;
+  std::filesystem::create_directories(folder / "tiny");
+  test::writeBytes(folder / "tiny/a.swc", "1 1 0 0 0 1 -1\n2 3 1 0 0 1 1\n");
+  for (const char* workload : {"nearest", "work", "solver", "parameters", "storage"}) {
+    const test::Outcome outcome =
+        test::runFiliform({"bench", workload, "--corpus", folder / "tiny", "--out", folder / "out"});
+    EXPECT_EQ(outcome.exit_code, 2) << outcome.err;
+    EXPECT_TRUE(outcome.oneLineOnStderr()) << outcome.err;
+    EXPECT_NE(outcome.err.find("--corpus " + (folder / "tiny") + ": no reconstruction"), std::string::npos)
+        << outcome.err;
+  }
+}
+
 TEST(BenchIngest, IsTheMedianOfAtLeastFiveRuns) {
   for (const std::uint64_t segments : {10'000ull, 1'000'000ull, 200'000'000ull})
     EXPECT_GE(ingestRuns(segments, false), 5);

@@ -74,6 +74,8 @@ TEST(Evaluation, ProgramRefusesWhatMakesNoSense) {
   refuses({"--corpus", folder / "none"}, 3, "none");
   test::writeBytes(folder / "tiny.swc", "1 1 0 0 0 1 -1\n2 3 1 0 0 1 1\n");
   refuses({"--corpus", folder / "tiny.swc"}, 1, "40 um");
+  test::writeBytes(folder / "page.swc", "<html>\n");
+  refuses({"--corpus", folder / "page.swc"}, 2, "--corpus page.swc: no usable neuron");
 }
 
 TEST(Trial, SameSetupSameFigures) {

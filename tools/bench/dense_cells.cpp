@@ -1,6 +1,8 @@
 #include "tools/bench/dense_cells.h"
 
+#include "index/errors.h"
 #include "index/input.h"
+#include "index/text.h"
 #include "tools/synthetic.h"
 
 #include <algorithm>
@@ -42,6 +44,10 @@ std::vector<Cell> morphologyLibrary(const std::string& folder, std::size_t most,
   Input input({folder});
   for (Cell cell; input.next(cell);)
     if (plausible(cell)) all.push_back(std::move(cell));
+  if (all.empty())
+    throw UsageError("--corpus " + escaped(folder) +
+                     ": no reconstruction in it has 500 to 50 000 segments of 0.3 to 3 um on average; give a folder of "
+                     "whole neurons in um (filiform check says what it holds)");
   if (all.size() <= most) return all;
   std::vector<Cell> some;
   for (std::size_t i = 0; i < most; ++i) some.push_back(std::move(all[i * all.size() / most]));

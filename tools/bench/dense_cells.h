@@ -34,6 +34,7 @@ class DenseCells final : public CellStream {
 // The reconstructions below a folder that can be packed as densely as tissue is: 500 to 50 000 segments of 0.3 to 3 um
 // on average, none longer than 100 um (two segments a um^3 are then at most 6 um of neurite a um^3, about what cortex
 // holds); at most `most` of them, evenly from the list. Without a folder: synthetic neurons of that seed.
+// Throws UsageError where the folder has none; what Input throws.
 std::vector<Cell> morphologyLibrary(const std::string& folder, std::size_t most, std::uint64_t seed);
 
 }  // namespace filiform::tools

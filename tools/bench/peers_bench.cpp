@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <stdexcept>
 #include <string>
 
 namespace filiform::tools {
@@ -49,7 +48,6 @@ BenchReport runPeers(const BenchOptions& options) {
                              : options.long_run    ? 1'000'000
                                                    : 300'000;
   const std::vector<Cell> library = morphologyLibrary(options.corpus, options.quick ? 4 : 60, options.seed);
-  if (library.empty()) throw std::runtime_error("no reconstruction below " + options.corpus + " can be used");
   options.progress("tiles of " + std::to_string(size) + " segments");
   DenseCells cells(library, size, kPerUm3, options.seed);
   const OwnEngine own(cells, size);

@@ -90,7 +90,6 @@ BenchReport runScale(const BenchOptions& options) {
   BenchReport report;
   const WorkFolder folder(options.out, "scale");
   const std::vector<Cell> library = morphologyLibrary(options.corpus, options.quick ? 4 : 60, options.seed);
-  if (library.empty()) throw std::runtime_error("no reconstruction below " + options.corpus + " can be used");
   const std::uint64_t largest = options.segments != 0 ? options.segments
                                 : options.quick       ? 30'000
                                 : options.long_run    ? 200'000'000

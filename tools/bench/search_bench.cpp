@@ -318,7 +318,6 @@ BenchReport runSearch(const BenchOptions& options) {
   BenchReport report;
   const std::uint64_t segments = options.quick ? 20'000 : options.segments != 0 ? options.segments : 1'000'000;
   const std::vector<Cell> library = morphologyLibrary(options.corpus, options.quick ? 4 : 60, options.seed);
-  if (library.empty()) throw std::runtime_error("no reconstruction below " + options.corpus + " can be used");
   options.progress("tiles of " + std::to_string(segments) + " segments");
   DenseCells cells(library, segments, kPerUm3, options.seed);
   SearchScene scene{buildTilesInMemory(cells), {}, {}};

@@ -180,7 +180,6 @@ BenchReport runStorage(const BenchOptions& options) {
   const WorkFolder folder(options.out, "storage");
   const std::uint64_t segments = options.quick ? 20'000 : 500'000;
   const std::vector<Cell> library = morphologyLibrary(options.corpus, options.quick ? 4 : 60, options.seed);
-  if (library.empty()) throw std::runtime_error("no reconstruction below " + options.corpus + " can be used");
   DenseCells dense(library, segments, kPerUm3, options.seed);
   std::vector<Cell> cells;
   for (Cell cell; dense.next(cell);) cells.push_back(cell);

@@ -345,7 +345,6 @@ BenchReport runViewer(const BenchOptions& options) {
     const std::uint64_t segments = options.segments != 0 ? options.segments : options.quick ? 20'000 : 2'000'000;
     options.progress("a set of " + std::to_string(segments) + " segments");
     const std::vector<Cell> library = morphologyLibrary(options.corpus, options.quick ? 4 : 60, options.seed);
-    if (library.empty()) throw std::runtime_error("no reconstruction below " + options.corpus + " can be used");
     folder.emplace(options.out, "viewer");
     path = folder->path() + "/set.fil";
     DenseCells cells(library, segments, 0.1, options.seed);

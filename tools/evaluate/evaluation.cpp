@@ -1,6 +1,7 @@
 #include "tools/evaluate/evaluation.h"
 
 #include "index/errors.h"
+#include "index/text.h"
 #include "tools/cli.h"
 #include "tools/evaluate/evaluation_output.h"
 #include "tools/evaluate/evaluation_results.h"
@@ -45,6 +46,8 @@ TrialCorpus corpusOf(CellStream& cells, const EvaluationOptions& options) {
                                : options.corpus.empty() ? 24
                                                         : 2000;
   TrialCorpus corpus = drawCorpus(cells, routes, draw);
+  if (corpus.listed == 0)
+    throw UsageError("--corpus " + escaped(options.corpus) + ": no usable neuron in it; filiform check says why");
   if (corpus.cells.empty())
     throw InputError("no cell has a route of 40 um or more: is the unit of the files another one than um?");
   return corpus;
