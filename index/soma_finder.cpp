@@ -131,4 +131,18 @@ std::shared_ptr<const Soma> SomaFinder::ofIfReadable(NodeId sample, const GridPo
   }
 }
 
+std::shared_ptr<const Soma> SomaFinder::atIfReadable(std::uint32_t cell, const GridPoint& at) noexcept {
+  try {
+    const TileId home = store_.home(at);
+    if (home == kNoTile) return nullptr;
+    const std::shared_ptr<const Tile> tile = hold(home).tile;
+    for (std::uint32_t node = 0; node < tile->node_count(); ++node) {
+      if (tile->nodeId(node).cell != cell || tile->gridPoint(node) != at) continue;
+      if (std::shared_ptr<const Soma> soma = of(tile->nodeId(node), at)) return soma;
+    }
+  } catch (const std::exception&) {
+  }
+  return nullptr;
+}
+
 }  // namespace filiform

@@ -27,6 +27,10 @@ class SomaFinder {
   // The same, null where the store throws: the sample is then taken as it is.
   std::shared_ptr<const Soma> ofIfReadable(NodeId sample, const GridPoint& at) noexcept;
 
+  // From a place alone: the soma with a sample of that cell at the grid point. Null where there is none, or the store
+  // throws. Costs as of(), and O(nodes of the point's home tile).
+  std::shared_ptr<const Soma> atIfReadable(std::uint32_t cell, const GridPoint& at) noexcept;
+
   // Saves reading what the caller has read already.
   void offer(std::shared_ptr<const Tile> tile, TileAppearance appearance);
   void offer(std::uint32_t cell, const CellDetail& detail);

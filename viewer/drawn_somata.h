@@ -22,8 +22,10 @@ using SomaTable = std::map<NodeId, std::shared_ptr<const Soma>>;
 // cannot be read is left out, and then drawn as its samples are. O(n), and reads of the somata's other tiles.
 SomaTable somataIn(const Tile& tile, const TileAppearance& appearance, const RootTable& roots, SomaFinder& finder);
 
-// Those of a tile of a level of detail, where samples are not known: two soma segments at one node that lie as those of
-// a three-point soma, or one of them where the tile has no more. By the tile's own node ids. O(n).
-SomaTable somataInLevel(const Tile& tile, const TileAppearance& appearance);
+// Those of a tile of a level of detail, by the tile's own node ids, which are no samples. Three-point somata are seen
+// by their shape: two soma segments at one node, or one of them where the tile has no more. Contours are looked up by
+// the place of their nodes; one that cannot be read is left out. O(n), and reads of the contours' full-resolution
+// tiles.
+SomaTable somataInLevel(const Tile& tile, const TileAppearance& appearance, SomaFinder& finder);
 
 }  // namespace filiform

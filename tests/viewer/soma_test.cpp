@@ -180,13 +180,19 @@ TEST(SomaBatches, HoldOneSphereAndNoSegmentWithinIt) {
     }
 }
 
-TEST(SomaBatches, LevelsOfDetailShowSpheresToo) {
+class LevelsOfSomata : public ::testing::TestWithParam<bool> {};  // are they contours?
+INSTANTIATE_TEST_SUITE_P(Forms, LevelsOfSomata, ::testing::Bool());
+
+TEST_P(LevelsOfSomata, ShowSpheres) {
   const test::TempFolder folder;
   std::vector<Cell> cells;
+  std::vector<Vector3d> centres_W;
   for (int i = 0; i < 12; ++i) {
-    Cell cell = cellOf(false);
+    Cell cell = cellOf(GetParam());
     cell.source = "cell" + std::to_string(i) + ".swc";
-    for (Vector3d& p : cell.positions_um) p += Vector3d(150.0 * i, 13.7 + 40.0 * (i % 3), 7.0 * i);
+    const Vector3d centre_W(150.0 * i, 13.7 + 40.0 * (i % 3), 7.0 * i);
+    for (Vector3d& p : cell.positions_um) p += centre_W;
+    centres_W.push_back(centre_W);
     // A long winding axon, so that there is something to simplify.
     for (std::uint32_t k = 1; k <= 300; ++k)
       test::addSample(cell, cell.positions_um[0] + Vector3d(0.3 * k, std::sin(0.2 * k), 20 + 1.0 * k),
@@ -200,19 +206,27 @@ TEST(SomaBatches, LevelsOfDetailShowSpheresToo) {
   ingest(stream, folder / "a.fil", options);
   const auto set = TileSet::open(folder / "a.fil");
   const auto levels = Levels::open(*set);
-  std::size_t balls = 0, capsules = 0;
+  SomaFinder finder(*set);
+  std::size_t balls = 0, others = 0;
   for (LevelId id = 0; id < levels->size(); ++id) {
     if (levels->entry(id).error_um > 5) continue;  // the soma itself may be gone
     const auto tile = levels->load(id);
     const TileAppearance appearance = levels->loadAppearance(id);
-    const SomaTable somata = somataInLevel(*tile, appearance);
-    for (const DrawnSegment& s : makeBatch(*tile, appearance, {.somata = &somata}).segments) {
-      if (std::max(s.a_radius_um, s.b_radius_um) < 5) continue;
-      ++(std::equal(s.a_um, s.a_um + 3, s.b_um) ? balls : capsules);
+    const SomaTable somata = somataInLevel(*tile, appearance, finder);
+    const ThreadBatch batch = makeBatch(*tile, appearance, {.somata = &somata});
+    for (const DrawnSegment& s : batch.segments) {
+      const Vector3d a_W = batch.origin_W + Vector3d(s.a_um[0], s.a_um[1], s.a_um[2]);
+      const Vector3d b_W = batch.origin_W + Vector3d(s.b_um[0], s.b_um[1], s.b_um[2]);
+      for (const Vector3d& centre_W : centres_W) {
+        if ((a_W - centre_W).norm() > 10.1 || (b_W - centre_W).norm() > 10.1) continue;
+        const bool is_sphere =
+            (a_W - centre_W).norm() < 0.01 && a_W == b_W && std::abs(s.a_radius_um - 10) < (GetParam() ? 0.01 : 0.5);
+        ++(is_sphere ? balls : others);
+      }
     }
   }
-  EXPECT_GT(balls, 0U);
-  EXPECT_EQ(capsules, 0U);
+  EXPECT_GT(balls, 12U);
+  EXPECT_EQ(others, 0U);
 }
 
 TEST(SomaWalks, SomaSamplesAreNeitherTipsNorBranches) {

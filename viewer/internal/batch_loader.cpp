@@ -72,13 +72,13 @@ ThreadBatch BatchLoader::Impl::load(const TileJob& job) {
   } else {
     const std::shared_ptr<const Tile> tile = job.level ? levels->load(job.tile) : store.load(job.tile);
     const TileAppearance appearance = job.level ? levels->loadAppearance(job.tile) : store.loadAppearance(job.tile);
-    // Nodes of level tiles are no samples: which of them are somata is not known.
     if (!job.level)
       for (const std::uint32_t cell : cellsWithOpenNodes(*tile))
         if (!cells_known.contains(cell)) learn(cell, store.loadCellDetail(cell));
     options.roots = job.level ? nullptr : &roots;
     if (!job.level) finder.offer(tile, appearance);
-    const SomaTable somata = job.level ? somataInLevel(*tile, appearance) : somataIn(*tile, appearance, roots, finder);
+    const SomaTable somata =
+        job.level ? somataInLevel(*tile, appearance, finder) : somataIn(*tile, appearance, roots, finder);
     options.somata = &somata;
     batch = makeBatch(*tile, appearance, options);
   }
