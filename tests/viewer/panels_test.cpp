@@ -197,6 +197,19 @@ TEST_F(Panels, LettersOfOtherScriptsAreThere) {
   EXPECT_EQ(written("status").corners, two);
 }
 
+TEST_F(Panels, AFontIsReadOnce) {
+  const auto fonts = internal::findFonts(internal::fontFolders());
+  if (fonts.empty() || fonts.front().filename() != "DejaVuSans.ttf") GTEST_SKIP() << "no DejaVu Sans: run tools/setup";
+  test::TempFolder folder;
+  std::filesystem::copy_file(fonts.front(), folder / "DejaVuSans.ttf");
+  letters_ = Letters({folder / "DejaVuSans.ttf"});
+  letters_.build(1);
+  std::filesystem::remove(folder / "DejaVuSans.ttf");
+  letters_.want("\u10A0");
+  letters_.build(1);
+  EXPECT_NE(ImGui::GetIO().Fonts->Fonts[0]->FindGlyphNoFallback(0x10A0), nullptr);
+}
+
 TEST_F(Panels, LettersWithoutAFontAreTheBuiltInOnes) {
   test::TempFolder folder;
   test::writeBytes(folder / "DejaVuSans.ttf", "no font");

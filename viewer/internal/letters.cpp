@@ -1,6 +1,5 @@
 #include "viewer/internal/letters.h"
 
-#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <imgui.h>
@@ -64,18 +63,17 @@ void Letters::build(double scale) {
 
   const auto size_px = static_cast<float>(std::round(kLine_px * scale));
   bool has_text = false;
-  for (const std::filesystem::path& path : fonts_) {
+  for (std::size_t font = 0; font < fonts_.size(); ++font) {
     if (has_text && wanted_.empty()) break;
-    std::ifstream in(path, std::ios::binary);
-    const std::string bytes{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-    if (!isFont(bytes)) continue;
+    const std::string& bytes = bytesOf(font);
+    if (bytes.empty()) continue;
     const auto add = [&](const std::vector<std::uint16_t>& ranges, bool merged) {
-      void* copy = ImGui::MemAlloc(bytes.size());  // the atlas frees it
-      std::copy(bytes.begin(), bytes.end(), static_cast<char*>(copy));
       ImFontConfig config;
+      config.FontDataOwnedByAtlas = false;
       config.MergeMode = merged;
       config.OversampleH = 2;
-      atlas.AddFontFromMemoryTTF(copy, static_cast<int>(bytes.size()), size_px, &config, ranges.data());
+      atlas.AddFontFromMemoryTTF(const_cast<char*>(bytes.data()), static_cast<int>(bytes.size()), size_px, &config,
+                                 ranges.data());
     };
     if (!has_text) add(ranges_, false);
     if (!wanted_.empty()) add(wanted_ranges_, true);
@@ -89,6 +87,16 @@ void Letters::build(double scale) {
   unsigned char* pixels = nullptr;
   int width = 0, height = 0;
   atlas.GetTexDataAsAlpha8(&pixels, &width, &height);  // made now
+}
+
+const std::string& Letters::bytesOf(std::size_t font) {
+  std::optional<std::string>& bytes = bytes_[font];
+  if (!bytes) {
+    std::ifstream in(fonts_[font], std::ios::binary);
+    bytes.emplace(std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>());
+    if (!isFont(*bytes)) bytes.emplace();
+  }
+  return *bytes;
 }
 
 }  // namespace filiform::internal
