@@ -241,6 +241,19 @@ TileState Residency::state(TileId tile) const {
   return slot == nullptr ? TileState::absent : slot->state;
 }
 
+std::vector<std::pair<TileId, TileState>> Residency::states() const {
+  std::vector<std::pair<TileId, TileState>> states;
+  {
+    const std::lock_guard lock(impl_->mutex);
+    const std::vector<internal::TileSlot*>& slots = impl_->loader.slots().all();
+    states.reserve(slots.size());
+    for (const internal::TileSlot* slot : slots)
+      if (slot->state != TileState::absent) states.emplace_back(slot->id, slot->state);
+  }
+  std::sort(states.begin(), states.end());
+  return states;
+}
+
 ResidencyCounters Residency::counters() const {
   const std::lock_guard lock(impl_->mutex);
   return impl_->loader.counters();

@@ -18,6 +18,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace filiform {
@@ -139,6 +140,8 @@ class Residency {
   bool isHeld(HoldId hold) const;
 
   TileState state(TileId tile) const;
+  // Of all tiles that are not absent, in order of tiles, at one moment. O(their number).
+  std::vector<std::pair<TileId, TileState>> states() const;
   ResidencyCounters counters() const;
   std::uint64_t budget_bytes() const;
   // One line for each tile whose last read failed: tile, file, offset, reason. In order of tiles. Then what else could

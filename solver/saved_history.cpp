@@ -222,15 +222,17 @@ NavigationHistory& SavedHistory::history() { return impl_->history; }
 
 const std::string& SavedHistory::warning() const { return impl_->warning; }
 
-void SavedHistory::save() const {
+void SavedHistory::save() const { save(impl_->history); }
+
+void SavedHistory::save(const NavigationHistory& history) const {
   const Impl& d = *impl_;
   CellIds ids(d.store);
-  ordered_json json{{"version", kVersion}, {"now", d.history.now()}};
+  ordered_json json{{"version", kVersion}, {"now", history.now()}};
   json["history"] = ordered_json::array();
-  for (const ProxyPlace& place : d.history.places()) json["history"].push_back(toJson(d.store, ids, place));
+  for (const ProxyPlace& place : history.places()) json["history"].push_back(toJson(d.store, ids, place));
   json["bookmarks"] = d.lost_bookmarks;
-  for (const std::string& name : d.history.bookmarks())
-    json["bookmarks"][name] = toJson(d.store, ids, *d.history.bookmark(name));
+  for (const std::string& name : history.bookmarks())
+    json["bookmarks"][name] = toJson(d.store, ids, *history.bookmark(name));
   const std::string text = json.dump(1, ' ', true, nlohmann::json::error_handler_t::replace) + "\n";
 
   std::error_code error;

@@ -38,8 +38,12 @@ class SavedHistory {
   // One line, or empty: the file was damaged, or places were not found.
   const std::string& warning() const;
 
-  // Replaces the file at once, its folder made if needed: a crash leaves the old one or the new. Throws IoError.
+  // Replaces the file at once (index/output.h), its folder made if needed: a crash leaves the old file or the new one.
+  // Throws IoError; CorruptSet from the store.
   void save() const;
+  // Likewise with a copy of the history in place of history(). Another thread may call it while the owner changes
+  // history(); one call at a time.
+  void save(const NavigationHistory& history) const;
 
  private:
   struct Impl;

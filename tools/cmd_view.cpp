@@ -87,6 +87,9 @@ int runView(const ViewArguments& a) {
   std::vector<NamedPath> outputs{{"--record", a.record}, {"--state", a.state}};
   if (isFileOutput(a.record)) outputs.push_back({"--record", a.record + ".json"});
   checkOutputs(inputsOf(a), outputs);
+  std::error_code none;
+  if (std::filesystem::exists(a.pictures, none) && !std::filesystem::is_directory(a.pictures, none))
+    throw IoError("--pictures " + escaped(a.pictures), "is no folder; name a folder for the screenshots");
   ApplicationOptions options;
   options.paths = a.scene;
   options.open = openToView;
@@ -95,6 +98,10 @@ int runView(const ViewArguments& a) {
     image.width = picture.width;
     image.height = picture.height;
     image.rgb = picture.rgb;
+    const std::filesystem::path folder = std::filesystem::path(path).parent_path();
+    std::error_code error;
+    std::filesystem::create_directories(folder, error);
+    if (error) throw IoError(escaped(folder.string()), "cannot make the folder for pictures", error.value());
     writePng(image, path);
   };
   options.poll = throwIfInterrupted;
@@ -146,7 +153,9 @@ void addView(CLI::App& app, Chosen& chosen) {
                    "what the hand does, for --device replay:FILE; FILE.json beside it")
       ->type_name("FILE");
   command->add_option("--size", a->size, "of the window, pixels")->type_name("WxH");
-  command->add_option("--pictures", a->pictures, "folder for screenshots")->capture_default_str()->type_name("DIR");
+  command->add_option("--pictures", a->pictures, "folder for screenshots, made if needed")
+      ->capture_default_str()
+      ->type_name("DIR");
   command->add_option("--state", a->state, "write the state there, JSON, ten times a second")->type_name("FILE");
   command->add_option("--seconds", a->seconds, "end by itself after so long");
   command->add_flag("--reset", a->reset, "the settings as they were at first");

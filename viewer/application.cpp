@@ -146,6 +146,7 @@ class Application {
     viewpoint_.emplace(travel_->session().workspaceOptions());
     figures_ = {};
     tiles_ = {};
+    near_.clear();
     drag_ = Action::none;
     tooltip_asked_ = false;
     opened_once_ = true;
@@ -156,7 +157,6 @@ class Application {
   // Its end may wait for the disk or the device: beside the frames.
   void closeScene() {
     if (!travel_) return;
-    travel_->savePlaces();
     endPicture();
     closing_.begin([loader = picture_->end(), travel = std::shared_ptr<Travel>(std::move(travel_))]() mutable {
       loader.reset();
@@ -173,7 +173,6 @@ class Application {
       std::this_thread::sleep_for(std::chrono::milliseconds(2));
     }
     if (travel_) {
-      travel_->savePlaces();
       try {
         travel_->finish();
       } catch (const std::exception& error) {
@@ -191,6 +190,7 @@ class Application {
     }
     ended_ = true;
     dumpState();
+    if (!state_failure_.empty()) failure = state_failure_;
     if (!failure.empty()) throw DeviceError(failure);
   }
 
@@ -482,6 +482,7 @@ class Application {
       travel_->lead(pointing(), viewpoint_->workspace());
       travel_->observe();
       lookUnderPointer();
+      if (now_s_ - tiles_counted_s_ > 0.25) countTiles();
       drawScene();
     } catch (const Error& error) {  // of the source, or the graphics: what can go on does
       messages_.sayOnce(error.what());
@@ -489,7 +490,6 @@ class Application {
     for (const std::string& failure : figures_.failed) sayFailure(failure);
     busy_ = large_ || figures_.redrawn || figures_.pending > 0 || drag_ != Action::none || viewpoint_->isGliding();
     renderer_.present(size_);
-    if (now_s_ - tiles_counted_s_ > 0.25) countTiles();
     const PanelData data = panelData();
     using Text = const std::string*;
     for (const Text text : std::initializer_list<Text>{&data.scene, &data.cell, &data.device, &data.hint, &data.tooltip,
@@ -620,7 +620,9 @@ class Application {
     tiles_counted_s_ = now_s_;
     tiles_.frontiers = now().frontiers;
     for (const std::string& failure : tiles_.failures) sayFailure(failure);
-    if (settings_.show_tiles) internal::listTiles(travel_->store(), residency, now().p_W, tiles_);
+    if (!settings_.show_tiles) return;
+    travel_->listTiles([this](std::vector<internal::NearTile> near) { near_ = std::move(near); });
+    internal::showTiles(near_, residency, tiles_);
   }
 
   void serve(const PanelRequests& requests) {
@@ -745,8 +747,12 @@ class Application {
       Output out(options_.state, {.sync = false, .cancel = &kDoNotWait});
       out.stream() << json.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) << '\n';
       out.finish();
-    } catch (const Error&) {
-      // Tried again a tenth of a second later.
+      state_failure_.clear();
+    } catch (const Interrupted&) {  // a pipe that nobody reads now
+    } catch (const ClosedPipe&) {
+    } catch (const Error& error) {  // tried again a tenth of a second later
+      if (state_failure_.empty()) say(error.what());
+      state_failure_ = error.what();
     }
   }
 
@@ -780,11 +786,12 @@ class Application {
   OpenPanels panels_;
   SearchPanel search_;
   TilePanel tiles_;
+  std::vector<internal::NearTile> near_;  // tiles about the proxy
   double tiles_counted_s_ = -1, last_dump_s_ = -1, frame_ms_ = 0;
   int picture_wanted_ = 0, pictures_asked_ = 0, pictures_ = 0;
   bool window_picture_wanted_ = false;
   std::uint64_t frames_ = 0, actions_ = 0, key_repeats_ = 0;
-  std::string last_action_, last_picture_;
+  std::string last_action_, last_picture_, state_failure_;
   // Of the open scene; what uses the others goes first.
   std::unique_ptr<Travel> travel_;
   std::optional<Viewpoint> viewpoint_;

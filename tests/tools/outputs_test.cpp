@@ -1,4 +1,7 @@
 // What the program does to the places that its results are written to: files, links, devices, pipes, inputs.
+#include "device/null_device.h"
+#include "device/replay.h"
+#include "tests/support/display.h"
 #include "tests/support/process.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/temp_folder.h"
@@ -6,6 +9,7 @@
 #include <array>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <functional>
 #include <map>
 #include <memory>
@@ -71,10 +75,38 @@ struct Option {
   std::function<Arguments(const std::string& output)> words;
   bool needs_opengl = false;
   std::string ending{};  // that the output's name must have
+  bool needs_display = false;
+  int exit_code = 0;
 };
 
+// A recording that ends in a fault stands for a device that is lost.
+void recordFault(const std::string& path) {
+  class Dying : public NullDevice {
+   public:
+    DeviceState exchange(const Wrench& wrench) noexcept override {
+      DeviceState state = NullDevice::exchange(wrench);
+      if (++exchanges_ > 50) state.status = DeviceStatus::fault;
+      return state;
+    }
+
+   private:
+    int exchanges_ = 0;
+  };
+  std::ofstream file(path, std::ios::binary);
+  RecordingDevice recording(std::make_unique<Dying>(), file);
+  recording.open();
+  for (int i = 0; i < 60; ++i) recording.exchange({});
+  recording.finish();
+}
+
 // Every option that names a file to write.
-std::vector<Option> outputOptions(const std::string& swc, const std::string& set, const std::string& rec) {
+std::vector<Option> outputOptions(const std::string& swc, const std::string& set, const std::string& rec,
+                                  const std::string& fault_rec) {
+  const auto view = [swc](const std::string& option) {
+    return [swc, option](const std::string& out) {
+      return Arguments{"view", swc, "--seconds", "0.2", "--size", "200x150", option, out};
+    };
+  };
   const auto navigate = [set](const std::string& option) {
     return
         [set, option](const std::string& out) { return Arguments{"navigate", set, "--seconds", "0.1", option, out}; };
@@ -107,6 +139,11 @@ std::vector<Option> outputOptions(const std::string& swc, const std::string& set
       {"navigate --plot", navigate("--plot")},
       {"navigate --picture", navigate("--picture")},
       {"navigate --record", navigate("--record")},
+      {"navigate --fault-csv",
+       [set, fault_rec](const std::string& out) {
+         return Arguments{"navigate", set, "--realtime", "--device", "replay:" + fault_rec, "--fault-csv", out};
+       },
+       false, "", false, 3},
       {"devices --record",
        [](const std::string& out) {
          return Arguments{"devices", "--test", "sim:medium", "--record", out};
@@ -118,6 +155,8 @@ std::vector<Option> outputOptions(const std::string& swc, const std::string& set
          return Arguments{"render", set, "--size", "64x64", "--fps", "5", "--path", rec, "-o", out};
        },
        true, ".mp4"},
+      {"view --state", view("--state"), false, "", true},
+      {"view --record", view("--record"), false, "", true},
   };
 }
 
@@ -165,9 +204,15 @@ TEST_F(Outputs, EveryOptionLeavesDevicesPipesAndLinksAsTheyWere) {
   const Outcome recorded = runFiliform({"navigate", path("cell.fil"), "--seconds", "0.5", "--record", path("a.rec")});
   ASSERT_EQ(recorded.exit_code, 0) << recorded.err;
 
+  recordFault(path("fault.rec"));
+  const bool has_display = test::VirtualDisplay::isInstalled() && !test::VirtualDisplay::name().empty();
+  if (has_display) ::setenv("DISPLAY", test::VirtualDisplay::name().c_str(), 1);
+  ::setenv("XDG_CONFIG_HOME", path("config").c_str(), 1);
+
   int covered = 0;
-  for (const Option& option : outputOptions(path("cell.swc"), path("cell.fil"), path("a.rec"))) {
+  for (const Option& option : outputOptions(path("cell.swc"), path("cell.fil"), path("a.rec"), path("fault.rec"))) {
     if (option.needs_opengl && !canRender()) continue;
+    if (option.needs_display && !has_display) continue;
     SCOPED_TRACE(option.name);
     ++covered;
     const std::string place = base + "/" + std::to_string(covered);
@@ -186,14 +231,14 @@ TEST_F(Outputs, EveryOptionLeavesDevicesPipesAndLinksAsTheyWere) {
 
     for (const char* file : {"null", "to_null", "to_old", "dangling"}) {
       const Outcome outcome = runFiliform(option.words(at(file)));
-      EXPECT_EQ(outcome.exit_code, 0) << file << ": " << outcome.err;
+      EXPECT_EQ(outcome.exit_code, option.exit_code) << file << ": " << outcome.err;
     }
     const Outcome full = runFiliform(option.words(at("full")));
     EXPECT_EQ(full.exit_code, 3) << full.err;
     EXPECT_NE(full.err.find("No space left"), std::string::npos) << full.err;
     const Outcome pipe = runFiliformInShell(
         "cat " + at("pipe") + " > " + at("read") + " & \"$@\"; code=$?; wait; exit $code", option.words(at("pipe")));
-    EXPECT_EQ(pipe.exit_code, 0) << pipe.err;
+    EXPECT_EQ(pipe.exit_code, option.exit_code) << pipe.err;
     EXPECT_GT(fs::file_size(at("read")), 0u);
 
     for (const auto& [file, identity] : before) EXPECT_EQ(identityOf(at(file)), identity) << file;
@@ -206,7 +251,19 @@ TEST_F(Outputs, EveryOptionLeavesDevicesPipesAndLinksAsTheyWere) {
               (std::set<std::string>{"null", "full", "pipe", "old", "to_null", "to_old", "dangling", "new", "read"}));
   }
   RecordProperty("options", covered);
-  EXPECT_GE(covered, 12);
+  EXPECT_GE(covered, 13);
+}
+
+// The folder for screenshots. That pictures are written into a folder that a link leads to, and that a missing one is
+// made, is seen where a window takes them.
+TEST_F(Outputs, PicturesOfTheWindowNeedAFolder) {
+  ASSERT_EQ(::mkfifo(path("pipe").c_str(), 0600), 0);
+  fs::create_symlink("cell.swc", path("link"));
+  for (const std::string& place : {std::string("/dev/null"), std::string("/dev/full"), path("pipe"), path("link")}) {
+    const Identity before = identityOf(place);
+    expectRefusal({"view", path("cell.swc"), "--pictures", place}, 3, "--pictures " + place + ": is no folder");
+    EXPECT_EQ(identityOf(place), before);
+  }
 }
 
 TEST_F(Outputs, AnInputIsNeverAnOutput) {

@@ -4,10 +4,14 @@
 #include "device/null_device.h"
 #include "index/errors.h"
 #include "index/memory_tiles.h"
+#include "tests/support/counting_store.h"
 #include "tests/support/random_cells.h"
+#include "tests/support/temp_folder.h"
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
+#include <filesystem>
 #include <thread>
 
 #include <gtest/gtest.h>
@@ -20,6 +24,21 @@ struct Plug {
   std::atomic<bool> in{true};
   std::atomic<bool> slow{false}, opening{false};  // open() waits; it does
   std::atomic<int> opened{0}, asked{0};
+  std::atomic<int> mice_refused{0};  // so many sessions with the mouse cannot be made
+};
+
+// A disk that can be silent.
+class SilentStore : public test::CountingStore {
+ public:
+  explicit SilentStore(std::unique_ptr<TileStore> store) : CountingStore(*store), store_(std::move(store)) {}
+  CellDetail loadCellDetail(std::uint32_t id) const override {
+    while (silent) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    return CountingStore::loadCellDetail(id);
+  }
+  std::atomic<bool> silent{false};
+
+ private:
+  std::unique_ptr<TileStore> store_;
 };
 
 class PluggedDevice : public NullDevice {
@@ -47,13 +66,17 @@ class Travels : public testing::Test {
   void SetUp() override {
     CellList stream(test::randomColumn(11, 4, 400, 200));
     Opened opened;
-    opened.scene.store = buildTilesInMemory(stream, {.capacity = 64});
+    auto disk = std::make_unique<SilentStore>(buildTilesInMemory(stream, {.capacity = 64}));
+    disk_ = disk.get();
+    opened.scene.store = std::move(disk);
+    opened.saved = std::make_unique<SavedHistory>(*opened.scene.store, places_);
     opened.scene.in_memory = true;
     opened.finder = std::make_unique<PlaceFinder>(*opened.scene.store);
     opened.start = opened.finder->nearest({10, 20, 30})->place;
     SessionOptions options;
     options.device = "plugged";
     options.make_device = [this](const std::string& name, double period_s) -> std::unique_ptr<HapticDevice> {
+      if (name != "plugged" && plug_.mice_refused-- > 0) throw DeviceError("no mouse today");
       if (name != "plugged") return makeDevice(name, {.period_s = period_s});
       return std::make_unique<PluggedDevice>(plug_);
     };
@@ -79,7 +102,14 @@ class Travels : public testing::Test {
     return false;
   }
 
+  std::vector<std::string> savedBookmarks() const {
+    return SavedHistory(travel_->store(), places_).history().bookmarks();
+  }
+
   Plug plug_;  // outlives the rest
+  test::TempFolder folder_;
+  std::string places_ = folder_ / "places.json";
+  SilentStore* disk_ = nullptr;
   Messages messages_;
   std::unique_ptr<Travel> travel_;
   std::string name_;
@@ -100,6 +130,50 @@ TEST_F(Travels, ALostDeviceIsReplacedByTheMouseAndTakenBackWhenItIsPluggedInAgai
     const std::vector<std::string> told = messages_.shown();
     EXPECT_EQ(std::count(told.begin(), told.end(), name_ + " is back"), 1) << turn;
   }
+}
+
+TEST_F(Travels, ASessionWithTheMouseThatCannotBeMadeIsTriedAgain) {
+  ASSERT_TRUE(comesTo(name_));
+  plug_.mice_refused = 1;
+  plug_.in = false;
+  EXPECT_TRUE(comesTo("mouse"));
+  const std::vector<std::string> told = messages_.shown();
+  EXPECT_EQ(std::count(told.begin(), told.end(), "no mouse today"), 1);
+}
+
+TEST_F(Travels, PlacesAreSavedBesideTheFrames) {
+  ASSERT_TRUE(comesTo(name_));
+  disk_->silent = true;
+  std::atomic<bool> over{false};
+  std::thread later([&] {  // an end, should a frame wait for the disk
+    for (int i = 0; i < 5000 && !over; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    disk_->silent = false;
+  });
+  travel_->setBookmark("a");
+  for (const std::uint64_t tick = travel_->now().tick; travel_->now().tick < tick + 20;) travel_->serve();
+  EXPECT_TRUE(disk_->silent);
+  over = true;
+  later.join();
+  for (int i = 0; i < 30'000 && !travel_->isIdle(); ++i) {
+    travel_->serve();
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  EXPECT_EQ(savedBookmarks(), std::vector<std::string>{"a"});
+}
+
+TEST_F(Travels, TheEndSavesPlacesOrTellsWhyNot) {
+  ASSERT_TRUE(comesTo(name_));
+  travel_->setBookmark("a");
+  travel_->finish();
+  EXPECT_EQ(savedBookmarks(), std::vector<std::string>{"a"});
+  EXPECT_EQ(SavedHistory(travel_->store(), places_).history().places().size(), 1u);
+  travel_->finish();
+}
+
+TEST_F(Travels, TheEndTellsWhereItCannotSave) {
+  ASSERT_TRUE(comesTo(name_));
+  std::filesystem::create_directories(places_ + "/x");
+  EXPECT_THROW(travel_->finish(), IoError);
 }
 
 // Frames and the mouse's hand go on while it is opened.

@@ -15,6 +15,7 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <iterator>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <thread>
@@ -34,6 +35,12 @@ using test::runFiliformInShell;
 
 constexpr int kStep_ms = 150;    // events within one frame would be taken as one
 constexpr int kPatience_s = 90;  // for a busy machine that draws without a graphics card
+
+void refused(const Outcome& outcome, int code, const std::string& says) {
+  EXPECT_EQ(outcome.exit_code, code) << outcome.err;
+  EXPECT_TRUE(outcome.oneLineOnStderr()) << outcome.err;
+  EXPECT_NE(outcome.err.find(says), std::string::npos) << outcome.err;
+}
 
 class Display : public ::testing::Test {
  protected:
@@ -291,6 +298,30 @@ TEST_F(ViewInShort, AFileThatNeverAnswersDoesNotKeepItFromEnding) {
   ::close(file);
 }
 
+TEST_F(ViewInShort, AStateThatCannotBeWrittenIsSaidAndEndsWithThree) {
+  test::writeBytes(*folder_ / "state.swc", "1 1 0 0 0 5 -1\n2 3 10 0 0 1 1\n");
+  refused(runFiliformInShell(environment() + "exec \"$@\"", {"view", *folder_ / "state.swc", "--size", "200x150",
+                                                             "--seconds", "0.5", "--state", "/dev/full"}),
+          3, "/dev/full: cannot write: No space left");
+}
+
+TEST_F(ViewInShort, PicturesGoWhereALinkLeadsAndTheirFolderIsMade) {
+  fs::create_directory(*folder_ / "shots");
+  fs::create_directory_symlink("shots", *folder_ / "to_shots");
+  test::writeBytes(*folder_ / "shot.swc", "1 1 0 0 0 5 -1\n2 3 10 0 0 1 1\n");
+  for (const std::string& place : {*folder_ / "to_shots", *folder_ / "made/new"}) {
+    pictures_ = place;
+    view("'" + (*folder_ / "shot.swc") + "' --size 200x150");
+    await("the file", [](const Json& s) { return s.at("cell") == "shot"; });
+    act("p");
+    await("a picture", [](const Json& s) { return s.at("pictures") == 1; });
+    EXPECT_EQ(std::distance(fs::directory_iterator(place), fs::directory_iterator()), 1);
+    send("key q");
+    EXPECT_EQ(ended(), 0) << test::readBytes(*folder_ / "err");
+  }
+  EXPECT_TRUE(fs::is_symlink(*folder_ / "to_shots"));
+}
+
 TEST_F(View, TravelsByKeysAndMouse) {
   view("'" + (*folder_ / "c.fil") + "' --size 900x600 --segments 20000 --reset");
   await("a proxy on a thread",
@@ -419,12 +450,6 @@ TEST_F(View, OpensAFileAtOnceAndReplaysWhatWasDone) {
   ASSERT_EQ(ended(), 0);
   for (const char* field : {"tick", "p_um", "h_um", "zoom_um", "centre_um", "rotation", "segment", "t", "force_N"})
     EXPECT_EQ(state()[field], done.at(field)) << field;
-}
-
-void refused(const Outcome& outcome, int code, const std::string& says) {
-  EXPECT_EQ(outcome.exit_code, code) << outcome.err;
-  EXPECT_TRUE(outcome.oneLineOnStderr()) << outcome.err;
-  EXPECT_NE(outcome.err.find(says), std::string::npos) << outcome.err;
 }
 
 TEST(ViewWithout, ADisplayItSaysWhatToDo) {

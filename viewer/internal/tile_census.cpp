@@ -1,14 +1,23 @@
 #include "viewer/internal/tile_census.h"
 
 #include <algorithm>
+#include <optional>
+#include <utility>
 
 namespace filiform::internal {
 
-namespace {
-
-constexpr std::size_t kTilesShown = 3000;
-
-}  // namespace
+std::vector<NearTile> TileCensus::nearest(const Vector3d& p_W, std::size_t most) const {
+  const Grid grid = store_.grid();
+  std::vector<NearTile> tiles;
+  Directory::Walk walk = directory_.walk(p_W);
+  while (tiles.size() < most) {
+    const std::optional<Directory::Hit> hit = walk.next();
+    if (!hit) break;
+    const GridBox& box = store_.entry(hit->tile).content;
+    tiles.push_back({hit->tile, grid.toWorld(box.lo), grid.toWorld(box.hi)});
+  }
+  return tiles;
+}
 
 TilePanel countTiles(const TileStore& store, const Residency* residency, const TilePanel& before, double since_s) {
   TilePanel panel;
@@ -24,24 +33,18 @@ TilePanel countTiles(const TileStore& store, const Residency* residency, const T
   return panel;
 }
 
-void listTiles(const TileStore& store, const Residency* residency, const Vector3d& p_W, TilePanel& panel) {
-  const Grid grid = store.grid();
-  std::vector<std::pair<double, TileId>> nearest;
-  for (TileId tile = 0; tile < store.tile_count(); ++tile) {
-    const GridBox& box = store.entry(tile).content;
-    if (residency != nullptr) ++panel.counts[static_cast<int>(residency->state(tile))];
-    if (box.empty() || tile == store.long_tile()) continue;
-    const Vector3d lo = grid.toWorld(box.lo), hi = grid.toWorld(box.hi);
-    nearest.emplace_back((lo - p_W).cwiseMax(p_W - hi).cwiseMax(0.0).squaredNorm(), tile);
+void showTiles(const std::vector<NearTile>& near, const Residency* residency, TilePanel& panel) {
+  std::vector<std::pair<TileId, TileState>> states;
+  if (residency != nullptr) {
+    states = residency->states();
+    panel.counts[static_cast<int>(TileState::absent)] = panel.tiles - states.size();
+    for (const auto& [tile, state] : states) ++panel.counts[static_cast<int>(state)];
   }
-  const std::size_t kept = std::min(kTilesShown, nearest.size());
-  std::partial_sort(nearest.begin(), nearest.begin() + static_cast<std::ptrdiff_t>(kept), nearest.end());
-  for (std::size_t i = 0; i < kept; ++i) {
-    const TileId tile = nearest[i].second;
-    const GridBox& box = store.entry(tile).content;
-    const Vector3d lo = grid.toWorld(box.lo), hi = grid.toWorld(box.hi);
-    panel.boxes.push_back(
-        {lo.x(), lo.y(), hi.x(), hi.y(), residency != nullptr ? residency->state(tile) : TileState::resident});
+  for (const NearTile& near_tile : near) {
+    TileState state = residency != nullptr ? TileState::absent : TileState::resident;
+    const auto found = std::lower_bound(states.begin(), states.end(), std::pair{near_tile.tile, TileState{}});
+    if (found != states.end() && found->first == near_tile.tile) state = found->second;
+    panel.boxes.push_back({near_tile.lo_W.x(), near_tile.lo_W.y(), near_tile.hi_W.x(), near_tile.hi_W.y(), state});
   }
   // Those that are there are drawn over those that are not.
   std::stable_sort(panel.boxes.begin(), panel.boxes.end(), [](const TilePanel::Box& a, const TilePanel::Box& b) {

@@ -28,6 +28,7 @@ Travel::Travel(Opened opened, Messages& messages, Callbacks callbacks)
       options_(std::move(opened.options)),
       opened_(std::move(opened)),
       session_(std::move(opened_.session)),
+      census_(*opened_.scene.store),
       worker_(std::make_unique<Worker>()) {}
 
 Travel::~Travel() = default;
@@ -46,19 +47,32 @@ void Travel::finish() {
     failure = std::current_exception();
   }
   const std::vector<std::string> others = closing_.finish();
+  if (worker_) {
+    worker_.reset();  // which may be saving
+    try {
+      if (opened_.saved && !session_->replaying()) {
+        rememberPlace();
+        opened_.saved->save();
+      }
+    } catch (...) {
+      if (!failure) failure = std::current_exception();
+    }
+  }
   if (failure) std::rethrow_exception(failure);
   if (!others.empty()) throw DeviceError(others.front());
 }
 
 void Travel::savePlaces() {
-  SavedHistory* saved = opened_.saved.get();
-  if (saved == nullptr || session_->replaying()) return;
-  try {
-    if (saved->history().places().empty() && now().place.valid()) saved->history().jump({}, now().place);
-    saved->save();
-  } catch (const std::exception& error) {
-    messages_.say(error.what());
-  }
+  if (!opened_.saved || session_->replaying()) return;
+  rememberPlace();
+  worker_->ask([&saved = *opened_.saved, history = history()]() -> Worker::Done {
+    saved.save(history);
+    return {};
+  });
+}
+
+void Travel::rememberPlace() {
+  if (history().places().empty() && now().place.valid()) history().jump({}, now().place);
 }
 
 // ---- each frame
@@ -67,6 +81,7 @@ void Travel::serve() {
   worker_->serve([this](const std::string& what) {
     junction_asked_ = false;
     walk_asked_ = UINT32_MAX;
+    listing_ = false;
     messages_.sayOnce(what);
   });
   watch();
@@ -94,11 +109,12 @@ void Travel::watch() {
   finishReplacing();
 }
 
-// A device that is lost: the mouse takes over where it was.
+// A device that is lost: the mouse takes over where it was. Where no session can be made with it, another is tried.
 void Travel::replaceDevice(const std::string& fault) {
-  if (std::exchange(fault_told_, true)) return;
-  messages_.say(fault);
-  if (options_.device == "mouse" || session_->replaying()) return;
+  if (!std::exchange(fault_told_, true)) messages_.say(fault);
+  const auto now = std::chrono::steady_clock::now();
+  if (options_.device == "mouse" || session_->replaying() || replacement_.valid() || now < replace_again_) return;
+  replace_again_ = now + kLookEvery;
   SessionOptions options = options_;
   lost_device_ = std::exchange(options.device, "mouse");
   options.stiffness_N_m.reset();  // was the lost device's
@@ -122,7 +138,7 @@ void Travel::finishReplacing() {
   std::unique_ptr<Session> session;
   try {
     session = replacement_.get();
-  } catch (const std::exception& error) {  // the old one stays; a lost device is looked for again
+  } catch (const std::exception& error) {  // the old one stays, until a later try
     return messages_.sayOnce(error.what());
   }
   const NavigationSnapshot last = now();
@@ -134,6 +150,7 @@ void Travel::finishReplacing() {
   session_->jump(last.place.valid() ? last.place : opened_.start);
   asked_constrain_ = asked_back_ = asked_forward_ = 0;
   fault_told_ = false;
+  replace_again_ = {};
   if (to_mouse) return messages_.say("the device is lost: the mouse takes over");
   lost_device_.clear();
   tour_.end();
@@ -411,6 +428,16 @@ void Travel::describeAlong(const RayQuery& ray, std::function<void(std::string)>
       text = error.what();
     }
     return [described, text] { described(text); };
+  });
+}
+
+void Travel::listTiles(std::function<void(std::vector<NearTile>)> listed) {
+  if (std::exchange(listing_, true)) return;
+  worker_->ask([this, p_W = now().p_W, listed = std::move(listed)]() -> Worker::Done {
+    return [this, listed, tiles = census_.nearest(p_W)] {
+      listing_ = false;
+      listed(tiles);
+    };
   });
 }
 

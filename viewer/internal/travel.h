@@ -13,6 +13,7 @@
 #include "viewer/internal/messages.h"
 #include "viewer/internal/opening.h"
 #include "viewer/internal/path_measure.h"
+#include "viewer/internal/tile_census.h"
 #include "viewer/internal/tour.h"
 #include "viewer/pointer.h"
 #include "viewer/worker.h"
@@ -48,9 +49,9 @@ class Travel {
 
   // The hand's loop, and the jump to the scene's first place.
   void start();
-  // Keeps history and bookmarks, what fails is said.
-  void savePlaces();
-  // Ends the session, and waits for those that were replaced. Throws DeviceError, IoError. Idempotent.
+  // Ends the session, waits for those that were replaced, and saves history and bookmarks. May wait for the disk and
+  // the device; may run on another thread than the window's, which then calls nothing but the destructor and const
+  // members that do not look for places. Throws DeviceError, CorruptSet, IoError. Idempotent.
   void finish();
 
   // Once a frame, in this order. Takes up what came from the hand and from the finished works.
@@ -82,6 +83,8 @@ class Travel {
   // Names of cells that fit, cells and samples that a line of sight meets: told when they are found.
   void findNames(const std::string& text, std::function<void(std::vector<std::string>)> found);
   void describeAlong(const RayQuery& ray, std::function<void(std::string)> described);
+  // The tiles nearest to the proxy. Without effect while an earlier list is being made.
+  void listTiles(std::function<void(std::vector<NearTile>)> listed);
   bool isIdle() const { return worker_->idle(); }  // nothing is looked for
 
   const std::string& cellName() const { return cell_name_; }
@@ -94,6 +97,9 @@ class Travel {
   void describe(nlohmann::ordered_json& state) const;
 
  private:
+  // On the worker's thread. A failure is said.
+  void savePlaces();
+  void rememberPlace();
   void watch();
   void replaceDevice(const std::string& fault);
   void lookForLostDevice();
@@ -138,9 +144,11 @@ class Travel {
   double junction_zoom_um_ = 0;
   bool junction_asked_ = false, replay_told_ = false, fault_told_ = false;
   std::string lost_device_;  // as --device takes it; empty: none
-  std::chrono::steady_clock::time_point look_again_{};
+  std::chrono::steady_clock::time_point look_again_{}, replace_again_{};
   bool looking_ = false;
   std::uint32_t asked_constrain_ = 0, asked_back_ = 0, asked_forward_ = 0;
+  TileCensus census_;
+  bool listing_ = false;
   std::vector<float> forces_, new_forces_;
   std::vector<Vector3d> visited_W_;
   std::uint64_t jumps_ = 0;
