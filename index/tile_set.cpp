@@ -116,7 +116,7 @@ void TileSet::Impl::openManifest() {
   try {
     size = source->size("CURRENT");
   } catch (const IoError&) {
-    throw IoError(current, "not a tile set: it has no CURRENT; make one with filiform ingest");
+    throw IoError(current, "is missing, so the folder is not a tile set; make one with filiform ingest");
   }
   Bytes name(std::min<std::uint64_t>(size, 64));
   source->read("CURRENT", 0, name);

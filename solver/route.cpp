@@ -3,6 +3,7 @@
 #include "index/cell.h"
 #include "index/cell_graph.h"
 #include "index/errors.h"
+#include "index/text.h"
 #include "solver/internal/draw.h"
 
 #include <algorithm>
@@ -239,8 +240,8 @@ Route planRoute(const CellGraph& graph, std::uint32_t cell, const std::string& s
   } else {
     const auto first = parse<std::int64_t>(head), last = parse<std::int64_t>(tail);
     if (!first || !last)
-      throw UsageError(
-          "no such route: choose FIRST:LAST (two sample ids of the cell), longest, random:SEED or tour:SEED");
+      throw UsageError("no such route '" + escaped(spec, 80) +
+                       "': choose FIRST:LAST (two sample ids of the cell), longest, random:SEED or tour:SEED");
     ends = byIds(graph, forest, *first, *last);
   }
   return Route(cell, graph.grid, graph.positions, graph.parents, ends.first, ends.second, graph.links);

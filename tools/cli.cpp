@@ -17,8 +17,11 @@
 #include <exception>
 #include <fcntl.h>
 #include <iostream>
+#include <memory>
 #include <new>
 #include <optional>
+#include <regex>
+#include <string>
 #include <string_view>
 #include <system_error>
 #include <unistd.h>
@@ -79,6 +82,49 @@ void holdStandardDescriptors() {
       return;
 }
 
+// What CLI11 says of a value that it refuses, as a person would say it.
+std::string plainRefusal(const CLI::App& command, const std::string& said) {
+  const auto typeOf = [&command](const std::string& name) {
+    const CLI::Option* const option = command.get_option_no_throw(name);
+    return option == nullptr ? std::string() : option->get_type_name();
+  };
+  static const std::regex kUnread("Could not convert: (\\S+) = (.*)");
+  static const std::regex kRange("(\\S+): Value (\\S+) not in range (\\S+) to (\\S+)");
+  static const std::regex kCount("(\\S+): (?:At [Ll]east |At [Mm]ost |Exactly )?(\\d+) required but received (\\d+)");
+  static const std::regex kMissing("(\\S+): \\d+ required (.+) missing");
+  std::smatch m;
+  if (std::regex_match(said, m, kUnread))
+    return m.str(1) + ' ' + m.str(2) + ": give a " +
+           (typeOf(m[1]).find("INT") != std::string::npos ? "whole number" : "number");
+  if (std::regex_match(said, m, kRange)) {
+    const auto bound = [](const std::string& text) {  // whole numbers as they are
+      return text.find('.') == std::string::npos ? text : formatNumber(std::stod(text));
+    };
+    const std::string value = m.str(1) + ' ' + m.str(2) + ": give ";
+    if (std::stod(m[4]) > 1e300) return value + bound(m[3]) + " or more";
+    const bool whole = typeOf(m[1]).find("INT") != std::string::npos;
+    return value + (whole ? "a whole number from " : "a number from ") + bound(m[3]) + " to " + bound(m[4]);
+  }
+  if (std::regex_match(said, m, kCount))
+    return m.str(1) + ": give " + m.str(2) + " values (" + typeOf(m[1]) + "), not " + m.str(3);
+  if (std::regex_match(said, m, kMissing)) return m.str(1) + " needs a value: " + m.str(2);
+  return said;
+}
+
+// Without CLI11's counts of values and names of checks, which mean nothing to a reader.
+class PlainHelp : public CLI::Formatter {
+ public:
+  std::string make_option_opts(const CLI::Option* option) const override {
+    static const std::regex kCheck(":(UINT|INT|FLOAT|NONNEGATIVE)\\b"), kCount(" x \\d+");
+    const std::string text = std::regex_replace(CLI::Formatter::make_option_opts(option), kCheck, "");
+    return std::regex_replace(text, kCount, "");
+  }
+  std::string make_option_usage(const CLI::Option* option) const override {
+    static const std::regex kCount("\\(\\d+x\\)");
+    return std::regex_replace(CLI::Formatter::make_option_usage(option), kCount, "");
+  }
+};
+
 // What is said of a command line that CLI11 refuses: a misspelt command or option is named with those like it.
 std::string refusalOf(const CLI::App& app, const CLI::Error& error, const std::vector<std::string>& words) {
   const auto commands = app.get_subcommands([](const CLI::App*) { return true; });
@@ -106,7 +152,7 @@ std::string refusalOf(const CLI::App& app, const CLI::Error& error, const std::v
     return "unknown option '" + escaped(name, 80) + "'" + didYouMean(near.names()) +
            (near.names().empty() ? "; " : " ") + help + " lists the options";
   }
-  return escaped(error.what()) + " (see " + help + ")";
+  return escaped(plainRefusal(command, error.what())) + " (see " + help + ")";
 }
 
 // While it lives std::cout throws where standard output cannot be written: ClosedPipe, or IoError with the reason.
@@ -231,6 +277,7 @@ int runProgram(const Program& program, int argc, char** argv) {
   CLI::App app{program.description};
   app.footer(program.footer);
   app.name("filiform");
+  app.formatter(std::make_shared<PlainHelp>());
   app.require_subcommand(1);
   app.set_version_flag("--version", std::string("filiform ") + FILIFORM_VERSION);
   Chosen chosen;

@@ -181,7 +181,7 @@ void addNearest(CLI::App& app, Chosen& chosen) {
       "--json\n  filiform nearest column.fil --box 0 700 0 20 720 20\n"
       "  filiform nearest column.fil --ray 0 700 -500 0 0 1 --k 5");
   command->add_option("SET", arguments->set, "tile set")->required();
-  command->add_option("XYZ", arguments->coordinates, "a point, um")->expected(0, 3)->type_name("X Y Z");
+  command->add_option("XYZ", arguments->coordinates, "a point, um")->expected(3)->type_name("X Y Z");
   command->add_option("--points", arguments->points, "file of points, one 'x y z' a line; - for stdin")
       ->type_name("FILE");
   CLI::Option* k = command->add_option("--k", arguments->k, "how many segments a point; along a ray, at most")
@@ -218,8 +218,6 @@ void addNearest(CLI::App& app, Chosen& chosen) {
   command->add_flag("--tsv", arguments->tsv, "tab-separated rows (the default)")->excludes("--json");
   command->callback([arguments, k, &chosen] {
     arguments->k_given = k->count() > 0;
-    if (!arguments->coordinates.empty() && arguments->coordinates.size() != 3)
-      throw CLI::ValidationError("nearest", "give three coordinates: X Y Z");
     chosen = [arguments] { return runNearest(*arguments); };
   });
 }

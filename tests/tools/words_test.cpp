@@ -129,6 +129,28 @@ TEST_F(Words, AMisspeltOptionNamesTheNearest) {
   expectRefusal({"--versoin"}, 2, {"'--versoin'", "'--version'"});
 }
 
+TEST_F(Words, AValueThatDoesNotFitIsToldWhatDoes) {
+  expectRefusal({"navigate", set_, "--zoom", "300um"}, 2, {"--zoom 300um: give a number"});
+  expectRefusal({"nearest", set_, "1", "2", "3", "--k", "1.5"}, 2, {"--k 1.5: give a whole number from 1 to 1000000"});
+  expectRefusal({"nearest", set_, "1", "2", "3", "--k", "0"}, 2, {"--k 0: give a whole number from 1 to 1000000"});
+  expectRefusal({"nearest", set_, "1", "2", "3", "--radius", "-1"}, 2, {"--radius -1: give 0 or more"});
+  expectRefusal({"nearest", set_, "--box", "0", "0", "0", "5", "5"}, 2,
+                {"--box: give 6 values (X0 Y0 Z0 X1 Y1 Z1), not 5"});
+  expectRefusal({"nearest", set_, "1", "2"}, 2, {"XYZ: give 3 values (X Y Z), not 2"});
+  expectRefusal({"nearest", set_, "1", "2", "3", "4"}, 2, {"XYZ", "4"});
+  expectRefusal({"ingest", "a.swc", "-o"}, 2, {"--output needs a value: SET"});
+  expectRefusal({"navigate", set_, "--route", "longst"}, 2, {"no such route 'longst'", "longest"});
+  expectRefusal({"info", folder_.path()}, 3, {"CURRENT: is missing", "not a tile set", "filiform ingest"});
+}
+
+TEST_F(Words, TheHelpHasNoMarksOfItsLibrary) {
+  for (const char* command : {"nearest", "render", "ingest", "view"}) {
+    const std::string help = runFiliform({command, "--help"}).out;
+    for (const char* mark : {"(0x)", "(3x)", " x 6", "NONNEGATIVE", ":FLOAT", ":UINT"})
+      EXPECT_EQ(help.find(mark), std::string::npos) << command << ": " << mark;
+  }
+}
+
 TEST_F(Words, WithoutACommandTheCommandsArePrinted) {
   const Outcome bare = runFiliform({});
   EXPECT_EQ(bare.exit_code, 2);
