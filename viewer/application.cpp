@@ -26,6 +26,7 @@
 #include <ctime>
 #include <set>
 #include <thread>
+#include <utility>
 
 #include <nlohmann/json.hpp>
 
@@ -147,6 +148,7 @@ class Application {
     figures_ = {};
     tiles_ = {};
     near_.clear();
+    levels_missed_ = false;
     drag_ = Action::none;
     tooltip_asked_ = false;
     opened_once_ = true;
@@ -530,6 +532,9 @@ class Application {
     frame.mark_scale = window_.scale();
     if (picture_wanted_ > 0) beginPicture(frame);
     figures_ = picture_->draw(frame);
+    const bool lacks_levels = figures_.tiles_left_out > 0 && !figures_.moving && !travel_->scene().levels;
+    if (lacks_levels && !std::exchange(levels_missed_, true))
+      say("this scene has no levels of detail: what is far away is left out (filiform ingest --levels makes them)");
   }
 
   void sayFailure(const std::string& failure) {
@@ -778,6 +783,7 @@ class Application {
   EyeView view_;
   bool frozen_ = false;
   SceneFigures figures_;
+  bool levels_missed_ = false;  // and that was said
   bool tooltip_asked_ = false;
   std::string tooltip_;
   double tooltip_for_s_ = -1;

@@ -305,6 +305,15 @@ TEST_F(ViewInShort, AStateThatCannotBeWrittenIsSaidAndEndsWithThree) {
           3, "/dev/full: cannot write: No space left");
 }
 
+TEST_F(ViewInShort, WithoutLevelsOfDetailItSaysWhatIsLeftOut) {
+  ASSERT_EQ(runFiliform({"ingest", *folder_ / "c.zip", "-o", *folder_ / "flat.fil", "--capacity", "128"}).exit_code, 0);
+  view("'" + (*folder_ / "flat.fil") + "' --size 300x200 --segments 1000");
+  await("the advice",
+        [](const Json& s) { return s.at("message").get<std::string>().find("--levels") != std::string::npos; });
+  send("key q");
+  EXPECT_EQ(ended(), 0);
+}
+
 TEST_F(ViewInShort, PicturesGoWhereALinkLeadsAndTheirFolderIsMade) {
   fs::create_directory(*folder_ / "shots");
   fs::create_directory_symlink("shots", *folder_ / "to_shots");
