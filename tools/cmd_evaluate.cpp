@@ -1,6 +1,7 @@
 // filiform evaluate: every method on the paper's scenes and on routes of many cells, by a simulated hand.
 #include "index/errors.h"
 #include "index/input.h"
+#include "index/text.h"
 #include "tools/cli.h"
 #include "tools/evaluate/evaluation.h"
 #include "tools/output_check.h"
@@ -12,6 +13,7 @@
 #include <iostream>
 #include <memory>
 #include <string>
+#include <system_error>
 #include <thread>
 
 #include <CLI/CLI.hpp>
@@ -40,11 +42,29 @@ class ColumnThenTraces final : public CellStream {
   SyntheticCells column_, traces_;
 };
 
+// A folder for results, which a run that is refused leaves as it was.
+class ResultFolder {
+ public:
+  explicit ResultFolder(const std::string& path) : path_(path) {
+    std::error_code error;
+    made_ = std::filesystem::create_directories(path, error);
+    if (error) throw IoError(escaped(path), "cannot make the folder", error.value());
+  }
+  ~ResultFolder() {
+    std::error_code not_empty;
+    if (made_) std::filesystem::remove(path_, not_empty);
+  }
+  ResultFolder(const ResultFolder&) = delete;
+  ResultFolder& operator=(const ResultFolder&) = delete;
+
+ private:
+  std::string path_;
+  bool made_ = false;
+};
+
 int runEvaluate(EvaluationOptions options) {
   checkOutputFolder({{"--corpus", options.corpus}}, {"--output", options.out});
-  std::error_code error;
-  std::filesystem::create_directories(options.out, error);
-  if (error) throw IoError(options.out, "cannot make the folder", error.value());
+  const ResultFolder folder(options.out);
   if (options.threads == 0) options.threads = std::max(1u, std::thread::hardware_concurrency());
 
   std::unique_ptr<Progress> progress;

@@ -68,6 +68,7 @@ TEST(Evaluation, ProgramRefusesWhatMakesNoSense) {
     EXPECT_EQ(outcome.exit_code, code) << outcome.err;
     EXPECT_TRUE(outcome.oneLineOnStderr()) << outcome.err;
     EXPECT_NE(outcome.err.find(says), std::string::npos) << outcome.err;
+    EXPECT_FALSE(std::filesystem::exists(folder / "out"));
   };
   refuses({"--methods", "magic"}, 2, "magic");
   refuses({"--zooms", "0"}, 2, "zoom");
