@@ -1,7 +1,7 @@
-// The SWC entries of a zip archive, read in memory through its central directory: nothing is ever extracted, names are
-// labels only.
+// The SWC entries of a zip archive, read in memory through its central directory. Nothing is extracted to disk; entry
+// names are only labels.
 //
-// Thread-compatible: one Archive a thread.
+// Thread rule: thread-compatible; one Archive a thread.
 #pragma once
 
 #include "index/input_report.h"
@@ -17,12 +17,12 @@
 namespace filiform {
 
 struct ArchiveEntry {
-  std::uint64_t index = 0;  // in the central directory
+  std::uint64_t index = 0;  // position in the central directory
   std::string name;         // raw bytes
   std::string
-      label;  // where it differs from the name: `/` between folders, no root or drive, control characters escaped
-  std::uint64_t bytes = 0, packed_bytes = 0;  // as declared
-  bool skipped = false;                       // not to be read; the remarks say why
+      label;  // set if it differs from the name: `/` between folders, no root or drive, control characters escaped
+  std::uint64_t bytes = 0, packed_bytes = 0;  // as the directory declares
+  bool skipped = false;                       // must not be read; the remarks give the reason
   std::vector<InputCode> remarks;             // W_ZIP_...
 
   const std::string& shown_label() const { return label.empty() ? name : label; }
@@ -32,26 +32,27 @@ class Archive {
  public:
   static constexpr std::uint64_t kMaxEntryBytes = std::uint64_t{1} << 32;
 
-  // Reads the directory of the archive at `path`; the file is not kept open. Throws IoError. O(entries log entries).
+  // Reads the central directory of the archive at `path`, then closes the file. Throws IoError. O(entries log entries).
   explicit Archive(std::string path);
   ~Archive();
   Archive(Archive&&) noexcept;
   Archive& operator=(Archive&&) noexcept;
 
-  // Why nothing can be read from it: E_ZIP_TRUNCATED, E_ZIP_OVERLAP, E_ZIP_FORMAT or E_ZIP_NO_SWC.
+  // Why the whole archive is refused: E_ZIP_TRUNCATED, E_ZIP_OVERLAP, E_ZIP_FORMAT or E_ZIP_NO_SWC. nullopt if it is
+  // not.
   std::optional<InputCode> refusal() const { return refusal_; }
-  // In the order of the directory: what ends in .swc, and inner .zip files to be named. Folders, __MACOSX, ._* and all
-  // else are not there.
+  // Entries that end in .swc, and inner .zip files (skipped, listed only to be reported), in the order of the central
+  // directory. Folders, __MACOSX, ._* and all other entries are left out.
   const std::vector<ArchiveEntry>& entries() const { return entries_; }
   std::uint64_t file_bytes() const { return file_bytes_; }
   std::uint64_t digest() const { return digest_; }  // XXH3 of the central directory
 
-  // Hands the entry's content to `sink` in blocks. What the sink got counts only if the answer is empty; otherwise it
-  // says why not: E_ZIP_CRC, E_ZIP_SIZE, E_ZIP_METHOD or E_ZIP_FORMAT. Never hands over more than the declared size.
-  // Opens the file when it is not open. Requires !entry.skipped. Throws IoError, and what `sink` throws.
+  // Passes the entry's content to `sink` in blocks, never more than the declared size. Returns nullopt on success.
+  // Otherwise returns E_ZIP_CRC, E_ZIP_SIZE, E_ZIP_METHOD or E_ZIP_FORMAT; the caller must then discard what `sink`
+  // received. Opens the file if it is closed. Requires !entry.skipped. Throws IoError, and what `sink` throws.
   std::optional<InputCode> read(const ArchiveEntry& entry, const std::function<void(std::string_view)>& sink);
 
-  // Closes the file until the next read().
+  // Closes the file; the next read() opens it again.
   void close();
 
  private:

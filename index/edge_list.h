@@ -1,11 +1,11 @@
-// Edge lists: the plainest text that holds a graph. A cell with loops is exported in it, see writeEdgeList().
+// Reads edge lists: the plainest text format that holds a graph. writeEdgeList() exports cells with loops in it.
 //
 //   # anything
 //   node ID X Y Z [RADIUS [TYPE]]
 //   edge ID ID
 //
-// One a line, in any order; blanks or tabs between; ids are integers from 0 to 2^63-1 and need not be in sequence; an
-// unknown radius is nan or left out. Two nodes may be linked more than once, and loops are kept.
+// One node or edge a line, in any order, with blanks or tabs between fields. Ids are integers from 0 to 2^63-1, in any
+// sequence. An unknown radius is nan or left out. Two nodes may be linked more than once; loops are kept.
 #pragma once
 
 namespace filiform {
@@ -15,7 +15,7 @@ class ByteStream;
 class GraphBuilder;
 }  // namespace internal
 
-// Any other first word: W_BAD_LINE. See graph_file.h for what is thrown.
+// Reads the whole input into `graph`. A line with another first word is W_BAD_LINE. graph_file.h states the errors.
 void readEdgeList(internal::ByteStream& in, internal::GraphBuilder& graph);
 
 }  // namespace filiform

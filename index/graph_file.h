@@ -1,9 +1,9 @@
-// Graph files by the same door as SWC: nodes and straight links, loops kept. What each format gives and leaves out is
-// in the header of its reader.
+// Reads graph files into a Cell: nodes and straight links, loops included. The header of each format's reader states
+// what that format holds.
 //
-// The law is that of input_report.h: a node is kept iff its id and position are valid, a link iff both of its nodes are
-// and differ; everything dropped or cut is one record. No file can make a reader take more memory than a fixed multiple
-// of its own size. Pure functions, any thread.
+// The rule is that of input_report.h. A node is kept if and only if its id and position are valid. A link is kept if
+// and only if both of its nodes are kept and differ. Each dropped node and each cut link is one record. A reader takes
+// at most a fixed multiple of the file's size as memory. Thread rule: pure functions, any thread.
 #pragma once
 
 #include "index/cell.h"
@@ -21,22 +21,24 @@ namespace filiform {
 
 enum class GraphFormat : std::uint8_t { kEdgeList, kObjLines, kVtkPolylines, kNeuroglancerSkeleton };
 
-// By the ending of a file's name, in any letter case: .edges, .obj, .vtk.
+// The format by the ending of a file name, in any letter case: .edges, .obj, .vtk. nullopt for any other ending.
 std::optional<GraphFormat> graphFormatOf(std::string_view file_name);
 
 struct GraphOptions {
-  SwcOptions units;       // `apply_offset` means nothing here
-  SkeletonInfo skeleton;  // for kNeuroglancerSkeleton; its positions are in um by the info alone, whatever the units
+  SwcOptions units;       // `apply_offset` is ignored
+  SkeletonInfo skeleton;  // for kNeuroglancerSkeleton: gives positions in um; `units` is then ignored
 };
 
-// Fills `cell`: all but `source`; without samples if refused, the digest is set in any case. Sample ids are those of
-// the file: of an edge list as they stand there, of OBJ from 1, of VTK and skeletons from 0. Lines of records are lines
-// of text; in binary data the place of the node or link, from 1. `progress`, if any, is told the bytes of each block.
-// Throws IoError naming `path`, what `progress` throws, UsageError for a unit, InputError beyond 2^32-2 nodes and
-// links, ConservationError. O(bytes) expected.
+// Reads a file into `cell`: all members except `source`. If the file is refused, `cell` has a digest but no samples.
+//
+// Sample ids: an edge list keeps its own; OBJ counts from 1; VTK and skeletons count from 0. Lines of records are text
+// lines; in binary data, the position of the node or link from 1. `progress` receives the size of each block read.
+//
+// Throws IoError naming `path`, UsageError for a bad unit, InputError for more than 2^32-2 nodes and links,
+// ConservationError, and what `progress` throws. O(bytes) expected.
 InputReport readGraphFile(const std::string& path, GraphFormat format, const GraphOptions& options, Cell& cell,
                           const std::function<void(std::uint64_t bytes)>& progress = {});
-// The same of bytes in memory; `file` is for messages.
+// Like readGraphFile(), for bytes in memory. Error messages name `file`.
 InputReport readGraph(std::string_view bytes, std::string_view file, GraphFormat format, const GraphOptions& options,
                       Cell& cell);
 

@@ -1,10 +1,10 @@
-// Neuroglancer precomputed skeletons, unsharded: a folder with a JSON file `info` and one binary file an object, named
-// by its id in decimal digits.
+// Reads unsharded Neuroglancer precomputed skeletons: a folder with a JSON file `info` and one binary file an object.
+// The file's name is the object's id in decimal digits.
 //
-// A skeleton is u32 nodes, u32 links, float32 x y z a node, u32 pairs a link, then each attribute of the info in order,
-// all little-endian. The info's 3x4 `transform` takes positions to nanometres. The attribute `radius`, one number a
-// node, is in nanometres; `vertex_types`, as its writers use it, holds SWC type codes. A file that is not exactly as
-// long as its counts say: E_FORMAT.
+// A skeleton file is little-endian: u32 node count, u32 link count, float32 x y z for each node, a u32 pair for each
+// link, then each attribute of the info in order. The info's 3x4 `transform` converts positions to nanometres. The
+// attribute `radius` is in nanometres, one number a node. `vertex_types` holds SWC type codes. A file whose length
+// differs from its counts: E_FORMAT.
 #pragma once
 
 #include <array>
@@ -26,18 +26,19 @@ struct SkeletonInfo {
     std::size_t components = 1;
     std::string id;
   };
-  std::array<double, 12> transform_nm = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};  // by row
+  std::array<double, 12> transform_nm = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};  // row-major
   std::vector<Attribute> attributes;
 
   static constexpr std::size_t kMaxBytes = std::size_t{1} << 20;
 
-  // Does the text say that it is the info of skeletons? False for anything else.
+  // True if the text is the `info` of skeletons.
   static bool isSkeletonInfo(std::string_view json);
-  // Throws InputError naming `file`: sharded skeletons, an unknown type of data, a transform that is none.
+  // Reads the text of `info`. Throws InputError naming `file` for sharded skeletons, an unknown data type or an invalid
+  // transform.
   static SkeletonInfo parse(std::string_view json, const std::string& file);
 };
 
-// See graph_file.h for what is thrown.
+// Reads the whole input into `graph`. graph_file.h states the errors.
 void readSkeleton(internal::ByteStream& in, const SkeletonInfo& info, internal::GraphBuilder& graph);
 
 }  // namespace filiform

@@ -1,9 +1,9 @@
-// Wavefront OBJ: `v` and `l` lines, as modelling programs write curves and wireframes.
+// Reads Wavefront OBJ: `v` and `l` lines, as modelling programs write curves and wireframes.
 //
-// `v x y z` is a node, numbered from 1 as it comes; what follows z is left alone. `l i j k ...` links i to j to k;
-// negative numbers count back from the last node, `i/t` is i, a `\` at the end of a line goes on with the next. An end
-// that is no number cuts the links on both its sides. Faces, points, curves and surfaces are left out (W_ELEMENT);
-// normals, names and materials say nothing about the graph. There are no radii.
+// `v x y z` is a node; nodes are numbered from 1, and fields after z are ignored. `l i j k ...` links i to j and j to
+// k. A negative number counts back from the last node. `i/t` means i. A `\` at the end of a line continues the line. A
+// field that is not a number cuts the links on both sides. Faces, points, curves and surfaces are dropped (W_ELEMENT).
+// Normals, names and materials are ignored. The format has no radii.
 #pragma once
 
 namespace filiform {
@@ -13,7 +13,7 @@ class ByteStream;
 class GraphBuilder;
 }  // namespace internal
 
-// See graph_file.h for what is thrown.
+// Reads the whole input into `graph`. graph_file.h states the errors.
 void readObjLines(internal::ByteStream& in, internal::GraphBuilder& graph);
 
 }  // namespace filiform

@@ -1,5 +1,5 @@
-// The forest that a graph is walked along where loops are in the way: routes, and the direction of links.
-// Pure function, any thread.
+// The spanning forest of a graph: gives links their direction, and routes a tree to follow. Thread rule: pure function,
+// any thread.
 #pragma once
 
 #include "index/cell.h"
@@ -11,13 +11,13 @@
 
 namespace filiform {
 
-// How a breadth-first search from the lowest rank of each connected component walks `samples` nodes, taking the links
-// of a node in the order of `edges`.
+// The result of a breadth-first search from the lowest rank of each connected component.
 struct SpanningForest {
-  std::vector<std::uint32_t> parents;  // by rank; kNoParent for the lowest of a component
-  std::vector<std::uint32_t> turns;    // when a sample was reached, from 1
+  std::vector<std::uint32_t> parents;  // by rank; kNoParent for the lowest rank of a component
+  std::vector<std::uint32_t> turns;    // by rank: the step at which the search reached the sample, from 1
 };
-// Requires ends below `samples`; edges from a sample to itself are passed over. O(samples + edges).
+// Searches a graph of `samples` nodes; takes the links of a node in the order of `edges`. Ignores edges from a sample
+// to itself. Requires ends below `samples`. O(samples + edges).
 SpanningForest spanningForest(std::size_t samples, const std::vector<std::array<std::uint32_t, 2>>& edges);
 
 }  // namespace filiform

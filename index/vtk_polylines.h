@@ -1,9 +1,9 @@
-// VTK legacy files with polylines: `DATASET POLYDATA`, ASCII or BINARY, versions 1 to 5.1.
+// Reads VTK legacy files with polylines: `DATASET POLYDATA`, ASCII or BINARY, versions 1 to 5.1.
 //
-// POINTS are nodes, numbered from 0; LINES link consecutive points; the point data array named radius, radii or
-// MaximumInscribedSphereRadius, in any letter case, one number a point, is the radius. Vertices, polygons and strips
-// are left out (W_ELEMENT); other data say nothing about the graph. A file that ends too soon, another kind of data
-// set, or counts that do not add up: E_FORMAT.
+// POINTS are nodes, numbered from 0. LINES link consecutive points. Radii come from the point data array named radius,
+// radii or MaximumInscribedSphereRadius, in any letter case, with one number a point. Vertices, polygons and strips are
+// dropped (W_ELEMENT); other data are ignored. A truncated file, another kind of data set or inconsistent counts:
+// E_FORMAT.
 #pragma once
 
 namespace filiform {
@@ -13,7 +13,7 @@ class ByteStream;
 class GraphBuilder;
 }  // namespace internal
 
-// See graph_file.h for what is thrown.
+// Reads the whole input into `graph`. graph_file.h states the errors.
 void readVtkPolylines(internal::ByteStream& in, internal::GraphBuilder& graph);
 
 }  // namespace filiform
