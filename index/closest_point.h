@@ -1,6 +1,6 @@
-// The one function that decides which point of a segment is nearest. Every distance that *decides* something, in search
-// and in the solver, is this one, in double, of exact world positions, child to parent: so all parts agree to the last
-// bit, whatever the tiling. Float and SIMD may prune, never decide.
+// closestPoint: decides which point of a segment is nearest. Search and solver take every decision by these distances:
+// in double, of exact world positions, from child to parent. So all parts agree to the last bit, whatever the tiling.
+// Float and SIMD code may prune but never decide. Thread rule: pure functions.
 #pragma once
 
 #include "index/grid.h"
@@ -11,13 +11,14 @@ namespace filiform {
 
 struct ClosestPoint {
   double t;                 // 0 at the child, 1 at the parent; exactly 0 or 1 at the ends
-  Vector3d p_W;             // the end itself, bit for bit, when t is 0 or 1
+  Vector3d p_W;             // exactly the end if t is 0 or 1
   double squared_distance;  // um^2, |p - h|^2
 };
 
-// O(1), no failure: a segment of equal ends answers its child (t = 0). Requires finite arguments. Always inlined: half
-// of a tick's time goes into it, and most of that would be the answer's way through memory.
-// With d_W = parent - child, which is exact as both ends lie on the grid, and its squaredNorm(), where they are known.
+// The nearest point to h_W on a segment. If both ends are equal, t = 0. Requires finite arguments. O(1). Always
+// inlined: half of a tick's time is spent here, and returning through memory would take most of it.
+//
+// This overload takes d_W = parent_W - child_W (exact, since both ends lie on the grid) and length2 = |d_W|^2.
 [[gnu::always_inline]] inline ClosestPoint closestPoint(const Vector3d& child_W, const Vector3d& parent_W,
                                                         const Vector3d& d_W, double length2,
                                                         const Vector3d& h_W) noexcept {
@@ -35,20 +36,20 @@ struct ClosestPoint {
 }
 
 struct ClosestApproach {
-  double along;             // from the ray's origin, in lengths of its direction, >= 0
-  double t;                 // on the segment: 0 at the child, 1 at the parent
-  Vector3d p_W;             // on the segment
+  double along;             // distance from the ray's origin in units of |direction|, >= 0
+  double t;                 // position on the segment: 0 at the child, 1 at the parent
+  Vector3d p_W;             // the point on the segment
   double squared_distance;  // um^2, between the two points
 };
 
-// Where a segment and the ray origin + along * direction, along >= 0, come closest; of many such places, as on
-// parallels, the first along the ray up to rounding. Requires a unit direction and finite arguments. O(1). (Ericson,
-// Real-Time Collision Detection, 5.1.9, with one end open.)
+// The closest approach of a segment and the ray origin + along * direction, along >= 0. If several places are equally
+// close, as on parallels: the first along the ray, up to rounding. Requires a unit direction and finite arguments.
+// O(1). Source: Ericson, Real-Time Collision Detection, 5.1.9, with one end open.
 inline ClosestApproach closestApproach(const Vector3d& child_W, const Vector3d& parent_W, const Vector3d& origin_W,
                                        const Vector3d& direction) noexcept {
   const Vector3d d = parent_W - child_W, r = child_W - origin_W;
   const double a = d.squaredNorm(), b = d.dot(direction), c = d.dot(r), f = direction.dot(r);
-  // |r + t d - along direction|^2 over t in [0, 1]; along follows from t as f + t b, not below 0.
+  // Minimise |r + t d - along direction|^2 over t in [0, 1], where along = max(0, f + t b).
   const auto at = [&](double t) {
     const Vector3d p_W = t == 0.0 ? child_W : t == 1.0 ? parent_W : Vector3d(child_W + t * d);
     const double along = std::max(0.0, direction.dot(p_W - origin_W));

@@ -1,5 +1,5 @@
-// Errors at the edges of the program, few and by cause. Each text names the file, line, tile or option, and what to do
-// about it. The haptic tick never throws: it returns values.
+// Errors that the program reports, one class a cause. Each text names the file, line, tile or option, and what to do.
+// The haptic tick never throws: it returns values. Thread rule: values.
 #pragma once
 
 #include <cstdint>
@@ -8,7 +8,7 @@
 
 namespace filiform {
 
-// The base of all: what() is one line, safe to print (text that came from files is escaped before it gets here).
+// The base of all errors. what() is one line and safe to print: text from files is escaped beforehand.
 class Error : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -20,8 +20,9 @@ class InputError : public Error {
   using Error::Error;
 };
 
-// A tile set whose bytes are not what was written: bad checksum, short file, impossible count. Exit code 1.
+// A tile set whose bytes differ from those written: bad checksum, short file, impossible count. Exit code 1.
 class CorruptSet : public Error {
+  // `offset`: position of the damage in `file`, bytes.
  public:
   CorruptSet(const std::string& file, std::uint64_t offset, const std::string& what);
   const std::string& file() const { return file_; }
@@ -32,7 +33,7 @@ class CorruptSet : public Error {
   std::uint64_t offset_;
 };
 
-// The same for one tile; `offset` is the position in its pack file.
+// Damage in one tile; `offset` is the position in its pack file.
 class CorruptTile : public CorruptSet {
  public:
   CorruptTile(std::uint32_t tile, const std::string& file, std::uint64_t offset, const std::string& what);
@@ -42,14 +43,14 @@ class CorruptTile : public CorruptSet {
   std::uint32_t tile_;
 };
 
-// The operating system said no: missing or unreadable file, disk full, read or write error. Exit code 3.
+// A failed call of the operating system: missing or unreadable file, disk full, read or write error. Exit code 3.
 class IoError : public Error {
  public:
   IoError(const std::string& file, const std::string& what);
   // Appends the text of `error_number` (an errno value).
   IoError(const std::string& file, const std::string& what, int error_number);
   const std::string& reason() const { return reason_; }  // what() without the file
-  // The process lacks a file descriptor, memory or room for temporary files: not the fault of an input.
+  // True if the process lacks a file descriptor, memory or room for temporary files. The input is then not at fault.
   bool isShortage() const { return shortage_; }
   IoError& asShortage() {
     shortage_ = true;
@@ -61,20 +62,19 @@ class IoError : public Error {
   bool shortage_ = false;
 };
 
-// The reader of a pipe that results go to has gone, as `head` does when it has enough. Exit code 141, without a
-// message: that of a program that SIGPIPE ends.
+// The reader of a pipe closed it, as `head` does after enough lines. Exit code 141 without a message, as after SIGPIPE.
 class ClosedPipe : public Error {
  public:
   using Error::Error;
 };
 
-// Work that was told to stop, by a signal as a rule. Exit code 128 + signal.
+// The work was told to stop, usually by a signal. Exit code 128 + signal.
 class Interrupted : public Error {
  public:
   using Error::Error;
 };
 
-// A request that makes no sense: NaN coordinate, unknown cell or route, a budget below the floor. Exit code 2.
+// An invalid request: NaN coordinate, unknown cell or route, a budget below the floor. Exit code 2.
 class UsageError : public Error {
  public:
   using Error::Error;

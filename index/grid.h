@@ -1,8 +1,8 @@
-// The fixed grid that every position lies on, and the world frame W.
+// The fixed grid of all positions, and the world frame W: um, with the axes of the input or of the placement table.
 //
-// World positions are integers (multiples of the quantum) on disk, and exact in double in memory, so the same node has
-// identical coordinates wherever it appears. Rounding to the grid is the only loss: at most half a quantum an axis
-// (0.98 nm at the default). Immutable values.
+// On disk, positions are integers: multiples of the quantum. In memory they are exact in double, so a node has
+// identical coordinates wherever it is stored. Rounding to the grid is the only loss: at most half a quantum an axis
+// (0.98 nm at the default). Thread rule: immutable values.
 #pragma once
 
 #include <cmath>
@@ -15,7 +15,7 @@ namespace filiform {
 using Eigen::Vector3d;
 using GridPoint = Eigen::Matrix<std::int64_t, 3, 1>;  // quanta, frame W
 
-struct GridBox {  // closed; empty when lo > hi on any axis
+struct GridBox {  // closed; empty if lo > hi on any axis
   GridPoint lo = GridPoint::Constant(INT64_MAX);
   GridPoint hi = GridPoint::Constant(INT64_MIN);
 
@@ -32,12 +32,12 @@ struct GridBox {  // closed; empty when lo > hi on any axis
 
 class Grid {
  public:
-  // As read, |x| > kMaxInput_um is W_RANGE; after unit, offset and placement, |x| > kMaxCoordinate_um drops the sample
-  // too.
+  // W_RANGE reports a value read with |x| > kMaxInput_um, and drops a sample whose |x| exceeds kMaxCoordinate_um after
+  // unit, offset and placement.
   static constexpr double kMaxInput_um = 1e9;
   static constexpr double kMaxCoordinate_um = 1073741824.0;  // 2^30
   static constexpr int kDefaultExponent = -9;
-  // Coordinates must fit the 42 bits an axis of a MortonKey.
+  // Bounds that make coordinates fit the 42 bits an axis of a MortonKey.
   static constexpr int kMinExponent = -10, kMaxExponent = 10;
 
   // The quantum is 2^exponent um. Requires kMinExponent <= exponent <= kMaxExponent.
@@ -46,12 +46,12 @@ class Grid {
   int exponent() const { return exponent_; }
   double quantum_um() const { return quantum_um_; }
 
-  // Nearest grid point (ties away from zero). Requires finite |p| <= kMaxCoordinate_um on each axis.
+  // The nearest grid point; ties round away from zero. Requires finite |p| <= kMaxCoordinate_um on each axis.
   GridPoint snap(const Vector3d& p_W) const {
     return GridPoint(std::llround(std::ldexp(p_W.x(), -exponent_)), std::llround(std::ldexp(p_W.y(), -exponent_)),
                      std::llround(std::ldexp(p_W.z(), -exponent_)));
   }
-  // Exact.
+  // The position in um, exact.
   Vector3d toWorld(const GridPoint& p) const { return p.cast<double>() * quantum_um_; }
 
  private:

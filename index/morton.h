@@ -1,10 +1,11 @@
 // Keys of the binary space partition.
 //
-// A MortonKey interleaves the three grid coordinates, 42 bits each, offset by 2^41 so that they are unsigned; from the
-// top bit down the axes alternate x, y, z, x, ... A CellKey is a prefix of such keys: `depth` leading bits. Depth 0 is
-// the whole world, one bit more halves the cell along the next axis, three bits more make an octree level. Cells at
-// equal depth, and the leaves of any partition, are ordered by their lowest key; a cell contains exactly the keys in
-// [low, high]. Immutable values, O(1) throughout.
+// A MortonKey interleaves the three grid coordinates, 42 bits each. An offset of 2^41 makes them unsigned. From the top
+// bit down, the axes alternate x, y, z, x, ... A CellKey names a block: the keys that share its `depth` leading bits.
+// Depth 0 is the whole world. One more bit halves the block along the next axis; three more bits make an octree level.
+//
+// A block contains exactly the keys in [low, high]. Blocks of equal depth, and the leaves of any partition, are ordered
+// by their lowest key. Thread rule: immutable values. O(1) throughout.
 #pragma once
 
 #include "index/grid.h"
@@ -19,28 +20,29 @@ __extension__ using MortonKey = unsigned __int128;
 inline constexpr int kMortonAxisBits = 42;
 inline constexpr int kMortonBits = 3 * kMortonAxisBits;
 
-// Requires -2^41 <= p < 2^41 on each axis.
+// The key of a grid point. Requires -2^41 <= p < 2^41 on each axis.
 MortonKey mortonKey(const GridPoint& p);
 GridPoint mortonPoint(MortonKey key);  // the inverse
 
+// A block of the partition.
 struct CellKey {
-  MortonKey low = 0;  // lowest key in the cell: bits below the prefix are zero
-  int depth = 0;      // number of leading bits fixed, 0..kMortonBits
+  MortonKey low = 0;  // lowest key in the block: bits below the prefix are zero
+  int depth = 0;      // number of leading bits, 0..kMortonBits
 
   MortonKey high() const { return depth == kMortonBits ? low : low | ((MortonKey{1} << (kMortonBits - depth)) - 1); }
   bool contains(MortonKey key) const { return key >= low && key <= high(); }
-  CellKey half(int bit) const {  // Requires depth < kMortonBits
+  CellKey half(int bit) const {  // bit 0: lower half, 1: upper. Requires depth < kMortonBits
     return {low | (MortonKey(bit) << (kMortonBits - depth - 1)), depth + 1};
   }
-  GridBox box() const;  // grid points of the cell: lo and hi both inside
+  GridBox box() const;  // grid points of the block, lo and hi included
   bool operator==(const CellKey&) const = default;
 };
 
-// Position of the cell's centre along a three-dimensional Hilbert curve over the same 42-bit cube: neighbours on the
-// curve are neighbours in space. Used to order tiles in packs.
+// Position of a point along a three-dimensional Hilbert curve over the same 42-bit cube. Neighbours on the curve are
+// neighbours in space. Orders the tiles in packs by the centres of their blocks.
 MortonKey hilbertIndex(const GridPoint& p);
 
-// Does the closed segment a-b meet the closed box? Exact in integers (separating axes), never misses.
+// True if the closed segment a-b meets the closed box. Exact, in integers (separating axes).
 bool segmentMeetsBox(const GridPoint& a, const GridPoint& b, const GridBox& box);
 
 }  // namespace filiform

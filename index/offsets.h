@@ -1,5 +1,5 @@
-// Three coordinates a node, none negative, side by side, in as few bytes as they need: one cache line tells where a
-// node is, and a few in a row are read at once.
+// Arrays of three non-negative coordinates a node, in as few bytes as they need. One cache line usually holds a whole
+// node; several consecutive nodes are read at once. Thread rule: values that do not own their memory.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@ namespace filiform {
 
 using Coordinates = std::array<std::uint64_t, 3>;
 
-// One number a coordinate.
+// One integer a coordinate.
 template <typename T>
 struct PlainOffsets {
   T* at;
@@ -22,7 +22,7 @@ struct PlainOffsets {
   }
 };
 
-// 21 bits a coordinate, 4 mm at the default quantum, x lowest, in one word.
+// One 64-bit word a node: 21 bits a coordinate (4 mm at the default quantum), x lowest.
 template <typename T>
 struct WordOffsets {
   static constexpr int kBits = 21;
@@ -33,7 +33,8 @@ struct WordOffsets {
     const std::uint64_t word = at[i];
     return {word & kMask, word >> kBits & kMask, word >> 2 * kBits};
   }
-  void put(std::size_t i, const Coordinates& c) const {  // masked: what does not fit is met later, by its bits
+  void put(std::size_t i,
+           const Coordinates& c) const {  // a coordinate beyond 21 bits is masked; offset_bits() detects it later
     at[i] = (c[0] & kMask) | (c[1] & kMask) << kBits | (c[2] & kMask) << 2 * kBits;
   }
 };

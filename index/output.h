@@ -1,15 +1,16 @@
-// One result of a command: a regular file, a device, a pipe, or standard output. Every file that a command names for
-// its results is written through this class.
+// Output: one result of a command, written to a file, a device, a pipe or standard output. All result files that a
+// command names are written through this class.
 //
 //   Output csv("travel.csv");
 //   csv.stream() << "tick,time_s\n";
-//   csv.finish();  // without it an older travel.csv stays as it was
+// without this call an older travel.csv stays unchanged
 //
-// What the path is decides what happens:
-//   a regular file, or nothing   a new file beside it, renamed over it by finish(); its permissions are kept
-//   a symbolic link              its target is treated so, beside itself; the link stays
-//   a device, a pipe             written through at once; never removed, renamed or cut
-//   "-", /dev/stdout, /dev/fd/N  written through to that open descriptor, at its place
+// The path decides what happens:
+//   a regular file, or nothing   writes a new file beside it; finish() renames it over the path and keeps permissions
+//   a symbolic link              the link stays; its target is replaced as above, in the target's folder
+//   a device, a pipe             written directly; never removed, renamed or truncated
+//   "-", /dev/stdout, /dev/fd/N  written directly to that open descriptor, at its current position
+//
 // Thread rule: thread-compatible.
 #pragma once
 
@@ -22,39 +23,39 @@
 namespace filiform {
 
 struct OutputOptions {
-  // A writer that insists on a name of its own (a library, another program) fills the file partialPath() instead of
-  // stream(). It has the ending of the path. For a device or a pipe it lies in the folder for temporary files.
+  // For a library or program that opens the file itself: it fills the file partialPath() instead of stream(). That file
+  // has the same ending as the path. For a device or a pipe it lies in the folder for temporary files.
   bool by_name = false;
-  bool sync = true;  // on the disk before it gets its name, so that a power cut leaves the old file or the new one
-  const std::atomic<bool>* cancel = nullptr;  // becomes true: stop waiting for a pipe's reader, throw Interrupted
+  bool sync = true;  // flush to disk before the rename, so that a power cut leaves either the old or the new file
+  const std::atomic<bool>* cancel = nullptr;  // when true: stop waiting for a pipe's reader, throw Interrupted
 };
 
 class Output {
  public:
-  // Opens the destination. Waits for a reader where the path is a pipe. Throws UsageError for an empty path, IoError
-  // where the path is a folder, may not be written, or its folder is missing or may not be written.
+  // Opens the destination. For a pipe, waits for a reader. Throws UsageError for an empty path. Throws IoError if the
+  // path is a folder or not writable, or if its folder is missing or not writable.
   explicit Output(const std::string& path, const OutputOptions& options = {});
-  // Without finish(): a regular file is untouched, and the file beside it is removed.
+  // Without finish(): leaves a regular file unchanged and removes the new file beside it.
   ~Output();
   Output(const Output&) = delete;
   Output& operator=(const Output&) = delete;
 
-  // Throws IoError where the disk is full or the device fails, ClosedPipe where the reader of a pipe has gone; the
-  // stream's operators do so too.
+  // The stream to write to; its operators throw as write() does.
   std::ostream& stream() noexcept;
+  // Throws IoError if the disk is full or the device fails, ClosedPipe if the reader of a pipe has closed it.
   void write(std::string_view bytes);
-  const std::string& partialPath() const noexcept;  // by_name only
+  const std::string& partialPath() const noexcept;  // only with by_name
 
-  // Publishes a regular file; for the rest, writes what is left. Nothing may be written afterwards. Throws as write()
-  // does. Does nothing the second time.
+  // Publishes a regular file. For a device, pipe or descriptor: writes the remaining bytes. Nothing may be written
+  // afterwards; a second call does nothing. Throws as write() does.
   void finish();
-  // Publishes what was written although the work did not come to its end: under the path where nothing is there,
-  // otherwise under a new name beside it. Returns the name. For what is written through: finish(), and the path.
-  // Throws as finish() does, and IoError after a write that failed.
+  // Publishes an incomplete result: at the path if nothing exists there, otherwise beside it under a new name. Returns
+  // the name used. For a device, pipe or descriptor: calls finish() and returns the path. Throws as finish() does, and
+  // IoError after a failed write.
   std::string finishAside();
 
   const std::string& path() const noexcept;  // as given
-  bool isFile() const noexcept;              // a regular file, or none as yet
+  bool isFile() const noexcept;              // a regular file, or a path where nothing exists yet
   bool isStandardOutput() const noexcept;
 
  private:
@@ -62,15 +63,16 @@ class Output {
   std::unique_ptr<Impl> impl_;
 };
 
-// What a path given for a result leads to. Opens nothing.
+// The destination that a result path leads to.
 struct OutputPlace {
   enum class Kind { kFile, kThrough, kDescriptor };
   Kind kind = Kind::kFile;
-  std::string target;   // all links followed
+  std::string target;   // the path with all links resolved
   int descriptor = -1;  // kDescriptor: 1 is standard output
   bool exists = false;
 };
-// Throws UsageError for an empty path, IoError where the path cannot be followed or is a folder.
+// Resolves `path` without opening it. Throws UsageError for an empty path, IoError if the path cannot be resolved or is
+// a folder.
 OutputPlace outputPlace(const std::string& path);
 
 }  // namespace filiform

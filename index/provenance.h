@@ -1,6 +1,6 @@
-// Provenance: what a tile set was made from. The set keeps it for people; no reader of the set needs it.
+// Provenance: the inputs from which a tile set was made. The set stores it for its users; no reader of a set needs it.
 //
-// Thread rule: a value. Names may hold any bytes.
+// Thread rule: a value. Names may contain any bytes.
 #pragma once
 
 #include <cstdint>
@@ -16,7 +16,8 @@ struct Provenance {
   struct Source {
     std::string name;
     std::uint64_t bytes = 0, digest = 0, cells = 0;
-    // Passes the dropped lines, entries or `entry:line` to `use`, piece by piece, comma-separated. Empty: none dropped.
+    // Passes the dropped lines, entries or `entry:line` to `use` in pieces, comma-separated. Empty: nothing was
+    // dropped.
     std::function<void(const std::function<void(std::string_view piece)>& use)> dropped = {};
   };
   struct Refused {
@@ -24,7 +25,7 @@ struct Provenance {
   };
   std::vector<Source> sources;
   std::vector<Refused> refused;
-  std::map<std::string, std::uint64_t> codes;  // how often each code was reported
+  std::map<std::string, std::uint64_t> codes;  // number of reports by code
 };
 
 }  // namespace filiform

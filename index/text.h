@@ -1,4 +1,4 @@
-// Text that came from files, made safe for terminals, tables and messages. Immutable functions, any thread.
+// Makes text from files safe for terminals, tables and messages. Thread rule: pure functions, any thread.
 #pragma once
 
 #include <cstddef>
@@ -7,18 +7,18 @@
 
 namespace filiform {
 
-// `text` with everything that could steer a terminal or break a table written out: control characters as \t, \n, \r or
-// \xNN, C1 controls and bidirectional overrides as \uNNNN, bytes that are not UTF-8 as \xNN. Printable text,
-// backslashes too, is left alone. O(length).
+// Escapes everything that could control a terminal or break a table. Control characters become \t, \n, \r or \xNN; C1
+// controls and bidirectional overrides become \uNNNN; bytes that are not UTF-8 become \xNN. Printable text and
+// backslashes stay. O(length).
 std::string escaped(std::string_view text);
 
-// The same, cut at a whole character to at most `limit` bytes of input, with "..." where something was left out.
+// Escapes at most `limit` bytes of input, cut at a whole character. Appends "..." if something was cut.
 std::string escaped(std::string_view text, std::size_t limit);
 
-// Is `text` well-formed UTF-8 (no overlong forms, no surrogates)? O(length).
+// True if `text` is well-formed UTF-8, without overlong forms or surrogates. O(length).
 bool isUtf8(std::string_view text);
 
-// Does `name` end in `suffix`, a lower-case ASCII text, in any letter case?
+// True if `name` ends in `suffix`, in any letter case. Requires a lower-case ASCII `suffix`.
 bool endsWithNoCase(std::string_view name, std::string_view suffix);
 
 }  // namespace filiform

@@ -1,6 +1,6 @@
-// Does the unit of an input look right? Neurons have a scale: segments of about a micrometre, cells of tenths of a
-// millimetre to centimetres. Data in nanometres or voxels that are taken for micrometres are a thousand times off.
-// A doubt, never a refusal: what is tiny or huge by nature is read all the same. Thread-compatible.
+// Checks whether the unit of an input is plausible. Neurons have a typical scale: segments of about a micrometre, cells
+// of 0.1 mm to centimetres. Nanometres or voxels taken for micrometres are wrong by about a factor of 1000. The result
+// is a warning, never a refusal. Thread rule: thread-compatible.
 #pragma once
 
 #include "index/cell.h"
@@ -12,17 +12,17 @@ namespace filiform {
 
 class UnitCheck {
  public:
-  // What a median cell of more than a few segments is expected to have.
+  // The expected range for the median cell.
   static constexpr double kMinSegment_um = 0.02, kMaxSegment_um = 200;
   static constexpr double kMinExtent_um = 1, kMaxExtent_um = 300000;
-  // Coarse tracings have such segments and whole-brain axons such an extent. Both together are data in voxels.
+  // Coarse tracings have long segments, and whole-brain axons have a large extent. Both together indicate voxels.
   static constexpr double kLongSegment_um = 20, kLargeExtent_um = 20000;
 
-  // Looks at some of the cell's segments: O(1) but for its bounds.
+  // Samples some segments of the cell, and its bounds. O(samples) for the bounds, O(1) for the rest.
   void add(const Cell& cell);
 
-  // One line that names the units that would do, the likeliest first, as --unit takes them; or empty. `unit_um` is what
-  // one unit of the files was taken for. O(cells).
+  // Returns one line that names plausible units, the likeliest first, in the syntax of --unit. Returns an empty text if
+  // the unit is plausible. `unit_um`: the size assumed for one unit of the files, um. O(cells).
   std::string doubt(double unit_um = 1) const;
 
  private:

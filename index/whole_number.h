@@ -1,5 +1,5 @@
-// Whole numbers in JSON that others wrote. The library's own conversion turns -5e20 into any integer and cuts 2^32 + 7
-// to a 32-bit 7. Thread rule: pure.
+// Reads whole numbers from JSON of other programs. The JSON library's own conversion turns -5e20 into an arbitrary
+// integer and truncates 2^32 + 7 to a 32-bit 7. Thread rule: pure function.
 #pragma once
 
 #include <concepts>
@@ -9,8 +9,8 @@
 
 namespace filiform {
 
-// `json` is a value of nlohmann's library. Throws std::out_of_range where it is no number, has a fraction or an
-// exponent, or does not fit.
+// Converts `json`, a value of nlohmann's library, to a T. Throws std::out_of_range if it is not a number, has a
+// fraction or an exponent, or does not fit.
 template <std::integral T, typename Json>
 T wholeNumber(const Json& json) {
   if (json.is_number_unsigned()) {
