@@ -1,9 +1,9 @@
-// Where the tiles are: which of them may hold something near a point, without reading any.
+// The tile finder: finds the tiles that may hold something near a point, without reading them.
 //
-// CGAL AABB trees over the tiles' boxes in two levels: one over the store's pages, and one for each page, built when
-// a query first enters it, so that opening does not depend on the number of tiles. Sets of up to 64 tiles are scanned
-// and build no tree. Boxes are widened by one quantum and distances rounded down: a tile is never missed. The
-// long-segment tile is not in here. Thread rule: internally synchronised.
+// It uses CGAL AABB trees over the tiles' boxes, on two levels: one tree over the store's pages and one for each page.
+// A page's tree is built when a query first enters the page, so that opening is independent of the number of tiles.
+// Sets of up to 64 tiles are scanned without a tree. Boxes are widened by one quantum and distances rounded down, so
+// that no tile is missed. The long-segment tile is not included. Thread rule: internally synchronised.
 #pragma once
 
 #include "index/tile_engine.h"
@@ -18,6 +18,7 @@ namespace filiform {
 
 class Directory {
  public:
+  // A tile found near a point.
   struct Hit {
     TileId tile;
     double squared_distance;  // um^2 from the query to the tile's box, rounded down
@@ -27,26 +28,26 @@ class Directory {
     }
   };
 
-  // The store must outlive it. O(pages); the first query is O(pages log pages), and O(page log page) for each page that
-  // it enters. Every member throws what the store throws when it reads a page; the next call then tries again.
+  // The store must outlive this object. O(pages). The first query is O(pages log pages), plus O(page log page) for each
+  // page that it enters. Every member throws what the store throws when it reads a page; the next call tries again.
   explicit Directory(const TileStore& store);
   ~Directory();
 
-  // All tiles with content whose box lies within `squared_bound` (um^2, closed) of h, nearest first, ties by id.
-  // Requires finite h. O(log tiles + hits log hits).
+  // All tiles with content whose box lies within `squared_bound` (um^2, closed) of h_W, nearest first, ties by id.
+  // Requires finite h_W. O(log tiles + hits log hits).
   std::vector<Hit> within(const Vector3d& h_W, double squared_bound) const;
 
-  // All tiles with content whose box may meet the region, ascending, with the box as `within` sees it. O(log tiles +
+  // All tiles with content whose box may meet the region, ascending by id, each with its widened box. O(log tiles +
   // hits log hits).
   std::vector<std::pair<TileId, WorldBox>> meeting(const Region& region) const;
 
-  // Tiles one by one, nearest first, ties by id: for points far outside, and where no bound is known. The directory
-  // must outlive it. Thread-compatible.
+  // Returns tiles one by one, nearest first, ties by id: for points far outside and for searches without a bound. The
+  // Directory must outlive it. Thread rule: thread-compatible.
   class Walk {
    public:
     ~Walk();
     Walk(Walk&&) noexcept;
-    // Nothing when all tiles were given. O(log tiles) amortised.
+    // The next tile; nullopt after the last. O(log tiles) amortised.
     std::optional<Hit> next();
 
    private:
@@ -57,7 +58,7 @@ class Directory {
   };
   Walk walk(const Vector3d& h_W) const;
 
-  // Does h lie outside the box of all tiles?
+  // True if h_W lies outside the box of all tiles.
   bool isOutside(const Vector3d& h_W) const;
 
  private:

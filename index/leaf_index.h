@@ -1,5 +1,6 @@
-// Which tile is home to a point: the sorted keys of all leaves, in pages that a store may add one by one. Thread rule:
-// home() from any thread, the haptic one included, also while a page is added; it sees the page whole or not at all.
+// LeafIndex: finds the home tile of a point. It holds the sorted keys of all leaves, in pages that a store may add one
+// by one. Thread rule: any thread may call home(), the haptic one included, even while a page is added. It sees a page
+// completely or not at all.
 #pragma once
 
 #include "index/tile.h"
@@ -15,22 +16,23 @@ class LeafIndex {
   static constexpr std::size_t kNoPage = SIZE_MAX;
 
   LeafIndex() = default;
-  // All leaves. Requires disjoint cells in ascending order of `low`. Tile ids are positions in `leaves`.
+  // An index with all leaves known. Requires disjoint blocks, ascending by `low`. The tile id is the position in
+  // `leaves`.
   explicit LeafIndex(std::vector<CellKey> leaves);
-  // Of `size` leaves of which none is known yet, `page_tiles` in each page but the last: the lowest key of each page,
-  // ascending.
+  // An index of `size` leaves, none known yet. Each page has `page_tiles` leaves; the last may have fewer. Requires the
+  // lowest key of each page, ascending.
   LeafIndex(std::vector<MortonKey> page_lows, TileId page_tiles, TileId size);
 
-  TileId size() const { return size_; }  // known or not
-  // The page in whose range of keys the point lies, or kNoPage. O(log pages).
+  TileId size() const { return size_; }  // number of leaves, known or not
+  // The page whose range of keys contains the point, or kNoPage. O(log pages).
   std::size_t pageOf(const GridPoint& p) const noexcept;
   bool knows(std::size_t page) const noexcept { return pages_[page].known.load(std::memory_order_acquire); }
-  // Once for each page, from one thread at a time. Requires its leaves, ascending.
+  // Adds the leaves of a page, ascending. Requires one call a page, and one calling thread at a time.
   void add(std::size_t page, std::vector<CellKey> leaves);
 
-  // The tile whose cell contains the point, or kNoTile where space is empty, or where the page is not known. A tile
-  // that a store has loaded has the homes of all its nodes in pages that are known: where the point is another,
-  // TileStore::home() is the one to ask. O(log tiles).
+  // The tile whose block contains the point. kNoTile if space is empty there, or if the page is not known. When a store
+  // has loaded a tile, the pages of the homes of all its nodes are known. For other points, call TileStore::home().
+  // O(log tiles).
   TileId home(const GridPoint& p) const noexcept;
 
  private:

@@ -1,16 +1,17 @@
-// The nearest segments of a tile set to a point: exact, within a stated error, or from what is in memory.
+// Finds the nearest segments of a tile set to a point: exactly, within a stated error, or among the tiles in memory.
 //
 //   const auto set = TileSet::open("column.fil");
 //   const Nearest nearest(*set);
 //   for (const NearestResult& r : nearest.find(Vector3d(120, -40, 800), {.k = 3}))
 //     std::cout << set->cell(r.segment.cell).name << " at " << r.distance_um << " um\n";
 //
-// Exact means: of the gridded data, in double, every distance by closestPoint(), ties to the lowest (cell, segment); so
-// answers depend neither on the tiling, nor on the engine, nor on what is in memory. As few tiles are read as the
-// geometry allows. A point within the content of a tile is looked for there first, and mostly nowhere else; elsewhere
-// FLANN over the set's samples bounds the distance; the CGAL directory lists the tiles within the bound, and they are
-// searched nearest first. Sets of up to 64 tiles need none of this. Thread rule: internally synchronised; not for the
-// haptic thread.
+// Exact means: for positions on the grid, in double, with every distance by closestPoint() and ties to the lowest
+// (cell, segment). So the result depends neither on the tiling, nor the engine, nor the tiles in memory.
+//
+// Few tiles are read. A point inside the content of a tile is first searched there, which is usually enough. For other
+// points, FLANN over the set's landmarks bounds the distance. The tile finder (CGAL) lists the tiles within the bound,
+// and these are searched nearest first. Sets of up to 64 tiles need neither. Thread rule: internally synchronised; the
+// haptic thread must not call it.
 #pragma once
 
 #include "index/tile_store.h"
@@ -24,85 +25,91 @@
 
 namespace filiform {
 
+// How a Nearest searches.
 struct NearestOptions {
-  std::string engine = "packed";           // inside a tile; tile_engine.h names what is built
-  std::uint64_t budget_bytes = 256 << 20;  // tiles and their engines kept between queries; the long-segment tile too
+  std::string engine = "packed";           // search engine inside a tile; see makeTileEngine()
+  std::uint64_t budget_bytes = 256 << 20;  // for tiles and engines kept between queries, the long-segment tile included
 };
 
+// What find() looks for.
 struct NearestQuery {
-  std::size_t k = 1;           // results wanted; 0: none
-  double epsilon = 0;          // each rank may be (1 + epsilon) times too far, and no more; saves tiles and time
-  bool approximate = false;    // from the samples alone, no tile is read: off by covering_radius_um() at most
-  bool resident_only = false;  // reads nothing: searches the tiles that earlier queries left in memory
-  double max_distance_um = std::numeric_limits<double>::infinity();  // closed; k = SIZE_MAX: all within it
+  std::size_t k = 1;           // number of results; 0: none
+  double epsilon = 0;          // each rank may be up to (1 + epsilon) times too far; saves tiles and time
+  bool approximate = false;    // use only the landmarks, read no tile: error at most covering_radius_um()
+  bool resident_only = false;  // read nothing: search only tiles that earlier queries left in memory
+  double max_distance_um =
+      std::numeric_limits<double>::infinity();  // closed; with k = SIZE_MAX: all segments within it
 };
 
+// One segment that find() or inBox() returns.
 struct NearestResult {
   std::uint32_t rank;  // from 0
   double distance_um;
-  Vector3d p_W;  // the nearest point of the segment; approximate: the sample
+  Vector3d p_W;  // the nearest point of the segment; approximate: the landmark
   SegmentId segment;
-  double t;                      // where on it: 0 child .. 1 parent
+  double t;                      // position on the segment: 0 child .. 1 parent
   TileId tile;                   // a tile that stores the segment; approximate: kNoTile
-  bool exact;                    // this is surely the result of that rank
-  std::uint32_t tiles_read;      // by the whole query, from the store
+  bool exact;                    // true: certainly the segment of that rank
+  std::uint32_t tiles_read;      // from the store, by the whole query
   std::uint32_t tiles_searched;  // by the whole query, read or not
 };
 
-// A line of sight with some tolerance: a segment is hit where it comes closest to the ray, if that is at most radius +
-// slope * (distance along the ray) away.
+// A line of sight with a tolerance. A segment is hit if its closest distance to the ray is at most radius_um + slope *
+// (distance along the ray).
 struct RayQuery {
-  Vector3d origin_W, direction;  // of any length but 0
+  Vector3d origin_W, direction;  // of any length except 0
   double radius_um = 0;          // of the cylinder
-  double slope = 0;              // of the cone: a radius of one pixel, say, at a distance of 1
-  double length_um = std::numeric_limits<double>::infinity();  // hits lie no farther along the ray
-  std::size_t most = SIZE_MAX;                                 // results wanted
+  double slope = 0;              // of the cone: the radius grows by `slope` um for one um along the ray
+  double length_um = std::numeric_limits<double>::infinity();  // hits lie within this distance along the ray
+  std::size_t most = SIZE_MAX;                                 // number of results
 };
 
+// One segment that alongRay() returns.
 struct RayHit {
-  double along_um;     // from the origin to where the segment comes closest
-  double distance_um;  // from there to the segment
+  double along_um;     // from the origin to the closest approach
+  double distance_um;  // from the ray to the segment there
   Vector3d p_W;        // on the segment
   SegmentId segment;
-  double t;                                  // where on it: 0 child .. 1 parent
+  double t;                                  // position on the segment: 0 child .. 1 parent
   TileId tile;                               // a tile that stores the segment
   std::uint32_t tiles_read, tiles_searched;  // by the whole query
 };
 
 class Nearest {
  public:
-  // Coordinates beyond this cannot be squared safely.
+  // Largest coordinate that can be squared safely.
   static constexpr double kMaxCoordinate_um = 1e150;
 
-  // O(1): reads and builds nothing before the first query. The store must outlive it. Throws UsageError for an unknown
-  // engine.
+  // O(1): reads and builds nothing before the first query. The store must outlive this object. Throws UsageError for an
+  // unknown engine.
   explicit Nearest(const TileStore& store, const NearestOptions& options = {});
   ~Nearest();
 
-  // At most k results, best first; none from an empty set. Throws UsageError for coordinates that are NaN, infinite or
-  // beyond kMaxCoordinate_um, for an epsilon that is negative or not finite, for a max_distance_um that is negative or
-  // NaN; CorruptTile, CorruptSet, IoError from the store. O(log segments + k) and one or two tiles read, expected.
+  // Returns at most k segments, nearest first; none from an empty set. Throws UsageError if a coordinate is not finite
+  // or exceeds kMaxCoordinate_um, if epsilon is negative or not finite, or if max_distance_um is negative or NaN.
+  // Throws CorruptTile, CorruptSet, IoError from the store. Expected: O(log segments + k) and one or two tiles read.
   std::vector<NearestResult> find(const Vector3d& h_W, const NearestQuery& query = {}) const;
 
-  // find() for each of the points, in their order; visits them along a space-filling curve, so that tiles are met once,
-  // on `threads` threads (at least one). Throws what find() throws. O(points) times find().
+  // Calls find() for each point, on `threads` threads (at least one). Results have the order of the points. Points are
+  // visited along a space-filling curve, so that consecutive points need the same tiles. Throws as find() does.
+  // O(points) times find().
   std::vector<std::vector<NearestResult>> findAll(std::span<const Vector3d> points, const NearestQuery& query = {},
                                                   unsigned threads = 1) const;
 
-  // All segments that meet the closed box, decided exactly for the corners as rounded to the grid; as find() would rank
-  // them from the middle of the box. Throws UsageError for corners that are not finite or out of order. O(log segments
-  // + tiles and segments that meet the box).
+  // Returns all segments that meet the closed box, ranked as find() ranks them from the middle of the box. The corners
+  // are rounded to the grid; the test is then exact. Throws UsageError for corners that are not finite or out of order.
+  // O(log segments + tiles and segments that meet the box).
   std::vector<NearestResult> inBox(const Vector3d& lo_W, const Vector3d& hi_W) const;
 
-  // The segments hit by a ray, the first along it first, ties by (cell, segment); tiles are searched along the ray,
-  // only until `most` hits are sure. Throws UsageError for what is not finite or a direction of length 0. O(log
-  // segments + what lies along the ray).
+  // Returns the segments hit by a ray, the first along it first, ties by (cell, segment). Searches tiles along the ray,
+  // and stops as soon as `most` hits are certain. Throws UsageError for values that are not finite or a direction of
+  // length 0. O(log segments + content along the ray).
   std::vector<RayHit> alongRay(const RayQuery& ray) const;
 
-  // The stated error of approximate answers. The first call reads the samples.
+  // The error bound of approximate results. The first call reads the landmarks.
   double covering_radius_um() const;
 
-  // Tiles and engines in memory now.
+  // Bytes of the tiles and engines in memory now.
   std::uint64_t bytes() const;
 
  private:

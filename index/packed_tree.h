@@ -1,6 +1,6 @@
-// The search structure of a tile ("packed"): a hierarchy of boxes, eight to a node, without pointers, over the tile's
-// runs of segments. The runs lie in the tile in the tree's order, so building is one pass over the nodes: no sorting.
-// Boxes are 16-bit numbers of a unit that is a power of two quanta, rounded outward; positions stay in the tile.
+// The search structure of a tile ("packed"): a hierarchy of boxes without pointers, eight boxes a node, over the tile's
+// runs of segments. The tile stores its runs in the tree's order, so the tree is built in one pass, without sorting.
+// Boxes are 16-bit numbers, rounded outward; their unit is a power of two quanta. Positions stay in the tile.
 #pragma once
 
 #include "index/tile_engine.h"
@@ -11,13 +11,13 @@
 
 namespace filiform {
 
-// How eight boxes are tested at once: "portable" everywhere, "avx2" where the processor has it. All give the same
-// answers, bit for bit.
-std::vector<std::string> packedTreePaths();  // that this machine runs, the fastest last
+// Names of the code paths that this machine can run, the fastest last: "portable" everywhere, "avx2" if the processor
+// has it. A path tests eight boxes at once; all paths give the same bits.
+std::vector<std::string> packedTreePaths();
 
-// O(segments). Takes 13.7 bytes a run of up to four segments: 4 to 5 bytes a stored segment in dense tissue (README.md,
-// A tile in memory), more where runs are short. The engine keeps the tile alive. Throws UsageError for a path that this
-// machine does not run; empty: the fastest.
+// Builds the structure. O(segments). Takes 13.7 bytes a run of up to four segments: 4 to 5 bytes a stored segment in
+// dense tissue, more if runs are short. The engine keeps the tile alive. An empty `path` means the fastest. Throws
+// UsageError for a path that this machine cannot run.
 std::unique_ptr<TileEngine> makePackedTree(std::shared_ptr<const Tile> tile, const std::string& path = "");
 
 }  // namespace filiform

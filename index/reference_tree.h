@@ -1,6 +1,5 @@
-// The reference engine ("cgal"): a CGAL AABB tree over the boxes of a tile's
-// segments. Slower and larger than the packed tree, and by another hand:
-// `verify`, the tests and the trade-off tables compare against it.
+// The reference engine ("cgal"): a CGAL AABB tree over the boxes of a tile's segments. It is slower and larger than the
+// packed tree, but independent of it. `verify`, the tests and the comparison tables check against it.
 #pragma once
 
 #include "index/tile_engine.h"

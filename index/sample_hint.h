@@ -1,5 +1,5 @@
-// A guess at the nearest segments from the data set's samples alone, without reading a tile: FLANN over
-// TileStore::samples(). It bounds the exact search, and is the approximate jump. Built in memory, never loaded from a
+// Estimates the nearest segments from the landmarks alone (TileStore::samples()), by a FLANN tree, without reading a
+// tile. It bounds the exact search and answers approximate queries. The tree is built in memory, never loaded from a
 // file. Thread rule: internally synchronised.
 #pragma once
 
@@ -12,28 +12,31 @@ namespace filiform {
 
 class SampleHint {
  public:
+  // A landmark near the query.
   struct Guess {
-    double distance;  // um, from the query to the sample
-    Vector3d p_W;     // the sample
+    double distance;  // um, from the query to the landmark
+    Vector3d p_W;     // the landmark
     SegmentId segment;
+    // position on the segment: 0 child .. 1 parent
     double t;
   };
 
-  // The store must outlive it. O(1).
+  // The store must outlive this object. O(1).
   explicit SampleHint(const TileStore& store);
   ~SampleHint();
 
-  // The k distinct segments whose samples are nearest, nearest first, ties by id; fewer where the samples hold fewer.
-  // The i-th distance is at most that of the i-th nearest segment with a sample, and the first is at most the true
-  // distance plus covering_radius_um(). Requires finite h. O(k log samples) expected; the first call reads the samples
-  // and builds the tree (about 10 ms).
+  // The k distinct segments with the nearest landmarks, nearest first, ties by id; fewer if the landmarks hold fewer.
+  // The i-th distance is at most that of the i-th nearest segment with a landmark. The first is at most the true
+  // distance plus covering_radius_um(). Requires finite h_W. O(k log landmarks) expected. The first call reads the
+  // landmarks and builds the tree (about 10 ms).
   std::vector<Guess> nearest(const Vector3d& h_W, std::size_t k) const;
 
-  // A squared distance, um^2, within which k distinct segments surely lie, rounding included; infinity where the
-  // samples do not tell cheaply. The first few calls answer infinity, if the tree is not there
-  // yet: a first jump does not wait for it.
+  // A squared distance, um^2, within which at least k distinct segments lie, rounding included. Infinity if the
+  // landmarks give no bound cheaply. If the tree is not built yet, the first few calls return infinity, so that the
+  // first jump does not wait for it.
   double squaredBound(const Vector3d& h_W, std::size_t k) const;
 
+  // The covering radius of the landmarks.
   double covering_radius_um() const;
 
  private:

@@ -1,9 +1,9 @@
-// A few points that stand for the whole data set: a search tree over them bounds any nearest-segment search without
-// touching the disk, and alone answers it with a stated error.
+// Landmarks: a few points that stand for the whole data set. A search tree over them bounds any nearest-segment search
+// without a disk read. The tree alone also answers such a search, with a stated error.
 //
-// Space is cut into equal cells (of one depth of the partition), as fine as the number of points allows; the middle of
-// a segment that is nearest to the middle of its cell stands for all segments whose middles are in the cell. Segments
-// longer than a cell get points of their own along them. So everything can be found leaf by leaf, in any order.
+// Space is divided into equal blocks, as small as the number of landmarks allows. In each block, the segment midpoint
+// nearest to the block's centre stands for all segments with a midpoint in the block. Segments longer than a block also
+// get landmarks along their length. So leaves can be processed one by one, in any order.
 #pragma once
 
 #include "index/tile_store.h"
@@ -14,47 +14,49 @@
 
 namespace filiform {
 
+// Most landmarks of a set.
 inline constexpr std::size_t kMaxSamplePoints = 65536;
 
-// How many points a set of so many segments gets: one for 128 segments, at least 64. A set of few tiles hardly needs
-// any.
+// Number of landmarks for a set of `segments` segments: one for 128 segments, at least 64, at most kMaxSamplePoints.
 std::size_t samplePointsFor(std::uint64_t segments);
 
-// What the spacing of the points follows from. Thread-compatible.
+// Statistics from which the spacing of landmarks follows. Thread rule: thread-compatible.
 class SampleSurvey {
  public:
-  // All segments, in any order.
+  // Adds the length of one segment; every segment once, in any order.
   void addLength(const GridPoint& a, const GridPoint& b);
-  // Keys of all midpoints, ascending, in one piece or several that follow each other.
+  // Adds the Morton keys of midpoints: all keys, ascending, in one call or in several consecutive calls.
   void addKeys(std::span<const MortonKey> sorted);
-  // Both, of a survey of what follows.
+  // Merges the survey of the next key range.
   void add(const SampleSurvey& next);
   std::uint64_t keys() const { return keys_; }
 
  private:
   friend class SampleChooser;
   void join(MortonKey next);
-  std::array<std::uint64_t, kMortonAxisBits + 3> longer_{};  // by e: lengths in (2^(e-1), 2^e] quanta
-  std::array<std::uint64_t, kMortonBits> differ_{};  // neighbours among the keys whose first difference is at that bit
+  std::array<std::uint64_t, kMortonAxisBits + 3> longer_{};  // by e: number of lengths in (2^(e-1), 2^e] quanta
+  std::array<std::uint64_t, kMortonBits> differ_{};  // by bit: number of neighbouring keys that first differ there
   std::uint64_t keys_ = 0;
   MortonKey first_ = 0, last_ = 0;
 };
 
-// A pure function of the segments and the leaves. Immutable, but for the parts, which are thread-compatible.
+// Chooses the landmarks. The result depends only on the segments and the leaves. Thread rule: immutable; a Part is
+// thread-compatible.
 class SampleChooser {
  public:
+  // `most`: the largest number of landmarks.
   SampleChooser(const Grid& grid, const SampleSurvey& survey, std::size_t most);
 
-  // What some of the leaves contribute.
+  // The contribution of some leaves. Each worker thread has its own Part.
   class Part {
     friend class SampleChooser;
-    struct Group {  // segments of a leaf in one cell
+    struct Group {  // segments of one leaf in one block
       MortonKey cell;
-      GridPoint point;  // the middle nearest to that of the cell, lowest id
+      GridPoint point;  // the midpoint nearest to the block's centre, lowest id
       double distance2;
       SegmentId id;
       GridBox ends;
-      double radius2;  // within which the point covers them
+      double radius2;  // squared distance within which `point` covers them
     };
     struct Piece {
       GridPoint point;
@@ -67,21 +69,22 @@ class SampleChooser {
     std::vector<std::uint32_t> table_, group_of_;
     std::map<MortonKey, std::uint32_t> sparse_;
   };
-  // The segments of a leaf; those that it does not own are passed over. O(n).
+  // Adds the segments of one leaf to `part`. Ghosts are ignored. O(n).
   void addLeaf(const CellKey& leaf, std::span<const StoredSegment> segments, Part& part) const;
-  // At most `most` points, ascending by Morton key, and the radius within which they cover every point of every
-  // segment: tight where a cell of the points lies within a leaf, else by the boxes of the leaves in it. A point lies
-  // within one quantum of its segment. O(p log p) for p points.
+  // Returns at most `most` landmarks, ascending by Morton key, and their covering radius. Every point of every segment
+  // lies within this radius of a landmark. The radius is tight if a block of the landmarks lies within a leaf;
+  // otherwise it follows from the boxes of the leaves. Each landmark lies within one quantum of its segment. O(p log p)
+  // for p landmarks.
   SamplePoints finish(std::span<Part> parts) const;
 
  private:
   Grid grid_;
-  int depth_ = 0;           // of the cells
-  int piece_exponent_ = 0;  // longer segments than 2^this quanta get points of their own
+  int depth_ = 0;           // of the blocks
+  int piece_exponent_ = 0;  // segments longer than 2^this quanta get landmarks along their length
 };
 
-// From the owned segments of all tiles of a store; reads every tile. The survey takes 16 bytes a segment.
+// Chooses landmarks from the owned segments of all tiles; reads every tile. Takes 16 bytes a segment.
 SamplePoints chooseSamples(const TileStore& store, std::size_t most);
-SamplePoints chooseSamples(const TileStore& store);  // as many as the set gets
+SamplePoints chooseSamples(const TileStore& store);  // samplePointsFor() landmarks
 
 }  // namespace filiform

@@ -1,7 +1,7 @@
-// The somata of a set of tiles, found where they are needed: from a sample, over the home tiles of the soma's samples.
-// Nothing is stored for them in a set. As a rule a soma lies in one tile, or two.
+// Finds the somata of a tile set on demand: from one sample, through the home tiles of the soma's samples. A set stores
+// no somata. A soma usually lies in one or two tiles.
 //
-// Thread-compatible: reads the store, so not for the haptic thread.
+// Thread rule: thread-compatible. It reads the store, so the haptic thread must not call it.
 #pragma once
 
 #include "index/soma.h"
@@ -17,21 +17,21 @@ namespace filiform {
 
 class SomaFinder {
  public:
-  explicit SomaFinder(const TileStore& store) : store_(store) {}  // which must outlive it
+  explicit SomaFinder(const TileStore& store) : store_(store) {}  // `store` must outlive this object
 
-  // The soma that the sample belongs to, as its root or one of its samples; null where it belongs to none that means
-  // something else than its samples. `at` is the sample's grid point. Answers are kept, one entry for each sample of
-  // type 1 that was asked for or passed. Throws CorruptTile, CorruptSet, IoError from the store. O(samples of the soma)
-  // and the reads of their tiles at first; then O(1) for soma samples, one read at most for others.
+  // The soma of which the sample is the root or a part. nullptr if the sample is in no soma, if the soma's samples mean
+  // only themselves, or if the cell has loops. `at` is the sample's grid point. Results are kept, one for each sample
+  // of type 1 met. Throws CorruptTile, CorruptSet, IoError from the store. Cost of the first call: O(samples of the
+  // soma) and reading their tiles. Later calls: O(1) for soma samples, at most one tile read for others.
   std::shared_ptr<const Soma> of(NodeId sample, const GridPoint& at);
-  // The same, null where the store throws: the sample is then taken as it is.
+  // Like of(), but returns nullptr if the store throws. The caller then draws the samples as they are.
   std::shared_ptr<const Soma> ofIfReadable(NodeId sample, const GridPoint& at) noexcept;
 
-  // From a place alone: the soma with a sample of that cell at the grid point. Null where there is none, or the store
-  // throws. Costs as of(), and O(nodes of the point's home tile).
+  // Like ofIfReadable(), from a place alone: the soma with a sample of that cell at the grid point. nullptr if there is
+  // none. Costs as of(), and O(nodes of the point's home tile).
   std::shared_ptr<const Soma> atIfReadable(std::uint32_t cell, const GridPoint& at) noexcept;
 
-  // Saves reading what the caller has read already.
+  // Hands over data that the caller has read, to avoid a second read.
   void offer(std::shared_ptr<const Tile> tile, TileAppearance appearance);
   void offer(std::uint32_t cell, const CellDetail& detail);
 
@@ -47,15 +47,15 @@ class SomaFinder {
   static constexpr std::size_t kMostHeld = 8, kMostCells = 1024;
 
   const Held& hold(TileId tile);
-  Place homeOf(NodeId sample, const GridPoint& at);  // held: null where there is none
+  Place homeOf(NodeId sample, const GridPoint& at);  // held: nullptr if the store has no such node
   const std::vector<CellDetail::Root>& rootsOf(std::uint32_t cell);
   std::shared_ptr<const Soma> read(const CellDetail::Root& root, NodeId sample, const GridPoint& at);
 
   const TileStore& store_;
   std::array<Held, kMostHeld> held_;
   std::size_t next_ = 0;
-  std::unordered_map<std::uint32_t, std::vector<CellDetail::Root>> roots_;  // of type 1
-  std::unordered_map<std::uint64_t, std::shared_ptr<const Soma>> known_;    // by NodeId::key(), of samples of type 1
+  std::unordered_map<std::uint32_t, std::vector<CellDetail::Root>> roots_;  // by cell: roots of type 1
+  std::unordered_map<std::uint64_t, std::shared_ptr<const Soma>> known_;    // by NodeId::key(): samples of type 1
 };
 
 }  // namespace filiform

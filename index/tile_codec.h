@@ -1,5 +1,5 @@
-// A tile as bytes. Two parts, read separately: geometry and topology (what the hand needs), and appearance (what the
-// eye needs). FORMAT.md specifies every byte. Stateless: any thread may call.
+// Encodes a tile to bytes and decodes it. A tile has two parts that are read separately: geometry and topology (for
+// haptics) and appearance (for drawing). FORMAT.md specifies every byte. Thread rule: functions without state.
 #pragma once
 
 #include "index/tile.h"
@@ -10,13 +10,12 @@
 
 namespace filiform {
 
-// The bytes depend on the tile's segments only: forests, and graphs with loops, where a segment's rank is that of its
-// link. Throws InputError when a position lies outside the grid. O(segments).
+// Encode both parts. The bytes depend only on the tile's segments. In a graph with loops, a segment's rank is the rank
+// of its link. Throws InputError if a position lies outside the grid. O(segments).
 std::vector<std::uint8_t> encodeTile(const Tile& tile);
 std::vector<std::uint8_t> encodeAppearance(const TileAppearance& appearance);
 
-// The inverse. Whatever the bytes are, neither reads beyond them nor allocates more than a fixed multiple of their
-// number. Throws CorruptTile with `file` and the position, counted from `offset`, when they cannot be. O(segments).
+// Where the bytes of a tile lie. Errors name `file` and a position counted from `offset`.
 struct TilePlace {
   TileId tile;
   CellKey key;
@@ -24,8 +23,10 @@ struct TilePlace {
   const char* file;
   std::uint64_t offset;  // of the bytes in the file
 };
+// Decode both parts. For any input, they read only the given bytes and allocate at most a fixed multiple of their
+// number. Throw CorruptTile for bytes that no encoder wrote. O(segments).
 Tile decodeTile(std::span<const std::uint8_t> bytes, const TilePlace& place, const Grid& grid);
-// `count` is the number of segments that the directory gives the tile.
+// `count` is the number of segments that the directory states for the tile.
 TileAppearance decodeAppearance(std::span<const std::uint8_t> bytes, const TilePlace& place, std::uint32_t count);
 
 }  // namespace filiform

@@ -1,8 +1,7 @@
-// Search inside one tile: the interface that every engine serves, and the list of best candidates that a search fills.
+// Search inside one tile: the interface of all engines, and the list of best candidates that a search fills.
 //
-// An engine prunes with bounds rounded so that they never miss; which segment is nearest is decided by closestPoint()
-// alone, ties by the lowest (cell, segment). So every engine, tiling and order of visits gives the same answers, bit
-// for bit.
+// Engines prune with bounds rounded so that no segment is missed. closestPoint() alone decides which segment is
+// nearest; ties go to the lowest (cell, segment). So every engine, tiling and order of visits gives the same bits.
 #pragma once
 
 #include "index/closest_point.h"
@@ -18,33 +17,34 @@
 
 namespace filiform {
 
-// A box of the world in double, exact for boxes of grid points. Immutable value.
+// A box in world coordinates, exact for boxes of grid points. Thread rule: immutable value.
 struct WorldBox {
   Vector3d lo_W, hi_W;
 
-  // At most the squared distance, um^2, that closestPoint() can report for any segment point in the box: rounded down
-  // by more than the error of both computations. O(1).
+  // Lower bound of the squared distance, um^2, that closestPoint() can report for a segment point in the box. Rounded
+  // down by more than the error of both computations. O(1).
   double squaredDistanceBelow(const Vector3d& h_W) const noexcept {
     const Vector3d gap = (lo_W - h_W).cwiseMax(h_W - hi_W).cwiseMax(0.0);
     const double d2 = gap.squaredNorm();
     if (d2 == 0.0) return 0.0;
     constexpr double kUlps = 16 * std::numeric_limits<double>::epsilon();
     const double size = std::max(lo_W.cwiseAbs().maxCoeff(),
-                                 hi_W.cwiseAbs().maxCoeff());  // rounding of an inner closest point
+                                 hi_W.cwiseAbs().maxCoeff());  // the closest point was itself rounded
     const double d = std::sqrt(d2);
     const double below = d - kUlps * (d + size);
     return below > 0.0 ? below * below : 0.0;
   }
 };
 
-// A part of the world that boxes can be tested against.
+// A part of the world against which boxes are tested.
 class Region {
  public:
   virtual ~Region() = default;
-  // False only if no segment whose closest or common points lie in the box can be wanted. O(1).
+  // May return false only if no wanted segment has its closest or common points in the box. O(1).
   virtual bool mayMeet(const WorldBox& box) const noexcept = 0;
 };
 
+// One segment found by a search.
 struct Candidate {
   double squared_distance;  // um^2
   SegmentId segment;
@@ -58,32 +58,32 @@ struct Candidate {
   }
 };
 
-// The k best segments seen so far, each once however many tiles store it. Thread-compatible.
+// The k best segments seen so far, each segment once. Thread rule: thread-compatible.
 class Candidates {
  public:
-  // Keeps k segments within `limit2` um^2 (closed). With epsilon > 0 what is kept may be (1 + epsilon) times too far,
-  // rank by rank, and no more. Requires k > 0, epsilon >= 0, limit2 >= 0.
+  // Keeps k segments within the squared distance `limit2`, um^2 (closed). With epsilon > 0, the segment of each rank
+  // may be up to (1 + epsilon) times too far. Requires k > 0, epsilon >= 0, limit2 >= 0.
   Candidates(std::size_t k, double epsilon, double limit2)
       : k_(k), slack_(k / 8), shrink_(1.0 / ((1.0 + epsilon) * (1.0 + epsilon))), limit2_(limit2), bound2_(limit2) {}
 
-  // Nothing at a squared distance above this can matter: prune what lies farther, keep what is equal (ties).
+  // Bound for pruning, um^2: skip what lies farther; keep what lies at the same distance (ties).
   double bound2() const noexcept { return bound2_; }
 
-  // Promises that k segments lie within `limit2`: tightens the pruning without giving up any of them. Not weakened by
-  // epsilon, since the promised segments have yet to be met.
+  // Promises that k segments lie within `limit2`. This tightens the pruning and loses none of these segments. epsilon
+  // does not apply, since the promised segments are not found yet.
   void promise(double limit2) noexcept {
     limit2_ = std::min(limit2_, limit2);
     bound2_ = std::min(bound2_, limit2_);
   }
 
-  // Only the best one is kept: then pruning may tighten by hearsay, see boundIf().
+  // True if only the best segment is kept. Pruning may then use boundIf().
   bool single() const noexcept { return k_ == 1; }
-  // What bound2() would be after an offer at that squared distance. Requires single().
+  // The value of bound2() after an offer at that squared distance. Requires single().
   double boundIf(double squared_distance) const noexcept { return std::min(bound2_, squared_distance * shrink_); }
-  // What a segment must not exceed to be kept, pruning aside.
+  // The largest squared distance, um^2, that is still kept, without pruning.
   double limit2() const noexcept { return full_ ? std::min(limit2_, worst_.squared_distance) : limit2_; }
 
-  // O(1) as a rule, amortised O(log k).
+  // Adds a candidate if it is among the best. Usually O(1), amortised O(log k).
   void offer(const Candidate& c) {
     if (c.squared_distance > limit2_) return;
     if (full_ && !(c < worst_)) return;
@@ -91,7 +91,7 @@ class Candidates {
     best_.push_back(c);
     if (best_.size() >= k_ && (!full_ || best_.size() > k_ + slack_)) compact();
   }
-  // The segment of the tile with that index, measured by closestPoint().
+  // Measures one segment of the tile by closestPoint() and offers it.
   void offer(const Tile& tile, std::uint32_t segment, const Vector3d& child_W, const Vector3d& parent_W,
              const Vector3d& h_W) {
     const ClosestPoint c = closestPoint(child_W, parent_W, h_W);
@@ -99,7 +99,7 @@ class Candidates {
       offer({c.squared_distance, tile.segmentId(segment), c.t, c.p_W, tile.id()});
   }
 
-  // At most k, best first. O(k log k).
+  // At most k candidates, best first. O(k log k).
   const std::vector<Candidate>& sorted() {
     if (k_ == 1)
       best_.assign(full_ ? 1 : 0, worst_);
@@ -131,24 +131,25 @@ class Candidates {
   std::vector<Candidate> best_;
 };
 
-// A search structure over one tile. Immutable after construction: any number of threads may search.
+// A search structure over one tile. Thread rule: immutable; any number of threads may search.
 class TileEngine {
  public:
   virtual ~TileEngine() = default;
-  // Offers every segment that may be among the best. Requires finite h_W. O(log segments) expected.
+  // Offers every segment that may be among the best; it may offer others. Requires finite h_W. O(log segments)
+  // expected.
   virtual void search(const Vector3d& h_W, Candidates& best) const = 0;
-  // Appends every segment of the tile, by index, whose box may meet the region, and others perhaps; in any order, each
-  // once. O(log segments + found) expected.
+  // Appends the index of every segment whose box may meet the region, and possibly others. Each index once, in any
+  // order. O(log segments + found) expected.
   virtual void collect(const Region& region, std::vector<std::uint32_t>& segments) const = 0;
-  // Heap and object bytes, the tile's own aside.
+  // Heap and object bytes, without the tile's own.
   virtual std::size_t bytes() const = 0;
 };
 
-// Throws UsageError, naming what is built, for an engine that this build does not hold.
+// Throws UsageError for an engine that this build lacks; the message names the available ones.
 void requireTileEngine(const std::string& name);
 
-// Builds the engine of that name ("packed", "cgal") over a tile; the tile is kept alive by it. Throws as
-// requireTileEngine().
+// Builds the engine with that name ("packed", "cgal") over a tile. The engine keeps the tile alive. Throws as
+// requireTileEngine() does.
 std::unique_ptr<TileEngine> makeTileEngine(const std::string& name, std::shared_ptr<const Tile> tile);
 
 }  // namespace filiform
