@@ -1,14 +1,15 @@
-// Which tiles are in memory: a byte budget, a state for every tile, and one table of tiles for each reader.
+// Residency: decides which tiles are in memory. It keeps a byte budget, a state for every tile and a table of tiles for
+// each reader.
 //
 //   absent -> queued -> reading -> ready -> resident -> retiring -> absent        (any read) -> failed
 //
-// The loader side (Residency) decides what to load and what to let go; it alone touches the disk. A reader (TileReader)
-// owns its table and changes it only by taking messages: *add* and *retire* come over a single-producer ring,
-// acknowledgements go back over another; a tile is freed after every reader has acknowledged. README.md holds the
-// tables of states, threads and channels.
+// The loader (Residency) decides which tiles to load and to evict; only the loader reads the disk. A reader
+// (TileReader) owns its table and changes it only by taking messages. Messages *add* and *retire* come through a
+// single-producer ring; acknowledgements return through another. A tile is freed after every reader has acknowledged.
+// README.md has the tables of states, threads and channels.
 //
-// The loader is driven in one of two ways: by its own IO threads (start/stop; real time), or by the caller, call by
-// call, in virtual time (advance, loadTogether), so that a headless run does not depend on the machine.
+// The loader runs in one of two ways. In real time, its own IO threads run it (start, stop). In virtual time, the
+// caller runs it (advance, loadTogether), so that a run without a window does not depend on the machine's speed.
 #pragma once
 
 #include "index/tile_store.h"
@@ -24,119 +25,127 @@
 namespace filiform {
 
 enum class TileState : std::uint8_t { absent, queued, reading, ready, resident, retiring, failed };
+// The state's name, for messages.
 const char* toString(TileState state);
 
+// How tiles are predicted: not at all, by distance, or along the neurite (prefetch.h).
 enum class PrefetchPolicy : std::uint8_t { none, distance, structure };
 
-// What a reader is about, published once a tick: the loader turns it into claims on the budget.
+// What a reader works on, published once a tick. The loader turns it into claims on the budget.
 struct ReaderFocus {
-  TileId active_tile = kNoTile;                // pinned
-  NodeId active_node{UINT32_MAX, UINT32_MAX};  // a node at the proxy's segment (the structure is followed from there)
-  Vector3d p_W = Vector3d::Zero();             // proxy, um
-  Vector3d v_W = Vector3d::Zero();             // its velocity, um/s
-  double radius_um = 0;                        // half the workspace: tiles within are wanted, nearest first
-  bool is_view = false;                        // an eye's: its surroundings come after those of all hands
-  // A jump that waits for its tiles, if target_tile is one: claimed after the active tiles.
+  TileId active_tile = kNoTile;  // pinned in memory
+  NodeId active_node{UINT32_MAX,
+                     UINT32_MAX};   // a node of the proxy's segment; prediction along the neurite starts there
+  Vector3d p_W = Vector3d::Zero();  // proxy, um
+  Vector3d v_W = Vector3d::Zero();  // velocity of the proxy, um/s
+  double radius_um = 0;             // half the workspace: tiles within it are claimed, nearest first
+  bool is_view = false;             // for a camera: its surroundings come after those of all proxies
+  // A pending jump that waits for its tiles; kNoTile: none. These tiles are claimed after the active tiles.
   TileId target_tile = kNoTile;
-  NodeId target_node{UINT32_MAX, UINT32_MAX};  // a node there
+  NodeId target_node{UINT32_MAX, UINT32_MAX};  // a node in target_tile
   Vector3d target_W = Vector3d::Zero();        // um
 };
 
 struct ResidencyOptions {
-  std::uint64_t budget_bytes = UINT64_MAX;  // bytes of all tiles in ready, resident or retiring
+  std::uint64_t budget_bytes = UINT64_MAX;  // bytes of all tiles in state ready, resident or retiring
   PrefetchPolicy prefetch = PrefetchPolicy::structure;
-  double lookahead_s = 0.5;  // structure: how far ahead at the present speed
-  unsigned io_threads = 1;   // at least 1: reads under way at once in real time; more hide a far disk's latency
+  double lookahead_s = 0.5;  // with PrefetchPolicy::structure: look-ahead time at the present speed
+  unsigned io_threads = 1;   // at least 1: parallel reads in real time; more hide the latency of a slow disk
 };
 
+// What the loader has done so far.
 struct ResidencyCounters {
   std::uint64_t reads = 0, bytes_read_decoded = 0, evictions = 0, failures = 0, cancelled = 0;
-  std::uint64_t bytes = 0, peak_bytes = 0;    // against the budget
+  std::uint64_t bytes = 0, peak_bytes = 0;    // counted against the budget
   std::uint64_t queued = 0, peak_queued = 0;  // tiles waiting to be read
 
-  // A reader asked for a tile that was not in memory, by why it was not: a repeated request counts once.
-  std::uint64_t missed_unclaimed = 0;  // nothing had foreseen it
-  std::uint64_t missed_full = 0;       // foreseen, but better claims filled the budget
+  // A reader requested a tile that was not in memory, by cause. A repeated request counts once.
+  std::uint64_t missed_unclaimed = 0;  // not predicted
+  std::uint64_t missed_full = 0;       // predicted, but more urgent claims filled the budget
   std::uint64_t missed_late = 0;       // queued or being read
-  std::uint64_t missed_evicted = 0;    // it had been in memory before, and nothing foresaw that it is wanted again
-  std::uint64_t missed_failed = 0;     // it cannot be read
+  std::uint64_t missed_evicted = 0;    // evicted earlier, and not predicted to be needed again
+  std::uint64_t missed_failed = 0;     // cannot be read
   std::uint64_t misses() const { return missed_unclaimed + missed_full + missed_late + missed_evicted + missed_failed; }
 
-  std::uint64_t entered = 0;  // a reader's active tile changed to one in memory
-  std::uint64_t prefetched = 0, prefetch_used = 0, prefetch_wasted = 0;  // read unasked; then entered or asked for; let
-                                                                         // go of without either
-  double wait_sum = 0, wait_most = 0;  // from queued to held by every reader: ticks in virtual time, else s
+  std::uint64_t entered = 0;  // a reader's active tile changed to one that is in memory
+  std::uint64_t prefetched = 0, prefetch_used = 0,
+                prefetch_wasted = 0;   // read without request; of these: later entered or requested; evicted unused
+  double wait_sum = 0, wait_most = 0;  // time from queued to held by every reader: ticks in virtual time, else s
   std::uint64_t waits = 0;
 };
 
-// Why tiles are held beyond what readers are about, see Residency::hold.
+// Why tiles are held in addition to what readers work on; see Residency::hold().
 enum class HoldKind : std::uint8_t {
-  target,  // of a jump: after active tiles, before everything else
-  cell,    // of a cell that is highlighted or followed: after what lies ahead of a hand, before its surroundings
+  target,  // of a jump: claimed after active tiles, before all others
+  cell,    // of a highlighted or followed cell: claimed after tiles ahead of a proxy, before its surroundings
 };
 using HoldId = std::uint64_t;
 
-// Haptic-safe: every member is noexcept, without allocation, lock or system call. Thread rule: owned by one reading
-// thread.
+// The reader's side. Safe in the haptic thread: every member is noexcept, without allocation, lock or system call.
+// Thread rule: owned by one reading thread.
 class TileReader {
  public:
   virtual ~TileReader() = default;
   virtual const TileTable& tiles() const noexcept = 0;
-  // Takes up to `most` messages from the loader into the table and acknowledges them. Returns how many.
+  // Takes up to `most` messages from the loader, changes the table and acknowledges them. Returns the number of
+  // messages.
   virtual int apply(int most = 8) noexcept = 0;
+  // Publishes what the reader works on; once a tick.
   virtual void publishFocus(const ReaderFocus& focus) noexcept = 0;
-  // Asks for a tile that was met absent: it becomes urgent. Asking again is harmless; lost requests (ring full) must be
-  // repeated.
+  // Requests an absent tile, which becomes urgent. A repeated request is harmless. A request is lost if the ring is
+  // full and must then be repeated.
   virtual void request(TileId tile) noexcept = 0;
-  // The jump that the focus waits with may be made: the table holds its tile and, as far as the budget goes, those
-  // where the hand may get to within 0.3 s (nothing but the tile without prefetch).
+  // True if the pending jump can be made. The table then holds the target tile. With prefetch it also holds the tiles
+  // that the proxy may reach within 0.3 s, as far as the budget goes.
   virtual bool isTargetReady(NodeId target_node) const noexcept = 0;
 };
 
-// Thread rule: internally synchronised; addReader before start().
+// Thread rule: internally synchronised; call addReader() before start().
 class Residency {
  public:
-  // Loads and pins the long-segment tile. O(tiles): checks the floor, and takes 20 bytes a tile, and 8 for each reader.
-  // Throws UsageError when the budget is below floorBytes() (the text states the
-  // floor), CorruptTile or IoError from that load. The store must outlive it.
+  // Loads and pins the long-segment tile. Checks the budget in O(tiles). Takes 20 bytes a tile, and 8 more for each
+  // reader. Throws UsageError if the budget is below floorBytes(); the message states this value. Throws CorruptTile or
+  // IoError if the tile cannot be read. The store must outlive this object.
   Residency(const TileStore& store, const ResidencyOptions& options);
   ~Residency();
 
-  // The two largest tiles plus the long-segment tile. O(tiles).
+  // Smallest budget: the two largest tiles plus the long-segment tile, bytes. O(tiles).
   static std::uint64_t floorBytes(const TileStore& store);
 
-  // The reader lives as long as the Residency.
+  // Adds a reader. It lives as long as the Residency.
   TileReader& addReader(const std::string& name);
 
-  // Real time: IO threads serve focus and requests until stop(). start() twice is a std::logic_error; stop() is
+  // Real time: IO threads serve focus and requests until stop(). A second start() throws std::logic_error; stop() is
   // idempotent.
   void start();
   void stop();
-  // One round of that thread's work by the caller instead: takes messages, plans, and reads at most one tile. True if
-  // it read one. `now_s` is any clock that does not run back. Not while started.
+  // Does one round of an IO thread's work on the calling thread: takes messages, plans, reads at most one tile. Returns
+  // true if it read one. `now_s`: any clock, s, that never runs backwards. Must not be called between start() and
+  // stop().
   bool serve(double now_s);
 
-  // Virtual time, without a thread: all readers belong to the calling thread, and both calls bring their tables up to
-  // date (messages applied without limit) before they return.
+  // Virtual time, without threads. All readers belong to the calling thread. advance() and loadTogether() apply all
+  // messages to the readers' tables before they return.
   //
-  // Takes focus and requests of all readers at `tick`; each tile newly wanted becomes due at tick + latency_ticks, and
-  // is loaded, with eviction as needed, by the first call whose tick has reached that. A tile that cannot be read
-  // becomes `failed` and is counted; it is tried again, while wanted, after 64 ticks, then 128, ... 4096 (in real time
-  // 0.1 s ... 5 s). What is wanted is reconsidered on requests, when a focus moved by 1/32 of its radius or to another
-  // tile, and every 32 ticks.
+  // advance() takes focus and requests of all readers at `tick`. A newly claimed tile becomes due at tick +
+  // latency_ticks. The first call whose tick reaches this value loads the tile and evicts others if needed.
+  //
+  // A tile that cannot be read becomes `failed` and is counted. While claimed, it is tried again after 64 ticks, then
+  // 128, ... 4096 (in real time 0.1 s ... 5 s). Claims are recomputed on a request, when a focus moves by 1/32 of its
+  // radius or to another tile, and every 32 ticks.
   void advance(std::uint64_t tick, std::uint64_t latency_ticks);
 
-  // Latency 0: makes all of `tiles` resident at once, evicting others but none of these nor a tile that a reader's
-  // focus pins. False, with nothing evicted, if they do not fit the budget together or one waits to be tried again;
-  // false too if one fails now. They count as asked for during the next 256 ticks.
+  // Makes all of `tiles` resident at once, with latency 0. It may evict other tiles, but none that a focus pins.
+  // Returns false, without eviction, if the tiles exceed the budget together or if one waits to be tried again. Also
+  // returns false if a read fails now. The tiles count as requested during the next 256 ticks.
   bool loadTogether(std::span<const TileId> tiles);
 
-  // Claims tiles until release(), in the order given as far as the budget goes (a cell's: nearest to a reader first).
-  // Ids out of range are ignored. At any time, from any thread but a haptic one.
+  // Claims tiles until release(), in the given order, as far as the budget goes. Tiles of HoldKind::cell are claimed
+  // nearest to a reader first. Ids out of range are ignored. Any thread except a haptic one may call it, at any time.
   HoldId hold(std::span<const TileId> tiles, HoldKind kind);
   void release(HoldId hold);
-  // Every reader has all of its tiles that the budget has room for, at least the first; false for an unknown hold. A
-  // tile that cannot be read is waited for: see state().
+  // True if every reader has all of the hold's tiles for which the budget has room, at least the first. False for an
+  // unknown hold. A tile that cannot be read keeps it false; see state().
   bool isHeld(HoldId hold) const;
 
   TileState state(TileId tile) const;
@@ -144,8 +153,8 @@ class Residency {
   std::vector<std::pair<TileId, TileState>> states() const;
   ResidencyCounters counters() const;
   std::uint64_t budget_bytes() const;
-  // One line for each tile whose last read failed: tile, file, offset, reason. In order of tiles. Then what else could
-  // not be read: lists of cells, pages of the directory.
+  // One line for each tile whose last read failed: tile, file, offset, reason; by tile id. Then the other failed reads:
+  // lists of cells, pages of the directory.
   std::vector<std::string> failures() const;
 
  private:

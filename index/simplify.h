@@ -1,11 +1,12 @@
-// Threads made simpler within a stated error, for the eye: what a tile of a level of detail is made of.
+// Simplifies neurites within a stated error, for drawing: makes the content of one tile of a level of detail.
 //
-// A thread graph holds the segments that one cell of the partition owns, or those that its parts have kept. Simplifying
-// replaces runs (between branch points, tips and nodes where threads leave the cell) by fewer segments between nodes
-// that were there before (Douglas and Peucker 1973, Ramer 1972), and takes away twigs that lie wholly within the
-// tolerance of the node that they hang on. So branch points, threads' ends, crossings and the number of connected
-// pieces stay; only a budget of segments makes whole cells go, the shortest first. Nothing is moved. Thread rule:
-// values and functions without state.
+// A ThreadGraph holds the segments that one block of the partition owns, or what remains of its parts. Simplifying
+// replaces a run by fewer segments between existing nodes (Douglas and Peucker 1973, Ramer 1972). A run ends at branch
+// points, tips and nodes where neurites leave the block. Simplifying also removes twigs that lie within the tolerance
+// of the node that carries them.
+//
+// Branch points, tips, crossings and the number of connected pieces stay. No node moves. Only a limit on segments
+// removes whole cells, the shortest first. Thread rule: values and functions without state.
 #pragma once
 
 #include "index/tile.h"
@@ -16,22 +17,24 @@
 
 namespace filiform {
 
+// A node of the graph.
 struct ThreadNode {
   NodeId id;
   GridPoint p;
-  std::uint32_t full = 0;  // segments at it in the whole set; 0: not known yet, so that it is never taken away
+  std::uint32_t full = 0;  // its segments in the whole set; 0: not known yet, so the node is never removed
   std::uint32_t seen = 0;  // of these, how many came into this graph, dropped ones included
-  double absorbed_um = 0;  // what was taken away and is stood for by this node lies so near
+  double absorbed_um = 0;  // distance within which the removed parts represented by this node lie
 };
 
+// A segment of the graph.
 struct ThreadSegment {
-  std::uint32_t child, parent;  // among the graph's nodes; equal: a node that stands for itself
-  double error_um = 0;          // between the segment and what it stands for, at most (Hausdorff)
+  std::uint32_t child, parent;  // nodes of the graph; equal: an isolated node
+  double error_um = 0;          // largest distance (Hausdorff) between the segment and what it represents
   float radius_um = 0;          // mean, NaN where unknown
   std::uint16_t type = 0;
 };
 
-struct ThreadShare {  // of one cell, in full resolution: what is in the graph or stood for by it
+struct ThreadShare {  // of one cell, in full resolution: what the graph holds or represents
   std::uint32_t cell;
   std::uint64_t segments = 0;  // isolated ones included
   double length_um = 0;
@@ -45,28 +48,30 @@ struct ThreadGraph {
   double dropped_um = 0;
 };
 
-// What a tile owns. O(segments).
+// The graph of the segments that the tile owns. O(segments).
 ThreadGraph threadsOf(const Tile& tile, const TileAppearance& appearance, const Grid& grid);
 
-// One graph of several that share nodes but no segments. O(n + shared log shared).
+// Joins graphs that share nodes but no segments. O(n + shared log shared).
 ThreadGraph join(std::vector<ThreadGraph> graphs);
 
 struct SimplifyOptions {
-  double tolerance_um = 0;       // aimed at
-  double most_tolerance_um = 0;  // where there are too many segments; beyond, whole cells go
+  double tolerance_um = 0;       // the aim
+  double most_tolerance_um = 0;  // limit if there are too many segments; beyond it, whole cells are removed
   std::size_t most_segments = 2048;
 };
 
-// Requires 0 < tolerance_um <= most_tolerance_um. The error of every segment and node that is left is at most the
-// tolerance that was needed, unless it was larger before. One cell always stays, and may exceed most_segments where its
-// threads leave the graph in more places. Deterministic. O(n log n) as a rule, O(n^2) at worst for a run of n.
+// Simplifies `graph`. The tolerance used lies between tolerance_um and most_tolerance_um, as most_segments needs. The
+// error of each remaining segment and node is at most that tolerance, unless it was larger before. One cell always
+// stays; it may exceed most_segments if its neurites leave the graph in more places. Requires 0 < tolerance_um <=
+// most_tolerance_um. Deterministic. O(n log n) usually, O(n^2) at worst for a run of n.
 ThreadGraph simplify(const ThreadGraph& graph, const Grid& grid, const SimplifyOptions& options);
 
-// The largest error of its segments and nodes.
+// The largest error of the graph's segments and nodes.
 double errorOf(const ThreadGraph& graph);
 
-// The graph as segments of a tile, with sample numbers of their own, given along the threads (a node that is the child
-// of several segments has several), each named after its child; `appearance` in the same order.
+// Converts the graph to the segments of a tile. Nodes get new sample numbers along the neurites; a node that is the
+// child of several segments gets several numbers. A segment is named after its child. Fills `appearance` in the same
+// order.
 std::vector<StoredSegment> numbered(const ThreadGraph& graph, TileAppearance& appearance);
 
 }  // namespace filiform

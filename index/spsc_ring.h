@@ -1,9 +1,8 @@
-// A bounded ring between two threads: one pushes, one pops. Both calls are
-// wait-free, without allocation, lock or system call.
+// A bounded queue between two threads. Both calls are wait-free, without allocation, lock or system call. Thread rule:
+// one thread calls push(), one calls pop().
 //
-// Plain acquire/release atomics, so that the thread sanitizer of every compiler
-// understands it; it reports the fences of readerwriterqueue as races under
-// g++. Thread rule: push() by one thread, pop() by one thread.
+// It uses plain acquire/release atomics, which every thread sanitizer understands. Under g++, the sanitizer reports the
+// fences of readerwriterqueue as races.
 #pragma once
 
 #include <atomic>
@@ -17,12 +16,12 @@ namespace filiform {
 template <class T>
 class SpscRing {
  public:
-  // Holds at least `capacity` elements; the only allocation.
+  // Allocates room for at least `capacity` elements; the only allocation.
   explicit SpscRing(std::size_t capacity) : slots_(std::bit_ceil(capacity < 2 ? std::size_t{2} : capacity)) {}
 
   std::size_t capacity() const noexcept { return slots_.size(); }
 
-  // False, with nothing changed, when the ring is full.
+  // Appends a value. Returns false, with the queue unchanged, if the queue is full.
   bool push(const T& value) noexcept {
     const std::size_t tail = tail_.load(std::memory_order_relaxed);
     if (tail - head_.load(std::memory_order_acquire) == slots_.size()) return false;
@@ -31,7 +30,7 @@ class SpscRing {
     return true;
   }
 
-  // False, with `value` untouched, when the ring is empty.
+  // Removes the oldest value. Returns false, with `value` unchanged, if the queue is empty.
   bool pop(T& value) noexcept {
     const std::size_t head = head_.load(std::memory_order_relaxed);
     if (head == tail_.load(std::memory_order_acquire)) return false;

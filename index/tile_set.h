@@ -1,4 +1,4 @@
-// A tile set on disk, as ingest publishes it. FORMAT.md specifies every byte.
+// TileSet: a tile set on disk, as ingest publishes it. FORMAT.md specifies every byte.
 //
 //   const auto set = TileSet::open("column.fil");
 //   const std::shared_ptr<const Tile> tile = set->load(0);
@@ -15,6 +15,7 @@
 
 namespace filiform {
 
+// Totals of a tile set.
 struct SetCounts {
   std::uint64_t cells = 0, samples = 0, segments = 0, isolated = 0, roots = 0;
   std::uint64_t tiles = 0, stored_segments = 0;  // stored: owned and ghosts, isolated ones included
@@ -22,6 +23,7 @@ struct SetCounts {
   bool operator==(const SetCounts&) const = default;
 };
 
+// One file of a revision.
 struct SetFile {
   std::string name;  // in the revision's folder
   std::uint64_t bytes = 0, digest = 0;
@@ -30,11 +32,10 @@ struct SetFile {
 // Thread rule: internally synchronised.
 class TileSet final : public TileStore {
  public:
-  // Opens the revision that CURRENT names and reads that one until the end, whatever is published later: see openFolder
-  // for how many of its files stay open. Reads manifest and the root page of the directory; everything else, and checks
-  // it, when it is first asked for.
-  // Throws IoError when there is no tile set or a file is missing, CorruptSet when the bytes are not those that were
-  // written. O(pages of the directory).
+  // Opens the revision that CURRENT names, and keeps reading this revision if another is published later. openFolder()
+  // states how many files stay open. Reads the manifest and the root page of the directory. All other data are read and
+  // checked at first use. Throws IoError if there is no tile set or a file is missing, CorruptSet if the bytes differ
+  // from those written. O(pages of the directory).
   static std::unique_ptr<TileSet> open(const std::string& path);
   static std::unique_ptr<TileSet> open(std::unique_ptr<TileSource> source);
   ~TileSet() override;
@@ -52,30 +53,29 @@ class TileSet final : public TileStore {
   std::shared_ptr<const Tile> load(TileId tile) const override;
   TileAppearance loadAppearance(TileId tile) const override;
   std::uint32_t cell_count() const override;
-  // The first call of these two reads the table of all cells; throws CorruptSet, IoError.
+  // The first call of cell() or findCell() reads the table of all cells. Throws CorruptSet, IoError.
   const CellRecord& cell(std::uint32_t id) const override;
   std::optional<std::uint32_t> findCell(const std::string& name) const override;
-  // Reads one record of 128 bytes, if that table was not read, and the detail.
+  // Reads the detail of one cell; if the table of cells is not read yet, also one record of 128 bytes.
   CellDetail loadCellDetail(std::uint32_t id) const override;
   const SamplePoints& samples() const override;
 
-  const std::string& revision() const;  // the folder's name
-  const std::string& manifest() const;  // its text, JSON
+  const std::string& revision() const;  // name of the revision's folder
+  const std::string& manifest() const;  // text of the manifest, JSON
   std::string readProvenance() const;   // text of provenance.json; throws CorruptSet, IoError
-  std::uint64_t refused() const;        // inputs that were refused when it was made
-  const SetCounts& counts() const;      // as the manifest states them
+  std::uint64_t refused() const;        // number of inputs that ingest refused
+  const SetCounts& counts() const;      // as the manifest states
   const GridBox& bounds() const;        // of all samples
   const std::vector<SetFile>& files() const;
-  std::uint64_t bytes() const;  // of all files of the revision, the manifest included
-  // Part of a file of the revision, as it is. Throws CorruptSet, IoError.
+  std::uint64_t bytes() const;  // of all files of the revision, including the manifest
+  // Reads part of a file of the revision, unchecked. Throws CorruptSet, IoError.
   void read(const std::string& file, std::uint64_t offset, std::span<std::uint8_t> bytes) const;
-  std::string describe(const std::string& file) const;  // what messages call it
-  // Reads all pages of the directory that were not read yet, and compares their sums with the manifest. Throws
-  // CorruptSet, IoError.
+  std::string describe(const std::string& file) const;  // the file's name for messages
+  // Reads all remaining pages of the directory and compares their sums with the manifest. Throws CorruptSet, IoError.
   void checkDirectory() const;
-  // Reads a whole file of the revision and compares its digest with the manifest's. Throws CorruptSet, IoError.
+  // Reads a whole file of the revision and compares its digest with the manifest. Throws CorruptSet, IoError.
   void checkFile(const SetFile& file) const;
-  // Where the tile lies, for messages: file and offset.
+  // File and offset of a tile, for messages.
   std::pair<std::string, std::uint64_t> place(TileId tile) const;
 
  private:

@@ -1,5 +1,5 @@
-// Where the bytes of a tile set come from: named, immutable files, read by range. No listing, so that an object store
-// serves as well as a folder.
+// TileSource: where the bytes of a tile set come from. It reads byte ranges of named, immutable files. It does not list
+// files, so an object store can serve as well as a folder.
 #pragma once
 
 #include <cstddef>
@@ -15,23 +15,24 @@ class TileSource {
  public:
   virtual ~TileSource() = default;
 
-  // Bytes in the file. Throws IoError when it is missing or unreadable.
+  // Size of the file, bytes. Throws IoError if the file is missing or unreadable.
   virtual std::uint64_t size(const std::string& name) const = 0;
-  // Fills all of `bytes` from `offset` on. Throws IoError; CorruptSet when the file ends before.
+  // Fills all of `bytes`, starting at `offset` of the file. Throws IoError, or CorruptSet if the file ends too soon.
   virtual void read(const std::string& name, std::uint64_t offset, std::span<std::uint8_t> bytes) const = 0;
-  // What messages call the file: a path, an address.
+  // The file's name for messages: a path or an address.
   virtual std::string describe(const std::string& name) const = 0;
 };
 
-// Relative paths of [A-Za-z0-9/._-] whose parts are neither empty nor start with a dot.
+// True for valid names: relative paths of [A-Za-z0-9/._-] whose parts are not empty and do not start with a dot.
 bool isTileFileName(const std::string& name);
 
-// The files below a folder, by pread. A file is opened when it is first asked for, and stays open while it is among the
-// `most_open` files used last, or is being read. 0: half of the process's limit of file descriptors (RLIMIT_NOFILE), at
-// least one. A file that is open can be read to the end even when a newer revision replaces it. A file that was closed
-// is opened again in the same folder, held open, and must be the same file (device and inode); otherwise IoError says
-// that the set was replaced. If the process has no descriptor left, the file used least recently is closed first.
-// Throws IoError when there is no such folder, UsageError for an impossible name.
+// Reads the files below a folder. A file is opened at first use. It stays open while it is being read or is one of the
+// `most_open` files used last. 0: half of the process's limit of file descriptors (RLIMIT_NOFILE), at least one. If the
+// process has no descriptor left, the least recently used file is closed first.
+//
+// An open file stays readable even if a newer revision replaces it. A closed file is reopened in the same folder and
+// must be the same file (device and inode); otherwise IoError says that the set was replaced. Throws IoError if there
+// is no such folder, UsageError for an invalid file name.
 std::unique_ptr<TileSource> openFolder(const std::string& folder, std::size_t most_open = 0);
 
 }  // namespace filiform

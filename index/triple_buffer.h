@@ -1,7 +1,6 @@
-// The latest value from one thread to another: the writer never waits, the
-// reader sees the newest whole value or none. Both calls are wait-free, without
-// allocation, lock or system call. Thread rule: publish() by one thread, take()
-// by one thread.
+// Passes the latest value from one thread to another. The writer never waits; the reader gets the newest complete value
+// or none. Both calls are wait-free, without allocation, lock or system call. Thread rule: one thread calls publish(),
+// one calls take().
 #pragma once
 
 #include <array>
@@ -14,14 +13,14 @@ namespace filiform {
 template <class T>
 class TripleBuffer {
  public:
-  // Replaces the value that was not yet taken, if any.
+  // Offers a value; a value not yet taken is lost.
   void publish(const T& value) noexcept {
     slots_[back_] = value;
     back_ = middle_.exchange(static_cast<std::uint8_t>(back_ | kFresh), std::memory_order_acq_rel) & kIndex;
   }
 
-  // False, with `value` untouched, when nothing was published since the last
-  // take().
+  // Copies the newest value to `value`. Returns false, with `value` unchanged, if nothing was published since the last
+  // call.
   bool take(T& value) noexcept {
     if (!(middle_.load(std::memory_order_relaxed) & kFresh)) return false;
     front_ = middle_.exchange(front_, std::memory_order_acq_rel) & kIndex;
