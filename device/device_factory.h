@@ -1,4 +1,4 @@
-// Devices by name, as the command line gives them. Thread rule: functions only, no state.
+// Makes devices from the names given on the command line. Thread rule: functions without state.
 #pragma once
 
 #include "device/haptic_device.h"
@@ -10,19 +10,23 @@ namespace filiform {
 
 class UsbTransport;
 
+// Options of makeDevice().
 struct DeviceFactoryOptions {
   double period_s = 0.001;      // of devices in virtual time
   int delay_samples = 1;        // of the simulated hand
-  UsbTransport* usb = nullptr;  // for hardware; must outlive the device. None: the machine's own
+  UsbTransport* usb = nullptr;  // for hardware; must outlive the device. nullptr: systemUsb()
 };
 
-// "sim:loose", "sim:medium", "sim:firm" ("sim" is medium), "replay:FILE", "null"; over USB "falcon" or
-// "falcon:FIRMWARE", "spacemouse" (the first) or "spacemouse:1-2" (the one in that socket). Not opened, except that a
-// recording is read and checked. Throws UnknownDevice naming what this build has. A simulated hand is a SimulatedHand:
-// its owner aims it through that.
+// Makes a device; open() is left to the caller. Names:
+//   sim:loose, sim:medium, sim:firm   a SimulatedHand, which its owner steers; "sim" means medium
+//   replay:FILE                       a recording; the file is read and checked here
+//   null                              a NullDevice
+//   falcon, falcon:FIRMWARE           a Novint Falcon over USB
+//   spacemouse, spacemouse:1-2        the first 3Dconnexion mouse, or the one in USB socket 1-2
+// Throws UnknownDevice for another name, DeviceError for a recording that cannot be read.
 std::unique_ptr<HapticDevice> makeDevice(const std::string& spec, const DeviceFactoryOptions& options = {});
 
-// What makeDevice takes, for help texts: "sim:loose|medium|firm, replay:FILE, null, ...".
+// The names that makeDevice() accepts, for help texts: "sim:loose|medium|firm, replay:FILE, null, ...".
 const char* deviceChoices();
 
 }  // namespace filiform

@@ -1,14 +1,14 @@
-// Bytes of the Novint Falcon behind its serial bridge: packets of the run-time firmware, and the loading of that
-// firmware. Pure: no USB, no clock of its own.
+// Encodes and decodes the Novint Falcon's packets behind its serial bridge, and loads its firmware. No USB and no
+// clock: the caller passes bytes and times.
 //
-// The host asks with 16 bytes, the device answers with 16; it never speaks first.
+// The host sends 16 bytes, the device answers with 16. The device never sends unasked.
 //
 //   byte   0    1..4     5..8     9..12    13                    14   15
 //   out   '<'   motor 0  motor 1  motor 2  'A' + lamps, homing   'A'  '>'
 //   in    '<'   count 0  count 1  count 2  'A' + buttons, homed   ?   '>'
 //
 // A number is 16 bit, signed, in four bytes 'A' + nibble, least significant first: "JFKP" is 0xfa59, -1447.
-// Thread rule: objects are thread-compatible; what is noexcept here is haptic-safe, without allocation.
+// Thread rule: objects are thread-compatible. Functions marked noexcept are haptic-safe and do not allocate.
 #pragma once
 
 #include <algorithm>
@@ -27,27 +27,27 @@ using FalconPacket = std::array<std::uint8_t, kFalconPacketBytes>;
 struct FalconCommand {
   std::array<std::int16_t, 3> motors{};  // top, right, left
   bool green = false, blue = false, red = false;
-  bool homing = false;  // look for the homing marks of the encoders
+  bool homing = false;  // start homing: search the encoders' index marks
 };
 FalconPacket packFalconCommand(const FalconCommand& command) noexcept;
 
 struct FalconReport {
   std::array<std::int16_t, 3> counts{};  // top, right, left
   std::uint8_t buttons = 0;              // bit 0 plus (right), 1 front, 2 centre, 3 minus (left)
-  std::uint8_t homed = 0;                // bit i: encoder i has passed its mark
+  std::uint8_t homed = 0;                // bit i: encoder i has passed its index mark
   bool allHomed() const noexcept { return homed == 7; }
 };
 
-// Reports out of a stream of bytes that may lack some, or hold bytes of others: a report begins with '<', ends with '>'
-// 15 bytes later and has only numbers in between, else nothing is taken from it and the search goes on at the next '<'.
+// Finds reports in a stream of bytes with gaps and noise. A report begins with '<', ends with '>' 15 bytes later, and
+// has only numbers in between. If not, its bytes are skipped and the search continues at the next '<'.
 class FalconReportParser {
  public:
-  // One byte more; true if it completed a report, which report() then is. O(16).
+  // Adds one byte. Returns true if it completed a report, which report() then returns. O(16).
   bool push(std::uint8_t byte) noexcept;
   const FalconReport& report() const noexcept { return report_; }
   std::uint64_t reports() const noexcept { return reports_; }
-  std::uint64_t skipped_bytes() const noexcept { return skipped_; }  // that belonged to no report
-  // Forgets the bytes of an unfinished report.
+  std::uint64_t skipped_bytes() const noexcept { return skipped_; }  // bytes that belong to no report
+  // Drops the bytes of an unfinished report.
   void reset() noexcept { held_ = 0; }
 
  private:
@@ -57,8 +57,8 @@ class FalconReportParser {
   std::uint64_t reports_ = 0, skipped_ = 0;
 };
 
-// The serial bridge puts 2 bytes of modem status before each packet of 64 bytes or less that it sends. Calls
-// each(payload) with what follows them, for every packet of a transfer; payloads may be empty.
+// The serial bridge sends packets of at most 64 bytes, each after 2 bytes of modem status. Calls each(payload) for
+// every packet of a transfer, without the status bytes. Payloads may be empty.
 inline constexpr std::size_t kFtdiPacketBytes = 64, kFtdiStatusBytes = 2;
 template <class Each>
 void forEachFtdiPayload(std::span<const std::uint8_t> transfer, Each&& each) {
@@ -66,7 +66,7 @@ void forEachFtdiPayload(std::span<const std::uint8_t> transfer, Each&& each) {
     each(transfer.subspan(kFtdiStatusBytes, std::min(transfer.size(), kFtdiPacketBytes) - kFtdiStatusBytes));
 }
 
-// What is set in the bridge: a vendor request without data, request type 0x40, index 0.
+// A setting of the bridge: a vendor request without data, request type 0x40, index 0.
 struct FtdiRequest {
   std::uint8_t request = 0;
   std::uint16_t value = 0;
@@ -78,17 +78,17 @@ inline constexpr FtdiRequest kDtrLow{1, 0x0100}, kDtrHigh{1, 0x0101}, kRtsLow{1,
 inline constexpr FtdiRequest kNoFlowControl{2, 0};
 inline constexpr FtdiRequest kBaud9600{3, 0x4138}, kBaud140k{3, 0x0015}, kBaud1500k{3, 0x0002};
 inline constexpr FtdiRequest k8N1{4, 8};
-inline constexpr FtdiRequest kEventAtReportEnd{6, 0x013e};  // flush at '>' at once, not at the next latency tick
+inline constexpr FtdiRequest kEventAtReportEnd{6, 0x013e};  // pass data on at '>', not at the next latency tick
 inline constexpr FtdiRequest kLatency16ms{9, 16}, kLatency1ms{9, 1};
 }  // namespace ftdi
 
-// Sets the bridge for the run-time firmware.
+// The requests that set the bridge for the run-time firmware.
 std::vector<FtdiRequest> falconRunRequests();
 
-// The image is 7 to 9 kB; anything of another order is not one.
+// Limits of the firmware's size; the real image has 7 to 9 kB.
 inline constexpr std::size_t kFalconFirmwareLeast = 4096, kFalconFirmwareMost = 16384;
 
-// Loads firmware, step by step: the caller does what next() says and tells it what came back.
+// Loads firmware, step by step. The caller does what next() says and reports the result.
 //
 //   FalconLoader loader(image);
 //   for (;;) {
@@ -101,33 +101,34 @@ inline constexpr std::size_t kFalconFirmwareLeast = 4096, kFalconFirmwareMost = 
 //     if (step.action == Action::reopen) reopen();
 //   }
 //
-// The device greets, then echoes each byte of the image; a wrong echo, or none in time, ends the attempt, and the next
-// begins with the device opened anew. Whatever comes back, an attempt is over after kAttemptTime_s.
+// The device sends a greeting, then echoes each byte of the image. A wrong or late echo ends the attempt; the next one
+// starts with reopening the device. Every attempt ends within kAttemptTime_s.
 class FalconLoader {
  public:
   enum class Action : std::uint8_t { request, write, read, reopen, loaded, failed };
   struct Step {
     Action action = Action::failed;
     FtdiRequest request;
-    std::span<const std::uint8_t> bytes;  // hold until the next call
+    std::span<const std::uint8_t> bytes;  // valid until the next call
     double until_s = 0;
-    std::string why;  // of failed: what went wrong in the last attempt
+    std::string why;  // with failed: the reason of the last attempt's failure
   };
 
-  // The image must outlive it.
+  // The image must outlive this object.
   explicit FalconLoader(std::span<const std::uint8_t> image, int attempts = kAttempts);
 
+  // The next step, at the caller's time. Valid until the next call of any member.
   const Step& next(double time_s);
-  // Payload without status bytes, in any pieces.
+  // Bytes received, without status bytes, in any portions.
   void received(std::span<const std::uint8_t> bytes);
-  // A request, write or read failed, or the device could not be opened again: ends the attempt.
+  // Ends the attempt: a request, write or read failed, or the device could not be reopened.
   void lost(const std::string& why);
 
   int attempt() const noexcept { return attempt_; }  // from 1
-  double progress() const noexcept;                  // of the image in this attempt, 0..1
+  double progress() const noexcept;                  // part of the image sent in this attempt, 0..1
 
   static constexpr int kAttempts = 5, kGreetings = 10;
-  static constexpr double kGreetingTime_s = 0.1, kEchoTime_s = 1.0, kAttemptTime_s = 15;  // an image takes 2 to 3 s
+  static constexpr double kGreetingTime_s = 0.1, kEchoTime_s = 1.0, kAttemptTime_s = 15;  // loading takes 2 to 3 s
   static constexpr std::size_t kBlockBytes = 62;
 
  private:
@@ -141,9 +142,9 @@ class FalconLoader {
   std::span<const std::uint8_t> image_;
   int attempts_, attempt_ = 1;
   Phase phase_ = Phase::prepare;
-  std::size_t requested_ = 0;  // of the phase
+  std::size_t requested_ = 0;  // number of requests made in this phase
   int greetings_ = 0;
-  bool started_ = false, waiting_ = false;  // the attempt; for an answer
+  bool started_ = false, waiting_ = false;  // the attempt has begun; a read is under way
   double attempt_until_s_ = 0, until_s_ = 0;
   std::vector<std::uint8_t> answer_;  // since the last write
   std::size_t sent_ = 0, echoed_ = 0;

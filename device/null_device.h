@@ -1,5 +1,5 @@
-// A device that is nobody's hand: it reads one settable position and renders nothing. It stands in where no device is
-// wanted, and leads tests through every status. Thread rule: thread-compatible.
+// NullDevice: reports one settable position and renders nothing. For runs without a device, and for tests of every
+// status. Thread rule: thread-compatible.
 #pragma once
 
 #include "device/haptic_device.h"
@@ -10,20 +10,20 @@ class NullDevice : public HapticDevice {
  public:
   explicit NullDevice(double period_s = 0.001);
 
-  // What exchange reports from now on (m, frame D); the centre at first. Ignored if not finite.
+  // Sets the reported position (m, frame D), initially the centre. Ignored if not finite.
   void setPosition(const Eigen::Vector3d& p_D) noexcept;
   void setButtons(std::uint32_t buttons) noexcept { state_.buttons = buttons; }
-  // Puts the device in that state, as if its hardware had got there.
+  // Sets the status, as a change in the hardware would.
   void setStatus(DeviceStatus status) noexcept { state_.status = status; }
 
-  // As a device would have rendered it: zero unless it was finite and the status was ready.
+  // The last wrench as a device would render it: zero if it was not finite or the status was not ready.
   const Wrench& lastWrench() const noexcept { return last_wrench_; }
 
   const DeviceCapabilities& capabilities() const override { return capabilities_; }
   DeviceStatus status() const noexcept override { return state_.status; }
   void open() override;
   void close() noexcept override;
-  // Every exchange while ready advances virtual time by one period; the velocity is always zero.
+  // Advances virtual time by one period while ready. The velocity is always zero.
   DeviceState exchange(const Wrench& wrench) noexcept override;
 
  private:

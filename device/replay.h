@@ -1,6 +1,5 @@
-// Recordings: every exchange with a device, bit for bit, into a file (device/PROTOCOL.md has its bytes), and a device
-// that plays such a file back. A run that was recorded can be repeated exactly, without the hand and without the
-// hardware.
+// Records every exchange with a device to a file, and replays such a file as a device, bit for bit. So a run can be
+// repeated exactly, without person and hardware. device/PROTOCOL.md specifies the file.
 #pragma once
 
 #include "device/haptic_device.h"
@@ -15,55 +14,56 @@
 
 namespace filiform {
 
-// What a run must know, beside the states, to do the same again: written down with each exchange, of no meaning here.
+// Data of the run for one exchange, needed to repeat the run exactly. Stored verbatim; not interpreted here.
 struct RunMarks {
   std::uint32_t bits = 0;
-  std::uint32_t count = 0;  // of the values
+  std::uint32_t count = 0;  // number of values used
   std::array<std::uint32_t, 6> values{};
 };
 
 struct RecordingOptions {
-  // How many exchanges may wait to be written. More than a minute at 1 kHz: the writer may stall that long.
+  // Number of exchanges that may wait to be written. 65536 is more than a minute at 1 kHz, so the disk may stall that
+  // long.
   std::size_t capacity = 65536;
-  // A thread writes every few milliseconds. Without it the owner calls drain(), at least once per `capacity` exchanges:
-  // right for loops in virtual time, which could outrun any disk.
+  // True: a thread writes every few milliseconds. False: the owner calls drain() at least once every `capacity`
+  // exchanges; use it for loops in virtual time, which can be faster than a disk.
   bool writer_thread = true;
-  std::string device{};   // words that made the device, for who replays it
-  std::string options{};  // what the run was told, for who repeats it; of no meaning here
+  std::string device{};   // name that made the device; stored for replay
+  std::string options{};  // stored verbatim in the recording; not interpreted
   bool marked = false;    // the run calls mark()
 };
 
-// Wraps a device and passes everything through. The stream gets the recording's bytes in order; where it goes and what
-// becomes of a file that is not whole is its owner's matter. What relax() does is not recorded: nobody computed with
-// its state. Thread rule: as HapticDevice; mark() is for the thread that exchanges, drain() for any, finish() for the
-// owner after the haptic thread has stopped calling exchange().
+// Wraps a device, passes every call on, and writes the exchanges to a stream. The owner handles the file, also if the
+// recording is incomplete. relax() is not recorded, since its state is not used. Thread rule: as HapticDevice. The
+// thread that calls exchange() calls mark(). Any thread may call drain(). The owner calls finish() after the last
+// exchange().
 class RecordingDevice : public HapticDevice {
  public:
-  // The stream must outlive the device. Nothing else may write to it.
+  // The stream must outlive this object; nothing else may write to it.
   RecordingDevice(std::unique_ptr<HapticDevice> inner, std::ostream& out, const RecordingOptions& options = {});
-  // Finishes the recording if nobody did, so that a run that ended badly can be replayed; failures go unreported here.
+  // Calls finish() if it was not called, and ignores errors. A run that ended badly can then be replayed.
   ~RecordingDevice() override;
 
-  // Writes what is waiting. Throws DeviceError when the stream cannot be written, and what the stream throws; the
-  // recording is then over, while exchanges go on.
+  // Writes the waiting exchanges. Throws DeviceError if the stream cannot be written, and what the stream throws.
+  // Recording then ends; exchanges continue.
   void drain();
-  // Writes the rest and the closing mark, and flushes the stream. Throws as drain() does, and DeviceError if exchanges
-  // came faster than they were written: the recording then holds those before the first loss, and the text says how
-  // many. Does nothing the second time.
+  // Writes the remaining exchanges and the closing mark, then flushes the stream; a second call does nothing. Throws as
+  // drain() does. Throws DeviceError if exchanges came faster than they were written. The recording then ends before
+  // the first lost exchange, and the text states their number.
   void finish();
-  // Can what was written be replayed? True after the closing mark.
+  // True once the closing mark is written: the recording can be replayed.
   bool whole() const noexcept;
 
   HapticDevice& inner() noexcept;
   const DeviceCapabilities& capabilities() const override;
   DeviceStatus status() const noexcept override;
-  // Opens the device and writes the recording's header. Once per object: throws DeviceError the second time.
+  // Opens the device and writes the recording's header. Throws DeviceError if called a second time.
   void open() override;
   void close() noexcept override;
-  // Adds a copy into memory to the cost of the inner exchange: no file, no lock, no allocation.
+  // Costs a copy in memory more than the inner exchange(): no file access, no lock, no allocation.
   DeviceState exchange(const Wrench& wrench) noexcept override;
   void relax() noexcept override;
-  // Of the last exchange. Costs a copy.
+  // Stores marks with the last exchange. Costs a copy.
   void mark(const RunMarks& marks) noexcept;
 
  private:
@@ -71,34 +71,34 @@ class RecordingDevice : public HapticDevice {
   std::unique_ptr<Impl> impl_;
 };
 
+// The texts in a recording's header.
 struct RecordingWords {
   std::string device, options;  // as in RecordingOptions
 };
-// Of a recording's header; the rest is not looked at. Throws DeviceError as ReplayDevice does.
+// Reads only the header of a recording. Throws DeviceError as ReplayDevice does.
 RecordingWords readRecordingWords(const std::string& path);
 
-// Plays a recording: the n-th exchange returns the n-th recorded state, bit for bit, whatever wrench it gets. After the
-// last one the status is closed and the last state is repeated. The whole file is held in memory (0.8 GB for an hour at
+// Replays a recording. The n-th exchange returns the n-th recorded state, bit for bit, whatever the wrench. After the
+// last exchange, the status is closed and the last state repeats. Holds the whole file in memory (0.8 GB for an hour at
 // 1 kHz). Thread rule: as HapticDevice.
 class ReplayDevice : public HapticDevice {
  public:
-  // Reads and checks the whole file. Throws DeviceError with the byte where it is damaged or cut short, or with both
-  // versions when the format is a newer one.
+  // Reads and checks the whole file. Throws DeviceError naming the byte if the file is damaged or truncated, or naming
+  // both versions if the format is another version.
   explicit ReplayDevice(const std::string& path);
 
   std::size_t exchanges() const noexcept { return exchanges_.size(); }
   bool finished() const noexcept { return next_ == exchanges_.size(); }
-  // How many wrenches since open() differed, in any bit, from those sent when the recording was made: 0 means the run
-  // is the same.
+  // Number of wrenches since open() that differ in any bit from the recorded ones. 0: the run is identical.
   std::size_t differingWrenches() const noexcept { return differing_wrenches_; }
-  // The words that made the recorded device; whether its exchanges were marked; the marks of the last one.
+  // The name that made the recorded device; whether exchanges have marks; the marks of the last exchange.
   const std::string& device() const noexcept { return device_; }
   bool marked() const noexcept { return marked_; }
   const RunMarks& marks() const noexcept { return marks_; }
 
   const DeviceCapabilities& capabilities() const override { return capabilities_; }
   DeviceStatus status() const noexcept override { return state_.status; }
-  // Starts again from the first exchange.
+  // Restarts at the first exchange.
   void open() override;
   void close() noexcept override;
   DeviceState exchange(const Wrench& wrench) noexcept override;

@@ -1,9 +1,9 @@
-// 3Dconnexion mice: a cap that is pushed and turned, and buttons. It senses no position and renders no force: p_D rests
-// at 0, v_D and twist_D are the rates that the hand asks for (capabilities().rate_control). solver/rate_control.h makes
-// a probe of them.
+// SpaceMouse: a 3Dconnexion mouse, with a cap to push and turn, and buttons. It senses no position and renders no
+// force. p_D stays 0; v_D and twist_D are the rates that the person commands (capabilities().rate_control).
+// solver/rate_control.h integrates them to a probe.
 //
-// Frame D out of the cap's axes: x right, y up, z towards the person. Both report formats are understood, wired or over
-// a receiver (one of its mice at a time). Thread rule: as HapticDevice.
+// The cap's axes are converted to frame D: x right, y up, z towards the person. Reads both report formats, by cable or
+// receiver (one mouse of a receiver at a time). Thread rule: as HapticDevice.
 #pragma once
 
 #include "device/haptic_device.h"
@@ -15,34 +15,35 @@
 namespace filiform {
 
 struct SpaceMouseOptions {
-  std::string bus_path = {};    // which one, as `filiform devices` names it; empty: the first
+  std::string bus_path = {};    // USB socket as `filiform devices` prints it; empty: the first mouse
   double full_speed_m_s = 0.1;  // at full deflection
   double full_turn_rad_s = 1;   // at full deflection
-  double dead_zone = 0.02;      // of full deflection, on each axis: taken as rest
-  double silence_s = 0.1;       // without a report of motion it is at rest: a mouse at rest says nothing
+  double dead_zone = 0.02;      // fraction of full deflection that counts as rest, on each axis
+  double silence_s = 0.1;       // rest is assumed after this time without a motion report: mice at rest send none
 };
 
-// A 6-axis mouse or the receiver of one, by its ids.
+// True for 6-axis mice and their receivers, by USB ids.
 bool isSpaceMouse(const UsbDeviceInfo& info);
 
 class SpaceMouse : public HapticDevice {
  public:
-  // The transport must outlive it. Throws DeviceError for speeds or times that are not finite and > 0, or a dead zone
-  // outside 0..0.9.
+  // The transport must outlive this object. Throws DeviceError if a speed or time is not finite and > 0, or if the dead
+  // zone is outside 0..0.9.
   explicit SpaceMouse(UsbTransport& transport, const SpaceMouseOptions& options = {});
   ~SpaceMouse() override;
 
   const DeviceCapabilities& capabilities() const override { return capabilities_; }
   DeviceStatus status() const noexcept override;
-  // Takes its HID interfaces from the kernel (other programs lose it until close()), and lights its LED. Throws
-  // UsbError not_found, no_permission, busy. Ready at once; also after a fault, when it is plugged in again.
+  // Takes the mouse's HID interfaces from the kernel and switches on its LED. Other programs cannot use the mouse until
+  // close(). Ready at once; also reopens a mouse that was unplugged and plugged in again. Throws UsbError not_found,
+  // no_permission, busy.
   void open() override;
-  // Gives the interfaces back.
+  // Returns the interfaces to the kernel.
   void close() noexcept override;
-  // The newest rates; never waits. Fault once it is unplugged: at rest, no button held.
+  // Returns the newest rates; never waits. If unplugged: status fault, zero rates, no buttons.
   DeviceState exchange(const Wrench& wrench) noexcept override;
 
-  std::uint64_t reports() const noexcept;  // of motion and buttons, since open()
+  std::uint64_t reports() const noexcept;  // number of motion and button reports since open()
 
  private:
   struct Connected;

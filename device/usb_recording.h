@@ -1,5 +1,5 @@
-// Real traffic over USB into a file, and that file in the place of the device: what a driver met once can be met again,
-// without the hardware. device/PROTOCOL.md has the file's bytes.
+// Records USB traffic to a file, and replays the file in place of the devices. So a driver's run can be repeated
+// without hardware. device/PROTOCOL.md specifies the file.
 //
 //   std::ofstream file("falcon.usb", std::ios::binary);
 //   UsbRecorder recorder(systemUsb(), file);
@@ -24,21 +24,21 @@
 
 namespace filiform {
 
-// Passes everything through, and keeps it in memory until finish(). Thread rule: as UsbTransport, but one thread at a
-// time for the recorder and all its connections together.
+// Passes all calls on to another transport and keeps the traffic in memory until finish(). Thread rule: as
+// UsbTransport, but only one thread at a time may use the recorder and its connections.
 class UsbRecorder : public UsbTransport {
  public:
-  static constexpr std::size_t kCapacity = std::size_t{64} << 20;  // bytes; some minutes of a device at 1 kHz
+  static constexpr std::size_t kCapacity = std::size_t{64} << 20;  // bytes: some minutes of a device at 1 kHz
 
-  // Takes the memory at once, so that recording allocates nothing later. The inner transport and the stream must
-  // outlive it.
+  // Allocates all its memory here, so that recording never allocates. The inner transport and the stream must outlive
+  // this object.
   UsbRecorder(UsbTransport& inner, std::ostream& out, std::size_t capacity = kCapacity);
-  // Finishes the recording if nobody did; failures go unreported here. Connections must be gone.
+  // Calls finish() if it was not called, and ignores errors. Requires that all connections are destroyed.
   ~UsbRecorder() override;
 
-  // Writes all of it to the stream. Throws DeviceError when it cannot be written, or when the capacity did not suffice:
-  // the recording then holds all that came before. Throws what the stream throws. Nothing is recorded after it. Does
-  // nothing the second time.
+  // Writes the recording to the stream and ends it; a second call does nothing. Throws DeviceError if it cannot be
+  // written. Throws DeviceError if the capacity was too small; the recording then holds the traffic before that. Throws
+  // what the stream throws.
   void finish();
 
   std::vector<UsbDeviceInfo> devices() override;
@@ -54,19 +54,19 @@ class UsbRecorder : public UsbTransport {
   std::unique_ptr<Writer> writer_;
 };
 
-// Answers as the recorded device did. Lists, openings, claims and control requests are answered in their order; what
-// was received and sent completes in its order on each endpoint, at its time on the replay's own clock, which moves
-// only while its users wait. After the last of it the device is gone. Thread rule: as UsbRecorder.
+// Answers as the recorded devices did. Lists, openings, claims and control requests are answered in recorded order.
+// Transfers complete in recorded order on each endpoint, at their recorded time. The replay's clock advances only while
+// its user waits. After the last record the device is gone. Thread rule: as UsbRecorder.
 class UsbReplay : public UsbTransport {
  public:
-  // Reads and checks the whole file. Throws DeviceError with the byte where it is damaged or cut short, or with both
-  // versions when the format is a newer one.
+  // Reads and checks the whole file. Throws DeviceError naming the byte if the file is damaged or truncated, or naming
+  // both versions if the format is another version.
   explicit UsbReplay(const std::string& path);
   ~UsbReplay() override;
 
-  // Requests and writes so far that were not those of the recording, in any byte. 0: the driver did the same.
+  // Number of requests and writes so far that differ from the recording in any byte. 0: the driver did the same.
   std::size_t differing() const noexcept;
-  // Everything recorded has been asked for.
+  // True after the last record was used.
   bool finished() const noexcept;
 
   std::vector<UsbDeviceInfo> devices() override;

@@ -1,5 +1,5 @@
-// A ring between one writing and one reading thread: no lock, no system call, no allocation after construction. Written
-// out here because the packaged ring relies on fences, which the thread sanitizer cannot follow.
+// A queue from one writing thread to one reading thread. After construction: no lock, system call or allocation.
+// Written here because the packaged ring uses fences, which the thread sanitizer cannot follow.
 #pragma once
 
 #include <atomic>
@@ -13,7 +13,7 @@ class ExchangeRing {
  public:
   explicit ExchangeRing(std::size_t capacity) : slots_(capacity) {}
 
-  // Writing thread only. False, and nothing kept, when the ring is full.
+  // For the writing thread. Returns false, and drops the value, if the queue is full.
   bool push(const T& value) noexcept {
     const std::size_t head = head_.load(std::memory_order_relaxed);
     if (head - tail_.load(std::memory_order_acquire) == slots_.size()) return false;
@@ -22,7 +22,7 @@ class ExchangeRing {
     return true;
   }
 
-  // Reading thread only. False when the ring is empty.
+  // For the reading thread. Returns false if the queue is empty.
   bool pop(T& value) noexcept {
     const std::size_t tail = tail_.load(std::memory_order_relaxed);
     if (tail == head_.load(std::memory_order_acquire)) return false;
@@ -33,7 +33,7 @@ class ExchangeRing {
 
  private:
   std::vector<T> slots_;
-  // Ever-growing counts, apart by a cache line so that the two threads do not disturb each other.
+  // Counts that only grow; on separate cache lines, so that the two threads do not slow each other.
   alignas(64) std::atomic<std::size_t> head_{0};
   alignas(64) std::atomic<std::size_t> tail_{0};
 };

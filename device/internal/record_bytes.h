@@ -1,4 +1,4 @@
-// Values as the little-endian bytes of a recording, and back.
+// Converts values to the little-endian bytes of a recording, and back.
 #pragma once
 
 #include <bit>
@@ -24,7 +24,7 @@ void append(std::string& out, T value) {
   out.append(bytes, sizeof value);
 }
 
-// Reads zeros past the end, and remembers that it did.
+// Decodes values in order. Past the end it returns zeros, and whole() becomes false.
 class RecordReader {
  public:
   explicit RecordReader(std::string_view bytes) : bytes_(bytes) {}
@@ -36,7 +36,7 @@ class RecordReader {
     if (taken.size() == sizeof value) std::memcpy(&value, taken.data(), sizeof value);
     return value;
   }
-  // Empty where fewer are left.
+  // The next `size` bytes; empty if fewer are left.
   std::string_view take(std::size_t size) {
     whole_ = whole_ && bytes_.size() - at_ >= size;
     const std::string_view taken = whole_ ? bytes_.substr(at_, size) : std::string_view();
@@ -52,7 +52,7 @@ class RecordReader {
   bool whole_ = true;
 };
 
-// Records are checked with their place as the seed, so that none can take the place of another.
+// Checksum of a record. The seed is the record's position, so that records cannot be swapped unnoticed.
 inline std::uint64_t checksum(std::string_view bytes, std::uint64_t seed) {
   return XXH3_64bits_withSeed(bytes.data(), bytes.size(), seed);
 }

@@ -1,4 +1,4 @@
-// The bytes of a recording, as device/PROTOCOL.md specifies them: encoding and decoding, without files.
+// Encodes and decodes the bytes of a recording (device/PROTOCOL.md), without files.
 #pragma once
 
 #include "device/replay.h"
@@ -18,8 +18,8 @@ struct RecordingHeader {
   DeviceCapabilities capabilities;
   DeviceStatus status_at_open = DeviceStatus::ready;
   bool marked = false;
-  std::string device;   // as the command line named it
-  std::string options;  // what the run was told, as who wrote it spells it
+  std::string device;   // name on the command line
+  std::string options;  // stored verbatim, not interpreted
 };
 
 struct RecordedExchange {
@@ -32,11 +32,11 @@ void appendHeader(std::string& out, const RecordingHeader& header);
 void appendExchange(std::string& out, std::uint64_t index, const RecordedExchange& exchange);
 void appendClosing(std::string& out, std::uint64_t count);
 
-// Returns the length of the header. Throws DeviceError naming `file`.
+// Decodes the header and returns its length. Throws DeviceError naming `file`.
 std::size_t readHeader(const std::string& file, std::string_view bytes, RecordingHeader& header);
-// False if the checksum, the status or the number of marks is wrong. Requires bytes.size() >= kExchangeBytes.
+// Returns false if the checksum, the status or the number of marks is wrong. Requires bytes.size() >= kExchangeBytes.
 bool readExchange(std::string_view bytes, std::uint64_t index, RecordedExchange& exchange);
-// Requires bytes.size() >= kClosingBytes.
+// True if the bytes are the closing mark for `count` exchanges. Requires bytes.size() >= kClosingBytes.
 bool isClosing(std::string_view bytes, std::uint64_t count);
 
 }  // namespace filiform::internal

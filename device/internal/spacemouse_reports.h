@@ -1,4 +1,4 @@
-// What 3Dconnexion mice send: HID reports, in both formats that exist, told apart by their length.
+// Decodes the HID reports of 3Dconnexion mice. There are two formats; the length of a report tells which.
 #pragma once
 
 #include <array>
@@ -8,16 +8,16 @@
 namespace filiform::internal {
 
 struct SpaceMouseState {
-  // X, Y, Z, then the turns about them, of full deflection, in -1..1; axes as the device has them: X to the right,
-  // Y towards the person, Z down.
+  // X, Y, Z, then the turns about them, as a fraction of full deflection in -1..1. Axes of the device: X right, Y
+  // towards the person, Z down.
   std::array<double, 6> axes{};
   std::uint32_t buttons = 0;  // bit i: button i held
 };
 
 enum class SpaceMouseReport : std::uint8_t { ignored, motion, buttons };
 
-// Takes one report, id first, into `state`; says what it was. Whatever is not known or too short is ignored, and leaves
-// `state` alone.
+// Decodes one report, id first, into `state` and returns its kind. Unknown or short reports are ignored and leave
+// `state` unchanged.
 SpaceMouseReport takeReport(std::span<const std::uint8_t> report, SpaceMouseState& state) noexcept;
 
 }  // namespace filiform::internal
