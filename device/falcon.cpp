@@ -17,12 +17,13 @@ constexpr std::uint8_t kInterface = 0, kIn = 0x81, kOut = 0x02;
 constexpr std::size_t kInBytes = 512, kOutBytes = 64;
 constexpr double kControlTime_s = 0.5, kWriteTime_s = 0.5, kReopenPause_s = 0.1;
 constexpr double kProbeTime_s = 0.1, kFirstReportTime_s = 1.0, kProbeAnswer_s = 0.01, kZeroTime_s = 0.01;
-constexpr double kFarthest_m = 0.1;  // from the centre, on any axis: beyond what the mechanism can do
-// Between two believed reports, when their distance is judged. After a gap nothing is believed at once.
+constexpr double kFarthest_m = 0.1;  // from the centre, on any axis: out of the mechanism's reach
+// Limits of the time between two accepted reports, for the speed check. After a gap, no report is accepted at once.
 constexpr double kLeastInterval_s = 1e-3, kMostInterval_s = 2e-3;
-constexpr double kLeastWindow_s = 0.005;  // of the velocity: less says more of the encoders than of the hand
+constexpr double kLeastWindow_s =
+    0.005;  // of the velocity: a shorter window shows the encoders' rounding, not the hand
 
-std::string rejection(UsbStatus status) { return std::string("a transfer ended ") + toString(status); }
+std::string rejection(UsbStatus status) { return std::string("a USB transfer failed: ") + toString(status); }
 
 }  // namespace
 
@@ -96,9 +97,10 @@ std::vector<std::uint8_t> Falcon::readFirmware() const {
   const std::string& path = options_.firmware;
   if (path.empty())
     throw DeviceError(
-        std::string("the Falcon has no firmware loaded, and none was given. It is Novint's and may not be shipped with "
-                    "filiform: look for a .bin file of 7 to 9 kB in the driver or SDK that came with the device, and "
-                    "pass it as --device falcon:FILE or in ") +
+        std::string(
+            "the Falcon has no firmware loaded, and none was given. filiform may not ship Novint's firmware: look for "
+            "a .bin file of 7 to 9 kB in the driver or SDK that came with the device, and pass it as --device "
+            "falcon:FILE or in ") +
         kFalconFirmwareVariable);
   std::ifstream file(path, std::ios::binary);
   if (!file) throw DeviceError(path + ": cannot open the firmware: " + std::generic_category().message(errno));
@@ -107,8 +109,8 @@ std::vector<std::uint8_t> Falcon::readFirmware() const {
   if (file.bad()) throw DeviceError(path + ": cannot read the firmware");
   image.resize(static_cast<std::size_t>(file.gcount()));
   if (image.size() < kFalconFirmwareLeast || image.size() > kFalconFirmwareMost)
-    throw DeviceError(path + ": this is no firmware of a Falcon: it would have " +
-                      std::to_string(kFalconFirmwareLeast) + " to " + std::to_string(kFalconFirmwareMost) + " bytes");
+    throw DeviceError(path + ": not Falcon firmware: the file must have " + std::to_string(kFalconFirmwareLeast) +
+                      " to " + std::to_string(kFalconFirmwareMost) + " bytes");
   return image;
 }
 
@@ -167,7 +169,7 @@ void Falcon::open() {
   try {
     connect(find());
     prepareToRun();
-    // Longer probing is said to spoil the loading that follows; so is whatever else the device was told before it.
+    // A longer probe reportedly makes the following load fail; so does any other traffic before the probe.
     if (!answersAsRunning(kProbeTime_s)) {
       const std::vector<std::uint8_t> image = readFirmware();
       disconnect();
@@ -176,8 +178,9 @@ void Falcon::open() {
       load(image);
       if (options_.event_character) prepareToRun();
       if (!answersAsRunning(kFirstReportTime_s))
-        throw DeviceError(options_.firmware +
-                          ": the Falcon took this firmware and does not answer: it is not one for this device");
+        throw DeviceError(
+            options_.firmware +
+            ": the Falcon accepted this firmware but does not answer: use the firmware made for the Falcon");
     }
   } catch (...) {
     disconnect();
@@ -201,18 +204,18 @@ DeviceState Falcon::exchange(const Wrench& wrench) noexcept {
   state_.sent_N = sent_N_;
   if (state_.status == DeviceStatus::closed || state_.status == DeviceStatus::fault) return state_;
   deadline_s_ = usb_->time_s() + kAnswerTime_s;
-  // What has come by now answers an earlier question; it must not be taken for the answer to this one.
+  // Discard reports that answer an earlier command.
   usb_->handleEvents(0);
   takeReports();
   const double begin_s = usb_->time_s();
-  // Silence is counted from a question: a host that paused has not lost the device.
+  // Count silence from a command, so that a paused host does not lose the device.
   if (unanswered_ > 0 && begin_s - asked_s_ > kLost_s) fail();
   if (state_.status == DeviceStatus::fault) return state_;
 
   const bool stale = begin_s - report_s_ > kStale_s;
   if (stale) ramp_from_s_ = begin_s;
   const Command command = commandFor(stale ? Wrench{} : wrench);
-  // Where the last command still waits to be taken, that one acts on.
+  // If the last command is not taken yet, the device still acts on it.
   if (send(command.packet, stale) && state_.status != DeviceStatus::fault) sent_N_ = command.force_N;
   state_.sent_N = sent_N_;
   bool answered = false;
@@ -222,7 +225,7 @@ DeviceState Falcon::exchange(const Wrench& wrench) noexcept {
     usb_->handleEvents(left_s);
     answered = takeReports() || answered;
   }
-  // Two questions on their way would make every answer that of the question before: a sample more of delay, for good.
+  // With two commands under way, each report would answer the one before: one sample more delay, permanently.
   if (answered)
     unanswered_ = 0;
   else
@@ -243,7 +246,7 @@ Falcon::Command Falcon::commandFor(const Wrench& wrench) const noexcept {
   const double since_s = usb_->time_s() - ramp_from_s_;
   if (since_s < options_.ramp_s) force_N *= std::max(since_s, 0.0) / options_.ramp_s;
   if (const double most = force_N.cwiseAbs().maxCoeff(); most > 0) {
-    // By the largest component first: the square of a huge force is not finite.
+    // Divide by the largest component first: the square of a huge force is not finite.
     const double length_N = most * (force_N / most).norm();
     if (length_N > capabilities_.peak_force_N)
       force_N = force_N / most * (capabilities_.peak_force_N * most / length_N);
@@ -255,9 +258,9 @@ Falcon::Command Falcon::commandFor(const Wrench& wrench) const noexcept {
   return command;
 }
 
-// False: nothing was sent.
+// Returns false if nothing was sent.
 bool Falcon::send(const FalconCommand& command, bool at_once) noexcept {
-  // The device does not take the last command: a newer one waits behind it, a zero does not.
+  // The device does not take the last command. A newer command waits; a zero cancels it.
   if (out_->pending() && (!at_once || !out_->cancel(std::max(0.0, deadline_s_ - usb_->time_s())))) return false;
   const UsbStatus last = out_->status();
   if (last == UsbStatus::done) taken_N_ = sent_N_;
@@ -336,7 +339,7 @@ void Falcon::take(const FalconReport& report) noexcept {
   if (refused_in_a_row_ >= kBelieved) begin(place.p_F);
 }
 
-// At a place that has nothing to do with the one before: no speed follows from it, and force begins from zero.
+// Accepts a position unrelated to the last one: the velocity is zero and the force restarts from zero.
 void Falcon::begin(const Eigen::Vector3d& p_F) noexcept {
   state_.status = DeviceStatus::ready;
   ramp_from_s_ = usb_->time_s();
@@ -365,7 +368,7 @@ void Falcon::moveTo(const Eigen::Vector3d& p_F) noexcept {
     state_.v_D.setZero();
 }
 
-// The first one is sent whatever the time, if the device has taken the command before.
+// Sends the first zero whatever the time, if the device has taken the command before.
 void Falcon::sendZeros(const FalconCommand& zero, double until_s) noexcept {
   const FalconPacket packet = packFalconCommand(zero);
   const auto left_s = [&] { return std::max(0.0, until_s - usb_->time_s()); };
@@ -373,7 +376,7 @@ void Falcon::sendZeros(const FalconCommand& zero, double until_s) noexcept {
     if (!out_->cancel(left_s())) break;
     if (i == 0 && out_->status() == UsbStatus::done) taken_N_ = sent_N_;
     std::copy(packet.begin(), packet.end(), out_->buffer().begin());
-    // Half of what is left for the answer, half for the system to return the buffer.
+    // Half of the remaining time for the transfer, half for the system to return the buffer.
     const double wait_s = std::min(kZeroTime_s, 0.5 * left_s());
     if (usb_->run(*out_, packet.size(), wait_s, wait_s) == UsbStatus::done) taken_N_.setZero();
   }

@@ -8,7 +8,7 @@
 namespace filiform {
 namespace {
 
-// Metres, named as in Stamper's thesis: thigh a, shin b, plates c, d, e, hinge f, and where the thigh turns (r, s).
+// Metres, named as in Stamper's thesis: thigh a, shin b, plates c, d, e, hinge f, and the thigh's axis (r, s).
 constexpr double kA = 0.060, kB = 0.1025, kC = 0.01443, kD = 0.01125, kE = 0.01125, kF = -0.025;
 constexpr double kR = 0.040, kS = -0.02309;
 constexpr double kDegree = 3.14159265358979323846 / 180;
@@ -21,7 +21,7 @@ constexpr double kRadAtZero = 35 * kDegree;
 constexpr int kMostIterations = 25, kMostHalvings = 20, kHalvingsToBeNearer = 6;
 constexpr double kStep_m = 0.020;
 constexpr double kAngleTolerance_rad = 1e-12;
-constexpr double kLeastSine = 1e-6;  // of the angle between arm and shin, and of the shin's own: the edge
+constexpr double kLeastSine = 1e-6;  // of the angle between arm and shin, and of the shin: at the edge
 
 struct Leg {
   double angle_rad;                      // theta 1
@@ -36,7 +36,7 @@ std::optional<Leg> legAt(const Eigen::Vector3d& p_F, double cos_phi, double sin_
   leg.cos3 = (v + kF) / kB;
   if (!(std::abs(leg.cos3) < 1)) return std::nullopt;
   leg.sin3 = std::sqrt((1 - leg.cos3) * (1 + leg.cos3));
-  // What is left is a flat chain of two bars, a and `shin`, from the origin to (reach_u, w).
+  // The rest is a planar chain of two bars, a and `shin`, from the origin to (reach_u, w).
   const double shin = kD + kE + kB * leg.sin3;
   const double reach_u = u + kC;
   const double reach = std::hypot(reach_u, w);
@@ -125,7 +125,7 @@ FalconPlace falconPlace(const Eigen::Vector3d& angles_rad, const Eigen::Vector3d
     }
     if (place.iterations == kMostIterations) return place;
     ++place.iterations;
-    // A full step from afar would leave the domain, and near its edge, where the angles bend, would overshoot.
+    // A full step from far away would leave the domain. Near its edge, where the angles curve, it would overshoot.
     Eigen::Vector3d step_m = jacobian->inverse() * miss_rad;
     if (const double length_m = step_m.norm(); !(length_m <= kStep_m)) step_m *= kStep_m / length_m;
     for (int halvings = 0;; ++halvings) {
@@ -163,7 +163,7 @@ std::array<std::int16_t, 3> falconCountsOfAngles(const Eigen::Vector3d& angles_r
 
 std::array<std::int16_t, 3> falconMotors(const Eigen::Vector3d& torques_Nm, double motor_per_Nm) noexcept {
   if (!torques_Nm.allFinite() || !(motor_per_Nm > 0)) return {};
-  // A positive value pulls the arm in: against the angle.
+  // A positive motor value pulls the arm in, against the angle.
   const Eigen::Vector3d wanted = -std::min(motor_per_Nm, kFalconMotorPerNmMost) * torques_Nm;
   const double most = wanted.cwiseAbs().maxCoeff();
   if (!(most <= 1e100)) return {};

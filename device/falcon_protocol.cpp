@@ -47,7 +47,7 @@ FalconPacket packFalconCommand(const FalconCommand& command) noexcept {
 
 bool FalconReportParser::push(std::uint8_t byte) noexcept {
   bytes_[held_++] = byte;
-  // All but the last byte belong where they are. If that does not, the report may have begun at a later one.
+  // All bytes but the last fit a report. If the last does not, the report may have begun at a later byte.
   const auto beginsAt = [&](std::size_t start) {
     for (std::size_t i = start; i < held_; ++i)
       if (!belongs(i - start, bytes_[i])) return false;
@@ -164,7 +164,7 @@ const FalconLoader::Step& FalconLoader::next(double time_s) {
         }
         if (!waiting_) return write(kHandshake, time_s + kEchoTime_s);
         if (in_time) return say(Action::read);
-        giveUp("the boot loader did not take up the loading speed");
+        giveUp("the boot loader did not answer at the loading speed");
         break;
 
       case Phase::image: {

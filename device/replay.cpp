@@ -41,7 +41,7 @@ DeviceError systemFailure(const std::string& path, const std::string& what, int 
   return DeviceError(printable(path) + ": " + what + ": " + std::generic_category().message(error_number));
 }
 
-// By the bits: -0 differs from 0 here, and a NaN equals itself.
+// Compares bits: -0 differs from 0, and a NaN equals itself.
 bool sameBits(const Wrench& a, const Wrench& b) {
   // NOLINTBEGIN(bugprone-suspicious-memory-comparison)
   return std::memcmp(a.force_N.data(), b.force_N.data(), 3 * sizeof(double)) == 0 &&
@@ -63,9 +63,9 @@ struct RecordingDevice::Impl {
     if (!out) throw DeviceError("cannot write the recording");
   }
 
-  // The rest requires the mutex.
-  // Takes everything off the ring even when the file has failed, so that a failed recording does not look like a lost
-  // one.
+  // The functions below require the mutex.
+  //
+  // Empties the queue even after the file failed, so that no exchange counts as lost.
   void writeWaiting() {
     constexpr std::size_t kBatch = 1024;
     Exchange exchange;
@@ -85,7 +85,7 @@ struct RecordingDevice::Impl {
   void keepLast() noexcept {
     if (!has_last) return;
     has_last = false;
-    // After the first loss nothing more is kept: a recording with a hole could not be replayed.
+    // After the first loss nothing more is kept: a recording with a gap cannot be replayed.
     if (lost.load(std::memory_order_relaxed) > 0 || !waiting.push(last)) lost.fetch_add(1, std::memory_order_relaxed);
   }
 
@@ -123,11 +123,11 @@ struct RecordingDevice::Impl {
   std::unique_ptr<HapticDevice> inner;
   std::ostream& out;
   RecordingOptions options;
-  // The last exchange, until it is known that no marks come any more. Haptic thread, then finish().
+  // The last exchange, kept until no more marks can come. Used by the haptic thread, then by finish().
   Exchange last;
   bool has_last = false;
-  internal::ExchangeRing<Exchange> waiting;  // haptic thread -> whoever holds the mutex
-  std::atomic<std::uint64_t> lost{0};        // exchanges from the first that found the ring full
+  internal::ExchangeRing<Exchange> waiting;  // from the haptic thread to the holder of the mutex
+  std::atomic<std::uint64_t> lost{0};        // exchanges since the queue was first full
   std::atomic<bool> recording{false};
 
   std::mutex mutex;  // guards the stream and the reading end of the ring
@@ -153,7 +153,7 @@ RecordingDevice::~RecordingDevice() {
   try {
     finish();
   } catch (const std::exception&) {
-    // A destructor has nobody to tell; finish() is where failures are reported.
+    // A destructor cannot report an error; finish() does.
   }
 }
 
@@ -187,7 +187,7 @@ void RecordingDevice::close() noexcept { impl_->inner->close(); }
 DeviceState RecordingDevice::exchange(const Wrench& wrench) noexcept {
   Impl& d = *impl_;
   DeviceState state = d.inner->exchange(wrench);
-  if (!state.sent_N) state.sent_N = wrench.force_N;  // as a replay will answer
+  if (!state.sent_N) state.sent_N = wrench.force_N;  // as a replay will report it
   if (!d.recording.load(std::memory_order_relaxed)) return state;
   d.keepLast();
   d.last = {wrench, state, {}};

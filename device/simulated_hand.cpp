@@ -9,8 +9,8 @@ namespace filiform {
 
 namespace {
 
-// exp([0 1 0; -k/m -c/m 1/m; 0 0 0] T): how position and velocity (m, m/s) answer to themselves and to a force held
-// over T. Scaling and squaring of the Taylor series covers every damping, the critical one and a free mass among them.
+// exp([0 1 0; -k/m -c/m 1/m; 0 0 0] T): the change of position and velocity (m, m/s) over T under a constant force.
+// Scaling and squaring of the Taylor series works for every damping, also critical damping and a free mass.
 Eigen::Matrix3d heldForceResponse(double mass_kg, double damping_Ns_m, double stiffness_N_m, double period_s) {
   Eigen::Matrix3d a;
   a << 0, 1, 0, -stiffness_N_m / mass_kg, -damping_Ns_m / mass_kg, 1 / mass_kg, 0, 0, 0;
@@ -51,7 +51,7 @@ struct SimulatedHand::Impl {
   Eigen::Matrix3d response;
   DeviceStatus status = DeviceStatus::closed;
   Eigen::Vector3d p_D, v_D, target_D;
-  std::array<Eigen::Vector3d, 2> pending_N;  // forces on their way, oldest first
+  std::array<Eigen::Vector3d, 2> pending_N;  // forces that have not acted yet, oldest first
   std::uint64_t periods = 0;
 
   void rest(const Eigen::Vector3d& at_D) {
@@ -94,7 +94,7 @@ SimulatedHand::SimulatedHand(const SimulatedHandOptions& options) : impl_(std::m
   d.options = options;
   const double damping_Ns_m = hand.damping_Ns_m + options.device_damping_Ns_m;
   d.response = heldForceResponse(hand.mass_kg, damping_Ns_m, hand.stiffness_N_m, options.period_s);
-  require(d.response.allFinite(), "mass, damping, stiffness and period are too far apart to compute with");
+  require(d.response.allFinite(), "the ratios of mass, damping, stiffness and period are too extreme");
   d.capabilities.name = "simulated hand";
   d.capabilities.peak_force_N = options.peak_force_N;
   d.capabilities.continuous_force_N = options.peak_force_N;

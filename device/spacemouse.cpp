@@ -11,18 +11,18 @@ namespace filiform {
 namespace {
 
 constexpr std::uint16_t kLogitech = 0x046d, k3Dconnexion = 0x256f;
-// Logitech sells much else; 3Dconnexion sells these without six axes.
+// Logitech sells many other devices; 3Dconnexion sells these without six axes.
 constexpr std::array<std::uint16_t, 12> kLogitechMice{0xc603, 0xc605, 0xc606, 0xc621, 0xc623, 0xc625,
                                                       0xc626, 0xc627, 0xc628, 0xc629, 0xc62b, 0xc640};
 constexpr std::array<std::uint16_t, 12> kOtherProducts{0xc62c, 0xc641, 0xc650, 0xc651, 0xc654, 0xc655,
                                                        0xc656, 0xc657, 0xc658, 0xc664, 0xc665, 0xc668};
 
 constexpr std::size_t kReportBytes = 64;
-constexpr int kMostRounds = 32;  // of reports an exchange: a slow loop catches up, a babbling device does not hold it
+constexpr int kMostRounds = 32;  // reports an exchange: a slow loop catches up, and a flood of reports cannot block it
 constexpr std::uint8_t kLedReport = 4;
 constexpr double kLedTimeout_s = 0.1;
 
-// A keyboard or a plain mouse that shares the receiver is left to the kernel.
+// Keyboards and plain mice that share the receiver are left to the kernel.
 bool isOurs(const UsbInterface& interface) {
   return interface.usb_class == 3 && !(interface.subclass == 1 && interface.protocol != 0);
 }
@@ -43,7 +43,7 @@ bool isSpaceMouse(const UsbDeviceInfo& info) {
 struct SpaceMouse::Connected {
   std::unique_ptr<UsbConnection> usb;
   std::vector<UsbInterface> interfaces;
-  std::vector<std::unique_ptr<UsbTransfer>> reads;  // one for each, always posted
+  std::vector<std::unique_ptr<UsbTransfer>> reads;  // one for each interface, always submitted
   internal::SpaceMouseState mouse;
   double opened_s = 0, moved_s = 0;
   std::uint64_t reports = 0;
@@ -89,7 +89,7 @@ void SpaceMouse::open() {
     connected->reads.push_back(connected->usb->makeTransfer(in->address, kReportBytes));
   }
   if (connected->reads.empty())
-    throw UsbError(UsbCause::failed, describe(*found) + ": it has no interface that a SpaceMouse should have");
+    throw UsbError(UsbCause::failed, describe(*found) + ": no interface of a SpaceMouse found on it");
   for (const auto& read : connected->reads)
     if (!read->submit(kReportBytes))
       throw UsbError(UsbCause::gone, describe(*found) + ": it cannot be read: " + toString(read->status()));
@@ -107,7 +107,7 @@ void SpaceMouse::close() noexcept {
   state_ = DeviceState();
 }
 
-// A receiver does not say on which interface its mouse listens: all are told, and those that refuse are right to.
+// A receiver does not state the interface of its mouse. So all interfaces get the command; refusals are normal.
 void SpaceMouse::light(bool on) noexcept {
   std::array<std::uint8_t, 2> report{kLedReport, static_cast<std::uint8_t>(on ? 1 : 0)};
   for (const UsbInterface& interface : connected_->interfaces) {
@@ -122,7 +122,7 @@ void SpaceMouse::light(bool on) noexcept {
         connected_->usb->control({0x21, 0x09, 0x0200 | kLedReport, interface.number}, report, kLedTimeout_s);
       }
     } catch (const std::exception&) {
-      continue;  // it is only a light
+      continue;  // the lamp is not essential
     }
   }
 }
@@ -134,7 +134,7 @@ DeviceState SpaceMouse::exchange(const Wrench&) noexcept {
   for (int round = 0; round < kMostRounds && any && !lost; ++round) {
     c.usb->handleEvents(0);
     any = false;
-    // Whether or not it was this call that completed them: a request for the lamp does so too.
+    // Another call may have completed them too, such as the lamp request.
     for (const auto& read : c.reads) {
       if (read->pending()) continue;
       any = true;
@@ -143,7 +143,7 @@ DeviceState SpaceMouse::exchange(const Wrench&) noexcept {
         if (what == internal::SpaceMouseReport::motion) c.moved_s = c.usb->time_s();
         if (what != internal::SpaceMouseReport::ignored) ++c.reports;
       }
-      // An interface may stall or fail and go on; one that has gone may not.
+      // An interface may go on after a stall or a failure, but not after `gone`.
       lost = lost || read->status() == UsbStatus::gone || !read->submit(kReportBytes);
     }
   }

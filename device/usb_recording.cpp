@@ -45,7 +45,7 @@ class UsbRecorder::Writer {
 
   void add(const UsbRecord& record, std::string_view bytes = {}) noexcept {
     if (finished_) return;
-    // After the first loss nothing more is kept: traffic with a hole could not be replayed.
+    // After the first loss nothing more is kept: traffic with a gap cannot be replayed.
     if (lost_ > 0 || !internal::appendUsbRecord(recorded_, count_, record, bytes)) {
       ++lost_;
     } else {
@@ -138,7 +138,7 @@ class RecordedConnection : public UsbConnection {
     }
     finish(record, {});
   }
-  void note() noexcept;  // what has completed since
+  void note() noexcept;  // records what has completed since
 
   UsbRecorder::Writer& writer_;
   std::uint32_t number_;
@@ -164,7 +164,7 @@ class RecordedTransfer : public UsbTransfer {
   std::size_t actual() const noexcept override { return inner_->actual(); }
 
   bool submit(std::size_t length) noexcept override {
-    // What is in flight may not be looked at, so before it is.
+    // The buffer must not be read while the transfer is pending, so it is recorded before.
     UsbRecord record = connection_.begin(UsbEvent::submit, endpoint_);
     record.moved = static_cast<std::uint32_t>(length);
     record.time_s = connection_.time_s();
@@ -215,7 +215,7 @@ UsbRecorder::~UsbRecorder() {
   try {
     writer_->finish();
   } catch (const std::exception&) {
-    // A destructor has nobody to tell; finish() is where failures are reported.
+    // A destructor cannot report an error; finish() does.
   }
 }
 
@@ -248,7 +248,7 @@ std::unique_ptr<UsbConnection> UsbRecorder::open(const UsbDeviceInfo& info) {
 }
 
 struct UsbReplay::Traffic {
-  struct Queue {  // of one kind, on one endpoint
+  struct Queue {  // records of one kind, on one endpoint
     std::vector<std::size_t> records;
     std::size_t next = 0;
     bool empty() const { return next == records.size(); }
@@ -305,7 +305,7 @@ class ReplayedConnection : public UsbConnection {
     if (std::tie(setup.request_type, setup.request, setup.value, setup.index) !=
         std::tie(was.request_type, was.request, was.value, was.index)) {
       ++traffic_.differing;
-      throw UsbError(UsbCause::failed, describe(info_) + ": another request was made here when this was recorded");
+      throw UsbError(UsbCause::failed, describe(info_) + ": the recording has another request here");
     }
     if (!setup.in() && asText(data) != record->bytes) ++traffic_.differing;
     if (record->outcome != 0) throw UsbReplay::Traffic::errorOf(*record, info_, "a request");
@@ -327,7 +327,7 @@ class ReplayedConnection : public UsbConnection {
     gone_ = true;
     return nullptr;
   }
-  UsbError ended() const { return {UsbCause::gone, describe(info_) + ": the recording has no more of it"}; }
+  UsbError ended() const { return {UsbCause::gone, describe(info_) + ": the recording of this device ends here"}; }
 
   UsbReplay::Traffic& traffic_;
   std::uint32_t number_;
@@ -478,12 +478,12 @@ std::vector<UsbDeviceInfo> UsbReplay::devices() {
 
 std::unique_ptr<UsbConnection> UsbReplay::open(const UsbDeviceInfo& info) {
   Traffic::Queue& queue = traffic_->queueOf(UsbEvent::open);
-  if (queue.empty()) throw UsbError(UsbCause::not_found, describe(info) + ": the recording has no more of it");
+  if (queue.empty()) throw UsbError(UsbCause::not_found, describe(info) + ": the recording of this device ends here");
   const UsbRecord& record = traffic_->take(queue);
   UsbDeviceInfo opened = internal::decodeDevices(record.bytes)->front();
   if (!opened.samePlug(info)) {
     ++traffic_->differing;
-    throw UsbError(UsbCause::not_found, describe(info) + ": another device was opened when this was recorded");
+    throw UsbError(UsbCause::not_found, describe(info) + ": the recording opens another device here");
   }
   if (record.outcome != 0) throw Traffic::errorOf(record, info, "opening");
   return std::make_unique<ReplayedConnection>(*traffic_, record.connection, std::move(opened));

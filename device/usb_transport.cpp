@@ -86,8 +86,8 @@ timeval timevalOf(double seconds) noexcept {
   return {static_cast<time_t>(whole), static_cast<suseconds_t>((std::clamp(seconds, 0.0, 1e6) - whole) * 1e6)};
 }
 
-// One for each look and each connection. A context knows what was plugged in when it was made and what udev announced
-// since; a fresh one needs no announcements. And the events of a connection are then handled by its own thread only.
+// One context for each listing and each connection. A context knows the devices at its creation and what udev announced
+// since; a new one needs no announcements. So a connection's events are also handled only by its own thread.
 class Context {
  public:
   Context() {
@@ -129,8 +129,8 @@ std::string busPathOf(libusb_device* device) {
   return path;
 }
 
-// The kernel has read the strings when the device was plugged in; asking the device itself would need permission and
-// would disturb a driver.
+// The kernel read these strings when the device was plugged in. Asking the device needs permission and disturbs a
+// driver.
 std::string attributeOf(const std::string& bus_path, const char* name) {
   std::ifstream in("/sys/bus/usb/devices/" + bus_path + "/" + name);
   std::string line;
@@ -151,7 +151,7 @@ UsbEndpointType typeOf(std::uint8_t attributes) {
   return kTypes[attributes & 3];
 }
 
-// Nothing for a hub, or a device that left meanwhile.
+// nullopt for a hub, or a device unplugged meanwhile.
 std::optional<UsbDeviceInfo> infoOf(libusb_device* device) {
   libusb_device_descriptor descriptor{};
   if (libusb_get_device_descriptor(device, &descriptor) != 0 || descriptor.bDeviceClass == LIBUSB_CLASS_HUB) return {};
@@ -222,7 +222,7 @@ class LibusbTransfer : public UsbTransfer {
     if (LibusbTransfer::cancel(kCancelTime_s)) {
       libusb_free_transfer(transfer_);
     } else {
-      // The system still has the buffer: onDone() frees both if they ever come back.
+      // The system still uses the buffer; onDone() frees both if it returns.
       flight_->owner = nullptr;
       static_cast<void>(flight_.release());
     }
@@ -237,7 +237,7 @@ class LibusbTransfer : public UsbTransfer {
   bool cancel(double patience_s) noexcept override;
 
  private:
-  struct Flight {  // what the system uses while the transfer is pending; may outlive its owner
+  struct Flight {  // used by the system while the transfer is pending; may outlive its owner
     explicit Flight(std::size_t capacity) : buffer(capacity) {}
     LibusbTransfer* owner = nullptr;
     std::vector<std::uint8_t> buffer;
@@ -314,7 +314,7 @@ class LibusbConnection : public UsbConnection {
       timeval limit = timevalOf(left_s);
       libusb_handle_events_timeout_completed(context_.get(), &limit, nullptr);
       if (completed_ != before) return true;
-      // It also returns for signals and for events that complete nothing.
+      // It also returns on signals and on events that complete nothing.
       left_s = end_s - monotonic_s();
       if (left_s <= 0) return false;
     }

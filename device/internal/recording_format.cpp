@@ -26,7 +26,7 @@ std::uint64_t storedChecksum(std::string_view bytes, std::size_t at) {
   return RecordReader(bytes.substr(at)).get<std::uint64_t>();
 }
 
-// Of the name, the device's words and the options together.
+// `text_bytes`: bytes of the device's name, the name that made it and the options together.
 std::size_t headerBytes(std::size_t text_bytes) { return kFixedHeaderBytes + (text_bytes + 7) / 8 * 8 + 8; }
 
 }  // namespace
@@ -111,11 +111,11 @@ std::size_t readHeader(const std::string& file, std::string_view bytes, Recordin
   RecordReader sizes(bytes.substr(kFixedHeaderBytes - 8));
   const std::size_t device_bytes = sizes.get<std::uint32_t>(), options_bytes = sizes.get<std::uint32_t>();
   if (header_bytes != headerBytes(name_bytes + device_bytes + options_bytes))
-    throw damaged(12, "the length of the header contradicts that of the names");
+    throw damaged(12, "the header's length does not match its texts");
   if (bytes.size() < header_bytes) throw cut();
   if (checksum(bytes.substr(0, header_bytes - 8), 0) != storedChecksum(bytes, header_bytes - 8))
     throw damaged(0, "the header's checksum does not match");
-  if (exchange_bytes != kExchangeBytes || status > kLastStatus) throw damaged(16, "impossible header");
+  if (exchange_bytes != kExchangeBytes || status > kLastStatus) throw damaged(16, "the header holds an invalid value");
   header.status_at_open = static_cast<DeviceStatus>(status);
   c.senses_rotation = (flags & 1) != 0;
   c.needs_homing = (flags & 2) != 0;

@@ -7,7 +7,7 @@ namespace filiform::internal {
 
 namespace {
 
-constexpr int kFullDeflection = 350;  // the logical range of every descriptor seen
+constexpr int kFullDeflection = 350;  // the logical range in every known descriptor
 
 double axis(std::span<const std::uint8_t> report, std::size_t at) {
   const auto raw = static_cast<std::int16_t>(report[at] | report[at + 1] << 8);

@@ -174,7 +174,7 @@ std::vector<UsbRecord> readUsbRecording(const std::string& file, std::string_vie
     }
     RecordReader in(rest);
     const std::size_t size = in.get<std::uint32_t>(), payload = in.get<std::uint32_t>();
-    if (size != recordBytes(payload)) throw damaged("impossible length of a record");
+    if (size != recordBytes(payload)) throw damaged("a record has an invalid length");
     if (rest.size() < size) throw cutShort();
     RecordReader stored(rest.substr(size - 8));
     if (checksum(rest.substr(0, size - 8), records.size()) != stored.get<std::uint64_t>())
@@ -193,7 +193,7 @@ std::vector<UsbRecord> readUsbRecording(const std::string& file, std::string_vie
     in.get<std::uint16_t>();
     record.moved = in.get<std::uint32_t>();
     record.bytes = std::string(rest.substr(kFixedBytes, payload));
-    if (!std::isfinite(record.time_s) || !possible(record)) throw damaged("impossible record");
+    if (!std::isfinite(record.time_s) || !possible(record)) throw damaged("a record holds an invalid value");
     records.push_back(std::move(record));
     at += size;
   }

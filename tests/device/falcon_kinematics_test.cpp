@@ -36,8 +36,8 @@ class Random {
   std::mt19937_64 engine_;
 };
 
-// How far a leg's shin is from its length when its arm stands at that angle and the grip is at p: the chain forward,
-// where the product solves it backward.
+// Difference between the length of a leg's shin and its nominal length, for a given arm angle and grip position.
+// Computed forward along the chain; the product solves it backward.
 double shinMiss_m(const Vector3d& p_F, double angle_rad, int leg) {
   const double phi = (105 - 120 * leg) * kDegree;
   const Vector3d hinge_leg(0.040, -0.02309, 0);
@@ -112,7 +112,7 @@ TEST(FalconKinematics, JacobianIsThatOfCentralDifferences) {
   for (int i = 0; i < 20000; ++i) {
     const Vector3d p_F = random.inBox(kFalconCentre_F, 0.95 * kFalconReach_m);
     Matrix3d numeric;
-    const double h = 4e-5;  // fourth order: truncation and rounding are alike small
+    const double h = 4e-5;  // fourth order: truncation and rounding errors are similar
     for (int axis = 0; axis < 3; ++axis) {
       const auto at = [&](double steps) { return falconAngles(p_F + steps * h * Vector3d::Unit(axis)).value(); };
       numeric.col(axis) = (8 * (at(1) - at(-1)) - (at(2) - at(-2))) / (12 * h);
@@ -139,7 +139,7 @@ TEST(FalconKinematics, TorquesDoTheWorkOfTheForce) {
   EXPECT_LE(worst, 1e-9);
 }
 
-// At 1 kHz, from sample to sample, as the driver follows a hand that draws loops as wide as the workspace.
+// At 1 kHz, sample by sample, as the driver follows a hand that draws loops as wide as the workspace.
 struct Followed {
   double mean_m = 0, worst_m = 0, worst_of_counts_m = 0;
   int most_iterations = 0;
@@ -163,7 +163,7 @@ Followed follow(double speed_m_s) {
     const double error_m = (place.p_F - p_F).norm();
     followed.mean_m += error_m / samples;
     followed.worst_m = std::max(followed.worst_m, error_m);
-    // What rounding the angles alone explains, to first order.
+    // The error that rounding the angles explains, to first order.
     const double explained_m = (falconJacobian(p_F)->inverse() * (counted - angles)).norm();
     followed.worst_of_counts_m = std::max(followed.worst_of_counts_m, std::abs(error_m - explained_m));
   }
@@ -232,7 +232,7 @@ TEST(FalconKinematics, AnglesOfNoPlaceAreRefusedAndTheStartIsKept) {
   const Vector3d angles = falconAngles(kFalconCentre_F).value();
   for (const double bad : {kNaN, kInfinity, -kInfinity, 1e300}) {
     EXPECT_FALSE(falconPlace(Vector3d(angles.x(), bad, angles.z()), kFalconCentre_F).reached) << bad;
-    // A start that is no place is as good as the centre.
+    // An unreachable start works like the centre.
     const FalconPlace place = falconPlace(angles, Vector3d(0, bad, 0.1));
     EXPECT_TRUE(place.reached) << bad;
     EXPECT_EQ(place.p_F, kFalconCentre_F);
@@ -256,8 +256,8 @@ TEST(FalconKinematics, CountsComeBackFromTheirAngles) {
 }
 
 TEST(FalconKinematics, MotorsHaveTheSignsOfCapturedOnes) {
-  // Motor values captured from the vendor's driver, for a push along each axis. Pose and unit are unknown: the pattern
-  // must agree, not the size.
+  // Motor values captured from the vendor's driver, for a push along each axis. The pose and the unit are unknown, so
+  // only the pattern must agree.
   struct Capture {
     Vector3d force_N, motors;
   };
@@ -285,13 +285,13 @@ TEST(FalconKinematics, MotorsSaturateTogetherAndKeepTheDirection) {
       ASSERT_GT(values.normalized().dot(wanted.normalized()), 1 - 1e-6);
     }
   }
-  // 3.28 N m used to wrap around the sign of 16 bits in another driver.
+  // In another driver, 3.28 N m overflowed 16 bits and changed sign.
   EXPECT_EQ(falconMotors(Vector3d(-3.3, 0, 0), 10000)[0], 4095);
   for (const Vector3d& bad : {Vector3d(kNaN, 0, 0), Vector3d(0, kInfinity, 0), Vector3d(0, 0, 1e301)})
     EXPECT_EQ(falconMotors(bad, 3000), (std::array<std::int16_t, 3>{})) << bad.transpose();
   EXPECT_EQ(falconMotors(Vector3d(0.1, 0, 0), kNaN), (std::array<std::int16_t, 3>{}));
   EXPECT_EQ(falconMotors(Vector3d(0.1, 0, 0), -3000), (std::array<std::int16_t, 3>{}));
-  // Never over 1e4 a N m, whatever a calibration says.
+  // Never above 1e4 a N m, for any calibration.
   EXPECT_EQ(falconMotors(Vector3d(0.1, 0, 0), 1e6), falconMotors(Vector3d(0.1, 0, 0), 1e4));
 }
 

@@ -83,7 +83,7 @@ TEST(FalconProtocol, ReportsAreReadWithButtonsAndHomedBits) {
 }
 
 TEST(FalconProtocol, AReportOfFourteenBytesGivesNothingAndTheNextIsRead) {
-  // Another driver made homed = 7 and buttons = 13 of the end mark at byte 13.
+  // Another driver read the end mark at byte 13 as homed = 7 and buttons = 13.
   const std::string whole = reportText({.counts = {1, 2, 3}});
   const std::string cut = whole.substr(0, 13) + ">";
   ASSERT_EQ(cut.size(), 14u);
@@ -135,7 +135,7 @@ TEST(FalconProtocol, AMillionFuzzedStreamsGiveTheirWellFormedReportsAndNoOther) 
     stream.clear();
     while (stream.size() < 56) {
       const std::uint64_t draw = random();
-      if (draw % 4 == 0) {  // anything, often a mark
+      if (draw % 4 == 0) {  // random bytes, often a mark
         const std::uint64_t kind = draw >> 8 & 7;
         stream.push_back(kind == 0 ? '<' : kind == 1 ? '>' : static_cast<std::uint8_t>(draw >> 16));
         continue;
@@ -150,7 +150,7 @@ TEST(FalconProtocol, AMillionFuzzedStreamsGiveTheirWellFormedReportsAndNoOther) 
       stream.insert(stream.end(), report.begin(), report.begin() + static_cast<std::ptrdiff_t>(length));
     }
     FalconReportParser parser;
-    std::size_t free_from = 0;  // where the bytes begin that no report has taken
+    std::size_t free_from = 0;  // first byte that no report has used
     for (std::size_t end = 1; end <= stream.size(); ++end) {
       const bool complete = parser.push(stream[end - 1]);
       const bool expected = end >= free_from + 16 && wellFormed(std::span(stream).subspan(end - 16, 16));
@@ -208,18 +208,18 @@ TEST(FalconProtocol, PackingAndParsingCallNothingThatATickMustNotCall) {
   }
   const test::ForbiddenCalls calls = guard.calls();
   EXPECT_EQ(calls.total(), 0u) << calls.first;
-  EXPECT_EQ(reports, 200);  // a command is well-formed as a report too
+  EXPECT_EQ(reports, 200);  // a command also has the form of a report
 }
 
-// The other end of the wire, byte by byte, in virtual time.
+// The device's side of the connection, byte by byte, in virtual time.
 class BootLoader {
  public:
   explicit BootLoader(const Bytes& image) : image_(image) {}
   std::string greeting_answer = std::string("\x0a\x44\x2c\x0d", 4);
-  int deaf_greetings = 0;  // that it does not answer
+  int deaf_greetings = 0;  // number of greetings that it ignores
   bool deaf = false;
-  std::optional<std::size_t> wrong_echo;  // byte of the image that comes back changed, in the first attempt
-  std::optional<std::size_t> lost_echo;   // that does not come back, in the first attempt
+  std::optional<std::size_t> wrong_echo;  // byte of the image whose echo is wrong, in the first attempt
+  std::optional<std::size_t> lost_echo;   // byte without echo, in the first attempt
   std::optional<std::size_t> double_echo;
   bool knows_speed = true;
 
@@ -252,7 +252,7 @@ class BootLoader {
     answer.clear();
   }
 
-  std::string answer;  // waiting to be read
+  std::string answer;  // bytes not read yet
   Bytes loaded;
   std::vector<FtdiRequest> requests;
   int attempts = 1;
@@ -326,7 +326,7 @@ TEST(FalconProtocol, FirmwareIsLoadedWithEveryByteInOrder) {
     if (piece >= 62) {
       EXPECT_NEAR(result.time_s, 2.1, 0.2);  // 16 ms a block
     }
-    // The speed is that of the phase: greeting, loading, running.
+    // The baud rate of each phase: greeting, loading, running.
     Bytes speeds;
     for (const FtdiRequest& request : peer.requests)
       if (request.request == 3) speeds.push_back(static_cast<std::uint8_t>(request.value & 0xff));
@@ -354,7 +354,7 @@ TEST(FalconProtocol, AWrongMissingOrDoubleEchoBeginsAgainWithTheDeviceOpenedAnew
       (kind == 0 ? peer.wrong_echo : kind == 1 ? peer.lost_echo : peer.double_echo) = at;
       const LoadResult result = load(image, peer);
       ASSERT_EQ(result.action, FalconLoader::Action::loaded) << result.why;
-      // The echo of the very last byte may come twice: by then all is loaded.
+      // The echo of the last byte may come twice: everything is loaded by then.
       EXPECT_EQ(result.attempts, kind == 2 && at + 1 == image.size() ? 1 : 2) << at << ' ' << kind;
       EXPECT_EQ(peer.loaded, image);
     }

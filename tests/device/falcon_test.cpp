@@ -34,7 +34,7 @@ Wrench push(const Vector3d& force_N) {
   return wrench;
 }
 
-// A device with its firmware in, and a driver that has opened it.
+// A device with firmware, and a driver that has opened it.
 struct Bench {
   explicit Bench(bool homed = true, FalconOptions options = {}) : falcon(usb, std::move(options)) {
     fake.powerUp(true);
@@ -50,7 +50,7 @@ struct Bench {
     for (int i = 0; i < times; ++i) state = falcon.exchange(wrench);
     return state;
   }
-  // Beyond the ramp.
+  // Runs until the force ramp has ended.
   DeviceState settle(const Wrench& wrench = {}) { return repeat(700, wrench); }
 
   FakeUsb usb;
@@ -89,7 +89,7 @@ TEST(Falcon, SaysWhatIsMissing) {
   EXPECT_TRUE(holds(failureOf([&] { Falcon(usb, {.firmware = nowhere}).open(); }), nowhere));
   for (const std::size_t bytes : {std::size_t{0}, kFalconFirmwareLeast - 1, kFalconFirmwareMost + 1}) {
     const std::string path = writeImage(folder, bytes);
-    EXPECT_TRUE(holds(failureOf([&] { Falcon(usb, {.firmware = path}).open(); }), "no firmware of a Falcon")) << bytes;
+    EXPECT_TRUE(holds(failureOf([&] { Falcon(usb, {.firmware = path}).open(); }), "not Falcon firmware")) << bytes;
   }
   EXPECT_TRUE(fake.image.empty());
   EXPECT_TRUE(usb.violations().empty()) << usb.violations().front();
@@ -111,7 +111,7 @@ TEST(Falcon, LoadsTheFirmwareThatItIsGiven) {
     const std::vector<std::uint8_t> bytes{std::istreambuf_iterator<char>(file), {}};
     EXPECT_EQ(fake.image, bytes);
     EXPECT_LT(usb.time_s(), 3);
-    // The second time it is there already, and nothing is loaded.
+    // The second time the firmware runs already and is not loaded.
     falcon.close();
     const double closed_s = usb.time_s();
     Falcon again(usb);
@@ -194,7 +194,7 @@ TEST(Falcon, TheForceGrowsFromZeroOverTheRamp) {
   EXPECT_NEAR(last_N, 4, 0.02);
 }
 
-// Brings the grip there at 0.2 m/s.
+// Moves the grip to p_D at 0.2 m/s.
 void moveTo(Bench& bench, const Vector3d& p_D, const Wrench& wrench = {}) {
   const Vector3d from_D = bench.fake.p_D;
   const int steps = 1 + static_cast<int>((p_D - from_D).norm() / 2e-4);
@@ -329,7 +329,7 @@ TEST(Falcon, ALostAnswerDoesNotMakeEveryLaterOneOld) {
   bench.fake.usb_device().fault({.kind = FakeUsbFault::Kind::lost, .at = bench.fake.usb_device().packets()});
   bench.repeat(2);
   EXPECT_EQ(bench.falcon.counters().unanswered, 1u);
-  // Late, beyond the driver's patience, then punctual again.
+  // Later than the driver waits, then in time again.
   bench.fake.report_delay_s = 0.007;
   bench.repeat(1);
   bench.fake.report_delay_s = 1e-3;
@@ -435,7 +435,7 @@ TEST(Falcon, SaysWhatForceItSentAfterItsOwnLimits) {
   for (const Vector3d& force_N : {Vector3d(2, 0, 0), Vector3d(0, 30, 0), Vector3d(0, 0, -1)}) check(force_N);
   check({std::numeric_limits<double>::quiet_NaN(), 0, 0});
   bench.fake.mute = true;
-  bench.repeat(10, push({2, 0, 0}));  // beyond kStale_s
+  bench.repeat(10, push({2, 0, 0}));  // longer than kStale_s
   EXPECT_EQ(*bench.repeat(1, push({2, 0, 0})).sent_N, Vector3d::Zero());
   bench.fake.mute = false;
   for (int i = 0; i < 10; ++i) check({2, 0, 0});
@@ -507,7 +507,7 @@ TEST(Falcon, UnpluggedAtAnyTransferItEndsInFaultOrWithAnErrorAndCanBeOpenedAgain
 TEST(Falcon, ReportsOfAPlaceWhereTheGripCannotBeAreRefused) {
   Bench bench;
   const DeviceState before = bench.settle(push({0, 1, 0}));
-  // Bits flipped on the line leave a report well-formed.
+  // Flipped bits on the line may leave a report well-formed.
   const auto counts = falconCountsOfAngles(falconAngles(kFalconCentre_F).value());
   for (const std::int16_t jump : {4096, -4096, 512, 30000}) {
     bench.fake.counts = counts;
@@ -519,7 +519,7 @@ TEST(Falcon, ReportsOfAPlaceWhereTheGripCannotBeAreRefused) {
     bench.repeat(10, push({0, 1, 0}));
   }
   EXPECT_EQ(bench.falcon.counters().refused_reports, 8u);
-  // But what five in a row agree on is so, and begins like homing: at rest and without force.
+  // Five consistent reports in a row are accepted. The driver then starts as after homing: at rest and without force.
   bench.fake.p_D = Vector3d(0.02, 0, 0);
   DeviceState state = bench.repeat(Falcon::kBelieved - 1, push({0, 1, 0}));
   EXPECT_EQ(state.p_D, before.p_D);
@@ -579,10 +579,10 @@ TEST(Falcon, TheBridgeIsAskedToHandReportsOnAtOnceOnlyIfWanted) {
 }
 
 TEST(Falcon, AnExchangeNeitherAllocatesNorLocks) {
-  std::vector<std::uint8_t> answer;  // outlives the driver, which sends zero when it goes
+  std::vector<std::uint8_t> answer;  // outlives the driver, which sends zero when destroyed
   Bench bench;
   bench.settle(push({1, 2, 3}));
-  // The fake keeps what it received: with that out of the way only the driver is left to see.
+  // The fake allocates for what it receives. Without that, only the driver's allocations remain.
   {
     auto connection_bytes = packFalconCommand({});
     answer = {0x01, 0x60};
@@ -590,7 +590,7 @@ TEST(Falcon, AnExchangeNeitherAllocatesNorLocks) {
     const auto counts = falconCountsOfAngles(falconAngles(kFalconCentre_F).value());
     FalconCommand same;
     same.motors = counts;
-    const FalconPacket report = packFalconCommand(same);  // numbers are packed alike in both directions
+    const FalconPacket report = packFalconCommand(same);  // numbers have the same encoding in both directions
     std::copy(report.begin(), report.end(), answer.begin() + 2);
     answer[2 + 13] = 'A' + 0x70;
   }

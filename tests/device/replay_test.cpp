@@ -33,7 +33,7 @@ std::string replayMessageOf(const std::string& path) {
   return "";
 }
 
-// A device that says whatever bits it likes: NaN with payloads, negative zeros, subnormals, every status.
+// A device that returns arbitrary bits: NaN with payloads, negative zeros, subnormals, every status.
 class WildDevice : public HapticDevice {
  public:
   WildDevice() {
@@ -217,7 +217,7 @@ TEST(ReplayDevice, KeepsTheMarksOfEveryExchangeAndTheWordsOfTheDevice) {
   for (std::uint32_t i = 0; i < 100; ++i) {
     recording.exchange({});
     if (i % 3 != 0) recording.mark(marksOf(i));
-    recording.relax();  // nobody computes with its state
+    recording.relax();  // its state is not used
   }
   recording.finish();
   ReplayDevice replay(path);
@@ -294,7 +294,7 @@ TEST(RecordingDevice, SaysWhatItLostWhenNobodyDrained) {
   recording.open();
   for (int i = 0; i < 5000; ++i) recording.exchange({});
   recording.drain();
-  for (int i = 0; i < 10; ++i) recording.exchange({});  // room again, but there is a hole before these
+  for (int i = 0; i < 10; ++i) recording.exchange({});  // the queue has room again, after a gap
   std::string message;
   try {
     recording.finish();
@@ -339,7 +339,7 @@ TEST(RecordingDevice, IsOverWhenItsStreamCannotBeWritten) {
     EXPECT_THROW(recording.open(), DeviceError);
     EXPECT_EQ(recording.status(), DeviceStatus::closed);
   }
-  // As on a full disk: the kernel refuses to write beyond this size.
+  // Simulates a full disk: the kernel refuses to write beyond this size.
   const auto old_handler = signal(SIGXFSZ, SIG_IGN);
   rlimit old_limit{};
   getrlimit(RLIMIT_FSIZE, &old_limit);

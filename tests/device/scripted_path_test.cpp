@@ -12,7 +12,7 @@ using Eigen::Vector3d;
 TEST(ScriptedPath, IsOnEachPointAtItsTime) {
   ScriptedPath device({{0.002, {0, 0, 0}, 0}, {0.004, {0.02, 0, 0}, 1}, {0.008, {0.02, 0.04, -0.04}, 0}});
   device.open();
-  DeviceState state = device.exchange({});  // before the first point: waiting there
+  DeviceState state = device.exchange({});  // before the first point: at rest there
   EXPECT_EQ(state.p_D, Vector3d::Zero());
   EXPECT_EQ(state.v_D, Vector3d::Zero());
   device.exchange({});

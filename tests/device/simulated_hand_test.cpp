@@ -105,9 +105,9 @@ TEST(SimulatedHand, AWrenchActsAsManyPeriodsLateAsStated) {
     device.open();
     EXPECT_EQ(device.capabilities().delay_samples, delay);
     device.exchange({});
-    device.exchange(force({1, 0, 0}));  // the one pulse
+    device.exchange(force({1, 0, 0}));  // one pulse
     int periods_until_motion = 0;
-    // The exchange that carried the pulse has moved the hand already if there is no delay.
+    // Without delay, the exchange with the pulse has already moved the hand.
     SimulatedHand twin(hand("medium", delay));
     twin.open();
     twin.exchange({});

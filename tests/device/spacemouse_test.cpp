@@ -159,7 +159,7 @@ TEST_F(SpaceMouseTest, LightsItsLed) {
     EXPECT_EQ(setup.request, 0x09);
     EXPECT_EQ(setup.value, 0x0204);
     asked.push_back(data[1]);
-    return std::optional<std::size_t>();  // refuses: it is only a light
+    return std::optional<std::size_t>();  // refused: the lamp is not essential
   };
   mouse.open();
   EXPECT_EQ(mouse.status(), DeviceStatus::ready);

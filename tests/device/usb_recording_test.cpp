@@ -34,7 +34,7 @@ std::string usbMessageOf(const std::string& path) {
   return "";
 }
 
-// The states of a Falcon that is opened, homed and pushed around over that transport.
+// The states of a Falcon that is opened, homed and moved over this transport.
 std::vector<DeviceState> drive(UsbTransport& usb, const std::function<void(int)>& each) {
   Falcon falcon(usb);
   falcon.open();
@@ -90,7 +90,7 @@ UsbDeviceInfo mouseInfo() {
   return info;
 }
 
-// A mouse that is moved, and pulled out in the end.
+// Records a mouse that is moved and then unplugged.
 std::string smallUsbRecording(const test::TempFolder& folder) {
   FakeUsb usb;
   FakeUsbDevice& device = usb.plug(mouseInfo());
