@@ -1,6 +1,6 @@
-// A CGAL AABB tree over boxes, walked by our own best-first and depth-first searches: CGAL's own queries are not
-// ordered by distance, and its sphere tests miss what lies wholly inside. Include from sources only. Immutable after
-// construction.
+// A CGAL AABB tree over boxes, with filiform's own best-first and depth-first searches. CGAL's queries are not ordered
+// by distance, and its sphere tests miss boxes that lie wholly inside. Include it only in sources. Thread rule:
+// immutable after construction.
 #pragma once
 
 #include "index/tile_engine.h"
@@ -16,7 +16,7 @@ namespace filiform::internal {
 
 class BoxTree {
  public:
-  // Item ids are positions in `boxes`; boxes may be flat or single points. O(n log n).
+  // Item ids are positions in `boxes`. Boxes may be flat or points. O(n log n).
   explicit BoxTree(const std::vector<WorldBox>& boxes) {
     items_.reserve(boxes.size());
     for (std::uint32_t i = 0; i < boxes.size(); ++i) items_.push_back({boxes[i], i});
@@ -30,8 +30,8 @@ class BoxTree {
     return sizeof *this + items_.capacity() * sizeof(Item) + tree_.size() * (sizeof(Primitive) + sizeof(Node));
   }
 
-  // Calls visit(id, squared distance rounded down) for boxes within bound() of h, nearer children first; bound() may
-  // shrink meanwhile.
+  // Calls visit(id, squared distance rounded down) for each box within bound() of h, nearer children first. bound() may
+  // decrease during the search.
   template <class Bound, class Visit>
   void descend(const Vector3d& h_W, Bound&& bound, Visit&& visit) const {
     if (items_.empty()) return;
@@ -40,7 +40,7 @@ class BoxTree {
     if (below(root->bbox(), h_W) <= bound()) descend(*root, items_.size(), h_W, bound, visit);
   }
 
-  // Calls visit(id) for boxes that may meet the region.
+  // Calls visit(id) for each box that may meet the region.
   template <class Visit>
   void collect(const Region& region, Visit&& visit) const {
     if (items_.empty()) return;
@@ -48,7 +48,7 @@ class BoxTree {
     collect(*tree_.root_node(), items_.size(), region, visit);
   }
 
-  // A place in the tree, in a best-first walk: a node with its number of items (2 or more), or one item.
+  // An entry of a best-first search: a node with its number of items (2 or more), or one item.
   struct Place {
     double squared_distance;
     const void* node;  // null: an item
@@ -60,7 +60,7 @@ class BoxTree {
     if (items_.size() == 1) return push(place(items_[0], h_W));
     push(place(*tree_.root_node(), items_.size(), h_W));
   }
-  // Pushes the two places below a place that is a node.
+  // Pushes the two children of a node.
   template <class Push>
   void expand(const Place& at, const Vector3d& h_W, Push&& push) const {
     const Node& node = *static_cast<const Node*>(at.node);
@@ -85,7 +85,7 @@ class BoxTree {
     using Id = std::uint32_t;
     using Point = Kernel::Point_3;
     using Datum = Kernel::Iso_cuboid_3;
-    // NOLINTBEGIN(readability-identifier-naming): the names that CGAL asks for
+    // NOLINTBEGIN(readability-identifier-naming): names that CGAL requires
     using Point_reference = Point;
     using Datum_reference = Datum;
     // NOLINTEND(readability-identifier-naming)

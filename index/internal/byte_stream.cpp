@@ -23,7 +23,7 @@ bool isSpace(int c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
 }  // namespace
 
 struct ByteStream::Source {
-  std::string path;  // empty: a text, all of which is there from the start
+  std::string path;  // empty for a text, which is complete from the start
   int fd = -1;
   std::function<void(std::uint64_t)> progress;
   std::vector<char> block;

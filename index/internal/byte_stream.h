@@ -1,5 +1,5 @@
-// Bytes of a file or a text, pulled one after the other by the readers of formats that mix text and binary.
-// Thread-compatible.
+// Reads the bytes of a file or a text in order, for formats that mix text and binary data. Thread rule:
+// thread-compatible.
 #pragma once
 
 #include <cstddef>
@@ -13,11 +13,11 @@ namespace filiform::internal {
 
 class ByteStream {
  public:
-  static constexpr std::size_t kMaxToken = 4096;  // what is longer is cut: nothing that is wanted is
+  static constexpr std::size_t kMaxToken = 4096;  // longer tokens are cut: no valid token is longer
 
   explicit ByteStream(std::string_view bytes);
-  // Reads `path` in blocks; `progress`, if any, is told the bytes of each. Throws IoError naming the path, here and in
-  // all others, and what `progress` throws.
+  // Reads `path` in blocks; `progress`, if given, receives the size of each. All members throw IoError naming the path,
+  // and what `progress` throws.
   ByteStream(const std::string& path, std::function<void(std::uint64_t bytes)> progress);
   ~ByteStream();
   ByteStream(const ByteStream&) = delete;
@@ -33,22 +33,23 @@ class ByteStream {
     }
     return c;
   }
-  // The first bytes, at most `n`, without taking them. Only before anything was taken; n at most the block.
+  // The first `n` bytes at most, without consuming them. Call it before all other reads; n is at most one block.
   std::string_view head(std::size_t n);
 
-  // The rest of the line without its end (LF, CRLF, lone CR), cut at `limit` bytes; false at the end of the stream. The
-  // view dies with the next call.
+  // Reads the rest of the line without its end (LF, CRLF, lone CR), cut at `limit` bytes. Returns false at the end of
+  // the stream. `line` is valid until the next call.
   bool readLine(std::string_view& line, std::size_t limit, bool& too_long);
-  // The next run of bytes without blanks and line ends, cut at kMaxToken; false at the end, and, unless
-  // `across_lines`, at the end of the line (which is not taken). The view dies with the next call.
+  // Reads the next token between blanks and line ends, cut at kMaxToken. Returns false at the end of the stream. Unless
+  // `across_lines`, also returns false at the end of the line, without consuming the end. `token` is valid until the
+  // next call.
   bool readToken(std::string_view& token, bool across_lines);
-  // Exactly n bytes; false where there are fewer.
+  // Reads exactly n bytes. Returns false if fewer are left.
   bool read(void* out, std::size_t n);
   bool skip(std::uint64_t n);
 
-  std::uint64_t line() const { return line_; }  // of the next byte, from 1; counts LF
+  std::uint64_t line() const { return line_; }  // line of the next byte, from 1; counts LF
   bool hasNul() const { return nuls_; }         // in the last line or token
-  // XXH3 of all bytes; reads what is left.
+  // XXH3 of all bytes; reads the rest of the stream.
   std::uint64_t digest();
 
  private:

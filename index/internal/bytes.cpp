@@ -86,7 +86,7 @@ void unpackBits(ByteReader& in, std::span<std::uint64_t> values, int bits) {
     return;
   }
   const std::uint64_t mask = (std::uint64_t{1} << bits) - 1;
-  const std::uint64_t readable = bytes.size() + in.left();  // what follows may be looked at, it is masked away
+  const std::uint64_t readable = bytes.size() + in.left();  // later bytes may be read; a mask removes them
   std::uint64_t at = 0;                                     // in bits
   std::size_t i = 0;
   if (bits <= 14)  // four at once

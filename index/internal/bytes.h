@@ -1,5 +1,5 @@
-// The bytes of a tile set: little-endian, written and read by value, never by casting memory. The only place that knows
-// the order.
+// Reads and writes the bytes of a tile set, little-endian. Values are never cast from memory. Only this file knows the
+// byte order.
 #pragma once
 
 #include "index/grid.h"
@@ -66,13 +66,13 @@ class ByteWriter {
   Bytes bytes_;
 };
 
-// What a reader throws on bytes that cannot be; whoever knows the file turns it into CorruptSet or CorruptTile.
+// What a reader throws for invalid bytes. The caller that knows the file turns it into CorruptSet or CorruptTile.
 struct Damage {
   std::uint64_t offset;  // in the bytes read
   std::string what;
 };
 
-// Never reads beyond its bytes: throws Damage instead.
+// Reads bytes in order. Throws Damage instead of reading past the end.
 class ByteReader {
  public:
   explicit ByteReader(ByteSpan bytes) : bytes_(bytes) {}
@@ -88,7 +88,7 @@ class ByteReader {
   float f32() { return std::bit_cast<float>(u32()); }
   double f64() { return std::bit_cast<double>(u64()); }
   std::uint64_t varint() { return at_ < bytes_.size() && bytes_[at_] < 128 ? bytes_[at_++] : longVarint(); }
-  std::uint32_t varint32();  // Damage when it does not fit
+  std::uint32_t varint32();  // throws Damage if it does not fit
   GridPoint point();
   GridBox box();
   MortonKey key();
@@ -114,14 +114,15 @@ class ByteReader {
   std::uint64_t at_ = 0;
 };
 
-// Values of a fixed number of bits, lowest bit first, padded with zeros to a whole byte. `bits` is 0 to kMaxPackedBits.
+// Arrays of values with a fixed number of bits each, lowest bit first, padded with zeros to a byte. `bits`: 0 to
+// kMaxPackedBits.
 inline constexpr int kMaxPackedBits = 56;
-int bitsFor(std::uint64_t v);  // 0 for 0
+int bitsFor(std::uint64_t v);  // bits that `v` needs; 0 for 0
 void packBits(ByteWriter& out, std::span<const std::uint64_t> values, int bits);
 inline std::uint64_t packedBytes(std::uint64_t count, int bits) {
   return (count * static_cast<std::uint64_t>(bits) + 7) / 8;
 }
-// Throws Damage when the bytes end too early.
+// Throws Damage if the bytes end too early.
 void unpackBits(ByteReader& in, std::span<std::uint64_t> values, int bits);
 
 }  // namespace filiform::internal

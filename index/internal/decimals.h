@@ -1,4 +1,4 @@
-// Numbers of exported cells as text.
+// Writes the numbers of exported cells as text.
 #pragma once
 
 #include "index/grid.h"
@@ -7,8 +7,8 @@
 
 namespace filiform::internal {
 
-// The fewest decimals whose text snaps to the same grid coordinate as `um`, which lies on the grid: a third of the
-// digits of its exact value. Plain notation. Requires 40 bytes. Returns the text's end.
+// Writes the fewest decimals that snap to the same grid coordinate as `um`: a third of the digits of the exact value.
+// `um` must lie on the grid. Plain notation. Requires 40 bytes. Returns the end of the text.
 inline char* putCoordinate(char* at, double um, const Grid& grid) {
   constexpr std::ptrdiff_t kRoom = 40;
   const auto snapped = [&](double value) { return std::llround(std::ldexp(value, -grid.exponent())); };
@@ -20,8 +20,8 @@ inline char* putCoordinate(char* at, double um, const Grid& grid) {
   }
 }
 
-// The fewest digits that read back as the same float, whether as a double first or not. Requires a finite radius and 40
-// bytes. Returns the text's end.
+// Writes the fewest digits that read back as the same float, also when read through a double. Requires a finite radius
+// and 40 bytes. Returns the end of the text.
 inline char* putRadius(char* at, float um) {
   constexpr std::ptrdiff_t kRoom = 40;
   char* const end = std::to_chars(at, at + kRoom, um).ptr;

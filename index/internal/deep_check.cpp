@@ -14,7 +14,7 @@
 namespace filiform::internal {
 namespace {
 
-// A good 64-bit mixing of words.
+// A 64-bit hash of words.
 class Hash {
  public:
   Hash& add(std::uint64_t word) {
@@ -36,12 +36,12 @@ class Hash {
   std::uint64_t state_ = 0x2545F4914F6CDD1Du;
 };
 
-// One bit for each of many.
+// A bit set.
 class Bits {
  public:
   explicit Bits(std::uint64_t n) : words_((n + 63) / 64, 0) {}
   bool operator[](std::uint64_t i) const { return (words_[i / 64] >> (i % 64) & 1) != 0; }
-  // Was it set before?
+  // Sets bit i. Returns true if it was set before.
   bool set(std::uint64_t i) {
     const std::uint64_t bit = std::uint64_t{1} << (i % 64);
     const bool before = (words_[i / 64] & bit) != 0;
@@ -53,7 +53,7 @@ class Bits {
   std::vector<std::uint64_t> words_;
 };
 
-// Of the midpoints in one cell of the partition.
+// The midpoints in one block of the partition.
 struct Load {
   std::uint64_t count = 0;
   MortonKey least = ~MortonKey{0}, most = 0;
@@ -71,7 +71,7 @@ struct Load {
   bool mustSplit(std::uint32_t capacity) const { return count > capacity && least != most; }
 };
 
-// Sample points in cubes of the covering radius, so that a point's samples are in its own cube or the 26 around it.
+// Landmarks in cubes with edges of the covering radius: the landmarks near a point are in its cube or the 26 around it.
 class SampleGrid {
  public:
   SampleGrid(const SamplePoints& samples, const Grid& grid) : radius_um_(samples.covering_radius_um) {
@@ -79,7 +79,7 @@ class SampleGrid {
     for (const GridPoint& p : samples.points) cubes_.emplace(key(cube(grid.toWorld(p))), grid.toWorld(p));
   }
   bool covers(const Vector3d& p_W) {
-    // What is asked for one after the other lies close together.
+    // Consecutive queries are close together.
     if ((last_ - p_W).norm() <= radius_um_) return true;
     const GridPoint centre = cube(p_W);
     for (int i = 0; i < 27; ++i) {
@@ -117,7 +117,7 @@ struct DeepCheck::Impl {
   struct CellSums {
     GridBox bounds;
     std::uint64_t segments = 0, isolated = 0;
-    std::uint64_t tiles = 0, tile_count = 0, attributes = 0;  // of isolated samples, which are roots too
+    std::uint64_t tiles = 0, tile_count = 0, attributes = 0;  // attributes: of isolated samples, which are also roots
     TileId last_tile = kNoTile;
   };
 
@@ -139,8 +139,8 @@ struct DeepCheck::Impl {
   const TileSet& set;
   std::function<void(const std::string&)> problem;
 
-  std::vector<Load> loads;              // by tile; of midpoints in its cell
-  std::vector<MortonKey> long_middles;  // ascending from begin() on
+  std::vector<Load> loads;              // by tile: midpoints in its block
+  std::vector<MortonKey> long_middles;  // ascending after begin()
   std::vector<CellKey> leaves;          // of the whole world
   std::vector<TileId> tile_of;          // by leaf
   bool leaves_good = true;
@@ -149,18 +149,18 @@ struct DeepCheck::Impl {
   std::vector<std::uint64_t> sample_begin, segment_begin;  // by cell
   std::vector<TileSums> wanted, found;                     // by tile
   std::vector<CellSums> cells;
-  // By tile: what the directory says wrongly of what the tile holds; said where that is right.
+  // By tile: values of the directory that differ from the tile; reported when the tile itself is correct.
   static constexpr std::uint8_t kWrongCounts = 1, kWrongBox = 2;
   std::vector<std::uint8_t> entry_faults;
   std::optional<Bits> owned, at_home, is_child, is_linked;
   std::optional<SampleGrid> sample_grid;
   std::unordered_multimap<std::uint64_t, std::uint32_t>
-      samples_on;  // by segment; what no tile owned is left at the end
-  // No segment with a sample point has a 0 here: most segments need no look-up.
+      samples_on;  // by segment: landmarks; those that no tile owns remain at the end
+  // A 0 bit means that no segment of this slot has a landmark: most segments need no look-up.
   static constexpr std::uint64_t kSampleSlots = std::uint64_t{1} << 21;
   static std::uint64_t sampleSlot(const SegmentId& id) { return Hash().add(id.key()).value() % kSampleSlots; }
   Bits maybe_sampled{kSampleSlots};
-  GridBox tile_cell;  // of the tile at hand
+  GridBox tile_cell;  // of the current tile
   std::vector<std::uint32_t> met;
 };
 
@@ -180,7 +180,7 @@ void DeepCheck::midpoints(const Tile& tile) {
   }
 }
 
-// Walks the tree that the stored leaves span; what lies beside them holds no midpoint but of long segments.
+// Walks the tree that the stored leaves form. Beside these leaves there are only midpoints of long segments.
 Load DeepCheck::Impl::splitLoad(const CellKey& cell, std::size_t first, std::size_t last) {
   const auto key = [this](std::size_t tile) -> const CellKey& { return set.entry(static_cast<TileId>(tile)).key; };
   const auto middles_begin = std::lower_bound(long_middles.begin(), long_middles.end(), cell.low);
@@ -260,12 +260,12 @@ void DeepCheck::Impl::checkSample(const SegmentId& id, const Vector3d& a_W, cons
   samples_on.erase(begin, end);
 }
 
-// What its owner says of a segment decides in which tiles it must be, and what its cell holds.
+// The owner of a segment decides which tiles must store it, and what its cell contains.
 void DeepCheck::Impl::own(const Tile& tile, std::uint32_t s, const TileAppearance& appearance) {
   const SegmentId id = tile.segmentId(s);
   const std::uint32_t child = tile.nodeId(tile.child(s)).sample, parent = tile.nodeId(tile.parent(s)).sample;
   const GridPoint a = tile.gridPoint(tile.child(s)), b = tile.gridPoint(tile.parent(s));
-  // Texts only where there is something to say: this runs for every segment.
+  // Build texts only for a problem: this runs for every segment.
   const auto name = [&] { return "tile " + std::to_string(tile.id()) + ": " + nameOf(id); };
   if (owned->set(segment_begin[id.cell] + id.segment)) problem(name() + ": owned twice");
 
@@ -292,7 +292,7 @@ void DeepCheck::Impl::own(const Tile& tile, std::uint32_t s, const TileAppearanc
     wanted[t].add({ids, Hash().add(ids).add(child).add(parent).add(a).add(b).value(),
                    Hash().add(ids).add(radius).add(appearance.types[s]).value()});
   };
-  // What lies within the cell and off its lower faces, which are the neighbours' too, meets no other leaf.
+  // A segment inside the block, off its lower faces (shared with neighbours), meets no other leaf.
   const auto inside = [&](const GridPoint& p) {
     return (p.array() > tile_cell.lo.array()).all() && (p.array() <= tile_cell.hi.array()).all();
   };
@@ -314,12 +314,13 @@ void DeepCheck::Impl::own(const Tile& tile, std::uint32_t s, const TileAppearanc
   if (maybe_sampled[sampleSlot(id)]) checkSample(id, a_W, b_W);
 }
 
-// Every sample is at home in one tile.
+// Every sample must be at home in exactly one tile.
 void DeepCheck::Impl::nodes(const Tile& tile) {
   for (std::uint32_t n = 0; n < tile.node_count(); ++n) {
     if (!tile.isHome(n)) continue;
     const NodeId id = tile.nodeId(n);
-    if (id.cell >= cells.size() || id.sample >= set.cell(id.cell).samples) continue;  // said by the segment
+    if (id.cell >= cells.size() || id.sample >= set.cell(id.cell).samples)
+      continue;  // already reported for the segment
     if (at_home->set(sampleAt(id.cell, id.sample)))
       problem("tile " + std::to_string(tile.id()) + ": cell " + std::to_string(id.cell) + ": sample " +
               std::to_string(id.sample) + " is in two places");

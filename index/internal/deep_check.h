@@ -1,9 +1,9 @@
-// What the tiles of a set say together, checked tile by tile: the memory is a few hundred bytes a tile and a cell and
+// Checks that the tiles of a set agree with each other, tile by tile. Takes a few hundred bytes a tile and a cell, and
 // half a byte a sample, whatever the size of the tiles.
 //
-// Everything that has to agree across tiles is summed, as hashes modulo 2^64, by what should be (from the owners) and
-// by what is, and compared at the end: where the sums differ, so do the sets of what was summed. A difference passes
-// unseen with a chance of 2^-64; bytes changed on purpose are the checksums' affair.
+// Values that must agree across tiles are summed as hashes modulo 2^64: once as the owners require, once as found. At
+// the end the sums are compared. A difference is missed with probability 2^-64. Deliberate changes are left to the
+// checksums.
 //
 //   DeepCheck check(set, problem);
 //   for each tile: check.midpoints(tile);   then begin(), then for each tile: check.tile(tile, appearance);   finish()
@@ -21,20 +21,20 @@
 
 namespace filiform::internal {
 
-// Thread-compatible.
+// Thread rule: thread-compatible.
 class DeepCheck {
  public:
   DeepCheck(const TileSet& set, std::function<void(const std::string&)> problem);
   ~DeepCheck();
 
-  // First pass, every tile in order of ids: where the leaves must lie. O(segments).
+  // First pass, every tile in order of ids: determines where the leaves must lie. O(segments).
   void midpoints(const Tile& tile);
-  // Between the passes. O(tiles log tiles). False when the cells of the tiles are not leaves: nothing else can then be
-  // checked.
+  // Call it between the passes. Returns false if the tiles' blocks are not leaves; nothing else can then be checked.
+  // O(tiles log tiles).
   bool begin();
-  // Second pass, every tile in order of ids. O(segments * (1 + leaves met)).
+  // Second pass, every tile in order of ids: checks the segments. O(segments * (1 + leaves met)).
   void tile(const Tile& tile, const TileAppearance& appearance);
-  // Reads the detail of every cell. Throws CorruptSet, IoError.
+  // Reads the detail of every cell and compares the sums. Throws CorruptSet, IoError.
   void finish();
 
  private:

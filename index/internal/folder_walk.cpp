@@ -29,7 +29,7 @@ class FolderWalk {
       : folder_(folder), wanted_(wanted), depth_(depth) {}
 
   std::vector<WalkedFile> run() {
-    // The lowest path first: a path is lower than all paths below it, so the first path to a folder is its lowest.
+    // Enters the lowest path first. A path is lower than all paths below it, so a folder is entered by its lowest path.
     open_.push("");
     while (!open_.empty()) {
       const std::string below = open_.top();
@@ -98,9 +98,10 @@ class FolderWalk {
   const std::string& folder_;
   bool (*const wanted_)(std::string_view);
   const WalkDepth depth_;
-  std::priority_queue<std::string, std::vector<std::string>, std::greater<>> open_;  // folders, below folder_
+  std::priority_queue<std::string, std::vector<std::string>, std::greater<>>
+      open_;  // folders to enter, relative to folder_
   std::set<FileId> folders_;
-  std::map<FileId, std::size_t> files_;  // in found_
+  std::map<FileId, std::size_t> files_;  // index in found_
   std::vector<WalkedFile> found_;
 };
 

@@ -73,7 +73,7 @@ void GraphBuilder::refuse(InputCode code, std::uint64_t line, std::string_view t
 void GraphBuilder::setRadius(std::int64_t id, double radius, std::uint64_t line) {
   const std::uint32_t rank = ids_.find(id);
   if (rank == IdTable::kNone) return;
-  if (std::isnan(radius)) radius = -1;  // stated, and unusable
+  if (std::isnan(radius)) radius = -1;  // stated but unusable
   cell_.radii_um[rank] = radiusFrom(radius, line, {});
 }
 

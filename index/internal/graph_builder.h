@@ -1,5 +1,5 @@
-// Nodes and links of one graph file while it is read: ids to ranks, units, the range of the grid, records, and the
-// count that nothing was lost without one. Thread-compatible.
+// Builds a Cell from the nodes and links of one graph file. It maps ids to ranks, applies units, checks the range of
+// the grid, and keeps records of all losses. Thread rule: thread-compatible.
 #pragma once
 
 #include "index/cell.h"
@@ -16,29 +16,29 @@ namespace filiform::internal {
 
 class GraphBuilder {
  public:
-  // Throws UsageError as SwcReader.
+  // Throws UsageError as SwcReader does.
   explicit GraphBuilder(const SwcOptions& options);
 
-  // A node in the unit of the file; an unknown radius is a NaN. Not finite, out of range, an id that is there already:
-  // dropped, with a record. `token` is for that record. O(1) expected.
+  // Adds a node in the unit of the file; an unknown radius is NaN. A node is dropped, with a record, if it is not
+  // finite, out of range, or has an id already used. `token` goes into that record. O(1) expected.
   void node(std::int64_t id, const Vector3d& position, double radius, std::uint16_t type, std::uint64_t line,
             std::string_view token);
-  // A node that cannot be read.
+  // Drops a node that cannot be read.
   void dropNode(InputCode code, std::uint64_t line, std::string_view token);
-  // A link between ids, which may come later.
+  // Adds a link between two ids; their nodes may come later.
   void link(std::int64_t a, std::int64_t b, std::uint64_t line);
-  // A link that cannot be read.
+  // Cuts a link that cannot be read.
   void cutLink(InputCode code, std::uint64_t line, std::string_view token);
   void remark(InputCode code, std::uint64_t line, std::string_view token) { book_.remark(code, line, token); }
-  // The whole input: nothing that was read counts. The first refusal stands.
+  // Refuses the whole input. Only the first refusal counts.
   void refuse(InputCode code, std::uint64_t line, std::string_view token);
   bool refused() const { return refused_; }
-  // The radius of a node that was taken; nothing where there is none.
+  // Sets the radius of a node; no effect if the node does not exist.
   void setRadius(std::int64_t id, double radius, std::uint64_t line);
   void setType(std::int64_t id, std::uint16_t type);
 
-  // Resolves the links and fills `cell` (all but source and digest). `file` is for messages. Throws ConservationError,
-  // InputError beyond 2^32-2 samples and links. O(nodes + links) expected.
+  // Resolves the links and fills `cell`: all members except source and digest. Error messages name `file`. Throws
+  // ConservationError, and InputError for more than 2^32-2 samples and links. O(nodes + links) expected.
   InputReport finish(std::string_view file, Cell& cell);
 
  private:

@@ -1,5 +1,5 @@
-// Sample ids of one id block -> ranks. As long as ids run consecutively in file order it is two numbers; then a flat
-// hash table. Thread-compatible.
+// Maps the sample ids of one id block to ranks. Consecutive ids in file order take two numbers; otherwise a flat hash
+// table is used. Thread rule: thread-compatible.
 #pragma once
 
 #include <bit>
@@ -12,7 +12,7 @@ class IdTable {
  public:
   static constexpr std::uint32_t kNone = UINT32_MAX;
 
-  // Starts an empty block. Keeps its memory unless it is large.
+  // Starts an empty block; keeps the memory unless it is large.
   void clear() {
     size_ = 0;
     hashed_ = false;
@@ -29,7 +29,7 @@ class IdTable {
 
   std::uint32_t size() const { return size_; }
 
-  // Rank of the sample, kNone if there is none. O(1) expected.
+  // Rank of the sample, or kNone. O(1) expected.
   std::uint32_t find(std::int64_t id) const {
     if (!hashed_) {
       const std::uint64_t steps = static_cast<std::uint64_t>(id) - static_cast<std::uint64_t>(first_id_);
@@ -40,7 +40,7 @@ class IdTable {
     }
   }
 
-  // Requires that `id` is not there and that ranks come in steps of one.
+  // Requires a new id, and ranks that increase by one.
   void insert(std::int64_t id, std::uint32_t rank) {
     if (size_ == 0) {
       first_id_ = id;

@@ -11,9 +11,9 @@ namespace filiform::internal {
 namespace {
 
 constexpr int kDigitBits = 11;
-constexpr std::size_t kFewKeys = 512;  // sorted by comparisons
+constexpr std::size_t kFewKeys = 512;  // up to this many keys are sorted by comparisons
 
-// Digits from the lowest up; those that all keys share are passed over.
+// Sorts by digits from the lowest up; skips digits that all keys share.
 void radixSort(std::vector<std::uint64_t>& keys, std::vector<std::uint64_t>& other, std::uint64_t differing) {
   constexpr std::size_t kDigits = std::size_t{1} << kDigitBits;
   std::array<std::uint32_t, kDigits> at;
@@ -42,7 +42,7 @@ void sortRange(std::span<MortonKey> keys, std::vector<std::uint64_t>& low, std::
       std::transform(low.begin(), low.end(), keys.begin(), [&](std::uint64_t key) { return upper | key; });
       return;
     }
-    // Too wide for a word: apart at the first bit that differs, so at most as deep as a key is long.
+    // The differing bits do not fit a word: split at the first differing bit. The depth is at most the length of a key.
     const int bit =
         high != 0 ? 127 - std::countl_zero(high) : 63 - std::countl_zero(static_cast<std::uint64_t>(differing));
     const auto middle = std::partition(keys.begin(), keys.end(), [&](MortonKey key) { return (key >> bit & 1) == 0; });

@@ -1,4 +1,4 @@
-// Many Morton keys in order.
+// Sorts many Morton keys.
 #pragma once
 
 #include "index/morton.h"
@@ -7,8 +7,7 @@
 
 namespace filiform::internal {
 
-// Ascending. O(n) where the keys differ in few of their bits, as those of a small part of the world do. Takes 16 bytes
-// a key more.
+// Sorts ascending. O(n) if the keys differ in few bits, as in a small part of the world. Takes 16 more bytes a key.
 void sortKeys(std::vector<MortonKey>& keys);
 
 }  // namespace filiform::internal

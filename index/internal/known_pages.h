@@ -1,6 +1,6 @@
-// A store whose directory is read page by page on demand, for a caller that must not wait for the disk: a page that was
-// not read yet is an exception that names it. The caller then reads the page where it may wait, and tries again.
-// Thread rule: thread-compatible; the caller's lock guards it.
+// A view of a store for a caller that must not wait for the disk. If a page of the directory is not read yet, it throws
+// an exception that names the page. The caller then reads the page where it may wait, and tries again. Thread rule:
+// thread-compatible; the caller's lock guards it.
 #pragma once
 
 #include "index/tile_store.h"
@@ -11,26 +11,26 @@
 
 namespace filiform::internal {
 
-// Not an error: what is asked for is in a page of the directory that was not read yet.
+// Not an error: the answer is in a page of the directory that is not read yet.
 struct PageAbsent {
   std::uint32_t page;
 };
 
 class KnownPages final : public TileStore {
  public:
-  // The store must outlive it. O(pages).
+  // The store must outlive this object. O(pages).
   explicit KnownPages(const TileStore& store)
       : store_(store),
         page_tiles_(store.page_tiles()),
         known_((std::size_t{store.tile_count()} + page_tiles_ - 1) / page_tiles_) {}
 
-  // While true, as at first, entry() and home() read the store's pages themselves, and wait.
+  // While true (initially), entry() and home() read pages themselves and wait.
   void mayRead(bool may) { may_read_ = may; }
-  // The page was read. From now on its tiles have their entries.
+  // Call it after the page was read: its entries are then available.
   void add(std::uint32_t page) { known_[page] = true; }
   TileId firstTile(std::uint32_t page) const { return page * page_tiles_; }
 
-  // Both throw PageAbsent, and what the store throws.
+  // entry() and home() throw PageAbsent and what the store throws.
   const TileEntry& entry(TileId tile) const override {
     const std::uint32_t page = tile / page_tiles_;
     if (!may_read_ && !known_.at(page)) throw PageAbsent{page};

@@ -1,11 +1,12 @@
-// Cuts text that arrives in blocks into lines (LF, CRLF or lone CR), holding at most one data line of bounded length;
-// comment lines of any length pass through. Blank lines are counted and not reported. Thread-compatible.
+// Splits text that arrives in blocks into lines (LF, CRLF or lone CR). It holds at most one data line of bounded
+// length; comment lines of any length pass through. Blank lines are counted but not reported. Thread rule:
+// thread-compatible.
 //
-// The sink has, with line numbers from 1 and views that die with the call:
+// The sink has these functions. Lines count from 1; views are valid during the call.
 //   void dataLine(std::string_view text, bool has_nul, std::uint64_t line);
 //   void longLine(std::string_view start, std::uint64_t line);   a data line of more than `max_line` bytes
-//   void comment(std::string_view start, bool has_nul, std::uint64_t line);   from its `#` on, cut after about
-//   `max_line` bytes void loneCarriageReturn(std::uint64_t line);
+//   void comment(std::string_view start, bool has_nul, std::uint64_t line);   from `#` on, cut near `max_line` bytes
+//   void loneCarriageReturn(std::uint64_t line);
 #pragma once
 
 #include "index/internal/swc_fields.h"
@@ -69,7 +70,8 @@ class LineSplitter {
     }
   }
 
-  // Reports a last line without an end. A CR that ends the file is half of a CRLF where the other lines end so.
+  // Ends the input and reports a last line without an end. A CR at the end of the file counts as a CRLF if other lines
+  // end in CRLF.
   void finish() {
     if (pending_cr_ && !crlf_) sink_->loneCarriageReturn(line_);
     pending_cr_ = false;
@@ -82,7 +84,7 @@ class LineSplitter {
   std::uint64_t nuls() const { return nuls_; }
 
  private:
-  // What the line being held back is known to be.
+  // What is known about the line being held.
   enum class Held { kNothing, kText, kBlanks, kComment, kLongLine };
 
   static const char* find(const char* at, const char* end, char c) {
@@ -137,7 +139,7 @@ class LineSplitter {
       held_kind_ = *first == '#' ? Held::kComment : Held::kLongLine;
       return;
     }
-    // Only blanks so far: forget them, and look at what did not fit.
+    // Only blanks so far: drop them and look at the remaining bytes.
     held_.clear();
     held_kind_ = Held::kBlanks;
     if (text.size() > room) holdBack(text.substr(room));
