@@ -71,7 +71,7 @@ void syncFolder(const std::string& path) {
   const int failed = ::fsync(folder) != 0 ? errno : 0;
   ::close(folder);
   if (failed != 0 && failed != EINVAL)
-    throw IoError(path, "cannot be written", failed);  // EINVAL: this file system cannot
+    throw IoError(path, "cannot be written", failed);  // EINVAL: this file system does not support it
 }
 
 }  // namespace filiform::internal

@@ -1,4 +1,4 @@
-// A file being written: buffered, digested on the way, on the disk when close() returns.
+// A file being written: buffered, with a digest, flushed to disk by close().
 #pragma once
 
 #include "index/internal/bytes.h"
@@ -8,7 +8,7 @@
 
 namespace filiform::internal {
 
-// XXH3 of bytes that come piece by piece. Thread-compatible.
+// XXH3 of bytes that arrive in pieces. Thread rule: thread-compatible.
 class RunningDigest {
  public:
   RunningDigest();
@@ -23,16 +23,16 @@ class RunningDigest {
   std::unique_ptr<State> state_;
 };
 
-// Thread-compatible. Throws IoError with the system's reason, a full disk included.
+// Thread rule: thread-compatible. Throws IoError with the system's reason, also for a full disk.
 class OutputFile {
  public:
   explicit OutputFile(const std::string& path);  // must not exist
   OutputFile(const OutputFile&) = delete;
   OutputFile& operator=(const OutputFile&) = delete;
-  ~OutputFile();  // closes without a word; what was not close()d is not promised
+  ~OutputFile();  // closes without errors; without close() the content is not guaranteed
 
   void write(ByteSpan bytes);
-  void close();  // flushes to the disk
+  void close();  // flushes to disk
   std::uint64_t bytes() const { return bytes_; }
   std::uint64_t digest() const { return digest_.value(); }  // of everything written so far
 

@@ -17,7 +17,7 @@ std::string temporaryFolder() {
   return folder != nullptr && *folder != '\0' ? folder : "/tmp";
 }
 
-// The input that is being read is not at fault.
+// A failure of the process, not of the input being read.
 IoError failure(const char* what, int error_number) {
   return IoError(temporaryFolder(), std::string(what) + " (the folder of temporary files: TMPDIR names another)",
                  error_number)

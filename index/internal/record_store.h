@@ -1,5 +1,5 @@
-// Bytes that reports put aside: the first MiB in memory, the rest in a temporary file that loses its name at once.
-// Thread rule: internally synchronised.
+// Stores the bytes of reports: the first MiB in memory, the rest in a temporary file without a name. Thread rule:
+// internally synchronised.
 #pragma once
 
 #include <cstdint>
@@ -12,16 +12,16 @@ namespace filiform::internal {
 
 class RecordStore {
  public:
-  // The one of the process, made anew when nobody held it.
+  // The store of the process; created when first needed, freed with its last user.
   static std::shared_ptr<RecordStore> shared();
   RecordStore() = default;
   RecordStore(const RecordStore&) = delete;
   RecordStore& operator=(const RecordStore&) = delete;
   ~RecordStore();
 
-  // Where the bytes begin. Throws IoError.
+  // Appends bytes and returns their position. Throws IoError.
   std::uint64_t append(std::span<const std::uint8_t> bytes);
-  // Bytes that were appended. Throws IoError.
+  // Reads bytes at a position that append() returned. Throws IoError.
   void read(std::uint64_t at, std::span<std::uint8_t> bytes) const;
 
  private:

@@ -10,7 +10,7 @@ struct Item {
   std::uint32_t rank;
 };
 
-// `group`: a power of kTreeWidth, at least as large as a part that need not be split further at this level.
+// `group`: a power of kTreeWidth. A part of at most this size is not split at this level.
 void split(std::span<Item> items, std::size_t group) {
   while (group > kTreeWidth && items.size() <= group / kTreeWidth) group /= kTreeWidth;
   if (items.size() <= kTreeWidth) {

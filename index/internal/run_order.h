@@ -10,10 +10,10 @@
 
 namespace filiform::internal {
 
-inline constexpr std::uint32_t kRunSegments = 4;  // at most, as SegmentRun counts them
+inline constexpr std::uint32_t kRunSegments = 4;  // the limit of a run here; SegmentRun could count to 8
 inline constexpr std::uint32_t kTreeWidth = 8;
 
-// Cuts `count` segments from `begin` on into as few runs as can be, of nearly equal length.
+// Cuts `count` segments from `begin` on into the fewest runs, of nearly equal length.
 inline void appendRuns(std::uint32_t begin, std::uint32_t count, std::vector<SegmentRun>& runs) {
   const std::uint64_t pieces = (std::uint64_t{count} + kRunSegments - 1) / kRunSegments;
   std::uint32_t from = 0;
@@ -24,9 +24,8 @@ inline void appendRuns(std::uint32_t begin, std::uint32_t count, std::vector<Seg
   }
 }
 
-// The order in which things with these centres make compact groups of 8, of 64 and so on, as positions in `centres`:
-// halved at the median along the longest side, at multiples of the group's size. A pure function of the centres. O(n
-// log n).
+// The order in which items with these centres form compact groups of 8, 64 and so on, as positions in `centres`. Splits
+// at the median along the longest side, at multiples of the group's size. Depends only on the centres. O(n log n).
 std::vector<std::uint32_t> orderRuns(std::span<const GridPoint> centres);
 
 }  // namespace filiform::internal

@@ -50,7 +50,7 @@ void entry(ByteWriter& out, const TileEntry& e, const TileLocation& at) {
   out.u64(at.appearance_checksum);
 }
 
-// By whole words: a page has thousands of entries.
+// Reads whole words: a page has thousands of entries.
 void readEntry(ByteReader& in, TileEntry& e, TileLocation& at) {
   const std::uint8_t* const bytes = in.take(kEntryBytes).data();
   const auto u64 = [bytes](std::size_t offset) { return loadLittle64(bytes + offset); };
@@ -80,7 +80,7 @@ void readEntry(ByteReader& in, TileEntry& e, TileLocation& at) {
   at.appearance_checksum = u64(120);
 }
 
-// Bytes that are no valid text become \xNN, so that JSON can hold any file name.
+// Bytes that are not valid UTF-8 become \xNN, so that JSON can hold any file name.
 std::string asText(const std::string& bytes) {
   const auto valid = [&](std::size_t at, std::size_t& length) {
     const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(bytes[i]); };
@@ -217,7 +217,7 @@ DirectoryRoot decodeDirectoryRoot(std::uint64_t file_bytes, const ReadPart& read
 
 namespace {
 
-// The page's bytes, checked; `at` is where they lie in the file.
+// Reads and checks a page; `at` is its position in the file.
 std::uint64_t readPage(const DirectoryRoot& root, std::uint32_t page, const ReadPart& read, Bytes& bytes) {
   const std::uint64_t begin = root.pageBegin(page), at = rootBytes(root.pages.size()) + begin * kEntryBytes;
   bytes.resize((root.pageEnd(page) - begin) * kEntryBytes);
@@ -511,7 +511,7 @@ SamplePoints decodeSamples(ByteSpan bytes) {
   samples.points.reserve(n);
   samples.segments.reserve(n);
   samples.t.reserve(n);
-  // By whole words: the first jump waits for it.
+  // Reads whole words: the first jump waits for this.
   for (std::uint32_t i = 0; i < n; ++i) {
     const std::uint8_t* const at = in.take(kSampleBytes).data();
     const auto coordinate = [at](std::size_t axis) { return static_cast<std::int64_t>(loadLittle64(at + 8 * axis)); };

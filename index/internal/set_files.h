@@ -1,6 +1,5 @@
-// The files of a tile set other than packs: directory.bin, cells.bin, samples.bin and manifest.json. Encoding and
-// decoding stand side by side; FORMAT.md describes the same bytes for people. Decoders throw Damage and never read
-// beyond what they are given.
+// Encodes and decodes the files of a tile set except packs: directory.bin, cells.bin, samples.bin and manifest.json.
+// FORMAT.md specifies the bytes. Decoders throw Damage and never read past their input.
 #pragma once
 
 #include "index/internal/bytes.h"
@@ -26,14 +25,14 @@ inline constexpr const char* kSamplesFile = "samples.bin";
 inline constexpr const char* kProvenanceFile = "provenance.json";
 std::string packFile(std::uint32_t pack);
 Bytes packHeader(std::uint32_t pack);
-Bytes packHeader(std::string_view magic, std::uint32_t pack);  // of another kind of pack
-// Every file but the manifest begins so: what it is, and the version.
+Bytes packHeader(std::string_view magic, std::uint32_t pack);  // of the given kind of pack
+// Writes the beginning of every file except the manifest: kind and version.
 void writeMagic(ByteWriter& out, std::string_view magic);
 void checkMagic(ByteReader& in, std::string_view magic);
 
 struct TileLocation {
   std::uint32_t pack = 0, geometry_bytes = 0, appearance_bytes = 0;
-  std::uint64_t offset = 0;  // of the geometry; the appearance follows it
+  std::uint64_t offset = 0;  // of the geometry; the appearance follows
   std::uint64_t geometry_checksum = 0, appearance_checksum = 0;
 };
 
@@ -45,16 +44,16 @@ struct DirectoryContents {
   std::vector<TileLocation> locations;
 };
 Bytes encodeDirectory(const DirectoryContents& directory);
-// `read` throws what it likes.
+// Exceptions from `read` propagate.
 using ReadPart = std::function<void(std::uint64_t offset, std::span<std::uint8_t> bytes)>;
-// All pages, one after the other.
+// Decodes all pages in order.
 DirectoryContents decodeDirectory(std::uint64_t file_bytes, const ReadPart& read);
 
-// The root page: what there is to know of the others without reading them.
+// The root page: what is known of the other pages without reading them.
 struct DirectoryRoot {
   struct Page {
-    MortonKey low = 0;  // of its first tile
-    GridBox content;    // of its tiles
+    MortonKey low = 0;  // key of its first tile
+    GridBox content;    // box of its tiles' content
     std::uint64_t checksum = 0;
   };
   Grid grid;
@@ -68,15 +67,15 @@ struct DirectoryRoot {
     return static_cast<TileId>(std::min<std::uint64_t>(tiles, (std::uint64_t{page} + 1) * page_tiles));
   }
 };
-// Checks the root page, and that its pages follow one another.
+// Checks the root page and the order of its pages.
 DirectoryRoot decodeDirectoryRoot(std::uint64_t file_bytes, const ReadPart& read);
 struct DirectoryPage {
   std::vector<TileEntry> entries;
   std::vector<TileLocation> locations;
 };
-// Checks the page, the order of its leaves, and that it is what the root page says.
+// Checks the page, the order of its leaves, and its agreement with the root page.
 DirectoryPage decodeDirectoryPage(const DirectoryRoot& root, std::uint32_t page, const ReadPart& read);
-// TileEntry::decoded_bytes of the page's tiles; checks no more than the checksum. `scratch` is written over.
+// Reads TileEntry::decoded_bytes of a page's tiles; checks only the checksum. Overwrites `scratch`.
 void readDecodedBytes(const DirectoryRoot& root, std::uint32_t page, const ReadPart& read, Bytes& scratch,
                       std::vector<std::uint64_t>& decoded_bytes);
 
@@ -86,17 +85,17 @@ struct DetailPlace {
 struct CellTable {
   std::vector<CellRecord> records;
   std::vector<DetailPlace> details;
-  std::vector<std::uint32_t> by_name;  // cell ids in the order of their names
+  std::vector<std::uint32_t> by_name;  // cell ids, by name
 };
-// Everything but the details, which follow; their places are counted from the first.
+// Encodes all but the details, which follow. Positions of details count from the first detail.
 Bytes encodeCellTable(const std::vector<CellRecord>& records, const std::vector<std::uint64_t>& digests,
                       const std::vector<DetailPlace>& places);
 inline constexpr std::size_t kCellsHeaderBytes = 56;
-// Bytes of header, records, name index and strings, which decodeCells wants. Checks the header.
+// Number of bytes for decodeCells(): header, records, name index and strings. Checks the header.
 std::uint64_t cellTableBytes(ByteSpan header, std::uint64_t file_bytes);
 CellTable decodeCells(ByteSpan table);
-// What loading the detail of one cell takes of its record, which lies alone at cellRecordAt(). The record's own
-// checksum covers all records; damage shows in the detail's checksum.
+// The part of a cell's record that is needed to load its detail; the record is at cellRecordAt(). The records' checksum
+// covers all records together, so here the detail's checksum shows damage.
 struct DetailRecord {
   std::uint64_t samples, roots;
   DetailPlace place;
@@ -118,10 +117,11 @@ struct Manifest {
   GridBox bounds;
   SetCounts counts;
   double covering_radius_um = 0;
-  std::uint64_t refused = 0;  // inputs
+  std::uint64_t refused = 0;  // number of refused inputs
   std::vector<SetFile> files;
 };
-// Of the provenance, the numbers only; writeProvenance() has the rest, a line for each source and refused input.
+// The manifest holds only the numbers of the provenance. writeProvenance() writes the rest: a line for each source and
+// refused input.
 std::string encodeManifest(const Manifest& manifest, const Provenance& provenance);
 void writeProvenance(const Provenance& provenance, const std::function<void(std::string_view piece)>& use);
 Manifest decodeManifest(const std::string& text);

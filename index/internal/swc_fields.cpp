@@ -19,7 +19,8 @@ std::size_t skipDigits(std::string_view text, std::size_t at) {
   return at;
 }
 
-// Splits at runs of blanks, and at characters for which `alone` holds: between two of those a column may be empty.
+// Splits at runs of blanks, and at each character for which `alone` holds. Columns between two of the latter may be
+// empty.
 template <class Alone>
 SwcFields split(std::string_view line, Alone alone) {
   SwcFields fields;
@@ -41,7 +42,7 @@ SwcFields split(std::string_view line, Alone alone) {
     }
     fields.columns[fields.count++] = line.substr(start, at - start);
     skip_blanks();
-    // A separator at the very end closes the last column and opens none.
+    // A separator at the end of the line closes the last column and opens no new one.
     if (at < line.size() && alone(line[at])) {
       ++at;
       skip_blanks();
@@ -50,7 +51,7 @@ SwcFields split(std::string_view line, Alone alone) {
   return fields;
 }
 
-// 0,5 or -12,25e3, thousands as 1,234 or 1,234,567.8, or 1.234,5; a comma at either end is a separator.
+// True for 0,5 or -12,25e3, thousands as 1,234 or 1,234,567.8, or 1.234,5. A comma at either end is a separator.
 bool isDecimalComma(std::string_view token) {
   while (!token.empty() && token.front() == ',') token.remove_prefix(1);
   while (!token.empty() && token.back() == ',') token.remove_suffix(1);
@@ -77,8 +78,8 @@ bool equalsNoCase(std::string_view token, std::string_view lower) {
          });
 }
 
-// The spellings of no number at all: R's NA, and what the C library of old Microsoft compilers printed (1.#IND,
-// -1.#INF00, 1.#QNAN).
+// True for words that mean "no number": R's NA, and the output of old Microsoft C libraries (1.#IND, -1.#INF00,
+// 1.#QNAN).
 bool isNonfiniteWord(std::string_view token) {
   if (!token.empty() && (token[0] == '-' || token[0] == '+')) token.remove_prefix(1);
   if (equalsNoCase(token, "na")) return true;
@@ -90,8 +91,8 @@ bool isNonfiniteWord(std::string_view token) {
   return false;
 }
 
-// std::from_chars says "out of range" for overflow and for underflow alike: does the first significant digit stand left
-// of the point?
+// True if a significant digit stands left of the point. std::from_chars reports "out of range" for both overflow and
+// underflow.
 bool isAboveOne(std::string_view number) {
   const std::size_t exponent_at = std::min(number.find_first_of("eE"), number.size());
   const std::string_view mantissa = number.substr(0, exponent_at);
@@ -121,7 +122,7 @@ SwcFields splitFields(std::string_view line) {
   const auto end = fields.columns.begin() + static_cast<std::ptrdiff_t>(fields.count);
   if (std::none_of(fields.columns.begin(), end, has_separator)) return fields;
 
-  // Commas inside of what blanks or semicolons already split into seven columns are part of the numbers.
+  // Commas inside columns already separated by blanks or semicolons (seven columns) are part of the numbers.
   SwcFields coarse = split(line, [](char c) { return c == ';'; });
   const auto coarse_end = coarse.columns.begin() + static_cast<std::ptrdiff_t>(coarse.count);
   const bool comment_inside = std::any_of(coarse.columns.begin(), coarse_end,

@@ -1,5 +1,4 @@
-// The columns of one SWC line, and what may stand in them. Numbers are read without the locale. Pure functions, any
-// thread.
+// Splits an SWC line into columns and reads their numbers, without the locale. Thread rule: pure functions, any thread.
 #pragma once
 
 #include <array>
@@ -18,11 +17,11 @@ struct SwcFields {
   std::size_t count = 0;
   bool extra_columns = false;
   bool separators = false;     // commas or semicolons stand between the columns
-  bool decimal_comma = false;  // 0,5 or 1,234.5: what the numbers mean is unknown; the rest is not filled in
+  bool decimal_comma = false;  // 0,5 or 1,234.5: the numbers are ambiguous; the other members are not set
 };
 
-// Splits a data line (not empty, no line end). A `#` in columns 1 to 6 belongs to its column (1.#IND), from column 7 on
-// it starts a comment. O(length).
+// Splits a data line, not empty and without line end. A `#` in columns 1 to 6 belongs to the column (1.#IND); from
+// column 7 on it starts a comment. O(length).
 SwcFields splitFields(std::string_view line);
 
 enum class IntegerKind : std::uint8_t {

@@ -19,7 +19,7 @@ std::string lowered(std::string_view word) {
   return out;
 }
 
-// The next run of word characters; empty at the end.
+// Takes the next run of word characters; empty at the end.
 std::string_view takeWord(std::string_view& text) {
   std::size_t start = 0;
   while (start < text.size() && !isWordCharacter(text[start])) ++start;
@@ -30,8 +30,7 @@ std::string_view takeWord(std::string_view& text) {
   return word;
 }
 
-// Up to three numbers between blanks, commas, semicolons, `:`, `=` and brackets; nothing unless there is one or there
-// are three.
+// Reads one or three numbers between blanks, commas, semicolons, `:`, `=` and brackets. nullopt for any other count.
 std::optional<Vector3d> readVector(std::string_view text) {
   constexpr std::string_view kBetween = " \t,;:=()[]";
   std::array<double, 3> values{};
@@ -73,7 +72,7 @@ HeaderLine readHeaderLine(std::string_view comment) {
   if (first == "scale") line.scale = readVector(rest);
   if (first == "offset") line.offset = readVector(rest);
 
-  // Pixels are often mentioned in passing ("traced on a 512-pixel image"): the line must be about units or coordinates.
+  // Comments often mention pixels ("traced on a 512-pixel image"). Only lines about units or coordinates count.
   bool about_units = first == "scale";
   std::string_view unit;
   rest = comment;

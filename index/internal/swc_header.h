@@ -1,4 +1,4 @@
-// What a comment line of an SWC file says about its coordinates. Pure functions, any thread.
+// Reads what an SWC comment line states about coordinates. Thread rule: pure functions, any thread.
 #pragma once
 
 #include "index/grid.h"
@@ -9,12 +9,12 @@
 namespace filiform::internal {
 
 struct HeaderLine {
-  std::optional<Vector3d> scale;   // `# SCALE a b c`, or one number for all three
+  std::optional<Vector3d> scale;   // `# SCALE a b c`, or one number for all axes
   std::optional<Vector3d> offset;  // `# OFFSET x y z`
-  std::string_view foreign_unit;   // "pixels" of `# coordinate: pixels`; empty as a rule
+  std::string_view foreign_unit;   // "pixels" of `# coordinate: pixels`; usually empty
 };
 
-// `comment` starts at its `#`. Words are matched in any letter case. O(length).
+// Requires that `comment` starts at its `#`. Words match in any letter case. O(length).
 HeaderLine readHeaderLine(std::string_view comment);
 
 }  // namespace filiform::internal

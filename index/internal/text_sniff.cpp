@@ -10,8 +10,8 @@ namespace filiform::internal {
 
 namespace {
 
-// A tar archive begins with a block of 512 bytes whose eight at 148 hold, in octal digits, the sum of all with blanks
-// for these eight; old ones have no other mark.
+// A tar archive begins with a block of 512 bytes. The eight bytes at 148 hold the block's sum in octal digits, computed
+// with blanks in these eight. Old archives have no other mark.
 bool isTar(std::string_view head) {
   constexpr std::size_t kTarBlock = 512, kSum = 148, kSumBytes = 8;
   if (head.size() < kTarBlock || head[0] == '\0') return false;

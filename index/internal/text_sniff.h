@@ -1,15 +1,15 @@
-// Is the beginning of an input text that can be read, or something else? Pure functions, any thread.
+// Decides whether an input begins like readable text. Thread rule: pure functions, any thread.
 #pragma once
 
 #include <string_view>
 
 namespace filiform::internal {
 
-// Does it begin as compressed data, archives (tar too, if 512 bytes of it are given) and data containers do?
+// True if it begins like compressed data, an archive or a data container. To detect tar, pass 512 bytes.
 bool hasBinaryMagic(std::string_view head);
 
-// UTF-16 and UTF-32, by their mark or, without one, by NULs at nearly all places of some residue and at nearly none of
-// another.
+// True for UTF-16 and UTF-32: detected by the byte order mark, or by NULs at nearly all positions of one residue and at
+// nearly none of another.
 bool isWideText(std::string_view head);
 
 }  // namespace filiform::internal

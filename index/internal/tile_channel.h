@@ -1,5 +1,5 @@
-// The rings between the loader and one reader. The loader has at most kRing messages under way to a reader, sent and
-// not yet acknowledged, so neither ring can overflow, and the reader never waits, allocates or locks.
+// The queues between the loader and one reader. At most kRing messages to a reader are sent and not yet acknowledged.
+// So neither queue can overflow, and the reader never waits, allocates or locks.
 #pragma once
 
 #include "index/residency.h"
@@ -11,7 +11,7 @@
 namespace filiform::internal {
 
 struct TileMessage {
-  const Tile* tile;  // null: retire
+  const Tile* tile;  // nullptr: remove the tile
   TileId id;
 };
 
@@ -20,7 +20,7 @@ struct TileAcknowledgement {
   bool retired;
 };
 
-// Thread rule: `table` and the TileReader functions belong to the reader, the other ends of the rings to the loader.
+// Thread rule: the reader owns `table` and the TileReader functions; the loader owns the other ends of the queues.
 struct TileChannel : public TileReader {
   static constexpr std::size_t kRing = 1024, kRequests = 256;
 

@@ -12,7 +12,7 @@ GridBox clippedBox(const GridPoint& a, const GridPoint& b, const GridBox& cell) 
   if (box.empty() || ((a.array() >= cell.lo.array() && a.array() <= cell.hi.array()).all() &&
                       (b.array() >= cell.lo.array() && b.array() <= cell.hi.array()).all()))
     return box;
-  // Coordinates stay below 2^42, so doubles err by less than 2^-8 of a quantum; one whole quantum outward is safe.
+  // Coordinates are below 2^42, so errors of doubles are below 2^-8 quanta. Rounding outward by one quantum is safe.
   double from = 0, to = 1;
   const Vector3d start = a.cast<double>(), d = (b - a).cast<double>();
   for (int i = 0; i < 3; ++i) {

@@ -9,14 +9,14 @@
 namespace filiform::internal {
 namespace {
 
-// What is in memory counts as this much nearer: no swapping back and forth at the rim.
+// Tiles in memory count as 20 % nearer, so that tiles at the rim are not swapped back and forth.
 constexpr double kHeadStart = 0.8;
-// When a reader has moved by this part of the workspace's radius, what lies ahead is looked at again; of the reach of
-// what the budget lets it have around it, that, which costs more and changes less.
+// Fraction of the workspace's radius after which the walk ahead is repeated. Fraction of the radius that the budget
+// covers after which the tiles around are listed again: this costs more and changes less.
 constexpr double kWalkAgain = 1.0 / 32, kAroundAgain = 1.0 / 8;
-constexpr std::size_t kMaxCells = 8;  // whose lists of tiles are kept
-// Of a jump's target: what a hand may reach within this time, and for prefetch by distance the part of the workspace's
-// radius that this amounts to.
+constexpr std::size_t kMaxCells = 8;  // number of cells whose lists of tiles are kept
+// For a jump's target: time within which the proxy may reach a tile. For prefetch by distance: the corresponding
+// fraction of the workspace's radius.
 constexpr double kTargetTime_s = 0.3, kTargetPart = 0.6;
 
 }  // namespace
@@ -95,7 +95,7 @@ void TileLoader::takeAcknowledgements() {
 
 void TileLoader::arrive(TileSlot& slot) {
   slot.state = TileState::resident;
-  if (slot.held_once) return;  // a reader joined late
+  if (slot.held_once) return;  // a reader was added later
   slot.held_once = true;
   const double wait = now_ - slot.queued_at;
   counters_.wait_sum += wait;
@@ -190,7 +190,7 @@ bool TileLoader::fetchCells(double due, std::unique_lock<std::mutex>& lock) {
       reason = error.what();
     }
     lock.lock();
-    // Without its list, a cell is followed only as far as tiles in memory tell.
+    // Without its list, a cell is followed only through tiles in memory.
     if (!reason.empty()) {
       failed_cells_[cell] = "cell " + std::to_string(cell) + ": " + reason;
       ++counters_.failures;
@@ -277,7 +277,7 @@ void TileLoader::claimTarget(Peer& p) {
   there.active_node = p.focus.target_node;
   there.p_W = p.focus.target_W;
   there.v_W.setZero();
-  const std::uint64_t room = options_.budget_bytes / 2;  // the hand is still where it was
+  const std::uint64_t room = options_.budget_bytes / 2;  // half the budget: the proxy is still at its old position
   if (options_.prefetch == PrefetchPolicy::structure) {
     prefetch_.claimAhead(there, loaded_, tilesOf(there.active_node.cell), room, p.target);
     std::erase_if(p.target, [](const TileClaim& c) { return c.cost > kTargetTime_s; });
@@ -329,7 +329,7 @@ void TileLoader::collectClaims() {
   for (const Peer& p : peers_)
     if (p.has_focus && p.focus.active_tile < store_.tile_count())
       claims_.push_back({p.focus.active_tile, Rank::pinned, 1});
-  // A request that is still queued is kept: it was never served.
+  // Keep requests that are still queued: they were not served.
   std::erase_if(asked_, [&](const auto& a) {
     const TileSlot* const slot = slots_.find(a.first);
     return a.second.until < now_ && !(slot != nullptr && slot->state == TileState::queued);
@@ -339,13 +339,13 @@ void TileLoader::collectClaims() {
   for (Peer& p : peers_)
     if (p.has_focus) claimFor(p);
 
-  for (const Claim& c : claims_) pages_.entry(c.tile);  // throws now, before any state changes
+  for (const Claim& c : claims_) pages_.entry(c.tile);  // may throw PageAbsent, before any state changes
   for (Claim& c : claims_)
     if (c.rank >= Rank::ahead && inMemory(c.tile)) c.cost *= kHeadStart;
   std::sort(claims_.begin(), claims_.end(), [](const Claim& a, const Claim& b) {
     return a.rank != b.rank ? a.rank < b.rank : a.cost != b.cost ? a.cost < b.cost : a.tile < b.tile;
   });
-  // Of several claims on a tile the best counts.
+  // Of several claims on a tile, the most urgent counts.
   std::erase_if(claims_,
                 [&](const Claim& c) { return std::exchange(claimed_in_[c.tile], plan_number_) == plan_number_; });
 }
@@ -386,7 +386,7 @@ void TileLoader::plan(double due) {
   try {
     collectClaims();
   } catch (...) {
-    --plan_number_;  // there was no plan
+    --plan_number_;  // no plan was made
     throw;
   }
   for (TileSlot* const slot : slots_.all()) {
@@ -409,7 +409,7 @@ void TileLoader::plan(double due) {
     if (waitsForRetry(c.tile)) continue;
     if (!stays(c)) {
       if (full || total + bytesOf(c.tile) > options_.budget_bytes) {
-        full |= c.rank >= Rank::ahead;  // nothing less urgent may slip in before it
+        full |= c.rank >= Rank::ahead;  // no less urgent claim may come before it
         continue;
       }
       total += bytesOf(c.tile);
@@ -430,7 +430,7 @@ void TileLoader::plan(double due) {
   counters_.queued = queue_.size();
   counters_.peak_queued = std::max(counters_.peak_queued, counters_.queued);
   unwanted_.clear();
-  for (std::size_t i = slots_.all().size(); i-- > 0;) {  // backwards: erasing moves the last one here
+  for (std::size_t i = slots_.all().size(); i-- > 0;) {  // backwards: erasing moves the last slot here
     TileSlot& slot = *slots_.all()[i];
     if (slot.wanted) continue;
     if (slot.inMemory()) unwanted_.push_back(&slot);
@@ -442,7 +442,7 @@ void TileLoader::plan(double due) {
   plan_failure_.clear();
 }
 
-// The worst claim goes first; of those without a claim, the one that lost it longest ago.
+// The least urgent claim is evicted first; among tiles without a claim, the one that lost its claim first.
 bool TileLoader::goesLater(const TileSlot* a, const TileSlot* b) {
   if (a->order != b->order) return a->order < b->order;
   return a->last_claimed != b->last_claimed ? a->last_claimed > b->last_claimed : a->id > b->id;
@@ -528,7 +528,7 @@ bool TileLoader::makeRoom(std::uint64_t need, bool at_once, const MayGo& may_go)
 }
 
 bool TileLoader::read(TileId tile, std::unique_lock<std::mutex>& lock) {
-  TileSlot& slot = slots_[tile];  // stays: nobody erases a tile that is being read
+  TileSlot& slot = slots_[tile];  // stays valid: a tile being read is never erased
   if (slot.state == TileState::queued) {
     --counters_.queued;
   } else {
@@ -554,7 +554,7 @@ bool TileLoader::read(TileId tile, std::unique_lock<std::mutex>& lock) {
   lock.lock();
   reserved_ -= bytes;
   if (slot.ahead) {
-    for (Peer& p : peers_) p.walk_stale = true;  // the walk may go on through it
+    for (Peer& p : peers_) p.walk_stale = true;  // the walk may continue through it
     stale_ = true;
   }
   if (got == nullptr) {
@@ -572,7 +572,7 @@ bool TileLoader::read(TileId tile, std::unique_lock<std::mutex>& lock) {
   slot.state = TileState::ready;
   slot.last_claimed = plan_number_;
   slot.foreseen = !asked_.contains(tile) && !pinned(tile);
-  // A plan made meanwhile may not want it any more.
+  // A plan made during the read may not want it any more.
   if (!slot.wanted) unwanted_.insert(std::upper_bound(unwanted_.begin(), unwanted_.end(), &slot, goesLater), &slot);
   if (peers_.empty()) arrive(slot);
   ++counters_.reads;

@@ -1,7 +1,7 @@
-// The loader's side of Residency, whichever thread drives it: states, claims, room and reads. Time is a number that
-// does not run back: ticks or seconds, as the pace says. index/README.md holds the table of states. Thread rule:
-// thread-compatible: Residency holds its lock around every call. Calls that take the lock release it while the store
-// reads; no other call reads from the store, unless mayReadPages(true).
+// The loader of Residency: states, claims, budget and reads. Time is a number that never decreases, in ticks or seconds
+// (see Pace). index/README.md has the table of states. Thread rule: thread-compatible; Residency holds its lock around
+// every call. Functions that take the lock release it while the store reads. No other function reads from the store,
+// except after mayReadPages(true).
 #pragma once
 
 #include "index/directory.h"
@@ -23,10 +23,10 @@
 namespace filiform::internal {
 
 struct LoaderPace {
-  double hold;                     // how long a request stays a claim
-  double first_retry, last_retry;  // of a tile that failed; doubles in between
-  double replan;                   // at the latest
-  double rest;                     // between plans, unless a reader is stuck or elsewhere
+  double hold;                     // how long a request remains a claim
+  double first_retry, last_retry;  // of a failed tile; the delay doubles from first to last
+  double replan;                   // longest time between plans
+  double rest;                     // shortest time between plans, unless a reader is blocked or moved far
 };
 inline constexpr LoaderPace kTickPace{256, 64, 4096, 32, 0};
 inline constexpr LoaderPace kSecondPace{0.25, 0.1, 5, 0.02, 0.004};
@@ -49,43 +49,44 @@ class TileLoader {
   void takeAcknowledgements();
   void takeFocus();
   void takeRequests();
-  // Applies all messages on the readers' behalf: they belong to the calling thread.
+  // Applies all messages for the readers, which belong to the calling thread.
   void settle();
 
-  // The tile becomes a claim for the pace's hold.
+  // Makes the tile a claim for the time Pace::hold.
   void ask(TileId tile);
-  // Where the claims may have changed: decides which of them the budget serves together, queues what is missing (not to
-  // be read before `due`) and cancels queued tiles that are no longer among them.
+  // If the claims may have changed, makes a new plan: decides which claims fit the budget together, queues the missing
+  // tiles (to be read from `due` on), and cancels queued tiles without a claim.
   void planIfDue(double due);
-  // While true, planIfDue() reads pages of the directory itself, under the caller's lock: for virtual time. While false
-  // it throws PageAbsent, having changed nothing that reads depend on, where it needs a page that was not read yet.
+  // True: planIfDue() reads pages of the directory itself, under the caller's lock; for virtual time. False: it throws
+  // PageAbsent if it needs a page that is not read, and changes nothing on which reads depend.
   void mayReadPages(bool may) { pages_.mayRead(may); }
-  // Reads that page; the lock is released meanwhile. The next plan is due at once then. False, and nothing done, if
-  // another thread is reading it. Throws CorruptSet, IoError.
+  // Reads a page with the lock released; the next plan is then due at once. Returns false, without effect, if another
+  // thread is reading the page. Throws CorruptSet, IoError.
   bool readPage(std::uint32_t page, std::unique_lock<std::mutex>& lock);
-  // It threw: listed by failed() until a plan succeeds.
+  // Stores why planning failed; failed() reports it until a plan succeeds.
   void planFailed(const std::string& why) { plan_failure_ = why; }
 
-  // Reads the list of tiles of a cell that a reader is on, if one is missing; it is used from `due` on. True if it did;
-  // the lock is let go meanwhile.
+  // Reads one missing list of tiles of a cell on which a reader is; the list is used from `due` on. Returns true if it
+  // read one. Releases the lock meanwhile.
   bool fetchCells(double due, std::unique_lock<std::mutex>& lock);
 
   HoldId hold(std::span<const TileId> tiles, HoldKind kind);
   void releaseHold(HoldId hold);
   bool isHeld(HoldId hold) const;
 
-  // Queued tiles whose time has come, best claim first.
+  // Queued tiles that are due, the most urgent first.
   std::vector<TileId> dueTiles() const;
-  // The first of them, or kNoTile. O(1) amortised over a plan, plus those queued that are not due yet; so is
-  // dueBytes().
+  // nextDue: the most urgent tile that is due, or kNoTile. dueBytes: bytes of the first `most` due tiles. Both O(1)
+  // amortised over a plan, plus the queued tiles that are not due.
   TileId nextDue();
-  std::uint64_t dueBytes(std::size_t most) const;   // of the first `most` of them
-  double lastActive() const { return active_at_; }  // when a focus last moved or a tile was asked for
-  // Evicts until `need` bytes fit, worst claims first, never a pinned tile or one that the last plan wants; or, with
-  // `may_go`, one that may not. True if they fit now; with `at_once` (settling) also that is certain when evictions
-  // sufficed.
+  std::uint64_t dueBytes(std::size_t most) const;
+  double lastActive() const { return active_at_; }  // when a focus last moved or a tile was requested
+  // Evicts tiles until `need` bytes fit, the least urgent first. Never evicts a pinned tile, a tile that the last plan
+  // wants, or a tile that `may_go` refuses. Returns true if the bytes fit. With `at_once`, settles, so that the result
+  // is exact.
   bool makeRoom(std::uint64_t need, bool at_once, const MayGo& may_go = {});
-  // Requires room. The lock is let go while the store works. True if the tile is in memory now; else it is `failed`.
+  // Requires room. Releases the lock while the store works. Returns true if the tile is now in memory; otherwise it is
+  // `failed`.
   bool read(TileId tile, std::unique_lock<std::mutex>& lock);
 
   bool inMemory(TileId tile) const { return loaded_.find(tile) != nullptr; }
@@ -106,8 +107,8 @@ class TileLoader {
     ReaderFocus focus, planned;
     bool has_focus = false;
     bool walk_stale = true, around_stale = true;
-    Vector3d around_W = Vector3d::Zero();  // where `around` was made
-    double around_um = 0;                  // how far it reaches
+    Vector3d around_W = Vector3d::Zero();  // position for which `around` was made
+    double around_um = 0;                  // its radius
     std::vector<TileClaim> ahead, around, target;
   };
   enum class Rank : std::uint8_t { pinned, target, asked, ahead, kept, around, view };
@@ -144,7 +145,7 @@ class TileLoader {
   void arrive(TileSlot& slot);
   void plan(double due);
   bool isDue(TileId tile) const;
-  static bool goesLater(const TileSlot* a, const TileSlot* b);  // when room is made
+  static bool goesLater(const TileSlot* a, const TileSlot* b);  // order of eviction
   TileSlot* victim(const MayGo& may_go);
   void retire(TileSlot& slot);
   void release(TileSlot& slot);
@@ -158,8 +159,8 @@ class TileLoader {
 
   LoaderPace pace_ = kTickPace;
   double now_ = 0, planned_at_ = 0;
-  bool stale_ = true;   // the last plan no longer holds
-  bool urgent_ = true;  // and a reader waits for the next
+  bool stale_ = true;   // the last plan is outdated
+  bool urgent_ = true;  // and a reader waits for the next plan
   std::uint64_t plan_number_ = 0, ask_serial_ = 0;
   TileSlots slots_;
   std::map<TileId, Asked> asked_;
@@ -167,18 +168,18 @@ class TileLoader {
   std::map<std::uint32_t, std::string> failed_cells_;
   std::string plan_failure_;
   std::deque<Peer> peers_;
-  TileTable loaded_;                          // ready or resident
+  TileTable loaded_;                          // tiles that are ready or resident
   std::uint64_t reserved_ = 0, leaving_ = 0;  // bytes of tiles in reading, in retiring
   ResidencyCounters counters_;
   std::vector<Claim> claims_;
   std::vector<std::uint64_t> claimed_in_;  // number of the last plan with a claim on the tile
-  std::vector<TileId> queue_;              // queued by the last plan, best claim first; those before head_ are done
+  std::vector<TileId> queue_;              // queued by the last plan, most urgent first; those before head_ are done
   std::size_t head_ = 0;
-  std::vector<TileSlot*> unwanted_;  // in memory, of no use to the last plan; the last one is to go first
+  std::vector<TileSlot*> unwanted_;  // in memory without use for the last plan; the last one is evicted first
   std::map<HoldId, Hold> holds_;
   HoldId next_hold_ = 1;
-  std::map<std::uint32_t, CellTiles> cells_;  // by cell: of the readers' active nodes
-  std::vector<bool> evicted_;                 // once, by tile
+  std::map<std::uint32_t, CellTiles> cells_;  // by cell of a reader's active node
+  std::vector<bool> evicted_;                 // by tile: was evicted once
   double cells_due_ = std::numeric_limits<double>::infinity();
   double active_at_ = 0;
 };

@@ -1,4 +1,4 @@
-// What the loader knows of the tiles that are not simply absent, by tile, in a pool that does not move. Thread rule:
+// The loader's data for every tile that is not simply absent, by tile, in a pool with stable addresses. Thread rule:
 // thread-compatible.
 #pragma once
 
@@ -19,16 +19,16 @@ struct TileSlot {
   TileId id = kNoTile;
   TileState state = TileState::absent;
   std::shared_ptr<const Tile> tile;
-  std::size_t adds_left = 0, retires_left = 0;  // acknowledgements still to come
-  std::size_t order = kUnclaimed;               // place among the claims of the last plan
-  bool wanted = false;                          // by the last plan: it fits the budget with all better claims
+  std::size_t adds_left = 0, retires_left = 0;  // acknowledgements still missing
+  std::size_t order = kUnclaimed;               // position among the claims of the last plan
+  bool wanted = false;                          // by the last plan: fits the budget with all more urgent claims
   std::uint64_t last_claimed = 0;               // number of the plan
-  double due = 0;                               // queued: not to be read before
+  double due = 0;                               // queued: earliest time of the read
   double queued_at = 0;
-  bool ahead = false;             // claimed along the structure: what it holds tells where to go on
-  bool foreseen = false;          // read unasked, neither entered nor asked for since
-  bool held_once = false;         // by every reader
-  double retry = 0, backoff = 0;  // failed: not to be tried again before
+  bool ahead = false;             // claimed along the neurite: its content shows where the neurite continues
+  bool foreseen = false;          // read without request, and neither entered nor requested since
+  bool held_once = false;         // every reader held it at some time
+  double retry = 0, backoff = 0;  // failed: earliest time of the next attempt
 
   bool inMemory() const { return state == TileState::ready || state == TileState::resident; }
 
@@ -41,7 +41,7 @@ class TileSlots {
  public:
   explicit TileSlots(std::size_t tile_count) : place_(tile_count, kNone) {}
 
-  // nullptr: there is none. Valid until the slot is erased. All O(1).
+  // nullptr if there is none. Valid until the slot is erased. All O(1).
   TileSlot* find(TileId tile) { return place_[tile] == kNone ? nullptr : &pool_[place_[tile]]; }
   const TileSlot* find(TileId tile) const { return place_[tile] == kNone ? nullptr : &pool_[place_[tile]]; }
   TileSlot& operator[](TileId tile) {
@@ -66,12 +66,12 @@ class TileSlots {
     place_[slot.id] = kNone;
     slot = TileSlot{};
   }
-  // In an order that means nothing, but follows from what was done. Erasing a slot puts the last one in its place.
+  // All slots, in an arbitrary but deterministic order. Erasing a slot moves the last one to its position.
   const std::vector<TileSlot*>& all() const { return list_; }
 
  private:
   static constexpr std::uint32_t kNone = UINT32_MAX;
-  std::vector<std::uint32_t> place_;  // in the pool, by tile
+  std::vector<std::uint32_t> place_;  // by tile: position in the pool
   std::deque<TileSlot> pool_;
   std::vector<std::uint32_t> free_;
   std::vector<TileSlot*> list_;

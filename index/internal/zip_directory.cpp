@@ -23,7 +23,7 @@ constexpr std::string_view kLocalMark = "PK\3\4"sv, kEntryMark = "PK\1\2"sv, kEn
 constexpr std::string_view kEnd64Mark = "PK\6\6"sv, kLocator64Mark = "PK\6\7"sv, kSpanMark = "PK\7\x08"sv;
 constexpr std::size_t kLocalBytes = 30, kCentralBytes = 46, kEndBytes = 22, kEnd64Bytes = 56, kLocator64Bytes = 20;
 constexpr std::uint64_t kMaxComment = 65535;
-constexpr std::uint64_t kMostCentralBytes = kCentralBytes + 3 * std::uint64_t{65535};  // of an entry
+constexpr std::uint64_t kMostCentralBytes = kCentralBytes + 3 * std::uint64_t{65535};  // of one entry
 constexpr std::uint64_t kMostSignatureBytes = 6 + 65535;
 constexpr std::uint64_t kMostParsedTwice = std::uint64_t{16} << 20;
 
@@ -73,11 +73,11 @@ class File {
 
 struct EndRecord {
   std::uint64_t entries = 0, bytes = 0, at = 0;  // of the directory, as stated
-  std::uint64_t end = 0;                         // where it must end: at this record, or at the zip64 one
+  std::uint64_t end = 0;                         // where the directory must end: at this record or at the zip64 record
   bool several_disks = false;
 };
 
-// The zip64 record stands where its locator says, or, when bytes were put before the archive, right before the locator.
+// The zip64 record is where its locator says. If bytes precede the archive, it is directly before the locator.
 bool readEnd64(const File& file, std::uint64_t end_at, EndRecord& record) {
   if (end_at < kLocator64Bytes + kEnd64Bytes) return false;
   const std::uint64_t locator_at = end_at - kLocator64Bytes;
@@ -111,13 +111,14 @@ EndRecord readEnd(const File& file, std::string_view bytes, std::uint64_t end_at
   return record;
 }
 
-// Can so many entries take so many bytes? Behind them only a digital signature may follow, of at most 64 KiB.
+// True if the stated entries can have the stated size. After them only a digital signature of at most 64 KiB may
+// follow.
 bool plausible(const EndRecord& record) {
   return record.entries <= record.bytes / kCentralBytes &&
          record.bytes / kMostCentralBytes <= record.entries + kMostSignatureBytes / kMostCentralBytes + 1;
 }
 
-// Fills in what the fixed fields left to the zip64 extra field. False if that field is missing.
+// Reads values from the zip64 extra field that do not fit the fixed fields. Returns false if that field is missing.
 bool readExtra64(std::string_view extra, ZipEntry& entry) {
   std::uint64_t* const values[] = {&entry.bytes, &entry.packed_bytes, &entry.header_at};
   if (std::none_of(std::begin(values), std::end(values), [](const auto* value) { return *value == 0xFFFFFFFF; }))
@@ -140,7 +141,7 @@ bool readExtra64(std::string_view extra, ZipEntry& entry) {
   return false;
 }
 
-// The bytes of a stated directory, read a window at a time: a damaged record may state gigabytes.
+// Reads a stated directory in windows, since a damaged record may state gigabytes.
 class DirectoryReader {
  public:
   DirectoryReader(const File& file, std::uint64_t at, std::uint64_t bytes)
@@ -148,7 +149,7 @@ class DirectoryReader {
     if (!hash_) throw std::bad_alloc();
     XXH3_64bits_reset(hash_.get());
   }
-  // The next bytes, at least `count` unless fewer are left.
+  // The next bytes: at least `count`, or all if fewer are left.
   std::string_view peek(std::size_t count) {
     if (window_.size() - from_ < count && left_ > 0) {
       window_.erase(0, from_);
@@ -204,11 +205,11 @@ bool parseEntries(DirectoryReader& directory, std::uint64_t count, std::vector<Z
     entries.push_back(std::move(entry));
     directory.skip(whole);
   }
-  // What may follow the entries is a digital signature, never another entry.
+  // Only a digital signature may follow the entries, never another entry.
   return entries.size() == count && directory.peek(4).substr(0, 4) != kEntryMark;
 }
 
-// Extents are at least header, name and packed data. An extent may not run into the next one, nor into the directory.
+// True if entries overlap each other or the directory. An entry has at least a header, a name and packed data.
 bool entriesOverlap(const std::vector<ZipEntry>& entries, std::uint64_t directory_at) {
   std::vector<std::pair<std::uint64_t, std::uint64_t>> extents;
   extents.reserve(entries.size());
@@ -239,7 +240,7 @@ ZipDirectory readZipDirectory(const std::string& path) {
 
   bool bytes_missing = false, end_seen = false, have = false;
   std::vector<ZipEntry> entries;
-  std::uint64_t parsed = 0;  // bytes of directories
+  std::uint64_t parsed = 0;  // bytes of directories read so far
   for (std::size_t at = tail.rfind(kEndMark); at != std::string::npos;
        at = at == 0 ? std::string::npos : tail.rfind(kEndMark, at - 1)) {
     if (tail.size() - at < kEndBytes || number(tail, at + 20, 2) > tail.size() - at - kEndBytes) {
@@ -254,10 +255,10 @@ ZipDirectory readZipDirectory(const std::string& path) {
     }
     const std::uint64_t directory_at = record.end - record.bytes;
     const bool shifted = directory_at != record.at;
-    // Of several readable directories the one that starts where it says wins: the others lie inside of a comment.
+    // Of several valid directories, the one at its stated position is used: the others lie inside a comment.
     if (record.several_disks || (shifted && have)) continue;
     if (!plausible(record)) continue;
-    // No archive states so many directories but one that is made to keep its reader busy.
+    // Only an archive made to waste time states so many directories.
     if ((parsed += record.bytes) > 4 * file.size() + kMostParsedTwice) break;
     DirectoryReader directory(file, directory_at, record.bytes);
     if (!parseEntries(directory, record.entries, entries)) continue;

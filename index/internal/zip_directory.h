@@ -1,5 +1,5 @@
-// The central directory of a zip archive, read on its own: libzip tells neither where an entry's bytes lie nor whether
-// an archive is cut short or none at all. Thread-compatible functions.
+// Reads the central directory of a zip archive. libzip does not tell where an entry's bytes lie, or whether a file is
+// truncated or not an archive. Thread rule: pure functions, any thread.
 #pragma once
 
 #include "index/input_report.h"
@@ -22,15 +22,15 @@ struct ZipEntry {
 };
 
 struct ZipDirectory {
-  std::optional<InputCode> refusal;  // E_ZIP_TRUNCATED, E_ZIP_FORMAT or E_ZIP_OVERLAP; then there are no entries
+  std::optional<InputCode> refusal;  // E_ZIP_TRUNCATED, E_ZIP_FORMAT or E_ZIP_OVERLAP: `entries` is then empty
   std::uint64_t file_bytes = 0;
-  std::uint64_t archive_at = 0;  // bytes before the archive proper, as in self-extracting files
+  std::uint64_t archive_at = 0;  // bytes before the archive, as in self-extracting files
   std::uint64_t digest = 0;      // XXH3 of the directory's bytes: names, sizes and checksums of all entries
   std::vector<ZipEntry> entries;
 };
 
-// Signatures inside the archive comment are told from the real end record: the directory must parse in full and end
-// where the record says. Throws IoError when the file cannot be read. O(entries log entries).
+// Reads the directory. A signature inside the archive comment is not taken for the end record: the directory must be
+// valid and end where the record says. Throws IoError if the file cannot be read. O(entries log entries).
 ZipDirectory readZipDirectory(const std::string& path);
 
 }  // namespace filiform::internal
