@@ -18,7 +18,7 @@ bool isLetter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
 
 bool isControl(char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7F; }
 
-// Calls `use` for each part between slashes; true if it was for any.
+// Calls `use` for each part between slashes. Returns true if any call did.
 template <class Use>
 bool anyPart(std::string_view path, Use use) {
   for (;;) {
@@ -35,7 +35,7 @@ std::string withSlashes(std::string_view name) {
   return path;
 }
 
-// Without drive, leading slashes, and empty or `.` parts.
+// The path without drive, leading slashes, and empty or `.` parts.
 std::string relativeForm(std::string_view path) {
   if (path.size() >= 2 && isLetter(path[0]) && path[1] == ':') path.remove_prefix(2);
   std::string out;
@@ -56,7 +56,7 @@ std::string withoutControls(std::string_view text) {
 
 bool isSymbolicLink(const internal::ZipEntry& entry) { return (entry.attributes >> 16 & 0170000) == 0120000; }
 
-// An entry that is worth a line in the report, or nothing.
+// The entry if the report must name it, otherwise nullopt.
 std::optional<ArchiveEntry> consider(const internal::ZipEntry& raw, std::uint64_t index) {
   const std::string path = withSlashes(raw.name);
   const bool swc = endsWithNoCase(path, ".swc"), zip = endsWithNoCase(path, ".zip");
@@ -104,7 +104,7 @@ InputCode refusalOf(int libzip_error) {
   }
 }
 
-// What is wrong with the archive is its entry's fault; what is wrong with the machine stops the run.
+// Damage in the archive is the entry's fault. A failure of the system stops the run.
 void throwIfSystem(const std::string& path, zip_error_t* error) {
   switch (zip_error_code_zip(error)) {
     case ZIP_ER_OPEN:
@@ -185,7 +185,7 @@ std::optional<InputCode> Archive::read(const ArchiveEntry& entry, const std::fun
     handle_ = std::make_unique<Handle>(zip);
   }
   zip_t* const zip = handle_->zip;
-  // Two readings of one directory must agree, or the names and sizes in the report would be of something else.
+  // Both readings of the directory must agree; otherwise the report's names and sizes belong to another file.
   const char* const raw_name = zip_get_name(zip, entry.index, ZIP_FL_ENC_RAW);
   if (static_cast<std::uint64_t>(zip_get_num_entries(zip, 0)) != directory_entries_ || raw_name == nullptr ||
       entry.name.compare(0, entry.name.find('\0'), raw_name) != 0) {
@@ -200,8 +200,7 @@ std::optional<InputCode> Archive::read(const ArchiveEntry& entry, const std::fun
   const std::unique_ptr<char[]> block(new char[kBlock]);
   std::uint64_t total = 0;
   for (;;) {
-    // One byte more than declared is enough to see that there is more; libzip compares the checksum when it meets the
-    // end.
+    // One byte more than declared shows an oversized entry. libzip compares the checksum at the end.
     const std::uint64_t left = entry.bytes - total;
     const zip_int64_t got = zip_fread(file.get(), block.get(), std::min(kBlock, left + 1));
     if (got < 0) {

@@ -36,8 +36,8 @@ std::string_view suffix(std::string_view path, std::size_t parts) {
   return path.substr(slash + 1);
 }
 
-// Gives each of the `open` sources, all different, a name that no other has. `shorten` is what is shown of a suffix.
-// Returns the sources that their whole path does not tell apart.
+// Gives each of the `open` sources, all different, a unique name. `shorten` maps a suffix to the name shown. Returns
+// the sources that their whole path does not distinguish.
 template <class Shorten>
 std::vector<std::string_view> tellApart(std::vector<std::string_view> open, Shorten shorten,
                                         std::unordered_map<std::string_view, std::string_view>& names) {
@@ -111,7 +111,7 @@ std::vector<std::string> cellNames(const std::vector<std::string>& sources, cons
   std::unordered_set<std::string_view> different;
   std::unordered_set<std::string> taken;
   std::vector<std::string> names(sources.size());
-  std::unordered_map<std::string_view, std::size_t> numbers;  // the last one used, by what it was added to
+  std::unordered_map<std::string_view, std::size_t> numbers;  // last number used, by the text it was appended to
   const auto number_on = [&](std::size_t i, std::string_view counted, const std::string& base) {
     std::size_t& number = numbers[counted];
     for (;;) {
@@ -134,7 +134,7 @@ std::vector<std::string> cellNames(const std::vector<std::string>& sources, cons
       tellApart({different.begin(), different.end()}, withoutEndings, short_names);
   tellApart(
       left, [](std::string_view path) { return path; }, short_names);
-  // A name with an ending or a number may still be another's plain name: the later one is then numbered on.
+  // A name with an ending or a number may equal another plain name: the later one gets a number.
   numbers.clear();
   for (std::size_t i = 0; i < sources.size(); ++i)
     if (!has_name(i)) number_on(i, sources[i], std::string(short_names[sources[i]]));

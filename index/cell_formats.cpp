@@ -22,7 +22,7 @@ namespace {
 
 using Links = std::vector<std::array<std::uint32_t, 2>>;
 
-// {parent, child} by rank, without the stand-ins for isolated samples.
+// {parent, child} by rank, without isolated samples.
 Links linksOf(const CellGraph& cell) {
   Links links;
   for (const auto& [child, parent] : cell.links)
@@ -32,7 +32,7 @@ Links linksOf(const CellGraph& cell) {
   return links;
 }
 
-// One line of text at a time.
+// Builds one line of text at a time.
 class TextLines {
  public:
   explicit TextLines(std::ostream& out) : out_(out) {}
@@ -81,7 +81,7 @@ void put(std::string& bytes, std::uint32_t bits, int count) {
   for (int i = 0; i < count; ++i) bytes += static_cast<char>(bits >> (8 * i) & 0xff);
 }
 
-// The nm that a reader turns into this radius, where there are such.
+// The nm value that a reader converts back to this radius, if one exists.
 float nanometresOf(float um) {
   const auto back = [](float nm) { return static_cast<float>(static_cast<double>(nm) * 1e-3); };
   const float nm = static_cast<float>(static_cast<double>(um) * 1e3);
@@ -112,7 +112,7 @@ void writeObj(std::ostream& out, const CellGraph& cell) {
 }
 
 void writeVtk(std::ostream& out, const CellGraph& cell) {
-  constexpr std::size_t kLongestTitle = 200;  // of the format's 256, less what escaping adds
+  constexpr std::size_t kLongestTitle = 200;  // the format allows 256; escaping adds the rest
   const Links links = linksOf(cell);
   out << "# vtk DataFile Version 3.0\n"
       << escaped(cell.name, kLongestTitle / 4) << ", um\nASCII\nDATASET POLYDATA\nPOINTS " << cell.samples()
@@ -132,7 +132,7 @@ void writeVtk(std::ostream& out, const CellGraph& cell) {
 
 SkeletonFormat::SkeletonFormat(const Grid& grid, const GridBox& bounds) : grid_(grid), origin_(GridPoint::Zero()) {
   if (bounds.empty()) return;
-  constexpr std::int64_t kMostQuanta = std::int64_t{1} << 24;  // whole numbers up to it are 32-bit floats
+  constexpr std::int64_t kMostQuanta = std::int64_t{1} << 24;  // whole numbers up to this are exact as 32-bit floats
   origin_ = bounds.lo + (bounds.hi - bounds.lo) / 2;
   if (((bounds.hi - origin_).array() > kMostQuanta).any() || ((origin_ - bounds.lo).array() > kMostQuanta).any())
     throw InputError(

@@ -14,7 +14,7 @@
 namespace filiform {
 namespace {
 
-// The first of the tile's segments with an id of the cell or beyond.
+// The tile's first segment whose cell id is at least `cell`.
 std::uint32_t firstOf(const Tile& tile, std::uint32_t cell) {
   std::uint32_t low = 0, high = tile.segment_count();
   while (low < high) {

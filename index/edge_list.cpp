@@ -18,7 +18,7 @@ constexpr std::size_t kMaxFields = 8;
 
 struct Fields {
   std::array<std::string_view, kMaxFields> text;
-  std::size_t count = 0;  // may be more
+  std::size_t count = 0;  // number of words; may exceed the array
 };
 
 Fields split(std::string_view line) {
@@ -34,7 +34,7 @@ Fields split(std::string_view line) {
   }
 }
 
-// Is it an id? Otherwise why not.
+// Reads an id. On failure, `why` is the reason.
 bool readId(std::string_view token, std::int64_t& id, InputCode& why) {
   const IntegerKind kind = internal::readInteger(token, id);
   why = kind == IntegerKind::kText ? InputCode::W_BAD_LINE : InputCode::W_BAD_ID;
@@ -88,7 +88,7 @@ void readEdge(const Fields& fields, std::uint64_t line, std::string_view text, i
 void readEdgeList(internal::ByteStream& in, internal::GraphBuilder& graph) {
   std::string_view text;
   bool too_long = false;
-  // Lone CRs end lines too, so lines are counted here.
+  // Lone CRs also end lines, so lines are counted here.
   for (std::uint64_t line = 1; in.readLine(text, kMaxLine, too_long); ++line) {
     const Fields fields = split(text);
     if (fields.count == 0) continue;

@@ -33,7 +33,7 @@ constexpr std::uint64_t kMemoryOfThread = std::uint64_t{16} << 20;  // stack, bu
 
 bool isTemporaryName(const std::string& name) { return name.find(".tmp-") != std::string::npos; }
 
-// The folder of a set while one ingest works on it: locked, and left as it was found unless publish() succeeds.
+// The folder of a set during one ingest. It is locked, and restored unless publish() succeeds.
 class Workshop {
  public:
   Workshop(const std::string& path, bool force) : path_(path) {
@@ -50,13 +50,13 @@ class Workshop {
       lock();
       created_ = created;
       if (!created_) inspect(force);
-      // The revision's name is known only when everything is written.
+      // The revision's name is known only after everything is written.
       building_ = path + "/new.tmp-" + std::to_string(::getpid());
       fs::remove_all(building_);
       fs::create_directory(building_);
     } catch (const fs::filesystem_error& e) {
       undo();
-      if (created) fs::remove(path, error);  // unless somebody else has begun to use it
+      if (created) fs::remove(path, error);  // fails if another process already uses it
       throw IoError(path, "cannot be written", e.code().value());
     } catch (...) {
       undo();
@@ -70,7 +70,7 @@ class Workshop {
 
   const std::string& building() const { return building_; }
 
-  // False when that very revision is in force already, whole.
+  // Returns false if the same revision is already published and complete.
   bool publish(const std::string& revision) {
     try {
       const std::string target = path_ + "/" + revision;
@@ -79,7 +79,7 @@ class Workshop {
         return false;
       }
       const std::string own = ".tmp-" + std::to_string(::getpid());
-      if (fs::exists(target)) {  // damaged, or left by a crash before CURRENT named it
+      if (fs::exists(target)) {  // damaged, or left by a crash before CURRENT was written
         fs::remove_all(target + own);
         fs::rename(target, target + own);
         aside_ = target + own;
@@ -133,7 +133,7 @@ class Workshop {
       const auto set = TileSet::open(path_);
       previous_ = set->revision();
     } catch (const Error&) {
-      // Damaged: to be replaced.
+      // Damaged: will be replaced.
     }
   }
 
@@ -147,7 +147,7 @@ class Workshop {
     }
   }
 
-  // Readers hold what they opened; what cannot be removed now is removed by the next ingest.
+  // Readers keep their open files. The next ingest removes what cannot be removed now.
   void removeOthers(const std::string& revision) noexcept {
     try {
       std::error_code ignored;
@@ -171,10 +171,10 @@ class Workshop {
       }
       if (created_) fs::remove_all(path_, ignored);
       if (folder_ >= 0) ::close(std::exchange(folder_, -1));
-      removeMade();                              // with one more file descriptor to list them with
-      if (created_) fs::remove(path_, ignored);  // unless somebody else has begun to use it
+      removeMade();                              // listing needs one more file descriptor
+      if (created_) fs::remove(path_, ignored);  // fails if another process already uses it
     } catch (const std::bad_alloc&) {
-      // Without memory nothing can be removed; the next ingest does.
+      // Without memory nothing can be removed; the next ingest removes it.
     }
     for (std::string* undone : {&building_, &target_, &aside_, &next_}) undone->clear();
     created_ = false;
@@ -189,12 +189,12 @@ class Workshop {
   }
 
   std::string path_, previous_;
-  std::string building_, target_, aside_, next_;  // to be undone; empty: nothing
+  std::string building_, target_, aside_, next_;  // to be undone; empty: none
   bool created_ = false;
   int folder_ = -1;
 };
 
-// Encodes tiles as they come, and keeps their bytes aside until their places in the packs are known.
+// Encodes tiles as they arrive, and stores the bytes until their positions in the packs are known.
 class TileStack final : public internal::TileSink {
  public:
   TileStack(const Grid& grid, unsigned threads, const std::string& folder, std::uint64_t memory)
@@ -219,7 +219,7 @@ class TileStack final : public internal::TileSink {
     std::uint64_t offset;
     std::size_t geometry_bytes, appearance_bytes;
   };
-  // All of them, by leaf: their places are the tiles' ids.
+  // All tiles, by leaf; the position is the tile's id.
   std::vector<Encoded> finish() {
     std::vector<Encoded> all;
     std::size_t size = 0;
@@ -244,7 +244,7 @@ class TileStack final : public internal::TileSink {
   static constexpr std::size_t kBlockBytes = std::size_t{64} << 10;
   struct Heap {
     internal::Chain bytes;
-    std::deque<Encoded> tiles;  // a vector would be there twice while it grows
+    std::deque<Encoded> tiles;  // a growing vector would need twice the memory
   };
   Grid grid_;
   internal::Spool spool_;

@@ -1,7 +1,8 @@
-// From command-line arguments (files, folders, zip archives) to a stream of cells, and a report on every input.
+// Input: reads command-line arguments (files, folders, zip archives) as a stream of cells, and reports on every input.
 //
-// Cells come in the order of cell ids: by source, equal sources by content digest, both in byte order, whatever the
-// order of the arguments. One cell is in memory at a time; of archives, the directory. Thread-compatible.
+// Cells come in the order of cell ids: by source, then by content digest, both in byte order. The order of the
+// arguments has no effect. One cell is in memory at a time; of an archive, its central directory. Thread rule:
+// thread-compatible.
 //
 //   Input input({"column.zip", "more/"});
 //   for (Cell cell; input.next(cell);) std::cout << cell.source << '\n';
@@ -22,76 +23,81 @@
 
 namespace filiform {
 
-// One .swc of an archive, or an inner archive that was not opened.
+// The report on one .swc entry of an archive, or on an inner archive, which is not opened.
 struct EntryReport {
-  std::string entry;  // its name, raw bytes
+  std::string entry;  // name in the archive, raw bytes
   std::uint64_t bytes = 0;
   std::uint64_t digest = 0;  // XXH3 of the content
-  bool dropped = false;      // as a whole: skipped or refused
+  bool dropped = false;      // the whole entry was skipped or refused
   InputReport report;
 };
 
-// One row of `check`: a file argument, a file of a folder, an archive with the sums over its entries, or a folder that
-// cannot be listed.
+// One row of `check`: a file argument, a file of a folder, an archive (sums over its entries), or a folder that cannot
+// be listed.
 struct SourceReport {
   std::string file;  // base name of the argument, or path below the folder argument; raw bytes
   bool archive = false;
   std::uint64_t bytes = 0;
-  std::uint64_t digest = 0;  // XXH3 of the content; of an archive, of its central directory
-  InputReport report;        // of an archive: sums, and records of the archive itself
+  std::uint64_t digest = 0;  // XXH3 of the content; for an archive, of its central directory
+  InputReport report;        // for an archive: sums, and records of the archive itself
   std::vector<EntryReport> entries;
 };
 
 struct InputOptions {
   SwcOptions swc;
   std::uint64_t memory = UINT64_MAX;  // bytes
-  double cell_share = 0.625;          // of the memory, what one cell may take while it is read
-  // Told after each block how many of the bytes (of files on disk) are done. What it throws ends the run.
+  double cell_share = 0.625;          // fraction of `memory` that one cell may take while it is read
+  // Called after each block read: `done` of `total` bytes of the files on disk. An exception that it throws ends the
+  // run.
   std::function<void(std::uint64_t done, std::uint64_t total)> progress;
 };
 
 class Input : public CellStream {
  public:
-  // Lists everything; reads the directories of archives and nothing else. Folders are walked recursively, taking each
-  // *.swc and *.zip in any letter case, hidden ones too, except `._*` and `__MACOSX`. A folder whose own `info` is that
-  // of Neuroglancer skeletons is these skeletons and nothing else. An argument that is a file may be a link and have
-  // any name; *.zip is an archive, *.edges, *.obj and *.vtk are graphs (index/graph_file.h), all else is SWC. Graph
-  // files within folders and archives are not taken: such folders hold meshes as a rule.
+  // Lists all inputs; reads only the directories of archives. Folders are searched recursively for *.swc and *.zip in
+  // any letter case, hidden files included, except `._*` and `__MACOSX`. A folder with an `info` of Neuroglancer
+  // skeletons counts as one input of skeletons.
   //
-  // Symbolic links in folders are followed, to files and to folders. Within one folder argument each real file (device
-  // and inode, so hard links too) is taken once, and each real folder is entered once, under its lowest path in byte
-  // order; loops end there.
+  // A file argument may have any name: *.zip is an archive; *.edges, *.obj and *.vtk are graphs (index/graph_file.h);
+  // all others are SWC. Graph files inside folders and archives are ignored, since such folders usually hold meshes.
   //
-  // What cannot be read is refused (E_UNREADABLE), and the rest goes on: a file, an archive, a folder that cannot be
-  // listed, a link to nothing, a pipe or device named *.swc. Throws IoError when an argument is missing, or neither
-  // file nor folder, or when the process has no file descriptor or memory left; InputError when there is no argument, a
-  // folder holds neither .swc nor .zip.
+  // Symbolic links to files and folders are followed. Within one folder argument, each real file (device and inode, so
+  // hard links too) is read once and each real folder is entered once, under its lowest path in byte order.
+  //
+  // Unreadable inputs are refused (E_UNREADABLE), and the rest continues: a file, an archive, a folder that cannot be
+  // listed, a link without a target, a pipe or device named *.swc.
+  //
+  // Throws IoError if an argument is missing or neither file nor folder, or if the process has no file descriptor or
+  // memory left. Throws InputError without arguments, or for a folder with neither .swc nor .zip.
   explicit Input(const std::vector<std::string>& arguments, InputOptions options = {});
   ~Input() override;
   Input(Input&&) noexcept;
   Input& operator=(Input&&) noexcept;
 
-  // The next cell that is not refused. In the first pass, a file that cannot be read is refused. Throws IoError when a
-  // file differs from an earlier pass, cannot be read in a later pass, or the process has no file descriptor or memory
-  // left; InputError when a cell takes more memory than is given; ConservationError; UsageError as SwcReader.
+  // Moves the next cell that is not refused into `cell`; false at the end. The first pass refuses files that cannot be
+  // read.
+  //
+  // Throws IoError if a file changed since an earlier pass, cannot be read in a later pass, or if the process has no
+  // file descriptor or memory left. Throws InputError if a cell exceeds the given memory. Throws ConservationError, and
+  // UsageError as SwcReader does.
   bool next(Cell& cell) override;
 
-  // Starts over, for another pass. Inputs that were refused are not read again.
+  // Returns to the first cell, for another pass. Refused inputs are not read again.
   void rewind();
 
-  // In the order of the arguments, in a folder by path. Complete, and then unchanging, once next() has returned false.
+  // Reports in the order of the arguments; within a folder by path. Final once next() has returned false.
   const std::vector<SourceReport>& reports() const;
 
-  // .swc files and entries that may be read; the cells are these but for what is refused.
+  // Number of inputs that may hold a cell: files and .swc entries that are not refused at listing.
   std::uint64_t listed() const;
-  // Of the same, in the order of cells. O(listed()); valid as long as the input.
+  // Their sources, in the order of cells. Valid while this object lives. O(listed()).
   std::vector<std::string_view> sources() const;
-  // About the memory that the lists of inputs and the reports on them take; each record of a report beside, a byte or
-  // two beyond 1 MiB in all. O(listed()).
+  // Approximate memory, in bytes, of the lists of inputs and the reports. Records of reports take up to 1 MiB more, and
+  // a byte or two each beyond that. O(listed()).
   std::uint64_t held_bytes() const;
-  // Sum over the files on disk.
+  // Bytes of all files on disk.
   std::uint64_t bytes() const;
-  // One line where the unit of what was read so far looks wrong (index/unit_check.h), empty otherwise.
+  // One line if the unit of the cells read so far looks wrong (index/unit_check.h); otherwise empty.
   std::string unitDoubt() const;
 
  private:
@@ -99,8 +105,8 @@ class Input : public CellStream {
   std::unique_ptr<State> state_;
 };
 
-// What became of an input: a file, or what an archive holds. An entry that an archive loses is skipped as long as the
-// archive itself is not refused. So an input is refused only where anyRefused() is true.
+// The outcome for one input: a file or an archive entry. A lost entry counts as skipped unless its archive is refused.
+// So an input is refused only if anyRefused() is true.
 enum class InputFate : std::uint8_t { kAccepted, kWarned, kSkipped, kRefused };
 
 struct InputTotals {
@@ -110,21 +116,21 @@ struct InputTotals {
 };
 InputTotals totals(const std::vector<SourceReport>& reports);
 
-// Was anything dropped of a row?
+// True if anything of the row was dropped.
 bool anyDropped(const SourceReport& row);
-// Hands over, piece by piece, what was dropped of a row, in order: comma-separated line numbers, in an archive entry
-// names or `entry:line`; escaped. A text of any length; no piece is longer than a name.
+// Passes the dropped parts of a row to `use`, piece by piece, in order: comma-separated line numbers; for an archive,
+// entry names or `entry:line`. Text is escaped. No piece is longer than a name.
 void writeDropped(const SourceReport& row, const std::function<void(std::string_view piece)>& use);
 
-// The worst severity of the rows; accept where there is none. `check` exits with 1 where the verdict is refuse.
+// The worst severity of the rows; accept without rows. `check` exits with 1 if the verdict is refuse.
 Severity verdict(const std::vector<SourceReport>& reports);
 bool anyRefused(const std::vector<SourceReport>& reports);
 
-// `file severity samples segments dropped codes`, tab-separated, under a header line; names escaped.
+// Writes a header line and `file severity samples segments dropped codes` for each row, tab-separated, names escaped.
 void writeCheckTable(std::ostream& out, const std::vector<SourceReport>& reports);
 
-// A few lines for people: totals, each code with its count and meaning, each refused and each skipped input (the first
-// 20 of both) with the reason. Ends with a newline.
+// A few lines for the user: totals, each code with count and meaning, and the first 20 refused and skipped inputs with
+// the reason. Ends with a newline.
 std::string summary(const std::vector<SourceReport>& reports);
 
 }  // namespace filiform

@@ -8,7 +8,8 @@
 namespace filiform {
 namespace {
 
-constexpr std::size_t kPieceBytes = std::size_t{64} << 10;  // held, of a sequence, before it goes to the store
+constexpr std::size_t kPieceBytes = std::size_t{64}
+                                    << 10;  // encoded bytes of a sequence in memory before they go to the store
 
 void putVarint(std::vector<std::uint8_t>& out, std::uint64_t v) {
   for (; v >= 128; v >>= 7) out.push_back(static_cast<std::uint8_t>(v | 128));
@@ -17,8 +18,8 @@ void putVarint(std::vector<std::uint8_t>& out, std::uint64_t v) {
 
 }  // namespace
 
-// Code and effect, twice the count and whether there is a token, the first line's distance from that of the run before,
-// the step if there are several, the token.
+// Encodes a run: code and effect; twice the count plus 1 if there is a token; distance of its first line from that of
+// the run before; the step if count > 1; the token.
 void InputRecords::encode(Tape& tape) {
   Run& run = tape.run;
   if (run.count == 0) return;
@@ -51,7 +52,7 @@ void InputRecords::put(Tape& tape) {
 void InputRecords::add(const InputRecord& record) {
   ++size_;
   ++counts_[static_cast<std::size_t>(record.effect)];
-  // The first sequence that it continues: so equal lines come out in the order in which they were added.
+  // The first sequence that the line continues, so that equal lines keep the order of insertion.
   const auto found =
       std::find_if(tapes_.begin(), tapes_.end(), [&](const Tape& tape) { return tape.last_line <= record.line; });
   Tape& tape = found != tapes_.end() ? *found : tapes_.emplace_back();
@@ -95,7 +96,7 @@ InputRecord InputRecords::operator[](std::uint64_t place) const {
   return *at;
 }
 
-// Goes through a sequence: what lies in the store, then what is held, then the run that is not encoded.
+// Iterates over a sequence: first the store, then memory, then the run that is not encoded.
 class InputRecords::TapeReader {
  public:
   TapeReader(const Tape& tape, const internal::RecordStore* store) : tape_(&tape), store_(store) { next(); }

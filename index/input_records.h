@@ -1,7 +1,7 @@
-// The records of an input (input_report.h), in a few bytes each: what is dropped may be millions of lines.
+// The records of an input (input_report.h), in a few bytes each, since millions of lines may be dropped.
 //
-// Records that follow one another at equal steps, with one code and no token, are one entry. Beyond 1 MiB in the
-// process, records lie in one temporary file without a name, in $TMPDIR or /tmp. Value; thread-compatible.
+// Consecutive records with the same code, no token and equal steps of the line form one entry. Beyond 1 MiB in the
+// process, records go to one temporary file without a name, in $TMPDIR or /tmp. Thread rule: values, thread-compatible.
 #pragma once
 
 #include <array>
@@ -19,10 +19,10 @@ enum class InputCode : std::uint8_t;
 enum class Effect : std::uint8_t { kRemark, kLineDropped, kLinkCut, kInputRefused };
 
 struct InputRecord {
-  std::uint64_t line = 0;  // from 1; 0 where no line is meant
+  std::uint64_t line = 0;  // from 1; 0: no particular line
   InputCode code{};
   Effect effect = Effect::kRemark;
-  std::string token;  // what stood there, escaped and cut; empty beyond the first kTokensKept records of a code
+  std::string token;  // text at that place, escaped and cut; empty after the first kTokensKept records of a code
 };
 
 namespace internal {
@@ -31,12 +31,12 @@ class RecordStore;
 
 class InputRecords {
  public:
-  // Adds a record; records come out by line, equal lines in the order in which they were added. O(1) as long as lines
-  // ascend but for a few sequences. Throws IoError when the temporary file cannot be made or written.
+  // Adds a record. Records are sorted by line; equal lines keep the order of insertion. O(1) if lines ascend, except
+  // for a few sequences. Throws IoError if the temporary file cannot be created or written.
   void add(const InputRecord& record);
-  // Adds a record of line 0 before all others. No add() may follow.
+  // Inserts a record of line 0 before all others. No add() may follow.
   void addFirst(InputRecord record);
-  // Gives up the memory that is held for further records.
+  // Ends adding and frees the memory kept for further records.
   void close();
   void clear();
 
@@ -46,18 +46,18 @@ class InputRecords {
   InputRecord front() const;                          // requires !empty()
   InputRecord operator[](std::uint64_t place) const;  // O(place); requires place < size()
 
-  // By line. Reading throws IoError when the temporary file cannot be read. Valid as long as the records, unchanged.
+  // Iterates by line. Throws IoError if the temporary file cannot be read. Valid while the records stay unchanged.
   class Iterator;
   Iterator begin() const;
   std::default_sentinel_t end() const { return {}; }
 
  private:
-  // A sequence with ascending lines, encoded.
+  // A sequence of ascending lines, encoded.
   struct Piece {
     std::uint64_t at, bytes;  // in the store
   };
   struct Run {
-    std::uint64_t line = 0, step = 0, count = 0;  // count 0: none
+    std::uint64_t line = 0, step = 0, count = 0;  // count 0: no run
     InputCode code{};
     Effect effect = Effect::kRemark;
     std::string token;
@@ -65,8 +65,8 @@ class InputRecords {
   struct Tape {
     std::vector<Piece> pieces;
     std::vector<std::uint8_t> held;
-    Run run;                      // not yet encoded
-    std::uint64_t last_line = 0;  // added
+    Run run;                      // the run not yet encoded
+    std::uint64_t last_line = 0;  // of the last record added
     std::uint64_t base = 0;       // first line of the run encoded last
   };
   class TapeReader;

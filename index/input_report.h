@@ -1,8 +1,8 @@
-// What was made of an input: how much was kept, and one record for everything that was dropped, cut or remarked.
+// The report on one input: how much was kept, and one record for each dropped line, cut link or remark.
 //
-// The law: a sample is kept iff its id and x, y, z are valid; nothing is moved, invented or scaled; every dropped line
-// and every cut link is one record. So candidate lines = samples + dropped lines, and links given = segments + cut
-// links, checked on every run. Values; thread-compatible.
+// Rules: a sample is kept if and only if its id and x, y, z are valid. Nothing is moved, invented or scaled. Each
+// dropped line and each cut link is one record. So candidate lines = samples + dropped lines, and links given =
+// segments + cut links; every run checks this. Thread rule: values, thread-compatible.
 #pragma once
 
 #include "index/grid.h"
@@ -18,7 +18,7 @@
 
 namespace filiform {
 
-// E_: the file, entry or archive is refused. W_: something was dropped, cut or is worth a remark; the rest is kept.
+// E_: the file, entry or archive is refused. W_: something was dropped, cut or remarked; the rest is kept.
 enum class InputCode : std::uint8_t {
   E_DECIMAL_COMMA,
   E_ENCODING,
@@ -69,9 +69,9 @@ enum class InputCode : std::uint8_t {
 };
 inline constexpr std::size_t kInputCodes = static_cast<std::size_t>(InputCode::W_ZIP_UNSAFE_NAME) + 1;
 
-// "W_ORDER". The enumerators are in the order in which codes are printed: E_ first, then by letter.
+// The code as text: "W_ORDER". Enumerators are in printing order: E_ first, then alphabetical.
 std::string_view name(InputCode code);
-// What it means and what was done, in words for people: "parent defined after its child; kept".
+// The meaning and what was done, for the user: "parent defined after its child; kept".
 std::string_view explanation(InputCode code);
 inline bool isRefusal(InputCode code) { return code < InputCode::W_BAD_ID; }
 
@@ -79,14 +79,14 @@ enum class Severity : std::uint8_t { kAccept, kWarn, kRefuse };
 // "accept", "warn", "refuse".
 std::string_view name(Severity severity);
 
-// How often each code occurred. A handful of codes: a sorted vector.
+// How often each code occurred. Sorted by code, since there are few.
 class CodeCounts {
  public:
   void add(InputCode code, std::uint64_t count = 1);
   void add(const CodeCounts& other);
   std::uint64_t operator[](InputCode code) const;
   bool empty() const { return counts_.empty(); }
-  // In printing order, counts above 0.
+  // In printing order; only counts above 0.
   const std::vector<std::pair<InputCode, std::uint64_t>>& all() const { return counts_; }
   bool anyRefusal() const { return !counts_.empty() && isRefusal(counts_.front().first); }
 
@@ -96,12 +96,13 @@ class CodeCounts {
 
 struct SwcHeader {
   std::optional<Vector3d> scale;   // of a `# SCALE` line; never applied
-  std::optional<Vector3d> offset;  // of the last `# OFFSET` line, in the unit of the file; applied only when asked for
-  std::string units;               // the word that named a unit other than um ("pixels"), escaped
+  std::optional<Vector3d> offset;  // last `# OFFSET` line, in the file's unit; applied only with apply_offset
+  std::string units;               // word for a unit other than um ("pixels"), escaped
 };
 
 struct InputReport {
-  // Records without a token, and remarks without a record, follow after this many of a code; counts stay exact.
+  // For each code, only the first kTokensKept records keep their token, and later remarks get no record. Counts stay
+  // exact.
   static constexpr std::uint64_t kTokensKept = 100;
 
   Severity severity = Severity::kAccept;
@@ -118,11 +119,11 @@ struct InputReport {
   SwcHeader header;
 };
 
-// Why the input was refused, in words: the meaning of its first refusal; for E_UNREADABLE what the system said. Empty
-// if no code refuses it.
+// Why the input was refused: the meaning of its first refusal; for E_UNREADABLE, the system's reason. Empty if it was
+// not refused.
 std::string refusalReason(const InputReport& report);
 
-// Nothing may be lost without a record; if it was, the run must not go on. Names the file.
+// Thrown if something was lost without a record: a bug, so the run must stop. Names the file.
 class ConservationError : public std::logic_error {
  public:
   using std::logic_error::logic_error;

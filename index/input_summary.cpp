@@ -1,4 +1,4 @@
-// What is printed about inputs: the table of `check` and the summary for people.
+// Prints the table of `check` and the summary of inputs.
 #include "index/input.h"
 #include "index/text.h"
 
@@ -55,8 +55,7 @@ InputFate fateOf(const InputReport& report) {
   return InputFate::kRefused;
 }
 
-// Calls `use(name, report, fate)` for each input: plain files, entries, and refused archives none of whose entries is
-// itself refused.
+// Calls `use(name, report, fate)` for each input: plain files, entries, and refused archives without a refused entry.
 template <class Use>
 void forEachInput(const std::vector<SourceReport>& rows, Use use) {
   for (const SourceReport& row : rows) {
@@ -170,7 +169,7 @@ std::string summary(const std::vector<SourceReport>& reports) {
       out += "  " + std::string(name(code)) + " " + grouped(count) + ": " + std::string(explanation(code)) + "\n";
   }
   for (const auto& kind : {std::pair(InputFate::kRefused, " refused"), {InputFate::kSkipped, " skipped"}}) {
-    const InputFate fate = kind.first;  // clang 14 takes no structured binding into a lambda
+    const InputFate fate = kind.first;  // clang 14 cannot capture structured bindings in lambdas
     const char* const word = kind.second;
     std::size_t named = 0;
     forEachInput(reports, [&](const std::string& input, const InputReport& report, InputFate its_fate) {

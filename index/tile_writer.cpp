@@ -113,7 +113,7 @@ void TileWriter::writeCells(const std::vector<CellRecord>& records, const std::v
     counts.roots += record.roots;
     impl_->manifest.bounds.extend(record.bounds);
   }
-  // The details follow a table of their places: they wait in a spool until it is written.
+  // The details follow the table of their positions, so they wait in a spool until it is written.
   internal::Spool spool(impl_->folder, kDetailBlock, kDetailMemory);
   internal::Chain waiting(spool);
   std::vector<internal::DetailPlace> places;

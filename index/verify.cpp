@@ -16,7 +16,7 @@ class Checker {
   void problem(const std::string& what) {
     if (report_.problem_count++ < VerifyReport::kMaxProblems) report_.problems.push_back(what);
   }
-  // Runs a check that throws on damage.
+  // Runs a check and reports the damage that it throws.
   template <typename Check>
   void attempt(Check check) {
     try {

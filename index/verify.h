@@ -1,4 +1,4 @@
-// Is a tile set what it claims to be?
+// verify: checks that a tile set is undamaged and, on request, consistent.
 #pragma once
 
 #include "index/tile_set.h"
@@ -12,7 +12,7 @@
 namespace filiform {
 
 struct VerifyReport {
-  // One line each, with file, offset and tile where they apply; after kMaxProblems the rest are only counted.
+  // One line a problem, with file, offset and tile if they apply. After kMaxProblems lines, problems are only counted.
   static constexpr std::size_t kMaxProblems = 100;
   std::vector<std::string> problems;
   std::uint64_t problem_count = 0;
@@ -21,16 +21,17 @@ struct VerifyReport {
 };
 
 struct VerifyOptions {
-  // Beyond the bytes: every segment owned once, every node's home complete, ghosts complete and none needless, boxes,
-  // counts and cells in agreement with the segments, the sample points within their radius. Tile by tile, each read
-  // twice; half a byte a sample and a few hundred bytes a tile and a cell are in memory.
+  // Also check the content: every segment owned once, every node's home complete, ghosts complete and none unnecessary;
+  // boxes, counts and cells in agreement with the segments; landmarks within their radius. Reads each tile twice. Takes
+  // half a byte a sample and a few hundred bytes a tile and a cell.
   bool deep = false;
-  const std::atomic<bool>* cancel = nullptr;  // when it becomes true: Interrupted
+  const std::atomic<bool>* cancel = nullptr;  // when true: throw Interrupted
   std::function<void(const char* phase, std::uint64_t done, std::uint64_t total)> progress = {};
 };
 
-// Checks the digest of every file and the checksum of every tile and cell, and decodes all of them. Damage is a problem
-// in the report; throws IoError only when there is no set or it cannot be read. O(bytes); deep: O(stored segments).
+// Checks the digest of every file and the checksum of every tile and cell, and decodes them. Damage is reported as a
+// problem. Throws IoError if there is no set or it cannot be read, Interrupted, and what `progress` throws. O(bytes);
+// with `deep`: O(stored segments).
 VerifyReport verify(const std::string& path, const VerifyOptions& options = {});
 
 }  // namespace filiform
