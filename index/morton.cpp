@@ -13,7 +13,7 @@ constexpr std::int64_t kOffset = std::int64_t{1} << (kMortonAxisBits - 1);
 constexpr int kHalfBits = kMortonAxisBits / 2;  // 21 bits an axis fill 63 bits of a word
 constexpr std::uint64_t kHalfMask = (std::uint64_t{1} << kHalfBits) - 1;
 
-// Bit i of the lower 21 goes to bit 3 i.
+// Moves bit i of the lower 21 to bit 3 i.
 std::uint64_t spread(std::uint64_t v) {
   v &= kHalfMask;
   v = (v | v << 32) & 0x001F00000000FFFFull;
@@ -61,7 +61,8 @@ GridPoint mortonPoint(MortonKey key) {
 
 GridBox CellKey::box() const { return {mortonPoint(low), mortonPoint(high())}; }
 
-// J. Skilling, Programming the Hilbert curve, AIP Conf. Proc. 707 (2004): axes to the transposed index.
+// Converts axes to the transposed index. Source: J. Skilling, Programming the Hilbert curve, AIP Conf. Proc. 707
+// (2004).
 MortonKey hilbertIndex(const GridPoint& p) {
   std::array<std::uint64_t, 3> x;
   for (int i = 0; i < 3; ++i) x[i] = static_cast<std::uint64_t>(p[i] + kOffset);
@@ -87,8 +88,8 @@ MortonKey hilbertIndex(const GridPoint& p) {
   return interleave(x);
 }
 
-// Separating axes of a segment and a box: three of the box, three crossed with the segment. All lengths are doubled so
-// that centres are integers; the largest product is below 2^90.
+// Separating axes of a segment and a box: the box's three axes, and their cross products with the segment. Lengths are
+// doubled so that centres are integers; the largest product is below 2^90.
 bool segmentMeetsBox(const GridPoint& a, const GridPoint& b, const GridBox& box) {
   if (box.empty()) return false;
   const GridPoint d = b - a;

@@ -20,8 +20,8 @@
 namespace filiform {
 namespace {
 
-constexpr TileId kScanTiles = 64;            // up to here neither FLANN nor a directory pays
-constexpr std::size_t kLeastPerThread = 64;  // points of a batch
+constexpr TileId kScanTiles = 64;  // for up to this many tiles, FLANN and the tile finder cost more than they save
+constexpr std::size_t kLeastPerThread = 64;  // fewest points of a batch a thread
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 struct LoadedTile {
@@ -30,7 +30,7 @@ struct LoadedTile {
   std::uint64_t bytes;
 };
 
-// The tiles last used, under a byte budget. Thread rule: internally synchronised.
+// The most recently used tiles, within a byte budget. Thread rule: internally synchronised.
 class TileCache {
  public:
   TileCache(const TileStore& store, const NearestOptions& options) : store_(store), options_(options) {}
@@ -43,7 +43,7 @@ class TileCache {
     return at->second.loaded;
   }
 
-  // Reads outside the lock: two threads may read the same tile, and one copy stays.
+  // Reads without the lock: two threads may read the same tile, and one copy is kept.
   std::shared_ptr<const LoadedTile> get(TileId tile, std::uint32_t& reads) {
     if (auto found = find(tile)) return found;
     auto loaded = std::make_shared<LoadedTile>();
@@ -94,7 +94,7 @@ class TileCache {
   const TileStore& store_;
   const NearestOptions options_;
   mutable std::mutex mutex_;
-  std::list<TileId> order_;  // last used first
+  std::list<TileId> order_;  // most recent first
   std::unordered_map<TileId, Slot> tiles_;
   std::uint64_t bytes_ = 0;
 };
@@ -108,8 +108,8 @@ struct BoxRegion final : Region {
   }
 };
 
-// A hit's place of closest approach lies in the box of its segment, and not much more than radius + slope * along away
-// from the ray, where along is at most what the box reaches: so the ray itself meets the box grown by that.
+// The boxes in which a hit may lie. A hit's closest approach lies in its segment's box, at most radius + slope * along
+// from the ray. `along` is at most the box's farthest reach. So the ray meets the box enlarged by that distance.
 struct RayRegion final : Region {
   Vector3d origin_W, direction;
   double radius_um, slope, length_um;
@@ -119,7 +119,7 @@ struct RayRegion final : Region {
 
   bool mayMeet(const WorldBox& box) const noexcept override { return entry(box) < kInfinity; }
 
-  // Where along the ray a hit in the box comes at the earliest, or infinity.
+  // The smallest distance along the ray at which a hit in the box may come, or infinity.
   double entry(const WorldBox& box) const noexcept {
     const Vector3d middle = 0.5 * (box.lo_W + box.hi_W) - origin_W, half = 0.5 * (box.hi_W - box.lo_W);
     const double centre = direction.dot(middle), reach = direction.cwiseAbs().dot(half);
@@ -140,7 +140,7 @@ struct RayRegion final : Region {
       to = std::min(to, std::max(a, b) + slack);
     }
     if (from > to) return kInfinity;
-    // Where the segment comes closest lies in the box itself.
+    // The closest approach lies in the box itself.
     const double first = std::max(0.0, centre - reach - rounding);
     return first <= length_um ? first : kInfinity;
   }
@@ -169,10 +169,10 @@ struct Nearest::Impl {
     Vector3d h_W;
     Candidates best;
     std::uint32_t tiles_read = 0, tiles_searched = 0;
-    double absent2 = kInfinity;  // squared distance below which nothing absent can lie
+    double absent2 = kInfinity;  // squared distance within which no absent tile lies
   };
 
-  // The long-segment tile is in no directory.
+  // The tile finder does not contain the long-segment tile.
   std::vector<std::pair<TileId, WorldBox>> tilesMeeting(const Region& region) const {
     auto tiles = directory.meeting(region);
     if (store.long_tile() != kNoTile)
@@ -180,7 +180,7 @@ struct Nearest::Impl {
     return tiles;
   }
 
-  // Those that the tile's engine cannot rule out, as visit(tile, segment).
+  // Calls visit(tile, segment) for the segments that the tile's engine cannot exclude.
   template <typename Region, typename Visit>
   void forEachIn(const Region& region, TileId id, std::uint32_t& tiles_read, const Visit& visit) const {
     const auto loaded = cache.get(id, tiles_read);
@@ -194,8 +194,8 @@ struct Nearest::Impl {
     ++s.tiles_searched;
   }
 
-  // The tile whose cell holds the point, if its content does too: nothing can be nearer than that, so it has to be
-  // searched anyhow, and what it holds bounds the rest without asking the samples.
+  // The tile whose block contains the point, if its content does too. No tile can be nearer, so it must be searched in
+  // any case. Its result bounds the rest without the landmarks.
   TileId homeOf(const Vector3d& h_W) const {
     if (!(h_W.cwiseAbs().maxCoeff() < Grid::kMaxCoordinate_um)) return kNoTile;
     const Grid grid = store.grid();
@@ -207,7 +207,7 @@ struct Nearest::Impl {
     return inside ? home : kNoTile;
   }
 
-  // Does the ball lie within the tile's cell, so that no other tile can hold what meets it?
+  // True if the ball lies inside the tile's block: no other tile can then hold a result.
   bool answersAlone(TileId tile, const Vector3d& h_W, double squared_radius) const {
     const Grid grid = store.grid();
     const GridBox cell = closedCell(store.entry(tile).key);
@@ -258,7 +258,7 @@ struct Nearest::Impl {
     if (long_tile != kNoTile && !visit_resident(long_tile)) s.absent2 = 0;
     Directory::Walk walk = directory.walk(s.h_W);
     std::size_t left = resident.size() - (long_tile != kNoTile && s.absent2 > 0 ? 1 : 0);
-    // Past the last resident tile, one absent tile tells from where on results may be missing.
+    // After the last resident tile, one absent tile shows from which distance on results may be missing.
     for (auto hit = walk.next(); hit && hit->squared_distance <= s.best.bound2(); hit = walk.next()) {
       if (left == 0 && std::isfinite(s.absent2)) break;
       if (visit_resident(hit->tile))
@@ -323,7 +323,7 @@ std::vector<std::vector<NearestResult>> Nearest::findAll(std::span<const Vector3
   std::vector<std::exception_ptr> failures(threads);
   const auto work = [&](unsigned number) {
     try {
-      // Consecutive pieces of the curve: threads meet different tiles.
+      // Consecutive parts of the curve, so that threads need different tiles.
       const std::size_t begin = order.size() * number / threads, end = order.size() * (number + 1) / threads;
       for (std::size_t i = begin; i < end; ++i) results[order[i].second] = find(points[order[i].second], query);
     } catch (...) {
@@ -336,7 +336,7 @@ std::vector<std::vector<NearestResult>> Nearest::findAll(std::span<const Vector3
     try {
       for (; given < threads; ++given) others.emplace_back(work, given);
     } catch (const std::system_error&) {
-      // No more threads are to be had: the rest is for this one.
+      // The system grants no more threads: this thread does the rest.
     }
     work(0);
     for (; given < threads; ++given) work(given);
@@ -391,7 +391,7 @@ std::vector<RayHit> Nearest::alongRay(const RayQuery& ray) const {
     throw UsageError("a ray's radius, slope and length must be 0 or more");
   const RayRegion region(ray, ray.direction / length);
 
-  std::vector<std::pair<double, TileId>> order;  // by where the ray may first hit what the tile holds
+  std::vector<std::pair<double, TileId>> order;  // by the distance along the ray of a first possible hit
   for (const auto& [tile, box] : impl_->tilesMeeting(region))
     order.emplace_back(tile == impl_->store.long_tile() ? 0.0 : region.entry(box), tile);
   std::sort(order.begin(), order.end());

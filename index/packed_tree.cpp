@@ -30,19 +30,19 @@ struct alignas(32) Node {
   std::array<std::array<std::uint16_t, kWidth>, 3> lo, hi;
 };
 
-// A probe in units, as a small box that surely holds it: float rounds, and so does closestPoint().
+// A probe in units, as a small box that surely contains it: float rounds, and closestPoint() rounds too.
 struct Probe {
   std::array<float, 3> lo, hi;
 };
 
-// Squared distances, in units, from the probe to the boxes, rounded down but for some last places; the bits of those
-// within `bound`.
+// Computes squared distances, in units, from the probe to the boxes, rounded down except for the last places. Returns
+// one bit for each box within `bound`.
 using Test = unsigned (*)(const Node& node, const Probe& probe, float bound, float* squared);
 
-// The box of all children of `below` becomes one of the boxes of `node`.
+// Joins the boxes of all children of `below` into one box of `node`.
 using Join = void (*)(const Node& below, Node& node, std::uint32_t lane);
 
-// Boxes that are not there do not change what they are joined with.
+// Empty lanes are neutral under join.
 Node nothing() {
   Node node;
   for (std::size_t axis = 0; axis < 3; ++axis) node.lo[axis].fill(UINT16_MAX), node.hi[axis].fill(0);
@@ -70,7 +70,7 @@ unsigned testPortable(const Node& node, const Probe& probe, float bound, float* 
   return within;
 }
 
-// A tile's offsets: at most one is not null.
+// A tile's offset arrays: at most one is not null.
 struct Offsets {
   const std::uint16_t* narrow;
   const std::uint64_t* words;
@@ -90,7 +90,7 @@ FILIFORM_AVX2_CODE inline __m256 squaredGap(const std::array<std::uint16_t, kWid
 
 FILIFORM_AVX2_CODE inline __m256 sum3(__m256 x, __m256 y, __m256 z) { return _mm256_add_ps(_mm256_add_ps(x, y), z); }
 
-// A probe in every lane.
+// A probe repeated in every lane.
 struct WideProbe {
   __m256 lo_x, hi_x, lo_y, hi_y, lo_z, hi_z;
 
@@ -123,7 +123,7 @@ FILIFORM_AVX2_CODE inline float least(__m256 v) {
   return _mm_cvtss_f32(_mm_min_ss(m, _mm_movehdup_ps(m)));
 }
 
-// The places of the bits of a byte, ascending, a byte each.
+// For each byte: the positions of its set bits, ascending, one byte each.
 constexpr std::array<std::uint64_t, 256> kPlaces = [] {
   std::array<std::uint64_t, 256> places{};
   for (unsigned mask = 0; mask < 256; ++mask)
@@ -134,7 +134,7 @@ constexpr std::array<std::uint64_t, 256> kPlaces = [] {
 
 constexpr std::uint32_t kBlock = 64;
 
-// Boxes that are to be looked into: nodes of one level, or runs. What a mask selects of eight is appended without a
+// Boxes to search: nodes of one level, or runs. A mask selects some of eight boxes, which are appended without a
 // branch.
 struct BoxList {
   std::uint32_t size = 0;
@@ -142,7 +142,7 @@ struct BoxList {
   std::array<float, kBlock + kWidth> squared;  // distance
 
   bool full() const { return size > kBlock - kWidth; }
-  // Those of the boxes first, first + 1 ... whose bit is set.
+  // Appends those of the boxes first, first + 1 ... whose bit is set.
   FILIFORM_AVX2_CODE void append(std::uint32_t first, __m256 distances, unsigned mask) {
     append(_mm256_add_epi32(_mm256_set1_epi32(static_cast<std::int32_t>(first)),
                             _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7)),
@@ -154,7 +154,7 @@ struct BoxList {
     _mm256_storeu_ps(&squared[size], _mm256_permutevar8x32_ps(distances, places));
     size += static_cast<std::uint32_t>(__builtin_popcount(mask));
   }
-  // Takes out what lies within the bound.
+  // Moves the boxes within the bound to `near`.
   FILIFORM_AVX2_CODE void split(float bound, BoxList& near) {
     std::uint32_t left = 0;
     for (std::uint32_t i = 0; i < size; i += kWidth) {
@@ -171,7 +171,7 @@ struct BoxList {
   }
 };
 
-// A run as the tree knows it: of its first segment the nodes, and how many segments there are.
+// A run: the nodes of its first segment, and the number of segments.
 struct Chain {
   std::uint32_t child, parent, count;
 };
@@ -190,12 +190,12 @@ FILIFORM_AVX2_CODE inline __m256i both(__m128i first, __m128i last) {
 FILIFORM_AVX2_CODE inline __m128i loaded(const std::uint16_t* at) {
   return _mm_loadu_si128(reinterpret_cast<const __m128i*>(at));
 }
-// Each parent but the first is the child before; `first` has the first in its last lanes.
+// Each parent except the first is the child before. `first` has the first parent in its last lanes.
 FILIFORM_AVX2_CODE inline Axis axisOf(__m256i child, __m256i first) {
   return {child, _mm256_alignr_epi8(child, first, 12)};
 }
 
-// Shuffles that take 16 bits each from these bytes.
+// Shuffles that extract 16 bits each from these bytes.
 FILIFORM_AVX2_CODE inline __m256i toLanes(char a, char b, char c, char d) {
   return _mm256_broadcastsi128_si256(_mm_setr_epi8(a, static_cast<char>(a + 1), -1, -1, b, static_cast<char>(b + 1), -1,
                                                    -1, c, static_cast<char>(c + 1), -1, -1, d, static_cast<char>(d + 1),
@@ -208,7 +208,7 @@ FILIFORM_AVX2_CODE inline __m256i toLast(char a) {
 
 FILIFORM_AVX2_CODE inline Axes narrowAxes(const std::uint16_t* offsets, const Chain& a, const Chain& b) {
   const std::uint16_t *at_a = offsets + 3 * std::size_t{a.child}, *at_b = offsets + 3 * std::size_t{b.child};
-  // x0 y0 z0 x1 y1 z1 x2 y2, and y1 z1 x2 y2 z2 x3 y3 z3: no axis is in the same lane of both, once both are needed.
+  // x0 y0 z0 x1 y1 z1 x2 y2, and y1 z1 x2 y2 z2 x3 y3 z3. Where both are needed, no axis is in the same lane of both.
   const __m256i low = both(loaded(at_a), loaded(at_b)), high = both(loaded(at_a + 4), loaded(at_b + 4));
   const __m256i first = both(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(offsets + 3 * std::size_t{a.parent})),
                              _mm_loadl_epi64(reinterpret_cast<const __m128i*>(offsets + 3 * std::size_t{b.parent})));
@@ -220,7 +220,7 @@ FILIFORM_AVX2_CODE inline Axes narrowAxes(const std::uint16_t* offsets, const Ch
                  _mm256_shuffle_epi8(first, toLast(4)))};
 }
 
-// The low halves of two times four words.
+// The low halves of two vectors of four words.
 FILIFORM_AVX2_CODE inline __m256i lowHalves(__m256i a, __m256i b) {
   const __m256 mixed = _mm256_shuffle_ps(_mm256_castsi256_ps(a), _mm256_castsi256_ps(b), 0b10001000);
   return _mm256_permute4x64_epi64(_mm256_castps_si256(mixed), 0b11011000);
@@ -246,14 +246,14 @@ FILIFORM_AVX2_CODE inline Axes axesOf(const Offsets& offsets, const Chain& a, co
   return offsets.narrow != nullptr ? narrowAxes(offsets.narrow, a, b) : wordAxes(offsets.words, a, b);
 }
 
-// The lanes beyond the last segment of each run.
+// The lanes after the last segment of each run.
 FILIFORM_AVX2_CODE inline __m256i beyond(const Chain& a, const Chain& b) {
   const auto counts =
       both(_mm_set1_epi32(static_cast<std::int32_t>(a.count)), _mm_set1_epi32(static_cast<std::int32_t>(b.count)));
   return _mm256_cmpgt_epi32(_mm256_setr_epi32(1, 2, 3, 4, 1, 2, 3, 4), counts);
 }
 
-// Squared distances, in quanta, from the probe to the segments of two runs; infinite in lanes that hold none.
+// Squared distances, in quanta, from the probe to the segments of two runs; infinite in unused lanes.
 FILIFORM_AVX2_CODE inline __m256 sift(const Offsets& offsets, const Chain& a, const Chain& b,
                                       const std::array<float, 3>& h) {
   const Axes axes = axesOf(offsets, a, b);
@@ -268,7 +268,7 @@ FILIFORM_AVX2_CODE inline __m256 sift(const Offsets& offsets, const Chain& a, co
       sum3(_mm256_mul_ps(along_x, along_x), _mm256_mul_ps(along_y, along_y), _mm256_mul_ps(along_z, along_z));
   const __m256 projected =
       sum3(_mm256_mul_ps(to_x, along_x), _mm256_mul_ps(to_y, along_y), _mm256_mul_ps(to_z, along_z));
-  // A segment of no length: 0 / 1.
+  // A segment of length 0 gives 0 / 1.
   __m256 t = _mm256_div_ps(projected, _mm256_max_ps(length2, _mm256_set1_ps(1.0f)));
   t = _mm256_min_ps(_mm256_max_ps(t, _mm256_setzero_ps()), _mm256_set1_ps(1.0f));
   const __m256 dx = _mm256_sub_ps(to_x, _mm256_mul_ps(t, along_x)), dy = _mm256_sub_ps(to_y, _mm256_mul_ps(t, along_y)),
@@ -288,7 +288,7 @@ FILIFORM_AVX2_CODE void joinAvx2(const Node& below, Node& node, std::uint32_t la
 }
 
 FILIFORM_AVX2_CODE inline void boundAxis(const Axis& axis, __m256i beyond, std::uint16_t* lo, std::uint16_t* hi) {
-  // The first child stands in for those beyond the last.
+  // Unused lanes get the first child.
   const __m256i child = _mm256_blendv_epi8(axis.child, _mm256_shuffle_epi32(axis.child, 0), beyond);
   const __m256i parent = _mm256_blendv_epi8(axis.parent, _mm256_shuffle_epi32(axis.parent, 0), beyond);
   __m256i least = _mm256_min_epu32(child, parent), most = _mm256_max_epu32(child, parent);
@@ -302,7 +302,7 @@ FILIFORM_AVX2_CODE inline void boundAxis(const Axis& axis, __m256i beyond, std::
   hi[1] = static_cast<std::uint16_t>(_mm256_extract_epi16(most, 8));
 }
 
-// The boxes of two runs that follow each other in a node, of offsets of up to 16 bits.
+// The boxes of two consecutive runs of a node, for offsets of up to 16 bits.
 FILIFORM_AVX2_CODE void boundAvx2(const Offsets& offsets, const Chain& a, const Chain& b, Node& node,
                                   std::uint32_t lane) {
   const Axes axes = narrowAxes(offsets.narrow, a, b);
@@ -316,7 +316,7 @@ FILIFORM_AVX2_CODE void boundAvx2(const Offsets& offsets, const Chain& a, const 
 struct Path {
   Test test;
   Join join;
-  bool eight;  // segments at once
+  bool eight;  // eight segments at once
 };
 
 #ifdef FILIFORM_AVX2
@@ -347,33 +347,33 @@ class PackedTree final : public TileEngine {
  private:
   friend class BlockSearch;
 
-  // Levels from the leaves up: a node of level 0 holds the boxes of eight runs, one of level l those of eight nodes of
-  // level l - 1. The last level is one that is quick to scan whole.
+  // Levels from the leaves up: a node of level 0 holds the boxes of eight runs, a node of level l those of eight nodes
+  // of level l - 1. The last level is small enough to scan.
   struct Level {
-    std::uint32_t begin, children;  // its first node; boxes in all of its nodes
+    std::uint32_t begin, children;  // its first node; number of boxes in all its nodes
 
     std::uint32_t nodes() const { return (children + kWidth - 1) / kWidth; }
   };
 
-  // A probe, in units and quanta, and what float may err by.
+  // A probe, in units and quanta, with the bounds of float's error.
   struct Query {
     Probe probe;
-    std::array<float, 3> near;  // in quanta
-    float per_quantum;          // units: a power of two
+    std::array<float, 3> near;  // the probe, in quanta
+    float per_quantum;          // units a quantum: a power of two
     float sift_margin;          // quanta
-    double per_unit2;           // um^2
+    double per_unit2;           // um^2 a squared unit
 
-    // For tests of boxes: a squared distance in um^2 as one in units, rounded up.
+    // Converts a squared distance in um^2 to units for box tests, rounded up.
     float boxBound(double squared) const {
       const double bound = squared * per_unit2;
       return bound < 1e37 ? static_cast<float>(bound * (1 + 0x1p-19)) + FLT_MIN : kInfinity;
     }
-    // For distances of segments that are computed in float: a bound of boxes as one in quanta.
+    // Converts a bound of boxes to quanta, for segment distances computed in float.
     float siftBound(float box_bound) const {
       const float far = std::sqrt(box_bound) * per_quantum * (1 + 0x1p-16f) + sift_margin;
       return far * far;
     }
-    // The other way: at most what closestPoint() can say, um^2, where float says so.
+    // An upper bound, um^2, of what closestPoint() reports for a distance computed in float.
     double surely(float sifted) const {
       const double far = (std::sqrt(double{sifted}) * (1 + 0x1p-16) + double{sift_margin}) / double{per_quantum};
       return far * far / per_unit2;
@@ -404,9 +404,9 @@ class PackedTree final : public TileEngine {
   Offsets offsets_;
   const SegmentRun* runs_ = nullptr;
   std::uint32_t level_count_ = 0;
-  std::array<Level, 11> levels_{};  // 8^10 runs and more
+  std::array<Level, 11> levels_{};  // enough for 8^10 runs
   std::vector<Node> nodes_;
-  double unit_um_ = 1, size_um_ = 0;  // size: the greatest coordinate of the tile
+  double unit_um_ = 1, size_um_ = 0;  // size: the tile's largest coordinate
   Vector3d origin_W_ = Vector3d::Zero();
 };
 
@@ -422,7 +422,7 @@ void PackedTree::build() {
   }
   nodes_.resize(nodes, nothing());
 
-  // One bit is left for what rounding up carries.
+  // One bit is reserved for the carry of rounding up.
   const int shift = tile_->offset_bits() <= 16 ? 0 : tile_->offset_bits() - 15;
   const std::uint64_t up = (std::uint64_t{1} << shift) - 1;
   [[maybe_unused]] Chain before{};
@@ -473,10 +473,10 @@ void PackedTree::searchAll(const Vector3d& h_W, Candidates& best) const {
 }
 
 #ifdef FILIFORM_AVX2
-// The search for one nearest segment. First down to the eight runs whose box is nearest, for a bound that is nearly
-// right; then all boxes within it, in lists, level by level. What is within a bound is appended without a branch, since
-// a branch that cannot be foreseen costs more than the test of eight boxes. Distances of segments are first computed in
-// float, eight at once; closestPoint() measures the few that may be the nearest.
+// Finds one nearest segment. First goes down to the eight runs with the nearest box, for a nearly exact bound. Then
+// lists all boxes within the bound, level by level. Boxes are appended without a branch, since an unpredictable branch
+// costs more than the test of eight boxes. Segment distances are computed in float, eight at once; closestPoint()
+// measures the few segments that may be nearest.
 class BlockSearch {
  public:
   FILIFORM_AVX2_CODE BlockSearch(const PackedTree& tree, const PackedTree::Query& query, const Vector3d& h_W,
@@ -493,8 +493,8 @@ class BlockSearch {
     float squared;
   };
 
-  // Boxes of nodes of a level, or, at level -1, of runs. Of these first what is much nearer than the bound, which it
-  // tightens.
+  // Searches boxes of nodes of a level, or of runs at level -1. Boxes much nearer than the bound come first, which
+  // tightens the bound.
   FILIFORM_AVX2_CODE void visit(int level, BoxList& list) {
     if (level >= 0) return expand(level, list);
     BoxList near, far;
@@ -521,9 +521,9 @@ class BlockSearch {
   const Vector3d& h_W_;
   Candidates& best_;
   float bound_ = kInfinity;          // of boxes, units
-  float kept_ = kInfinity;           // of segments, quanta: what may be the nearest
-  float least_ = kInfinity;          // the least distance of a segment
-  std::uint32_t done_ = UINT32_MAX;  // the node of level 0 that was searched first
+  float kept_ = kInfinity;           // of segments, quanta: those that may be the nearest
+  float least_ = kInfinity;          // smallest distance of a segment
+  std::uint32_t done_ = UINT32_MAX;  // the node of level 0 searched first
   std::uint32_t hit_count_ = 0;
   std::array<Hit, kHits> hits_;
 };
@@ -618,12 +618,12 @@ void BlockSearch::siftAll(const BoxList& runs) {
       keep(&runs.at[i], mask, squared[i / 2].data());
 }
 
-// Of two runs.
+// Keeps the hits of two runs.
 void BlockSearch::keep(const std::uint32_t* runs, unsigned lanes, const float* squared) {
   for (; lanes != 0; lanes &= lanes - 1) {
     const auto lane = static_cast<std::uint32_t>(std::countr_zero(lanes));
     if (!(squared[lane] < kInfinity)) continue;
-    if (hit_count_ == kHits) {  // many are equally near: measure them
+    if (hit_count_ == kHits) {  // many equal distances: measure them
       for (const Hit& hit : hits_)
         if (hit.squared <= kept_) tree_.offer(hit.run, hit.segment, h_W_, best_);
       hit_count_ = 0;
@@ -635,7 +635,7 @@ void BlockSearch::keep(const std::uint32_t* runs, unsigned lanes, const float* s
 
 void PackedTree::search(const Vector3d& h_W, Candidates& best) const {
   if (level_count_ == 0) return;
-  // In units; the margin is four times the rounding to float, and what closestPoint() may err by.
+  // In units. The margin covers four times the rounding to float, and the error of closestPoint().
   const Vector3d h = (h_W - origin_W_) / unit_um_;
   const double reach = h.cwiseAbs().maxCoeff();
   if (!(reach < 1e15)) return searchAll(h_W, best);
@@ -651,7 +651,7 @@ void PackedTree::search(const Vector3d& h_W, Candidates& best) const {
     query.near[axis] = static_cast<float>(at * per_quantum);
   }
   query.per_quantum = static_cast<float>(per_quantum);
-  // A coordinate errs by the margin and half a unit, so does a place along a segment.
+  // A coordinate errs by at most the margin and half a unit, and so does a point on a segment.
   query.sift_margin = static_cast<float>((margin * per_quantum + std::ldexp(1.0, tile_->offset_bits() - 18)) * 8);
   query.per_unit2 = 1 / (unit_um_ * unit_um_);
 #ifdef FILIFORM_AVX2
@@ -661,11 +661,11 @@ void PackedTree::search(const Vector3d& h_W, Candidates& best) const {
   searchOrdered(query, h_W, best);
 }
 
-// Nearest boxes first.
+// Searches with a queue, nearest boxes first.
 void PackedTree::searchOrdered(const Query& query, const Vector3d& h_W, Candidates& best) const {
   struct Entry {
     float squared;
-    std::uint32_t at;  // a node, or, at level kLeaf, a run
+    std::uint32_t at;  // a node; at level kLeaf, a run
     std::uint32_t level;
   };
   constexpr std::uint32_t kLeaf = UINT32_MAX;

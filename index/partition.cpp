@@ -9,12 +9,12 @@
 namespace filiform {
 namespace {
 
-constexpr std::size_t kLeastPassage = 6;  // nodes: fewer are looked at as fast
+constexpr std::size_t kLeastPassage = 6;  // nodes; a shorter passage saves nothing
 constexpr std::size_t kBetweenPassages = 4;
 
 struct Pending {
   CellKey cell;
-  std::size_t begin, end;  // of the keys
+  std::size_t begin, end;  // range of the keys
   std::uint32_t parent;
   int side;
 };
@@ -38,8 +38,7 @@ GridBox closedCell(const CellKey& key) {
   return box;
 }
 
-// Depth first, lower half first, so that leaves come in ascending order. The stack holds at most one pending half a
-// level.
+// Depth first, lower half first, so that leaves are ascending. The stack holds at most one pending half a level.
 template <typename IsLeaf>
 void Partition::build(const CellKey& world, std::span<const MortonKey> keys, IsLeaf is_leaf) {
   std::vector<Pending> stack{{world, 0, keys.size(), kNone, 0}};
@@ -68,7 +67,7 @@ void Partition::build(const CellKey& world, std::span<const MortonKey> keys, IsL
 void Partition::findPassages() {
   constexpr std::int64_t kFar = std::numeric_limits<std::int64_t>::max();
   std::vector<bool> passed(nodes_.size(), false);
-  std::vector<std::pair<std::uint32_t, int>> way;         // nodes, and the side that goes on
+  std::vector<std::pair<std::uint32_t, int>> way;         // nodes on the way, and the side that continues
   for (std::uint32_t at = 0; at < nodes_.size(); ++at) {  // parents come before their children
     if (passed[at]) continue;
     std::uint32_t end = at;
@@ -80,14 +79,14 @@ void Partition::findPassages() {
       way.emplace_back(end, low_is_leaf ? 1 : 0);
       end = node.child[way.back().second];
     }
-    // Planes of an axis come nearer and nearer: from the end, the first on each side is the bound.
+    // Successive planes of an axis converge. So, seen from the end, the first plane on each side is the bound.
     Passage passage{GridPoint::Constant(-kFar), GridPoint::Constant(kFar), end};
     for (std::size_t i = way.size(); i-- > 0;) {
       const auto [number, side] = way[i];
       Node& node = nodes_[number];
       std::int64_t& bound = side == 1 ? passage.lo[node.axis] : passage.hi[node.axis];
       if (std::abs(bound) == kFar) bound = node.plane;
-      // Who touches a plane on the way can pass after it.
+      // A segment that touches a plane may pass it later.
       if (i % kBetweenPassages != 0 || way.size() - i < kLeastPassage) continue;
       node.passage = static_cast<std::uint32_t>(passages_.size());
       passages_.push_back(passage);
@@ -151,8 +150,8 @@ Partition::Subtree Partition::subtree(const CellKey& cell) const {
   return {at, closedCell(reached)};
 }
 
-// A walk to the leaves that a segment meets. An exact test is needed only where the segment's box touches a plane, and
-// the segment leaves the cell.
+// Walks to the leaves that a segment meets. An exact test is needed only if the segment's box touches a plane and the
+// segment leaves the block.
 class Partition::Visit {
  public:
   Visit(const Partition& partition, const GridBox& cell, const GridPoint& a, const GridPoint& b,
@@ -165,7 +164,7 @@ class Partition::Visit {
   std::uint64_t visited() const { return visited_; }
 
  private:
-  // `whole`: the segment lies in the cell. Leaves the cell changed.
+  // `whole`: the segment lies in the block. Changes cell_, and does not restore it.
   bool descend(std::uint32_t at, bool whole) {
     for (;;) {
       ++visited_;

@@ -24,11 +24,11 @@ bool readNumber(std::string_view text, double& value) {
   if (text.size() > 1 && text.front() == '+') text.remove_prefix(1);
   const char* end = text.data() + text.size();
   const auto [stop, error] = std::from_chars(text.data(), end, value);
-  value += 0.0;  // -0 and 0 are the same placement
+  value += 0.0;  // -0 and 0 give the same placement
   return error == std::errc() && stop == end && std::isfinite(value);
 }
 
-// Rows 0..2 of the rotation. Written out, so that the order of the sums does not hang on a library's version.
+// Rows 0..2 of the rotation matrix. Written out, so that the order of sums is independent of library versions.
 std::array<std::array<double, 3>, 3> rotationOf(const std::array<double, 4>& q) {
   const auto [w, x, y, z] = q;
   return {{{1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)},
@@ -63,7 +63,7 @@ class PlacementTable::Parser {
       has_header_ = true;
       return;
     }
-    // Some editors take a tab at the end of a line away.
+    // Some editors remove a tab at the end of a line.
     if (columns + 1 < kColumns.size() || columns > kColumns.size())
       fail("has " + std::to_string(columns) + " columns where 9 are wanted, separated by tabs");
     row();
@@ -151,14 +151,14 @@ PlacementTable PlacementTable::read(const std::string& path) {
   std::ifstream in(path, std::ios::binary);
   if (!in) throw IoError(escaped(path), "cannot read the table of placements", errno);
   Parser parser(table);
-  std::string buffer(kMaxLine + 3, '\0');  // a mark or a line end more than a line may have
+  std::string buffer(kMaxLine + 3, '\0');  // room for a byte order mark and a line end
   for (;;) {
     in.getline(buffer.data(), static_cast<std::streamsize>(buffer.size()));
     const auto got = static_cast<std::size_t>(in.gcount());
     if (in.bad()) throw IoError(escaped(path), "cannot read the table of placements", errno);
     table.bytes_ += got;
     if (in.fail() && got == 0) break;
-    // Without room for the line end, getline fails and leaves the line too long for the parser too.
+    // Without room for the line end, getline fails. The parser then also finds the line too long.
     const bool ended = !in.eof() && !in.fail();
     parser.line(std::string_view(buffer).substr(0, got - ended));
     if (in.eof()) break;
@@ -183,7 +183,7 @@ PlacedCells::PlacedCells(Input& library, PlacementTable table) : library_(librar
     throw InputError(escaped(table_.file()) + ":" + std::to_string(line) + ": '" + escaped(sources[source], 200) +
                      "' " + why);
   };
-  // The first line with something wrong, as a reader of the table would meet it.
+  // Reports the table's first line with an error.
   for (std::uint32_t s = 0; s < sources.size(); ++s) {
     if (listed[s] == 0) {
       const std::vector<std::string_view> there = library_.sources();
@@ -252,12 +252,12 @@ bool PlacedCells::next(Cell& cell) {
       const PlacementTable::Row& row = table_.rows()[by_source_[i]];
       turns_.push_back({digestOf(row, table_.name(row), morphology_.digest), by_source_[i]});
     }
-    // Equal digests are equal placements under equal names.
+    // Equal digests mean equal placements with equal names.
     std::sort(turns_.begin(), turns_.end(), [](const Turn& a, const Turn& b) { return a.digest < b.digest; });
   }
 }
 
-// The morphology could not be read: the input's own report says why.
+// Skips the rows of an unreadable morphology; the input's report states why.
 void PlacedCells::skipRows(std::uint32_t source) {
   for (std::uint32_t i = begin_[source]; i < begin_[source + 1]; ++i) {
     report_.codes.add(InputCode::W_BAD_LINE);
@@ -266,7 +266,7 @@ void PlacedCells::skipRows(std::uint32_t source) {
   }
 }
 
-// Records without a token that are equal become one.
+// Equal records without a token become one.
 void PlacedCells::record(std::uint32_t line, InputCode code, Effect effect, std::string token) {
   if (token.empty() && !records_.empty()) {
     const InputRecord& last = records_.back().record;
@@ -324,7 +324,7 @@ bool PlacedCells::place(const PlacementTable::Row& row, std::uint64_t digest, Ce
   return true;
 }
 
-// A link whose one end is dropped is cut; where both are, it goes with them.
+// A link with one dropped end is cut. A link with two dropped ends is dropped with them.
 void PlacedCells::dropOutside(const PlacementTable::Row& row, Cell& cell) {
   const std::string before = escaped(cell.source, 200);
   const auto report = [&](InputCode code, Effect effect, std::int64_t id) {

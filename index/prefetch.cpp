@@ -11,16 +11,15 @@ namespace filiform {
 namespace {
 
 constexpr double kMinReach_um = 1.0;
-// How much later a way is expected to be taken than the one straight ahead: back along the neurite, and at a branching
-// by the angle of the turn.
+// Factors by which the time to reach a tile grows: back along the neurite, and by the angle of the turn at a branching.
 constexpr double kBack = 2.0, kTurn = 1.5, kMost = 4.0;
 constexpr std::size_t kMaxEnds = 64;
-// A hand on a structure gets to what lies around it along the structure only, which is claimed as what lies ahead. In
-// 1.9e8 segments a tour met no frontier with an eighth of the workspace's radius, as with the whole, and read an eighth
-// as many tiles a second (index/README.md).
+// On a neurite, the proxy reaches its surroundings only along the neurite, which claimAhead() covers. In 1.9e8
+// segments, a tour met no absent tile with an eighth of the workspace's radius or with all of it. An eighth needs an
+// eighth of the tile reads.
 constexpr double kAroundOnStructure = 1.0 / 8;
 
-// A node to walk on from, seen in `tile`, which need not be its home.
+// A node from which the walk continues, seen in `tile`, which may not be its home.
 struct Step {
   double cost_s, arc_um, weight;
   NodeId node;
@@ -28,12 +27,12 @@ struct Step {
   std::uint32_t index;
   Vector3d way_W;  // unit vector of the last segment; zero at the start
 
-  bool operator<(const Step& other) const {  // as in a max-heap: "comes later"
+  bool operator<(const Step& other) const {  // order of a max-heap: "comes later"
     return cost_s != other.cost_s ? cost_s > other.cost_s : node > other.node;
   }
 };
 
-struct End {  // of the walk: the neurite goes on from here, unseen
+struct End {  // of the walk: the neurite continues from here, not in memory
   double cost_s, weight;
   Vector3d p_W;
 };
@@ -61,7 +60,7 @@ void Prefetch::claimAhead(const ReaderFocus& focus, const TileTable& loaded, std
 
   const double speed = focus.v_W.allFinite() ? focus.v_W.norm() : 0.0;
   const Vector3d heading = speed > 0 ? Vector3d(focus.v_W / speed) : Vector3d(Vector3d::Zero());
-  // At rest, or slowly, the hand may start at once in any direction: look at least as far as the workspace reaches.
+  // At rest or slow motion, the proxy may start in any direction: walk at least the workspace's radius.
   const double reach_um = std::max({speed * lookahead_s_, focus.radius_um, kMinReach_um});
   const double pace_um_s = reach_um / lookahead_s_;
 
@@ -100,7 +99,7 @@ void Prefetch::claimAhead(const ReaderFocus& focus, const TileTable& loaded, std
         if (!cost.contains(at.tile->id())) bytes += store_.entry(at.tile->id()).decoded_bytes;
         enter(at.tile->id(), at.cost_s);
       }
-      // The first node's neighbours always count.
+      // The first node's neighbours are always claimed.
       if (budget == 0 || bytes > budget_bytes || (at.arc_um > reach_um && seen.size() > 2)) {
         ends.push_back({at.cost_s, at.weight, from_W});
         continue;
@@ -125,10 +124,10 @@ void Prefetch::claimAhead(const ReaderFocus& focus, const TileTable& loaded, std
       }
     }
   } else if (!cell_tiles.empty()) {
-    ends.push_back({0, 1, focus.p_W});  // the tile itself is on its way
+    ends.push_back({0, 1, focus.p_W});  // the tile itself is being loaded
   }
 
-  // What the walk did not reach: whichever end is nearest in time.
+  // Tiles that the walk did not reach: by the nearest end, in time.
   std::sort(ends.begin(), ends.end(), [](const End& a, const End& b) { return a.cost_s < b.cost_s; });
   if (ends.size() > kMaxEnds) ends.resize(kMaxEnds);
   for (const TileId id : cell_tiles) {

@@ -15,11 +15,11 @@
 namespace filiform {
 namespace {
 
-// Readers cannot wake the loader: that would be a system call in their tick. So it looks: often while one of them
-// moves.
+// Readers cannot wake the loader: this would be a system call in their tick. The loader therefore polls, more often
+// while a reader moves.
 constexpr std::chrono::microseconds kBusyPoll{200}, kIdlePoll{2000};
 constexpr double kIdleAfter_s = 0.5;
-// Evictions wait for acknowledgements: so room is made for as many tiles at once.
+// Evictions wait for acknowledgements, so room is made for this many tiles at once.
 constexpr std::size_t kRoomAhead = 16;
 
 }  // namespace
@@ -73,7 +73,7 @@ struct Residency::Impl {
         loader.planIfDue(now_s);
         planned = true;
       } catch (const internal::PageAbsent& absent) {
-        // While another thread reads that page, the last plan is in force.
+        // While another thread reads that page, the last plan stays in use.
         planned = !loader.readPage(absent.page, lock);
         if (stopping) return false;
       }
@@ -87,7 +87,7 @@ struct Residency::Impl {
     return true;
   }
 
-  // One thread at a time looks for messages; the others wait until there is something to read.
+  // One thread at a time takes messages; the others wait for a tile to read.
   void run() {
     std::unique_lock lock(mutex);
     while (!stopping) {
@@ -95,7 +95,7 @@ struct Residency::Impl {
       try {
         if (round(now.count(), lock)) continue;
       } catch (const Error& failure) {
-        // Where the tiles lie cannot be read: the next plan tries again.
+        // The directory cannot be read: the next plan tries again.
         loader.planFailed(failure.what());
       }
       if (polling) {
@@ -119,7 +119,7 @@ Residency::Residency(const TileStore& store, const ResidencyOptions& options) {
   impl_ = std::make_unique<Impl>(store, options);
   const TileId long_tile = store.long_tile();
   if (long_tile == kNoTile) return;
-  // An error here is the caller's to hear: without this tile no answer is right.
+  // The caller must get this error: without this tile every result may be wrong.
   std::shared_ptr<const Tile> tile = store.load(long_tile);
   if (tile->bytes() != store.entry(long_tile).decoded_bytes)
     throw CorruptTile(long_tile, "directory", 0, "the long-segment tile's decoded size differs from the directory's");

@@ -19,7 +19,7 @@ constexpr std::uint32_t kNoSegment = UINT32_MAX;
 NodeId childOf(const StoredSegment& s) { return {s.id.cell, s.child_sample}; }
 NodeId parentOf(const StoredSegment& s) { return {s.id.cell, s.parent_sample}; }
 
-// Which segment places a node: the first that has it as its child.
+// Finds the segment that places a node: the first of which it is the child.
 class Children {
  public:
   explicit Children(const std::vector<StoredSegment>& segments) : segments_(segments) {
@@ -71,7 +71,8 @@ Tile::Tile(TileId id, const CellKey& key, bool is_long, const Grid& grid, std::v
   const Children children(segments);
   std::vector<const GridPoint*> points;
   points.reserve(n + n / 4);
-  std::vector<std::uint32_t> node_of(n), strips, starts;  // the child's node; first nodes of strips; first segments
+  std::vector<std::uint32_t> node_of(n), strips,
+      starts;  // by segment: the child's node; by strip: its first node; by fragment: its first segment
   std::vector<bool> lead(n, false);
   std::vector<std::uint32_t> loose;
   bool was_placed = false;
@@ -105,7 +106,7 @@ Tile::Tile(TileId id, const CellKey& key, bool is_long, const Grid& grid, std::v
   }
 
   std::vector<std::pair<NodeId, const GridPoint*>> strays;
-  const auto leadOf = [&](NodeId node) {  // the segment whose fragment placed it as its lead, or kNoSegment
+  const auto leadOf = [&](NodeId node) {  // the segment whose fragment placed this node as its lead, or kNoSegment
     const std::uint32_t s = children.placing({node.cell, node.sample + 1});
     return s != kNoSegment && lead[s] ? s : kNoSegment;
   };
@@ -227,7 +228,7 @@ void Tile::listIncident() {
       nodes_[from / 32].*bits |= mask;
     }
   };
-  // (node, segment) beside what follows from a strip, ascending by segment.
+  // (node, segment) pairs that do not follow from a strip, ascending by segment.
   std::vector<std::pair<std::uint32_t, std::uint32_t>> extra;
   for (std::uint32_t f = 0; f < fragments_.size(); ++f) {
     const Fragment& fragment = fragments_[f];
@@ -246,7 +247,7 @@ void Tile::listIncident() {
   std::vector<std::uint32_t> mask(nodes_.size(), 0), counts;
   for (const auto& [node, segment] : extra) setBits(mask, node);
   for (std::size_t b = 0; b < nodes_.size(); ++b) {
-    // A node at which nothing ends cannot be, but in damaged bytes.
+    // A node without a segment occurs only in damaged bytes.
     const std::size_t left_over = node_count_ - 32 * b;
     mask[b] |= ~(nodes_[b].prev | nodes_[b].next) & (left_over >= 32 ? ~0u : (1u << left_over) - 1);
     nodes_[b].listed_before = static_cast<std::uint32_t>(counts.size());
@@ -343,7 +344,7 @@ void Tile::bound(SegmentRun run, Offset& lo, Offset& hi) const {
 }
 
 std::optional<std::uint32_t> Tile::findNode(NodeId id) const noexcept {
-  // The first strip whose first child comes after the node: the node is in the strip before, or its lead.
+  // The first strip whose first child comes after the node: the node is in the strip before, or is this strip's lead.
   std::uint32_t low = 0, high = static_cast<std::uint32_t>(strips_by_sample_.empty() ? fragments_.size()
                                                                                      : strips_by_sample_.size());
   const auto fragmentAt = [this](std::uint32_t i) { return strips_by_sample_.empty() ? i : strips_by_sample_[i]; };

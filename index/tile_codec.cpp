@@ -18,9 +18,9 @@ namespace {
 
 constexpr std::size_t kBlock = 32;
 constexpr std::int64_t kEdge = std::int64_t{1} << (kMortonAxisBits - 1);
-constexpr std::uint8_t kGraph = 1;  // flag: fragments state their first samples, and may be loose
+constexpr std::uint8_t kGraph = 1;  // flag: fragments state their first samples and may be loose
 
-// The different radii among many, as unsigned bits. Only they are sorted: as a rule there are few.
+// The distinct radii, as unsigned bits. Only these are sorted, since there are usually few.
 class RadiusTable {
  public:
   explicit RadiusTable(const std::vector<float>& radii_um) {
@@ -37,7 +37,7 @@ class RadiusTable {
       }
       places_.push_back(slots[slot]);
     }
-    std::vector<std::uint64_t> order;  // bits, then the place in which they were met
+    std::vector<std::uint64_t> order;  // bits, then the order of first use
     order.reserve(sorted_.size());
     for (std::size_t place = 0; place < sorted_.size(); ++place)
       order.push_back(std::uint64_t{sorted_[place]} << 32 | place);
@@ -49,7 +49,7 @@ class RadiusTable {
     }
   }
   const std::vector<std::uint32_t>& sorted() const { return sorted_; }
-  std::vector<std::uint64_t> ranks() const {  // of each radius
+  std::vector<std::uint64_t> ranks() const {  // rank of each radius
     std::vector<std::uint64_t> all;
     all.reserve(places_.size());
     for (const std::uint32_t place : places_) all.push_back(ranks_[place]);
@@ -68,7 +68,7 @@ bool onGrid(const GridPoint& p) { return (p.array() >= -kEdge).all() && (p.array
   throw CorruptTile(place.tile, place.file, place.offset + damage.offset, damage.what);
 }
 
-// How a fragment begins.
+// How a fragment starts.
 enum Kind : std::uint32_t {
   kLead = 0,    // its first parent is the sample before, placed just before its first child
   kLinked = 1,  // its first parent is another node
@@ -78,7 +78,7 @@ enum Kind : std::uint32_t {
 
 std::int64_t difference(std::uint32_t a, std::uint32_t b) { return std::int64_t{a} - std::int64_t{b}; }
 
-// A sum that must be an index below `limit`.
+// Returns `from` minus the decoded step. Throws Damage unless this is an index below `limit`.
 std::uint32_t shifted(const ByteReader& in, std::uint32_t from, std::uint64_t zigzagged, std::uint64_t limit,
                       const char* what) {
   const std::int64_t step = internal::unzigzag(zigzagged);
@@ -105,11 +105,11 @@ class TileCodec {
   static std::uint32_t straysBegin(const Tile& tile) {
     return tile.node_count_ - static_cast<std::uint32_t>(tile.strays_.size());
   }
-  // Is the first child's position stated by itself? Else it is a step away from a parent that stands before it.
+  // True if the first child's position is stored directly. Otherwise it is a step from a parent stored earlier.
   static bool standsAlone(const Tile& tile, const Tile::Fragment& f) {
     return f.parent_node >= f.child_node && f.parent_node < straysBegin(tile);
   }
-  // Coordinates by name: loops of three stay in memory.
+  // Named coordinates: arrays of three would stay in memory.
   struct Place {
     std::uint64_t x = 0, y = 0, z = 0;
 
@@ -144,7 +144,7 @@ std::vector<std::uint8_t> TileCodec::encode(const Tile& tile) {
   }
 
   std::uint32_t cell = 0, next_rank = 0, nodes = 0;
-  std::vector<std::uint32_t> stated;  // nodes whose positions are stated by themselves, in order
+  std::vector<std::uint32_t> stated;                           // nodes whose positions are stored directly, in order
   std::vector<std::pair<std::uint32_t, std::uint32_t>> steps;  // (node, from)
   for (std::uint32_t n = straysBegin(tile); n < tile.node_count_; ++n) stated.push_back(n);
   for (std::uint32_t f = 0; f < fragment_count; ++f) {
@@ -236,7 +236,7 @@ void TileCodec::readPositions(ByteReader& in, const Tile& tile, std::span<const 
   }
 
   std::size_t next_stated = 0;
-  Place p, all;  // the place reached; the bits of all coordinates
+  Place p, all;  // the current position; the union of all coordinates' bits
   const auto putStated = [&](std::uint32_t node) {
     p = {stated[0][next_stated], stated[1][next_stated], stated[2][next_stated]};
     ++next_stated;
@@ -245,7 +245,7 @@ void TileCodec::readPositions(ByteReader& in, const Tile& tile, std::span<const 
   for (std::uint32_t node = straysBegin(tile); node < tile.node_count_; ++node) putStated(node);
 
   std::array<std::array<std::uint64_t, kBlock>, 3> deltas;
-  std::size_t at = 0, block_end = 0;  // in the block of steps
+  std::size_t at = 0, block_end = 0;  // position in the block of steps
   const auto putSteps = [&](std::uint32_t node, std::uint32_t end) {
     while (node < end) {
       if (at == block_end) {
@@ -296,7 +296,7 @@ Tile TileCodec::decode(ByteReader& in, const TilePlace& place, const Grid& grid)
   in.require((flags & ~kGraph) == 0, "an unknown flag");
   const bool graph = (flags & kGraph) != 0;
   const std::uint32_t count = in.varint32(), fragment_count = in.varint32(), stray_count = in.varint32();
-  // Each segment has a bit of its own, each fragment three bytes, each stray two.
+  // Each segment takes at least a bit, each fragment three bytes, each stray two.
   in.require(count <= Tile::kMaxSegments && count / 8 <= in.left() && fragment_count / 3 <= in.left() &&
                  stray_count / 2 <= in.left(),
              "more segments than there are bytes");
@@ -372,7 +372,7 @@ Tile TileCodec::decode(ByteReader& in, const TilePlace& place, const Grid& grid)
   tile.node_count_ = nodes + stray_count;
   for (const Ends& e : ends) {
     Tile::Fragment& fragment = tile.fragments_[e.fragment];
-    const std::uint32_t from = fragment.child_node;  // of a loose one: the nodes placed so far
+    const std::uint32_t from = fragment.child_node;  // for a loose fragment: the nodes placed so far
     if (kinds[e.fragment] == kLoose)
       fragment.child_node = shifted(in, from, e.child, tile.node_count_, "a node does not exist");
     fragment.parent_node = shifted(in, from, e.parent, tile.node_count_, "a node does not exist");
@@ -461,7 +461,7 @@ TileAppearance decodeAppearance(std::span<const std::uint8_t> bytes, const TileP
     TileAppearance appearance;
     const std::uint32_t n = in.varint32();
     std::uint32_t left = n;
-    // Runs of one type and a table of one radius take no bytes a segment, so the bytes alone do not bound n.
+    // Runs of one type and a table of one radius take no bytes a segment, so the bytes alone do not limit n.
     in.require(n == count, "the number of segments is not that of the directory");
     while (left > 0) {
       const std::uint16_t type = in.u16();

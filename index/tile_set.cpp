@@ -17,7 +17,7 @@ using internal::Damage;
 
 namespace {
 
-// Calls a decoder of the file's bytes from `offset` on, and says where they are damaged.
+// Calls a decoder of the file's bytes from `offset` on, and adds file and offset to its Damage.
 template <typename Decode>
 auto decoded(const std::string& file, std::uint64_t offset, Decode decode) {
   try {
@@ -27,8 +27,8 @@ auto decoded(const std::string& file, std::uint64_t offset, Decode decode) {
   }
 }
 
-// Something that is read at first need. The first thread that needs it reads it, the others wait for that one; who has
-// it never waits. After a failure the next one that needs it reads again.
+// A value read when first needed. The first thread reads it and the others wait; later calls never wait. After a
+// failure, the next call reads again.
 template <typename T>
 class ReadOnce {
  public:
@@ -65,7 +65,7 @@ struct TileSet::Impl {
     std::atomic<const internal::DirectoryPage*> known{nullptr};
     std::unique_ptr<const internal::DirectoryPage> owned;
   };
-  mutable std::mutex directory_mutex;  // of whoever adds a page to these; nobody reads while holding it
+  mutable std::mutex directory_mutex;  // held while a page is added, never while reading
   mutable std::unique_ptr<Page[]> pages;
   mutable std::atomic<std::uint32_t> pages_unknown{0};
   mutable LeafIndex leaves;
@@ -158,7 +158,7 @@ void TileSet::Impl::openDirectory() {
 }
 
 const internal::DirectoryPage& TileSet::Impl::readPage(std::uint32_t number) const {
-  // Two threads may read the same page at once: the first to end adds it.
+  // Two threads may read the same page at once: the first to finish adds it.
   const std::string name = describe(internal::kDirectoryFile);
   auto found = std::make_unique<internal::DirectoryPage>(
       decoded(name, 0, [&] { return internal::decodeDirectoryPage(root, number, directoryReader()); }));
@@ -187,10 +187,10 @@ const internal::DirectoryPage& TileSet::Impl::readPage(std::uint32_t number) con
   return *page.owned;
 }
 
-// So that the haptic thread, which cannot read, finds the home of every node that it meets.
+// The haptic thread cannot read. This makes the homes of all nodes in its tiles known.
 void TileSet::Impl::knowHomes(const Tile& tile) const {
   if (pages_unknown.load(std::memory_order_acquire) == 0 || tile.node_count() == 0) return;
-  // Keys rise with each coordinate: all nodes lie in the pages between those of two corners of a box around them.
+  // Keys increase with each coordinate: all nodes lie in the pages between the two corners of their box.
   constexpr std::int64_t kLast = (std::int64_t{1} << (kMortonAxisBits - 1)) - 1;
   const GridPoint far = tile.origin().array() + ((std::int64_t{1} << tile.offset_bits()) - 1);
   const auto known = [this](std::size_t page) { return page == LeafIndex::kNoPage || leaves.knows(page); };
@@ -266,7 +266,7 @@ TileSet::TileSet(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 TileSet::~TileSet() = default;
 
 std::unique_ptr<TileSet> TileSet::open(const std::string& path) {
-  // Between CURRENT and the first file of its revision, a new revision may take its place: then begin again.
+  // A new revision may be published between reading CURRENT and opening the first file: then start again.
   for (int attempt = 0;; ++attempt) {
     try {
       return open(openFolder(path));

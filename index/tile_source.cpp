@@ -25,7 +25,7 @@ class Descriptor {
   ~Descriptor() {
     if (number_ >= 0) ::close(number_);
   }
-  // As openat(). Once.
+  // Like openat(). Call it once.
   bool open(int folder, const std::string& name, int flags) {
     number_ = ::openat(folder, name.c_str(), flags | O_CLOEXEC);
     return number_ >= 0;
@@ -59,7 +59,7 @@ class Folder final : public TileSource {
   }
 
   void read(const std::string& name, std::uint64_t offset, std::span<std::uint8_t> bytes) const override {
-    const std::shared_ptr<const Descriptor> from = file(name);  // stays open until the read has ended
+    const std::shared_ptr<const Descriptor> from = file(name);  // keeps the file open during the read
     for (std::size_t done = 0; done < bytes.size();) {
       const ssize_t n =
           ::pread(from->number(), bytes.data() + done, bytes.size() - done, static_cast<off_t>(offset + done));
@@ -76,8 +76,8 @@ class Folder final : public TileSource {
   struct File {
     dev_t device;
     ino_t inode;
-    std::shared_ptr<const Descriptor> open;  // null while closed
-    std::list<File*>::iterator recent;       // of an open one
+    std::shared_ptr<const Descriptor> open;  // nullptr while closed
+    std::list<File*>::iterator recent;       // valid while open
   };
 
   std::shared_ptr<const Descriptor> file(const std::string& name) const {
@@ -92,7 +92,7 @@ class Folder final : public TileSource {
         return found->second.open;
       }
     }
-    // The disk may take its time: without the lock.
+    // Without the lock, since the disk may be slow.
     const std::shared_ptr<const Descriptor> opened = openFile(name, seen_before);
     struct stat status {};
     if (::fstat(opened->number(), &status) != 0 || !S_ISREG(status.st_mode))
@@ -105,14 +105,14 @@ class Folder final : public TileSource {
       file.recent = recent_.begin();
       file.open = opened;
     }
-    const std::shared_ptr<const Descriptor> answer = file.open;  // in use: not closed here
+    const std::shared_ptr<const Descriptor> answer = file.open;  // in use, so it is not closed here
     while (recent_.size() > most_open_ && closeOne()) {
     }
     return answer;
   }
 
-  // Closes the open file that was used least recently and that nobody reads; false if there is none. The caller holds
-  // the lock: others may end their use meanwhile, but cannot begin one.
+  // Closes the least recently used open file that is not being read; false if there is none. The caller holds the lock,
+  // so no read can begin meanwhile.
   bool closeOne() const {
     for (auto least = recent_.end(); least != recent_.begin();) {
       File& file = **--least;
@@ -146,7 +146,7 @@ class Folder final : public TileSource {
     return opened;
   }
 
-  // nullptr with errno. Makes room where the process has no descriptor left.
+  // Returns nullptr and sets errno on failure. Closes another file if the process has no descriptor left.
   std::shared_ptr<const Descriptor> openAt(int folder, const std::string& name, int flags) const {
     const auto opened = std::make_shared<Descriptor>();
     for (;;) {
@@ -166,16 +166,16 @@ class Folder final : public TileSource {
   const std::string path_;
   const std::size_t most_open_;
   const std::shared_ptr<Descriptor> root_ = std::make_shared<Descriptor>();
-  mutable std::mutex mutex_;                                                  // of all below
-  mutable std::map<std::string, std::shared_ptr<const Descriptor>> folders_;  // below the root; stay open
+  mutable std::mutex mutex_;                                                  // guards the members below
+  mutable std::map<std::string, std::shared_ptr<const Descriptor>> folders_;  // below the root; they stay open
   mutable std::map<std::string, File> files_;
-  mutable std::list<File*> recent_;  // the open ones, the one used last first
+  mutable std::list<File*> recent_;  // open files, most recently used first
 };
 
 }  // namespace
 
 bool isTileFileName(const std::string& name) {
-  bool at_start = true;  // of a part
+  bool at_start = true;  // of a part between slashes
   for (char c : name) {
     const bool plain =
         (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_' || c == '-';
