@@ -29,7 +29,7 @@ WorldBox emptyBox() {
 struct Directory::Impl {
   struct Page {
     std::unique_ptr<const internal::BoxTree> tree;
-    std::vector<TileId> tiles;  // by item
+    std::vector<TileId> tiles;  // tile of each item
   };
   struct Root {
     WorldBox bounds = emptyBox();
@@ -38,8 +38,8 @@ struct Directory::Impl {
     std::unique_ptr<const internal::BoxTree> pages;
     std::vector<std::uint32_t> page_of_item;
   };
-  // What is made at first need: made aside and put here whole, so that a failure leaves nothing. Threads that need it
-  // at once may each make it; the first one counts.
+  // A value created when first needed. It is completed elsewhere and then stored, so that a failure leaves nothing
+  // behind. Several threads may create it at once; the first one is kept.
   template <typename T>
   struct Made {
     std::atomic<const T*> known{nullptr};
@@ -49,7 +49,7 @@ struct Directory::Impl {
   const TileStore& store;
   const Grid grid;
   const TileId page_tiles;
-  std::mutex mutex;  // of whoever puts something in place
+  std::mutex mutex;  // for storing values
   Made<Root> root;
   std::unique_ptr<Made<Page>[]> page;
 
@@ -62,7 +62,7 @@ struct Directory::Impl {
   }
   bool listed(TileId tile) const { return tile != store.long_tile() && !store.entry(tile).content.empty(); }
 
-  // Cells are closed sets of grid points: what lies between two neighbouring cells is within a quantum of both.
+  // Blocks are closed sets of grid points: points between two neighbouring blocks are within a quantum of both.
   WorldBox box(TileId tile) const { return box(store.entry(tile).content); }
   WorldBox box(const GridBox& content) const {
     const Vector3d quantum = Vector3d::Constant(grid.quantum_um());
@@ -173,8 +173,8 @@ struct Directory::Walk::State {
     const Impl::Page* page;
     TileId tile;
 
-    // At equal distance everything is opened before a tile is given, so that ties come in the order of ids.
-    bool operator<(const Entry& other) const {  // as in a max-heap: "comes later"
+    // At equal distance, pages are opened before a tile is returned, so that ties come in the order of ids.
+    bool operator<(const Entry& other) const {  // order of a max-heap: "comes later"
       if (place.squared_distance != other.place.squared_distance)
         return place.squared_distance > other.place.squared_distance;
       if (level != other.level) return level > other.level;

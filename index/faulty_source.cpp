@@ -12,7 +12,7 @@
 namespace filiform {
 namespace {
 
-// Steele, Lea, Flood 2014: every input bit moves every output bit.
+// Steele, Lea, Flood 2014: every input bit affects every output bit.
 std::uint64_t splitMix(std::uint64_t x) {
   x += 0x9e3779b97f4a7c15;
   x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9;

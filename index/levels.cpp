@@ -19,9 +19,9 @@ struct Levels::Impl {
   const TileSet& set;
   internal::LevelTable table;
   std::vector<std::string> packs;       // for messages
-  std::vector<LevelPart> parts;         // below each level tile, then the roots
-  std::vector<std::size_t> part_begin;  // by LevelId, then of the roots, and the end
-  std::vector<GridBox> boxes;           // by LevelId: of all that lies below, which simpler threads need not reach
+  std::vector<LevelPart> parts;         // of each level tile, then the topmost
+  std::vector<std::size_t> part_begin;  // by LevelId, then of the topmost, then the end
+  std::vector<GridBox> boxes;  // by LevelId: box of all content below; simplified neurites may not reach all of it
   std::uint64_t bytes = 0;
 
   void link();
@@ -33,7 +33,7 @@ struct Levels::Impl {
   Bytes part(LevelId level, bool appearance, std::string& file, std::uint64_t& offset) const;
 };
 
-// Level tiles and leaves in one order, each under the innermost level tile that holds it.
+// Merges level tiles and leaves in key order; each goes under the innermost level tile that contains it.
 void Levels::Impl::link() {
   std::vector<std::vector<LevelPart>> below(table.entries.size() + 1);
   std::vector<LevelId> inside;
@@ -64,7 +64,7 @@ void Levels::Impl::link() {
     part_begin.push_back(parts.size());
   }
   boxes.resize(table.entries.size());
-  for (std::size_t l = boxes.size(); l-- > 0;) {  // what lies inside comes later
+  for (std::size_t l = boxes.size(); l-- > 0;) {  // inner tiles have higher ids
     boxes[l] = table.entries[l].content;
     for (std::size_t i = part_begin[l]; i < part_begin[l + 1]; ++i)
       if (!boxOf(parts[i]).empty()) boxes[l].extend(boxOf(parts[i]));
@@ -157,7 +157,7 @@ bool Levels::Impl::inView(const LevelPart& part, const LevelView& view) const {
   });
 }
 
-// What a level leaves out counts by its share: left out altogether, it is as wrong as its cell is large.
+// Dropped segments count by their share: if all are dropped, the error is that of the block's size.
 double Levels::Impl::errorOnScreen(const LevelPart& part, const LevelView& view) const {
   if (!part.level) return 0;
   const LevelEntry& e = table.entries[part.tile];
@@ -217,7 +217,7 @@ LevelChoice Levels::choose(const LevelView& view, std::uint64_t most_segments, d
     std::uint64_t sum = 0;
     for (const LevelPart& part : finer_parts) sum += part.segments;
     if (choice.segments - worst.segments + sum > most_segments) {
-      keep(worst);  // others that are finer already may take fewer
+      keep(worst);  // other tiles with smaller errors may still fit
       continue;
     }
     choice.segments += sum - worst.segments;
@@ -234,10 +234,10 @@ std::vector<std::string> checkLevels(const TileSet& set, const Levels& levels) {
   struct Thread {
     Vector3d a_W, b_W;
   };
-  struct Open {  // a level tile on the way down
+  struct Open {  // a level tile that contains the current leaf
     LevelId level;
     MortonKey high;
-    std::vector<std::pair<std::uint32_t, Thread>> threads;  // by cell
+    std::vector<std::pair<std::uint32_t, Thread>> threads;  // by cell: neurites
     std::uint64_t owned = 0, far = 0;
   };
   std::vector<Open> inside;
@@ -275,7 +275,7 @@ std::vector<std::string> checkLevels(const TileSet& set, const Levels& levels) {
     }
     const std::shared_ptr<const Tile> tile = set.load(id);
     for (Open& open : inside) {
-      // Rounding of the distances below, far from the origin too.
+      // Tolerance for rounding of the distances below, also far from the origin.
       const double error = levels.entry(open.level).error_um * (1 + 1e-9) + grid.quantum_um() * 1e-3;
       const double error2 = error * error;
       for (std::uint32_t s = 0; s < tile->segment_count(); ++s) {

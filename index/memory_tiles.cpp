@@ -63,7 +63,7 @@ class MemoryTiles final : public TileStore, private internal::TileSink {
   const SamplePoints& samples() const override { return samples_; }
 
  private:
-  // Leaves come in the order of their keys, as there is one thread.
+  // Leaves come in the order of their keys, since there is one thread.
   void add(unsigned, std::uint32_t leaf, const CellKey& key, bool, std::vector<StoredSegment>& segments,
            TileAppearance& appearance) override {
     found_.push_back({leaf, key, segments, appearance});
@@ -86,7 +86,7 @@ class MemoryTiles final : public TileStore, private internal::TileSink {
   std::vector<CellDetail> details_;
   std::map<std::string, std::uint32_t> by_name_;
   SamplePoints samples_;
-  std::vector<Found> found_;  // while tiles are cut
+  std::vector<Found> found_;  // used while tiles are cut
 };
 
 }  // namespace

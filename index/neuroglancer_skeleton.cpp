@@ -24,7 +24,7 @@ using Type = SkeletonInfo::Attribute::Type;
 constexpr double kNanometre_um = 1e-3;
 
 Json parsed(std::string_view text) {
-  // Deep nesting would end in deep recursion where the tree is taken down.
+  // Limit the nesting: the parsed tree is destroyed by recursion.
   int depth = 0, deepest = 0;
   for (const char c : text) {
     depth += c == '[' || c == '{';
@@ -51,7 +51,7 @@ std::size_t bytesOf(Type type) {
   }
 }
 
-// Little-endian; false where the file ends.
+// Reads a little-endian number. Returns false at the end of the file.
 bool readBits(ByteStream& in, std::size_t bytes, std::uint32_t& bits) {
   std::array<unsigned char, 4> raw{};
   if (!in.read(raw.data(), bytes)) return false;
@@ -75,7 +75,7 @@ double valueOf(std::uint32_t bits, Type type) {
   }
 }
 
-// False where the file ends.
+// Reads nodes, links and attributes. Returns false if the file is too short.
 bool readAll(ByteStream& in, const SkeletonInfo& info, internal::GraphBuilder& graph) {
   std::uint32_t nodes = 0, links = 0;
   if (!readBits(in, 4, nodes) || !readBits(in, 4, links)) return false;

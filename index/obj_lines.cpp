@@ -40,7 +40,7 @@ class ObjReader {
   }
 
  private:
-  // What is left of the present line, and of those that it goes on with.
+  // Skips the rest of the line and of its continuation lines.
   void skipLine() {
     std::string_view rest;
     bool too_long = false;
@@ -48,7 +48,7 @@ class ObjReader {
     }
   }
 
-  // The next word of the line, which a `\` before its end goes on with.
+  // Reads the next word of the line; a `\` at its end continues the line.
   bool word(std::string_view& token) {
     while (in_.readToken(token, false)) {
       if (token.starts_with('#')) return false;
@@ -78,7 +78,7 @@ class ObjReader {
     graph_.node(id, position, std::nan(""), 0, line_, "v " + std::to_string(id));
   }
 
-  // Empty where the word names no node.
+  // The node's id; nullopt if the word names no node.
   std::optional<std::int64_t> nodeOf(std::string_view token) const {
     token = token.substr(0, token.find('/'));
     std::int64_t number = 0;

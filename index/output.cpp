@@ -27,10 +27,10 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kOutputBuffer = std::size_t{1} << 16;
 
-// NAME.partial-XXXXXX.ENDING: free, and in the same folder, so that a rename is enough.
+// Returns an unused NAME.partial-XXXXXX.ENDING in the same folder, so that a rename suffices.
 std::string freshName(const std::string& folder, const std::string& name) {
   static constexpr std::string_view kDigits = "0123456789abcdefghijklmnopqrstuvwxyz";
-  constexpr std::size_t kLongestStem = 180, kLongestEnding = 40;  // of the 255 bytes of a name
+  constexpr std::size_t kLongestStem = 180, kLongestEnding = 40;  // of at most 255 bytes in a name
   std::random_device random;
   std::string digits(8, '0');
   for (char& digit : digits) digit = kDigits[random() % kDigits.size()];
@@ -49,8 +49,8 @@ std::string folderOf(const std::string& path) {
   return slash == std::string::npos ? std::string() : path.substr(0, slash + 1);
 }
 
-// The N of /proc/self/fd/N and of what leads there (/dev/stdout, /dev/fd/N); -1: it is none. Opening such a name again
-// would begin at the file's first byte, over what is there.
+// The N of /proc/self/fd/N and of links to it (/dev/stdout, /dev/fd/N); -1 for other names. Opening such a name again
+// would start at the file's first byte and overwrite.
 int descriptorNamedBy(const std::string& link) {
   std::error_code error;
   const std::string folder = folderOf(link);
@@ -92,7 +92,7 @@ class DescriptorBuffer : public std::streambuf {
   }
   void flush() {
     const std::string_view bytes(pbase(), static_cast<std::size_t>(pptr() - pbase()));
-    setp(buffer_.data(), buffer_.data() + buffer_.size());  // what cannot be written is not tried again
+    setp(buffer_.data(), buffer_.data() + buffer_.size());  // after a failure these bytes are not written again
     writeAll(file_, bytes, path_);
   }
 
@@ -186,8 +186,8 @@ struct Output::Impl {
   DescriptorBuffer buffer;
   std::ostream stream{&buffer};
   int file = -1;
-  int through = -1;     // by_name: where our own file is copied at the end
-  std::string partial;  // our own file; empty: none
+  int through = -1;     // by_name: descriptor to which the file is copied at the end
+  std::string partial;  // the file being written; empty: none
   bool finished = false;
 
   [[noreturn]] void fail(int error_number) const { throw IoError(escaped(path), "cannot write", error_number); }
@@ -207,7 +207,7 @@ struct Output::Impl {
   void openThrough() {
     struct stat what {};
     const bool is_pipe = ::stat(place.target.c_str(), &what) == 0 && S_ISFIFO(what.st_mode);
-    // Without waiting in open(), which no signal would end.
+    // Does not wait inside open(), which no signal would interrupt.
     while ((file = ::open(place.target.c_str(), O_WRONLY | O_NOCTTY | O_CLOEXEC | (is_pipe ? O_NONBLOCK : 0))) < 0) {
       if (errno == EINTR) continue;
       if (!is_pipe || errno != ENXIO) fail(errno);
@@ -226,7 +226,8 @@ struct Output::Impl {
         if (place.exists && ::access(place.target.c_str(), W_OK) != 0) fail(errno);
         const std::string folder = folderOf(place.target);
         std::string name = fs::path(place.target).filename().string();
-        if (options.by_name) name = fs::path(name).stem().string() + ending;  // which decides for some writers
+        if (options.by_name)
+          name = fs::path(name).stem().string() + ending;  // some writers choose their format by the ending
         makePartial(folder, name);
         break;
       }
@@ -239,16 +240,16 @@ struct Output::Impl {
         break;
     }
     buffer.begin(file, path == "-" ? "standard output" : path);
-    stream.exceptions(std::ios::badbit);  // what the buffer throws passes through
+    stream.exceptions(std::ios::badbit);  // exceptions of the buffer propagate
     if (!options.by_name) return;
     through = place.kind == OutputPlace::Kind::kFile ? -1 : std::exchange(file, -1);
     if (through >= 0) makePartial(fs::temp_directory_path().string() + "/", "filiform" + ending);
     ::close(std::exchange(file, -1));
   }
 
-  // Our own file, complete, takes the target's place.
+  // The complete file replaces the target.
   void publish(bool aside) {
-    if (options.by_name) {  // another has written it, and perhaps replaced it
+    if (options.by_name) {  // another writer filled it, and may have replaced it
       file = ::open(partial.c_str(), O_WRONLY | O_CLOEXEC);
       if (file < 0) fail(errno);
     }
@@ -256,7 +257,7 @@ struct Output::Impl {
     if (::lstat(place.target.c_str(), &old) == 0) {
       if (!S_ISREG(old.st_mode)) throw IoError(escaped(path), "is no regular file any more; not replaced");
       if (!aside) {
-        // The owner first: a change of owner takes special permissions away.
+        // Change the owner first: this clears special permissions.
         [[maybe_unused]] const int ignored = ::fchown(file, old.st_uid, old.st_gid);
         if (::fchmod(file, old.st_mode & 07777) != 0) fail(errno);
       }
@@ -269,7 +270,7 @@ struct Output::Impl {
     }
   }
 
-  // As cat does.
+  // Copies the file to the descriptor.
   void copyThrough() {
     const int from = ::open(partial.c_str(), O_RDONLY | O_CLOEXEC);
     if (from < 0) fail(errno);
@@ -288,7 +289,7 @@ struct Output::Impl {
   }
 
   void close(int& descriptor) {
-    // A descriptor that was given is closed by its owner.
+    // A descriptor given by the caller is closed by the caller.
     if (descriptor >= 0 && ::close(std::exchange(descriptor, -1)) != 0 && errno != EINTR) fail(errno);
   }
 
@@ -342,7 +343,7 @@ std::string Output::finishAside() {
   if (!d.stream) throw IoError(escaped(d.path), "was not written whole");
   d.complete(true);
   if (d.place.kind != OutputPlace::Kind::kFile) return d.path;
-  // The first name that is free: neither call replaces a file.
+  // Use the first unused name: neither call replaces a file.
   const fs::path target(d.place.target);
   for (int n = 0;; ++n) {
     std::string name = d.place.target;
@@ -352,7 +353,7 @@ std::string Output::finishAside() {
       name += target.extension().string();
     }
     if (::link(d.partial.c_str(), name.c_str()) == 0) return name;  // the destructor removes the other name
-    const bool no_links = errno == EPERM || errno == EOPNOTSUPP;    // on this file system
+    const bool no_links = errno == EPERM || errno == EOPNOTSUPP;    // unsupported by this file system
     if (no_links && ::renameat2(AT_FDCWD, d.partial.c_str(), AT_FDCWD, name.c_str(), RENAME_NOREPLACE) == 0)
       return name;
     if (errno != EEXIST || n == 1000) d.fail(errno);

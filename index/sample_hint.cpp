@@ -14,9 +14,9 @@
 namespace filiform {
 namespace {
 
-// FLANN inserts results one by one into a sorted array; beyond this a scan of all samples is cheaper.
+// FLANN inserts results into a sorted array one by one. For more results, a scan of all landmarks is faster.
 constexpr std::size_t kMaxFromTree = 1024;
-// The first few searches go without a bound: they open hardly more tiles, and the tree takes longer than that.
+// The first searches get no bound: they read few more tiles, and building the tree takes longer.
 constexpr unsigned kUnaided = 8;
 
 }  // namespace
@@ -30,7 +30,7 @@ struct SampleHint::Impl {
   std::atomic<bool> is_built{false};
   std::atomic<unsigned> unaided{0};
   const SamplePoints* samples = nullptr;
-  std::unique_ptr<Tree> tree;  // null for an empty set
+  std::unique_ptr<Tree> tree;  // nullptr for an empty set
 
   explicit Impl(const TileStore& s) : store(s), grid(s.grid()) {}
 
@@ -44,7 +44,7 @@ struct SampleHint::Impl {
         const Vector3d p_W = grid.toWorld(samples->points[i]);
         std::copy(p_W.data(), p_W.data() + 3, &points[3 * i]);
       }
-      // The tree keeps a reordered copy of the points.
+      // The tree keeps its own reordered copy of the points.
       tree =
           std::make_unique<Tree>(flann::Matrix<double>(points.data(), n, 3), flann::KDTreeSingleIndexParams(10, true));
       tree->buildIndex();
@@ -52,7 +52,7 @@ struct SampleHint::Impl {
     is_built.store(true, std::memory_order_relaxed);
   }
 
-  // The nearest sample of each segment, nearest first.
+  // The nearest landmark of each segment, nearest first.
   std::vector<Guess> distinct(const Vector3d& h_W, const std::vector<std::size_t>& indices) const {
     std::vector<Guess> guesses;
     guesses.reserve(indices.size());
@@ -71,8 +71,8 @@ struct SampleHint::Impl {
     return guesses;
   }
 
-  // At least k distinct segments, or fewer where these would take more than kMaxFromTree samples: many may lie on one
-  // segment.
+  // At least k distinct segments. Fewer if they would need more than kMaxFromTree landmarks, since many landmarks may
+  // lie on one segment.
   std::vector<Guess> fromTree(const Vector3d& h_W, std::size_t k) const {
     const std::size_t most = std::min(samples->points.size(), kMaxFromTree);
     std::vector<Guess> guesses;
@@ -114,7 +114,7 @@ double SampleHint::squaredBound(const Vector3d& h_W, std::size_t k) const {
   if (k > impl_->samples->points.size()) return std::numeric_limits<double>::infinity();
   const std::vector<Guess> guesses = impl_->fromTree(h_W, k);
   if (guesses.size() < k || k == 0) return std::numeric_limits<double>::infinity();
-  // A sample lies on its segment up to rounding to the grid, and closestPoint() rounds too.
+  // A landmark lies on its segment only up to rounding to the grid, and closestPoint() rounds too.
   const Guess& last = guesses[k - 1];
   constexpr double kUlps = 16 * std::numeric_limits<double>::epsilon();
   const double bound =

@@ -12,11 +12,11 @@ namespace filiform {
 namespace {
 
 constexpr std::size_t kSegmentsPerPoint = 128, kLeastPoints = 64;
-constexpr int kTableBits = 12;      // more cells in a leaf than that are found in a map
-constexpr double kRounding = 0.87;  // of a point to the grid, quanta
+constexpr int kTableBits = 12;      // more blocks in a leaf than this are stored in a map
+constexpr double kRounding = 0.87;  // largest rounding of a point to the grid, quanta
 constexpr std::uint32_t kAbsent = UINT32_MAX;
 
-// The least e with |a - b| <= 2^e quanta.
+// The smallest e with |a - b| <= 2^e quanta.
 int lengthExponent(const GridPoint& a, const GridPoint& b) {
   __extension__ using Product = unsigned __int128;
   Product squared = 0;
@@ -31,7 +31,7 @@ int lengthExponent(const GridPoint& a, const GridPoint& b) {
   return (bits + 1) / 2;
 }
 
-// Bits of an axis among the first `depth` bits of a key.
+// Number of bits of an axis among the first `depth` bits of a key.
 int axisBits(int depth, int axis) { return (depth + 2 - axis) / 3; }
 
 MortonKey prefix(MortonKey key, int depth) {
@@ -40,12 +40,13 @@ MortonKey prefix(MortonKey key, int depth) {
 
 double squaredDistance(const GridPoint& a, const GridPoint& b) { return (a - b).cast<double>().squaredNorm(); }
 
-GridPoint interior(const StoredSegment& s, std::uint64_t odd, std::uint64_t pieces) {  // at odd / (2 pieces)
+GridPoint interior(const StoredSegment& s, std::uint64_t odd,
+                   std::uint64_t pieces) {  // at odd / (2 pieces) of the segment
   __extension__ using Product = __int128;
   GridPoint p;
   for (int i = 0; i < 3; ++i) {
     const Product divisor = Product{pieces} * 2,
-                  doubled = Product{s.parent[i] - s.child[i]} * odd + pieces;  // to the nearest
+                  doubled = Product{s.parent[i] - s.child[i]} * odd + pieces;  // rounded to the nearest
     Product step = doubled / divisor;
     if (doubled < 0 && doubled % divisor != 0) --step;
     p[i] = s.child[i] + static_cast<std::int64_t>(step);
@@ -93,7 +94,7 @@ void SampleSurvey::add(const SampleSurvey& next) {
 }
 
 SampleChooser::SampleChooser(const Grid& grid, const SampleSurvey& survey, std::size_t most) : grid_(grid) {
-  // The finest cells of which at most `wanted` are occupied.
+  // The deepest partition with at most `wanted` occupied blocks.
   const auto finest = [&](std::uint64_t wanted) {
     std::uint64_t occupied = 1;
     int depth = 0;
@@ -108,7 +109,7 @@ SampleChooser::SampleChooser(const Grid& grid, const SampleSurvey& survey, std::
       sum += std::ldexp(static_cast<double>(survey.longer_[static_cast<std::size_t>(e)]), e - exponent);
     return sum;
   };
-  // Pieces shorter than a cell would cover no better.
+  // Pieces shorter than a block would not improve the cover.
   piece_exponent_ = kMortonAxisBits - axisBits(finest(most - for_pieces), 2);
   while (pieces(piece_exponent_) > static_cast<double>(for_pieces)) ++piece_exponent_;
   depth_ = finest(most - static_cast<std::size_t>(pieces(piece_exponent_)));
@@ -137,11 +138,11 @@ void SampleChooser::addLeaf(const CellKey& leaf, std::span<const StoredSegment> 
           << place[i];
     return part.table_[index];
   };
-  const auto centre2 = [&](const GridPoint& p) {  // twice the middle of the point's cell
+  const auto centre2 = [&](const GridPoint& p) {  // twice the centre of the point's block
     GridPoint c;
     for (int i = 0; i < 3; ++i) {
       const int s = shift[static_cast<std::size_t>(i)];
-      // Cells are aligned to their sides, but for the whole world.
+      // Blocks are aligned to their edges, except the whole world.
       c[i] = s == kMortonAxisBits ? -1 : ((p[i] >> s) << (s + 1)) + (std::int64_t{1} << s) - 1;
     }
     return c;

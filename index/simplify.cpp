@@ -9,10 +9,10 @@ namespace filiform {
 namespace {
 
 constexpr std::uint32_t kNone = UINT32_MAX;
-// Rounded up by more than what the distances below can err by.
+// Rounds up by more than the error of the distances below.
 constexpr double kRoundUp = 1 + 1e-12;
 
-// Who is at a node: the graph's segments by node.
+// The graph's segments by node.
 struct Incidence {
   std::vector<std::uint32_t> begin, list;
 
@@ -37,11 +37,12 @@ struct Incidence {
 };
 
 struct Run {
-  std::span<const std::uint32_t> nodes, segments;  // one segment less; the last node is the first in a loop
-  bool downwards;                                  // from parent to child
+  std::span<const std::uint32_t> nodes,
+      segments;    // one segment fewer than nodes; in a loop the last node equals the first
+  bool downwards;  // true: from parent to child
 };
 
-// Everything about one graph while it is made simpler.
+// The state of one graph during simplification.
 class Simplifier {
  public:
   Simplifier(const ThreadGraph& graph, const Grid& grid)
@@ -62,7 +63,7 @@ class Simplifier {
     }
   }
 
-  // Twigs that lie within the tolerance of the node they hang on go; what they stood for is the node's from then on.
+  // Removes twigs that lie within the tolerance of the node that carries them. The node then represents them.
   void prune(double tolerance_um) {
     std::vector<std::uint32_t> tips;
     for (std::uint32_t n = 0; n < nodes_.size(); ++n)
@@ -76,7 +77,7 @@ class Simplifier {
         way.push_back(otherThan(n, way.empty() ? kNone : way.back()));
         n = end(way.back(), n);
       } while (degree_[n] == 2 && !open(n));
-      // A whole piece is not a twig: it would disappear, if only from here.
+      // A whole connected piece is not a twig: it must stay.
       if (degree_[n] < 2) continue;
       double reach = absorbed_um_[n];
       std::uint32_t v = tips[i];
@@ -98,12 +99,12 @@ class Simplifier {
     }
   }
 
-  // Finds the runs and at which tolerance each of their inner nodes goes; below least_um it does not matter at which.
+  // Finds the runs and the tolerance at which each inner node is removed. Tolerances below least_um need not be exact.
   void measure(double least_um) {
     runs_.clear();
     importance_.assign(nodes_.size(), 0);
     walked_ = gone_;
-    // Every segment is in one run; a run has one node more than segments.
+    // Every segment is in one run. A run has one node more than segments.
     run_segments_.clear();
     run_segments_.reserve(graph_.segments.size());
     run_nodes_.clear();
@@ -112,13 +113,13 @@ class Simplifier {
       if (degree_[n] > 0 && (degree_[n] != 2 || open(n)))
         for (const std::uint32_t s : incidence_.at(n))
           if (!walked_[s]) trace(n, s);
-    for (std::uint32_t n = 0; n < nodes_.size(); ++n)  // what is left are loops: the first node is their anchor
+    for (std::uint32_t n = 0; n < nodes_.size(); ++n)  // the rest are loops; each starts at its first node
       for (const std::uint32_t s : incidence_.at(n))
         if (!walked_[s]) trace(n, s);
     for (const Run& run : runs_) weigh(run, least_um);
   }
 
-  // Segments that are left at that tolerance; by cell too, if asked.
+  // Number of segments that remain at this tolerance; also by cell, if asked.
   std::size_t count(double tolerance_um, std::vector<std::size_t>* by_share = nullptr) const {
     std::size_t all = 0;
     const auto add = [&](std::uint32_t node, std::size_t n) {
@@ -136,7 +137,7 @@ class Simplifier {
     return all;
   }
 
-  // The least tolerance, at least `least_um`, at which at most `most` segments are left; infinite if there is none.
+  // The smallest tolerance of at least `least_um` that leaves at most `most` segments; infinite if there is none.
   double toleranceFor(std::size_t most, double least_um) const {
     std::size_t fixed = 0;
     std::vector<double> above;
@@ -154,7 +155,7 @@ class Simplifier {
     return *nth;
   }
 
-  // Whole cells, shortest first, until at most `most` segments are left; the longest stays.
+  // Removes whole cells, shortest first, until at most `most` segments remain; the longest cell stays.
   void dropCells(std::size_t most, double tolerance_um) {
     const std::vector<ThreadShare>& shares = graph_.shares;
     dropped_.assign(shares.size(), false);
@@ -192,14 +193,14 @@ class Simplifier {
 
     std::vector<bool> used(nodes_.size(), false);
     for (const ThreadSegment& s : out.segments) used[s.child] = used[s.parent] = true;
-    for (const ThreadSegment& s : loops_) {  // where nothing else is left, as a node that stands for itself
+    for (const ThreadSegment& s : loops_) {  // if no segment remains, keep the node as an isolated node
       if (used[s.child]) continue;
       used[s.child] = true;
       out.segments.push_back(s);
     }
     std::vector<std::uint32_t> number(nodes_.size(), kNone);
     for (std::uint32_t n = 0; n < nodes_.size(); ++n) {
-      // A node without a segment is kept only where others of its segments are still to come.
+      // A node without a segment is kept only if more of its segments are still to come.
       if (!used[n] && !(nodes_[n].full > nodes_[n].seen && !dropped(n))) continue;
       number[n] = static_cast<std::uint32_t>(out.nodes.size());
       out.nodes.push_back(nodes_[n]);
@@ -247,9 +248,9 @@ class Simplifier {
                      downwards});
   }
 
-  // Ramer, Douglas, Peucker: the importance of a node is the tolerance below which it is kept, never more
-  // than that of the split that it lies in. The distance counts to the segment, not to its line; what a node and its
-  // segments stand for already is added.
+  // Ramer, Douglas, Peucker: a node is kept below the tolerance computed here, which never exceeds that of the
+  // enclosing split. Distances are to the segment, not to its line. What a node and its segments already represent is
+  // added.
   void weigh(const Run& run, double least_um) {
     if (run.nodes.size() < 3) return;
     std::vector<Part>& parts = parts_;
@@ -314,10 +315,10 @@ class Simplifier {
       }
       s.radius_um = length > 0 ? static_cast<float>(radius / length) : std::numeric_limits<float>::quiet_NaN();
       if (s.child == s.parent) {
-        // A loop within the tolerance of its anchor, which stands for it.
+        // A loop within the tolerance of its first node, which then represents it.
         absorbed_um_[s.child] = std::max(absorbed_um_[s.child], s.error_um);
         loops_.push_back({s.child, s.child, 0, s.radius_um, s.type});
-        continue;  // the last of its run
+        continue;  // end of the run
       }
       out.push_back(s);
       begin = i;
@@ -335,7 +336,7 @@ class Simplifier {
   std::vector<double> absorbed_um_;
   std::vector<std::uint8_t> gone_;  // segments
   std::vector<std::uint32_t> degree_;
-  std::vector<std::uint8_t> open_;  // nodes: more comes, or where their threads leave the graph
+  std::vector<std::uint8_t> open_;  // nodes with more segments to come, or where neurites leave the graph
   Incidence incidence_;
   std::vector<Run> runs_;
   std::vector<std::uint32_t> run_nodes_, run_segments_;
@@ -343,7 +344,7 @@ class Simplifier {
   std::vector<double> importance_;
   std::vector<Part> parts_;
   std::vector<ThreadSegment> loops_;
-  std::vector<bool> dropped_;  // by share; empty: none
+  std::vector<bool> dropped_;  // by share; empty: none was dropped
 };
 
 bool isOpen(const ThreadNode& n) { return n.full == 0 || n.seen < n.full; }
@@ -362,7 +363,7 @@ ThreadGraph threadsOf(const Tile& tile, const TileAppearance& appearance, const 
   graph.nodes.reserve(tile.node_count());
   for (std::uint32_t n = 0; n < tile.node_count(); ++n) {
     const GridPoint p = tile.gridPoint(n);
-    // The same as isHome(), and faster.
+    // Equals isHome(), but faster.
     const bool home = !tile.isLong() && (p.array() >= cell_box.lo.array() && p.array() <= cell_box.hi.array()).all();
     if (seen[n] == 0 && !home) continue;
     number[n] = static_cast<std::uint32_t>(graph.nodes.size());
@@ -394,7 +395,7 @@ ThreadGraph join(std::vector<ThreadGraph> graphs) {
   out.nodes.reserve(nodes);
   out.segments.reserve(segments);
 
-  // Only nodes that are open can be in another graph too.
+  // Only open nodes can be in another graph too.
   struct Shared {
     std::uint64_t key;
     std::uint32_t graph, node;
@@ -436,7 +437,7 @@ ThreadGraph join(std::vector<ThreadGraph> graphs) {
     out.dropped_um += graphs[g].dropped_um;
     graphs[g] = {};
   }
-  // Stable: the same sums of lengths, whatever sorts.
+  // Stable, so that the sums of lengths are the same with every library.
   std::stable_sort(out.shares.begin(), out.shares.end(),
                    [](const ThreadShare& a, const ThreadShare& b) { return a.cell < b.cell; });
   std::size_t last = 0;
@@ -462,7 +463,7 @@ ThreadGraph simplify(const ThreadGraph& graph, const Grid& grid, const SimplifyO
     work.prune(tolerance);
     work.measure(tolerance);
     if (work.count(tolerance) > options.most_segments) work.dropCells(options.most_segments, tolerance);
-    // One cell that is too much by itself: only coarser.
+    // One cell exceeds the limit alone: increase the tolerance.
     for (int i = 0; i < 24 && work.count(tolerance) > options.most_segments; ++i) {
       tolerance *= 2;
       work.prune(tolerance);
@@ -480,7 +481,7 @@ double errorOf(const ThreadGraph& graph) {
 }
 
 std::vector<StoredSegment> numbered(const ThreadGraph& given, TileAppearance& appearance) {
-  // By id: so that the numbers do not depend on how the graph was put together.
+  // By id, so that the numbers do not depend on how the graph was assembled.
   std::vector<std::uint32_t> order(given.nodes.size()), rank(given.nodes.size());
   for (std::uint32_t i = 0; i < order.size(); ++i) order[i] = i;
   std::sort(order.begin(), order.end(),
@@ -511,7 +512,7 @@ std::vector<StoredSegment> numbered(const ThreadGraph& given, TileAppearance& ap
   out.reserve(graph.segments.size());
   appearance.radii_um.clear();
   appearance.types.clear();
-  next.assign(below_begin.begin(), below_begin.end() - 1);  // from here: the first that is not written
+  next.assign(below_begin.begin(), below_begin.end() - 1);  // by node: its first segment not written yet
   std::vector<std::uint32_t> number(count, kNone), path;
   std::uint32_t cell = kNone, fresh = 0;
   const auto start = [&](std::uint32_t root) {
@@ -547,7 +548,7 @@ std::vector<StoredSegment> numbered(const ThreadGraph& given, TileAppearance& ap
     while (end < count && graph.nodes[end].id.cell == graph.nodes[begin].id.cell) ++end;
     for (std::uint32_t n = begin; n < end; ++n)
       if (!is_child[n] && next[n] < below_begin[n + 1]) start(n);
-    for (std::uint32_t n = begin; n < end; ++n)  // loops, and nodes that stand for themselves
+    for (std::uint32_t n = begin; n < end; ++n)  // loops and isolated nodes
       while (next[n] < below_begin[n + 1]) start(n);
   }
   return out;

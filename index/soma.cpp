@@ -9,15 +9,15 @@ namespace filiform {
 namespace {
 
 constexpr std::size_t kLeastOutline = 4;
-// Of the way around the outline: how far its ends may be apart. A straight chain has 0.5.
+// Largest gap between the ends, as a fraction of the outline's length. A straight chain has 0.5.
 constexpr double kWidestGap = 0.3;
 constexpr double kMostSpread =
-    0.45;  // deviation of the distances from the centre, of their mean; flat chains have 0.58
-constexpr double kThickestOutline = 0.5;  // of the outline's radius; thicker chains are cylinders
+    0.45;  // deviation of the distances from the centre, relative to their mean; flat chains have 0.58
+constexpr double kThickestOutline = 0.5;  // relative to the outline's radius; thicker chains are cylinders
 
 bool isThreeSamples(std::span<const SomaSample> s) { return s.size() == 3 && s[1].parent == 0 && s[2].parent == 0; }
 
-// The samples from the root to the end; empty where they branch.
+// The samples from the root to the end of a chain; empty if they branch.
 std::vector<std::uint32_t> chainOf(std::span<const SomaSample> samples) {
   constexpr std::uint32_t kNoSample = UINT32_MAX;
   std::vector<std::uint32_t> next(samples.size(), kNoSample), chain;
@@ -85,7 +85,7 @@ ThreePoint threePointOf(std::span<const SomaSample> samples, double slack_um) {
   if (!(radius_um > 0) || !std::isfinite(radius_um) || !(across_um > 0)) return ThreePoint::kOff;
   const Vector3d out = (a - b) / across_um * radius_um;
   const double off_um = std::max((a - out).norm(), (b + out).norm());
-  // The tolerance itself counts as within, however it is rounded.
+  // A distance equal to the tolerance counts as within, despite rounding.
   const double most_um = kThreePointTolerance * radius_um * (1 + 1e-6) + 2 * slack_um;
   return off_um <= most_um ? ThreePoint::kYes : ThreePoint::kOff;
 }

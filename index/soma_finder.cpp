@@ -12,7 +12,7 @@ namespace filiform {
 
 namespace {
 
-// The segment of which the node is the child; none for a root.
+// The segment of which the node is the child; nullopt for a root.
 std::optional<std::uint32_t> ownSegment(const Tile& tile, std::uint32_t node) {
   for (const std::uint32_t segment : tile.incident(node))
     if (tile.child(segment) == node && !tile.isolated(segment)) return segment;

@@ -51,7 +51,7 @@ struct SwcReader::State {
   State(const State&) = delete;
   State& operator=(const State&) = delete;
 
-  // What LineSplitter calls.
+  // The functions that LineSplitter calls.
   void dataLine(std::string_view text, bool has_nul, std::uint64_t line);
   void longLine(std::string_view start, std::uint64_t line);
   void comment(std::string_view start, bool has_nul, std::uint64_t line);
@@ -76,9 +76,9 @@ struct SwcReader::State {
   internal::RecordBook book;
   internal::SwcGraph graph;
   internal::LineSplitter<State> lines;
-  std::string head;  // held until there is enough to tell text from something else
+  std::string head;  // held until it suffices to recognise text
   bool sniffed = false;
-  bool refused = false;  // as a whole: nothing that was read counts
+  bool refused = false;  // the whole input; all that was read is discarded
   bool seen_carriage_return = false, seen_separator = false;
   std::uint64_t candidates = 0, unreadable_lines = 0;
   SwcHeader header;
@@ -131,10 +131,10 @@ void SwcReader::State::dataLine(std::string_view text, bool has_nul, std::uint64
 
 namespace {
 
-// The shapes that nearly all lines have. Each reads at `at`, and fails where anything is out of the ordinary.
+// The forms of nearly all lines. Each function reads at `at` and returns false for anything unusual.
 bool plainInteger(const char*& at, const char* end, std::int64_t& value, int max_digits) {
   const char* const start = at;
-  std::uint64_t sum = 0;  // 19 digits at most, by `end`
+  std::uint64_t sum = 0;  // at most 19 digits, by `end`
   while (at < end && *at >= '0' && *at <= '9') sum = sum * 10 + static_cast<std::uint64_t>(*at++ - '0');
   value = static_cast<std::int64_t>(sum);
   return at > start && at - start <= max_digits;
@@ -153,7 +153,7 @@ const char* skipBlanks(const char* at, const char* end) {
 
 }  // namespace
 
-// The fast path: takes the line only if all of it is plain, otherwise leaves no trace.
+// The fast path: handles the line only if all of it is plain; otherwise changes nothing.
 bool SwcReader::State::plainLine(std::string_view text, std::uint64_t line) {
   const char* at = text.data();
   const char* const end = at + text.size();
@@ -192,7 +192,7 @@ bool SwcReader::State::plainLine(std::string_view text, std::uint64_t line) {
   return true;
 }
 
-// From the unit of the file to um. False where the result is beyond the range of the grid.
+// Converts the file's unit to um. Returns false if the result is outside the grid's range.
 bool SwcReader::State::place(Vector3d& position) const {
   if (options.apply_offset && header.offset) position += *header.offset;
   position = options.toMicrometres(position);
@@ -238,8 +238,8 @@ void SwcReader::State::anyLine(std::string_view text, std::uint64_t line) {
   }
 }
 
-// Drops the line, with one record, unless the id (-1 where it is none) and all coordinates are valid: what is no number
-// at all first, then the id, then the coordinates.
+// Drops the line, with one record, unless the id (-1 if invalid) and all coordinates are valid. The record names
+// non-numbers first, then the id, then the coordinates.
 bool SwcReader::State::readPosition(const internal::SwcFields& fields, std::uint64_t line, std::int64_t id,
                                     SwcSample& sample) {
   Vector3d position;
@@ -272,7 +272,7 @@ bool SwcReader::State::readPosition(const internal::SwcFields& fields, std::uint
   return true;
 }
 
-// Type, radius and parent: what is bad degrades the field alone.
+// Reads type, radius and parent. A bad value loses only that field.
 void SwcReader::State::readRest(const internal::SwcFields& fields, SwcSample& sample) {
   std::int64_t type = 0;
   const IntegerKind type_kind = internal::readInteger(fields.columns[1], type);

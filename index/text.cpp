@@ -71,7 +71,7 @@ std::string escaped(std::string_view text) {
 std::string escaped(std::string_view text, std::size_t limit) {
   if (text.size() <= limit) return escaped(text);
   std::size_t end = limit;
-  // Back off a character that the limit would cut; a run of stray continuation bytes is no character.
+  // Step back if the limit would cut a character. Stray continuation bytes are not a character.
   for (std::size_t back = 0; back < 3 && end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0) == 0x80; ++back)
     --end;
   return escaped(text.substr(0, end)) + "...";

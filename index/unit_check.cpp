@@ -21,7 +21,7 @@ bool isPlausible(double step_um, double extent_um) {
          (step_um <= UnitCheck::kLongSegment_um || extent_um <= UnitCheck::kLargeExtent_um);
 }
 
-// How far from an ordinary neuron, in powers of ten.
+// Distance from an ordinary neuron, in powers of ten.
 double oddity(double step_um, double extent_um) {
   return std::abs(std::log10(step_um / 1.5)) + std::abs(std::log10(extent_um / 500));
 }
@@ -54,11 +54,11 @@ std::string UnitCheck::doubt(double unit_um) const {
   struct KnownUnit {
     const char* text;
     double um;
-    double rarity;  // units of voxels come after plain ones that do as well
+    double rarity;  // voxel sizes rank after equally plausible plain units
   };
   static constexpr std::array<KnownUnit, 5> kKnown = {
       {{"nm", 1e-3, 0}, {"8nm", 0.008, 0.3}, {"0.5um", 0.5, 0.3}, {"um", 1, 0}, {"mm", 1e3, 0}}};
-  constexpr double kWithin = 2;  // powers of ten of the likeliest
+  constexpr double kWithin = 2;  // limit of distance from the likeliest, in powers of ten
   std::vector<std::pair<double, const char*>> likely;
   for (const KnownUnit& unit : kKnown) {
     const double its_step = step * (unit.um / unit_um), its_extent = extent * (unit.um / unit_um);

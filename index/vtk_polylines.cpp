@@ -21,7 +21,7 @@ using internal::RealKind;
 
 constexpr std::uint64_t kMaxCount = std::uint64_t{1} << 40;
 
-// Why the file is refused; thrown and caught here alone.
+// Why the file is refused; thrown and caught only in this file.
 struct NotVtk {
   std::string token;
 };
@@ -33,7 +33,7 @@ std::string upper(std::string_view text) {
 }
 
 struct DataType {
-  std::size_t bytes = 0;  // 0: not one of numbers
+  std::size_t bytes = 0;  // 0: not a number type
   bool real = false, is_signed = false;
 };
 
@@ -88,7 +88,7 @@ class VtkReader {
       } else if (word == "METADATA") {
         skipMetadata();
       } else if (!skipData(word)) {
-        // Nothing behind it can be trusted to be a keyword.
+        // After an unknown keyword, no word is certain to be a keyword.
         if (!seen_points_ || !seen_lines_) throw NotVtk{word};
         graph_.remark(InputCode::W_ELEMENT, in_.line(), word);
         break;
@@ -116,7 +116,7 @@ class VtkReader {
     if (type.bytes == 0) throw NotVtk{name};
     return type;
   }
-  // Binary data begin behind the line end of their keyword.
+  // Binary data begin after the line end of their keyword.
   void beginData() {
     if (!binary_) return;
     std::string_view rest;
@@ -143,7 +143,8 @@ class VtkReader {
     if (next != "DATASET" || kind != "POLYDATA") throw NotVtk{kind};
   }
 
-  // One number. NaN and infinity are themselves; text is NaN and `text` the word.
+  // Reads one number. In ASCII, any text but a finite number gives HUGE_VAL; readable_ is false unless it means NaN or
+  // infinity.
   double real(const DataType& type) {
     readable_ = true;
     if (binary_) return binaryNumber(type);
@@ -172,7 +173,7 @@ class VtkReader {
     const int shift = static_cast<int>(64 - 8 * bytes);
     return static_cast<std::int64_t>(bits << shift) >> shift;
   }
-  // An index or a count of a cell; -1 for what is none.
+  // Reads an index or a count. Other text gives -1.
   std::int64_t integer(const DataType& type) {
     if (binary_) {
       const std::uint64_t bits = bigEndian(type.bytes);
@@ -238,7 +239,7 @@ class VtkReader {
     if (left != 0) throw NotVtk{"counts of LINES do not add up"};
   }
 
-  // Version 5: where each cell begins in the list of its points, and the end, then that list.
+  // Version 5: the offsets of each line in the list of points and the end, then the list.
   void readOffsetCells(bool lines, std::uint64_t offset_count, std::uint64_t size) {
     if (offset_count == 0 && size == 0) return;
     const std::string offsets_word = word();
@@ -269,7 +270,7 @@ class VtkReader {
     }
   }
 
-  // The next point of a line.
+  // Adds the next point of a line.
   void end(std::int64_t point) {
     if (!begin_) graph_.link(before_, point, place(links_++));
     begin_ = false;
@@ -311,7 +312,7 @@ class VtkReader {
     }
   }
 
-  // Data of points or cells other than fields. False where the keyword is not known.
+  // Skips data of points or cells other than fields. Returns false for an unknown keyword.
   bool skipData(const std::string& keyword) {
     if (keyword == "SCALARS") {
       const std::string name = word();
@@ -359,7 +360,7 @@ class VtkReader {
   internal::GraphBuilder& graph_;
   bool binary_ = false, offsets_ = false;
   bool seen_points_ = false, seen_lines_ = false, of_points_ = false;
-  bool readable_ = true;  // was the last number one
+  bool readable_ = true;  // false after a field that is no number
   std::uint64_t points_ = 0, tuples_ = 0, links_ = 0;
   bool begin_ = true;
   std::int64_t before_ = 0;
