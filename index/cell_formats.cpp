@@ -136,7 +136,7 @@ SkeletonFormat::SkeletonFormat(const Grid& grid, const GridBox& bounds) : grid_(
   origin_ = bounds.lo + (bounds.hi - bounds.lo) / 2;
   if (((bounds.hi - origin_).array() > kMostQuanta).any() || ((origin_ - bounds.lo).array() > kMostQuanta).any())
     throw InputError(
-        "these cells are wider than Neuroglancer's 32-bit floats can hold to the quantum; write .edges or .vtk files "
+        "these cells are too wide for Neuroglancer's 32-bit floats (2^25 quanta); write .edges or .vtk files "
         "instead");
 }
 

@@ -42,14 +42,14 @@ class Assembly {
   [[noreturn]] void fail(const std::string& why) const { throw CorruptSet(what_, 0, why); }
 
   void place(std::uint32_t rank, const GridPoint& p) {
-    if (rank >= placed_.size()) fail("sample " + std::to_string(rank) + " is beyond its last");
+    if (rank >= placed_.size()) fail("sample " + std::to_string(rank) + " does not exist");
     if (placed_[rank] && graph_.positions[rank] != p) fail("sample " + std::to_string(rank) + " is in two places");
     placed_[rank] = 1;
     graph_.positions[rank] = p;
   }
   void link(std::uint32_t segment, std::uint32_t child, std::uint32_t parent) {
     if (segment >= linked_.size() || (!has_loops_ && segment != child))
-      fail("there is no segment " + std::to_string(segment));
+      fail("segment does not exist: " + std::to_string(segment));
     if (linked_[segment]) fail("segment " + std::to_string(segment) + " has two owners");
     linked_[segment] = 1;
     if (has_loops_) {

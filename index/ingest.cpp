@@ -44,7 +44,7 @@ class Workshop {
       created = fs::create_directory(path, error);
       if (error) throw IoError(path, "cannot be created", error.value());
     } else if (!fs::is_directory(status)) {
-      throw InputError(path + ": is there already and is not a tile set; choose another name");
+      throw InputError(path + ": exists and is not a tile set; choose another name");
     }
     try {
       lock();
@@ -124,11 +124,11 @@ class Workshop {
       if (name == kCurrent) {
         has_current = true;
       } else if (!internal::isRevisionName(name) && !isTemporaryName(name)) {
-        throw InputError(path_ + ": is not a tile set but holds other files; choose another name");
+        throw InputError(path_ + ": is not a tile set and holds other files; choose another name");
       }
     }
     if (!has_current) return;
-    if (!force) throw InputError(path_ + ": is a tile set already; --force replaces it");
+    if (!force) throw InputError(path_ + ": is already a tile set; --force replaces it");
     try {
       const auto set = TileSet::open(path_);
       previous_ = set->revision();
@@ -295,7 +295,7 @@ IngestResult ingest(CellStream& stream, const std::string& path, const IngestOpt
   const bool has_long = !tiles.empty() && tiles.back().leaf == leaf_count;
   TileWriter writer(workshop.building(), grid, options.capacity, static_cast<TileId>(tiles.size()), has_long,
                     options.pack_bytes);
-  step("choosing sample points", 0, 0);
+  step("choosing landmarks", 0, 0);
   writer.writeSamples(tiler.samples());
   std::vector<CellKey> keys;
   std::vector<TileId> tile_of(leaf_count + 1, kNoTile);

@@ -30,7 +30,7 @@ std::string reason(const InputReport& report) {
     const std::string why = isRefusal(code) ? refusalReason(report) : std::string(explanation(code));
     return why + " (" + std::string(name(code)) + ")";
   }
-  return "warnings, refused as --strict asks (" + codesColumn(report.codes) + ")";
+  return "warnings, refused because of --strict (" + codesColumn(report.codes) + ")";
 }
 
 std::string grouped(std::uint64_t count) {

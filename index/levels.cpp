@@ -245,11 +245,11 @@ std::vector<std::string> checkLevels(const TileSet& set, const Levels& levels) {
     const LevelEntry& e = levels.entry(open.level);
     const std::string what = "level tile " + std::to_string(open.level) + ": ";
     if (open.owned != e.represented + e.dropped)
-      problems.push_back(what + "stands for " + std::to_string(e.represented) + " and drops " +
+      problems.push_back(what + "represents " + std::to_string(e.represented) + " and drops " +
                          std::to_string(e.dropped) + " segments, but there are " + std::to_string(open.owned));
     if (open.far > e.dropped)
       problems.push_back(what + std::to_string(open.far) + " segments lie farther than its error, but only " +
-                         std::to_string(e.dropped) + " are said to be dropped");
+                         std::to_string(e.dropped) + " are stated as dropped");
   };
   LevelId level = 0;
   for (TileId id = 0; id < set.tile_count(); ++id) {
@@ -261,13 +261,13 @@ std::vector<std::string> checkLevels(const TileSet& set, const Levels& levels) {
     }
     for (; level < levels.size() && levels.entry(level).key.low <= low; ++level) {
       if (levels.entry(level).key.high() < low) {
-        problems.push_back("level tile " + std::to_string(level) + ": no tile lies in it");
+        problems.push_back("level tile " + std::to_string(level) + ": it contains no tile");
         continue;
       }
       Open open{level, levels.entry(level).key.high(), {}, 0, 0};
       const std::shared_ptr<const Tile> tile = levels.load(level);
       if (levels.loadAppearance(level).types.size() != tile->segment_count())
-        problems.push_back("level tile " + std::to_string(level) + ": its appearance has another length");
+        problems.push_back("level tile " + std::to_string(level) + ": its appearance has the wrong length");
       for (std::uint32_t s = 0; s < tile->segment_count(); ++s)
         open.threads.emplace_back(tile->segmentId(s).cell,
                                   Thread{tile->position_W(tile->child(s)), tile->position_W(tile->parent(s))});
@@ -302,7 +302,7 @@ std::vector<std::string> checkLevels(const TileSet& set, const Levels& levels) {
     }
   }
   for (; !inside.empty(); inside.pop_back()) finish(inside.back());
-  if (level != levels.size()) problems.push_back("level tiles lie where there are no tiles");
+  if (level != levels.size()) problems.push_back("a level tile contains no tiles");
   return problems;
 }
 

@@ -130,7 +130,7 @@ SkeletonInfo SkeletonInfo::parse(std::string_view text, const std::string& file)
   const Json json = parsed(text);
   if (!isOfSkeletons(json)) fail("is not the info of neuroglancer skeletons");
   if (json.contains("sharding") && !json["sharding"].is_null())
-    fail("these skeletons are sharded, which is not read: write them unsharded, one file an object");
+    fail("sharded skeletons cannot be read: write them unsharded, one file an object");
   SkeletonInfo info;
   if (json.contains("transform")) {
     const Json& transform = json["transform"];
@@ -143,7 +143,7 @@ SkeletonInfo SkeletonInfo::parse(std::string_view text, const std::string& file)
     if (!good) fail("its transform is not 12 finite numbers");
   }
   if (!json.contains("vertex_attributes")) return info;
-  if (!json["vertex_attributes"].is_array()) fail("its vertex_attributes are no list");
+  if (!json["vertex_attributes"].is_array()) fail("its vertex_attributes are not a list");
   static constexpr std::pair<std::string_view, Type> kTypes[] = {
       {"float32", Type::kFloat32}, {"int8", Type::kInt8},   {"uint8", Type::kUint8},  {"int16", Type::kInt16},
       {"uint16", Type::kUint16},   {"int32", Type::kInt32}, {"uint32", Type::kUint32}};
@@ -161,7 +161,7 @@ SkeletonInfo SkeletonInfo::parse(std::string_view text, const std::string& file)
         if (type_name == name) attribute.type = type, good = true;
       good = good && attribute.components >= 1 && attribute.components <= 1024;
     }
-    if (!good) fail("one of its vertex_attributes is not id, data_type and num_components as the format has them");
+    if (!good) fail("one of its vertex_attributes lacks a valid id, data_type or num_components");
     info.attributes.push_back(std::move(attribute));
   }
   return info;

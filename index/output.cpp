@@ -74,7 +74,7 @@ void writeAll(int file, std::string_view bytes, const std::string& path) {
     if (n >= 0) {
       bytes.remove_prefix(static_cast<std::size_t>(n));
     } else if (errno == EPIPE) {
-      throw ClosedPipe(escaped(path) + ": its reader has gone");
+      throw ClosedPipe(escaped(path) + ": the pipe's reader has closed it");
     } else if (errno != EINTR) {
       throw IoError(escaped(path), "cannot write", errno);
     }
@@ -255,7 +255,7 @@ struct Output::Impl {
     }
     struct stat old {};
     if (::lstat(place.target.c_str(), &old) == 0) {
-      if (!S_ISREG(old.st_mode)) throw IoError(escaped(path), "is no regular file any more; not replaced");
+      if (!S_ISREG(old.st_mode)) throw IoError(escaped(path), "is no longer a regular file; not replaced");
       if (!aside) {
         // Change the owner first: this clears special permissions.
         [[maybe_unused]] const int ignored = ::fchown(file, old.st_uid, old.st_gid);
@@ -340,7 +340,7 @@ void Output::finish() {
 std::string Output::finishAside() {
   Impl& d = *impl_;
   if (std::exchange(d.finished, true)) return d.path;
-  if (!d.stream) throw IoError(escaped(d.path), "was not written whole");
+  if (!d.stream) throw IoError(escaped(d.path), "was not written completely");
   d.complete(true);
   if (d.place.kind != OutputPlace::Kind::kFile) return d.path;
   // Use the first unused name: neither call replaces a file.

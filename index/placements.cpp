@@ -65,7 +65,7 @@ class PlacementTable::Parser {
     }
     // Some editors remove a tab at the end of a line.
     if (columns + 1 < kColumns.size() || columns > kColumns.size())
-      fail("has " + std::to_string(columns) + " columns where 9 are wanted, separated by tabs");
+      fail("has " + std::to_string(columns) + " columns instead of 9, separated by tabs");
     row();
   }
 
@@ -100,7 +100,7 @@ class PlacementTable::Parser {
 
   void row() {
     if (fields_[0].empty()) fail("the source is empty");
-    if (line_ > UINT32_MAX - 1) fail("more rows than one table may have");
+    if (line_ > UINT32_MAX - 1) fail("the table has more than 2^32-2 lines");
     Row row{};
     row.line = static_cast<std::uint32_t>(line_);
     for (std::size_t i = 0; i < 3; ++i) row.moved_um[i] = number(1 + i);
@@ -187,8 +187,8 @@ PlacedCells::PlacedCells(Input& library, PlacementTable table) : library_(librar
   for (std::uint32_t s = 0; s < sources.size(); ++s) {
     if (listed[s] == 0) {
       const std::vector<std::string_view> there = library_.sources();
-      const std::string hint = there.empty() ? "" : "; one that is there is '" + escaped(there.front(), 200) + "'";
-      fail(s, ("is no source of the input" + hint).c_str());
+      const std::string hint = there.empty() ? "" : "; one source is '" + escaped(there.front(), 200) + "'";
+      fail(s, ("is not a source of the input" + hint).c_str());
     }
     if (listed[s] > 1) fail(s, "is the source of more than one input: name their folder instead of the files");
   }

@@ -365,8 +365,8 @@ Tile TileCodec::decode(ByteReader& in, const TilePlace& place, const Grid& grid)
     at += static_cast<std::uint32_t>(n);
     nodes += static_cast<std::uint32_t>(n);
   }
-  in.require(at == count, "the fragments do not add up");
-  in.require(!graph || !named || !tile.loose_.empty(), "a graph's flag without need");
+  in.require(at == count, "the fragments' lengths do not match the number of segments");
+  in.require(!graph || !named || !tile.loose_.empty(), "the graph flag is set without need");
   if (named) tile.first_samples_.clear();
 
   tile.node_count_ = nodes + stray_count;
@@ -462,7 +462,7 @@ TileAppearance decodeAppearance(std::span<const std::uint8_t> bytes, const TileP
     const std::uint32_t n = in.varint32();
     std::uint32_t left = n;
     // Runs of one type and a table of one radius take no bytes a segment, so the bytes alone do not limit n.
-    in.require(n == count, "the number of segments is not that of the directory");
+    in.require(n == count, "the number of segments differs from the directory");
     while (left > 0) {
       const std::uint16_t type = in.u16();
       const std::uint64_t run = in.varint() + 1;

@@ -96,7 +96,7 @@ struct TileSet::Impl {
   }
   const internal::DirectoryPage& readPage(std::uint32_t number) const;
   const internal::DirectoryPage& pageOf(TileId tile) const {
-    if (tile >= root.tiles) throw std::out_of_range("there is no such tile");
+    if (tile >= root.tiles) throw std::out_of_range("the tile does not exist");
     const std::uint32_t number = tile / root.page_tiles;
     const internal::DirectoryPage* const known = pages[number].known.load(std::memory_order_acquire);
     return known != nullptr ? *known : readPage(number);
@@ -127,7 +127,7 @@ void TileSet::Impl::openManifest() {
   text.assign(bytes.begin(), bytes.end());
   const std::string file_name = describe(internal::kManifestFile);
   if (internal::revisionName(text) != revision)
-    throw CorruptSet(file_name, 0, "its digest is not that of the revision's name");
+    throw CorruptSet(file_name, 0, "its digest differs from the revision's name");
   manifest = decoded(file_name, 0, [&] { return internal::decodeManifest(text); });
   for (const SetFile& f : manifest.files) {
     files[f.name] = &f;
@@ -244,7 +244,7 @@ const internal::CellTable& TileSet::Impl::table() const {
 }
 
 internal::DetailRecord TileSet::Impl::detailRecord(std::uint32_t id) const {
-  if (id >= manifest.counts.cells) throw std::out_of_range("there is no such cell");
+  if (id >= manifest.counts.cells) throw std::out_of_range("the cell does not exist");
   if (const internal::CellTable* const known = cells.known())
     return {known->records[id].samples, known->records[id].roots, known->details[id]};
   const SetFile& f = file(internal::kCellsFile);
@@ -387,7 +387,7 @@ std::string TileSet::readProvenance() const {
   const SetFile& f = impl_->file(internal::kProvenanceFile);
   const Bytes bytes = impl_->read(f.name, 0, f.bytes);
   if (internal::checksum(bytes) != f.digest)
-    throw CorruptSet(impl_->describe(f.name), 0, "its digest is not that of the manifest");
+    throw CorruptSet(impl_->describe(f.name), 0, "its digest differs from the manifest");
   return {bytes.begin(), bytes.end()};
 }
 
@@ -413,8 +413,7 @@ void TileSet::checkFile(const SetFile& f) const {
   constexpr std::uint64_t kPiece = std::uint64_t{4} << 20;
   for (std::uint64_t at = 0; at < f.bytes; at += kPiece)
     digest.add(impl_->read(f.name, at, std::min(kPiece, f.bytes - at)));
-  if (digest.value() != f.digest)
-    throw CorruptSet(impl_->describe(f.name), 0, "its digest is not that of the manifest");
+  if (digest.value() != f.digest) throw CorruptSet(impl_->describe(f.name), 0, "its digest differs from the manifest");
 }
 
 std::pair<std::string, std::uint64_t> TileSet::place(TileId tile) const {

@@ -48,7 +48,8 @@ class Folder final : public TileSource {
       : path_(path), most_open_(most_open > 0 ? most_open : mostOpenByDefault()) {
     const bool opened = root_->open(AT_FDCWD, path, O_RDONLY | O_DIRECTORY);
     if (!opened && errno == ENOTDIR)
-      throw IoError(path, "a file, and no tile set; make one of it with filiform ingest " + path + " -o NAME.fil");
+      throw IoError(path,
+                    "is a file, not a tile set; make a tile set from it with filiform ingest " + path + " -o NAME.fil");
     if (!opened) throw IoError(path, "cannot be opened", errno);
   }
 

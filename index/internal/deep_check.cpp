@@ -197,7 +197,7 @@ Load DeepCheck::Impl::splitLoad(const CellKey& cell, std::size_t first, std::siz
     }
     if (is_stored) {
       problem("tile " + std::to_string(first) +
-              ": its cell is not a leaf of these segments: it holds more than the capacity");
+              ": its block is not a leaf of these segments: it holds more than the capacity");
       leaves_good = false;
       return load;
     }
@@ -213,7 +213,7 @@ Load DeepCheck::Impl::splitLoad(const CellKey& cell, std::size_t first, std::siz
   load.add(splitLoad(high, middle, last));
   if (leaves_good && !load.mustSplit(set.capacity())) {
     problem("tile " + std::to_string(first) +
-            ": its cell is not a leaf of these segments: the next larger one would do");
+            ": its block is not a leaf of these segments: the next larger block suffices");
     leaves_good = false;
   }
   return load;
@@ -255,7 +255,7 @@ void DeepCheck::Impl::checkSample(const SegmentId& id, const Vector3d& a_W, cons
   for (auto at = begin; at != end; ++at) {
     const ClosestPoint c = closestPoint(a_W, b_W, set.grid().toWorld(set.samples().points[at->second]));
     require(std::sqrt(c.squared_distance) <= set.grid().quantum_um(),
-            "sample point " + std::to_string(at->second) + ": does not lie on its segment");
+            "landmark " + std::to_string(at->second) + ": does not lie on its segment");
   }
   samples_on.erase(begin, end);
 }
@@ -287,7 +287,7 @@ void DeepCheck::Impl::own(const Tile& tile, std::uint32_t s, const TileAppearanc
   }
 
   const auto want = [&](TileId t, bool is_owner) {
-    if (t == kNoTile) return problem(name() + ": meets a leaf that the set does not have");
+    if (t == kNoTile) return problem(name() + ": meets a leaf that is missing in the set");
     const std::uint64_t ids = Hash().add(id.key()).add(is_owner).value();
     wanted[t].add({ids, Hash().add(ids).add(child).add(parent).add(a).add(b).value(),
                    Hash().add(ids).add(radius).add(appearance.types[s]).value()});
@@ -310,7 +310,7 @@ void DeepCheck::Impl::own(const Tile& tile, std::uint32_t s, const TileAppearanc
 
   const Vector3d a_W = set.grid().toWorld(a), b_W = set.grid().toWorld(b);
   if (!sample_grid->covers(a_W) || !sample_grid->covers(b_W) || !sample_grid->covers((a_W + b_W) / 2))
-    problem(nameOf(id) + ": farther from every sample point than the covering radius");
+    problem(nameOf(id) + ": farther from every landmark than the covering radius");
   if (maybe_sampled[sampleSlot(id)]) checkSample(id, a_W, b_W);
 }
 
@@ -339,7 +339,7 @@ void DeepCheck::tile(const Tile& tile, const TileAppearance& appearance) {
                        std::max(child, parent) < d.set.cell(id.cell).samples &&
                        (hasLoops(d.set.cell(id.cell)) || child == id.segment);
     if (!known) {
-      d.problem(name + ": " + nameOf(id) + ": there is no such segment or sample");
+      d.problem(name + ": " + nameOf(id) + ": the segment or sample does not exist");
       continue;
     }
     const std::uint64_t ids = Hash().add(id.key()).add(tile.owned(s)).value();
@@ -408,9 +408,9 @@ void DeepCheck::finish() {
     const std::string name = "tile " + std::to_string(t);
     const auto &want = d.wanted[t], &found = d.found[t];
     if (want.ids != found.ids) {
-      d.problem(name + ": does not hold the segments that meet its cell");
+      d.problem(name + ": does not hold the segments that meet its block");
     } else if (want.geometry != found.geometry) {
-      d.problem(name + ": a sample of its segments is in two places, here and where they are owned");
+      d.problem(name + ": a sample of its segments is in two places: here and at the segments' owner");
     } else if (want.appearance != found.appearance) {
       d.problem(name + ": radii or types differ from their owners'");
     }
@@ -436,7 +436,7 @@ void DeepCheck::finish() {
   for (const auto& [segment, point] : d.samples_on) lost.push_back(point);
   std::sort(lost.begin(), lost.end());
   for (const std::uint32_t point : lost)
-    d.problem("sample point " + std::to_string(point) + ": there is no such segment");
+    d.problem("landmark " + std::to_string(point) + ": the segment does not exist");
 }
 
 }  // namespace filiform::internal

@@ -59,9 +59,9 @@ void readEntry(ByteReader& in, TileEntry& e, TileLocation& at) {
   e.key.low = MortonKey{u64(0)} | MortonKey{u64(8)} << 64;
   const std::uint32_t depth = low32(16);
   in.require(depth <= static_cast<std::uint32_t>(kMortonBits) && e.key.low >> kMortonBits == 0,
-             "a cell lies outside the grid");
+             "a block lies outside the grid");
   e.key.depth = static_cast<int>(depth);
-  in.require(e.key.high() - e.key.low == CellKey{0, e.key.depth}.high(), "a cell is not a cell");
+  in.require(e.key.high() - e.key.low == CellKey{0, e.key.depth}.high(), "a block's key is invalid");
   at.pack = high32(16);
   for (Eigen::Index i = 0; i < 3; ++i) {
     e.content.lo[i] = static_cast<std::int64_t>(u64(24 + 8 * static_cast<std::size_t>(i)));
@@ -254,7 +254,7 @@ DirectoryPage decodeDirectoryPage(const DirectoryRoot& root, std::uint32_t page,
     const TileEntry& last = found.entries.back();
     in.require(end >= root.leaf_count() || last.key.high() < root.pages[page + 1].low, "the leaves are out of order");
     in.require(content.lo == stated.content.lo && content.hi == stated.content.hi,
-               "the content of a page is not that of the root page");
+               "the content of a page differs from the root page");
   } catch (const Damage& damage) {
     throw Damage{at + damage.offset, damage.what};
   }
@@ -507,7 +507,7 @@ SamplePoints decodeSamples(ByteSpan bytes) {
   if (checksum(bytes.subspan(kSamplesHeaderBytes)) != body_checksum)
     throw Damage{kSamplesHeaderBytes, "the points' checksum is wrong"};
   in.require(std::isfinite(samples.covering_radius_um) && samples.covering_radius_um >= 0,
-             "the covering radius is not a length");
+             "the covering radius is not a finite number, 0 or more");
   samples.points.reserve(n);
   samples.segments.reserve(n);
   samples.t.reserve(n);
@@ -623,8 +623,7 @@ Manifest decodeManifest(const std::string& text) {
       manifest.files.push_back({file.at("name").get<std::string>(), wholeNumber<std::uint64_t>(file.at("bytes")),
                                 fromHex16(file.at("xxh3").get<std::string>())});
       const std::string& name = manifest.files.back().name;
-      if (!isTileFileName(name) || name.find('/') != std::string::npos)
-        throw Damage{0, "a file has an impossible name"};
+      if (!isTileFileName(name) || name.find('/') != std::string::npos) throw Damage{0, "a file has an invalid name"};
     }
     return manifest;
   } catch (const nlohmann::json::exception& error) {

@@ -544,8 +544,7 @@ bool TileLoader::read(TileId tile, std::unique_lock<std::mutex>& lock) {
   try {
     got = store_.load(tile);
     if (got->bytes() != bytes) {
-      reason =
-          "decodes to " + std::to_string(got->bytes()) + " bytes where the directory says " + std::to_string(bytes);
+      reason = "decodes to " + std::to_string(got->bytes()) + " bytes; the directory says " + std::to_string(bytes);
       got.reset();
     }
   } catch (const std::exception& error) {

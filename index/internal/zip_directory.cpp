@@ -59,7 +59,7 @@ class File {
       const ssize_t got = ::pread(fd_, bytes.data() + have, bytes.size() - have, static_cast<off_t>(at + have));
       if (got < 0 && errno == EINTR) continue;
       if (got < 0) throw IoError(escaped(path_), "cannot read", errno);
-      if (got == 0) throw IoError(escaped(path_), "became shorter while it was read");
+      if (got == 0) throw IoError(escaped(path_), "became shorter while it was read; run again");
       have += static_cast<std::size_t>(got);
     }
     return bytes;

@@ -236,7 +236,7 @@ TEST(Ingest, CancellingLeavesNoTrace) {
   const std::vector<Cell> cells = test::randomColumn(35, 5, 500, 100);
   // Raised in each phase in turn.
   for (const std::string at :
-       {"reading", "cutting", "writing tiles", "packing", "choosing sample points", "writing cells", "publishing"}) {
+       {"reading", "cutting", "writing tiles", "packing", "choosing landmarks", "writing cells", "publishing"}) {
     SCOPED_TRACE(at);
     const TempFolder folder;
     std::atomic<bool> cancel{false};

@@ -78,9 +78,9 @@ TEST(PlacementTable, RefusesWhatIsWrongAndNamesTheLine) {
   EXPECT_EQ(refusal(""),
             "t.tsv:1: expected the header line `source x_um y_um z_um qw qx qy qz name`, separated by tabs");
   EXPECT_NE(refusal("a\t0\t0\t0\t1\t0\t0\t0\t\n").find("t.tsv:1: expected the header"), std::string::npos);
-  EXPECT_EQ(row("a\t0\t0\t0\t1\t0\t0"), "t.tsv:3: has 7 columns where 9 are wanted, separated by tabs");
-  EXPECT_EQ(row("a\t0\t0\t0\t1\t0\t0\t0\tn\tm"), "t.tsv:3: has 10 columns where 9 are wanted, separated by tabs");
-  EXPECT_EQ(row("a 0 0 0 1 0 0 0"), "t.tsv:3: has 1 columns where 9 are wanted, separated by tabs");
+  EXPECT_EQ(row("a\t0\t0\t0\t1\t0\t0"), "t.tsv:3: has 7 columns instead of 9, separated by tabs");
+  EXPECT_EQ(row("a\t0\t0\t0\t1\t0\t0\t0\tn\tm"), "t.tsv:3: has 10 columns instead of 9, separated by tabs");
+  EXPECT_EQ(row("a 0 0 0 1 0 0 0"), "t.tsv:3: has 1 columns instead of 9, separated by tabs");
   EXPECT_EQ(row("\t0\t0\t0\t1\t0\t0\t0\t"), "t.tsv:3: the source is empty");
   for (const char* bad : {"nan", "inf", "1e999", "", "1,5", "0x1p3", "1 2", "\x1b[2J"})
     EXPECT_NE(row(std::string("a\t0\t") + bad + "\t0\t1\t0\t0\t0\t").find("t.tsv:3: y_um is '"), std::string::npos);
@@ -200,7 +200,7 @@ TEST(PlacedCells, RefuseASourceThatIsNotInTheInputOrTwice) {
   const PlacementTable table =
       PlacementTable::parse(kHeader + "a.swc\t0\t0\t0\t1\t0\t0\t0\t\nb.swc\t0\t0\t0\t1\t0\t0\t0\t\n", "t.tsv");
   EXPECT_EQ(messageOf([&] { PlacedCells(folder, table); }),
-            "t.tsv:3: 'b.swc' is no source of the input; one that is there is 'L4/b.swc'");
+            "t.tsv:3: 'b.swc' is not a source of the input; one source is 'L4/b.swc'");
   Input files({library.folder.file("a.swc"), library.folder.file("other/a.swc"), library.folder.file("L4/b.swc")});
   EXPECT_EQ(messageOf([&] { PlacedCells(files, table); }),
             "t.tsv:2: 'a.swc' is the source of more than one input: name their folder instead of the files");

@@ -220,9 +220,9 @@ TEST_F(FaultySet, CoveringRadiusTooSmall) {
     samples.segments.resize(10);
     samples.t.resize(10);
   };
-  expectFound(faults, "farther from every sample point");
+  expectFound(faults, "farther from every landmark");
   faults.samples = [](SamplePoints& samples) { samples.points[5] += GridPoint(40, 40, 40); };
-  expectFound(faults, "sample point 5");
+  expectFound(faults, "landmark 5");
 }
 
 TEST(Verify, SaysThatThereIsNoSet) {
