@@ -27,7 +27,7 @@ ZipMember swcMember(const std::string& name, const std::string& content = kSwc) 
   return m;
 }
 
-// The row of `check` for an archive, without its name: severity, samples, segments, dropped, codes.
+// The row of `check` for an archive, without the name: severity, samples, segments, dropped, codes.
 std::string rowOfFile(const std::string& path) {
   Input input({path});
   for (Cell cell; input.next(cell);) EXPECT_GT(cell.samples(), 0u);
@@ -154,7 +154,7 @@ TEST(Archive, OverlappingEntriesRefuseTheArchive) {
   EXPECT_EQ(archiveRow({kGood, second}), "refuse 0 0 - E_ZIP_OVERLAP:1");
 }
 
-// Every cut of an archive is seen as a cut; the first byte alone could be anything.
+// Every truncation is recognised, except after one byte, which could begin any file.
 TEST(Archive, EveryTruncationIsRefused) {
   const test::TempFolder folder;
   const std::string path = folder.file("a.zip");
@@ -196,7 +196,8 @@ TEST(Archive, BytesBeforeTheArchiveAreAllowed) {
   EXPECT_EQ(archiveRow(buildZip({kGood}, "", "#!/bin/sh\nexit\n")), "accept 2 1 - -");
 }
 
-// Flips every byte of a small archive to three other values: it may be refused or read, and what is read must be whole.
+// Sets every byte of a small archive to three other values. The archive may be refused or read; content read must be
+// intact.
 TEST(Archive, DamageNeverPassesForData) {
   const test::TempFolder folder;
   const std::string path = folder.file("a.zip");
@@ -237,7 +238,7 @@ std::string zipNumber(std::uint64_t value, int bytes) {
   return out;
 }
 
-// The archive of one entry with all that may be in zip64 fields moved there.
+// An archive of one entry with all possible fields moved to zip64.
 std::string inZip64(std::uint64_t size_lie = 0) {
   const std::string plain = buildZip({kGood});
   const std::size_t end_at = plain.size() - 22;
@@ -259,7 +260,7 @@ std::string inZip64(std::uint64_t size_lie = 0) {
 
 TEST(Archive, SizesAndPlacesMayStandInZip64Fields) {
   EXPECT_EQ(archiveRow(inZip64()), "accept 2 1 - -");
-  // A size of 4 GiB and more that is a lie.
+  // A false size of 4 GiB and more.
   const std::string found = archiveRow(inZip64(std::uint64_t{1} << 33));
   EXPECT_TRUE(found.starts_with("refuse 0 0 ")) << found;
 }

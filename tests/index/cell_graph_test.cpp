@@ -125,7 +125,7 @@ TEST(CellGraph, PlainNumbersAndNoLineBreaksFromNames) {
   EXPECT_EQ(rows[0].radius, "NaN");
 }
 
-// A store that forgets one tile of each cell's list.
+// A store that omits one tile of each cell's list.
 class Forgetful final : public TileStore {
  public:
   explicit Forgetful(const TileStore& whole) : whole_(whole) {}

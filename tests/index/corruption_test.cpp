@@ -1,4 +1,4 @@
-// Whatever happens to the bytes of a tile set, the answer is right or an error that names the file; never a crash.
+// For any damage to the bytes of a tile set, the result is correct or an error that names the file; never a crash.
 #include "index/cell_graph.h"
 #include "index/errors.h"
 #include "index/ingest.h"
@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Everything that a set can be asked, as text.
+// Every result that a set can give, as text.
 std::string everything(const std::string& path) {
   const auto set = TileSet::open(path);
   std::ostringstream out;
@@ -103,7 +103,7 @@ class Corruption : public ::testing::Test {
   std::string path_ = folder_ / "a.fil";
   std::vector<std::string> files_;
   std::string good_;
-  std::uint64_t harmless_ = 0;  // damages that change no answer, only what verify() finds
+  std::uint64_t harmless_ = 0;  // damages that change no result, only verify()
 };
 
 TEST_F(Corruption, AFlippedBitIsFound) {
@@ -124,7 +124,7 @@ TEST_F(Corruption, AFlippedBitIsFound) {
   EXPECT_EQ(everything(path_), good_);
 }
 
-// Each byte in turn: every bit, all zeros, all ones; and each file cut at every length.
+// For each byte: every bit flipped, all zeros, all ones. For each file: truncated at every length.
 TEST_F(Corruption, EveryByteAndEveryLengthIsFound) {
   if (!test::wholeCampaign()) GTEST_SKIP() << "the others take samples of it; tools/test --long does it whole";
   test::TempFolder folder;

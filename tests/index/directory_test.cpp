@@ -125,7 +125,7 @@ TEST(Directory, ReadsNoTile) {
   EXPECT_TRUE(store.loads().empty());
 }
 
-// The n-th look at an entry fails, once: a page that a disk gives at the second attempt.
+// The n-th call of entry() fails once, like a page that the disk delivers at the second attempt.
 class FailsOnce final : public test::CountingStore {
  public:
   FailsOnce(const TileStore& store, int at) : CountingStore(store), left_(at) {}
@@ -150,7 +150,7 @@ TEST(Directory, AFailureWhileAPageIsEnteredLeavesNothingBehind) {
     for (const Directory::Hit& hit : hits) all.emplace_back(hit.tile, hit.squared_distance);
     return all;
   };
-  // In a scan; in what the memory store says of its pages; within the first and second page that are entered.
+  // In a scan; in the pages of the memory store; in the first and second page entered.
   const int pages = static_cast<int>(store.tile_count());
   for (const auto& [set, at, want] :
        {std::tuple{few.get(), 5, &expected_of_few}, std::tuple{const_cast<TileStore*>(&store), 100, &expected},

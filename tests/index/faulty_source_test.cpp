@@ -95,7 +95,7 @@ TEST_F(FaultySourceTest, WhatBefallsAReadDependsOnItsPlaceAndNotOnTheOrder) {
   const auto failed = std::count_if(forwards.begin(), forwards.end(), [](const auto& o) { return !o.first; });
   EXPECT_GT(failed, 30);
   EXPECT_LT(failed, 90);
-  // The next attempt at the same place draws anew.
+  // The next attempt at the same position draws again.
   const auto source = make(plan);
   int changed = 0;
   for (std::uint64_t i = 0; i < 200; ++i) changed += reads(*source, "a", i) != reads(*source, "a", i);

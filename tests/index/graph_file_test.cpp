@@ -31,7 +31,7 @@ GraphReading read(GraphFormat format, const std::string& bytes, const GraphOptio
   return reading;
 }
 
-// "severity samples segments dropped cut codes", and the cell's arrays are as long as each other.
+// "severity samples segments dropped cut codes"; also checks that the cell's arrays have equal lengths.
 std::string rowOf(const GraphReading& reading) {
   const InputReport& r = reading.report;
   const Cell& cell = reading.cell;
@@ -141,7 +141,7 @@ TEST(EdgeList, WritesWhatItReads) {
   EXPECT_EQ(back.cell.links, graph.links);
   EXPECT_EQ(back.cell.types, graph.types);
   EXPECT_EQ(back.cell.radii_um[0], 0.1f);
-  // The fewest decimals that come back to the grid point.
+  // The fewest decimals that read back as the grid point.
   for (std::uint32_t i = 0; i < 4; ++i) EXPECT_EQ(graph.grid.snap(back.cell.positions_um[i]), graph.positions[i]) << i;
   std::ostringstream swc;
   EXPECT_THROW(writeSwc(swc, graph), InputError);
@@ -252,7 +252,7 @@ TEST(VtkPolylines, RefusesWhatIsCutShortOrAnotherKind) {
   EXPECT_EQ(vtk(whole), "accept 3 2 0 0");
   for (std::size_t n = 1; n + 2 < whole.size(); ++n) {
     const std::string found = vtk(whole.substr(0, n));
-    // A cut within a number or behind the last whole one cannot be seen.
+    // A truncation inside a number, or after the last complete one, cannot be detected.
     if (found == "accept 3 2 0 0") continue;
     EXPECT_TRUE(found.starts_with("refuse 0 0") || found == "accept 3 0 0 0") << n << found;
   }
@@ -366,14 +366,14 @@ TEST(GraphFile, ComesInBesideSwcAndFoldersOfSkeletons) {
   std::ostringstream table;
   writeCheckTable(table, input.reports());
   EXPECT_NE(table.str().find("a.edges\taccept\t3\t3\t-\t-\n"), std::string::npos) << table.str();
-  // A folder stays what it was: SWC and archives.
+  // Folders still hold only SWC and archives.
   Input whole({folder.path()});
   std::size_t cells = 0;
   for (Cell cell; whole.next(cell);) ++cells;
   EXPECT_EQ(cells, 1u);
 }
 
-// Whatever the bytes: no crash, no hang, and the law of conservation (checked by the reader, which throws otherwise).
+// For any bytes: no crash, no endless loop, and nothing lost without a record (the reader throws otherwise).
 TEST(GraphFile, DamageIsReportedAndNothingElseHappens) {
   const GraphOptions options{{}, SkeletonInfo::parse(kInfo, "info")};
   const std::vector<std::pair<GraphFormat, std::string>> seeds = {

@@ -41,7 +41,7 @@ std::map<std::string, std::string> contents(const std::string& folder) {
   return files;
 }
 
-// Hands over some cells, then fails as a file that has gone would.
+// Returns some cells, then fails as for a file that has disappeared.
 class FailingStream final : public CellStream {
  public:
   explicit FailingStream(int good) : good_(good) {}
@@ -64,7 +64,7 @@ TEST(Ingest, WhatIsReadBackKeepsEveryPromise) {
     const IngestResult result = ingestCells(named.cells, folder / "a.fil", {.capacity = 32});
     const auto set = TileSet::open(folder / "a.fil");
     if (result.counts.samples < 1500)
-      test::expectTilesHold(*set, named.cells);  // the others by the tiles in memory, below
+      test::expectTilesHold(*set, named.cells);  // larger sets: compared with tiles in memory, below
     EXPECT_EQ(set->revision(), result.revision);
     EXPECT_EQ(set->counts(), result.counts);
     EXPECT_EQ(set->bytes(), result.bytes);
@@ -145,7 +145,7 @@ TEST(Ingest, SameCellsGiveTheSameBytesWhateverTheThreadsAndTheMemory) {
   }
 }
 
-// Fails when a byte of the format changes: then the format version and FORMAT.md must change too.
+// Fails if a byte of the format changes: then change the format version and FORMAT.md too.
 TEST(Ingest, GoldenRevision) {
   Cell cell;
   cell.source = "golden.swc";
@@ -234,7 +234,7 @@ TEST(Ingest, AFullDiskLeavesNoTrace) {
 
 TEST(Ingest, CancellingLeavesNoTrace) {
   const std::vector<Cell> cells = test::randomColumn(35, 5, 500, 100);
-  // Raised in each phase in turn.
+  // Set in each phase in turn.
   for (const std::string at :
        {"reading", "cutting", "writing tiles", "packing", "choosing landmarks", "writing cells", "publishing"}) {
     SCOPED_TRACE(at);

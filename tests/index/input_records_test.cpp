@@ -21,8 +21,8 @@ void expectSame(const InputRecords& records, const std::vector<InputRecord>& exp
   ASSERT_EQ(i, expected.size());
 }
 
-// By line, equal lines in the order of arrival, before and after what was held went to the store; more than a MiB of
-// them, so that the temporary file is used.
+// Records come by line, equal lines in order of insertion, before and after records went to the store. More than 1 MiB,
+// so that the temporary file is used.
 TEST(InputRecords, ComeOutAsAStableSortWouldHaveThem) {
   std::mt19937 random(3);
   for (const std::size_t n : {std::size_t{0}, std::size_t{1}, std::size_t{500}, std::size_t{200000}}) {
@@ -30,7 +30,7 @@ TEST(InputRecords, ComeOutAsAStableSortWouldHaveThem) {
     std::vector<InputRecord> expected;
     for (std::size_t i = 0; i < n; ++i) {
       InputRecord record;
-      // Three ascending sequences that take turns, with runs and equal lines.
+      // Three interleaved ascending sequences, with runs and equal lines.
       record.line = i / 3 * (1 + i / 1000 % 3) / 2 + (i % 3) * 1000;
       record.code = static_cast<InputCode>(random() % 50 == 0 ? random() % kInputCodes : i % 3);
       record.effect = static_cast<Effect>(random() % 40 == 0 ? random() % 4 : 1);

@@ -193,7 +193,7 @@ TEST(Input, EqualNamesOfWhichOneVanishedAreOrderedAndRead) {
   EXPECT_EQ(totals(input.reports()).refused, 1u);
 }
 
-// An error of the caller, whatever its type, is never taken for one of the file.
+// An exception of the caller, of any type, is never reported as an error of the file.
 TEST(Input, WhatTheProgressThrowsEndsTheRun) {
   const test::TempFolder folder;
   put(folder, "a.swc", kTwo);
@@ -204,7 +204,7 @@ TEST(Input, WhatTheProgressThrowsEndsTheRun) {
   EXPECT_THROW(input.next(cell), IoError);
 }
 
-// Too few file descriptors are no fault of the files: nothing is refused for it.
+// A lack of file descriptors is not the files' fault: nothing is refused.
 TEST(Input, WithoutFileDescriptorsTheRunEnds) {
   if (test::kSanitized) GTEST_SKIP() << "the sanitizer needs descriptors itself";
   const test::TempFolder folder;
@@ -237,7 +237,7 @@ TEST(Input, LinksAreFollowedAndEachRealFileIsTakenOnceUnderItsLowestPath) {
   fs::create_directory_symlink(elsewhere.file("cells"), in + "/m");   // a folder
   fs::create_directory_symlink(in + "/z", in + "/y");                 // lower than its target
   fs::create_directory_symlink(in, in + "/z/loop");
-  fs::create_directory_symlink("..", elsewhere.file("cells/up"));  // and on to far.swc and box.zip again
+  fs::create_directory_symlink("..", elsewhere.file("cells/up"));  // leads to far.swc and box.zip again
   fs::create_symlink("itself", in + "/itself");
   fs::create_hard_link(in + "/b.swc", in + "/c.swc");
   Input input({in});
@@ -246,7 +246,7 @@ TEST(Input, LinksAreFollowedAndEachRealFileIsTakenOnceUnderItsLowestPath) {
   EXPECT_FALSE(anyRefused(input.reports())) << summary(input.reports());
 }
 
-// Eighteen folders in a row, each with two links to the next: 2^18 paths, but nineteen folders.
+// Eighteen folders in a row, each with two links to the next: 2^18 paths but nineteen folders.
 TEST(Input, AMazeOfLinksIsWalkedInOnePassOverItsFolders) {
   const test::TempFolder folder;
   for (int i = 0; i < 18; ++i) {
@@ -265,10 +265,10 @@ TEST(Input, WhatCannotBeReadInAFolderIsRefusedWithItsReason) {
   const test::TempFolder folder;
   put(folder, "good.swc", kTwo);
   fs::create_symlink("gone.swc", folder.file("dangling.swc"));
-  fs::create_symlink("/none/cells", folder.file("cells"));  // may have been a folder
+  fs::create_symlink("/none/cells", folder.file("cells"));  // the target may have been a folder
   fs::create_symlink("gone.txt", folder.file("notes.txt"));
   fs::create_symlink("turn.swc", folder.file("turn.swc"));
-  fs::create_symlink("/proc/self/mem", folder.file("io.swc"));  // a regular file whose first page cannot be read
+  fs::create_symlink("/proc/self/mem", folder.file("io.swc"));  // a regular file whose first page is unreadable
   fs::create_symlink("/proc/self/mem", folder.file("io.zip"));
   ASSERT_EQ(::mkfifo(folder.file("pipe.swc").c_str(), 0600), 0);
   fs::create_symlink("/dev/zero", folder.file("zero.zip"));

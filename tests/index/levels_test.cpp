@@ -192,7 +192,7 @@ TEST_F(LevelsTest, ChoiceKeepsToTheBudgetAndSaysWhatItIs) {
     before = choice.error_px;
     for (std::size_t i = 1; i < choice.parts.size(); ++i)
       EXPECT_GE(choice.parts[i - 1].error_px, choice.parts[i].error_px);
-    // Every place once: no part lies inside another.
+    // Each place once: no part lies inside another.
     for (const LevelPart& a : choice.parts)
       for (const LevelPart& b : choice.parts) {
         if (&a == &b || !a.level) continue;
@@ -232,7 +232,7 @@ TEST_F(LevelsTest, ChoiceLeavesOutWhatIsNotInView) {
   }
 }
 
-// A source that answers another table of levels.
+// A source that returns a changed table of levels.
 class Forged final : public TileSource {
  public:
   Forged(std::unique_ptr<TileSource> source, std::vector<std::uint8_t> table)

@@ -62,7 +62,7 @@ TEST(CellKey, HalvesDivideTheBoxAlongOneAxis) {
 }
 
 TEST(Hilbert, NeighboursOnTheCurveAreNeighboursInSpace) {
-  // The eight cells of depth 9 in a corner of the cube hold a contiguous stretch of the curve; walk it at the finest
+  // The eight blocks of depth 9 in a corner of the cube hold a contiguous part of the curve; walk it at the finest
   // level.
   std::vector<std::pair<MortonKey, GridPoint>> curve;
   for (int x = 0; x < 16; ++x)
@@ -86,7 +86,7 @@ TEST(Hilbert, IsInjectiveFarFromTheCorner) {
       for (int z = -3; z < 3; ++z) EXPECT_TRUE(seen.insert(hilbertIndex({x, y, z})).second);
 }
 
-// Brute force: clip the segment's parameter interval against every slab in exact rational arithmetic.
+// Brute force: clips the segment's parameter interval against every slab, in exact rational arithmetic.
 bool meetsByClipping(const GridPoint& a, const GridPoint& b, const GridBox& box) {
   __extension__ using Wide = __int128;
   Wide n0 = 0, d0 = 1, n1 = 1, d1 = 1;  // [n0/d0, n1/d1]

@@ -22,10 +22,10 @@ using test::storeOf;
 
 constexpr std::size_t kAllSegments = std::numeric_limits<std::size_t>::max();
 
-// Few samples are chosen quickly, and bound loosely: the harder case.
+// Few landmarks: chosen quickly, with loose bounds, which is the harder case.
 constexpr std::size_t kSamples = 200;
 
-// Points on nodes, near, anywhere among them, and far outside.
+// Points on nodes, near nodes, among them, and far away.
 std::vector<Vector3d> probes(const std::vector<StoredSegment>& segments, const Grid& grid, std::uint64_t seed, int n) {
   std::mt19937_64 random(seed);
   std::normal_distribution<double> normal;
@@ -144,7 +144,7 @@ TEST(Nearest, ApproximateIsWithinTheCoveringRadiusAndReadsNoTile) {
 
 TEST(Nearest, EquidistantSegmentsComeInTheOrderOfTheirIds) {
   std::vector<Cell> cells(20);
-  for (Cell& cell : cells)  // spokes on a circle about the probe, turned away from it, the same in every cell
+  for (Cell& cell : cells)  // spokes on a circle about the probe, pointing outward, the same in every cell
     for (int i = 0; i < 4; ++i) {
       const Vector3d d = i % 2 == 0 ? Vector3d(i == 0 ? 8 : -8, 0, 0) : Vector3d(0, i == 1 ? 8 : -8, 0);
       const std::uint32_t root = test::addSample(cell, d);
@@ -167,7 +167,7 @@ TEST(Nearest, ThinGapsBetweenCellsHideNothing) {
   std::mt19937_64 random(61);
   SCOPED_TRACE("seed 61");
   std::vector<Cell> cells = test::randomColumn(61, 8, 400, 200);
-  Cell slanted;  // nearly axis-parallel segments, about the planes where cells are cut
+  Cell slanted;  // nearly axis-parallel segments near the planes that cut blocks
   for (int i = 0; i < 300; ++i) {
     const double q = Grid().quantum_um();
     Vector3d a_W(q * (static_cast<double>(random() % 5) - 2), static_cast<double>(random() % 200) - 100,
@@ -198,7 +198,7 @@ TEST(Nearest, WithinARadiusIsAllAndOnlyThose) {
   const auto segments = test::snappedSegments(cells, store->grid());
   for (const Vector3d& h_W : probes(segments, store->grid(), 71, 10)) {
     const auto all = test::bruteForceNearest(segments, store->grid(), h_W, segments.size());
-    const double radius_um = all[20].distance_um;  // closed: that one belongs
+    const double radius_um = all[20].distance_um;  // closed: this segment belongs to the result
     auto expected = all;
     std::erase_if(expected, [&](const auto& r) { return r.distance_um > radius_um; });
     expectExact(nearest.find(h_W, {.k = kAllSegments, .max_distance_um = radius_um}), expected);

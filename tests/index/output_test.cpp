@@ -69,7 +69,7 @@ TEST(Output, AnotherWriterFillsAFileOfTheSameEnding) {
   fs::permissions(folder / "film.mp4", fs::perms::owner_read | fs::perms::owner_write);
   Output out(folder / "film.mp4", {.by_name = true});
   EXPECT_TRUE(out.partialPath().ends_with(".mp4"));
-  fs::remove(out.partialPath());  // as a writer does that renames too
+  fs::remove(out.partialPath());  // like a writer that also renames
   writeBytes(out.partialPath(), "new");
   out.finish();
   EXPECT_EQ(readBytes(folder / "film.mp4"), "new");

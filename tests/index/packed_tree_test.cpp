@@ -17,7 +17,7 @@ namespace {
 
 using test::kInfinity;
 
-// Every path against brute force, near, far and very far.
+// Every path against brute force: near, far and very far.
 void expectNearest(const std::shared_ptr<const Tile>& tile, const Grid& grid, std::mt19937_64& random, int probes) {
   if (tile->segment_count() == 0) return;
   const std::vector<StoredSegment> segments = test::storedSegments(*tile);
@@ -57,11 +57,11 @@ TEST(PackedTree, AgreesWithBruteForceOnGraphs) {
   }
 }
 
-// Trees of three levels and more, ties beyond any list, bounds given beforehand, and epsilon.
+// Trees of three or more levels, more ties than a list holds, given bounds, and epsilon.
 TEST(PackedTree, AgreesWithBruteForceInLargeTiles) {
   SCOPED_TRACE("seed 12");
   std::mt19937_64 random(12);
-  std::vector<StoredSegment> ring;  // all equally far from the middle, in pieces of one and of nine
+  std::vector<StoredSegment> ring;  // all equally far from the centre, in pieces of one and of nine
   for (std::uint32_t i = 0; i < 4000; ++i) {
     const double angle = 1e-3 * i;
     const GridPoint at(std::llround(1000 * std::cos(angle)), std::llround(1000 * std::sin(angle)), 5 * (i % 3));

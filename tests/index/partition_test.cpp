@@ -32,7 +32,7 @@ TEST(Partition, LeavesCoverTheWorldAndHoldAtMostTheirCapacity) {
         ASSERT_EQ(*first, *(last - 1)) << "could have been split";
       }
       if (leaf.depth > 0) {
-        CellKey whole = leaf;  // the parent would be too full
+        CellKey whole = leaf;  // the parent would exceed the capacity
         whole.depth--;
         whole.low &= ~((MortonKey{1} << (kMortonBits - whole.depth)) - 1);
         const auto all = std::upper_bound(keys.begin(), keys.end(), whole.high()) -

@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::uint64_t kNoBudget = std::numeric_limits<std::uint64_t>::max();
 
-// A thread along x, one sample every 10 um, cut into many tiles.
+// A neurite along x, one sample every 10 um, cut into many tiles.
 class PrefetchTest : public testing::Test {
  protected:
   PrefetchTest() {
@@ -60,7 +60,7 @@ class PrefetchTest : public testing::Test {
   std::unique_ptr<Directory> directory_;
   std::unique_ptr<TileTable> loaded_;
   std::vector<std::shared_ptr<const Tile>> kept_;
-  std::vector<TileId> cell_tiles_;  // as far as the prefetch knows them
+  std::vector<TileId> cell_tiles_;  // given to the prefetch as known
   std::vector<TileClaim> structure_, workspace_;
 };
 
@@ -104,7 +104,7 @@ TEST_F(PrefetchTest, StructureClaimsTheAbsentTileThatTheThreadEnters) {
 
 TEST_F(PrefetchTest, StructureReachesAsFarAsTheSpeedCarries) {
   for (TileId tile = 0; tile < store_->tile_count(); ++tile) load(tile);
-  claim(PrefetchPolicy::structure, at(500, 2000, 100));  // 0.5 s ahead: 1000 um
+  claim(PrefetchPolicy::structure, at(500, 2000, 100));  // looks 0.5 s ahead: 1000 um
   EXPECT_LT(costOf(structure_, homeOf(590)), 0.51);
   EXPECT_GT(costOf(structure_, homeOf(650)), 1e9);
   claim(PrefetchPolicy::structure, at(500, 0, 100));  // at rest: the workspace
@@ -131,7 +131,7 @@ TEST_F(PrefetchTest, TilesOfTheCellAreClaimedBeyondAnAbsentTile) {
   EXPECT_LT(costOf(structure_, homeOf(530)), costOf(structure_, homeOf(470))) << "ahead first";
   EXPECT_GT(costOf(structure_, homeOf(600)), 1e9) << "beyond the look-ahead";
 
-  // The tile that the hand is in is on its way itself: around it, then.
+  // The proxy's tile is being loaded: claim the tiles around.
   loaded_ = std::make_unique<TileTable>(store_->tile_count());
   claim(PrefetchPolicy::structure, at(500, 1000, 100));
   EXPECT_EQ(structure_[0].tile, here);
@@ -150,7 +150,7 @@ TEST_F(PrefetchTest, AheadEndsWhereTheBudgetDoes) {
 }
 
 TEST_F(PrefetchTest, WayBackStaysBehindHoweverItTurns) {
-  // A thread that turns back on itself: both arms run beside each other, only one is ahead.
+  // A neurite that turns back: both arms lie side by side, and only one is ahead.
   Cell hairpin;
   for (std::uint32_t i = 0; i < 400; ++i)
     test::addSample(hairpin, i < 200 ? Vector3d(10.0 * i, 3, 3) : Vector3d(10.0 * (399 - i), 400, 3),
@@ -181,7 +181,7 @@ TEST_F(PrefetchTest, AHandOnAStructureClaimsAnEighthOfItsSurroundings) {
   expectWithin(200);
   claim(PrefetchPolicy::distance, focus);
   expectWithin(1600);
-  focus.active_tile = kNoTile;  // it moves freely
+  focus.active_tile = kNoTile;  // the proxy moves freely
   claim(PrefetchPolicy::structure, focus);
   expectWithin(1600);
 }
@@ -223,7 +223,7 @@ TEST_F(PrefetchTest, WhatIsNotFiniteClaimsNothing) {
     claim(PrefetchPolicy::structure, focus);
     EXPECT_TRUE(structure_.empty() && workspace_.empty());
     focus = at(500, bad, 100);
-    claim(PrefetchPolicy::structure, focus);  // an unknown velocity counts as rest
+    claim(PrefetchPolicy::structure, focus);  // an invalid velocity counts as rest
     EXPECT_FALSE(structure_.empty());
     for (const TileClaim& c : structure_) EXPECT_TRUE(std::isfinite(c.cost));
   }

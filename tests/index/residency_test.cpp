@@ -64,7 +64,7 @@ class ResidencyTest : public testing::Test {
   std::unique_ptr<test::CountingStore> store_;
 };
 
-// ---- state by state, in real time driven by hand
+// ---- state by state, in real time, one serve() at a time
 
 TEST_F(ResidencyTest, TileGoesThroughItsStatesOneByOne) {
   Residency residency(*store_, options(Residency::floorBytes(*store_)));
@@ -82,7 +82,7 @@ TEST_F(ResidencyTest, TileGoesThroughItsStatesOneByOne) {
   EXPECT_FALSE(residency.serve(0.001));
   EXPECT_EQ(residency.state(3), TileState::resident);
 
-  // Others push it out once the request has lapsed.
+  // Other tiles evict it after the request has lapsed.
   double now = 1;
   for (TileId tile = 4; residency.state(3) == TileState::resident && tile < count(); ++tile, now += 1) {
     reader.request(tile);
@@ -145,7 +145,7 @@ TEST_F(ResidencyTest, TileIsFreedOnlyAfterTheSlowestReaderLetGo) {
     fast.apply();
     residency.serve(now += 0.001);
     EXPECT_EQ(residency.state(0), TileState::retiring);
-    EXPECT_EQ(seen->id(), 0u);  // the sanitizers would see a tile that was freed
+    EXPECT_EQ(seen->id(), 0u);  // the sanitizers would report a freed tile
     EXPECT_LE(residency.counters().bytes, residency.budget_bytes());
   }
   slow.apply(kAll);
@@ -184,7 +184,7 @@ TEST_F(ResidencyTest, MoreMessagesThanTheRingHoldsAllArrive) {
   ReaderFocus focus;
   focus.radius_um = 1e6;
   reader.publishFocus(focus);
-  for (int i = 0; i < 2000; ++i) residency.serve(0);  // the reader takes nothing meanwhile
+  for (int i = 0; i < 2000; ++i) residency.serve(0);  // the reader takes no message meanwhile
   EXPECT_LE(reader.apply(kAll), 1024);
   while (residency.serve(0) || reader.apply(kAll) > 0) {
   }
@@ -262,7 +262,7 @@ TEST_F(ResidencyTest, PinnedTileIsNeverEvicted) {
   for (std::uint64_t tick = 1; tick < 400; ++tick) {
     for (int i = 0; i < 5; ++i) reader.request(static_cast<TileId>(random() % count()));
     ReaderFocus focus = focusOn(static_cast<TileId>(random() % count()), 100);
-    focus.active_tile = pinned;  // the proxy looks around, its tile stays
+    focus.active_tile = pinned;  // the focus moves, the proxy's tile stays
     reader.publishFocus(focus);
     residency.advance(tick, tick % 3);
     const TileId one[] = {static_cast<TileId>(random() % count())};
@@ -290,13 +290,13 @@ TEST_F(ResidencyTest, TilesOfTwoReadersAreBothPinned) {
 TEST_F(ResidencyTest, PrefetchDoesNotThrash) {
   Residency residency(*store_, options(total() / 3, PrefetchPolicy::distance));
   TileReader& reader = residency.addReader("hand");
-  reader.publishFocus(focusOn(5, 1e4));  // wants everything
+  reader.publishFocus(focusOn(5, 1e4));  // claims every tile
   residency.advance(0, 0);
   const std::uint64_t reads = residency.counters().reads;
   EXPECT_GT(reads, 1u);
   for (std::uint64_t tick = 1; tick < 500; ++tick) {
     ReaderFocus focus = focusOn(5, 1e4);
-    focus.p_W.x() += tick % 2 == 0 ? 0.5 : -0.5;  // trembles
+    focus.p_W.x() += tick % 2 == 0 ? 0.5 : -0.5;  // a trembling hand
     reader.publishFocus(focus);
     residency.advance(tick, 0);
   }
@@ -338,7 +338,7 @@ TEST_F(ResidencyTest, TileIsResidentAfterTheLatencyExactly) {
       residency.advance(tick, latency);
       ASSERT_EQ(reader.tiles().find(9), nullptr);
       ASSERT_EQ(residency.state(9), TileState::queued);
-      if (tick % 3 == 0) reader.request(9);  // asking again changes nothing
+      if (tick % 3 == 0) reader.request(9);  // a repeated request changes nothing
     }
     residency.advance(tick, latency);
     EXPECT_NE(reader.tiles().find(9), nullptr);
@@ -473,7 +473,7 @@ TEST_F(ResidencyTest, FailureAmongTilesAskedTogetherIsSaid) {
   EXPECT_TRUE(residency.loadTogether(tiles));
 }
 
-// Of a set on a disk that is slow and fails: the active tile of a hand, seen by two more readers.
+// A set on a slow, failing disk; a proxy's active tile, seen by two more readers.
 TEST_F(ResidencyTest, ActiveTileThatFailsComesBackForAllReadersWhenTheDiskHeals) {
   const test::TempFolder folder;
   CellList stream(test::randomColumn(5, 10, 500, 300));
@@ -620,7 +620,7 @@ TEST_F(ResidencyTest, CellThatIsHeldOutranksTheSurroundingsOnly) {
   std::uint64_t bytes = 0;
   for (const TileId tile : of_cell) bytes += bytesOf(tile);
   ASSERT_LT(bytes + 4 * Residency::floorBytes(*store_), total());
-  // Room for what is asked for now and then, too.
+  // With room for occasional requests too.
   Residency residency(*store_, options(bytes + 4 * Residency::floorBytes(*store_), PrefetchPolicy::distance));
   TileReader& reader = residency.addReader("hand");
   reader.publishFocus(focusOn(0, 1e4));
@@ -686,7 +686,7 @@ TEST_F(ResidencyTest, JumpIsReadyWhenItsSurroundingsAreThere) {
     EXPECT_NE(reader.tiles().find(far), nullptr);
     EXPECT_GE(tick, 6u);
     EXPECT_FALSE(reader.isTargetReady({1000, 0}));
-    // What can be reached within a tenth of a second is there.
+    // All tiles that can be reached within 0.1 s are present.
     if (policy == PrefetchPolicy::none) continue;
     ReaderFocus there = focus;
     there.active_tile = far;
@@ -724,7 +724,7 @@ TEST_F(ResidencyTest, SurroundingsOfTheEyeComeAfterThoseOfTheHand) {
   eye.publishFocus(looks);
   hand.publishFocus(focusOn(0, 60));
   for (std::uint64_t tick = 0; tick < 5; ++tick) residency.advance(tick, 0);
-  // All that lies around the hand is there, and the rest of the budget is the eye's.
+  // All tiles around the proxy are present, and the camera gets the rest of the budget.
   const Directory directory(*store_);
   for (const Directory::Hit& hit : directory.within(centre(0), 60.0 * 60.0))
     EXPECT_NE(hand.tiles().find(hit.tile), nullptr);
@@ -805,7 +805,7 @@ TEST_F(ResidencyTest, ThreadIsStartedOnceAndStoppedAsOftenAsOneLikes) {
   residency.start();
 }
 
-// Tiles whose entries cannot be read for a while.
+// A store whose entries cannot be read for some time.
 class LostDirectory final : public test::CountingStore {
  public:
   using CountingStore::CountingStore;
@@ -851,7 +851,7 @@ class SilentDisk {
     std::unique_lock lock(mutex_);
     return changed_.wait_for(lock, std::chrono::seconds(60), [&] { return waiting_ > 0; });
   }
-  void answer(bool for_ever = false) {  // those that wait
+  void answer(bool for_ever = false) {  // the waiting reads
     const std::lock_guard lock(mutex_);
     ++answers_;
     waiting_ = 0;
@@ -892,7 +892,7 @@ TEST_F(ResidencyTest, NobodyElseWaitsWhileTheDiskIsSilent) {
       focus.active_node = {2, 0};
       focus.radius_um = 50;
       reader.publishFocus(focus);
-      // The first reads are of the cell's list (structure) and the directory; then tiles come.
+      // The first reads are the cell's list (structure) and the directory; tiles follow.
       for (int step = 0; step < 3; ++step) {
         SCOPED_TRACE(step);
         const bool waited_for = disk.isWaitedFor();
@@ -946,7 +946,7 @@ TEST_P(ThreadedResidency, KeepsEveryPromiseUnderLoad) {
         focus.active_node = {0, static_cast<std::uint32_t>(random() % 400)};
         reader.publishFocus(focus);
         for (int i = 0; i < 40; ++i) {
-          // Now and then a reader stands still, and what it is told waits.
+          // Sometimes a reader pauses, and its messages wait.
           if (random() % 64 == 0) std::this_thread::sleep_for(std::chrono::microseconds(random() % 3000));
           reader.apply(r == 0 ? 8 : 1);
           const auto id = static_cast<TileId>(random() % count());
@@ -959,7 +959,7 @@ TEST_P(ThreadedResidency, KeepsEveryPromiseUnderLoad) {
         }
       }
     });
-  // Until enough happened, however slow the machine.
+  // Until enough has happened, however slow the machine.
   const std::uint64_t enough = test::wholeCampaign() ? 100000 : 1500;
   while (residency.counters().reads < enough && wrong == 0) {
     const ResidencyCounters c = residency.counters();

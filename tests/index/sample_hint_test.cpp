@@ -18,7 +18,7 @@ namespace {
 
 using test::storeOf;
 
-// A store whose samples are replaced.
+// A store with other landmarks.
 class SampledStore : public test::CountingStore {
  public:
   SampledStore(const TileStore& store, SamplePoints samples) : CountingStore(store), samples_(std::move(samples)) {}

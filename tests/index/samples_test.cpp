@@ -27,7 +27,7 @@ double nearestSample(const SamplePoints& samples, const Grid& grid, const Vector
   return std::sqrt(least);
 }
 
-// Against brute force: dense points of every segment. Returns the largest distance found.
+// Compares with brute force: dense points of every segment. Returns the largest distance found.
 double expectCovered(const SamplePoints& samples, const Segments& segments, const Grid& grid, int dense) {
   double largest = 0;
   for (const StoredSegment& s : segments) {
@@ -103,7 +103,7 @@ TEST(Samples, MorePointsCoverBetter) {
   }
 }
 
-// The radius does: where several leaves lie in one cell, their boxes stand for what they hold.
+// The radius depends on the tiles: if several leaves lie in one block, their boxes replace their segments.
 TEST(Samples, PointsDoNotDependOnTheTiles) {
   const std::vector<Cell> cells = test::randomColumn(45, 4, 300, 100);
   const SamplePoints one = choose(cells, 200, 100000);

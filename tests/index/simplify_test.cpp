@@ -23,7 +23,7 @@ double distance(const Vector3d& p, const Vector3d& a, const Vector3d& b) {
   return (p - a - t * way).norm();
 }
 
-// The largest distance from points along the segments of one graph to the segments of the other, cell by cell.
+// The largest distance, cell by cell, from points on the segments of one graph to the segments of the other.
 double farthest(const ThreadGraph& from, const ThreadGraph& to, const Grid& grid) {
   std::map<std::uint32_t, std::vector<const ThreadSegment*>> by_cell;
   for (const ThreadSegment& s : to.segments) by_cell[to.nodes[s.child].id.cell].push_back(&s);
@@ -44,7 +44,7 @@ double farthest(const ThreadGraph& from, const ThreadGraph& to, const Grid& grid
 }
 
 struct Shape {
-  std::size_t pieces = 0;  // connected, of nodes that have a segment
+  std::size_t pieces = 0;  // number of connected pieces of nodes with a segment
   std::set<NodeId> tips, branchings;
   bool operator==(const Shape&) const = default;
 };
@@ -80,7 +80,7 @@ ThreadGraph wholeOf(const std::vector<Cell>& cells, const Grid& grid) {
   return threadsOf(*store->load(0), store->loadAppearance(0), grid);
 }
 
-// Every cell's own worst case, and random ones.
+// The worst case of each kind of cell, and random cells.
 std::vector<test::NamedCells> inputs() {
   std::vector<test::NamedCells> all = test::worstCases();
   for (std::uint64_t seed = 1; seed <= 4; ++seed)
@@ -95,13 +95,13 @@ TEST(Simplify, StaysWithinTheErrorThatItStatesInBothDirections) {
   for (const test::NamedCells& input : inputs()) {
     const ThreadGraph whole = wholeOf(input.cells, kGrid);
     std::size_t before = whole.segments.size();
-    if (test::kSanitized && before > 600) continue;  // all against all takes minutes there
+    if (test::kSanitized && before > 600) continue;  // comparing all with all takes minutes under sanitizers
     for (const double tolerance : {0.01, 0.5, 3.0, 40.0, 1e4}) {
       SCOPED_TRACE(input.name + ", tolerance " + std::to_string(tolerance));
       const ThreadGraph simple = simplify(whole, kGrid, {tolerance, tolerance, kUnlimited});
       const double error = errorOf(simple);
       EXPECT_LE(error, tolerance);
-      const double slack = 1e-6 + 1e-12 * 2e9;  // of the distances here, at 1e9 um
+      const double slack = 1e-6 + 1e-12 * 2e9;  // for the distances here, at 1e9 um
       EXPECT_LE(farthest(whole, simple, kGrid), error + slack);
       EXPECT_LE(farthest(simple, whole, kGrid), error + slack);
       EXPECT_LE(simple.segments.size(), before) << "coarser, but more";
@@ -116,7 +116,7 @@ TEST(Simplify, KeepsPiecesBranchingsAndEnds) {
     SCOPED_TRACE(input.name);
     const ThreadGraph whole = wholeOf(input.cells, kGrid);
     const Shape shape = shapeOf(whole);
-    // So fine that no twig goes (but those without a length): the very same branchings and tips.
+    // A tolerance so small that only twigs of length 0 are removed: all other branch points and tips stay.
     const ThreadGraph fine = simplify(whole, kGrid, {1e-9, 1e-9, kUnlimited});
     if (input.name != "coincident nodes" && input.name != "zero lengths" && input.name != "one voxel") {
       EXPECT_EQ(shapeOf(fine), shape);
@@ -179,7 +179,7 @@ TEST(Simplify, BudgetPrefersAHigherTolerance) {
   EXPECT_LE(errorOf(simple), 10);
 }
 
-// ---- graphs that are no trees
+// ---- graphs with loops
 
 ThreadGraph ring(std::uint32_t n, double radius_um, std::uint32_t cell = 0) {
   ThreadGraph graph;
@@ -208,7 +208,7 @@ TEST(Simplify, LoopsKeepAnAnchor) {
     if (tolerance > 100) {
       EXPECT_EQ(simple.segments.size(), 1u);
     }
-    // What stands for itself goes on doing so.
+    // An isolated node stays isolated.
     const ThreadGraph again = simplify(simple, kGrid, {tolerance, tolerance, kUnlimited});
     EXPECT_EQ(again.segments.size(), simple.segments.size());
   }
@@ -230,7 +230,7 @@ TEST(Simplify, LoopsThatHangTogetherDoNotAllDisappear) {
   }
 }
 
-// ---- in parts
+// ---- several parts joined
 
 TEST(Simplify, PartsThatAreJoinedAreTheWhole) {
   const std::vector<Cell> cells = test::randomColumn(21, 5, 400, 200);
@@ -280,7 +280,7 @@ TEST(Simplify, PiecesStayTogetherThroughAllLevels) {
   EXPECT_LE(errorOf(parts[0]), 2 * tolerance);
 }
 
-// ---- as a tile
+// ---- converted to a tile
 
 TEST(Simplify, NumberedSegmentsAreThoseOfTheGraph) {
   std::vector<test::NamedCells> all = inputs();

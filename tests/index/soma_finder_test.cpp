@@ -11,7 +11,7 @@
 namespace filiform {
 namespace {
 
-// A soma of three samples of 10 um, or an outline of 16, with two winding neurites.
+// A soma of three samples of 10 um, or an outline of 16 samples, with two winding neurites.
 Cell cellWithSoma(bool contour, const Vector3d& centre) {
   Cell cell;
   cell.source = contour ? "contour.swc" : "three.swc";

@@ -60,7 +60,7 @@ TEST(Soma, OnePercentIsTheLimit) {
   for (const double off : {0.0, 0.009, 0.0101, 0.05, 0.5})
     for (const Vector3d& way : {Vector3d(0, 1, 0), Vector3d(1, 0, 0), Vector3d(0, -1, 0)}) {
       const CellSomata found = somataOf(threePoint(Vector3d(0, 8, 0) + 8 * off * way, {0, -8, 0}));
-      // Off to the side, the axis through both samples turns by half of it.
+      // If one sample moves sideways, the axis through both turns by half the angle.
       const bool within = off <= (way.x() > 0 ? 0.02 : 0.01);
       EXPECT_EQ(found.somata.size(), within ? 1u : 0u) << off << " " << way.transpose();
       EXPECT_EQ(found.off_roots.size(), within ? 0u : 1u) << off << " " << way.transpose();

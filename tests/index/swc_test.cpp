@@ -13,7 +13,7 @@ namespace {
 
 using namespace std::string_literals;
 
-// A reading as one line: severity, samples, segments, dropped lines, codes.
+// The result of reading as one line: severity, samples, segments, dropped lines, codes.
 std::string rowOf(const InputReport& report) {
   std::string dropped, codes;
   for (const InputRecord& record : report.records) {
@@ -42,7 +42,7 @@ Reading read(const std::string& text, const SwcOptions& options = {}) {
 
 std::string row(const std::string& text, const SwcOptions& options = {}) { return read(text, options).row; }
 
-// Two good lines and one of the test's own as line 3.
+// Two valid lines, then the test's own as line 3.
 std::string withLine(const std::string& line) { return "1 1 0 0 0 5 -1\n2 3 0 6 0 1 1\n" + line + "\n"; }
 
 constexpr std::uint32_t kRoot = kNoParent;
@@ -147,7 +147,7 @@ TEST(SwcReader, ACycleIsCutAtItsLowestLine) {
 }
 
 TEST(SwcReader, ACycleKeepsItsOtherLaterParents) {
-  // 1 -> 3 -> 2 -> 1: the link of line 1 is cut, the one of line 2 points on and stays.
+  // 1 -> 3 -> 2 -> 1: the link of line 1 is cut; the link of line 2 points forward and stays.
   EXPECT_EQ(row("1 3 0 0 0 1 2\n2 3 1 0 0 1 3\n3 3 1 1 0 1 1\n"), "warn 3 2 - W_CYCLE:1,W_ORDER:1");
 }
 
@@ -383,8 +383,8 @@ TEST(SwcReader, AUnitThatIsNoneIsRefused) {
     EXPECT_THROW(SwcReader({.unit_um = unit_um}), UsageError);
 }
 
-// Awkward pieces in random order: every cut of the bytes into blocks must read alike, and the counts must balance
-// (finish() checks).
+// Awkward pieces in random order. Every division into blocks must read the same, and the counts must agree (finish()
+// checks this).
 TEST(SwcReader, BlocksMayBeCutAnywhere) {
   static const std::string kPieces[] = {"1 1 0 0 0 5 -1\n",
                                         "2 3 0 6 0 1 1\r\n",

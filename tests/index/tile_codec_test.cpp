@@ -77,8 +77,8 @@ TEST(TileCodec, NeuritesTakeLessThanSevenBytesASegment) {
   EXPECT_LT(static_cast<double>(bytes) / static_cast<double>(segments), 7.0);
 }
 
-// Without the checksum's help: any answer is allowed, except a crash, a read out of bounds (the sanitizers watch), or
-// another error.
+// Without the checksum, any result is allowed except a crash, a read out of bounds (the sanitizers check) or another
+// error.
 TEST(TileCodec, DamagedBytesNeverEscape) {
   CellList stream(test::randomColumn(23, 3, 200, 60));
   const auto store = buildTilesInMemory(stream, {.capacity = 100});
@@ -112,7 +112,7 @@ TEST(TileCodec, DamagedBytesNeverEscape) {
   EXPECT_GT(refused, 100);
 }
 
-// Loops, several links with one child, links named otherwise than their children: as themselves and as tiles of a
+// Loops, several links with one child, and links whose ids differ from their children's: as one tile and as tiles of a
 // partition.
 TEST(TileCodec, DecodingGivesBackGraphs) {
   std::mt19937_64 random(25);
@@ -164,7 +164,7 @@ TEST(TileCodec, RefusesPositionsOutsideTheGrid) {
   EXPECT_THROW(encodeTile(Tile(0, {}, false, Grid(), {{{0, 1}, 1, 0, q, p, true}})), InputError);
 }
 
-// The layout of FORMAT.md, byte by byte: this fails when the code drifts from it.
+// The layout of FORMAT.md, byte by byte: fails if the code differs from it.
 TEST(TileCodec, WritesTheSpecifiedBytes) {
   const GridPoint p0(10, 20, 30), p1(12, 20, 29), p2(12, 23, 29);
   const Tile tile(0, {}, false, Grid(), {{{3, 1}, 1, 0, p1, p0, true}, {{3, 2}, 2, 1, p2, p1, false}});

@@ -60,7 +60,7 @@ TEST(TileSet, FindsCellsByName) {
   EXPECT_FALSE(set->findCell(set->cell(39).name + "x"));
 }
 
-// Three pages of the directory and more.
+// More than three pages of the directory.
 class PagedSet : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
@@ -69,7 +69,7 @@ class PagedSet : public ::testing::Test {
   }
   static void TearDownTestSuite() { folder_.reset(); }
 
-  // The folder, counting what is read of the directory.
+  // A folder that counts the reads of the directory.
   class Metered final : public TileSource {
    public:
     Metered(const std::string& path, std::uint64_t& bytes, std::string file = "directory.bin")
@@ -144,7 +144,7 @@ TEST_F(PagedSet, TheDetailOfACellTakesItsRecordAlone) {
 TEST_F(PagedSet, ALoadedTileKnowsTheHomesOfItsNodes) {
   const auto whole = TileSet::open(path_);
   whole->checkDirectory();
-  std::size_t elsewhere = 0;  // homes in another page
+  std::size_t elsewhere = 0;  // nodes whose home is in another page
   for (TileId tile = 0; tile < whole->tile_count(); tile += 61) {
     const TileId at = tile % 2 == 0 ? tile : std::min(whole->tile_count() - 1, (tile / kPage + 1) * kPage - 1);
     const auto set = TileSet::open(path_);
@@ -203,13 +203,13 @@ TEST_F(PagedSet, ADamagedPageIsFoundBeforeItIsUsed) {
   EXPECT_TRUE(verify(path_).sound());
 }
 
-// Written by whoever made the set, so that its name, the checksum of its text, is right.
+// The manifests are written as a set's writer would: the folder's name is the checksum of the text.
 TEST(TileSet, RefusesAManifestWhoseWholeNumbersAreNone) {
   const test::TempFolder folder;
   const std::string path = ingested(folder, {test::randomNeuron(1)});
   const std::string good = test::readBytes(path + "/CURRENT").substr(0, 18);
   const std::string text = test::readBytes(path + "/" + good + "/manifest.json");
-  const auto with = [&](const std::string& key, const std::string& value) {  // for its first number
+  const auto with = [&](const std::string& key, const std::string& value) {  // replaces the first number of the key
     const std::size_t at = text.find_first_of("-0123456789", text.find('"' + key + '"'));
     std::string changed = text;
     return changed.replace(at, text.find_first_not_of("-0123456789", at) - at, value);

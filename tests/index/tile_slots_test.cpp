@@ -27,13 +27,13 @@ TEST(TileSlots, HoldWhatAMapHolds) {
     TileSlot& slot = slots[tile];
     ASSERT_EQ(slot.id, tile);
     if (known == expected.end()) {
-      ASSERT_EQ(slot.state, TileState::absent);  // nothing is left of a slot that lay here before
+      ASSERT_EQ(slot.state, TileState::absent);  // nothing is left of an earlier slot at this place
       ASSERT_EQ(slot.due, 0);
       slot.state = TileState::queued;
       slot.due = step + 1;
       expected[tile] = {&slot, slot.due};
     } else {
-      ASSERT_EQ(&slot, known->second.first);  // it does not move
+      ASSERT_EQ(&slot, known->second.first);  // its address is stable
       ASSERT_EQ(slot.due, known->second.second);
     }
     ASSERT_EQ(slots.all().size(), expected.size());

@@ -55,7 +55,7 @@ TEST(Folder, SaysWhatIsMissing) {
 
 namespace fs = std::filesystem;
 
-// Of this process, files in the folder.
+// Number of this process's open files in the folder.
 std::size_t openIn(const std::string& folder) {
   std::size_t count = 0;
   for (const auto& entry : fs::directory_iterator("/proc/self/fd")) {
@@ -90,7 +90,7 @@ TEST_F(ManyFiles, NoMoreThanTheBoundStayOpenTheOnesUsedLast) {
       EXPECT_EQ(readOf(*source, 0), "100");
       EXPECT_LE(openIn(folder_.path()), 6u) << "five files and their folder";
     }
-  // What is open can be read although it is gone; so the first one was not closed.
+  // An open file stays readable after its removal, so the first file was not closed.
   fs::remove(folder_ / name(0));
   EXPECT_EQ(readOf(*source, 0), "100");
 }
@@ -110,7 +110,7 @@ TEST_F(ManyFiles, AClosedFileThatWasReplacedOrRemovedIsAnError) {
           << error.what();
     }
   EXPECT_EQ(readOf(*source, 3), "103");
-  // The folder is held: another one of its name changes nothing.
+  // The folder is held open: another folder of the same name changes nothing.
   fs::rename(folder_ / "r", folder_ / "old");
   fs::create_directory(folder_ / "r");
   EXPECT_EQ(readOf(*source, 4), "104");

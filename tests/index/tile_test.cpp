@@ -74,7 +74,7 @@ TEST(Tile, WideTilesKeepExactPositions) {
   EXPECT_LT(narrow.bytes(), too_wide.bytes());
 }
 
-// Each layout of positions at its edge: 16, 21 and 32 bits.
+// Each layout of positions at its limit: 16, 21 and 32 bits.
 TEST(Tile, PositionsAreExactAtEveryWidth) {
   const GridPoint b(-1000, 2000, 0);
   for (const std::int64_t extent : {std::int64_t{0xffff}, std::int64_t{0x10000}, std::int64_t{0x1fffff},
@@ -100,7 +100,7 @@ void expectLink(const Tile& tile, std::uint32_t segment, const Tile::Link& link)
   EXPECT_EQ(link.parent_id, tile.nodeId(link.parent));
 }
 
-// Against plain tables of what was handed over.
+// Compares with plain tables of the given segments.
 void expectHolds(const Tile& tile, std::vector<StoredSegment> segments) {
   std::sort(segments.begin(), segments.end(), [](const auto& a, const auto& b) { return a.id < b.id; });
   ASSERT_EQ(tile.segment_count(), segments.size());
@@ -154,7 +154,7 @@ TEST(Tile, HoldsRandomGraphs) {
     for (StoredSegment& s : graph.segments) s.owned = random() % 2 != 0;
     std::shuffle(graph.segments.begin(), graph.segments.end(), random);
     expectHolds(Tile(0, kWorld, false, graph.grid, graph.segments), graph.segments);
-    // A part of it: parents without segments of their own.
+    // A part of the segments: some parents have no segment of their own.
     graph.segments.resize(graph.segments.size() / 2);
     expectHolds(Tile(0, kWorld, false, graph.grid, graph.segments), graph.segments);
   }

@@ -7,7 +7,7 @@
 namespace filiform {
 namespace {
 
-// What is said of neurons whose coordinates are multiplied by `factor`.
+// The result for neurons whose coordinates are multiplied by `factor`.
 std::string doubtOf(double factor) {
   UnitCheck check;
   for (std::uint64_t seed = 0; seed < 5; ++seed) {
@@ -41,7 +41,7 @@ TEST(UnitCheck, NamesUnitsOfTheFilesWhateverTheyWereTakenFor) {
   EXPECT_EQ(check.doubt(1000).find("nm"), std::string::npos) << check.doubt(1000);
 }
 
-// A straight cell of `segments` steps.
+// A straight cell of `segments` segments.
 Cell straight(double step_um, std::uint32_t segments) {
   Cell cell;
   for (std::uint32_t i = 0; i <= segments; ++i)

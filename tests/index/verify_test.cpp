@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// What a faulty writer might do to the parts of a set before they are written, checksums and all.
+// Errors of a faulty writer, made before writing, so that all checksums match.
 struct Faults {
   std::function<void(TileId, std::vector<StoredSegment>&)> segments;
   std::function<void(TileId, TileEntry&)> entry;
@@ -30,7 +30,7 @@ struct Faults {
   std::function<void(SamplePoints&)> samples;
 };
 
-// Writes the tiles of the store as a set, with faults.
+// Writes the store's tiles as a set, with faults.
 void writeSet(const TileStore& store, const std::string& path, const Faults& faults) {
   fs::create_directories(path + "/r");
   std::vector<CellKey> leaves;
@@ -95,7 +95,7 @@ class FaultySet : public ::testing::Test {
     CellList stream(test::randomColumn(72, 5, 300, 80));
     store_ = buildTilesInMemory(stream, {.capacity = 60});
   }
-  // The bytes are in order, the content is not: only the deep check can tell.
+  // The bytes are valid, the content is not: only the deep check can tell.
   void expectFound(const Faults& faults, const std::string& what) {
     const test::TempFolder folder;
     writeSet(*store_, folder / "a.fil", faults);
@@ -105,7 +105,7 @@ class FaultySet : public ::testing::Test {
     ASSERT_FALSE(deep.sound());
     EXPECT_NE(firstProblem(deep).find(what), std::string::npos) << firstProblem(deep);
   }
-  // Owned counts must still add up, or the directory contradicts the manifest.
+  // Owned counts must still match in total, or the directory contradicts the manifest.
   static std::size_t ghost(const std::vector<StoredSegment>& segments) {
     for (std::size_t i = 0; i < segments.size(); ++i)
       if (!segments[i].owned) return i;
@@ -150,7 +150,7 @@ TEST_F(FaultySet, NeedlessGhost) {
 }
 
 TEST_F(FaultySet, OwnedByTheWrongTile) {
-  // One tile gives up an owned segment that another holds as a ghost, which takes it.
+  // One tile loses an owned segment; another tile, which holds it as a ghost, becomes its owner.
   SegmentId moved{};
   for (TileId t = 1; t < store_->tile_count() && moved == SegmentId{}; ++t)
     for (std::uint32_t s = 0; s < store_->load(t)->segment_count(); ++s)
@@ -169,7 +169,7 @@ TEST_F(FaultySet, OwnedByTheWrongTile) {
 }
 
 TEST_F(FaultySet, OwnedTwiceAndNever) {
-  Faults faults;  // a tile disowns a segment of its own and owns a ghost instead
+  Faults faults;  // a tile disowns one of its segments and owns a ghost instead
   faults.segments = [](TileId t, auto& segments) {
     if (t != 2) return;
     StoredSegment& stolen = segments[ghost(segments)];
