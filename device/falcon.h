@@ -1,8 +1,8 @@
 // Driver of the Novint Falcon over USB: three force components and four buttons on the grip.
 //
 //   Falcon falcon(systemUsb(), {.firmware = "falcon.bin"});
-// probes the device; loads the firmware if it runs none: 0.1 s, or 3 s
-// homing; ready after the grip was pulled out and pushed in
+//   falcon.open();      // probes the device; loads the firmware if it runs none: 0.1 s, or 3 s
+//   const DeviceState state = falcon.exchange(wrench);  // homing; ready after the grip was pulled out and pushed in
 //
 // Novint's firmware may not be redistributed. Owners have it on the driver or SDK that came with the device: a .bin
 // file of 7 to 9 kB. Lamps: red while homing is needed, green when ready, off when closed. HARDWARE.md lists what only

@@ -3,11 +3,11 @@
 //
 //   for (const UsbDeviceInfo& info : systemUsb().devices()) std::cout << std::hex << info.vendor << '\n';
 //   const UsbDeviceInfo info = systemUsb().devices().at(0);
-// throws UsbError by cause
+//   std::unique_ptr<UsbConnection> usb = systemUsb().open(info);      // throws UsbError by cause
 //   usb->claim(0);
 //   std::unique_ptr<UsbTransfer> in = usb->makeTransfer(0x81, 64);
 //   in->submit(64);
-// on the calling thread
+//   usb->handleEvents(0.002);                                         // on the calling thread
 //   if (in->status() == UsbStatus::done) std::cout << in->data().size() << '\n';
 //
 // Transports: systemUsb() (libusb), UsbRecorder and UsbReplay (usb_recording.h), a scripted one in tests/support. Times

@@ -27,7 +27,7 @@ void writeObj(std::ostream& out, const CellGraph& cell);
 void writeVtk(std::ostream& out, const CellGraph& cell);
 
 // A folder of unsharded Neuroglancer skeletons: `info`, and one file a cell, named by a number. Vertices are whole
-// quanta from the lowest corner of the bounds, as 32-bit floats. `transform` in the info converts them to nm, exactly.
+// quanta from the centre of the bounds, as 32-bit floats. `transform` in the info converts them to nm, exactly.
 class SkeletonFormat {
  public:
   // Requires bounds that contain every cell. Throws InputError if the bounds are wider than 2^25 quanta (65 mm at the

@@ -22,8 +22,8 @@ class InputError : public Error {
 
 // A tile set whose bytes differ from those written: bad checksum, short file, impossible count. Exit code 1.
 class CorruptSet : public Error {
-  // `offset`: position of the damage in `file`, bytes.
  public:
+  // `offset`: position of the damage in `file`, bytes.
   CorruptSet(const std::string& file, std::uint64_t offset, const std::string& what);
   const std::string& file() const { return file_; }
   std::uint64_t offset() const { return offset_; }

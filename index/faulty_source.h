@@ -4,7 +4,7 @@
 //                                                                           .delay_s = 0.02});
 //   FaultySource& faults = *source;
 //   const auto set = TileSet::open(std::move(source));
-// faults start here
+//   faults.arm();  // faults start here
 //
 // The fault of a read depends only on the seed, the position and how often that position was read before. Threads and
 // time have no effect. Only `fail_every` counts reads in their order of arrival. Thread rule: internally synchronised.
@@ -20,8 +20,8 @@
 #include <vector>
 
 namespace filiform {
-// What FaultySource injects.
 
+// What FaultySource injects.
 struct FaultPlan {
   enum class Delay : std::uint8_t { none, constant, uniform, exponential };
   Delay delay = Delay::none;

@@ -3,7 +3,7 @@
 //
 //   Output csv("travel.csv");
 //   csv.stream() << "tick,time_s\n";
-// without this call an older travel.csv stays unchanged
+//   csv.finish();  // without this call an older travel.csv stays unchanged
 //
 // The path decides what happens:
 //   a regular file, or nothing   writes a new file beside it; finish() renames it over the path and keeps permissions

@@ -16,8 +16,8 @@
 
 namespace filiform {
 
+// A tile that a reader is predicted to need.
 struct TileClaim {
-  // A tile that a reader is predicted to need.
   TileId tile;
   double cost;  // lower is more urgent: s ahead, um around
 };
@@ -27,7 +27,7 @@ class Prefetch {
   static constexpr std::size_t kMaxWorkspaceTiles = 4096;
   static constexpr std::size_t kMaxWalkedSegments = 8192;
 
-  // The store and the directory must outlive this object.
+  // The store and the directory must outlive this object. `lookahead_s`: see ResidencyOptions.
   Prefetch(const TileStore& store, const Directory& directory, PrefetchPolicy policy, double lookahead_s);
 
   // Append tiles to `claims`, each at most once, the most urgent first, as far as budget_bytes goes. A focus that is

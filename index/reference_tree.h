@@ -8,7 +8,7 @@
 
 namespace filiform {
 
-// O(n log n), about 150 bytes a segment. The engine keeps the tile alive.
+// Builds the engine over a tile, which the engine keeps alive. O(n log n), about 150 bytes a segment.
 std::unique_ptr<TileEngine> makeReferenceTree(std::shared_ptr<const Tile> tile);
 
 }  // namespace filiform

@@ -23,7 +23,7 @@ struct ThreadNode {
   GridPoint p;
   std::uint32_t full = 0;  // its segments in the whole set; 0: not known yet, so the node is never removed
   std::uint32_t seen = 0;  // of these, how many came into this graph, dropped ones included
-  double absorbed_um = 0;  // distance within which the removed parts represented by this node lie
+  double absorbed_um = 0;  // the removed parts that this node represents lie within this distance
 };
 
 // A segment of the graph.
@@ -60,10 +60,12 @@ struct SimplifyOptions {
   std::size_t most_segments = 2048;
 };
 
-// Simplifies `graph`. The tolerance used lies between tolerance_um and most_tolerance_um, as most_segments needs. The
-// error of each remaining segment and node is at most that tolerance, unless it was larger before. One cell always
-// stays; it may exceed most_segments if its neurites leave the graph in more places. Requires 0 < tolerance_um <=
-// most_tolerance_um. Deterministic. O(n log n) usually, O(n^2) at worst for a run of n.
+// Simplifies `graph`. While more than most_segments remain, the tolerance grows from tolerance_um to at most
+// most_tolerance_um; then whole cells are dropped. If the last cell alone exceeds most_segments, the tolerance doubles
+// up to 24 times. This cell may still exceed most_segments if its neurites leave the graph in more places.
+//
+// The error of each remaining segment and node is at most the last tolerance, unless it was larger before. Requires 0 <
+// tolerance_um <= most_tolerance_um. Deterministic. O(n log n) usually, O(n^2) at worst for a run of n.
 ThreadGraph simplify(const ThreadGraph& graph, const Grid& grid, const SimplifyOptions& options);
 
 // The largest error of the graph's segments and nodes.

@@ -20,9 +20,10 @@ class SomaFinder {
   explicit SomaFinder(const TileStore& store) : store_(store) {}  // `store` must outlive this object
 
   // The soma of which the sample is the root or a part. nullptr if the sample is in no soma, if the soma's samples mean
-  // only themselves, or if the cell has loops. `at` is the sample's grid point. Results are kept, one for each sample
-  // of type 1 met. Throws CorruptTile, CorruptSet, IoError from the store. Cost of the first call: O(samples of the
-  // soma) and reading their tiles. Later calls: O(1) for soma samples, at most one tile read for others.
+  // only themselves, or if the cell has loops. `at` is the sample's grid point. Requires sample.cell < cell_count().
+  // Results are kept, one for each sample of type 1 met. Throws CorruptTile, CorruptSet, IoError from the store. Cost
+  // of the first call: O(samples of the soma) and reading their tiles. Later calls: O(1) for soma samples, at most one
+  // tile read for others.
   std::shared_ptr<const Soma> of(NodeId sample, const GridPoint& at);
   // Like of(), but returns nullptr if the store throws. The caller then draws the samples as they are.
   std::shared_ptr<const Soma> ofIfReadable(NodeId sample, const GridPoint& at) noexcept;
