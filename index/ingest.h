@@ -50,8 +50,8 @@ struct IngestResult {
 // give the same bytes, whatever the threads and memory. O(n).
 //
 // Throws:
-//   InputError    a set exists and `force` is false; the folder holds other files; another ingest is writing there;
-//                 a cell, a tile, or all cells and tiles together do not fit the memory (the message names the need)
+//   InputError    a set exists and `force` is false, the folder holds other files, or another ingest is writing there.
+//                 Also if a cell, a tile, or all cells and tiles do not fit the memory; the message names the need
 //   IoError       the disk is full or permission is missing
 //   Interrupted   `cancel` became true
 //   UsageError    an option is out of range

@@ -61,8 +61,8 @@ namespace examples {
 void falcon(const Wrench& wrench) {
   // device/falcon.h
   Falcon falcon(systemUsb(), {.firmware = "falcon.bin"});
-  falcon.open();      // probes, loads the firmware if there is none: 0.1 s, or 3 s
-  const DeviceState state = falcon.exchange(wrench);  // homing; ready once the grip was pulled out and pushed in
+  falcon.open();      // probes the device; loads the firmware if it runs none: 0.1 s, or 3 s
+  const DeviceState state = falcon.exchange(wrench);  // homing; ready after the grip was pulled out and pushed in
 }
 
 void falconLoader(std::span<const std::uint8_t> image, double time_s, void send(const FtdiRequest&),
@@ -102,11 +102,11 @@ void usbTransport() {
   // device/usb_transport.h
   for (const UsbDeviceInfo& info : systemUsb().devices()) std::cout << std::hex << info.vendor << '\n';
   const UsbDeviceInfo info = systemUsb().devices().at(0);
-  std::unique_ptr<UsbConnection> usb = systemUsb().open(info);      // UsbError by cause
+  std::unique_ptr<UsbConnection> usb = systemUsb().open(info);      // throws UsbError by cause
   usb->claim(0);
   std::unique_ptr<UsbTransfer> in = usb->makeTransfer(0x81, 64);
   in->submit(64);
-  usb->handleEvents(0.002);                                         // on the caller's own thread
+  usb->handleEvents(0.002);                                         // on the calling thread
   if (in->status() == UsbStatus::done) std::cout << in->data().size() << '\n';
 }
 
@@ -116,7 +116,7 @@ void faultySource(const std::string& path) {
                                                                           .delay_s = 0.02});
   FaultySource& faults = *source;
   const auto set = TileSet::open(std::move(source));
-  faults.arm();  // from now on
+  faults.arm();  // faults start here
 }
 
 void input() {
@@ -259,7 +259,7 @@ void output() {
   // index/output.h
   Output csv("travel.csv");
   csv.stream() << "tick,time_s\n";
-  csv.finish();  // without it an older travel.csv stays as it was
+  csv.finish();  // without this call an older travel.csv stays unchanged
 }
 
 void forceGate(const ForceGateOptions& options, const Wrench& wrench, double dt_s) {
