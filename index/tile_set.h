@@ -19,14 +19,14 @@ namespace filiform {
 struct SetCounts {
   std::uint64_t cells = 0, samples = 0, segments = 0, isolated = 0, roots = 0;
   std::uint64_t tiles = 0, stored_segments = 0;  // stored: owned and ghosts, isolated ones included
-  std::uint64_t decoded_bytes = 0;               // of all tiles in memory
+  std::uint64_t decoded_bytes = 0;               // of all tiles, once in memory
   bool operator==(const SetCounts&) const = default;
 };
 
 // One file of a revision.
 struct SetFile {
-  std::string name;  // in the revision's folder
-  std::uint64_t bytes = 0, digest = 0;
+  std::string name;                     // in the revision's folder
+  std::uint64_t bytes = 0, digest = 0;  // digest: XXH3 of the file
 };
 
 // Thread rule: internally synchronised.
