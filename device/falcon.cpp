@@ -20,8 +20,7 @@ constexpr double kProbeTime_s = 0.1, kFirstReportTime_s = 1.0, kProbeAnswer_s = 
 constexpr double kFarthest_m = 0.1;  // from the centre, on any axis: out of the mechanism's reach
 // Limits of the time between two accepted reports, for the speed check. After a gap, no report is accepted at once.
 constexpr double kLeastInterval_s = 1e-3, kMostInterval_s = 2e-3;
-constexpr double kLeastWindow_s =
-    0.005;  // of the velocity: a shorter window shows the encoders' rounding, not the hand
+constexpr double kLeastWindow_s = 0.005;  // of the velocity: a shorter one shows the encoders' rounding
 
 std::string rejection(UsbStatus status) { return std::string("a USB transfer failed: ") + toString(status); }
 

@@ -92,8 +92,8 @@ class Input : public CellStream {
   std::uint64_t listed() const;
   // Their sources, in the order of cells. Valid while this object lives. O(listed()).
   std::vector<std::string_view> sources() const;
-  // Approximate memory, in bytes, of the lists of inputs and the reports. Records of reports take up to 1 MiB more, and
-  // a byte or two each beyond that. O(listed()).
+  // Approximate memory, bytes, of the lists of inputs and the reports. Records of reports are not included: they take
+  // up to 1 MiB, and more go to a file. O(listed()).
   std::uint64_t held_bytes() const;
   // Bytes of all files on disk.
   std::uint64_t bytes() const;

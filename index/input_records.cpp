@@ -8,8 +8,7 @@
 namespace filiform {
 namespace {
 
-constexpr std::size_t kPieceBytes = std::size_t{64}
-                                    << 10;  // encoded bytes of a sequence in memory before they go to the store
+constexpr std::size_t kPieceBytes = std::size_t{64} << 10;  // of a sequence in memory, before the store
 
 void putVarint(std::vector<std::uint8_t>& out, std::uint64_t v) {
   for (; v >= 128; v >>= 7) out.push_back(static_cast<std::uint8_t>(v | 128));

@@ -37,8 +37,7 @@ struct NearestQuery {
   double epsilon = 0;          // each rank may be up to (1 + epsilon) times too far; saves tiles and time
   bool approximate = false;    // use only the landmarks, read no tile: error at most covering_radius_um()
   bool resident_only = false;  // read nothing: search only tiles that earlier queries left in memory
-  double max_distance_um =
-      std::numeric_limits<double>::infinity();  // closed; with k = SIZE_MAX: all segments within it
+  double max_distance_um = std::numeric_limits<double>::infinity();  // closed; k = SIZE_MAX: all within it
 };
 
 // One segment that find() or inBox() returns.

@@ -33,8 +33,7 @@ struct WordOffsets {
     const std::uint64_t word = at[i];
     return {word & kMask, word >> kBits & kMask, word >> 2 * kBits};
   }
-  void put(std::size_t i,
-           const Coordinates& c) const {  // a coordinate beyond 21 bits is masked; offset_bits() detects it later
+  void put(std::size_t i, const Coordinates& c) const {  // masks larger coordinates; detected later
     at[i] = (c[0] & kMask) | (c[1] & kMask) << kBits | (c[2] & kMask) << 2 * kBits;
   }
 };

@@ -226,8 +226,7 @@ struct Output::Impl {
         if (place.exists && ::access(place.target.c_str(), W_OK) != 0) fail(errno);
         const std::string folder = folderOf(place.target);
         std::string name = fs::path(place.target).filename().string();
-        if (options.by_name)
-          name = fs::path(name).stem().string() + ending;  // some writers choose their format by the ending
+        if (options.by_name) name = fs::path(name).stem().string() + ending;  // some writers need the ending
         makePartial(folder, name);
         break;
       }

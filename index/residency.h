@@ -33,13 +33,12 @@ enum class PrefetchPolicy : std::uint8_t { none, distance, structure };
 
 // What a reader works on, published once a tick. The loader turns it into claims on the budget.
 struct ReaderFocus {
-  TileId active_tile = kNoTile;  // pinned in memory
-  NodeId active_node{UINT32_MAX,
-                     UINT32_MAX};   // a node of the proxy's segment; prediction along the neurite starts there
-  Vector3d p_W = Vector3d::Zero();  // proxy, um
-  Vector3d v_W = Vector3d::Zero();  // velocity of the proxy, um/s
-  double radius_um = 0;             // half the workspace: tiles within it are claimed, nearest first
-  bool is_view = false;             // for a camera: its surroundings come after those of all proxies
+  TileId active_tile = kNoTile;                // pinned in memory
+  NodeId active_node{UINT32_MAX, UINT32_MAX};  // a node of the proxy's segment; the walk ahead starts there
+  Vector3d p_W = Vector3d::Zero();             // proxy, um
+  Vector3d v_W = Vector3d::Zero();             // velocity of the proxy, um/s
+  double radius_um = 0;                        // half the workspace: tiles within it are claimed, nearest first
+  bool is_view = false;                        // for a camera: its surroundings come after those of all proxies
   // A pending jump that waits for its tiles; kNoTile: none. These tiles are claimed after the active tiles.
   TileId target_tile = kNoTile;
   NodeId target_node{UINT32_MAX, UINT32_MAX};  // a node in target_tile
@@ -68,8 +67,8 @@ struct ResidencyCounters {
   std::uint64_t misses() const { return missed_unclaimed + missed_full + missed_late + missed_evicted + missed_failed; }
 
   std::uint64_t entered = 0;  // a reader's active tile changed to one that is in memory
-  std::uint64_t prefetched = 0, prefetch_used = 0,
-                prefetch_wasted = 0;   // read without request; of these: later entered or requested; evicted unused
+  // Tiles read without request; of these, later entered or requested; evicted unused.
+  std::uint64_t prefetched = 0, prefetch_used = 0, prefetch_wasted = 0;
   double wait_sum = 0, wait_most = 0;  // time from queued to held by every reader: ticks in virtual time, else s
   std::uint64_t waits = 0;
 };

@@ -40,8 +40,8 @@ MortonKey prefix(MortonKey key, int depth) {
 
 double squaredDistance(const GridPoint& a, const GridPoint& b) { return (a - b).cast<double>().squaredNorm(); }
 
-GridPoint interior(const StoredSegment& s, std::uint64_t odd,
-                   std::uint64_t pieces) {  // at odd / (2 pieces) of the segment
+// The point at odd / (2 pieces) of the segment.
+GridPoint interior(const StoredSegment& s, std::uint64_t odd, std::uint64_t pieces) {
   __extension__ using Product = __int128;
   GridPoint p;
   for (int i = 0; i < 3; ++i) {

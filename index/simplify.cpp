@@ -37,9 +37,8 @@ struct Incidence {
 };
 
 struct Run {
-  std::span<const std::uint32_t> nodes,
-      segments;    // one segment fewer than nodes; in a loop the last node equals the first
-  bool downwards;  // true: from parent to child
+  std::span<const std::uint32_t> nodes, segments;  // one node more than segments; a loop ends at its first node
+  bool downwards;                                  // true: from parent to child
 };
 
 // The state of one graph during simplification.

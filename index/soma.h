@@ -25,9 +25,8 @@ struct Soma {
   std::uint32_t root = 0;  // rank
   Vector3d centre_um = Vector3d::Zero();
   double radius_um = 0;
-  std::vector<std::uint32_t> samples;  // ranks of all its samples except the root, ascending
-  std::vector<std::uint32_t>
-      dead_ends;  // of these: samples without a neurite, neither branch points nor tips; ascending
+  std::vector<std::uint32_t> samples;    // ranks of all its samples except the root, ascending
+  std::vector<std::uint32_t> dead_ends;  // of these, samples without a neurite: no branch points or tips; ascending
 
   bool isDeadEnd(std::uint32_t rank) const;  // O(log samples)
 };

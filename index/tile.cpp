@@ -71,8 +71,8 @@ Tile::Tile(TileId id, const CellKey& key, bool is_long, const Grid& grid, std::v
   const Children children(segments);
   std::vector<const GridPoint*> points;
   points.reserve(n + n / 4);
-  std::vector<std::uint32_t> node_of(n), strips,
-      starts;  // by segment: the child's node; by strip: its first node; by fragment: its first segment
+  // By segment: the child's node. By strip: its first node. By fragment: its first segment.
+  std::vector<std::uint32_t> node_of(n), strips, starts;
   std::vector<bool> lead(n, false);
   std::vector<std::uint32_t> loose;
   bool was_placed = false;

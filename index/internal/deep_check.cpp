@@ -319,8 +319,7 @@ void DeepCheck::Impl::nodes(const Tile& tile) {
   for (std::uint32_t n = 0; n < tile.node_count(); ++n) {
     if (!tile.isHome(n)) continue;
     const NodeId id = tile.nodeId(n);
-    if (id.cell >= cells.size() || id.sample >= set.cell(id.cell).samples)
-      continue;  // already reported for the segment
+    if (id.cell >= cells.size() || id.sample >= set.cell(id.cell).samples) continue;  // already reported
     if (at_home->set(sampleAt(id.cell, id.sample)))
       problem("tile " + std::to_string(tile.id()) + ": cell " + std::to_string(id.cell) + ": sample " +
               std::to_string(id.sample) + " is in two places");

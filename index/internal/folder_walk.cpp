@@ -98,8 +98,7 @@ class FolderWalk {
   const std::string& folder_;
   bool (*const wanted_)(std::string_view);
   const WalkDepth depth_;
-  std::priority_queue<std::string, std::vector<std::string>, std::greater<>>
-      open_;  // folders to enter, relative to folder_
+  std::priority_queue<std::string, std::vector<std::string>, std::greater<>> open_;  // folders below folder_
   std::set<FileId> folders_;
   std::map<FileId, std::size_t> files_;  // index in found_
   std::vector<WalkedFile> found_;
