@@ -26,9 +26,8 @@ struct LevelEntry {
   CellKey key;      // its depth is a multiple of three
   GridBox content;  // of its segments, not clipped; empty without segments
   std::uint32_t segments = 0;
-  double error_um =
-      0;  // largest distance between its segments and what they represent, in both directions
-          // Full-resolution segments owned by the tiles below, isolated ones included: together all of them.
+  double error_um = 0;  // largest distance, both ways, between its segments and what they represent
+  // Full-resolution segments owned by the tiles below, isolated ones included: together all of them.
   std::uint64_t represented = 0, dropped = 0;
   double dropped_um = 0;            // length of the dropped segments
   std::uint64_t decoded_bytes = 0;  // Tile::bytes() after loading
