@@ -24,13 +24,13 @@ namespace fs = std::filesystem;
 constexpr std::uint32_t kNoEntry = UINT32_MAX;
 constexpr std::size_t kOpenArchives = 8;
 constexpr std::uint64_t kBytesOfGraphByte = 8;  // nodes and links, while the graph is read and handed on
-constexpr std::uint64_t kBytesOfInput = 1024;   // of a listed file or entry, names beside
+constexpr std::uint64_t kBytesOfInput = 1024;   // of a listed file or entry, without names
 
 struct ListedFile {
   std::string path;
-  std::string shown;            // below the argument
+  std::string shown;            // path below the argument
   std::string unreadable = {};  // why it cannot be read
-  // Of a graph.
+  // For a graph:
   std::optional<GraphFormat> format = {};
   std::shared_ptr<const SkeletonInfo> skeleton = {};
 };
@@ -50,7 +50,7 @@ std::vector<ListedFile> listFolder(const std::string& folder) {
   return files;
 }
 
-// The files of a folder of Neuroglancer skeletons, by id as text; nothing where the folder is none.
+// The files of a folder of Neuroglancer skeletons, by id as text; empty for another folder.
 std::vector<ListedFile> listSkeletons(const std::string& folder) {
   const std::string info_path = (fs::path(folder) / "info").native();
   std::error_code error;
@@ -138,7 +138,7 @@ void Input::State::list(const std::string& argument) {
   }
 }
 
-// Adds a row for an input that cannot be read. Throws the failure where it is not the input's own.
+// Adds a row for an unreadable input. Rethrows the failure if the process is at fault.
 void Input::State::refuse(const ListedFile& file, const IoError& failure) {
   if (failure.isShortage()) throw failure;
   addRow(file, {}).report = unreadable(failure.reason());
@@ -197,7 +197,7 @@ void Input::State::advance(std::uint64_t bytes) {
   progress_threw = false;
 }
 
-// Throws where the cell, of which `part_read` of the bytes were read, takes more memory than a cell may.
+// Throws if the cell exceeds the memory for one cell. `part_read`: fraction of its bytes read so far.
 void Input::State::refuseLargeCell(const Item& item, double part_read) const {
   if (static_cast<double>(reader.held_bytes()) <= options.cell_share * static_cast<double>(options.memory)) return;
   refuseBeyondMemory(item, reader.held_bytes(1 / std::clamp(part_read, 1e-6, 1.0)));
@@ -210,7 +210,7 @@ void Input::State::refuseBeyondMemory(const Item& item, std::uint64_t cell_bytes
                    std::to_string((static_cast<std::uint64_t>(wanted) >> 20) + 1) + "MiB");
 }
 
-// Equal sources go by digest, which takes a reading of their own; they are rare.
+// Equal sources are ordered by digest, which needs an extra read; they are rare.
 void Input::State::orderEqualSources() {
   if (position < ordered) return;
   ordered = position + 1;
@@ -228,7 +228,7 @@ void Input::State::orderEqualSources() {
                    [](const Item& a, const Item& b) { return a.digest < b.digest; });
 }
 
-// In the first pass a file that cannot be read is refused. Later passes must give what the first gave, so they throw.
+// The first pass refuses a file that cannot be read. Later passes must give the same cells, so they throw.
 InputReport Input::State::readOrRefuse(Item& item, Cell& cell) {
   InputReport report;
   try {

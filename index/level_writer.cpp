@@ -19,8 +19,8 @@ namespace {
 constexpr int kOctree = 3;               // binary splits
 constexpr double kToleranceParts = 512;  // of the edge
 constexpr double kMostTolerance = 8;     // times the tolerance
-constexpr std::size_t kUnitLeaves = 64;  // worked on by one thread
-constexpr int kRadiusBits = 4;           // of the mantissa: 3 % off at most
+constexpr std::size_t kUnitLeaves = 64;  // for one thread
+constexpr int kRadiusBits = 4;           // of the mantissa: an error of at most 3 %
 
 // What a step takes, bytes.
 constexpr std::uint64_t kBytesOfLoaded = 260;                            // a segment of a tile, its graph included
@@ -48,7 +48,7 @@ std::uint64_t bytesOf(const ThreadGraph& graph) {
          graph.shares.capacity() * sizeof(ThreadShare);
 }
 
-// The least cell of the octree that holds leaves [begin, end), two at least.
+// The smallest octree block that contains leaves [begin, end), at least two.
 CellKey commonCell(std::span<const CellKey> leaves, std::size_t begin, std::size_t end) {
   const MortonKey differ = leaves[begin].low ^ leaves[end - 1].low;
   const auto high = static_cast<std::uint64_t>(differ >> 64), low = static_cast<std::uint64_t>(differ);
@@ -59,7 +59,8 @@ CellKey commonCell(std::span<const CellKey> leaves, std::size_t begin, std::size
   return {leaves[begin].low & mask, depth};
 }
 
-// The end of the part of [begin, end) that lies with leaf `begin` in one cell of the next octree level below `depth`.
+// The end of those leaves of [begin, end) that lie with leaf `begin` in one block of the next octree level below
+// `depth`.
 std::size_t groupEnd(std::span<const CellKey> leaves, std::size_t begin, std::size_t end, int depth) {
   if (leaves[begin].depth < depth + kOctree) return begin + 1;
   const int shift = kMortonBits - depth - kOctree;
@@ -185,7 +186,7 @@ struct Unit {
   bool made = false;
 };
 
-// The top of the octree on the calling thread, what lies below in units, some at a time on all threads.
+// Makes the top of the octree on the calling thread; units below are made on all threads, some at a time.
 class TopMaker final : public Maker {
  public:
   TopMaker(const LevelInput& input, const LevelOptions& options, MemoryBudget& budget,

@@ -15,7 +15,7 @@ bool holds(const GridBox& box, const GridPoint& p) {
 CellKey Chunk::core() const {
   CellKey cell = key;
   if (seen.empty()) return cell;
-  const MortonKey low = mortonKey(seen.lo), high = mortonKey(seen.hi);  // keys rise with each coordinate
+  const MortonKey low = mortonKey(seen.lo), high = mortonKey(seen.hi);  // keys increase with each coordinate
   while (cell.depth < kMortonBits && cell.half(0).contains(low) == cell.half(0).contains(high))
     cell = cell.half(cell.half(0).contains(low) ? 0 : 1);
   return cell;
@@ -49,12 +49,12 @@ void Chunks::put(std::uint32_t chunk, const SegmentRecord& record, const GridPoi
   if (!to.own.isOpen()) open_.push_back(chunk);
   to.own.add(record);
   to.seen.extend(middle);
-  // Each chunk that a split makes may have a buffer.
+  // Each chunk that a split creates may have a buffer.
   if (to.own.count() > most_segments_ && to.seen.lo != to.seen.hi && chunks_.size() - closed_ < most_open_)
     split(chunk);
 }
 
-// Halves the cell until the midpoints are on both sides: what it holds stays there until everything is read.
+// Halves the block until both sides have midpoints. Its contents stay until input ends.
 void Chunks::split(std::uint32_t chunk) {
   Remnant remnant{std::move(chunks_[chunk].own), 0};
   remnant.chain.close();
@@ -69,7 +69,7 @@ void Chunks::split(std::uint32_t chunk) {
     splits_.push_back({plane, axis, {0, 0}});
     if (parent != kNone) splits_[parent].child[side] = self;
     apart = seen.lo[axis] < plane && seen.hi[axis] >= plane;
-    // The chunk's place in the list goes to the half that the loop goes on with, or to the lower one.
+    // The half with which the loop continues, or the lower half, takes the chunk's position in the list.
     const int kept = seen.lo[axis] >= plane ? 1 : 0;
     splits_[self].child[1 - kept] = kChunkBit | addChunk(key.half(1 - kept), self, 1 - kept);
     splits_[self].child[kept] = kChunkBit | chunk;
@@ -82,7 +82,7 @@ void Chunks::split(std::uint32_t chunk) {
   remnants_.push_back(std::move(remnant));
 }
 
-// What split chunks held goes down to those that there are now; these may have to be split in turn.
+// Moves the contents of split chunks to the present chunks, which may have to be split in turn.
 void Chunks::settleRemnants(const std::function<void(std::uint64_t)>& progress) {
   std::uint64_t done = 0;
   for (std::size_t i = 0; i < remnants_.size(); ++i) {
@@ -103,7 +103,7 @@ void Chunks::settleRemnants(const std::function<void(std::uint64_t)>& progress) 
   closed_ = chunks_.size();
 }
 
-// Each chunk that could not be split because too many had buffers open is split now, one after the other.
+// Splits, one after the other, the chunks that waited because too many buffers were open.
 void Chunks::settle(const std::function<void(std::uint64_t)>& progress) {
   settleRemnants(progress);
   for (std::uint32_t i = 0; i < chunks_.size(); ++i) {

@@ -1,7 +1,7 @@
-// Where segments wait, by the place of their midpoints, until all of them are known.
+// Chunks: store segments by the position of their midpoints until input ends.
 //
-// A chunk is a cell of the partition. It is halved like a leaf once it holds more than a chunk may, so that nothing
-// need be known beforehand of where the data are. What a halved chunk held moves to its halves when everything is read.
+// A chunk is a block of the partition. A full chunk is split; its contents move to the halves once input ends. So the
+// extent of the data need not be known beforehand.
 #pragma once
 
 #include "index/internal/segment_chain.h"
@@ -15,27 +15,27 @@ namespace filiform::internal {
 
 struct Chunk {
   CellKey key;
-  GridBox box;   // grid points of the cell
+  GridBox box;   // grid points of the block
   GridBox seen;  // of the midpoints
   SegmentChain own, ghosts;
   std::uint32_t parent;  // among the splits
   int side;
   std::uint32_t first_leaf = 0, end_leaf = 0;
 
-  // The smallest cell that holds its midpoints: the chunk's may be far larger.
+  // The smallest block that contains its midpoints; the chunk's block may be far larger.
   CellKey core() const;
 };
 
-// Thread-compatible. Throws IoError when the spool cannot be written or read.
+// Thread rule: thread-compatible. Throws IoError if the spool cannot be written or read.
 class Chunks {
  public:
-  // Keeps a reference. `most_open`: chunks that may have a buffer at a time.
+  // Keeps a reference. `most_open`: number of chunks that may have a buffer at a time.
   Chunks(Spool& spool, std::uint64_t most_segments, std::size_t most_open);
 
-  // Adds a segment to the chunk of its midpoint. O(depth), O(1) where segments follow one another.
+  // Adds a segment to the chunk of its midpoint. O(depth); O(1) for consecutive segments.
   void add(const SegmentRecord& record);
-  // Once, after the last segment: no chunk is then larger than it may be, unless its midpoints are all equal. Calls
-  // `progress` now and then, with the segments done; what it throws ends the work.
+  // Call it once, after the last segment. Afterwards no chunk exceeds the limit, unless all its midpoints are equal.
+  // Calls `progress` now and then with the number of segments done; an exception that it throws ends the work.
   void settle(const std::function<void(std::uint64_t done)>& progress);
 
   std::vector<Chunk>& all() { return chunks_; }
@@ -47,7 +47,7 @@ class Chunks {
     int axis;
     std::uint32_t child[2];  // among the splits, or kChunkBit | among the chunks
   };
-  struct Remnant {  // what a chunk held when it was split
+  struct Remnant {  // contents of a chunk at its split
     SegmentChain chain;
     std::uint32_t split;
   };
@@ -66,9 +66,9 @@ class Chunks {
   std::vector<Chunk> chunks_;
   std::vector<Split> splits_;
   std::vector<Remnant> remnants_;
-  std::uint32_t last_ = 0;           // that a segment was added to
-  std::vector<std::uint32_t> open_;  // chunks that were begun since buffers were closed; some of them more than once
-  std::size_t closed_ = 0;           // of the chunks, these have no buffer, but for one that is being split
+  std::uint32_t last_ = 0;           // the chunk of the last segment
+  std::vector<std::uint32_t> open_;  // chunks opened since buffers were closed; some occur more than once
+  std::size_t closed_ = 0;           // number of chunks without a buffer, except one that is being split
 };
 
 }  // namespace filiform::internal

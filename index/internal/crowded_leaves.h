@@ -1,5 +1,5 @@
-// Finds the leaves that store most of the segments that cross borders of chunks, at a small part of the cost of
-// counting all leaves.
+// Finds the leaves that store the most segments across borders of chunks, at a small part of the cost of counting all
+// leaves.
 #pragma once
 
 #include "index/internal/segment_chain.h"
@@ -17,7 +17,7 @@ class CrowdedLeaves {
   // Keeps references; chains must be closed. `stop` is called now and then, and may throw.
   CrowdedLeaves(const Partition& partition, std::span<SegmentChain> crossing, std::function<void()> stop);
 
-  // Segments that the fullest leaf stores, from a sample of one in 64.
+  // Number of segments that the fullest leaf stores, estimated from one segment in 64.
   std::uint64_t estimate() const { return estimate_; }
   // The same, counted exactly for the leaves that may be the fullest. chunkOf(leaf) has its segments; `crossing` holds
   // those of them that are not strictly inside the chunk's cell, closed. O(segments), and the cost of looking for
@@ -27,7 +27,7 @@ class CrowdedLeaves {
     GridBox cell;
   };
   std::uint64_t count(const std::function<Chunk(std::uint32_t leaf)>& chunkOf);
-  std::uint64_t visited() const { return visited_; }  // nodes of the partition
+  std::uint64_t visited() const { return visited_; }  // visited nodes of the partition
 
  private:
   template <typename Use>
@@ -43,7 +43,7 @@ class CrowdedLeaves {
   std::vector<std::uint32_t> met_;
 };
 
-// Does the segment meet no closed cell but this one's?
+// True if the segment meets only this closed block.
 inline bool strictlyInside(const GridBox& closed, const GridPoint& a, const GridPoint& b) {
   return (a.array() > closed.lo.array()).all() && (a.array() < closed.hi.array()).all() &&
          (b.array() > closed.lo.array()).all() && (b.array() < closed.hi.array()).all();

@@ -1,4 +1,4 @@
-// Returns freed memory to the system, so that the process takes what its data take. Without glibc: no effect.
+// Returns freed memory to the system, so that the process takes only what its data need. Without glibc: no effect.
 #pragma once
 
 namespace filiform::internal {

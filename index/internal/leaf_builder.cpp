@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::uint32_t kNoLeaf = UINT32_MAX;
 
-// Does the segment meet no closed cell but this one's?
+// True if the segment meets only this closed block.
 bool liesWithin(const GridBox& closed, const SegmentRecord& r) {
   return (r.child.array() > closed.lo.array()).all() && (r.child.array() < closed.hi.array()).all() &&
          (r.parent.array() > closed.lo.array()).all() && (r.parent.array() < closed.hi.array()).all();
@@ -25,7 +25,7 @@ std::uint64_t segmentsIn(std::span<SegmentChain* const> chains) {
   return sum;
 }
 
-// Sorted already but for a few runs, as they are when they come from a few chains.
+// Sorts items that consist of a few sorted runs, as they come from a few chains.
 template <typename T, typename Less>
 void sortRuns(std::vector<T>& values, std::vector<std::size_t>& runs, Less less) {
   constexpr std::size_t kManyRuns = 16;
@@ -88,8 +88,8 @@ void LeafBuilder::enter(const Range& range) {
   for (std::uint32_t leaf = first_; leaf < end_; ++leaf) closed_.push_back(closedCell(partition_.leaves()[leaf]));
 }
 
-// Calls use(leaf, owned) for each leaf of the range that stores the segment. True for a long segment whose midpoint is
-// in the range: in the leaf `owner_`.
+// Calls use(leaf, owned) for each leaf of the range that stores the segment. Returns true for a long segment whose
+// midpoint is in the range, in the leaf `owner_`.
 template <typename Use>
 bool LeafBuilder::forEachLeaf(const SegmentRecord& r, const Use& use) {
   const GridPoint middle = midpoint(r.child, r.parent);
@@ -150,7 +150,7 @@ void LeafBuilder::build(std::span<SegmentChain* const> chains, const Range& rang
   divide({&chain, 1}, range, gate, pass);
 }
 
-// False, with all segments in records_, when it would take more than `most_bytes`.
+// Returns false, with all segments in records_, if it needs more than `most_bytes`.
 bool LeafBuilder::buildTogether(std::span<SegmentChain* const> chains, std::uint64_t most_bytes) {
   records_.resize(segmentsIn(chains));
   std::size_t at_record = 0;
@@ -202,7 +202,7 @@ bool LeafBuilder::buildTogether(std::span<SegmentChain* const> chains, std::uint
   return true;
 }
 
-// Neighbouring leaves together as long as they fit `share`. Where there would be too many parts, several become one
+// Combines neighbouring leaves as long as they fit `share`. If there were too many parts, several are combined into one
 // that does not fit.
 std::vector<LeafBuilder::Part> LeafBuilder::partsOf(std::span<SegmentChain* const> chains, const Range& range,
                                                     std::uint64_t share) {
@@ -286,7 +286,7 @@ void LeafBuilder::divide(std::span<SegmentChain* const> chains, const Range& ran
   }
 }
 
-// A single leaf: beside its tile there is no room for its segments.
+// Builds a single leaf. Beside its tile there is no room for its segments.
 void LeafBuilder::buildAlone(SegmentChain& chain, const Part& part, const Range& range, MemoryGate& gate,
                              MemoryGate::Pass& pass) {
   const std::uint64_t bytes = tileCost(part.stored);

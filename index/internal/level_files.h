@@ -1,5 +1,5 @@
-// levels.bin: where the tiles of the levels of detail lie, and what each of them is. FORMAT.md describes the same bytes
-// for people. Decoders throw Damage and never read beyond what they are given.
+// Encodes and decodes levels.bin: position and description of every level tile. FORMAT.md specifies the bytes. Decoders
+// throw Damage and never read past their input.
 #pragma once
 
 #include "index/internal/set_files.h"
@@ -16,8 +16,8 @@ Bytes levelPackHeader(std::uint32_t pack);
 
 struct LevelTable {
   Grid grid;
-  std::uint32_t most_segments = 0;  // aimed at, a tile
-  std::vector<LevelEntry> entries;  // ascending by lowest key, a cell before those inside it
+  std::uint32_t most_segments = 0;  // limit of a tile
+  std::vector<LevelEntry> entries;  // ascending by lowest key, a block before the blocks inside it
   std::vector<TileLocation> locations;
 };
 Bytes encodeLevels(const LevelTable& table);

@@ -1,6 +1,6 @@
-// Counts the memory that several threads take from one limit. Unlike MemoryGate it never waits: what does not fit is an
-// exception, so that a thread may hold some memory and ask for more.
-// Thread rule: internally synchronised; a Hold belongs to one thread at a time.
+// MemoryBudget: counts the memory that several threads take from one limit. Unlike MemoryGate it never waits. If memory
+// does not fit, it throws, so that a thread may hold some memory and ask for more. Thread rule: internally
+// synchronised; a Hold belongs to one thread at a time.
 #pragma once
 
 #include <atomic>
@@ -10,7 +10,7 @@
 namespace filiform::internal {
 
 struct BeyondBudget {
-  std::uint64_t bytes;  // a limit that would have been enough for this step
+  std::uint64_t bytes;  // a limit that suffices for this step
 };
 
 class MemoryBudget {
@@ -22,7 +22,7 @@ class MemoryBudget {
   std::uint64_t limit() const { return limit_; }
   std::uint64_t used() const { return used_; }
 
-  // Some of the budget, given back at the end.
+  // A part of the budget; returned by the destructor.
   class Hold {
    public:
     Hold() = default;

@@ -1,4 +1,4 @@
-// Lets threads work at the same time as long as their working memory together stays within a limit.
+// MemoryGate: keeps the working memory of several threads within a common limit. A thread waits until its memory fits.
 // Thread rule: internally synchronised; a Pass belongs to one thread.
 #pragma once
 
@@ -13,15 +13,15 @@ namespace filiform::internal {
 
 class MemoryGate {
  public:
-  // `threads` work at a time.
+  // `threads`: number of threads that work at a time.
   MemoryGate(std::uint64_t limit, unsigned threads) : limit_(limit), share_(limit / threads) {}
   MemoryGate(const MemoryGate&) = delete;
   MemoryGate& operator=(const MemoryGate&) = delete;
 
   std::uint64_t limit() const { return limit_; }  // bytes
-  std::uint64_t share() const { return share_; }  // bytes that each thread may have while all work
+  std::uint64_t share() const { return share_; }  // bytes for each thread while all work
 
-  // The bytes that one thread may use. Given back at the end.
+  // The memory of one thread; returned by the destructor.
   class Pass {
    public:
     explicit Pass(MemoryGate& gate) : gate_(&gate) {}
@@ -30,12 +30,12 @@ class MemoryGate {
     ~Pass() { gate_->leave(held_); }
 
     std::uint64_t bytes() const { return held_; }
-    // Is anything held, `bytes` at least, and no more than the share or than that?
+    // True if at least `bytes` are held, and no more than the larger of the share and `bytes`.
     bool fits(std::uint64_t bytes) const {
       return held_ != 0 && bytes <= held_ && held_ <= std::max(bytes, gate_->share_);
     }
-    // Holds the share, or `bytes` where that is more. Gives back what was held, then waits until there is room: the
-    // thread must have freed its memory. Requires bytes <= limit().
+    // Holds the larger of the share and `bytes`. First returns what was held, then waits for room: the thread must have
+    // freed its memory. Requires bytes <= limit().
     void change(std::uint64_t bytes) {
       gate_->leave(held_);
       held_ = 0;

@@ -12,7 +12,7 @@ enum Flag : std::uint8_t {
   kSameCell = 1,
   kNextSegment = 2,  // the segment after the one before
   kChildIsRank = 4,  // the child's rank is the segment's
-  kFollows = 8,      // the parent is the child before, at its place
+  kFollows = 8,      // the parent is the child before, at the same position
   kIsolated = 16,
   kSameRadius = 32,
   kSameType = 64,
@@ -37,7 +37,7 @@ int step(std::uint8_t*& out, const GridPoint& d) {
   for (std::size_t i = 0; i < 3; ++i) v[i] = zigzag(d[static_cast<Eigen::Index>(i)]);
   const int width = (bitsFor(v[0] | v[1] | v[2]) + 7) / 8;
   for (const std::uint64_t value : v) {
-    storeLittle64(out, value);  // what lies beyond the width is written over
+    storeLittle64(out, value);  // bytes beyond the width are overwritten later
     out += width;
   }
   return width;

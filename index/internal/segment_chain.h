@@ -1,4 +1,4 @@
-// Segments put aside in a spool: about 13 bytes each where they come in runs, as they do from a reader.
+// SegmentChain: stores segments in a spool, in about 13 bytes each if they come in runs, as from a reader.
 #pragma once
 
 #include "index/internal/spool.h"
@@ -25,10 +25,10 @@ inline StoredSegment storedSegment(const SegmentRecord& r, bool owned, TileAppea
   return {r.id, r.child_sample, r.parent_sample, r.child, r.parent, owned};
 }
 
-// Written to its end, then read as often as wanted. Thread-compatible.
+// Written once, then read any number of times. Thread rule: thread-compatible.
 //
-// A record follows from the one before it: a byte of flags, a byte with the widths of two steps (4 bits each, bytes a
-// coordinate), then what the flags do not say. The bytes never leave the program.
+// A record is stored as a difference from the one before: a byte of flags, a byte with the widths of two steps (4 bits
+// each, bytes a coordinate), then the values that the flags leave open. The bytes never leave the program.
 class SegmentChain {
  public:
   explicit SegmentChain(Spool& spool) : chain_(spool) {}
@@ -43,7 +43,7 @@ class SegmentChain {
   class Reader {
    public:
     Reader(SegmentChain& chain, bool release) : blocks_(chain.chain_, release) {}
-    bool next(SegmentRecord& record);  // false at the end; `record` must be the one that it gave before
+    bool next(SegmentRecord& record);  // false at the end; `record` must be unchanged since the last call
 
    private:
     Chain::Reader blocks_;
@@ -57,7 +57,7 @@ class SegmentChain {
   std::uint64_t count_ = 0;
 
  public:
-  // What the first record follows from; every block starts from it too.
+  // The base of the first record of every block.
   static SegmentRecord first() { return {{0, 0}, 0, 0, GridPoint::Zero(), GridPoint::Zero(), 0, 0}; }
 };
 

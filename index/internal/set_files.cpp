@@ -286,7 +286,7 @@ Bytes encodeDetail(const CellDetail& detail) {
   std::uint32_t tile = 0;
   for (TileId t : detail.tiles) out.varint(t - tile), tile = t;
   const std::vector<std::int64_t>& ids = detail.sample_ids;
-  const auto runEnd = [&ids](std::size_t begin) {  // ids that rise by one
+  const auto runEnd = [&ids](std::size_t begin) {  // ids that increase by one
     std::size_t end = begin + 1;
     while (end < ids.size() && ids[end - 1] != INT64_MAX && ids[end] == ids[end - 1] + 1) ++end;
     return end;
@@ -297,7 +297,7 @@ Bytes encodeDetail(const CellDetail& detail) {
   std::uint64_t id = 0;
   for (std::size_t begin = 0, end = 0; begin < ids.size(); begin = end) {
     end = runEnd(begin);
-    // Modulo 2^64, so that any two ids have a difference.
+    // Modulo 2^64: any two ids have a difference.
     const auto first = static_cast<std::uint64_t>(ids[begin]);
     out.varint(zigzag(static_cast<std::int64_t>(first - id)));
     out.varint(end - begin - 1);

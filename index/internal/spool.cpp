@@ -60,7 +60,7 @@ void Spool::giveBack(Buffer buffer) noexcept {
   try {
     spare_.push_back(std::move(buffer));
   } catch (const std::bad_alloc&) {
-    // One buffer less is kept for later.
+    // Without memory, this buffer is not kept for reuse.
   }
 }
 
@@ -76,7 +76,7 @@ Spool::Block Spool::store(Buffer& filled, std::size_t used) {
       return block;
     }
     if (file_ < 0) {
-      std::string path = folder_ + "/spool-XXXXXX";  // an ingest has several
+      std::string path = folder_ + "/spool-XXXXXX";  // one ingest uses several
       file_ = ::mkostemp(path.data(), O_CLOEXEC);
       if (file_ < 0) throw IoError(path, "cannot be created", errno);
       ::unlink(path.c_str());
@@ -126,7 +126,7 @@ void Spool::release(Block& block) noexcept {
   try {
     free_.push_back(at);
   } catch (const std::bad_alloc&) {
-    // The file grows instead.
+    // Without memory, the free block is not reused and the file grows.
   }
 }
 

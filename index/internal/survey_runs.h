@@ -1,5 +1,5 @@
-// Joins surveys of neighbouring ranges of keys, whatever the order in which they come. Neighbours are joined at once,
-// so that few wait. Thread-compatible.
+// Joins surveys of neighbouring ranges of keys, in any order of arrival. Neighbours are joined at once, so that few
+// wait. Thread rule: thread-compatible.
 #pragma once
 
 #include "index/samples.h"
@@ -13,7 +13,7 @@ namespace filiform::internal {
 
 class SurveyRuns {
  public:
-  // The survey of the range number `place`, each once.
+  // Adds the survey of range number `place`; each once.
   void add(std::size_t place, SampleSurvey survey) {
     const auto at = runs_.emplace(place, Run{place + 1, std::move(survey)}).first;
     if (const auto next = std::next(at); next != runs_.end() && next->first == at->second.end) join(at, next);

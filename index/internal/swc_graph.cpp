@@ -37,7 +37,7 @@ void RecordBook::moveTo(InputReport& report) {
   counts_.fill(0);
 }
 
-// A sample that repeats the block's first id and is a root begins the next of several cells in one file.
+// A root that repeats the block's first id begins another cell in the same file.
 bool SwcGraph::startsBlock(const SwcSample& sample) const {
   if (ids_.size() < 2 || sample.id != block_first_id_) return false;
   switch (sample.parent_kind) {
@@ -161,7 +161,7 @@ std::uint64_t SwcGraph::lineOf(std::uint32_t rank) const {
   return run.line + (rank - run.rank);
 }
 
-// Every sample has at most one parent, so walks along parents meet each cycle once. Ranks are in order of lines.
+// Every sample has at most one parent, so a walk along parents meets each cycle once. Ranks follow the order of lines.
 void SwcGraph::cutCycles() {
   std::vector<std::uint32_t>& parents = cell_.parents;
   std::vector<std::uint32_t> walk_of(parents.size(), kNoParent);

@@ -1,5 +1,5 @@
-// Samples and links of one SWC input while it is read: id blocks, parents by id -> by rank, cycles. Writes every
-// remark, dropped line and cut link into a report. Thread-compatible.
+// Builds a Cell from the samples and links of one SWC input: id blocks, parents by id to parents by rank, cycles.
+// Writes every remark, dropped line and cut link into a report. Thread rule: thread-compatible.
 #pragma once
 
 #include "index/cell.h"
@@ -14,7 +14,7 @@
 
 namespace filiform::internal {
 
-// Collects records: counts are exact, tokens and remarks are kept up to InputReport::kTokensKept a code.
+// Collects records. Counts are exact; tokens and remarks are kept up to InputReport::kTokensKept a code.
 class RecordBook {
  public:
   void remark(InputCode code, std::uint64_t line, std::string_view token = {}) {
@@ -29,7 +29,7 @@ class RecordBook {
   }
   std::uint64_t count(InputCode code) const { return counts_[static_cast<std::size_t>(code)]; }
   void clear();
-  // Cut links whose lines do not ascend. Adds them in the order of lines; those that come first keep their tokens.
+  // Cut links whose lines do not ascend. Adds them by line; the first ones keep their tokens.
   class Unordered {
    public:
     explicit Unordered(RecordBook& book) : book_(&book) {}
@@ -43,7 +43,7 @@ class RecordBook {
     RecordBook* book_;
     std::vector<InputRecord> records_;
   };
-  // Moves all into `report`, and empties the book.
+  // Moves all records into `report`, and empties the book.
   void moveTo(InputReport& report);
 
  private:
@@ -60,7 +60,7 @@ struct SwcSample {
   float radius_um = 0;
   std::uint16_t type = 0;
   enum class Parent : std::uint8_t { kRoot, kId, kUnreadable } parent_kind = Parent::kRoot;
-  std::int64_t parent = -1;       // for kId; below -1 and 0 may still mean a root
+  std::int64_t parent = -1;       // for kId; values below -1, and 0, may mean a root
   std::string_view parent_token;  // for the record
 };
 
@@ -68,12 +68,13 @@ class SwcGraph {
  public:
   explicit SwcGraph(RecordBook& book) : book_(&book) {}
 
-  // Takes a sample of valid id and position. False: dropped as W_DUP_ID, and said so. O(1) expected.
+  // Adds a sample with valid id and position. Returns false if it was dropped, and reported, as W_DUP_ID. O(1)
+  // expected.
   bool add(const SwcSample& sample, std::uint64_t line);
-  // A line with this valid id was dropped for another reason.
+  // Call it for a line with a valid id that was dropped for another reason.
   void noteDropped(std::int64_t id);
 
-  // Resolves what is open, cuts cycles, counts, and hands the arrays over (all but source and digest). O(samples).
+  // Resolves open links, cuts cycles, counts, and moves the arrays into `cell`: all but source and digest. O(samples).
   void finish(Cell& cell, InputReport& report);
   void clear();
 
@@ -105,12 +106,12 @@ class SwcGraph {
   RecordBook* book_;
   Cell cell_;
   std::size_t room_ = kKept;  // samples
-  IdTable ids_;               // of the present block
+  IdTable ids_;               // of the current block
   bool block_has_first_id_ = false;
   std::int64_t block_first_id_ = 0;
   bool block_dropped_zero_ = false;
-  std::vector<OpenLink> open_;      // of the present block: parents that have not come yet
-  std::vector<LineRun> line_runs_;  // where lines stop running along with ranks
+  std::vector<OpenLink> open_;      // of the current block: parents not met yet
+  std::vector<LineRun> line_runs_;  // where lines and ranks stop increasing together
   std::uint64_t links_given_ = 0, links_cut_ = 0;
   bool later_parents_ = false;
 };

@@ -18,15 +18,15 @@
 namespace filiform::internal {
 namespace {
 
-constexpr std::uint64_t kMostChunkSegments = std::uint64_t{1} << 19;  // more is no faster
+constexpr std::uint64_t kMostChunkSegments = std::uint64_t{1} << 19;  // larger chunks are no faster
 constexpr std::uint64_t kSmallMemory = std::uint64_t{512} << 20;
-constexpr std::uint64_t kMostMemory = std::uint64_t{1} << 56;  // so that sums of shares do not overflow
+constexpr std::uint64_t kMostMemory = std::uint64_t{1} << 56;  // keeps sums of shares from overflowing
 constexpr std::uint64_t kPairsPerGroup = std::uint64_t{1} << 22;
 constexpr std::size_t kPairBlock = std::size_t{4} << 10;
 
-// What takes memory in proportion to its number, bytes. Measured with margins: vectors grow by halves.
+// Bytes for items that grow with the data. Measured with margins, since vectors grow by halves.
 constexpr std::uint64_t kBytesOfChunk = 640, kBytesOfBlock = 56;
-constexpr std::uint64_t kBytesOfCell = 512;        // names beside
+constexpr std::uint64_t kBytesOfCell = 512;        // without its names
 constexpr std::uint64_t kBytesOfLeaf = 512;        // while tiles are made
 constexpr std::uint64_t kBytesOfPackedLeaf = 900;  // while they are packed
 constexpr std::uint64_t kBytesOfCut = 40;          // of a segment whose chunk is cut into leaves
@@ -78,7 +78,8 @@ struct Tiler::Impl {
   }
 
   // Shares of the memory: a quarter for the spool's blocks, a sixteenth for its open buffers, an eighth for the encoded
-  // tiles (ingest.cpp), the rest for chunks at work and for what grows with the number of cells, chunks and leaves.
+  // tiles (ingest.cpp). The rest is for chunks at work and for data that grow with the number of cells, chunks and
+  // leaves.
   std::uint64_t grown() const {
     return options.beside + cell_bytes + chunks.size() * kBytesOfChunk + spool.blocks() * kBytesOfBlock +
            partition.leaves().size() * kBytesOfLeaf + samplePointsFor(segments) * kBytesOfSamplePoint;
@@ -89,7 +90,7 @@ struct Tiler::Impl {
   }
   // What grows may grow a little more before the work is done.
   std::uint64_t memoryForWork(std::uint64_t bytes) const { return (bytes + grown() + grown() / 8) / 9 * 16 + 16; }
-  // An eighth is the least to work with.
+  // Throws if less than an eighth remains to work with.
   void refuseWhatHasGrown() const;
 
   TilerOptions options;
@@ -105,15 +106,15 @@ struct Tiler::Impl {
   std::vector<std::string> given_names;
   Chain details;
   std::uint64_t segments = 0, visited = 0, cell_bytes = 0;
-  std::vector<GridPoint> snapped;      // of the cell at hand
-  std::vector<std::uint8_t> is_child;  // likewise
+  std::vector<GridPoint> snapped;      // of the current cell
+  std::vector<std::uint8_t> is_child;  // of the current cell
 
   SampleSurvey survey;
   Partition partition{std::vector<CellKey>{CellKey{}}};
   std::vector<SegmentChain> long_segments;  // by worker
   std::vector<SampleChooser::Part> parts;   // by worker
   std::unique_ptr<const SampleChooser> chooser;
-  std::unique_ptr<Spool> pair_spool;       // of small blocks: many are open at a time
+  std::unique_ptr<Spool> pair_spool;       // small blocks: many are open at a time
   std::vector<std::uint32_t> group_begin;  // of cells
   std::vector<Chain> pair_chains;          // by worker, then by group
 };
@@ -165,7 +166,7 @@ void Tiler::Impl::take(Cell& cell) {
 
   CellDetail detail;
   const auto ranks = static_cast<std::uint32_t>(cell.segmentRanks());
-  is_child.assign(n, 0);  // 1: of some segment, or the parent of one in a forest
+  is_child.assign(n, 0);  // 1: child of a segment, or parent of one in a forest
   if (!cell.isGraph()) {
     for (std::uint32_t i = 0; i < n; ++i) {
       const std::uint32_t parent = cell.parents[i];
@@ -275,10 +276,10 @@ std::size_t Tiler::Impl::chunkOf(std::uint32_t leaf) const {
   return static_cast<std::size_t>(after - order.begin() - 1);
 }
 
-// Gives each segment to all chunks but its own that store it; to those from `begin` to `end` in the order of keys. In
-// several steps where the chunks have more buffers than may be open.
+// Gives each segment to all chunks that store it, except its own: to chunks `begin` to `end` in key order. Takes
+// several steps if the chunks need more buffers than may be open.
 void Tiler::Impl::deliver(SegmentChain& crossing, std::size_t begin, std::size_t end) {
-  const std::size_t step = (end - begin + most_open - 1) / most_open;  // chunks that have a buffer together
+  const std::size_t step = (end - begin + most_open - 1) / most_open;  // chunks with a buffer at the same time
   std::vector<SegmentChain> groups;
   if (step > 1)
     for (std::size_t i = begin; i < end; i += step) groups.emplace_back(spool);
@@ -337,8 +338,8 @@ LeafBuilder Tiler::Impl::builder(unsigned worker, TileSink& sink) {
   return made;
 }
 
-// Where many ghosts meet, one tile may take more than there is. As a rule a sample shows it before the ghosts are given
-// to their chunks, which takes most of the time.
+// Refuses if one tile with many ghosts exceeds the memory. A sample usually shows this before the ghosts are given to
+// their chunks, which takes most of the time.
 void Tiler::Impl::refuseCrowdedLeaves(std::span<SegmentChain> crossing) {
   CrowdedLeaves crowded(partition, crossing, [this] { stopIfCancelled(); });
   std::uint64_t stored = 0;

@@ -11,8 +11,9 @@
 
 namespace filiform::internal {
 
-// Calls run(worker, failed) on `threads` threads and waits for them; worker 0 is the calling thread. Fewer threads run
-// where the system grants no more. `failed` becomes true when one throws; what the lowest worker threw is thrown again.
+// Calls run(worker, failed) on `threads` threads and waits for them; worker 0 is the calling thread. If the system
+// grants fewer threads, fewer run. `failed` becomes true when one throws. The exception of the lowest worker is
+// rethrown.
 template <typename Run>
 void runWorkers(std::size_t threads, const Run& run) {
   std::atomic<bool> failed{false};
@@ -30,7 +31,7 @@ void runWorkers(std::size_t threads, const Run& run) {
     try {
       for (unsigned i = 1; i < threads; ++i) pool.emplace_back(guarded, i);
     } catch (const std::system_error&) {
-      // The threads that there are do the work.
+      // The threads already started do the work.
     }
     guarded(0);
   }

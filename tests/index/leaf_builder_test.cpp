@@ -10,8 +10,8 @@ namespace {
 constexpr std::int64_t kCell = 1024;  // grid points along the edge of the leaves near the origin
 constexpr std::uint32_t kShort = 30, kLong = 100;
 
-// Leaves along the x axis, each with kShort segments; and kLong segments of one cell through all of them, whose
-// midpoints lie in the middle leaf.
+// Leaves along the x axis, each with kShort segments. kLong segments of one cell cross all of them, with midpoints in
+// the middle leaf.
 class LongSegments : public ::testing::Test {
  protected:
   LongSegments() : own_(spool_), too_long_(spool_) {
@@ -50,7 +50,7 @@ TEST_F(LongSegments, AreCountedApart) {
   EXPECT_EQ(counts.too_long, std::vector<std::uint32_t>{kLong});
 }
 
-// They are no part of the tile that is built.
+// They are not part of the tile that is built.
 TEST_F(LongSegments, DoNotMakeATileTooLarge) {
   std::vector<std::size_t> stored;
   SegmentChain* const chain = &own_;

@@ -115,7 +115,7 @@ TEST(SegmentChain, GivesBackEveryRecord) {
                           static_cast<std::uint16_t>(s.id.segment / 7)});
   std::mt19937_64 random(5);
   const std::int64_t edge = std::int64_t{1} << 41;
-  for (int i = 0; i < 2000; ++i) {  // without any order, as links of graphs or ghosts
+  for (int i = 0; i < 2000; ++i) {  // in random order, as links of graphs or ghosts
     const auto word = [&] { return static_cast<std::uint32_t>(random() >> (32 + random() % 32)); };
     const auto place = [&] {
       return GridPoint(static_cast<std::int64_t>(random() % (2 * static_cast<std::uint64_t>(edge))) - edge, -edge,

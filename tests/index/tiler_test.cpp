@@ -40,7 +40,7 @@ class Collected final : public TileSink {
 
 std::uint32_t bits(float f) { return std::bit_cast<std::uint32_t>(f); }
 
-// Against the tiles found by holding and sorting everything.
+// Compares with tiles made by holding and sorting everything.
 void expectSameAsReference(const std::vector<Cell>& cells, TilerOptions options) {
   CellList again(cells);
   const GridCells reference(again, options.grid, nullptr);
@@ -100,7 +100,7 @@ TEST(Tiler, FindsWhatHoldingEverythingFinds) {
       for (const std::uint64_t chunk : {0u, 3u, 100u})
         for (const unsigned threads : {1u, 3u}) {
           if (threads > 1 && chunk != 100) continue;
-          if (chunk == 3 && samples > 3000) continue;  // thousands of chunks, and nothing new in them
+          if (chunk == 3 && samples > 3000) continue;  // thousands of chunks, without a new case
           if (test::kSanitized && samples > 500 && (chunk == 3 || capacity == 2)) continue;
           SCOPED_TRACE(named.name + ", capacity " + std::to_string(capacity) + ", chunks of " + std::to_string(chunk));
           const TempFolder folder;
@@ -124,7 +124,7 @@ TEST(Tiler, KeepsSmallScenesOffTheDisk) {
   EXPECT_EQ(tiler.chunks(), 1u);
 }
 
-// The outlier gets chunks of its own; the others are cut as if it were not there.
+// The outlier gets its own chunks; the others are cut as without it.
 TEST(Tiler, AnOutlierCostsAFewChunks) {
   std::vector<Cell> cells = test::randomColumn(53, 10, 1000, 1);
   for (Cell& cell : cells)
@@ -134,13 +134,13 @@ TEST(Tiler, AnOutlierCostsAFewChunks) {
   const TempFolder folder;
   Tiler tiler({.grid = Grid(-10), .capacity = 16, .chunk_segments = 500, .folder = folder.path()});
   tiler.read(stream);
-  // About 110 halves lead down to the place where the others are, in each of the eight octants that meet there.
+  // About 110 halvings lead to the other cells, in each of the eight octants that meet there.
   EXPECT_LT(tiler.chunks(), 1000u);
   EXPECT_GT(tiler.spool_file_bytes(), 0u);
 }
 
-// All segments of a comb along an axis lie on faces of cells, and meet some that are far larger than the comb: whatever
-// the number of chunks, looking for the leaves of a segment must not take more than the way down to them.
+// All segments of a comb along an axis lie on faces of blocks, some far larger than the comb. Finding a segment's
+// leaves must cost no more than the path down to them, whatever the number of chunks.
 TEST(Tiler, SegmentsOnFacesOfCellsCostAsMuchInManyChunksAsInFew) {
   for (const std::size_t twigs : {2000u, 8000u})
     for (const std::uint64_t chunk : {std::uint64_t{1} << 20, std::uint64_t{1000}, std::uint64_t{100}}) {
@@ -161,13 +161,13 @@ TEST(Tiler, SegmentsOnFacesOfCellsCostAsMuchInManyChunksAsInFew) {
       tiler.tiles(sink);
       const std::uint64_t segments = 2 * twigs, halvings = 3 * 10;  // to 8 um in one of 8 mm
       EXPECT_GT(tiler.visited(), segments);
-      // Once to find the chunks that it meets, and once in each of these, which are at most four.
+      // Once to find its chunks, and once in each of them, at most four.
       EXPECT_LT(tiler.visited(), 5 * (halvings + 8) * segments);
     }
 }
 
-// Stars in one place: many times more ghosts than owned segments, in memory that holds neither a chunk nor what its
-// leaves store.
+// Stars at one position: many times more ghosts than owned segments. The memory holds neither a chunk nor the content
+// of its leaves.
 TEST(Tiler, GhostsAreBuiltInPartsWhereMemoryIsShort) {
   std::vector<Cell> stars(test::kSanitized ? 10 : 40);
   for (std::size_t c = 0; c < stars.size(); ++c) {
@@ -188,7 +188,7 @@ TEST(Tiler, GhostsAreBuiltInPartsWhereMemoryIsShort) {
     }
 }
 
-// More chunks than may have buffers open at a time.
+// More chunks than open buffers.
 TEST(Tiler, ChunksBeyondTheOpenOnesAreSplitLater) {
   const std::vector<Cell> cells = test::randomColumn(54, 8, 600, 200);
   for (const unsigned threads : {1u, 3u}) {
