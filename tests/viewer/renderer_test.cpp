@@ -43,12 +43,12 @@ ThreadBatch ball(double x, double y, double z, double r, Rgba colour, const Vect
   return threads({{x, y, z, r, x, y, z, r}}, colour, origin_W);
 }
 
-struct Region {
+struct LitArea {
   double count = 0, x = 0, y = 0;  // pixels, and their middle
 };
 // Pixels in which the one channel is the strongest by far.
-Region regionOf(const Picture& picture, int channel) {
-  Region region;
+LitArea litAreaOf(const Picture& picture, int channel) {
+  LitArea region;
   for (int y = 0; y < picture.height; ++y)
     for (int x = 0; x < picture.width; ++x) {
       const std::uint8_t* p = &picture.rgb[3 * static_cast<std::size_t>(y * picture.width + x)];
@@ -97,7 +97,7 @@ TEST_F(Renderers, BallsAreAsLargeAndWhereTheFormulaSays) {
   for (const Vector3d& far_W : {Vector3d(0, 0, 0), Vector3d(9e8, -8e8, 7e8)}) {
     renderer_.put(1, ball(12, 9, 0, 8, kRed, far_W));
     const Camera camera = lookAt(far_W + Vector3d(0, 0, 100), far_W);
-    const Region seen = regionOf(draw(camera, {.halo_px = 0}), 0);
+    const LitArea seen = litAreaOf(draw(camera, {.halo_px = 0}), 0);
     const EyeView view = viewOf(camera, size_.aspect());
     const ScreenPoint middle = project(view, far_W + Vector3d(12, 9, 0), size_);
     const double radius_px = 8 * pixelsPerRadian(view.frustum, size_) / 100;
@@ -112,21 +112,21 @@ TEST_F(Renderers, WhatIsNearerHidesWhatIsFarther) {
   renderer_.put(1, ball(0, 0, 0, 8, kRed));
   renderer_.put(2, ball(0, 0, -30, 8, kGreen));
   Picture picture = draw(camera_);
-  EXPECT_GT(regionOf(picture, 0).count, 300);
-  EXPECT_EQ(regionOf(picture, 1).count, 0);
+  EXPECT_GT(litAreaOf(picture, 0).count, 300);
+  EXPECT_EQ(litAreaOf(picture, 1).count, 0);
   renderer_.put(2, ball(0, 0, 30, 8, kGreen));  // replaces
   picture = draw(camera_);
-  EXPECT_EQ(regionOf(picture, 0).count, 0);
-  EXPECT_GT(regionOf(picture, 1).count, 300);
+  EXPECT_EQ(litAreaOf(picture, 0).count, 0);
+  EXPECT_GT(litAreaOf(picture, 1).count, 300);
   renderer_.remove(2);
   EXPECT_EQ(renderer_.bytes(), sizeof(DrawnSegment));
-  EXPECT_EQ(regionOf(draw(camera_), 1).count, 0);
+  EXPECT_EQ(litAreaOf(draw(camera_), 1).count, 0);
 }
 
 // A thread has the length and width that it should, and its joints leave no gaps.
 TEST_F(Renderers, ConesTaper) {
   renderer_.put(1, threads({{-30, 0, 0, 6, 30, 0, 0, 2}}, kRed, Vector3d::Zero()));
-  const Region seen = regionOf(draw(camera_, {.halo_px = 0}), 0);
+  const LitArea seen = litAreaOf(draw(camera_, {.halo_px = 0}), 0);
   const double px_um = pixelsPerRadian(viewOf(camera_, size_.aspect()).frustum, size_) / 100;
   const double area_um2 = 60 * (6 + 2) + std::numbers::pi / 2 * (36 + 4);
   EXPECT_NEAR(seen.count / (area_um2 * px_um * px_um), 1, 0.06);
@@ -158,20 +158,20 @@ TEST_F(Renderers, BatchesOutsideThePictureAreCulled) {
 
 TEST_F(Renderers, FogFadesAndClearingUncovers) {
   renderer_.put(1, ball(0, 0, 0, 8, kRed));
-  const double clear = regionOf(draw(camera_), 0).count;
+  const double clear = litAreaOf(draw(camera_), 0).count;
   EXPECT_GT(clear, 300);
-  EXPECT_EQ(regionOf(draw(camera_, {.fog_begin_um = 10, .fog_end_um = 50, .fog_most = 1}), 0).count, 0);
-  EXPECT_EQ(regionOf(draw(camera_, {.clear_end_um = 150, .clear_begin_um = 200}), 0).count, 0);
+  EXPECT_EQ(litAreaOf(draw(camera_, {.fog_begin_um = 10, .fog_end_um = 50, .fog_most = 1}), 0).count, 0);
+  EXPECT_EQ(litAreaOf(draw(camera_, {.clear_end_um = 150, .clear_begin_um = 200}), 0).count, 0);
   renderer_.put(1, ball(0, 0, 0, 8, kRed), Layer::marks);  // neither touches marks
-  EXPECT_NEAR(regionOf(draw(camera_, {.fog_begin_um = 10, .fog_end_um = 50, .fog_most = 1}), 0).count, clear, 20);
-  EXPECT_NEAR(regionOf(draw(camera_, {.clear_end_um = 150, .clear_begin_um = 200}), 0).count, clear, 20);
+  EXPECT_NEAR(litAreaOf(draw(camera_, {.fog_begin_um = 10, .fog_end_um = 50, .fog_most = 1}), 0).count, clear, 20);
+  EXPECT_NEAR(litAreaOf(draw(camera_, {.clear_end_um = 150, .clear_begin_um = 200}), 0).count, clear, 20);
 }
 
 TEST_F(Renderers, HalosCutWhatLiesBehind) {
   renderer_.put(1, threads({{0, -30, 20, 1, 0, 30, 20, 1}}, kRed, Vector3d::Zero()));
   renderer_.put(2, threads({{-30, 0, -20, 1, 30, 0, -20, 1}}, kGreen, Vector3d::Zero()));
-  const double without = regionOf(draw(camera_, {.halo_px = 0}), 1).count;
-  const double with = regionOf(draw(camera_, {.halo_px = 4}), 1).count;
+  const double without = litAreaOf(draw(camera_, {.halo_px = 0}), 1).count;
+  const double with = litAreaOf(draw(camera_, {.halo_px = 4}), 1).count;
   EXPECT_LT(with, without - 10);
   EXPECT_GT(with, 0.7 * without);
 }
@@ -188,23 +188,23 @@ TEST_F(Renderers, MarksAreSeenFaintlyThroughThreads) {
 TEST_F(Renderers, HiddenBatchesAreLeftOut) {
   renderer_.put(1, ball(0, 0, 0, 8, kRed));
   renderer_.show(1, false);
-  EXPECT_EQ(regionOf(draw(camera_), 0).count, 0);
+  EXPECT_EQ(litAreaOf(draw(camera_), 0).count, 0);
   EXPECT_EQ(figures_.batches, 0u);
   renderer_.show(1, true);
   renderer_.show(2, true);  // there is none
-  EXPECT_GT(regionOf(draw(camera_), 0).count, 300);
+  EXPECT_GT(litAreaOf(draw(camera_), 0).count, 300);
 }
 
 TEST_F(Renderers, HighlightsAreSeenThroughOthersWhichRecede) {
   renderer_.put(1, ball(0, 0, 30, 10, kGreen));
-  const double before = regionOf(draw(camera_), 1).count;
+  const double before = litAreaOf(draw(camera_), 1).count;
   renderer_.put(2, threads({{-30, 0, 0, 0.01, 30, 0, 0, 0.01}}, kRed, Vector3d::Zero()), Layer::highlight);
   const Picture picture = draw(camera_, {.fog_begin_um = 10, .fog_end_um = 50, .fog_most = 1, .dim = 0.9});
-  const Region red = regionOf(picture, 0);
+  const LitArea red = litAreaOf(picture, 0);
   EXPECT_GT(red.count, 30 * pixelsPerRadian(viewOf(camera_, size_.aspect()).frustum, size_) / 100);
   const std::uint8_t* middle = &picture.rgb[3 * static_cast<std::size_t>(100 * 320 + 160)];
   EXPECT_GT(middle[0], middle[1]);  // through the ball
-  EXPECT_LT(regionOf(picture, 1).count, before / 10);
+  EXPECT_LT(litAreaOf(picture, 1).count, before / 10);
 }
 
 TEST_F(Renderers, WhatHasSomethingNearerBesideItIsShaded) {
@@ -214,7 +214,7 @@ TEST_F(Renderers, WhatHasSomethingNearerBesideItIsShaded) {
     return p.rgb[3 * static_cast<std::size_t>(y * p.width + x) + 1];
   };
   const Picture plain = draw(camera_, {.halo_px = 0}), shaded = draw(camera_, {.halo_px = 0, .shade_um = 10});
-  const Region ball_px = regionOf(plain, 0);
+  const LitArea ball_px = litAreaOf(plain, 0);
   const int beside = static_cast<int>(ball_px.x + std::sqrt(ball_px.count / std::numbers::pi) + 1.5);
   EXPECT_LT(brightness(shaded, beside, 100), 0.8 * brightness(plain, beside, 100));
   EXPECT_NEAR(brightness(shaded, beside + 60, 100), brightness(plain, beside + 60, 100), 3);  // far from it: as it was
@@ -223,9 +223,9 @@ TEST_F(Renderers, WhatHasSomethingNearerBesideItIsShaded) {
 // What stands before the place that is looked at thins out: no pattern of dots.
 TEST_F(Renderers, ClearedThreadsTaper) {
   renderer_.put(1, threads({{-30, 0, 20, 6, 30, 0, 20, 6}}, kRed, Vector3d::Zero()));
-  const double whole = regionOf(draw(camera_, {.halo_px = 0}), 0).count;
+  const double whole = litAreaOf(draw(camera_, {.halo_px = 0}), 0).count;
   const Picture half = draw(camera_, {.clear_end_um = 70, .clear_begin_um = 90, .halo_px = 0});  // it is 80 away
-  EXPECT_NEAR(regionOf(half, 0).count / whole, 0.5, 0.12);
+  EXPECT_NEAR(litAreaOf(half, 0).count / whole, 0.5, 0.12);
   // Each column has one run of red.
   for (int x = 120; x < 200; ++x) {
     int runs = 0;
@@ -281,11 +281,11 @@ TEST_F(Renderers, StereoPutsEachEyeInItsPlace) {
   EXPECT_NEAR(redIn(1), project(whole[1], {0, 0, 40}, size_).x, 0.5);
 
   const Picture above = draw(camera_, {.stereo = StereoMode::top_bottom});
-  EXPECT_NEAR(regionOf(above, 0).y, 100, 1);
+  EXPECT_NEAR(litAreaOf(above, 0).y, 100, 1);
 
   renderer_.put(1, proxyBatch({0, 0, 40}, 5));  // white
   const Picture anaglyph = draw(camera_, {.stereo = StereoMode::anaglyph});
-  const Region red = regionOf(anaglyph, 0);
+  const LitArea red = litAreaOf(anaglyph, 0);
   EXPECT_GT(red.count, 5);
   EXPECT_GT(red.x, project(whole[1], {0, 0, 40}, size_).x);
 }
@@ -315,8 +315,8 @@ TEST_F(Renderers, EyesInsideThreadsSeeWhatIsBeforeThem) {
   for (const Renderer::BatchId id : {1, 2}) renderer_.remove(id);
   renderer_.put(2, threads({{-20, 8, 0, 0.01, 20, 8, 0, 0.01}}, kGreen, Vector3d::Zero()));
   const Picture alone = draw(camera_, {.halo_px = 0});
-  EXPECT_EQ(regionOf(inside, 0).count, 0);
-  const Region all = regionOf(inside, 1), less = regionOf(alone, 1);
+  EXPECT_EQ(litAreaOf(inside, 0).count, 0);
+  const LitArea all = litAreaOf(inside, 1), less = litAreaOf(alone, 1);
   EXPECT_GE(all.count, less.count);
   EXPECT_LT(all.count, less.count + 250);  // the thread that comes from behind is a line, too
 }
@@ -330,9 +330,9 @@ TEST_F(Renderers, LinesAreAPixelWide) {
     const EyeView view = viewOf(camera_, size_.aspect());
     const ScreenPoint a = project(view, {-x, -y, 0}, size_), b = project(view, {x, y, 0}, size_);
     const double advances = std::max(std::abs(b.x - a.x), std::abs(b.y - a.y));
-    EXPECT_NEAR(regionOf(picture, 1).count / advances, 1, 0.05) << turn_rad;
+    EXPECT_NEAR(litAreaOf(picture, 1).count / advances, 1, 0.05) << turn_rad;
     // Two samples across a pixel: two samples wide.
-    EXPECT_NEAR(regionOf(draw(camera_, {.samples = 2}), 1).count / advances, 1.5, 0.6) << turn_rad;
+    EXPECT_NEAR(litAreaOf(draw(camera_, {.samples = 2}), 1).count / advances, 1.5, 0.6) << turn_rad;
   }
 }
 
