@@ -110,9 +110,9 @@ Fan buildFan(const FanOptions& options) {
   fan.neuron = path.take();
   fan.last = tip;
   fan.text = swcText(fan.neuron, {"fan: " + std::to_string(options.branches) + " branches within " +
-                                  thousandths(options.cone_rad) + " rad of the wanted one, segments of about " +
-                                  thousandths(options.segment_um) + " um, seed " + std::to_string(options.seed),
-                              "suggested route (sample ids ROOT:TIP): 1:" + std::to_string(tip + 1)});
+                                      thousandths(options.cone_rad) + " rad of the wanted one, segments of about " +
+                                      thousandths(options.segment_um) + " um, seed " + std::to_string(options.seed),
+                                  "suggested route (sample ids ROOT:TIP): 1:" + std::to_string(tip + 1)});
   fan.cell = cellOf(fan.neuron, fan.text,
                     "fan_" + std::to_string(options.branches) + "_" + std::to_string(options.seed) + ".swc");
   return fan;

@@ -226,7 +226,8 @@ TEST(ProxySolver, MethodsHaveNames) {
   EXPECT_EQ(solverMethod("force"), SolverMethod::force);
   EXPECT_EQ(solverMethod("force-listing"), SolverMethod::force_listing);
   EXPECT_EQ(solverMethod("climb"), SolverMethod::climb);
-  EXPECT_EQ(refusal([] { solverMethod("best"); }), "unknown method 'best': choose basic, shading, force, force-listing or climb");
+  EXPECT_EQ(refusal([] { solverMethod("best"); }),
+            "unknown method 'best': choose basic, shading, force, force-listing or climb");
 }
 
 }  // namespace
