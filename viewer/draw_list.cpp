@@ -12,11 +12,11 @@ DrawList chooseTiles(const TileStore& store, const Levels* levels, const LevelVi
     return {std::move(choice.parts), choice.segments, choice.error_px, choice.dropped, 0};
   }
 
-  struct Candidate {
+  struct DrawableTile {
     double distance2_um2;
     TileId tile;
   };
-  std::vector<Candidate> candidates;
+  std::vector<DrawableTile> candidates;
   for (TileId tile = 0; tile < store.tile_count(); ++tile) {
     const TileEntry& entry = store.entry(tile);
     if (entry.content.empty() || entry.owned == 0) continue;
@@ -32,10 +32,10 @@ DrawList chooseTiles(const TileStore& store, const Levels* levels, const LevelVi
     if (!seen) continue;
     candidates.push_back({(lo - focus_W).cwiseMax(focus_W - hi).cwiseMax(0.0).squaredNorm(), tile});
   }
-  std::sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) {
+  std::sort(candidates.begin(), candidates.end(), [](const DrawableTile& a, const DrawableTile& b) {
     return a.distance2_um2 != b.distance2_um2 ? a.distance2_um2 < b.distance2_um2 : a.tile < b.tile;
   });
-  for (const Candidate& candidate : candidates) {
+  for (const DrawableTile& candidate : candidates) {
     const std::uint32_t owned = store.entry(candidate.tile).owned;
     if (list.segments + owned > most_segments) {
       list.left_out += owned;
