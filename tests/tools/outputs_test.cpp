@@ -104,7 +104,7 @@ std::vector<Option> outputOptions(const std::string& swc, const std::string& set
                                   const std::string& fault_rec) {
   const auto view = [swc](const std::string& option) {
     return [swc, option](const std::string& out) {
-      return Arguments{"view", swc, "--seconds", "0.2", "--size", "200x150", option, out};
+      return Arguments{"view", swc, "--seconds", "1", "--size", "200x150", option, out};
     };
   };
   const auto navigate = [set](const std::string& option) {
