@@ -36,12 +36,12 @@ constexpr int kMissedExit = 5;
 
 int listWorkloads(const std::vector<Workload>& all, bool as_json) {
   if (as_json) {
-    nlohmann::ordered_json json{{"workloads", nlohmann::json::array()}};
+    nlohmann::ordered_json list{{"workloads", nlohmann::json::array()}};
     for (const Workload& workload : all)
-      json["workloads"].push_back({{"name", workload.name}, {"summary", workload.summary}});
+      list["workloads"].push_back({{"name", workload.name}, {"summary", workload.summary}});
     for (const Peer& peer : peers())
-      json["peers"][peer.name] = peer.inBuild() ? nlohmann::json(peer.version) : nlohmann::json();
-    std::cout << json.dump(1, ' ', true) << '\n';
+      list["peers"][peer.name] = peer.inBuild() ? nlohmann::json(peer.version) : nlohmann::json();
+    std::cout << list.dump(1, ' ', true) << '\n';
     return 0;
   }
   for (const Workload& workload : all)
@@ -99,9 +99,9 @@ int runBench(BenchCommand command) {
   std::error_code error;
   std::filesystem::create_directories(command.options.out, error);
   if (error) throw IoError(command.options.out, "cannot make the folder", error.value());
-  using Clock = std::chrono::steady_clock;
-  const auto started = Clock::now();
-  const auto elapsed_s = [&] { return std::chrono::duration<double>(Clock::now() - started).count(); };
+  using std::chrono::steady_clock;
+  const auto started = steady_clock::now();
+  const auto elapsed_s = [&] { return std::chrono::duration<double>(steady_clock::now() - started).count(); };
   double load = 0;
   getloadavg(&load, 1);
   const bool terminal = isatty(STDERR_FILENO) == 1;
