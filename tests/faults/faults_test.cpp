@@ -1,8 +1,8 @@
 // Whatever fails in the midst of an ingest: the old set is whole, or the new one is, and nothing else is left behind.
+#include "index/build/ingest.h"
 #include "index/errors.h"
-#include "index/ingest.h"
-#include "index/input.h"
-#include "index/verify.h"
+#include "index/input/input.h"
+#include "index/set/verify.h"
 #include "tests/faults/failing_calls.h"
 #include "tests/support/campaign.h"
 #include "tests/support/sanitized.h"

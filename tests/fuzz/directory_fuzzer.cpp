@@ -1,5 +1,5 @@
-#include "index/internal/level_files.h"
-#include "index/internal/set_files.h"
+#include "index/set/internal/level_files.h"
+#include "index/set/internal/set_files.h"
 #include "tests/fuzz/fuzz_bytes.h"
 
 namespace filiform::fuzz {
@@ -72,10 +72,10 @@ void detail(Input input) {
 void samples(Bytes bytes) {
   seal(bytes, 24, 40, bytes.size());
   seal(bytes, 32, 0, 32);
-  const SamplePoints found = internal::decodeSamples(bytes);
+  const Landmarks found = internal::decodeLandmarks(bytes);
   require(found.points.size() == found.segments.size() && found.points.size() == found.t.size(),
           "arrays of one length");
-  require(internal::encodeSamples(found) == bytes, "sample points survive their bytes");
+  require(internal::encodeLandmarks(found) == bytes, "sample points survive their bytes");
 }
 
 void levels(Bytes bytes) {

@@ -1,5 +1,5 @@
-#include "device/falcon.h"
-#include "device/falcon_protocol.h"
+#include "device/falcon/falcon.h"
+#include "device/falcon/falcon_protocol.h"
 #include "tests/fuzz/fuzz_bytes.h"
 #include "tests/support/fake_falcon.h"
 

@@ -1,9 +1,9 @@
-#include "device/falcon.h"
-#include "device/internal/recording_format.h"
-#include "device/internal/usb_recording_format.h"
-#include "device/replay.h"
-#include "device/spacemouse.h"
-#include "device/usb_recording.h"
+#include "device/falcon/falcon.h"
+#include "device/recording/internal/recording_format.h"
+#include "device/recording/replay.h"
+#include "device/spacemouse/spacemouse.h"
+#include "device/usb/internal/usb_recording_format.h"
+#include "device/usb/usb_recording.h"
 #include "tests/fuzz/fuzz_bytes.h"
 
 #include <vector>

@@ -1,5 +1,5 @@
-#include "device/internal/spacemouse_reports.h"
-#include "device/spacemouse.h"
+#include "device/spacemouse/internal/spacemouse_reports.h"
+#include "device/spacemouse/spacemouse.h"
 #include "tests/fuzz/fuzz_bytes.h"
 #include "tests/support/fake_usb.h"
 

@@ -1,6 +1,6 @@
 #include "index/errors.h"
-#include "index/packed_tree.h"
-#include "index/tile_codec.h"
+#include "index/tile/packed_tree.h"
+#include "index/tile/tile_codec.h"
 #include "tests/fuzz/fuzz_bytes.h"
 
 namespace filiform::fuzz {
@@ -48,7 +48,7 @@ void fuzzTile(Input input) {
   const auto depth = static_cast<int>(in.number<std::uint8_t>() % (kMortonBits + 1));
   const auto count = in.number<std::uint16_t>();
   const Grid grid(flags & 4 ? Grid::kMaxExponent : Grid::kDefaultExponent);
-  const CellKey key{depth == 0 ? MortonKey{0} : MortonKey{1} << (kMortonBits - depth), depth};
+  const BlockKey key{depth == 0 ? MortonKey{0} : MortonKey{1} << (kMortonBits - depth), depth};
   const TilePlace place{7, key, (flags & 1) != 0, kFile, 1000};
   try {
     if (flags & 2) {

@@ -1,11 +1,11 @@
-#include "tools/bench/bench.h"
+#include "tools/lab/bench/bench.h"
 
 #include "index/errors.h"
 #include "tests/support/process.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/temp_folder.h"
-#include "tools/bench/bench_record.h"
-#include "tools/bench/workloads.h"
+#include "tools/lab/bench/bench_record.h"
+#include "tools/lab/bench/workloads.h"
 
 #include <algorithm>
 #include <cmath>
@@ -57,7 +57,7 @@ BenchReport small() {
 
 // What Debian's JSON Schema library has against a file; empty: nothing.
 std::string schemaProblems(const std::string& path) {
-  const std::string schema = std::string(FILIFORM_SOURCE) + "/tools/bench/bench.schema.json";
+  const std::string schema = std::string(FILIFORM_SOURCE) + "/tools/lab/bench/bench.schema.json";
   const test::Outcome outcome = test::runFiliformInShell(
       "/usr/bin/python3 -c '\n"
       "import json, sys\n"

@@ -1,9 +1,9 @@
-#include "tools/bench/compare.h"
+#include "tools/lab/bench/compare.h"
 
 #include "index/errors.h"
 #include "tests/support/process.h"
 #include "tests/support/temp_folder.h"
-#include "tools/bench/bench_record.h"
+#include "tools/lab/bench/bench_record.h"
 
 #include <algorithm>
 #include <cmath>

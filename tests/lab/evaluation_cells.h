@@ -1,7 +1,7 @@
 // Small cells for the tests of the evaluation.
 #pragma once
 
-#include "index/cell.h"
+#include "index/cell/cell.h"
 
 #include <cmath>
 #include <cstdint>

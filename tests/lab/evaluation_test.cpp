@@ -1,14 +1,14 @@
-#include "tools/evaluate/evaluation.h"
+#include "tools/lab/evaluate/evaluation.h"
 
 #include "index/errors.h"
 #include "tests/lab/evaluation_cells.h"
 #include "tests/support/process.h"
 #include "tests/support/temp_folder.h"
-#include "tools/evaluate/page.h"
-#include "tools/evaluate/parallel.h"
-#include "tools/evaluate/scenes.h"
-#include "tools/evaluate/trial.h"
-#include "tools/synthetic.h"
+#include "tools/lab/evaluate/page.h"
+#include "tools/lab/evaluate/parallel.h"
+#include "tools/lab/evaluate/scenes.h"
+#include "tools/lab/evaluate/trial.h"
+#include "tools/synthetic/synthetic.h"
 
 #include <atomic>
 #include <cmath>

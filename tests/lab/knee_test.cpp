@@ -1,4 +1,4 @@
-#include "tools/bench/knee.h"
+#include "tools/lab/bench/knee.h"
 
 #include <cmath>
 #include <limits>

@@ -1,9 +1,9 @@
-#include "tools/bench/peers.h"
+#include "tools/lab/bench/peers.h"
 
-#include "index/closest_point.h"
+#include "index/geometry/closest_point.h"
 #include "tests/support/sanitized.h"
-#include "tools/bench/bench.h"
-#include "tools/bench/jump_race.h"
+#include "tools/lab/bench/bench.h"
+#include "tools/lab/bench/jump_race.h"
 
 #include <algorithm>
 #include <cmath>

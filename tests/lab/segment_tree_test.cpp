@@ -1,7 +1,7 @@
-#include "tools/evaluate/segment_tree.h"
+#include "tools/lab/evaluate/segment_tree.h"
 
 #include "tests/lab/evaluation_cells.h"
-#include "tools/evaluate/trial_cell.h"
+#include "tools/lab/evaluate/trial_cell.h"
 
 #include <limits>
 #include <random>

@@ -1,4 +1,4 @@
-#include "tools/evaluate/stuck.h"
+#include "tools/lab/evaluate/stuck.h"
 
 #include "tests/lab/evaluation_cells.h"
 

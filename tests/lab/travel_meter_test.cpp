@@ -1,4 +1,4 @@
-#include "tools/evaluate/travel_meter.h"
+#include "tools/lab/evaluate/travel_meter.h"
 
 #include "tests/lab/evaluation_cells.h"
 

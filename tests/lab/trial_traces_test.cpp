@@ -1,6 +1,6 @@
-#include "tools/evaluate/trial.h"
-#include "tools/evaluate/trial_corpus.h"
-#include "tools/synthetic.h"
+#include "tools/lab/evaluate/trial.h"
+#include "tools/lab/evaluate/trial_corpus.h"
+#include "tools/synthetic/synthetic.h"
 
 #include <gtest/gtest.h>
 

@@ -1,11 +1,11 @@
 // The energy that the hand is given, whatever stands between the force law and the device.
 #include "device/haptic_device.h"
-#include "solver/graph_view.h"
-#include "solver/haptic_loop.h"
-#include "solver/navigation.h"
+#include "solver/graph/graph_view.h"
+#include "solver/loop/haptic_loop.h"
+#include "solver/workspace/navigation.h"
 #include "tests/support/memory_store.h"
 #include "tests/support/random_cells.h"
-#include "tools/bench/energy_sweep.h"
+#include "tools/lab/bench/energy_sweep.h"
 
 #include <algorithm>
 #include <atomic>

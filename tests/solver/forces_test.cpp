@@ -1,6 +1,6 @@
 // The figures of solver/FORCES.md, and the bounds that they must keep. Prints the table as it stands there.
-#include "index/memory_tiles.h"
-#include "solver/run.h"
+#include "index/build/memory_tiles.h"
+#include "solver/travel/run.h"
 #include "tests/support/random_cells.h"
 
 #include <algorithm>

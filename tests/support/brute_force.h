@@ -1,9 +1,9 @@
 // The nearest segments by looking at all of them: the oracle of every search.
 #pragma once
 
-#include "index/closest_point.h"
-#include "index/tile.h"
-#include "index/tile_engine.h"
+#include "index/geometry/closest_point.h"
+#include "index/tile/tile.h"
+#include "index/tile/tile_engine.h"
 
 #include <cstddef>
 #include <vector>

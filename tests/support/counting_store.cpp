@@ -1,7 +1,7 @@
 #include "tests/support/counting_store.h"
 
 #include "index/errors.h"
-#include "index/samples.h"
+#include "index/set/landmarks.h"
 
 #include <algorithm>
 #include <thread>
@@ -80,13 +80,13 @@ std::shared_ptr<const Tile> CountingStore::load(TileId tile) const {
           }};
 }
 
-const SamplePoints& CountingStore::samples() const {
+const Landmarks& CountingStore::samples() const {
   {
     const std::lock_guard lock(account_->mutex);
     ++account_->samples_read;
   }
   if (most_samples_ == 0) return store_.samples();
-  std::call_once(chosen_, [&] { samples_ = chooseSamples(store_, most_samples_); });
+  std::call_once(chosen_, [&] { samples_ = chooseLandmarks(store_, most_samples_); });
   return samples_;
 }
 

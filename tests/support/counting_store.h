@@ -2,7 +2,7 @@
 // holds.
 #pragma once
 
-#include "index/tile_store.h"
+#include "index/set/tile_store.h"
 
 #include <chrono>
 #include <map>
@@ -49,7 +49,7 @@ class CountingStore : public TileStore {
   const CellRecord& cell(std::uint32_t id) const override { return store_.cell(id); }
   std::optional<std::uint32_t> findCell(const std::string& name) const override { return store_.findCell(name); }
   CellDetail loadCellDetail(std::uint32_t id) const override { return store_.loadCellDetail(id); }
-  const SamplePoints& samples() const override;
+  const Landmarks& samples() const override;
 
  private:
   struct Account {  // outlives the store: a tile may be let go later
@@ -65,7 +65,7 @@ class CountingStore : public TileStore {
   const TileStore& store_;
   const std::size_t most_samples_;
   mutable std::once_flag chosen_;
-  mutable SamplePoints samples_;
+  mutable Landmarks samples_;
   std::shared_ptr<Account> account_;
 };
 

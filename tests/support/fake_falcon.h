@@ -10,8 +10,8 @@
 // Packets count as FakeUsbDevice counts them: one for each report, echo or greeting. Thread rule: one thread.
 #pragma once
 
-#include "device/falcon_kinematics.h"
-#include "device/falcon_protocol.h"
+#include "device/falcon/falcon_kinematics.h"
+#include "device/falcon/falcon_protocol.h"
 #include "tests/support/fake_usb.h"
 
 #include <array>

@@ -14,7 +14,7 @@
 // user: see violations(). Thread rule: one thread.
 #pragma once
 
-#include "device/usb_transport.h"
+#include "device/usb/usb_transport.h"
 
 #include <array>
 #include <functional>

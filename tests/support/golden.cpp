@@ -1,6 +1,6 @@
 #include "tests/support/golden.h"
 
-#include "tools/image.h"
+#include "tools/drawing/image.h"
 
 #include <algorithm>
 #include <cmath>

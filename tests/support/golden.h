@@ -1,7 +1,7 @@
 // Pictures kept beside the tests, and what it means that another one shows the same.
 #pragma once
 
-#include "viewer/renderer.h"
+#include "viewer/gl/renderer.h"
 
 #include <string>
 

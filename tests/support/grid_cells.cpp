@@ -1,7 +1,7 @@
 #include "tests/support/grid_cells.h"
 
 #include "index/errors.h"
-#include "index/partition.h"
+#include "index/geometry/partition.h"
 
 #include <algorithm>
 

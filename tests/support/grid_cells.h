@@ -2,9 +2,9 @@
 // everything. Immutable after construction.
 #pragma once
 
-#include "index/cell.h"
-#include "index/tile.h"
-#include "index/tile_store.h"
+#include "index/cell/cell.h"
+#include "index/set/tile_store.h"
+#include "index/tile/tile.h"
 
 #include <atomic>
 #include <cstdint>
@@ -69,14 +69,14 @@ struct Placement {
     static constexpr std::uint32_t kOwned = std::uint32_t{1} << 31;
     bool owned() const { return (tile & kOwned) != 0; }
   };
-  std::vector<CellKey> leaves;       // that store something, ascending
+  std::vector<BlockKey> leaves;      // that store something, ascending
   bool has_long = false;             // then one more tile follows
   std::vector<std::uint64_t> begin;  // of each tile in `stored`, and the end
   std::vector<Stored> stored;        // by tile, then by sample
 
   TileId tile_count() const { return static_cast<TileId>(begin.size() - 1); }
   bool isLong(TileId tile) const { return has_long && tile + 1 == tile_count(); }
-  CellKey key(TileId tile) const { return isLong(tile) ? CellKey{} : leaves[tile]; }
+  BlockKey key(TileId tile) const { return isLong(tile) ? BlockKey{} : leaves[tile]; }
 };
 
 // Throws Interrupted. O(n log n).

@@ -1,7 +1,7 @@
 // Cells cut by the product's own tiler, in memory, into small tiles unless told otherwise.
 #pragma once
 
-#include "index/memory_tiles.h"
+#include "index/build/memory_tiles.h"
 
 #include <memory>
 #include <utility>

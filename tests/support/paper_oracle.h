@@ -1,7 +1,7 @@
 // The oracle of the basic and the force-based solver: the literal transcription that the benchmark compares with too.
 #pragma once
 
-#include "tools/bench/literal_solver.h"
+#include "tools/lab/bench/literal_solver.h"
 
 namespace filiform::test {
 

@@ -1,7 +1,7 @@
 // Probes to walk a proxy with, and exact comparison of places.
 #pragma once
 
-#include "solver/graph_view.h"
+#include "solver/graph/graph_view.h"
 #include "tests/support/paper_oracle.h"
 #include "tests/support/test_graph.h"
 

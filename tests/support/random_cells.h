@@ -1,7 +1,7 @@
 // Cells for tests: seeded random neurons, and the worst that data can hold.
 #pragma once
 
-#include "index/cell.h"
+#include "index/cell/cell.h"
 
 #include <cstdint>
 #include <string>

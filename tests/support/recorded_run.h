@@ -1,7 +1,7 @@
 // Runs on small scenes, with their rows as the CSV has them.
 #pragma once
 
-#include "solver/run.h"
+#include "solver/travel/run.h"
 #include "tests/support/memory_store.h"
 #include "tests/support/random_cells.h"
 

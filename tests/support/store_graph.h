@@ -1,8 +1,8 @@
 // Cells cut by the product's own tiler, for tests of the solver.
 #pragma once
 
-#include "index/memory_tiles.h"
-#include "solver/graph_view.h"
+#include "index/build/memory_tiles.h"
+#include "solver/graph/graph_view.h"
 #include "tests/support/random_cells.h"
 
 #include <memory>

@@ -10,11 +10,12 @@ namespace {
 constexpr std::uint32_t kFirstLoopRank = 1000000;
 
 struct Leaf {
-  CellKey key;
+  BlockKey key;
   std::vector<StoredSegment> segments;
 };
 
-void split(const CellKey& key, std::vector<StoredSegment> segments, std::uint32_t capacity, std::vector<Leaf>& leaves) {
+void split(const BlockKey& key, std::vector<StoredSegment> segments, std::uint32_t capacity,
+           std::vector<Leaf>& leaves) {
   if (segments.empty()) return;
   if (segments.size() <= capacity || key.depth == kMortonBits) {
     leaves.push_back({key, std::move(segments)});
@@ -109,8 +110,8 @@ TestGraph randomGraph(std::mt19937_64& random, std::uint32_t nodes, bool loops, 
 
 TiledGraph::TiledGraph(const TestGraph& graph, std::uint32_t capacity) : table_(0) {
   std::vector<Leaf> leaves;
-  split(CellKey{}, graph.segments, capacity, leaves);
-  std::vector<CellKey> keys;
+  split(BlockKey{}, graph.segments, capacity, leaves);
+  std::vector<BlockKey> keys;
   for (Leaf& leaf : leaves) {
     keys.push_back(leaf.key);
     tiles_.push_back(std::make_unique<Tile>(static_cast<TileId>(tiles_.size()), leaf.key, false, graph.grid,

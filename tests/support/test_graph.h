@@ -2,8 +2,8 @@
 // the product's.
 #pragma once
 
-#include "index/leaf_index.h"
-#include "index/tile_table.h"
+#include "index/streaming/tile_table.h"
+#include "index/tile/leaf_index.h"
 
 #include <cstdint>
 #include <memory>

@@ -1,6 +1,6 @@
 #include "tests/support/tile_invariants.h"
 
-#include "index/partition.h"
+#include "index/geometry/partition.h"
 
 #include <algorithm>
 #include <cmath>
@@ -87,7 +87,7 @@ void expectTilesHold(const TileStore& store, const std::vector<Cell>& cells) {
   const std::vector<StoredSegment> segments = snappedSegments(cells, store.grid());
   const Partition partition = partitionOf(segments, store.capacity());
   std::vector<GridBox> closed_leaves;
-  for (const CellKey& leaf : partition.leaves()) closed_leaves.push_back(closedCell(leaf));
+  for (const BlockKey& leaf : partition.leaves()) closed_leaves.push_back(closedCell(leaf));
   std::map<SegmentId, const StoredSegment*> by_id;
   std::map<NodeId, std::vector<SegmentId>> incident;
   std::map<NodeId, GridPoint> nodes;

@@ -1,8 +1,8 @@
 // What every tile set promises of the cells that it was built from, checked against brute force.
 #pragma once
 
-#include "index/cell.h"
-#include "index/tile_store.h"
+#include "index/cell/cell.h"
+#include "index/set/tile_store.h"
 
 #include <vector>
 

@@ -1,6 +1,6 @@
 // What the program does to the places that its results are written to: files, links, devices, pipes, inputs.
-#include "device/null_device.h"
-#include "device/replay.h"
+#include "device/recording/replay.h"
+#include "device/simulated/null_device.h"
 #include "tests/support/display.h"
 #include "tests/support/process.h"
 #include "tests/support/sanitized.h"

@@ -4,7 +4,8 @@
 #include "tests/support/sanitized.h"
 #include "tests/support/temp_folder.h"
 #include "tests/support/zip_builder.h"
-#include "tools/cli.h"
+#include "tools/commands/commands.h"
+#include "tools/program/cli.h"
 
 #include <cstdlib>
 #include <filesystem>

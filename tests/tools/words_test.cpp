@@ -1,12 +1,13 @@
 // What the program says to a person who mistypes, and what it takes of what people write.
 #include "index/errors.h"
-#include "index/swc.h"
+#include "index/input/swc.h"
 #include "tests/support/process.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/temp_folder.h"
-#include "tools/cli.h"
-#include "tools/near_names.h"
-#include "tools/unit.h"
+#include "tools/commands/commands.h"
+#include "tools/program/near_names.h"
+#include "tools/program/numbers.h"
+#include "tools/program/unit.h"
 
 #include <filesystem>
 #include <string>

@@ -1,6 +1,6 @@
 // The program as a person with a Falcon and a SpaceMouse meets it.
-#include "device/spacemouse.h"
-#include "device/usb_recording.h"
+#include "device/spacemouse/spacemouse.h"
+#include "device/usb/usb_recording.h"
 #include "tests/support/process.h"
 #include "tests/support/temp_folder.h"
 #include "tests/umockdev/mock_usb.h"

@@ -11,7 +11,7 @@
 // synchronised.
 #pragma once
 
-#include "device/usb_transport.h"
+#include "device/usb/usb_transport.h"
 
 #include <cstdint>
 #include <functional>

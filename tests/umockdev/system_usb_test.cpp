@@ -1,5 +1,5 @@
 // systemUsb() on the real libusb, with umockdev for the kernel. Nothing is said about speed: see mock_usb.h.
-#include "device/usb_transport.h"
+#include "device/usb/usb_transport.h"
 #include "tests/umockdev/mock_usb.h"
 
 #include <algorithm>

@@ -3,33 +3,33 @@
 // An example is a run of comment lines indented by three blanks or more whose first line ends in `;`, `{` or within
 // parentheses. The test reads every public header and looks for each of its examples in this file, line by line without
 // the indentation, below a line that names the header. What an example takes for granted is declared before it.
-#include "device/falcon.h"
-#include "device/falcon_protocol.h"
-#include "device/usb_recording.h"
-#include "device/usb_transport.h"
-#include "index/faulty_source.h"
-#include "index/ingest.h"
-#include "index/input.h"
-#include "index/levels.h"
-#include "index/nearest.h"
+#include "device/falcon/falcon.h"
+#include "device/falcon/falcon_protocol.h"
+#include "device/usb/usb_recording.h"
+#include "device/usb/usb_transport.h"
+#include "index/build/ingest.h"
+#include "index/input/input.h"
+#include "index/input/placements.h"
+#include "index/input/swc.h"
 #include "index/output.h"
-#include "index/placements.h"
-#include "index/swc.h"
-#include "index/tile_set.h"
-#include "solver/force_gate.h"
-#include "solver/haptic_loop.h"
-#include "solver/loop_gate.h"
-#include "solver/navigation.h"
-#include "solver/run.h"
-#include "solver/saved_history.h"
-#include "solver/session.h"
-#include "solver/tick_clock.h"
-#include "solver/tour.h"
+#include "index/query/nearest.h"
+#include "index/set/faulty_source.h"
+#include "index/set/levels.h"
+#include "index/set/tile_set.h"
+#include "solver/force/force_gate.h"
+#include "solver/loop/haptic_loop.h"
+#include "solver/loop/loop_gate.h"
+#include "solver/loop/tick_clock.h"
+#include "solver/travel/run.h"
+#include "solver/travel/session.h"
+#include "solver/travel/tour.h"
+#include "solver/travel/worker.h"
+#include "solver/workspace/navigation.h"
+#include "solver/workspace/saved_history.h"
 #include "tests/support/temp_folder.h"
-#include "viewer/renderer.h"
-#include "viewer/scene_view.h"
-#include "viewer/window.h"
-#include "viewer/worker.h"
+#include "viewer/gl/renderer.h"
+#include "viewer/gl/scene_view.h"
+#include "viewer/window/window.h"
 
 #include <algorithm>
 #include <chrono>
@@ -59,7 +59,7 @@ namespace examples {
 #pragma GCC diagnostic ignored "-Wshadow"
 
 void falcon(const Wrench& wrench) {
-  // device/falcon.h
+  // device/falcon/falcon.h
   Falcon falcon(systemUsb(), {.firmware = "falcon.bin"});
   falcon.open();      // probes the device; loads the firmware if it runs none: 0.1 s, or 3 s
   const DeviceState state = falcon.exchange(wrench);  // homing; ready after the grip was pulled out and pushed in
@@ -68,7 +68,7 @@ void falcon(const Wrench& wrench) {
 void falconLoader(std::span<const std::uint8_t> image, double time_s, void send(const FtdiRequest&),
                   void write(std::span<const std::uint8_t>), std::span<const std::uint8_t> readUntil(double until_s),
                   void reopen()) {
-  // device/falcon_protocol.h
+  // device/falcon/falcon_protocol.h
   FalconLoader loader(image);
   for (;;) {
     const FalconLoader::Step& step = loader.next(time_s);
@@ -82,7 +82,7 @@ void falconLoader(std::span<const std::uint8_t> image, double time_s, void send(
 }
 
 void usbRecorder() {
-  // device/usb_recording.h
+  // device/usb/usb_recording.h
   std::ofstream file("falcon.usb", std::ios::binary);
   UsbRecorder recorder(systemUsb(), file);
   {
@@ -93,13 +93,13 @@ void usbRecorder() {
 }
 
 void usbReplay() {
-  // device/usb_recording.h
+  // device/usb/usb_recording.h
   UsbReplay replay("falcon.usb");
   Falcon falcon(replay);
 }
 
 void usbTransport() {
-  // device/usb_transport.h
+  // device/usb/usb_transport.h
   for (const UsbDeviceInfo& info : systemUsb().devices()) std::cout << std::hex << info.vendor << '\n';
   const UsbDeviceInfo info = systemUsb().devices().at(0);
   std::unique_ptr<UsbConnection> usb = systemUsb().open(info);      // throws UsbError by cause
@@ -111,7 +111,7 @@ void usbTransport() {
 }
 
 void faultySource(const std::string& path) {
-  // index/faulty_source.h
+  // index/set/faulty_source.h
   auto source = std::make_unique<FaultySource>(openFolder(path), FaultPlan{.delay = FaultPlan::Delay::constant,
                                                                           .delay_s = 0.02});
   FaultySource& faults = *source;
@@ -120,14 +120,14 @@ void faultySource(const std::string& path) {
 }
 
 void input() {
-  // index/input.h
+  // index/input/input.h
   Input input({"column.zip", "more/"});
   for (Cell cell; input.next(cell);) std::cout << cell.source << '\n';
   writeCheckTable(std::cout, input.reports());
 }
 
 void levels(const std::unique_ptr<TileSet>& set, const LevelView& view) {
-  // index/levels.h
+  // index/set/levels.h
   const auto levels = Levels::open(*set);
   const LevelChoice choice = levels->choose(view, 2'000'000);
   for (const LevelPart& part : choice.parts)
@@ -135,7 +135,7 @@ void levels(const std::unique_ptr<TileSet>& set, const LevelView& view) {
 }
 
 void nearest() {
-  // index/nearest.h
+  // index/query/nearest.h
   const auto set = TileSet::open("column.fil");
   const Nearest nearest(*set);
   for (const NearestResult& r : nearest.find(Vector3d(120, -40, 800), {.k = 3}))
@@ -143,26 +143,26 @@ void nearest() {
 }
 
 void placements() {
-  // index/placements.h
+  // index/input/placements.h
   Input library({"lib.zip"});
   PlacedCells cells(library, PlacementTable::read("column.tsv"));
   ingest(cells, "column.fil");
 }
 
 void swc(std::string_view text) {
-  // index/swc.h
+  // index/input/swc.h
   Cell cell;
   const InputReport report = readSwc(text, "cell.swc", {}, cell);
 }
 
 void tileSet() {
-  // index/tile_set.h
+  // index/set/tile_set.h
   const auto set = TileSet::open("column.fil");
   const std::shared_ptr<const Tile> tile = set->load(0);
 }
 
 void hapticLoop(HapticDevice& device, Navigation& navigation, std::ostream& out) {
-  // solver/haptic_loop.h
+  // solver/loop/haptic_loop.h
   HapticLoop loop(device, [&](const DeviceState& state, double dt_s) {
     return navigation.tick(state, dt_s).wrench;
   });
@@ -175,14 +175,14 @@ void hapticLoop(HapticDevice& device, Navigation& navigation, std::ostream& out)
 void navigate(const GraphView& graph, SolverMethod method, const SolverParameters& parameters,
               const NavigationOptions& options, const NavigationCommand& jump_command, const Eigen::Vector3d& h_D,
               const DeviceState& state, double dt_s) {
-  // solver/navigation.h
+  // solver/workspace/navigation.h
   Navigation navigation(graph, makeProxySolver(method, parameters), options);
   navigation.apply(jump_command, h_D);                        // between ticks
   const NavigationTick& tick = navigation.tick(state, dt_s);  // tick.wrench goes to the next exchange
 }
 
 void savedHistory(const std::unique_ptr<TileSet>& set, const ProxyPlace& place) {
-  // solver/saved_history.h
+  // solver/workspace/saved_history.h
   SavedHistory saved(*set, SavedHistory::pathFor("column.fil"));
   if (!saved.warning().empty()) std::cerr << saved.warning() << '\n';  // one line for the person
   saved.history().setBookmark("soma", place);
@@ -190,20 +190,20 @@ void savedHistory(const std::unique_ptr<TileSet>& set, const ProxyPlace& place) 
 }
 
 void headlessRun(const std::unique_ptr<TileSet>& set) {
-  // solver/run.h
+  // solver/travel/run.h
   RunOptions options;
   options.route = "random:3";
   const RunSummary summary = run(*set, options, [](const TickRow& row) { writeCsvRow(std::cout, row); });
 }
 
 void tour(const TileStore& store, std::uint64_t seed) {
-  // solver/tour.h
+  // solver/travel/tour.h
   Tour tour(store, seed);
   const Route first = tour.next(), second = tour.next();
 }
 
 void render(const Tile& tile, const TileAppearance& appearance, const Camera& camera, double aspect) {
-  // viewer/renderer.h
+  // viewer/gl/renderer.h
   const auto context = makeOffscreenContext();
   Renderer renderer(*context);
   renderer.put(1, makeBatch(tile, appearance));
@@ -213,7 +213,7 @@ void render(const Tile& tile, const TileAppearance& appearance, const Camera& ca
 
 void sceneView(const std::unique_ptr<TileSet>& set, const std::unique_ptr<Levels>& levels, Renderer& renderer,
                const Camera& camera, const Workspace& workspace, double now_s, const PictureSize& window) {
-  // viewer/scene_view.h
+  // viewer/gl/scene_view.h
   SceneView scene(*set, levels.get(), renderer);
   for (;;) {
     const SceneFigures figures = scene.draw({.camera = camera, .workspace = &workspace, .time_s = now_s});
@@ -222,7 +222,7 @@ void sceneView(const std::unique_ptr<TileSet>& set, const std::unique_ptr<Levels
 }
 
 void session(const std::unique_ptr<TileSet>& set, const ProxyPlace& place, const Vector3d& target_D) {
-  // solver/session.h
+  // solver/travel/session.h
   Session session(*set, {.device = "mouse"});
   session.start();
   session.jump(place);
@@ -234,7 +234,7 @@ void session(const std::unique_ptr<TileSet>& set, const ProxyPlace& place, const
 
 void window(Renderer& renderer, const std::array<EyeView, 2>& views, const RenderOptions& options,
             void handle(const InputEvent&)) {
-  // viewer/window.h
+  // viewer/window/window.h
   Window window("filiform", {1280, 800});
   while (window.isOpen()) {
     for (const InputEvent& event : window.poll(0)) handle(event);
@@ -249,7 +249,7 @@ void window(Renderer& renderer, const std::array<EyeView, 2>& views, const Rende
 void worker(const Nearest& nearest, const Vector3d& p_W,
             const std::function<void(const std::vector<NearestResult>&)>& go,
             const std::function<void(const std::string&)>& showError) {
-  // viewer/worker.h
+  // solver/travel/worker.h
   Worker worker;
   worker.ask([&] { return [&go, place = nearest.find(p_W)] { go(place); }; });
   worker.serve(showError);  // once a frame: runs what the finished works returned
@@ -263,7 +263,7 @@ void output() {
 }
 
 void forceGate(const ForceGateOptions& options, const Wrench& wrench, double dt_s) {
-  // solver/force_gate.h
+  // solver/force/force_gate.h
   ForceGate gate(options);
   Wrench sent = gate.pass({.wanted = wrench, .dt_s = dt_s});     // once a tick
   gate.close();     // zero now; later force grows from zero over the ramp
@@ -272,7 +272,7 @@ void forceGate(const ForceGateOptions& options, const Wrench& wrench, double dt_
 
 void loopGate(const LoopGateOptions& options, HapticDevice& device, bool too_old, double now_s, bool withheld,
               const std::function<Wrench(const DeviceState&, double)>& tick) {
-  // solver/loop_gate.h
+  // solver/loop/loop_gate.h
   LoopGate gate(options);
   if (too_old) gate.interrupt();
   DeviceState state = device.exchange(gate.wrench());
@@ -281,7 +281,7 @@ void loopGate(const LoopGateOptions& options, HapticDevice& device, bool too_old
 }
 
 void tickClock(double rate_Hz, const DeviceState& state) {
-  // solver/tick_clock.h
+  // solver/loop/tick_clock.h
   TickClock clock(1 / rate_Hz);
   const double dt_s = clock.step_s(state.time_s);      // once for each state
 }

@@ -1,9 +1,9 @@
 // Opens a tile set and prints the segments nearest to a point.
 //
 //   nearest SET.fil X Y Z [COUNT]      X Y Z in um
-#include "index/nearest.h"
+#include "index/query/nearest.h"
 
-#include "index/tile_set.h"
+#include "index/set/tile_set.h"
 
 #include <cstdlib>
 #include <exception>

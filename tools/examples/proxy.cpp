@@ -2,11 +2,11 @@
 // proxy follows it along the neurites.
 //
 //   proxy CELL.swc
-#include "index/input.h"
-#include "index/memory_tiles.h"
-#include "index/nearest.h"
-#include "solver/graph_view.h"
-#include "solver/proxy_solver.h"
+#include "index/build/memory_tiles.h"
+#include "index/input/input.h"
+#include "index/query/nearest.h"
+#include "solver/graph/graph_view.h"
+#include "solver/proxy/proxy_solver.h"
 
 #include <exception>
 #include <iostream>

@@ -1,7 +1,7 @@
 // Reads SWC files, folders or zip archives and lists what is wrong with them.
 //
 //   wrong INPUT...
-#include "index/input.h"
+#include "index/input/input.h"
 #include "index/text.h"
 
 #include <exception>

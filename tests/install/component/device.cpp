@@ -1,4 +1,4 @@
-#include "device/device_factory.h"
+#include "device/factory/device_factory.h"
 
 #include <iostream>
 

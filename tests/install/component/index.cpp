@@ -1,5 +1,5 @@
-#include "index/memory_tiles.h"
-#include "index/nearest.h"
+#include "index/build/memory_tiles.h"
+#include "index/query/nearest.h"
 
 #include <iostream>
 #include <vector>

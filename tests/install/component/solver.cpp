@@ -1,5 +1,5 @@
-#include "index/memory_tiles.h"
-#include "solver/run.h"
+#include "index/build/memory_tiles.h"
+#include "solver/travel/run.h"
 
 #include <iostream>
 #include <utility>

@@ -1,5 +1,5 @@
-#include "viewer/camera.h"
-#include "viewer/window.h"
+#include "viewer/scene/camera.h"
+#include "viewer/window/window.h"
 
 #include <iostream>
 

@@ -1,0 +1,46 @@
+#include "device/factory/device_factory.h"
+
+#include "device/falcon/falcon.h"
+#include "device/recording/replay.h"
+#include "device/simulated/null_device.h"
+#include "device/simulated/simulated_hand.h"
+#include "device/spacemouse/spacemouse.h"
+#include "device/usb/usb_transport.h"
+
+namespace filiform {
+
+const char* deviceChoices() {
+  return "sim:loose|medium|firm, replay:FILE, null, falcon[:FIRMWARE], spacemouse[:SOCKET]";
+}
+
+std::unique_ptr<HapticDevice> makeDevice(const std::string& spec, const DeviceFactoryOptions& options) {
+  const std::size_t colon = spec.find(':');
+  const std::string kind = spec.substr(0, colon);
+  UsbTransport& usb = options.usb != nullptr ? *options.usb : systemUsb();
+  const std::string argument = colon == std::string::npos ? "" : spec.substr(colon + 1);
+  if (kind == "sim") {
+    SimulatedHandOptions hand;
+    hand.hand = handParameters(colon == std::string::npos ? "medium" : argument);
+    hand.period_s = options.period_s;
+    hand.delay_samples = options.delay_samples;
+    return std::make_unique<SimulatedHand>(hand);
+  }
+  if (kind == "replay") {
+    if (argument.empty()) throw UnknownDevice("device replay: name the recording, as in replay:run.rec");
+    return std::make_unique<ReplayDevice>(argument);
+  }
+  if (spec == "null") return std::make_unique<NullDevice>(options.period_s);
+  if (kind == "falcon") {
+    FalconOptions falcon;
+    falcon.firmware = argument;
+    return std::make_unique<Falcon>(usb, falcon);
+  }
+  if (kind == "spacemouse") {
+    SpaceMouseOptions mouse;
+    mouse.bus_path = argument;
+    return std::make_unique<SpaceMouse>(usb, mouse);
+  }
+  throw UnknownDevice(std::string("no such device; choose one of ") + deviceChoices());
+}
+
+}  // namespace filiform

@@ -1,0 +1,64 @@
+// SegmentChain: stores segments in a spool, in about 13 bytes each if they come in runs, as from a reader.
+#pragma once
+
+#include "index/file/internal/spool.h"
+#include "index/tile/tile.h"
+
+#include <bit>
+#include <cstdint>
+#include <cstring>
+
+namespace filiform::internal {
+
+struct SegmentRecord {
+  SegmentId id;
+  std::uint32_t child_sample, parent_sample;  // equal: isolated
+  GridPoint child, parent;
+  float radius_um;  // of the child
+  std::uint16_t type;
+};
+
+// What a tile stores of a segment; the attributes go to the end of `look`.
+inline StoredSegment storedSegment(const SegmentRecord& r, bool owned, TileAppearance& look) {
+  look.radii_um.push_back(r.radius_um);
+  look.types.push_back(r.type);
+  return {r.id, r.child_sample, r.parent_sample, r.child, r.parent, owned};
+}
+
+// Written once, then read any number of times. Thread rule: thread-compatible.
+//
+// A record is stored as a difference from the one before: a byte of flags, a byte with the widths of two steps (4 bits
+// each, bytes a coordinate), then the values that the flags leave open. The bytes never leave the program.
+class SegmentChain {
+ public:
+  explicit SegmentChain(Spool& spool) : chain_(spool) {}
+
+  void add(const SegmentRecord& record);
+  void close() { chain_.close(); }
+  bool isOpen() const { return chain_.isOpen(); }  // has a buffer
+  std::uint64_t count() const { return count_; }
+  std::uint64_t bytes() const { return chain_.bytes(); }
+  void clear() { chain_.clear(), count_ = 0; }
+
+  class Reader {
+   public:
+    Reader(SegmentChain& chain, bool release) : blocks_(chain.chain_, release) {}
+    bool next(SegmentRecord& record);  // false at the end; `record` must be unchanged since the last call
+
+   private:
+    Chain::Reader blocks_;
+    const std::uint8_t* at_ = nullptr;
+    const std::uint8_t* end_ = nullptr;
+  };
+
+ private:
+  Chain chain_;
+  SegmentRecord last_ = first();
+  std::uint64_t count_ = 0;
+
+ public:
+  // The base of the first record of every block.
+  static SegmentRecord first() { return {{0, 0}, 0, 0, GridPoint::Zero(), GridPoint::Zero(), 0, 0}; }
+};
+
+}  // namespace filiform::internal

@@ -1,0 +1,201 @@
+#include "index/build/internal/tile_writer.h"
+
+#include "index/build/internal/level_writer.h"
+#include "index/errors.h"
+#include "index/file/internal/output_file.h"
+#include "index/file/internal/spool.h"
+#include "index/geometry/morton.h"
+#include "index/set/internal/set_files.h"
+#include "index/tile/tile_codec.h"
+
+#include <algorithm>
+
+namespace filiform {
+
+using internal::Bytes;
+using internal::ByteSpan;
+
+namespace {
+
+constexpr std::size_t kDetailBlock = std::size_t{64} << 10;
+constexpr std::uint64_t kDetailMemory = std::uint64_t{8} << 20;
+
+}  // namespace
+
+struct TileWriter::Impl {
+  std::string folder;
+  std::uint64_t pack_bytes = 0;
+  internal::DirectoryContents directory;
+  internal::Manifest manifest;
+  std::unique_ptr<internal::OutputFile> pack;
+  std::uint32_t packs = 0;
+  std::uint64_t bytes = 0;
+
+  void closeFile(const std::string& name, internal::OutputFile& file) {
+    file.close();
+    manifest.files.push_back({name, file.bytes(), file.digest()});
+    bytes += file.bytes();
+  }
+  void writeFile(const std::string& name, ByteSpan content) {
+    internal::OutputFile file(folder + "/" + name);
+    file.write(content);
+    closeFile(name, file);
+  }
+  void closePack() {
+    if (pack == nullptr) return;
+    closeFile(internal::packFile(packs - 1), *pack);
+    pack.reset();
+  }
+};
+
+TileWriter::TileWriter(std::string folder, const Grid& grid, std::uint32_t capacity, TileId tile_count, bool has_long,
+                       std::uint64_t pack_bytes)
+    : impl_(std::make_unique<Impl>()) {
+  impl_->folder = std::move(folder);
+  impl_->pack_bytes = pack_bytes;
+  impl_->directory.grid = impl_->manifest.grid = grid;
+  impl_->directory.capacity = impl_->manifest.capacity = capacity;
+  impl_->directory.long_tile = has_long ? tile_count - 1 : kNoTile;
+  impl_->directory.entries.resize(tile_count);
+  impl_->directory.locations.resize(tile_count);
+  impl_->manifest.counts.tiles = tile_count;
+}
+
+TileWriter::~TileWriter() = default;
+
+std::vector<TileId> TileWriter::packOrder(std::span<const BlockKey> leaves, bool has_long) {
+  std::vector<std::pair<MortonKey, TileId>> along;
+  along.reserve(leaves.size());
+  for (TileId t = 0; t < leaves.size(); ++t) {
+    const GridBox box = leaves[t].box();
+    along.emplace_back(hilbertIndex(midpoint(box.lo, box.hi)), t);
+  }
+  std::sort(along.begin(), along.end());
+  std::vector<TileId> order;
+  order.reserve(along.size() + 1);
+  for (const auto& [index, tile] : along) order.push_back(tile);
+  if (has_long) order.push_back(static_cast<TileId>(leaves.size()));
+  return order;
+}
+
+void TileWriter::add(TileId tile, const TileEntry& entry, std::span<const std::uint8_t> geometry,
+                     std::span<const std::uint8_t> appearance) {
+  if (geometry.size() > UINT32_MAX || appearance.size() > UINT32_MAX)
+    throw InputError("a tile takes more than 4 GiB: too many segments have the same midpoint");
+  if (impl_->pack != nullptr && impl_->pack->bytes() + geometry.size() + appearance.size() > impl_->pack_bytes)
+    impl_->closePack();
+  if (impl_->pack == nullptr) {
+    impl_->pack = std::make_unique<internal::OutputFile>(impl_->folder + "/" + internal::packFile(impl_->packs));
+    impl_->pack->write(internal::packHeader(impl_->packs++));
+  }
+  internal::TileLocation& at = impl_->directory.locations[tile];
+  at.pack = impl_->packs - 1;
+  at.offset = impl_->pack->bytes();
+  at.geometry_bytes = static_cast<std::uint32_t>(geometry.size());
+  at.appearance_bytes = static_cast<std::uint32_t>(appearance.size());
+  at.geometry_checksum = internal::checksum(geometry);
+  at.appearance_checksum = internal::checksum(appearance);
+  impl_->pack->write(geometry);
+  impl_->pack->write(appearance);
+  impl_->directory.entries[tile] = entry;
+  impl_->manifest.counts.stored_segments += entry.stored;
+  impl_->manifest.counts.decoded_bytes += entry.decoded_bytes;
+}
+
+void TileWriter::writeCells(const std::vector<CellRecord>& records, const std::vector<std::uint64_t>& digests,
+                            const std::function<void(const UseDetail& use)>& details) {
+  SetCounts& counts = impl_->manifest.counts;
+  counts.cells = records.size();
+  for (const CellRecord& record : records) {
+    counts.samples += record.samples;
+    counts.segments += record.segments;
+    counts.isolated += record.isolated;
+    counts.roots += record.roots;
+    impl_->manifest.bounds.extend(record.bounds);
+  }
+  // The details follow the table of their positions, so they wait in a spool until it is written.
+  internal::Spool spool(impl_->folder, kDetailBlock, kDetailMemory);
+  internal::Chain waiting(spool);
+  std::vector<internal::DetailPlace> places;
+  places.reserve(records.size());
+  std::uint64_t at = 0;
+  details([&](ByteSpan detail) {
+    places.push_back({at, detail.size(), internal::checksum(detail)});
+    at += detail.size();
+    waiting.append(detail);
+  });
+  waiting.close();
+  internal::OutputFile file(impl_->folder + "/" + internal::kCellsFile);
+  file.write(internal::encodeCellTable(records, digests, places));
+  internal::Chain::Reader reader(waiting, true);
+  for (ByteSpan bytes; !(bytes = reader.next()).empty();) file.write(bytes);
+  impl_->closeFile(internal::kCellsFile, file);
+}
+
+void TileWriter::writeLandmarks(const Landmarks& samples) {
+  impl_->manifest.covering_radius_um = samples.covering_radius_um;
+  impl_->writeFile(internal::kLandmarksFile, internal::encodeLandmarks(samples));
+}
+
+void TileWriter::writeLevels(const LevelMemory& memory, unsigned threads,
+                             const std::function<void(std::uint64_t)>& progress) {
+  impl_->closePack();
+  const internal::DirectoryContents& directory = impl_->directory;
+  std::vector<BlockKey> leaves;
+  for (TileId t = 0; t < directory.entries.size(); ++t)
+    if (t != directory.long_tile) leaves.push_back(directory.entries[t].key);
+  const std::unique_ptr<TileSource> source = openFolder(impl_->folder);
+  const auto read = [&](TileId tile, bool appearance) {
+    const internal::TileLocation& at = directory.locations[tile];
+    Bytes bytes(appearance ? at.appearance_bytes : at.geometry_bytes);
+    source->read(internal::packFile(at.pack), at.offset + (appearance ? at.geometry_bytes : 0), bytes);
+    return bytes;
+  };
+  const auto place = [&](TileId tile) {
+    return TilePlace{tile, directory.entries[tile].key, tile == directory.long_tile, "tiles", 0};
+  };
+  LevelInput input{directory.grid, leaves, {}, {}, {}, progress};
+  input.stored = [&](TileId tile) { return directory.entries[tile].stored; };
+  input.load = [&](TileId tile) {
+    return std::make_shared<const Tile>(decodeTile(read(tile, false), place(tile), directory.grid));
+  };
+  input.loadAppearance = [&](TileId tile) {
+    return decodeAppearance(read(tile, true), place(tile), directory.entries[tile].stored);
+  };
+  LevelOptions options;
+  options.most_segments = directory.capacity;
+  options.threads = threads;
+  options.pack_bytes = impl_->pack_bytes;
+  options.memory = memory.bytes;
+  options.memoryFor = memory.ofProcess;
+  for (const SetFile& file : filiform::writeLevels(input, options, impl_->folder)) {
+    impl_->manifest.files.push_back(file);
+    impl_->bytes += file.bytes;
+  }
+}
+
+std::string TileWriter::finish(const Provenance& provenance) {
+  impl_->closePack();
+  impl_->writeFile(internal::kDirectoryFile, internal::encodeDirectory(impl_->directory));
+  {
+    internal::OutputFile origin(impl_->folder + "/" + internal::kProvenanceFile);
+    internal::writeProvenance(provenance, [&](std::string_view piece) {
+      origin.write({reinterpret_cast<const std::uint8_t*>(piece.data()), piece.size()});
+    });
+    impl_->closeFile(internal::kProvenanceFile, origin);
+  }
+  std::sort(impl_->manifest.files.begin(), impl_->manifest.files.end(),
+            [](const SetFile& a, const SetFile& b) { return a.name < b.name; });
+  const std::string text = internal::encodeManifest(impl_->manifest, provenance);
+  internal::OutputFile file(impl_->folder + "/" + internal::kManifestFile);
+  file.write({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
+  file.close();
+  impl_->bytes += text.size();
+  internal::syncFolder(impl_->folder);
+  return internal::revisionName(text);
+}
+
+const SetCounts& TileWriter::counts() const { return impl_->manifest.counts; }
+std::uint64_t TileWriter::bytes() const { return impl_->bytes; }
+
+}  // namespace filiform

@@ -1,0 +1,65 @@
+// TileWriter: writes the files of one revision into a folder. ingest() publishes the folder.
+#pragma once
+
+#include "index/geometry/partition.h"
+#include "index/set/provenance.h"
+#include "index/set/tile_set.h"
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace filiform {
+
+// A new pack starts before a tile that would exceed this size.
+inline constexpr std::uint64_t kMostPackBytes = std::uint64_t{256} << 20;
+
+// Thread rule: thread-compatible. Every member throws IoError.
+class TileWriter {
+ public:
+  // Requires an existing, empty folder. Tiles have the ids 0 .. tile_count-1; the long-segment tile, if any, is the
+  // last.
+  TileWriter(std::string folder, const Grid& grid, std::uint32_t capacity, TileId tile_count, bool has_long,
+             std::uint64_t pack_bytes = kMostPackBytes);
+  TileWriter(const TileWriter&) = delete;
+  TileWriter& operator=(const TileWriter&) = delete;
+  ~TileWriter();
+
+  // The order of tiles in packs: along the Hilbert curve of the centres of their blocks, the long-segment tile last.
+  static std::vector<TileId> packOrder(std::span<const BlockKey> leaves, bool has_long);
+
+  // Appends a tile; each id once, in packOrder(). Throws InputError for a tile of more than 4 GiB.
+  void add(TileId tile, const TileEntry& entry, std::span<const std::uint8_t> geometry,
+           std::span<const std::uint8_t> appearance);
+  // Writes the cells, in the order of their ids; call it once. `details` is called once and passes each cell's encoded
+  // detail to `use`.
+  using UseDetail = std::function<void(std::span<const std::uint8_t> detail)>;
+  void writeCells(const std::vector<CellRecord>& records, const std::vector<std::uint64_t>& digests,
+                  const std::function<void(const UseDetail& use)>& details);
+  // Writes the landmarks; call it once.
+  void writeLandmarks(const Landmarks& samples);
+  struct LevelMemory {
+    std::uint64_t bytes = UINT64_MAX;
+    // For a message: the memory of the process that leaves this number of bytes to the levels.
+    std::function<std::uint64_t(std::uint64_t bytes)> ofProcess = {};
+  };
+  // Makes the levels of detail from the added tiles, which must be all, and reads these back. `progress` receives the
+  // number of finished tiles. Also throws CorruptTile, InputError if the levels need more memory, and what `progress`
+  // throws. O(segments).
+  void writeLevels(const LevelMemory& memory, unsigned threads,
+                   const std::function<void(std::uint64_t done)>& progress);
+
+  // Writes directory and manifest, flushes the folder, and returns the revision's name.
+  std::string finish(const Provenance& provenance);
+  const SetCounts& counts() const;  // valid after finish()
+  std::uint64_t bytes() const;      // of all files; valid after finish()
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace filiform

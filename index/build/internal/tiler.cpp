@@ -1,0 +1,612 @@
+#include "index/build/internal/tiler.h"
+
+#include "index/build/internal/chunks.h"
+#include "index/build/internal/crowded_leaves.h"
+#include "index/build/internal/leaf_builder.h"
+#include "index/build/internal/memory_gate.h"
+#include "index/build/internal/survey_runs.h"
+#include "index/build/internal/workers.h"
+#include "index/errors.h"
+#include "index/geometry/internal/key_sort.h"
+#include "index/set/internal/set_files.h"
+
+#include <algorithm>
+#include <cassert>
+#include <mutex>
+#include <numeric>
+
+namespace filiform::internal {
+namespace {
+
+constexpr std::uint64_t kMostChunkSegments = std::uint64_t{1} << 19;  // larger chunks are no faster
+constexpr std::uint64_t kSmallMemory = std::uint64_t{512} << 20;
+constexpr std::uint64_t kMostMemory = std::uint64_t{1} << 56;  // keeps sums of shares from overflowing
+constexpr std::uint64_t kPairsPerGroup = std::uint64_t{1} << 22;
+constexpr std::size_t kPairBlock = std::size_t{4} << 10;
+
+// Bytes for items that grow with the data. Measured with margins, since vectors grow by halves.
+constexpr std::uint64_t kBytesOfChunk = 640, kBytesOfBlock = 56;
+constexpr std::uint64_t kBytesOfCell = 512;        // without its names
+constexpr std::uint64_t kBytesOfLeaf = 512;        // while tiles are made
+constexpr std::uint64_t kBytesOfPackedLeaf = 900;  // while they are packed
+constexpr std::uint64_t kBytesOfCut = 40;          // of a segment whose chunk is cut into leaves
+constexpr std::uint64_t kBytesOfSegment = 160;     // of a segment whose chunk is made into tiles, as a rule
+constexpr std::uint64_t kBytesOfLandmark = 160;
+
+std::uint64_t heapBytes(const std::string& text) { return text.size() < 16 ? 0 : text.size() + 32; }
+
+}  // namespace
+
+struct Tiler::Impl {
+  explicit Impl(TilerOptions given);
+  static std::uint64_t mostInChunk(const TilerOptions& options);
+
+  static constexpr std::uint32_t kNone = UINT32_MAX;
+
+  struct Pair {
+    std::uint32_t cell, leaf;
+  };
+
+  void stopIfCancelled() const {
+    if (options.cancel != nullptr && options.cancel->load(std::memory_order_relaxed)) throw Interrupted("interrupted");
+  }
+  void step(const char* phase, std::uint64_t done, std::uint64_t total) const {
+    stopIfCancelled();
+    if (options.progress) options.progress(phase, done, total);
+  }
+
+  void take(Cell& cell);
+  void nameCells();
+  void cutChunk(Chunk& chunk, LandmarkSurvey& survey, SegmentChain& crossing, std::vector<BlockKey>& found) const;
+  std::vector<BlockKey> findLeaves(std::vector<SegmentChain>& crossing);
+  std::size_t chunkOf(std::uint32_t leaf) const;  // in `order`
+  void deliver(SegmentChain& crossing, std::size_t begin, std::size_t end);
+  LeafBuilder builder(unsigned worker, TileSink& sink);
+  static LeafBuilder::Range rangeOf(const Chunk& chunk) { return {chunk.first_leaf, chunk.end_leaf, chunk.core()}; }
+  void refuseCrowdedLeaves(std::span<SegmentChain> crossing);
+  void refuseWhatCannotBeBuilt();
+  void refuseLongSegments(std::uint64_t count) const;
+  void writeLongTile(TileSink& sink);
+  void handOver(std::uint32_t leaf, const BlockKey& key, bool is_long, std::vector<StoredSegment>& stored,
+                TileAppearance& appearance, unsigned worker, TileSink& sink);
+  template <typename Work>  // work(chunk, worker, gate, pass); free(worker): gives up the memory of a worker
+  void forEachChunk(
+      const char* phase, const Work& work, const std::function<void(unsigned)>& free = [](unsigned) {});
+  std::size_t group(std::uint32_t cell) const {
+    return static_cast<std::size_t>(std::upper_bound(group_begin.begin(), group_begin.end(), cell) -
+                                    group_begin.begin() - 1);
+  }
+
+  // Shares of the memory: a quarter for the spool's blocks, a sixteenth for its open buffers, an eighth for the encoded
+  // tiles (ingest.cpp). The rest is for chunks at work and for data that grow with the number of cells, chunks and
+  // leaves.
+  std::uint64_t grown() const {
+    return options.beside + cell_bytes + chunks.size() * kBytesOfChunk + spool.blocks() * kBytesOfBlock +
+           partition.leaves().size() * kBytesOfLeaf + samplePointsFor(segments) * kBytesOfLandmark;
+  }
+  std::uint64_t workBytes() const {
+    const std::uint64_t most = options.memory / 16 * 9;
+    return most - std::min(most, grown());
+  }
+  // What grows may grow a little more before the work is done.
+  std::uint64_t memoryForWork(std::uint64_t bytes) const { return (bytes + grown() + grown() / 8) / 9 * 16 + 16; }
+  // Throws if less than an eighth remains to work with.
+  void refuseWhatHasGrown() const;
+
+  TilerOptions options;
+  std::uint64_t most_in_chunk;
+  Spool spool;
+  std::size_t most_open;  // chunks that have a buffer
+  Chunks table;
+  std::vector<Chunk>& chunks = table.all();
+  std::vector<std::uint32_t> order;  // of the chunks, by key
+
+  std::vector<CellRecord> records;
+  std::vector<std::uint64_t> digests;
+  std::vector<std::string> given_names;
+  Chain details;
+  std::uint64_t segments = 0, visited = 0, cell_bytes = 0;
+  std::vector<GridPoint> snapped;      // of the current cell
+  std::vector<std::uint8_t> is_child;  // of the current cell
+
+  LandmarkSurvey survey;
+  Partition partition{std::vector<BlockKey>{BlockKey{}}};
+  std::vector<SegmentChain> long_segments;   // by worker
+  std::vector<LandmarkChooser::Part> parts;  // by worker
+  std::unique_ptr<const LandmarkChooser> chooser;
+  std::unique_ptr<Spool> pair_spool;       // small blocks: many are open at a time
+  std::vector<std::uint32_t> group_begin;  // of cells
+  std::vector<Chain> pair_chains;          // by worker, then by group
+};
+
+// All threads at work take a third. A chunk with no more ghosts than segments of its own never has a tile that is too
+// large to be built. A chunk that is split must be one that its midpoints make no leaf of.
+std::uint64_t Tiler::Impl::mostInChunk(const TilerOptions& options) {
+  const std::uint64_t most = options.chunk_segments != 0
+                                 ? options.chunk_segments
+                                 : std::min({kMostChunkSegments, options.memory / 3 / kBytesOfSegment / options.threads,
+                                             options.memory / 4 / LeafBuilder::tileCost(1)});
+  return std::max<std::uint64_t>(most, options.capacity);
+}
+
+Tiler::Impl::Impl(TilerOptions given)
+    : options(std::move(given)),
+      most_in_chunk(mostInChunk(options)),
+      spool(options.folder,
+            options.folder.empty() || options.memory < kSmallMemory ? std::size_t{16} << 10 : std::size_t{64} << 10,
+            options.chunk_segments != 0 ? 0 : options.memory / 4),
+      most_open(std::max<std::size_t>(8, options.memory / 16 / spool.block_bytes())),
+      table(spool, most_in_chunk, most_open),
+      details(spool) {
+  options.memory = std::min(options.memory, kMostMemory);
+  parts.resize(options.threads);
+  for (unsigned i = 0; i < options.threads; ++i) long_segments.emplace_back(spool);
+}
+
+void Tiler::Impl::take(Cell& cell) {
+  const std::size_t n = cell.samples();
+  if (cell.positions_um.size() != n || cell.radii_um.size() != n || cell.types.size() != n ||
+      (cell.isGraph() ? !cell.parents.empty() : cell.parents.size() != n))
+    throw UsageError("a cell was handed over with arrays of different lengths");
+  if (n >= UINT32_MAX || cell.segmentRanks() >= UINT32_MAX)
+    throw InputError(cell.source + ": more than 2^32 - 2 samples or links in one cell");
+  if (records.size() == UINT32_MAX - 1) throw InputError("more than 2^32 - 2 cells: split the input into several sets");
+
+  CellRecord record;
+  record.source = std::move(cell.source);
+  record.samples = n;
+  const bool large = n > Cell::kSamplesKept;
+  snapped.clear();
+  snapped.reserve(n);
+  for (const Vector3d& p_W : cell.positions_um) {
+    snapped.push_back(options.grid.snap(p_W));
+    record.bounds.extend(snapped.back());
+  }
+  if (large) cell.positions_um = {};
+
+  CellDetail detail;
+  const auto ranks = static_cast<std::uint32_t>(cell.segmentRanks());
+  is_child.assign(n, 0);  // 1: child of a segment, or parent of one in a forest
+  if (!cell.isGraph()) {
+    for (std::uint32_t i = 0; i < n; ++i) {
+      const std::uint32_t parent = cell.parents[i];
+      if (parent == kNoParent) continue;
+      if (parent >= n || parent == i) throw UsageError("a cell was handed over with a parent that does not exist");
+      is_child[i] = 1;
+      is_child[parent] |= 2;  // a parent
+    }
+  } else {
+    for (const auto& [child, parent] : cell.links) {
+      if (child >= n || parent >= n) throw UsageError("a cell was handed over with a link to nowhere");
+      if (child != parent) is_child[child] |= 1;
+    }
+  }
+  for (std::uint32_t i = 0; i < n; ++i)
+    if ((is_child[i] & 1) == 0) detail.roots.push_back({i, cell.radii_um[i], cell.types[i]});
+  record.roots = detail.roots.size();
+
+  const auto id = static_cast<std::uint32_t>(records.size());
+  SegmentRecord segment = SegmentChain::first();
+  for (std::uint32_t rank = 0; rank < ranks; ++rank) {
+    const auto [child, parent] = cell.ends(rank);
+    if (child == parent) {
+      if (is_child[child] != 0) continue;  // the root of a tree
+      ++record.isolated;
+    } else {
+      ++record.segments;
+    }
+    segment = {{id, rank}, child, parent, snapped[child], snapped[parent], cell.radii_um[child], cell.types[child]};
+    survey.addLength(segment.child, segment.parent);
+    table.add(segment);
+  }
+  segments += record.segments + record.isolated;
+  if (large) {
+    snapped = {};
+    is_child = {};
+  }
+
+  detail.sample_ids = std::move(cell.sample_ids);
+  detail.block_starts = std::move(cell.block_starts);
+  const Bytes bytes = encodeDetail(detail);
+  const std::uint64_t size = bytes.size();
+  details.append({reinterpret_cast<const std::uint8_t*>(&size), sizeof size});
+  details.append(bytes);
+  cell_bytes += kBytesOfCell + 4 * heapBytes(record.source) + 3 * heapBytes(cell.name);
+  given_names.push_back(std::move(cell.name));
+  digests.push_back(cell.digest);
+  records.push_back(std::move(record));
+  if (records.size() % 256 == 0) refuseWhatHasGrown();
+}
+
+void Tiler::Impl::refuseWhatHasGrown() const {
+  if (workBytes() >= options.memory / 8) return;
+  throw InputError(std::to_string(records.size()) + " cells and " + std::to_string(partition.leaves().size()) +
+                   " tiles take more memory than is given; ingest with --memory " +
+                   std::to_string((grown() / 7 * 16 >> 20) + 1) + "MiB or more");
+}
+
+template <typename Work>
+void Tiler::Impl::forEachChunk(const char* phase, const Work& work, const std::function<void(unsigned)>& free) {
+  std::atomic<std::size_t> next{0};
+  std::atomic<std::uint64_t> done{0};
+  MemoryGate gate(std::max(workBytes(), options.memory / 8), options.threads);
+  const std::size_t threads = std::clamp<std::size_t>(order.size(), 1, options.threads);
+  runWorkers(threads, [&](unsigned worker, const std::atomic<bool>& failed) {
+    MemoryGate::Pass pass(gate);
+    for (std::size_t i; !failed && (i = next.fetch_add(1)) < order.size();) {
+      if (worker == 0) {
+        step(phase, done, segments);
+      } else {
+        stopIfCancelled();
+      }
+      Chunk& chunk = chunks[order[i]];
+      const std::uint64_t n = chunk.own.count();
+      work(chunk, worker, gate, pass);
+      done += n;
+    }
+    free(worker);
+  });
+  stopIfCancelled();
+}
+
+void Tiler::Impl::cutChunk(Chunk& chunk, LandmarkSurvey& found_survey, SegmentChain& crossing,
+                           std::vector<BlockKey>& found) const {
+  if (chunk.own.count() == 0) {
+    found.push_back(chunk.key);
+    return;
+  }
+  const bool alone = chunk.key.depth == 0;
+  const GridBox closed = closedCell(chunk.key);
+  std::vector<MortonKey> keys;
+  keys.reserve(chunk.own.count());
+  SegmentChain::Reader reader(chunk.own, false);
+  for (SegmentRecord record = SegmentChain::first(); reader.next(record);) {
+    keys.push_back(mortonKey(midpoint(record.child, record.parent)));
+    if (!alone && !strictlyInside(closed, record.child, record.parent)) crossing.add(record);
+  }
+  sortKeys(keys);
+  found_survey.addKeys(keys);
+  const std::vector<BlockKey> leaves = Partition::splitCell(chunk.key, keys, options.capacity);
+  found.insert(found.end(), leaves.begin(), leaves.end());
+}
+
+std::size_t Tiler::Impl::chunkOf(std::uint32_t leaf) const {
+  const auto after = std::upper_bound(order.begin(), order.end(), leaf,
+                                      [&](std::uint32_t l, std::uint32_t c) { return l < chunks[c].first_leaf; });
+  return static_cast<std::size_t>(after - order.begin() - 1);
+}
+
+// Gives each segment to all chunks that store it, except its own: to chunks `begin` to `end` in key order. Takes
+// several steps if the chunks need more buffers than may be open.
+void Tiler::Impl::deliver(SegmentChain& crossing, std::size_t begin, std::size_t end) {
+  const std::size_t step = (end - begin + most_open - 1) / most_open;  // chunks with a buffer at the same time
+  std::vector<SegmentChain> groups;
+  if (step > 1)
+    for (std::size_t i = begin; i < end; i += step) groups.emplace_back(spool);
+  {
+    SegmentChain::Reader reader(crossing, true);
+    std::vector<std::uint32_t> met;
+    for (SegmentRecord record = SegmentChain::first(); reader.next(record);) {
+      if (!partition.leavesMet(record.child, record.parent, met, &visited))
+        met = {partition.home(record.child), partition.home(record.parent)};
+      const std::size_t own = chunkOf(partition.home(midpoint(record.child, record.parent)));
+      std::sort(met.begin(), met.end());
+      std::size_t last = SIZE_MAX, last_group = SIZE_MAX;
+      for (std::uint32_t leaf : met) {
+        if (last != SIZE_MAX && leaf < chunks[order[last]].end_leaf) continue;
+        last = chunkOf(leaf);
+        if (last == own || last < begin || last >= end) continue;
+        if (step == 1) {
+          chunks[order[last]].ghosts.add(record);
+        } else if (const std::size_t to = (last - begin) / step; to != last_group) {
+          groups[to].add(record);
+          last_group = to;
+        }
+      }
+    }
+  }
+  for (SegmentChain& group : groups) group.close();
+  for (std::size_t i = 0; i < groups.size(); ++i) {
+    stopIfCancelled();
+    deliver(groups[i], begin + i * step, std::min(begin + (i + 1) * step, end));
+  }
+  if (step == 1)
+    for (std::size_t i = begin; i < end; ++i) chunks[order[i]].ghosts.close();
+}
+
+void Tiler::Impl::handOver(std::uint32_t leaf, const BlockKey& key, bool is_long, std::vector<StoredSegment>& stored,
+                           TileAppearance& appearance, unsigned worker, TileSink& sink) {
+  std::uint32_t cell = kNone;
+  for (const StoredSegment& s : stored) {
+    if (!s.owned || s.id.cell == cell) continue;
+    cell = s.id.cell;
+    const Pair pair{cell, leaf};
+    pair_chains[worker * group_begin.size() + group(cell)].append(
+        {reinterpret_cast<const std::uint8_t*>(&pair), sizeof pair});
+  }
+  chooser->addLeaf(key, stored, parts[worker]);
+  sink.add(worker, leaf, key, is_long, stored, appearance);
+}
+
+LeafBuilder Tiler::Impl::builder(unsigned worker, TileSink& sink) {
+  LeafBuilder made(partition, spool, long_segments[worker], options.capacity,
+                   [this, worker, &sink](std::uint32_t leaf, std::vector<StoredSegment>& stored, TileAppearance& look) {
+                     stopIfCancelled();
+                     handOver(leaf, partition.leaves()[leaf], false, stored, look, worker, sink);
+                   });
+  made.memoryFor = [this](std::uint64_t bytes) { return memoryForWork(bytes); };
+  return made;
+}
+
+// Refuses if one tile with many ghosts exceeds the memory. A sample usually shows this before the ghosts are given to
+// their chunks, which takes most of the time.
+void Tiler::Impl::refuseCrowdedLeaves(std::span<SegmentChain> crossing) {
+  CrowdedLeaves crowded(partition, crossing, [this] { stopIfCancelled(); });
+  std::uint64_t stored = 0;
+  if (LeafBuilder::tileCost(crowded.estimate()) > workBytes())
+    stored = crowded.count([this](std::uint32_t leaf) {
+      Chunk& chunk = chunks[order[chunkOf(leaf)]];
+      return CrowdedLeaves::Chunk{&chunk.own, closedCell(chunk.key)};
+    });
+  visited += crowded.visited();
+  if (LeafBuilder::tileCost(stored) > workBytes())
+    LeafBuilder::refuse(stored, memoryForWork(LeafBuilder::tileCost(stored)));
+}
+
+// Counts exactly what could be too much, before any tile is made.
+void Tiler::Impl::refuseWhatCannotBeBuilt() {
+  std::atomic<std::uint64_t> largest{0}, too_long{0};
+  forEachChunk("counting", [&](Chunk& chunk, unsigned worker, MemoryGate& gate, MemoryGate::Pass&) {
+    const std::uint64_t own = chunk.own.count(), ghosts = chunk.ghosts.count();
+    if (LeafBuilder::tileCost(own + ghosts) <= gate.limit()) return;
+    if (ghosts <= own && own <= most_in_chunk && LeafBuilder::tileCost(2 * most_in_chunk) <= gate.limit()) return;
+    LeafBuilder counter(partition, spool, long_segments[worker], options.capacity, {});
+    SegmentChain* const chains[] = {&chunk.own, &chunk.ghosts};
+    const LeafBuilder::Counts counts = counter.count(chains, rangeOf(chunk));
+    for (const std::uint64_t stored : counts.stored) {
+      std::uint64_t before = largest;
+      while (stored > before && !largest.compare_exchange_weak(before, stored)) {
+      }
+    }
+    too_long += std::accumulate(counts.too_long.begin(), counts.too_long.end(), std::uint64_t{0});
+    refuseLongSegments(too_long);
+  });
+  if (LeafBuilder::tileCost(largest) > workBytes())
+    LeafBuilder::refuse(largest, memoryForWork(LeafBuilder::tileCost(largest)));
+}
+
+void Tiler::Impl::refuseLongSegments(std::uint64_t count) const {
+  if (LeafBuilder::tileCost(count) <= workBytes()) return;
+  throw InputError(std::to_string(count) + " segments meet more than " + std::to_string(kMaxLeavesOfSegment) +
+                   " tiles each and belong to one tile, which takes more memory than is given; ingest with a larger "
+                   "--capacity, or with --memory " +
+                   std::to_string((memoryForWork(LeafBuilder::tileCost(count)) >> 20) + 1) + "MiB");
+}
+
+void Tiler::Impl::writeLongTile(TileSink& sink) {
+  std::uint64_t count = 0;
+  for (SegmentChain& chain : long_segments) {
+    chain.close();
+    count += chain.count();
+  }
+  if (count == 0) return;
+  refuseLongSegments(count);
+  std::vector<SegmentRecord> found;
+  found.reserve(count);
+  for (SegmentChain& chain : long_segments) {
+    SegmentChain::Reader reader(chain, true);
+    for (SegmentRecord record = SegmentChain::first(); reader.next(record);) found.push_back(record);
+  }
+  std::sort(found.begin(), found.end(), [](const SegmentRecord& a, const SegmentRecord& b) { return a.id < b.id; });
+  std::vector<StoredSegment> segments_found;
+  TileAppearance appearance;
+  segments_found.reserve(count);
+  appearance.radii_um.reserve(count);
+  appearance.types.reserve(count);
+  for (const SegmentRecord& record : found) segments_found.push_back(storedSegment(record, true, appearance));
+  found = {};
+  handOver(static_cast<std::uint32_t>(partition.leaves().size()), BlockKey{}, true, segments_found, appearance, 0,
+           sink);
+}
+
+Tiler::Tiler(TilerOptions options) : impl_(std::make_unique<Impl>(std::move(options))) {}
+Tiler::~Tiler() = default;
+
+void Tiler::Impl::nameCells() {
+  std::vector<std::string> sources;
+  sources.reserve(records.size());
+  for (const CellRecord& record : records) sources.push_back(record.source);
+  std::vector<std::string> names = cellNames(sources, given_names);
+  given_names = {};
+  for (std::size_t i = 0; i < names.size(); ++i) records[i].name = std::move(names[i]);
+}
+
+void Tiler::read(CellStream& stream) {
+  Impl& t = *impl_;
+  t.step("reading", 0, 0);
+  for (Cell cell; stream.next(cell);) {
+    t.step("reading", t.segments, 0);
+    t.take(cell);
+    cell.discardLarge();
+  }
+  t.table.settle([&t](std::uint64_t done) { t.step("sorting", done, 0); });
+  t.details.close();
+  t.snapped = {};
+  t.is_child = {};
+  t.nameCells();
+  t.order.resize(t.chunks.size());
+  std::iota(t.order.begin(), t.order.end(), 0u);
+  std::sort(t.order.begin(), t.order.end(),
+            [&](std::uint32_t a, std::uint32_t b) { return t.chunks[a].key.low < t.chunks[b].key.low; });
+  t.refuseWhatHasGrown();
+  for (const Chunk& chunk : t.chunks)
+    if (chunk.own.count() > t.most_in_chunk && LeafBuilder::tileCost(chunk.own.count()) > t.workBytes())
+      throw InputError(
+          std::to_string(chunk.own.count()) +
+          " segments have the same midpoint and belong to one tile, which takes more memory than is given; "
+          "ingest with --memory " +
+          std::to_string((t.memoryForWork(LeafBuilder::tileCost(chunk.own.count())) >> 20) + 1) + "MiB");
+}
+
+// The leaves of all chunks, ascending; `crossing` gets the segments that touch borders of chunks.
+std::vector<BlockKey> Tiler::Impl::findLeaves(std::vector<SegmentChain>& crossing) {
+  std::vector<std::vector<BlockKey>> leaves_of(chunks.size());
+  std::vector<std::size_t> place(order.size());
+  for (std::size_t i = 0; i < order.size(); ++i) place[order[i]] = i;
+  SurveyRuns surveys;
+  std::mutex mutex;
+  std::uint64_t leaf_count = 0;
+  forEachChunk("cutting", [&](Chunk& chunk, unsigned worker, MemoryGate& gate, MemoryGate::Pass& pass) {
+    const std::uint64_t bytes = std::min(chunk.own.count() * kBytesOfCut, gate.limit());
+    if (!pass.fits(bytes)) pass.change(bytes);
+    const auto self = static_cast<std::size_t>(&chunk - chunks.data());
+    LandmarkSurvey found;
+    cutChunk(chunk, found, crossing[worker], leaves_of[self]);
+    const std::lock_guard lock(mutex);
+    surveys.add(place[self], std::move(found));
+    leaf_count += leaves_of[self].size();
+    if (leaf_count * kBytesOfLeaf > options.memory)
+      throw InputError("the segments need more than " + std::to_string(leaf_count) +
+                       " tiles, which takes more memory than is given; ingest with a larger --capacity, or with "
+                       "--memory " +
+                       std::to_string((leaf_count * kBytesOfLeaf * 2 >> 20) + 1) + "MiB or more");
+  });
+  surveys.addTo(survey);
+  std::vector<BlockKey> leaves;
+  leaves.reserve(leaf_count);
+  for (std::uint32_t c : order) {
+    chunks[c].first_leaf = static_cast<std::uint32_t>(leaves.size());
+    leaves.insert(leaves.end(), leaves_of[c].begin(), leaves_of[c].end());
+    chunks[c].end_leaf = static_cast<std::uint32_t>(leaves.size());
+    leaves_of[c] = {};
+  }
+  return leaves;
+}
+
+void Tiler::cut() {
+  Impl& t = *impl_;
+  std::vector<SegmentChain> crossing;
+  for (unsigned i = 0; i < t.options.threads; ++i) crossing.emplace_back(t.spool);
+  t.partition = Partition(t.findLeaves(crossing));
+  t.refuseWhatHasGrown();
+  const std::uint64_t packing = t.options.beside + t.cell_bytes + leaves().size() * kBytesOfPackedLeaf,
+                      free = t.options.memory / 8 * 7;
+  if (packing > free)
+    throw InputError(std::to_string(leaves().size()) + " tiles take more memory than is given; ingest with --memory " +
+                     std::to_string((packing / 7 * 8 >> 20) + 1) + "MiB");
+  for (SegmentChain& chain : crossing) chain.close();
+  t.step("counting", 0, 0);
+  t.refuseCrowdedLeaves(crossing);
+  for (SegmentChain& chain : crossing) {
+    t.stopIfCancelled();
+    t.deliver(chain, 0, t.order.size());
+  }
+  t.refuseWhatCannotBeBuilt();
+}
+
+void Tiler::tiles(TileSink& sink) {
+  Impl& t = *impl_;
+  t.chooser = std::make_unique<const LandmarkChooser>(t.options.grid, t.survey, samplePointsFor(t.segments));
+  const std::uint64_t per_group =
+      std::max<std::uint64_t>(1, std::min(kPairsPerGroup, t.options.memory / 8 / sizeof(Impl::Pair)));
+  std::uint64_t in_group = per_group;
+  for (std::uint32_t cell = 0; cell < t.records.size(); ++cell) {
+    if (in_group >= per_group) {
+      t.group_begin.push_back(cell);
+      in_group = 0;
+    }
+    in_group += t.records[cell].segments + t.records[cell].isolated;
+  }
+  if (t.group_begin.empty()) t.group_begin.push_back(0);
+  t.pair_spool =
+      std::make_unique<Spool>(t.options.folder, kPairBlock, t.options.chunk_segments != 0 ? 0 : t.options.memory / 64);
+  for (std::size_t i = 0; i < t.group_begin.size() * t.options.threads; ++i) t.pair_chains.emplace_back(*t.pair_spool);
+
+  std::atomic<std::uint64_t> too_long{0};
+  std::vector<LeafBuilder> builders;
+  builders.reserve(t.options.threads);
+  for (unsigned i = 0; i < t.options.threads; ++i) builders.push_back(t.builder(i, sink));
+  t.forEachChunk(
+      "writing tiles",
+      [&](Chunk& chunk, unsigned worker, MemoryGate& gate, MemoryGate::Pass& pass) {
+        SegmentChain* const chains[] = {&chunk.own, &chunk.ghosts};
+        const std::uint64_t before = t.long_segments[worker].count();
+        builders[worker].build(chains, Impl::rangeOf(chunk), gate, pass);
+        if (const std::uint64_t more = t.long_segments[worker].count() - before; more > 0)
+          t.refuseLongSegments(too_long += more);
+      },
+      [&](unsigned worker) { builders[worker].release(); });
+  for (const LeafBuilder& builder : builders) t.visited += builder.visited();
+  builders.clear();
+
+  t.writeLongTile(sink);
+  for (Chain& chain : t.pair_chains) chain.close();
+  t.spool.trim();
+}
+
+Landmarks Tiler::samples() { return impl_->chooser->finish(impl_->parts); }
+
+void Tiler::details(std::span<const TileId> tile_of, const std::function<void(ByteSpan detail)>& use) {
+  Impl& t = *impl_;
+  Chain::Reader rest(t.details, true);
+  std::vector<Impl::Pair> pairs;
+  std::size_t at = 0;
+  const std::size_t groups = t.group_begin.size();
+  std::size_t group = 0;  // the next
+  for (std::uint32_t cell = 0; cell < t.records.size(); ++cell) {
+    if (group < groups && t.group_begin[group] == cell) {
+      t.step("writing cells", cell, t.records.size());
+      pairs.clear();
+      at = 0;
+      std::size_t size = 0;
+      for (unsigned worker = 0; worker < t.options.threads; ++worker)
+        size += t.pair_chains[worker * groups + group].bytes() / sizeof(Impl::Pair);
+      pairs.reserve(size);
+      for (unsigned worker = 0; worker < t.options.threads; ++worker) {
+        Chain& chain = t.pair_chains[worker * groups + group];
+        const std::size_t n = chain.bytes() / sizeof(Impl::Pair);
+        pairs.resize(pairs.size() + n);
+        Chain::Reader(chain, true)
+            .read(reinterpret_cast<std::uint8_t*>(pairs.data() + pairs.size() - n), n * sizeof(Impl::Pair));
+      }
+      std::sort(pairs.begin(), pairs.end(), [](const Impl::Pair& a, const Impl::Pair& b) {
+        return a.cell != b.cell ? a.cell < b.cell : a.leaf < b.leaf;
+      });
+      ++group;
+    }
+    const std::size_t begin = at;
+    while (at < pairs.size() && pairs[at].cell == cell) ++at;
+    ByteWriter out;
+    out.varint(at - begin);
+    TileId last = 0;
+    for (std::size_t i = begin; i < at; ++i) {
+      const TileId tile = tile_of[pairs[i].leaf];
+      out.varint(tile - last);
+      last = tile;
+    }
+    std::uint64_t size = 0;
+    rest.read(reinterpret_cast<std::uint8_t*>(&size), sizeof size);
+    Bytes bytes(size);
+    rest.read(bytes.data(), size);
+    out.append(ByteSpan(bytes).subspan(1));  // after the number of tiles, 0
+    use(out.bytes());
+  }
+}
+
+TileWriter::LevelMemory Tiler::memoryForLevels() const {
+  const Impl& t = *impl_;
+  // A quarter is for details of cells, in the spool.
+  const std::uint64_t most = t.options.memory / 4 * 3,
+                      held = t.options.beside + t.cell_bytes + leaves().size() * kBytesOfPackedLeaf;
+  return {most - std::min(most, held), [held](std::uint64_t bytes) { return (bytes + held) / 3 * 4 + 16; }};
+}
+
+const std::vector<BlockKey>& Tiler::leaves() const { return impl_->partition.leaves(); }
+const std::vector<CellRecord>& Tiler::records() const { return impl_->records; }
+const std::vector<std::uint64_t>& Tiler::digests() const { return impl_->digests; }
+std::uint64_t Tiler::segments() const { return impl_->segments; }
+std::uint64_t Tiler::spool_file_bytes() const { return impl_->spool.file_bytes(); }
+std::size_t Tiler::chunks() const { return impl_->chunks.size(); }
+std::uint64_t Tiler::visited() const { return impl_->visited; }
+
+}  // namespace filiform::internal

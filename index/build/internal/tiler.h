@@ -1,0 +1,87 @@
+// Tiler: turns a stream of cells into the segments of each leaf, in bounded memory.
+//
+//   read    Segments go to the *chunk* of their midpoint. A chunk is a block that is split when it is full, so the
+//           data's extent need not be known beforehand. Contents of a split chunk move to the halves once input ends.
+//           Chunks lie in a spool: in memory while they are few.
+//   cut     Each chunk is split into leaves by its midpoints. The whole partition splits every block above a chunk too,
+//           so these are the leaves of all midpoints together. Segments that touch the border of their chunk are set
+//           aside, then given to all chunks that they meet.
+//   tiles   Each chunk passes its leaves on.
+//
+// The size of the chunks affects only time and memory. Shares of the memory: a quarter for the spool's blocks, a
+// sixteenth for buffers of chunks that are being written, an eighth for the sink. The rest is for chunks at work and
+// for each leaf, cell, chunk and block. If less than an eighth remains to work with, or a tile does not fit it, the
+// tiler refuses before it makes a tile.
+#pragma once
+
+#include "index/build/internal/segment_chain.h"
+#include "index/build/internal/tile_writer.h"
+#include "index/geometry/partition.h"
+#include "index/set/landmarks.h"
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace filiform::internal {
+
+struct TilerOptions {
+  Grid grid;
+  std::uint32_t capacity = 0;
+  std::uint64_t memory = UINT64_MAX;  // bytes
+  std::uint64_t beside = 0;           // bytes of `memory` used elsewhere
+  std::uint64_t chunk_segments = 0;   // most segments of a chunk; 0: by memory
+  unsigned threads = 1;               // threads that work on chunks, including the caller's
+  std::string folder = {};            // for the spool's file; empty: all in memory
+  const std::atomic<bool>* cancel = nullptr;
+  // Called from the calling thread. An exception that it throws ends the work.
+  std::function<void(const char* phase, std::uint64_t done, std::uint64_t total)> progress = {};
+};
+
+// Receives the content of each leaf, in any order of leaves, from several threads.
+class TileSink {
+ public:
+  virtual ~TileSink() = default;
+  // `leaf` is a position in Tiler::leaves(), or their number for the long-segment tile. Segments ascend by id;
+  // attributes are those of the children. `worker` < options.threads: calls of one worker do not overlap.
+  virtual void add(unsigned worker, std::uint32_t leaf, const BlockKey& key, bool is_long,
+                   std::vector<StoredSegment>& segments, TileAppearance& appearance) = 0;
+};
+
+// Thread rule: thread-compatible; starts its own threads. Throws Interrupted if `cancel` becomes true, IoError if the
+// spool cannot be written, UsageError for a cell whose arrays disagree in length. Throws InputError for too much data;
+// the message names the memory needed.
+class Tiler {
+ public:
+  explicit Tiler(TilerOptions options);
+  ~Tiler();
+
+  // Call each once, in this order.
+  void read(CellStream& stream);
+  void cut();
+  void tiles(TileSink& sink);
+  Landmarks samples();
+  // Calls `use` for each cell, in the order of ids, with its detail from encodeDetail(). `tile_of` holds the tile id of
+  // each leaf.
+  void details(std::span<const TileId> tile_of, const std::function<void(ByteSpan detail)>& use);
+
+  // After tiles(), when nothing else takes memory but what the tiler holds and 900 bytes a tile.
+  TileWriter::LevelMemory memoryForLevels() const;
+
+  const std::vector<BlockKey>& leaves() const;     // after cut(): all leaves, ascending, also those without segments
+  const std::vector<CellRecord>& records() const;  // after read()
+  const std::vector<std::uint64_t>& digests() const;
+  std::uint64_t segments() const;          // isolated ones included
+  std::uint64_t spool_file_bytes() const;  // largest size on disk
+  std::size_t chunks() const;              // after read()
+  std::uint64_t visited() const;           // after tiles(): visited nodes of the partition
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace filiform::internal

@@ -1,0 +1,144 @@
+#include "index/cell/cell.h"
+
+#include "index/cell/internal/spanning_forest.h"
+#include "index/text.h"
+
+#include <algorithm>
+#include <string_view>
+#include <unordered_map>
+#include <unordered_set>
+#include <utility>
+
+namespace filiform {
+namespace {
+
+std::string_view withoutEndings(std::string_view path) {
+  const auto without = [&](std::string_view ending) {
+    const std::string_view rest = path.substr(0, path.size() - std::min(path.size(), ending.size()));
+    if (!endsWithNoCase(path, ending) || rest.empty() || rest.back() == '/') return false;
+    path = rest;
+    return true;
+  };
+  for (const std::string_view ending : {".swc", ".edges", ".obj", ".vtk"})
+    if (without(ending)) break;
+  without(".cng");
+  return path;
+}
+
+// The last `parts` parts of the path, or all of it.
+std::string_view suffix(std::string_view path, std::size_t parts) {
+  std::size_t slash = path.size();
+  while (parts-- > 0) {
+    if (slash == 0) return path;
+    slash = path.rfind('/', slash - 1);
+    if (slash == std::string_view::npos) return path;
+  }
+  return path.substr(slash + 1);
+}
+
+// Gives each of the `open` sources, all different, a unique name. `shorten` maps a suffix to the name shown. Returns
+// the sources that their whole path does not distinguish.
+template <class Shorten>
+std::vector<std::string_view> tellApart(std::vector<std::string_view> open, Shorten shorten,
+                                        std::unordered_map<std::string_view, std::string_view>& names) {
+  std::vector<std::string_view> left;
+  for (std::size_t parts = 1; !open.empty(); ++parts) {
+    std::unordered_map<std::string_view, std::vector<std::string_view>> groups;
+    for (const std::string_view source : open) groups[shorten(suffix(source, parts))].push_back(source);
+    open.clear();
+    for (const auto& [name, group] : groups) {
+      const auto is_whole = [&](std::string_view source) { return suffix(source, parts).size() == source.size(); };
+      const auto whole = std::count_if(group.begin(), group.end(), is_whole);
+      for (const std::string_view source : group) {
+        if (group.size() == 1 || (whole == 1 && is_whole(source))) {
+          names[source] = name;
+        } else {
+          (is_whole(source) ? left : open).push_back(source);
+        }
+      }
+    }
+  }
+  return left;
+}
+
+}  // namespace
+
+void Cell::clearSamples() {
+  sample_ids.clear();
+  positions_um.clear();
+  parents.clear();
+  links.clear();
+  radii_um.clear();
+  types.clear();
+  block_starts.clear();
+}
+
+void Cell::discardLarge() {
+  if (std::max({sample_ids.capacity(), positions_um.capacity(), parents.capacity(), links.capacity(),
+                radii_um.capacity(), types.capacity(), block_starts.capacity()}) <= 2 * kSamplesKept)
+    return;
+  sample_ids = {};
+  positions_um = {};
+  parents = {};
+  links = {};
+  radii_um = {};
+  types = {};
+  block_starts = {};
+}
+
+void connect(Cell& cell, std::vector<std::array<std::uint32_t, 2>> edges) {
+  const std::size_t n = cell.samples();
+  SpanningForest forest = spanningForest(n, edges);
+  const auto roots = std::count(forest.parents.begin(), forest.parents.end(), kNoParent);
+  cell.links.clear();
+  if (edges.size() + static_cast<std::size_t>(roots) == n) {
+    cell.parents = std::move(forest.parents);
+    return;
+  }
+  cell.parents.clear();
+  std::vector<std::uint8_t> linked(n, 0);
+  for (auto& [child, parent] : edges) {
+    if (forest.turns[child] < forest.turns[parent]) std::swap(child, parent);
+    linked[child] = linked[parent] = 1;
+  }
+  for (std::uint32_t node = 0; node < n; ++node)
+    if (!linked[node]) edges.push_back({node, node});
+  cell.links = std::move(edges);
+}
+
+std::vector<std::string> cellNames(const std::vector<std::string>& sources, const std::vector<std::string>& given) {
+  const auto has_name = [&](std::size_t i) { return !given.empty() && !given[i].empty(); };
+  std::unordered_set<std::string_view> different;
+  std::unordered_set<std::string> taken;
+  std::vector<std::string> names(sources.size());
+  std::unordered_map<std::string_view, std::size_t> numbers;  // last number used, by the text it was appended to
+  const auto number_on = [&](std::size_t i, std::string_view counted, const std::string& base) {
+    std::size_t& number = numbers[counted];
+    for (;;) {
+      names[i] = ++number == 1 ? base : base + "#" + std::to_string(number);
+      if (taken.insert(names[i]).second) return;
+    }
+  };
+  for (std::size_t i = 0; i < sources.size(); ++i) {
+    if (!has_name(i)) {
+      different.insert(sources[i]);
+    } else if (taken.insert(given[i]).second) {
+      names[i] = given[i];
+    }
+  }
+  for (std::size_t i = 0; i < sources.size(); ++i)
+    if (has_name(i) && names[i].empty()) number_on(i, given[i], given[i]);
+
+  std::unordered_map<std::string_view, std::string_view> short_names;
+  const std::vector<std::string_view> left =
+      tellApart({different.begin(), different.end()}, withoutEndings, short_names);
+  tellApart(
+      left, [](std::string_view path) { return path; }, short_names);
+  // A name with an ending or a number may equal another plain name: the later one gets a number.
+  numbers.clear();
+  for (std::size_t i = 0; i < sources.size(); ++i)
+    if (!has_name(i)) number_on(i, sources[i], std::string(short_names[sources[i]]));
+  return names;
+}
+
+}  // namespace filiform

@@ -1,0 +1,51 @@
+// A file being written: buffered, with a digest, flushed to disk by close().
+#pragma once
+
+#include "index/file/internal/bytes.h"
+
+#include <memory>
+#include <string>
+
+namespace filiform::internal {
+
+// XXH3 of bytes that arrive in pieces. Thread rule: thread-compatible.
+class RunningDigest {
+ public:
+  RunningDigest();
+  RunningDigest(const RunningDigest&) = delete;
+  RunningDigest& operator=(const RunningDigest&) = delete;
+  ~RunningDigest();
+  void add(ByteSpan bytes);
+  std::uint64_t value() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+// Thread rule: thread-compatible. Throws IoError with the system's reason, also for a full disk.
+class OutputFile {
+ public:
+  explicit OutputFile(const std::string& path);  // must not exist
+  OutputFile(const OutputFile&) = delete;
+  OutputFile& operator=(const OutputFile&) = delete;
+  ~OutputFile();  // closes without errors; without close() the content is not guaranteed
+
+  void write(ByteSpan bytes);
+  void close();  // flushes to disk
+  std::uint64_t bytes() const { return bytes_; }
+  std::uint64_t digest() const { return digest_.value(); }  // of everything written so far
+
+ private:
+  void flush();
+  std::string path_;
+  int file_;
+  std::uint64_t bytes_ = 0;
+  Bytes buffer_;
+  RunningDigest digest_;
+};
+
+// Makes the names in a folder survive a crash. Throws IoError.
+void syncFolder(const std::string& path);
+
+}  // namespace filiform::internal

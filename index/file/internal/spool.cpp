@@ -1,0 +1,206 @@
+#include "index/file/internal/spool.h"
+
+#include "index/errors.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cerrno>
+#include <cstring>
+#include <fcntl.h>
+#include <new>
+#include <unistd.h>
+#include <utility>
+
+namespace filiform::internal {
+namespace {
+
+constexpr std::uint64_t kReleased = UINT64_MAX;
+
+}  // namespace
+
+Spool::Spool(std::string folder, std::size_t block_bytes, std::uint64_t memory_bytes)
+    : folder_(std::move(folder)),
+      block_bytes_(block_bytes),
+      memory_blocks_(folder_.empty() ? UINT64_MAX : memory_bytes / block_bytes) {}
+
+Spool::~Spool() {
+  if (file_ >= 0) ::close(file_);
+}
+
+std::uint64_t Spool::file_bytes() const {
+  const std::lock_guard lock(mutex_);
+  return file_end_ * block_bytes_;
+}
+
+std::uint64_t Spool::blocks() const {
+  const std::lock_guard lock(mutex_);
+  return most_stored_;
+}
+
+void Spool::trim() {
+  const std::lock_guard lock(mutex_);
+  spare_ = std::vector<Buffer>();
+}
+
+Spool::Buffer Spool::buffer() {
+  {
+    const std::lock_guard lock(mutex_);
+    if (!spare_.empty()) {
+      Buffer buffer = std::move(spare_.back());
+      spare_.pop_back();
+      return buffer;
+    }
+  }
+  return std::make_unique<std::uint8_t[]>(block_bytes_ + kSlack);
+}
+
+void Spool::giveBack(Buffer buffer) noexcept {
+  if (!buffer) return;
+  const std::lock_guard lock(mutex_);
+  try {
+    spare_.push_back(std::move(buffer));
+  } catch (const std::bad_alloc&) {
+    // Without memory, this buffer is not kept for reuse.
+  }
+}
+
+Spool::Block Spool::store(Buffer& filled, std::size_t used) {
+  Block block{0, static_cast<std::uint32_t>(used), nullptr};
+  int file = -1;
+  {
+    const std::lock_guard lock(mutex_);
+    most_stored_ = std::max(most_stored_, ++stored_);
+    if (memory_blocks_ > 0) {
+      --memory_blocks_;
+      block.memory = std::move(filled);
+      return block;
+    }
+    if (file_ < 0) {
+      std::string path = folder_ + "/spool-XXXXXX";  // one ingest uses several
+      file_ = ::mkostemp(path.data(), O_CLOEXEC);
+      if (file_ < 0) throw IoError(path, "cannot be created", errno);
+      ::unlink(path.c_str());
+    }
+    file = file_;
+    if (free_.empty()) {
+      block.at = file_end_++;
+    } else {
+      block.at = free_.back();
+      free_.pop_back();
+    }
+  }
+  for (std::size_t done = 0; done < used;) {
+    const ssize_t n =
+        ::pwrite(file, filled.get() + done, used - done, static_cast<off_t>(block.at * block_bytes_ + done));
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) throw IoError(folder_, "cannot hold the working file of ingest", n < 0 ? errno : ENOSPC);
+    done += static_cast<std::size_t>(n);
+  }
+  return block;
+}
+
+const std::uint8_t* Spool::load(const Block& block, Buffer& scratch) const {
+  if (block.memory) return block.memory.get();
+  if (!scratch) scratch = std::make_unique<std::uint8_t[]>(block_bytes_ + kSlack);
+  for (std::size_t done = 0; done < block.used;) {
+    const ssize_t n =
+        ::pread(file_, scratch.get() + done, block.used - done, static_cast<off_t>(block.at * block_bytes_ + done));
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) throw IoError(folder_, "the working file of ingest cannot be read", n < 0 ? errno : EIO);
+    done += static_cast<std::size_t>(n);
+  }
+  return scratch.get();
+}
+
+void Spool::release(Block& block) noexcept {
+  if (block.at == kReleased) return;
+  const std::uint64_t at = std::exchange(block.at, kReleased);
+  const bool in_memory = block.memory != nullptr;
+  giveBack(std::move(block.memory));
+  const std::lock_guard lock(mutex_);
+  --stored_;
+  if (in_memory) {
+    ++memory_blocks_;
+    return;
+  }
+  try {
+    free_.push_back(at);
+  } catch (const std::bad_alloc&) {
+    // Without memory, the free block is not reused and the file grows.
+  }
+}
+
+void Chain::turn() {
+  if (current_) {
+    blocks_.push_back(spool_->store(current_, used_));
+    stored_bytes_ += used_;
+  }
+  if (!current_) current_ = spool_->buffer();
+  used_ = 0;
+}
+
+void Chain::append(ByteSpan bytes) {
+  while (!bytes.empty()) {
+    if (!current_ || used_ == spool_->block_bytes()) turn();
+    const std::size_t n = std::min(bytes.size(), spool_->block_bytes() - used_);
+    std::memcpy(current_.get() + used_, bytes.data(), n);
+    used_ += static_cast<std::uint32_t>(n);
+    bytes = bytes.subspan(n);
+  }
+}
+
+void Chain::close() {
+  if (used_ > 0) {
+    blocks_.push_back(spool_->store(current_, used_));
+    stored_bytes_ += used_;
+  }
+  used_ = 0;
+  spool_->giveBack(std::move(current_));
+}
+
+void Chain::clear() {
+  for (Spool::Block& block : blocks_) spool_->release(block);
+  blocks_.clear();
+  spool_->giveBack(std::move(current_));
+  stored_bytes_ = used_ = 0;
+}
+
+Chain::Reader::~Reader() {
+  if (release_) chain_->clear();
+  chain_->spool_->giveBack(std::move(scratch_));
+}
+
+ByteSpan Chain::Reader::next() {
+  assert(!chain_->current_ && "read before close");
+  if (release_ && at_ > 0) chain_->spool_->release(chain_->blocks_[at_ - 1]);
+  if (at_ == chain_->blocks_.size()) return {};
+  const Spool::Block& block = chain_->blocks_[at_++];
+  return {chain_->spool_->load(block, scratch_), block.used};
+}
+
+void Chain::Reader::read(std::uint8_t* to, std::size_t n) {
+  while (n > 0) {
+    if (rest_.empty()) rest_ = next();
+    assert(!rest_.empty());
+    const std::size_t some = std::min(n, rest_.size());
+    std::memcpy(to, rest_.data(), some);
+    rest_ = rest_.subspan(some);
+    to += some;
+    n -= some;
+  }
+}
+
+void Chain::read(std::uint64_t offset, std::span<std::uint8_t> to, Spool::Buffer& scratch) const {
+  assert(!current_ && "read before close");
+  std::size_t at = offset / spool_->block_bytes(), from = offset % spool_->block_bytes();
+  while (!to.empty()) {
+    const Spool::Block& block = blocks_[at++];
+    const std::uint8_t* bytes = spool_->load(block, scratch);
+    const std::size_t n = std::min<std::size_t>(to.size(), block.used - from);
+    std::memcpy(to.data(), bytes + from, n);
+    to = to.subspan(n);
+    from = 0;
+  }
+}
+
+}  // namespace filiform::internal

@@ -1,0 +1,109 @@
+#include "index/geometry/morton.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdlib>
+
+namespace filiform {
+namespace {
+
+__extension__ using Wide = __int128;
+
+constexpr std::int64_t kOffset = std::int64_t{1} << (kMortonAxisBits - 1);
+constexpr int kHalfBits = kMortonAxisBits / 2;  // 21 bits an axis fill 63 bits of a word
+constexpr std::uint64_t kHalfMask = (std::uint64_t{1} << kHalfBits) - 1;
+
+// Moves bit i of the lower 21 to bit 3 i.
+std::uint64_t spread(std::uint64_t v) {
+  v &= kHalfMask;
+  v = (v | v << 32) & 0x001F00000000FFFFull;
+  v = (v | v << 16) & 0x001F0000FF0000FFull;
+  v = (v | v << 8) & 0x100F00F00F00F00Full;
+  v = (v | v << 4) & 0x10C30C30C30C30C3ull;
+  v = (v | v << 2) & 0x1249249249249249ull;
+  return v;
+}
+
+std::uint64_t gather(std::uint64_t v) {
+  v &= 0x1249249249249249ull;
+  v = (v | v >> 2) & 0x10C30C30C30C30C3ull;
+  v = (v | v >> 4) & 0x100F00F00F00F00Full;
+  v = (v | v >> 8) & 0x001F0000FF0000FFull;
+  v = (v | v >> 16) & 0x001F00000000FFFFull;
+  v = (v | v >> 32) & kHalfMask;
+  return v;
+}
+
+MortonKey interleave(const std::array<std::uint64_t, 3>& axes) {
+  std::uint64_t high = 0, low = 0;
+  for (int i = 0; i < 3; ++i) {
+    high |= spread(axes[i] >> kHalfBits) << (2 - i);
+    low |= spread(axes[i]) << (2 - i);
+  }
+  return MortonKey{high} << (3 * kHalfBits) | low;
+}
+
+}  // namespace
+
+MortonKey mortonKey(const GridPoint& p) {
+  return interleave({static_cast<std::uint64_t>(p.x() + kOffset), static_cast<std::uint64_t>(p.y() + kOffset),
+                     static_cast<std::uint64_t>(p.z() + kOffset)});
+}
+
+GridPoint mortonPoint(MortonKey key) {
+  const auto high = static_cast<std::uint64_t>(key >> (3 * kHalfBits));
+  const auto low = static_cast<std::uint64_t>(key);
+  GridPoint p;
+  for (int i = 0; i < 3; ++i)
+    p[i] = static_cast<std::int64_t>(gather(high >> (2 - i)) << kHalfBits | gather(low >> (2 - i))) - kOffset;
+  return p;
+}
+
+GridBox BlockKey::box() const { return {mortonPoint(low), mortonPoint(high())}; }
+
+// Converts axes to the transposed index. Source: J. Skilling, Programming the Hilbert curve, AIP Conf. Proc. 707
+// (2004).
+MortonKey hilbertIndex(const GridPoint& p) {
+  std::array<std::uint64_t, 3> x;
+  for (int i = 0; i < 3; ++i) x[i] = static_cast<std::uint64_t>(p[i] + kOffset);
+  constexpr std::uint64_t kTop = std::uint64_t{1} << (kMortonAxisBits - 1);
+  for (std::uint64_t q = kTop; q > 1; q >>= 1) {
+    const std::uint64_t below = q - 1;
+    for (int i = 0; i < 3; ++i) {
+      if (x[i] & q) {
+        x[0] ^= below;
+      } else {
+        const std::uint64_t swap = (x[0] ^ x[i]) & below;
+        x[0] ^= swap;
+        x[i] ^= swap;
+      }
+    }
+  }
+  x[1] ^= x[0];
+  x[2] ^= x[1];
+  std::uint64_t flip = 0;
+  for (std::uint64_t q = kTop; q > 1; q >>= 1)
+    if (x[2] & q) flip ^= q - 1;
+  for (int i = 0; i < 3; ++i) x[i] ^= flip;
+  return interleave(x);
+}
+
+// Separating axes of a segment and a box: the box's three axes, and their cross products with the segment. Lengths are
+// doubled so that centres are integers; the largest product is below 2^90.
+bool segmentMeetsBox(const GridPoint& a, const GridPoint& b, const GridBox& box) {
+  if (box.empty()) return false;
+  const GridPoint d = b - a;
+  const GridPoint extent = box.hi - box.lo;
+  const GridPoint centre = (a + b) - (box.lo + box.hi);
+  for (int i = 0; i < 3; ++i)
+    if (std::abs(centre[i]) > extent[i] + std::abs(d[i])) return false;
+  for (int i = 0; i < 3; ++i) {
+    const int j = (i + 1) % 3, k = (i + 2) % 3;
+    const Wide distance = Wide{centre[j]} * d[k] - Wide{centre[k]} * d[j];
+    const Wide reach = Wide{extent[j]} * std::abs(d[k]) + Wide{extent[k]} * std::abs(d[j]);
+    if ((distance < 0 ? -distance : distance) > reach) return false;
+  }
+  return true;
+}
+
+}  // namespace filiform

@@ -1,0 +1,48 @@
+// Keys of the binary space partition.
+//
+// A MortonKey interleaves the three grid coordinates, 42 bits each. An offset of 2^41 makes them unsigned. From the top
+// bit down, the axes alternate x, y, z, x, ... A BlockKey names a block: the keys that share its `depth` leading bits.
+// Depth 0 is the whole world. One more bit halves the block along the next axis; three more bits make an octree level.
+//
+// A block contains exactly the keys in [low, high]. Blocks of equal depth, and the leaves of any partition, are ordered
+// by their lowest key. Thread rule: immutable values. O(1) throughout.
+#pragma once
+
+#include "index/geometry/grid.h"
+
+#include <compare>
+#include <cstdint>
+
+namespace filiform {
+
+__extension__ using MortonKey = unsigned __int128;
+
+inline constexpr int kMortonAxisBits = 42;
+inline constexpr int kMortonBits = 3 * kMortonAxisBits;
+
+// The key of a grid point. Requires -2^41 <= p < 2^41 on each axis.
+MortonKey mortonKey(const GridPoint& p);
+GridPoint mortonPoint(MortonKey key);  // the inverse
+
+// A block of the partition.
+struct BlockKey {
+  MortonKey low = 0;  // lowest key in the block: bits below the prefix are zero
+  int depth = 0;      // number of leading bits, 0..kMortonBits
+
+  MortonKey high() const { return depth == kMortonBits ? low : low | ((MortonKey{1} << (kMortonBits - depth)) - 1); }
+  bool contains(MortonKey key) const { return key >= low && key <= high(); }
+  BlockKey half(int bit) const {  // bit 0: lower half, 1: upper. Requires depth < kMortonBits
+    return {low | (MortonKey(bit) << (kMortonBits - depth - 1)), depth + 1};
+  }
+  GridBox box() const;  // grid points of the block, lo and hi included
+  bool operator==(const BlockKey&) const = default;
+};
+
+// Position of a point along a three-dimensional Hilbert curve over the same 42-bit cube. Neighbours on the curve are
+// neighbours in space. Orders the tiles in packs by the centres of their blocks.
+MortonKey hilbertIndex(const GridPoint& p);
+
+// True if the closed segment a-b meets the closed box. Exact, in integers (separating axes).
+bool segmentMeetsBox(const GridPoint& a, const GridPoint& b, const GridBox& box);
+
+}  // namespace filiform

@@ -1,0 +1,99 @@
+// The partition of a tile set: binary splits of the world along Morton prefixes, until each block holds few enough
+// midpoints.
+//
+// The leaves are the undivided blocks. They depend only on the set of midpoints and the capacity, not on the order of
+// arrival, threads or memory. They cover the whole world; a tile set stores only leaves with content. Thread rule:
+// immutable after construction; any number of threads may read.
+#pragma once
+
+#include "index/geometry/morton.h"
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace filiform {
+
+struct PartitionOptions {
+  std::uint32_t capacity = 2048;  // owned segments a tile, at least 1; blocks that cannot be split may hold more
+  int quantum_exponent = Grid::kDefaultExponent;  // of the grid, see grid.h
+};
+
+// A segment that meets more leaves than this is a long segment. It is stored only in the homes of its two ends and in
+// the long-segment tile.
+inline constexpr std::size_t kMaxLeavesOfSegment = 64;
+
+// The point that decides which leaf owns the segment a-b: its middle, rounded down on each axis. Independent of
+// direction.
+GridPoint midpoint(const GridPoint& a, const GridPoint& b);
+
+// The closed block: from the block's lowest grid point to the next block's lowest (hi + 1), on each axis. Neighbouring
+// closed blocks share a face, without a gap. A tile stores every segment that meets its closed block.
+GridBox closedCell(const BlockKey& key);
+
+class Partition {
+ public:
+  // Splits the world until each block holds at most `capacity` midpoints, or only equal midpoints. Requires ascending
+  // keys and capacity > 0. O(leaves * log n).
+  static Partition split(std::span<const MortonKey> sorted_midpoints, std::uint32_t capacity);
+
+  // The leaves inside `cell`, from all midpoints in it. Requires that the whole partition splits every block above
+  // `cell`.
+  static std::vector<BlockKey> splitCell(const BlockKey& cell, std::span<const MortonKey> sorted_midpoints,
+                                         std::uint32_t capacity);
+
+  // The partition with the given leaves. Requires leaves that are disjoint, ascending and cover the world. O(leaves).
+  explicit Partition(std::vector<BlockKey> leaves);
+
+  const std::vector<BlockKey>& leaves() const { return leaves_; }
+  // Position in leaves() of the leaf that contains the point. O(depth).
+  std::uint32_t home(const GridPoint& p) const;
+  // Replaces `met` with the positions of all leaves whose closed block meets the closed segment, ascending; exact.
+  // Returns false, with `met` incomplete, for more than kMaxLeavesOfSegment leaves. Adds the number of visited nodes to
+  // `visited`, if given. O(leaves met * depth); a path without branches through empty space counts as one step.
+  bool leavesMet(const GridPoint& a, const GridPoint& b, std::vector<std::uint32_t>& met,
+                 std::uint64_t* visited = nullptr) const;
+
+  // A block of the tree, from which searches may start instead of the whole world.
+  struct Subtree {
+    std::uint32_t root;
+    GridBox cell;  // closed block
+  };
+  // The block `cell`, or the leaf that contains it. O(depth).
+  Subtree subtree(const BlockKey& cell) const;
+  // Like home(p), for a point inside the block.
+  std::uint32_t home(const Subtree& from, const GridPoint& p) const { return descend(from.root, p); }
+  // Like leavesMet(a, b), for a segment that meets no closed block outside `from`.
+  bool leavesMet(const Subtree& from, const GridPoint& a, const GridPoint& b, std::vector<std::uint32_t>& met,
+                 std::uint64_t* visited = nullptr) const;
+
+ private:
+  Partition() = default;
+  template <typename IsLeaf>
+  void build(const BlockKey& world, std::span<const MortonKey> keys, IsLeaf is_leaf);
+
+  void findPassages();
+  std::uint32_t descend(std::uint32_t at, const GridPoint& p) const;
+  class Visit;
+  std::uint32_t root() const { return nodes_.empty() ? kLeafBit : 0; }
+
+  static constexpr std::uint32_t kLeafBit = std::uint32_t{1} << 31;
+  static constexpr std::uint32_t kNone = UINT32_MAX;
+  struct Node {
+    std::int64_t plane;      // lowest coordinate of the upper half
+    std::uint32_t child[2];  // position in nodes_, or kLeafBit | position in leaves_
+    std::int32_t axis;
+    std::uint32_t passage;  // the passage that begins here, or kNone
+  };
+  // A shortcut past consecutive nodes that each have a leaf on one side. In a wide world, a few cells lie below many
+  // such nodes.
+  struct Passage {
+    GridPoint lo, hi;  // a segment strictly between them passes all nodes on the way
+    std::uint32_t end;
+  };
+  std::vector<Node> nodes_;  // the first is the root, unless the world is one leaf
+  std::vector<Passage> passages_;
+  std::vector<BlockKey> leaves_;
+};
+
+}  // namespace filiform

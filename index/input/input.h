@@ -1,0 +1,137 @@
+// Input: reads command-line arguments (files, folders, zip archives) as a stream of cells, and reports on every input.
+//
+// Cells come in the order of cell ids: by source, then by content digest, both in byte order. The order of the
+// arguments has no effect. One cell is in memory at a time; of an archive, its central directory. Thread rule:
+// thread-compatible.
+//
+//   Input input({"column.zip", "more/"});
+//   for (Cell cell; input.next(cell);) std::cout << cell.source << '\n';
+//   writeCheckTable(std::cout, input.reports());
+#pragma once
+
+#include "index/cell/cell.h"
+#include "index/input/input_report.h"
+#include "index/input/swc.h"
+
+#include <cstdint>
+#include <functional>
+#include <iosfwd>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace filiform {
+
+// The report on one .swc entry of an archive, or on an inner archive, which is not opened.
+struct EntryReport {
+  std::string entry;  // name in the archive, raw bytes
+  std::uint64_t bytes = 0;
+  std::uint64_t digest = 0;  // XXH3 of the content
+  bool dropped = false;      // the whole entry was skipped or refused
+  InputReport report;
+};
+
+// One row of `check`: a file argument, a file of a folder, an archive (sums over its entries), or a folder that cannot
+// be listed.
+struct SourceReport {
+  std::string file;  // base name of the argument, or path below the folder argument; raw bytes
+  bool archive = false;
+  std::uint64_t bytes = 0;
+  std::uint64_t digest = 0;  // XXH3 of the content; for an archive, of its central directory
+  InputReport report;        // for an archive: sums, and records of the archive itself
+  std::vector<EntryReport> entries;
+};
+
+struct InputOptions {
+  SwcOptions swc;
+  std::uint64_t memory = UINT64_MAX;  // bytes
+  double cell_share = 0.625;          // fraction of `memory` that one cell may take while it is read
+  // Called after each block read: `done` of `total` bytes of the files on disk. An exception that it throws ends the
+  // run.
+  std::function<void(std::uint64_t done, std::uint64_t total)> progress;
+};
+
+class Input : public CellStream {
+ public:
+  // Lists all inputs; reads only the directories of archives. Folders are searched recursively for *.swc and *.zip in
+  // any letter case, hidden files included, except `._*` and `__MACOSX`. A folder with an `info` of Neuroglancer
+  // skeletons counts as one input of skeletons.
+  //
+  // A file argument may have any name: *.zip is an archive; *.edges, *.obj and *.vtk are graphs
+  // (index/input/internal/graph_file.h); all others are SWC. Graph files inside folders and archives are ignored, since
+  // such folders usually hold meshes.
+  //
+  // Symbolic links to files and folders are followed. Within one folder argument, each real file (device and inode, so
+  // hard links too) is read once and each real folder is entered once, under its lowest path in byte order.
+  //
+  // Unreadable inputs are refused (E_UNREADABLE), and the rest continues: a file, an archive, a folder that cannot be
+  // listed, a link without a target, a pipe or device named *.swc.
+  //
+  // Throws IoError if an argument is missing or neither file nor folder, or if the process has no file descriptor or
+  // memory left. Throws InputError without arguments, or for a folder with neither .swc nor .zip.
+  explicit Input(const std::vector<std::string>& arguments, InputOptions options = {});
+  ~Input() override;
+  Input(Input&&) noexcept;
+  Input& operator=(Input&&) noexcept;
+
+  // Moves the next cell that is not refused into `cell`; false at the end. The first pass refuses files that cannot be
+  // read.
+  //
+  // Throws IoError if a file changed since an earlier pass, cannot be read in a later pass, or if the process has no
+  // file descriptor or memory left. Throws InputError if a cell exceeds the given memory. Throws ConservationError, and
+  // UsageError as SwcReader does.
+  bool next(Cell& cell) override;
+
+  // Returns to the first cell, for another pass. Refused inputs are not read again.
+  void rewind();
+
+  // Reports in the order of the arguments; within a folder by path. Final once next() has returned false.
+  const std::vector<SourceReport>& reports() const;
+
+  // Number of inputs that may hold a cell: files and .swc entries that are not refused at listing.
+  std::uint64_t listed() const;
+  // Their sources, in the order of cells. Valid while this object lives. O(listed()).
+  std::vector<std::string_view> sources() const;
+  // Approximate memory, bytes, of the lists of inputs and the reports. Records of reports are not included: they take
+  // up to 1 MiB, and more go to a file. O(listed()).
+  std::uint64_t held_bytes() const;
+  // Bytes of all files on disk.
+  std::uint64_t bytes() const;
+  // One line if the unit of the cells read so far looks wrong (index/cell/internal/unit_check.h); otherwise empty.
+  std::string unitDoubt() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+// The outcome for one input: a file or an archive entry. A lost entry counts as skipped unless its archive is refused.
+// So an input is refused only if anyRefused() is true.
+enum class InputFate : std::uint8_t { kAccepted, kWarned, kSkipped, kRefused };
+
+struct InputTotals {
+  std::uint64_t accepted = 0, warned = 0, skipped = 0, refused = 0;  // inputs, by InputFate
+  std::uint64_t bytes = 0, samples = 0, segments = 0, isolated = 0, roots = 0;
+  CodeCounts codes;
+};
+InputTotals totals(const std::vector<SourceReport>& reports);
+
+// True if anything of the row was dropped.
+bool anyDropped(const SourceReport& row);
+// Passes the dropped parts of a row to `use`, piece by piece, in order: comma-separated line numbers; for an archive,
+// entry names or `entry:line`. Text is escaped. No piece is longer than a name.
+void writeDropped(const SourceReport& row, const std::function<void(std::string_view piece)>& use);
+
+// The worst severity of the rows; accept without rows. `check` exits with 1 if the verdict is refuse.
+Severity verdict(const std::vector<SourceReport>& reports);
+bool anyRefused(const std::vector<SourceReport>& reports);
+
+// Writes a header line and `file severity samples segments dropped codes` for each row, tab-separated, names escaped.
+void writeCheckTable(std::ostream& out, const std::vector<SourceReport>& reports);
+
+// A few lines for the user: totals, each code with count and meaning, and the first 20 refused and skipped inputs with
+// the reason. Ends with a newline.
+std::string summary(const std::vector<SourceReport>& reports);
+
+}  // namespace filiform

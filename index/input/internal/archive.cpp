@@ -1,0 +1,221 @@
+#include "index/input/internal/archive.h"
+
+#include "index/errors.h"
+#include "index/input/internal/zip_directory.h"
+#include "index/text.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <sys/stat.h>
+#include <unordered_set>
+
+#include <zip.h>
+
+namespace filiform {
+namespace {
+
+bool isLetter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
+
+bool isControl(char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7F; }
+
+// Calls `use` for each part between slashes. Returns true if any call did.
+template <class Use>
+bool anyPart(std::string_view path, Use use) {
+  for (;;) {
+    const std::size_t slash = path.find('/');
+    if (use(path.substr(0, slash))) return true;
+    if (slash == std::string_view::npos) return false;
+    path.remove_prefix(slash + 1);
+  }
+}
+
+std::string withSlashes(std::string_view name) {
+  std::string path(name);
+  std::replace(path.begin(), path.end(), '\\', '/');
+  return path;
+}
+
+// The path without drive, leading slashes, and empty or `.` parts.
+std::string relativeForm(std::string_view path) {
+  if (path.size() >= 2 && isLetter(path[0]) && path[1] == ':') path.remove_prefix(2);
+  std::string out;
+  anyPart(path, [&](std::string_view part) {
+    if (part.empty() || part == ".") return false;
+    if (!out.empty()) out += '/';
+    out += part;
+    return false;
+  });
+  return out;
+}
+
+std::string withoutControls(std::string_view text) {
+  std::string out;
+  for (const char& c : text) out += isControl(c) ? escaped({&c, 1}) : std::string(1, c);
+  return out;
+}
+
+bool isSymbolicLink(const internal::ZipEntry& entry) { return (entry.attributes >> 16 & 0170000) == 0120000; }
+
+// The entry if the report must name it, otherwise nullopt.
+std::optional<ArchiveEntry> consider(const internal::ZipEntry& raw, std::uint64_t index) {
+  const std::string path = withSlashes(raw.name);
+  const bool swc = endsWithNoCase(path, ".swc"), zip = endsWithNoCase(path, ".zip");
+  if (!swc && !zip) return std::nullopt;
+  if (anyPart(path, [](std::string_view part) { return part == "__MACOSX" || part.substr(0, 2) == "._"; }))
+    return std::nullopt;
+
+  ArchiveEntry entry;
+  entry.index = index;
+  entry.name = raw.name;
+  entry.bytes = raw.bytes;
+  entry.packed_bytes = raw.packed_bytes;
+  if (anyPart(path, [](std::string_view part) { return part == ".."; })) {
+    entry.skipped = true;
+    entry.remarks = {InputCode::W_ZIP_UNSAFE_NAME};
+    return entry;
+  }
+  if (isSymbolicLink(raw) || zip) {
+    entry.skipped = true;
+    entry.remarks = {isSymbolicLink(raw) ? InputCode::W_ZIP_LINK : InputCode::W_ZIP_NESTED};
+    return entry;
+  }
+  const bool drive = path.size() >= 2 && isLetter(path[0]) && path[1] == ':';
+  if (drive || path[0] == '/' || path != raw.name || std::any_of(path.begin(), path.end(), isControl)) {
+    entry.remarks.push_back(InputCode::W_ZIP_NAME);
+  }
+  if (!isUtf8(raw.name)) entry.remarks.push_back(InputCode::W_ZIP_NAME_ENCODING);
+  std::string label = withoutControls(relativeForm(path));
+  if (label != entry.name) entry.label = std::move(label);
+  return entry;
+}
+
+InputCode refusalOf(int libzip_error) {
+  switch (libzip_error) {
+    case ZIP_ER_NOPASSWD:
+    case ZIP_ER_WRONGPASSWD:
+    case ZIP_ER_ENCRNOTSUPP:
+    case ZIP_ER_COMPNOTSUPP:
+      return InputCode::E_ZIP_METHOD;
+    case ZIP_ER_NOZIP:
+    case ZIP_ER_INCONS:
+      return InputCode::E_ZIP_FORMAT;
+    default:
+      return InputCode::E_ZIP_CRC;
+  }
+}
+
+// Damage in the archive is the entry's fault. A failure of the system stops the run.
+void throwIfSystem(const std::string& path, zip_error_t* error) {
+  switch (zip_error_code_zip(error)) {
+    case ZIP_ER_OPEN:
+    case ZIP_ER_NOENT:
+    case ZIP_ER_READ:
+    case ZIP_ER_SEEK:
+    case ZIP_ER_TELL:
+      throw IoError(escaped(path), "cannot read the archive", zip_error_code_system(error));
+    case ZIP_ER_MEMORY:
+      throw std::bad_alloc();
+    default:
+      return;
+  }
+}
+
+struct EntryClose {
+  void operator()(zip_file_t* file) const { zip_fclose(file); }
+};
+
+}  // namespace
+
+struct Archive::Handle {
+  explicit Handle(zip_t* opened) : zip(opened) {}
+  Handle(const Handle&) = delete;
+  Handle& operator=(const Handle&) = delete;
+  ~Handle() { zip_discard(zip); }
+  zip_t* zip;
+};
+
+Archive::Archive(std::string path) : path_(std::move(path)) {
+  internal::ZipDirectory directory = internal::readZipDirectory(path_);
+  refusal_ = directory.refusal;
+  file_bytes_ = directory.file_bytes;
+  archive_at_ = directory.archive_at;
+  digest_ = directory.digest;
+  directory_entries_ = directory.entries.size();
+  if (refusal_) return;
+
+  std::unordered_set<std::string_view> labels;
+  bool any = false;
+  for (std::uint64_t index = 0; index < directory.entries.size(); ++index) {
+    std::optional<ArchiveEntry> entry = consider(directory.entries[index], index);
+    if (!entry) continue;
+    any = any || !entry->skipped;
+    entries_.push_back(std::move(*entry));
+  }
+  for (ArchiveEntry& entry : entries_) {
+    if (!entry.skipped && !labels.insert(entry.shown_label()).second)
+      entry.remarks.push_back(InputCode::W_ZIP_DUP_NAME);
+  }
+  if (!any) refusal_ = InputCode::E_ZIP_NO_SWC;
+}
+
+Archive::~Archive() = default;
+Archive::Archive(Archive&&) noexcept = default;
+Archive& Archive::operator=(Archive&&) noexcept = default;
+
+void Archive::close() { handle_.reset(); }
+
+std::optional<InputCode> Archive::read(const ArchiveEntry& entry, const std::function<void(std::string_view)>& sink) {
+  if (entry.bytes > kMaxEntryBytes) return InputCode::E_ZIP_SIZE;
+  if (!handle_) {
+    struct stat status {};
+    if (::stat(path_.c_str(), &status) != 0) throw IoError(escaped(path_), "cannot open", errno);
+    if (static_cast<std::uint64_t>(status.st_size) != file_bytes_) {
+      throw IoError(escaped(path_), "changed while it was being read; run again");
+    }
+    zip_error_t error;
+    zip_error_init(&error);
+    zip_source_t* const source =
+        zip_source_file_create(path_.c_str(), archive_at_, static_cast<zip_int64_t>(file_bytes_ - archive_at_), &error);
+    zip_t* const zip = source == nullptr ? nullptr : zip_open_from_source(source, ZIP_RDONLY, &error);
+    if (zip == nullptr) {
+      if (source != nullptr) zip_source_free(source);
+      throwIfSystem(path_, &error);
+      return InputCode::E_ZIP_FORMAT;
+    }
+    handle_ = std::make_unique<Handle>(zip);
+  }
+  zip_t* const zip = handle_->zip;
+  // Both readings of the directory must agree; otherwise the report's names and sizes belong to another file.
+  const char* const raw_name = zip_get_name(zip, entry.index, ZIP_FL_ENC_RAW);
+  if (static_cast<std::uint64_t>(zip_get_num_entries(zip, 0)) != directory_entries_ || raw_name == nullptr ||
+      entry.name.compare(0, entry.name.find('\0'), raw_name) != 0) {
+    return InputCode::E_ZIP_FORMAT;
+  }
+  const std::unique_ptr<zip_file_t, EntryClose> file(zip_fopen_index(zip, entry.index, 0));
+  if (!file) {
+    throwIfSystem(path_, zip_get_error(zip));
+    return refusalOf(zip_error_code_zip(zip_get_error(zip)));
+  }
+  constexpr std::uint64_t kBlock = 1 << 16;
+  const std::unique_ptr<char[]> block(new char[kBlock]);
+  std::uint64_t total = 0;
+  for (;;) {
+    // One byte more than declared shows an oversized entry. libzip compares the checksum at the end.
+    const std::uint64_t left = entry.bytes - total;
+    const zip_int64_t got = zip_fread(file.get(), block.get(), std::min(kBlock, left + 1));
+    if (got < 0) {
+      zip_error_t* const error = zip_file_get_error(file.get());
+      throwIfSystem(path_, error);
+      const int code = zip_error_code_zip(error);
+      return code == ZIP_ER_INCONS ? InputCode::E_ZIP_SIZE : refusalOf(code);
+    }
+    if (got == 0) break;
+    if (static_cast<std::uint64_t>(got) > left) return InputCode::E_ZIP_SIZE;
+    sink({block.get(), static_cast<std::size_t>(got)});
+    total += static_cast<std::uint64_t>(got);
+  }
+  if (total != entry.bytes) return InputCode::E_ZIP_SIZE;
+  return std::nullopt;
+}
+
+}  // namespace filiform

@@ -1,0 +1,130 @@
+#include "index/query/internal/landmark_hint.h"
+
+#include <algorithm>
+#include <atomic>
+#include <limits>
+#include <mutex>
+#include <numeric>
+#include <unordered_set>
+
+#include <flann/algorithms/dist.h>
+#include <flann/algorithms/kdtree_single_index.h>
+#include <flann/general.h>
+
+namespace filiform {
+namespace {
+
+// FLANN inserts results into a sorted array one by one. For more results, a scan of all landmarks is faster.
+constexpr std::size_t kMaxFromTree = 1024;
+// The first searches get no bound: they read few more tiles, and building the tree takes longer.
+constexpr unsigned kUnaided = 8;
+
+}  // namespace
+
+struct LandmarkHint::Impl {
+  using Tree = flann::KDTreeSingleIndex<flann::L2_3D<double>>;
+
+  const TileStore& store;
+  const Grid grid;
+  std::once_flag built;
+  std::atomic<bool> is_built{false};
+  std::atomic<unsigned> unaided{0};
+  const Landmarks* samples = nullptr;
+  std::unique_ptr<Tree> tree;  // nullptr for an empty set
+
+  explicit Impl(const TileStore& s) : store(s), grid(s.grid()) {}
+
+  void build() {
+    std::call_once(built, [this] {
+      samples = &store.samples();
+      const std::size_t n = samples->points.size();
+      if (n == 0) return;
+      std::vector<double> points(3 * n);
+      for (std::size_t i = 0; i < n; ++i) {
+        const Vector3d p_W = grid.toWorld(samples->points[i]);
+        std::copy(p_W.data(), p_W.data() + 3, &points[3 * i]);
+      }
+      // The tree keeps its own reordered copy of the points.
+      tree =
+          std::make_unique<Tree>(flann::Matrix<double>(points.data(), n, 3), flann::KDTreeSingleIndexParams(10, true));
+      tree->buildIndex();
+    });
+    is_built.store(true, std::memory_order_relaxed);
+  }
+
+  // The nearest landmark of each segment, nearest first.
+  std::vector<Guess> distinct(const Vector3d& h_W, const std::vector<std::size_t>& indices) const {
+    std::vector<Guess> guesses;
+    guesses.reserve(indices.size());
+    for (const std::size_t i : indices) {
+      const Vector3d p_W = grid.toWorld(samples->points[i]);
+      guesses.push_back({(p_W - h_W).norm(), p_W, samples->segments[i], samples->t[i]});
+    }
+    if (guesses.size() == 1) return guesses;
+    std::sort(guesses.begin(), guesses.end(), [](const Guess& a, const Guess& b) {
+      return a.distance != b.distance ? a.distance < b.distance
+             : a.segment != b.segment ? a.segment < b.segment
+                                      : a.t < b.t;
+    });
+    std::unordered_set<std::uint64_t> seen;
+    std::erase_if(guesses, [&](const Guess& g) { return !seen.insert(g.segment.key()).second; });
+    return guesses;
+  }
+
+  // At least k distinct segments. Fewer if they would need more than kMaxFromTree landmarks, since many landmarks may
+  // lie on one segment.
+  std::vector<Guess> fromTree(const Vector3d& h_W, std::size_t k) const {
+    const std::size_t most = std::min(samples->points.size(), kMaxFromTree);
+    std::vector<Guess> guesses;
+    if (tree == nullptr || k == 0) return guesses;
+    for (std::size_t wanted = k >= most ? most : std::min(most, k == 1 ? k : k + k / 2 + 8);;
+         wanted = std::min(most, 4 * wanted)) {
+      flann::KNNSimpleResultSet<double> found(wanted);
+      tree->findNeighbors(found, h_W.data(), flann::SearchParams(flann::FLANN_CHECKS_UNLIMITED));
+      std::vector<std::size_t> indices(found.size());
+      std::vector<double> squared(found.size());
+      found.copy(indices.data(), squared.data(), found.size(), true);
+      guesses = distinct(h_W, indices);
+      if (guesses.size() >= k || wanted == most) return guesses;
+    }
+  }
+};
+
+LandmarkHint::LandmarkHint(const TileStore& store) : impl_(std::make_unique<Impl>(store)) {}
+LandmarkHint::~LandmarkHint() = default;
+
+std::vector<LandmarkHint::Guess> LandmarkHint::nearest(const Vector3d& h_W, std::size_t k) const {
+  impl_->build();
+  std::vector<Guess> guesses = impl_->fromTree(h_W, k);
+  const std::size_t n = impl_->samples->points.size();
+  if (guesses.size() < k && n > kMaxFromTree) {
+    std::vector<std::size_t> all(n);
+    std::iota(all.begin(), all.end(), std::size_t{0});
+    guesses = impl_->distinct(h_W, all);
+  }
+  if (guesses.size() > k) guesses.resize(k);
+  return guesses;
+}
+
+double LandmarkHint::squaredBound(const Vector3d& h_W, std::size_t k) const {
+  if (!impl_->is_built.load(std::memory_order_relaxed) &&
+      impl_->unaided.fetch_add(1, std::memory_order_relaxed) < kUnaided)
+    return std::numeric_limits<double>::infinity();
+  impl_->build();
+  if (k > impl_->samples->points.size()) return std::numeric_limits<double>::infinity();
+  const std::vector<Guess> guesses = impl_->fromTree(h_W, k);
+  if (guesses.size() < k || k == 0) return std::numeric_limits<double>::infinity();
+  // A landmark lies on its segment only up to rounding to the grid, and closestPoint() rounds too.
+  const Guess& last = guesses[k - 1];
+  constexpr double kUlps = 16 * std::numeric_limits<double>::epsilon();
+  const double bound =
+      last.distance + impl_->grid.quantum_um() + kUlps * (last.distance + last.p_W.cwiseAbs().maxCoeff());
+  return bound * bound;
+}
+
+double LandmarkHint::covering_radius_um() const {
+  impl_->build();
+  return impl_->samples->covering_radius_um;
+}
+
+}  // namespace filiform

@@ -1,0 +1,47 @@
+// Estimates the nearest segments from the landmarks alone (TileStore::samples()), by a FLANN tree, without reading a
+// tile. It bounds the exact search and answers approximate queries. The tree is built in memory, never loaded from a
+// file. Thread rule: internally synchronised.
+#pragma once
+
+#include "index/set/tile_store.h"
+
+#include <memory>
+#include <vector>
+
+namespace filiform {
+
+class LandmarkHint {
+ public:
+  // A landmark near the query.
+  struct Guess {
+    double distance;  // um, from the query to the landmark
+    Vector3d p_W;     // the landmark
+    SegmentId segment;
+    // position on the segment: 0 child .. 1 parent
+    double t;
+  };
+
+  // The store must outlive this object. O(1).
+  explicit LandmarkHint(const TileStore& store);
+  ~LandmarkHint();
+
+  // The k distinct segments with the nearest landmarks, nearest first, ties by id; fewer if the landmarks hold fewer.
+  // The i-th distance is at most that of the i-th nearest segment with a landmark. The first is at most the true
+  // distance plus covering_radius_um(). Requires finite h_W. O(k log landmarks) expected. The first call reads the
+  // landmarks and builds the tree (about 10 ms).
+  std::vector<Guess> nearest(const Vector3d& h_W, std::size_t k) const;
+
+  // A squared distance, um^2, within which at least k distinct segments lie, rounding included. Infinity if the
+  // landmarks give no bound cheaply. If the tree is not built yet, the first few calls return infinity, so that the
+  // first jump does not wait for it.
+  double squaredBound(const Vector3d& h_W, std::size_t k) const;
+
+  // The covering radius of the landmarks.
+  double covering_radius_um() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace filiform

@@ -1,0 +1,119 @@
+// Finds the nearest segments of a tile set to a point: exactly, within a stated error, or among the tiles in memory.
+//
+//   const auto set = TileSet::open("column.fil");
+//   const Nearest nearest(*set);
+//   for (const NearestResult& r : nearest.find(Vector3d(120, -40, 800), {.k = 3}))
+//     std::cout << set->cell(r.segment.cell).name << " at " << r.distance_um << " um\n";
+//
+// Exact means: for positions on the grid, in double, with every distance by closestPoint() and ties to the lowest
+// (cell, segment). So the result depends neither on the tiling, nor the engine, nor the tiles in memory.
+//
+// Few tiles are read. A point inside the content of a tile is first searched there, which is usually enough. For other
+// points, FLANN over the set's landmarks bounds the distance. The tile finder (CGAL) lists the tiles within the bound,
+// and these are searched nearest first. Sets of up to 64 tiles need neither. Thread rule: internally synchronised; the
+// haptic thread must not call it.
+#pragma once
+
+#include "index/set/tile_store.h"
+
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace filiform {
+
+// How a Nearest searches.
+struct NearestOptions {
+  std::string engine = "packed";           // search engine inside a tile; see makeTileEngine()
+  std::uint64_t budget_bytes = 256 << 20;  // for tiles and engines kept between queries, the long-segment tile included
+};
+
+// What find() looks for.
+struct NearestQuery {
+  std::size_t k = 1;           // number of results; 0: none
+  double epsilon = 0;          // each rank may be up to (1 + epsilon) times too far; saves tiles and time
+  bool approximate = false;    // use only the landmarks, read no tile: error at most covering_radius_um()
+  bool resident_only = false;  // read nothing: search only tiles that earlier queries left in memory
+  double max_distance_um = std::numeric_limits<double>::infinity();  // closed; k = SIZE_MAX: all within it
+};
+
+// One segment that find() or inBox() returns.
+struct NearestResult {
+  std::uint32_t rank;  // from 0
+  double distance_um;
+  Vector3d p_W;  // the nearest point of the segment; approximate: the landmark
+  SegmentId segment;
+  double t;                      // position on the segment: 0 child .. 1 parent
+  TileId tile;                   // a tile that stores the segment; approximate: kNoTile
+  bool exact;                    // true: certainly the segment of that rank
+  std::uint32_t tiles_read;      // from the store, by the whole query
+  std::uint32_t tiles_searched;  // by the whole query, read or not
+};
+
+// A line of sight with a tolerance. A segment is hit if its closest distance to the ray is at most radius_um + slope *
+// (distance along the ray).
+struct RayQuery {
+  Vector3d origin_W, direction;  // of any length except 0
+  double radius_um = 0;          // of the cylinder
+  double slope = 0;              // of the cone: the radius grows by `slope` um for one um along the ray
+  double length_um = std::numeric_limits<double>::infinity();  // hits lie within this distance along the ray
+  std::size_t most = SIZE_MAX;                                 // number of results
+};
+
+// One segment that alongRay() returns.
+struct RayHit {
+  double along_um;     // from the origin to the closest approach
+  double distance_um;  // from the ray to the segment there
+  Vector3d p_W;        // on the segment
+  SegmentId segment;
+  double t;                                  // position on the segment: 0 child .. 1 parent
+  TileId tile;                               // a tile that stores the segment
+  std::uint32_t tiles_read, tiles_searched;  // by the whole query
+};
+
+class Nearest {
+ public:
+  // Largest coordinate that can be squared safely.
+  static constexpr double kMaxCoordinate_um = 1e150;
+
+  // O(1): reads and builds nothing before the first query. The store must outlive this object. Throws UsageError for an
+  // unknown engine.
+  explicit Nearest(const TileStore& store, const NearestOptions& options = {});
+  ~Nearest();
+
+  // Returns at most k segments, nearest first; none from an empty set. Throws UsageError if a coordinate is not finite
+  // or exceeds kMaxCoordinate_um, if epsilon is negative or not finite, or if max_distance_um is negative or NaN.
+  // Throws CorruptTile, CorruptSet, IoError from the store. Expected: O(log segments + k) and one or two tiles read.
+  std::vector<NearestResult> find(const Vector3d& h_W, const NearestQuery& query = {}) const;
+
+  // Calls find() for each point, on `threads` threads (at least one). Results have the order of the points. Points are
+  // visited along a space-filling curve, so that consecutive points need the same tiles. Throws as find() does.
+  // O(points) times find().
+  std::vector<std::vector<NearestResult>> findAll(std::span<const Vector3d> points, const NearestQuery& query = {},
+                                                  unsigned threads = 1) const;
+
+  // Returns all segments that meet the closed box, ranked as find() ranks them from the middle of the box. The corners
+  // are rounded to the grid; the test is then exact. Throws UsageError for corners that are not finite or out of order.
+  // O(log segments + tiles and segments that meet the box).
+  std::vector<NearestResult> inBox(const Vector3d& lo_W, const Vector3d& hi_W) const;
+
+  // Returns the segments hit by a ray, the first along it first, ties by (cell, segment). Searches tiles along the ray,
+  // and stops as soon as `most` hits are certain. Throws UsageError for values that are not finite or a direction of
+  // length 0. O(log segments + content along the ray).
+  std::vector<RayHit> alongRay(const RayQuery& ray) const;
+
+  // The error bound of approximate results. The first call reads the landmarks.
+  double covering_radius_um() const;
+
+  // Bytes of the tiles and engines in memory now.
+  std::uint64_t bytes() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace filiform

@@ -1,0 +1,69 @@
+// The tile finder: finds the tiles that may hold something near a point, without reading them.
+//
+// It uses CGAL AABB trees over the tiles' boxes, on two levels: one tree over the store's pages and one for each page.
+// A page's tree is built when a query first enters the page, so that opening is independent of the number of tiles.
+// Sets of up to 64 tiles are scanned without a tree. Boxes are widened by one quantum and distances rounded down, so
+// that no tile is missed. The long-segment tile is not included. Thread rule: internally synchronised.
+#pragma once
+
+#include "index/set/tile_store.h"
+#include "index/tile/tile_engine.h"
+
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
+
+namespace filiform {
+
+class TileFinder {
+ public:
+  // A tile found near a point.
+  struct Hit {
+    TileId tile;
+    double squared_distance;  // um^2 from the query to the tile's box, rounded down
+
+    bool operator<(const Hit& other) const {
+      return squared_distance != other.squared_distance ? squared_distance < other.squared_distance : tile < other.tile;
+    }
+  };
+
+  // The store must outlive this object. O(pages). The first query is O(pages log pages), plus O(page log page) for each
+  // page that it enters. Every member throws what the store throws when it reads a page; the next call tries again.
+  explicit TileFinder(const TileStore& store);
+  ~TileFinder();
+
+  // All tiles with content whose box lies within `squared_bound` (um^2, closed) of h_W, nearest first, ties by id.
+  // Requires finite h_W. O(log tiles + hits log hits).
+  std::vector<Hit> within(const Vector3d& h_W, double squared_bound) const;
+
+  // All tiles with content whose box may meet the region, ascending by id, each with its widened box. O(log tiles +
+  // hits log hits).
+  std::vector<std::pair<TileId, WorldBox>> meeting(const Region& region) const;
+
+  // Returns tiles one by one, nearest first, ties by id: for points far outside and for searches without a bound. The
+  // TileFinder must outlive it. Thread rule: thread-compatible.
+  class Walk {
+   public:
+    ~Walk();
+    Walk(Walk&&) noexcept;
+    // The next tile; nullopt after the last. O(log tiles) amortised.
+    std::optional<Hit> next();
+
+   private:
+    friend class TileFinder;
+    struct State;
+    explicit Walk(std::unique_ptr<State> state);
+    std::unique_ptr<State> state_;
+  };
+  Walk walk(const Vector3d& h_W) const;
+
+  // True if h_W lies outside the box of all tiles.
+  bool isOutside(const Vector3d& h_W) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace filiform

@@ -1,0 +1,55 @@
+// A whole cell read back from a tile set, for export and route planning.
+#pragma once
+
+#include "index/cell/soma.h"
+#include "index/set/tile_store.h"
+
+#include <array>
+#include <cstdint>
+#include <iosfwd>
+#include <string>
+#include <vector>
+
+namespace filiform {
+
+// One cell; samples by rank, as in Cell, with positions on the grid. Thread rule: thread-compatible.
+struct CellGraph {
+  std::string name, source;
+  Grid grid;
+  std::vector<GridPoint> positions;
+  // Rank of the parent, kNoParent for a root. For a cell with loops: the spanning forest that connect() finds. Routes
+  // follow this forest.
+  std::vector<std::uint32_t> parents;
+  // {child, parent} by rank of the segment, as in Cell. Empty for a cell without loops.
+  std::vector<std::array<std::uint32_t, 2>> links;
+  std::vector<std::int64_t> sample_ids;
+  std::vector<std::uint32_t> block_starts;
+  std::vector<float> radii_um;       // empty without appearance
+  std::vector<std::uint16_t> types;  // empty without appearance
+  CellSomata somata;                 // off_roots only with appearance
+
+  std::size_t samples() const { return positions.size(); }
+  bool isGraph() const { return !links.empty(); }
+  Vector3d position_W(std::uint32_t rank) const { return grid.toWorld(positions[rank]); }
+};
+
+// True if the cell has loops; its segments are then named by their position among its links (see Cell). A cell with
+// loops has more links than a forest.
+inline bool hasLoops(const CellRecord& cell) { return cell.segments + cell.roots > cell.samples; }
+
+// Reads every tile that owns a segment of the cell. With `with_appearance`, also reads radii and types. Requires cell <
+// store.cell_count(). Throws CorruptSet if a sample is missing, a segment has two owners, or tiles disagree on a
+// position; also what the store throws. O(segments of those tiles).
+CellGraph readCell(const TileStore& store, std::uint32_t cell, bool with_appearance);
+
+// Writes the cell as SWC, with original ids in file order. Positions have the fewest decimals that read back as the
+// same grid point; radii read back as the same float, NaN where unknown. Ids of restarted blocks change (see
+// distinctIds()), and a comment in the file states this. Requires radii and types. Throws InputError for a cell with
+// loops, which SWC cannot hold. Write errors set the stream's state.
+void writeSwc(std::ostream& out, const CellGraph& cell);
+
+// The ids that writeSwc() writes. Each block after the first is shifted past the highest earlier id. If the shifted ids
+// exceed 64 bits, the ids are 1, 2, 3 and so on. O(samples).
+std::vector<std::int64_t> distinctIds(const CellGraph& cell);
+
+}  // namespace filiform

@@ -1,0 +1,53 @@
+#include "index/set/internal/tile_entry.h"
+
+#include "index/geometry/partition.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace filiform::internal {
+
+GridBox clippedBox(const GridPoint& a, const GridPoint& b, const GridBox& cell) {
+  GridBox box{a.cwiseMin(b).cwiseMax(cell.lo), a.cwiseMax(b).cwiseMin(cell.hi)};
+  if (box.empty() || ((a.array() >= cell.lo.array() && a.array() <= cell.hi.array()).all() &&
+                      (b.array() >= cell.lo.array() && b.array() <= cell.hi.array()).all()))
+    return box;
+  // Coordinates are below 2^42, so errors of doubles are below 2^-8 quanta. Rounding outward by one quantum is safe.
+  double from = 0, to = 1;
+  const Vector3d start = a.cast<double>(), d = (b - a).cast<double>();
+  for (int i = 0; i < 3; ++i) {
+    if (d[i] == 0) continue;
+    const double t0 = (static_cast<double>(cell.lo[i]) - start[i]) / d[i];
+    const double t1 = (static_cast<double>(cell.hi[i]) - start[i]) / d[i];
+    from = std::max(from, std::min(t0, t1));
+    to = std::min(to, std::max(t0, t1));
+  }
+  const Vector3d p = start + from * d, q = start + to * d;
+  for (int i = 0; i < 3; ++i) {
+    box.lo[i] = std::max(box.lo[i], static_cast<std::int64_t>(std::floor(std::min(p[i], q[i]))) - 1);
+    box.hi[i] = std::min(box.hi[i], static_cast<std::int64_t>(std::ceil(std::max(p[i], q[i]))) + 1);
+  }
+  return box;
+}
+
+TileEntry entryOf(const Tile& tile) {
+  TileEntry entry;
+  entry.key = tile.key();
+  entry.owned = tile.owned_count();
+  entry.stored = tile.segment_count();
+  entry.decoded_bytes = tile.bytes();
+  const GridBox cell = closedCell(tile.key());
+  for (std::uint32_t s = 0; s < tile.segment_count(); ++s) {
+    entry.isolated += tile.isolated(s) && tile.owned(s);
+    const GridPoint a = tile.gridPoint(tile.child(s)), b = tile.gridPoint(tile.parent(s));
+    if (tile.isLong()) {
+      entry.content.extend(a);
+      entry.content.extend(b);
+    } else {
+      entry.content.extend(clippedBox(a, b, cell));
+    }
+  }
+  return entry;
+}
+
+}  // namespace filiform::internal

@@ -1,0 +1,13 @@
+// Computes a tile's directory entry from the tile.
+#pragma once
+
+#include "index/set/tile_store.h"
+
+namespace filiform::internal {
+
+// The box of the part of segment a-b inside `cell`, rounded outward to the grid. Empty if the boxes do not meet.
+GridBox clippedBox(const GridPoint& a, const GridPoint& b, const GridBox& cell);
+
+TileEntry entryOf(const Tile& tile);  // O(segments)
+
+}  // namespace filiform::internal

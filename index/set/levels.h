@@ -1,0 +1,107 @@
+// Levels of detail of a tile set, for drawing: inner blocks of the partition with simplified neurites (simplify.h).
+// Each level tile states its error. Haptics always use full resolution.
+//
+//   const auto levels = Levels::open(*set);
+//   const LevelChoice choice = levels->choose(view, 2'000'000);
+//   for (const LevelPart& part : choice.parts)
+//     const auto tile = part.level ? levels->load(part.tile) : set->load(part.tile);
+//
+// Of a full-resolution tile, draw only the segments that it owns.
+#pragma once
+
+#include "index/set/tile_set.h"
+
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace filiform {
+
+using LevelId = std::uint32_t;  // rank among the level tiles: a block before the blocks inside it, by lowest key
+
+// What the levels' directory states about one level tile.
+struct LevelEntry {
+  BlockKey key;     // its depth is a multiple of three
+  GridBox content;  // of its segments, not clipped; empty without segments
+  std::uint32_t segments = 0;
+  double error_um = 0;  // largest distance, both ways, between its segments and what they represent
+  // Full-resolution segments owned by the tiles below, isolated ones included: together all of them.
+  std::uint64_t represented = 0, dropped = 0;
+  double dropped_um = 0;            // length of the dropped segments
+  std::uint64_t decoded_bytes = 0;  // Tile::bytes() after loading
+};
+
+// The view for which tiles are chosen.
+struct LevelView {
+  struct Plane {  // n . p >= d is inside
+    Vector3d n;
+    double d;
+  };
+  std::vector<Plane> planes;  // of the frustum or box, um; empty: everything is visible
+  Vector3d eye_W = Vector3d::Zero();
+  // Pixels for an angle of one radian. If orthographic: pixels for one um; the distance then has no effect.
+  double pixels_per_rad = 1000;
+  bool orthographic = false;
+};
+
+// One chosen tile.
+struct LevelPart {
+  bool level;          // true: a level tile; false: a full-resolution tile
+  std::uint32_t tile;  // LevelId or TileId
+  std::uint32_t segments;
+  double error_px;  // error on the screen; 0 in full resolution
+};
+
+// The chosen tiles.
+struct LevelChoice {
+  std::vector<LevelPart> parts;  // largest error first
+  std::uint64_t segments = 0;    // of the parts
+  double error_px = 0;           // largest error of the parts
+  std::uint64_t dropped = 0;     // full-resolution segments that no part represents
+};
+
+// Thread rule: immutable after open(); internally synchronised, as the set is.
+class Levels {
+ public:
+  // Opens the levels of `set`, which must outlive this object. Returns nullptr if the set has no levels. Throws
+  // CorruptSet, IoError. O(tiles).
+  static std::unique_ptr<Levels> open(const TileSet& set);
+  ~Levels();
+
+  LevelId size() const;
+  const LevelEntry& entry(LevelId level) const;
+  std::uint64_t bytes() const;  // of all level files on disk
+
+  // load: reads one level tile. Its nodes are numbered along the neurites, anew in each tile: they are not samples of
+  // the file. Cells are those of the set. The tile owns every segment; no node is at home there. loadAppearance: its
+  // types and radii. Both throw CorruptTile (with the level's id) and IoError.
+  std::shared_ptr<const Tile> load(LevelId level) const;
+  TileAppearance loadAppearance(LevelId level) const;
+
+  // The level tiles and full-resolution tiles directly below a level tile; for kRoots: the topmost ones.
+  std::span<const LevelPart> below(LevelId level) const;
+  static constexpr LevelId kRoots = std::numeric_limits<LevelId>::max();
+
+  // The error of a level tile on the screen, in pixels. Dropped segments count by their share. Infinite if the eye is
+  // inside the tile's box and the view is not orthographic.
+  double errorOnScreen(LevelId level, const LevelView& view) const;
+
+  // Chooses tiles that together show each place in the view once. Starts with the topmost tiles. While the segments
+  // stay within `most_segments` and the error exceeds `enough_px`, replaces the tile with the largest error by the
+  // tiles below it. The long-segment tile is always included. O(parts log parts).
+  LevelChoice choose(const LevelView& view, std::uint64_t most_segments, double enough_px = 0.5) const;
+
+ private:
+  struct Impl;
+  explicit Levels(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+// Compares every level tile with the full-resolution tiles below it. All owned segments must be counted. At most the
+// number stated as dropped may lie farther than the stated error from the level's neurites of the same cell. Returns
+// one line a problem. O(segments * levels * segments of a cell in a tile).
+std::vector<std::string> checkLevels(const TileSet& set, const Levels& levels);
+
+}  // namespace filiform

@@ -1,0 +1,87 @@
+// TileSet: a tile set on disk, as ingest publishes it. FORMAT.md specifies every byte.
+//
+//   const auto set = TileSet::open("column.fil");
+//   const std::shared_ptr<const Tile> tile = set->load(0);
+#pragma once
+
+#include "index/set/tile_source.h"
+#include "index/set/tile_store.h"
+
+#include <memory>
+#include <mutex>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace filiform {
+
+// Totals of a tile set.
+struct SetCounts {
+  std::uint64_t cells = 0, samples = 0, segments = 0, isolated = 0, roots = 0;
+  std::uint64_t tiles = 0, stored_segments = 0;  // stored: owned and ghosts, isolated ones included
+  std::uint64_t decoded_bytes = 0;               // of all tiles, once in memory
+  bool operator==(const SetCounts&) const = default;
+};
+
+// One file of a revision.
+struct SetFile {
+  std::string name;                     // in the revision's folder
+  std::uint64_t bytes = 0, digest = 0;  // digest: XXH3 of the file
+};
+
+// Thread rule: internally synchronised.
+class TileSet final : public TileStore {
+ public:
+  // Opens the revision that CURRENT names, and keeps reading this revision if another is published later. openFolder()
+  // states how many files stay open. Reads the manifest and the root page of the directory. All other data are read and
+  // checked at first use. Throws IoError if there is no tile set or a file is missing, CorruptSet if the bytes differ
+  // from those written. O(pages of the directory).
+  static std::unique_ptr<TileSet> open(const std::string& path);
+  static std::unique_ptr<TileSet> open(std::unique_ptr<TileSource> source);
+  ~TileSet() override;
+
+  Grid grid() const override;
+  const LeafIndex& leaves() const override;
+  TileId home(const GridPoint& p) const override;
+  TileId tile_count() const override;
+  TileId long_tile() const override;
+  const TileEntry& entry(TileId tile) const override;
+  TileId page_tiles() const override;
+  GridBox pageContent(std::uint32_t page) const override;
+  std::uint64_t floorBytes() const override;
+  std::uint32_t capacity() const override;
+  std::shared_ptr<const Tile> load(TileId tile) const override;
+  TileAppearance loadAppearance(TileId tile) const override;
+  std::uint32_t cell_count() const override;
+  // The first call of cell() or findCell() reads the table of all cells. Throws CorruptSet, IoError.
+  const CellRecord& cell(std::uint32_t id) const override;
+  std::optional<std::uint32_t> findCell(const std::string& name) const override;
+  // Reads the detail of one cell; if the table of cells is not read yet, also one record of 128 bytes.
+  CellDetail loadCellDetail(std::uint32_t id) const override;
+  const Landmarks& samples() const override;
+
+  const std::string& revision() const;  // name of the revision's folder
+  const std::string& manifest() const;  // text of the manifest, JSON
+  std::string readProvenance() const;   // text of provenance.json; throws CorruptSet, IoError
+  std::uint64_t refused() const;        // number of inputs that ingest refused
+  const SetCounts& counts() const;      // as the manifest states
+  const GridBox& bounds() const;        // of all samples
+  const std::vector<SetFile>& files() const;
+  std::uint64_t bytes() const;  // of all files of the revision, including the manifest
+  // Reads part of a file of the revision, unchecked. Throws CorruptSet, IoError.
+  void read(const std::string& file, std::uint64_t offset, std::span<std::uint8_t> bytes) const;
+  std::string describe(const std::string& file) const;  // the file's name for messages
+  // Reads all remaining pages of the directory and compares their sums with the manifest. Throws CorruptSet, IoError.
+  void checkDirectory() const;
+  // Reads a whole file of the revision and compares its digest with the manifest. Throws CorruptSet, IoError.
+  void checkFile(const SetFile& file) const;
+  // File and offset of a tile, for messages.
+  std::pair<std::string, std::uint64_t> place(TileId tile) const;
+
+ private:
+  struct Impl;
+  explicit TileSet(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace filiform

@@ -1,0 +1,98 @@
+// TileStore: a set of tiles, on disk (tile_set.h) or in memory for a small scene (memory_tiles.h). Search, residency,
+// export and navigation use only this interface. Thread rule: internally synchronised; the haptic thread must not load.
+#pragma once
+
+#include "index/cell/cell.h"
+#include "index/tile/leaf_index.h"
+#include "index/tile/tile.h"
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace filiform {
+
+struct TileEntry {  // what the directory states about a tile
+  BlockKey key;
+  GridBox content;             // stored segments, clipped to the closed block; not clipped in the long-segment tile
+  std::uint32_t owned = 0;     // owned segments, isolated ones included
+  std::uint32_t stored = 0;    // owned + ghosts
+  std::uint32_t isolated = 0;  // of the owned: zero-length segments of isolated samples
+  std::uint64_t decoded_bytes = 0;  // Tile::bytes() after loading
+};
+
+// What the table of cells states about a cell.
+struct CellRecord {
+  std::string name, source;
+  std::uint64_t samples = 0, segments = 0, isolated = 0,
+                roots = 0;  // roots: samples without a parent, isolated ones included
+  GridBox bounds;
+};
+
+// The rest of what a set stores about a cell.
+struct CellDetail {
+  struct Root {
+    std::uint32_t rank;
+    float radius_um;
+    std::uint16_t type;
+  };
+  std::vector<TileId> tiles;                // tiles that own a segment of the cell, ascending
+  std::vector<std::int64_t> sample_ids;     // by rank
+  std::vector<Root> roots;                  // ascending by rank; holds the attributes that no segment carries
+  std::vector<std::uint32_t> block_starts;  // as in Cell
+};
+
+struct Landmarks {  // landmarks: every point of the data lies within covering_radius_um of one
+  std::vector<GridPoint> points;
+  std::vector<SegmentId> segments;  // the segment that holds the point; the lowest if several
+  std::vector<float> t;             // position on the segment: 0 child .. 1 parent
+  double covering_radius_um = 0;
+};
+
+// The smallest byte budget for tiles: room for the two largest tiles and for the long-segment tile, which always stays.
+class TileFloor {
+ public:
+  void add(std::uint64_t bytes, bool is_long);  // once a tile; `bytes`: TileEntry::decoded_bytes
+  std::uint64_t bytes() const { return largest_ + second_ + long_; }
+
+ private:
+  std::uint64_t largest_ = 0, second_ = 0, long_ = 0;
+};
+
+class TileStore {
+ public:
+  virtual ~TileStore() = default;
+
+  virtual Grid grid() const = 0;
+  // For the haptic thread, which asks only for nodes of tiles in memory; see LeafIndex::home().
+  virtual const LeafIndex& leaves() const = 0;
+  // The tile whose block contains the point, or kNoTile if space is empty there. home() and entry() read a page of the
+  // directory at its first use. Throws CorruptSet, IoError. O(log tiles).
+  virtual TileId home(const GridPoint& p) const = 0;
+  // Number of tiles, including the long-segment tile. Ids are 0 .. tile_count()-1.
+  virtual TileId tile_count() const = 0;
+  virtual TileId long_tile() const = 0;  // kNoTile: there is none
+  virtual const TileEntry& entry(TileId tile) const = 0;
+  // The directory has pages of page_tiles() tiles; the last may have fewer. pageContent() is a box around the content
+  // of a page's tiles, known without reading the page. O(1); O(page_tiles()) for stores in memory.
+  virtual TileId page_tiles() const { return 4096; }
+  virtual GridBox pageContent(std::uint32_t page) const;
+  // Bytes in memory of the two largest tiles and the long-segment tile together. Reads and checks all pages. O(tiles).
+  virtual std::uint64_t floorBytes() const;
+  virtual std::uint32_t capacity() const = 0;
+
+  // Reads, checks and decodes a tile. From then on, leaves() contains the homes of its nodes. Throws CorruptTile,
+  // IoError. One disk read, O(segments of the tile).
+  virtual std::shared_ptr<const Tile> load(TileId tile) const = 0;
+  virtual TileAppearance loadAppearance(TileId tile) const = 0;  // like load()
+
+  virtual std::uint32_t cell_count() const = 0;
+  virtual const CellRecord& cell(std::uint32_t id) const = 0;
+  virtual std::optional<std::uint32_t> findCell(const std::string& name) const = 0;  // O(log cells)
+  virtual CellDetail loadCellDetail(std::uint32_t id) const = 0;                     // throws CorruptSet, IoError
+
+  virtual const Landmarks& samples() const = 0;  // the landmarks; loaded at the first call
+};
+
+}  // namespace filiform

@@ -1,0 +1,55 @@
+// Predicts which tiles a reader will need, from its position and motion: claims on the byte budget.
+//
+//   ahead:  tiles that the neurite enters, by time to reach them at the present speed. The neurite is walked as far as
+//           it is in memory or the reach goes. The other tiles that hold the same cell follow, by distance from the
+//           ends of the walk. So several tiles can be read from a slow disk at once.
+//   around: tiles within the workspace's radius of the proxy, nearest first. With PrefetchPolicy::structure and an
+//           active tile, only those within an eighth of the radius.
+// Thread rule: thread-compatible; only for the loader, since it allocates.
+#pragma once
+
+#include "index/query/tile_finder.h"
+#include "index/streaming/residency.h"
+
+#include <span>
+#include <vector>
+
+namespace filiform {
+
+// A tile that a reader is predicted to need.
+struct TileClaim {
+  TileId tile;
+  double cost;  // lower is more urgent: s ahead, um around
+};
+
+class Prefetch {
+ public:
+  static constexpr std::size_t kMaxWorkspaceTiles = 4096;
+  static constexpr std::size_t kMaxWalkedSegments = 8192;
+
+  // The store and the directory must outlive this object. `lookahead_s`: see ResidencyOptions.
+  Prefetch(const TileStore& store, const TileFinder& finder, PrefetchPolicy policy, double lookahead_s);
+
+  // Append tiles to `claims`, each at most once, the most urgent first, as far as budget_bytes goes. A focus that is
+  // not finite claims nothing; a velocity that is not finite counts as rest. Throw CorruptSet, IoError if a page of the
+  // directory cannot be read.
+  //
+  // claimAhead: `loaded` holds the tiles in memory. `cell_tiles` are the tiles that own a segment of the active node's
+  // cell; empty: not known. Walks at most kMaxWalkedSegments segments. O(walked log walked + cell_tiles * ends of the
+  // walk).
+  void claimAhead(const ReaderFocus& focus, const TileTable& loaded, std::span<const TileId> cell_tiles,
+                  std::uint64_t budget_bytes, std::vector<TileClaim>& claims) const;
+  // claimAround: O(kMaxWorkspaceTiles log tiles).
+  void claimAround(const ReaderFocus& focus, std::uint64_t budget_bytes, std::vector<TileClaim>& claims) const;
+
+  // Distance from a point to the box of the tile's content; 0 inside.
+  double distance_um(TileId tile, const Vector3d& p_W) const;
+
+ private:
+  const TileStore& store_;
+  const TileFinder& finder_;
+  PrefetchPolicy policy_;
+  double lookahead_s_;
+};
+
+}  // namespace filiform

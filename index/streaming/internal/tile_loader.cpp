@@ -1,0 +1,587 @@
+#include "index/streaming/internal/tile_loader.h"
+
+#include "index/errors.h"
+
+#include <algorithm>
+#include <exception>
+#include <utility>
+
+namespace filiform::internal {
+namespace {
+
+// Tiles in memory count as 20 % nearer, so that tiles at the rim are not swapped back and forth.
+constexpr double kHeadStart = 0.8;
+// Fraction of the workspace's radius after which the walk ahead is repeated. Fraction of the radius that the budget
+// covers after which the tiles around are listed again: this costs more and changes less.
+constexpr double kWalkAgain = 1.0 / 32, kAroundAgain = 1.0 / 8;
+constexpr std::size_t kMaxCells = 8;  // number of cells whose lists of tiles are kept
+// For a jump's target: time within which the proxy may reach a tile. For prefetch by distance: the corresponding
+// fraction of the workspace's radius.
+constexpr double kTargetTime_s = 0.3, kTargetPart = 0.6;
+
+}  // namespace
+
+TileLoader::TileLoader(const TileStore& store, const ResidencyOptions& options)
+    : store_(store),
+      pages_(store),
+      options_(options),
+      finder_(pages_),
+      prefetch_(pages_, finder_, options.prefetch, options.lookahead_s),
+      slots_(store.tile_count()),
+      loaded_(store.tile_count()),
+      claimed_in_(store.tile_count()),
+      evicted_(store.tile_count()) {}
+
+TileReader& TileLoader::addReader() {
+  Peer& peer = peers_.emplace_back(store_.tile_count());
+  for (TileSlot* const slot : slots_.all()) {
+    if (!slot->inMemory()) continue;
+    ++slot->adds_left;
+    slot->state = TileState::ready;
+    peer.outbox.push_back({slot->tile.get(), slot->id});
+  }
+  flush();
+  return peer.channel;
+}
+
+void TileLoader::adoptLongTile(std::shared_ptr<const Tile> tile) {
+  TileSlot& slot = slots_[tile->id()];
+  pages_.entry(tile->id());
+  slot.state = TileState::resident;
+  slot.tile = std::move(tile);
+  loaded_.add(*slot.tile);
+  counters_.reads = 1;
+  counters_.bytes = counters_.peak_bytes = counters_.bytes_read_decoded = slot.tile->bytes();
+}
+
+bool TileLoader::pinned(TileId tile) const {
+  if (tile == store_.long_tile()) return true;
+  return std::any_of(peers_.begin(), peers_.end(),
+                     [&](const Peer& p) { return p.has_focus && p.focus.active_tile == tile; });
+}
+
+bool TileLoader::waitsForRetry(TileId tile) const {
+  const TileSlot* const slot = slots_.find(tile);
+  return slot != nullptr && slot->state == TileState::failed && slot->retry > now_;
+}
+
+void TileLoader::send(const TileMessage& message) {
+  for (Peer& p : peers_) p.outbox.push_back(message);
+  flush();
+}
+
+void TileLoader::flush() {
+  for (Peer& p : peers_)
+    while (!p.outbox.empty() && p.under_way < TileChannel::kRing) {
+      p.channel.inbox.push(p.outbox.front());
+      p.outbox.pop_front();
+      ++p.under_way;
+    }
+}
+
+void TileLoader::takeAcknowledgements() {
+  for (Peer& p : peers_)
+    for (TileAcknowledgement a; p.channel.acknowledgements.pop(a);) {
+      --p.under_way;
+      TileSlot& slot = *slots_.find(a.id);
+      if (a.retired) {
+        if (--slot.retires_left == 0) release(slot);
+      } else if (--slot.adds_left == 0 && slot.state == TileState::ready) {
+        arrive(slot);
+      }
+    }
+  flush();
+}
+
+void TileLoader::arrive(TileSlot& slot) {
+  slot.state = TileState::resident;
+  if (slot.held_once) return;  // a reader was added later
+  slot.held_once = true;
+  const double wait = now_ - slot.queued_at;
+  counters_.wait_sum += wait;
+  counters_.wait_most = std::max(counters_.wait_most, wait);
+  ++counters_.waits;
+}
+
+void TileLoader::use(TileId tile) {
+  TileSlot* const slot = slots_.find(tile);
+  if (slot == nullptr || !slot->foreseen) return;
+  slot->foreseen = false;
+  ++counters_.prefetch_used;
+}
+
+void TileLoader::takeFocus() {
+  for (Peer& p : peers_) {
+    const TileId before = p.focus.active_tile;
+    if (!p.channel.focus.take(p.focus)) continue;
+    if (p.focus.active_tile != before && inMemory(p.focus.active_tile)) {
+      ++counters_.entered;
+      use(p.focus.active_tile);
+    }
+    const bool afresh = !p.has_focus || p.focus.radius_um != p.planned.radius_um;
+    const bool elsewhere = p.focus.active_tile != p.planned.active_tile ||
+                           p.focus.target_tile != p.planned.target_tile || p.focus.target_node != p.planned.target_node;
+    if (afresh || elsewhere || !((p.focus.p_W - p.planned.p_W).norm() <= kWalkAgain * p.focus.radius_um)) {
+      p.walk_stale = stale_ = true;
+      urgent_ |= elsewhere;
+      active_at_ = now_;
+    }
+    if (afresh || !((p.focus.p_W - p.around_W).norm() <= kAroundAgain * p.around_um)) p.around_stale = stale_ = true;
+    p.has_focus = true;
+  }
+}
+
+void TileLoader::countMiss(TileId tile) {
+  const TileSlot* const slot = slots_.find(tile);
+  const TileState state = slot == nullptr ? TileState::absent : slot->state;
+  if (state == TileState::failed) {
+    ++counters_.missed_failed;
+  } else if (state == TileState::queued || state == TileState::reading) {
+    ++counters_.missed_late;
+  } else if (plan_number_ > 0 && claimed_in_[tile] == plan_number_) {
+    ++counters_.missed_full;
+  } else if (evicted_[tile]) {
+    ++counters_.missed_evicted;
+  } else {
+    ++counters_.missed_unclaimed;
+  }
+}
+
+void TileLoader::takeRequests() {
+  for (Peer& p : peers_)
+    for (TileId tile; p.channel.requests.pop(tile);) {
+      if (tile >= store_.tile_count()) continue;
+      const bool again = asked_.contains(tile) && slots_.find(tile) != nullptr;
+      if (!again && !inMemory(tile)) {
+        countMiss(tile);
+        stale_ = urgent_ = true;
+      }
+      active_at_ = now_;
+      use(tile);
+      ask(tile);
+    }
+}
+
+bool TileLoader::fetchCells(double due, std::unique_lock<std::mutex>& lock) {
+  if (options_.prefetch != PrefetchPolicy::structure) return false;
+  std::vector<std::uint32_t> wanted;
+  for (const Peer& p : peers_) {
+    if (!p.has_focus || p.focus.is_view) continue;
+    if (p.focus.active_tile != kNoTile) wanted.push_back(p.focus.active_node.cell);
+    if (p.focus.target_tile != kNoTile) wanted.push_back(p.focus.target_node.cell);
+  }
+  for (const std::uint32_t cell : wanted) {
+    const auto known = cells_.find(cell);
+    if (known != cells_.end() && !(known->second.retry <= now_)) continue;
+    const double backoff =
+        known == cells_.end() ? pace_.first_retry : std::min(2 * known->second.backoff, pace_.last_retry);
+    if (known == cells_.end() && cells_.size() >= kMaxCells)
+      cells_.erase(std::min_element(cells_.begin(), cells_.end(), [](const auto& a, const auto& b) {
+        return a.second.last_plan < b.second.last_plan;
+      }));
+    constexpr double kNever = std::numeric_limits<double>::infinity();
+    cells_[cell] = {{}, kNever, kNever, backoff, plan_number_};
+    std::vector<TileId> tiles;
+    std::string reason;
+    lock.unlock();
+    try {
+      if (cell < store_.cell_count()) tiles = store_.loadCellDetail(cell).tiles;
+    } catch (const std::exception& error) {
+      reason = error.what();
+    }
+    lock.lock();
+    // Without its list, a cell is followed only through tiles in memory.
+    if (!reason.empty()) {
+      failed_cells_[cell] = "cell " + std::to_string(cell) + ": " + reason;
+      ++counters_.failures;
+      cells_[cell] = {{}, kNever, now_ + backoff, backoff, plan_number_};
+    } else {
+      failed_cells_.erase(cell);
+      cells_[cell] = {std::move(tiles), due, kNever, backoff, plan_number_};
+      cells_due_ = std::min(cells_due_, due);
+    }
+    return true;
+  }
+  return false;
+}
+
+HoldId TileLoader::hold(std::span<const TileId> tiles, HoldKind kind) {
+  Hold hold{{}, kind, plan_number_};
+  for (const TileId tile : tiles)
+    if (tile < store_.tile_count()) hold.tiles.push_back(tile);
+  holds_.emplace(next_hold_, std::move(hold));
+  stale_ = urgent_ = true;
+  return next_hold_++;
+}
+
+void TileLoader::releaseHold(HoldId hold) { stale_ |= holds_.erase(hold) > 0; }
+
+bool TileLoader::isHeld(HoldId id) const {
+  const auto found = holds_.find(id);
+  if (found == holds_.end()) return false;
+  const Hold& hold = found->second;
+  for (std::size_t i = 0; i < hold.tiles.size(); ++i) {
+    const TileSlot* const slot = slots_.find(hold.tiles[i]);
+    if (slot != nullptr && slot->state == TileState::resident) continue;
+    const bool no_room = i > 0 && plan_number_ > hold.made_in_plan && (slot == nullptr || !slot->wanted);
+    if (!no_room) return false;
+  }
+  return true;
+}
+
+std::vector<std::string> TileLoader::failed() const {
+  std::vector<std::string> lines;
+  for (const auto& [tile, line] : failed_) lines.push_back(line);
+  for (const auto& [cell, line] : failed_cells_) lines.push_back(line);
+  if (!plan_failure_.empty()) lines.push_back(plan_failure_);
+  return lines;
+}
+
+void TileLoader::ask(TileId tile) { asked_[tile] = {now_ + pace_.hold, ++ask_serial_}; }
+
+void TileLoader::settle() {
+  for (bool busy = true; busy;) {
+    flush();
+    busy = false;
+    for (Peer& p : peers_) busy |= p.channel.apply(std::numeric_limits<int>::max()) > 0;
+    takeAcknowledgements();
+  }
+}
+
+void TileLoader::claimHolds() {
+  double order = 0;
+  for (const auto& [id, hold] : holds_)
+    for (const TileId tile : hold.tiles) {
+      double cost = ++order;
+      if (hold.kind == HoldKind::cell) {
+        cost = std::numeric_limits<double>::infinity();
+        for (const Peer& p : peers_)
+          if (p.has_focus && p.focus.p_W.allFinite()) cost = std::min(cost, prefetch_.distance_um(tile, p.focus.p_W));
+      }
+      claims_.push_back({tile, hold.kind == HoldKind::target ? Rank::target : Rank::kept, cost});
+    }
+}
+
+std::span<const TileId> TileLoader::tilesOf(std::uint32_t cell) {
+  const auto found = cells_.find(cell);
+  if (found == cells_.end() || found->second.usable > now_) return {};
+  found->second.last_plan = plan_number_;
+  return found->second.tiles;
+}
+
+void TileLoader::claimTarget(Peer& p) {
+  p.target.clear();
+  if (p.focus.target_tile >= store_.tile_count()) return;
+  ReaderFocus there = p.focus;
+  there.active_tile = p.focus.target_tile;
+  there.active_node = p.focus.target_node;
+  there.p_W = p.focus.target_W;
+  there.v_W.setZero();
+  const std::uint64_t room = options_.budget_bytes / 2;  // half the budget: the proxy is still at its old position
+  if (options_.prefetch == PrefetchPolicy::structure) {
+    prefetch_.claimAhead(there, loaded_, tilesOf(there.active_node.cell), room, p.target);
+    std::erase_if(p.target, [](const TileClaim& c) { return c.cost > kTargetTime_s; });
+  } else {
+    there.radius_um *= kTargetPart;
+    prefetch_.claimAround(there, room, p.target);
+  }
+  std::erase_if(p.target, [&](const TileClaim& c) { return c.tile == there.active_tile; });
+  p.target.insert(p.target.begin(), {there.active_tile, -1});
+}
+
+void TileLoader::tellTargets() {
+  for (Peer& p : peers_) {
+    std::uint64_t ready = UINT64_MAX;
+    if (!p.walk_stale && !p.target.empty() && p.planned.target_node == p.focus.target_node) {
+      bool all = true;
+      for (std::size_t i = 0; i < p.target.size() && all; ++i) {
+        const TileSlot* const slot = slots_.find(p.target[i].tile);
+        all = slot == nullptr ? i > 0 : slot->state == TileState::resident || (i > 0 && !slot->wanted);
+      }
+      if (all) ready = p.planned.target_node.key();
+    }
+    p.channel.ready_target.store(ready, std::memory_order_release);
+  }
+}
+
+void TileLoader::claimFor(Peer& p) {
+  if (p.walk_stale) {
+    p.ahead.clear();
+    prefetch_.claimAhead(p.focus, loaded_, tilesOf(p.focus.active_node.cell), options_.budget_bytes, p.ahead);
+    claimTarget(p);
+  }
+  if (p.around_stale) {
+    p.around_W = p.focus.p_W;
+    p.around.clear();
+    prefetch_.claimAround(p.focus, options_.budget_bytes, p.around);
+    p.around_um = p.around.empty() ? 0 : p.around.back().cost;
+  }
+  if (p.walk_stale) p.planned = p.focus;
+  p.walk_stale = p.around_stale = false;
+  for (const TileClaim& c : p.target) claims_.push_back({c.tile, Rank::target, c.cost});
+  for (const TileClaim& c : p.ahead) claims_.push_back({c.tile, Rank::ahead, c.cost});
+  for (const TileClaim& c : p.around) claims_.push_back({c.tile, p.focus.is_view ? Rank::view : Rank::around, c.cost});
+}
+
+void TileLoader::collectClaims() {
+  claims_.clear();
+  if (store_.long_tile() != kNoTile) claims_.push_back({store_.long_tile(), Rank::pinned, 0});
+  for (const Peer& p : peers_)
+    if (p.has_focus && p.focus.active_tile < store_.tile_count())
+      claims_.push_back({p.focus.active_tile, Rank::pinned, 1});
+  // Keep requests that are still queued: they were not served.
+  std::erase_if(asked_, [&](const auto& a) {
+    const TileSlot* const slot = slots_.find(a.first);
+    return a.second.until < now_ && !(slot != nullptr && slot->state == TileState::queued);
+  });
+  for (const auto& [tile, a] : asked_) claims_.push_back({tile, Rank::asked, -static_cast<double>(a.serial)});
+  claimHolds();
+  for (Peer& p : peers_)
+    if (p.has_focus) claimFor(p);
+
+  for (const Claim& c : claims_) pages_.entry(c.tile);  // may throw PageAbsent, before any state changes
+  for (Claim& c : claims_)
+    if (c.rank >= Rank::ahead && inMemory(c.tile)) c.cost *= kHeadStart;
+  std::sort(claims_.begin(), claims_.end(), [](const Claim& a, const Claim& b) {
+    return a.rank != b.rank ? a.rank < b.rank : a.cost != b.cost ? a.cost < b.cost : a.tile < b.tile;
+  });
+  // Of several claims on a tile, the most urgent counts.
+  std::erase_if(claims_,
+                [&](const Claim& c) { return std::exchange(claimed_in_[c.tile], plan_number_) == plan_number_; });
+}
+
+void TileLoader::planIfDue(double due) {
+  const bool listed = now_ >= cells_due_;  // the tiles of a cell have become known
+  const bool late = now_ - planned_at_ >= pace_.replan;
+  if (listed) cells_due_ = std::numeric_limits<double>::infinity();
+  if (listed || late)
+    for (Peer& p : peers_) p.walk_stale = true;
+  const bool rested = urgent_ || now_ - planned_at_ >= pace_.rest;
+  if ((stale_ && rested) || listed || late) plan(due);
+  tellTargets();
+}
+
+bool TileLoader::readPage(std::uint32_t page, std::unique_lock<std::mutex>& lock) {
+  if (std::find(pages_read_now_.begin(), pages_read_now_.end(), page) != pages_read_now_.end()) return false;
+  pages_read_now_.push_back(page);
+  lock.unlock();
+  std::exception_ptr failure;
+  try {
+    store_.entry(pages_.firstTile(page));
+  } catch (...) {
+    failure = std::current_exception();
+  }
+  lock.lock();
+  std::erase(pages_read_now_, page);
+  if (failure) std::rethrow_exception(failure);
+  pages_.add(page);
+  stale_ = urgent_ = true;
+  return true;
+}
+
+void TileLoader::plan(double due) {
+  ++plan_number_;
+  planned_at_ = now_;
+  stale_ = urgent_ = false;
+  try {
+    collectClaims();
+  } catch (...) {
+    --plan_number_;  // no plan was made
+    throw;
+  }
+  for (TileSlot* const slot : slots_.all()) {
+    slot->order = TileSlot::kUnclaimed;
+    slot->wanted = slot->ahead = false;
+  }
+  const auto stays = [&](const Claim& c) { return c.rank == Rank::pinned && inMemory(c.tile); };
+  std::uint64_t total = 0;
+  for (const Claim& c : claims_)
+    if (stays(c)) total += bytesOf(c.tile);
+  bool full = false;
+  queue_.clear();
+  head_ = 0;
+  for (std::size_t i = 0; i < claims_.size(); ++i) {
+    const Claim& c = claims_[i];
+    if (TileSlot* const slot = slots_.find(c.tile)) {
+      slot->order = i;
+      slot->last_claimed = plan_number_;
+    }
+    if (waitsForRetry(c.tile)) continue;
+    if (!stays(c)) {
+      if (full || total + bytesOf(c.tile) > options_.budget_bytes) {
+        full |= c.rank >= Rank::ahead;  // no less urgent claim may come before it
+        continue;
+      }
+      total += bytesOf(c.tile);
+    }
+    TileSlot& slot = slots_[c.tile];
+    slot.wanted = true;
+    slot.ahead = c.rank == Rank::ahead || c.rank == Rank::target;
+    slot.order = i;
+    slot.last_claimed = plan_number_;
+    if (slot.state == TileState::absent || slot.state == TileState::failed) {
+      slot.state = TileState::queued;
+      slot.due = due;
+      slot.queued_at = now_;
+      slot.held_once = false;
+    }
+    if (slot.state == TileState::queued) queue_.push_back(c.tile);
+  }
+  counters_.queued = queue_.size();
+  counters_.peak_queued = std::max(counters_.peak_queued, counters_.queued);
+  unwanted_.clear();
+  for (std::size_t i = slots_.all().size(); i-- > 0;) {  // backwards: erasing moves the last slot here
+    TileSlot& slot = *slots_.all()[i];
+    if (slot.wanted) continue;
+    if (slot.inMemory()) unwanted_.push_back(&slot);
+    if (slot.state != TileState::queued) continue;
+    ++counters_.cancelled;
+    slots_.erase(slot);
+  }
+  std::sort(unwanted_.begin(), unwanted_.end(), goesLater);
+  plan_failure_.clear();
+}
+
+// The least urgent claim is evicted first; among tiles without a claim, the one that lost its claim first.
+bool TileLoader::goesLater(const TileSlot* a, const TileSlot* b) {
+  if (a->order != b->order) return a->order < b->order;
+  return a->last_claimed != b->last_claimed ? a->last_claimed > b->last_claimed : a->id > b->id;
+}
+
+std::vector<TileId> TileLoader::dueTiles() const {
+  std::vector<TileId> tiles;
+  for (std::size_t i = head_; i < queue_.size(); ++i)
+    if (isDue(queue_[i])) tiles.push_back(queue_[i]);
+  return tiles;
+}
+
+bool TileLoader::isDue(TileId tile) const {
+  const TileSlot* const slot = slots_.find(tile);
+  return slot != nullptr && slot->state == TileState::queued && slot->due <= now_;
+}
+
+TileId TileLoader::nextDue() {
+  const auto waits = [&](TileId tile) {
+    const TileSlot* const slot = slots_.find(tile);
+    return slot != nullptr && slot->state == TileState::queued;
+  };
+  while (head_ < queue_.size() && !waits(queue_[head_])) ++head_;
+  for (std::size_t i = head_; i < queue_.size(); ++i)
+    if (isDue(queue_[i])) return queue_[i];
+  return kNoTile;
+}
+
+std::uint64_t TileLoader::dueBytes(std::size_t most) const {
+  std::uint64_t sum = 0;
+  for (std::size_t i = head_; i < queue_.size() && most > 0; ++i) {
+    if (!isDue(queue_[i])) continue;
+    sum += bytesOf(queue_[i]);
+    --most;
+  }
+  return sum;
+}
+
+void TileLoader::release(TileSlot& slot) {
+  counters_.bytes -= bytesOf(slot.id);
+  leaving_ -= bytesOf(slot.id);
+  stale_ |= slot.wanted;
+  slots_.erase(slot);
+}
+
+void TileLoader::retire(TileSlot& slot) {
+  slot.state = TileState::retiring;
+  std::erase(unwanted_, &slot);
+  counters_.prefetch_wasted += slot.foreseen;
+  evicted_[slot.id] = true;
+  slot.retires_left = peers_.size();
+  loaded_.retire(slot.id);
+  leaving_ += bytesOf(slot.id);
+  ++counters_.evictions;
+  if (peers_.empty()) {
+    release(slot);
+  } else {
+    send({nullptr, slot.id});
+  }
+}
+
+TileSlot* TileLoader::victim(const MayGo& may_go) {
+  if (!may_go) {
+    for (std::size_t i = unwanted_.size(); i-- > 0;)
+      if (!pinned(unwanted_[i]->id)) return unwanted_[i];
+    return nullptr;
+  }
+  TileSlot* worst = nullptr;
+  for (TileSlot* const slot : slots_.all())
+    if (slot->inMemory() && !pinned(slot->id) && may_go(*slot) && (worst == nullptr || goesLater(worst, slot)))
+      worst = slot;
+  return worst;
+}
+
+bool TileLoader::makeRoom(std::uint64_t need, bool at_once, const MayGo& may_go) {
+  while (counters_.bytes - leaving_ + reserved_ + need > options_.budget_bytes) {
+    TileSlot* const slot = victim(may_go);
+    if (slot == nullptr) return false;
+    retire(*slot);
+    if (at_once) settle();
+  }
+  return counters_.bytes + reserved_ + need <= options_.budget_bytes;
+}
+
+bool TileLoader::read(TileId tile, std::unique_lock<std::mutex>& lock) {
+  TileSlot& slot = slots_[tile];  // stays valid: a tile being read is never erased
+  if (slot.state == TileState::queued) {
+    --counters_.queued;
+  } else {
+    slot.queued_at = now_;
+    slot.held_once = false;
+  }
+  slot.state = TileState::reading;
+  const std::uint64_t bytes = bytesOf(tile);
+  reserved_ += bytes;
+  std::shared_ptr<const Tile> got;
+  std::string reason;
+  lock.unlock();
+  try {
+    got = store_.load(tile);
+    if (got->bytes() != bytes) {
+      reason = "decodes to " + std::to_string(got->bytes()) + " bytes; the directory says " + std::to_string(bytes);
+      got.reset();
+    }
+  } catch (const std::exception& error) {
+    reason = error.what();
+  }
+  lock.lock();
+  reserved_ -= bytes;
+  if (slot.ahead) {
+    for (Peer& p : peers_) p.walk_stale = true;  // the walk may continue through it
+    stale_ = true;
+  }
+  if (got == nullptr) {
+    slot.state = TileState::failed;
+    slot.backoff = slot.backoff > 0 ? std::min(2 * slot.backoff, pace_.last_retry) : pace_.first_retry;
+    slot.retry = now_ + slot.backoff;
+    ++counters_.failures;
+    failed_[tile] = "tile " + std::to_string(tile) + ": " + reason;
+    return false;
+  }
+  failed_.erase(tile);
+  slot.backoff = 0;
+  slot.tile = std::move(got);
+  slot.adds_left = peers_.size();
+  slot.state = TileState::ready;
+  slot.last_claimed = plan_number_;
+  slot.foreseen = !asked_.contains(tile) && !pinned(tile);
+  // A plan made during the read may not want it any more.
+  if (!slot.wanted) unwanted_.insert(std::upper_bound(unwanted_.begin(), unwanted_.end(), &slot, goesLater), &slot);
+  if (peers_.empty()) arrive(slot);
+  ++counters_.reads;
+  counters_.prefetched += slot.foreseen;
+  counters_.bytes_read_decoded += bytes;
+  counters_.bytes += bytes;
+  counters_.peak_bytes = std::max(counters_.peak_bytes, counters_.bytes);
+  loaded_.add(*slot.tile);
+  send({slot.tile.get(), tile});
+  return true;
+}
+
+}  // namespace filiform::internal

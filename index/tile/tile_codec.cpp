@@ -1,0 +1,496 @@
+#include "index/tile/tile_codec.h"
+
+#include "index/errors.h"
+#include "index/file/internal/bytes.h"
+#include "index/tile/internal/run_order.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+
+namespace filiform {
+
+using internal::ByteReader;
+using internal::ByteWriter;
+using internal::Damage;
+
+namespace {
+
+constexpr std::size_t kBlock = 32;
+constexpr std::int64_t kEdge = std::int64_t{1} << (kMortonAxisBits - 1);
+constexpr std::uint8_t kGraph = 1;  // flag: fragments state their first samples and may be loose
+
+// The distinct radii, as unsigned bits. Only these are sorted, since there are usually few.
+class RadiusTable {
+ public:
+  explicit RadiusTable(const std::vector<float>& radii_um) {
+    const int log_slots = std::bit_width(2 * radii_um.size() + 1);
+    std::vector<std::uint32_t> slots(std::size_t{1} << log_slots, kFree);
+    places_.reserve(radii_um.size());
+    for (const float radius : radii_um) {
+      const auto bits = std::bit_cast<std::uint32_t>(radius);
+      std::size_t slot = (bits * std::uint64_t{0x9E3779B97F4A7C15}) >> (64 - log_slots);
+      while (slots[slot] != kFree && sorted_[slots[slot]] != bits) slot = (slot + 1) & (slots.size() - 1);
+      if (slots[slot] == kFree) {
+        slots[slot] = static_cast<std::uint32_t>(sorted_.size());
+        sorted_.push_back(bits);
+      }
+      places_.push_back(slots[slot]);
+    }
+    std::vector<std::uint64_t> order;  // bits, then the order of first use
+    order.reserve(sorted_.size());
+    for (std::size_t place = 0; place < sorted_.size(); ++place)
+      order.push_back(std::uint64_t{sorted_[place]} << 32 | place);
+    std::sort(order.begin(), order.end());
+    ranks_.resize(order.size());
+    for (std::size_t rank = 0; rank < order.size(); ++rank) {
+      sorted_[rank] = static_cast<std::uint32_t>(order[rank] >> 32);
+      ranks_[static_cast<std::uint32_t>(order[rank])] = rank;
+    }
+  }
+  const std::vector<std::uint32_t>& sorted() const { return sorted_; }
+  std::vector<std::uint64_t> ranks() const {  // rank of each radius
+    std::vector<std::uint64_t> all;
+    all.reserve(places_.size());
+    for (const std::uint32_t place : places_) all.push_back(ranks_[place]);
+    return all;
+  }
+
+ private:
+  static constexpr std::uint32_t kFree = UINT32_MAX;
+  std::vector<std::uint32_t> sorted_, places_;
+  std::vector<std::uint64_t> ranks_;  // by place
+};
+
+bool onGrid(const GridPoint& p) { return (p.array() >= -kEdge).all() && (p.array() < kEdge).all(); }
+
+[[noreturn]] void rethrow(const Damage& damage, const TilePlace& place) {
+  throw CorruptTile(place.tile, place.file, place.offset + damage.offset, damage.what);
+}
+
+// How a fragment starts.
+enum Kind : std::uint32_t {
+  kLead = 0,    // its first parent is the sample before, placed just before its first child
+  kLinked = 1,  // its first parent is another node
+  kSelf = 2,    // its first parent is its first child: an isolated sample
+  kLoose = 3,   // graphs: one segment between nodes that are placed elsewhere
+};
+
+std::int64_t difference(std::uint32_t a, std::uint32_t b) { return std::int64_t{a} - std::int64_t{b}; }
+
+// Returns `from` minus the decoded step. Throws Damage unless this is an index below `limit`.
+std::uint32_t shifted(const ByteReader& in, std::uint32_t from, std::uint64_t zigzagged, std::uint64_t limit,
+                      const char* what) {
+  const std::int64_t step = internal::unzigzag(zigzagged);
+  in.require(step >= -std::int64_t{UINT32_MAX} && step <= std::int64_t{UINT32_MAX}, what);
+  const std::int64_t at = std::int64_t{from} - step;
+  in.require(at >= 0 && static_cast<std::uint64_t>(at) < limit, what);
+  return static_cast<std::uint32_t>(at);
+}
+
+}  // namespace
+
+class TileCodec {
+ public:
+  static std::vector<std::uint8_t> encode(const Tile& tile);
+  static Tile decode(ByteReader& in, const TilePlace& place, const Grid& grid);
+
+ private:
+  static Kind kindOf(const Tile& tile, std::uint32_t f) {
+    const Tile::Fragment& fragment = tile.fragments_[f];
+    if (!tile.places(f)) return kLoose;
+    if (fragment.parent_node == fragment.child_node) return kSelf;
+    return tile.hasLead(f) ? kLead : kLinked;
+  }
+  static std::uint32_t straysBegin(const Tile& tile) {
+    return tile.node_count_ - static_cast<std::uint32_t>(tile.strays_.size());
+  }
+  // True if the first child's position is stored directly. Otherwise it is a step from a parent stored earlier.
+  static bool standsAlone(const Tile& tile, const Tile::Fragment& f) {
+    return f.parent_node >= f.child_node && f.parent_node < straysBegin(tile);
+  }
+  // Named coordinates: arrays of three would stay in memory.
+  struct Place {
+    std::uint64_t x = 0, y = 0, z = 0;
+
+    template <class Offsets>
+    void put(const Offsets& out, std::size_t node, Place& bits) const {
+      bits.x |= x, bits.y |= y, bits.z |= z;
+      out.put(node, {x, y, z});
+    }
+  };
+  template <class Offsets>
+  static void readPositions(ByteReader& in, const Tile& tile, std::span<const Kind> kinds,
+                            const std::array<int, 3>& widths, const Offsets& out);
+};
+
+std::vector<std::uint8_t> TileCodec::encode(const Tile& tile) {
+  const bool graph = !tile.first_samples_.empty() || !tile.loose_.empty();
+  const auto fragment_count = static_cast<std::uint32_t>(tile.fragments_.size());
+  GridPoint extent = GridPoint::Zero();
+  for (std::uint32_t n = 0; n < tile.node_count_; ++n) extent = extent.cwiseMax(tile.offset(n));
+  if (!onGrid(tile.origin_) || !onGrid(tile.origin_ + extent)) throw InputError("a position lies outside the grid");
+
+  ByteWriter out;
+  out.u8(graph ? kGraph : 0);
+  out.varint(tile.segment_count_);
+  out.varint(fragment_count);
+  out.varint(tile.strays_.size());
+  out.point(tile.origin_);
+  std::array<int, 3> widths;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    widths[axis] = internal::bitsFor(static_cast<std::uint64_t>(extent[static_cast<Eigen::Index>(axis)]));
+    out.u8(static_cast<std::uint8_t>(widths[axis]));
+  }
+
+  std::uint32_t cell = 0, next_rank = 0, nodes = 0;
+  std::vector<std::uint32_t> stated;                           // nodes whose positions are stored directly, in order
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> steps;  // (node, from)
+  for (std::uint32_t n = straysBegin(tile); n < tile.node_count_; ++n) stated.push_back(n);
+  for (std::uint32_t f = 0; f < fragment_count; ++f) {
+    const Tile::Fragment& fragment = tile.fragments_[f];
+    const std::uint32_t count = tile.fragmentEnd(f) - fragment.begin;
+    const Kind kind = kindOf(tile, f);
+    out.varint(4 * std::uint64_t{count - 1} + kind);
+    out.varint(fragment.cell - cell);
+    if (fragment.cell != cell) next_rank = 0;
+    out.varint(fragment.first_rank - next_rank);
+    if (graph) out.varint(internal::zigzag(difference(fragment.first_rank, tile.firstSample(f))));
+    cell = fragment.cell;
+    next_rank = fragment.first_rank + count;
+    if (kind == kLoose) {
+      out.varint(internal::zigzag(difference(nodes, fragment.child_node)));
+      out.varint(internal::zigzag(difference(nodes, fragment.parent_node)));
+      continue;
+    }
+    if (kind == kLinked) out.varint(internal::zigzag(difference(fragment.child_node, fragment.parent_node)));
+    if (kind == kLead) stated.push_back(fragment.parent_node);
+    if (standsAlone(tile, fragment)) {
+      stated.push_back(fragment.child_node);
+    } else {
+      steps.emplace_back(fragment.child_node, fragment.parent_node);
+    }
+    for (std::uint32_t i = 1; i < count; ++i) steps.emplace_back(fragment.child_node + i, fragment.child_node + i - 1);
+    nodes = fragment.child_node + count;
+  }
+  NodeId next{0, 0};
+  for (const NodeId& stray : tile.strays_) {
+    out.varint(stray.cell - next.cell);
+    out.varint(stray.sample - (stray.cell == next.cell ? next.sample : 0));
+    next = {stray.cell, stray.sample + 1};
+  }
+
+  std::vector<std::uint64_t> values;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    values.clear();
+    for (const std::uint32_t n : stated)
+      values.push_back(static_cast<std::uint64_t>(tile.offset(n)[static_cast<Eigen::Index>(axis)]));
+    internal::packBits(out, values, widths[axis]);
+  }
+  for (std::size_t begin = 0; begin < steps.size(); begin += kBlock) {
+    const std::size_t n = std::min(kBlock, steps.size() - begin);
+    std::array<std::array<std::uint64_t, kBlock>, 3> deltas;
+    std::array<std::uint64_t, 3> all{};
+    for (std::size_t i = 0; i < n; ++i) {
+      const GridPoint d = tile.offset(steps[begin + i].first) - tile.offset(steps[begin + i].second);
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        all[axis] |= deltas[axis][i] = internal::zigzag(d[static_cast<Eigen::Index>(axis)]);
+    }
+    for (std::uint64_t bits : all) out.u8(static_cast<std::uint8_t>(internal::bitsFor(bits)));
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      internal::packBits(out, std::span(deltas[axis]).first(n), internal::bitsFor(all[axis]));
+  }
+
+  values.clear();
+  for (std::uint32_t s = 0; s < tile.segment_count_; ++s) values.push_back(tile.owned(s));
+  internal::packBits(out, values, 1);
+
+  std::vector<SegmentRun> canonical;
+  for (std::uint32_t f = 0; f < fragment_count; ++f)
+    internal::appendRuns(tile.fragments_[f].begin, tile.fragmentEnd(f) - tile.fragments_[f].begin, canonical);
+  values.clear();
+  for (const SegmentRun run : tile.runs_)
+    values.push_back(static_cast<std::uint64_t>(
+        std::lower_bound(canonical.begin(), canonical.end(), run,
+                         [](SegmentRun a, SegmentRun b) { return a.begin_and_count < b.begin_and_count; }) -
+        canonical.begin()));
+  internal::packBits(out, values, canonical.empty() ? 0 : internal::bitsFor(canonical.size() - 1));
+  return out.take();
+}
+
+template <class Offsets>
+void TileCodec::readPositions(ByteReader& in, const Tile& tile, std::span<const Kind> kinds,
+                              const std::array<int, 3>& widths, const Offsets& out) {
+  std::size_t alone = tile.strays_.size(), steps = 0;
+  for (std::uint32_t f = 0; f < kinds.size(); ++f) {
+    if (kinds[f] == kLoose) continue;
+    const bool first = standsAlone(tile, tile.fragments_[f]);
+    alone += (kinds[f] == kLead ? 1 : 0) + (first ? 1 : 0);
+    steps += tile.fragmentEnd(f) - tile.fragments_[f].begin - (first ? 1 : 0);
+  }
+  std::array<std::vector<std::uint64_t>, 3> stated;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    in.require(internal::packedBytes(alone, widths[axis]) <= in.left(), "the bytes end too early");
+    stated[axis].resize(alone);
+    internal::unpackBits(in, stated[axis], widths[axis]);
+  }
+
+  std::size_t next_stated = 0;
+  Place p, all;  // the current position; the union of all coordinates' bits
+  const auto putStated = [&](std::uint32_t node) {
+    p = {stated[0][next_stated], stated[1][next_stated], stated[2][next_stated]};
+    ++next_stated;
+    p.put(out, node, all);
+  };
+  for (std::uint32_t node = straysBegin(tile); node < tile.node_count_; ++node) putStated(node);
+
+  std::array<std::array<std::uint64_t, kBlock>, 3> deltas;
+  std::size_t at = 0, block_end = 0;  // position in the block of steps
+  const auto putSteps = [&](std::uint32_t node, std::uint32_t end) {
+    while (node < end) {
+      if (at == block_end) {
+        block_end = std::min(kBlock, steps);
+        std::array<int, 3> block_widths;
+        for (int& width : block_widths) width = in.u8();
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          in.require(block_widths[axis] <= kMortonAxisBits + 1, "a step is too wide");
+          internal::unpackBits(in, std::span(deltas[axis]).first(block_end), block_widths[axis]);
+        }
+        steps -= block_end;
+        at = 0;
+      }
+      Place here = p, bits = all;
+      for (const std::size_t stop = at + std::min<std::size_t>(block_end - at, end - node); at < stop; ++at) {
+        here.x += static_cast<std::uint64_t>(internal::unzigzag(deltas[0][at]));
+        here.y += static_cast<std::uint64_t>(internal::unzigzag(deltas[1][at]));
+        here.z += static_cast<std::uint64_t>(internal::unzigzag(deltas[2][at]));
+        here.put(out, node++, bits);
+      }
+      p = here;
+      all = bits;
+    }
+  };
+  for (std::uint32_t f = 0; f < kinds.size(); ++f) {
+    if (kinds[f] == kLoose) continue;
+    const Tile::Fragment& fragment = tile.fragments_[f];
+    const std::uint32_t end = fragment.child_node + (tile.fragmentEnd(f) - fragment.begin);
+    if (kinds[f] == kLead) putStated(fragment.parent_node);
+    if (standsAlone(tile, fragment)) {
+      putStated(fragment.child_node);
+      putSteps(fragment.child_node + 1, end);
+      continue;
+    }
+    if (kinds[f] == kLinked) {
+      const Tile::Offset from = out.get(fragment.parent_node);
+      p = {from[0], from[1], from[2]};
+    }
+    putSteps(fragment.child_node, end);
+  }
+  const std::array<std::uint64_t, 3> bits{all.x, all.y, all.z};
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    in.require(internal::bitsFor(bits[axis]) <= widths[axis], "a position lies outside the tile");
+}
+
+Tile TileCodec::decode(ByteReader& in, const TilePlace& place, const Grid& grid) {
+  const std::uint8_t flags = in.u8();
+  in.require((flags & ~kGraph) == 0, "an unknown flag");
+  const bool graph = (flags & kGraph) != 0;
+  const std::uint32_t count = in.varint32(), fragment_count = in.varint32(), stray_count = in.varint32();
+  // Each segment takes at least a bit, each fragment three bytes, each stray two.
+  in.require(count <= Tile::kMaxSegments && count / 8 <= in.left() && fragment_count / 3 <= in.left() &&
+                 stray_count / 2 <= in.left(),
+             "more segments than there are bytes");
+  Tile tile(place.tile, place.key, place.is_long, grid);
+  tile.segment_count_ = count;
+  tile.origin_ = in.point();
+  in.require(onGrid(tile.origin_), "the origin lies outside the grid");
+  std::array<int, 3> widths;
+  for (int& width : widths) {
+    width = in.u8();
+    in.require(width <= kMortonAxisBits, "a position is too wide");
+  }
+
+  std::vector<Kind> kinds;
+  std::vector<std::uint32_t> strips;
+  kinds.reserve(fragment_count);
+  strips.reserve(fragment_count);
+  tile.fragments_.reserve(fragment_count);
+  if (graph) tile.first_samples_.reserve(fragment_count);
+  struct Ends {
+    std::uint32_t fragment;
+    std::uint64_t child, parent;
+  };
+  std::vector<Ends> ends;  // known when all nodes are counted
+  std::uint32_t cell = 0, at = 0, nodes = 0;
+  std::uint64_t next_rank = 0, next_sample = 0;
+  bool named = true;
+  for (std::uint32_t f = 0; f < fragment_count; ++f) {
+    const std::uint64_t head = in.varint();
+    const auto kind = static_cast<Kind>(head % 4);
+    const std::uint64_t n = head / 4 + 1;
+    const std::uint32_t cell_step = in.varint32();
+    in.require(cell_step <= UINT32_MAX - 1 - cell, "a cell number is too large");
+    cell += cell_step;
+    if (cell_step != 0) next_rank = next_sample = 0;
+    const std::uint64_t rank = next_rank + in.varint32();
+    in.require(n <= count - at && rank + n <= UINT32_MAX && (kind != kLoose || (graph && n == 1)),
+               "a fragment is too long");
+    next_rank = rank + n;
+    const auto first_rank = static_cast<std::uint32_t>(rank);
+    std::uint64_t sample = rank;
+    if (graph) {
+      sample = shifted(in, first_rank, in.varint(), UINT32_MAX, "a sample does not exist");
+      in.require(sample + n <= UINT32_MAX, "a sample does not exist");
+      tile.first_samples_.push_back(static_cast<std::uint32_t>(sample));
+      named = named && sample == rank;
+    }
+    kinds.push_back(kind);
+    if (kind == kLoose) {
+      const std::uint64_t child = in.varint();
+      ends.push_back({f, child, in.varint()});
+      tile.fragments_.push_back({cell, first_rank, at, nodes, nodes});
+      if (tile.loose_.empty()) tile.loose_.assign((fragment_count + 31) / 32, 0);
+      tile.loose_[f / 32] |= 1u << (f % 32);
+      ++at;
+      continue;
+    }
+    strips.push_back(nodes);
+    if (kind == kLead) {
+      in.require(sample > next_sample || (graph && sample > 0), "a parent does not exist");
+      ++nodes;
+    }
+    tile.fragments_.push_back({cell, first_rank, at, nodes, kind == kLead ? nodes - 1 : nodes});
+    if (kind == kLinked) ends.push_back({f, 0, in.varint()});
+    next_sample = sample + n;
+    at += static_cast<std::uint32_t>(n);
+    nodes += static_cast<std::uint32_t>(n);
+  }
+  in.require(at == count, "the fragments' lengths do not match the number of segments");
+  in.require(!graph || !named || !tile.loose_.empty(), "the graph flag is set without need");
+  if (named) tile.first_samples_.clear();
+
+  tile.node_count_ = nodes + stray_count;
+  for (const Ends& e : ends) {
+    Tile::Fragment& fragment = tile.fragments_[e.fragment];
+    const std::uint32_t from = fragment.child_node;  // for a loose fragment: the nodes placed so far
+    if (kinds[e.fragment] == kLoose)
+      fragment.child_node = shifted(in, from, e.child, tile.node_count_, "a node does not exist");
+    fragment.parent_node = shifted(in, from, e.parent, tile.node_count_, "a node does not exist");
+    in.require(kinds[e.fragment] == kLoose || fragment.parent_node != fragment.child_node,
+               "a sample is its own parent");
+  }
+  NodeId next{0, 0};
+  tile.strays_.reserve(stray_count);
+  for (std::uint32_t i = 0; i < stray_count; ++i) {
+    const std::uint32_t step = in.varint32();
+    in.require(step <= UINT32_MAX - 1 - next.cell, "a cell number is too large");
+    const std::uint64_t sample = std::uint64_t{step == 0 ? next.sample : 0} + in.varint32();
+    in.require(sample < UINT32_MAX, "a sample does not exist");
+    tile.strays_.push_back({next.cell + step, static_cast<std::uint32_t>(sample)});
+    next = {next.cell + step, static_cast<std::uint32_t>(sample + 1)};
+  }
+
+  tile.offset_bits_ = *std::max_element(widths.begin(), widths.end());
+  tile.fillOffsets([&](const auto& offsets) { readPositions(in, tile, kinds, widths, offsets); });
+  for (int axis = 0; axis < 3; ++axis) {
+    const std::int64_t last = tile.origin_[axis] + (std::int64_t{1} << widths[static_cast<std::size_t>(axis)]) - 1;
+    if (last < kEdge) continue;
+    for (std::uint32_t n = 0; n < tile.node_count_; ++n)
+      in.require(onGrid(tile.gridPoint(n)), "a position lies outside the grid");
+  }
+
+  const internal::ByteSpan owned = in.take(internal::packedBytes(count, 1));
+  in.require(count % 8 == 0 || owned.back() >> (count % 8) == 0, "bits beyond the last segment");
+
+  std::vector<SegmentRun> canonical;
+  canonical.reserve(fragment_count + count / internal::kRunSegments);
+  for (std::uint32_t f = 0; f < fragment_count; ++f)
+    internal::appendRuns(tile.fragments_[f].begin, tile.fragmentEnd(f) - tile.fragments_[f].begin, canonical);
+  std::vector<std::uint64_t> order(canonical.size());
+  internal::unpackBits(in, order, canonical.empty() ? 0 : internal::bitsFor(canonical.size() - 1));
+  tile.runs_.reserve(canonical.size());
+  for (const std::uint64_t r : order) {
+    in.require(r < canonical.size() && canonical[r].begin_and_count != UINT32_MAX, "a run of segments is missing");
+    tile.runs_.push_back(canonical[r]);
+    canonical[r].begin_and_count = UINT32_MAX;
+  }
+  in.require(in.left() == 0, "bytes beyond the end of the tile");
+  tile.index(owned, strips);
+  return tile;
+}
+
+std::vector<std::uint8_t> encodeTile(const Tile& tile) { return TileCodec::encode(tile); }
+
+Tile decodeTile(std::span<const std::uint8_t> bytes, const TilePlace& place, const Grid& grid) {
+  try {
+    ByteReader in(bytes);
+    return TileCodec::decode(in, place, grid);
+  } catch (const Damage& damage) {
+    rethrow(damage, place);
+  }
+}
+
+std::vector<std::uint8_t> encodeAppearance(const TileAppearance& appearance) {
+  ByteWriter out;
+  const std::size_t n = appearance.types.size();
+  out.varint(n);
+  for (std::size_t i = 0; i < n;) {
+    std::size_t end = i + 1;
+    while (end < n && appearance.types[end] == appearance.types[i]) ++end;
+    out.u16(appearance.types[i]);
+    out.varint(end - i - 1);
+    i = end;
+  }
+  const RadiusTable radii(appearance.radii_um);
+  const std::vector<std::uint32_t>& table = radii.sorted();
+  const int width = table.empty() ? 0 : internal::bitsFor(table.size() - 1);
+  const bool plain = 4 * table.size() + internal::packedBytes(n, width) >= 4 * n;
+  out.varint(plain ? 0 : table.size());
+  if (plain) {
+    for (float radius : appearance.radii_um) out.u32(std::bit_cast<std::uint32_t>(radius));
+    return out.take();
+  }
+  for (std::uint32_t b : table) out.u32(b);
+  internal::packBits(out, radii.ranks(), width);
+  return out.take();
+}
+
+TileAppearance decodeAppearance(std::span<const std::uint8_t> bytes, const TilePlace& place, std::uint32_t count) {
+  try {
+    ByteReader in(bytes);
+    TileAppearance appearance;
+    const std::uint32_t n = in.varint32();
+    std::uint32_t left = n;
+    // Runs of one type and a table of one radius take no bytes a segment, so the bytes alone do not limit n.
+    in.require(n == count, "the number of segments differs from the directory");
+    while (left > 0) {
+      const std::uint16_t type = in.u16();
+      const std::uint64_t run = in.varint() + 1;
+      in.require(run >= 1 && run <= left, "a run of types is too long");
+      appearance.types.insert(appearance.types.end(), run, type);
+      left -= static_cast<std::uint32_t>(run);
+    }
+    const std::uint32_t table_size = in.varint32();
+    in.require(table_size <= in.left() / 4, "more radii than there are bytes");
+    if (table_size == 0) {
+      in.require(n <= in.left() / 4, "more radii than there are bytes");
+      for (std::uint32_t i = 0; i < n; ++i) appearance.radii_um.push_back(in.f32());
+    } else {
+      std::vector<float> table;
+      for (std::uint32_t i = 0; i < table_size; ++i) table.push_back(in.f32());
+      std::vector<std::uint64_t> ranks(n);
+      internal::unpackBits(in, ranks, internal::bitsFor(table_size - 1));
+      appearance.radii_um.reserve(n);
+      for (std::uint64_t rank : ranks) {
+        in.require(rank < table_size, "a radius is not in the table");
+        appearance.radii_um.push_back(table[rank]);
+      }
+    }
+    in.require(in.left() == 0, "bytes beyond the end of the appearance");
+    return appearance;
+  } catch (const Damage& damage) {
+    rethrow(damage, place);
+  }
+}
+
+}  // namespace filiform

@@ -1,0 +1,155 @@
+// Search inside one tile: the interface of all engines, and the list of best candidates that a search fills.
+//
+// Engines prune with bounds rounded so that no segment is missed. closestPoint() alone decides which segment is
+// nearest; ties go to the lowest (cell, segment). So every engine, tiling and order of visits gives the same bits.
+#pragma once
+
+#include "index/geometry/closest_point.h"
+#include "index/tile/tile.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace filiform {
+
+// A box in world coordinates, exact for boxes of grid points. Thread rule: immutable value.
+struct WorldBox {
+  Vector3d lo_W, hi_W;
+
+  // Lower bound of the squared distance, um^2, that closestPoint() can report for a segment point in the box. Rounded
+  // down by more than the error of both computations. O(1).
+  double squaredDistanceBelow(const Vector3d& h_W) const noexcept {
+    const Vector3d gap = (lo_W - h_W).cwiseMax(h_W - hi_W).cwiseMax(0.0);
+    const double d2 = gap.squaredNorm();
+    if (d2 == 0.0) return 0.0;
+    constexpr double kUlps = 16 * std::numeric_limits<double>::epsilon();
+    const double size = std::max(lo_W.cwiseAbs().maxCoeff(),
+                                 hi_W.cwiseAbs().maxCoeff());  // the closest point was itself rounded
+    const double d = std::sqrt(d2);
+    const double below = d - kUlps * (d + size);
+    return below > 0.0 ? below * below : 0.0;
+  }
+};
+
+// A part of the world against which boxes are tested.
+class Region {
+ public:
+  virtual ~Region() = default;
+  // May return false only if no wanted segment has its closest or common points in the box. O(1).
+  virtual bool mayMeet(const WorldBox& box) const noexcept = 0;
+};
+
+// One segment found by a search.
+struct Candidate {
+  double squared_distance;  // um^2
+  SegmentId segment;
+  double t;  // 0 child .. 1 parent
+  Vector3d p_W;
+  TileId tile;  // a tile that stores the segment
+
+  bool operator<(const Candidate& other) const {
+    return squared_distance != other.squared_distance ? squared_distance < other.squared_distance
+                                                      : segment < other.segment;
+  }
+};
+
+// The k best segments seen so far, each segment once. Thread rule: thread-compatible.
+class Candidates {
+ public:
+  // Keeps k segments within the squared distance `limit2`, um^2 (closed). With epsilon > 0, the segment of each rank
+  // may be up to (1 + epsilon) times too far. Requires k > 0, epsilon >= 0, limit2 >= 0.
+  Candidates(std::size_t k, double epsilon, double limit2)
+      : k_(k), slack_(k / 8), shrink_(1.0 / ((1.0 + epsilon) * (1.0 + epsilon))), limit2_(limit2), bound2_(limit2) {}
+
+  // Bound for pruning, um^2: skip what lies farther; keep what lies at the same distance (ties).
+  double bound2() const noexcept { return bound2_; }
+
+  // Promises that k segments lie within `limit2`. This tightens the pruning and loses none of these segments. epsilon
+  // does not apply, since the promised segments are not found yet.
+  void promise(double limit2) noexcept {
+    limit2_ = std::min(limit2_, limit2);
+    bound2_ = std::min(bound2_, limit2_);
+  }
+
+  // True if only the best segment is kept. Pruning may then use boundIf().
+  bool single() const noexcept { return k_ == 1; }
+  // The value of bound2() after an offer at that squared distance. Requires single().
+  double boundIf(double squared_distance) const noexcept { return std::min(bound2_, squared_distance * shrink_); }
+  // The largest squared distance, um^2, that is still kept, without pruning.
+  double limit2() const noexcept { return full_ ? std::min(limit2_, worst_.squared_distance) : limit2_; }
+
+  // Adds a candidate if it is among the best. Usually O(1), amortised O(log k).
+  void offer(const Candidate& c) {
+    if (c.squared_distance > limit2_) return;
+    if (full_ && !(c < worst_)) return;
+    if (k_ == 1) return setWorst(c);
+    best_.push_back(c);
+    if (best_.size() >= k_ && (!full_ || best_.size() > k_ + slack_)) compact();
+  }
+  // Measures one segment of the tile by closestPoint() and offers it.
+  void offer(const Tile& tile, std::uint32_t segment, const Vector3d& child_W, const Vector3d& parent_W,
+             const Vector3d& h_W) {
+    const ClosestPoint c = closestPoint(child_W, parent_W, h_W);
+    if (c.squared_distance <= limit2_ && (!full_ || c.squared_distance <= worst_.squared_distance))
+      offer({c.squared_distance, tile.segmentId(segment), c.t, c.p_W, tile.id()});
+  }
+
+  // At most k candidates, best first. O(k log k).
+  const std::vector<Candidate>& sorted() {
+    if (k_ == 1)
+      best_.assign(full_ ? 1 : 0, worst_);
+    else
+      compact();
+    return best_;
+  }
+
+ private:
+  void setWorst(const Candidate& c) {
+    full_ = true;
+    worst_ = c;
+    bound2_ = std::min(limit2_, worst_.squared_distance * shrink_);
+  }
+  void compact() {
+    std::sort(best_.begin(), best_.end());
+    best_.erase(std::unique(best_.begin(), best_.end(),
+                            [](const Candidate& a, const Candidate& b) { return a.segment == b.segment; }),
+                best_.end());
+    if (best_.size() > k_) best_.resize(k_, best_.front());
+    full_ = best_.size() == k_;
+    if (full_) setWorst(best_.back());
+  }
+
+  std::size_t k_, slack_;
+  double shrink_, limit2_, bound2_;
+  bool full_ = false;
+  Candidate worst_{};
+  std::vector<Candidate> best_;
+};
+
+// A search structure over one tile. Thread rule: immutable; any number of threads may search.
+class TileEngine {
+ public:
+  virtual ~TileEngine() = default;
+  // Offers every segment that may be among the best; it may offer others. Requires finite h_W. O(log segments)
+  // expected.
+  virtual void search(const Vector3d& h_W, Candidates& best) const = 0;
+  // Appends the index of every segment whose box may meet the region, and possibly others. Each index once, in any
+  // order. O(log segments + found) expected.
+  virtual void collect(const Region& region, std::vector<std::uint32_t>& segments) const = 0;
+  // Heap and object bytes, without the tile's own.
+  virtual std::size_t bytes() const = 0;
+};
+
+// Throws UsageError for an engine that this build lacks; the message names the available ones.
+void requireTileEngine(const std::string& name);
+
+// Builds the engine with that name ("packed", "cgal") over a tile. The engine keeps the tile alive. Throws as
+// requireTileEngine() does.
+std::unique_ptr<TileEngine> makeTileEngine(const std::string& name, std::shared_ptr<const Tile> tile);
+
+}  // namespace filiform

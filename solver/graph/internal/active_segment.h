@@ -1,0 +1,96 @@
+// What every solver does first: is the probe one to follow, and where is the segment that the proxy is on? Thread rule:
+// haptic thread only; noexcept, without allocation, lock or system call.
+#pragma once
+
+#include "index/geometry/closest_point.h"
+#include "solver/graph/graph_view.h"
+#include "solver/graph/internal/working_graph.h"
+#include "solver/graph/proxy_place.h"
+
+namespace filiform::internal {
+
+// Beyond this, squared, distances overflow: as good as infinite. False for NaN too.
+inline bool usableDistance(double squared_um2) noexcept { return squared_um2 <= 1e300; }
+
+inline void clear(SolverStep& step) noexcept {
+  step.visited = 0;
+  step.capped = false;
+  step.frontiers = 0;
+  step.touched.count = step.absent.count = 0;
+  step.touched.overflow = step.absent.overflow = false;
+}
+
+// The segment that the proxy is on, decoded, and kept for as long as it stays there.
+struct ActiveSegment {
+  struct End {
+    NodeId id{};
+    Vector3d p_W = Vector3d::Zero();
+    std::uint32_t node = 0;                     // in `tile`
+    std::uint32_t local = WorkingGraph::kNone;  // in the working graph, where last seen
+  };
+  const Tile* tile = nullptr;  // nullptr: none
+  TileId home = kNoTile;       // id of `tile`
+  SegmentId id{UINT32_MAX, UINT32_MAX};
+  std::uint32_t segment = 0;  // in `tile`
+  End child, parent;
+  Vector3d d_W = Vector3d::Zero();
+  double length2 = 0;  // of d_W, child to parent, squared
+
+  [[gnu::always_inline]] ClosestPoint closestTo(const Vector3d& h_W) const noexcept {
+    return closestPoint(child.p_W, parent.p_W, d_W, length2, h_W);
+  }
+  // Makes it that of the place. False if the tile does not store it, or is absent, which is reported. O(1) where it is
+  // already, or is where it was last in its tile; else O(log segments of a tile).
+  [[gnu::always_inline]] bool follow(const GraphView& graph, const ProxyPlace& place, SolverStep& step) noexcept {
+    if (tile != nullptr && id == place.segment && home == place.tile && graph.tiles().find(home) == tile) {
+      step.touched.add(home);
+      return true;
+    }
+    return find(graph, place, step);
+  }
+  // Makes it an edge of an open node.
+  void become(const WorkingGraph& graph, std::uint32_t n, const WorkingGraph::Edge& edge) noexcept {
+    const WorkingGraph::Node& node = graph.node(n);
+    tile = node.tile;
+    home = node.home;
+    id = {node.id.cell, edge.rank};
+    segment = edge.segment;
+    End &near = edge.from_child ? child : parent, &far = edge.from_child ? parent : child;
+    near = {node.id, node.p_W, node.node, n};
+    far = {edge.farId(node.id), edge.far_W, edge.far, edge.to};
+    d_W = parent.p_W - child.p_W;
+    length2 = edge.length2;
+  }
+  // As GraphView::placeOn().
+  ProxyPlace place(const GraphView& graph, double t, const Vector3d& p_W) const noexcept {
+    ProxyPlace place;
+    place.segment = id;
+    place.t = t;
+    place.p_W = p_W;
+    place.tile = home;
+    place.at_node = t == 0.0 || t == 1.0;
+    if (place.at_node) {
+      const End& end = t == 0.0 ? child : parent;
+      place.node = end.id;
+      const TileId home_of_end = graph.homeId(*tile, end.node);
+      if (home_of_end != kNoTile) place.tile = home_of_end;
+    }
+    return place;
+  }
+  WorkingGraph::Seen seen(const End& end) const noexcept {
+    const bool at_home = tile->isHome(end.node);
+    return {end.id, end.p_W, at_home ? home : kNoTile, at_home ? end.node : WorkingGraph::kNone};
+  }
+  std::uint32_t meet(WorkingGraph& graph, End& end) const noexcept {
+    if (!graph.isKept(end.local, end.id)) end.local = graph.meet(seen(end));
+    return end.local;
+  }
+  // WorkingGraph::prepare() around the place.
+  void prepare(WorkingGraph& graph, const GraphView& view, const ProxyPlace& place, const Vector3d& ahead_W,
+               std::uint32_t most) noexcept;
+
+ private:
+  bool find(const GraphView& graph, const ProxyPlace& place, SolverStep& step) noexcept;
+};
+
+}  // namespace filiform::internal

@@ -1,0 +1,48 @@
+// From which ends of a segment a descent goes on: what tells the basic solver (descent.h) from the two readings of the
+// force-based one (force_based.h).
+#pragma once
+
+#include "index/geometry/closest_point.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+namespace filiform::internal {
+
+enum class Escape : std::uint8_t { none, text, listing };
+struct Reach {
+  Escape escape = Escape::none;
+  double gain = 0, r_min_um = 0, r_max_um = 0;
+
+  // Squared distance beyond which a branch ends. `sub_goal2`: of the branch's sub-goal; `best2`: of the best point yet.
+  double bound2(double sub_goal2, double best2) const noexcept { return escape == Escape::listing ? best2 : sub_goal2; }
+};
+
+// Calls go_on(at_parent) for each end to go on from, the one to be visited first last; q is its sub-goal.
+// `bound2` as from Reach::bound2.
+template <typename GoOn>
+[[gnu::always_inline]] inline void follow(const Reach& reach, const Vector3d& child_W, const Vector3d& parent_W,
+                                          const ClosestPoint& q, double bound2, const GoOn& go_on) noexcept {
+  if (reach.escape == Escape::none) {
+    if (q.t == 0.0) go_on(false);
+    if (q.t == 1.0) go_on(true);
+    return;
+  }
+  if (q.squared_distance > bound2) return;
+  const bool listing = reach.escape == Escape::listing;
+  if (!listing && q.t == 0.0) return go_on(false);
+  if (!listing && q.t == 1.0) return go_on(true);
+  const double r_um = std::min(reach.r_max_um, reach.gain * std::sqrt(q.squared_distance) + reach.r_min_um);
+  // |end - q| < r (the listing: <= r), without the root but where rounding might decide.
+  const double r2 = r_um * r_um, surely2 = r2 * (1 - 1e-12), never2 = r2 * (1 + 1e-12);
+  const auto within = [&](const Vector3d& end_W) {
+    const double d2 = (end_W - q.p_W).squaredNorm();
+    if (d2 < surely2 || d2 > never2) return d2 < surely2;
+    return listing ? std::sqrt(d2) <= r_um : std::sqrt(d2) < r_um;
+  };
+  if (within(parent_W)) go_on(true);
+  if (within(child_W)) go_on(false);
+}
+
+}  // namespace filiform::internal

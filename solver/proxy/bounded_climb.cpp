@@ -1,0 +1,213 @@
+#include "solver/proxy/bounded_climb.h"
+
+#include "index/geometry/closest_point.h"
+#include "solver/graph/graph_view.h"
+#include "solver/graph/internal/active_segment.h"
+#include "solver/graph/internal/offer_heap.h"
+#include "solver/graph/internal/working_graph.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace filiform {
+
+namespace {
+
+using internal::WorkingGraph;
+
+constexpr double kForget_s = 0.2;  // in which patience goes when the hand lets up
+
+class BoundedClimb final : public ProxySolver {
+ public:
+  explicit BoundedClimb(const SolverParameters& parameters)
+      : max_visited_(parameters.max_visited),
+        climb_(parameters.climb),
+        graph_(parameters.pool_nodes, max_visited_ + 2, 0),
+        offers_(max_visited_ + 3) {}
+
+  const ProxyPlace& place() const noexcept override { return state_.place; }
+  void setPlace(const ProxyPlace& place) noexcept override {
+    state_ = State{};
+    state_.place = place;
+    state_.began_W = place.p_W;
+    before_ = state_;
+    active_ = internal::ActiveSegment{};
+    graph_.forget();
+  }
+  void advance(const GraphView& graph, const ProbeState& probe, SolverStep& step) noexcept override;
+  void undo() noexcept override { state_ = before_; }
+  void prepare(const GraphView& graph, const Vector3d& ahead_W, std::uint32_t most) noexcept override {
+    active_.prepare(graph_, graph, state_.place, ahead_W, most);
+  }
+  bool wantsAnchor() const noexcept override { return true; }
+
+ private:
+  struct State {
+    ProxyPlace place;
+    double patience_mm = 0;                   // m
+    Vector3d began_W = Vector3d::Zero();      // a
+    NodeId cut_node{UINT32_MAX, UINT32_MAX};  // whose branches max_visited has cut last
+    std::uint32_t cut_next = 0;               // the branch to go on with
+  };
+  struct Best {  // edge `edge` of node `node`, or of the active segment where that is kNone
+    bool improved = false;
+    std::uint32_t node = WorkingGraph::kNone, edge = 0;
+    double t = 0;
+    Vector3d p_W = Vector3d::Zero();
+    double yields_below = 0;  // squared distance, um^2
+  };
+
+  void wait(const ProbeState& probe, double distance_um) noexcept;
+  void search(const ProbeState& probe, SolverStep& step) noexcept;
+  void offer(std::uint32_t n, double cost) noexcept;
+  bool follow(const Vector3d& h_W, std::uint32_t n, SolverStep& step) noexcept;
+  void settle() noexcept;
+
+  // What a point must be nearer than to count as progress.
+  static double yieldsBelow(double squared_distance) noexcept {
+    const double distance = std::sqrt(squared_distance);
+    const double bound = distance - std::max(1e-9, 1e-12 * distance);
+    return bound > 0 ? bound * bound : 0.0;
+  }
+
+  std::uint32_t max_visited_;
+  ClimbParameters climb_;
+  State state_, before_;
+  WorkingGraph graph_;
+  internal::ActiveSegment active_;
+  // Of the present search only.
+  internal::OfferHeap offers_;
+  double budget_um_ = 0;
+  Best best_;
+};
+
+[[gnu::flatten]] void BoundedClimb::advance(const GraphView& graph, const ProbeState& probe,
+                                            SolverStep& step) noexcept {
+  internal::clear(step);
+  before_ = state_;
+  if (!state_.place.valid()) return;
+  graph_.begin(graph);
+  search(probe, step);
+}
+
+// A hand that keeps pulling without progress wants out: the budget grows.
+void BoundedClimb::wait(const ProbeState& probe, double distance_um) noexcept {
+  const double dt_s = probe.dt_s > 0 && std::isfinite(probe.dt_s) ? probe.dt_s : 0.0;
+  const double pull_mm = 1e3 * (distance_um / probe.scale_um_m);
+  if (1e3 * ((state_.place.p_W - state_.began_W).norm() / probe.scale_um_m) > climb_.reset_mm) {
+    state_.patience_mm = 0;
+    state_.began_W = state_.place.p_W;
+  } else if (pull_mm > climb_.pull_mm) {
+    state_.patience_mm =
+        std::min(state_.patience_mm + climb_.patience_1_s * (pull_mm - climb_.pull_mm) * dt_s, climb_.most_mm);
+  } else {
+    state_.patience_mm *= std::max(0.0, 1.0 - dt_s / kForget_s);
+  }
+}
+
+void BoundedClimb::search(const ProbeState& probe, SolverStep& step) noexcept {
+  const Vector3d& h_W = probe.h_W;
+  const double d2 = (state_.place.p_W - h_W).squaredNorm();
+  if (!internal::usableDistance(d2) || !active_.follow(graph_.view(), state_.place, step)) return;
+  const bool scaled = probe.scale_um_m > 0 && std::isfinite(probe.scale_um_m);
+  if (scaled) wait(probe, std::sqrt(d2));
+
+  ++step.visited;
+  const ClosestPoint q = active_.closestTo(h_W);
+  const bool nearer = q.squared_distance < d2;
+  best_ = Best{};
+  if (nearer) best_ = {true, WorkingGraph::kNone, 0, q.t, q.p_W, 0};
+  const double best2 = nearer ? q.squared_distance : d2;
+  best_.yields_below = yieldsBelow(best2);
+
+  budget_um_ = 0;
+  if (scaled) {
+    const double pull_mm = 1e3 * (std::sqrt(best2) / probe.scale_um_m);
+    const double budget_mm = std::min(climb_.most_mm, climb_.rest_mm + climb_.gain * pull_mm + state_.patience_mm);
+    budget_um_ = 1e-3 * budget_mm * probe.scale_um_m;
+  }
+
+  graph_.newSearch();
+  offers_.clear();
+  const double length = std::sqrt(active_.length2);
+  const double to_child = length * std::min(q.t, state_.place.t);
+  const double to_parent = length * (1.0 - std::max(q.t, state_.place.t));
+  if (to_child <= budget_um_) offer(active_.meet(graph_, active_.child), to_child);
+  if (to_parent <= budget_um_) offer(active_.meet(graph_, active_.parent), to_parent);
+  while (!offers_.empty()) {
+    const std::uint32_t n = offers_.pop().node;
+    if (graph_.node(n).mark.progress != WorkingGraph::Progress::met) continue;
+    if (!follow(h_W, n, step)) break;
+  }
+  if (!step.capped) state_.cut_node = NodeId{UINT32_MAX, UINT32_MAX};
+  settle();
+}
+
+// No more than one offer for each segment tested, and one for the other end of the first: the array holds them all.
+void BoundedClimb::offer(std::uint32_t n, double cost) noexcept {
+  const bool is_new = !graph_.isMarked(n);
+  WorkingGraph::Mark& mark = graph_.mark(n);
+  if (!is_new && !(cost < mark.cost)) return;
+  mark.cost = cost;
+  graph_.prefetch(n);
+  offers_.push({cost, graph_.node(n).id.key(), n});
+}
+
+// A segment has been tested exactly if one of its ends was entered, or if it is the first: so nodes are all that is
+// marked. False at the cap.
+bool BoundedClimb::follow(const Vector3d& h_W, std::uint32_t n, SolverStep& step) noexcept {
+  const WorkingGraph::Presence presence = graph_.open(n);
+  const WorkingGraph::Node& node = graph_.node(n);
+  if (presence != WorkingGraph::Presence::present) {
+    graph_.mark(n).progress = WorkingGraph::Progress::absent;
+    ++step.frontiers;
+    if (presence == WorkingGraph::Presence::absent) step.absent.add(node.home);
+    return true;
+  }
+  graph_.mark(n).progress = WorkingGraph::Progress::entered;
+  step.touched.add(node.home);
+  const double cost = node.mark.cost;
+  std::uint32_t at = node.id == state_.cut_node && state_.cut_next < node.degree ? state_.cut_next : 0;
+  for (std::uint32_t i = 0; i < node.degree; ++i, at = at + 1 == node.degree ? 0 : at + 1) {
+    WorkingGraph::Edge& edge = graph_.edge(n, at);
+    if (edge.rank == active_.id.segment) continue;  // all that is reached is of one cell
+    const std::uint32_t far = graph_.findFar(n, edge);
+    const bool is_loop = far == n;
+    if (!is_loop && far != WorkingGraph::kNone && graph_.isMarked(far) &&
+        graph_.node(far).mark.progress == WorkingGraph::Progress::entered)
+      continue;
+    if (step.visited == max_visited_) {
+      step.capped = true;
+      state_.cut_node = node.id;
+      state_.cut_next = at;
+      return false;
+    }
+    ++step.visited;
+    const ClosestPoint w = edge.closestTo(node.p_W, h_W);
+    if (w.squared_distance < best_.yields_below) best_ = {true, n, at, w.t, w.p_W, yieldsBelow(w.squared_distance)};
+    const double rise = w.t == edge.nearT() ? edge.length : w.t == edge.farT() ? 0.0 : (edge.far_W - w.p_W).norm();
+    if (cost + rise <= budget_um_) offer(graph_.meetFar(n, edge), cost + rise);
+  }
+  return true;
+}
+
+void BoundedClimb::settle() noexcept {
+  if (!best_.improved) return;
+  if (best_.node != WorkingGraph::kNone) {
+    graph_.open(best_.node);
+    active_.become(graph_, best_.node, graph_.edge(best_.node, best_.edge));
+  } else if (!state_.place.at_node && best_.t != 0.0 && best_.t != 1.0) {  // it slides along, and nothing else changes
+    state_.place.t = best_.t;
+    state_.place.p_W = best_.p_W;
+    return;
+  }
+  state_.place = active_.place(graph_.view(), best_.t, best_.p_W);
+}
+
+}  // namespace
+
+std::unique_ptr<ProxySolver> makeBoundedClimb(const SolverParameters& parameters) {
+  return std::make_unique<BoundedClimb>(parameters);
+}
+
+}  // namespace filiform

@@ -1,0 +1,79 @@
+// A hand on a tile set: one tick from the device's state to the force, with the tiles that the tick needs, and the
+// marks that its recording needs. Runs and sessions, in virtual and in real time, all tick here.
+//
+// Three kinds of tick differ only in the tiles that are present:
+//   tick()              those that are resident now; haptic-safe
+//   tickWithItsTiles()  virtual time: loads what the tick needs, and repeats it until nothing more is absent
+//   tickAsRecorded()    replay: as tickWithItsTiles(), but the tiles that the recorded tick met absent stay absent
+// A period, in order: exchange; a tick; publish(); hand the wrench over; prepare().
+//
+// Thread rule: haptic thread only (in virtual time the caller's), but waitsForFailedTile(): any thread.
+#pragma once
+
+#include "index/set/tile_store.h"
+#include "solver/graph/graph_view.h"
+#include "solver/travel/internal/hand_tiles.h"
+#include "solver/travel/internal/travel_device.h"
+#include "solver/workspace/navigation.h"
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+namespace filiform::internal {
+
+class HandNavigation {
+ public:
+  // Store, tiles and device must outlive it. Throws as Navigation does.
+  HandNavigation(const TileStore& store, HandTiles& tiles, TravelDevice& device, std::unique_ptr<ProxySolver> solver,
+                 const NavigationOptions& options);
+
+  const GraphView& graph() const noexcept { return graph_; }
+  Navigation& navigation() noexcept { return navigation_; }
+  const Navigation& navigation() const noexcept { return navigation_; }
+
+  // One tick over `step_s`, marked in the recording. The answer holds until the next tick.
+  const NavigationTick& tick(const DeviceState& state, double step_s) noexcept;
+  // As tick(). If the tiles of the tick do not fit the budget together, the tick is a frontier. Throws CorruptTile or
+  // IoError for a tile that cannot be read.
+  const NavigationTick& tickWithItsTiles(const DeviceState& state, double step_s);
+  // As tickWithItsTiles(). Requires a replay.
+  const NavigationTick& tickAsRecorded(const DeviceState& state, double step_s);
+
+  // The time steps from now on are measured, not the period: goes into the marks.
+  void setMeasured(bool is_measured) noexcept { step_mark_ = is_measured ? MarkBits::kMeasured : 0; }
+  // Adds bits to the marks of the next tick.
+  void addMarks(std::uint32_t bits) noexcept { marks_.bits |= bits; }
+  // After a tick: asks the loader for the tiles that it met absent, and tells it what the hand is about. Haptic-safe.
+  void publish(const ReaderFocus& focus) noexcept;
+  // Work for the ticks to come that delays no force: called once a period, after the wrench was handed over, with the
+  // time (s) until the next exchange. Haptic-safe.
+  void prepare(double free_s) noexcept;
+
+  // The proxy rests at a tile that cannot be read: the hand should feel no force. Any thread.
+  bool waitsForFailedTile() const;
+
+  std::uint64_t stalls() const noexcept { return stalls_; }  // ticks that were repeated with more tiles
+  // Replayed ticks that met more absent tiles than their marks hold.
+  std::uint64_t uncertain_ticks() const noexcept { return uncertain_ticks_; }
+
+ private:
+  const NavigationTick& solve(const DeviceState& state, double step_s) noexcept;
+  const NavigationTick& solveWithItsTiles(const DeviceState& state, double step_s);
+  const NavigationTick& marked(const NavigationTick& tick) noexcept;
+  bool loadTilesOf(const NavigationTick& tick);
+
+  HandTiles& tiles_;
+  TravelDevice& device_;
+  GraphView graph_;
+  Navigation navigation_;
+  const NavigationTick* last_ = nullptr;
+  RunMarks marks_;  // of the next tick
+  std::uint32_t step_mark_ = 0;
+  std::vector<TileId> wanted_;
+  std::atomic<TileId> waited_for_{kNoTile};
+  std::uint64_t stalls_ = 0, uncertain_ticks_ = 0;
+};
+
+}  // namespace filiform::internal

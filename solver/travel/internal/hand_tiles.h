@@ -1,0 +1,68 @@
+// Where the tiles of the hand come from. There are three kinds:
+//   resident   a Residency loads them within a budget, in virtual or real time
+//   held       all tiles are in memory (a small scene)
+//   replay     a recording is replayed: each tile is loaded when it is first needed. The tiles that the recorded tick
+//              met absent are hidden during the tick that repeats it.
+// Thread rule: the constructor, loadTogether(), hide(), show() and use() belong to one owner, while no other thread
+// uses the table; see TileReader and Residency for what they allow beside that.
+#pragma once
+
+#include "index/set/tile_store.h"
+#include "index/streaming/residency.h"
+#include "index/streaming/tile_table.h"
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace filiform::internal {
+
+enum class TileKind : std::uint8_t { resident, held, replay };
+
+class HandTiles {
+ public:
+  // Loads all tiles (held), or the long-segment tile. The store must outlive the source. Throws UsageError for a budget
+  // below the floor (resident); CorruptTile and IoError from the store.
+  HandTiles(const TileStore& store, TileKind kind, const ResidencyOptions& options);
+
+  const TileTable& table() const { return table_ ? *table_ : reader_->tiles(); }
+  Residency* residency() { return residency_.get(); }              // nullptr unless resident
+  const Residency* residency() const { return residency_.get(); }  // likewise
+  TileReader* reader() { return reader_; }                         // of the haptic thread; nullptr unless resident
+
+  // Makes all of `tiles` present at once, in virtual time. False if they do not fit the budget together. Tiles that are
+  // hidden stay absent. Throws CorruptTile or IoError for a tile that cannot be read.
+  bool loadTogether(std::span<const TileId> tiles);
+  // loadTogether() may take out tiles that are not among those asked for.
+  bool mayEvict() const;
+
+  // These tiles are absent until show(). Ids out of range are ignored. Not while resident.
+  void hide(std::span<const std::uint32_t> tiles);
+  bool hides(TileId tile) const;
+  void show();
+
+  struct Use {
+    std::uint64_t reads = 0, evictions = 0, peak_bytes = 0;  // bytes: of decoded tiles
+    ResidencyCounters streaming;                             // resident only
+    std::vector<std::string> failures;                       // resident only, see Residency::failures()
+  };
+  Use use() const;
+
+ private:
+  void hold(TileId tile);
+  void makeRoom(std::span<const TileId> wanted);
+
+  const TileStore& store_;
+  TileKind kind_;
+  std::uint64_t budget_bytes_;
+  std::vector<std::shared_ptr<const Tile>> tiles_;  // by id; unless resident
+  std::vector<TileId> hidden_;
+  std::uint64_t bytes_ = 0, peak_bytes_ = 0, reads_ = 0;
+  std::unique_ptr<TileTable> table_;  // unless resident
+  std::unique_ptr<Residency> residency_;
+  TileReader* reader_ = nullptr;
+};
+
+}  // namespace filiform::internal

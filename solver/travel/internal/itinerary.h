@@ -1,0 +1,32 @@
+// The legs of a run, one after the other: a single route, or the routes of a tour. Thread rule: thread-compatible; not
+// for the haptic thread.
+#pragma once
+
+#include "solver/travel/internal/leg.h"
+#include "solver/travel/tour.h"
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+
+namespace filiform::internal {
+
+class Itinerary {
+ public:
+  // Store and options must outlive it. Throws UsageError for a tour whose seed is no number.
+  Itinerary(const TileStore& store, const RunOptions& options);
+
+  bool isTour() const { return tour_.has_value(); }
+
+  // Plans the next leg; for a single route, the same leg each time. Reads a cell. Throws as planRoute(), Tour::next()
+  // and Leg do, and what the store throws.
+  std::unique_ptr<Leg> next();
+
+ private:
+  const TileStore& store_;
+  const RunOptions& options_;
+  std::optional<Tour> tour_;
+  std::uint64_t legs_ = 0;
+};
+
+}  // namespace filiform::internal

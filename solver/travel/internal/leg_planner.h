@@ -1,0 +1,46 @@
+// A thread that plans the legs of a tour ahead of the haptic thread and frees those that were travelled.
+//
+// Thread rule: take() and giveBack() belong to the haptic thread and are haptic-safe; all else to the thread that owns
+// the planner.
+#pragma once
+
+#include "index/spsc_ring.h"
+#include "solver/travel/internal/itinerary.h"
+
+#include <atomic>
+#include <cstddef>
+#include <exception>
+#include <thread>
+
+namespace filiform::internal {
+
+class LegPlanner {
+ public:
+  // Starts the thread. The itinerary must outlive the planner, and belongs to its thread meanwhile.
+  explicit LegPlanner(Itinerary& itinerary);
+  // Waits for the plan under way; frees all legs that it has.
+  ~LegPlanner();
+  LegPlanner(const LegPlanner&) = delete;
+  LegPlanner& operator=(const LegPlanner&) = delete;
+
+  // The next leg, which the caller then owns; nullptr while none is planned.
+  Leg* take() noexcept;
+  // Passes a leg on to be freed. False if there is no room: the caller keeps the leg and tries again after a tick.
+  bool giveBack(Leg* leg) noexcept { return travelled_.push(leg); }
+
+  bool failed() const { return failed_.load(std::memory_order_acquire); }
+  // Throws what the itinerary threw. Requires failed().
+  void rethrow() const { std::rethrow_exception(error_); }
+
+ private:
+  static constexpr std::size_t kLegsAhead = 4;
+  void plan();
+
+  Itinerary& itinerary_;
+  SpscRing<Leg*> planned_{kLegsAhead}, travelled_{2 * kLegsAhead};
+  std::atomic<bool> stopping_{false}, failed_{false};
+  std::exception_ptr error_;
+  std::thread thread_;
+};
+
+}  // namespace filiform::internal

@@ -1,0 +1,35 @@
+#include "solver/travel/internal/navigation_choice.h"
+
+#include "solver/force/passivity.h"
+
+#include <algorithm>
+
+namespace filiform::internal {
+
+std::optional<HandParameters> handOf(const std::string& device) {
+  if (device != "sim" && device.rfind("sim:", 0) != 0) return std::nullopt;
+  return handParameters(device.size() > 4 ? device.substr(4) : "medium");
+}
+
+NavigationChoice chooseNavigation(const DeviceCapabilities& can, const NavigationWish& wish) {
+  const std::optional<HandParameters> hand = handOf(wish.held_device);
+  const double damping_Ns_m = can.damping_Ns_m + (hand ? hand->damping_Ns_m : 0.0);
+  NavigationChoice choice;
+  choice.bound_N_m = stiffnessBound(damping_Ns_m, wish.period_s, can.delay_samples);
+  NavigationOptions& navigation = choice.navigation;
+  if (wish.stiffness_N_m)
+    navigation.force.stiffness_N_m = *wish.stiffness_N_m;
+  else if (hand)
+    navigation.force.stiffness_N_m = wish.held_device == "sim:loose" ? 50.0 : 200.0;
+  else
+    navigation.force.stiffness_N_m = defaultStiffness(can, wish.period_s);
+  navigation.force.passivity.on = wish.passivity.value_or(choice.stiffness_N_m() >= choice.bound_N_m);
+  navigation.force.passivity.delay_samples = std::clamp(can.delay_samples, 0, PassivityOptions::kMaxDelay);
+  navigation.workspace.lo_D = can.workspace_lo_D;
+  navigation.workspace.hi_D = can.workspace_hi_D;
+  navigation.workspace.zoom_um = wish.zoom_um;
+  navigation.rate_control = can.rate_control;
+  return choice;
+}
+
+}  // namespace filiform::internal

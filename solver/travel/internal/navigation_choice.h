@@ -1,0 +1,37 @@
+// Which stiffness, controller and workspace a device gets, and the hand that holds it. Thread rule: functions without
+// state.
+#pragma once
+
+#include "device/haptic_device.h"
+#include "device/simulated/simulated_hand.h"
+#include "solver/workspace/navigation.h"
+
+#include <optional>
+#include <string>
+
+namespace filiform::internal {
+
+// The mechanics of "sim" and "sim:HAND"; none for another device. Throws UnknownDevice for an unknown hand.
+std::optional<HandParameters> handOf(const std::string& device);
+
+struct NavigationWish {
+  std::string held_device;  // see TravelDevice::heldDevice()
+  double period_s = 0.001;
+  double zoom_um = 300;                   // world across 0.12 m of device
+  std::optional<double> stiffness_N_m{};  // none: 200, with the loose hand 50; hardware: defaultStiffness()
+  std::optional<bool> passivity{};        // none: on unless the stiffness is below the bound
+};
+
+struct NavigationChoice {
+  NavigationOptions navigation;
+  // The largest stable stiffness (N/m), from the device's damping and, where it is known, the hand's.
+  double bound_N_m = 0;
+
+  double stiffness_N_m() const { return navigation.force.stiffness_N_m; }
+  bool passivity() const { return navigation.force.passivity.on; }
+};
+
+// Throws UnknownDevice as handOf() does.
+NavigationChoice chooseNavigation(const DeviceCapabilities& can, const NavigationWish& wish);
+
+}  // namespace filiform::internal

@@ -1,0 +1,73 @@
+// The parts of a headless run that both clocks use: device, tiles, navigation, legs, time and figures.
+// Thread rule: owned by the thread of run(). While a haptic thread runs, it alone uses the parts of a tick: device,
+// hand, legs, time and statistics.
+#pragma once
+
+#include "index/set/tile_store.h"
+#include "solver/travel/internal/hand_navigation.h"
+#include "solver/travel/internal/hand_tiles.h"
+#include "solver/travel/internal/itinerary.h"
+#include "solver/travel/internal/leg_travel.h"
+#include "solver/travel/internal/navigation_choice.h"
+#include "solver/travel/internal/run_statistics.h"
+#include "solver/travel/internal/run_time.h"
+#include "solver/travel/internal/travel_device.h"
+#include "solver/travel/run.h"
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace filiform::internal {
+
+using OnTick = std::function<void(const TickRow&)>;
+
+struct RunParts {
+  // Plans the first leg, makes the device and opens the recording. The store must outlive it. Throws as run() does.
+  RunParts(const TileStore& scene, const RunOptions& wanted);
+  RunParts(const RunParts&) = delete;
+  RunParts& operator=(const RunParts&) = delete;
+
+  // Puts the first leg under the hand. Requires an open device. Throws UsageError for a damaged set.
+  void placeAtStart();
+  // After a tick: its row, the figures, and where the person leads the hand. True when the run is over. Haptic-safe.
+  bool account(const NavigationTick& tick, TickRow& row) noexcept;
+  bool isToldToStop() const noexcept {
+    return options.stop != nullptr && options.stop->load(std::memory_order_relaxed);
+  }
+  // After the last tick. O(tiles + cells).
+  RunSummary summary() const;
+  // For a run that failed or was interrupted: keeps its recording and calls recording_kept.
+  void keepRecording() noexcept;
+
+  const TileStore& store;
+  const RunOptions options;
+  RunTime time;
+  Itinerary itinerary;
+  std::unique_ptr<Leg> first;  // until `legs` has it
+  const std::uint32_t first_cell;
+  TravelDevice device;
+  HandTiles tiles;
+  RunStatistics statistics;
+  NavigationChoice choice;
+  std::optional<HandNavigation> hand;
+  std::optional<LegTravel> legs;
+  double most_periods = 0;  // then time is over
+
+  bool was_interrupted = false;
+  std::optional<std::uint64_t> missed_deadlines;  // real time only
+  std::optional<LoopReport> loop;                 // real time only
+  std::vector<std::string> notes;                 // for RunSummary
+
+ private:
+  void record();
+  void check() const;
+  void noteStability();
+  RunOutcome outcome() const;
+  void addNotes(RunSummary& summary) const;
+};
+
+}  // namespace filiform::internal

@@ -1,0 +1,32 @@
+// The commands of a session, beside its recording: FILE.json. With both, a replay goes through the same states.
+// Thread rule: values and functions without state; not for the haptic thread.
+#pragma once
+
+#include "index/tile/tile.h"
+#include "solver/proxy/proxy_solver.h"
+#include "solver/workspace/navigation_link.h"
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace filiform::internal {
+
+struct SessionCommand {
+  std::uint64_t tick = 0;  // applied after so many ticks of Navigation
+  NavigationCommand command;
+};
+
+struct SessionCommands {
+  double zoom_um = 0, stiffness_N_m = 0, rate_Hz = 0;
+  SolverMethod method = SolverMethod::climb;
+  std::vector<SessionCommand> commands{};  // in order
+};
+
+// Throws IoError if the file cannot be read. Throws InputError if it does not hold commands, or if a place lies in a
+// tile that the scene does not have.
+SessionCommands readSessionCommands(const std::string& path, TileId tile_count);
+// Throws as Output does.
+void writeSessionCommands(const std::string& path, const SessionCommands& commands);
+
+}  // namespace filiform::internal

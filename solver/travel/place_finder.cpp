@@ -1,0 +1,137 @@
+#include "solver/travel/place_finder.h"
+
+#include "index/errors.h"
+#include "index/text.h"
+#include "solver/graph/graph_view.h"
+
+#include <algorithm>
+#include <mutex>
+
+namespace filiform {
+
+namespace {
+
+constexpr int kMostRounds = 64;
+
+// Tiles of one question, and the graph on them.
+class Reading {
+ public:
+  explicit Reading(const TileStore& store)
+      : store_(store), table_(store.tile_count()), graph(table_, store.leaves(), store.grid()) {}
+
+  void load(TileId tile) {
+    if (table_.find(tile) != nullptr) return;
+    tiles_.push_back(store_.load(tile));
+    table_.add(*tiles_.back());
+  }
+
+ private:
+  const TileStore& store_;
+  std::vector<std::shared_ptr<const Tile>> tiles_;
+  TileTable table_;
+
+ public:
+  GraphView graph;
+};
+
+}  // namespace
+
+struct PlaceFinder::Impl {
+  explicit Impl(const TileStore& scene) : store(scene), nearest(scene), somata(scene) {}
+
+  ProxyPlace at(TileId tile, SegmentId segment, double t) const {
+    Reading reading(store);
+    reading.load(tile);
+    return reading.graph.placeAt(tile, segment, t);
+  }
+
+  const TileStore& store;
+  Nearest nearest;
+  std::mutex mutex;  // of the next
+  SomaFinder somata;
+};
+
+PlaceFinder::PlaceFinder(const TileStore& store) : impl_(std::make_unique<Impl>(store)) {}
+PlaceFinder::~PlaceFinder() = default;
+
+std::optional<PlaceFinder::Picked> PlaceFinder::along(const RayQuery& ray) const {
+  RayQuery first = ray;
+  first.most = 1;
+  const std::vector<RayHit> hits = impl_->nearest.alongRay(first);
+  if (hits.empty()) return std::nullopt;
+  return Picked{impl_->at(hits[0].tile, hits[0].segment, hits[0].t), hits[0].along_um, hits[0].distance_um};
+}
+
+std::optional<PlaceFinder::Picked> PlaceFinder::nearest(const Vector3d& p_W) const {
+  const std::vector<NearestResult> found = impl_->nearest.find(p_W);
+  if (found.empty()) return std::nullopt;
+  return Picked{impl_->at(found[0].tile, found[0].segment, found[0].t), 0, found[0].distance_um};
+}
+
+ProxyPlace PlaceFinder::atSample(const CellWalk& walk, std::uint32_t cell, std::uint32_t node) const {
+  const CellWalk::Spot spot = walk.at(node);
+  const TileId home = impl_->store.home(walk.graph().positions[node]);
+  // The home holds every segment at the node.
+  ProxyPlace place = impl_->at(home, {cell, spot.segment}, spot.t);
+  if (!place.valid()) throw InputError("a sample lies in no tile: verify the set");
+  return place;
+}
+
+std::shared_ptr<const CellWalk> PlaceFinder::walk(std::uint32_t cell) const {
+  return std::make_shared<const CellWalk>(readCell(impl_->store, cell, true));
+}
+
+ProxyPlace PlaceFinder::soma(std::uint32_t cell) const {
+  const std::shared_ptr<const CellWalk> read = walk(cell);
+  const CellGraph& graph = read->graph();
+  std::uint32_t best = 0;
+  for (std::uint32_t node = 0; node < read->samples(); ++node) {
+    if (graph.parents[node] != kNoParent) continue;
+    if (graph.types[node] == kSomaType) {
+      best = node;
+      break;
+    }
+    if (graph.parents[best] != kNoParent) best = node;
+  }
+  return atSample(*read, cell, best);
+}
+
+ProxyPlace PlaceFinder::find(const CellQuery& query) const {
+  if (query.p_W) {
+    const std::optional<Picked> found = nearest(*query.p_W);
+    if (!found) throw UsageError("the scene has no segment");
+    return found->place;
+  }
+  const std::vector<std::uint32_t> cells = findCells(impl_->store, query.name, 1);
+  if (cells.empty()) {
+    std::string what = "no cell's name has '";
+    what += escaped(query.name, 60);
+    throw UsageError(what += "' in it");
+  }
+  if (!query.sample) return soma(cells[0]);
+  const std::shared_ptr<const CellWalk> read = walk(cells[0]);
+  const std::vector<std::int64_t>& ids = read->graph().sample_ids;
+  const auto sample = std::find(ids.begin(), ids.end(), *query.sample);
+  if (sample == ids.end()) {
+    std::string what = escaped(read->graph().name);
+    what += " has no sample ";
+    throw UsageError(what += std::to_string(*query.sample));
+  }
+  return atSample(*read, cells[0], static_cast<std::uint32_t>(sample - ids.begin()));
+}
+
+std::optional<Junction> PlaceFinder::junction(const ProxyPlace& place, const Vector3d& heading_W, double reach_um,
+                                              double length_um) const {
+  if (!place.valid()) return std::nullopt;
+  const std::lock_guard lock(impl_->mutex);
+  Reading reading(impl_->store);
+  reading.load(place.tile);
+  for (int round = 0;; ++round) {
+    JunctionSearch search =
+        findJunction(reading.graph, place, heading_W, reach_um, length_um, kMostJunctionSegments, &impl_->somata);
+    if (search.absent.empty() || round == kMostRounds) return std::move(search.junction);
+    reading.load(search.absent.front());
+  }
+}
+
+}  // namespace filiform

@@ -1,0 +1,251 @@
+#include "solver/workspace/navigation.h"
+
+#include "index/errors.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace filiform {
+namespace {
+
+constexpr double kVelocityTime_s = 0.1;  // low pass of the proxy's velocity, for the loader and prepare() only
+constexpr double kAhead_s = 0.02;        // prepare() looks so far ahead
+constexpr double kFree_s = 1e-4;         // with less time left it does less
+constexpr std::uint32_t kPrepared = 64, kLeastPrepared = 16;  // nodes
+
+WorkspaceOptions gentle(const NavigationOptions& options) {
+  if (!(options.drift_force_N_s >= 0 && std::isfinite(options.drift_force_N_s)))
+    throw UsageError("the drift force of the workspace must be finite and >= 0 N/s");
+  WorkspaceOptions workspace = options.workspace;
+  workspace.drift_speed_m_s =
+      std::min(workspace.drift_speed_m_s, options.drift_force_N_s / options.force.stiffness_N_m);
+  return workspace;
+}
+
+}  // namespace
+
+Navigation::Navigation(const GraphView& graph, std::unique_ptr<ProxySolver> solver, const NavigationOptions& options)
+    : graph_(graph),
+      solver_(std::move(solver)),
+      actions_(options.buttons),
+      anchored_(options.anchor_use == AnchorUse::always ||
+                (options.anchor_use == AnchorUse::by_method && solver_->wantsAnchor())),
+      rate_control_(options.rate_control),
+      state_{ForceLaw(options.force), Workspace(gentle(options)), Anchor(options.anchor), RateControl(options.rate)},
+      saved_(state_) {}
+
+void Navigation::setMode(NavigationMode mode) noexcept {
+  state_.mode = mode;
+  state_.law.restart();
+  forgetMotion();
+}
+
+void Navigation::forgetMotion() noexcept {
+  state_.anchor.reset();
+  state_.rate.reset();
+}
+
+void Navigation::turn(const Vector3d& twist_D, double dt_s) noexcept {
+  const Vector3d angle = twist_D * dt_s;
+  if (!angle.allFinite() || angle.isZero(0)) return;
+  Workspace& workspace = state_.workspace;
+  if (angle.x() != 0 || angle.y() != 0) workspace.rotate(angle.x(), angle.y(), state_.p_W);
+  if (rate_control_ && angle.z() != 0)
+    workspace.setZoom(workspace.zoom_um() * state_.rate.zoomFactor(twist_D.z(), dt_s), state_.p_W);
+}
+
+bool Navigation::apply(const NavigationCommand& command, const Eigen::Vector3d& h_D) noexcept {
+  using Kind = NavigationCommand::Kind;
+  bool done = true;
+  switch (command.kind) {
+    case Kind::none:
+      break;
+    case Kind::jump:
+    case Kind::constrain:
+      done = command.place.valid() && command.place.p_W.allFinite() && (command.kind != Kind::jump || h_D.allFinite());
+      if (!done) break;
+      if (command.kind == Kind::jump) state_.workspace.place(command.place.p_W, h_D);
+      solver_->setPlace(command.place);
+      state_.p_W = command.place.p_W;
+      state_.v_W.setZero();
+      setMode(NavigationMode::constrained);
+      break;
+    case Kind::free:
+      setMode(NavigationMode::free);
+      break;
+    case Kind::zoom:
+      done = std::isfinite(command.factor) && command.factor > 0;
+      if (done) state_.workspace.setZoom(state_.workspace.zoom_um() * command.factor, state_.p_W);
+      break;
+    case Kind::rotate:
+      done = std::isfinite(command.about_x_rad) && std::isfinite(command.about_y_rad);
+      if (done) state_.workspace.rotate(command.about_x_rad, command.about_y_rad, state_.p_W);
+      break;
+    case Kind::centre:
+      state_.workspace.startCentring();
+      break;
+  }
+  state_.refused += !done;
+  return done;
+}
+
+void Navigation::pressButtons(std::uint32_t buttons) noexcept {
+  const std::uint32_t pressed = buttons & ~state_.buttons;
+  state_.buttons = buttons;
+  for (std::size_t i = 0; i < actions_.size(); ++i) {
+    if (!(pressed >> i & 1u)) continue;
+    switch (actions_[i]) {
+      case ButtonAction::none:
+        break;
+      case ButtonAction::toggle_mode:
+        if (state_.mode == NavigationMode::free)
+          ++state_.asked_constrain;
+        else
+          setMode(NavigationMode::free);
+        break;
+      case ButtonAction::centre:
+        state_.workspace.startCentring();
+        break;
+      case ButtonAction::zoom_in:
+        state_.workspace.setZoom(0.5 * state_.workspace.zoom_um(), state_.p_W);
+        break;
+      case ButtonAction::zoom_out:
+        state_.workspace.setZoom(2.0 * state_.workspace.zoom_um(), state_.p_W);
+        break;
+      case ButtonAction::back:
+        ++state_.asked_back;
+        break;
+      case ButtonAction::forward:
+        ++state_.asked_forward;
+        break;
+    }
+  }
+}
+
+bool Navigation::changesBeforeSolving(const DeviceState& device) const noexcept {
+  const bool ready = device.status == DeviceStatus::ready;
+  return ready != state_.was_ready ||
+         (ready && (rate_control_ || device.buttons != state_.buttons || !device.twist_D.isZero(0)));
+}
+
+[[gnu::flatten]] const NavigationTick& Navigation::tick(const DeviceState& device, double dt_s) noexcept {
+  const bool changes_before = changesBeforeSolving(device);
+  if (changes_before) saved_ = state_;
+  tick_.wrench = Wrench{};
+  tick_.solved = tick_.frontier = false;
+  tick_.step.visited = tick_.step.frontiers = 0;
+  tick_.step.capped = false;
+  tick_.step.touched.count = tick_.step.absent.count = 0;
+  tick_.step.touched.overflow = tick_.step.absent.overflow = false;
+
+  const bool ready = device.status == DeviceStatus::ready;
+  if (ready && !state_.was_ready) {
+    state_.law.restartFromZero();
+    forgetMotion();
+  }
+  state_.was_ready = ready;
+  if (ready) pressButtons(device.buttons);
+  if (ready) turn(device.twist_D, dt_s);
+
+  Workspace& workspace = state_.workspace;
+  tick_.mode = state_.mode;
+  tick_.h_D = rate_control_ && ready ? state_.rate.probe(workspace.toDevice(state_.p_W), device.v_D, dt_s) : device.p_D;
+  const bool usable = ready && tick_.h_D.allFinite();
+  tick_.h_W = workspace.toWorld(tick_.h_D);
+  Vector3d p_W = state_.p_W;
+  if (state_.mode == NavigationMode::constrained) {
+    if (usable && place().valid()) {
+      tick_.solved = true;
+      solver_->advance(graph_, {tick_.h_W, dt_s, workspace.scale_um_m()}, tick_.step);
+      tick_.frontier = tick_.step.absent.count > 0;
+      p_W = place().p_W;
+    }
+  } else if (usable && tick_.h_W.allFinite()) {
+    p_W = tick_.h_W;
+  }
+  can_undo_ = tick_.frontier;
+  if (can_undo_ && !changes_before) saved_ = state_;
+
+  ++state_.ticks;
+  state_.time_s = device.time_s;
+  state_.frontiers += tick_.frontier;
+  if (device.sent_N) state_.law.acted(*device.sent_N);
+  tick_.p_W = p_W;
+  tick_.p_D = workspace.toDevice(p_W);
+  if (rate_control_) state_.rate.followed(tick_.p_D);
+  tick_.anchor_D = tick_.p_D;
+  if (anchored_ && state_.mode == NavigationMode::constrained) {
+    if (tick_.solved && tick_.h_W.allFinite()) {
+      const Vector3d last_p_D = p_W == state_.p_W ? tick_.p_D : workspace.toDevice(state_.p_W);
+      state_.anchor.follow(tick_.p_D - last_p_D, tick_.h_D, dt_s);
+    }
+    tick_.anchor_D += state_.anchor.offset_D();
+  }
+
+  // Positions that are not finite are passed on, so that the force law counts them.
+  const bool feels = ready && !rate_control_;
+  const bool pulls = feels && state_.mode == NavigationMode::constrained && place().valid();
+  tick_.wrench.force_N = pulls   ? state_.law.apply(tick_.anchor_D, device.p_D, device.v_D, dt_s)
+                         : feels ? state_.law.applyNothing(device.p_D, dt_s)
+                                 : state_.law.release();
+
+  if (dt_s > 0 && std::isfinite(dt_s)) {
+    const Vector3d v_W = (p_W - state_.p_W) / dt_s;
+    if (v_W.allFinite()) state_.v_W += std::min(1.0, dt_s / kVelocityTime_s) * (v_W - state_.v_W);
+    if (usable) state_.law.carried(workspace.follow(p_W, tick_.p_D, dt_s));
+  }
+  state_.p_W = p_W;
+  return tick_;
+}
+
+void Navigation::prepare(double free_s) noexcept {
+  if (state_.mode != NavigationMode::constrained || !place().valid()) return;
+  const Vector3d ahead_W = (tick_.solved ? tick_.h_W : state_.p_W) + kAhead_s * state_.v_W;
+  if (ahead_W.allFinite()) solver_->prepare(graph_, ahead_W, free_s >= kFree_s ? kPrepared : kLeastPrepared);
+}
+
+void Navigation::undoSolve() noexcept {
+  if (!can_undo_) return;
+  solver_->undo();
+  state_ = saved_;
+  can_undo_ = tick_.solved = false;
+}
+
+ReaderFocus Navigation::focus() const noexcept {
+  ReaderFocus focus;
+  focus.p_W = state_.p_W;
+  focus.v_W = state_.v_W;
+  const WorkspaceOptions& box = state_.workspace.options();
+  focus.radius_um = 0.5 * (box.hi_D - box.lo_D).maxCoeff() * state_.workspace.scale_um_m();
+  if (state_.mode == NavigationMode::constrained && place().valid()) {
+    focus.active_tile = place().tile;
+    focus.active_node = place().at_node ? place().node : NodeId{place().segment.cell, place().segment.segment};
+  }
+  return focus;
+}
+
+void Navigation::fill(NavigationSnapshot& snapshot) const noexcept {
+  snapshot.tick = state_.ticks;
+  snapshot.time_s = state_.time_s;
+  snapshot.mode = state_.mode;
+  snapshot.place = place();
+  snapshot.p_W = tick_.p_W;
+  snapshot.h_W = tick_.h_W;
+  snapshot.p_D = tick_.p_D;
+  snapshot.h_D = tick_.h_D;
+  snapshot.anchor_D = tick_.anchor_D;
+  snapshot.force_N = tick_.wrench.force_N;
+  snapshot.centre_W = state_.workspace.centre_W();
+  snapshot.rotation_WD = Eigen::Quaterniond(state_.workspace.rotationMatrix());
+  snapshot.zoom_um = state_.workspace.zoom_um();
+  snapshot.visited = tick_.step.visited;
+  snapshot.frontier = tick_.frontier;
+  snapshot.capped = tick_.step.capped;
+  snapshot.frontiers = state_.frontiers;
+  snapshot.commands_refused = state_.refused;
+  snapshot.asked_constrain = state_.asked_constrain;
+  snapshot.asked_back = state_.asked_back;
+  snapshot.asked_forward = state_.asked_forward;
+}
+
+}  // namespace filiform

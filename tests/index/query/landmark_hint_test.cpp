@@ -1,0 +1,119 @@
+#include "index/query/internal/landmark_hint.h"
+
+#include "tests/support/brute_force.h"
+#include "tests/support/counting_store.h"
+#include "tests/support/memory_store.h"
+#include "tests/support/random_cells.h"
+#include "tests/support/tile_invariants.h"
+
+#include <cmath>
+#include <limits>
+#include <random>
+#include <set>
+
+#include <gtest/gtest.h>
+
+namespace filiform {
+namespace {
+
+using test::storeOf;
+
+// A store with other landmarks.
+class SampledStore : public test::CountingStore {
+ public:
+  SampledStore(const TileStore& store, Landmarks samples) : CountingStore(store), samples_(std::move(samples)) {}
+  const Landmarks& samples() const override { return samples_; }
+
+ private:
+  Landmarks samples_;
+};
+
+TEST(LandmarkHint, FewSamplesAreEnough) {
+  const auto store = storeOf(test::randomColumn(1, 2, 100, 50), 100);
+  for (const std::size_t n : {0, 1, 2, 3, 11}) {
+    Landmarks samples;
+    for (std::size_t i = 0; i < n; ++i) {
+      samples.points.push_back(GridPoint::Constant(512 * static_cast<std::int64_t>(i)));
+      samples.segments.push_back({0, static_cast<std::uint32_t>(i)});
+      samples.t.push_back(0);
+    }
+    const SampledStore sampled(*store, samples);
+    const LandmarkHint hint(sampled);
+    for (const std::size_t k : {1, 2, 5, 1000}) {
+      const auto guesses = hint.nearest(Vector3d(0.25, 0, 0), k);
+      ASSERT_EQ(guesses.size(), std::min(n, k));
+      for (std::size_t i = 0; i < guesses.size(); ++i) EXPECT_EQ(guesses[i].segment.segment, i);
+      EXPECT_EQ(std::isinf(hint.squaredBound(Vector3d::Zero(), k)), n < k);
+    }
+    EXPECT_TRUE(hint.nearest(Vector3d::Zero(), 0).empty());
+  }
+}
+
+TEST(LandmarkHint, CoincidentSamplesOfOneSegmentCountOnce) {
+  const auto store = storeOf(test::randomColumn(1, 2, 100, 50), 100);
+  Landmarks samples;
+  for (std::uint32_t i = 0; i < 5000; ++i) {
+    samples.points.push_back(GridPoint(7, 7, i < 4950 ? 7 : 700));
+    samples.segments.push_back({0, i < 4950 ? 4 : i});
+    samples.t.push_back(0);
+  }
+  const SampledStore sampled(*store, samples);
+  const LandmarkHint hint(sampled);
+  const auto guesses = hint.nearest(Vector3d::Zero(), 3);
+  ASSERT_EQ(guesses.size(), 3u);
+  EXPECT_EQ(guesses[0].segment.segment, 4u);
+  EXPECT_EQ(guesses[1].segment.segment, 4950u);
+  EXPECT_EQ(guesses[2].segment.segment, 4951u);
+  EXPECT_TRUE(std::isinf(hint.squaredBound(Vector3d::Zero(), 3))) << "the bound is not worth a scan";
+  EXPECT_TRUE(std::isfinite(hint.squaredBound(Vector3d::Zero(), 1)));
+}
+
+TEST(LandmarkHint, BoundHoldsAndTheFirstIsWithinTheCoveringRadius) {
+  for (const test::NamedCells& named : test::worstCases()) {
+    SCOPED_TRACE(named.name);
+    const auto store = storeOf(named.cells, 100);
+    const std::vector<StoredSegment> segments = test::snappedSegments(named.cells, store->grid());
+    const test::CountingStore sampled(*store, 2000);
+    const LandmarkHint hint(sampled);
+    std::mt19937_64 random(2);
+    for (int i = 0; i < 20 && !segments.empty(); ++i) {
+      std::normal_distribution<double> jitter(0, i < 10 ? 3.0 : 1e4);
+      const Vector3d h_W = store->grid().toWorld(segments[random() % segments.size()].child) +
+                           Vector3d(jitter(random), jitter(random), jitter(random));
+      for (const std::size_t k : {1, 7}) {
+        const auto expected = test::bruteForceNearest(segments, store->grid(), h_W, k);
+        const double bound2 = hint.squaredBound(h_W, k);
+        EXPECT_TRUE(expected.size() < k || expected.back().distance_um <= std::sqrt(bound2));
+        const auto guesses = hint.nearest(h_W, k);
+        ASSERT_FALSE(guesses.empty());
+        const double allowed = expected[0].distance_um + hint.covering_radius_um();
+        EXPECT_LE(guesses[0].distance, allowed * (1 + 1e-12) + 1e-6);
+      }
+    }
+  }
+}
+
+TEST(LandmarkHint, FirstSearchesAreNotMadeToWaitForATree) {
+  const auto store = storeOf(test::randomColumn(1, 2, 100, 50), 100);
+  const test::CountingStore counted(*store, 50);
+  const LandmarkHint hint(counted);
+  int unaided = 0;
+  while (unaided < 100 && std::isinf(hint.squaredBound(Vector3d::Zero(), 1))) ++unaided;
+  EXPECT_GT(unaided, 0);
+  EXPECT_LT(unaided, 20);
+  EXPECT_EQ(counted.samplesRead(), 1u);
+}
+
+TEST(LandmarkHint, BuildsNothingBeforeTheFirstQuestion) {
+  const auto store = storeOf(test::randomColumn(1, 2, 100, 50), 100);
+  const test::CountingStore counted(*store, 50);
+  const LandmarkHint hint(counted);
+  EXPECT_EQ(counted.samplesRead(), 0u);
+  hint.nearest(Vector3d::Zero(), 1);
+  hint.nearest(Vector3d::Zero(), 1);
+  EXPECT_EQ(counted.samplesRead(), 1u);
+  EXPECT_TRUE(counted.loads().empty());
+}
+
+}  // namespace
+}  // namespace filiform

@@ -1,0 +1,161 @@
+#include "index/set/cell_graph.h"
+
+#include "index/errors.h"
+#include "tests/support/memory_store.h"
+#include "tests/support/random_cells.h"
+
+#include <cmath>
+#include <map>
+#include <set>
+#include <sstream>
+
+#include <gtest/gtest.h>
+
+namespace filiform {
+namespace {
+
+using test::storeOf;
+
+bool same(float a, float b) { return a == b || (std::isnan(a) && std::isnan(b)); }
+
+struct Row {
+  std::int64_t id, parent;
+  int type;
+  std::string x, y, z, radius;
+};
+
+std::vector<Row> rowsOf(const std::string& text) {
+  std::vector<Row> rows;
+  std::istringstream in(text);
+  for (std::string line; std::getline(in, line);) {
+    if (line.starts_with("#")) continue;
+    std::istringstream fields(line);
+    Row r;
+    fields >> r.id >> r.type >> r.x >> r.y >> r.z >> r.radius >> r.parent;
+    EXPECT_TRUE(fields && fields.get() == EOF) << line;
+    rows.push_back(r);
+  }
+  return rows;
+}
+
+std::string exported(const CellGraph& cell) {
+  std::ostringstream out;
+  writeSwc(out, cell);
+  return out.str();
+}
+
+TEST(CellGraph, IsTheCellThatWasRead) {
+  std::vector<test::NamedCells> all = test::worstCases();
+  all.push_back({"column", test::randomColumn(61, 8, 300, 100)});
+  for (const test::NamedCells& named : all) {
+    SCOPED_TRACE(named.name);
+    const auto store = storeOf(named.cells, 30);
+    for (std::uint32_t c = 0; c < named.cells.size(); ++c) {
+      const Cell& cell = named.cells[c];
+      const CellGraph graph = readCell(*store, c, true);
+      EXPECT_EQ(graph.source, cell.source);
+      EXPECT_EQ(graph.parents, cell.parents);
+      EXPECT_EQ(graph.sample_ids, cell.sample_ids);
+      EXPECT_EQ(graph.types, cell.types);
+      EXPECT_EQ(graph.block_starts, cell.block_starts);
+      ASSERT_EQ(graph.samples(), cell.samples());
+      for (std::uint32_t i = 0; i < cell.samples(); ++i) {
+        ASSERT_EQ(graph.positions[i], store->grid().snap(cell.positions_um[i]));
+        ASSERT_TRUE(same(graph.radii_um[i], cell.radii_um[i]));
+      }
+      const CellGraph bare = readCell(*store, c, false);
+      EXPECT_EQ(bare.parents, cell.parents);
+      EXPECT_TRUE(bare.radii_um.empty() && bare.types.empty());
+    }
+  }
+}
+
+TEST(CellGraph, ExportedTextEqualsTheInputUpToTheGrid) {
+  for (const test::NamedCells& named : test::worstCases()) {
+    SCOPED_TRACE(named.name);
+    const auto store = storeOf(named.cells, 30);
+    for (std::uint32_t c = 0; c < named.cells.size(); ++c) {
+      const Cell& cell = named.cells[c];
+      const std::vector<Row> rows = rowsOf(exported(readCell(*store, c, true)));
+      ASSERT_EQ(rows.size(), cell.samples());
+      std::set<std::int64_t> ids;
+      for (std::uint32_t i = 0; i < rows.size(); ++i) {
+        const Vector3d p_W(std::strtod(rows[i].x.c_str(), nullptr), std::strtod(rows[i].y.c_str(), nullptr),
+                           std::strtod(rows[i].z.c_str(), nullptr));
+        ASSERT_EQ(store->grid().snap(p_W), store->grid().snap(cell.positions_um[i]));
+        ASSERT_TRUE(same(std::strtof(rows[i].radius.c_str(), nullptr), cell.radii_um[i]));
+        ASSERT_EQ(rows[i].type, cell.types[i]);
+        ASSERT_EQ(rows[i].parent, cell.parents[i] == kNoParent ? -1 : rows[cell.parents[i]].id);
+        ASSERT_TRUE(ids.insert(rows[i].id).second);
+        if (cell.block_starts.empty()) {
+          ASSERT_EQ(rows[i].id, cell.sample_ids[i]);
+        }
+      }
+    }
+  }
+}
+
+TEST(CellGraph, RestartedBlocksAreRenumberedAndThatIsSaid) {
+  Cell cell;
+  for (int i = 0; i < 6; ++i)
+    test::addSample(cell, Vector3d(i, 0, 0), i % 3 == 0 ? kNoParent : static_cast<std::uint32_t>(i - 1));
+  cell.sample_ids = {1, 2, 7, 1, 2, 3};
+  cell.block_starts = {3};
+  const std::string text = exported(readCell(*storeOf({cell}, 10), 0, true));
+  std::vector<std::int64_t> ids;
+  for (const Row& row : rowsOf(text)) ids.push_back(row.id);
+  EXPECT_EQ(ids, (std::vector<std::int64_t>{1, 2, 7, 8, 9, 10}));
+  EXPECT_NE(text.find("renumbered"), std::string::npos);
+  cell.sample_ids = {1, 2, INT64_MAX, 1, 2, 3};
+  ids.clear();
+  for (const Row& row : rowsOf(exported(readCell(*storeOf({cell}, 10), 0, true)))) ids.push_back(row.id);
+  EXPECT_EQ(ids, (std::vector<std::int64_t>{1, 2, 3, 4, 5, 6}));
+}
+
+TEST(CellGraph, PlainNumbersAndNoLineBreaksFromNames) {
+  Cell cell;
+  cell.source = "evil\n1 1 0 0 0 1 -1\n.swc";
+  test::addSample(cell, Vector3d(1e9, -0.001953125, 0.1), kNoParent, kUnknownRadius, 65535);
+  const std::string text = exported(readCell(*storeOf({cell}, 10), 0, true));
+  const std::vector<Row> rows = rowsOf(text);
+  ASSERT_EQ(rows.size(), 1u);
+  EXPECT_EQ(rows[0].x, "1000000000");
+  EXPECT_EQ(rows[0].y, "-0.002") << "the fewest decimals of that grid point";
+  EXPECT_EQ(rows[0].z, "0.1");
+  EXPECT_EQ(rows[0].radius, "NaN");
+}
+
+// A store that omits one tile of each cell's list.
+class Forgetful final : public TileStore {
+ public:
+  explicit Forgetful(const TileStore& whole) : whole_(whole) {}
+  Grid grid() const override { return whole_.grid(); }
+  const LeafIndex& leaves() const override { return whole_.leaves(); }
+  TileId home(const GridPoint& p) const override { return whole_.home(p); }
+  TileId tile_count() const override { return whole_.tile_count(); }
+  TileId long_tile() const override { return whole_.long_tile(); }
+  const TileEntry& entry(TileId tile) const override { return whole_.entry(tile); }
+  std::uint32_t capacity() const override { return whole_.capacity(); }
+  std::shared_ptr<const Tile> load(TileId tile) const override { return whole_.load(tile); }
+  TileAppearance loadAppearance(TileId tile) const override { return whole_.loadAppearance(tile); }
+  std::uint32_t cell_count() const override { return whole_.cell_count(); }
+  const CellRecord& cell(std::uint32_t id) const override { return whole_.cell(id); }
+  std::optional<std::uint32_t> findCell(const std::string& name) const override { return whole_.findCell(name); }
+  CellDetail loadCellDetail(std::uint32_t id) const override {
+    CellDetail detail = whole_.loadCellDetail(id);
+    detail.tiles.pop_back();
+    return detail;
+  }
+  const Landmarks& samples() const override { return whole_.samples(); }
+
+ private:
+  const TileStore& whole_;
+};
+
+TEST(CellGraph, AMissingSampleIsNeverSilent) {
+  const auto store = storeOf({test::randomNeuron(62)}, 30);
+  EXPECT_THROW(readCell(Forgetful(*store), 0, false), CorruptSet);
+}
+
+}  // namespace
+}  // namespace filiform

@@ -1,0 +1,273 @@
+#include "index/set/levels.h"
+
+#include "index/build/ingest.h"
+#include "index/build/internal/level_writer.h"
+#include "index/errors.h"
+#include "index/set/internal/level_files.h"
+#include "index/set/verify.h"
+#include "tests/support/random_cells.h"
+#include "tests/support/temp_folder.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <set>
+
+#include <gtest/gtest.h>
+
+namespace filiform {
+namespace {
+
+using test::TempFolder;
+
+std::string made(const TempFolder& folder, const std::string& name, std::vector<Cell> cells, IngestOptions options,
+                 bool levels = true) {
+  options.levels = levels;
+  CellList stream(std::move(cells));
+  ingest(stream, folder / name, options);
+  return folder / name;
+}
+
+TEST(Levels, EveryWorstCaseHoldsItsBoundAndItsAccount) {
+  const TempFolder folder;
+  for (const test::NamedCells& input : test::worstCases()) {
+    SCOPED_TRACE(input.name);
+    const std::string path = made(folder, input.name, input.cells, {.capacity = 40});
+    const auto set = TileSet::open(path);
+    const auto levels = Levels::open(*set);
+    ASSERT_NE(levels, nullptr);
+    EXPECT_EQ(checkLevels(*set, *levels), std::vector<std::string>{});
+    EXPECT_TRUE(verify(path, {.deep = true}).sound());
+    if (set->tile_count() > 3) {
+      EXPECT_GT(levels->size(), 0u);
+    }
+  }
+}
+
+class LevelsTest : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = std::make_unique<TempFolder>();
+    path_ = made(*folder_, "a.fil", test::randomColumn(31, 12, 500, 300), {.capacity = 64});
+    set_ = TileSet::open(path_);
+    levels_ = Levels::open(*set_);
+  }
+  static void TearDownTestSuite() {
+    levels_.reset();
+    set_.reset();
+    folder_.reset();
+  }
+  LevelView from(const Vector3d& eye_W, double pixels) const {
+    LevelView view;
+    view.eye_W = eye_W;
+    view.pixels_per_rad = pixels;
+    return view;
+  }
+  static std::uint64_t sum(const LevelChoice& choice) {
+    std::uint64_t segments = 0;
+    for (const LevelPart& part : choice.parts) segments += part.segments;
+    return segments;
+  }
+
+  static inline std::unique_ptr<TempFolder> folder_;
+  static inline std::string path_;
+  static inline std::unique_ptr<TileSet> set_;
+  static inline std::unique_ptr<Levels> levels_;
+};
+
+TEST_F(LevelsTest, EveryTileLiesBelowTheRootsOnce) {
+  ASSERT_GT(levels_->size(), 10u);
+  std::map<TileId, int> tiles;
+  std::map<LevelId, int> seen;
+  std::vector<LevelPart> open(levels_->below(Levels::kRoots).begin(), levels_->below(Levels::kRoots).end());
+  while (!open.empty()) {
+    const LevelPart part = open.back();
+    open.pop_back();
+    if (!part.level) {
+      ++tiles[part.tile];
+      continue;
+    }
+    ++seen[part.tile];
+    EXPECT_EQ(part.segments, levels_->entry(part.tile).segments);
+    std::uint64_t segments = 0;
+    for (const LevelPart& finer : levels_->below(part.tile)) {
+      const BlockKey& key = finer.level ? levels_->entry(finer.tile).key : set_->entry(finer.tile).key;
+      EXPECT_TRUE(levels_->entry(part.tile).key.contains(key.low) &&
+                  levels_->entry(part.tile).key.contains(key.high()));
+      if (finer.level) {
+        EXPECT_LE(levels_->entry(finer.tile).error_um, levels_->entry(part.tile).error_um);
+        segments += levels_->entry(finer.tile).represented + levels_->entry(finer.tile).dropped;
+      } else {
+        segments += set_->entry(finer.tile).owned;
+      }
+      open.push_back(finer);
+    }
+    EXPECT_GE(levels_->below(part.tile).size(), 2u);
+    EXPECT_EQ(segments, levels_->entry(part.tile).represented + levels_->entry(part.tile).dropped);
+  }
+  EXPECT_EQ(tiles.size(), set_->tile_count() - (set_->long_tile() != kNoTile));
+  EXPECT_EQ(seen.size(), levels_->size());
+  for (const auto& [tile, times] : tiles) EXPECT_EQ(times, 1);
+  for (const auto& [level, times] : seen) EXPECT_EQ(times, 1);
+}
+
+TEST_F(LevelsTest, BytesDoNotDependOnThreads) {
+  for (const unsigned threads : {1u, 5u}) {
+    const std::string other = made(*folder_, "threads" + std::to_string(threads), test::randomColumn(31, 12, 500, 300),
+                                   {.capacity = 64, .threads = threads});
+    EXPECT_EQ(TileSet::open(other)->revision(), set_->revision());
+  }
+}
+
+// In the memory that a refusal names, threads wait for one another, and the bytes stay.
+TEST_F(LevelsTest, MemoryIsBoundedOrNamedAndChangesNoByte) {
+  std::vector<BlockKey> leaves;
+  for (TileId t = 0; t < set_->tile_count(); ++t)
+    if (t != set_->long_tile()) leaves.push_back(set_->entry(t).key);
+  LevelInput input{Grid(), leaves, {}, {}, {}, {}};
+  input.load = [&](TileId t) { return set_->load(t); };
+  input.loadAppearance = [&](TileId t) { return set_->loadAppearance(t); };
+  input.stored = [&](TileId t) { return set_->entry(t).stored; };
+  std::uint64_t named = 1;
+  const auto write = [&](std::uint64_t memory) {
+    LevelOptions options{.most_segments = 64, .threads = 3};
+    options.memory = memory;
+    options.memoryFor = [&](std::uint64_t bytes) {
+      named = bytes;
+      return bytes;
+    };
+    const TempFolder folder;
+    return writeLevels(input, options, folder.path());
+  };
+  const std::vector<SetFile> ample = write(UINT64_MAX);
+  std::vector<SetFile> tight;
+  int refusals = 0;
+  for (bool done = false; !done && refusals < 1000;) {
+    try {
+      tight = write(named);
+      done = true;
+    } catch (const InputError& e) {
+      EXPECT_NE(std::string(e.what()).find("--memory"), std::string::npos);
+      ++refusals;
+    }
+  }
+  EXPECT_GT(refusals, 0);
+  EXPECT_LT(named, std::uint64_t{4} << 20);
+  ASSERT_EQ(tight.size(), ample.size());
+  for (std::size_t i = 0; i < tight.size(); ++i) EXPECT_EQ(tight[i].digest, ample[i].digest);
+}
+
+TEST_F(LevelsTest, SetWithoutLevelsHasNone) {
+  const std::string bare = made(*folder_, "bare", test::randomColumn(31, 12, 500, 300), {.capacity = 64}, false);
+  const auto set = TileSet::open(bare);
+  EXPECT_EQ(Levels::open(*set), nullptr);
+  EXPECT_TRUE(verify(bare, {.deep = true}).sound());
+  EXPECT_LT(set->bytes(), set_->bytes());
+}
+
+TEST_F(LevelsTest, TilesAreNoLargerThanTheCapacityAsARule) {
+  std::size_t larger = 0;
+  for (LevelId l = 0; l < levels_->size(); ++l) {
+    larger += levels_->entry(l).segments > 64;
+    const auto tile = levels_->load(l);
+    EXPECT_EQ(tile->segment_count(), levels_->entry(l).segments);
+    EXPECT_EQ(tile->owned_count(), tile->segment_count());
+    EXPECT_EQ(levels_->loadAppearance(l).radii_um.size(), tile->segment_count());
+  }
+  EXPECT_LE(larger, levels_->size() / 20);
+}
+
+TEST_F(LevelsTest, ChoiceKeepsToTheBudgetAndSaysWhatItIs) {
+  const LevelView view = from({0, 0, 500}, 1000);
+  double before = 1e300;
+  std::uint64_t full = 0;
+  for (TileId t = 0; t < set_->tile_count(); ++t) full += set_->entry(t).owned;
+  for (const std::uint64_t most : {std::uint64_t{100}, std::uint64_t{1000}, std::uint64_t{4000}, full, 10 * full}) {
+    const LevelChoice choice = levels_->choose(view, most, 0);
+    EXPECT_EQ(choice.segments, sum(choice));
+    if (most > 200) {
+      EXPECT_LE(choice.segments, most);
+    }
+    EXPECT_LE(choice.error_px, before);
+    before = choice.error_px;
+    for (std::size_t i = 1; i < choice.parts.size(); ++i)
+      EXPECT_GE(choice.parts[i - 1].error_px, choice.parts[i].error_px);
+    // Each place once: no part lies inside another.
+    for (const LevelPart& a : choice.parts)
+      for (const LevelPart& b : choice.parts) {
+        if (&a == &b || !a.level) continue;
+        const BlockKey& key = b.level ? levels_->entry(b.tile).key : set_->entry(b.tile).key;
+        EXPECT_FALSE(levels_->entry(a.tile).key.contains(key.low) && key.depth > levels_->entry(a.tile).key.depth);
+      }
+  }
+  const LevelChoice all = levels_->choose(view, 10 * full, 0);
+  EXPECT_EQ(all.error_px, 0);
+  EXPECT_EQ(all.dropped, 0u);
+  EXPECT_EQ(all.segments, full);
+}
+
+TEST_F(LevelsTest, ChoiceIsCoarseWhereNothingFinerWouldBeSeen) {
+  const LevelChoice far = levels_->choose(from({0, 0, 1e7}, 1000), UINT64_MAX);
+  EXPECT_EQ(far.parts.size(), levels_->below(Levels::kRoots).size());
+  EXPECT_LE(far.error_px, 0.5);
+  const LevelChoice near = levels_->choose(from({0, 0, 0}, 1000), UINT64_MAX);
+  EXPECT_GT(near.segments, far.segments);
+  EXPECT_LE(near.error_px, 0.5);
+  LevelView map = from({0, 0, 1e7}, 4);  // pixels a um
+  map.orthographic = true;
+  EXPECT_GT(levels_->choose(map, UINT64_MAX).segments, far.segments);
+}
+
+TEST_F(LevelsTest, ChoiceLeavesOutWhatIsNotInView) {
+  LevelView view = from({0, 0, 0}, 1e9);
+  view.planes.push_back({Vector3d(1, 0, 0), 40});  // x >= 40
+  view.planes.push_back({Vector3d(0, -1, 0), 0});  // y <= 0
+  const LevelChoice choice = levels_->choose(view, UINT64_MAX, 0);
+  std::set<TileId> chosen;
+  for (const LevelPart& part : choice.parts) chosen.insert(part.tile);
+  for (TileId t = 0; t < set_->tile_count(); ++t) {
+    const GridBox& box = set_->entry(t).content;
+    const bool seen = set_->grid().toWorld(box.hi).x() >= 40 && set_->grid().toWorld(box.lo).y() <= 0;
+    EXPECT_EQ(chosen.contains(t), seen || t == set_->long_tile()) << "tile " << t;
+  }
+}
+
+// A source that returns a changed table of levels.
+class Forged final : public TileSource {
+ public:
+  Forged(std::unique_ptr<TileSource> source, std::vector<std::uint8_t> table)
+      : source_(std::move(source)), table_(std::move(table)) {}
+  std::uint64_t size(const std::string& name) const override { return source_->size(name); }
+  void read(const std::string& name, std::uint64_t offset, std::span<std::uint8_t> bytes) const override {
+    source_->read(name, offset, bytes);
+    if (name.ends_with(internal::kLevelsFile))
+      std::copy_n(table_.begin() + std::ptrdiff_t(offset), bytes.size(), bytes.begin());
+  }
+  std::string describe(const std::string& name) const override { return source_->describe(name); }
+
+ private:
+  std::unique_ptr<TileSource> source_;
+  std::vector<std::uint8_t> table_;
+};
+
+TEST_F(LevelsTest, CheckFindsAnErrorThatIsUnderstated) {
+  const std::string path = made(*folder_, "small", test::randomColumn(32, 4, 150, 100), {.capacity = 32});
+  std::vector<std::uint8_t> bytes;
+  const auto small = TileSet::open(path);
+  for (const SetFile& file : small->files())
+    if (file.name == internal::kLevelsFile) bytes.resize(file.bytes);
+  small->read(internal::kLevelsFile, 0, bytes);
+  const internal::LevelTable table = internal::decodeLevels(bytes);
+  const auto problemsOf = [&](auto change) {
+    internal::LevelTable forged = table;
+    change(forged.entries[0]);
+    const auto set = TileSet::open(std::make_unique<Forged>(openFolder(path), internal::encodeLevels(forged)));
+    return checkLevels(*set, *Levels::open(*set));
+  };
+  EXPECT_TRUE(problemsOf([](LevelEntry&) {}).empty());
+  EXPECT_EQ(problemsOf([](LevelEntry& e) { e.error_um *= 0.2; }).size(), 1u);
+  EXPECT_FALSE(problemsOf([](LevelEntry& e) { ++e.represented; }).empty());
+}
+
+}  // namespace
+}  // namespace filiform

@@ -1,0 +1,244 @@
+// filiform check as a person meets it: text, TSV, JSON and exit code give one verdict on every input.
+#include "index/input/input.h"
+#include "tests/support/corpus.h"
+#include "tests/support/process.h"
+#include "tests/support/temp_folder.h"
+#include "tests/support/zip_builder.h"
+
+#include <cctype>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+namespace filiform {
+namespace {
+
+namespace fs = std::filesystem;
+using test::Outcome;
+using test::runFiliform;
+
+const std::string kTwoSamples = "1 1 0 0 0 5 -1\n2 3 0 6 0 1 1\n";
+
+test::ZipMember zipMember(const std::string& name, const std::string& content) {
+  test::ZipMember m;
+  m.name = name;
+  m.content = content;
+  return m;
+}
+
+// The count before a word of the first line of the text, with its blanks: "1 with warnings".
+std::uint64_t countBefore(const std::string& text, const std::string& word) {
+  const std::string line = text.substr(0, text.find('\n'));
+  const std::size_t end = line.find(" " + word);
+  if (end == std::string::npos) return 0;
+  std::string digits;
+  for (std::size_t i = end; i-- > 0 && (std::isdigit(static_cast<unsigned char>(line[i])) != 0 || line[i] == ' ');)
+    if (line[i] != ' ') digits.insert(digits.begin(), line[i]);
+  return std::stoull(digits);
+}
+
+// Runs check on one input in its three forms and compares them; returns the verdict.
+std::string verdictOn(const std::string& path, const std::vector<std::string>& options = {}) {
+  SCOPED_TRACE(path);
+  const auto checked = [&](const std::string& form) {
+    std::vector<std::string> arguments = {"check", path};
+    if (!form.empty()) arguments.push_back(form);
+    arguments.insert(arguments.end(), options.begin(), options.end());
+    return runFiliform(arguments);
+  };
+  const Outcome text = checked(""), tsv = checked("--tsv"), json = checked("--json");
+  EXPECT_EQ(text.exit_code, tsv.exit_code);
+  EXPECT_EQ(text.exit_code, json.exit_code);
+  std::istringstream rows(tsv.out);
+  std::string row, file, severity;
+  std::getline(rows, row);
+  std::getline(rows, file, '\t');
+  std::getline(rows, severity, '\t');
+  EXPECT_EQ(text.exit_code, severity == "refuse" ? 1 : 0);
+
+  const auto object = nlohmann::json::parse(json.out, nullptr, false);
+  if (object.is_discarded()) {
+    ADD_FAILURE() << json.out;
+    return severity;
+  }
+  EXPECT_EQ(object.at("verdict"), severity);
+  EXPECT_EQ(object.at("files").at(0).at("severity"), severity);
+
+  EXPECT_EQ(countBefore(text.out, "refused") > 0, severity == "refuse") << text.out;
+  EXPECT_EQ(text.out.find("\n  refused ") != std::string::npos, severity == "refuse") << text.out;
+  EXPECT_EQ(text.out.find("\n  skipped ") != std::string::npos, countBefore(text.out, "skipped") > 0) << text.out;
+  for (const char* key : {"accepted", "skipped", "refused"}) EXPECT_EQ(object.at(key), countBefore(text.out, key));
+  EXPECT_EQ(object.at("warned"), countBefore(text.out, "with warnings"));
+  const bool all_accepted = object.at("warned") == 0 && object.at("skipped") == 0 && object.at("refused") == 0;
+  EXPECT_EQ(all_accepted, severity == "accept");
+  return severity;
+}
+
+TEST(Check, AZipWithAReadableEntryAndAnInnerZipIsAWarning) {
+  const test::TempFolder folder;
+  const std::string inner = test::buildZip({zipMember("b.swc", kTwoSamples)});
+  const std::string archive = folder.file("outer.zip");
+  test::writeBytes(archive, test::buildZip({zipMember("a.swc", kTwoSamples), zipMember("inner.zip", inner)}));
+  EXPECT_EQ(verdictOn(archive), "warn");
+  EXPECT_EQ(verdictOn(archive, {"--strict"}), "refuse");
+  const std::string text = runFiliform({"check", archive}).out;
+  EXPECT_EQ(text.substr(0, text.find(';')), "2 inputs: 1 accepted, 0 with warnings, 1 skipped, 0 refused");
+  EXPECT_NE(text.find("  skipped outer.zip/inner.zip: archive inside the archive; not opened (W_ZIP_NESTED)"),
+            std::string::npos)
+      << text;
+}
+
+TEST(Check, OneVerdictOnMadeUpArchives) {
+  const test::TempFolder folder;
+  test::ZipMember rotten = zipMember("rotten.swc", kTwoSamples), link = zipMember("link.swc", "/etc/passwd");
+  rotten.crc32 = 1;
+  link.attributes = test::kSymbolicLinkAttributes;
+  const test::ZipMember good = zipMember("good.swc", kTwoSamples), empty = zipMember("empty.swc", ""),
+                        nested = zipMember("in.zip", test::buildZip({good})), climbing = zipMember("../c.swc", "x"),
+                        zero = zipMember("zero.swc", "1 1 0 0 0 0 -1\n");
+  const std::vector<std::pair<std::vector<test::ZipMember>, std::string>> archives = {
+      {{good}, "accept"},
+      {{good, nested}, "warn"},
+      {{good, rotten}, "warn"},
+      {{good, link}, "warn"},
+      {{good, empty}, "warn"},
+      {{good, climbing, rotten, nested}, "warn"},
+      {{zero}, "warn"},
+      {{zero, nested}, "warn"},
+      {{good, good}, "warn"},
+      {{nested}, "refuse"},
+      {{rotten}, "refuse"},
+      {{rotten, nested}, "refuse"},
+      {{link, climbing}, "refuse"},
+      {{empty}, "refuse"},
+      {{}, "refuse"},
+  };
+  for (std::size_t i = 0; i < archives.size(); ++i) {
+    const std::string path = folder.file("archive" + std::to_string(i) + ".zip");
+    test::writeBytes(path, test::buildZip(archives[i].first));
+    const std::string& want = archives[i].second;
+    EXPECT_EQ(verdictOn(path), want) << i;
+    EXPECT_EQ(verdictOn(path, {"--strict"}), want == "accept" ? "accept" : "refuse") << i;
+  }
+}
+
+TEST(Check, OneVerdictOnEveryMalformedFile) {
+  FILIFORM_NEEDS_CORPUS();
+  const fs::path folder = *test::corpusFolder() / "malformed";
+  std::ifstream expected(folder / "expected.tsv");
+  std::string line;
+  std::size_t files = 0;
+  for (std::getline(expected, line); std::getline(expected, line); ++files) {
+    std::istringstream columns(line);
+    std::string file, severity;
+    std::getline(columns, file, '\t');
+    std::getline(columns, severity, '\t');
+    EXPECT_EQ(verdictOn((folder / file).string()), severity) << file;
+  }
+  EXPECT_EQ(files, 89u);
+}
+
+TEST(Check, JsonHoldsTheFieldsOfTheTableAndCounts) {
+  const test::TempFolder folder;
+  test::writeBytes(folder.file("a.swc"), "1 1 0 0 0 0 -1\n2 3 0 nan 0 1 1\n3 3 0 9 0 1 1\n");
+  const Outcome outcome = runFiliform({"check", folder.file("a.swc"), "--json"});
+  EXPECT_EQ(outcome.exit_code, 0);
+  const auto object = nlohmann::json::parse(outcome.out);
+  const auto& file = object.at("files").at(0);
+  EXPECT_EQ(file.at("file"), "a.swc");
+  EXPECT_EQ(file.at("severity"), "warn");
+  EXPECT_EQ(file.at("samples"), 2);
+  EXPECT_EQ(file.at("segments"), 1);
+  EXPECT_EQ(file.at("dropped"), "2");
+  EXPECT_EQ(file.at("codes"), (nlohmann::json{{"W_NONFINITE", 1}, {"W_ZERO_RADIUS", 1}}));
+  EXPECT_EQ(object.at("samples"), 2);
+  EXPECT_EQ(object.at("inputs"), 1);
+  EXPECT_EQ(object.at("codes"), file.at("codes"));
+  EXPECT_EQ(runFiliform({"check", folder.file("a.swc"), "--json", "--tsv"}).exit_code, 2);
+}
+
+TEST(Check, AThreePointSomaThatIsOffIsARemarkOnly) {
+  const test::TempFolder folder;
+  const std::string rest = "4 3 9 0 0 1 1\n5 3 14 0 0 1 4\n";
+  test::writeBytes(folder.file("good.swc"), "1 1 0 0 0 4 -1\n2 1 0 -4 0 4 1\n3 1 0 4.02 0 4 1\n" + rest);
+  test::writeBytes(folder.file("off.swc"), "1 1 0 0 0 4 -1\n2 1 0 -4 0 4 1\n3 1 0 4.6 0 4 1\n" + rest);
+  const Outcome text = runFiliform({"check", folder.path(), "--strict"});
+  EXPECT_EQ(text.exit_code, 0);
+  EXPECT_NE(text.out.find("2 inputs: 2 accepted"), std::string::npos) << text.out;
+  EXPECT_NE(text.out.find("  soma_three_point_off 1: "), std::string::npos) << text.out;
+  EXPECT_NE(text.out.find("off.swc"), std::string::npos) << text.out;
+  const auto object = nlohmann::json::parse(runFiliform({"check", folder.path(), "--json"}).out);
+  EXPECT_EQ(object.at("soma_three_point_off"), nlohmann::json::array({"off.swc"}));
+  EXPECT_EQ(object.at("verdict"), "accept");
+  EXPECT_EQ(runFiliform({"check", folder.path(), "--tsv"}).out,
+            "file\tseverity\tsamples\tsegments\tdropped\tcodes\n"
+            "good.swc\taccept\t5\t4\t-\t-\noff.swc\taccept\t5\t4\t-\t-\n");
+}
+
+// A neurite of `steps` steps in a zigzag, in any unit.
+std::string neuriteText(double step, int steps) {
+  std::string text = "1 1 0 0 0 1 -1\n";
+  for (int i = 1; i <= steps; ++i)
+    text += std::to_string(i + 1) + " 3 " + std::to_string(0.8 * step * i) + " " +
+            std::to_string(i % 2 == 0 ? 0 : 0.6 * step) + " 0 1 " + std::to_string(i) + "\n";
+  return text;
+}
+
+TEST(Check, VoxelsOf8NanometresDrawOneLine) {
+  const test::TempFolder folder;
+  const std::string file = folder.file("em.swc");
+  test::writeBytes(file, neuriteText(44, 900));
+  const Outcome check = runFiliform({"check", file});
+  EXPECT_EQ(check.exit_code, 0);
+  EXPECT_TRUE(check.oneLineOnStderr()) << check.err;
+  EXPECT_NE(check.err.find("filiform: note: the unit looks wrong"), std::string::npos) << check.err;
+  EXPECT_NE(check.err.find("--unit 8nm"), std::string::npos) << check.err;
+  EXPECT_EQ(check.out.substr(0, check.out.find(';')), "1 inputs: 1 accepted, 0 with warnings, 0 refused");
+  EXPECT_EQ(runFiliform({"check", file, "--strict"}).exit_code, 0);
+  const Outcome json = runFiliform({"check", file, "--json"});
+  EXPECT_EQ("filiform: note: " + nlohmann::json::parse(json.out).at("unit_doubt").get<std::string>() + "\n", check.err);
+
+  const Outcome ingest = runFiliform({"ingest", file, "-o", folder.file("em.fil")});
+  EXPECT_EQ(ingest.exit_code, 0);
+  EXPECT_EQ(ingest.err, check.err);
+
+  for (const char* unit : {"8nm", "0.008"}) {
+    const Outcome stated = runFiliform({"check", file, "--unit", unit});
+    EXPECT_EQ(stated.exit_code, 0);
+    EXPECT_EQ(stated.err, "") << unit;
+  }
+  EXPECT_EQ(runFiliform({"check", file, "--unit", "furlong"}).exit_code, 2);
+  EXPECT_EQ(runFiliform({"check", file, "--unit", "-8nm"}).exit_code, 2);
+}
+
+TEST(Check, FilesOfTheCorpusInMicrometresDrawNoLine) {
+  FILIFORM_NEEDS_CORPUS();
+  // In voxels of 8 nm. All else is in um or looks like it: arteries in mm, axons in pixels.
+  const fs::path voxels = *test::corpusFolder() / "morphologies" / "hemibrain-em";
+  std::size_t files = 0, doubted = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(*test::corpusFolder() / "morphologies")) {
+    if (entry.path().extension() != ".swc") continue;
+    ++files;
+    Input input({entry.path().string()});
+    for (Cell cell; input.next(cell);) {
+    }
+    const std::string doubt = input.unitDoubt();
+    const bool in_voxels = entry.path().string().starts_with(voxels.string());
+    EXPECT_EQ(!doubt.empty(), in_voxels) << entry.path() << ": " << doubt;
+    if (!in_voxels) continue;
+    ++doubted;
+    EXPECT_NE(doubt.find("--unit 8nm"), std::string::npos) << doubt;
+    EXPECT_EQ(runFiliform({"check", entry.path().string()}).err, "filiform: note: " + doubt + "\n");
+    EXPECT_EQ(runFiliform({"check", entry.path().string(), "--unit", "8nm"}).err, "");
+  }
+  EXPECT_EQ(files, 930u);
+  EXPECT_EQ(doubted, 5u);
+}
+
+}  // namespace
+}  // namespace filiform

@@ -1,0 +1,227 @@
+// `export`, as a process: every format goes in again as the same cell.
+#include "index/input/input.h"
+#include "index/set/cell_graph.h"
+#include "index/set/tile_set.h"
+#include "tests/support/corpus.h"
+#include "tests/support/process.h"
+#include "tests/support/temp_folder.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <set>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+namespace filiform {
+namespace {
+
+namespace fs = std::filesystem;
+using test::Outcome;
+using test::runFiliform;
+using test::writeBytes;
+
+struct Exported {
+  std::vector<GridPoint> points;
+  std::set<std::array<std::uint32_t, 2>> links;  // the lower rank first
+  std::vector<float> radii;
+  std::vector<std::uint16_t> types;
+};
+
+Exported cellOf(const TileStore& set, std::uint32_t id) {
+  const CellGraph graph = readCell(set, id, true);
+  Exported cell{graph.positions, {}, graph.radii_um, graph.types};
+  const auto add = [&](std::uint32_t a, std::uint32_t b) {
+    if (a != b) cell.links.insert({std::min(a, b), std::max(a, b)});
+  };
+  for (const auto& [child, parent] : graph.links) add(child, parent);
+  for (std::uint32_t i = 0; !graph.isGraph() && i < graph.samples(); ++i)
+    if (graph.parents[i] != kNoParent) add(i, graph.parents[i]);
+  return cell;
+}
+
+enum Keeps { kLinks = 0, kTypes = 1, kRadii = 2, kNearRadii = 4 };
+
+void expectSame(const Exported& a, const Exported& b, int keeps) {
+  EXPECT_EQ(a.points, b.points);
+  EXPECT_EQ(a.links, b.links);
+  if (keeps & kTypes) {
+    EXPECT_EQ(a.types, b.types);
+  }
+  if ((keeps & (kRadii | kNearRadii)) == 0) return;
+  ASSERT_EQ(a.radii.size(), b.radii.size());
+  for (std::size_t i = 0; i < a.radii.size(); ++i) {
+    if (std::isnan(a.radii[i])) {
+      EXPECT_TRUE(std::isnan(b.radii[i])) << i;
+    } else if (keeps & kRadii) {
+      ASSERT_EQ(a.radii[i], b.radii[i]) << i;
+    } else {
+      ASSERT_NEAR(a.radii[i], b.radii[i], 2e-7 * a.radii[i]) << i;
+    }
+  }
+}
+
+class Export : public ::testing::Test {
+ protected:
+  std::string path(const std::string& name) const { return folder_ / name; }
+  void ingest(const std::string& input, const std::string& set) {
+    const Outcome made = runFiliform({"ingest", input, "-o", set, "--force"});
+    ASSERT_EQ(made.exit_code, 0) << made.err;
+  }
+  // Exports the cell in each format, and compares what comes back.
+  void expectRoundTrips(const std::string& set_path, std::uint32_t id, bool loops) {
+    const auto set = TileSet::open(set_path);
+    const std::string name = set->cell(id).name;
+    const Exported cell = cellOf(*set, id);
+    for (const auto& [ending, keeps] :
+         std::vector<std::pair<std::string, int>>{{".swc", kTypes | kRadii},
+                                                  {"", kTypes | kRadii},
+                                                  {".edges", kTypes | kRadii},
+                                                  {".obj", kLinks},
+                                                  {".vtk", kRadii},
+                                                  {".precomputed", kTypes | kNearRadii}}) {
+      SCOPED_TRACE(name + ending);
+      if (loops && (ending == ".swc" || ending.empty())) continue;
+      fs::remove_all(path("back" + ending));
+      const Outcome out = runFiliform({"export", set_path, "--cell", name, "-o", path("back" + ending)});
+      ASSERT_EQ(out.exit_code, 0) << out.err;
+      ingest(path("back" + ending), path("back.fil"));
+      const auto back = TileSet::open(path("back.fil"));
+      ASSERT_EQ(back->cell_count(), 1u);
+      expectSame(cell, cellOf(*back, 0), keeps);
+    }
+  }
+  test::TempFolder folder_;
+};
+
+const char* const kAwkward =
+    "1 1 0.123456 -1000000 900000000.9 5.1 -1\n2 3 -0.002 3 3 0.1 1\n3 3 1.0009765625 2 3 NaN 2\n4 2 7 7 7 1e-7 2\n"
+    "5 7 7 7 7.0001 123456.7 4\n9 3 1e-9 -1e-9 0.0009765625 0.30000001 1\n";
+
+TEST_F(Export, EveryFormatComesBackAsTheSameCell) {
+  std::string swc = kAwkward;
+  swc.replace(swc.find("900000000.9"), 11, "30000.9");  // within what a skeleton's floats hold
+  swc.replace(swc.find("-1000000"), 8, "-1000");
+  writeBytes(path("tree.swc"), swc);
+  writeBytes(path("ring.edges"),
+             "node 5 0.1 0 0 1 1\nnode 7 3 4 0 nan 3\nnode 9 3 0.25 1 0.7 3\nnode 11 9 9 9\nedge 5 7\nedge 7 9\nedge 9 "
+             "5\n");
+  ingest(path("tree.swc"), path("tree.fil"));
+  ingest(path("ring.edges"), path("ring.fil"));
+  expectRoundTrips(path("tree.fil"), 0, false);
+  expectRoundTrips(path("ring.fil"), 0, true);
+}
+
+TEST_F(Export, DecimalsAreAsFewAsTheGridNeeds) {
+  writeBytes(path("a.swc"), "1 1 0.123 -7.9 1000.25 0.3 -1\n2 3 12.346 0 0 1 1\n");
+  ingest(path("a.swc"), path("a.fil"));
+  const Outcome out = runFiliform({"export", path("a.fil"), "--cell", "a", "-o", "-"});
+  EXPECT_NE(out.out.find("\n1 1 0.123 -7.9 1000.25 0.3 -1\n2 3 12.346 0 0 1 1\n"), std::string::npos) << out.out;
+}
+
+TEST_F(Export, WhatIsTooWideForASkeletonIsRefused) {
+  writeBytes(path("wide.swc"), kAwkward);
+  ingest(path("wide.swc"), path("wide.fil"));
+  const Outcome out = runFiliform({"export", path("wide.fil"), "--all", "-o", path("wide.precomputed")});
+  EXPECT_EQ(out.exit_code, 1);
+  EXPECT_TRUE(out.oneLineOnStderr()) << out.err;
+  EXPECT_FALSE(fs::exists(path("wide.precomputed")));
+}
+
+TEST_F(Export, TheEndingNamesTheFormat) {
+  writeBytes(path("a.swc"), "1 1 0 0 0 1 -1\n2 3 1 0 0 1 1\n");
+  ingest(path("a.swc"), path("a.fil"));
+  for (const char* name : {"a.svg", "a.txt", "a.swc.gz"}) {
+    const Outcome out = runFiliform({"export", path("a.fil"), "--cell", "a", "-o", path(name)});
+    EXPECT_EQ(out.exit_code, 2) << name;
+    EXPECT_TRUE(out.oneLineOnStderr()) << out.err;
+    for (const char* known : {".swc", ".edges", ".obj", ".vtk", ".precomputed"})
+      EXPECT_NE(out.err.find(known), std::string::npos) << out.err;
+    EXPECT_FALSE(fs::exists(path(name)));
+  }
+  ASSERT_EQ(runFiliform({"export", path("a.fil"), "--cell", "a", "-o", path("E.OBJ")}).exit_code, 0);
+  EXPECT_NE(test::readBytes(path("E.OBJ")).find("\nl 1 2\n"), std::string::npos);
+  for (const auto& wrong :
+       std::vector<std::vector<std::string>>{{"-o", path("b.swc")},
+                                             {"--all", "-o", path("b.swc")},
+                                             {"--all", "--cell", "a", "-o", path("b/")},
+                                             {"--all", "--format", "png", "-o", path("b/")},
+                                             {"--cell", "a", "--format", "obj", "-o", path("b.swc")}}) {
+    std::vector<std::string> words{"export", path("a.fil")};
+    words.insert(words.end(), wrong.begin(), wrong.end());
+    const Outcome out = runFiliform(words);
+    EXPECT_EQ(out.exit_code, 2) << out.err;
+    EXPECT_TRUE(out.oneLineOnStderr()) << out.err;
+  }
+}
+
+TEST_F(Export, AllCellsGoIntoAFolderAZipOrSkeletons) {
+  fs::create_directories(path("in/a"));
+  fs::create_directories(path("in/b"));
+  writeBytes(path("in/a/one.swc"), "1 1 0 0 0 1 -1\n2 3 1 0 0 1 1\n");
+  writeBytes(path("in/b/one.swc"), "1 1 5 0 0 1 -1\n2 3 1.5 0 0 1 1\n3 3 1 1 1 1 2\n");
+  writeBytes(path("in/b/ONE.swc"), "1 1 5 0 0 1 -1\n2 3 1.5 7 0 1 1\n");
+  writeBytes(path("in/-x y;.swc"), "1 1 5 0 8 1 -1\n2 3 1.5 7 0 1 1\n");
+  ingest(path("in"), path("all.fil"));
+  const auto set = TileSet::open(path("all.fil"));
+  ASSERT_EQ(set->cell_count(), 4u);
+  const auto shapes = [](const TileStore& store) {
+    std::multiset<std::uint64_t> sizes;
+    for (std::uint32_t id = 0; id < store.cell_count(); ++id) {
+      const Exported cell = cellOf(store, id);
+      std::uint64_t hash = cell.points.size();
+      for (const GridPoint& p : cell.points) hash = hash * 31 + static_cast<std::uint64_t>(p.dot(GridPoint(1, 7, 49)));
+      sizes.insert(hash);
+    }
+    return sizes;
+  };
+  for (const auto& [name, format] : std::vector<std::pair<std::string, std::string>>{
+           {"out/", ""}, {"vtk/", "vtk"}, {"cells.zip", ""}, {"all.precomputed", ""}}) {
+    SCOPED_TRACE(name);
+    std::vector<std::string> words{"export", path("all.fil"), "--all", "-o", path(name)};
+    if (!format.empty()) words.insert(words.end(), {"--format", format});
+    const Outcome out = runFiliform(words);
+    ASSERT_EQ(out.exit_code, 0) << out.err;
+    if (format == "vtk") {  // folders of graph files are not taken as a whole
+      std::vector<std::string> ingesting{"ingest", "-o", path("back.fil"), "--force"};
+      for (const auto& entry : fs::directory_iterator(path(name))) ingesting.push_back(entry.path().string());
+      ASSERT_EQ(runFiliform(ingesting).exit_code, 0);
+    } else {
+      ingest(path(name), path("back.fil"));
+    }
+    EXPECT_EQ(shapes(*TileSet::open(path("back.fil"))), shapes(*set));
+  }
+  std::set<std::string> lower;
+  for (const auto& entry : fs::directory_iterator(path("out"))) {
+    std::string name = entry.path().filename().string();
+    EXPECT_EQ(name.find_first_of(" ;/"), std::string::npos) << name;
+    EXPECT_NE(name.front(), '-') << name;
+    std::transform(name.begin(), name.end(), name.begin(), ::tolower);
+    lower.insert(name);
+  }
+  EXPECT_EQ(lower.size(), 4u) << "different in any letter case";
+  // What is there is not touched.
+  EXPECT_EQ(runFiliform({"export", path("all.fil"), "--all", "-o", path("out")}).exit_code, 1);
+  EXPECT_EQ(runFiliform({"export", path("all.fil"), "-o", path("out")}).exit_code, 1);
+}
+
+TEST_F(Export, RealCellsComeBack) {
+  FILIFORM_NEEDS_CORPUS();
+  std::vector<std::string> files;
+  for (const auto& entry : fs::recursive_directory_iterator(*test::corpusFolder() / "morphologies"))
+    if (entry.path().extension() == ".swc") files.push_back(entry.path().string());
+  std::sort(files.begin(), files.end());
+  ASSERT_FALSE(files.empty());
+  const std::size_t step = std::max<std::size_t>(1, files.size() / 4);
+  for (std::size_t i = 0; i < files.size(); i += step) {
+    SCOPED_TRACE(files[i]);
+    if (runFiliform({"ingest", files[i], "-o", path("real.fil"), "--force"}).exit_code != 0) continue;
+    expectRoundTrips(path("real.fil"), 0, false);
+  }
+}
+
+}  // namespace
+}  // namespace filiform

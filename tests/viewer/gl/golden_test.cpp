@@ -1,0 +1,116 @@
+// Whole pictures against those in tests/viewer/golden/, with a tolerance (tests/support/golden.h). After a change that
+// is meant: FILIFORM_GOLDEN=renew build/dev/filiform_viewer_tests --gtest_filter='GoldenPictures.*', and look at them.
+#include "tests/support/golden.h"
+
+#include "index/build/memory_tiles.h"
+#include "solver/workspace/workspace.h"
+#include "tests/support/random_cells.h"
+#include "viewer/gl/scene_view.h"
+
+#include <cstdlib>
+
+#include <gtest/gtest.h>
+
+namespace filiform {
+namespace {
+
+class GoldenPictures : public ::testing::Test {
+ protected:
+  GoldenPictures() {
+    std::vector<Cell> cells;
+    for (std::uint64_t i = 0; i < 3; ++i) {
+      test::NeuronShape shape;
+      shape.samples = 260;
+      shape.step_um = 6;
+      shape.extra_root = 0;
+      shape.origin_W = Vector3d(45.0 * static_cast<double>(i), 20.0 * static_cast<double>(i % 2), 0);
+      cells.push_back(test::randomNeuron(20 + i, shape));
+      cells.back().types[0] = 1;
+      cells.back().radii_um[0] = 7;
+    }
+    CellList stream(cells);
+    store_ = buildTilesInMemory(stream, {.capacity = 128});
+  }
+
+  // Draws, and compares with or renews the file.
+  Picture check(const std::string& name, SceneFrame&& frame) {
+    frame.size = {200, 140};
+    Renderer renderer(*context_);
+    SceneView scene(*store_, nullptr, renderer);
+    if (frame.workspace != nullptr)
+      frame.camera = follow(*frame.workspace, eyeSize(frame.stereo, frame.size).aspect());
+    else
+      frame.camera = overview(scene.lo_W(), scene.hi_W(), 0.3, 0.2, eyeSize(frame.stereo, frame.size).aspect());
+    scene.drawWhole(frame);
+    const Picture drawn = renderer.read();
+    std::string path = FILIFORM_SOURCE "/tests/viewer/golden/";
+    path += name;
+    path += ".png";
+    const char* const wish = std::getenv("FILIFORM_GOLDEN");
+    if (wish != nullptr && std::string(wish) == "renew") test::writePng(drawn, path);
+    const test::PictureDifference difference = test::compare(drawn, test::readPng(path));
+    if (!difference.showsTheSame()) {
+      std::string drawn_path = "golden-";
+      drawn_path += name;
+      drawn_path += ".png";
+      test::writePng(drawn, drawn_path);
+      ADD_FAILURE() << name << ": mean difference " << difference.mean << ", far off " << difference.far_off
+                    << "; the picture is " << drawn_path << " in the folder of the test";
+    }
+    return drawn;
+  }
+
+  SceneFrame nearFork(StereoMode stereo = StereoMode::mono) {
+    SceneFrame frame;
+    frame.stereo = stereo;
+    const auto tile = store_->load(0);
+    workspace_.place(tile->position_W(5), workspace_.centre_D());
+    workspace_.rotate(0.2, 0.3, tile->position_W(5));
+    frame.workspace = &workspace_;
+    frame.proxy_W = tile->position_W(5);
+    junction_.p_W = tile->position_W(5) + Vector3d(6, 2, 0);
+    const auto branch = [&](const Vector3d& to, bool own) {
+      Branch b;
+      b.points_W = {junction_.p_W, junction_.p_W + to / 2, junction_.p_W + to};
+      b.own = own;
+      junction_.branches.push_back(b);
+    };
+    junction_.branches.clear();
+    branch({-12, -4, 2}, true);
+    branch({10, 9, 0}, false);
+    branch({13, -6, -4}, false);
+    frame.junction = &junction_;
+    return frame;
+  }
+
+  std::unique_ptr<GraphicsContext> context_ = makeOffscreenContext();
+  std::unique_ptr<TileStore> store_;
+  Workspace workspace_{WorkspaceOptions{.zoom_um = 90}};
+  Junction junction_;
+};
+
+TEST_F(GoldenPictures, Overview) { check("overview", {}); }
+TEST_F(GoldenPictures, NearAFork) { check("near", nearFork()); }
+TEST_F(GoldenPictures, Anaglyph) { check("anaglyph", nearFork(StereoMode::anaglyph)); }
+
+TEST_F(GoldenPictures, HighlightedCell) {
+  SceneFrame frame;
+  frame.cell = 1;
+  frame.orthographic = true;
+  check("highlight", std::move(frame));
+}
+
+// The pictures are far enough from each other that one in another's place would be noticed.
+TEST_F(GoldenPictures, NoneStandsForAnother) {
+  std::vector<Picture> all;
+  for (const char* name : {"overview.png", "near.png", "anaglyph.png", "highlight.png"}) {
+    std::string path = FILIFORM_SOURCE "/tests/viewer/golden/";
+    path += name;
+    all.push_back(test::readPng(path));
+  }
+  for (std::size_t i = 0; i < all.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j) EXPECT_FALSE(test::compare(all[i], all[j]).showsTheSame()) << i << ' ' << j;
+}
+
+}  // namespace
+}  // namespace filiform

@@ -1,0 +1,395 @@
+// Pictures by their statistics, not byte by byte: another driver rounds otherwise, but a ball stays as large as the
+// formula says, where it says, and what is nearer hides what is farther.
+#include "viewer/gl/renderer.h"
+
+#include "index/errors.h"
+#include "viewer/scene/overlay.h"
+
+#include <cmath>
+#include <numbers>
+
+#include <gtest/gtest.h>
+
+namespace filiform {
+namespace {
+
+constexpr Rgba kRed{220, 40, 40, 255}, kGreen{40, 200, 60, 255};
+
+NeuriteBatch threads(std::initializer_list<std::array<double, 8>> list, Rgba colour, const Vector3d& origin_W) {
+  NeuriteBatch batch;  // each ax ay az ar bx by bz br, about the origin
+  batch.origin_W = origin_W;
+  batch.lo_W.setConstant(INFINITY);
+  batch.hi_W.setConstant(-INFINITY);
+  for (const auto& v : list) {
+    DrawnSegment s{};
+    for (std::size_t i = 0; i < 3; ++i) {
+      s.a_um[i] = static_cast<float>(v[i]);
+      s.b_um[i] = static_cast<float>(v[i + 4]);
+    }
+    s.a_radius_um = static_cast<float>(v[3]);
+    s.b_radius_um = static_cast<float>(v[7]);
+    s.colour = colour;
+    const double most = std::max(v[3], v[7]);
+    for (const std::size_t i : {0, 4}) {
+      const Vector3d p = origin_W + Vector3d(v[i], v[i + 1], v[i + 2]);
+      batch.lo_W = batch.lo_W.cwiseMin(p - Vector3d::Constant(most));
+      batch.hi_W = batch.hi_W.cwiseMax(p + Vector3d::Constant(most));
+    }
+    batch.segments.push_back(s);
+  }
+  return batch;
+}
+NeuriteBatch ball(double x, double y, double z, double r, Rgba colour, const Vector3d& origin_W = Vector3d::Zero()) {
+  return threads({{x, y, z, r, x, y, z, r}}, colour, origin_W);
+}
+
+struct LitArea {
+  double count = 0, x = 0, y = 0;  // pixels, and their middle
+};
+// Pixels in which the one channel is the strongest by far.
+LitArea litAreaOf(const Picture& picture, int channel) {
+  LitArea region;
+  for (int y = 0; y < picture.height; ++y)
+    for (int x = 0; x < picture.width; ++x) {
+      const std::uint8_t* p = &picture.rgb[3 * static_cast<std::size_t>(y * picture.width + x)];
+      const int other = std::max(p[(channel + 1) % 3], p[(channel + 2) % 3]);
+      if (p[channel] < other + 30) continue;
+      region.count += 1;
+      region.x += x + 0.5;
+      region.y += y + 0.5;
+    }
+  if (region.count > 0) region.x /= region.count, region.y /= region.count;
+  return region;
+}
+
+class Renderers : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    context_ = makeOffscreenContext();
+    EXPECT_NE(context_->description().find("OpenGL"), std::string::npos);
+  }
+  static void TearDownTestSuite() { context_.reset(); }
+
+  Picture draw(const Camera& camera, RenderOptions options = {}) {
+    options.size = size_;
+    const double aspect = eyeSize(options.stereo, size_).aspect();
+    figures_ = renderer_.draw(stereoViews(camera, aspect, separation_), options);
+    return renderer_.read();
+  }
+
+  static inline std::unique_ptr<GraphicsContext> context_;
+  Renderer renderer_{*context_};
+  RenderFigures figures_;
+  PictureSize size_{320, 200};
+  double separation_ = 0;
+  Camera camera_ = lookAt({0, 0, 100}, {0, 0, 0});
+};
+
+TEST_F(Renderers, EmptyScenesAreBackground) {
+  const Picture picture = draw(camera_);
+  ASSERT_EQ(picture.rgb.size(), 320u * 200u * 3u);
+  const Rgba want = RenderOptions{}.background;
+  for (std::size_t i = 0; i < picture.rgb.size(); i += 3)
+    ASSERT_EQ((Rgba{picture.rgb[i], picture.rgb[i + 1], picture.rgb[i + 2]}), want);
+}
+
+TEST_F(Renderers, BallsAreAsLargeAndWhereTheFormulaSays) {
+  for (const Vector3d& far_W : {Vector3d(0, 0, 0), Vector3d(9e8, -8e8, 7e8)}) {
+    renderer_.put(1, ball(12, 9, 0, 8, kRed, far_W));
+    const Camera camera = lookAt(far_W + Vector3d(0, 0, 100), far_W);
+    const LitArea seen = litAreaOf(draw(camera, {.halo_px = 0}), 0);
+    const EyeView view = viewOf(camera, size_.aspect());
+    const ScreenPoint middle = project(view, far_W + Vector3d(12, 9, 0), size_);
+    const double radius_px = 8 * pixelsPerRadian(view.frustum, size_) / 100;
+    EXPECT_NEAR(seen.x, middle.x, 0.5);
+    EXPECT_NEAR(seen.y, middle.y, 0.5);
+    EXPECT_NEAR(seen.count / (std::numbers::pi * radius_px * radius_px), 1, 0.05);
+    EXPECT_EQ(figures_.cones, 1u);
+  }
+}
+
+TEST_F(Renderers, WhatIsNearerHidesWhatIsFarther) {
+  renderer_.put(1, ball(0, 0, 0, 8, kRed));
+  renderer_.put(2, ball(0, 0, -30, 8, kGreen));
+  Picture picture = draw(camera_);
+  EXPECT_GT(litAreaOf(picture, 0).count, 300);
+  EXPECT_EQ(litAreaOf(picture, 1).count, 0);
+  renderer_.put(2, ball(0, 0, 30, 8, kGreen));  // replaces
+  picture = draw(camera_);
+  EXPECT_EQ(litAreaOf(picture, 0).count, 0);
+  EXPECT_GT(litAreaOf(picture, 1).count, 300);
+  renderer_.remove(2);
+  EXPECT_EQ(renderer_.bytes(), sizeof(DrawnSegment));
+  EXPECT_EQ(litAreaOf(draw(camera_), 1).count, 0);
+}
+
+// A thread has the length and width that it should, and its joints leave no gaps.
+TEST_F(Renderers, ConesTaper) {
+  renderer_.put(1, threads({{-30, 0, 0, 6, 30, 0, 0, 2}}, kRed, Vector3d::Zero()));
+  const LitArea seen = litAreaOf(draw(camera_, {.halo_px = 0}), 0);
+  const double px_um = pixelsPerRadian(viewOf(camera_, size_.aspect()).frustum, size_) / 100;
+  const double area_um2 = 60 * (6 + 2) + std::numbers::pi / 2 * (36 + 4);
+  EXPECT_NEAR(seen.count / (area_um2 * px_um * px_um), 1, 0.06);
+}
+
+TEST_F(Renderers, ThinThreadsAreLinesAndAreSeen) {
+  renderer_.put(1, threads({{-20, 0, 0, 0.01, 20, 0, 0, 0.01}, {0, 10, 0, 4, 0, 10, 0, 4}}, kGreen, Vector3d::Zero()));
+  const Picture picture = draw(camera_);
+  EXPECT_EQ(figures_.lines, 1u);
+  EXPECT_EQ(figures_.cones, 1u);
+  const EyeView view = viewOf(camera_, size_.aspect());
+  const double from = project(view, {-19, 0, 0}, size_).x, to = project(view, {19, 0, 0}, size_).x;
+  for (double x = from; x < to; x += 1) {
+    int strongest = 0;
+    for (int y = size_.height / 2 - 2; y <= size_.height / 2 + 1; ++y)
+      strongest = std::max<int>(strongest,
+                                picture.rgb[3 * static_cast<std::size_t>(y * size_.width + static_cast<int>(x)) + 1]);
+    EXPECT_GT(strongest, 60) << x;
+  }
+}
+
+TEST_F(Renderers, BatchesOutsideThePictureAreCulled) {
+  renderer_.put(1, ball(500, 0, 0, 8, kRed));
+  renderer_.put(2, ball(0, 0, 200, 8, kRed));
+  draw(camera_);
+  EXPECT_EQ(figures_.culled, 2u);
+  EXPECT_EQ(figures_.batches, 0u);
+}
+
+TEST_F(Renderers, FogFadesAndClearingUncovers) {
+  renderer_.put(1, ball(0, 0, 0, 8, kRed));
+  const double clear = litAreaOf(draw(camera_), 0).count;
+  EXPECT_GT(clear, 300);
+  EXPECT_EQ(litAreaOf(draw(camera_, {.fog_begin_um = 10, .fog_end_um = 50, .fog_most = 1}), 0).count, 0);
+  EXPECT_EQ(litAreaOf(draw(camera_, {.clear_end_um = 150, .clear_begin_um = 200}), 0).count, 0);
+  renderer_.put(1, ball(0, 0, 0, 8, kRed), Layer::marks);  // neither touches marks
+  EXPECT_NEAR(litAreaOf(draw(camera_, {.fog_begin_um = 10, .fog_end_um = 50, .fog_most = 1}), 0).count, clear, 20);
+  EXPECT_NEAR(litAreaOf(draw(camera_, {.clear_end_um = 150, .clear_begin_um = 200}), 0).count, clear, 20);
+}
+
+TEST_F(Renderers, HalosCutWhatLiesBehind) {
+  renderer_.put(1, threads({{0, -30, 20, 1, 0, 30, 20, 1}}, kRed, Vector3d::Zero()));
+  renderer_.put(2, threads({{-30, 0, -20, 1, 30, 0, -20, 1}}, kGreen, Vector3d::Zero()));
+  const double without = litAreaOf(draw(camera_, {.halo_px = 0}), 1).count;
+  const double with = litAreaOf(draw(camera_, {.halo_px = 4}), 1).count;
+  EXPECT_LT(with, without - 10);
+  EXPECT_GT(with, 0.7 * without);
+}
+
+TEST_F(Renderers, MarksAreSeenFaintlyThroughThreads) {
+  renderer_.put(1, ball(0, 0, 30, 10, kGreen));
+  renderer_.put(2, ball(0, 0, 0, 5, kRed), Layer::marks);
+  const Picture picture = draw(camera_);
+  const std::uint8_t* middle = &picture.rgb[3 * static_cast<std::size_t>(100 * 320 + 160)];
+  EXPECT_GT(middle[0], 70);
+  EXPECT_GT(middle[1], middle[0]);
+}
+
+TEST_F(Renderers, HiddenBatchesAreLeftOut) {
+  renderer_.put(1, ball(0, 0, 0, 8, kRed));
+  renderer_.show(1, false);
+  EXPECT_EQ(litAreaOf(draw(camera_), 0).count, 0);
+  EXPECT_EQ(figures_.batches, 0u);
+  renderer_.show(1, true);
+  renderer_.show(2, true);  // there is none
+  EXPECT_GT(litAreaOf(draw(camera_), 0).count, 300);
+}
+
+TEST_F(Renderers, HighlightsAreSeenThroughOthersWhichRecede) {
+  renderer_.put(1, ball(0, 0, 30, 10, kGreen));
+  const double before = litAreaOf(draw(camera_), 1).count;
+  renderer_.put(2, threads({{-30, 0, 0, 0.01, 30, 0, 0, 0.01}}, kRed, Vector3d::Zero()), Layer::highlight);
+  const Picture picture = draw(camera_, {.fog_begin_um = 10, .fog_end_um = 50, .fog_most = 1, .dim = 0.9});
+  const LitArea red = litAreaOf(picture, 0);
+  EXPECT_GT(red.count, 30 * pixelsPerRadian(viewOf(camera_, size_.aspect()).frustum, size_) / 100);
+  const std::uint8_t* middle = &picture.rgb[3 * static_cast<std::size_t>(100 * 320 + 160)];
+  EXPECT_GT(middle[0], middle[1]);  // through the ball
+  EXPECT_LT(litAreaOf(picture, 1).count, before / 10);
+}
+
+TEST_F(Renderers, WhatHasSomethingNearerBesideItIsShaded) {
+  renderer_.put(1, threads({{-60, 0, -40, 20, 60, 0, -40, 20}}, kGreen, Vector3d::Zero()));
+  renderer_.put(2, ball(0, 0, 30, 5, kRed));
+  const auto brightness = [](const Picture& p, int x, int y) {
+    return p.rgb[3 * static_cast<std::size_t>(y * p.width + x) + 1];
+  };
+  const Picture plain = draw(camera_, {.halo_px = 0}), shaded = draw(camera_, {.halo_px = 0, .shade_um = 10});
+  const LitArea ball_px = litAreaOf(plain, 0);
+  const int beside = static_cast<int>(ball_px.x + std::sqrt(ball_px.count / std::numbers::pi) + 1.5);
+  EXPECT_LT(brightness(shaded, beside, 100), 0.8 * brightness(plain, beside, 100));
+  EXPECT_NEAR(brightness(shaded, beside + 60, 100), brightness(plain, beside + 60, 100), 3);  // far from it: as it was
+}
+
+// What stands before the place that is looked at thins out: no pattern of dots.
+TEST_F(Renderers, ClearedThreadsTaper) {
+  renderer_.put(1, threads({{-30, 0, 20, 6, 30, 0, 20, 6}}, kRed, Vector3d::Zero()));
+  const double whole = litAreaOf(draw(camera_, {.halo_px = 0}), 0).count;
+  const Picture half = draw(camera_, {.clear_end_um = 70, .clear_begin_um = 90, .halo_px = 0});  // it is 80 away
+  EXPECT_NEAR(litAreaOf(half, 0).count / whole, 0.5, 0.12);
+  // Each column has one run of red.
+  for (int x = 120; x < 200; ++x) {
+    int runs = 0;
+    bool red = false;
+    for (int y = 0; y < 200; ++y) {
+      const std::uint8_t* p = &half.rgb[3 * static_cast<std::size_t>(y * 320 + x)];
+      const bool now = p[0] >= p[1] + 30;
+      runs += now && !red;
+      red = now;
+    }
+    EXPECT_EQ(runs, 1) << x;
+  }
+}
+
+TEST_F(Renderers, QuadBufferStereoNeedsAWindowThatHasIt) {
+  EXPECT_FALSE(renderer_.hasQuadBuffer());
+  EXPECT_THROW(draw(camera_, {.stereo = StereoMode::quad_buffer}), GraphicsError);
+}
+
+TEST_F(Renderers, StereoPutsEachEyeInItsPlace) {
+  separation_ = 1.0 / 20;
+  renderer_.put(1, ball(0, 0, 40, 5, kRed));  // before the plane of convergence: to the right for the left eye
+  const auto views = stereoViews(camera_, 0.8, separation_);
+  const Picture pair = draw(camera_, {.stereo = StereoMode::side_by_side});
+  const PictureSize eye = eyeSize(StereoMode::side_by_side, size_);
+  double x[2] = {0, 0}, n[2] = {0, 0};
+  for (int py = 0; py < 200; ++py)
+    for (int px = 0; px < 320; ++px) {
+      const std::uint8_t* p = &pair.rgb[3 * static_cast<std::size_t>(py * 320 + px)];
+      if (p[0] < p[1] + 30) continue;
+      x[px >= 160] += px % 160 + 0.5;
+      n[px >= 160] += 1;
+    }
+  ASSERT_GT(n[0], 50);
+  ASSERT_GT(n[1], 50);
+  for (int side = 0; side < 2; ++side)
+    EXPECT_NEAR(x[side] / n[side], project(views[static_cast<std::size_t>(side)], {0, 0, 40}, eye).x, 0.5);
+  EXPECT_GT(x[0] / n[0], x[1] / n[1] + 2);
+
+  // The left eye's rows, and the left eye's red, are where that eye sees the ball.
+  const auto whole = stereoViews(camera_, 1.6, separation_);
+  const Picture rows = draw(camera_, {.stereo = StereoMode::row_interleaved});
+  const auto redIn = [&](int parity) {
+    double sum = 0, count = 0;
+    for (int py = parity; py < 200; py += 2)
+      for (int px = 0; px < 320; ++px) {
+        const std::uint8_t* p = &rows.rgb[3 * static_cast<std::size_t>(py * 320 + px)];
+        if (p[0] >= p[1] + 30) sum += px + 0.5, count += 1;
+      }
+    return sum / count;
+  };
+  EXPECT_NEAR(redIn(0), project(whole[0], {0, 0, 40}, size_).x, 0.5);
+  EXPECT_NEAR(redIn(1), project(whole[1], {0, 0, 40}, size_).x, 0.5);
+
+  const Picture above = draw(camera_, {.stereo = StereoMode::top_bottom});
+  EXPECT_NEAR(litAreaOf(above, 0).y, 100, 1);
+
+  renderer_.put(1, proxyBatch({0, 0, 40}, 5));  // white
+  const Picture anaglyph = draw(camera_, {.stereo = StereoMode::anaglyph});
+  const LitArea red = litAreaOf(anaglyph, 0);
+  EXPECT_GT(red.count, 5);
+  EXPECT_GT(red.x, project(whole[1], {0, 0, 40}, size_).x);
+}
+
+TEST_F(Renderers, TheSamePictureTwice) {
+  renderer_.put(1, threads({{-30, -5, 0, 3, 30, 10, -20, 1}}, kRed, Vector3d::Zero()));
+  EXPECT_EQ(draw(camera_).rgb, draw(camera_).rgb);
+}
+
+TEST_F(Renderers, SmallestPictureAndRefusedSizes) {
+  renderer_.put(1, ball(0, 0, 0, 50, kRed));
+  size_ = {1, 1};
+  for (const StereoMode stereo : kStereoModes) EXPECT_EQ(draw(camera_, {.stereo = stereo}).rgb.size(), 3u);
+  size_ = {0, 10};
+  EXPECT_THROW(draw(camera_), UsageError);
+  size_ = {10, Renderer::kMaxSize + 1};
+  EXPECT_THROW(draw(camera_), UsageError);
+}
+
+// What is behind the eye is not drawn, what is before it is where it would be without the rest.
+TEST_F(Renderers, EyesInsideThreadsSeeWhatIsBeforeThem) {
+  renderer_.put(1, threads({{0, 0, 90, 20, 0, 0, 110, 20}, {0, 0, 110, 30, 0, 0, 150, 30}}, kRed, Vector3d::Zero()));
+  renderer_.put(
+      2, threads({{-20, 8, 0, 0.01, 20, 8, 0, 0.01}, {3, 8, 150, 0.01, -3, 8, 0, 0.01}}, kGreen, Vector3d::Zero()));
+  renderer_.put(3, ball(0, -8, 0, 4, kGreen));
+  const Picture inside = draw(camera_, {.clear_end_um = 20, .clear_begin_um = 60, .halo_px = 0});
+  for (const Renderer::BatchId id : {1, 2}) renderer_.remove(id);
+  renderer_.put(2, threads({{-20, 8, 0, 0.01, 20, 8, 0, 0.01}}, kGreen, Vector3d::Zero()));
+  const Picture alone = draw(camera_, {.halo_px = 0});
+  EXPECT_EQ(litAreaOf(inside, 0).count, 0);
+  const LitArea all = litAreaOf(inside, 1), less = litAreaOf(alone, 1);
+  EXPECT_GE(all.count, less.count);
+  EXPECT_LT(all.count, less.count + 250);  // the thread that comes from behind is a line, too
+}
+
+// Lines are as wide as they are said to be, in whatever direction: not as the driver has them.
+TEST_F(Renderers, LinesAreAPixelWide) {
+  for (const double turn_rad : {0.0, 0.4, 0.8, 1.5}) {
+    const double x = 30 * std::cos(turn_rad), y = 30 * std::sin(turn_rad);
+    renderer_.put(1, threads({{-x, -y, 0, 0.01, x, y, 0, 0.01}}, kGreen, Vector3d::Zero()));
+    const Picture picture = draw(camera_, {.samples = 1});
+    const EyeView view = viewOf(camera_, size_.aspect());
+    const ScreenPoint a = project(view, {-x, -y, 0}, size_), b = project(view, {x, y, 0}, size_);
+    const double advances = std::max(std::abs(b.x - a.x), std::abs(b.y - a.y));
+    EXPECT_NEAR(litAreaOf(picture, 1).count / advances, 1, 0.05) << turn_rad;
+    // Two samples across a pixel: two samples wide.
+    EXPECT_NEAR(litAreaOf(draw(camera_, {.samples = 2}), 1).count / advances, 1.5, 0.6) << turn_rad;
+  }
+}
+
+TEST_F(Renderers, APictureDrawnInPartsIsTheOneDrawnAtOnce) {
+  separation_ = 1.0 / 20;
+  NeuriteBatch batch = threads({{-30, -5, 0, 3, 30, 10, -20, 1}}, kRed, Vector3d::Zero());
+  for (int i = 0; i < 2000; ++i) {
+    DrawnSegment s = batch.segments.front();
+    s.a_um[1] = static_cast<float>(-30 + 0.03 * i);
+    s.a_radius_um = s.b_radius_um = i % 3 == 0 ? 0.5F : 0.01F;
+    batch.segments.push_back(s);
+  }
+  batch.lo_W.setConstant(-40);
+  batch.hi_W.setConstant(40);
+  renderer_.put(1, batch);
+  renderer_.put(2, ball(0, 0, 20, 5, kGreen), Layer::marks);
+  renderer_.put(3, ball(20, 0, 20, 5, kGreen), Layer::highlight);
+  for (const StereoMode stereo : {StereoMode::mono, StereoMode::anaglyph, StereoMode::side_by_side}) {
+    const Picture at_once = draw(camera_, {.stereo = stereo, .shade_um = 10});
+    renderer_.draw(stereoViews(camera_, 1.6, 0), {.size = size_});  // another
+    const RenderOptions options{.size = size_, .stereo = stereo, .shade_um = 10};
+    renderer_.begin(stereoViews(camera_, eyeSize(stereo, size_).aspect(), separation_), options);
+    double last = 0;
+    int parts = 0;
+    for (double part = 0; part < 1; ++parts) {
+      part = renderer_.advance(0);
+      EXPECT_GE(part, last);
+      last = part;
+    }
+    EXPECT_GT(parts, 5);
+    Picture picture;
+    int reads = 1;
+    for (; !renderer_.readMore(picture, 30); ++reads) {
+    }
+    EXPECT_EQ(reads, 7);
+    EXPECT_EQ(picture.rgb, at_once.rgb) << toString(stereo);
+  }
+}
+
+TEST(Overlay, RegionsAreBoxesOfTheWorkspace) {
+  Workspace workspace({.zoom_um = 240, .static_fraction = 0.5});
+  workspace.place({1000, 2000, 3000}, {0, 0, 0});
+  workspace.rotate(0.4, 0.2, {1000, 2000, 3000});
+  const NeuriteBatch boxes = workspaceBatch(workspace, 1);
+  ASSERT_EQ(boxes.segments.size(), 24u);
+  int outer = 0;
+  for (const DrawnSegment& s : boxes.segments) {
+    const Vector3d a = boxes.origin_W + Vector3d(s.a_um[0], s.a_um[1], s.a_um[2]);
+    const Vector3d b = boxes.origin_W + Vector3d(s.b_um[0], s.b_um[1], s.b_um[2]);
+    const bool dynamic = s.colour == kDynamicColour;
+    outer += dynamic;
+    EXPECT_NEAR((b - a).norm(), dynamic ? 240 : 120, 1e-3);
+    for (const Vector3d& p : {a, b})
+      EXPECT_LT((workspace.toDevice(p).cwiseAbs() - Vector3d::Constant(dynamic ? 0.06 : 0.03)).norm(), 1e-6);
+  }
+  EXPECT_EQ(outer, 12);
+}
+
+}  // namespace
+}  // namespace filiform

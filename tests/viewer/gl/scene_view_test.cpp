@@ -1,0 +1,343 @@
+// Frames while tiles come: no frame waits, each place is drawn once, and the figures say what is missing.
+#include "viewer/gl/scene_view.h"
+
+#include "index/build/ingest.h"
+#include "index/build/memory_tiles.h"
+#include "index/errors.h"
+#include "index/set/tile_set.h"
+#include "solver/workspace/workspace.h"
+#include "tests/support/counting_store.h"
+#include "tests/support/golden.h"
+#include "tests/support/random_cells.h"
+#include "tests/support/temp_folder.h"
+
+#include <chrono>
+
+#include <gtest/gtest.h>
+
+namespace filiform {
+namespace {
+
+using test::CountingStore;
+
+class SceneViews : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    context_ = makeOffscreenContext();
+    folder_ = std::make_unique<test::TempFolder>();
+    CellList stream(test::randomColumn(7, 6, 1000, 200));
+    IngestOptions options;
+    options.capacity = 128;
+    options.levels = true;
+    ingest(stream, *folder_ / "a.fil", options);
+    set_ = TileSet::open(*folder_ / "a.fil");
+    levels_ = Levels::open(*set_);
+    CellList again(test::randomColumn(7, 6, 1000, 200));
+    store_ = buildTilesInMemory(again, {.capacity = 128});
+  }
+  static void TearDownTestSuite() {
+    context_.reset();
+    levels_.reset();
+    set_.reset();
+    store_.reset();
+    folder_.reset();
+  }
+
+  SceneFrame frameOf(const SceneView& scene, double yaw_rad = 0) const {
+    SceneFrame frame;
+    frame.size = {160, 100};
+    frame.camera = overview(scene.lo_W(), scene.hi_W(), yaw_rad, 0, frame.size.aspect());
+    frame.budget.samples = frame.budget.moving_samples = 1;
+    frame.moving = false;
+    frame.budget.enough_px = 0;
+    return frame;
+  }
+  // Frames until nothing is wanted any more.
+  SceneFigures settle(SceneView& scene, const SceneFrame& frame) {
+    for (int i = 0; i < 10000; ++i) {
+      const SceneFigures figures = scene.draw(frame);
+      if (figures.pending == 0) return figures;
+      scene.waitForTiles(1);
+    }
+    ADD_FAILURE() << "never complete";
+    return {};
+  }
+
+  static inline std::unique_ptr<GraphicsContext> context_;
+  static inline std::unique_ptr<test::TempFolder> folder_;
+  static inline std::unique_ptr<TileSet> set_;
+  static inline std::unique_ptr<Levels> levels_;
+  static inline std::unique_ptr<TileStore> store_;
+  Renderer renderer_{*context_};
+};
+
+std::uint64_t ownedBy(const TileStore& store) {
+  std::uint64_t all = 0;
+  for (TileId tile = 0; tile < store.tile_count(); ++tile) all += store.entry(tile).owned;
+  return all;
+}
+
+std::size_t drawnTiles(const TileStore& store) {
+  std::size_t count = 0;
+  for (TileId tile = 0; tile < store.tile_count(); ++tile) count += store.entry(tile).owned > 0;
+  return count;
+}
+
+TEST_F(SceneViews, FramesEndAtThePictureOfAllTiles) {
+  SceneView scene(*store_, nullptr, renderer_);
+  const SceneFigures figures = settle(scene, frameOf(scene));
+  EXPECT_TRUE(figures.complete);
+  EXPECT_EQ(figures.segments, ownedBy(*store_));
+  EXPECT_EQ(figures.left_out, 0u);
+  const Picture frames = renderer_.read();
+
+  Renderer other(*context_);
+  SceneView at_once(*store_, nullptr, other);
+  std::size_t last = 0;
+  at_once.drawWhole(frameOf(at_once), [&](std::size_t done, std::size_t all) {
+    EXPECT_LE(done, all);
+    EXPECT_GE(done, last);
+    last = done;
+  });
+  EXPECT_EQ(last, drawnTiles(*store_));
+  EXPECT_EQ(other.read().rgb, frames.rgb);
+}
+
+TEST_F(SceneViews, NoFrameWaitsForATile) {
+  CountingStore slow(*store_);
+  slow.delayLoads(std::chrono::milliseconds(2));
+  SceneView scene(slow, nullptr, renderer_);
+  const SceneFrame frame = frameOf(scene);
+  const SceneFigures first = scene.draw(frame);
+  EXPECT_FALSE(first.complete);
+  EXPECT_TRUE(first.has_gaps);
+  EXPECT_EQ(first.pending + first.tiles, drawnTiles(*store_));
+  EXPECT_EQ(first.left_out + first.segments, ownedBy(*store_));
+  const SceneFigures last = settle(scene, frame);
+  EXPECT_EQ(last.left_out, 0u);
+  EXPECT_EQ(slow.loads().size(), drawnTiles(*store_));  // each once
+}
+
+TEST_F(SceneViews, UploadsOfAFrameAreCapped) {
+  SceneView scene(*store_, nullptr, renderer_);
+  SceneFrame frame = frameOf(scene);
+  frame.budget.upload_bytes = 1;
+  std::uint32_t uploads = 0;
+  for (std::uint32_t i = 0; uploads < drawnTiles(*store_) && i < 10000; ++i) {
+    const SceneFigures figures = scene.draw(frame);
+    EXPECT_LE(figures.uploads, 1u);
+    uploads += figures.uploads;
+    if (figures.uploads == 0) scene.waitForTiles(1);
+  }
+  EXPECT_EQ(uploads, drawnTiles(*store_));
+}
+
+// The error on the screen falls with every tile, no place is drawn twice (what is drawn and what is left out are the
+// whole), and what stood in is gone at the end.
+TEST_F(SceneViews, CoarseTilesStandInUntilFinerOnesCome) {
+  SceneView scene(*set_, levels_.get(), renderer_);
+  SceneFrame frame = frameOf(scene);
+  frame.budget.upload_bytes = 1;
+  const std::uint64_t all = ownedBy(*set_);
+  bool stood_in = false;
+  double error_px = INFINITY;
+  SceneFigures figures;
+  for (int i = 0; i < 10000 && !figures.complete; ++i) {
+    figures = scene.draw(frame);
+    if (figures.uploads == 0) scene.waitForTiles(1);
+    if (figures.segments == 0) continue;
+    EXPECT_LE(figures.error_px, error_px);
+    error_px = figures.error_px;
+    stood_in = stood_in || figures.stand_ins > 0;
+    EXPECT_LE(figures.segments, all);
+  }
+  EXPECT_TRUE(stood_in);
+  EXPECT_EQ(figures.stand_ins, 0u);
+  EXPECT_EQ(figures.segments, all);
+  EXPECT_EQ(figures.left_out, 0u);
+  EXPECT_EQ(figures.error_px, 0);
+  const Picture frames = renderer_.read();
+  Renderer other(*context_);
+  SceneView at_once(*set_, levels_.get(), other);
+  at_once.drawWhole(frameOf(at_once));
+  EXPECT_EQ(other.read().rgb, frames.rgb);
+}
+
+TEST_F(SceneViews, LessIsDrawnWhileTheCameraMoves) {
+  SceneView scene(*set_, levels_.get(), renderer_);
+  SceneFrame frame = frameOf(scene);
+  frame.moving.reset();
+  frame.budget.moving_segments = 1000;
+  SceneFigures figures = settle(scene, frame);
+  EXPECT_TRUE(figures.moving);  // the first frame is one: there was no camera before
+  EXPECT_LE(figures.segments, 1000u);
+  EXPECT_GT(figures.error_px, 0);
+  frame.time_s = SceneFrame::kRest_s + 0.01;
+  figures = settle(scene, frame);
+  EXPECT_FALSE(figures.moving);
+  EXPECT_EQ(figures.segments, ownedBy(*set_));
+  frame.camera = orbit(frame.camera, 0.01, 0);
+  figures = scene.draw(frame);
+  EXPECT_TRUE(figures.moving);
+  EXPECT_LE(figures.segments, 1000u);
+  EXPECT_GT(figures.segments, 0u);
+}
+
+TEST_F(SceneViews, WhatDidNotChangeIsNotDrawnAgain) {
+  SceneView scene(*store_, nullptr, renderer_);
+  SceneFrame frame = frameOf(scene);
+  EXPECT_TRUE(settle(scene, frame).redrawn);
+  scene.draw(frame);
+  EXPECT_FALSE(scene.draw(frame).redrawn);
+  Workspace workspace({.zoom_um = 50});
+  frame.workspace = &workspace;
+  EXPECT_TRUE(scene.draw(frame).redrawn);
+  EXPECT_FALSE(scene.draw(frame).redrawn);
+  workspace.rotate(0.1, 0, Vector3d::Zero());
+  EXPECT_TRUE(scene.draw(frame).redrawn);
+  frame.proxy_W = Vector3d(1, 2, 3);
+  EXPECT_TRUE(scene.draw(frame).redrawn);
+  frame.size = {100, 100};
+  EXPECT_TRUE(scene.draw(frame).redrawn);
+  EXPECT_FALSE(scene.draw(frame).redrawn);
+}
+
+// A hand moves the proxy under a camera that rests: smoothly, so coarsely; a hand that trembles leaves the picture.
+TEST_F(SceneViews, AProxyThatMovesIsMotionAndOneThatTremblesIsNot) {
+  SceneView scene(*store_, nullptr, renderer_);
+  SceneFrame frame = frameOf(scene);
+  const double px_um = frame.size.height / (2 * std::tan(frame.camera.height_angle_rad / 2)) / frame.camera.focus_um;
+  frame.proxy_W = frame.camera.focus_W();
+  settle(scene, frame);
+  frame.time_s += 10;
+  frame.moving.reset();
+  EXPECT_FALSE(scene.draw(frame).moving);
+  frame.proxy_W->x() += 0.1 / px_um;
+  frame.time_s += 0.01;
+  EXPECT_FALSE(scene.draw(frame).redrawn);
+  frame.proxy_W->x() += 5 / px_um;
+  frame.time_s += 0.01;
+  const SceneFigures figures = scene.draw(frame);
+  EXPECT_TRUE(figures.redrawn);
+  EXPECT_TRUE(figures.moving);
+  frame.time_s += 1;
+  EXPECT_FALSE(scene.draw(frame).moving);
+}
+
+TEST_F(SceneViews, FrozenTilesStay) {
+  SceneView scene(*set_, levels_.get(), renderer_);
+  SceneFrame frame = frameOf(scene);
+  frame.budget.enough_px = 3;
+  const SceneFigures before = settle(scene, frame);
+  frame.frozen = true;
+  frame.camera = orbit(frame.camera, 0.3, 0.1, 0.2);
+  EXPECT_EQ(settle(scene, frame).segments, before.segments);
+  frame.frozen = false;
+  EXPECT_NE(settle(scene, frame).tiles, before.tiles);
+}
+
+TEST_F(SceneViews, ATileThatCannotBeReadIsSaidAndTriedAgain) {
+  CountingStore broken(*store_);
+  broken.failLoads(1, 1);
+  SceneView scene(broken, nullptr, renderer_);
+  SceneFrame frame = frameOf(scene);
+  SceneFigures figures = settle(scene, frame);
+  ASSERT_EQ(figures.failed.size(), 1u);
+  EXPECT_NE(figures.failed[0].find("tile 1"), std::string::npos) << figures.failed[0];
+  EXPECT_FALSE(figures.complete);
+  EXPECT_EQ(figures.left_out, store_->entry(1).owned);
+  frame.time_s = 60;
+  for (int i = 0; i < 100 && !figures.complete; ++i) {
+    scene.waitForTiles(1);
+    figures = scene.draw(frame);
+  }
+  EXPECT_TRUE(figures.complete);
+  EXPECT_EQ(broken.loads(1), 2u);
+
+  broken.failLoads(2);
+  SceneView at_once(broken, nullptr, renderer_);
+  EXPECT_THROW(at_once.drawWhole(frame), CorruptTile);
+}
+
+TEST_F(SceneViews, WhatIsNotDrawnLeavesTheCardWhenItIsFull) {
+  SceneView scene(*set_, levels_.get(), renderer_);
+  SceneFrame frame = frameOf(scene);
+  const std::uint64_t all = settle(scene, frame).card_bytes;
+  frame.camera = lookAt(frame.camera.eye_W, frame.camera.eye_W + Vector3d(0, 0, 1));  // away
+  frame.budget.card_bytes = all / 2;
+  settle(scene, frame);
+  EXPECT_LE(renderer_.bytes(), all / 2);
+  EXPECT_GT(all, 0u);
+}
+
+TEST_F(SceneViews, AnotherColouringReplacesTilesOneByOne) {
+  SceneView scene(*store_, nullptr, renderer_);
+  SceneFrame frame = frameOf(scene);
+  settle(scene, frame);
+  const Picture by_cell = renderer_.read();
+  frame.colour = ColourBy::depth;
+  SceneFigures figures = scene.draw(frame);
+  EXPECT_EQ(figures.segments, ownedBy(*store_));  // the old ones are drawn meanwhile
+  EXPECT_GT(figures.pending, 0u);
+  settle(scene, frame);
+  EXPECT_NE(renderer_.read().rgb, by_cell.rgb);
+  frame.colour = ColourBy::cell;
+  settle(scene, frame);
+  EXPECT_EQ(renderer_.read().rgb, by_cell.rgb);
+}
+
+TEST_F(SceneViews, LeavesNothingOnTheCard) {
+  {
+    SceneView scene(*store_, nullptr, renderer_);
+    SceneFrame frame = frameOf(scene);
+    frame.proxy_W = Vector3d::Zero();
+    settle(scene, frame);
+    EXPECT_GT(renderer_.bytes(), 0u);
+  }
+  EXPECT_EQ(renderer_.bytes(), 0u);
+}
+
+// The drivers that draw on the processor, by the names that they give themselves; all others get all.
+TEST(SceneBudgets, SoftwareRenderersGetLess) {
+  const std::uint64_t all = SceneBudget{}.segments;
+  for (const char* name :
+       {"llvmpipe (LLVM 15.0.6, 256 bits), OpenGL 4.5 (Core Profile) Mesa 22.3.6", "softpipe, OpenGL 3.3",
+        "Google SwiftShader, OpenGL 4.1", "Software Rasterizer, OpenGL 3.3"}) {
+    const SceneBudget budget = SceneBudget::of(name);
+    EXPECT_LT(budget.segments, all) << name;
+    EXPECT_LT(budget.moving_segments, budget.segments) << name;
+    EXPECT_FALSE(budget.moving_shade) << name;
+  }
+  for (const char* name : {"NVIDIA H200, OpenGL 4.6", "Mesa Intel(R) UHD Graphics 630 (CFL GT2), OpenGL 4.6", ""})
+    EXPECT_EQ(SceneBudget::of(name).moving_segments, all) << name;
+}
+
+TEST_F(SceneViews, AWholePictureInPartsIsTheOneDrawnAtOnceAndLoadsBesideTheCalls) {
+  SceneView at_once(*set_, levels_.get(), renderer_);
+  SceneFrame frame = frameOf(at_once);
+  at_once.drawWhole(frame);
+  const Picture whole = renderer_.read();
+
+  CountingStore slow(*set_);
+  slow.delayLoads(std::chrono::milliseconds(1));
+  Renderer other(*context_);
+  SceneView scene(slow, nullptr, other);
+  frame.budget.segments = 2'000'000;
+  double part = 0, last = 0;
+  int calls = 0;
+  for (; part < 1; ++calls) {
+    part = scene.advanceWhole(frame, 0.1);
+    EXPECT_GE(part, last);
+    last = part;
+    if (part < 0.5) scene.waitForTiles(1);
+  }
+  EXPECT_GT(calls, 4);
+  EXPECT_TRUE(test::compare(other.read(), whole).showsTheSame());
+  slow.delayLoads(std::chrono::milliseconds(0));
+  // Its loading thread ends beside it.
+  const std::shared_ptr<void> end = scene.end();
+  EXPECT_EQ(other.bytes(), 0u);
+}
+
+}  // namespace
+}  // namespace filiform

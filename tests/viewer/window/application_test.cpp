@@ -1,0 +1,247 @@
+// The window in this program, on a disk and with a device that can be held up: frames go on, and quitting works. No
+// clock: the frames are counted while something waits.
+#include "viewer/window/application.h"
+
+#include "device/factory/device_factory.h"
+#include "device/simulated/null_device.h"
+#include "index/build/ingest.h"
+#include "index/set/faulty_source.h"
+#include "index/set/tile_set.h"
+#include "tests/support/campaign.h"
+#include "tests/support/display.h"
+#include "tests/support/random_cells.h"
+#include "tests/support/sanitized.h"
+#include "tests/support/temp_folder.h"
+#include "viewer/window/window.h"
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <cstdlib>
+#include <fstream>
+#include <functional>
+#include <imgui.h>
+#include <mutex>
+#include <stdexcept>
+#include <thread>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+namespace filiform {
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr int kPatience_ms = 60'000;
+
+// Who comes to it while it is shut waits.
+class Gate {
+ public:
+  void shut() {
+    const std::lock_guard lock(mutex_);
+    shut_ = true;
+  }
+  void open() {
+    const std::lock_guard lock(mutex_);
+    shut_ = false;
+    changed_.notify_all();
+  }
+  void pass() {
+    std::unique_lock lock(mutex_);
+    if (!shut_) return;
+    ++waiting_;
+    changed_.wait(lock, [this] { return !shut_; });
+    --waiting_;
+  }
+  int waiting() const { return waiting_; }
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  bool shut_ = false;
+  std::atomic<int> waiting_{0};
+};
+
+class SlowDevice final : public NullDevice {
+ public:
+  explicit SlowDevice(Gate& gate) : gate_(gate) {}
+  void open() override {
+    gate_.pass();
+    NullDevice::open();
+  }
+
+ private:
+  Gate& gate_;
+};
+
+class Applications : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (test::kSanitized && !test::wholeCampaign())
+      GTEST_SKIP() << "a window that draws under a sanitizer: set FILIFORM_CAMPAIGN";
+    if (!test::VirtualDisplay::isInstalled()) GTEST_SKIP() << "no Xvfb or no xdotool: run tools/setup";
+    ASSERT_FALSE(test::VirtualDisplay::name().empty()) << "Xvfb did not start";
+    ::setenv("DISPLAY", test::VirtualDisplay::name().c_str(), 1);
+    ::setenv("XDG_CONFIG_HOME", (folder_ / "config").c_str(), 1);
+    CellList cells(test::randomColumn(7, 6, 1000, 200));
+    IngestOptions ingesting;
+    ingesting.capacity = 128;
+    ingesting.levels = true;
+    ingest(cells, folder_ / "a.fil", ingesting);
+
+    options_.paths = {folder_ / "a.fil"};
+    options_.open = [this](const std::vector<std::string>& paths) {
+      OpenedScene scene;
+      FaultPlan plan{.delay = FaultPlan::Delay::constant, .delay_s = 1e-9, .wait = [this](double) { disk_.pass(); }};
+      auto source = std::make_unique<FaultySource>(openFolder(paths.front()), std::move(plan));
+      FaultySource& faults = *source;
+      auto set = TileSet::open(std::move(source));
+      scene.levels = Levels::open(*set);
+      faults.arm();
+      scene.store = std::move(set);
+      scene.name = "a";
+      return scene;
+    };
+    options_.write = [this](const Picture&, const std::string&) {
+      writer_.pass();
+      ++written_;
+    };
+    options_.poll = [this] {
+      ++frames_;
+      if (given_up_) throw std::runtime_error("the test gives up");
+    };
+    // From here the program would be ended after some seconds (tools/program/ending_watch.h): nothing is held up any
+    // more.
+    options_.ending = [this] {
+      ending_ = true;
+      openAll();
+    };
+    options_.size = {300, 200};
+    options_.segments = 3000;
+    options_.reset = true;
+    options_.state = folder_ / "state";
+  }
+
+  // The window, while `person` acts on another thread.
+  void run(const std::function<void()>& person) {
+    std::thread other([&] {
+      person();
+      // However it went, the window ends.
+      if (!waitFor([this] { return ending_.load(); })) ADD_FAILURE() << "the window does not quit";
+      openAll();
+      given_up_ = true;
+    });
+    runApplication(options_);
+    other.join();
+  }
+  void quit() { EXPECT_TRUE(test::VirtualDisplay::send("key q")); }
+  bool waitFor(const std::function<bool()>& done) const {
+    for (int i = 0; i < kPatience_ms / 5 && !ending_; ++i) {
+      if (done()) return true;
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+    return done();
+  }
+  bool waitForState(const std::function<bool(const Json&)>& done) const {
+    return waitFor([&] {
+      std::ifstream in(options_.state);
+      const Json state = Json::parse(in, nullptr, false);
+      try {
+        return state.is_object() && done(state);
+      } catch (const Json::exception&) {  // not there yet
+        return false;
+      }
+    });
+  }
+  bool isOpen() const {
+    return waitForState([](const Json& s) { return s.at("open") == true && !s.at("cell").get<std::string>().empty(); });
+  }
+  bool framesGoOn() const {
+    return waitFor([this, then = frames_.load()] { return frames_ > then + 10; });
+  }
+  void openAll() {
+    for (Gate* gate : {&disk_, &device_, &writer_}) gate->open();
+  }
+
+  test::TempFolder folder_;
+  Gate disk_, device_, writer_;
+  std::atomic<int> frames_{0}, written_{0};
+  std::atomic<bool> ending_{false}, given_up_{false};
+  ApplicationOptions options_;
+};
+
+TEST_F(Applications, FramesGoOnAndQuitWorksWhileTheDiskIsSilent) {
+  run([this] {
+    EXPECT_TRUE(isOpen());
+    disk_.shut();
+    // A picture needs finer tiles than the window.
+    EXPECT_TRUE(test::VirtualDisplay::send("key o"));
+    EXPECT_TRUE(test::VirtualDisplay::send("key P"));
+    EXPECT_TRUE(waitFor([this] { return disk_.waiting() > 0; }));
+    EXPECT_TRUE(framesGoOn());
+    EXPECT_TRUE(test::VirtualDisplay::send("key backslash"));  // counts the tiles
+    EXPECT_TRUE(waitForState([](const Json& s) { return s.at("tiles_panel") == true; }));
+    EXPECT_TRUE(framesGoOn());
+    EXPECT_GT(disk_.waiting(), 0);
+    quit();
+  });
+}
+
+TEST_F(Applications, FramesGoOnAndQuitWorksWhileADeviceOpensSlowly) {
+  options_.session.device = "slow";
+  options_.session.make_device = [this](const std::string& name, double period_s) -> std::unique_ptr<HapticDevice> {
+    if (name != "slow") return makeDevice(name, {.period_s = period_s});
+    return std::make_unique<SlowDevice>(device_);
+  };
+  device_.shut();
+  run([this] {
+    EXPECT_TRUE(waitFor([this] { return device_.waiting() > 0; }));
+    EXPECT_TRUE(framesGoOn());
+    EXPECT_GT(device_.waiting(), 0);
+    quit();
+  });
+}
+
+TEST_F(Applications, FramesGoOnAndQuitWorksWhileAPictureIsWritten) {
+  writer_.shut();
+  run([this] {
+    EXPECT_TRUE(isOpen());
+    EXPECT_TRUE(test::VirtualDisplay::send("key P"));
+    EXPECT_TRUE(waitFor([this] { return writer_.waiting() > 0; }));
+    EXPECT_TRUE(framesGoOn());
+    EXPECT_GT(writer_.waiting(), 0);
+    quit();
+  });
+  EXPECT_EQ(written_, 1);
+}
+
+// As when the window goes to a screen of another scale: letters are made anew, at once.
+TEST_F(Applications, LettersFollowTheScale) {
+  Window window("letters", {300, 200});
+  const auto heightOfLetters = [&] {
+    window.beginPanels();
+    const float height = ImGui::GetFontSize();
+    ImGui::GetForegroundDrawList()->AddText({10, 10}, IM_COL32_WHITE, "M");
+    window.endPanels();
+    return height;
+  };
+  const auto lit = [&] {
+    const Picture picture = window.read();
+    return std::count_if(picture.rgb.begin(), picture.rgb.end(), [](std::uint8_t c) { return c > 200; });
+  };
+  const double scale = window.scale();
+  const float height = heightOfLetters();
+  const auto small = lit();
+  EXPECT_GT(small, 20);
+  window.setInterfaceScale(2);
+  EXPECT_EQ(window.scale(), 2 * scale);
+  EXPECT_NEAR(heightOfLetters(), 2 * height, 1);
+  EXPECT_GT(lit(), 2 * small);  // drawn over the small one
+  window.setInterfaceScale(0);
+  EXPECT_EQ(window.scale(), 2 * scale);
+}
+
+}  // namespace
+}  // namespace filiform

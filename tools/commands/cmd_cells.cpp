@@ -1,0 +1,202 @@
+// filiform cells: which cells a tile set holds.
+#include "index/set/cell_graph.h"
+#include "index/set/tile_set.h"
+#include "index/text.h"
+#include "tools/commands/cell_lengths.h"
+#include "tools/commands/commands.h"
+#include "tools/program/interruption.h"
+#include "tools/program/numbers.h"
+#include "tools/program/progress.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <fnmatch.h>
+#include <iostream>
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+namespace filiform::tools {
+
+namespace {
+
+struct CellsArguments {
+  std::string set, name = "*";
+  bool json = false, tsv = false, length = false;
+};
+
+// Lengths are on the tiles. So many are read without being asked for: a second or two.
+constexpr std::size_t kMostTilesUnasked = 4096;
+// The progress is told, and an interruption looked for, once in so many rows.
+constexpr std::size_t kRowsBetween = 4096;
+
+std::vector<std::uint32_t> cellsOfName(const TileStore& store, const std::string& glob) {
+  std::vector<std::uint32_t> cells;
+  for (std::uint32_t cell = 0; cell < store.cell_count(); ++cell) {
+    if (cell % kRowsBetween == 0) throwIfInterrupted();
+    if (glob == "*" || fnmatch(glob.c_str(), store.cell(cell).name.c_str(), 0) == 0) cells.push_back(cell);
+  }
+  return cells;
+}
+
+// Independent loops: as many links more than a forest has.
+std::uint64_t loopsOf(const CellRecord& cell) { return hasLoops(cell) ? cell.segments + cell.roots - cell.samples : 0; }
+
+struct CellRow {
+  std::uint32_t id;
+  const CellRecord* cell;
+  std::optional<double> length_um;
+  std::optional<std::array<Vector3d, 2>> box_um;
+};
+
+void writeJson(const CellRow& row) {
+  nlohmann::ordered_json json{{"id", row.id},
+                              {"name", row.cell->name},
+                              {"source", row.cell->source},
+                              {"samples", row.cell->samples},
+                              {"segments", row.cell->segments},
+                              {"isolated", row.cell->isolated},
+                              {"roots", row.cell->roots},
+                              {"loops", loopsOf(*row.cell)},
+                              {"length_um", nullptr},
+                              {"box_um", nullptr}};
+  if (row.length_um) json["length_um"] = *row.length_um;
+  if (row.box_um)
+    for (const Vector3d& corner : *row.box_um) json["box_um"].push_back({corner.x(), corner.y(), corner.z()});
+  std::cout << json.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
+}
+
+void writeTsv(const CellRow& row) {
+  std::cout << row.id << '\t' << escaped(row.cell->name) << '\t' << escaped(row.cell->source) << '\t'
+            << row.cell->samples << '\t' << row.cell->segments << '\t' << row.cell->isolated << '\t' << row.cell->roots
+            << '\t' << loopsOf(*row.cell) << '\t' << (row.length_um ? formatNumber(*row.length_um) : "-");
+  for (int corner = 0; corner < 2; ++corner)
+    for (int axis = 0; axis < 3; ++axis)
+      std::cout << '\t' << (row.box_um ? formatNumber((*row.box_um)[corner][axis]) : "-");
+  std::cout << '\n';
+}
+
+constexpr std::size_t kColumns = 11;
+using TextRow = std::array<std::string, kColumns>;
+const TextRow kTitles{"id",    "name",       "samples", "segments", "isolated", "roots",
+                      "loops", "length, um", "x, um",   "y, um",    "z, um"};
+
+TextRow cellTextOf(const CellRow& row) {
+  const auto tenths = [](double value) {
+    std::array<char, 48> text{};
+    std::snprintf(text.data(), text.size(), "%.1f", value);
+    return std::string(text.data());
+  };
+  TextRow text{std::to_string(row.id),
+               escaped(row.cell->name),
+               formatCount(row.cell->samples),
+               formatCount(row.cell->segments),
+               formatCount(row.cell->isolated),
+               formatCount(row.cell->roots),
+               formatCount(loopsOf(*row.cell)),
+               row.length_um ? tenths(*row.length_um) : "-",
+               "-",
+               "-",
+               "-"};
+  if (row.box_um)
+    for (int axis = 0; axis < 3; ++axis)
+      text[8 + static_cast<std::size_t>(axis)] =
+          tenths((*row.box_um)[0][axis]) + " to " + tenths((*row.box_um)[1][axis]);
+  return text;
+}
+
+// Characters, so that names in UTF-8 line up.
+std::size_t widthOf(const std::string& text) {
+  return static_cast<std::size_t>(
+      std::count_if(text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; }));
+}
+
+using Widths = std::array<std::size_t, kColumns>;
+
+void widen(Widths& widths, const TextRow& row) {
+  for (std::size_t i = 0; i < kColumns; ++i) widths[i] = std::max(widths[i], widthOf(row[i]));
+}
+
+void writeText(const TextRow& row, const std::string& source, const Widths& widths) {
+  for (std::size_t i = 0; i < kColumns; ++i) {
+    const std::string blanks(widths[i] - widthOf(row[i]), ' ');
+    std::cout << (i == 1 ? row[i] + blanks : blanks + row[i]) << "  ";
+  }
+  std::cout << source << '\n';
+}
+
+int runCells(const CellsArguments& a) {
+  const auto set = TileSet::open(a.set);
+  const std::vector<std::uint32_t> cells = cellsOfName(*set, a.name);
+  CellLengths lengths(*set, cells);
+  const bool measured = a.length || lengths.tiles() <= kMostTilesUnasked;
+  if (measured) {
+    Progress progress({.title = "lengths", .noun = "tiles", .total = lengths.tiles()});
+    lengths.measure([&](std::size_t done) {
+      throwIfInterrupted();
+      progress.update(done);
+    });
+    progress.finish();
+  }
+  const Grid grid = set->grid();
+  const auto each = [&](const auto& visit) {
+    for (std::size_t i = 0; i < cells.size(); ++i) {
+      if (i % kRowsBetween == 0) throwIfInterrupted();
+      CellRow row{cells[i], &set->cell(cells[i]), {}, {}};
+      if (measured) row.length_um = lengths.of(cells[i]);
+      const GridBox& box = row.cell->bounds;
+      if (!box.empty()) row.box_um = {grid.toWorld(box.lo), grid.toWorld(box.hi)};
+      visit(row);
+    }
+  };
+  if (a.json) {
+    const char* separator = "[\n";
+    each([&](const CellRow& row) {
+      std::cout << std::exchange(separator, ",\n");
+      writeJson(row);
+    });
+    std::cout << (cells.empty() ? "[]\n" : "\n]\n");
+  } else if (a.tsv) {
+    std::cout << "id\tname\tsource\tsamples\tsegments\tisolated\troots\tloops\tlength_um\tx0\ty0\tz0\tx1\ty1\tz1\n";
+    each(writeTsv);
+  } else {
+    Widths widths{};
+    widen(widths, kTitles);
+    each([&](const CellRow& row) { widen(widths, cellTextOf(row)); });
+    writeText(kTitles, "source", widths);
+    each([&](const CellRow& row) { writeText(cellTextOf(row), escaped(row.cell->source), widths); });
+  }
+  if (!measured)
+    std::cerr << "filiform: note: no lengths: they take reading " << formatCount(lengths.tiles())
+              << " tiles; --length reads them\n";
+  if (cells.empty() && set->cell_count() > 0)
+    std::cerr << "filiform: note: --name " << escaped(a.name) << " fits none of the " << formatCount(set->cell_count())
+              << " cells\n";
+  return 0;
+}
+
+}  // namespace
+
+void addCells(CLI::App& app, Chosen& chosen) {
+  auto a = std::make_shared<CellsArguments>();
+  CLI::App* command = app.add_subcommand("cells", "List the cells of a tile set");
+  command->footer(
+      "Examples:\n  filiform cells column.fil\n  filiform cells column.fil --name 'cell_0000*' --tsv\n"
+      "Commands take a cell by its name, or by any part of its name or source that no other cell has.");
+  command->add_option("SET", a->set, "tile set")->required();
+  command
+      ->add_option("--name", a->name, "list the cells whose whole name fits; * is any text, ? any letter, [ab] a or b")
+      ->type_name("GLOB");
+  command->add_flag(
+      "--length", a->length,
+      "measure the cells' lengths even if that reads more than " + std::to_string(kMostTilesUnasked) + " tiles");
+  command->add_flag("--json", a->json, "write one JSON array, fields as in tools/README.md");
+  command->add_flag("--tsv", a->tsv, "write tab-separated rows")->excludes("--json");
+  command->callback([a, &chosen] { chosen = [a] { return runCells(*a); }; });
+}
+
+}  // namespace filiform::tools

@@ -1,0 +1,227 @@
+// filiform devices: what is plugged in, what is missing, and whether it works.
+#include "device/factory/device_factory.h"
+#include "device/usb/usb_recording.h"
+#include "index/errors.h"
+#include "index/output.h"
+#include "index/text.h"
+#include "tools/commands/commands.h"
+#include "tools/commands/device_check.h"
+#include "tools/program/interruption.h"
+#include "tools/program/numbers.h"
+#include "tools/program/output_check.h"
+
+#include <cmath>
+#include <cstdio>
+#include <exception>
+#include <iostream>
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+namespace filiform::tools {
+
+namespace {
+
+struct DevicesArguments {
+  bool json = false, test = false;
+  std::string device, record;
+};
+
+struct Recognised {
+  const char* ids;
+  const char* kind;
+  const char* device;
+};
+
+constexpr Recognised kRecognised[] = {
+    {"0403:cb48", "Novint Falcon", "falcon[:FIRMWARE]"},
+    {"046d:c6xx, 256f:*", "3Dconnexion mice with six axes, and their receivers", "spacemouse[:SOCKET]"}};
+
+std::string idsOf(const UsbDeviceInfo& info) {
+  char ids[16];
+  std::snprintf(ids, sizeof ids, "%04x:%04x", info.vendor, info.product);
+  return ids;
+}
+
+void printTable(const std::vector<FoundDevice>& found, const std::string& refusal) {
+  for (const FoundDevice& device : found) {
+    std::cout << device.info.bus_path << "  " << idsOf(device.info) << "  " << device.kind;
+    if (!device.info.product_name.empty()) std::cout << " (" << escaped(device.info.product_name) << ')';
+    std::cout << "\n  use      --device " << device.device << "\n  state    " << device.state << '\n';
+    if (!device.remedy.empty()) std::cout << "  missing  " << device.remedy << '\n';
+  }
+  if (found.empty()) {
+    if (!refusal.empty()) std::cout << refusal << '\n';
+    std::cout << "nothing is plugged in that filiform can use; it would recognise\n";
+    for (const Recognised& r : kRecognised) std::cout << "  " << r.ids << "  " << r.kind << ", as " << r.device << '\n';
+  }
+  std::cout << "without hardware: sim:loose, sim:medium, sim:firm, replay:FILE, null\n";
+}
+
+nlohmann::ordered_json asJson(const FoundDevice& device) {
+  nlohmann::ordered_json json{{"bus_path", device.info.bus_path},
+                              {"ids", idsOf(device.info)},
+                              {"kind", device.kind},
+                              {"name", device.info.product_name},
+                              {"serial", device.info.serial},
+                              {"device", device.device},
+                              {"state", device.state},
+                              {"remedy", nullptr}};
+  if (!device.remedy.empty()) json["remedy"] = device.remedy;
+  return json;
+}
+
+nlohmann::ordered_json asJson(const DeviceCheck& c) {
+  return {{"homing_s", c.homing_s},
+          {"exchanges", c.exchanges},
+          {"seconds", c.seconds},
+          {"rate_Hz", c.rate_Hz},
+          {"longest_gap_s", c.longest_gap_s},
+          {"reports", c.reports},
+          {"buttons", c.buttons},
+          {"force_N", c.force_N},
+          {"moved_m", {c.moved_m.x(), c.moved_m.y(), c.moved_m.z()}},
+          {"stopped", c.stopped},
+          {"refusals", c.refusals}};
+}
+
+std::string fixed(double value, int digits) {
+  char text[48];
+  std::snprintf(text, sizeof text, "%.*f", digits, value);
+  return text;
+}
+
+void print(std::ostream& out, const std::string& device, const DeviceCapabilities& capabilities, const DeviceCheck& c) {
+  out << escaped(device) << ": " << escaped(capabilities.name) << '\n'
+      << "  homing   " << (capabilities.needs_homing ? fixed(c.homing_s, 1) + " s" : "not needed") << '\n'
+      << "  reading  " << formatCount(c.exchanges) << " exchanges in " << fixed(c.seconds, 2) << " s, "
+      << formatCount(static_cast<std::uint64_t>(std::llround(c.rate_Hz))) << " Hz; longest gap "
+      << formatCount(static_cast<std::uint64_t>(std::llround(1e6 * c.longest_gap_s))) << " us; "
+      << formatCount(c.reports) << " reports\n";
+  out << "  buttons  ";
+  if (c.buttons == 0) out << "none was pressed";
+  for (int i = 0; i < 32; ++i)
+    if (c.buttons >> i & 1u) out << i << ' ';
+  out << "\n  force    ";
+  if (capabilities.peak_force_N > 0) {
+    out << fixed(c.force_N, 2) << " N along x, y, z: the hand gave way by";
+    for (int axis = 0; axis < 3; ++axis) out << (axis > 0 ? ", " : " ") << fixed(1e3 * c.moved_m[axis], 1);
+    out << " mm" << (c.stopped ? "; ended there: that is too far" : "") << '\n';
+  } else {
+    out << "it renders none\n";
+  }
+  for (const std::string& refusal : c.refusals) out << "  note     " << refusal << '\n';
+}
+
+// The file in "falcon:FIRMWARE" or "replay:FILE"; empty: none.
+std::string fileOf(const std::string& device) {
+  const std::size_t colon = device.find(':');
+  const std::string kind = device.substr(0, colon);
+  return colon != std::string::npos && (kind == "falcon" || kind == "replay") ? device.substr(colon + 1) : "";
+}
+
+// Keeps the traffic of a test that fails, beside an older file: it shows why.
+class KeptTraffic {
+ public:
+  KeptTraffic(Output* output, UsbRecorder* recorder) : output_(output), recorder_(recorder) {}
+  ~KeptTraffic() {
+    if (std::uncaught_exceptions() == exceptions_ || output_ == nullptr) return;
+    try {
+      recorder_->finish();
+      const std::string kept = output_->finishAside();
+      if (kept != output_->path()) std::cerr << "filiform: note: the traffic so far is in " << escaped(kept) << '\n';
+    } catch (const std::exception&) {
+      // The first failure is told.
+    }
+  }
+  KeptTraffic(const KeptTraffic&) = delete;
+  KeptTraffic& operator=(const KeptTraffic&) = delete;
+
+ private:
+  Output* output_;
+  UsbRecorder* recorder_;
+  int exceptions_ = std::uncaught_exceptions();
+};
+
+int runDevices(const DevicesArguments& a) {
+  std::vector<FoundDevice> found;
+  std::string refusal;
+  try {
+    found = findDevices(systemUsb());
+  } catch (const DeviceError& error) {
+    refusal = error.what();
+  }
+  nlohmann::ordered_json json{{"devices", nlohmann::ordered_json::array()},
+                              {"recognised", nlohmann::ordered_json::array()},
+                              {"refusal", nullptr}};
+  for (const FoundDevice& device : found) json["devices"].push_back(asJson(device));
+  for (const Recognised& r : kRecognised)
+    json["recognised"].push_back({{"ids", r.ids}, {"kind", r.kind}, {"device", r.device}});
+  if (!refusal.empty()) json["refusal"] = refusal;
+
+  if (!a.record.empty() && !a.test) throw UsageError("--record is for the traffic of --test");
+  if (!a.test && !a.json) printTable(found, refusal);
+  if (a.test) {
+    std::string spec = a.device;
+    if (spec.empty()) {
+      if (found.empty())
+        throw DeviceError(refusal.empty()
+                              ? "nothing is plugged in that could be tested; filiform devices --test sim:medium "
+                                "tries the test itself"
+                              : refusal);
+      spec = found.front().device;
+    }
+    std::vector<NamedPath> outputs{{"--record", a.record}};
+    if (a.json) outputs.push_back({"--json", "-"});
+    checkOutputs({{"--test", fileOf(spec)}}, outputs);
+    std::unique_ptr<Output> record;         // outlives the recorder
+    std::unique_ptr<UsbRecorder> recorder;  // outlives the device
+    if (!a.record.empty()) {
+      record = std::make_unique<Output>(a.record, OutputOptions{.cancel = &interruptFlag()});
+      recorder = std::make_unique<UsbRecorder>(systemUsb(), record->stream());
+    }
+    const KeptTraffic kept(record.get(), recorder.get());  // of a test that fails
+    const std::unique_ptr<HapticDevice> device = makeDevice(spec, {.usb = recorder.get()});
+    DeviceCheckOptions options;
+    options.tell = [](const std::string& text) { std::cerr << text << '\n'; };
+    const DeviceCheck check = checkDevice(*device, options);
+    if (recorder) {
+      recorder->finish();
+      record->finish();
+    }
+    json["test"] = asJson(check);
+    json["test"]["device"] = spec;
+    json["test"]["name"] = device->capabilities().name;
+    if (!a.json)
+      print(record && record->isStandardOutput() ? std::cerr : std::cout, spec, device->capabilities(), check);
+  }
+  if (a.json) std::cout << json.dump(1, ' ', true, nlohmann::json::error_handler_t::replace) << '\n';
+  return 0;
+}
+
+}  // namespace
+
+void addDevices(CLI::App& app, Chosen& chosen) {
+  auto a = std::make_shared<DevicesArguments>();
+  CLI::App* command = app.add_subcommand("devices", "What is plugged in, what is missing, and whether it works");
+  command->footer(
+      "Example:\n  filiform devices\n  filiform devices --test falcon:falcon.bin\n  filiform devices --test "
+      "sim:medium --json\nThe test homes the device, reads it for a second, and where it renders force ramps half a "
+      "newton along x, y and z.");
+  command->add_flag("--json", a->json, "as one JSON object");
+  command
+      ->add_option_function<std::string>(
+          "--test",
+          [a](const std::string& device) {
+            a->test = true;
+            a->device = device;
+          },
+          "try a device: the one named, or the first that is plugged in")
+      ->expected(0, 1)
+      ->type_name("[DEVICE]");
+  command->add_option("-o,--output,--record", a->record, "write the USB traffic of the test, for UsbReplay")
+      ->type_name("FILE");
+  command->callback([a, &chosen] { chosen = [a] { return runDevices(*a); }; });
+}
+
+}  // namespace filiform::tools

@@ -1,0 +1,233 @@
+// filiform export: cells of a tile set back as files of other programs.
+#include "index/errors.h"
+#include "index/output.h"
+#include "index/set/cell_formats.h"
+#include "index/set/cell_graph.h"
+#include "index/set/tile_set.h"
+#include "index/text.h"
+#include "tools/commands/cell_name.h"
+#include "tools/commands/commands.h"
+#include "tools/program/interruption.h"
+#include "tools/program/numbers.h"
+#include "tools/program/output_check.h"
+#include "tools/program/output_folder.h"
+#include "tools/program/progress.h"
+#include "tools/program/zip_writer.h"
+
+#include <array>
+#include <filesystem>
+#include <iostream>
+#include <numeric>
+#include <optional>
+#include <sstream>
+
+#include <CLI/CLI.hpp>
+
+namespace filiform::tools {
+
+namespace {
+
+struct ExportArguments {
+  std::string set, cell, out, format;
+  bool all = false;
+};
+
+enum class FileFormat { swc, edges, obj, vtk };
+constexpr std::array<std::pair<FileFormat, const char*>, 4> kFileFormats{
+    {{FileFormat::swc, ".swc"}, {FileFormat::edges, ".edges"}, {FileFormat::obj, ".obj"}, {FileFormat::vtk, ".vtk"}}};
+
+const char* endingOf(FileFormat format) { return kFileFormats.at(static_cast<std::size_t>(format)).second; }
+
+struct Destination {
+  enum class Kind { kFile, kFolder, kZip, kSkeletons };
+  Kind kind = Kind::kFile;
+  FileFormat format = FileFormat::swc;  // of a file
+};
+
+Destination destinationOf(const std::string& out) {
+  std::string name = out;
+  while (name.size() > 1 && name.back() == '/') name.pop_back();
+  if (endsWithNoCase(name, ".precomputed")) return {Destination::Kind::kSkeletons};
+  std::error_code error;
+  if (name != out || std::filesystem::is_directory(out, error)) return {Destination::Kind::kFolder};
+  for (const auto& [format, ending] : kFileFormats)
+    if (endsWithNoCase(out, ending)) return {Destination::Kind::kFile, format};
+  if (endsWithNoCase(out, ".zip")) return {Destination::Kind::kZip};
+  // A device or a pipe may have any name.
+  if (out == "-" || std::filesystem::path(out).extension().empty() || !isFileOutput(out)) return {};
+  throw UsageError("--output " + escaped(out) +
+                   ": the ending names the format: .swc, .edges, .obj or .vtk for one cell; DIR/, ARCHIVE.zip or "
+                   "DIR.precomputed for all; none for SWC");
+}
+
+std::optional<FileFormat> formatNamed(const std::string& name) {
+  if (name.empty()) return std::nullopt;
+  for (const auto& [format, ending] : kFileFormats)
+    if (name == ending + 1) return format;
+  throw UsageError("--format " + escaped(name) + ": choose swc, edges, obj or vtk");
+}
+
+void writeCell(std::ostream& out, const CellGraph& cell, FileFormat format) {
+  switch (format) {
+    case FileFormat::swc:
+      return writeSwc(out, cell);
+    case FileFormat::edges:
+      return writeEdgeList(out, cell);
+    case FileFormat::obj:
+      return writeObj(out, cell);
+    case FileFormat::vtk:
+      return writeVtk(out, cell);
+  }
+}
+
+std::string textOfCell(const TileStore& set, std::uint32_t id, FileFormat format) {
+  throwIfInterrupted();
+  std::ostringstream text;
+  writeCell(text, readCell(set, id, true), format);
+  return std::move(text).str();
+}
+
+int exportFile(const TileStore& set, std::uint32_t id, const std::string& path, FileFormat format) {
+  Output out(path, {.cancel = &interruptFlag()});
+  const CellGraph cell = readCell(set, id, true);
+  writeCell(out.stream(), cell, format);
+  out.finish();
+  if (!out.isStandardOutput())
+    std::cout << escaped(path) << ": " << formatCount(cell.samples()) << " samples of " << escaped(cell.source) << '\n';
+  return 0;
+}
+
+// Files of several cells: SWC, or an edge list where a cell has loops, unless a format is asked for.
+class CellFiles {
+ public:
+  CellFiles(const TileStore& set, const std::vector<std::uint32_t>& ids, std::optional<FileFormat> format)
+      : set_(set), ids_(ids) {
+    std::vector<std::string> names;
+    for (const std::uint32_t id : ids) {
+      names.push_back(set.cell(id).name);
+      formats_.push_back(format.value_or(hasLoops(set.cell(id)) ? FileFormat::edges : FileFormat::swc));
+    }
+    names_ = safeFileNames(names);
+  }
+  std::size_t count() const { return ids_.size(); }
+  std::string name(std::size_t i) const { return names_[i] + endingOf(formats_[i]); }
+  std::string text(std::size_t i) const { return textOfCell(set_, ids_[i], formats_[i]); }
+
+ private:
+  const TileStore& set_;
+  const std::vector<std::uint32_t>& ids_;
+  std::vector<FileFormat> formats_;
+  std::vector<std::string> names_;
+};
+
+void exportZip(const CellFiles& files, const std::string& path, Progress& progress) {
+  Output out(path, {.by_name = true, .cancel = &interruptFlag()});
+  ZipContent content;
+  content.entries = files.count();
+  content.name = [&](std::size_t i) { return files.name(i); };
+  content.text = [&](std::size_t i) { return files.text(i); };
+  std::uint64_t done = 0;
+  content.written = [&](std::uint64_t) { progress.update(++done); };
+  writeZip(out.partialPath(), path, content);
+  out.finish();
+}
+
+void exportFolder(const CellFiles& files, const std::string& path, Progress& progress) {
+  OutputFolder folder(path);
+  for (std::size_t i = 0; i < files.count(); ++i) {
+    folder.write(files.name(i), files.text(i));
+    progress.update(i + 1);
+  }
+  folder.finish();
+}
+
+void exportSkeletons(const TileStore& set, const std::vector<std::uint32_t>& ids, const std::string& path,
+                     Progress& progress) {
+  GridBox bounds;
+  std::vector<std::uint64_t> numbers;
+  std::vector<std::string> names;
+  for (const std::uint32_t id : ids) {
+    bounds.extend(set.cell(id).bounds);
+    numbers.push_back(std::uint64_t{id} + 1);  // 0 is no object there
+    names.push_back(set.cell(id).name);
+  }
+  const SkeletonFormat format(set.grid(), bounds);
+  OutputFolder folder(path);
+  folder.write("info", format.info());
+  folder.makeFolder("segment_properties");
+  folder.write("segment_properties/info", SkeletonFormat::properties(numbers, names));
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    throwIfInterrupted();
+    std::ostringstream bytes;
+    format.write(bytes, readCell(set, ids[i], true));
+    folder.write(std::to_string(numbers[i]), std::move(bytes).str());
+    progress.update(i + 1);
+  }
+  folder.finish();
+}
+
+int runExport(const ExportArguments& a) {
+  const Destination to = destinationOf(a.out);
+  const std::optional<FileFormat> format = formatNamed(a.format);
+  const bool one_file = to.kind == Destination::Kind::kFile;
+  if (a.all && !a.cell.empty()) throw UsageError("--all and --cell: give one of them");
+  if (one_file && a.cell.empty())
+    throw UsageError(a.all
+                         ? "--all writes many files: give --output DIR/, ARCHIVE.zip or DIR.precomputed"
+                         : "name the cell with --cell, or give --output DIR/, ARCHIVE.zip or DIR.precomputed for all");
+  if (format && (one_file || to.kind == Destination::Kind::kSkeletons))
+    throw UsageError("--format is for the files in a folder or a zip; here the ending of --output names the format");
+  if (one_file || to.kind == Destination::Kind::kZip) checkOutputs({{"SET", a.set}}, {{"--output", a.out}});
+
+  const auto set = TileSet::open(a.set);
+  std::vector<std::uint32_t> ids;
+  if (!a.cell.empty()) {
+    ids.push_back(findCellNamed(*set, a.cell));
+  } else {
+    ids.resize(set->cell_count());
+    std::iota(ids.begin(), ids.end(), 0);
+  }
+  if (one_file) return exportFile(*set, ids.front(), a.out, to.format);
+  if (ids.empty()) throw InputError(escaped(a.set) + ": holds no cell");
+  std::uint64_t samples = 0;
+  for (const std::uint32_t id : ids) samples += set->cell(id).samples;
+
+  Progress progress({.title = "export", .noun = "cells", .total = ids.size()});
+  if (to.kind == Destination::Kind::kSkeletons) {
+    exportSkeletons(*set, ids, a.out, progress);
+  } else {
+    const CellFiles files(*set, ids, format);
+    to.kind == Destination::Kind::kZip ? exportZip(files, a.out, progress) : exportFolder(files, a.out, progress);
+  }
+  progress.finish();
+  (isStandardOutput(a.out) ? std::cerr : std::cout)
+      << escaped(a.out) << ": " << formatCount(ids.size()) << (ids.size() == 1 ? " cell, " : " cells, ")
+      << formatCount(samples) << " samples of " << escaped(a.set) << '\n';
+  return 0;
+}
+
+}  // namespace
+
+void addExport(CLI::App& app, Chosen& chosen) {
+  auto a = std::make_shared<ExportArguments>();
+  CLI::App* command = app.add_subcommand("export", "Write cells of a tile set as files of other programs");
+  command->footer(
+      "Examples:\n  filiform export column.fil --cell cell_00042 -o cell_00042.swc\n"
+      "  filiform export column.fil --all -o cells.zip\n"
+      "  filiform export column.fil --all -o column.precomputed\n"
+      "The ending names the format: .swc, .edges (holds loops), .obj, .vtk; none, a device, a pipe or - is SWC.\n"
+      "A folder, DIR/, or ARCHIVE.zip gets one file a cell; DIR.precomputed is a folder of Neuroglancer skeletons.");
+  command->add_option("SET", a->set, "tile set")->required();
+  command->add_option("--cell", a->cell, "name of the cell");
+  command->add_flag("--all", a->all, "every cell, into a folder, a zip or a precomputed folder");
+  command->add_option("-o,--output", a->out, "file, DIR/, ARCHIVE.zip or DIR.precomputed; - for standard output")
+      ->required()
+      ->type_name("FILE");
+  command
+      ->add_option("--format", a->format,
+                   "of the files in a folder or zip: swc, edges, obj or vtk; default: swc, and edges for loops")
+      ->type_name("FORMAT");
+  command->callback([a, &chosen] { chosen = [a] { return runExport(*a); }; });
+}
+
+}  // namespace filiform::tools

@@ -1,0 +1,246 @@
+// filiform ingest: SWC files, folders and archives become a tile set.
+#include "index/build/ingest.h"
+#include "index/errors.h"
+#include "index/input/input.h"
+#include "index/input/placements.h"
+#include "index/output.h"
+#include "index/text.h"
+#include "tools/commands/commands.h"
+#include "tools/commands/input_report_json.h"
+#include "tools/program/interruption.h"
+#include "tools/program/numbers.h"
+#include "tools/program/output_check.h"
+#include "tools/program/progress.h"
+#include "tools/program/unit.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iostream>
+#include <optional>
+#include <tuple>
+
+#include <CLI/CLI.hpp>
+
+namespace filiform::tools {
+
+namespace {
+
+struct IngestArguments {
+  std::vector<std::string> inputs;
+  std::string out, unit = "um", quantum = "2^-9", memory = "1GiB", report, placements;
+  std::uint32_t capacity = PartitionOptions{}.capacity;
+  unsigned threads = 0;
+  bool apply_offset = false, strict = false, force = false, levels = false;
+};
+
+int quantumExponentOf(const std::string& text) {
+  double quantum = 0;
+  if (text.starts_with("2^"))
+    quantum = std::exp2(parseNumber("--quantum", text.substr(2)));
+  else
+    quantum = parseNumber("--quantum", text);
+  int exponent = 0;
+  const double fraction = std::frexp(quantum, &exponent);
+  --exponent;  // quantum = 2 fraction * 2^exponent
+  if (fraction != 0.5 || exponent < Grid::kMinExponent || exponent > Grid::kMaxExponent)
+    throw UsageError("--quantum " + text + ": give a power of two from 2^" + std::to_string(Grid::kMinExponent) +
+                     " to 2^" + std::to_string(Grid::kMaxExponent) + " um, such as 2^-9");
+  return exponent;
+}
+
+std::string firstReason(const InputReport& report) {
+  const std::string reason = refusalReason(report);
+  return reason.empty() ? "warnings under --strict" : reason;
+}
+
+std::string firstCode(const InputReport& report) {
+  return report.codes.empty() ? "" : std::string(name(report.codes.all().front().first));
+}
+
+Provenance provenanceOf(const std::vector<SourceReport>& reports) {
+  Provenance provenance;
+  const InputTotals all = totals(reports);
+  for (const auto& [code, count] : all.codes.all()) provenance.codes[std::string(name(code))] = count;
+  for (const SourceReport& source : reports) {
+    std::uint64_t cells = 0;
+    if (source.archive) {
+      for (const EntryReport& entry : source.entries) {
+        if (entry.report.severity == Severity::kRefuse || entry.dropped)
+          provenance.refused.push_back(
+              {source.file + "/" + entry.entry, firstCode(entry.report), firstReason(entry.report)});
+        else
+          ++cells;
+      }
+    } else if (source.report.severity != Severity::kRefuse) {
+      cells = 1;
+    }
+    if (source.report.severity == Severity::kRefuse)
+      provenance.refused.push_back({source.file, firstCode(source.report), firstReason(source.report)});
+    provenance.sources.push_back({source.file, source.bytes, source.digest, cells});
+    if (anyDropped(source))
+      provenance.sources.back().dropped = [&source](const auto& use) { writeDropped(source, use); };
+  }
+  return provenance;
+}
+
+// The table joins the sources, with all cells to its name. Rows are named by what they place, so that the manifest does
+// not depend on their order.
+void addPlacements(const PlacedCells& placed, bool strict, Provenance& provenance) {
+  const PlacementReport& report = placed.report();
+  const PlacementTable& table = placed.table();
+  if (strict && !report.codes.empty())
+    throw InputError("--strict: " + escaped(table.file()) + ":" + std::to_string(report.records.front().line) + ": " +
+                     std::string(explanation(report.records.front().code)) + "; nothing written");
+  if (report.placed == 0) throw InputError(escaped(table.file()) + ": places nothing");
+  for (const auto& [code, count] : report.codes.all()) provenance.codes[std::string(name(code))] += count;
+  std::vector<std::string> tokens;
+  for (const InputRecord& record : report.records)
+    if (!record.token.empty()) tokens.push_back(record.token);
+  std::sort(tokens.begin(), tokens.end());
+  std::string dropped;
+  for (const std::string& token : tokens) dropped += (dropped.empty() ? "" : ",") + token;
+  for (Provenance::Source& source : provenance.sources) source.cells = 0;
+  provenance.sources.push_back({table.file(), table.bytes(), table.digest(), report.placed});
+  if (!dropped.empty()) provenance.sources.back().dropped = [dropped](const auto& use) { use(dropped); };
+}
+
+std::string describe(const PlacedCells& placed) {
+  const PlacementReport& report = placed.report();
+  std::string text = escaped(placed.table().file()) + ": places " + formatCount(report.morphologies) +
+                     (report.morphologies == 1 ? " morphology " : " morphologies ") + formatCount(report.placed) +
+                     " times: " + formatCount(report.samples) + " samples, " + formatCount(report.segments) +
+                     " segments\n";
+  for (const auto& [code, count] : report.codes.all())
+    text += "  " + std::string(name(code)) + " " + formatCount(count) + ": " +
+            (code == InputCode::W_BAD_LINE ? "the row's morphology was refused; row dropped"
+                                           : std::string(explanation(code))) +
+            "\n";
+  return text;
+}
+
+int runIngest(const IngestArguments& a) {
+  IngestOptions options;
+  options.capacity = a.capacity;
+  options.quantum_exponent = quantumExponentOf(a.quantum);
+  options.threads = a.threads;
+  options.levels = a.levels;
+  options.force = a.force;
+  options.cancel = &interruptFlag();
+  options.memory = parseBytes("--memory", a.memory);
+  if (options.memory < kMinIngestMemory)
+    throw UsageError("--memory " + a.memory + ": give at least " + formatBytes(kMinIngestMemory));
+
+  InputOptions reading;
+  reading.swc = {.apply_offset = a.apply_offset, .strict = a.strict};
+  readUnit(a.unit, reading.swc);
+  Progress read_progress({.title = "reading", .noun = "", .unit = ProgressUnit::bytes});
+  reading.progress = [&](std::uint64_t done, std::uint64_t total) {
+    throwIfInterrupted();
+    read_progress.setTotal(total);
+    read_progress.update(done);
+  };
+  std::vector<NamedPath> inputs{{"--placements", a.placements}};
+  for (const std::string& path : a.inputs) inputs.push_back({"INPUT", path});
+  checkOutputs(inputs, {{"--report", a.report}});
+  std::optional<Output> report;
+  if (!a.report.empty()) report.emplace(a.report, OutputOptions{.cancel = &interruptFlag()});
+  std::ostream& people = report && report->isStandardOutput() ? std::cerr : std::cout;
+  reading.memory = options.memory;
+  if (!a.placements.empty()) reading.cell_share = kPlacedCellShare;
+  Input input(a.inputs, reading);
+  options.stream_bytes = input.held_bytes();
+  std::optional<PlacedCells> placed;
+  if (!a.placements.empty()) {
+    placed.emplace(input, PlacementTable::read(a.placements));
+    options.stream_bytes += placed->held_bytes();
+  }
+  options.provenance = [&] {
+    read_progress.finish();
+    const InputTotals all = totals(input.reports());
+    if (report) writeReportJson(report->stream(), input.reports());
+    if (a.strict && all.refused > 0)
+      throw InputError("--strict: " + std::to_string(all.refused) + " of " +
+                       std::to_string(all.accepted + all.warned + all.skipped + all.refused) +
+                       " inputs refused, nothing written; filiform check says which and why");
+    if (all.accepted + all.warned == 0) {
+      const std::vector<SourceReport>& reports = input.reports();
+      const std::string first = reports.empty()
+                                    ? "nothing was read"
+                                    : escaped(reports.front().file) + ": " + firstReason(reports.front().report);
+      throw InputError("no usable neuron in the input (" + first + "); filiform check says more");
+    }
+    Provenance provenance = provenanceOf(input.reports());
+    if (placed) addPlacements(*placed, a.strict, provenance);
+    // The bytes of a set do not depend on the order of the arguments.
+    std::sort(provenance.sources.begin(), provenance.sources.end(), [](const auto& x, const auto& y) {
+      return std::tie(x.name, x.digest, x.bytes) < std::tie(y.name, y.digest, y.bytes);
+    });
+    std::sort(provenance.refused.begin(), provenance.refused.end(), [](const auto& x, const auto& y) {
+      return std::tie(x.name, x.code, x.reason) < std::tie(y.name, y.code, y.reason);
+    });
+    return provenance;
+  };
+  std::unique_ptr<Progress> building;
+  std::string phase_now;
+  options.progress = [&](const char* phase, std::uint64_t done, std::uint64_t total) {
+    throwIfInterrupted();
+    if (std::string_view(phase) == "reading") return;  // the reader tells of that, in bytes
+    if (phase_now != phase) {
+      phase_now = phase;
+      read_progress.finish();
+      building = std::make_unique<Progress>(ProgressOptions{.title = phase, .noun = "", .total = total});
+    }
+    building->setTotal(total);
+    building->update(done);
+  };
+
+  CellStream& cells = placed ? static_cast<CellStream&>(*placed) : input;
+  const IngestResult result = ingest(cells, a.out, options);
+  if (report) report->finish();
+  if (building) building->finish();
+  people << summary(input.reports());
+  if (placed) people << describe(*placed);
+  if (const std::string doubt = input.unitDoubt(); !doubt.empty()) std::cerr << "filiform: note: " << doubt << '\n';
+  const SetCounts& n = result.counts;
+  people << escaped(a.out) << ": " << formatCount(n.cells) << (n.cells == 1 ? " cell, " : " cells, ")
+         << formatCount(n.samples) << " samples, " << formatCount(n.segments) << " segments in " << formatCount(n.tiles)
+         << " tiles, " << formatBytes(result.bytes) << (result.unchanged ? " (the same as before: left as it was)" : "")
+         << '\n';
+  return 0;
+}
+
+}  // namespace
+
+void addIngest(CLI::App& app, Chosen& chosen) {
+  auto a = std::make_shared<IngestArguments>();
+  CLI::App* command = app.add_subcommand("ingest", "Cut SWC files, folders and archives into a tile set");
+  command->footer(
+      "Examples:\n  filiform ingest archive.zip more/*.swc -o column.fil\n"
+      "  filiform ingest library.zip --placements column.tsv -o column.fil\n"
+      "Files that cannot be used are counted and named; the others go in. filiform check tells the rest beforehand.");
+  command->add_option("INPUT", a->inputs, "SWC files, folders, zip archives; graphs: .edges, .obj, .vtk, skeletons")
+      ->required();
+  command->add_option("-o,--output", a->out, "tile set to make (a folder)")->required()->type_name("SET");
+  command->add_option("--capacity", a->capacity, "segments a tile at most")
+      ->capture_default_str()
+      ->check(CLI::Range(1u, 1u << 30));
+  command->add_option("--quantum", a->quantum, "grid of the positions, um, a power of two")->capture_default_str();
+  command->add_option("--unit", a->unit, kUnitHelp)->capture_default_str();
+  command->add_flag("--apply-offset", a->apply_offset, "add the '# OFFSET' of each header to its positions");
+  command
+      ->add_option("--memory", a->memory,
+                   "memory of the process but for 32MiB, at least 64MiB (K, M, G: KiB, MiB, GiB); more input than that "
+                   "goes through a file beside the set")
+      ->capture_default_str()
+      ->type_name("BYTES");
+  command->add_option("--threads", a->threads, "0: as many as there are cores")->capture_default_str();
+  command->add_option("--placements", a->placements, "table of what is placed where; the input is then a library")
+      ->type_name("TSV");
+  command->add_flag("--levels", a->levels, "write levels of detail too, for the eye");
+  command->add_flag("--strict", a->strict, "refuse files with any warning, and write nothing if one is refused");
+  command->add_flag("--force", a->force, "replace an existing set");
+  command->add_option("--report", a->report, "write everything dropped, cut or remarked as JSON")->type_name("FILE");
+  command->callback([a, &chosen] { chosen = [a] { return runIngest(*a); }; });
+}
+
+}  // namespace filiform::tools

@@ -1,0 +1,227 @@
+// filiform nearest: nearest segments to points from the command line, a file or stdin.
+#include "index/errors.h"
+#include "index/query/nearest.h"
+#include "index/set/cell_graph.h"
+#include "index/set/tile_set.h"
+#include "index/text.h"
+#include "tools/commands/commands.h"
+#include "tools/program/interruption.h"
+#include "tools/program/numbers.h"
+
+#include <charconv>
+#include <fstream>
+#include <iostream>
+#include <iterator>
+#include <map>
+#include <optional>
+#include <span>
+#include <sstream>
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+namespace filiform::tools {
+
+namespace {
+
+struct NearestArguments {
+  std::string set, points, budget = "256MiB", engine = "packed";
+  std::vector<std::string> coordinates, box, ray;
+  std::size_t k = 1;
+  double epsilon = 0, radius = -1, tolerance = 1, slope = 0;
+  unsigned threads = 1;
+  bool k_given = false, approximate = false, json = false, tsv = false;
+};
+
+std::vector<Vector3d> readPoints(std::istream& in, const std::string& name) {
+  std::vector<Vector3d> points;
+  std::string line;
+  for (std::size_t number = 1; std::getline(in, line); ++number) {
+    line.erase(std::min(line.find('#'), line.size()));
+    for (char& c : line)
+      if (c == ',' || c == '\t' || c == '\r') c = ' ';
+    std::istringstream words(line);
+    const std::vector<std::string> fields{std::istream_iterator<std::string>(words), {}};
+    if (fields.empty()) continue;
+    const std::string where = name + ":" + std::to_string(number);
+    if (fields.size() != 3) throw UsageError(where + ": " + std::to_string(fields.size()) + " fields, want x y z");
+    points.emplace_back(parseNumber(where + ": x", fields[0]), parseNumber(where + ": y", fields[1]),
+                        parseNumber(where + ": z", fields[2]));
+  }
+  if (in.bad()) throw IoError(name, "cannot read");
+  return points;
+}
+
+std::vector<double> numbers(const std::string& option, const std::vector<std::string>& words) {
+  std::vector<double> values;
+  for (const std::string& word : words) values.push_back(parseNumber(option, word));
+  return values;
+}
+
+// Segments of a forest are named after their child; in a graph with loops its links tell.
+std::vector<std::int64_t> childIds(const TileSet& set, std::uint32_t cell) {
+  if (!hasLoops(set.cell(cell))) return set.loadCellDetail(cell).sample_ids;
+  const CellGraph graph = readCell(set, cell, false);
+  std::vector<std::int64_t> ids;
+  for (const auto& link : graph.links) ids.push_back(graph.sample_ids[link[0]]);
+  return ids;
+}
+
+constexpr std::size_t kBatch = 65536;  // points whose answers are held at once
+
+// The rows of the answer, as TSV or one JSON array.
+class Rows {
+ public:
+  Rows(const TileSet& set, bool json, bool along) : set_(set), json_(json) {
+    if (json_)
+      std::cout << '[';
+    else
+      std::cout << "query\trank\tdistance\tx\ty\tz\tcell\tsegment\tsample\texact\ttiles_read"
+                << (along ? "\talong\n" : "\n");
+  }
+  void write(std::size_t query, const NearestResult& r, std::optional<double> along = {}) {
+    const std::string& cell = set_.cell(r.segment.cell).name;
+    auto ids = sample_ids_.find(r.segment.cell);
+    if (ids == sample_ids_.end()) ids = sample_ids_.emplace(r.segment.cell, childIds(set_, r.segment.cell)).first;
+    const std::int64_t sample = ids->second.at(r.segment.segment);
+    if (json_) {
+      nlohmann::ordered_json row{{"query", query},
+                                 {"rank", r.rank},
+                                 {"distance", r.distance_um},
+                                 {"x", r.p_W.x()},
+                                 {"y", r.p_W.y()},
+                                 {"z", r.p_W.z()},
+                                 {"cell", cell},
+                                 {"segment", r.segment.segment},
+                                 {"sample", sample},
+                                 {"exact", r.exact},
+                                 {"tiles_read", r.tiles_read}};
+      if (along) row["along"] = *along;
+      std::cout << separator_ << row.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
+      separator_ = ",\n";
+    } else {
+      std::cout << query << '\t' << r.rank << '\t' << formatNumber(r.distance_um) << '\t' << formatNumber(r.p_W.x())
+                << '\t' << formatNumber(r.p_W.y()) << '\t' << formatNumber(r.p_W.z()) << '\t' << escaped(cell) << '\t'
+                << r.segment.segment << '\t' << sample << '\t' << (r.exact ? "true" : "false") << '\t' << r.tiles_read;
+      if (along) std::cout << '\t' << formatNumber(*along);
+      std::cout << '\n';
+    }
+  }
+  void end() {
+    if (json_) std::cout << "\n]\n";
+  }
+
+ private:
+  const TileSet& set_;
+  bool json_;
+  const char* separator_ = "\n";
+  std::map<std::uint32_t, std::vector<std::int64_t>> sample_ids_;  // of the cells met: of the child, by segment
+};
+
+std::vector<Vector3d> pointsOf(const NearestArguments& a) {
+  if (int{!a.points.empty()} + int{!a.coordinates.empty()} + int{!a.box.empty()} + int{!a.ray.empty()} != 1)
+    throw UsageError("nearest: give one of X Y Z, --points FILE (- for stdin), --box, --ray");
+  if (!a.coordinates.empty())
+    return {Vector3d(parseNumber("X", a.coordinates[0]), parseNumber("Y", a.coordinates[1]),
+                     parseNumber("Z", a.coordinates[2]))};
+  if (a.points.empty()) return {};  // a box or a ray
+  if (a.points == "-") return readPoints(std::cin, "stdin");
+  std::ifstream file(a.points);
+  if (!file) throw IoError(escaped(a.points), "cannot open", errno);
+  return readPoints(file, escaped(a.points));
+}
+
+int runNearest(const NearestArguments& a) {
+  const std::vector<Vector3d> points = pointsOf(a);
+  const auto set = TileSet::open(a.set);
+  const Nearest nearest(*set, {.engine = a.engine, .budget_bytes = parseBytes("--budget", a.budget)});
+  NearestQuery query{.k = a.k, .epsilon = a.epsilon, .approximate = a.approximate};
+  if (a.radius >= 0) {
+    query.max_distance_um = a.radius;
+    if (!a.k_given) query.k = SIZE_MAX;
+  }
+
+  Rows rows(*set, a.json, !a.ray.empty());
+  if (!a.box.empty()) {
+    const std::vector<double> c = numbers("--box", a.box);
+    for (const NearestResult& r : nearest.inBox({c[0], c[1], c[2]}, {c[3], c[4], c[5]})) rows.write(0, r);
+  } else if (!a.ray.empty()) {
+    const std::vector<double> c = numbers("--ray", a.ray);
+    const RayQuery ray{.origin_W = {c[0], c[1], c[2]},
+                       .direction = {c[3], c[4], c[5]},
+                       .radius_um = a.tolerance,
+                       .slope = a.slope,
+                       .most = a.k};
+    std::uint32_t rank = 0;
+    for (const RayHit& hit : nearest.alongRay(ray)) {
+      const NearestResult r{rank++, hit.distance_um, hit.p_W,           hit.segment, hit.t, hit.tile,
+                            true,   hit.tiles_read,  hit.tiles_searched};
+      rows.write(0, r, hit.along_um);
+    }
+  } else {
+    for (std::size_t begin = 0; begin < points.size(); begin += kBatch) {
+      throwIfInterrupted();
+      const auto batch = std::span(points).subspan(begin, std::min(kBatch, points.size() - begin));
+      std::size_t i = begin;
+      for (const std::vector<NearestResult>& results : nearest.findAll(batch, query, a.threads)) {
+        for (const NearestResult& r : results) rows.write(i, r);
+        ++i;
+      }
+    }
+  }
+  rows.end();
+  return 0;
+}
+
+}  // namespace
+
+void addNearest(CLI::App& app, Chosen& chosen) {
+  auto arguments = std::make_shared<NearestArguments>();
+  CLI::App* command = app.add_subcommand("nearest", "Nearest segments to a point, or to many");
+  command->footer(
+      "Examples:\n  filiform nearest column.fil 12.5 -300 40 --k 3\n  filiform nearest column.fil --points soma.txt "
+      "--json\n  filiform nearest column.fil --box 0 700 0 20 720 20\n"
+      "  filiform nearest column.fil --ray 0 700 -500 0 0 1 --k 5");
+  command->add_option("SET", arguments->set, "tile set")->required();
+  command->add_option("XYZ", arguments->coordinates, "a point, um")->expected(3)->type_name("X Y Z");
+  command->add_option("--points", arguments->points, "file of points, one 'x y z' a line; - for stdin")
+      ->type_name("FILE");
+  CLI::Option* k = command->add_option("--k", arguments->k, "how many segments a point; along a ray, at most")
+                       ->capture_default_str()
+                       ->check(CLI::Range(1, 1000000));
+  command->add_option("--epsilon", arguments->epsilon, "answers may be (1 + E) times too far, and no more")
+      ->type_name("E")
+      ->capture_default_str();
+  command->add_flag("--approximate", arguments->approximate, "from the set's samples alone, without reading a tile");
+  command->add_option("--engine", arguments->engine, "search structure inside a tile: packed, or cgal for reference")
+      ->capture_default_str();
+  command->add_option("--budget", arguments->budget, "memory for tiles between queries")
+      ->capture_default_str()
+      ->type_name("BYTES");
+  command->add_option("--radius", arguments->radius, "only what lies within R um; all of it without --k")
+      ->type_name("R")
+      ->check(CLI::NonNegativeNumber);
+  command->add_option("--box", arguments->box, "all segments that meet a box, um, nearest to its middle first")
+      ->expected(6)
+      ->type_name("X0 Y0 Z0 X1 Y1 Z1");
+  command->add_option("--ray", arguments->ray, "segments near a ray: origin, then direction; first along the ray first")
+      ->expected(6)
+      ->type_name("X Y Z DX DY DZ");
+  command->add_option("--tolerance", arguments->tolerance, "how far from the ray, um")
+      ->capture_default_str()
+      ->check(CLI::NonNegativeNumber);
+  command->add_option("--slope", arguments->slope, "and how much farther for each um along it")
+      ->capture_default_str()
+      ->check(CLI::NonNegativeNumber);
+  command->add_option("--threads", arguments->threads, "for many points")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 1024));
+  command->add_flag("--json", arguments->json, "one JSON array");
+  command->add_flag("--tsv", arguments->tsv, "tab-separated rows (the default)")->excludes("--json");
+  command->callback([arguments, k, &chosen] {
+    arguments->k_given = k->count() > 0;
+    chosen = [arguments] { return runNearest(*arguments); };
+  });
+}
+
+}  // namespace filiform::tools

@@ -1,0 +1,431 @@
+// filiform render: a picture of a scene, without a display.
+#include "index/errors.h"
+#include "index/query/nearest.h"
+#include "index/set/cell_graph.h"
+#include "index/set/tile_set.h"
+#include "index/text.h"
+#include "solver/graph/graph_view.h"
+#include "solver/travel/run.h"
+#include "solver/workspace/navigation_link.h"
+#include "solver/workspace/workspace.h"
+#include "tools/commands/cell_name.h"
+#include "tools/commands/commands.h"
+#include "tools/commands/scene.h"
+#include "tools/drawing/film.h"
+#include "tools/drawing/image.h"
+#include "tools/program/interruption.h"
+#include "tools/program/numbers.h"
+#include "tools/program/output_check.h"
+#include "tools/program/progress.h"
+#include "viewer/gl/scene_view.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <iostream>
+#include <numbers>
+#include <optional>
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+namespace filiform::tools {
+
+namespace {
+
+struct RenderArguments {
+  std::string scene, out, camera, size = "1280x800", stereo = "mono", colour_by = "cell", proxy, at,
+                                  palette = "red-green", highlight, path, cell, route = "longest", method = "climb";
+  double zoom_um = 300, widening = 1, separation = 1, error_px = 0.5;
+  std::uint64_t segments = 2'000'000;
+  double pictures_s = 30;
+  int samples = 2;
+  bool orthographic = false, json = false;
+};
+
+std::vector<double> parseNumbers(const std::string& what, const std::string& text, std::size_t count) {
+  std::vector<double> values;
+  std::size_t begin = 0;
+  while (begin <= text.size()) {
+    const std::size_t end = std::min(text.find(',', begin), text.size());
+    values.push_back(parseNumber(what, text.substr(begin, end - begin)));
+    begin = end + 1;
+  }
+  if (values.size() != count)
+    throw UsageError(what + " " + escaped(text) + ": give " + std::to_string(count) + " numbers with commas between");
+  return values;
+}
+
+Vector3d parsePoint(const std::string& what, const std::string& text) {
+  const std::vector<double> v = parseNumbers(what, text, 3);
+  return {v[0], v[1], v[2]};
+}
+
+PictureSize parseSize(const std::string& text) {
+  const std::size_t cross = text.find('x');
+  if (cross == std::string::npos) throw UsageError("--size " + escaped(text) + ": give WIDTHxHEIGHT, such as 1280x800");
+  const double width = parseNumber("--size", text.substr(0, cross));
+  const double height = parseNumber("--size", text.substr(cross + 1));
+  for (const double side : {width, height})
+    if (side != std::floor(side) || side < 1 || side > Renderer::kMaxSize)
+      throw UsageError("--size " + escaped(text) + ": each side is a whole number from 1 to " +
+                       std::to_string(Renderer::kMaxSize));
+  return {static_cast<int>(width), static_cast<int>(height)};
+}
+
+// Where the proxy stands, and the fork that it is next to.
+struct Proxy {
+  Vector3d p_W;
+  std::optional<Junction> junction;
+};
+
+// What --proxy or --at names, moved to the nearest thread.
+NearestResult placeNamed(const TileStore& store, const RenderArguments& a) {
+  const Nearest nearest(store);
+  if (!a.proxy.empty()) {
+    const std::vector<NearestResult> found = nearest.find(parsePoint("--proxy", a.proxy));
+    if (found.empty()) throw InputError("--proxy: the scene has no segment");
+    return found.front();
+  }
+  const std::size_t colon = a.at.rfind(':');
+  if (colon == std::string::npos) throw UsageError("--at " + escaped(a.at) + ": give CELL:SAMPLE");
+  const std::uint32_t cell = findCellNamed(store, a.at.substr(0, colon), "--at");
+  const double id = parseNumber("--at", a.at.substr(colon + 1));
+  const CellGraph graph = readCell(store, cell, false);
+  const auto sample = std::find_if(graph.sample_ids.begin(), graph.sample_ids.end(),
+                                   [&](std::int64_t have) { return static_cast<double>(have) == id; });
+  if (sample == graph.sample_ids.end())
+    throw UsageError("--at " + escaped(a.at) + ": the cell has no sample of that id");
+  const Vector3d p_W = graph.position_W(static_cast<std::uint32_t>(sample - graph.sample_ids.begin()));
+  for (const NearestResult& result : nearest.find(p_W, {.k = SIZE_MAX, .max_distance_um = 0}))
+    if (result.segment.cell == cell) return result;
+  throw InputError("--at " + escaped(a.at) + ": the sample is on no segment");
+}
+
+// Finds forks near the proxy; loads the tiles that it needs, and keeps them.
+class Forks {
+ public:
+  explicit Forks(const TileStore& store) : store_(store), somata_(store) { forget(); }
+
+  ProxyPlace placeOf(const NearestResult& found) {
+    if (table_->find(found.tile) == nullptr) load(found.tile);
+    const GraphView::SegmentRef on = graph_->segment(found.tile, found.segment);
+    return graph_->placeOn(*on.tile, on.segment, found.t, found.p_W);
+  }
+
+  std::optional<Junction> near(const ProxyPlace& place, const Vector3d& heading_W, double zoom_um) {
+    constexpr std::size_t kMostTiles = 512;
+    if (tiles_.size() > kMostTiles) forget();
+    if (table_->find(place.tile) == nullptr) load(place.tile);
+    for (int round = 0;; ++round) {
+      JunctionSearch search =
+          findJunction(*graph_, place, heading_W, zoom_um / 2, zoom_um / 10, kMostJunctionSegments, &somata_);
+      // A fork in a tile that is not there yet may be nearer.
+      if (search.absent.empty() || round == 64) return std::move(search.junction);
+      for (const TileId tile : search.absent) load(tile);
+    }
+  }
+
+ private:
+  void load(TileId tile) {
+    tiles_.push_back(store_.load(tile));
+    table_->add(*tiles_.back());
+  }
+  void forget() {
+    table_ = std::make_unique<TileTable>(store_.tile_count());
+    graph_ = std::make_unique<GraphView>(*table_, store_.leaves(), store_.grid());
+    tiles_.clear();
+  }
+
+  const TileStore& store_;
+  std::vector<std::shared_ptr<const Tile>> tiles_;
+  std::unique_ptr<TileTable> table_;
+  std::unique_ptr<GraphView> graph_;
+  SomaFinder somata_;
+};
+
+Proxy findProxy(const TileStore& store, const RenderArguments& a) {
+  const NearestResult found = placeNamed(store, a);
+  Forks forks(store);
+  return {found.p_W, forks.near(forks.placeOf(found), Vector3d::Zero(), a.zoom_um)};
+}
+
+Camera cameraOf(const RenderArguments& a, const SceneView& scene, const std::optional<Proxy>& proxy,
+                const std::optional<Workspace>& workspace, double aspect) {
+  const std::string& name = a.camera;
+  constexpr double kRight = std::numbers::pi / 2;
+  const auto around = [&](double yaw, double pitch) {
+    Camera camera = overview(scene.lo_W(), scene.hi_W(), yaw, pitch, aspect);
+    if (!proxy) return camera;
+    // Turned about the proxy instead, at the distance of the follower's view.
+    Camera close = follow(*workspace, aspect);
+    close = orbit(close, yaw, pitch);
+    return close;
+  };
+  if (name.empty() || name == "follow") {
+    if (workspace) return follow(*workspace, aspect);
+    if (!name.empty()) throw UsageError("--camera follow: say where the proxy is, by --proxy or --at");
+    return around(0, 0);
+  }
+  if (name == "front") return around(0, 0);
+  if (name == "back") return around(2 * kRight, 0);
+  if (name == "right") return around(kRight, 0);
+  if (name == "left") return around(-kRight, 0);
+  if (name == "top") return around(0, kRight);
+  if (name == "bottom") return around(0, -kRight);
+  if (const std::size_t colon = name.find(':'); colon != std::string::npos) {
+    const Camera camera =
+        lookAt(parsePoint("--camera", name.substr(0, colon)), parsePoint("--camera", name.substr(colon + 1)));
+    return fitDepth(camera, scene.lo_W(), scene.hi_W());
+  }
+  if (name.find(',') == std::string::npos)
+    throw UsageError("--camera " + escaped(name) +
+                     ": give front, back, left, right, top, bottom, follow, YAW,PITCH in degrees, or X,Y,Z:X,Y,Z");
+  const std::vector<double> angles = parseNumbers("--camera", name, 2);
+  return around(angles[0] * std::numbers::pi / 180, angles[1] * std::numbers::pi / 180);
+}
+
+SceneFrame frameOf(const TileStore& store, const RenderArguments& a) {
+  SceneFrame frame;
+  frame.size = parseSize(a.size);
+  frame.stereo = stereoMode(a.stereo);
+  frame.palette = a.palette == "red-green" ? kRedGreen : kOrangeBlue;
+  frame.colour = colourBy(a.colour_by);
+  frame.orthographic = a.orthographic;
+  frame.eyes = {.gain = a.separation, .widening = a.widening};
+  frame.budget.segments = a.segments;
+  frame.budget.samples = a.samples;
+  frame.budget.enough_px = a.error_px;
+  if (!a.highlight.empty()) frame.cell = findCellNamed(store, a.highlight, "--highlight");
+  return frame;
+}
+
+Image imageOf(Picture picture) {
+  Image image;
+  image.width = picture.width;
+  image.height = picture.height;
+  image.rgb = std::move(picture.rgb);
+  return image;
+}
+
+SceneFigures drawPicture(const TileStore& store, const RenderArguments& a, SceneView& scene, Renderer& renderer) {
+  SceneFrame frame = frameOf(store, a);
+  std::optional<Proxy> proxy;
+  std::optional<Workspace> workspace;
+  if (!a.proxy.empty() || !a.at.empty()) {
+    workspace.emplace(WorkspaceOptions{.zoom_um = a.zoom_um});
+    proxy = findProxy(store, a);
+    workspace->place(proxy->p_W, workspace->centre_D());
+    frame.workspace = &*workspace;
+    frame.proxy_W = proxy->p_W;
+    frame.junction = proxy->junction ? &*proxy->junction : nullptr;
+  }
+  frame.camera = cameraOf(a, scene, proxy, workspace, eyeSize(frame.stereo, frame.size).aspect());
+  Progress progress({.title = "render", .noun = "tiles"});
+  SceneFigures figures = scene.drawWhole(frame, [&](std::size_t done, std::size_t all) {
+    throwIfInterrupted();
+    progress.setTotal(all);
+    progress.update(done);
+  });
+  progress.finish();
+  writePng(imageOf(renderer.read()), a.out);
+  return figures;
+}
+
+// What was navigated and recorded, as the person saw it.
+SceneFigures drawFilm(const TileStore& store, const RenderArguments& a, SceneView& scene, Renderer& renderer,
+                      std::string& out, std::uint64_t& pictures) {
+  SceneFrame frame = frameOf(store, a);
+  const double aspect = eyeSize(frame.stereo, frame.size).aspect();
+  std::string device = "replay:";
+  device += a.path;
+  RunOptions options;
+  options.device = device;
+  options.route = a.route;
+  options.method = solverMethod(a.method);
+  options.zoom_um = a.zoom_um;
+  options.in_memory = isFileScene(a.scene);
+  if (!a.cell.empty()) options.cell = findCellNamed(store, a.cell);
+
+  Film film(a.out, frame.size.width, frame.size.height, a.pictures_s);
+  if (!film.note().empty()) std::cerr << "filiform: note: " << film.note() << '\n';
+  Forks forks(store);
+  Workspace workspace({.zoom_um = a.zoom_um});
+  SceneFigures figures;
+  Vector3d last_W = Vector3d::Zero();
+  double first_s = 0;
+  Progress progress({.title = "render", .noun = "pictures"});
+  options.on_snapshot = [&](const NavigationSnapshot& seen) {
+    throwIfInterrupted();
+    if (seen.tick == 1) first_s = seen.time_s;
+    const double time_s = seen.time_s - first_s;
+    if (time_s < static_cast<double>(film.pictures()) / a.pictures_s) return;
+    workspace.lay(seen.centre_W, seen.rotation_WD, seen.zoom_um);
+    std::optional<Junction> junction;
+    const Vector3d heading_W = film.pictures() > 0 ? Vector3d(seen.p_W - last_W) : Vector3d(Vector3d::Zero());
+    if (seen.place.valid()) junction = forks.near(seen.place, heading_W, seen.zoom_um);
+    last_W = seen.p_W;
+    frame.workspace = &workspace;
+    frame.proxy_W = seen.p_W;
+    frame.junction = junction ? &*junction : nullptr;
+    frame.camera = follow(workspace, aspect);
+    frame.time_s = time_s;
+    figures = scene.drawWhole(frame);
+    const Image image = imageOf(renderer.read());
+    // A picture for each moment, also where the recording's ticks are farther apart.
+    while (static_cast<double>(film.pictures()) / a.pictures_s <= time_s) film.add(image);
+    progress.update(film.pictures());
+  };
+  const RunSummary summary = run(store, options);
+  for (const std::string& note : summary.notes) std::cerr << "filiform: note: " << note << '\n';
+  film.finish();
+  progress.finish();
+  out = film.out();
+  pictures = film.pictures();
+  return figures;
+}
+
+// A device or a pipe may have any name.
+void checkPictureName(const std::string& out) {
+  const std::string ending = std::filesystem::path(out).extension().string();
+  if (ending.empty() || endsWithNoCase(out, ".png") || !isFileOutput(out)) return;
+  throw UsageError("--output " + escaped(out) +
+                   ": a picture is PNG: give FILE.png, or - for standard output; with --path a film, FILE.mp4, .mkv, "
+                   ".webm, .mov or FILE-%05d.png");
+}
+
+int runRender(const RenderArguments& a) {
+  if (!a.proxy.empty() && !a.at.empty()) throw UsageError("--proxy and --at: give one of them");
+  if (a.palette != "red-green" && a.palette != "orange-blue")
+    throw UsageError("--palette " + escaped(a.palette) + ": choose red-green or orange-blue");
+  if (a.path.empty() && isFilmName(a.out))
+    throw UsageError(escaped(a.out) + ": a film needs --path FILE, a recording of navigate --record");
+  if (!a.path.empty() && !isFilmName(a.out))
+    throw UsageError(escaped(a.out) + ": with --path give FILE.mp4, .mkv, .webm, .mov or FILE-%05d.png");
+  if (!a.path.empty() && (!a.proxy.empty() || !a.at.empty() || !a.camera.empty()))
+    throw UsageError("--path follows the recorded hand: leave --proxy, --at and --camera out");
+  if (a.path.empty()) checkPictureName(a.out);
+  parseSize(a.size);
+  stereoMode(a.stereo);
+  colourBy(a.colour_by);
+  std::vector<NamedPath> outputs;
+  if (a.path.empty() || !isSequenceName(a.out)) outputs.push_back({"--output", a.out});
+  for (const std::string& file : filesOfSequence(a.out)) outputs.push_back({"--output", file});
+  if (a.json) outputs.push_back({"--json", "-"});
+  checkOutputs({{"SCENE", a.scene}, {"--path", a.path}}, outputs);
+  std::ostream& people = isStandardOutput(a.out) ? std::cerr : std::cout;
+
+  std::unique_ptr<TileStore> store;
+  std::unique_ptr<Levels> levels;
+  if (isFileScene(a.scene)) {
+    store = buildScene(a.scene);
+  } else {
+    auto set = TileSet::open(a.scene);
+    levels = Levels::open(*set);
+    store = std::move(set);
+  }
+  const auto context = makeOffscreenContext();
+  Renderer renderer(*context);
+  SceneView scene(*store, levels.get(), renderer);
+  std::string out = a.out;
+  std::uint64_t pictures = 1;
+  const SceneFigures figures =
+      a.path.empty() ? drawPicture(*store, a, scene, renderer) : drawFilm(*store, a, scene, renderer, out, pictures);
+  const PictureSize size = parseSize(a.size);
+  if (a.json) {
+    const nlohmann::ordered_json json{{"width", size.width},
+                                      {"height", size.height},
+                                      {"segments", figures.segments},
+                                      {"tiles", figures.tiles},
+                                      {"error_px", figures.error_px},
+                                      {"left_out", figures.left_out},
+                                      {"tiles_left_out", figures.tiles_left_out},
+                                      {"lines", figures.drawn.lines},
+                                      {"cones", figures.drawn.cones},
+                                      {"implausible_radii", figures.implausible_radii},
+                                      {"levels", levels != nullptr},
+                                      {"renderer", context->description()},
+                                      {"out", out},
+                                      {"pictures", pictures}};
+    std::cout << json.dump(1, ' ', true, nlohmann::json::error_handler_t::replace) << '\n';
+    return 0;
+  }
+  people << escaped(out) << ": ";
+  if (!a.path.empty()) people << formatCount(pictures) << " pictures of ";
+  people << size.width << " x " << size.height << ", " << formatCount(figures.segments) << " segments in "
+         << formatCount(figures.tiles) << " tiles, error at most "
+         << formatNumber(std::ceil(figures.error_px * 100) / 100) << " px; drawn by " << context->description() << '\n';
+  if (figures.left_out > 0)
+    people << "  left out: " << formatCount(figures.left_out) << " segments (--segments allows "
+           << formatCount(a.segments) << ")\n";
+  if (figures.implausible_radii > 0)
+    people << "  radii that are unknown or cannot be in um: " << formatCount(figures.implausible_radii)
+           << ", drawn with a usual one\n";
+  return 0;
+}
+
+}  // namespace
+
+void addRender(CLI::App& app, Chosen& chosen) {
+  auto a = std::make_shared<RenderArguments>();
+  CLI::App* command = app.add_subcommand("render", "A picture of a scene, without a display");
+  command->footer(
+      "Example:\n  filiform render column.fil -o overview.png\n"
+      "  filiform render column.fil -o near.png --at CELL:245 --zoom 200 --stereo anaglyph\n"
+      "  filiform render column.fil -o travel.mp4 --path travel.rec --fps 30\n"
+      "  filiform render cell.swc -o cell.png --camera 30,20 --colour-by type");
+  command->add_option("SCENE", a->scene, "tile set, or an .swc file or small .zip that is drawn directly")
+      ->required()
+      ->type_name("SET|FILE.swc");
+  command->add_option("-o,--output,--out", a->out, "the picture, PNG; with --path a film; - for standard output")
+      ->required()
+      ->type_name("FILE");
+  command->add_option("--size", a->size, "in pixels")->capture_default_str()->type_name("WxH");
+  command
+      ->add_option(
+          "--camera", a->camera,
+          "front, back, left, right, top, bottom; YAW,PITCH in degrees from the front; X,Y,Z:X,Y,Z from a point "
+          "to another; follow: the workspace (the default with --proxy and --at)")
+      ->type_name("VIEW");
+  command->add_option("--proxy", a->proxy, "where the proxy is: on the thread nearest to this point, um")
+      ->type_name("X,Y,Z");
+  command->add_option("--at", a->at, "or at this sample of a cell")->type_name("CELL:SAMPLE");
+  command->add_option("--zoom", a->zoom_um, "um of world across the workspace about the proxy")
+      ->capture_default_str()
+      ->type_name("UM")
+      ->check(CLI::Range(Workspace::kMinZoom_um, Workspace::kMaxZoom_um));
+  command->add_option("--stereo", a->stereo, "mono, anaglyph, side-by-side, top-bottom, row-interleaved or quad-buffer")
+      ->capture_default_str();
+  command->add_option("--separation", a->separation, "of the eyes, times what is comfortable")
+      ->capture_default_str()
+      ->check(CLI::Range(0.0, 2.0));
+  command->add_option("--widening", a->widening, "of the projection angle's tangent: wider is easier to fuse")
+      ->capture_default_str()
+      ->check(CLI::Range(0.5, 3.0));
+  command->add_option("--colour-by", a->colour_by, "cell, type, depth, radius or tile")->capture_default_str();
+  command->add_option("--palette", a->palette, "of the branches at a fork: red-green or orange-blue")
+      ->capture_default_str();
+  command->add_option("--highlight", a->highlight, "this cell over the others, which recede")->type_name("CELL");
+  command->add_flag("--orthographic", a->orthographic, "what is nearer looks no larger");
+  command
+      ->add_option("--path", a->path,
+                   "a recording of `navigate --record`: a film of it into FILE.mp4 (by ffmpeg) or FILE-%05d.png; give "
+                   "--zoom, --route, --cell and --method as they were")
+      ->type_name("FILE.rec");
+  command->add_option("--fps", a->pictures_s, "pictures a second of a film")
+      ->capture_default_str()
+      ->check(CLI::Range(0.1, 1000.0));
+  command->add_option("--route", a->route, "of the recording")->capture_default_str();
+  command->add_option("--cell", a->cell, "of the recording; default: the one with the most segments");
+  command->add_option("--method", a->method, "of the recording")->capture_default_str();
+  command->add_option("--segments", a->segments, "at most so many are drawn")->capture_default_str();
+  command->add_option("--error", a->error_px, "levels of detail may be wrong by so many pixels")
+      ->capture_default_str()
+      ->type_name("PX")
+      ->check(CLI::NonNegativeNumber);
+  command->add_option("--samples", a->samples, "across a pixel")->capture_default_str()->check(CLI::Range(1, 4));
+  command->add_flag("--json", a->json, "what was drawn, as one JSON object");
+  command->callback([a, &chosen] { chosen = [a] { return runRender(*a); }; });
+}
+
+}  // namespace filiform::tools

@@ -1,0 +1,57 @@
+// filiform verify: is a tile set what it claims to be?
+#include "index/errors.h"
+#include "index/set/verify.h"
+#include "index/text.h"
+#include "tools/commands/commands.h"
+#include "tools/program/interruption.h"
+#include "tools/program/numbers.h"
+#include "tools/program/progress.h"
+
+#include <iostream>
+
+#include <CLI/CLI.hpp>
+
+namespace filiform::tools {
+
+namespace {
+
+int runVerify(const std::string& path, bool deep) {
+  std::unique_ptr<Progress> progress;
+  std::string phase_now;
+  VerifyOptions options;
+  options.deep = deep;
+  options.cancel = &interruptFlag();
+  options.progress = [&](const char* phase, std::uint64_t done, std::uint64_t total) {
+    if (phase_now != phase) {
+      phase_now = phase;
+      progress = std::make_unique<Progress>(ProgressOptions{.title = phase, .noun = "", .total = total});
+    }
+    progress->update(done);
+  };
+  const VerifyReport report = verify(path, options);
+  progress.reset();
+  if (report.sound()) {
+    std::cout << escaped(path) << ": sound: " << formatCount(report.tiles) << " tiles, " << formatBytes(report.bytes)
+              << (deep ? ", every byte and every invariant of the format checked\n" : ", every byte checked\n");
+    return 0;
+  }
+  for (const std::string& problem : report.problems) std::cout << problem << '\n';
+  throw InputError(escaped(path) + ": damaged: " + formatCount(report.problem_count) +
+                   (report.problem_count == 1 ? " problem: " : " problems, the first: ") + report.problems.front() +
+                   "; make the set again from its sources");
+}
+
+}  // namespace
+
+void addVerify(CLI::App& app, Chosen& chosen) {
+  auto path = std::make_shared<std::string>();
+  auto deep = std::make_shared<bool>(false);
+  CLI::App* command = app.add_subcommand("verify", "Check every byte of a tile set");
+  command->footer(
+      "Example:\n  filiform verify --deep column.fil\nExits 1 and lists the problems if the set is damaged.");
+  command->add_option("SET", *path, "tile set")->required();
+  command->add_flag("--deep", *deep, "check every invariant of the format too");
+  command->callback([path, deep, &chosen] { chosen = [path, deep] { return runVerify(*path, *deep); }; });
+}
+
+}  // namespace filiform::tools

@@ -1,0 +1,168 @@
+// filiform view: travel through a scene in a window.
+#include "index/build/memory_tiles.h"
+#include "index/errors.h"
+#include "index/input/input.h"
+#include "index/set/tile_set.h"
+#include "index/text.h"
+#include "solver/force/force_hold.h"
+#include "tools/commands/commands.h"
+#include "tools/commands/device_check.h"
+#include "tools/commands/scene.h"
+#include "tools/drawing/image.h"
+#include "tools/program/ending_watch.h"
+#include "tools/program/interruption.h"
+#include "tools/program/numbers.h"
+#include "tools/program/output_check.h"
+#include "viewer/window/application.h"
+#include "viewer/window/bindings.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <iostream>
+
+#include <CLI/CLI.hpp>
+
+namespace filiform::tools {
+
+namespace {
+
+struct ViewArguments {
+  std::vector<std::string> scene;
+  std::string device = "mouse", method = "climb", budget, record, state, pictures = ".", size;
+  double zoom_um = 300;
+  std::optional<double> seconds, stiffness_N_m;
+  std::uint64_t segments = 0;
+  bool reset = false, keys = false;
+};
+
+OpenedScene openToView(const std::vector<std::string>& paths) {
+  OpenedScene scene;
+  scene.name = escaped(std::filesystem::path(paths.front()).filename().string(), 60);
+  if (scene.name.empty()) scene.name = escaped(paths.front(), 60);
+  if (paths.size() > 1) {
+    scene.name += " and ";
+    scene.name += std::to_string(paths.size() - 1);
+    scene.name += " more";
+  }
+  scene.in_memory = std::all_of(paths.begin(), paths.end(), isFileScene);
+  if (scene.in_memory) {
+    Input input(paths);
+    scene.store = buildTilesInMemory(input);
+    if (scene.store->cell_count() == 0)
+      throw InputError(escaped(paths.front()) + ": no usable neuron in it; filiform check says why");
+    if (const std::string doubt = input.unitDoubt(); !doubt.empty()) std::cerr << "filiform: note: " << doubt << '\n';
+    return scene;
+  }
+  if (paths.size() > 1) throw UsageError("give one tile set, or any number of .swc and .zip files");
+  auto set = TileSet::open(paths.front());
+  scene.levels = Levels::open(*set);
+  scene.store = std::move(set);
+  return scene;
+}
+
+PictureSize windowSize(const std::string& text) {
+  const std::size_t cross = text.find('x');
+  if (cross == std::string::npos) throw UsageError("--size " + escaped(text) + ": give WIDTHxHEIGHT, such as 1280x800");
+  const double width = parseNumber("--size", text.substr(0, cross));
+  const double height = parseNumber("--size", text.substr(cross + 1));
+  for (const double side : {width, height})
+    if (side != static_cast<int>(side) || side < 1 || side > Renderer::kMaxSize)
+      throw UsageError("--size " + escaped(text) + ": each side is a whole number from 1 to " +
+                       std::to_string(Renderer::kMaxSize));
+  return {static_cast<int>(width), static_cast<int>(height)};
+}
+
+std::vector<NamedPath> inputsOf(const ViewArguments& a) {
+  std::vector<NamedPath> inputs;
+  for (const std::string& path : a.scene) inputs.push_back({"SCENE", path});
+  for (const std::string_view kind : {"replay:", "falcon:"})
+    if (a.device.starts_with(kind)) inputs.push_back({"--device", a.device.substr(kind.size())});
+  return inputs;
+}
+
+int runView(const ViewArguments& a) {
+  if (a.keys) {
+    std::cout << bindingsInMarkdown();
+    return 0;
+  }
+  std::vector<NamedPath> outputs{{"--record", a.record}, {"--state", a.state}};
+  if (isFileOutput(a.record)) outputs.push_back({"--record", a.record + ".json"});
+  checkOutputs(inputsOf(a), outputs);
+  std::error_code none;
+  if (std::filesystem::exists(a.pictures, none) && !std::filesystem::is_directory(a.pictures, none))
+    throw IoError("--pictures " + escaped(a.pictures), "is no folder; name a folder for the screenshots");
+  ApplicationOptions options;
+  options.paths = a.scene;
+  options.open = openToView;
+  options.write = [](const Picture& picture, const std::string& path) {
+    Image image;
+    image.width = picture.width;
+    image.height = picture.height;
+    image.rgb = picture.rgb;
+    const std::filesystem::path folder = std::filesystem::path(path).parent_path();
+    std::error_code error;
+    std::filesystem::create_directories(folder, error);
+    if (error) throw IoError(escaped(folder.string()), "cannot make the folder for pictures", error.value());
+    writePng(image, path);
+  };
+  options.poll = throwIfInterrupted;
+  options.plugged_in = [](const std::string& device) { return isPluggedIn(systemUsb(), device); };
+  EndingWatch watch = watchForSilentFiles();
+  options.ending = [&watch] { watch.begin(); };
+  options.session.device = a.device;
+  options.session.method = solverMethod(a.method);
+  options.session.zoom_um = a.zoom_um;
+  options.session.stiffness_N_m = a.stiffness_N_m;
+  if (!a.budget.empty()) options.session.budget_bytes = parseBytes("--budget", a.budget);
+  options.session.record = a.record;
+  if (!a.size.empty()) options.size = windowSize(a.size);
+  options.segments = a.segments;
+  options.reset = a.reset;
+  options.state = a.state;
+  options.pictures = a.pictures;
+  options.seconds = a.seconds;
+  holdForcesOnSignals();
+  runApplication(options);
+  return 0;
+}
+
+}  // namespace
+
+void addView(CLI::App& app, Chosen& chosen) {
+  auto a = std::make_shared<ViewArguments>();
+  CLI::App* command = app.add_subcommand("view", "Travel through a scene in a window, mouse or haptic device in hand");
+  command->footer(
+      "Example:\n  filiform view column.fil\n  filiform view cell.swc --device spacemouse\n"
+      "  filiform view column.fil --record travel.rec; filiform view column.fil --device replay:travel.rec\n"
+      "In the window, h shows what keys and mouse do.");
+  command->add_option("SCENE", a->scene, "a tile set, or .swc and small .zip files; none: drop one into the window")
+      ->type_name("SET|FILE.swc");
+  command
+      ->add_option("--device", a->device,
+                   "mouse, falcon, spacemouse, sim:loose|medium|firm (the mouse with that hand), replay:FILE, null")
+      ->capture_default_str();
+  command->add_option("--method", a->method, "proxy solver: basic, shading, force, force-listing or climb")
+      ->capture_default_str();
+  command->add_option("--zoom", a->zoom_um, "um of world across the workspace at first")
+      ->capture_default_str()
+      ->check(CLI::Range(Workspace::kMinZoom_um, Workspace::kMaxZoom_um));
+  command->add_option("--stiffness", a->stiffness_N_m, "of the spring to the proxy, N/m");
+  command->add_option("--budget", a->budget, "memory for the hand's tiles, such as 64MiB; default: no limit");
+  command->add_option("--segments", a->segments, "at most so many are drawn; default: by the graphics driver");
+  command
+      ->add_option("-o,--output,--record", a->record,
+                   "what the hand does, for --device replay:FILE; FILE.json beside it")
+      ->type_name("FILE");
+  command->add_option("--size", a->size, "of the window, pixels")->type_name("WxH");
+  command->add_option("--pictures", a->pictures, "folder for screenshots, made if needed")
+      ->capture_default_str()
+      ->type_name("DIR");
+  command->add_option("--state", a->state, "write the state there, JSON, ten times a second")->type_name("FILE");
+  command->add_option("--seconds", a->seconds, "end by itself after so long");
+  command->add_flag("--reset", a->reset, "the settings as they were at first");
+  command->add_flag("--keys", a->keys, "print what keys and mouse do, Markdown, and end");
+  command->callback([a, &chosen] { chosen = [a] { return runView(*a); }; });
+}
+
+}  // namespace filiform::tools

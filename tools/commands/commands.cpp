@@ -1,0 +1,15 @@
+#include "tools/commands/commands.h"
+
+namespace filiform::tools {
+
+int runFiliform(int argc, char** argv) {
+  static const Program kFiliform{
+      "filiform: navigation through whole neuronal columns by hand.",
+      "Start here:\n  filiform synth demo.zip --cells 20 --seed 1\n  filiform ingest demo.zip -o demo.fil\n"
+      "  filiform view demo.fil\n'filiform COMMAND --help' has an example for each command.",
+      {addSynth, addCheck, addIngest, addInfo, addCells, addVerify, addNearest, addExport, addNavigate, addDevices,
+       addRender, addView, addLab}};
+  return runProgram(kFiliform, argc, argv);
+}
+
+}  // namespace filiform::tools

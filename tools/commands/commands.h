@@ -1,0 +1,25 @@
+// The commands of `filiform`, one source each (cmd_NAME.cpp).
+#pragma once
+
+#include "tools/program/cli.h"
+
+namespace filiform::tools {
+
+void addSynth(CLI::App& app, Chosen& chosen);
+void addCheck(CLI::App& app, Chosen& chosen);
+void addIngest(CLI::App& app, Chosen& chosen);
+void addInfo(CLI::App& app, Chosen& chosen);
+void addCells(CLI::App& app, Chosen& chosen);
+void addVerify(CLI::App& app, Chosen& chosen);
+void addNearest(CLI::App& app, Chosen& chosen);
+void addExport(CLI::App& app, Chosen& chosen);
+void addNavigate(CLI::App& app, Chosen& chosen);
+void addDevices(CLI::App& app, Chosen& chosen);
+void addRender(CLI::App& app, Chosen& chosen);
+void addView(CLI::App& app, Chosen& chosen);
+void addLab(CLI::App& app, Chosen& chosen);  // `evaluate` and `bench`: starts filiform-lab
+
+// Runs `filiform`.
+int runFiliform(int argc, char** argv);
+
+}  // namespace filiform::tools

@@ -1,0 +1,116 @@
+#include "tools/commands/device_check.h"
+
+#include "device/falcon/falcon.h"
+#include "device/spacemouse/spacemouse.h"
+#include "solver/loop/haptic_loop.h"
+#include "tools/commands/device_checker.h"
+#include "tools/program/interruption.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cstdlib>
+#include <thread>
+#include <unistd.h>
+
+namespace filiform::tools {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+struct Opened {
+  explicit Opened(HapticDevice& what) : device(what) { device.open(); }
+  ~Opened() { device.close(); }
+  Opened(const Opened&) = delete;
+  Opened& operator=(const Opened&) = delete;
+  HapticDevice& device;
+};
+
+}  // namespace
+
+std::vector<FoundDevice> findDevices(UsbTransport& transport) {
+  std::vector<FoundDevice> found;
+  for (const UsbDeviceInfo& info : transport.devices()) {
+    FoundDevice device;
+    device.info = info;
+    device.state = "ready";
+    if (info.vendor == kFalconVendor && info.product == kFalconProduct) {
+      device.kind = "Novint Falcon";
+      device.device = "falcon";
+      const char* file = std::getenv(kFalconFirmwareVariable);
+      if (file == nullptr || ::access(file, R_OK) != 0) {
+        device.state = "no_firmware";
+        device.remedy =
+            std::string(file == nullptr ? "no firmware file is named" : "the firmware file cannot be read") + ": set " +
+            kFalconFirmwareVariable +
+            ", or give falcon:FILE; the device's owner has it with Novint's driver. Not needed while the device keeps "
+            "what was loaded since it got power";
+      }
+    } else if (isSpaceMouse(info)) {
+      device.kind = "3Dconnexion mouse";
+      device.device = "spacemouse:" + info.bus_path;
+    } else {
+      continue;
+    }
+    if (!info.may_open) {
+      device.state = "no_permission";
+      device.remedy = "install device/udev/";
+      device.remedy += kUdevRule;
+      device.remedy += " (cmake --install does), then plug the device in again";
+    }
+    found.push_back(std::move(device));
+  }
+  return found;
+}
+
+bool isPluggedIn(UsbTransport& transport, const std::string& device) {
+  // "falcon:FIRMWARE" is a "falcon", "spacemouse" any "spacemouse:1-2".
+  const auto names = [&device](const std::string& found) {
+    return device == found || device.starts_with(found + ":") || found.starts_with(device + ":");
+  };
+  const std::vector<FoundDevice> found = findDevices(transport);
+  return std::any_of(found.begin(), found.end(),
+                     [&](const FoundDevice& one) { return one.info.may_open && names(one.device); });
+}
+
+DeviceCheck checkDevice(HapticDevice& device, const DeviceCheckOptions& options) {
+  const auto tell = [&options](const std::string& text) {
+    if (options.tell) options.tell(text);
+  };
+  const Opened opened(device);
+  const DeviceCapabilities& capabilities = device.capabilities();
+  DeviceChecker checker(options, capabilities.peak_force_N > 0);
+  const Clock::time_point start = Clock::now();
+  HapticLoop loop(
+      device, [&checker](const DeviceState& state, double dt_s) { return checker.tick(state, dt_s, Clock::now()); });
+  loop.start();
+  bool told_to_home = false, told_to_hold = false;
+  double homing_s = 0;
+  while (loop.running() && !checker.over()) {
+    throwIfInterrupted();
+    if (!checker.ready()) {
+      homing_s = std::chrono::duration<double>(Clock::now() - start).count();
+      if (!told_to_home && homing_s > 0.1) {
+        tell("homing: pull the grip all the way out, then push it all the way in");
+        told_to_home = true;
+      }
+      if (homing_s > options.homing_s) throw DeviceError(capabilities.name + ": it was not homed in time; try again");
+    } else if (!told_to_hold) {
+      if (capabilities.rate_control) tell("push and turn the cap, press its buttons");
+      if (capabilities.peak_force_N > 0) tell("hold the grip loosely: a small force follows along x, y and z");
+      told_to_hold = true;
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  loop.stop();
+  if (!loop.fault().empty()) throw DeviceError(capabilities.name + ": " + loop.fault());
+  DeviceCheck check = checker.found();
+  check.homing_s = capabilities.needs_homing ? homing_s : 0;
+  check.refusals = loop.refusals();
+  check.reports = check.exchanges;
+  if (const auto* mouse = dynamic_cast<const SpaceMouse*>(&device)) check.reports = mouse->reports();
+  if (const auto* falcon = dynamic_cast<const Falcon*>(&device)) check.reports = falcon->counters().reports;
+  return check;
+}
+
+}  // namespace filiform::tools

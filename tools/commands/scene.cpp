@@ -1,0 +1,19 @@
+#include "tools/commands/scene.h"
+
+#include "index/build/memory_tiles.h"
+#include "index/errors.h"
+#include "index/input/input.h"
+#include "index/text.h"
+
+namespace filiform::tools {
+
+bool isFileScene(const std::string& path) { return endsWithNoCase(path, ".swc") || endsWithNoCase(path, ".zip"); }
+
+std::unique_ptr<TileStore> buildScene(const std::string& path) {
+  Input input({path});
+  auto store = buildTilesInMemory(input);
+  if (store->cell_count() == 0) throw InputError(escaped(path) + ": no usable neuron in it; filiform check says why");
+  return store;
+}
+
+}  // namespace filiform::tools

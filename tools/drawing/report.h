@@ -1,0 +1,115 @@
+// Pictures for reports: line plots, and the front view of a piece of tissue with the way that was travelled through it.
+//
+//   Plot plot;
+//   plot.title = "Force at the hand";
+//   plot.x_label = "time (s)";
+//   plot.y_label = "force (N)";
+//   plot.series.push_back({"force-based", times_s, forces_N});
+//   writePng(drawPlot(plot), "force.png");
+//
+// Thread rule: functions without state; ProjectionPicture is thread-compatible.
+#pragma once
+
+#include "index/geometry/grid.h"
+#include "tools/drawing/image.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace filiform::tools {
+
+struct PlotSeries {
+  std::string name;  // for the legend, which appears when there is more than one
+  std::vector<double> x,
+      y;  // of one length; a point that is not finite (or not positive on a logarithmic axis) breaks the line
+  bool markers = false;  // a dot on each point: for few points
+  bool broad = false;    // pale and broad, below the others: what they are compared with
+};
+
+struct PlotMark {  // a vertical line at a place worth naming: a knee, a frontier
+  double x = 0;
+  std::string label;
+};
+
+struct Plot {
+  std::string title, subtitle;
+  std::string x_label, y_label;  // with units, as in "force (N)"
+  std::vector<PlotSeries> series;
+  std::vector<PlotMark> marks;
+  bool x_log = false, y_log = false;
+  bool y_from_zero = true;  // a linear y axis includes 0
+  int width = 1200, height = 500;
+  std::optional<double> x_most, y_most;  // the axes reach at least so far: for plots to be compared side by side
+};
+
+// A series with more points than the plot has columns is drawn by the least and the greatest value in each column, so
+// that no peak is lost. Throws UsageError when the x and y of a series differ in length or the picture would be under
+// 200 x 150 or over 8192. O(points + pixels).
+Image drawPlot(const Plot& plot);
+// The same as an SVG element; its title is the plot's, `description` is for those who do not see it (svg_canvas.h).
+std::string svgPlot(const Plot& plot, const std::string& description);
+
+// Round values that divide [lo, hi] into about `wanted` parts: 1, 2 or 5 times a power of ten apart. Requires finite lo
+// < hi.
+std::vector<double> niceTicks(double lo, double hi, int wanted);
+// As ticks are written: as many decimals as the step needs, thousands apart, powers of ten where the number would be
+// long.
+std::string tickLabel(double value, double step);
+
+struct ProjectionLevel {  // a horizontal line across the picture
+  double y_um = 0;
+  std::string label;
+  bool strong = false;  // pia, white matter; the others are layer borders
+};
+
+struct ProjectionOptions {
+  std::string title, subtitle;
+  Vector3d lo_um = Vector3d::Zero(), hi_um = Vector3d::Zero();  // what must be in the picture, frame W
+  std::vector<ProjectionLevel> levels;
+  int height = 1200;  // the width follows from the proportions, between 500 and 2000
+};
+
+// The x-y view from the front, y up, nearer neurites stronger and before the others. Segments may come in any order and
+// number, tile by tile: memory is that of the picture.
+class ProjectionPicture {
+ public:
+  // Throws UsageError if the bounds are empty or not finite.
+  explicit ProjectionPicture(const ProjectionOptions& options);
+
+  // A muted colour follows from the cell's number. Axons (type 2) are paler than dendrites. `radius_um` may be unknown
+  // (NaN).
+  void addSegment(std::uint64_t cell, const Vector3d& a_um, const Vector3d& b_um, std::uint16_t type = 0,
+                  double radius_um = 0);
+  void addSoma(std::uint64_t cell, const Vector3d& centre_um, double radius_um);
+  // The travelled path, on top of everything, from a ring to an arrowhead. Points that are not finite break it.
+  void addPath(const std::vector<Vector3d>& path_um);
+
+  // With title, levels and scale bar. May be called once.
+  Image finish();
+
+ private:
+  Vector2d project(const Vector3d& p_um) const;
+  double nearness(double z_um) const;
+  void put(const Vector2d& a, const Vector2d& b, double width, Colour colour, double near);
+
+  ProjectionOptions options_;
+  double scale_ = 1;  // pixels per um
+  Image image_;
+  int top_ = 0, bottom_ = 0;     // rows of the view
+  std::vector<float> strength_;  // of what each pixel shows: coverage times nearness
+  struct Soma {
+    Vector2d centre;
+    double radius, near;
+    Colour colour;
+  };
+  std::vector<Soma> somata_;
+  std::vector<std::vector<Vector2d>> paths_;
+};
+
+// Layer borders, pia and white matter of the columns that tools/synthetic/synthetic.h grows.
+std::vector<ProjectionLevel> syntheticLevels();
+
+}  // namespace filiform::tools

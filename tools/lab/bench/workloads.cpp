@@ -1,0 +1,29 @@
+#include "tools/lab/bench/workloads.h"
+
+namespace filiform::tools {
+
+std::vector<Workload> workloads() {
+  std::vector<Workload> all;
+  addIndexWorkloads(all);
+  addNearestWorkloads(all);
+  addPeersWorkloads(all);
+  addSolverWorkloads(all);
+  addParametersWorkloads(all);
+  addStabilityWorkloads(all);
+  addIngestWorkloads(all);
+  addJumpWorkloads(all);
+  addStreamingWorkloads(all);
+  addLoopWorkloads(all);
+  addSearchWorkloads(all);
+  addStorageWorkloads(all);
+  addWorkWorkloads(all);
+  addScaleWorkloads(all);
+  addSceneWorkloads(all);
+  addExtremesWorkloads(all);
+  // Last: the OpenGL driver leaves threads behind, and others fork.
+  addLevelsWorkloads(all);
+  addViewerWorkloads(all);
+  return all;
+}
+
+}  // namespace filiform::tools

@@ -1,0 +1,169 @@
+// filiform bench: named workloads, measured and written down.
+#include "index/errors.h"
+#include "index/set/tile_set.h"
+#include "index/text.h"
+#include "tools/lab/bench/bench.h"
+#include "tools/lab/bench/bench_record.h"
+#include "tools/lab/bench/compare.h"
+#include "tools/lab/bench/peers.h"
+#include "tools/lab/lab_commands.h"
+#include "tools/program/interruption.h"
+#include "tools/program/output_check.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+namespace filiform::tools {
+
+namespace {
+
+struct BenchCommand {
+  BenchOptions options;
+  std::vector<std::string> names, compare;
+  bool list = false, json = false, strict = false;
+};
+
+constexpr int kRegressionExit = 4;
+constexpr int kMissedExit = 5;
+
+int listWorkloads(const std::vector<Workload>& all, bool as_json) {
+  if (as_json) {
+    nlohmann::ordered_json list{{"workloads", nlohmann::json::array()}};
+    for (const Workload& workload : all)
+      list["workloads"].push_back({{"name", workload.name}, {"summary", workload.summary}});
+    for (const Peer& peer : peers())
+      list["peers"][peer.name] = peer.inBuild() ? nlohmann::json(peer.version) : nlohmann::json();
+    std::cout << list.dump(1, ' ', true) << '\n';
+    return 0;
+  }
+  for (const Workload& workload : all)
+    std::cout << workload.name
+              << std::string(std::max<std::size_t>(14, workload.name.size() + 2) - workload.name.size(), ' ')
+              << workload.summary << '\n';
+  std::cout << "\npeers:";
+  for (const Peer& peer : peers())
+    std::cout << ' ' << peer.name << ' ' << (peer.inBuild() ? peer.version : std::string("(not in this build)"));
+  std::cout << '\n';
+  return 0;
+}
+
+// What was promised and did not come out, one line each.
+std::vector<std::string> missedPromises(const std::vector<BenchResult>& results) {
+  std::vector<std::string> missed;
+  for (const BenchResult& result : results) {
+    for (const BenchGoal& goal : result.report.goals)
+      if (!goal.met_must)
+        missed.push_back(result.name + ": " + goal.what + ": " + shown(goal.measured) + ", promised " + goal.must);
+    for (const BenchBound& bound : result.report.bounds)
+      if (!bound.holds())
+        missed.push_back(result.name + ": " + bound.what + ": " + shown(bound.measured) + ' ' + bound.unit +
+                         ", stated bound " + shown(bound.bound));
+  }
+  return missed;
+}
+
+int runBench(BenchCommand command) {
+  const std::vector<Workload> all = workloads();
+  if (command.list) return listWorkloads(all, command.json);
+  if (!command.compare.empty()) {
+    const RunComparison comparison = compareRuns(command.compare.at(0), command.compare.at(1));
+    std::cout << (command.json ? comparisonJson(comparison) : comparisonMarkdown(comparison));
+    return comparison.regressions() > 0 ? kRegressionExit : 0;
+  }
+  if (command.options.quick) command.options.corpus.clear();
+  std::vector<Workload> chosen;
+  for (const std::string& name : command.names) {
+    const auto found = std::find_if(all.begin(), all.end(), [&](const Workload& w) { return w.name == name; });
+    if (found == all.end()) {
+      std::string names;
+      for (const Workload& workload : all) names += (names.empty() ? "" : ", ") + workload.name;
+      throw UsageError("no workload is called " + name + ": choose from " + names);
+    }
+    if (std::any_of(chosen.begin(), chosen.end(), [&](const Workload& w) { return w.name == name; }))
+      throw UsageError("workload " + name + " is named twice: name each once");
+    chosen.push_back(*found);
+  }
+  if (command.names.empty()) chosen = all;
+  if (!command.options.scene.empty())
+    TileSet::open(command.options.scene);  // no tile set: refused before anything runs
+  checkOutputFolder({{"--corpus", command.options.corpus}, {"--scene", command.options.scene}},
+                    {"--output", command.options.out});
+  std::error_code error;
+  std::filesystem::create_directories(command.options.out, error);
+  if (error) throw IoError(command.options.out, "cannot make the folder", error.value());
+  using std::chrono::steady_clock;
+  const auto started = steady_clock::now();
+  const auto elapsed_s = [&] { return std::chrono::duration<double>(steady_clock::now() - started).count(); };
+  double load = 0;
+  getloadavg(&load, 1);
+  const bool terminal = isatty(STDERR_FILENO) == 1;
+  std::vector<BenchResult> results;
+  for (const Workload& workload : chosen) {
+    command.options.progress = [&](const std::string& what) {
+      throwIfInterrupted();
+      if (!terminal) return;
+      std::cerr << "bench " << workload.name << " (" << results.size() + 1 << " of " << chosen.size() << ", "
+                << std::lround(elapsed_s()) << " s): " << what << '\n';
+    };
+    results.push_back(runWorkload(workload, command.options));
+    if (!command.json) std::cout << workloadMarkdown(results.back(), command.options) << std::endl;
+    writeBenchRun(results, command.options, elapsed_s(), load);  // so far: an interrupted run leaves what is done
+  }
+  if (command.json) std::cout << benchRunJson(results, command.options, elapsed_s(), load);
+  const std::vector<std::string> missed = missedPromises(results);
+  if (!command.strict || missed.empty()) return 0;
+  std::cerr << "filiform: bench: " << missed.size() << (missed.size() == 1 ? " promise is" : " promises are")
+            << " missed, first " << escaped(missed.front() + "; " + command.options.out) << "/bench.md lists all\n";
+  return kMissedExit;
+}
+
+}  // namespace
+
+void addBench(CLI::App& app, Chosen& chosen) {
+  auto command = std::make_shared<BenchCommand>();
+  CLI::App* bench = app.add_subcommand("bench", "Measures named workloads; ratios to peers in the same run");
+  bench->footer(
+      "Examples:\n  filiform bench --list\n  filiform bench solver --out bench\n"
+      "  filiform bench --compare before/bench.json after/bench.json   (exit 4: a regression of more than 10 %)\n"
+      "  filiform bench extremes --strict   (exit 5: a promise is missed)");
+  bench->add_option("NAME", command->names, "workloads; all where none is named");
+  CLI::Option* list = bench->add_flag("--list", command->list, "List workloads and peers");
+  bench->add_flag("--json", command->json, "Print JSON on stdout instead of Markdown, and nothing else");
+  CLI::Option* strict =
+      bench->add_flag("--strict", command->strict, "Exit with 5 if a promise is missed or a stated bound exceeded");
+  bench
+      ->add_option("-o,--output,--out", command->options.out,
+                   "folder for bench.json, .csv, .md and .html, NAME.json, NAME.md and pictures")
+      ->capture_default_str();
+  bench->add_option("--seed", command->options.seed, "of everything random")->capture_default_str();
+  bench->add_option("--corpus", command->options.corpus, "folder of real reconstructions")->envname("FILIFORM_CORPUS");
+  bench->add_option("--size,--segments", command->options.segments,
+                    "largest number of segments; 0: the workload's own");
+  bench
+      ->add_option("--scene,--set", command->options.scene,
+                   "tile set for `loop` and `scene`, and that `viewer` draws; default: a synthetic one")
+      ->type_name("SET");
+  bench->add_flag("--long", command->options.long_run, "the largest sizes, and ten minutes of each loop: hours");
+  bench->add_flag("--quick", command->options.quick, "small sizes without the corpus, to see that it works");
+  bench
+      ->add_option("--compare", command->compare,
+                   "Compare two files bench.json, each figure by workload, table, row and column; tests are corrected "
+                   "for the number of figures (Holm)")
+      ->expected(2)
+      ->type_name("A.json B.json")
+      ->excludes(list)
+      ->excludes(strict);
+  list->excludes(strict);
+  bench->callback([command, &chosen] { chosen = [command] { return runBench(*command); }; });
+}
+
+}  // namespace filiform::tools

@@ -1,0 +1,42 @@
+// What an evaluation has measured, before it becomes tables. Thread-compatible.
+#pragma once
+
+#include "tools/lab/evaluate/campaign.h"
+#include "tools/lab/evaluate/evaluation.h"
+#include "tools/lab/evaluate/fan_campaign.h"
+#include "tools/lab/evaluate/hold_campaign.h"
+#include "tools/lab/evaluate/protocol.h"
+#include "tools/lab/evaluate/summary.h"
+#include "tools/lab/evaluate/trial_corpus.h"
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace filiform::tools {
+
+struct EvaluationResults {
+  EvaluationOptions options;
+  ProtocolOptions protocol;
+  TrialCorpus corpus;
+  std::vector<CorpusCell> scenes;
+  std::vector<Condition> scene_conditions, fan_conditions, conditions;
+  Campaign scene_trials, trials;
+  std::vector<FanFamily> fans;
+  std::vector<HoldSeries> holds;
+
+  bool has(const std::string& method) const;
+  // The hands of the main tables, as handVariant names them.
+  std::vector<std::string> mainVariants() const;
+
+  const Condition& sceneCondition(const std::string& variant, const std::string& method) const;
+  // Its position in scene_conditions. Throws std::logic_error for an unknown condition.
+  std::uint32_t sceneConditionNumber(const std::string& variant, const std::string& method) const;
+  // Over the trials of scene `number` (0 is the first). Throws std::logic_error for an unknown condition.
+  TrialSummary scene(std::uint32_t number, const std::string& variant, const std::string& method) const;
+  // Over the trials on routes. Throws std::logic_error for an unknown condition.
+  TrialSummary routesOf(const std::string& table, const std::string& variant, const std::string& method, double zoom_um,
+                        Part part = Part::all) const;
+};
+
+}  // namespace filiform::tools

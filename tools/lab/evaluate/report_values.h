@@ -1,0 +1,24 @@
+// Small parts that the sections of an evaluation share. Functions without state.
+#pragma once
+
+#include "tools/drawing/report.h"
+#include "tools/lab/evaluate/page.h"
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace filiform::tools {
+
+inline std::int64_t whole(std::uint64_t n) { return static_cast<std::int64_t>(n); }
+inline std::string ratioText(std::uint64_t part, std::uint64_t of) {
+  return std::to_string(part) + " of " + std::to_string(of);
+}
+
+// Percent of the values that are at most x.
+PlotSeries cumulative(const std::string& name, std::vector<double> values);
+// Draws the plot into the folder and adds it to the section. Throws IoError.
+void addPicture(PageSection& section, const Plot& plot, const std::string& folder, const std::string& file,
+                const std::string& caption);
+
+}  // namespace filiform::tools

@@ -1,0 +1,46 @@
+// The nearest segment of one tree of one cell, exact: what the nearest-point oracle and the judgement of stuck proxies
+// ask. Everything is in memory and nothing is bounded: a peer for comparison, not part of the product's path. Immutable
+// after construction: any number of threads may read.
+#pragma once
+
+#include "index/geometry/closest_point.h"
+#include "index/set/cell_graph.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace filiform::tools {
+
+class SegmentTree {
+ public:
+  static constexpr std::uint32_t kNone = UINT32_MAX;
+
+  struct Found {
+    std::uint32_t segment = kNone;  // rank of its child; kNone: none is strictly nearer than the limit
+    ClosestPoint point{};
+    std::uint32_t tested = 0;  // segments
+  };
+
+  // Over the segments that have these children (ranks). O(n log n).
+  SegmentTree(const CellGraph& cell, const std::vector<std::uint32_t>& children);
+
+  // The nearest point to h among those strictly nearer than the square root of `limit2_um2`. Deterministic. O(log n) as
+  // a rule. Requires finite h.
+  Found nearest(const Vector3d& h_W, double limit2_um2) const noexcept;
+
+ private:
+  struct Box {
+    Vector3d lo_W, hi_W;
+    std::uint32_t begin, end;  // leaf: positions in segments_; else `end` is 0 and the children are begin, begin + 1
+  };
+  struct Segment {
+    Vector3d child_W, parent_W;
+    std::uint32_t rank;
+  };
+  void build(std::uint32_t box, std::uint32_t begin, std::uint32_t end);
+
+  std::vector<Segment> segments_;
+  std::vector<Box> boxes_;
+};
+
+}  // namespace filiform::tools

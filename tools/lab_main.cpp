@@ -1,9 +1,0 @@
-#include "tools/cli.h"
-
-int main(int argc, char** argv) {
-  using namespace filiform::tools;
-  return runProgram({"filiform-lab: evaluates and measures filiform.",
-                     "'filiform bench' and 'filiform evaluate' start this program.",
-                     {addEvaluate, addBench}},
-                    argc, argv);
-}

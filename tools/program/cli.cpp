@@ -1,0 +1,240 @@
+#include "tools/program/cli.h"
+
+#include "device/haptic_device.h"
+#include "index/errors.h"
+#include "index/output.h"
+#include "index/text.h"
+#include "solver/force/force_hold.h"
+#include "tools/program/interruption.h"
+#include "tools/program/near_names.h"
+#include "tools/program/numbers.h"
+#include "viewer/gl/graphics_context.h"
+
+#include <algorithm>
+#include <csignal>
+#include <exception>
+#include <fcntl.h>
+#include <iostream>
+#include <memory>
+#include <new>
+#include <optional>
+#include <regex>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <unistd.h>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+namespace filiform::tools {
+
+namespace {
+
+int fail(int code, const std::string& what) {
+  // Once more where the text is safe already: that changes nothing, and what was forgotten cannot steer a terminal.
+  std::cerr << "filiform: " << escaped(what) << '\n';
+  return code;
+}
+
+std::terminate_handler terminate_before = nullptr;
+
+// Libraries that find no memory where they must not throw come here (a JSON value's destructor, a folder's iterator).
+[[noreturn]] void endWithoutMemory() {
+  bool out_of_memory = false;
+  try {
+    if (const std::exception_ptr error = std::current_exception()) std::rethrow_exception(error);
+  } catch (const std::bad_alloc&) {
+    out_of_memory = true;
+  } catch (...) {
+  }
+  if (!out_of_memory) terminate_before();
+  holdForces();
+  static constexpr std::string_view kText = "filiform: out of memory, where a library cannot go back\n";
+  // Nothing is left to do if that cannot be said.
+  [[maybe_unused]] const auto written = ::write(STDERR_FILENO, kText.data(), kText.size());
+  ::_exit(3);
+}
+
+std::streambuf* const first_output_buffer = std::cout.rdbuf();
+
+// A standard descriptor that is closed would be given to the next file that is opened, and messages would end in it.
+void holdStandardDescriptors() {
+  // Opened the wrong way round, so that using it stays an error. The lowest free number is this one.
+  for (const int descriptor : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
+    if (::fcntl(descriptor, F_GETFD) < 0 && ::open("/dev/null", descriptor == STDIN_FILENO ? O_WRONLY : O_RDONLY) < 0)
+      return;
+}
+
+// What CLI11 says of a value that it refuses, as a person would say it.
+std::string plainRefusal(const CLI::App& command, const std::string& said) {
+  const auto typeOf = [&command](const std::string& name) {
+    const CLI::Option* const option = command.get_option_no_throw(name);
+    return option == nullptr ? std::string() : option->get_type_name();
+  };
+  static const std::regex kUnread("Could not convert: (\\S+) = (.*)");
+  static const std::regex kRange("(\\S+): Value (\\S+) not in range (\\S+) to (\\S+)");
+  static const std::regex kCount("(\\S+): (?:At [Ll]east |At [Mm]ost |Exactly )?(\\d+) required but received (\\d+)");
+  static const std::regex kMissing("(\\S+): \\d+ required (.+) missing");
+  std::smatch m;
+  if (std::regex_match(said, m, kUnread))
+    return m.str(1) + ' ' + m.str(2) + ": give a " +
+           (typeOf(m[1]).find("INT") != std::string::npos ? "whole number" : "number");
+  if (std::regex_match(said, m, kRange)) {
+    const auto bound = [](const std::string& text) {  // whole numbers as they are
+      return text.find('.') == std::string::npos ? text : formatNumber(std::stod(text));
+    };
+    const std::string value = m.str(1) + ' ' + m.str(2) + ": give ";
+    if (std::stod(m[4]) > 1e300) return value + bound(m[3]) + " or more";
+    const bool whole = typeOf(m[1]).find("INT") != std::string::npos;
+    return value + (whole ? "a whole number from " : "a number from ") + bound(m[3]) + " to " + bound(m[4]);
+  }
+  if (std::regex_match(said, m, kCount))
+    return m.str(1) + ": give " + m.str(2) + " values (" + typeOf(m[1]) + "), not " + m.str(3);
+  if (std::regex_match(said, m, kMissing)) return m.str(1) + " needs a value: " + m.str(2);
+  return said;
+}
+
+// Without CLI11's counts of values and names of checks, which mean nothing to a reader.
+class PlainHelp : public CLI::Formatter {
+ public:
+  std::string make_option_opts(const CLI::Option* option) const override {
+    static const std::regex kCheck(":(UINT|INT|FLOAT|NONNEGATIVE)\\b"), kCount(" x \\d+");
+    const std::string text = std::regex_replace(CLI::Formatter::make_option_opts(option), kCheck, "");
+    return std::regex_replace(text, kCount, "");
+  }
+  std::string make_option_usage(const CLI::Option* option) const override {
+    static const std::regex kCount("\\(\\d+x\\)");
+    return std::regex_replace(CLI::Formatter::make_option_usage(option), kCount, "");
+  }
+};
+
+// What is said of a command line that CLI11 refuses: a misspelt command or option is named with those like it.
+std::string refusalOf(const CLI::App& app, const CLI::Error& error, const std::vector<std::string>& words) {
+  const auto commands = app.get_subcommands([](const CLI::App*) { return true; });
+  const std::vector<CLI::App*> chosen = app.get_subcommands();
+  const auto is_option = [](const std::string& word) {  // not a negative number
+    return word.size() > 1 && word[0] == '-' && word.find_first_of("0123456789.") != 1;
+  };
+  const auto first = std::find_if_not(words.begin(), words.end(), is_option);
+  if (chosen.empty() && first != words.end()) {
+    NearNames near(*first);
+    for (const CLI::App* command : commands) near.offer(command->get_name());
+    return "unknown command '" + escaped(*first, 80) + "'" + didYouMean(near.names()) +
+           (near.names().empty() ? "; " : " ") + "'filiform --help' lists the commands";
+  }
+  const CLI::App& command = chosen.empty() ? app : *chosen.front();
+  const std::string help = chosen.empty() ? "'filiform --help'" : "'filiform " + command.get_name() + " --help'";
+  for (const std::string& word : app.remaining(true)) {
+    if (!is_option(word) || word == "--") continue;
+    const std::string name = word.substr(0, word.find('='));
+    NearNames near(name);
+    for (const CLI::Option* option : command.get_options()) {
+      for (const std::string& long_name : option->get_lnames()) near.offer("--" + long_name);
+      for (const std::string& short_name : option->get_snames()) near.offer("-" + short_name);
+    }
+    return "unknown option '" + escaped(name, 80) + "'" + didYouMean(near.names()) +
+           (near.names().empty() ? "; " : " ") + help + " lists the options";
+  }
+  return escaped(plainRefusal(command, error.what())) + " (see " + help + ")";
+}
+
+// While it lives std::cout throws where standard output cannot be written: ClosedPipe, or IoError with the reason.
+class StrictStandardOutput {
+ public:
+  StrictStandardOutput() : before_(std::cout.rdbuf()), exceptions_(std::cout.exceptions()) {
+    if (!isOurs()) return;
+    output_.emplace("-");
+    std::cout.rdbuf(output_->stream().rdbuf());
+    std::cout.exceptions(std::ios::badbit);
+  }
+  ~StrictStandardOutput() {
+    if (!output_) return;
+    try {
+      std::cout.flush();  // what was said before a failure
+    } catch (const std::exception&) {
+      // The failure is told.
+    }
+    std::cout.exceptions(exceptions_);
+    std::cout.rdbuf(before_);
+  }
+  StrictStandardOutput(const StrictStandardOutput&) = delete;
+  StrictStandardOutput& operator=(const StrictStandardOutput&) = delete;
+
+ private:
+  // Not where whoever called runProgram() has put a buffer of their own.
+  static bool isOurs() { return std::cout.rdbuf() == first_output_buffer; }
+
+  std::streambuf* before_;
+  std::ios::iostate exceptions_;
+  std::optional<Output> output_;
+};
+
+}  // namespace
+
+void endPlainlyWithoutMemory() {
+  const std::terminate_handler before = std::set_terminate(endWithoutMemory);
+  if (before != endWithoutMemory) terminate_before = before;
+}
+
+int runProgram(const Program& program, int argc, char** argv) {
+  endPlainlyWithoutMemory();
+  holdStandardDescriptors();
+  watchInterrupts();
+  std::signal(SIGPIPE, SIG_IGN);  // a closed pipe and a file-size limit become write errors
+  std::signal(SIGXFSZ, SIG_IGN);
+
+  CLI::App app{program.description};
+  app.footer(program.footer);
+  app.name("filiform");
+  app.formatter(std::make_shared<PlainHelp>());
+  app.require_subcommand(1);
+  app.set_version_flag("--version", std::string("filiform ") + FILIFORM_VERSION);
+  Chosen chosen;
+  for (const auto& add : program.commands) add(app, chosen);
+
+  const std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
+  app.failure_message([&words](const CLI::App* of, const CLI::Error& error) {
+    return "filiform: " + refusalOf(*of, error, words) + '\n';
+  });
+  if (words.empty()) {  // the commands, but as what went wrong: nothing was done
+    std::cerr << app.help();
+    return 2;
+  }
+  try {
+    const StrictStandardOutput strict;
+    int code = 0;
+    try {
+      app.parse(argc, argv);
+      code = chosen();
+    } catch (const CLI::ParseError& error) {
+      code = app.exit(error) == 0 ? 0 : 2;
+    }
+    std::cout.flush();  // everything must have arrived
+    return code;
+  } catch (const ClosedPipe&) {
+    return 128 + SIGPIPE;  // as a program that the signal ends, without a word
+  } catch (const Interrupted&) {
+    return fail(interruptedExitCode(), "interrupted");
+  } catch (const UsageError& error) {
+    return fail(2, error.what());
+  } catch (const IoError& error) {
+    return fail(3, error.what());
+  } catch (const UnknownDevice& error) {
+    return fail(2, error.what());
+  } catch (const DeviceError& error) {
+    return fail(3, error.what());
+  } catch (const GraphicsError& error) {
+    return fail(3, error.what());
+  } catch (const Error& error) {  // InputError, CorruptSet, CorruptTile
+    return fail(1, error.what());
+  } catch (const std::bad_alloc&) {
+    return fail(3, "out of memory");
+  } catch (const std::system_error& error) {  // a thread, as a rule
+    return fail(3, "the system refused: " + error.code().message());
+  } catch (const std::exception& error) {
+    return fail(3, std::string("internal error: ") + error.what() + " (please report this)");
+  }
+}
+
+}  // namespace filiform::tools

@@ -1,0 +1,136 @@
+#include "tools/program/progress.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <sys/ioctl.h>
+#include <unistd.h>
+#include <utility>
+
+namespace filiform::tools {
+
+namespace {
+
+constexpr auto kBetweenLines = std::chrono::milliseconds(100);
+
+std::string groupedCount(std::uint64_t n) {
+  std::string digits = std::to_string(n);
+  for (int at = static_cast<int>(digits.size()) - 3; at > 0; at -= 3)
+    digits.insert(static_cast<std::size_t>(at), 1, ' ');
+  return digits;
+}
+
+std::string scaledBytes(double bytes) {
+  static constexpr const char* kUnits[] = {"B", "KiB", "MiB", "GiB", "TiB"};
+  std::size_t unit = 0;
+  for (; bytes >= 1024 && unit + 1 < std::size(kUnits); ++unit) bytes /= 1024;
+  char text[40];
+  std::snprintf(text, sizeof text, unit == 0 ? "%.0f %s" : "%.1f %s", bytes, kUnits[unit]);
+  return text;
+}
+
+std::string duration(double seconds) {
+  const auto s = static_cast<long long>(std::ceil(std::min(seconds, 3.6e6)));
+  char text[40];
+  if (s >= 3600) {
+    std::snprintf(text, sizeof text, "%lld h %02lld min", s / 3600, s / 60 % 60);
+  } else if (s >= 60) {
+    std::snprintf(text, sizeof text, "%lld min %02lld s", s / 60, s % 60);
+  } else {
+    std::snprintf(text, sizeof text, "%lld s", s);
+  }
+  return text;
+}
+
+int terminalColumns() {
+  winsize size{};
+  return ::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
+}
+
+}  // namespace
+
+Progress::Progress(ProgressOptions options)
+    : options_(std::move(options)), clock_([] { return std::chrono::steady_clock::now(); }) {
+  started_ = shown_ = clock_();
+  if (::isatty(STDERR_FILENO) == 0) return;
+  columns_ = terminalColumns();
+  sink_ = [](const std::string& text) {
+    std::fwrite(text.data(), 1, text.size(), stderr);
+    std::fflush(stderr);
+  };
+}
+
+Progress::Progress(ProgressOptions options, Sink sink, Clock clock, int columns)
+    : options_(std::move(options)), sink_(std::move(sink)), clock_(std::move(clock)), columns_(columns) {
+  started_ = shown_ = clock_();
+}
+
+Progress::~Progress() {
+  try {
+    finish();
+  } catch (...) {
+    // A line that cannot be removed is no reason to end the program.
+  }
+}
+
+void Progress::refresh() {
+  calls_ = 0;
+  const auto now = clock_();
+  const auto since = now - shown_;
+  // So many calls fit between two looks at the clock that one look costs them nothing.
+  if (since < kBetweenLines / 8) {
+    calls_between_ = std::min<std::uint64_t>(calls_between_ * 2, 1U << 12);
+  } else if (since > kBetweenLines) {
+    calls_between_ = std::max<std::uint64_t>(calls_between_ / 4, 1);
+  }
+  if (since < kBetweenLines) return;
+  shown_ = now;
+  visible_ = true;
+  sink_("\r" + line(options_, done_, std::chrono::duration<double>(now - started_).count(), columns_ - 1) + "\x1b[K");
+}
+
+void Progress::finish() {
+  if (visible_) sink_("\r\x1b[K");
+  visible_ = false;
+}
+
+std::string Progress::line(const ProgressOptions& options, std::uint64_t done, double elapsed_s, int columns) {
+  const bool bytes = options.unit == ProgressUnit::bytes;
+  const auto amount = [&](std::uint64_t n) { return bytes ? scaledBytes(static_cast<double>(n)) : groupedCount(n); };
+  const double rate = elapsed_s > 0 ? static_cast<double>(done) / elapsed_s : 0;
+  const double fraction =
+      options.total == 0 ? 0 : std::min(1.0, static_cast<double>(done) / static_cast<double>(options.total));
+
+  std::string text = amount(done);
+  if (options.total > 0) text += " of " + amount(options.total);
+  if (!bytes && !options.noun.empty()) text += " " + options.noun;
+  if (rate > 0) {
+    char number[40];
+    std::snprintf(number, sizeof number, rate < 10 ? "%.1f" : "%.0f", rate);
+    text += ", " +
+            (bytes         ? scaledBytes(rate)
+             : rate >= 1e4 ? groupedCount(static_cast<std::uint64_t>(rate))
+                           : number) +
+            "/s";
+    if (options.total > done) text += ", " + duration(static_cast<double>(options.total - done) / rate) + " left";
+  }
+
+  std::string out = options.title;
+  if (options.total > 0) {
+    char percent[16];
+    std::snprintf(percent, sizeof percent, " %3d%%", static_cast<int>(fraction * 100));
+    // The bar takes what the words leave, within reason.
+    const int room = columns - static_cast<int>(out.size() + text.size()) - 10;
+    if (room >= 8) {
+      const int width = std::min(room, 40);
+      const auto full = static_cast<std::size_t>(std::lround(fraction * width));
+      out += " [" + std::string(full, '#') + std::string(static_cast<std::size_t>(width) - full, '-') + "]";
+    }
+    out += percent;
+  }
+  out += "  " + text;
+  if (static_cast<int>(out.size()) > columns) out.resize(static_cast<std::size_t>(std::max(columns, 0)));
+  return out;
+}
+
+}  // namespace filiform::tools

@@ -1,0 +1,18 @@
+// A synthetic neuron as SWC text, and as the cell that a reader of this text gets. Functions without state.
+#pragma once
+
+#include "index/cell/cell.h"
+#include "tools/synthetic/synthetic_neuron.h"
+
+#include <string>
+#include <vector>
+
+namespace filiform::tools {
+
+// SWC with these comment lines first (without "# "), after the line that names the origin. Three decimals. O(samples).
+std::string swcText(const Neuron& neuron, const std::vector<std::string>& comments);
+
+// The same cell as readSwc makes of `text`, digest included. `text` must be swcText of `neuron`. O(samples).
+Cell cellOf(const Neuron& neuron, const std::string& text, std::string source);
+
+}  // namespace filiform::tools

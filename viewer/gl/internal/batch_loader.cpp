@@ -1,0 +1,172 @@
+#include "viewer/gl/internal/batch_loader.h"
+
+#include <algorithm>
+#include <chrono>
+#include <condition_variable>
+#include <deque>
+#include <mutex>
+#include <set>
+#include <sys/resource.h>
+#include <thread>
+
+namespace filiform::internal {
+
+namespace {
+
+// Batches that wait to be taken: more would only hold memory, while the camera goes elsewhere.
+constexpr std::size_t kMostReady = 64;
+
+bool isSame(const TileJob& a, const TileJob& b) { return a.key == b.key && a.generation == b.generation; }
+
+}  // namespace
+
+struct BatchLoader::Impl {
+  const TileStore& store;
+  const Levels* levels;
+  double shallow_um, deep_um;
+
+  mutable std::mutex mutex;
+  std::condition_variable to_do, done;
+  std::vector<TileJob> jobs;  // last first
+  std::deque<LoadedTile> ready;
+  bool busy = false, stop = false;
+  TileJob under_way;
+
+  // Of the loading thread.
+  RootTable roots;
+  std::set<std::uint32_t> cells_known;
+  SomaFinder finder;
+  std::thread thread{};
+
+  void run();
+  void learn(std::uint32_t cell, const CellDetail& detail);
+  NeuriteBatch load(const TileJob& job);
+  bool isKnown(const TileJob& job) const {
+    return (busy && isSame(under_way, job)) ||
+           std::any_of(ready.begin(), ready.end(), [&](const LoadedTile& tile) { return isSame(tile.job, job); });
+  }
+};
+
+void BatchLoader::Impl::learn(std::uint32_t cell, const CellDetail& detail) {
+  for (const CellDetail::Root& root : detail.roots) roots[{cell, root.rank}] = root;
+  cells_known.insert(cell);
+  finder.offer(cell, detail);
+}
+
+NeuriteBatch BatchLoader::Impl::load(const TileJob& job) {
+  BatchOptions options{.colour = job.colour, .shallow_um = shallow_um, .deep_um = deep_um};
+  NeuriteBatch batch;
+  if (job.whole_cell != UINT32_MAX) {
+    const CellDetail detail = store.loadCellDetail(job.whole_cell);
+    learn(job.whole_cell, detail);
+    options.roots = &roots;
+    options.only_cell = job.whole_cell;
+    for (const TileId id : detail.tiles) {
+      const std::shared_ptr<const Tile> tile = store.load(id);
+      const TileAppearance appearance = store.loadAppearance(id);
+      finder.offer(tile, appearance);
+      const SomaTable somata = somataIn(*tile, appearance, roots, finder);
+      options.somata = &somata;
+      append(batch, makeBatch(*tile, appearance, options));
+    }
+  } else {
+    const std::shared_ptr<const Tile> tile = job.level ? levels->load(job.tile) : store.load(job.tile);
+    const TileAppearance appearance = job.level ? levels->loadAppearance(job.tile) : store.loadAppearance(job.tile);
+    if (!job.level)
+      for (const std::uint32_t cell : cellsWithOpenNodes(*tile))
+        if (!cells_known.contains(cell)) learn(cell, store.loadCellDetail(cell));
+    options.roots = job.level ? nullptr : &roots;
+    if (!job.level) finder.offer(tile, appearance);
+    const SomaTable somata =
+        job.level ? somataInLevel(*tile, appearance, finder) : somataIn(*tile, appearance, roots, finder);
+    options.somata = &somata;
+    batch = makeBatch(*tile, appearance, options);
+  }
+  sortThickestFirst(batch);
+  return batch;
+}
+
+void BatchLoader::Impl::run() {
+  // Where there are few cores, frames come first. (On Linux niceness is a thread's own.)
+  ::setpriority(PRIO_PROCESS, 0, 10);
+  std::unique_lock lock(mutex);
+  for (;;) {
+    to_do.wait(lock, [this] { return stop || (!jobs.empty() && ready.size() < kMostReady); });
+    if (stop) return;
+    under_way = jobs.back();
+    jobs.pop_back();
+    busy = true;
+    lock.unlock();
+    LoadedTile loaded{under_way, {}, nullptr};
+    try {
+      loaded.batch = load(loaded.job);
+    } catch (...) {
+      loaded.error = std::current_exception();
+    }
+    lock.lock();
+    busy = false;
+    ready.push_back(std::move(loaded));
+    done.notify_all();
+  }
+}
+
+BatchLoader::BatchLoader(const TileStore& store, const Levels* levels, double shallow_um, double deep_um)
+    : impl_(new Impl{.store = store,
+                     .levels = levels,
+                     .shallow_um = shallow_um,
+                     .deep_um = deep_um,
+                     .mutex = {},
+                     .to_do = {},
+                     .done = {},
+                     .jobs = {},
+                     .ready = {},
+                     .under_way = {},
+                     .roots = {},
+                     .cells_known = {},
+                     .finder = SomaFinder(store)}) {
+  impl_->thread = std::thread([this] { impl_->run(); });
+}
+
+BatchLoader::~BatchLoader() {
+  stop();
+  impl_->thread.join();
+}
+
+void BatchLoader::stop() {
+  {
+    const std::lock_guard lock(impl_->mutex);
+    impl_->stop = true;
+  }
+  impl_->to_do.notify_all();
+}
+
+void BatchLoader::want(std::vector<TileJob> jobs) {
+  const std::lock_guard lock(impl_->mutex);
+  std::erase_if(jobs, [this](const TileJob& job) { return impl_->isKnown(job); });
+  std::reverse(jobs.begin(), jobs.end());
+  impl_->jobs = std::move(jobs);
+  impl_->to_do.notify_all();
+}
+
+bool BatchLoader::take(LoadedTile& tile) {
+  const std::lock_guard lock(impl_->mutex);
+  if (impl_->ready.empty()) return false;
+  tile = std::move(impl_->ready.front());
+  impl_->ready.pop_front();
+  impl_->to_do.notify_all();
+  return true;
+}
+
+bool BatchLoader::isIdle() const {
+  const std::lock_guard lock(impl_->mutex);
+  return impl_->jobs.empty() && !impl_->busy && impl_->ready.empty();
+}
+
+bool BatchLoader::wait(double most_s) {
+  std::unique_lock lock(impl_->mutex);
+  const auto isOver = [this] { return !impl_->ready.empty() || (impl_->jobs.empty() && !impl_->busy); };
+  impl_->done.wait_for(lock, std::chrono::duration<double>(most_s), isOver);
+  return !impl_->ready.empty();
+}
+
+}  // namespace filiform::internal

@@ -1,0 +1,526 @@
+#include "viewer/gl/renderer.h"
+
+#include "viewer/gl/internal/gl_objects.h"
+#include "viewer/gl/internal/shaders.h"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <map>
+#include <span>
+#include <string>
+
+namespace filiform {
+
+namespace {
+
+using internal::Program;
+using internal::requireRoom;
+using internal::Target;
+
+// In pixels of the samples: thinner segments are drawn as lines, a pixel wide; then, up to the second, as ribbons:
+// lines two samples wide. A cone costs five times as much.
+constexpr double kLineRadius_px = 0.6, kRibbonRadius_px = 1.25;
+constexpr double kRibbon = 2;
+// A thread is never drawn thinner: it would break into dots.
+constexpr double kLeastRadius_px = 0.55;
+// A dark rim sets marks off from the threads behind them.
+constexpr double kMarkHalo_px = 2.5;
+// Of a highlighted cell's threads, in pixels.
+constexpr double kHighlightRadius_px = 1.1;
+
+// A batch on the card.
+struct Uploaded {
+  Vector3d origin_W, lo_W, hi_W;
+  Layer layer;
+  std::vector<float> radii_um;  // of the segments, falling
+  GLuint vertices, buffer;
+  bool shown = true;
+};
+
+// So that the first segment drawn is that one. (glDrawArraysInstancedBaseInstance came after OpenGL 3.3.)
+void bindFrom(const Uploaded& batch, std::size_t first) {
+  glBindVertexArray(batch.vertices);
+  glBindBuffer(GL_ARRAY_BUFFER, batch.buffer);
+  const auto attribute = [first](GLuint place, GLenum type, GLboolean normalised, std::size_t offset) {
+    glVertexAttribPointer(place, 4, type, normalised, sizeof(DrawnSegment),
+                          reinterpret_cast<const void*>(first * sizeof(DrawnSegment) + offset));
+  };
+  attribute(0, GL_FLOAT, GL_FALSE, offsetof(DrawnSegment, a_um));
+  attribute(1, GL_FLOAT, GL_FALSE, offsetof(DrawnSegment, b_um));
+  attribute(2, GL_UNSIGNED_BYTE, GL_TRUE, offsetof(DrawnSegment, colour));
+}
+
+bool isSeen(const Uploaded& batch, const LevelView& view) {
+  return std::all_of(view.planes.begin(), view.planes.end(), [&](const LevelView::Plane& plane) {
+    return plane.n.dot((plane.n.array() >= 0).select(batch.hi_W, batch.lo_W).matrix()) >= plane.d;
+  });
+}
+
+Vector3d colourVector(Rgba c) { return Vector3d(c.r, c.g, c.b) / 255; }
+
+bool contextHasQuadBuffer() {
+  GLboolean stereo = GL_FALSE;
+  glBindFramebuffer(GL_FRAMEBUFFER, 0);
+  glGetBooleanv(GL_STEREO, &stereo);
+  return stereo == GL_TRUE;
+}
+
+// Rows of the framebuffer that is bound, from the upmost of them down. OpenGL counts rows from below.
+void appendRows(Picture& picture, int lowest, int rows) {
+  const auto row = static_cast<std::size_t>(picture.width) * 3, count = static_cast<std::size_t>(rows);
+  std::vector<std::uint8_t> upside_down(row * count);
+  glPixelStorei(GL_PACK_ALIGNMENT, 1);
+  glReadPixels(0, lowest, picture.width, rows, GL_RGB, GL_UNSIGNED_BYTE, upside_down.data());
+  for (std::size_t y = count; y-- > 0;) {
+    const auto begin = upside_down.begin() + static_cast<std::ptrdiff_t>(y * row);
+    picture.rgb.insert(picture.rgb.end(), begin, begin + static_cast<std::ptrdiff_t>(row));
+  }
+}
+
+// Segments of one piece: of a picture that is drawn at once, and of one that is drawn in parts.
+constexpr std::size_t kAllAtOnce = 1U << 20, kInParts = 256;
+// Rows of the whole picture that are composed or read at a time.
+constexpr int kRows = 64;
+
+// In this order: what is drawn later lies over the earlier.
+enum class Stage : std::uint8_t { ribbons, lines, cones, highlight_faint, highlight, marks_faint, marks };
+
+// Segments of one batch that are drawn by one call.
+struct Piece {
+  Stage stage;
+  const Uploaded* batch;
+  std::size_t first, count;
+};
+
+// A picture that is being drawn: first the eyes' pieces, then the rows of the whole.
+struct Job {
+  std::array<EyeView, 2> views;
+  RenderOptions options;
+  PictureSize eye_size;
+  int samples = 1;
+  std::size_t eyes = 1;
+  std::array<std::vector<Piece>, 2> pieces;
+  std::size_t drawn_eyes = 0, drawn_pieces = 0;  // of the eye that is being drawn
+  int composed_rows = 0;
+  bool under_way = false;
+  std::size_t group = kInParts;  // segments between two looks at the clock
+
+  double done() const {
+    double all = 0, drawn = 0;
+    for (std::size_t eye = 0; eye < eyes; ++eye) {
+      const auto count = static_cast<double>(pieces[eye].size());
+      all += count;
+      drawn += eye < drawn_eyes ? count : eye == drawn_eyes ? static_cast<double>(drawn_pieces) : 0;
+    }
+    constexpr double kDrawing = 0.8;
+    return kDrawing * (all > 0 ? drawn / all : 1) + (1 - kDrawing) * composed_rows / options.size.height;
+  }
+};
+
+}  // namespace
+
+struct Renderer::Impl {
+  Program cone{internal::kConeVertexShader, internal::kConeFragmentShader};
+  Program line{internal::kLineVertexShader, internal::kLineFragmentShader};
+  std::map<std::array<int, 3>, Program> compose;  // by mode, samples, whether it is shaded: made when first needed
+  std::map<BatchId, Uploaded> batches;
+  std::array<Target, 2> eyes;
+  Target whole, whole_right;  // of quad-buffer stereo one for each eye
+  bool quad_buffer = false;   // as it was drawn last
+  GLuint nothing = 0;         // vertex array of the composing pass, which has no vertices to read
+  std::uint64_t bytes = 0;
+  Job job;
+
+  void remove(BatchId id);
+  const Program& composing(StereoMode mode, int samples, bool shaded);
+  RenderFigures start(const std::array<EyeView, 2>& views, const RenderOptions& options, std::size_t piece_segments);
+  RenderFigures list(std::size_t eye, std::size_t piece_segments);
+  void clearEye(std::size_t eye);
+  const Program& enter(Stage stage, std::size_t eye) const;
+  void drawPieces(std::size_t eye, std::size_t end);
+  void composeRows(int first_row, int rows);
+};
+
+Renderer::Renderer(GraphicsContext& context) {
+  context.makeCurrent();
+  impl_ = std::make_unique<Impl>();
+  glGenVertexArrays(1, &impl_->nothing);
+}
+
+Renderer::~Renderer() {
+  while (!impl_->batches.empty()) impl_->remove(impl_->batches.begin()->first);
+  glDeleteVertexArrays(1, &impl_->nothing);
+}
+
+void Renderer::Impl::remove(BatchId id) {
+  const auto found = batches.find(id);
+  if (found == batches.end()) return;
+  glDeleteVertexArrays(1, &found->second.vertices);
+  glDeleteBuffers(1, &found->second.buffer);
+  bytes -= static_cast<std::uint64_t>(found->second.radii_um.size()) * sizeof(DrawnSegment);
+  batches.erase(found);
+}
+
+void Renderer::remove(BatchId id) { impl_->remove(id); }
+std::uint64_t Renderer::bytes() const { return impl_->bytes; }
+void Renderer::show(BatchId id, bool shown) {
+  const auto found = impl_->batches.find(id);
+  if (found != impl_->batches.end()) found->second.shown = shown;
+}
+
+void Renderer::put(BatchId id, const NeuriteBatch& batch, Layer layer) {
+  remove(id);
+  if (batch.segments.empty()) return;
+  const auto radius = [](const DrawnSegment& s) { return std::max(s.a_radius_um, s.b_radius_um); };
+  std::vector<DrawnSegment> sorted;
+  std::span<const DrawnSegment> segments = batch.segments;
+  if (!isThickestFirst(batch)) {
+    NeuriteBatch copy = batch;
+    sortThickestFirst(copy);
+    sorted = std::move(copy.segments);
+    segments = sorted;
+  }
+  Uploaded up{batch.origin_W, batch.lo_W, batch.hi_W, layer, {}, 0, 0};
+  up.radii_um.reserve(segments.size());
+  for (const DrawnSegment& segment : segments) up.radii_um.push_back(radius(segment));
+  const std::size_t bytes = batch.segments.size() * sizeof(DrawnSegment);
+  glGenVertexArrays(1, &up.vertices);
+  glBindVertexArray(up.vertices);
+  glGenBuffers(1, &up.buffer);
+  glBindBuffer(GL_ARRAY_BUFFER, up.buffer);
+  glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(bytes), segments.data(), GL_STATIC_DRAW);
+  for (const GLuint place : {0U, 1U, 2U}) {
+    glEnableVertexAttribArray(place);
+    glVertexAttribDivisor(place, 1);
+  }
+  impl_->batches.emplace(id, std::move(up));
+  impl_->bytes += bytes;
+  requireRoom("the threads");
+}
+
+const Program& Renderer::Impl::composing(StereoMode mode, int samples, bool shaded) {
+  const std::array<int, 3> key{static_cast<int>(mode), samples, shaded ? 1 : 0};
+  const auto found = compose.find(key);
+  if (found != compose.end()) return found->second;
+  std::string text = internal::kComposeFragmentShader;
+  std::string defined = "#define MODE " + std::to_string(key[0]);
+  defined += "\n#define SAMPLES " + std::to_string(key[1]);
+  defined += "\n#define SHADED " + std::to_string(key[2]);
+  text.insert(text.find('\n') + 1, defined + "\n");  // after the version
+  return compose.try_emplace(key, internal::kComposeVertexShader, text.c_str()).first->second;
+}
+
+// What is drawn of one eye's view, in order.
+RenderFigures Renderer::Impl::list(std::size_t eye, std::size_t piece_segments) {
+  const EyeView& view = job.views[eye];
+  const LevelView levels = levelView(view, {job.eye_size.width * job.samples, job.eye_size.height * job.samples});
+  RenderFigures figures;
+  struct Part {  // a batch, thickest first: cones up to the first bound, ribbons up to the second, then lines
+    const Uploaded* batch;
+    std::size_t cones, ribbons;
+  };
+  std::vector<Part> threads, highlights, marked;
+  for (const auto& [id, batch] : batches) {
+    if (!batch.shown) continue;
+    if (!isSeen(batch, levels)) {
+      ++figures.culled;
+      continue;
+    }
+    ++figures.batches;
+    if (batch.layer != Layer::threads) {
+      (batch.layer == Layer::marks ? marked : highlights)
+          .push_back({&batch, batch.radii_um.size(), batch.radii_um.size()});
+      if (batch.layer == Layer::highlight) figures.cones += batch.radii_um.size();
+      continue;
+    }
+    const double distance = (batch.lo_W - view.eye_W).cwiseMax(view.eye_W - batch.hi_W).cwiseMax(0.0).norm();
+    const auto thickerThan = [&, &radii_um = batch.radii_um](double radius_px) {
+      const double least_um = radius_px * distance / levels.pixels_per_rad;
+      const auto thin = std::partition_point(radii_um.begin(), radii_um.end(),
+                                             [least_um](float radius_um) { return radius_um >= least_um; });
+      return static_cast<std::size_t>(thin - radii_um.begin());
+    };
+    threads.push_back({&batch, thickerThan(kRibbonRadius_px), thickerThan(kLineRadius_px)});
+    figures.cones += threads.back().cones;
+    figures.lines += batch.radii_um.size() - threads.back().cones;
+  }
+
+  std::vector<Piece>& pieces = job.pieces[eye];
+  pieces.clear();
+  const auto add = [&](Stage stage, const Part& part, std::size_t begin, std::size_t end) {
+    for (std::size_t first = begin; first < end; first += piece_segments)
+      pieces.push_back({stage, part.batch, first, std::min(piece_segments, end - first)});
+  };
+  const auto addAll = [&](Stage stage, const std::vector<Part>& parts) {
+    for (const Part& part : parts) add(stage, part, 0, part.cones);
+  };
+  for (const Part& part : threads) add(Stage::ribbons, part, part.cones, part.ribbons);
+  for (const Part& part : threads) add(Stage::lines, part, part.ribbons, part.batch->radii_um.size());
+  addAll(Stage::cones, threads);
+  // Inside dense tissue they would vanish: faint without a test of depth, then as they are.
+  addAll(Stage::highlight_faint, highlights);
+  addAll(Stage::highlight, highlights);
+  addAll(Stage::marks_faint, marked);
+  addAll(Stage::marks, marked);
+  return figures;
+}
+
+void Renderer::Impl::clearEye(std::size_t eye) {
+  eyes[eye].resize({job.eye_size.width * job.samples, job.eye_size.height * job.samples}, true);
+  eyes[eye].bind();
+  const Vector3d background = colourVector(job.options.background);
+  glClearColor(static_cast<float>(background.x()), static_cast<float>(background.y()),
+               static_cast<float>(background.z()), 1);
+  glDisable(GL_SCISSOR_TEST);
+  glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+  glDepthMask(GL_TRUE);
+  glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+}
+
+// All that the stage needs of OpenGL's state.
+const Program& Renderer::Impl::enter(Stage stage, std::size_t eye) const {
+  const bool faint = stage == Stage::highlight_faint || stage == Stage::marks_faint;
+  if (faint) {
+    glDisable(GL_DEPTH_TEST);
+    glEnable(GL_BLEND);
+    glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
+  } else {
+    glEnable(GL_DEPTH_TEST);
+    glDepthFunc(GL_LESS);
+    glDisable(GL_BLEND);
+  }
+  const RenderOptions& options = job.options;
+  const EyeView& view = job.views[eye];
+  const PictureSize& size = eyes[eye].size();
+  const Eigen::Matrix4d p = projection(view.frustum);
+  const bool is_line = stage == Stage::ribbons || stage == Stage::lines;
+  const Program& program = is_line ? line : cone;
+  program.use();
+  program.set("rotation_VW", view.rotation_VW);
+  program.set("lens", Eigen::Vector4d(p(0, 0), p(0, 2), p(1, 1), p(1, 2)));
+  program.set("depth_map", p(2, 2), p(2, 3));
+  program.set("half_px", size.width / 2.0, size.height / 2.0);
+  program.set("near_um", view.frustum.near_um);
+  program.set("background", colourVector(options.background));
+  program.set("dim", options.dim);
+  program.set("fog", Vector3d(options.fog_begin_um, options.fog_end_um, options.fog_most));
+  program.set("clearing", options.clear_end_um, options.clear_begin_um);
+  program.set("opacity", 1.0);
+  if (is_line) {
+    program.set("width_px", stage == Stage::ribbons ? std::max<double>(job.samples, kRibbon) : job.samples);
+    return program;
+  }
+  program.set("least_px", kLeastRadius_px);
+  program.set("halo_px", options.halo_px * job.samples);
+  program.set("halo_radii", 0.8, 2.0);
+  if (stage == Stage::cones) return program;
+  program.set("fog", Vector3d(1e9, 2e9, 0));
+  program.set("dim", 0.0);
+  program.set("clearing", -2.0, -1.0);
+  if (stage == Stage::highlight_faint || stage == Stage::highlight) {
+    program.set("least_px", kHighlightRadius_px * job.samples);
+    program.set("halo_px", 0.0);
+    program.set("opacity", faint ? 0.45 : 1);
+    return program;
+  }
+  program.set("halo_radii", 1.2 * job.samples, 2.4 * job.samples);  // of the glyph, not of the boxes
+  program.set("halo_px", faint ? 0 : kMarkHalo_px * job.samples);
+  program.set("opacity", faint ? 0.4 : 1);
+  return program;
+}
+
+void Renderer::Impl::drawPieces(std::size_t eye, std::size_t end) {
+  eyes[eye].bind();
+  // Who else draws in this context may have left anything on.
+  glDisable(GL_SCISSOR_TEST);
+  glDisable(GL_CULL_FACE);
+  glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+  glDepthMask(GL_TRUE);
+  const Program* program = nullptr;
+  for (std::size_t& at = job.drawn_pieces; at < end; ++at) {
+    const Piece& piece = job.pieces[eye][at];
+    if (program == nullptr || piece.stage != job.pieces[eye][at - 1].stage) program = &enter(piece.stage, eye);
+    program->set("origin_V", job.views[eye].toView(piece.batch->origin_W));
+    bindFrom(*piece.batch, piece.first);
+    glDrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, static_cast<GLsizei>(piece.count));
+  }
+}
+
+void Renderer::Impl::composeRows(int first_row, int rows) {
+  const RenderOptions& options = job.options;
+  const Eigen::Matrix4d p = projection(job.views[0].frustum);
+  glDisable(GL_DEPTH_TEST);
+  glDisable(GL_BLEND);
+  glDisable(GL_CULL_FACE);
+  glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+  glBindVertexArray(nothing);
+  const auto bindPicture = [](GLuint unit, GLuint texture) {
+    glActiveTexture(GL_TEXTURE0 + unit);
+    glBindTexture(GL_TEXTURE_2D, texture);
+  };
+  const auto composeInto = [&](Target& target, std::size_t left, std::size_t right, StereoMode mode) {
+    target.resize(options.size, false);
+    target.bind();
+    glEnable(GL_SCISSOR_TEST);
+    glScissor(0, first_row, options.size.width, rows);
+    const Program& composing_program = composing(mode, job.samples, options.shade_um > 0);
+    composing_program.use();
+    composing_program.set("left_eye", 0);
+    composing_program.set("right_eye", 1);
+    composing_program.set("left_depth", 2);
+    composing_program.set("right_depth", 3);
+    composing_program.set("whole", options.size);
+    composing_program.set("eye", job.eye_size);
+    composing_program.set("depth_map", p(2, 2), p(2, 3));
+    composing_program.set("shade_um", options.shade_um);
+    bindPicture(0, eyes[left].colour());
+    bindPicture(1, eyes[right].colour());
+    bindPicture(2, eyes[left].depth());
+    bindPicture(3, eyes[right].depth());
+    glDrawArrays(GL_TRIANGLES, 0, 3);
+    glDisable(GL_SCISSOR_TEST);
+  };
+  if (options.stereo == StereoMode::quad_buffer) {
+    composeInto(whole_right, 1, 1, StereoMode::mono);
+    composeInto(whole, 0, 0, StereoMode::mono);
+  } else {
+    composeInto(whole, 0, job.eyes - 1, options.stereo);
+  }
+  for (const GLuint unit : {3U, 2U, 1U, 0U}) bindPicture(unit, 0);
+}
+
+RenderFigures Renderer::Impl::start(const std::array<EyeView, 2>& views, const RenderOptions& options,
+                                    std::size_t piece_segments) {
+  const PictureSize& size = options.size;
+  if (size.width < 1 || size.height < 1 || size.width > kMaxSize || size.height > kMaxSize)
+    throw UsageError("a picture of " + std::to_string(size.width) + " x " + std::to_string(size.height) +
+                     " pixels: each side must be 1 to " + std::to_string(kMaxSize));
+  GLint most = 0;
+  glGetIntegerv(GL_MAX_TEXTURE_SIZE, &most);
+  int samples = std::clamp(options.samples, 1, 4);
+  while (samples > 1 && samples * std::max(size.width, size.height) > most) samples /= 2;
+  quad_buffer = options.stereo == StereoMode::quad_buffer;
+  if (quad_buffer && !contextHasQuadBuffer())
+    throw GraphicsError(
+        "this display has no quad-buffer stereo; choose anaglyph, side-by-side, top-bottom or row-interleaved");
+
+  job = {};
+  job.views = views;
+  job.options = options;
+  job.eye_size = eyeSize(options.stereo, size);
+  job.samples = samples;
+  job.eyes = options.stereo == StereoMode::mono ? 1 : 2;
+  RenderFigures figures;
+  for (std::size_t eye = 0; eye < job.eyes; ++eye) {
+    const RenderFigures listed = list(eye, piece_segments);
+    if (eye == 0) figures = listed;
+  }
+  job.under_way = true;
+  return figures;
+}
+
+RenderFigures Renderer::begin(const std::array<EyeView, 2>& views, const RenderOptions& options) {
+  return impl_->start(views, options, kInParts);
+}
+
+double Renderer::advance(double most_ms) {
+  using Clock = std::chrono::steady_clock;
+  Impl& r = *impl_;
+  Job& job = r.job;
+  if (!job.under_way) return 1;
+  const bool at_once = std::isinf(most_ms);
+  const Clock::time_point begin = Clock::now();
+  const auto since_ms = [](Clock::time_point then) {
+    glFinish();  // the driver is behind the calls
+    return std::chrono::duration<double, std::milli>(Clock::now() - then).count();
+  };
+  for (; job.drawn_eyes < job.eyes; ++job.drawn_eyes, job.drawn_pieces = 0) {
+    const std::size_t eye = job.drawn_eyes;
+    if (job.drawn_pieces == 0) r.clearEye(eye);
+    const std::vector<Piece>& pieces = job.pieces[eye];
+    while (job.drawn_pieces < pieces.size()) {
+      std::size_t end = job.drawn_pieces, segments = 0;
+      while (end < pieces.size() && (at_once || segments < job.group)) segments += pieces[end++].count;
+      const Clock::time_point group_begin = Clock::now();
+      r.drawPieces(eye, end);
+      if (at_once) continue;
+      const double group_ms = since_ms(group_begin);
+      if (group_ms < most_ms / 8) job.group *= 2;
+      if (group_ms > most_ms / 2) job.group = std::max(job.group / 2, kInParts);
+      if (since_ms(begin) >= most_ms) return job.done();
+    }
+  }
+  while (job.composed_rows < job.options.size.height) {
+    const int left = job.options.size.height - job.composed_rows, rows = at_once ? left : std::min(kRows, left);
+    r.composeRows(job.composed_rows, rows);
+    job.composed_rows += rows;
+    if (rows < left && since_ms(begin) >= most_ms) return job.done();
+  }
+  job.under_way = false;
+  requireRoom("the picture");
+  return 1;
+}
+
+RenderFigures Renderer::draw(const std::array<EyeView, 2>& views, const RenderOptions& options) {
+  const RenderFigures figures = impl_->start(views, options, kAllAtOnce);
+  advance(INFINITY);
+  return figures;
+}
+
+bool Renderer::hasQuadBuffer() const { return contextHasQuadBuffer(); }
+
+Picture Renderer::read() const {
+  Picture picture;
+  while (!readMore(picture, std::numeric_limits<int>::max())) {
+  }
+  return picture;
+}
+
+bool Renderer::readMore(Picture& picture, int most_rows) const {
+  const PictureSize& size = impl_->whole.size();
+  const std::size_t row = static_cast<std::size_t>(size.width) * 3;
+  if (size.width == 0) return true;
+  if (picture.rgb.empty()) {
+    picture = {size.width, size.height, {}};
+    picture.rgb.reserve(row * static_cast<std::size_t>(size.height));
+  }
+  const int done = static_cast<int>(picture.rgb.size() / row), rows = std::min(most_rows, size.height - done);
+  impl_->whole.bind();
+  appendRows(picture, size.height - done - rows, rows);
+  return done + rows == size.height;
+}
+
+Picture Renderer::readWindow(const PictureSize& window) {
+  Picture picture{window.width, window.height, {}};
+  glBindFramebuffer(GL_FRAMEBUFFER, 0);
+  appendRows(picture, 0, window.height);
+  return picture;
+}
+
+void Renderer::finish() const { glFinish(); }
+
+void Renderer::present(const PictureSize& window) const {
+  if (window.width < 1 || window.height < 1) throw UsageError("a window of no pixels cannot be drawn into");
+  const PictureSize& size = impl_->whole.size();
+  if (size.width == 0) return;
+  glBindFramebuffer(GL_DRAW_FRAMEBUFFER, 0);
+  glDisable(GL_SCISSOR_TEST);
+  const bool same = window.width == size.width && window.height == size.height;
+  const auto copy = [&](const Target& from, GLenum to) {
+    from.bindForReading();
+    if (impl_->quad_buffer) glDrawBuffer(to);
+    glBlitFramebuffer(0, 0, size.width, size.height, 0, 0, window.width, window.height, GL_COLOR_BUFFER_BIT,
+                      same ? GL_NEAREST : GL_LINEAR);
+  };
+  if (impl_->quad_buffer) copy(impl_->whole_right, GL_BACK_RIGHT);
+  copy(impl_->whole, GL_BACK_LEFT);
+  if (impl_->quad_buffer) glDrawBuffer(GL_BACK);
+  glBindFramebuffer(GL_FRAMEBUFFER, 0);
+  glViewport(0, 0, window.width, window.height);
+}
+
+}  // namespace filiform

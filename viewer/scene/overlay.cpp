@@ -1,0 +1,56 @@
+#include "viewer/scene/overlay.h"
+
+namespace filiform {
+
+namespace {
+
+void put(const Vector3d& p, float* to) {
+  for (int axis = 0; axis < 3; ++axis) to[axis] = static_cast<float>(p[axis]);
+}
+
+}  // namespace
+
+NeuriteBatch workspaceBatch(const Workspace& workspace, double line_um) {
+  NeuriteBatch batch;
+  batch.origin_W = workspace.centre_W();
+  batch.lo_W = batch.hi_W = batch.origin_W;
+  const WorkspaceOptions& options = workspace.options();
+  const Vector3d half_D = 0.5 * (options.hi_D - options.lo_D);
+  const auto radius_um = static_cast<float>(line_um / 2);
+  for (const bool is_static : {false, true}) {
+    const double part = is_static ? options.static_fraction : 1;
+    const auto corner_W = [&](int corner) -> Vector3d {
+      const Vector3d side((corner & 1) != 0 ? 1 : -1, (corner & 2) != 0 ? 1 : -1, (corner & 4) != 0 ? 1 : -1);
+      return workspace.toWorld(workspace.centre_D() + part * half_D.cwiseProduct(side));
+    };
+    for (int corner = 0; corner < 8; ++corner)
+      for (const int axis : {1, 2, 4}) {
+        if ((corner & axis) != 0) continue;
+        const Vector3d a_W = corner_W(corner), b_W = corner_W(corner | axis);
+        DrawnSegment edge{};
+        put(a_W - batch.origin_W, edge.a_um);
+        put(b_W - batch.origin_W, edge.b_um);
+        edge.a_radius_um = edge.b_radius_um = radius_um;
+        edge.colour = is_static ? kStaticColour : kDynamicColour;
+        batch.segments.push_back(edge);
+        batch.lo_W = batch.lo_W.cwiseMin(a_W).cwiseMin(b_W);
+        batch.hi_W = batch.hi_W.cwiseMax(a_W).cwiseMax(b_W);
+      }
+  }
+  batch.largest_radius_um = radius_um;
+  return batch;
+}
+
+NeuriteBatch proxyBatch(const Vector3d& p_W, double radius_um) {
+  NeuriteBatch batch;
+  batch.origin_W = p_W;
+  batch.lo_W = p_W - Vector3d::Constant(radius_um);
+  batch.hi_W = p_W + Vector3d::Constant(radius_um);
+  DrawnSegment ball{};
+  ball.a_radius_um = ball.b_radius_um = batch.largest_radius_um = static_cast<float>(radius_um);
+  ball.colour = kProxyColour;
+  batch.segments.push_back(ball);
+  return batch;
+}
+
+}  // namespace filiform

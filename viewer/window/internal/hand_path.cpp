@@ -1,0 +1,43 @@
+#include "viewer/window/internal/hand_path.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace filiform::internal {
+
+void HandPath::begin(std::vector<Vector3d> way_W) {
+  way_W_ = std::move(way_W);
+  at_ = 0;
+}
+
+Vector3d HandPath::aim_W(const Vector3d& p_W, double ahead_um) {
+  double best_um = INFINITY, along = 0, passed_um = 0;
+  std::size_t at = at_;
+  // A way that comes back to where it was must not be cut short: the search goes no farther than the hand can.
+  for (std::size_t i = at_; i + 1 < way_W_.size() && passed_um < 4 * ahead_um; ++i) {
+    const Vector3d d = way_W_[i + 1] - way_W_[i];
+    const double t = d.squaredNorm() > 0 ? std::clamp((p_W - way_W_[i]).dot(d) / d.squaredNorm(), 0.0, 1.0) : 0.0;
+    const double distance_um = (way_W_[i] + t * d - p_W).norm();
+    if (distance_um < best_um) {
+      best_um = distance_um;
+      at = i;
+      along = t;
+    }
+    passed_um += (i == at_ ? 1 - t : 1) * d.norm();
+  }
+  at_ = at;
+  Vector3d aim = way_W_[at] + along * (way_W_[at + 1] - way_W_[at]);
+  double left_um = ahead_um;
+  for (std::size_t i = at; i + 1 < way_W_.size() && left_um > 0; ++i) {
+    const Vector3d step = way_W_[i + 1] - aim;
+    const double length_um = step.norm();
+    if (length_um >= left_um) return aim + step * (left_um / length_um);
+    left_um -= length_um;
+    aim = way_W_[i + 1];
+  }
+  if ((p_W - way_W_.back()).norm() < 0.1 * ahead_um) end();
+  return aim;
+}
+
+}  // namespace filiform::internal

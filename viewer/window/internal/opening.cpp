@@ -1,0 +1,80 @@
+#include "viewer/window/internal/opening.h"
+
+#include "index/errors.h"
+#include "index/text.h"
+
+#include <chrono>
+
+namespace filiform::internal {
+
+namespace {
+
+template <class T>
+bool isThere(const std::future<T>& future) {
+  return future.valid() && future.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+}
+
+Opened openScene(const std::vector<std::string>& paths, const Opening::Open& open) {
+  Opened opened;
+  opened.scene = open(paths);
+  const TileStore& store = *opened.scene.store;
+  opened.finder = std::make_unique<PlaceFinder>(store);
+  try {
+    opened.saved = std::make_unique<SavedHistory>(store, SavedHistory::pathFor(paths.front()));
+    if (!opened.saved->warning().empty()) opened.warnings.push_back(opened.saved->warning());
+  } catch (const Error& error) {
+    opened.warnings.emplace_back(error.what());
+  }
+  if (opened.saved && !opened.saved->history().places().empty())
+    opened.start = opened.saved->history().places()[opened.saved->history().now()];
+  if (opened.start.valid() || store.cell_count() == 0) return opened;
+  std::uint32_t largest = 0;
+  for (std::uint32_t cell = 1; cell < store.cell_count(); ++cell)
+    if (store.cell(cell).segments > store.cell(largest).segments) largest = cell;
+  opened.start = opened.finder->soma(largest);
+  return opened;
+}
+
+}  // namespace
+
+SessionOptions fitTo(const OpenedScene& scene, SessionOptions options) {
+  options.in_memory = scene.in_memory;
+  if (options.in_memory) options.budget_bytes.reset();
+  return options;
+}
+
+void Opening::begin(const std::vector<std::string>& paths, const Open& open, Renderer& renderer, double now_s) {
+  name_.clear();
+  for (const std::string& path : paths) {
+    if (!name_.empty()) name_ += ", ";
+    name_ += escaped(path, 80);
+  }
+  since_s_ = now_s;
+  scene_ = std::async(std::launch::async, [paths, open, &renderer] {
+    Opened opened = openScene(paths, open);
+    // Last: its end would touch the renderer.
+    opened.picture = std::make_unique<SceneView>(*opened.scene.store, opened.scene.levels.get(), renderer);
+    return opened;
+  });
+}
+
+bool Opening::isSceneReady() const { return isThere(scene_); }
+void Opening::takeScene() { opened_ = scene_.get(); }
+
+void Opening::openDevice(const SessionOptions& options) {
+  opened_->options = fitTo(opened_->scene, options);
+  session_ = std::async(std::launch::async, [&store = *opened_->scene.store, wanted = opened_->options] {
+    return std::make_unique<Session>(store, wanted);
+  });
+}
+
+bool Opening::isReady() const { return isThere(session_); }
+
+Opened Opening::take() {
+  Opened opened = std::move(*opened_);
+  opened_.reset();
+  opened.session = session_.get();
+  return opened;
+}
+
+}  // namespace filiform::internal

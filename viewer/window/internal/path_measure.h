@@ -1,0 +1,33 @@
+// How far it is from a place that was marked to where the proxy is, straight and along the cell. Thread rule: one
+// owner.
+#pragma once
+
+#include "solver/proxy/proxy_solver.h"
+#include "solver/travel/cell_walk.h"
+
+#include <optional>
+#include <string>
+
+namespace filiform::internal {
+
+class PathMeasure {
+ public:
+  void begin(const ProxyPlace& from);
+  void end() { *this = {}; }
+  bool isOn() const { return from_.has_value(); }
+
+  // Is there anything to measure anew for this place?
+  bool isBehind(const ProxyPlace& to) const;
+  // `walk`: of the cell that the place lies in. O(samples log samples).
+  void measure(const ProxyPlace& to, const CellWalk& walk);
+
+  std::string text() const;  // for the person; empty where it is off
+  std::optional<double> path_um() const { return isOn() ? path_um_ : std::nullopt; }
+
+ private:
+  std::optional<ProxyPlace> from_, to_;
+  std::optional<double> path_um_;
+  std::string text_;
+};
+
+}  // namespace filiform::internal

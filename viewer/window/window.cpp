@@ -1,0 +1,316 @@
+#include "viewer/window/window.h"
+
+#include "viewer/window/internal/letters.h"
+#include "viewer/window/internal/system_fonts.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+
+#define GLFW_INCLUDE_NONE
+#include <GLFW/glfw3.h>
+#include <backends/imgui_impl_glfw.h>
+#include <backends/imgui_impl_opengl3.h>
+#include <imgui.h>
+
+namespace filiform {
+
+namespace {
+
+std::string& lastError() {
+  static std::string text;
+  return text;
+}
+
+void onError(int, const char* text) {
+  lastError() = text;
+  std::replace(lastError().begin(), lastError().end(), '\n', ' ');
+}
+
+std::uint8_t modifiersOf(int glfw) {
+  std::uint8_t modifiers = 0;
+  if ((glfw & GLFW_MOD_SHIFT) != 0) modifiers |= Key::kShift;
+  if ((glfw & GLFW_MOD_CONTROL) != 0) modifiers |= Key::kControl;
+  if ((glfw & GLFW_MOD_ALT) != 0) modifiers |= Key::kAlt;
+  return modifiers;
+}
+
+std::uint32_t specialOf(int key) {
+  switch (key) {
+    case GLFW_KEY_ESCAPE:
+      return Key::kEscape;
+    case GLFW_KEY_ENTER:
+    case GLFW_KEY_KP_ENTER:
+      return Key::kEnter;
+    case GLFW_KEY_TAB:
+      return Key::kTab;
+    case GLFW_KEY_BACKSPACE:
+      return Key::kBackspace;
+    case GLFW_KEY_LEFT:
+      return Key::kLeft;
+    case GLFW_KEY_RIGHT:
+      return Key::kRight;
+    case GLFW_KEY_UP:
+      return Key::kUp;
+    case GLFW_KEY_DOWN:
+      return Key::kDown;
+    case GLFW_KEY_PAGE_UP:
+      return Key::kPageUp;
+    case GLFW_KEY_PAGE_DOWN:
+      return Key::kPageDown;
+    case GLFW_KEY_HOME:
+      return Key::kHome;
+    case GLFW_KEY_F1:
+      return Key::kF1;
+    case GLFW_KEY_F11:
+      return Key::kF11;
+    default:
+      return Key::kNone;
+  }
+}
+
+class WindowContext final : public GraphicsContext {
+ public:
+  explicit WindowContext(GLFWwindow* window) : window_(window) {}
+  void makeCurrent() override { glfwMakeContextCurrent(window_); }
+  std::string description() const override { return describeCurrentContext(); }
+
+ private:
+  GLFWwindow* window_;
+};
+
+}  // namespace
+
+struct Window::Impl {
+  GLFWwindow* window = nullptr;
+  std::unique_ptr<WindowContext> context;
+  std::vector<InputEvent> events;
+  double x = 0, y = 0;  // as the last move told
+  double interface_scale = 1, content_scale = 1;
+  double built_scale = 0;  // of letters and sizes as they are; 0: none yet
+  internal::Letters letters{internal::findFonts(internal::fontFolders())};
+  std::uint8_t modifiers = 0;
+  // Of the key event that the next character belongs to.
+  bool repeated = false, began_in_text = false;
+  int windowed_x = 0, windowed_y = 0, windowed_width = 0, windowed_height = 0;
+
+  static Impl& of(GLFWwindow* window) { return *static_cast<Impl*>(glfwGetWindowUserPointer(window)); }
+
+  InputEvent& add(InputEvent::Kind kind) {
+    InputEvent event;
+    event.kind = kind;
+    event.x = x;
+    event.y = y;
+    event.modifiers = modifiers;
+    event.time_s = glfwGetTime();
+    return events.emplace_back(std::move(event));
+  }
+
+  void addKey(const Key& key) {
+    InputEvent& event = add(InputEvent::Kind::key);
+    event.key = key;
+    event.repeated = repeated;
+  }
+
+  static void onKey(GLFWwindow* window, int key, int scancode, int action, int mods) {
+    ImGui_ImplGlfw_KeyCallback(window, key, scancode, action, mods);
+    Impl& w = of(window);
+    w.modifiers = modifiersOf(mods);
+    w.repeated = action == GLFW_REPEAT;
+    if (action == GLFW_PRESS) w.began_in_text = ImGui::GetIO().WantTextInput;
+    Key pressed{specialOf(key), w.modifiers};
+    // Characters come by onCharacter, except with Ctrl or Alt, where none is typed.
+    if (pressed.code == Key::kNone) {
+      if ((w.modifiers & (Key::kControl | Key::kAlt)) == 0) return;
+      const char* name = glfwGetKeyName(key, scancode);
+      if (name == nullptr || name[0] == 0 || name[1] != 0) return;
+      pressed.code = static_cast<unsigned char>(name[0]);
+    }
+    if (action == GLFW_RELEASE) {
+      w.add(InputEvent::Kind::key_up).key = pressed;
+      return;
+    }
+    const bool typing = ImGui::GetIO().WantTextInput;
+    if (typing && pressed.code != Key::kEscape) return;
+    w.addKey(pressed);
+  }
+  static void onCharacter(GLFWwindow* window, unsigned codepoint) {
+    Impl& w = of(window);
+    // A key that opened a text field and is still held does not type into it.
+    if (w.repeated && !w.began_in_text) return w.addKey({codepoint, 0});
+    ImGui_ImplGlfw_CharCallback(window, codepoint);
+    if (ImGui::GetIO().WantTextInput) return;
+    w.addKey({codepoint, 0});
+  }
+  static void onButton(GLFWwindow* window, int button, int action, int mods) {
+    ImGui_ImplGlfw_MouseButtonCallback(window, button, action, mods);
+    Impl& w = of(window);
+    w.modifiers = modifiersOf(mods);
+    if (button > 2 || (action == GLFW_PRESS && ImGui::GetIO().WantCaptureMouse)) return;
+    w.add(action == GLFW_PRESS ? InputEvent::Kind::button : InputEvent::Kind::button_up).button = button;
+  }
+  static void onMove(GLFWwindow* window, double x, double y) {
+    Impl& w = of(window);
+    int width = 1, height = 1, across = 1, down = 1;
+    glfwGetWindowSize(window, &width, &height);
+    glfwGetFramebufferSize(window, &across, &down);
+    w.x = x * across / std::max(width, 1);
+    w.y = y * down / std::max(height, 1);
+    w.add(InputEvent::Kind::move);
+  }
+  static void onScroll(GLFWwindow* window, double dx, double dy) {
+    ImGui_ImplGlfw_ScrollCallback(window, dx, dy);
+    if (ImGui::GetIO().WantCaptureMouse) return;
+    of(window).add(InputEvent::Kind::scroll).y = dy;
+  }
+  // The window went to another screen, or this one has a new scale.
+  static void onContentScale(GLFWwindow* window, float across, float) {
+    if (across > 0) of(window).content_scale = across;
+  }
+  static void onDrop(GLFWwindow* window, int count, const char** paths) {
+    of(window).add(InputEvent::Kind::drop).paths.assign(paths, paths + count);
+  }
+};
+
+Window::Window(const std::string& title, const PictureSize& size, double interface_scale)
+    : impl_(std::make_unique<Impl>()) {
+  Impl& w = *impl_;
+  glfwSetErrorCallback(onError);
+  if (glfwInit() == GLFW_FALSE) {
+    std::string what = "no window: ";
+    const char* display = std::getenv("DISPLAY");
+    what += display == nullptr || *display == 0 ? "there is no display (DISPLAY is not set)" : lastError();
+    what +=
+        "; draw pictures without one by `filiform render SCENE -o picture.png`, or start `xvfb-run -a filiform view "
+        "SCENE`";
+    throw GraphicsError(what);
+  }
+  glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
+  glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 3);
+  glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
+  glfwWindowHint(GLFW_OPENGL_FORWARD_COMPAT, GLFW_TRUE);
+  glfwWindowHint(GLFW_DEPTH_BITS, 0);
+  glfwWindowHint(GLFW_SCALE_TO_MONITOR, GLFW_TRUE);
+  // With a picture for each eye where the driver has that: few have, and then a plain one.
+  for (const int stereo : {GLFW_TRUE, GLFW_FALSE}) {
+    glfwWindowHint(GLFW_STEREO, stereo);
+    w.window = glfwCreateWindow(std::max(size.width, 1), std::max(size.height, 1), title.c_str(), nullptr, nullptr);
+    if (w.window != nullptr) break;
+  }
+  if (w.window == nullptr) {
+    std::string what = "no window: the display gives no OpenGL 3.3 (";
+    what += lastError();
+    what +=
+        "); use Mesa's software renderer (LIBGL_ALWAYS_SOFTWARE=1 filiform view SCENE), or draw pictures by "
+        "`filiform render SCENE -o picture.png`";
+    glfwTerminate();
+    throw GraphicsError(what);
+  }
+  glfwMakeContextCurrent(w.window);
+  glfwSwapInterval(1);
+  w.context = std::make_unique<WindowContext>(w.window);
+  float across = 1, down = 1;
+  glfwGetWindowContentScale(w.window, &across, &down);
+  w.content_scale = across > 0 ? across : 1;
+  w.interface_scale = interface_scale > 0 ? interface_scale : 1;
+
+  glfwSetWindowUserPointer(w.window, &w);
+  glfwSetKeyCallback(w.window, Impl::onKey);
+  glfwSetCharCallback(w.window, Impl::onCharacter);
+  glfwSetMouseButtonCallback(w.window, Impl::onButton);
+  glfwSetCursorPosCallback(w.window, Impl::onMove);
+  glfwSetScrollCallback(w.window, Impl::onScroll);
+  glfwSetDropCallback(w.window, Impl::onDrop);
+  glfwSetWindowContentScaleCallback(w.window, Impl::onContentScale);
+
+  IMGUI_CHECKVERSION();
+  ImGui::CreateContext();
+  ImGuiIO& io = ImGui::GetIO();
+  io.IniFilename = nullptr;  // settings are ours
+  ImGui_ImplGlfw_InitForOpenGL(w.window, false);
+  ImGui_ImplOpenGL3_Init("#version 330 core");
+}
+
+Window::~Window() {
+  ImGui_ImplOpenGL3_Shutdown();
+  ImGui_ImplGlfw_Shutdown();
+  ImGui::DestroyContext();
+  glfwDestroyWindow(impl_->window);
+  glfwTerminate();
+}
+
+GraphicsContext& Window::context() { return *impl_->context; }
+bool Window::isOpen() const { return glfwWindowShouldClose(impl_->window) == GLFW_FALSE; }
+double Window::scale() const { return impl_->interface_scale * impl_->content_scale; }
+void Window::want(const std::string& utf8) { impl_->letters.want(utf8); }
+
+void Window::setInterfaceScale(double scale) {
+  if (scale > 0 && !ImGui::IsAnyMouseDown()) impl_->interface_scale = scale;
+}
+double Window::now_s() const { return glfwGetTime(); }
+
+PictureSize Window::size() const {
+  PictureSize size;
+  glfwGetFramebufferSize(impl_->window, &size.width, &size.height);
+  return {std::max(size.width, 1), std::max(size.height, 1)};
+}
+
+std::vector<InputEvent> Window::poll(double wait_s) {
+  if (wait_s > 0)
+    glfwWaitEventsTimeout(wait_s);
+  else
+    glfwPollEvents();
+  return std::exchange(impl_->events, {});
+}
+
+bool Window::pointerOnPanel() const { return ImGui::GetIO().WantCaptureMouse; }
+
+void Window::beginPanels() {
+  Impl& w = *impl_;
+  if (w.letters.isStale() || w.built_scale != scale()) {
+    ImGuiStyle style;
+    ImGui::StyleColorsDark(&style);
+    style.ScaleAllSizes(static_cast<float>(scale()));
+    ImGui::GetStyle() = style;
+    w.letters.build(scale());
+    if (w.built_scale > 0) {
+      ImGui_ImplOpenGL3_DestroyFontsTexture();
+      ImGui_ImplOpenGL3_CreateFontsTexture();
+    }
+    w.built_scale = scale();
+  }
+  ImGui_ImplOpenGL3_NewFrame();
+  ImGui_ImplGlfw_NewFrame();
+  ImGui::NewFrame();
+}
+
+void Window::endPanels() {
+  ImGui::Render();
+  ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
+}
+
+Picture Window::read() const { return Renderer::readWindow(size()); }
+
+void Window::show() { glfwSwapBuffers(impl_->window); }
+void Window::hide() {
+  glfwHideWindow(impl_->window);
+  glfwPollEvents();
+}
+void Window::setTitle(const std::string& title) { glfwSetWindowTitle(impl_->window, title.c_str()); }
+
+void Window::toggleFullscreen() {
+  Impl& w = *impl_;
+  if (glfwGetWindowMonitor(w.window) != nullptr) {
+    glfwSetWindowMonitor(w.window, nullptr, w.windowed_x, w.windowed_y, w.windowed_width, w.windowed_height,
+                         GLFW_DONT_CARE);
+    return;
+  }
+  GLFWmonitor* monitor = glfwGetPrimaryMonitor();
+  if (monitor == nullptr) return;
+  const GLFWvidmode* mode = glfwGetVideoMode(monitor);
+  glfwGetWindowPos(w.window, &w.windowed_x, &w.windowed_y);
+  glfwGetWindowSize(w.window, &w.windowed_width, &w.windowed_height);
+  glfwSetWindowMonitor(w.window, monitor, 0, 0, mode->width, mode->height, mode->refreshRate);
+}
+
+}  // namespace filiform

@@ -1,0 +1,75 @@
+// A window with an OpenGL 3.3 core context, what people do in it, and the panels' library (Dear ImGui) within it.
+//
+//   Window window("filiform", {1280, 800});
+//   while (window.isOpen()) {
+//     for (const InputEvent& event : window.poll(0)) handle(event);
+//     renderer.draw(views, options);
+//     renderer.present(window.size());
+//     window.beginPanels();
+//     window.endPanels();
+//     window.show();
+//   }
+//
+// Thread rule: the main thread.
+#pragma once
+
+#include "viewer/gl/graphics_context.h"
+#include "viewer/gl/renderer.h"
+#include "viewer/scene/camera.h"
+#include "viewer/window/bindings.h"
+
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace filiform {
+
+struct InputEvent {
+  enum class Kind : std::uint8_t { key, key_up, button, button_up, move, scroll, drop };
+  Kind kind = Kind::key;
+  Key key{};                   // key, key_up
+  bool repeated = false;       // key: it was down already, and the keyboard repeats it
+  int button = 0;              // 0 left, 1 right, 2 middle
+  std::uint8_t modifiers = 0;  // of Key
+  double x = 0, y = 0;         // pixels of the picture, from the top left; scroll: y in notches
+  double time_s = 0;
+  std::vector<std::string> paths{};  // drop
+};
+
+class Window {
+ public:
+  // Throws GraphicsError, with what to do instead, where there is no display or no OpenGL 3.3. Only one at a time.
+  Window(const std::string& title, const PictureSize& size, double interface_scale = 0);
+  ~Window();
+  Window(const Window&) = delete;
+  Window& operator=(const Window&) = delete;
+
+  GraphicsContext& context();
+  bool isOpen() const;       // the person has not closed it
+  PictureSize size() const;  // of the picture, pixels; at least 1 x 1
+  double scale() const;      // of letters: that of the screen the window is on, times the person's
+  // The person's; takes effect with the next panels, once no mouse button is held.
+  void setInterfaceScale(double scale);
+  // The panels will show these characters.
+  void want(const std::string& utf8);
+  double now_s() const;
+
+  // What happened since the last call, without what belongs to the panels. Waits up to `wait_s` for something to
+  // happen.
+  std::vector<InputEvent> poll(double wait_s);
+  bool pointerOnPanel() const;
+
+  void beginPanels();
+  void endPanels();      // draws them over what was presented
+  Picture read() const;  // of all that was drawn, before show()
+  void show();
+  void hide();  // at the end: what is left to do may take a moment
+  void setTitle(const std::string& title);
+  void toggleFullscreen();
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace filiform
