@@ -2,9 +2,9 @@
 
 #include "index/geometry/closest_point.h"
 #include "solver/graph/graph_view.h"
-#include "solver/graph/internal/active_segment.h"
-#include "solver/graph/internal/offer_heap.h"
 #include "solver/graph/internal/working_graph.h"
+#include "solver/proxy/internal/active_segment.h"
+#include "solver/proxy/internal/offer_heap.h"
 
 #include <algorithm>
 #include <cmath>

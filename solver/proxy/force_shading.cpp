@@ -2,8 +2,8 @@
 
 #include "index/geometry/closest_point.h"
 #include "solver/graph/graph_view.h"
-#include "solver/graph/internal/active_segment.h"
 #include "solver/graph/internal/working_graph.h"
+#include "solver/proxy/internal/active_segment.h"
 
 #include <algorithm>
 #include <cmath>

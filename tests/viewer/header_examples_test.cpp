@@ -331,9 +331,10 @@ TEST(HeaderExamples, AllAreCompiledHereAsTheyStandThere) {
       linesOf(std::string(FILIFORM_SOURCE) + "/tests/viewer/header_examples_test.cpp");
   std::size_t count = 0;
   for (const char* room : {"index", "device", "solver", "viewer"})
-    for (const auto& entry : std::filesystem::directory_iterator(std::string(FILIFORM_SOURCE) + "/" + room)) {
-      if (entry.path().extension() != ".h") continue;
-      const std::string header = std::string(room) + "/" + entry.path().filename().string();
+    for (const auto& entry :
+         std::filesystem::recursive_directory_iterator(FILIFORM_SOURCE + ("/" + std::string(room)))) {
+      if (entry.path().extension() != ".h" || entry.path().parent_path().filename() == "internal") continue;
+      const std::string header = entry.path().lexically_relative(FILIFORM_SOURCE).string();
       for (std::vector<std::string> example : examplesOf(entry.path().string())) {
         ++count;
         std::string text;

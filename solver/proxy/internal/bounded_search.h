@@ -35,9 +35,9 @@
 // full: the sweep is given up (capped), the next starts from the place. Thread rule: haptic thread only.
 #pragma once
 
-#include "solver/graph/internal/active_segment.h"
-#include "solver/graph/internal/reach.h"
 #include "solver/graph/internal/working_graph.h"
+#include "solver/proxy/internal/active_segment.h"
+#include "solver/proxy/internal/reach.h"
 #include "solver/proxy/proxy_solver.h"
 
 #include <vector>

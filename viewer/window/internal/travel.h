@@ -71,7 +71,7 @@ class Travel {
   bool act(Action action);
   void turn(const Turn& turn);
   void zoom(double factor);
-  void endTour() { tour_.end(); }
+  void endTour() { path_.end(); }
 
   // Jumps to what is found there.
   void goAlong(const RayQuery& ray);

@@ -1,4 +1,4 @@
-#include "solver/graph/internal/active_segment.h"
+#include "solver/proxy/internal/active_segment.h"
 
 namespace filiform::internal {
 

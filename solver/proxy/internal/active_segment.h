@@ -5,7 +5,7 @@
 #include "index/geometry/closest_point.h"
 #include "solver/graph/graph_view.h"
 #include "solver/graph/internal/working_graph.h"
-#include "solver/graph/proxy_place.h"
+#include "solver/proxy/proxy_solver.h"
 
 namespace filiform::internal {
 
