@@ -13,7 +13,7 @@ using internal::isNotNegative;
 using internal::isPositive;
 using internal::require;
 
-// Without overflow on the way. Requires a finite vector.
+// The length, without overflow in between. Requires a finite vector.
 double finiteLength(const Vector3d& v) noexcept {
   const double largest = v.cwiseAbs().maxCoeff();
   return largest > 0 ? largest * (v / largest).norm() : 0.0;
@@ -57,7 +57,7 @@ Wrench ForceGate::pass(const Input& input) noexcept {
     fade_s_ = 0;
   }
 
-  // What of the last force points along the new one may stay, anything else falls at once. Only the increase is
+  // The component of the last force along the new one is kept; everything else falls at once. Only the increase is
   // limited.
   if (length_N > 0 && std::isfinite(options_.max_slew_N_s)) {
     const double kept_N = std::max(0.0, slewed_N_.dot(force_N) / length_N);

@@ -52,7 +52,7 @@ void holdForcesOnSignals() {
   struct sigaction action {};
   sigemptyset(&action.sa_mask);
   action.sa_handler = onDeadlySignal;
-  // Not blocked while it is handled: raised again, it ends the process from within.
+  // SA_NODEFER: the signal is not blocked while it is handled, so raising it again ends the process.
   action.sa_flags = SA_NODEFER;
   for (const int signal : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGQUIT, SIGHUP})
     sigaction(signal, &action, nullptr);

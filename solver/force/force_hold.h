@@ -1,26 +1,27 @@
-// Zero force from anywhere in the process, signal handlers too: every running haptic loop has a guard thread that takes
-// the device from the haptic thread and sends zero until it is let go again.
+// Sends zero force from anywhere in the process, including signal handlers. Every running haptic loop has a guard
+// thread. On request, the guard takes the device from the haptic thread and sends zero until the forces are released.
 //
-// Signals that would end or stop the process without unwinding are so preceded by zero force, as far as a guard still
-// runs and the device is not in the middle of an exchange that never ends. SIGKILL and SIGSTOP give no chance: what a
-// device does when its host falls silent is the device's own. Thread rule: functions, any thread.
+// So zero force precedes every signal that would end or stop the process without cleanup. This needs a running guard,
+// and a device that is not in an exchange that never ends. SIGKILL and SIGSTOP cannot be caught: what then happens
+// depends on what the device does when its host falls silent. Thread rule: functions, any thread.
 #pragma once
 
 #include <atomic>
 
 namespace filiform {
 
-// Returns when all running loops have sent zero, or after 50 ms. Async-signal-safe.
+// Returns when all running loops have sent zero, at the latest after 50 ms. Async-signal-safe.
 void holdForces() noexcept;
 void releaseForces() noexcept;
 
-// From now on: before SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGQUIT and SIGHUP end the process, and before SIGTSTP
-// (Ctrl-Z) stops it, forces are held; after a stop they are let go, and grow from zero. For programs that render force.
+// Installs signal handlers for programs that render force. Before SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGQUIT and
+// SIGHUP end the process, forces are held. Before SIGTSTP (Ctrl-Z) stops the process, forces are held; when it
+// continues, they are released and grow from zero.
 void holdForcesOnSignals();
 
 namespace internal {
 
-struct ForceHolds {  // between holdForces() and the guards
+struct ForceHolds {  // shared by holdForces() and the guards
   std::atomic<int> wanted{0}, guards{0}, held{0};
 };
 ForceHolds& forceHolds() noexcept;

@@ -15,7 +15,7 @@ using internal::isNotNegative;
 using internal::isPositive;
 using internal::require;
 
-// Without overflow on the way; infinite or NaN iff the vector's length is no double.
+// The length, without overflow in between. Infinite or NaN only if the length itself is not representable.
 double lengthOf(const Vector3d& v) {
   if (!(v.cwiseAbs().sum() <= std::numeric_limits<double>::max())) return std::numeric_limits<double>::infinity();
   const double largest = v.cwiseAbs().maxCoeff();
@@ -45,7 +45,7 @@ Vector3d ForceLaw::apply(const Vector3d& p_D, const Vector3d& h_D, const Vector3
     ++not_finite_;
     return release();
   }
-  // The old place's force fades; the new place's spring stores energy meanwhile, but pulls only afterwards.
+  // During a fade the old force acts. The spring of the new place already stores energy, but pulls only after the fade.
   const double faded_J = storedInFade(dt);
   if (gate_.fading()) force = gate_.faded_N(dt);
   const double stored_J = storedEnergy(lengthOf(p_D - h_D)) + faded_J;
@@ -60,7 +60,7 @@ Vector3d ForceLaw::apply(const Vector3d& p_D, const Vector3d& h_D, const Vector3
 Vector3d ForceLaw::applyNothing(const Vector3d& h_D, double dt_s) noexcept {
   if (!h_D.allFinite()) return release();
   const double dt = std::isfinite(dt_s) && dt_s > 0 ? dt_s : 0.0;
-  if (!gate_.fading()) {  // the controller sees that the hand moves without force
+  if (!gate_.fading()) {  // the controller must know that the hand moves without force
     static_cast<void>(passivity_.apply(Vector3d::Zero(), h_D, 0, 0, dt));
     return release();
   }
@@ -78,7 +78,7 @@ Vector3d ForceLaw::send(const Vector3d& allowed_N, double dt_s, double free_N) n
   return sent_N;
 }
 
-// What a spring that pulls with the fading force stores: what it gives while it fades is so accounted for.
+// The energy of a spring that pulls with the fading force. It accounts for the energy that the fade gives to the hand.
 double ForceLaw::storedInFade(double dt_s) const noexcept {
   return gate_.fading() ? storedEnergy(gate_.faded_N(dt_s).norm() / options_.stiffness_N_m) : 0.0;
 }

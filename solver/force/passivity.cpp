@@ -15,7 +15,7 @@ using internal::isNotNegative;
 using internal::isPositive;
 using internal::require;
 
-constexpr double kLeastSpeed_m_s = 1e-4;  // below, a velocity is noise, and its square no divisor
+constexpr double kLeastSpeed_m_s = 1e-4;  // below: noise, and too small to divide by its square
 
 }  // namespace
 
@@ -70,9 +70,9 @@ Vector3d PassivityController::apply(const Vector3d& force_N, const Vector3d& h_D
   return weight_ * allowed_N;
 }
 
-// What the hand was given (J) on its way here; the forces that may have acted on it are forgotten.
+// The energy (J) that the hand received during the step `dh_D`. Clears the forces that may have acted.
 double PassivityController::given(const Vector3d& dh_D) noexcept {
-  // The oldest of delay + 1 forces: the one that acted while the hand moved.
+  // The oldest of delay + 1 forces acted while the hand moved.
   const Vector3d oldest_N = sent_N_[static_cast<std::size_t>(at_)];
   mayHaveActed(oldest_N);
   if (doubtful_ > 0) {

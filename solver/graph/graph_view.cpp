@@ -11,7 +11,7 @@ GraphView::HomeNode GraphView::nodeIn(TileId home, NodeId id) const noexcept {
   const Tile* tile = tiles_->find(home);
   if (tile == nullptr) return {home, nullptr, 0};
   const std::optional<std::uint32_t> node = tile->findNode(id);
-  // A home without its node would be asked for again and again if it were called a frontier: it is a dead end.
+  // Not a frontier: the caller would ask for the tile again and again.
   if (!node) return {};
   return {home, tile, *node};
 }
@@ -31,7 +31,7 @@ ProxyPlace GraphView::placeAt(TileId tile, SegmentId id, double t) const noexcep
   const Vector3d parent_W = found.tile->position_W(found.tile->parent(found.segment));
   if (!(t > 0.0)) return placeOn(*found.tile, found.segment, 0.0, child_W);
   if (t >= 1.0) return placeOn(*found.tile, found.segment, 1.0, parent_W);
-  // A segment of equal ends has no inside.
+  // A segment of length zero has no interior.
   if (child_W == parent_W) return placeOn(*found.tile, found.segment, 0.0, child_W);
   return placeOn(*found.tile, found.segment, t, child_W + t * (parent_W - child_W));
 }

@@ -1,12 +1,12 @@
-// The graph as the solver walks it: nodes and segments across tiles, as far as the tiles are resident.
+// The neurites as a graph: nodes and segments across tiles, as far as the tiles are in memory.
 //
-// There are no links between tiles. A node is entered through its *home*, the tile whose cell contains it, which holds
-// every segment at it; the home follows from the node's grid point alone. So what is found depends neither on the
-// tiling nor on which other tiles happen to be resident: a node is either present, with all its segments, or absent,
-// with the id of the one tile that is missing (a *frontier*).
+// Tiles have no links to each other. A node is found through its *home*: the tile whose block contains the node and
+// that stores every segment at the node. The home follows from the node's grid point alone. So a search result depends
+// neither on the tiling nor on the other tiles in memory. A node is either present, with all its segments, or absent.
+// For an absent node the view returns the id of the one missing tile (a *frontier*).
 //
-// A view does not own what it shows. Thread rule: belongs to the thread that owns the tile table. Every member is
-// noexcept and works without allocation, lock or system call.
+// The view owns nothing. Thread rule: belongs to the thread that owns the tile table. All members are noexcept and make
+// no allocation, lock or system call.
 #pragma once
 
 #include "index/streaming/tile_table.h"
@@ -17,7 +17,7 @@ namespace filiform {
 
 class GraphView {
  public:
-  // All three must outlive the view; the grid is that of every tile in the table.
+  // All arguments must outlive the view. All tiles of the table use `grid`.
   GraphView(const TileTable& tiles, const LeafIndex& leaves, const Grid& grid) noexcept
       : tiles_(&tiles), leaves_(&leaves), grid_(grid) {}
 
@@ -26,26 +26,27 @@ class GraphView {
   const Grid& grid() const noexcept { return grid_; }
 
   struct HomeNode {
-    TileId home = kNoTile;       // kNoTile: no tile is home to it, so nothing follows (never so in a sound set)
-    const Tile* tile = nullptr;  // the home tile if it is resident
-    std::uint32_t node = 0;      // in `tile`
+    TileId home = kNoTile;       // kNoTile: no tile is the home of this node; only in a damaged set
+    const Tile* tile = nullptr;  // the home tile; nullptr: not in memory
+    std::uint32_t node = 0;      // index in `tile`
 
     bool present() const noexcept { return tile != nullptr; }
     bool frontier() const noexcept { return tile == nullptr && home != kNoTile; }
   };
 
-  // Home of a node that is stored in `tile`, without reading the home itself. O(1) if it is `tile`, else O(log tiles).
+  // The home of a node that `tile` stores. Does not read the home. O(1) if `tile` is the home, else O(log tiles).
   TileId homeId(const Tile& tile, std::uint32_t node) const noexcept {
     return tile.isHome(node) ? tile.id() : leaves_->home(tile.gridPoint(node));
   }
-  // The node in its home tile. O(1) from the home tile itself, else O(log tiles + log nodes of a tile).
+  // The node in its home tile. O(1) if `tile` is the home, else O(log tiles + log nodes of a tile).
   HomeNode home(const Tile& tile, std::uint32_t node) const noexcept;
   HomeNode home(NodeId id, const GridPoint& point) const noexcept { return nodeIn(leaves_->home(point), id); }
-  HomeNode nodeIn(TileId home, NodeId id) const noexcept;  // where the home is known already
+  // For a known home.
+  HomeNode nodeIn(TileId home, NodeId id) const noexcept;
 
   struct SegmentRef {
     const Tile* tile = nullptr;  // nullptr: the tile is absent or does not store the segment
-    std::uint32_t segment = 0;   // in `tile`
+    std::uint32_t segment = 0;   // index in `tile`
 
     explicit operator bool() const noexcept { return tile != nullptr; }
   };
@@ -53,11 +54,11 @@ class GraphView {
   // O(log segments of a tile).
   SegmentRef segment(TileId tile, SegmentId id) const noexcept;
 
-  // The place at parameter t (0 child .. 1 parent) of a segment: what a nearest-segment query answered, or a bookmark.
-  // Values of t outside 0..1 mean the ends; at an end the place is at the node, and its tile is the node's home. An
-  // invalid place if the tile is absent, does not store the segment, or t is NaN. O(log).
+  // The place at parameter t (0 child .. 1 parent) of a segment, for example of a search result or a bookmark. t
+  // outside 0..1 means the nearer end. At an end the place is at the node, and its tile is the node's home. Returns an
+  // invalid place if the tile is absent, if it does not store the segment, or if t is NaN. O(log).
   ProxyPlace placeAt(TileId tile, SegmentId id, double t) const noexcept;
-  // The same for a segment in hand; Requires 0 <= t <= 1 and p_W the point at t.
+  // The same for a segment of a tile in memory. Requires 0 <= t <= 1, and p_W at t.
   ProxyPlace placeOn(const Tile& tile, std::uint32_t segment, double t, const Vector3d& p_W) const noexcept;
 
  private:

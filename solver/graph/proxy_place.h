@@ -1,4 +1,4 @@
-// Where the proxy is: at a node, or somewhere on a segment. A plain value.
+// The proxy's place: at a node, or on a segment. A plain value.
 #pragma once
 
 #include "index/tile/tile.h"
@@ -7,12 +7,12 @@
 
 namespace filiform {
 
-struct ProxyPlace {  // a point of the structure
+struct ProxyPlace {
   bool at_node = false;
-  SegmentId segment{UINT32_MAX, UINT32_MAX};  // the active segment; at a node: the segment by which it was reached
-  double t = 0;                               // on that segment: 0 child .. 1 parent; exactly 0 or 1 at a node
+  SegmentId segment{UINT32_MAX, UINT32_MAX};  // at a node: the segment from which the proxy came
+  double t = 0;                               // on `segment`: 0 child .. 1 parent; exactly 0 or 1 at a node
   NodeId node{UINT32_MAX, UINT32_MAX};        // at_node only
-  TileId tile = kNoTile;                      // a tile that stores the segment
+  TileId tile = kNoTile;                      // a tile that stores `segment`; kNoTile: the place is invalid
   Vector3d p_W = Vector3d::Zero();            // um
 
   bool valid() const { return tile != kNoTile; }

@@ -34,15 +34,15 @@ void sleepUntil(std::int64_t time_ns) noexcept {
 
 constexpr std::int64_t kGuardPeriod_ns = 2'000'000;
 
-// Faults in the pages of the stack that the tick may come to use, before the first tick.
+// Touches the stack pages that a tick may use, so that no tick causes a page fault.
 [[gnu::noinline]] void touchStack() noexcept {
   volatile char pages[128 * 1024];
   for (std::size_t i = 0; i < sizeof pages; i += 1024) pages[i] = 0;
 }
 
-// Empty if all memory, present and to come, is now locked as it is touched.
+// Locks all current and future memory pages as they are touched. Returns an empty string, or the reason of a refusal.
 std::string lockMemory() {
-  // Locked under a small limit, later allocations of the whole program would fail: better not at all.
+  // With a small limit, later allocations of the whole program would fail: do not lock at all.
   rlimit limit{};
   getrlimit(RLIMIT_MEMLOCK, &limit);
   if (limit.rlim_cur != RLIM_INFINITY && limit.rlim_cur < (rlim_t{1} << 40))
@@ -80,7 +80,7 @@ void HapticLoop::start() {
   std::promise<void> prepared;
   std::future<void> is_prepared = prepared.get_future();
   running_ = true;
-  laid_back_ns_ = now_ns();
+  released_ns_ = now_ns();
   try {
     thread_ = std::thread([this, &prepared] {
       prepareThread(options_.priority, true);
@@ -101,7 +101,7 @@ void HapticLoop::startGuard() {
   internal::forceHolds().guards.fetch_add(1);
   try {
     guard_ = std::thread([this] {
-      prepareThread(options_.priority + 1, false);  // a tick that spins must not keep the guard from running
+      prepareThread(options_.priority + 1, false);  // higher priority: a tick that spins must not block the guard
       guard();
     });
   } catch (...) {
@@ -128,9 +128,9 @@ std::string HapticLoop::fault() const {
     case Fault::none:
       break;
     case Fault::device:
-      return "the device was lost: its force is off; reconnect it and start again";
+      return "the device was lost and its force is off; reconnect the device and start again";
     case Fault::tick:
-      return "the haptic tick failed with an exception: the force is off";
+      return "an exception ended the haptic tick; the force is off";
   }
   return {};
 }
@@ -156,7 +156,8 @@ void HapticLoop::prepareThread(int priority, bool tell) {
 void HapticLoop::takeDevice() noexcept {
   const std::atomic<int>& holds_wanted = internal::forceHolds().wanted;
   for (;;) {
-    // A device that paces the loop is nearly always taken: left lying for a hold, the guard comes to it.
+    // If the device paces the loop, this thread holds it nearly always: leave it free when a hold is wanted, for the
+    // guard.
     const bool leave =
         holds_wanted.load(std::memory_order_relaxed) > 0 && stall_ns_ > 0 && !stopping_.load(std::memory_order_relaxed);
     Holder nobody = Holder::nobody;
@@ -165,8 +166,8 @@ void HapticLoop::takeDevice() noexcept {
   }
 }
 
-void HapticLoop::layDeviceBack() noexcept {
-  laid_back_ns_.store(now_ns(), std::memory_order_relaxed);
+void HapticLoop::releaseDevice() noexcept {
+  released_ns_.store(now_ns(), std::memory_order_relaxed);
   holder_.store(Holder::nobody, std::memory_order_release);
 }
 
@@ -178,7 +179,7 @@ void HapticLoop::run() noexcept {
   }
   takeDevice();
   device_.relax();
-  layDeviceBack();
+  releaseDevice();
   running_.store(false, std::memory_order_release);
 }
 
@@ -188,12 +189,12 @@ void HapticLoop::guard() noexcept {
   while (!guard_stopping_.load(std::memory_order_acquire)) {
     sleepUntil(now_ns() + kGuardPeriod_ns);
     const bool wanted = holds.wanted.load(std::memory_order_acquire) > 0 && !stopping_.load(std::memory_order_acquire);
-    const bool stalled = running() && now_ns() - laid_back_ns_.load(std::memory_order_relaxed) > stall_ns_;
+    const bool stalled = running() && now_ns() - released_ns_.load(std::memory_order_relaxed) > stall_ns_;
     if (!held && (wanted || stalled)) {
       Holder nobody = Holder::nobody;
       if (!holder_.compare_exchange_strong(nobody, Holder::guard, std::memory_order_acquire)) continue;
-      // Between the two looks the haptic thread may have been at the device.
-      if (wanted || now_ns() - laid_back_ns_.load(std::memory_order_relaxed) > stall_ns_) {
+      // The haptic thread may have exchanged between the two tests: test again.
+      if (wanted || now_ns() - released_ns_.load(std::memory_order_relaxed) > stall_ns_) {
         device_.relax();
         guard_exchanges_.fetch_add(1, std::memory_order_relaxed);
       }
@@ -235,7 +236,7 @@ void HapticLoop::loop() {
     takeDevice();
     LoopTick times;
     const std::int64_t start_ns = now_ns();
-    if (computed && stall_ns_ > 0 && start_ns - laid_back_ns_.load(std::memory_order_relaxed) > stall_ns_) {
+    if (computed && stall_ns_ > 0 && start_ns - released_ns_.load(std::memory_order_relaxed) > stall_ns_) {
       times.interrupted = true;
       interruptions_.fetch_add(1, std::memory_order_relaxed);
       gate.interrupt();
@@ -248,7 +249,7 @@ void HapticLoop::loop() {
 
     times.force_N = gate.wrench().force_N.norm();
     DeviceState state = device_.exchange(gate.wrench());
-    layDeviceBack();
+    releaseDevice();
     const std::int64_t exchanged_ns = now_ns();
     times.exchange_ns = exchanged_ns - start_ns;
     if (state.status == DeviceStatus::fault) {
@@ -260,7 +261,7 @@ void HapticLoop::loop() {
     if (gate.stale()) stale_ticks_.fetch_add(1, std::memory_order_relaxed);
     gate.put(tick_(state, dt_s), withheld_.load(std::memory_order_relaxed));
 
-    // Late ticks are skipped, never caught up: a burst of ticks would feed the hand stale forces.
+    // Late ticks are skipped, not repeated: a burst of ticks would send outdated forces to the hand.
     const std::int64_t end_ns = now_ns();
     due_ns += period_ns;
     times.compute_ns = end_ns - exchanged_ns;

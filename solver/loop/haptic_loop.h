@@ -1,4 +1,4 @@
-// The haptic thread: exchange with the device, compute a tick, and again, once a period.
+// The haptic thread: once a period, it exchanges data with the device and computes a tick.
 //
 //   HapticLoop loop(device, [&](const DeviceState& state, double dt_s) {
 //     return navigation.tick(state, dt_s).wrench;
@@ -8,22 +8,22 @@
 //   loop.stop();
 //   loop.metrics().writeCsv(out);
 //
-// The last thing that the device is sent is zero force, whatever ends the loop: stop(), a fault of the device, an
-// exception in the tick, or destruction.
+// The last wrench that the device gets is zero, however the loop ends: by stop(), by a fault of the device, by an
+// exception in the tick, or by destruction.
 //
-// While the loop runs, a force is never older than stall_s. A second thread, the guard, watches this. If the haptic
+// While the loop runs, a force is never older than stall_s. A second thread, the guard, ensures this. If the haptic
 // thread does not come back to the device in time (a tick blocks, or the thread is not scheduled), the guard exchanges
-// in its place and sends zero force until the haptic thread comes back. The wrench of the late tick is not sent, and
-// force grows from zero over ramp_s. The same happens after the whole process was stopped. Signal handlers can ask the
-// guard for zero force too (force_hold.h).
+// instead, and sends zero force until the haptic thread comes back. The wrench of the late tick is not sent, and force
+// grows from zero over ramp_s. The same happens after the whole process was stopped. Signal handlers can request zero
+// force from the guard (force_hold.h).
 //
-// One atomic word says which thread has the device. The haptic thread has it during an exchange only; the guard can
-// take it between exchanges. So the haptic thread waits for the guard only if it comes back late, while the guard
-// exchanges. How long an exchange may take is the device's matter (haptic_device.h).
+// One atomic word says which thread has the device. The haptic thread has the device only during an exchange; the guard
+// can take it between exchanges. So the haptic thread waits for the guard only if it comes back late while the guard
+// exchanges. The device's contract bounds the duration of an exchange (haptic_device.h).
 //
 // Thread rule: start(), stop() and the destructor belong to one thread. Any thread may call running() and fault().
 // metrics() may be read while the loop does not run, refusals() as soon as start() has returned. Two threads exchange
-// with the device, never at once, and each sees what the other did before.
+// with the device, never at the same time, and each sees what the other did before.
 #pragma once
 
 #include "device/haptic_device.h"
@@ -40,31 +40,31 @@
 namespace filiform {
 
 struct HapticLoopOptions {
-  double rate_Hz = 1000;          // of the clock, where the device does not pace the loop itself
+  double rate_Hz = 1000;          // of the clock; not used if the device paces the loop
   bool realtime_priority = true;  // ask for SCHED_FIFO
   int priority = 80;              // 99 would compete with the kernel's own threads
-  bool lock_memory = true;        // ask that nothing be paged out while the loop runs
+  bool lock_memory = true;        // ask to keep all memory from being paged out while the loop runs
   // If the device's time stands still for this long (s), the force is zero until it moves again. 0: never.
   double watchdog_s = 0.015;
-  // How old (s) a force may get before the guard takes the device, at least 2 periods. If the clock paces the loop, a
+  // Greatest age (s) of a force before the guard takes the device; at least 2 periods. If the clock paces the loop, a
   // period is added. 0: no guard.
   double stall_s = 0.010;
   // After an interruption (stall, still clock, stopped process) force grows from zero over this time (s).
   double ramp_s = 0.5;
   double fade_s = 0.05;           // stop() lets the force fall to zero over this time (s); above 5 N, at 100 N/s
-  bool ramp_at_start = true;      // also at the first ready state; false if the tick has a ramp of its own
-  std::size_t ring_ticks = 4096;  // the metrics keep all figures of so many ticks, the newest
-  // Called on the haptic thread once a period, after its tick, with the time (s) until the next exchange: work that
-  // must delay no force. 0 where the device paces the loop, because the force then goes out right after. The same
-  // rules as for Tick. None: nothing is called.
+  bool ramp_at_start = true;      // also at the first ready state; false if the tick has its own ramp
+  std::size_t ring_ticks = 4096;  // the metrics keep all figures of this number of newest ticks
+  // Called on the haptic thread once a period, after the tick, with the time (s) until the next exchange: for work that
+  // must not delay the force. If the device paces the loop, the time is 0, because the force is sent right after. The
+  // rules of Tick apply. Empty: not called.
   std::function<void(double free_s)> idle{};
 };
 
 class HapticLoop {
  public:
-  // Called once a period with the newest state, whose sent_N is the force that was really sent, and the time since the
-  // state before (s), as TickClock measures it. Must not allocate, lock or wait. The next exchange sends the returned
-  // wrench, limited by LoopGate. An exception ends the loop.
+  // Called once a period with the newest state and the time since the state before (s), as TickClock measures it. The
+  // state's sent_N is the force that was really sent. Must not allocate, lock or wait. The next exchange sends the
+  // returned wrench, limited by LoopGate. An exception ends the loop.
   using Tick = std::function<Wrench(const DeviceState&, double dt_s)>;
 
   // The device must be open and outlive the loop. While the loop runs, no other code may exchange with it. Throws
@@ -74,11 +74,11 @@ class HapticLoop {
   HapticLoop(const HapticLoop&) = delete;
   HapticLoop& operator=(const HapticLoop&) = delete;
 
-  // Returns when the thread has its priority. Does nothing while the loop runs. Metrics continue to count. Throws
-  // std::system_error if a thread cannot be made; the loop then does not run.
+  // Returns when the thread has its priority. Does nothing while the loop runs. Metrics are not reset. Throws
+  // std::system_error if a thread cannot be created; the loop then does not run.
   void start();
-  // Lets the force fade over fade_s while ticks continue, then sends zero force and ends the thread. Does nothing the
-  // second time.
+  // Lets the force fade over fade_s while ticks continue, then sends zero force and ends the thread. Further calls do
+  // nothing.
   void stop() noexcept;
 
   // While withheld, the force is zero whatever the tick computes. Afterwards it grows from zero over ramp_s. Any
@@ -86,14 +86,14 @@ class HapticLoop {
   void withhold(bool withheld) noexcept { withheld_.store(withheld, std::memory_order_relaxed); }
 
   bool running() const noexcept { return running_.load(std::memory_order_acquire); }
-  // Why the loop ended by itself; empty if it did not.
+  // Why the loop ended by itself; empty if it did not end by itself.
   std::string fault() const;
-  // For the person, one line each: which setting the system refused, and the consequence.
+  // For the user, one line each: the setting that the system refused, and the consequence.
   const std::vector<std::string>& refusals() const { return refusals_; }
   const LoopMetrics& metrics() const { return metrics_; }
   std::uint64_t ticks() const noexcept { return ticks_.load(std::memory_order_relaxed); }              // any thread
   std::uint64_t stale_ticks() const noexcept { return stale_ticks_.load(std::memory_order_relaxed); }  // any thread
-  // How often a wrench was too old to be sent, and how often the guard exchanged. Any thread.
+  // Number of wrenches that were too old to be sent; number of exchanges by the guard. Any thread.
   std::uint64_t interruptions() const noexcept { return interruptions_.load(std::memory_order_relaxed); }
   std::uint64_t guard_exchanges() const noexcept { return guard_exchanges_.load(std::memory_order_relaxed); }
 
@@ -107,7 +107,7 @@ class HapticLoop {
   void run() noexcept;
   void guard() noexcept;
   void takeDevice() noexcept;
-  void layDeviceBack() noexcept;
+  void releaseDevice() noexcept;
 
   HapticDevice& device_;
   Tick tick_;
@@ -119,7 +119,7 @@ class HapticLoop {
   std::atomic<bool> running_{false}, stopping_{false}, guard_stopping_{false};
   std::atomic<bool> withheld_{false};
   std::atomic<Holder> holder_{Holder::nobody};
-  std::atomic<std::int64_t> laid_back_ns_{0};  // when the haptic thread last did
+  std::atomic<std::int64_t> released_ns_{0};  // when the haptic thread last released the device
   std::atomic<Fault> fault_{Fault::none};
   std::atomic<std::uint64_t> ticks_{0}, stale_ticks_{0}, interruptions_{0}, guard_exchanges_{0};
   bool memory_locked_ = false;

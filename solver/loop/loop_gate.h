@@ -1,5 +1,5 @@
-// What the haptic loop does with forces and states, without threads and clocks: when a force is too old to be sent,
-// when a state is too old to be believed, and what is sent instead.
+// The rules of the haptic loop for forces and states, without threads and clocks: when a force is too old to be sent,
+// when a state is too old to be used, and what is sent instead.
 //
 //   LoopGate gate(options);
 //   if (too_old) gate.interrupt();
@@ -7,8 +7,8 @@
 //   const double dt_s = gate.take(state, now_s);               // fills in state.sent_N
 //   gate.put(tick(state, dt_s), withheld);
 //
-// Times `now_s` are of any clock that does not stand still. Thread rule: haptic thread only; noexcept but for the
-// constructor, without allocation.
+// Times `now_s` are of any steady clock. Thread rule: haptic thread only. All members except the constructor are
+// noexcept and do not allocate.
 #pragma once
 
 #include "device/haptic_device.h"
@@ -19,33 +19,34 @@ namespace filiform {
 
 struct LoopGateOptions {
   double period_s = 0.001;  // > 0
-  // A device whose time stands still for longer (s) is taken for dead: zero force until it moves again. 0: never.
+  // If the device's time stands still for longer than this (s), the force is zero until it moves again. 0: never.
   double watchdog_s = 0.015;
-  double ramp_s = 0.5;        // >= 0; after an interruption, a stale state and withheld force
-  double fade_s = 0.05;       // >= 0; at the end of the loop
-  bool ramp_at_start = true;  // at the first ready state too; not where the tick does that itself
+  double ramp_s = 0.5;        // >= 0; ramp after an interruption, a stale state and withheld force
+  double fade_s = 0.05;       // >= 0; fade at the end of the loop
+  bool ramp_at_start = true;  // ramp at the first ready state too; false if the tick has its own ramp
 };
 
 class LoopGate {
  public:
-  // Throws UsageError for an option out of its range or not finite.
+  // Throws UsageError for an option that is out of range or not finite.
   explicit LoopGate(const LoopGateOptions& options);
 
-  // What is to be sent with the next exchange.
+  // The wrench for the next exchange.
   const Wrench& wrench() const noexcept { return wrench_; }
-  // The force has become too old, or another thread has sent zero meanwhile: zero, then the ramp.
+  // The force has become too old, or another thread has sent zero: send zero, then ramp.
   void interrupt() noexcept { wrench_ = gate_.close(); }
-  // After an exchange: the time step of the state. A state without sent_N is given wrench().force_N.
+  // After an exchange: returns the time step of the state. Sets state.sent_N to wrench().force_N if the device did not
+  // set it.
   double take(DeviceState& state, double now_s) noexcept;
-  // What the tick computed with that state: becomes wrench(), or zero if the state is stale or not ready, if the wrench
-  // is not finite, or while force is withheld.
+  // Sets wrench() to the tick's result; to zero if the state is stale or not ready, if the wrench is not finite, or
+  // while force is withheld.
   void put(const Wrench& wanted, bool withheld) noexcept;
-  // The loop ends: from the next put() on the force fades.
+  // Begins the end of the loop: the force fades from the next put() on.
   void end() noexcept { gate_.restart(); }
-  // Nothing is left of it.
+  // The fade is over.
   bool ended() const noexcept { return !gate_.fading(); }
 
-  // The last state taken: its device's clock has stood still for longer than watchdog_s.
+  // The device's clock has stood still for longer than watchdog_s, as of the last take().
   bool stale() const noexcept { return stale_; }
 
  private:

@@ -1,7 +1,6 @@
-// How regular the haptic loop is: fixed-bucket histograms of its times, missed deadlines, and the last ticks as they
-// were.
+// Timing figures of the haptic loop: histograms with fixed buckets, missed deadlines, and the last ticks in full.
 //
-// Recording neither allocates nor locks. Thread rule: written by the haptic thread; read it after the loop has stopped.
+// Recording neither allocates nor locks. Thread rule: the haptic thread writes; read after the loop has stopped.
 #pragma once
 
 #include <array>
@@ -11,18 +10,18 @@
 
 namespace filiform {
 
-// Log-linear buckets: exact below 32 ns, 32 buckets an octave above (a bucket is at most 1/32 wide), everything over
-// 2^40 ns (18 minutes) in the last one. 9.5 KiB, whatever is recorded.
+// Log-linear buckets: exact below 32 ns; above, 32 buckets for each octave, so a bucket is at most 1/32 wide. Times
+// over 2^40 ns (18 minutes) go into the last bucket. Takes 9.5 KiB, however much is recorded.
 class TimeHistogram {
  public:
   void record(std::int64_t time_ns) noexcept;  // a negative time counts as 0; O(1)
-  void add(const TimeHistogram& other);        // as if its records had been recorded here
+  void add(const TimeHistogram& other);        // adds the records of `other`
 
   std::uint64_t count() const { return count_; }
   std::int64_t max_ns() const { return max_ns_; }  // exact; 0 when empty
   double mean_ns() const { return count_ ? sum_ns_ / static_cast<double>(count_) : 0.0; }
-  // The smallest time that at least `fraction` (0..1) of the records do not exceed, rounded up to its bucket's upper
-  // end but never over max_ns(); 0 when empty. O(buckets).
+  // The smallest time that is not exceeded by `fraction` (0..1) of the records, rounded up to its bucket's upper end
+  // but at most max_ns(); 0 when empty. O(buckets).
   std::int64_t percentile_ns(double fraction) const;
 
  private:
@@ -39,18 +38,18 @@ class TimeHistogram {
 
 struct LoopTick {                // ns
   std::int64_t start_ns = 0;     // since the loop began
-  std::int64_t wake_ns = 0;      // how long after the scheduled time it woke; 0 where the device paces the loop
+  std::int64_t wake_ns = 0;      // delay of the start after its scheduled time; 0 if the device paces the loop
   std::int64_t exchange_ns = 0;  // in HapticDevice::exchange
   std::int64_t compute_ns = 0;   // everything else in the tick
-  std::int64_t period_ns = 0;    // since the tick before; 0 at the first
-  bool missed = false;           // the tick ended after the next one should have begun
-  bool interrupted = false;      // what had been computed was too old: zero was sent instead
-  double force_N = 0;            // magnitude of what was sent
+  std::int64_t period_ns = 0;    // since the start of the tick before; 0 at the first
+  bool missed = false;           // the tick ended after the scheduled start of the next one
+  bool interrupted = false;      // the computed force was too old: zero was sent instead
+  double force_N = 0;            // magnitude of the force that was sent
 };
 
 class LoopMetrics {
  public:
-  // Keeps the last `ring_ticks` ticks whole (0: none). The only allocation.
+  // Keeps the last `ring_ticks` ticks in full (0: none). Only the constructor allocates.
   explicit LoopMetrics(std::size_t ring_ticks = 4096) : ring_(ring_ticks) {}
 
   void record(const LoopTick& tick) noexcept;
@@ -64,7 +63,7 @@ class LoopMetrics {
 
   // Oldest first.
   std::vector<LoopTick> lastTicks() const;
-  // Header and one row a tick, oldest first:
+  // Writes a header and one row for each tick, oldest first:
   // tick,start_ns,wake_ns,exchange_ns,compute_ns,period_ns,missed,interrupted,force_N
   void writeCsv(std::ostream& out) const;
 

@@ -3,10 +3,10 @@
 //   TickClock clock(1 / rate_Hz);
 //   const double dt_s = clock.step_s(state.time_s);      // once for each state
 //
-// A step is the time between two states, at most mostStep_s(): so a hiccup of the device or the machine is one long
-// tick, and not a jump in time. Where the device's clock stands still, a tick counts as a period, and the next steps
-// are shorter by that. A step within 1 ns of the period is the period, so that a simulated hand gives constant steps.
-// Thread rule: thread-compatible; everything but the constructor is noexcept, without allocation.
+// A step is the time between two states, at most mostStep_s(). So a pause of the device or the machine is one long
+// tick, not a jump in time. If the device's clock stands still, a tick counts as one period, and the next steps are
+// shorter by that time. A step within 1 ns of the period becomes exactly the period, so that a simulated hand gives
+// constant steps. Thread rule: thread-compatible. All members except the constructor are noexcept and do not allocate.
 #pragma once
 
 #include <algorithm>
@@ -19,10 +19,10 @@ class TickClock {
   // Requires period_s > 0 and finite.
   explicit TickClock(double period_s) noexcept : period_s_(period_s) {}
 
-  // The longest step (s): 10 ms, as old as a force may get, and 2 periods at least.
+  // The longest step (s): 10 ms, the greatest age of a force, but at least 2 periods.
   double mostStep_s() const noexcept { return std::max(0.010, 2 * period_s_); }
 
-  // Finite, 0 to mostStep_s(). The period for the first state, and where the time is not finite or runs backwards.
+  // Finite, from 0 to mostStep_s(). The period for the first state, and if the time is not finite or runs backwards.
   double step_s(double time_s) noexcept {
     const double elapsed_s = known_ ? time_s - last_s_ : period_s_;
     known_ = std::isfinite(time_s);

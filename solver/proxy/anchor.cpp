@@ -19,9 +19,9 @@ Anchor::Anchor(const AnchorOptions& options) : options_(options) {
   if (!(options.speed_m_s >= 0 && std::isfinite(options.speed_m_s)))
     throw UsageError("the speed of the anchor must be finite and >= 0 m/s");
   if (!(options.hand_share >= 0 && std::isfinite(options.hand_share)))
-    throw UsageError("the anchor's share of the hand's speed must be finite and >= 0");
+    throw UsageError("the part of the hand's speed that is added to the anchor's must be finite and >= 0");
   if (!(options.most_share_m_s >= 0 && std::isfinite(options.most_share_m_s)))
-    throw UsageError("the most that the anchor takes of the hand's speed must be finite and >= 0 m/s");
+    throw UsageError("the upper limit of the speed that is added to the anchor's must be finite and >= 0 m/s");
 }
 
 void Anchor::reset() noexcept {
@@ -30,7 +30,7 @@ void Anchor::reset() noexcept {
   knows_hand_ = false;
 }
 
-const Vector3d& Anchor::follow(const Vector3d& moved_D, const Vector3d& h_D, double dt_s) noexcept {
+const Vector3d& Anchor::advance(const Vector3d& moved_D, const Vector3d& h_D, double dt_s) noexcept {
   const double dt = dt_s > 0 && std::isfinite(dt_s) ? dt_s : 0.0;
   if (dt > 0) {
     if (knows_hand_) v_D_ += std::min(1.0, dt / kHandTime_s) * ((h_D - h_D_) / dt - v_D_);
@@ -38,7 +38,7 @@ const Vector3d& Anchor::follow(const Vector3d& moved_D, const Vector3d& h_D, dou
     knows_hand_ = true;
   }
   offset_D_ -= moved_D;
-  // The usual tick, without roots: the anchor at its slowest reaches the proxy.
+  // The usual tick, without square roots: even the slowest anchor reaches the proxy.
   const double least = options_.speed_m_s * dt;
   if (offset_D_.squaredNorm() < 0.99 * least * least && v_D_.squaredNorm() <= 1e300) {
     offset_D_.setZero();

@@ -15,7 +15,7 @@ namespace {
 
 using internal::WorkingGraph;
 
-constexpr double kForget_s = 0.2;  // in which patience goes when the hand lets up
+constexpr double kForget_s = 0.2;  // time in which patience falls to zero when the hand stops pulling
 
 class BoundedClimb final : public ProxySolver {
  public:
@@ -46,24 +46,24 @@ class BoundedClimb final : public ProxySolver {
     ProxyPlace place;
     double patience_mm = 0;                   // m
     Vector3d began_W = Vector3d::Zero();      // a
-    NodeId cut_node{UINT32_MAX, UINT32_MAX};  // whose branches max_visited has cut last
-    std::uint32_t cut_next = 0;               // the branch to go on with
+    NodeId cut_node{UINT32_MAX, UINT32_MAX};  // the last node whose list of branches was cut by max_visited
+    std::uint32_t cut_next = 0;               // the first branch that was not tested
   };
-  struct Best {  // edge `edge` of node `node`, or of the active segment where that is kNone
+  struct Best {  // on edge `edge` of node `node`; kNone: on the active segment
     bool improved = false;
     std::uint32_t node = WorkingGraph::kNone, edge = 0;
     double t = 0;
     Vector3d p_W = Vector3d::Zero();
-    double yields_below = 0;  // squared distance, um^2
+    double yields_below = 0;  // squared distance that a better point must undercut, um^2
   };
 
   void wait(const ProbeState& probe, double distance_um) noexcept;
   void search(const ProbeState& probe, SolverStep& step) noexcept;
   void offer(std::uint32_t n, double cost) noexcept;
-  bool follow(const Vector3d& h_W, std::uint32_t n, SolverStep& step) noexcept;
+  bool expand(const Vector3d& h_W, std::uint32_t n, SolverStep& step) noexcept;
   void settle() noexcept;
 
-  // What a point must be nearer than to count as progress.
+  // The squared distance that a point must undercut to count as progress.
   static double yieldsBelow(double squared_distance) noexcept {
     const double distance = std::sqrt(squared_distance);
     const double bound = distance - std::max(1e-9, 1e-12 * distance);
@@ -75,7 +75,7 @@ class BoundedClimb final : public ProxySolver {
   State state_, before_;
   WorkingGraph graph_;
   internal::ActiveSegment active_;
-  // Of the present search only.
+  // Of the current search only.
   internal::OfferHeap offers_;
   double budget_um_ = 0;
   Best best_;
@@ -90,7 +90,7 @@ class BoundedClimb final : public ProxySolver {
   search(probe, step);
 }
 
-// A hand that keeps pulling without progress wants out: the budget grows.
+// Updates the patience: it grows while the hand pulls without progress.
 void BoundedClimb::wait(const ProbeState& probe, double distance_um) noexcept {
   const double dt_s = probe.dt_s > 0 && std::isfinite(probe.dt_s) ? probe.dt_s : 0.0;
   const double pull_mm = 1e3 * (distance_um / probe.scale_um_m);
@@ -108,7 +108,7 @@ void BoundedClimb::wait(const ProbeState& probe, double distance_um) noexcept {
 void BoundedClimb::search(const ProbeState& probe, SolverStep& step) noexcept {
   const Vector3d& h_W = probe.h_W;
   const double d2 = (state_.place.p_W - h_W).squaredNorm();
-  if (!internal::usableDistance(d2) || !active_.follow(graph_.view(), state_.place, step)) return;
+  if (!internal::usableDistance(d2) || !active_.moveTo(graph_.view(), state_.place, step)) return;
   const bool scaled = probe.scale_um_m > 0 && std::isfinite(probe.scale_um_m);
   if (scaled) wait(probe, std::sqrt(d2));
 
@@ -136,45 +136,45 @@ void BoundedClimb::search(const ProbeState& probe, SolverStep& step) noexcept {
   if (to_parent <= budget_um_) offer(active_.meet(graph_, active_.parent), to_parent);
   while (!offers_.empty()) {
     const std::uint32_t n = offers_.pop().node;
-    if (graph_.node(n).mark.progress != WorkingGraph::Progress::met) continue;
-    if (!follow(h_W, n, step)) break;
+    if (graph_.node(n).label.progress != WorkingGraph::Progress::met) continue;
+    if (!expand(h_W, n, step)) break;
   }
   if (!step.capped) state_.cut_node = NodeId{UINT32_MAX, UINT32_MAX};
   settle();
 }
 
-// No more than one offer for each segment tested, and one for the other end of the first: the array holds them all.
+// At most one offer for each tested segment, and one for the other end of the first segment: they fit the heap.
 void BoundedClimb::offer(std::uint32_t n, double cost) noexcept {
-  const bool is_new = !graph_.isMarked(n);
-  WorkingGraph::Mark& mark = graph_.mark(n);
-  if (!is_new && !(cost < mark.cost)) return;
-  mark.cost = cost;
+  const bool is_new = !graph_.isLabelled(n);
+  WorkingGraph::Label& label = graph_.label(n);
+  if (!is_new && !(cost < label.cost)) return;
+  label.cost = cost;
   graph_.prefetch(n);
   offers_.push({cost, graph_.node(n).id.key(), n});
 }
 
-// A segment has been tested exactly if one of its ends was entered, or if it is the first: so nodes are all that is
-// marked. False at the cap.
-bool BoundedClimb::follow(const Vector3d& h_W, std::uint32_t n, SolverStep& step) noexcept {
+// Tests the segments at a node and offers their other ends. Returns false at the cap. Labels on nodes are enough: a
+// segment has been tested exactly if one of its ends was entered, or if it is the first one.
+bool BoundedClimb::expand(const Vector3d& h_W, std::uint32_t n, SolverStep& step) noexcept {
   const WorkingGraph::Presence presence = graph_.open(n);
   const WorkingGraph::Node& node = graph_.node(n);
   if (presence != WorkingGraph::Presence::present) {
-    graph_.mark(n).progress = WorkingGraph::Progress::absent;
+    graph_.label(n).progress = WorkingGraph::Progress::absent;
     ++step.frontiers;
     if (presence == WorkingGraph::Presence::absent) step.absent.add(node.home);
     return true;
   }
-  graph_.mark(n).progress = WorkingGraph::Progress::entered;
+  graph_.label(n).progress = WorkingGraph::Progress::entered;
   step.touched.add(node.home);
-  const double cost = node.mark.cost;
+  const double cost = node.label.cost;
   std::uint32_t at = node.id == state_.cut_node && state_.cut_next < node.degree ? state_.cut_next : 0;
   for (std::uint32_t i = 0; i < node.degree; ++i, at = at + 1 == node.degree ? 0 : at + 1) {
     WorkingGraph::Edge& edge = graph_.edge(n, at);
-    if (edge.rank == active_.id.segment) continue;  // all that is reached is of one cell
+    if (edge.rank == active_.id.segment) continue;  // a search never leaves its cell
     const std::uint32_t far = graph_.findFar(n, edge);
     const bool is_loop = far == n;
-    if (!is_loop && far != WorkingGraph::kNone && graph_.isMarked(far) &&
-        graph_.node(far).mark.progress == WorkingGraph::Progress::entered)
+    if (!is_loop && far != WorkingGraph::kNone && graph_.isLabelled(far) &&
+        graph_.node(far).label.progress == WorkingGraph::Progress::entered)
       continue;
     if (step.visited == max_visited_) {
       step.capped = true;
@@ -196,7 +196,7 @@ void BoundedClimb::settle() noexcept {
   if (best_.node != WorkingGraph::kNone) {
     graph_.open(best_.node);
     active_.become(graph_, best_.node, graph_.edge(best_.node, best_.edge));
-  } else if (!state_.place.at_node && best_.t != 0.0 && best_.t != 1.0) {  // it slides along, and nothing else changes
+  } else if (!state_.place.at_node && best_.t != 0.0 && best_.t != 1.0) {  // the proxy slides along its segment
     state_.place.t = best_.t;
     state_.place.p_W = best_.p_W;
     return;

@@ -1,48 +1,49 @@
-// Bounded climb: the proxy goes to the nearest point that lies within a budget of climbing (DESIGN 5.4).
+// Bounded climb: the proxy goes to the nearest point that it can reach within a budget of climbing.
 //
-// Uniform-cost search over *uphill arc length*. Travel along the structure is free while the distance to the probe h
-// falls, and costs its arc length while it rises; everything that is reached at a cost <= r competes, and the nearest
-// to h wins. So any number of local minima is passed, at elbows, branches and along them, but never by a leap to a
-// neurite that is not connected. All in device millimetres, so that the feel does not depend on the zoom:
+// The method is a uniform-cost search over *uphill arc length*. Travel along the neurites costs nothing while the
+// distance to the probe h falls. It costs its arc length while that distance rises. Among all points reached at a cost
+// <= r, the point nearest to h wins. So the proxy passes any number of local minima, at elbows, at branches and between
+// them, but it never leaps to an unconnected neurite. Lengths are millimetres of the device, so the feel does not
+// depend on the zoom.
 //
-//   tick(h, dt, scale):                    p: the proxy; m: the patience budget; a: where it began
+//   tick(h, dt, scale):                    p: the proxy; m: the patience budget; a: start point of the patience
 //     |p - a| > reset:   m = 0, a = p
-//     |p - h| > pull:    m = min(m + patience (|p - h| - pull) dt, most)      a hand that keeps pulling wants out
+//     |p - h| > pull:    m = min(m + patience (|p - h| - pull) dt, most)      the hand keeps pulling: the budget grows
 //     otherwise:         m = m max(0, 1 - dt / 0.2 s)
 //   search:
-//     S = p's segment;  q = closest point of S to h;  the best is q, or p where q is not nearer
-//     r = min(most, rest + gain |best - h| + m), fixed for the tick
-//     offer S's ends: of S only what rises between p, q and the end costs
-//     pop the node n of least cost (ties: lower identity); for S' incident on n, in the order of identity, not tested
-//     yet:
-//       tested == max_visited: capped, the best so far is the answer
-//       w = closest point of S' to h;  nearer than the best by more than eps: it is the best
-//       offer the other end o at cost(n) + |o - w|: from n to w falls, from w to o rises
-//     eps = 1e-9 um, or 1e-12 of the distance where that is more: rounding is no progress
+//     S = p's segment;  q = closest point of S to h;  best = q, or p if q is not nearer
+//     r = min(most, rest + gain |best - h| + m), constant during the tick
+//     offer S's ends; on S, only the part that rises between p, q and the end costs
+//     pop the node n of lowest cost (ties: lower id); for each segment S' at n, in the order of ids, not tested yet:
+//       tested == max_visited: capped; the best so far is the answer
+//       w = closest point of S' to h;  if w is nearer than best by more than eps: best = w
+//       offer the other end o at cost(n) + |o - w|: the distance falls from n to w and rises from w to o
+//     eps = max(1e-9 um, 1e-12 of the distance): a smaller improvement is rounding
 //
-// How the parameters were chosen: where two branches leave a fork at an angle a, a proxy that is x past the fork on the
-// wrong branch must climb x to leave it, and the pull is at most a x. So it leaves at once while
-// x <= rest / (1 - gain a), and needs patience beyond. Nearly parallel branches (a < 0.3) and a hand whose aim is wrong
-// by more than a x need the rest and the patience; wide forks need neither.
+// Choice of parameters: two branches leave a fork at an angle a, and the proxy is at a distance x past the fork on the
+// wrong branch. To leave, it must climb x, with a pull of at most a x. It leaves at once if x <= rest / (1 - gain a),
+// and needs patience beyond. Nearly parallel branches (a < 0.3), and hands whose aim is wrong by more than a x, need
+// `rest` and patience. Wide forks need neither.
 //
-// A segment of equal ends costs nothing: it is passed. Where max_visited cuts a node's branches, the next tick that
-// comes to this node goes on with the branch that was cut, and round: every branch of a hub is seen within
-// degree / (max_visited - what is tested before it) + 1 ticks.
+// A segment of length zero costs nothing and is passed. If max_visited cuts the list of a node's branches, the next
+// tick that reaches this node continues with the branch that was cut, and wraps around. So every branch of a hub is
+// tested within degree / (max_visited - tests before the hub) + 1 ticks.
 //
-// Invariants (each a test):
-//  1. |p - h| never rises within a tick, and falls by more than eps where p leaves its segment: at fixed h no cycle.
-//  2. p stays on the structure, and is reached from the old p over a path that rises by at most r in all.
-//  3. With rest = gain = patience = 0 and below the cap every point that the basic solver (descent.h) can reach is
-//     reached, and the best of them taken, to within eps.
-//  4. Tested segments <= max_visited; nodes offered <= tested + 1; looks at segments tested already <= 2 tested.
-//  5. It depends on identities, not on tiling, memory or which tiles happen to be resident. A node whose home is absent
-//     offers nothing and is reported; the first one reported is always needed. undo(), load, the same tick again, until
-//     nothing is absent: the answer of the whole graph, bit for bit.
-//  6. undo() restores place, patience and cursor, bit for bit.
-//  7. A probe that is not finite changes nothing.
+// Invariants (each has a test):
+// 1. |p - h| never rises within a tick. It falls by more than eps if p leaves its segment, so at a fixed h the proxy
+//    never goes in cycles.
+// 2. p stays on the neurites. The path from the old p to the new p rises by at most r in all.
+// 3. With rest = gain = patience = 0 and below the cap, the search reaches every point that the basic solver
+//    (descent.h) can reach, and takes the best of them to within eps.
+// 4. Tested segments <= max_visited; offered nodes <= tested + 1; repeated looks at tested segments <= 2 tested.
+// 5. The result depends on ids, not on tiling, memory or the tiles that happen to be in memory. A node whose home is
+//    absent offers nothing and is reported; the first reported tile is always needed. Repeating undo(), load and the
+//    same tick until no tile is absent gives the answer of the whole graph, bit for bit.
+// 6. undo() restores place, patience and the position in the cut list, bit for bit.
+// 7. A probe that is not finite changes nothing.
 //
-// The proxy may jump; what keeps the force from jumping with it is the anchor (anchor.h). Nothing is left over for the
-// next tick but the place, the patience and the cursor. Thread rule: haptic thread only.
+// The proxy may jump; the anchor (anchor.h) keeps the force continuous. From one tick to the next the solver keeps only
+// the place, the patience and the position in the cut list. Thread rule: haptic thread only.
 #pragma once
 
 #include "solver/proxy/proxy_solver.h"
@@ -51,7 +52,7 @@
 
 namespace filiform {
 
-// makeProxySolver() has checked the parameters. About 60 KB at the default cap, in proportion to it beyond.
+// Requires checked parameters, as makeProxySolver() does. About 60 KB at the default cap; grows with the cap.
 std::unique_ptr<ProxySolver> makeBoundedClimb(const SolverParameters& parameters);
 
 }  // namespace filiform

@@ -18,13 +18,13 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 using internal::ActiveSegment;
 using internal::WorkingGraph;
 
-// Nodes looked at: the ends of each segment walked, and of the way on from each.
-constexpr std::uint32_t kMostMarked = 4 * (kMostShadedSegments + 1);
+// Nodes that a tick may label: both ends of each walked segment, and both ends of the segment after it.
+constexpr std::uint32_t kMostLabelled = 4 * (kMostShadedSegments + 1);
 
 class ForceShading final : public ProxySolver {
  public:
   explicit ForceShading(const SolverParameters& parameters)
-      : most_looks_(parameters.max_visited), graph_(parameters.pool_nodes, kMostMarked, 0) {}
+      : most_looks_(parameters.max_visited), graph_(parameters.pool_nodes, kMostLabelled, 0) {}
 
   const ProxyPlace& place() const noexcept override { return place_; }
   void setPlace(const ProxyPlace& place) noexcept override {
@@ -44,10 +44,10 @@ class ForceShading final : public ProxySolver {
     SolverStep& step;
     std::uint32_t looks = 0;
   };
-  struct Shaded {  // an end of a segment
+  struct Shaded {  // the shaded direction at an end of a segment
     Vector3d direction = Vector3d::Zero();
     std::uint32_t node = WorkingGraph::kNone;     // kNone: its home is absent
-    std::uint32_t nearest = WorkingGraph::kNone;  // of the other edges
+    std::uint32_t nearest = WorkingGraph::kNone;  // the other edge nearest to h
   };
   struct Walk {
     ActiveSegment segment;
@@ -65,8 +65,8 @@ class ForceShading final : public ProxySolver {
   ActiveSegment active_;
 };
 
-// Where u goes under f(u) = a0 + a1 u + a2 u^2: to the zero at which f falls, unless the one at which it rises lies
-// between. Only the latter is compared with u, where u never rests: so rounding cannot push it off its place.
+// The u to which f(u) = a0 + a1 u + a2 u^2 leads: the zero at which f falls, unless the zero at which f rises lies
+// between. u is compared only with the rising zero, at which u never rests, so rounding cannot move a resting u.
 double shadedGoal(double a0, double a1, double a2, double u) noexcept {
   const double size = std::max({std::abs(a0), std::abs(a1), std::abs(a2)});
   if (!(size > 0.0) || !std::isfinite(size)) return u;
@@ -92,7 +92,7 @@ void ForceShading::advance(const GraphView& graph, const ProbeState& probe, Solv
   before_ = place_;
   if (!place_.valid() || !internal::usableDistance((place_.p_W - probe.h_W).squaredNorm())) return;
   graph_.begin(graph);
-  if (!active_.follow(graph, place_, step)) return;
+  if (!active_.moveTo(graph, place_, step)) return;
   graph_.newSearch();
   Tick tick{probe.h_W, step};
 
@@ -122,7 +122,7 @@ ForceShading::Shaded ForceShading::shade(Tick& tick, ActiveSegment& segment, boo
   Shaded end;
   end.direction = segment.d_W.normalized();
   const std::uint32_t n = segment.meet(graph_, at_parent ? segment.parent : segment.child);
-  static_cast<void>(graph_.mark(n));
+  static_cast<void>(graph_.label(n));
   const WorkingGraph::Presence presence = graph_.open(n);
   const WorkingGraph::Node& node = graph_.node(n);
   if (presence != WorkingGraph::Presence::present) {
@@ -132,7 +132,7 @@ ForceShading::Shaded ForceShading::shade(Tick& tick, ActiveSegment& segment, boo
   }
   end.node = n;
   tick.step.touched.add(node.home);
-  // Nearest first; those of equal ends are a way on, but have no direction.
+  // The two nearest other segments, nearest first. Segments of length zero count as an exit, but have no direction.
   double nearest2 = kInfinity, near2[2] = {kInfinity, kInfinity};
   Vector3d near_far_W[2] = {node.p_W, node.p_W};
   for (std::uint32_t i = 0; i < node.degree; ++i) {
@@ -168,14 +168,15 @@ ForceShading::Shaded ForceShading::shade(Tick& tick, ActiveSegment& segment, boo
   return end;
 }
 
-// Does f lead on from this end of the segment, into it?
+// Whether f leads from this end into the segment.
 bool ForceShading::leadsOn(Tick& tick, ActiveSegment& segment, bool from_parent) noexcept {
   const Shaded end = shade(tick, segment, from_parent);
   const double f = (tick.h_W - (from_parent ? segment.parent : segment.child).p_W).dot(end.direction);
   return from_parent ? f < 0.0 : f > 0.0;
 }
 
-// Onto the nearest of the other segments at this end, if there f leads on; a segment of equal ends always does.
+// Moves the walk to the nearest other segment at this end. Returns false if f does not lead into that segment; a
+// segment of length zero is always entered.
 bool ForceShading::leave(Tick& tick, const Shaded& end, Walk& walk) noexcept {
   if (end.node == WorkingGraph::kNone || end.nearest == WorkingGraph::kNone) return false;
   graph_.open(end.node);
@@ -188,7 +189,7 @@ bool ForceShading::leave(Tick& tick, const Shaded& end, Walk& walk) noexcept {
   return true;
 }
 
-// Across a segment of equal ends: on by the end that it was not entered from; from its child's where that is no way.
+// Crosses a segment of length zero: leaves by the end from which it was not entered, else by the other end.
 bool ForceShading::pass(Tick& tick, Walk& walk) noexcept {
   const bool from_parent = walk.t == 1.0;
   Walk entered = walk;

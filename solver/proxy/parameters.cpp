@@ -6,7 +6,7 @@ namespace filiform {
 
 namespace {
 
-// The smallest length that at least `percent` of all lengths do not exceed.
+// The smallest length that is not exceeded by `percent` percent of all lengths.
 double percentile(std::vector<double>& lengths_um, std::size_t percent) {
   const std::size_t rank = (lengths_um.size() * percent + 99) / 100;
   const auto at = lengths_um.begin() + static_cast<std::ptrdiff_t>(std::max<std::size_t>(rank, 1) - 1);

@@ -1,5 +1,5 @@
-// What a person types to get somewhere: a cell's name or a part of it, CELL:SAMPLE, or a point. Pure functions; any
-// thread that may load.
+// Parses what a user types to go somewhere: a cell's name or a part of it, CELL:SAMPLE, or a point. Thread rule: pure
+// functions; any thread that may read the set.
 #pragma once
 
 #include "index/set/tile_store.h"
@@ -13,21 +13,22 @@ namespace filiform {
 
 struct CellQuery {
   std::optional<Vector3d> p_W;           // "120 -40 800" or with commas: a point, um
-  std::string name;                      // else a cell
-  std::optional<std::int64_t> sample{};  // and one of its samples
+  std::string name;                      // without a point: a cell
+  std::optional<std::int64_t> sample{};  // id of a sample of this cell
 };
-// Blanks around it do not count. A number after the last colon is a sample.
+// Blanks at either end are ignored. A number after the last colon is a sample.
 CellQuery parseCellQuery(const std::string& text);
 
 struct CellMatches {
-  std::size_t count = 0;             // all that match
-  std::vector<std::uint32_t> cells;  // the best of them
+  std::size_t count = 0;             // number of cells that match
+  std::vector<std::uint32_t> cells;  // the best matches
 };
-// Cells whose name, or source where `by_source`, has the text in it, in any letter case: the very text first, then
-// those that begin with it, then the others, each in byte order of names; at most `most`. O(cells).
+// Cells whose name (`by_source`: whose source) contains the text, ignoring letter case; at most `most`. Order: equal to
+// the text, then equal apart from letter case, then those that begin with the text, then the others; each group in byte
+// order of names. O(cells).
 CellMatches matchCells(const TileStore& store, const std::string& text, bool by_source, std::size_t most);
 
-// The best matches of names, or, where no name matches, of sources.
+// The best matches among names; if no name matches, among sources.
 std::vector<std::uint32_t> findCells(const TileStore& store, const std::string& text, std::size_t most);
 
 }  // namespace filiform

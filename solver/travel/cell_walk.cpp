@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// Compressed lists: `count` of items by key, from pairs {key, item}.
+// Groups the items of {key, item} pairs by key: the items of key k are items[first[k] .. first[k + 1]).
 void list(std::uint32_t keys, const std::vector<std::pair<std::uint32_t, std::uint32_t>>& pairs,
           std::vector<std::uint32_t>& first, std::vector<std::uint32_t>& items) {
   first.assign(keys + 1, 0);
@@ -54,7 +54,7 @@ CellWalk::CellWalk(CellGraph graph)
   list(n, down, first_child_, children_);
   list(n, both, first_neighbour_, neighbours_);
 
-  // How far threads reach beyond each sample: the longest child comes first.
+  // The length of the longest path below each sample, to put the child with the longest neurites first.
   std::vector<double> reach_um(n, 0);
   const std::vector<std::uint32_t> order = parentsFirst(parents_);
   for (std::size_t i = order.size(); i-- > 0;) {
@@ -108,7 +108,7 @@ Vector3d CellWalk::position_W(const Spot& spot) const {
 }
 
 std::optional<std::uint32_t> CellWalk::parent(const Spot& spot) const {
-  if (spot.t < 1) {  // on the segment, or at its child: whose parent it may not be in a graph
+  if (spot.t < 1) {  // at t = 0 the spot's parent need not be the child's parent, if the cell has loops
     if (spot.t > 0 || spot.child == spot.parent)
       return spot.child == spot.parent ? std::nullopt : std::optional(spot.parent);
     return parents_[spot.child] == kNoParent ? std::nullopt : std::optional(parents_[spot.child]);

@@ -15,9 +15,9 @@
 namespace filiform {
 namespace {
 
-constexpr std::size_t kMostNearby = 1024;  // segments: a tangle of more is all one place
-constexpr std::size_t kMostTiles = 64;     // kept from place to place
-constexpr double kReach = 4;               // times the tremor's length, along the structure
+constexpr std::size_t kMostNearby = 1024;  // segments; a search that reaches more gives up
+constexpr std::size_t kMostTiles = 64;     // tiles kept from place to place
+constexpr double kReach = 4;               // reach along the neurites, as a multiple of the offset's length
 constexpr int kPerDecade = 24, kDecades = 5;
 
 double normal(std::mt19937_64& random) {
@@ -26,13 +26,13 @@ double normal(std::mt19937_64& random) {
   return sum;
 }
 
-// The structure about one place, tile by tile as it is needed.
+// The neurites around one place. Loads tiles as the search needs them.
 class Neighbourhood {
  public:
   explicit Neighbourhood(const TileStore& store)
       : store_(store), table_(store.tile_count()), graph_(table_, store.leaves(), store.grid()) {}
 
-  // Whether `wanted` is reached from the place within `reach_um` of arc.
+  // Whether the search reaches `wanted` from the place within an arc length of `reach_um`.
   bool holds(SegmentId from, double t, const Vector3d& p_W, SegmentId wanted, double reach_um) {
     if (from == wanted) return true;
     if (held_.size() > kMostTiles) {
@@ -50,7 +50,7 @@ class Neighbourhood {
     std::vector<std::pair<double, std::pair<const Tile*, std::uint32_t>>> front;  // arc so far, node
     front.push_back({t * length_um, {segment.tile, segment.tile->child(segment.segment)}});
     front.push_back({(1 - t) * length_um, {segment.tile, segment.tile->parent(segment.segment)}});
-    // Shortest arc first: so a segment is seen by its nearest way, round loops too.
+    // Shortest arc length first, so each segment is reached on its shortest path, also in loops.
     while (!front.empty() && seen.size() < kMostNearby) {
       const auto nearest =
           std::min_element(front.begin(), front.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
@@ -100,14 +100,14 @@ class Neighbourhood {
 
 Confusion::Confusion(const TileStore& store, const Nearest& nearest, const ConfusionOptions& options)
     : store_(store), nearest_(nearest), options_(options) {
-  const Landmarks& samples = store.samples();
-  if (samples.points.empty()) return;
+  const Landmarks& landmarks = store.samples();
+  if (landmarks.points.empty()) return;
   std::mt19937_64 random(options.seed);
   for (std::size_t i = 0; i < options.places; ++i) {
-    const std::size_t sample = internal::drawBelow(random, samples.points.size());
-    Place place{samples.segments[sample],
-                static_cast<double>(samples.t[sample]),
-                store.grid().toWorld(samples.points[sample]),
+    const std::size_t landmark = internal::drawBelow(random, landmarks.points.size());
+    Place place{landmarks.segments[landmark],
+                static_cast<double>(landmarks.t[landmark]),
+                store.grid().toWorld(landmarks.points[landmark]),
                 {}};
     for (int axis = 0; axis < 3; ++axis) place.tremor[axis] = normal(random);
     places_.push_back(place);
@@ -130,7 +130,7 @@ double Confusion::at(double zoom_um) const {
 
 double Confusion::largestZoom() const {
   const auto zoomOf = [](int step) { return std::pow(10.0, static_cast<double>(step) / kPerDecade); };
-  int fine = -1, coarse = kPerDecade * kDecades + 1;  // fine: confused in few enough places; coarse: in too many
+  int fine = -1, coarse = kPerDecade * kDecades + 1;  // fine: few enough places are confused; coarse: too many
   while (coarse - fine > 1) {
     const int middle = fine + (coarse - fine) / 2;
     (at(zoomOf(middle)) <= options_.most_confused ? fine : coarse) = middle;

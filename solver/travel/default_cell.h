@@ -1,4 +1,4 @@
-// The cell that is travelled if the person names none. Thread rule: function without state.
+// The cell to travel if the user names none. Thread rule: function without state.
 #pragma once
 
 #include "index/set/tile_store.h"
@@ -7,8 +7,7 @@
 
 namespace filiform {
 
-// The cell with the most segments; of equal ones the first by name. Throws UsageError for a set without cells.
-// O(cells).
+// The cell with the most segments; ties: the first by name. Throws UsageError for a set without cells. O(cells).
 std::uint32_t defaultCell(const TileStore& store);
 
 }  // namespace filiform

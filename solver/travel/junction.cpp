@@ -12,14 +12,14 @@ class Walk {
   Walk(const GraphView& graph, std::uint32_t most, SomaFinder* somata, std::vector<TileId>& absent)
       : graph_(graph), left_(most), somata_(somata), absent_(absent) {}
 
-  // The node at the given end of a segment, in its home; not present: the reason is noted.
+  // The node at the given end of a segment, in its home. Adds an absent home to `absent`.
   GraphView::HomeNode end(const Tile& tile, std::uint32_t node) {
     const GraphView::HomeNode home = graph_.home(tile, node);
     if (home.frontier() && std::find(absent_.begin(), absent_.end(), home.home) == absent_.end())
       absent_.push_back(home.home);
     return home;
   }
-  // The branches at a node in its home, in the order of their segments' ids.
+  // The branches at a node, in the order of their segments' ids. `at` must be the home.
   std::vector<std::uint32_t> branches(const GraphView::HomeNode& at) {
     const Tile& tile = *at.tile;
     std::vector<std::uint32_t> segments;
@@ -40,7 +40,7 @@ class Walk {
   std::vector<TileId>& absent_;
 };
 
-// Where one comes to by a segment from one of its ends.
+// A step along a segment, from one of its ends to the other.
 struct Step {
   const Tile* tile;
   std::uint32_t segment;
@@ -52,10 +52,10 @@ Step stepFrom(const GraphView::HomeNode& at, std::uint32_t segment) {
   return {at.tile, segment, child == at.node ? parent : child};
 }
 
-// The first node with other than two segments.
+// The first node with more than two segments.
 struct Fork {
   GraphView::HomeNode at;
-  SegmentId by;  // by which one comes there
+  SegmentId by;  // the segment that leads there
   double distance_um;
 };
 
@@ -69,7 +69,7 @@ std::optional<Fork> forkAhead(Walk& walk, const Tile* tile, std::uint32_t segmen
     if (segments.size() > 2) return Fork{at, by, distance_um};
     const auto isBy = [&](std::uint32_t candidate) { return at.tile->segmentId(candidate) == by; };
     if (std::none_of(segments.begin(), segments.end(), isBy)) {
-      // From a sample that only gives the soma its shape: on along the one neurite, or both.
+      // The search came from a sample that only gives the soma its shape: continue along each neurite.
       std::optional<Fork> best;
       for (const std::uint32_t neurite : segments) {
         const Step step = stepFrom(at, neurite);
@@ -90,7 +90,7 @@ std::optional<Fork> forkAhead(Walk& walk, const Tile* tile, std::uint32_t segmen
   return {};
 }
 
-Branch followBranch(Walk& walk, const GraphView::HomeNode& from, std::uint32_t segment, double length_um) {
+Branch traceBranch(Walk& walk, const GraphView::HomeNode& from, std::uint32_t segment, double length_um) {
   Branch branch;
   branch.first = from.tile->segmentId(segment);
   branch.points_W.push_back(from.tile->position_W(from.node));
@@ -151,7 +151,7 @@ JunctionSearch findJunction(const GraphView& graph, const ProxyPlace& place, con
   junction.p_W = best->at.tile->position_W(best->at.node);
   junction.distance_um = best->distance_um;
   for (const std::uint32_t segment : walk.branches(best->at)) {
-    Branch branch = followBranch(walk, best->at, segment, length_um);
+    Branch branch = traceBranch(walk, best->at, segment, length_um);
     branch.own = branch.first == best->by;
     junction.branches.push_back(std::move(branch));
   }

@@ -13,7 +13,7 @@ namespace {
 
 constexpr int kMostRounds = 64;
 
-// Tiles of one question, and the graph on them.
+// The tiles that one search has loaded, and the graph on them.
 class Reading {
  public:
   explicit Reading(const TileStore& store)
@@ -47,7 +47,7 @@ struct PlaceFinder::Impl {
 
   const TileStore& store;
   Nearest nearest;
-  std::mutex mutex;  // of the next
+  std::mutex mutex;  // of `somata`
   SomaFinder somata;
 };
 
@@ -99,12 +99,12 @@ ProxyPlace PlaceFinder::soma(std::uint32_t cell) const {
 ProxyPlace PlaceFinder::find(const CellQuery& query) const {
   if (query.p_W) {
     const std::optional<Picked> found = nearest(*query.p_W);
-    if (!found) throw UsageError("the scene has no segment");
+    if (!found) throw UsageError("the scene has no segments");
     return found->place;
   }
   const std::vector<std::uint32_t> cells = findCells(impl_->store, query.name, 1);
   if (cells.empty()) {
-    std::string what = "no cell's name has '";
+    std::string what = "no cell has a name with '";
     what += escaped(query.name, 60);
     throw UsageError(what += "' in it");
   }

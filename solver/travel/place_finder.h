@@ -1,5 +1,5 @@
-// From what a person names or points at to a place that the proxy can be put to. Thread rule: internally synchronised;
-// reads the disk, so not for the thread that draws, nor the haptic one.
+// Finds a place for the proxy from a name, a point or a line of sight. Thread rule: internally synchronised. Reads the
+// disk, so do not use it on the thread that draws or on the haptic thread.
 #pragma once
 
 #include "index/query/nearest.h"
@@ -18,26 +18,26 @@ class PlaceFinder {
  public:
   struct Picked {
     ProxyPlace place;
-    double along_um = 0;     // of a ray: from the eye
-    double distance_um = 0;  // from the point, or from the ray
+    double along_um = 0;     // ray: distance from the eye
+    double distance_um = 0;  // from the point or the ray
   };
 
-  explicit PlaceFinder(const TileStore& store);  // which must outlive it
+  explicit PlaceFinder(const TileStore& store);  // the store must outlive the finder
   ~PlaceFinder();
 
-  // None where nothing is hit, or the scene is empty. Throws CorruptTile, CorruptSet, IoError from the store;
+  // Nullopt if the ray hits nothing, or if the scene is empty. Throws CorruptTile, CorruptSet, IoError from the store;
   // UsageError as Nearest does.
   std::optional<Picked> along(const RayQuery& ray) const;
   std::optional<Picked> nearest(const Vector3d& p_W) const;
-  // At a sample of a cell that was read.
+  // The place of sample `node` (rank) of a cell that walk() has read.
   ProxyPlace atSample(const CellWalk& walk, std::uint32_t cell, std::uint32_t node) const;
-  // Reads the cell. O(its segments).
+  // Reads the cell. O(segments of the cell).
   std::shared_ptr<const CellWalk> walk(std::uint32_t cell) const;
-  // Where that leads; throws UsageError with a line for the person where it leads nowhere.
+  // The place that the user asks for. Throws UsageError, with a line for the user, if there is none.
   ProxyPlace find(const CellQuery& query) const;
-  // The cell's soma, else the root of its longest tree.
+  // The cell's soma; without a soma, its first root.
   ProxyPlace soma(std::uint32_t cell) const;
-  // The fork next to a place, see findJunction. Reads at most 64 tiles.
+  // The fork next to a place; see findJunction(). Reads at most 65 tiles, apart from those of somata.
   std::optional<Junction> junction(const ProxyPlace& place, const Vector3d& heading_W, double reach_um,
                                    double length_um) const;
 

@@ -36,7 +36,7 @@ constexpr std::uint32_t kNone = UINT32_MAX;
 struct Forest {
   std::vector<std::uint32_t> root;  // by rank
   std::vector<double> depth_um;     // by rank: arc length from the root
-  std::vector<bool> is_tip;         // by rank: has a parent and no child, and is no sample of a soma's shape
+  std::vector<bool> is_tip;         // by rank: has a parent, no child, and is not part of a soma's shape
 };
 
 Forest measure(const CellGraph& graph) {
@@ -87,7 +87,7 @@ Ends longest(const Forest& forest) {
 }
 
 std::optional<Ends> randomEnds(const Forest& forest, std::uint64_t seed) {
-  // Only tips at some distance make a route.
+  // A route needs a tip that is at some distance from its root.
   std::vector<std::uint32_t> roots;
   for (std::uint32_t rank = 0; rank < forest.root.size(); ++rank)
     if (forest.is_tip[rank] && forest.depth_um[rank] > 0) roots.push_back(forest.root[rank]);
@@ -110,7 +110,7 @@ Ends byIds(const CellGraph& graph, const Forest& forest, std::int64_t first_id, 
   }
   if (firsts.empty() || lasts.empty())
     throw UsageError("the cell has no sample " + std::to_string(firsts.empty() ? first_id : last_id) +
-                     "; a route FIRST:LAST takes sample ids as they are in the file");
+                     "; a route FIRST:LAST takes sample ids from the file");
   for (const std::uint32_t first : firsts)
     for (const std::uint32_t last : lasts)
       if (forest.root[first] == forest.root[last]) return {first, last};
@@ -128,7 +128,7 @@ Route::Route(std::uint32_t cell, const Grid& grid, const std::vector<GridPoint>&
       links_(std::move(links)),
       route_index_(parents_.size(), kNone),
       on_route_(parents_.size(), false) {
-  // Up from both ends: the first sample of the climb from `last` that lies above `first` is where the two meet.
+  // Climbs from both ends. The paths meet at the first sample above `last` that is also above `first`.
   std::vector<bool> above_first(parents_.size(), false);
   for (std::uint32_t at = first; at != kNoParent; at = parents_[at]) above_first[at] = true;
   std::vector<std::uint32_t> down;
@@ -154,8 +154,8 @@ Route::Route(std::uint32_t cell, const Grid& grid, const std::vector<GridPoint>&
   }
   if (!(arc_um > 0)) throw UsageError("the route has no length; choose two samples at different places");
 
-  // Whatever hangs below the route leaves it at its nearest ancestor there; all else of the tree at the meeting point,
-  // which is the highest.
+  // Every sample below the route leaves it at its nearest ancestor on the route. All other samples of the tree leave it
+  // at the meeting point, which is the highest point of the route.
   const std::vector<std::uint32_t> order = parentsFirst(parents_);
   std::vector<std::uint32_t> root(parents_.size());
   for (const std::uint32_t rank : order) root[rank] = parents_[rank] == kNoParent ? rank : root[parents_[rank]];
@@ -197,7 +197,7 @@ Route::Progress Route::progress(const ProxyPlace& place) const noexcept {
     if (rank >= links_.size()) return {};
     const auto [child, parent] = links_[rank];
     rank = child;
-    // A link that closes a loop is off the route, and leads back to it from its nearer end.
+    // A link that closes a loop is not on the route. It leads back to the route from its nearer end.
     if (child < parents_.size() && parents_[child] != parent) {
       const std::uint32_t nearer = place.t < 0.5 ? child : parent;
       if (nearer >= parents_.size() || route_index_[nearer] == kNone) return {};
@@ -211,8 +211,8 @@ Route::Progress Route::progress(const ProxyPlace& place) const noexcept {
   if (parent == kNoParent) return {arc_um, on_route_[rank], true};
   const double parent_arc_um = points_[route_index_[parent]].arc_um;
   if (on_route_[rank] && on_route_[parent]) return {arc_um + place.t * (parent_arc_um - arc_um), true, true};
-  // Off the route the segment leads back to where its nearer end does; only at the meeting point may child and parent
-  // differ.
+  // Off the route, a segment leads back to the same point as its nearer end. Child and parent differ only at the
+  // meeting point.
   return {on_route_[rank] ? arc_um : parent_arc_um, false, true};
 }
 

@@ -25,7 +25,7 @@ void check(const TileStore& store, const RunOptions& options) {
     throw UsageError("the set has no cell number " + std::to_string(*options.cell));
 }
 
-// Closes the device on every path out: zero force, then closed.
+// Closes the device on every exit path, which sends zero force first.
 struct OpenDevice {
   explicit OpenDevice(HapticDevice& opened) : device(opened) { device.open(); }
   ~OpenDevice() { device.close(); }

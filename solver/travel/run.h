@@ -6,28 +6,29 @@
 //
 // There are two clocks.
 //
-// Virtual time (the default): the outcome follows from the data, the options and the seed, on every machine.
-// - With a latency, a tile that is asked for at tick k is there at tick k + ceil(latency / period).
+// Virtual time (the default): the result depends only on the data, the options and the seed, on every machine.
+// - With a latency, a tile that is requested at tick k is present at tick k + ceil(latency / period).
 // - At latency 0, a tick that meets an absent tile is undone, the tile is loaded, and the tick is repeated before time
 //   advances: a *stall*. If the tiles of one tick do not fit the budget together, the tick is a *frontier*: the proxy
 //   rests at the absent tile. Without frontiers the rows are bit-identical whatever the budget.
 //
 // Real time (`realtime`): a haptic thread keeps the clock and IO threads read tiles. An absent tile is a frontier.
-// While the tile that the proxy waits for cannot be read, the device is sent zero force.
+// While the tile at which the proxy waits cannot be read, the device is sent zero force.
 //
-// Tours (route "tour:SEED", see tour.h): one route, a *leg*, after the other until the time is over. A leg ends when
-// the proxy arrives, when the person gives up, or after 10 times its nominal time and 20 s. The first tile of the next
-// leg is then asked for. When it is resident, the hand jumps: the new place comes under the hand, the old force fades,
-// and the new force grows over the ramp. Virtual time plans legs between ticks; in real time a thread plans ahead.
+// Tours (route "tour:SEED", see tour.h): one route, a *leg*, after another until the time is over. A leg ends when the
+// proxy arrives, when the simulated person gives up, or after 10 times its nominal time and 20 s. The first tile of the
+// next leg is then requested. When it is in memory, the hand jumps: the new place comes under the hand, the old force
+// fades, and the new force grows over the ramp. In virtual time, legs are planned between ticks; in real time, a thread
+// plans ahead.
 //
 // Replays (device "replay:FILE"): a recorded run is repeated in virtual time, whichever clock it was recorded with.
-// With the same set and options its rows are bit-identical, because the recording says which tiles each tick met absent
-// and when jumps were made. Limits, each noted in RunSummary::notes where it is met:
+// With the same set and options its rows are bit-identical, because the recording stores which tiles each tick met
+// absent and when jumps were made. Two limits, each noted in RunSummary::notes when it applies:
 // - From a tick that met more than six absent tiles, the replay may differ.
-// - Where the haptic loop was interrupted, the rows have the forces that were computed, not those that were sent.
-// A replay in real time gives the same rows as long as neither run meets a frontier.
+// - If the haptic loop was interrupted, the rows have the computed forces, not the forces that were sent. A replay in
+//   real time gives the same rows as long as neither run meets a frontier.
 //
-// Thread rule: function without state; any thread but a haptic one. Callbacks come on the caller's thread.
+// Thread rule: function without state; any thread except a haptic thread. Callbacks run on the caller's thread.
 #pragma once
 
 #include "device/haptic_device.h"
@@ -53,7 +54,7 @@ struct NavigationSnapshot;
 struct RunOptions {
   std::optional<std::uint32_t> cell;  // none: defaultCell(); for a tour: all cells
   std::string route = "longest";      // as planRoute() takes it, or tour:SEED
-  std::optional<double> seconds;      // simulated time at most; none: 10 times nominal + 20 s, for a tour 60 s
+  std::optional<double> seconds;      // limit of simulated time; none: 10 times nominal + 20 s, for a tour 60 s
   SolverMethod method = SolverMethod::climb;
   std::optional<SolverParameters> solver;  // none: automaticParameters() of the cell
   std::string device = "sim:medium";       // as makeDevice() takes it; a simulated person leads a simulated hand
@@ -66,7 +67,7 @@ struct RunOptions {
   int delay_samples = 1;    // of the simulated hand: 0, 1 or 2
   PersonParameters person;  // speed_m_s is the speed of the aim
   std::uint64_t seed = 1;   // of the person's tremor
-  bool in_memory = false;   // the store holds its tiles in memory (a small scene): no budget, no latency, no reads
+  bool in_memory = false;   // the store has all tiles in memory (a small scene): no budget, no latency, no reads
   std::optional<std::uint64_t> budget_bytes;            // of decoded tiles; none: unlimited
   double latency_ms = 0;                                // virtual time only
   PrefetchPolicy prefetch = PrefetchPolicy::structure;  // not in virtual time at latency 0
@@ -77,19 +78,18 @@ struct RunOptions {
   // Makes `device` from its name and the period (s), not opened. None: makeDevice().
   std::function<std::unique_ptr<HapticDevice>(const std::string&, double)> make_device{};
   std::function<void(const NavigationSnapshot&)> on_snapshot{};  // virtual time only: after each tick
-  // Real time only: called before the run waits for its threads, because a read that hangs can delay that. Must not
-  // throw.
+  // Real time only: called before the run waits for its threads, which a hanging read can delay. Must not throw.
   std::function<void()> ending{};
-  std::string fault_csv;  // real time only: if the loop ends by a fault, write its last ticks here; empty: nowhere
+  std::string fault_csv;  // real time only: file for the last ticks if the loop ends by a fault; empty: none
   const std::atomic<bool>* stop = nullptr;  // when it becomes true, the run ends as `interrupted` after this tick
-  // A run that failed or was interrupted leaves an older file at `record` unchanged and keeps its own recording beside
-  // it. Called with the name of that file.
+  // If the run fails or is interrupted, an older file at `record` stays unchanged, and the new recording is kept in a
+  // second file. Called with the name of that file.
   std::function<void(const std::string& path)> recording_kept{};
 };
 
-// Runs until the proxy arrives, the person gives up, the time is over, a replayed recording ends, or `stop` is set.
-// Calls `on_tick` once for each tick, in order. The device's last command is zero force, whatever ends the run.
-// Throws UsageError for options that make no sense, an unknown cell or route, and a budget below the floor; DeviceError
+// Runs until the proxy arrives, the simulated person gives up, the time is over, a replayed recording ends, or `stop`
+// is set. Calls `on_tick` once for each tick, in order. The device's last command is zero force, however the run ends.
+// Throws UsageError for inconsistent options, an unknown cell or route, and a budget below the minimum; DeviceError
 // from the device; IoError and ClosedPipe from the recording; CorruptTile, CorruptSet and IoError from the store.
 // Exceptions from `on_tick` propagate.
 RunSummary run(const TileStore& store, const RunOptions& options,

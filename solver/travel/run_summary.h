@@ -1,4 +1,4 @@
-// What a headless run did: how it ended, and its figures over all ticks. Values only.
+// The result of a headless run: its outcome, and figures over all ticks. Plain values.
 #pragma once
 
 #include "index/streaming/residency.h"
@@ -13,12 +13,12 @@
 namespace filiform {
 
 enum class RunOutcome {
-  completed,    // the proxy came within the person's arrive_m of the tip; or the time of a tour is over
-  stuck,        // before the tip, the person gave up, or the replayed recording ended
-  time_over,    // the time for a route was over before the tip
+  completed,    // the proxy came within arrive_m (PersonParameters) of the tip; or the time of a tour is over
+  stuck,        // before the tip, the simulated person gave up, or the replayed recording ended
+  time_over,    // the time for a route ended before the tip
   interrupted,  // by RunOptions::stop
 };
-const char* toString(RunOutcome outcome);  // the enumerator's name, as in JSON, text and pictures
+const char* toString(RunOutcome outcome);  // the enumerator's name; used in JSON, text and pictures
 
 struct LoopReport {  // of the haptic loop, see haptic_loop.h
   LoopMetrics metrics{0};
@@ -28,12 +28,12 @@ struct LoopReport {  // of the haptic loop, see haptic_loop.h
 struct RunSummary {
   // In the order of `navigate --json`.
   RunOutcome outcome = RunOutcome::stuck;
-  double route_um = 0;    // arc length of the route; for a tour, of all its legs together
-  double reached_um = 0;  // how far the proxy came on it, see RouteTracker; for a tour, the sum over its legs
+  double route_um = 0;    // arc length of the route; for a tour, the sum over its legs
+  double reached_um = 0;  // arc length that the proxy has reached, see RouteTracker; for a tour, the sum over its legs
   std::uint64_t ticks = 0;
   double sim_s = 0;            // the device's time over all ticks
-  std::uint64_t segments = 0;  // links kept in the whole set
-  std::uint64_t tiles = 0;     // different tiles that the solver read
+  std::uint64_t segments = 0;  // of the whole set
+  std::uint64_t tiles = 0;     // number of different tiles that the solver read
   std::uint64_t tiles_read = 0, evictions = 0;
   std::uint64_t stalls = 0, frontiers = 0;                          // ticks, see run.h
   std::uint64_t peak_bytes = 0;                                     // of decoded tiles in memory
@@ -46,18 +46,18 @@ struct RunSummary {
   std::optional<LoopReport> loop;  // real time only
   ResidencyCounters streaming;     // zero for a scene in memory and for a replay
   std::string cell;                // name; for a tour, of its first leg
-  std::uint64_t visited = 0;       // segments tested in all
+  std::uint64_t visited = 0;       // total number of tested segments
   std::uint64_t capped_ticks = 0;  // ticks that reached the solver's cap
-  int back_offs = 0;               // how often the person gave up a try
-  // Legs begun and travelled to their end. A single route is one leg.
+  int back_offs = 0;               // how often the simulated person gave up a try
+  // Legs that were begun, and legs that were travelled to their end. A single route is one leg.
   std::uint64_t legs = 0, legs_completed = 0;
-  // Jumps between legs, and ticks at which the hand waited for one: for its tile, or in real time for its plan.
+  // Jumps between legs; ticks in which the hand waited for a jump: for its tile, or in real time for its plan.
   std::uint64_t jumps = 0, jump_wait_ticks = 0;
   double stiffness_N_m = 0;
   bool passivity = false;             // the passivity controller was on
   PassivityEnergy energy;             // see passivity.h
-  std::vector<std::string> notes;     // for a person, one line each: stability, refused real-time settings, lost rows
-  std::vector<std::string> failures;  // one line for each tile that could not be read; then the set is damaged
+  std::vector<std::string> notes;     // for the user, one line each: stability, refused real-time settings, lost rows
+  std::vector<std::string> failures;  // one line for each tile that could not be read
 };
 
 }  // namespace filiform

@@ -28,7 +28,7 @@ using internal::SessionCommand;
 namespace {
 
 constexpr const char* kMouse = "mouse";
-constexpr const char* kMouseHand = "sim:medium";  // what the pointer moves
+constexpr const char* kMouseHand = "sim:medium";  // the hand that the pointer moves
 
 std::string handNameOf(const std::string& device) { return device == kMouse ? kMouseHand : device; }
 
@@ -72,7 +72,7 @@ struct Session::Impl {
   SessionOptions options;
   double period_s;
   internal::TravelDevice device;
-  SimulatedHand* hand;  // that the pointer moves; nullptr: none
+  SimulatedHand* hand;  // moved by the pointer; nullptr: none
   std::string device_name;
   std::vector<SessionCommand> replayed;
   internal::NavigationChoice choice;
@@ -88,10 +88,10 @@ struct Session::Impl {
   bool told_failed = false, finished = false;
   Wrench virtual_wrench;
 
-  std::exception_ptr replay_error;  // before replay_ended
+  std::exception_ptr replay_error;  // set before replay_ended
   std::atomic<bool> replay_ended{false}, stopping{false};
   std::thread replay_thread;
-  std::unique_ptr<HapticLoop> loop;  // goes first
+  std::unique_ptr<HapticLoop> loop;  // last member: destroyed first
 };
 
 Session::Impl::Impl(const TileStore& scene, const SessionOptions& wanted)
@@ -156,7 +156,7 @@ void Session::Impl::replayLoop() {
 void Session::Impl::startLoop() {
   HapticLoopOptions looping;
   looping.rate_Hz = options.rate_Hz;
-  looping.ramp_at_start = false;  // the force law has a ramp of its own
+  looping.ramp_at_start = false;  // the force law has its own ramp
   looping.idle = [this](double free_s) { travel.prepare(free_s); };
   travel.setMeasured(true);
   loop = std::make_unique<HapticLoop>(
@@ -178,7 +178,7 @@ void Session::Impl::finishRecording() {
   } catch (...) {
     failure = std::current_exception();
   }
-  if (device.recorder()->whole()) {  // what it holds can be replayed, even where exchanges were lost
+  if (device.recorder()->whole()) {  // can be replayed, even if exchanges were lost
     device.recording()->finish();
     collectLog();
     if (device.recording()->isFile())
@@ -191,7 +191,7 @@ void Session::Impl::finishRecording() {
   if (failure) std::rethrow_exception(failure);
 }
 
-// While the proxy rests at a tile that cannot be read, the hand feels no force.
+// While the proxy rests at a tile that cannot be read, the force is zero.
 void Session::Impl::watchTiles() {
   if (tiles.residency() == nullptr) return;
   const bool failed = travel.waitsForFailedTile();
@@ -207,7 +207,7 @@ Session::Session(const TileStore& store, const SessionOptions& options)
 Session::~Session() {
   try {
     finish();
-  } catch (const std::exception&) {  // who wants to know calls finish()
+  } catch (const std::exception&) {  // call finish() to get exceptions
   }
 }
 
@@ -254,7 +254,7 @@ void Session::finish() {
   if (s.tiles.residency() != nullptr) s.tiles.residency()->stop();
   if (failure) std::rethrow_exception(failure);
   if (s.channels.log_lost > 0)
-    throw DeviceError("commands came faster than they were recorded: the recording is not whole");
+    throw DeviceError("commands came faster than they could be recorded; the recording is incomplete");
 }
 
 const NavigationSnapshot& Session::update() {

@@ -1,5 +1,5 @@
-// A person's travel through a scene as it happens: device, tiles, navigation and haptic loop together on their own
-// threads. One thread, that of the window, commands and watches it.
+// A user's travel through a scene in real time: device, tiles, navigation and haptic loop together, on their own
+// threads. One thread, that of the window, commands and watches the session.
 //
 //   Session session(*set, {.device = "mouse"});
 //   session.start();
@@ -10,8 +10,8 @@
 //   }
 //
 // The device "mouse" is a simulated hand (device/simulated/simulated_hand.h) whose muscles pull to the pointer. The
-// proxy holds and pulls this hand as it does a haptic device, so the distance from pointer to hand shows the force. The
-// hand stays in the device's box: at the rim the world moves under the hand.
+// proxy holds and pulls this hand like a haptic device, so the distance from pointer to hand shows the force. The hand
+// stays in the device's box; at the edge the world moves under the hand.
 //
 // A recorded session (SessionOptions::record) is replayed by the device "replay:FILE", at the recorded rate, through
 // bit-identical states.
@@ -41,21 +41,21 @@ struct SessionOptions {
   double zoom_um = 300;  // world across 0.12 m of device
   double rate_Hz = 1000;
   std::optional<double> stiffness_N_m{};        // none: 200, with the loose hand 50; hardware: defaultStiffness()
-  bool in_memory = false;                       // the store holds its tiles in memory (a small scene): no reads
+  bool in_memory = false;                       // the store has all tiles in memory (a small scene): no reads
   std::optional<std::uint64_t> budget_bytes{};  // of decoded tiles; none: unlimited
-  // Write the exchanges with the device to this file, and if it is a regular file, the commands to FILE.json. Empty:
-  // none.
+  // Write the exchanges with the device to this file; if it is a regular file, also write the commands to FILE.json.
+  // Empty: no recording.
   std::string record{};
   // Makes `device` from its name and the period (s), not opened. None: makeDevice().
   std::function<std::unique_ptr<HapticDevice>(const std::string&, double)> make_device{};
 };
 
-// What the pointer asks of the hand.
+// The target that the pointer gives the hand.
 struct Pointing {
   enum class Kind : std::uint8_t {
-    rest,  // the hand stays with the proxy, without force
-    at,    // the hand is pulled to a point of frame D
-    push,  // the hand is pulled to a point at this distance from the proxy, so the proxy travels on
+    rest,  // the hand stays at the proxy, without force
+    at,    // the hand is pulled to the point target_D
+    push,  // the hand is pulled to the proxy's position plus target_D, so the proxy continues to travel
   };
   Kind kind = Kind::rest;
   Vector3d target_D = Vector3d::Zero();  // m
@@ -67,52 +67,52 @@ struct Pointing {
 class Session {
  public:
   // Opens the device. The store must outlive the session. A replay takes zoom, method, stiffness and rate from its
-  // recording. Throws DeviceError and UnknownDevice from the device; UsageError for a budget below the floor and
-  // options that make no sense; CorruptTile and IoError from the store; IoError and InputError for a recording whose
-  // commands are missing or do not fit the scene.
+  // recording. Throws DeviceError and UnknownDevice from the device; UsageError for a budget below the minimum and for
+  // inconsistent options; CorruptTile and IoError from the store; IoError and InputError for a recording whose commands
+  // are missing or do not fit the scene.
   Session(const TileStore& store, const SessionOptions& options);
-  // As finish(), without exceptions.
+  // Like finish(), but ignores exceptions.
   ~Session();
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;
 
-  // Starts the haptic loop and the thread that reads tiles. Does nothing the second time.
+  // Starts the haptic loop and the thread that reads tiles. Further calls do nothing.
   void start();
   // Instead of start(): computes `ticks` ticks now, in virtual time. Throws std::logic_error unless the scene is in
   // memory or a recording is replayed; in a replay, CorruptTile and IoError.
   void advance(std::uint64_t ticks);
-  // Ends what start() began, with zero force, closes the device and writes the recording. Waits for the tile that is
-  // being read. Throws DeviceError and IoError. Does nothing the second time.
+  // Ends the loop with zero force, closes the device and writes the recording. Waits for the tile that is being read.
+  // Throws DeviceError and IoError. Further calls do nothing.
   void finish();
 
-  // Takes the newest snapshot, and sends a jump whose tile has come. A few microseconds.
+  // Takes the newest snapshot. Sends a waiting jump if its tile is in memory. Takes a few microseconds.
   const NavigationSnapshot& update();
-  const NavigationSnapshot& now() const;  // as of the last update()
+  const NavigationSnapshot& now() const;  // of the last update()
 
   void point(const Pointing& pointing);
-  // False: too many commands wait; try again. During a replay commands are ignored.
+  // Returns false if too many commands wait; try again later. During a replay commands are ignored.
   bool send(const NavigationCommand& command);
-  // Puts the proxy to `place` as soon as its tile has come; replaces a jump that waits. `under_hand`: the world moves
-  // so that the place lies under the hand; otherwise the hand is drawn to the place. Ignored during a replay and for an
-  // invalid place.
+  // Moves the proxy to `place` as soon as its tile is in memory. Replaces a jump that waits. `under_hand`: the world
+  // moves so that the place lies under the hand; otherwise the force draws the hand to the place. Ignored during a
+  // replay and for an invalid place.
   void jump(const ProxyPlace& place, bool under_hand = true);
-  // The place of the jump that waits for its tile, if there is one.
+  // The place of the jump that waits for its tile; nullopt if no jump waits.
   std::optional<ProxyPlace> awaited() const;
 
   bool replaying() const;
   bool replayEnded() const;
-  bool hasHand() const;                   // the pointer moves it
-  const std::string& deviceName() const;  // for a person
+  bool hasHand() const;                   // there is a simulated hand, which the pointer moves
+  const std::string& deviceName() const;  // for the user
   double stiffness_N_m() const;
   const WorkspaceOptions& workspaceOptions() const;
-  // Why the device, the loop or the replay ended; empty while all is well.
+  // Why the device, the loop or the replay ended by itself; empty if all is well.
   std::string fault() const;
-  // For the person, each once: what the system refused, jumps that failed.
+  // New notes for the user: settings that the system refused, and jumps that failed. Returns each note once.
   std::vector<std::string> takeNotes();
-  // Magnitudes of the force (N) of the ticks since the last call, oldest first; at most 8192, later ones are left out.
+  // Magnitudes (N) of the forces since the last call, oldest first. At most 8192; later ones are left out.
   void takeForces(std::vector<float>& forces_N);
 
-  std::uint64_t ticks() const;          // as of the last update()
+  std::uint64_t ticks() const;          // of the last update()
   std::uint64_t interruptions() const;  // of the haptic loop
   // nullptr before finish(), and without a real-time loop.
   const LoopMetrics* metrics() const;

@@ -40,14 +40,14 @@ SimulatedPerson::SimulatedPerson(const Route& route, const PersonParameters& par
     if (!(x >= 0 && std::isfinite(x)))
       throw UsageError("the simulated person's tail, tremor and aim error must be finite and >= 0");
   if (p.tries < 1) throw UsageError("the simulated person needs at least one try");
-  std::mt19937_64 random(seed ^ kAimErrorStream);  // of its own: the tremor stays the same at every aim error
+  std::mt19937_64 random(seed ^ kAimErrorStream);  // separate stream: the tremor does not depend on the aim error
   const auto sign = [&] { return static_cast<double>(random() >> 11) * 0x1p-52 - 1; };
   const double x = 0.5 * sign(), y = 0.5 * sign();
   aim_error_m_ = p.aim_error_m * Eigen::Vector3d(x, y, sign() < 0 ? -1 : 1).normalized();
 }
 
-// The sum of twelve uniform numbers: mean 0, variance 1, within 6, and exact in doubles, so that no mathematical
-// library is in it.
+// A sum of twelve uniform numbers: mean 0, variance 1, within +-6. Exact in doubles, so no mathematical library is
+// needed.
 double SimulatedPerson::normal() noexcept {
   double sum = -6.0;
   for (int i = 0; i < 12; ++i) sum += static_cast<double>(random_() >> 11) * 0x1p-53;
@@ -71,8 +71,8 @@ void SimulatedPerson::decide(const Route::Progress& seen, double scale_um_m, dou
     straight_ = tries_ % 2 == 1;
     return;
   }
-  // Getting back to where one was is progress within a try; only getting further than ever lets the failed tries be
-  // forgotten.
+  // Within a try, returning to an earlier point is progress. Only an advance beyond all tries resets the count of
+  // tries.
   no_progress_s_ += dt_s;
   const double progress_um = p.progress_m * scale_um_m;
   if (seen.arc_um >= best_um_ + progress_um) {
@@ -106,8 +106,8 @@ Eigen::Vector3d SimulatedPerson::target_D(const ProxyPlace& proxy, const Workspa
   const Route::Progress seen = tracker_.update(proxy);
   decide(seen, scale_um_m, dt);
 
-  // Every second try pulls straight on from the proxy, and from off the route back to it, instead of further along it;
-  // so does what of the push is past the tip.
+  // Every second try pulls straight on from the proxy, or from off the route back to it, instead of further along the
+  // route. So does the part of the push that is past the tip.
   const double along_m = straight_ ? (seen.on_route ? p.lookahead_m : 0.0) : p.lookahead_m + push_m_;
   const double most_um = route_.length_um() + p.tail_m * scale_um_m;
   const double wanted_um = seen.arc_um + along_m * scale_um_m;
@@ -126,7 +126,7 @@ Eigen::Vector3d SimulatedPerson::target_D(const ProxyPlace& proxy, const Workspa
   }
 
   if (p.tremor_rms_m > 0) {
-    // a = exp(-dt/T) by its (1,1) Pade fraction; any |a| < 1 keeps the variance exactly.
+    // a = exp(-dt/T) by its (1,1) Pade approximant; any |a| < 1 keeps the variance exactly.
     const double half = 0.5 * dt / p.tremor_time_s;
     const double a = trembles_ ? (1 - half) / (1 + half) : 0.0;
     const double b = p.tremor_rms_m * std::sqrt(1 - a * a);

@@ -11,19 +11,19 @@ namespace filiform {
 
 struct TickRow {
   std::uint64_t tick = 0;                     // from 0
-  double time_s = 0;                          // from the first tick, when this tick began
+  double time_s = 0;                          // begin of this tick, from the first tick
   Vector3d h_W = Vector3d::Zero();            // probe, um
   Vector3d p_W = Vector3d::Zero();            // proxy, um
-  SegmentId segment{UINT32_MAX, UINT32_MAX};  // on which the proxy is
+  SegmentId segment{UINT32_MAX, UINT32_MAX};  // the proxy's segment
   Vector3d force_N = Vector3d::Zero();        // computed by this tick, frame D
   std::uint32_t visited = 0;                  // segments tested
   bool frontier = false;                      // the proxy rests at an absent tile
 };
 
-// The line with the names of the columns.
+// Writes the line with the names of the columns.
 void writeCsvHeader(std::ostream& out);
-// Numbers are the shortest decimals that read back to the same double. `cell_name` is written between quotation marks,
-// and each quotation mark in it is doubled. An empty name is an empty field.
+// Writes numbers as the shortest decimals that read back to the same double. `cell_name` is written between quotation
+// marks; each quotation mark in it is doubled. An empty name gives an empty field.
 void writeCsvRow(std::ostream& out, const TickRow& row, std::string_view cell_name = {});
 
 }  // namespace filiform

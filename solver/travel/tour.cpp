@@ -10,7 +10,7 @@
 namespace filiform {
 namespace {
 
-constexpr int kMostPassedOver = 1000;  // in a row, cells that have segments but none with a length
+constexpr int kMostPassedOver = 1000;  // cells in a row whose segments have no length
 
 }  // namespace
 
@@ -34,7 +34,7 @@ Route Tour::next() {
     if (cells == 0) break;
     std::uint32_t cell = only_.value_or(0);
     if (!only_) {
-      // A set may hold many cells without segments: those cost no read, so many may be passed over.
+      // Cells without segments are common in some sets. Skipping them reads nothing.
       std::uint64_t draws = 0;
       do {
         cell = static_cast<std::uint32_t>(internal::drawBelow(random_, cells));

@@ -1,10 +1,10 @@
-// A tour: random routes through random cells, one after the other, without end. A person travels one, and jumps to the
-// next.
+// A tour: an endless sequence of random routes through random cells. A simulated person travels one route, then jumps
+// to the next.
 //
 //   Tour tour(store, seed);
 //   const Route first = tour.next(), second = tour.next();
 //
-// The routes follow from the set and the seed alone. Only the cells that are visited are read. Thread rule:
+// The routes depend only on the set and the seed. Only the cells of these routes are read. Thread rule:
 // thread-compatible; not for the haptic thread.
 #pragma once
 
@@ -20,15 +20,15 @@ namespace filiform {
 
 class Tour {
  public:
-  // Through all cells, each as likely as another, or through `only` one. The store must outlive it.
+  // Chooses among all cells with equal probability; with `only`, stays in one cell. The store must outlive the tour.
   Tour(const TileStore& store, std::uint64_t seed, std::optional<std::uint32_t> only = {});
 
-  // The seed of "tour:SEED"; none where `route` is of another kind. Throws UsageError for a seed that is none.
+  // The seed of "tour:SEED"; nullopt if `route` is of another kind. Throws UsageError if SEED is not a number.
   static std::optional<std::uint64_t> seedOf(const std::string& route);
 
-  // From a random root of a random cell to one of its tips (Route, `random:SEED`). Cells without segments, or whose
-  // segments have no length, are passed over. Throws UsageError when a thousand in a row are; what the store throws.
-  // Reads the tiles of the cell, and keeps none.
+  // Plans a route from a random root of a random cell to one of its tips (like `random:SEED` of planRoute()). Skips
+  // cells without segments, and cells whose segments have no length. Throws UsageError after a thousand such cells in a
+  // row; exceptions from the store propagate. Reads the tiles of the cell and keeps none.
   Route next();
 
  private:

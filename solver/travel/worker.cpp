@@ -39,7 +39,7 @@ struct Worker::Impl {
   std::deque<Work> works;
   std::deque<Result> results;
   bool stopping = false;
-  std::size_t open = 0;  // the owner's
+  std::size_t open = 0;  // works not served yet; used by the owner's thread only
   std::thread thread;
 };
 

@@ -1,11 +1,12 @@
-// Work that may read the disk, done beside the frames: one thread, in the order asked.
+// A thread for work that may read the disk, so that drawing does not wait. Works run one after another, in the order of
+// ask().
 //
 //   Worker worker;
 //   worker.ask([&] { return [&go, place = nearest.find(p_W)] { go(place); }; });
 //   worker.serve(showError);  // once a frame: runs what the finished works returned
 //
-// Thread rule: one owner, to which all members belong; the works run on the worker's thread, what they return on the
-// owner's.
+// Thread rule: all members belong to one owner. Works run on the worker's thread; the functions that they return run on
+// the owner's thread.
 #pragma once
 
 #include <functional>
@@ -20,15 +21,15 @@ class Worker {
   using Work = std::function<Done()>;
 
   Worker();
-  // Waits for the work under way; leaves out what has not begun, and all that was to be served.
+  // Waits for the running work. Drops works that have not begun, and results that were not served.
   ~Worker();
   Worker(const Worker&) = delete;
   Worker& operator=(const Worker&) = delete;
 
   void ask(Work work);
-  // What a work threw is told to `failed`, one line each.
+  // Runs the functions that finished works returned. Passes the exceptions of works to `failed`, one line each.
   void serve(const std::function<void(const std::string&)>& failed);
-  bool idle() const;  // nothing asked that has not been served
+  bool idle() const;  // all works have been served
 
  private:
   struct Impl;

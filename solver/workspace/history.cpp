@@ -44,7 +44,7 @@ void NavigationHistory::restore(std::vector<ProxyPlace> places, std::size_t now)
     if (i <= now) now_ = places_.size() - 1;
   }
   if (places_.size() > most_) {
-    // The newest, but never without where the proxy is.
+    // Keeps the newest places, but always the current one.
     const std::size_t first = std::min(places_.size() - most_, now_);
     places_.erase(places_.begin(), places_.begin() + static_cast<std::ptrdiff_t>(first));
     places_.resize(most_);

@@ -8,9 +8,9 @@
 namespace filiform {
 namespace {
 
-constexpr double kVelocityTime_s = 0.1;  // low pass of the proxy's velocity, for the loader and prepare() only
-constexpr double kAhead_s = 0.02;        // prepare() looks so far ahead
-constexpr double kFree_s = 1e-4;         // with less time left it does less
+constexpr double kVelocityTime_s = 0.1;  // low-pass filter of the proxy's velocity, for the loader and prepare() only
+constexpr double kAhead_s = 0.02;        // prepare() looks this far ahead
+constexpr double kFree_s = 1e-4;         // with less time left, prepare() decodes kLeastPrepared nodes
 constexpr std::uint32_t kPrepared = 64, kLeastPrepared = 16;  // nodes
 
 WorkspaceOptions gentle(const NavigationOptions& options) {
@@ -172,12 +172,12 @@ bool Navigation::changesBeforeSolving(const DeviceState& device) const noexcept 
   if (device.sent_N) state_.law.acted(*device.sent_N);
   tick_.p_W = p_W;
   tick_.p_D = workspace.toDevice(p_W);
-  if (rate_control_) state_.rate.followed(tick_.p_D);
+  if (rate_control_) state_.rate.moveProxy(tick_.p_D);
   tick_.anchor_D = tick_.p_D;
   if (anchored_ && state_.mode == NavigationMode::constrained) {
     if (tick_.solved && tick_.h_W.allFinite()) {
       const Vector3d last_p_D = p_W == state_.p_W ? tick_.p_D : workspace.toDevice(state_.p_W);
-      state_.anchor.follow(tick_.p_D - last_p_D, tick_.h_D, dt_s);
+      state_.anchor.advance(tick_.p_D - last_p_D, tick_.h_D, dt_s);
     }
     tick_.anchor_D += state_.anchor.offset_D();
   }
@@ -192,7 +192,7 @@ bool Navigation::changesBeforeSolving(const DeviceState& device) const noexcept 
   if (dt_s > 0 && std::isfinite(dt_s)) {
     const Vector3d v_W = (p_W - state_.p_W) / dt_s;
     if (v_W.allFinite()) state_.v_W += std::min(1.0, dt_s / kVelocityTime_s) * (v_W - state_.v_W);
-    if (usable) state_.law.carried(workspace.follow(p_W, tick_.p_D, dt_s));
+    if (usable) state_.law.carried(workspace.drift(p_W, tick_.p_D, dt_s));
   }
   state_.p_W = p_W;
   return tick_;

@@ -4,7 +4,8 @@
 //   navigation.apply(jump_command, h_D);                        // between ticks
 //   const NavigationTick& tick = navigation.tick(state, dt_s);  // tick.wrench goes to the next exchange
 //
-// Thread rule: haptic thread only; everything but the constructor is noexcept, without allocation, lock or system call.
+// Thread rule: haptic thread only. All members except the constructor are noexcept and make no allocation, lock or
+// system call.
 #pragma once
 
 #include "device/haptic_device.h"
@@ -26,12 +27,12 @@ class GraphView;
 
 enum class ButtonAction : std::uint8_t {
   none,
-  toggle_mode,  // to free at once; to constrained by way of the commanding thread
+  toggle_mode,  // to free mode at once; to constrained mode by the commanding thread, which finds the place
   centre,
-  zoom_in,   // by half
-  zoom_out,  // by double
-  back,      // the commanding thread's history
-  forward,
+  zoom_in,   // halves the zoom
+  zoom_out,  // doubles the zoom
+  back,      // by the commanding thread, which has the history
+  forward,   // likewise
 };
 
 enum class AnchorUse : std::uint8_t { by_method, never, always };
@@ -39,17 +40,17 @@ enum class AnchorUse : std::uint8_t { by_method, never, always };
 struct NavigationOptions {
   ForceLawOptions force;
   WorkspaceOptions workspace;
-  // What the spring pulls to: the proxy itself (never; the paper's), or a point that walks to it (always). By method:
-  // as the solver wants, that is for bounded climb only.
+  // The point to which the spring pulls: the proxy itself (never; as in the paper), or the anchor, which walks to the
+  // proxy (always). by_method: what ProxySolver::wantsAnchor() says, so the anchor for bounded climb only.
   AnchorUse anchor_use = AnchorUse::by_method;
   AnchorOptions anchor;
-  // For devices that give rates instead of positions; the probe is then made of them, and no force is commanded.
+  // For devices that give rates instead of positions: the probe is computed from the rates, and no force is commanded.
   bool rate_control = false;
   RateControlOptions rate;
-  // The workspace drifts no faster than this over the stiffness, so that its drift alone changes the force by at most
-  // drift_force_N_s dt.
+  // Limits the drift of the workspace to this over the stiffness. So drift alone changes the force by at most
+  // drift_force_N_s dt in a tick.
   double drift_force_N_s = 20;
-  // What a press of button i does.
+  // The action of button i, when it is pressed.
   std::array<ButtonAction, 8> buttons{ButtonAction::toggle_mode, ButtonAction::centre, ButtonAction::zoom_in,
                                       ButtonAction::zoom_out};
 };
@@ -58,37 +59,39 @@ struct NavigationTick {
   Wrench wrench;                                            // to be commanded now
   Vector3d h_W = Vector3d::Zero();                          // probe, um
   Vector3d p_W = Vector3d::Zero();                          // proxy, um; in free mode the probe
-  Vector3d h_D = Vector3d::Zero(), p_D = Vector3d::Zero();  // the same in m, before the workspace drifted
-  Vector3d anchor_D = Vector3d::Zero();                     // what the spring pulls to; without an anchor p_D
+  Vector3d h_D = Vector3d::Zero(), p_D = Vector3d::Zero();  // h_W and p_W in m, before the workspace drifted
+  Vector3d anchor_D = Vector3d::Zero();                     // the point to which the spring pulls; without anchor: p_D
   NavigationMode mode = NavigationMode::constrained;
-  bool solved = false;    // the solver ran: constrained, and the device ready
-  bool frontier = false;  // it met a tile that is absent: the proxy rests there, the force goes on as it was
+  bool solved = false;    // the solver ran: constrained mode, device ready
+  bool frontier = false;  // the solver met an absent tile: the proxy rests there, the spring still acts
   SolverStep step;        // of the solver; empty unless solved
 };
 
 class Navigation {
  public:
-  // Constrained, without a place (no force) until the first jump or constrain. The graph must outlive it. Throws
-  // UsageError as ForceLaw, Workspace and Anchor do, and for a drift force that is not >= 0 and finite.
+  // Starts in constrained mode without a place, so without force, until the first jump or constrain. The graph must
+  // outlive the navigation. Throws UsageError as ForceLaw, Workspace and Anchor do, and for a drift force that is not
+  // >= 0 and finite.
   Navigation(const GraphView& graph, std::unique_ptr<ProxySolver> solver, const NavigationOptions& options);
 
-  // Between ticks. `h_D` is where the hand is (m): a jump puts the new place there, so that nothing pulls. At a jump or
-  // change of mode the force fades, then grows over the ramp. False, nothing changed but the count, for a command that
-  // cannot be: an invalid place, a value that is not finite, a jump while the hand's place is not finite.
+  // Applies a command. Call between ticks. `h_D` is the hand's position (m): a jump puts the new place there, so that
+  // nothing pulls. At a jump or change of mode the force fades, then grows over the ramp. Returns false for an invalid
+  // place, a value that is not finite, or a jump while the hand's position is not finite. The command is then counted
+  // as refused, and nothing else changes.
   bool apply(const NavigationCommand& command, const Eigen::Vector3d& h_D) noexcept;
 
-  // The answer holds until the next tick. The energy is accounted for by state.sent_N, where the device gives it: the
-  // force that was really sent after the tick before. Rotation that the device senses turns the world about the proxy.
-  // A state that is not finite or not ready moves nothing and commands no force.
+  // One tick. The result is valid until the next tick. If the device gives state.sent_N, the force that was really sent
+  // after the last tick, the energy is computed from it. Rotation that the device measures turns the world about the
+  // proxy. A state that is not finite or not ready moves nothing and commands no force.
   const NavigationTick& tick(const DeviceState& state, double dt_s) noexcept;
 
-  // After a tick, where there is time before the next one (HapticLoopOptions::idle): decodes what lies around the proxy
-  // and towards the hand, so that the next ticks find it decoded. Changes nothing that a tick answers. At most 64
-  // nodes, about 6 us; 16 where free_s is below 0.1 ms. Not between a tick and its undoSolve().
+  // Between ticks (HapticLoopOptions::idle): decodes nodes around the proxy and towards the hand, so that the next
+  // ticks need not. Changes no result of a tick. At most 64 nodes, about 6 us; 16 nodes if free_s is below 0.1 ms. Do
+  // not call between a tick and its undoSolve().
   void prepare(double free_s) noexcept;
 
-  // Virtual time: takes the last tick back, bit for bit, so that it can be repeated with more tiles. Once after a tick
-  // that met a frontier, before any command and prepare(). After another tick it does nothing.
+  // For virtual time: undoes the last tick, bit for bit, so that it can be repeated with more tiles. Call once after a
+  // tick that met a frontier, before any command and before prepare(). Does nothing after other ticks.
   void undoSolve() noexcept;
 
   NavigationMode mode() const noexcept { return state_.mode; }
@@ -98,13 +101,13 @@ class Navigation {
   bool anchored() const noexcept { return anchored_; }
   std::uint64_t ticks() const noexcept { return state_.ticks; }
 
-  // What the loader of tiles should know after the last tick.
+  // The focus for the loader of tiles, after the last tick.
   ReaderFocus focus() const noexcept;
-  // What the eye should know after the last tick.
+  // Fills the snapshot for the commanding thread, after the last tick.
   void fill(NavigationSnapshot& snapshot) const noexcept;
 
  private:
-  struct State {  // everything a tick changes, but the solver's: saved whole where undoSolve() may follow
+  struct State {  // all that a tick changes, except in the solver; saved before a tick that may be undone
     ForceLaw law;
     Workspace workspace;
     Anchor anchor;

@@ -11,8 +11,8 @@ using Eigen::Vector3d;
 
 RateControl::RateControl(const RateControlOptions& options) : options_(options) {
   if (!(options.leash_m > 0 && std::isfinite(options.leash_m)))
-    throw UsageError("the leash of the probe must be finite and > 0 m");
-  if (!std::isfinite(options.zoom_per_rad)) throw UsageError("the zoom of a turn must be finite");
+    throw UsageError("the greatest distance from proxy to probe must be finite and > 0 m");
+  if (!std::isfinite(options.zoom_per_rad)) throw UsageError("the zoom for a turn of 1 rad must be finite");
 }
 
 Vector3d RateControl::probe(const Vector3d& p_D, const Vector3d& v_D, double dt_s) noexcept {
@@ -29,7 +29,7 @@ Vector3d RateControl::probe(const Vector3d& p_D, const Vector3d& v_D, double dt_
   return probe_D_;
 }
 
-void RateControl::followed(const Vector3d& p_D) noexcept {
+void RateControl::moveProxy(const Vector3d& p_D) noexcept {
   offset_D_ = probe_D_ - p_D;
   if (!offset_D_.allFinite()) offset_D_.setZero();
 }

@@ -27,7 +27,7 @@ using nlohmann::ordered_json;
 
 constexpr int kVersion = 1;
 
-// Sample ids of the cell that was asked for last: places of one cell come together.
+// The sample ids of the cell of the last request; requests for one cell come in sequence.
 class CellIds {
  public:
   explicit CellIds(const TileStore& store) : store_(store) {}
@@ -49,8 +49,8 @@ class Finder {
   explicit Finder(const TileStore& store)
       : store_(store), table_(store.tile_count()), graph_(table_, store.leaves(), store.grid()), ids_(store) {}
 
-  // None where the set has no such cell or sample now. Throws nlohmann::json::exception or std::out_of_range for what
-  // is no place.
+  // Returns nullopt if the set has no such cell or sample. Throws nlohmann::json::exception or std::out_of_range if
+  // `saved` is not a place.
   std::optional<ProxyPlace> find(const ordered_json& saved) {
     const std::string name = saved.at("cell").get<std::string>();
     const double t = saved.at("t").get<double>();
@@ -71,7 +71,7 @@ class Finder {
     }
     if (ranks.empty()) return std::nullopt;
 
-    // Where it was is where it most likely is.
+    // Looks first where the place was when it was saved.
     std::vector<TileId> tiles;
     if (p_W.cwiseAbs().maxCoeff() <= Grid::kMaxCoordinate_um)
       if (const TileId home = store_.home(store_.grid().snap(p_W)); home != kNoTile) tiles.push_back(home);
@@ -135,8 +135,7 @@ struct SavedHistory::Impl {
     if (file.bad()) throw IoError(path, "cannot read the saved places", errno);
     try {
       const ordered_json json = ordered_json::parse(text.str());
-      if (wholeNumber<std::int64_t>(json.at("version")) != kVersion)
-        throw std::runtime_error("it is of another version");
+      if (wholeNumber<std::int64_t>(json.at("version")) != kVersion) throw std::runtime_error("unknown version");
       Finder finder(store);
       std::size_t lost = 0;
       std::vector<ProxyPlace> places;
@@ -159,11 +158,11 @@ struct SavedHistory::Impl {
       }
       if (lost > 0)
         warning = escaped(path) + ": " + std::to_string(lost) +
-                  " saved places are not in this set now: their cell or sample has another name; bookmarks are kept";
+                  " saved places are not in this set: it has no such cell or sample; their bookmarks stay in the file";
     } catch (const nlohmann::json::exception& error) {
-      startAfresh("it does not read as what was written");
+      startAfresh("not a file of saved places");
     } catch (const std::out_of_range& error) {
-      startAfresh("it does not read as what was written");
+      startAfresh("not a file of saved places");
     } catch (const std::runtime_error& error) {
       if (dynamic_cast<const IoError*>(&error) || dynamic_cast<const CorruptSet*>(&error) ||
           dynamic_cast<const CorruptTile*>(&error))
@@ -177,8 +176,8 @@ struct SavedHistory::Impl {
     lost_bookmarks = ordered_json::object();
     std::error_code ignored;
     fs::rename(path, path + ".damaged", ignored);
-    warning = escaped(path) + ": the saved places are damaged (" + why + "); they are kept as " +
-              escaped(fs::path(path).filename().string()) + ".damaged, and history and bookmarks start afresh";
+    warning = escaped(path) + ": the saved places are damaged (" + why + "); the file is now " +
+              escaped(fs::path(path).filename().string()) + ".damaged, and history and bookmarks are empty";
   }
 };
 
@@ -187,7 +186,7 @@ std::string SavedHistory::pathFor(const std::string& set_path) {
   if (!whole.has_filename()) whole = whole.parent_path();
   const std::string name = whole.filename().string();
   if (name.empty() || name == "." || name == "..")
-    throw UsageError(escaped(set_path) + ": no name of a set to keep places under");
+    throw UsageError(escaped(set_path) + ": not the name of a set; places cannot be saved for it");
   std::string file;
   for (const char c : name) {
     const auto byte = static_cast<unsigned char>(c);
@@ -207,7 +206,7 @@ std::string SavedHistory::pathFor(const std::string& set_path) {
   else if (home && home[0] == '/')
     folder = fs::path(home) / ".config";
   else
-    throw UsageError("places cannot be saved: set HOME or XDG_CONFIG_HOME to a folder");
+    throw UsageError("places cannot be saved: set HOME or XDG_CONFIG_HOME to an absolute path");
   return (folder / "filiform" / "places" / (file + ".json")).string();
 }
 

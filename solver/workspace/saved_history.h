@@ -1,14 +1,14 @@
-// A person's history of jumps and bookmarks of one set, kept beside the user's settings:
+// A user's history of jumps and bookmarks of one set, stored with the user's settings:
 //
 //   SavedHistory saved(*set, SavedHistory::pathFor("column.fil"));
-//   if (!saved.warning().empty()) std::cerr << saved.warning() << '\n';  // one line for the person
+//   if (!saved.warning().empty()) std::cerr << saved.warning() << '\n';  // one line for the user
 //   saved.history().setBookmark("soma", place);
 //   saved.save();
 //
-// The file is JSON, named after the set. A place in it is a cell's name, the id of the segment's child in its file, and
-// where between child and parent: so it survives another ingest of the same data with other options, and every place
-// whose cell and sample are still there is found again. Bookmarks whose cell or sample is not in the set now are kept
-// in the file. Thread rule: thread-compatible; for the commanding thread, never the haptic one.
+// The file is JSON and has the name of the set. A place is stored as the name of its cell, the id of the segment's
+// child in its file, and the position between child and parent. So places survive another ingest of the same data with
+// other options: each place whose cell and sample still exist is found again. The file keeps bookmarks whose cell or
+// sample is missing in the set now. Thread rule: thread-compatible; for the commanding thread, never the haptic thread.
 #pragma once
 
 #include "index/set/tile_store.h"
@@ -21,27 +21,27 @@ namespace filiform {
 
 class SavedHistory {
  public:
-  static constexpr std::size_t kMostPlaces = 100;  // of the history, the newest; bookmarks are not limited
+  static constexpr std::size_t kMostPlaces = 100;  // newest places of the history; bookmarks are not limited
 
-  // $XDG_CONFIG_HOME/filiform/places/NAME.json, or below ~/.config; NAME is the last part of the set's path, with bytes
-  // that are awkward in file names as %XX. Throws UsageError where neither variable is set to an absolute path, or the
-  // path has no name.
+  // $XDG_CONFIG_HOME/filiform/places/NAME.json, or the same path below ~/.config. NAME is the last part of the set's
+  // path. Letters, digits, '-', '_' and '.' are kept; other bytes, and a leading '.', are written as %XX. Throws
+  // UsageError if neither XDG_CONFIG_HOME nor HOME is an absolute path, or if the path has no last part.
   static std::string pathFor(const std::string& set_path);
 
-  // Reads the file. None is no fault; a damaged one is moved aside (FILE.damaged), a warning, and a fresh start. The
-  // store must outlive it. Throws IoError when a file is there but cannot be read; CorruptSet, CorruptTile from the
-  // store. O(places), and a tile read for each.
+  // Reads the file, if it exists. A damaged file is renamed to FILE.damaged; a warning is set, and history and
+  // bookmarks are empty. The store must outlive the object. Throws IoError if the file exists but cannot be read;
+  // CorruptSet and CorruptTile from the store. O(places); reads about one tile for each place.
   SavedHistory(const TileStore& store, std::string path);
   ~SavedHistory();
 
   NavigationHistory& history();
-  // One line, or empty: the file was damaged, or places were not found.
+  // One line: the file was damaged, or places were not found. Empty if all is well.
   const std::string& warning() const;
 
-  // Replaces the file at once (index/output.h), its folder made if needed: a crash leaves the old file or the new one.
-  // Throws IoError; CorruptSet from the store.
+  // Replaces the file atomically (index/output.h) and creates its folder if needed. A crash leaves either the old or
+  // the new file. Throws IoError; CorruptSet from the store.
   void save() const;
-  // Likewise with a copy of the history in place of history(). Another thread may call it while the owner changes
+  // Like save(), with a copy of the history instead of history(). Another thread may call this while the owner changes
   // history(); one call at a time.
   void save(const NavigationHistory& history) const;
 

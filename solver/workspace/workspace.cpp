@@ -26,7 +26,7 @@ Workspace::Workspace(const WorkspaceOptions& options) : options_(options) {
   if (!(options.drift_speed_m_s >= 0 && std::isfinite(options.drift_speed_m_s)))
     throw UsageError("the drift speed of the workspace must be finite and >= 0 m/s");
   if (!isZoom(options.zoom_um)) throw UsageError("the zoom must be finite and > 0 um");
-  anchor_D_ = centre_D();
+  pivot_D_ = centre_D();
   scale_um_m_ = scaleOf(options.zoom_um);
 }
 
@@ -37,24 +37,24 @@ bool Workspace::inStatic(const Vector3d& p_D) const noexcept {
 
 void Workspace::place(const Vector3d& p_W, const Vector3d& p_D) noexcept {
   if (!p_W.allFinite() || !p_D.allFinite()) return;
-  anchor_W_ = p_W;
-  anchor_D_ = p_D;
+  pivot_W_ = p_W;
+  pivot_D_ = p_D;
   centring_ = false;
 }
 
 void Workspace::setZoom(double zoom_um, const Vector3d& proxy_W) noexcept {
   const Vector3d p_D = toDevice(proxy_W);
   if (!isZoom(zoom_um) || !p_D.allFinite()) return;
-  anchor_W_ = proxy_W;
-  anchor_D_ = p_D;
+  pivot_W_ = proxy_W;
+  pivot_D_ = p_D;
   scale_um_m_ = scaleOf(zoom_um);
 }
 
 void Workspace::rotate(double about_x_rad, double about_y_rad, const Vector3d& proxy_W) noexcept {
   const Vector3d p_D = toDevice(proxy_W);
   if (!std::isfinite(about_x_rad) || !std::isfinite(about_y_rad) || !p_D.allFinite()) return;
-  anchor_W_ = proxy_W;
-  anchor_D_ = p_D;
+  pivot_W_ = proxy_W;
+  pivot_D_ = p_D;
   const Eigen::Quaterniond turn_D =
       Eigen::AngleAxisd(about_y_rad, Vector3d::UnitY()) * Eigen::AngleAxisd(about_x_rad, Vector3d::UnitX());
   rotation_WD_ = (rotation_WD_ * turn_D.conjugate()).normalized();
@@ -63,14 +63,14 @@ void Workspace::rotate(double about_x_rad, double about_y_rad, const Vector3d& p
 void Workspace::lay(const Vector3d& centre_W, const Eigen::Quaterniond& rotation_WD, double zoom_um) noexcept {
   if (!isZoom(zoom_um) || !centre_W.allFinite() || !(rotation_WD.norm() > 0) || !rotation_WD.coeffs().allFinite())
     return;
-  anchor_W_ = centre_W;
-  anchor_D_ = centre_D();
+  pivot_W_ = centre_W;
+  pivot_D_ = centre_D();
   rotation_WD_ = rotation_WD.normalized();
   scale_um_m_ = scaleOf(zoom_um);
   centring_ = false;
 }
 
-Vector3d Workspace::follow(const Vector3d& proxy_W, const Vector3d& p_D, double dt_s) noexcept {
+Vector3d Workspace::drift(const Vector3d& proxy_W, const Vector3d& p_D, double dt_s) noexcept {
   if (!p_D.allFinite() || !(dt_s > 0)) return Vector3d::Zero();
   const double most = options_.drift_speed_m_s * dt_s;
   const Vector3d from_centre = p_D - centre_D();
@@ -94,8 +94,8 @@ Vector3d Workspace::follow(const Vector3d& proxy_W, const Vector3d& p_D, double 
     return shift;
   }
   if (length > most) shift *= most / length;
-  anchor_W_ = proxy_W;
-  anchor_D_ = p_D - shift;
+  pivot_W_ = proxy_W;
+  pivot_D_ = p_D - shift;
   return shift;
 }
 

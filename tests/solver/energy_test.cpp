@@ -1,4 +1,4 @@
-// The energy that the hand is given, whatever stands between the force law and the device.
+// The energy that the hand receives, whatever acts between the force law and the device.
 #include "device/haptic_device.h"
 #include "solver/graph/graph_view.h"
 #include "solver/loop/haptic_loop.h"
@@ -21,7 +21,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-// A neurite so short that it is a point, and a navigation that holds the hand to it.
+// A neurite so short that it is a point, and a navigation that pulls the hand to it.
 struct PointScene {
   explicit PointScene(const NavigationOptions& options) {
     Cell cell;
@@ -48,11 +48,11 @@ struct PointScene {
   std::unique_ptr<Navigation> navigation;
 };
 
-// A hand that moves as it likes, and keeps account of what it is given: force times way, each force held until the
-// next.
+// A hand with a prescribed motion. It sums the energy that it receives: force times distance, each force constant until
+// the next.
 class LedHand : public HapticDevice {
  public:
-  // Where the hand is after `exchange`, m along x; called on the haptic thread.
+  // The hand's position (m along x) after exchange number `exchange`. Called on the haptic thread.
   std::function<double(int exchange)> moves;
 
   const DeviceCapabilities& capabilities() const override { return capabilities_; }
@@ -80,8 +80,8 @@ class LedHand : public HapticDevice {
   double x_ = 0, held_N_ = 0;
 };
 
-// The hand is led 4 cm away while no force is sent, and back after the force has grown again: the spring stores 160 mJ
-// that the hand has not put in.
+// The hand moves 4 cm away while no force is sent, and back after the force has grown again. The spring then stores 160
+// mJ that the hand has not put in.
 TEST(Energy, AHandThatIsLedAwayWithoutForceIsNotGivenTheSpringsEnergy) {
   NavigationOptions options;
   options.force.passivity.on = true;
@@ -114,8 +114,8 @@ TEST(Energy, AHandThatIsLedAwayWithoutForceIsNotGivenTheSpringsEnergy) {
   EXPECT_LE(hand.most_given_J, bound_J);
 }
 
-// The whole path from tick to motors, with everything that may come between; the long form is a row of
-// `filiform bench stability`.
+// The whole path from tick to motors, with all interruptions. `filiform bench stability` runs a longer form, as one row
+// of its table.
 TEST(Energy, TheWholeLoopGivesNoMoreThanTheBound) {
   const tools::EnergySweep sweep = tools::energySweep(1, 40, 4);
   EXPECT_EQ(sweep.beyond_J, 0) << "seed " << sweep.worst;

@@ -1,5 +1,5 @@
-// Every extreme that the solver must live through, with every method: no NaN, no force over its limit, no unbounded
-// tick. What cannot be lived through is refused with a line that says so.
+// Extreme inputs, with every method: no NaN, no force over its limit, no unbounded tick. Impossible inputs are refused
+// with a clear line.
 #include "device/haptic_device.h"
 #include "index/errors.h"
 #include "solver/graph/graph_view.h"
@@ -40,13 +40,13 @@ std::vector<SolverMethod> methods() {
   return built;
 }
 
-Cell points(const std::vector<Vector3d>& thread) {
+Cell points(const std::vector<Vector3d>& path) {
   Cell cell;
-  for (std::uint32_t i = 0; i < thread.size(); ++i) test::addSample(cell, thread[i], i == 0 ? kNoParent : i - 1);
+  for (std::uint32_t i = 0; i < path.size(); ++i) test::addSample(cell, path[i], i == 0 ? kNoParent : i - 1);
   return cell;
 }
 
-// A thread in which every second segment has no length, with a fork at each.
+// A neurite in which every second segment has length zero, with a fork at each of them.
 Cell zeroLengths() {
   Cell cell;
   std::uint32_t last = test::addSample(cell, {0, 0, 0});
@@ -58,7 +58,7 @@ Cell zeroLengths() {
   return cell;
 }
 
-Cell equidistant() {  // a star of threads tangent to a sphere: all as far from its centre
+Cell equidistant() {  // a star of neurites tangent to a sphere: all equally far from its centre
   Cell cell;
   const std::uint32_t root = test::addSample(cell, {10, 0, 0});
   for (int i = 0; i < 40; ++i) {
@@ -73,7 +73,7 @@ struct Extreme {
   std::unique_ptr<TileStore> store;
 };
 
-// Built once: the comb and the hub take their time.
+// Built once, because the comb and the hub take long.
 const std::vector<Extreme>& extremes() {
   static const std::vector<Extreme> all = [] {
     std::vector<Extreme> made;
@@ -88,7 +88,7 @@ const std::vector<Extreme>& extremes() {
     add("zero-length segments", zeroLengths(), 16);
     add("a hub of 10 000", test::hub(10000, 30));
     add("a comb of 200 000", test::comb(200000));
-    add("a thread of 100 000", test::longThread(100000, 1.0));
+    add("a neurite of 100 000", test::longNeurite(100000, 1.0));
     add("a tiny structure at 1e9 um",
         points({{1e9, -1e9, 1e9}, {1e9 - 0.125, -1e9, 1e9}, {1e9 - 0.25, -1e9 + 0.125, 1e9}}));
     add("segments of 1e-9 and 1e6 um", points({{0, 0, 0}, {1e-9, 0, 0}, {1e6, 0, 0}, {1e6, 1, 0}, {-1e6, 1, 1}}), 4);
@@ -102,7 +102,7 @@ struct Corner {
   double zoom_um, stiffness_N_m, dt_s;
 };
 
-// The ends of every range, and random points within.
+// The limits of every range, and random values between them.
 std::vector<Corner> corners() {
   std::vector<Corner> all{{300, 200, 1e-3}, {1e-6, 200, 1e-3}, {1e6, 200, 1e-3}, {300, 1e-3, 1e-3}, {300, 1e6, 1e-3},
                           {300, 200, 1e-6}, {300, 200, 1},     {1e-6, 1e6, 1},   {1e6, 1e6, 1e-6},  {1e6, 1e-3, 1}};
@@ -112,7 +112,7 @@ std::vector<Corner> corners() {
   return all;
 }
 
-// Where a hand may be at tick i: nowhere, absurdly far, jumping 1 m a tick, or moving as hands do.
+// The hand's position at tick i: not finite, absurdly far, jumping by 1 m a tick, or moving like a real hand.
 Vector3d handAt(std::mt19937_64& random, int i) {
   if (i % 23 == 5) return {kNaN, 0, 0};
   if (i % 23 == 11) return {0, -kInfinity, kInfinity};
@@ -158,7 +158,7 @@ TEST(Extremes, NoNanNoForceOverItsLimitNoUnboundedTick) {
           ASSERT_TRUE(navigation.apply(jump, Vector3d::Zero()));
         }
         for (int i = 0; i < 60; ++i) {
-          if (i % 20 == 13) {  // commands with values out of any range among them
+          if (i % 20 == 13) {  // some commands have values out of range
             NavigationCommand zoom;
             zoom.kind = NavigationCommand::Kind::zoom;
             zoom.factor = i % 40 == 13 ? 1e9 : kNaN;
@@ -235,7 +235,7 @@ TEST(Extremes, RunsAtEveryRateAndDelay) {
   }
 }
 
-TEST(Extremes, WhatCannotBeIsRefusedWithItsReason) {
+TEST(Extremes, ImpossibleInputsAreRefusedWithAReason) {
   Cell two = points({{0, 0, 0}, {5, 0, 0}, {9, 0, 0}});
   test::addSample(two, {100, 0, 0});
   test::addSample(two, {105, 0, 0}, 3);

@@ -1,5 +1,5 @@
-// The hand is safe whatever the disk does: late, missing, damaged, gone underfoot, silent for ever. What is commanded
-// stays finite, within its limit, and grows no faster than force_law.h says.
+// The hand is safe whatever happens to the disk: tiles are late, missing, damaged, removed while open, or never come.
+// Commanded forces are finite, within the limit, and grow no faster than force_law.h says.
 #include "device/recording/internal/recording_format.h"
 #include "index/build/ingest.h"
 #include "index/build/memory_tiles.h"
@@ -36,7 +36,7 @@ constexpr double kStiffness_N_m = 200;
 
 std::vector<Cell> smallColumn() { return test::randomColumn(7, 4, 1200, 150); }
 
-// How much a force may grow in a tick in which the hand moved by `step_m`.
+// The largest increase of the force in a tick in which the hand moved by `step_m`.
 double mostGrowth_N(double step_m, double dt_s = kDt_s) {
   const ForceLawOptions options;
   return (options.max_slew_N_s + options.max_force_N / options.ramp_s) * dt_s +
@@ -110,7 +110,7 @@ TEST_P(FaultsUnderfoot, TheDeviceIsSentSafeForces) {
   options.prefetch = PrefetchPolicy::none;
   options.budget_bytes = Residency::floorBytes(*set) * 3 / 2;
   options.record = folder / "r.rec";
-  // A run waits for its threads, and says so before.
+  // A run calls `ending` before it waits for its threads.
   if (kind == "silent") options.ending = [&] { released = true; };
   const auto on_tick = [&](const TickRow& row) {
     if (row.tick == 300) {
@@ -135,7 +135,7 @@ TEST_P(FaultsUnderfoot, TheDeviceIsSentSafeForces) {
     if (!internal::readExchange(std::string_view(bytes).substr(at), sent, exchange)) break;
     const double force_N = exchange.wrench.force_N.norm();
     wrong += !exchange.wrench.force_N.allFinite() || force_N > ForceLawOptions{}.max_force_N * (1 + 1e-12);
-    // This force answers the state before it.
+    // This force belongs to the state before it.
     wrong +=
         sent > 1 && force_N > last_N + mostGrowth_N((before.p_D - earlier.p_D).norm(), before.time_s - earlier.time_s);
     last_N = force_N;

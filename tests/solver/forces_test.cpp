@@ -1,4 +1,4 @@
-// The figures of solver/FORCES.md, and the bounds that they must keep. Prints the table as it stands there.
+// The figures of solver/FORCES.md and their bounds. Prints the table as it stands there.
 #include "index/build/memory_tiles.h"
 #include "solver/travel/run.h"
 #include "tests/support/random_cells.h"
@@ -34,7 +34,7 @@ Figures measure(const TileStore& store, SolverMethod method, double zoom_um) {
     double last_N = 0;
     Vector3d last_W = Vector3d::Zero();
     const RunSummary summary = run(store, options, [&](const TickRow& row) {
-      // Beyond what the hand's own step stretches the spring by.
+      // The increase without the part that the hand's own step causes.
       const double stretched_N = 200 * (row.h_W - last_W).norm() / (zoom_um / 0.12);
       figures.rise_N = std::max(figures.rise_N, row.force_N.norm() - last_N - (row.tick > 0 ? stretched_N : 0.0));
       last_W = row.h_W;

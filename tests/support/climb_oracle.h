@@ -1,4 +1,4 @@
-// The literal transcription of bounded climb (DESIGN 5.4): maps, sets and a priority queue over a whole graph in
+// The literal transcription of bounded climb: maps, sets and a priority queue over a whole graph in
 // memory, without a cap. Shares nothing with the product's solver but closestPoint().
 #pragma once
 

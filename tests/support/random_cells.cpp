@@ -149,7 +149,7 @@ Cell comb(std::uint32_t teeth) {
   return cell;
 }
 
-Cell longThread(std::uint32_t samples, double step_um) {
+Cell longNeurite(std::uint32_t samples, double step_um) {
   Cell cell = named({}, "thread.swc", samples);
   for (std::uint32_t i = 0; i < samples; ++i)
     addSample(cell, step_um * Vector3d(i, 20 * std::sin(i * 0.05), 20 * std::cos(i * 0.03)),
@@ -207,7 +207,7 @@ std::vector<NamedCells> worstCases() {
   add("coincident nodes", {coincidentNodes(700), randomNeuron(4)});
   add("hub", {hub(1200, 30)});
   add("comb", {comb(700)});
-  add("thread", {longThread(3000, 2.5)});
+  add("thread", {longNeurite(3000, 2.5)});
   add("zero lengths", {zeroLengths(5)});
   add("long segment", crossed);
   add("far away", {moved(randomNeuron(7), Vector3d(1e9 - 5e3, 5e3 - 1e9, 1e9 - 5e3))});

@@ -28,10 +28,10 @@ Cell randomNeuron(std::uint64_t seed, const NeuronShape& shape = {});
 std::vector<Cell> randomColumn(std::uint64_t seed, std::uint32_t cells, std::uint32_t samples_each, double extent_um);
 
 Cell isolatedNodes(std::uint64_t seed, std::uint32_t n, double extent_um);
-Cell coincidentNodes(std::uint32_t n);                   // a chain of n nodes at one place
-Cell hub(std::uint32_t branches, double length_um);      // one node with many branches, in all directions
-Cell comb(std::uint32_t teeth);                          // a spine with a twig at every node
-Cell longThread(std::uint32_t samples, double step_um);  // unbranched
+Cell coincidentNodes(std::uint32_t n);                    // n connected nodes at one place
+Cell hub(std::uint32_t branches, double length_um);       // one node with many branches, in all directions
+Cell comb(std::uint32_t teeth);                           // a spine with a twig at every node
+Cell longNeurite(std::uint32_t samples, double step_um);  // unbranched
 
 struct NamedCells {
   std::string name;

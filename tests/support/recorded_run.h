@@ -1,4 +1,4 @@
-// Runs on small scenes, with their rows as the CSV has them.
+// Runs on small scenes, and their rows as CSV.
 #pragma once
 
 #include "solver/travel/run.h"
@@ -16,14 +16,14 @@ inline std::unique_ptr<TileStore> column(std::uint32_t capacity = 64) {
   return storeOf(randomColumn(7, 4, 1200, 150), capacity);
 }
 
-// `samples` on a straight line, 2 um apart.
+// A neurite of `samples` samples on a straight line, 2 um apart.
 inline Cell line(std::uint32_t samples) {
   Cell cell;
   for (std::uint32_t i = 0; i < samples; ++i) addSample(cell, {2.0 * i, 0, 0}, i == 0 ? kNoParent : i - 1);
   return cell;
 }
 
-inline std::unique_ptr<TileStore> thread(std::uint32_t samples = 60) { return storeOf({line(samples)}, 8); }
+inline std::unique_ptr<TileStore> straightNeurite(std::uint32_t samples = 60) { return storeOf({line(samples)}, 8); }
 
 struct Recorded {
   RunSummary summary;

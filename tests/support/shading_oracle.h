@@ -1,4 +1,4 @@
-// The literal transcription of force shading (DESIGN 5.3): lists and sorting over a whole graph in memory, without a
+// The literal transcription of force shading: lists and sorting over a whole graph in memory, without a
 // bound on what is looked at. Shares nothing with the product's solver but closestPoint().
 #pragma once
 

@@ -184,7 +184,7 @@ void navigate(const GraphView& graph, SolverMethod method, const SolverParameter
 void savedHistory(const std::unique_ptr<TileSet>& set, const ProxyPlace& place) {
   // solver/workspace/saved_history.h
   SavedHistory saved(*set, SavedHistory::pathFor("column.fil"));
-  if (!saved.warning().empty()) std::cerr << saved.warning() << '\n';  // one line for the person
+  if (!saved.warning().empty()) std::cerr << saved.warning() << '\n';  // one line for the user
   saved.history().setBookmark("soma", place);
   saved.save();
 }

@@ -1,4 +1,4 @@
-// What options of the law and of its passivity are checked with.
+// Checks of options, for the force law, gates and passivity.
 #pragma once
 
 #include "index/errors.h"
@@ -8,7 +8,7 @@
 
 namespace filiform::internal {
 
-// Throws UsageError with the option, its value and what it must be.
+// Throws UsageError with the option's name, its value and the allowed range.
 inline void require(bool ok, const char* option, double value, const char* range) {
   if (!ok) throw UsageError(std::string(option) + " is " + std::to_string(value) + "; it must be finite and " + range);
 }

@@ -6,10 +6,10 @@
 
 namespace filiform::internal {
 
-WorkingGraph::WorkingGraph(std::uint32_t pool, std::uint32_t most_marked, std::uint32_t most_in_tick)
+WorkingGraph::WorkingGraph(std::uint32_t pool, std::uint32_t most_labelled, std::uint32_t most_in_tick)
     : pool_(pool),
-      most_marked_(most_marked),
-      nodes_(std::size_t{2} * pool + most_marked + most_in_tick + 4),
+      most_labelled_(most_labelled),
+      nodes_(std::size_t{2} * pool + most_labelled + most_in_tick + 4),
       buckets_(std::bit_ceil(2 * nodes_.size())),
       bucket_mask_(buckets_.size() - 1),
       edges_(std::bit_ceil(std::max<std::size_t>(3 * std::size_t{pool}, 4 * kMostEdges))),
@@ -37,7 +37,7 @@ std::uint32_t WorkingGraph::find(NodeId id) const noexcept {
 }
 
 std::uint32_t WorkingGraph::add(const Seen& seen) noexcept {
-  // Fewer nodes are pinned or just prepared than there is room for.
+  // Always finds a slot: there are more slots than pinned and prepared nodes.
   const auto inUse = [this](const Node& node) { return isPinned(node) || node.prepared == pass_; };
   do slot_ = slot_ + 1 == nodes_.size() ? 0 : slot_ + 1;
   while (inUse(nodes_[slot_]));
@@ -69,7 +69,7 @@ std::uint32_t WorkingGraph::meetNew(const Node& node, const Edge& edge) noexcept
   return add({id, edge.far_W, at_home ? node.home : kNoTile, at_home ? edge.far : kNone});
 }
 
-// A node's place is its grid point exactly, so its home follows from it.
+// A node lies exactly on its grid point, so its home follows from its position.
 WorkingGraph::Presence WorkingGraph::openSlowly(Node& node) noexcept {
   if (node.home == kNoTile) node.home = view_->leaves().home(view_->grid().snap(node.p_W));
   const Tile* tile = view_->tiles().find(node.home);

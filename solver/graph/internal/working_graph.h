@@ -1,18 +1,17 @@
-// The graph around the proxy, decoded: nodes by local index, each with its edges as the solvers use them, and the marks
-// of the search that is under way.
+// The decoded graph around the proxy: nodes with a local index, their edges, and the labels of the current search.
 //
 //   graph.begin(view);  graph.newSearch();
-//   const std::uint32_t n = graph.meet({id, p_W});       // a local index, valid as long as the search has marked it
+//   const std::uint32_t n = graph.meet({id, p_W});       // a local index, valid while the search has labelled the node
 //   if (graph.open(n) == WorkingGraph::Presence::present)
 //     for (std::uint32_t i = 0; i < graph.node(n).degree; ++i) graph.edge(n, i);
 //
-// What is decoded follows from the content of one tile, a node's home, and holds as long as the set is the same. It is
-// kept from search to search, so that a warm tick reads no tile: the last `pool` nodes met, and their edges. Nodes
-// decoded ahead of the hand, between ticks, make a cold tick warm (prepare()). The pool changes no path: a node that is
-// not kept is decoded again, and a node of more than kMostEdges segments is read from its tile each time.
+// A node is decoded from one tile, its home, and stays valid as long as the set does not change. The graph keeps the
+// newest `pool` nodes and their edges, so a warm tick reads no tile. prepare() decodes nodes ahead of the hand between
+// ticks, so that a cold tick becomes warm. The pool size changes no search result: a node that was dropped is decoded
+// again, and a node with more than kMostEdges segments is always read from its tile.
 //
-// A tile that retires takes its own nodes out alone: a node is used only while its home is resident. All members but
-// the constructor are noexcept, without allocation, lock or system call. Thread rule: haptic thread only.
+// Retiring a tile removes only its own nodes: a node is used only while its home is in memory. All members except the
+// constructor are noexcept and make no allocation, lock or system call. Thread rule: haptic thread only.
 #pragma once
 
 #include "index/geometry/closest_point.h"
@@ -27,22 +26,22 @@ namespace filiform::internal {
 class WorkingGraph {
  public:
   static constexpr std::uint32_t kNone = UINT32_MAX;
-  static constexpr std::uint32_t kMostEdges = 16;  // kept of a node
-  static constexpr std::uint32_t kPrepared = 512;
+  static constexpr std::uint32_t kMostEdges = 16;  // decoded edges of a node
+  static constexpr std::uint32_t kPrepared = 512;  // nodes that one pass of prepare() decodes
 
-  struct Edge {             // of a node, in the node's home tile
-    Vector3d far_W;         // the other end
-    double length2;         // squared, um^2
-    double length;          // um
-    std::uint32_t segment;  // in the home tile
-    std::uint32_t rank;     // of the segment, in the node's cell
-    std::uint32_t far;      // in the home tile; the node itself: a loop
+  struct Edge {      // of a node; indices are of the node's home tile
+    Vector3d far_W;  // the other end
+    double length2;  // squared, um^2
+    double length;   // um
+    std::uint32_t segment;
+    std::uint32_t rank;  // of the segment in the cell
+    std::uint32_t far;   // the other end; the node itself: a loop
     std::uint32_t far_rank;
-    std::uint32_t to;  // local index of the far node where last seen; confirmed by identity before use
+    std::uint32_t to;  // last known local index of the other end; its id is checked before use
     bool from_child;   // the node is the segment's child
 
     NodeId farId(NodeId node) const noexcept { return {node.cell, far_rank}; }
-    // As closestPoint() of the segment, child to parent; `node_W` is this end.
+    // closestPoint() of the segment from child to parent. `node_W`: position of the node.
     [[gnu::always_inline]] ClosestPoint closestTo(const Vector3d& node_W, const Vector3d& h_W) const noexcept {
       const Vector3d &child_W = from_child ? node_W : far_W, &parent_W = from_child ? far_W : node_W;
       return closestPoint(child_W, parent_W, parent_W - child_W, length2, h_W);
@@ -52,33 +51,33 @@ class WorkingGraph {
   };
 
   enum class Progress : std::uint8_t { met, entered, absent };
-  struct Mark {
-    std::uint64_t search = 0;  // another than the present one: not met in it
-    double cost = 0;           // bounded climb: uphill arc length to here, um
-    std::uint32_t passed = 0;  // descent: edges of this rank and below have been followed; counts once one has
+  struct Label {
+    std::uint64_t search = 0;  // number of the search; another number: not met in the current search
+    double cost = 0;           // bounded climb: uphill arc length to the node, um
+    std::uint32_t passed = 0;  // descent, if has_passed: edges of this rank and below are done
     bool has_passed = false;
     Progress progress = Progress::met;
   };
   struct Node {
     Vector3d p_W = Vector3d::Zero();
     NodeId id{UINT32_MAX, UINT32_MAX};
-    const Tile* tile = nullptr;   // its home, once it was open
-    std::uint64_t edges_at = 0;   // in the order of decoding; see holdsEdges()
+    const Tile* tile = nullptr;   // the home; set by open()
+    std::uint64_t edges_at = 0;   // number of the first edge in the order of decoding; see holdsEdges()
     TileId home = kNoTile;        // kNoTile: not looked up yet
-    std::uint32_t node = kNone;   // in the home tile; kNone: not looked up yet
-    std::uint32_t degree = 0;     // once it was open
-    std::uint32_t next = kNone;   // with the same hash
-    std::uint32_t residency = 0;  // when its home was last seen resident
-    std::uint32_t prepared = 0;   // by which pass of prepare() it was reached
-    std::uint64_t met = 0;        // its number in the order of meeting
-    Mark mark;
+    std::uint32_t node = kNone;   // index in the home tile; kNone: not looked up yet
+    std::uint32_t degree = 0;     // set by open()
+    std::uint32_t next = kNone;   // next node in the same bucket
+    std::uint32_t residency = 0;  // value of residency_ when the home was last found in memory
+    std::uint32_t prepared = 0;   // last pass of prepare() that reached the node
+    std::uint64_t met = 0;        // number in the order of meeting
+    Label label;
   };
 
-  // Keeps `pool` nodes beside the `most_marked` that a search may mark, and `most_in_tick` that a second search of the
-  // same tick may. About 0.4 KB for each of the pool, 0.1 KB for each of the others.
-  WorkingGraph(std::uint32_t pool, std::uint32_t most_marked, std::uint32_t most_in_tick);
+  // Keeps `pool` nodes, `most_labelled` nodes of a search, and `most_in_tick` nodes of a second search in the same
+  // tick. Memory: 0.4 KB for each node of the pool, 0.1 KB for each other node.
+  WorkingGraph(std::uint32_t pool, std::uint32_t most_labelled, std::uint32_t most_in_tick);
 
-  // At the start of a tick. The view must last until its end.
+  // At the start of a tick. The view must stay valid until the end of the tick.
   void begin(const GraphView& view) noexcept {
     view_ = &view;
     pinned_ = search_;
@@ -87,58 +86,58 @@ class WorkingGraph {
     changes_ = view.tiles().changes();
     ++residency_;
   }
-  // Before another graph, which may give other nodes the same ids. Forgets marks too. O(1).
+  // Drops all nodes and labels, for another graph, in which the same ids may mean other nodes. O(1).
   void forget() noexcept;
 
-  // No node is marked any more. `beside`: the nodes of the search before stay until the tick ends, for resume(). O(1).
+  // Removes all labels. `beside`: keep the nodes of the previous search until the tick ends, for resume(). O(1).
   void newSearch(bool beside = false) noexcept {
     ++search_;
-    marked_ = 0;
+    labelled_ = 0;
     if (!beside) pinned_ = search_;
   }
   struct Search {
     std::uint64_t number = 0;
-    std::uint32_t marked = 0;
+    std::uint32_t labelled = 0;
   };
-  Search search() const noexcept { return {search_, marked_}; }
-  // The marks themselves are the caller's to restore.
+  Search search() const noexcept { return {search_, labelled_}; }
+  // Continues an earlier search. The caller restores its labels with restore().
   void resume(const Search& search) noexcept {
     search_ = search.number;
-    marked_ = search.marked;
+    labelled_ = search.labelled;
   }
 
   const Node& node(std::uint32_t n) const noexcept { return nodes_[n]; }
-  bool isMarked(std::uint32_t n) const noexcept { return nodes_[n].mark.search == search_; }
-  // The node's mark, met now if it was not in this search. Requires room.
-  Mark& mark(std::uint32_t n) noexcept {
-    Mark& mark = nodes_[n].mark;
-    if (mark.search != search_) {
-      mark = Mark{search_, 0, 0, false, Progress::met};
-      ++marked_;
+  bool isLabelled(std::uint32_t n) const noexcept { return nodes_[n].label.search == search_; }
+  // The node's label; a new one if the search has not met the node. Requires that full() is false.
+  Label& label(std::uint32_t n) noexcept {
+    Label& label = nodes_[n].label;
+    if (label.search != search_) {
+      label = Label{search_, 0, 0, false, Progress::met};
+      ++labelled_;
     }
-    return mark;
+    return label;
   }
-  void restore(std::uint32_t n, const Mark& mark) noexcept { nodes_[n].mark = mark; }
-  bool full() const noexcept { return marked_ >= most_marked_; }
+  void restore(std::uint32_t n, const Label& label) noexcept { nodes_[n].label = label; }
+  bool full() const noexcept { return labelled_ >= most_labelled_; }
 
-  // A node as a tile or a place has it; home and index where they are known.
+  // A node to meet; home and index only if known.
   struct Seen {
     NodeId id;
     Vector3d p_W;
     TileId home = kNoTile;
     std::uint32_t node = kNone;
   };
-  bool isKept(std::uint32_t n, NodeId id) const noexcept {  // still at that local index
+  bool isKept(std::uint32_t n, NodeId id) const noexcept {  // the node still has this local index
     return n < nodes_.size() && nodes_[n].id == id && isKept(nodes_[n]);
   }
-  // Its local index; kNone: not kept. O(1) expected.
+  // The local index; kNone if the node is not kept. O(1) expected.
   std::uint32_t find(NodeId id) const noexcept;
-  // The same; a node that is not kept is kept from now on. Requires room: full() is false.
+  // The local index; adds a node that is not kept. Requires that full() is false.
   std::uint32_t meet(const Seen& seen) noexcept {
     const std::uint32_t n = find(seen.id);
     return n != kNone ? n : add(seen);
   }
-  // The node at the far end of an edge of `n`.
+  // findFar(), meetFar(): the same for the other end of an edge of `n`.
   std::uint32_t findFar(std::uint32_t n, const Edge& edge) const noexcept {
     const NodeId id = edge.farId(nodes_[n].id);
     return isKept(edge.to, id) ? edge.to : find(id);
@@ -149,52 +148,52 @@ class WorkingGraph {
     return edge.to;
   }
 
-  // `nowhere`: no tile is home to it, never so in a sound set.
+  // `nowhere`: no tile is the home of the node; only in a damaged set.
   enum class Presence : std::uint8_t { present, absent, nowhere };
-  // Its tile, degree and edges may be asked for until another node is opened, if it is present. Of one that is absent
-  // its home is known. O(1) where it is kept.
+  // Makes tile, degree and edges of a present node available until the next open(). For an absent node, `home` is set.
+  // O(1) for a decoded node.
   Presence open(std::uint32_t n) noexcept {
     const Node& node = nodes_[n];
     return node.residency == residency_ && holdsEdges(node) ? Presence::present : openSlowly(nodes_[n]);
   }
-  // In the order of identity. Valid until another node is opened, of a node with more than kMostEdges until the next
-  // call. Requires an open node.
+  // Edges are in the order of their ids. Valid until the next open(); for a node with more than kMostEdges segments,
+  // until the next call. Requires an open node.
   Edge& edge(std::uint32_t n, std::uint32_t i) noexcept {
     Node& node = nodes_[n];
     if (node.degree <= kMostEdges) [[likely]]
       return edges_[(node.edges_at & edge_mask_) + i];
     return read(node, i);
   }
-  // Its edges will be asked for soon.
+  // Prefetches the edges of the node into the processor's cache.
   void prefetch(std::uint32_t n) const noexcept {
     const Edge* edge = &edges_[nodes_[n].edges_at & edge_mask_];
     __builtin_prefetch(edge);
     __builtin_prefetch(edge + 1);
   }
 
-  // Between ticks, while no search is unfinished: decodes nodes near the segment with the ends `from`, in the order of
-  // arc length plus distance to `ahead_W`: `most` nodes a call, and kPrepared in all. It begins anew where the proxy or
-  // `ahead_W` has moved by a quarter of how far it has come, or tiles have changed. Does not report absent tiles. About
-  // 0.1 us a node.
+  // Between ticks, while no search is unfinished: decodes nodes near the segment whose ends are `from`. Order: arc
+  // length from the segment plus distance to `ahead_W`. At most `most` nodes a call and kPrepared nodes a pass. A new
+  // pass begins when tiles have changed, or when the proxy or `ahead_W` has moved by a quarter of the pass's reach.
+  // Absent tiles are not reported. About 0.1 us a node.
   void prepare(const GraphView& view, const Seen (&from)[2], const Vector3d& ahead_W, std::uint32_t most) noexcept;
 
   const GraphView& view() const noexcept { return *view_; }
 
  private:
   struct Bucket {
-    std::uint32_t generation = 0;  // another than the present one: empty
+    std::uint32_t generation = 0;  // other than generation_: the bucket is empty
     std::uint32_t first = kNone;
   };
   struct Reached {  // by prepare()
     double cost;
     double arc_um;
     std::uint32_t node;
-    bool operator<(const Reached& other) const noexcept { return cost > other.cost; }  // least on top
+    bool operator<(const Reached& other) const noexcept { return cost > other.cost; }  // lowest cost on top
   };
 
-  // Neighbouring samples lie side by side.
+  // Neighbouring samples get neighbouring buckets.
   std::size_t bucketOf(NodeId id) const noexcept { return (id.sample + id.cell * 0x9e3779b9u) & bucket_mask_; }
-  bool isPinned(const Node& node) const noexcept { return node.mark.search >= pinned_; }
+  bool isPinned(const Node& node) const noexcept { return node.label.search >= pinned_; }
   bool isKept(const Node& node) const noexcept { return number_ - node.met < pool_ || isPinned(node); }
   bool holdsEdges(const Node& node) const noexcept {
     return node.degree > kMostEdges || edges_end_ - node.edges_at <= edges_.size();
@@ -210,24 +209,24 @@ class WorkingGraph {
 
   const GraphView* view_ = nullptr;
   const TileTable* tiles_ = nullptr;
-  std::uint64_t changes_ = 0;  // of the tiles, as begin() saw them last
+  std::uint64_t changes_ = 0;  // TileTable::changes() at the last begin()
   std::uint32_t residency_ = 1;
-  std::uint32_t pool_, most_marked_, marked_ = 0;
-  std::uint64_t number_ = 0, forgotten_ = 0;  // nodes met, and those before forget()
-  std::uint64_t search_ = 1, pinned_ = 1;     // searches from `pinned_` on keep their nodes
-  std::uint32_t generation_ = 1, slot_ = 0;   // slot_: where the next node goes, unless pinned
+  std::uint32_t pool_, most_labelled_, labelled_ = 0;
+  std::uint64_t number_ = 0, forgotten_ = 0;  // nodes met so far; nodes met before forget()
+  std::uint64_t search_ = 1, pinned_ = 1;     // nodes labelled by searches >= pinned_ are kept
+  std::uint32_t generation_ = 1, slot_ = 0;   // slot_: the last slot that was filled
   std::vector<Node> nodes_;
   std::vector<Bucket> buckets_;
   std::size_t bucket_mask_;
-  std::vector<Edge> edges_;  // a ring
+  std::vector<Edge> edges_;  // ring buffer
   std::uint64_t edge_mask_;
   std::uint64_t edges_end_;  // edges decoded so far
-  Edge scratch_{};           // of a node with more than kMostEdges
-  // Of prepare(): nodes to decode, a heap; how many were reached in this pass, and how far along the structure.
+  Edge scratch_{};           // the last edge read of a node with more than kMostEdges
+  // prepare(): a heap of nodes to decode; number of nodes reached in this pass, and the greatest arc length.
   std::vector<Reached> reached_;
   std::uint32_t pass_ = 1, reached_count_ = 0, most_reached_;
   double reached_um_ = 0;
-  std::uint32_t prepared_residency_ = 0;  // 0: no pass was begun
+  std::uint32_t prepared_residency_ = 0;  // 0: no pass yet
   Vector3d from_W_ = Vector3d::Zero(), ahead_W_ = Vector3d::Zero();
 };
 

@@ -29,7 +29,7 @@ bool ActiveSegment::find(const GraphView& graph, const ProxyPlace& place, Solver
 void ActiveSegment::prepare(WorkingGraph& graph, const GraphView& view, const ProxyPlace& place,
                             const Vector3d& ahead_W, std::uint32_t most) noexcept {
   SolverStep unreported;
-  if (!place.valid() || !follow(view, place, unreported)) return;
+  if (!place.valid() || !moveTo(view, place, unreported)) return;
   graph.prepare(view, {seen(child), seen(parent)}, ahead_W, most);
 }
 

@@ -1,4 +1,4 @@
-// What every solver does first: is the probe one to follow, and where is the segment that the proxy is on? Thread rule:
+// The start of every tick of a solver: checks the probe, and finds the segment on which the proxy is. Thread rule:
 // haptic thread only; noexcept, without allocation, lock or system call.
 #pragma once
 
@@ -9,7 +9,7 @@
 
 namespace filiform::internal {
 
-// Beyond this, squared, distances overflow: as good as infinite. False for NaN too.
+// False if the squared distance may overflow in later sums, or is NaN.
 inline bool usableDistance(double squared_um2) noexcept { return squared_um2 <= 1e300; }
 
 inline void clear(SolverStep& step) noexcept {
@@ -20,35 +20,36 @@ inline void clear(SolverStep& step) noexcept {
   step.touched.overflow = step.absent.overflow = false;
 }
 
-// The segment that the proxy is on, decoded, and kept for as long as it stays there.
+// The decoded segment of the proxy. It is kept until the proxy leaves the segment.
 struct ActiveSegment {
   struct End {
     NodeId id{};
     Vector3d p_W = Vector3d::Zero();
-    std::uint32_t node = 0;                     // in `tile`
-    std::uint32_t local = WorkingGraph::kNone;  // in the working graph, where last seen
+    std::uint32_t node = 0;                     // index in `tile`
+    std::uint32_t local = WorkingGraph::kNone;  // last known index in the working graph; see isKept()
   };
   const Tile* tile = nullptr;  // nullptr: none
   TileId home = kNoTile;       // id of `tile`
   SegmentId id{UINT32_MAX, UINT32_MAX};
-  std::uint32_t segment = 0;  // in `tile`
+  std::uint32_t segment = 0;  // index in `tile`
   End child, parent;
-  Vector3d d_W = Vector3d::Zero();
-  double length2 = 0;  // of d_W, child to parent, squared
+  Vector3d d_W = Vector3d::Zero();  // from child to parent
+  double length2 = 0;               // squared length of d_W
 
   [[gnu::always_inline]] ClosestPoint closestTo(const Vector3d& h_W) const noexcept {
     return closestPoint(child.p_W, parent.p_W, d_W, length2, h_W);
   }
-  // Makes it that of the place. False if the tile does not store it, or is absent, which is reported. O(1) where it is
-  // already, or is where it was last in its tile; else O(log segments of a tile).
-  [[gnu::always_inline]] bool follow(const GraphView& graph, const ProxyPlace& place, SolverStep& step) noexcept {
+  // Loads the segment of the place. Returns false if the tile is absent, which is reported in `step`, or does not store
+  // the segment. O(1) if the segment is loaded already or its index in the tile is known, else O(log segments of a
+  // tile).
+  [[gnu::always_inline]] bool moveTo(const GraphView& graph, const ProxyPlace& place, SolverStep& step) noexcept {
     if (tile != nullptr && id == place.segment && home == place.tile && graph.tiles().find(home) == tile) {
       step.touched.add(home);
       return true;
     }
     return find(graph, place, step);
   }
-  // Makes it an edge of an open node.
+  // Takes over an edge of an open node.
   void become(const WorkingGraph& graph, std::uint32_t n, const WorkingGraph::Edge& edge) noexcept {
     const WorkingGraph::Node& node = graph.node(n);
     tile = node.tile;
@@ -61,7 +62,7 @@ struct ActiveSegment {
     d_W = parent.p_W - child.p_W;
     length2 = edge.length2;
   }
-  // As GraphView::placeOn().
+  // Like GraphView::placeOn(), without a search.
   ProxyPlace place(const GraphView& graph, double t, const Vector3d& p_W) const noexcept {
     ProxyPlace place;
     place.segment = id;
@@ -85,7 +86,7 @@ struct ActiveSegment {
     if (!graph.isKept(end.local, end.id)) end.local = graph.meet(seen(end));
     return end.local;
   }
-  // WorkingGraph::prepare() around the place.
+  // Calls WorkingGraph::prepare() for the ends of the place's segment.
   void prepare(WorkingGraph& graph, const GraphView& view, const ProxyPlace& place, const Vector3d& ahead_W,
                std::uint32_t most) noexcept;
 

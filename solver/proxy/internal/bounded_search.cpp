@@ -9,8 +9,8 @@ namespace {
 
 const Vector3d kNoSubGoal = Vector3d::Constant(std::numeric_limits<double>::infinity());
 
-std::uint32_t marksFor(std::uint32_t max_visited) noexcept {
-  return std::max(BoundedSearch::kLeastMarks, 2 * max_visited);
+std::uint32_t labelsFor(std::uint32_t max_visited) noexcept {
+  return std::max(BoundedSearch::kLeastLabels, 2 * max_visited);
 }
 
 }  // namespace
@@ -19,8 +19,8 @@ BoundedSearch::BoundedSearch(std::uint32_t max_visited, std::uint32_t pool_nodes
     : max_visited_(max_visited),
       max_scans_(kScansPerTest * max_visited),
       reach_(reach),
-      graph_(pool_nodes, marksFor(max_visited), max_visited + 4),
-      stack_(marksFor(max_visited) + 4),
+      graph_(pool_nodes, labelsFor(max_visited), max_visited + 4),
+      stack_(labelsFor(max_visited) + 4),
       changes_(max_scans_ + 2 * max_visited + 8),
       touched_(std::min<std::size_t>(stack_.size(), max_scans_ + 2)) {}
 
@@ -57,7 +57,7 @@ void BoundedSearch::setPlace(const ProxyPlace& place) noexcept {
   untouched_ = state_.depth;
   if (state_.h_W != tick.h_W) {
     state_.moved = true;
-    if (max_visited_ > 1) slide(tick);  // with a single test a tick the sweep would never end
+    if (max_visited_ > 1) slide(tick);  // it takes a test: with one test a tick the sweep would never end
   }
   run(tick);
   settle(tick);
@@ -75,28 +75,28 @@ void BoundedSearch::sweep(Tick& tick, bool beside) noexcept {
   settle(tick);
 }
 
-// At a node too: its place keeps the segment by which it was reached, the way back. Only offers: ends that it reaches
-// are entered by the sweep that follows, so that the bound on the stack holds.
+// Tests the active segment again; at a node, the segment from which the proxy came. Does not enter its ends: the next
+// sweep does that, so that the bound on the stack holds.
 void BoundedSearch::slide(Tick& tick) noexcept {
-  if (!active_.follow(graph_.view(), state_.place, tick.step)) return;
+  if (!active_.moveTo(graph_.view(), state_.place, tick.step)) return;
   ++tick.step.visited;
   offer(tick, active_.closestTo(tick.h_W), WorkingGraph::kNone, 0);
 }
 
 void BoundedSearch::testActive(Tick& tick) noexcept {
-  if (!active_.follow(graph_.view(), state_.place, tick.step)) return;
+  if (!active_.moveTo(graph_.view(), state_.place, tick.step)) return;
   ++tick.step.visited;
   state_.first = active_.id.segment;
   const ClosestPoint q = active_.closestTo(tick.h_W);
   offer(tick, q, WorkingGraph::kNone, 0);
-  if (active_.length2 == 0.0) {  // which of the ends q is makes no difference: neither is nearer than the other
+  if (active_.length2 == 0.0) {  // both ends are equally near
     push(active_.meet(graph_, active_.parent), kNoSubGoal);
     push(active_.meet(graph_, active_.child), kNoSubGoal);
     return;
   }
   constexpr double kUnbounded = std::numeric_limits<double>::infinity();
-  follow(reach_, active_.child.p_W, active_.parent.p_W, q, reach_.bound2(kUnbounded, tick.best.squared_distance),
-         [&](bool at_parent) { push(active_.meet(graph_, at_parent ? active_.parent : active_.child), q.p_W); });
+  visitEnds(reach_, active_.child.p_W, active_.parent.p_W, q, reach_.bound2(kUnbounded, tick.best.squared_distance),
+            [&](bool at_parent) { push(active_.meet(graph_, at_parent ? active_.parent : active_.child), q.p_W); });
 }
 
 void BoundedSearch::run(Tick& tick) noexcept {
@@ -120,11 +120,11 @@ void BoundedSearch::run(Tick& tick) noexcept {
       ++tick.scans;
       fresh = !isTested(n, *edge);
     }
-    WorkingGraph::Mark& mark = this->mark(n);
-    mark.passed = edge->rank;
-    mark.has_passed = true;
-    // An entry that has nothing left goes before its last branch is followed, as a tail call: stacks stay short on long
-    // threads.
+    WorkingGraph::Label& label = this->label(n);
+    label.passed = edge->rank;
+    label.has_passed = true;
+    // An entry without further edges is popped before its last branch is searched (a tail call), so that the stack
+    // stays short on long neurites.
     const std::uint32_t i = top.next - 1;
     const Vector3d sub_goal_W = top.sub_goal_W;
     if (top.next == degree) --state_.depth;
@@ -132,11 +132,11 @@ void BoundedSearch::run(Tick& tick) noexcept {
   }
 }
 
-// False: there is nothing to be done at the node, or its tile is absent.
+// Returns false if the node has no edges left to test, or if its tile is absent.
 bool BoundedSearch::enter(Tick& tick, Entry& top) noexcept {
   if (!top.entered) {
-    if (graph_.node(top.node).mark.progress == WorkingGraph::Progress::entered) return false;
-    mark(top.node).progress = WorkingGraph::Progress::entered;
+    if (graph_.node(top.node).label.progress == WorkingGraph::Progress::entered) return false;
+    label(top.node).progress = WorkingGraph::Progress::entered;
     top.entered = true;
   }
   const WorkingGraph::Presence presence = graph_.open(top.node);
@@ -153,9 +153,9 @@ bool BoundedSearch::enter(Tick& tick, Entry& top) noexcept {
 bool BoundedSearch::isTested(std::uint32_t n, const WorkingGraph::Edge& edge) const noexcept {
   if (state_.starts_on_segment && edge.rank == state_.first) return true;
   const std::uint32_t far = graph_.findFar(n, edge);
-  if (far == WorkingGraph::kNone || !graph_.isMarked(far)) return false;
-  const WorkingGraph::Mark& mark = graph_.node(far).mark;
-  return mark.has_passed && mark.passed >= edge.rank;
+  if (far == WorkingGraph::kNone || !graph_.isLabelled(far)) return false;
+  const WorkingGraph::Label& label = graph_.node(far).label;
+  return label.has_passed && label.passed >= edge.rank;
 }
 
 void BoundedSearch::test(Tick& tick, std::uint32_t n, std::uint32_t i, WorkingGraph::Edge& edge,
@@ -165,11 +165,11 @@ void BoundedSearch::test(Tick& tick, std::uint32_t n, std::uint32_t i, WorkingGr
   const ClosestPoint q = edge.closestTo(node_W, tick.h_W);
   offer(tick, q, n, i);
   if (edge.length2 == 0.0) return push(graph_.meetFar(n, edge), sub_goal_W);
-  // The sub-goal is kept as a point: its distance is that to the present h even when the sweep began under another one.
+  // Measured to the current h, even if the sweep began under another h.
   const double bound2 = reach_.bound2((sub_goal_W - tick.h_W).squaredNorm(), tick.best.squared_distance);
   const Vector3d &child_W = edge.from_child ? node_W : edge.far_W, &parent_W = edge.from_child ? edge.far_W : node_W;
-  follow(reach_, child_W, parent_W, q, bound2, [&](bool at_parent) {
-    if (at_parent == edge.from_child) push(graph_.meetFar(n, edge), q.p_W);  // the other end is entered
+  visitEnds(reach_, child_W, parent_W, q, bound2, [&](bool at_parent) {
+    if (at_parent == edge.from_child) push(graph_.meetFar(n, edge), q.p_W);  // not the end from which it was entered
   });
 }
 
@@ -182,7 +182,7 @@ void BoundedSearch::offer(Tick& tick, const ClosestPoint& q, std::uint32_t node,
 }
 
 void BoundedSearch::push(std::uint32_t n, const Vector3d& sub_goal_W) noexcept {
-  if (mark(n).progress == WorkingGraph::Progress::met) stack_[state_.depth++] = {n, 0, false, sub_goal_W};
+  if (label(n).progress == WorkingGraph::Progress::met) stack_[state_.depth++] = {n, 0, false, sub_goal_W};
 }
 
 void BoundedSearch::settle(Tick& tick) noexcept {
@@ -198,7 +198,7 @@ void BoundedSearch::settle(Tick& tick) noexcept {
   if (tick.node != WorkingGraph::kNone) {
     graph_.open(tick.node);
     active_.become(graph_, tick.node, graph_.edge(tick.node, tick.edge));
-  } else if (inside && !place.at_node) {  // it slides along its segment: nothing else changes
+  } else if (inside && !place.at_node) {  // the proxy slides along its segment
     place.t = q.t;
     place.p_W = q.p_W;
     return;
@@ -206,9 +206,9 @@ void BoundedSearch::settle(Tick& tick) noexcept {
   place = active_.place(graph_.view(), q.t, q.p_W);
 }
 
-WorkingGraph::Mark& BoundedSearch::mark(std::uint32_t n) noexcept {
-  if (resumed_) changes_[changed_++] = {n, graph_.node(n).mark};
-  return graph_.mark(n);
+WorkingGraph::Label& BoundedSearch::label(std::uint32_t n) noexcept {
+  if (resumed_) changes_[changed_++] = {n, graph_.node(n).label};
+  return graph_.label(n);
 }
 
 BoundedSearch::Entry& BoundedSearch::touchTop() noexcept {
@@ -221,7 +221,7 @@ BoundedSearch::Entry& BoundedSearch::touchTop() noexcept {
 }
 
 void BoundedSearch::giveUp(Tick& tick) noexcept {
-  // The entries below stay where they are: undo() needs them, and nothing else looks at them.
+  // Leaves the stack entries in place, because undo() needs them.
   state_.depth = 0;
   tick.step.capped = true;
 }

@@ -1,38 +1,39 @@
 // The engine of the basic and the force-based solver: a depth-first search over the working graph in bounded ticks.
 //
-// It runs what the paper writes as a recursion (Raya et al. 2011, 3.1 and 3.3),
+// The paper writes the search as a recursion (Raya et al. 2011, 3.1 and 3.3):
 //
-//   segment(s, entered): skip if marked, mark;  q = closest point of s to h;  q nearer than the best: it is the best;
-//                        the method says from which ends of s to go on (Reach)
-//   node(n):             skip if marked, mark;  segment(s, n) for every incident s in the order of identity
+//   segment(s, entered): skip if visited, else mark as visited;  q = closest point of s to h;  if q is nearer than the
+//                        best: best = q;  the method decides from which ends of s to continue (Reach)
+//   node(n):             skip if visited, else mark as visited;  segment(s, n) for every s at n, in the order of ids
 //
-// in exactly that order, with an explicit stack of nodes: *pending* ones, and *entered* ones with the position in their
-// list of edges. Only nodes are marked. All that a search reaches is of one cell, and lists are in the order of
-// identity: so a segment has been tested exactly if it is the first, or if an end of it has been entered and has passed
-// it. A segment of equal ends is transparent: q is the end that was not entered from (both, where the search begins on
-// it), and the search goes on there with the sub-goal it came with.
+// This engine runs it in exactly that order, with an explicit stack of nodes: *pending* nodes, and *entered* nodes with
+// the position in their list of edges. Only nodes have labels, and that is enough: a search never leaves its cell, and
+// lists are in the order of ids. So a segment has been tested exactly if it is the first segment, or if one of its ends
+// was entered and has passed it. A segment of length zero is passed: q is the end from which it was not entered (both
+// ends, if the search starts on it), and the search continues there with an unchanged sub-goal.
 //
-// A *sweep* is one such search, from a place to an empty stack. Most end within their tick. One that does not is
-// resumed by the next tick, marks and stack kept.
+// A *sweep* is one such search, from a place to an empty stack. Most sweeps end within their tick. Otherwise the next
+// tick continues the sweep, with labels and stack.
 //
-// Invariants (each a test):
-//  1. |place - h| never rises within a tick, whatever the method: the best starts as the old place and yields only to
-//     strictly nearer points. So at fixed h the proxy cannot oscillate.
-//  2. Tested segments <= max_visited a tick. Entries looked at (edges tested already, stack entries entered or popped)
-//     <= kScansPerTest * max_visited + 1 a tick. Either bound ends the tick as *capped*.
-//  3. Stack <= nodes marked in the sweep + 2: a fixed array.
-//  4. A sweep during which h does not move ends with the place of the unbounded recursion, bit for bit, in however many
-//     ticks.
-//  5. A tile is reported absent exactly when the search, within its bounds, would have read it. With that tile loaded,
-//     undo() and the same tick again go on past it. So the answer with all such tiles loaded is that of the whole graph
-//     in memory.
-//  6. undo() costs no more than the tick did.
+// Invariants (each has a test):
+// 1. |place - h| never rises within a tick, whatever the method: the best point starts as the old place, and only a
+//    strictly nearer point replaces it. So at a fixed h the proxy cannot oscillate.
+// 2. Tested segments <= max_visited a tick. Entries looked at (edges that were tested before, stack entries that were
+//    entered or popped) <= kScansPerTest * max_visited + 1 a tick. A tick that reaches one of these bounds is *capped*.
+// 3. Stack size <= nodes labelled in the sweep + 2: a fixed array.
+// 4. If h does not move during a sweep, the sweep ends at the place of the unbounded recursion, bit for bit, in however
+//    many ticks.
+// 5. A tile is reported absent exactly if the search, within its bounds, would have read it. If that tile is loaded,
+//    undo() and the same tick again continue past it. So the answer with all such tiles loaded is that of the whole
+//    graph in memory.
+// 6. undo() costs no more than the tick.
 //
-// When h has moved since the last tick of an unfinished sweep, the active segment is tested again first (the proxy
-// slides along with the hand), the rest of the sweep runs against the new h (sub-goals are kept as points, so their
-// distances are those to the new h), and when it ends with work to spare a new sweep from the place follows in the same
-// tick. So a hub of N branches is seen whole every N / max_visited + 1 ticks, even under a hand that never rests. Marks
-// full: the sweep is given up (capped), the next starts from the place. Thread rule: haptic thread only.
+// If h has moved since the last tick of an unfinished sweep, the tick has three steps. It tests the active segment
+// again, so that the proxy slides along with the hand. It continues the sweep with the new h; sub-goals are stored as
+// points, so their distances are measured to the new h. If the sweep ends before a bound is reached, a new sweep starts
+// from the place. So a hub of N branches is tested completely every N / max_visited + 1 ticks, even if the hand never
+// rests. If the labels are full, the sweep ends (capped), and the next tick starts a new one. Thread rule: haptic
+// thread only.
 #pragma once
 
 #include "solver/graph/internal/working_graph.h"
@@ -51,8 +52,8 @@ class BoundedSearch final : public ProxySolver {
 
   static constexpr std::uint32_t kMostVisited = 1u << 20;
   static constexpr std::uint32_t kScansPerTest = 8;
-  // A hub of 10 000 branches, all of whose far ends are entered, fits.
-  static constexpr std::uint32_t kLeastMarks = 12288;
+  // Enough for a hub of 10 000 branches whose far ends are all entered.
+  static constexpr std::uint32_t kLeastLabels = 12288;
 
   const ProxyPlace& place() const noexcept override { return state_.place; }
   void setPlace(const ProxyPlace& place) noexcept override;
@@ -65,14 +66,14 @@ class BoundedSearch final : public ProxySolver {
     const Vector3d& h_W;
     SolverStep& step;
     std::uint32_t scans = 0;
-    // The best so far: edge `edge` of node `node`, or the active segment where that is kNone.
+    // The best so far: on edge `edge` of node `node`; kNone: on the active segment.
     bool improved = false;
     std::uint32_t node = WorkingGraph::kNone, edge = 0;
     ClosestPoint best{};
   };
   struct Entry {
-    std::uint32_t node;  // in the working graph
-    std::uint32_t next;  // edge
+    std::uint32_t node;  // local index in the working graph
+    std::uint32_t next;  // the next edge to look at
     bool entered;
     Vector3d sub_goal_W;
   };
@@ -80,14 +81,14 @@ class BoundedSearch final : public ProxySolver {
     ProxyPlace place;
     // Of an unfinished sweep:
     std::uint32_t depth = 0;          // entries on the stack
-    bool moved = false;               // h has moved since it began
-    bool starts_on_segment = false;   // it began on `first`
-    std::uint32_t first = 0;          // a segment's rank
+    bool moved = false;               // h has moved since the sweep began
+    bool starts_on_segment = false;   // the sweep began on segment `first`, else at a node
+    std::uint32_t first = 0;          // rank
     Vector3d h_W = Vector3d::Zero();  // of the last tick
   };
   struct Change {
     std::uint32_t node;
-    WorkingGraph::Mark before;
+    WorkingGraph::Label before;
   };
 
   void resume(Tick& tick) noexcept;
@@ -101,7 +102,7 @@ class BoundedSearch final : public ProxySolver {
   bool isTested(std::uint32_t n, const WorkingGraph::Edge& edge) const noexcept;
   void offer(Tick& tick, const ClosestPoint& q, std::uint32_t node, std::uint32_t edge) const noexcept;
   void settle(Tick& tick) noexcept;
-  WorkingGraph::Mark& mark(std::uint32_t n) noexcept;
+  WorkingGraph::Label& label(std::uint32_t n) noexcept;
   void push(std::uint32_t n, const Vector3d& sub_goal_W) noexcept;
   Entry& touchTop() noexcept;
   void giveUp(Tick& tick) noexcept;
@@ -112,8 +113,8 @@ class BoundedSearch final : public ProxySolver {
   ActiveSegment active_;
   State state_, before_;
   std::vector<Entry> stack_;
-  // For undo(): the place where the tick changed it. Of a tick that resumed a sweep all, with the marks it changed and
-  // the stack entries it touched, top first.
+  // For undo(). A tick that began with a new sweep saves only the place, if it changed. A tick that continued a sweep
+  // saves the whole state, the labels that it changed, and the stack entries that it touched, top first.
   enum class Undo : std::uint8_t { nothing, sweep, all };
   Undo undo_ = Undo::nothing;
   bool keeps_place_ = false;
@@ -122,7 +123,7 @@ class BoundedSearch final : public ProxySolver {
   std::vector<Change> changes_;
   std::size_t changed_ = 0;
   std::vector<Entry> touched_;
-  std::uint32_t untouched_ = 0;  // entries from the bottom
+  std::uint32_t untouched_ = 0;  // number of entries at the bottom of the stack that were not touched
 };
 
 }  // namespace filiform::internal

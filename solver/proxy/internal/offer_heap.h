@@ -1,6 +1,6 @@
-// The open nodes of a uniform-cost search: the least cost first, and of equal costs the least key. Without branches on
-// what is compared, which no processor foresees. Thread rule: thread-compatible; everything but the constructor is
-// noexcept, without allocation.
+// The priority queue of a uniform-cost search: lowest cost first, then lowest key. Comparisons have no branches,
+// because a processor could not predict them. Thread rule: thread-compatible. All members except the constructor are
+// noexcept and do not allocate.
 #pragma once
 
 #include <cstddef>
@@ -25,14 +25,14 @@ class OfferHeap {
 
   bool empty() const noexcept { return size_ == 0; }
   void clear() noexcept { size_ = 0; }
-  // Requires room.
+  // Requires that the heap is not full.
   void push(const Offer& offer) noexcept { rise(size_++, offer); }
-  // Requires that there is one.
+  // Requires that the heap is not empty.
   Offer pop() noexcept {
     const Offer least = offers_[0], last = offers_[--size_];
     std::size_t hole = 0;
-    for (std::size_t child = 1; child < size_;
-         child = 2 * hole + 1) {  // down to a leaf: where the last belongs, nearly
+    // Moves the hole down to a leaf: the last offer usually belongs near the leaves.
+    for (std::size_t child = 1; child < size_; child = 2 * hole + 1) {
       child += child + 1 < size_ && offers_[child + 1].before(offers_[child]);
       offers_[hole] = offers_[child];
       hole = child;

@@ -4,7 +4,7 @@ namespace filiform::internal {
 
 namespace {
 
-constexpr std::uint64_t kHeldTicks = 100;  // after the jump was sent; by then the hand's own focus holds the tile
+constexpr std::uint64_t kHeldTicks = 100;  // after the jump was sent; then the hand's own focus keeps the tile
 
 }  // namespace
 

@@ -1,5 +1,5 @@
-// A jump that waits for its tile: the tile is held in memory until the hand has arrived there. Thread rule: belongs to
-// the commanding thread.
+// A jump that waits for its tile. The tile is held in memory until the hand has arrived. Thread rule: belongs to the
+// commanding thread.
 #pragma once
 
 #include "index/streaming/residency.h"
@@ -14,14 +14,14 @@ namespace filiform::internal {
 
 class AwaitedJump {
  public:
-  // Asks for a jump to a valid place; replaces the jump that waits. `residency`: nullptr if all tiles are in memory.
+  // Requests a jump to a valid place; replaces the jump that waits. `residency`: nullptr if all tiles are in memory.
   // `under_hand`: see Session::jump().
   void ask(const ProxyPlace& place, bool under_hand, Residency* residency);
-  // The place of the jump that waits.
+  // The place of the jump that waits; nullopt: none.
   const std::optional<ProxyPlace>& place() const { return place_; }
 
-  // Sends the jump if its tile has come; `tick` is the newest tick of the hand. Returns a line for the person if the
-  // tile cannot be read: the jump is then given up. The same `residency` as in ask().
+  // Sends the jump if its tile is in memory. `tick`: the newest tick of the hand. If the tile cannot be read, cancels
+  // the jump and returns a line for the user. `residency` must be that of ask().
   std::optional<std::string> serve(std::uint64_t tick, SpscRing<NavigationCommand>& commands, Residency* residency);
 
  private:
@@ -30,7 +30,7 @@ class AwaitedJump {
   std::optional<ProxyPlace> place_;
   bool under_hand_ = true;
   std::optional<HoldId> hold_;
-  std::uint64_t release_at_ = 0;  // the tick from which the tile may go
+  std::uint64_t release_at_ = 0;  // the tick at which the tile is released
 };
 
 }  // namespace filiform::internal

@@ -1,4 +1,4 @@
-// Random numbers that are the same on every machine: the standard distributions differ between libraries.
+// Random numbers that are the same on every machine. The standard distributions differ between libraries.
 #pragma once
 
 #include <cstdint>
@@ -6,7 +6,7 @@
 
 namespace filiform::internal {
 
-// Uniform below n. Requires n > 0.
+// A uniform random number below n. Requires n > 0.
 inline std::uint64_t drawBelow(std::mt19937_64& random, std::uint64_t n) {
   const std::uint64_t most = UINT64_MAX - UINT64_MAX % n;
   std::uint64_t draw = random();

@@ -20,11 +20,11 @@ const NavigationTick& HandNavigation::solve(const DeviceState& state, double ste
 }
 
 const NavigationTick& HandNavigation::tick(const DeviceState& state, double step_s) noexcept {
-  return marked(solve(state, step_s));
+  return writeMarks(solve(state, step_s));
 }
 
 const NavigationTick& HandNavigation::tickWithItsTiles(const DeviceState& state, double step_s) {
-  return marked(solveWithItsTiles(state, step_s));
+  return writeMarks(solveWithItsTiles(state, step_s));
 }
 
 const NavigationTick& HandNavigation::tickAsRecorded(const DeviceState& state, double step_s) {
@@ -35,10 +35,10 @@ const NavigationTick& HandNavigation::tickAsRecorded(const DeviceState& state, d
   }
   const NavigationTick& tick = solveWithItsTiles(state, step_s);
   tiles_.show();
-  return marked(tick);
+  return writeMarks(tick);
 }
 
-// Each repetition has the tiles of the one before and at least one more, so the loop ends.
+// The loop ends, because each repetition has all earlier tiles and at least one more.
 const NavigationTick& HandNavigation::solveWithItsTiles(const DeviceState& state, double step_s) {
   const NavigationTick* tick = &solve(state, step_s);
   bool stalled = false;
@@ -51,7 +51,7 @@ const NavigationTick& HandNavigation::solveWithItsTiles(const DeviceState& state
   return *tick;
 }
 
-// False if no tile can be added to those that the tick has.
+// Returns false if no tile can be added to those of the tick.
 bool HandNavigation::loadTilesOf(const NavigationTick& tick) {
   const TileList &touched = tick.step.touched, &absent = tick.step.absent;
   wanted_.assign(touched.ids.begin(), touched.ids.begin() + touched.count);
@@ -59,12 +59,12 @@ bool HandNavigation::loadTilesOf(const NavigationTick& tick) {
   std::copy_if(absent.ids.begin(), absent.ids.begin() + absent.count, std::back_inserter(wanted_),
                [this](TileId tile) { return !tiles_.hides(tile); });
   if (before == wanted_.size()) return false;
-  // A list that ran over cannot be loaded whole: what it lacks could be evicted for what it has, without end.
+  // After an overflow of the list, its missing tiles could be evicted for its others, without end.
   if (touched.overflow && tiles_.mayEvict()) return false;
   return tiles_.loadTogether(wanted_);
 }
 
-const NavigationTick& HandNavigation::marked(const NavigationTick& tick) noexcept {
+const NavigationTick& HandNavigation::writeMarks(const NavigationTick& tick) noexcept {
   if (device_.recorder() == nullptr) return tick;
   marks_.bits |= MarkBits::kTicked | step_mark_;
   if (tick.frontier) {

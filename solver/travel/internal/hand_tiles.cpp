@@ -24,7 +24,7 @@ bool HandTiles::loadTogether(std::span<const TileId> tiles) {
     case TileKind::resident:
       if (residency_->loadTogether(tiles)) return true;
       for (const TileId tile : tiles)
-        if (residency_->state(tile) == TileState::failed) store_.load(tile);  // throws what is wrong with it
+        if (residency_->state(tile) == TileState::failed) store_.load(tile);  // throws the reason
       return false;
     case TileKind::held:
       return false;
@@ -70,7 +70,7 @@ void HandTiles::hold(TileId tile) {
   if (!hides(tile)) table_->add(*tiles_[tile]);
 }
 
-// Beyond the budget all tiles go that are not wanted now: simple, and rare.
+// If the budget is exceeded, drops all tiles that are not wanted now. This is rare, so a simple rule is enough.
 void HandTiles::makeRoom(std::span<const TileId> wanted) {
   std::uint64_t more = 0;
   for (const TileId tile : wanted) more += tiles_[tile] ? 0 : store_.entry(tile).decoded_bytes;

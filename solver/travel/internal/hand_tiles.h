@@ -1,10 +1,10 @@
-// Where the tiles of the hand come from. There are three kinds:
-//   resident   a Residency loads them within a budget, in virtual or real time
+// The source of the hand's tiles. There are three kinds:
+//   resident   a Residency loads tiles within a budget, in virtual or real time
 //   held       all tiles are in memory (a small scene)
 //   replay     a recording is replayed: each tile is loaded when it is first needed. The tiles that the recorded tick
-//              met absent are hidden during the tick that repeats it.
+//              met absent are hidden while the tick is repeated.
 // Thread rule: the constructor, loadTogether(), hide(), show() and use() belong to one owner, while no other thread
-// uses the table; see TileReader and Residency for what they allow beside that.
+// uses the table. For concurrent use, see TileReader and Residency.
 #pragma once
 
 #include "index/set/tile_store.h"
@@ -23,22 +23,22 @@ enum class TileKind : std::uint8_t { resident, held, replay };
 
 class HandTiles {
  public:
-  // Loads all tiles (held), or the long-segment tile. The store must outlive the source. Throws UsageError for a budget
-  // below the floor (resident); CorruptTile and IoError from the store.
+  // Loads all tiles (held), or only the long-segment tile. The store must outlive the object. Throws UsageError for a
+  // budget below the minimum (resident); CorruptTile and IoError from the store.
   HandTiles(const TileStore& store, TileKind kind, const ResidencyOptions& options);
 
   const TileTable& table() const { return table_ ? *table_ : reader_->tiles(); }
   Residency* residency() { return residency_.get(); }              // nullptr unless resident
   const Residency* residency() const { return residency_.get(); }  // likewise
-  TileReader* reader() { return reader_; }                         // of the haptic thread; nullptr unless resident
+  TileReader* reader() { return reader_; }                         // for the haptic thread; nullptr unless resident
 
-  // Makes all of `tiles` present at once, in virtual time. False if they do not fit the budget together. Tiles that are
-  // hidden stay absent. Throws CorruptTile or IoError for a tile that cannot be read.
+  // In virtual time: makes all of `tiles` present at once. Returns false if they do not fit the budget together. Hidden
+  // tiles stay absent. Throws CorruptTile or IoError for a tile that cannot be read.
   bool loadTogether(std::span<const TileId> tiles);
-  // loadTogether() may take out tiles that are not among those asked for.
+  // loadTogether() may evict tiles that were not requested.
   bool mayEvict() const;
 
-  // These tiles are absent until show(). Ids out of range are ignored. Not while resident.
+  // Makes these tiles absent until show(). Ids out of range are ignored. Has no effect on resident tiles.
   void hide(std::span<const std::uint32_t> tiles);
   bool hides(TileId tile) const;
   void show();

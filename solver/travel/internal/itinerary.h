@@ -1,5 +1,5 @@
-// The legs of a run, one after the other: a single route, or the routes of a tour. Thread rule: thread-compatible; not
-// for the haptic thread.
+// The legs of a run in sequence: one route, or the routes of a tour. Thread rule: thread-compatible; not for the haptic
+// thread.
 #pragma once
 
 #include "solver/travel/internal/leg.h"
@@ -13,13 +13,13 @@ namespace filiform::internal {
 
 class Itinerary {
  public:
-  // Store and options must outlive it. Throws UsageError for a tour whose seed is no number.
+  // Store and options must outlive the object. Throws UsageError for a tour whose seed is not a number.
   Itinerary(const TileStore& store, const RunOptions& options);
 
   bool isTour() const { return tour_.has_value(); }
 
-  // Plans the next leg; for a single route, the same leg each time. Reads a cell. Throws as planRoute(), Tour::next()
-  // and Leg do, and what the store throws.
+  // Plans the next leg; for a single route, the same leg each time. Reads a cell. Throws as planRoute(), Tour::next(),
+  // Leg and the store do.
   std::unique_ptr<Leg> next();
 
  private:

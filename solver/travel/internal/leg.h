@@ -1,5 +1,5 @@
-// One leg of a run: a route, the person who travels it, and how far the proxy has come. Made and freed off the haptic
-// thread, used on it. Thread rule: thread-compatible.
+// One leg of a run: a route, the simulated person who travels it, and the proxy's progress. Legs are created and freed
+// outside the haptic thread and used on it. Thread rule: thread-compatible.
 #pragma once
 
 #include "index/set/tile_store.h"
@@ -12,8 +12,8 @@
 namespace filiform::internal {
 
 struct Leg {
-  // `number` counts the legs of a run from 0: each leg has a tremor of its own. Throws UsageError if no tile is home to
-  // the route's first point, and as SimulatedPerson does.
+  // `number` counts the legs of a run from 0, so that each leg has its own tremor. Throws UsageError if no tile is the
+  // home of the route's first point, and as SimulatedPerson does.
   Leg(const TileStore& store, const RunOptions& options, Route planned, std::uint64_t number);
   Leg(const Leg&) = delete;
   Leg& operator=(const Leg&) = delete;

@@ -29,7 +29,7 @@ void LegPlanner::plan() {
       while (travelled_.pop(leg)) delete leg;
       if (!next) next = itinerary_.next();
       if (planned_.push(next.get()))
-        static_cast<void>(next.release());  // the haptic thread has it
+        static_cast<void>(next.release());  // the haptic thread owns it
       else
         std::this_thread::sleep_for(std::chrono::milliseconds(2));
     }

@@ -1,7 +1,7 @@
-// A thread that plans the legs of a tour ahead of the haptic thread and frees those that were travelled.
+// A thread that plans the legs of a tour ahead of the haptic thread, and frees legs that were travelled.
 //
-// Thread rule: take() and giveBack() belong to the haptic thread and are haptic-safe; all else to the thread that owns
-// the planner.
+// Thread rule: take() and giveBack() belong to the haptic thread and are haptic-safe. All other members belong to the
+// thread that owns the planner.
 #pragma once
 
 #include "index/spsc_ring.h"
@@ -16,20 +16,21 @@ namespace filiform::internal {
 
 class LegPlanner {
  public:
-  // Starts the thread. The itinerary must outlive the planner, and belongs to its thread meanwhile.
+  // Starts the thread. The itinerary must outlive the planner; meanwhile only the planner's thread may use it.
   explicit LegPlanner(Itinerary& itinerary);
-  // Waits for the plan under way; frees all legs that it has.
+  // Waits for the leg that is being planned; frees all legs that the planner has.
   ~LegPlanner();
   LegPlanner(const LegPlanner&) = delete;
   LegPlanner& operator=(const LegPlanner&) = delete;
 
-  // The next leg, which the caller then owns; nullptr while none is planned.
+  // The next leg, which the caller then owns; nullptr: no leg is ready.
   Leg* take() noexcept;
-  // Passes a leg on to be freed. False if there is no room: the caller keeps the leg and tries again after a tick.
+  // Passes on a leg to be freed. Returns false if there is no room: the caller keeps the leg and tries again after a
+  // tick.
   bool giveBack(Leg* leg) noexcept { return travelled_.push(leg); }
 
   bool failed() const { return failed_.load(std::memory_order_acquire); }
-  // Throws what the itinerary threw. Requires failed().
+  // Rethrows the itinerary's exception. Requires failed().
   void rethrow() const { std::rethrow_exception(error_); }
 
  private:

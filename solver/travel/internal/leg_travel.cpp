@@ -6,7 +6,7 @@ namespace filiform::internal {
 
 namespace {
 
-constexpr double kJumpPatience_s = 20;  // beyond the latency, for the tiles of a jump
+constexpr double kLongestJumpWait_s = 20;  // in addition to the latency
 
 void add(LegTravel::Totals& totals, const Leg& leg) noexcept {
   totals.route_um += leg.route.length_um();
@@ -23,10 +23,10 @@ LegTravel::LegTravel(const RunOptions& options, Itinerary& itinerary, std::uniqu
       device_(device),
       hand_(hand),
       tiles_on_demand_(!options.realtime && options.latency_ms == 0),
-      // In a replayed tour the person gives up when it did in the recorded run.
+      // In a replayed tour, the person must give up at the same ticks as in the recorded run.
       person_leads_(device.hand() != nullptr || (itinerary.isTour() && device.replay() != nullptr)),
       arrive_m_(options.person.arrive_m),
-      jump_patience_s_(1e-3 * options.latency_ms + kJumpPatience_s),
+      longest_jump_wait_s_(1e-3 * options.latency_ms + kLongestJumpWait_s),
       leg_(std::move(first)) {}
 
 bool LegTravel::enter(const Leg& leg, const Vector3d& h_D, const RunTime& time) noexcept {
@@ -43,7 +43,7 @@ bool LegTravel::enter(const Leg& leg, const Vector3d& h_D, const RunTime& time) 
 bool LegTravel::hasTilesOf(const Leg& leg) const noexcept {
   if (tiles_.table().find(leg.home) == nullptr) return false;
   TileReader* const reader = tiles_.reader();
-  // On demand the tiles of each tick are loaded with it.
+  // On demand, each tick loads its tiles.
   return reader == nullptr || tiles_on_demand_ || reader->isTargetReady(leg.firstNode());
 }
 
@@ -60,7 +60,7 @@ void LegTravel::moveOn(const DeviceState& state, const RunTime& time) noexcept {
     TileReader* const reader = tiles_.reader();
     if (reader != nullptr && tiles_.table().find(next_->home) == nullptr) reader->request(next_->home);
     jump_waited_periods_ += time.step_periods();
-    if (jump_waited_periods_ > patiencePeriods(time)) {
+    if (jump_waited_periods_ > longestJumpWaitPeriods(time)) {
       past_.swap(next_);
       jump_waited_periods_ = 0;
       drop();
@@ -74,14 +74,14 @@ void LegTravel::drop() noexcept {
   hand_.addMarks(MarkBits::kLegDropped);
 }
 
-// From the leg that was travelled, now past_, to leg_.
+// Jumps from the old leg, now past_, to leg_.
 void LegTravel::leavePast(const DeviceState& state, const RunTime& time) noexcept {
   hand_.addMarks(MarkBits::kJumped);
   add(past_totals_, *past_);
   if (enter(*leg_, state.p_D, time))
     ++counts_.jumps;
   else
-    ++counts_.dropped;  // the leg is over still: the next tick moves on
+    ++counts_.dropped;  // leg_over_ stays true: the next tick tries the next leg
 }
 
 void LegTravel::moveOnAsRecorded(const DeviceState& state, const RunTime& time) {
@@ -102,7 +102,7 @@ void LegTravel::moveOnAsRecorded(const DeviceState& state, const RunTime& time) 
   }
 }
 
-void LegTravel::follow(const RunTime& time) noexcept {
+void LegTravel::update(const RunTime& time) noexcept {
   if (leg_over_) return;
   const ProxyPlace& place = hand_.navigation().place();
   const Workspace& workspace = hand_.navigation().workspace();

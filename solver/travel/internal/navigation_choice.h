@@ -1,5 +1,5 @@
-// Which stiffness, controller and workspace a device gets, and the hand that holds it. Thread rule: functions without
-// state.
+// Chooses stiffness, passivity controller and workspace for a device and the hand that holds it. Thread rule: functions
+// without state.
 #pragma once
 
 #include "device/haptic_device.h"
@@ -11,7 +11,7 @@
 
 namespace filiform::internal {
 
-// The mechanics of "sim" and "sim:HAND"; none for another device. Throws UnknownDevice for an unknown hand.
+// The mechanics of "sim" and "sim:HAND"; nullopt for other devices. Throws UnknownDevice for an unknown hand.
 std::optional<HandParameters> handOf(const std::string& device);
 
 struct NavigationWish {
@@ -24,14 +24,14 @@ struct NavigationWish {
 
 struct NavigationChoice {
   NavigationOptions navigation;
-  // The largest stable stiffness (N/m), from the device's damping and, where it is known, the hand's.
+  // The largest stable stiffness (N/m), from the damping of the device and, if known, of the hand.
   double bound_N_m = 0;
 
   double stiffness_N_m() const { return navigation.force.stiffness_N_m; }
   bool passivity() const { return navigation.force.passivity.on; }
 };
 
-// Throws UnknownDevice as handOf() does.
+// Throws UnknownDevice for an unknown hand.
 NavigationChoice chooseNavigation(const DeviceCapabilities& can, const NavigationWish& wish);
 
 }  // namespace filiform::internal

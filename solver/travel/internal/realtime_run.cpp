@@ -66,7 +66,7 @@ class RealTimeRun {
   HapticLoopOptions loopOptions() {
     HapticLoopOptions options;
     options.rate_Hz = run_.options.rate_Hz;
-    options.ramp_at_start = false;  // the force law has a ramp of its own
+    options.ramp_at_start = false;  // the force law has its own ramp
     options.idle = [this](double free_s) { run_.hand->prepare(free_s); };
     return options;
   }
@@ -99,7 +99,7 @@ class RealTimeRun {
     legs.moveOn(state, run_.time);
   }
 
-  // After the last tick the force falls to zero while the loop goes on.
+  // After the last tick the force fades to zero while the loop continues.
   void beginFade(const Wrench& last) noexcept {
     ForceGate::Input whole;
     whole.wanted = last;
@@ -115,12 +115,12 @@ class RealTimeRun {
     return last_force_.fading() ? last_force_.pass(rest) : Wrench{};
   }
 
-  // The first leg begins as a jump does: with the tiles that the hand can reach at once, or after the same patience.
+  // Like a jump, the first leg waits for the tiles that the hand can reach at once, but no longer than a jump.
   void awaitStart() {
     TileReader& reader = *run_.tiles.reader();
     const ReaderFocus start = run_.legs->startFocus();
     run_.hand->publish(start);
-    for (double waited = 0; waited < run_.legs->patiencePeriods(run_.time); ++waited) {
+    for (double waited = 0; waited < run_.legs->longestJumpWaitPeriods(run_.time); ++waited) {
       reader.apply();
       if (reader.isTargetReady(start.target_node)) break;
       std::this_thread::sleep_for(std::chrono::duration<double>(run_.time.period_s()));
@@ -139,14 +139,14 @@ class RealTimeRun {
     run_.loop = {loop_.metrics(), loop_.stale_ticks(), loop_.interruptions(), loop_.guard_exchanges()};
     if (loop_.interruptions() > 0)
       run_.notes.push_back("the haptic loop was interrupted " + std::to_string(loop_.interruptions()) +
-                           " times: the force was zero, and grew again");
+                           " times; each time the force fell to zero and grew again");
     run_.notes.insert(run_.notes.end(), loop_.refusals().begin(), loop_.refusals().end());
     if (rows_lost_ > 0)
       run_.notes.push_back(std::to_string(rows_lost_) +
-                           " rows were lost: they could not be written as fast as the loop ran");
+                           " rows were lost, because they could not be written as fast as the loop ran");
   }
 
-  // Returns a clause that says where they are.
+  // Writes the last ticks to fault_csv. Returns a clause for the error message.
   std::string writeLastTicks() const {
     const std::string& file = run_.options.fault_csv;
     if (file.empty()) return {};
@@ -165,7 +165,7 @@ class RealTimeRun {
   std::atomic<bool> over_{false};
   std::uint64_t rows_lost_ = 0;
   ForceGate last_force_{{.ramp_s = 0}, true};
-  // Destroyed from below: the loop ends, `ending` is told, then the other threads are waited for.
+  // Members are destroyed from the last to the first: the loop ends, `ending` is called, then the other threads end.
   IoThreads io_;
   std::optional<LegPlanner> planner_;
   Ending ending_;

@@ -6,9 +6,9 @@
 
 namespace filiform::internal {
 
-// Ticks until the run is over. `on_tick` comes on the caller's thread, a few milliseconds late; rows that come faster
-// than `on_tick` takes them are lost, counted and noted. Requires placeAtStart(). Throws DeviceError for a loop that
-// ended by a fault, and what planning and `on_tick` throw.
+// Ticks until the run is over. Calls `on_tick` on the caller's thread, a few milliseconds late. Rows that come faster
+// than `on_tick` takes them are lost, counted and noted. Requires placeAtStart(). Throws DeviceError if the loop ended
+// by a fault; exceptions from planning and `on_tick` propagate.
 void runInRealTime(RunParts& run, const OnTick& on_tick);
 
 }  // namespace filiform::internal

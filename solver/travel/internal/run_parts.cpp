@@ -45,7 +45,7 @@ RunParts::RunParts(const TileStore& scene, const RunOptions& wanted)
                                                     options.stiffness_N_m, options.passivity});
   choice.navigation.buttons.fill(ButtonAction::none);
   if (choice.navigation.rate_control && !options.realtime && device.replay() == nullptr)
-    throw UsageError("a " + device.capabilities().name + " moves in real time only: add --realtime");
+    throw UsageError("device " + device.capabilities().name + " works in real time only: add --realtime");
   const SolverParameters parameters = options.solver ? *options.solver : automaticParameters(store, first_cell);
   hand.emplace(store, tiles, device, makeProxySolver(options.method, parameters), choice.navigation);
   hand->setMeasured(options.realtime);
@@ -69,21 +69,22 @@ void RunParts::record() {
 void RunParts::check() const {
   const bool is_hand_replayed = device.replaysMarks() && handOf(device.heldDevice());
   if (itinerary.isTour() && device.hand() == nullptr && !is_hand_replayed)
-    throw UsageError("a tour is planned by the simulated person: it needs a simulated hand, as --device sim:medium");
+    throw UsageError(
+        "a tour needs a simulated hand, which the simulated person leads, for example --device sim:medium");
   if (itinerary.isTour() && device.replay() != nullptr && options.realtime)
     throw UsageError(
-        "a tour is replayed in virtual time, where its jumps can be made when they were: leave "
-        "--realtime out");
+        "a tour can be replayed in virtual time only, because its jumps must be made at the recorded ticks: leave out "
+        "--realtime");
   if (device.capabilities().paces_loop && !options.realtime)
     throw UsageError("device " + options.device + " keeps its own time: add --realtime");
 }
 
 void RunParts::noteStability() {
   if (!handOf(device.heldDevice()) || choice.stiffness_N_m() < choice.bound_N_m) return;
-  notes.push_back(
-      "stiffness " + std::to_string(std::lround(choice.stiffness_N_m())) + " N/m is outside the stability bound of " +
-      std::to_string(std::lround(choice.bound_N_m)) + " N/m for this hand, rate and delay: " +
-      (choice.passivity() ? "the passivity controller weakens the force instead" : "the proxy may vibrate"));
+  notes.push_back("stiffness " + std::to_string(std::lround(choice.stiffness_N_m())) +
+                  " N/m is outside the stability bound of " + std::to_string(std::lround(choice.bound_N_m)) +
+                  " N/m for this hand, rate and delay: " +
+                  (choice.passivity() ? "the passivity controller weakens the force" : "the proxy may vibrate"));
 }
 
 void RunParts::placeAtStart() {
@@ -97,7 +98,7 @@ void RunParts::placeAtStart() {
 bool RunParts::account(const NavigationTick& tick, TickRow& row) noexcept {
   row = statistics.add(tick, hand->navigation().place(), time);
   time.pass();
-  legs->follow(time);
+  legs->update(time);
   return time.periods() >= most_periods || (legs->isOver() && !itinerary.isTour());
 }
 
@@ -107,7 +108,7 @@ void RunParts::keepRecording() noexcept {
   try {
     options.recording_kept(kept);
   } catch (const std::exception&) {
-    // The first failure is told.
+    // run() reports the first failure.
   }
 }
 
@@ -154,7 +155,7 @@ void RunParts::addNotes(RunSummary& summary) const {
   summary.notes = notes;
   if (legs->counts().dropped > 0)
     summary.notes.push_back(std::to_string(legs->counts().dropped) +
-                            " legs of the tour were dropped: their first tile did not come");
+                            " legs of the tour were dropped, because their first tile was not loaded in time");
   if (device.replay() != nullptr && device.replay()->differingWrenches() > 0)
     summary.notes.push_back(
         std::to_string(device.replay()->differingWrenches()) +
@@ -162,8 +163,8 @@ void RunParts::addNotes(RunSummary& summary) const {
         "recorded loop was interrupted");
   if (hand->uncertain_ticks() > 0)
     summary.notes.push_back(std::to_string(hand->uncertain_ticks()) +
-                            " ticks of the recording met more absent tiles than it could hold: from the first of them "
-                            "on the replay may differ");
+                            " ticks of the recording met more absent tiles than it can store: from the first of them "
+                            "on, the replay may differ");
 }
 
 }  // namespace filiform::internal

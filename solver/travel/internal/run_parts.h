@@ -1,6 +1,6 @@
-// The parts of a headless run that both clocks use: device, tiles, navigation, legs, time and figures.
-// Thread rule: owned by the thread of run(). While a haptic thread runs, it alone uses the parts of a tick: device,
-// hand, legs, time and statistics.
+// The parts of a headless run that both clocks use: device, tiles, navigation, legs, time and figures. Thread rule:
+// owned by the thread of run(). While a haptic thread runs, only that thread uses the parts of a tick: device, hand,
+// legs, time and statistics.
 #pragma once
 
 #include "index/set/tile_store.h"
@@ -26,14 +26,16 @@ namespace filiform::internal {
 using OnTick = std::function<void(const TickRow&)>;
 
 struct RunParts {
-  // Plans the first leg, makes the device and opens the recording. The store must outlive it. Throws as run() does.
+  // Plans the first leg, creates the device and opens the recording. The store must outlive the object. Throws as run()
+  // does.
   RunParts(const TileStore& scene, const RunOptions& wanted);
   RunParts(const RunParts&) = delete;
   RunParts& operator=(const RunParts&) = delete;
 
-  // Puts the first leg under the hand. Requires an open device. Throws UsageError for a damaged set.
+  // Puts the first point of the first leg under the hand. Requires an open device. Throws UsageError for a damaged set.
   void placeAtStart();
-  // After a tick: its row, the figures, and where the person leads the hand. True when the run is over. Haptic-safe.
+  // After a tick: fills its row, updates the figures and the point to which the person pulls the hand. Returns true
+  // when the run is over. Haptic-safe.
   bool account(const NavigationTick& tick, TickRow& row) noexcept;
   bool isToldToStop() const noexcept {
     return options.stop != nullptr && options.stop->load(std::memory_order_relaxed);
@@ -47,7 +49,7 @@ struct RunParts {
   const RunOptions options;
   RunTime time;
   Itinerary itinerary;
-  std::unique_ptr<Leg> first;  // until `legs` has it
+  std::unique_ptr<Leg> first;  // moved into `legs` by the constructor
   const std::uint32_t first_cell;
   TravelDevice device;
   HandTiles tiles;
@@ -55,7 +57,7 @@ struct RunParts {
   NavigationChoice choice;
   std::optional<HandNavigation> hand;
   std::optional<LegTravel> legs;
-  double most_periods = 0;  // then time is over
+  double most_periods = 0;  // time limit
 
   bool was_interrupted = false;
   std::optional<std::uint64_t> missed_deadlines;  // real time only

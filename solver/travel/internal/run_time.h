@@ -1,5 +1,5 @@
-// The time of a run, counted in periods of the rate that was asked for. The count is exact where each tick takes one
-// period, as in virtual time. Thread rule: thread-compatible; haptic-safe.
+// The time of a run, counted in periods of the requested rate. The count is exact if each tick takes one period, as in
+// virtual time. Thread rule: thread-compatible; haptic-safe.
 #pragma once
 
 #include <algorithm>
@@ -13,7 +13,7 @@ class RunTime {
   explicit RunTime(double rate_Hz) noexcept : rate_Hz_(rate_Hz), period_s_(1.0 / rate_Hz), step_s_(period_s_) {}
 
   double period_s() const noexcept { return period_s_; }
-  double step_s() const noexcept { return step_s_; }  // of the tick under way
+  double step_s() const noexcept { return step_s_; }  // of the current tick
   double step_periods() const noexcept { return step_periods_; }
   double periods() const noexcept { return periods_; }  // passed so far
   double now_s() const noexcept { return periods_ * period_s_; }
@@ -22,10 +22,10 @@ class RunTime {
     step_s_ = step_s;
     step_periods_ = step_s == period_s_ ? 1.0 : step_s / period_s_;
   }
-  // The tick is over.
+  // Adds the time of the current tick.
   void pass() noexcept { periods_ += step_periods_; }
 
-  // Whole periods of a duration, rounded up, at most 1e15; 0 for a time that is negative or not a number.
+  // A duration in whole periods, rounded up, at most 1e15; 0 for a time that is negative or not a number.
   double periodsOf(double time_s) const noexcept {
     const double periods = std::ceil(time_s * rate_Hz_);
     return periods >= 0 ? std::min(1e15, periods) : 0.0;

@@ -54,7 +54,7 @@ SessionCommand fromJson(const Json& json) {
   SessionCommand commanded{wholeNumber<std::uint64_t>(json.at("tick")), {}};
   NavigationCommand& c = commanded.command;
   const int kind = wholeNumber<int>(json.at("kind"));
-  if (kind < 0 || kind > static_cast<int>(Kind::centre)) throw InputError("no such command");
+  if (kind < 0 || kind > static_cast<int>(Kind::centre)) throw InputError("unknown command");
   c.kind = static_cast<Kind>(kind);
   if (hasPlace(c.kind)) c.place = placeOf(json);
   if (c.kind == Kind::zoom) c.factor = json.at("factor").get<double>();
@@ -69,7 +69,7 @@ SessionCommand fromJson(const Json& json) {
 
 SessionCommands readSessionCommands(const std::string& path, TileId tile_count) {
   std::ifstream in(path, std::ios::binary);
-  if (!in) throw IoError(escaped(path), "missing: it holds the session's commands, beside the recording", errno);
+  if (!in) throw IoError(escaped(path), "cannot read the session's commands, which belong to the recording", errno);
   SessionCommands session;
   try {
     const auto json = Json::parse(in);

@@ -1,5 +1,5 @@
-// The commands of a session, beside its recording: FILE.json. With both, a replay goes through the same states.
-// Thread rule: values and functions without state; not for the haptic thread.
+// The commands of a session, stored beside its recording in FILE.json. With both files, a replay goes through the same
+// states. Thread rule: values and functions without state; not for the haptic thread.
 #pragma once
 
 #include "index/tile/tile.h"
@@ -13,7 +13,7 @@
 namespace filiform::internal {
 
 struct SessionCommand {
-  std::uint64_t tick = 0;  // applied after so many ticks of Navigation
+  std::uint64_t tick = 0;  // applied after this number of ticks of Navigation
   NavigationCommand command;
 };
 
@@ -23,8 +23,8 @@ struct SessionCommands {
   std::vector<SessionCommand> commands{};  // in order
 };
 
-// Throws IoError if the file cannot be read. Throws InputError if it does not hold commands, or if a place lies in a
-// tile that the scene does not have.
+// Throws IoError if the file cannot be read. Throws InputError if the file does not hold commands, or if a place lies
+// in a tile that the scene does not have.
 SessionCommands readSessionCommands(const std::string& path, TileId tile_count);
 // Throws as Output does.
 void writeSessionCommands(const std::string& path, const SessionCommands& commands);

@@ -1,5 +1,5 @@
-// The hand of a session, on the thread that ticks: the pointer pulls it, commands from the other thread (or from the
-// recording) reach it, and each tick tells what it did. Thread rule: the ticking thread; the channels as they say.
+// The hand of a session, on the thread that ticks: the pointer pulls it, commands come from the commanding thread or
+// from the recording, and each tick publishes its result. Thread rule: the ticking thread; for the channels, see each.
 #pragma once
 
 #include "index/spsc_ring.h"
@@ -16,25 +16,25 @@
 
 namespace filiform::internal {
 
-// Between the commanding and the ticking thread.
+// The channels between the commanding and the ticking thread.
 struct SessionChannels {
   NavigationLink link;
   TripleBuffer<Pointing> pointings;    // to the ticking thread
-  SpscRing<float> forces{8192};        // magnitudes (N) of each tick; when full, later ones are left out
-  SpscRing<SessionCommand> log{4096};  // commands that were applied, for the recording
+  SpscRing<float> forces{8192};        // to the commanding thread: magnitude (N) in each tick; if full, it is left out
+  SpscRing<SessionCommand> log{4096};  // to the commanding thread: applied commands, for the recording
   std::atomic<std::uint64_t> log_lost{0};
 };
 
 class SessionHand {
  public:
-  // All must outlive it. `hand`: the hand that the pointer moves; nullptr: none. `workspace`: the hand stays in its
-  // box. `replayed`: the commands of a replay.
+  // All references must outlive the object. `hand`: the hand that the pointer moves; nullptr: none. `workspace`: the
+  // hand stays in its box. `replayed`: the commands of a replay.
   SessionHand(TravelDevice& device, HandTiles& tiles, HandNavigation& travel, SessionChannels& channels,
               SimulatedHand* hand, const WorkspaceOptions& workspace, std::vector<SessionCommand> replayed);
 
-  // One tick. Haptic-safe, but in a replay reads tiles and throws CorruptTile and IoError.
+  // One tick. Haptic-safe, except in a replay, which reads tiles and throws CorruptTile and IoError.
   Wrench tick(const DeviceState& state, double step_s);
-  // One tick in virtual time. In a replay: zero force, and no tick, where the recorded run computed nothing.
+  // One tick in virtual time. In a replay: zero force and no tick if the recorded run computed no tick.
   Wrench virtualTick(const DeviceState& state, double period_s);
 
  private:

@@ -41,7 +41,7 @@ std::string TravelDevice::keepRecording() noexcept {
     try {
       recorder_->finish();
     } catch (const std::exception&) {
-      // The first failure is reported elsewhere. What was written may be whole all the same.
+      // The caller reports the first failure. The recording may be complete all the same.
     }
     if (!recorder_->whole()) return {};
     return output_->finishAside();

@@ -1,8 +1,8 @@
-// The device that the hand of a run or a session holds: made from its name, recorded if wanted, and for a replay, what
-// the recording says about each exchange.
+// The device of a run or a session: created from its name, recorded if wanted, and for a replay, with what the
+// recording says about each exchange.
 //
-// Thread rule: virtualStep_s() and mark() belong to the thread that exchanges, and are haptic-safe; all else to the
-// owner, while no other thread exchanges.
+// Thread rule: virtualStep_s() and mark() belong to the thread that exchanges, and are haptic-safe. All other members
+// belong to the owner, while no other thread exchanges.
 #pragma once
 
 #include "device/recording/replay.h"
@@ -26,7 +26,7 @@ struct TravelDeviceOptions {
   std::string name;  // as makeDevice() takes it
   double period_s = 0.001;
   int delay_samples = 1;  // of a simulated hand
-  // Makes the device from name and period (s), not opened. None: makeDevice().
+  // Creates the device from name and period (s), not opened. Empty: makeDevice().
   std::function<std::unique_ptr<HapticDevice>(const std::string&, double)> make{};
 };
 
@@ -34,49 +34,50 @@ struct TravelRecordingOptions {
   std::string path;
   std::string device{};                       // stored in the recording: the name of the device
   std::string options{};                      // stored verbatim in the recording
-  bool writer_thread = true;                  // else the owner calls recorder()->drain()
+  bool writer_thread = true;                  // false: the owner calls recorder()->drain()
   const std::atomic<bool>* cancel = nullptr;  // see OutputOptions
 };
 
 class TravelDevice {
  public:
-  // Does not open the device. Throws what makes it: UnknownDevice, DeviceError.
+  // Does not open the device. Throws UnknownDevice and DeviceError.
   explicit TravelDevice(const TravelDeviceOptions& options);
   ~TravelDevice();
   TravelDevice(const TravelDevice&) = delete;
   TravelDevice& operator=(const TravelDevice&) = delete;
 
-  // Records all exchanges from now on. Once, before open(). Throws as Output does.
+  // Records all exchanges. Call once, before open(). Throws as Output does.
   void record(const TravelRecordingOptions& recording);
 
   HapticDevice& operator*() noexcept { return *device_; }
   HapticDevice* operator->() noexcept { return device_.get(); }
   const DeviceCapabilities& capabilities() const { return device_->capabilities(); }
-  SimulatedHand* hand() const noexcept { return hand_; }            // nullptr: the device is none
-  const ReplayDevice* replay() const noexcept { return replay_; }   // nullptr: the device is none
-  RecordingDevice* recorder() const noexcept { return recorder_; }  // nullptr: nothing is recorded
-  Output* recording() const noexcept { return output_.get(); }      // likewise
+  SimulatedHand* hand() const noexcept { return hand_; }            // nullptr: the device is not a simulated hand
+  const ReplayDevice* replay() const noexcept { return replay_; }   // nullptr: the device is not a replay
+  RecordingDevice* recorder() const noexcept { return recorder_; }  // nullptr: no recording
+  Output* recording() const noexcept { return output_.get(); }      // nullptr: no recording
 
-  // The name of the device that the hand held: for a replay the recorded device, as far as the recording names it.
+  // The name of the device that the hand held: for a replay the recorded device, if the recording names it.
   const std::string& heldDevice() const noexcept { return held_; }
-  // A recording is replayed that says what happened at each exchange.
+  // The device replays a recording with marks.
   bool replaysMarks() const noexcept { return replay_ != nullptr && replay_->marked(); }
   bool replayEnded(const DeviceState& state) const noexcept {
     return replay_ != nullptr && state.status == DeviceStatus::closed;
   }
-  // The replayed run computed a tick at the last exchange. True without marks.
+  // The replayed run computed a tick at the last exchange. True if there are no marks.
   bool wasTicked() const noexcept { return !replaysMarks() || (replay_->marks().bits & MarkBits::kTicked) != 0; }
 
-  // The time step (s) in virtual time for the state of the last exchange: the period, or in a replay of measured time
-  // the recorded step. Call once for each exchange, in order. Requires the same period_s > 0 in each call.
+  // The time step (s) in virtual time for the state of the last exchange: the period; in a replay of measured time, the
+  // recorded step. Call once for each exchange, in order, with the same period_s > 0.
   double virtualStep_s(const DeviceState& state, double period_s) noexcept;
-  // Writes marks to the recording of the last exchange; without a recording does nothing.
+  // Adds marks to the last exchange of the recording. Does nothing without a recording.
   void mark(const RunMarks& marks) noexcept {
     if (recorder_ != nullptr) recorder_->mark(marks);
   }
 
-  // For a run that failed or was interrupted: keeps what was recorded so far beside an older file. Returns its name;
-  // empty if nothing was kept. After a recording that cannot be replayed, and after errors, nothing is kept.
+  // For a run that failed or was interrupted: keeps the recording so far in a second file beside an older file. Returns
+  // the name of that file. Keeps nothing and returns an empty name if the recording cannot be replayed, and after
+  // errors.
   std::string keepRecording() noexcept;
 
  private:

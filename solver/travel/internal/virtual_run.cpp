@@ -9,7 +9,7 @@ namespace filiform::internal {
 
 namespace {
 
-constexpr std::uint64_t kDrainEvery = 1024;  // ticks between two writes of the recording
+constexpr std::uint64_t kDrainEvery = 1024;  // number of ticks between two writes of the recording
 
 class VirtualRun {
  public:
@@ -49,7 +49,7 @@ class VirtualRun {
     legs.past().reset();
     if (legs.wantsNext()) {
       std::unique_ptr<Leg> next = run_.itinerary.next();
-      // Without latency a tile is there when it is asked for, unless it cannot be.
+      // Without latency, a requested tile is present at once, if it can be loaded.
       if (latency_ticks_ == 0 && run_.tiles.table().find(next->home) == nullptr)
         run_.tiles.loadTogether({&next->home, 1});
       legs.setNext(next.release());

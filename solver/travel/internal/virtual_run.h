@@ -5,8 +5,8 @@
 
 namespace filiform::internal {
 
-// Ticks until the run is over; on the caller's thread. Requires placeAtStart(). Throws what the store, the recording
-// and `on_tick` throw.
+// Ticks until the run is over, on the caller's thread. Requires placeAtStart(). Exceptions from the store, the
+// recording and `on_tick` propagate.
 void runInVirtualTime(RunParts& run, const OnTick& on_tick);
 
 }  // namespace filiform::internal

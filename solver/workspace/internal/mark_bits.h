@@ -1,5 +1,5 @@
-// Bits of RunMarks (device/recording/replay.h): what happened at an exchange beyond its state. RunMarks::values are the
-// tiles that the tick met absent. The numbers are part of recordings: never change them.
+// Bits of RunMarks (device/recording/replay.h): events of an exchange that its state does not show. RunMarks::values
+// are the tiles that the tick met absent. The numbers are part of recordings: never change them.
 #pragma once
 
 #include <cstdint>

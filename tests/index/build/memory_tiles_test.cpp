@@ -45,7 +45,7 @@ TEST(MemoryTiles, CoarseAndFineGridsKeepEveryPromise) {
 }
 
 TEST(MemoryTiles, LongSegmentHasATileOfItsOwn) {
-  Cell rail = test::longThread(3000, 2.0);
+  Cell rail = test::longNeurite(3000, 2.0);
   EXPECT_EQ(build({rail}, 16)->long_tile(), kNoTile);
   const std::uint32_t last = test::addSample(rail, rail.positions_um.back(), 0);
   const auto store = build({rail}, 16);

@@ -49,7 +49,7 @@ TEST(ForceGate, NothingPassesAStaleStateOrWhileForceIsWithheldOrTheDeviceIsNotRe
     const Wrench sent = gate.pass(input);
     EXPECT_TRUE(sent.force_N.isZero(0));
     EXPECT_TRUE(sent.torque_Nm.isZero(0));
-    // A state that is not ready is the tick's own affair; the others begin the ramp anew.
+    // For a state that is not ready, the tick has its own ramp. The other cases restart the gate's ramp.
     EXPECT_EQ(sentBy(gate, 2), why < 2 ? 0 : 2) << why;
     if (why < 2) {
       EXPECT_NEAR(sentBy(gate, 2), 2 * 0.01, 1e-12);
@@ -64,7 +64,7 @@ TEST(ForceGate, FadesAndThenOpensOverTheRamp) {
   for (int tick = 1; tick < 50; ++tick) {
     ASSERT_TRUE(gate.fading());
     EXPECT_NEAR(gate.faded_N(kDt_s).x(), 2 * (1 - tick / 50.0), 1e-9);
-    EXPECT_NEAR(sentBy(gate, 5), 2 * (1 - tick / 50.0), 1e-9) << "no more than is left of the old force";
+    EXPECT_NEAR(sentBy(gate, 5), 2 * (1 - tick / 50.0), 1e-9) << "at most the rest of the old force";
   }
   sentBy(gate, 5);
   for (int tick = 0; tick <= 100; ++tick) EXPECT_NEAR(sentBy(gate, 5), 0.05 * tick, 0.051);
@@ -86,7 +86,7 @@ TEST(ForceGate, AStrongForceTakesLongerToFadeAndNoneDoesNotFade) {
   EXPECT_FALSE(gate.fading());
 }
 
-// Any inputs in any order: finite, within the clamp, and no step up beyond what the limits allow.
+// Any inputs in any order: the force is finite, within the clamp, and never grows faster than the limits allow.
 TEST(ForceGate, BoundsHoldForAnyInput) {
   constexpr std::uint64_t kSeed = 5;
   SCOPED_TRACE(kSeed);

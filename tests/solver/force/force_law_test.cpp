@@ -20,7 +20,7 @@ using test::logUniform;
 
 const Vector3d kZero = Vector3d::Zero();
 
-// A law without ramp, and slow enough limits out of the way where a test wants the bare spring.
+// A force law without ramp; other limits are out of the way if a test needs only the spring.
 ForceLawOptions bare(double stiffness_N_m = 200) {
   ForceLawOptions options;
   options.stiffness_N_m = stiffness_N_m;
@@ -74,7 +74,7 @@ TEST(ForceLaw, NotFiniteGoesToZeroAtOnceAndIsCounted) {
     faults += 2;
     EXPECT_EQ(law.events().not_finite, faults);
   }
-  // A spring so long that its force overflows is a fault too, not a clamped push.
+  // A spring so long that its force overflows is a fault, not a clamped force.
   EXPECT_EQ(law.apply({1e307, 0, 0}, kZero, kZero, 1e-3), kZero);
   EXPECT_EQ(law.events().not_finite, faults + 1);
 }
@@ -99,7 +99,7 @@ TEST(ForceLaw, IncreasesAreLimitedAndDecreasesPassAtOnce) {
 }
 
 TEST(ForceLaw, TheHandsOwnMotionIsNotSlewed) {
-  // 0.5 m/s against 2000 N/m grows by 1 N a tick; 2 m/s counts as 1.
+  // 0.5 m/s against 2000 N/m is 1 N a tick; 2 m/s counts as 1 m/s.
   for (const double speed : {0.5, 2.0}) {
     ForceLawOptions options;
     options.ramp_s = 0;
@@ -173,8 +173,7 @@ TEST(ForceLaw, BoundsHoldForAnyInput) {
       ASSERT_LE(force.norm(), options.max_force_N * (1 + 1e-12));
       double growth = options.max_slew_N_s + options.stiffness_N_m * options.free_speed_m_s;
       if (options.ramp_s > 0) growth += options.max_force_N / options.ramp_s;
-      // The ramp's last step is cut short at 1: up to its whole length may pass in a tick longer than what is left of
-      // it.
+      // The ramp's last step ends at 1. In a longer tick, the force may grow by the whole step.
       ASSERT_LE(force.norm(), last.norm() + growth * dt + 1e-12) << "dt " << dt;
       const Vector3d spring =
           options.stiffness_N_m * (p_D - h_D) - (options.damping_Ns_m > 0 ? options.damping_Ns_m * v_D : kZero);
@@ -225,8 +224,8 @@ TEST(ForceLaw, ACommandLetsTheForceFadeBeforeTheRamp) {
   }
 }
 
-// A still hand was pulled; it then moves 50 mm without force, and comes onto the structure again.
-TEST(ForceLaw, AFreeTripIsNotEnergyThatWasGiven) {
+// A hand at rest was pulled. It then moves 50 mm without force, and comes onto the neurites again.
+TEST(ForceLaw, MotionWithoutForceGivesNoEnergy) {
   ForceLawOptions options = bare();
   options.passivity.on = true;
   ForceLaw law(options);
@@ -237,7 +236,7 @@ TEST(ForceLaw, AFreeTripIsNotEnergyThatWasGiven) {
   for (int tick = 0; tick < 1000; ++tick) law.applyNothing(h_D += Vector3d(5e-5, 0, 0), 1e-3);
   law.restart();
   for (int tick = 0; tick < 20; ++tick) law.apply(h_D + Vector3d(0.005, 0, 0), h_D, kZero, 1e-3);
-  // The forces while it was still may all have acted on its first step, of 50 um.
+  // All forces during the rest may have acted on its first step, of 50 um.
   EXPECT_GT(law.energy().weakest, 0.8);
 }
 
@@ -267,7 +266,7 @@ TEST(Stiffness, BoundKeepsColgateAndSchenkelsCriterionWithVirtualDampingAndDelay
     for (const double virtual_damping : {0.0, 0.3, 1.5}) {
       const double damping = 2, bound = stiffnessBound(damping, period_s, delay, virtual_damping);
       EXPECT_LE(leastDamping(bound, virtual_damping, delay), damping * (1 + 1e-4)) << delay << ' ' << virtual_damping;
-      if (delay == 0 || virtual_damping == 0) {  // there it is exact
+      if (delay == 0 || virtual_damping == 0) {  // the bound is exact
         EXPECT_GT(leastDamping(1.01 * bound, virtual_damping, delay), damping);
       }
     }

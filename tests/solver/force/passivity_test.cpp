@@ -25,16 +25,16 @@ Vector3d inBox(std::mt19937_64& random, double half) {
   return {uniform(random, -half, half), uniform(random, -half, half), uniform(random, -half, half)};
 }
 
-// The energy given to the hand, kept without any of the controller's rules, by forces that act `delay` ticks late.
+// The energy given to the hand, computed without the controller's rules, by forces that act `delay` ticks late.
 class Ledger {
  public:
   explicit Ledger(int delay) : delay_(static_cast<std::size_t>(delay)) {}
-  // `force_N` was sent after the hand was seen at h_D.
+  // `force_N` was sent after the hand was at h_D.
   void tick(const Vector3d& h_D, const Vector3d& force_N) {
     if (!forces_.empty()) {
       const Vector3d dh_D = h_D - h_D_;
       longest_m_ = std::max(longest_m_, dh_D.norm());
-      // forces_.back() was sent at the tick before: with delay 0 it is what acted since.
+      // forces_.back() was sent in the tick before: with delay 0 it has acted since then.
       given_.push_back(given_.back() +
                        (forces_.size() > delay_ ? forces_[forces_.size() - 1 - delay_].dot(dh_D) : 0.0));
     } else {
@@ -65,7 +65,7 @@ ForceLawOptions lawWith(double stiffness_N_m, int delay, bool on) {
   return options;
 }
 
-// A hand that knows the proxy and pumps: it moves out against the weak old force and in with the strong one.
+// A hand that knows the proxy and pumps: it moves out against the weak old force and in with the strong new force.
 TEST(PassivityController, EnergyNeverFallsBelowTheStatedBoundWhateverHappens) {
   std::mt19937_64 random(17);
   for (int round = 0; round < 120; ++round) {
@@ -92,15 +92,15 @@ TEST(PassivityController, EnergyNeverFallsBelowTheStatedBoundWhateverHappens) {
       if (kind == 0) h_D = inBox(random, reach);                                 // jumps each tick
       if (kind == 1) h_D = {reach * std::sin(0.3 * tick), 0, 0};                 // pumps
       if (kind == 2) h_D = tick % 2 ? Vector3d(reach, 0, 0) : Vector3d::Zero();  // reverses each tick
-      if (kind == 3) h_D += 0.2 * (p_D - h_D) + inBox(random, 0.1 * reach);      // gives way
-      if (random() % 5 == 0) p_D = inBox(random, reach);                         // the proxy jumps as it likes
+      if (kind == 3) h_D += 0.2 * (p_D - h_D) + inBox(random, 0.1 * reach);      // yields
+      if (random() % 5 == 0) p_D = inBox(random, reach);                         // the proxy jumps
       const Vector3d force = law.apply(p_D, h_D, (h_D - before_D) / dt, random() % 50 == 0 ? 0.0 : dt);
       ledger.tick(h_D, force);
       stored.push_back(law.storedEnergy((p_D - h_D).norm()));
     }
     const double slack = options.passivity.energy_J + (delay + 1) * options.max_force_N * ledger.longest() * (1 + 1e-9);
     EXPECT_GE(law.energy().least, -slack) << "round " << round;
-    // Over any window: no more than the spring held at its begin, and what is allowed.
+    // In any interval: no more than the spring stored at its begin, plus the allowance.
     for (std::size_t begin = 0; begin < ledger.ticks(); begin += 7)
       for (std::size_t end = begin; end < ledger.ticks(); end += 5)
         ASSERT_LE(ledger.given(end) - ledger.given(begin),
@@ -110,7 +110,7 @@ TEST(PassivityController, EnergyNeverFallsBelowTheStatedBoundWhateverHappens) {
 }
 
 TEST(PassivityController, WithoutItTheBoundIsBroken) {
-  // The same pump, uncontrolled: it could not fail the test above otherwise.
+  // The same pump without the controller: shows that the test above can fail.
   ForceLaw off(lawWith(2000, 1, false)), on(lawWith(2000, 1, true));
   Ledger free(1), bounded(1);
   for (int tick = 0; tick < 4000; ++tick) {
@@ -126,7 +126,7 @@ TEST(PassivityController, WithoutItTheBoundIsBroken) {
 }
 
 TEST(PassivityController, LeavesAPassiveSpringAlone) {
-  // Slow, with the force that the motion itself meets: the spring gives back what it took.
+  // A slow motion against the spring's own force: the spring returns the energy that it took.
   for (const bool on : {false, true}) {
     ForceLaw law(lawWith(200, 0, on));
     double largest_difference = 0;
@@ -172,7 +172,7 @@ TEST(PassivityController, CountsTheForceThatWasReallySent) {
       controller.apply(Vector3d::Zero(), {x_m, 0, 0}, 1.0, 1.0, 1e-3);
       controller.sent({sent_N, 0, 0});
     };
-    // Sent 2 N, but the device clamps at 0.5.
+    // 2 N was commanded, but the device clamps at 0.5 N.
     tick(0, 2);
     controller.acted({0.5, 0, 0});
     for (int i = 0; i < delay; ++i) tick(0, 0.5);
@@ -181,7 +181,7 @@ TEST(PassivityController, CountsTheForceThatWasReallySent) {
   }
 }
 
-TEST(PassivityController, WhereNobodyKnowsWhichForceActedItCountsWhatGivesMost) {
+TEST(PassivityController, IfItIsUnknownWhichForceActedItCountsTheOneThatGivesMost) {
   PassivityOptions options;
   options.power_W = 0;
   options.delay_samples = 1;
@@ -189,7 +189,7 @@ TEST(PassivityController, WhereNobodyKnowsWhichForceActedItCountsWhatGivesMost) 
     for (const double way_m : {0.002, -0.002}) {
       PassivityController controller(options);
       const auto apply = [&](double x_m) { controller.apply(Vector3d::Zero(), {x_m, 0, 0}, 1.0, 1.0, 1e-3); };
-      // 2 N, then it is taken away (or not) while the hand moves.
+      // 2 N acts, then it is taken away (or not) while the hand moves.
       apply(0);
       for (int i = 0; i < 4; ++i) {
         controller.sent({2, 0, 0});
@@ -200,7 +200,7 @@ TEST(PassivityController, WhereNobodyKnowsWhichForceActedItCountsWhatGivesMost) 
       EXPECT_NEAR(controller.energy().observed, std::min(1.0, 1 - given_J), 1e-12);
     }
   }
-  // A hand that is seen again after samples that were the same: 1 N or 3 N may have acted.
+  // The hand moves after equal samples: 1 N or 3 N may have acted.
   PassivityController controller(options);
   controller.apply(Vector3d::Zero(), Vector3d::Zero(), 1.0, 1.0, 1e-3);
   for (const double sent_N : {1.0, 3.0, 2.0, 2.0}) {
@@ -217,7 +217,7 @@ TEST(PassivityController, DampsWhatOnePeriodTakesBackWithinItsCap) {
   options.on = true;
   options.delay_samples = 0;
   options.power_W = 0;
-  options.energy_J = 1e6;  // no weakening to speak of
+  options.energy_J = 1e6;  // practically no weakening
   options.max_damping_Ns_m = 5;
   for (const double force : {0.001, 1.0}) {
     PassivityController controller(options);
@@ -241,7 +241,7 @@ TEST(PassivityController, DissipatedEnergyIsNotSavedForLater) {
   controller.sent(Vector3d::Zero());
   controller.apply(Vector3d::Zero(), {0.01, 0, 0}, 0.001, 0.02, 1e-3);  // the proxy found a nearer place
   EXPECT_NEAR(controller.energy().observed, 0.001, 1e-15);
-  EXPECT_NEAR(controller.energy().injected, 0.02, 1e-15);  // by the first move, in which the proxy stayed behind
+  EXPECT_NEAR(controller.energy().injected, 0.02, 1e-15);  // by the first move, when the proxy stayed behind
 }
 
 TEST(PassivityController, WorkOfTheMovingWorkspaceIsNoDeficit) {
@@ -284,7 +284,7 @@ TEST(PassivityController, AWeakenedForceComesBackSlowly) {
 }
 
 TEST(PassivityController, ACommandBringsItsEnergy) {
-  // Drawn from 30 mm by a command: the spring may give what it holds, 90 mJ.
+  // A command pulls the hand from 30 mm: the spring may give its stored 90 mJ.
   ForceLawOptions options = lawWith(200, 0, true);
   options.ramp_s = 0.5;
   ForceLaw law(options);
@@ -293,7 +293,7 @@ TEST(PassivityController, ACommandBringsItsEnergy) {
   for (int tick = 0; tick < 3000; ++tick) {
     const Vector3d force = law.apply(Vector3d::Zero(), h_D, Vector3d::Zero(), 1e-3);
     largest = std::max(largest, force.norm());
-    h_D += force * 1e-4;  // a hand that only resists motion
+    h_D += force * 1e-4;  // a hand that only damps motion
   }
   EXPECT_GT(largest, 1);
   EXPECT_LT(h_D.norm(), 0.001);

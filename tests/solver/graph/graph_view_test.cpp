@@ -124,7 +124,7 @@ TEST(GraphView, PlaceAtClampsAndRefuses) {
   TestGraphBuilder builder;
   const std::uint32_t root = builder.node(Vector3d(0, 0, 0));
   builder.link(builder.node(Vector3d(2, 0, 0)), root);
-  builder.link(builder.node(Vector3d(0, 0, 0)), root);  // of length zero
+  builder.link(builder.node(Vector3d(0, 0, 0)), root);  // length zero
   const TestGraph graph = builder.build();
   TiledGraph tiled(graph, 100);
   const GraphView view = viewOf(tiled, graph);

@@ -1,4 +1,4 @@
-// The pool of decoded nodes: it changes no path, whatever its size, and is not used after its tiles.
+// The pool of decoded nodes changes no result, whatever its size, and is not used after its tiles retire.
 #include "solver/graph/internal/working_graph.h"
 
 #include "tests/support/no_alloc_guard.h"
@@ -39,7 +39,7 @@ INSTANTIATE_TEST_SUITE_P(Methods, WorkingGraphPool, testing::ValuesIn(kSolverMet
   return name;
 });
 
-// With tiles that come and go, ticks that are undone, and nodes prepared after some ticks.
+// Tiles are added and retired, ticks are undone, and nodes are prepared after some ticks.
 TEST_P(WorkingGraphPool, ChangesNoPath) {
   constexpr std::uint32_t kPools[] = {0, 64, 4096, 4096};
   std::uint64_t frontiers = 0;
@@ -118,12 +118,12 @@ TEST_P(WorkingGraphPool, MayBeSmallerThanAHub) {
   EXPECT_GT(segments.size(), 5u);
 }
 
-// A thread along x, 1 um a step, in small tiles.
-struct Thread {
+// A neurite along x with segments of 1 um, in small tiles.
+struct Neurite {
   TestGraph graph;
   TiledGraph tiled;
 
-  Thread() : graph(build()), tiled(graph, 8) {}
+  Neurite() : graph(build()), tiled(graph, 8) {}
   static TestGraph build() {
     TestGraphBuilder builder;
     std::uint32_t last = builder.node(Vector3d(0, 0, 0));
@@ -139,17 +139,17 @@ struct Thread {
 };
 
 TEST(WorkingGraph, ATileThatRetiresTakesItsOwnNodesOutAlone) {
-  Thread thread;
-  const GraphView view = thread.view();
+  Neurite neurite;
+  const GraphView view = neurite.view();
   WorkingGraph graph(4096, 100, 0);
   graph.begin(view);
   std::uint32_t local[300];
   for (std::uint32_t sample = 100; sample < 130; ++sample) {
-    local[sample] = graph.meet(Thread::at(sample));
+    local[sample] = graph.meet(Neurite::at(sample));
     ASSERT_EQ(graph.open(local[sample]), Presence::present);
   }
   const TileId retired = graph.node(local[115]).home;
-  thread.tiled.drop(retired);
+  neurite.tiled.drop(retired);
   graph.begin(view);
   int absent = 0;
   for (std::uint32_t sample = 100; sample < 130; ++sample) {
@@ -160,21 +160,21 @@ TEST(WorkingGraph, ATileThatRetiresTakesItsOwnNodesOutAlone) {
   }
   EXPECT_GT(absent, 0);
   EXPECT_LT(absent, 20);
-  thread.tiled.load(retired);
+  neurite.tiled.load(retired);
   graph.begin(view);
   EXPECT_EQ(graph.open(local[115]), Presence::present);
   EXPECT_EQ(graph.node(local[115]).degree, 2u);
 }
 
 TEST(WorkingGraph, KeepsTheLastNodesAndThoseOfTheSearch) {
-  Thread thread;
-  const GraphView view = thread.view();
+  Neurite neurite;
+  const GraphView view = neurite.view();
   WorkingGraph graph(10, 50, 0);
   graph.begin(view);
   graph.newSearch();
-  static_cast<void>(graph.mark(graph.meet(Thread::at(0))));
-  for (std::uint32_t sample = 1; sample < 40; ++sample) static_cast<void>(graph.meet(Thread::at(sample)));
-  EXPECT_NE(graph.find({0, 0}), WorkingGraph::kNone);  // marked
+  static_cast<void>(graph.label(graph.meet(Neurite::at(0))));
+  for (std::uint32_t sample = 1; sample < 40; ++sample) static_cast<void>(graph.meet(Neurite::at(sample)));
+  EXPECT_NE(graph.find({0, 0}), WorkingGraph::kNone);  // labelled
   EXPECT_EQ(graph.find({0, 29}), WorkingGraph::kNone);
   EXPECT_NE(graph.find({0, 30}), WorkingGraph::kNone);
   graph.newSearch();
@@ -184,29 +184,29 @@ TEST(WorkingGraph, KeepsTheLastNodesAndThoseOfTheSearch) {
 }
 
 TEST(WorkingGraph, PreparesWhatLiesAheadFirst) {
-  Thread thread;
-  const GraphView view = thread.view();
+  Neurite neurite;
+  const GraphView view = neurite.view();
   WorkingGraph graph(4096, 100, 0);
   const auto keeps = [&](std::uint32_t sample) { return graph.find({0, sample}) != WorkingGraph::kNone; };
-  graph.prepare(view, {Thread::at(200), Thread::at(199)}, Vector3d(250, 0, 0), 40);
+  graph.prepare(view, {Neurite::at(200), Neurite::at(199)}, Vector3d(250, 0, 0), 40);
   EXPECT_TRUE(keeps(238));
   EXPECT_FALSE(keeps(245));
   EXPECT_FALSE(keeps(190));
-  graph.prepare(view, {Thread::at(200), Thread::at(199)}, Vector3d(250, 0, 0), 60);  // goes on
+  graph.prepare(view, {Neurite::at(200), Neurite::at(199)}, Vector3d(250, 0, 0), 60);  // continues
   EXPECT_TRUE(keeps(255));
   EXPECT_TRUE(keeps(190));
 }
 
 TEST(WorkingGraph, PreparesPastNoAbsentTile) {
-  Thread thread;
-  const GraphView view = thread.view();
-  const TileId absent = view.leaves().home(thread.graph.grid.snap(Vector3d(220, 0, 0)));
-  thread.tiled.drop(absent);
+  Neurite neurite;
+  const GraphView view = neurite.view();
+  const TileId absent = view.leaves().home(neurite.graph.grid.snap(Vector3d(220, 0, 0)));
+  neurite.tiled.drop(absent);
   WorkingGraph graph(4096, 100, 0);
-  graph.prepare(view, {Thread::at(200), Thread::at(199)}, Vector3d(250, 0, 0), 100);
+  graph.prepare(view, {Neurite::at(200), Neurite::at(199)}, Vector3d(250, 0, 0), 100);
   EXPECT_EQ(graph.find({0, 240}), WorkingGraph::kNone);
-  thread.tiled.load(absent);
-  graph.prepare(view, {Thread::at(200), Thread::at(199)}, Vector3d(250, 0, 0), 100);
+  neurite.tiled.load(absent);
+  graph.prepare(view, {Neurite::at(200), Neurite::at(199)}, Vector3d(250, 0, 0), 100);
   EXPECT_NE(graph.find({0, 240}), WorkingGraph::kNone);
 }
 

@@ -1,5 +1,6 @@
 #include "device/simulated/null_device.h"
 #include "solver/loop/haptic_loop.h"
+#include "tests/support/haptic_loops.h"
 #include "tests/support/paced_device.h"
 
 #include <algorithm>
@@ -14,19 +15,13 @@
 namespace filiform {
 namespace {
 
-HapticLoopOptions plain() {
-  HapticLoopOptions options;
-  options.realtime_priority = options.lock_memory = false;
-  return options;
-}
-
 // 't': a tick, 'i': idle work.
 std::vector<char> callsOf(HapticDevice& device, std::vector<double>& free_s) {
   std::vector<char> calls;
   calls.reserve(1 << 16);
   free_s.reserve(1 << 16);
   std::atomic<int> ticks{0};
-  HapticLoopOptions options = plain();
+  HapticLoopOptions options = test::quietLoop();
   options.idle = [&](double s) {
     calls.push_back('i');
     free_s.push_back(s);
@@ -70,7 +65,7 @@ TEST(HapticLoopIdle, HasNoTimeWhereTheDevicePacesTheLoop) {
 TEST(HapticLoopIdle, AnExceptionEndsTheLoopWithAFault) {
   NullDevice device;
   device.open();
-  HapticLoopOptions options = plain();
+  HapticLoopOptions options = test::quietLoop();
   options.idle = [](double) { throw std::runtime_error("enough"); };
   HapticLoop loop(
       device, [](const DeviceState&, double) { return Wrench{}; }, options);

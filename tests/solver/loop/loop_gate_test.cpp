@@ -29,7 +29,7 @@ DeviceState sampleAt(double time_s, DeviceStatus status = DeviceStatus::ready) {
   return state;
 }
 
-// A loop that pushes with 2 N once a millisecond.
+// A loop that sends 2 N once a millisecond.
 struct Pushing {
   explicit Pushing(const LoopGateOptions& options = {.ramp_at_start = false}) : gate(options) {}
   double tick(bool withheld = false, bool still = false) {
@@ -44,7 +44,7 @@ struct Pushing {
   double now_s = 0, device_s = 0, step_s = 0;
 };
 
-TEST(LoopGate, SaysWhatWasSentWhereTheDeviceDoesNot) {
+TEST(LoopGate, FillsInTheSentForceIfTheDeviceDoesNot) {
   Pushing loop;
   loop.tick();
   DeviceState state = sampleAt(1);
@@ -64,12 +64,12 @@ TEST(LoopGate, AStillClockTakesTheForceAfter15ms) {
   Pushing loop;
   loop.tick();
   for (int ms = 1; ms <= 14; ++ms) EXPECT_EQ(loop.tick(false, true), 2) << ms;
-  loop.tick(false, true);  // 15 ms, to rounding
+  loop.tick(false, true);  // 15 ms; rounding decides the result
   for (int ms = 16; ms <= 30; ++ms) {
     EXPECT_EQ(loop.tick(false, true), 0) << ms;
     EXPECT_TRUE(loop.gate.stale());
   }
-  EXPECT_EQ(loop.tick(), 0);  // moves again: the ramp
+  EXPECT_EQ(loop.tick(), 0);  // the clock moves again: the ramp begins
   EXPECT_NEAR(loop.tick(), 2 * 0.001 / 0.5, 1e-9);
 }
 
@@ -99,13 +99,13 @@ TEST(LoopGate, AtTheEndTheForceFadesWithoutAStepBeyondTheSlewLimit) {
   }
   EXPECT_LT(last_N, 0.1);
   EXPECT_NEAR(ticks, 50, 1);
-  // Nothing to fade: over at once.
+  // Without a force, the fade is over at once.
   LoopGate idle({.ramp_at_start = false});
   idle.end();
   EXPECT_TRUE(idle.ended());
 }
 
-TEST(LoopGate, RefusesTimesThatAreNone) {
+TEST(LoopGate, RefusesTimesThatAreNegativeOrNotFinite) {
   for (double LoopGateOptions::*option :
        {&LoopGateOptions::period_s, &LoopGateOptions::watchdog_s, &LoopGateOptions::ramp_s, &LoopGateOptions::fade_s}) {
     for (const double bad : {kNaN, kInfinity, -1.0}) {
@@ -118,13 +118,13 @@ TEST(LoopGate, RefusesTimesThatAreNone) {
 
 TEST(TickClock, MeasuresStepsAndBoundsHiccups) {
   TickClock clock(0.001);
-  EXPECT_EQ(clock.step_s(5), 0.001) << "the first";
+  EXPECT_EQ(clock.step_s(5), 0.001) << "the first state";
   EXPECT_NEAR(clock.step_s(5.002), 0.002, 1e-12) << "a device at 500 Hz";
   EXPECT_EQ(clock.step_s(5.003), 0.001) << "not 0.00099999999999";
   EXPECT_EQ(clock.step_s(6), clock.mostStep_s());
   EXPECT_EQ(clock.mostStep_s(), 0.010);
   EXPECT_EQ(TickClock(0.02).mostStep_s(), 0.04);
-  for (const double bad : {kNaN, kInfinity, 1.0}) EXPECT_EQ(clock.step_s(bad), 0.001) << "no time, or backwards";
+  for (const double bad : {kNaN, kInfinity, 1.0}) EXPECT_EQ(clock.step_s(bad), 0.001) << "not finite, or backwards";
 }
 
 TEST(TickClock, ADeviceThatIsSlowerThanTheLoopDoesNotMakeTimeRunFaster) {

@@ -86,7 +86,7 @@ TEST(LoopMetrics, CountsMissedDeadlinesAndKeepsTheLastTicks) {
   for (int i = 0; i < 10; ++i) metrics.record({i * 1000, 10 + i, 20, 30, 1000, i % 3 == 0});
   EXPECT_EQ(metrics.ticks(), 10u);
   EXPECT_EQ(metrics.missed_deadlines(), 4u);
-  EXPECT_EQ(metrics.period().count(), 9u);  // the first tick has no period
+  EXPECT_EQ(metrics.period().count(), 9u);  // the first tick has none
   EXPECT_EQ(metrics.wake().count(), 10u);
   EXPECT_EQ(metrics.exchange().max_ns(), 20);
   EXPECT_EQ(metrics.compute().max_ns(), 30);

@@ -32,7 +32,7 @@ std::vector<ProbeState> probesFor(const WholeGraph& whole, std::mt19937_64& rand
   std::vector<ProbeState> probes;
   const double scale_um_m = kScales_um_m[random() % 4];
   for (const Vector3d& h_W : smoothProbes(whole, random, smooth)) {
-    const std::uint64_t held = random() % 4 == 0 ? 10 : 1;  // so that patience has something to do
+    const std::uint64_t held = random() % 4 == 0 ? 10 : 1;  // so that the patience grows
     for (std::uint64_t i = 0; i < held; ++i) probes.push_back({h_W, 1e-3, scale_um_m});
   }
   for (const Vector3d& h_W : jumpingProbes(whole, random, jumping))
@@ -151,7 +151,8 @@ TEST(BoundedClimb, WithoutABudgetItTakesTheBestOfWhatBasicReaches) {
       better += distance < bound - 1e-6;
     }
   }
-  // It starts from the segment at a node too, and from its other end where that is nearer: never worse, seldom better.
+  // At a node, climb also starts from the segment, and from its other end if that is nearer: never worse, rarely
+  // better.
   RecordProperty("better", static_cast<int>(better));
 }
 
@@ -159,7 +160,7 @@ TEST(BoundedClimb, WithoutABudgetItTakesTheBestOfWhatBasicReaches) {
 struct Elbow {
   TestGraph graph;
   static constexpr double kScale_um_m = 1000;          // 1 um of world is 1 mm of device
-  static Vector3d probe_W() { return {0.3, 0.3, 0}; }  // for it the elbow is a local minimum
+  static Vector3d probe_W() { return {0.3, 0.3, 0}; }  // the elbow is a local minimum of its distance
 
   Elbow() {
     TestGraphBuilder builder;
@@ -192,7 +193,7 @@ TEST(BoundedClimb, TheBudgetIsOneOfTheDeviceWhateverTheZoom) {
   const Elbow elbow;
   const TiledGraph tiled(elbow.graph, 2048);
   const GraphView view = viewOf(tiled, elbow.graph);
-  for (const double zoom : {0.25, 1.0, 4.0}) {  // the same budget, seen larger and smaller
+  for (const double zoom : {0.25, 1.0, 4.0}) {  // the budget in the device is the same
     const auto solved = climber(256, {.rest_mm = 1.5, .gain = 0, .patience_1_s = 0});
     solved->setPlace(view.placeAt(0, {0, 1}, 0.0));
     SolverStep step;
@@ -222,7 +223,8 @@ TEST(BoundedClimb, AHandThatKeepsPullingGetsOutAndALooseOneDoesNot) {
   EXPECT_EQ(ticksToGetOut(10, 0.5), -1);
 }
 
-// Two straight branches of a fork, 0.1 rad apart; the proxy is on one of them, the hand holds beside it on the other.
+// Two straight branches of a fork, 0.1 rad apart. The proxy is on one branch; the hand holds still beside it, on the
+// other.
 TEST(BoundedClimb, LeavesABranchNearlyParallelToTheOneWhereTheHandIs) {
   constexpr double kHalf_rad = 0.05;
   const Vector3d along[2] = {{std::cos(kHalf_rad), std::sin(kHalf_rad), 0},
@@ -245,11 +247,11 @@ TEST(BoundedClimb, LeavesABranchNearlyParallelToTheOneWhereTheHandIs) {
     }
     return 3001;
   };
-  EXPECT_EQ(ticksToChange(2), 1);  // the hand has not even left the fork
+  EXPECT_EQ(ticksToChange(2), 1);  // still near the fork
   EXPECT_LE(ticksToChange(35), 500);
 }
 
-// Not undone: as in real time, ticks go on while tiles come in.
+// Without undo: as in real time, ticks continue while tiles are loaded.
 TEST(BoundedClimb, AtAFrontierItStaysOnTheStructureAndGoesOnWhenTheTileComes) {
   std::mt19937_64 random(4);
   const TestGraph graph = randomGraph(random, 300, false);
@@ -326,7 +328,7 @@ TEST(BoundedClimb, EveryBranchOfAHubIsSeenWithinDegreeOverTheCap) {
     const TiledGraph tiled(graph, 100000);
     const GraphView view = viewOf(tiled, graph);
     const auto solved = climber(256);
-    // On a branch that points away, under a hand that never rests.
+    // Starts on a branch that points away, with a hand that never rests.
     const SegmentId start{0, best == 7000 ? 7001u : 7000u};
     solved->setPlace(view.placeAt(0, start, 0.5));
     SolverStep step;
@@ -339,10 +341,10 @@ TEST(BoundedClimb, EveryBranchOfAHubIsSeenWithinDegreeOverTheCap) {
   }
 }
 
-// At a coarse zoom thousands of twigs lie within the budget.
-TEST(BoundedClimb, WorkIsBoundedOnACombAndOnAThread) {
+// At a coarse zoom, thousands of twigs lie within the budget.
+TEST(BoundedClimb, WorkIsBoundedOnACombAndOnALongNeurite) {
   for (const bool is_comb : {true, false}) {
-    CellList stream({is_comb ? comb(20000) : longThread(40000, 0.5)});
+    CellList stream({is_comb ? comb(20000) : longNeurite(40000, 0.5)});
     const auto store = buildTilesInMemory(stream);
     std::vector<std::shared_ptr<const Tile>> tiles;
     TileTable table(store->tile_count());
@@ -364,12 +366,12 @@ TEST(BoundedClimb, WorkIsBoundedOnACombAndOnAThread) {
       ASSERT_LE((solved->place().p_W - h_W).norm(), distance);
       capped += step.capped;
     }
-    EXPECT_GT(capped, 400) << (is_comb ? "comb" : "thread");
+    EXPECT_GT(capped, 400) << (is_comb ? "comb" : "neurite");
   }
 }
 
 TEST(BoundedClimb, RoundingIsNoProgress) {
-  // Two threads at the same distance, one of them nearer by less than eps: the proxy stays where it is.
+  // Two neurites at the same distance; one is nearer by less than eps. The proxy stays where it is.
   TestGraphBuilder builder(Grid(-10));
   const Vector3d far_W(1e9, 1e9, 1e9);
   const std::uint32_t root = builder.node(far_W);
@@ -387,7 +389,7 @@ TEST(BoundedClimb, RoundingIsNoProgress) {
   watchedTick(*solved, view, {far_W + Vector3d(2, 0, 0), 1e-3, 1000}, step);  // exactly in the middle
   EXPECT_EQ(solved->place().segment, (SegmentId{0, 3}));
   EXPECT_GT(step.visited, 3u);  // it saw the other
-  // At a distance of 1e9 um a step of 0.1 nm is less than 1e-12 of it.
+  // At a distance of 1e9 um, a step of 0.1 nm is less than 1e-12 of the distance.
   watchedTick(*solved, view, {far_W + Vector3d(2, 0, 1e9), 1e-3, 1000}, step);
   EXPECT_EQ(solved->place().segment, (SegmentId{0, 3}));
   watchedTick(*solved, view, {far_W + Vector3d(2, -1e-4, 1e9), 1e-3, 1000}, step);
@@ -416,7 +418,7 @@ TEST(BoundedClimb, ProbeThatIsNotFiniteChangesNothing) {
       EXPECT_EQ(step.visited, 0u);
     }
   }
-  // No scale is no budget, and no time no patience: what falls is still followed.
+  // Without a scale there is no budget, without time no patience; falling paths are still searched.
   for (const double bad : {nan, inf, -inf, 0.0, -1.0, 1e300, 1e-300}) {
     solved->setPlace(before);
     watchedTick(*solved, view, {Vector3d(1, 2, 3), 1e-3, bad}, step);

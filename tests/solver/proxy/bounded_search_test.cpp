@@ -1,4 +1,4 @@
-// What the basic and the force-based solver have in common: equality with the literal oracle, tilings, frontiers,
+// The common engine of the basic and the force-based solver: equality with the literal oracle, tilings, frontiers,
 // bounds, undo.
 #include "solver/proxy/internal/bounded_search.h"
 
@@ -76,7 +76,7 @@ TEST_P(BoundedSearch, EqualsTheLiteralOracleOnTheTilesOfTheProduct) {
 }
 
 TEST_P(BoundedSearch, LoadingWhatWasAbsentAndRepeatingGivesTheAnswerOfTheWhole) {
-  Walked result;  // small caps leave fronts that must survive tiles coming and going
+  Walked result;  // with small caps, unfinished sweeps must survive changes of the tiles
   walkThroughAbsentTiles(walked(), 36, {3, 20, kUnbounded}, result);
   EXPECT_GT(result.frontiers, 100u);
 }
@@ -105,7 +105,8 @@ TEST_P(BoundedSearch, ATileIsReportedAbsentIfAndOnlyIfItWouldHaveBeenRead) {
         onlyTouched();
         tiled.drop(step.touched.ids[i]);
         tick(*solved, viewOf(tiled, graph), h_W, again);
-        // Further ones may follow: the work saved goes on elsewhere. But the first is the one that is missing.
+        // More tiles may follow, because the search uses the saved work elsewhere. But the first tile is the missing
+        // one.
         ASSERT_GE(again.absent.count, 1u);
         ASSERT_EQ(again.absent.ids[0], step.touched.ids[i]);
       }
@@ -136,7 +137,7 @@ TEST_P(BoundedSearch, UndoneTicksLeaveNoTrace) {
     const std::vector<Vector3d> probes = jumpingProbes(whole, random, 200);
     SolverStep expected, step;
     for (std::size_t i = 0; i < probes.size(); ++i) {
-      // Some held still, so that sweeps end in later ticks too.
+      // Some probes stay at rest, so that sweeps end in later ticks too.
       const Vector3d& h_W = probes[random() % 4 == 0 ? i : i - i % 10];
       tick(*plain, view, h_W, expected);
       for (std::uint64_t undone = random() % 3; undone > 0; --undone) {
@@ -202,7 +203,7 @@ TEST_P(BoundedSearch, DistanceNeverRisesAtAFixedProbe) {
     for (const Vector3d& h_W : jumpingProbes(whole, random, 10)) {
       const RandomStart start = randomStart(whole, random);
       solved->setPlace(view.placeAt(tiled.tileOf(start.segment), start.segment, start.t));
-      // The last front of another probe may be under way when this one begins.
+      // A sweep of the last probe may be unfinished when this one begins.
       tick(*solved, view, jumpingProbes(whole, random, 1)[0], step);
       double distance = (solved->place().p_W - h_W).squaredNorm();
       for (int i = 0; i < 60; ++i) {
@@ -219,7 +220,7 @@ TEST_P(BoundedSearch, DistanceNeverRisesAtAFixedProbe) {
   }
 }
 
-// A hub whose branches all point away from the probe but one, the last in order.
+// A hub; all branches except the last one in order point away from the probe.
 struct Hub {
   static constexpr std::uint32_t kBranches = 10000;
   TestGraph graph;
@@ -269,7 +270,7 @@ TEST_P(BoundedSearch, HubIsSeenWholeUnderAHandThatNeverRests) {
   const TiledGraph tiled(hub.graph, 2048);
   const GraphView view = viewOf(tiled, hub.graph);
   const auto solved = solver(256);
-  // On a branch that points away, so that the first tick pulls the proxy to the hub.
+  // Starts on a branch that points away, so that the first tick pulls the proxy to the hub.
   solved->setPlace(view.placeAt(tiled.tileOf({0, 1}), {0, 1}, 0.5));
   SolverStep step;
   int ticks = 0;
@@ -307,15 +308,15 @@ TEST_P(BoundedSearch, ANewSweepFollowsInTheTickThatEndsTheSweepOfAnotherProbe) {
   ASSERT_TRUE(step.capped);
   tick(*held, view, Vector3d(4, 0, 0), step);
   tick(*held, view, Vector3d(4, 0, 0), step);
-  EXPECT_EQ(step.visited, 36u);  // the rest, and no more: a held probe has nothing new to say
-  // The way back, what is left of the old sweep, and then the whole of a new one as far as it goes.
+  EXPECT_EQ(step.visited, 36u);  // only the rest: the probe has not moved
+  // The active segment, the rest of the old sweep, and then a new sweep up to the cap.
   tick(*solved, view, Vector3d(4, 0.01, 0), step);
   EXPECT_GT(step.visited, 37u);
   EXPECT_EQ(solved->place().segment, hub.best);
 }
 
 TEST_P(BoundedSearch, ProxySlidesAlongItsSegmentWhileASweepIsUnfinished) {
-  // A hub at one end of the active segment keeps the sweep busy; the hand moves along the segment meanwhile.
+  // A hub at one end of the active segment keeps the sweep unfinished. Meanwhile the hand moves along the segment.
   TestGraphBuilder builder;
   const std::uint32_t hub = builder.node(Vector3d(0, 0, 0));
   builder.link(builder.node(Vector3d(10, 0, 0)), hub);
@@ -326,7 +327,7 @@ TEST_P(BoundedSearch, ProxySlidesAlongItsSegmentWhileASweepIsUnfinished) {
   const auto solved = solver(64);
   solved->setPlace(view.placeAt(0, {0, 1}, 0.9));
   SolverStep step;
-  tick(*solved, view, Vector3d(0, 0, 0.5), step);  // to the hub, where all branches compete
+  tick(*solved, view, Vector3d(0, 0, 0.5), step);  // to the hub, where all branches are tested
   ASSERT_TRUE(step.capped);
   for (int i = 0; i < 30; ++i) {
     const Vector3d h_W(1.0 + 0.1 * i, 0.2, 0);
@@ -337,9 +338,9 @@ TEST_P(BoundedSearch, ProxySlidesAlongItsSegmentWhileASweepIsUnfinished) {
   }
 }
 
-// A hub whose branches all lead to the probe, each a little nearer, so that their far ends are all entered.
-TEST_P(BoundedSearch, FullMarksGiveUpTheSweepAndSaySo) {
-  constexpr std::uint32_t kBranches = internal::BoundedSearch::kLeastMarks + 100;
+// A hub whose branches all lead to the probe, each a little nearer, so that all far ends are entered.
+TEST_P(BoundedSearch, FullLabelsEndTheSweepAndAreReported) {
+  constexpr std::uint32_t kBranches = internal::BoundedSearch::kLeastLabels + 100;
   TestGraphBuilder builder;
   const std::uint32_t hub = builder.node(Vector3d(0, 0, 0));
   for (std::uint32_t i = 0; i < kBranches; ++i) builder.link(builder.node(Vector3d(1 + 4e-3 * i, 0, 0)), hub);
@@ -363,7 +364,7 @@ TEST_P(BoundedSearch, FullMarksGiveUpTheSweepAndSaySo) {
     visited += step.visited;
     ASSERT_LE(visited, kBranches);
   } while (step.capped);
-  EXPECT_GE(visited, internal::BoundedSearch::kLeastMarks - 2);
+  EXPECT_GE(visited, internal::BoundedSearch::kLeastLabels - 2);
   EXPECT_LT(visited, kBranches);
 }
 
@@ -397,7 +398,7 @@ TEST_P(BoundedSearch, ProbeThatIsNotFiniteChangesNothing) {
 
 TEST_P(BoundedSearch, ProbeThatJumpsByMetresStaysWithinTheBounds) {
   std::mt19937_64 random(6);
-  TestGraphBuilder builder;  // a long thread with twigs, through space
+  TestGraphBuilder builder;  // a long neurite with twigs
   std::uint32_t last = builder.node(Vector3d(0, 0, 0));
   for (int i = 1; i < 20000; ++i) {
     const std::uint32_t next = builder.node(Vector3d(i, std::sin(0.1 * i), 0));
@@ -419,13 +420,13 @@ TEST_P(BoundedSearch, ProbeThatJumpsByMetresStaysWithinTheBounds) {
     ASSERT_TRUE(solved->place().p_W.allFinite());
     ASSERT_TRUE(solved->place().t >= 0 && solved->place().t <= 1);
   }
-  // Held still, it arrives.
+  // With the probe at rest, the sweep ends.
   for (int i = 0; i < 1000; ++i) tick(*solved, view, Vector3d(12345, 0, 0), step);
   EXPECT_LT((solved->place().p_W - Vector3d(12345, 0, 0)).norm(), 2.0);
 }
 
 TEST_P(BoundedSearch, AllSegmentsEquidistantKeepsTheProxyStill) {
-  TestGraphBuilder builder;  // a square cage about the origin: twelve edges, all at the same distance
+  TestGraphBuilder builder;  // a cube about the origin: twelve edges, all at the same distance
   for (int i = 0; i < 8; ++i) builder.node(Vector3d(i & 1 ? 1 : -1, i & 2 ? 1 : -1, i & 4 ? 1 : -1));
   for (std::uint32_t a = 0; a < 8; ++a)
     for (const std::uint32_t bit : {1u, 2u, 4u})
@@ -471,7 +472,7 @@ TEST_P(BoundedSearch, SetPlaceForgetsAnUnfinishedSweep) {
   }
 }
 
-TEST_P(BoundedSearch, PlaceThatIsNowhereIsLeftAlone) {
+TEST_P(BoundedSearch, AnInvalidPlaceIsLeftAlone) {
   std::mt19937_64 random(8);
   const TestGraph graph = randomGraph(random, 50, false);
   const TiledGraph tiled(graph, 16);

@@ -35,7 +35,7 @@ class Descent : public testing::Test {
   SolverStep step_;
 };
 
-TEST_F(Descent, FollowsAStraightThreadInOneTick) {
+TEST_F(Descent, TravelsAStraightNeuriteInOneTick) {
   builder_.node(Vector3d(0, 0, 0));
   for (std::uint32_t i = 1; i <= 50; ++i) builder_.link(builder_.node(Vector3d(i, 0, 0)), i - 1);
   build();
@@ -58,7 +58,7 @@ TEST_F(Descent, TakesTheBranchThatEndsNearest) {
   place({0, 1}, 0.5);
   EXPECT_EQ(advance(Vector3d(5, 0.9, 0)).segment, (SegmentId{0, 3}));
   EXPECT_EQ(step_.visited, 3u);
-  place({0, 1}, 1.0);  // the same from the fork itself
+  place({0, 1}, 1.0);  // from the fork itself
   EXPECT_EQ(advance(Vector3d(5, 3.9, 0)).segment, (SegmentId{0, 2}));
 }
 
@@ -78,7 +78,7 @@ TEST_F(Descent, StaysAtAConcaveElbow) {
   const std::uint32_t up = builder_.node(Vector3d(6, 3, 0));
   builder_.link(up, down);
   build();
-  // Beyond the corner the thread leads away from the probe before it comes back.
+  // Beyond the corner the neurite leads away from the probe before it comes back.
   place({0, 1}, 0.5);
   EXPECT_EQ(advance(Vector3d(3, 3, 0)).segment, (SegmentId{0, 1}));
   EXPECT_EQ(solver_->place().p_W, Vector3d(3, 0, 0));
@@ -87,7 +87,7 @@ TEST_F(Descent, StaysAtAConcaveElbow) {
 TEST_F(Descent, PassesSegmentsOfLengthZero) {
   const std::uint32_t root = builder_.node(Vector3d(0, 0, 0));
   std::uint32_t last = root;
-  for (int i = 0; i < 3; ++i) {  // before, between and after
+  for (int i = 0; i < 3; ++i) {  // starts before, between and after them
     for (int k = 0; k < 2; ++k) {
       const std::uint32_t same = builder_.node(builder_.position_W(last));
       builder_.link(same, last);
@@ -101,7 +101,7 @@ TEST_F(Descent, PassesSegmentsOfLengthZero) {
   place({0, 9}, 0.0);
   EXPECT_EQ(advance(Vector3d(0.25, 1, 0)).p_W, Vector3d(0.25, 0, 0));
   EXPECT_EQ(advance(Vector3d(2.75, 1, 0)).p_W, Vector3d(2.75, 0, 0));
-  place({0, 4}, 0.0);  // starting at a node of one
+  place({0, 4}, 0.0);  // start at an end of one
   EXPECT_EQ(advance(Vector3d(2.5, 1, 0)).p_W, Vector3d(2.5, 0, 0));
 }
 
@@ -114,7 +114,7 @@ TEST_F(Descent, StartsInsideASegmentOfLengthZeroBothWays) {
   builder_.link(c, b);
   builder_.link(d, c);
   build();
-  ProxyPlace inside;  // no query answers this, but nothing forbids it
+  ProxyPlace inside;  // no query returns such a place, but it is valid
   inside.segment = {0, c};
   inside.t = 0.5;
   inside.tile = 0;
@@ -171,7 +171,7 @@ TEST_F(Descent, FrontierHoldsTheProxyAtTheNodeAndNamesTheTile) {
   const Vector3d rest_W = solver_->place().p_W;
   EXPECT_GT(rest_W.x(), 2.0);
   EXPECT_LE(rest_W.x(), 20.0);
-  solver_->advance(view, {h_W}, step_);  // still absent: it rests, and says so again
+  solver_->advance(view, {h_W}, step_);  // still absent: the proxy rests, and the tile is reported again
   EXPECT_EQ(solver_->place().p_W, rest_W);
   EXPECT_EQ(step_.frontiers, 1u);
   tiled.load(far);

@@ -13,11 +13,10 @@
 namespace filiform::test {
 namespace {
 
-// A thread along x, over a hump of which the first slope is 3 um wide and 1 um high, and on along x; probes lie below
-// it.
+// A neurite along x, over a hump whose first slope is 3 um wide and 1 um high, and on along x. Probes lie below it.
 class ForceBased : public testing::Test {
  protected:
-  // Zero-length segments at the top of the hump, if any.
+  // Optional segments of length zero at the top of the hump.
   void build(const SolverParameters& parameters, int zero_length = 0) {
     builder_.node(Vector3d(0, 0, 0));
     builder_.link(builder_.node(Vector3d(4, 1, 0)), 0);
@@ -55,8 +54,8 @@ class ForceBased : public testing::Test {
   ForceReading reading_ = ForceReading::text;
 };
 
-// The nearest point of the first slope is (3.25, 0.8125) and 2.5 um from the top is far less than the probe's pull; the
-// second slope comes nearer.
+// The nearest point of the first slope is (3.25, 0.8125). It is 2.5 um from the top, far less than the pull. The second
+// slope comes nearer to the probe.
 const Vector3d kBelow_W(4.3, -3.4, 0);
 
 TEST_F(ForceBased, StepsOverAMaximumWithinReach) {
@@ -93,7 +92,7 @@ TEST_F(ForceBased, ReachIsBoundedByItsMaximumAndOpenAtTheBound) {
   EXPECT_EQ(endsOn(reach(0, std::nextafter(to_top_um, 10.0), 100)), (SegmentId{0, end_}));
 }
 
-// A concave corner whose nearest point is the node itself; over the right edge a branch falls.
+// A concave corner whose nearest point is the node itself; beyond the right edge a branch falls.
 TEST_F(ForceBased, OnlyTheListingClimbsFromANode) {
   const std::uint32_t corner = builder_.node(Vector3d(0, 0, 0));
   const std::uint32_t left = builder_.node(Vector3d(-2, 0.5, 0)), right = builder_.node(Vector3d(2, 0.5, 0));
@@ -154,8 +153,8 @@ TEST_F(ForceBased, TheListingsSphereIsClosed) {
 }
 
 TEST_F(ForceBased, StepsOverOneMaximumOnly) {
-  // Two humps without an interior minimum between them: the valley after the first is not nearer than where the branch
-  // began.
+  // Two humps without an interior minimum between them: the valley after the first hump is not nearer to the probe than
+  // the start of the branch.
   const Vector3d points[] = {{0, 0, 0}, {4, 1, 0}, {5, 0.9, 0}, {6, 2, 0}, {7, -5, 0}};
   for (std::uint32_t i = 0; i < 5; ++i) {
     builder_.node(points[i]);

@@ -70,7 +70,7 @@ TEST(ForceShading, LoadingWhatWasAbsentAndRepeatingGivesTheAnswerOfTheWhole) {
 }
 
 TEST(ForceShading, TurnsEvenlyWhereTheClosestPointWouldStopAtACorner) {
-  // Two segments at a right angle: the hand goes past the corner on the outside, and the proxy goes round it.
+  // Two segments at a right angle. The hand passes the corner on the outside, and the proxy turns around it.
   TestGraphBuilder builder;
   const std::uint32_t root = builder.node(Vector3d(-4, 0, 0)), corner = builder.node(Vector3d(0, 0, 0));
   builder.link(corner, root);
@@ -95,7 +95,7 @@ TEST(ForceShading, TurnsEvenlyWhereTheClosestPointWouldStopAtACorner) {
 }
 
 TEST(ForceShading, ABranchTakesTheDirectionOfTheTwoNearest) {
-  // A fork; the hand is beyond it on the side of the second branch.
+  // A fork; the hand is beyond the fork, on the side of the second branch.
   TestGraphBuilder builder;
   const std::uint32_t root = builder.node(Vector3d(-4, 0, 0)), fork = builder.node(Vector3d(0, 0, 0));
   builder.link(fork, root);
@@ -112,7 +112,7 @@ TEST(ForceShading, ABranchTakesTheDirectionOfTheTwoNearest) {
   EXPECT_EQ(step.visited, 2u);
 }
 
-TEST(ForceShading, WhereItRestsItStays) {
+TEST(ForceShading, AtRestItStays) {
   for (std::uint64_t seed = 0; seed < 40; ++seed) {
     SCOPED_TRACE(testing::Message() << "seed " << seed);
     std::mt19937_64 random(seed);

@@ -10,7 +10,7 @@
 namespace filiform {
 namespace {
 
-// 0 - 1 - 2 with a fork at 2: 3 - 4 upwards, 20 um more; 5 downwards, 5 um more. 6 is apart.
+// 0 - 1 - 2 with a fork at 2: 3 - 4 upwards, 20 um more; 5 downwards, 5 um more. 6 is a tree of its own.
 Cell fork() {
   Cell cell;
   cell.source = "fork.swc";
@@ -37,7 +37,7 @@ TEST_F(Walks, StepsFromForkToForkAndBack) {
   const auto from = walk_->at(0);
   EXPECT_EQ(walk_->child(from), 1u);
   EXPECT_EQ(walk_->nextBranch(from), 2u);
-  // The longer branch first, then the other, then round again.
+  // The longer branch first, then the other, then the first again.
   EXPECT_EQ(walk_->nextBranch(walk_->at(2), 0), 4u);
   EXPECT_EQ(walk_->nextBranch(walk_->at(2), 1), 5u);
   EXPECT_EQ(walk_->nextBranch(walk_->at(2), 2), 4u);
@@ -62,7 +62,7 @@ TEST_F(Walks, BetweenSamplesTheEndsAreNext) {
 }
 
 TEST_F(Walks, TipsComeNearestFirstAndOfItsOwnTreeOnly) {
-  EXPECT_EQ(walk_->tips(walk_->at(2), 9), (std::vector<std::uint32_t>{5, 0, 4}));  // the last two: both 20 um
+  EXPECT_EQ(walk_->tips(walk_->at(2), 9), (std::vector<std::uint32_t>{5, 0, 4}));  // 0 and 4 are both 20 um away
   EXPECT_EQ(walk_->tips(walk_->at(2), 1), (std::vector<std::uint32_t>{5}));
   EXPECT_EQ(walk_->tips(walk_->at(5), 9), (std::vector<std::uint32_t>{0, 4}));  // not itself
   EXPECT_EQ(walk_->farthestTip(walk_->at(0)), 4u);
@@ -154,7 +154,7 @@ TEST(CellQueries, TheVeryNameComesFirst) {
   EXPECT_EQ(names("cell_1", 1), (std::vector<std::string>{"cell_1"}));
   EXPECT_EQ(names("", 9).size(), 4u);
   EXPECT_TRUE(names("zebra", 9).empty());
-  EXPECT_EQ(names("other.swc", 9), (std::vector<std::string>{"other"})) << "sources, where no name has it";
+  EXPECT_EQ(names("other.swc", 9), (std::vector<std::string>{"other"})) << "sources count if no name matches";
   const CellMatches matches = matchCells(*store, "CELL", false, 2);
   EXPECT_EQ(matches.count, 3u);
   EXPECT_EQ(matches.cells.size(), 2u);

@@ -13,7 +13,7 @@ namespace {
 
 using test::storeOf;
 
-// Straight threads of 4 um segments along x, `apart` um from each other in y and z.
+// Straight neurites of 4 um segments along x, `apart` um from each other in y and z.
 std::vector<Cell> bundle(int across, double apart_um) {
   std::vector<Cell> cells;
   for (int i = 0; i < across; ++i)
@@ -27,12 +27,12 @@ std::vector<Cell> bundle(int across, double apart_um) {
   return cells;
 }
 
-TEST(Confusion, OneThreadIsNeverTakenForAnother) {
-  const auto store = storeOf({test::longThread(2000, 1.0)});
+TEST(Confusion, OneNeuriteIsNeverTakenForAnother) {
+  const auto store = storeOf({test::longNeurite(2000, 1.0)});
   const Nearest nearest(*store);
   const Confusion confusion(*store, nearest);
   EXPECT_EQ(confusion.places(), 400u);
-  // A straight thread: however large the tremor, what is nearest lies within its length along the thread.
+  // A straight neurite: however large the tremor, the nearest segment lies within its length along the neurite.
   const auto straight = storeOf(bundle(1, 1));
   const Nearest nearest_straight(*straight);
   const Confusion of_straight(*straight, nearest_straight);
@@ -45,8 +45,9 @@ TEST(Confusion, OfABundleFollowsFromItsSpacing) {
     const auto store = storeOf(bundle(7, apart_um));
     const Nearest nearest(*store);
     const Confusion confusion(*store, nearest);
-    // In an endless square bundle a place is confused if its tremor exceeds half the spacing in y or z: for 5 % by a
-    // normal deviate, at 2.24 deviations. At the bundle's rim there are fewer neighbours.
+    // In an infinite square bundle, a place is confused if its tremor exceeds half the spacing in y or z. For a normal
+    // deviate, 5 % are confused if half the spacing is 2.24 standard deviations. At the bundle's border there are fewer
+    // neighbours.
     const double tremor_um = 0.5 * apart_um / 2.24, zoom_um = tremor_um * 0.12 / 0.0005;
     const double found_um = confusion.largestZoom();
     EXPECT_GT(found_um, 0.8 * zoom_um) << apart_um;
@@ -74,7 +75,7 @@ TEST(Confusion, IsTheSameForASeedAndDoesNotDependOnTheTiling) {
   }
 }
 
-TEST(Confusion, OfNothingIsNone) {
+TEST(Confusion, OfAnEmptySetIsZero) {
   const auto store = storeOf({});
   const Nearest nearest(*store);
   const Confusion confusion(*store, nearest);

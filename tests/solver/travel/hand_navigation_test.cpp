@@ -20,7 +20,7 @@ namespace {
 constexpr double kStep_s = 0.001;
 constexpr int kTicks = 1500;
 
-// The hand on a wide curve, so that the proxy passes through many tiles.
+// The hand moves on a wide curve, so that the proxy passes through many tiles.
 DeviceState stateAt(int tick) {
   DeviceState state;
   state.status = DeviceStatus::ready;
@@ -30,7 +30,7 @@ DeviceState stateAt(int tick) {
   return state;
 }
 
-// A hand on the place next to the origin, with a device of that name and tiles of that kind.
+// A hand at the place nearest to the origin, with a device of this name and tiles of this kind.
 struct Hand {
   Hand(const TileStore& store, TileKind kind, const std::string& name = "null", const std::string& record = {})
       : device({.name = name}),
@@ -74,7 +74,7 @@ TEST(HandNavigation, LoadedOnDemandTheTicksAreThoseOfTheWholeGraph) {
   EXPECT_EQ(replay.travel.stalls(), resident.travel.stalls());
 }
 
-// A recording of frontiers, repeated with all tiles in memory, or loaded when they are needed.
+// A recording with frontiers, replayed with all tiles in memory, or with tiles loaded when they are needed.
 TEST(HandNavigation, AReplayMeetsTheTilesAbsentThatTheRecordedTickMetAbsent) {
   const test::TempFolder folder;
   const auto store = smallTiles();

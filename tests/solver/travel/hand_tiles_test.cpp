@@ -21,7 +21,7 @@ std::uint64_t bytesOf(const TileStore& store, const std::vector<TileId>& tiles) 
   return bytes;
 }
 
-// Some tiles besides the long-segment tile, which is always there.
+// Some tiles other than the long-segment tile, which is always in memory.
 std::vector<TileId> someTiles(const TileStore& store, std::size_t count) {
   std::vector<TileId> tiles;
   for (TileId tile = 0; tiles.size() < count; ++tile)
@@ -71,7 +71,7 @@ TEST(HandTiles, AReplayKeepsItsBudget) {
   EXPECT_LE(source.use().peak_bytes, options.budget_bytes);
 }
 
-TEST(HandTiles, WhatIsHiddenIsAbsentUntilItIsShown) {
+TEST(HandTiles, HiddenTilesAreAbsentUntilShown) {
   const auto store = twoCells();
   for (const TileKind kind : {TileKind::held, TileKind::replay}) {
     HandTiles source(*store, kind, {});

@@ -11,7 +11,7 @@
 namespace filiform {
 namespace {
 
-// A thread along x of segments of 1 um with a side branch at every tenth node, from x = 0 to 40.
+// A neurite along x with segments of 1 um, and a side branch at every tenth node, from x = 0 to 40.
 struct Comb {
   test::TestGraphBuilder build;
   std::vector<std::uint32_t> spine;
@@ -68,7 +68,7 @@ TEST_P(Junctions, TheForkAheadIsPreferred) {
   ASSERT_TRUE(ahead.junction);
   EXPECT_NEAR(ahead.junction->p_W.x(), 10, 1e-9);
   EXPECT_NEAR(ahead.junction->distance_um, 8, 1e-9);
-  const JunctionSearch behind = findJunction(graph(), at(35), {1, 0, 0}, 100, 3);  // ahead is only the end
+  const JunctionSearch behind = findJunction(graph(), at(35), {1, 0, 0}, 100, 3);  // ahead there is only the tip
   ASSERT_TRUE(behind.junction);
   EXPECT_NEAR(behind.junction->p_W.x(), 30, 1e-9);
 }

@@ -28,7 +28,7 @@ CellGraph graphOf(const Cell& cell) {
   return graph;
 }
 
-// 1-2-3-4, a twig 5 at 3, a tree of its own 6-7, and a lone sample 8.
+// 1-2-3-4, a twig 5 at 3, a separate tree 6-7, and an isolated sample 8.
 CellGraph fork() {
   CellGraph graph;
   graph.sample_ids = {1, 2, 3, 4, 5, 6, 7, 8};
@@ -87,7 +87,7 @@ TEST(PlanRoute, RepeatedIdsMeanTheJoinedPairOfLowestRanks) {
   EXPECT_EQ(ranks(planRoute(graph, kCell, "1:2")), (Ranks{5, 6}));
 }
 
-TEST(PlanRoute, RefusesWhatIsNoRoute) {
+TEST(PlanRoute, RefusesUnknownRoutes) {
   for (const char* spec : {"",           "1",      "1:",      ":4",      "1:x",
                            "1:4:5",      "99:4",   "1:99",    "1:7",     "1:8",
                            "1:1",        "8:8",    "random",  "random:", "random:-1",
@@ -192,7 +192,8 @@ TEST(Route, ProgressAgreesWithWalkingTheTree) {
     const Route route(4, kGrid, graph.positions, graph.parents, first, last);
     ASSERT_EQ(route.points().front().rank, first);
     ASSERT_EQ(route.points().back().rank, last);
-    // Spread from all points of the route at once: each sample learns the point that it hangs from.
+    // Spreads from all points of the route at once: each sample learns the point from which its branch leaves the
+    // route.
     std::vector<double> arc_um(samples, -1);
     std::vector<std::vector<std::uint32_t>> neighbours(samples);
     for (std::uint32_t rank = 0; rank < samples; ++rank) {

@@ -24,11 +24,11 @@ using test::record;
 using test::Recorded;
 using test::shortRun;
 using test::storeOf;
-using test::thread;
+using test::straightNeurite;
 
 TEST(Run, AnInterruptedRunLeavesAnOlderRecording) {
   const test::TempFolder folder;
-  const auto store = thread(2000);
+  const auto store = straightNeurite(2000);
   test::writeBytes(folder.file("a.rec"), "old");
   std::atomic<bool> stop{false};
   std::string kept;
@@ -63,7 +63,7 @@ TEST(Run, ReplayOfItsRecordingIsTheSameRun) {
   EXPECT_TRUE(replayed.summary.notes.empty());
 }
 
-// Replays the recording in `file` as `options` were run, but for the time that they kept.
+// Replays the recording in `file` with `options`, without their time limit.
 Recorded replay(const TileStore& store, RunOptions options, const std::string& file) {
   options.record.clear();
   options.device = "replay:" + file;
@@ -97,7 +97,7 @@ TEST(Run, ATourGoesOnUntilItsTimeIsOver) {
   EXPECT_GT(s.reached_um, 0);
   EXPECT_LE(s.reached_um, s.route_um);
   EXPECT_TRUE(s.notes.empty());
-  // Whatever the budget, as long as what a tick reads fits: the same to a bit.
+  // The same, bit for bit, whatever the budget, if the tiles of a tick fit it.
   options.in_memory = false;
   options.budget_bytes = 4 * Residency::floorBytes(*store);
   const Recorded floor = record(*store, options);
@@ -136,7 +136,7 @@ TEST(Run, ATourInRealTimeJumps) {
   }
 }
 
-// Frontiers and jumps depend on when tiles come; the recording says when they did.
+// Frontiers and jumps depend on the times at which tiles come; the recording stores them.
 TEST(Run, ReplayOfLateTilesAndJumpsIsTheSameRunWhateverTimeItWasRecordedIn) {
   const test::TempFolder folder;
   const auto store = column();
@@ -183,7 +183,7 @@ TEST(Run, ReplayOfLateTilesAndJumpsIsTheSameRunWhateverTimeItWasRecordedIn) {
     in_memory.in_memory = true;
     in_memory.budget_bytes.reset();
     EXPECT_EQ(replay(*store, in_memory, file).rows, live.rows);
-    // Without the time that was asked for it ends with the recording.
+    // Without a time limit, the run ends with the recording.
     options.seconds.reset();
     EXPECT_EQ(replay(*store, options, file).rows.size(), live.rows.size());
   }
@@ -202,13 +202,13 @@ TEST(Run, ATourIsNotReplayedInRealTime) {
   EXPECT_THROW(record(*store, options), UsageError);
 }
 
-TEST(Run, ATourPassesOnWhatItsPlannerThrows) {
+TEST(Run, ExceptionsOfTheTourPlannerPropagate) {
   const auto store = column();
   test::CountingStore failing(*store);
   RunOptions options = shortTour();
   options.solver = SolverParameters{};
   options.realtime = true;
-  // A tile that a later leg's cell is read from, and the first leg's is not. The planner is a few legs ahead.
+  // A tile from which a later leg's cell is read, but not the first leg's. The planner is a few legs ahead.
   Tour tour(*store, 5);
   const std::vector<TileId> kept = store->loadCellDetail(tour.next().cell()).tiles;
   TileId lost = kNoTile;

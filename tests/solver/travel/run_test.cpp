@@ -33,7 +33,7 @@ using test::record;
 using test::Recorded;
 using test::shortRun;
 using test::storeOf;
-using test::thread;
+using test::straightNeurite;
 
 TEST(Run, BudgetDoesNotChangeABit) {
   const auto store = column();
@@ -83,7 +83,7 @@ TEST(Run, LatencyChangesNothingBeforeTheFirstFrontier) {
     EXPECT_EQ(late.summary.frontiers,
               static_cast<std::uint64_t>(std::count(late.frontier.begin(), late.frontier.end(), true)));
     if (prefetch == PrefetchPolicy::none) {
-      EXPECT_GT(late.summary.frontiers, 39u);  // a tile that is met absent is waited for
+      EXPECT_GT(late.summary.frontiers, 39u);  // the proxy waits for each absent tile
     }
     if (late.summary.frontiers == 0) {
       EXPECT_EQ(late.rows, whole.rows);
@@ -93,8 +93,8 @@ TEST(Run, LatencyChangesNothingBeforeTheFirstFrontier) {
   }
 }
 
-TEST(Run, CompletesAStraightThread) {
-  const auto store = thread();
+TEST(Run, CompletesAStraightNeurite) {
+  const auto store = straightNeurite();
   for (const char* device : {"sim:loose", "sim:medium", "sim:firm"}) {
     RunOptions options;
     options.device = device;
@@ -120,7 +120,7 @@ TEST(Run, CompletesAStraightThread) {
 }
 
 TEST(Run, FollowsTheSeed) {
-  const auto store = thread();
+  const auto store = straightNeurite();
   RunOptions options;
   options.in_memory = true;
   options.seconds = 0.5;
@@ -131,7 +131,7 @@ TEST(Run, FollowsTheSeed) {
 }
 
 TEST(Run, StopsWhenTimeIsOver) {
-  const auto store = thread(2000);
+  const auto store = straightNeurite(2000);
   RunOptions options;
   options.in_memory = true;
   options.seconds = 0.25;
@@ -148,10 +148,10 @@ TEST(Run, SaysHowItEnded) {
   EXPECT_STREQ(toString(RunOutcome::time_over), "time_over");
   EXPECT_STREQ(toString(RunOutcome::interrupted), "interrupted");
 
-  const auto store = thread(2000);
+  const auto store = straightNeurite(2000);
   RunOptions options;
   options.in_memory = true;
-  options.person.speed_m_s = 1e-6;  // no progress to speak of
+  options.person.speed_m_s = 1e-6;  // practically no progress
   options.person.stuck_after_s = options.person.hold_s = options.person.back_off_s = 0.02;
   options.person.push_most_m = 1e-6;
   options.person.tries = 1;
@@ -180,7 +180,7 @@ TEST(Run, SaysHowItEnded) {
 TEST(Run, AFaultOfTheDeviceLeavesTheLastTicks) {
   const test::TempFolder folder;
   const auto store = column();
-  // A recording that ends in a fault stands for a device that is lost.
+  // A recording that ends in a fault behaves like a device that is lost.
   class Dying : public NullDevice {
    public:
     DeviceState exchange(const Wrench& wrench) noexcept override {
@@ -213,7 +213,7 @@ TEST(Run, AFaultOfTheDeviceLeavesTheLastTicks) {
 
 TEST(Run, WhileTheSourceFailsTheHandIsSentNoForce) {
   const test::TempFolder folder;
-  const auto store = thread();
+  const auto store = straightNeurite();
   test::CountingStore failing(*store);
   const TileId lost = store->leaves().home(store->grid().snap({60, 0, 0}));
   RunOptions options;
@@ -223,7 +223,7 @@ TEST(Run, WhileTheSourceFailsTheHandIsSentNoForce) {
   options.record = folder.file("r.rec");
   std::vector<double> computed_N;
   const RunSummary summary = run(failing, options, [&](const TickRow& row) {
-    if (row.tick == 0) failing.failLoads(lost);  // the route has been planned by then
+    if (row.tick == 0) failing.failLoads(lost);  // after the route was planned
     computed_N.push_back(row.force_N.norm());
   });
   EXPECT_GT(summary.frontiers, 100u);
@@ -237,18 +237,18 @@ TEST(Run, WhileTheSourceFailsTheHandIsSentNoForce) {
     if (internal::readExchange(std::string_view(bytes).substr(at), sent_N.size(), exchange))
       sent_N.push_back(exchange.wrench.force_N.norm());
   ASSERT_GT(sent_N.size(), 2500u);
-  // It pulled before, and pulls where it rests, but the device does not hear of that.
+  // Navigation computed a force before and while the proxy rested, but the device was not sent it.
   EXPECT_GT(*std::max_element(sent_N.begin(), sent_N.begin() + 1000), 0.01);
   EXPECT_GT(computed_N.back(), 0.05);
-  // Whenever the tile is tried again, the force may begin to grow for the time that takes.
+  // Whenever the tile is tried again, the force may begin to grow until the read fails.
   EXPECT_GT(std::count(sent_N.begin() + 2000, sent_N.begin() + 2500, 0.0), 400);
   for (std::size_t i = 2000; i < 2500; ++i) EXPECT_LT(sent_N[i], 0.5 * computed_N[i]);
 }
 
-// A device that paces the loop at 500 Hz, while 1 kHz is asked for: ramp, time and integral go by its clock.
+// A device that paces the loop at 500 Hz, while 1 kHz is requested: ramp, time and integral use the device's clock.
 TEST(Run, TimeGoesByTheDevicesClock) {
   const test::TempFolder folder;
-  const auto store = thread();
+  const auto store = straightNeurite();
   RunOptions options;
   options.in_memory = true;
   options.realtime = true;
@@ -275,7 +275,7 @@ TEST(Run, TimeGoesByTheDevicesClock) {
   }
   EXPECT_NEAR(summary.force_integral_Ns, 0.75, 0.01);
 
-  // The recording has these times.
+  // The recording stores these times.
   RunOptions again = options;
   again.make_device = nullptr;
   again.realtime = false;
@@ -287,7 +287,7 @@ TEST(Run, TimeGoesByTheDevicesClock) {
 }
 
 TEST(Run, AtTheEndTheForceFades) {
-  const auto store = thread();
+  const auto store = straightNeurite();
   class Watching : public test::PacedDevice {
    public:
     explicit Watching(std::vector<double>& sent_N) : PacedDevice(0.001, {0, 0.005, 0}), sent_N_(sent_N) {}
@@ -312,12 +312,12 @@ TEST(Run, AtTheEndTheForceFades) {
   ASSERT_GT(sent_N.size(), 700u);
   EXPECT_NEAR(sent_N[695], 1, 1e-6);
   EXPECT_NEAR(sent_N[705], 0.9, 0.05);
-  // The loop's own end may come meanwhile, by the wall's clock: then it fades faster, but never steps up.
+  // Meanwhile the loop itself may end, by the wall clock: then the force fades faster, but never steps up.
   for (std::size_t i = 701; i + 1 < sent_N.size(); ++i) EXPECT_LE(sent_N[i + 1], sent_N[i]);
 }
 
 TEST(Run, HardwareGetsTheStiffnessThatItCanRender) {
-  const auto store = thread();
+  const auto store = straightNeurite();
   for (const bool told : {false, true}) {
     RunOptions options;
     options.in_memory = true;
@@ -335,11 +335,11 @@ TEST(Run, HardwareGetsTheStiffnessThatItCanRender) {
 }
 
 TEST(Run, SaysWhenTheStiffnessIsOutsideTheBound) {
-  const auto store = thread();
+  const auto store = straightNeurite();
   RunOptions options;
   options.in_memory = true;
   options.seconds = 0.01;
-  options.stiffness_N_m = 4000;  // medium: b 5.5, T 1 ms, one sample of delay: 3667
+  options.stiffness_N_m = 4000;  // bound of the medium hand (b 5.5, T 1 ms, one sample of delay): 3667
   const RunSummary summary = run(*store, options);
   ASSERT_EQ(summary.notes.size(), 1u);
   EXPECT_NE(summary.notes[0].find("3667"), std::string::npos) << summary.notes[0];
@@ -361,20 +361,20 @@ TEST(Run, RealTimeTicksAndCountsMissedDeadlines) {
   }
 }
 
-TEST(Run, DamagedTileIsNeverARun) {
+TEST(Run, ADamagedTileEndsTheRun) {
   const auto store = column();
   test::CountingStore damaged(*store);
   RunOptions options = shortRun();
-  options.solver = SolverParameters{};  // else the automatic ones would read the tile first
+  options.solver = SolverParameters{};  // automatic parameters would read the tile first
   const Recorded sound = record(damaged, options);
-  // Fails from its second load on: the first is that of the route's planning.
+  // Fails from its second load on: the first load belongs to the planning of the route.
   const TileId start = damaged.loads().back();
   test::CountingStore failing(*store);
   failing.failLoads(start);
   EXPECT_THROW(run(failing, options), CorruptTile);
 }
 
-TEST(Run, PassesOnWhatOnTickThrows) {
+TEST(Run, ExceptionsOfOnTickPropagate) {
   const auto store = column();
   for (const bool realtime : {false, true}) {
     RunOptions options = shortRun();
@@ -384,7 +384,7 @@ TEST(Run, PassesOnWhatOnTickThrows) {
 }
 
 TEST(Run, RefusesWhatMakesNoSense) {
-  const auto store = thread();
+  const auto store = straightNeurite();
   const auto refuses = [&](auto change) {
     RunOptions options;
     change(options);

@@ -51,7 +51,7 @@ TEST_F(Sessions, AJumpPutsThePlaceUnderTheHandAndThePointerPulls) {
   session.point(Pointing::at(session.now().p_D + Vector3d(0.02, 0, 0)));
   session.advance(1000);
   session.update();
-  EXPECT_GT(session.now().force_N.norm(), 0.05);  // the proxy is held by its thread
+  EXPECT_GT(session.now().force_N.norm(), 0.05);  // the neurite holds the proxy
   EXPECT_LT(session.now().force_N.norm(), 8.001);
   std::vector<float> forces;
   session.takeForces(forces);
@@ -87,7 +87,7 @@ TEST_F(Sessions, TimeGoesByTheDevicesClock) {
   EXPECT_NEAR(pulled[260], pulled[300], 1e-3);
 }
 
-// Pushed on and on the hand stays in the box of its device: the world goes under it.
+// While it is pushed, the hand stays in the box of its device: the world moves under it.
 TEST_F(Sessions, APushedHandDoesNotLeaveItsDevice) {
   Session session(*store_, {.zoom_um = 20, .stiffness_N_m = {}, .in_memory = true});
   const ProxyPlace place = near({10, 20, 30});
@@ -103,7 +103,7 @@ TEST_F(Sessions, APushedHandDoesNotLeaveItsDevice) {
     session.advance(50);
     farthest_m = std::max(farthest_m, session.update().h_D.cwiseAbs().maxCoeff());
   }
-  EXPECT_LT(farthest_m, 0.07);  // it swings over its aim at the rim, 0.06
+  EXPECT_LT(farthest_m, 0.07);  // it overshoots its target at the edge, 0.06
   EXPECT_GT(farthest_m, 0.05);
   EXPECT_GT(session.now().centre_W.x() - begin_W.x(), 20);
 }
@@ -193,7 +193,7 @@ TEST_F(Sessions, ARecordingThatDoesNotFitIsRefused) {
   EXPECT_THROW(Session(*store_, {.device = "replay:" + folder / "b.rec", .in_memory = true}), InputError);
 }
 
-TEST_F(Sessions, CommandsWhoseNumbersAreNoneAreRefused) {
+TEST_F(Sessions, CommandsWithNumbersOutOfRangeAreRefused) {
   const test::TempFolder folder;
   {
     Session session(*store_, {.in_memory = true, .budget_bytes = {}, .record = folder / "a.rec"});
@@ -210,7 +210,7 @@ TEST_F(Sessions, CommandsWhoseNumbersAreNoneAreRefused) {
   }
 }
 
-// Threads, tiles from the disk, and a replay of it.
+// With threads and tiles from the disk, and a replay of the recording.
 TEST_F(Sessions, InRealTimeAJumpWaitsForItsTile) {
   const test::TempFolder folder;
   CellList stream(test::randomColumn(11, 4, 400, 200));
@@ -246,8 +246,8 @@ TEST_F(Sessions, InRealTimeAJumpWaitsForItsTile) {
   EXPECT_EQ(replay.now().centre_W, last.centre_W);
 }
 
-// A tile that fails its checksum while the scene is open.
-TEST_F(Sessions, ADamagedTileIsSaidAndTheTravelGoesOn) {
+// A tile fails its checksum while the scene is open.
+TEST_F(Sessions, ADamagedTileIsReportedAndTheTravelContinues) {
   test::CountingStore damaged(*store_);
   const ProxyPlace here = near({20, -30, 0});
   ProxyPlace there;

@@ -17,7 +17,7 @@ namespace {
 
 using test::kDt_s;
 
-// A thread of `n` segments of 10 um with a right angle at every node.
+// A neurite of `n` segments of 10 um with a right angle at every node.
 Route staircase(std::uint32_t n = 20) {
   std::vector<GridPoint> positions;
   std::vector<std::uint32_t> parents;
@@ -62,8 +62,8 @@ TEST(SimulatedPerson, LeadsAWillingProxyToTheTip) {
     for (; person.status() != PersonStatus::arrived && ticks < 100000; ++ticks) {
       const ProxyPlace place = placeAt(route, arc_um);
       const Vector3d aim_W = workspace.toWorld(person.target_D(place, workspace, kDt_s));
-      workspace.follow(place.p_W, kDt_s);
-      // A proxy that steps along the route as long as that brings it nearer to the aim.
+      workspace.drift(place.p_W, kDt_s);
+      // A proxy that steps along the route while that brings it nearer to the aim.
       for (int i = 0; i < 20 && arc_um < route.length_um(); ++i) {
         const double next_um = std::min(arc_um + 0.05, route.length_um());
         if ((route.pointAt(next_um) - aim_W).norm() > (route.pointAt(arc_um) - aim_W).norm()) break;
@@ -90,7 +90,7 @@ TEST(SimulatedPerson, PushesBacksOffAndGivesUpWhenTheProxyStays) {
   bool pushed = false, backed_off = false;
   while (person.status() != PersonStatus::gave_up && time_s < 120) {
     const Vector3d target_D = person.target_D(place, workspace, kDt_s);
-    EXPECT_LT((target_D - last_D).norm(), 0.0002);  // the aim is led, never thrown
+    EXPECT_LT((target_D - last_D).norm(), 0.0002);  // the aim moves continuously
     last_D = target_D;
     furthest_m = std::max(furthest_m, (target_D - proxy_D).norm());
     pushed |= person.status() == PersonStatus::pushing;
@@ -141,7 +141,7 @@ TEST(SimulatedPerson, TremorHasItsSizeAndCorrelationTime) {
   const ProxyPlace place = placeAt(route, 0);
   std::vector<Vector3d> tremor;
   for (int tick = 0; tick < 400000; ++tick) {
-    // The same decisions with and without: what differs is the tremor.
+    // The decisions are the same with and without tremor; only the tremor differs.
     const Vector3d aim_D = person.target_D(place, workspace, kDt_s) - steady.target_D(place, workspace, kDt_s);
     tremor.push_back(aim_D);
   }
@@ -196,8 +196,8 @@ TEST(SimulatedPerson, IsTheSameForASeed) {
     differs |= target_D != c.target_D(place, workspace, kDt_s);
   }
   EXPECT_TRUE(differs);
-  // The first numbers as they are on every machine: mt19937_64 is specified bit for bit, the rest is exact or correctly
-  // rounded.
+  // The first numbers are the same on every machine: mt19937_64 is specified bit for bit, and all other operations are
+  // exact or correctly rounded.
   SimulatedPerson fresh(route, {}, 1);
   std::mt19937_64 random(1);
   double first = -6;

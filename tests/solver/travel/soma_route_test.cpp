@@ -12,7 +12,7 @@
 namespace filiform {
 namespace {
 
-// A soma of three samples whose outer ones are farther from the root than the tips of its two neurites.
+// A three-point soma whose outer samples are farther from the root than the tips of its two neurites.
 Cell stubby() {
   Cell cell;
   test::addSample(cell, {0, 0, 0}, kNoParent, 10, 1);

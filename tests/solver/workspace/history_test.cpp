@@ -14,19 +14,19 @@ ProxyPlace at(double x) {
 
 double x(const std::optional<ProxyPlace>& place) { return place ? place->p_W.x() : -1; }
 
-TEST(NavigationHistory, GoesBackAndForwardToWhereThePersonWas) {
+TEST(NavigationHistory, GoesBackAndForwardToTheUsersPlaces) {
   NavigationHistory history;
   EXPECT_FALSE(history.back(at(0)));
   EXPECT_FALSE(history.forward(at(0)));
   history.jump(ProxyPlace{}, at(1));
-  history.jump(at(2), at(3));            // travelled from 1 to 2, jumped to 3
-  EXPECT_EQ(x(history.back(at(4))), 2);  // travelled on to 4 before going back
+  history.jump(at(2), at(3));            // from 1 the proxy travelled to 2, then jumped to 3
+  EXPECT_EQ(x(history.back(at(4))), 2);  // from 3 it travelled to 4, then went back
   EXPECT_FALSE(history.back(at(2)));
   EXPECT_EQ(x(history.forward(at(2))), 4);
   EXPECT_FALSE(history.forward(at(4)));
 }
 
-TEST(NavigationHistory, AJumpForgetsWhatLayAhead) {
+TEST(NavigationHistory, AJumpDropsThePlacesAhead) {
   NavigationHistory history;
   history.jump(at(0), at(1));
   history.jump(at(1), at(2));

@@ -30,7 +30,7 @@ DeviceState handAt(const Vector3d& p_D, std::uint32_t buttons = 0) {
   return state;
 }
 
-// A column in memory, and a navigation that starts somewhere on its first cell.
+// A column in memory, and a navigation that starts at a place on its first cell.
 struct Scene {
   explicit Scene(const NavigationOptions& options = {}, SolverMethod method = SolverMethod::basic,
                  std::uint32_t capacity = 32)
@@ -156,7 +156,7 @@ TEST(Navigation, FreeModeFollowsTheProbeWithoutForce) {
     EXPECT_EQ(tick.p_W, tick.h_W);
     EXPECT_FALSE(tick.solved);
   }
-  // At the rim the workspace travels with the probe: the person can go anywhere.
+  // At the edge of the box, the workspace moves with the probe: the user can go anywhere.
   const Vector3d before_W = scene.navigation->workspace().centre_W();
   for (int i = 0; i < 500; ++i) scene.navigation->tick(handAt({0.058, 0, 0}), kDt_s);
   EXPECT_GT((scene.navigation->workspace().centre_W() - before_W).x(), 10);
@@ -168,7 +168,7 @@ TEST(Navigation, ButtonsDoWhatTheTableSays) {
   Navigation& navigation = *scene.navigation;
   navigation.tick(handAt(Vector3d::Zero(), 0b0100), kDt_s);  // zoom in
   EXPECT_NEAR(navigation.workspace().zoom_um(), 150, 1e-9);
-  navigation.tick(handAt(Vector3d::Zero(), 0b0100), kDt_s);  // held: once
+  navigation.tick(handAt(Vector3d::Zero(), 0b0100), kDt_s);  // a held button acts once
   EXPECT_NEAR(navigation.workspace().zoom_um(), 150, 1e-9);
   navigation.tick(handAt(Vector3d::Zero(), 0b1000), kDt_s);  // zoom out
   EXPECT_NEAR(navigation.workspace().zoom_um(), 300, 1e-9);
@@ -180,11 +180,11 @@ TEST(Navigation, ButtonsDoWhatTheTableSays) {
   EXPECT_EQ(snapshot.asked_constrain, 0u);
   navigation.tick(handAt(Vector3d::Zero(), 0b0001), kDt_s);
   navigation.fill(snapshot);
-  EXPECT_EQ(snapshot.asked_constrain, 1u);  // the nearest segment is for the commanding thread to find
+  EXPECT_EQ(snapshot.asked_constrain, 1u);  // the commanding thread finds the nearest segment
   EXPECT_EQ(navigation.mode(), NavigationMode::free);
 }
 
-TEST(Navigation, AJumpWhileTheHandIsNowhereMovesNothing) {
+TEST(Navigation, AJumpWithoutAFiniteHandPositionMovesNothing) {
   Scene scene;
   const ProxyPlace before = scene.somewhere(0);
   ASSERT_TRUE(scene.command(Kind::jump, before, {0.01, 0, 0}));
@@ -193,10 +193,12 @@ TEST(Navigation, AJumpWhileTheHandIsNowhereMovesNothing) {
     EXPECT_EQ(scene.navigation->place().p_W, before.p_W);
     EXPECT_LT((scene.navigation->workspace().toDevice(before.p_W) - Vector3d(0.01, 0, 0)).norm(), 1e-9);
   }
-  EXPECT_TRUE(scene.command(Kind::constrain, scene.somewhere(100), {0, kNaN, 0})) << "it does not ask for the hand";
+  EXPECT_TRUE(scene.command(Kind::constrain, scene.somewhere(100), {0, kNaN, 0}))
+      << "constrain does not need the hand's position";
 }
 
-// Jumps within a cell and to another one, free mode and back, by command and by button: each while the hand is pulled.
+// Jumps within a cell and to another cell, and free mode and back, by command and by button. Each while the hand is
+// pulled.
 TEST(Navigation, NoCommandStepsTheForceBeyondTheSlewLimit) {
   for (const SolverMethod method : kSolverMethods) {
     SCOPED_TRACE(toString(method));
@@ -220,10 +222,10 @@ TEST(Navigation, NoCommandStepsTheForceBeyondTheSlewLimit) {
         if (kind == 1) refused += !scene.command(Kind::constrain, place, h_D);
         if (kind == 2) refused += !scene.command(Kind::free);
         if (kind == 3) refused += !scene.command(Kind::constrain, place, h_D);
-        if (kind == 4) buttons = 1;  // toggles to free mode
+        if (kind == 4) buttons = 1;  // switches to free mode
       }
       const NavigationTick& tick = scene.navigation->tick(handAt(h_D, buttons), kDt_s);
-      // What the hand's own step, and the proxy's or the anchor's within the ramp, change the spring by comes on top.
+      // In addition, the spring may change by the hand's own step, and by the step of proxy or anchor during the ramp.
       const double stretched_N = 200 * ((h_D - last_D).norm() + (tick.anchor_D - last_anchor_D).norm());
       const double most_N = (law.max_slew_N_s + law.max_force_N / law.ramp_s) * kDt_s;
       if (since < 60) {
@@ -249,18 +251,18 @@ TEST(Navigation, DriftChangesTheForceByNoMoreThanStated) {
     options.force.max_slew_N_s = 1e9;
     Scene scene(options);
     const ProxyPlace place = scene.somewhere();
-    // The hand at the rim, the proxy at a tip-like rest: the workspace drifts under both.
+    // The hand is at the edge of the box and the proxy rests: the workspace drifts under both.
     ASSERT_TRUE(scene.command(Kind::jump, place, {0.055, 0, 0}));
     Workspace workspace = scene.navigation->workspace();
     const Vector3d before = stiffness * (workspace.toDevice(place.p_W) - Vector3d(0.055, 0, 0));
-    const Vector3d shift = workspace.follow(place.p_W, kDt_s);
+    const Vector3d shift = workspace.drift(place.p_W, kDt_s);
     const Vector3d after = stiffness * (workspace.toDevice(place.p_W) - Vector3d(0.055, 0, 0));
     EXPECT_GT(shift.norm(), 0);
     EXPECT_LE((after - before).norm(), options.drift_force_N_s * kDt_s * (1 + 1e-9));
   }
 }
 
-TEST(Navigation, CommandsThatCannotBeAreRefusedAndCounted) {
+TEST(Navigation, ImpossibleCommandsAreRefusedAndCounted) {
   Scene scene;
   NavigationCommand command;
   command.kind = Kind::jump;
@@ -297,8 +299,7 @@ TEST(Navigation, DeviceThatIsNotReadyGetsNoForceAndTheRampRestarts) {
   EXPECT_GT(forceOf(scene.navigation->tick(handAt(h_D), kDt_s)).norm(), 0);
 }
 
-// A frontier, and what is taken back: ticks with tiles missing, undone, then repeated with the tiles, against ticks
-// that had all tiles.
+// Ticks with missing tiles are undone and repeated with the tiles. They must equal ticks that had all tiles.
 TEST(Navigation, UndoneAndRepeatedTickIsTheTickWithAllTiles) {
   constexpr std::uint64_t kSeed = 5;
   SCOPED_TRACE(kSeed);
@@ -337,7 +338,7 @@ TEST(Navigation, UndoneAndRepeatedTickIsTheTickWithAllTiles) {
       ASSERT_EQ(part.navigation->place().segment, whole.navigation->place().segment);
       ASSERT_EQ(part.navigation->ticks(), whole.navigation->ticks());
       ASSERT_EQ(part.navigation->workspace().centre_W(), whole.navigation->workspace().centre_W());
-      // Now and then the memory is swept, so that frontiers come again.
+      // Tiles are retired now and then, so that frontiers occur again.
       if (i % 300 == 299)
         for (TileId id = 0; id < part.store->tile_count(); ++id)
           if (id != part.navigation->place().tile && id != part.store->long_tile()) part.table.retire(id);
@@ -447,12 +448,12 @@ TEST(Navigation, TellsTheLoaderWhereTheProxyIsAndGoes) {
   EXPECT_NEAR(scene.navigation->focus().v_W.x(), 0.02 * 2500, 1);  // 0.02 m/s at 2500 um a metre
 }
 
-// The proxy of bounded climb jumps; what the hand feels does not.
+// The proxy of bounded climb jumps, but the force does not.
 TEST(Navigation, TheAnchorKeepsTheForceContinuousWhereTheProxyJumps) {
   const auto largest = [](AnchorUse use, double& jump_m) {
     NavigationOptions options;
     options.force.ramp_s = 0;
-    options.force.max_slew_N_s = 1e9;  // the law's own limits are not what is tested
+    options.force.max_slew_N_s = 1e9;  // the limits of the force law are not tested here
     options.force.max_force_N = 1e9;
     options.workspace.drift_speed_m_s = 0;
     options.anchor_use = use;
@@ -469,7 +470,7 @@ TEST(Navigation, TheAnchorKeepsTheForceContinuousWhereTheProxyJumps) {
         jump_m = std::max(jump_m, (tick.p_D - last_p_D).norm());
         step_N = std::max(step_N, (forceOf(tick) - last_N).norm());
         if (use != AnchorUse::never) {
-          // K ((v0 + c_v speed) dt + |dh|), the speed here at most 0.13 m/s.
+          // Bound: K ((v0 + c_v speed) dt + |dh|). The speed is at most 0.13 m/s here.
           EXPECT_LE((forceOf(tick) - last_N).norm(), 200 * ((0.1 + 0.13) * kDt_s + (h_D - last_h_D).norm()));
         }
       }
@@ -489,7 +490,7 @@ TEST(Navigation, TheAnchorKeepsTheForceContinuousWhereTheProxyJumps) {
 TEST(Navigation, TheAnchorStaysWhereItIsInTheDeviceUnderZoomAndRotationAndIsTheProxyAfterAJump) {
   NavigationOptions options;
   options.force.ramp_s = 0;
-  options.anchor.speed_m_s = 0;  // so that it stays behind
+  options.anchor.speed_m_s = 0;  // so that the anchor stays behind
   options.anchor.hand_share = 0;
   Scene scene(options, SolverMethod::climb);
   ASSERT_TRUE(scene.command(Kind::jump, scene.somewhere(30)));
@@ -509,7 +510,7 @@ TEST(Navigation, TheAnchorStaysWhereItIsInTheDeviceUnderZoomAndRotationAndIsTheP
   command.about_x_rad = 0.2;
   ASSERT_TRUE(scene.navigation->apply(command, h_D));
   const NavigationTick after = scene.navigation->tick(handAt(h_D), kDt_s);
-  // Wherever the proxy has gone since: the anchor has not moved in the device.
+  // The anchor has not moved in the device, wherever the proxy has gone.
   EXPECT_LT((after.anchor_D - before.anchor_D).norm(), 1e-9);
   ASSERT_TRUE(scene.command(Kind::jump, scene.somewhere(50), h_D));
   const NavigationTick jumped = scene.navigation->tick(handAt(h_D), kDt_s);
@@ -550,12 +551,12 @@ TEST(Navigation, RatesLeadTheProxyAndRestLeavesIt) {
   double most_um = 0;
   for (int i = 0; i < 3000; ++i) {
     const NavigationTick& tick = scene.navigation->tick(rates({0.05, 0.02 * std::sin(i * 0.01), 0}), kDt_s);
-    ASSERT_EQ(forceOf(tick), Vector3d::Zero()) << "there is no hand to feel it";
+    ASSERT_EQ(forceOf(tick), Vector3d::Zero()) << "no force may be commanded";
     ASSERT_LE((tick.h_D - tick.p_D).norm(), 0.02 + 1e-9);
     p_W = tick.p_W;
     most_um = std::max(most_um, (p_W - start_W).norm());
   }
-  EXPECT_GT(most_um, 10) << "it was led away";
+  EXPECT_GT(most_um, 10) << "the proxy has travelled";
   const Vector3d left_W = scene.navigation->tick(rates(Vector3d::Zero()), kDt_s).p_W;
   for (int i = 0; i < 100; ++i) scene.navigation->tick(rates(Vector3d::Zero()), kDt_s);
   EXPECT_LT((scene.navigation->tick(rates(Vector3d::Zero()), kDt_s).p_W - left_W).norm(), 1e-6);
@@ -580,7 +581,7 @@ TEST(Navigation, TurnsOfTheDeviceRotateAboutTheProxyAndZoom) {
     EXPECT_NEAR(turn.angle(), 0.5, 1e-9);
     EXPECT_NEAR(std::abs(turn.axis().y()), 1, 1e-9);
     EXPECT_NEAR(scene.navigation->workspace().zoom_um(), rate_control ? zoom_um * std::exp(-0.5) : zoom_um, 1e-6)
-        << "a stylus that is rolled does not zoom";
+        << "a rolled stylus does not zoom";
   }
 }
 

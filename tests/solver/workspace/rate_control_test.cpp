@@ -20,7 +20,7 @@ TEST(RateControl, RunsAheadAtTheSpeedThatIsAsked) {
   Vector3d h_D;
   for (int i = 0; i < 10; ++i) {
     h_D = rate.probe(p_D, v_D, kDt_s);
-    rate.followed(p_D);
+    rate.moveProxy(p_D);
   }
   EXPECT_NEAR((h_D - p_D - 10 * kDt_s * v_D).norm(), 0, 1e-15);
 }
@@ -29,8 +29,8 @@ TEST(RateControl, ProxyThatFollowsIsLedAtThatSpeed) {
   RateControl rate;
   Vector3d p_D = Vector3d::Zero();
   for (int i = 0; i < 1000; ++i) {
-    p_D.x() = rate.probe(p_D, {0.1, 0.1, 0}, kDt_s).x();  // a thread along x
-    rate.followed(p_D);
+    p_D.x() = rate.probe(p_D, {0.1, 0.1, 0}, kDt_s).x();  // a neurite along x
+    rate.moveProxy(p_D);
   }
   EXPECT_NEAR(p_D.x(), 0.1, 0.001);
 }
@@ -40,7 +40,7 @@ TEST(RateControl, StaysOnItsLeashAndComesBackAtRest) {
   const Vector3d p_D(0.01, 0, 0);
   for (int i = 0; i < 1000; ++i) {
     const Vector3d h_D = rate.probe(p_D, {0, 0.1, 0}, kDt_s);
-    rate.followed(p_D);
+    rate.moveProxy(p_D);
     ASSERT_LE((h_D - p_D).norm(), 0.02 + 1e-15);
   }
   EXPECT_NEAR((rate.probe(p_D, {0, 0.1, 0}, kDt_s) - p_D).norm(), 0.02, 1e-15);
@@ -55,7 +55,7 @@ TEST(RateControl, AnyRateLeavesTheProbeNearTheProxy) {
       const Vector3d h_D = rate.probe(Vector3d::Zero(), {v, 1, -v}, dt_s);
       ASSERT_TRUE(h_D.allFinite()) << v << " " << dt_s;
       ASSERT_LE(h_D.norm(), 0.02 + 1e-15);
-      rate.followed(Vector3d::Constant(v));
+      rate.moveProxy(Vector3d::Constant(v));
       const double factor = rate.zoomFactor(v, dt_s);
       ASSERT_TRUE(factor >= std::exp(-1) && factor <= std::exp(1)) << v << " " << dt_s;
     }
@@ -66,7 +66,7 @@ TEST(RateControl, TurningTheCapZooms) {
   RateControl rate({.zoom_per_rad = 2});
   double zoom = 1;
   for (int i = 0; i < 1000; ++i) zoom *= rate.zoomFactor(-0.5, kDt_s);
-  EXPECT_NEAR(zoom, std::exp(-1), 1e-9) << "clockwise, closer";
+  EXPECT_NEAR(zoom, std::exp(-1), 1e-9) << "clockwise zooms in";
   EXPECT_THROW(RateControl({.leash_m = 0}), UsageError);
   EXPECT_THROW(RateControl({.zoom_per_rad = std::nan("")}), UsageError);
 }

@@ -83,7 +83,7 @@ TEST(SavedHistory, PlacesSurviveAnotherIngest) {
     saved.save();
   }
   ASSERT_GT(places.size(), 5u);
-  // Another capacity, and another cell before the others: tiles and cell numbers change.
+  // Another tile capacity, and a new first cell: tile ids and cell numbers change.
   std::vector<Cell> more = cells();
   Cell first = test::randomNeuron(77, {.samples = 200});
   first.source = "a.swc";
@@ -185,7 +185,7 @@ TEST(SavedHistory, SaysWhereItCannotWrite) {
   EXPECT_THROW(SavedHistory(*store, folder / "taken.json"), IoError);
 }
 
-// As for every result: a link stays, and the file keeps its permissions.
+// Like every output file: a symbolic link stays, and the file keeps its permissions.
 TEST(SavedHistory, FollowsALinkAndKeepsPermissions) {
   const test::TempFolder folder;
   const auto store = storeOf(cells(), 64);
@@ -200,11 +200,11 @@ TEST(SavedHistory, FollowsALinkAndKeepsPermissions) {
   EXPECT_EQ(fs::status(folder / "real.json").permissions(), fs::perms::owner_read | fs::perms::owner_write);
 }
 
-TEST(NavigationHistory, RestoresWhatItWas) {
+TEST(NavigationHistory, RestoresPlacesAndPosition) {
   const auto store = storeOf(cells(), 64);
   std::vector<ProxyPlace> places;
   for (std::uint32_t i = 0; i < 6; ++i) places.push_back(placeIn(*store, 0, i, 0.5));
-  places.insert(places.begin() + 2, ProxyPlace{});  // no place
+  places.insert(places.begin() + 2, ProxyPlace{});  // invalid
   NavigationHistory history(4);
   history.restore(places, 3);
   EXPECT_LE(history.places().size(), 4u);

@@ -74,11 +74,11 @@ TEST(Workspace, ZoomAndRotationLeaveTheProxyWhereItIsFelt) {
 TEST(Workspace, RotationTurnsTheWorldAsItIsSeen) {
   Workspace workspace(WorkspaceOptions{});
   const Vector3d up_W = workspace.toWorld({0, 0.01, 0});
-  workspace.rotate(M_PI / 2, 0, Vector3d::Zero());  // up comes towards the person
+  workspace.rotate(M_PI / 2, 0, Vector3d::Zero());  // up turns towards the user
   EXPECT_LT((workspace.toDevice(up_W) - Vector3d(0, 0, 0.01)).norm(), 1e-12);
   Workspace other(WorkspaceOptions{});
   const Vector3d right_W = other.toWorld({0.01, 0, 0});
-  other.rotate(0, M_PI / 2, Vector3d::Zero());  // right goes away from the person
+  other.rotate(0, M_PI / 2, Vector3d::Zero());  // right turns away from the user
   EXPECT_LT((other.toDevice(right_W) - Vector3d(0, 0, -0.01)).norm(), 1e-12);
 }
 
@@ -86,7 +86,7 @@ TEST(Workspace, RestsWhileTheProxyIsInTheStaticRegion) {
   Workspace workspace(WorkspaceOptions{});
   const Vector3d p_W = workspace.toWorld({0.0449, -0.0449, 0.0449});
   EXPECT_TRUE(workspace.inStatic({0.0449, -0.0449, 0.0449}));
-  EXPECT_TRUE(workspace.follow(p_W, 1e-3).isZero(0));
+  EXPECT_TRUE(workspace.drift(p_W, 1e-3).isZero(0));
   EXPECT_FALSE(workspace.inStatic({0, 0.0451, 0}));
 }
 
@@ -96,11 +96,11 @@ TEST(Workspace, BringsTheProxyBackIntoTheStaticRegionSmoothly) {
   const double most = workspace.options().drift_speed_m_s * 1e-3;
   Vector3d last = Vector3d::Zero();
   for (int tick = 0; tick < 5000; ++tick) {
-    const Vector3d before = workspace.toDevice(p_W), shift = workspace.follow(p_W, 1e-3);
+    const Vector3d before = workspace.toDevice(p_W), shift = workspace.drift(p_W, 1e-3);
     ASSERT_LE(shift.norm(), most * (1 + 1e-9));
     ASSERT_LT((workspace.toDevice(p_W) - (before - shift)).norm(), 1e-12);
     if (tick > 0) {
-      ASSERT_LT((shift - last).norm(), 0.02 * most);  // no jerk: the speed follows the depth
+      ASSERT_LT((shift - last).norm(), 0.02 * most);  // no jerk: the speed depends on the depth
     }
     last = shift;
   }
@@ -123,7 +123,7 @@ TEST(Workspace, NeverDriftsFasterThanStatedNorPastTheBorder) {
     workspace.place(p_W, p_D);
     if (random() % 3 == 0) workspace.startCentring();
     const bool centring = workspace.centring();
-    const Vector3d shift = workspace.follow(p_W, dt);
+    const Vector3d shift = workspace.drift(p_W, dt);
     ASSERT_LE(shift.norm(), options.drift_speed_m_s * dt * (1 + 1e-12));
     const Vector3d after = workspace.toDevice(p_W);
     for (int axis = 0; axis < 3; ++axis) {
@@ -140,14 +140,14 @@ TEST(Workspace, CentringBringsTheProxyToTheCentreAndEnds) {
   workspace.startCentring();
   int ticks = 0;
   while (workspace.centring() && ticks < 10000) {
-    workspace.follow(p_W, 1e-3);
+    workspace.drift(p_W, 1e-3);
     ++ticks;
   }
   EXPECT_LT(workspace.toDevice(p_W).norm(), 1e-15);
   EXPECT_NEAR(ticks, 0.0374166 / 0.1 * 1000, 3);
 }
 
-TEST(Workspace, NothingMovesItThatIsNotFinite) {
+TEST(Workspace, ArgumentsThatAreNotFiniteMoveNothing) {
   Workspace workspace(WorkspaceOptions{});
   const Vector3d p_D = workspace.toDevice({10, 20, 30});
   for (const double bad : {kNaN, kInfinity, -kInfinity}) {
@@ -157,8 +157,8 @@ TEST(Workspace, NothingMovesItThatIsNotFinite) {
     workspace.setZoom(10, {bad, 0, 0});
     workspace.rotate(bad, 0, Vector3d::Zero());
     workspace.rotate(0, 1, {0, 0, bad});
-    EXPECT_TRUE(workspace.follow({bad, 0, 0}, 1e-3).isZero(0));
-    EXPECT_TRUE(workspace.follow({1e9, 0, 0}, bad > 0 ? -bad : bad).isZero(0));
+    EXPECT_TRUE(workspace.drift({bad, 0, 0}, 1e-3).isZero(0));
+    EXPECT_TRUE(workspace.drift({1e9, 0, 0}, bad > 0 ? -bad : bad).isZero(0));
   }
   workspace.setZoom(0, Vector3d::Zero());
   workspace.setZoom(-5, Vector3d::Zero());
