@@ -1,4 +1,4 @@
-// The figures of solver/FORCES.md and their bounds. Prints the table as it stands there.
+// The figures of "Forces on routes" in solver/RESULTS.md, and their bounds. Prints the table as it stands there.
 #include "index/build/memory_tiles.h"
 #include "solver/travel/run.h"
 #include "tests/support/random_cells.h"
