@@ -20,7 +20,7 @@ void check(const TileStore& store, const RunOptions& options) {
   if (!(options.latency_ms >= 0 && std::isfinite(options.latency_ms)))
     throw UsageError("the latency must be finite and >= 0 ms");
   if (options.realtime && options.latency_ms > 0)
-    throw UsageError("a latency belongs to virtual time; in real time the disk has its own: leave one of the two out");
+    throw UsageError("a latency can be set in virtual time only: leave out the latency or --realtime");
   if (options.cell && *options.cell >= store.cell_count())
     throw UsageError("the set has no cell number " + std::to_string(*options.cell));
 }
