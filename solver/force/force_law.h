@@ -84,12 +84,12 @@ class ForceLaw {
 };
 
 // The largest stiffness K (N/m) at which the rendering is passive: a spring with a damper B, a period T and a delay of
-// d samples, against a viscous damping b of device and hand. K = (b - |B|) / (T/2 + d T); 0 if b <= |B|. Requires T >
+// d periods, against a viscous damping b of device and hand. K = (b - |B|) / (T/2 + d T); 0 if b <= |B|. Requires T >
 // 0.
 //
 // Sources: Colgate and Schenkel, "Passivity of a class of sampled-data systems: application to haptic interfaces",
 // American Control Conference 1994: without delay, the rendering is passive if and only if b > K T/2 + |B|. With a
-// delay of d samples, their criterion gives b > K (T/2 + d T) + |B| as a sufficient condition, exact for d = 0 or B =
+// delay of d periods, their criterion gives b > K (T/2 + d T) + |B| as a sufficient condition, exact for d = 0 or B =
 // 0. Gil, Sanchez, Hulin, Preusche and Hirzinger, "Stability boundary for haptic rendering: influence of damping and
 // delay", Journal of Computing and Information Science in Engineering 9(1), 2009: against a linear hand, stability ends
 // at K = (b + B) / (T/2 + d T) for small B. So virtual damping helps stability and costs passivity; the bound here is

@@ -26,7 +26,7 @@ PassivityController::PassivityController(const PassivityOptions& options) : opti
   require(isNotNegative(options.max_damping_Ns_m), "passivity damping (N s/m)", options.max_damping_Ns_m, ">= 0");
   if (options.delay_samples < 0 || options.delay_samples > PassivityOptions::kMaxDelay)
     throw UsageError("the delay for passivity is " + std::to_string(options.delay_samples) +
-                     " samples; it must be between 0 and " + std::to_string(PassivityOptions::kMaxDelay));
+                     " periods; it must be between 0 and " + std::to_string(PassivityOptions::kMaxDelay));
   sent_N_.fill(Vector3d::Zero());
 }
 

@@ -14,10 +14,10 @@
 // If E < 0 and the controller is on, it does two things.
 // 1. It damps: f -= a v with a = min(max_damping, -E / (dt v^2)), the damping that removes the deficit within a period.
 // 2. It weakens: f *= w, with w at most 1 + E / energy_J, so no force is left at E = -energy_J. This rule alone holds
-//    if the damping reaches its cap, or if the hand reverses faster than the delay lets damping act. w falls at once
-//    and rises by at most recovery_1_s. If w followed E in both directions, the force would stiffen by F^2 / energy_J
-//    and vibrate by itself. With slow recovery the force is weaker on the way back than on the way out, and dissipates
-//    energy.
+//    if the damping reaches its cap, or if the hand reverses faster than the delay lets damping act. The factor w falls
+//    at once and rises by at most recovery_1_s. If w followed E in both directions, the force would stiffen by F^2 /
+//    energy_J and vibrate by itself. With slow recovery the force is weaker on the way back than on the way out, and
+//    dissipates energy.
 //
 // Invariant, with the controller on and forces of at most F: at every tick
 //   E >= -energy_J - (delay + 1) F s,   s the longest step of the hand in a tick.
@@ -26,8 +26,8 @@
 // assumes that `delay` is the device's delay, that positions are true, and that the device renders the force that it is
 // sent.
 //
-// Sometimes it is unknown which force acted while the hand moved: if the hand moves after several equal samples, or if
-// a force was taken away between two samples. Then each axis counts the force that gives most. So E is too low rather
+// Sometimes it is unknown which force acted while the hand moved: if the hand moves after several equal states, or if
+// a force was taken away between two states. Then each axis counts the force that gives most. So E is too low rather
 // than too high, if the hand does not turn back in between.
 //
 // When the workspace moves under the hand, it does work that is bounded separately (FORCES.md); carried() excludes this

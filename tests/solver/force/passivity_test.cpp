@@ -200,7 +200,7 @@ TEST(PassivityController, IfItIsUnknownWhichForceActedItCountsTheOneThatGivesMos
       EXPECT_NEAR(controller.energy().observed, std::min(1.0, 1 - given_J), 1e-12);
     }
   }
-  // The hand moves after equal samples: 1 N or 3 N may have acted.
+  // The hand moves after equal states: 1 N or 3 N may have acted.
   PassivityController controller(options);
   controller.apply(Vector3d::Zero(), Vector3d::Zero(), 1.0, 1.0, 1e-3);
   for (const double sent_N : {1.0, 3.0, 2.0, 2.0}) {

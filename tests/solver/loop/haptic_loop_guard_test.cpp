@@ -234,7 +234,7 @@ TEST(HapticLoop, TheForceRampsUpAtTheStartUnlessTheTickDoesThatItself) {
   }
 }
 
-TEST(HapticLoop, HeldForcesAreZeroUntilTheyAreLetGo) {
+TEST(HapticLoop, HeldForcesAreZeroUntilReleased) {
   for (const bool paces : {false, true}) {
     SharedLog log;
     LoggingDevice device(*log, paces);

@@ -227,7 +227,7 @@ TEST(HapticLoop, CountsTicksThatOverrunAsMissedDeadlinesAndSkipsThem) {
   EXPECT_EQ(loop.metrics().missed_deadlines(), loop.metrics().ticks());
 }
 
-TEST(HapticLoop, TellsTheTickWhatWasReallySent) {
+TEST(HapticLoop, ReportsTheSentForceToTheTick) {
   WatchedDevice device;
   std::atomic<bool> withheld_seen{false}, whole_seen{false};
   HapticLoop loop(
@@ -244,7 +244,7 @@ TEST(HapticLoop, TellsTheTickWhatWasReallySent) {
   EXPECT_TRUE(soon([&] { return withheld_seen.load(); }));
 }
 
-TEST(HapticLoop, AThreadThatCannotBeMadeLeavesTheLoopStopped) {
+TEST(HapticLoop, IfAThreadCannotBeCreatedTheLoopDoesNotRun) {
   if (test::kSanitized) GTEST_SKIP() << "the sanitizer makes its own threads";
   WatchedDevice device;
   HapticLoop loop(

@@ -63,7 +63,7 @@ TEST(Anchor, IsAtTheProxyExactlyAfterTheTimeThatTheDistanceTakes) {
   EXPECT_GE(ticks, 50);
 }
 
-TEST(Anchor, AMovingHandTakesItAlong) {
+TEST(Anchor, KeepsUpWithAMovingHand) {
   const auto lag_mm = [](double share) {
     Anchor anchor({.speed_m_s = 0.1, .hand_share = share});
     for (int i = 0; i < 500; ++i) anchor.advance({2e-4, 0, 0}, {2e-4 * i, 0, 0}, kDt_s);  // both at 0.2 m/s
@@ -73,7 +73,7 @@ TEST(Anchor, AMovingHandTakesItAlong) {
   EXPECT_GT(lag_mm(0.0), 45);
 }
 
-TEST(Anchor, AHandThatSlipsDoesNotThrowIt) {
+TEST(Anchor, ASlippingHandDoesNotSpeedItUpBeyondItsLimit) {
   Anchor anchor({});
   Vector3d h_D(0, 0, 0);
   anchor.advance({0, 0, 0}, h_D, kDt_s);

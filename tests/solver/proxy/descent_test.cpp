@@ -62,7 +62,7 @@ TEST_F(Descent, TakesTheBranchThatEndsNearest) {
   EXPECT_EQ(advance(Vector3d(5, 3.9, 0)).segment, (SegmentId{0, 2}));
 }
 
-TEST_F(Descent, AmongEquallyNearBranchesTheFirstInIdentityWins) {
+TEST_F(Descent, AmongEquallyNearBranchesTheLowestIdWins) {
   const std::uint32_t fork = builder_.node(Vector3d(0, 0, 0));
   builder_.link(builder_.node(Vector3d(3, 2, 0)), fork);
   builder_.link(builder_.node(Vector3d(3, -2, 0)), fork);

@@ -137,7 +137,7 @@ TEST(CellQueries, AreReadAsTyped) {
   EXPECT_EQ(parseCellQuery("").name, "");
 }
 
-TEST(CellQueries, TheVeryNameComesFirst) {
+TEST(CellQueries, AnEqualNameComesFirst) {
   std::vector<Cell> cells;
   for (const char* name : {"xcell_1", "Cell_10", "cell_1", "other"}) {
     cells.push_back(fork());

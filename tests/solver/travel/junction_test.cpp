@@ -89,7 +89,7 @@ TEST_P(Junctions, AtTheForkItself) {
             1);
 }
 
-TEST_P(Junctions, AbsentTilesAreNamedAndWithThemItGoesOn) {
+TEST_P(Junctions, AbsentTilesAreReportedAndLoadingThemContinuesTheSearch) {
   const ProxyPlace place = at(15.5);
   tiles_.dropAll();
   tiles_.load(place.tile);

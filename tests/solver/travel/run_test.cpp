@@ -119,7 +119,7 @@ TEST(Run, CompletesAStraightNeurite) {
   }
 }
 
-TEST(Run, FollowsTheSeed) {
+TEST(Run, DependsOnTheSeed) {
   const auto store = straightNeurite();
   RunOptions options;
   options.in_memory = true;
@@ -339,7 +339,7 @@ TEST(Run, SaysWhenTheStiffnessIsOutsideTheBound) {
   RunOptions options;
   options.in_memory = true;
   options.seconds = 0.01;
-  options.stiffness_N_m = 4000;  // bound of the medium hand (b 5.5, T 1 ms, one sample of delay): 3667
+  options.stiffness_N_m = 4000;  // bound of the medium hand (b 5.5, T 1 ms, a delay of one period): 3667
   const RunSummary summary = run(*store, options);
   ASSERT_EQ(summary.notes.size(), 1u);
   EXPECT_NE(summary.notes[0].find("3667"), std::string::npos) << summary.notes[0];

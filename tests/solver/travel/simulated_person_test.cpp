@@ -50,7 +50,7 @@ PersonParameters calm() {
 
 WorkspaceOptions box() { return {.zoom_um = 300}; }
 
-TEST(SimulatedPerson, LeadsAWillingProxyToTheTip) {
+TEST(SimulatedPerson, LeadsAProxyThatYieldsToTheTip) {
   const Route route = staircase();
   for (const double tremor : {0.0, 0.0005}) {
     PersonParameters parameters;
@@ -105,7 +105,7 @@ TEST(SimulatedPerson, PushesBacksOffAndGivesUpWhenTheProxyStays) {
   EXPECT_DOUBLE_EQ(person.reached_um(), 25);
 }
 
-TEST(SimulatedPerson, ProgressForgetsFailedTries) {
+TEST(SimulatedPerson, ProgressResetsFailedTries) {
   const Route route = staircase();
   const PersonParameters parameters = calm();
   SimulatedPerson person(route, parameters, 1);

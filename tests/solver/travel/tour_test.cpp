@@ -17,7 +17,7 @@ namespace {
 
 using test::storeOf;
 
-TEST(Tour, FollowsFromTheSeed) {
+TEST(Tour, IsTheSameForASeed) {
   const auto store = storeOf(test::randomColumn(3, 6, 200, 80), 32);
   Tour one(*store, 11), same(*store, 11), other(*store, 12);
   int differ = 0;
@@ -41,7 +41,7 @@ TEST(Tour, StaysInTheCellThatItIsGiven) {
   for (int leg = 0; leg < 10; ++leg) EXPECT_EQ(tour.next().cell(), 2u);
 }
 
-TEST(Tour, PassesOverCellsWithoutARoute) {
+TEST(Tour, SkipsCellsWithoutARoute) {
   std::vector<Cell> cells;
   for (int i = 0; i < 30; ++i) cells.push_back(i % 3 == 0 ? test::isolatedNodes(i, 5, 10) : test::coincidentNodes(4));
   cells.push_back(test::randomNeuron(1, {.samples = 50}));

@@ -12,7 +12,7 @@
 namespace filiform {
 namespace {
 
-TEST(Worker, ServeInOrderAndTellWhatFailed) {
+TEST(Worker, ServesInOrderAndReportsFailures) {
   std::vector<int> done;
   std::vector<std::string> failed;
   Worker worker;

@@ -433,7 +433,7 @@ TEST(Navigation, TickNeitherAllocatesNorLocksNorCallsTheSystem) {
   }
 }
 
-TEST(Navigation, TellsTheLoaderWhereTheProxyIsAndGoes) {
+TEST(Navigation, GivesTheLoaderTheProxysPositionAndVelocity) {
   Scene scene;
   EXPECT_EQ(scene.navigation->focus().active_tile, kNoTile);
   const ProxyPlace place = scene.somewhere(30);
