@@ -86,6 +86,12 @@ struct ActiveSegment {
     if (!graph.isKept(end.local, end.id)) end.local = graph.meet(seen(end));
     return end.local;
   }
+  // Returns the local index of the node that the proxy rests at. Requires place.at_node.
+  std::uint32_t meetNode(WorkingGraph& graph, const ProxyPlace& place) noexcept {
+    End& end = place.t == 0.0 ? child : parent;
+    if (!graph.isKept(end.local, place.node)) end.local = graph.meet({place.node, place.p_W});
+    return end.local;
+  }
   // Calls WorkingGraph::prepare() for the ends of the place's segment.
   void prepare(WorkingGraph& graph, const GraphView& view, const ProxyPlace& place, const Vector3d& ahead_W,
                std::uint32_t most) noexcept;

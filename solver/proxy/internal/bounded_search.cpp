@@ -70,7 +70,7 @@ void BoundedSearch::sweep(Tick& tick, bool beside) noexcept {
   if (state_.starts_on_segment)
     testActive(tick);
   else
-    push(graph_.meet({state_.place.node, state_.place.p_W}), kNoSubGoal);
+    push(active_.meetNode(graph_, state_.place), kNoSubGoal);
   run(tick);
   settle(tick);
 }

@@ -33,6 +33,9 @@ class RoundedProbe : public ProxySolver {
   }
   bool wantsAnchor() const noexcept override { return solver_->wantsAnchor(); }
   void undo() noexcept override { solver_->undo(); }
+  void prepare(const GraphView& graph, const Vector3d& ahead_W, std::uint32_t most) noexcept override {
+    solver_->prepare(graph, ahead_W, most);
+  }
 
  private:
   std::unique_ptr<ProxySolver> solver_;
