@@ -81,8 +81,9 @@ void measureNavigationTicks(const std::vector<SolverScene>& scenes, const BenchO
   const double clock_ns = clockCost_ns(wallNow_ns);
   BenchTable table{
       "ticks",
-      "Navigation::tick as the haptic loop calls it, ns; pool: nodes kept decoded, and others decoded "
-      "between ticks (prepare); mean and last column: each tick once, with the median of its passes",
+      "Navigation::tick as the haptic loop calls it, ns. pool: decoded nodes that are kept; with a pool, prepare() "
+      "runs after each tick and is not timed. Mean and last column: each tick counts once, with the median of its "
+      "passes",
       {"scene", "probe", "method", "pool", "segments mean", "mean", "p99", "p99.9", "max", "p99.9 of medians"},
       {},
       {"scene", "probe", "method", "pool"}};

@@ -1,13 +1,13 @@
-// What Navigation::tick costs as the haptic loop calls it: single ticks, prepare() after each, outside of what is
-// timed. Functions without state.
+// Times Navigation::tick as the haptic loop calls it: single ticks, with prepare() after each, which is not timed.
+// Thread rule: functions without state.
 #pragma once
 
 #include "tools/lab/bench/solver_scenes.h"
 
 namespace filiform::tools {
 
-// Adds the table, its samples, goals and notes. Every method on every walk, with the pool of decoded nodes and without
-// one, by turns. Throws std::logic_error if the pool changes a place or a force.
+// Times every method on every walk, with the pool of decoded nodes and without it, in turn. Adds a table, its samples
+// and its goals to the report. Throws std::logic_error if the pool changes a place or a force.
 void measureNavigationTicks(const std::vector<SolverScene>& scenes, const BenchOptions& options, BenchReport& report);
 
 }  // namespace filiform::tools

@@ -90,7 +90,7 @@ TickCosts measure(const SolverScene& scene, const Walk& walk, SolverMethod metho
   return costs;
 }
 
-// Drives everything else out of the caches.
+// Evicts everything else from the caches.
 class Flusher {
  public:
   explicit Flusher(std::size_t bytes) : walked_(bytes, 1) {}
@@ -108,8 +108,9 @@ struct ColdCosts {
   std::vector<double> us, undo_us;
 };
 
-// Capped ticks only, each after a flush: from a random place towards a probe that sends the search far. `prepares`:
-// what lies around the place was decoded before, as after many ticks; else as in the first tick after a jump.
+// Times one tick from each of many random places, after a flush, towards a probe that sends the search far. Keeps ticks
+// of 200 segments and more. `prepares`: prepare() decodes nodes around the place before the flush, as before most
+// ticks; false: as in the first tick after a jump.
 ColdCosts measureCold(const SolverScene& scene, SolverMethod method, bool prepares, int rounds, std::uint64_t seed,
                       Flusher& flusher, double clock_ns) {
   std::mt19937_64 random(seed);
@@ -138,13 +139,14 @@ ColdCosts measureCold(const SolverScene& scene, SolverMethod method, bool prepar
 void measureWarm(const std::vector<SolverScene>& scenes, const BenchOptions& options, BenchReport& report) {
   const double clock_ns = clockCost_ns(wallNow_ns);
   const int passes = options.quick ? 2 : kBatches;
-  BenchTable warm{"warm",
-                  "the solver alone, one tick, caches warm, nothing decoded ahead, ns; literal: the paper's rules with "
-                  "recursion and hash sets over one flat graph, on the same probes",
-                  {"scene", "probe", "method", "segments mean", "most", "mean", "p50", "p99", "p99.9", "max",
-                   "literal mean", "literal / this", "p99 of medians"},
-                  {},
-                  {"scene", "probe", "method"}};
+  BenchTable warm{
+      "warm",
+      "the solver alone, one tick, caches warm, without prepare(), ns. literal: the paper's rules with recursion and "
+      "hash sets over one flat graph, on the same probes",
+      {"scene", "probe", "method", "segments mean", "most", "mean", "p50", "p99", "p99.9", "max", "literal mean",
+       "literal / this", "p99 of medians"},
+      {},
+      {"scene", "probe", "method"}};
   double least_ratio = 1e300, worst_p99 = 0;
   for (const SolverScene& scene : scenes) {
     const std::vector<Walk> walks = handWalks(scene, options);
@@ -175,12 +177,13 @@ void measureWarm(const std::vector<SolverScene>& scenes, const BenchOptions& opt
 void measureColdTicks(const std::vector<SolverScene>& scenes, const BenchOptions& options, BenchReport& report) {
   const double clock_ns = clockCost_ns(threadNow_ns);
   Flusher flusher(options.quick ? 8u << 20 : 96u << 20);
-  BenchTable cold{"cold",
-                  "the solver alone, one tick of 200 to 256 segments, after everything was driven out of the caches, "
-                  "us; decoded ahead: what prepare() reaches before the tick",
-                  {"scene", "method", "decoded ahead", "ticks", "p50", "p99", "max", "undo max"},
-                  {},
-                  {"scene", "method", "decoded ahead"}};
+  BenchTable cold{
+      "cold",
+      "the solver alone, one tick of 200 to 256 segments with cold caches, us. decoded ahead: prepare() ran before "
+      "the tick",
+      {"scene", "method", "decoded ahead", "ticks", "p50", "p99", "max", "undo max"},
+      {},
+      {"scene", "method", "decoded ahead"}};
   double worst_us[2] = {0, 0};  // with nothing decoded ahead; with
   for (const SolverScene& scene : scenes) {
     for (const SolverMethod method : kSolverMethods) {
@@ -198,13 +201,13 @@ void measureColdTicks(const std::vector<SolverScene>& scenes, const BenchOptions
     }
   }
   report.tables.push_back(std::move(cold));
-  report.goals.push_back({"capped tick, cold caches, nothing decoded ahead, worst scene and method: p99, us", "<= 50",
+  report.goals.push_back({"capped tick, cold caches, without prepare(), worst scene and method: p99, us", "<= 50",
                           "<= 25", worst_us[0], worst_us[0] <= 50, worst_us[0] <= 25});
-  report.goals.push_back({"capped tick, cold caches, decoded ahead, worst scene and method: p99, us", "<= 100", "<= 50",
-                          worst_us[1], worst_us[1] <= 100, worst_us[1] <= 50});
+  report.goals.push_back({"capped tick, cold caches, after prepare(), worst scene and method: p99, us", "<= 100",
+                          "<= 50", worst_us[1], worst_us[1] <= 100, worst_us[1] <= 50});
   report.notes.push_back(
-      "Cold ticks cannot be repeated; they are in processor time of the thread, so that being put aside does not "
-      "count, but what others do to the caches and the core does.");
+      "Cold ticks cannot be repeated. They are measured in CPU time of the thread, which leaves out the time of other "
+      "programs, but not what they do to the caches.");
   if (flusher.sum() == 0) report.notes.push_back("nothing was flushed");
 }
 
@@ -222,17 +225,17 @@ BenchReport runSolver(const BenchOptions& options) {
   report.notes.push_back(
       "Means of the solver alone: batches of " + std::to_string(kBatch) +
       " ticks under one pair of clock reads, this and literal in turn; medians over batches, the ratio over pairs.");
-  report.notes.push_back("p50, p99, p99.9 and max are of single ticks, those of " +
+  report.notes.push_back("p50, p99, p99.9 and max: over the single ticks of " +
                          std::to_string(options.quick ? 2 : kBatches) +
-                         " passes over the same probes together. The cost of reading the clock (" +
+                         " passes over the same probes. The time of two clock reads (" +
                          std::to_string(std::lround(clockCost_ns(wallNow_ns))) +
-                         " ns) is subtracted. Interruptions by other programs are included. What is said to be of "
-                         "medians leaves them out: each tick counts once, with the median of its passes.");
+                         " ns) is subtracted. Interruptions by other programs are included, except in columns of "
+                         "medians, where each tick counts once, with the median of its passes.");
   return report;
 }
 
-// The literal transcription recurses once a segment: on a long thread deeper than a usual stack, the more so when it is
-// instrumented. So the workload has a thread with a stack of its own, of which only what is used is ever touched.
+// The literal transcription recurses once a segment: on a long neurite the recursion overflows a usual stack. So the
+// workload runs on a thread with a stack of 1 GiB, of which only the used pages take memory.
 BenchReport runOnDeepStack(const BenchOptions& options) {
   struct Call {
     const BenchOptions& options;

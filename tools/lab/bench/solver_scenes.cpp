@@ -15,8 +15,8 @@ double uniform(std::mt19937_64& random) { return static_cast<double>(random() >>
 
 std::string at(double zoom_um) { return std::to_string(std::lround(zoom_um)) + " um across 12 cm"; }
 
-// A hand that goes along the neurites, turning where they branch, at so many um a tick, with a smooth deviation of
-// about `off_um`.
+// Returns a hand that follows the neurites at a constant speed, takes a random branch at each node, and deviates
+// smoothly by about `off_um`.
 Walk alongNeurites(const SolverScene& scene, double um_a_tick, double zoom_um, double off_um, std::size_t ticks,
                    std::uint64_t seed) {
   std::mt19937_64 random(seed);
@@ -59,8 +59,8 @@ Walk jumps(const SolverScene& scene, double zoom_um, std::size_t ticks, std::uin
   return walk;
 }
 
-Cell threadCell(std::uint32_t samples) {
-  Cell cell = emptyCell("thread.swc");
+Cell longNeurite(std::uint32_t samples) {
+  Cell cell = emptyCell("neurite.swc");
   addSample(cell, Vector3d::Zero(), kNoParent);
   for (std::uint32_t i = 1; i < samples; ++i) addSample(cell, Vector3d(0.5 * i, i % 7 * 0.1, 0), i - 1);
   return cell;
@@ -113,7 +113,7 @@ std::vector<SolverScene> cellScenes(const BenchOptions& options) {
 void addExtremeScenes(std::vector<SolverScene>& scenes, const BenchOptions& options) {
   scenes.emplace_back("hub of 10 000", std::vector<Cell>{hubCell(10000, options.seed)});
   scenes.emplace_back("comb of 200 000", std::vector<Cell>{combCell(options.quick ? 2000 : 200000)});
-  scenes.emplace_back("thread of 1 000 000", std::vector<Cell>{threadCell(options.quick ? 2000 : 1000000)});
+  scenes.emplace_back("neurite of 1 000 000", std::vector<Cell>{longNeurite(options.quick ? 2000 : 1000000)});
 }
 
 std::vector<Walk> handWalks(const SolverScene& scene, const BenchOptions& options) {

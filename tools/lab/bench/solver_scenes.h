@@ -1,4 +1,5 @@
-// Cells and walks of a hand on which the solvers are timed. Functions without state; a scene is for one thread.
+// The cells and the walks of a hand on which the solvers are timed. Thread rule: functions without state; one thread a
+// scene.
 #pragma once
 
 #include "index/build/memory_tiles.h"
@@ -16,7 +17,7 @@
 
 namespace filiform::tools {
 
-// Cells as tiles, all resident, and as one flat graph.
+// The same cells twice: as tiles, all resident, and as one flat graph.
 struct SolverScene {
   SolverScene(std::string scene_name, std::vector<Cell> cells);  // throws what ingest throws
 
@@ -25,16 +26,16 @@ struct SolverScene {
   std::vector<std::shared_ptr<const Tile>> tiles;
   std::unique_ptr<TileTable> table;
   std::unique_ptr<GraphView> view;
-  std::vector<StoredSegment> owned;
-  std::vector<TileId> owners;  // of `owned`
+  std::vector<StoredSegment> owned;  // every segment once
+  std::vector<TileId> owners;        // of `owned`
   std::unique_ptr<WholeGraph> whole;
   SolverParameters parameters;  // of the first cell
 
-  std::size_t anyOwned(std::mt19937_64& random) const;  // of two different ends
+  std::size_t anyOwned(std::mt19937_64& random) const;  // index of a segment with two different ends
   ProxyPlace placeOn(std::size_t at) const { return view->placeAt(owners[at], owned[at].id, 0.5); }
 };
 
-// Where the hand is, tick by tick.
+// The position of a hand at each tick.
 struct Walk {
   std::string name;
   std::size_t start;  // in SolverScene::owned
@@ -44,13 +45,15 @@ struct Walk {
   double scale_um_m() const { return zoom_um / 0.12; }
 };
 
-Vector3d inCube(std::mt19937_64& random);  // of side 2, around the origin
+Vector3d inCube(std::mt19937_64& random);  // uniform in the cube of side 2 around the origin
 
-// Synthetic neurons, and real cells where the options name a folder.
+// Returns a scene of synthetic neurons, and one of real cells if the options name a folder. Throws what
+// morphologyLibrary throws.
 std::vector<SolverScene> cellScenes(const BenchOptions& options);
-// Adds those that make one tick as long as it can be: a hub, a comb, a thread.
+// Adds the scenes with the longest ticks: a hub, a comb and one long neurite.
 void addExtremeScenes(std::vector<SolverScene>& scenes, const BenchOptions& options);
-// A hand along the neurites at three speeds, the first an ordinary one; and one that jumps anywhere each tick.
+// Returns a hand along the neurites at three speeds, the first of which is 50 mm/s; and a hand that jumps anywhere each
+// tick.
 std::vector<Walk> handWalks(const SolverScene& scene, const BenchOptions& options);
 
 }  // namespace filiform::tools
