@@ -10,6 +10,8 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include <Eigen/Core>
 
@@ -24,7 +26,15 @@ class DeviceError : public std::runtime_error {
 // A device or hand name that this build does not know; the text lists the known names. Exit code 2.
 class UnknownDevice : public DeviceError {
  public:
-  using DeviceError::DeviceError;
+  // `given` and `known`: the unknown name and the known ones, so that a program can suggest near names.
+  explicit UnknownDevice(const std::string& what, std::string given = "", std::vector<std::string> known = {})
+      : DeviceError(what), given_(std::move(given)), known_(std::move(known)) {}
+  const std::string& given() const noexcept { return given_; }
+  const std::vector<std::string>& known() const noexcept { return known_; }
+
+ private:
+  std::string given_;
+  std::vector<std::string> known_;
 };
 
 enum class DeviceStatus : std::uint8_t { closed, booting, homing, ready, fault };

@@ -40,7 +40,8 @@ std::unique_ptr<HapticDevice> makeDevice(const std::string& spec, const DeviceFa
     mouse.bus_path = argument;
     return std::make_unique<SpaceMouse>(usb, mouse);
   }
-  throw UnknownDevice(std::string("no such device; choose one of ") + deviceChoices());
+  throw UnknownDevice("no such device '" + spec + "'; choose one of " + deviceChoices(), kind,
+                      {"sim:loose", "sim:medium", "sim:firm", "replay", "null", "falcon", "spacemouse"});
 }
 
 }  // namespace filiform

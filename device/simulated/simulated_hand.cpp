@@ -42,7 +42,7 @@ HandParameters handParameters(const std::string& name) {
   if (name == "loose") return {0.10, 2, 30};
   if (name == "medium") return {0.15, 5, 200};
   if (name == "firm") return {0.30, 12, 600};
-  throw UnknownDevice("no such hand: choose loose, medium or firm");
+  throw UnknownDevice("no such hand '" + name + "'; choose loose, medium or firm", name, {"loose", "medium", "firm"});
 }
 
 struct SimulatedHand::Impl {

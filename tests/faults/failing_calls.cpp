@@ -23,7 +23,7 @@ std::atomic<std::uint64_t> met{0};
 Kind chosen{};
 FailingCalls::Plan plan;
 
-// Is this the call that fails? Or the one at which the process ends.
+// Returns whether this is the call that fails or ends the process.
 bool failsNow(Kind kind) noexcept {
   if (!armed.load(std::memory_order_acquire)) return false;
   const bool counts = chosen == Kind::any_file ? kind != Kind::thread && kind != Kind::memory : kind == chosen;
@@ -123,7 +123,7 @@ extern "C" __attribute__((visibility("default"))) int pthread_create(pthread_t* 
 
 #if FILIFORM_UNDER_SANITIZER
 
-// The runtime keeps malloc; what C++ asks for goes through here.
+// malloc belongs to the sanitizer. Allocations of C++ come through here.
 void* operator new(std::size_t size) {
   void* const block = failsNow(Kind::memory) ? nullptr : std::malloc(size);
   if (block == nullptr) throw std::bad_alloc();

@@ -1,13 +1,13 @@
-// Calls into the system that fail when a test wants it: the k-th of a kind, once or from then on. Or at which the
-// process dies, or stands still.
+// Makes system calls fail for a test: the k-th call of a kind, once or from then on. Or the process dies, or stops, at
+// that call.
 //
-//   FailingCalls calls(Kind::sync, {.at = 3});            // from here on, all threads
+//   FailingCalls calls(Kind::sync, {.at = 3});            // applies to all threads
 //   try { ingest(...); } catch (const IoError&) {}
-//   const std::uint64_t met = calls.end();                // how many there were
+//   const std::uint64_t met = calls.end();                // the number of calls
 //
-// How: the test program defines these functions itself and hands on to the C library. Calls that the C library makes
-// within itself (opendir, fopen) are not seen. Under a sanitizer memory is what `new` gives; else malloc and its kin.
-// Thread rule: one plan at a time; calls of all threads count.
+// How: the test program defines these functions and calls the C library. Calls within the C library (opendir, fopen)
+// are not seen. Memory means `new` under a sanitizer, otherwise malloc and its relatives. Thread rule: one plan at a
+// time; calls of all threads count.
 #pragma once
 
 #include <cstdint>
@@ -23,17 +23,17 @@ class FailingCalls {
  public:
   enum class What : std::uint8_t { fail, die, stand_still };
   struct Plan {
-    std::uint64_t at = 0;   // from 1; 0: none fails, they are counted
-    bool for_ever = false;  // all from that one on
+    std::uint64_t at = 0;   // from 1; 0: no call fails, calls are only counted
+    bool for_ever = false;  // this call and all later calls fail
     What what = What::fail;
   };
-  // any_file: all kinds but thread and memory.
+  // any_file: all kinds except thread and memory.
   FailingCalls(Kind kind, Plan plan) noexcept;
   FailingCalls(const FailingCalls&) = delete;
   FailingCalls& operator=(const FailingCalls&) = delete;
   ~FailingCalls();
 
-  // Lets everything pass again; how many calls there were.
+  // Ends the plan. Returns the number of calls.
   std::uint64_t end() noexcept;
 };
 

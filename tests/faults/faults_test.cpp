@@ -1,4 +1,4 @@
-// Whatever fails in the midst of an ingest: the old set is whole, or the new one is, and nothing else is left behind.
+// If any call fails during an ingest, the old set or the new set is whole, and nothing else is left.
 #include "index/build/ingest.h"
 #include "index/errors.h"
 #include "index/input/input.h"
@@ -74,7 +74,7 @@ class FailingIngest : public ::testing::Test {
   void makeAt(const std::string& path, std::uint32_t capacity) const {
     Input input({folder_ / "in"});
     IngestOptions options{.capacity = capacity, .threads = 2, .chunk_segments = 30, .levels = true, .force = true};
-    // As with --strict: a file that cannot be read ends the ingest, so that there are two sets only.
+    // As with --strict: a file that cannot be read ends the ingest, so that only two sets are possible.
     options.provenance = [&] {
       if (anyRefused(input.reports())) throw InputError(summary(input.reports()));
       return Provenance{};
@@ -95,7 +95,7 @@ class FailingIngest : public ::testing::Test {
     for (const auto& entry : fs::directory_iterator(path)) names.insert(entry.path().filename().string());
     return names;
   }
-  // Old and whole, or new and whole. True if it is the new one.
+  // Expects the old set or the new set, whole. Returns true if it is the new set.
   bool expectWhole() const {
     const std::string now = revision();
     EXPECT_TRUE(now == old_ || now == new_) << now;
@@ -103,8 +103,8 @@ class FailingIngest : public ::testing::Test {
     EXPECT_TRUE(report.sound()) << report.problems.front();
     return now == new_;
   }
-  // An old revision may stay beside the new one that is in force: until that is on the disk both are needed, and what
-  // cannot be removed waits for the next ingest.
+  // An old revision may stay beside the new one: both are needed until the new one is on the disk, and the next ingest
+  // removes what cannot be removed now.
   void expectNothingElse(bool old_may_stay = false) const {
     std::set<std::string> names = namesIn(path_);
     if (old_may_stay && revision() == new_) names.erase(old_);
@@ -123,18 +123,18 @@ void endHere(int) {
   ::_exit(kEnded);
 }
 
-// Does the work in a child; what it said, or nothing when a library ended it that cannot do without memory. Leaks end
-// the child with another code.
+// Does the work in a child. Returns its message, or nullopt if a library ended the process for lack of memory. Leaks
+// end the child with another code.
 std::optional<std::string> saidInAChild(const std::function<std::string()>& work) {
   int ends[2];
   if (::pipe(ends) != 0) throw std::runtime_error("no pipe");
   void* frame = nullptr;
-  ::backtrace(&frame, 1);  // the first one asks for memory
+  ::backtrace(&frame, 1);  // the first call allocates
   const pid_t child = fork();
   if (child == 0) {
     where_to_tell = ends[1];
     std::set_terminate([] { endHere(SIGABRT); });
-    std::signal(SIGABRT, endHere);  // of an assertion in that library
+    std::signal(SIGABRT, endHere);  // raised by an assertion in that library
     const std::string said = work();
     const bool told = ::write(ends[1], said.data(), said.size()) == static_cast<ssize_t>(said.size());
     _exit(told && !leaks() ? 0 : 1);
@@ -149,8 +149,8 @@ std::optional<std::string> saidInAChild(const std::function<std::string()>& work
   }
   EXPECT_TRUE(WIFEXITED(status)) << "ended by signal " << WTERMSIG(status);
   if (WIFEXITED(status) && WEXITSTATUS(status) == kEnded) {
-    // basic_json's destructor (inlined into what reads the manifest) and std::filesystem's iterators ask for memory
-    // where they must not throw.
+    // basic_json's destructor (inlined into the reader of the manifest) and std::filesystem's iterators allocate where
+    // they must not throw.
     const auto names = [&said](const char* part) { return said.find(part) != std::string::npos; };
     EXPECT_TRUE(names("nlohmann") || names("Manifest") || names("Provenance") || names("10filesystem"))
         << "by neither library:\n"
@@ -161,7 +161,7 @@ std::optional<std::string> saidInAChild(const std::function<std::string()>& work
   return said;
 }
 
-// Which errors may come of it: those that the program maps to an exit code and one line.
+// Runs the work and returns the message of an error that the program maps to an exit code and one line.
 std::string outcomeOf(const std::function<void()>& what) {
   try {
     what();
@@ -206,7 +206,7 @@ TEST_F(FailingIngest, TheOldSetOrTheNewWhicheverCallFails) {
         EXPECT_EQ(openFiles(), files) << "files left open";
         const bool is_new = expectWhole();
         EXPECT_TRUE(is_new || !said.empty()) << "it failed and did not say so";
-        // Without memory, or folders that can be listed, nothing can be cleared up; the next ingest does.
+        // Without memory, or without listing folders, nothing can be removed; the next ingest does it.
         if (answer && (!for_ever || (kind != Kind::memory && kind != Kind::open))) expectNothingElse(true);
         if (is_new || namesIn(path_).size() != 2) restore();
         if (HasFatalFailure() || HasNonfatalFailure()) return;
@@ -219,7 +219,7 @@ TEST_F(FailingIngest, TheOldSetOrTheNewWhicheverCallFails) {
              std::to_string(ended_by_library) + " of these at once");
 }
 
-// Whichever read fails: the file is refused, or the run ends; no other file suffers.
+// Whichever read fails, only this file is refused or the run ends.
 TEST_F(FailingIngest, AFileThatCannotBeReadIsRefusedAlone) {
   const auto readAll = [&](std::vector<std::string>& sources) {
     Input input({folder_ / "in"});
@@ -237,7 +237,7 @@ TEST_F(FailingIngest, AFileThatCannotBeReadIsRefusedAlone) {
     calls = counting.end();
     ASSERT_EQ(sources.size(), 3u);
   }
-  ASSERT_GE(calls, 6u);  // a block and the end of each
+  ASSERT_GE(calls, 6u);  // a block and the end of each file
   for (std::uint64_t k = 1; k <= calls; ++k) {
     SCOPED_TRACE("read " + std::to_string(k));
     std::vector<std::string> sources;
@@ -267,7 +267,7 @@ TEST_F(FailingIngest, WithoutAnOldSetNothingIsLeft) {
   }
 }
 
-// Does the work in a child that dies as planned; true if it died.
+// Does the work in a child that dies as planned. Returns true if it died.
 bool diesDoing(const std::function<void()>& work, const FailingCalls::Plan& plan) {
   const pid_t child = fork();
   if (child == 0) {
@@ -290,7 +290,7 @@ TEST_F(FailingIngest, KilledAtAnyCallOldOrNew) {
     if (!diesDoing([&] { make(16); }, {.at = k, .what = FailingCalls::What::die})) break;
     ++killed;
     new_ones += expectWhole();
-    make(8);  // clears up, and is the old one again
+    make(8);  // removes the leftovers; the old set again
     expectNothingElse();
     ASSERT_EQ(revision(), old_);
     ASSERT_FALSE(HasNonfatalFailure());
@@ -326,8 +326,8 @@ TEST_F(FailingIngest, KilledAtAnyTimeOldOrNew) {
 
 int shell(const std::string& line) { return std::system(("( " + line + " ) >/dev/null 2>&1").c_str()); }
 
-// The disk as it is at the moment of a power cut: a copy of a mounted file system's image. After its end, an ingest's
-// set is there.
+// The disk at the moment of a power cut: a copy of a mounted file system's image. After the end of an ingest, the new
+// set must be there.
 TEST_F(FailingIngest, OldOrNewAfterAPowerCut) {
   if (test::kSanitized) GTEST_SKIP() << "the plain test looks at it";
   const test::TempFolder place;
@@ -351,8 +351,7 @@ TEST_F(FailingIngest, OldOrNewAfterAPowerCut) {
   for (int i = 0; i < times && !HasFailure(); ++i) {
     makeAt(path, 8);
     shell("sync -f " + mount);
-    // The last calls are those that publish: half of the cuts are among them or after the end; their number differs a
-    // little.
+    // The last calls publish the set. Half of the cuts are among them or after the end. Their number varies a little.
     const std::uint64_t at =
         i % 2 == 0 ? 1 + random() % calls : calls + 8 - random() % std::min<std::uint64_t>(calls, 24);
     SCOPED_TRACE("call " + std::to_string(at) + " of " + std::to_string(calls));

@@ -15,14 +15,15 @@ std::uint32_t u32At(const Bytes& bytes, std::size_t at) {
   return value;
 }
 
-// Writes the checksum of [begin, end) at `at`, as far as these bytes are there: else every mutation ends at it.
+// Writes the checksum of [begin, end) at `at`, if these bytes exist. Otherwise every mutation would stop at the
+// checksum.
 void seal(Bytes& bytes, std::size_t at, std::size_t begin, std::size_t end) {
   end = std::min(end, bytes.size());
   if (begin > end || at + 8 > bytes.size()) return;
   internal::storeLittle64(bytes.data() + at, internal::checksum(ByteSpan(bytes).subspan(begin, end - begin)));
 }
 
-// A root page with the checksums of the pages that follow it, and its own.
+// Corrects the checksums of a root page: those of the pages that it lists, and its own.
 void sealPages(Bytes& bytes, std::size_t header, std::size_t entry, std::size_t own_at, std::size_t tile) {
   const std::size_t per_page = u32At(bytes, 12), pages = std::min<std::size_t>(u32At(bytes, 20), bytes.size() / entry);
   const std::size_t root = header + pages * entry;
@@ -87,7 +88,7 @@ void levels(Bytes bytes) {
 
 }  // namespace
 
-// The first byte says which of the binary files it is. Checksums are made right, as a hostile writer would.
+// The first byte chooses the binary file. Checksums are made valid, as a hostile writer would do.
 void fuzzDirectory(Input input) {
   Taker in(input);
   const auto kind = in.number<std::uint8_t>() % 5;

@@ -36,7 +36,7 @@ void loadFirmware(Input input) {
   }
 }
 
-// A device that has been a good Falcon until it was homed, and then says anything.
+// A device that behaves as a Falcon until it is homed, and then sends any bytes.
 void drive(Input input) {
   test::FakeUsb usb;
   usb.queue_packets = 64;  // cheap to set up

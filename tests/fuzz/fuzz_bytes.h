@@ -1,4 +1,4 @@
-// What the fuzz targets share: numbers out of the input, and a file of it for readers that want a path.
+// Shared by the fuzz targets: numbers from the input, and a file with its bytes for readers that need a path.
 #pragma once
 
 #include "tests/fuzz/fuzzers.h"
@@ -12,7 +12,7 @@ namespace filiform::fuzz {
 
 inline std::string_view asText(Input input) { return {reinterpret_cast<const char*>(input.data()), input.size()}; }
 
-// Takes values from the front; zeros once the input is used up.
+// Takes values from the front; zeros after the end of the input.
 class Taker {
  public:
   explicit Taker(Input input) : rest_(input) {}

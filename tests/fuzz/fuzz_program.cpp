@@ -11,7 +11,7 @@ struct Target {
   const char* name;
   void (*run)(Input);
 };
-// Those that take longest come first, which is best when they run side by side.
+// The slowest targets first, which is best when they run side by side.
 constexpr Target kTargets[] = {
     {"falcon", fuzzFalcon},       {"swc", fuzzSwc},   {"graph", fuzzGraph},           {"manifest", fuzzManifest},
     {"recording", fuzzRecording}, {"zip", fuzzZip},   {"directory", fuzzDirectory},   {"spacemouse", fuzzSpaceMouse},

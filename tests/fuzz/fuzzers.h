@@ -1,7 +1,6 @@
-// Hostile bytes for everything that reads what others wrote. One function a reader, as libFuzzer wants it: any bytes,
-// no effect, and an abort where a promise of the reader's header is broken. What a header allows to be thrown is caught
-// here; anything else ends the program. tests/fuzz/README.md says how they are run.
-// Thread rule: one thread.
+// Hostile bytes for every reader of foreign data. One function a reader, in the form that libFuzzer needs: any bytes,
+// no effect, and an abort if a promise of the reader's header is broken. Exceptions that a header allows are caught
+// here; any other exception ends the program. tests/fuzz/README.md says how to run them. Thread rule: one thread.
 #pragma once
 
 #include <cstdint>
@@ -25,7 +24,7 @@ void fuzzFalcon(Input input);
 void fuzzSpaceMouse(Input input);
 void fuzzRecording(Input input);
 
-// A promise that was not kept.
+// Aborts if a promise is broken.
 inline void require(bool kept, const char* promise) {
   if (kept) return;
   std::fprintf(stderr, "broken promise: %s\n", promise);

@@ -4,7 +4,7 @@
 
 namespace filiform::fuzz {
 
-// The first byte is the format; of a skeleton the info comes first, up to a zero.
+// The first byte is the format. For a skeleton, the info comes first, up to a zero byte.
 void fuzzGraph(Input input) {
   Taker in(input);
   const auto format = static_cast<GraphFormat>(in.number<std::uint8_t>() % 4);

@@ -20,7 +20,7 @@ void sealed(std::string& out, std::string_view bytes, std::uint64_t index) {
   out.append(reinterpret_cast<const char*>(&checksum), sizeof checksum);
 }
 
-// Exchanges of any content with the right checksums.
+// Exchanges with any content and valid checksums.
 std::string exchanges(Input input) {
   std::string out;
   internal::RecordingHeader header;
@@ -36,7 +36,7 @@ std::string exchanges(Input input) {
   return out;
 }
 
-// The same of USB traffic: each record has its fixed part, and as many bytes as it says.
+// The same for USB traffic: each record has its fixed part and the number of bytes that it states.
 std::string traffic(Input input) {
   constexpr std::size_t kFixed = 40;
   std::string out;

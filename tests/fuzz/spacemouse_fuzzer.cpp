@@ -7,7 +7,7 @@
 
 namespace filiform::fuzz {
 
-// Reports, each after its length.
+// Reports, each preceded by its length.
 void fuzzSpaceMouse(Input input) {
   Taker reports(input);
   internal::SpaceMouseState taken;
@@ -17,7 +17,7 @@ void fuzzSpaceMouse(Input input) {
   }
 
   test::FakeUsb usb;
-  usb.queue_packets = 64;  // as many as it answers, and cheap to set up
+  usb.queue_packets = 64;  // enough, and cheap to set up
   UsbDeviceInfo info;
   info.vendor = 0x046d;
   info.product = 0xc626;

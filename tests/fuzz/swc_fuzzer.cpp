@@ -17,9 +17,9 @@ bool equal(const Cell& a, const Cell& b) {
                     [&](float x, float y) { return bits(x) == bits(y); });
 }
 
-// Every sample reaches a root.
+// Checks that every sample reaches a root.
 bool acyclic(const Cell& cell) {
-  std::vector<std::uint8_t> seen(cell.samples(), 0);  // 1: on the way, 2: known to end
+  std::vector<std::uint8_t> seen(cell.samples(), 0);  // 1: on the current path, 2: known to reach a root
   std::vector<std::uint32_t> way;
   for (std::uint32_t i = 0; i < cell.samples(); ++i) {
     std::uint32_t at = i;
@@ -47,7 +47,7 @@ void requireCell(const Cell& cell) {
 
 void fuzzSwc(Input input) {
   const std::string_view text = asText(input);
-  // Which options, and where the text is cut, follows from its length: the seeds are plain SWC files.
+  // The length of the text chooses the options and the place of the cuts, because the seeds are plain SWC files.
   SwcOptions options;
   options.strict = input.size() % 5 == 4;
   options.apply_offset = input.size() % 3 == 2;

@@ -13,7 +13,7 @@ class Everywhere final : public Region {
   bool mayMeet(const WorldBox&) const noexcept override { return true; }
 };
 
-// Asks a tile everything that a hand, a search or a picture asks.
+// Runs every query on a tile that a hand, a search or a picture makes.
 void use(const std::shared_ptr<const Tile>& tile, const Vector3d& h_W) {
   const auto segments = tile->segment_count(), nodes = tile->node_count();
   for (std::uint32_t s = 0; s < segments; ++s) {
@@ -41,7 +41,8 @@ void use(const std::shared_ptr<const Tile>& tile, const Vector3d& h_W) {
 
 }  // namespace
 
-// Flags, the grid, where the cell lies, the number of segments of the appearance; then geometry, or appearance.
+// The input: flags, the grid, the place of the block, the number of segments of the appearance; then geometry or
+// appearance.
 void fuzzTile(Input input) {
   Taker in(input);
   const auto flags = in.number<std::uint8_t>();

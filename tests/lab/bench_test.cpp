@@ -55,7 +55,7 @@ BenchReport small() {
   return report;
 }
 
-// What Debian's JSON Schema library has against a file; empty: nothing.
+// The problems that Debian's JSON Schema library finds in a file; empty: none.
 std::string schemaProblems(const std::string& path) {
   const std::string schema = std::string(FILIFORM_SOURCE) + "/tools/lab/bench/bench.schema.json";
   const test::Outcome outcome = test::runFiliformInShell(
@@ -82,7 +82,7 @@ TEST(BenchPercentile, IsTheNearestRank) {
     for (double& value : values) value = static_cast<double>(random() % 20);
     const double fraction = static_cast<double>(random() % 101) / 100;
     const double answer = percentile(values, fraction);
-    // The smallest value that at least that fraction of all do not exceed.
+    // The smallest value such that at least this fraction of all values do not exceed it.
     const auto below = [&](double x) {
       return static_cast<double>(std::count_if(values.begin(), values.end(), [&](double v) { return v <= x; })) /
              static_cast<double>(values.size());
@@ -98,7 +98,7 @@ TEST(BenchPercentile, IsTheNearestRank) {
 
 TEST(BenchChild, HasAPeakOfItsOwnAndSendsItsNumbersBack) {
   constexpr std::size_t kBytes = 96u << 20;
-  std::vector<char> ours(64u << 20, 1);  // of the parent: no child is to answer for what it grows later
+  std::vector<char> ours(64u << 20, 1);  // memory of the parent, which must not count for the child
   const ChildCost little = measureInChild([] { return std::vector<double>{1.5, -2}; });
   const ChildCost much = measureInChild([] {
     std::vector<char> memory(kBytes);
@@ -199,7 +199,7 @@ TEST(BenchProgram, EveryWorkloadRunsQuickAndTheRunIsAsTheSchemaSays) {
   const test::TempFolder folder;
   std::vector<Workload> run = workloads();
   std::vector<std::string> arguments{"bench", "--quick", "--out", folder.path()};
-  if (test::kSanitized) {  // without the three that take half of the time: what they call has tests of its own
+  if (test::kSanitized) {  // without the three that take half of the time: their parts have tests
     std::erase_if(run, [](const Workload& workload) {
       return workload.name == "scene" || workload.name == "streaming" || workload.name == "viewer";
     });
@@ -242,7 +242,7 @@ TEST(BenchProgram, EveryWorkloadRunsQuickAndTheRunIsAsTheSchemaSays) {
   EXPECT_EQ(page.find("src=\"http"), std::string::npos);
   for (std::size_t at = page.find("<svg"); at != std::string::npos; at = page.find("<svg", at + 1))
     EXPECT_EQ(page.compare(page.find('>', at) + 1, 8, "\n<title>"), 0);
-  // Compared with itself nothing has changed.
+  // A run compared with itself has no changes.
   const test::Outcome same = test::runFiliform({"bench", "--compare", folder / "bench.json", folder / "bench.json"});
   EXPECT_EQ(same.exit_code, 0) << same.err;
   EXPECT_NE(same.out.find("0 regressions"), std::string::npos) << same.out;
@@ -289,7 +289,7 @@ TEST(BenchRun, WritesPageAndTableOfEverything) {
 
 TEST(BenchProgram, StrictEndsWithFiveWhereAPromiseIsMissed) {
   const test::TempFolder folder;
-  // A tile of 4096 segments is not ready 25 times as soon as CGAL's tree in any quick run without optimization.
+  // In a quick run without optimization, a tile of 4096 segments is never ready 25 times sooner than CGAL's tree.
   const test::Outcome lax = test::runFiliform({"bench", "index", "--quick", "--out", folder / "lax"});
   ASSERT_EQ(lax.exit_code, 0) << lax.err;
   const auto json = nlohmann::json::parse(test::readBytes(folder / "lax/index.json"));

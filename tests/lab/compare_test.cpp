@@ -15,7 +15,7 @@
 namespace filiform::tools {
 namespace {
 
-// By its definition: every division of all values into two groups.
+// By the definition: every division of all values into two groups.
 double chanceByEnumeration(const std::vector<double>& a, const std::vector<double>& b) {
   std::vector<double> all(a);
   all.insert(all.end(), b.begin(), b.end());
@@ -52,7 +52,7 @@ TEST(RankSum, IsTheShareOfDivisionsThatLieAsFarApart) {
 }
 
 TEST(RankSum, IsCloseToTheExactChanceBeyondSixtyValues) {
-  // Exact: shifts of 30 against 30; approximate: the same with one value more, which hardly counts.
+  // Exact: shifts of 30 against 30. Approximate: the same with one more value, which changes little.
   std::mt19937_64 random(7);
   for (const double shift : {0.0, 1.0, 2.0, 4.0}) {
     std::vector<double> a, b;
@@ -140,7 +140,7 @@ std::vector<double> nineFrom(double least) {
   return batches;
 }
 
-// Once the second figure of a name stood for both, and a tenfold regression of the first was not seen.
+// An earlier version compared both figures of one name with the second, and missed a tenfold regression of the first.
 TEST_F(CompareRuns, TellsFiguresOfOneNameApartByTableRowAndColumn) {
   const auto of = [](double warm, double cold, double other) {
     return std::vector<BenchSample>{{"warm", {"climb"}, "mean", "ns", false, nineFrom(warm)},
@@ -191,7 +191,7 @@ TEST_F(CompareRuns, ShowsNumbersOfTablesThatDifferMuchAndDoesNotFlagThem) {
   const std::vector<BenchSample> samples{{"cold", {"column", "climb"}, "mean", "ns", false, nineFrom(10)}};
   const std::string a = run("a", samples, 1, {of(10.4, 5)}), b = run("b", samples, 1, {of(10.4, 50)});
   const RunComparison comparison = compareRuns(a, b);
-  // The sample stands for the table's number.
+  // The sample replaces the number in the table.
   ASSERT_EQ(comparison.figures.size(), 4u);
   EXPECT_EQ(comparison.tested(), 1u);
   EXPECT_EQ(comparison.regressions(), 0u);
@@ -201,8 +201,8 @@ TEST_F(CompareRuns, ShowsNumbersOfTablesThatDifferMuchAndDoesNotFlagThem) {
   EXPECT_NE(text.find("3 figures have one value a run and are not tested; 1 of them"), std::string::npos) << text;
 }
 
-// One figure in twenty lies below .05 by chance: among a thousand that do not change, hardly any may be flagged, and
-// one that does change still is.
+// One unchanged figure in twenty has a chance below .05. Among a thousand unchanged figures hardly any may be flagged,
+// and a changed one must be flagged.
 TEST_F(CompareRuns, CorrectsForTheNumberOfFigures) {
   std::mt19937_64 random(11);
   std::lognormal_distribution<double> noise(0, 0.5);

@@ -24,7 +24,7 @@ inline Cell cellOf(const std::vector<Vector3d>& positions_um, const std::vector<
   return cell;
 }
 
-// A random tree that wanders; one link in eight is of length 0.
+// A random wandering tree. One link in eight has length 0.
 inline Cell randomTree(std::uint64_t seed, std::uint32_t samples) {
   std::mt19937_64 random(seed);
   const auto uniform = [&] { return static_cast<double>(random() >> 11) * 0x1p-53 - 0.5; };

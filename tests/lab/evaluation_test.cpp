@@ -39,7 +39,7 @@ std::string evaluateInto(const std::string& folder, unsigned threads) {
   return evaluate(cells, options);
 }
 
-// One test for all that is written, since every run takes a second.
+// One test for all output files, because every run takes a second.
 TEST(Evaluation, WritesTheSameBytesWhateverTheThreadsAndAPageThatNeedsNothingElse) {
   const test::TempFolder folder;
   evaluateInto(folder / "one", 1);
@@ -105,7 +105,7 @@ TEST(Trial, SameSetupSameFigures) {
 }
 
 TEST(Trial, TheOracleIsNeverFartherThanAnyMethod) {
-  // The same hand, held: where every method comes to rest, none lies nearer than the nearest point.
+  // The same hand, held still: at the end no method is nearer than the nearest point.
   TrialCell cell(test::randomTree(3, 400));
   TrialSetup setup;
   setup.method = "nearest";
@@ -130,7 +130,7 @@ TEST(Trial, TheOracleIsNeverFartherThanAnyMethod) {
 }
 
 TEST(Trial, SinglePrecisionFarFromTheOriginIsFelt) {
-  // 1 m from the origin single precision knows 1/16 um: the proxy moves by steps of that.
+  // At 1 m from the origin single precision has steps of 1/16 um, and the proxy moves in these steps.
   const Cell straight = test::cellOf({{0, 0, 0}, {100, 0, 0}, {200, 0, 0}}, {kNoParent, 0, 1});
   TrialSetup setup;
   setup.method = "basic";

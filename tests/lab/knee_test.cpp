@@ -12,7 +12,7 @@ namespace {
 TEST(Knee, IsWhereASteepFallBecomesSlow) {
   const std::vector<double> x{1, 2, 3, 4, 5, 6}, y{100, 60, 10, 8, 7, 6};
   EXPECT_EQ(kneeOf(x, y, false, false), 2u);
-  // On axes of other units it is the same place.
+  // In other units the knee is at the same point.
   std::vector<double> scaled(y);
   for (double& v : scaled) v = 1e6 * v + 5;
   EXPECT_EQ(kneeOf(x, scaled, false, false), 2u);
@@ -26,7 +26,7 @@ TEST(Knee, LogarithmicAxesSeeOtherBends) {
   }
   const auto knee = kneeOf(x, y, true, true);
   ASSERT_TRUE(knee.has_value());
-  EXPECT_NEAR(std::log10(x[*knee]), 2.55, 0.11);  // where the slope is that of the line, -0.74
+  EXPECT_NEAR(std::log10(x[*knee]), 2.55, 0.11);  // where the curve has the slope of the line, -0.74
   EXPECT_LT(x[*kneeOf(x, y, false, false)], 400);
 }
 
@@ -53,7 +53,7 @@ TEST(LogSlope, IsTheExponentOfAPowerLaw) {
     y.push_back(3 * std::pow(x.back(), 0.7));
   }
   EXPECT_NEAR(logSlope(x, y), 0.7, 1e-12);
-  y[3] = 0;  // cannot be shown: does not count
+  y[3] = 0;  // cannot be shown on a logarithmic axis, so it does not count
   EXPECT_NEAR(logSlope(x, y), 0.7, 1e-12);
   EXPECT_TRUE(std::isnan(logSlope({1}, {1})));
   EXPECT_TRUE(std::isnan(logSlope({2, 2}, {1, 3})));

@@ -25,7 +25,7 @@ TEST(Peers, EachSettingInTheBuildIsExact) {
   std::vector<SegmentEnds> segments;
   for (int i = 0; i < 400; ++i) {
     const Vector3d a_W(place(random), place(random), place(random));
-    // Some of no length, as samples without links are.
+    // Some segments have length 0, like those of samples without links.
     segments.push_back({a_W, i % 20 == 0 ? a_W : Vector3d(a_W + Vector3d(step(random), step(random), step(random)))});
   }
   int raced = 0;
@@ -62,7 +62,7 @@ TEST(JumpRace, MeasuresMemoryByTheGrowthOfTheProcess) {
   const std::vector<SegmentEnds> segments(200'000, SegmentEnds{Vector3d::Zero(), Vector3d::Zero()});
   const auto setting = [](bool keeps) {
     return PeerSetting{"", keeps, [](const std::vector<SegmentEnds>& all) -> SquaredDistance {
-                         std::vector<char> freed(all.size() * 100, 1);  // given back while building: counts for nothing
+                         std::vector<char> freed(all.size() * 100, 1);  // freed while building: must not count
                          const auto kept = std::make_shared<std::vector<char>>(all.size() * 64 + (freed[5] == 0), 1);
                          return [kept](const Vector3d&) { return static_cast<double>(kept->front()); };
                        }};

@@ -9,7 +9,7 @@
 namespace filiform::tools {
 namespace {
 
-// A V that opens upwards: from (-30, 40) down to the origin and up to (30, 40), 50 um a leg.
+// A V: from (-30, 40) down to the origin and up to (30, 40), 50 um a leg.
 Cell vee() { return test::cellOf({{-30, 40, 0}, {0, 0, 0}, {30, 40, 0}}, {kNoParent, 0, 1}); }
 
 TEST(Stuck, InherentWhereNoPointIsNearer) {
@@ -27,8 +27,8 @@ TEST(Stuck, FallingIsFree) {
 
 TEST(Stuck, TheLeastClimbIsTheRiseToTheCorner) {
   TrialCell cell(vee());
-  // The probe stands over the right leg, nearer to it than to the proxy's place on the left one; the way there leads
-  // down to the corner, away from the probe.
+  // The probe is above the right leg, nearer to it than to the proxy's place on the left leg. The way there leads down
+  // to the corner, away from the probe.
   const Vector3d h_W(12, 34, 0);
   const ProxyPlace left = cell.placeAt(1, closestPoint({0, 0, 0}, {-30, 40, 0}, h_W).t);
   ASSERT_GT(left.t, 0);
@@ -37,11 +37,11 @@ TEST(Stuck, TheLeastClimbIsTheRiseToTheCorner) {
 }
 
 TEST(Stuck, ClimbsOfOneWayAddUp) {
-  // A zigzag of four legs under a probe that is nearest to the last one: every other leg rises.
+  // A zigzag of four legs. The probe is nearest to the last leg, and every second leg rises.
   TrialCell cell(test::cellOf({{0, 0, 0}, {10, 0, 0}, {0, 1, 0}, {10, 2, 0}, {5, 3, 0}}, {kNoParent, 0, 1, 2, 3}));
   const Vector3d h_W(5, 20, 0);
   const double climb = leastClimb_um(cell, cell.placeAt(1, 0.5), h_W);
-  // Out of the first leg's closest point, 5 um; the second leg's own closest point is nearer already.
+  // 5 um from the first leg's closest point to its end. The second leg's closest point is then nearer.
   EXPECT_NEAR(climb, 5, 1e-9);
 }
 

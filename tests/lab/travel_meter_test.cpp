@@ -14,7 +14,7 @@
 namespace filiform::tools {
 namespace {
 
-// 0 --- 1 --- 2 --- 3 along x, 10 um apart; 4 and 5 hang off 1 along y.
+// 0 --- 1 --- 2 --- 3 along x, 10 um apart. 4 and 5 branch off 1 along y.
 Cell comb() {
   return test::cellOf({{0, 0, 0}, {10, 0, 0}, {20, 0, 0}, {30, 0, 0}, {10, 10, 0}, {10, 20, 0}},
                       {kNoParent, 0, 1, 2, 1, 4});
@@ -63,7 +63,7 @@ TEST(TravelMeter, ALeapIsLongAndFarFromItsChord) {
   EXPECT_DOUBLE_EQ(small.skip_um(), 0);
 }
 
-// By the definition, from the two ends of either segment.
+// By the definition, from the two ends of each segment.
 double arcBetween(const TrialCell& cell, const ProxyPlace& a, const ProxyPlace& b) {
   const CellGraph& graph = cell.graph();
   const auto nodes = [&](std::uint32_t from, std::uint32_t to) {

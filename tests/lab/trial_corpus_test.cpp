@@ -103,7 +103,7 @@ TEST(TrialCorpus, SkipsCopiesLoopsAndCellsThatAreTooSmall) {
   EXPECT_EQ(corpus.graphs, 1u);
   EXPECT_EQ(corpus.cells.size(), 2u);
   for (const CorpusCell& cell : corpus.cells)
-    EXPECT_NE(cell.cell.source, "copy") << "of equal ones the first by source";
+    EXPECT_NE(cell.cell.source, "copy") << "of equal cells the first by source";
 }
 
 }  // namespace

@@ -7,7 +7,7 @@
 namespace filiform::tools {
 namespace {
 
-// One route of a lattice trace and one with a jittered depth, at a fine and a coarse zoom.
+// One route of a lattice trace and one of a trace with a jittered depth, at a fine and a coarse zoom.
 TEST(Trial, ClimbCompletesRoutesOfTraces) {
   SyntheticOptions options;
   options.kind = "traces";

@@ -42,7 +42,7 @@ void expectBruteForce(const TileEngine& engine, const std::vector<StoredSegment>
   for (const std::size_t k : {1, 5, 50}) {
     Candidates best(k, 0, std::numeric_limits<double>::infinity());
     engine.search(h_W, best);
-    engine.search(h_W, best);  // the same segments again, as from another tile
+    engine.search(h_W, best);  // the same segments again, as if from another tile
     const auto expected = bruteForceNearest(segments, grid, h_W, k);
     const std::vector<Candidate>& found = best.sorted();
     ASSERT_EQ(found.size(), expected.size());

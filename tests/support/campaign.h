@@ -1,4 +1,4 @@
-// Short and whole campaigns: `tools/test` looks at a sample, `tools/test --long` at everything, and collects the lines
+// Short and whole campaigns: `tools/test` runs a sample, `tools/test --long` runs everything and collects the lines
 // that begin with "campaign: ".
 #pragma once
 
@@ -11,7 +11,7 @@ namespace filiform::test {
 // `tools/test --long` sets FILIFORM_CAMPAIGN.
 inline bool wholeCampaign() { return std::getenv("FILIFORM_CAMPAIGN") != nullptr; }
 
-// A row of the table of counts.
+// Prints a row of the table of counts.
 inline void tell(const std::string& counts) { std::cout << "campaign: " << counts << std::endl; }
 
 }  // namespace filiform::test

@@ -29,7 +29,7 @@ std::uint32_t ClimbOracle::advance(const ProbeState& probe) {
     patience_mm_ *= std::max(0.0, 1.0 - probe.dt_s / 0.2);
   }
 
-  // The search proper, with the budget in um, which hangs on the active segment.
+  // The search, with the budget in um, which depends on the active segment.
   const Vector3d h_W = probe.h_W;
   const std::uint32_t active = graph_.segment(place_.segment);
   const WholeGraph::Segment& s = graph_.segments()[active];

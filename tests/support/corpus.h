@@ -1,4 +1,4 @@
-// The folder of real reconstructions, where there is one: FILIFORM_CORPUS names it.
+// The folder of real reconstructions: FILIFORM_CORPUS names it.
 #pragma once
 
 #include <filesystem>
@@ -10,7 +10,7 @@ std::optional<std::filesystem::path> corpusFolder();
 
 }  // namespace filiform::test
 
-// Skips the test, saying why, where the corpus is not at hand.
+// Skips the test, with the reason, if there is no corpus.
 #define FILIFORM_NEEDS_CORPUS()        \
   if (!filiform::test::corpusFolder()) \
   GTEST_SKIP()                         \

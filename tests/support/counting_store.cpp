@@ -70,7 +70,7 @@ std::shared_ptr<const Tile> CountingStore::load(TileId tile) const {
     account_->held += bytes;
     account_->peak_held = std::max(account_->peak_held, account_->held);
   }
-  // A copy, so that a reader that looks at a tile after it was freed is seen by the sanitizers.
+  // A copy, so that the sanitizers detect a reader that uses a freed tile.
   return {new Tile(*inner), [account = account_, bytes](const Tile* copy) {
             {
               const std::lock_guard lock(account->mutex);

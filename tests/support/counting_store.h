@@ -1,5 +1,4 @@
-// A tile store as a test wants it: it counts loads, fails or dawdles on demand, and knows which tiles somebody still
-// holds.
+// A tile store for tests: counts loads, fails or delays loads on request, and knows which tiles are still held.
 #pragma once
 
 #include "index/set/tile_store.h"
@@ -18,21 +17,21 @@ class CountingStore : public TileStore {
  public:
   static constexpr int kForever = -1;
 
-  // With `most_samples` its samples are chosen anew, that many at most: few are quickly chosen.
+  // With `most_samples`, the landmarks are chosen anew, at most this many: few are chosen quickly.
   explicit CountingStore(const TileStore& store, std::size_t most_samples = 0)
       : store_(store), most_samples_(most_samples), account_(std::make_shared<Account>()) {}
 
-  // The next `times` loads of the tile throw CorruptTile.
+  // Makes the next `times` loads of the tile throw CorruptTile.
   void failLoads(TileId tile, int times = kForever);
-  // Every load takes at least this long.
+  // Makes every load take at least this long.
   void delayLoads(std::chrono::microseconds delay);
-  // And up to this much more, drawn anew for each.
+  // Adds a random delay up to this to each load.
   void jitterLoads(std::chrono::microseconds most);
 
-  std::vector<TileId> loads() const;  // in order, failed ones included
+  std::vector<TileId> loads() const;  // in order, with failed loads
   std::size_t loads(TileId tile) const;
   std::size_t samplesRead() const;  // calls of samples()
-  // Tile::bytes() of the tiles handed out and not yet let go by all, each load counted, and the most there ever were.
+  // Tile::bytes() of the tiles that somebody still holds, each load counted; below, the largest value so far.
   std::uint64_t heldBytes() const;
   std::uint64_t peakHeldBytes() const;
 
@@ -52,7 +51,7 @@ class CountingStore : public TileStore {
   const Landmarks& samples() const override;
 
  private:
-  struct Account {  // outlives the store: a tile may be let go later
+  struct Account {  // outlives the store, because a tile may be freed later
     std::mutex mutex;
     std::vector<TileId> loads;
     std::size_t samples_read = 0;

@@ -1,4 +1,4 @@
-// What a device said, compared.
+// Compares device states.
 #pragma once
 
 #include "device/haptic_device.h"
@@ -9,7 +9,7 @@
 
 namespace filiform::test {
 
-// By the bits: -0 differs from 0 here, and a NaN equals itself.
+// Compares bits: -0 differs from 0, and a NaN equals itself.
 inline bool sameBits(const DeviceState& a, const DeviceState& b) {
   const auto same = [](const Eigen::Vector3d& x, const Eigen::Vector3d& y) {
     return std::memcmp(x.data(), y.data(), 3 * sizeof(double)) == 0;

@@ -25,7 +25,7 @@ struct Server {
   pid_t pid;
   std::string name;
 
-  // The server says which display it took.
+  // The server reports the number of its display.
   Server() {
     const std::string number = folder / "display";
     pid = startInShell("exec Xvfb -displayfd 3 -screen 0 1400x900x24 -nolisten tcp 3>'" + number + "' >/dev/null 2>&1");

@@ -6,16 +6,16 @@
 
 namespace filiform::test {
 
-// Starts `bash -c line`; the caller waits for it. -1: not started.
+// Starts `bash -c line`. The caller waits for it. Returns -1 if it cannot be started.
 pid_t startInShell(const std::string& line);
 
 class VirtualDisplay {
  public:
   static bool isInstalled();
-  // The display of this program, such as ":99": started at the first call, ended with the program. Empty: it did not
-  // start.
+  // The display of this program, such as ":99". The first call starts it; it ends with the program. Empty: it could not
+  // be started.
   static const std::string& name();
-  // xdotool with these arguments. False: it failed.
+  // Runs xdotool with these arguments. Returns false if it failed.
   static bool send(const std::string& arguments);
 };
 

@@ -20,7 +20,7 @@ std::string withoutRemark(const std::string& text) {
   return trimmedLine(std::regex_replace(text, kRemark, ""));
 }
 
-// What stands before the program's name on a command line.
+// The words before the program's name on a command line.
 const char* const kBefore = "^((?:[A-Z_]+=\\S+\\s+)*(?:xvfb-run -a\\s+|umockdev-run .* -- )?)filiform(\\s|$)";
 
 bool isCommand(const std::string& text) {
@@ -75,7 +75,7 @@ std::vector<MarkdownSpan> spansOf(const std::string& text) {
   return spans;
 }
 
-// Replaces the value of an option, or appends both; returns whether that changed the text.
+// Replaces the value of an option, or appends option and value. Returns whether the text changed.
 bool setOption(std::string& text, const std::string& option, const std::string& value) {
   const std::string before = text;
   const std::regex kGiven(option + "[ =]\\S+");
@@ -89,7 +89,7 @@ bool setOption(std::string& text, const std::string& option, const std::string& 
   return text != before;
 }
 
-// Lowers the number of an option that is given.
+// Lowers the number of an option, if the option is given.
 bool lowerOption(std::string& text, const std::string& option, double most) {
   std::smatch found;
   if (!std::regex_search(text, found, std::regex(option + " ([0-9.]+)")) || std::stod(found[1].str()) <= most)

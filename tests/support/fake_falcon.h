@@ -1,5 +1,5 @@
-// A Falcon on a fake USB: boot loader, firmware, motors and encoders, and a hand that holds the grip where a test wants
-// it. What it was told is kept, so that a test reads the last force from the device and not from the driver.
+// A Falcon on a fake USB: boot loader, firmware, motors, encoders, and a hand that holds the grip at a given place. It
+// keeps what it receives, so that a test reads the last force from the device and not from the driver.
 //
 //   FakeUsb usb;
 //   FakeFalcon fake(usb);
@@ -7,7 +7,7 @@
 //   falcon.open();
 //   fake.home();
 //
-// Packets count as FakeUsbDevice counts them: one for each report, echo or greeting. Thread rule: one thread.
+// Packets are counted as in FakeUsbDevice: one for each report, echo or greeting. Thread rule: one thread.
 #pragma once
 
 #include "device/falcon/falcon_kinematics.h"
@@ -28,7 +28,7 @@ class FakeFalcon {
     double time_s = 0;
     std::array<std::int16_t, 3> motors{};
     bool homing = false, green = false, blue = false, red = false;
-    bool homed = false;  // the device, at that moment
+    bool homed = false;  // state of the device at that moment
     bool isZero() const { return motors == std::array<std::int16_t, 3>{}; }
   };
 
@@ -38,31 +38,31 @@ class FakeFalcon {
 
   FakeUsbDevice& usb_device() { return device_; }
 
-  // Firmware: what was loaded since the last power-up. It runs when the host changes to the running speed.
+  // Firmware loaded since the last power-up. It runs when the host changes to the running speed.
   bool running = false;
   std::vector<std::uint8_t> image;
-  std::size_t image_bytes = 7914;         // with fewer the device does not run
-  std::optional<std::size_t> wrong_echo;  // byte of the image echoed wrong, as often as bad_attempts says
+  std::size_t image_bytes = 7914;         // the device does not run with fewer
+  std::optional<std::size_t> wrong_echo;  // byte of the image that is echoed wrong, bad_attempts times
   int bad_attempts = 1;
-  bool mute = false;                 // the firmware runs, and answers nothing
-  void powerUp(bool with_firmware);  // counts begin anew, not homed
+  bool mute = false;                 // the firmware runs but does not reply
+  void powerUp(bool with_firmware);  // resets the counts; the device is not homed
 
   // The grip.
   Eigen::Vector3d p_D = Eigen::Vector3d::Zero();
   std::uint8_t buttons = 0;
   double report_delay_s = 1e-3;
-  bool sends_status = false;  // packets without payload whenever a read finds nothing
-  // The marks are passed: the counts jump from what they were since power-up to what they mean. Needs that the homing
-  // bit was seen.
+  bool sends_status = false;  // send packets without payload whenever a read finds nothing
+  // The grip passes the index marks: the counts jump from values since power-up to true values. Requires that the
+  // homing bit was received.
   void home();
   bool homed() const { return homed_; }
-  std::optional<std::array<std::int16_t, 3>> counts;  // reported instead of those of p_D
+  std::optional<std::array<std::int16_t, 3>> counts;  // reported instead of the counts of p_D
 
   const std::vector<Received>& received() const { return received_; }
   const Received& last() const { return received_.back(); }  // requires that something was received
-  // The force at the grip (N) that the last motors make, with that calibration.
+  // The force at the grip (N) of the last motor values, with this calibration.
   Eigen::Vector3d force_N(double motor_per_Nm = kFalconMotorPerNm) const;
-  // Motors that were not zero while the device was not homed: there must be none.
+  // Number of motor values that were not zero while the device was not homed: must be 0.
   std::size_t forces_before_homing() const;
 
  private:

@@ -17,7 +17,7 @@ class Talk {
   void request(const FtdiRequest& request) {
     connection_->control({.request_type = 0x40, .request = request.request, .value = request.value}, {}, 1);
   }
-  // The payload of the next packet; empty if none comes within 0.1 s.
+  // Returns the payload of the next packet; empty if none comes within 0.1 s.
   std::vector<std::uint8_t> ask(const std::vector<std::uint8_t>& bytes) {
     std::copy(bytes.begin(), bytes.end(), out_->buffer().begin());
     EXPECT_EQ(connection_->run(*out_, bytes.size(), 0.1), UsbStatus::done);

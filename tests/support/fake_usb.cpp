@@ -77,7 +77,7 @@ class FakeConnection : public UsbConnection {
 
   FakeUsb& usb_;
   FakeUsbDevice& device_;
-  std::vector<FakeTransfer*> pending_;  // in the order of their submission
+  std::vector<FakeTransfer*> pending_;  // in the order of submission
   std::vector<std::uint8_t> claimed_;
   std::size_t transfers_ = 0;
   bool gone_ = false;
@@ -155,7 +155,7 @@ class FakeTransfer : public UsbTransfer {
     return true;
   }
 
-  // When it will be over, as far as is known now.
+  // The time of completion, as far as known now.
   double dueTime() const noexcept {
     if (outcome_ != UsbStatus::done || !endpoint_.in()) return due_s_;
     FakeUsbDevice::Queue& queue = connection_.device_.queues_.at(endpoint_.address);
@@ -226,7 +226,7 @@ bool FakeConnection::handleEvents(double timeout_s) noexcept {
     while (!pending_.empty()) pending_.front()->finish(UsbStatus::gone);
     return any;
   }
-  // What a script answers meanwhile is for the next call.
+  // Packets that a script sends during this call are for the next call.
   bool any = false;
   for (std::size_t left = pending_.size(), i = 0; left > 0; --left) {
     if (pending_[i]->dueTime() <= usb_.time_s_) {

@@ -1,5 +1,5 @@
-// USB without hardware, in virtual time: devices are scripts (functions from bytes written to bytes answered), faults
-// are told beforehand, and the same calls give the same answers to the bit.
+// USB without hardware, in virtual time. Devices are scripts: functions from bytes written to bytes sent. Faults are
+// set in advance. The same calls give the same results to the bit.
 //
 //   FakeUsb usb;
 //   FakeUsbDevice& echo = usb.plug(info);
@@ -9,9 +9,9 @@
 //   echo.fault({.kind = FakeUsbFault::Kind::lost, .at = 7});   // the 8th packet to the host never arrives
 //   auto connection = usb.open(usb.devices().at(0));
 //
-// One packet answered is one transfer completed. Time passes in handleEvents(), run(), control() and pause() only.
-// After plug() and open(), transfers and events allocate nothing as long as the scripts do not. It also watches its
-// user: see violations(). Thread rule: one thread.
+// A packet sent completes one transfer. Time passes only in handleEvents(), run(), control() and pause(). After plug()
+// and open(), transfers and events allocate nothing if the scripts allocate nothing. It also checks its user: see
+// violations(). Thread rule: one thread.
 #pragma once
 
 #include "device/usb/usb_transport.h"
@@ -30,20 +30,20 @@ class FakeUsb;
 struct FakeUsbFault {
   enum class Kind {
     truncated,  // the packet keeps its first `bytes` bytes
-    split,      // the packet comes as two, the first of `bytes` bytes
+    split,      // the packet comes as two, the first with `bytes` bytes
     merged,     // the packet comes together with the next one
     lost,       // the packet never comes
-    garbage,    // its bytes are replaced by seeded random ones
+    garbage,    // seeded random bytes replace the packet
     silent,     // from this packet on nothing more is received: reads never complete
-    deaf,       // from this transfer on nothing completes at all, writes neither
-    stuck,      // as deaf, and the system does not return a transfer that is cancelled
+    deaf,       // from this transfer on no read and no write completes
+    stuck,      // as deaf, and a cancelled transfer is not returned
     stalled,    // this transfer ends stalled
     failed,     // this transfer ends failed
-    unplugged,  // at the submission of this transfer the device is pulled out
+    unplugged,  // the device is unplugged when this transfer is submitted
   };
   Kind kind{};
-  // From 0, since the device was plugged in. The first five and `silent` count packets answered on any endpoint, the
-  // others transfers submitted in either direction.
+  // From 0, since the device was plugged in. The first five kinds and `silent` count packets sent on any endpoint. The
+  // others count transfers submitted in either direction.
   std::uint64_t at = 0;
   std::size_t bytes = 1;
   std::uint64_t seed = 1;
@@ -51,36 +51,36 @@ struct FakeUsbFault {
 
 class FakeUsbDevice {
  public:
-  static constexpr std::size_t kMaxPacket = 512;  // longer answers come as several packets
+  static constexpr std::size_t kMaxPacket = 512;  // more bytes come as several packets
 
   using Write = std::function<void(std::uint8_t endpoint, std::span<const std::uint8_t> bytes, FakeUsbDevice&)>;
-  // Fills `data` for IN, reads it for OUT; the bytes moved, or nothing to stall.
+  // Fills `data` for IN, reads it for OUT. Returns the number of bytes moved, or nullopt to stall.
   using Control =
       std::function<std::optional<std::size_t>(const UsbSetup&, std::span<std::uint8_t> data, FakeUsbDevice&)>;
-  // A read was submitted while no packet waits: a device that always answers something puts it here.
+  // Called when a read is submitted while no packet waits: for a device that always sends something.
   using Read = std::function<void(std::uint8_t endpoint, FakeUsbDevice&)>;
 
   Write on_write;
-  Control on_control;  // without one all are accepted and move data.size() bytes
+  Control on_control;  // without it, every control transfer succeeds and moves data.size() bytes
   Read on_read;
 
   UsbDeviceInfo info;
   bool permitted = true;                    // false: open() throws no_permission
-  std::vector<std::uint8_t> busy;           // interfaces that another program has
-  std::vector<std::uint8_t> kernel_driven;  // interfaces with a kernel driver now: taken at claim, given back after
-  double write_s = 100e-6;                  // from the submission of a write to its completion
+  std::vector<std::uint8_t> busy;           // interfaces claimed by another program
+  std::vector<std::uint8_t> kernel_driven;  // interfaces with a kernel driver: detached at claim, attached afterwards
+  double write_s = 100e-6;                  // time from submission to completion of a write
   double control_s = 100e-6;
 
-  // From the device: this packet can be received `delay_s` from now, after those already answered on that endpoint.
+  // Sends a packet to the host. It arrives in `delay_s`, after the packets already sent on this endpoint.
   void answer(std::uint8_t endpoint, std::span<const std::uint8_t> bytes, double delay_s = 0);
   void fault(const FakeUsbFault& fault) { faults_.push_back(fault); }
-  // Forgets what waits to be received.
+  // Removes all packets that wait to be received.
   void purge();
 
   double time_s() const noexcept;
-  std::uint64_t packets() const noexcept { return packets_; }      // answered so far
+  std::uint64_t packets() const noexcept { return packets_; }      // sent so far
   std::uint64_t transfers() const noexcept { return transfers_; }  // submitted so far
-  std::uint64_t lost() const noexcept { return lost_; }            // answers that found the queue full
+  std::uint64_t lost() const noexcept { return lost_; }            // packets lost because the queue was full
   bool plugged() const noexcept { return plugged_; }
   const std::vector<std::uint8_t>& claimed() const noexcept { return claimed_; }
 
@@ -105,7 +105,7 @@ class FakeUsbDevice {
   bool reached(FakeUsbFault::Kind kind, std::uint64_t index) const;
 
   FakeUsb& usb_;
-  std::map<std::uint8_t, Queue> queues_;  // of its IN endpoints
+  std::map<std::uint8_t, Queue> queues_;  // by IN endpoint
   std::vector<FakeUsbFault> faults_;
   std::vector<std::uint8_t> claimed_, detached_;
   std::uint64_t packets_ = 0, transfers_ = 0, lost_ = 0;
@@ -117,18 +117,18 @@ class FakeUsb : public UsbTransport {
   FakeUsb();
   ~FakeUsb() override;
 
-  // Packets that wait at an endpoint of a device plugged in from now on; more are lost and counted.
+  // Length of an endpoint's queue for devices plugged in from now on. Further packets are lost and counted.
   std::size_t queue_packets = 1024;
 
-  // The device stays where it is until the end of the transport, also after unplug(). Address 0 is replaced by a fresh
-  // one.
+  // Plugs a device in. It exists until the end of the transport, also after unplug(). Address 0 is replaced by a new
+  // address.
   FakeUsbDevice& plug(const UsbDeviceInfo& info);
   void unplug(FakeUsbDevice& device);
-  // Pulls it out when the clock gets there.
+  // Unplugs the device at this time.
   void unplugAt(FakeUsbDevice& device, double time_s);
 
-  // What the users of the seam did wrong: transfers over interfaces that are not claimed, submitted while pending or
-  // with too great a length; buffers touched in flight; transfers that outlived their connection. Empty in a good test.
+  // Mistakes of the transport's user: transfers on interfaces that are not claimed, submitted while pending, or too
+  // long; buffers changed during a transfer; transfers that outlive their connection. Empty in a good test.
   const std::vector<std::string>& violations() const noexcept { return violations_; }
 
   std::vector<UsbDeviceInfo> devices() override;
@@ -149,7 +149,7 @@ class FakeUsb : public UsbTransport {
   std::uint8_t next_address_ = 1;
 };
 
-// What devices look like when they are plugged in: interface 0 with bulk IN 0x81 and bulk OUT 0x02.
+// A typical device: interface 0 with bulk IN 0x81 and bulk OUT 0x02.
 UsbDeviceInfo fakeBulkDevice(std::uint16_t vendor, std::uint16_t product, const std::string& bus_path,
                              const std::string& name);
 

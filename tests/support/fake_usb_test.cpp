@@ -10,7 +10,7 @@ namespace {
 using Bytes = std::vector<std::uint8_t>;
 using Kind = FakeUsbFault::Kind;
 
-// Answers every write with its bytes, 1 ms later.
+// A device that echoes every write after 1 ms.
 class FakeUsbTest : public testing::Test {
  protected:
   FakeUsbTest() : device(usb.plug(fakeBulkDevice(0x1234, 0x5678, "1-2", "echo"))) {
@@ -32,7 +32,7 @@ class FakeUsbTest : public testing::Test {
     std::copy(bytes.begin(), bytes.end(), out->buffer().begin());
     return connection->run(*out, bytes.size(), 0.01);
   }
-  // What arrives; empty and `status` says why if nothing does.
+  // Returns the bytes received; if none, `status` says why.
   Bytes read() {
     status = connection->run(*in, 64, 0.01);
     const std::span<const std::uint8_t> data = in->data();

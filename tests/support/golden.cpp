@@ -13,7 +13,7 @@ namespace filiform::test {
 
 namespace {
 
-// Sums over 3 x 3 pixels, fewer at the rim, as means.
+// The mean over 3 x 3 pixels for each pixel, over fewer at the rim.
 std::vector<double> blurred(const Picture& p) {
   std::vector<double> out(p.rgb.size());
   for (int y = 0; y < p.height; ++y)

@@ -1,4 +1,4 @@
-// Pictures kept beside the tests, and what it means that another one shows the same.
+// Reference pictures of tests, and a measure of whether another picture shows the same.
 #pragma once
 
 #include "viewer/gl/renderer.h"
@@ -7,15 +7,15 @@
 
 namespace filiform::test {
 
-// Of two pictures, each averaged over 3 x 3 pixels first, so that an edge that another driver rounds to the
-// neighbouring pixel counts little.
+// The difference of two pictures after averaging each over 3 x 3 pixels. An edge that another driver rounds to the
+// neighbouring pixel then counts little.
 struct PictureDifference {
   bool same_size = true;
   double mean = 0;     // over all channels, 0..255
-  double far_off = 0;  // part of the pixels in which a channel differs by more than kFarOff
+  double far_off = 0;  // fraction of the pixels in which a channel differs by more than kFarOff
   static constexpr int kFarOff = 24;
 
-  // Within what drivers may do, yet not within a thread that is elsewhere, or another colour.
+  // Allows for differences between drivers, but not for a neurite elsewhere or another colour.
   bool showsTheSame() const { return same_size && mean <= 1.5 && far_off <= 0.004; }
 };
 PictureDifference compare(const Picture& a, const Picture& b);

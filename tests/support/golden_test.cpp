@@ -10,7 +10,7 @@
 namespace filiform::test {
 namespace {
 
-// Threads on a dark ground: slanting lines two pixels wide.
+// Slanting lines two pixels wide on a dark ground.
 Picture threads(int shift, int width = 120, int height = 80) {
   Picture p{width, height, std::vector<std::uint8_t>(static_cast<std::size_t>(3 * width * height), 14)};
   for (int line = 0; line < 5; ++line)
@@ -28,7 +28,7 @@ TEST(Golden, WhatAnotherDriverRoundsIsTheSame) {
   std::mt19937 random(1);
   for (std::uint8_t& c : noisy.rgb) c = static_cast<std::uint8_t>(c + random() % 5 - 2);
   EXPECT_TRUE(compare(threads(0), noisy).showsTheSame());
-  // One line's edge in twenty falls to the neighbouring pixel.
+  // In every 20th row the edges of the lines fall on the neighbouring pixel.
   Picture edges = threads(0);
   for (int y = 0; y < 80; y += 20)
     for (int x = 118; x > 0; --x)

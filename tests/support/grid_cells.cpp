@@ -36,7 +36,7 @@ void GridCells::take(Cell& cell) {
   const std::size_t n = cell.samples();
   if (cell.positions_um.size() != n || cell.parents.size() != n || cell.radii_um.size() != n || cell.types.size() != n)
     throw UsageError("a cell was handed over with arrays of different lengths");
-  // One bit of 32 marks owners.
+  // One of the 32 bits marks owners.
   if (n >= (std::size_t{1} << 31) - sample_count() || records_.size() == UINT32_MAX - 1)
     throw InputError("more than 2^31 samples in one tile set: split the input into several sets");
 
@@ -108,7 +108,7 @@ Placement place(const GridCells& cells, std::uint32_t capacity, const std::atomi
   const auto leaf_count = static_cast<std::uint32_t>(partition.leaves().size());
   std::vector<Placement::Stored> found;
   found.reserve(cells.sample_count() + cells.sample_count() / 4);
-  std::vector<std::uint64_t> counts(leaf_count + 1, 0);  // the last is the long-segment tile
+  std::vector<std::uint64_t> counts(leaf_count + 1, 0);  // the last one is the long-segment tile
   const auto store = [&](std::uint32_t sample, std::uint32_t leaf, bool owned) {
     found.push_back({sample, leaf | (owned ? Placement::Stored::kOwned : 0)});
     ++counts[leaf];

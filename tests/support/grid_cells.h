@@ -1,5 +1,5 @@
-// Oracle of the tiler: all cells of a stream in memory, snapped to the grid, and their tiles found by sorting
-// everything. Immutable after construction.
+// The oracle of the tiler: holds all cells of a stream, snapped to the grid, and finds their tiles by sorting.
+// Immutable after construction.
 #pragma once
 
 #include "index/cell/cell.h"
@@ -17,8 +17,8 @@ enum class SampleKind : std::uint8_t { root, link, isolated };  // link: owns th
 
 class GridCells {
  public:
-  // Reads the stream to its end. Throws InputError when there are more samples than 32 bits count, or when `cancel`
-  // becomes true (may be null); UsageError for a cell whose arrays disagree.
+  // Reads the stream to its end. Throws InputError for more samples than 32 bits can count, and if `cancel` (may be
+  // null) becomes true; UsageError for a cell whose arrays differ in length.
   GridCells(CellStream& stream, const Grid& grid, const std::atomic<bool>* cancel);
 
   const Grid& grid() const { return grid_; }
@@ -31,7 +31,8 @@ class GridCells {
   SampleKind kind(std::uint32_t sample) const { return kinds_[sample]; }
   bool isSegment(std::uint32_t sample) const { return kinds_[sample] != SampleKind::root; }
   const GridPoint& position(std::uint32_t sample) const { return positions_[sample]; }
-  // The sample at the other end of the segment: the parent, or itself where isolated. Requires isSegment(sample).
+  // The sample at the other end of the segment: the parent, or the sample itself if isolated. Requires
+  // isSegment(sample).
   std::uint32_t other(std::uint32_t sample, std::uint32_t cell) const {
     return kinds_[sample] == SampleKind::link ? begin_[cell] + parents_[sample] : sample;
   }
@@ -41,7 +42,7 @@ class GridCells {
 
   std::uint64_t digest(std::uint32_t cell) const { return digests_[cell]; }
   const std::vector<CellRecord>& records() const { return records_; }
-  // Everything but `tiles`.
+  // Everything except `tiles`.
   CellDetail detail(std::uint32_t cell) const;
 
  private:
@@ -58,19 +59,19 @@ class GridCells {
   std::vector<std::vector<std::uint32_t>> block_starts_;
   std::vector<std::uint64_t> digests_;
   std::vector<CellRecord> records_;
-  std::vector<std::string> given_names_;  // while cells are taken
+  std::vector<std::string> given_names_;  // used only while cells are read
 };
 
-// Which tile stores which segment.
+// The segments of each tile.
 struct Placement {
   struct Stored {
-    std::uint32_t sample;  // of GridCells: the child
-    std::uint32_t tile;    // with kOwned
+    std::uint32_t sample;  // the child, as numbered by GridCells
+    std::uint32_t tile;    // combined with kOwned
     static constexpr std::uint32_t kOwned = std::uint32_t{1} << 31;
     bool owned() const { return (tile & kOwned) != 0; }
   };
-  std::vector<BlockKey> leaves;      // that store something, ascending
-  bool has_long = false;             // then one more tile follows
+  std::vector<BlockKey> leaves;      // leaves with segments, ascending
+  bool has_long = false;             // true: one more tile comes after the leaves
   std::vector<std::uint64_t> begin;  // of each tile in `stored`, and the end
   std::vector<Stored> stored;        // by tile, then by sample
 
@@ -84,7 +85,7 @@ Placement place(const GridCells& cells, std::uint32_t capacity, const std::atomi
 
 std::shared_ptr<const Tile> buildTile(const GridCells& cells, const Placement& placement, TileId tile);
 TileAppearance buildAppearance(const GridCells& cells, const Placement& placement, TileId tile);
-// For each cell, the tiles that own one of its segments, ascending.
+// For each cell, the tiles that own its segments, ascending.
 std::vector<std::vector<TileId>> owningTiles(const GridCells& cells, const Placement& placement);
 
 }  // namespace filiform::internal

@@ -1,4 +1,4 @@
-// Cells cut by the product's own tiler, in memory, into small tiles unless told otherwise.
+// Cells in memory, cut by the product's tiler into small tiles.
 #pragma once
 
 #include "index/build/memory_tiles.h"

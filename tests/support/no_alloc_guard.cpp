@@ -1,4 +1,4 @@
-// Fortified headers define some of these wrappers inline.
+// Fortified headers define some of these functions inline, so fortification is off.
 #undef _FORTIFY_SOURCE
 
 #include "tests/support/no_alloc_guard.h"
@@ -30,8 +30,8 @@ namespace {
 
 using filiform::test::ForbiddenCalls;
 
-// Read inside malloc: constant initialisation and the executable's own thread-local storage, so that reading allocates
-// nothing.
+// Read inside malloc. Constant initialisation and the executable's own thread-local storage ensure that reading does
+// not allocate.
 thread_local constinit bool guarded = false;
 thread_local constinit bool aborts = false;
 thread_local constinit ForbiddenCalls seen{};
@@ -69,7 +69,7 @@ namespace {
 
 #else
 
-// Weak, so that a test that brings its own (a disk that fails, say) takes precedence instead of breaking the link.
+// Weak, so that a test with its own definition (for example of a failing disk) takes precedence.
 #define FILIFORM_INTERPOSED extern "C" __attribute__((weak, visibility("default")))
 
 extern "C" {
@@ -115,7 +115,7 @@ FILIFORM_INTERPOSED void free(void* p) {
 
 namespace {
 
-// dlsym alone would answer the condition variables of the first glibc, which have another layout.
+// dlsym alone would return glibc's oldest version of the condition variables, which have another layout.
 void* nextDefinition(const char* name) {
   void* const versioned = dlvsym(RTLD_NEXT, name, "GLIBC_2.3.2");
   return versioned != nullptr ? versioned : dlsym(RTLD_NEXT, name);
@@ -131,8 +131,8 @@ Function nextFunction(const char* name) {
 
 }  // namespace
 
-// FORWARD(kind, return type, name, (parameters), (arguments)): notes the call and hands on to the next definition of
-// the name.
+// FORWARD(kind, return type, name, (parameters), (arguments)): counts the call and calls the next definition of the
+// name.
 #define FILIFORM_FORWARD(kind, type, name, parameters, arguments) \
   FILIFORM_INTERPOSED type name parameters {                      \
     static void* next = nullptr;                                  \
@@ -182,8 +182,8 @@ FILIFORM_FORWARD(Call::system, int, clock_nanosleep, (clockid_t k, int flags, co
 FILIFORM_FORWARD(Call::system, int, usleep, (useconds_t us), (us))
 FILIFORM_FORWARD(Call::system, int, sched_yield, (), ())
 
-// The last parameters of these are optional; on every Linux ABI that the project runs on, handing on one more than was
-// given is harmless.
+// The last parameters of these functions are optional. On every Linux ABI that the project supports, passing one more
+// than was given is harmless.
 #define FILIFORM_FORWARD_OPEN(name)                                                \
   FILIFORM_INTERPOSED int name(const char* path, int flags, ...) {                 \
     std::va_list more;                                                             \
@@ -257,7 +257,7 @@ namespace {
 
 enum ChildExit { kClean = 0, kFailed = 1, kNoSeal = 2 };
 
-// Everything but exit ends the process with SIGSYS. False if the kernel refuses.
+// Allows only exit; any other call ends the process with SIGSYS. Returns false if the kernel refuses.
 bool seal() {
   sock_filter rules[] = {
       BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, nr)),

@@ -27,7 +27,7 @@ TEST(NoAllocGuard, SeesNothingWhereNothingHappens) {
 TEST(NoAllocGuard, SeesNewAndDelete) {
   NoAllocGuard guard;
   auto p = std::make_unique<std::vector<int>>(1000);
-  static_cast<volatile int*>(p->data())[0] = 1;  // or the compiler may leave the allocation out
+  static_cast<volatile int*>(p->data())[0] = 1;  // prevents the compiler from removing the allocation
   p.reset();
   const ForbiddenCalls calls = guard.calls();
   EXPECT_EQ(calls.allocations, 4u);
@@ -46,7 +46,7 @@ TEST(NoAllocGuard, SeesMallocAndAlignedAllocation) {
   p = std::aligned_alloc(64, 128);
   std::free(p);
   const ForbiddenCalls calls = guard.calls();
-  EXPECT_GE(calls.allocations, NoAllocGuard::sees().locks ? 2u : 1u);  // the thread sanitizer tells of the free only
+  EXPECT_GE(calls.allocations, NoAllocGuard::sees().locks ? 2u : 1u);  // the thread sanitizer reports only the free
 }
 
 TEST(NoAllocGuard, SeesLocksOrSaysWhyNot) {

@@ -11,7 +11,7 @@ inline constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 inline constexpr double kDt_s = 1e-3;  // a tick at 1 kHz
 
-// Every power of ten as likely as the next; 0 < lo <= hi.
+// Log-uniform: every power of ten is equally likely. Requires 0 < lo <= hi.
 inline double logUniform(std::mt19937_64& random, double lo, double hi) {
   return std::exp(std::uniform_real_distribution<double>(std::log(lo), std::log(hi))(random));
 }

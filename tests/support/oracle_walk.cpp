@@ -10,7 +10,7 @@ namespace filiform::test {
 
 namespace {
 
-// The same tick of both.
+// Runs the same tick on both.
 void tickBeside(ProxySolver& solver, const GraphView& view, const Oracle& oracle, std::uint32_t visited,
                 const ProbeState& probe) {
   SolverStep step;
@@ -102,7 +102,7 @@ void walkOnTilesOfTheProduct(const WalkedMethod& method, Walked& walked) {
       const std::vector<Vector3d> probes = jumpingProbes(whole, random, 24);
       for (std::size_t i = 0; i < probes.size(); ++i) {
         if (i % 8 == 0) {
-          // The first start is the last segment stored: in the long-segment tile, where there is one.
+          // The first start is the last segment stored: in the long-segment tile, if there is one.
           const std::size_t start = i == 0 ? graph.owned.size() - 1 : random() % graph.owned.size();
           solver->setPlace(view.placeAt(graph.owners[start], graph.owned[start].id, 0.5));
           walked.started_long += graph.owners[start] == graph.store->long_tile();

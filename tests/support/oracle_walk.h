@@ -1,4 +1,4 @@
-// Walks of a solver of the product beside the literal oracle of its method: the same walks for every method.
+// Walks a solver of the product beside the literal oracle of its method: the same walks for every method.
 #pragma once
 
 #include "tests/support/proxy_walk.h"
@@ -11,42 +11,42 @@
 
 namespace filiform::test {
 
-// One tick, or its undo, and a failure if it allocates, locks or calls the system.
+// Runs one tick or its undo. Adds a failure if it allocates, locks or calls the system.
 void watchedTick(ProxySolver& solver, const GraphView& view, const ProbeState& probe, SolverStep& step);
 void watchedUndo(ProxySolver& solver);
 
-inline constexpr std::uint32_t kUnbounded = 8000;  // more than any walk of the tests tests in a tick
+inline constexpr std::uint32_t kUnbounded = 8000;  // more segments than any test tests in a tick
 
 class Oracle {
  public:
   virtual ~Oracle() = default;
-  virtual ProxyPlace place() const = 0;  // without a tile
+  virtual ProxyPlace place() const = 0;  // has no tile
   virtual void setPlace(const ProxyPlace& place) = 0;
   virtual std::uint32_t advance(const ProbeState& probe) = 0;  // the number of segments tested
 };
 
-// What the walks need to know of a method. Variants are sets of parameters, 0 and 1, which may be the same.
+// The parts of a method that the walks need. Variants 0 and 1 are two sets of parameters, which may be equal.
 struct WalkedMethod {
   std::function<std::unique_ptr<ProxySolver>(std::uint64_t variant, std::uint32_t max_visited)> solver;
-  std::function<std::unique_ptr<Oracle>(std::uint64_t variant, const WholeGraph& whole)> oracle;  // without a cap
+  std::function<std::unique_ptr<Oracle>(std::uint64_t variant, const WholeGraph& whole)> oracle;  // without a work cap
   std::function<std::vector<ProbeState>(const WholeGraph& whole, std::mt19937_64& random)> probes;
-  std::uint32_t unbounded;  // more than any walk here tests in a tick
+  std::uint32_t unbounded;  // more segments than any walk tests in a tick
 };
 
-struct Walked {                    // so that a test can say that its walks did walk
+struct Walked {                    // counts, so that a test can check that its walks moved
   std::uint64_t moved = 0;         // ticks that moved the oracle
-  std::uint64_t farthest = 0;      // segments tested in a tick, at most
-  std::uint64_t frontiers = 0;     // met and taken back
+  std::uint64_t farthest = 0;      // largest number of segments tested in a tick
+  std::uint64_t frontiers = 0;     // ticks at a frontier, which were undone
   std::uint64_t started_long = 0;  // starts in a long-segment tile
 };
 
-// Place, t, position and number of tests equal the oracle's, to the last bit at every tick, on random graphs (loops,
-// lengths of zero, at 1e9 um) cut into tiles of 4, 16 and 2048 segments.
+// Expects that place, t, position and number of tests equal the oracle's, to the last bit at every tick, on random
+// graphs (loops, lengths of zero, at 1e9 um) cut into tiles of 4, 16 and 2048 segments.
 void walkInEveryTiling(const WalkedMethod& method, std::uint64_t seeds, Walked& walked);
-// The same on the worst cases and a column, in the tiles that the product cuts.
+// The same on the worst cases and a column, in the tiles that the product makes.
 void walkOnTilesOfTheProduct(const WalkedMethod& method, Walked& walked);
-// Tiles come and go at random; undo, load what was absent, and the same tick again give the answer of the whole graph,
-// for each cap in turn. What is reported absent is absent, and the first of it needed.
+// Tiles appear and disappear at random. After undo and loading the absent tiles, the same tick must give the result of
+// the whole graph, for each cap in turn. Every tile reported absent must be absent, and the first one must be needed.
 void walkThroughAbsentTiles(const WalkedMethod& method, std::uint64_t seeds, const std::vector<std::uint32_t>& caps,
                             Walked& walked);
 

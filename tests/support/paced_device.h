@@ -1,5 +1,4 @@
-// A device that paces the loop by a clock of its own, which is faster than the wall's so that a test does not wait
-// long.
+// A device that paces the loop by its own clock, which is faster than real time so that tests are short.
 #pragma once
 
 #include "device/haptic_device.h"
@@ -11,7 +10,7 @@ namespace filiform::test {
 
 class PacedDevice : public HapticDevice {
  public:
-  // Rests at p_D (m), from the second sample on; before, at the centre.
+  // Rests at p_D (m) from the second sample on; before, at the centre.
   PacedDevice(double period_s, const Eigen::Vector3d& p_D) : period_s_(period_s), p_D_(p_D) {
     capabilities_.name = "paced";
     capabilities_.paces_loop = true;

@@ -1,4 +1,4 @@
-// The oracle of the basic and the force-based solver: the literal transcription that the benchmark compares with too.
+// The oracle of the basic and the force-based solver: the literal transcription that the benchmark also uses.
 #pragma once
 
 #include "tools/lab/bench/literal_solver.h"

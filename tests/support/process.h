@@ -1,4 +1,4 @@
-// Runs the program as a person would, and tells what it said.
+// Runs the program as a process and returns its output.
 #pragma once
 
 #include <cstdint>
@@ -9,18 +9,18 @@
 namespace filiform::test {
 
 struct Outcome {
-  int exit_code = -1;  // 128 + signal when it was killed by one
+  int exit_code = -1;  // 128 + signal if a signal killed it
   std::string out, err;
-  // The most memory that it had at a time, bytes; at least what the calling process had when it started the program.
+  // Peak memory, bytes; at least the memory of the calling process at the start.
   std::uint64_t peak_bytes = 0;
   bool oneLineOnStderr() const { return !err.empty() && err.find('\n') == err.size() - 1; }
 };
 
-// Runs `filiform ARGS...` with `input` on stdin. Blocks until it ends. Throws std::runtime_error if it cannot be
+// Runs `filiform ARGS...` with `input` on stdin and waits for its end. Throws std::runtime_error if it cannot be
 // started.
 Outcome runFiliform(const std::vector<std::string>& arguments, const std::string& input = "");
 
-// The same inside a shell line in which "$@" stands for the program and its arguments, for example
+// The same inside a shell line. "$@" stands for the program and its arguments, for example
 // "ulimit -f 10; exec \"$@\"".
 Outcome runFiliformInShell(const std::string& line, const std::vector<std::string>& arguments);
 

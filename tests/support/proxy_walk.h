@@ -1,4 +1,4 @@
-// Probes to walk a proxy with, and exact comparison of places.
+// Probes for walks of a proxy, and exact comparison of places.
 #pragma once
 
 #include "solver/graph/graph_view.h"
@@ -12,12 +12,12 @@
 
 namespace filiform::test {
 
-// Equal to the last bit in all but the tile; says where not.
+// Compares all members except the tile, to the last bit; reports the first difference.
 testing::AssertionResult samePlace(const ProxyPlace& a, const ProxyPlace& b);
 
-// A hand: moves smoothly through the neighbourhood of the structure, now towards one node of it, now towards another.
+// A hand that moves smoothly through the neighbourhood of the structure, from one node to another.
 std::vector<Vector3d> smoothProbes(const WholeGraph& graph, std::mt19937_64& random, int ticks);
-// Anywhere, near and far, on nodes and off, from one tick to the next.
+// Probes that jump at each tick: near and far, on nodes and elsewhere.
 std::vector<Vector3d> jumpingProbes(const WholeGraph& graph, std::mt19937_64& random, int ticks);
 
 // A place on a random segment of the graph: at t uniform in 0..1, or at one of its ends.
@@ -31,7 +31,7 @@ inline GraphView viewOf(const TiledGraph& tiled, const TestGraph& graph) {
   return GraphView(tiled.table(), tiled.leaves(), graph.grid);
 }
 
-// Parameters under which a force-based proxy escapes often.
+// Parameters with which a force-based proxy escapes often.
 SolverParameters livelyParameters(std::uint32_t max_visited);
 
 }  // namespace filiform::test

@@ -180,7 +180,7 @@ std::vector<NamedCells> worstCases() {
   addSample(spear, Vector3d(2000, 1900, 1930), 0);
   addSample(spear, Vector3d(2001, 1900, 1930), 1);
   crossed.push_back(spear);
-  Cell rail;  // enough leaves along the spear to make it long
+  Cell rail;  // enough leaves along the spear to make the spear a long segment
   for (std::uint32_t i = 0; i < 4000; ++i)
     addSample(rail, Vector3d(-2000.0 + i, -1900 + 0.95 * i, -1950 + 0.97 * i), i == 0 ? kNoParent : i - 1);
   crossed.push_back(rail);

@@ -1,4 +1,4 @@
-// Cells for tests: seeded random neurons, and the worst that data can hold.
+// Cells for tests: seeded random neurons, and extreme cells.
 #pragma once
 
 #include "index/cell/cell.h"
@@ -17,9 +17,9 @@ std::uint32_t addSample(Cell& cell, const Vector3d& p_W, std::uint32_t parent = 
 struct NeuronShape {
   std::uint32_t samples = 500;
   double step_um = 3.0;         // mean segment length
-  double branching = 0.03;      // chance that a sample starts a new branch from an earlier one
-  double extra_root = 0.002;    // chance that it starts a new tree
-  bool shuffled_files = false;  // some parents after their children, ids with gaps
+  double branching = 0.03;      // chance that a sample starts a new branch from an earlier sample
+  double extra_root = 0.002;    // chance that a sample starts a new tree
+  bool shuffled_files = false;  // some parents come after their children; ids have gaps
   Vector3d origin_W = Vector3d::Zero();
 };
 Cell randomNeuron(std::uint64_t seed, const NeuronShape& shape = {});
@@ -37,8 +37,8 @@ struct NamedCells {
   std::string name;
   std::vector<Cell> cells;
 };
-// Every generator above in small, and: nothing, a cell without samples, one node, one segment, zero-length segments
-// among others, a segment that crosses hundreds of leaves, structures far from the origin and at the edge of the grid,
+// A small cell of every generator above, and: nothing, a cell without samples, one node, one segment, zero-length
+// segments, a segment that crosses hundreds of leaves, structures far from the origin and at the edge of the grid,
 // one outlier at 1e9 um, all cells within one voxel, equal cells twice, a restarted id block.
 std::vector<NamedCells> worstCases();
 

@@ -1,4 +1,4 @@
-// Runs on small scenes, and their rows as CSV.
+// Runs on small scenes, with the rows of the CSV.
 #pragma once
 
 #include "solver/travel/run.h"

@@ -1,4 +1,4 @@
-// Is this test instrumented? Then it is many times slower, and may look at a sample of what the plain one sees whole.
+// Whether this test is instrumented. It is then many times slower, and may test a sample of what the plain test tests.
 #pragma once
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)

@@ -12,7 +12,7 @@ std::vector<std::uint32_t> ShadingOracle::othersByDistance(std::uint32_t node, s
   for (const std::uint32_t other : graph_.nodes()[node].incident)
     if (other != segment)
       others.push_back({closestPoint(childOf(other), parentOf(other), h_W).squared_distance, other});
-  std::sort(others.begin(), others.end());  // numbers are in the order of identity
+  std::sort(others.begin(), others.end());  // numbers are in the order of ids
   std::vector<std::uint32_t> sorted;
   for (const auto& [distance, other] : others) sorted.push_back(other);
   return sorted;

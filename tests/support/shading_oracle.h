@@ -1,5 +1,5 @@
-// The literal transcription of force shading: lists and sorting over a whole graph in memory, without a
-// bound on what is looked at. Shares nothing with the product's solver but closestPoint().
+// A literal transcription of force shading (solver/proxy/force_shading.h): lists and sorting over a whole graph in
+// memory, without bounds. Shares only closestPoint() with the product's solver.
 #pragma once
 
 #include "tests/support/paper_oracle.h"
@@ -11,7 +11,7 @@ class ShadingOracle {
   // The graph must outlive the oracle.
   explicit ShadingOracle(const WholeGraph& graph) : graph_(graph) {}
 
-  const ProxyPlace& place() const { return place_; }  // without a tile
+  const ProxyPlace& place() const { return place_; }  // has no tile
   void setPlace(const ProxyPlace& place) { place_ = place; }
   // Returns the number of segments walked.
   std::uint32_t advance(const Vector3d& h_W);

@@ -1,4 +1,4 @@
-// Cells cut by the product's own tiler, for tests of the solver.
+// Cells cut by the product's tiler, for tests of the solver.
 #pragma once
 
 #include "index/build/memory_tiles.h"
@@ -10,7 +10,7 @@
 
 namespace filiform::test {
 
-// The product's own tiles, all resident, and their segments for the oracle.
+// The product's tiles, all in memory, and their segments for the oracle.
 struct StoreGraph {
   std::unique_ptr<TileStore> store;
   std::vector<std::shared_ptr<const Tile>> tiles;

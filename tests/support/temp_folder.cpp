@@ -10,7 +10,7 @@
 namespace filiform::test {
 
 TempFolder::TempFolder() {
-  // In memory where that is possible: publishing a set flushes every file, which on a disk takes most of a test's time.
+  // In memory if possible, because publishing a set flushes every file, which takes most of a test's time on a disk.
   std::error_code ignored;
   const std::filesystem::path memory("/dev/shm");
   const bool have_memory =

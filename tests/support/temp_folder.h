@@ -1,4 +1,4 @@
-// A folder of one's own, removed with everything in it at the end of the test.
+// A temporary folder, removed with its content at the end of the test.
 #pragma once
 
 #include <string>

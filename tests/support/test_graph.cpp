@@ -27,7 +27,7 @@ void split(const BlockKey& key, std::vector<StoredSegment> segments, std::uint32
     for (const StoredSegment& s : segments)
       if (segmentMeetsBox(s.child, s.parent, box)) halves[bit].push_back(s);
   }
-  // Coincident nodes cannot be split: going on to single grid points would only cost time.
+  // Coincident nodes cannot be separated, and halving down to single grid points would only cost time.
   const bool futile = key.depth > 100 && halves[0].size() + halves[1].size() >= 2 * segments.size();
   if (futile) {
     leaves.push_back({key, std::move(segments)});
@@ -52,7 +52,7 @@ std::uint32_t TestGraphBuilder::loop(std::uint32_t child, std::uint32_t parent) 
 }
 
 std::uint32_t TestGraphBuilder::add(std::uint32_t child, std::uint32_t parent, std::uint32_t rank) {
-  // A segment's nodes are of one cell: its tile knows them by that.
+  // Both nodes of a segment belong to one cell, by which their tile identifies them.
   if (nodes_[child].id.cell != nodes_[parent].id.cell) throw std::logic_error("segment between two cells");
   nodes_[child].linked = nodes_[parent].linked = true;
   graph_.segments.push_back({{nodes_[child].id.cell, rank},
@@ -93,8 +93,8 @@ TestGraph randomGraph(std::mt19937_64& random, std::uint32_t nodes, bool loops, 
       }
       heading = 0.7 * heading + 0.8 * direction();
       Vector3d p_W = builder.position_W(tip);
-      if (what > 0.08) p_W += heading * (what > 0.97 ? 8.0 : 0.8);  // else: a segment of length zero
-      if (what > 0.90 && what < 0.92) p_W = builder.position_W(own[random() % own.size()]);  // a node on another
+      if (what > 0.08) p_W += heading * (what > 0.97 ? 8.0 : 0.8);  // otherwise a segment of length zero
+      if (what > 0.90 && what < 0.92) p_W = builder.position_W(own[random() % own.size()]);  // on another node
       const std::uint32_t next = builder.node(cell, p_W);
       builder.link(next, tip);
       own.push_back(next);

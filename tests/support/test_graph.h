@@ -1,5 +1,5 @@
-// Small graphs for tests of the solver, loops allowed, and their tiles in memory by a tiler that shares nothing with
-// the product's.
+// Small graphs for tests of the solver, loops allowed, and their tiles in memory. The tiler shares nothing with the
+// product's tiler.
 #pragma once
 
 #include "index/streaming/tile_table.h"
@@ -12,29 +12,29 @@
 
 namespace filiform::test {
 
-// A graph as one flat list of segments; the `owned` flags are without meaning here.
+// A graph as one flat list of segments. The `owned` flags have no meaning here.
 struct TestGraph {
   Grid grid;
   std::vector<StoredSegment> segments;
 };
 
-// Adds nodes and segments one by one. A segment's rank is its child's sample unless a free one is asked for (loops).
+// Adds nodes and segments one by one. A segment has the rank of its child, except in loops.
 class TestGraphBuilder {
  public:
   explicit TestGraphBuilder(const Grid& grid = Grid()) { graph_.grid = grid; }
 
-  // Returns the node's number.
+  // Returns the number of the node.
   std::uint32_t node(const Vector3d& p_W) { return node(0, p_W); }
   std::uint32_t node(std::uint32_t cell, const Vector3d& p_W);
-  // The child's number is its rank: one such segment a child. Returns the segment's number.
+  // The segment's rank is the child's number; allowed once a child. Returns the number of the segment.
   std::uint32_t link(std::uint32_t child, std::uint32_t parent);
-  // Any number of segments a child: ranks from 1 000 000 up, in the order of calls.
+  // Any number of segments a child: ranks from 1 000 000, in the order of calls.
   std::uint32_t loop(std::uint32_t child, std::uint32_t parent);
 
   std::size_t nodes() const { return nodes_.size(); }
   NodeId id(std::uint32_t node) const { return nodes_[node].id; }
   Vector3d position_W(std::uint32_t node) const { return graph_.grid.toWorld(nodes_[node].point); }
-  // The graph so far; nodes without a segment become isolated ones (a segment from the sample to itself).
+  // Returns the graph so far. Nodes without a segment become isolated (a segment from the sample to itself).
   TestGraph build() const;
 
  private:
@@ -50,12 +50,12 @@ class TestGraphBuilder {
   std::uint32_t loops_ = 0;
 };
 
-// A few cells of winding, branching threads in one tangle about `centre_W`, of segments about 1 um long, with
-// zero-length segments, coincident nodes, hubs, isolated nodes and, if asked for, loops (self-loops too).
+// A few cells of winding, branching neurites in one tangle about `centre_W`. Segments are about 1 um long; some have
+// length zero. With coincident nodes, hubs, isolated nodes and, if requested, loops (self-loops too).
 TestGraph randomGraph(std::mt19937_64& random, std::uint32_t nodes, bool loops,
                       const Vector3d& centre_W = Vector3d::Zero());
 
-// The graph as tiles of at most `capacity` segments (more where a cell cannot be split), all resident.
+// The graph as tiles of at most `capacity` segments (more if a block cannot be split), all in memory.
 class TiledGraph {
  public:
   TiledGraph(const TestGraph& graph, std::uint32_t capacity);

@@ -15,7 +15,7 @@ namespace {
 bool sameFloat(float a, float b) { return a == b || (std::isnan(a) && std::isnan(b)); }
 
 bool meetsBox(const StoredSegment& s, const GridBox& box) {
-  for (int i = 0; i < 3; ++i)  // most are far away, and this is quick
+  for (int i = 0; i < 3; ++i)  // most are far away, so this test is quick
     if (std::max(s.child[i], s.parent[i]) < box.lo[i] || std::min(s.child[i], s.parent[i]) > box.hi[i]) return false;
   return segmentMeetsBox(s.child, s.parent, box);
 }
@@ -165,7 +165,7 @@ void expectTilesHold(const TileStore& store, const std::vector<Cell>& cells) {
           ASSERT_TRUE(entry.key.contains(mortonKey(midpoint(expected.child, expected.parent))));
         }
       }
-      // Dense points of the part inside the cell lie in the content box.
+      // Dense points of the part inside the block lie in the content box.
       for (int k = 0; k <= 8; ++k) {
         const Vector3d p = expected.child.cast<double>() + k / 8.0 * (expected.parent - expected.child).cast<double>();
         if (!is_long && ((p.array() < closed.lo.cast<double>().array()).any() ||

@@ -21,7 +21,7 @@ void put(std::string& out, std::uint64_t value, int width) {
   for (int i = 0; i < width; ++i) out += static_cast<char>(value >> (8 * i) & 0xFF);
 }
 
-// What the local header and the directory share: from the version to the length of the extra field.
+// The fields that the local header and the directory share: from the version to the length of the extra field.
 void putCommon(std::string& out, const ZipMember& member) {
   put(out, 20, 2);
   put(out, member.flags, 2);

@@ -1,4 +1,4 @@
-// Zip archives byte by byte, so that a test can lie in any field. Stored entries only; thread-compatible.
+// Builds zip archives byte by byte, so that any field may be wrong. Stored entries only; thread-compatible.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,7 @@ struct ZipMember {
   std::string content;
   std::optional<std::uint32_t> crc32;      // instead of the true one
   std::optional<std::uint32_t> bytes;      // declared size instead of the true one
-  std::optional<std::uint32_t> header_at;  // instead of where the local header is
+  std::optional<std::uint32_t> header_at;  // instead of the true offset of the local header
   std::uint16_t flags = 0;
   std::uint16_t method = 0;
   std::uint32_t attributes = 0;
@@ -21,11 +21,11 @@ struct ZipMember {
 
 inline constexpr std::uint32_t kSymbolicLinkAttributes = 0120777u << 16;
 
-// The archive's bytes. `prefix` stands before it without being counted in its offsets.
+// Returns the bytes of the archive. `prefix` comes first and does not count in the offsets.
 std::string buildZip(const std::vector<ZipMember>& members, const std::string& comment = "",
                      const std::string& prefix = "");
 
-// The same members, really deflated, as an ordinary program writes them. Writes the file `path`.
+// Writes the same members, deflated by libzip, to the file `path`.
 void writeDeflatedZip(const std::string& path, const std::vector<ZipMember>& members);
 
 }  // namespace filiform::test

@@ -1,5 +1,5 @@
-// Every example of every --help and of every document is run, as a process, and its output looked at. tests/README.md
-// says what an example is.
+// Runs every example of every --help and of every document as a process, and checks its output. tests/README.md defines
+// an example.
 #include "tests/support/documented_commands.h"
 #include "tests/support/process.h"
 #include "tests/support/sanitized.h"
@@ -41,7 +41,7 @@ std::vector<std::string> wordsOf(const std::string& text) {
   return words;
 }
 
-// After the program's name.
+// The arguments after the program's name.
 std::vector<std::string> argumentsOf(const std::string& text) {
   std::vector<std::string> words = wordsOf(text);
   words.erase(words.begin(), std::find(words.begin(), words.end(), "filiform"));
@@ -63,7 +63,7 @@ std::vector<std::string> commandNames() {
 
 std::string sourceFile(const std::string& path) { return test::readBytes(std::string(FILIFORM_SOURCE) + "/" + path); }
 
-// The documents of the project, below its root.
+// The documents of the project, as paths from its root.
 std::vector<std::string> documents() {
   const fs::path root(FILIFORM_SOURCE);
   std::vector<std::string> paths{"README.md"};
@@ -74,7 +74,7 @@ std::vector<std::string> documents() {
   return paths;
 }
 
-// What the files that the examples name hold. Made once; each document gets a copy of its own to spoil.
+// The files that the examples name. Made once; each document gets its own copy.
 class ScratchFolder {
  public:
   ScratchFolder() {
@@ -125,7 +125,7 @@ ln -s "$TESTS" tests
     shows_ = draws_ && isThere("xvfb-run");
     if (!shows_) std::cout << "no window can be opened here: no xvfb-run\n";
   }
-  // Runs the line in a folder, with the program under test as `filiform`.
+  // Runs the line in a folder. `filiform` is the program under test.
   static Outcome inFolder(const std::string& folder, const std::string& line) {
     return test::runFiliformInShell(
         "cd '" + folder + "' && PATH=\"$(dirname \"$1\"):$PATH\" && unset FILIFORM_CORPUS && " + line, {});
@@ -148,13 +148,13 @@ bool beginsWith(const fs::path& file, const std::string& bytes) {
   return fs::is_regular_file(file) && test::readBytes(file.string()).starts_with(bytes);
 }
 
-// Is the file that a command was told to write what its name says?
+// Checks that a file which a command wrote has the format that its name states.
 ::testing::AssertionResult looksRight(const fs::path& file) {
   const auto wrong = [&](const char* what) {
     return ::testing::AssertionFailure() << file.filename().string() << ": " << what;
   };
   const std::string ending = file.extension().string();
-  if (ending == ".mp4" && !fs::exists(file))  // no ffmpeg here: pictures instead
+  if (ending == ".mp4" && !fs::exists(file))  // without ffmpeg there are pictures instead
     return looksRight(file.parent_path() / (file.stem().string() + "-00001.png"));
   if (!fs::exists(file)) return wrong("is not there");
   if (fs::is_directory(file)) {
@@ -187,7 +187,7 @@ using ByCommand = std::map<std::string, std::string>;
 const ByCommand kFirstFields{{"check", "verdict"},    {"info", "cells"},      {"cells", "id"},     {"nearest", "query"},
                              {"navigate", "outcome"}, {"devices", "devices"}, {"render", "width"}, {"bench", "format"}};
 const ByCommand kFirstColumns{{"check", "file"}, {"cells", "id"}, {"nearest", "query"}};
-// What is in the text for people.
+// A part of the text output of each command.
 const ByCommand kTexts{{"synth", " of SWC in "},   {"check", " inputs: "},     {"ingest", " tiles, "},
                        {"info", "  segments   "},  {"cells", "length"},        {"verify", ": sound: "},
                        {"nearest", "query\trank"}, {"export", " samples of "}, {"navigate", "route "},
@@ -205,7 +205,7 @@ void lookAt(const std::vector<std::string>& arguments, const Outcome& outcome, c
   const auto has = [&](const char* option) {
     return std::find(arguments.begin(), arguments.end(), option) != arguments.end();
   };
-  // Hardware may be there or not. Without it one line says what is missing.
+  // Hardware may be absent. Then one line says what is missing.
   if (name == "devices" && has("--test") && outcome.exit_code == 3) {
     EXPECT_TRUE(outcome.oneLineOnStderr()) << outcome.err;
     return;
@@ -254,7 +254,7 @@ class Documents : public ::testing::Test {
     if (test::kSanitized) GTEST_SKIP() << "processes of the program, once is enough: the preset dev runs them";
   }
 
-  // Runs the commands of one document, in their order, in a folder of their own.
+  // Runs the commands of one document, in their order, in a folder for this document.
   void run(ScratchFolder& scratch, const std::vector<DocumentedCommand>& commands, Tally& tally) {
     if (commands.empty()) return;
     ++tally.documents;
@@ -288,7 +288,7 @@ class Documents : public ::testing::Test {
       for (const std::string& output : outputsOf(arguments)) fs::remove_all(fs::path(folder) / output);
       const auto started = std::chrono::steady_clock::now();
       Outcome outcome = ScratchFolder::inFolder(folder, line.text);
-      // A window on a busy machine may close before it has opened the scene.
+      // On a busy machine a window may close before it has opened the scene.
       const auto missing = [&] {
         const std::vector<std::string> outputs = outputsOf(arguments);
         return std::any_of(outputs.begin(), outputs.end(),
@@ -333,7 +333,7 @@ TEST_F(Documents, EveryExampleOfTheDocumentsRuns) {
   tally.print("documents");
 }
 
-// A code span that begins with an option names one of the program's, or of a script beside it.
+// A code span that begins with an option names an option of the program or of a script.
 TEST_F(Documents, EveryOptionNamedIsThere) {
   std::string helps = test::runFiliform({"--help"}).out;
   for (const std::string& name : names_) helps += test::runFiliform({name, "--help"}).out;
@@ -349,8 +349,8 @@ TEST_F(Documents, EveryOptionNamedIsThere) {
   EXPECT_GT(options, 20u);
 }
 
-// A link, or a code span with the path of a source, names a file or folder that exists. Paths with a word in capitals
-// are patterns.
+// A link, or a code span with the path of a source, names an existing file or folder. Paths with a word in capitals are
+// patterns.
 TEST_F(Documents, EveryPathNamedIsThere) {
   static const std::regex kPath(
       R"((?:`((?:index|device|solver|viewer|tools|tests|\.github)/[\w./]+)`)|(?:\]\(([^)#:]+)(?:#[^)]*)?\)))");

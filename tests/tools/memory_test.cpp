@@ -1,5 +1,4 @@
-// What `ingest` and `check` promise of their memory, measured on the process; and that spooled records come out as they
-// always did.
+// The memory limits of `ingest` and `check`, measured on the process; and spooled records come out unchanged.
 #include "tests/support/process.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/temp_folder.h"
@@ -26,7 +25,7 @@ using test::runFiliformInShell;
 using test::TempFolder;
 
 constexpr std::uint64_t kMiB = std::uint64_t{1} << 20;
-constexpr std::uint64_t kBeside = 32 * kMiB;  // what ingest may take beside --memory
+constexpr std::uint64_t kBeside = 32 * kMiB;  // memory that ingest may use beyond --memory
 
 std::uint64_t ownBytes() {
   std::ifstream in("/proc/self/status");
@@ -35,7 +34,7 @@ std::uint64_t ownBytes() {
   return 0;
 }
 
-// A program's peak is at least what the test had when it started it.
+// The peak of a child process is at least the memory of the test when the child started.
 class Memory : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -44,7 +43,7 @@ class Memory : public ::testing::Test {
   }
   std::string path(const std::string& name) const { return folder_ / name; }
   void write(const std::string& name, const std::string& text) const { test::writeBytes(path(name), text); }
-  // Straight branches of 100 um in all directions, and a table that places the star within a few um.
+  // Straight branches of 100 um in all directions, and a table that places this star many times within a few um.
   void writeStar(int branches, int placements) const {
     std::mt19937 random(7);
     std::normal_distribution<double> normal;
@@ -90,7 +89,7 @@ TEST_F(Memory, GhostsStayWithinTheMemoryOrAreRefusedBeforehand) {
   EXPECT_EQ(revisionOf(path("named.fil")), revisionOf(path("ample.fil")));
 }
 
-// What one thread frees is not kept from the other.
+// Memory that one thread frees can be used by the other.
 TEST_F(Memory, LargeTilesOfTwoThreadsStayWithinTheMemory) {
   writeStar(300, 800);
   const Outcome made = ingestStar("two.fil", "128MiB", "60000");
@@ -98,7 +97,7 @@ TEST_F(Memory, LargeTilesOfTwoThreadsStayWithinTheMemory) {
   EXPECT_LE(made.peak_bytes, 128 * kMiB + kBeside);
 }
 
-// Ids in no order take a table beside the samples.
+// Ids in random order need a table beside the samples.
 std::string chainWithIdsInNoOrder(std::uint32_t samples) {
   std::vector<std::uint32_t> order(samples);
   for (std::uint32_t i = 0; i < samples; ++i) order[i] = i;
@@ -136,7 +135,7 @@ TEST_F(Memory, ACellTooLargeIsRefusedWithWhatItTakes) {
   EXPECT_LE(made.peak_bytes, std::stoull(named) * kMiB + kBeside) << named;
 }
 
-// Points in all scales: each opens a chunk of its own.
+// Points at all scales: each opens its own chunk.
 TEST_F(Memory, ManyThreadsAndChunksStayWithinTheMemory) {
   std::mt19937_64 random(3);
   std::string text;
@@ -176,7 +175,7 @@ TEST_F(Memory, MillionsOfDroppedLinesAreNotHeld) {
 }
 
 constexpr std::uint64_t kDropped = 600000;
-// Lines at uneven steps, so that the record of each takes room of its own: more than what is held in memory.
+// Lines at irregular distances, so that each record takes memory: more than is held in memory.
 std::string manyDropped() {
   std::mt19937 random(5);
   std::string lines = "1 1 0 0 0 1 -1\n";
@@ -187,7 +186,7 @@ std::string manyDropped() {
   return lines;
 }
 
-// Nothing is wrong with the cell: it must not be left out.
+// The cell is correct, so it must not be left out.
 TEST_F(Memory, WithoutRoomForTemporaryFilesTheRunEnds) {
   write("twice.swc", manyDropped());
   write("other.swc", "1 1 0 0 0 1 -1\n2 3 9 0 0 1 1\n");
@@ -212,7 +211,7 @@ TEST_F(Memory, ReportAndProvenanceOfManyDroppedLinesAreStreamed) {
 }
 
 TEST_F(Memory, AZipThatStatesADirectoryOfGigabytesIsRefused) {
-  // Three GiB of nothing, then end records that all state a directory of nearly that size.
+  // A hole of three GiB, then end records that all state a directory of nearly that size.
   const std::uint64_t hole = std::uint64_t{3} << 30;
   std::string ends;
   for (std::uint32_t i = 0; i < 40; ++i) {

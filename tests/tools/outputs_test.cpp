@@ -1,4 +1,4 @@
-// What the program does to the places that its results are written to: files, links, devices, pipes, inputs.
+// The effect of the program on its output places: files, links, devices, pipes, inputs.
 #include "device/recording/replay.h"
 #include "device/simulated/null_device.h"
 #include "tests/support/display.h"
@@ -61,7 +61,7 @@ class Outputs : public ::testing::Test {
 };
 
 bool canRender() {
-  // As in the tests of `render`: a machine without a software renderer skips what needs it.
+  // As in the tests of `render`: skipped on a machine without a software renderer.
   static const bool can = [] {
     const test::TempFolder folder;
     writeBytes(folder / "a.swc", "1 1 0 0 0 5 -1\n2 3 9 0 0 1 1\n");
@@ -74,12 +74,12 @@ struct Option {
   std::string name;  // for messages
   std::function<Arguments(const std::string& output)> words;
   bool needs_opengl = false;
-  std::string ending{};  // that the output's name must have
+  std::string ending{};  // required ending of the output's name
   bool needs_display = false;
   int exit_code = 0;
 };
 
-// A recording that ends in a fault stands for a device that is lost.
+// A recording that ends in a fault replaces a device that is lost.
 void recordFault(const std::string& path) {
   class Dying : public NullDevice {
    public:
@@ -160,7 +160,7 @@ std::vector<Option> outputOptions(const std::string& swc, const std::string& set
   };
 }
 
-// Type, device number, inode, and where a link leads.
+// Type, device number, inode, and the target of a link.
 struct Identity {
   mode_t mode = 0;
   dev_t device = 0;
@@ -175,7 +175,7 @@ Identity identityOf(const std::string& path) {
   return {what.st_mode, what.st_rdev, what.st_ino, fs::read_symlink(path, ignored).string()};
 }
 
-// A tmpfs may be mounted without devices: the copies must work where they lie.
+// A tmpfs may be mounted without devices, so the device nodes must work in their folder.
 bool makeDevice(const std::string& path, int minor) {
   if (::mknod(path.c_str(), S_IFCHR | 0666, makedev(1, static_cast<unsigned>(minor))) != 0) return false;
   return std::system(("exec 2>/dev/null; : > " + path).c_str()) == 0;
@@ -193,7 +193,7 @@ TEST_F(Outputs, EveryOptionLeavesDevicesPipesAndLinksAsTheyWere) {
   });
   if (!makeDevice(base + "/try", 3)) GTEST_SKIP() << "this system makes no device nodes in /tmp";
   constexpr int kNull = 3, kFull = 7;
-  // Stands for ffmpeg: copies what comes into the file that is named last.
+  // A substitute for ffmpeg: it copies its input into the file named last.
   fs::create_directory(base + "/bin");
   writeBytes(base + "/bin/ffmpeg", "#!/bin/sh\nfor last; do :; done\nexec cat > \"$last\"\n");
   fs::permissions(base + "/bin/ffmpeg", fs::perms::owner_all);
@@ -254,14 +254,13 @@ TEST_F(Outputs, EveryOptionLeavesDevicesPipesAndLinksAsTheyWere) {
   EXPECT_GE(covered, 13);
 }
 
-// The folder for screenshots. That pictures are written into a folder that a link leads to, and that a missing one is
-// made, is seen where a window takes them.
+// Tests of the window show that pictures are written through a link to a folder, and that a missing folder is made.
 TEST_F(Outputs, PicturesOfTheWindowNeedAFolder) {
   ASSERT_EQ(::mkfifo(path("pipe").c_str(), 0600), 0);
   fs::create_symlink("cell.swc", path("link"));
   for (const std::string& place : {std::string("/dev/null"), std::string("/dev/full"), path("pipe"), path("link")}) {
     const Identity before = identityOf(place);
-    expectRefusal({"view", path("cell.swc"), "--pictures", place}, 3, "--pictures " + place + ": is no folder");
+    expectRefusal({"view", path("cell.swc"), "--pictures", place}, 3, "--pictures " + place + ": is not a folder");
     EXPECT_EQ(identityOf(place), before);
   }
 }
@@ -352,11 +351,11 @@ TEST_F(Outputs, StandardOutputHoldsTheResultAlone) {
   EXPECT_NE(rows.err.find("method"), std::string::npos) << rows.err;
   for (const char* name : {"/dev/stdout", "/proc/self/fd/1", "/dev/fd/1"})
     EXPECT_EQ(runFiliform(shortRun({"--csv", name})).out, rows.out) << name;
-  // Redirected into a file: behind what is there, in that very file.
+  // Redirected into a file: appended to that file.
   writeBytes(path("out"), "first\n");
   EXPECT_EQ(runFiliformInShell("exec \"$@\" >> " + path("out"), shortRun({"--csv", "/dev/stdout"})).exit_code, 0);
   EXPECT_EQ(readBytes(path("out")), "first\n" + rows.out);
-  // The file that the shell made for standard output, by its name.
+  // The file that the shell made for standard output, given by name.
   EXPECT_EQ(runFiliformInShell("exec \"$@\" > " + path("same"), shortRun({"--csv", path("same")})).exit_code, 0);
   EXPECT_EQ(readBytes(path("same")), rows.out);
   const Outcome swc = runFiliform({"export", path("cell.fil"), "--cell", "cell", "-o", "-"});
@@ -391,7 +390,7 @@ TEST_F(Outputs, AClosedPipeEndsQuietly) {
 }
 
 TEST_F(Outputs, TextAndJsonSayTheSameOfEveryOutcome) {
-  // A hand that aims at 0.1 um a second gives up; the way back along an elbow is too long for 0.1 s.
+  // A hand that aims at 0.1 um a second gives up. A route with an elbow takes more than 0.1 s.
   const auto said = [&](const Arguments& more, const std::string& shell) {
     Arguments json = more;
     json.push_back("--json");
@@ -433,7 +432,7 @@ TEST_F(Outputs, AnInterruptedRunLeavesOlderFilesAndKeepsItsRecording) {
   std::set<std::string> files;
   for (const auto& entry : fs::directory_iterator(folder_.path())) files.insert(entry.path().filename().string());
   EXPECT_EQ(files, (std::set<std::string>{"a.csv", "a.png", "a.rec", "a.unfinished.rec", "cell.swc", "cell.fil"}));
-  // Nothing there before: under its own name.
+  // If nothing exists at the path, the recording gets its own name.
   const Outcome fresh = runFiliformInShell(
       "\"$@\" & p=$!; sleep 1; kill -INT $p; wait $p",
       {"navigate", path("cell.fil"), "--route", "tour:1", "--seconds", "100000", "--record", path("fresh.rec")});

@@ -1,5 +1,5 @@
-// The program as a person meets it: every mistake gives one clear line, the documented exit code, and leaves nothing
-// half-written.
+// The program as users run it: every mistake gives one clear line and the documented exit code, and leaves no
+// incomplete file.
 #include "tests/support/process.h"
 #include "tests/support/temp_folder.h"
 
@@ -23,12 +23,12 @@ using test::runFiliformInShell;
 std::string contentOf(const fs::path& file) { return test::readBytes(file.string()); }
 void write(const fs::path& file, const std::string& text) { test::writeBytes(file.string(), text); }
 
-// A Y: a soma, a dendrite that forks, 7 samples.
+// A Y: a soma, a dendrite with a fork, 7 samples.
 const char* const kSmallCell =
     "# a small cell\n1 1 0 0 0 5 -1\n2 3 10 0 0 1 1\n3 3 20 0 0 1 2\n4 3 30 5 0 1 3\n5 3 40 10 0 1 4\n6 3 30 -5 0 1 "
     "3\n7 3 40 -10 0 1 6\n";
 
-// All entries below a folder with the bytes of every file: equal before and after means untouched.
+// All entries below a folder with the bytes of every file, to show that nothing changed.
 std::map<std::string, std::string> snapshotOf(const fs::path& folder) {
   std::map<std::string, std::string> entries;
   for (const auto& entry : fs::recursive_directory_iterator(folder))
@@ -108,8 +108,8 @@ TEST_F(Program, ForceReplacesTheRevisionAndTheSameOneIsKept) {
 }
 
 TEST_F(Program, FullDiskExitsThreeAndLeavesNothing) {
-  // A file-size limit stands in for the disk: the kernel answers a write beyond it with an error. The signal is
-  // ignored from the start, because a sanitizer writes before main() does.
+  // A file-size limit acts as a full disk: the kernel refuses a write beyond it. The signal is ignored from the start,
+  // because a sanitizer writes before main() does.
   const Outcome outcome = runFiliformInShell("trap '' XFSZ; ulimit -f 0; exec \"$@\" 2>&1",
                                              {"ingest", path("cell.swc"), "-o", path("x.fil")});
   EXPECT_EQ(outcome.exit_code, 3) << outcome.out;

@@ -1,5 +1,5 @@
-// Too little of something, or far too much: one clear line and the documented exit code, or the work done in the memory
-// that there is.
+// Too few resources or extreme inputs: one clear line and the documented exit code, or the work is done within the
+// available memory.
 #include "tests/support/process.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/temp_folder.h"
@@ -33,7 +33,7 @@ std::string row(int id, double x_um, double y_um, int parent) {
 class Resources : public ::testing::Test {
  protected:
   std::string path(const std::string& name) const { return folder_ / name; }
-  // Done, or refused in one line with nothing left behind.
+  // Either the work was done, or one line says why not and nothing is left.
   void expectDoneOrRefused(const Outcome& outcome, const std::string& set) {
     EXPECT_TRUE(outcome.exit_code == 0 || outcome.exit_code == 3) << outcome.exit_code << outcome.err;
     if (outcome.exit_code == 0) return;
@@ -56,7 +56,7 @@ TEST_F(Resources, TooFewFileDescriptors) {
   if (test::kSanitized) GTEST_SKIP() << "a sanitizer needs some of its own";
   writeCell();
   const auto limited = [](int most) { return "ulimit -n " + std::to_string(most) + "; exec \"$@\""; };
-  int first = 4;  // with which the program starts at all
+  int first = 4;  // the smallest number with which the program starts
   while (runFiliformInShell(limited(first), {"--version"}).exit_code != 0) ASSERT_LT(++first, 32);
   for (int most = first; most < first + 12; most += 2) {
     SCOPED_TRACE(most);
@@ -86,7 +86,7 @@ TEST_F(Resources, TooLittleMemory) {
 }
 
 TEST_F(Resources, NoMemoryWhereNoneMayThrow) {
-  // As the destructor of a JSON value, which asks for memory.
+  // Like the destructor of a JSON value, which allocates.
   const auto destroy = [](const std::function<void()>& within) noexcept {
     tools::endPlainlyWithoutMemory();
     within();
@@ -110,7 +110,7 @@ TEST_F(Resources, AFolderThatMayNotBeWritten) {
   EXPECT_NE(outcome.err.find("Read-only"), std::string::npos) << outcome.err;
 }
 
-// 24 MB that are 24 kB in the archive: blank lines, so that nothing has to be kept.
+// 24 MB that are 24 kB in the archive: blank lines, which need no memory.
 TEST_F(Resources, AZipBombIsReadAsItUnpacks) {
   if (test::kSanitized) GTEST_SKIP() << "a sanitizer takes terabytes of addresses";
   test::ZipMember bomb;
@@ -126,13 +126,13 @@ TEST_F(Resources, AZipBombIsReadAsItUnpacks) {
 }
 
 TEST_F(Resources, LinesCombsAndHubsBeyondAllMeasure) {
-  // A line of 70 kB among good ones, a comb of 200 000 twigs, a hub of 5000 branches.
+  // A line of 70 kB among good lines, a comb of 200 000 twigs, a hub of 5000 branches.
   std::string text = "1 1 0 0 0 5 -1\n2 3 " + std::string(70000, '1') + " 0 0 1 1\n";
   test::writeBytes(path("line.swc"), text + "3 3 1 0 0 1 1\n");
   const Outcome line = runFiliform({"check", "--tsv", path("line.swc")});
   EXPECT_EQ(line.exit_code, 0) << line.err;
   EXPECT_NE(line.out.find("W_LONG_LINE"), std::string::npos) << line.out.substr(0, 200);
-  EXPECT_LT(line.out.size(), 2000u) << "what is said of a line does not grow with it";
+  EXPECT_LT(line.out.size(), 2000u) << "the message about a line does not grow with the line";
 
   const int twigs = test::kSanitized ? 20000 : 200000;
   text = "1 1 0 0 0 5 -1\n";

@@ -1,4 +1,4 @@
-// Inputs that cannot be read, as a user without permission meets them: refused one by one, the others go in.
+// Inputs that a user may not read: each is refused, the others are ingested.
 #include "tests/support/process.h"
 #include "tests/support/temp_folder.h"
 
@@ -31,7 +31,7 @@ class Unreadable : public ::testing::Test {
   }
   void TearDown() override { fs::permissions(folder_ / "in/locked", fs::perms::owner_all); }
 
-  // Root may read everything: then the program runs as nobody.
+  // Root may read everything, so root runs the program as nobody.
   static Outcome run(const std::vector<std::string>& arguments) {
     return test::runFiliformInShell(
         ::geteuid() == 0 ? "exec setpriv --reuid 65534 --regid 65534 --clear-groups \"$@\"" : "exec \"$@\"", arguments);

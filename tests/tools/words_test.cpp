@@ -1,4 +1,4 @@
-// What the program says to a person who mistypes, and what it takes of what people write.
+// The messages for mistyped command lines, and the forms of values that the program accepts.
 #include "index/errors.h"
 #include "index/input/swc.h"
 #include "tests/support/process.h"
@@ -142,6 +142,35 @@ TEST_F(Words, AValueThatDoesNotFitIsToldWhatDoes) {
   expectRefusal({"ingest", "a.swc", "-o"}, 2, {"--output needs a value: SET"});
   expectRefusal({"navigate", set_, "--route", "longst"}, 2, {"no such route 'longst'", "longest"});
   expectRefusal({"info", folder_.path()}, 3, {"CURRENT: is missing", "not a tile set", "filiform ingest"});
+}
+
+TEST_F(Words, AnUnknownHandDeviceOrKindIsNamedWithThoseThatExist) {
+  expectRefusal({"navigate", set_, "--hand", "lose"}, 2,
+                {"no such hand 'lose'", "loose, medium or firm", "did you mean 'loose'?"});
+  expectRefusal({"navigate", set_, "--device", "falcn:x.bin"}, 2,
+                {"no such device 'falcn:x.bin'", "falcon[:FIRMWARE]", "did you mean 'falcon'?"});
+  expectRefusal({"devices", "--test", "sim:frim"}, 2, {"no such hand 'frim'", "did you mean 'firm'?"});
+  expectRefusal({"devices", "--test", "joystick"}, 2, {"no such device 'joystick'", "null"}, {"did you mean"});
+  expectRefusal({"synth", folder_ / "s.zip", "--kind", "colum"}, 2,
+                {"no such kind 'colum'", "traces", "did you mean 'column'?"});
+}
+
+TEST_F(Words, ARateOfZeroIsToldTheRange) {
+  for (const char* rate : {"0", "-1", "2000000", "nan"})
+    expectRefusal({"navigate", set_, "--rate", rate}, 2,
+                  {std::string("--rate ") + rate + ": give more than 0 and at most 1000000 ticks a second"});
+}
+
+TEST_F(Words, SynthWritesNoZipUnderAnotherEnding) {
+  for (const char* name : {"a.txt", "a.swc", "a.zip.txt"}) {
+    expectRefusal({"synth", folder_ / name, "--kind", "scene1"}, 2, {std::string(name) + ": synth writes a zip"});
+    EXPECT_FALSE(std::filesystem::exists(folder_ / name));
+  }
+  for (const char* name : {"a.zip", "a.ZIP", "a"})
+    EXPECT_EQ(runFiliform({"synth", folder_ / name, "--kind", "scene1"}).exit_code, 0) << name;
+  EXPECT_EQ(runFiliform({"synth", "/dev/null", "--kind", "scene1"}).exit_code, 0);
+  EXPECT_EQ(runFiliform({"synth", "-", "--kind", "scene1"}).exit_code, 0);
+  expectRefusal({"synth", folder_.path(), "--kind", "scene1"}, 3, {"is a folder"});
 }
 
 TEST_F(Words, TheHelpHasNoMarksOfItsLibrary) {

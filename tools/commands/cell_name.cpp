@@ -24,7 +24,7 @@ std::string listed(const TileStore& store, const CellMatches& found, bool by_sou
   return text;
 }
 
-// Is the first match the only one that differs from the text in letter case alone?
+// Returns whether the first match, and only the first, differs from the text in letter case alone.
 bool isWholeName(const TileStore& store, const CellMatches& found, const std::string& text) {
   const auto whole = [&](std::size_t i) {
     return i < found.cells.size() && store.cell(found.cells[i]).name.size() == text.size();
@@ -43,12 +43,12 @@ std::uint32_t findCellNamed(const TileStore& store, const std::string& name, con
       if (found.count == 1 || (!by_source && isWholeName(store, found, name))) return found.cells.front();
       if (found.count > 1)
         throw UsageError(given + ": the " + (by_source ? "sources" : "names") + " of " + formatCount(found.count) +
-                         " cells have this in them: " + listed(store, found, by_source) + "; give more of it");
+                         " cells contain this text: " + listed(store, found, by_source) + "; give more of it");
     }
   }
   NearNames near(name);
   for (std::uint32_t cell = 0; cell < store.cell_count(); ++cell) near.offer(store.cell(cell).name);
-  throw UsageError(given + ": no cell has this in its name or source" + didYouMean(near.names()) +
+  throw UsageError(given + ": no cell has this text in its name or source" + didYouMean(near.names()) +
                    (near.names().empty() ? "; 'filiform cells SET' lists the names" : ""));
 }
 

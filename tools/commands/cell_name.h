@@ -1,4 +1,4 @@
-// The cell that a person names.
+// Finds the cell that the user names.
 #pragma once
 
 #include <cstdint>
@@ -10,9 +10,9 @@ class TileStore;
 
 namespace filiform::tools {
 
-// The cell of that name, or the only one whose name, else the only one whose source, has this text in it, in any letter
-// case. Throws UsageError naming `option` (where the text was given) and up to five cells that the text fits, or up to
-// three whose names are near. O(log cells) for a whole name, else O(cells).
+// Returns the cell whose name is `name`; else the only cell whose name contains `name`; else the only cell whose source
+// contains it. The last two ignore letter case. Throws UsageError, which names `option` (where the text was given), and
+// up to five matching cells or up to three cells with near names. O(log cells) for a whole name, else O(cells).
 std::uint32_t findCellNamed(const TileStore& store, const std::string& name, const std::string& option = "--cell");
 
 }  // namespace filiform::tools

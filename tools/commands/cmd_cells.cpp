@@ -1,4 +1,4 @@
-// filiform cells: which cells a tile set holds.
+// filiform cells: lists the cells of a tile set.
 #include "index/set/cell_graph.h"
 #include "index/set/tile_set.h"
 #include "index/text.h"
@@ -29,9 +29,9 @@ struct CellsArguments {
   bool json = false, tsv = false, length = false;
 };
 
-// Lengths are on the tiles. So many are read without being asked for: a second or two.
+// Without --length, lengths are measured only if they take at most this many tiles: a second or two.
 constexpr std::size_t kMostTilesUnasked = 4096;
-// The progress is told, and an interruption looked for, once in so many rows.
+// Rows between two looks at the progress and at interruptions.
 constexpr std::size_t kRowsBetween = 4096;
 
 std::vector<std::uint32_t> cellsOfName(const TileStore& store, const std::string& glob) {
@@ -43,7 +43,7 @@ std::vector<std::uint32_t> cellsOfName(const TileStore& store, const std::string
   return cells;
 }
 
-// Independent loops: as many links more than a forest has.
+// The number of independent loops: the links that the cell has beyond those of a forest.
 std::uint64_t loopsOf(const CellRecord& cell) { return hasLoops(cell) ? cell.segments + cell.roots - cell.samples : 0; }
 
 struct CellRow {
@@ -109,7 +109,7 @@ TextRow cellTextOf(const CellRow& row) {
   return text;
 }
 
-// Characters, so that names in UTF-8 line up.
+// Counts characters, not bytes, so that names in UTF-8 line up.
 std::size_t widthOf(const std::string& text) {
   return static_cast<std::size_t>(
       std::count_if(text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; }));
@@ -171,11 +171,11 @@ int runCells(const CellsArguments& a) {
     each([&](const CellRow& row) { writeText(cellTextOf(row), escaped(row.cell->source), widths); });
   }
   if (!measured)
-    std::cerr << "filiform: note: no lengths: they take reading " << formatCount(lengths.tiles())
-              << " tiles; --length reads them\n";
+    std::cerr << "filiform: note: no lengths: measuring them reads " << formatCount(lengths.tiles())
+              << " tiles; --length measures them\n";
   if (cells.empty() && set->cell_count() > 0)
-    std::cerr << "filiform: note: --name " << escaped(a.name) << " fits none of the " << formatCount(set->cell_count())
-              << " cells\n";
+    std::cerr << "filiform: note: --name " << escaped(a.name) << " matches none of the "
+              << formatCount(set->cell_count()) << " cells\n";
   return 0;
 }
 
@@ -186,15 +186,16 @@ void addCells(CLI::App& app, Chosen& chosen) {
   CLI::App* command = app.add_subcommand("cells", "List the cells of a tile set");
   command->footer(
       "Examples:\n  filiform cells column.fil\n  filiform cells column.fil --name 'cell_0000*' --tsv\n"
-      "Commands take a cell by its name, or by any part of its name or source that no other cell has.");
+      "Commands accept the name of a cell, or any part of its name or source that no other cell has.");
   command->add_option("SET", a->set, "tile set")->required();
   command
-      ->add_option("--name", a->name, "list the cells whose whole name fits; * is any text, ? any letter, [ab] a or b")
+      ->add_option("--name", a->name,
+                   "list the cells whose whole name matches; * stands for any text, ? for any letter, [ab] for a or b")
       ->type_name("GLOB");
   command->add_flag(
       "--length", a->length,
-      "measure the cells' lengths even if that reads more than " + std::to_string(kMostTilesUnasked) + " tiles");
-  command->add_flag("--json", a->json, "write one JSON array, fields as in tools/README.md");
+      "measure the lengths of the cells even if that reads more than " + std::to_string(kMostTilesUnasked) + " tiles");
+  command->add_flag("--json", a->json, "write one JSON array; tools/README.md lists the fields");
   command->add_flag("--tsv", a->tsv, "write tab-separated rows")->excludes("--json");
   command->callback([a, &chosen] { chosen = [a] { return runCells(*a); }; });
 }

@@ -1,4 +1,4 @@
-// filiform check: reads SWC and zip as ingest would, and says what it would keep, drop and refuse.
+// filiform check: reads input as ingest does, and reports what ingest would keep, drop and refuse.
 #include "index/cell/soma.h"
 #include "index/input/input.h"
 #include "index/text.h"
@@ -32,17 +32,17 @@ Json countsOf(const CodeCounts& codes) {
   return counts;
 }
 
-// What the TSV has no column for.
+// Remarks that have no column in the TSV.
 struct CheckNotes {
   std::string unit_doubt;
-  std::vector<std::string> soma_three_point_off;  // cells
+  std::vector<std::string> soma_three_point_off;  // sources of the cells
 };
 
 std::string textOf(const CheckNotes& notes) {
   const std::vector<std::string>& off = notes.soma_three_point_off;
   if (off.empty()) return {};
   return "  soma_three_point_off " + formatCount(off.size()) +
-         ": three soma samples, the outer two not one radius from the centre; taken as they are (the first: " +
+         ": three soma samples, the outer two not one radius from the centre; kept as three samples (the first: " +
          escaped(off.front()) + ")\n";
 }
 
@@ -115,18 +115,20 @@ int runCheck(const CheckArguments& a) {
 
 void addCheck(CLI::App& app, Chosen& chosen) {
   auto arguments = std::make_shared<CheckArguments>();
-  CLI::App* command = app.add_subcommand("check", "Read SWC and zip as ingest would, and report");
+  CLI::App* command = app.add_subcommand("check", "Read input as ingest does, and report what is wrong with it");
   command->footer("Example:\n  filiform check archive.zip more/ --tsv\nExits 1 if any input is refused.");
   command
       ->add_option("INPUT", arguments->inputs,
                    "SWC files, folders, zip archives; graphs: .edges, .obj, .vtk, skeletons")
       ->required();
-  CLI::Option* const tsv =
-      command->add_flag("--tsv", arguments->tsv, "one row an input: file severity samples segments dropped codes");
-  command->add_flag("--json", arguments->json, "one object: the verdict, counts, and the fields of --tsv for each file")
+  CLI::Option* const tsv = command->add_flag("--tsv", arguments->tsv,
+                                             "write one row an input: file severity samples segments dropped codes");
+  command
+      ->add_flag("--json", arguments->json,
+                 "write one object: the verdict, counts, and the fields of --tsv for each file")
       ->excludes(tsv);
   command->add_option("--unit", arguments->unit, kUnitHelp)->capture_default_str();
-  command->add_flag("--strict", arguments->strict, "refuse every file with a warning");
+  command->add_flag("--strict", arguments->strict, "refuse every file that has a warning");
   command->callback([arguments, &chosen] { chosen = [arguments] { return runCheck(*arguments); }; });
 }
 

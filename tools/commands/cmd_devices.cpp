@@ -1,4 +1,4 @@
-// filiform devices: what is plugged in, what is missing, and whether it works.
+// filiform devices: lists the devices that are plugged in, says what they lack, and tests them.
 #include "device/factory/device_factory.h"
 #include "device/usb/usb_recording.h"
 #include "index/errors.h"
@@ -52,7 +52,7 @@ void printTable(const std::vector<FoundDevice>& found, const std::string& refusa
   }
   if (found.empty()) {
     if (!refusal.empty()) std::cout << refusal << '\n';
-    std::cout << "nothing is plugged in that filiform can use; it would recognise\n";
+    std::cout << "no device that filiform can use is plugged in; filiform recognises\n";
     for (const Recognised& r : kRecognised) std::cout << "  " << r.ids << "  " << r.kind << ", as " << r.device << '\n';
   }
   std::cout << "without hardware: sim:loose, sim:medium, sim:firm, replay:FILE, null\n";
@@ -99,28 +99,28 @@ void print(std::ostream& out, const std::string& device, const DeviceCapabilitie
       << formatCount(static_cast<std::uint64_t>(std::llround(1e6 * c.longest_gap_s))) << " us; "
       << formatCount(c.reports) << " reports\n";
   out << "  buttons  ";
-  if (c.buttons == 0) out << "none was pressed";
+  if (c.buttons == 0) out << "none pressed";
   for (int i = 0; i < 32; ++i)
     if (c.buttons >> i & 1u) out << i << ' ';
   out << "\n  force    ";
   if (capabilities.peak_force_N > 0) {
     out << fixed(c.force_N, 2) << " N along x, y, z: the hand gave way by";
     for (int axis = 0; axis < 3; ++axis) out << (axis > 0 ? ", " : " ") << fixed(1e3 * c.moved_m[axis], 1);
-    out << " mm" << (c.stopped ? "; ended there: that is too far" : "") << '\n';
+    out << " mm" << (c.stopped ? "; stopped: the hand moved too far" : "") << '\n';
   } else {
-    out << "it renders none\n";
+    out << "not rendered by this device\n";
   }
   for (const std::string& refusal : c.refusals) out << "  note     " << refusal << '\n';
 }
 
-// The file in "falcon:FIRMWARE" or "replay:FILE"; empty: none.
+// The file in "falcon:FIRMWARE" or "replay:FILE"; empty for other devices.
 std::string fileOf(const std::string& device) {
   const std::size_t colon = device.find(':');
   const std::string kind = device.substr(0, colon);
   return colon != std::string::npos && (kind == "falcon" || kind == "replay") ? device.substr(colon + 1) : "";
 }
 
-// Keeps the traffic of a test that fails, beside an older file: it shows why.
+// Keeps the traffic of a test that fails, because the traffic shows the reason. An older file stays.
 class KeptTraffic {
  public:
   KeptTraffic(Output* output, UsbRecorder* recorder) : output_(output), recorder_(recorder) {}
@@ -131,7 +131,7 @@ class KeptTraffic {
       const std::string kept = output_->finishAside();
       if (kept != output_->path()) std::cerr << "filiform: note: the traffic so far is in " << escaped(kept) << '\n';
     } catch (const std::exception&) {
-      // The first failure is told.
+      // The first failure is reported.
     }
   }
   KeptTraffic(const KeptTraffic&) = delete;
@@ -159,15 +159,15 @@ int runDevices(const DevicesArguments& a) {
     json["recognised"].push_back({{"ids", r.ids}, {"kind", r.kind}, {"device", r.device}});
   if (!refusal.empty()) json["refusal"] = refusal;
 
-  if (!a.record.empty() && !a.test) throw UsageError("--record is for the traffic of --test");
+  if (!a.record.empty() && !a.test) throw UsageError("--record needs --test: it writes the traffic of the test");
   if (!a.test && !a.json) printTable(found, refusal);
   if (a.test) {
     std::string spec = a.device;
     if (spec.empty()) {
       if (found.empty())
         throw DeviceError(refusal.empty()
-                              ? "nothing is plugged in that could be tested; filiform devices --test sim:medium "
-                                "tries the test itself"
+                              ? "no device is plugged in; filiform devices --test sim:medium tries the test without "
+                                "hardware"
                               : refusal);
       spec = found.front().device;
     }
@@ -180,7 +180,7 @@ int runDevices(const DevicesArguments& a) {
       record = std::make_unique<Output>(a.record, OutputOptions{.cancel = &interruptFlag()});
       recorder = std::make_unique<UsbRecorder>(systemUsb(), record->stream());
     }
-    const KeptTraffic kept(record.get(), recorder.get());  // of a test that fails
+    const KeptTraffic kept(record.get(), recorder.get());
     const std::unique_ptr<HapticDevice> device = makeDevice(spec, {.usb = recorder.get()});
     DeviceCheckOptions options;
     options.tell = [](const std::string& text) { std::cerr << text << '\n'; };
@@ -203,12 +203,12 @@ int runDevices(const DevicesArguments& a) {
 
 void addDevices(CLI::App& app, Chosen& chosen) {
   auto a = std::make_shared<DevicesArguments>();
-  CLI::App* command = app.add_subcommand("devices", "What is plugged in, what is missing, and whether it works");
+  CLI::App* command = app.add_subcommand("devices", "List the devices that are plugged in; test one");
   command->footer(
       "Example:\n  filiform devices\n  filiform devices --test falcon:falcon.bin\n  filiform devices --test "
-      "sim:medium --json\nThe test homes the device, reads it for a second, and where it renders force ramps half a "
-      "newton along x, y and z.");
-  command->add_flag("--json", a->json, "as one JSON object");
+      "sim:medium --json\nThe test homes the device and reads it for a second. If the device renders force, the test "
+      "then ramps half a newton along x, y and z.");
+  command->add_flag("--json", a->json, "write one JSON object");
   command
       ->add_option_function<std::string>(
           "--test",
@@ -216,10 +216,10 @@ void addDevices(CLI::App& app, Chosen& chosen) {
             a->test = true;
             a->device = device;
           },
-          "try a device: the one named, or the first that is plugged in")
+          "test a device: the one named, or the first that is plugged in")
       ->expected(0, 1)
       ->type_name("[DEVICE]");
-  command->add_option("-o,--output,--record", a->record, "write the USB traffic of the test, for UsbReplay")
+  command->add_option("-o,--output,--record", a->record, "write the USB traffic of the test (device/PROTOCOL.md)")
       ->type_name("FILE");
   command->callback([a, &chosen] { chosen = [a] { return runDevices(*a); }; });
 }

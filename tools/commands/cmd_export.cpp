@@ -1,4 +1,4 @@
-// filiform export: cells of a tile set back as files of other programs.
+// filiform export: writes cells of a tile set in other formats.
 #include "index/errors.h"
 #include "index/output.h"
 #include "index/set/cell_formats.h"
@@ -41,7 +41,7 @@ const char* endingOf(FileFormat format) { return kFileFormats.at(static_cast<std
 struct Destination {
   enum class Kind { kFile, kFolder, kZip, kSkeletons };
   Kind kind = Kind::kFile;
-  FileFormat format = FileFormat::swc;  // of a file
+  FileFormat format = FileFormat::swc;  // for kFile
 };
 
 Destination destinationOf(const std::string& out) {
@@ -53,11 +53,11 @@ Destination destinationOf(const std::string& out) {
   for (const auto& [format, ending] : kFileFormats)
     if (endsWithNoCase(out, ending)) return {Destination::Kind::kFile, format};
   if (endsWithNoCase(out, ".zip")) return {Destination::Kind::kZip};
-  // A device or a pipe may have any name.
+  // A device or a pipe may have any name. A name without ending means SWC.
   if (out == "-" || std::filesystem::path(out).extension().empty() || !isFileOutput(out)) return {};
   throw UsageError("--output " + escaped(out) +
-                   ": the ending names the format: .swc, .edges, .obj or .vtk for one cell; DIR/, ARCHIVE.zip or "
-                   "DIR.precomputed for all; none for SWC");
+                   ": the ending chooses the format: .swc, .edges, .obj or .vtk for one cell; DIR/, ARCHIVE.zip or "
+                   "DIR.precomputed for all cells; no ending for SWC");
 }
 
 std::optional<FileFormat> formatNamed(const std::string& name) {
@@ -97,7 +97,7 @@ int exportFile(const TileStore& set, std::uint32_t id, const std::string& path, 
   return 0;
 }
 
-// Files of several cells: SWC, or an edge list where a cell has loops, unless a format is asked for.
+// The files of several cells. Without --format: SWC, or an edge list if the cell has loops.
 class CellFiles {
  public:
   CellFiles(const TileStore& set, const std::vector<std::uint32_t>& ids, std::optional<FileFormat> format)
@@ -148,7 +148,7 @@ void exportSkeletons(const TileStore& set, const std::vector<std::uint32_t>& ids
   std::vector<std::string> names;
   for (const std::uint32_t id : ids) {
     bounds.extend(set.cell(id).bounds);
-    numbers.push_back(std::uint64_t{id} + 1);  // 0 is no object there
+    numbers.push_back(std::uint64_t{id} + 1);  // 0 means "no object" in Neuroglancer
     names.push_back(set.cell(id).name);
   }
   const SkeletonFormat format(set.grid(), bounds);
@@ -172,11 +172,11 @@ int runExport(const ExportArguments& a) {
   const bool one_file = to.kind == Destination::Kind::kFile;
   if (a.all && !a.cell.empty()) throw UsageError("--all and --cell: give one of them");
   if (one_file && a.cell.empty())
-    throw UsageError(a.all
-                         ? "--all writes many files: give --output DIR/, ARCHIVE.zip or DIR.precomputed"
-                         : "name the cell with --cell, or give --output DIR/, ARCHIVE.zip or DIR.precomputed for all");
+    throw UsageError(
+        a.all ? "--all writes many files: give --output DIR/, ARCHIVE.zip or DIR.precomputed"
+              : "name the cell with --cell, or give --output DIR/, ARCHIVE.zip or DIR.precomputed for all cells");
   if (format && (one_file || to.kind == Destination::Kind::kSkeletons))
-    throw UsageError("--format is for the files in a folder or a zip; here the ending of --output names the format");
+    throw UsageError("--format is for files in a folder or a zip; here the ending of --output chooses the format");
   if (one_file || to.kind == Destination::Kind::kZip) checkOutputs({{"SET", a.set}}, {{"--output", a.out}});
 
   const auto set = TileSet::open(a.set);
@@ -188,7 +188,7 @@ int runExport(const ExportArguments& a) {
     std::iota(ids.begin(), ids.end(), 0);
   }
   if (one_file) return exportFile(*set, ids.front(), a.out, to.format);
-  if (ids.empty()) throw InputError(escaped(a.set) + ": holds no cell");
+  if (ids.empty()) throw InputError(escaped(a.set) + ": the tile set has no cell");
   std::uint64_t samples = 0;
   for (const std::uint32_t id : ids) samples += set->cell(id).samples;
 
@@ -210,22 +210,23 @@ int runExport(const ExportArguments& a) {
 
 void addExport(CLI::App& app, Chosen& chosen) {
   auto a = std::make_shared<ExportArguments>();
-  CLI::App* command = app.add_subcommand("export", "Write cells of a tile set as files of other programs");
+  CLI::App* command = app.add_subcommand("export", "Write cells of a tile set in other formats");
   command->footer(
       "Examples:\n  filiform export column.fil --cell cell_00042 -o cell_00042.swc\n"
       "  filiform export column.fil --all -o cells.zip\n"
       "  filiform export column.fil --all -o column.precomputed\n"
-      "The ending names the format: .swc, .edges (holds loops), .obj, .vtk; none, a device, a pipe or - is SWC.\n"
-      "A folder, DIR/, or ARCHIVE.zip gets one file a cell; DIR.precomputed is a folder of Neuroglancer skeletons.");
+      "The ending chooses the format: .swc, .edges (keeps loops), .obj, .vtk. No ending, a device, a pipe or - is "
+      "SWC.\n"
+      "A folder, DIR/, or ARCHIVE.zip gets one file a cell. DIR.precomputed is a folder of Neuroglancer skeletons.");
   command->add_option("SET", a->set, "tile set")->required();
-  command->add_option("--cell", a->cell, "name of the cell");
-  command->add_flag("--all", a->all, "every cell, into a folder, a zip or a precomputed folder");
-  command->add_option("-o,--output", a->out, "file, DIR/, ARCHIVE.zip or DIR.precomputed; - for standard output")
+  command->add_option("--cell", a->cell, "export the cell of this name");
+  command->add_flag("--all", a->all, "export every cell, into a folder, a zip or a precomputed folder");
+  command->add_option("-o,--output", a->out, "write FILE, DIR/, ARCHIVE.zip or DIR.precomputed; - for standard output")
       ->required()
       ->type_name("FILE");
   command
       ->add_option("--format", a->format,
-                   "of the files in a folder or zip: swc, edges, obj or vtk; default: swc, and edges for loops")
+                   "write the files of a folder or zip as swc, edges, obj or vtk; default: swc, edges for loops")
       ->type_name("FORMAT");
   command->callback([a, &chosen] { chosen = [a] { return runExport(*a); }; });
 }

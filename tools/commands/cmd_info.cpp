@@ -1,4 +1,4 @@
-// filiform info: what a tile set holds.
+// filiform info: prints what a tile set holds.
 #include "index/query/nearest.h"
 #include "index/set/levels.h"
 #include "index/set/tile_set.h"
@@ -31,7 +31,7 @@ struct InfoArguments {
   bool json = false, parameters = false;
 };
 
-// What navigate takes unless told otherwise, and what is found of the set.
+// The default parameters of navigate, and what is measured on the set.
 struct Parameters {
   std::string cell;
   SolverParameters solver;
@@ -53,7 +53,7 @@ Parameters parametersOf(const TileSet& set, const std::string& cell_name) {
   return p;
 }
 
-// Names, values and notes, as people and programs read them.
+// One parameter, for text and JSON.
 struct Row {
   const char* name;
   double value;
@@ -65,25 +65,25 @@ std::vector<Row> rowsOf(const Parameters& p) {
   const ForceLawOptions force;
   const WorkspaceOptions workspace;
   const NavigationOptions navigation;
-  return {
-      {"stiffness_N_m", force.stiffness_N_m, "N/m", "of the spring to the proxy; 50 with a loose hand"},
-      {"damping_Ns_m", force.damping_Ns_m, "N s/m", ""},
-      {"max_force_N", force.max_force_N, "N", ""},
-      {"max_slew_N_s", force.max_slew_N_s, "N/s", "of increases, beyond the hand's own motion"},
-      {"ramp_s", force.ramp_s, "s", "after a start or jump"},
-      {"passivity_energy_J", force.passivity.energy_J, "J", "controller on where the stiffness is outside the bound"},
-      {"passivity_power_W", force.passivity.power_W, "W", ""},
-      {"passivity_damping_Ns_m", force.passivity.max_damping_Ns_m, "N s/m", ""},
-      {"static_fraction", workspace.static_fraction, "", "of the workspace in each dimension"},
-      {"drift_speed_m_s", workspace.drift_speed_m_s, "m/s", "of the workspace, or less: see drift_force"},
-      {"drift_force_N_s", navigation.drift_force_N_s, "N/s", ""},
-      {"max_visited", static_cast<double>(p.solver.max_visited), "", "segments a tick"},
-      {"force_gain", p.solver.gain, "", "force-based: r = min(r_max, G |q-h| + r_min)"},
-      {"force_r_min_um", p.solver.r_min_um, "um", "5th percentile of the cell's segment lengths"},
-      {"force_r_max_um", p.solver.r_max_um, "um", "95th percentile"},
-      {"confusion_places", static_cast<double>(p.places), "", "sampled"},
-      {"confused_at_300_um", p.confused_at_300, "", "of them, at 300 um across 12 cm"},
-      {"confusion_zoom_um", p.confusion_zoom_um, "um", "zoom in to this or less across 12 cm: 5 % are confused"}};
+  return {{"stiffness_N_m", force.stiffness_N_m, "N/m", "spring to the proxy; 50 with a loose hand"},
+          {"damping_Ns_m", force.damping_Ns_m, "N s/m", ""},
+          {"max_force_N", force.max_force_N, "N", ""},
+          {"max_slew_N_s", force.max_slew_N_s, "N/s", "largest increase, beyond the hand's own motion"},
+          {"ramp_s", force.ramp_s, "s", "after a start or jump"},
+          {"passivity_energy_J", force.passivity.energy_J, "J", "controller on if the stiffness is outside the bound"},
+          {"passivity_power_W", force.passivity.power_W, "W", ""},
+          {"passivity_damping_Ns_m", force.passivity.max_damping_Ns_m, "N s/m", ""},
+          {"static_fraction", workspace.static_fraction, "", "part of the workspace, in each dimension, without drift"},
+          {"drift_speed_m_s", workspace.drift_speed_m_s, "m/s", "largest drift of the workspace; see drift_force"},
+          {"drift_force_N_s", navigation.drift_force_N_s, "N/s", ""},
+          {"max_visited", static_cast<double>(p.solver.max_visited), "", "segments a tick"},
+          {"force_gain", p.solver.gain, "", "force-based: r = min(r_max, G |q-h| + r_min)"},
+          {"force_r_min_um", p.solver.r_min_um, "um", "5th percentile of the cell's segment lengths"},
+          {"force_r_max_um", p.solver.r_max_um, "um", "95th percentile"},
+          {"confusion_places", static_cast<double>(p.places), "", "places sampled"},
+          {"confused_at_300_um", p.confused_at_300, "", "fraction of the places confused at 300 um across 12 cm"},
+          {"confusion_zoom_um", p.confusion_zoom_um, "um",
+           "across 12 cm: 5 % of the places are confused; zoom in further"}};
 }
 
 void printParameters(const Parameters& p) {
@@ -102,7 +102,7 @@ std::uint64_t segmentsOf(const Levels& levels) {
   return segments;
 }
 
-// Names and reasons.
+// Names and reasons of the inputs that ingest refused.
 std::vector<std::pair<std::string, std::string>> refusedInputs(const TileSet& set) {
   std::vector<std::pair<std::string, std::string>> inputs;
   if (set.refused() == 0) return inputs;
@@ -187,7 +187,7 @@ int runInfo(const InfoArguments& a) {
        "  segments stored again in a tile that they cross");
   line("grid", formatNumber(set->grid().quantum_um() * 1000) + " nm");
   if (levels) {
-    line("levels", formatCount(levels->size()), "  tiles of simplified threads, for the eye");
+    line("levels", formatCount(levels->size()), "  tiles of simplified neurites, for viewing");
     line("  segments", formatCount(segmentsOf(*levels)));
     line("  on disk", formatBytes(levels->bytes()));
     if (levels->size() > 0) {
@@ -213,14 +213,14 @@ int runInfo(const InfoArguments& a) {
 
 void addInfo(CLI::App& app, Chosen& chosen) {
   auto a = std::make_shared<InfoArguments>();
-  CLI::App* command = app.add_subcommand("info", "What a tile set holds");
+  CLI::App* command = app.add_subcommand("info", "Print what a tile set holds");
   command->footer("Examples:\n  filiform info column.fil --json\n  filiform info column.fil --parameters");
   command->add_option("SET", a->path, "tile set")->required();
-  command->add_flag("--json", a->json, "one JSON object, fields as in tools/README.md");
+  command->add_flag("--json", a->json, "write one JSON object; tools/README.md lists the fields");
   command->add_flag("--parameters", a->parameters,
-                    "also what navigate takes unless told otherwise, and the zoom at which a trembling hand takes one "
-                    "neurite for another in 5 % of places (reads some hundred tiles: seconds)");
-  command->add_option("--cell", a->cell, "whose parameters; default: the one with the most segments");
+                    "print also the default parameters of navigate, and the zoom at which a trembling hand confuses "
+                    "one neurite with another in 5 % of places (reads some hundred tiles: seconds)");
+  command->add_option("--cell", a->cell, "print the parameters of this cell; default: the cell with the most segments");
   command->callback([a, &chosen] { chosen = [a] { return runInfo(*a); }; });
 }
 

@@ -1,4 +1,4 @@
-// filiform ingest: SWC files, folders and archives become a tile set.
+// filiform ingest: makes a tile set from SWC files, folders and archives.
 #include "index/build/ingest.h"
 #include "index/errors.h"
 #include "index/input/input.h"
@@ -83,15 +83,15 @@ Provenance provenanceOf(const std::vector<SourceReport>& reports) {
   return provenance;
 }
 
-// The table joins the sources, with all cells to its name. Rows are named by what they place, so that the manifest does
-// not depend on their order.
+// Adds the placement table to the sources; all cells count as the table's. Dropped rows are named by their token, so
+// that the manifest does not depend on the order of the rows.
 void addPlacements(const PlacedCells& placed, bool strict, Provenance& provenance) {
   const PlacementReport& report = placed.report();
   const PlacementTable& table = placed.table();
   if (strict && !report.codes.empty())
     throw InputError("--strict: " + escaped(table.file()) + ":" + std::to_string(report.records.front().line) + ": " +
                      std::string(explanation(report.records.front().code)) + "; nothing written");
-  if (report.placed == 0) throw InputError(escaped(table.file()) + ": places nothing");
+  if (report.placed == 0) throw InputError(escaped(table.file()) + ": no row of the table places a morphology");
   for (const auto& [code, count] : report.codes.all()) provenance.codes[std::string(name(code))] += count;
   std::vector<std::string> tokens;
   for (const InputRecord& record : report.records)
@@ -112,7 +112,7 @@ std::string describe(const PlacedCells& placed) {
                      " segments\n";
   for (const auto& [code, count] : report.codes.all())
     text += "  " + std::string(name(code)) + " " + formatCount(count) + ": " +
-            (code == InputCode::W_BAD_LINE ? "the row's morphology was refused; row dropped"
+            (code == InputCode::W_BAD_LINE ? "the morphology of the row was refused; row dropped"
                                            : std::string(explanation(code))) +
             "\n";
   return text;
@@ -167,7 +167,7 @@ int runIngest(const IngestArguments& a) {
       const std::string first = reports.empty()
                                     ? "nothing was read"
                                     : escaped(reports.front().file) + ": " + firstReason(reports.front().report);
-      throw InputError("no usable neuron in the input (" + first + "); filiform check says more");
+      throw InputError("no usable neuron in the input (" + first + "); filiform check lists what is wrong");
     }
     Provenance provenance = provenanceOf(input.reports());
     if (placed) addPlacements(*placed, a.strict, provenance);
@@ -184,7 +184,7 @@ int runIngest(const IngestArguments& a) {
   std::string phase_now;
   options.progress = [&](const char* phase, std::uint64_t done, std::uint64_t total) {
     throwIfInterrupted();
-    if (std::string_view(phase) == "reading") return;  // the reader tells of that, in bytes
+    if (std::string_view(phase) == "reading") return;  // the reader reports this phase, in bytes
     if (phase_now != phase) {
       phase_now = phase;
       read_progress.finish();
@@ -204,7 +204,7 @@ int runIngest(const IngestArguments& a) {
   const SetCounts& n = result.counts;
   people << escaped(a.out) << ": " << formatCount(n.cells) << (n.cells == 1 ? " cell, " : " cells, ")
          << formatCount(n.samples) << " samples, " << formatCount(n.segments) << " segments in " << formatCount(n.tiles)
-         << " tiles, " << formatBytes(result.bytes) << (result.unchanged ? " (the same as before: left as it was)" : "")
+         << " tiles, " << formatBytes(result.bytes) << (result.unchanged ? " (unchanged: the same set as before)" : "")
          << '\n';
   return 0;
 }
@@ -213,33 +213,36 @@ int runIngest(const IngestArguments& a) {
 
 void addIngest(CLI::App& app, Chosen& chosen) {
   auto a = std::make_shared<IngestArguments>();
-  CLI::App* command = app.add_subcommand("ingest", "Cut SWC files, folders and archives into a tile set");
+  CLI::App* command = app.add_subcommand("ingest", "Make a tile set from SWC files, folders and archives");
   command->footer(
       "Examples:\n  filiform ingest archive.zip more/*.swc -o column.fil\n"
       "  filiform ingest library.zip --placements column.tsv -o column.fil\n"
-      "Files that cannot be used are counted and named; the others go in. filiform check tells the rest beforehand.");
+      "Files that cannot be used are counted and named; the others are ingested. filiform check lists them "
+      "beforehand.");
   command->add_option("INPUT", a->inputs, "SWC files, folders, zip archives; graphs: .edges, .obj, .vtk, skeletons")
       ->required();
-  command->add_option("-o,--output", a->out, "tile set to make (a folder)")->required()->type_name("SET");
-  command->add_option("--capacity", a->capacity, "segments a tile at most")
+  command->add_option("-o,--output", a->out, "write the tile set to this folder")->required()->type_name("SET");
+  command->add_option("--capacity", a->capacity, "put at most N segments in a tile")
       ->capture_default_str()
       ->check(CLI::Range(1u, 1u << 30));
-  command->add_option("--quantum", a->quantum, "grid of the positions, um, a power of two")->capture_default_str();
+  command->add_option("--quantum", a->quantum, "round positions to this grid, um: a power of two")
+      ->capture_default_str();
   command->add_option("--unit", a->unit, kUnitHelp)->capture_default_str();
   command->add_flag("--apply-offset", a->apply_offset, "add the '# OFFSET' of each header to its positions");
   command
       ->add_option("--memory", a->memory,
-                   "memory of the process but for 32MiB, at least 64MiB (K, M, G: KiB, MiB, GiB); more input than that "
+                   "use at most this memory and 32MiB; at least 64MiB (K, M, G: KiB, MiB, GiB); larger input "
                    "goes through a file beside the set")
       ->capture_default_str()
       ->type_name("BYTES");
-  command->add_option("--threads", a->threads, "0: as many as there are cores")->capture_default_str();
-  command->add_option("--placements", a->placements, "table of what is placed where; the input is then a library")
+  command->add_option("--threads", a->threads, "use N threads; 0: one a core")->capture_default_str();
+  command->add_option("--placements", a->placements, "place cells as this table says; the input is then a library")
       ->type_name("TSV");
-  command->add_flag("--levels", a->levels, "write levels of detail too, for the eye");
-  command->add_flag("--strict", a->strict, "refuse files with any warning, and write nothing if one is refused");
+  command->add_flag("--levels", a->levels, "write levels of detail, needed to view large sets");
+  command->add_flag("--strict", a->strict, "refuse files that have a warning; write nothing if a file is refused");
   command->add_flag("--force", a->force, "replace an existing set");
-  command->add_option("--report", a->report, "write everything dropped, cut or remarked as JSON")->type_name("FILE");
+  command->add_option("--report", a->report, "write a JSON record of everything dropped, cut or remarked")
+      ->type_name("FILE");
   command->callback([a, &chosen] { chosen = [a] { return runIngest(*a); }; });
 }
 

@@ -1,5 +1,5 @@
-// filiform bench, filiform evaluate: commands of a program of its own, filiform-lab, which is started in place of this
-// one. So that users of the other commands never load the benchmarks.
+// filiform bench, filiform evaluate: commands of a second program, filiform-lab, which replaces this process. Users of
+// the other commands therefore never load the benchmarks.
 #include "index/errors.h"
 #include "tools/commands/commands.h"
 
@@ -22,7 +22,7 @@ namespace {
 
 constexpr const char* kLab = "filiform-lab";
 
-// Beside this program, else in PATH.
+// The program beside this one, else the one in PATH.
 std::string findLab() {
   std::error_code error;
   const std::filesystem::path own = std::filesystem::read_symlink("/proc/self/exe", error);
@@ -33,7 +33,7 @@ std::string findLab() {
   return kLab;
 }
 
-// Does not return unless the program cannot be started.
+// Returns only if the program cannot be started; then throws IoError.
 int startLab(const std::string& command, std::vector<std::string> words) {
   words.insert(words.begin(), {kLab, command});
   std::vector<char*> argv;
@@ -44,7 +44,7 @@ int startLab(const std::string& command, std::vector<std::string> words) {
   ::execvp(program.c_str(), argv.data());
   const int reason = errno;
   if (reason == ENOENT)
-    throw IoError(kLab, "filiform " + command + " needs this program, which is neither beside filiform nor in PATH");
+    throw IoError(kLab, "filiform " + command + " needs this program, but it is neither beside filiform nor in PATH");
   throw IoError(program, "cannot start it", reason);
 }
 
@@ -52,8 +52,8 @@ int startLab(const std::string& command, std::vector<std::string> words) {
 
 void addLab(CLI::App& app, Chosen& chosen) {
   static constexpr std::array<std::array<const char*, 2>, 2> kCommands{
-      {{"evaluate", "Every method on the paper's scenes and on many routes"},
-       {"bench", "Measures named workloads; ratios to peers in the same run"}}};
+      {{"evaluate", "Compare all methods on the paper's scenes and on many routes"},
+       {"bench", "Measure named workloads, with ratios to peers in the same run"}}};
   for (const auto& [name, summary] : kCommands) {
     CLI::App* command = app.add_subcommand(name, summary);
     command->set_help_flag();  // filiform-lab has the options

@@ -1,4 +1,4 @@
-// filiform navigate: a hand, simulated or recorded, travels a route without a display.
+// filiform navigate: a simulated or recorded hand travels a route without a display.
 #include "device/factory/device_factory.h"
 #include "device/recording/replay.h"
 #include "index/errors.h"
@@ -42,6 +42,8 @@ struct NavigateArguments {
   bool realtime = false, json = false;
 };
 
+constexpr double kMostRate_Hz = 1e6;  // as run() requires
+
 PrefetchPolicy prefetchPolicy(const std::string& name) {
   if (name == "none") return PrefetchPolicy::none;
   if (name == "distance") return PrefetchPolicy::distance;
@@ -56,7 +58,7 @@ FaultPlan::Delay delayKind(const std::string& name) {
   throw UsageError("--latency-kind " + escaped(name) + ": choose constant, uniform or exponential");
 }
 
-// In real time a latency is that of the set's files.
+// With --realtime, --latency delays the reads of the set's files.
 std::unique_ptr<TileStore> openScene(const NavigateArguments& a, bool& in_memory) {
   in_memory = isFileScene(a.scene);
   if (!in_memory && !(a.realtime && a.latency_ms > 0)) return TileSet::open(a.scene);
@@ -71,7 +73,7 @@ std::unique_ptr<TileStore> openScene(const NavigateArguments& a, bool& in_memory
   return buildScene(a.scene);
 }
 
-// Beside --csv, unless that is no regular file or another name is given.
+// The file of --fault-csv; without that option a file beside --csv, if --csv is a regular file.
 std::string faultCsvOf(const NavigateArguments& a) {
   if (!a.fault_csv.empty() || !isFileOutput(a.csv)) return a.fault_csv;
   return a.csv + ".fault.csv";
@@ -91,18 +93,20 @@ RunOptions optionsOf(const NavigateArguments& a, const TileStore& store, bool in
     throw UsageError("--passivity " + escaped(a.passivity) + ": choose auto, on or off");
   if (a.passivity != "auto") options.passivity = a.passivity == "on";
   options.zoom_um = a.zoom_um;
+  if (!(a.rate_Hz > 0 && a.rate_Hz <= kMostRate_Hz))
+    throw UsageError("--rate " + formatNumber(a.rate_Hz) + ": give more than 0 and at most " +
+                     formatNumber(kMostRate_Hz) + " ticks a second");
   options.rate_Hz = a.rate_Hz;
   if (a.speed_m_s) options.person.speed_m_s = *a.speed_m_s;
   options.seed = a.seed;
   if (!a.budget.empty()) {
     const std::uint64_t budget = parseBytes("--budget", a.budget);
-    if (in_memory)
-      throw UsageError("--budget is for tile sets: a file that is travelled directly lies in memory as a whole");
+    if (in_memory) throw UsageError("--budget is for tile sets: an .swc or .zip file is read into memory as a whole");
     options.budget_bytes = budget;
   }
   if (in_memory && a.latency_ms != 0)
-    throw UsageError("--latency is for tile sets: a file that is travelled directly is never read again");
-  // In real time the files themselves are slow.
+    throw UsageError("--latency is for tile sets: an .swc or .zip file is read once, before the travel");
+  // In real time openScene() delays the files.
   options.latency_ms = a.realtime ? 0 : a.latency_ms;
   options.io_threads = a.io_threads != 0 ? a.io_threads : a.realtime && a.latency_ms > 0 ? 16 : 1;
   options.prefetch = prefetchPolicy(a.prefetch);
@@ -118,8 +122,8 @@ RunOptions optionsOf(const NavigateArguments& a, const TileStore& store, bool in
   return options;
 }
 
-// What decides the way that is travelled, beside scene and device: kept in a recording, so that a replay needs nothing
-// but the file.
+// The options that decide the travel, beside scene and device. A recording stores them, so that a replay needs only the
+// file.
 constexpr const char* kRepeated[] = {"--cell",      "--route", "--seconds", "--method", "--stiffness",
                                      "--passivity", "--zoom",  "--speed",   "--rate",   "--seed"};
 
@@ -133,7 +137,7 @@ std::string toldOptions(const CLI::App& command) {
   return told.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
 }
 
-// Those of a recorded run that are not given now.
+// Takes the options of the recorded run that are not given now.
 void tellAgain(CLI::App& command, const std::string& device) {
   constexpr std::string_view kReplay = "replay:";
   if (device.rfind(kReplay, 0) != 0) return;
@@ -150,11 +154,11 @@ void tellAgain(CLI::App& command, const std::string& device) {
       option->run_callback();
     } catch (const CLI::Error&) {
       throw UsageError(escaped(file) + ": recorded with " + name + " " + escaped(value) +
-                       ", which this program does not take");
+                       ", which this program does not accept");
     }
     (((taken += ' ') += name) += ' ') += escaped(value);
   }
-  if (!taken.empty()) std::cerr << "filiform: note: as it was recorded:" << taken << '\n';
+  if (!taken.empty()) std::cerr << "filiform: note: options taken from the recording:" << taken << '\n';
 }
 
 nlohmann::ordered_json describe(const TimeHistogram& times) {
@@ -240,9 +244,9 @@ const char* explanationOf(RunOutcome outcome) {
     case RunOutcome::stuck:
       return ": the hand gave up, or its recording ended, before the end of the route";
     case RunOutcome::time_over:
-      return ": the time was over before the end of the route; --seconds gives more";
+      return ": the time limit came before the end of the route; --seconds allows more";
     case RunOutcome::interrupted:
-      return ": by a signal, before the end";
+      return ": a signal came before the end of the route";
   }
   return "";
 }
@@ -254,8 +258,8 @@ void describeForPeople(std::ostream& out, const RunSummary& s, const NavigateArg
   out << "cell " << escaped(s.cell) << ", route " << escaped(a.route) << ", method " << a.method << ": "
       << toString(s.outcome) << explanationOf(s.outcome) << '\n';
   if (s.jumps > 0 || s.legs_completed > 1)
-    line("tour", formatCount(s.legs) + " routes begun, " + formatCount(s.legs_completed) + " travelled to the end; " +
-                     formatCount(s.jumps) + " jumps, waited for " + formatCount(s.jump_wait_ticks) + " ticks");
+    line("tour", formatCount(s.legs) + " routes begun, " + formatCount(s.legs_completed) + " completed; " +
+                     formatCount(s.jumps) + " jumps, " + formatCount(s.jump_wait_ticks) + " ticks of waiting for them");
   line("route", rounded(s.route_um, 1) + " um, reached " + rounded(s.reached_um, 1) + " um");
   line("time", rounded(s.sim_s, 2) + " s, " + formatCount(s.ticks) + " ticks");
   line("force", "mean " + rounded(s.mean_force_N, 3) + " N, largest " + rounded(s.max_force_N, 3) + " N, integral " +
@@ -267,13 +271,13 @@ void describeForPeople(std::ostream& out, const RunSummary& s, const NavigateArg
                                   : std::string()));
   line("segments in the set", formatCount(s.segments));
   line("tiles touched", formatCount(s.tiles));
-  line("tiles read", formatCount(s.tiles_read) + ", let go again " + formatCount(s.evictions));
+  line("tiles read", formatCount(s.tiles_read) + ", evicted " + formatCount(s.evictions));
   line("memory for tiles", formatBytes(s.peak_bytes) + " at most, of " + formatBytes(s.decoded_bytes) +
                                " in the whole set" +
                                (s.budget_bytes ? "; budget " + formatBytes(*s.budget_bytes) : std::string()));
   line("stalls", formatCount(s.stalls) + "  (ticks repeated after a tile was read; the hand does not feel them)");
   line("frontiers", formatCount(s.frontiers) + "  (ticks at which the proxy waited for an absent tile)");
-  if (s.capped_ticks > 0) line("capped ticks", formatCount(s.capped_ticks) + "  (search continued on the next tick)");
+  if (s.capped_ticks > 0) line("capped ticks", formatCount(s.capped_ticks) + "  (the search went on at the next tick)");
   if (s.missed_deadlines) line("missed deadlines", formatCount(*s.missed_deadlines) + " of " + formatCount(s.ticks));
   if (s.loop) {
     const auto us = [](std::int64_t ns) { return rounded(1e-3 * static_cast<double>(ns), 0); };
@@ -286,7 +290,7 @@ void describeForPeople(std::ostream& out, const RunSummary& s, const NavigateArg
   if (!s.missed_deadlines) line("missed deadlines", "none possible in virtual time (--realtime counts them)");
 }
 
-// The name of the cell that the proxy is on, for the CSV; a row seldom has another cell than the one before.
+// The name of the cell on which the proxy is, for the CSV. Keeps the last name, because the cell seldom changes.
 class CellNames {
  public:
   explicit CellNames(const TileStore& store) : store_(store) {}
@@ -336,7 +340,7 @@ int runNavigate(const NavigateArguments& a) {
   if (options.realtime) holdForcesOnSignals();
   RunSummary summary;
   {
-    EndingWatch watch = watchForSilentFiles();  // of the run: what is drawn and written after it may take its time
+    EndingWatch watch = watchForSilentFiles();  // for the run alone: drawing and writing may take longer
     options.ending = [&watch] { watch.begin(); };
     summary = run(*store, options, [&](const TickRow& row) {
       if (csv) writeCsvRow(csv->stream(), row, cell_names.of(row.segment.cell));
@@ -346,7 +350,7 @@ int runNavigate(const NavigateArguments& a) {
   }
   progress.finish();
   const bool interrupted = summary.outcome == RunOutcome::interrupted;
-  // What goes through a pipe or a device has gone; a file stays as it was.
+  // Rows are already gone through a pipe or a device. A file stays unchanged.
   if (csv && (!interrupted || !csv->isFile())) csv->finish();
   const std::string title = summary.cell + ", " + a.route + ", " + a.method;
   if (!a.plot.empty() && !interrupted) travel->writeForcePlot(a.plot, escaped(title), summary);
@@ -368,67 +372,70 @@ int runNavigate(const NavigateArguments& a) {
 
 void addNavigate(CLI::App& app, Chosen& chosen) {
   auto a = std::make_shared<NavigateArguments>();
-  CLI::App* command = app.add_subcommand("navigate", "A simulated or recorded hand travels a route");
+  CLI::App* command = app.add_subcommand("navigate", "Travel a route with a simulated or recorded hand");
   command->footer(
       "Example:\n  filiform navigate column.fil --route longest --zoom 300 --budget 4MiB --csv travel.csv --plot "
       "force.png\n"
       "  filiform navigate cell.swc --route 1:245 --method basic\n"
       "  filiform navigate column.fil --route tour:1 --seconds 600 --budget 64MiB --realtime --json");
-  command->add_option("SCENE", a->scene, "tile set, or an .swc file or small .zip that is travelled directly")
+  command->add_option("SCENE", a->scene, "tile set, .swc file or small .zip (read into memory)")
       ->required()
       ->type_name("SET|FILE.swc");
-  command->add_option("--cell", a->cell, "name of the cell; default: the one with the most segments");
+  command->add_option("--cell", a->cell, "travel on this cell; default: the cell with the most segments");
   command
       ->add_option("--route", a->route,
-                   "ROOT:TIP (sample ids), longest, random:SEED, or tour:SEED: one random route after "
+                   "travel ROOT:TIP (sample ids), longest, random:SEED, or tour:SEED: random routes, one after "
                    "the other, through --cell or all cells")
       ->capture_default_str();
   command->add_option("--seconds", a->seconds,
-                      "simulated time at most; default: 10 times nominal + 20 s, of a tour 60 s");
-  command->add_option("--method", a->method, "proxy solver: basic, shading, force, force-listing or climb")
+                      "stop after this simulated time; default: 10 times the nominal time + 20 s, a tour 60 s");
+  command->add_option("--method", a->method, "find the proxy with basic, shading, force, force-listing or climb")
       ->capture_default_str();
-  command->add_option("--hand", a->hand, "loose, medium or firm: short for --device sim:HAND");
-  command->add_option("--device", a->device, std::string(deviceChoices()) + "; default sim:medium");
-  command->add_option(
-      "--stiffness", a->stiffness_N_m,
-      "of the spring to the proxy, N/m; default 200, 50 with the loose hand, less where hardware renders less");
+  command->add_option("--hand", a->hand, "simulate a loose, medium or firm hand: short for --device sim:HAND");
+  command->add_option("--device", a->device, "use " + std::string(deviceChoices()) + "; default sim:medium");
+  command->add_option("--stiffness", a->stiffness_N_m,
+                      "stiffness of the spring to the proxy, N/m; default 200, 50 with the loose hand, less where "
+                      "hardware allows less");
   command
       ->add_option("--passivity", a->passivity,
-                   "controller that bounds the energy given to the hand: auto (on where the stiffness is outside the "
-                   "stability bound), on or off")
+                   "bound the energy given to the hand: auto (if the stiffness is outside the stability bound), on or "
+                   "off")
       ->capture_default_str();
-  command->add_option("--zoom", a->zoom_um, "um of world across 0.12 m of device")
+  command->add_option("--zoom", a->zoom_um, "show this much tissue, um, across 0.12 m of device")
       ->capture_default_str()
       ->type_name("UM");
-  command->add_option("--speed", a->speed_m_s, "of the hand's aim, m/s of device")->type_name("M_PER_S");
+  command->add_option("--speed", a->speed_m_s, "speed of the hand's aim, m/s in device space")->type_name("M_PER_S");
   command->add_option("--rate", a->rate_Hz, "ticks a second")->capture_default_str()->type_name("HZ");
-  command->add_option("--seed", a->seed, "of the hand's tremor")->capture_default_str();
-  command->add_option("--budget", a->budget, "memory for tiles; default: no limit")->type_name("BYTES");
+  command->add_option("--seed", a->seed, "seed of the hand's tremor")->capture_default_str();
+  command->add_option("--budget", a->budget, "use at most this memory for tiles; default: no limit")
+      ->type_name("BYTES");
   command
-      ->add_option("--latency", a->latency_ms, "until a tile has been read, ms; with --realtime, delays each read so")
+      ->add_option("--latency", a->latency_ms,
+                   "let each tile read take this long, ms; with --realtime, added to the real time")
       ->capture_default_str()
       ->type_name("MS");
   command
       ->add_option("--latency-kind", a->delays,
-                   "constant, uniform or exponential, with --realtime; --latency is its mean")
+                   "constant, uniform or exponential latency, with --realtime; --latency is the mean")
       ->capture_default_str()
       ->type_name("KIND");
-  command->add_option("--io-threads", a->io_threads, "reads at once with --realtime; 0: 1, with --latency 16")
+  command->add_option("--io-threads", a->io_threads, "reads in parallel with --realtime; 0: 1, or 16 with --latency")
       ->capture_default_str();
-  command->add_option("--prefetch", a->prefetch, "none, distance or structure")->capture_default_str();
-  command->add_flag("--realtime", a->realtime, "pace by the clock, with a haptic and an IO thread");
+  command->add_option("--prefetch", a->prefetch, "read tiles ahead by distance or structure; none: only on demand")
+      ->capture_default_str();
+  command->add_flag("--realtime", a->realtime, "run in real time, with a haptic and an IO thread");
   command->add_option("--record", a->record, "write the exchanges with the device, for --device replay:FILE")
       ->type_name("FILE");
-  command->add_option("-o,--output,--csv", a->csv, "one row a tick; - for standard output")->type_name("FILE");
+  command->add_option("-o,--output,--csv", a->csv, "write one row a tick; - for standard output")->type_name("FILE");
   command
       ->add_option("--fault-csv", a->fault_csv,
-                   "with --realtime: the last ticks of a loop that ends by a fault; default: beside --csv, as "
-                   "FILE.fault.csv where that is a regular file")
+                   "write the last ticks of a real-time loop that ends by a fault; default: FILE.fault.csv "
+                   "beside --csv, if --csv is a regular file")
       ->type_name("FILE");
-  command->add_option("--plot", a->plot, "the force curve as PNG")->type_name("FILE");
-  command->add_option("--picture", a->picture, "front view of the tissue and the way travelled, as PNG")
+  command->add_option("--plot", a->plot, "write the force curve as PNG")->type_name("FILE");
+  command->add_option("--picture", a->picture, "write a front view of the tissue and the path of the proxy as PNG")
       ->type_name("FILE");
-  command->add_flag("--json", a->json, "the summary as one JSON object");
+  command->add_flag("--json", a->json, "write the summary as one JSON object");
   command->callback([a, command, &chosen] {
     chosen = [a, command] {
       tellAgain(*command, a->device);

@@ -1,4 +1,4 @@
-// filiform nearest: nearest segments to points from the command line, a file or stdin.
+// filiform nearest: finds the segments nearest to points on the command line, in a file or on stdin.
 #include "index/errors.h"
 #include "index/query/nearest.h"
 #include "index/set/cell_graph.h"
@@ -44,7 +44,8 @@ std::vector<Vector3d> readPoints(std::istream& in, const std::string& name) {
     const std::vector<std::string> fields{std::istream_iterator<std::string>(words), {}};
     if (fields.empty()) continue;
     const std::string where = name + ":" + std::to_string(number);
-    if (fields.size() != 3) throw UsageError(where + ": " + std::to_string(fields.size()) + " fields, want x y z");
+    if (fields.size() != 3)
+      throw UsageError(where + ": " + std::to_string(fields.size()) + " fields; give three: x y z");
     points.emplace_back(parseNumber(where + ": x", fields[0]), parseNumber(where + ": y", fields[1]),
                         parseNumber(where + ": z", fields[2]));
   }
@@ -58,7 +59,7 @@ std::vector<double> numbers(const std::string& option, const std::vector<std::st
   return values;
 }
 
-// Segments of a forest are named after their child; in a graph with loops its links tell.
+// The sample id of each segment's child. In a forest a segment has the rank of its child; a cell with loops has links.
 std::vector<std::int64_t> childIds(const TileSet& set, std::uint32_t cell) {
   if (!hasLoops(set.cell(cell))) return set.loadCellDetail(cell).sample_ids;
   const CellGraph graph = readCell(set, cell, false);
@@ -67,19 +68,14 @@ std::vector<std::int64_t> childIds(const TileSet& set, std::uint32_t cell) {
   return ids;
 }
 
-constexpr std::size_t kBatch = 65536;  // points whose answers are held at once
+constexpr std::size_t kBatch = 65536;  // points whose results are held at once
 
-// The rows of the answer, as TSV or one JSON array.
+// Writes the results as TSV or as one JSON array.
 class Rows {
  public:
-  Rows(const TileSet& set, bool json, bool along) : set_(set), json_(json) {
-    if (json_)
-      std::cout << '[';
-    else
-      std::cout << "query\trank\tdistance\tx\ty\tz\tcell\tsegment\tsample\texact\ttiles_read"
-                << (along ? "\talong\n" : "\n");
-  }
+  Rows(const TileSet& set, bool json, bool along) : set_(set), json_(json), along_(along) {}
   void write(std::size_t query, const NearestResult& r, std::optional<double> along = {}) {
+    begin();
     const std::string& cell = set_.cell(r.segment.cell).name;
     auto ids = sample_ids_.find(r.segment.cell);
     if (ids == sample_ids_.end()) ids = sample_ids_.emplace(r.segment.cell, childIds(set_, r.segment.cell)).first;
@@ -108,19 +104,31 @@ class Rows {
     }
   }
   void end() {
+    begin();
     if (json_) std::cout << "\n]\n";
   }
 
  private:
+  // Not in the constructor, so that a refused query prints no header.
+  void begin() {
+    if (begun_) return;
+    begun_ = true;
+    if (json_)
+      std::cout << '[';
+    else
+      std::cout << "query\trank\tdistance\tx\ty\tz\tcell\tsegment\tsample\texact\ttiles_read"
+                << (along_ ? "\talong\n" : "\n");
+  }
+
   const TileSet& set_;
-  bool json_;
+  bool json_, along_, begun_ = false;
   const char* separator_ = "\n";
-  std::map<std::uint32_t, std::vector<std::int64_t>> sample_ids_;  // of the cells met: of the child, by segment
+  std::map<std::uint32_t, std::vector<std::int64_t>> sample_ids_;  // by cell: the child's id, by segment
 };
 
 std::vector<Vector3d> pointsOf(const NearestArguments& a) {
   if (int{!a.points.empty()} + int{!a.coordinates.empty()} + int{!a.box.empty()} + int{!a.ray.empty()} != 1)
-    throw UsageError("nearest: give one of X Y Z, --points FILE (- for stdin), --box, --ray");
+    throw UsageError("nearest: give one of: a point X Y Z, --points FILE (- for stdin), --box, --ray");
   if (!a.coordinates.empty())
     return {Vector3d(parseNumber("X", a.coordinates[0]), parseNumber("Y", a.coordinates[1]),
                      parseNumber("Z", a.coordinates[2]))};
@@ -177,47 +185,47 @@ int runNearest(const NearestArguments& a) {
 
 void addNearest(CLI::App& app, Chosen& chosen) {
   auto arguments = std::make_shared<NearestArguments>();
-  CLI::App* command = app.add_subcommand("nearest", "Nearest segments to a point, or to many");
+  CLI::App* command = app.add_subcommand("nearest", "Find the segments nearest to points, in a box or along a ray");
   command->footer(
       "Examples:\n  filiform nearest column.fil 12.5 -300 40 --k 3\n  filiform nearest column.fil --points soma.txt "
       "--json\n  filiform nearest column.fil --box 0 700 0 20 720 20\n"
       "  filiform nearest column.fil --ray 0 700 -500 0 0 1 --k 5");
   command->add_option("SET", arguments->set, "tile set")->required();
-  command->add_option("XYZ", arguments->coordinates, "a point, um")->expected(3)->type_name("X Y Z");
-  command->add_option("--points", arguments->points, "file of points, one 'x y z' a line; - for stdin")
+  command->add_option("XYZ", arguments->coordinates, "point, um")->expected(3)->type_name("X Y Z");
+  command->add_option("--points", arguments->points, "read points from this file, one 'x y z' a line; - for stdin")
       ->type_name("FILE");
-  CLI::Option* k = command->add_option("--k", arguments->k, "how many segments a point; along a ray, at most")
+  CLI::Option* k = command->add_option("--k", arguments->k, "find this many segments a point; along a ray, at most")
                        ->capture_default_str()
                        ->check(CLI::Range(1, 1000000));
-  command->add_option("--epsilon", arguments->epsilon, "answers may be (1 + E) times too far, and no more")
+  command->add_option("--epsilon", arguments->epsilon, "allow distances up to (1 + E) times the nearest")
       ->type_name("E")
       ->capture_default_str();
-  command->add_flag("--approximate", arguments->approximate, "from the set's samples alone, without reading a tile");
-  command->add_option("--engine", arguments->engine, "search structure inside a tile: packed, or cgal for reference")
+  command->add_flag("--approximate", arguments->approximate, "answer from the set's landmarks, without reading a tile");
+  command->add_option("--engine", arguments->engine, "search a tile with packed, or with cgal as a reference")
       ->capture_default_str();
-  command->add_option("--budget", arguments->budget, "memory for tiles between queries")
+  command->add_option("--budget", arguments->budget, "keep at most this memory of tiles between queries")
       ->capture_default_str()
       ->type_name("BYTES");
-  command->add_option("--radius", arguments->radius, "only what lies within R um; all of it without --k")
+  command->add_option("--radius", arguments->radius, "find only segments within R um; all of them without --k")
       ->type_name("R")
       ->check(CLI::NonNegativeNumber);
-  command->add_option("--box", arguments->box, "all segments that meet a box, um, nearest to its middle first")
+  command->add_option("--box", arguments->box, "find all segments that meet a box, um; nearest to its middle first")
       ->expected(6)
       ->type_name("X0 Y0 Z0 X1 Y1 Z1");
-  command->add_option("--ray", arguments->ray, "segments near a ray: origin, then direction; first along the ray first")
+  command->add_option("--ray", arguments->ray, "find segments near a ray: origin, direction; sorted along the ray")
       ->expected(6)
       ->type_name("X Y Z DX DY DZ");
-  command->add_option("--tolerance", arguments->tolerance, "how far from the ray, um")
+  command->add_option("--tolerance", arguments->tolerance, "largest distance from the ray, um")
       ->capture_default_str()
       ->check(CLI::NonNegativeNumber);
-  command->add_option("--slope", arguments->slope, "and how much farther for each um along it")
+  command->add_option("--slope", arguments->slope, "increase of the tolerance for each um along the ray")
       ->capture_default_str()
       ->check(CLI::NonNegativeNumber);
-  command->add_option("--threads", arguments->threads, "for many points")
+  command->add_option("--threads", arguments->threads, "use N threads for many points")
       ->capture_default_str()
       ->check(CLI::Range(1, 1024));
-  command->add_flag("--json", arguments->json, "one JSON array");
-  command->add_flag("--tsv", arguments->tsv, "tab-separated rows (the default)")->excludes("--json");
+  command->add_flag("--json", arguments->json, "write one JSON array");
+  command->add_flag("--tsv", arguments->tsv, "write tab-separated rows (the default)")->excludes("--json");
   command->callback([arguments, k, &chosen] {
     arguments->k_given = k->count() > 0;
     chosen = [arguments] { return runNearest(*arguments); };

@@ -1,4 +1,4 @@
-// filiform render: a picture of a scene, without a display.
+// filiform render: draws a picture of a scene without a display.
 #include "index/errors.h"
 #include "index/query/nearest.h"
 #include "index/set/cell_graph.h"
@@ -52,7 +52,7 @@ std::vector<double> parseNumbers(const std::string& what, const std::string& tex
     begin = end + 1;
   }
   if (values.size() != count)
-    throw UsageError(what + " " + escaped(text) + ": give " + std::to_string(count) + " numbers with commas between");
+    throw UsageError(what + " " + escaped(text) + ": give " + std::to_string(count) + " numbers, separated by commas");
   return values;
 }
 
@@ -73,13 +73,13 @@ PictureSize parseSize(const std::string& text) {
   return {static_cast<int>(width), static_cast<int>(height)};
 }
 
-// Where the proxy stands, and the fork that it is next to.
+// The position of the proxy, and the fork nearest to it.
 struct Proxy {
   Vector3d p_W;
   std::optional<Junction> junction;
 };
 
-// What --proxy or --at names, moved to the nearest thread.
+// The place given by --proxy or --at, moved to the nearest neurite.
 NearestResult placeNamed(const TileStore& store, const RenderArguments& a) {
   const Nearest nearest(store);
   if (!a.proxy.empty()) {
@@ -95,14 +95,14 @@ NearestResult placeNamed(const TileStore& store, const RenderArguments& a) {
   const auto sample = std::find_if(graph.sample_ids.begin(), graph.sample_ids.end(),
                                    [&](std::int64_t have) { return static_cast<double>(have) == id; });
   if (sample == graph.sample_ids.end())
-    throw UsageError("--at " + escaped(a.at) + ": the cell has no sample of that id");
+    throw UsageError("--at " + escaped(a.at) + ": the cell has no sample with this id");
   const Vector3d p_W = graph.position_W(static_cast<std::uint32_t>(sample - graph.sample_ids.begin()));
   for (const NearestResult& result : nearest.find(p_W, {.k = SIZE_MAX, .max_distance_um = 0}))
     if (result.segment.cell == cell) return result;
-  throw InputError("--at " + escaped(a.at) + ": the sample is on no segment");
+  throw InputError("--at " + escaped(a.at) + ": the sample has no segment");
 }
 
-// Finds forks near the proxy; loads the tiles that it needs, and keeps them.
+// Finds forks near the proxy. Loads the tiles that the search needs, and keeps up to 512 of them.
 class Forks {
  public:
   explicit Forks(const TileStore& store) : store_(store), somata_(store) { forget(); }
@@ -120,7 +120,7 @@ class Forks {
     for (int round = 0;; ++round) {
       JunctionSearch search =
           findJunction(*graph_, place, heading_W, zoom_um / 2, zoom_um / 10, kMostJunctionSegments, &somata_);
-      // A fork in a tile that is not there yet may be nearer.
+      // A nearer fork may be in a tile that is not loaded yet.
       if (search.absent.empty() || round == 64) return std::move(search.junction);
       for (const TileId tile : search.absent) load(tile);
     }
@@ -157,14 +157,14 @@ Camera cameraOf(const RenderArguments& a, const SceneView& scene, const std::opt
   const auto around = [&](double yaw, double pitch) {
     Camera camera = overview(scene.lo_W(), scene.hi_W(), yaw, pitch, aspect);
     if (!proxy) return camera;
-    // Turned about the proxy instead, at the distance of the follower's view.
+    // Turn about the proxy, at the distance of the default view.
     Camera close = follow(*workspace, aspect);
     close = orbit(close, yaw, pitch);
     return close;
   };
   if (name.empty() || name == "follow") {
     if (workspace) return follow(*workspace, aspect);
-    if (!name.empty()) throw UsageError("--camera follow: say where the proxy is, by --proxy or --at");
+    if (!name.empty()) throw UsageError("--camera follow: give the place of the proxy with --proxy or --at");
     return around(0, 0);
   }
   if (name == "front") return around(0, 0);
@@ -232,7 +232,7 @@ SceneFigures drawPicture(const TileStore& store, const RenderArguments& a, Scene
   return figures;
 }
 
-// What was navigated and recorded, as the person saw it.
+// Draws a film of a recorded run, as the user saw it.
 SceneFigures drawFilm(const TileStore& store, const RenderArguments& a, SceneView& scene, Renderer& renderer,
                       std::string& out, std::uint64_t& pictures) {
   SceneFrame frame = frameOf(store, a);
@@ -272,7 +272,7 @@ SceneFigures drawFilm(const TileStore& store, const RenderArguments& a, SceneVie
     frame.time_s = time_s;
     figures = scene.drawWhole(frame);
     const Image image = imageOf(renderer.read());
-    // A picture for each moment, also where the recording's ticks are farther apart.
+    // One picture for each moment, even where the recording's ticks are farther apart.
     while (static_cast<double>(film.pictures()) / a.pictures_s <= time_s) film.add(image);
     progress.update(film.pictures());
   };
@@ -285,13 +285,13 @@ SceneFigures drawFilm(const TileStore& store, const RenderArguments& a, SceneVie
   return figures;
 }
 
-// A device or a pipe may have any name.
+// Only a regular file needs the right ending: a device or a pipe may have any name.
 void checkPictureName(const std::string& out) {
   const std::string ending = std::filesystem::path(out).extension().string();
   if (ending.empty() || endsWithNoCase(out, ".png") || !isFileOutput(out)) return;
   throw UsageError("--output " + escaped(out) +
-                   ": a picture is PNG: give FILE.png, or - for standard output; with --path a film, FILE.mp4, .mkv, "
-                   ".webm, .mov or FILE-%05d.png");
+                   ": the ending chooses the format: FILE.png, or - for standard output; with --path a film: FILE.mp4, "
+                   ".mkv, .webm, .mov or FILE-%05d.png");
 }
 
 int runRender(const RenderArguments& a) {
@@ -303,7 +303,7 @@ int runRender(const RenderArguments& a) {
   if (!a.path.empty() && !isFilmName(a.out))
     throw UsageError(escaped(a.out) + ": with --path give FILE.mp4, .mkv, .webm, .mov or FILE-%05d.png");
   if (!a.path.empty() && (!a.proxy.empty() || !a.at.empty() || !a.camera.empty()))
-    throw UsageError("--path follows the recorded hand: leave --proxy, --at and --camera out");
+    throw UsageError("--path uses the recorded hand: leave out --proxy, --at and --camera");
   if (a.path.empty()) checkPictureName(a.out);
   parseSize(a.size);
   stereoMode(a.stereo);
@@ -356,11 +356,11 @@ int runRender(const RenderArguments& a) {
          << formatCount(figures.tiles) << " tiles, error at most "
          << formatNumber(std::ceil(figures.error_px * 100) / 100) << " px; drawn by " << context->description() << '\n';
   if (figures.left_out > 0)
-    people << "  left out: " << formatCount(figures.left_out) << " segments (--segments allows "
-           << formatCount(a.segments) << ")\n";
+    people << "  left out: " << formatCount(figures.left_out)
+           << " segments (limit of --segments: " << formatCount(a.segments) << ")\n";
   if (figures.implausible_radii > 0)
-    people << "  radii that are unknown or cannot be in um: " << formatCount(figures.implausible_radii)
-           << ", drawn with a usual one\n";
+    people << "  radii that are unknown or impossible in um: " << formatCount(figures.implausible_radii)
+           << ", drawn with a usual radius\n";
   return 0;
 }
 
@@ -368,63 +368,68 @@ int runRender(const RenderArguments& a) {
 
 void addRender(CLI::App& app, Chosen& chosen) {
   auto a = std::make_shared<RenderArguments>();
-  CLI::App* command = app.add_subcommand("render", "A picture of a scene, without a display");
+  CLI::App* command = app.add_subcommand("render", "Draw a picture of a scene without a display");
   command->footer(
       "Example:\n  filiform render column.fil -o overview.png\n"
       "  filiform render column.fil -o near.png --at CELL:245 --zoom 200 --stereo anaglyph\n"
       "  filiform render column.fil -o travel.mp4 --path travel.rec --fps 30\n"
       "  filiform render cell.swc -o cell.png --camera 30,20 --colour-by type");
-  command->add_option("SCENE", a->scene, "tile set, or an .swc file or small .zip that is drawn directly")
+  command->add_option("SCENE", a->scene, "tile set, .swc file or small .zip (read into memory)")
       ->required()
       ->type_name("SET|FILE.swc");
-  command->add_option("-o,--output,--out", a->out, "the picture, PNG; with --path a film; - for standard output")
+  command->add_option("-o,--output,--out", a->out, "write the picture, PNG; with --path a film; - for standard output")
       ->required()
       ->type_name("FILE");
-  command->add_option("--size", a->size, "in pixels")->capture_default_str()->type_name("WxH");
+  command->add_option("--size", a->size, "size of the picture, pixels")->capture_default_str()->type_name("WxH");
   command
       ->add_option(
           "--camera", a->camera,
-          "front, back, left, right, top, bottom; YAW,PITCH in degrees from the front; X,Y,Z:X,Y,Z from a point "
-          "to another; follow: the workspace (the default with --proxy and --at)")
+          "view from front, back, left, right, top, bottom; YAW,PITCH in degrees from the front; X,Y,Z:X,Y,Z from a "
+          "point to another; follow: the workspace (the default with --proxy and --at)")
       ->type_name("VIEW");
-  command->add_option("--proxy", a->proxy, "where the proxy is: on the thread nearest to this point, um")
+  command->add_option("--proxy", a->proxy, "put the proxy on the neurite nearest to this point, um")
       ->type_name("X,Y,Z");
-  command->add_option("--at", a->at, "or at this sample of a cell")->type_name("CELL:SAMPLE");
-  command->add_option("--zoom", a->zoom_um, "um of world across the workspace about the proxy")
+  command->add_option("--at", a->at, "put the proxy at this sample of a cell")->type_name("CELL:SAMPLE");
+  command->add_option("--zoom", a->zoom_um, "show this much tissue, um, across the workspace about the proxy")
       ->capture_default_str()
       ->type_name("UM")
       ->check(CLI::Range(Workspace::kMinZoom_um, Workspace::kMaxZoom_um));
-  command->add_option("--stereo", a->stereo, "mono, anaglyph, side-by-side, top-bottom, row-interleaved or quad-buffer")
+  command
+      ->add_option("--stereo", a->stereo,
+                   "draw mono, anaglyph, side-by-side, top-bottom, row-interleaved or quad-buffer")
       ->capture_default_str();
-  command->add_option("--separation", a->separation, "of the eyes, times what is comfortable")
+  command->add_option("--separation", a->separation, "distance of the eyes, as a multiple of the comfortable one")
       ->capture_default_str()
       ->check(CLI::Range(0.0, 2.0));
-  command->add_option("--widening", a->widening, "of the projection angle's tangent: wider is easier to fuse")
+  command->add_option("--widening", a->widening, "factor of the projection angle's tangent: wider is easier to fuse")
       ->capture_default_str()
       ->check(CLI::Range(0.5, 3.0));
-  command->add_option("--colour-by", a->colour_by, "cell, type, depth, radius or tile")->capture_default_str();
-  command->add_option("--palette", a->palette, "of the branches at a fork: red-green or orange-blue")
+  command->add_option("--colour-by", a->colour_by, "colour by cell, type, depth, radius or tile")
       ->capture_default_str();
-  command->add_option("--highlight", a->highlight, "this cell over the others, which recede")->type_name("CELL");
-  command->add_flag("--orthographic", a->orthographic, "what is nearer looks no larger");
+  command->add_option("--palette", a->palette, "colours of the branches at a fork: red-green or orange-blue")
+      ->capture_default_str();
+  command->add_option("--highlight", a->highlight, "emphasise this cell; the other cells fade")->type_name("CELL");
+  command->add_flag("--orthographic", a->orthographic, "project in parallel: near objects look no larger");
   command
       ->add_option("--path", a->path,
-                   "a recording of `navigate --record`: a film of it into FILE.mp4 (by ffmpeg) or FILE-%05d.png; give "
-                   "--zoom, --route, --cell and --method as they were")
+                   "draw a film of this recording of `navigate --record`, to FILE.mp4 (needs ffmpeg) or FILE-%05d.png; "
+                   "give --zoom, --route, --cell and --method as in the recorded run")
       ->type_name("FILE.rec");
-  command->add_option("--fps", a->pictures_s, "pictures a second of a film")
+  command->add_option("--fps", a->pictures_s, "pictures a second in a film")
       ->capture_default_str()
       ->check(CLI::Range(0.1, 1000.0));
-  command->add_option("--route", a->route, "of the recording")->capture_default_str();
-  command->add_option("--cell", a->cell, "of the recording; default: the one with the most segments");
-  command->add_option("--method", a->method, "of the recording")->capture_default_str();
-  command->add_option("--segments", a->segments, "at most so many are drawn")->capture_default_str();
-  command->add_option("--error", a->error_px, "levels of detail may be wrong by so many pixels")
+  command->add_option("--route", a->route, "route of the recording")->capture_default_str();
+  command->add_option("--cell", a->cell, "cell of the recording; default: the cell with the most segments");
+  command->add_option("--method", a->method, "method of the recording")->capture_default_str();
+  command->add_option("--segments", a->segments, "draw at most N segments")->capture_default_str();
+  command->add_option("--error", a->error_px, "allow levels of detail to be wrong by N pixels")
       ->capture_default_str()
       ->type_name("PX")
       ->check(CLI::NonNegativeNumber);
-  command->add_option("--samples", a->samples, "across a pixel")->capture_default_str()->check(CLI::Range(1, 4));
-  command->add_flag("--json", a->json, "what was drawn, as one JSON object");
+  command->add_option("--samples", a->samples, "samples across a pixel, against jagged edges")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 4));
+  command->add_flag("--json", a->json, "write what was drawn as one JSON object");
   command->callback([a, &chosen] { chosen = [a] { return runRender(*a); }; });
 }
 

@@ -1,4 +1,4 @@
-// filiform synth: SWC of a synthetic column, or of a named test scene.
+// filiform synth: writes SWC of a synthetic column, of families of cells, or of a named test scene.
 #include "index/errors.h"
 #include "index/text.h"
 #include "tools/commands/commands.h"
@@ -9,6 +9,7 @@
 #include "tools/synthetic/synthetic.h"
 
 #include <algorithm>
+#include <filesystem>
 #include <iostream>
 
 #include <CLI/CLI.hpp>
@@ -17,8 +18,16 @@ namespace filiform::tools {
 
 namespace {
 
+// A regular file needs the ending .zip or none. A device or a pipe may have any name.
+void checkArchiveName(const std::string& out) {
+  const std::string ending = std::filesystem::path(out).extension().string();
+  if (ending.empty() || endsWithNoCase(out, ".zip") || isStandardOutput(out) || !isFileOutput(out)) return;
+  throw UsageError("--output " + escaped(out) + ": synth writes a zip archive of SWC files; give OUT.zip");
+}
+
 int runSynth(const SyntheticOptions& options, const std::string& out) {
   if (out.empty()) throw UsageError("name the zip archive to write: filiform synth -o OUT.zip");
+  checkArchiveName(out);
   checkOutputs({}, {{"--output", out}, {"--placements-out", options.placements_out}});
   std::ostream& people = isStandardOutput(out) || isStandardOutput(options.placements_out) ? std::cerr : std::cout;
   Progress progress({.title = "synth", .noun = "cells"});
@@ -39,7 +48,7 @@ int runSynth(const SyntheticOptions& options, const std::string& out) {
            << " times\n";
   const auto& scenes = sceneKinds();
   if (std::find(scenes.begin(), scenes.end(), options.kind) != scenes.end())
-    people << "the route meant for this scene: --route " << sceneRoute(options.kind) << '\n';
+    people << "suggested route through this scene: --route " << sceneRoute(options.kind) << '\n';
   return 0;
 }
 
@@ -51,13 +60,14 @@ void addSynth(CLI::App& app, Chosen& chosen) {
   CLI::App* command = app.add_subcommand("synth", "Write SWC of a synthetic column, or of a named test scene");
   command->footer(
       "Example:\n  filiform synth column.zip --cells 200 --seed 1\n  filiform synth scene2.zip --kind scene2");
-  command->add_option("OUT,-o,--output", *out, "zip archive to write")->type_name("OUT.zip");
-  command->add_option("--cells", options->cells, "how many neurons or fans")->capture_default_str();
-  command->add_option("--seed", options->seed, "the same seed gives the same bytes")->capture_default_str();
-  command->add_option("--kind", options->kind, kindList(syntheticKinds()))->capture_default_str();
+  command->add_option("OUT,-o,--output", *out, "write this zip archive")->type_name("OUT.zip");
+  command->add_option("--cells", options->cells, "number of neurons or fans")->capture_default_str();
+  command->add_option("--seed", options->seed, "random seed: the same seed gives the same bytes")
+      ->capture_default_str();
+  command->add_option("--kind", options->kind, "make " + kindList(syntheticKinds()))->capture_default_str();
   command
       ->add_option("--placements-out", options->placements_out,
-                   "write a library of morphologies, and to this file the table that places them")
+                   "write a library of morphologies, and the table that places them to this file")
       ->type_name("TSV");
   command->callback([options, out, &chosen] { chosen = [options, out] { return runSynth(*options, *out); }; });
 }

@@ -1,4 +1,4 @@
-// filiform verify: is a tile set what it claims to be?
+// filiform verify: checks a tile set for damage.
 #include "index/errors.h"
 #include "index/set/verify.h"
 #include "index/text.h"
@@ -38,7 +38,7 @@ int runVerify(const std::string& path, bool deep) {
   for (const std::string& problem : report.problems) std::cout << problem << '\n';
   throw InputError(escaped(path) + ": damaged: " + formatCount(report.problem_count) +
                    (report.problem_count == 1 ? " problem: " : " problems, the first: ") + report.problems.front() +
-                   "; make the set again from its sources");
+                   "; run ingest again to make a new set");
 }
 
 }  // namespace
@@ -50,7 +50,7 @@ void addVerify(CLI::App& app, Chosen& chosen) {
   command->footer(
       "Example:\n  filiform verify --deep column.fil\nExits 1 and lists the problems if the set is damaged.");
   command->add_option("SET", *path, "tile set")->required();
-  command->add_flag("--deep", *deep, "check every invariant of the format too");
+  command->add_flag("--deep", *deep, "also check every invariant of the format");
   command->callback([path, deep, &chosen] { chosen = [path, deep] { return runVerify(*path, *deep); }; });
 }
 

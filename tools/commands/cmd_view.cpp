@@ -91,7 +91,7 @@ int runView(const ViewArguments& a) {
   checkOutputs(inputsOf(a), outputs);
   std::error_code none;
   if (std::filesystem::exists(a.pictures, none) && !std::filesystem::is_directory(a.pictures, none))
-    throw IoError("--pictures " + escaped(a.pictures), "is no folder; name a folder for the screenshots");
+    throw IoError("--pictures " + escaped(a.pictures), "is not a folder; name a folder for the screenshots");
   ApplicationOptions options;
   options.paths = a.scene;
   options.open = openToView;
@@ -131,37 +131,39 @@ int runView(const ViewArguments& a) {
 
 void addView(CLI::App& app, Chosen& chosen) {
   auto a = std::make_shared<ViewArguments>();
-  CLI::App* command = app.add_subcommand("view", "Travel through a scene in a window, mouse or haptic device in hand");
+  CLI::App* command = app.add_subcommand("view", "Travel through a scene in a window, with a mouse or a haptic device");
   command->footer(
       "Example:\n  filiform view column.fil\n  filiform view cell.swc --device spacemouse\n"
       "  filiform view column.fil --record travel.rec; filiform view column.fil --device replay:travel.rec\n"
-      "In the window, h shows what keys and mouse do.");
-  command->add_option("SCENE", a->scene, "a tile set, or .swc and small .zip files; none: drop one into the window")
+      "In the window, press h for a list of keys.");
+  command->add_option("SCENE", a->scene, "tile set, or .swc and small .zip files; none: drop a scene into the window")
       ->type_name("SET|FILE.swc");
   command
       ->add_option("--device", a->device,
-                   "mouse, falcon, spacemouse, sim:loose|medium|firm (the mouse with that hand), replay:FILE, null")
+                   "use mouse, falcon, spacemouse, sim:loose|medium|firm (mouse with that hand), replay:FILE or null")
       ->capture_default_str();
-  command->add_option("--method", a->method, "proxy solver: basic, shading, force, force-listing or climb")
+  command->add_option("--method", a->method, "find the proxy with basic, shading, force, force-listing or climb")
       ->capture_default_str();
-  command->add_option("--zoom", a->zoom_um, "um of world across the workspace at first")
+  command->add_option("--zoom", a->zoom_um, "show this much tissue, um, across the workspace at the start")
       ->capture_default_str()
       ->check(CLI::Range(Workspace::kMinZoom_um, Workspace::kMaxZoom_um));
-  command->add_option("--stiffness", a->stiffness_N_m, "of the spring to the proxy, N/m");
-  command->add_option("--budget", a->budget, "memory for the hand's tiles, such as 64MiB; default: no limit");
-  command->add_option("--segments", a->segments, "at most so many are drawn; default: by the graphics driver");
+  command->add_option("--stiffness", a->stiffness_N_m, "stiffness of the spring to the proxy, N/m");
+  command->add_option("--budget", a->budget,
+                      "use at most this memory for the tiles near the hand, such as 64MiB; default: no limit");
+  command->add_option("--segments", a->segments, "draw at most N segments; default: by the graphics driver");
   command
       ->add_option("-o,--output,--record", a->record,
-                   "what the hand does, for --device replay:FILE; FILE.json beside it")
+                   "record the hand, for --device replay:FILE; also writes FILE.json")
       ->type_name("FILE");
-  command->add_option("--size", a->size, "of the window, pixels")->type_name("WxH");
-  command->add_option("--pictures", a->pictures, "folder for screenshots, made if needed")
+  command->add_option("--size", a->size, "size of the window, pixels")->type_name("WxH");
+  command->add_option("--pictures", a->pictures, "save screenshots in this folder; made if needed")
       ->capture_default_str()
       ->type_name("DIR");
-  command->add_option("--state", a->state, "write the state there, JSON, ten times a second")->type_name("FILE");
-  command->add_option("--seconds", a->seconds, "end by itself after so long");
-  command->add_flag("--reset", a->reset, "the settings as they were at first");
-  command->add_flag("--keys", a->keys, "print what keys and mouse do, Markdown, and end");
+  command->add_option("--state", a->state, "write the state to this file, as JSON, ten times a second")
+      ->type_name("FILE");
+  command->add_option("--seconds", a->seconds, "end after this time");
+  command->add_flag("--reset", a->reset, "reset the settings to defaults");
+  command->add_flag("--keys", a->keys, "print keys and mouse actions as Markdown, and end");
   command->callback([a, &chosen] { chosen = [a] { return runView(*a); }; });
 }
 

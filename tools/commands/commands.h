@@ -1,4 +1,4 @@
-// The commands of `filiform`, one source each (cmd_NAME.cpp).
+// The commands of `filiform`. Each is one source, cmd_NAME.cpp; commands.cpp lists them. Thread rule: as cli.h.
 #pragma once
 
 #include "tools/program/cli.h"
@@ -17,9 +17,9 @@ void addNavigate(CLI::App& app, Chosen& chosen);
 void addDevices(CLI::App& app, Chosen& chosen);
 void addRender(CLI::App& app, Chosen& chosen);
 void addView(CLI::App& app, Chosen& chosen);
-void addLab(CLI::App& app, Chosen& chosen);  // `evaluate` and `bench`: starts filiform-lab
+void addLab(CLI::App& app, Chosen& chosen);  // `evaluate` and `bench`: start filiform-lab
 
-// Runs `filiform`.
+// Runs `filiform` and returns its exit code.
 int runFiliform(int argc, char** argv);
 
 }  // namespace filiform::tools

@@ -43,8 +43,8 @@ std::vector<FoundDevice> findDevices(UsbTransport& transport) {
         device.remedy =
             std::string(file == nullptr ? "no firmware file is named" : "the firmware file cannot be read") + ": set " +
             kFalconFirmwareVariable +
-            ", or give falcon:FILE; the device's owner has it with Novint's driver. Not needed while the device keeps "
-            "what was loaded since it got power";
+            ", or give falcon:FILE; the file comes with Novint's driver. Not needed while the device keeps the "
+            "firmware that was loaded since it got power";
       }
     } else if (isSpaceMouse(info)) {
       device.kind = "3Dconnexion mouse";
@@ -64,7 +64,7 @@ std::vector<FoundDevice> findDevices(UsbTransport& transport) {
 }
 
 bool isPluggedIn(UsbTransport& transport, const std::string& device) {
-  // "falcon:FIRMWARE" is a "falcon", "spacemouse" any "spacemouse:1-2".
+  // "falcon:FIRMWARE" is a "falcon"; "spacemouse" matches any "spacemouse:1-2".
   const auto names = [&device](const std::string& found) {
     return device == found || device.starts_with(found + ":") || found.starts_with(device + ":");
   };
@@ -94,10 +94,10 @@ DeviceCheck checkDevice(HapticDevice& device, const DeviceCheckOptions& options)
         tell("homing: pull the grip all the way out, then push it all the way in");
         told_to_home = true;
       }
-      if (homing_s > options.homing_s) throw DeviceError(capabilities.name + ": it was not homed in time; try again");
+      if (homing_s > options.homing_s) throw DeviceError(capabilities.name + ": was not homed in time; try again");
     } else if (!told_to_hold) {
       if (capabilities.rate_control) tell("push and turn the cap, press its buttons");
-      if (capabilities.peak_force_N > 0) tell("hold the grip loosely: a small force follows along x, y and z");
+      if (capabilities.peak_force_N > 0) tell("hold the grip loosely: a small force will act along x, y and z");
       told_to_hold = true;
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(5));

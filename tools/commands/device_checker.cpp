@@ -10,7 +10,7 @@ DeviceChecker::DeviceChecker(const DeviceCheckOptions& options, bool renders_for
 
 Wrench DeviceChecker::tick(const DeviceState& state, double dt_s, Clock::time_point now) noexcept {
   Wrench wrench;
-  if (state.status == DeviceStatus::closed) phase_ = Phase::over;  // a recording that has ended
+  if (state.status == DeviceStatus::closed) phase_ = Phase::over;  // end of a recording
   if (state.status == DeviceStatus::ready) {
     found_.buttons |= state.buttons;
     if (phase_ == Phase::homing) {

@@ -1,4 +1,4 @@
-// The reports on inputs as JSON, for `ingest --report`.
+// Writes input reports as JSON, for `ingest --report`.
 #pragma once
 
 #include "index/input/input.h"
@@ -8,8 +8,8 @@
 
 namespace filiform::tools {
 
-// An array with one object for each source. Written record by record: memory does not grow with their number. Errors of
-// the stream are the caller's to look at. Throws IoError where records cannot be read back.
+// Writes an array with one object a source, record by record: memory does not grow with the number of records. The
+// caller checks the stream for errors. Throws IoError if records cannot be read back.
 void writeReportJson(std::ostream& out, const std::vector<SourceReport>& reports);
 
 }  // namespace filiform::tools

@@ -12,7 +12,8 @@ bool isFileScene(const std::string& path) { return endsWithNoCase(path, ".swc") 
 std::unique_ptr<TileStore> buildScene(const std::string& path) {
   Input input({path});
   auto store = buildTilesInMemory(input);
-  if (store->cell_count() == 0) throw InputError(escaped(path) + ": no usable neuron in it; filiform check says why");
+  if (store->cell_count() == 0)
+    throw InputError(escaped(path) + ": no usable neuron in this file; filiform check lists what is wrong");
   return store;
 }
 

@@ -1,4 +1,4 @@
-// A scene that a command is given: a tile set, or a small file that needs none.
+// The scene of a command: a tile set, or a small .swc or .zip file. Thread rule: functions without state.
 #pragma once
 
 #include "index/set/tile_store.h"
@@ -8,10 +8,9 @@
 
 namespace filiform::tools {
 
-// By its name an .swc or .zip file, whose tiles are built in memory.
+// Returns whether the name ends in .swc or .zip, in any letter case. The tiles of such a file are built in memory.
 bool isFileScene(const std::string& path);
-// Reads such a file whole: no files, IO threads or search trees then. Throws InputError where no usable neuron is in
-// it, IoError.
+// Reads the whole file and builds its tiles in memory. Throws InputError if the file has no usable neuron, IoError.
 std::unique_ptr<TileStore> buildScene(const std::string& path);
 
 }  // namespace filiform::tools

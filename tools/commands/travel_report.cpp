@@ -52,7 +52,7 @@ void TravelReport::writePicture(const std::string& path, const std::string& titl
       toString(summary.outcome) + format(": %.0f of %.0f um travelled", summary.reached_um, summary.route_um);
   options.lo_um = store.grid().toWorld(bounds.lo);
   options.hi_um = store.grid().toWorld(bounds.hi);
-  for (int axis = 0; axis < 3; ++axis)  // a flat or single-point scene still needs a frame
+  for (int axis = 0; axis < 3; ++axis)  // a flat or single-point scene also needs a frame
     if (options.hi_um[axis] - options.lo_um[axis] < 1e-3) options.hi_um[axis] += 0.5, options.lo_um[axis] -= 0.5;
   const auto is_synthetic = [&](std::uint32_t id) {
     return store.cell(id).source.find("column/L") != std::string::npos;
@@ -64,7 +64,7 @@ void TravelReport::writePicture(const std::string& path, const std::string& titl
   for (std::uint32_t cell = 0; cell < store.cell_count(); ++cell)
     for (const CellDetail::Root& root : store.loadCellDetail(cell).roots)
       if (root.type == kSomaType) somata.emplace(NodeId{cell, root.rank}, root);
-  std::set<NodeId> drawn;  // their roots
+  std::set<NodeId> drawn;  // roots of the somata already drawn
   SomaFinder finder(store);
   for (TileId id = 0; id < store.tile_count(); ++id) {
     const std::shared_ptr<const Tile> tile = store.load(id);

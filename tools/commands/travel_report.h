@@ -1,5 +1,5 @@
-// The pictures of one navigation run: the force that the hand felt, and the tissue with the way that the proxy went.
-// Thread rule: thread-compatible.
+// The pictures of one navigation run: the force curve, and the tissue with the path of the proxy. Thread rule:
+// thread-compatible.
 #pragma once
 
 #include "index/set/tile_store.h"
@@ -12,20 +12,20 @@ namespace filiform::tools {
 
 class TravelReport {
  public:
-  // Keeps what the pictures need of a tick: 48 bytes.
+  // Keeps 48 bytes of a tick for the pictures.
   void add(const TickRow& row);
 
-  // Force against time, the moments of frontiers marked. Throws IoError. O(ticks).
+  // Draws force against time; dashed lines show frontiers. Throws IoError. O(ticks).
   void writeForcePlot(const std::string& path, const std::string& title, const RunSummary& summary) const;
-  // Every segment of the store seen from the front, tile by tile, and the proxy's way. Throws IoError, CorruptTile.
-  // O(segments).
+  // Draws every segment of the store from the front, tile by tile, and the path of the proxy. Throws IoError,
+  // CorruptTile. O(segments).
   void writePicture(const std::string& path, const std::string& title, const RunSummary& summary,
                     const TileStore& store) const;
 
  private:
   std::vector<double> time_s_, force_N_;
   std::vector<Vector3d> way_W_;
-  std::vector<double> frontier_s_;  // the first tick of each stretch
+  std::vector<double> frontier_s_;  // times at which the proxy came to a frontier
   bool at_frontier_ = false;
 };
 

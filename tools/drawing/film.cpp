@@ -26,7 +26,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The place of the number in the name of a sequence.
+// The position of the number in the name of a sequence.
 struct Number {
   std::size_t begin, end;
   int digits;
@@ -87,22 +87,22 @@ std::vector<std::string> filesOfSequence(const std::string& name) {
 
 struct Film::Impl {
   std::string out, note;
-  std::optional<Output> file;  // that ffmpeg fills
+  std::optional<Output> file;  // filled by ffmpeg
   int width, height;
   std::uint64_t pictures = 0;
-  std::optional<Number> number;  // of a sequence
+  std::optional<Number> number;  // for a sequence
   pid_t encoder = -1;
   int to_encoder = -1, from_encoder = -1;
 
   void start(double pictures_s);
-  // Closes the pipe and waits. The encoder's last words, empty where all went well.
+  // Closes the pipe and waits for the encoder. Returns the encoder's last messages; empty if it succeeded.
   std::string end();
 };
 
 void Film::Impl::start(double pictures_s) {
   file.emplace(out, OutputOptions{.by_name = true, .cancel = &interruptFlag()});
 
-  // A socket, not a pipe: writing to an encoder that ended must not end this program too.
+  // A socket, not a pipe: writing to an encoder that has ended must not end this program.
   std::array<int, 2> pictures_in{}, words_out{};
   if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, pictures_in.data()) != 0 ||
       ::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, words_out.data()) != 0)
@@ -110,7 +110,7 @@ void Film::Impl::start(double pictures_s) {
   std::string size = std::to_string(width);
   size += 'x';
   size += std::to_string(height);
-  // Players want even sides and colours of half the resolution.
+  // Players need even sides. Their colours have half the resolution.
   std::vector<std::string> words{"ffmpeg",
                                  "-nostdin",
                                  "-loglevel",
@@ -165,14 +165,15 @@ std::string Film::Impl::end() {
   encoder = -1;
   if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return {};
   std::replace(words.begin(), words.end(), '\n', ' ');
-  return words.empty() ? "it ended without a word" : words;
+  return words.empty() ? "it ended without a message" : words;
 }
 
 Film::Film(const std::string& out, int width, int height, double pictures_s) : impl_(std::make_unique<Impl>()) {
   impl_->out = out;
   impl_->width = width;
   impl_->height = height;
-  if (!(pictures_s > 0) || !std::isfinite(pictures_s)) throw UsageError("a film needs a rate > 0 pictures a second");
+  if (!(pictures_s > 0) || !std::isfinite(pictures_s))
+    throw UsageError("the rate of a film must be more than 0 pictures a second");
   impl_->number = numberIn(out);
   if (impl_->number) return;
   if (!isFileName(out)) {
@@ -180,7 +181,7 @@ Film::Film(const std::string& out, int width, int height, double pictures_s) : i
     text += ": a film is FILE.mp4, .mkv, .webm or .mov, or a sequence of pictures such as FILE-%05d.png";
     throw UsageError(text);
   }
-  if (width < 2 || height < 2) throw UsageError("a film is at least 2 x 2 pixels large");
+  if (width < 2 || height < 2) throw UsageError("a film must be at least 2 x 2 pixels large");
   if (isOnPath("ffmpeg")) {
     impl_->start(pictures_s);
     return;
@@ -189,7 +190,7 @@ Film::Film(const std::string& out, int width, int height, double pictures_s) : i
   impl_->out += "-%05d.png";
   impl_->number = numberIn(impl_->out);
   if (!impl_->number) throw UsageError(escaped(out) + ": without ffmpeg the name must not contain %");
-  impl_->note = "there is no ffmpeg (apt-get install ffmpeg) to make a film of the pictures; they are ";
+  impl_->note = "no ffmpeg found (apt-get install ffmpeg), so there is no film; the pictures are ";
   impl_->note += escaped(impl_->out);
 }
 
@@ -218,14 +219,14 @@ void Film::add(const Image& image) {
     }
     if (errno == EINTR) continue;
     const std::string words = impl_->end();
-    throw IoError(escaped(impl_->out), "ffmpeg gave up: " + escaped(words));
+    throw IoError(escaped(impl_->out), "ffmpeg failed: " + escaped(words));
   }
 }
 
 void Film::finish() {
   if (impl_->encoder < 0) return;
   const std::string words = impl_->end();
-  if (!words.empty()) throw IoError(escaped(impl_->out), "ffmpeg gave up: " + escaped(words));
+  if (!words.empty()) throw IoError(escaped(impl_->out), "ffmpeg failed: " + escaped(words));
   impl_->file->finish();
 }
 

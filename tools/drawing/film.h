@@ -1,5 +1,5 @@
-// A film, picture by picture: numbered PNG files, or one file that ffmpeg makes. Each goes through Output
-// (index/output.h). Thread rule: thread-compatible.
+// A film, written picture by picture: numbered PNG files, or one file made by ffmpeg. Each file is written through
+// Output (index/output.h). Thread rule: thread-compatible.
 #pragma once
 
 #include "tools/drawing/image.h"
@@ -10,25 +10,25 @@
 
 namespace filiform::tools {
 
-// Is it the name of a film: a sequence with one %d or %05d in it, or .mp4, .mkv, .webm, .mov?
+// Returns whether this is the name of a film: a sequence (with one %d or %05d), or .mp4, .mkv, .webm or .mov.
 bool isFilmName(const std::string& name);
-// Of a sequence?
+// Returns whether this is the name of a sequence.
 bool isSequenceName(const std::string& name);
-// The files that are there now and that a sequence of this name would replace. Empty for other names.
+// The existing files that a sequence of this name would replace. Empty for other names.
 std::vector<std::string> filesOfSequence(const std::string& name);
 
 class Film {
  public:
-  // For a file ffmpeg must be on the path; where it is not, the pictures become a sequence beside it, OUT-%05d.png
-  // instead of OUT.mp4, and note() says so. Throws UsageError for another name, a size below 2 x 2 for a file, or a
-  // rate that is not > 0 and finite.
+  // A file needs ffmpeg in PATH. Without ffmpeg the pictures become a sequence beside the file, OUT-%05d.png for
+  // OUT.mp4, and note() says so. Throws UsageError for another name, for a file smaller than 2 x 2 pixels, and for a
+  // rate that is not above 0 and finite.
   Film(const std::string& out, int width, int height, double pictures_s);
-  // Removes a file that was not finished; a sequence stays as far as it came.
+  // Removes an unfinished file. The pictures of a sequence stay.
   ~Film();
   Film(const Film&) = delete;
   Film& operator=(const Film&) = delete;
 
-  // Requires the size that was given. Throws IoError, with ffmpeg's reason where it gave up.
+  // Requires the size given to the constructor. Throws IoError, with ffmpeg's message if ffmpeg failed.
   void add(const Image& image);
   // Publishes the file. Throws IoError, ClosedPipe.
   void finish();

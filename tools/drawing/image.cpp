@@ -19,10 +19,10 @@ namespace {
 
 struct Glyph {
   int width = 0;
-  std::vector<std::array<Vector2d, 2>> strokes;  // in dots, y down, the baseline at 0
+  std::vector<std::array<Vector2d, 2>> strokes;  // in dots, y down, baseline at 0
 };
 
-// Dots that touch become strokes: sideways and upright always, slanted where no upright path joins the two anyway.
+// Joins neighbouring dots by strokes: sideways and upright always, slanted if no upright path joins the two dots.
 Glyph glyphFrom(const std::vector<std::string_view>& rows) {
   Glyph glyph;
   glyph.width = static_cast<int>(rows[0].size());
@@ -69,7 +69,7 @@ const Glyph& glyphOf(char32_t character) {
   return found == kGlyphs.end() ? kGlyphs.at(U'?') : found->second;
 }
 
-// Bytes that are no UTF-8 become U+FFFD, one each.
+// Decodes UTF-8. Each invalid byte becomes U+FFFD.
 std::u32string decode(std::string_view utf8) {
   std::u32string out;
   for (std::size_t i = 0; i < utf8.size();) {
@@ -92,8 +92,8 @@ std::u32string decode(std::string_view utf8) {
   return out;
 }
 
-constexpr double kCapital = 6;      // dots from the baseline to the top of a capital, centre to centre
-constexpr double kLetterGap = 1.9;  // dots from the last column of a letter to the first of the next
+constexpr double kCapital = 6;      // dots from the baseline to the top of a capital, between centres
+constexpr double kLetterGap = 1.9;  // dots from the last column of a letter to the first column of the next
 
 double distanceToSegment(double x, double y, const Vector2d& a, const Vector2d& ab, double inverse_square) {
   const double px = x - a.x();
@@ -181,11 +181,11 @@ void Canvas::stroke(const Vector2d& a, const Vector2d& b, double width) {
   const Vector2d ab = b - a;
   const double square = ab.squaredNorm();
   const double inverse_square = square > 0 ? 1 / square : 0;
-  // A line thinner than a pixel is paler, not narrower.
+  // A line thinner than a pixel becomes paler.
   const double strength = std::min(1.0, width);
   const double half = std::max(width, 1.0) / 2;
   for (int y = y0; y < y1; ++y) {
-    // Only the columns that a slanted line can reach in this row.
+    // Only the columns that the line can reach in this row.
     int from = x0;
     int to = x1;
     if (std::abs(ab.y()) > 1e-9) {

@@ -1,5 +1,5 @@
-// A small raster for plots and pictures: anti-aliased lines, discs and letters on white, written as PNG. Thread rule:
-// thread-compatible; the functions keep no state.
+// A small raster image for plots and pictures: anti-aliased lines, discs and letters on white, written as PNG.
+// Thread rule: thread-compatible; the functions have no state.
 #pragma once
 
 #include <array>
@@ -21,7 +21,7 @@ struct Colour {
   friend bool operator==(const Colour&, const Colour&) = default;
 };
 
-// Between `a` (t = 0) and `b` (t = 1).
+// The colour between `a` (t = 0) and `b` (t = 1).
 Colour mix(Colour a, Colour b, double t);
 
 inline constexpr Colour kWhite{255, 255, 255};
@@ -30,9 +30,9 @@ inline constexpr Colour kGrey{120, 120, 128};
 inline constexpr Colour kGridLine{232, 232, 236};
 inline constexpr Colour kFinerGridLine{244, 244, 246};
 
-// Told apart by readers with any form of colour blindness (the palette of Okabe and Ito, without its yellow).
+// Colours that readers with any form of colour blindness can distinguish: the palette of Okabe and Ito without yellow.
 Colour seriesColour(std::size_t index);
-std::size_t seriesColours();  // how many there are before they repeat
+std::size_t seriesColours();  // the number of colours before they repeat
 
 struct Image {
   int width = 0, height = 0;
@@ -44,13 +44,13 @@ struct Image {
   Colour at(int x, int y) const;
 };
 
-// Through Output (index/output.h): a file is replaced when everything is written. Throws as Output does.
+// Writes PNG through Output (index/output.h): a file is replaced after everything is written. Throws as Output does.
 void writePng(const Image& image, const std::string& path);
 
 enum class Align { left, centre, right };
 
-// Draws on an image. Coordinates in pixels, x to the right, y down, (0, 0) at the top left corner of the first pixel.
-// What lies outside is clipped; shapes with a coordinate that is not finite are left out.
+// Draws on an image. Coordinates are pixels: x to the right, y down, (0, 0) at the top left corner of the first pixel.
+// Shapes are clipped to the image. Shapes with a coordinate that is not finite are left out.
 class Canvas {
  public:
   explicit Canvas(Image& image);
@@ -60,14 +60,14 @@ class Canvas {
   void clipNothing();
 
   void fill(double lo_x, double lo_y, double hi_x, double hi_y, Colour colour, double opacity = 1);
-  // One shape, however often it crosses itself: the opacity is that of the whole.
+  // Draws one shape: where it crosses itself, the opacity does not add up.
   void polyline(const std::vector<Vector2d>& points, double width, Colour colour, double opacity = 1);
   void line(const Vector2d& a, const Vector2d& b, double width, Colour colour, double opacity = 1);
   void dashes(const Vector2d& a, const Vector2d& b, double width, Colour colour, double on, double off);
   void disc(const Vector2d& centre, double radius, Colour colour, double opacity = 1);
 
-  // UTF-8; what the font lacks is shown as a question mark. `height` is that of a capital. `at` is on the baseline.
-  // Turned, the text runs upwards. O(strokes x their pixels).
+  // Draws UTF-8 text. A question mark replaces letters that the font lacks. `height`: of a capital. `at`: a point on
+  // the baseline. `turned`: the text runs upwards. O(strokes x their pixels).
   void text(std::string_view utf8, const Vector2d& at, double height, Colour colour, Align align = Align::left,
             bool turned = false);
   static double textWidth(std::string_view utf8, double height);
@@ -78,7 +78,7 @@ class Canvas {
 
   Image& image_;
   int lo_x_ = 0, lo_y_ = 0, hi_x_, hi_y_;  // clip
-  // Coverage of the shape being drawn, and the part of it that is not zero.
+  // Coverage of the shape being drawn, and the range of columns and rows where it is not zero.
   std::vector<float> coverage_;
   int used_lo_x_, used_lo_y_, used_hi_x_, used_hi_y_;
 };

@@ -1,4 +1,4 @@
-// The letters of plots, drawn by hand: seven rows above the baseline, two below; `|` stands between glyphs.
+// The letters of plots, drawn as dots: seven rows above the baseline, two below; `|` separates letters.
 // tools/drawing/image.cpp joins neighbouring dots with strokes, so that letters are smooth at any size.
 #pragma once
 
@@ -7,14 +7,14 @@
 
 namespace filiform::tools::font {
 
-// In the order of the drawings below; beyond ASCII: micro, middle dot, minus, squared, cubed, degree, times,
-// plus-minus.
+// The letters, in the order of the drawings below. Beyond ASCII: micro, middle dot, minus, squared, cubed, degree,
+// times, plus-minus.
 inline constexpr std::u32string_view kCharacters =
     U" !\"#$%&'()*+,-./0123456789:;<=>?@ABCDEFGHIJKLMNOPQRSTUVWXYZ[\\]^_`abcdefghijklmnopqrstuvwxyz{|}~"
     U"\u00b5\u00b7\u2212\u00b2\u00b3\u00b0\u00d7\u00b1";
 
 inline constexpr int kRows = 9;
-inline constexpr int kBaseline = 6;  // the last row above it
+inline constexpr int kBaseline = 6;  // the last row above the baseline
 
 // clang-format off
 inline constexpr std::array<std::array<std::string_view, kRows>, 7> kLines{{

@@ -14,7 +14,7 @@ namespace {
 constexpr double kHeader_px = 88, kFooter_px = 56, kSide_px = 44;
 constexpr Colour kPath{213, 60, 0};
 
-// Muted, of nearly equal lightness, none near the colour of the path.
+// Muted colours of nearly equal lightness, none near the colour of the path.
 Colour cellColour(std::uint64_t cell) {
   static constexpr std::array<Colour, 12> kColours{{{74, 111, 165},
                                                     {84, 140, 120},
@@ -28,7 +28,7 @@ Colour cellColour(std::uint64_t cell) {
                                                     {92, 92, 148},
                                                     {150, 128, 92},
                                                     {124, 112, 112}}};
-  // Neighbouring numbers far apart in the palette.
+  // Neighbouring numbers get distant colours.
   return kColours[(cell * 0x9e3779b97f4a7c15U >> 32) % kColours.size()];
 }
 
@@ -46,7 +46,7 @@ std::vector<ProjectionLevel> syntheticLevels() {
 }
 
 ProjectionPicture::ProjectionPicture(const ProjectionOptions& options) : options_(options) {
-  // The pia or the white matter belong into the picture if they are near it.
+  // The pia or the white matter is shown if it is near the picture's content.
   const double near_um = (options.hi_um.y() - options.lo_um.y()) * 0.1;
   for (const ProjectionLevel& level : options.levels) {
     if (!level.strong) continue;
@@ -75,7 +75,7 @@ Vector2d ProjectionPicture::project(const Vector3d& p_um) const {
           (top_ + bottom_) / 2.0 - (p_um.y() - centre_um.y()) * scale_};
 }
 
-// 0.35 at the back to 1 at the front.
+// 0.35 at the back, 1 at the front.
 double ProjectionPicture::nearness(double z_um) const {
   const double depth_um = options_.hi_um.z() - options_.lo_um.z();
   const double t = depth_um > 0 ? std::clamp((z_um - options_.lo_um.z()) / depth_um, 0.0, 1.0) : 1;
@@ -103,7 +103,7 @@ void ProjectionPicture::put(const Vector2d& a, const Vector2d& b, double width, 
       const auto strength = static_cast<float>(coverage * most);
       const std::size_t i =
           static_cast<std::size_t>(y) * static_cast<std::size_t>(image_.width) + static_cast<std::size_t>(x);
-      // The strongest wins instead of blending: joints do not darken, and the order of segments does not matter.
+      // The strongest segment wins instead of blending, so that joints stay as they are and the order does not matter.
       if (strength <= strength_[i]) continue;
       strength_[i] = strength;
       const Colour shown = mix(kWhite, colour, static_cast<double>(strength));
@@ -136,7 +136,7 @@ void ProjectionPicture::addPath(const std::vector<Vector3d>& path_um) {
   for (const Vector3d& p : path_um) {
     if (p.allFinite()) {
       const Vector2d at = project(p);
-      // A path of millions of ticks moves a fraction of a pixel a tick.
+      // A path of millions of ticks moves only a fraction of a pixel a tick.
       if (run.empty() || (at - run.back()).norm() > 0.3) run.push_back(at);
     } else if (!run.empty()) {
       paths_.push_back(std::exchange(run, {}));
@@ -174,7 +174,7 @@ Image ProjectionPicture::finish() {
     canvas.disc(start, 3.5, kWhite);
     const auto& last = paths_.back();
     const Vector2d end = last.back();
-    // The direction over the last ten pixels, not over the last tick.
+    // The direction over the last ten pixels: a single tick is too short.
     Vector2d direction(0, 0);
     for (std::size_t i = last.size(); i-- > 0 && direction.norm() < 10;) direction = end - last[i];
     if (direction.norm() > 1e-9) {
@@ -188,7 +188,7 @@ Image ProjectionPicture::finish() {
   canvas.text(options_.title, {16, 27}, 12, kInk);
   canvas.text(options_.subtitle, {16, 48}, 8.5, kGrey);
 
-  // The longest round length within a quarter of the picture.
+  // The longest round length within a quarter of the picture's width.
   const double most_um = image_.width * 0.25 / scale_;
   const double power = std::pow(10.0, std::floor(std::log10(most_um)));
   double bar_um = power;

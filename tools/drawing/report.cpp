@@ -35,7 +35,7 @@ void widen(Axis& axis, const std::vector<double>& values, const std::vector<doub
   }
 }
 
-// A range of no width gets one; a huge one is kept within what doubles can subtract.
+// Widens a range of no width, and limits a huge range to what doubles can subtract.
 void settle(Axis& axis, bool any) {
   if (!any) {
     axis.lo = 0;
@@ -52,7 +52,7 @@ void settle(Axis& axis, bool any) {
 
 struct Tick {
   double value;
-  std::string label;  // empty: a finer line only
+  std::string label;  // empty: a finer line without text
 };
 
 std::vector<Tick> ticksOf(const Axis& axis, int wanted) {
@@ -81,7 +81,7 @@ std::vector<Tick> ticksOf(const Axis& axis, int wanted) {
   }
   const auto labelled = std::count_if(out.begin(), out.end(), [](const Tick& tick) { return !tick.label.empty(); });
   if (labelled >= 2 || axis.hi > 300 || axis.lo < -300) return out;
-  // Within a decade: such ticks as a linear axis has.
+  // A range within one decade gets the ticks of a linear axis.
   out.clear();
   const std::vector<double> values = niceTicks(std::pow(10.0, axis.lo), std::pow(10.0, axis.hi), wanted);
   const double step = values.size() > 1 ? values[1] - values[0] : 1;
@@ -90,7 +90,7 @@ std::vector<Tick> ticksOf(const Axis& axis, int wanted) {
   return out;
 }
 
-// Per column of pixels: first, least, greatest and last value, in the order in which they came.
+// For each column of pixels: the first, least, greatest and last value, in their order in the series.
 class Envelope {
  public:
   void add(const Vector2d& p, std::size_t order) {
@@ -184,10 +184,10 @@ void drawLegend(Surface& canvas, const Plot& plot, double right, double y) {
   }
 }
 
-// Above the axes, in as many rows as it takes that none covers another.
+// The labels of vertical lines, above the axes, in as many rows as needed so that none covers another.
 struct MarkLabel {
   std::size_t mark;
-  double at;  // its middle
+  double at;  // centre, pixels
   int row;
 };
 constexpr double kMarkRow = 15, kMarkHeight = 8.5;
@@ -198,7 +198,7 @@ std::vector<MarkLabel> placeMarks(const Plot& plot, const Axis& x) {
   for (std::size_t i = 0; i < plot.marks.size(); ++i)
     if (x.shows(plot.marks[i].x)) labels.push_back({i, x.pixel(plot.marks[i].x), 0});
   std::sort(labels.begin(), labels.end(), [](const MarkLabel& a, const MarkLabel& b) { return a.at < b.at; });
-  std::vector<double> taken;  // right end of each row
+  std::vector<double> taken;  // right end of the labels in each row
   for (MarkLabel& label : labels) {
     const double half = 0.5 * Surface::textWidth(plot.marks[label.mark].label, kMarkHeight);
     label.at = std::max(std::min(label.at, x.to + 16 - half), x.from + half);
@@ -216,7 +216,7 @@ void requireSize(const Plot& plot) {
     throw UsageError("a plot must be between 200 x 150 and 8192 x 8192 pixels");
 }
 
-// On any surface that draws as Canvas does.
+// Draws on any surface with the functions of Canvas.
 template <typename Surface>
 void layPlot(Surface& canvas, const Plot& plot) {
   Axis x, y;
@@ -241,14 +241,14 @@ void layPlot(Surface& canvas, const Plot& plot) {
     y.hi = std::max(y.hi, 0.0);
   }
   settle(y, any_y);
-  // Air above and, unless the axis ends at zero, below.
+  // Leaves space above the curves and, unless the axis ends at zero, below.
   const double air = (y.hi - y.lo) * 0.06;
   if (y.hi != 0 || y.log) y.hi += air;
   if (y.lo != 0 || y.log) y.lo -= air;
 
   const bool headed = !plot.title.empty() || plot.series.size() > 1;
   const double legend_width = legendWidth<Surface>(plot);
-  // Beside the title where there is room, else below it.
+  // The legend is beside the title if there is room, else below it.
   const bool legend_below = legend_width > 0 && !plot.title.empty() &&
                             40 + 1.1 * Surface::textWidth(plot.title, 12) + legend_width > plot.width - 60;
   const double head = 18 + (headed ? 26 : 0) + (plot.subtitle.empty() ? 0 : 20) + (legend_below ? 20 : 0);
@@ -268,7 +268,7 @@ void layPlot(Surface& canvas, const Plot& plot) {
   y.to = top;
   const std::vector<Tick> x_ticks = ticksOf(x, std::max(2, static_cast<int>((right - left) / 110)));
 
-  // Straight lines lie on pixels: half a pixel off their corners.
+  // Straight lines lie on pixel centres.
   const auto crisp = [](double pixel) { return std::floor(pixel) + 0.5; };
   for (const Tick& tick : y_ticks) {
     const double at = crisp(y.pixel(tick.value));

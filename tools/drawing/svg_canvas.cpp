@@ -27,7 +27,7 @@ std::string hex(Colour c) {
   return text;
 }
 
-// The name of a colour of the palette; empty: another.
+// The name of a palette colour; empty for other colours.
 std::string nameOf(Colour c) {
   if (c == kInk) return "ink";
   if (c == kGrey) return "grey";
@@ -39,7 +39,7 @@ std::string nameOf(Colour c) {
   return "";
 }
 
-// As attribute of what is stroked ("k") or filled ("f").
+// The attribute of a stroked ("k") or filled ("f") shape.
 std::string painted(Colour c, bool stroked) {
   const std::string name = nameOf(c);
   if (!name.empty()) return std::string(" class=\"") + (stroked ? "k-" : "f-") + name + "\"";
@@ -80,7 +80,7 @@ SvgCanvas::SvgCanvas(int width, int height, std::string title, std::string descr
 
 void SvgCanvas::clip(int lo_x, int lo_y, int hi_x, int hi_y) {
   clipNothing();
-  // A page has many pictures, and its ids are common to all.
+  // Ids must differ within a page, which has many pictures.
   const std::string id =
       "c" + std::to_string(std::hash<std::string>{}(title_ + "\n" + description_)) + "-" + std::to_string(clips_++);
   body_ += "<clipPath id=\"" + id + "\"><rect x=\"" + std::to_string(lo_x) + "\" y=\"" + std::to_string(lo_y) +

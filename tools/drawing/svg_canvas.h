@@ -1,6 +1,6 @@
-// Lines, discs and letters as SVG, for pages that follow the reader's light or dark setting: what image.h draws as
-// pixels. Colours of the palette become classes that the page's style sheet fills in (svgStyle()); others stay as they
-// are. Thread rule: thread-compatible.
+// Draws lines, discs and letters as SVG, with the functions of Canvas (image.h). Palette colours become classes, so
+// that the page's style sheet (svgStyle()) follows the reader's light or dark setting. Other colours stay unchanged.
+// Thread rule: thread-compatible.
 #pragma once
 
 #include "tools/drawing/image.h"
@@ -13,10 +13,10 @@ namespace filiform::tools {
 
 class SvgCanvas {
  public:
-  // Requires 1 <= width, height. `title` and `description` are read aloud in place of the picture.
+  // Requires 1 <= width, height. Screen readers read `title` and `description` instead of the picture.
   SvgCanvas(int width, int height, std::string title, std::string description);
 
-  // As Canvas has them (image.h).
+  // As in Canvas (image.h).
   void clip(int lo_x, int lo_y, int hi_x, int hi_y);
   void clipNothing();
   void polyline(const std::vector<Vector2d>& points, double width, Colour colour, double opacity = 1);
@@ -27,7 +27,7 @@ class SvgCanvas {
             bool turned = false);
   static double textWidth(std::string_view utf8, double height);
 
-  // The whole element. May be called once.
+  // Returns the whole SVG element. May be called once.
   std::string finish();
 
  private:
@@ -37,10 +37,10 @@ class SvgCanvas {
   int clips_ = 0;
 };
 
-// The rules that an SvgCanvas' classes need, for a page's style sheet: light, and dark where the reader prefers it.
+// The style rules for the classes of SvgCanvas: light, and dark if the reader prefers dark pages.
 std::string svgStyle();
 
-// Text as it may stand in HTML and SVG, also within an attribute.
+// Escapes text for HTML and SVG, also inside an attribute.
 std::string escapedMarkup(std::string_view text);
 
 }  // namespace filiform::tools

@@ -20,7 +20,7 @@ int main(int count, char** arguments) {
     const filiform::Vector3d point_W(std::atof(arguments[2]), std::atof(arguments[3]), std::atof(arguments[4]));
     const std::size_t wanted = count > 5 ? std::strtoul(arguments[5], nullptr, 10) : 1;
 
-    const filiform::Nearest nearest(*set);  // reads the tiles that a query needs, and no other
+    const filiform::Nearest nearest(*set);  // reads only the tiles that a query needs
     for (const filiform::NearestResult& found : nearest.find(point_W, {.k = wanted}))
       std::cout << set->cell(found.segment.cell).name << " at " << found.distance_um << " um, nearest point "
                 << found.p_W.transpose() << '\n';

@@ -1,5 +1,5 @@
-// Runs the proxy solver on one cell: a probe moves in a straight line from the first sample to the last one, and the
-// proxy follows it along the neurites.
+// Runs the proxy solver on one cell. A probe moves in a straight line from the first sample to the last sample; the
+// proxy slides along the neurites.
 //
 //   proxy CELL.swc
 #include "index/build/memory_tiles.h"
@@ -27,7 +27,7 @@ int main(int count, char** arguments) {
     filiform::CellList list(std::move(cells));
     const std::unique_ptr<filiform::TileStore> store = filiform::buildTilesInMemory(list);
 
-    filiform::TileTable table(store->tile_count());  // of a large set, only the tiles that Residency has loaded
+    filiform::TileTable table(store->tile_count());  // for a large set, Residency fills the table
     std::vector<std::shared_ptr<const filiform::Tile>> tiles;
     for (filiform::TileId id = 0; id < store->tile_count(); ++id) table.add(*tiles.emplace_back(store->load(id)));
     const filiform::GraphView graph(table, store->leaves(), store->grid());

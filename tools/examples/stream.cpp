@@ -24,7 +24,7 @@ int main(int count, char** arguments) {
         count > 2 ? std::strtoull(arguments[2], nullptr, 10) : filiform::Residency::floorBytes(*set) * 2;
     filiform::Residency residency(*set, options);
     filiform::TileReader& reader = residency.addReader("example");
-    residency.start();  // a thread reads tiles from here on
+    residency.start();  // starts the thread that reads tiles
 
     const filiform::Vector3d from_W = set->grid().toWorld(set->bounds().lo);
     const filiform::Vector3d to_W = set->grid().toWorld(set->bounds().hi);

@@ -28,7 +28,7 @@ int main(int count, char** arguments) {
     filiform::Input input(std::vector<std::string>(arguments + 1, arguments + count));
     filiform::Cell cell;
     std::size_t cells = 0;
-    while (input.next(cell)) ++cells;  // one cell is in memory at a time
+    while (input.next(cell)) ++cells;  // holds one cell in memory at a time
 
     for (const filiform::SourceReport& source : input.reports()) {
       list(source.file, source.report);

@@ -1,4 +1,4 @@
-// filiform bench: named workloads, measured and written down.
+// filiform bench: measures named workloads and writes the results.
 #include "index/errors.h"
 #include "index/set/tile_set.h"
 #include "index/text.h"
@@ -56,7 +56,7 @@ int listWorkloads(const std::vector<Workload>& all, bool as_json) {
   return 0;
 }
 
-// What was promised and did not come out, one line each.
+// One line for each promise that was missed.
 std::vector<std::string> missedPromises(const std::vector<BenchResult>& results) {
   std::vector<std::string> missed;
   for (const BenchResult& result : results) {
@@ -94,7 +94,7 @@ int runBench(BenchCommand command) {
   }
   if (command.names.empty()) chosen = all;
   if (!command.options.scene.empty())
-    TileSet::open(command.options.scene);  // no tile set: refused before anything runs
+    TileSet::open(command.options.scene);  // fails before the work if this is not a tile set
   checkOutputFolder({{"--corpus", command.options.corpus}, {"--scene", command.options.scene}},
                     {"--output", command.options.out});
   std::error_code error;
@@ -116,7 +116,7 @@ int runBench(BenchCommand command) {
     };
     results.push_back(runWorkload(workload, command.options));
     if (!command.json) std::cout << workloadMarkdown(results.back(), command.options) << std::endl;
-    writeBenchRun(results, command.options, elapsed_s(), load);  // so far: an interrupted run leaves what is done
+    writeBenchRun(results, command.options, elapsed_s(), load);  // an interrupted run keeps the finished workloads
   }
   if (command.json) std::cout << benchRunJson(results, command.options, elapsed_s(), load);
   const std::vector<std::string> missed = missedPromises(results);
@@ -130,34 +130,35 @@ int runBench(BenchCommand command) {
 
 void addBench(CLI::App& app, Chosen& chosen) {
   auto command = std::make_shared<BenchCommand>();
-  CLI::App* bench = app.add_subcommand("bench", "Measures named workloads; ratios to peers in the same run");
+  CLI::App* bench = app.add_subcommand("bench", "Measure named workloads, with ratios to peers in the same run");
   bench->footer(
       "Examples:\n  filiform bench --list\n  filiform bench solver --out bench\n"
       "  filiform bench --compare before/bench.json after/bench.json   (exit 4: a regression of more than 10 %)\n"
       "  filiform bench extremes --strict   (exit 5: a promise is missed)");
-  bench->add_option("NAME", command->names, "workloads; all where none is named");
-  CLI::Option* list = bench->add_flag("--list", command->list, "List workloads and peers");
-  bench->add_flag("--json", command->json, "Print JSON on stdout instead of Markdown, and nothing else");
+  bench->add_option("NAME", command->names, "workloads to run; default: all");
+  CLI::Option* list = bench->add_flag("--list", command->list, "list workloads and peers");
+  bench->add_flag("--json", command->json, "print only JSON on stdout, instead of Markdown");
   CLI::Option* strict =
-      bench->add_flag("--strict", command->strict, "Exit with 5 if a promise is missed or a stated bound exceeded");
+      bench->add_flag("--strict", command->strict, "exit with 5 if a promise is missed or a stated bound is exceeded");
   bench
       ->add_option("-o,--output,--out", command->options.out,
-                   "folder for bench.json, .csv, .md and .html, NAME.json, NAME.md and pictures")
+                   "write bench.json, .csv, .md and .html, NAME.json, NAME.md and pictures to this folder")
       ->capture_default_str();
-  bench->add_option("--seed", command->options.seed, "of everything random")->capture_default_str();
-  bench->add_option("--corpus", command->options.corpus, "folder of real reconstructions")->envname("FILIFORM_CORPUS");
+  bench->add_option("--seed", command->options.seed, "random seed")->capture_default_str();
+  bench->add_option("--corpus", command->options.corpus, "take cells from this folder of real reconstructions")
+      ->envname("FILIFORM_CORPUS");
   bench->add_option("--size,--segments", command->options.segments,
-                    "largest number of segments; 0: the workload's own");
+                    "largest number of segments; 0: chosen by the workload");
   bench
       ->add_option("--scene,--set", command->options.scene,
-                   "tile set for `loop` and `scene`, and that `viewer` draws; default: a synthetic one")
+                   "tile set for `loop`, `scene` and `viewer`; default: a synthetic set")
       ->type_name("SET");
-  bench->add_flag("--long", command->options.long_run, "the largest sizes, and ten minutes of each loop: hours");
-  bench->add_flag("--quick", command->options.quick, "small sizes without the corpus, to see that it works");
+  bench->add_flag("--long", command->options.long_run, "run the largest sizes, and each loop for ten minutes: hours");
+  bench->add_flag("--quick", command->options.quick, "run small sizes without the corpus, to see that it works");
   bench
       ->add_option("--compare", command->compare,
-                   "Compare two files bench.json, each figure by workload, table, row and column; tests are corrected "
-                   "for the number of figures (Holm)")
+                   "compare two files bench.json, figure by figure (workload, table, row, column); the tests are "
+                   "corrected for the number of figures (Holm)")
       ->expected(2)
       ->type_name("A.json B.json")
       ->excludes(list)

@@ -1,4 +1,4 @@
-// filiform evaluate: every method on the paper's scenes and on routes of many cells, by a simulated hand.
+// filiform evaluate: compares all methods on the paper's scenes and on routes of many cells, with a simulated hand.
 #include "index/errors.h"
 #include "index/input/input.h"
 #include "index/text.h"
@@ -43,7 +43,7 @@ class ColumnThenTraces final : public CellStream {
   SyntheticCells column_, traces_;
 };
 
-// A folder for results, which a run that is refused leaves as it was.
+// A folder for results. A refused run leaves the folder unchanged.
 class ResultFolder {
  public:
   explicit ResultFolder(const std::string& path) : path_(path) {
@@ -104,20 +104,22 @@ int runEvaluate(EvaluationOptions options) {
 void addEvaluate(CLI::App& app, Chosen& chosen) {
   auto options = std::make_shared<EvaluationOptions>();
   options->threads = 0;
-  CLI::App* evaluate = app.add_subcommand("evaluate", "Every method on the paper's scenes and on many routes");
+  CLI::App* evaluate = app.add_subcommand("evaluate", "Compare all methods on the paper's scenes and on many routes");
   evaluate->footer(
       "Examples:\n  filiform evaluate --out eval\n  filiform evaluate --out eval --corpus morphologies/ --routes 2000");
-  evaluate->add_option("-o,--output,--out", options->out, "folder for the page, tables, plots and CSV")
+  evaluate->add_option("-o,--output,--out", options->out, "write the page, tables, plots and CSV to this folder")
       ->capture_default_str();
-  evaluate->add_option("--corpus", options->corpus, "SWC files, folders or archives; none: synthetic cells");
-  evaluate->add_option("--routes", options->routes, "drawn over all cells; 0: 2000 of a corpus, 24 of synthetic cells");
-  evaluate->add_option("--seed", options->seed, "of routes, tremor, synthetic cells and pulls")->capture_default_str();
-  evaluate->add_option("--threads", options->threads, "0: as many as the machine has")->capture_default_str();
-  evaluate->add_option("--methods", options->methods, "of basic,shading,force,force-listing,climb,nearest; none: all")
+  evaluate->add_option("--corpus", options->corpus, "SWC files, folders or archives; default: synthetic cells");
+  evaluate->add_option("--routes", options->routes,
+                       "number of routes over all cells; 0: 2000 on a corpus, 24 on synthetic cells");
+  evaluate->add_option("--seed", options->seed, "random seed of routes, tremor, synthetic cells and pulls")
+      ->capture_default_str();
+  evaluate->add_option("--threads", options->threads, "use N threads; 0: one a core")->capture_default_str();
+  evaluate->add_option("--methods", options->methods, "basic,shading,force,force-listing,climb,nearest; default: all")
       ->delimiter(',');
-  evaluate->add_option("--zooms", options->zooms_um, "um across 12 cm, of the main tables; none: 100,300,1000")
+  evaluate->add_option("--zooms", options->zooms_um, "zooms of the main tables, um across 12 cm; default: 100,300,1000")
       ->delimiter(',');
-  evaluate->add_flag("--quick", options->quick, "a few of everything, to see that it works");
+  evaluate->add_flag("--quick", options->quick, "run a few of everything, to see that it works");
   evaluate->callback([options, &chosen] { chosen = [options] { return runEvaluate(*options); }; });
 }
 

@@ -32,14 +32,15 @@ namespace filiform::tools {
 namespace {
 
 int fail(int code, const std::string& what) {
-  // Once more where the text is safe already: that changes nothing, and what was forgotten cannot steer a terminal.
+  // Callers escape untrusted text already. Escaping again changes nothing, and covers a place that was forgotten.
   std::cerr << "filiform: " << escaped(what) << '\n';
   return code;
 }
 
 std::terminate_handler terminate_before = nullptr;
 
-// Libraries that find no memory where they must not throw come here (a JSON value's destructor, a folder's iterator).
+// Ends the program where a library runs out of memory in a function that must not throw (a JSON value's destructor, a
+// folder's iterator).
 [[noreturn]] void endWithoutMemory() {
   bool out_of_memory = false;
   try {
@@ -50,23 +51,23 @@ std::terminate_handler terminate_before = nullptr;
   }
   if (!out_of_memory) terminate_before();
   holdForces();
-  static constexpr std::string_view kText = "filiform: out of memory, where a library cannot go back\n";
-  // Nothing is left to do if that cannot be said.
+  static constexpr std::string_view kText = "filiform: out of memory inside a library, which cannot report it\n";
+  // A failing write cannot be reported either.
   [[maybe_unused]] const auto written = ::write(STDERR_FILENO, kText.data(), kText.size());
   ::_exit(3);
 }
 
 std::streambuf* const first_output_buffer = std::cout.rdbuf();
 
-// A standard descriptor that is closed would be given to the next file that is opened, and messages would end in it.
+// If a standard descriptor is closed, the next file opened would get its number, and messages would go into that file.
 void holdStandardDescriptors() {
-  // Opened the wrong way round, so that using it stays an error. The lowest free number is this one.
+  // Opened for the wrong direction, so that using it stays an error. open() returns the lowest free number: this one.
   for (const int descriptor : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
     if (::fcntl(descriptor, F_GETFD) < 0 && ::open("/dev/null", descriptor == STDIN_FILENO ? O_WRONLY : O_RDONLY) < 0)
       return;
 }
 
-// What CLI11 says of a value that it refuses, as a person would say it.
+// Translates CLI11's message about a refused value.
 std::string plainRefusal(const CLI::App& command, const std::string& said) {
   const auto typeOf = [&command](const std::string& name) {
     const CLI::Option* const option = command.get_option_no_throw(name);
@@ -81,7 +82,7 @@ std::string plainRefusal(const CLI::App& command, const std::string& said) {
     return m.str(1) + ' ' + m.str(2) + ": give a " +
            (typeOf(m[1]).find("INT") != std::string::npos ? "whole number" : "number");
   if (std::regex_match(said, m, kRange)) {
-    const auto bound = [](const std::string& text) {  // whole numbers as they are
+    const auto bound = [](const std::string& text) {  // whole numbers stay unchanged
       return text.find('.') == std::string::npos ? text : formatNumber(std::stod(text));
     };
     const std::string value = m.str(1) + ' ' + m.str(2) + ": give ";
@@ -95,7 +96,7 @@ std::string plainRefusal(const CLI::App& command, const std::string& said) {
   return said;
 }
 
-// Without CLI11's counts of values and names of checks, which mean nothing to a reader.
+// Removes CLI11's value counts and check names from the help.
 class PlainHelp : public CLI::Formatter {
  public:
   std::string make_option_opts(const CLI::Option* option) const override {
@@ -109,11 +110,11 @@ class PlainHelp : public CLI::Formatter {
   }
 };
 
-// What is said of a command line that CLI11 refuses: a misspelt command or option is named with those like it.
+// The message for a command line that CLI11 refuses. Suggests near names for a misspelt command or option.
 std::string refusalOf(const CLI::App& app, const CLI::Error& error, const std::vector<std::string>& words) {
   const auto commands = app.get_subcommands([](const CLI::App*) { return true; });
   const std::vector<CLI::App*> chosen = app.get_subcommands();
-  const auto is_option = [](const std::string& word) {  // not a negative number
+  const auto is_option = [](const std::string& word) {  // false for a negative number
     return word.size() > 1 && word[0] == '-' && word.find_first_of("0123456789.") != 1;
   };
   const auto first = std::find_if_not(words.begin(), words.end(), is_option);
@@ -139,7 +140,8 @@ std::string refusalOf(const CLI::App& app, const CLI::Error& error, const std::v
   return escaped(plainRefusal(command, error.what())) + " (see " + help + ")";
 }
 
-// While it lives std::cout throws where standard output cannot be written: ClosedPipe, or IoError with the reason.
+// While an object lives, std::cout throws where standard output cannot be written: ClosedPipe, or IoError with the
+// reason.
 class StrictStandardOutput {
  public:
   StrictStandardOutput() : before_(std::cout.rdbuf()), exceptions_(std::cout.exceptions()) {
@@ -151,9 +153,9 @@ class StrictStandardOutput {
   ~StrictStandardOutput() {
     if (!output_) return;
     try {
-      std::cout.flush();  // what was said before a failure
+      std::cout.flush();  // text written before a failure
     } catch (const std::exception&) {
-      // The failure is told.
+      // The first failure is reported.
     }
     std::cout.exceptions(exceptions_);
     std::cout.rdbuf(before_);
@@ -162,7 +164,7 @@ class StrictStandardOutput {
   StrictStandardOutput& operator=(const StrictStandardOutput&) = delete;
 
  private:
-  // Not where whoever called runProgram() has put a buffer of their own.
+  // False where the caller of runProgram() has set a buffer of its own.
   static bool isOurs() { return std::cout.rdbuf() == first_output_buffer; }
 
   std::streambuf* before_;
@@ -181,7 +183,7 @@ int runProgram(const Program& program, int argc, char** argv) {
   endPlainlyWithoutMemory();
   holdStandardDescriptors();
   watchInterrupts();
-  std::signal(SIGPIPE, SIG_IGN);  // a closed pipe and a file-size limit become write errors
+  std::signal(SIGPIPE, SIG_IGN);  // a closed pipe and a file-size limit become errors of write()
   std::signal(SIGXFSZ, SIG_IGN);
 
   CLI::App app{program.description};
@@ -197,7 +199,7 @@ int runProgram(const Program& program, int argc, char** argv) {
   app.failure_message([&words](const CLI::App* of, const CLI::Error& error) {
     return "filiform: " + refusalOf(*of, error, words) + '\n';
   });
-  if (words.empty()) {  // the commands, but as what went wrong: nothing was done
+  if (words.empty()) {  // the help goes to stderr, because nothing was done
     std::cerr << app.help();
     return 2;
   }
@@ -210,10 +212,10 @@ int runProgram(const Program& program, int argc, char** argv) {
     } catch (const CLI::ParseError& error) {
       code = app.exit(error) == 0 ? 0 : 2;
     }
-    std::cout.flush();  // everything must have arrived
+    std::cout.flush();  // throws if not all of it can be written
     return code;
   } catch (const ClosedPipe&) {
-    return 128 + SIGPIPE;  // as a program that the signal ends, without a word
+    return 128 + SIGPIPE;  // silent, like a program that the signal ends
   } catch (const Interrupted&) {
     return fail(interruptedExitCode(), "interrupted");
   } catch (const UsageError& error) {
@@ -221,7 +223,9 @@ int runProgram(const Program& program, int argc, char** argv) {
   } catch (const IoError& error) {
     return fail(3, error.what());
   } catch (const UnknownDevice& error) {
-    return fail(2, error.what());
+    NearNames near(error.given());
+    for (const std::string& name : error.known()) near.offer(name);
+    return fail(2, error.what() + didYouMean(near.names()));
   } catch (const DeviceError& error) {
     return fail(3, error.what());
   } catch (const GraphicsError& error) {
@@ -230,7 +234,7 @@ int runProgram(const Program& program, int argc, char** argv) {
     return fail(1, error.what());
   } catch (const std::bad_alloc&) {
     return fail(3, "out of memory");
-  } catch (const std::system_error& error) {  // a thread, as a rule
+  } catch (const std::system_error& error) {  // usually a thread that cannot be started
     return fail(3, "the system refused: " + error.code().message());
   } catch (const std::exception& error) {
     return fail(3, std::string("internal error: ") + error.what() + " (please report this)");

@@ -1,5 +1,5 @@
-// What every command line of the project shares: parsing, help, and one line and an exit code for each failure.
-// Thread rule: call these once a process, on its main thread.
+// What the programs share: parsing the command line, help, and one line and an exit code for each failure.
+// Thread rule: call each function once a process, on the main thread.
 #pragma once
 
 #include <functional>
@@ -12,19 +12,19 @@ class App;
 
 namespace filiform::tools {
 
-// A command sets `chosen` when it was the one chosen; runProgram() calls it after parsing.
+// The chosen command sets `chosen` while the command line is parsed. runProgram() then calls it.
 using Chosen = std::function<int()>;
 
-// Parses, runs the chosen command, and maps every failure to one line on stderr and an exit code (tools/README.md has
-// the table).
+// Parses the command line, runs the chosen command and returns the exit code. Every failure is one line on stderr and
+// an exit code (table in tools/README.md).
 struct Program {
-  std::string description, footer;  // of its help
+  std::string description, footer;  // of the program's help
   std::vector<void (*)(CLI::App& app, Chosen& chosen)> commands;
 };
 int runProgram(const Program& program, int argc, char** argv);
 
-// From now on: memory that lacks where no exception may leave (libraries have such places) ends the program as it does
-// elsewhere: zero force, one line on stderr, exit code 3.
+// From now on, if memory runs out where a library must not throw, the program sets all forces to zero, prints one line
+// on stderr and exits with code 3.
 void endPlainlyWithoutMemory();
 
 }  // namespace filiform::tools

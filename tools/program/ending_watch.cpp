@@ -53,7 +53,7 @@ void EndingWatch::begin() noexcept {
 EndingWatch watchForSilentFiles() {
   return EndingWatch(3, [] {
     holdForces();
-    std::cerr << "filiform: the scene's files or the device do not answer: ended without waiting for them any longer\n"
+    std::cerr << "filiform: the scene's files or the device do not respond: ended without waiting any longer\n"
               << std::flush;
     std::_Exit(3);
   });

@@ -1,11 +1,10 @@
-// An end that does not wait for ever: where a thread hangs in a read that never returns, nothing in the program can end
-// it, and joining it would hang too.
+// A time limit for ending the program. A thread may hang in a read that never returns; joining it would hang too.
 //
-//   EndingWatch watch(5, [] { /* say so, and end the process */ });
-//   options.ending = [&watch] { watch.begin(); };  // before it joins its threads
-//   run(*store, options);
+//   EndingWatch watch(5, [] { /* print a message and end the process */ })
+//   options.ending = [&watch] { watch.begin(); };  // called before the threads are joined
+//   run(*store, options)
 //
-// Thread rule: one owner; `stuck` is called on a thread of the watch's own.
+// Thread rule: one owner; `stuck` is called on a thread of the watch.
 #pragma once
 
 #include <functional>
@@ -16,12 +15,11 @@ namespace filiform::tools {
 class EndingWatch {
  public:
   EndingWatch(double patience_s, std::function<void()> stuck);
-  ~EndingWatch();  // in time: `stuck` is not called any more, and is waited for if it runs
+  ~EndingWatch();  // stops the watch: `stuck` is not called later. If it is running, the destructor waits for it
   EndingWatch(const EndingWatch&) = delete;
   EndingWatch& operator=(const EndingWatch&) = delete;
 
-  // The patience runs from here; idempotent. Where the system gives no thread for it, the end waits as it would
-  // without.
+  // Starts the time limit; later calls do nothing. If the system cannot start a thread, there is no time limit.
   void begin() noexcept;
 
  private:
@@ -29,7 +27,7 @@ class EndingWatch {
   std::unique_ptr<Impl> impl_;
 };
 
-// After three seconds: one line, zero force, exit code 3.
+// Allows three seconds. Then: one line on stderr, zero force, exit code 3.
 EndingWatch watchForSilentFiles();
 
 }  // namespace filiform::tools

@@ -15,7 +15,7 @@ static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<int>::is_alw
 
 extern "C" void onSignal(int signal) {
   interrupting_signal.store(signal);
-  // A second one ends the program at once, after zero force.
+  // A second signal sets all forces to zero and ends the program at once.
   if (interrupted.exchange(true)) {
     holdForces();
     std::signal(signal, SIG_DFL);

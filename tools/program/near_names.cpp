@@ -16,8 +16,8 @@ std::string inLowerCase(std::string_view text) {
   return lower;
 }
 
-// How many insertions, removals, replacements and swaps of neighbours turn one text into the other; `most` + 1 where
-// more than `most` do.
+// The number of insertions, removals, replacements and swaps of neighbours that turn one text into the other; `most` +
+// 1 if it is more than `most`.
 std::size_t editsBetween(const std::string& a, const std::string& b, std::size_t most) {
   if (std::max(a.size(), b.size()) - std::min(a.size(), b.size()) > most) return most + 1;
   std::vector<std::size_t> before(b.size() + 1), last(b.size() + 1), now(b.size() + 1);

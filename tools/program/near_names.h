@@ -1,5 +1,4 @@
-// Names like one that is not there: what messages offer to a person who misspelt a command, an option or a cell.
-// Thread rule: thread-compatible.
+// Suggestions for a misspelt command, option, cell or value. Thread rule: thread-compatible.
 #pragma once
 
 #include <cstddef>
@@ -9,9 +8,13 @@
 
 namespace filiform::tools {
 
-// Keeps the names nearest to `wanted`, best first: equal but for letter case, then names that begin with it, then names
-// that hold it, then names a few edits away (an edit inserts, removes, replaces or swaps letters; at most one for three
-// letters of `wanted`, and one at least). Equally near names are in byte order. ASCII letters count without case.
+// Keeps the names nearest to `wanted`, best first:
+//   1. equal except for letter case
+//   2. names that begin with `wanted`
+//   3. names that contain `wanted`
+//   4. names a few edits away: an edit inserts, removes, replaces or swaps letters. At most one edit for every three
+//      letters of `wanted`, and at least one
+// Equally near names are in byte order. The case of ASCII letters does not count.
 class NearNames {
  public:
   explicit NearNames(std::string_view wanted, std::size_t most = 3);
@@ -31,7 +34,7 @@ class NearNames {
   std::vector<std::string> names_;
 };
 
-// "; did you mean 'a', 'b' or 'c'?", escaped; empty without names.
+// "; did you mean 'a', 'b' or 'c'?", escaped. Empty if there are no names.
 std::string didYouMean(const std::vector<std::string>& names);
 
 }  // namespace filiform::tools

@@ -31,7 +31,7 @@ FileId idOf(const struct stat& what) { return {what.st_dev, what.st_ino}; }
 
 bool isNullDevice(const struct stat& what) { return S_ISCHR(what.st_mode) && what.st_rdev == makedev(1, 3); }
 
-// Of a folder, the files below it; links are followed, each folder is entered once.
+// Adds the files below a folder. Follows links; enters each folder once.
 void addFiles(const std::string& path, std::set<FileId>& files, std::set<FileId>& folders) {
   const auto what = statOf(path);
   if (!what) return;
@@ -40,7 +40,7 @@ void addFiles(const std::string& path, std::set<FileId>& files, std::set<FileId>
     return;
   }
   if (!folders.insert(idOf(*what)).second) return;
-  std::error_code error;  // what cannot be listed cannot be read either
+  std::error_code error;  // ignored: the command cannot read a folder that cannot be listed
   for (fs::directory_iterator at(path, error), end; !error && at != end; at.increment(error))
     addFiles(at->path().string(), files, folders);
 }
@@ -58,7 +58,8 @@ std::string parentOf(const std::string& path) {
   return parent.empty() ? "." : parent;
 }
 
-// Two outputs with the same words here would write over each other. Empty: any number may write to it.
+// Identifies the place of an output. Two outputs with the same text would overwrite each other. Empty: the place may
+// take several outputs.
 std::string placeOf(const OutputPlace& place) {
   if (place.kind == OutputPlace::Kind::kDescriptor) return "descriptor " + std::to_string(place.descriptor);
   const auto what = statOf(place.target);
@@ -96,7 +97,7 @@ void checkOutputs(const std::vector<NamedPath>& inputs, const std::vector<NamedP
     const std::string where = placeOf(place);
     for (const auto& [other_place, other] : written)
       if (!where.empty() && other_place == where)
-        throw UsageError(said(*other) + " and " + said(output) + " are one place; name two files");
+        throw UsageError(said(*other) + " and " + said(output) + " are the same place; name two files");
     written.emplace_back(where, &output);
     checkWritable(output, place);
   }

@@ -1,5 +1,5 @@
-// What a command must know of its outputs before it begins: that none of them is one of its inputs, that no two are the
-// same file, and that each can be written. Thread rule: functions without state.
+// Checks the outputs of a command before the work begins: no output is an input, no two outputs are the same file, and
+// each output can be written. Thread rule: functions without state.
 #pragma once
 
 #include <string>
@@ -8,24 +8,24 @@
 namespace filiform::tools {
 
 struct NamedPath {
-  std::string option;  // as given, for messages: "--csv", or "SCENE" of an argument
-  std::string path;    // empty: not given
+  std::string option;  // as given, for messages: "--csv", or "SCENE" for an argument
+  std::string path;    // empty: the option was not given
 };
 
-// Throws UsageError where an output is an input (the same file by whatever name: other spellings, symbolic and hard
-// links; of an input folder every file below it), or two outputs are one file, one pipe, or both standard output;
-// IoError where an output is a folder or may not be written. An output that does not exist yet is no input. Opens
-// nothing. O(files below the input folders), only where an output is a regular file that is there.
+// Throws UsageError if an output is an input, or if two outputs are the same file, the same pipe, or both standard
+// output. Files are compared, not names: other spellings, symbolic and hard links count. Every file below an input
+// folder is an input. A file that does not exist yet is not an input. Throws IoError if an output is a folder or may
+// not be written. Opens no file. O(files below the input folders) if an output is an existing regular file, else O(1).
 void checkOutputs(const std::vector<NamedPath>& inputs, const std::vector<NamedPath>& outputs);
 
-// For a command that writes files of its own names into a folder: throws UsageError where one that is there is an
-// input. A folder that is not there, or `folder` empty, is no mistake.
+// For a command that writes several files into a folder. Throws UsageError if a file directly in the folder is an
+// input. Accepts a folder that does not exist, and an empty `folder`.
 void checkOutputFolder(const std::vector<NamedPath>& inputs, const NamedPath& folder);
 
-// Does it lead to this program's standard output ("-", /dev/stdout, the file that it is redirected to)? False for an
-// empty path and for one that cannot be followed.
+// Returns whether the path leads to this program's standard output: "-", /dev/stdout, or the file to which standard
+// output is redirected. False for an empty path, and for a path that cannot be followed.
 bool isStandardOutput(const std::string& path);
-// To a regular file, or to none as yet? As above.
+// Returns whether the path leads to a regular file, or to nothing yet. False in the same two cases.
 bool isFileOutput(const std::string& path);
 
 }  // namespace filiform::tools

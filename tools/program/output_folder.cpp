@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kLongestName = 180;  // bytes; file systems have 255, endings and numbers come on top
+constexpr std::size_t kLongestName = 180;  // bytes; file systems allow 255, and endings and numbers are appended
 
 std::string lowered(std::string text) {
   for (char& c : text)
@@ -35,10 +35,10 @@ OutputFolder::OutputFolder(const std::string& path) : path_(path) {
   const fs::file_status status = fs::status(path_, error);
   if (fs::is_directory(status)) {
     if (!fs::is_empty(path_, error) || error)
-      throw InputError(escaped(path_) + ": is a folder with something in it; name a new or an empty one");
+      throw InputError(escaped(path_) + ": is a folder that is not empty; name a new or an empty one");
     return;
   }
-  if (fs::exists(status)) throw InputError(escaped(path_) + ": is no folder; choose another name");
+  if (fs::exists(status)) throw InputError(escaped(path_) + ": is not a folder; choose another name");
   if (::mkdir(path_.c_str(), 0777) != 0) throw IoError(escaped(path_), "cannot make the folder", errno);
   made_.push_back(path_);
 }
@@ -82,7 +82,7 @@ std::string safeFileName(const std::string& text) {
 std::vector<std::string> safeFileNames(const std::vector<std::string>& texts) {
   std::vector<std::string> names;
   std::set<std::string> taken;
-  std::map<std::string, int> next;  // number to append to a name, less 1
+  std::map<std::string, int> next;  // the number to append to a name, less 1
   for (const std::string& text : texts) {
     const std::string safe = safeFileName(text);
     std::string name = safe;

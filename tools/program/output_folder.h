@@ -7,32 +7,33 @@
 
 namespace filiform::tools {
 
-// The folder is made, or is there and empty. Without finish() everything that was made is removed again.
+// Makes the folder, or takes an empty one. Without finish(), the destructor removes everything that was made.
 class OutputFolder {
  public:
-  // Throws InputError where the path is no folder or holds anything, IoError where it cannot be made.
+  // Throws InputError if the path is not a folder or the folder is not empty, IoError if it cannot be made.
   explicit OutputFolder(const std::string& path);
   ~OutputFolder();
   OutputFolder(const OutputFolder&) = delete;
   OutputFolder& operator=(const OutputFolder&) = delete;
 
-  // Makes a folder in it. Requires a name without '/'. Throws IoError.
+  // Makes a folder inside. Requires a name without '/'. Throws IoError.
   void makeFolder(const std::string& name);
-  // Writes a file. Requires a name whose folder was made, and that was not written yet. Throws as Output does.
+  // Writes a file. Requires that its folder was made, and that the file was not written yet. Throws as Output does.
   void write(const std::string& name, std::string_view bytes);
-  // What was written stays. Throws nothing.
+  // Keeps what was written.
   void finish() noexcept;
 
  private:
   std::string path_;
-  std::vector<std::string> made_;  // in order; folders among them
+  std::vector<std::string> made_;  // files and folders, in the order in which they were made
 };
 
-// `text` as the name of a file on any system: without what steers a path, a shell or a terminal, not hidden, at most
-// 180 bytes. Never empty.
+// Turns `text` into a file name that is valid on every system: no characters that are special in a path, a shell or a
+// terminal, not hidden, at most 180 bytes, never empty.
 std::string safeFileName(const std::string& text);
 
-// The n-th of these names is safeFileName() of the n-th text, made different from those before it in any letter case.
+// The n-th name is safeFileName() of the n-th text. A number is appended where an earlier name is equal in any letter
+// case.
 std::vector<std::string> safeFileNames(const std::vector<std::string>& texts);
 
 }  // namespace filiform::tools

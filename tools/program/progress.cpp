@@ -69,7 +69,7 @@ Progress::~Progress() {
   try {
     finish();
   } catch (...) {
-    // A line that cannot be removed is no reason to end the program.
+    // A progress line that cannot be removed does not end the program.
   }
 }
 
@@ -77,7 +77,7 @@ void Progress::refresh() {
   calls_ = 0;
   const auto now = clock_();
   const auto since = now - shown_;
-  // So many calls fit between two looks at the clock that one look costs them nothing.
+  // Look at the clock after so many calls that the look costs almost nothing.
   if (since < kBetweenLines / 8) {
     calls_between_ = std::min<std::uint64_t>(calls_between_ * 2, 1U << 12);
   } else if (since > kBetweenLines) {
@@ -119,7 +119,7 @@ std::string Progress::line(const ProgressOptions& options, std::uint64_t done, d
   if (options.total > 0) {
     char percent[16];
     std::snprintf(percent, sizeof percent, " %3d%%", static_cast<int>(fraction * 100));
-    // The bar takes what the words leave, within reason.
+    // The bar takes the columns that the text leaves, at most 40.
     const int room = columns - static_cast<int>(out.size() + text.size()) - 10;
     if (room >= 8) {
       const int width = std::min(room, 40);

@@ -1,5 +1,5 @@
-// One line on a terminal that says how far long work has come, how fast it goes and how long it will take; nothing at
-// all where stderr is not a terminal. Thread rule: thread-compatible.
+// A progress line on a terminal: amount done, rate and time left. Prints nothing if stderr is not a terminal.
+// Thread rule: thread-compatible.
 #pragma once
 
 #include <chrono>
@@ -15,7 +15,7 @@ struct ProgressOptions {
   std::string title;  // "ingest"
   std::string noun;   // "cells"; unused with bytes
   ProgressUnit unit = ProgressUnit::count;
-  std::uint64_t total = 0;  // 0: unknown, so that there is no bar and no time left
+  std::uint64_t total = 0;  // 0: unknown; the line then has no bar and no time left
 };
 
 class Progress {
@@ -23,26 +23,26 @@ class Progress {
   using Clock = std::function<std::chrono::steady_clock::time_point()>;
   using Sink = std::function<void(const std::string& text)>;
 
-  // Writes to stderr if it is a terminal.
+  // Writes to stderr if stderr is a terminal.
   explicit Progress(ProgressOptions options);
-  // Writes to `sink`, whatever it is, at the pace of `clock`: for tests.
+  // For tests: writes to `sink` and takes the time from `clock`.
   Progress(ProgressOptions options, Sink sink, Clock clock, int columns);
   // Removes the line.
   ~Progress();
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  // `done` so far. May be called very often: most calls return after a count, and the line changes ten times a second
-  // at most.
+  // `done`: the amount so far. Cheap enough for every item: most calls only count. The line changes at most ten times a
+  // second.
   void update(std::uint64_t done) {
     done_ = done;
     if (sink_ && ++calls_ >= calls_between_) refresh();
   }
   void setTotal(std::uint64_t total) { options_.total = total; }
-  // Removes the line. Results can follow on an empty one.
+  // Removes the line, so that results begin on an empty one.
   void finish();
 
-  // The line for this state, without control characters and at most `columns` wide.
+  // Returns the line for this state: no control characters, at most `columns` wide.
   static std::string line(const ProgressOptions& options, std::uint64_t done, double elapsed_s, int columns);
 
  private:

@@ -16,7 +16,7 @@ namespace filiform::tools {
 
 namespace {
 
-// How many um it is, as a product (mm) or as a quotient (nm): a decimal in nm is then the double nearest to it in um.
+// The unit in um, as a product (mm) or a quotient (nm). The quotient gives the double nearest to the decimal number.
 struct Unit {
   double times = 1, over = 1;
 };
@@ -24,7 +24,7 @@ struct Unit {
 constexpr std::array<std::pair<std::string_view, Unit>, 5> kLengthUnits{
     {{"um", {1, 1}}, {"\u00B5m", {1, 1}}, {"\u03BCm", {1, 1}}, {"nm", {1, 1000}}, {"mm", {1000, 1}}}};
 
-// Takes a unit off the end of the text, and the blanks before it.
+// Removes a unit, and the blanks before it, from the end of the text.
 std::optional<Unit> takeUnit(std::string_view& text) {
   for (const auto& [name, unit] : kLengthUnits) {
     if (!text.ends_with(name)) continue;
@@ -56,7 +56,7 @@ void readUnit(const std::string& text, SwcOptions& options) {
   std::vector<double> sizes_um;
   for (std::size_t i = 0; i < parts.size(); ++i) {
     const Unit unit = units[i].value_or(units.back().value_or(Unit{}));
-    double size = 1;  // of a unit without a number
+    double size = 1;  // for a unit without a number
     if (!parts[i].empty() || !units[i] || parts.size() > 1) {
       const auto [rest, error] = std::from_chars(parts[i].data(), parts[i].data() + parts[i].size(), size);
       if (error != std::errc() || rest != parts[i].data() + parts[i].size()) refuse(text);

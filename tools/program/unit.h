@@ -1,4 +1,4 @@
-// --unit: in which unit a file's positions are. Thread rule: thread-compatible.
+// --unit: the unit of the positions in a file. Thread rule: thread-compatible.
 #pragma once
 
 #include "index/input/swc.h"
@@ -7,13 +7,13 @@
 
 namespace filiform::tools {
 
-// What --unit takes, for help texts.
+// The forms of --unit, for help texts.
 inline constexpr const char* kUnitHelp =
-    "unit of the files: um, nm, mm; or the size of a voxel, as 8nm or 0.5 (um), or as 8,8,30nm by axis";
+    "unit of the files: um, nm or mm; the size of a voxel, such as 8nm or 0.5 (um); or its sizes by axis: 8,8,30nm";
 
-// "um", "nm", "mm"; the size of a voxel as a number with one of these, or without, then in um: "8nm", "0.5"; or its
-// sizes along x, y and z, a unit after the last counts for all: "8,8,30nm", "4,4,40". Sets unit_um, or voxel_um where
-// there are three. Throws UsageError naming --unit and the forms.
+// Reads "um", "nm" or "mm"; the size of a voxel, "8nm" or "0.5" (um); or the sizes of a voxel along x, y and z,
+// "8,8,30nm" or "4,4,40" (a unit after the last number applies to all three). Sets unit_um, or voxel_um if there are
+// three numbers. Throws UsageError, which names --unit and the accepted forms.
 void readUnit(const std::string& text, SwcOptions& options);
 
 }  // namespace filiform::tools

@@ -16,11 +16,11 @@ namespace filiform::tools {
 
 namespace {
 
-// Fixed, so that the same texts give the same bytes: 2011-06-21 12:00:00, the year of the method's publication.
+// Fixed date 2011-06-21 12:00:00, so that the same texts give the same bytes.
 constexpr zip_uint16_t kEntryDosDate = (2011 - 1980) << 9 | 6 << 5 | 21;
 constexpr zip_uint16_t kEntryDosTime = 12 << 11;
 
-// Feeds the zip library, which asks for one text after the other while it closes the archive.
+// Supplies the zip library with one text after the other while the library closes the archive.
 class ZipFeed {
  public:
   explicit ZipFeed(const ZipContent& content) : content_(content) {
@@ -62,7 +62,7 @@ class ZipFeed {
         const auto n = std::min<std::size_t>(length, bytes.size() - reader.at);
         std::memcpy(data, bytes.data() + reader.at, n);
         reader.at += n;
-        // At the end of the text: the library ignores what closing answers.
+        // Reported at the end of the text, because the library ignores the result of ZIP_SOURCE_CLOSE.
         if (n == 0 && length > 0 && content_.written) content_.written(bytes.size());
         return static_cast<zip_int64_t>(n);
       }
@@ -89,7 +89,7 @@ class ZipFeed {
 
   static zip_int64_t callback(void* user, void* data, zip_uint64_t length, zip_source_cmd_t command) {
     Reader& reader = *static_cast<Reader*>(user);
-    // No exception may pass through the C library.
+    // No exception may pass through a C library.
     try {
       return reader.feed->answer(reader, data, length, command);
     } catch (...) {
@@ -144,7 +144,7 @@ std::uint64_t writeZip(const std::string& path, const std::string& shown, const 
       fail();
     }
     const auto at = static_cast<zip_uint64_t>(index);
-    // DOS fields, not a time: a time would pass through the local time zone.
+    // DOS date fields: a time_t would pass through the local time zone.
     if (zip_file_set_dostime(archive, at, kEntryDosTime, kEntryDosDate, 0) != 0 ||
         zip_file_set_external_attributes(archive, at, 0, ZIP_OPSYS_UNIX, 0100644U << 16) != 0 ||
         zip_set_file_compression(archive, at, ZIP_CM_DEFLATE, 4) != 0)

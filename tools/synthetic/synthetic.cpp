@@ -2,6 +2,8 @@
 
 #include "index/errors.h"
 #include "index/output.h"
+#include "index/text.h"
+#include "tools/program/near_names.h"
 #include "tools/program/thousandths.h"
 #include "tools/program/zip_writer.h"
 #include "tools/synthetic/synthetic_fan.h"
@@ -24,15 +26,15 @@ namespace filiform::tools {
 
 namespace {
 
-// Where a table places cells: 31 000 of them in 0.29 mm^3, a column of rat cortex.
+// The radius within which a table places cells: 31 000 of them fill 0.29 mm^3, a column of rat cortex.
 constexpr double kPlacedRadius_um = 257;
 
 struct Entry {
   std::string path;
-  std::uint64_t number;  // of the cell
+  std::uint64_t number;  // number of the cell
 };
 
-constexpr int kFanBranches[] = {3, 5, 7, 10};  // in turn
+constexpr int kFanBranches[] = {3, 5, 7, 10};  // fans take these numbers in turn
 
 bool isOneOf(const std::vector<std::string>& kinds, const std::string& kind) {
   return std::find(kinds.begin(), kinds.end(), kind) != kinds.end();
@@ -50,12 +52,18 @@ std::string padded(std::uint64_t number, std::size_t width) {
   return digits;
 }
 
-// What a column or a scene consists of, and the text of each of its files.
+[[noreturn]] void refuseKind(const char* what, const std::string& given, const std::vector<std::string>& kinds) {
+  NearNames near(given);
+  for (const std::string& kind : kinds) near.offer(kind);
+  throw UsageError(std::string("no such ") + what + " '" + escaped(given, 80) + "'; choose " + kindList(kinds) +
+                   didYouMean(near.names()));
+}
+
+// The files of a column, a family or a scene, and the text of each file.
 class Plan {
  public:
   explicit Plan(const SyntheticOptions& options) : options_(options) {
-    if (!isOneOf(syntheticKinds(), options.kind))
-      throw UsageError("no such kind of synthetic data; choose " + kindList(syntheticKinds()));
+    if (!isOneOf(syntheticKinds(), options.kind)) refuseKind("kind", options.kind, syntheticKinds());
     if (isScene(options.kind)) {
       entries_.push_back({options.kind + ".swc", 0});
       return;
@@ -118,7 +126,7 @@ std::uint64_t segmentsOf(const Neuron& neuron) {
 SyntheticSummary writeArchive(const Plan& plan, const std::string& path, const std::string& out_zip,
                               const SyntheticProgress& progress) {
   SyntheticSummary summary;
-  Neuron neuron;  // the last whose text was made
+  Neuron neuron;  // of the last text() call
   ZipContent content;
   content.entries = plan.entries().size();
   content.name = [&](std::size_t i) { return plan.entries()[i].path; };
@@ -137,8 +145,8 @@ SyntheticSummary writeArchive(const Plan& plan, const std::string& path, const s
   return summary;
 }
 
-// The table that places a library's morphologies: rotated about the vertical, spread over the column, depth nearly
-// kept.
+// The table that places the morphologies of a library: rotated about the vertical axis, spread over the column, at
+// nearly the same depth.
 std::string placementTable(const SyntheticOptions& options, const Plan& plan, const std::string& archive) {
   std::vector<const Entry*> by_number(plan.entries().size());
   for (const Entry& entry : plan.entries()) by_number[entry.number] = &entry;
@@ -185,7 +193,7 @@ std::string kindList(const std::vector<std::string>& kinds) {
 }
 
 std::string sceneRoute(const std::string& kind) {
-  if (!isScene(kind)) throw UsageError("no such scene; choose " + kindList(sceneKinds()));
+  if (!isScene(kind)) refuseKind("scene", kind, sceneKinds());
   std::uint32_t tip = 0;
   buildScene(kind, tip);
   return "1:" + std::to_string(tip + 1);
@@ -195,7 +203,7 @@ SyntheticSummary writeSynthetic(const SyntheticOptions& options, const std::stri
                                 const SyntheticProgress& progress, const std::atomic<bool>* cancel) {
   const Plan plan(options);
   const bool table = !options.placements_out.empty() && options.kind == "column";
-  // Both before the work, so that a name that cannot be written is told at once.
+  // Both outputs are opened before the work, so that a name that cannot be written fails at once.
   Output archive(out_zip, {.by_name = true, .cancel = cancel});
   std::optional<Output> placed;
   if (table) {

@@ -22,7 +22,8 @@ struct SineCosine {
   double sine, cosine;
 };
 
-// Power series: the C library's functions may differ in the last bit between machines. Exact to 1e-12 for |x| <= 2 pi.
+// Sums the power series, because the C library's functions may differ in the last bit between machines. Exact to 1e-12
+// for |x| <= 2 pi.
 SineCosine sineCosineOf(double x) {
   double sine = 0, cosine = 0, term = 1;  // term = x^n / n!
   for (int n = 0; n < 40; n += 2) {
@@ -35,7 +36,7 @@ SineCosine sineCosineOf(double x) {
   return {sine, cosine};
 }
 
-struct Frame {  // unit vectors, at right angles
+struct Frame {  // three unit vectors at right angles
   Vector3d ahead, side, up;
 
   static Frame about(const Vector3d& ahead, SyntheticRandom& random) {
@@ -45,7 +46,7 @@ struct Frame {  // unit vectors, at right angles
     side.normalize();
     return {ahead, side, ahead.cross(side)};
   }
-  // Away from `ahead` by `angle_rad`, on the side `azimuth_rad` round it.
+  // The direction at `angle_rad` from `ahead`, at `azimuth_rad` around `ahead`.
   Vector3d direction(double angle_rad, double azimuth_rad) const {
     const SineCosine a = sineCosineOf(angle_rad), z = sineCosineOf(azimuth_rad);
     return a.cosine * ahead + a.sine * (z.cosine * side + z.sine * up);
@@ -68,7 +69,7 @@ std::vector<Vector3d> elbowedBranch(const Frame& frame, SyntheticRandom& random)
   const Vector3d back = frame.direction(turn_rad[0], azimuth);
   p += length_um[1] * back;
   corners.push_back(p);
-  // The second elbow turns away from the branches: on in the plane of the first one, give or take half a radian.
+  // The second elbow turns away from the other branches: in the plane of the first elbow, within half a radian.
   const Vector3d across = (frame.ahead - frame.ahead.dot(back) * back).normalized();
   const Frame second{back, across, back.cross(across)};
   p += length_um[2] * second.direction(turn_rad[1], twist);
@@ -92,7 +93,7 @@ Fan buildFan(const FanOptions& options) {
 
   const std::vector<Vector3d> wanted = elbowedBranch(frame, random);
   const int others = options.branches - 1;
-  const int place = static_cast<int>(random.uniform() * options.branches);  // of the wanted branch in the file
+  const int place = static_cast<int>(random.uniform() * options.branches);  // position of the wanted branch in the file
   std::uint32_t tip = 0;
   for (int i = 0, other = 0; i < options.branches; ++i) {
     if (i == place) {

@@ -15,17 +15,17 @@ constexpr std::uint16_t kSoma = 1, kAxon = 2, kBasal = 3, kApical = 4;
 const Vector3d kUp(0, 1, 0);
 const Vector3d kDown(0, -1, 0);
 
-// Depths below the pia at which layers L1 to L6 begin, and the share of cells in them.
+// Depths below the pia at which layers L1 to L6 begin, and the share of the cells in each layer.
 constexpr std::array<double, 7> kLayerDepth_um{0, 130, 250, 420, 600, 950, kColumnHeight_um};
 constexpr std::array<double, 6> kLayerShare{0.02, 0.10, 0.17, 0.19, 0.22, 0.30};
 
 double layerTop_um(int layer) { return kColumnHeight_um - kLayerDepth_um[static_cast<std::size_t>(layer - 1)]; }
 
-// How a tree of one kind of neurite behaves. Lengths are means of sections; the actual ones vary by +-50 %.
+// Growth parameters of one kind of neurite. Lengths are means over sections; actual lengths vary by +-50 %.
 struct Style {
   std::uint16_t type = kBasal;
   double first_um = 18, inner_um = 30, last_um = 100;
-  double branching = 1.3;  // chance that a section branches: this less `branching_loss` per order
+  double branching = 1.3;  // chance that a section branches, less `branching_loss` for each order
   double branching_loss = 0.35;
   double wander = 0.09;              // deviation of the direction after 1 um
   double outward = 0.012;            // pull away from the soma, per um
@@ -57,12 +57,12 @@ class Grower {
     return {add(type, p, radius_um, 0), p, direction, radius_um};
   }
 
-  // One unbranched run; the radius falls evenly to `to_radius_um`.
+  // Grows one unbranched run. The radius falls evenly to `to_radius_um`.
   End section(const Style& style, End from, double length_um, double to_radius_um) {
     const double from_radius_um = from.radius_um;
     for (double done = 0; done < length_um;) {
       const double u = random_.uniform();
-      // Mean 2.4 um; the last step is stretched rather than left as a stub.
+      // Mean 2.4 um. The last step is stretched, so that no short stub remains.
       double step = 1 + 5 * u * u * std::sqrt(u);
       if (length_um - done - step < 1) step = std::clamp(length_um - done, 1.0, 6.0);
       steer(style, from, step);
@@ -75,7 +75,7 @@ class Grower {
     return from;
   }
 
-  // A whole tree; it ends early, with the twigs that were begun, when the neuron has `most_samples`.
+  // Grows a whole tree. It ends early, with the twigs already begun, when the neuron has `most_samples`.
   void tree(const Style& style, const End& root, int order, std::size_t most_samples) {
     std::vector<std::pair<End, int>> todo{{root, order}};
     while (!todo.empty() && neuron_.samples.size() < most_samples) {
@@ -91,7 +91,7 @@ class Grower {
     }
   }
 
-  // A twig that leaves a neurite sideways, at `tilt` along `axis` (0: at a right angle).
+  // Starts a twig that leaves a neurite sideways, tilted by `tilt` along `axis` (0: at a right angle).
   End sideways(const End& from, double tilt, double radius_um) {
     End twig = from;
     twig.direction = (across(from.direction) + tilt * kUp).normalized();
@@ -101,7 +101,7 @@ class Grower {
 
   std::array<End, 2> fork(const Style& style, const End& end) {
     const Vector3d side = across(end.direction);
-    // Rall: the parent's radius^1.5 is the sum of the daughters'; 0.63 each if they are equal.
+    // Rall: the parent's radius^1.5 is the sum of the daughters' radius^1.5; 0.63 each if they are equal.
     const double tilt = random_.between(-0.08, 0.08);
     std::array<End, 2> out{end, end};
     for (int i = 0; i < 2; ++i) {
@@ -113,8 +113,8 @@ class Grower {
     return out;
   }
 
-  // `count` directions, each the best of some candidates: far from the others and from those `taken`; none rises above
-  // `highest`.
+  // Returns `count` directions. Each is the best of several candidates: far from the other directions and from `taken`.
+  // None rises above `highest`.
   std::vector<Vector3d> balanced(int count, std::vector<Vector3d> taken, double highest) {
     std::vector<Vector3d> out;
     for (int i = 0; i < count; ++i) {
@@ -169,7 +169,7 @@ class Grower {
     const Vector3d from_centre = end.p - style.centre;
     if (const double distance = from_centre.norm(); distance > style.reach_um)
       d -= 0.035 * step * from_centre / distance;
-    // The pia is a wall: neurites bend along it and away from it again.
+    // The pia is a wall: neurites bend along it and then away from it.
     const double headroom_um = kColumnHeight_um - 4 - end.p.y();
     if (headroom_um < 40 && d.y() > 0) d.y() *= std::max(0.0, headroom_um - 4) / 40;
     if (headroom_um < 25) d.y() -= 0.02 * step;
@@ -190,8 +190,8 @@ void growBasal(Grower& g, int stems, double last_um, double radius_um, double hi
     g.tree(style, g.stem(kBasal, direction, radius_um * g.random().between(0.85, 1.15)), 0, kNoLimit);
 }
 
-// Trunk from the top of the soma to `tuft_y_um`, obliques on its lower part, and a tuft above unless `tuft_orders` is
-// 0.
+// Grows a trunk from the top of the soma to `tuft_y_um`, obliques on its lower part, and a tuft above it unless
+// `tuft_orders` is 0.
 void growApical(Grower& g, double tuft_y_um, double top_y_um, double radius_um, int obliques, int tuft_orders) {
   Style trunk;
   trunk.type = kApical;
@@ -222,7 +222,7 @@ void growApical(Grower& g, double tuft_y_um, double top_y_um, double radius_um, 
     // Obliques crowd on the lower two thirds of the trunk.
     const double until =
         i == obliques ? length_um : 12 + (length_um * 0.65 - 12) * (i + g.random().uniform()) / obliques;
-    // A short trunk has no room for all of them.
+    // A short trunk has room for fewer obliques.
     if (until < done + 2) continue;
     end = g.section(trunk, end, until - done, radius_um * (1 - 0.55 * until / length_um));
     done = until;
@@ -234,7 +234,7 @@ void growApical(Grower& g, double tuft_y_um, double top_y_um, double radius_um, 
     g.tree(oblique, g.sideways(twig, 0.25, std::max(0.3, twig.radius_um * 0.4)), 0, kNoLimit);
 }
 
-// Down into the white matter, collaterals on the way until the neuron has `size` samples.
+// Grows an axon down into the white matter, with collaterals until the neuron has `size` samples.
 void growProjectionAxon(Grower& g, std::size_t size) {
   SyntheticRandom& random = g.random();
   Style main;
@@ -267,7 +267,7 @@ void growProjectionAxon(Grower& g, std::size_t size) {
   while (g.size() < size && !sites.empty()) {
     const auto pick = static_cast<std::size_t>(random.uniform() * static_cast<double>(sites.size()));
     const Grower::End site = sites[pick];
-    // One in four collaterals climbs back towards the upper layers.
+    // One in four collaterals climbs back to the upper layers.
     const bool recurrent = random.uniform() < 0.25;
     collateral.pull = (recurrent ? 0.02 : 0.0) * kUp;
     collateral.reach_um = recurrent ? 420 : 260;
@@ -275,7 +275,7 @@ void growProjectionAxon(Grower& g, std::size_t size) {
     if (sites.size() > 4) {
       sites.erase(sites.begin() + static_cast<std::ptrdiff_t>(pick));
     } else {
-      // Never two collaterals at one point: the next one leaves from this one.
+      // Two collaterals never share a point: the next one leaves from this one.
       twig = g.section(collateral, twig, random.between(20, 50), 0.3);
       sites[pick] = twig;
     }
@@ -283,7 +283,7 @@ void growProjectionAxon(Grower& g, std::size_t size) {
   }
 }
 
-// A dense arbour within `reach_um` of `centre`, reached from the soma.
+// Grows a dense arbour within `reach_um` of `centre`, connected to the soma.
 void growLocalAxon(Grower& g, std::size_t size, const Vector3d& towards, const Vector3d& centre, double reach_um) {
   Style trunk;
   trunk.type = kAxon;
@@ -324,7 +324,7 @@ void growLocalAxon(Grower& g, std::size_t size, const Vector3d& towards, const V
 
 struct NeuronPlan {
   const char* kind;
-  double share;    // among the cells of its layer
+  double share;    // fraction of the cells of its layer
   double samples;  // typical size
   double soma_radius_um;
 };
@@ -346,8 +346,7 @@ const std::vector<NeuronPlan>& plansOfLayer(int layer) {
 
 void growKind(Grower& g, const std::string& kind, int layer, std::size_t size) {
   SyntheticRandom& random = g.random();
-  // A stem with its twigs is about 2 samples for each um that a twig is long, so larger cells get more stems rather
-  // than shorn ones.
+  // A stem with its twigs has about 2 samples for each um of twig length. Larger cells therefore get more stems.
   const auto stems = [&](int least, int most, double share, double last_um) {
     const double wanted = static_cast<double>(size) * share / (2.1 * last_um) * random.between(0.85, 1.15);
     return std::clamp(static_cast<int>(std::lround(wanted)), least, most);
@@ -415,7 +414,7 @@ std::uint64_t SyntheticRandom::bits() {
 double SyntheticRandom::uniform() { return static_cast<double>(bits() >> 11) * 0x1p-53; }
 
 double SyntheticRandom::gaussian() {
-  // Two 32-bit uniforms a draw; eight of them have variance 8/12.
+  // The sum of eight uniforms has variance 8/12; each 64-bit draw gives two of 32 bits.
   double sum = -4;
   for (int i = 0; i < 4; ++i) {
     const std::uint64_t b = bits();
@@ -441,7 +440,7 @@ Vector3d SyntheticRandom::inDisc() {
 
 int layerOfCell(std::uint64_t seed, std::uint64_t number) {
   std::uint64_t x = seed;
-  // A golden-ratio sequence fills the layers evenly whatever the number of cells.
+  // A golden-ratio sequence fills the layers evenly for any number of cells.
   const double start = static_cast<double>(splitMix(x) >> 11) * 0x1p-53;
   const double step = static_cast<double>((number * 0x9e3779b97f4a7c15U) >> 11) * 0x1p-53;
   double u = start + step;
@@ -467,7 +466,7 @@ Neuron growNeuron(std::uint64_t seed, std::uint64_t number, bool on_axis) {
   const double bottom_um = layerTop_um(layer + 1) + 12;
   const double y_um = layer == 6 ? random.between(110, top_um) : random.between(bottom_um, top_um);
   const Vector3d soma(on_axis ? 0 : across.x(), y_um, on_axis ? 0 : across.z());
-  // Sizes are skewed: most cells near the typical one, a few much larger.
+  // Sizes are skewed: most cells are near the typical size, a few are much larger.
   const double v = random.uniform();
   auto size = static_cast<std::size_t>(plan.samples * (0.62 + 0.62 * v + 0.45 * v * v * v * v));
   if (on_axis) size = size * 29 / 20;

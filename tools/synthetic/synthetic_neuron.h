@@ -1,5 +1,5 @@
-// How synthetic neurons grow: the shapes behind tools/synthetic/synthetic.h. Functions without state; the same
-// arguments give the same samples on every machine.
+// Grows synthetic neurons: the shapes behind tools/synthetic/synthetic.h. Functions without state; the same arguments
+// give the same samples on every machine.
 #pragma once
 
 #include "index/cell/cell.h"
@@ -15,7 +15,7 @@ inline constexpr double kColumnHeight_um = 1400;
 inline constexpr double kColumnRadius_um = 150;
 
 struct NeuronSample {
-  std::array<std::int64_t, 3> p_nm;  // thousandths of um: what three decimals say exactly
+  std::array<std::int64_t, 3> p_nm;  // thousandths of um, so that three decimals are exact
   std::int64_t radius_nm;
   std::uint32_t parent;  // rank, kNoParent for a root
   std::uint16_t type;
@@ -26,16 +26,16 @@ struct Neuron {
   std::vector<NeuronSample> samples;
 };
 
-// 1 to 6: the layer of that cell in any column with this seed.
+// The layer, 1 to 6, of this cell in any column with this seed.
 int layerOfCell(std::uint64_t seed, std::uint64_t number);
 
-// O(samples). With `on_axis` the soma lies at x = z = 0.
+// Grows one neuron of a column. With `on_axis` the soma lies at x = z = 0. O(samples).
 Neuron growNeuron(std::uint64_t seed, std::uint64_t number, bool on_axis = false);
 
-// A kind of sceneKinds(); the last sample of the suggested route is returned in `tip` (rank).
+// Builds the scene of a kind of sceneKinds(). `tip` becomes the rank of the last sample of the suggested route.
 Neuron buildScene(const std::string& kind, std::uint32_t& tip);
 
-// A small generator with nothing left to the library: xoshiro256++ seeded by splitmix64.
+// A random generator that does not depend on the library: xoshiro256++, seeded by splitmix64.
 class SyntheticRandom {
  public:
   SyntheticRandom(std::uint64_t seed, std::uint64_t stream);

@@ -11,16 +11,16 @@ namespace filiform::tools {
 
 class SyntheticPath {
  public:
-  // A straight run is divided into steps of about `step_um`. A corner is rounded by a parabola that begins and ends
-  // `corner_um` from the corner; 0 leaves corners sharp.
+  // Divides a straight run into steps of about `step_um`. A parabola rounds each corner; it begins and ends `corner_um`
+  // from the corner. 0 leaves corners sharp.
   explicit SyntheticPath(double step_um, double corner_um = 0) : step_um_(step_um), corner_um_(corner_um) {}
 
   std::uint32_t root(const Vector3d& p_um) { return add(p_um, kNoParent); }
-  // Straight runs from sample `from` through the corners (um). Returns the rank of the last sample.
+  // Adds straight runs from sample `from` through the corners (um). Returns the rank of the last sample.
   std::uint32_t follow(std::uint32_t from, const std::vector<Vector3d>& corners_um);
   Vector3d at(std::uint32_t sample) const;  // um
 
-  // Ends the building.
+  // Returns the neuron. Call once, at the end.
   Neuron take() { return std::move(neuron_); }
 
  private:

@@ -1,4 +1,4 @@
-// The scenes of the evaluation, built to the words of the paper's section 5 before any method was run on them; and two
+// The scenes of the evaluation, built to the text of the paper's section 5 before any method was run on them, and two
 // scenes with rounded corners.
 #include "tools/synthetic/synthetic_neuron.h"
 #include "tools/synthetic/synthetic_path.h"
@@ -15,9 +15,10 @@ namespace filiform::tools {
 namespace {
 
 constexpr double kStep_um = 3;
-constexpr double kRounding_um = 6;  // the corners of "elbows" and "hooks" are rounded so far on either side
+constexpr double kRounding_um = 6;  // rounding of the corners of "elbows" and "hooks", on either side of a corner
 
-// Nine legs. The way turns by 110 to 130 degrees at every corner, so that a hand which pulls ahead pulls back first.
+// Nine straight parts. The route turns by 110 to 130 degrees at every corner, so that a hand that pulls ahead pulls
+// back first.
 const std::vector<Vector3d>& elbows() {
   static const std::vector<Vector3d> kCorners{{80, 10, 0},    {30, 60, 15},    {110, 75, 30},
                                               {60, 125, 10},  {150, 130, -10}, {95, 185, 5},
@@ -25,8 +26,8 @@ const std::vector<Vector3d>& elbows() {
   return kCorners;
 }
 
-// Branches from `node` in directions `spread` aside of `ahead`: nearly parallel, the wanted one in their middle. Each
-// is 60 um long. `sides` are multiples of two directions at right angles.
+// Adds branches from `node`, nearly parallel to `ahead`: their directions differ by `spread`, and the wanted branch is
+// in the middle. Each is 60 um long. `sides` are multiples of two directions at right angles.
 void addNeighbours(SyntheticPath& path, std::uint32_t node, const Vector3d& ahead, double spread,
                    const std::vector<std::pair<double, double>>& sides) {
   const Vector3d side = ahead.cross(Vector3d(0, 0, 1)).normalized(), up = side.cross(ahead);
@@ -39,9 +40,8 @@ struct Branching {
   std::uint32_t easy_tip, hard_tip;
 };
 
-// The easy way: two forks of wide angles and gentle turns. The hard way: a node from which five branches leave nearly
-// parallel (.2 rad), a sharp elbow, a node from which three leave, and another elbow; the wanted branch is in the
-// middle.
+// The easy route has two forks with wide angles, and gentle turns. The hard route has a node with five nearly parallel
+// branches (.2 rad), a sharp elbow, a node with three branches, and another elbow. The wanted branch is in the middle.
 Branching branching() {
   SyntheticPath path(kStep_um);
   const std::uint32_t root = path.root(Vector3d::Zero());
@@ -67,7 +67,7 @@ Branching branching() {
 }
 
 struct Section {
-  int parent;  // section whose end it continues, -1 for the first
+  int parent;  // the section that it continues; -1 for the first section
   std::vector<Vector3d> corners;
 };
 

@@ -50,7 +50,7 @@ Cell cellOf(const Neuron& neuron, const std::string& text, std::string source) {
   for (std::size_t i = 0; i < n; ++i) {
     const NeuronSample& s = neuron.samples[i];
     out.sample_ids.push_back(static_cast<std::int64_t>(i) + 1);
-    // A quotient of exact integers is the double nearest to the decimal, which is what a reader of the text gets.
+    // A quotient of exact integers is the double nearest to the decimal: the value that a reader of the text gets.
     out.positions_um.emplace_back(static_cast<double>(s.p_nm[0]) / 1000, static_cast<double>(s.p_nm[1]) / 1000,
                                   static_cast<double>(s.p_nm[2]) / 1000);
     out.parents.push_back(s.parent);

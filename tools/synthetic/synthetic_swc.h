@@ -1,4 +1,4 @@
-// A synthetic neuron as SWC text, and as the cell that a reader of this text gets. Functions without state.
+// A synthetic neuron as SWC text, and as the cell that a reader of the text gets. Functions without state.
 #pragma once
 
 #include "index/cell/cell.h"
@@ -9,10 +9,10 @@
 
 namespace filiform::tools {
 
-// SWC with these comment lines first (without "# "), after the line that names the origin. Three decimals. O(samples).
+// Returns SWC with three decimals. `comments` (without "# ") follow the line that names the origin. O(samples).
 std::string swcText(const Neuron& neuron, const std::vector<std::string>& comments);
 
-// The same cell as readSwc makes of `text`, digest included. `text` must be swcText of `neuron`. O(samples).
+// Returns the cell that readSwc makes of `text`, digest included. `text` must be swcText() of `neuron`. O(samples).
 Cell cellOf(const Neuron& neuron, const std::string& text, std::string source);
 
 }  // namespace filiform::tools

@@ -43,11 +43,12 @@ class Lattice {
     made.parent = parent;
     return made;
   }
-  // Calls met(voxel) for each voxel on the way from `from` to `to` but the first, each a neighbour of the one before.
+  // Calls met(voxel) for each voxel on the way from `from` to `to` except the first. Each is a neighbour of the
+  // previous one.
   template <typename Met>
   void walk(const Vector3d& from_um, const Vector3d& to_um, const Met& met) const {
     Voxel last = at(from_um);
-    // No step passes more than half a voxel on any axis, so that no neighbour is passed over.
+    // A step passes at most half a voxel on any axis, so that no neighbour is skipped.
     const int steps = std::max(1, static_cast<int>(std::ceil(2 * (to_um - from_um).norm() / voxel_um_)));
     for (int i = 1; i <= steps; ++i) {
       const Voxel next = i == steps ? at(to_um) : at(from_um + (to_um - from_um) * (static_cast<double>(i) / steps));
@@ -67,7 +68,7 @@ Neuron onLattice(const Neuron& neuron, double voxel_um) {
   const Lattice lattice(voxel_um);
   Neuron traced;
   traced.description = neuron.description + ", traced on a lattice of " + shortNumber(voxel_um) + " um";
-  std::vector<std::uint32_t> rank(neuron.samples.size());  // of each sample, or of the voxel where it lies
+  std::vector<std::uint32_t> rank(neuron.samples.size());  // by sample: its rank, or that of the sample in its voxel
   const auto add = [&](const NeuronSample& sample) {
     traced.samples.push_back(sample);
     return static_cast<std::uint32_t>(traced.samples.size() - 1);

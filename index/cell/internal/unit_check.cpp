@@ -15,9 +15,13 @@ float median(std::vector<float> values) {
   return *middle;
 }
 
-bool isPlausible(double step_um, double extent_um) {
+bool isInRange(double step_um, double extent_um) {
   return step_um >= UnitCheck::kMinSegment_um && step_um <= UnitCheck::kMaxSegment_um &&
-         extent_um >= UnitCheck::kMinExtent_um && extent_um <= UnitCheck::kMaxExtent_um &&
+         extent_um >= UnitCheck::kMinExtent_um && extent_um <= UnitCheck::kMaxExtent_um;
+}
+
+bool isPlausible(double step_um, double extent_um) {
+  return isInRange(step_um, extent_um) &&
          (step_um <= UnitCheck::kLongSegment_um || extent_um <= UnitCheck::kLargeExtent_um);
 }
 
@@ -50,7 +54,9 @@ void UnitCheck::add(const Cell& cell) {
 std::string UnitCheck::doubt(double unit_um) const {
   if (steps_um_.empty()) return {};
   const double step = static_cast<double>(median(steps_um_)), extent = static_cast<double>(median(extents_um_));
-  if (isPlausible(step, extent)) return {};
+  // With a stated unit, a coarse tracing of a large cell is no sign of voxels.
+  const bool stated = unit_um != 1;
+  if (stated ? isInRange(step, extent) : isPlausible(step, extent)) return {};
   struct KnownUnit {
     const char* text;
     double um;
@@ -71,8 +77,9 @@ std::string UnitCheck::doubt(double unit_um) const {
   std::array<char, 200> text{};
   std::snprintf(text.data(), text.size(),
                 "the unit looks wrong: a median cell measures %.3g um, its segments %.3g um; ", extent, step);
-  return text.data() + (would_do.empty() ? "state the unit of the files: filiform ingest --unit UNIT"
-                                         : "try filiform ingest --unit " + would_do);
+  if (!would_do.empty()) return text.data() + ("try filiform ingest --unit " + would_do);
+  return text.data() + std::string(stated ? "check the unit that --unit states"
+                                          : "state the unit of the files: filiform ingest --unit UNIT");
 }
 
 }  // namespace filiform

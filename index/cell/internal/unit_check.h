@@ -22,7 +22,8 @@ class UnitCheck {
   void add(const Cell& cell);
 
   // Returns one line that names plausible units, the likeliest first, in the syntax of --unit. Returns an empty text if
-  // the unit is plausible. `unit_um`: the size assumed for one unit of the files, um. O(cells).
+  // the unit is plausible. `unit_um`: the size assumed for one unit of the files, um. A value other than 1 was stated
+  // by the user: long segments of a large cell are then plausible. O(cells).
   std::string doubt(double unit_um = 1) const;
 
  private:

@@ -66,6 +66,16 @@ TEST(UnitCheck, DoubtsLongSegmentsOfLargeCellsOnly) {
   EXPECT_EQ(em.find('\n'), std::string::npos);
 }
 
+TEST(UnitCheck, BelievesAStatedUnitOfACoarseTracing) {
+  UnitCheck coarse, huge;
+  coarse.add(straight(44, 800));
+  EXPECT_NE(coarse.doubt(), "");
+  EXPECT_EQ(coarse.doubt(1000), "") << "stated as mm";
+  huge.add(straight(1e12, 800));
+  EXPECT_NE(huge.doubt(1000).find("check the unit"), std::string::npos) << huge.doubt(1000);
+  EXPECT_EQ(huge.doubt(1000).find("UNIT"), std::string::npos) << huge.doubt(1000);
+}
+
 TEST(UnitCheck, SaysNothingAboutNothing) {
   UnitCheck check;
   EXPECT_EQ(check.doubt(), "");

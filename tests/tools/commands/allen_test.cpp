@@ -1,4 +1,4 @@
-// The whole path on real reconstructions: the Allen Cell Types folder of the corpus, from SWC to a hand on a thread.
+// The whole path on real reconstructions: the Allen Cell Types folder of the corpus, from SWC to a hand on a neurite.
 #include "index/build/ingest.h"
 #include "index/geometry/closest_point.h"
 #include "index/input/input.h"
@@ -48,7 +48,7 @@ class Allen : public ::testing::Test {
   std::unique_ptr<TileSet> set_;
 };
 
-// As the CSV has it: shortest decimals that read back to the same double, so equal numbers are equal text.
+// Compares rows as in the CSV: shortest decimals read back to the same double, so equal numbers are equal text.
 bool sameRow(const TickRow& a, const TickRow& b) {
   return a.tick == b.tick && a.time_s == b.time_s && a.h_W == b.h_W && a.p_W == b.p_W && a.segment == b.segment &&
          a.force_N == b.force_N && a.visited == b.visited && a.frontier == b.frontier;
@@ -137,7 +137,7 @@ TEST_F(Allen, WithLatencyTheFirstDifferenceIsACountedFrontier) {
   for (const TickRow& row : rows) frontiers += row.frontier;
   EXPECT_EQ(frontiers, late.frontiers);
   for (std::size_t i = 0; i < std::min(rows.size(), free_rows.size()); ++i) {
-    if (rows[i].frontier) return;  // from here on the runs may part
+    if (rows[i].frontier) return;  // after this tick the runs may differ
     ASSERT_TRUE(sameRow(rows[i], free_rows[i])) << "tick " << i;
   }
   EXPECT_EQ(rows.size(), free_rows.size());

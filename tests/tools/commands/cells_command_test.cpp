@@ -1,4 +1,4 @@
-// filiform cells as a process, and the list's figures against what is known of the cells.
+// filiform cells as a process; compares the figures of the list with known cells.
 #include "tests/support/process.h"
 #include "tests/support/temp_folder.h"
 
@@ -26,7 +26,7 @@ std::vector<std::string> fieldsOf(const std::string& text, char separator) {
 class CellsCommand : public ::testing::Test {
  protected:
   void SetUp() override {
-    // 10 + 5 um and an isolated sample; a square of 4 um a side with a stem of 3; two more to be left out by name.
+    // 10 + 5 um and an isolated sample; a square of 4 um a side with a stem of 3; two more that --name leaves out.
     test::writeBytes(folder_ / "bent.swc", "1 1 0 0 0 5 -1\n2 3 10 0 0 1 1\n3 3 13 4 0 1 2\n9 3 50 50 50 1 -1\n");
     test::writeBytes(folder_ / "square.edges",
                      "node 1 0 0 7\nnode 2 4 0 7\nnode 3 4 4 7\nnode 4 0 4 7\nnode 5 -3 4 7\n"
@@ -93,7 +93,7 @@ TEST_F(CellsCommand, TextIsATable) {
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   const std::vector<std::string> lines = fieldsOf(outcome.out, '\n');
   ASSERT_EQ(lines.size(), 5u) << outcome.out;
-  // Columns stand below their titles: numbers end where the title ends, names begin where it begins.
+  // Columns are aligned with their titles: numbers end where the title ends, names begin where it begins.
   EXPECT_EQ(lines[1].find("bent"), lines[0].find("name"));
   EXPECT_EQ(lines[1].find("bent.swc"), lines[0].find("source"));
   EXPECT_EQ(lines[2].find("19.0") + 4, lines[0].find("length, um") + 10);
@@ -122,14 +122,14 @@ TEST_F(CellsCommand, ANameIsAGlob) {
   EXPECT_EQ(runFiliform({"cells", set_, "--tsv", "--json"}).exit_code, 2);
 }
 
-// The length of a cell alone is read from its own tiles, and is the same as among all.
+// The length of a single cell is read from its own tiles, and equals the length in the whole list.
 TEST_F(CellsCommand, TheLengthOfOneCellIsThatInTheWholeList) {
   const Outcome whole = runFiliform({"cells", set_, "--tsv"});
   const Outcome one = runFiliform({"cells", set_, "--tsv", "--name", "square"});
   EXPECT_NE(whole.out.find(fieldsOf(one.out, '\n').at(1)), std::string::npos) << one.out << whole.out;
 }
 
-// Lengths are on the tiles: of a great set they are read only if they are asked for.
+// Lengths are read from tiles: for a large set only with --length.
 TEST_F(CellsCommand, ManyTilesAreReadOnlyIfAskedFor) {
   std::string line = "1 3 0 0 0 1 -1\n";
   for (int i = 2; i <= 6001; ++i)
@@ -152,7 +152,7 @@ TEST_F(CellsCommand, ManyTilesAreReadOnlyIfAskedFor) {
   EXPECT_DOUBLE_EQ(nlohmann::json::parse(one.out).at(0).at("length_um").get<double>(), 15);
 }
 
-// Everything that the text of `info` says is in its JSON.
+// The JSON of `info` has everything that its text has.
 TEST_F(CellsCommand, InfoSaysAsMuchInJsonAsInText) {
   test::writeBytes(folder_ / "bad.swc", "nothing\n");
   const std::string set = folder_ / "levels.fil";

@@ -1,4 +1,4 @@
-// filiform check as a person meets it: text, TSV, JSON and exit code give one verdict on every input.
+// filiform check as users run it: text, TSV, JSON and exit code give the same verdict on every input.
 #include "index/input/input.h"
 #include "tests/support/corpus.h"
 #include "tests/support/process.h"
@@ -31,7 +31,7 @@ test::ZipMember zipMember(const std::string& name, const std::string& content) {
   return m;
 }
 
-// The count before a word of the first line of the text, with its blanks: "1 with warnings".
+// The number before a word in the first line of the text, with blanks between thousands: "1 with warnings".
 std::uint64_t countBefore(const std::string& text, const std::string& word) {
   const std::string line = text.substr(0, text.find('\n'));
   const std::size_t end = line.find(" " + word);
@@ -42,7 +42,7 @@ std::uint64_t countBefore(const std::string& text, const std::string& word) {
   return std::stoull(digits);
 }
 
-// Runs check on one input in its three forms and compares them; returns the verdict.
+// Runs check on one input in its three forms and compares them. Returns the verdict.
 std::string verdictOn(const std::string& path, const std::vector<std::string>& options = {}) {
   SCOPED_TRACE(path);
   const auto checked = [&](const std::string& form) {
@@ -187,6 +187,15 @@ std::string neuriteText(double step, int steps) {
     text += std::to_string(i + 1) + " 3 " + std::to_string(0.8 * step * i) + " " +
             std::to_string(i % 2 == 0 ? 0 : 0.6 * step) + " 0 1 " + std::to_string(i) + "\n";
   return text;
+}
+
+TEST(Check, AStatedUnitOfAWholeBrainAxonDrawsNoLine) {
+  const test::TempFolder folder;
+  const std::string file = folder.file("mm.swc");
+  test::writeBytes(file, neuriteText(0.044, 900));
+  const Outcome stated = runFiliform({"check", file, "--unit", "mm"});
+  EXPECT_EQ(stated.exit_code, 0);
+  EXPECT_EQ(stated.err, "");
 }
 
 TEST(Check, VoxelsOf8NanometresDrawOneLine) {

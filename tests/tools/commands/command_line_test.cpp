@@ -1,5 +1,4 @@
-// Whatever is typed: one of the documented exit codes, nothing on the screen that steers a terminal, and no internal
-// error.
+// Random command lines: each ends with a documented exit code and prints no control characters and no internal error.
 #include "tests/support/campaign.h"
 #include "tests/support/process.h"
 #include "tests/support/sanitized.h"
@@ -20,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Runs the program within this process, in a folder of its own.
+// Runs the program within this process, in its own folder.
 class CommandLine : public ::testing::Test {
  protected:
   CommandLine() {
@@ -61,8 +60,8 @@ bool steersATerminal(const std::string& text) {
 
 TEST_F(CommandLine, AnyWordsGiveADocumentedCode) {
   struct Command {
-    std::vector<std::string> good;     // a line that works
-    std::vector<std::string> options;  // and what may be added to it
+    std::vector<std::string> good;     // a correct command line
+    std::vector<std::string> options;  // options that may be added
   };
   const std::vector<Command> commands{
       {{"check", "cell.swc"}, {"--tsv", "--json", "--strict", "--unit", "--help"}},

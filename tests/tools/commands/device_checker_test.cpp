@@ -7,7 +7,7 @@
 namespace filiform::tools {
 namespace {
 
-// In the hand's own time: what the loop's clock would show.
+// Runs in the hand's virtual time, as the loop's clock would show it.
 DeviceCheck check(SimulatedHand& hand, const DeviceCheckOptions& options, bool renders_force = true) {
   constexpr double kPeriod_s = 0.001;
   DeviceChecker checker(options, renders_force);
@@ -24,7 +24,7 @@ DeviceCheck check(SimulatedHand& hand, const DeviceCheckOptions& options, bool r
   return checker.found();
 }
 
-// A hand that yields to f at k N/m gives way by f / k.
+// A hand that yields to f at k N/m moves by f / k.
 TEST(DeviceChecker, FeelsHowTheHandGivesWay) {
   SimulatedHandOptions options;
   options.hand = handParameters("medium");

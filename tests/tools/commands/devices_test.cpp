@@ -60,7 +60,7 @@ TEST(Devices, SaysWhetherWhatWasAskedForIsPluggedIn) {
   EXPECT_FALSE(isPluggedIn(usb, "spacemouse:1-4"));
 }
 
-// What it finds is tested in the hand's own time (device_checker_test.cpp).
+// device_checker_test.cpp tests the results in the hand's virtual time.
 TEST(Devices, CheckReadsAndPushesAHandAndClosesIt) {
   SimulatedHandOptions options;
   options.hand = handParameters("medium");

@@ -1,4 +1,4 @@
-// `export`, as a process: every format goes in again as the same cell.
+// `export` as a process: ingest of every format gives the same cell again.
 #include "index/input/input.h"
 #include "index/set/cell_graph.h"
 #include "index/set/tile_set.h"
@@ -71,7 +71,7 @@ class Export : public ::testing::Test {
     const Outcome made = runFiliform({"ingest", input, "-o", set, "--force"});
     ASSERT_EQ(made.exit_code, 0) << made.err;
   }
-  // Exports the cell in each format, and compares what comes back.
+  // Exports the cell in each format, ingests the files, and compares the cells.
   void expectRoundTrips(const std::string& set_path, std::uint32_t id, bool loops) {
     const auto set = TileSet::open(set_path);
     const std::string name = set->cell(id).name;
@@ -103,7 +103,7 @@ const char* const kAwkward =
 
 TEST_F(Export, EveryFormatComesBackAsTheSameCell) {
   std::string swc = kAwkward;
-  swc.replace(swc.find("900000000.9"), 11, "30000.9");  // within what a skeleton's floats hold
+  swc.replace(swc.find("900000000.9"), 11, "30000.9");  // within the precision of a skeleton's floats
   swc.replace(swc.find("-1000000"), 8, "-1000");
   writeBytes(path("tree.swc"), swc);
   writeBytes(path("ring.edges"),
@@ -185,7 +185,7 @@ TEST_F(Export, AllCellsGoIntoAFolderAZipOrSkeletons) {
     if (!format.empty()) words.insert(words.end(), {"--format", format});
     const Outcome out = runFiliform(words);
     ASSERT_EQ(out.exit_code, 0) << out.err;
-    if (format == "vtk") {  // folders of graph files are not taken as a whole
+    if (format == "vtk") {  // a folder argument does not take graph files
       std::vector<std::string> ingesting{"ingest", "-o", path("back.fil"), "--force"};
       for (const auto& entry : fs::directory_iterator(path(name))) ingesting.push_back(entry.path().string());
       ASSERT_EQ(runFiliform(ingesting).exit_code, 0);
@@ -203,7 +203,7 @@ TEST_F(Export, AllCellsGoIntoAFolderAZipOrSkeletons) {
     lower.insert(name);
   }
   EXPECT_EQ(lower.size(), 4u) << "different in any letter case";
-  // What is there is not touched.
+  // Existing files stay unchanged.
   EXPECT_EQ(runFiliform({"export", path("all.fil"), "--all", "-o", path("out")}).exit_code, 1);
   EXPECT_EQ(runFiliform({"export", path("all.fil"), "-o", path("out")}).exit_code, 1);
 }

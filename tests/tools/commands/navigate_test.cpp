@@ -1,4 +1,4 @@
-// Tours, the passivity controller and automatic parameters as the program shows them.
+// Tours, the passivity controller and automatic parameters, as the program shows them.
 #include "tests/support/process.h"
 #include "tests/support/temp_folder.h"
 
@@ -18,7 +18,7 @@ using test::runFiliform;
 class Travel : public ::testing::Test {
  protected:
   void SetUp() override {
-    // A zigzag of 40 samples with a twig at every fourth.
+    // A zigzag of 40 samples with a twig at every fourth sample.
     std::string swc;
     for (int i = 1; i <= 40; ++i)
       swc += std::to_string(i) + " 3 " + std::to_string(5 * i) + " " + std::to_string(i % 2 * 2) + " 0 1 " +
@@ -52,7 +52,7 @@ TEST_F(Travel, ATourReportsItsLegs) {
   }
 }
 
-// The end of a run in real time is watched for files that never answer; what is written after it is not.
+// The time limit at the end of a real-time run covers the loop, not the drawing and writing after it.
 TEST_F(Travel, APictureThatTakesLongToWriteDoesNotEndARunInRealTimeAsAFault) {
   const Outcome outcome =
       test::runFiliformInShell("mkfifo " + (folder_ / "force.png") + " && { sleep 5; cat " + (folder_ / "force.png") +
@@ -103,7 +103,7 @@ TEST_F(Travel, ARecordingKnowsWhatItsRunWasTold) {
   std::string err;
   EXPECT_EQ(csvOf({"--device", "replay:" + recording}, &err), live);
   EXPECT_NE(err.find("--route tour:5 --seconds 1.5 --zoom 150.5"), std::string::npos) << err;
-  EXPECT_NE(csvOf({"--device", "replay:" + recording, "--zoom", "200"}), live) << "what is given now counts";
+  EXPECT_NE(csvOf({"--device", "replay:" + recording, "--zoom", "200"}), live) << "an option given now wins";
   const Outcome missing = runFiliform({"navigate", set, "--device", "replay:" + (folder_ / "none.rec")});
   EXPECT_EQ(missing.exit_code, 3);
   EXPECT_TRUE(missing.oneLineOnStderr()) << missing.err;

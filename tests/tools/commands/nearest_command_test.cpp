@@ -1,4 +1,4 @@
-// filiform nearest as a process: each kind of query answers what the library answers.
+// filiform nearest as a process: each kind of query gives the results of the library.
 #include "tests/support/process.h"
 #include "tests/support/temp_folder.h"
 
@@ -52,6 +52,22 @@ TEST_F(NearestCommand, ARayGivesTheSegmentsAlongIt) {
   const Outcome table = runFiliform({"nearest", set_, "--ray", "15", "0", "-100", "0", "0", "1"});
   EXPECT_EQ(table.out.substr(0, table.out.find('\n')),
             "query\trank\tdistance\tx\ty\tz\tcell\tsegment\tsample\texact\ttiles_read\talong");
+}
+
+TEST_F(NearestCommand, ARefusedQueryPrintsNoHeader) {
+  const std::vector<std::vector<std::string>> wrong{{"--box", "5", "5", "5", "0", "0", "0"},
+                                                    {"--ray", "0", "0", "0", "0", "0", "0"},
+                                                    {"--box", "0", "0", "0", "5", "5", "x"}};
+  for (const std::vector<std::string>& query : wrong) {
+    for (const char* form : {"--tsv", "--json"}) {
+      std::vector<std::string> words{"nearest", set_, form};
+      words.insert(words.end(), query.begin(), query.end());
+      const Outcome refused = runFiliform(words);
+      EXPECT_EQ(refused.exit_code, 2) << refused.err;
+      EXPECT_EQ(refused.out, "") << query.front() << form;
+      EXPECT_TRUE(refused.oneLineOnStderr()) << refused.err;
+    }
+  }
 }
 
 TEST_F(NearestCommand, OneKindOfQueryAtATime) {

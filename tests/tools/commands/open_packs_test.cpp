@@ -1,4 +1,4 @@
-// A set of more packs than the process may have open.
+// A set with more packs than a process may have open files.
 #include "index/build/ingest.h"
 #include "index/cell/cell.h"
 #include "tests/support/process.h"
@@ -44,7 +44,7 @@ TEST_F(ManyPacks, EveryCommandGivesTheSameWithFewDescriptors) {
     EXPECT_EQ(free.exit_code, 0) << free.err;
     const test::Outcome bound = test::runFiliformInShell("ulimit -n 14; exec \"$@\"", command);
     EXPECT_EQ(bound.exit_code, 0) << bound.err;
-    if (command[0] != "navigate") {  // which tells times too
+    if (command[0] != "navigate") {  // navigate also prints times
       EXPECT_EQ(bound.out, free.out);
     }
   }

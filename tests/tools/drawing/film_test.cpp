@@ -22,10 +22,10 @@ Image picture(std::uint8_t grey) {
   return image;
 }
 
-// The path as it was, at the end.
+// Restores PATH at the end.
 class OnPath {
  public:
-  // Alone, or before what is there.
+  // Puts the folder in PATH: alone, or before the present folders.
   OnPath(const std::string& folder, bool alone) : before_(std::getenv("PATH")) {
     std::string path = folder;
     if (!alone) {
@@ -42,7 +42,7 @@ class OnPath {
   std::string before_;
 };
 
-// Stands for ffmpeg: copies what comes into the file that is named last, or fails.
+// Writes a substitute for ffmpeg: it copies its input into the file named last, or fails.
 void putEncoder(const test::TempFolder& folder, const std::string& script) {
   fs::create_directory(folder / "bin");
   test::writeBytes(folder / "bin/ffmpeg", "#!/bin/sh\n" + script);

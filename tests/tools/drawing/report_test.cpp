@@ -31,7 +31,7 @@ Image readPng(const std::string& path) {
   return image;
 }
 
-// How many pixels are nearer to `colour` than `within` in every channel.
+// The number of pixels that differ from `colour` by less than `within` in every channel.
 int count(const Image& image, Colour colour, int within = 30) {
   int n = 0;
   for (int y = 0; y < image.height; ++y) {
@@ -82,7 +82,7 @@ TEST(Canvas, ALineCoversItsAreaOnceAndBlendsAtItsEdges) {
   for (int y = 0; y < 60; ++y)
     for (int x = 0; x < 100; ++x) ink += 1 - image.at(x, y).r / 255.0;
   EXPECT_NEAR(ink, 60 * 4 + 3.14159 * 4, 3);
-  // One shape is as dark as its colour says, though it crosses itself.
+  // A shape that crosses itself has its own colour everywhere.
   Image crossing(60, 60);
   Canvas on(crossing);
   on.polyline({{10, 10}, {50, 50}, {10, 50}, {50, 10}}, 6, {0, 0, 0}, 0.5);
@@ -119,7 +119,7 @@ TEST(Canvas, TheFontHasEveryCharacterItClaims) {
     glyphs += static_cast<std::size_t>(bars(line[0])) + 1;
   }
   EXPECT_EQ(glyphs, font::kCharacters.size());
-  // Different characters look different, and all but the blank leave ink.
+  // Different characters look different, and all except the blank are visible.
   std::vector<std::vector<std::uint8_t>> seen;
   for (char c = '!'; c <= '~'; ++c) {
     Image image(30, 30);
@@ -217,7 +217,7 @@ TEST(DrawPlot, KeepsASinglePeakAmongAMillionPoints) {
   EXPECT_NE(image.rgb, drawPlot(without).rgb);
 }
 
-// A point is drawn if it is finite and, on logarithmic axes, positive. Nothing else may be.
+// A point is drawn exactly if it is finite and, on logarithmic axes, positive.
 TEST(DrawPlot, DrawsThePointsThatAreThereOfAnyData) {
   const std::vector<std::pair<std::vector<double>, std::vector<double>>> cases{
       {{}, {}},
@@ -303,7 +303,7 @@ TEST(ProjectionPicture, DoesNotDependOnTheOrderOfSegments) {
     ProjectionPicture picture(view());
     for (int k = 0; k < 300; ++k) {
       const int i = backwards ? 299 - k : k;
-      // Each at a depth of its own, so that no two are equally strong.
+      // Each segment has its own depth, so that no two are equally strong.
       picture.addSegment(static_cast<std::uint64_t>(i % 7), {-90.0 + i % 50, 10.0 + i, -90 + i * 0.6},
                          {90.0 - i % 31, 390.0 - i, -90 + i * 0.6});
     }

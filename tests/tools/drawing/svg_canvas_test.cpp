@@ -76,7 +76,7 @@ TEST(SvgPlot, ShowsSeriesMarksLabelsAndClosesWhatItOpens) {
   EXPECT_THROW(svgPlot(plot, ""), UsageError);
 }
 
-// Where a text stands: its x and y, by its words.
+// The position, x and y, of a text.
 Vector2d placeOf(const std::string& svg, const std::string& words) {
   const std::regex text("<text[^>]* x=\"([0-9.-]+)\" y=\"([0-9.-]+)\"[^>]*>([^<]*)</text>");
   for (std::sregex_iterator it(svg.begin(), svg.end(), text), end; it != end; ++it)

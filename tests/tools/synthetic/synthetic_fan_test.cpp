@@ -22,7 +22,7 @@ std::vector<std::uint32_t> childrenOf(const Cell& cell, std::uint32_t parent) {
 
 double angle_rad(const Vector3d& a, const Vector3d& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
 
-// The corners of the way from the root to that tip: where it turns by more than 1 rad.
+// The corners on the way from the root to this tip: turns of more than 1 rad.
 std::vector<double> turns(const Fan& fan, std::uint32_t tip) {
   std::vector<Vector3d> route;
   for (std::uint32_t i = tip; i != kNoParent; i = fan.cell.parents[i]) route.push_back(fan.cell.positions_um[i]);

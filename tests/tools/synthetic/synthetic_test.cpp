@@ -23,7 +23,7 @@
 namespace filiform::tools {
 namespace {
 
-// Path -> text of every entry.
+// The text of every entry, by path.
 std::map<std::string, std::string> entriesOf(const std::string& path) {
   int code = 0;
   zip_t* archive = zip_open(path.c_str(), ZIP_RDONLY | ZIP_CHECKCONS, &code);
@@ -237,7 +237,7 @@ std::vector<int> childCounts(const Cell& cell) {
   return children;
 }
 
-// From the root to the tip of the scene's route.
+// The samples from the root to the tip of the scene's route.
 std::vector<std::uint32_t> routeOf(const Cell& cell, const std::string& kind) {
   std::vector<std::uint32_t> route;
   for (auto i = static_cast<std::uint32_t>(std::stoul(sceneRoute(kind).substr(2)) - 1); i != kNoParent;
@@ -272,7 +272,7 @@ TEST(Synthetic, ScenesTwoAndThreeAreTwoWaysThroughOneStructure) {
   EXPECT_EQ(easy.parents, hard.parents);
   EXPECT_NE(sceneRoute("scene2"), sceneRoute("scene3"));
   const std::vector<int> children = childCounts(easy);
-  // Branches met on the way, and the sharpest turn.
+  // The number of branches met on the way, and the sharpest turn.
   const auto branching = [&](const std::string& kind) {
     std::vector<int> met;
     const std::vector<std::uint32_t> route = routeOf(easy, kind);
@@ -292,7 +292,7 @@ TEST(Synthetic, ScenesTwoAndThreeAreTwoWaysThroughOneStructure) {
   };
   EXPECT_EQ(sharp("scene2"), 0);
   EXPECT_EQ(sharp("scene3"), 2);
-  // At the nodes of five and three the other branches leave at .2 rad of the route.
+  // At the nodes with five and three branches, the other branches leave at .2 rad from the route.
   const std::vector<std::uint32_t> route = routeOf(easy, "scene3");
   for (std::size_t k = 0; k + 1 < route.size(); ++k) {
     if (children[route[k]] < 3) continue;

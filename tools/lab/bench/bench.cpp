@@ -31,7 +31,7 @@ std::string processorName() {
   return "unknown";
 }
 
-// Figures for people: four significant digits.
+// Four significant digits.
 std::string fourDigits(double value) {
   if (!std::isfinite(value)) return "-";
   std::ostringstream out;
@@ -135,7 +135,7 @@ std::vector<double> batchMedians(const std::vector<double>& values) {
 ChildCost measureInChild(const std::function<std::vector<double>()>& work) {
   int ends[2];
   if (pipe(ends) != 0) throw std::runtime_error(std::string("pipe: ") + std::strerror(errno));
-  malloc_trim(0);  // what was freed is not to be the child's
+  malloc_trim(0);  // freed memory must not count for the child
   const auto started = std::chrono::steady_clock::now();
   const pid_t child = fork();
   if (child < 0) throw std::runtime_error(std::string("fork: ") + std::strerror(errno));
@@ -170,7 +170,7 @@ ChildCost measureInChild(const std::function<std::vector<double>()>& work) {
   ChildCost cost;
   cost.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
   if (answer.empty() || answer[0] != 'n')
-    throw std::runtime_error(answer.empty() ? "the measured process ended without an answer" : answer.substr(1));
+    throw std::runtime_error(answer.empty() ? "the measured process ended without a result" : answer.substr(1));
   const auto seconds = [](const timeval& t) {
     return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
   };

@@ -1,6 +1,6 @@
-// Named workloads of `filiform bench`: each measures, and answers with tables, goals and notes; the frame writes them
-// as JSON and Markdown beside what machine, compiler and libraries they were measured with. Ratios against peers are
-// taken in one run. Thread rule: functions without state; a workload runs on the calling thread.
+// The named workloads of `filiform bench`. Each workload measures and returns tables, goals and notes. bench_record.h
+// writes them as JSON and Markdown, with machine, compiler and libraries. Ratios to peers are measured in one run.
+// Thread rule: functions without state; a workload runs on the calling thread.
 #pragma once
 
 #include "tools/drawing/report.h"
@@ -15,41 +15,41 @@
 
 namespace filiform::tools {
 
-// What workloads count in.
+// Constants that workloads share.
 inline constexpr std::uint64_t kMiB = 1 << 20;
 inline constexpr double kPerUm3 = 0.67;           // segments in a um^3 of cortex
 inline constexpr double kSegmentsPerCell = 4500;  // of the synthetic column
-// Batches whose median is taken. Nine, so that `--compare` can tell a change among a thousand figures: the exact
+// Number of batches for a median. Nine, so that `--compare` can detect a change among a thousand figures: the exact
 // rank-sum test of nine against nine reaches 4e-5, of five against five only 8e-3.
 inline constexpr int kBatches = 9;
 
-// Ingests of one input, each in a process of its own, whose median is taken: as many as batches up to 1e6 segments,
-// five beyond, two in a quick run.
+// Number of ingests of one input whose median is taken; each runs in its own process. As many as batches up to 1e6
+// segments, five beyond, two in a quick run.
 int ingestRuns(std::uint64_t segments, bool quick);
 
 struct BenchOptions {
-  std::string out = "filiform-out";  // folder for NAME.json, NAME.md and pictures; exists when a workload runs
+  std::string out = "filiform-out";  // folder for NAME.json, NAME.md and pictures; must exist when a workload runs
   std::uint64_t seed = 1;
   std::string corpus;          // folder of real reconstructions (FILIFORM_CORPUS by default); empty: none
-  std::uint64_t segments = 0;  // the largest size to go to; 0: the workload's own
-  std::string scene;           // a tile set to travel instead of a synthetic one; empty: none
-  bool long_run = false;       // the largest sizes, ten minutes of each loop: hours
-  bool quick = false;          // small sizes, no corpus, to see that it works: figures mean nothing
-  std::function<void(const std::string& what)> progress;  // never empty when a workload runs
+  std::uint64_t segments = 0;  // largest size; 0: chosen by the workload
+  std::string scene;           // tile set to travel; empty: a synthetic one
+  bool long_run = false;       // run the largest sizes, and each loop for ten minutes: hours
+  bool quick = false;          // run small sizes without corpus, to see that it works; the figures mean nothing
+  std::function<void(const std::string& what)> progress;  // must be set when a workload runs
 };
 
 using BenchValue = std::variant<std::string, double, std::int64_t>;
 
-// As tables for people show it: numbers with four significant digits.
+// The value as text for tables: numbers with four significant digits.
 std::string shown(const BenchValue& value);
 // Processor, threads, memory, system, compiler, version of the program.
 std::vector<std::pair<std::string, BenchValue>> machineFacts();
 
-// Of the libraries that the product is built with: name, version.
+// Name and version of the libraries that the program is built with.
 std::vector<std::pair<std::string, std::string>> libraryVersions();
 
 struct BenchTable {
-  std::string name;     // a word: the key in the JSON
+  std::string name;     // a word; the key in the JSON
   std::string caption;  // a line, with units
   std::vector<std::string> columns;
   std::vector<std::vector<BenchValue>> rows;  // each as long as columns
@@ -57,38 +57,38 @@ struct BenchTable {
   std::vector<std::string> keys = {};
 };
 
-// A figure that was promised, beside what came out.
+// A promise and the measured value.
 struct BenchGoal {
   std::string what;
-  std::string must, aim;  // as promised, for people
+  std::string must, aim;  // the promise and the aim, as text
   double measured = 0;
   bool met_must = false, met_aim = false;
 };
 
-// What an approximate mode promises, beside the largest error that was measured.
+// The stated bound of an approximate mode, and the largest error measured.
 struct BenchBound {
-  std::string what, stated;  // the mode; the bound in words, with where it is stated
+  std::string what, stated;  // the mode; the bound in words, with the place where it is stated
   double bound = 0, measured = 0;
   std::string unit;
   bool holds() const { return measured <= bound; }
 };
 
-// A figure measured in batches, so that two runs can be compared with regard to its spread. It is identified by the
-// workload, `table`, `row` and `column`, which are those of a table of the report where the table shows its median.
+// A figure measured in batches, so that two runs can be compared with regard to the spread. Workload, `table`, `row`
+// and `column` identify it. If a table of the report shows the median, they are those of the table.
 struct BenchSample {
   std::string table;
   std::vector<BenchValue> row;  // values of the table's key columns
   std::string column, unit;
   bool more_is_better = false;
   std::vector<double> batches;
-  std::string name() const;  // for people: "TABLE: ROW, ROW: COLUMN"
+  std::string name() const;  // for readers: "TABLE: ROW, ROW: COLUMN"
 };
 
-// A trade, drawn: the plot's marks are what is exact, the default, and the knee.
+// The plot of a trade-off. Its vertical lines show the exact point, the default and the knee.
 struct BenchCurve {
   std::string name;  // a word
   Plot plot;
-  std::string finding;  // a line: what it decided
+  std::string finding;  // a line: what the curve decided
 };
 
 struct BenchReport {
@@ -102,7 +102,7 @@ struct BenchReport {
   std::vector<std::string> pictures;                          // file names in `out`
 };
 
-// For people: the caption, and the table as Markdown.
+// The caption and the table as Markdown.
 std::string markdownTable(const BenchTable& table);
 
 struct Workload {
@@ -111,7 +111,7 @@ struct Workload {
   std::function<BenchReport(const BenchOptions&)> run;
 };
 
-// All there are, in the order of `bench --list`.
+// All workloads, in the order of `bench --list`.
 std::vector<Workload> workloads();
 
 struct BenchResult {  // of one workload
@@ -120,10 +120,11 @@ struct BenchResult {  // of one workload
   BenchReport report;
 };
 
-// Runs it, and writes OUT/NAME.json and OUT/NAME.md (bench_record.h). Throws IoError, and what the workload throws.
+// Runs the workload and writes OUT/NAME.json and OUT/NAME.md (bench_record.h). Throws IoError. Exceptions of the
+// workload propagate.
 BenchResult runWorkload(const Workload& workload, const BenchOptions& options);
 
-// A folder of a workload's own below `out`, that goes with it and all that is in it. Throws std::filesystem's errors.
+// A temporary folder below `out`. The destructor removes it with its content. Throws std::filesystem errors.
 class WorkFolder {
  public:
   WorkFolder(const std::string& out, const std::string& name);
@@ -136,19 +137,19 @@ class WorkFolder {
   std::string path_;
 };
 
-// The value below which `fraction` of them lie, by nearest rank; NaN where there are none. O(n).
+// The value below which `fraction` of the values lie, by nearest rank; NaN if there are none. O(n).
 double percentile(std::vector<double> values, double fraction);
-// The medians of kBatches runs of consecutive values, as alike in length as can be: the batches of a sample. Fewer
-// where there are fewer values.
+// Divides the values, in their order, into kBatches groups of nearly equal size and returns the median of each: the
+// batches of a sample. Returns fewer if there are fewer values.
 std::vector<double> batchMedians(const std::vector<double>& values);
 inline double median(const std::vector<double>& values) { return percentile(values, 0.5); }
 inline double since_ms(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
 }
 
-// What a piece of work took. Run in a child process of its own, so that its peak memory is its alone: what `work` does
-// to this process' memory is lost, the numbers that it returns come back. Throws std::runtime_error if the child fails,
-// with its message.
+// The cost of a piece of work. The work runs in a child process, so that its peak memory is measured alone. Its changes
+// to memory are lost; the numbers that it returns come back. Throws std::runtime_error with the child's message if the
+// child fails.
 struct ChildCost {
   double wall_s = 0, cpu_s = 0;
   std::uint64_t peak_bytes = 0;  // resident

@@ -138,7 +138,7 @@ BenchTable boundTable(const std::vector<BenchBound>& bounds) {
   return table;
 }
 
-// All that a plot shows, for those who do not see it.
+// Describes a plot for readers who cannot see it.
 std::string described(const BenchCurve& curve) {
   std::string text = curve.plot.y_label + " against " + curve.plot.x_label + ". " + curve.finding;
   for (const PlotMark& mark : curve.plot.marks) text += " Marked: " + mark.label + " at " + shown(mark.x) + ".";

@@ -15,7 +15,7 @@
 #include <CGAL/version.h>
 
 #ifdef FILIFORM_BENCH_BOOST
-#define BOOST_ALLOW_DEPRECATED_HEADERS  // it includes such
+#define BOOST_ALLOW_DEPRECATED_HEADERS  // Boost includes its own deprecated headers
 #include <boost/geometry.hpp>
 #include <boost/geometry/index/rtree.hpp>
 #include <boost/version.hpp>
@@ -31,7 +31,7 @@ using CgalSegments = std::vector<Kernel::Segment_3>;
 Kernel::Point_3 cgalPoint(const Vector3d& p) { return {p.x(), p.y(), p.z()}; }
 
 // Cached: CGAL::Tag_true or Tag_false, whether the tree holds a copy of each segment. hint_step: a query starts from
-// the nearest of these reference points, one for so many segments; 0: from the first segment.
+// the nearest of the reference points, one for each hint_step segments; 0: from the first segment.
 template <typename Cached>
 PeerSetting cgalSetting(const std::string& name, std::size_t hint_step) {
   struct Cgal {
@@ -43,7 +43,7 @@ PeerSetting cgalSetting(const std::string& name, std::size_t hint_step) {
             auto cgal = std::make_shared<Cgal>();
             cgal->segments.reserve(segments.size());
             for (const auto& [a_W, b_W] : segments) {
-              // It takes none of length zero: samples without links get a length that cannot be told from it.
+              // CGAL accepts no segment of length zero. Samples without links get a length too small to matter.
               const Vector3d end_W = a_W == b_W ? Vector3d(b_W + Vector3d(1e-9, 0, 0)) : b_W;
               cgal->segments.emplace_back(cgalPoint(a_W), cgalPoint(end_W));
             }
@@ -86,7 +86,7 @@ using BoostPoint = bg::model::point<double, 3, bg::cs::cartesian>;
 using BoostSegment = bg::model::segment<BoostPoint>;
 using BoostBox = bg::model::box<BoostPoint>;
 
-enum class Filling { packed, inserted };  // all at once, or one by one
+enum class Filling { packed, inserted };  // all segments at once, or one by one
 enum class Asking { query, iterator };    // query() or qbegin()
 
 BoostPoint boostPoint(const Vector3d& p) { return {p.x(), p.y(), p.z()}; }
@@ -120,7 +120,7 @@ PeerSetting boostSetting(const std::string& name, Filling filling, Asking asking
           }};
 }
 
-// Boxes with numbers of segments: boxes come in the order of their distance, until one is farther than the best
+// Boxes that hold segment numbers. Boxes come in the order of their distance, until a box is farther than the best
 // segment.
 template <typename Parameters>
 PeerSetting boostBoxes(const std::string& name) {
@@ -136,7 +136,7 @@ PeerSetting boostBoxes(const std::string& name) {
             return [tree, &segments](const Vector3d& h_W) {
               const BoostPoint p = boostPoint(h_W);
               double squared = std::numeric_limits<double>::infinity();
-              // The tree sorts all the neighbours that it is asked for: few first.
+              // The tree sorts all the neighbours that a query asks for, so ask for few at first.
               for (std::size_t most = 16;; most *= 8) {
                 for (auto it = tree->qbegin(bgi::nearest(p, static_cast<unsigned>(most))); it != tree->qend(); ++it) {
                   if (bg::comparable_distance(p, it->first) >= squared) return squared;

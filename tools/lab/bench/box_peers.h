@@ -1,4 +1,4 @@
-// Trees of the segments' boxes as peers of the benchmarks: CGAL's, with its own distance query, and Boost's packed
+// Trees over the boxes of segments, as peers of the benchmarks: CGAL's with its own distance query, and Boost's packed
 // R-tree. Functions without state.
 #pragma once
 

@@ -19,7 +19,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::size_t kMostExact = 60;  // values of both groups: the exact test takes their cube
+constexpr std::size_t kMostExact = 60;  // values in both groups; the exact test takes the cube of their number
 
 json readRun(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
@@ -50,10 +50,10 @@ struct Figure {
   std::vector<double> batches;
 };
 
-// A value of a key column as it identifies a row.
+// The text by which a value of a key column identifies a row.
 std::string keyText(const json& value) { return value.is_string() ? value.get<std::string>() : value.dump(); }
 
-// Runs of version 0.1 have samples with a name and a unit only.
+// Samples of version 0.1 have only a name and a unit.
 Figure sampleFigure(const std::string& workload, const json& sample) {
   Figure figure{{workload, "", {}, ""}, sample.at("unit"), sample.at("more_is_better"), {}};
   if (sample.contains("table")) {
@@ -68,7 +68,7 @@ Figure sampleFigure(const std::string& workload, const json& sample) {
   return figure;
 }
 
-// The samples of all workloads, and the numbers of their tables that no sample stands for.
+// The samples of all workloads, and the numbers in their tables that are not medians of samples.
 std::vector<Figure> figuresOf(const json& run) {
   std::vector<Figure> figures;
   for (const json& workload : run.at("workloads")) {
@@ -165,7 +165,7 @@ double choose(std::size_t n, std::size_t k) {
   return ways;
 }
 
-// Says so where the batches are too few: Holm's first step asks for a chance below kSignificant / figures.
+// Adds a note if the batches are too few: Holm's first step requires a chance below kSignificant / figures.
 void noteTooFewBatches(const std::vector<Figure>& figures_a, const std::vector<Figure>& figures_b,
                        RunComparison& comparison) {
   const std::size_t tested = comparison.tested();
@@ -183,7 +183,7 @@ void noteTooFewBatches(const std::vector<Figure>& figures_a, const std::vector<F
                                std::to_string(tested) + " comparisons: compare runs of fewer workloads");
 }
 
-// Changed, and not tested: the markdown shows these only.
+// Untested figures are shown in the Markdown only if they differ much.
 bool differsMuch(const Comparison& c) {
   if (c.a == c.b) return false;
   return !(c.ratio <= 2 && c.ratio >= 0.5);
@@ -216,7 +216,7 @@ double rankSumChance(const std::vector<double>& a, const std::vector<double>& b)
   std::vector<double> all(a);
   all.insert(all.end(), b.begin(), b.end());
   std::sort(all.begin(), all.end());
-  // Twice the mean rank, so that ties stay whole numbers.
+  // Twice the mean rank, so that tied ranks are whole numbers.
   const auto rank2 = [&](double value) {
     const auto [lo, hi] = std::equal_range(all.begin(), all.end(), value);
     return static_cast<std::size_t>((lo - all.begin()) + (hi - all.begin()) + 1);
@@ -227,7 +227,7 @@ double rankSumChance(const std::vector<double>& a, const std::vector<double>& b)
   const double mean = static_cast<double>(total) * static_cast<double>(a.size()) / static_cast<double>(all.size());
   const double off = std::abs(static_cast<double>(sum) - mean);
   if (all.size() > kMostExact) {
-    double tied = 0;  // sum over groups of equal values of t^3 - t
+    double tied = 0;  // sum of t^3 - t over groups of t equal values
     for (auto from = all.begin(); from != all.end();) {
       const auto to = std::upper_bound(from, all.end(), *from);
       const auto t = static_cast<double>(to - from);
@@ -235,11 +235,11 @@ double rankSumChance(const std::vector<double>& a, const std::vector<double>& b)
       from = to;
     }
     const auto n = static_cast<double>(a.size()), m = static_cast<double>(b.size()), both = n + m;
-    // Of twice the rank sum.
+    // The variance of twice the rank sum.
     const double variance = n * m / 3 * (both + 1 - tied / (both * (both - 1)));
     return variance <= 0 ? 1 : std::min(1.0, normalTail(std::max(0.0, off - 1) / std::sqrt(variance)));
   }
-  // ways[k][s]: how many choices of k values have rank sum s.
+  // ways[k][s]: the number of choices of k values with rank sum s.
   std::vector<std::vector<double>> ways(a.size() + 1, std::vector<double>(total + 1, 0));
   ways[0][0] = 1;
   for (const double value : all) {

@@ -91,7 +91,7 @@ bool DenseCells::next(Cell& cell) {
     std::uint32_t at = kNoParent;
     if (parent != kNoParent && rank[parent] != kNoParent) {
       at = rank[parent];
-      if (shifts[parent] != shifts[i]) {  // the parent again, where this piece begins
+      if (shifts[parent] != shifts[i]) {  // repeat the parent, where this piece begins
         Vector3d before = turn * model.positions_um[parent] + x;
         for (int axis = 0; axis < 3; ++axis) before[axis] -= side_um_ * shifts[i][static_cast<std::size_t>(axis)];
         at = add(before, kNoParent, parent);

@@ -16,7 +16,7 @@ namespace filiform::tools {
 
 namespace {
 
-// Opened when it is raced: the program does not load it at each start.
+// The library is loaded when it is raced, so that other commands do not load it.
 class Library {
  public:
   Library() : handle_(::dlopen("libembree3.so.3", RTLD_NOW | RTLD_LOCAL)) {
@@ -57,7 +57,7 @@ class Library {
     return function != nullptr;
   }
 
-  void* handle_;  // until the program ends: its threads do
+  void* handle_;  // never closed, because its threads run until the program ends
   bool complete_ = false;
 };
 
@@ -66,7 +66,7 @@ const Library& library() {
   return opened;
 }
 
-constexpr double kRounding_um = 2e-3;  // of coordinates below 1e4 um in float, and of what is computed with them
+constexpr double kRounding_um = 2e-3;  // rounding of coordinates below 1e4 um in float, and of results
 
 struct Search {
   const std::vector<SegmentEnds>* segments;

@@ -1,4 +1,4 @@
-// Embree 3 as a peer of the benchmarks: point queries over segments, which it has only as geometry of the user's own.
+// Embree 3 as a peer of the benchmarks: point queries over segments, which are user geometry in Embree.
 // Function without state.
 #pragma once
 

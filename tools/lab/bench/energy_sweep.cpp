@@ -21,7 +21,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kGuardPeriod_s = 0.002, kStall_s = 0.010;  // as HapticLoop has them
+constexpr double kGuardPeriod_s = 0.002, kStall_s = 0.010;  // as in HapticLoop
 constexpr double kFine_s = 0.00025;                         // step of the hand's motion
 
 class Dice {
@@ -37,7 +37,7 @@ class Dice {
   std::mt19937_64 random_;
 };
 
-// What happened between two moves of the hand that the loop has seen.
+// The events between two moves of the hand that the loop has seen.
 struct SeenStep {
   Vector3d lo_N = Vector3d::Constant(std::numeric_limits<double>::infinity()), hi_N = -lo_N, way_m = Vector3d::Zero();
   double given_J = 0, moved_J = 0;
@@ -49,14 +49,14 @@ struct SeenStep {
     given_J += force_N.dot(dh_m);
     moved_J += std::abs(force_N.dot(dh_m));
   }
-  // What no reckoning with the whole way can show.
+  // Energy that the loop cannot see, because it knows only the samples of the motion.
   double unseen_J() const {
     const double most_J = lo_N.cwiseProduct(way_m).cwiseMax(hi_N.cwiseProduct(way_m)).sum();
     return std::max(0.0, given_J - most_J);
   }
 };
 
-// A hand and its device, with the true account of what the hand is given.
+// A hand and its device. Accounts for the true energy given to the hand.
 class TrueHand {
  public:
   TrueHand(Dice& dice, double period_s) : dice_(dice), delay_(1 + static_cast<int>(dice.below(2))) {
@@ -64,7 +64,7 @@ class TrueHand {
     reach_m_ = dice.logBetween(1e-3, 0.04);
     for (double& f : frequency_Hz_) f = dice.logBetween(0.1, 3);
     reports_ = !dice.oneIn(3);
-    // A device that says nothing has no limits of its own: the loop could not know of them.
+    // A device that does not report its force has no limits: the loop could not know them.
     if (reports_) {
       clamp_N_ = dice.logBetween(1, 10);
       ramp_s_ = dice.oneIn(2) ? 0.3 : 0;
@@ -92,7 +92,7 @@ class TrueHand {
     most_step_J_ = std::max(most_step_J_, seen_.moved_J);
   }
 
-  // The guard's exchange: nobody looks at the state.
+  // An exchange of the guard: its state is not used.
   void relax() { command(Vector3d::Zero()); }
 
   DeviceState exchange(const Wrench& wrench, bool frozen) {
@@ -135,8 +135,8 @@ class TrueHand {
     };
     Vector3d aim_m = Vector3d::Zero();
     if (kind_ == 0) aim_m = reach_m_ * Vector3d(wave(0, 0), wave(1, 1), wave(2, 2));
-    if (kind_ == 1) aim_m = reach_m_ * Vector3d(wave(0, 0), 0, 0);  // pumps along one axis
-    if (kind_ == 2) aim_m = h_m_ + 2e-2 * held_N_ + reach_m_ * Vector3d(wave(0, 0), wave(1, 1), wave(2, 2));  // yields
+    if (kind_ == 1) aim_m = reach_m_ * Vector3d(wave(0, 0), 0, 0);  // pump along one axis
+    if (kind_ == 2) aim_m = h_m_ + 2e-2 * held_N_ + reach_m_ * Vector3d(wave(0, 0), wave(1, 1), wave(2, 2));  // yield
     Vector3d dh_m = std::min(1.0, dt_s / 0.01) * (aim_m - h_m_);
     if (const double length_m = dh_m.norm(); length_m > 0.5 * dt_s) dh_m *= 0.5 * dt_s / length_m;
     h_m_ = (h_m_ + dh_m).cwiseMax(-0.055).cwiseMin(0.055);
@@ -148,7 +148,7 @@ class TrueHand {
   double reach_m_ = 0, clamp_N_ = std::numeric_limits<double>::infinity(), ramp_s_ = 0, ramp_from_s_ = 0, period_s_ = 0;
   std::array<double, 3> frequency_Hz_{};
   bool reports_ = true;
-  std::vector<Vector3d> pending_;  // one, where the delay is two samples
+  std::vector<Vector3d> pending_;  // holds one force if the delay is two samples
   Vector3d held_N_ = Vector3d::Zero(), h_m_ = Vector3d::Zero();
   SeenStep seen_;
   DeviceState last_;
@@ -190,7 +190,7 @@ void energyRun(const EnergyScene& scene, std::uint64_t seed, double seconds, boo
   options.force.stiffness_N_m = dice.logBetween(50, 2000);
   options.force.passivity.on = true;
   options.force.passivity.delay_samples = hand.delay();
-  options.drift_force_N_s = 0;  // work of the workspace is a command's, and accounted for elsewhere
+  options.drift_force_N_s = 0;  // work of the workspace counts as a command, not here
   options.workspace.zoom_um = dice.logBetween(30, 1000);
   options.buttons.fill(ButtonAction::none);
   SolverParameters parameters;
@@ -206,7 +206,7 @@ void energyRun(const EnergyScene& scene, std::uint64_t seed, double seconds, boo
   const PassivityOptions& passivity = options.force.passivity;
 
   int frozen = 0, withheld = 0, fading = 0;
-  // The least that a window has to its credit that began since the last command: what was given then, and the spring's.
+  // The least credit of all windows since the last command: energy given before the window, and the spring's energy.
   double credit_J = std::numeric_limits<double>::infinity();
   double least_given_J = 0, command_J = 0;
   bool commanded = true;
@@ -220,7 +220,7 @@ void energyRun(const EnergyScene& scene, std::uint64_t seed, double seconds, boo
   navigation.apply(jump(), Vector3d::Zero());
 
   while (hand.time_s() < seconds) {
-    // A tick that stalls holds its force until the guard comes.
+    // During a stalled tick the force is held until the guard acts.
     double wait_s = period_s;
     if (dice.oneIn(400)) {
       wait_s += dice.logBetween(1e-3, 0.2);
@@ -265,7 +265,7 @@ void energyRun(const EnergyScene& scene, std::uint64_t seed, double seconds, boo
     law_N = tick.wrench.force_N.norm();
     ++sweep.ticks;
 
-    // In any window since a command: no more than the spring held at its begin, and what the bound allows.
+    // In any window since a command: at most the spring's energy at its begin, and the bound.
     const double balance_J = hand.given_J() - passivity.power_W * hand.time_s() - hand.unseen_J();
     const double stored_J =
         tick.mode == NavigationMode::constrained ? law.storedEnergy((tick.anchor_D - state.p_D).norm()) : 0.0;

@@ -1,5 +1,4 @@
-// bench extremes: data, hands and disks as bad as they come, each tried once: what went wrong by how much, or what was
-// refused.
+// bench extremes: tries extreme data, hands and disks once each, and reports the error or the refusal.
 #include "index/build/ingest.h"
 #include "index/build/memory_tiles.h"
 #include "index/errors.h"
@@ -41,7 +40,7 @@ class Trials {
  public:
   explicit Trials(const BenchOptions& options) : options_(options), random_(options.seed) {}
 
-  // The nearest segment by the index against every segment in long double; error in um.
+  // Compares the nearest segment from the index with all segments in long double; error in um.
   void nearest(const std::string& extreme, const std::string& tried, std::vector<Cell> cells, double around_um) {
     options_.progress(extreme);
     try {
@@ -69,7 +68,7 @@ class Trials {
             most, static_cast<double>(std::abs(static_cast<long double>(search.find(h_W).at(0).distance_um) - best)));
         scale = std::max(scale, static_cast<double>(best));
       }
-      // The answer is a point in doubles, which have 53 bits of the largest coordinate, and a distance from it.
+      // The result is a point in doubles (53 bits of the largest coordinate) and a distance computed from it.
       const double allowed = 1e-12 * scale + 2 * far * std::numeric_limits<double>::epsilon();
       put(extreme, tried, shown(most) + " um",
           "of a distance up to " + shown(scale) + " um; rounding may be " + shown(allowed) + " um", most <= allowed);
@@ -78,10 +77,10 @@ class Trials {
     }
   }
 
-  enum class Refusal { none, request, disk };  // what may be answered instead: the request or the disk is to blame
+  enum class Refusal { none, request, disk };  // the refusal that is accepted: for a bad request or a failing disk
 
-  // A simulated hand travels; at every tick the force must be a number, within its clamp, and grow no faster than the
-  // force law states; no tick may test more segments than the cap.
+  // Lets a simulated hand travel. At every tick the force must be a number, within its clamp, and grow no faster than
+  // the force law states. No tick may test more segments than the work cap.
   void travel(const std::string& extreme, const std::string& tried, const TileStore& store, RunOptions run_options,
               Refusal may_refuse = Refusal::none) {
     options_.progress(extreme + ", " + tried);
@@ -158,7 +157,7 @@ Cell walk(const std::string& name, std::size_t samples, double step_um, const Ve
   return cell;
 }
 
-// Along a thread of 200 um, all but its ends at one point of it.
+// A neurite of 200 um. All samples but its ends are at one point.
 Cell coincident(std::size_t samples) {
   Cell cell = emptyCell("coincident.swc");
   const auto put = [&](double x_um) {
@@ -211,7 +210,7 @@ void tryData(const BenchOptions& options, Trials& trials) {
     addSample(cell, Vector3d::Zero(), kNoParent);
     for (const double step : {1.0, 0.0, 1e-9, 1e6, 1.0, 0.0, 1e-9, 1.0})
       addSample(cell, cell.positions_um.back() + Vector3d(step, 0, 0), static_cast<std::uint32_t>(cell.samples() - 1));
-    trials.nearest("segments of length 0, 1e-9, 1e6 um", "in one thread of 8", {cell}, 100);
+    trials.nearest("segments of length 0, 1e-9, 1e6 um", "in one neurite of 8", {cell}, 100);
     trials.travel("segments of length 0, 1e-9, 1e6 um", "a hand along it", *inMemory({cell}), resident());
   }
   trials.nearest("coincident nodes", std::to_string(5000 / part) + " at one point", {coincident(5000 / part)}, 3);
@@ -220,9 +219,9 @@ void tryData(const BenchOptions& options, Trials& trials) {
                  {hubCell(10'000 / part, options.seed)}, 10);
   trials.travel("a node with 10 000 branches", "a hand there", *inMemory({hubCell(10'000 / part, options.seed)}),
                 resident());
-  trials.nearest("a thread of 1e6 samples", std::to_string(1'000'000 / part) + " samples",
+  trials.nearest("a neurite of 1e6 samples", std::to_string(1'000'000 / part) + " samples",
                  {walk("thread", 1'000'000 / part, 0.5, Vector3d::Zero())}, 5);
-  trials.travel("a thread of 1e6 samples", "a hand along it",
+  trials.travel("a neurite of 1e6 samples", "a hand along it",
                 *inMemory({walk("thread", 1'000'000 / part, 0.5, Vector3d::Zero())}), resident());
   trials.nearest("a comb of 200 000 twigs", std::to_string(200'000 / part) + " twigs", {combCell(200'000 / part)}, 5);
   trials.travel("a comb of 200 000 twigs", "a hand along it", *inMemory({combCell(200'000 / part)}), resident());
@@ -238,7 +237,7 @@ void tryData(const BenchOptions& options, Trials& trials) {
     const auto store = inMemory({equidistant(count)});
     const Nearest search(*store);
     const NearestResult found = search.find(Vector3d::Zero()).at(0);
-    // Rounding to the grid makes them differ; the first of the nearest must be the answer.
+    // Rounding to the grid makes the distances differ. The result must be the first of the nearest.
     double best = std::numeric_limits<double>::infinity();
     for (const NearestResult& r : search.find(Vector3d::Zero(), {.k = count})) best = std::min(best, r.distance_um);
     trials.put("all equidistant from the probe", std::to_string(count) + " segments about it",
@@ -251,7 +250,7 @@ void tryData(const BenchOptions& options, Trials& trials) {
 
 // ---- hands
 
-// Probes that no hand makes, straight into the loop's tick.
+// Feeds extreme probes directly to the loop's tick.
 void tryProbes(const BenchOptions& options, Trials& trials) {
   SyntheticOptions column;
   column.cells = 1;
@@ -297,7 +296,7 @@ void tryProbes(const BenchOptions& options, Trials& trials) {
         finite = finite && tick.wrench.force_N.allFinite() && tick.p_W.allFinite();
         most_N = std::max(most_N, tick.wrench.force_N.norm());
       }
-      trials.put("probe out of its mind", kind.name + ", " + toString(method), shown(most_N) + " N at most",
+      trials.put("probe that no hand makes", kind.name + ", " + toString(method), shown(most_N) + " N at most",
                  "2000 ticks", finite && most_N <= kClamp_N + 1e-9);
     }
 }
@@ -355,7 +354,7 @@ void tryDisks(const BenchOptions& options, Trials& trials, const std::string& fo
     auto source = std::make_unique<FaultySource>(openFolder(path), FaultPlan{.fail_probability = 0.3});
     FaultySource& faults = *source;
     const auto failing = TileSet::open(std::move(source));
-    failing->cell(0);  // names are read before it begins to fail: its tiles are to
+    failing->cell(0);  // names are read before the reads begin to fail, because the tiles are to fail
     faults.arm();
     run_options.latency_ms = 5;
     run_options.route = "longest";
@@ -379,7 +378,7 @@ void tryDisks(const BenchOptions& options, Trials& trials, const std::string& fo
   }
 }
 
-// A folder in memory, one file of which is cut or has a bit turned.
+// A folder in memory. One of its files is cut, or has a bit flipped.
 class AlteredFolder final : public TileSource {
  public:
   explicit AlteredFolder(const std::string& path) {
@@ -409,7 +408,7 @@ class AlteredFolder final : public TileSource {
   }
 };
 
-// Everything that the set answers, as one number.
+// A digest of all results of the set.
 std::uint64_t digestOf(const TileSet& set) {
   std::uint64_t sum = 0;
   const auto mix = [&](std::uint64_t value) { sum = (sum ^ value) * 0x9E3779B97F4A7C15u + (sum >> 29); };
@@ -430,7 +429,7 @@ std::uint64_t digestOf(const TileSet& set) {
   return sum;
 }
 
-// A file shared by every trial, altered for one of them at a time and put back.
+// A file that all trials share. It is altered for one trial at a time and then restored.
 class SharedFolder final : public TileSource {
  public:
   explicit SharedFolder(const AlteredFolder& folder) : folder_(folder) {}
@@ -490,7 +489,7 @@ void tryDamage(const BenchOptions& options, Trials& trials, const std::string& p
                o.wrong + o.untyped == 0);
   };
   put("cut at every length", cut);
-  put("a bit turned in every byte", flipped);
+  put("a bit flipped in every byte", flipped);
 }
 
 BenchReport runExtremes(const BenchOptions& options) {
@@ -521,8 +520,7 @@ BenchReport runExtremes(const BenchOptions& options) {
 }  // namespace
 
 void addExtremesWorkloads(std::vector<Workload>& all) {
-  all.push_back(
-      {"extremes", "data, hands and disks as bad as they come: the largest error, or the refusal", runExtremes});
+  all.push_back({"extremes", "extreme data, hands and disks: the largest error, or the refusal", runExtremes});
 }
 
 }  // namespace filiform::tools

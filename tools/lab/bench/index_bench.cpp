@@ -1,5 +1,5 @@
-// bench index: tiles in memory, by density and capacity: bytes, until they can be queried, a query, and how many an
-// exact jump opens.
+// bench index: tiles in memory, by density and capacity: bytes, time until the first query, time of a query, and tiles
+// that an exact jump opens.
 #include "index/build/memory_tiles.h"
 #include "index/query/nearest.h"
 #include "index/tile/packed_tree.h"
@@ -33,14 +33,14 @@ Vector3d nearPoint(const Tile& tile, std::mt19937_64& random) {
          Vector3d(jitter(random), jitter(random), jitter(random));
 }
 
-// A competitor in a batch: answers the squared distance.
+// An engine in a batch. Returns the squared distance.
 struct TreeEngine {
   std::string name;
   std::function<double(const Vector3d&)> squared;
   std::vector<double> ns;  // of a query, by batch
 };
 
-// Alternating batches; the median counts. Throws when two engines disagree by more than rounding.
+// Runs batches of the engines in turn; the median counts. Throws if two engines differ by more than rounding.
 void race(std::vector<TreeEngine>& engines, const std::vector<Vector3d>& points) {
   std::vector<double> expected;
   for (int batch = 0; batch < kBatches; ++batch)
@@ -59,9 +59,9 @@ void race(std::vector<TreeEngine>& engines, const std::vector<Vector3d>& points)
 }
 
 struct InTiles {
-  double stored_per_tile = 0, tile_bytes = 0, tree_bytes = 0, disk_bytes = 0;  // a stored segment
-  double ready_us = 0, cgal_ready_us = 0;                                      // a tile
-  double packed_ns = 0, portable_ns = 0, cgal_ns = 0;                          // a query, near
+  double stored_per_tile = 0, tile_bytes = 0, tree_bytes = 0, disk_bytes = 0;  // bytes: for each stored segment
+  double ready_us = 0, cgal_ready_us = 0;                                      // for each tile
+  double packed_ns = 0, portable_ns = 0, cgal_ns = 0;                          // for each near query
 };
 
 InTiles measureTiles(const TileStore& store, std::uint64_t seed) {
@@ -126,7 +126,7 @@ std::unique_ptr<TileStore> build(const std::vector<Cell>& library, std::uint64_t
   return buildTilesInMemory(cells, {.capacity = capacity});
 }
 
-// Tiles searched by an exact jump, on average.
+// Mean number of tiles that an exact jump searches.
 double tilesOpened(const TileStore& store, bool near, std::size_t count, double side_um, std::uint64_t seed) {
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> place(0, side_um);

@@ -1,4 +1,4 @@
-// filiform bench ingest: what a tile set costs to make, to keep and to open, against its size.
+// bench ingest: the cost of making, storing and opening a tile set, by its size.
 #include "index/build/ingest.h"
 #include "index/input/input.h"
 #include "index/set/tile_set.h"
@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 
 constexpr std::uint64_t kMemory = std::uint64_t{1} << 30;
 constexpr double kMillion = 1e6;
-constexpr std::uint64_t kMostFromSwc = 10'000'000;  // the text of more is written no faster than it is read
+constexpr std::uint64_t kMostFromSwc = 10'000'000;  // larger inputs take too long to write as text
 
 SyntheticOptions columnOf(std::uint32_t cells, std::uint64_t seed) {
   SyntheticOptions options;
@@ -30,15 +30,15 @@ SyntheticOptions columnOf(std::uint32_t cells, std::uint64_t seed) {
   return options;
 }
 
-// Morphologies of a library put down side by side until there are enough segments, turned about the column's axis: as a
-// placement table does it, without the table.
+// Places morphologies of a library side by side, turned about the column's axis, until there are enough segments: like
+// a placement table, without the table.
 class PlacedCells final : public CellStream {
  public:
   enum class Kind { column, voxel, outlier };
   PlacedCells(std::uint64_t segments, std::uint64_t seed, Kind kind) : wanted_(segments), random_(seed), kind_(kind) {
     SyntheticCells library(columnOf(30, seed));
     for (Cell cell; library.next(cell);) library_.push_back(cell);
-    // Columns of the usual density: a disc of 300 um for 31 000 cells of 6000 segments.
+    // Columns of the usual density: a disc of 300 um radius for 31 000 cells of 6000 segments.
     radius_um_ = 210 * std::sqrt(static_cast<double>(segments) / 1.9e8);
   }
   bool next(Cell& cell) override {

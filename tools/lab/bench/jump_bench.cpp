@@ -1,4 +1,4 @@
-// bench jump: an exact jump whose tiles are not in memory, against the reading of them.
+// bench jump: the time of an exact jump whose tiles are not in memory, against the time to read the same tiles.
 #include "index/build/ingest.h"
 #include "index/query/nearest.h"
 #include "index/set/tile_set.h"
@@ -26,7 +26,7 @@ double since_us(Clock::time_point start) {
   return std::chrono::duration<double, std::micro>(Clock::now() - start).count();
 }
 
-// A folder that counts what is read from it, and can be put out of the system's cache.
+// A folder that counts the bytes read, and can remove its files from the system's cache.
 class MeteredFolder final : public TileSource {
  public:
   explicit MeteredFolder(const std::string& path) : path_(path), source_(openFolder(path)) {}
@@ -66,7 +66,7 @@ Costs measure(const std::string& path, bool cold, bool near, double side_um, std
   auto owned = std::make_unique<MeteredFolder>(path);
   const MeteredFolder& folder = *owned;
   const auto set = TileSet::open(std::move(owned));
-  // Nothing is kept between jumps but the directory's trees.
+  // Only the trees of the directory are kept between jumps.
   const Nearest nearest(*set, {.budget_bytes = 0});
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> place(0, side_um);
@@ -89,7 +89,7 @@ Costs measure(const std::string& path, bool cold, bool near, double side_um, std
     const auto start = Clock::now();
     const NearestResult found = nearest.find(h_W).at(0);
     const double jump_us = since_us(start);
-    if (found.tiles_read == 0) throw std::runtime_error("a jump that should read its tiles read none");
+    if (found.tiles_read == 0) throw std::runtime_error("a jump that must read its tiles read none");
     jumps.push_back(jump_us);
     reads.push_back(folder.read_us);
     ratios.push_back(jump_us / folder.read_us);
@@ -127,7 +127,7 @@ BenchReport runJump(const BenchOptions& options) {
     DenseCells cells(library, segments, per_um3, options.seed);
     const double side_um = cells.side_um();
     ingest(cells, path, {});
-    ::sync();  // what is not on the disk yet cannot be put out of the cache
+    ::sync();  // files that are not on the disk yet cannot be removed from the cache
     for (const bool near : {true, false})
       for (const bool cold : {true, false}) {
         const Costs c = measure(path, cold, near, side_um, count, options.seed);

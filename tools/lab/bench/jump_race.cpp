@@ -21,7 +21,7 @@ constexpr double kSameJump_um = 1e-6;
 using RaceClock = std::chrono::steady_clock;
 
 double residentBytes() {
-  malloc_trim(0);  // freed memory counts for no engine
+  malloc_trim(0);  // freed memory must not count for an engine
   std::ifstream file("/proc/self/statm");
   double all = 0, resident = 0;
   file >> all >> resident;
@@ -59,7 +59,7 @@ JumpEngine builtEngine(const std::string& name, const PeerSetting& setting, cons
   const double before = residentBytes(), from = threadTime_s();
   const auto start = RaceClock::now();
   engine.squared = setting.build(segments);
-  // Embree builds on threads of its own: the clock sees them.
+  // Embree builds on its own threads, so the clock is needed too.
   engine.build_s = std::max(threadTime_s() - from, std::chrono::duration<double>(RaceClock::now() - start).count());
   engine.bytes = (residentBytes() - before) / static_cast<double>(segments.size());
   if (setting.keeps_segments) engine.bytes += sizeof(SegmentEnds);
@@ -91,7 +91,7 @@ std::vector<Vector3d> pointsOf(const TileStore& store, const std::string& where,
 std::vector<Raced> raceJumps(const std::vector<JumpEngine>& engines, const std::vector<Vector3d>& points) {
   std::vector<double> expected, found(points.size());
   std::vector<Raced> all(engines.size());
-  for (const Vector3d& h_W : points) expected.push_back(std::sqrt(engines[0].squared(h_W)));  // and warms up
+  for (const Vector3d& h_W : points) expected.push_back(std::sqrt(engines[0].squared(h_W)));  // also warms the caches
   for (int batch = 0; batch < kBatches; ++batch)
     for (std::size_t e = 0; e < engines.size(); ++e) {
       const double from = threadTime_s();

@@ -1,5 +1,5 @@
-// Engines that answer exact jumps over the same segments, raced in one process: building, memory, time, equal answers.
-// Thread rule: functions without state; an OwnEngine is used by one thread.
+// Races engines that find the nearest segment, over the same segments in one process: build time, memory, query time,
+// equal results. Thread rule: functions without state; an OwnEngine is used by one thread.
 #pragma once
 
 #include "index/query/nearest.h"
@@ -17,15 +17,15 @@ struct JumpEngine {
   std::string name;
   SquaredDistance squared;
   double build_s = 0;
-  // A segment, of all that answers need: by the growth of the process' resident memory after freed memory was given
-  // back to the system. The same ruler for all engines.
+  // Bytes a segment of everything that a query needs: growth of the process' resident memory after freed memory was
+  // returned to the system. Measured in the same way for all engines.
   double bytes = 0;
 };
 
-// filiform's own: tiles in memory, every one loaded and met by a query. Outlives its engine().
+// filiform's engine: tiles in memory, all loaded and searched once. Must outlive its engine().
 class OwnEngine {
  public:
-  // `segments`: as many as the stream gives.
+  // `segments`: the number of segments that the stream gives.
   OwnEngine(CellStream& cells, std::uint64_t segments);
   const TileStore& store() const { return *store_; }
   const Nearest& nearest() const { return *nearest_; }
@@ -37,25 +37,25 @@ class OwnEngine {
   JumpEngine engine_;
 };
 
-// Every segment of the store once, as peers take them.
+// Every segment of the store once, in the form that peers take.
 std::vector<SegmentEnds> ownedEnds(const TileStore& store);
 
-// The segments must outlive the engine.
+// Builds the engine of a setting. The segments must outlive the engine.
 JumpEngine builtEngine(const std::string& name, const PeerSetting& setting, const std::vector<SegmentEnds>& segments);
 
-// `count` points: "near" is 0.5 um (sigma, each axis) about a node, "uniform" in the cube [0, side_um]^3, "far" outside
-// it, within one side about it.
+// Returns `count` points. "near": 0.5 um (sigma, each axis) about a node. "uniform": in the cube [0, side_um]^3. "far":
+// outside the cube, within one side of it.
 std::vector<Vector3d> pointsOf(const TileStore& store, const std::string& where, std::size_t count, double side_um,
                                std::uint64_t seed);
 
 struct Raced {
   std::vector<double> ns;  // CPU time of a jump, by batch
-  double p99_ns = 0;       // of single jumps by the clock, reading it included
-  double recall = 0;       // share of right answers
+  double p99_ns = 0;       // of single jumps, by the clock, including the reading of the clock
+  double recall = 0;       // fraction of correct results
 };
 
-// kBatches batches, the engines in turn; then each jump by itself for the tail. Throws std::runtime_error if an engine
-// differs from the first one by more than 1e-6 um.
+// Runs kBatches batches, the engines in turn, and then each jump alone for the 99th percentile. Throws
+// std::runtime_error if an engine differs from the first one by more than 1e-6 um.
 std::vector<Raced> raceJumps(const std::vector<JumpEngine>& engines, const std::vector<Vector3d>& points);
 
 }  // namespace filiform::tools

@@ -1,4 +1,4 @@
-// Where a curve of cost against error bends: beyond it much is paid for little. Function without state.
+// The knee of a curve of cost against error: beyond the knee a small gain costs much. Functions without state.
 #pragma once
 
 #include <cstddef>
@@ -7,10 +7,10 @@
 
 namespace filiform::tools {
 
-// The index of the point farthest below the line through the first and the last point, both axes scaled to the curve's
-// extent, logarithms where asked for: a curve that falls (or rises) steeply, then slowly. Points that are not finite
-// (or not positive on a logarithmic axis) do not count. None where fewer than three count, or none lies below the line
-// by more than a tenth of the extent: such a curve has no knee. Requires x and y of one length, x ascending. O(n).
+// Returns the index of the knee: the point farthest below the line through the first and the last point. Both axes are
+// scaled to the curve's extent, logarithmic where requested. Points that are not finite (or not positive on a
+// logarithmic axis) do not count. Returns nullopt if fewer than three points count, or if no point lies below the line
+// by more than a tenth of the extent. Requires x and y of equal length, x ascending. O(n).
 std::optional<std::size_t> kneeOf(const std::vector<double>& x, const std::vector<double>& y, bool x_log, bool y_log);
 
 // The slope of y over x on logarithmic axes, by least squares; NaN for fewer than two positive points.

@@ -1,5 +1,5 @@
-// bench levels: what levels of detail save and how wrong they are on the screen: tolerance and segment budget against
-// the error in pixels, and against what a frame takes.
+// bench levels: what levels of detail save, and how wrong they are on the screen: tolerance and segment budget against
+// the error in pixels and the time of a frame.
 #include "index/build/ingest.h"
 #include "index/set/levels.h"
 #include "index/set/tile_set.h"
@@ -21,13 +21,13 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr double kEnough_ms = 3000;  // of one figure: a software renderer takes seconds a frame
+constexpr double kEnough_ms = 3000;  // time for one figure; a software renderer takes seconds a frame
 
 struct Drawn {
   double segments = 0, error_px = 0, frame_ms = 0;
 };
 
-// The whole column, drawn without a display as `render` does it.
+// The whole column, drawn without a display as `render` does.
 class Overview {
  public:
   Overview(const TileSet& set, const Levels& levels, bool quick)
@@ -43,7 +43,7 @@ class Overview {
   std::string renderer() const { return context_->description(); }
   PictureSize size() const { return frame_.size; }
 
-  // Every tile on the card, the camera turning; the median frame until its last pixel.
+  // Draws with every tile on the card and a turning camera. The median frame, timed until its last pixel.
   Drawn draw(std::uint64_t most, double enough_px) {
     frame_.budget.segments = most;
     frame_.budget.enough_px = enough_px;
@@ -78,7 +78,7 @@ class Overview {
 void measureLoading(const BenchOptions& options, const TileSet& set, const Levels& levels, BenchReport& report) {
   const Grid grid = set.grid();
   const Vector3d lo = grid.toWorld(set.bounds().lo), hi = grid.toWorld(set.bounds().hi);
-  // The whole of it on a screen of 1080 rows, under 45 degrees.
+  // The whole column on a screen of 1080 rows, under 45 degrees.
   LevelView view;
   view.pixels_per_rad = 1080 / (2 * std::tan(0.3927));
   view.eye_W =
@@ -183,7 +183,7 @@ void measureFrames(const BenchOptions& options, const TileSet& set, const Levels
                          " segments in the column.");
 }
 
-// Every level against every segment that it stands for: on a small set, since it is slow.
+// Compares every level with every segment that it represents, on a small set because this is slow.
 void checkSmall(const BenchOptions& options, const std::string& path, BenchReport& report) {
   options.progress("checking every level");
   SyntheticOptions few;

@@ -70,7 +70,7 @@ void LiteralSolver::visitSegment(std::uint32_t number, std::int64_t entered, dou
   const Vector3d child_W = graph_.nodes()[s.child].p_W, parent_W = graph_.nodes()[s.parent].p_W;
   const ClosestPoint q = closestPoint(child_W, parent_W, h_W_);
   take(number, q);
-  if (child_W == parent_W) {  // q is the end that was not entered from; the sub-goal stays
+  if (child_W == parent_W) {  // q is the end that was not entered; the sub-goal stays
     if (entered != s.child) visitNode(s.child, d_sub2);
     if (entered != s.parent) visitNode(s.parent, d_sub2);
     return;

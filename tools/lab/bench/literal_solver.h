@@ -1,7 +1,7 @@
-// The literal transcription of the paper's solvers (Raya et al. 2011, 3.1 and 3.3, as descent.h and force_based.h read
-// them): recursion and hash sets over one whole graph in memory, without bounds, resuming or tiles. What the benchmark
-// of the solvers compares with, and the oracle of their tests: the simplest program that is right, written neither for
-// speed nor against it. It shares nothing with the product's solvers but closestPoint(). Thread-compatible.
+// A literal transcription of the paper's solvers (Raya et al. 2011, 3.1 and 3.3, read as in descent.h and
+// force_based.h): recursion and hash sets over one whole graph in memory, without bounds, resuming or tiles. The solver
+// benchmark compares with it, and it is the oracle of the solver tests. It is simple, not tuned. It shares only
+// closestPoint() with the product's solvers. Thread-compatible.
 #pragma once
 
 #include "index/geometry/closest_point.h"
@@ -21,7 +21,7 @@ class WholeGraph {
   struct Node {
     NodeId id;
     Vector3d p_W;
-    std::vector<std::uint32_t> incident;  // segments, in the order of identity
+    std::vector<std::uint32_t> incident;  // segments, in the order of their ids
   };
   struct Segment {
     SegmentId id;
@@ -31,7 +31,7 @@ class WholeGraph {
   WholeGraph(std::span<const StoredSegment> segments, const Grid& grid);
 
   const std::vector<Node>& nodes() const { return nodes_; }
-  const std::vector<Segment>& segments() const { return segments_; }  // in the order of identity
+  const std::vector<Segment>& segments() const { return segments_; }  // in the order of their ids
   std::uint32_t node(NodeId id) const { return node_numbers_.at(id); }
   std::uint32_t segment(SegmentId id) const { return segment_numbers_.at(id); }
 
@@ -47,11 +47,11 @@ class LiteralSolver {
   static bool knows(SolverMethod method) {
     return method == SolverMethod::basic || method == SolverMethod::force || method == SolverMethod::force_listing;
   }
-  // The method is one that it knows; the graph must outlive the solver.
+  // Requires a method for which knows() is true. The graph must outlive the solver.
   LiteralSolver(const WholeGraph& graph, SolverMethod method, const SolverParameters& parameters)
       : graph_(graph), method_(method), parameters_(parameters) {}
 
-  ProxyPlace place() const;  // without a tile
+  ProxyPlace place() const;  // has no tile
   void setPlace(const ProxyPlace& place);
   // Returns the number of segments tested.
   std::uint32_t advance(const Vector3d& h_W);
@@ -61,7 +61,7 @@ class LiteralSolver {
  private:
   void visitSegment(std::uint32_t segment, std::int64_t entered, double d_sub2);
   void visitNode(std::uint32_t node, double d_sub2);
-  // Algorithms 3 and 2. `dist2`, and what they return: the squared distance of the best point so far.
+  // Algorithms 3 and 2. `dist2` and the result: the squared distance of the best point so far.
   double listedSegment(std::uint32_t segment, std::int64_t entered, double dist2);
   double listedNode(std::uint32_t node, double dist2);
   void take(std::uint32_t segment, const ClosestPoint& q);
@@ -69,7 +69,7 @@ class LiteralSolver {
   const WholeGraph& graph_;
   SolverMethod method_;
   SolverParameters parameters_;
-  std::uint32_t segment_ = 0;  // the place: on it at t_, at the child where t_ is 0, at the parent where it is 1
+  std::uint32_t segment_ = 0;  // the place: on this segment at t_; at the child if t_ is 0, at the parent if it is 1
   double t_ = 0;
   Vector3d p_W_ = Vector3d::Zero();
   Vector3d h_W_ = Vector3d::Zero();

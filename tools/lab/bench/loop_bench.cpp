@@ -1,5 +1,5 @@
-// bench loop: how regular the haptic loop is while tiles stream in, beside a loop that does nothing and one that does
-// sums alone: what the machine takes from any computation shows in that one.
+// bench loop: how regular the haptic loop is while tiles are read. Compared with a loop that does nothing and with a
+// loop that only computes sums: the latter shows what the machine takes from any computation.
 #include "device/factory/device_factory.h"
 #include "index/build/ingest.h"
 #include "index/set/tile_set.h"
@@ -24,9 +24,9 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kHand = "sim:firm";
-constexpr double kSums_s = 8e-6;  // about what a tick of navigation takes at 1 kHz
+constexpr double kSums_s = 8e-6;  // about the time of a navigation tick at 1 kHz
 
-// Of one kind of loop, all its turns together.
+// The times of one kind of loop, over all its turns.
 struct Times {
   TimeHistogram wake, compute, exchange, period;
   std::uint64_t ticks = 0, missed = 0, interruptions = 0;
@@ -42,14 +42,14 @@ struct Times {
   }
 };
 
-// A chain in which each step waits for the one before; the value is returned so that it has to be computed.
+// A computation in which each step needs the step before. The result is returned so that it must be computed.
 double sums(std::int64_t steps) {
   double x = 1;
   for (std::int64_t i = 0; i < steps; ++i) x = x * 1.0000001 + 1e-9;
   return x;
 }
 
-// Steps of sums() in a time, by the fastest of some tries.
+// The number of steps of sums() in a time, by the fastest of some tries.
 std::int64_t stepsIn(double seconds) {
   constexpr std::int64_t kSteps = 100'000;
   double fastest_s = 1;

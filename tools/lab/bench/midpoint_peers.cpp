@@ -25,10 +25,10 @@ template <typename Scalar>
 struct Pieces {
   const std::vector<SegmentEnds>& segments;
   std::vector<Scalar> middles;       // x, y, z
-  std::vector<std::uint32_t> owner;  // its segment
-  double half_um = 0;                // of the longest piece
+  std::vector<std::uint32_t> owner;  // the segment of each middle
+  double half_um = 0;                // half the length of the longest piece
 
-  // As nanoflann asks for points.
+  // The interface that nanoflann requires.
   std::size_t kdtree_get_point_count() const { return owner.size(); }
   Scalar kdtree_get_pt(std::size_t i, std::size_t axis) const { return middles[3 * i + axis]; }
   template <class Box>
@@ -55,7 +55,7 @@ std::shared_ptr<Pieces<Scalar>> cut(const std::vector<SegmentEnds>& segments, do
   return pieces;
 }
 
-// Both libraries put their finds into it. It asks for every middle that could belong to a nearer segment.
+// Both libraries put their results into this object. It accepts every middle that may belong to a nearer segment.
 template <typename Scalar>
 class Refinement {
  public:
@@ -100,7 +100,7 @@ std::array<Scalar, 3> coordinates(const Vector3d& h_W) {
   return {static_cast<Scalar>(h_W.x()), static_cast<Scalar>(h_W.y()), static_cast<Scalar>(h_W.z())};
 }
 
-// The settings of both libraries: numbers of a leaf's points, length of the pieces, and how numbers are held.
+// The name of a setting: points in a leaf, length of the pieces, and precision.
 std::string settingName(int leaf, double longest_um, bool single) {
   return "leaf " + std::to_string(leaf) + ", pieces of " + shown(longest_um) + " um" + (single ? ", float" : "");
 }

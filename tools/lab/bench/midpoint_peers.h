@@ -1,6 +1,6 @@
-// FLANN and nanoflann as peers of the benchmarks. They search points, so segments are cut into pieces no longer than
-// 4 um, the trees hold the pieces' middles, and each middle that they meet is refined to the distance of its segment:
-// exact, in one pass. Functions without state.
+// FLANN and nanoflann as peers of the benchmarks. They search points. Segments are therefore cut into pieces of at most
+// 4 um, the trees hold the middles of the pieces, and the distance to the segment is computed for each middle found.
+// The result is exact, in one pass. Functions without state.
 #pragma once
 
 #include "tools/lab/bench/peers.h"

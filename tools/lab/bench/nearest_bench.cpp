@@ -1,5 +1,5 @@
-// bench nearest: the nearest segment of a set in memory against other structures over the same segments: time, tail,
-// building, bytes, by the number of segments and by where the point lies.
+// bench nearest: the nearest segment of a set in memory, against other structures over the same segments: time, 99th
+// percentile, build time and bytes, by the number of segments and by the place of the point.
 #include "index/build/memory_tiles.h"
 #include "index/query/nearest.h"
 #include "index/tile/packed_tree.h"
@@ -22,7 +22,7 @@ namespace {
 constexpr std::uint64_t kMostForPeers = 10'000'000;  // CGAL alone takes 19 GB at 1e8
 const char* const kWhere[] = {"near", "uniform", "far"};
 
-// us of CPU from a tile's bytes to its first query, median over tiles.
+// CPU time, us, from a tile's bytes to its first query; median over tiles.
 double ready_us(const TileStore& store) {
   std::vector<double> us;
   const TileId step = std::max<TileId>(1, store.tile_count() / 48);

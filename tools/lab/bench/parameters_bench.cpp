@@ -1,5 +1,5 @@
-// How much the automatic parameters of the paper's solver matter: its results on real cells with r_min, r_max and G
-// changed one by one, with the paper's own choice (shortest and longest segment of the data), and with none.
+// bench parameters: how much the automatic parameters of the paper's solver matter. Runs real cells with r_min, r_max
+// and G changed one by one, with the paper's choice (shortest and longest segment of the data), and with none.
 #include "index/build/memory_tiles.h"
 #include "solver/proxy/parameters.h"
 #include "solver/travel/run.h"

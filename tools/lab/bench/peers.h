@@ -1,5 +1,5 @@
-// Other structures that find the nearest segment, to be raced in the same process (nearest_bench.cpp). Each has the
-// settings that were searched (peers_bench.cpp); the best one is raced. Functions without state.
+// Other structures that find the nearest segment, raced in the same process (nearest_bench.cpp). peers_bench.cpp
+// searches their settings; the best setting is raced. Functions without state.
 #pragma once
 
 #include "index/geometry/grid.h"
@@ -17,26 +17,26 @@ using SquaredDistance = std::function<double(const Vector3d& h_W)>;  // um^2, to
 
 struct PeerSetting {
   std::string name;
-  // The answers read the segments that were given: they belong to what the setting needs in memory.
+  // A query reads the segments that were given, so they count as memory of this setting.
   bool keeps_segments = false;
-  // Builds its tree, which lives as long as the returned function. The segments must outlive it; they are within 1e4 um
-  // of the origin, since some settings search in float.
+  // Builds the tree, which lives as long as the returned function. The segments must outlive it. They must lie within
+  // 1e4 um of the origin, because some settings search in float.
   std::function<SquaredDistance(const std::vector<SegmentEnds>& segments)> build;
 };
 
 struct Peer {
   std::string name, version;
-  std::vector<PeerSetting> settings;  // empty: not in this build; version is empty then
-  std::size_t raced = 0;              // the best of the settings
+  std::vector<PeerSetting> settings;  // empty if the peer is not in this build; version is then empty too
+  std::size_t raced = 0;              // position of the best setting
 
   bool inBuild() const { return !settings.empty(); }
   const PeerSetting& best() const { return settings.at(raced); }
 };
 
-// All that are known, those that are not in this build too (FILIFORM_BENCH_PEERS, `tools/setup --bench`).
+// All known peers, including those that are not in this build (FILIFORM_BENCH_PEERS, `tools/setup --bench`).
 std::vector<Peer> peers();
 
-// `raced` of a peer whose best setting has this name. Throws std::logic_error if no setting has.
+// Returns the peer with `raced` set to the setting of this name. Throws std::logic_error if there is no such setting.
 Peer racedWith(Peer peer, const std::string& setting);
 
 }  // namespace filiform::tools

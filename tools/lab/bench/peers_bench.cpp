@@ -1,4 +1,4 @@
-// bench peers: the settings of every peer, raced over the same segments; `bench nearest` races the best of them.
+// bench peers: races the settings of every peer over the same segments. `bench nearest` races the best of them.
 #include "tools/lab/bench/dense_cells.h"
 #include "tools/lab/bench/jump_race.h"
 #include "tools/lab/bench/trade.h"
@@ -15,16 +15,16 @@ namespace {
 
 const char* const kJumpPlaces[] = {"near", "uniform", "far"};
 
-// A setting beside the others of its peer.
+// A setting and its times.
 struct Searched {
   std::string setting;
   std::vector<std::vector<double>> ns;  // by place, by batch
   double build_s = 0, bytes = 0;
-  // The geometric mean over the places of its medians, over those of filiform in the same batches.
+  // The geometric mean, over the places, of its median divided by filiform's median in the same batches.
   double times = 0;
 };
 
-// filiform is the first of them: every peer's answers are compared with its answers.
+// filiform is the first engine. The results of every peer are compared with filiform's.
 std::vector<Searched> searched(const std::vector<JumpEngine>& engines,
                                const std::vector<std::vector<Vector3d>>& points) {
   std::vector<Searched> all;

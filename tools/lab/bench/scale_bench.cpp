@@ -1,4 +1,4 @@
-// bench scale: everything that should not grow with the data, and what must, against the number of segments.
+// bench scale: what must not grow with the number of segments, and what must, against that number.
 #include "index/build/ingest.h"
 #include "index/query/nearest.h"
 #include "index/set/tile_set.h"
@@ -33,7 +33,7 @@ struct At {
   std::int64_t ingests = 0;
 };
 
-// From nothing to a force, then jumps: the first to a place reads its tiles, the second finds them in memory.
+// From the start to a force, then jumps. The first jump to a place reads its tiles; the second finds them in memory.
 std::vector<double> travel(const std::string& path, double side_um, std::uint64_t seed) {
   const auto start = Clock::now();
   const auto set = TileSet::open(path);
@@ -75,8 +75,8 @@ std::vector<double> travel(const std::string& path, double side_um, std::uint64_
 
 enum class Law { flat, linear, base_and_linear };
 
-// Through the largest size, or through the middle of what is flat; a base and what each segment adds: through both
-// ends.
+// The expected law: through the largest size, or the middle value of a flat curve. For a base and a linear part:
+// through both ends.
 PlotSeries lawOf(Law law, const std::vector<double>& n, const std::vector<double>& y) {
   if (law == Law::linear) return lawSeries("N^1", n, y.back() * n.front() / n.back(), 1);
   if (law == Law::flat) return lawSeries("N^0", n, percentile(y, 0.5), 0);

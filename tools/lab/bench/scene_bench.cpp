@@ -1,4 +1,4 @@
-// bench scene: what a scene costs from the start of the program, and that nothing is paid for that it does not use.
+// bench scene: the cost of a scene from the start of the program. Checks that unused features cost nothing.
 #include "index/build/ingest.h"
 #include "index/errors.h"
 #include "index/set/tile_set.h"
@@ -29,9 +29,9 @@ namespace {
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
-struct Start {  // of the program, to its end
+struct Start {  // one start of the program, measured until it ends
   double wall_ms = 0, cpu_ms = 0, peak_mib = 0;
-  std::size_t threads = 0;  // most at a time, as seen from outside every 0.2 ms
+  std::size_t threads = 0;  // largest number at a time, as seen from outside every 0.2 ms
   std::set<std::string> libraries, set_files;
 };
 
@@ -47,7 +47,7 @@ std::set<std::string> mapped(pid_t process) {
   return names;
 }
 
-// Of what it has mapped since it became a program of its own: what getrusage() knows holds its parent's memory too.
+// The peak memory since the process became this program. The figure of getrusage() includes the parent's memory.
 double peakMib(pid_t process) {
   std::ifstream status("/proc/" + std::to_string(process) + "/status");
   for (std::string line; std::getline(status, line);)
@@ -55,7 +55,7 @@ double peakMib(pid_t process) {
   return 0;
 }
 
-// Files of tile sets that it has open.
+// Adds the files of tile sets that the process has open.
 void addOpened(pid_t process, std::set<std::string>& names) {
   std::error_code ignored;
   for (fs::directory_iterator it("/proc/" + std::to_string(process) + "/fd", ignored), end; it != end;
@@ -114,7 +114,7 @@ Start startOnce(const std::vector<std::string>& arguments, bool watched) {
 void writeSwc(const std::string& path, std::size_t segments, bool radii) {
   std::ofstream file(path, std::ios::binary);
   for (std::size_t i = 0; i <= segments; ++i) {
-    // A thread that winds, with a twig at every tenth sample.
+    // A neurite that winds, with a twig at every tenth sample.
     const double x = 0.9 * static_cast<double>(i);
     file << i + 1 << " 3 " << x << ' ' << static_cast<double>(i % 7) << ' ' << static_cast<double>(i % 3) << ' '
          << (radii ? "0.5" : "0") << ' ' << (i == 0 ? -1 : static_cast<long>(i % 10 == 9 && i > 2 ? i - 1 : i)) << '\n';
@@ -172,7 +172,7 @@ BenchReport runScene(const BenchOptions& options) {
   struct Case {
     std::string name;
     std::vector<std::string> arguments;
-    bool may_fail = false;  // needs what the machine may not have
+    bool may_fail = false;  // needs hardware or software that the machine may lack
   };
   const std::string once = "0.001";  // s of simulated time: one tick
   std::vector<Case> cases{
@@ -180,7 +180,7 @@ BenchReport runScene(const BenchOptions& options) {
       {"1 segment", {"navigate", at + "one.swc", "--seconds", once}},
       {"1000 segments", {"navigate", at + "thousand.swc", "--seconds", once}},
       {"1000 segments, no radii", {"navigate", at + "bare.swc", "--seconds", once}},
-      {"one thread, 5000 segments, 4.5 mm", {"navigate", at + "thread.swc", "--seconds", once}},
+      {"one neurite, 5000 segments, 4.5 mm", {"navigate", at + "thread.swc", "--seconds", once}},
       {"one cell", {"navigate", at + "cell.swc", "--seconds", once}},
       {"one cell, real time", {"navigate", at + "cell.swc", "--seconds", "0.02", "--realtime"}},
       {"one cell, no controller, basic", {"navigate", at + "cell.swc", "--seconds", once, "--method", "basic"}},
@@ -225,7 +225,7 @@ BenchReport runScene(const BenchOptions& options) {
       const Start start = startOnce(one.arguments, false);
       wall.push_back(start.wall_ms), cpu.push_back(start.cpu_ms);
     }
-    for (int i = 0; i < (options.quick ? 1 : 3); ++i) {  // watched from outside, which takes its own time
+    for (int i = 0; i < (options.quick ? 1 : 3); ++i) {  // watching from outside takes time, so these runs are extra
       Start start = startOnce(one.arguments, true);
       sum.threads = std::max(sum.threads, start.threads);
       sum.peak_mib = std::max(sum.peak_mib, start.peak_mib);

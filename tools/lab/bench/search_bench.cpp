@@ -1,5 +1,5 @@
-// bench search: what answers that may be wrong save, and by how much they are wrong: epsilon, samples alone, only what
-// is in memory; and what single precision would do.
+// bench search: what approximate results save, and how wrong they are: epsilon, landmarks alone, resident tiles only;
+// and single precision.
 #include "index/build/memory_tiles.h"
 #include "index/geometry/partition.h"
 #include "index/query/nearest.h"
@@ -24,10 +24,10 @@ namespace {
 struct SearchScene {
   std::unique_ptr<TileStore> store;
   std::vector<Vector3d> points;
-  std::vector<NearestResult> truth;  // the nearest of each point
+  std::vector<NearestResult> truth;  // the exact result of each point
 };
 
-// ns of CPU a point, by batch.
+// CPU time of a point, ns, by batch.
 template <typename Work>
 std::vector<double> timed(std::size_t points, Work&& work) {
   std::vector<double> ns;
@@ -80,7 +80,7 @@ void measureEpsilon(const BenchOptions& options, const SearchScene& scene, Bench
   report.tables.push_back(std::move(table));
 }
 
-// The samples alone, as many as is said, searched by FLANN with its own eps.
+// The landmarks alone, for several numbers of them, searched by FLANN with its own eps.
 void measureSamples(const BenchOptions& options, const SearchScene& scene, std::uint64_t segments,
                     BenchReport& report) {
   BenchTable table{
@@ -192,7 +192,7 @@ void measureResident(const BenchOptions& options, const SearchScene& scene, Benc
   for (const double part : {0.02, 0.05, 0.1, 0.2, 0.4, 0.7, 1.0, 2.0}) {
     options.progress("resident only, budget " + shown(part));
     const Nearest nearest(*scene.store, {.budget_bytes = static_cast<std::uint64_t>(part * whole)});
-    // In an order that is not that of the tiles.
+    // In an order other than that of the tiles.
     for (std::size_t i = 0; i < scene.points.size(); ++i) nearest.find(scene.points[i]);
     std::vector<double> errors;
     double answers = 0, same = 0, sum = 0, exact = 0, wrongly = 0;
@@ -248,7 +248,7 @@ Real distanceTo(const std::array<Real, 9>& s) {  // h, a, b
   return std::sqrt(sum);
 }
 
-// There is no single-precision path in the product; this is what one would gain and lose.
+// The product has no single-precision path. This measures what one would gain and lose.
 void measurePrecision(const BenchOptions& options, BenchReport& report) {
   options.progress("float and double");
   BenchTable table{"precision",
@@ -266,7 +266,7 @@ void measurePrecision(const BenchOptions& options, BenchReport& report) {
     std::vector<std::array<float, 9>> rounded(count);
     double worst_float = 0, worst_double = 0;
     for (std::size_t i = 0; i < count; ++i) {
-      // On a grid of 2^-9 um, which doubles and long doubles hold exactly at any of these distances.
+      // On a grid of 2^-9 um, which doubles and long doubles represent exactly at these distances.
       std::array<long double, 9> wide{};
       for (std::size_t k = 0; k < 9; ++k) {
         const double near_um = (k < 3 ? 1.0 : 0.6) * unit(random);

@@ -1,8 +1,9 @@
-// Where rendering vibrates, and what the passivity controller makes of it.
+// bench stability: where rendering vibrates, without and with the passivity controller.
 //
-// A hold: a hand on a thread is pulled away by a step of its target, which then rests. What should follow is rest. A
-// hold *oscillates* if after 3 s the hand still swings by more than 20 um in each of four quarters of a second, without
-// dying away. A swing is what the hand moves beyond its way from the window's begin to its end: creep is no vibration.
+// A hold: the target of a hand on a neurite steps away and then rests. The hand should come to rest. A hold
+// *oscillates* if after 3 s the hand still swings by more than 20 um in each of four quarters of a second, without
+// dying away. A swing is the hand's motion beyond its way from the window's begin to its end, so that creep does not
+// count.
 #include "device/simulated/simulated_hand.h"
 #include "index/build/memory_tiles.h"
 #include "index/errors.h"
@@ -33,7 +34,8 @@ namespace {
 
 constexpr double kSettle_s = 3.0, kWindow_s = 0.25;
 constexpr int kWindows = 4;
-constexpr double kMoves_m = 20e-6, kDies = 0.8;  // oscillates: every window above the first, the last above kDies of it
+constexpr double kMoves_m = 20e-6,
+                 kDies = 0.8;  // oscillates: all windows above kMoves_m, the last above kDies of the first
 const char* const kHands[] = {"loose", "medium", "firm"};
 
 std::string shortNumber(double value) {
@@ -42,7 +44,7 @@ std::string shortNumber(double value) {
   return out.str();
 }
 
-// All tiles of a small store, for any number of threads to read.
+// All tiles of a small store. Any number of threads may read.
 struct StabilityScene {
   explicit StabilityScene(std::unique_ptr<TileStore> opened) : store(std::move(opened)), table(store->tile_count()) {
     for (TileId id = 0; id < store->tile_count(); ++id) {
@@ -63,7 +65,7 @@ std::unique_ptr<TileStore> syntheticStore(std::uint32_t cells, std::uint64_t see
   return buildTilesInMemory(stream);
 }
 
-struct Hold {  // one combination, and how it is pulled
+struct Hold {  // one combination, and its pull
   std::string hand = "medium";
   double rate_Hz = 1000;
   int delay = 1;
@@ -78,7 +80,7 @@ struct Held {
   double swing_m = 0;  // of the hand in the last window
   double force_N = 0;  // the largest in the last window
   double least_J = 0;  // observed energy
-  double bound_J = 0;  // what the controller promises, > 0: least_J >= -bound_J
+  double bound_J = 0;  // the controller's promise, > 0: least_J >= -bound_J
   double given_W = 0;  // mean power given to the hand over the windows, by the force that acted
 };
 
@@ -149,7 +151,7 @@ Held hold(const StabilityScene& scene, const Hold& what, SolverMethod method, co
   return held;
 }
 
-// body(i) for each i below n, on all processors; progress is told on this thread.
+// Calls body(i) for each i below n, on all processors. Reports progress on this thread.
 void parallelFor(std::size_t n, const std::function<void(std::size_t)>& body,
                  const std::function<void(std::size_t done)>& progress) {
   std::atomic<std::size_t> next{0}, done{0};
@@ -176,11 +178,12 @@ void parallelFor(std::size_t n, const std::function<void(std::size_t)>& body,
   if (error) std::rethrow_exception(error);
 }
 
-// A panel of the map: columns of one variable, rows of stiffness, a colour for each, and where prediction lies.
+// A panel of the map: one column a value of a variable, one row a stiffness, a colour for each, and the predicted
+// bound.
 struct Panel {
   std::string title;
   std::vector<std::string> columns;
-  std::vector<std::vector<double>> fraction;  // by column and row: of holds that oscillate
+  std::vector<std::vector<double>> fraction;  // by column and row: fraction of holds that oscillate
   std::vector<double> predicted_N_m;          // by column
 };
 
@@ -235,7 +238,7 @@ MapCell measureCell(const StabilityScene& scene, Hold what, int pulls, std::uint
   cell.bound_N_m =
       stiffnessBound(handParameters(what.hand).damping_Ns_m + what.device_damping_Ns_m, 1 / what.rate_Hz, what.delay);
   for (int i = 0; i < pulls; ++i) {
-    what.seed = seed * 1000 + static_cast<std::uint64_t>(i);  // the same pulls in every cell
+    what.seed = seed * 1000 + static_cast<std::uint64_t>(i);  // the same pulls in every combination
     const Held held = hold(scene, what, method, parameters);
     ++cell.holds;
     cell.oscillate += held.oscillates;
@@ -292,7 +295,7 @@ BenchReport runStability(const BenchOptions& options) {
         options.progress(std::to_string(done) + " of " + std::to_string(jobs.size()) + " cells");
       });
 
-  // By ratio to the prediction.
+  // Grouped by the ratio of stiffness to predicted bound.
   BenchTable bins{
       "by_ratio",
       "Holds by stiffness over the predicted bound b / (T/2 + d T): how many oscillate, the largest swing of "
@@ -416,7 +419,7 @@ BenchReport runStability(const BenchOptions& options) {
   picture("stability-map-damping.png", drawMap("Holds that oscillate: stiffness against the device's damping", key,
                                                "device damping, N s/m", stiffness, damping_panels, 3));
 
-  // On the move: what proxies inject, and what the controller costs where it is not needed.
+  // On tours: the energy that the proxy's moves inject, and the cost of the controller where it is not needed.
   BenchTable tours{
       "tours",
       "A tour through synthetic neurons, medium hand, 1 kHz, delay 1: energy added to the spring by moves of "

@@ -1,4 +1,4 @@
-// bench storage: what the grid's quantum, a tile's capacity and the levels of detail cost and give.
+// bench storage: costs and benefits of the grid's quantum and the tile capacity.
 #include "index/build/ingest.h"
 #include "index/build/memory_tiles.h"
 #include "index/query/nearest.h"
@@ -23,7 +23,7 @@ namespace {
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
-// Cells as they were before the grid, kept to compare with.
+// Keeps the cells before rounding to the grid, for comparison.
 class KeptCells final : public CellStream {
  public:
   explicit KeptCells(const std::vector<Cell>& cells) : cells_(cells) {}
@@ -130,7 +130,7 @@ void measureCapacity(const BenchOptions& options, const std::vector<Cell>& cells
     const Nearest nearest(*set, {.budget_bytes = 0});
     double opened[2] = {0, 0};
     const std::size_t count = options.quick ? 20 : 400;
-    for (int batch = 0; batch < 2; ++batch)  // the first one warms up
+    for (int batch = 0; batch < 2; ++batch)  // the first batch warms the caches
       for (const int uniform : {0, 1}) {
         opened[uniform] = 0;
         jump_us[uniform].clear();

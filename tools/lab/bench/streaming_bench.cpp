@@ -1,4 +1,4 @@
-// bench streaming: opening a set, and what the hand feels of tiles that come from a disk.
+// bench streaming: opening a set, and the effect on the hand of tiles that are read from a disk.
 #include "index/build/ingest.h"
 #include "index/query/nearest.h"
 #include "index/set/faulty_source.h"
@@ -32,7 +32,7 @@ std::string withUnit(std::uint64_t n) {
   return n >= 1'000'000 ? std::to_string(n / 1'000'000) + "e6" : std::to_string(n / 1000) + "e3";
 }
 
-// The sets that the workload is about, in a folder of their own that goes with them.
+// The sets of this workload, in a temporary folder.
 class Sets {
  public:
   explicit Sets(const BenchOptions& options) : options_(options), folder_(options.out, "streaming") {}
@@ -41,7 +41,7 @@ class Sets {
     std::string path;
     double cpu_s = 0;  // median of ingestRuns
   };
-  // In processes of their own: their memory does not count in the measurements.
+  // Made in child processes, so that their memory does not count in the measurements.
   Made make(std::uint64_t segments, bool levels) const {
     const std::string path = folder_.path() + "/" + std::to_string(segments) + (levels ? ".fil" : "-bare.fil");
     std::vector<double> cpu_s;
@@ -71,7 +71,7 @@ struct Opening {
   double open_s, first_tick_s;
 };
 
-// From nothing to a force: open, find the nearest segment to the middle of the data, load its tile, one tick.
+// From the start to a force: open, find the nearest segment to the middle of the data, load its tile, one tick.
 Opening openOnce(const std::string& path) {
   const auto start = Clock::now();
   const auto set = TileSet::open(path);
@@ -172,9 +172,9 @@ const char* toString(PrefetchPolicy policy) {
   return policy == PrefetchPolicy::none ? "none" : policy == PrefetchPolicy::distance ? "distance" : "structure";
 }
 
-struct Waiting {  // how a tour is travelled
+struct Waiting {  // parameters of a tour
   double latency_ms, speed_m_s;
-  double floors;  // the budget, in parts of the smallest that is possible; infinite: none
+  double floors;  // the budget, in multiples of the smallest possible; infinite: no budget
 };
 
 void measureFrontiers(const BenchOptions& options, const TileSet& set, BenchReport& report) {
@@ -192,7 +192,7 @@ void measureFrontiers(const BenchOptions& options, const TileSet& set, BenchRepo
   const auto travelled = [&](const Waiting& how, PrefetchPolicy policy) {
     const double budget = std::isinf(how.floors) ? 2 * whole : how.floors * floor;
     std::vector<BenchValue> row{how.latency_ms, how.speed_m_s, budget / kMiB, std::string(toString(policy))};
-    // The middle belongs to every sweep; in virtual time it comes out alike.
+    // The middle belongs to every sweep. In virtual time its result is always the same.
     for (const auto& known : table.rows)
       if (std::equal(row.begin(), row.end(), known.begin()))
         return 1e3 * static_cast<double>(std::get<std::int64_t>(known[4])) /
@@ -214,7 +214,7 @@ void measureFrontiers(const BenchOptions& options, const TileSet& set, BenchRepo
     table.rows.push_back(std::move(row));
     return 1e3 * static_cast<double>(s.frontiers) / static_cast<double>(s.ticks);
   };
-  // One of the three at a time, the others as here.
+  // One of the three parameters varies at a time; the others have these values.
   const Waiting middle{20, 0.5, 8};
   constexpr PrefetchPolicy kPolicies[] = {PrefetchPolicy::none, PrefetchPolicy::distance, PrefetchPolicy::structure};
   const PrefetchPolicy standard = ResidencyOptions{}.prefetch;
@@ -233,7 +233,7 @@ void measureFrontiers(const BenchOptions& options, const TileSet& set, BenchRepo
     for (const PlotSeries& one : all)
       text += (text.empty() ? "Frontiers in 1000 ticks from left to right: " : "; ") + one.name + " " +
               shown(one.y.front()) + " to " + shown(one.y.back());
-    // Of the policy that bends: the default has mostly none.
+    // Of the curve without prefetch: the default usually has no knee.
     const auto knee = kneeOf(all[0].x, all[0].y, curve.plot.x_log, curve.plot.y_log);
     if (knee) addMark(curve, all[0].x[*knee], "knee without prefetch");
     text += std::string(knee ? "; without prefetch the knee is at " + shown(all[0].x[*knee]) : "; no knee") + ". ";

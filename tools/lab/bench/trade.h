@@ -1,4 +1,4 @@
-// The curves of trades: what is exact, the default and the knee, marked. Functions without state.
+// The curves of trade-offs, with the exact point, the default and the knee. Functions without state.
 #pragma once
 
 #include "tools/lab/bench/bench.h"
@@ -7,18 +7,18 @@
 
 namespace filiform::tools {
 
-// Values that are not positive are left out on logarithmic axes.
+// Makes a curve. Values that are not positive are left out on logarithmic axes.
 BenchCurve tradeCurve(const std::string& name, const std::string& title, const std::string& x_label,
                       const std::string& y_label, std::vector<PlotSeries> series, bool x_log, bool y_log);
-// Adds to the label of a mark that is at `x` already.
+// Adds a labelled line at `x`. If there is a line at `x` already, the label is added to it.
 void addMark(BenchCurve& curve, double x, const std::string& label);
-// Marks the knee (knee.h) of one series, and answers for the finding: "knee at 4", or "no knee".
+// Marks the knee (knee.h) of one series. Returns text for the finding: "knee at 4", or "no knee".
 std::string markKnee(BenchCurve& curve, std::size_t series = 0);
 
-// The law y = c x^exponent through `at_first` at the first x, to stand beside what was measured.
+// The law y = c x^exponent with the value `at_first` at the first x, for comparison with measurements.
 PlotSeries lawSeries(const std::string& name, const std::vector<double>& x, double at_first, double exponent);
 
-// Processor time of the calling thread, s: being put aside for others does not count.
+// Processor time of the calling thread, s. Time in which other programs run does not count.
 double threadTime_s();
 
 }  // namespace filiform::tools

@@ -1,5 +1,5 @@
-// bench viewer: what a frame costs, standing, moving and while tiles come; how soon there is a first picture; what the
-// haptic loop loses beside it.
+// bench viewer: the time of a frame at rest, in motion and while tiles arrive; the time to the first picture; the
+// effect on the haptic loop.
 #include "index/build/ingest.h"
 #include "index/set/tile_set.h"
 #include "solver/travel/place_finder.h"
@@ -27,14 +27,14 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// Of all threads of the program: what a frame takes from a machine that has other work.
+// Processor time of all threads of the program: the cost of a frame on a busy machine.
 double cpu_ms() {
   timespec now{};
   ::clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
   return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
 }
 
-// Everything that draws, opened as a program opens it.
+// Everything that draws, opened as the program opens it.
 struct Stage {
   explicit Stage(const std::string& path)
       : set(TileSet::open(path)),
@@ -43,7 +43,7 @@ struct Stage {
         renderer(*context),
         scene(*set, levels.get(), renderer) {}
 
-  // One frame until its last pixel; ms.
+  // Draws one frame and waits for its last pixel; ms.
   double frame(const SceneFrame& wanted) {
     const Clock::time_point start = Clock::now();
     const double cpu_start_ms = cpu_ms();
@@ -65,13 +65,13 @@ struct Stage {
   Renderer renderer;
   SceneView scene;
   SceneFigures figures;
-  double frame_cpu_ms = 0;  // of the last one
+  double frame_cpu_ms = 0;  // of the last frame
 };
 
 Camera overviewOf(const SceneView& scene, const SceneFrame& frame, double yaw_rad) {
   return overview(scene.lo_W(), scene.hi_W(), yaw_rad, 0.2, frame.size.aspect());
 }
-// The workspace in the tissue, as a person travels: at `part`, 0 to 1, of a way through the middle.
+// Moves the workspace through the middle of the tissue, as a user travels; `part`: 0 to 1.
 void placeInside(const SceneView& scene, double part, Workspace& workspace, SceneFrame& frame) {
   const Vector3d size = scene.hi_W() - scene.lo_W();
   const Vector3d from = scene.lo_W() + size.cwiseProduct(Vector3d(0.3, 0.25, 0.4));
@@ -105,7 +105,7 @@ void measureFrames(Stage& stage, const BenchOptions& options, const SceneFrame& 
         frame.budget.moving_shade = samples > 1;
         frame.budget.enough_px = 0;
         const int frames = options.quick ? 3 : software ? 5 : 20;
-        // The same way twice: the first loads and uploads.
+        // The same path twice: the first pass loads and uploads.
         std::vector<double> times, cpu;
         for (const bool measured : {false, true})
           for (int i = 0; i < frames; ++i) {
@@ -140,7 +140,7 @@ void measureFrames(Stage& stage, const BenchOptions& options, const SceneFrame& 
                           software ? "<= 40" : "<= 8", worst_ms, worst_ms <= must_ms, worst_ms <= (software ? 40 : 8)});
 }
 
-// Batches behind the eye beside none.
+// Compares frames with and without batches behind the eye.
 void measureCulling(Stage& stage, const BenchOptions& options, const SceneFrame& base, BenchReport& report) {
   options.progress("culling");
   SceneFrame frame = base;
@@ -180,7 +180,7 @@ void measureCulling(Stage& stage, const BenchOptions& options, const SceneFrame&
   report.goals.push_back({"culled tiles, part of a frame", "<= 0.05", "<= 0.01", part, part <= 0.05, part <= 0.01});
 }
 
-// Through the set at a steady pace, once with tiles arriving and once more with what the first flight has left.
+// Flies through the set at a steady pace: once while tiles arrive, and again with the tiles of the first flight.
 void measureStreaming(const std::string& path, const BenchOptions& options, const SceneFrame& base,
                       BenchReport& report) {
   BenchTable table{"streaming",
@@ -252,7 +252,7 @@ void measureStart(const std::string& path, const BenchOptions& options, const Sc
   report.goals.push_back({"refined to the full budget after start, s", "<= 3", "<= 2", whole_ms / 1000,
                           whole_ms <= 3000, whole_ms <= 2000});
 
-  // At rest nothing drawn may be more wrong than what is stated.
+  // At rest, no part may be more wrong than stated.
   options.progress("errors at rest");
   double over_px = 0;
   Workspace workspace({.zoom_um = kZoom_um});
@@ -272,7 +272,7 @@ void measureStart(const std::string& path, const BenchOptions& options, const Sc
   report.goals.push_back({"error at rest above the stated one, px", "0", "0", over_px, over_px <= 0, over_px <= 0});
 }
 
-// The hand's loop at 1 kHz, a simulated hand travelling: alone, beside frames without a pause, and alone again.
+// The haptic loop at 1 kHz with a simulated hand: alone, beside continuous drawing, and alone again.
 void measureLoop(const std::string& path, const BenchOptions& options, const SceneFrame& base, BenchReport& report) {
   BenchTable table{"loop",
                    "The haptic loop, a simulated hand travelling, beside the viewer; us",

@@ -1,5 +1,5 @@
-// bench work: how much work a tick of the proxy solver may do, against how far the proxy then lies from where it would
-// be without a limit, and what the hand feels of it.
+// bench work: the work cap of a solver tick, against the distance of the proxy from its place without a cap, and
+// against the force at the hand.
 #include "index/build/memory_tiles.h"
 #include "solver/graph/graph_view.h"
 #include "solver/proxy/parameters.h"
@@ -87,8 +87,7 @@ Felt feel(const BenchOptions& options, const std::vector<WorkScene>& scenes, Sol
   return felt;
 }
 
-// A faster loop feels smoother and takes more of a processor; stiffness is the other thing it buys
-// (stability_bench.cpp).
+// A faster loop feels smoother and takes more processor time. It also allows a higher stiffness (stability_bench.cpp).
 void measureRate(const BenchOptions& options, const std::vector<WorkScene>& scenes, int routes, BenchReport& report) {
   BenchTable table{
       "rate",
@@ -133,7 +132,7 @@ void measureRate(const BenchOptions& options, const std::vector<WorkScene>& scen
   report.tables.push_back(std::move(table));
 }
 
-// The same probes for all: those of hands that travelled without a limit.
+// The same probes for all caps: those of hands that travelled without a cap.
 struct Probes {
   const WorkScene* scene;
   double zoom_um;

@@ -20,7 +20,7 @@ std::vector<Workload> workloads() {
   addScaleWorkloads(all);
   addSceneWorkloads(all);
   addExtremesWorkloads(all);
-  // Last: the OpenGL driver leaves threads behind, and others fork.
+  // Last, because the OpenGL driver starts threads that stay, and other workloads fork.
   addLevelsWorkloads(all);
   addViewerWorkloads(all);
   return all;

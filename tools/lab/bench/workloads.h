@@ -1,4 +1,4 @@
-// The parts of `filiform bench`: each function appends the workloads of its file. workloads() lists them all.
+// The parts of `filiform bench`. Each function appends the workloads of its file; workloads() lists them all.
 #pragma once
 
 #include "tools/lab/bench/bench.h"

@@ -20,7 +20,7 @@ std::uint64_t tremorSeed(const DrawnRoute& route, std::uint64_t seed, std::uint3
   return route.key ^ (seed * 0x9e3779b97f4a7c15u + number * 0xd1b54a32d192ed03u);
 }
 
-// Trial cells by what was done to them; built when the first trial asks.
+// Trial cells by treatment. Each is built when the first trial needs it.
 class Treated {
  public:
   explicit Treated(const Cell& cell) : cell_(cell) {}
@@ -56,7 +56,7 @@ void writeKeys(std::ostream& out, const std::vector<CorpusCell>& cells, const st
   const TrialSetup& setup = condition.setup;
   const CorpusCell& cell = cells[row.cell];
   const DrawnRoute& route = cell.routes[row.route];
-  std::string source;  // quoted: names of files may hold anything
+  std::string source;  // quoted, because file names may hold any character
   for (const char c : cell.cell.source) source += c == '"' ? "\"\"" : std::string(1, c);
   out << condition.table << ',' << condition.variant << ',' << setup.method << ',' << setup.hand << ','
       << formatNumber(setup.stiffness_N_m) << ',' << formatNumber(setup.zoom_um) << ',' << '"' << source << '"' << ','

@@ -46,9 +46,10 @@ TrialCorpus corpusOf(CellStream& cells, const EvaluationOptions& options) {
                                                         : 2000;
   TrialCorpus corpus = drawCorpus(cells, routes, draw);
   if (corpus.listed == 0)
-    throw UsageError("--corpus " + escaped(options.corpus) + ": no usable neuron in it; filiform check says why");
+    throw UsageError("--corpus " + escaped(options.corpus) +
+                     ": no usable neuron in it; filiform check lists what is wrong");
   if (corpus.cells.empty())
-    throw InputError("no cell has a route of 40 um or more: is the unit of the files another one than um?");
+    throw InputError("no cell has a route of 40 um or more; is the unit of the files another one than um?");
   return corpus;
 }
 

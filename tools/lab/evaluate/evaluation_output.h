@@ -1,4 +1,4 @@
-// The files of an evaluation. Functions without state.
+// Writes the files of an evaluation. Functions without state.
 #pragma once
 
 #include "tools/lab/evaluate/evaluation_results.h"
@@ -11,8 +11,8 @@ namespace filiform::tools {
 // Writes trials.csv, timings.csv, hold.csv and cells.csv into r.options.out.
 // Throws IoError.
 void writeEvaluationData(const EvaluationResults& r);
-// Writes evaluate.json, evaluate.md and evaluate.html there; the plots of the sections exist already. `wall_s`: how
-// long the evaluation took. Throws IoError.
+// Writes evaluate.json, evaluate.md and evaluate.html into the same folder. The plots of the sections must exist.
+// `wall_s`: duration of the evaluation. Throws IoError.
 void writeEvaluationReport(const EvaluationResults& r, const std::vector<PageSection>& sections, double wall_s);
 
 }  // namespace filiform::tools

@@ -1,4 +1,4 @@
-// What an evaluation has measured, before it becomes tables. Thread-compatible.
+// The measurements of an evaluation, before they become tables. Thread-compatible.
 #pragma once
 
 #include "tools/lab/evaluate/campaign.h"
@@ -26,15 +26,15 @@ struct EvaluationResults {
   std::vector<HoldSeries> holds;
 
   bool has(const std::string& method) const;
-  // The hands of the main tables, as handVariant names them.
+  // The hands of the main tables, in the form of handVariant().
   std::vector<std::string> mainVariants() const;
 
   const Condition& sceneCondition(const std::string& variant, const std::string& method) const;
-  // Its position in scene_conditions. Throws std::logic_error for an unknown condition.
+  // The position of the condition in scene_conditions. Throws std::logic_error for an unknown condition.
   std::uint32_t sceneConditionNumber(const std::string& variant, const std::string& method) const;
-  // Over the trials of scene `number` (0 is the first). Throws std::logic_error for an unknown condition.
+  // Summary of the trials of scene `number` (from 0). Throws std::logic_error for an unknown condition.
   TrialSummary scene(std::uint32_t number, const std::string& variant, const std::string& method) const;
-  // Over the trials on routes. Throws std::logic_error for an unknown condition.
+  // Summary of the trials on routes. Throws std::logic_error for an unknown condition.
   TrialSummary routesOf(const std::string& table, const std::string& variant, const std::string& method, double zoom_um,
                         Part part = Part::all) const;
 };

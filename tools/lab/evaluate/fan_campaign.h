@@ -1,5 +1,5 @@
-// Every method on fans (tools/synthetic/synthetic_fan.h): branches that leave a node nearly parallel. Function without
-// state.
+// Runs every method on fans (tools/synthetic/synthetic_fan.h): branches that leave a node nearly parallel. Function
+// without state.
 #pragma once
 
 #include "tools/lab/evaluate/campaign.h"
@@ -17,8 +17,8 @@ struct FanFamily {  // fans with this number of branches
 
 // The numbers of branches that are run, ascending.
 const std::vector<int>& fanBranches();
-// Draws `fans` fans of each number of branches by options.seed (drawFan) and travels each under every condition. A
-// fan's number is its place in `fans`. options.progress counts over all families.
+// Draws `fans` fans of each number of branches with options.seed (drawFan) and travels each under every condition. The
+// number of a fan is its position in `fans`. options.progress counts over all families.
 std::vector<FanFamily> runFans(std::uint64_t fans, const std::vector<Condition>& conditions,
                                const CampaignOptions& options);
 

@@ -41,7 +41,7 @@ void addClimbGoals(const EvaluationResults& r, Goals& goals) {
         const PairedRatio paired =
             compare(r.corpus.cells, r.trials, findCondition(r.conditions, "main", variant, "climb", zoom),
                     findCondition(r.conditions, "main", variant, "force", zoom), integral, Part::all, false);
-        // Over all routes together, as the tables have it; route by route beside it.
+        // The ratio over all routes together, as in the tables; the ratios route by route beside it.
         const double ratio = r.routesOf("main", variant, "climb", zoom).force_integral_Ns /
                              r.routesOf("main", variant, "force", zoom).force_integral_Ns;
         goals.add("climb, " + variant + ", " + formatNumber(zoom) + " um: force integral against force-based", "<= 1/3",

@@ -1,4 +1,4 @@
-// What was promised, beside what came out: the first table of an evaluation.
+// The promises and the measured values: the first table of an evaluation.
 // Thread-compatible.
 #pragma once
 
@@ -20,7 +20,7 @@ class Goals {
   BenchTable table_{"goals", "What was promised, and what came out", {"what", "must", "measured", "met"}, {}};
 };
 
-// What is promised of bounded climb on the routes. Adds nothing if climb did not run.
+// Adds the promises about bounded climb on the routes. Adds nothing if climb did not run.
 void addClimbGoals(const EvaluationResults& r, Goals& goals);
 
 }  // namespace filiform::tools

@@ -13,11 +13,11 @@ namespace filiform::tools {
 
 namespace {
 
-constexpr double kPull_s = 0.1;    // the target's way out
-constexpr double kWatch_s = 0.5;   // at the end
-constexpr double kWindow_s = 0.1;  // of the energy
+constexpr double kPull_s = 0.1;    // duration of the target's motion
+constexpr double kWatch_s = 0.5;   // observed time at the end
+constexpr double kWindow_s = 0.1;  // window of the energy
 
-// The largest rise of a running value within a window of so many steps.
+// The largest rise of a running value within a window of this many steps.
 class LargestRise {
  public:
   explicit LargestRise(std::size_t window) : window_(window) {}
@@ -32,7 +32,7 @@ class LargestRise {
 
  private:
   std::size_t window_, count_ = 0;
-  std::deque<std::pair<std::size_t, double>> least_;  // rising: candidates for the least of the window
+  std::deque<std::pair<std::size_t, double>> least_;  // ascending: candidates for the least value of the window
   double largest_ = 0;
 };
 
@@ -51,8 +51,8 @@ HoldResult runHold(TrialCell& cell, std::uint32_t child, double t, const Vector3
   const double dt_s = 1 / setup.rate_Hz;
   SimulatedHand hand(trialHandOptions(setup));
   NavigationOptions options = trialNavigationOptions(setup);
-  options.force.ramp_s = 0;               // nothing pulls at the start, and a ramp would hide what the spring gives
-  options.workspace.drift_speed_m_s = 0;  // a drifting world would move a hand that holds
+  options.force.ramp_s = 0;               // nothing pulls at the start, and a ramp would hide the spring's energy
+  options.workspace.drift_speed_m_s = 0;  // a drifting workspace would move a hand that holds
   Navigation navigation(cell.view(), makeTrialSolver(cell, setup), options);
   startTrial(navigation, cell, child, t);
   hand.open();
@@ -83,7 +83,7 @@ HoldResult runHold(TrialCell& cell, std::uint32_t child, double t, const Vector3
     last_p_D = tick.anchor_D;
   }
   const bool moves = hand_extent.size() > kStill_m || pull_extent.size() > kStill_m;
-  // One hop ends where it leads; what comes back has gone further than the distance between first and last.
+  // In a single hop the distance from first to last place is the whole movement. An oscillation moves farther.
   result.late_hop = moves && (last_p_D - first_p_D).norm() > 0.9 * moved_m;
   result.oscillates = moves && !result.late_hop;
   result.energy_J = energy.largest();

@@ -25,11 +25,11 @@ Pull drawPull(const TrialCell& cell, std::mt19937_64& random) {
   do pull.child = static_cast<std::uint32_t>(random() % cell.graph().samples());
   while (cell.graph().parents[pull.child] == kNoParent);
   pull.t = uniform();
-  do {  // named, so that the order of the draws is fixed
+  do {  // named variables fix the order of the draws
     const double z = uniform() - 0.5, y = uniform() - 0.5, x = uniform() - 0.5;
     pull.pull_m = Vector3d(x, y, z);
   } while (pull.pull_m.norm() > 0.5 || pull.pull_m.isZero(0));
-  pull.pull_m *= 0.03 * uniform() / pull.pull_m.norm();  // up to 30 mm, as far as a person pushes
+  pull.pull_m *= 0.03 * uniform() / pull.pull_m.norm();  // up to 30 mm, the largest pull of a person
   return pull;
 }
 

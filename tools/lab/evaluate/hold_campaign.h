@@ -1,4 +1,4 @@
-// Hold tests in series: the same random pulls with every method, under several hands and zooms. Function without state.
+// Runs series of hold tests: the same random pulls with every method, several hands and zooms. Function without state.
 #pragma once
 
 #include "tools/lab/evaluate/hold.h"
@@ -18,16 +18,15 @@ struct HoldSeries {  // one method under one hand
 };
 
 struct HoldOptions {
-  std::vector<std::string> methods;  // of trialMethods()
+  std::vector<std::string> methods;  // from trialMethods()
   std::uint64_t seed = 1;            // of the places and pulls
   unsigned threads = 1;
   bool quick = false;  // 4 pulls instead of 300
-  // Called about ten times a second on the caller's thread. What it throws ends the campaign.
+  // Called about ten times a second on the caller's thread. An exception from it ends the campaign.
   std::function<void(std::uint64_t groups)> progress;
 };
 
-// The same results for the same cells, methods and seed, whatever the threads.
-// Requires cells.
+// The results are the same for the same cells, methods and seed, on any number of threads. Requires at least one cell.
 std::vector<HoldSeries> runHolds(const std::vector<CorpusCell>& cells, const HoldOptions& options);
 
 }  // namespace filiform::tools

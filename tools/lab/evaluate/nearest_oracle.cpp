@@ -23,7 +23,7 @@ class NearestOracle : public ProxySolver {
     step.touched.overflow = step.absent.overflow = false;
     before_ = place_;
     if (tree_ == nullptr || !h_W.allFinite()) return;
-    // The active segment first: its point bounds the search.
+    // The active segment is tested first: its point bounds the search.
     const std::uint32_t child = place_.segment.segment;
     const CellGraph& graph = cell_.graph();
     ClosestPoint best = closestPoint(graph.position_W(child), graph.position_W(graph.parents[child]), h_W);

@@ -1,6 +1,6 @@
-// The oracle of the evaluation: a "solver" whose proxy is always the nearest point of the connected cell, wherever that
-// is. It cannot be stuck and its force is a lower bound, but it leaps between neurites that are not connected nearby.
-// It exists to be compared with and knows only a TrialCell. Thread rule: as ProxySolver.
+// The oracle of the evaluation: a "solver" whose proxy is always the nearest point of the connected cell. It is never
+// stuck and its force is a lower bound, but it leaps between neurites that are not connected nearby. It works only on a
+// TrialCell. Thread rule: as ProxySolver.
 #pragma once
 
 #include "solver/proxy/proxy_solver.h"

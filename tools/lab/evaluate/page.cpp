@@ -50,12 +50,12 @@ std::string bytesOf(const std::string& path) {
   return bytes;
 }
 
-constexpr std::size_t kLongText = 48;  // letters: beyond, a cell of a table is broken into lines
+constexpr std::size_t kLongText = 48;  // letters: longer cells of a table are broken into lines
 
 bool isText(const BenchValue& value) { return std::holds_alternative<std::string>(value); }
 
 void putTable(std::ostream& out, const BenchTable& table) {
-  // A column of words is set to the left, by its first row.
+  // A column is aligned to the left if its first row holds text.
   const auto cell = [&](std::size_t column) {
     return !table.rows.empty() && isText(table.rows.front()[column]) ? " class=\"t\"" : "";
   };

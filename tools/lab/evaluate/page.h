@@ -1,5 +1,4 @@
-// A report as one HTML page that needs nothing else (pictures are inside it, no network), and as Markdown. Functions
-// without state.
+// Writes a report as one HTML page with its pictures inside (no network), and as Markdown. Functions without state.
 #pragma once
 
 #include "tools/lab/bench/bench.h"
@@ -16,7 +15,7 @@ struct PagePicture {
 };
 
 struct PageFigure {
-  std::string svg;  // an element of SvgCanvas
+  std::string svg;  // an SVG element
   std::string caption;
 };
 
@@ -25,10 +24,11 @@ struct PageSection {
   std::vector<std::string> paragraphs;
   std::vector<BenchTable> tables;
   std::vector<PagePicture> pictures;
-  std::vector<PageFigure> figures = {};  // on the HTML page only
+  std::vector<PageFigure> figures = {};  // shown on the HTML page only
 };
 
-// Light or dark as the reader has it, light on paper. Text is escaped. Throws IoError where a picture cannot be read.
+// The page is light or dark as the reader's system prefers, and light on paper. Text is escaped. Throws IoError if a
+// picture cannot be read.
 std::string htmlPage(const std::string& title, const std::vector<PageSection>& sections, const std::string& folder);
 std::string markdownPage(const std::string& title, const std::vector<PageSection>& sections);
 

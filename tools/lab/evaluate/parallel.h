@@ -1,4 +1,4 @@
-// Independent pieces of work on several threads. Functions without state.
+// Runs independent pieces of work on several threads. Functions without state.
 #pragma once
 
 #include <cstddef>
@@ -6,9 +6,9 @@
 
 namespace filiform::tools {
 
-// Calls work(i) for each i < count, in ascending order of beginning, on `threads` threads (at least one); returns when
-// all are done. While it waits, `meanwhile` is called on the calling thread about ten times a second; what it or a
-// piece of work throws ends the rest and is passed on (of several, any one).
+// Calls work(i) for each i < count on `threads` threads (at least one), beginning in ascending order. Returns when all
+// calls have returned. Meanwhile calls `meanwhile` on the calling thread about ten times a second. An exception from
+// either function ends the work and propagates (one of them, if there are several).
 void parallelFor(std::size_t count, unsigned threads, const std::function<void(std::size_t)>& work,
                  const std::function<void()>& meanwhile = {});
 

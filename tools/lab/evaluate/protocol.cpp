@@ -22,7 +22,7 @@ constexpr int kSceneSeeds = 200, kOtherSceneSeeds = 50;
 struct Variant {
   std::string name;
   std::function<void(TrialSetup&)> change;
-  bool in_scenes = false;  // too
+  bool in_scenes = false;  // also run on the scenes
   int scene_seeds = kOtherSceneSeeds;
 };
 
@@ -182,7 +182,7 @@ std::vector<Condition> routeConditions(const ProtocolOptions& options) {
         c.setup.method = method;
         c.setup.zoom_um = zoom;
         variant.change(c.setup);
-        if (method == "nearest" && c.setup.max_visited > 0) continue;  // the oracle knows no bound
+        if (method == "nearest" && c.setup.max_visited > 0) continue;  // the oracle has no work cap
         c.one_in = oneIn(options.routes, options.ablation_routes);
         conditions.push_back(c);
       }

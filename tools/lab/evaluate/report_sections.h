@@ -1,5 +1,5 @@
-// The sections of an evaluation's report, one function each. Functions without state; those with plots write PNG files
-// into r.options.out and throw IoError.
+// The sections of an evaluation's report. Functions without state. Those with plots write PNG files into r.options.out
+// and throw IoError.
 #pragma once
 
 #include "tools/lab/evaluate/evaluation_results.h"
@@ -20,9 +20,9 @@ PageSection ablationSection(const EvaluationResults& r);
 PageSection holdSection(const EvaluationResults& r);
 PageSection parameterSection();
 
-// A row a number of branches and aim error: how many fans each method completed.
+// A row for each number of branches and aim error: the number of fans that each method completed.
 BenchTable fanSummaryTable(const EvaluationResults& r);
-// A row a method and zoom, over the routes of `part`.
+// A row for each method and zoom, over the routes of `part`.
 BenchTable routeTable(const EvaluationResults& r, const std::string& name, const std::string& table,
                       const std::string& variant, const std::vector<double>& zooms_um, Part part);
 

@@ -1,4 +1,4 @@
-// Small parts that the sections of an evaluation share. Functions without state.
+// Small functions shared by the sections of an evaluation. Functions without state.
 #pragma once
 
 #include "tools/drawing/report.h"
@@ -15,7 +15,7 @@ inline std::string ratioText(std::uint64_t part, std::uint64_t of) {
   return std::to_string(part) + " of " + std::to_string(of);
 }
 
-// Percent of the values that are at most x.
+// The percentage of values that are at most x, as a series over x.
 PlotSeries cumulative(const std::string& name, std::vector<double> values);
 // Draws the plot into the folder and adds it to the section. Throws IoError.
 void addPicture(PageSection& section, const Plot& plot, const std::string& folder, const std::string& file,

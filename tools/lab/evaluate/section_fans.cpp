@@ -12,7 +12,7 @@ namespace filiform::tools {
 
 namespace {
 
-bool isAlike(const TrialRow& row) { return row.cell % 2 == 1; }  // as drawFan has it
+bool isAlike(const TrialRow& row) { return row.cell % 2 == 1; }  // as in drawFan()
 bool isStraight(const TrialRow& row) { return !isAlike(row); }
 
 TrialSummary fansOf(const EvaluationResults& r, const FanFamily& family, double aim_error_m, const std::string& method,

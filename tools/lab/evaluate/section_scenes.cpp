@@ -24,7 +24,7 @@ std::string seedsText(const EvaluationResults& r, const std::string& variant) {
          std::to_string(r.options.seed);
 }
 
-// The paper's figure for that scene (0 is the first) and method, or why there is none.
+// The paper's figure for a scene (from 0) and method, or the reason why there is none.
 BenchValue paperValue(std::uint32_t number, const std::string& method, double PaperFigures::*figure) {
   if (const auto paper = paperFigures(static_cast<int>(number) + 1, method)) return (*paper).*figure;
   return std::string(number == 2 && method == "basic" ? "not completed" : "-");
@@ -141,7 +141,7 @@ void addSceneGoals(const EvaluationResults& r, Goals& goals) {
             basic.completed == 0);
 }
 
-// Figures 6 and 7: the force at each tick under one tremor, a panel a method on the same axes.
+// Figures 6 and 7: the force at each tick with one tremor, a panel for each method on the same axes.
 void plotScenes(const EvaluationResults& r, PageSection& section) {
   for (std::size_t number = 0; number < r.scenes.size(); ++number) {
     TrialCell cell(r.scenes[number].cell);

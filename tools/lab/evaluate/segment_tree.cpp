@@ -62,7 +62,7 @@ SegmentTree::Found SegmentTree::nearest(const Vector3d& h_W, double limit2_um2) 
     std::uint32_t box;
     double squared_distance;
   };
-  // Halves at each level: 32 levels hold any number of segments, one box waits a level.
+  // Each level halves the segments, so 32 levels hold any number of them; one box waits at each level.
   std::array<Waiting, 64> stack;
   std::size_t depth = 0;
   stack[depth++] = {0, squaredDistance(boxes_[0].lo_W, boxes_[0].hi_W, h_W)};

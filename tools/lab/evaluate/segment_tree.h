@@ -1,6 +1,6 @@
-// The nearest segment of one tree of one cell, exact: what the nearest-point oracle and the judgement of stuck proxies
-// ask. Everything is in memory and nothing is bounded: a peer for comparison, not part of the product's path. Immutable
-// after construction: any number of threads may read.
+// Finds the nearest segment of one tree of one cell, exactly. The nearest-point oracle and the judgement of stuck
+// proxies use it. Holds everything in memory, without bounds: for comparison only. Immutable after construction: any
+// number of threads may read.
 #pragma once
 
 #include "index/geometry/closest_point.h"
@@ -16,16 +16,16 @@ class SegmentTree {
   static constexpr std::uint32_t kNone = UINT32_MAX;
 
   struct Found {
-    std::uint32_t segment = kNone;  // rank of its child; kNone: none is strictly nearer than the limit
+    std::uint32_t segment = kNone;  // rank of its child; kNone: no segment is nearer than the limit
     ClosestPoint point{};
-    std::uint32_t tested = 0;  // segments
+    std::uint32_t tested = 0;  // number of segments
   };
 
-  // Over the segments that have these children (ranks). O(n log n).
+  // Builds the tree over the segments with these children (ranks). O(n log n).
   SegmentTree(const CellGraph& cell, const std::vector<std::uint32_t>& children);
 
-  // The nearest point to h among those strictly nearer than the square root of `limit2_um2`. Deterministic. O(log n) as
-  // a rule. Requires finite h.
+  // Returns the nearest point to h among those nearer than the square root of `limit2_um2`. Deterministic. Usually
+  // O(log n). Requires finite h.
   Found nearest(const Vector3d& h_W, double limit2_um2) const noexcept;
 
  private:

@@ -12,7 +12,7 @@ namespace filiform::tools {
 
 namespace {
 
-// What rounding alone can make nearer does not count.
+// Differences within rounding do not count as nearer.
 constexpr double kNearer = 1 - 1e-9;
 
 }  // namespace
@@ -41,13 +41,13 @@ double leastClimb_um(TrialCell& cell, const ProxyPlace& place, const Vector3d& h
     heap.emplace(um, node);
   };
   double best = kInfinite;
-  // From a point at t of a segment, the way to its end at `to` rises beyond the segment's closest point only.
+  // From a point at t of a segment to its end `to`, the distance rises only beyond the segment's closest point.
   const auto cross = [&](std::uint32_t child, double t, double um) {
     const std::uint32_t parent = graph.parents[child];
     const Vector3d child_W = graph.position_W(child), parent_W = graph.position_W(parent);
     const double length_um = (parent_W - child_W).norm();
     const ClosestPoint q = closestPoint(child_W, parent_W, h_W);
-    if (q.squared_distance < limit2) best = std::min(best, um);  // the way to q only falls
+    if (q.squared_distance < limit2) best = std::min(best, um);  // the distance only falls on the way to q
     offer(child, um + length_um * std::min(q.t, t));
     offer(parent, um + length_um * (1 - std::max(q.t, t)));
   };

@@ -11,7 +11,7 @@ double TravelMeter::depth(const ProxyPlace& place) const noexcept {
   return parent == kNoParent ? child_um : child_um + place.t * (cell_.depth_um(parent) - child_um);
 }
 
-// Along the tree: down from both places to where their ways to the root meet.
+// Arc length along the tree: from both places to the node where their ways to the root meet.
 double TravelMeter::distance(const ProxyPlace& a, const ProxyPlace& b) const noexcept {
   const std::vector<std::uint32_t>& parents = cell_.graph().parents;
   std::uint32_t at = a.segment.segment, bt = b.segment.segment;
@@ -24,7 +24,7 @@ double TravelMeter::distance(const ProxyPlace& a, const ProxyPlace& b) const noe
     if (a_level >= b_level) at = parents[at];
     if (b_level >= a_level) bt = parents[bt];
   }
-  // A place lies above its segment's child: where the ways meet at that child, they meet at the place itself.
+  // A place lies above its segment's child. If the ways meet at that child, the place itself is the meeting.
   const double meeting_um = at == a_child ? a_um : at == b_child ? b_um : cell_.depth_um(at);
   return std::max(0.0, a_um - meeting_um) + std::max(0.0, b_um - meeting_um);
 }

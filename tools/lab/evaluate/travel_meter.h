@@ -1,4 +1,4 @@
-// How honestly a proxy travels a route: the arc that it wanders off it, and the arc that it leaps over. Thread rule:
+// Measures how exactly a proxy travels a route: the arc travelled off the route, and the arc leapt over. Thread rule:
 // thread-compatible.
 #pragma once
 
@@ -9,8 +9,8 @@ namespace filiform::tools {
 
 class TravelMeter {
  public:
-  // A move along the route is a leap if it passes more than this of it within a tick (m of the device), and more than
-  // kLeapChords times the straight line between its ends.
+  // A move along the route is a leap if, in one tick, it passes more than kLeap_m of the route (on the device) and more
+  // than kLeapChords times the straight line between its ends.
   static constexpr double kLeap_m = 0.001;
   static constexpr double kLeapChords = 2;
 
@@ -18,10 +18,10 @@ class TravelMeter {
   TravelMeter(const TrialCell& cell, const Route& route, double scale_um_m)
       : cell_(cell), route_(route), leap_um_(kLeap_m * scale_um_m) {}
 
-  // The proxy's place after each tick. O(nodes between it and the last one).
+  // Takes the proxy's place after each tick. O(nodes between this place and the last).
   void update(const ProxyPlace& place) noexcept;
 
-  double off_um() const { return off_um_; }    // arc travelled off the route: of each move, what is not along the route
+  double off_um() const { return off_um_; }    // arc travelled off the route: the part of each move not along the route
   double skip_um() const { return skip_um_; }  // arc of the route that leaps passed over, in either direction
 
  private:

@@ -18,7 +18,7 @@ void treat(Cell& cell, const CellTreatment& treatment) {
 
 }  // namespace
 
-// g++ 12 at -O2 drops the conversion of two neighbouring doubles to float and back; `volatile` makes it happen.
+// g++ 12 at -O2 removes the conversion of two neighbouring doubles to float and back; `volatile` prevents this.
 Vector3d toSinglePrecision(const Vector3d& p) {
   const auto rounded = [](double x) {
     const volatile float single = static_cast<float>(x);

@@ -1,6 +1,5 @@
-// One neuron, whole in memory, as trials travel it: its tiles all resident, and what only the measuring needs (depths,
-// the trees of segments). Built from a cell as it was read, by the tiler that ingest uses. Thread rule: belongs to one
-// thread.
+// One neuron in memory, as trials travel it: all its tiles, and the data that only measurements need (depths, segment
+// trees). Built from a cell by the tiler that ingest uses. Thread rule: belongs to one thread.
 #pragma once
 
 #include "index/cell/cell.h"
@@ -19,15 +18,15 @@
 
 namespace filiform::tools {
 
-struct CellTreatment {          // what is done to a cell before it is tiled
-  bool round_to_float = false;  // positions to 24 bits, as a program in single precision would hold them
-  double offset_um = 0;         // added on x first: how far from the origin the cell lies
+struct CellTreatment {          // changes made to a cell before it is tiled
+  bool round_to_float = false;  // round positions to 24 bits, as a program in single precision does
+  double offset_um = 0;         // added to x before rounding: moves the cell away from the origin
   friend auto operator<=>(const CellTreatment&, const CellTreatment&) = default;
 };
 
 class TrialCell {
  public:
-  // Throws UsageError as buildTilesInMemory. O(n log n), some 300 bytes a segment.
+  // Throws UsageError as buildTilesInMemory() does. O(n log n); about 300 bytes a segment.
   explicit TrialCell(Cell cell, const CellTreatment& treatment = {});
   TrialCell(const TrialCell&) = delete;
   TrialCell& operator=(const TrialCell&) = delete;
@@ -40,10 +39,10 @@ class TrialCell {
   std::uint32_t root(std::uint32_t rank) const { return root_[rank]; }
   double depth_um(std::uint32_t rank) const { return depth_um_[rank]; }   // arc length from the root
   std::uint32_t level(std::uint32_t rank) const { return level_[rank]; }  // links from the root
-  // The segments of the tree with that root. Built when first asked for.
+  // The segments of the tree with this root. Built at the first call.
   const SegmentTree& tree(std::uint32_t root);
 
-  // The place at t of the segment of that child.
+  // The place at t of the segment with this child.
   ProxyPlace placeAt(std::uint32_t child, double t, const Vector3d& p_W) const noexcept;
   ProxyPlace placeAt(std::uint32_t child, double t) const noexcept;
 
@@ -64,7 +63,7 @@ class TrialCell {
   std::map<std::uint32_t, SegmentTree> trees_;
 };
 
-// Rounded to 24 bits.
+// Rounds to 24 bits.
 Vector3d toSinglePrecision(const Vector3d& p);
 
 }  // namespace filiform::tools

@@ -21,7 +21,7 @@ constexpr std::uint64_t mixed(std::uint64_t x) {
   return x ^ x >> 31;
 }
 
-// Uniform enough below n, and the same with every library.
+// Nearly uniform below n, and the same with every library.
 std::uint32_t below(std::mt19937_64& random, std::size_t n) { return static_cast<std::uint32_t>(random() % n); }
 
 class Drawing {
@@ -74,7 +74,7 @@ class Drawing {
   std::optional<DrawnRoute> between(std::uint32_t first, std::uint32_t last, bool tip_to_tip) const {
     DrawnRoute route;
     route.tip_to_tip = tip_to_tip;
-    // Of what the file says of the two nodes alone, so that it holds in every order of reading and tiling.
+    // Depends only on the file's text about the two nodes: the order of reading and tiling does not matter.
     route.key =
         mixed(cell_.digest ^ mixed(static_cast<std::uint64_t>(cell_.sample_ids[first]) ^
                                    mixed(static_cast<std::uint64_t>(cell_.sample_ids[last]) ^ mixed(draw_.seed))));
@@ -85,7 +85,7 @@ class Drawing {
       if (climb) meeting = parents[meeting];
       if (climb_other) other = parents[other];
     }
-    // The way goes up from `first` to the meeting and down to `last`; what is too much is taken off its beginning.
+    // The route goes up from `first` to the meeting and down to `last`. A cut shortens its beginning.
     const double down_um = depth_um_[last] - depth_um_[meeting];
     const auto length_um = [&](std::uint32_t from) { return depth_um_[from] - depth_um_[meeting] + down_um; };
     route.length_um = length_um(first);
@@ -139,11 +139,11 @@ TrialCorpus drawCorpus(CellStream& stream, std::uint64_t routes, const RouteDraw
   for (std::size_t i = 0; i < all.size(); ++i) all[i].held_out = 3 * i >= 2 * all.size();
   std::vector<std::size_t> taken(all.size(), 0);
   while (corpus.routes < routes) {
-    std::vector<std::size_t> left;  // cells that have another route
+    std::vector<std::size_t> left;  // cells that have more routes
     for (std::size_t i = 0; i < all.size(); ++i)
       if (all[i].routes.size() > taken[i]) left.push_back(i);
     if (left.empty()) break;
-    // Of the last round a part, spread evenly.
+    // The last round takes only a part of the cells, spread evenly.
     const std::uint64_t wanted = std::min<std::uint64_t>(left.size(), routes - corpus.routes);
     for (std::uint64_t k = 0; k < wanted; ++k) ++taken[left[k * left.size() / wanted]];
     corpus.routes += wanted;
