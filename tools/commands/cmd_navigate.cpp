@@ -95,7 +95,7 @@ RunOptions optionsOf(const NavigateArguments& a, const TileStore& store, bool in
   options.zoom_um = a.zoom_um;
   if (!(a.rate_Hz > 0 && a.rate_Hz <= kMostRate_Hz))
     throw UsageError("--rate " + formatNumber(a.rate_Hz) + ": give more than 0 and at most " +
-                     formatNumber(kMostRate_Hz) + " ticks a second");
+                     std::to_string(static_cast<int>(kMostRate_Hz)) + " ticks a second");
   options.rate_Hz = a.rate_Hz;
   if (a.speed_m_s) options.person.speed_m_s = *a.speed_m_s;
   options.seed = a.seed;
