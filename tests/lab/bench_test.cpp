@@ -50,7 +50,7 @@ BenchReport small() {
   plot.x_label = "error (um)";
   plot.y_label = "time (ns)";
   plot.series = {{"one & two", {1, 2, 3}, {9, 4, kNoFigure}}};
-  plot.marks = {{2, "default"}};
+  plot.lines = {{2, "default"}};
   report.curves.push_back({"trade", plot, "the default stays"});
   return report;
 }

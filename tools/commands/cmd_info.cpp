@@ -112,100 +112,105 @@ std::vector<std::pair<std::string, std::string>> refusedInputs(const TileSet& se
   return inputs;
 }
 
-int runInfo(const InfoArguments& a) {
-  const std::string& path = a.path;
-  const bool as_json = a.json;
-  const auto set = TileSet::open(path);
-  const SetCounts& n = set->counts();
-  const std::unique_ptr<Levels> levels = Levels::open(*set);
-  if (as_json) {
-    nlohmann::ordered_json info{{"cells", n.cells},
-                                {"samples", n.samples},
-                                {"segments", n.segments},
-                                {"isolated", n.isolated},
-                                {"roots", n.roots},
-                                {"tiles", n.tiles},
-                                {"stored_segments", n.stored_segments},
-                                {"bytes", set->bytes()},
-                                {"decoded_bytes", n.decoded_bytes},
-                                {"quantum_um", set->grid().quantum_um()},
-                                {"capacity", set->capacity()},
-                                {"refused", set->refused()},
-                                {"level_tiles", levels ? levels->size() : 0},
-                                {"level_bytes", levels ? levels->bytes() : 0},
-                                {"revision", set->revision()},
-                                {"box_um", nullptr},
-                                {"ghosts", n.stored_segments - n.segments - n.isolated},
-                                {"level_segments", levels ? segmentsOf(*levels) : 0},
-                                {"coarsest_level", nullptr},
-                                {"smallest_budget_bytes", Residency::floorBytes(*set)},
-                                {"refused_inputs", nlohmann::ordered_json::array()}};
-    if (!set->bounds().empty())
-      for (const GridPoint& corner : {set->bounds().lo, set->bounds().hi}) {
-        const Vector3d p_W = set->grid().toWorld(corner);
-        info["box_um"].push_back({p_W.x(), p_W.y(), p_W.z()});
-      }
-    if (levels && levels->size() > 0) {
-      const LevelEntry& top = levels->entry(0);
-      info["coarsest_level"] = {{"segments", top.segments},
-                                {"error_um", top.error_um},
-                                {"left_out", top.dropped},
-                                {"of", top.dropped + top.represented}};
+void writeInfoJson(const TileSet& set, const Levels* levels, const InfoArguments& a) {
+  const SetCounts& n = set.counts();
+  nlohmann::ordered_json info{{"cells", n.cells},
+                              {"samples", n.samples},
+                              {"segments", n.segments},
+                              {"isolated", n.isolated},
+                              {"roots", n.roots},
+                              {"tiles", n.tiles},
+                              {"stored_segments", n.stored_segments},
+                              {"bytes", set.bytes()},
+                              {"decoded_bytes", n.decoded_bytes},
+                              {"quantum_um", set.grid().quantum_um()},
+                              {"capacity", set.capacity()},
+                              {"refused", set.refused()},
+                              {"level_tiles", levels ? levels->size() : 0},
+                              {"level_bytes", levels ? levels->bytes() : 0},
+                              {"revision", set.revision()},
+                              {"box_um", nullptr},
+                              {"ghosts", n.stored_segments - n.segments - n.isolated},
+                              {"level_segments", levels ? segmentsOf(*levels) : 0},
+                              {"coarsest_level", nullptr},
+                              {"smallest_budget_bytes", Residency::floorBytes(set)},
+                              {"refused_inputs", nlohmann::ordered_json::array()}};
+  if (!set.bounds().empty())
+    for (const GridPoint& corner : {set.bounds().lo, set.bounds().hi}) {
+      const Vector3d p_W = set.grid().toWorld(corner);
+      info["box_um"].push_back({p_W.x(), p_W.y(), p_W.z()});
     }
-    for (const auto& [name, reason] : refusedInputs(*set))
-      info["refused_inputs"].push_back({{"name", name}, {"reason", reason}});
-    if (a.parameters) {
-      const Parameters p = parametersOf(*set, a.cell);
-      auto& json = info["parameters"];
-      json["cell"] = p.cell;
-      for (const Row& row : rowsOf(p)) json[row.name] = row.value;
-    }
-    std::cout << info.dump(1, ' ', true, nlohmann::json::error_handler_t::replace) << '\n';
-    return 0;
+  if (levels && levels->size() > 0) {
+    const LevelEntry& top = levels->entry(0);
+    info["coarsest_level"] = {{"segments", top.segments},
+                              {"error_um", top.error_um},
+                              {"left_out", top.dropped},
+                              {"of", top.dropped + top.represented}};
   }
-  const auto line = [](const char* what, const std::string& value, const char* note = "") {
-    std::cout << "  " << what << std::string(18 - std::string_view(what).size(), ' ') << value << note << '\n';
-  };
-  std::cout << escaped(path) << "  (revision " << set->revision() << ")\n";
-  line("cells", formatCount(n.cells));
-  line("samples", formatCount(n.samples));
-  line("segments", formatCount(n.segments));
-  if (n.isolated > 0) line("isolated", formatCount(n.isolated), "  (samples without any link)");
-  line("roots", formatCount(n.roots));
-  if (!set->bounds().empty()) {
-    const Vector3d lo = set->grid().toWorld(set->bounds().lo), hi = set->grid().toWorld(set->bounds().hi);
+  for (const auto& [name, reason] : refusedInputs(set))
+    info["refused_inputs"].push_back({{"name", name}, {"reason", reason}});
+  if (a.parameters) {
+    const Parameters p = parametersOf(set, a.cell);
+    auto& json = info["parameters"];
+    json["cell"] = p.cell;
+    for (const Row& row : rowsOf(p)) json[row.name] = row.value;
+  }
+  std::cout << info.dump(1, ' ', true, nlohmann::json::error_handler_t::replace) << '\n';
+}
+
+void printLine(const char* what, const std::string& value, const std::string& note = "") {
+  std::cout << "  " << what << std::string(18 - std::string_view(what).size(), ' ') << value << note << '\n';
+}
+
+void printLevels(const Levels& levels) {
+  printLine("levels", formatCount(levels.size()), "  tiles of simplified neurites, for viewing");
+  printLine("  segments", formatCount(segmentsOf(levels)));
+  printLine("  on disk", formatBytes(levels.bytes()));
+  if (levels.size() > 0) {
+    const LevelEntry& top = levels.entry(0);
+    printLine("  coarsest", formatCount(top.segments),
+              ("  segments within " + formatNumber(std::round(top.error_um * 100) / 100) + " um, " +
+               formatCount(top.dropped) + " of " + formatCount(top.dropped + top.represented) + " left out"));
+  }
+}
+
+void printInfo(const TileSet& set, const Levels* levels, const InfoArguments& a) {
+  const SetCounts& n = set.counts();
+  std::cout << escaped(a.path) << "  (revision " << set.revision() << ")\n";
+  printLine("cells", formatCount(n.cells));
+  printLine("samples", formatCount(n.samples));
+  printLine("segments", formatCount(n.segments));
+  if (n.isolated > 0) printLine("isolated", formatCount(n.isolated), "  (samples without any link)");
+  printLine("roots", formatCount(n.roots));
+  if (!set.bounds().empty()) {
+    const Vector3d lo = set.grid().toWorld(set.bounds().lo), hi = set.grid().toWorld(set.bounds().hi);
     for (int axis = 0; axis < 3; ++axis)
-      line(axis == 0   ? "x from, to"
-           : axis == 1 ? "y from, to"
-                       : "z from, to",
-           formatNumber(std::round(lo[axis] * 100) / 100) + "  " + formatNumber(std::round(hi[axis] * 100) / 100),
-           "  um");
+      printLine(axis == 0   ? "x from, to"
+                : axis == 1 ? "y from, to"
+                            : "z from, to",
+                formatNumber(std::round(lo[axis] * 100) / 100) + "  " + formatNumber(std::round(hi[axis] * 100) / 100),
+                "  um");
   }
-  line("tiles", formatCount(n.tiles), "");
-  line("capacity", formatCount(set->capacity()), "  segments a tile");
-  line("ghosts", formatCount(n.stored_segments - n.segments - n.isolated),
-       "  segments stored again in a tile that they cross");
-  line("grid", formatNumber(set->grid().quantum_um() * 1000) + " nm");
-  if (levels) {
-    line("levels", formatCount(levels->size()), "  tiles of simplified neurites, for viewing");
-    line("  segments", formatCount(segmentsOf(*levels)));
-    line("  on disk", formatBytes(levels->bytes()));
-    if (levels->size() > 0) {
-      const LevelEntry& top = levels->entry(0);
-      line("  coarsest", formatCount(top.segments),
-           ("  segments within " + formatNumber(std::round(top.error_um * 100) / 100) + " um, " +
-            formatCount(top.dropped) + " of " + formatCount(top.dropped + top.represented) + " left out")
-               .c_str());
-    }
-  }
-  line("on disk", formatBytes(set->bytes()));
-  line("in memory", formatBytes(n.decoded_bytes), "  if all tiles were resident");
-  line("smallest budget", formatBytes(Residency::floorBytes(*set)), "  for navigate --budget");
-  line("refused inputs", formatCount(set->refused()));
-  const auto refused_inputs = refusedInputs(*set);
+  printLine("tiles", formatCount(n.tiles), "");
+  printLine("capacity", formatCount(set.capacity()), "  segments a tile");
+  printLine("ghosts", formatCount(n.stored_segments - n.segments - n.isolated),
+            "  segments stored again in a tile that they cross");
+  printLine("grid", formatNumber(set.grid().quantum_um() * 1000) + " nm");
+  if (levels) printLevels(*levels);
+  printLine("on disk", formatBytes(set.bytes()));
+  printLine("in memory", formatBytes(n.decoded_bytes), "  if all tiles were resident");
+  printLine("smallest budget", formatBytes(Residency::floorBytes(set)), "  for navigate --budget");
+  printLine("refused inputs", formatCount(set.refused()));
+  const auto refused_inputs = refusedInputs(set);
   for (std::size_t i = 0; i < std::min<std::size_t>(refused_inputs.size(), 20); ++i)
     std::cout << "    " << escaped(refused_inputs[i].first) << ": " << refused_inputs[i].second << '\n';
-  if (a.parameters) printParameters(parametersOf(*set, a.cell));
+  if (a.parameters) printParameters(parametersOf(set, a.cell));
+}
+
+int runInfo(const InfoArguments& a) {
+  const auto set = TileSet::open(a.path);
+  const std::unique_ptr<Levels> levels = Levels::open(*set);
+  a.json ? writeInfoJson(*set, levels.get(), a) : printInfo(*set, levels.get(), a);
   return 0;
 }
 

@@ -118,7 +118,7 @@ std::string describe(const PlacedCells& placed) {
   return text;
 }
 
-int runIngest(const IngestArguments& a) {
+IngestOptions ingestOptionsOf(const IngestArguments& a) {
   IngestOptions options;
   options.capacity = a.capacity;
   options.quantum_exponent = quantumExponentOf(a.quantum);
@@ -129,16 +129,77 @@ int runIngest(const IngestArguments& a) {
   options.memory = parseBytes("--memory", a.memory);
   if (options.memory < kMinIngestMemory)
     throw UsageError("--memory " + a.memory + ": give at least " + formatBytes(kMinIngestMemory));
+  return options;
+}
 
+// Throws InputError if --strict refuses the input, or if nothing in it is usable.
+void requireUsable(const std::vector<SourceReport>& reports, bool strict) {
+  const InputTotals all = totals(reports);
+  if (strict && all.refused > 0)
+    throw InputError("--strict: " + std::to_string(all.refused) + " of " +
+                     std::to_string(all.accepted + all.warned + all.skipped + all.refused) +
+                     " inputs refused, nothing written; filiform check says which and why");
+  if (all.accepted + all.warned > 0) return;
+  const std::string first =
+      reports.empty() ? "nothing was read" : escaped(reports.front().file) + ": " + firstReason(reports.front().report);
+  throw InputError("no usable neuron in the input (" + first + "); filiform check lists what is wrong");
+}
+
+// Sorts sources and refusals, so that the bytes of a set do not depend on the order of the arguments.
+void sortByContent(Provenance& provenance) {
+  std::sort(provenance.sources.begin(), provenance.sources.end(), [](const auto& x, const auto& y) {
+    return std::tie(x.name, x.digest, x.bytes) < std::tie(y.name, y.digest, y.bytes);
+  });
+  std::sort(provenance.refused.begin(), provenance.refused.end(), [](const auto& x, const auto& y) {
+    return std::tie(x.name, x.code, x.reason) < std::tie(y.name, y.code, y.reason);
+  });
+}
+
+// The progress of an ingest: the reading in bytes, then each phase in the units that ingest() reports.
+class IngestProgress {
+ public:
+  void read(std::uint64_t done, std::uint64_t total) {
+    throwIfInterrupted();
+    reading_.setTotal(total);
+    reading_.update(done);
+  }
+  void endReading() { reading_.finish(); }
+  void build(const char* phase, std::uint64_t done, std::uint64_t total) {
+    throwIfInterrupted();
+    if (std::string_view(phase) == "reading") return;  // read() reports this phase, in bytes
+    if (phase_ != phase) {
+      phase_ = phase;
+      reading_.finish();
+      building_ = std::make_unique<Progress>(ProgressOptions{.title = phase, .noun = "", .total = total});
+    }
+    building_->setTotal(total);
+    building_->update(done);
+  }
+  void end() {
+    if (building_) building_->finish();
+  }
+
+ private:
+  Progress reading_{{.title = "reading", .noun = "", .unit = ProgressUnit::bytes}};
+  std::unique_ptr<Progress> building_;
+  std::string phase_;
+};
+
+std::string describe(const std::string& path, const IngestResult& result) {
+  const SetCounts& n = result.counts;
+  return escaped(path) + ": " + formatCount(n.cells) + (n.cells == 1 ? " cell, " : " cells, ") +
+         formatCount(n.samples) + " samples, " + formatCount(n.segments) + " segments in " + formatCount(n.tiles) +
+         " tiles, " + formatBytes(result.bytes) + (result.unchanged ? " (unchanged: the same set as before)" : "") +
+         "\n";
+}
+
+int runIngest(const IngestArguments& a) {
+  IngestOptions options = ingestOptionsOf(a);
   InputOptions reading;
   reading.swc = {.apply_offset = a.apply_offset, .strict = a.strict};
   readUnit(a.unit, reading.swc);
-  Progress read_progress({.title = "reading", .noun = "", .unit = ProgressUnit::bytes});
-  reading.progress = [&](std::uint64_t done, std::uint64_t total) {
-    throwIfInterrupted();
-    read_progress.setTotal(total);
-    read_progress.update(done);
-  };
+  IngestProgress progress;
+  reading.progress = [&](std::uint64_t done, std::uint64_t total) { progress.read(done, total); };
   std::vector<NamedPath> inputs{{"--placements", a.placements}};
   for (const std::string& path : a.inputs) inputs.push_back({"INPUT", path});
   checkOutputs(inputs, {{"--report", a.report}});
@@ -155,57 +216,26 @@ int runIngest(const IngestArguments& a) {
     options.stream_bytes += placed->held_bytes();
   }
   options.provenance = [&] {
-    read_progress.finish();
-    const InputTotals all = totals(input.reports());
+    progress.endReading();
     if (report) writeReportJson(report->stream(), input.reports());
-    if (a.strict && all.refused > 0)
-      throw InputError("--strict: " + std::to_string(all.refused) + " of " +
-                       std::to_string(all.accepted + all.warned + all.skipped + all.refused) +
-                       " inputs refused, nothing written; filiform check says which and why");
-    if (all.accepted + all.warned == 0) {
-      const std::vector<SourceReport>& reports = input.reports();
-      const std::string first = reports.empty()
-                                    ? "nothing was read"
-                                    : escaped(reports.front().file) + ": " + firstReason(reports.front().report);
-      throw InputError("no usable neuron in the input (" + first + "); filiform check lists what is wrong");
-    }
+    requireUsable(input.reports(), a.strict);
     Provenance provenance = provenanceOf(input.reports());
     if (placed) addPlacements(*placed, a.strict, provenance);
-    // The bytes of a set do not depend on the order of the arguments.
-    std::sort(provenance.sources.begin(), provenance.sources.end(), [](const auto& x, const auto& y) {
-      return std::tie(x.name, x.digest, x.bytes) < std::tie(y.name, y.digest, y.bytes);
-    });
-    std::sort(provenance.refused.begin(), provenance.refused.end(), [](const auto& x, const auto& y) {
-      return std::tie(x.name, x.code, x.reason) < std::tie(y.name, y.code, y.reason);
-    });
+    sortByContent(provenance);
     return provenance;
   };
-  std::unique_ptr<Progress> building;
-  std::string phase_now;
   options.progress = [&](const char* phase, std::uint64_t done, std::uint64_t total) {
-    throwIfInterrupted();
-    if (std::string_view(phase) == "reading") return;  // the reader reports this phase, in bytes
-    if (phase_now != phase) {
-      phase_now = phase;
-      read_progress.finish();
-      building = std::make_unique<Progress>(ProgressOptions{.title = phase, .noun = "", .total = total});
-    }
-    building->setTotal(total);
-    building->update(done);
+    progress.build(phase, done, total);
   };
 
   CellStream& cells = placed ? static_cast<CellStream&>(*placed) : input;
   const IngestResult result = ingest(cells, a.out, options);
   if (report) report->finish();
-  if (building) building->finish();
+  progress.end();
   people << summary(input.reports());
   if (placed) people << describe(*placed);
   if (const std::string doubt = input.unitDoubt(); !doubt.empty()) std::cerr << "filiform: note: " << doubt << '\n';
-  const SetCounts& n = result.counts;
-  people << escaped(a.out) << ": " << formatCount(n.cells) << (n.cells == 1 ? " cell, " : " cells, ")
-         << formatCount(n.samples) << " samples, " << formatCount(n.segments) << " segments in " << formatCount(n.tiles)
-         << " tiles, " << formatBytes(result.bytes) << (result.unchanged ? " (unchanged: the same set as before)" : "")
-         << '\n';
+  people << describe(a.out, result);
   return 0;
 }
 

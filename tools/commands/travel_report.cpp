@@ -36,9 +36,9 @@ void TravelReport::writeForcePlot(const std::string& path, const std::string& ti
   plot.x_label = "time (s)";
   plot.y_label = "force (N)";
   plot.series.push_back({"force", time_s_, force_N_});
-  constexpr std::size_t kMarksThatStayReadable = 20;
-  if (frontier_s_.size() <= kMarksThatStayReadable)
-    for (const double at : frontier_s_) plot.marks.push_back({at, "frontier"});
+  constexpr std::size_t kMostLines = 20;
+  if (frontier_s_.size() <= kMostLines)
+    for (const double at : frontier_s_) plot.lines.push_back({at, "frontier"});
   writePng(drawPlot(plot), path);
 }
 

@@ -152,7 +152,7 @@ void drawSeries(Surface& canvas, const PlotSeries& series, const Axis& x, const 
     }
     const Vector2d p(x.pixel(series.x[i]), y.pixel(series.y[i]));
     envelope.add(p, i);
-    if (series.markers && !series.broad) markers.push_back(p);
+    if (series.dots && !series.broad) markers.push_back(p);
   }
   draw();
   for (const Vector2d& p : markers) {
@@ -185,22 +185,22 @@ void drawLegend(Surface& canvas, const Plot& plot, double right, double y) {
 }
 
 // The labels of vertical lines, above the axes, in as many rows as needed so that none covers another.
-struct MarkLabel {
-  std::size_t mark;
+struct LineLabel {
+  std::size_t line;
   double at;  // centre, pixels
   int row;
 };
-constexpr double kMarkRow = 15, kMarkHeight = 8.5;
+constexpr double kLabelRow = 15, kLabelHeight = 8.5;
 
 template <typename Surface>
-std::vector<MarkLabel> placeMarks(const Plot& plot, const Axis& x) {
-  std::vector<MarkLabel> labels;
-  for (std::size_t i = 0; i < plot.marks.size(); ++i)
-    if (x.shows(plot.marks[i].x)) labels.push_back({i, x.pixel(plot.marks[i].x), 0});
-  std::sort(labels.begin(), labels.end(), [](const MarkLabel& a, const MarkLabel& b) { return a.at < b.at; });
+std::vector<LineLabel> placeLabels(const Plot& plot, const Axis& x) {
+  std::vector<LineLabel> labels;
+  for (std::size_t i = 0; i < plot.lines.size(); ++i)
+    if (x.shows(plot.lines[i].x)) labels.push_back({i, x.pixel(plot.lines[i].x), 0});
+  std::sort(labels.begin(), labels.end(), [](const LineLabel& a, const LineLabel& b) { return a.at < b.at; });
   std::vector<double> taken;  // right end of the labels in each row
-  for (MarkLabel& label : labels) {
-    const double half = 0.5 * Surface::textWidth(plot.marks[label.mark].label, kMarkHeight);
+  for (LineLabel& label : labels) {
+    const double half = 0.5 * Surface::textWidth(plot.lines[label.line].label, kLabelHeight);
     label.at = std::max(std::min(label.at, x.to + 16 - half), x.from + half);
     while (label.row < static_cast<int>(taken.size()) &&
            label.at - half < taken[static_cast<std::size_t>(label.row)] + 10)
@@ -216,14 +216,18 @@ void requireSize(const Plot& plot) {
     throw UsageError("a plot must be between 200 x 150 and 8192 x 8192 pixels");
 }
 
-// Draws on any surface with the functions of Canvas.
-template <typename Surface>
-void layPlot(Surface& canvas, const Plot& plot) {
+// The two axes of a plot, and whether any point has a place on them.
+struct Axes {
   Axis x, y;
+  bool any_x = false, any_y = false;
+};
+
+// The range of the axes, without their place in the picture. Throws UsageError if x and y of a series differ in length.
+Axes rangesOf(const Plot& plot) {
+  Axes axes;
+  auto& [x, y, any_x, any_y] = axes;
   x.log = plot.x_log;
   y.log = plot.y_log;
-  bool any_x = false;
-  bool any_y = false;
   for (const PlotSeries& series : plot.series) {
     if (series.x.size() != series.y.size())
       throw UsageError("plot: series '" + series.name + "' has " + std::to_string(series.x.size()) + " x but " +
@@ -231,8 +235,8 @@ void layPlot(Surface& canvas, const Plot& plot) {
     widen(x, series.x, series.y, y, any_x);
     widen(y, series.y, series.x, x, any_y);
   }
-  for (const PlotMark& mark : plot.marks)
-    if (any_x && x.shows(mark.x)) x.lo = std::min(x.lo, x.inside(mark.x)), x.hi = std::max(x.hi, x.inside(mark.x));
+  for (const PlotLine& line : plot.lines)
+    if (any_x && x.shows(line.x)) x.lo = std::min(x.lo, x.inside(line.x)), x.hi = std::max(x.hi, x.inside(line.x));
   if (plot.x_most && any_x && x.shows(*plot.x_most)) x.hi = std::max(x.hi, x.inside(*plot.x_most));
   if (plot.y_most && any_y && y.shows(*plot.y_most)) y.hi = std::max(y.hi, y.inside(*plot.y_most));
   settle(x, any_x);
@@ -245,71 +249,102 @@ void layPlot(Surface& canvas, const Plot& plot) {
   const double air = (y.hi - y.lo) * 0.06;
   if (y.hi != 0 || y.log) y.hi += air;
   if (y.lo != 0 || y.log) y.lo -= air;
+  return axes;
+}
 
+// The place of each part of a plot, pixels.
+struct Layout {
+  double left, right, top, bottom;  // of the axes
+  bool legend_below;                // below the title, because there is no room beside it
+  std::vector<Tick> x_ticks, y_ticks;
+  std::vector<LineLabel> labels;
+};
+
+// Sets the pixels of both axes.
+template <typename Surface>
+Layout layoutOf(const Plot& plot, Axes& axes) {
+  Layout l;
   const bool headed = !plot.title.empty() || plot.series.size() > 1;
   const double legend_width = legendWidth<Surface>(plot);
-  // The legend is beside the title if there is room, else below it.
-  const bool legend_below = legend_width > 0 && !plot.title.empty() &&
-                            40 + 1.1 * Surface::textWidth(plot.title, 12) + legend_width > plot.width - 60;
-  const double head = 18 + (headed ? 26 : 0) + (plot.subtitle.empty() ? 0 : 20) + (legend_below ? 20 : 0);
-  const double bottom = plot.height - (plot.x_label.empty() ? 34 : 58);
-  const std::vector<Tick> y_ticks = ticksOf(y, std::max(2, static_cast<int>((bottom - head) / 55)));
+  l.legend_below = legend_width > 0 && !plot.title.empty() &&
+                   40 + 1.1 * Surface::textWidth(plot.title, 12) + legend_width > plot.width - 60;
+  const double head = 18 + (headed ? 26 : 0) + (plot.subtitle.empty() ? 0 : 20) + (l.legend_below ? 20 : 0);
+  l.bottom = plot.height - (plot.x_label.empty() ? 34 : 58);
+  l.y_ticks = ticksOf(axes.y, std::max(2, static_cast<int>((l.bottom - head) / 55)));
   double widest = 0;
-  for (const Tick& tick : y_ticks) widest = std::max(widest, Surface::textWidth(tick.label, 9));
-  const double left = std::round(widest + 26 + (plot.y_label.empty() ? 0 : 26));
-  const double right = plot.width - 24;
-  x.from = left;
-  x.to = right;
-  const std::vector<MarkLabel> labels = placeMarks<Surface>(plot, x);
+  for (const Tick& tick : l.y_ticks) widest = std::max(widest, Surface::textWidth(tick.label, 9));
+  l.left = std::round(widest + 26 + (plot.y_label.empty() ? 0 : 26));
+  l.right = plot.width - 24;
+  axes.x.from = l.left;
+  axes.x.to = l.right;
+  l.labels = placeLabels<Surface>(plot, axes.x);
   int rows = 0;
-  for (const MarkLabel& label : labels) rows = std::max(rows, label.row + 1);
-  const double top = head + kMarkRow * rows;
-  y.from = bottom;
-  y.to = top;
-  const std::vector<Tick> x_ticks = ticksOf(x, std::max(2, static_cast<int>((right - left) / 110)));
+  for (const LineLabel& label : l.labels) rows = std::max(rows, label.row + 1);
+  l.top = head + kLabelRow * rows;
+  axes.y.from = l.bottom;
+  axes.y.to = l.top;
+  l.x_ticks = ticksOf(axes.x, std::max(2, static_cast<int>((l.right - l.left) / 110)));
+  return l;
+}
 
-  // Straight lines lie on pixel centres.
-  const auto crisp = [](double pixel) { return std::floor(pixel) + 0.5; };
-  for (const Tick& tick : y_ticks) {
-    const double at = crisp(y.pixel(tick.value));
-    canvas.line({left, at}, {right, at}, 1, tick.label.empty() ? kFinerGridLine : kGridLine);
-    canvas.text(tick.label, {left - 9, at + 4.5}, 9, kInk, Align::right);
+// Straight lines lie on pixel centres.
+double crisp(double pixel) { return std::floor(pixel) + 0.5; }
+
+template <typename Surface>
+void drawAxes(Surface& canvas, const Axes& axes, const Layout& l) {
+  for (const Tick& tick : l.y_ticks) {
+    const double at = crisp(axes.y.pixel(tick.value));
+    canvas.line({l.left, at}, {l.right, at}, 1, tick.label.empty() ? kFinerGridLine : kGridLine);
+    canvas.text(tick.label, {l.left - 9, at + 4.5}, 9, kInk, Align::right);
   }
-  for (const Tick& tick : x_ticks) {
-    const double at = crisp(x.pixel(tick.value));
-    canvas.line({at, top}, {at, bottom}, 1, tick.label.empty() ? kFinerGridLine : kGridLine);
+  for (const Tick& tick : l.x_ticks) {
+    const double at = crisp(axes.x.pixel(tick.value));
+    canvas.line({at, l.top}, {at, l.bottom}, 1, tick.label.empty() ? kFinerGridLine : kGridLine);
     if (tick.label.empty()) continue;
-    canvas.line({at, bottom}, {at, bottom + 5}, 1, kGrey);
-    canvas.text(tick.label, {at, bottom + 20}, 9, kInk, Align::centre);
+    canvas.line({at, l.bottom}, {at, l.bottom + 5}, 1, kGrey);
+    canvas.text(tick.label, {at, l.bottom + 20}, 9, kInk, Align::centre);
   }
-  canvas.line({left, crisp(bottom)}, {right, crisp(bottom)}, 1, kGrey);
-  canvas.line({crisp(left), top}, {crisp(left), bottom}, 1, kGrey);
+  canvas.line({l.left, crisp(l.bottom)}, {l.right, crisp(l.bottom)}, 1, kGrey);
+  canvas.line({crisp(l.left), l.top}, {crisp(l.left), l.bottom}, 1, kGrey);
+}
 
-  canvas.clip(static_cast<int>(left) - 9, static_cast<int>(top) - 9, static_cast<int>(right) + 9,
-              static_cast<int>(bottom) + 9);
-  for (const PlotMark& mark : plot.marks) {
-    if (!x.shows(mark.x)) continue;
-    const double at = crisp(x.pixel(mark.x));
-    canvas.dashes({at, top}, {at, bottom}, 1.4, kGrey, 5, 4);
+template <typename Surface>
+void drawCurves(Surface& canvas, const Plot& plot, const Axes& axes, const Layout& l) {
+  const auto& [x, y, any_x, any_y] = axes;
+  canvas.clip(static_cast<int>(l.left) - 9, static_cast<int>(l.top) - 9, static_cast<int>(l.right) + 9,
+              static_cast<int>(l.bottom) + 9);
+  for (const PlotLine& line : plot.lines) {
+    if (!x.shows(line.x)) continue;
+    const double at = crisp(x.pixel(line.x));
+    canvas.dashes({at, l.top}, {at, l.bottom}, 1.4, kGrey, 5, 4);
     for (const PlotSeries& series : plot.series)
       for (std::size_t i = 0; i < series.x.size() && !series.broad; ++i)
-        if (series.x[i] == mark.x && y.shows(series.y[i]))
-          canvas.disc({x.pixel(mark.x), y.pixel(series.y[i])}, 7, kInk);
+        if (series.x[i] == line.x && y.shows(series.y[i]))
+          canvas.disc({x.pixel(line.x), y.pixel(series.y[i])}, 7, kInk);
   }
   for (const bool broad : {true, false})
     for (std::size_t i = 0; i < plot.series.size(); ++i)
       if (plot.series[i].broad == broad) drawSeries(canvas, plot.series[i], x, y, seriesColour(i));
   canvas.clipNothing();
-  for (const MarkLabel& label : labels)
-    canvas.text(plot.marks[label.mark].label, {label.at, top - 5 - kMarkRow * label.row}, kMarkHeight, kInk,
-                Align::centre);
+}
 
-  if (!any_x) canvas.text("no data", {(left + right) / 2, (top + bottom) / 2}, 12, kGrey, Align::centre);
-  canvas.text(plot.title, {left, 25}, 12, kInk);
-  if (!plot.subtitle.empty()) canvas.text(plot.subtitle, {left, 46}, 8.5, kGrey);
-  canvas.text(plot.x_label, {(left + right) / 2, plot.height - 16.0}, 9.5, kInk, Align::centre);
-  canvas.text(plot.y_label, {21, (top + bottom) / 2}, 9.5, kInk, Align::centre, true);
-  drawLegend(canvas, plot, right, 25 + (legend_below ? (plot.subtitle.empty() ? 21 : 41) : 0));
+// Draws on any surface with the functions of Canvas.
+template <typename Surface>
+void layPlot(Surface& canvas, const Plot& plot) {
+  Axes axes = rangesOf(plot);
+  const Layout l = layoutOf<Surface>(plot, axes);
+  drawAxes(canvas, axes, l);
+  drawCurves(canvas, plot, axes, l);
+  for (const LineLabel& label : l.labels)
+    canvas.text(plot.lines[label.line].label, {label.at, l.top - 5 - kLabelRow * label.row}, kLabelHeight, kInk,
+                Align::centre);
+  const double middle_x = (l.left + l.right) / 2, middle_y = (l.top + l.bottom) / 2;
+  if (!axes.any_x) canvas.text("no data", {middle_x, middle_y}, 12, kGrey, Align::centre);
+  canvas.text(plot.title, {l.left, 25}, 12, kInk);
+  if (!plot.subtitle.empty()) canvas.text(plot.subtitle, {l.left, 46}, 8.5, kGrey);
+  canvas.text(plot.x_label, {middle_x, plot.height - 16.0}, 9.5, kInk, Align::centre);
+  canvas.text(plot.y_label, {21, middle_y}, 9.5, kInk, Align::centre, true);
+  drawLegend(canvas, plot, l.right, 25 + (l.legend_below ? (plot.subtitle.empty() ? 21 : 41) : 0));
 }
 
 }  // namespace

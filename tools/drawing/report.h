@@ -25,11 +25,11 @@ struct PlotSeries {
   std::string name;  // for the legend, which is drawn for more than one series
   std::vector<double> x,
       y;  // of equal length; a point that is not finite (or not positive on a logarithmic axis) breaks the line
-  bool markers = false;  // draw a dot on each point: for few points
-  bool broad = false;    // pale and broad, behind the others: for a reference
+  bool dots = false;   // draw a dot on each point: for few points
+  bool broad = false;  // pale and broad, behind the others: for a reference
 };
 
-struct PlotMark {  // a labelled vertical line: a knee, a frontier
+struct PlotLine {  // a labelled vertical line: a knee, a frontier
   double x = 0;
   std::string label;
 };
@@ -38,7 +38,7 @@ struct Plot {
   std::string title, subtitle;
   std::string x_label, y_label;  // with units, as in "force (N)"
   std::vector<PlotSeries> series;
-  std::vector<PlotMark> marks;
+  std::vector<PlotLine> lines;
   bool x_log = false, y_log = false;
   bool y_from_zero = true;  // a linear y axis includes 0
   int width = 1200, height = 500;

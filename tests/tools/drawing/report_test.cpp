@@ -244,7 +244,7 @@ TEST(DrawPlot, DrawsThePointsThatAreThereOfAnyData) {
       plot.width = 300;
       plot.height = 200;
       plot.series = {{"", x, y, true}};
-      plot.marks = {{1.5, "mark"}, {kNaN, "nowhere"}};
+      plot.lines = {{1.5, "mark"}, {kNaN, "nowhere"}};
       const Image image = drawPlot(plot);
       EXPECT_EQ(image.width, 300);
       EXPECT_EQ(image.height, 200);

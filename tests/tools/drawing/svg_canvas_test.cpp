@@ -55,8 +55,8 @@ TEST(SvgPlot, ShowsSeriesMarksLabelsAndClosesWhatItOpens) {
   plot.x_label = "error (um)";
   plot.y_label = "time (us)";
   plot.series = {{"one", {1, 10, 100}, {5, 4, 1}}, {"two", {1, 10, 100}, {2, std::nan(""), 1}}};
-  plot.series[0].markers = true;
-  plot.marks = {{10, "knee"}};
+  plot.series[0].dots = true;
+  plot.lines = {{10, "knee"}};
   plot.x_log = true;
   const std::string svg = svgPlot(plot, "described");
   for (const char* part : {"<title>Cost</title>", "described", "error (um)", "time (us)", "knee</text>", ">one</text>",
@@ -88,22 +88,22 @@ Vector2d placeOf(const std::string& svg, const std::string& words) {
 TEST(SvgPlot, MarksThatAreCloseStandInRowsAndInsideThePicture) {
   Plot plot;
   plot.series = {{"one", {0, 1, 2, 100}, {5, 4, 1, 1}}};
-  plot.marks = {{0, "exact, default, as it was read"}, {1, "knee of the curve"}, {100, "the far end of the axis"}};
+  plot.lines = {{0, "exact, default, as it was read"}, {1, "knee of the curve"}, {100, "the far end of the axis"}};
   const std::string svg = svgPlot(plot, "");
-  const Vector2d first = placeOf(svg, plot.marks[0].label), second = placeOf(svg, plot.marks[1].label),
-                 last = placeOf(svg, plot.marks[2].label);
+  const Vector2d first = placeOf(svg, plot.lines[0].label), second = placeOf(svg, plot.lines[1].label),
+                 last = placeOf(svg, plot.lines[2].label);
   EXPECT_LE(second.y(), first.y() - 10);
   EXPECT_EQ(last.y(), first.y());
   const auto half = [](const std::string& text) { return 0.5 * SvgCanvas::textWidth(text, 8.5); };
-  EXPECT_GE(first.x() - half(plot.marks[0].label), 0);
-  EXPECT_LE(last.x() + half(plot.marks[2].label), plot.width);
+  EXPECT_GE(first.x() - half(plot.lines[0].label), 0);
+  EXPECT_LE(last.x() + half(plot.lines[2].label), plot.width);
 }
 
 TEST(SvgPlot, ReachesToItsMarks) {
   Plot plot;
   plot.x_log = true;
   plot.series = {{"one", {1, 10}, {5, 4}}};
-  plot.marks = {{1000, "default"}};
+  plot.lines = {{1000, "default"}};
   EXPECT_NE(svgPlot(plot, "").find(">1000</text>"), std::string::npos);
 }
 

@@ -67,7 +67,7 @@ ordered_json curveJson(const BenchCurve& curve) {
                     {"finding", curve.finding},
                     {"marks", ordered_json::array()},
                     {"series", ordered_json::array()}};
-  for (const PlotMark& mark : plot.marks) json["marks"].push_back({{"x", mark.x}, {"label", mark.label}});
+  for (const PlotLine& line : plot.lines) json["marks"].push_back({{"x", line.x}, {"label", line.label}});
   for (const PlotSeries& series : plot.series)
     json["series"].push_back({{"name", series.name}, {"x", series.x}, {"y", series.y}});
   return json;
@@ -141,7 +141,7 @@ BenchTable boundTable(const std::vector<BenchBound>& bounds) {
 // Describes a plot for readers who cannot see it.
 std::string described(const BenchCurve& curve) {
   std::string text = curve.plot.y_label + " against " + curve.plot.x_label + ". " + curve.finding;
-  for (const PlotMark& mark : curve.plot.marks) text += " Marked: " + mark.label + " at " + shown(mark.x) + ".";
+  for (const PlotLine& line : curve.plot.lines) text += " Line at " + shown(line.x) + ": " + line.label + ".";
   for (const PlotSeries& series : curve.plot.series) {
     if (series.x.empty()) continue;
     text += " " + series.name + ": " + shown(series.y.front()) + " at " + shown(series.x.front()) + ", " +

@@ -146,10 +146,10 @@ void measureFrames(const BenchOptions& options, const TileSet& set, const Levels
                                     "segments allowed", "pixels; ms", {budget_error, budget_ms}, true, true);
   const auto rest = static_cast<double>(std::min(standard.segments, all)),
              moving = static_cast<double>(std::min(standard.moving_segments, all));
-  addMark(by_budget, static_cast<double>(all), "exact");
-  addMark(by_budget, rest, "default at rest");
-  addMark(by_budget, moving, "default in motion");
-  const std::string budget_knee = markKnee(by_budget);
+  addLine(by_budget, static_cast<double>(all), "exact");
+  addLine(by_budget, rest, "default at rest");
+  addLine(by_budget, moving, "default in motion");
+  const std::string budget_knee = lineAtKnee(by_budget);
   by_budget.finding = "In motion at most " + shown(moving) + " segments, wrong by " + shown(at(budget_error, moving)) +
                       " px in " + shown(at(budget_ms, moving)) + " ms; at rest " + shown(rest) + ", " +
                       shown(at(budget_error, rest)) + " px, " + shown(at(budget_ms, rest)) +
@@ -171,8 +171,8 @@ void measureFrames(const BenchOptions& options, const TileSet& set, const Levels
   BenchCurve by_tolerance =
       tradeCurve("tolerance", "Tolerance on the screen: time of a frame, and segments drawn", "tolerance (pixels)",
                  "ms; thousands of segments", {tolerance_ms, tolerance_segments}, true, true);
-  addMark(by_tolerance, standard.enough_px, "default");
-  const std::string tolerance_knee = markKnee(by_tolerance);
+  addLine(by_tolerance, standard.enough_px, "default");
+  const std::string tolerance_knee = lineAtKnee(by_tolerance);
   by_tolerance.finding = "Half a pixel, the default, takes " + shown(at(tolerance_ms, standard.enough_px)) +
                          " ms and cannot be seen; four pixels take " + shown(at(tolerance_ms, 4)) + " ms (" +
                          tolerance_knee + "). Exact is a tolerance of 0, which a logarithmic axis cannot show.";

@@ -71,8 +71,8 @@ void measureEpsilon(const BenchOptions& options, const SearchScene& scene, Bench
   }
   BenchCurve curve = tradeCurve("epsilon", "Nearest segment: time against the error that is allowed",
                                 "epsilon (parts of the distance)", "CPU a query (ns)", {time}, false, false);
-  addMark(curve, 0, "exact, default");
-  const std::string knee = markKnee(curve);
+  addLine(curve, 0, "exact, default");
+  const std::string knee = lineAtKnee(curve);
   curve.finding = "Exact takes " + shown(time.y.front()) + " ns and " + shown(tiles.y.front()) +
                   " tiles, epsilon 2 takes " + shown(time.y.back()) + " ns and " + shown(tiles.y.back()) + " tiles (" +
                   knee + "); a jump asks once. The default stays exact.";
@@ -159,16 +159,16 @@ void measureSamples(const BenchOptions& options, const SearchScene& scene, std::
                            std::max(worst, 0.0), "um"});
   BenchCurve curve = tradeCurve("samples", "Samples alone: error against their number", "samples",
                                 "farther than the nearest (um)", {error, radius}, true, true);
-  addMark(curve, static_cast<double>(standard), "default");
-  const std::string knee = markKnee(curve);
+  addLine(curve, static_cast<double>(standard), "default");
+  const std::string knee = lineAtKnee(curve);
   curve.finding = "The largest error falls as the number to the power of " + shown(logSlope(error.x, error.y)) + " (" +
                   knee + "), and the query grows from " + shown(time.y.front()) + " to " + shown(time.y.back()) +
                   " ns. The default, one for 128 segments, serves exact search as a hint: a bound, not an answer.";
   report.curves.push_back(std::move(curve));
   BenchCurve eps_curve = tradeCurve("flann_eps", "FLANN's eps: time of a query of the samples", "FLANN eps",
                                     "CPU a query (ns)", {eps_time}, false, false);
-  addMark(eps_curve, 0, "exact, default");
-  const std::string eps_knee = markKnee(eps_curve);
+  addLine(eps_curve, 0, "exact, default");
+  const std::string eps_knee = lineAtKnee(eps_curve);
   eps_curve.finding = "eps 3 saves " + shown(eps_time.y.front() - eps_time.y.back()) + " ns of " +
                       shown(eps_time.y.front()) + " and moves the 99th percentile of the error from " +
                       shown(exact_error) + " to " + shown(eps_error) + " um (" + eps_knee + "). The default stays 0.";
@@ -223,8 +223,8 @@ void measureResident(const BenchOptions& options, const SearchScene& scene, Benc
                  "budget (parts of all tiles and their trees)", "nearest missed (parts of all)", {recall}, true, false);
   const auto complete = std::find(recall.y.begin(), recall.y.end(), 0.0);
   if (complete != recall.y.end())
-    addMark(curve, recall.x[static_cast<std::size_t>(complete - recall.y.begin())], "exact");
-  const std::string knee = markKnee(curve);
+    addLine(curve, recall.x[static_cast<std::size_t>(complete - recall.y.begin())], "exact");
+  const std::string knee = lineAtKnee(curve);
   curve.finding = "Off by default: it trades completeness for never waiting, for callers that must not; missed are " +
                   shown(100 * recall.y.front()) + " % at a budget of 2 % and " + shown(100 * recall.y.back()) +
                   " % with everything in memory (" + knee + "). Its answers say whether they are exact.";
@@ -301,7 +301,7 @@ void measurePrecision(const BenchOptions& options, BenchReport& report) {
                  "from the origin (um)", "largest error (nm)", {single, twofold, step}, true, true);
   const auto coarse = std::find_if(single.y.begin(), single.y.end(), [&](double nm) { return nm > step.y[0]; });
   const std::size_t at = static_cast<std::size_t>(coarse - single.y.begin());
-  if (at < single.x.size()) addMark(curve, single.x[at], "float is worse than the grid: the knee");
+  if (at < single.x.size()) addLine(curve, single.x[at], "float is worse than the grid: the knee");
   curve.plot.series[1].name += " (default)";
   curve.finding = "Double takes " + shown(last_ratio) + " times the time of float, and its largest error is " +
                   shown(*std::max_element(twofold.y.begin(), twofold.y.end())) +

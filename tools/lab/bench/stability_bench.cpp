@@ -34,8 +34,8 @@ namespace {
 
 constexpr double kSettle_s = 3.0, kWindow_s = 0.25;
 constexpr int kWindows = 4;
-constexpr double kMoves_m = 20e-6,
-                 kDies = 0.8;  // oscillates: all windows above kMoves_m, the last above kDies of the first
+// A hold oscillates if all windows swing above kMoves_m, and the last above kDies of the first.
+constexpr double kMoves_m = 20e-6, kDies = 0.8;
 const char* const kHands[] = {"loose", "medium", "firm"};
 
 std::string shortNumber(double value) {
@@ -385,7 +385,7 @@ BenchReport runStability(const BenchOptions& options) {
     series.insert(series.end(), predicted.begin(), predicted.end());
     BenchCurve curve = tradeCurve("rate", "Haptic rate: the stiffness from which holds vibrate, delay of one sample",
                                   "rate (Hz)", "stiffness (N/m)", series, true, true);
-    addMark(curve, 1000, "default");
+    addLine(curve, 1000, "default");
     double least_loose = INFINITY;
     for (const PlotSeries& one : predicted)
       for (std::size_t i = 0; i < one.x.size(); ++i)

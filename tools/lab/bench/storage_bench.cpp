@@ -81,8 +81,8 @@ void measureGrid(const BenchOptions& options, const std::vector<Cell>& cells, co
   }
   BenchCurve curve = tradeCurve("grid", "Grid: bytes against position error", "largest position error (nm)",
                                 "bytes a segment on disk", {bytes}, true, false);
-  addMark(curve, default_nm, "default");
-  const std::string knee = markKnee(curve);
+  addLine(curve, default_nm, "default");
+  const std::string knee = lineAtKnee(curve);
   const double halvings = std::log2(bytes.x.back() / bytes.x.front());
   curve.finding =
       "Each halving of the quantum costs " + shown(8 * (bytes.y.front() - bytes.y.back()) / halvings) +
@@ -163,9 +163,9 @@ void measureCapacity(const BenchOptions& options, const std::vector<Cell>& cells
   }
   BenchCurve curve = tradeCurve("capacity", "Tile capacity: a jump that reads its tiles, and one tile",
                                 "capacity (segments)", "us; bytes", {jump, jump_near, ready, bytes}, true, true);
-  addMark(curve, standard, "default");
-  addMark(curve, best_capacity, "fastest jump");
-  const std::string knee = markKnee(curve, 3);
+  addLine(curve, standard, "default");
+  addLine(curve, best_capacity, "fastest jump");
+  const std::string knee = lineAtKnee(curve, 3);
   curve.finding = "Small tiles are ready sooner, but their ghosts are stored again: a uniform jump takes " +
                   shown(best) + " us at " + shown(best_capacity) + " and " + shown(at_default) + " at the default of " +
                   std::to_string(standard) + ", a segment " + shown(bytes.y.front()) + " bytes at " +

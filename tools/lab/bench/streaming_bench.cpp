@@ -235,7 +235,7 @@ void measureFrontiers(const BenchOptions& options, const TileSet& set, BenchRepo
               shown(one.y.front()) + " to " + shown(one.y.back());
     // Of the curve without prefetch: the default usually has no knee.
     const auto knee = kneeOf(all[0].x, all[0].y, curve.plot.x_log, curve.plot.y_log);
-    if (knee) addMark(curve, all[0].x[*knee], "knee without prefetch");
+    if (knee) addLine(curve, all[0].x[*knee], "knee without prefetch");
     text += std::string(knee ? "; without prefetch the knee is at " + shown(all[0].x[*knee]) : "; no knee") + ". ";
     return text;
   };
@@ -259,7 +259,7 @@ void measureFrontiers(const BenchOptions& options, const TileSet& set, BenchRepo
     distance += by_budget.plot.series[1].y[i];
     structure += by_budget.plot.series[2].y[i];
   }
-  addMark(by_budget, by_budget.plot.series[0].x.back(), "exact, default: all that was visited stays");
+  addLine(by_budget, by_budget.plot.series[0].x.back(), "exact, default: all that was visited stays");
   by_budget.finding =
       found(by_budget) + "The smallest budget that is accepted is the first point. The default is none.";
   report.curves.push_back(std::move(by_budget));

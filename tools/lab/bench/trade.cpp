@@ -19,24 +19,24 @@ BenchCurve tradeCurve(const std::string& name, const std::string& title, const s
   plot.y_log = y_log;
   plot.width = 900;
   plot.height = 420;
-  for (PlotSeries& one : plot.series) one.markers = !one.broad;
+  for (PlotSeries& one : plot.series) one.dots = !one.broad;
   return curve;
 }
 
-void addMark(BenchCurve& curve, double x, const std::string& label) {
-  for (PlotMark& mark : curve.plot.marks)
-    if (mark.x == x) {
-      mark.label += ", " + label;
+void addLine(BenchCurve& curve, double x, const std::string& label) {
+  for (PlotLine& line : curve.plot.lines)
+    if (line.x == x) {
+      line.label += ", " + label;
       return;
     }
-  curve.plot.marks.push_back({x, label});
+  curve.plot.lines.push_back({x, label});
 }
 
-std::string markKnee(BenchCurve& curve, std::size_t series) {
+std::string lineAtKnee(BenchCurve& curve, std::size_t series) {
   const PlotSeries& of = curve.plot.series.at(series);
   const auto knee = kneeOf(of.x, of.y, curve.plot.x_log, curve.plot.y_log);
   if (!knee) return "no knee";
-  addMark(curve, of.x[*knee], "knee");
+  addLine(curve, of.x[*knee], "knee");
   return "knee at " + shown(of.x[*knee]);
 }
 

@@ -120,8 +120,8 @@ void measureRate(const BenchOptions& options, const std::vector<WorkScene>& scen
   }
   BenchCurve curve = tradeCurve("rate", "Haptic rate: force step that the hand gets, and processor time", "rate (Hz)",
                                 "mN; per cent", {step, cpu}, true, true);
-  addMark(curve, standard.rate_Hz, "default");
-  const std::string knee = markKnee(curve);
+  addLine(curve, standard.rate_Hz, "default");
+  const std::string knee = lineAtKnee(curve);
   const auto at = static_cast<std::size_t>(std::find(step.x.begin(), step.x.end(), standard.rate_Hz) - step.x.begin());
   curve.finding = "From " + shown(step.x.front()) + " to " + shown(step.x.back()) + " Hz the largest step falls from " +
                   shown(step.y.front()) + " to " + shown(step.y.back()) + " mN and a processor is busy for " +
@@ -222,9 +222,9 @@ BenchReport runWork(const BenchOptions& options) {
   }
   BenchCurve curve = tradeCurve("cap", "Work cap: proxy error and force", "segments a tick at most",
                                 "error (um), force (N s/mm)", {error, force}, true, false);
-  addMark(curve, kUnlimited, "exact");
-  addMark(curve, standard_cap, "default");
-  const std::string knee = markKnee(curve);
+  addLine(curve, kUnlimited, "exact");
+  addLine(curve, standard_cap, "default");
+  const std::string knee = lineAtKnee(curve);
   curve.finding = "At the default of " + std::to_string(standard_cap) + " the proxy is off by " +
                   shown(at_default_error) + " um on average and a tick takes " + shown(at_default_us) +
                   " us at the 99.9th percentile (" + knee + " for the error).";

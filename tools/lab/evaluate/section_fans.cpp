@@ -53,7 +53,7 @@ void plotFans(const EvaluationResults& r, PageSection& section) {
   for (const std::string& method : r.protocol.methods) {
     PlotSeries series;
     series.name = method;
-    series.markers = true;
+    series.dots = true;
     series.broad = method == "nearest";
     for (const double aim_error_m : aimErrors_m()) {
       std::uint64_t trials = 0, completed = 0;

@@ -43,7 +43,7 @@ PageSection pairedSection(const EvaluationResults& r) {
     plot.x_label = "ratio of force integrals";
     plot.y_label = "routes (%)";
     plot.x_log = true;
-    plot.marks = {{1.0 / 3, "1/3"}, {1.0, "equal"}};
+    plot.lines = {{1.0 / 3, "1/3"}, {1.0, "equal"}};
     for (const double zoom : r.protocol.zooms_um) {
       const PairedRatio paired = compare(
           r.corpus.cells, r.trials, findCondition(r.conditions, "main", r.mainVariants().front(), "climb", zoom),

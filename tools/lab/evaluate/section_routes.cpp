@@ -28,7 +28,7 @@ void plotZooms(const EvaluationResults& r, PageSection& section) {
   for (const std::string& method : r.protocol.methods) {
     PlotSeries a, b;
     a.name = b.name = method;
-    a.markers = b.markers = true;
+    a.dots = b.dots = true;
     a.broad = b.broad = method == "nearest";
     for (const double zoom : r.protocol.zooms_um) {
       const TrialSummary s = r.routesOf("main", variant, method, zoom);
