@@ -1,5 +1,5 @@
-// Reads whole numbers from JSON of other programs. The JSON library's own conversion turns -5e20 into an arbitrary
-// integer and truncates 2^32 + 7 to a 32-bit 7. Thread rule: pure function.
+// Reads whole numbers from JSON that other programs wrote, and checks their range. The JSON library's get<T>() does
+// not: -5e20 becomes an arbitrary integer, and 2^32 + 7 becomes 7 in 32 bits. Thread rule: pure function.
 #pragma once
 
 #include <concepts>
@@ -9,8 +9,9 @@
 
 namespace filiform {
 
-// Converts `json`, a value of nlohmann's library, to a T. Throws std::out_of_range if it is not a number, has a
-// fraction or an exponent, or does not fit.
+// Converts `json`, a value of nlohmann's library, to a T: an integer type other than bool and characters. Throws
+// std::out_of_range if `json` is not written as an integer (3.0 and 1e3 are refused) or does not fit a T. The message
+// does not name the field; the caller adds it.
 template <std::integral T, typename Json>
 T wholeNumber(const Json& json) {
   if (json.is_number_unsigned()) {

@@ -1,14 +1,16 @@
-// Encodes and decodes the Novint Falcon's packets behind its serial bridge, and loads its firmware. No USB and no
-// clock: the caller passes bytes and times.
+// Encodes and decodes the packets of the Novint Falcon, and loads its firmware. The packets pass through the Falcon's
+// USB-to-serial chip (FTDI). This file uses neither USB nor a clock: the caller passes bytes and times.
 //
-// The host sends 16 bytes, the device answers with 16. The device never sends unasked.
+// With its run-time firmware, the device sends 16 bytes in answer to each 16 bytes of the host, and nothing else.
 //
-//   byte   0    1..4     5..8     9..12    13                    14   15
-//   out   '<'   motor 0  motor 1  motor 2  'A' + lamps, homing   'A'  '>'
-//   in    '<'   count 0  count 1  count 2  'A' + buttons, homed   ?   '>'
+//   byte   0    1..4     5..8     9..12    13            14   15
+//   out   '<'   motor 0  motor 1  motor 2  'A' + flags   'A'  '>'
+//   in    '<'   count 0  count 1  count 2  'A' + flags   any  '>'
 //
-// A number is 16 bit, signed, in four bytes 'A' + nibble, least significant first: "JFKP" is 0xfa59, -1447.
-// Thread rule: objects are thread-compatible. Functions marked noexcept are haptic-safe and do not allocate.
+// Flags out: 1 homing, 2 green, 4 blue, 8 red lamp. Flags in: 1, 2, 4, 8 buttons 0..3; 16, 32, 64 encoder 0..2 homed.
+// A number has 16 bits and a sign. Each of its four bytes is 'A' + 4 bits, the lowest bits first: "JFKP" is 0xfa59,
+// -1447. Thread rule: an object belongs to one thread at a time. Functions marked noexcept do not allocate, lock or
+// call the system.
 #pragma once
 
 #include <algorithm>
@@ -25,26 +27,26 @@ inline constexpr std::size_t kFalconPacketBytes = 16;
 using FalconPacket = std::array<std::uint8_t, kFalconPacketBytes>;
 
 struct FalconCommand {
-  std::array<std::int16_t, 3> motors{};  // top, right, left
+  std::array<std::int16_t, 3> motors{};  // top, right, left: drive values; falcon_kinematics.h has sign and scale
   bool green = false, blue = false, red = false;
-  bool homing = false;  // start homing: search the encoders' index marks
+  bool homing = false;  // while true, the device looks for the encoders' index marks; a person moves the grip
 };
 FalconPacket packFalconCommand(const FalconCommand& command) noexcept;
 
 struct FalconReport {
-  std::array<std::int16_t, 3> counts{};  // top, right, left
+  std::array<std::int16_t, 3> counts{};  // top, right, left: encoder counts; falcon_kinematics.h has their scale
   std::uint8_t buttons = 0;              // bit 0 plus (right), 1 front, 2 centre, 3 minus (left)
   std::uint8_t homed = 0;                // bit i: encoder i has passed its index mark
   bool allHomed() const noexcept { return homed == 7; }
 };
 
-// Finds reports in a stream of bytes with gaps and noise. A report begins with '<', ends with '>' 15 bytes later, and
-// has only numbers in between. If not, its bytes are skipped and the search continues at the next '<'.
+// Finds reports in a stream of bytes with gaps and noise. A report is the 16 bytes "in" above. If a byte does not fit,
+// the first '<' is skipped, and the next '<' after it may begin the report.
 class FalconReportParser {
  public:
   // Adds one byte. Returns true if it completed a report, which report() then returns. O(16).
   bool push(std::uint8_t byte) noexcept;
-  const FalconReport& report() const noexcept { return report_; }
+  const FalconReport& report() const noexcept { return report_; }  // the last one; zeros before the first
   std::uint64_t reports() const noexcept { return reports_; }
   std::uint64_t skipped_bytes() const noexcept { return skipped_; }  // bytes that belong to no report
   // Drops the bytes of an unfinished report.
@@ -57,8 +59,8 @@ class FalconReportParser {
   std::uint64_t reports_ = 0, skipped_ = 0;
 };
 
-// The serial bridge sends packets of at most 64 bytes, each after 2 bytes of modem status. Calls each(payload) for
-// every packet of a transfer, without the status bytes. Payloads may be empty.
+// The serial chip sends packets of at most 64 bytes, of which the first 2 are modem status. Calls each(payload) for
+// every packet of a transfer that is longer than its status.
 inline constexpr std::size_t kFtdiPacketBytes = 64, kFtdiStatusBytes = 2;
 template <class Each>
 void forEachFtdiPayload(std::span<const std::uint8_t> transfer, Each&& each) {
@@ -66,7 +68,7 @@ void forEachFtdiPayload(std::span<const std::uint8_t> transfer, Each&& each) {
     each(transfer.subspan(kFtdiStatusBytes, std::min(transfer.size(), kFtdiPacketBytes) - kFtdiStatusBytes));
 }
 
-// A setting of the bridge: a vendor request without data, request type 0x40, index 0.
+// A setting of the serial chip, sent as a USB control transfer: request type 0x40, index 0, no data.
 struct FtdiRequest {
   std::uint8_t request = 0;
   std::uint16_t value = 0;
@@ -78,17 +80,19 @@ inline constexpr FtdiRequest kDtrLow{1, 0x0100}, kDtrHigh{1, 0x0101}, kRtsLow{1,
 inline constexpr FtdiRequest kNoFlowControl{2, 0};
 inline constexpr FtdiRequest kBaud9600{3, 0x4138}, kBaud140k{3, 0x0015}, kBaud1500k{3, 0x0002};
 inline constexpr FtdiRequest k8N1{4, 8};
-inline constexpr FtdiRequest kEventAtReportEnd{6, 0x013e};  // pass data on at '>', not at the next latency tick
+inline constexpr FtdiRequest kEventAtReportEnd{6, 0x013e};  // send data on at each '>', not after the latency
 inline constexpr FtdiRequest kLatency16ms{9, 16}, kLatency1ms{9, 1};
 }  // namespace ftdi
 
-// The requests that set the bridge for the run-time firmware.
+// The requests, in order, that set the serial chip for the run-time firmware. FalconLoader ends with them; a
+// device whose firmware runs already needs them too.
 std::vector<FtdiRequest> falconRunRequests();
 
-// Limits of the firmware's size; the real image has 7 to 9 kB.
+// Sizes (bytes) that a caller accepts for an image; real images have 7 to 9 kB.
 inline constexpr std::size_t kFalconFirmwareLeast = 4096, kFalconFirmwareMost = 16384;
 
-// Loads firmware, step by step. The caller does what next() says and reports the result.
+// Loads firmware, step by step. The caller does what next() says, and reports bytes by received() and failures by
+// lost().
 //
 //   FalconLoader loader(image);
 //   for (;;) {
@@ -97,27 +101,29 @@ inline constexpr std::size_t kFalconFirmwareLeast = 4096, kFalconFirmwareMost = 
 //     if (step.action == Action::loaded || step.action == Action::failed) break;
 //     if (step.action == Action::request) send(step.request);
 //     if (step.action == Action::write) write(step.bytes);
-//     if (step.action == Action::read) loader.received(readUntil(step.until_s));
+//     if (step.action == Action::read) loader.received(readUntil(step.until_s));  // some bytes, or none at that time
 //     if (step.action == Action::reopen) reopen();
 //   }
 //
-// The device sends a greeting, then echoes each byte of the image. A wrong or late echo ends the attempt; the next one
-// starts with reopening the device. Every attempt ends within kAttemptTime_s.
+// The host greets the boot loader until it answers, then writes the image; the boot loader echoes each byte. A wrong or
+// late echo ends the attempt; the next attempt begins by reopening the device. Every attempt ends within
+// kAttemptTime_s.
 class FalconLoader {
  public:
   enum class Action : std::uint8_t { request, write, read, reopen, loaded, failed };
   struct Step {
     Action action = Action::failed;
-    FtdiRequest request;
-    std::span<const std::uint8_t> bytes;  // valid until the next call
-    double until_s = 0;
-    std::string why;  // with failed: the reason of the last attempt's failure
+    FtdiRequest request;                  // with Action::request
+    std::span<const std::uint8_t> bytes;  // with Action::write
+    double until_s = 0;                   // with Action::read
+    std::string why;                      // with Action::failed: why the last attempt failed
   };
 
-  // The image must outlive this object.
+  // The image must outlive this object. `attempts`: 1 or more.
   explicit FalconLoader(std::span<const std::uint8_t> image, int attempts = kAttempts);
 
-  // The next step, at the caller's time. Valid until the next call of any member.
+  // The next step. `time_s`: the time now, of a clock that does not go back. The step is valid until the next call of
+  // next(). After `loaded` or `failed`, the same step is returned again.
   const Step& next(double time_s);
   // Bytes received, without status bytes, in any portions.
   void received(std::span<const std::uint8_t> bytes);
@@ -125,11 +131,14 @@ class FalconLoader {
   void lost(const std::string& why);
 
   int attempt() const noexcept { return attempt_; }  // from 1
-  double progress() const noexcept;                  // part of the image sent in this attempt, 0..1
+  double progress() const noexcept;                  // part of the image that was echoed in this attempt, 0..1
 
-  static constexpr int kAttempts = 5, kGreetings = 10;
-  static constexpr double kGreetingTime_s = 0.1, kEchoTime_s = 1.0, kAttemptTime_s = 15;  // loading takes 2 to 3 s
-  static constexpr std::size_t kBlockBytes = 62;
+  static constexpr int kAttempts = 5;
+  static constexpr int kGreetings = 10;           // an attempt
+  static constexpr double kGreetingTime_s = 0.1;  // from a greeting to its answer
+  static constexpr double kEchoTime_s = 1.0;      // from a block to its whole echo
+  static constexpr double kAttemptTime_s = 15;    // a good attempt takes 2 to 3 s
+  static constexpr std::size_t kBlockBytes = 62;  // of the image, written at once
 
  private:
   enum class Phase : std::uint8_t { prepare, greet, handshake, image, finish, again, loaded, failed };

@@ -1,5 +1,5 @@
 // NullDevice: reports one settable position and renders nothing. For runs without a device, and for tests of every
-// status. Thread rule: thread-compatible.
+// status. Thread rule: one thread at a time.
 #pragma once
 
 #include "device/haptic_device.h"
@@ -8,22 +8,25 @@ namespace filiform {
 
 class NullDevice : public HapticDevice {
  public:
+  // `period_s`: virtual time (s) between two samples. Throws DeviceError unless it is > 0 and finite.
   explicit NullDevice(double period_s = 0.001);
 
-  // Sets the reported position (m, frame D), initially the centre. Ignored if not finite.
+  // Sets the reported position (m, frame D). It is zero at first. Ignored if not finite.
   void setPosition(const Eigen::Vector3d& p_D) noexcept;
   void setButtons(std::uint32_t buttons) noexcept { state_.buttons = buttons; }
-  // Sets the status, as a change in the hardware would.
+  // Imitates a change in the hardware, for example DeviceStatus::fault when it is unplugged.
   void setStatus(DeviceStatus status) noexcept { state_.status = status; }
 
-  // The last wrench as a device would render it: zero if it was not finite or the status was not ready.
+  // The wrench of the last exchange(). Zero if that wrench was not finite, if the status was not ready, before the
+  // first exchange() and after close().
   const Wrench& lastWrench() const noexcept { return last_wrench_; }
 
   const DeviceCapabilities& capabilities() const override { return capabilities_; }
   DeviceStatus status() const noexcept override { return state_.status; }
-  void open() override;
-  void close() noexcept override;
-  // Advances virtual time by one period while ready. The velocity is always zero.
+  void open() override;            // sets the virtual time to zero and the status to ready
+  void close() noexcept override;  // sets the status to closed
+  // Returns at once. While ready, advances the virtual time by one period; otherwise the time stands still. The
+  // velocity is always zero.
   DeviceState exchange(const Wrench& wrench) noexcept override;
 
  private:

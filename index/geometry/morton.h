@@ -1,11 +1,12 @@
 // Keys of the binary space partition.
 //
-// A MortonKey interleaves the three grid coordinates, 42 bits each. An offset of 2^41 makes them unsigned. From the top
-// bit down, the axes alternate x, y, z, x, ... A BlockKey names a block: the keys that share its `depth` leading bits.
-// Depth 0 is the whole world. One more bit halves the block along the next axis; three more bits make an octree level.
+// A MortonKey interleaves the bits of the three grid coordinates, 42 bits each. 2^41 is added to each coordinate first,
+// so that it is not negative. From the key's highest bit (125) down, the axes alternate x, y, z, x, ... A BlockKey
+// names a block: all keys with the same first `depth` bits. Depth 0 is the whole grid. One more bit halves the block
+// along the next axis; three more bits make an octree level.
 //
 // A block contains exactly the keys in [low, high]. Blocks of equal depth, and the leaves of any partition, are ordered
-// by their lowest key. Thread rule: immutable values. O(1) throughout.
+// by their lowest key. Requirements are not checked. Thread rule: plain values. O(1) throughout.
 #pragma once
 
 #include "index/geometry/grid.h"
@@ -26,8 +27,8 @@ GridPoint mortonPoint(MortonKey key);  // the inverse
 
 // A block of the partition.
 struct BlockKey {
-  MortonKey low = 0;  // lowest key in the block: bits below the prefix are zero
-  int depth = 0;      // number of leading bits, 0..kMortonBits
+  MortonKey low = 0;  // lowest key in the block: the bits after the first `depth` ones are zero
+  int depth = 0;      // 0..kMortonBits
 
   MortonKey high() const { return depth == kMortonBits ? low : low | ((MortonKey{1} << (kMortonBits - depth)) - 1); }
   bool contains(MortonKey key) const { return key >= low && key <= high(); }
@@ -38,11 +39,13 @@ struct BlockKey {
   bool operator==(const BlockKey&) const = default;
 };
 
-// Position of a point along a three-dimensional Hilbert curve over the same 42-bit cube. Neighbours on the curve are
-// neighbours in space. Orders the tiles in packs by the centres of their blocks.
+// The position (126 bits, not a Morton key) of a point along a three-dimensional Hilbert curve through the whole grid.
+// Consecutive positions are neighbouring points. The files of a set store tiles in the order of this position of their
+// blocks' centres. Requires -2^41 <= p < 2^41 on each axis.
 MortonKey hilbertIndex(const GridPoint& p);
 
-// True if the closed segment a-b meets the closed box. Exact, in integers (separating axes).
+// True if the closed segment a-b meets the closed box; touching counts, and a == b is a point. Exact: by the
+// separating-axis test in integers. Requires -2^41 <= p < 2^41 of all points.
 bool segmentMeetsBox(const GridPoint& a, const GridPoint& b, const GridBox& box);
 
 }  // namespace filiform

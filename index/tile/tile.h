@@ -1,13 +1,18 @@
 // A tile in memory: the segments of one leaf of the partition, arranged for haptics and search.
 //
-// A tile stores every segment that meets its closed block. A segment whose midpoint lies in the block is *owned*; any
-// other is a *ghost*, owned by another tile. The tile whose block contains a node is the *home* of the node and holds
-// all its segments. Node and segment indices are local to the tile; NodeId and SegmentId are valid everywhere. Thread
-// rule: immutable after construction; any number of threads may read.
+// A *node* is a sample of a cell (a neuron). A *segment* joins a child node to its parent node. A tile stores every
+// segment that meets its closed block. A segment whose midpoint lies in the block is *owned*; any other is a *ghost*,
+// owned by another tile. The tile whose block contains a node is the *home* of the node and holds all its segments.
+// Node and segment indices (0, 1, ...) are local to the tile; NodeId and SegmentId are valid in the whole set.
+// Requirements are not checked. Thread rule: immutable after construction; any number of threads may read.
 //
-// Segments lie in *fragments*. A fragment is a run of segments with consecutive ids, each the child of the one before;
-// their nodes are consecutive too. So ids, ends and neighbours follow from a fragment's start. Only branch nodes list
-// their segments.
+// A segment that meets more than 64 blocks is owned by the set's *long-segment tile*, and is a ghost only in the tiles
+// of its two ends. The block of this tile is the whole grid, and no node is at home in it.
+//
+// Segments lie in *fragments*. A fragment is a run of segments with consecutive ids, in which the parent node of each
+// segment is the child node of the one before; its child nodes are consecutive too. So ids, ends and neighbours follow
+// from a fragment's start. Only nodes where this does not tell the neighbours, such as branch nodes, list their
+// segments.
 #pragma once
 
 #include "index/geometry/grid.h"
@@ -27,12 +32,12 @@ namespace filiform {
 using TileId = std::uint32_t;  // rank of the leaf in key order; the long-segment tile, if any, comes last
 inline constexpr TileId kNoTile = UINT32_MAX;
 
-struct NodeId {  // a sample: cell, and rank among the kept samples of the cell
+struct NodeId {  // a sample: index of the neuron in the set, and rank among the samples that the set keeps of it
   std::uint32_t cell, sample;
   auto operator<=>(const NodeId&) const = default;
   std::uint64_t key() const { return std::uint64_t{cell} << 32 | sample; }
 };
-struct SegmentId {  // cell, and rank of the child sample; in graphs, rank of the link
+struct SegmentId {  // neuron, and rank of the child sample; in neurons with loops, rank of the link
   std::uint32_t cell, segment;
   auto operator<=>(const SegmentId&) const = default;
   std::uint64_t key() const { return std::uint64_t{cell} << 32 | segment; }
@@ -59,9 +64,9 @@ class Tile {
  public:
   static constexpr std::uint32_t kMaxSegments = 1u << 28;
 
-  // Builds a tile from segments in any order, each id once. Requires that every segment meets the block, except in the
-  // long-segment tile (`key.depth` 0 beside other leaves). No node is at home in the long-segment tile. Throws
-  // InputError for more than kMaxSegments segments. O(n log n).
+  // Builds a tile from segments in any order. Requires that each id comes once and that every segment meets the block.
+  // `is_long`: the long-segment tile; its `key` has depth 0. Throws InputError for more than kMaxSegments segments. O(n
+  // log n).
   Tile(TileId id, const BlockKey& key, bool is_long, const Grid& grid, std::vector<StoredSegment> segments);
 
   TileId id() const { return id_; }
@@ -74,10 +79,11 @@ class Tile {
   // Heap and object bytes; counted against byte budgets. Depends only on the tile's content.
   std::size_t bytes() const { return bytes_; }
 
-  // Nodes. Their order depends only on the tile's content. All functions O(1) except findNode().
+  // Nodes, in an order that depends only on the tile's content. Requires node < node_count(). All functions O(1) except
+  // findNode().
   NodeId nodeId(std::uint32_t node) const;
   GridPoint gridPoint(std::uint32_t node) const;
-  Vector3d position_W(std::uint32_t node) const;  // exact
+  Vector3d position_W(std::uint32_t node) const;  // um, frame W; the grid point without rounding
   bool isHome(std::uint32_t node) const { return (nodes_[node / 32].home >> (node % 32) & 1) != 0; }
   // Segments at the node, in the order of their ids. They are complete if and only if isHome(node). Valid while the
   // tile lives.
@@ -85,7 +91,7 @@ class Tile {
   Incident incident(std::uint32_t node) const;
   std::optional<std::uint32_t> findNode(NodeId id) const noexcept;  // O(log n)
 
-  // Segments, in the order of their ids. All functions O(1) except findSegment().
+  // Segments, in the order of their ids. Requires segment < segment_count(). All functions O(1) except findSegment().
   SegmentId segmentId(std::uint32_t segment) const {
     const Fragment& f = fragments_[fragmentOf(segment)];
     return {f.cell, f.first_rank + (segment - f.begin)};
@@ -98,31 +104,32 @@ class Tile {
     const Fragment& f = fragments_[fragmentOf(segment)];
     return segment == f.begin ? f.parent_node : f.child_node + (segment - f.begin) - 1;
   }
-  // All of the above in one call, which costs about as much as one of them.
+  // A segment's id, its ends and their ids in one call, which costs about as much as child().
   struct Link {
     SegmentId id;
     std::uint32_t child, parent;
     NodeId child_id, parent_id;
   };
   Link link(std::uint32_t segment) const;
-  // Calls visit(segment, link) for each segment at the node, in the order of their ids. Makes no call if there are more
-  // than `most` segments (2 or more). Returns the number of segments. At a node without branches, costs about one
-  // link().
+  // Calls visit(segment, link) for each segment at the node, in the order of their ids, and returns their number. If
+  // the node has more than `most` segments, makes no call. Requires most >= 2. At a node without branches, costs about
+  // one link().
   template <class Visit>
   std::uint32_t visitIncident(std::uint32_t node, std::uint32_t most, Visit&& visit) const;
   bool owned(std::uint32_t segment) const { return (segments_[segment / 32].owned >> (segment % 32) & 1) != 0; }
   bool isolated(std::uint32_t segment) const { return child(segment) == parent(segment); }
   std::optional<std::uint32_t> findSegment(SegmentId id) const noexcept;  // O(log n)
 
-  // All segments, in runs ordered by position in space. Groups of 8, 64, ... consecutive runs are compact.
+  // All segments, in runs ordered by position in space. Groups of 8, 64, ... consecutive runs lie close together.
   std::span<const SegmentRun> runs() const { return runs_; }
-  // Offset: a node's position minus origin(), the lowest corner of all nodes, in quanta. offset_bits(): bits of the
-  // largest coordinate.
+  // Offset: a node's position minus origin(), the lowest corner of all nodes, in quanta. offset_bits(): bits that the
+  // largest coordinate of an offset needs.
   using Offset = Coordinates;
   const GridPoint& origin() const { return origin_; }
   int offset_bits() const { return offset_bits_; }
-  // The offset arrays as stored. Eight nodes may be read from any node on. narrowOffsets() is null above 16 bits;
-  // wordOffsets() is null at up to 16 bits and above 21.
+  // The offsets of all nodes in one of two arrays. Each array has room for 8 more nodes at its end, so that 8 nodes can
+  // be read from any node on. narrowOffsets() is empty if offset_bits() > 16; wordOffsets() is empty unless
+  // offset_bits() is 17 to 21.
   const std::uint16_t* narrowOffsets() const { return narrow_.data(); }  // x, y, z of each node
   const std::uint64_t* wordOffsets() const { return words_.data(); }     // see WordOffsets
   // The box of a run's segments, as offsets. O(1).
@@ -131,14 +138,18 @@ class Tile {
  private:
   friend class TileCodec;
 
+  // A fragment *places* a node if it is the first to give the node its index. A *strip* is the run of nodes that one
+  // fragment places: its child nodes, and sometimes its first parent just before them (the *lead*). In neurons with
+  // loops, a fragment may place no node (it is *loose*). Parents that no fragment places are *strays*, the last nodes.
   struct Fragment {
     std::uint32_t cell, first_rank;         // of its first segment
     std::uint32_t begin;                    // its first segment
     std::uint32_t child_node, parent_node;  // of its first segment
   };
   struct NodeBlock {                   // 32 nodes, one bit each
-    std::uint32_t strips = 0;          // set for the first node that a fragment placed
-    std::uint32_t prev = 0, next = 0;  // child of its fragment's segment here; parent of the next. Neither: listed
+    std::uint32_t strips = 0;          // set for the first node of a strip
+    std::uint32_t prev = 0, next = 0;  // the strip's fragment has a segment with this child; with this parent. If
+                                       // neither is set, the node's segments are listed
     std::uint32_t home = 0;
     std::uint32_t strips_before = 0, listed_before = 0;
   };
@@ -184,7 +195,8 @@ class Tile {
   template <class Visit>
   void fillOffsets(Visit&& f);
 
-  // For constructors that have set every member above `bytes_` except the derived tables.
+  // Computes the members after `Derived:` below. Requires that all members before are set. `owned`: one bit a segment;
+  // `strips`: the first node of each strip.
   void index(std::span<const std::uint8_t> owned, std::span<const std::uint32_t> strips);
   void listIncident();
   void markHomes();
@@ -364,7 +376,8 @@ template <class Visit>
   return std::uint32_t{prev} + std::uint32_t{next};
 }
 
-// Appearance: attributes for drawing and export. One element a stored segment, in the tile's order: those of the child.
+// Appearance: the radius and the SWC type of the child of each segment, in the order of the tile's segments. For
+// drawing and export. The radius of a root comes from its own cell (CellDetail), not from a tile.
 struct TileAppearance {
   std::vector<float> radii_um;
   std::vector<std::uint16_t> types;

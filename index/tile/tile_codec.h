@@ -1,5 +1,6 @@
-// Encodes a tile to bytes and decodes it. A tile has two parts that are read separately: geometry and topology (for
-// haptics) and appearance (for drawing). FORMAT.md specifies every byte. Thread rule: functions without state.
+// Encodes a tile to bytes and decodes it. A stored tile has two parts that are read separately: a Tile (geometry and
+// topology, for haptics) and a TileAppearance (radii and types, for drawing). FORMAT.md specifies every byte. Thread
+// rule: functions without state.
 #pragma once
 
 #include "index/tile/tile.h"
@@ -10,23 +11,25 @@
 
 namespace filiform {
 
-// Encode both parts. The bytes depend only on the tile's segments. In a graph with loops, a segment's rank is the rank
-// of its link. Throws InputError if a position lies outside the grid. O(segments).
+// Encodes a tile. The bytes depend only on its segments. Throws InputError if a position lies outside the grid.
+// O(segments).
 std::vector<std::uint8_t> encodeTile(const Tile& tile);
+// Encodes an appearance. O(segments).
 std::vector<std::uint8_t> encodeAppearance(const TileAppearance& appearance);
 
-// Where the bytes of a tile lie. Errors name `file` and a position counted from `offset`.
+// Which tile the bytes are of, and where they lie. Errors name `file` and the position of the fault in it.
 struct TilePlace {
   TileId tile;
   BlockKey key;
-  bool is_long;
-  const char* file;
-  std::uint64_t offset;  // of the bytes in the file
+  bool is_long;          // the long-segment tile
+  const char* file;      // its name; must live during the call
+  std::uint64_t offset;  // position of the first byte in the file
 };
-// Decode both parts. For any input, they read only the given bytes and allocate at most a fixed multiple of their
-// number. Throw CorruptTile for bytes that no encoder wrote. O(segments).
+// Decodes a tile. `grid` must be that of the set. Whatever the bytes are, both decoders read only these bytes and
+// allocate at most a fixed multiple of their number. They throw CorruptTile if the bytes are not a whole encoding, or
+// continue after it. Checksums are the caller's. O(segments).
 Tile decodeTile(std::span<const std::uint8_t> bytes, const TilePlace& place, const Grid& grid);
-// `count` is the number of segments that the directory states for the tile.
+// Decodes an appearance. `count`: the segments of the tile, ghosts included; other numbers are CorruptTile.
 TileAppearance decodeAppearance(std::span<const std::uint8_t> bytes, const TilePlace& place, std::uint32_t count);
 
 }  // namespace filiform

@@ -1,9 +1,11 @@
-// Limits a computed force before it goes to the device: clamp, slew limit, fade and ramp, and zero if no force may act.
-// The result depends only on the inputs and on earlier calls: the gate uses neither a clock nor a device.
+// Limits a computed force before it goes to the device. The *clamp* limits its size; the *slew limit* limits how fast
+// it grows; the *ramp* lets it grow from zero after a start; the *fade* lets it fall to zero before a jump or change of
+// mode. The force is zero if none may act. Ramp and fade scale the torque too; clamp and slew limit leave it. The
+// result depends only on the inputs and on earlier calls: the gate uses neither a clock nor a device.
 //
 //   ForceGate gate(options);
 //   Wrench sent = gate.pass({.wanted = wrench, .dt_s = dt_s});     // once a tick
-//   gate.close();     // zero now; later force grows from zero over the ramp
+//   gate.close();     // zero now; then force grows from zero over the ramp
 //   gate.restart();   // what is sent now fades to zero; then force grows from zero over the ramp
 //
 // Two gates act in a row. The force law's gate applies clamp, slew limit, and fade and ramp at a command. The haptic
@@ -21,11 +23,11 @@
 namespace filiform {
 
 struct ForceGateOptions {
-  double max_force_N = std::numeric_limits<double>::infinity();   // > 0; a longer force is shortened, direction kept
-  double max_slew_N_s = std::numeric_limits<double>::infinity();  // > 0; limits increases; a fall is never delayed
-  double ramp_s = 0.5;                                            // >= 0; time from zero to the whole force
-  double fade_s = 0.05;                                           // >= 0; time from the whole force to zero
-  double max_fade_N_s = 100;                                      // > 0; a strong force takes longer to fade
+  double max_force_N = std::numeric_limits<double>::infinity();   // > 0; a larger force is scaled to this size
+  double max_slew_N_s = std::numeric_limits<double>::infinity();  // > 0; of growth; a force that falls is not delayed
+  double ramp_s = 0.5;                                            // >= 0; time in which the factor grows from 0 to 1
+  double fade_s = 0.05;                                           // >= 0; time from the force to zero; 0: at once
+  double max_fade_N_s = 100;                                      // > 0; a force above max_fade_N_s fade_s takes longer
 };
 
 class ForceGate {
@@ -33,33 +35,34 @@ class ForceGate {
   struct Input {
     Wrench wanted{};
     double dt_s = 0;    // since the last call; counts as 0 unless > 0 and finite
-    double free_N = 0;  // >= 0; increase that the hand's own motion causes; the slew limit does not apply to it
-    // The force is zero unless the device is ready, and its state is not stale, and force is not withheld. A stale
-    // state and withheld force also restart the ramp.
+    double free_N = 0;  // >= 0; growth (N) in this tick that the hand's own motion causes: free of the slew limit
+    // Not ready: zero, and the ramp continues. Stale (the device's state is old) or withheld (the caller lets no force
+    // act): zero, and the ramp begins anew.
     bool ready = true, stale = false, withheld = false;
   };
-  struct Events {  // numbers of calls since construction
+  struct Events {  // numbers of calls of pass() in which the limit acted, since construction
     std::uint64_t clamped = 0, slewed = 0;
   };
 
-  // Throws UsageError for an option that is out of range or NaN. `open`: the first force passes whole; otherwise it
-  // grows over the ramp.
+  // Throws UsageError for an option that is out of range or NaN. `open`: without a ramp at the
+  // begin; the other limits apply.
   explicit ForceGate(const ForceGateOptions& options, bool open = false);
 
-  // Returns the wrench to send now. It is finite, and zero if the wanted wrench is not. Its force is at most
-  // max_force_N long, and exceeds the last force by at most (max_slew_N_s + max_force_N / ramp_s) dt_s + free_N. During
-  // a fade it exceeds neither the rest of the fading force nor the force sent last. O(1), no allocation.
+  // Returns the wrench to send now. It is finite, and zero if the wanted wrench is not. The size of its force is at
+  // most max_force_N, and at most (max_slew_N_s + max_force_N / ramp_s) dt_s + free_N above that of the last force;
+  // after the ramp its term is absent. During a fade the wanted force passes, but its size is at most that of the rest
+  // of the fading force and that of the force sent last. O(1), no allocation.
   Wrench pass(const Input& input) noexcept;
-  // Returns zero. The next force starts at zero; the ramp continues.
+  // Returns zero and ends a fade. The next force grows from zero at the slew limit; the ramp continues.
   Wrench cut() noexcept;
-  // Returns zero. The next force grows from zero over the ramp.
+  // Returns zero and ends a fade. The next force grows from zero over the ramp.
   Wrench close() noexcept;
-  // Lets the force sent last fall to zero over fade_s, or over |force| / max_fade_N_s if that is longer. The next force
-  // then grows over the ramp.
+  // Begins a fade: in the next calls of pass(), the force sent last falls to zero over fade_s, or over |force| /
+  // max_fade_N_s if that is longer. Then force grows over the ramp.
   void restart() noexcept;
 
   bool fading() const noexcept { return fade_s_ > 0; }
-  // The fading force `dt_s` from now; zero at the end of the fade. Requires fading().
+  // The fading force (N, frame D) at `dt_s` from now; zero at the end of the fade. Requires fading().
   Eigen::Vector3d faded_N(double dt_s) const noexcept;
 
   const Wrench& sent() const noexcept { return sent_; }
@@ -72,7 +75,8 @@ class ForceGate {
   ForceGateOptions options_;
   Events events_;
   Wrench sent_;
-  Eigen::Vector3d slewed_N_ = Eigen::Vector3d::Zero();  // the last force before the ramp
+  Eigen::Vector3d slewed_N_ =
+      Eigen::Vector3d::Zero();  // the last force after clamp and slew limit, without the factor of the ramp
   Eigen::Vector3d fading_N_ = Eigen::Vector3d::Zero();
   double fade_s_ = 0, faded_s_ = 0;  // duration of the fade (0: none); time since its start
   double ramped_s_ = 0;

@@ -76,7 +76,7 @@ void falconLoader(std::span<const std::uint8_t> image, double time_s, void send(
     if (step.action == Action::loaded || step.action == Action::failed) break;
     if (step.action == Action::request) send(step.request);
     if (step.action == Action::write) write(step.bytes);
-    if (step.action == Action::read) loader.received(readUntil(step.until_s));
+    if (step.action == Action::read) loader.received(readUntil(step.until_s));  // some bytes, or none at that time
     if (step.action == Action::reopen) reopen();
   }
 }
@@ -266,7 +266,7 @@ void forceGate(const ForceGateOptions& options, const Wrench& wrench, double dt_
   // solver/force/force_gate.h
   ForceGate gate(options);
   Wrench sent = gate.pass({.wanted = wrench, .dt_s = dt_s});     // once a tick
-  gate.close();     // zero now; later force grows from zero over the ramp
+  gate.close();     // zero now; then force grows from zero over the ramp
   gate.restart();   // what is sent now fades to zero; then force grows from zero over the ramp
 }
 
