@@ -1,8 +1,8 @@
-// The examples in the comments of public headers, each compiled here as it stands there.
+// Compiles the examples in the comments of public headers, unchanged.
 //
 // An example is a run of comment lines indented by three blanks or more whose first line ends in `;`, `{` or within
-// parentheses. The test reads every public header and looks for each of its examples in this file, line by line without
-// the indentation, below a line that names the header. What an example takes for granted is declared before it.
+// parentheses. The test reads every public header, and looks for its examples in this file: line by line, without the
+// indentation, below a line that names the header. Declarations that an example needs come before that line.
 #include "device/falcon/falcon.h"
 #include "device/falcon/falcon_protocol.h"
 #include "device/usb/usb_recording.h"
@@ -49,7 +49,7 @@
 namespace filiform {
 namespace {
 
-// Examples are compiled, not run: they open devices, windows and files. Their lines are broken as in the headers.
+// Examples are compiled, not run: they open devices, windows and files. Their line breaks are those of the headers.
 // clang-format off
 namespace examples {
 #pragma GCC diagnostic push

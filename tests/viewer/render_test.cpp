@@ -1,4 +1,4 @@
-// filiform render as a person meets it.
+// filiform render as a user runs it.
 #include "tests/support/process.h"
 #include "tests/support/temp_folder.h"
 
@@ -78,7 +78,7 @@ TEST_F(Render, WhatCannotBeIsOneClearLine) {
   refused({"--colour-by", "mood"}, 2, "radius");
   refused({"--camera", "up"}, 2, "front");
   refused({"--camera", "follow"}, 2, "--proxy");
-  refused({"--camera", "1,2,3:1,2,3"}, 2, "two points");
+  refused({"--camera", "1,2,3:1,2,3"}, 2, "two different points");
   refused({"--at", "y:99"}, 2, "no sample");
   refused({"--at", "who:1"}, 2, "no cell");
   refused({"--proxy", "1,2"}, 2, "3 numbers");
@@ -120,7 +120,7 @@ TEST_F(Render, TheBudgetIsKeptAndTheRestCounted) {
   EXPECT_EQ(json["left_out"], 6);
 }
 
-// Mesa's own switch makes the driver say that it is too old.
+// An environment variable of Mesa makes the driver report an old version.
 TEST_F(Render, WithoutOpenGl33ItSaysWhatToDo) {
   const Outcome outcome = runFiliformInShell("MESA_GL_VERSION_OVERRIDE=2.1 exec \"$@\"",
                                              {"render", folder_ / "y.swc", "-o", folder_ / "a.png"});

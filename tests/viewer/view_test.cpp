@@ -1,5 +1,5 @@
-// filiform view as a person meets it: in a window of a virtual display, with keys and mouse. Skipped where there is no
-// Xvfb or xdotool (tools/setup installs them). A short form always runs but under the sanitizers, the whole in the
+// filiform view as a user runs it: in a window of a virtual display, with keys and mouse. Skipped without Xvfb or
+// xdotool (tools/setup installs them). A short form runs always, except under sanitizers; the whole runs in the
 // campaigns (tools/test --long). Screenshots stay in view-test/ beside the program.
 #include "tests/support/campaign.h"
 #include "tests/support/display.h"
@@ -33,8 +33,8 @@ using test::Outcome;
 using test::runFiliform;
 using test::runFiliformInShell;
 
-constexpr int kStep_ms = 150;    // events within one frame would be taken as one
-constexpr int kPatience_s = 90;  // for a busy machine that draws without a graphics card
+constexpr int kStep_ms = 150;    // a frame must lie between two events
+constexpr int kPatience_s = 90;  // enough for a busy machine without a graphics card
 
 void refused(const Outcome& outcome, int code, const std::string& says) {
   EXPECT_EQ(outcome.exit_code, code) << outcome.err;
@@ -45,7 +45,7 @@ void refused(const Outcome& outcome, int code, const std::string& says) {
 class Display : public ::testing::Test {
  protected:
   static bool wanted() { return test::wholeCampaign() || !test::kSanitized; }
-  // Not in SetUpTestSuite(): a test that is skipped needs none of it.
+  // Not in SetUpTestSuite(), because skipped tests do not need it.
   static void prepare() {
     if (folder_ != nullptr) return;
     folder_ = new test::TempFolder;
@@ -89,7 +89,7 @@ class Display : public ::testing::Test {
     Json parsed = Json::parse(in, nullptr, false);
     return parsed.is_object() ? parsed : Json::object();
   }
-  // Until the state is so.
+  // Waits until the state fulfils `done`.
   void await(const std::string& what, const std::function<bool(const Json&)>& done) {
     const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(kPatience_s);
     Json last;
@@ -109,14 +109,13 @@ class Display : public ::testing::Test {
     send(xdotool);
     std::this_thread::sleep_for(std::chrono::milliseconds(kStep_ms));
   }
-  // A key that does something, and until it has.
+  // Sends a key, and waits until its action is done.
   void act(const std::string& key) {
     const Json before = state();
     send("key " + key);
     await(key, [&](const Json& s) { return s.at("actions") > before.at("actions"); });
   }
-  // Until what was sent is drawn: events within one frame would be taken as one. The first state may be of a frame that
-  // had begun before.
+  // Sends an event, and waits for two more frames: the first may have begun before the event.
   void sendAndDraw(const std::string& xdotool) {
     send(xdotool);
     for (int i = 0; i < 2; ++i) {
@@ -124,7 +123,7 @@ class Display : public ::testing::Test {
       await("a frame", [&](const Json& s) { return s.at("frames") > frames; });
     }
   }
-  // How it ended.
+  // Waits for the end of the program, and returns its exit code.
   int ended() {
     for (int i = 0; i < 10 * kPatience_s; ++i) {
       int status = 0;
@@ -155,7 +154,7 @@ class ViewInShort : public Display {};
 
 TEST_F(ViewInShort, StartsShowsHelpTurnsZoomsSearchesJumpsTakesAPictureAndQuits) {
   view("'" + (*folder_ / "c.fil") + "' --size 480x320 --segments 5000 --reset");
-  await("a proxy on a thread",
+  await("a proxy on a neurite",
         [](const Json& s) { return s.at("open") == true && !s.at("cell").get<std::string>().empty(); });
   act("h");
   EXPECT_EQ(state().at("help"), true);
@@ -200,10 +199,10 @@ TEST_F(ViewInShort, StartsShowsHelpTurnsZoomsSearchesJumpsTakesAPictureAndQuits)
   EXPECT_EQ(test::readBytes(*folder_ / "err"), "");
 }
 
-// The window's own pixels, panels and messages aside, are those that `filiform render` draws without a window.
+// Apart from panels and messages, the window shows the pixels that `filiform render` draws.
 TEST_F(ViewInShort, TheWindowAndRenderDrawTheSamePixels) {
   view("'" + (*folder_ / "c.fil") + "' --size 239x300 --segments 5000 --reset");  // too narrow for panels
-  await("a proxy on a thread",
+  await("a proxy on a neurite",
         [](const Json& s) { return s.at("open") == true && !s.at("cell").get<std::string>().empty(); });
   act("o");
   await("everything at rest",
@@ -216,7 +215,7 @@ TEST_F(ViewInShort, TheWindowAndRenderDrawTheSamePixels) {
       runFiliform({"render", *folder_ / "c.fil", "-o", path, "--size", "239x300", "--segments", "5000"}).exit_code, 0);
   Picture rendered = test::readPng(path);
   ASSERT_EQ(window.rgb.size(), rendered.rgb.size());
-  // Messages cover the lower part, and the window marks the proxy: a cell is above both.
+  // Compare the upper half: it shows a cell. Messages and the ring around the proxy are in the lower half.
   const std::size_t part = window.rgb.size() / 2;
   window.rgb.resize(part);
   rendered.rgb.resize(part);
@@ -231,7 +230,7 @@ TEST_F(ViewInShort, TheWindowAndRenderDrawTheSamePixels) {
   EXPECT_EQ(ended(), 0) << test::readBytes(*folder_ / "err");
 }
 
-// As the keyboard repeats a key that is held: what switches does so once, what turns and zooms goes on.
+// A held key repeats: a key that toggles acts once, a key that turns or zooms acts again.
 TEST_F(ViewInShort, AHeldKeyRepeatsWhatTurnsAndZoomsAndNothingElse) {
   view("'" + (*folder_ / "y.swc") + "' --size 300x200 --reset");
   await("the file", [](const Json& s) { return s.at("cell") == "y" && s.at("tick") > 0; });
@@ -261,7 +260,7 @@ TEST_F(ViewInShort, AHeldKeyRepeatsWhatTurnsAndZoomsAndNothingElse) {
 
 TEST_F(ViewInShort, ALargePictureIsDrawnBesideTheFramesAndCanBeCancelled) {
   view("'" + (*folder_ / "c.fil") + "' --size 480x320 --segments 5000 --reset");
-  await("a proxy on a thread",
+  await("a proxy on a neurite",
         [](const Json& s) { return s.at("open") == true && !s.at("cell").get<std::string>().empty(); });
   act("o");
   await("everything", [](const Json& s) { return s.at("overview") == true && s.at("complete") == true; });
@@ -275,16 +274,16 @@ TEST_F(ViewInShort, ALargePictureIsDrawnBesideTheFramesAndCanBeCancelled) {
   await("cancelled, if Esc came in time", [](const Json& s) {
     return s.at("picture_part") == -1 && (s.at("message") == "the picture is cancelled" || s.at("pictures") == 2);
   });
-  // Quitting does not wait for one that is being drawn.
+  // Quitting does not wait for a picture that is being drawn.
   act("P");
   send("key q");
   EXPECT_EQ(ended(), 0) << test::readBytes(*folder_ / "err");
 }
 
-// A lease that is not given back holds up whoever opens the file, as a silent disk does.
+// A file lease makes the opener wait, as a disk that does not answer.
 TEST_F(ViewInShort, AFileThatNeverAnswersDoesNotKeepItFromEnding) {
   test::writeBytes(*folder_ / "silent.swc", "1 1 0 0 0 5 -1\n2 3 10 0 0 1 1\n");
-  std::signal(SIGIO, SIG_IGN);  // tells the holder of the lease that somebody waits
+  std::signal(SIGIO, SIG_IGN);  // the signal that another process waits for the lease
   const int file = ::open((*folder_ / "silent.swc").c_str(), O_RDWR | O_CLOEXEC);
   ASSERT_GE(file, 0);
   if (::fcntl(file, F_SETLEASE, F_WRLCK) != 0) GTEST_SKIP() << "this kernel or file system has no leases";
@@ -333,7 +332,7 @@ TEST_F(ViewInShort, PicturesGoWhereALinkLeadsAndTheirFolderIsMade) {
 
 TEST_F(View, TravelsByKeysAndMouse) {
   view("'" + (*folder_ / "c.fil") + "' --size 900x600 --segments 20000 --reset");
-  await("a proxy on a thread",
+  await("a proxy on a neurite",
         [](const Json& s) { return s.at("open") == true && !s.at("cell").get<std::string>().empty(); });
 
   type("key h");
@@ -356,7 +355,7 @@ TEST_F(View, TravelsByKeysAndMouse) {
   type("key slash");
   await("search", [](const Json& s) { return s.at("search") == true; });
   type("type --delay 80 cell_00002");
-  type("keydown Return");  // held for some frames, as a finger does: the search takes no shorter stroke
+  type("keydown Return");  // held for some frames, because the search ignores shorter strokes
   type("keyup Return");
   await("the cell", [](const Json& s) { return s.at("cell") == "cell_00002" && s.at("search") == false; });
   const Json soma = state();
@@ -375,7 +374,7 @@ TEST_F(View, TravelsByKeysAndMouse) {
   type("key a");
   await("the bookmark", [&](const Json& s) { return s.at("p_um") == marked.at("p_um"); });
 
-  // The hand pulls, and the proxy follows its thread.
+  // The hand pulls, and the proxy moves along its neurite.
   type("keydown Down");
   await("travelled by force",
         [&](const Json& s) { return s.at("p_um") != marked.at("p_um") && s.at("force_N") > 0.01; });
@@ -383,7 +382,7 @@ TEST_F(View, TravelsByKeysAndMouse) {
   type("key f");
   await("free", [](const Json& s) { return s.at("mode") == "free"; });
   type("key f");
-  await("on a thread again", [](const Json& s) { return s.at("mode") == "constrained"; });
+  await("on a neurite again", [](const Json& s) { return s.at("mode") == "constrained"; });
 
   type("key s");
   await("stereo", [](const Json& s) { return s.at("stereo") == "anaglyph"; });
@@ -398,7 +397,7 @@ TEST_F(View, TravelsByKeysAndMouse) {
   EXPECT_EQ(ended(), 0) << test::readBytes(*folder_ / "err");
   EXPECT_EQ(test::readBytes(*folder_ / "err"), "");
 
-  // Settings, bookmarks and history are there the next time.
+  // Settings, bookmarks and history are kept for the next start.
   view("'" + (*folder_ / "c.fil") + "' --segments 20000");
   await("the same again", [](const Json& s) {
     return s.at("stereo") == "anaglyph" && s.at("bookmarks") == Json::array({"a"}) && s.at("history") > 1;
@@ -407,12 +406,12 @@ TEST_F(View, TravelsByKeysAndMouse) {
   EXPECT_EQ(ended(), 0);
 }
 
-// Every tile but those in memory, then the whole folder.
+// Damages all tile files, then removes the whole folder.
 TEST_F(View, GoesOnWhenTheSetBreaksAndVanishesWhileOpen) {
   const std::string set = *folder_ / "breaks.fil";
   fs::copy(*folder_ / "c.fil", set, fs::copy_options::recursive);
   view("'" + set + "' --size 480x320 --segments 5000 --reset --budget 600KiB");
-  await("a proxy on a thread",
+  await("a proxy on a neurite",
         [](const Json& s) { return s.at("open") == true && !s.at("cell").get<std::string>().empty(); });
   const Json before = state();
   for (const auto& entry : fs::recursive_directory_iterator(set)) {

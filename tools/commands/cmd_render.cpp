@@ -158,12 +158,12 @@ Camera cameraOf(const RenderArguments& a, const SceneView& scene, const std::opt
     Camera camera = overview(scene.lo_W(), scene.hi_W(), yaw, pitch, aspect);
     if (!proxy) return camera;
     // Turn about the proxy, at the distance of the default view.
-    Camera close = follow(*workspace, aspect);
+    Camera close = workspaceCamera(*workspace, aspect);
     close = orbit(close, yaw, pitch);
     return close;
   };
   if (name.empty() || name == "follow") {
-    if (workspace) return follow(*workspace, aspect);
+    if (workspace) return workspaceCamera(*workspace, aspect);
     if (!name.empty()) throw UsageError("--camera follow: give the place of the proxy with --proxy or --at");
     return around(0, 0);
   }
@@ -268,7 +268,7 @@ SceneFigures drawFilm(const TileStore& store, const RenderArguments& a, SceneVie
     frame.workspace = &workspace;
     frame.proxy_W = seen.p_W;
     frame.junction = junction ? &*junction : nullptr;
-    frame.camera = follow(workspace, aspect);
+    frame.camera = workspaceCamera(workspace, aspect);
     frame.time_s = time_s;
     figures = scene.drawWhole(frame);
     const Image image = imageOf(renderer.read());

@@ -15,18 +15,18 @@ const char* const kAdvice =
     "nor a graphics card";
 
 [[noreturn]] void fail(const std::string& what) {
-  throw GraphicsError("no OpenGL 3.3 to draw with: " + what + "; " + kAdvice);
+  throw GraphicsError("OpenGL 3.3 is not available: " + what + "; " + kAdvice);
 }
 
-// libepoxy ends the program where it does not find a library.
+// libepoxy ends the program if a library is missing: check first.
 void requireLibraries() {
   const auto there = [](std::initializer_list<const char*> names) {
     for (const char* name : names)
       if (dlopen(name, RTLD_LAZY | RTLD_LOCAL) != nullptr) return true;
     return false;
   };
-  if (!there({"libEGL.so.1"})) fail("libEGL.so.1 is not there");
-  if (!there({"libGL.so.1", "libOpenGL.so.0"})) fail("libGL.so.1 is not there");
+  if (!there({"libEGL.so.1"})) fail("libEGL.so.1 is missing");
+  if (!there({"libGL.so.1", "libOpenGL.so.0"})) fail("libGL.so.1 is missing");
 }
 
 class OffscreenContext final : public GraphicsContext {

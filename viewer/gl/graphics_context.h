@@ -1,4 +1,4 @@
-// Something to draw with: an OpenGL 3.3 core context, without a window.
+// An OpenGL 3.3 core context; makeOffscreenContext() makes one without a window.
 #pragma once
 
 #include "index/errors.h"
@@ -8,29 +8,29 @@
 
 namespace filiform {
 
-// There is no OpenGL 3.3 here, or it failed. The text says what to do. Exit code 3.
+// OpenGL 3.3 is missing or failed. The text says what to do. Exit code 3.
 class GraphicsError : public Error {
  public:
   using Error::Error;
 };
 
-// Thread rule: belongs to one thread at a time, that which called makeCurrent() last.
+// Thread rule: belongs to one thread at a time, the last one that called makeCurrent().
 class GraphicsContext {
  public:
   virtual ~GraphicsContext() = default;
   // Throws GraphicsError.
   virtual void makeCurrent() = 0;
-  // Who draws, in words of the driver: "llvmpipe (LLVM 15.0.6, 256 bits), OpenGL 4.5".
+  // The driver's names of renderer and version: "llvmpipe (LLVM 15.0.6, 256 bits), OpenGL 4.5".
   virtual std::string description() const = 0;
 };
 
-// Of the context that is current, whoever made it.
+// The description of the current context.
 std::string describeCurrentContext();
-// Draws the processor itself? Then a picture of a million segments takes a second.
+// True for a renderer that runs on the processor: a picture of a million segments then takes seconds.
 bool isSoftwareRenderer(const std::string& description);
 
-// Through EGL, without a display: Mesa's surfaceless platform where it is, else the first graphics card that EGL lists.
-// It is current when this returns. Throws GraphicsError.
+// Makes a context by EGL, without a display, and makes it current. Uses Mesa's surfaceless platform if there is one,
+// else the first graphics card that EGL lists. Throws GraphicsError.
 std::unique_ptr<GraphicsContext> makeOffscreenContext();
 
 }  // namespace filiform

@@ -21,27 +21,27 @@ using internal::Program;
 using internal::requireRoom;
 using internal::Target;
 
-// In pixels of the samples: thinner segments are drawn as lines, a pixel wide; then, up to the second, as ribbons:
-// lines two samples wide. A cone costs five times as much.
+// Radii in sample pixels. Below the first a segment is a line, one pixel wide. Below the second it is a ribbon, a line
+// two samples wide. A cone costs five times as much.
 constexpr double kLineRadius_px = 0.6, kRibbonRadius_px = 1.25;
 constexpr double kRibbon = 2;
-// A thread is never drawn thinner: it would break into dots.
+// No cone is drawn thinner: it would break into dots.
 constexpr double kLeastRadius_px = 0.55;
-// A dark rim sets marks off from the threads behind them.
-constexpr double kMarkHalo_px = 2.5;
-// Of a highlighted cell's threads, in pixels.
+// A dark rim separates overlays from the neurites behind them.
+constexpr double kOverlayHalo_px = 2.5;
+// Least radius of a highlighted cell's segments.
 constexpr double kHighlightRadius_px = 1.1;
 
 // A batch on the card.
 struct Uploaded {
   Vector3d origin_W, lo_W, hi_W;
   Layer layer;
-  std::vector<float> radii_um;  // of the segments, falling
+  std::vector<float> radii_um;  // of the segments, in falling order
   GLuint vertices, buffer;
   bool shown = true;
 };
 
-// So that the first segment drawn is that one. (glDrawArraysInstancedBaseInstance came after OpenGL 3.3.)
+// Binds the batch so that drawing begins with segment `first`. (OpenGL 3.3 lacks glDrawArraysInstancedBaseInstance.)
 void bindFrom(const Uploaded& batch, std::size_t first) {
   glBindVertexArray(batch.vertices);
   glBindBuffer(GL_ARRAY_BUFFER, batch.buffer);
@@ -69,7 +69,7 @@ bool contextHasQuadBuffer() {
   return stereo == GL_TRUE;
 }
 
-// Rows of the framebuffer that is bound, from the upmost of them down. OpenGL counts rows from below.
+// Appends rows of the bound framebuffer, the top one first. OpenGL counts rows from the bottom.
 void appendRows(Picture& picture, int lowest, int rows) {
   const auto row = static_cast<std::size_t>(picture.width) * 3, count = static_cast<std::size_t>(rows);
   std::vector<std::uint8_t> upside_down(row * count);
@@ -81,22 +81,22 @@ void appendRows(Picture& picture, int lowest, int rows) {
   }
 }
 
-// Segments of one piece: of a picture that is drawn at once, and of one that is drawn in parts.
+// Segments in one piece, for a picture drawn at once and for one drawn in parts.
 constexpr std::size_t kAllAtOnce = 1U << 20, kInParts = 256;
-// Rows of the whole picture that are composed or read at a time.
+// Rows of the picture that one step composes.
 constexpr int kRows = 64;
 
-// In this order: what is drawn later lies over the earlier.
-enum class Stage : std::uint8_t { ribbons, lines, cones, highlight_faint, highlight, marks_faint, marks };
+// In drawing order: later stages cover earlier ones.
+enum class Stage : std::uint8_t { ribbons, lines, cones, highlight_faint, highlight, overlays_faint, overlays };
 
-// Segments of one batch that are drawn by one call.
+// Segments of one batch that one OpenGL call draws.
 struct Piece {
   Stage stage;
   const Uploaded* batch;
   std::size_t first, count;
 };
 
-// A picture that is being drawn: first the eyes' pieces, then the rows of the whole.
+// A picture under way: first the pieces of each eye, then the rows of the composed picture.
 struct Job {
   std::array<EyeView, 2> views;
   RenderOptions options;
@@ -104,7 +104,7 @@ struct Job {
   int samples = 1;
   std::size_t eyes = 1;
   std::array<std::vector<Piece>, 2> pieces;
-  std::size_t drawn_eyes = 0, drawn_pieces = 0;  // of the eye that is being drawn
+  std::size_t drawn_eyes = 0, drawn_pieces = 0;  // the latter of the current eye
   int composed_rows = 0;
   bool under_way = false;
   std::size_t group = kInParts;  // segments between two looks at the clock
@@ -126,12 +126,12 @@ struct Job {
 struct Renderer::Impl {
   Program cone{internal::kConeVertexShader, internal::kConeFragmentShader};
   Program line{internal::kLineVertexShader, internal::kLineFragmentShader};
-  std::map<std::array<int, 3>, Program> compose;  // by mode, samples, whether it is shaded: made when first needed
+  std::map<std::array<int, 3>, Program> compose;  // by mode, samples and shading; compiled when first needed
   std::map<BatchId, Uploaded> batches;
   std::array<Target, 2> eyes;
-  Target whole, whole_right;  // of quad-buffer stereo one for each eye
-  bool quad_buffer = false;   // as it was drawn last
-  GLuint nothing = 0;         // vertex array of the composing pass, which has no vertices to read
+  Target whole, whole_right;  // the second for quad-buffer stereo only
+  bool quad_buffer = false;   // the last picture is one
+  GLuint nothing = 0;         // empty vertex array of the composing pass
   std::uint64_t bytes = 0;
   Job job;
 
@@ -199,7 +199,7 @@ void Renderer::put(BatchId id, const NeuriteBatch& batch, Layer layer) {
   }
   impl_->batches.emplace(id, std::move(up));
   impl_->bytes += bytes;
-  requireRoom("the threads");
+  requireRoom("segments");
 }
 
 const Program& Renderer::Impl::composing(StereoMode mode, int samples, bool shaded) {
@@ -214,16 +214,16 @@ const Program& Renderer::Impl::composing(StereoMode mode, int samples, bool shad
   return compose.try_emplace(key, internal::kComposeVertexShader, text.c_str()).first->second;
 }
 
-// What is drawn of one eye's view, in order.
+// Lists the pieces of one eye's view, in drawing order.
 RenderFigures Renderer::Impl::list(std::size_t eye, std::size_t piece_segments) {
   const EyeView& view = job.views[eye];
   const LevelView levels = levelView(view, {job.eye_size.width * job.samples, job.eye_size.height * job.samples});
   RenderFigures figures;
-  struct Part {  // a batch, thickest first: cones up to the first bound, ribbons up to the second, then lines
+  struct Part {  // a batch, thickest first: cones up to `cones`, ribbons up to `ribbons`, then lines
     const Uploaded* batch;
     std::size_t cones, ribbons;
   };
-  std::vector<Part> threads, highlights, marked;
+  std::vector<Part> neurites, highlights, overlays;
   for (const auto& [id, batch] : batches) {
     if (!batch.shown) continue;
     if (!isSeen(batch, levels)) {
@@ -231,8 +231,8 @@ RenderFigures Renderer::Impl::list(std::size_t eye, std::size_t piece_segments) 
       continue;
     }
     ++figures.batches;
-    if (batch.layer != Layer::threads) {
-      (batch.layer == Layer::marks ? marked : highlights)
+    if (batch.layer != Layer::neurites) {
+      (batch.layer == Layer::overlays ? overlays : highlights)
           .push_back({&batch, batch.radii_um.size(), batch.radii_um.size()});
       if (batch.layer == Layer::highlight) figures.cones += batch.radii_um.size();
       continue;
@@ -244,9 +244,9 @@ RenderFigures Renderer::Impl::list(std::size_t eye, std::size_t piece_segments) 
                                              [least_um](float radius_um) { return radius_um >= least_um; });
       return static_cast<std::size_t>(thin - radii_um.begin());
     };
-    threads.push_back({&batch, thickerThan(kRibbonRadius_px), thickerThan(kLineRadius_px)});
-    figures.cones += threads.back().cones;
-    figures.lines += batch.radii_um.size() - threads.back().cones;
+    neurites.push_back({&batch, thickerThan(kRibbonRadius_px), thickerThan(kLineRadius_px)});
+    figures.cones += neurites.back().cones;
+    figures.lines += batch.radii_um.size() - neurites.back().cones;
   }
 
   std::vector<Piece>& pieces = job.pieces[eye];
@@ -258,14 +258,14 @@ RenderFigures Renderer::Impl::list(std::size_t eye, std::size_t piece_segments) 
   const auto addAll = [&](Stage stage, const std::vector<Part>& parts) {
     for (const Part& part : parts) add(stage, part, 0, part.cones);
   };
-  for (const Part& part : threads) add(Stage::ribbons, part, part.cones, part.ribbons);
-  for (const Part& part : threads) add(Stage::lines, part, part.ribbons, part.batch->radii_um.size());
-  addAll(Stage::cones, threads);
-  // Inside dense tissue they would vanish: faint without a test of depth, then as they are.
+  for (const Part& part : neurites) add(Stage::ribbons, part, part.cones, part.ribbons);
+  for (const Part& part : neurites) add(Stage::lines, part, part.ribbons, part.batch->radii_um.size());
+  addAll(Stage::cones, neurites);
+  // Dense tissue would hide these: draw them faintly without a depth test first, then normally.
   addAll(Stage::highlight_faint, highlights);
   addAll(Stage::highlight, highlights);
-  addAll(Stage::marks_faint, marked);
-  addAll(Stage::marks, marked);
+  addAll(Stage::overlays_faint, overlays);
+  addAll(Stage::overlays, overlays);
   return figures;
 }
 
@@ -281,9 +281,9 @@ void Renderer::Impl::clearEye(std::size_t eye) {
   glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
 }
 
-// All that the stage needs of OpenGL's state.
+// Sets the OpenGL state and the shader of a stage.
 const Program& Renderer::Impl::enter(Stage stage, std::size_t eye) const {
-  const bool faint = stage == Stage::highlight_faint || stage == Stage::marks_faint;
+  const bool faint = stage == Stage::highlight_faint || stage == Stage::overlays_faint;
   if (faint) {
     glDisable(GL_DEPTH_TEST);
     glEnable(GL_BLEND);
@@ -327,15 +327,15 @@ const Program& Renderer::Impl::enter(Stage stage, std::size_t eye) const {
     program.set("opacity", faint ? 0.45 : 1);
     return program;
   }
-  program.set("halo_radii", 1.2 * job.samples, 2.4 * job.samples);  // of the glyph, not of the boxes
-  program.set("halo_px", faint ? 0 : kMarkHalo_px * job.samples);
+  program.set("halo_radii", 1.2 * job.samples, 2.4 * job.samples);  // so that the glyph has a halo, and boxes have none
+  program.set("halo_px", faint ? 0 : kOverlayHalo_px * job.samples);
   program.set("opacity", faint ? 0.4 : 1);
   return program;
 }
 
 void Renderer::Impl::drawPieces(std::size_t eye, std::size_t end) {
   eyes[eye].bind();
-  // Who else draws in this context may have left anything on.
+  // Other users of this context may have changed the state.
   glDisable(GL_SCISSOR_TEST);
   glDisable(GL_CULL_FACE);
   glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
@@ -435,7 +435,7 @@ double Renderer::advance(double most_ms) {
   const bool at_once = std::isinf(most_ms);
   const Clock::time_point begin = Clock::now();
   const auto since_ms = [](Clock::time_point then) {
-    glFinish();  // the driver is behind the calls
+    glFinish();  // the driver draws later than the calls return
     return std::chrono::duration<double, std::milli>(Clock::now() - then).count();
   };
   for (; job.drawn_eyes < job.eyes; ++job.drawn_eyes, job.drawn_pieces = 0) {
@@ -504,7 +504,8 @@ Picture Renderer::readWindow(const PictureSize& window) {
 void Renderer::finish() const { glFinish(); }
 
 void Renderer::present(const PictureSize& window) const {
-  if (window.width < 1 || window.height < 1) throw UsageError("a window of no pixels cannot be drawn into");
+  if (window.width < 1 || window.height < 1)
+    throw UsageError("the window has no pixels: width and height must be 1 or more");
   const PictureSize& size = impl_->whole.size();
   if (size.width == 0) return;
   glBindFramebuffer(GL_DRAW_FRAMEBUFFER, 0);

@@ -1,4 +1,4 @@
-// Draws batches of threads into a framebuffer of its own, for one eye or two, and reads the picture back.
+// Draws batches of segments into its own framebuffer, for one eye or two, and reads the picture back.
 //
 //   const auto context = makeOffscreenContext();
 //   Renderer renderer(*context);
@@ -6,10 +6,9 @@
 //   renderer.draw(stereoViews(camera, aspect, 0), {.size = {1280, 800}});
 //   const Picture picture = renderer.read();
 //
-// Threads are lit lines where they are thinner than a pixel, and round cones, drawn about their picture with their
-// depth at each pixel, where they are thicker. Depth is told by fog, by halos that cut what lies behind, by shading
-// what has something nearer beside it, and by thinning out what stands before the place that is looked at. Thread rule:
-// the thread of its context.
+// A segment thinner than a pixel is a lit line. A thicker one is a round cone with its own depth at each pixel. Four
+// cues show depth: fog; halos, which cut neurites that lie behind; eye-dome lighting, which darkens points beside
+// nearer ones; and neurites between the camera and the focus fade. Thread rule: the thread of its context.
 #pragma once
 
 #include "viewer/gl/graphics_context.h"
@@ -29,29 +28,29 @@ struct Picture {
 };
 
 enum class Layer : std::uint8_t {
-  threads,
-  highlight,  // threads over the others, which recede: never thinner than some pixels, neither fogged nor dimmed, and
-              // seen through what hides them
-  marks,      // glyph, proxy, workspace: neither fogged nor cleared, and seen faintly through what hides them
+  neurites,
+  highlight,  // neurites of a highlighted cell: at least 2 pixels thick, without fog, dimming and fading, and faintly
+              // visible through nearer ones
+  overlays,   // glyph, proxy, workspace: without fog and fading, and faintly visible through nearer neurites
 };
 
 struct RenderOptions {
   PictureSize size{};
   StereoMode stereo = StereoMode::mono;
-  int samples = 2;  // across a pixel, in each direction, 1 .. 4; halved where the card's pictures are not large enough
+  int samples = 2;  // across a pixel, in each direction, 1 .. 4; halved where the card's textures are too small
   Rgba background{13, 15, 20, 255};
-  // Threads fade into the background from the first depth to the second, down to this part.
+  // Fog: neurites mix with the background from 0 at the first depth to `fog_most` (0 .. 1) at the second.
   double fog_begin_um = 1e9, fog_end_um = 2e9, fog_most = 0;
-  double dim = 0;  // of threads into the background, at any depth
-  // Threads thin out from the second depth towards the eye, to nothing at the first.
+  double dim = 0;  // mixes neurites with the background at any depth, 0 .. 1
+  // Fading: neurites get thinner from depth `clear_begin_um` towards the eye, to nothing at `clear_end_um`.
   double clear_end_um = -2, clear_begin_um = -1;
-  double halo_px = 2;  // about threads; 0: none
-  // Eye-dome lighting: what lies this far and more behind its neighbour on the screen is darkened; 0: none.
+  double halo_px = 2;  // width of halos; 0: none
+  // Eye-dome lighting: a point this far or farther behind its neighbour on the screen is darkest; 0: none.
   double shade_um = 0;
 };
 
 struct RenderFigures {
-  std::uint64_t lines = 0, cones = 0;  // segments drawn, of one eye; ribbons are lines
+  std::uint64_t lines = 0, cones = 0;  // segments drawn for one eye; ribbons count as lines
   std::uint32_t batches = 0, culled = 0;
 };
 
@@ -59,41 +58,41 @@ class Renderer {
  public:
   static constexpr int kMaxSize = 8192;
 
-  // The context must be current and outlive it. Throws GraphicsError where a shader is refused.
+  // The context must be current and outlive the renderer. Throws GraphicsError if the driver refuses a shader.
   explicit Renderer(GraphicsContext& context);
   ~Renderer();
 
   using BatchId = std::uint64_t;
-  // Uploads; replaces what had the id. O(segments), and a sort where their radii do not fall. Throws GraphicsError when
-  // the card has no room.
-  void put(BatchId id, const NeuriteBatch& batch, Layer layer = Layer::threads);
-  void remove(BatchId id);  // nothing if there is none
-  // Leaves it out of pictures, or takes it in again; a new one is drawn. Nothing if there is none.
+  // Uploads a batch, and replaces the batch with this id. A batch is shown until show() hides it. O(segments); sorts a
+  // batch that is not thickest first. Throws GraphicsError if the card has no memory left.
+  void put(BatchId id, const NeuriteBatch& batch, Layer layer = Layer::neurites);
+  void remove(BatchId id);  // no effect if the id is unknown
+  // Shows or hides a batch in later pictures. No effect if the id is unknown.
   void show(BatchId id, bool shown);
-  std::uint64_t bytes() const;  // of all that was uploaded
+  std::uint64_t bytes() const;  // uploaded, of all batches
 
-  // Is there a window behind the context that shows each eye its own picture (StereoMode::quad_buffer)?
+  // True: the context belongs to a window with a picture for each eye (StereoMode::quad_buffer).
   bool hasQuadBuffer() const;
 
-  // Views of the left and the right eye, whose proportions are those of eyeSize(); mono draws the first alone. Throws
-  // UsageError for a size outside 1 .. kMaxSize, GraphicsError when the card has no room or shows no quad-buffer
-  // stereo. O(batches + segments in the picture).
+  // Draws the views of the left and the right eye; mono draws the first only. Their proportions must be those of
+  // eyeSize(). Throws UsageError for a size outside 1 .. kMaxSize; GraphicsError if the card has no memory left or no
+  // quad-buffer stereo. O(batches + segments in view).
   RenderFigures draw(const std::array<EyeView, 2>& views, const RenderOptions& options);
-  // The same in parts, for a picture that takes longer than a frame. begin() does what needs no drawing, and throws as
-  // draw() does. Each advance() draws for about `most_ms`, one piece at least, and returns which part of the picture is
-  // done: 1 at the end, when the picture is that of draw(). Requires that no batch changes in between.
+  // Does draw() in parts, for a picture that takes longer than a frame. begin() prepares, and throws as draw(). Each
+  // advance() draws for about `most_ms`, at least one piece, and returns the part that is done, 0 to 1. At 1 the
+  // picture equals that of draw(). Requires that no batch changes before.
   RenderFigures begin(const std::array<EyeView, 2>& views, const RenderOptions& options);
   double advance(double most_ms);
-  // What was drawn last; of quad-buffer stereo the left eye's.
+  // The last picture; of quad-buffer stereo the left eye's.
   Picture read() const;
-  // The same in parts: appends at most so many rows to the picture, which is empty at first. True: that was all.
+  // Does read() in parts: appends at most `most_rows` to the picture, which must be empty at first. True: it is whole.
   bool readMore(Picture& picture, int most_rows) const;
-  // The pixels of the current context's own framebuffer, before they are shown.
+  // The pixels of the current context's own framebuffer, before the window shows them.
   static Picture readWindow(const PictureSize& window);
-  // Returns when the last pixel is drawn: for measurements.
+  // Waits until the last pixel is drawn. For measurements.
   void finish() const;
-  // Copies what was drawn last into the context's own framebuffer, stretched where the window has another size; that
-  // framebuffer is bound afterwards. Nothing where nothing was drawn. Throws UsageError for a size below 1 x 1.
+  // Copies the last picture into the context's own framebuffer, and stretches it if the window has another size. That
+  // framebuffer is bound afterwards. No effect before the first picture. Throws UsageError for a size below 1 x 1.
   void present(const PictureSize& window) const;
 
  private:

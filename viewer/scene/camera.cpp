@@ -18,7 +18,7 @@ Camera lookAt(const Vector3d& eye_W, const Vector3d& target_W, const Vector3d& u
   const Vector3d back = eye_W - target_W;
   const double distance = back.norm();
   if (!(distance > 0) || !std::isfinite(distance) || !up_W.allFinite())
-    throw UsageError("camera: the eye and what it looks at must be two points with finite coordinates");
+    throw UsageError("camera: eye and target must be two different points with finite coordinates");
   const Vector3d z = back / distance;
   Vector3d x = up_W.cross(z);
   if (x.norm() <= 1e-6 * up_W.norm()) x = z.unitOrthogonal();
@@ -36,11 +36,11 @@ Camera lookAt(const Vector3d& eye_W, const Vector3d& target_W, const Vector3d& u
 
 Camera overview(const Vector3d& lo_W, const Vector3d& hi_W, double yaw_rad, double pitch_rad, double aspect) {
   if (!(lo_W.array() <= hi_W.array()).all() || !lo_W.allFinite() || !hi_W.allFinite())
-    throw UsageError("camera: there is nothing to look at");
+    throw UsageError("camera: nothing to look at: the box is empty");
   const Vector3d middle_W = (lo_W + hi_W) / 2;
   Camera camera = lookAt(middle_W + Vector3d::UnitZ(), middle_W);
   camera = orbit(camera, yaw_rad, pitch_rad);
-  // Each corner needs a distance of its own; the farthest serves all.
+  // Each corner needs some distance; the largest is enough for all.
   const double tan_up = std::tan(camera.height_angle_rad / 2), tan_across = tan_up * aspect;
   constexpr double kMargin = 1.04;
   double distance = 1e-3;
@@ -68,7 +68,7 @@ Camera orbit(const Camera& camera, double yaw_rad, double pitch_rad, double fact
   return turned;
 }
 
-Camera follow(const Workspace& workspace, double aspect, double fill) {
+Camera workspaceCamera(const Workspace& workspace, double aspect, double fill) {
   const WorkspaceOptions& options = workspace.options();
   const Vector3d half_um = 0.5 * workspace.scale_um_m() * (options.hi_D - options.lo_D);
   Camera camera;
@@ -161,7 +161,7 @@ LevelView levelView(const EyeView& view, const PictureSize& size) {
     const Vector3d n = view.rotation_VW.transpose() * inwards_V;
     levels.planes.push_back({n, n.dot(view.eye_W) + least});
   };
-  // The sides go through the eye and a line of the rim.
+  // Each side goes through the eye and one line of the rim.
   add(Vector3d(f.near_um, 0, f.left).normalized(), 0);
   add(Vector3d(-f.near_um, 0, -f.right).normalized(), 0);
   add(Vector3d(0, f.near_um, f.bottom).normalized(), 0);

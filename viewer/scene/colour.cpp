@@ -23,7 +23,7 @@ Rgba lightnessChromaHue(double lightness, double chroma, double hue_rad) {
 
 Rgba colourOfNumber(std::uint64_t number) {
   const double turns = static_cast<double>(number) * (std::numbers::phi - 1);
-  // Hues alone run out after a dozen; three lightnesses triple them.
+  // The eye distinguishes about a dozen hues; three lightnesses triple that.
   return lightnessChromaHue(0.68 + 0.06 * static_cast<double>(number % 3), 0.13,
                             2 * std::numbers::pi * (turns - std::floor(turns)));
 }

@@ -1,4 +1,4 @@
-// Colours of threads and of the viewer's aids. sRGB, 8 bits a channel. Pure functions.
+// Colours of neurites and overlays. sRGB, 8 bits a channel. Pure functions.
 #pragma once
 
 #include <cstdint>
@@ -10,16 +10,16 @@ struct Rgba {
   friend bool operator==(const Rgba&, const Rgba&) = default;
 };
 
-// Of that OKLab lightness (0..1), chroma (0..0.3) and hue, clipped to what a screen shows. (Ottosson, A perceptual
-// colour space for image processing.)
+// The colour of this OKLab lightness (0..1), chroma (0..0.3) and hue, clipped to sRGB. (Ottosson, A perceptual colour
+// space for image processing.)
 Rgba lightnessChromaHue(double lightness, double chroma, double hue_rad);
 
-// A cell's, a tile's: equally light, neighbouring numbers far apart in hue.
+// The colour of a cell or tile by its number: similar lightness, and neighbouring numbers differ much in hue.
 Rgba colourOfNumber(std::uint64_t number);
-// An SWC type: soma, axon, basal and apical dendrite and all others, told apart by readers with any colour blindness
-// (after Okabe and Ito).
+// The colour of an SWC type: soma, axon, basal dendrite, apical dendrite, and one for all others. Readers with colour
+// blindness can distinguish them (after Okabe and Ito).
 Rgba colourOfType(std::uint16_t type);
-// From dark blue (0) over green to light yellow (1), lightness growing evenly; NaN is grey.
+// From dark blue (0) over green to light yellow (1), with evenly growing lightness. NaN gives grey.
 Rgba colourOnRamp(double part);
 
 }  // namespace filiform

@@ -15,9 +15,9 @@ void putSoma(SomaTable& table, std::uint32_t cell, const std::shared_ptr<const S
   for (const std::uint32_t sample : soma->samples) table[{cell, sample}] = soma;
 }
 
-// Nodes of level tiles are no samples: the shape tells.
+// Finds three-point somata by their shape: nodes of level tiles are no samples.
 SomaTable threePointsInLevel(const Tile& tile, const TileAppearance& appearance) {
-  std::map<std::uint32_t, std::vector<std::uint32_t>> arms;  // outer nodes, by the node that they hang on
+  std::map<std::uint32_t, std::vector<std::uint32_t>> arms;  // outer nodes, by the node at which they end
   for (std::uint32_t s = 0; s < tile.segment_count(); ++s) {
     if (appearance.types[s] != kSomaType || tile.isolated(s)) continue;
     const std::uint32_t child = tile.child(s), parent = tile.parent(s);
@@ -32,7 +32,7 @@ SomaTable threePointsInLevel(const Tile& tile, const TileAppearance& appearance)
   for (const auto& [node, outer] : arms) {
     if (outer.size() > 2) continue;
     const Vector3d centre_W = tile.position_W(node), a_W = tile.position_W(outer.front());
-    // Where the other sample is in another tile, it is taken to lie opposite.
+    // If the other outer sample is in another tile, assume that it lies opposite.
     const Vector3d b_W = outer.size() == 2 ? tile.position_W(outer.back()) : Vector3d(2 * centre_W - a_W);
     const NodeId id = tile.nodeId(node);
     const SomaSample samples[] = {{id.sample, 0, centre_W, static_cast<float>((a_W - b_W).norm() / 2), true},

@@ -1,5 +1,5 @@
-// Somata as they are drawn: radius and type of roots, and the somata of a tile whose samples mean a sphere. Pure
-// functions but for the finder they are given; its thread.
+// Finds the somata of a tile that are drawn as spheres, and the radius and type of roots. Pure functions, except that
+// they use the given finder. Thread rule: the finder's thread.
 #pragma once
 
 #include "index/set/soma_finder.h"
@@ -10,22 +10,23 @@
 
 namespace filiform {
 
-// Radius and type of samples that no segment carries: roots, and with them most somata.
+// Radius and type of roots, which belong to no segment's child end. Most somata are roots.
 using RootTable = std::map<NodeId, CellDetail::Root>;
-// Adds the roots of a cell. Throws CorruptSet, IoError from the store. O(samples of the cell).
+// Adds the roots of a cell to the table. Throws CorruptSet, IoError from the store. O(samples of the cell).
 void addRoots(const TileStore& store, std::uint32_t cell, RootTable& roots);
 
-// Somata that are drawn as spheres, by their samples: the root and all others.
+// Somata that are drawn as spheres, under the id of each of their samples, the root included.
 using SomaTable = std::map<NodeId, std::shared_ptr<const Soma>>;
 
-// Those that the tile's own segments begin or lie in. `roots` must hold the roots of cellsWithOpenNodes(). A soma that
-// cannot be read is left out, and then drawn as its samples are. O(n), and reads of the somata's other tiles.
+// The somata in which owned segments of a full-resolution tile begin or lie. `roots` must hold the roots of all
+// cellsWithOpenNodes(). A soma that cannot be read is missing from the table: its samples are then drawn instead. O(n),
+// plus reads of the somata's other tiles.
 SomaTable somataIn(const Tile& tile, const TileAppearance& appearance, const RootTable& roots, SomaFinder& finder);
 
-// Those of a tile of a level of detail, by the tile's own node ids, which are no samples. Three-point somata are seen
-// by their shape: two soma segments at one node, or one of them where the tile has no more. Contours are looked up by
-// the place of their nodes; one that cannot be read is left out. O(n), and reads of the contours' full-resolution
-// tiles.
+// The somata in a tile of a level of detail, under the tile's own node ids, which are no sample ids. A three-point soma
+// is recognised by its shape: two soma segments at one node, or one if the tile holds no more. Contour somata are
+// looked up by the position of their nodes; one that cannot be read is missing. O(n), plus reads of the contours'
+// full-resolution tiles.
 SomaTable somataInLevel(const Tile& tile, const TileAppearance& appearance, SomaFinder& finder);
 
 }  // namespace filiform

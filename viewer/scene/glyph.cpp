@@ -63,7 +63,7 @@ NeuriteBatch glyphBatch(const Junction& junction, double length_um, double line_
     } else {
       constexpr int kSides = 16;
       const Vector3d u = way.unitOrthogonal(), v = way.cross(u), middle = at + 0.5 * head_um * way;
-      // Two rings across each other, so that one is open to the eye from anywhere.
+      // Two crossed rings: from any direction, one of them looks open.
       for (const Vector3d& across : {u, v})
         for (int i = 0; i < kSides; ++i) {
           const auto on_ring = [&](int k) -> Vector3d {

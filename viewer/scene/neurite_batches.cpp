@@ -63,109 +63,150 @@ std::vector<std::uint32_t> cellsWithOpenNodes(const Tile& tile) {
   return cells;
 }
 
-NeuriteBatch makeBatch(const Tile& tile, const TileAppearance& appearance, const BatchOptions& options) {
-  NeuriteBatch batch;
-  if (tile.node_count() == 0) return batch;
-  const auto soma_at = [&](std::uint32_t node) -> const Soma* {
-    if (options.somata == nullptr || options.somata->empty()) return nullptr;
-    const auto found = options.somata->find(tile.nodeId(node));
-    return found != options.somata->end() ? found->second.get() : nullptr;
-  };
-  std::vector<float> radii(tile.node_count(), kNoRadius);
-  std::vector<bool> soma(tile.node_count(), false);
-  for (std::uint32_t s = 0; s < tile.segment_count(); ++s) {
-    bool replaced = false;
-    const std::uint32_t child = tile.child(s);
-    radii[child] = drawnRadius(appearance.radii_um[s], appearance.types[s], &replaced);
-    soma[child] = appearance.types[s] == kSomaType;
-    if (replaced && tile.owned(s) && soma_at(child) == nullptr) ++batch.implausible_radii;
+namespace {
+
+// Makes the batch of one tile.
+class BatchMaker {
+ public:
+  BatchMaker(const Tile& tile, const TileAppearance& appearance, const BatchOptions& options)
+      : tile_(tile),
+        appearance_(appearance),
+        options_(options),
+        radii_(tile.node_count(), kNoRadius),
+        is_soma_(tile.node_count(), false) {}
+
+  NeuriteBatch make() {
+    if (tile_.node_count() == 0) return {};
+    readRadii();
+    GridBox box;
+    for (std::uint32_t n = 0; n < tile_.node_count(); ++n) box.extend(tile_.gridPoint(n));
+    lo_W_ = tile_.grid().toWorld(box.lo);
+    hi_W_ = tile_.grid().toWorld(box.hi);
+    batch_.origin_W = (lo_W_ + hi_W_) / 2;
+    batch_.segments.reserve(tile_.owned_count());
+    for (std::uint32_t s = 0; s < tile_.segment_count(); ++s) {
+      if (!tile_.owned(s)) continue;
+      if (options_.only_cell != UINT32_MAX && tile_.segmentId(s).cell != options_.only_cell) continue;
+      addSegment(s);
+    }
+    if (batch_.segments.empty()) return std::move(batch_);
+    const Vector3d rim = Vector3d::Constant(batch_.largest_radius_um);
+    batch_.lo_W = lo_W_ - rim;
+    batch_.hi_W = hi_W_ + rim;
+    return std::move(batch_);
   }
 
-  GridBox box;
-  for (std::uint32_t n = 0; n < tile.node_count(); ++n) box.extend(tile.gridPoint(n));
-  Vector3d lo_W = tile.grid().toWorld(box.lo), hi_W = tile.grid().toWorld(box.hi);
-  batch.origin_W = (lo_W + hi_W) / 2;
-  const auto put = [&](const Vector3d& p_W, float* p_um) {
-    const Vector3d p = p_W - batch.origin_W;
+ private:
+  const Soma* somaAt(std::uint32_t node) const {
+    if (options_.somata == nullptr || options_.somata->empty()) return nullptr;
+    const auto found = options_.somata->find(tile_.nodeId(node));
+    return found != options_.somata->end() ? found->second.get() : nullptr;
+  }
+
+  void readRadii() {
+    for (std::uint32_t s = 0; s < tile_.segment_count(); ++s) {
+      bool replaced = false;
+      const std::uint32_t child = tile_.child(s);
+      radii_[child] = drawnRadius(appearance_.radii_um[s], appearance_.types[s], &replaced);
+      is_soma_[child] = appearance_.types[s] == kSomaType;
+      if (replaced && tile_.owned(s) && somaAt(child) == nullptr) ++batch_.implausible_radii;
+    }
+  }
+
+  void put(const Vector3d& p_W, float* p_um) const {
+    const Vector3d p = p_W - batch_.origin_W;
     for (int axis = 0; axis < 3; ++axis) p_um[axis] = static_cast<float>(p[axis]);
-  };
-  const auto colour = [&](std::uint32_t s, std::uint16_t type, const Vector3d& p_W, float radius_um) {
-    switch (options.colour) {
+  }
+
+  Rgba colour(std::uint32_t s, std::uint16_t type, const Vector3d& p_W, float radius_um) const {
+    switch (options_.colour) {
       case ColourBy::cell:
-        return colourOfNumber(tile.segmentId(s).cell);
+        return colourOfNumber(tile_.segmentId(s).cell);
       case ColourBy::type:
         return colourOfType(type);
       case ColourBy::depth:
-        return colourOnRamp((p_W.y() - options.shallow_um) / (options.deep_um - options.shallow_um));
-      // 0.05 to 5 um, the range of neurites, by ratio.
+        return colourOnRamp((p_W.y() - options_.shallow_um) / (options_.deep_um - options_.shallow_um));
+      // 0.05 to 5 um, the range of neurites, on a logarithmic scale.
       case ColourBy::radius:
         return colourOnRamp(std::log10(radius_um / 0.05) / 2);
       case ColourBy::tile:
-        return colourOfNumber(tile.id());
+        return colourOfNumber(tile_.id());
     }
     return Rgba{};
-  };
+  }
 
-  batch.segments.reserve(tile.owned_count());
-  const auto add = [&](const DrawnSegment& segment) {
-    batch.largest_radius_um = std::max({batch.largest_radius_um, segment.a_radius_um, segment.b_radius_um});
-    batch.segments.push_back(segment);
-  };
-  // A soma of segment s.
-  const auto add_ball = [&](std::uint32_t s, const Vector3d& centre_W, float radius_um) {
+  void add(const DrawnSegment& segment) {
+    batch_.largest_radius_um = std::max({batch_.largest_radius_um, segment.a_radius_um, segment.b_radius_um});
+    batch_.segments.push_back(segment);
+  }
+
+  // Adds a sphere at the soma of segment s.
+  void addBall(std::uint32_t s, const Vector3d& centre_W, float radius_um) {
     DrawnSegment ball{};
     put(centre_W, ball.a_um);
     std::copy_n(ball.a_um, 3, ball.b_um);
     ball.a_radius_um = ball.b_radius_um = radius_um;
     ball.colour = colour(s, kSomaType, centre_W, radius_um);
-    lo_W = lo_W.cwiseMin(centre_W);
-    hi_W = hi_W.cwiseMax(centre_W);
+    lo_W_ = lo_W_.cwiseMin(centre_W);
+    hi_W_ = hi_W_.cwiseMax(centre_W);
     add(ball);
-  };
-  std::vector<std::uint32_t> balls;  // parents drawn as such
-  std::vector<const Soma*> spheres;  // drawn
-  const auto add_sphere = [&](std::uint32_t s, const Soma& sphere) {
-    if (std::find(spheres.begin(), spheres.end(), &sphere) != spheres.end()) return;
+  }
+
+  void addSphere(std::uint32_t s, const Soma& sphere) {
+    if (std::find(spheres_.begin(), spheres_.end(), &sphere) != spheres_.end()) return;
     bool replaced = false;
-    add_ball(s, sphere.centre_um, drawnRadius(static_cast<float>(sphere.radius_um), kSomaType, &replaced));
-    if (replaced) ++batch.implausible_radii;
-    spheres.push_back(&sphere);
-  };
-  for (std::uint32_t s = 0; s < tile.segment_count(); ++s) {
-    if (!tile.owned(s)) continue;
-    if (options.only_cell != UINT32_MAX && tile.segmentId(s).cell != options.only_cell) continue;
-    const std::uint32_t child = tile.child(s), parent = tile.parent(s);
-    const Soma* const sphere = soma_at(parent);
-    if (sphere != nullptr) add_sphere(s, *sphere);
-    if (sphere != nullptr && soma_at(child) == sphere) continue;
-    DrawnSegment segment{};
-    put(tile.position_W(child), segment.a_um);
-    put(tile.position_W(parent), segment.b_um);
-    segment.a_radius_um = radii[child];
-    segment.b_radius_um = radii[parent] != kNoRadius ? radii[parent] : radii[child];
-    if (options.roots != nullptr && radii[parent] == kNoRadius && sphere == nullptr) {
-      const auto root = options.roots->find(tile.nodeId(parent));
-      if (root != options.roots->end()) {
-        const float radius_um = drawnRadius(root->second.radius_um, root->second.type);
-        if (root->second.type == kSomaType) {
-          if (std::find(balls.begin(), balls.end(), parent) == balls.end())
-            add_ball(s, tile.position_W(parent), radius_um);
-          balls.push_back(parent);
-        } else {
-          segment.b_radius_um = radius_um;
-        }
-      }
+    addBall(s, sphere.centre_um, drawnRadius(static_cast<float>(sphere.radius_um), kSomaType, &replaced));
+    if (replaced) ++batch_.implausible_radii;
+    spheres_.push_back(&sphere);
+  }
+
+  // Draws a root of type soma as a ball; another root gives the segment its radius.
+  void addRoot(std::uint32_t s, DrawnSegment& segment) {
+    const std::uint32_t parent = tile_.parent(s);
+    const auto root = options_.roots->find(tile_.nodeId(parent));
+    if (root == options_.roots->end()) return;
+    const float radius_um = drawnRadius(root->second.radius_um, root->second.type);
+    if (root->second.type != kSomaType) {
+      segment.b_radius_um = radius_um;
+      return;
     }
-    // A neurite begins at the soma's middle in many files: it must not widen into a cone as thick as the soma.
-    if (soma[parent] && !soma[child]) segment.b_radius_um = segment.a_radius_um;
-    segment.colour = colour(s, appearance.types[s], tile.position_W(child), segment.a_radius_um);
+    if (std::find(balls_.begin(), balls_.end(), parent) == balls_.end())
+      addBall(s, tile_.position_W(parent), radius_um);
+    balls_.push_back(parent);
+  }
+
+  void addSegment(std::uint32_t s) {
+    const std::uint32_t child = tile_.child(s), parent = tile_.parent(s);
+    const Soma* const sphere = somaAt(parent);
+    if (sphere != nullptr) addSphere(s, *sphere);
+    if (sphere != nullptr && somaAt(child) == sphere) return;
+    DrawnSegment segment{};
+    put(tile_.position_W(child), segment.a_um);
+    put(tile_.position_W(parent), segment.b_um);
+    segment.a_radius_um = radii_[child];
+    segment.b_radius_um = radii_[parent] != kNoRadius ? radii_[parent] : radii_[child];
+    if (options_.roots != nullptr && radii_[parent] == kNoRadius && sphere == nullptr) addRoot(s, segment);
+    // In many files a neurite begins at the middle of the soma: it must not widen into a cone as thick as the soma.
+    if (is_soma_[parent] && !is_soma_[child]) segment.b_radius_um = segment.a_radius_um;
+    segment.colour = colour(s, appearance_.types[s], tile_.position_W(child), segment.a_radius_um);
     add(segment);
   }
-  if (batch.segments.empty()) return batch;
-  const Vector3d rim = Vector3d::Constant(batch.largest_radius_um);
-  batch.lo_W = lo_W - rim;
-  batch.hi_W = hi_W + rim;
-  return batch;
+
+  const Tile& tile_;
+  const TileAppearance& appearance_;
+  const BatchOptions& options_;
+  std::vector<float> radii_;  // of nodes; kNoRadius: of an open node
+  std::vector<bool> is_soma_;
+  Vector3d lo_W_ = Vector3d::Zero(), hi_W_ = Vector3d::Zero();
+  NeuriteBatch batch_;
+  std::vector<std::uint32_t> balls_;  // roots that are drawn as spheres
+  std::vector<const Soma*> spheres_;  // somata that are drawn
+};
+
+}  // namespace
+
+NeuriteBatch makeBatch(const Tile& tile, const TileAppearance& appearance, const BatchOptions& options) {
+  return BatchMaker(tile, appearance, options).make();
 }
 
 void append(NeuriteBatch& batch, const NeuriteBatch& more) {

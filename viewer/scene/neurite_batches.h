@@ -1,5 +1,5 @@
-// Tiles as the graphics card wants them: one batch a tile, positions relative to an origin of its own, so that single
-// precision is enough however far from the world's origin. Pure functions; any thread.
+// Makes batches for the graphics card: one for each tile, with positions relative to the batch's own origin. Single
+// precision is then enough at any distance from the world's origin. Pure functions; any thread.
 #pragma once
 
 #include "index/set/tile_store.h"
@@ -17,9 +17,9 @@ enum class ColourBy : std::uint8_t { cell, type, depth, radius, tile };
 inline constexpr ColourBy kColourings[] = {ColourBy::cell, ColourBy::type, ColourBy::depth, ColourBy::radius,
                                            ColourBy::tile};
 const char* toString(ColourBy colouring) noexcept;
-ColourBy colourBy(const std::string& name);  // throws UsageError naming the choices
+ColourBy colourBy(const std::string& name);  // throws UsageError that lists the choices
 
-struct DrawnSegment {  // a round cone: child end a, parent end b; a sphere where they coincide
+struct DrawnSegment {  // a round cone: child end a, parent end b; a sphere if they coincide
   float a_um[3], a_radius_um;
   float b_um[3], b_radius_um;
   Rgba colour;
@@ -27,40 +27,42 @@ struct DrawnSegment {  // a round cone: child end a, parent end b; a sphere wher
 static_assert(sizeof(DrawnSegment) == 36);
 
 struct NeuriteBatch {
-  Vector3d origin_W = Vector3d::Zero();  // of a_um, b_um
+  Vector3d origin_W = Vector3d::Zero();  // a_um and b_um are relative to it
   Vector3d lo_W = Vector3d::Zero(), hi_W = Vector3d::Zero();
   float largest_radius_um = 0;
   std::vector<DrawnSegment> segments;
-  std::uint64_t implausible_radii = 0;  // were replaced
+  std::uint64_t implausible_radii = 0;  // replaced ones; see drawnRadius()
 };
 
-// Some files give radii in another unit, and nearly all leave some unknown. A neurite's radius is taken as it is from
-// kThinnest_um to kThickest_um, a soma's to kThickestSoma_um; anything else is drawn with kDrawnUnknown_um, a soma
-// with kDrawnUnknownSoma_um.
+// The radius that is drawn. Some files give radii in another unit, and nearly all have unknown ones. A radius from
+// kThinnest_um to kThickest_um (soma: kThickestSoma_um) is plausible and used. Any other is replaced by
+// kDrawnUnknown_um (soma: kDrawnUnknownSoma_um), and `*replaced` is set to true.
 inline constexpr float kThinnest_um = 0.01F, kThickest_um = 10, kThickestSoma_um = 30;
 inline constexpr float kDrawnUnknown_um = 0.3F, kDrawnUnknownSoma_um = 6;
 float drawnRadius(float radius_um, std::uint16_t type, bool* replaced = nullptr) noexcept;
 
-// Cells of which the tile holds a node that no segment's child end gives a radius and a type: a root, or a sample whose
-// own segment lies elsewhere. Ascending. O(n log n).
+// Cells with an *open node* in the tile: one that is no segment's child end, so that its radius and type are not in the
+// tile. It is a root, or a sample whose own segment is in another tile. Ascending. O(n log n).
 std::vector<std::uint32_t> cellsWithOpenNodes(const Tile& tile);
 
 struct BatchOptions {
   ColourBy colour = ColourBy::cell;
-  double shallow_um = 0, deep_um = 1;    // ColourBy::depth: y of the two ends of the ramp, which may be in either order
-  const RootTable* roots = nullptr;      // draws the somata among them, and gives first segments their true width
-  const SomaTable* somata = nullptr;     // each drawn as one sphere, in place of the segments between its samples
-  std::uint32_t only_cell = UINT32_MAX;  // if it is one: no other cell's segments
+  double shallow_um = 0, deep_um = 1;    // ColourBy::depth: y of the ramp's two ends, in either order
+  const RootTable* roots = nullptr;      // roots of type soma are drawn as spheres; others give first segments a radius
+  const SomaTable* somata = nullptr;     // each is drawn as one sphere instead of the segments between its samples
+  std::uint32_t only_cell = UINT32_MAX;  // if set: draw the segments of this cell only
 };
 
-// All segments that the tile owns but those within somata; isolated samples and somata as spheres. A segment's two
-// radii are those of its samples, as far as the tile holds them. Requires the tile's own appearance. O(n).
+// Makes the batch of all segments that the tile owns, except those inside somata. Isolated samples and somata become
+// spheres. A segment's two radii are those of its samples if the tile holds them. `appearance` must be the tile's.
+// O(n).
 NeuriteBatch makeBatch(const Tile& tile, const TileAppearance& appearance, const BatchOptions& options = {});
 
-// Puts what `more` holds behind; it must have an origin near by. O(more).
+// Appends the segments of `more`, whose origin must be near the batch's own. O(more).
 void append(NeuriteBatch& batch, const NeuriteBatch& more);
 
-// The order in which the renderer wants segments: the larger radius of each falls. O(n log n), stable; O(n).
+// Sorts by the larger radius of each segment, falling: the order that the renderer needs. Stable, O(n log n). The check
+// is O(n).
 void sortThickestFirst(NeuriteBatch& batch);
 bool isThickestFirst(const NeuriteBatch& batch);
 

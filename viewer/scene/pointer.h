@@ -1,4 +1,4 @@
-// What the pointer's place on the picture means for the hand. Pure functions.
+// Translates the mouse pointer into hand positions and rotations. Pure functions.
 #pragma once
 
 #include "solver/workspace/workspace.h"
@@ -6,19 +6,18 @@
 
 namespace filiform {
 
-// Where the hand is wanted (frame D, m) so that it is seen at the pixel, as far from the eye as `at_depth_W` and
-// `closer_m` nearer; within the device's box. `at_depth_W` itself where it is behind the eye.
+// The hand position (frame D, m) that appears at pixel (x, y), at the depth of `at_depth_W` but `closer_m` nearer to
+// the user, and clamped to the device's box. If `at_depth_W` is behind the eye, its own position is used.
 Vector3d pointedAt_D(const EyeView& view, double x, double y, const PictureSize& size, const Workspace& workspace,
                      const Vector3d& at_depth_W, double closer_m);
 
-// By what a drag of so many pixels turns the world (rad, about the screen's X and Y): the height of the picture is half
-// a turn.
+// The rotation of the world for a drag (rad, about the screen's X and Y axes): the picture's height is half a turn.
 struct Turn {
   double about_x_rad, about_y_rad;
 };
 Turn turnOf(double dx_px, double dy_px, const PictureSize& size);
 
-// By what a notch of the wheel divides what is seen across the workspace.
+// One notch of the wheel divides or multiplies the zoom (um across the workspace) by this factor.
 inline constexpr double kZoomNotch = 1.2;
 
 }  // namespace filiform

@@ -67,9 +67,9 @@ std::array<EyeView, 2> stereoViews(const Camera& camera, double aspect, double s
   return views;
 }
 
-double SeparationFilter::follow(double wish, double dt_s) noexcept {
-  if (ratio_ < 0) return ratio_ = wish;
-  if (dt_s > 0) ratio_ += (wish - ratio_) * -std::expm1(-dt_s / kTime_s);
+double SeparationFilter::update(double target, double dt_s) noexcept {
+  if (ratio_ < 0) return ratio_ = target;
+  if (dt_s > 0) ratio_ += (target - ratio_) * -std::expm1(-dt_s / kTime_s);
   return ratio_;
 }
 

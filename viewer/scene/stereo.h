@@ -1,7 +1,7 @@
-// Two eyes: parallel, with frusta shifted so that they meet at the point of convergence (never turned inwards, which
-// would shift points up and down). A point at depth z then has the parallax e (z - d) / z on the plane of convergence,
-// e the separation of the eyes and d the distance: zero at the proxy, uncrossed behind it. (Bourke, Calculating stereo
-// pairs.) Immutable values but for SeparationFilter, which is thread-compatible.
+// Stereo views: two parallel eyes whose shifted frusta meet at the point of convergence. The eyes are not turned
+// inwards, because that would shift points up and down. With eye separation e and distance of convergence d, a point at
+// depth z has the parallax e (z - d) / z on the plane of convergence: zero at the proxy, uncrossed behind it. (Bourke,
+// Calculating stereo pairs.) Immutable values, except SeparationFilter, which is thread-compatible.
 #pragma once
 
 #include "viewer/scene/camera.h"
@@ -13,49 +13,50 @@ namespace filiform {
 
 enum class StereoMode : std::uint8_t {
   mono,
-  anaglyph,         // red and cyan, the left eye's luminance in red, the right eye's green and blue, half as pure
-  side_by_side,     // left eye in the left half, each in its right proportions
-  top_bottom,       // left eye above
+  anaglyph,         // red: left eye's luminance; green and blue: right eye's, half as pure
+  side_by_side,     // left eye in the left half; each with its true proportions
+  top_bottom,       // left eye in the upper half
   row_interleaved,  // left eye in rows 0, 2, 4 ... from the top, for polarised screens
-  quad_buffer,      // a picture for each eye, which the screen shows by turns: only in windows that have it
+  quad_buffer,      // a separate picture for each eye, shown in turn; needs a window with quad-buffer stereo
 };
-// Those that need no special window.
+// The modes that any window can show.
 inline constexpr StereoMode kStereoModes[] = {StereoMode::mono, StereoMode::anaglyph, StereoMode::side_by_side,
                                               StereoMode::top_bottom, StereoMode::row_interleaved};
 const char* toString(StereoMode mode) noexcept;  // "side-by-side"
-StereoMode stereoMode(const std::string& name);  // quad_buffer too; throws UsageError naming the choices
+StereoMode stereoMode(const std::string& name);  // accepts quad_buffer too; throws UsageError that lists the choices
 
-// What one eye's picture measures within a picture of that size (at least 1 x 1).
+// The size of one eye's picture within a picture of `size` (at least 1 x 1).
 PictureSize eyeSize(StereoMode mode, const PictureSize& size);
 
 struct StereoOptions {
-  // Largest parallax as a part of the picture's width: 1.75 % is 1 degree for a 27 inch screen at 60 cm, within which
-  // fusing is no effort (Lambooij et al. 2009).
+  // Largest parallax as a part of the picture's width. 1.75 % is 1 degree on a 27 inch screen at 60 cm: within it,
+  // fusion needs no effort (Lambooij et al. 2009).
   double largest_parallax = 0.0175;
-  double gain = 1;      // the person's own, on the separation; 0: both eyes see the same
-  double widening = 1;  // of the tangent of the projection angle: a wider picture eases fusion (the paper, 4)
+  double gain = 1;  // the user's factor on the separation; 0: both eyes see the same
+  double widening =
+      1;  // factor on the tangent of the projection angle: a wider view eases fusion (the paper, section 4)
 };
 
-// Separation over distance of convergence, kept within these: flat scenes are not exaggerated without end, and some
-// depth is always left.
+// Bounds of the separation divided by the distance of convergence: flat scenes are not exaggerated without limit, and
+// some depth always remains.
 inline constexpr double kMinSeparation = 1.0 / 200, kMaxSeparation = 1.0 / 14;
 
-// Separation over distance of convergence with which nothing between `nearest_um` and `farthest_um` (depths, 0 <
-// nearest <= farthest) has more than the largest parallax; clamped as above, then times the gain. `width_tan`: half the
-// picture's width over the distance, mono, before widening.
+// The largest separation, divided by the distance of convergence, at which no point between the depths `nearest_um` and
+// `farthest_um` (0 < nearest <= farthest) exceeds the largest parallax. Clamped to the bounds above, then multiplied by
+// the gain. `width_tan`: half the picture's width divided by its distance, mono, before widening.
 double separationRatio(const StereoOptions& options, double convergence_um, double nearest_um, double farthest_um,
                        double width_tan);
 
 // The views of the left and the right eye, converging at `camera.focus_um`.
 std::array<EyeView, 2> stereoViews(const Camera& camera, double aspect, double separation_ratio, double widening = 1);
 
-// Follows the wished ratio slowly, so that the change goes unnoticed (Ware et al. 1998: over some seconds).
+// Approaches the target ratio so slowly that users do not notice the change (Ware et al. 1998: over some seconds).
 class SeparationFilter {
  public:
   static constexpr double kTime_s = 0.7;  // 95 % within 2.1 s
 
-  // The first call takes the wish as it is. A dt that is not > 0 changes nothing. Returns the ratio to be used now.
-  double follow(double wish, double dt_s) noexcept;
+  // Returns the ratio to use now. The first call returns the target itself. A dt_s that is not > 0 changes nothing.
+  double update(double target, double dt_s) noexcept;
 
  private:
   double ratio_ = -1;

@@ -2,31 +2,28 @@
 
 #include "device/haptic_device.h"
 #include "index/errors.h"
-#include "index/output.h"
-#include "index/text.h"
-#include "solver/travel/worker.h"
-#include "viewer/gl/internal/large_picture.h"
-#include "viewer/gl/scene_view.h"
 #include "viewer/scene/pointer.h"
 #include "viewer/window/internal/closing.h"
+#include "viewer/window/internal/hand_input.h"
 #include "viewer/window/internal/messages.h"
+#include "viewer/window/internal/open_scene.h"
 #include "viewer/window/internal/opening.h"
+#include "viewer/window/internal/screenshots.h"
+#include "viewer/window/internal/setting_actions.h"
+#include "viewer/window/internal/state_file.h"
 #include "viewer/window/internal/text_format.h"
-#include "viewer/window/internal/tile_census.h"
-#include "viewer/window/internal/travel.h"
-#include "viewer/window/internal/viewpoint.h"
+#include "viewer/window/internal/tooltip.h"
 #include "viewer/window/panels.h"
 #include "viewer/window/window.h"
 
-#include <algorithm>
-#include <atomic>
-#include <chrono>
 #include <cmath>
-#include <cstdio>
-#include <ctime>
+#include <cstdint>
+#include <initializer_list>
+#include <memory>
 #include <set>
-#include <thread>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include <nlohmann/json.hpp>
 
@@ -34,24 +31,24 @@ namespace filiform {
 
 namespace {
 
+using internal::changeSeparation;
+using internal::changeSetting;
 using internal::Closing;
 using internal::format;
-using internal::LargePicture;
+using internal::HandInput;
+using internal::kSeparationStep;
 using internal::Messages;
 using internal::Opened;
 using internal::Opening;
+using internal::OpenScene;
+using internal::Screenshots;
+using internal::StateFile;
+using internal::Tooltip;
 using internal::Travel;
-using internal::Viewpoint;
 
-constexpr double kDoubleClick_s = 0.4, kStillBeforeTooltip_s = 0.25;
-constexpr double kPush_m = 0.006;  // of a held key, from the proxy
-// Of a frame, for a picture that takes many: the window stays at 30 frames a second and more.
-constexpr double kPicture_ms = 15;
-
-template <class T, std::size_t N>
-T next(T value, const T (&choices)[N]) {
-  return choices[(static_cast<std::size_t>(value) + 1) % N];
-}
+constexpr double kSaveState_s = 0.1;                                      // between two writes of the state
+constexpr double kTurn_rad = 0.1;                                         // by one press of a key
+constexpr double kDoubleClick_px = 6, kOnProxy_px = 16, kTooltip_px = 5;  // times the scale of letters
 
 class Application {
  public:
@@ -61,7 +58,9 @@ class Application {
         window_("filiform", options.size.value_or(PictureSize{settings_.width, settings_.height}),
                 settings_.interface_scale),
         renderer_(window_.context()),
-        budget_(SceneBudget::of(window_.context().description())) {
+        budget_(SceneBudget::of(window_.context().description())),
+        state_file_(options.state),
+        screenshots_(options.pictures, options.write, messages_, closing_) {
     if (options_.segments > 0) budget_.segments = budget_.moving_segments = options_.segments;
     if (!options_.paths.empty()) open(options_.paths);
   }
@@ -76,14 +75,14 @@ class Application {
         for (const InputEvent& event : window_.poll(busy_ ? 0.001 : 0.015)) handle(event);
         finishOpening();
         for (const std::string& failure : closing_.takeFailures()) say(failure);
-        writer_.serve([this](const std::string& failure) { say(failure); });
-        if (travel_) {
+        screenshots_.serve();
+        if (scene_) {
           frame();
         } else {
           blank();
         }
         window_.show();
-        if (window_.now_s() - last_dump_s_ > 0.1) dumpState();
+        if (window_.now_s() - last_state_s_ > kSaveState_s) writeState();
         frame_ms_ += 0.1 * (1000 * (window_.now_s() - begin_s) - frame_ms_);
         ++frames_;
       }
@@ -115,7 +114,7 @@ class Application {
   // ---- scenes
 
   void open(const std::vector<std::string>& paths) {
-    if (opening_.isUnderWay()) return say("one scene is being opened already");
+    if (opening_.isUnderWay()) return say("another scene is already being opened");
     opening_.begin(paths, options_.open, renderer_, window_.now_s());
   }
 
@@ -125,7 +124,7 @@ class Application {
         opening_.takeScene();
         closeScene();
       }
-      // Only one session can have a device: the one before lets go of it first.
+      // Only one session can have a device: wait until the session before has released it.
       const bool is_free = options_.session.device == "mouse" || !closing_.isUnderWay();
       if (opening_.awaitsDevice() && is_free) {
         SessionOptions session = options_.session;
@@ -134,49 +133,36 @@ class Application {
       }
       if (opening_.isReady()) enter(opening_.take());
     } catch (const std::exception& error) {
-      if (!opened_once_) throw;  // the person is at the terminal still
+      if (!opened_once_) throw;  // the user still looks at the terminal
       say(error.what());
     }
   }
 
   void enter(Opened opened) {
-    picture_ = std::move(opened.picture);
-    const Travel::Callbacks callbacks{[this] { leave(); }, [this](const std::string& why) { search_.error = why; },
+    const Travel::Callbacks callbacks{[this] { jumping(); }, [this](const std::string& why) { search_.error = why; },
                                       options_.plugged_in};
-    travel_ = std::make_unique<Travel>(std::move(opened), messages_, callbacks);
-    viewpoint_.emplace(travel_->session().workspaceOptions());
-    figures_ = {};
-    tiles_ = {};
-    near_.clear();
-    levels_missed_ = false;
-    drag_ = Action::none;
-    tooltip_asked_ = false;
+    scene_ = std::make_unique<OpenScene>(std::move(opened), messages_, callbacks);
+    input_.drag(Action::none);
+    tooltip_.reset();
     opened_once_ = true;
-    window_.setTitle("filiform: " + travel_->scene().name);
-    travel_->start();
+    window_.setTitle("filiform: " + scene_->travel().scene().name);
+    scene_->travel().start();
   }
 
-  // Its end may wait for the disk or the device: beside the frames.
+  // Ending the scene may wait for the disk or the device: it runs beside the frames.
   void closeScene() {
-    if (!travel_) return;
-    endPicture();
-    closing_.begin([loader = picture_->end(), travel = std::shared_ptr<Travel>(std::move(travel_))]() mutable {
-      loader.reset();
-      travel->finish();
-    });
-    picture_.reset();
+    if (!scene_) return;
+    screenshots_.drop();
+    closing_.begin(scene_->end());
+    scene_.reset();
   }
 
   void end() {
-    std::string failure;
-    endPicture();
-    while (!writer_.idle()) {
-      writer_.serve([&](const std::string& why) { failure = why; });
-      std::this_thread::sleep_for(std::chrono::milliseconds(2));
-    }
-    if (travel_) {
+    screenshots_.drop();
+    std::string failure = screenshots_.finish();
+    if (scene_) {
       try {
-        travel_->finish();
+        scene_->travel().finish();
       } catch (const std::exception& error) {
         failure = error.what();
       }
@@ -191,83 +177,67 @@ class Application {
       failure = error.what();
     }
     ended_ = true;
-    dumpState();
-    if (!state_failure_.empty()) failure = state_failure_;
+    writeState();
+    if (!state_file_.failure().empty()) failure = state_file_.failure();
     if (!failure.empty()) throw DeviceError(failure);
   }
 
-  // The proxy is taken elsewhere.
-  void leave() {
+  // Called right before the proxy jumps.
+  void jumping() {
     panels_.search = false;
-    viewpoint_->depart(now_s_, settings_.reduced_motion);
+    scene_->viewpoint().depart(now_s_, settings_.reduced_motion);
   }
 
   // ---- input
 
-  const NavigationSnapshot& now() const { return travel_->now(); }
-
   void handle(const InputEvent& event) {
-    pointer_x_ = event.kind == InputEvent::Kind::scroll ? pointer_x_ : event.x;
-    pointer_y_ = event.kind == InputEvent::Kind::scroll ? pointer_y_ : event.y;
+    input_.point(event);
     if (event.kind == InputEvent::Kind::drop) return open(event.paths);
     if (event.kind == InputEvent::Kind::key) return press(event.key, event.repeated);
-    if (event.kind == InputEvent::Kind::key_up) {
-      // A modifier may have been let go before.
-      for (const Binding& binding : bindings())
-        if (binding.first.code == event.key.code) held_.erase(binding.action);
-      return;
-    }
-    if (!travel_) return;
+    if (event.kind == InputEvent::Kind::key_up) return input_.release(event.key);
+    if (!scene_) return;
     switch (event.kind) {
       case InputEvent::Kind::button:
         return pressButton(event);
       case InputEvent::Kind::button_up:
-        drag_ = Action::none;
+        input_.drag(Action::none);
         break;
       case InputEvent::Kind::move:
-        moved(event);
-        break;
+        return moved();
       case InputEvent::Kind::scroll:
         if ((event.modifiers & Key::kControl) != 0)
-          separate(0.1 * event.y);
+          changeSeparation(kSeparationStep * event.y, settings_, messages_);
         else
           zoom(std::pow(1 / kZoomNotch, event.y));
         break;
       default:
         break;
     }
-    last_x_ = pointer_x_;
-    last_y_ = pointer_y_;
   }
 
   void pressButton(const InputEvent& event) {
-    const bool twice = event.button == 0 && event.time_s - pressed_s_ < kDoubleClick_s &&
-                       std::hypot(event.x - pressed_x_, event.y - pressed_y_) < 6 * window_.scale();
-    pressed_s_ = twice ? -1 : event.time_s;
-    last_x_ = pressed_x_ = event.x;
-    last_y_ = pressed_y_ = event.y;
-    closer_m_ = 0;
-    if (twice) return travel_->goAlong(pickRay(view_, event.x, event.y, size_, 6 * window_.scale()));
-    drag_ = dragOf(event);
-    travel_->endTour();
+    if (input_.press(event, kDoubleClick_px * window_.scale()))
+      return scene_->travel().goAlong(
+          pickRay(scene_->view(), event.x, event.y, size_, kDoubleClick_px * window_.scale()));
+    input_.drag(dragOf(event));
+    scene_->travel().stopHand();
   }
 
-  Action dragOf(const InputEvent& event) const {
+  Action dragOf(const InputEvent& event) {
     const bool shift = (event.modifiers & Key::kShift) != 0;
     if (event.button == 1) return shift ? Action::pull_depth : Action::pull;
     if (event.button == 2 || shift) return Action::pan;
-    const ScreenPoint proxy = project(view_, now().p_W, size_);
-    const bool on_proxy = proxy.depth_um > 0 && std::hypot(proxy.x - event.x, proxy.y - event.y) < 16 * window_.scale();
-    return on_proxy && !viewpoint_->isOverview() ? Action::pull : Action::rotate;
+    const ScreenPoint proxy = project(scene_->view(), scene_->now().p_W, size_);
+    const bool on_proxy =
+        proxy.depth_um > 0 && std::hypot(proxy.x - event.x, proxy.y - event.y) < kOnProxy_px * window_.scale();
+    return on_proxy && !scene_->viewpoint().isOverview() ? Action::pull : Action::rotate;
   }
 
-  void moved(const InputEvent& event) {
-    still_since_s_ = window_.now_s();
-    tooltip_.clear();
-    const double dx = event.x - last_x_, dy = event.y - last_y_;
-    if (drag_ == Action::rotate) turn(turnOf(dx, dy, size_));
-    if (drag_ == Action::pan) viewpoint_->pan(dx, dy, size_);
-    if (drag_ == Action::pull_depth) closer_m_ += dy / size_.height * 0.12;
+  void moved() {
+    tooltip_.pointerMoved(window_.now_s());
+    const HandInput::Step step = input_.step(size_);
+    if (input_.dragged() == Action::rotate) scene_->turn(turnOf(step.dx_px, step.dy_px, size_));
+    if (input_.dragged() == Action::pan) scene_->viewpoint().pan(step.dx_px, step.dy_px, size_);
   }
 
   void press(const Key& key, bool repeated) {
@@ -275,10 +245,10 @@ class Application {
     if (awaiting_letter_ != Action::none) {
       if (repeated) return;  // of the key that asked for the letter
       const Action what = std::exchange(awaiting_letter_, Action::none);
-      if (!travel_ || key.code <= ' ' || key.code >= 0x7F || key.modifiers != 0) return;
+      if (!scene_ || key.code <= ' ' || key.code >= 0x7F || key.modifiers != 0) return;
       const std::string name(1, static_cast<char>(key.code));
-      if (what == Action::set_bookmark) return travel_->setBookmark(name);
-      return travel_->goToBookmark(name);
+      if (what == Action::set_bookmark) return scene_->travel().setBookmark(name);
+      return scene_->travel().goToBookmark(name);
     }
     const Action action = actionOf(key, repeated);
     if (action != Action::none) act(action);
@@ -297,44 +267,20 @@ class Application {
       case Action::panel_settings:
         panels_.settings = !panels_.settings;
         return;
-      case Action::panel_tiles:
-        settings_.show_tiles = !settings_.show_tiles;
-        return;
-      case Action::panel_force:
-        settings_.show_force = !settings_.show_force;
-        return;
-      case Action::panel_minimap:
-        settings_.show_minimap = !settings_.show_minimap;
-        return;
       case Action::fullscreen:
         window_.toggleFullscreen();
         return;
       case Action::close:
         closeTop();
         return;
-      case Action::next_colouring:
-        settings_.colouring = next(settings_.colouring, kColourings);
-        return say(format("coloured by %s", toString(settings_.colouring)));
-      case Action::next_stereo:
-        return nextStereo();
-      case Action::orthographic:
-        settings_.orthographic = !settings_.orthographic;
-        return say(settings_.orthographic ? "orthographic" : "in perspective");
-      case Action::next_palette:
-        settings_.orange_blue = !settings_.orange_blue;
-        return say(settings_.orange_blue ? "fork: own branch orange, others blue"
-                                         : "fork: own branch red, others green");
-      case Action::more_separation:
-        return separate(0.1);
-      case Action::less_separation:
-        return separate(-0.1);
       case Action::window_picture:
         window_picture_wanted_ = true;
         return;
       default:
         break;
     }
-    if (travel_) actInScene(action);
+    if (changeSetting(action, action == Action::next_stereo && renderer_.hasQuadBuffer(), settings_, messages_)) return;
+    if (scene_) actInScene(action);
   }
 
   void actInScene(Action action) {
@@ -345,23 +291,22 @@ class Application {
       case Action::push_down:
       case Action::push_away:
       case Action::push_closer:
-        held_.insert(action);
-        return;
+        return input_.hold(action);
       case Action::zoom_in:
         return zoom(1 / kZoomNotch);
       case Action::zoom_out:
         return zoom(kZoomNotch);
       case Action::turn_left:
-        return turn({0, -0.1});
+        return scene_->turn({0, -kTurn_rad});
       case Action::turn_right:
-        return turn({0, 0.1});
+        return scene_->turn({0, kTurn_rad});
       case Action::turn_up:
-        return turn({-0.1, 0});
+        return scene_->turn({-kTurn_rad, 0});
       case Action::turn_down:
-        return turn({0.1, 0});
+        return scene_->turn({kTurn_rad, 0});
       case Action::overview:
         tooltip_.clear();
-        return viewpoint_->toggleOverview();
+        return scene_->viewpoint().toggleOverview();
       case Action::freeze:
         frozen_ = !frozen_;
         return;
@@ -381,22 +326,9 @@ class Application {
         picture_wanted_ = 3;
         return;
       default:
-        if (action == Action::centre) viewpoint_->centre();
-        travel_->act(action);
+        if (action == Action::centre) scene_->viewpoint().centre();
+        scene_->travel().act(action);
     }
-  }
-
-  void nextStereo() {
-    const bool all_seen = settings_.stereo == *std::rbegin(kStereoModes);
-    if (all_seen && renderer_.hasQuadBuffer())
-      settings_.stereo = StereoMode::quad_buffer;
-    else if (settings_.stereo == StereoMode::quad_buffer)
-      settings_.stereo = StereoMode::mono;
-    else
-      settings_.stereo = next(settings_.stereo, kStereoModes);
-    say(format(all_seen && settings_.stereo == StereoMode::mono ? "stereo: %s (this display has no quad-buffer)"
-                                                                : "stereo: %s",
-               toString(settings_.stereo)));
   }
 
   void closeTop() {
@@ -406,69 +338,29 @@ class Application {
       panels_.search = false;
     else if (panels_.settings)
       panels_.settings = false;
-    else if (large_)
-      cancelPicture();
-    else if (travel_)
-      travel_->endTour();
-  }
-
-  void separate(double by) {
-    settings_.separation = std::clamp(settings_.separation + by, 0.0, 2.0);
-    say(format("separation of the eyes: %.1f", settings_.separation));
+    else if (screenshots_.isDrawing())
+      screenshots_.cancel();
+    else if (scene_)
+      scene_->travel().stopHand();
   }
 
   void zoom(double factor) {
     tooltip_.clear();
-    if (viewpoint_->isOverview())
-      viewpoint_->zoom(factor);
-    else
-      travel_->zoom(factor);
-  }
-
-  void turn(const Turn& turn) {
-    if (viewpoint_->isOverview())
-      viewpoint_->turn(turn);
-    else
-      travel_->turn(turn);
+    scene_->zoom(factor);
   }
 
   void findNames() {
-    travel_->findNames(search_.text, [this, text = search_.text](std::vector<std::string> names) {
+    scene_->travel().findNames(search_.text, [this, text = search_.text](std::vector<std::string> names) {
       if (text == search_.text) search_.names = std::move(names);
     });
   }
 
-  // What the pointer or held keys ask of the hand.
-  std::optional<Pointing> pointing() const {
-    if (drag_ == Action::pull)
-      return Pointing::at(
-          pointedAt_D(view_, pointer_x_, pointer_y_, size_, viewpoint_->workspace(), now().p_W, closer_m_));
-    if (drag_ == Action::pull_depth)
-      return Pointing::at(
-          pointedAt_D(view_, pressed_x_, pressed_y_, size_, viewpoint_->workspace(), now().p_W, closer_m_));
-    const auto held = [&](Action a) { return held_.count(a) > 0 ? 1.0 : 0.0; };
-    const Vector3d push(held(Action::push_right) - held(Action::push_left),
-                        held(Action::push_up) - held(Action::push_down),
-                        held(Action::push_closer) - held(Action::push_away));
-    if (push.isZero()) return std::nullopt;
-    return Pointing::push(kPush_m * push.normalized());
-  }
-
   void lookUnderPointer() {
-    if (panels_.help || panels_.search || panels_.settings || drag_ != Action::none || window_.pointerOnPanel()) {
-      tooltip_.clear();
-      return;
-    }
-    if (tooltip_asked_ || !tooltip_.empty() || now_s_ - still_since_s_ < kStillBeforeTooltip_s ||
-        still_since_s_ == tooltip_for_s_ || !travel_->isIdle())
-      return;
-    tooltip_for_s_ = still_since_s_;
-    tooltip_asked_ = true;
-    const RayQuery ray = pickRay(view_, pointer_x_, pointer_y_, size_, 5 * window_.scale());
-    travel_->describeAlong(ray, [this, asked = tooltip_for_s_](std::string text) {
-      tooltip_asked_ = false;
-      if (still_since_s_ == asked) tooltip_ = std::move(text);
-    });
+    if (panels_.help || panels_.search || panels_.settings || input_.isDragging() || window_.pointerOnPanel())
+      return tooltip_.clear();
+    if (!tooltip_.isDue(now_s_) || !scene_->travel().isIdle()) return;
+    tooltip_.lookUp(scene_->travel(),
+                    pickRay(scene_->view(), input_.x(), input_.y(), size_, kTooltip_px * window_.scale()));
   }
 
   // ---- frames
@@ -476,50 +368,38 @@ class Application {
   void frame() {
     now_s_ = window_.now_s();
     size_ = window_.size();
+    Travel& travel = scene_->travel();
+    const Workspace& workspace = scene_->viewpoint().workspace();
     try {
-      travel_->serve();
-      camera_ = viewpoint_->look(now(), picture_->lo_W(), picture_->hi_W(), size_.aspect(), now_s_);
-      if (settings_.orthographic) camera_ = parallel(camera_);
-      view_ = viewOf(camera_, size_.aspect(), 1);
-      travel_->lead(pointing(), viewpoint_->workspace());
-      travel_->observe();
+      travel.serve();
+      scene_->look(size_, settings_.orthographic, now_s_);
+      travel.lead(input_.pointing(scene_->view(), size_, workspace, scene_->now().p_W), workspace);
+      travel.observe();
       lookUnderPointer();
-      if (now_s_ - tiles_counted_s_ > 0.25) countTiles();
+      scene_->countTiles(settings_.show_tiles, now_s_);
       drawScene();
-    } catch (const Error& error) {  // of the source, or the graphics: what can go on does
+    } catch (const Error& error) {  // of the scene or the graphics: the window goes on
       messages_.sayOnce(error.what());
     }
-    for (const std::string& failure : figures_.failed) sayFailure(failure);
-    busy_ = large_ || figures_.redrawn || figures_.pending > 0 || drag_ != Action::none || viewpoint_->isGliding();
+    const SceneFigures& figures = scene_->figures();
+    for (const auto* failures : {&figures.failed, &scene_->tiles().failures})
+      for (const std::string& failure : *failures)
+        if (told_failures_.insert(failure).second) say(failure);
+    busy_ = screenshots_.isDrawing() || figures.redrawn || figures.pending > 0 || input_.isDragging() ||
+            scene_->viewpoint().isGliding();
     renderer_.present(size_);
-    const PanelData data = panelData();
-    using Text = const std::string*;
-    for (const Text text : std::initializer_list<Text>{&data.scene, &data.cell, &data.device, &data.hint, &data.tooltip,
-                                                       &search_.text, &search_.error})
-      window_.want(*text);
-    using Texts = const std::vector<std::string>*;
-    for (const Texts texts : std::initializer_list<Texts>{&data.messages, &search_.names, &tiles_.failures})
-      for (const std::string& text : *texts) window_.want(text);
-    window_.setInterfaceScale(settings_.interface_scale);
-    window_.beginPanels();
-    const PanelRequests requests = drawPanels(data, tiles_, panels_, search_, settings_);
-    window_.endPanels();
-    if (std::exchange(window_picture_wanted_, false)) write(window_.read());
-    advancePicture();
+    const PanelRequests requests = showPanels();
+    if (std::exchange(window_picture_wanted_, false)) screenshots_.save(window_.read());
+    screenshots_.advance();
     serve(requests);
   }
 
   void drawScene() {
     if (settings_.stereo == StereoMode::quad_buffer && !renderer_.hasQuadBuffer()) {
       settings_.stereo = StereoMode::mono;
-      say("this display has no quad-buffer stereo; s goes through the other modes");
+      say("this display has no quad-buffer stereo; s selects another mode");
     }
-    const bool overview = viewpoint_->isOverview();
-    SceneFrame frame;
-    frame.camera = camera_;
-    if (!overview) frame.workspace = &viewpoint_->workspace();
-    if (now().tick > 0) frame.proxy_W = now().p_W;
-    if (!overview) frame.junction = travel_->junction();
+    SceneFrame frame = scene_->frame();
     frame.palette = settings_.orange_blue ? kOrangeBlue : kRedGreen;
     frame.colour = settings_.colouring;
     frame.time_s = now_s_;
@@ -529,18 +409,30 @@ class Application {
     frame.eyes.widening = settings_.widening;
     frame.budget = budget_;
     frame.frozen = frozen_;
-    frame.mark_scale = window_.scale();
-    if (picture_wanted_ > 0) beginPicture(frame);
-    figures_ = picture_->draw(frame);
-    const bool lacks_levels = figures_.tiles_left_out > 0 && !figures_.moving && !travel_->scene().levels;
-    if (lacks_levels && !std::exchange(levels_missed_, true))
-      say("this scene has no levels of detail: what is far away is left out (filiform ingest --levels makes them)");
+    frame.overlay_scale = window_.scale();
+    const int times = std::exchange(picture_wanted_, 0);
+    const OpenedScene& scene = scene_->travel().scene();
+    if (times > 0) screenshots_.begin(frame, times, *scene.store, scene.levels.get(), window_.context());
+    scene_->draw(frame);
   }
 
-  void sayFailure(const std::string& failure) {
-    if (failures_told_.insert(failure).second) say(failure);
+  PanelRequests showPanels() {
+    const PanelData data = panelData();
+    using Text = const std::string*;
+    for (const Text text : std::initializer_list<Text>{&data.scene, &data.cell, &data.device, &data.hint, &data.tooltip,
+                                                       &search_.text, &search_.error})
+      window_.want(*text);
+    using Texts = const std::vector<std::string>*;
+    for (const Texts texts : std::initializer_list<Texts>{&data.messages, &search_.names, &scene_->tiles().failures})
+      for (const std::string& text : *texts) window_.want(text);
+    window_.setInterfaceScale(settings_.interface_scale);
+    window_.beginPanels();
+    PanelRequests requests = drawPanels(data, scene_->tiles(), panels_, search_, settings_);
+    window_.endPanels();
+    return requests;
   }
 
+  // The frame while no scene is open.
   void blank() {
     now_s_ = window_.now_s();
     size_ = window_.size();
@@ -560,78 +452,32 @@ class Application {
     window_.endPanels();
   }
 
-  PanelData panelData() {
-    const NavigationSnapshot& s = now();
+  PanelData panelData() const {
     PanelData d;
     d.size = size_;
     d.scale = window_.scale();
-    d.um_px = camera_.focus_um / pixelsPerRadian(view_.frustum, size_);
-    d.scene = travel_->scene().name;
-    d.cell = travel_->cellName();
-    if (travel_->sample()) d.place = format("sample %lld, ", static_cast<long long>(*travel_->sample()));
-    d.place += format("%.1f %.1f %.1f um", s.p_W.x(), s.p_W.y(), s.p_W.z());
-    d.device = travel_->session().deviceName();
-    d.mode = toString(s.mode);
-    if (travel_->session().awaited()) d.mode += ", jumping";
-    if (s.frontier) d.mode += ", waiting for a tile";
-    d.zoom_um = s.zoom_um;
-    d.force_N = s.force_N.norm();
-    d.measure = travel_->measured();
+    scene_->fill(d, size_);
     if (settings_.stereo != StereoMode::mono)
       d.stereo = std::string(toString(settings_.stereo)) + format(", separation %.1f", settings_.separation);
-    d.segments = figures_.segments;
-    d.left_out = figures_.left_out;
-    d.pending = figures_.pending;
-    d.error_px = figures_.error_px;
-    d.complete = figures_.complete;
     d.frozen = frozen_;
-    d.overview = viewpoint_->isOverview();
-    d.forces_N = &travel_->forces_N();
-    if (s.tick > 0 && !viewpoint_->isGliding()) {
-      d.proxy = project(view_, s.p_W, size_);
-      if (!d.overview && s.mode == NavigationMode::constrained) d.hand = project(view_, s.h_W, size_);
-    }
-    d.lo_W = picture_->lo_W();
-    d.hi_W = picture_->hi_W();
-    d.proxy_W = s.p_W;
-    d.centre_W = s.centre_W;
-    d.visited_W = travel_->visited_W();
-    for (const std::string& name : travel_->history().bookmarks()) {
-      d.bookmark_names.push_back(name);
-      d.bookmarks_W.push_back(travel_->history().bookmark(name)->p_W);
-    }
     d.messages = messages_.shown();
     if (awaiting_letter_ != Action::none)
-      d.hint = awaiting_letter_ == Action::set_bookmark ? "bookmark: type a letter" : "go to bookmark: type its letter";
+      d.hint =
+          awaiting_letter_ == Action::set_bookmark ? "type a letter for the bookmark" : "type the bookmark's letter";
     else if (opening_.isUnderWay())
       d.hint = "opening " + opening_.name();
     else
       d.hint = "h: keys and mouse";
-    if (large_) {
-      d.picture = format("picture of %d x %d pixels", large_->size().width, large_->size().height);
-      d.picture_part = large_->done();
-    } else if (!writer_.idle()) {
-      d.picture = "writing the picture";
-    }
-    d.tooltip = tooltip_;
-    d.tooltip_x = pointer_x_;
-    d.tooltip_y = pointer_y_;
+    d.picture = screenshots_.text();
+    d.picture_part = screenshots_.part();
+    d.tooltip = tooltip_.text();
+    d.tooltip_x = input_.x();
+    d.tooltip_y = input_.y();
     return d;
   }
 
-  void countTiles() {
-    const Residency* residency = travel_->session().residency();
-    tiles_ = internal::countTiles(travel_->store(), residency, tiles_, std::max(now_s_ - tiles_counted_s_, 1e-3));
-    tiles_counted_s_ = now_s_;
-    tiles_.frontiers = now().frontiers;
-    for (const std::string& failure : tiles_.failures) sayFailure(failure);
-    if (!settings_.show_tiles) return;
-    travel_->listTiles([this](std::vector<internal::NearTile> near) { near_ = std::move(near); });
-    internal::showTiles(near_, residency, tiles_);
-  }
-
   void serve(const PanelRequests& requests) {
-    if (requests.cancel_picture) cancelPicture();
+    if (requests.cancel_picture) screenshots_.cancel();
     if (requests.search_changed) findNames();
     if (requests.reset) {
       const int width = settings_.width, height = settings_.height;
@@ -641,76 +487,22 @@ class Application {
     }
     if (requests.go) {
       search_.error.clear();
-      travel_->goTo(parseCellQuery(*requests.go));
+      scene_->travel().goTo(parseCellQuery(*requests.go));
     }
-    if (requests.go_to_W) travel_->goNear(*requests.go_to_W);
+    if (requests.go_to_W) scene_->travel().goNear(*requests.go_to_W);
   }
 
-  // ---- pictures and the state
+  // ---- the state
 
-  void beginPicture(SceneFrame frame) {
-    const int most = Renderer::kMaxSize / std::max(size_.width, size_.height);
-    const int times = std::clamp(std::exchange(picture_wanted_, 0), 1, std::max(most, 1));
-    if (large_) return say("one picture is being drawn already (Esc cancels it)");
-    frame.size = {size_.width * times, size_.height * times};
-    frame.mark_scale *= times;
-    large_ = std::make_unique<LargePicture>(travel_->store(), travel_->scene().levels.get(), window_.context(), frame);
-  }
-
-  void advancePicture() {
-    if (!large_) return;
-    try {
-      large_->advance(kPicture_ms);
-      if (!large_->isDone()) return;
-      write(large_->take());
-    } catch (const std::exception& error) {
-      say(error.what());
-    }
-    endPicture();
-  }
-
-  void cancelPicture() {
-    if (!large_) return;
-    endPicture();
-    say("the picture is cancelled");
-  }
-
-  void endPicture() {
-    if (!large_) return;
-    closing_.begin([loader = large_->end()]() mutable { loader.reset(); });
-    large_.reset();
-  }
-
-  // Packing and writing a large picture takes a second: beside the frames.
-  void write(Picture picture) {
-    const std::time_t now = std::time(nullptr);
-    std::tm local{};
-    localtime_r(&now, &local);
-    char stamp[32];
-    std::strftime(stamp, sizeof stamp, "%Y%m%d-%H%M%S", &local);
-    std::string path = options_.pictures + "/filiform-" + stamp + "-" + std::to_string(++pictures_asked_) + ".png";
-    writer_.ask([this, path = std::move(path),
-                 picture = std::make_shared<const Picture>(std::move(picture))]() -> Worker::Done {
-      options_.write(*picture, path);
-      return [this, path, width = picture->width, height = picture->height] {
-        ++pictures_;
-        last_picture_ = path;
-        say(format("%d x %d pixels: ", width, height) + escaped(path));
-      };
-    });
-  }
-
-  void dumpState() {
-    last_dump_s_ = window_.now_s();
-    if (options_.state.empty()) return;
+  nlohmann::ordered_json state() const {
     nlohmann::ordered_json json{{"frames", frames_},
                                 {"frame_ms", frame_ms_},
                                 {"ended", ended_},
-                                {"open", travel_ != nullptr},
+                                {"open", scene_ != nullptr},
                                 {"scale", window_.scale()},
                                 {"width", size_.width},
                                 {"height", size_.height},
-                                {"renderer", window_.context().description()},
+                                {"renderer", renderer_name_},
                                 {"colour_by", toString(settings_.colouring)},
                                 {"stereo", toString(settings_.stereo)},
                                 {"separation", settings_.separation},
@@ -728,83 +520,54 @@ class Application {
                                 {"last_action", last_action_},
                                 {"message", messages_.last()},
                                 {"messages", messages_.count()},
-                                {"last_picture", last_picture_},
-                                {"picture_part", large_ ? large_->done() : -1},
-                                {"pictures", pictures_}};
-    if (travel_) {
-      travel_->describe(json);
-      const ScreenPoint proxy = project(view_, now().p_W, size_);
-      if (proxy.depth_um > 0) json["proxy_px"] = {proxy.x, proxy.y};
-      json["overview"] = viewpoint_->isOverview();
-      json["shift"] = {viewpoint_->shift().x(), viewpoint_->shift().y()};
-      json["tooltip"] = tooltip_;
-      json["segments"] = figures_.segments;
-      json["left_out"] = figures_.left_out;
-      json["pending"] = figures_.pending;
-      json["complete"] = figures_.complete;
-      json["moving"] = figures_.moving;
-      json["error_px"] = figures_.error_px;
-      json["resident_bytes"] = tiles_.counters.bytes;
-      json["failures"] = figures_.failed.size() + tiles_.failures.size();
-    }
-    static const std::atomic<bool> kDoNotWait{true};  // for a pipe's reader
-    try {
-      Output out(options_.state, {.sync = false, .cancel = &kDoNotWait});
-      out.stream() << json.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) << '\n';
-      out.finish();
-      state_failure_.clear();
-    } catch (const Interrupted&) {  // a pipe that nobody reads now
-    } catch (const ClosedPipe&) {
-    } catch (const Error& error) {  // tried again a tenth of a second later
-      if (state_failure_.empty()) say(error.what());
-      state_failure_ = error.what();
-    }
+                                {"last_picture", screenshots_.lastPath()},
+                                {"picture_part", screenshots_.part()},
+                                {"pictures", screenshots_.written()}};
+    if (!scene_) return json;
+    scene_->describe(json, size_);
+    json["tooltip"] = tooltip_.text();
+    return json;
+  }
+
+  void writeState() {
+    last_state_s_ = window_.now_s();
+    if (state_file_.isOn() && state_file_.write(state())) say(state_file_.failure());
   }
 
   const ApplicationOptions& options_;
-  Messages messages_;  // before what says something while it is made
+  Messages messages_;  // before the members that send messages while they are made
   std::string settings_path_;
   Settings settings_;
   Window window_;
   Renderer renderer_;
+  std::string renderer_name_ = window_.context().description();
   SceneBudget budget_;
 
   Opening opening_;
   bool opened_once_ = false, quitting_ = false, ended_ = false, busy_ = false;
 
-  std::set<Action> held_;
-  Action drag_ = Action::none, awaiting_letter_ = Action::none;
-  double pointer_x_ = 0, pointer_y_ = 0, last_x_ = 0, last_y_ = 0;
-  double pressed_x_ = 0, pressed_y_ = 0, pressed_s_ = -1, closer_m_ = 0, still_since_s_ = 0;
+  HandInput input_;
+  Tooltip tooltip_;
+  Action awaiting_letter_ = Action::none;
 
   double now_s_ = 0;
   PictureSize size_;
-  Camera camera_;
-  EyeView view_;
   bool frozen_ = false;
-  SceneFigures figures_;
-  bool levels_missed_ = false;  // and that was said
-  bool tooltip_asked_ = false;
-  std::string tooltip_;
-  double tooltip_for_s_ = -1;
-  std::set<std::string> failures_told_;
-
+  std::set<std::string> told_failures_;
   OpenPanels panels_;
   SearchPanel search_;
-  TilePanel tiles_;
-  std::vector<internal::NearTile> near_;  // tiles about the proxy
-  double tiles_counted_s_ = -1, last_dump_s_ = -1, frame_ms_ = 0;
-  int picture_wanted_ = 0, pictures_asked_ = 0, pictures_ = 0;
-  bool window_picture_wanted_ = false;
+
+  StateFile state_file_;
+  double last_state_s_ = -1, frame_ms_ = 0;
   std::uint64_t frames_ = 0, actions_ = 0, key_repeats_ = 0;
-  std::string last_action_, last_picture_, state_failure_;
-  // Of the open scene; what uses the others goes first.
-  std::unique_ptr<Travel> travel_;
-  std::optional<Viewpoint> viewpoint_;
-  std::unique_ptr<SceneView> picture_;
-  std::unique_ptr<LargePicture> large_;  // that is being drawn
-  Worker writer_;                        // of pictures into files
-  Closing closing_;                      // what it ends may still use the open scene
+  std::string last_action_;
+  int picture_wanted_ = 0;  // times as large as the window
+  bool window_picture_wanted_ = false;
+
+  // Destroyed from the last to the first: each may use the ones before it.
+  std::unique_ptr<OpenScene> scene_;
+  Screenshots screenshots_;
+  Closing closing_;
 };
 
 }  // namespace

@@ -1,5 +1,5 @@
-// `filiform view`: a scene in a window, travelled by hand. Everything on the screen and under the hand comes together
-// here: window, session, picture, panels, places. Thread rule: the main thread.
+// `filiform view`: the window in which a user travels through a scene by hand. Connects window, session, picture,
+// panels and places. Thread rule: the main thread.
 #pragma once
 
 #include "index/set/levels.h"
@@ -19,29 +19,33 @@ namespace filiform {
 
 struct OpenedScene {
   std::unique_ptr<TileStore> store;
-  std::unique_ptr<Levels> levels;  // of the store; none: nullptr
+  std::unique_ptr<Levels> levels;  // of the store; nullptr: it has none
   bool in_memory = false;
-  std::string name;  // for the person, and for what is kept of it
+  std::string name;  // for the user
 };
 
 struct ApplicationOptions {
-  std::vector<std::string> paths;                                      // to open at first; empty: none
-  std::function<OpenedScene(const std::vector<std::string>&)> open;    // not on the main thread
-  std::function<void(const Picture&, const std::string& path)> write;  // a picture; not on the main thread
-  std::function<void()> poll = [] {};                                  // once a frame; may throw to end
-  std::function<bool(const std::string&)> plugged_in;  // see internal::Travel: a lost device is looked for; any thread
-  std::function<void()> ending = [] {};  // before its threads are waited for, which a read that hangs can hold up
+  std::vector<std::string> paths;                                      // the first scene; empty: none
+  std::function<OpenedScene(const std::vector<std::string>&)> open;    // opens a scene; runs on another thread
+  std::function<void(const Picture&, const std::string& path)> write;  // writes a picture; runs on another thread
+  std::function<void()> poll = [] {};                                  // runs once a frame; may throw to end
+  // Returns whether a lost device, by the value of --device, could be opened now; runs on another thread. Empty: lost
+  // devices are not looked for.
+  std::function<bool(const std::string&)> plugged_in;
+  // Runs before the program waits for its threads. A read that hangs can delay them without end.
+  std::function<void()> ending = [] {};
   SessionOptions session;
-  std::optional<PictureSize> size;  // else the settings'
-  std::uint64_t segments = 0;       // drawn at most; 0: by the renderer
-  bool reset = false;               // settings as at first
-  std::string state;                // file for the state dump; empty: none
+  std::optional<PictureSize> size;  // none: that of the settings
+  std::uint64_t segments = 0;       // draw at most this many; 0: as the renderer allows, SceneBudget::of()
+  bool reset = false;               // start with default settings
+  std::string state;                // file for the state; empty: none
   std::string pictures = ".";       // folder for screenshots
-  std::optional<double> seconds;    // ends by itself
+  std::optional<double> seconds;    // end after this time; none: when the user quits
 };
 
-// Until the person quits. What goes wrong with a scene or a device is said in the window; throws GraphicsError where
-// there is no window, and what the first scene cannot be opened for.
+// Runs the window until the user quits. Failures of a scene or device become messages in the window. Throws
+// GraphicsError if no window can be opened; the reason if the first scene cannot be opened; and DeviceError, at the
+// end, if something could not be closed or saved.
 void runApplication(const ApplicationOptions& options);
 
 }  // namespace filiform

@@ -1,5 +1,5 @@
-// What keys and mouse do in the window: one table, from which the input, the help in the window, `filiform view --keys`
-// and the README's table are all made. Pure; any thread.
+// What keys and mouse do in the window, in one table. The input, the help in the window, `filiform view --keys` and the
+// README's table all come from it. Pure; any thread.
 #pragma once
 
 #include <cstdint>
@@ -50,7 +50,7 @@ enum class Action : std::uint8_t {
   go_to_bookmark,
   search,
   measure,
-  tour,
+  simulated_hand,
   // the window
   help,
   panel_tiles,
@@ -72,7 +72,7 @@ enum class Action : std::uint8_t {
   wheel_separation,
 };
 
-// A key by the character that it types, or one of those that type none.
+// A key: the character that it types, or a special key that types none.
 struct Key {
   enum Special : std::uint32_t {
     kNone = 0,
@@ -92,39 +92,39 @@ struct Key {
   };
   enum Modifier : std::uint8_t { kShift = 1, kControl = 2, kAlt = 4 };
 
-  std::uint32_t code = kNone;  // a character as it was typed (so without kShift), or Special
+  std::uint32_t code = kNone;  // the typed character (kShift is then not set), or a Special
   std::uint8_t modifiers = 0;
   friend bool operator==(const Key&, const Key&) = default;
 };
 std::string toString(const Key& key);  // "Alt+Left", "v", "Space"
 
-// What a key that stays down does.
+// What a held key does.
 enum class Held : std::uint8_t {
-  once,     // acts when it is pressed, never again
+  once,     // acts when it is pressed only
   repeats,  // acts again at the keyboard's repeat rate
   pushes,   // acts until it is released
 };
-const char* toString(Held held);  // "repeats"; once: ""
+const char* toString(Held held);  // "repeats"; "" for once
 
 struct Binding {
   Action action;
-  const char* name;   // in the state dump and in recordings of actions
-  const char* group;  // a heading of the help
+  const char* name;   // in the state file
+  const char* group;  // heading in the help
   Key first, second;  // kNone: none
-  const char* mouse;  // a gesture; empty: none
-  const char* what;   // it does, a phrase
+  const char* mouse;  // gesture; empty: none
+  const char* what;   // what it does: a phrase that begins with a verb
   Held held = Held::once;
 };
 
 // In the order of the help, groups together.
 std::span<const Binding> bindings();
-const Binding& bindingOf(Action action);  // Requires one that is in the table
-Action actionOf(const Key& key);          // none: not bound
-// The same for a key event; `repeated`: the key was down already. none: not bound, or an action that happens once.
+const Binding& bindingOf(Action action);  // requires an action that is in the table
+Action actionOf(const Key& key);          // Action::none: not bound
+// The action of a key event. `repeated`: the key is held. Action::none: not bound, or a repeat of a key that acts once.
 Action actionOf(const Key& key, bool repeated);
 std::string inputsOf(const Binding& binding);  // "h, F1", "wheel"
 
-// The table for the README, Markdown, a line feed at its end.
+// The table as Markdown, with a line feed at its end.
 std::string bindingsInMarkdown();
 
 }  // namespace filiform

@@ -1,113 +1,36 @@
 #include "viewer/window/panels.h"
 
 #include "viewer/scene/minimap.h"
-#include "viewer/window/bindings.h"
+#include "viewer/window/internal/help_panel.h"
+#include "viewer/window/internal/panel_parts.h"
 #include "viewer/window/internal/text_format.h"
+#include "viewer/window/internal/tile_panel.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstring>
+#include <cstddef>
 #include <imgui.h>
+#include <string>
+#include <vector>
 
 namespace filiform {
 
 namespace {
 
+using internal::countText;
+using internal::fitted;
 using internal::format;
-
-// Over dense tissue text is lost on anything more transparent.
-constexpr float kPanelAlpha = 0.88F;
-
-constexpr ImU32 kInk = IM_COL32(225, 230, 240, 255), kDim = IM_COL32(150, 158, 172, 255),
-                kGold = IM_COL32(235, 200, 90, 255), kRed = IM_COL32(240, 110, 95, 255);
-
-ImVec2 vec(double x, double y) { return {static_cast<float>(x), static_cast<float>(y)}; }
-
-std::string count(std::uint64_t n) {
-  std::string text = std::to_string(n);
-  for (std::size_t i = text.size(); i > 3; i -= 3) text.insert(i - 3, " ");
-  return text;
-}
-
-std::string bytes(double n) {
-  if (n < 1024) return format("%.0f B", n);
-  if (n < 1024.0 * 1024) return format("%.1f KiB", n / 1024);
-  if (n < 1024.0 * 1024 * 1024) return format("%.1f MiB", n / 1024 / 1024);
-  return format("%.1f GiB", n / 1024 / 1024 / 1024);
-}
-
-std::string length(double um) {
-  if (um >= 1000) return format("%.3g mm", um / 1000);
-  if (um >= 0.1) return format("%.4g um", um);
-  return format("%.3g nm", um * 1000);
-}
-
-ImU32 colourOf(TileState state) {
-  switch (state) {
-    case TileState::queued:
-      return IM_COL32(110, 120, 150, 255);
-    case TileState::reading:
-      return IM_COL32(240, 200, 80, 255);
-    case TileState::ready:
-      return IM_COL32(120, 190, 240, 255);
-    case TileState::resident:
-      return IM_COL32(90, 200, 120, 255);
-    case TileState::retiring:
-      return IM_COL32(160, 110, 200, 255);
-    case TileState::failed:
-      return IM_COL32(240, 80, 70, 255);
-    case TileState::absent:
-      break;
-  }
-  return IM_COL32(58, 64, 78, 255);
-}
-
-constexpr ImGuiWindowFlags kStill = ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove |
-                                    ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_AlwaysAutoResize |
-                                    ImGuiWindowFlags_NoFocusOnAppearing | ImGuiWindowFlags_NoNav;
-
-// Over the picture, readable on whatever lies behind.
-void write(ImDrawList& list, const ImVec2& at, ImU32 colour, const std::string& text) {
-  const ImU32 shade = IM_COL32(0, 0, 0, 200);
-  for (const auto& [dx, dy] : {std::pair{1, 0}, std::pair{-1, 0}, std::pair{0, 1}, std::pair{0, -1}})
-    list.AddText(vec(at.x + static_cast<float>(dx), at.y + static_cast<float>(dy)), shade, text.c_str());
-  list.AddText(at, colour, text.c_str());
-}
-
-// The beginning of a text, as far as it fits; a sign says where it is cut.
-std::string fitted(const std::string& text, float width) {
-  if (ImGui::CalcTextSize(text.c_str()).x <= width) return text;
-  const std::string sign = ImGui::GetFont()->FindGlyphNoFallback(0x2026) != nullptr ? "\u2026" : "...";
-  std::size_t fits = 0, beyond = text.size();  // bytes
-  while (beyond - fits > 1) {
-    const std::size_t middle = (fits + beyond) / 2;
-    if (ImGui::CalcTextSize((text.substr(0, middle) + sign).c_str()).x <= width)
-      fits = middle;
-    else
-      beyond = middle;
-  }
-  while (fits > 0 && (static_cast<unsigned char>(text[fits]) & 0xC0U) == 0x80U) --fits;  // a whole character
-  return text.substr(0, fits) + sign;
-}
-
-void showWhole(const std::string& text, double scale) {
-  ImGui::BeginTooltip();
-  ImGui::PushTextWrapPos(static_cast<float>(600 * scale));
-  ImGui::TextUnformatted(text.c_str());
-  ImGui::PopTextWrapPos();
-  ImGui::EndTooltip();
-}
-
-// As far as it fits; whole while the pointer is on it.
-void showFitted(const std::string& text, double width, double scale) {
-  const std::string shown = fitted(text, static_cast<float>(width));
-  ImGui::TextUnformatted(shown.c_str());
-  if (shown.size() == text.size()) return;
-  // Also in panels that take no input.
-  const ImVec2 lo = ImGui::GetItemRectMin(), hi = ImGui::GetItemRectMax(), at = ImGui::GetIO().MousePos;
-  if (at.x >= lo.x && at.x < hi.x && at.y >= lo.y && at.y < hi.y) showWhole(text, scale);
-}
+using internal::kDim;
+using internal::kGold;
+using internal::kInk;
+using internal::kPanelAlpha;
+using internal::kStill;
+using internal::lengthText;
+using internal::showFitted;
+using internal::showWhole;
+using internal::vec;
+using internal::write;
 
 constexpr double kForceWidth = 260, kStatusColumn = 82;  // times the scale
 
@@ -129,28 +52,28 @@ void drawStatus(const PanelData& d, bool beside_force) {
   row("cell", d.cell);
   row("place", d.place);
   row("hand", d.device + ", " + d.mode);
-  row("across", length(d.zoom_um));
+  row("zoom", lengthText(d.zoom_um) + " across");
   row("force", format("%.2f N", d.force_N));
   row("measure", d.measure);
-  std::string drawn = count(d.segments) + " segments";
+  std::string drawn = countText(d.segments) + " segments";
   if (std::isinf(d.error_px))
-    drawn += ", coarse at the eye";
+    drawn += ", error not bounded";
   else if (d.error_px > 0)
     drawn += format(", error %.1f px", d.error_px);
   row("drawn", drawn);
-  row("left out", d.left_out > 0 ? count(d.left_out) + " segments" : std::string());
-  row("to come", d.pending > 0 ? count(d.pending) + (d.pending == 1 ? " tile" : " tiles") : std::string());
+  row("left out", d.left_out > 0 ? countText(d.left_out) + " segments" : std::string());
+  row("loading", d.pending > 0 ? countText(d.pending) + (d.pending == 1 ? " tile" : " tiles") : std::string());
   row("stereo", d.stereo);
   if (d.frozen) ImGui::TextColored({0.92F, 0.78F, 0.35F, 1}, "levels of detail are frozen (l)");
   ImGui::End();
 }
 
-// Where lines are written over the picture: between these two, pixels.
+// The room for lines over the picture: from left to right, pixels.
 struct Lines {
   double left, right;
 };
 
-// A line at the lower rim, broken where the room ends, on a ground of its own; above the last one.
+// Writes a line above `bottom`, on a dark ground, wrapped to the room; moves `bottom` above it.
 void drawLine(ImDrawList& list, const Lines& room, double scale, ImU32 colour, const std::string& text,
               double& bottom) {
   const double widest = std::max(60.0, std::min(room.right - room.left, 760 * scale)), rim = 4 * scale;
@@ -165,14 +88,14 @@ void drawLine(ImDrawList& list, const Lines& room, double scale, ImU32 colour, c
 
 void drawMessages(const PictureSize& size, double scale, const Lines& room, const std::vector<std::string>& messages,
                   const std::string& hint) {
-  // Over the picture, and under what is open.
+  // Over the picture, and below the panels.
   ImDrawList& list = *ImGui::GetBackgroundDrawList();
   double bottom = size.height - 8 * scale;
   if (!hint.empty()) drawLine(list, room, scale, kDim, hint, bottom);
   for (std::size_t i = messages.size(); i-- > 0;) drawLine(list, room, scale, kGold, messages[i], bottom);
 }
 
-// A bar of round length, at the rim where no panel lies.
+// A bar of round length, in the corner without panels.
 void drawScaleBar(const PanelData& d) {
   if (!(d.um_px > 0) || !std::isfinite(d.um_px) || d.size.width < 100 * d.scale) return;
   const ScaleBar bar = scaleBar(d.um_px, std::min(220 * d.scale, d.size.width / 4.0));
@@ -186,7 +109,7 @@ void drawScaleBar(const PanelData& d) {
   write(list, vec((left + right - size.x) / 2, y - 8 * d.scale - size.y), kInk, bar.text);
 }
 
-// Among everything the proxy is a point: a ring and a word say where.
+// In the overview the proxy is too small to be seen: a ring and a word show its place.
 void drawHere(const PanelData& d) {
   if (!d.overview || !d.proxy || !(d.proxy->depth_um > 0)) return;
   ImDrawList& list = *ImGui::GetBackgroundDrawList();
@@ -215,7 +138,7 @@ void drawForce(const PanelData& d) {
   ImGui::SetNextWindowPos(vec(d.size.width - 10 * d.scale, 10 * d.scale), ImGuiCond_Always, vec(1, 0));
   ImGui::SetNextWindowBgAlpha(kPanelAlpha);
   ImGui::Begin("force", nullptr, kStill | ImGuiWindowFlags_NoInputs);
-  ImGui::Text("force %.2f N, the last 4 s", d.force_N);
+  ImGui::Text("force %.2f N, last 4 s", d.force_N);
   const ImVec2 at = ImGui::GetCursorScreenPos();
   ImGui::Dummy(vec(width, height));
   ImDrawList& list = *ImGui::GetWindowDrawList();
@@ -230,7 +153,7 @@ void drawForce(const PanelData& d) {
   list.AddText(vec(at.x, at.y), kDim, format("%g N", top).c_str());
   list.AddText(vec(at.x, at.y + height / 2), kDim, format("%g", top / 2).c_str());
   list.AddText(vec(at.x, at.y + height - ImGui::GetTextLineHeight()), kDim, "0");
-  // The largest of each pixel's ticks, so that no peak is missed.
+  // The largest force of each pixel's ticks, so that no peak is lost.
   constexpr std::size_t kTicks = 4000;
   const auto columns = static_cast<std::size_t>(width);
   ImVec2 last{};
@@ -274,15 +197,15 @@ void drawMap(const PanelData& d, ImDrawList& list, const Minimap& map, const ImV
   const Minimap::Box space = map.box(d.centre_W, d.zoom_um, 5 * d.scale);
   list.AddRect(place(space.left, space.top), place(space.right, space.bottom), kGold);
   for (std::size_t i = 0; i < d.bookmarks_W.size(); ++i) {
-    const ImVec2 mark = place(map.x(d.bookmarks_W[i]), map.y(d.bookmarks_W[i]));
-    list.AddCircleFilled(mark, static_cast<float>(2.5 * d.scale), IM_COL32(110, 190, 255, 255));
-    list.AddText(vec(mark.x + 3 * d.scale, mark.y - 6 * d.scale), IM_COL32(110, 190, 255, 255),
+    const ImVec2 dot = place(map.x(d.bookmarks_W[i]), map.y(d.bookmarks_W[i]));
+    list.AddCircleFilled(dot, static_cast<float>(2.5 * d.scale), IM_COL32(110, 190, 255, 255));
+    list.AddText(vec(dot.x + 3 * d.scale, dot.y - 6 * d.scale), IM_COL32(110, 190, 255, 255),
                  d.bookmark_names[i].c_str());
   }
   list.AddCircleFilled(place(map.x(d.proxy_W), map.y(d.proxy_W)), static_cast<float>(2.5 * d.scale), kInk);
 }
 
-// `right`: where it ends, pixels.
+// Returns the place that the user clicked. Sets `right` to the panel's right edge, pixels.
 std::optional<Vector3d> drawMinimap(const PanelData& d, double& right) {
   const double side = 170 * d.scale;
   if (d.size.width < 2.5 * side || d.size.height < 3.5 * side) return std::nullopt;
@@ -293,7 +216,7 @@ std::optional<Vector3d> drawMinimap(const PanelData& d, double& right) {
   const Minimap whole(d.lo_W, d.hi_W, side, side);
   const Minimap near = whole.around(d.centre_W, d.zoom_um, side / 2, side / 2);
   ImDrawList& list = *ImGui::GetWindowDrawList();
-  ImGui::TextColored({0.6F, 0.63F, 0.69F, 1}, "everything, from the front");
+  ImGui::TextColored({0.6F, 0.63F, 0.69F, 1}, "whole scene, front view");
   const auto map = [&](const char* name, const Minimap& shown, double across, bool all) {
     const ImVec2 at = ImGui::GetCursorScreenPos();
     if (ImGui::InvisibleButton(name, vec(across, across))) {
@@ -315,164 +238,12 @@ std::optional<Vector3d> drawMinimap(const PanelData& d, double& right) {
   return clicked;
 }
 
-void drawTiles(const PanelData& d, const TilePanel& t) {
-  ImGui::SetNextWindowPos(vec(d.size.width - 10 * d.scale, 150 * d.scale), ImGuiCond_FirstUseEver, vec(1, 0));
-  ImGui::SetNextWindowBgAlpha(kPanelAlpha);
-  ImGui::Begin("tiles and memory", nullptr,
-               ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoNav);
-  // It grows with what it shows.
-  const ImVec2 at_first = ImGui::GetWindowPos(), taken = ImGui::GetWindowSize();
-  const double inside = d.size.width - 10 * d.scale - taken.x;
-  if (at_first.x > inside) ImGui::SetWindowPos(vec(std::max(0.0, inside), at_first.y));
-  if (t.in_memory) {
-    ImGui::Text("all %s tiles lie in memory", count(t.tiles).c_str());
-  } else {
-    const ResidencyCounters& c = t.counters;
-    const auto row = [&](const char* what, const std::string& value) {
-      ImGui::TextUnformatted(what);
-      ImGui::SameLine(static_cast<float>(100 * d.scale));
-      ImGui::TextUnformatted(value.c_str());
-    };
-    ImGui::Text("%s tiles; the hand's:", count(t.tiles).c_str());
-    for (int i = 0; i < 7; ++i) {
-      const auto state = static_cast<TileState>(i);
-      if (t.counts[i] == 0 && state != TileState::resident) continue;
-      ImGui::ColorButton(toString(state), ImColor(colourOf(state)), ImGuiColorEditFlags_NoTooltip,
-                         vec(10 * d.scale, 10 * d.scale));
-      ImGui::SameLine();
-      row(toString(state), count(t.counts[i]));
-    }
-    std::string budget = bytes(static_cast<double>(c.bytes));
-    budget += t.budget_bytes == UINT64_MAX ? " (no limit)" : " of " + bytes(static_cast<double>(t.budget_bytes));
-    row("memory", budget);
-    if (t.budget_bytes != UINT64_MAX)
-      ImGui::ProgressBar(static_cast<float>(static_cast<double>(c.bytes) / static_cast<double>(t.budget_bytes)),
-                         vec(240 * d.scale, 6 * d.scale), "");
-    row("read", format("%s tiles, %.0f a s, %s/s", count(c.reads).c_str(), t.reads_s, bytes(t.read_bytes_s).c_str()));
-    row("dropped", count(c.evictions) + " tiles");
-    row("frontiers", count(t.frontiers) + " ticks");
-    ImGui::PushTextWrapPos(static_cast<float>(360 * d.scale));
-    for (const std::string& failure : t.failures) ImGui::TextColored({0.94F, 0.43F, 0.37F, 1}, "%s", failure.c_str());
-    ImGui::PopTextWrapPos();
-  }
-  if (!t.boxes.empty()) {
-    const double side = 260 * d.scale;
-    Vector3d lo = Vector3d::Constant(1e300), hi = -lo;
-    for (const TilePanel::Box& box : t.boxes) {
-      lo = lo.cwiseMin(Vector3d(box.lo_x, box.lo_y, 0));
-      hi = hi.cwiseMax(Vector3d(box.hi_x, box.hi_y, 0));
-    }
-    const Minimap map(lo, hi, side, side);
-    const ImVec2 at = ImGui::GetCursorScreenPos();
-    ImGui::Dummy(vec(side, side));
-    ImDrawList& list = *ImGui::GetWindowDrawList();
-    for (const TilePanel::Box& box : t.boxes) {
-      const Minimap::Box b = map.box(Vector3d(box.lo_x, box.lo_y, 0), Vector3d(box.hi_x, box.hi_y, 0));
-      const ImU32 colour = colourOf(box.state);
-      const ImVec2 from = vec(at.x + b.left, at.y + b.top), to = vec(at.x + b.right, at.y + b.bottom);
-      if (box.state != TileState::absent) list.AddRectFilled(from, to, (colour & 0x00FFFFFFU) | 0x60000000U);
-      list.AddRect(from, to, colour);
-    }
-    list.AddCircleFilled(vec(at.x + map.x(d.proxy_W), at.y + map.y(d.proxy_W)), static_cast<float>(3 * d.scale), kInk);
-    ImGui::PushTextWrapPos(static_cast<float>(side));
-    ImGui::TextColored({0.6F, 0.63F, 0.69F, 1}, "%s tiles nearest to the proxy, from the front",
-                       count(t.boxes.size()).c_str());
-    ImGui::PopTextWrapPos();
-  }
-  ImGui::End();
-}
-
-// What a binding's key does, for the help.
-std::string doneBy(const Binding& binding) {
-  std::string text = binding.what;
-  if (binding.held == Held::repeats) text += " (repeats while held)";
-  if (binding.held == Held::pushes) text += " (while held)";
-  return text;
-}
-
-// Two columns of a table: inputs, and what they do; each as wide as its longest line.
-struct HelpTable {
-  const char* name;
-  std::vector<const char*> groups;
-  float inputs = 0, done = 0;
-
-  void measure() {
-    const auto width = [](const std::string& text) { return ImGui::CalcTextSize(text.c_str()).x + 1; };
-    for (const Binding& binding : bindings()) {
-      if (!has(binding)) continue;
-      inputs = std::max(inputs, width(inputsOf(binding)));
-      done = std::max(done, width(doneBy(binding)));
-    }
-  }
-  bool has(const Binding& binding) const {
-    return std::any_of(groups.begin(), groups.end(),
-                       [&](const char* group) { return std::strcmp(binding.group, group) == 0; });
-  }
-  // Longer lines are broken.
-  void fit(float width) {
-    inputs = std::min(inputs, 0.5F * width);
-    done = std::min(done, width - inputs);
-  }
-  void show() const {
-    if (!ImGui::BeginTable(name, 2, ImGuiTableFlags_SizingFixedFit | ImGuiTableFlags_NoHostExtendX)) return;
-    ImGui::TableSetupColumn("inputs", ImGuiTableColumnFlags_WidthFixed, inputs);
-    ImGui::TableSetupColumn("done", ImGuiTableColumnFlags_WidthFixed, done);
-    for (const char* group : groups) {
-      ImGui::TableNextRow();
-      ImGui::TableNextColumn();
-      ImGui::TextColored({0.92F, 0.78F, 0.35F, 1}, "%s", group);
-      for (const Binding& binding : bindings()) {
-        if (std::strcmp(binding.group, group) != 0) continue;
-        ImGui::TableNextRow();
-        for (const std::string& text : {inputsOf(binding), doneBy(binding)}) {
-          ImGui::TableNextColumn();
-          ImGui::PushTextWrapPos(0);
-          ImGui::TextUnformatted(text.c_str());
-          ImGui::PopTextWrapPos();
-        }
-      }
-    }
-    ImGui::EndTable();
-  }
-};
-
-void drawHelp(const PanelData& d, bool& open) {
-  const ImVec2 most = vec(d.size.width * 0.96, d.size.height * 0.94);
-  ImGui::SetNextWindowPos(vec(d.size.width / 2.0, d.size.height / 2.0), ImGuiCond_Always, vec(0.5, 0.5));
-  ImGui::SetNextWindowSizeConstraints(vec(0, 0), most);
-  ImGui::SetNextWindowBgAlpha(1);
-  ImGui::Begin("keys and mouse", &open,
-               ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoCollapse);
-  HelpTable left{"left", {"Hand", "Travel"}}, right{"right", {"View", "Window"}};
-  left.measure();
-  right.measure();
-  const ImGuiStyle& style = ImGui::GetStyle();
-  const auto gap = static_cast<float>(24 * d.scale);
-  const float rim = 4 * style.CellPadding.x;  // of one table
-  const float room = most.x - 2 * style.WindowPadding.x - style.ScrollbarSize;
-  // Side by side where no line has to be broken more than once.
-  const float beside = room - gap - 2 * rim, natural = left.inputs + left.done + right.inputs + right.done;
-  const bool wide = beside >= 0.6F * natural;
-  if (wide) {
-    const float part = std::min(1.0F, beside / natural);
-    left.fit(part * (left.inputs + left.done));
-    right.fit(part * (right.inputs + right.done));
-  } else {
-    left.fit(room - rim);
-    right.fit(room - rim);
-  }
-  left.show();
-  if (wide) ImGui::SameLine(0, gap);
-  right.show();
-  ImGui::End();
-}
-
 void drawSearch(const PanelData& d, bool& open, SearchPanel& search, PanelRequests& requests) {
   ImGui::SetNextWindowPos(vec(d.size.width / 2.0, d.size.height * 0.15), ImGuiCond_Always, vec(0.5, 0));
   ImGui::SetNextWindowSize(vec(std::min(520 * d.scale, d.size.width * 0.9), 0));
   ImGui::Begin("go to", &open,
                ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoResize);
-  ImGui::TextColored({0.6F, 0.63F, 0.69F, 1}, "a cell's name or a part of it, CELL:SAMPLE, or X Y Z in um; Enter");
+  ImGui::TextColored({0.6F, 0.63F, 0.69F, 1}, "type a part of a cell's name, CELL:SAMPLE, or X Y Z in um; then Enter");
   if (search.focus) ImGui::SetKeyboardFocusHere();
   search.focus = false;
   std::array<char, 1024> text{};
@@ -486,7 +257,7 @@ void drawSearch(const PanelData& d, bool& open, SearchPanel& search, PanelReques
   }
   if (entered) requests.go = search.text;
   for (std::size_t i = 0; i < search.names.size(); ++i) {
-    // The name is no label: Dear ImGui takes what follows "##" in one for its own.
+    // Draw the name as text: Dear ImGui does not show what follows "##" in a label.
     const std::string& name = search.names[i];
     ImGui::PushID(static_cast<int>(i));
     const ImVec2 at = ImGui::GetCursorScreenPos();
@@ -523,14 +294,26 @@ void drawSettings(const PanelData& d, bool& open, Settings& settings, PanelReque
     value = std::clamp(shown, least, most);
     requests.settings_changed = true;
   };
-  slide("separation of the eyes", settings.separation, 0, 2);
-  slide("widening of the angle", settings.widening, 0.5F, 2);
-  slide("size of letters", settings.interface_scale, 0.5F, 4);
-  requests.settings_changed |= ImGui::Checkbox("as from far away (orthographic)", &settings.orthographic);
-  requests.settings_changed |= ImGui::Checkbox("fork in blue and orange", &settings.orange_blue);
+  slide("eye separation", settings.separation, 0, 2);
+  slide("field of view", settings.widening, 0.5F, 2);
+  slide("text size", settings.interface_scale, 0.5F, 4);
+  requests.settings_changed |= ImGui::Checkbox("orthographic view", &settings.orthographic);
+  requests.settings_changed |= ImGui::Checkbox("orange and blue fork", &settings.orange_blue);
   requests.settings_changed |= ImGui::Checkbox("reduced motion", &settings.reduced_motion);
   if (ImGui::Button("reset to defaults")) requests.reset = true;
   ImGui::End();
+}
+
+void drawTooltip(const PanelData& d) {
+  if (d.tooltip.empty()) return;
+  ImDrawList& list = *ImGui::GetForegroundDrawList();
+  const auto widest = static_cast<float>(std::max(60.0, std::min(d.size.width - 24 * d.scale, 600 * d.scale)));
+  const ImVec2 size = ImGui::CalcTextSize(d.tooltip.c_str(), nullptr, false, widest);
+  const double x = std::min(d.tooltip_x + 14 * d.scale, d.size.width - size.x - 12 * d.scale);
+  const double y = std::min(d.tooltip_y + 16 * d.scale, d.size.height - size.y - 12 * d.scale);
+  list.AddRectFilled(vec(x - 6 * d.scale, y - 4 * d.scale), vec(x + size.x + 6 * d.scale, y + size.y + 4 * d.scale),
+                     IM_COL32(20, 23, 31, 235), static_cast<float>(4 * d.scale));
+  list.AddText(ImGui::GetFont(), ImGui::GetFontSize(), vec(x, y), kInk, d.tooltip.c_str(), nullptr, widest);
 }
 
 }  // namespace
@@ -541,30 +324,21 @@ PanelRequests drawPanels(const PanelData& d, const TilePanel& tiles, OpenPanels&
   drawHere(d);
   drawPull(d);
   drawScaleBar(d);
-  Lines room{0, d.size.width - std::min(220 * d.scale, d.size.width / 4.0) - 20 * d.scale};  // beside the scale bar
+  Lines room{0, d.size.width - std::min(220 * d.scale, d.size.width / 4.0) - 20 * d.scale};  // left of the scale bar
   const bool has_force = settings.show_force && d.forces_N != nullptr && d.size.width >= 420 * d.scale;
   if (d.size.width >= 240 * d.scale && d.size.height >= 200 * d.scale) drawStatus(d, has_force);
   if (has_force) drawForce(d);
   drawPicture(d, requests);
   if (settings.show_minimap) requests.go_to_W = drawMinimap(d, room.left);
-  if (settings.show_tiles) drawTiles(d, tiles);
+  if (settings.show_tiles) internal::drawTiles(d, tiles);
   if (open.settings) drawSettings(d, open.settings, settings, requests);
   if (open.search) drawSearch(d, open.search, search, requests);
-  if (open.help) drawHelp(d, open.help);
-  // In the middle of the window where that is as wide.
+  if (open.help) internal::drawHelp(d, open.help);
+  // Centred in the window, if minimap and scale bar leave enough room.
   room.left = std::max(room.left, d.size.width - room.right) + 20 * d.scale;
   if (room.right - room.left < 240 * d.scale) room = {20 * d.scale, d.size.width - 20 * d.scale};
   drawMessages(d.size, d.scale, room, d.messages, open.help ? std::string() : d.hint);
-  if (!d.tooltip.empty()) {
-    ImDrawList& list = *ImGui::GetForegroundDrawList();
-    const auto widest = static_cast<float>(std::max(60.0, std::min(d.size.width - 24 * d.scale, 600 * d.scale)));
-    const ImVec2 size = ImGui::CalcTextSize(d.tooltip.c_str(), nullptr, false, widest);
-    const double x = std::min(d.tooltip_x + 14 * d.scale, d.size.width - size.x - 12 * d.scale);
-    const double y = std::min(d.tooltip_y + 16 * d.scale, d.size.height - size.y - 12 * d.scale);
-    list.AddRectFilled(vec(x - 6 * d.scale, y - 4 * d.scale), vec(x + size.x + 6 * d.scale, y + size.y + 4 * d.scale),
-                       IM_COL32(20, 23, 31, 235), static_cast<float>(4 * d.scale));
-    list.AddText(ImGui::GetFont(), ImGui::GetFontSize(), vec(x, y), kInk, d.tooltip.c_str(), nullptr, widest);
-  }
+  drawTooltip(d);
   return requests;
 }
 
@@ -575,7 +349,7 @@ void drawOpening(const PictureSize& size, double scale, const std::string& what,
   ImGui::Begin("opening", nullptr, kStill);
   showFitted(what, size.width - 40 * scale, scale);
   if (since_s >= 0) {
-    // How much there is to do is not known: the bar goes round.
+    // The amount of work is unknown: the bar restarts each second.
     ImGui::ProgressBar(static_cast<float>(since_s - std::floor(since_s)), vec(320 * scale, 8 * scale), "");
     ImGui::Text("%.0f s", since_s);
   }

@@ -1,5 +1,5 @@
-// What is written and drawn over the picture: help, status, search, force plot, tile map, minimap, settings, tooltip.
-// Thread rule: the window's thread, between Window::beginPanels() and endPanels().
+// The panels over the picture: help, status, search, force plot, tile map, minimap, settings, tooltip. Thread rule: the
+// window's thread, between Window::beginPanels() and endPanels().
 #pragma once
 
 #include "index/streaming/residency.h"
@@ -19,9 +19,9 @@ struct OpenPanels {
 
 struct SearchPanel {
   std::string text;
-  std::vector<std::string> names;  // that fit it
-  std::string error;               // of the last go
-  bool focus = false;              // the field takes the keyboard at the next frame
+  std::vector<std::string> names;  // of cells that match the text
+  std::string error;               // of the last search
+  bool focus = false;              // give the field the keyboard in the next frame
 };
 
 struct TilePanel {
@@ -29,7 +29,7 @@ struct TilePanel {
     double lo_x, lo_y, hi_x, hi_y;  // um
     TileState state;
   };
-  std::vector<Box> boxes;        // nearest to the proxy
+  std::vector<Box> boxes;        // of the tiles nearest to the proxy
   std::uint64_t counts[7] = {};  // by TileState
   std::uint64_t tiles = 0, budget_bytes = 0, frontiers = 0;
   ResidencyCounters counters;
@@ -41,7 +41,7 @@ struct TilePanel {
 struct PanelData {
   PictureSize size{};
   double scale = 1;
-  double um_px = 0;  // at the proxy; 0: no scale bar
+  double um_px = 0;  // size of a pixel at the proxy; 0: no scale bar
   std::string scene, cell, place, device, mode, stereo, measure, hint;
   std::vector<std::string> messages;  // newest last
   double zoom_um = 0, force_N = 0, mean_frame_ms = 0;
@@ -51,7 +51,7 @@ struct PanelData {
   const std::vector<float>* forces_N = nullptr;  // oldest first, 1 kHz
   double most_force_N = 8;
 
-  // Over the picture, pixels: the line of the hand's pull; among everything a ring about the proxy.
+  // Pixels. In the workspace a line connects both: the pull of the hand. In the overview a ring marks the proxy.
   std::optional<ScreenPoint> proxy, hand;
 
   Vector3d lo_W = Vector3d::Zero(), hi_W = Vector3d::Zero();  // of the scene
@@ -59,23 +59,25 @@ struct PanelData {
   std::vector<Vector3d> visited_W, bookmarks_W;
   std::vector<std::string> bookmark_names;
 
-  std::string picture;       // that is being drawn or written; empty: none
-  double picture_part = -1;  // of it, 0 to 1; below 0: not known, and it cannot be cancelled any more
+  std::string picture;       // text about a picture being drawn or written; empty: none
+  double picture_part = -1;  // of the picture that is drawn, 0 to 1; below 0: it is being written, too late to cancel
 
   std::string tooltip;
   double tooltip_x = 0, tooltip_y = 0;
 };
 
 struct PanelRequests {
-  std::optional<std::string> go;    // what was typed or chosen
-  std::optional<Vector3d> go_to_W;  // a click on the minimap
+  std::optional<std::string> go;    // the text that was entered, or the name that was chosen
+  std::optional<Vector3d> go_to_W;  // the place that was clicked on the minimap
   bool cancel_picture = false;
   bool search_changed = false, settings_changed = false, reset = false;
 };
 
+// Draws all panels, and returns what the user asked for in them.
 PanelRequests drawPanels(const PanelData& data, const TilePanel& tiles, OpenPanels& open, SearchPanel& search,
                          Settings& settings);
-// While a scene is opened, or none is.
+// Draws the panel that is shown while no scene is open. `since_s`: time since opening began; below 0: nothing is being
+// opened.
 void drawOpening(const PictureSize& size, double scale, const std::string& what, double since_s,
                  const std::vector<std::string>& messages);
 

@@ -30,7 +30,7 @@ Settings Settings::load(const std::string& path, std::string& warning) {
   const auto json = nlohmann::json::parse(in, nullptr, false);
   if (!json.is_object()) {
     warning = escaped(path);
-    warning += ": not the settings of filiform view; the defaults are taken";
+    warning += ": not a settings file of filiform view; using the defaults";
     return s;
   }
   const auto number = [&](const char* name, auto& value, double least, double most) {

@@ -85,12 +85,12 @@ struct Window::Impl {
   GLFWwindow* window = nullptr;
   std::unique_ptr<WindowContext> context;
   std::vector<InputEvent> events;
-  double x = 0, y = 0;  // as the last move told
+  double x = 0, y = 0;  // of the last move event
   double interface_scale = 1, content_scale = 1;
-  double built_scale = 0;  // of letters and sizes as they are; 0: none yet
+  double built_scale = 0;  // of the current letters and sizes; 0: none yet
   internal::Letters letters{internal::findFonts(internal::fontFolders())};
   std::uint8_t modifiers = 0;
-  // Of the key event that the next character belongs to.
+  // Of the key event to which the next character belongs.
   bool repeated = false, began_in_text = false;
   int windowed_x = 0, windowed_y = 0, windowed_width = 0, windowed_height = 0;
 
@@ -119,7 +119,7 @@ struct Window::Impl {
     w.repeated = action == GLFW_REPEAT;
     if (action == GLFW_PRESS) w.began_in_text = ImGui::GetIO().WantTextInput;
     Key pressed{specialOf(key), w.modifiers};
-    // Characters come by onCharacter, except with Ctrl or Alt, where none is typed.
+    // onCharacter() reports characters, except with Ctrl or Alt, which type none.
     if (pressed.code == Key::kNone) {
       if ((w.modifiers & (Key::kControl | Key::kAlt)) == 0) return;
       const char* name = glfwGetKeyName(key, scancode);
@@ -136,7 +136,7 @@ struct Window::Impl {
   }
   static void onCharacter(GLFWwindow* window, unsigned codepoint) {
     Impl& w = of(window);
-    // A key that opened a text field and is still held does not type into it.
+    // A held key that opened a text field must not type into it.
     if (w.repeated && !w.began_in_text) return w.addKey({codepoint, 0});
     ImGui_ImplGlfw_CharCallback(window, codepoint);
     if (ImGui::GetIO().WantTextInput) return;
@@ -163,7 +163,7 @@ struct Window::Impl {
     if (ImGui::GetIO().WantCaptureMouse) return;
     of(window).add(InputEvent::Kind::scroll).y = dy;
   }
-  // The window went to another screen, or this one has a new scale.
+  // The window has moved to another screen, or the screen has a new scale.
   static void onContentScale(GLFWwindow* window, float across, float) {
     if (across > 0) of(window).content_scale = across;
   }
@@ -181,8 +181,8 @@ Window::Window(const std::string& title, const PictureSize& size, double interfa
     const char* display = std::getenv("DISPLAY");
     what += display == nullptr || *display == 0 ? "there is no display (DISPLAY is not set)" : lastError();
     what +=
-        "; draw pictures without one by `filiform render SCENE -o picture.png`, or start `xvfb-run -a filiform view "
-        "SCENE`";
+        "; draw a picture without a display with `filiform render SCENE -o picture.png`, or run `xvfb-run -a filiform "
+        "view SCENE`";
     throw GraphicsError(what);
   }
   glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
@@ -191,17 +191,17 @@ Window::Window(const std::string& title, const PictureSize& size, double interfa
   glfwWindowHint(GLFW_OPENGL_FORWARD_COMPAT, GLFW_TRUE);
   glfwWindowHint(GLFW_DEPTH_BITS, 0);
   glfwWindowHint(GLFW_SCALE_TO_MONITOR, GLFW_TRUE);
-  // With a picture for each eye where the driver has that: few have, and then a plain one.
+  // Ask for quad-buffer stereo first; few drivers have it. Then ask for a plain window.
   for (const int stereo : {GLFW_TRUE, GLFW_FALSE}) {
     glfwWindowHint(GLFW_STEREO, stereo);
     w.window = glfwCreateWindow(std::max(size.width, 1), std::max(size.height, 1), title.c_str(), nullptr, nullptr);
     if (w.window != nullptr) break;
   }
   if (w.window == nullptr) {
-    std::string what = "no window: the display gives no OpenGL 3.3 (";
+    std::string what = "no window: the display has no OpenGL 3.3 (";
     what += lastError();
     what +=
-        "); use Mesa's software renderer (LIBGL_ALWAYS_SOFTWARE=1 filiform view SCENE), or draw pictures by "
+        "); use Mesa's software renderer (LIBGL_ALWAYS_SOFTWARE=1 filiform view SCENE), or draw a picture with "
         "`filiform render SCENE -o picture.png`";
     glfwTerminate();
     throw GraphicsError(what);
@@ -226,7 +226,7 @@ Window::Window(const std::string& title, const PictureSize& size, double interfa
   IMGUI_CHECKVERSION();
   ImGui::CreateContext();
   ImGuiIO& io = ImGui::GetIO();
-  io.IniFilename = nullptr;  // settings are ours
+  io.IniFilename = nullptr;  // Settings keeps the settings
   ImGui_ImplGlfw_InitForOpenGL(w.window, false);
   ImGui_ImplOpenGL3_Init("#version 330 core");
 }

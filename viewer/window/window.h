@@ -1,4 +1,4 @@
-// A window with an OpenGL 3.3 core context, what people do in it, and the panels' library (Dear ImGui) within it.
+// A window with an OpenGL 3.3 core context, its input events, and Dear ImGui for the panels.
 //
 //   Window window("filiform", {1280, 800});
 //   while (window.isOpen()) {
@@ -28,7 +28,7 @@ struct InputEvent {
   enum class Kind : std::uint8_t { key, key_up, button, button_up, move, scroll, drop };
   Kind kind = Kind::key;
   Key key{};                   // key, key_up
-  bool repeated = false;       // key: it was down already, and the keyboard repeats it
+  bool repeated = false;       // key: it is held, and the keyboard repeats it
   int button = 0;              // 0 left, 1 right, 2 middle
   std::uint8_t modifiers = 0;  // of Key
   double x = 0, y = 0;         // pixels of the picture, from the top left; scroll: y in notches
@@ -38,32 +38,31 @@ struct InputEvent {
 
 class Window {
  public:
-  // Throws GraphicsError, with what to do instead, where there is no display or no OpenGL 3.3. Only one at a time.
+  // Throws GraphicsError, which says what to do, if there is no display or no OpenGL 3.3. Only one window at a time.
   Window(const std::string& title, const PictureSize& size, double interface_scale = 0);
   ~Window();
   Window(const Window&) = delete;
   Window& operator=(const Window&) = delete;
 
   GraphicsContext& context();
-  bool isOpen() const;       // the person has not closed it
+  bool isOpen() const;       // the user has not closed it
   PictureSize size() const;  // of the picture, pixels; at least 1 x 1
-  double scale() const;      // of letters: that of the screen the window is on, times the person's
-  // The person's; takes effect with the next panels, once no mouse button is held.
+  double scale() const;      // of letters and panels: the screen's scale times the user's
+  // Sets the user's scale. It takes effect with the next panels, when no mouse button is held.
   void setInterfaceScale(double scale);
-  // The panels will show these characters.
+  // Makes the letters of a text available; call it before the panels show the text.
   void want(const std::string& utf8);
   double now_s() const;
 
-  // What happened since the last call, without what belongs to the panels. Waits up to `wait_s` for something to
-  // happen.
+  // Returns the events since the last call, except those of the panels. Waits up to `wait_s` for an event.
   std::vector<InputEvent> poll(double wait_s);
   bool pointerOnPanel() const;
 
   void beginPanels();
-  void endPanels();      // draws them over what was presented
-  Picture read() const;  // of all that was drawn, before show()
+  void endPanels();      // draws the panels over the presented picture
+  Picture read() const;  // the window's pixels; call it before show()
   void show();
-  void hide();  // at the end: what is left to do may take a moment
+  void hide();  // at the end, so that the user does not wait for the last work
   void setTitle(const std::string& title);
   void toggleFullscreen();
 

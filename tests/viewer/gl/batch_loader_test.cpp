@@ -41,7 +41,7 @@ class DamagedBatches : public ::testing::Test {
     });
   }
 
-  // Opens the set, and has the loader make batches of all its tiles and levels, and of its cells.
+  // Opens the set, and lets the loader make batches of all its tiles, levels and cells.
   void load(const std::function<void(const LoadedTile&)>& see) const {
     const auto set = TileSet::open(path_);
     const auto levels = Levels::open(*set);
@@ -60,7 +60,7 @@ class DamagedBatches : public ::testing::Test {
     }
   }
 
-  // Each batch is the good one, or an error that names the damaged file.
+  // Each batch equals that of the intact set, or is an error that names the damaged file.
   void expectFoundOrHarmless(const std::string& file) {
     const std::string name = fs::path(file).filename().string();
     const auto expectNamed = [&](const char* what) {

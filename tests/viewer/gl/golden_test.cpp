@@ -32,13 +32,13 @@ class GoldenPictures : public ::testing::Test {
     store_ = buildTilesInMemory(stream, {.capacity = 128});
   }
 
-  // Draws, and compares with or renews the file.
+  // Draws the picture, and compares it with the file or renews the file.
   Picture check(const std::string& name, SceneFrame&& frame) {
     frame.size = {200, 140};
     Renderer renderer(*context_);
     SceneView scene(*store_, nullptr, renderer);
     if (frame.workspace != nullptr)
-      frame.camera = follow(*frame.workspace, eyeSize(frame.stereo, frame.size).aspect());
+      frame.camera = workspaceCamera(*frame.workspace, eyeSize(frame.stereo, frame.size).aspect());
     else
       frame.camera = overview(scene.lo_W(), scene.hi_W(), 0.3, 0.2, eyeSize(frame.stereo, frame.size).aspect());
     scene.drawWhole(frame);
@@ -100,7 +100,7 @@ TEST_F(GoldenPictures, HighlightedCell) {
   check("highlight", std::move(frame));
 }
 
-// The pictures are far enough from each other that one in another's place would be noticed.
+// The pictures differ so much that the comparison notices one in the place of another.
 TEST_F(GoldenPictures, NoneStandsForAnother) {
   std::vector<Picture> all;
   for (const char* name : {"overview.png", "near.png", "anaglyph.png", "highlight.png"}) {

@@ -1,5 +1,5 @@
-// Pictures by their statistics, not byte by byte: another driver rounds otherwise, but a ball stays as large as the
-// formula says, where it says, and what is nearer hides what is farther.
+// Tests pictures by their statistics, not byte by byte, because another driver may round differently. A ball has the
+// size and place of the formula, and nearer things hide farther ones.
 #include "viewer/gl/renderer.h"
 
 #include "index/errors.h"
@@ -15,8 +15,8 @@ namespace {
 
 constexpr Rgba kRed{220, 40, 40, 255}, kGreen{40, 200, 60, 255};
 
-NeuriteBatch threads(std::initializer_list<std::array<double, 8>> list, Rgba colour, const Vector3d& origin_W) {
-  NeuriteBatch batch;  // each ax ay az ar bx by bz br, about the origin
+NeuriteBatch neurites(std::initializer_list<std::array<double, 8>> list, Rgba colour, const Vector3d& origin_W) {
+  NeuriteBatch batch;  // each: ax ay az ar bx by bz br, relative to the origin
   batch.origin_W = origin_W;
   batch.lo_W.setConstant(INFINITY);
   batch.hi_W.setConstant(-INFINITY);
@@ -40,13 +40,13 @@ NeuriteBatch threads(std::initializer_list<std::array<double, 8>> list, Rgba col
   return batch;
 }
 NeuriteBatch ball(double x, double y, double z, double r, Rgba colour, const Vector3d& origin_W = Vector3d::Zero()) {
-  return threads({{x, y, z, r, x, y, z, r}}, colour, origin_W);
+  return neurites({{x, y, z, r, x, y, z, r}}, colour, origin_W);
 }
 
 struct LitArea {
-  double count = 0, x = 0, y = 0;  // pixels, and their middle
+  double count = 0, x = 0, y = 0;  // number of pixels, and their middle
 };
-// Pixels in which the one channel is the strongest by far.
+// Pixels in which this channel is by far the strongest.
 LitArea litAreaOf(const Picture& picture, int channel) {
   LitArea region;
   for (int y = 0; y < picture.height; ++y)
@@ -123,9 +123,9 @@ TEST_F(Renderers, WhatIsNearerHidesWhatIsFarther) {
   EXPECT_EQ(litAreaOf(draw(camera_), 1).count, 0);
 }
 
-// A thread has the length and width that it should, and its joints leave no gaps.
+// A segment has the right length and width, and joints leave no gaps.
 TEST_F(Renderers, ConesTaper) {
-  renderer_.put(1, threads({{-30, 0, 0, 6, 30, 0, 0, 2}}, kRed, Vector3d::Zero()));
+  renderer_.put(1, neurites({{-30, 0, 0, 6, 30, 0, 0, 2}}, kRed, Vector3d::Zero()));
   const LitArea seen = litAreaOf(draw(camera_, {.halo_px = 0}), 0);
   const double px_um = pixelsPerRadian(viewOf(camera_, size_.aspect()).frustum, size_) / 100;
   const double area_um2 = 60 * (6 + 2) + std::numbers::pi / 2 * (36 + 4);
@@ -133,7 +133,7 @@ TEST_F(Renderers, ConesTaper) {
 }
 
 TEST_F(Renderers, ThinThreadsAreLinesAndAreSeen) {
-  renderer_.put(1, threads({{-20, 0, 0, 0.01, 20, 0, 0, 0.01}, {0, 10, 0, 4, 0, 10, 0, 4}}, kGreen, Vector3d::Zero()));
+  renderer_.put(1, neurites({{-20, 0, 0, 0.01, 20, 0, 0, 0.01}, {0, 10, 0, 4, 0, 10, 0, 4}}, kGreen, Vector3d::Zero()));
   const Picture picture = draw(camera_);
   EXPECT_EQ(figures_.lines, 1u);
   EXPECT_EQ(figures_.cones, 1u);
@@ -162,14 +162,14 @@ TEST_F(Renderers, FogFadesAndClearingUncovers) {
   EXPECT_GT(clear, 300);
   EXPECT_EQ(litAreaOf(draw(camera_, {.fog_begin_um = 10, .fog_end_um = 50, .fog_most = 1}), 0).count, 0);
   EXPECT_EQ(litAreaOf(draw(camera_, {.clear_end_um = 150, .clear_begin_um = 200}), 0).count, 0);
-  renderer_.put(1, ball(0, 0, 0, 8, kRed), Layer::marks);  // neither touches marks
+  renderer_.put(1, ball(0, 0, 0, 8, kRed), Layer::overlays);  // neither applies to overlays
   EXPECT_NEAR(litAreaOf(draw(camera_, {.fog_begin_um = 10, .fog_end_um = 50, .fog_most = 1}), 0).count, clear, 20);
   EXPECT_NEAR(litAreaOf(draw(camera_, {.clear_end_um = 150, .clear_begin_um = 200}), 0).count, clear, 20);
 }
 
 TEST_F(Renderers, HalosCutWhatLiesBehind) {
-  renderer_.put(1, threads({{0, -30, 20, 1, 0, 30, 20, 1}}, kRed, Vector3d::Zero()));
-  renderer_.put(2, threads({{-30, 0, -20, 1, 30, 0, -20, 1}}, kGreen, Vector3d::Zero()));
+  renderer_.put(1, neurites({{0, -30, 20, 1, 0, 30, 20, 1}}, kRed, Vector3d::Zero()));
+  renderer_.put(2, neurites({{-30, 0, -20, 1, 30, 0, -20, 1}}, kGreen, Vector3d::Zero()));
   const double without = litAreaOf(draw(camera_, {.halo_px = 0}), 1).count;
   const double with = litAreaOf(draw(camera_, {.halo_px = 4}), 1).count;
   EXPECT_LT(with, without - 10);
@@ -178,7 +178,7 @@ TEST_F(Renderers, HalosCutWhatLiesBehind) {
 
 TEST_F(Renderers, MarksAreSeenFaintlyThroughThreads) {
   renderer_.put(1, ball(0, 0, 30, 10, kGreen));
-  renderer_.put(2, ball(0, 0, 0, 5, kRed), Layer::marks);
+  renderer_.put(2, ball(0, 0, 0, 5, kRed), Layer::overlays);
   const Picture picture = draw(camera_);
   const std::uint8_t* middle = &picture.rgb[3 * static_cast<std::size_t>(100 * 320 + 160)];
   EXPECT_GT(middle[0], 70);
@@ -191,14 +191,14 @@ TEST_F(Renderers, HiddenBatchesAreLeftOut) {
   EXPECT_EQ(litAreaOf(draw(camera_), 0).count, 0);
   EXPECT_EQ(figures_.batches, 0u);
   renderer_.show(1, true);
-  renderer_.show(2, true);  // there is none
+  renderer_.show(2, true);  // unknown id
   EXPECT_GT(litAreaOf(draw(camera_), 0).count, 300);
 }
 
 TEST_F(Renderers, HighlightsAreSeenThroughOthersWhichRecede) {
   renderer_.put(1, ball(0, 0, 30, 10, kGreen));
   const double before = litAreaOf(draw(camera_), 1).count;
-  renderer_.put(2, threads({{-30, 0, 0, 0.01, 30, 0, 0, 0.01}}, kRed, Vector3d::Zero()), Layer::highlight);
+  renderer_.put(2, neurites({{-30, 0, 0, 0.01, 30, 0, 0, 0.01}}, kRed, Vector3d::Zero()), Layer::highlight);
   const Picture picture = draw(camera_, {.fog_begin_um = 10, .fog_end_um = 50, .fog_most = 1, .dim = 0.9});
   const LitArea red = litAreaOf(picture, 0);
   EXPECT_GT(red.count, 30 * pixelsPerRadian(viewOf(camera_, size_.aspect()).frustum, size_) / 100);
@@ -208,7 +208,7 @@ TEST_F(Renderers, HighlightsAreSeenThroughOthersWhichRecede) {
 }
 
 TEST_F(Renderers, WhatHasSomethingNearerBesideItIsShaded) {
-  renderer_.put(1, threads({{-60, 0, -40, 20, 60, 0, -40, 20}}, kGreen, Vector3d::Zero()));
+  renderer_.put(1, neurites({{-60, 0, -40, 20, 60, 0, -40, 20}}, kGreen, Vector3d::Zero()));
   renderer_.put(2, ball(0, 0, 30, 5, kRed));
   const auto brightness = [](const Picture& p, int x, int y) {
     return p.rgb[3 * static_cast<std::size_t>(y * p.width + x) + 1];
@@ -217,12 +217,12 @@ TEST_F(Renderers, WhatHasSomethingNearerBesideItIsShaded) {
   const LitArea ball_px = litAreaOf(plain, 0);
   const int beside = static_cast<int>(ball_px.x + std::sqrt(ball_px.count / std::numbers::pi) + 1.5);
   EXPECT_LT(brightness(shaded, beside, 100), 0.8 * brightness(plain, beside, 100));
-  EXPECT_NEAR(brightness(shaded, beside + 60, 100), brightness(plain, beside + 60, 100), 3);  // far from it: as it was
+  EXPECT_NEAR(brightness(shaded, beside + 60, 100), brightness(plain, beside + 60, 100), 3);  // far away: unchanged
 }
 
-// What stands before the place that is looked at thins out: no pattern of dots.
+// Neurites between the camera and the focus get thinner, without a pattern of dots.
 TEST_F(Renderers, ClearedThreadsTaper) {
-  renderer_.put(1, threads({{-30, 0, 20, 6, 30, 0, 20, 6}}, kRed, Vector3d::Zero()));
+  renderer_.put(1, neurites({{-30, 0, 20, 6, 30, 0, 20, 6}}, kRed, Vector3d::Zero()));
   const double whole = litAreaOf(draw(camera_, {.halo_px = 0}), 0).count;
   const Picture half = draw(camera_, {.clear_end_um = 70, .clear_begin_um = 90, .halo_px = 0});  // it is 80 away
   EXPECT_NEAR(litAreaOf(half, 0).count / whole, 0.5, 0.12);
@@ -247,7 +247,8 @@ TEST_F(Renderers, QuadBufferStereoNeedsAWindowThatHasIt) {
 
 TEST_F(Renderers, StereoPutsEachEyeInItsPlace) {
   separation_ = 1.0 / 20;
-  renderer_.put(1, ball(0, 0, 40, 5, kRed));  // before the plane of convergence: to the right for the left eye
+  renderer_.put(1,
+                ball(0, 0, 40, 5, kRed));  // in front of the plane of convergence: the left eye sees it farther right
   const auto views = stereoViews(camera_, 0.8, separation_);
   const Picture pair = draw(camera_, {.stereo = StereoMode::side_by_side});
   const PictureSize eye = eyeSize(StereoMode::side_by_side, size_);
@@ -265,7 +266,7 @@ TEST_F(Renderers, StereoPutsEachEyeInItsPlace) {
     EXPECT_NEAR(x[side] / n[side], project(views[static_cast<std::size_t>(side)], {0, 0, 40}, eye).x, 0.5);
   EXPECT_GT(x[0] / n[0], x[1] / n[1] + 2);
 
-  // The left eye's rows, and the left eye's red, are where that eye sees the ball.
+  // The left eye's rows, and its red, show the ball where that eye sees it.
   const auto whole = stereoViews(camera_, 1.6, separation_);
   const Picture rows = draw(camera_, {.stereo = StereoMode::row_interleaved});
   const auto redIn = [&](int parity) {
@@ -291,7 +292,7 @@ TEST_F(Renderers, StereoPutsEachEyeInItsPlace) {
 }
 
 TEST_F(Renderers, TheSamePictureTwice) {
-  renderer_.put(1, threads({{-30, -5, 0, 3, 30, 10, -20, 1}}, kRed, Vector3d::Zero()));
+  renderer_.put(1, neurites({{-30, -5, 0, 3, 30, 10, -20, 1}}, kRed, Vector3d::Zero()));
   EXPECT_EQ(draw(camera_).rgb, draw(camera_).rgb);
 }
 
@@ -305,27 +306,27 @@ TEST_F(Renderers, SmallestPictureAndRefusedSizes) {
   EXPECT_THROW(draw(camera_), UsageError);
 }
 
-// What is behind the eye is not drawn, what is before it is where it would be without the rest.
+// The part behind the eye is not drawn. The part in front is drawn where it is alone.
 TEST_F(Renderers, EyesInsideThreadsSeeWhatIsBeforeThem) {
-  renderer_.put(1, threads({{0, 0, 90, 20, 0, 0, 110, 20}, {0, 0, 110, 30, 0, 0, 150, 30}}, kRed, Vector3d::Zero()));
+  renderer_.put(1, neurites({{0, 0, 90, 20, 0, 0, 110, 20}, {0, 0, 110, 30, 0, 0, 150, 30}}, kRed, Vector3d::Zero()));
   renderer_.put(
-      2, threads({{-20, 8, 0, 0.01, 20, 8, 0, 0.01}, {3, 8, 150, 0.01, -3, 8, 0, 0.01}}, kGreen, Vector3d::Zero()));
+      2, neurites({{-20, 8, 0, 0.01, 20, 8, 0, 0.01}, {3, 8, 150, 0.01, -3, 8, 0, 0.01}}, kGreen, Vector3d::Zero()));
   renderer_.put(3, ball(0, -8, 0, 4, kGreen));
   const Picture inside = draw(camera_, {.clear_end_um = 20, .clear_begin_um = 60, .halo_px = 0});
   for (const Renderer::BatchId id : {1, 2}) renderer_.remove(id);
-  renderer_.put(2, threads({{-20, 8, 0, 0.01, 20, 8, 0, 0.01}}, kGreen, Vector3d::Zero()));
+  renderer_.put(2, neurites({{-20, 8, 0, 0.01, 20, 8, 0, 0.01}}, kGreen, Vector3d::Zero()));
   const Picture alone = draw(camera_, {.halo_px = 0});
   EXPECT_EQ(litAreaOf(inside, 0).count, 0);
   const LitArea all = litAreaOf(inside, 1), less = litAreaOf(alone, 1);
   EXPECT_GE(all.count, less.count);
-  EXPECT_LT(all.count, less.count + 250);  // the thread that comes from behind is a line, too
+  EXPECT_LT(all.count, less.count + 250);  // the neurite that comes from behind is a line, too
 }
 
-// Lines are as wide as they are said to be, in whatever direction: not as the driver has them.
+// Lines have the stated width in all directions, whatever width the driver gives its own lines.
 TEST_F(Renderers, LinesAreAPixelWide) {
   for (const double turn_rad : {0.0, 0.4, 0.8, 1.5}) {
     const double x = 30 * std::cos(turn_rad), y = 30 * std::sin(turn_rad);
-    renderer_.put(1, threads({{-x, -y, 0, 0.01, x, y, 0, 0.01}}, kGreen, Vector3d::Zero()));
+    renderer_.put(1, neurites({{-x, -y, 0, 0.01, x, y, 0, 0.01}}, kGreen, Vector3d::Zero()));
     const Picture picture = draw(camera_, {.samples = 1});
     const EyeView view = viewOf(camera_, size_.aspect());
     const ScreenPoint a = project(view, {-x, -y, 0}, size_), b = project(view, {x, y, 0}, size_);
@@ -338,7 +339,7 @@ TEST_F(Renderers, LinesAreAPixelWide) {
 
 TEST_F(Renderers, APictureDrawnInPartsIsTheOneDrawnAtOnce) {
   separation_ = 1.0 / 20;
-  NeuriteBatch batch = threads({{-30, -5, 0, 3, 30, 10, -20, 1}}, kRed, Vector3d::Zero());
+  NeuriteBatch batch = neurites({{-30, -5, 0, 3, 30, 10, -20, 1}}, kRed, Vector3d::Zero());
   for (int i = 0; i < 2000; ++i) {
     DrawnSegment s = batch.segments.front();
     s.a_um[1] = static_cast<float>(-30 + 0.03 * i);
@@ -348,11 +349,11 @@ TEST_F(Renderers, APictureDrawnInPartsIsTheOneDrawnAtOnce) {
   batch.lo_W.setConstant(-40);
   batch.hi_W.setConstant(40);
   renderer_.put(1, batch);
-  renderer_.put(2, ball(0, 0, 20, 5, kGreen), Layer::marks);
+  renderer_.put(2, ball(0, 0, 20, 5, kGreen), Layer::overlays);
   renderer_.put(3, ball(20, 0, 20, 5, kGreen), Layer::highlight);
   for (const StereoMode stereo : {StereoMode::mono, StereoMode::anaglyph, StereoMode::side_by_side}) {
     const Picture at_once = draw(camera_, {.stereo = stereo, .shade_um = 10});
-    renderer_.draw(stereoViews(camera_, 1.6, 0), {.size = size_});  // another
+    renderer_.draw(stereoViews(camera_, 1.6, 0), {.size = size_});  // another picture
     const RenderOptions options{.size = size_, .stereo = stereo, .shade_um = 10};
     renderer_.begin(stereoViews(camera_, eyeSize(stereo, size_).aspect(), separation_), options);
     double last = 0;

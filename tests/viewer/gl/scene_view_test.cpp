@@ -1,4 +1,4 @@
-// Frames while tiles come: no frame waits, each place is drawn once, and the figures say what is missing.
+// Frames while tiles are loaded: no frame waits, each place is drawn once, and the figures count what is missing.
 #include "viewer/gl/scene_view.h"
 
 #include "index/build/ingest.h"
@@ -52,7 +52,7 @@ class SceneViews : public ::testing::Test {
     frame.budget.enough_px = 0;
     return frame;
   }
-  // Frames until nothing is wanted any more.
+  // Draws frames until no tile is pending.
   SceneFigures settle(SceneView& scene, const SceneFrame& frame) {
     for (int i = 0; i < 10000; ++i) {
       const SceneFigures figures = scene.draw(frame);
@@ -132,8 +132,8 @@ TEST_F(SceneViews, UploadsOfAFrameAreCapped) {
   EXPECT_EQ(uploads, drawnTiles(*store_));
 }
 
-// The error on the screen falls with every tile, no place is drawn twice (what is drawn and what is left out are the
-// whole), and what stood in is gone at the end.
+// The error on the screen falls with each tile. No place is drawn twice: drawn and left out segments add up to the
+// whole. No stand-in remains at the end.
 TEST_F(SceneViews, CoarseTilesStandInUntilFinerOnesCome) {
   SceneView scene(*set_, levels_.get(), renderer_);
   SceneFrame frame = frameOf(scene);
@@ -169,7 +169,7 @@ TEST_F(SceneViews, LessIsDrawnWhileTheCameraMoves) {
   frame.moving.reset();
   frame.budget.moving_segments = 1000;
   SceneFigures figures = settle(scene, frame);
-  EXPECT_TRUE(figures.moving);  // the first frame is one: there was no camera before
+  EXPECT_TRUE(figures.moving);  // the first frame counts as motion: there was no camera before
   EXPECT_LE(figures.segments, 1000u);
   EXPECT_GT(figures.error_px, 0);
   frame.time_s = SceneFrame::kRest_s + 0.01;
@@ -202,7 +202,7 @@ TEST_F(SceneViews, WhatDidNotChangeIsNotDrawnAgain) {
   EXPECT_FALSE(scene.draw(frame).redrawn);
 }
 
-// A hand moves the proxy under a camera that rests: smoothly, so coarsely; a hand that trembles leaves the picture.
+// A hand that moves the proxy is motion, even if the camera rests: fewer segments are drawn. A trembling hand is not.
 TEST_F(SceneViews, AProxyThatMovesIsMotionAndOneThatTremblesIsNot) {
   SceneView scene(*store_, nullptr, renderer_);
   SceneFrame frame = frameOf(scene);
@@ -277,7 +277,7 @@ TEST_F(SceneViews, AnotherColouringReplacesTilesOneByOne) {
   const Picture by_cell = renderer_.read();
   frame.colour = ColourBy::depth;
   SceneFigures figures = scene.draw(frame);
-  EXPECT_EQ(figures.segments, ownedBy(*store_));  // the old ones are drawn meanwhile
+  EXPECT_EQ(figures.segments, ownedBy(*store_));  // the old tiles are drawn until the new ones come
   EXPECT_GT(figures.pending, 0u);
   settle(scene, frame);
   EXPECT_NE(renderer_.read().rgb, by_cell.rgb);
@@ -297,7 +297,7 @@ TEST_F(SceneViews, LeavesNothingOnTheCard) {
   EXPECT_EQ(renderer_.bytes(), 0u);
 }
 
-// The drivers that draw on the processor, by the names that they give themselves; all others get all.
+// Drivers that draw on the processor are known by their names. All others get the full budget.
 TEST(SceneBudgets, SoftwareRenderersGetLess) {
   const std::uint64_t all = SceneBudget{}.segments;
   for (const char* name :
@@ -334,7 +334,7 @@ TEST_F(SceneViews, AWholePictureInPartsIsTheOneDrawnAtOnceAndLoadsBesideTheCalls
   EXPECT_GT(calls, 4);
   EXPECT_TRUE(test::compare(other.read(), whole).showsTheSame());
   slow.delayLoads(std::chrono::milliseconds(0));
-  // Its loading thread ends beside it.
+  // Its loading thread ends on another thread.
   const std::shared_ptr<void> end = scene.end();
   EXPECT_EQ(other.bytes(), 0u);
 }

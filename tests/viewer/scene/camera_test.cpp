@@ -55,7 +55,7 @@ TEST(Camera, RefusesWhatCannotBeSeen) {
   EXPECT_THROW(orbit(Camera{}, NAN, 0), UsageError);
 }
 
-// project() against the matrix that the graphics card is given.
+// Compares project() with the matrix that the graphics card gets.
 TEST(Camera, PixelsAgreeWithTheProjectionMatrix) {
   std::mt19937_64 random(2);
   const PictureSize size{640, 400};
@@ -122,16 +122,16 @@ TEST(Camera, YawTakesTheEyeToTheRightAndPitchUp) {
   EXPECT_LT((orbit(front, 0, std::numbers::pi / 2).eye_W - Vector3d(0, 10, 0)).norm(), 1e-12);
 }
 
-// What is held still under the hand stays where it is on the screen, whatever zoom and rotation do.
+// A point held under the hand keeps its place on the screen at any zoom and rotation.
 TEST(Camera, FollowsTheWorkspace) {
   const PictureSize size{1280, 800};
   Workspace workspace({.zoom_um = 300});
   const Vector3d proxy_W(100, -200, 5000), proxy_D(0.02, 0.01, -0.03);
   workspace.place(proxy_W, proxy_D);
-  const ScreenPoint before = project(viewOf(follow(workspace, size.aspect()), size.aspect()), proxy_W, size);
+  const ScreenPoint before = project(viewOf(workspaceCamera(workspace, size.aspect()), size.aspect()), proxy_W, size);
   workspace.rotate(0.3, -0.8, proxy_W);
   workspace.setZoom(40, proxy_W);
-  const EyeView view = viewOf(follow(workspace, size.aspect()), size.aspect());
+  const EyeView view = viewOf(workspaceCamera(workspace, size.aspect()), size.aspect());
   const ScreenPoint after = project(view, proxy_W, size);
   EXPECT_NEAR(after.x, before.x, 1e-6);
   EXPECT_NEAR(after.y, before.y, 1e-6);
@@ -159,7 +159,7 @@ TEST(Camera, PickRayHitsWhatIsUnderThePixel) {
     EXPECT_LT(to.cross(ray.direction).norm(), 1e-9 * to.norm());
     EXPECT_GT(to.dot(ray.direction), 0);
     EXPECT_LT(to.norm(), ray.length_um);
-    // Two pixels beside it is the rim of the cone, near the middle of the picture.
+    // Near the middle of the picture, the rim of the cone is two pixels away.
     const RayQuery beside = pickRay(view, size.width / 2.0, size.height / 2.0 + 2, size, 2);
     const RayQuery middle = pickRay(view, size.width / 2.0, size.height / 2.0, size, 2);
     EXPECT_NEAR(beside.direction.cross(middle.direction).norm(), ray.slope, 0.1 * ray.slope);

@@ -10,7 +10,7 @@
 namespace filiform {
 namespace {
 
-// Relative luminance, as WCAG has it.
+// Relative luminance as WCAG defines it.
 double luminance(Rgba c) {
   const auto linear = [](int v) {
     const double s = v / 255.0;

@@ -33,7 +33,7 @@ TEST_F(DrawLists, WithoutPlanesAndLimitEverythingIsDrawn) {
   EXPECT_EQ(list.error_px, 0);
 }
 
-// Nothing that has a point in the picture is culled by its tile, and tiles behind the eye are.
+// No tile with a point in the picture is culled. Tiles behind the eye are culled.
 TEST_F(DrawLists, CullsTilesOutsideThePictureOnly) {
   const PictureSize size{400, 300};
   const EyeView view =

@@ -42,7 +42,8 @@ TEST(Glyph, OwnBranchDiffersInColourAndInShape) {
   EXPECT_NE(kRedGreen.own, kOrangeBlue.own);
 }
 
-// As bright for the eye behind the red glass, which sees luminance, as for the other; and one of the two far brighter.
+// Each colour is equally bright behind the red glass (which shows luminance) and the cyan glass. One of the two colours
+// is much brighter than the other.
 TEST(Glyph, IsSeenThroughRedAndCyanGlasses) {
   const auto luminance = [](const Rgba& c) { return 0.299 * c.r + 0.587 * c.g + 0.114 * c.b; };
   EXPECT_GT(luminance(kForGlasses.own), 200);

@@ -46,13 +46,13 @@ TEST(ScaleBars, AreRoundAndFit) {
   }
 }
 
-// The hand is seen where the pointer is, at the proxy's depth.
+// The hand appears under the pointer, at the depth of the proxy.
 TEST(Pointer, TheHandIsSeenUnderThePointer) {
   Workspace workspace{WorkspaceOptions{.zoom_um = 100}};
   workspace.place({1000, -50, 7}, {0.01, 0, -0.005});
   workspace.rotate(0.4, -0.3, {1000, -50, 7});
   const PictureSize size{800, 600};
-  const EyeView view = viewOf(follow(workspace, size.aspect()), size.aspect());
+  const EyeView view = viewOf(workspaceCamera(workspace, size.aspect()), size.aspect());
   const Vector3d proxy_W(1000, -50, 7);
   for (const auto& [x, y] : {std::pair{400.0, 300.0}, std::pair{250.0, 380.0}, std::pair{500.0, 200.0}}) {
     const Vector3d target_D = pointedAt_D(view, x, y, size, workspace, proxy_W, 0);
@@ -64,7 +64,7 @@ TEST(Pointer, TheHandIsSeenUnderThePointer) {
   }
   const Vector3d far_D = pointedAt_D(view, 1e6, -1e6, size, workspace, proxy_W, 1);
   EXPECT_TRUE((far_D.array() <= 0.06).all() && (far_D.array() >= -0.06).all());
-  // Behind the eye there is no pixel.
+  // A point behind the eye has no pixel.
   EXPECT_TRUE(pointedAt_D(view, 1, 1, size, workspace, view.eye_W, 0).allFinite());
 }
 

@@ -19,7 +19,7 @@ Vector3d endOf(const NeuriteBatch& batch, const float* p_um) {
   return batch.origin_W + Vector3d(p_um[0], p_um[1], p_um[2]);
 }
 
-// Every link of every cell is drawn once, whatever the tiling, where the cell has it and as thick as its samples.
+// For any tiling, each link of each cell is drawn once, at its place and as thick as its samples.
 TEST(NeuriteBatches, DrawEveryLinkOnce) {
   std::vector<Cell> cells = test::randomColumn(5, 3, 400, 300);
   for (Cell& cell : cells)
@@ -195,7 +195,7 @@ TEST(NeuriteBatches, OneCellAlone) {
   EXPECT_EQ(sum, store->entry(0).owned);
 }
 
-// A node that a segment's child end names is closed; a root never is.
+// A node is closed if it is the child end of a segment. A root is always open.
 TEST(NeuriteBatches, OpenNodesAreRootsAndWhatComesFromOutside) {
   Cell cell;
   const std::uint32_t root = test::addSample(cell, {0, 0, 0}, kNoParent, 5, 1);

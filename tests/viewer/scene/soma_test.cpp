@@ -1,5 +1,5 @@
-// Three-point and contour somata: drawn as one sphere, whose samples are neither branches nor tips; all else is as the
-// file has it.
+// Three-point and contour somata are drawn as one sphere. Their samples are neither branches nor tips. Everything else
+// is drawn as in the file.
 #include "index/build/ingest.h"
 #include "index/set/cell_graph.h"
 #include "index/set/levels.h"
@@ -42,7 +42,7 @@ std::string contourText() {
 }
 
 struct Extent {
-  int across = 0;  // pixels from the first column that is lit to the last
+  int across = 0;  // pixels from the first lit column to the last
   int high = 0;    // lit pixels of the fullest column
 };
 
@@ -180,7 +180,7 @@ TEST(SomaBatches, HoldOneSphereAndNoSegmentWithinIt) {
     }
 }
 
-class LevelsOfSomata : public ::testing::TestWithParam<bool> {};  // are they contours?
+class LevelsOfSomata : public ::testing::TestWithParam<bool> {};  // true: contour somata
 INSTANTIATE_TEST_SUITE_P(Forms, LevelsOfSomata, ::testing::Bool());
 
 TEST_P(LevelsOfSomata, ShowSpheres) {
@@ -209,7 +209,7 @@ TEST_P(LevelsOfSomata, ShowSpheres) {
   SomaFinder finder(*set);
   std::size_t balls = 0, others = 0;
   for (LevelId id = 0; id < levels->size(); ++id) {
-    if (levels->entry(id).error_um > 5) continue;  // the soma itself may be gone
+    if (levels->entry(id).error_um > 5) continue;  // the soma may be simplified away
     const auto tile = levels->load(id);
     const TileAppearance appearance = levels->loadAppearance(id);
     const SomaTable somata = somataInLevel(*tile, appearance, finder);
@@ -243,7 +243,7 @@ TEST(SomaWalks, SomaSamplesAreNeitherTipsNorBranches) {
       ASSERT_TRUE(next);
       EXPECT_TRUE(*next == stem || *next == stem + 4) << *next;
     }
-    // From a sample within the soma one comes out again.
+    // From a sample inside the soma a walk leads out again.
     for (std::uint32_t rank = 1; rank < soma_samples; ++rank) {
       const CellWalk::Spot spot = walk.at(rank);
       EXPECT_EQ(walk.root(spot), 0U);

@@ -54,12 +54,12 @@ TEST(Stereo, NoParallaxBeyondTheLargest) {
   for (int round = 0; round < 500; ++round) {
     const double d = 100, nearest = d * (0.25 + 0.7 * part(random)), farthest = d * (1.05 + 10 * part(random));
     const double e = separationRatio(options, d, nearest, farthest, tan_across) * d;
-    if (e <= kMinSeparation * d * 1.0001) continue;  // some depth is left whatever it costs
+    if (e <= kMinSeparation * d * 1.0001) continue;  // clamped: some depth always remains
     const double width = 2 * d * tan_across;
     const auto parallax = [&](double z) { return std::abs(e * (z - d) / z) / width; };
     EXPECT_LE(parallax(nearest), options.largest_parallax * 1.000001);
     EXPECT_LE(parallax(farthest), options.largest_parallax * 1.000001);
-    if (e < kMaxSeparation * d * 0.9999) {  // as large as may be
+    if (e < kMaxSeparation * d * 0.9999) {  // not clamped: the largest parallax is reached
       EXPECT_NEAR(std::max(parallax(nearest), parallax(farthest)), options.largest_parallax, 1e-9);
     }
   }
@@ -83,25 +83,25 @@ TEST(Stereo, WideningShowsMoreOfTheSamePlace) {
 
 TEST(SeparationFilter, StartsAtTheWishAndFollowsSlowly) {
   SeparationFilter filter;
-  EXPECT_DOUBLE_EQ(filter.follow(0.05, 0.016), 0.05);
+  EXPECT_DOUBLE_EQ(filter.update(0.05, 0.016), 0.05);
   double ratio = 0, before = 0.05;
   for (int frame = 0; frame < 126; ++frame) {  // 2.1 s
-    ratio = filter.follow(0.02, 1.0 / 60);
+    ratio = filter.update(0.02, 1.0 / 60);
     EXPECT_LT(before - ratio, 0.03 / 0.7 / 60 * 1.01);
     EXPECT_LT(ratio, before);
     before = ratio;
   }
   EXPECT_NEAR(ratio, 0.02 + 0.03 * std::exp(-3), 1e-6);
-  EXPECT_EQ(filter.follow(1, 0), ratio);
+  EXPECT_EQ(filter.update(1, 0), ratio);
 }
 
 TEST(SeparationFilter, DoesNotDependOnTheFrameRate) {
   SeparationFilter slow, fast;
-  slow.follow(0.05, 0);
-  fast.follow(0.05, 0);
+  slow.update(0.05, 0);
+  fast.update(0.05, 0);
   double fast_ratio = 0;
-  for (int i = 0; i < 10; ++i) fast_ratio = fast.follow(0.01, 0.01);
-  EXPECT_NEAR(slow.follow(0.01, 0.1), fast_ratio, 1e-12);
+  for (int i = 0; i < 10; ++i) fast_ratio = fast.update(0.01, 0.01);
+  EXPECT_NEAR(slow.update(0.01, 0.1), fast_ratio, 1e-12);
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
-// The window in this program, on a disk and with a device that can be held up: frames go on, and quitting works. No
-// clock: the frames are counted while something waits.
+// The window in the test's process. Disk, device and file writer can be made to wait: frames go on, and quitting works.
+// No clock: frames are counted while something waits.
 #include "viewer/window/application.h"
 
 #include "device/factory/device_factory.h"
@@ -36,7 +36,7 @@ using Json = nlohmann::json;
 
 constexpr int kPatience_ms = 60'000;
 
-// Who comes to it while it is shut waits.
+// While it is shut, a thread that passes must wait.
 class Gate {
  public:
   void shut() {
@@ -112,8 +112,7 @@ class Applications : public ::testing::Test {
       ++frames_;
       if (given_up_) throw std::runtime_error("the test gives up");
     };
-    // From here the program would be ended after some seconds (tools/program/ending_watch.h): nothing is held up any
-    // more.
+    // The program would end by force some seconds later (tools/program/ending_watch.h): let everything continue.
     options_.ending = [this] {
       ending_ = true;
       openAll();
@@ -124,11 +123,11 @@ class Applications : public ::testing::Test {
     options_.state = folder_ / "state";
   }
 
-  // The window, while `person` acts on another thread.
-  void run(const std::function<void()>& person) {
+  // Runs the window, while `user` acts on another thread.
+  void run(const std::function<void()>& user) {
     std::thread other([&] {
-      person();
-      // However it went, the window ends.
+      user();
+      // The window must end in any case.
       if (!waitFor([this] { return ending_.load(); })) ADD_FAILURE() << "the window does not quit";
       openAll();
       given_up_ = true;
@@ -217,7 +216,7 @@ TEST_F(Applications, FramesGoOnAndQuitWorksWhileAPictureIsWritten) {
   EXPECT_EQ(written_, 1);
 }
 
-// As when the window goes to a screen of another scale: letters are made anew, at once.
+// When the window moves to a screen of another scale, letters are built again at once.
 TEST_F(Applications, LettersFollowTheScale) {
   Window window("letters", {300, 200});
   const auto heightOfLetters = [&] {

@@ -51,12 +51,12 @@ TEST(Bindings, AHeldKeyRepeatsMovesOfTheViewAndStepsAlone) {
   EXPECT_EQ(actionOf(Key{Key::kLeft, Key::kControl}, true), Action::turn_left);
   EXPECT_EQ(actionOf(Key{']', 0}, true), Action::next_sample);
   EXPECT_EQ(bindingOf(Action::push_left).held, Held::pushes);
-  // A panel opens once, a place is gone to once.
+  // Panels must not open and close while their key is held.
   for (const Binding& binding : bindings())
     EXPECT_TRUE(std::string(binding.group) != "Window" || binding.held == Held::once) << binding.name;
 }
 
-// The table that people read is the one that the program works by.
+// The README shows the table of the program.
 TEST(Bindings, TheReadmeHasThisTable) {
   const std::string readme = test::readBytes(FILIFORM_SOURCE "/viewer/README.md");
   EXPECT_NE(readme.find(bindingsInMarkdown()), std::string::npos)

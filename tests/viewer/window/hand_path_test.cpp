@@ -12,14 +12,14 @@ TEST(HandPath, LeadsAheadOfTheProxyAndEndsAtItsEnd) {
   EXPECT_FALSE(path.isUnderWay());
   path.begin({{0, 0, 0}, {10, 0, 0}, {10, 10, 0}});
   EXPECT_LT((path.aim_W({0, 1, 0}, 4) - Vector3d(4, 0, 0)).norm(), 1e-12);
-  EXPECT_LT((path.aim_W({8, -1, 0}, 4) - Vector3d(10, 2, 0)).norm(), 1e-12);  // about the corner
+  EXPECT_LT((path.aim_W({8, -1, 0}, 4) - Vector3d(10, 2, 0)).norm(), 1e-12);  // around the corner
   EXPECT_LT((path.aim_W({10, 9, 0}, 4) - Vector3d(10, 10, 0)).norm(), 1e-12);
   EXPECT_TRUE(path.isUnderWay());
   path.aim_W({10, 9.8, 0}, 4);
   EXPECT_FALSE(path.isUnderWay());
 }
 
-// A way that crosses itself: the part behind the crossing must not be taken for the one at hand.
+// A path that crosses itself: the part after the crossing must not be mistaken for the current one.
 TEST(HandPath, IsNotCutShortWhereItCrossesItself) {
   HandPath path;
   path.begin({{0, 0, 0}, {50, 0, 0}, {50, 50, 0}, {25, 50, 0}, {25, -50, 0}});

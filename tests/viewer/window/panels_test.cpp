@@ -1,4 +1,4 @@
-// Panels by what they draw, without a window: Dear ImGui's lists of triangles.
+// Tests panels by Dear ImGui's lists of triangles, without a window.
 #include "viewer/window/panels.h"
 
 #include "tests/support/process.h"
@@ -28,7 +28,7 @@ class Panels : public ::testing::Test {
   }
   ~Panels() override { ImGui::DestroyContext(); }
 
-  // Sizes of windows are known after a frame or two.
+  // Dear ImGui knows the size of a panel after one or two frames.
   void draw(const PictureSize& size, double scale = 1) {
     if (letters_.isStale()) letters_.build(scale);
     data_.size = size;
@@ -54,11 +54,11 @@ class Panels : public ::testing::Test {
                             [](const auto& a, const auto& b) { return a.pos.x < b.pos.x; })
         ->pos.x;
   }
-  // Corners of letters, which have a texture; and how far right they reach.
+  // The corners of letters, which are the triangles with a texture, and how far they reach.
   struct Written {
     int corners = 0;
     float left = 1e9F, right = 0;
-    bool inside = true;  // of what their panel shows
+    bool inside = true;  // all are inside the visible part of the panel
   };
   Written written(const char* panel) const {
     Written written;
@@ -96,7 +96,7 @@ TEST_F(Panels, TheHelpIsWholeInWindowsOfAnySize) {
   draw({1280, 800});
   EXPECT_EQ(written("keys and mouse").corners, whole.corners);
   EXPECT_TRUE(written("keys and mouse").inside);
-  // Smaller ones are scrolled upwards and downwards, never sideways.
+  // In smaller windows the help scrolls vertically, never horizontally.
   for (const PictureSize& size : {PictureSize{900, 700}, {640, 480}, {400, 300}}) {
     draw(size);
     EXPECT_TRUE(written("keys and mouse").inside) << size.width;
@@ -147,7 +147,7 @@ TEST_F(Panels, NamesAreShownAsTheyAreAndChosenWhole) {
   EXPECT_EQ(cornersOf("axon##2"), none + 7 * 6);
   EXPECT_EQ(cornersOf("100%s%n"), none + 7 * 6);
   EXPECT_EQ(cornersOf("##"), none + 2 * 6);
-  // Cut, not run over the rim.
+  // A long name is cut at the rim.
   const int cut = cornersOf(std::string(300, '#')) - none;
   EXPECT_GT(cut, 20 * 6);
   EXPECT_LT(cut, 200 * 6);
@@ -167,28 +167,28 @@ TEST_F(Panels, APictureThatIsDrawnTellsHowFarItIsAndOneThatIsWrittenCannotBeCanc
   EXPECT_LT(written("picture").corners, drawn);
 }
 
-// As Debian has them (tools/setup installs the font).
+// With the fonts of Debian (tools/setup installs them).
 TEST_F(Panels, LettersOfOtherScriptsAreThere) {
   if (internal::findFonts(internal::fontFolders()).empty()) GTEST_SKIP() << "no font that is known: run tools/setup";
   const ImFont* font = ImGui::GetIO().Fonts->Fonts[0];
   for (const int character : {0x61, 0xB5, 0x131, 0x3BC, 0x3A9, 0x416, 0x2190, 0x2192, 0x2264, 0x2026})
     EXPECT_NE(font->FindGlyphNoFallback(static_cast<ImWchar>(character)), nullptr) << std::hex << character;
   ASSERT_NE(font->FallbackGlyph, nullptr);
-  EXPECT_GT(font->FallbackGlyph->X1, font->FallbackGlyph->X0);  // a box that is seen
+  EXPECT_GT(font->FallbackGlyph->X1, font->FallbackGlyph->X0);  // visible
 
-  // Beyond those, a character is there once it is wanted, if a font has it; U+10A0 (Georgian) is in DejaVu Sans.
+  // Other characters are added when they are wanted, if a font has them. DejaVu Sans has U+10A0 (Georgian).
   EXPECT_EQ(font->FindGlyphNoFallback(0x10A0), nullptr);
   letters_.want("cell");
   EXPECT_FALSE(letters_.isStale());
   letters_.want("\u10A0");
   EXPECT_TRUE(letters_.isStale());
-  letters_.want("\U0001F9E0 \xFF\xE4");  // beyond what the atlas can name, and no UTF-8
+  letters_.want("\U0001F9E0 \xFF\xE4");  // above U+FFFF, and invalid UTF-8
   letters_.build(1);
   EXPECT_FALSE(letters_.isStale());
   font = ImGui::GetIO().Fonts->Fonts[0];
   const bool dejavu = internal::findFonts(internal::fontFolders()).front().filename() == "DejaVuSans.ttf";
   EXPECT_TRUE(!dejavu || font->FindGlyphNoFallback(0x10A0) != nullptr);
-  // What no font has takes the place of one letter.
+  // A character that no font has is drawn as one replacement sign.
   data_.scene = "\U0001F9E0\uE123";
   draw({1000, 700});
   const int two = written("status").corners;
@@ -218,7 +218,7 @@ TEST_F(Panels, LettersWithoutAFontAreTheBuiltInOnes) {
   const auto fonts = internal::findFonts({folder / "none", std::filesystem::path(folder / "deeper").parent_path()});
   ASSERT_EQ(fonts.size(), 2u);
   EXPECT_EQ(fonts[1].filename(), "wqy-zenhei.ttc");
-  EXPECT_TRUE(internal::findFonts({folder / "deeper"}).empty());  // nothing for most letters
+  EXPECT_TRUE(internal::findFonts({folder / "deeper"}).empty());  // no main font
   letters_ = Letters(fonts);
   letters_.want("\u4E2D");
   letters_.build(2);

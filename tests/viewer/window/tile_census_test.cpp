@@ -16,7 +16,7 @@
 namespace filiform::internal {
 namespace {
 
-// A directory of small pages, which knows what was read of it.
+// A store with a directory of small pages, which records the pages that were read.
 class PagedStore : public test::CountingStore {
  public:
   static constexpr TileId kPageTiles = 32;

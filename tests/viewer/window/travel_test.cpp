@@ -19,15 +19,15 @@
 namespace filiform::internal {
 namespace {
 
-// A device at a cable.
+// A device that can be unplugged.
 struct Plug {
   std::atomic<bool> in{true};
-  std::atomic<bool> slow{false}, opening{false};  // open() waits; it does
+  std::atomic<bool> slow{false}, opening{false};  // open() waits while slow; it is under way
   std::atomic<int> opened{0}, asked{0};
-  std::atomic<int> mice_refused{0};  // so many sessions with the mouse cannot be made
+  std::atomic<int> mice_refused{0};  // number of sessions with the mouse that still fail
 };
 
-// A disk that can be silent.
+// A disk that can stop answering.
 class SilentStore : public test::CountingStore {
  public:
   explicit SilentStore(std::unique_ptr<TileStore> store) : CountingStore(*store), store_(std::move(store)) {}
@@ -92,7 +92,7 @@ class Travels : public testing::Test {
     name_ = travel_->session().deviceName();
     travel_->start();
   }
-  // Frames until that device leads.
+  // Runs frames until this device is in use.
   bool comesTo(const std::string& device) {
     for (int i = 0; i < 30'000; ++i) {
       travel_->serve();
@@ -128,7 +128,7 @@ TEST_F(Travels, ALostDeviceIsReplacedByTheMouseAndTakenBackWhenItIsPluggedInAgai
     ASSERT_TRUE(comesTo(name_)) << turn;
     EXPECT_EQ(plug_.opened, turn + 1);
     const std::vector<std::string> told = messages_.shown();
-    EXPECT_EQ(std::count(told.begin(), told.end(), name_ + " is back"), 1) << turn;
+    EXPECT_EQ(std::count(told.begin(), told.end(), name_ + " is connected again"), 1) << turn;
   }
 }
 
@@ -145,7 +145,7 @@ TEST_F(Travels, PlacesAreSavedBesideTheFrames) {
   ASSERT_TRUE(comesTo(name_));
   disk_->silent = true;
   std::atomic<bool> over{false};
-  std::thread later([&] {  // an end, should a frame wait for the disk
+  std::thread later([&] {  // ends the test if a frame waits for the disk
     for (int i = 0; i < 5000 && !over; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(1));
     disk_->silent = false;
   });
@@ -176,7 +176,7 @@ TEST_F(Travels, TheEndTellsWhereItCannotSave) {
   EXPECT_THROW(travel_->finish(), IoError);
 }
 
-// Frames and the mouse's hand go on while it is opened.
+// Frames and the mouse go on while the device is opened.
 TEST_F(Travels, AReturningDeviceThatOpensSlowlyHoldsNothingUp) {
   ASSERT_TRUE(comesTo(name_));
   plug_.in = false;

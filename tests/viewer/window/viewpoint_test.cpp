@@ -57,7 +57,7 @@ TEST(ViewpointGlide, TakesTheEyeThereInItsTime) {
   const double half = look(100, 1 + Viewpoint::kFlight_s / 2);
   EXPECT_NEAR(half, 50, 1e-6);
   EXPECT_TRUE(eye.isGliding());
-  EXPECT_NEAR(eye.workspace().centre_W().x(), 100, 1e-9);  // the hand is there at once
+  EXPECT_NEAR(eye.workspace().centre_W().x(), 100, 1e-9);  // the hand does not glide
   EXPECT_NEAR(look(100, 1 + Viewpoint::kFlight_s), 100, 1e-6);
   EXPECT_FALSE(eye.isGliding());
   eye.depart(2, true);

@@ -78,7 +78,7 @@ void placeInside(const SceneView& scene, double part, Workspace& workspace, Scen
   const Vector3d to = scene.lo_W() + size.cwiseProduct(Vector3d(0.7, 0.75, 0.6));
   workspace.place(from + part * (to - from), workspace.centre_D());
   frame.workspace = &workspace;
-  frame.camera = follow(workspace, frame.size.aspect());
+  frame.camera = workspaceCamera(workspace, frame.size.aspect());
 }
 constexpr double kZoom_um = 200;
 
@@ -305,7 +305,7 @@ void measureLoop(const std::string& path, const BenchOptions& options, const Sce
       if (draws && now.tick > 0) {
         workspace.lay(now.centre_W, now.rotation_WD, now.zoom_um);
         frame.workspace = &workspace;
-        frame.camera = orbit(follow(workspace, frame.size.aspect()), 0.3 * turn_rad, 0);
+        frame.camera = orbit(workspaceCamera(workspace, frame.size.aspect()), 0.3 * turn_rad, 0);
         frame.proxy_W = now.p_W;
         frame.time_s = 1e-3 * now_ms;
         times.push_back(stage.frame(frame));

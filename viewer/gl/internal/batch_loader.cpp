@@ -13,7 +13,7 @@ namespace filiform::internal {
 
 namespace {
 
-// Batches that wait to be taken: more would only hold memory, while the camera goes elsewhere.
+// Most batches that wait to be taken. More would only hold memory while the camera moves on.
 constexpr std::size_t kMostReady = 64;
 
 bool isSame(const TileJob& a, const TileJob& b) { return a.key == b.key && a.generation == b.generation; }
@@ -27,12 +27,12 @@ struct BatchLoader::Impl {
 
   mutable std::mutex mutex;
   std::condition_variable to_do, done;
-  std::vector<TileJob> jobs;  // last first
+  std::vector<TileJob> jobs;  // the next one last
   std::deque<LoadedTile> ready;
   bool busy = false, stop = false;
   TileJob under_way;
 
-  // Of the loading thread.
+  // Used by the loading thread only:
   RootTable roots;
   std::set<std::uint32_t> cells_known;
   SomaFinder finder;
@@ -87,7 +87,7 @@ NeuriteBatch BatchLoader::Impl::load(const TileJob& job) {
 }
 
 void BatchLoader::Impl::run() {
-  // Where there are few cores, frames come first. (On Linux niceness is a thread's own.)
+  // Frames go first where cores are few. (On Linux each thread has its own niceness.)
   ::setpriority(PRIO_PROCESS, 0, 10);
   std::unique_lock lock(mutex);
   for (;;) {

@@ -1,5 +1,5 @@
-// A thread that reads tiles and makes batches of them, so that no frame waits for the disk. Thread rule: the members
-// are for one thread, that of the drawing.
+// A loading thread that reads tiles and makes batches of them, so that no frame waits for the disk. Thread rule: one
+// caller, the drawing thread.
 #pragma once
 
 #include "index/set/levels.h"
@@ -13,35 +13,35 @@
 namespace filiform::internal {
 
 struct TileJob {
-  std::uint32_t key = 0;  // of the caller's
-  std::uint32_t generation = 0;
-  bool level = false;
+  std::uint32_t key = 0;         // chosen by the caller
+  std::uint32_t generation = 0;  // chosen by the caller: jobs that differ in it differ
+  bool level = false;            // `tile` is a level tile
   std::uint32_t tile = 0;
   ColourBy colour = ColourBy::cell;
-  std::uint32_t whole_cell = UINT32_MAX;  // if it is one: not the tile, but all of that cell in full resolution
+  std::uint32_t whole_cell = UINT32_MAX;  // if set: load this cell in full resolution instead of the tile
 };
 
 struct LoadedTile {
   TileJob job;
   NeuriteBatch batch;        // thickest first
-  std::exception_ptr error;  // the tile cannot be read
+  std::exception_ptr error;  // why the tile cannot be read; else nullptr
 };
 
 class BatchLoader {
  public:
-  // Store and levels (which may be nullptr) must outlive it. The depths are those of ColourBy::depth.
+  // Store and levels (may be nullptr) must outlive it. The depths are the ends of the ramp of ColourBy::depth.
   BatchLoader(const TileStore& store, const Levels* levels, double shallow_um, double deep_um);
   ~BatchLoader();  // waits for the tile that is being read
   void stop();     // begins no further tile; does not wait
 
-  // From now on these, in this order; what was wanted before and is not begun is forgotten. What is being read, or
-  // waits to be taken, is not read again. O(jobs * tiles that wait to be taken).
+  // Replaces the list of jobs; they are done in this order. A job that is under way or waits to be taken is not done
+  // again. O(jobs * tiles that wait to be taken).
   void want(std::vector<TileJob> jobs);
-  // The next that is done, if there is one.
+  // Takes the next loaded tile. False: none is loaded.
   bool take(LoadedTile& tile);
-  // Nothing more can come: no job is left, none is under way, none waits to be taken.
+  // True: no job is left or under way, and no tile waits to be taken.
   bool isIdle() const;
-  // Until one can be taken or nothing is left to do, at most so long. True when one can be taken.
+  // Waits until a tile can be taken or no job is left, at most `most_s`. True: a tile can be taken.
   bool wait(double most_s);
 
  private:

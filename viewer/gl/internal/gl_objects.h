@@ -68,18 +68,18 @@ class Program {
     glDeleteProgram(id_);
     std::replace(log.begin(), log.end(), '\n', ' ');
     throw GraphicsError("the graphics driver refuses a shader: " + log +
-                        "; update it, or use Mesa's software renderer");
+                        "; update the driver, or use Mesa's software renderer");
   }
   GLuint id_;
 };
 
 inline void requireRoom(const char* what) {
   if (glGetError() != GL_OUT_OF_MEMORY) return;
-  throw GraphicsError(std::string("the graphics card has no room for ") + what +
+  throw GraphicsError(std::string("the graphics card has no memory left for ") + what +
                       "; ask for fewer segments or a smaller picture");
 }
 
-// A picture that can be drawn into and read from shaders.
+// A framebuffer whose colours and depths shaders can read.
 class Target {
  public:
   Target() = default;

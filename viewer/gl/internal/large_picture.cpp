@@ -7,7 +7,7 @@ namespace filiform::internal {
 namespace {
 
 constexpr int kRowsRead = 64;
-constexpr double kDrawing = 0.9;  // the part of the work that is not reading the pixels back
+constexpr double kDrawing = 0.9;  // part of the work; the rest is reading the pixels back
 
 }  // namespace
 

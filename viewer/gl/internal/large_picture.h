@@ -1,5 +1,5 @@
-// A picture of the scene that takes longer than a frame: loaded, drawn and read a bounded amount at a time, while the
-// window goes on with frames of its own. It shows the scene as it was when the picture was asked for.
+// A picture of the scene that takes longer than a frame. It is loaded, drawn and read back in parts, between the frames
+// of the window. It shows the scene as it was when the object was made.
 //
 // Thread rule: the thread of the graphics context.
 #pragma once
@@ -14,17 +14,17 @@ namespace filiform::internal {
 
 class LargePicture {
  public:
-  // Store, levels (none: nullptr) and context must outlive it. Copies what the frame points to. Throws GraphicsError.
+  // Store, levels (may be nullptr) and context must outlive it. Copies what the frame points to. Throws GraphicsError.
   LargePicture(const TileStore& store, const Levels* levels, GraphicsContext& context, const SceneFrame& frame);
 
   // Works for about `most_ms`. Throws as SceneView::drawWhole().
   void advance(double most_ms);
-  double done() const { return done_; }  // 0 to 1; 1: take() has the picture
+  double done() const { return done_; }  // part that is done, 0 to 1
   bool isDone() const { return done_ >= 1; }
-  Picture take() { return std::move(picture_); }
+  Picture take() { return std::move(picture_); }  // requires isDone()
   PictureSize size() const { return frame_.size; }
 
-  // As SceneView::end().
+  // See SceneView::end().
   std::shared_ptr<void> end() { return view_.end(); }
 
  private:

@@ -1,4 +1,4 @@
-// The texts of viewer/shaders/, which the build puts into the program.
+// The texts of viewer/gl/shaders/. The build puts them into the program.
 #pragma once
 
 namespace filiform::internal {

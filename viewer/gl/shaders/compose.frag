@@ -1,7 +1,7 @@
 #version 330 core
-// The eyes' pictures as one, their samples averaged and, where asked for, shaded by what stands before them. MODE (as
-// StereoMode), SAMPLES and SHADED (0, 1) are defined by who compiles it: a software renderer takes both ways at every
-// branch.
+// Composes the eyes' pictures into one: averages the samples of each pixel and, if SHADED, applies eye-dome lighting.
+// The renderer defines MODE (a StereoMode), SAMPLES and SHADED (0, 1) before it compiles this text: a software renderer
+// executes both sides of each branch.
 uniform sampler2D left_eye, right_eye, left_depth, right_depth;
 const int samples = SAMPLES;
 uniform ivec2 whole, eye;  // pixels
@@ -15,7 +15,7 @@ float away_um(float depth) { return depth_map.y / (2.0 * depth - 1.0 + depth_map
 const ivec2 kFarther[4] = ivec2[4](ivec2(2, 0), ivec2(-2, 0), ivec2(0, 2), ivec2(0, -2));
 
 #if SHADED
-// Eye-dome lighting: dark beside what is nearer (Boucheny 2009).
+// Eye-dome lighting: darkens a pixel beside nearer ones (Boucheny 2009).
 float lit(sampler2D depths, ivec2 at) {
   ivec2 first = at * samples, last = eye * samples - 1;
   float nearest = 1.0;
@@ -52,7 +52,7 @@ void main() {
 #if MODE == 0
   shown = left(at);
 #elif MODE == 1
-  // Pure colours would be bright for one eye and dark for the other.
+  // Half as pure as the scene: a pure colour would be bright for one eye and dark for the other.
   vec3 other = right(at);
   const vec3 kLuminance = vec3(0.299, 0.587, 0.114);
   shown = vec3(dot(left(at), kLuminance), mix(vec2(dot(other, kLuminance)), other.gb, 0.5));

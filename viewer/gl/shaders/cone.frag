@@ -13,8 +13,8 @@ uniform float halo_px;
 uniform vec2 halo_radii;
 uniform vec3 background;
 uniform vec3 fog;       // begin um, end um, most
-uniform float dim;      // so much into the background, at any depth
-uniform vec2 clearing;  // um: threads thin out from the second to nothing at the first
+uniform float dim;      // mixes with the background at any depth, 0 .. 1
+uniform vec2 clearing;  // um: neurites get thinner from the second depth to nothing at the first
 uniform float opacity;
 
 out vec4 drawn;
@@ -26,11 +26,11 @@ void main() {
   float squared = dot(way, way);
   float t = squared > 1e-8 ? clamp(dot(at_px - ends_px.xy, way) / squared, 0.0, 1.0) : 0.0;
   vec2 off = at_px - ends_px.xy - t * way;
-  // Depth is even in 1/w over the picture.
+  // 1/w is linear over the picture.
   float w = 1.0 / mix(1.0 / depths.x, 1.0 / depths.y, t);
   float left_over = smoothstep(clearing.x, clearing.y, w);
   float r = mix(radii.x, radii.y, t) * left_over, distance_px = length(off);
-  // What is thinner than a sample cannot thin out any more.
+  // Below the size of a sample, fading drops pixels at random.
   if (r < 0.5 && left_over < 1.0 && hash(gl_FragCoord.xy) >= 2.0 * r) discard;
   float halo = halo_px * smoothstep(halo_radii.x, halo_radii.y, r);
   if (distance_px > max(r, 0.5) + halo) discard;
@@ -43,9 +43,9 @@ void main() {
     vec3 n = vec3(off / max(r, 0.5), 0.0);
     float front = sqrt(max(0.0, 1.0 - dot(n.xy, n.xy)));
     n.z = front;
-    if (t > 0.0 && t < 1.0) n = normalize(n - dot(n, axis_V) * axis_V);  // a cylinder's
+    if (t > 0.0 && t < 1.0) n = normalize(n - dot(n, axis_V) * axis_V);  // normal of a cylinder
     float diffuse = max(0.0, dot(n, light));
-    // On threads of a pixel the highlight would only be noise.
+    // On segments of a pixel a specular highlight would be noise.
     float mirrored = max(0.0, dot(n, normalize(light + vec3(0.0, 0.0, 1.0))));
     mirrored *= mirrored;
     mirrored *= mirrored;
@@ -57,7 +57,7 @@ void main() {
     shown = mix(shown, background, away);
     surface = w - radius_um * front;
   } else {
-    // Behind the thread, and deeper towards the rim: only what lies well behind is cut.
+    // The halo lies behind the segment, deeper towards its rim: it hides only neurites that lie well behind.
     shown = background;
     surface = w + radius_um * (2.0 + 3.0 * (distance_px - r) / halo);
   }

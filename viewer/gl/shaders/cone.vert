@@ -1,6 +1,6 @@
 #version 330 core
-// A round cone, as four corners about its picture: both ends, their radii, and room for the halo.
-layout(location = 0) in vec4 a;  // um, about the batch's origin; radius
+// A round cone as a quad on the screen that encloses both ends, their radii and the halo.
+layout(location = 0) in vec4 a;  // position from the batch's origin and radius, um
 layout(location = 1) in vec4 b;
 layout(location = 2) in vec4 colour;
 
@@ -11,12 +11,12 @@ uniform vec2 half_px;
 uniform float near_um;
 uniform float least_px;
 uniform float halo_px;
-uniform vec2 halo_radii;  // px: thinner threads have none, thicker ones all of it
+uniform vec2 halo_radii;  // px: no halo below the first radius, a full one above the second
 
-flat out vec4 ends_px;   // a, b, from the middle of the picture
-flat out vec4 radii;     // a, b in pixels as drawn; in um as they are
+flat out vec4 ends_px;   // of a and b, from the middle of the picture
+flat out vec4 radii;     // of a and b in pixels as drawn, then in um as given
 flat out vec2 depths;    // um
-flat out vec3 axis_V;    // of length 1; 0 of a sphere
+flat out vec3 axis_V;    // unit vector; 0 for a sphere
 flat out vec4 own_colour;
 out vec2 at_px;
 

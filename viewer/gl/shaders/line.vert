@@ -1,8 +1,7 @@
 #version 330 core
-// A thread of some pixels or less: a line or ribbon, lit as a thin cylinder (Zoeckler, Stalling and Hege 1996). Four
-// corners a segment, because OpenGL refuses wide lines in a forward-compatible context. The line is `width_px` wide
-// along the axis of the picture in which it advances less, as OpenGL's own lines are: it covers the same pixels, and
-// joints leave no gap.
+// A thin segment: a line or ribbon, lit as a thin cylinder (Zoeckler, Stalling and Hege 1996). It is a quad, because
+// OpenGL refuses wide lines in a forward-compatible context. Its width of `width_px` is measured along the picture axis
+// in which the line advances less, as for OpenGL's own lines: it covers the same pixels, and joints leave no gap.
 layout(location = 0) in vec4 a;
 layout(location = 1) in vec4 b;
 layout(location = 2) in vec4 colour;
@@ -17,7 +16,7 @@ uniform float width_px;
 uniform vec3 background;
 uniform vec3 fog;
 uniform float dim;
-uniform vec2 clearing;  // um: threads thin out from the second to nothing at the first
+uniform vec2 clearing;  // um: neurites get thinner from the second depth to nothing at the first
 
 out vec3 shown;
 out float left_over;
@@ -31,7 +30,7 @@ void main() {
     gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
     return;
   }
-  // What lies behind the eye has no place in the picture.
+  // Clip at the near plane: a point behind the eye has no place in the picture.
   if (-p.z < near_um) p = mix(p, q, (-near_um - p.z) / (q.z - p.z));
   if (-q.z < near_um) q = mix(q, p, (-near_um - q.z) / (p.z - q.z));
   vec2 a_px = pixel(p), b_px = pixel(q), along = abs(b_px - a_px);

@@ -1,11 +1,11 @@
-// Ends what may wait for a disk or a device when it ends, beside the frames.
+// Runs work that ends a scene or device, and may wait for the disk or the device, beside the frames.
 //
 //   closing.begin([travel = std::move(travel)]() mutable {
 //     travel->finish();
-//     travel.reset();  // here, not where the frames are drawn
+//     travel.reset();  // here, not on the thread that draws
 //   });
 //
-// Thread rule: one owner; what is given to begin() runs on a thread of its own.
+// Thread rule: one owner. Work given to begin() runs on another thread.
 #pragma once
 
 #include <functional>
@@ -17,16 +17,16 @@ namespace filiform::internal {
 
 class Closing {
  public:
-  // One after the other, in this order. The destructor waits for all.
+  // Starts the work after all earlier work has ended. The destructor waits for all.
   void begin(std::function<void()> end);
   bool isUnderWay() const;
-  // Of what has ended since the last call: what was thrown, one line each.
+  // Returns what the work that ended since the last call has thrown, one line each.
   std::vector<std::string> takeFailures();
-  // Waits for all; then the same.
+  // Waits for all work, then does takeFailures().
   std::vector<std::string> finish();
 
  private:
-  std::vector<std::shared_future<std::string>> ends_;  // each gives why it failed, or nothing
+  std::vector<std::shared_future<std::string>> ends_;  // each gives the reason of its failure, or an empty text
 };
 
 }  // namespace filiform::internal

@@ -6,19 +6,19 @@
 
 namespace filiform::internal {
 
-void HandPath::begin(std::vector<Vector3d> way_W) {
-  way_W_ = std::move(way_W);
+void HandPath::begin(std::vector<Vector3d> path_W) {
+  path_W_ = std::move(path_W);
   at_ = 0;
 }
 
 Vector3d HandPath::aim_W(const Vector3d& p_W, double ahead_um) {
   double best_um = INFINITY, along = 0, passed_um = 0;
   std::size_t at = at_;
-  // A way that comes back to where it was must not be cut short: the search goes no farther than the hand can.
-  for (std::size_t i = at_; i + 1 < way_W_.size() && passed_um < 4 * ahead_um; ++i) {
-    const Vector3d d = way_W_[i + 1] - way_W_[i];
-    const double t = d.squaredNorm() > 0 ? std::clamp((p_W - way_W_[i]).dot(d) / d.squaredNorm(), 0.0, 1.0) : 0.0;
-    const double distance_um = (way_W_[i] + t * d - p_W).norm();
+  // The path may come back to the same place later. Search only as far ahead as the hand can be, to cut nothing short.
+  for (std::size_t i = at_; i + 1 < path_W_.size() && passed_um < 4 * ahead_um; ++i) {
+    const Vector3d d = path_W_[i + 1] - path_W_[i];
+    const double t = d.squaredNorm() > 0 ? std::clamp((p_W - path_W_[i]).dot(d) / d.squaredNorm(), 0.0, 1.0) : 0.0;
+    const double distance_um = (path_W_[i] + t * d - p_W).norm();
     if (distance_um < best_um) {
       best_um = distance_um;
       at = i;
@@ -27,16 +27,16 @@ Vector3d HandPath::aim_W(const Vector3d& p_W, double ahead_um) {
     passed_um += (i == at_ ? 1 - t : 1) * d.norm();
   }
   at_ = at;
-  Vector3d aim = way_W_[at] + along * (way_W_[at + 1] - way_W_[at]);
+  Vector3d aim = path_W_[at] + along * (path_W_[at + 1] - path_W_[at]);
   double left_um = ahead_um;
-  for (std::size_t i = at; i + 1 < way_W_.size() && left_um > 0; ++i) {
-    const Vector3d step = way_W_[i + 1] - aim;
+  for (std::size_t i = at; i + 1 < path_W_.size() && left_um > 0; ++i) {
+    const Vector3d step = path_W_[i + 1] - aim;
     const double length_um = step.norm();
     if (length_um >= left_um) return aim + step * (left_um / length_um);
     left_um -= length_um;
-    aim = way_W_[i + 1];
+    aim = path_W_[i + 1];
   }
-  if ((p_W - way_W_.back()).norm() < 0.1 * ahead_um) end();
+  if ((p_W - path_W_.back()).norm() < 0.1 * ahead_um) end();
   return aim;
 }
 

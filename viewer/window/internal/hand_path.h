@@ -1,4 +1,4 @@
-// The way of a simulated hand along threads, and where on it the hand aims. Thread rule: one owner.
+// The path of a simulated hand along neurites, and the point on it at which the hand aims. Thread rule: one owner.
 #pragma once
 
 #include "index/geometry/grid.h"
@@ -11,17 +11,17 @@ namespace filiform::internal {
 class HandPath {
  public:
   // Requires two points at least.
-  void begin(std::vector<Vector3d> way_W);
-  void end() { way_W_.clear(); }
-  bool isUnderWay() const { return !way_W_.empty(); }
+  void begin(std::vector<Vector3d> path_W);
+  void end() { path_W_.clear(); }
+  bool isUnderWay() const { return !path_W_.empty(); }
 
-  // That far along the way from the point of it that is nearest to the proxy. Ends the tour where the proxy is within a
-  // tenth of that of the way's end. Requires isUnderWay().
+  // Returns the point that lies `ahead_um` farther along the path than its point nearest to the proxy. Ends the path
+  // when the proxy is within ahead_um / 10 of its last point. Requires isUnderWay().
   Vector3d aim_W(const Vector3d& p_W, double ahead_um);
 
  private:
-  std::vector<Vector3d> way_W_;
-  std::size_t at_ = 0;  // the segment of the way that the proxy is next to: it does not go back
+  std::vector<Vector3d> path_W_;
+  std::size_t at_ = 0;  // the segment of the path nearest to the proxy; never falls
 };
 
 }  // namespace filiform::internal

@@ -15,8 +15,8 @@ static_assert(sizeof(ImWchar) == sizeof(std::uint16_t));
 
 constexpr double kLine_px = 15, kBuiltInLine_px = 13;
 
-// Pairs of first and last. Latin with its extensions, Greek and Cyrillic, more of Latin and Greek, punctuation to
-// currencies, letter-like signs, arrows and mathematics, the replacement sign.
+// Characters that are always in the atlas, as pairs of first and last: Latin with extensions, Greek and Cyrillic, more
+// Latin and Greek, punctuation to currencies, letter-like signs, arrows and mathematics, the replacement sign.
 constexpr std::uint16_t kAlways[] = {0x0020, 0x024F, 0x0370, 0x052F, 0x1E00, 0x1FFF, 0x2010, 0x20BF,
                                      0x2100, 0x214F, 0x2190, 0x22FF, 0x25A0, 0x25FF, 0xFFFD, 0xFFFD};
 
@@ -26,10 +26,10 @@ bool isAlways(std::uint16_t character) {
   return character < 0x20;
 }
 
-// What OpenType calls these files: Dear ImGui ends the program on others.
+// True for an OpenType file by its first bytes. Dear ImGui ends the program on other files.
 bool isFont(const std::string& bytes) {
-  for (const char* mark : {"OTTO", "true", "ttcf"})
-    if (bytes.compare(0, 4, mark) == 0) return true;
+  for (const char* tag : {"OTTO", "true", "ttcf"})
+    if (bytes.compare(0, 4, tag) == 0) return true;
   return bytes.compare(0, 4, std::string("\0\1\0\0", 4)) == 0;
 }
 
@@ -39,7 +39,7 @@ void Letters::want(std::string_view utf8) {
   for (std::size_t i = 0; i < utf8.size();) {
     const auto lead = static_cast<unsigned char>(utf8[i]);
     const std::size_t length = lead < 0xC0 ? 1 : lead < 0xE0 ? 2 : lead < 0xF0 ? 3 : 4;
-    // Two bytes reach to U+07FF, four are beyond what the atlas can name.
+    // One byte is ASCII, always there; four bytes are above U+FFFF, which the atlas cannot hold.
     if ((length == 2 || length == 3) && i + length <= utf8.size()) {
       unsigned character = lead & (0xFFU >> (length + 1));
       for (std::size_t k = 1; k < length; ++k)
@@ -86,7 +86,7 @@ void Letters::build(double scale) {
   }
   unsigned char* pixels = nullptr;
   int width = 0, height = 0;
-  atlas.GetTexDataAsAlpha8(&pixels, &width, &height);  // made now
+  atlas.GetTexDataAsAlpha8(&pixels, &width, &height);  // builds the atlas now
 }
 
 const std::string& Letters::bytesOf(std::size_t font) {

@@ -1,4 +1,4 @@
-// What the window tells the person: the newest lines, each for some seconds. Thread rule: one owner.
+// The messages that the window shows: the newest lines, each for some seconds. Thread rule: one owner.
 #pragma once
 
 #include <cstdint>
@@ -21,7 +21,7 @@ class Messages {
     last_ = text;
     ++count_;
   }
-  // Unless it was what was said last.
+  // Says a text that differs from the last one.
   void sayOnce(const std::string& text) {
     if (text != last_) say(text);
   }

@@ -52,7 +52,7 @@ void Opening::begin(const std::vector<std::string>& paths, const Open& open, Ren
   since_s_ = now_s;
   scene_ = std::async(std::launch::async, [paths, open, &renderer] {
     Opened opened = openScene(paths, open);
-    // Last: its end would touch the renderer.
+    // Make it last: an exception after it would destroy it here, and its destructor uses the renderer.
     opened.picture = std::make_unique<SceneView>(*opened.scene.store, opened.scene.levels.get(), renderer);
     return opened;
   });

@@ -1,5 +1,5 @@
-// A scene and its device while they are opened, beside the frames: first the scene; then, once the owner has closed the
-// one before, the device, which only one session can have. Thread rule: one owner.
+// Opens a scene and its device beside the frames. The scene comes first. The owner then closes the scene before,
+// because only one session can have the device, and has the device opened. Thread rule: one owner.
 #pragma once
 
 #include "solver/travel/place_finder.h"
@@ -15,45 +15,45 @@
 
 namespace filiform::internal {
 
-// A scene that is open, what knows its places, what draws it, and the session in it.
+// An opened scene with its place finder, its picture and its session.
 struct Opened {
   OpenedScene scene;
   std::unique_ptr<PlaceFinder> finder;
-  std::unique_ptr<SavedHistory> saved;  // nullptr where it cannot be kept
-  ProxyPlace start;                     // where the person was last, else the soma of the largest cell
+  std::unique_ptr<SavedHistory> saved;  // nullptr: history and bookmarks cannot be kept
+  ProxyPlace start;                     // the user's last place, else the soma of the largest cell
   std::vector<std::string> warnings;
-  std::unique_ptr<SceneView> picture;  // none without a renderer
-  SessionOptions options;              // of the session
+  std::unique_ptr<SceneView> picture;  // nullptr without a renderer
+  SessionOptions options;              // with which the session was made
   std::unique_ptr<Session> session;    // not started
 };
 
-// The options as they fit the scene.
+// Adapts the options to the scene: a scene in memory has no tile budget.
 SessionOptions fitTo(const OpenedScene& scene, SessionOptions options);
 
 class Opening {
  public:
   using Open = std::function<OpenedScene(const std::vector<std::string>&)>;
 
-  // Requires none under way. The renderer must outlive what is opened.
+  // Begins to open a scene. Requires !isUnderWay(). The renderer must outlive the opened scene.
   void begin(const std::vector<std::string>& paths, const Open& open, Renderer& renderer, double now_s);
   bool isUnderWay() const { return scene_.valid() || opened_.has_value(); }
-  const std::string& name() const { return name_; }  // of what is opened, for the person
+  const std::string& name() const { return name_; }  // of the scene, for the user
   double since_s() const { return since_s_; }
 
   bool awaitsScene() const { return scene_.valid(); }
   bool isSceneReady() const;
-  void takeScene();  // throws why it cannot be opened. Requires isSceneReady()
+  void takeScene();  // throws the reason if it cannot be opened; requires isSceneReady()
   bool awaitsDevice() const { return opened_ && !session_.valid(); }
   void openDevice(const SessionOptions& options);  // requires awaitsDevice()
   bool isReady() const;
-  Opened take();  // throws why the device cannot be opened. Requires isReady()
+  Opened take();  // throws the reason if the device cannot be opened; requires isReady()
 
  private:
   std::string name_;
   double since_s_ = 0;
   std::future<Opened> scene_;
   std::optional<Opened> opened_;
-  std::future<std::unique_ptr<Session>> session_;  // goes first: it uses the scene
+  std::future<std::unique_ptr<Session>> session_;  // destroyed first: it uses the scene
 };
 
 }  // namespace filiform::internal

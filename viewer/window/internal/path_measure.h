@@ -1,5 +1,4 @@
-// How far it is from a place that was marked to where the proxy is, straight and along the cell. Thread rule: one
-// owner.
+// Measures the distance from a start place to the proxy, straight and along the cell. Thread rule: one owner.
 #pragma once
 
 #include "solver/proxy/proxy_solver.h"
@@ -16,12 +15,12 @@ class PathMeasure {
   void end() { *this = {}; }
   bool isOn() const { return from_.has_value(); }
 
-  // Is there anything to measure anew for this place?
+  // True: `to` is valid and differs from the last measured place.
   bool isBehind(const ProxyPlace& to) const;
-  // `walk`: of the cell that the place lies in. O(samples log samples).
+  // Measures to this place. `walk` must be of the cell of `to`. O(samples log samples).
   void measure(const ProxyPlace& to, const CellWalk& walk);
 
-  std::string text() const;  // for the person; empty where it is off
+  std::string text() const;  // for the user; empty if it is off
   std::optional<double> path_um() const { return isOn() ? path_um_ : std::nullopt; }
 
  private:

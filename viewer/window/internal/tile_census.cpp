@@ -46,7 +46,7 @@ void showTiles(const std::vector<NearTile>& near, const Residency* residency, Ti
     if (found != states.end() && found->first == near_tile.tile) state = found->second;
     panel.boxes.push_back({near_tile.lo_W.x(), near_tile.lo_W.y(), near_tile.hi_W.x(), near_tile.hi_W.y(), state});
   }
-  // Those that are there are drawn over those that are not.
+  // Absent tiles first, so that the others are drawn over them.
   std::stable_sort(panel.boxes.begin(), panel.boxes.end(), [](const TilePanel::Box& a, const TilePanel::Box& b) {
     return (a.state != TileState::absent) < (b.state != TileState::absent);
   });

@@ -1,4 +1,4 @@
-// What the panel of tiles shows: states, rates, and boxes about the proxy.
+// The content of the tile panel: tile states, read rates, and the boxes of the tiles near the proxy.
 #pragma once
 
 #include "index/query/tile_finder.h"
@@ -15,14 +15,15 @@ struct NearTile {
   Vector3d lo_W, hi_W;  // of its content
 };
 
-// Thread rule: internally synchronised; reads pages of the directory, so not for the thread that draws.
+// Thread rule: internally synchronised. Reads pages of directory.bin: do not use it on the thread that draws.
 class TileCensus {
  public:
   static constexpr std::size_t kMost = 3000;
 
-  explicit TileCensus(const TileStore& store) : store_(store), finder_(store) {}  // which must outlive it
-  // The tiles with content nearest to a place, nearest first, at most `most`; the long-segment tile is not among them.
-  // Throws CorruptSet, IoError from the store. O(most log tiles), and the pages of these tiles at the first time.
+  // The store must outlive it.
+  explicit TileCensus(const TileStore& store) : store_(store), finder_(store) {}
+  // The tiles whose content is nearest to a place, nearest first, at most `most`, without the long-segment tile. Throws
+  // CorruptSet, IoError from the store. O(most log tiles), plus reads of pages that were not needed before.
   std::vector<NearTile> nearest(const Vector3d& p_W, std::size_t most = kMost) const;
 
  private:
@@ -30,10 +31,11 @@ class TileCensus {
   TileFinder finder_;
 };
 
-// Counters and rates. `residency`: nullptr for a scene in memory. Rates are those since `before`, `since_s` ago. Reads
-// nothing. O(1).
+// Counters and rates. `residency`: nullptr for a scene in memory. The rates are averages since `before`, which was
+// made `since_s` ago. Reads nothing from the disk. O(1).
 TilePanel countTiles(const TileStore& store, const Residency* residency, const TilePanel& before, double since_s);
-// Adds the numbers of tiles by state, and the boxes of these tiles. Reads nothing. O(near + tiles that are not absent).
+// Adds the number of tiles in each state, and the boxes of the tiles in `near`. Reads nothing from the disk. O(near +
+// tiles that are not absent).
 void showTiles(const std::vector<NearTile>& near, const Residency* residency, TilePanel& panel);
 
 }  // namespace filiform::internal

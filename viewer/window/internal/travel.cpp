@@ -16,18 +16,17 @@ namespace {
 
 using Kind = NavigationCommand::Kind;
 
-constexpr double kTourAhead_m = 0.004;  // of the simulated hand's aim, from the proxy
+constexpr double kAimAhead_m = 0.004;  // from the proxy to the simulated hand, along its path
 constexpr std::size_t kForcesKept = 4000, kVisitedKept = 400;
-constexpr std::chrono::seconds kLookEvery{1};  // for a lost device
 
 }  // namespace
 
 Travel::Travel(Opened opened, Messages& messages, Callbacks callbacks)
     : messages_(messages),
       callbacks_(std::move(callbacks)),
-      options_(std::move(opened.options)),
       opened_(std::move(opened)),
-      session_(std::move(opened_.session)),
+      sessions_(*opened_.scene.store, std::move(opened_.session), opened_.options, opened_.start, callbacks_.plugged_in,
+                messages),
       census_(*opened_.scene.store),
       worker_(std::make_unique<Worker>()) {}
 
@@ -35,22 +34,22 @@ Travel::~Travel() = default;
 
 void Travel::start() {
   for (const std::string& warning : opened_.warnings) messages_.say(warning);
-  session_->start();
-  if (opened_.start.valid()) session_->jump(opened_.start);
+  sessions_.current().start();
+  if (opened_.start.valid()) sessions_.current().jump(opened_.start);
 }
 
 void Travel::finish() {
   std::exception_ptr failure;
   try {
-    session_->finish();
+    sessions_.current().finish();
   } catch (...) {
     failure = std::current_exception();
   }
-  const std::vector<std::string> others = closing_.finish();
+  const std::vector<std::string> others = sessions_.finish();
   if (worker_) {
-    worker_.reset();  // which may be saving
+    worker_.reset();  // it may be saving
     try {
-      if (opened_.saved && !session_->replaying()) {
+      if (opened_.saved && !sessions_.current().replaying()) {
         rememberPlace();
         opened_.saved->save();
       }
@@ -63,7 +62,7 @@ void Travel::finish() {
 }
 
 void Travel::savePlaces() {
-  if (!opened_.saved || session_->replaying()) return;
+  if (!opened_.saved || sessions_.current().replaying()) return;
   rememberPlace();
   worker_->ask([&saved = *opened_.saved, history = history()]() -> Worker::Done {
     saved.save(history);
@@ -88,111 +87,38 @@ void Travel::serve() {
 }
 
 void Travel::watch() {
-  const NavigationSnapshot& s = session_->update();
+  const NavigationSnapshot& s = sessions_.current().update();
   if (s.asked_constrain != std::exchange(asked_constrain_, s.asked_constrain)) constrain();
   if (s.asked_back != std::exchange(asked_back_, s.asked_back)) goBack();
   if (s.asked_forward != std::exchange(asked_forward_, s.asked_forward)) goForward();
-  for (const std::string& note : session_->takeNotes()) messages_.say(note);
-  session_->takeForces(new_forces_);
+  for (const std::string& note : sessions_.current().takeNotes()) messages_.say(note);
+  sessions_.current().takeForces(new_forces_);
   forces_.insert(forces_.end(), new_forces_.begin(), new_forces_.end());
   if (forces_.size() > kForcesKept) forces_.erase(forces_.begin(), forces_.end() - kForcesKept);
-  if (session_->replaying() && session_->replayEnded() && !std::exchange(replay_told_, true))
-    messages_.say("the recording is over");
+  if (sessions_.current().replaying() && sessions_.current().replayEnded() && !std::exchange(replay_told_, true))
+    messages_.say("the recording has ended");
   const bool is_somewhere = s.place.valid() || s.mode == NavigationMode::free;
   if (is_somewhere && (visited_W_.empty() || (visited_W_.back() - s.p_W).norm() > 0.2 * s.zoom_um)) {
     visited_W_.push_back(s.p_W);
     if (visited_W_.size() > kVisitedKept) visited_W_.erase(visited_W_.begin());
   }
-  const std::string fault = session_->fault();
-  if (!fault.empty()) replaceDevice(fault);
-  lookForLostDevice();
-  finishReplacing();
-}
-
-// A device that is lost: the mouse takes over where it was. Where no session can be made with it, another is tried.
-void Travel::replaceDevice(const std::string& fault) {
-  if (!std::exchange(fault_told_, true)) messages_.say(fault);
-  const auto now = std::chrono::steady_clock::now();
-  if (options_.device == "mouse" || session_->replaying() || replacement_.valid() || now < replace_again_) return;
-  replace_again_ = now + kLookEvery;
-  SessionOptions options = options_;
-  lost_device_ = std::exchange(options.device, "mouse");
-  options.stiffness_N_m.reset();  // was the lost device's
-  options.record.clear();
-  replaceSession(std::move(options));
-}
-
-// Opening a device may take seconds: not on this thread.
-void Travel::replaceSession(SessionOptions options) {
-  options.zoom_um = now().zoom_um;
-  replacement_options_ = options;
-  replacement_ = std::async(std::launch::async, [&scene = store(), wanted = std::move(options)] {
-    return std::make_unique<Session>(scene, wanted);
-  });
-}
-
-void Travel::finishReplacing() {
-  for (const std::string& failure : closing_.takeFailures()) messages_.say(failure);
-  if (!replacement_.valid() || replacement_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
-  const bool to_mouse = replacement_options_.device == "mouse";
-  std::unique_ptr<Session> session;
-  try {
-    session = replacement_.get();
-  } catch (const std::exception& error) {  // the old one stays, until a later try
-    return messages_.sayOnce(error.what());
-  }
-  const NavigationSnapshot last = now();
-  closing_.begin([old = std::shared_ptr<Session>(std::move(session_))] { old->finish(); });
-  session_ = std::move(session);
-  options_ = replacement_options_;
-  session_->start();
-  if (last.zoom_um != options_.zoom_um) zoom(last.zoom_um / options_.zoom_um);
-  session_->jump(last.place.valid() ? last.place : opened_.start);
+  const SessionKeeper::Change change = sessions_.watch(*worker_);
+  if (change == SessionKeeper::Change::none) return;
   asked_constrain_ = asked_back_ = asked_forward_ = 0;
-  fault_told_ = false;
-  replace_again_ = {};
-  if (to_mouse) return messages_.say("the device is lost: the mouse takes over");
-  lost_device_.clear();
-  path_.end();
-  messages_.say(session_->deviceName() + " is back");
-}
-
-void Travel::lookForLostDevice() {
-  const auto now = std::chrono::steady_clock::now();
-  if (lost_device_.empty() || !callbacks_.plugged_in || looking_ || replacement_.valid() || now < look_again_) return;
-  looking_ = true;
-  look_again_ = now + kLookEvery;
-  worker_->ask([this, plugged_in = callbacks_.plugged_in, device = lost_device_]() -> Worker::Done {
-    bool is_back = false;
-    try {
-      is_back = plugged_in(device);
-    } catch (const Error&) {  // the next look may fare better
-    }
-    return [this, is_back] {
-      looking_ = false;
-      if (is_back) takeBackLostDevice();
-    };
-  });
-}
-
-void Travel::takeBackLostDevice() {
-  if (replacement_.valid()) return;
-  SessionOptions options = options_;
-  options.device = lost_device_;
-  replaceSession(std::move(options));
+  if (change == SessionKeeper::Change::to_device) path_.end();
 }
 
 void Travel::lead(const std::optional<Pointing>& pointing, const Workspace& workspace) {
-  if (!session_->hasHand()) return;
+  if (!sessions_.current().hasHand()) return;
   if (pointing) {
     path_.end();
-    return session_->point(*pointing);
+    return sessions_.current().point(*pointing);
   }
-  if (!path_.isUnderWay()) return session_->point({});
-  const Vector3d aim_W = path_.aim_W(now().p_W, kTourAhead_m * workspace.scale_um_m());
-  if (path_.isUnderWay()) return session_->point(Pointing::at(workspace.toDevice(aim_W)));
-  session_->point({});
-  messages_.say("the tip is reached");
+  if (!path_.isUnderWay()) return sessions_.current().point({});
+  const Vector3d aim_W = path_.aim_W(now().p_W, kAimAhead_m * workspace.scale_um_m());
+  if (path_.isUnderWay()) return sessions_.current().point(Pointing::at(workspace.toDevice(aim_W)));
+  sessions_.current().point({});
+  messages_.say("the simulated hand has reached the tip");
 }
 
 void Travel::observe() {
@@ -235,7 +161,7 @@ void Travel::lookForFork() {
     std::optional<Junction> found;
     try {
       found = finder().junction(place, heading, zoom_um / 2, zoom_um / 10);
-    } catch (const Error&) {  // the session says so where the hand gets there
+    } catch (const Error&) {  // the session reports it when the hand gets there
     }
     return [this, found = std::move(found)] {
       junction_ = found;
@@ -244,7 +170,7 @@ void Travel::lookForFork() {
   });
 }
 
-// A cell's threads, once they have been read.
+// The cell at the proxy; nullptr until it has been read.
 const CellWalk* Travel::walk() {
   const ProxyPlace& place = now().place;
   if (!place.valid()) return nullptr;
@@ -274,11 +200,11 @@ bool Travel::act(Action action) {
         return true;
       }
       command.kind = Kind::free;
-      session_->send(command);
+      sessions_.current().send(command);
       return true;
     case Action::centre:
       command.kind = Kind::centre;
-      session_->send(command);
+      sessions_.current().send(command);
       return true;
     case Action::back:
       goBack();
@@ -289,8 +215,8 @@ bool Travel::act(Action action) {
     case Action::measure:
       toggleMeasure();
       return true;
-    case Action::tour:
-      startTour();
+    case Action::simulated_hand:
+      toggleSimulatedHand();
       return true;
     case Action::next_branch:
     case Action::previous_branch:
@@ -311,25 +237,25 @@ void Travel::turn(const Turn& turn) {
   command.kind = Kind::rotate;
   command.about_x_rad = turn.about_x_rad;
   command.about_y_rad = turn.about_y_rad;
-  session_->send(command);
+  sessions_.current().send(command);
 }
 
 void Travel::zoom(double factor) {
   NavigationCommand command;
   command.kind = Kind::zoom;
   command.factor = factor;
-  session_->send(command);
+  sessions_.current().send(command);
 }
 
 // ---- places
 
 void Travel::go(const ProxyPlace& place, bool remember) {
   if (!place.valid()) return;
-  if (session_->replaying()) return messages_.say("a recording is being replayed: nobody else leads");
+  if (sessions_.current().replaying()) return messages_.say("replaying a recording: travel commands are ignored");
   if (remember) history().jump(now().place, place);
   path_.end();
   callbacks_.jumps();
-  session_->jump(place);
+  sessions_.current().jump(place);
   ++jumps_;
 }
 
@@ -350,7 +276,7 @@ void Travel::goWhenFound(std::function<ProxyPlace()> find) {
 void Travel::goAlong(const RayQuery& ray) {
   goWhenFound([this, ray] {
     const auto picked = finder().along(ray);
-    if (!picked) throw UsageError("no thread under the pointer");
+    if (!picked) throw UsageError("no neurite under the pointer");
     return picked->place;
   });
 }
@@ -371,27 +297,27 @@ void Travel::constrain() {
   worker_->ask([this, p_W = now().p_W]() -> Worker::Done {
     const auto found = finder().nearest(p_W);
     if (!found) return {};
-    return [this, found] { session_->jump(found->place, false); };
+    return [this, found] { sessions_.current().jump(found->place, false); };
   });
 }
 
 void Travel::goBack() {
   if (const auto place = history().back(now().place)) return go(*place, false);
-  messages_.say("nothing to go back to");
+  messages_.say("there is no earlier place");
 }
 
 void Travel::goForward() {
   if (const auto place = history().forward(now().place)) return go(*place, false);
-  messages_.say("nothing to go forward to");
+  messages_.say("there is no later place");
 }
 
 void Travel::setBookmark(const std::string& name) {
-  if (!now().place.valid()) return messages_.say("no bookmark: the hand is free");
+  if (!now().place.valid()) return messages_.say("cannot set a bookmark: the hand is free (f)");
   history().setBookmark(name, now().place);
   savePlaces();
   std::string text = "bookmark ";
   text += name;
-  messages_.say(text += " is here");
+  messages_.say(text += " is set");
 }
 
 void Travel::goToBookmark(const std::string& name) {
@@ -465,7 +391,7 @@ void Travel::step(Action action) {
     if (!tips_.empty()) to = tips_[tips_at_];
     if (to) last_tip_ = read->graph().position_W(*to);
   }
-  if (!to) return messages_.say("there is none from here");
+  if (!to) return messages_.say("there is no such place from here");
   goWhenFound([this, read = walk_, cell = now().place.segment.cell, node = *to] {
     return finder().atSample(*read, cell, node);
   });
@@ -473,26 +399,26 @@ void Travel::step(Action action) {
 
 void Travel::toggleMeasure() {
   if (measure_.isOn()) return measure_.end();
-  if (!now().place.valid()) return messages_.say("nothing to measure from: the hand is free (f)");
+  if (!now().place.valid()) return messages_.say("cannot measure: the hand is free (f)");
   measure_.begin(now().place);
 }
 
-void Travel::startTour() {
+void Travel::toggleSimulatedHand() {
   if (path_.isUnderWay()) {
     path_.end();
-    return messages_.say("the simulated hand lets go");
+    return messages_.say("the simulated hand has stopped");
   }
-  if (!session_->hasHand()) return messages_.say("this device has a hand of its own");
+  if (!sessions_.current().hasHand()) return messages_.say("the simulated hand needs --device mouse");
   const CellWalk* read = walk();
   const auto spot = read != nullptr ? read->spotOf(now().place) : std::nullopt;
   if (!spot) return messages_.say("the cell is still being read; try again");
   const auto tip = read->farthestTip(*spot);
-  if (!tip) return messages_.say("there is no other tip");
-  std::vector<Vector3d> way_W{now().place.p_W};
-  for (const std::uint32_t node : read->path(*spot, read->at(*tip))) way_W.push_back(read->graph().position_W(node));
-  way_W.push_back(read->graph().position_W(*tip));
-  path_.begin(std::move(way_W));
-  messages_.say("a simulated hand travels to the farthest tip (t or Esc ends it)");
+  if (!tip) return messages_.say("the cell has no other tip");
+  std::vector<Vector3d> path_W{now().place.p_W};
+  for (const std::uint32_t node : read->path(*spot, read->at(*tip))) path_W.push_back(read->graph().position_W(node));
+  path_W.push_back(read->graph().position_W(*tip));
+  path_.begin(std::move(path_W));
+  messages_.say("a simulated hand travels to the farthest tip (t or Esc stops it)");
 }
 
 // ---- the state
@@ -501,9 +427,9 @@ void Travel::describe(nlohmann::ordered_json& json) const {
   const NavigationSnapshot& s = now();
   const auto three = [](const Vector3d& v) { return nlohmann::ordered_json{v.x(), v.y(), v.z()}; };
   json["scene"] = opened_.scene.name;
-  json["device"] = session_->deviceName();
-  json["replaying"] = session_->replaying();
-  json["replay_ended"] = session_->replayEnded();
+  json["device"] = sessions_.current().deviceName();
+  json["replaying"] = sessions_.current().replaying();
+  json["replay_ended"] = sessions_.current().replayEnded();
   json["tick"] = s.tick;
   json["mode"] = toString(s.mode);
   json["cell"] = cell_name_;
@@ -518,18 +444,17 @@ void Travel::describe(nlohmann::ordered_json& json) const {
   json["rotation"] = {s.rotation_WD.w(), s.rotation_WD.x(), s.rotation_WD.y(), s.rotation_WD.z()};
   if (sample_) json["sample"] = *sample_;
   json["jumps"] = jumps_;
-  json["jumping"] = session_->awaited().has_value();
+  json["jumping"] = sessions_.current().awaited().has_value();
   json["waiting"] = s.frontier;
   json["frontiers"] = s.frontiers;
-  json["interruptions"] = session_->interruptions();
-  const NavigationHistory& places = opened_.saved ? opened_.saved->history() : unsaved_;
-  json["history"] = places.places().size();
-  json["bookmarks"] = places.bookmarks();
+  json["interruptions"] = sessions_.current().interruptions();
+  json["history"] = history().places().size();
+  json["bookmarks"] = history().bookmarks();
   json["measuring"] = measure_.isOn();
   if (measure_.path_um()) json["measured_um"] = *measure_.path_um();
   json["touring"] = path_.isUnderWay();
   json["fork"] = junction_.has_value();
-  if (const LoopMetrics* metrics = session_->metrics()) {
+  if (const LoopMetrics* metrics = sessions_.current().metrics()) {
     json["missed_deadlines"] = metrics->missed_deadlines();
     json["compute_p99_us"] = 1e-3 * static_cast<double>(metrics->compute().percentile_ns(0.99));
   }

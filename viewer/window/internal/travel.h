@@ -1,9 +1,9 @@
-// A person's way through one open scene: the session under the hand, and all that finds places for it: jumps, steps
-// along the cell, names, bookmarks, the fork ahead, a simulated hand's tour. What may read the disk is done on a thread
-// beside the frames, and its result taken up by a later serve().
+// The user's travel through one open scene: the session, and the commands that move the proxy. Commands are jumps,
+// steps along the cell, names, bookmarks, and a simulated hand that travels to a tip. It also finds the fork ahead.
+// Work that may read the disk runs on a worker thread; a later serve() takes up the result.
 //
-// What goes wrong is said (Messages) and the travel goes on. Thread rule: one owner, the window's thread; the callbacks
-// come on it.
+// A failure becomes a message, and the travel goes on. Thread rule: one owner, the window's thread; callbacks run on
+// it.
 #pragma once
 
 #include "solver/travel/session.h"
@@ -11,20 +11,17 @@
 #include "viewer/scene/glyph.h"
 #include "viewer/scene/pointer.h"
 #include "viewer/window/bindings.h"
-#include "viewer/window/internal/closing.h"
 #include "viewer/window/internal/hand_path.h"
 #include "viewer/window/internal/messages.h"
 #include "viewer/window/internal/opening.h"
 #include "viewer/window/internal/path_measure.h"
+#include "viewer/window/internal/session_keeper.h"
 #include "viewer/window/internal/tile_census.h"
 
-#include <chrono>
 #include <cstdint>
 #include <functional>
-#include <future>
 #include <memory>
 #include <optional>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -35,60 +32,62 @@ namespace filiform::internal {
 class Travel {
  public:
   struct Callbacks {
-    std::function<void()> jumps;                            // right before the proxy is taken elsewhere
-    std::function<void(const std::string&)> finds_nothing;  // what was asked for leads nowhere
-    // Whether what --device takes by that name could be opened now; on another thread. None: a lost device is not
-    // looked for.
+    std::function<void()> jumps;                            // right before the proxy jumps
+    std::function<void(const std::string&)> finds_nothing;  // a place was not found: the reason
+    // Returns whether `--device NAME` could be opened now. Runs on another thread. None: a lost device is not looked
+    // for.
     std::function<bool(const std::string&)> plugged_in{};
   };
 
-  // `messages` must outlive it. Requires a session, not started.
+  // `messages` must outlive it. Requires a session that is not started.
   Travel(Opened opened, Messages& messages, Callbacks callbacks);
-  // Ends the session, its failures unheard, and waits for the work under way.
+  // Ends the session, ignores its failures, and waits for the work under way.
   ~Travel();
 
-  // The hand's loop, and the jump to the scene's first place.
+  // Starts the haptic loop, and jumps to the scene's first place.
   void start();
-  // Ends the session, waits for those that were replaced, and saves history and bookmarks. May wait for the disk and
-  // the device; may run on another thread than the window's, which then calls nothing but the destructor and const
-  // members that do not look for places. Throws DeviceError, CorruptSet, IoError. Idempotent.
+  // Ends the session, waits for replaced sessions to end, and saves history and bookmarks. May wait for the disk and
+  // the device. May run on any thread; then no other thread may use the object, except const members that read nothing
+  // from the disk. Throws DeviceError, CorruptSet, IoError. Idempotent.
   void finish();
 
-  // Once a frame, in this order. Takes up what came from the hand and from the finished works.
+  // Call these three once a frame, in this order. Takes up the results of the haptic loop and of the worker.
   void serve();
-  // The hand does that; else what the tour asks for.
+  // Moves the hand as the user points; else along the path of the simulated hand, if it is under way.
   void lead(const std::optional<Pointing>& pointing, const Workspace& workspace);
-  // The cell's name, the fork ahead and the measured path catch up with the proxy.
+  // Updates the cell's name, the fork ahead and the measured path for the proxy's place.
   void observe();
 
-  const NavigationSnapshot& now() const { return session_->now(); }
-  const Session& session() const { return *session_; }
+  const NavigationSnapshot& now() const { return sessions_.current().now(); }
+  const Session& session() const { return sessions_.current(); }
   const OpenedScene& scene() const { return opened_.scene; }
   const TileStore& store() const { return *opened_.scene.store; }
   NavigationHistory& history() { return opened_.saved ? opened_.saved->history() : unsaved_; }
+  const NavigationHistory& history() const { return opened_.saved ? opened_.saved->history() : unsaved_; }
 
-  // What that action does to hand, proxy or world, if it is one of those; else false.
+  // Does an action that moves hand or proxy, or centres the workspace. False: the action is none of these.
   bool act(Action action);
   void turn(const Turn& turn);
   void zoom(double factor);
-  void endTour() { path_.end(); }
+  void stopHand() { path_.end(); }  // the simulated hand
 
-  // Jumps to what is found there.
+  // Look up a place on the worker thread, and jump to it.
   void goAlong(const RayQuery& ray);
   void goTo(const CellQuery& query);
   void goNear(const Vector3d& p_W);
   void setBookmark(const std::string& name);
   void goToBookmark(const std::string& name);
 
-  // Names of cells that fit, cells and samples that a line of sight meets: told when they are found.
+  // The first finds names of cells that match; the second describes the neurite on a line of sight. Both call back
+  // from a later serve().
   void findNames(const std::string& text, std::function<void(std::vector<std::string>)> found);
   void describeAlong(const RayQuery& ray, std::function<void(std::string)> described);
-  // The tiles nearest to the proxy. Without effect while an earlier list is being made.
+  // Lists the tiles nearest to the proxy, and calls back from a later serve(). No effect while a list is being made.
   void listTiles(std::function<void(std::vector<NearTile>)> listed);
-  bool isIdle() const { return worker_->idle(); }  // nothing is looked for
+  bool isIdle() const { return worker_->idle(); }  // the worker has nothing to do
 
   const std::string& cellName() const { return cell_name_; }
-  std::optional<std::int64_t> sample() const { return sample_; }  // nearest to the proxy, its id in the file
+  std::optional<std::int64_t> sample() const { return sample_; }  // id of the sample nearest to the proxy
   const Junction* junction() const { return junction_ ? &*junction_ : nullptr; }
   std::string measured() const { return measure_.text(); }
   const std::vector<float>& forces_N() const { return forces_; }         // of the last seconds, oldest first
@@ -97,22 +96,16 @@ class Travel {
   void describe(nlohmann::ordered_json& state) const;
 
  private:
-  // On the worker's thread. A failure is said.
-  void savePlaces();
+  void savePlaces();  // on the worker's thread; a failure becomes a message
   void rememberPlace();
   void watch();
-  void replaceDevice(const std::string& fault);
-  void lookForLostDevice();
-  void takeBackLostDevice();
-  void replaceSession(SessionOptions options);
-  void finishReplacing();
   void go(const ProxyPlace& place, bool remember);
   void goWhenFound(std::function<ProxyPlace()> find);
   void constrain();
   void goBack();
   void goForward();
   void step(Action action);
-  void startTour();
+  void toggleSimulatedHand();
   void toggleMeasure();
   const CellWalk* walk();
   void nameCell();
@@ -121,14 +114,9 @@ class Travel {
 
   Messages& messages_;
   Callbacks callbacks_;
-  SessionOptions options_;
   Opened opened_;
   NavigationHistory unsaved_;
-  std::unique_ptr<Session> session_;
-  // The session that takes its place, while its device is opened.
-  std::future<std::unique_ptr<Session>> replacement_;
-  SessionOptions replacement_options_;
-  Closing closing_;  // of replaced sessions
+  SessionKeeper sessions_;
 
   std::shared_ptr<const CellWalk> walk_;
   std::uint32_t walk_cell_ = UINT32_MAX, walk_asked_ = UINT32_MAX;
@@ -142,17 +130,14 @@ class Travel {
   std::optional<Junction> junction_;
   std::optional<ProxyPlace> junction_at_;
   double junction_zoom_um_ = 0;
-  bool junction_asked_ = false, replay_told_ = false, fault_told_ = false;
-  std::string lost_device_;  // as --device takes it; empty: none
-  std::chrono::steady_clock::time_point look_again_{}, replace_again_{};
-  bool looking_ = false;
+  bool junction_asked_ = false, replay_told_ = false;
   std::uint32_t asked_constrain_ = 0, asked_back_ = 0, asked_forward_ = 0;
   TileCensus census_;
   bool listing_ = false;
   std::vector<float> forces_, new_forces_;
   std::vector<Vector3d> visited_W_;
   std::uint64_t jumps_ = 0;
-  std::unique_ptr<Worker> worker_;  // goes first: its works use the rest
+  std::unique_ptr<Worker> worker_;  // destroyed first: its work uses the rest
 };
 
 }  // namespace filiform::internal

@@ -7,7 +7,7 @@ namespace filiform::internal {
 
 namespace {
 
-// Farther aside there is nothing to be seen, and the way back is hard to find.
+// Most shift: farther aside there is nothing to see, and the way back is hard to find.
 constexpr double kMostShift = 4;
 
 }  // namespace
@@ -63,7 +63,7 @@ Camera Viewpoint::look(const NavigationSnapshot& now, const Vector3d& lo_W, cons
   }
   Workspace seen = workspace_;
   seen.lay(shown_.centre_W, shown_.rotation_WD, shown_.zoom_um);
-  return shifted(follow(seen, aspect));
+  return shifted(workspaceCamera(seen, aspect));
 }
 
 }  // namespace filiform::internal

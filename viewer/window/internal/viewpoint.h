@@ -1,5 +1,5 @@
-// The person's eye: it looks at the workspace, wherever that is moved, or at everything; shifted aside if they like.
-// Between two places it glides, so that one sees where one is taken. Thread rule: one owner.
+// The user's view: of the workspace, which it stays with, or of the whole scene; the user can shift it. After a jump
+// the view glides to the new place, so that the user sees the way. Thread rule: one owner.
 #pragma once
 
 #include "solver/workspace/navigation_link.h"
@@ -17,21 +17,21 @@ class Viewpoint {
 
   bool isOverview() const { return overview_; }
   void toggleOverview();
-  // Of the overview only: the workspace's are the navigation's.
+  // For the overview only. Navigation turns and zooms the workspace.
   void turn(const Turn& turn);
   void zoom(double factor);
-  // What is under the pointer stays under it while it moves by that many pixels.
+  // Shifts the view so that a point at the focus moves by this many pixels, as the pointer does.
   void pan(double dx_px, double dy_px, const PictureSize& size);
   void centre() { pan_.setZero(); }
-  const Eigen::Vector2d& shift() const { return pan_; }  // rightwards and upwards, over the distance of the focus
+  const Eigen::Vector2d& shift() const { return pan_; }  // to the right and upwards, divided by the focus distance
 
-  // The proxy is taken elsewhere: back to the workspace, gliding unless `at_once`.
+  // Call it when the proxy jumps. Returns to the workspace: the view glides there, unless `at_once`.
   void depart(double now_s, bool at_once);
   bool isGliding() const { return flight_begin_s_ >= 0; }
 
-  // For the box of the scene and a picture of such proportions.
+  // The camera of this frame, for the box of the scene and a picture of this aspect.
   Camera look(const NavigationSnapshot& now, const Vector3d& lo_W, const Vector3d& hi_W, double aspect, double now_s);
-  // Where the hand's workspace lies now, as look() found it.
+  // The hand's workspace as of the last look().
   const Workspace& workspace() const { return workspace_; }
 
  private:

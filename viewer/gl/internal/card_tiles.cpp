@@ -1,0 +1,302 @@
+#include "viewer/gl/internal/card_tiles.h"
+
+#include <algorithm>
+#include <chrono>
+#include <set>
+#include <string>
+#include <utility>
+
+namespace filiform::internal {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+// A tile that cannot be read is tried again after this time.
+constexpr double kRetry_s = 5;
+
+double elapsed_ms(Clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
+std::string reasonOf(const std::exception_ptr& error) {
+  try {
+    std::rethrow_exception(error);
+  } catch (const std::exception& e) {
+    return e.what();
+  } catch (...) {
+    return "unknown reason";
+  }
+}
+
+}  // namespace
+
+CardTiles::CardTiles(const TileStore& store, const Levels* levels, Renderer& renderer, double shallow_um,
+                     double deep_um)
+    : store_(store), levels_(levels), renderer_(renderer), first_tile_(levels != nullptr ? levels->size() : 0) {
+  parent_.assign(std::size_t{first_tile_} + store.tile_count(), kNone);
+  for (LevelId level = 0; level < first_tile_; ++level)
+    for (const LevelPart& part : levels->below(level)) parent_[nodeOf(part)] = level;
+  loader_ = std::make_unique<BatchLoader>(store, levels, shallow_um, deep_um);
+}
+
+bool CardTiles::setAppearance(ColourBy colour, std::optional<std::uint32_t> cell) {
+  ++frame_;
+  bool changed = false;
+  if (colour != colour_) {
+    colour_ = colour;
+    ++generation_;
+    changed = true;
+  }
+  if (cell != cell_) {
+    cell_ = cell;
+    cell_slot_ = {};
+    renderer_.remove(kCell);
+    changed = true;
+  }
+  request_again_ |= changed;
+  return changed;
+}
+
+bool CardTiles::choose(const LevelView& view, const Vector3d& focus_W, std::uint64_t most_segments, double enough_px,
+                       bool with_stand_ins, double now_s) {
+  Signature choice;
+  choice.add(view.eye_W);
+  for (const LevelView::Plane& plane : view.planes) choice.add(plane.n), choice.add(plane.d);
+  choice.add(view.pixels_per_rad);
+  choice.add(focus_W);
+  choice.add(static_cast<double>(most_segments));
+  choice.add(enough_px);
+  if (choice == last_choice_) return false;
+  last_choice_ = std::move(choice);
+  chosen_ = chooseTiles(store_, levels_, view, focus_W, most_segments, enough_px);
+  chosen_view_ = view;
+  request(with_stand_ins, now_s);
+  return true;
+}
+
+void CardTiles::requestIfDue(bool with_stand_ins, double now_s) {
+  if (request_again_ || now_s >= next_retry_s_) request(with_stand_ins, now_s);
+}
+
+void CardTiles::request(bool with_stand_ins, double now_s) {
+  struct Wish {
+    double error_px;  // of what is shown without it
+    Node node;
+  };
+  std::vector<Wish> wishes;
+  std::set<Node> met;
+  request_again_ = false;
+  next_retry_s_ = INFINITY;
+  const auto wish = [&](Node node) {
+    Slot& tile = slots_[node];
+    tile.used = frame_;
+    if (isCurrent(tile)) return;
+    if (tile.error && tile.retry_s > now_s) {
+      next_retry_s_ = std::min(next_retry_s_, tile.retry_s);
+      return;
+    }
+    const Node above = parent_[node];
+    const double error_px = above == kNone ? INFINITY : levels_->errorOnScreen(above, chosen_view_);
+    wishes.push_back({error_px, node});
+  };
+  for (const LevelPart& part : chosen_.parts) {
+    wish(nodeOf(part));
+    if (!with_stand_ins) continue;
+    for (Node above = parent_[nodeOf(part)]; above != kNone && met.insert(above).second; above = parent_[above])
+      wish(above);
+  }
+  // At equal errors: level tiles before the tiles inside them. Without levels the nearest are first already.
+  std::stable_sort(wishes.begin(), wishes.end(), [&](const Wish& a, const Wish& b) {
+    if (a.error_px != b.error_px) return a.error_px > b.error_px;
+    return std::min(a.node, first_tile_) < std::min(b.node, first_tile_);
+  });
+  std::vector<TileJob> jobs;
+  jobs.reserve(wishes.size() + 1);
+  if (cell_ && !isCurrent(cell_slot_) && !cell_slot_.error)
+    jobs.push_back({.key = kNone, .generation = generation_, .colour = colour_, .whole_cell = *cell_});
+  for (const Wish& w : wishes)
+    jobs.push_back({.key = w.node,
+                    .generation = generation_,
+                    .level = isLevel(w.node),
+                    .tile = isLevel(w.node) ? w.node : w.node - first_tile_,
+                    .colour = colour_});
+  loader_->want(std::move(jobs));
+}
+
+bool CardTiles::upload(const SceneBudget& budget, bool all, double now_s, SceneFigures& figures) {
+  const Clock::time_point start = Clock::now();
+  bool came = false;
+  LoadedTile loaded;
+  figures.uploads = 0;
+  figures.upload_bytes = 0;
+  while (figures.uploads == 0 || all ||
+         (figures.upload_bytes < budget.upload_bytes && elapsed_ms(start) < budget.upload_ms)) {
+    if (!loader_->take(loaded)) break;
+    if (loaded.job.generation != generation_) continue;
+    const bool is_cell = loaded.job.key == kNone;
+    const auto found = slots_.find(loaded.job.key);
+    if (is_cell ? cell_ != loaded.job.whole_cell : found == slots_.end()) continue;
+    Slot& tile = is_cell ? cell_slot_ : found->second;
+    came = true;
+    tile.error = loaded.error;
+    if (loaded.error) {
+      tile.retry_s = now_s + kRetry_s;
+      next_retry_s_ = std::min(next_retry_s_, tile.retry_s);
+      continue;
+    }
+    if (is_cell) {
+      renderer_.put(kCell, loaded.batch, Layer::highlight);
+    } else {
+      renderer_.put(loaded.job.key, loaded.batch);
+      renderer_.show(loaded.job.key, std::binary_search(shown_.begin(), shown_.end(), loaded.job.key));
+    }
+    tile.uploaded = true;
+    tile.generation = generation_;
+    tile.implausible = loaded.batch.implausible_radii;
+    ++figures.uploads;
+    figures.upload_bytes += loaded.batch.segments.size() * sizeof(DrawnSegment);
+  }
+  figures.upload_ms = figures.uploads > 0 ? elapsed_ms(start) : 0;
+  return came;
+}
+
+void CardTiles::selectShown() {
+  std::set<Node> now;
+  std::vector<Node> missing;
+  for (const LevelPart& part : chosen_.parts) {
+    const Node node = nodeOf(part);
+    if (isUploaded(node)) {
+      now.insert(node);
+      continue;
+    }
+    // A coarser tile would also replace the neighbours. For a tile that cannot be read that is too high a price.
+    Node above = slots_[node].error ? kNone : parent_[node];
+    while (above != kNone && !isUploaded(above)) above = parent_[above];
+    if (above != kNone)
+      now.insert(above);
+    else
+      missing.push_back(node);
+  }
+  for (const Node node : missing) {
+    if (!isLevel(node)) continue;
+    for (const auto& [below, tile] : slots_) {
+      if (!tile.uploaded) continue;
+      Node above = parent_[below];
+      while (above != kNone && above != node) above = parent_[above];
+      if (above == node) now.insert(below);
+    }
+  }
+  // Show each place once: no tile below another shown one.
+  std::vector<Node> next;
+  for (const Node node : now) {
+    Node above = parent_[node];
+    while (above != kNone && !now.contains(above)) above = parent_[above];
+    if (above == kNone) next.push_back(node);
+  }
+  for (const Node node : next) slots_[node].used = frame_;
+  if (next == shown_) return;
+  for (const Node node : shown_)
+    if (!std::binary_search(next.begin(), next.end(), node)) renderer_.show(node, false);
+  for (const Node node : next)
+    if (!std::binary_search(shown_.begin(), shown_.end(), node)) renderer_.show(node, true);
+  shown_ = std::move(next);
+}
+
+void CardTiles::evict(std::uint64_t most_bytes) {
+  if (renderer_.bytes() <= most_bytes) return;
+  std::set<Node> kept(shown_.begin(), shown_.end()), stand_ins;
+  for (const LevelPart& part : chosen_.parts) {
+    kept.insert(nodeOf(part));
+    for (Node node = parent_[nodeOf(part)]; node != kNone && stand_ins.insert(node).second;) node = parent_[node];
+  }
+  kept.merge(stand_ins);
+  std::vector<std::pair<std::uint64_t, Node>> others;
+  for (const auto& [node, tile] : slots_)
+    if (!kept.contains(node)) others.emplace_back(tile.used, node);
+  std::sort(others.begin(), others.end());
+  for (const auto& [used, node] : others) {
+    if (renderer_.bytes() <= most_bytes) return;
+    renderer_.remove(node);
+    slots_.erase(node);
+  }
+}
+
+// Counts what is missing of the chosen tiles, and what no shown tile represents.
+void CardTiles::countChosen(SceneFigures& figures) {
+  for (const LevelPart& part : chosen_.parts) {
+    const Node node = nodeOf(part);
+    const Slot& tile = slots_[node];
+    if (tile.error)
+      figures.failed.push_back(reasonOf(tile.error));
+    else if (!isCurrent(tile))
+      ++figures.pending;
+    bool represented = false;
+    for (Node above = node; above != kNone && !represented; above = parent_[above])
+      represented = std::binary_search(shown_.begin(), shown_.end(), above);
+    if (represented) continue;
+    figures.has_gaps = true;
+    if (!part.level) {
+      figures.left_out += store_.entry(part.tile).owned;
+    } else {
+      const LevelEntry& entry = levels_->entry(part.tile);
+      figures.left_out += entry.represented + entry.dropped;
+    }
+  }
+}
+
+void CardTiles::count(SceneFigures& figures) {
+  figures.segments = figures.implausible_radii = 0;
+  figures.error_px = 0;
+  figures.wanted_error_px = chosen_.error_px;
+  figures.tiles = static_cast<std::uint32_t>(shown_.size());
+  figures.stand_ins = figures.pending = 0;
+  figures.left_out = levels_ == nullptr ? chosen_.left_out : 0;
+  figures.tiles_left_out = chosen_.tiles_left_out;
+  figures.failed.clear();
+  figures.has_gaps = false;
+  countChosen(figures);
+  std::set<Node> wanted;
+  for (const LevelPart& part : chosen_.parts) wanted.insert(nodeOf(part));
+  for (const Node node : shown_) {
+    const Slot& tile = slots_[node];
+    figures.segments += isLevel(node) ? levels_->entry(node).segments : store_.entry(node - first_tile_).owned;
+    figures.implausible_radii += tile.implausible;
+    if (!wanted.contains(node)) ++figures.stand_ins;
+    if (!isLevel(node)) continue;
+    figures.left_out += levels_->entry(node).dropped;
+    figures.error_px = std::max(figures.error_px, levels_->errorOnScreen(node, chosen_view_));
+  }
+  if (cell_ && cell_slot_.error) {
+    std::string line = "the highlighted cell: ";
+    line += reasonOf(cell_slot_.error);
+    figures.failed.push_back(std::move(line));
+  }
+  if (cell_ && !cell_slot_.error && !isCurrent(cell_slot_)) ++figures.pending;
+  figures.complete = figures.pending == 0 && figures.stand_ins == 0 && figures.failed.empty();
+  figures.card_bytes = renderer_.bytes();
+}
+
+std::size_t CardTiles::wholeDone() {
+  const auto isDone = [this](const Slot& tile) {
+    if (tile.error) std::rethrow_exception(tile.error);
+    return isCurrent(tile);
+  };
+  std::size_t done = cell_ && isDone(cell_slot_) ? 1 : 0;
+  for (const LevelPart& part : chosen_.parts) done += isDone(slots_[nodeOf(part)]) ? 1 : 0;
+  return done;
+}
+
+void CardTiles::removeAll() {
+  for (const auto& [node, tile] : slots_) renderer_.remove(node);
+  renderer_.remove(kCell);
+  slots_.clear();
+}
+
+std::shared_ptr<void> CardTiles::end() {
+  removeAll();
+  loader_->stop();
+  return std::shared_ptr<BatchLoader>(std::move(loader_));
+}
+
+}  // namespace filiform::internal

@@ -1,0 +1,113 @@
+// The tiles of a scene on the graphics card. Chooses the tiles of a view, requests those that are missing, uploads
+// loaded ones within the limits of a frame, shows each place once, and removes unused tiles when the card is full.
+//
+// A *stand-in* is a coarser or finer tile that is shown while the chosen tile is missing.
+// Thread rule: the thread of the renderer's context.
+#pragma once
+
+#include "viewer/gl/internal/batch_loader.h"
+#include "viewer/gl/internal/signature.h"
+#include "viewer/gl/renderer.h"
+#include "viewer/gl/scene_view.h"
+#include "viewer/scene/draw_list.h"
+
+#include <cmath>
+#include <cstdint>
+#include <exception>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <unordered_map>
+#include <vector>
+
+namespace filiform::internal {
+
+class CardTiles {
+ public:
+  // Batch ids from here on are free for the caller.
+  static constexpr Renderer::BatchId kFirstFreeId = Renderer::BatchId{1} << 40;
+
+  // Store, levels (may be nullptr) and renderer must outlive it. The two depths are the ends of ColourBy::depth's ramp.
+  // O(tiles).
+  CardTiles(const TileStore& store, const Levels* levels, Renderer& renderer, double shallow_um, double deep_um);
+
+  // Starts a frame. Sets the colouring and the highlighted cell (none: no cell). True: the picture changes.
+  bool setAppearance(ColourBy colour, std::optional<std::uint32_t> cell);
+  // Chooses tiles as chooseTiles() does, and requests those that are missing, stand-ins only if `with_stand_ins`.
+  // True: the choice is a new one. Does nothing for the arguments of the last call. O(tiles in the picture; without
+  // levels all tiles).
+  bool choose(const LevelView& view, const Vector3d& focus_W, std::uint64_t most_segments, double enough_px,
+              bool with_stand_ins, double now_s);
+  bool hasChosen() const { return !last_choice_.empty(); }
+  // Requests the chosen tiles again if the appearance changed or a failed tile is due.
+  void requestIfDue(bool with_stand_ins, double now_s);
+  // Requests all chosen tiles that are missing, the one with the largest error on the screen first.
+  void request(bool with_stand_ins, double now_s);
+
+  // Uploads loaded tiles, one at least, until the bytes or milliseconds of the budget are used up; `all`: without
+  // limits. Sets `uploads`, `upload_bytes` and `upload_ms` of the figures. True: a tile came.
+  bool upload(const SceneBudget& budget, bool all, double now_s, SceneFigures& figures);
+  // Selects for each place the chosen tile, else the finest coarser one, else finer ones, and has the renderer show
+  // these alone.
+  void selectShown();
+  // Removes tiles that are neither shown nor wanted, least recently used first, until `most_bytes` suffice.
+  void evict(std::uint64_t most_bytes);
+  // Sets the figures that count tiles and segments.
+  void count(SceneFigures& figures);
+
+  // For a whole picture: the number of batches that it needs, and of those that are uploaded. The latter throws the
+  // reason of a tile that cannot be read.
+  std::size_t wholeSize() const { return chosen_.parts.size() + (cell_ ? 1 : 0); }
+  std::size_t wholeDone();
+
+  // Removes all tiles from the renderer.
+  void removeAll();
+  bool waitForTiles(double most_s) { return loader_->wait(most_s); }
+  // Stops the loading thread, and returns it. Its destructor waits for the tile that is being read.
+  std::shared_ptr<void> end();
+
+ private:
+  using Node = std::uint32_t;  // a level tile, or, from first_tile_ on, a tile in full resolution
+  static constexpr Node kNone = std::numeric_limits<Node>::max();
+  static constexpr Renderer::BatchId kCell = kFirstFreeId - 1;
+
+  struct Slot {  // a tile that was requested or uploaded
+    bool uploaded = false;
+    std::uint32_t generation = 0;  // of the colours it was made with
+    std::uint64_t implausible = 0;
+    std::uint64_t used = 0;  // the frame in which it was last wanted or shown
+    std::exception_ptr error;
+    double retry_s = 0;
+  };
+
+  Node nodeOf(const LevelPart& part) const { return part.level ? part.tile : first_tile_ + part.tile; }
+  bool isLevel(Node node) const { return node < first_tile_; }
+  bool isUploaded(Node node) const {
+    const auto found = slots_.find(node);
+    return found != slots_.end() && found->second.uploaded;
+  }
+  bool isCurrent(const Slot& slot) const { return slot.uploaded && slot.generation == generation_; }
+  void countChosen(SceneFigures& figures);
+
+  const TileStore& store_;
+  const Levels* levels_;
+  Renderer& renderer_;
+  Node first_tile_;
+  std::vector<Node> parent_;  // the level tile right above, kNone for roots
+  std::unique_ptr<BatchLoader> loader_;
+
+  std::unordered_map<Node, Slot> slots_;
+  DrawList chosen_;
+  LevelView chosen_view_;
+  Signature last_choice_;
+  std::vector<Node> shown_;  // ascending
+  std::uint64_t frame_ = 0;
+  std::uint32_t generation_ = 0;
+  ColourBy colour_ = ColourBy::cell;
+  std::optional<std::uint32_t> cell_;  // highlighted: one batch, requested under the key kNone
+  Slot cell_slot_;
+  bool request_again_ = false;
+  double next_retry_s_ = INFINITY;
+};
+
+}  // namespace filiform::internal

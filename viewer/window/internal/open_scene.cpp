@@ -1,0 +1,133 @@
+#include "viewer/window/internal/open_scene.h"
+
+#include "viewer/window/internal/text_format.h"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include <nlohmann/json.hpp>
+
+namespace filiform::internal {
+
+namespace {
+
+constexpr double kCountEvery_s = 0.25;
+
+}  // namespace
+
+OpenScene::OpenScene(Opened opened, Messages& messages, Travel::Callbacks callbacks)
+    : messages_(messages), viewpoint_(opened.session->workspaceOptions()), picture_(std::move(opened.picture)) {
+  travel_ = std::make_shared<Travel>(std::move(opened), messages, std::move(callbacks));
+}
+
+void OpenScene::turn(const Turn& turn) {
+  if (viewpoint_.isOverview())
+    viewpoint_.turn(turn);
+  else
+    travel_->turn(turn);
+}
+
+void OpenScene::zoom(double factor) {
+  if (viewpoint_.isOverview())
+    viewpoint_.zoom(factor);
+  else
+    travel_->zoom(factor);
+}
+
+void OpenScene::look(const PictureSize& size, bool orthographic, double now_s) {
+  camera_ = viewpoint_.look(now(), picture_->lo_W(), picture_->hi_W(), size.aspect(), now_s);
+  if (orthographic) camera_ = parallel(camera_);
+  view_ = viewOf(camera_, size.aspect(), 1);
+}
+
+void OpenScene::countTiles(bool listed, double now_s) {
+  if (now_s - tiles_counted_s_ <= kCountEvery_s) return;
+  const Residency* residency = travel_->session().residency();
+  tiles_ = internal::countTiles(travel_->store(), residency, tiles_, std::max(now_s - tiles_counted_s_, 1e-3));
+  tiles_counted_s_ = now_s;
+  tiles_.frontiers = now().frontiers;
+  if (!listed) return;
+  travel_->listTiles([this](std::vector<NearTile> near) { near_ = std::move(near); });
+  showTiles(near_, residency, tiles_);
+}
+
+SceneFrame OpenScene::frame() {
+  SceneFrame frame;
+  frame.camera = camera_;
+  if (now().tick > 0) frame.proxy_W = now().p_W;
+  if (viewpoint_.isOverview()) return frame;
+  frame.workspace = &viewpoint_.workspace();
+  frame.junction = travel_->junction();
+  return frame;
+}
+
+void OpenScene::draw(const SceneFrame& frame) {
+  figures_ = picture_->draw(frame);
+  const bool lacks_levels = figures_.tiles_left_out > 0 && !figures_.moving && !travel_->scene().levels;
+  if (lacks_levels && !std::exchange(told_missing_levels_, true))
+    messages_.say(
+        "this scene has no levels of detail: distant tiles are left out (filiform ingest --levels writes levels)");
+}
+
+void OpenScene::fill(PanelData& d, const PictureSize& size) const {
+  const NavigationSnapshot& s = now();
+  d.um_px = camera_.focus_um / pixelsPerRadian(view_.frustum, size);
+  d.scene = travel_->scene().name;
+  d.cell = travel_->cellName();
+  if (travel_->sample()) d.place = format("sample %lld, ", static_cast<long long>(*travel_->sample()));
+  d.place += format("%.1f %.1f %.1f um", s.p_W.x(), s.p_W.y(), s.p_W.z());
+  d.device = travel_->session().deviceName();
+  d.mode = toString(s.mode);
+  if (travel_->session().awaited()) d.mode += ", jumping";
+  if (s.frontier) d.mode += ", waiting for a tile";
+  d.zoom_um = s.zoom_um;
+  d.force_N = s.force_N.norm();
+  d.measure = travel_->measured();
+  d.segments = figures_.segments;
+  d.left_out = figures_.left_out;
+  d.pending = figures_.pending;
+  d.error_px = figures_.error_px;
+  d.complete = figures_.complete;
+  d.overview = viewpoint_.isOverview();
+  d.forces_N = &travel_->forces_N();
+  if (s.tick > 0 && !viewpoint_.isGliding()) {
+    d.proxy = project(view_, s.p_W, size);
+    if (!d.overview && s.mode == NavigationMode::constrained) d.hand = project(view_, s.h_W, size);
+  }
+  d.lo_W = picture_->lo_W();
+  d.hi_W = picture_->hi_W();
+  d.proxy_W = s.p_W;
+  d.centre_W = s.centre_W;
+  d.visited_W = travel_->visited_W();
+  const NavigationHistory& history = travel_->history();
+  for (const std::string& name : history.bookmarks()) {
+    d.bookmark_names.push_back(name);
+    d.bookmarks_W.push_back(history.bookmark(name)->p_W);
+  }
+}
+
+void OpenScene::describe(nlohmann::ordered_json& json, const PictureSize& size) const {
+  travel_->describe(json);
+  const ScreenPoint proxy = project(view_, now().p_W, size);
+  if (proxy.depth_um > 0) json["proxy_px"] = {proxy.x, proxy.y};
+  json["overview"] = viewpoint_.isOverview();
+  json["shift"] = {viewpoint_.shift().x(), viewpoint_.shift().y()};
+  json["segments"] = figures_.segments;
+  json["left_out"] = figures_.left_out;
+  json["pending"] = figures_.pending;
+  json["complete"] = figures_.complete;
+  json["moving"] = figures_.moving;
+  json["error_px"] = figures_.error_px;
+  json["resident_bytes"] = tiles_.counters.bytes;
+  json["failures"] = figures_.failed.size() + tiles_.failures.size();
+}
+
+std::function<void()> OpenScene::end() {
+  return [loader = picture_->end(), travel = std::move(travel_)]() mutable {
+    loader.reset();
+    travel->finish();
+  };
+}
+
+}  // namespace filiform::internal

@@ -1,0 +1,69 @@
+// The scene that is open in the window: the user's travel through it, the view of it, its picture and its tiles.
+// Thread rule: the window's thread.
+#pragma once
+
+#include "viewer/gl/scene_view.h"
+#include "viewer/window/internal/messages.h"
+#include "viewer/window/internal/opening.h"
+#include "viewer/window/internal/tile_census.h"
+#include "viewer/window/internal/travel.h"
+#include "viewer/window/internal/viewpoint.h"
+#include "viewer/window/panels.h"
+
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+namespace filiform::internal {
+
+class OpenScene {
+ public:
+  // Requires a picture and a session. Messages must outlive it.
+  OpenScene(Opened opened, Messages& messages, Travel::Callbacks callbacks);
+
+  Travel& travel() { return *travel_; }
+  const Travel& travel() const { return *travel_; }
+  Viewpoint& viewpoint() { return viewpoint_; }
+  const NavigationSnapshot& now() const { return travel_->now(); }
+  const EyeView& view() const { return view_; }  // as look() found it
+  const SceneFigures& figures() const { return figures_; }
+  const TilePanel& tiles() const { return tiles_; }
+
+  // Turns and zooms the overview, or else the workspace.
+  void turn(const Turn& turn);
+  void zoom(double factor);
+
+  // Once a frame: the camera of this frame.
+  void look(const PictureSize& size, bool orthographic, double now_s);
+  // Counts tiles and rates, four times a second; lists the tiles near the proxy if `listed`.
+  void countTiles(bool listed, double now_s);
+  // The frame with camera, workspace, proxy and fork; the caller sets the rest.
+  SceneFrame frame();
+  // Draws the frame, and says once if tiles are left out because the scene has no levels.
+  void draw(const SceneFrame& frame);
+
+  // Sets the fields of the panels and of the state that are of the scene.
+  void fill(PanelData& data, const PictureSize& size) const;
+  void describe(nlohmann::ordered_json& state, const PictureSize& size) const;
+
+  // Returns the work that ends the session and the loading thread; it may wait for the disk or the device, and may run
+  // on any thread. Afterwards only the destructor may be called.
+  std::function<void()> end();
+
+ private:
+  Messages& messages_;
+  std::shared_ptr<Travel> travel_;
+  Viewpoint viewpoint_;
+  std::unique_ptr<SceneView> picture_;  // destroyed before travel_, which owns the tiles
+  Camera camera_;
+  EyeView view_;
+  SceneFigures figures_;
+  TilePanel tiles_;
+  std::vector<NearTile> near_;  // tiles near the proxy
+  double tiles_counted_s_ = -1;
+  bool told_missing_levels_ = false;
+};
+
+}  // namespace filiform::internal
