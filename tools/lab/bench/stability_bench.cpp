@@ -15,15 +15,14 @@
 #include "tools/lab/bench/energy_sweep.h"
 #include "tools/lab/bench/trade.h"
 #include "tools/lab/bench/workloads.h"
+#include "tools/lab/evaluate/parallel.h"
 #include "tools/synthetic/synthetic.h"
 
 #include <algorithm>
 #include <array>
 #include <atomic>
 #include <cmath>
-#include <exception>
 #include <memory>
-#include <mutex>
 #include <random>
 #include <sstream>
 #include <thread>
@@ -151,33 +150,6 @@ Held hold(const StabilityScene& scene, const Hold& what, SolverMethod method, co
   return held;
 }
 
-// Calls body(i) for each i below n, on all processors. Reports progress on this thread.
-void parallelFor(std::size_t n, const std::function<void(std::size_t)>& body,
-                 const std::function<void(std::size_t done)>& progress) {
-  std::atomic<std::size_t> next{0}, done{0};
-  std::atomic<bool> stop{false};
-  std::mutex mutex;
-  std::exception_ptr error;
-  const auto work = [&](bool tells) {
-    try {
-      for (std::size_t i; !stop && (i = next++) < n;) {
-        body(i);
-        ++done;
-        if (tells && i % 16 == 0) progress(done);
-      }
-    } catch (...) {
-      const std::lock_guard lock(mutex);
-      if (!error) error = std::current_exception();
-      stop = true;
-    }
-  };
-  std::vector<std::thread> threads;
-  for (unsigned i = 1; i < std::max(1u, std::thread::hardware_concurrency()); ++i) threads.emplace_back(work, false);
-  work(true);
-  for (std::thread& thread : threads) thread.join();
-  if (error) std::rethrow_exception(error);
-}
-
 // A panel of the map: one column a value of a variable, one row a stiffness, a colour for each, and the predicted
 // bound.
 struct Panel {
@@ -282,18 +254,18 @@ BenchReport runStability(const BenchOptions& options) {
   for (const char* hand : kHands)
     for (const double damping : dampings)
       for (const double k : stiffness) jobs.push_back({{hand, 1000, 1, damping, k}, {}, {}});
+  std::atomic<std::size_t> done{0};
   parallelFor(
-      jobs.size(),
+      jobs.size(), std::max(1u, std::thread::hardware_concurrency()),
       [&](std::size_t i) {
         Job& job = jobs[i];
         job.what.controller = false;
         job.off = measureCell(scene, job.what, pulls, options.seed, method, parameters);
         job.what.controller = true;
         job.on = measureCell(scene, job.what, pulls, options.seed, method, parameters);
+        ++done;
       },
-      [&](std::size_t done) {
-        options.progress(std::to_string(done) + " of " + std::to_string(jobs.size()) + " cells");
-      });
+      [&] { options.progress(std::to_string(done) + " of " + std::to_string(jobs.size()) + " cells"); });
 
   // Grouped by the ratio of stiffness to predicted bound.
   BenchTable bins{
