@@ -1,34 +1,11 @@
 #include "index/text.h"
 
-#include <cstdint>
 #include <cstdio>
 
 namespace filiform {
 namespace {
 
-struct Decoded {
-  std::size_t length = 0;  // 0: not UTF-8
-  std::uint32_t code_point = 0;
-};
-
-Decoded decode(std::string_view text) {
-  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
-  const unsigned char first = byte(0);
-  if (first < 0x80) return {1, first};
-  const std::size_t length = first >= 0xF0 ? 4 : first >= 0xE0 ? 3 : 2;
-  if (first < 0xC2 || first > 0xF4 || text.size() < length) return {};
-  std::uint32_t code_point = first & (0xFFu >> (length + 1));
-  for (std::size_t i = 1; i < length; ++i) {
-    if ((byte(i) & 0xC0) != 0x80) return {};
-    code_point = code_point << 6 | (byte(i) & 0x3F);
-  }
-  static constexpr std::uint32_t kLowest[] = {0, 0, 0x80, 0x800, 0x10000};
-  if (code_point < kLowest[length] || code_point > 0x10FFFF || (code_point >= 0xD800 && code_point <= 0xDFFF))
-    return {};
-  return {length, code_point};
-}
-
-bool isHarmless(std::uint32_t c) {
+bool isHarmless(char32_t c) {
   if (c < 0x20 || (c >= 0x7F && c < 0xA0)) return false;
   const bool bidirectional =
       (c >= 0x202A && c <= 0x202E) || (c >= 0x2066 && c <= 0x2069) || c == 0x200E || c == 0x200F || c == 0x061C;
@@ -44,11 +21,28 @@ void append(std::string& out, const char* format, unsigned value) {
 
 }  // namespace
 
+Utf8Character decodeUtf8(std::string_view text) {
+  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
+  const unsigned char first = byte(0);
+  if (first < 0x80) return {1, first};
+  const std::size_t length = first >= 0xF0 ? 4 : first >= 0xE0 ? 3 : 2;
+  if (first < 0xC2 || first > 0xF4 || text.size() < length) return {};
+  char32_t code_point = first & (0xFFu >> (length + 1));
+  for (std::size_t i = 1; i < length; ++i) {
+    if ((byte(i) & 0xC0) != 0x80) return {};
+    code_point = code_point << 6 | (byte(i) & 0x3F);
+  }
+  static constexpr char32_t kLowest[] = {0, 0, 0x80, 0x800, 0x10000};
+  if (code_point < kLowest[length] || code_point > 0x10FFFF || (code_point >= 0xD800 && code_point <= 0xDFFF))
+    return {};
+  return {length, code_point};
+}
+
 std::string escaped(std::string_view text) {
   std::string out;
   out.reserve(text.size());
   while (!text.empty()) {
-    const Decoded decoded = decode(text);
+    const Utf8Character decoded = decodeUtf8(text);
     const std::size_t length = decoded.length == 0 ? 1 : decoded.length;
     if (decoded.length == 0) {
       append(out, "\\x%02x", static_cast<unsigned char>(text[0]));
@@ -79,7 +73,7 @@ std::string escaped(std::string_view text, std::size_t limit) {
 
 bool isUtf8(std::string_view text) {
   while (!text.empty()) {
-    const Decoded decoded = decode(text);
+    const Utf8Character decoded = decodeUtf8(text);
     if (decoded.length == 0) return false;
     text.remove_prefix(decoded.length);
   }

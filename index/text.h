@@ -15,6 +15,14 @@ std::string escaped(std::string_view text);
 // Escapes at most `limit` bytes of input, cut at a whole character. Appends "..." if something was cut.
 std::string escaped(std::string_view text, std::size_t limit);
 
+// The first character of a text. `length` in bytes; 0 if the text does not begin with well-formed UTF-8.
+struct Utf8Character {
+  std::size_t length = 0;
+  char32_t code_point = 0;
+};
+// Decodes the first character of `text`, without overlong forms or surrogates. Requires that `text` is not empty. O(1).
+Utf8Character decodeUtf8(std::string_view text);
+
 // True if `text` is well-formed UTF-8, without overlong forms or surrogates. O(length).
 bool isUtf8(std::string_view text);
 

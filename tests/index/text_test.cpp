@@ -1,5 +1,10 @@
 #include "index/text.h"
 
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <utility>
+
 #include <gtest/gtest.h>
 
 namespace filiform {
@@ -36,6 +41,21 @@ TEST(Escaped, CutsAtAWholeCharacter) {
 TEST(EndsWithNoCase, ComparesAsciiLetters) {
   EXPECT_TRUE(endsWithNoCase("a.SwC", ".swc"));
   EXPECT_FALSE(endsWithNoCase("swc", ".swc"));
+}
+
+TEST(DecodeUtf8, ReadsWellFormedCharactersAlone) {
+  const auto decoded = [](std::string_view text) {
+    const Utf8Character character = decodeUtf8(text);
+    return std::pair(character.length, static_cast<std::uint32_t>(character.code_point));
+  };
+  EXPECT_EQ(decoded("az"), std::pair(std::size_t{1}, 0x61u));
+  EXPECT_EQ(decoded("\xC2\xB5m"), std::pair(std::size_t{2}, 0xB5u));
+  EXPECT_EQ(decoded("\xE2\x82\xAC"), std::pair(std::size_t{3}, 0x20ACu));
+  EXPECT_EQ(decoded("\xF0\x9F\xA7\xA0"), std::pair(std::size_t{4}, 0x1F9E0u));
+  // A continuation alone, overlong forms, a surrogate, beyond Unicode, cut short.
+  for (const char* text :
+       {"\x80", "\xC1\x81", "\xE0\x9F\xBF", "\xED\xA0\x80", "\xF0\x8F\xBF\xBF", "\xF4\x90\x80\x80", "\xE2\x82", "\xFF"})
+    EXPECT_EQ(decoded(text).first, 0u) << text;
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include "index/errors.h"
 #include "index/output.h"
+#include "index/text.h"
 #include "tools/drawing/image_font.h"
 #include "tools/program/interruption.h"
 
@@ -72,22 +73,10 @@ const Glyph& glyphOf(char32_t character) {
 // Decodes UTF-8. Each invalid byte becomes U+FFFD.
 std::u32string decode(std::string_view utf8) {
   std::u32string out;
-  for (std::size_t i = 0; i < utf8.size();) {
-    const auto lead = static_cast<unsigned char>(utf8[i]);
-    const std::size_t length = lead < 0x80                   ? 1
-                               : lead >= 0xc2 && lead < 0xe0 ? 2
-                               : lead >= 0xe0 && lead < 0xf0 ? 3
-                               : lead >= 0xf0 && lead < 0xf5 ? 4
-                                                             : 0;
-    char32_t value = length == 1 ? lead : static_cast<char32_t>(lead & (0xff >> (length + 1)));
-    bool good = length > 0 && i + length <= utf8.size();
-    for (std::size_t k = 1; good && k < length; ++k) {
-      const auto next = static_cast<unsigned char>(utf8[i + k]);
-      good = (next & 0xc0) == 0x80;
-      value = value << 6 | (next & 0x3f);
-    }
-    out += good ? value : U'\ufffd';
-    i += good ? length : 1;
+  while (!utf8.empty()) {
+    const Utf8Character character = decodeUtf8(utf8);
+    out += character.length > 0 ? character.code_point : U'\ufffd';
+    utf8.remove_prefix(std::max<std::size_t>(character.length, 1));
   }
   return out;
 }
