@@ -119,14 +119,43 @@ class TileCodec {
       out.put(node, {x, y, z});
     }
   };
+
+  using Widths = std::array<int, 3>;  // bits of a coordinate, by axis
+
+  // Which positions are stored directly and which as steps, in the order of the fragments.
+  struct PositionOrder {
+    std::vector<std::uint32_t> stated;
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> steps;  // (node, from)
+  };
+  static void writeFragments(const Tile& tile, bool graph, ByteWriter& out, PositionOrder& order);
+  static void writeStrays(const Tile& tile, ByteWriter& out);
+  static void writePositions(const Tile& tile, const PositionOrder& order, const Widths& widths, ByteWriter& out);
+  static void writeRuns(const Tile& tile, ByteWriter& out);
+
+  // What the list of fragments states.
+  struct Fragments {
+    struct Ends {  // zigzag steps to nodes; known when all nodes are counted
+      std::uint32_t fragment;
+      std::uint64_t child, parent;
+    };
+    std::vector<Kind> kinds;            // by fragment
+    std::vector<std::uint32_t> strips;  // first node of each fragment that places nodes
+    std::vector<Ends> ends;
+    std::uint32_t nodes = 0;  // that the fragments place
+  };
+  static Fragments readFragments(ByteReader& in, Tile& tile, std::uint32_t fragment_count, bool graph);
+  static void readEnds(const ByteReader& in, Tile& tile, const Fragments& fragments);
+  static void readStrays(ByteReader& in, Tile& tile, std::uint32_t stray_count);
   template <class Offsets>
-  static void readPositions(ByteReader& in, const Tile& tile, std::span<const Kind> kinds,
-                            const std::array<int, 3>& widths, const Offsets& out);
+  static void readPositions(ByteReader& in, const Tile& tile, std::span<const Kind> kinds, const Widths& widths,
+                            const Offsets& out);
+  static void checkOnGrid(const ByteReader& in, const Tile& tile, const Widths& widths);
+  static void readRuns(ByteReader& in, Tile& tile);
+  static std::vector<SegmentRun> canonicalRuns(const Tile& tile);
 };
 
 std::vector<std::uint8_t> TileCodec::encode(const Tile& tile) {
   const bool graph = !tile.first_samples_.empty() || !tile.loose_.empty();
-  const auto fragment_count = static_cast<std::uint32_t>(tile.fragments_.size());
   GridPoint extent = GridPoint::Zero();
   for (std::uint32_t n = 0; n < tile.node_count_; ++n) extent = extent.cwiseMax(tile.offset(n));
   if (!onGrid(tile.origin_) || !onGrid(tile.origin_ + extent)) throw InputError("a position lies outside the grid");
@@ -134,20 +163,32 @@ std::vector<std::uint8_t> TileCodec::encode(const Tile& tile) {
   ByteWriter out;
   out.u8(graph ? kGraph : 0);
   out.varint(tile.segment_count_);
-  out.varint(fragment_count);
+  out.varint(tile.fragments_.size());
   out.varint(tile.strays_.size());
   out.point(tile.origin_);
-  std::array<int, 3> widths;
+  Widths widths;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     widths[axis] = internal::bitsFor(static_cast<std::uint64_t>(extent[static_cast<Eigen::Index>(axis)]));
     out.u8(static_cast<std::uint8_t>(widths[axis]));
   }
 
+  PositionOrder order;
+  writeFragments(tile, graph, out, order);
+  writeStrays(tile, out);
+  writePositions(tile, order, widths, out);
+
+  std::vector<std::uint64_t> owned;
+  owned.reserve(tile.segment_count_);
+  for (std::uint32_t s = 0; s < tile.segment_count_; ++s) owned.push_back(tile.owned(s));
+  internal::packBits(out, owned, 1);
+  writeRuns(tile, out);
+  return out.take();
+}
+
+void TileCodec::writeFragments(const Tile& tile, bool graph, ByteWriter& out, PositionOrder& order) {
   std::uint32_t cell = 0, next_rank = 0, nodes = 0;
-  std::vector<std::uint32_t> stated;                           // nodes whose positions are stored directly, in order
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> steps;  // (node, from)
-  for (std::uint32_t n = straysBegin(tile); n < tile.node_count_; ++n) stated.push_back(n);
-  for (std::uint32_t f = 0; f < fragment_count; ++f) {
+  for (std::uint32_t n = straysBegin(tile); n < tile.node_count_; ++n) order.stated.push_back(n);
+  for (std::uint32_t f = 0; f < tile.fragments_.size(); ++f) {
     const Tile::Fragment& fragment = tile.fragments_[f];
     const std::uint32_t count = tile.fragmentEnd(f) - fragment.begin;
     const Kind kind = kindOf(tile, f);
@@ -164,26 +205,33 @@ std::vector<std::uint8_t> TileCodec::encode(const Tile& tile) {
       continue;
     }
     if (kind == kLinked) out.varint(internal::zigzag(difference(fragment.child_node, fragment.parent_node)));
-    if (kind == kLead) stated.push_back(fragment.parent_node);
+    if (kind == kLead) order.stated.push_back(fragment.parent_node);
     if (standsAlone(tile, fragment)) {
-      stated.push_back(fragment.child_node);
+      order.stated.push_back(fragment.child_node);
     } else {
-      steps.emplace_back(fragment.child_node, fragment.parent_node);
+      order.steps.emplace_back(fragment.child_node, fragment.parent_node);
     }
-    for (std::uint32_t i = 1; i < count; ++i) steps.emplace_back(fragment.child_node + i, fragment.child_node + i - 1);
+    for (std::uint32_t i = 1; i < count; ++i)
+      order.steps.emplace_back(fragment.child_node + i, fragment.child_node + i - 1);
     nodes = fragment.child_node + count;
   }
+}
+
+void TileCodec::writeStrays(const Tile& tile, ByteWriter& out) {
   NodeId next{0, 0};
   for (const NodeId& stray : tile.strays_) {
     out.varint(stray.cell - next.cell);
     out.varint(stray.sample - (stray.cell == next.cell ? next.sample : 0));
     next = {stray.cell, stray.sample + 1};
   }
+}
 
+void TileCodec::writePositions(const Tile& tile, const PositionOrder& order, const Widths& widths, ByteWriter& out) {
+  const std::vector<std::pair<std::uint32_t, std::uint32_t>>& steps = order.steps;
   std::vector<std::uint64_t> values;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     values.clear();
-    for (const std::uint32_t n : stated)
+    for (const std::uint32_t n : order.stated)
       values.push_back(static_cast<std::uint64_t>(tile.offset(n)[static_cast<Eigen::Index>(axis)]));
     internal::packBits(out, values, widths[axis]);
   }
@@ -200,27 +248,31 @@ std::vector<std::uint8_t> TileCodec::encode(const Tile& tile) {
     for (std::size_t axis = 0; axis < 3; ++axis)
       internal::packBits(out, std::span(deltas[axis]).first(n), internal::bitsFor(all[axis]));
   }
+}
 
-  values.clear();
-  for (std::uint32_t s = 0; s < tile.segment_count_; ++s) values.push_back(tile.owned(s));
-  internal::packBits(out, values, 1);
+std::vector<SegmentRun> TileCodec::canonicalRuns(const Tile& tile) {
+  std::vector<SegmentRun> runs;
+  runs.reserve(tile.fragments_.size() + tile.segment_count_ / internal::kRunSegments);
+  for (std::uint32_t f = 0; f < tile.fragments_.size(); ++f)
+    internal::appendRuns(tile.fragments_[f].begin, tile.fragmentEnd(f) - tile.fragments_[f].begin, runs);
+  return runs;
+}
 
-  std::vector<SegmentRun> canonical;
-  for (std::uint32_t f = 0; f < fragment_count; ++f)
-    internal::appendRuns(tile.fragments_[f].begin, tile.fragmentEnd(f) - tile.fragments_[f].begin, canonical);
-  values.clear();
+void TileCodec::writeRuns(const Tile& tile, ByteWriter& out) {
+  const std::vector<SegmentRun> canonical = canonicalRuns(tile);
+  std::vector<std::uint64_t> order;
+  order.reserve(tile.runs_.size());
   for (const SegmentRun run : tile.runs_)
-    values.push_back(static_cast<std::uint64_t>(
+    order.push_back(static_cast<std::uint64_t>(
         std::lower_bound(canonical.begin(), canonical.end(), run,
                          [](SegmentRun a, SegmentRun b) { return a.begin_and_count < b.begin_and_count; }) -
         canonical.begin()));
-  internal::packBits(out, values, canonical.empty() ? 0 : internal::bitsFor(canonical.size() - 1));
-  return out.take();
+  internal::packBits(out, order, canonical.empty() ? 0 : internal::bitsFor(canonical.size() - 1));
 }
 
 template <class Offsets>
-void TileCodec::readPositions(ByteReader& in, const Tile& tile, std::span<const Kind> kinds,
-                              const std::array<int, 3>& widths, const Offsets& out) {
+void TileCodec::readPositions(ByteReader& in, const Tile& tile, std::span<const Kind> kinds, const Widths& widths,
+                              const Offsets& out) {
   std::size_t alone = tile.strays_.size(), steps = 0;
   for (std::uint32_t f = 0; f < kinds.size(); ++f) {
     if (kinds[f] == kLoose) continue;
@@ -304,23 +356,35 @@ Tile TileCodec::decode(ByteReader& in, const TilePlace& place, const Grid& grid)
   tile.segment_count_ = count;
   tile.origin_ = in.point();
   in.require(onGrid(tile.origin_), "the origin lies outside the grid");
-  std::array<int, 3> widths;
+  Widths widths;
   for (int& width : widths) {
     width = in.u8();
     in.require(width <= kMortonAxisBits, "a position is too wide");
   }
 
-  std::vector<Kind> kinds;
-  std::vector<std::uint32_t> strips;
-  kinds.reserve(fragment_count);
-  strips.reserve(fragment_count);
+  const Fragments fragments = readFragments(in, tile, fragment_count, graph);
+  tile.node_count_ = fragments.nodes + stray_count;
+  readEnds(in, tile, fragments);
+  readStrays(in, tile, stray_count);
+
+  tile.offset_bits_ = *std::max_element(widths.begin(), widths.end());
+  tile.fillOffsets([&](const auto& offsets) { readPositions(in, tile, fragments.kinds, widths, offsets); });
+  checkOnGrid(in, tile, widths);
+
+  const internal::ByteSpan owned = in.take(internal::packedBytes(count, 1));
+  in.require(count % 8 == 0 || owned.back() >> (count % 8) == 0, "bits beyond the last segment");
+  readRuns(in, tile);
+  in.require(in.left() == 0, "bytes beyond the end of the tile");
+  tile.index(owned, fragments.strips);
+  return tile;
+}
+
+TileCodec::Fragments TileCodec::readFragments(ByteReader& in, Tile& tile, std::uint32_t fragment_count, bool graph) {
+  Fragments found;
+  found.kinds.reserve(fragment_count);
+  found.strips.reserve(fragment_count);
   tile.fragments_.reserve(fragment_count);
   if (graph) tile.first_samples_.reserve(fragment_count);
-  struct Ends {
-    std::uint32_t fragment;
-    std::uint64_t child, parent;
-  };
-  std::vector<Ends> ends;  // known when all nodes are counted
   std::uint32_t cell = 0, at = 0, nodes = 0;
   std::uint64_t next_rank = 0, next_sample = 0;
   bool named = true;
@@ -333,7 +397,7 @@ Tile TileCodec::decode(ByteReader& in, const TilePlace& place, const Grid& grid)
     cell += cell_step;
     if (cell_step != 0) next_rank = next_sample = 0;
     const std::uint64_t rank = next_rank + in.varint32();
-    in.require(n <= count - at && rank + n <= UINT32_MAX && (kind != kLoose || (graph && n == 1)),
+    in.require(n <= tile.segment_count_ - at && rank + n <= UINT32_MAX && (kind != kLoose || (graph && n == 1)),
                "a fragment is too long");
     next_rank = rank + n;
     const auto first_rank = static_cast<std::uint32_t>(rank);
@@ -344,41 +408,47 @@ Tile TileCodec::decode(ByteReader& in, const TilePlace& place, const Grid& grid)
       tile.first_samples_.push_back(static_cast<std::uint32_t>(sample));
       named = named && sample == rank;
     }
-    kinds.push_back(kind);
+    found.kinds.push_back(kind);
     if (kind == kLoose) {
       const std::uint64_t child = in.varint();
-      ends.push_back({f, child, in.varint()});
+      found.ends.push_back({f, child, in.varint()});
       tile.fragments_.push_back({cell, first_rank, at, nodes, nodes});
       if (tile.loose_.empty()) tile.loose_.assign((fragment_count + 31) / 32, 0);
       tile.loose_[f / 32] |= 1u << (f % 32);
       ++at;
       continue;
     }
-    strips.push_back(nodes);
+    found.strips.push_back(nodes);
     if (kind == kLead) {
       in.require(sample > next_sample || (graph && sample > 0), "a parent does not exist");
       ++nodes;
     }
     tile.fragments_.push_back({cell, first_rank, at, nodes, kind == kLead ? nodes - 1 : nodes});
-    if (kind == kLinked) ends.push_back({f, 0, in.varint()});
+    if (kind == kLinked) found.ends.push_back({f, 0, in.varint()});
     next_sample = sample + n;
     at += static_cast<std::uint32_t>(n);
     nodes += static_cast<std::uint32_t>(n);
   }
-  in.require(at == count, "the fragments' lengths do not match the number of segments");
+  in.require(at == tile.segment_count_, "the fragments' lengths do not match the number of segments");
   in.require(!graph || !named || !tile.loose_.empty(), "the graph flag is set without need");
   if (named) tile.first_samples_.clear();
+  found.nodes = nodes;
+  return found;
+}
 
-  tile.node_count_ = nodes + stray_count;
-  for (const Ends& e : ends) {
+void TileCodec::readEnds(const ByteReader& in, Tile& tile, const Fragments& fragments) {
+  for (const Fragments::Ends& e : fragments.ends) {
     Tile::Fragment& fragment = tile.fragments_[e.fragment];
     const std::uint32_t from = fragment.child_node;  // for a loose fragment: the nodes placed so far
-    if (kinds[e.fragment] == kLoose)
+    if (fragments.kinds[e.fragment] == kLoose)
       fragment.child_node = shifted(in, from, e.child, tile.node_count_, "a node does not exist");
     fragment.parent_node = shifted(in, from, e.parent, tile.node_count_, "a node does not exist");
-    in.require(kinds[e.fragment] == kLoose || fragment.parent_node != fragment.child_node,
+    in.require(fragments.kinds[e.fragment] == kLoose || fragment.parent_node != fragment.child_node,
                "a sample is its own parent");
   }
+}
+
+void TileCodec::readStrays(ByteReader& in, Tile& tile, std::uint32_t stray_count) {
   NodeId next{0, 0};
   tile.strays_.reserve(stray_count);
   for (std::uint32_t i = 0; i < stray_count; ++i) {
@@ -389,23 +459,19 @@ Tile TileCodec::decode(ByteReader& in, const TilePlace& place, const Grid& grid)
     tile.strays_.push_back({next.cell + step, static_cast<std::uint32_t>(sample)});
     next = {next.cell + step, static_cast<std::uint32_t>(sample + 1)};
   }
+}
 
-  tile.offset_bits_ = *std::max_element(widths.begin(), widths.end());
-  tile.fillOffsets([&](const auto& offsets) { readPositions(in, tile, kinds, widths, offsets); });
+void TileCodec::checkOnGrid(const ByteReader& in, const Tile& tile, const Widths& widths) {
   for (int axis = 0; axis < 3; ++axis) {
     const std::int64_t last = tile.origin_[axis] + (std::int64_t{1} << widths[static_cast<std::size_t>(axis)]) - 1;
     if (last < kEdge) continue;
     for (std::uint32_t n = 0; n < tile.node_count_; ++n)
       in.require(onGrid(tile.gridPoint(n)), "a position lies outside the grid");
   }
+}
 
-  const internal::ByteSpan owned = in.take(internal::packedBytes(count, 1));
-  in.require(count % 8 == 0 || owned.back() >> (count % 8) == 0, "bits beyond the last segment");
-
-  std::vector<SegmentRun> canonical;
-  canonical.reserve(fragment_count + count / internal::kRunSegments);
-  for (std::uint32_t f = 0; f < fragment_count; ++f)
-    internal::appendRuns(tile.fragments_[f].begin, tile.fragmentEnd(f) - tile.fragments_[f].begin, canonical);
+void TileCodec::readRuns(ByteReader& in, Tile& tile) {
+  std::vector<SegmentRun> canonical = canonicalRuns(tile);
   std::vector<std::uint64_t> order(canonical.size());
   internal::unpackBits(in, order, canonical.empty() ? 0 : internal::bitsFor(canonical.size() - 1));
   tile.runs_.reserve(canonical.size());
@@ -414,9 +480,6 @@ Tile TileCodec::decode(ByteReader& in, const TilePlace& place, const Grid& grid)
     tile.runs_.push_back(canonical[r]);
     canonical[r].begin_and_count = UINT32_MAX;
   }
-  in.require(in.left() == 0, "bytes beyond the end of the tile");
-  tile.index(owned, strips);
-  return tile;
 }
 
 std::vector<std::uint8_t> encodeTile(const Tile& tile) { return TileCodec::encode(tile); }
