@@ -9,24 +9,24 @@ namespace filiform {
 namespace {
 
 constexpr std::size_t kLeastOutline = 4;
-// Largest gap between the ends, as a fraction of the outline's length. A straight chain has 0.5.
+// Largest gap between the ends, as a fraction of the outline's length. A straight run has 0.5.
 constexpr double kWidestGap = 0.3;
 constexpr double kMostSpread =
-    0.45;  // deviation of the distances from the centre, relative to their mean; flat chains have 0.58
-constexpr double kThickestOutline = 0.5;  // relative to the outline's radius; thicker chains are cylinders
+    0.45;  // deviation of the distances from the centre, relative to their mean; flat runs have 0.58
+constexpr double kThickestOutline = 0.5;  // relative to the outline's radius; thicker runs are cylinders
 
 bool isThreeSamples(std::span<const SomaSample> s) { return s.size() == 3 && s[1].parent == 0 && s[2].parent == 0; }
 
-// The samples from the root to the end of a chain; empty if they branch.
-std::vector<std::uint32_t> chainOf(std::span<const SomaSample> samples) {
+// The samples from the root to the end of an unbranched run; empty if they branch.
+std::vector<std::uint32_t> unbranchedRun(std::span<const SomaSample> samples) {
   constexpr std::uint32_t kNoSample = UINT32_MAX;
-  std::vector<std::uint32_t> next(samples.size(), kNoSample), chain;
+  std::vector<std::uint32_t> next(samples.size(), kNoSample), run;
   for (std::uint32_t i = 1; i < samples.size(); ++i) {
     if (next[samples[i].parent] != kNoSample) return {};
     next[samples[i].parent] = i;
   }
-  for (std::uint32_t at = 0; at != kNoSample; at = next[at]) chain.push_back(at);
-  return chain;
+  for (std::uint32_t at = 0; at != kNoSample; at = next[at]) run.push_back(at);
+  return run;
 }
 
 struct Ball {
@@ -36,14 +36,14 @@ struct Ball {
 
 std::optional<Ball> outlineOf(std::span<const SomaSample> samples) {
   if (samples.size() < kLeastOutline) return std::nullopt;
-  const std::vector<std::uint32_t> chain = chainOf(samples);
-  if (chain.empty()) return std::nullopt;
-  const double gap_um = (samples[chain.front()].p_um - samples[chain.back()].p_um).norm();
+  const std::vector<std::uint32_t> run = unbranchedRun(samples);
+  if (run.empty()) return std::nullopt;
+  const double gap_um = (samples[run.front()].p_um - samples[run.back()].p_um).norm();
   double around_um = gap_um;
   Vector3d centre = Vector3d::Zero();
-  for (std::size_t i = 0; i < chain.size(); ++i) {
-    if (i > 0) around_um += (samples[chain[i]].p_um - samples[chain[i - 1]].p_um).norm();
-    centre += samples[chain[i]].p_um / static_cast<double>(chain.size());
+  for (std::size_t i = 0; i < run.size(); ++i) {
+    if (i > 0) around_um += (samples[run[i]].p_um - samples[run[i - 1]].p_um).norm();
+    centre += samples[run[i]].p_um / static_cast<double>(run.size());
   }
   if (gap_um > kWidestGap * around_um) return std::nullopt;
   double sum = 0, squares = 0, thickest = 0;

@@ -19,7 +19,7 @@ inline constexpr std::uint16_t kSomaType = 1;
 struct Soma {
   enum class Form : std::uint8_t {
     kThreePoint,  // the root is the centre; two samples lie one radius from it on opposite sides (NeuroMorpho)
-    kContour,     // a chain of thin samples around the outline that ends near its start
+    kContour,     // an unbranched run of thin samples around the outline; ends near its start
   };
   Form form = Form::kThreePoint;
   std::uint32_t root = 0;  // rank

@@ -115,7 +115,7 @@ TEST(Soma, OtherFormsMeanThemselves) {
   }
 }
 
-TEST(Soma, ALongChainOfSomaSamplesIsNoOutline) {
+TEST(Soma, ALongRunOfSomaSamplesIsNoOutline) {
   EXPECT_EQ(somataOf(contour(500, 5, 0)).somata.size(), 1u);
   EXPECT_TRUE(somataOf(contour(600, 5, 0)).somata.empty());
 }

@@ -369,7 +369,7 @@ TEST(SwcReader, CountsStayExactWhenRecordsAreCapped) {
   EXPECT_EQ(reading.report.records.size(), 333u + InputReport::kTokensKept);
 }
 
-TEST(SwcReader, AVeryDeepChainWrittenBackwardsIsRead) {
+TEST(SwcReader, AVeryDeepCellWrittenBackwardsIsRead) {
   std::string text;
   const int samples = 100000;
   for (int i = samples; i > 1; --i)
