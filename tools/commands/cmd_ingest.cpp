@@ -1,5 +1,6 @@
 // filiform ingest: makes a tile set from SWC files, folders and archives.
 #include "index/build/ingest.h"
+#include "index/build/input_provenance.h"
 #include "index/errors.h"
 #include "index/input/input.h"
 #include "index/input/placements.h"
@@ -17,7 +18,6 @@
 #include <cmath>
 #include <iostream>
 #include <optional>
-#include <tuple>
 
 #include <CLI/CLI.hpp>
 
@@ -48,60 +48,13 @@ int quantumExponentOf(const std::string& text) {
   return exponent;
 }
 
-std::string firstReason(const InputReport& report) {
-  const std::string reason = refusalReason(report);
-  return reason.empty() ? "warnings under --strict" : reason;
-}
-
-std::string firstCode(const InputReport& report) {
-  return report.codes.empty() ? "" : std::string(name(report.codes.all().front().first));
-}
-
-Provenance provenanceOf(const std::vector<SourceReport>& reports) {
-  Provenance provenance;
-  const InputTotals all = totals(reports);
-  for (const auto& [code, count] : all.codes.all()) provenance.codes[std::string(name(code))] = count;
-  for (const SourceReport& source : reports) {
-    std::uint64_t cells = 0;
-    if (source.archive) {
-      for (const EntryReport& entry : source.entries) {
-        if (entry.report.severity == Severity::kRefuse || entry.dropped)
-          provenance.refused.push_back(
-              {source.file + "/" + entry.entry, firstCode(entry.report), firstReason(entry.report)});
-        else
-          ++cells;
-      }
-    } else if (source.report.severity != Severity::kRefuse) {
-      cells = 1;
-    }
-    if (source.report.severity == Severity::kRefuse)
-      provenance.refused.push_back({source.file, firstCode(source.report), firstReason(source.report)});
-    provenance.sources.push_back({source.file, source.bytes, source.digest, cells});
-    if (anyDropped(source))
-      provenance.sources.back().dropped = [&source](const auto& use) { writeDropped(source, use); };
-  }
-  return provenance;
-}
-
-// Adds the placement table to the sources; all cells count as the table's. Dropped rows are named by their token, so
-// that the manifest does not depend on the order of the rows.
-void addPlacements(const PlacedCells& placed, bool strict, Provenance& provenance) {
+void checkPlacements(const PlacedCells& placed, bool strict) {
   const PlacementReport& report = placed.report();
   const PlacementTable& table = placed.table();
   if (strict && !report.codes.empty())
     throw InputError("--strict: " + escaped(table.file()) + ":" + std::to_string(report.records.front().line) + ": " +
                      std::string(explanation(report.records.front().code)) + "; nothing written");
   if (report.placed == 0) throw InputError(escaped(table.file()) + ": no row of the table places a morphology");
-  for (const auto& [code, count] : report.codes.all()) provenance.codes[std::string(name(code))] += count;
-  std::vector<std::string> tokens;
-  for (const InputRecord& record : report.records)
-    if (!record.token.empty()) tokens.push_back(record.token);
-  std::sort(tokens.begin(), tokens.end());
-  std::string dropped;
-  for (const std::string& token : tokens) dropped += (dropped.empty() ? "" : ",") + token;
-  for (Provenance::Source& source : provenance.sources) source.cells = 0;
-  provenance.sources.push_back({table.file(), table.bytes(), table.digest(), report.placed});
-  if (!dropped.empty()) provenance.sources.back().dropped = [dropped](const auto& use) { use(dropped); };
 }
 
 std::string describe(const PlacedCells& placed) {
@@ -141,18 +94,8 @@ void requireUsable(const std::vector<SourceReport>& reports, bool strict) {
                      " inputs refused, nothing written; filiform check says which and why");
   if (all.accepted + all.warned > 0) return;
   const std::string first =
-      reports.empty() ? "nothing was read" : escaped(reports.front().file) + ": " + firstReason(reports.front().report);
+      reports.empty() ? "nothing was read" : escaped(reports.front().file) + ": " + refusedFor(reports.front().report);
   throw InputError("no usable neuron in the input (" + first + "); filiform check lists what is wrong");
-}
-
-// Sorts sources and refusals, so that the bytes of a set do not depend on the order of the arguments.
-void sortByContent(Provenance& provenance) {
-  std::sort(provenance.sources.begin(), provenance.sources.end(), [](const auto& x, const auto& y) {
-    return std::tie(x.name, x.digest, x.bytes) < std::tie(y.name, y.digest, y.bytes);
-  });
-  std::sort(provenance.refused.begin(), provenance.refused.end(), [](const auto& x, const auto& y) {
-    return std::tie(x.name, x.code, x.reason) < std::tie(y.name, y.code, y.reason);
-  });
 }
 
 // The progress of an ingest: the reading in bytes, then each phase in the units that ingest() reports.
@@ -219,10 +162,8 @@ int runIngest(const IngestArguments& a) {
     progress.endReading();
     if (report) writeReportJson(report->stream(), input.reports());
     requireUsable(input.reports(), a.strict);
-    Provenance provenance = provenanceOf(input.reports());
-    if (placed) addPlacements(*placed, a.strict, provenance);
-    sortByContent(provenance);
-    return provenance;
+    if (placed) checkPlacements(*placed, a.strict);
+    return provenanceOf(input.reports(), placed ? &*placed : nullptr);
   };
   options.progress = [&](const char* phase, std::uint64_t done, std::uint64_t total) {
     progress.build(phase, done, total);
