@@ -2,7 +2,7 @@
 
 #include "index/build/internal/tiler.h"
 #include "index/errors.h"
-#include "index/set/internal/set_files.h"
+#include "index/set/internal/cells_file.h"
 #include "index/set/internal/tile_entry.h"
 
 #include <map>
@@ -18,7 +18,7 @@ class MemoryTiles final : public TileStore, private internal::TileSink {
     tiler.read(stream);
     tiler.cut();
     tiler.tiles(*this);
-    samples_ = tiler.samples();
+    landmarks_ = tiler.landmarks();
     const auto leaf_count = static_cast<std::uint32_t>(tiler.leaves().size());
     std::vector<TileId> tile_of(leaf_count + 1, kNoTile);
     std::vector<BlockKey> keys;
@@ -60,7 +60,7 @@ class MemoryTiles final : public TileStore, private internal::TileSink {
     return found == by_name_.end() ? std::nullopt : std::optional(found->second);
   }
   CellDetail loadCellDetail(std::uint32_t id) const override { return details_.at(id); }
-  const Landmarks& samples() const override { return samples_; }
+  const Landmarks& landmarks() const override { return landmarks_; }
 
  private:
   // Leaves come in the order of their keys, since there is one thread.
@@ -85,7 +85,7 @@ class MemoryTiles final : public TileStore, private internal::TileSink {
   std::vector<CellRecord> records_;
   std::vector<CellDetail> details_;
   std::map<std::string, std::uint32_t> by_name_;
-  Landmarks samples_;
+  Landmarks landmarks_;
   std::vector<Found> found_;  // used while tiles are cut
 };
 

@@ -13,7 +13,7 @@ constexpr std::size_t kLeastPassage = 6;  // nodes; a shorter passage saves noth
 constexpr std::size_t kBetweenPassages = 4;
 
 struct Pending {
-  BlockKey cell;
+  BlockKey block;
   std::size_t begin, end;  // range of the keys
   std::uint32_t parent;
   int side;
@@ -32,7 +32,7 @@ GridPoint midpoint(const GridPoint& a, const GridPoint& b) {
   return {sum.x() >> 1, sum.y() >> 1, sum.z() >> 1};
 }
 
-GridBox closedCell(const BlockKey& key) {
+GridBox closedBlock(const BlockKey& key) {
   GridBox box = key.box();
   box.hi.array() += 1;
   return box;
@@ -45,16 +45,16 @@ void Partition::build(const BlockKey& world, std::span<const MortonKey> keys, Is
   while (!stack.empty()) {
     const Pending at = stack.back();
     stack.pop_back();
-    const bool leaf = is_leaf(at.cell, at.begin, at.end);
+    const bool leaf = is_leaf(at.block, at.begin, at.end);
     const auto self = static_cast<std::uint32_t>(leaf ? leaves_.size() : nodes_.size());
     assert(self < kLeafBit);
     if (at.parent != kNone) nodes_[at.parent].child[at.side] = leaf ? self | kLeafBit : self;
     if (leaf) {
-      leaves_.push_back(at.cell);
+      leaves_.push_back(at.block);
       continue;
     }
-    const BlockKey low = at.cell.half(0), high = at.cell.half(1);
-    const int axis = at.cell.depth % 3;
+    const BlockKey low = at.block.half(0), high = at.block.half(1);
+    const int axis = at.block.depth % 3;
     nodes_.push_back({mortonPoint(high.low)[axis], {0, 0}, axis, kNone});
     const auto first = keys.begin() + static_cast<std::ptrdiff_t>(at.begin);
     const auto last = keys.begin() + static_cast<std::ptrdiff_t>(at.end);
@@ -101,10 +101,10 @@ Partition Partition::split(std::span<const MortonKey> sorted_midpoints, std::uin
   return p;
 }
 
-std::vector<BlockKey> Partition::splitCell(const BlockKey& cell, std::span<const MortonKey> sorted_midpoints,
-                                           std::uint32_t capacity) {
+std::vector<BlockKey> Partition::splitBlock(const BlockKey& block, std::span<const MortonKey> sorted_midpoints,
+                                            std::uint32_t capacity) {
   Partition p;
-  p.build(cell, sorted_midpoints, isLeaf(sorted_midpoints, capacity));
+  p.build(block, sorted_midpoints, isLeaf(sorted_midpoints, capacity));
   return std::move(p.leaves_);
 }
 
@@ -112,9 +112,9 @@ Partition::Partition(std::vector<BlockKey> leaves) {
   std::vector<MortonKey> lows;
   lows.reserve(leaves.size());
   for (const BlockKey& leaf : leaves) lows.push_back(leaf.low);
-  build(BlockKey{}, lows, [&](const BlockKey& cell, std::size_t begin, std::size_t end) {
-    assert(begin < end && leaves[begin].depth >= cell.depth);
-    return end - begin == 1 && leaves[begin].depth <= cell.depth;
+  build(BlockKey{}, lows, [&](const BlockKey& block, std::size_t begin, std::size_t end) {
+    assert(begin < end && leaves[begin].depth >= block.depth);
+    return end - begin == 1 && leaves[begin].depth <= block.depth;
   });
   assert(leaves_ == leaves);
   findPassages();
@@ -137,34 +137,34 @@ std::uint32_t Partition::descend(std::uint32_t at, const GridPoint& p) const {
   return at & ~kLeafBit;
 }
 
-Partition::Subtree Partition::subtree(const BlockKey& cell) const {
-  const GridPoint low = mortonPoint(cell.low);
+Partition::Subtree Partition::subtree(const BlockKey& block) const {
+  const GridPoint low = mortonPoint(block.low);
   std::uint32_t at = root();
   BlockKey reached;
-  while (reached.depth < cell.depth && !(at & kLeafBit)) {
+  while (reached.depth < block.depth && !(at & kLeafBit)) {
     const Node& node = nodes_[at];
     const int upper = low[node.axis] >= node.plane;
     at = node.child[upper];
     reached = reached.half(upper);
   }
-  return {at, closedCell(reached)};
+  return {at, closedBlock(reached)};
 }
 
 // Walks to the leaves that a segment meets. An exact test is needed only if the segment's box touches a plane and the
 // segment leaves the block.
 class Partition::Visit {
  public:
-  Visit(const Partition& partition, const GridBox& cell, const GridPoint& a, const GridPoint& b,
+  Visit(const Partition& partition, const GridBox& block, const GridPoint& a, const GridPoint& b,
         std::vector<std::uint32_t>& met)
-      : partition_(partition), a_(a), b_(b), low_(a.cwiseMin(b)), high_(a.cwiseMax(b)), cell_(cell), met_(met) {}
+      : partition_(partition), a_(a), b_(b), low_(a.cwiseMin(b)), high_(a.cwiseMax(b)), box_(block), met_(met) {}
 
   bool run(std::uint32_t root) {
-    return descend(root, (low_.array() >= cell_.lo.array()).all() && (high_.array() <= cell_.hi.array()).all());
+    return descend(root, (low_.array() >= box_.lo.array()).all() && (high_.array() <= box_.hi.array()).all());
   }
   std::uint64_t visited() const { return visited_; }
 
  private:
-  // `whole`: the segment lies in the block. Changes cell_, and does not restore it.
+  // `whole`: the segment lies in the block. Changes box_, and does not restore it.
   bool descend(std::uint32_t at, bool whole) {
     for (;;) {
       ++visited_;
@@ -176,27 +176,27 @@ class Partition::Visit {
       if (node.passage != kNone) {
         const Passage& way = partition_.passages_[node.passage];
         if ((low_.array() > way.lo.array()).all() && (high_.array() < way.hi.array()).all()) {
-          cell_.lo = cell_.lo.cwiseMax(way.lo);
-          cell_.hi = cell_.hi.cwiseMin(way.hi);
+          box_.lo = box_.lo.cwiseMax(way.lo);
+          box_.hi = box_.hi.cwiseMin(way.hi);
           at = way.end;
           continue;
         }
       }
       if (high_[node.axis] < node.plane) {
-        cell_.hi[node.axis] = node.plane;
+        box_.hi[node.axis] = node.plane;
         at = node.child[0];
       } else if (low_[node.axis] > node.plane) {
-        cell_.lo[node.axis] = node.plane;
+        box_.lo[node.axis] = node.plane;
         at = node.child[1];
       } else {
-        const GridBox both = cell_;
-        cell_.hi[node.axis] = node.plane;
-        if ((whole || segmentMeetsBox(a_, b_, cell_)) &&
+        const GridBox both = box_;
+        box_.hi[node.axis] = node.plane;
+        if ((whole || segmentMeetsBox(a_, b_, box_)) &&
             !descend(node.child[0], whole && high_[node.axis] <= node.plane))
           return false;
-        cell_ = both;
-        cell_.lo[node.axis] = node.plane;
-        if (!whole && !segmentMeetsBox(a_, b_, cell_)) return true;
+        box_ = both;
+        box_.lo[node.axis] = node.plane;
+        if (!whole && !segmentMeetsBox(a_, b_, box_)) return true;
         whole = whole && low_[node.axis] >= node.plane;
         at = node.child[1];
       }
@@ -205,20 +205,20 @@ class Partition::Visit {
 
   const Partition& partition_;
   const GridPoint a_, b_, low_, high_;
-  GridBox cell_;
+  GridBox box_;
   std::vector<std::uint32_t>& met_;
   std::uint64_t visited_ = 0;
 };
 
 bool Partition::leavesMet(const GridPoint& a, const GridPoint& b, std::vector<std::uint32_t>& met,
                           std::uint64_t* visited) const {
-  return leavesMet({root(), closedCell(BlockKey{})}, a, b, met, visited);
+  return leavesMet({root(), closedBlock(BlockKey{})}, a, b, met, visited);
 }
 
 bool Partition::leavesMet(const Subtree& from, const GridPoint& a, const GridPoint& b, std::vector<std::uint32_t>& met,
                           std::uint64_t* visited) const {
   met.clear();
-  Visit visit(*this, from.cell, a, b, met);
+  Visit visit(*this, from.block, a, b, met);
   const bool few = visit.run(from.root);
   if (visited != nullptr) *visited += visit.visited();
   return few;

@@ -29,7 +29,7 @@ GridPoint midpoint(const GridPoint& a, const GridPoint& b);
 
 // The closed block: from the block's lowest grid point to the next block's lowest (hi + 1), on each axis. Neighbouring
 // closed blocks share a face, without a gap. A tile stores every segment that meets its closed block.
-GridBox closedCell(const BlockKey& key);
+GridBox closedBlock(const BlockKey& key);
 
 class Partition {
  public:
@@ -37,10 +37,10 @@ class Partition {
   // keys and capacity > 0. O(leaves * log n).
   static Partition split(std::span<const MortonKey> sorted_midpoints, std::uint32_t capacity);
 
-  // The leaves inside `cell`, from all midpoints in it. Requires that the whole partition splits every block above
-  // `cell`.
-  static std::vector<BlockKey> splitCell(const BlockKey& cell, std::span<const MortonKey> sorted_midpoints,
-                                         std::uint32_t capacity);
+  // The leaves inside `block`, from all midpoints in it. Requires that the whole partition splits every block above
+  // `block`.
+  static std::vector<BlockKey> splitBlock(const BlockKey& block, std::span<const MortonKey> sorted_midpoints,
+                                          std::uint32_t capacity);
 
   // The partition with the given leaves. Requires leaves that are disjoint, ascending and cover the world. O(leaves).
   explicit Partition(std::vector<BlockKey> leaves);
@@ -57,10 +57,10 @@ class Partition {
   // A block of the tree, from which searches may start instead of the whole world.
   struct Subtree {
     std::uint32_t root;
-    GridBox cell;  // closed block
+    GridBox block;  // closed
   };
-  // The block `cell`, or the leaf that contains it. O(depth).
-  Subtree subtree(const BlockKey& cell) const;
+  // The subtree of `block`, or of the leaf that contains it. O(depth).
+  Subtree subtree(const BlockKey& block) const;
   // Like home(p), for a point inside the block.
   std::uint32_t home(const Subtree& from, const GridPoint& p) const { return descend(from.root, p); }
   // Like leavesMet(a, b), for a segment that meets no closed block outside `from`.
@@ -85,7 +85,7 @@ class Partition {
     std::int32_t axis;
     std::uint32_t passage;  // the passage that begins here, or kNone
   };
-  // A shortcut past consecutive nodes that each have a leaf on one side. In a wide world, a few cells lie below many
+  // A shortcut past consecutive nodes that each have a leaf on one side. In a wide world, a few blocks lie below many
   // such nodes.
   struct Passage {
     GridPoint lo, hi;  // a segment strictly between them passes all nodes on the way

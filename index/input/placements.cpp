@@ -1,6 +1,7 @@
 #include "index/input/placements.h"
 
 #include "index/errors.h"
+#include "index/file/internal/digest.h"
 #include "index/text.h"
 
 #include <algorithm>
@@ -10,8 +11,6 @@
 #include <fstream>
 #include <numeric>
 #include <tuple>
-
-#include <xxhash.h>
 
 namespace filiform {
 namespace {
@@ -40,8 +39,9 @@ std::uint64_t digestOf(const PlacementTable::Row& row, std::string_view text, st
   std::array<double, 7> pose;
   std::copy(row.moved_um.begin(), row.moved_um.end(), pose.begin());
   std::copy(row.turned.begin(), row.turned.end(), pose.begin() + 3);
-  const std::uint64_t placed = XXH3_64bits_withSeed(pose.data(), sizeof pose, seed);
-  return XXH3_64bits_withSeed(text.data(), text.size(), placed);
+  const std::uint64_t placed =
+      internal::checksum(std::string_view(reinterpret_cast<const char*>(pose.data()), sizeof pose), seed);
+  return internal::checksum(text, placed);
 }
 
 }  // namespace
@@ -119,7 +119,7 @@ class PlacementTable::Parser {
     if (added) table_.sources_.push_back(at->first);
     row.source = at->second;
     table_.rows_.push_back(row);
-    table_.digest_ += digestOf(row, fields_[8], XXH3_64bits(fields_[0].data(), fields_[0].size()));
+    table_.digest_ += digestOf(row, fields_[8], internal::checksum(fields_[0]));
   }
 
   PlacementTable& table_;

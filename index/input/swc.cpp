@@ -1,6 +1,7 @@
 #include "index/input/swc.h"
 
 #include "index/errors.h"
+#include "index/file/internal/digest.h"
 #include "index/input/internal/line_splitter.h"
 #include "index/input/internal/swc_fields.h"
 #include "index/input/internal/swc_graph.h"
@@ -19,8 +20,6 @@
 #include <utility>
 #include <vector>
 
-#include <xxhash.h>
-
 namespace filiform {
 namespace {
 
@@ -36,17 +35,11 @@ float radiusFrom(double radius_um) {
   return narrow == 0 && radius_um > 0 ? std::numeric_limits<float>::denorm_min() : narrow;
 }
 
-struct HashFree {
-  void operator()(XXH3_state_t* hash) const { XXH3_freeState(hash); }
-};
-
 }  // namespace
 
 struct SwcReader::State {
   explicit State(const SwcOptions& swc_options) : options(swc_options), graph(book), lines(*this, kMaxDataLine) {
     options.check();
-    if (!hash) throw std::bad_alloc();
-    XXH3_64bits_reset(hash.get());
   }
   State(const State&) = delete;
   State& operator=(const State&) = delete;
@@ -72,7 +65,7 @@ struct SwcReader::State {
   void reset();
 
   SwcOptions options;
-  std::unique_ptr<XXH3_state_t, HashFree> hash{XXH3_createState()};
+  internal::RunningDigest digest;
   internal::RecordBook book;
   internal::SwcGraph graph;
   internal::LineSplitter<State> lines;
@@ -331,7 +324,7 @@ void SwcReader::State::sniff(bool at_end) {
 }
 
 void SwcReader::State::feed(std::string_view bytes) {
-  XXH3_64bits_update(hash.get(), bytes.data(), bytes.size());
+  digest.add(bytes);
   if (!sniffed) {
     const std::string_view first = bytes.substr(0, kSniffBytes - head.size());
     head += first;
@@ -379,13 +372,13 @@ InputReport SwcReader::State::finish(std::string_view file, Cell& cell) {
   }
   cell.links.clear();
   cell.name.clear();
-  cell.digest = XXH3_64bits_digest(hash.get());
+  cell.digest = digest.value();
   reset();
   return report;
 }
 
 void SwcReader::State::reset() {
-  XXH3_64bits_reset(hash.get());
+  digest.reset();
   book.clear();
   graph.clear();
   lines = internal::LineSplitter<State>(*this, kMaxDataLine);

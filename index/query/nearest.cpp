@@ -6,14 +6,13 @@
 #include "index/query/internal/landmark_hint.h"
 #include "index/query/tile_finder.h"
 #include "index/tile/tile_engine.h"
+#include "index/workers.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
-#include <exception>
 #include <list>
 #include <mutex>
-#include <system_error>
-#include <thread>
 #include <unordered_map>
 #include <utility>
 
@@ -210,8 +209,8 @@ struct Nearest::Impl {
   // True if the ball lies inside the tile's block: no other tile can then hold a result.
   bool answersAlone(TileId tile, const Vector3d& h_W, double squared_radius) const {
     const Grid grid = store.grid();
-    const GridBox cell = closedCell(store.entry(tile).key);
-    const Vector3d lo_W = grid.toWorld(cell.lo), hi_W = grid.toWorld(cell.hi);
+    const GridBox block = closedBlock(store.entry(tile).key);
+    const Vector3d lo_W = grid.toWorld(block.lo), hi_W = grid.toWorld(block.hi);
     const double room = (h_W - lo_W).cwiseMin(hi_W - h_W).minCoeff();
     constexpr double kUlps = 16 * std::numeric_limits<double>::epsilon();
     const double size = std::max(lo_W.cwiseAbs().maxCoeff(), hi_W.cwiseAbs().maxCoeff());
@@ -319,30 +318,15 @@ std::vector<std::vector<NearestResult>> Nearest::findAll(std::span<const Vector3
   std::sort(order.begin(), order.end());
 
   std::vector<std::vector<NearestResult>> results(points.size());
-  threads = static_cast<unsigned>(std::clamp<std::size_t>(order.size() / kLeastPerThread, 1, std::max(threads, 1u)));
-  std::vector<std::exception_ptr> failures(threads);
-  const auto work = [&](unsigned number) {
-    try {
-      // Consecutive parts of the curve, so that threads need different tiles.
-      const std::size_t begin = order.size() * number / threads, end = order.size() * (number + 1) / threads;
+  // Consecutive parts of the curve, so that threads need different tiles.
+  const std::size_t parts = std::clamp<std::size_t>(order.size() / kLeastPerThread, 1, std::max(threads, 1u));
+  std::atomic<std::size_t> next{0};
+  runWorkers(parts, [&](unsigned, const std::atomic<bool>& failed) {
+    for (std::size_t part; !failed && (part = next.fetch_add(1)) < parts;) {
+      const std::size_t begin = order.size() * part / parts, end = order.size() * (part + 1) / parts;
       for (std::size_t i = begin; i < end; ++i) results[order[i].second] = find(points[order[i].second], query);
-    } catch (...) {
-      failures[number] = std::current_exception();
     }
-  };
-  {
-    std::vector<std::jthread> others;
-    unsigned given = 1;
-    try {
-      for (; given < threads; ++given) others.emplace_back(work, given);
-    } catch (const std::system_error&) {
-      // The system grants no more threads: this thread does the rest.
-    }
-    work(0);
-    for (; given < threads; ++given) work(given);
-  }
-  for (const std::exception_ptr& failure : failures)
-    if (failure) std::rethrow_exception(failure);
+  });
   return results;
 }
 

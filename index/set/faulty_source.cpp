@@ -1,7 +1,7 @@
 #include "index/set/faulty_source.h"
 
 #include "index/errors.h"
-#include "index/file/internal/bytes.h"
+#include "index/file/internal/digest.h"
 
 #include <algorithm>
 #include <chrono>
@@ -72,8 +72,7 @@ void FaultySource::read(const std::string& name, std::uint64_t offset, std::span
     });
     if (armed) {
       const std::uint64_t number = reads_.fetch_add(1, std::memory_order_relaxed) + 1, time = times_[{name, offset}]++;
-      const std::uint64_t place =
-          internal::checksum({reinterpret_cast<const std::uint8_t*>(name.data()), name.size()}) ^ splitMix(offset);
+      const std::uint64_t place = internal::checksum(name) ^ splitMix(offset);
       const std::uint64_t draw = splitMix(plan_.seed ^ splitMix(place ^ splitMix(time)));
       delay_s = delayOf(plan_, unit(draw));
       if (!healed_)

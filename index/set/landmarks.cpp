@@ -56,7 +56,7 @@ GridPoint interior(const StoredSegment& s, std::uint64_t odd, std::uint64_t piec
 
 }  // namespace
 
-std::size_t samplePointsFor(std::uint64_t segments) {
+std::size_t landmarksFor(std::uint64_t segments) {
   return static_cast<std::size_t>(std::clamp<std::uint64_t>(segments / kSegmentsPerPoint, kLeastPoints, kMaxLandmarks));
 }
 
@@ -186,7 +186,7 @@ void LandmarkChooser::addLeaf(const BlockKey& leaf, std::span<const StoredSegmen
         std::max({group.radius2, squaredDistance(s.child, group.point), squaredDistance(s.parent, group.point)});
   }
   for (std::size_t g = first; g < part.groups_.size(); ++g)
-    part.groups_[g].cell = prefix(mortonKey(part.groups_[g].point), depth_);
+    part.groups_[g].block = prefix(mortonKey(part.groups_[g].point), depth_);
 }
 
 Landmarks LandmarkChooser::finish(std::span<Part> parts) const {
@@ -200,12 +200,12 @@ Landmarks LandmarkChooser::finish(std::span<Part> parts) const {
     part = {};
   }
   std::sort(groups.begin(), groups.end(), [](const Part::Group& a, const Part::Group& b) {
-    return std::tie(a.cell, a.distance2, a.id) < std::tie(b.cell, b.distance2, b.id);
+    return std::tie(a.block, a.distance2, a.id) < std::tie(b.block, b.distance2, b.id);
   });
   for (std::size_t begin = 0, end; begin < groups.size(); begin = end) {
     const Part::Group& best = groups[begin];
     points.push_back({best.point, best.id, 0.5f});
-    for (end = begin + 1; end < groups.size() && groups[end].cell == best.cell;) ++end;
+    for (end = begin + 1; end < groups.size() && groups[end].block == best.block;) ++end;
     double radius2 = best.radius2;
     for (std::size_t g = begin + 1; g < end; ++g) {
       const GridPoint farthest =
@@ -254,7 +254,7 @@ Landmarks chooseLandmarks(const TileStore& store, std::size_t most) {
   });
   internal::sortKeys(keys);
   survey.addKeys(keys);
-  if (most == 0) most = samplePointsFor(keys.size());
+  if (most == 0) most = landmarksFor(keys.size());
   keys = {};
   const LandmarkChooser chooser(store.grid(), survey, most);
   LandmarkChooser::Part part;

@@ -18,7 +18,7 @@ namespace filiform {
 inline constexpr std::size_t kMaxLandmarks = 65536;
 
 // Number of landmarks for a set of `segments` segments: one for 128 segments, at least 64, at most kMaxLandmarks.
-std::size_t samplePointsFor(std::uint64_t segments);
+std::size_t landmarksFor(std::uint64_t segments);
 
 // Statistics from which the spacing of landmarks follows. Thread rule: thread-compatible.
 class LandmarkSurvey {
@@ -51,7 +51,7 @@ class LandmarkChooser {
   class Part {
     friend class LandmarkChooser;
     struct Group {  // segments of one leaf in one block
-      MortonKey cell;
+      MortonKey block;
       GridPoint point;  // the midpoint nearest to the block's centre, lowest id
       double distance2;
       SegmentId id;
@@ -85,6 +85,6 @@ class LandmarkChooser {
 
 // Chooses landmarks from the owned segments of all tiles; reads every tile. Takes 16 bytes a segment.
 Landmarks chooseLandmarks(const TileStore& store, std::size_t most);
-Landmarks chooseLandmarks(const TileStore& store);  // samplePointsFor() landmarks
+Landmarks chooseLandmarks(const TileStore& store);  // landmarksFor() landmarks
 
 }  // namespace filiform

@@ -1,6 +1,7 @@
 #include "index/set/levels.h"
 
 #include "index/errors.h"
+#include "index/file/internal/digest.h"
 #include "index/set/internal/level_files.h"
 #include "index/tile/tile_codec.h"
 
@@ -231,13 +232,13 @@ LevelChoice Levels::choose(const LevelView& view, std::uint64_t most_segments, d
 std::vector<std::string> checkLevels(const TileSet& set, const Levels& levels) {
   std::vector<std::string> problems;
   const Grid grid = set.grid();
-  struct Thread {
+  struct Piece {
     Vector3d a_W, b_W;
   };
   struct Open {  // a level tile that contains the current leaf
     LevelId level;
     MortonKey high;
-    std::vector<std::pair<std::uint32_t, Thread>> threads;  // by cell: neurites
+    std::vector<std::pair<std::uint32_t, Piece>> pieces;  // of neurites, by cell
     std::uint64_t owned = 0, far = 0;
   };
   std::vector<Open> inside;
@@ -269,8 +270,8 @@ std::vector<std::string> checkLevels(const TileSet& set, const Levels& levels) {
       if (levels.loadAppearance(level).types.size() != tile->segment_count())
         problems.push_back("level tile " + std::to_string(level) + ": its appearance has the wrong length");
       for (std::uint32_t s = 0; s < tile->segment_count(); ++s)
-        open.threads.emplace_back(tile->segmentId(s).cell,
-                                  Thread{tile->position_W(tile->child(s)), tile->position_W(tile->parent(s))});
+        open.pieces.emplace_back(tile->segmentId(s).cell,
+                                 Piece{tile->position_W(tile->child(s)), tile->position_W(tile->parent(s))});
       inside.push_back(std::move(open));
     }
     const std::shared_ptr<const Tile> tile = set.load(id);
@@ -282,14 +283,14 @@ std::vector<std::string> checkLevels(const TileSet& set, const Levels& levels) {
         if (!tile->owned(s)) continue;
         ++open.owned;
         const std::uint32_t cell = tile->segmentId(s).cell;
-        const auto first = std::lower_bound(open.threads.begin(), open.threads.end(), cell,
-                                            [](const auto& thread, std::uint32_t of) { return thread.first < of; });
+        const auto first = std::lower_bound(open.pieces.begin(), open.pieces.end(), cell,
+                                            [](const auto& piece, std::uint32_t of) { return piece.first < of; });
         const auto last =
-            std::find_if(first, open.threads.end(), [&](const auto& thread) { return thread.first != cell; });
+            std::find_if(first, open.pieces.end(), [&](const auto& piece) { return piece.first != cell; });
         const Vector3d ends_W[] = {tile->position_W(tile->child(s)), tile->position_W(tile->parent(s))};
         for (const Vector3d& p_W : {ends_W[0], ends_W[1], Vector3d(0.5 * (ends_W[0] + ends_W[1]))}) {
-          const bool near = std::any_of(first, last, [&](const auto& thread) {
-            const Vector3d way = thread.second.b_W - thread.second.a_W, d = p_W - thread.second.a_W;
+          const bool near = std::any_of(first, last, [&](const auto& piece) {
+            const Vector3d way = piece.second.b_W - piece.second.a_W, d = p_W - piece.second.a_W;
             const double squared = way.squaredNorm();
             const double t = squared > 0 ? std::clamp(d.dot(way) / squared, 0.0, 1.0) : 0.0;
             return (d - t * way).squaredNorm() <= error2;

@@ -2,6 +2,10 @@
 
 #include "index/errors.h"
 #include "index/file/internal/output_file.h"
+#include "index/set/internal/cells_file.h"
+#include "index/set/internal/directory_file.h"
+#include "index/set/internal/landmarks_file.h"
+#include "index/set/internal/manifest.h"
 #include "index/set/internal/set_files.h"
 #include "index/tile/tile_codec.h"
 
@@ -72,7 +76,7 @@ struct TileSet::Impl {
   mutable std::atomic<std::uint64_t> floor_bytes{UINT64_MAX};
 
   mutable ReadOnce<internal::CellTable> cells;
-  mutable ReadOnce<Landmarks> samples;
+  mutable ReadOnce<Landmarks> landmarks;
   mutable std::atomic<bool> cells_header_checked{false};
 
   std::string key(const std::string& name) const { return revision + "/" + name; }
@@ -372,8 +376,8 @@ CellDetail TileSet::loadCellDetail(std::uint32_t id) const {
   return detail;
 }
 
-const Landmarks& TileSet::samples() const {
-  return impl_->samples.get([this] {
+const Landmarks& TileSet::landmarks() const {
+  return impl_->landmarks.get([this] {
     const SetFile& f = impl_->file(internal::kLandmarksFile);
     const Bytes bytes = impl_->read(f.name, 0, f.bytes);
     return std::make_unique<Landmarks>(

@@ -58,7 +58,7 @@ class TileSet final : public TileStore {
   std::optional<std::uint32_t> findCell(const std::string& name) const override;
   // Reads the detail of one cell; if the table of cells is not read yet, also one record of 128 bytes.
   CellDetail loadCellDetail(std::uint32_t id) const override;
-  const Landmarks& samples() const override;
+  const Landmarks& landmarks() const override;
 
   const std::string& revision() const;  // name of the revision's folder
   const std::string& manifest() const;  // text of the manifest, JSON

@@ -92,7 +92,7 @@ class TileStore {
   virtual std::optional<std::uint32_t> findCell(const std::string& name) const = 0;  // O(log cells)
   virtual CellDetail loadCellDetail(std::uint32_t id) const = 0;                     // throws CorruptSet, IoError
 
-  virtual const Landmarks& samples() const = 0;  // the landmarks; loaded at the first call
+  virtual const Landmarks& landmarks() const = 0;  // the landmarks; loaded at the first call
 };
 
 }  // namespace filiform

@@ -65,7 +65,7 @@ VerifyReport verify(const std::string& path, const VerifyOptions& options) {
   checker.attempt([&] {
     for (std::uint32_t c = 0; c < set->cell_count(); ++c) set->loadCellDetail(c), set->cell(c);
   });
-  checker.attempt([&] { set->samples(); });
+  checker.attempt([&] { set->landmarks(); });
   std::unique_ptr<Levels> levels;
   checker.attempt([&] { levels = Levels::open(*set); });
   for (LevelId l = 0; levels != nullptr && l < levels->size(); ++l) {

@@ -298,12 +298,12 @@ void Tile::listIncident() {
 
 void Tile::markHomes() {
   if (is_long_) return;
-  const GridBox cell = key_.box();
+  const GridBox block = key_.box();
   Offset lo, range;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const auto i = static_cast<Eigen::Index>(axis);
-    lo[axis] = static_cast<std::uint64_t>(cell.lo[i] - origin_[i]);  // modulo 2^64
-    range[axis] = static_cast<std::uint64_t>(cell.hi[i] - cell.lo[i]);
+    lo[axis] = static_cast<std::uint64_t>(block.lo[i] - origin_[i]);  // modulo 2^64
+    range[axis] = static_cast<std::uint64_t>(block.hi[i] - block.lo[i]);
   }
   withOffsets([&](const auto& offsets) {
     for (std::size_t b = 0; b < nodes_.size(); ++b) {

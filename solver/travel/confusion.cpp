@@ -100,7 +100,7 @@ class Neighbourhood {
 
 Confusion::Confusion(const TileStore& store, const Nearest& nearest, const ConfusionOptions& options)
     : store_(store), nearest_(nearest), options_(options) {
-  const Landmarks& landmarks = store.samples();
+  const Landmarks& landmarks = store.landmarks();
   if (landmarks.points.empty()) return;
   std::mt19937_64 random(options.seed);
   for (std::size_t i = 0; i < options.places; ++i) {

@@ -1,5 +1,9 @@
+#include "index/file/internal/digest.h"
+#include "index/set/internal/cells_file.h"
+#include "index/set/internal/directory_file.h"
+#include "index/set/internal/landmarks_file.h"
 #include "index/set/internal/level_files.h"
-#include "index/set/internal/set_files.h"
+#include "index/set/internal/manifest.h"
 #include "tests/fuzz/fuzz_bytes.h"
 
 namespace filiform::fuzz {
@@ -70,13 +74,13 @@ void detail(Input input) {
   require(internal::encodeDetail(internal::decodeDetail(again, samples)) == again, "a cell survives its bytes");
 }
 
-void samples(Bytes bytes) {
+void landmarks(Bytes bytes) {
   seal(bytes, 24, 40, bytes.size());
   seal(bytes, 32, 0, 32);
   const Landmarks found = internal::decodeLandmarks(bytes);
   require(found.points.size() == found.segments.size() && found.points.size() == found.t.size(),
           "arrays of one length");
-  require(internal::encodeLandmarks(found) == bytes, "sample points survive their bytes");
+  require(internal::encodeLandmarks(found) == bytes, "landmarks survive their bytes");
 }
 
 void levels(Bytes bytes) {
@@ -97,7 +101,7 @@ void fuzzDirectory(Input input) {
     if (kind == 0) directory(bytes);
     if (kind == 1) cells(bytes);
     if (kind == 2) detail(bytes);
-    if (kind == 3) samples(bytes);
+    if (kind == 3) landmarks(bytes);
     if (kind == 4) levels(bytes);
   } catch (const Damage& damage) {
     require(!damage.what.empty(), "damage is said in words");

@@ -33,9 +33,9 @@ std::size_t CountingStore::loads(TileId tile) const {
   return static_cast<std::size_t>(std::count(account_->loads.begin(), account_->loads.end(), tile));
 }
 
-std::size_t CountingStore::samplesRead() const {
+std::size_t CountingStore::landmarkReads() const {
   const std::lock_guard lock(account_->mutex);
-  return account_->samples_read;
+  return account_->landmark_reads;
 }
 
 std::uint64_t CountingStore::heldBytes() const {
@@ -80,14 +80,14 @@ std::shared_ptr<const Tile> CountingStore::load(TileId tile) const {
           }};
 }
 
-const Landmarks& CountingStore::samples() const {
+const Landmarks& CountingStore::landmarks() const {
   {
     const std::lock_guard lock(account_->mutex);
-    ++account_->samples_read;
+    ++account_->landmark_reads;
   }
-  if (most_samples_ == 0) return store_.samples();
-  std::call_once(chosen_, [&] { samples_ = chooseLandmarks(store_, most_samples_); });
-  return samples_;
+  if (most_landmarks_ == 0) return store_.landmarks();
+  std::call_once(chosen_, [&] { landmarks_ = chooseLandmarks(store_, most_landmarks_); });
+  return landmarks_;
 }
 
 }  // namespace filiform::test

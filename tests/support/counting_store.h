@@ -17,9 +17,9 @@ class CountingStore : public TileStore {
  public:
   static constexpr int kForever = -1;
 
-  // With `most_samples`, the landmarks are chosen anew, at most this many: few are chosen quickly.
-  explicit CountingStore(const TileStore& store, std::size_t most_samples = 0)
-      : store_(store), most_samples_(most_samples), account_(std::make_shared<Account>()) {}
+  // With `most_landmarks`, the landmarks are chosen anew, at most this many: few are chosen quickly.
+  explicit CountingStore(const TileStore& store, std::size_t most_landmarks = 0)
+      : store_(store), most_landmarks_(most_landmarks), account_(std::make_shared<Account>()) {}
 
   // Makes the next `times` loads of the tile throw CorruptTile.
   void failLoads(TileId tile, int times = kForever);
@@ -30,7 +30,7 @@ class CountingStore : public TileStore {
 
   std::vector<TileId> loads() const;  // in order, with failed loads
   std::size_t loads(TileId tile) const;
-  std::size_t samplesRead() const;  // calls of samples()
+  std::size_t landmarkReads() const;  // calls of landmarks()
   // Tile::bytes() of the tiles that somebody still holds, each load counted; below, the largest value so far.
   std::uint64_t heldBytes() const;
   std::uint64_t peakHeldBytes() const;
@@ -48,13 +48,13 @@ class CountingStore : public TileStore {
   const CellRecord& cell(std::uint32_t id) const override { return store_.cell(id); }
   std::optional<std::uint32_t> findCell(const std::string& name) const override { return store_.findCell(name); }
   CellDetail loadCellDetail(std::uint32_t id) const override { return store_.loadCellDetail(id); }
-  const Landmarks& samples() const override;
+  const Landmarks& landmarks() const override;
 
  private:
   struct Account {  // outlives the store, because a tile may be freed later
     std::mutex mutex;
     std::vector<TileId> loads;
-    std::size_t samples_read = 0;
+    std::size_t landmark_reads = 0;
     std::map<TileId, int> failures;
     std::chrono::microseconds delay{0}, jitter{0};
     std::mt19937_64 random{11};
@@ -62,9 +62,9 @@ class CountingStore : public TileStore {
   };
 
   const TileStore& store_;
-  const std::size_t most_samples_;
+  const std::size_t most_landmarks_;
   mutable std::once_flag chosen_;
-  mutable Landmarks samples_;
+  mutable Landmarks landmarks_;
   std::shared_ptr<Account> account_;
 };
 

@@ -87,7 +87,7 @@ void expectTilesHold(const TileStore& store, const std::vector<Cell>& cells) {
   const std::vector<StoredSegment> segments = snappedSegments(cells, store.grid());
   const Partition partition = partitionOf(segments, store.capacity());
   std::vector<GridBox> closed_leaves;
-  for (const BlockKey& leaf : partition.leaves()) closed_leaves.push_back(closedCell(leaf));
+  for (const BlockKey& leaf : partition.leaves()) closed_leaves.push_back(closedBlock(leaf));
   std::map<SegmentId, const StoredSegment*> by_id;
   std::map<NodeId, std::vector<SegmentId>> incident;
   std::map<NodeId, GridPoint> nodes;
@@ -118,7 +118,7 @@ void expectTilesHold(const TileStore& store, const std::vector<Cell>& cells) {
     const std::shared_ptr<const Tile> tile = store.load(t);
     const TileEntry& entry = store.entry(t);
     const bool is_long = t == store.long_tile();
-    const GridBox closed = closedCell(entry.key);
+    const GridBox closed = closedBlock(entry.key);
     ASSERT_EQ(tile->id(), t);
     ASSERT_EQ(tile->isLong(), is_long);
     ASSERT_EQ(tile->key(), entry.key);

@@ -13,12 +13,12 @@ bool holds(const GridBox& box, const GridPoint& p) {
 }  // namespace
 
 BlockKey Chunk::core() const {
-  BlockKey cell = key;
-  if (seen.empty()) return cell;
+  BlockKey block = key;
+  if (seen.empty()) return block;
   const MortonKey low = mortonKey(seen.lo), high = mortonKey(seen.hi);  // keys increase with each coordinate
-  while (cell.depth < kMortonBits && cell.half(0).contains(low) == cell.half(0).contains(high))
-    cell = cell.half(cell.half(0).contains(low) ? 0 : 1);
-  return cell;
+  while (block.depth < kMortonBits && block.half(0).contains(low) == block.half(0).contains(high))
+    block = block.half(block.half(0).contains(low) ? 0 : 1);
+  return block;
 }
 
 Chunks::Chunks(Spool& spool, std::uint64_t most_segments, std::size_t most_open)

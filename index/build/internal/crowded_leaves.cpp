@@ -48,7 +48,7 @@ CrowdedLeaves::CrowdedLeaves(const Partition& partition, std::span<SegmentChain>
 
 std::uint64_t CrowdedLeaves::count(const std::function<Chunk(std::uint32_t leaf)>& chunkOf) {
   std::vector<GridBox> closed;
-  for (const std::uint32_t leaf : leaves_) closed.push_back(closedCell(partition_.leaves()[leaf]));
+  for (const std::uint32_t leaf : leaves_) closed.push_back(closedBlock(partition_.leaves()[leaf]));
   std::vector<std::uint64_t> stored(leaves_.size(), 0);
   const auto count = [&](const SegmentRecord& record, std::size_t begin, std::size_t end) {
     const auto meets = [&](std::size_t i) { return segmentMeetsBox(record.child, record.parent, closed[i]); };
@@ -63,7 +63,7 @@ std::uint64_t CrowdedLeaves::count(const std::function<Chunk(std::uint32_t leaf)
   for (std::size_t i = 0; i < leaves_.size(); ++i) {
     const Chunk chunk = chunkOf(leaves_[i]);
     forEachRecord(*chunk.own, [&](const SegmentRecord& record, std::uint64_t) {
-      if (strictlyInside(chunk.cell, record.child, record.parent)) count(record, i, i + 1);
+      if (strictlyInside(chunk.closed_block, record.child, record.parent)) count(record, i, i + 1);
     });
   }
   return *std::max_element(stored.begin(), stored.end());

@@ -20,11 +20,11 @@ class CrowdedLeaves {
   // Number of segments that the fullest leaf stores, estimated from one segment in 64.
   std::uint64_t estimate() const { return estimate_; }
   // The same, counted exactly for the leaves that may be the fullest. chunkOf(leaf) has its segments; `crossing` holds
-  // those of them that are not strictly inside the chunk's cell, closed. O(segments), and the cost of looking for
+  // those of them that are not strictly inside the chunk's closed block. O(segments), and the cost of looking for
   // leaves for those that these leaves store.
   struct Chunk {
     SegmentChain* own;
-    GridBox cell;
+    GridBox closed_block;
   };
   std::uint64_t count(const std::function<Chunk(std::uint32_t leaf)>& chunkOf);
   std::uint64_t visited() const { return visited_; }  // visited nodes of the partition

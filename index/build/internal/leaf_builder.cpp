@@ -85,7 +85,7 @@ void LeafBuilder::enter(const Range& range) {
   core_ = range.core.box();
   closed_.clear();
   closed_.reserve(end_ - first_);
-  for (std::uint32_t leaf = first_; leaf < end_; ++leaf) closed_.push_back(closedCell(partition_.leaves()[leaf]));
+  for (std::uint32_t leaf = first_; leaf < end_; ++leaf) closed_.push_back(closedBlock(partition_.leaves()[leaf]));
 }
 
 // Calls use(leaf, owned) for each leaf of the range that stores the segment. Returns true for a long segment whose
@@ -106,8 +106,8 @@ bool LeafBuilder::forEachLeaf(const SegmentRecord& r, const Use& use) {
     use(owner, true);
     return false;
   }
-  const bool few = liesWithin(subtree_.cell, r) ? partition_.leavesMet(subtree_, r.child, r.parent, met_, &visited_)
-                                                : partition_.leavesMet(r.child, r.parent, met_, &visited_);
+  const bool few = liesWithin(subtree_.block, r) ? partition_.leavesMet(subtree_, r.child, r.parent, met_, &visited_)
+                                                 : partition_.leavesMet(r.child, r.parent, met_, &visited_);
   if (few) {
     for (const std::uint32_t leaf : met_)
       if (leaf >= first_ && leaf < end_) use(leaf, leaf == owner);

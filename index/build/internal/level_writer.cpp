@@ -1,12 +1,12 @@
 #include "index/build/internal/level_writer.h"
 
 #include "index/build/internal/memory_budget.h"
-#include "index/build/internal/workers.h"
+#include "index/build/internal/pack_writer.h"
 #include "index/errors.h"
 #include "index/file/internal/output_file.h"
 #include "index/set/internal/level_files.h"
-#include "index/set/internal/set_files.h"
 #include "index/tile/tile_codec.h"
+#include "index/workers.h"
 
 #include <algorithm>
 #include <atomic>
@@ -49,7 +49,7 @@ std::uint64_t bytesOf(const NeuriteGraph& graph) {
 }
 
 // The smallest octree block that contains leaves [begin, end), at least two.
-BlockKey commonCell(std::span<const BlockKey> leaves, std::size_t begin, std::size_t end) {
+BlockKey commonBlock(std::span<const BlockKey> leaves, std::size_t begin, std::size_t end) {
   const MortonKey differ = leaves[begin].low ^ leaves[end - 1].low;
   const auto high = static_cast<std::uint64_t>(differ >> 64), low = static_cast<std::uint64_t>(differ);
   const int zeros = high != 0 ? std::countl_zero(high) : 64 + std::countl_zero(low);
@@ -109,11 +109,11 @@ class Maker {
 
   HeldGraph make(std::size_t begin, std::size_t end) {
     if (end - begin == 1) return leaf(begin);
-    const BlockKey cell = commonCell(input_.leaves, begin, end);
+    const BlockKey block = commonBlock(input_.leaves, begin, end);
     std::vector<HeldGraph> parts;
     std::uint64_t bytes = 0;
     for (std::size_t at = begin; at < end;) {
-      const std::size_t next = groupEnd(input_.leaves, at, end, cell.depth);
+      const std::size_t next = groupEnd(input_.leaves, at, end, block.depth);
       parts.push_back(part(at, next));
       const NeuriteGraph& graph = parts.back().graph;
       bytes += graph.nodes.size() * kBytesOfJoinedNode + graph.segments.size() * kBytesOfJoined +
@@ -121,10 +121,10 @@ class Maker {
       at = next;
     }
     MemoryBudget::Hold work(budget_, bytes);
-    HeldGraph made{simpler(std::move(parts), cell), {}};
+    HeldGraph made{simpler(std::move(parts), block), {}};
     made.hold = MemoryBudget::Hold(budget_, bytesOf(made.graph));
     work.change(made.graph.nodes.size() * kBytesOfMadeNode + made.graph.segments.size() * kBytesOfMade);
-    emit(encode(made.graph, cell, input_.grid));
+    emit(encode(made.graph, block, input_.grid));
     return made;
   }
 
@@ -140,12 +140,12 @@ class Maker {
   HeldGraph leaf(std::size_t at) const {
     const auto tile = static_cast<TileId>(at);
     MemoryBudget::Hold hold(budget_, input_.stored(tile) * kBytesOfLoaded);
-    NeuriteGraph graph = threadsOf(*input_.load(tile), input_.loadAppearance(tile), input_.grid);
+    NeuriteGraph graph = neuritesOf(*input_.load(tile), input_.loadAppearance(tile), input_.grid);
     hold.change(bytesOf(graph));
     return {std::move(graph), std::move(hold)};
   }
 
-  NeuriteGraph simpler(std::vector<HeldGraph> parts, const BlockKey& cell) const {
+  NeuriteGraph simpler(std::vector<HeldGraph> parts, const BlockKey& block) const {
     std::vector<NeuriteGraph> graphs;
     for (HeldGraph& held : parts) graphs.push_back(std::move(held.graph));
     const NeuriteGraph all = join(std::move(graphs));
@@ -156,7 +156,7 @@ class Maker {
         box.empty()
             ? 1
             : std::bit_ceil(static_cast<std::uint64_t>(std::max<std::int64_t>(1, (box.hi - box.lo).maxCoeff())));
-    const std::uint64_t edge = std::uint64_t{1} << (kMortonAxisBits - cell.depth / kOctree);
+    const std::uint64_t edge = std::uint64_t{1} << (kMortonAxisBits - block.depth / kOctree);
     SimplifyOptions simplest;
     simplest.tolerance_um = static_cast<double>(std::min(extent, edge)) * input_.grid.quantum_um() / kToleranceParts;
     simplest.most_tolerance_um = kMostTolerance * simplest.tolerance_um;
@@ -190,7 +190,7 @@ struct Unit {
 class TopMaker final : public Maker {
  public:
   TopMaker(const LevelInput& input, const LevelOptions& options, MemoryBudget& budget,
-           std::function<void(MadeTile)> write)
+           std::function<void(const MadeTile&)> write)
       : Maker(input, options, budget), write_(std::move(write)) {
     if (!input.leaves.empty()) listUnits(0, input.leaves.size());
   }
@@ -206,9 +206,9 @@ class TopMaker final : public Maker {
       units_.push_back({begin, end, {}, {}, {}});
       return;
     }
-    const BlockKey cell = commonCell(input_.leaves, begin, end);
+    const BlockKey block = commonBlock(input_.leaves, begin, end);
     for (std::size_t at = begin; at < end;) {
-      const std::size_t next = groupEnd(input_.leaves, at, end, cell.depth);
+      const std::size_t next = groupEnd(input_.leaves, at, end, block.depth);
       listUnits(at, next);
       at = next;
     }
@@ -218,11 +218,11 @@ class TopMaker final : public Maker {
     if (!isUnit(begin, end)) return make(begin, end);
     if (taken_ == claimed_) makeSome();
     Unit unit = std::move(units_[taken_++]);
-    for (MadeTile& tile : unit.tiles) write_(std::move(tile));
+    for (const MadeTile& tile : unit.tiles) write_(tile);
     if (input_.progress) input_.progress(unit.end);
     return std::move(unit.graph);
   }
-  void emit(MadeTile tile) override { write_(std::move(tile)); }
+  void emit(MadeTile tile) override { write_(tile); }
 
   void makeUnit(Unit& unit) const {
     UnitMaker maker(input_, options_, budget_);
@@ -238,7 +238,7 @@ class TopMaker final : public Maker {
     const std::size_t last = std::min(units_.size(), first + 4 * threads);
     const std::uint64_t used_before = budget_.used();
     std::atomic<std::size_t> next{first};
-    internal::runWorkers(std::min(threads, last - first), [&](unsigned, const std::atomic<bool>& failed) {
+    runWorkers(std::min(threads, last - first), [&](unsigned, const std::atomic<bool>& failed) {
       while (!failed) {
         const std::uint64_t used = budget_.used();
         if (next > first && used > used_before && used - used_before > budget_.limit() / 2) break;
@@ -255,49 +255,43 @@ class TopMaker final : public Maker {
       if (!units_[i].made) makeUnit(units_[i]);
   }
 
-  std::function<void(MadeTile)> write_;
+  std::function<void(const MadeTile&)> write_;
   std::vector<Unit> units_;
   std::size_t taken_ = 0, claimed_ = 0;
 };
 
+// The same tiles, ascending by lowest key, a block before the blocks inside it.
+internal::LevelTable sorted(internal::LevelTable table) {
+  std::vector<std::uint32_t> order(table.entries.size());
+  for (std::uint32_t i = 0; i < order.size(); ++i) order[i] = i;
+  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+    const BlockKey &x = table.entries[a].key, &y = table.entries[b].key;
+    return x.low != y.low ? x.low < y.low : x.depth < y.depth;
+  });
+  internal::LevelTable all;
+  all.grid = table.grid;
+  all.most_segments = table.most_segments;
+  all.entries.reserve(order.size());
+  all.locations.reserve(order.size());
+  for (const std::uint32_t i : order) {
+    all.entries.push_back(table.entries[i]);
+    all.locations.push_back(table.locations[i]);
+  }
+  return all;
+}
+
 }  // namespace
 
 std::vector<SetFile> writeLevels(const LevelInput& input, const LevelOptions& options, const std::string& folder) {
-  std::vector<SetFile> files;
   internal::LevelTable table;
   table.grid = input.grid;
   table.most_segments = options.most_segments;
-  std::unique_ptr<internal::OutputFile> pack;
-  std::uint32_t packs = 0;
-  const auto close = [&](const std::string& name, internal::OutputFile& file) {
-    file.close();
-    files.push_back({name, file.bytes(), file.digest()});
-  };
-
+  internal::PackWriter packs(folder, {internal::levelPackFile, internal::levelPackHeader}, options.pack_bytes);
   internal::MemoryBudget budget(options.memory);
-  TopMaker maker(input, options, budget, [&](MadeTile made) {
-    const std::uint64_t bytes = made.geometry.size() + made.appearance.size();
-    if (pack != nullptr && pack->bytes() + bytes > options.pack_bytes) {
-      close(internal::levelPackFile(packs - 1), *pack);
-      pack.reset();
-    }
-    if (pack == nullptr) {
-      pack = std::make_unique<internal::OutputFile>(folder + "/" + internal::levelPackFile(packs));
-      pack->write(internal::levelPackHeader(packs++));
-    }
-    if (made.geometry.size() > UINT32_MAX || made.appearance.size() > UINT32_MAX)
-      throw InputError("a tile of a level of detail takes more than 4 GiB");
-    internal::TileLocation at;
-    at.pack = packs - 1;
-    at.offset = pack->bytes();
-    at.geometry_bytes = static_cast<std::uint32_t>(made.geometry.size());
-    at.appearance_bytes = static_cast<std::uint32_t>(made.appearance.size());
-    at.geometry_checksum = internal::checksum(made.geometry);
-    at.appearance_checksum = internal::checksum(made.appearance);
-    pack->write(made.geometry);
-    pack->write(made.appearance);
+  TopMaker maker(input, options, budget, [&](const MadeTile& made) {
+    table.locations.push_back(
+        packs.add(made.geometry, made.appearance, "a tile of a level of detail takes more than 4 GiB"));
     table.entries.push_back(made.entry);
-    table.locations.push_back(at);
   });
   try {
     maker.run();
@@ -306,28 +300,12 @@ std::vector<SetFile> writeLevels(const LevelInput& input, const LevelOptions& op
     throw InputError("the levels of detail take more memory than is given; ingest without --levels, or with --memory " +
                      std::to_string((memory >> 20) + 1) + "MiB or more");
   }
-  if (pack != nullptr) close(internal::levelPackFile(packs - 1), *pack);
-
-  std::vector<std::uint32_t> order(table.entries.size());
-  for (std::uint32_t i = 0; i < order.size(); ++i) order[i] = i;
-  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
-    const BlockKey &x = table.entries[a].key, &y = table.entries[b].key;
-    return x.low != y.low ? x.low < y.low : x.depth < y.depth;
-  });
-  internal::LevelTable sorted;
-  sorted.grid = table.grid;
-  sorted.most_segments = table.most_segments;
-  sorted.entries.reserve(order.size());
-  sorted.locations.reserve(order.size());
-  for (const std::uint32_t i : order) {
-    sorted.entries.push_back(table.entries[i]);
-    sorted.locations.push_back(table.locations[i]);
-  }
-  table.entries = {};
-  table.locations = {};
+  std::vector<SetFile> files = packs.close();
+  const internal::LevelTable all = sorted(std::move(table));
   internal::OutputFile file(folder + "/" + internal::kLevelsFile);
-  file.write(internal::encodeLevels(sorted));
-  close(internal::kLevelsFile, file);
+  file.write(internal::encodeLevels(all));
+  file.close();
+  files.push_back({internal::kLevelsFile, file.bytes(), file.digest()});
   return files;
 }
 

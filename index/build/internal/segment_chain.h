@@ -46,13 +46,13 @@ class SegmentChain {
     bool next(SegmentRecord& record);  // false at the end; `record` must be unchanged since the last call
 
    private:
-    Chain::Reader blocks_;
+    ByteChain::Reader blocks_;
     const std::uint8_t* at_ = nullptr;
     const std::uint8_t* end_ = nullptr;
   };
 
  private:
-  Chain chain_;
+  ByteChain chain_;
   SegmentRecord last_ = first();
   std::uint64_t count_ = 0;
 

@@ -1,11 +1,14 @@
 #include "index/build/internal/tile_writer.h"
 
 #include "index/build/internal/level_writer.h"
-#include "index/errors.h"
+#include "index/build/internal/pack_writer.h"
 #include "index/file/internal/output_file.h"
 #include "index/file/internal/spool.h"
 #include "index/geometry/morton.h"
-#include "index/set/internal/set_files.h"
+#include "index/set/internal/cells_file.h"
+#include "index/set/internal/directory_file.h"
+#include "index/set/internal/landmarks_file.h"
+#include "index/set/internal/manifest.h"
 #include "index/tile/tile_codec.h"
 
 #include <algorithm>
@@ -23,36 +26,40 @@ constexpr std::uint64_t kDetailMemory = std::uint64_t{8} << 20;
 }  // namespace
 
 struct TileWriter::Impl {
+  Impl(std::string into, std::uint64_t most_pack_bytes)
+      : folder(std::move(into)),
+        pack_bytes(most_pack_bytes),
+        packs(folder, {internal::packFile, [](std::uint32_t pack) { return internal::packHeader(pack); }}, pack_bytes) {
+  }
+
   std::string folder;
-  std::uint64_t pack_bytes = 0;
+  std::uint64_t pack_bytes;
   internal::DirectoryContents directory;
   internal::Manifest manifest;
-  std::unique_ptr<internal::OutputFile> pack;
-  std::uint32_t packs = 0;
+  internal::PackWriter packs;
   std::uint64_t bytes = 0;
 
+  void list(const SetFile& file) {
+    manifest.files.push_back(file);
+    bytes += file.bytes;
+  }
   void closeFile(const std::string& name, internal::OutputFile& file) {
     file.close();
-    manifest.files.push_back({name, file.bytes(), file.digest()});
-    bytes += file.bytes();
+    list({name, file.bytes(), file.digest()});
   }
   void writeFile(const std::string& name, ByteSpan content) {
     internal::OutputFile file(folder + "/" + name);
     file.write(content);
     closeFile(name, file);
   }
-  void closePack() {
-    if (pack == nullptr) return;
-    closeFile(internal::packFile(packs - 1), *pack);
-    pack.reset();
+  void closePacks() {
+    for (const SetFile& file : packs.close()) list(file);
   }
 };
 
 TileWriter::TileWriter(std::string folder, const Grid& grid, std::uint32_t capacity, TileId tile_count, bool has_long,
                        std::uint64_t pack_bytes)
-    : impl_(std::make_unique<Impl>()) {
-  impl_->folder = std::move(folder);
-  impl_->pack_bytes = pack_bytes;
+    : impl_(std::make_unique<Impl>(std::move(folder), pack_bytes)) {
   impl_->directory.grid = impl_->manifest.grid = grid;
   impl_->directory.capacity = impl_->manifest.capacity = capacity;
   impl_->directory.long_tile = has_long ? tile_count - 1 : kNoTile;
@@ -80,23 +87,8 @@ std::vector<TileId> TileWriter::packOrder(std::span<const BlockKey> leaves, bool
 
 void TileWriter::add(TileId tile, const TileEntry& entry, std::span<const std::uint8_t> geometry,
                      std::span<const std::uint8_t> appearance) {
-  if (geometry.size() > UINT32_MAX || appearance.size() > UINT32_MAX)
-    throw InputError("a tile takes more than 4 GiB: too many segments have the same midpoint");
-  if (impl_->pack != nullptr && impl_->pack->bytes() + geometry.size() + appearance.size() > impl_->pack_bytes)
-    impl_->closePack();
-  if (impl_->pack == nullptr) {
-    impl_->pack = std::make_unique<internal::OutputFile>(impl_->folder + "/" + internal::packFile(impl_->packs));
-    impl_->pack->write(internal::packHeader(impl_->packs++));
-  }
-  internal::TileLocation& at = impl_->directory.locations[tile];
-  at.pack = impl_->packs - 1;
-  at.offset = impl_->pack->bytes();
-  at.geometry_bytes = static_cast<std::uint32_t>(geometry.size());
-  at.appearance_bytes = static_cast<std::uint32_t>(appearance.size());
-  at.geometry_checksum = internal::checksum(geometry);
-  at.appearance_checksum = internal::checksum(appearance);
-  impl_->pack->write(geometry);
-  impl_->pack->write(appearance);
+  impl_->directory.locations[tile] =
+      impl_->packs.add(geometry, appearance, "a tile takes more than 4 GiB: too many segments have the same midpoint");
   impl_->directory.entries[tile] = entry;
   impl_->manifest.counts.stored_segments += entry.stored;
   impl_->manifest.counts.decoded_bytes += entry.decoded_bytes;
@@ -115,7 +107,7 @@ void TileWriter::writeCells(const std::vector<CellRecord>& records, const std::v
   }
   // The details follow the table of their positions, so they wait in a spool until it is written.
   internal::Spool spool(impl_->folder, kDetailBlock, kDetailMemory);
-  internal::Chain waiting(spool);
+  internal::ByteChain waiting(spool);
   std::vector<internal::DetailPlace> places;
   places.reserve(records.size());
   std::uint64_t at = 0;
@@ -127,19 +119,19 @@ void TileWriter::writeCells(const std::vector<CellRecord>& records, const std::v
   waiting.close();
   internal::OutputFile file(impl_->folder + "/" + internal::kCellsFile);
   file.write(internal::encodeCellTable(records, digests, places));
-  internal::Chain::Reader reader(waiting, true);
+  internal::ByteChain::Reader reader(waiting, true);
   for (ByteSpan bytes; !(bytes = reader.next()).empty();) file.write(bytes);
   impl_->closeFile(internal::kCellsFile, file);
 }
 
-void TileWriter::writeLandmarks(const Landmarks& samples) {
-  impl_->manifest.covering_radius_um = samples.covering_radius_um;
-  impl_->writeFile(internal::kLandmarksFile, internal::encodeLandmarks(samples));
+void TileWriter::writeLandmarks(const Landmarks& landmarks) {
+  impl_->manifest.covering_radius_um = landmarks.covering_radius_um;
+  impl_->writeFile(internal::kLandmarksFile, internal::encodeLandmarks(landmarks));
 }
 
 void TileWriter::writeLevels(const LevelMemory& memory, unsigned threads,
                              const std::function<void(std::uint64_t)>& progress) {
-  impl_->closePack();
+  impl_->closePacks();
   const internal::DirectoryContents& directory = impl_->directory;
   std::vector<BlockKey> leaves;
   for (TileId t = 0; t < directory.entries.size(); ++t)
@@ -168,27 +160,22 @@ void TileWriter::writeLevels(const LevelMemory& memory, unsigned threads,
   options.pack_bytes = impl_->pack_bytes;
   options.memory = memory.bytes;
   options.memoryFor = memory.ofProcess;
-  for (const SetFile& file : filiform::writeLevels(input, options, impl_->folder)) {
-    impl_->manifest.files.push_back(file);
-    impl_->bytes += file.bytes;
-  }
+  for (const SetFile& file : filiform::writeLevels(input, options, impl_->folder)) impl_->list(file);
 }
 
 std::string TileWriter::finish(const Provenance& provenance) {
-  impl_->closePack();
+  impl_->closePacks();
   impl_->writeFile(internal::kDirectoryFile, internal::encodeDirectory(impl_->directory));
   {
     internal::OutputFile origin(impl_->folder + "/" + internal::kProvenanceFile);
-    internal::writeProvenance(provenance, [&](std::string_view piece) {
-      origin.write({reinterpret_cast<const std::uint8_t*>(piece.data()), piece.size()});
-    });
+    internal::writeProvenance(provenance, [&](std::string_view piece) { origin.write(piece); });
     impl_->closeFile(internal::kProvenanceFile, origin);
   }
   std::sort(impl_->manifest.files.begin(), impl_->manifest.files.end(),
             [](const SetFile& a, const SetFile& b) { return a.name < b.name; });
   const std::string text = internal::encodeManifest(impl_->manifest, provenance);
   internal::OutputFile file(impl_->folder + "/" + internal::kManifestFile);
-  file.write({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
+  file.write(text);
   file.close();
   impl_->bytes += text.size();
   internal::syncFolder(impl_->folder);

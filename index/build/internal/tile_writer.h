@@ -40,7 +40,7 @@ class TileWriter {
   void writeCells(const std::vector<CellRecord>& records, const std::vector<std::uint64_t>& digests,
                   const std::function<void(const UseDetail& use)>& details);
   // Writes the landmarks; call it once.
-  void writeLandmarks(const Landmarks& samples);
+  void writeLandmarks(const Landmarks& landmarks);
   struct LevelMemory {
     std::uint64_t bytes = UINT64_MAX;
     // For a message: the memory of the process that leaves this number of bytes to the levels.

@@ -1,14 +1,15 @@
 #include "index/build/internal/tiler.h"
 
+#include "index/build/internal/cell_intake.h"
+#include "index/build/internal/cell_leaves.h"
 #include "index/build/internal/chunks.h"
 #include "index/build/internal/crowded_leaves.h"
 #include "index/build/internal/leaf_builder.h"
 #include "index/build/internal/memory_gate.h"
 #include "index/build/internal/survey_runs.h"
-#include "index/build/internal/workers.h"
 #include "index/errors.h"
 #include "index/geometry/internal/key_sort.h"
-#include "index/set/internal/set_files.h"
+#include "index/workers.h"
 
 #include <algorithm>
 #include <cassert>
@@ -21,19 +22,14 @@ namespace {
 constexpr std::uint64_t kMostChunkSegments = std::uint64_t{1} << 19;  // larger chunks are no faster
 constexpr std::uint64_t kSmallMemory = std::uint64_t{512} << 20;
 constexpr std::uint64_t kMostMemory = std::uint64_t{1} << 56;  // keeps sums of shares from overflowing
-constexpr std::uint64_t kPairsPerGroup = std::uint64_t{1} << 22;
-constexpr std::size_t kPairBlock = std::size_t{4} << 10;
 
 // Bytes for items that grow with the data. Measured with margins, since vectors grow by halves.
 constexpr std::uint64_t kBytesOfChunk = 640, kBytesOfBlock = 56;
-constexpr std::uint64_t kBytesOfCell = 512;        // without its names
 constexpr std::uint64_t kBytesOfLeaf = 512;        // while tiles are made
 constexpr std::uint64_t kBytesOfPackedLeaf = 900;  // while they are packed
 constexpr std::uint64_t kBytesOfCut = 40;          // of a segment whose chunk is cut into leaves
 constexpr std::uint64_t kBytesOfSegment = 160;     // of a segment whose chunk is made into tiles, as a rule
 constexpr std::uint64_t kBytesOfLandmark = 160;
-
-std::uint64_t heapBytes(const std::string& text) { return text.size() < 16 ? 0 : text.size() + 32; }
 
 }  // namespace
 
@@ -43,10 +39,6 @@ struct Tiler::Impl {
 
   static constexpr std::uint32_t kNone = UINT32_MAX;
 
-  struct Pair {
-    std::uint32_t cell, leaf;
-  };
-
   void stopIfCancelled() const {
     if (options.cancel != nullptr && options.cancel->load(std::memory_order_relaxed)) throw Interrupted("interrupted");
   }
@@ -55,8 +47,6 @@ struct Tiler::Impl {
     if (options.progress) options.progress(phase, done, total);
   }
 
-  void take(Cell& cell);
-  void nameCells();
   void cutChunk(Chunk& chunk, LandmarkSurvey& survey, SegmentChain& crossing, std::vector<BlockKey>& found) const;
   std::vector<BlockKey> findLeaves(std::vector<SegmentChain>& crossing);
   std::size_t chunkOf(std::uint32_t leaf) const;  // in `order`
@@ -72,17 +62,12 @@ struct Tiler::Impl {
   template <typename Work>  // work(chunk, worker, gate, pass); free(worker): gives up the memory of a worker
   void forEachChunk(
       const char* phase, const Work& work, const std::function<void(unsigned)>& free = [](unsigned) {});
-  std::size_t group(std::uint32_t cell) const {
-    return static_cast<std::size_t>(std::upper_bound(group_begin.begin(), group_begin.end(), cell) -
-                                    group_begin.begin() - 1);
-  }
-
   // Shares of the memory: a quarter for the spool's blocks, a sixteenth for its open buffers, an eighth for the encoded
   // tiles (ingest.cpp). The rest is for chunks at work and for data that grow with the number of cells, chunks and
   // leaves.
   std::uint64_t grown() const {
-    return options.beside + cell_bytes + chunks.size() * kBytesOfChunk + spool.blocks() * kBytesOfBlock +
-           partition.leaves().size() * kBytesOfLeaf + samplePointsFor(segments) * kBytesOfLandmark;
+    return options.beside + intake.bytes() + chunks.size() * kBytesOfChunk + spool.blocks() * kBytesOfBlock +
+           partition.leaves().size() * kBytesOfLeaf + landmarksFor(intake.segments()) * kBytesOfLandmark;
   }
   std::uint64_t workBytes() const {
     const std::uint64_t most = options.memory / 16 * 9;
@@ -101,22 +86,15 @@ struct Tiler::Impl {
   std::vector<Chunk>& chunks = table.all();
   std::vector<std::uint32_t> order;  // of the chunks, by key
 
-  std::vector<CellRecord> records;
-  std::vector<std::uint64_t> digests;
-  std::vector<std::string> given_names;
-  Chain details;
-  std::uint64_t segments = 0, visited = 0, cell_bytes = 0;
-  std::vector<GridPoint> snapped;      // of the current cell
-  std::vector<std::uint8_t> is_child;  // of the current cell
+  CellIntake intake;
+  std::uint64_t visited = 0;
 
   LandmarkSurvey survey;
   Partition partition{std::vector<BlockKey>{BlockKey{}}};
   std::vector<SegmentChain> long_segments;   // by worker
   std::vector<LandmarkChooser::Part> parts;  // by worker
   std::unique_ptr<const LandmarkChooser> chooser;
-  std::unique_ptr<Spool> pair_spool;       // small blocks: many are open at a time
-  std::vector<std::uint32_t> group_begin;  // of cells
-  std::vector<Chain> pair_chains;          // by worker, then by group
+  std::unique_ptr<CellLeaves> cell_leaves;
 };
 
 // All threads at work take a third. A chunk with no more ghosts than segments of its own never has a tile that is too
@@ -137,90 +115,15 @@ Tiler::Impl::Impl(TilerOptions given)
             options.chunk_segments != 0 ? 0 : options.memory / 4),
       most_open(std::max<std::size_t>(8, options.memory / 16 / spool.block_bytes())),
       table(spool, most_in_chunk, most_open),
-      details(spool) {
+      intake(options.grid, spool) {
   options.memory = std::min(options.memory, kMostMemory);
   parts.resize(options.threads);
   for (unsigned i = 0; i < options.threads; ++i) long_segments.emplace_back(spool);
 }
 
-void Tiler::Impl::take(Cell& cell) {
-  const std::size_t n = cell.samples();
-  if (cell.positions_um.size() != n || cell.radii_um.size() != n || cell.types.size() != n ||
-      (cell.isGraph() ? !cell.parents.empty() : cell.parents.size() != n))
-    throw UsageError("a cell was handed over with arrays of different lengths");
-  if (n >= UINT32_MAX || cell.segmentRanks() >= UINT32_MAX)
-    throw InputError(cell.source + ": more than 2^32 - 2 samples or links in one cell");
-  if (records.size() == UINT32_MAX - 1) throw InputError("more than 2^32 - 2 cells: split the input into several sets");
-
-  CellRecord record;
-  record.source = std::move(cell.source);
-  record.samples = n;
-  const bool large = n > Cell::kSamplesKept;
-  snapped.clear();
-  snapped.reserve(n);
-  for (const Vector3d& p_W : cell.positions_um) {
-    snapped.push_back(options.grid.snap(p_W));
-    record.bounds.extend(snapped.back());
-  }
-  if (large) cell.positions_um = {};
-
-  CellDetail detail;
-  const auto ranks = static_cast<std::uint32_t>(cell.segmentRanks());
-  is_child.assign(n, 0);  // 1: child of a segment, or parent of one in a forest
-  if (!cell.isGraph()) {
-    for (std::uint32_t i = 0; i < n; ++i) {
-      const std::uint32_t parent = cell.parents[i];
-      if (parent == kNoParent) continue;
-      if (parent >= n || parent == i) throw UsageError("a cell was handed over with a parent that does not exist");
-      is_child[i] = 1;
-      is_child[parent] |= 2;  // a parent
-    }
-  } else {
-    for (const auto& [child, parent] : cell.links) {
-      if (child >= n || parent >= n) throw UsageError("a cell was handed over with a link to nowhere");
-      if (child != parent) is_child[child] |= 1;
-    }
-  }
-  for (std::uint32_t i = 0; i < n; ++i)
-    if ((is_child[i] & 1) == 0) detail.roots.push_back({i, cell.radii_um[i], cell.types[i]});
-  record.roots = detail.roots.size();
-
-  const auto id = static_cast<std::uint32_t>(records.size());
-  SegmentRecord segment = SegmentChain::first();
-  for (std::uint32_t rank = 0; rank < ranks; ++rank) {
-    const auto [child, parent] = cell.ends(rank);
-    if (child == parent) {
-      if (is_child[child] != 0) continue;  // the root of a tree
-      ++record.isolated;
-    } else {
-      ++record.segments;
-    }
-    segment = {{id, rank}, child, parent, snapped[child], snapped[parent], cell.radii_um[child], cell.types[child]};
-    survey.addLength(segment.child, segment.parent);
-    table.add(segment);
-  }
-  segments += record.segments + record.isolated;
-  if (large) {
-    snapped = {};
-    is_child = {};
-  }
-
-  detail.sample_ids = std::move(cell.sample_ids);
-  detail.block_starts = std::move(cell.block_starts);
-  const Bytes bytes = encodeDetail(detail);
-  const std::uint64_t size = bytes.size();
-  details.append({reinterpret_cast<const std::uint8_t*>(&size), sizeof size});
-  details.append(bytes);
-  cell_bytes += kBytesOfCell + 4 * heapBytes(record.source) + 3 * heapBytes(cell.name);
-  given_names.push_back(std::move(cell.name));
-  digests.push_back(cell.digest);
-  records.push_back(std::move(record));
-  if (records.size() % 256 == 0) refuseWhatHasGrown();
-}
-
 void Tiler::Impl::refuseWhatHasGrown() const {
   if (workBytes() >= options.memory / 8) return;
-  throw InputError(std::to_string(records.size()) + " cells and " + std::to_string(partition.leaves().size()) +
+  throw InputError(std::to_string(intake.records().size()) + " cells and " + std::to_string(partition.leaves().size()) +
                    " tiles take more memory than is given; ingest with --memory " +
                    std::to_string((grown() / 7 * 16 >> 20) + 1) + "MiB or more");
 }
@@ -235,7 +138,7 @@ void Tiler::Impl::forEachChunk(const char* phase, const Work& work, const std::f
     MemoryGate::Pass pass(gate);
     for (std::size_t i; !failed && (i = next.fetch_add(1)) < order.size();) {
       if (worker == 0) {
-        step(phase, done, segments);
+        step(phase, done, intake.segments());
       } else {
         stopIfCancelled();
       }
@@ -256,7 +159,7 @@ void Tiler::Impl::cutChunk(Chunk& chunk, LandmarkSurvey& found_survey, SegmentCh
     return;
   }
   const bool alone = chunk.key.depth == 0;
-  const GridBox closed = closedCell(chunk.key);
+  const GridBox closed = closedBlock(chunk.key);
   std::vector<MortonKey> keys;
   keys.reserve(chunk.own.count());
   SegmentChain::Reader reader(chunk.own, false);
@@ -266,7 +169,7 @@ void Tiler::Impl::cutChunk(Chunk& chunk, LandmarkSurvey& found_survey, SegmentCh
   }
   sortKeys(keys);
   found_survey.addKeys(keys);
-  const std::vector<BlockKey> leaves = Partition::splitCell(chunk.key, keys, options.capacity);
+  const std::vector<BlockKey> leaves = Partition::splitBlock(chunk.key, keys, options.capacity);
   found.insert(found.end(), leaves.begin(), leaves.end());
 }
 
@@ -320,9 +223,7 @@ void Tiler::Impl::handOver(std::uint32_t leaf, const BlockKey& key, bool is_long
   for (const StoredSegment& s : stored) {
     if (!s.owned || s.id.cell == cell) continue;
     cell = s.id.cell;
-    const Pair pair{cell, leaf};
-    pair_chains[worker * group_begin.size() + group(cell)].append(
-        {reinterpret_cast<const std::uint8_t*>(&pair), sizeof pair});
+    cell_leaves->add(worker, cell, leaf);
   }
   chooser->addLeaf(key, stored, parts[worker]);
   sink.add(worker, leaf, key, is_long, stored, appearance);
@@ -346,7 +247,7 @@ void Tiler::Impl::refuseCrowdedLeaves(std::span<SegmentChain> crossing) {
   if (LeafBuilder::tileCost(crowded.estimate()) > workBytes())
     stored = crowded.count([this](std::uint32_t leaf) {
       Chunk& chunk = chunks[order[chunkOf(leaf)]];
-      return CrowdedLeaves::Chunk{&chunk.own, closedCell(chunk.key)};
+      return CrowdedLeaves::Chunk{&chunk.own, closedBlock(chunk.key)};
     });
   visited += crowded.visited();
   if (LeafBuilder::tileCost(stored) > workBytes())
@@ -412,28 +313,17 @@ void Tiler::Impl::writeLongTile(TileSink& sink) {
 Tiler::Tiler(TilerOptions options) : impl_(std::make_unique<Impl>(std::move(options))) {}
 Tiler::~Tiler() = default;
 
-void Tiler::Impl::nameCells() {
-  std::vector<std::string> sources;
-  sources.reserve(records.size());
-  for (const CellRecord& record : records) sources.push_back(record.source);
-  std::vector<std::string> names = cellNames(sources, given_names);
-  given_names = {};
-  for (std::size_t i = 0; i < names.size(); ++i) records[i].name = std::move(names[i]);
-}
-
 void Tiler::read(CellStream& stream) {
   Impl& t = *impl_;
   t.step("reading", 0, 0);
   for (Cell cell; stream.next(cell);) {
-    t.step("reading", t.segments, 0);
-    t.take(cell);
+    t.step("reading", t.intake.segments(), 0);
+    t.intake.take(cell, t.table, t.survey);
+    if (t.intake.records().size() % 256 == 0) t.refuseWhatHasGrown();
     cell.discardLarge();
   }
   t.table.settle([&t](std::uint64_t done) { t.step("sorting", done, 0); });
-  t.details.close();
-  t.snapped = {};
-  t.is_child = {};
-  t.nameCells();
+  t.intake.finish();
   t.order.resize(t.chunks.size());
   std::iota(t.order.begin(), t.order.end(), 0u);
   std::sort(t.order.begin(), t.order.end(),
@@ -489,7 +379,7 @@ void Tiler::cut() {
   for (unsigned i = 0; i < t.options.threads; ++i) crossing.emplace_back(t.spool);
   t.partition = Partition(t.findLeaves(crossing));
   t.refuseWhatHasGrown();
-  const std::uint64_t packing = t.options.beside + t.cell_bytes + leaves().size() * kBytesOfPackedLeaf,
+  const std::uint64_t packing = t.options.beside + t.intake.bytes() + leaves().size() * kBytesOfPackedLeaf,
                       free = t.options.memory / 8 * 7;
   if (packing > free)
     throw InputError(std::to_string(leaves().size()) + " tiles take more memory than is given; ingest with --memory " +
@@ -506,21 +396,10 @@ void Tiler::cut() {
 
 void Tiler::tiles(TileSink& sink) {
   Impl& t = *impl_;
-  t.chooser = std::make_unique<const LandmarkChooser>(t.options.grid, t.survey, samplePointsFor(t.segments));
-  const std::uint64_t per_group =
-      std::max<std::uint64_t>(1, std::min(kPairsPerGroup, t.options.memory / 8 / sizeof(Impl::Pair)));
-  std::uint64_t in_group = per_group;
-  for (std::uint32_t cell = 0; cell < t.records.size(); ++cell) {
-    if (in_group >= per_group) {
-      t.group_begin.push_back(cell);
-      in_group = 0;
-    }
-    in_group += t.records[cell].segments + t.records[cell].isolated;
-  }
-  if (t.group_begin.empty()) t.group_begin.push_back(0);
-  t.pair_spool =
-      std::make_unique<Spool>(t.options.folder, kPairBlock, t.options.chunk_segments != 0 ? 0 : t.options.memory / 64);
-  for (std::size_t i = 0; i < t.group_begin.size() * t.options.threads; ++i) t.pair_chains.emplace_back(*t.pair_spool);
+  t.chooser = std::make_unique<const LandmarkChooser>(t.options.grid, t.survey, landmarksFor(t.intake.segments()));
+  t.cell_leaves =
+      std::make_unique<CellLeaves>(t.intake.records(), t.options.threads, t.options.folder,
+                                   t.options.chunk_segments != 0 ? 0 : t.options.memory / 64, t.options.memory / 8);
 
   std::atomic<std::uint64_t> too_long{0};
   std::vector<LeafBuilder> builders;
@@ -540,71 +419,42 @@ void Tiler::tiles(TileSink& sink) {
   builders.clear();
 
   t.writeLongTile(sink);
-  for (Chain& chain : t.pair_chains) chain.close();
+  t.cell_leaves->close();
   t.spool.trim();
 }
 
-Landmarks Tiler::samples() { return impl_->chooser->finish(impl_->parts); }
+Landmarks Tiler::landmarks() { return impl_->chooser->finish(impl_->parts); }
 
 void Tiler::details(std::span<const TileId> tile_of, const std::function<void(ByteSpan detail)>& use) {
   Impl& t = *impl_;
-  Chain::Reader rest(t.details, true);
-  std::vector<Impl::Pair> pairs;
-  std::size_t at = 0;
-  const std::size_t groups = t.group_begin.size();
-  std::size_t group = 0;  // the next
-  for (std::uint32_t cell = 0; cell < t.records.size(); ++cell) {
-    if (group < groups && t.group_begin[group] == cell) {
-      t.step("writing cells", cell, t.records.size());
-      pairs.clear();
-      at = 0;
-      std::size_t size = 0;
-      for (unsigned worker = 0; worker < t.options.threads; ++worker)
-        size += t.pair_chains[worker * groups + group].bytes() / sizeof(Impl::Pair);
-      pairs.reserve(size);
-      for (unsigned worker = 0; worker < t.options.threads; ++worker) {
-        Chain& chain = t.pair_chains[worker * groups + group];
-        const std::size_t n = chain.bytes() / sizeof(Impl::Pair);
-        pairs.resize(pairs.size() + n);
-        Chain::Reader(chain, true)
-            .read(reinterpret_cast<std::uint8_t*>(pairs.data() + pairs.size() - n), n * sizeof(Impl::Pair));
-      }
-      std::sort(pairs.begin(), pairs.end(), [](const Impl::Pair& a, const Impl::Pair& b) {
-        return a.cell != b.cell ? a.cell < b.cell : a.leaf < b.leaf;
-      });
-      ++group;
-    }
-    const std::size_t begin = at;
-    while (at < pairs.size() && pairs[at].cell == cell) ++at;
+  t.intake.readDetails([&](std::uint32_t cell, ByteSpan detail) {
+    if (t.cell_leaves->startsGroup(cell)) t.step("writing cells", cell, t.intake.records().size());
+    const std::span<const CellLeaves::Pair> owners = t.cell_leaves->next(cell);
     ByteWriter out;
-    out.varint(at - begin);
+    out.varint(owners.size());
     TileId last = 0;
-    for (std::size_t i = begin; i < at; ++i) {
-      const TileId tile = tile_of[pairs[i].leaf];
+    for (const CellLeaves::Pair& owner : owners) {
+      const TileId tile = tile_of[owner.leaf];
       out.varint(tile - last);
       last = tile;
     }
-    std::uint64_t size = 0;
-    rest.read(reinterpret_cast<std::uint8_t*>(&size), sizeof size);
-    Bytes bytes(size);
-    rest.read(bytes.data(), size);
-    out.append(ByteSpan(bytes).subspan(1));  // after the number of tiles, 0
+    out.append(detail);
     use(out.bytes());
-  }
+  });
 }
 
 TileWriter::LevelMemory Tiler::memoryForLevels() const {
   const Impl& t = *impl_;
   // A quarter is for details of cells, in the spool.
   const std::uint64_t most = t.options.memory / 4 * 3,
-                      held = t.options.beside + t.cell_bytes + leaves().size() * kBytesOfPackedLeaf;
+                      held = t.options.beside + t.intake.bytes() + leaves().size() * kBytesOfPackedLeaf;
   return {most - std::min(most, held), [held](std::uint64_t bytes) { return (bytes + held) / 3 * 4 + 16; }};
 }
 
 const std::vector<BlockKey>& Tiler::leaves() const { return impl_->partition.leaves(); }
-const std::vector<CellRecord>& Tiler::records() const { return impl_->records; }
-const std::vector<std::uint64_t>& Tiler::digests() const { return impl_->digests; }
-std::uint64_t Tiler::segments() const { return impl_->segments; }
+const std::vector<CellRecord>& Tiler::records() const { return impl_->intake.records(); }
+const std::vector<std::uint64_t>& Tiler::digests() const { return impl_->intake.digests(); }
+std::uint64_t Tiler::segments() const { return impl_->intake.segments(); }
 std::uint64_t Tiler::spool_file_bytes() const { return impl_->spool.file_bytes(); }
 std::size_t Tiler::chunks() const { return impl_->chunks.size(); }
 std::uint64_t Tiler::visited() const { return impl_->visited; }

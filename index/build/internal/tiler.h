@@ -63,7 +63,7 @@ class Tiler {
   void read(CellStream& stream);
   void cut();
   void tiles(TileSink& sink);
-  Landmarks samples();
+  Landmarks landmarks();
   // Calls `use` for each cell, in the order of ids, with its detail from encodeDetail(). `tile_of` holds the tile id of
   // each leaf.
   void details(std::span<const TileId> tile_of, const std::function<void(ByteSpan detail)>& use);

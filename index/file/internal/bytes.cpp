@@ -2,11 +2,7 @@
 
 #include <array>
 
-#include <xxhash.h>
-
 namespace filiform::internal {
-
-std::uint64_t checksum(ByteSpan bytes) { return XXH3_64bits(bytes.data(), bytes.size()); }
 
 std::string hex16(std::uint64_t value) {
   std::string text(16, '0');

@@ -18,7 +18,6 @@ namespace filiform::internal {
 using ByteSpan = std::span<const std::uint8_t>;
 using Bytes = std::vector<std::uint8_t>;
 
-std::uint64_t checksum(ByteSpan bytes);  // XXH3, 64 bits, no seed
 std::string hex16(std::uint64_t value);  // 16 digits
 
 inline std::uint64_t zigzag(std::int64_t v) {
@@ -51,6 +50,7 @@ class ByteWriter {
   void varint(std::uint64_t v);  // 7 bits a byte, lowest first
   void text(std::string_view s) { bytes_.insert(bytes_.end(), s.begin(), s.end()); }
   void point(const GridPoint& p) { i64(p.x()), i64(p.y()), i64(p.z()); }
+  void box(const GridBox& b) { point(b.lo), point(b.hi); }
   void key(MortonKey k) { u64(static_cast<std::uint64_t>(k)), u64(static_cast<std::uint64_t>(k >> 64)); }
   void append(ByteSpan b) { bytes_.insert(bytes_.end(), b.begin(), b.end()); }
   void setU64(std::size_t at, std::uint64_t v);

@@ -4,10 +4,7 @@
 
 #include <cerrno>
 #include <fcntl.h>
-#include <new>
 #include <unistd.h>
-
-#include <xxhash.h>
 
 namespace filiform::internal {
 namespace {
@@ -15,21 +12,6 @@ namespace {
 constexpr std::size_t kBufferBytes = std::size_t{1} << 20;
 
 }  // namespace
-
-struct RunningDigest::State {
-  XXH3_state_t* xxh3 = XXH3_createState();
-  State() {
-    if (xxh3 == nullptr) throw std::bad_alloc();
-  }
-  State(const State&) = delete;
-  State& operator=(const State&) = delete;
-  ~State() { XXH3_freeState(xxh3); }
-};
-
-RunningDigest::RunningDigest() : state_(std::make_unique<State>()) { XXH3_64bits_reset(state_->xxh3); }
-RunningDigest::~RunningDigest() = default;
-void RunningDigest::add(ByteSpan bytes) { XXH3_64bits_update(state_->xxh3, bytes.data(), bytes.size()); }
-std::uint64_t RunningDigest::value() const { return XXH3_64bits_digest(state_->xxh3); }
 
 OutputFile::OutputFile(const std::string& path)
     : path_(path), file_(::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666)) {
@@ -45,6 +27,10 @@ void OutputFile::write(ByteSpan bytes) {
   bytes_ += bytes.size();
   buffer_.insert(buffer_.end(), bytes.begin(), bytes.end());
   if (buffer_.size() >= kBufferBytes) flush();
+}
+
+void OutputFile::write(std::string_view text) {
+  write(ByteSpan(reinterpret_cast<const std::uint8_t*>(text.data()), text.size()));
 }
 
 void OutputFile::flush() {

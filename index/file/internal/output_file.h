@@ -2,26 +2,12 @@
 #pragma once
 
 #include "index/file/internal/bytes.h"
+#include "index/file/internal/digest.h"
 
-#include <memory>
 #include <string>
+#include <string_view>
 
 namespace filiform::internal {
-
-// XXH3 of bytes that arrive in pieces. Thread rule: thread-compatible.
-class RunningDigest {
- public:
-  RunningDigest();
-  RunningDigest(const RunningDigest&) = delete;
-  RunningDigest& operator=(const RunningDigest&) = delete;
-  ~RunningDigest();
-  void add(ByteSpan bytes);
-  std::uint64_t value() const;
-
- private:
-  struct State;
-  std::unique_ptr<State> state_;
-};
 
 // Thread rule: thread-compatible. Throws IoError with the system's reason, also for a full disk.
 class OutputFile {
@@ -32,6 +18,7 @@ class OutputFile {
   ~OutputFile();  // closes without errors; without close() the content is not guaranteed
 
   void write(ByteSpan bytes);
+  void write(std::string_view text);
   void close();  // flushes to disk
   std::uint64_t bytes() const { return bytes_; }
   std::uint64_t digest() const { return digest_.value(); }  // of everything written so far

@@ -130,7 +130,7 @@ void Spool::release(Block& block) noexcept {
   }
 }
 
-void Chain::turn() {
+void ByteChain::turn() {
   if (current_) {
     blocks_.push_back(spool_->store(current_, used_));
     stored_bytes_ += used_;
@@ -139,7 +139,7 @@ void Chain::turn() {
   used_ = 0;
 }
 
-void Chain::append(ByteSpan bytes) {
+void ByteChain::append(ByteSpan bytes) {
   while (!bytes.empty()) {
     if (!current_ || used_ == spool_->block_bytes()) turn();
     const std::size_t n = std::min(bytes.size(), spool_->block_bytes() - used_);
@@ -149,7 +149,7 @@ void Chain::append(ByteSpan bytes) {
   }
 }
 
-void Chain::close() {
+void ByteChain::close() {
   if (used_ > 0) {
     blocks_.push_back(spool_->store(current_, used_));
     stored_bytes_ += used_;
@@ -158,19 +158,19 @@ void Chain::close() {
   spool_->giveBack(std::move(current_));
 }
 
-void Chain::clear() {
+void ByteChain::clear() {
   for (Spool::Block& block : blocks_) spool_->release(block);
   blocks_.clear();
   spool_->giveBack(std::move(current_));
   stored_bytes_ = used_ = 0;
 }
 
-Chain::Reader::~Reader() {
+ByteChain::Reader::~Reader() {
   if (release_) chain_->clear();
   chain_->spool_->giveBack(std::move(scratch_));
 }
 
-ByteSpan Chain::Reader::next() {
+ByteSpan ByteChain::Reader::next() {
   assert(!chain_->current_ && "read before close");
   if (release_ && at_ > 0) chain_->spool_->release(chain_->blocks_[at_ - 1]);
   if (at_ == chain_->blocks_.size()) return {};
@@ -178,7 +178,7 @@ ByteSpan Chain::Reader::next() {
   return {chain_->spool_->load(block, scratch_), block.used};
 }
 
-void Chain::Reader::read(std::uint8_t* to, std::size_t n) {
+void ByteChain::Reader::read(std::uint8_t* to, std::size_t n) {
   while (n > 0) {
     if (rest_.empty()) rest_ = next();
     assert(!rest_.empty());
@@ -190,7 +190,7 @@ void Chain::Reader::read(std::uint8_t* to, std::size_t n) {
   }
 }
 
-void Chain::read(std::uint64_t offset, std::span<std::uint8_t> to, Spool::Buffer& scratch) const {
+void ByteChain::read(std::uint64_t offset, std::span<std::uint8_t> to, Spool::Buffer& scratch) const {
   assert(!current_ && "read before close");
   std::size_t at = offset / spool_->block_bytes(), from = offset % spool_->block_bytes();
   while (!to.empty()) {

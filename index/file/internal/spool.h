@@ -58,9 +58,9 @@ class Spool {
 
 // A sequence of bytes in a spool, written once and then read. Use either append(), or reserve() and commit(). Thread
 // rule: thread-compatible.
-class Chain {
+class ByteChain {
  public:
-  explicit Chain(Spool& spool) : spool_(&spool) {}
+  explicit ByteChain(Spool& spool) : spool_(&spool) {}
 
   std::uint64_t bytes() const { return stored_bytes_ + used_; }
 
@@ -81,7 +81,7 @@ class Chain {
   // Reads block by block. With `release`, a block's bytes are freed when the next is requested.
   class Reader {
    public:
-    Reader(Chain& chain, bool release) : chain_(&chain), release_(release) {}
+    Reader(ByteChain& chain, bool release) : chain_(&chain), release_(release) {}
     Reader(const Reader&) = delete;
     Reader& operator=(const Reader&) = delete;
     ~Reader();
@@ -91,7 +91,7 @@ class Chain {
     void read(std::uint8_t* to, std::size_t n);
 
    private:
-    Chain* chain_;
+    ByteChain* chain_;
     bool release_;
     std::size_t at_ = 0;
     ByteSpan rest_;

@@ -1,6 +1,7 @@
 #include "index/input/internal/byte_stream.h"
 
 #include "index/errors.h"
+#include "index/file/internal/digest.h"
 #include "index/text.h"
 
 #include <algorithm>
@@ -10,8 +11,6 @@
 #include <new>
 #include <unistd.h>
 #include <vector>
-
-#include <xxhash.h>
 
 namespace filiform::internal {
 namespace {
@@ -27,23 +26,19 @@ struct ByteStream::Source {
   int fd = -1;
   std::function<void(std::uint64_t)> progress;
   std::vector<char> block;
-  XXH3_state_t* hash = XXH3_createState();
+  RunningDigest digest;
 
-  Source() {
-    if (hash == nullptr) throw std::bad_alloc();
-    XXH3_64bits_reset(hash);
-  }
+  Source() = default;
   Source(const Source&) = delete;
   Source& operator=(const Source&) = delete;
   ~Source() {
-    XXH3_freeState(hash);
     if (fd >= 0) ::close(fd);
   }
 };
 
 ByteStream::ByteStream(std::string_view bytes)
     : source_(std::make_unique<Source>()), at_(bytes.data()), end_(bytes.data() + bytes.size()) {
-  XXH3_64bits_update(source_->hash, bytes.data(), bytes.size());
+  source_->digest.add(bytes);
 }
 
 ByteStream::ByteStream(const std::string& path, std::function<void(std::uint64_t)> progress)
@@ -65,7 +60,7 @@ bool ByteStream::fill() {
     if (got < 0 && errno == EINTR) continue;
     if (got < 0) throw IoError(escaped(s.path), "cannot read", errno);
     if (got == 0) return false;
-    XXH3_64bits_update(s.hash, s.block.data(), static_cast<std::size_t>(got));
+    s.digest.add(std::string_view(s.block.data(), static_cast<std::size_t>(got)));
     at_ = s.block.data();
     end_ = at_ + got;
     if (s.progress) s.progress(static_cast<std::uint64_t>(got));
@@ -138,7 +133,7 @@ bool ByteStream::skip(std::uint64_t n) {
 std::uint64_t ByteStream::digest() {
   do at_ = end_;
   while (fill());
-  return XXH3_64bits_digest(source_->hash);
+  return source_->digest.value();
 }
 
 }  // namespace filiform::internal

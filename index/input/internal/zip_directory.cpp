@@ -1,6 +1,7 @@
 #include "index/input/internal/zip_directory.h"
 
 #include "index/errors.h"
+#include "index/file/internal/digest.h"
 #include "index/text.h"
 
 #include <algorithm>
@@ -11,8 +12,6 @@
 #include <string_view>
 #include <sys/stat.h>
 #include <unistd.h>
-
-#include <xxhash.h>
 
 namespace filiform::internal {
 namespace {
@@ -144,11 +143,7 @@ bool readExtra64(std::string_view extra, ZipEntry& entry) {
 // Reads a stated directory in windows, since a damaged record may state gigabytes.
 class DirectoryReader {
  public:
-  DirectoryReader(const File& file, std::uint64_t at, std::uint64_t bytes)
-      : file_(file), at_(at), left_(bytes), hash_(XXH3_createState()) {
-    if (!hash_) throw std::bad_alloc();
-    XXH3_64bits_reset(hash_.get());
-  }
+  DirectoryReader(const File& file, std::uint64_t at, std::uint64_t bytes) : file_(file), at_(at), left_(bytes) {}
   // The next bytes: at least `count`, or all if fewer are left.
   std::string_view peek(std::size_t count) {
     if (window_.size() - from_ < count && left_ > 0) {
@@ -163,24 +158,21 @@ class DirectoryReader {
   }
   // Requires count <= peek().size().
   void skip(std::size_t count) {
-    XXH3_64bits_update(hash_.get(), window_.data() + from_, count);
+    digest_.add(std::string_view(window_).substr(from_, count));
     from_ += count;
   }
   std::uint64_t digestOfAll() {
     for (std::string_view rest; !(rest = peek(1)).empty();) skip(rest.size());
-    return XXH3_64bits_digest(hash_.get());
+    return digest_.value();
   }
 
  private:
   static constexpr std::size_t kWindow = std::size_t{1} << 18;
-  struct HashFree {
-    void operator()(XXH3_state_t* hash) const { XXH3_freeState(hash); }
-  };
   const File& file_;
   std::uint64_t at_, left_;
   std::string window_;
   std::size_t from_ = 0;
-  std::unique_ptr<XXH3_state_t, HashFree> hash_;
+  RunningDigest digest_;
 };
 
 bool parseEntries(DirectoryReader& directory, std::uint64_t count, std::vector<ZipEntry>& entries) {

@@ -29,19 +29,19 @@ struct LandmarkHint::Impl {
   std::once_flag built;
   std::atomic<bool> is_built{false};
   std::atomic<unsigned> unaided{0};
-  const Landmarks* samples = nullptr;
+  const Landmarks* landmarks = nullptr;
   std::unique_ptr<Tree> tree;  // nullptr for an empty set
 
   explicit Impl(const TileStore& s) : store(s), grid(s.grid()) {}
 
   void build() {
     std::call_once(built, [this] {
-      samples = &store.samples();
-      const std::size_t n = samples->points.size();
+      landmarks = &store.landmarks();
+      const std::size_t n = landmarks->points.size();
       if (n == 0) return;
       std::vector<double> points(3 * n);
       for (std::size_t i = 0; i < n; ++i) {
-        const Vector3d p_W = grid.toWorld(samples->points[i]);
+        const Vector3d p_W = grid.toWorld(landmarks->points[i]);
         std::copy(p_W.data(), p_W.data() + 3, &points[3 * i]);
       }
       // The tree keeps its own reordered copy of the points.
@@ -57,8 +57,8 @@ struct LandmarkHint::Impl {
     std::vector<Guess> guesses;
     guesses.reserve(indices.size());
     for (const std::size_t i : indices) {
-      const Vector3d p_W = grid.toWorld(samples->points[i]);
-      guesses.push_back({(p_W - h_W).norm(), p_W, samples->segments[i], samples->t[i]});
+      const Vector3d p_W = grid.toWorld(landmarks->points[i]);
+      guesses.push_back({(p_W - h_W).norm(), p_W, landmarks->segments[i], landmarks->t[i]});
     }
     if (guesses.size() == 1) return guesses;
     std::sort(guesses.begin(), guesses.end(), [](const Guess& a, const Guess& b) {
@@ -74,7 +74,7 @@ struct LandmarkHint::Impl {
   // At least k distinct segments. Fewer if they would need more than kMaxFromTree landmarks, since many landmarks may
   // lie on one segment.
   std::vector<Guess> fromTree(const Vector3d& h_W, std::size_t k) const {
-    const std::size_t most = std::min(samples->points.size(), kMaxFromTree);
+    const std::size_t most = std::min(landmarks->points.size(), kMaxFromTree);
     std::vector<Guess> guesses;
     if (tree == nullptr || k == 0) return guesses;
     for (std::size_t wanted = k >= most ? most : std::min(most, k == 1 ? k : k + k / 2 + 8);;
@@ -96,7 +96,7 @@ LandmarkHint::~LandmarkHint() = default;
 std::vector<LandmarkHint::Guess> LandmarkHint::nearest(const Vector3d& h_W, std::size_t k) const {
   impl_->build();
   std::vector<Guess> guesses = impl_->fromTree(h_W, k);
-  const std::size_t n = impl_->samples->points.size();
+  const std::size_t n = impl_->landmarks->points.size();
   if (guesses.size() < k && n > kMaxFromTree) {
     std::vector<std::size_t> all(n);
     std::iota(all.begin(), all.end(), std::size_t{0});
@@ -111,7 +111,7 @@ double LandmarkHint::squaredBound(const Vector3d& h_W, std::size_t k) const {
       impl_->unaided.fetch_add(1, std::memory_order_relaxed) < kUnaided)
     return std::numeric_limits<double>::infinity();
   impl_->build();
-  if (k > impl_->samples->points.size()) return std::numeric_limits<double>::infinity();
+  if (k > impl_->landmarks->points.size()) return std::numeric_limits<double>::infinity();
   const std::vector<Guess> guesses = impl_->fromTree(h_W, k);
   if (guesses.size() < k || k == 0) return std::numeric_limits<double>::infinity();
   // A landmark lies on its segment only up to rounding to the grid, and closestPoint() rounds too.
@@ -124,7 +124,7 @@ double LandmarkHint::squaredBound(const Vector3d& h_W, std::size_t k) const {
 
 double LandmarkHint::covering_radius_um() const {
   impl_->build();
-  return impl_->samples->covering_radius_um;
+  return impl_->landmarks->covering_radius_um;
 }
 
 }  // namespace filiform

@@ -1,4 +1,4 @@
-// Estimates the nearest segments from the landmarks alone (TileStore::samples()), by a FLANN tree, without reading a
+// Estimates the nearest segments from the landmarks alone (TileStore::landmarks()), by a FLANN tree, without reading a
 // tile. It bounds the exact search and answers approximate queries. The tree is built in memory, never loaded from a
 // file. Thread rule: internally synchronised.
 #pragma once

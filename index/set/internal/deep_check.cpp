@@ -74,9 +74,9 @@ struct Load {
 // Landmarks in cubes with edges of the covering radius: the landmarks near a point are in its cube or the 26 around it.
 class LandmarkGrid {
  public:
-  LandmarkGrid(const Landmarks& samples, const Grid& grid) : radius_um_(samples.covering_radius_um) {
+  LandmarkGrid(const Landmarks& landmarks, const Grid& grid) : radius_um_(landmarks.covering_radius_um) {
     side_um_ = std::max(radius_um_, grid.quantum_um());
-    for (const GridPoint& p : samples.points) cubes_.emplace(key(cube(grid.toWorld(p))), grid.toWorld(p));
+    for (const GridPoint& p : landmarks.points) cubes_.emplace(key(cube(grid.toWorld(p))), grid.toWorld(p));
   }
   bool covers(const Vector3d& p_W) {
     // Consecutive queries are close together.
@@ -130,7 +130,7 @@ struct DeepCheck::Impl {
   std::uint64_t sampleAt(std::uint32_t cell, std::uint32_t rank) const { return sample_begin[cell] + rank; }
   std::uint64_t segmentRanks(std::uint32_t cell) const { return segment_begin[cell + 1] - segment_begin[cell]; }
 
-  Load splitLoad(const BlockKey& cell, std::size_t first, std::size_t last);
+  Load splitLoad(const BlockKey& block, std::size_t first, std::size_t last);
   void own(const Tile& tile, std::uint32_t s, const TileAppearance& appearance);
   void checkLandmark(const SegmentId& id, const Vector3d& a_W, const Vector3d& b_W);
   void nodes(const Tile& tile);
@@ -153,13 +153,13 @@ struct DeepCheck::Impl {
   static constexpr std::uint8_t kWrongCounts = 1, kWrongBox = 2;
   std::vector<std::uint8_t> entry_faults;
   std::optional<Bits> owned, at_home, is_child, is_linked;
-  std::optional<LandmarkGrid> sample_grid;
+  std::optional<LandmarkGrid> landmark_grid;
   std::unordered_multimap<std::uint64_t, std::uint32_t>
-      samples_on;  // by segment: landmarks; those that no tile owns remain at the end
+      landmarks_on;  // by segment: landmarks; those that no tile owns remain at the end
   // A 0 bit means that no segment of this slot has a landmark: most segments need no look-up.
   static constexpr std::uint64_t kLandmarkSlots = std::uint64_t{1} << 21;
-  static std::uint64_t sampleSlot(const SegmentId& id) { return Hash().add(id.key()).value() % kLandmarkSlots; }
-  Bits maybe_sampled{kLandmarkSlots};
+  static std::uint64_t landmarkSlot(const SegmentId& id) { return Hash().add(id.key()).value() % kLandmarkSlots; }
+  Bits maybe_landmark{kLandmarkSlots};
   GridBox tile_cell;  // of the current tile
   std::vector<std::uint32_t> met;
 };
@@ -181,17 +181,17 @@ void DeepCheck::midpoints(const Tile& tile) {
 }
 
 // Walks the tree that the stored leaves form. Beside these leaves there are only midpoints of long segments.
-Load DeepCheck::Impl::splitLoad(const BlockKey& cell, std::size_t first, std::size_t last) {
+Load DeepCheck::Impl::splitLoad(const BlockKey& block, std::size_t first, std::size_t last) {
   const auto key = [this](std::size_t tile) -> const BlockKey& { return set.entry(static_cast<TileId>(tile)).key; };
-  const auto middles_begin = std::lower_bound(long_middles.begin(), long_middles.end(), cell.low);
-  const auto middles_end = std::upper_bound(middles_begin, long_middles.end(), cell.high());
+  const auto middles_begin = std::lower_bound(long_middles.begin(), long_middles.end(), block.low);
+  const auto middles_end = std::upper_bound(middles_begin, long_middles.end(), block.high());
   Load load;
-  const bool is_stored = last - first == 1 && key(first).depth == cell.depth;
+  const bool is_stored = last - first == 1 && key(first).depth == block.depth;
   if (first == last || is_stored) {
     if (is_stored) load = loads[first];
     for (auto at = middles_begin; at != middles_end; ++at) load.add(*at);
     if (!load.mustSplit(set.capacity())) {
-      leaves.push_back(cell);
+      leaves.push_back(block);
       tile_of.push_back(is_stored ? static_cast<TileId>(first) : kNoTile);
       return load;
     }
@@ -202,11 +202,11 @@ Load DeepCheck::Impl::splitLoad(const BlockKey& cell, std::size_t first, std::si
       return load;
     }
   }
-  if (cell.depth >= kMortonBits) {
+  if (block.depth >= kMortonBits) {
     leaves_good = false;
     return load;
   }
-  const BlockKey low = cell.half(0), high = cell.half(1);
+  const BlockKey low = block.half(0), high = block.half(1);
   std::size_t middle = first;
   while (middle < last && key(middle).low < high.low) ++middle;
   load = splitLoad(low, first, middle);
@@ -242,22 +242,22 @@ bool DeepCheck::begin() {
   d.at_home.emplace(d.sample_begin.back());
   d.is_child.emplace(d.sample_begin.back());
   d.is_linked.emplace(d.sample_begin.back());
-  d.sample_grid.emplace(d.set.samples(), d.set.grid());
-  for (std::uint32_t i = 0; i < d.set.samples().points.size(); ++i) {
-    d.samples_on.emplace(d.set.samples().segments[i].key(), i);
-    d.maybe_sampled.set(Impl::sampleSlot(d.set.samples().segments[i]));
+  d.landmark_grid.emplace(d.set.landmarks(), d.set.grid());
+  for (std::uint32_t i = 0; i < d.set.landmarks().points.size(); ++i) {
+    d.landmarks_on.emplace(d.set.landmarks().segments[i].key(), i);
+    d.maybe_landmark.set(Impl::landmarkSlot(d.set.landmarks().segments[i]));
   }
   return true;
 }
 
 void DeepCheck::Impl::checkLandmark(const SegmentId& id, const Vector3d& a_W, const Vector3d& b_W) {
-  const auto [begin, end] = samples_on.equal_range(id.key());
+  const auto [begin, end] = landmarks_on.equal_range(id.key());
   for (auto at = begin; at != end; ++at) {
-    const ClosestPoint c = closestPoint(a_W, b_W, set.grid().toWorld(set.samples().points[at->second]));
+    const ClosestPoint c = closestPoint(a_W, b_W, set.grid().toWorld(set.landmarks().points[at->second]));
     require(std::sqrt(c.squared_distance) <= set.grid().quantum_um(),
             "landmark " + std::to_string(at->second) + ": does not lie on its segment");
   }
-  samples_on.erase(begin, end);
+  landmarks_on.erase(begin, end);
 }
 
 // The owner of a segment decides which tiles must store it, and what its cell contains.
@@ -309,9 +309,9 @@ void DeepCheck::Impl::own(const Tile& tile, std::uint32_t s, const TileAppearanc
   }
 
   const Vector3d a_W = set.grid().toWorld(a), b_W = set.grid().toWorld(b);
-  if (!sample_grid->covers(a_W) || !sample_grid->covers(b_W) || !sample_grid->covers((a_W + b_W) / 2))
+  if (!landmark_grid->covers(a_W) || !landmark_grid->covers(b_W) || !landmark_grid->covers((a_W + b_W) / 2))
     problem(nameOf(id) + ": farther from every landmark than the covering radius");
-  if (maybe_sampled[sampleSlot(id)]) checkLandmark(id, a_W, b_W);
+  if (maybe_landmark[landmarkSlot(id)]) checkLandmark(id, a_W, b_W);
 }
 
 // Every sample must be at home in exactly one tile.
@@ -432,7 +432,7 @@ void DeepCheck::finish() {
       (bounds.empty() && d.set.bounds().empty()) || (bounds.lo == d.set.bounds().lo && bounds.hi == d.set.bounds().hi),
       "the manifest's bounds are wrong");
   std::vector<std::uint32_t> lost;
-  for (const auto& [segment, point] : d.samples_on) lost.push_back(point);
+  for (const auto& [segment, point] : d.landmarks_on) lost.push_back(point);
   std::sort(lost.begin(), lost.end());
   for (const std::uint32_t point : lost)
     d.problem("landmark " + std::to_string(point) + ": the segment does not exist");

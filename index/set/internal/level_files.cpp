@@ -1,5 +1,7 @@
 #include "index/set/internal/level_files.h"
 
+#include "index/file/internal/digest.h"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -38,9 +40,9 @@ void read(ByteReader& in, LevelEntry& e, TileLocation& at) {
   e.key.low = in.key();
   const std::uint32_t depth = in.u32();
   in.require(depth < static_cast<std::uint32_t>(kMortonBits) && depth % 3 == 0 && e.key.low >> kMortonBits == 0,
-             "a cell lies outside the grid");
+             "a block lies outside the grid");
   e.key.depth = static_cast<int>(depth);
-  in.require(e.key.high() - e.key.low == BlockKey{0, e.key.depth}.high(), "a cell is not a cell");
+  in.require(e.key.high() - e.key.low == BlockKey{0, e.key.depth}.high(), "a block's key is invalid");
   at.pack = in.u32();
   e.content = in.box();
   e.segments = in.u32();

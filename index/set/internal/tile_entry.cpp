@@ -7,18 +7,18 @@
 
 namespace filiform::internal {
 
-GridBox clippedBox(const GridPoint& a, const GridPoint& b, const GridBox& cell) {
-  GridBox box{a.cwiseMin(b).cwiseMax(cell.lo), a.cwiseMax(b).cwiseMin(cell.hi)};
-  if (box.empty() || ((a.array() >= cell.lo.array() && a.array() <= cell.hi.array()).all() &&
-                      (b.array() >= cell.lo.array() && b.array() <= cell.hi.array()).all()))
+GridBox clippedBox(const GridPoint& a, const GridPoint& b, const GridBox& block) {
+  GridBox box{a.cwiseMin(b).cwiseMax(block.lo), a.cwiseMax(b).cwiseMin(block.hi)};
+  if (box.empty() || ((a.array() >= block.lo.array() && a.array() <= block.hi.array()).all() &&
+                      (b.array() >= block.lo.array() && b.array() <= block.hi.array()).all()))
     return box;
   // Coordinates are below 2^42, so errors of doubles are below 2^-8 quanta. Rounding outward by one quantum is safe.
   double from = 0, to = 1;
   const Vector3d start = a.cast<double>(), d = (b - a).cast<double>();
   for (int i = 0; i < 3; ++i) {
     if (d[i] == 0) continue;
-    const double t0 = (static_cast<double>(cell.lo[i]) - start[i]) / d[i];
-    const double t1 = (static_cast<double>(cell.hi[i]) - start[i]) / d[i];
+    const double t0 = (static_cast<double>(block.lo[i]) - start[i]) / d[i];
+    const double t1 = (static_cast<double>(block.hi[i]) - start[i]) / d[i];
     from = std::max(from, std::min(t0, t1));
     to = std::min(to, std::max(t0, t1));
   }
@@ -36,7 +36,7 @@ TileEntry entryOf(const Tile& tile) {
   entry.owned = tile.owned_count();
   entry.stored = tile.segment_count();
   entry.decoded_bytes = tile.bytes();
-  const GridBox cell = closedCell(tile.key());
+  const GridBox block = closedBlock(tile.key());
   for (std::uint32_t s = 0; s < tile.segment_count(); ++s) {
     entry.isolated += tile.isolated(s) && tile.owned(s);
     const GridPoint a = tile.gridPoint(tile.child(s)), b = tile.gridPoint(tile.parent(s));
@@ -44,7 +44,7 @@ TileEntry entryOf(const Tile& tile) {
       entry.content.extend(a);
       entry.content.extend(b);
     } else {
-      entry.content.extend(clippedBox(a, b, cell));
+      entry.content.extend(clippedBox(a, b, block));
     }
   }
   return entry;

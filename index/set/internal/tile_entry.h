@@ -5,8 +5,8 @@
 
 namespace filiform::internal {
 
-// The box of the part of segment a-b inside `cell`, rounded outward to the grid. Empty if the boxes do not meet.
-GridBox clippedBox(const GridPoint& a, const GridPoint& b, const GridBox& cell);
+// The box of the part of segment a-b inside `block`, rounded outward to the grid. Empty if the boxes do not meet.
+GridBox clippedBox(const GridPoint& a, const GridPoint& b, const GridBox& block);
 
 TileEntry entryOf(const Tile& tile);  // O(segments)
 

@@ -61,7 +61,7 @@ class KnownPages final : public TileStore {
   const CellRecord& cell(std::uint32_t id) const override { return store_.cell(id); }
   std::optional<std::uint32_t> findCell(const std::string& name) const override { return store_.findCell(name); }
   CellDetail loadCellDetail(std::uint32_t id) const override { return store_.loadCellDetail(id); }
-  const Landmarks& samples() const override { return store_.samples(); }
+  const Landmarks& landmarks() const override { return store_.landmarks(); }
 
  private:
   const TileStore& store_;

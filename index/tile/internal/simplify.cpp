@@ -351,9 +351,9 @@ bool isOpen(const NeuriteNode& n) { return n.full == 0 || n.seen < n.full; }
 
 }  // namespace
 
-NeuriteGraph threadsOf(const Tile& tile, const TileAppearance& appearance, const Grid& grid) {
+NeuriteGraph neuritesOf(const Tile& tile, const TileAppearance& appearance, const Grid& grid) {
   NeuriteGraph graph;
-  const GridBox cell_box = tile.key().box();
+  const GridBox block_box = tile.key().box();
   std::vector<std::uint32_t> seen(tile.node_count(), 0), number(tile.node_count(), kNone);
   for (std::uint32_t s = 0; s < tile.segment_count(); ++s) {
     if (!tile.owned(s)) continue;
@@ -364,7 +364,7 @@ NeuriteGraph threadsOf(const Tile& tile, const TileAppearance& appearance, const
   for (std::uint32_t n = 0; n < tile.node_count(); ++n) {
     const GridPoint p = tile.gridPoint(n);
     // Equals isHome(), but faster.
-    const bool home = !tile.isLong() && (p.array() >= cell_box.lo.array() && p.array() <= cell_box.hi.array()).all();
+    const bool home = !tile.isLong() && (p.array() >= block_box.lo.array() && p.array() <= block_box.hi.array()).all();
     if (seen[n] == 0 && !home) continue;
     number[n] = static_cast<std::uint32_t>(graph.nodes.size());
     const auto full = home ? static_cast<std::uint32_t>(tile.incident(n).size()) : 0;

@@ -49,7 +49,7 @@ struct NeuriteGraph {
 };
 
 // The graph of the segments that the tile owns. O(segments).
-NeuriteGraph threadsOf(const Tile& tile, const TileAppearance& appearance, const Grid& grid);
+NeuriteGraph neuritesOf(const Tile& tile, const TileAppearance& appearance, const Grid& grid);
 
 // Joins graphs that share nodes but no segments. O(n + shared log shared).
 NeuriteGraph join(std::vector<NeuriteGraph> graphs);

@@ -77,10 +77,10 @@ TEST(Ingest, WhatIsReadBackKeepsEveryPromise) {
     CellList stream(named.cells);
     const auto memory = buildTilesInMemory(stream, {.capacity = 32});
     test::expectSameTiles(*set, *memory);
-    EXPECT_EQ(set->samples().points, memory->samples().points);
-    EXPECT_EQ(set->samples().segments, memory->samples().segments);
-    EXPECT_EQ(set->samples().t, memory->samples().t);
-    EXPECT_EQ(set->samples().covering_radius_um, memory->samples().covering_radius_um);
+    EXPECT_EQ(set->landmarks().points, memory->landmarks().points);
+    EXPECT_EQ(set->landmarks().segments, memory->landmarks().segments);
+    EXPECT_EQ(set->landmarks().t, memory->landmarks().t);
+    EXPECT_EQ(set->landmarks().covering_radius_um, memory->landmarks().covering_radius_um);
   }
 }
 

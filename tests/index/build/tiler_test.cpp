@@ -1,7 +1,7 @@
 #include "index/build/internal/tiler.h"
 
 #include "index/errors.h"
-#include "index/set/internal/set_files.h"
+#include "index/set/internal/cells_file.h"
 #include "tests/support/grid_cells.h"
 #include "tests/support/random_cells.h"
 #include "tests/support/sanitized.h"

@@ -30,7 +30,7 @@ TEST(Spool, ChainsGiveBackWhatWasAppended) {
   for (const std::uint64_t memory : {0u, 5 * 512u, 1u << 20}) {
     SCOPED_TRACE(memory);
     Spool spool(folder.path(), 512, memory);
-    std::vector<Chain> chains;
+    std::vector<ByteChain> chains;
     std::vector<Bytes> expected(5);
     for (std::size_t i = 0; i < expected.size(); ++i) chains.emplace_back(spool);
     std::mt19937_64 random(1);
@@ -54,7 +54,7 @@ TEST(Spool, ChainsGiveBackWhatWasAppended) {
       }
       Bytes all;
       {
-        Chain::Reader reader(chains[c], c % 2 == 0);
+        ByteChain::Reader reader(chains[c], c % 2 == 0);
         for (ByteSpan block; !(block = reader.next()).empty();) all.insert(all.end(), block.begin(), block.end());
       }
       EXPECT_EQ(all, expected[c]);
@@ -68,12 +68,12 @@ TEST(Spool, ReleasedBlocksAreUsedAgain) {
   Spool spool(folder.path(), 1024, 0);
   std::uint64_t after_first = 0;
   for (int round = 0; round < 10; ++round) {
-    Chain chain(spool);
+    ByteChain chain(spool);
     const Bytes bytes = randomBytes(static_cast<std::uint64_t>(round), 50000);
     chain.append(bytes);
     chain.close();
     Bytes back(bytes.size());
-    Chain::Reader(chain, true).read(back.data(), back.size());
+    ByteChain::Reader(chain, true).read(back.data(), back.size());
     ASSERT_EQ(back, bytes);
     if (round == 0) after_first = spool.file_bytes();
   }
@@ -82,7 +82,7 @@ TEST(Spool, ReleasedBlocksAreUsedAgain) {
 
 TEST(Spool, WithoutAFolderEverythingStaysInMemory) {
   Spool spool("", 512, 0);
-  Chain chain(spool);
+  ByteChain chain(spool);
   chain.append(randomBytes(3, 100000));
   chain.close();
   EXPECT_EQ(spool.file_bytes(), 0u);
@@ -97,7 +97,7 @@ TEST(Spool, AFullDiskIsSaid) {
   struct rlimit small = before;
   small.rlim_cur = 3000;
   Spool spool(folder.path(), 1024, 0);
-  Chain chain(spool);
+  ByteChain chain(spool);
   ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &small), 0);
   EXPECT_THROW(chain.append(randomBytes(4, 10000)), IoError);
   ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &before), 0);

@@ -40,11 +40,11 @@ TEST(Morton, AxesAlternateFromTheTopBit) {
 TEST(BlockKey, HalvesDivideTheBoxAlongOneAxis) {
   std::mt19937_64 random(2);
   for (int i = 0; i < 200; ++i) {
-    BlockKey cell;
+    BlockKey block;
     const MortonKey inside = mortonKey(randomPoint(random, kEdge));
     for (int depth = 0; depth < kMortonBits; ++depth) {
-      const BlockKey low = cell.half(0), high = cell.half(1);
-      const GridBox box = cell.box(), a = low.box(), b = high.box();
+      const BlockKey low = block.half(0), high = block.half(1);
+      const GridBox box = block.box(), a = low.box(), b = high.box();
       const int axis = depth % 3;
       ASSERT_EQ(a.lo, box.lo);
       ASSERT_EQ(b.hi, box.hi);
@@ -54,10 +54,10 @@ TEST(BlockKey, HalvesDivideTheBoxAlongOneAxis) {
           ASSERT_EQ(a.hi[other], box.hi[other]);
         }
       ASSERT_NE(low.contains(inside), high.contains(inside));
-      cell = low.contains(inside) ? low : high;
+      block = low.contains(inside) ? low : high;
     }
-    EXPECT_EQ(cell.low, inside);
-    EXPECT_EQ(cell.high(), inside);
+    EXPECT_EQ(block.low, inside);
+    EXPECT_EQ(block.high(), inside);
   }
 }
 

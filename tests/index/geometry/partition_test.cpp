@@ -89,7 +89,7 @@ TEST(Partition, LeavesMetAgreesWithBruteForce) {
       if (i % 10 == 0) b = a;
       std::vector<std::uint32_t> expected;
       for (std::uint32_t leaf = 0; leaf < partition.leaves().size(); ++leaf)
-        if (segmentMeetsBox(a, b, closedCell(partition.leaves()[leaf]))) expected.push_back(leaf);
+        if (segmentMeetsBox(a, b, closedBlock(partition.leaves()[leaf]))) expected.push_back(leaf);
       ASSERT_EQ(partition.leavesMet(a, b, met), expected.size() <= kMaxLeavesOfSegment);
       if (expected.size() > kMaxLeavesOfSegment) {
         ++many;

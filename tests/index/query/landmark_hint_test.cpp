@@ -19,26 +19,26 @@ namespace {
 using test::storeOf;
 
 // A store with other landmarks.
-class SampledStore : public test::CountingStore {
+class LandmarkStore : public test::CountingStore {
  public:
-  SampledStore(const TileStore& store, Landmarks samples) : CountingStore(store), samples_(std::move(samples)) {}
-  const Landmarks& samples() const override { return samples_; }
+  LandmarkStore(const TileStore& store, Landmarks landmarks) : CountingStore(store), landmarks_(std::move(landmarks)) {}
+  const Landmarks& landmarks() const override { return landmarks_; }
 
  private:
-  Landmarks samples_;
+  Landmarks landmarks_;
 };
 
-TEST(LandmarkHint, FewSamplesAreEnough) {
+TEST(LandmarkHint, FewLandmarksAreEnough) {
   const auto store = storeOf(test::randomColumn(1, 2, 100, 50), 100);
   for (const std::size_t n : {0, 1, 2, 3, 11}) {
-    Landmarks samples;
+    Landmarks landmarks;
     for (std::size_t i = 0; i < n; ++i) {
-      samples.points.push_back(GridPoint::Constant(512 * static_cast<std::int64_t>(i)));
-      samples.segments.push_back({0, static_cast<std::uint32_t>(i)});
-      samples.t.push_back(0);
+      landmarks.points.push_back(GridPoint::Constant(512 * static_cast<std::int64_t>(i)));
+      landmarks.segments.push_back({0, static_cast<std::uint32_t>(i)});
+      landmarks.t.push_back(0);
     }
-    const SampledStore sampled(*store, samples);
-    const LandmarkHint hint(sampled);
+    const LandmarkStore store_with_few(*store, landmarks);
+    const LandmarkHint hint(store_with_few);
     for (const std::size_t k : {1, 2, 5, 1000}) {
       const auto guesses = hint.nearest(Vector3d(0.25, 0, 0), k);
       ASSERT_EQ(guesses.size(), std::min(n, k));
@@ -49,16 +49,16 @@ TEST(LandmarkHint, FewSamplesAreEnough) {
   }
 }
 
-TEST(LandmarkHint, CoincidentSamplesOfOneSegmentCountOnce) {
+TEST(LandmarkHint, CoincidentLandmarksOfOneSegmentCountOnce) {
   const auto store = storeOf(test::randomColumn(1, 2, 100, 50), 100);
-  Landmarks samples;
+  Landmarks landmarks;
   for (std::uint32_t i = 0; i < 5000; ++i) {
-    samples.points.push_back(GridPoint(7, 7, i < 4950 ? 7 : 700));
-    samples.segments.push_back({0, i < 4950 ? 4 : i});
-    samples.t.push_back(0);
+    landmarks.points.push_back(GridPoint(7, 7, i < 4950 ? 7 : 700));
+    landmarks.segments.push_back({0, i < 4950 ? 4 : i});
+    landmarks.t.push_back(0);
   }
-  const SampledStore sampled(*store, samples);
-  const LandmarkHint hint(sampled);
+  const LandmarkStore store_with_few(*store, landmarks);
+  const LandmarkHint hint(store_with_few);
   const auto guesses = hint.nearest(Vector3d::Zero(), 3);
   ASSERT_EQ(guesses.size(), 3u);
   EXPECT_EQ(guesses[0].segment.segment, 4u);
@@ -73,8 +73,8 @@ TEST(LandmarkHint, BoundHoldsAndTheFirstIsWithinTheCoveringRadius) {
     SCOPED_TRACE(named.name);
     const auto store = storeOf(named.cells, 100);
     const std::vector<StoredSegment> segments = test::snappedSegments(named.cells, store->grid());
-    const test::CountingStore sampled(*store, 2000);
-    const LandmarkHint hint(sampled);
+    const test::CountingStore store_with_few(*store, 2000);
+    const LandmarkHint hint(store_with_few);
     std::mt19937_64 random(2);
     for (int i = 0; i < 20 && !segments.empty(); ++i) {
       std::normal_distribution<double> jitter(0, i < 10 ? 3.0 : 1e4);
@@ -101,17 +101,17 @@ TEST(LandmarkHint, FirstSearchesAreNotMadeToWaitForATree) {
   while (unaided < 100 && std::isinf(hint.squaredBound(Vector3d::Zero(), 1))) ++unaided;
   EXPECT_GT(unaided, 0);
   EXPECT_LT(unaided, 20);
-  EXPECT_EQ(counted.samplesRead(), 1u);
+  EXPECT_EQ(counted.landmarkReads(), 1u);
 }
 
 TEST(LandmarkHint, BuildsNothingBeforeTheFirstQuestion) {
   const auto store = storeOf(test::randomColumn(1, 2, 100, 50), 100);
   const test::CountingStore counted(*store, 50);
   const LandmarkHint hint(counted);
-  EXPECT_EQ(counted.samplesRead(), 0u);
+  EXPECT_EQ(counted.landmarkReads(), 0u);
   hint.nearest(Vector3d::Zero(), 1);
   hint.nearest(Vector3d::Zero(), 1);
-  EXPECT_EQ(counted.samplesRead(), 1u);
+  EXPECT_EQ(counted.landmarkReads(), 1u);
   EXPECT_TRUE(counted.loads().empty());
 }
 

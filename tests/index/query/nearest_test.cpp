@@ -23,7 +23,7 @@ using test::storeOf;
 constexpr std::size_t kAllSegments = std::numeric_limits<std::size_t>::max();
 
 // Few landmarks: chosen quickly, with loose bounds, which is the harder case.
-constexpr std::size_t kSamples = 200;
+constexpr std::size_t kLandmarks = 200;
 
 // Points on nodes, near nodes, among them, and far away.
 std::vector<Vector3d> probes(const std::vector<StoredSegment>& segments, const Grid& grid, std::uint64_t seed, int n) {
@@ -76,8 +76,8 @@ TEST(Nearest, ExactIsBruteForceInAnyTiling) {
     for (const std::uint32_t capacity : {8u, 2048u}) {
       SCOPED_TRACE(named.name + ", capacity " + std::to_string(capacity) + ", seed 31");
       const auto store = storeOf(named.cells, capacity);
-      const test::CountingStore sampled(*store, kSamples);
-      const Nearest nearest(sampled);
+      const test::CountingStore few(*store, kLandmarks);
+      const Nearest nearest(few);
       for (const Vector3d& h_W : points) {
         SCOPED_TRACE(h_W.transpose());
         const auto expected = test::bruteForceNearest(segments, store->grid(), h_W, 50);
@@ -92,8 +92,8 @@ TEST(Nearest, EpsilonIsNeverExceededAtAnyRank) {
   const std::vector<Cell> cells = test::randomColumn(23, 12, 600, 300);
   const auto store = storeOf(cells, 16);
   const std::vector<StoredSegment> segments = test::snappedSegments(cells, store->grid());
-  const test::CountingStore sampled(*store, kSamples);
-  const Nearest nearest(sampled);
+  const test::CountingStore few(*store, kLandmarks);
+  const Nearest nearest(few);
   for (const Vector3d& h_W : probes(segments, store->grid(), 41, 20)) {
     const auto expected = test::bruteForceNearest(segments, store->grid(), h_W, 50);
     for (const double epsilon : {0.01, 0.5, 10.0})
@@ -112,8 +112,8 @@ TEST(Nearest, EpsilonIsNeverExceededAtAnyRank) {
 TEST(Nearest, EpsilonSavesTiles) {
   const std::vector<Cell> cells = test::randomColumn(23, 12, 600, 300);
   const auto store = storeOf(cells, 16);
-  const test::CountingStore sampled(*store, kSamples);
-  const Nearest nearest(sampled);
+  const test::CountingStore few(*store, kLandmarks);
+  const Nearest nearest(few);
   std::uint64_t exact = 0, loose = 0;
   for (const Vector3d& h_W : probes(test::snappedSegments(cells, store->grid()), store->grid(), 43, 40)) {
     exact += nearest.find(h_W).at(0).tiles_searched;
@@ -126,7 +126,7 @@ TEST(Nearest, ApproximateIsWithinTheCoveringRadiusAndReadsNoTile) {
   for (const test::NamedCells& named : storeCases()) {
     SCOPED_TRACE(named.name);
     const auto store = storeOf(named.cells, 64);
-    const test::CountingStore counted(*store, kSamples);
+    const test::CountingStore counted(*store, kLandmarks);
     const Nearest nearest(counted);
     const std::vector<StoredSegment> segments = test::snappedSegments(named.cells, store->grid());
     if (segments.empty()) continue;
@@ -153,8 +153,8 @@ TEST(Nearest, EquidistantSegmentsComeInTheOrderOfTheirIds) {
   const auto segments = test::snappedSegments(cells, Grid());
   for (const std::uint32_t capacity : {1u, 8u, 2048u}) {
     const auto store = storeOf(cells, capacity);
-    const test::CountingStore sampled(*store, kSamples);
-    const Nearest nearest(sampled);
+    const test::CountingStore few(*store, kLandmarks);
+    const Nearest nearest(few);
     const auto found = nearest.find(Vector3d::Zero(), {.k = 50});
     expectExact(found, test::bruteForceNearest(segments, store->grid(), Vector3d::Zero(), 50));
     for (const NearestResult& r : found) EXPECT_EQ(r.distance_um, 8.0);
@@ -181,8 +181,8 @@ TEST(Nearest, ThinGapsBetweenCellsHideNothing) {
   cells.push_back(slanted);
   const auto segments = test::snappedSegments(cells, Grid());
   const auto store = storeOf(cells, 4);
-  const test::CountingStore sampled(*store, kSamples);
-  const Nearest nearest(sampled);
+  const test::CountingStore few(*store, kLandmarks);
+  const Nearest nearest(few);
   for (std::size_t i = segments.size() - 300; i < segments.size(); ++i) {
     const Vector3d middle_W =
         0.5 * (store->grid().toWorld(segments[i].child) + store->grid().toWorld(segments[i].parent));
@@ -193,8 +193,8 @@ TEST(Nearest, ThinGapsBetweenCellsHideNothing) {
 TEST(Nearest, WithinARadiusIsAllAndOnlyThose) {
   const std::vector<Cell> cells = test::randomColumn(25, 8, 400, 200);
   const auto store = storeOf(cells, 8);
-  const test::CountingStore sampled(*store, kSamples);
-  const Nearest nearest(sampled);
+  const test::CountingStore few(*store, kLandmarks);
+  const Nearest nearest(few);
   const auto segments = test::snappedSegments(cells, store->grid());
   for (const Vector3d& h_W : probes(segments, store->grid(), 71, 10)) {
     const auto all = test::bruteForceNearest(segments, store->grid(), h_W, segments.size());
@@ -212,13 +212,13 @@ TEST(Nearest, ResidentOnlyReadsNothingAndOwnsUpToIt) {
   const std::vector<Cell> cells = test::randomColumn(27, 12, 600, 300);
   const auto store = storeOf(cells, 16);
   ASSERT_GT(store->tile_count(), 64u);
-  const test::CountingStore counted(*store, kSamples);
+  const test::CountingStore counted(*store, kLandmarks);
   const Nearest nearest(counted);
   const auto segments = test::snappedSegments(cells, store->grid());
   const auto points = probes(segments, store->grid(), 81, 10);
   EXPECT_TRUE(nearest.find(points[0], {.resident_only = true}).empty());
   EXPECT_TRUE(counted.loads().empty());
-  EXPECT_EQ(counted.samplesRead(), 0u);
+  EXPECT_EQ(counted.landmarkReads(), 0u);
 
   std::size_t exact = 0, inexact = 0;
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -242,7 +242,7 @@ TEST(Nearest, OpensFewTilesAndReadsThemOnce) {
   const std::vector<Cell> cells = test::randomColumn(29, 30, 800, 300);
   const auto store = storeOf(cells, 64);
   ASSERT_GT(store->tile_count(), 200u);
-  const test::CountingStore counted(*store, kSamples);
+  const test::CountingStore counted(*store, kLandmarks);
   const Nearest nearest(counted);
   const auto segments = test::snappedSegments(cells, store->grid());
   std::mt19937_64 random(91);
@@ -262,10 +262,10 @@ TEST(Nearest, OpensFewTilesAndReadsThemOnce) {
 TEST(Nearest, FewTilesNeedNeitherSamplesNorTrees) {
   const std::vector<Cell> cells = test::randomColumn(30, 4, 300, 100);
   const auto store = storeOf(cells, 2048);
-  const test::CountingStore counted(*store, kSamples);
+  const test::CountingStore counted(*store, kLandmarks);
   const Nearest nearest(counted);
   nearest.find(Vector3d::Zero(), {.k = 5});
-  EXPECT_EQ(counted.samplesRead(), 0u);
+  EXPECT_EQ(counted.landmarkReads(), 0u);
 }
 
 TEST(Nearest, CacheKeepsItsBudgetAndAnswersWithoutOne) {
@@ -273,7 +273,7 @@ TEST(Nearest, CacheKeepsItsBudgetAndAnswersWithoutOne) {
   const auto store = storeOf(cells, 32);
   const auto segments = test::snappedSegments(cells, store->grid());
   for (const std::uint64_t budget : {std::uint64_t{0}, std::uint64_t{200000}}) {
-    const test::CountingStore counted(*store, kSamples);
+    const test::CountingStore counted(*store, kLandmarks);
     const Nearest nearest(counted, {.budget_bytes = budget});
     for (const Vector3d& h_W : probes(segments, store->grid(), 95, 10)) {
       expectExact(nearest.find(h_W, {.k = 5}), test::bruteForceNearest(segments, store->grid(), h_W, 5));
@@ -284,8 +284,8 @@ TEST(Nearest, CacheKeepsItsBudgetAndAnswersWithoutOne) {
 
 TEST(Nearest, EmptySetHasNoResults) {
   const auto store = storeOf({}, 64);
-  const test::CountingStore sampled(*store, kSamples);
-  const Nearest nearest(sampled);
+  const test::CountingStore few(*store, kLandmarks);
+  const Nearest nearest(few);
   EXPECT_TRUE(nearest.find(Vector3d::Zero()).empty());
   EXPECT_TRUE(nearest.find(Vector3d::Zero(), {.k = 9, .approximate = true}).empty());
   EXPECT_TRUE(nearest.find(Vector3d::Zero(), {.resident_only = true}).empty());
@@ -293,8 +293,8 @@ TEST(Nearest, EmptySetHasNoResults) {
 
 TEST(Nearest, RefusesWhatMakesNoSense) {
   const auto store = storeOf({test::comb(20)}, 64);
-  const test::CountingStore sampled(*store, kSamples);
-  const Nearest nearest(sampled);
+  const test::CountingStore few(*store, kLandmarks);
+  const Nearest nearest(few);
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN(), kInf = std::numeric_limits<double>::infinity();
   for (const double bad : {kNaN, kInf, -kInf, 1e300})
     for (int axis = 0; axis < 3; ++axis) {
@@ -427,8 +427,8 @@ TEST(Nearest, ServesManyThreads) {
   std::vector<SegmentId> expected;
   for (const Vector3d& h_W : points)
     expected.push_back(test::bruteForceNearest(segments, store->grid(), h_W, 1)[0].segment);
-  const test::CountingStore sampled(*store, kSamples);
-  const Nearest nearest(sampled, {.budget_bytes = 100000});
+  const test::CountingStore few(*store, kLandmarks);
+  const Nearest nearest(few, {.budget_bytes = 100000});
   std::vector<int> wrong(4, 0);
   std::vector<std::thread> threads;
   for (std::size_t t = 0; t < wrong.size(); ++t)

@@ -146,7 +146,7 @@ class Forgetful final : public TileStore {
     detail.tiles.pop_back();
     return detail;
   }
-  const Landmarks& samples() const override { return whole_.samples(); }
+  const Landmarks& landmarks() const override { return whole_.landmarks(); }
 
  private:
   const TileStore& whole_;

@@ -38,10 +38,10 @@ std::string everything(const std::string& path) {
     for (std::uint32_t s = 0; s < tile->segment_count(); ++s) out << tile->segmentId(s).key() << tile->owned(s) << ' ';
     for (float radius : set->loadAppearance(t).radii_um) out << radius << ' ';
   }
-  const Landmarks& samples = set->samples();
-  out << samples.covering_radius_um;
-  for (std::size_t i = 0; i < samples.points.size(); ++i)
-    out << samples.points[i].transpose() << ' ' << samples.segments[i].key() << ' ' << samples.t[i] << ' ';
+  const Landmarks& landmarks = set->landmarks();
+  out << landmarks.covering_radius_um;
+  for (std::size_t i = 0; i < landmarks.points.size(); ++i)
+    out << landmarks.points[i].transpose() << ' ' << landmarks.segments[i].key() << ' ' << landmarks.t[i] << ' ';
   const auto levels = Levels::open(*set);
   for (LevelId l = 0; levels != nullptr && l < levels->size(); ++l) {
     const auto tile = levels->load(l);

@@ -21,40 +21,40 @@ Landmarks choose(const std::vector<Cell>& cells, std::size_t most, std::uint32_t
   return chooseLandmarks(*buildTilesInMemory(stream, {.capacity = capacity}), most);
 }
 
-double nearestLandmark(const Landmarks& samples, const Grid& grid, const Vector3d& p_W) {
+double nearestLandmark(const Landmarks& landmarks, const Grid& grid, const Vector3d& p_W) {
   double least = INFINITY;
-  for (const GridPoint& p : samples.points) least = std::min(least, (grid.toWorld(p) - p_W).squaredNorm());
+  for (const GridPoint& p : landmarks.points) least = std::min(least, (grid.toWorld(p) - p_W).squaredNorm());
   return std::sqrt(least);
 }
 
 // Compares with brute force: dense points of every segment. Returns the largest distance found.
-double expectCovered(const Landmarks& samples, const Segments& segments, const Grid& grid, int dense) {
+double expectCovered(const Landmarks& landmarks, const Segments& segments, const Grid& grid, int dense) {
   double largest = 0;
   for (const StoredSegment& s : segments) {
     const Vector3d a = grid.toWorld(s.child), b = grid.toWorld(s.parent);
     for (int k = 0; k <= dense; ++k)
-      largest = std::max(largest, nearestLandmark(samples, grid, a + k * (b - a) / dense));
+      largest = std::max(largest, nearestLandmark(landmarks, grid, a + k * (b - a) / dense));
   }
-  EXPECT_LE(largest, samples.covering_radius_um);
+  EXPECT_LE(largest, landmarks.covering_radius_um);
   return largest;
 }
 
-void expectOnSegments(const Landmarks& samples, const Segments& segments, const Grid& grid) {
-  ASSERT_EQ(samples.points.size(), samples.segments.size());
-  ASSERT_EQ(samples.points.size(), samples.t.size());
-  for (std::size_t i = 0; i < samples.points.size(); ++i) {
-    const auto found = std::lower_bound(segments.begin(), segments.end(), samples.segments[i],
+void expectOnSegments(const Landmarks& landmarks, const Segments& segments, const Grid& grid) {
+  ASSERT_EQ(landmarks.points.size(), landmarks.segments.size());
+  ASSERT_EQ(landmarks.points.size(), landmarks.t.size());
+  for (std::size_t i = 0; i < landmarks.points.size(); ++i) {
+    const auto found = std::lower_bound(segments.begin(), segments.end(), landmarks.segments[i],
                                         [](const StoredSegment& s, SegmentId id) { return s.id < id; });
-    ASSERT_TRUE(found != segments.end() && found->id == samples.segments[i]);
-    const Vector3d p_W = grid.toWorld(samples.points[i]);
+    ASSERT_TRUE(found != segments.end() && found->id == landmarks.segments[i]);
+    const Vector3d p_W = grid.toWorld(landmarks.points[i]);
     const ClosestPoint c = closestPoint(grid.toWorld(found->child), grid.toWorld(found->parent), p_W);
     ASSERT_LE(std::sqrt(c.squared_distance), grid.quantum_um());
-    ASSERT_TRUE(samples.t[i] > 0.0f && samples.t[i] < 1.0f);
+    ASSERT_TRUE(landmarks.t[i] > 0.0f && landmarks.t[i] < 1.0f);
     const Vector3d along =
-        grid.toWorld(found->child) + static_cast<double>(samples.t[i]) * grid.toWorld(found->parent - found->child);
+        grid.toWorld(found->child) + static_cast<double>(landmarks.t[i]) * grid.toWorld(found->parent - found->child);
     ASSERT_LE((along - p_W).norm(), grid.quantum_um() + 1e-7 * grid.toWorld(found->parent - found->child).norm());
     if (i > 0) {
-      ASSERT_LT(mortonKey(samples.points[i - 1]), mortonKey(samples.points[i]));
+      ASSERT_LT(mortonKey(landmarks.points[i - 1]), mortonKey(landmarks.points[i]));
     }
   }
 }
@@ -67,11 +67,11 @@ TEST(Landmarks, CoverEveryPointOfTheData) {
     SCOPED_TRACE(named.name);
     const Segments segments = test::snappedSegments(named.cells, grid);
     for (std::size_t most : {std::size_t{1}, std::size_t{7}, std::size_t{150}}) {
-      const Landmarks samples = choose(named.cells, most);
-      EXPECT_LE(samples.points.size(), most);
-      EXPECT_EQ(samples.points.empty(), segments.empty());
-      expectOnSegments(samples, segments, grid);
-      expectCovered(samples, segments, grid, 6);
+      const Landmarks landmarks = choose(named.cells, most);
+      EXPECT_LE(landmarks.points.size(), most);
+      EXPECT_EQ(landmarks.points.empty(), segments.empty());
+      expectOnSegments(landmarks, segments, grid);
+      expectCovered(landmarks, segments, grid, 6);
     }
   }
 }
@@ -79,19 +79,19 @@ TEST(Landmarks, CoverEveryPointOfTheData) {
 TEST(Landmarks, TheRadiusIsNotMuchLargerThanItMustBe) {
   const Grid grid;
   const std::vector<Cell> cells = test::randomColumn(42, 4, 400, 200);
-  const Landmarks samples = choose(cells, 100);
-  EXPECT_GT(samples.points.size(), 40u);
-  EXPECT_LE(samples.covering_radius_um, 1.8 * expectCovered(samples, test::snappedSegments(cells, grid), grid, 6));
+  const Landmarks landmarks = choose(cells, 100);
+  EXPECT_GT(landmarks.points.size(), 40u);
+  EXPECT_LE(landmarks.covering_radius_um, 1.8 * expectCovered(landmarks, test::snappedSegments(cells, grid), grid, 6));
 }
 
 TEST(Landmarks, OneLongSegmentDoesNotSpoilTheRadius) {
   std::vector<Cell> cells = test::randomColumn(43, 4, 400, 200);
   const double without = choose(cells, 1000).covering_radius_um;
   test::addSample(cells[0], cells[0].positions_um[0] + Vector3d(700, 0, 0), 0);
-  const Landmarks samples = choose(cells, 1000);
-  EXPECT_LE(samples.covering_radius_um, 2 * without);
-  EXPECT_GT(std::count_if(samples.t.begin(), samples.t.end(), [](float t) { return t != 0.5f; }), 10);
-  expectCovered(samples, test::snappedSegments(cells, Grid()), Grid(), 12);
+  const Landmarks landmarks = choose(cells, 1000);
+  EXPECT_LE(landmarks.covering_radius_um, 2 * without);
+  EXPECT_GT(std::count_if(landmarks.t.begin(), landmarks.t.end(), [](float t) { return t != 0.5f; }), 10);
+  expectCovered(landmarks, test::snappedSegments(cells, Grid()), Grid(), 12);
 }
 
 TEST(Landmarks, MorePointsCoverBetter) {
@@ -120,9 +120,9 @@ TEST(Landmarks, PointsDoNotDependOnTheTiles) {
 }
 
 TEST(Landmarks, SmallSetsGetFew) {
-  EXPECT_EQ(samplePointsFor(0), 64u);
-  EXPECT_EQ(samplePointsFor(128 * 1000), 1000u);
-  EXPECT_EQ(samplePointsFor(UINT64_MAX), kMaxLandmarks);
+  EXPECT_EQ(landmarksFor(0), 64u);
+  EXPECT_EQ(landmarksFor(128 * 1000), 1000u);
+  EXPECT_EQ(landmarksFor(UINT64_MAX), kMaxLandmarks);
 }
 
 }  // namespace

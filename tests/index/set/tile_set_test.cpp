@@ -2,7 +2,7 @@
 
 #include "index/build/ingest.h"
 #include "index/errors.h"
-#include "index/set/internal/set_files.h"
+#include "index/set/internal/manifest.h"
 #include "index/set/verify.h"
 #include "tests/support/random_cells.h"
 #include "tests/support/temp_folder.h"
@@ -253,7 +253,7 @@ TEST(TileSet, ManyThreadsMayLoad) {
       threads.emplace_back([&, i] {
         for (TileId t = 0; t < set->tile_count(); ++t) owned[i] += set->load(t)->owned_count();
         for (std::uint32_t c = 0; c < set->cell_count(); ++c) set->loadCellDetail(c);
-        set->samples();
+        set->landmarks();
       });
   }
   for (std::uint64_t n : owned) EXPECT_EQ(n, set->counts().segments + set->counts().isolated);

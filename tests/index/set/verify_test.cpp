@@ -4,7 +4,7 @@
 #include "index/build/internal/tile_writer.h"
 #include "index/build/memory_tiles.h"
 #include "index/errors.h"
-#include "index/set/internal/set_files.h"
+#include "index/set/internal/cells_file.h"
 #include "index/tile/tile_codec.h"
 #include "tests/support/random_cells.h"
 #include "tests/support/temp_folder.h"
@@ -27,7 +27,7 @@ struct Faults {
   std::function<void(TileId, TileEntry&)> entry;
   std::function<void(std::uint32_t, CellDetail&)> detail;
   std::function<void(std::vector<CellRecord>&)> records;
-  std::function<void(Landmarks&)> samples;
+  std::function<void(Landmarks&)> landmarks;
 };
 
 // Writes the store's tiles as a set, with faults.
@@ -65,9 +65,9 @@ void writeSet(const TileStore& store, const std::string& path, const Faults& fau
       use(internal::encodeDetail(detail));
     }
   });
-  Landmarks samples = store.samples();
-  if (faults.samples) faults.samples(samples);
-  writer.writeLandmarks(samples);
+  Landmarks landmarks = store.landmarks();
+  if (faults.landmarks) faults.landmarks(landmarks);
+  writer.writeLandmarks(landmarks);
   const std::string revision = writer.finish({});
   fs::rename(path + "/r", path + "/" + revision);
   test::writeBytes(path + "/CURRENT", revision + "\n");
@@ -215,13 +215,13 @@ TEST_F(FaultySet, WrongBounds) {
 
 TEST_F(FaultySet, CoveringRadiusTooSmall) {
   Faults faults;
-  faults.samples = [](Landmarks& samples) {
-    samples.points.resize(10);
-    samples.segments.resize(10);
-    samples.t.resize(10);
+  faults.landmarks = [](Landmarks& landmarks) {
+    landmarks.points.resize(10);
+    landmarks.segments.resize(10);
+    landmarks.t.resize(10);
   };
   expectFound(faults, "farther from every landmark");
-  faults.samples = [](Landmarks& samples) { samples.points[5] += GridPoint(40, 40, 40); };
+  faults.landmarks = [](Landmarks& landmarks) { landmarks.points[5] += GridPoint(40, 40, 40); };
   expectFound(faults, "landmark 5");
 }
 

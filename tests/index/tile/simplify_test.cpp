@@ -77,7 +77,7 @@ NeuriteGraph wholeOf(const std::vector<Cell>& cells, const Grid& grid) {
   CellList stream(cells);
   const auto store = buildTilesInMemory(stream, {.capacity = 1u << 30});
   if (store->tile_count() == 0) return {};
-  return threadsOf(*store->load(0), store->loadAppearance(0), grid);
+  return neuritesOf(*store->load(0), store->loadAppearance(0), grid);
 }
 
 // The worst case of each kind of cell, and random cells.
@@ -238,7 +238,7 @@ TEST(Simplify, PartsThatAreJoinedAreTheWhole) {
   const auto store = buildTilesInMemory(stream, {.capacity = 50});
   std::vector<NeuriteGraph> parts;
   for (TileId tile = 0; tile < store->tile_count(); ++tile)
-    parts.push_back(threadsOf(*store->load(tile), store->loadAppearance(tile), kGrid));
+    parts.push_back(neuritesOf(*store->load(tile), store->loadAppearance(tile), kGrid));
   const NeuriteGraph joined = join(parts), whole = wholeOf(cells, kGrid);
   ASSERT_EQ(joined.segments.size(), whole.segments.size());
   ASSERT_EQ(joined.nodes.size(), whole.nodes.size());
@@ -263,7 +263,7 @@ TEST(Simplify, PiecesStayTogetherThroughAllLevels) {
   const auto store = buildTilesInMemory(stream, {.capacity = 50});
   std::vector<NeuriteGraph> parts;
   for (TileId tile = 0; tile < store->tile_count(); ++tile)
-    parts.push_back(threadsOf(*store->load(tile), store->loadAppearance(tile), kGrid));
+    parts.push_back(neuritesOf(*store->load(tile), store->loadAppearance(tile), kGrid));
   double tolerance = 0.2;
   for (; parts.size() > 1; tolerance *= 2) {
     std::vector<NeuriteGraph> next;

@@ -167,10 +167,10 @@ TEST(Tile, HoldsANodeWithManyBranches) {
   expectHolds(Tile(0, kWorld, false, Grid(), segments), segments);
 }
 
-TEST(Tile, HomeIsWhereTheCellContainsTheNode) {
-  BlockKey cell;  // x < 0
-  cell = cell.half(0);
-  const Tile tile(0, cell, false, Grid(), {segment(0, 1, 0, {-1, 0, 0}, {0, 0, 0})});
+TEST(Tile, HomeIsWhereTheBlockContainsTheNode) {
+  BlockKey block;  // x < 0
+  block = block.half(0);
+  const Tile tile(0, block, false, Grid(), {segment(0, 1, 0, {-1, 0, 0}, {0, 0, 0})});
   EXPECT_FALSE(tile.isHome(0));
   EXPECT_TRUE(tile.isHome(1));
   const Tile long_tile(0, kWorld, true, Grid(), {segment(0, 1, 0, {-1, 0, 0}, {0, 0, 0})});

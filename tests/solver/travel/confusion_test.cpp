@@ -69,7 +69,7 @@ TEST(Confusion, IsTheSameForASeedAndDoesNotDependOnTheTiling) {
   EXPECT_GT(one.at(3000), 0.0);
   for (const double zoom_um : {100.0, 300.0, 1000.0}) {
     EXPECT_EQ(one.at(zoom_um), same.at(zoom_um));
-    if (coarse->samples().points == fine->samples().points) {
+    if (coarse->landmarks().points == fine->landmarks().points) {
       EXPECT_EQ(one.at(zoom_um), tiled.at(zoom_um));
     }
   }

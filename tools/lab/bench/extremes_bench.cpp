@@ -425,7 +425,7 @@ std::uint64_t digestOf(const TileSet& set) {
     mix(std::hash<std::string>{}(set.cell(cell).name));
     for (const std::int64_t sample : set.loadCellDetail(cell).sample_ids) mix(static_cast<std::uint64_t>(sample));
   }
-  for (const GridPoint& p : set.samples().points) mix(static_cast<std::uint64_t>(p.x()));
+  for (const GridPoint& p : set.landmarks().points) mix(static_cast<std::uint64_t>(p.x()));
   return sum;
 }
 

@@ -91,7 +91,7 @@ void measureSamples(const BenchOptions& options, const SearchScene& scene, std::
       {},
       {"samples", "eps"}};
   PlotSeries error{"error, eps 0", {}, {}}, radius{"covering radius R", {}, {}};
-  const std::size_t standard = samplePointsFor(segments);
+  const std::size_t standard = landmarksFor(segments);
   std::vector<std::size_t> counts;
   for (std::size_t n = options.quick ? 256 : 1024; n <= (options.quick ? 1024 : kMaxLandmarks); n *= 2)
     counts.push_back(n);

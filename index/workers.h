@@ -1,4 +1,4 @@
-// Runs one function on several threads.
+// Runs one function on several threads. Thread rule: any thread may call it; each call starts its own threads.
 #pragma once
 
 #include <atomic>
@@ -9,7 +9,7 @@
 #include <thread>
 #include <vector>
 
-namespace filiform::internal {
+namespace filiform {
 
 // Calls run(worker, failed) on `threads` threads and waits for them; worker 0 is the calling thread. If the system
 // grants fewer threads, fewer run. `failed` becomes true when one throws. The exception of the lowest worker is
@@ -39,4 +39,4 @@ void runWorkers(std::size_t threads, const Run& run) {
     if (failure) std::rethrow_exception(failure);
 }
 
-}  // namespace filiform::internal
+}  // namespace filiform

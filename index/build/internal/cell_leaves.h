@@ -1,0 +1,54 @@
+// CellLeaves: lists, for each cell, the leaves that own one of its segments. Workers add pairs of cell and leaf in any
+// order. Afterwards the lists are read cell by cell.
+#pragma once
+
+#include "index/file/internal/spool.h"
+#include "index/set/tile_store.h"
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace filiform::internal {
+
+// Thread rule: add() may run on several threads if each has its own `worker`; everything else is thread-compatible.
+// Throws IoError if the spool cannot be written or read.
+class CellLeaves {
+ public:
+  struct Pair {
+    std::uint32_t cell, leaf;
+  };
+
+  // `folder`: for the spool's file; empty: all in memory. Pairs stay in memory up to `spool_memory` bytes. One group of
+  // cells at a time is sorted, in about `sort_memory` bytes.
+  CellLeaves(const std::vector<CellRecord>& records, unsigned workers, std::string folder, std::uint64_t spool_memory,
+             std::uint64_t sort_memory);
+
+  void add(unsigned worker, std::uint32_t cell, std::uint32_t leaf) {
+    const Pair pair{cell, leaf};
+    chains_[worker * group_begin_.size() + groupOf(cell)].append(
+        {reinterpret_cast<const std::uint8_t*>(&pair), sizeof pair});
+  }
+  void close();  // call it once, after the last add()
+
+  // True if next(cell) reads and sorts a group.
+  bool startsGroup(std::uint32_t cell) const {
+    return next_group_ < group_begin_.size() && group_begin_[next_group_] == cell;
+  }
+  // The leaves of a cell, ascending. Call it for each cell, in order of ids. Valid until the next call.
+  std::span<const Pair> next(std::uint32_t cell);
+
+ private:
+  std::size_t groupOf(std::uint32_t cell) const;
+  void readGroup(std::size_t group);
+
+  unsigned workers_;
+  Spool spool_;                             // small blocks: many are open at a time
+  std::vector<std::uint32_t> group_begin_;  // of cells
+  std::vector<ByteChain> chains_;           // by worker, then by group
+  std::vector<Pair> pairs_;                 // of the current group, by cell and leaf
+  std::size_t at_ = 0, next_group_ = 0;
+};
+
+}  // namespace filiform::internal

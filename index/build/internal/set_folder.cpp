@@ -1,0 +1,173 @@
+#include "index/build/internal/set_folder.h"
+
+#include "index/errors.h"
+#include "index/file/internal/output_file.h"
+#include "index/set/internal/manifest.h"
+#include "index/set/tile_set.h"
+
+#include <cerrno>
+#include <fcntl.h>
+#include <filesystem>
+#include <new>
+#include <sys/file.h>
+#include <unistd.h>
+#include <utility>
+#include <vector>
+
+namespace filiform::internal {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kCurrent = "CURRENT";
+
+bool isTemporaryName(const std::string& name) { return name.find(".tmp-") != std::string::npos; }
+
+bool holds(const std::string& path) {
+  try {
+    const auto set = TileSet::open(path);
+    for (const SetFile& file : set->files()) set->checkFile(file);
+    return true;
+  } catch (const Error&) {
+    return false;
+  }
+}
+
+}  // namespace
+
+SetFolder::SetFolder(const std::string& path, bool force) : path_(path) {
+  std::error_code error;
+  const fs::file_status status = fs::status(path, error);
+  bool created = false;
+  if (!fs::exists(status)) {
+    created = fs::create_directory(path, error);
+    if (error) throw IoError(path, "cannot be created", error.value());
+  } else if (!fs::is_directory(status)) {
+    throw InputError(path + ": exists and is not a tile set; choose another name");
+  }
+  try {
+    lock();
+    created_ = created;
+    if (!created_) inspect(force);
+    // The revision's name is known only after everything is written.
+    building_ = path + "/new.tmp-" + std::to_string(::getpid());
+    fs::remove_all(building_);
+    fs::create_directory(building_);
+  } catch (const fs::filesystem_error& e) {
+    undo();
+    if (created) fs::remove(path, error);  // fails if another process already uses it
+    throw IoError(path, "cannot be written", e.code().value());
+  } catch (...) {
+    undo();
+    if (created) fs::remove(path, error);
+    throw;
+  }
+}
+
+bool SetFolder::publish(const std::string& revision) {
+  try {
+    const std::string target = path_ + "/" + revision;
+    if (revision == previous_ && holds(path_)) {
+      removeOthers(revision);
+      return false;
+    }
+    const std::string own = ".tmp-" + std::to_string(::getpid());
+    if (fs::exists(target)) {  // damaged, or left by a crash before CURRENT was written
+      fs::remove_all(target + own);
+      fs::rename(target, target + own);
+      aside_ = target + own;
+    }
+    target_ = target;
+    fs::rename(building_, target);
+    syncFolder(path_);
+    const std::string next = path_ + "/" + kCurrent + own;
+    fs::remove(next);
+    next_ = next;
+    OutputFile file(next);
+    const std::string text = revision + "\n";
+    file.write(text);
+    file.close();
+    fs::rename(next, path_ + "/" + kCurrent);
+    created_ = false;
+    for (std::string* undone : {&building_, &target_, &aside_, &next_}) undone->clear();
+    syncFolder(path_);
+    const fs::path parent = fs::path(path_).parent_path();
+    syncFolder(parent.empty() ? "." : parent.string());
+  } catch (const fs::filesystem_error& e) {
+    throw IoError(path_, "cannot be published", e.code().value());
+  }
+  removeOthers(revision);
+  return true;
+}
+
+void SetFolder::lock() {
+  folder_ = ::open(path_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (folder_ < 0) throw IoError(path_, "cannot be opened", errno);
+  if (::flock(folder_, LOCK_EX | LOCK_NB) != 0) {
+    if (errno == EWOULDBLOCK) throw InputError(path_ + ": another ingest is writing this set; wait for it");
+    throw IoError(path_, "cannot be locked", errno);
+  }
+}
+
+void SetFolder::inspect(bool force) {
+  bool has_current = false;
+  for (const fs::directory_entry& entry : fs::directory_iterator(path_)) {
+    const std::string name = entry.path().filename().string();
+    if (name == kCurrent) {
+      has_current = true;
+    } else if (!isRevisionName(name) && !isTemporaryName(name)) {
+      throw InputError(path_ + ": is not a tile set and holds other files; choose another name");
+    }
+  }
+  if (!has_current) return;
+  if (!force) throw InputError(path_ + ": is already a tile set; --force replaces it");
+  try {
+    const auto set = TileSet::open(path_);
+    previous_ = set->revision();
+  } catch (const Error&) {
+    // Damaged: will be replaced.
+  }
+}
+
+// Readers keep their open files. The next ingest removes what cannot be removed now.
+void SetFolder::removeOthers(const std::string& revision) noexcept {
+  try {
+    std::error_code ignored;
+    std::vector<fs::path> others;
+    for (fs::directory_iterator at(path_, ignored), end; at != end; at.increment(ignored)) {
+      const std::string name = at->path().filename().string();
+      if (name != revision && (isRevisionName(name) || isTemporaryName(name))) others.push_back(at->path());
+    }
+    for (const fs::path& other : others) fs::remove_all(other, ignored);
+  } catch (const std::bad_alloc&) {
+  }
+}
+
+void SetFolder::undo() noexcept {
+  try {
+    std::error_code ignored;
+    removeMade();
+    if (!aside_.empty()) {
+      fs::remove_all(target_, ignored);
+      fs::rename(aside_, target_, ignored);
+    }
+    if (created_) fs::remove_all(path_, ignored);
+    if (folder_ >= 0) ::close(std::exchange(folder_, -1));
+    removeMade();                              // listing needs one more file descriptor
+    if (created_) fs::remove(path_, ignored);  // fails if another process already uses it
+  } catch (const std::bad_alloc&) {
+    // Without memory nothing can be removed; the next ingest removes it.
+  }
+  for (std::string* undone : {&building_, &target_, &aside_, &next_}) undone->clear();
+  created_ = false;
+  if (folder_ >= 0) ::close(std::exchange(folder_, -1));
+}
+
+void SetFolder::removeMade() const {
+  std::error_code ignored;
+  for (const std::string* made : {&building_, &next_})
+    if (!made->empty()) fs::remove_all(*made, ignored);
+  if (!target_.empty() && aside_.empty()) fs::remove_all(target_, ignored);
+}
+
+}  // namespace filiform::internal

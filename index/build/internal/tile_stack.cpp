@@ -1,0 +1,47 @@
+#include "index/build/internal/tile_stack.h"
+
+#include "index/set/internal/tile_entry.h"
+#include "index/tile/tile_codec.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace filiform::internal {
+
+TileStack::TileStack(const Grid& grid, unsigned workers, const std::string& folder, std::uint64_t memory)
+    : grid_(grid), spool_(folder, kBlockBytes, memory) {
+  for (unsigned i = 0; i < workers; ++i) heaps_.push_back({ByteChain(spool_), {}});
+}
+
+void TileStack::add(unsigned worker, std::uint32_t leaf, const BlockKey& key, bool is_long,
+                    std::vector<StoredSegment>& segments, TileAppearance& appearance) {
+  const Tile tile(0, key, is_long, grid_, std::move(segments));
+  Heap& heap = heaps_[worker];
+  const std::vector<std::uint8_t> geometry = encodeTile(tile), look = encodeAppearance(appearance);
+  heap.tiles.push_back({entryOf(tile), leaf, worker, heap.bytes.bytes(), geometry.size(), look.size()});
+  heap.bytes.append(geometry);
+  heap.bytes.append(look);
+}
+
+std::vector<TileStack::Encoded> TileStack::finish() {
+  std::vector<Encoded> all;
+  std::size_t size = 0;
+  for (const Heap& heap : heaps_) size += heap.tiles.size();
+  all.reserve(size);
+  for (Heap& heap : heaps_) {
+    heap.bytes.close();
+    all.insert(all.end(), heap.tiles.begin(), heap.tiles.end());
+    heap.tiles = {};
+  }
+  std::sort(all.begin(), all.end(), [](const Encoded& a, const Encoded& b) { return a.leaf < b.leaf; });
+  return all;
+}
+
+void TileStack::write(TileId id, const Encoded& tile, TileWriter& writer) {
+  bytes_.resize(tile.geometry_bytes + tile.appearance_bytes);
+  heaps_[tile.heap].bytes.read(tile.offset, bytes_, scratch_);
+  const std::span<const std::uint8_t> all(bytes_);
+  writer.add(id, tile.entry, all.first(tile.geometry_bytes), all.subspan(tile.geometry_bytes));
+}
+
+}  // namespace filiform::internal

@@ -1,0 +1,161 @@
+#include "index/set/internal/manifest.h"
+
+#include "index/file/internal/digest.h"
+#include "index/set/internal/set_files.h"
+#include "index/set/tile_source.h"
+#include "index/text.h"
+#include "index/whole_number.h"
+
+#include <algorithm>
+#include <cstdio>
+
+#include <nlohmann/json.hpp>
+
+namespace filiform::internal {
+namespace {
+
+// Bytes that are not valid UTF-8 become \xNN, so that JSON can hold any file name.
+std::string asText(std::string_view bytes) {
+  std::string text;
+  while (!bytes.empty()) {
+    const std::size_t length = decodeUtf8(bytes).length;
+    if (length > 0) {
+      text += bytes.substr(0, length);
+    } else {
+      char escape[8];
+      std::snprintf(escape, sizeof escape, "\\x%02X", static_cast<unsigned>(static_cast<unsigned char>(bytes[0])));
+      text += escape;
+    }
+    bytes.remove_prefix(std::max<std::size_t>(length, 1));
+  }
+  return text;
+}
+
+nlohmann::ordered_json point(const Grid& grid, const GridPoint& p) {
+  const Vector3d p_W = grid.toWorld(p);
+  return {p_W.x(), p_W.y(), p_W.z()};
+}
+
+std::uint64_t fromHex16(const std::string& text) {
+  if (text.size() != 16 || text.find_first_not_of("0123456789abcdef") != std::string::npos)
+    throw Damage{0, "a digest is malformed"};
+  return std::stoull(text, nullptr, 16);
+}
+
+}  // namespace
+
+std::string encodeManifest(const Manifest& manifest, const Provenance& provenance) {
+  nlohmann::ordered_json json;
+  json["format"] = "filiform tile set";
+  json["version"] = kFormatVersion;
+  json["units"] = "um";
+  json["quantum_exponent"] = manifest.grid.exponent();
+  json["quantum_um"] = manifest.grid.quantum_um();
+  json["capacity"] = manifest.capacity;
+  json["bounds_um"] = nullptr;
+  json["bounds_quanta"] = nullptr;
+  if (!manifest.bounds.empty()) {
+    const GridPoint &lo = manifest.bounds.lo, &hi = manifest.bounds.hi;
+    json["bounds_um"] = {point(manifest.grid, lo), point(manifest.grid, hi)};
+    json["bounds_quanta"] = {{lo.x(), lo.y(), lo.z()}, {hi.x(), hi.y(), hi.z()}};
+  }
+  const SetCounts& c = manifest.counts;
+  json["counts"] = {{"cells", c.cells},
+                    {"samples", c.samples},
+                    {"segments", c.segments},
+                    {"isolated", c.isolated},
+                    {"roots", c.roots},
+                    {"tiles", c.tiles},
+                    {"stored_segments", c.stored_segments},
+                    {"decoded_bytes", c.decoded_bytes}};
+  json["covering_radius_um"] = manifest.covering_radius_um;
+  json["files"] = nlohmann::ordered_json::array();
+  for (const SetFile& file : manifest.files)
+    json["files"].push_back({{"name", file.name}, {"bytes", file.bytes}, {"xxh3", hex16(file.digest)}});
+  nlohmann::ordered_json codes = nlohmann::ordered_json::object();
+  for (const auto& [code, count] : provenance.codes) codes[asText(code)] = count;
+  json["provenance"] = {
+      {"sources", provenance.sources.size()}, {"refused", provenance.refused.size()}, {"codes", codes}};
+  return json.dump(2) + "\n";
+}
+
+void writeProvenance(const Provenance& provenance, const std::function<void(std::string_view piece)>& use) {
+  using Json = nlohmann::ordered_json;
+  use("{\n\"sources\": [");
+  const char* between = "\n";
+  for (const Provenance::Source& s : provenance.sources) {
+    const Json source = {{"name", asText(s.name)}, {"bytes", s.bytes}, {"xxh3", hex16(s.digest)}, {"cells", s.cells}};
+    std::string text = between + source.dump();
+    between = ",\n";
+    if (s.dropped) {
+      text.pop_back();
+      use(text + ",\"dropped\":\"");
+      s.dropped([&](std::string_view piece) {
+        if (piece.find_first_not_of("0123456789,") != std::string_view::npos) {
+          text = Json(asText(std::string(piece))).dump();
+          piece = std::string_view(text).substr(1, text.size() - 2);
+        }
+        use(piece);
+      });
+      text = "\"}";
+    }
+    use(text);
+  }
+  use("\n],\n\"refused\": [");
+  between = "\n";
+  for (const Provenance::Refused& r : provenance.refused) {
+    use(between + Json{{"name", asText(r.name)}, {"code", asText(r.code)}, {"reason", asText(r.reason)}}.dump());
+    between = ",\n";
+  }
+  use("\n]\n}\n");
+}
+
+Manifest decodeManifest(const std::string& text) {
+  try {
+    const nlohmann::json json = nlohmann::json::parse(text);
+    if (json.at("format") != "filiform tile set") throw Damage{0, "not the manifest of a tile set"};
+    if (json.at("version") != kFormatVersion)
+      throw Damage{
+          0, "format version " + json.at("version").dump() + ", this program reads " + std::to_string(kFormatVersion)};
+    Manifest manifest;
+    const int exponent = wholeNumber<int>(json.at("quantum_exponent"));
+    if (exponent < Grid::kMinExponent || exponent > Grid::kMaxExponent) throw Damage{0, "the quantum is out of range"};
+    manifest.grid = Grid(exponent);
+    manifest.capacity = wholeNumber<std::uint32_t>(json.at("capacity"));
+    if (!json.at("bounds_quanta").is_null()) {
+      const nlohmann::json& corners = json.at("bounds_quanta");
+      if (corners.size() != 2 || corners.at(0).size() != 3 || corners.at(1).size() != 3)
+        throw Damage{0, "the bounds are malformed"};
+      for (std::size_t i = 0; i < 3; ++i) {
+        manifest.bounds.lo[static_cast<Eigen::Index>(i)] = wholeNumber<std::int64_t>(corners.at(0).at(i));
+        manifest.bounds.hi[static_cast<Eigen::Index>(i)] = wholeNumber<std::int64_t>(corners.at(1).at(i));
+      }
+    }
+    const nlohmann::json& counts = json.at("counts");
+    const auto count = [&](const char* name) { return wholeNumber<std::uint64_t>(counts.at(name)); };
+    manifest.counts = {count("cells"), count("samples"), count("segments"),        count("isolated"),
+                       count("roots"), count("tiles"),   count("stored_segments"), count("decoded_bytes")};
+    manifest.covering_radius_um = json.at("covering_radius_um").get<double>();
+    manifest.refused = wholeNumber<std::uint64_t>(json.at("provenance").at("refused"));
+    for (const nlohmann::json& file : json.at("files")) {
+      manifest.files.push_back({file.at("name").get<std::string>(), wholeNumber<std::uint64_t>(file.at("bytes")),
+                                fromHex16(file.at("xxh3").get<std::string>())});
+      const std::string& name = manifest.files.back().name;
+      if (!isTileFileName(name) || name.find('/') != std::string::npos) throw Damage{0, "a file has an invalid name"};
+    }
+    return manifest;
+  } catch (const nlohmann::json::exception& error) {
+    throw Damage{0, std::string("not a manifest: ") + error.what()};
+  } catch (const std::out_of_range& error) {
+    throw Damage{0, std::string("not a manifest: ") + error.what()};
+  }
+}
+
+std::string revisionName(const std::string& manifest) { return "r-" + hex16(checksum(manifest)); }
+
+bool isRevisionName(const std::string& name) {
+  return name.size() == 18 && name.starts_with("r-") &&
+         name.find_first_not_of("0123456789abcdef", 2) == std::string::npos;
+}
+
+}  // namespace filiform::internal

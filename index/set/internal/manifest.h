@@ -1,0 +1,34 @@
+// manifest.json and provenance.json: what a revision holds, and from which inputs it was made. FORMAT.md specifies
+// both.
+#pragma once
+
+#include "index/file/internal/bytes.h"
+#include "index/set/provenance.h"
+#include "index/set/tile_set.h"
+
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace filiform::internal {
+
+struct Manifest {
+  Grid grid;
+  std::uint32_t capacity = 0;
+  GridBox bounds;
+  SetCounts counts;
+  double covering_radius_um = 0;
+  std::uint64_t refused = 0;  // number of refused inputs
+  std::vector<SetFile> files;
+};
+// The manifest holds only the numbers of the provenance. writeProvenance() writes the rest: a line for each source and
+// refused input.
+std::string encodeManifest(const Manifest& manifest, const Provenance& provenance);
+void writeProvenance(const Provenance& provenance, const std::function<void(std::string_view piece)>& use);
+Manifest decodeManifest(const std::string& text);
+
+std::string revisionName(const std::string& manifest);
+bool isRevisionName(const std::string& name);
+
+}  // namespace filiform::internal
