@@ -19,7 +19,6 @@
 namespace filiform {
 namespace {
 
-constexpr TileId kScanTiles = 64;  // for up to this many tiles, FLANN and the tile finder cost more than they save
 constexpr std::size_t kLeastPerThread = 64;  // fewest points of a batch a thread
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
@@ -220,7 +219,8 @@ struct Nearest::Impl {
 
   void searchAll(Search& s, std::size_t k) const {
     if (store.long_tile() != kNoTile) visit(s, store.long_tile());
-    const bool few = store.tile_count() <= kScanTiles;
+    const bool few =
+        store.tile_count() <= TileFinder::kScanTiles;  // else landmarks and the tile finder cost more than they save
     TileId home = kNoTile;
     if (!few) {
       home = homeOf(s.h_W);

@@ -12,8 +12,6 @@
 namespace filiform {
 namespace {
 
-constexpr TileId kScanTiles = 64;
-
 void extend(WorldBox& box, const WorldBox& other) {
   box.lo_W = box.lo_W.cwiseMin(other.lo_W);
   box.hi_W = box.hi_W.cwiseMax(other.hi_W);

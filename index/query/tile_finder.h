@@ -18,6 +18,8 @@ namespace filiform {
 
 class TileFinder {
  public:
+  static constexpr TileId kScanTiles = 64;  // sets of up to this many tiles are scanned
+
   // A tile found near a point.
   struct Hit {
     TileId tile;

@@ -11,7 +11,7 @@ namespace filiform {
 
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kUnreached = std::numeric_limits<double>::infinity();
 
 // Groups the items of {key, item} pairs by key: the items of key k are items[first[k] .. first[k + 1]).
 void list(std::uint32_t keys, const std::vector<std::pair<std::uint32_t, std::uint32_t>>& pairs,
@@ -168,7 +168,7 @@ bool CellWalk::isTip(std::uint32_t node) const {
 }
 
 CellWalk::Reached CellWalk::reach(const Spot& from) const {
-  Reached reached{std::vector<double>(samples(), kInfinity), std::vector<std::uint32_t>(samples(), kNoParent)};
+  Reached reached{std::vector<double>(samples(), kUnreached), std::vector<std::uint32_t>(samples(), kNoParent)};
   using Item = std::pair<double, std::uint32_t>;
   std::priority_queue<Item, std::vector<Item>, std::greater<>> queue;
   const auto start = [&](std::uint32_t node, double length_um) {
@@ -199,7 +199,7 @@ std::vector<std::uint32_t> CellWalk::tips(const Spot& spot, std::size_t most) co
   const Reached reached = reach(spot);
   std::vector<std::uint32_t> found;
   for (std::uint32_t node = 0; node < samples(); ++node)
-    if (isTip(node) && reached.length_um[node] > 0 && reached.length_um[node] < kInfinity) found.push_back(node);
+    if (isTip(node) && reached.length_um[node] > 0 && reached.length_um[node] < kUnreached) found.push_back(node);
   const std::size_t kept = std::min(most, found.size());
   std::partial_sort(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(kept), found.end(),
                     [&](std::uint32_t a, std::uint32_t b) {
@@ -213,7 +213,7 @@ std::optional<std::uint32_t> CellWalk::farthestTip(const Spot& spot) const {
   const Reached reached = reach(spot);
   std::optional<std::uint32_t> best;
   for (std::uint32_t node = 0; node < samples(); ++node)
-    if (isTip(node) && reached.length_um[node] > 0 && reached.length_um[node] < kInfinity &&
+    if (isTip(node) && reached.length_um[node] > 0 && reached.length_um[node] < kUnreached &&
         (!best || reached.length_um[node] > reached.length_um[*best]))
       best = node;
   return best;
@@ -231,7 +231,7 @@ std::optional<double> CellWalk::lengthTo(const Reached& reached, const Spot& fro
     last = kNoParent;
   }
   if (by != nullptr) *by = last;
-  return best < kInfinity ? std::optional(best) : std::nullopt;
+  return best < kUnreached ? std::optional(best) : std::nullopt;
 }
 
 std::optional<double> CellWalk::pathLength_um(const Spot& a, const Spot& b) const { return lengthTo(reach(a), a, b); }

@@ -11,7 +11,7 @@ namespace filiform {
 namespace {
 
 // 0 - 1 - 2 with a fork at 2: 3 - 4 upwards, 20 um more; 5 downwards, 5 um more. 6 is a tree of its own.
-Cell fork() {
+Cell forkedCell() {
   Cell cell;
   cell.source = "fork.swc";
   cell.sample_ids = {10, 11, 12, 13, 14, 15, 16};
@@ -25,7 +25,7 @@ Cell fork() {
 class Walks : public ::testing::Test {
  protected:
   void SetUp() override {
-    CellList stream({fork()});
+    CellList stream({forkedCell()});
     store_ = buildTilesInMemory(stream);
     walk_ = std::make_unique<CellWalk>(readCell(*store_, 0, false));
   }
@@ -140,7 +140,7 @@ TEST(CellQueries, AreReadAsTyped) {
 TEST(CellQueries, AnEqualNameComesFirst) {
   std::vector<Cell> cells;
   for (const char* name : {"xcell_1", "Cell_10", "cell_1", "other"}) {
-    cells.push_back(fork());
+    cells.push_back(forkedCell());
     cells.back().source = std::string(name) + ".swc";
   }
   CellList stream(std::move(cells));
