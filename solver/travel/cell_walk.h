@@ -42,7 +42,8 @@ class CellWalk {
   // The next sample that is a fork or a tip; on the way back, a fork or the root.
   std::optional<std::uint32_t> nextBranch(const Spot& spot, std::uint32_t turn = 0) const;
   std::optional<std::uint32_t> previousBranch(const Spot& spot) const;
-  // From the fork behind this position, the child after the one that leads here.
+  // Goes back to the last fork, then returns the fork's next child after the one that leads to this position. Nullopt
+  // if there is no fork behind.
   std::optional<std::uint32_t> otherBranch(const Spot& spot) const;
   std::uint32_t root(const Spot& spot) const;
   // The tips of the position's tree, nearest along the path first, at most `most`, without the position itself.

@@ -1,6 +1,6 @@
 // The command lines of filiform in documents and help texts, changed so that a test can run them. Pure functions.
 //
-// What is an example:
+// These rules tell which text is an example:
 //  - In Markdown: a line of a fenced block, or a code span. In a help text: a line after two blanks. `filiform` must be
 //    the first word, after NAME=VALUE, `xvfb-run -a` and `umockdev-run ... --`. `; ` separates two examples.
 //  - A code span with only the command's name is no example, but a mention.

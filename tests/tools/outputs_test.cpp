@@ -61,7 +61,7 @@ class Outputs : public ::testing::Test {
 };
 
 bool canRender() {
-  // As in the tests of `render`: skipped on a machine without a software renderer.
+  // Without a software renderer, the tests that draw are skipped, as those of `render` are.
   static const bool can = [] {
     const test::TempFolder folder;
     writeBytes(folder / "a.swc", "1 1 0 0 0 5 -1\n2 3 9 0 0 1 1\n");

@@ -31,7 +31,7 @@ class Unreadable : public ::testing::Test {
   }
   void TearDown() override { fs::permissions(folder_ / "in/locked", fs::perms::owner_all); }
 
-  // Root may read everything, so root runs the program as nobody.
+  // Root may read every file. If root runs this test, the program runs as the user `nobody`, who may not.
   static Outcome run(const std::vector<std::string>& arguments) {
     return test::runFiliformInShell(
         ::geteuid() == 0 ? "exec setpriv --reuid 65534 --regid 65534 --clear-groups \"$@\"" : "exec \"$@\"", arguments);

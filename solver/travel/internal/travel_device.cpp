@@ -41,7 +41,7 @@ std::string TravelDevice::keepRecording() noexcept {
     try {
       recorder_->finish();
     } catch (const std::exception&) {
-      // The caller reports the first failure. The recording may be complete all the same.
+      // The caller already reports an earlier failure. The recording may still be complete: whole() tells.
     }
     if (!recorder_->whole()) return {};
     return output_->finishAside();

@@ -43,7 +43,7 @@ TEST_F(ResidencyTest, TargetOfAJumpIsLoadedFirstAndKept) {
     reader.request(static_cast<TileId>(tick * 7 % count()));
     residency.advance(tick, 3);
   }
-  EXPECT_EQ(reader.tiles().find(target), nullptr) << "kept although nobody holds it";
+  EXPECT_EQ(reader.tiles().find(target), nullptr) << "the tile is kept, although its hold has ended";
 }
 
 TEST_F(ResidencyTest, CellThatIsHeldOutranksTheSurroundingsOnly) {
