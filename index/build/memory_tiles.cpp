@@ -64,9 +64,14 @@ class MemoryTiles final : public TileStore, private internal::TileSink {
 
  private:
   // Leaves come in the order of their keys, since there is one thread.
-  void add(unsigned, std::uint32_t leaf, const BlockKey& key, bool, std::vector<StoredSegment>& segments,
-           TileAppearance& appearance) override {
-    found_.push_back({leaf, key, segments, appearance});
+  void add(unsigned, internal::LeafUnit& unit) override {
+    for (std::size_t i = 0; i < unit.keys.size(); ++i) {
+      if (unit.of(i).empty()) continue;
+      Found& found = found_.emplace_back();
+      found.leaf = unit.first + static_cast<std::uint32_t>(i);
+      found.key = unit.keys[i];
+      unit.content(i, found.segments, found.appearance);
+    }
   }
   struct Found {
     std::uint32_t leaf;

@@ -50,15 +50,15 @@ void sortRuns(std::vector<T>& values, std::vector<std::size_t>& runs, Less less)
 }  // namespace
 
 LeafBuilder::LeafBuilder(const Partition& partition, Spool& spool, SegmentChain& long_segments,
-                         std::uint64_t tile_segments, HandOver hand_over)
+                         std::uint64_t unit_capacity, HandOver hand_over)
     : partition_(partition),
       spool_(spool),
       long_segments_(long_segments),
-      tile_segments_(tile_segments),
+      unit_capacity_(unit_capacity),
       hand_over_(std::move(hand_over)) {}
 
 std::uint64_t LeafBuilder::cost(std::uint64_t segments) const {
-  return segments * kBytesTogether + tileCost(std::min(segments, 2 * tile_segments_));
+  return segments * kBytesTogether + tileCost(std::min(segments, 2 * unit_capacity_));
 }
 
 void LeafBuilder::refuse(std::uint64_t stored, std::uint64_t needed_memory) {
@@ -72,10 +72,12 @@ void LeafBuilder::release() {
   records_ = {};
   placed_ = {};
   ordered_ = {};
-  begin_ = {};
+  entries_ = {};
+  midpoints_ = {};
+  stored_ = {};
+  unit_ends_ = {};
   long_ = {};
-  segments_ = {};
-  appearance_ = {};
+  unit_ = {};
 }
 
 void LeafBuilder::enter(const Range& range) {
@@ -83,12 +85,13 @@ void LeafBuilder::enter(const Range& range) {
   end_ = range.end;
   subtree_ = partition_.subtree(range.core);
   core_ = range.core.box();
+  midpoints_.assign(end_ - first_, 0);
   closed_.clear();
   closed_.reserve(end_ - first_);
   for (std::uint32_t leaf = first_; leaf < end_; ++leaf) closed_.push_back(closedBlock(partition_.leaves()[leaf]));
 }
 
-// Calls use(leaf, owned) for each leaf of the range that stores the segment. Returns true for a long segment whose
+// Calls use(leaf, owned) for each leaf of the range that stores the segment, and counts its midpoint. Returns true for a long segment whose
 // midpoint is in the range, in the leaf `owner_`.
 template <typename Use>
 bool LeafBuilder::forEachLeaf(const SegmentRecord& r, const Use& use) {
@@ -102,6 +105,7 @@ bool LeafBuilder::forEachLeaf(const SegmentRecord& r, const Use& use) {
       if (home >= first_ && home < end_) owner_ = owner = home;
     }
   }
+  if (owner != kNoLeaf) ++midpoints_[owner - first_];
   if (owner != kNoLeaf && liesWithin(closed_[owner - first_], r)) {
     use(owner, true);
     return false;
@@ -122,13 +126,14 @@ bool LeafBuilder::forEachLeaf(const SegmentRecord& r, const Use& use) {
 LeafBuilder::Counts LeafBuilder::count(std::span<SegmentChain* const> chains, const Range& range) {
   enter(range);
   const std::size_t leaves = range.end - range.first;
-  Counts counts{std::vector<std::uint32_t>(leaves, 0), std::vector<std::uint32_t>(leaves, 0)};
+  Counts counts{{}, std::vector<std::uint32_t>(leaves, 0), std::vector<std::uint32_t>(leaves, 0)};
   for (SegmentChain* chain : chains) {
     SegmentChain::Reader reader(*chain, false);
     for (SegmentRecord record = SegmentChain::first(); reader.next(record);)
       if (forEachLeaf(record, [&](std::uint32_t leaf, bool) { ++counts.stored[leaf - first_]; }))
         ++counts.too_long[owner_ - first_];
   }
+  counts.midpoints = midpoints_;
   return counts;
 }
 
@@ -161,60 +166,97 @@ bool LeafBuilder::buildTogether(std::span<SegmentChain* const> chains, std::uint
   for (SegmentChain* chain : chains) chain->clear();
 
   const std::uint64_t for_places = most_bytes - std::min(most_bytes, records_.size() * kBytesOfRecord);
-  begin_.assign(end_ - first_ + 1, 0);
+  stored_.assign(end_ - first_, 0);
   placed_.clear();
   long_.clear();
   for (std::uint32_t i = 0; i < records_.size(); ++i) {
     const bool is_long = forEachLeaf(records_[i], [&](std::uint32_t leaf, bool owned) {
       placed_.push_back(std::uint64_t{leaf - first_} << 32 | (owned ? kOwned : 0) | i);
-      ++begin_[leaf - first_ + 1];
+      ++stored_[leaf - first_];
     });
     if (is_long) long_.push_back(i);
     if (placed_.size() * kBytesOfPlace > for_places) return false;
   }
-  const std::uint32_t largest = *std::max_element(begin_.begin(), begin_.end());
+  findUnits();
+  std::vector<std::uint32_t> next;  // of each unit, among the entries
+  std::vector<std::uint32_t> unit_of(end_ - first_);
+  std::uint32_t first = 0, sum = 0, largest = 0;
+  for (const std::uint32_t end : unit_ends_) {
+    std::fill(unit_of.begin() + first, unit_of.begin() + end, static_cast<std::uint32_t>(next.size()));
+    next.push_back(sum);
+    const std::uint32_t n = std::accumulate(stored_.begin() + first, stored_.begin() + end, 0u);
+    largest = std::max(largest, n);
+    sum += n;
+    first = end;
+  }
   if (placed_.size() * kBytesOfPlace + tileCost(largest) > for_places) return false;
 
   for (const std::uint32_t i : long_) long_segments_.add(records_[i]);
-  std::partial_sum(begin_.begin(), begin_.end(), begin_.begin());
   ordered_.resize(placed_.size());
-  std::vector<std::uint32_t> next(begin_.begin(), begin_.end() - 1);
-  for (std::uint64_t at : placed_) ordered_[next[at >> 32]++] = at;
-
-  const auto record_of = [&](std::uint64_t at) -> const SegmentRecord& {
-    return records_[static_cast<std::uint32_t>(at) & ~kOwned];
-  };
-  std::vector<std::uint64_t> entries;
-  for (std::uint32_t leaf = first_; leaf < end_; ++leaf) {
-    const std::uint32_t from = begin_[leaf - first_], to = begin_[leaf - first_ + 1];
-    if (from == to) continue;
-    entries.assign(ordered_.begin() + from, ordered_.begin() + to);
-    sortRuns(entries, runs_,
-             [&](std::uint64_t a, std::uint64_t b) { return record_of(a).id.key() < record_of(b).id.key(); });
-    segments_.clear();
-    appearance_.radii_um.clear();
-    appearance_.types.clear();
-    for (const std::uint64_t at : entries) {
-      segments_.push_back(storedSegment(record_of(at), (at & kOwned) != 0, appearance_));
-    }
-    hand_over_(leaf, segments_, appearance_);
+  for (std::uint64_t at : placed_) ordered_[next[unit_of[at >> 32]]++] = at;
+  first = sum = 0;
+  for (std::size_t u = 0; u < unit_ends_.size(); ++u) {
+    handOverUnit(first, unit_ends_[u], std::span(ordered_).subspan(sum, next[u] - sum));
+    first = unit_ends_[u];
+    sum = next[u];
   }
   return true;
 }
 
-// Combines neighbouring leaves as long as they fit `share`. If there were too many parts, several are combined into one
+void LeafBuilder::findUnits() {
+  unit_ends_.clear();
+  const std::span<const BlockKey> leaves = std::span(partition_.leaves()).subspan(first_, end_ - first_);
+  for (std::size_t first = 0; first < leaves.size();) {
+    first = unitEnd(leaves, midpoints_, first, unit_capacity_);
+    unit_ends_.push_back(static_cast<std::uint32_t>(first));
+  }
+}
+
+// Leaves `first` to `end` of the range. `entries`: what they store; the leaves of one record are neighbours.
+void LeafBuilder::handOverUnit(std::uint32_t first, std::uint32_t end, std::span<std::uint64_t> entries) {
+  if (entries.empty()) return;
+  const auto record_of = [&](std::uint64_t at) { return static_cast<std::uint32_t>(at) & ~kOwned; };
+  entries_.assign(entries.begin(), entries.end());
+  sortRuns(entries_, runs_, [&](std::uint64_t a, std::uint64_t b) {
+    return records_[record_of(a)].id.key() < records_[record_of(b)].id.key();
+  });
+  unit_.first = first_ + first;
+  unit_.keys = std::span(partition_.leaves()).subspan(unit_.first, end - first);
+  unit_.records.clear();
+  unit_.items.resize(entries_.size());
+  unit_.items_begin.assign(1, 0);
+  for (std::uint32_t leaf = first; leaf < end; ++leaf)
+    unit_.items_begin.push_back(unit_.items_begin.back() + stored_[leaf]);
+  std::uint32_t last = UINT32_MAX;
+  next_.assign(unit_.items_begin.begin(), unit_.items_begin.end() - 1);
+  for (const std::uint64_t at : entries_) {
+    if (record_of(at) != last) unit_.records.push_back(records_[last = record_of(at)]);
+    const auto record = static_cast<std::uint32_t>(unit_.records.size() - 1);
+    unit_.items[next_[(at >> 32) - first]++] = {record, (at & kOwned) != 0};
+  }
+  hand_over_(unit_);
+}
+
+// Combines neighbouring units as long as they fit `share`. If there were too many parts, several are combined into one
 // that does not fit.
 std::vector<LeafBuilder::Part> LeafBuilder::partsOf(std::span<SegmentChain* const> chains, const Range& range,
                                                     std::uint64_t share) {
   std::vector<Part> parts;
   const Counts counts = count(chains, range);
-  for (std::uint32_t leaf = range.first; leaf < range.end; ++leaf) {
-    const std::uint32_t n = counts.stored[leaf - range.first], too_long = counts.too_long[leaf - range.first];
-    Part alone{leaf, leaf + 1, n, too_long, n, true};
+  findUnits();
+  std::uint32_t first = 0;
+  for (const std::uint32_t unit_end : unit_ends_) {
+    const auto sum = [&](const std::vector<std::uint32_t>& of) {
+      return std::accumulate(of.begin() + first, of.begin() + unit_end, std::uint64_t{0});
+    };
+    const std::uint64_t n = sum(counts.stored), too_long = sum(counts.too_long);
+    Part alone{range.first + first, range.first + unit_end, n, too_long, n, true, true};
+    first = unit_end;
     alone.fits = alone.bytes() <= share;
     if (!parts.empty() && parts.back().fits) {
       Part together = parts.back();
-      together.end = leaf + 1;
+      together.end = alone.end;
+      together.is_unit = false;
       together.stored += n;
       together.too_long += too_long;
       together.largest = std::max(together.largest, alone.largest);
@@ -234,7 +276,7 @@ std::vector<LeafBuilder::Part> LeafBuilder::partsOf(std::span<SegmentChain* cons
     joined.push_back(parts[i]);
     if (i == last) continue;
     joined.back().end = parts[last].end;
-    joined.back().fits = false;
+    joined.back().fits = joined.back().is_unit = false;
   }
   return joined;
 }
@@ -278,7 +320,7 @@ void LeafBuilder::divide(std::span<SegmentChain* const> chains, const Range& ran
       }
       enter(part);
       buildTogether({&piece, 1}, UINT64_MAX);
-    } else if (part.end - part.first > 1) {
+    } else if (!parts[i].is_unit) {
       divide({&piece, 1}, part, gate, pass);
     } else {
       buildAlone(*piece, parts[i], part, gate, pass);
@@ -286,7 +328,7 @@ void LeafBuilder::divide(std::span<SegmentChain* const> chains, const Range& ran
   }
 }
 
-// Builds a single leaf. Beside its tile there is no room for its segments.
+// Builds a single unit. Beside its tiles there is no room for its segments.
 void LeafBuilder::buildAlone(SegmentChain& chain, const Part& part, const Range& range, MemoryGate& gate,
                              MemoryGate::Pass& pass) {
   const std::uint64_t bytes = tileCost(part.stored);
@@ -296,29 +338,31 @@ void LeafBuilder::buildAlone(SegmentChain& chain, const Part& part, const Range&
     pass.change(bytes);
   }
   enter(range);
-  records_.clear();
-  records_.reserve(part.stored);
+  std::vector<SegmentRecord>& records = unit_.records;
+  records.clear();
+  records.reserve(std::min(chain.count(), part.stored));
   {
     SegmentChain::Reader reader(chain, true);
     for (SegmentRecord record = SegmentChain::first(); reader.next(record);) {
       bool is_stored = part.too_long == 0;
       if (!is_stored && forEachLeaf(record, [&](std::uint32_t, bool) { is_stored = true; })) long_segments_.add(record);
-      if (is_stored) records_.push_back(record);
+      if (is_stored) records.push_back(record);
     }
   }
   chain.clear();
-  sortRuns(records_, runs_, [](const SegmentRecord& a, const SegmentRecord& b) { return a.id.key() < b.id.key(); });
-  segments_.clear();
-  segments_.reserve(records_.size());
-  appearance_.radii_um.clear();
-  appearance_.types.clear();
-  appearance_.radii_um.reserve(records_.size());
-  appearance_.types.reserve(records_.size());
-  for (const SegmentRecord& r : records_) {
-    forEachLeaf(r, [&](std::uint32_t, bool owned) { segments_.push_back(storedSegment(r, owned, appearance_)); });
+  if (records.empty()) return;
+  sortRuns(records, runs_, [](const SegmentRecord& a, const SegmentRecord& b) { return a.id.key() < b.id.key(); });
+  stored_.assign(end_ - first_ + 1, 0);
+  for (const SegmentRecord& r : records) forEachLeaf(r, [&](std::uint32_t leaf, bool) { ++stored_[leaf - first_ + 1]; });
+  std::partial_sum(stored_.begin(), stored_.end(), stored_.begin());
+  unit_.first = range.first;
+  unit_.keys = std::span(partition_.leaves()).subspan(range.first, range.end - range.first);
+  unit_.items_begin = stored_;
+  unit_.items.resize(stored_.back());
+  for (std::uint32_t i = 0; i < records.size(); ++i) {
+    forEachLeaf(records[i], [&](std::uint32_t leaf, bool owned) { unit_.items[stored_[leaf - first_]++] = {i, owned}; });
   }
-  records_ = {};
-  if (!segments_.empty()) hand_over_(range.first, segments_, appearance_);
+  hand_over_(unit_);
 }
 
 }  // namespace filiform::internal

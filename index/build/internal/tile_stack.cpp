@@ -13,14 +13,21 @@ TileStack::TileStack(const Grid& grid, unsigned workers, const std::string& fold
   for (unsigned i = 0; i < workers; ++i) heaps_.push_back({ByteChain(spool_), {}});
 }
 
-void TileStack::add(unsigned worker, std::uint32_t leaf, const BlockKey& key, bool is_long,
-                    std::vector<StoredSegment>& segments, TileAppearance& appearance) {
-  const Tile tile(0, key, is_long, grid_, std::move(segments));
+void TileStack::add(unsigned worker, LeafUnit& unit) {
   Heap& heap = heaps_[worker];
-  const std::vector<std::uint8_t> geometry = encodeTile(tile), look = encodeAppearance(appearance);
-  heap.tiles.push_back({entryOf(tile), leaf, worker, heap.bytes.bytes(), geometry.size(), look.size()});
-  heap.bytes.append(geometry);
-  heap.bytes.append(look);
+  TileAppearance appearance;
+  for (std::size_t i = 0; i < unit.keys.size(); ++i) {
+    if (unit.of(i).empty()) continue;
+    std::vector<StoredSegment> segments;
+    unit.content(i, segments, appearance);
+    if (unit.keys.size() == 1 && unit.records.size() > LeafUnit::kRecordsKept) unit.records = {};
+    const Tile tile(0, unit.keys[i], unit.is_long, grid_, std::move(segments));
+    const std::vector<std::uint8_t> geometry = encodeTile(tile), look = encodeAppearance(appearance);
+    heap.tiles.push_back({entryOf(tile), unit.first + static_cast<std::uint32_t>(i), worker, heap.bytes.bytes(),
+                          geometry.size(), look.size()});
+    heap.bytes.append(geometry);
+    heap.bytes.append(look);
+  }
 }
 
 std::vector<TileStack::Encoded> TileStack::finish() {

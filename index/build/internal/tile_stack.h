@@ -19,8 +19,7 @@ class TileStack final : public TileSink {
   // `folder`: for the spool's file. Encoded tiles stay in memory up to `memory` bytes.
   TileStack(const Grid& grid, unsigned workers, const std::string& folder, std::uint64_t memory);
 
-  void add(unsigned worker, std::uint32_t leaf, const BlockKey& key, bool is_long, std::vector<StoredSegment>& segments,
-           TileAppearance& appearance) override;
+  void add(unsigned worker, LeafUnit& unit) override;
 
   struct Encoded {
     TileEntry entry;

@@ -35,6 +35,9 @@ constexpr std::uint64_t kBytesOfLandmark = 160;
 
 struct Tiler::Impl {
   explicit Impl(TilerOptions given);
+  static std::uint64_t mostInUnit(const TilerOptions& options) {
+    return std::uint64_t{options.unit_leaves} * options.capacity;
+  }
   static std::uint64_t mostInChunk(const TilerOptions& options);
 
   static constexpr std::uint32_t kNone = UINT32_MAX;
@@ -57,8 +60,7 @@ struct Tiler::Impl {
   void refuseWhatCannotBeBuilt();
   void refuseLongSegments(std::uint64_t count) const;
   void writeLongTile(TileSink& sink);
-  void handOver(std::uint32_t leaf, const BlockKey& key, bool is_long, std::vector<StoredSegment>& stored,
-                TileAppearance& appearance, unsigned worker, TileSink& sink);
+  void handOver(LeafUnit& unit, unsigned worker, TileSink& sink);
   template <typename Work>  // work(chunk, worker, gate, pass); free(worker): gives up the memory of a worker
   void forEachChunk(
       const char* phase, const Work& work, const std::function<void(unsigned)>& free = [](unsigned) {});
@@ -93,18 +95,19 @@ struct Tiler::Impl {
   Partition partition{std::vector<BlockKey>{BlockKey{}}};
   std::vector<SegmentChain> long_segments;   // by worker
   std::vector<LandmarkChooser::Part> parts;  // by worker
+  std::vector<std::vector<LandmarkChooser::Segment>> owned_of_leaf;  // by worker
   std::unique_ptr<const LandmarkChooser> chooser;
   std::unique_ptr<CellLeaves> cell_leaves;
 };
 
-// All threads at work take a third. A chunk with no more ghosts than segments of its own never has a tile that is too
+// All threads at work take a third. A chunk consists of whole units. A chunk with no more ghosts than segments of its own never has a tile that is too
 // large to be built. A chunk that is split must be one that its midpoints make no leaf of.
 std::uint64_t Tiler::Impl::mostInChunk(const TilerOptions& options) {
   const std::uint64_t most = options.chunk_segments != 0
                                  ? options.chunk_segments
                                  : std::min({kMostChunkSegments, options.memory / 3 / kBytesOfSegment / options.threads,
                                              options.memory / 4 / LeafBuilder::tileCost(1)});
-  return std::max<std::uint64_t>(most, options.capacity);
+  return std::max(most, mostInUnit(options));
 }
 
 Tiler::Impl::Impl(TilerOptions given)
@@ -118,6 +121,7 @@ Tiler::Impl::Impl(TilerOptions given)
       intake(options.grid, spool) {
   options.memory = std::min(options.memory, kMostMemory);
   parts.resize(options.threads);
+  owned_of_leaf.resize(options.threads);
   for (unsigned i = 0; i < options.threads; ++i) long_segments.emplace_back(spool);
 }
 
@@ -217,24 +221,30 @@ void Tiler::Impl::deliver(SegmentChain& crossing, std::size_t begin, std::size_t
     for (std::size_t i = begin; i < end; ++i) chunks[order[i]].ghosts.close();
 }
 
-void Tiler::Impl::handOver(std::uint32_t leaf, const BlockKey& key, bool is_long, std::vector<StoredSegment>& stored,
-                           TileAppearance& appearance, unsigned worker, TileSink& sink) {
-  std::uint32_t cell = kNone;
-  for (const StoredSegment& s : stored) {
-    if (!s.owned || s.id.cell == cell) continue;
-    cell = s.id.cell;
-    cell_leaves->add(worker, cell, leaf);
+void Tiler::Impl::handOver(LeafUnit& unit, unsigned worker, TileSink& sink) {
+  std::vector<LandmarkChooser::Segment>& owned = owned_of_leaf[worker];
+  for (std::size_t i = 0; i < unit.keys.size(); ++i) {
+    owned.clear();
+    std::uint32_t cell = kNone;
+    for (const LeafUnit::Item item : unit.of(i)) {
+      if (item.owned == 0) continue;
+      const SegmentRecord& record = unit.records[item.record];
+      owned.push_back({record.id, record.child, record.parent});
+      if (record.id.cell == cell) continue;
+      cell = record.id.cell;
+      cell_leaves->add(worker, cell, unit.first + static_cast<std::uint32_t>(i));
+    }
+    chooser->addLeaf(unit.keys[i], owned, parts[worker]);
   }
-  chooser->addLeaf(key, stored, parts[worker]);
-  sink.add(worker, leaf, key, is_long, stored, appearance);
+  if (owned.capacity() > LeafUnit::kRecordsKept) owned = {};
+  sink.add(worker, unit);
 }
 
 LeafBuilder Tiler::Impl::builder(unsigned worker, TileSink& sink) {
-  LeafBuilder made(partition, spool, long_segments[worker], options.capacity,
-                   [this, worker, &sink](std::uint32_t leaf, std::vector<StoredSegment>& stored, TileAppearance& look) {
-                     stopIfCancelled();
-                     handOver(leaf, partition.leaves()[leaf], false, stored, look, worker, sink);
-                   });
+  LeafBuilder made(partition, spool, long_segments[worker], mostInUnit(options), [this, worker, &sink](LeafUnit& unit) {
+    stopIfCancelled();
+    handOver(unit, worker, sink);
+  });
   made.memoryFor = [this](std::uint64_t bytes) { return memoryForWork(bytes); };
   return made;
 }
@@ -261,10 +271,15 @@ void Tiler::Impl::refuseWhatCannotBeBuilt() {
     const std::uint64_t own = chunk.own.count(), ghosts = chunk.ghosts.count();
     if (LeafBuilder::tileCost(own + ghosts) <= gate.limit()) return;
     if (ghosts <= own && own <= most_in_chunk && LeafBuilder::tileCost(2 * most_in_chunk) <= gate.limit()) return;
-    LeafBuilder counter(partition, spool, long_segments[worker], options.capacity, {});
+    LeafBuilder counter(partition, spool, long_segments[worker], mostInUnit(options), {});
     SegmentChain* const chains[] = {&chunk.own, &chunk.ghosts};
     const LeafBuilder::Counts counts = counter.count(chains, rangeOf(chunk));
-    for (const std::uint64_t stored : counts.stored) {
+    const std::span<const BlockKey> leaves =
+        std::span(partition.leaves()).subspan(chunk.first_leaf, counts.stored.size());
+    for (std::size_t leaf = 0; leaf < leaves.size();) {
+      std::uint64_t stored = 0;
+      for (const std::size_t end = unitEnd(leaves, counts.midpoints, leaf, mostInUnit(options)); leaf < end; ++leaf)
+        stored += counts.stored[leaf];
       std::uint64_t before = largest;
       while (stored > before && !largest.compare_exchange_weak(before, stored)) {
       }
@@ -292,22 +307,22 @@ void Tiler::Impl::writeLongTile(TileSink& sink) {
   }
   if (count == 0) return;
   refuseLongSegments(count);
-  std::vector<SegmentRecord> found;
-  found.reserve(count);
+  const BlockKey world;
+  LeafUnit unit;
+  unit.first = static_cast<std::uint32_t>(partition.leaves().size());
+  unit.is_long = true;
+  unit.keys = {&world, 1};
+  unit.records.reserve(count);
   for (SegmentChain& chain : long_segments) {
     SegmentChain::Reader reader(chain, true);
-    for (SegmentRecord record = SegmentChain::first(); reader.next(record);) found.push_back(record);
+    for (SegmentRecord record = SegmentChain::first(); reader.next(record);) unit.records.push_back(record);
   }
-  std::sort(found.begin(), found.end(), [](const SegmentRecord& a, const SegmentRecord& b) { return a.id < b.id; });
-  std::vector<StoredSegment> segments_found;
-  TileAppearance appearance;
-  segments_found.reserve(count);
-  appearance.radii_um.reserve(count);
-  appearance.types.reserve(count);
-  for (const SegmentRecord& record : found) segments_found.push_back(storedSegment(record, true, appearance));
-  found = {};
-  handOver(static_cast<std::uint32_t>(partition.leaves().size()), BlockKey{}, true, segments_found, appearance, 0,
-           sink);
+  std::sort(unit.records.begin(), unit.records.end(),
+            [](const SegmentRecord& a, const SegmentRecord& b) { return a.id < b.id; });
+  unit.items.reserve(count);
+  for (std::uint32_t i = 0; i < count; ++i) unit.items.push_back({i, 1});
+  unit.items_begin = {0, static_cast<std::uint32_t>(count)};
+  handOver(unit, 0, sink);
 }
 
 Tiler::Tiler(TilerOptions options) : impl_(std::make_unique<Impl>(std::move(options))) {}

@@ -14,7 +14,7 @@
 // tiler refuses before it makes a tile.
 #pragma once
 
-#include "index/build/internal/segment_chain.h"
+#include "index/build/internal/leaf_unit.h"
 #include "index/build/internal/tile_writer.h"
 #include "index/geometry/partition.h"
 #include "index/set/landmarks.h"
@@ -31,6 +31,7 @@ namespace filiform::internal {
 struct TilerOptions {
   Grid grid;
   std::uint32_t capacity = 0;
+  std::uint32_t unit_leaves = kUnitLeaves;
   std::uint64_t memory = UINT64_MAX;  // bytes
   std::uint64_t beside = 0;           // bytes of `memory` used elsewhere
   std::uint64_t chunk_segments = 0;   // most segments of a chunk; 0: by memory
@@ -41,14 +42,12 @@ struct TilerOptions {
   std::function<void(const char* phase, std::uint64_t done, std::uint64_t total)> progress = {};
 };
 
-// Receives the content of each leaf, in any order of leaves, from several threads.
+// Receives the content of each unit of leaves, in any order of units, from several threads.
 class TileSink {
  public:
   virtual ~TileSink() = default;
-  // `leaf` is a position in Tiler::leaves(), or their number for the long-segment tile. Segments ascend by id;
-  // attributes are those of the children. `worker` < options.threads: calls of one worker do not overlap.
-  virtual void add(unsigned worker, std::uint32_t leaf, const BlockKey& key, bool is_long,
-                   std::vector<StoredSegment>& segments, TileAppearance& appearance) = 0;
+  // The vectors of `unit` may be moved from. `worker` < options.threads: calls of one worker do not overlap.
+  virtual void add(unsigned worker, LeafUnit& unit) = 0;
 };
 
 // Thread rule: thread-compatible; starts its own threads. Throws Interrupted if `cancel` becomes true, IoError if the
