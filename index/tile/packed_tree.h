@@ -11,8 +11,9 @@
 
 namespace filiform {
 
-// Names of the code paths that this machine can run, the fastest last: "portable" everywhere, "avx2" if the processor
-// has it. A path tests eight boxes at once; all paths give the same bits.
+// Names of the instruction sets for which the tree is compiled and that this machine runs, the fastest last: of
+// "emulated" (every processor), "ssse3", "sse4", "avx2", "avx512", "neon". A path tests eight boxes at once; all paths
+// give the same bits.
 std::vector<std::string> packedTreePaths();
 
 // Builds the structure. O(segments). Takes 13.7 bytes a run of up to four segments: 4 to 5 bytes a stored segment in

@@ -61,14 +61,17 @@ void race(std::vector<TreeEngine>& engines, const std::vector<Vector3d>& points)
 struct InTiles {
   double stored_per_tile = 0, tile_bytes = 0, tree_bytes = 0, disk_bytes = 0;  // bytes: for each stored segment
   double ready_us = 0, cgal_ready_us = 0;                                      // for each tile
-  double packed_ns = 0, portable_ns = 0, cgal_ns = 0;                          // for each near query
+  double packed_ns = 0, cgal_ns = 0;                                           // for each near query
+  std::vector<double> path_ns;                                                 // the same, by packedTreePaths()
 };
 
 InTiles measureTiles(const TileStore& store, std::uint64_t seed) {
   InTiles sum;
   std::mt19937_64 random(seed);
   std::vector<double> ready, cgal_ready;
-  std::vector<double> packed_ns, portable_ns, cgal_ns;
+  const std::vector<std::string> paths = packedTreePaths();
+  std::vector<double> cgal_ns;
+  std::vector<std::vector<double>> path_ns(paths.size());
   const TileId step = std::max<TileId>(1, store.tile_count() / 24);
   std::size_t segments = 0, tiles = 0;
   for (TileId id = 0; id < store.tile_count(); id += step) {
@@ -97,25 +100,27 @@ InTiles measureTiles(const TileStore& store, std::uint64_t seed) {
 
     std::vector<Vector3d> points;
     for (int i = 0; i < 200; ++i) points.push_back(nearPoint(*tile, random));
-    const auto portable = makePackedTree(tile, "portable");
-    const auto search = [](const TileEngine& engine, const Vector3d& h_W) {
-      Candidates best(1, 0, std::numeric_limits<double>::infinity());
-      engine.search(h_W, best);
-      return best.bound2();
-    };
-    std::vector<TreeEngine> engines{{"packed", [&](const Vector3d& h_W) { return search(*packed, h_W); }, {}},
-                                    {"portable", [&](const Vector3d& h_W) { return search(*portable, h_W); }, {}},
-                                    {"CGAL", cgal, {}}};
+    std::vector<std::unique_ptr<TileEngine>> trees;
+    for (const std::string& path : paths) trees.push_back(makePackedTree(tile, path));
+    std::vector<TreeEngine> engines{{"CGAL", cgal, {}}};
+    for (std::size_t p = 0; p < paths.size(); ++p)
+      engines.push_back({paths[p],
+                         [tree = trees[p].get()](const Vector3d& h_W) {
+                           Candidates best(1, 0, std::numeric_limits<double>::infinity());
+                           tree->search(h_W, best);
+                           return best.bound2();
+                         },
+                         {}});
     race(engines, points);
-    packed_ns.push_back(median(engines[0].ns));
-    portable_ns.push_back(median(engines[1].ns));
-    cgal_ns.push_back(median(engines[2].ns));
+    cgal_ns.push_back(median(engines[0].ns));
+    for (std::size_t p = 0; p < paths.size(); ++p) path_ns[p].push_back(median(engines[p + 1].ns));
   }
   const auto n = static_cast<double>(std::max<std::size_t>(segments, 1));
   sum.stored_per_tile = n / static_cast<double>(std::max<std::size_t>(tiles, 1));
   sum.tile_bytes /= n, sum.tree_bytes /= n, sum.disk_bytes /= n;
   sum.ready_us = median(ready), sum.cgal_ready_us = median(cgal_ready);
-  sum.packed_ns = median(packed_ns), sum.portable_ns = median(portable_ns), sum.cgal_ns = median(cgal_ns);
+  for (const std::vector<double>& ns : path_ns) sum.path_ns.push_back(median(ns));
+  sum.packed_ns = sum.path_ns.back(), sum.cgal_ns = median(cgal_ns);
   return sum;
 }
 
@@ -175,9 +180,14 @@ BenchReport runIndex(const BenchOptions& options) {
       "One tile: stored segments, bytes a stored segment, us until it can be queried once its bytes are in "
       "memory, ns a near query",
       {"per_um3", "capacity", "stored", "tile_bytes", "tree_bytes", "disk_bytes", "ready_us", "cgal_ready_us",
-       "ready_ratio", "packed_ns", "portable_ns", "cgal_ns", "query_ratio", "tiles_near", "tiles_uniform"},
+       "ready_ratio", "packed_ns", "cgal_ns", "query_ratio", "tiles_near", "tiles_uniform"},
       {},
       {"per_um3", "capacity"}};
+  BenchTable by_path{"paths",
+                     "A near query in one tile, by instruction set: ns, and times faster than CGAL",
+                     {"per_um3", "capacity", "path", "ns", "ratio"},
+                     {},
+                     {"per_um3", "capacity", "path"}};
   for (const double per_um3 : {0.67, 2.1})
     for (const std::uint32_t capacity : {2048u, 4096u, 8192u, 16384u}) {
       if (options.quick && capacity != 4096) continue;
@@ -190,7 +200,10 @@ BenchReport runIndex(const BenchOptions& options) {
       const double uniform = tilesOpened(*store, false, count, side_um, options.seed);
       tiles.rows.push_back({per_um3, std::int64_t{capacity}, m.stored_per_tile, m.tile_bytes, m.tree_bytes,
                             m.disk_bytes, m.ready_us, m.cgal_ready_us, m.cgal_ready_us / m.ready_us, m.packed_ns,
-                            m.portable_ns, m.cgal_ns, m.cgal_ns / m.packed_ns, near, uniform});
+                            m.cgal_ns, m.cgal_ns / m.packed_ns, near, uniform});
+      for (std::size_t p = 0; p < m.path_ns.size(); ++p)
+        by_path.rows.push_back(
+            {per_um3, std::int64_t{capacity}, packedTreePaths()[p], m.path_ns[p], m.cgal_ns / m.path_ns[p]});
       if (capacity != 4096) continue;
       const std::string at = ", " + std::string(per_um3 < 1 ? "0.67" : "2.1") + " segments a um^3";
       report.goals.push_back(
@@ -202,6 +215,7 @@ BenchReport runIndex(const BenchOptions& options) {
       report.goals.push_back(atMost("tiles opened by an exact jump, uniform" + at, 2.2, 2, uniform));
     }
   report.tables.push_back(std::move(tiles));
+  report.tables.push_back(std::move(by_path));
   return report;
 }
 

@@ -1,6 +1,7 @@
 #include "tools/lab/bench/bench.h"
 
 #include <gnu/libc-version.h>
+#include <hwy/highway.h>
 #include <lz4.h>
 
 #include <CGAL/version.h>
@@ -27,6 +28,7 @@ std::vector<std::pair<std::string, std::string>> libraryVersions() {
       {"CLI11", CLI11_VERSION},
       {"Eigen", dotted(EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION, EIGEN_MINOR_VERSION)},
       {"FLANN", FLANN_VERSION_},
+      {"Highway", dotted(HWY_MAJOR, HWY_MINOR, HWY_PATCH)},
       {"glibc", gnu_get_libc_version()},
       {"libpng", PNG_LIBPNG_VER_STRING},
       {"libzip", zip_libzip_version()},
