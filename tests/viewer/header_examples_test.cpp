@@ -12,6 +12,7 @@
 #include "index/input/placements.h"
 #include "index/input/swc.h"
 #include "index/output.h"
+#include "index/query/cell_paths.h"
 #include "index/query/nearest.h"
 #include "index/set/faulty_source.h"
 #include "index/set/levels.h"
@@ -108,6 +109,15 @@ void usbTransport() {
   in->submit(64);
   usb->handleEvents(0.002);                                         // on the calling thread
   if (in->status() == UsbStatus::done) std::cout << in->data().size() << '\n';
+}
+
+void cellPaths() {
+  // index/query/cell_paths.h
+  const auto set = TileSet::open("column.fil");
+  const CellPaths paths(readCell(*set, 0, false));
+  const CellPlace root = paths.at(0);
+  if (const auto tip = paths.farthestTip(root))
+    std::cout << paths.path(root, paths.at(*tip))->length_um() << " um\n";
 }
 
 void faultySource(const std::string& path) {
@@ -345,7 +355,7 @@ TEST(HeaderExamples, AllAreCompiledHereAsTheyStandThere) {
             << text;
       }
     }
-  EXPECT_EQ(count, 26u) << "examples; a new one goes into this file";
+  EXPECT_EQ(count, 27u) << "examples; a new one goes into this file";
 }
 
 TEST(HeaderExamples, AnExampleIsTold) {

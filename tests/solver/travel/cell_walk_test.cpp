@@ -61,38 +61,6 @@ TEST_F(Walks, BetweenSamplesTheEndsAreNext) {
   EXPECT_LT((walk_->position_W(spot) - Vector3d(20, 7.5, 0)).norm(), 1e-9);
 }
 
-TEST_F(Walks, TipsComeNearestFirstAndOfItsOwnTreeOnly) {
-  EXPECT_EQ(walk_->tips(walk_->at(2), 9), (std::vector<std::uint32_t>{5, 0, 4}));  // 0 and 4 are both 20 um away
-  EXPECT_EQ(walk_->tips(walk_->at(2), 1), (std::vector<std::uint32_t>{5}));
-  EXPECT_EQ(walk_->tips(walk_->at(5), 9), (std::vector<std::uint32_t>{0, 4}));  // not itself
-  EXPECT_EQ(walk_->farthestTip(walk_->at(0)), 4u);
-  EXPECT_TRUE(walk_->tips(walk_->at(6), 9).empty());
-}
-
-TEST_F(Walks, LengthsGoAlongThePath) {
-  EXPECT_DOUBLE_EQ(*walk_->pathLength_um(walk_->at(4), walk_->at(5)), 25);
-  EXPECT_DOUBLE_EQ(*walk_->pathLength_um({3, 0.25, 3, 2}, {1, 0.5, 1, 0}), 7.5 + 10 + 5);
-  EXPECT_DOUBLE_EQ(*walk_->pathLength_um({3, 0.25, 3, 2}, {3, 0.75, 3, 2}), 5);
-  EXPECT_EQ(walk_->pathLength_um(walk_->at(0), walk_->at(6)), std::nullopt);
-  EXPECT_EQ(walk_->path(walk_->at(0), walk_->at(5)), (std::vector<std::uint32_t>{1, 2, 5}));
-  EXPECT_TRUE(walk_->path(walk_->at(0), walk_->at(6)).empty());
-}
-
-TEST(CellWalks, RoundALoopTheShorterWayCounts) {
-  Cell ring;
-  ring.source = "ring";
-  ring.sample_ids = {1, 2, 3, 4};
-  ring.positions_um = {{0, 0, 0}, {10, 0, 0}, {10, 10, 0}, {0, 10, 0}};
-  ring.radii_um.assign(4, 1);
-  ring.types.assign(4, 3);
-  connect(ring, {{0, 1}, {1, 2}, {2, 3}, {3, 0}});
-  CellList stream({ring});
-  const auto store = buildTilesInMemory(stream);
-  const CellWalk walk(readCell(*store, 0, false));
-  for (std::uint32_t node = 1; node < 4; ++node)
-    EXPECT_DOUBLE_EQ(*walk.pathLength_um(walk.at(0), walk.at(node)), node == 2 ? 20 : 10);
-}
-
 TEST_F(Walks, PlacesAreFoundByNamePointAndSight) {
   const PlaceFinder finder(*store_);
   const ProxyPlace named = finder.find(parseCellQuery(" fork:14 "));

@@ -234,10 +234,10 @@ TEST(SomaWalks, SomaSamplesAreNeitherTipsNorBranches) {
     const auto store = test::storeOf({cellOf(contour)}, 2);
     const CellWalk walk(readCell(*store, 0, true));
     const std::uint32_t stem = contour ? 12 : 3, soma_samples = stem;
-    std::vector<std::uint32_t> tips = walk.tips(walk.at(stem), 10);
+    std::vector<std::uint32_t> tips = walk.paths().tips(walk.at(stem), 10);
     std::sort(tips.begin(), tips.end());
     EXPECT_EQ(tips, (std::vector<std::uint32_t>{stem + 1, stem + 2, stem + 4}));
-    EXPECT_EQ(walk.farthestTip(walk.at(stem)), stem + 4);
+    EXPECT_EQ(walk.paths().farthestTip(walk.at(stem)), stem + 4);
     for (std::uint32_t turn = 0; turn < 8; ++turn) {
       const auto next = walk.nextBranch(walk.at(0), turn);
       ASSERT_TRUE(next);
@@ -248,8 +248,8 @@ TEST(SomaWalks, SomaSamplesAreNeitherTipsNorBranches) {
       const CellWalk::Spot spot = walk.at(rank);
       EXPECT_EQ(walk.root(spot), 0U);
       EXPECT_TRUE(walk.parent(spot));
-      EXPECT_TRUE(walk.pathLength_um(spot, walk.at(stem)));
-      EXPECT_TRUE(walk.pathLength_um(walk.at(stem), spot));
+      EXPECT_TRUE(walk.paths().length_um(spot, walk.at(stem)));
+      EXPECT_TRUE(walk.paths().length_um(walk.at(stem), spot));
       walk.otherBranch(spot);
       EXPECT_TRUE(walk.previousBranch(spot));
     }

@@ -22,7 +22,7 @@ void PathMeasure::measure(const ProxyPlace& to, const CellWalk& walk) {
     return;
   }
   const auto a = walk.spotOf(*from_), b = walk.spotOf(to);
-  if (a && b) path_um_ = walk.pathLength_um(*a, *b);
+  if (a && b) path_um_ = walk.paths().length_um(*a, *b);
   if (path_um_) text_ += format("%.2f um along the path, ", *path_um_);
   text_ += straight;
   if (!path_um_) text_ += ", no path";

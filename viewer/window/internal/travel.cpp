@@ -383,7 +383,7 @@ void Travel::step(Action action) {
   if (action == Action::nearest_tip) {
     const bool again = tips_at_ + 1 < tips_.size() && last_tip_ == now().place.p_W;
     if (!again) {
-      tips_ = read->tips(*spot, 64);
+      tips_ = read->paths().tips(*spot, 64);
       tips_at_ = 0;
     } else {
       ++tips_at_;
@@ -412,11 +412,11 @@ void Travel::toggleSimulatedHand() {
   const CellWalk* read = walk();
   const auto spot = read != nullptr ? read->spotOf(now().place) : std::nullopt;
   if (!spot) return messages_.say("the cell is still being read; try again");
-  const auto tip = read->farthestTip(*spot);
+  const auto tip = read->paths().farthestTip(*spot);
   if (!tip) return messages_.say("the cell has no other tip");
-  std::vector<Vector3d> path_W{now().place.p_W};
-  for (const std::uint32_t node : read->path(*spot, read->at(*tip))) path_W.push_back(read->graph().position_W(node));
-  path_W.push_back(read->graph().position_W(*tip));
+  std::vector<Vector3d> path_W;
+  if (const auto path = read->paths().path(*spot, read->at(*tip)))
+    for (const CellPath::Point& point : path->points) path_W.push_back(point.p_W);
   path_.begin(std::move(path_W));
   messages_.say("a simulated hand travels to the farthest tip (t or Esc stops it)");
 }
