@@ -184,15 +184,16 @@ std::vector<std::string> outputsOf(const std::vector<std::string>& arguments) {
 using ByCommand = std::map<std::string, std::string>;
 
 // The first field of --json, and the first column of --tsv.
-const ByCommand kFirstFields{{"check", "verdict"},    {"info", "cells"},      {"cells", "id"},     {"nearest", "query"},
-                             {"navigate", "outcome"}, {"devices", "devices"}, {"render", "width"}, {"bench", "format"}};
-const ByCommand kFirstColumns{{"check", "file"}, {"cells", "id"}, {"nearest", "query"}};
+const ByCommand kFirstFields{{"check", "verdict"},   {"info", "cells"},   {"cells", "id"},
+                             {"nearest", "query"},   {"path", "cell"},    {"navigate", "outcome"},
+                             {"devices", "devices"}, {"render", "width"}, {"bench", "format"}};
+const ByCommand kFirstColumns{{"check", "file"}, {"cells", "id"}, {"nearest", "query"}, {"path", "sample"}};
 // A part of the text output of each command.
-const ByCommand kTexts{{"synth", " of SWC in "},   {"check", " inputs: "},     {"ingest", " tiles, "},
-                       {"info", "  segments   "},  {"cells", "length"},        {"verify", ": sound: "},
-                       {"nearest", "query\trank"}, {"export", " samples of "}, {"navigate", "route "},
-                       {"devices", "sim:medium"},  {"render", "drawn by "},    {"evaluate", "|---|"},
-                       {"bench", "|---|"}};
+const ByCommand kTexts{
+    {"synth", " of SWC in "},   {"check", " inputs: "},  {"ingest", " tiles, "},     {"info", "  segments   "},
+    {"cells", "length"},        {"verify", ": sound: "}, {"nearest", "query\trank"}, {"path", " um along the cell, "},
+    {"export", " samples of "}, {"navigate", "route "},  {"devices", "sim:medium"},  {"render", "drawn by "},
+    {"evaluate", "|---|"},      {"bench", "|---|"}};
 
 std::string expectedOf(const ByCommand& expected, const std::string& name) {
   const auto found = expected.find(name);

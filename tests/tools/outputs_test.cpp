@@ -134,6 +134,7 @@ std::vector<Option> outputOptions(const std::string& swc, const std::string& set
          return Arguments{"export", set, "--all", "-o", out};
        },
        false, ".zip"},
+      {"path -o", [set](const std::string& out) { return Arguments{"path", set, "cell:1", "cell:60", "-o", out}; }},
       {"navigate -o", navigate("-o")},
       {"navigate --csv", navigate("--csv")},
       {"navigate --plot", navigate("--plot")},
@@ -285,6 +286,7 @@ TEST_F(Outputs, AnInputIsNeverAnOutput) {
   for (const char* option : {"--csv", "--plot", "--record"})
     expectRefusal(shortRun({option, path("cell.fil/CURRENT")}), 2, "input");
   expectRefusal({"export", path("cell.fil"), "--cell", "cell", "-o", path("cell.fil/CURRENT")}, 2, "input");
+  expectRefusal({"path", path("cell.fil"), "cell:1", "cell:9", "-o", path("cell.fil/CURRENT")}, 2, "input");
   fs::create_symlink("cell.swc", path("cell.png"));
   expectRefusal({"render", path("cell.swc"), "-o", path("cell.png")}, 2, "input");
   fs::create_symlink("cell.swc", path("cell-00001.png"));
@@ -307,6 +309,7 @@ TEST_F(Outputs, TwoOutputsAtOnePlaceAreRefused) {
   expectRefusal(shortRun({"--csv", "-", "--json"}), 2, "--json");
   expectRefusal(shortRun({"--csv", "-", "--record", "/dev/stdout"}), 2, "--record");
   expectRefusal({"synth", path("a"), "--placements-out", path("a")}, 2, "--placements-out");
+  expectRefusal({"path", path("cell.fil"), "cell:1", "cell:9", "-o", "-", "--json"}, 2, "--json");
   EXPECT_FALSE(fs::exists(path("a")));
   EXPECT_EQ(runFiliform(shortRun({"--csv", "/dev/null", "--plot", "/dev/null"})).exit_code, 0);
 }

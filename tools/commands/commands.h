@@ -12,6 +12,7 @@ void addInfo(CLI::App& app, Chosen& chosen);
 void addCells(CLI::App& app, Chosen& chosen);
 void addVerify(CLI::App& app, Chosen& chosen);
 void addNearest(CLI::App& app, Chosen& chosen);
+void addPath(CLI::App& app, Chosen& chosen);
 void addExport(CLI::App& app, Chosen& chosen);
 void addNavigate(CLI::App& app, Chosen& chosen);
 void addDevices(CLI::App& app, Chosen& chosen);

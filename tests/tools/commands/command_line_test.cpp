@@ -74,6 +74,7 @@ TEST_F(CommandLine, AnyWordsGiveADocumentedCode) {
       {{"nearest", "set.fil", "1", "2", "3"},
        {"--k", "--radius", "--approximate", "--epsilon", "--points", "--engine", "--budget", "--box", "--ray",
         "--tolerance", "--slope", "--threads", "--json", "--tsv"}},
+      {{"path", "set.fil", "cell:1", "cell:2"}, {"--to-farthest-tip", "--output", "--json", "--tsv"}},
       {{"export", "set.fil", "--cell", "cell", "-o", "out.swc"}, {"--force"}},
       {{"synth", "new.zip", "--cells", "1"}, {"--kind"}},
       {{"", "set.fil"}, {"--version"}}};
@@ -83,6 +84,7 @@ TEST_F(CommandLine, AnyWordsGiveADocumentedCode) {
                                         "set.fil",
                                         "new.fil",
                                         "cell",
+                                        "cell:2+0.5",
                                         "nobody\x1b[31m",
                                         ".",
                                         "",

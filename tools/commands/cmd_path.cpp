@@ -1,0 +1,224 @@
+// filiform path: measures and prints the path between two places of a cell.
+#include "index/errors.h"
+#include "index/output.h"
+#include "index/query/cell_paths.h"
+#include "index/set/cell_graph.h"
+#include "index/set/tile_set.h"
+#include "index/text.h"
+#include "tools/commands/cell_name.h"
+#include "tools/commands/cell_place_text.h"
+#include "tools/commands/commands.h"
+#include "tools/program/interruption.h"
+#include "tools/program/numbers.h"
+#include "tools/program/output_check.h"
+
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <iostream>
+#include <limits>
+#include <optional>
+#include <utility>
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+namespace filiform::tools {
+
+namespace {
+
+struct PathArguments {
+  std::string set, from, to, out;
+  bool to_farthest_tip = false, json = false, tsv = false;
+};
+
+struct FoundPath {
+  CellPlace from, to;
+  CellPath path;
+};
+
+std::string quoted(const std::string& text) { return "'" + escaped(text, 80) + "'"; }
+
+void note(const std::string& text) { std::cerr << "filiform: note: " << text << '\n'; }
+
+// If sample ids repeat: the connected places of lowest ranks.
+FoundPath pathBetween(const CellPaths& cell, const CellPlaceText& from, const CellPlaceText& to) {
+  const std::vector<CellPlace> begins = placesOf(cell, from), ends = placesOf(cell, to);
+  for (const CellPlace& begin : begins) {
+    throwIfInterrupted();
+    const std::vector<double> lengths = cell.lengths_um(begin);
+    for (const CellPlace& end : ends) {
+      if (!std::isfinite(lengths[end.child])) continue;
+      if (begins.size() > 1 || ends.size() > 1)
+        note("sample ids repeat in " + quoted(cell.graph().name) + "; the path joins the first two that are connected");
+      return {begin, end, *cell.path(begin, end)};
+    }
+  }
+  std::size_t trees = 0;
+  for (const std::uint32_t parent : cell.graph().parents) trees += parent == kNoParent ? 1 : 0;
+  throw UsageError("samples " + std::to_string(from.sample) + " and " + std::to_string(to.sample) + " of " +
+                   quoted(cell.graph().name) + " are not connected: the cell has " + formatCount(trees) +
+                   " separate trees; choose two samples of one tree");
+}
+
+FoundPath pathToFarthestTip(const CellPaths& cell, const CellPlaceText& from) {
+  const std::vector<CellPlace> begins = placesOf(cell, from);
+  if (begins.size() > 1) note("sample ids repeat in " + quoted(cell.graph().name) + "; the path begins at the first");
+  const auto tip = cell.farthestTip(begins.front());
+  if (!tip)
+    throw UsageError(from.option + ": no tip can be reached from sample " + std::to_string(from.sample) + " of " +
+                     quoted(cell.graph().name) + "; choose a sample with segments that end in a tip");
+  return {begins.front(), cell.at(*tip), *cell.path(begins.front(), cell.at(*tip))};
+}
+
+// A place as the user would write it, without the cell: {sample id, t}, the sample at t = 0.
+std::pair<std::int64_t, double> nameOf(const CellPaths& cell, const CellPlace& place) {
+  const std::vector<std::int64_t>& ids = cell.graph().sample_ids;
+  return place.t == 1 ? std::pair(ids[place.parent], 0.0) : std::pair(ids[place.child], place.t);
+}
+
+std::string textOf(const CellPaths& cell, const CellPlace& place) {
+  const auto [id, t] = nameOf(cell, place);
+  return "sample " + std::to_string(id) + (t > 0 ? "+" + formatNumber(t) : "");
+}
+
+double straight_um(const CellPath& path) { return (path.points.back().p_W - path.points.front().p_W).norm(); }
+
+nlohmann::ordered_json jsonOf(const CellPaths& cell, const CellPlace& place) {
+  const auto [id, t] = nameOf(cell, place);
+  const Vector3d p_W = cell.position_W(place);
+  return {{"sample", id}, {"t", t}, {"x", p_W.x()}, {"y", p_W.y()}, {"z", p_W.z()}};
+}
+
+// The points one by one, because a path may have millions.
+void writeJson(const CellPaths& cell, const FoundPath& found) {
+  const auto dump = [](const nlohmann::ordered_json& json) {
+    return json.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
+  };
+  const nlohmann::ordered_json head{{"cell", cell.graph().name},
+                                    {"length_um", found.path.length_um()},
+                                    {"straight_um", straight_um(found.path)},
+                                    {"from", jsonOf(cell, found.from)},
+                                    {"to", jsonOf(cell, found.to)}};
+  std::string text = dump(head);
+  text.pop_back();  // the closing brace
+  std::cout << text << ",\"points\":[";
+  const char* separator = "\n";
+  for (const CellPath::Point& point : found.path.points) {
+    nlohmann::ordered_json row{{"sample", nullptr},
+                               {"x", point.p_W.x()},
+                               {"y", point.p_W.y()},
+                               {"z", point.p_W.z()},
+                               {"along", point.along_um}};
+    if (point.sample) row["sample"] = cell.graph().sample_ids[*point.sample];
+    std::cout << std::exchange(separator, ",\n") << dump(row);
+  }
+  std::cout << "\n]}\n";
+}
+
+void writeTsv(const CellPaths& cell, const CellPath& path) {
+  std::cout << "sample\tx\ty\tz\talong\n";
+  for (const CellPath::Point& point : path.points) {
+    std::cout << (point.sample ? std::to_string(cell.graph().sample_ids[*point.sample]) : "-");
+    for (const double value : {point.p_W.x(), point.p_W.y(), point.p_W.z(), point.along_um})
+      std::cout << '\t' << formatNumber(value);
+    std::cout << '\n';
+  }
+}
+
+void writeText(std::ostream& out, const CellPaths& cell, const FoundPath& found, bool to_tip) {
+  const auto hundredths = [](double value) {
+    std::array<char, 64> text{};
+    std::snprintf(text.data(), text.size(), "%.2f", value);
+    return std::string(text.data());
+  };
+  out << escaped(cell.graph().name) << ": from " << textOf(cell, found.from) << " to "
+      << (to_tip ? "the farthest tip, " : "") << textOf(cell, found.to) << ": " << hundredths(found.path.length_um())
+      << " um along the cell, " << hundredths(straight_um(found.path)) << " um straight, "
+      << formatCount(found.path.points.size()) << (found.path.points.size() == 1 ? " point\n" : " points\n");
+}
+
+// An unbranched cell of the path's points, with ids from 1. A point between two samples is rounded to the grid, and has
+// the radius and type of its segment.
+CellGraph cellOfPath(const CellPaths& cell, const FoundPath& found) {
+  const CellGraph& graph = cell.graph();
+  CellGraph line;
+  line.name = graph.name + " from " + textOf(cell, found.from) + " to " + textOf(cell, found.to);
+  line.source = graph.source;
+  line.grid = graph.grid;
+  for (std::size_t i = 0; i < found.path.points.size(); ++i) {
+    const CellPath::Point& point = found.path.points[i];
+    const std::uint32_t rank = point.sample.value_or(i == 0 ? found.from.child : found.to.child);
+    line.positions.push_back(graph.grid.snap(point.p_W));
+    line.parents.push_back(i == 0 ? kNoParent : static_cast<std::uint32_t>(i) - 1);
+    line.sample_ids.push_back(static_cast<std::int64_t>(i) + 1);
+    line.radii_um.push_back(graph.radii_um[rank]);
+    line.types.push_back(graph.types[rank]);
+  }
+  return line;
+}
+
+void checkArguments(const PathArguments& a) {
+  if (a.to.empty() != a.to_farthest_tip)
+    throw UsageError("path: give one of: a second place TO, such as CELL:SAMPLE, or --to-farthest-tip");
+  if (a.out.empty()) return;
+  const std::string ending = std::filesystem::path(a.out).extension().string();
+  if (a.out != "-" && !ending.empty() && !endsWithNoCase(a.out, ".swc") && isFileOutput(a.out))
+    throw UsageError("--output " + escaped(a.out) + ": path writes SWC; give a name with the ending .swc");
+  checkOutputs({{"SET", a.set}}, {{"--output", a.out}, {"--json", a.json ? "-" : ""}, {"--tsv", a.tsv ? "-" : ""}});
+}
+
+int runPath(const PathArguments& a) {
+  checkArguments(a);
+  const CellPlaceText from = parseCellPlace("FROM", a.from);
+  std::optional<CellPlaceText> to;
+  if (!a.to_farthest_tip) to = parseCellPlace("TO", a.to);
+  const auto set = TileSet::open(a.set);
+  const std::uint32_t cell_id = findCellNamed(*set, from.cell, "FROM");
+  if (to) {
+    const std::uint32_t other = findCellNamed(*set, to->cell, "TO");
+    if (other != cell_id)
+      throw UsageError("FROM is in " + quoted(set->cell(cell_id).name) + " and TO in " + quoted(set->cell(other).name) +
+                       "; a path joins two places of one cell");
+  }
+  const CellPaths cell(readCell(*set, cell_id, !a.out.empty()));
+  throwIfInterrupted();
+  const FoundPath found = to ? pathBetween(cell, from, *to) : pathToFarthestTip(cell, from);
+  if (!a.out.empty()) {
+    Output out(a.out, {.cancel = &interruptFlag()});
+    writeSwc(out.stream(), cellOfPath(cell, found));
+    out.finish();
+  }
+  if (a.json)
+    writeJson(cell, found);
+  else if (a.tsv)
+    writeTsv(cell, found.path);
+  else
+    writeText(!a.out.empty() && isStandardOutput(a.out) ? std::cerr : std::cout, cell, found, a.to_farthest_tip);
+  return 0;
+}
+
+}  // namespace
+
+void addPath(CLI::App& app, Chosen& chosen) {
+  auto a = std::make_shared<PathArguments>();
+  CLI::App* command = app.add_subcommand("path", "Measure the path along a cell between two places");
+  command->footer(
+      "Examples:\n  filiform path column.fil CELL:1 CELL:245\n  filiform path column.fil CELL:1 --to-farthest-tip\n"
+      "  filiform path column.fil CELL:12+0.25 CELL:245 --tsv\n"
+      "  filiform path column.fil CELL:1 CELL:245 -o path.swc\n"
+      "SAMPLE is the id of a sample in its file. CELL:SAMPLE+T lies between the sample (T = 0) and its parent (T = "
+      "1).\n"
+      "In a cell with loops, the shortest path is taken.");
+  command->add_option("SET", a->set, "tile set")->required();
+  command->add_option("FROM", a->from, "place where the path begins")->required()->type_name("CELL:SAMPLE");
+  command->add_option("TO", a->to, "place where the path ends, on the same cell")->type_name("CELL:SAMPLE");
+  command->add_flag("--to-farthest-tip", a->to_farthest_tip, "end the path at the tip that is farthest along the cell");
+  command->add_option("-o,--output", a->out, "write the path as SWC, with ids from 1; - for standard output")
+      ->type_name("FILE");
+  command->add_flag("--json", a->json, "write one JSON object, with the points of the path");
+  command->add_flag("--tsv", a->tsv, "write the points of the path as tab-separated rows")->excludes("--json");
+  command->callback([a, &chosen] { chosen = [a] { return runPath(*a); }; });
+}
+
+}  // namespace filiform::tools
