@@ -217,30 +217,19 @@ struct Nearest::Impl {
     return room > radius + kUlps * (radius + size);
   }
 
-  void searchAll(Search& s, std::size_t k) const {
+  void searchAll(Search& s) const {
     if (store.long_tile() != kNoTile) visit(s, store.long_tile());
-    const bool few =
-        store.tile_count() <= TileFinder::kScanTiles;  // else landmarks and the tile finder cost more than they save
     TileId home = kNoTile;
-    if (!few) {
+    if (store.tile_count() > TileFinder::kScanTiles && !finder.isOutside(s.h_W)) {
       home = homeOf(s.h_W);
       if (home != kNoTile) {
         visit(s, home);
         if (answersAlone(home, s.h_W, s.best.bound2())) return;
       }
     }
-    const bool inside = few || home != kNoTile || !finder.isOutside(s.h_W);
-    if (!few && inside && !std::isfinite(s.best.bound2())) s.best.promise(hint.squaredBound(s.h_W, k));
-    if (inside && (few || std::isfinite(s.best.bound2()))) {
-      for (const TileFinder::Hit& hit : finder.within(s.h_W, s.best.bound2())) {
-        if (hit.squared_distance > s.best.bound2()) break;
-        if (hit.tile != home) visit(s, hit.tile);
-      }
-    } else {
-      TileFinder::Walk walk = finder.walk(s.h_W);
-      for (auto hit = walk.next(); hit && hit->squared_distance <= s.best.bound2(); hit = walk.next())
-        if (hit->tile != home) visit(s, hit->tile);
-    }
+    TileFinder::Walk walk = finder.walk(s.h_W);
+    while (const auto hit = walk.next(s.best.bound2()))
+      if (hit->tile != home) visit(s, hit->tile);
   }
 
   void searchResident(Search& s) const {
@@ -258,7 +247,7 @@ struct Nearest::Impl {
     TileFinder::Walk walk = finder.walk(s.h_W);
     std::size_t left = resident.size() - (long_tile != kNoTile && s.absent2 > 0 ? 1 : 0);
     // After the last resident tile, one absent tile shows from which distance on results may be missing.
-    for (auto hit = walk.next(); hit && hit->squared_distance <= s.best.bound2(); hit = walk.next()) {
+    while (const auto hit = walk.next(s.best.bound2())) {
       if (left == 0 && std::isfinite(s.absent2)) break;
       if (visit_resident(hit->tile))
         --left;
@@ -293,7 +282,7 @@ std::vector<NearestResult> Nearest::find(const Vector3d& h_W, const NearestQuery
   if (query.resident_only)
     impl_->searchResident(search);
   else
-    impl_->searchAll(search, query.k);
+    impl_->searchAll(search);
 
   for (const Candidate& c : search.best.sorted()) {
     const double distance = std::sqrt(c.squared_distance);

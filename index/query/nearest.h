@@ -8,10 +8,9 @@
 // Exact means: for positions on the grid, in double, with every distance by closestPoint() and ties to the lowest
 // (cell, segment). So the result depends neither on the tiling, nor the engine, nor the tiles in memory.
 //
-// Few tiles are read. A point inside the content of a tile is first searched there, which is usually enough. For other
-// points, FLANN over the set's landmarks bounds the distance. The tile finder (CGAL) lists the tiles within the bound,
-// and these are searched nearest first. Sets of up to 64 tiles need neither. Thread rule: internally synchronised; the
-// haptic thread must not call it.
+// Few tiles are read. A point inside the content of a tile is first searched there, which is usually enough. Other
+// tiles are searched nearest first, as the tile finder lists them, until no other tile can hold a nearer segment.
+// Thread rule: internally synchronised; the haptic thread must not call it.
 #pragma once
 
 #include "index/set/tile_store.h"

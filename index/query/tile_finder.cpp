@@ -1,12 +1,11 @@
 #include "index/query/tile_finder.h"
 
-#include "index/tile/internal/box_tree.h"
+#include "index/query/internal/box_levels.h"
 
 #include <algorithm>
 #include <atomic>
 #include <limits>
 #include <mutex>
-#include <queue>
 #include <utility>
 
 namespace filiform {
@@ -26,14 +25,14 @@ WorldBox emptyBox() {
 
 struct TileFinder::Impl {
   struct Page {
-    std::unique_ptr<const internal::BoxTree> tree;
+    std::unique_ptr<const internal::BoxLevels> boxes;
     std::vector<TileId> tiles;  // tile of each item
   };
   struct Root {
     WorldBox bounds = emptyBox();
     bool scanned = false;
     std::vector<std::pair<TileId, WorldBox>> boxes;  // scanned sets only
-    std::unique_ptr<const internal::BoxTree> pages;
+    std::unique_ptr<const internal::BoxLevels> pages;
     std::vector<std::uint32_t> page_of_item;
   };
   // A value created when first needed. It is completed elsewhere and then stored, so that a failure leaves nothing
@@ -99,7 +98,7 @@ struct TileFinder::Impl {
         r->page_of_item.push_back(number);
         extend(r->bounds, page_boxes.back());
       }
-      r->pages = std::make_unique<internal::BoxTree>(page_boxes);
+      r->pages = std::make_unique<internal::BoxLevels>(page_boxes);
       return r;
     });
   }
@@ -114,7 +113,7 @@ struct TileFinder::Impl {
         p->tiles.push_back(tile);
         tile_boxes.push_back(box(tile));
       }
-      p->tree = std::make_unique<internal::BoxTree>(tile_boxes);
+      p->boxes = std::make_unique<internal::BoxLevels>(tile_boxes);
       return p;
     });
   }
@@ -124,21 +123,9 @@ TileFinder::TileFinder(const TileStore& store) : impl_(std::make_unique<Impl>(st
 TileFinder::~TileFinder() = default;
 
 std::vector<TileFinder::Hit> TileFinder::within(const Vector3d& h_W, double squared_bound) const {
-  const Impl::Root& root = impl_->open();
   std::vector<Hit> hits;
-  const auto bound = [=] { return squared_bound; };
-  if (root.scanned) {
-    for (const auto& [tile, box] : root.boxes) {
-      const double d2 = box.squaredDistanceBelow(h_W);
-      if (d2 <= squared_bound) hits.push_back({tile, d2});
-    }
-  } else {
-    root.pages->descend(h_W, bound, [&](std::uint32_t item, double) {
-      const Impl::Page& page = impl_->enter(root, item);
-      page.tree->descend(h_W, bound, [&](std::uint32_t i, double d2) { hits.push_back({page.tiles[i], d2}); });
-    });
-  }
-  std::sort(hits.begin(), hits.end());
+  Walk steps = walk(h_W);
+  while (const auto hit = steps.next(squared_bound)) hits.push_back(*hit);
   return hits;
 }
 
@@ -149,9 +136,12 @@ std::vector<std::pair<TileId, WorldBox>> TileFinder::meeting(const Region& regio
     for (const auto& [tile, box] : root.boxes)
       if (region.mayMeet(box)) hits.emplace_back(tile, box);
   } else {
-    root.pages->collect(region, [&](std::uint32_t item) {
+    root.pages->meeting(region, [&](std::uint32_t item) {
       const Impl::Page& page = impl_->enter(root, item);
-      page.tree->collect(region, [&](std::uint32_t i) { hits.emplace_back(page.tiles[i], impl_->box(page.tiles[i])); });
+      page.boxes->meeting(region, [&](std::uint32_t i) {
+        const WorldBox box = impl_->box(page.tiles[i]);
+        if (region.mayMeet(box)) hits.emplace_back(page.tiles[i], box);
+      });
     });
   }
   std::sort(hits.begin(), hits.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
@@ -163,37 +153,98 @@ bool TileFinder::isOutside(const Vector3d& h_W) const {
   return !((h_W.array() >= bounds.lo_W.array()).all() && (h_W.array() <= bounds.hi_W.array()).all());
 }
 
+// A best-first search. An opened node waits with the bound of its nearest child that was not taken yet; a tile that is
+// taken waits with its distance.
 struct TileFinder::Walk::State {
-  enum class Level : std::uint8_t { pages, page, tile };
-  struct Entry {
-    internal::BoxTree::Place place;
-    Level level;
-    const Impl::Page* page;
-    TileId tile;
+  using Place = internal::BoxLevels::Place;
 
-    // At equal distance, pages are opened before a tile is returned, so that ties come in the order of ids.
-    bool operator<(const Entry& other) const {  // order of a max-heap: "comes later"
-      if (place.squared_distance != other.place.squared_distance)
-        return place.squared_distance > other.place.squared_distance;
-      if (level != other.level) return level > other.level;
-      return tile > other.tile;
+  struct Opened {
+    internal::BoxLevels::Bounds bounds;  // infinite for children that were taken
+    const Impl::Page* page;              // null: a node of the hierarchy of pages
+    Place place;
+    std::uint32_t left;                  // children not taken
+    internal::BoxLevels::Bound nearest;  // of these
+  };
+  struct Waiting {
+    double squared;
+    bool measured;
+    std::uint32_t at;  // a tile if measured, else a position in `opened`
+
+    // At equal distance, opened nodes come first, so that ties come in the order of ids.
+    bool before(const Waiting& other) const {
+      if (squared != other.squared) return squared < other.squared;
+      if (measured != other.measured) return !measured;
+      return measured && at < other.at;
     }
   };
 
   Impl& finder;
   const Impl::Root& root;
   Vector3d h_W;
-  std::priority_queue<Entry> queue;
+  internal::BoxLevels::Probe root_probe{}, page_probe{};
+  const Impl::Page* probed = nullptr;  // page_probe is for this page
+  std::vector<Opened> opened;
+  std::vector<Waiting> heap;    // the first on top
+  std::optional<Waiting> next;  // not in the heap
 
-  void push(const internal::BoxTree::Place& place, const Impl::Page* page) {
-    if (page == nullptr)
-      queue.push({place, Level::pages, nullptr, 0});
-    else if (place.node != nullptr)
-      queue.push({place, Level::page, page, 0});
-    else
-      queue.push({place, Level::tile, page, page->tiles[place.size_or_id]});
+  void wait(const Waiting& one) {
+    heap.push_back(one);
+    std::push_heap(heap.begin(), heap.end(), [](const Waiting& a, const Waiting& b) { return b.before(a); });
   }
+  // The first of all. Requires that one waits.
+  Waiting first() {
+    if (next && (heap.empty() || next->before(heap.front()))) return *std::exchange(next, std::nullopt);
+    std::pop_heap(heap.begin(), heap.end(), [](const Waiting& a, const Waiting& b) { return b.before(a); });
+    Waiting top = heap.back();
+    heap.pop_back();
+    return top;
+  }
+  void offer(const Waiting& one) {
+    if (next) wait(*next);
+    next = one;
+  }
+  // Finds the nearest child left; a node without one within the bound is dropped.
+  void offerNearest(std::uint32_t at, double bound) {
+    Opened& node = opened[at];
+    if (node.left == 0) return;
+    node.nearest = *std::min_element(node.bounds.begin(), node.bounds.end());
+    if (const double squared = node.nearest.squared(); squared <= bound) offer({squared, false, at});
+  }
+  void open(const Impl::Page* page, Place place, double bound);
+  void take(std::uint32_t at, double bound);
 };
+
+void TileFinder::Walk::State::open(const Impl::Page* page, Place place, double bound) {
+  const internal::BoxLevels& boxes = page != nullptr ? *page->boxes : *root.pages;
+  if (page != nullptr && page != probed) {
+    page_probe = boxes.probe(h_W);
+    probed = page;
+  }
+  Opened& node = opened.emplace_back();
+  node.page = page;
+  node.place = place;
+  node.left = boxes.children(place);
+  boxes.squaredBelow(page != nullptr ? page_probe : root_probe, place, node.bounds);
+  offerNearest(static_cast<std::uint32_t>(opened.size() - 1), bound);
+}
+
+// Takes the nearest child of a node.
+void TileFinder::Walk::State::take(std::uint32_t at, double bound) {
+  Opened& node = opened[at];
+  const Impl::Page* page = node.page;
+  const std::uint32_t child = node.nearest.child();
+  const Place place = internal::BoxLevels::child(node.place, child);
+  node.bounds[child] = {std::numeric_limits<float>::infinity(), child};
+  --node.left;
+  offerNearest(at, bound);
+  if (place.level >= 0) return open(page, place, bound);
+  if (page != nullptr) {
+    const TileId tile = page->tiles[place.at];
+    return offer({finder.box(tile).squaredDistanceBelow(h_W), true, tile});
+  }
+  const Impl::Page& entered = finder.enter(root, place.at);
+  if (entered.boxes->items() > 0) open(&entered, entered.boxes->root(), bound);
+}
 
 TileFinder::Walk::Walk(std::unique_ptr<State> state) : state_(std::move(state)) {}
 TileFinder::Walk::~Walk() = default;
@@ -201,29 +252,28 @@ TileFinder::Walk::Walk(Walk&&) noexcept = default;
 
 TileFinder::Walk TileFinder::walk(const Vector3d& h_W) const {
   const Impl::Root& root = impl_->open();
-  auto state = std::make_unique<Walk::State>(Walk::State{*impl_, root, h_W, {}});
+  auto state = std::make_unique<Walk::State>(Walk::State{*impl_, root, h_W, {}, {}, nullptr, {}, {}, std::nullopt});
+  state->opened.reserve(32);
+  state->heap.reserve(64);
   if (root.scanned) {
-    for (const auto& [tile, box] : root.boxes)
-      state->queue.push({{box.squaredDistanceBelow(h_W), nullptr, 0}, Walk::State::Level::tile, nullptr, tile});
-  } else {
-    root.pages->root(h_W, [&](const auto& place) { state->push(place, nullptr); });
+    for (const auto& [tile, box] : root.boxes) state->wait({box.squaredDistanceBelow(h_W), true, tile});
+  } else if (root.pages->items() > 0) {
+    state->root_probe = root.pages->probe(h_W);
+    state->open(nullptr, root.pages->root(), std::numeric_limits<double>::infinity());
   }
   return Walk(std::move(state));
 }
 
-std::optional<TileFinder::Hit> TileFinder::Walk::next() {
+std::optional<TileFinder::Hit> TileFinder::Walk::next(double squared_bound) {
   State& s = *state_;
-  while (!s.queue.empty()) {
-    const State::Entry top = s.queue.top();
-    s.queue.pop();
-    if (top.level == State::Level::tile) return Hit{top.tile, top.place.squared_distance};
-    const internal::BoxTree* tree = top.page != nullptr ? top.page->tree.get() : s.root.pages.get();
-    if (top.place.node != nullptr) {
-      tree->expand(top.place, s.h_W, [&](const auto& place) { s.push(place, top.page); });
-    } else {
-      const Impl::Page& page = s.finder.enter(s.root, top.place.size_or_id);
-      page.tree->root(s.h_W, [&](const auto& place) { s.push(place, &page); });
+  while (s.next || !s.heap.empty()) {
+    const State::Waiting first = s.first();
+    if (first.squared > squared_bound) {
+      s.wait(first);
+      return std::nullopt;
     }
+    if (first.measured) return Hit{first.at, first.squared};
+    s.take(first.at, squared_bound);
   }
   return std::nullopt;
 }

@@ -1,14 +1,15 @@
 // The tile finder: finds the tiles that may hold something near a point, without reading them.
 //
-// It uses CGAL AABB trees over the tiles' boxes, on two levels: one tree over the store's pages and one for each page.
-// A page's tree is built when a query first enters the page, so that opening is independent of the number of tiles.
-// Sets of up to 64 tiles are scanned without a tree. Boxes are widened by one quantum and distances rounded down, so
+// It uses hierarchies of boxes (internal/box_levels.h) on two levels: one over the store's pages and one over the tiles
+// of each page. A page's hierarchy is built when a query first enters the page, so that opening is independent of the
+// number of tiles. Sets of up to 64 tiles are scanned. Boxes are widened by one quantum and distances rounded down, so
 // that no tile is missed. The long-segment tile is not included. Thread rule: internally synchronised.
 #pragma once
 
 #include "index/set/tile_store.h"
 #include "index/tile/tile_engine.h"
 
+#include <limits>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -30,8 +31,8 @@ class TileFinder {
     }
   };
 
-  // The store must outlive this object. O(pages). The first query is O(pages log pages), plus O(page log page) for each
-  // page that it enters. Every member throws what the store throws when it reads a page; the next call tries again.
+  // The store must outlive this object. O(pages). The first query is O(pages), plus O(tiles of the page) for each page
+  // that it enters. Every member throws what the store throws when it reads a page; the next call tries again.
   explicit TileFinder(const TileStore& store);
   ~TileFinder();
 
@@ -43,14 +44,15 @@ class TileFinder {
   // hits log hits).
   std::vector<std::pair<TileId, WorldBox>> meeting(const Region& region) const;
 
-  // Returns tiles one by one, nearest first, ties by id: for points far outside and for searches without a bound. The
-  // TileFinder must outlive it. Thread rule: thread-compatible.
+  // Returns tiles with content one by one, nearest first, ties by id. Requires finite h_W. The TileFinder must outlive
+  // it. Thread rule: thread-compatible.
   class Walk {
    public:
     ~Walk();
     Walk(Walk&&) noexcept;
-    // The next tile; nullopt after the last. O(log tiles) amortised.
-    std::optional<Hit> next();
+    // The next tile within the squared bound (um^2, closed); nullopt after the last. A bound may not be larger than
+    // the bound of an earlier call: what lies beyond is forgotten. O(log tiles) amortised.
+    std::optional<Hit> next(double squared_bound = std::numeric_limits<double>::infinity());
 
    private:
     friend class TileFinder;

@@ -69,13 +69,6 @@ class Candidates {
   // Bound for pruning, um^2: skip what lies farther; keep what lies at the same distance (ties).
   double bound2() const noexcept { return bound2_; }
 
-  // Promises that k segments lie within `limit2`. This tightens the pruning and loses none of these segments. epsilon
-  // does not apply, since the promised segments are not found yet.
-  void promise(double limit2) noexcept {
-    limit2_ = std::min(limit2_, limit2);
-    bound2_ = std::min(bound2_, limit2_);
-  }
-
   // True if only the best segment is kept. Pruning may then use boundIf().
   bool single() const noexcept { return k_ == 1; }
   // The value of bound2() after an offer at that squared distance. Requires single().

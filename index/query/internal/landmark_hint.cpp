@@ -1,8 +1,6 @@
 #include "index/query/internal/landmark_hint.h"
 
 #include <algorithm>
-#include <atomic>
-#include <limits>
 #include <mutex>
 #include <numeric>
 #include <unordered_set>
@@ -16,8 +14,6 @@ namespace {
 
 // FLANN inserts results into a sorted array one by one. For more results, a scan of all landmarks is faster.
 constexpr std::size_t kMaxFromTree = 1024;
-// The first searches get no bound: they read few more tiles, and building the tree takes longer.
-constexpr unsigned kUnaided = 8;
 
 }  // namespace
 
@@ -27,8 +23,6 @@ struct LandmarkHint::Impl {
   const TileStore& store;
   const Grid grid;
   std::once_flag built;
-  std::atomic<bool> is_built{false};
-  std::atomic<unsigned> unaided{0};
   const Landmarks* landmarks = nullptr;
   std::unique_ptr<Tree> tree;  // nullptr for an empty set
 
@@ -49,7 +43,6 @@ struct LandmarkHint::Impl {
           std::make_unique<Tree>(flann::Matrix<double>(points.data(), n, 3), flann::KDTreeSingleIndexParams(10, true));
       tree->buildIndex();
     });
-    is_built.store(true, std::memory_order_relaxed);
   }
 
   // The nearest landmark of each segment, nearest first.
@@ -104,22 +97,6 @@ std::vector<LandmarkHint::Guess> LandmarkHint::nearest(const Vector3d& h_W, std:
   }
   if (guesses.size() > k) guesses.resize(k);
   return guesses;
-}
-
-double LandmarkHint::squaredBound(const Vector3d& h_W, std::size_t k) const {
-  if (!impl_->is_built.load(std::memory_order_relaxed) &&
-      impl_->unaided.fetch_add(1, std::memory_order_relaxed) < kUnaided)
-    return std::numeric_limits<double>::infinity();
-  impl_->build();
-  if (k > impl_->landmarks->points.size()) return std::numeric_limits<double>::infinity();
-  const std::vector<Guess> guesses = impl_->fromTree(h_W, k);
-  if (guesses.size() < k || k == 0) return std::numeric_limits<double>::infinity();
-  // A landmark lies on its segment only up to rounding to the grid, and closestPoint() rounds too.
-  const Guess& last = guesses[k - 1];
-  constexpr double kUlps = 16 * std::numeric_limits<double>::epsilon();
-  const double bound =
-      last.distance + impl_->grid.quantum_um() + kUlps * (last.distance + last.p_W.cwiseAbs().maxCoeff());
-  return bound * bound;
 }
 
 double LandmarkHint::covering_radius_um() const {

@@ -1,5 +1,5 @@
 // Estimates the nearest segments from the landmarks alone (TileStore::landmarks()), by a FLANN tree, without reading a
-// tile. It bounds the exact search and answers approximate queries. The tree is built in memory, never loaded from a
+// tile: for approximate queries. The tree is built in memory, never loaded from a
 // file. Thread rule: internally synchronised.
 #pragma once
 
@@ -30,11 +30,6 @@ class LandmarkHint {
   // distance plus covering_radius_um(). Requires finite h_W. O(k log landmarks) expected. The first call reads the
   // landmarks and builds the tree (about 10 ms).
   std::vector<Guess> nearest(const Vector3d& h_W, std::size_t k) const;
-
-  // A squared distance, um^2, within which at least k distinct segments lie, rounding included. Infinity if the
-  // landmarks give no bound cheaply. If the tree is not built yet, the first few calls return infinity, so that the
-  // first jump does not wait for it.
-  double squaredBound(const Vector3d& h_W, std::size_t k) const;
 
   // The covering radius of the landmarks.
   double covering_radius_um() const;

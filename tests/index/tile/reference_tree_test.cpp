@@ -65,15 +65,11 @@ TEST(ReferenceTree, TilesOfOneToFourSegmentsAreSearchedWhole) {
   }
 }
 
-TEST(Candidates, LimitIsClosedAndAPromiseTightensIt) {
+TEST(Candidates, LimitIsClosed) {
   Candidates best(2, 0.5, 4.0);
   best.offer({4.0, {0, 1}, 0, Vector3d::Zero(), 0});
   best.offer({4.5, {0, 2}, 0, Vector3d::Zero(), 0});
   EXPECT_EQ(best.bound2(), 4.0);
-  best.promise(3.0);
-  EXPECT_EQ(best.bound2(), 3.0);
-  best.promise(5.0);
-  EXPECT_EQ(best.bound2(), 3.0);
   ASSERT_EQ(best.sorted().size(), 1u);
   EXPECT_EQ(best.sorted()[0].segment.segment, 1u);
 }
