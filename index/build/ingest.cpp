@@ -63,7 +63,7 @@ IngestResult ingest(CellStream& stream, const std::string& path, const IngestOpt
   const auto leaf_count = static_cast<std::uint32_t>(tiler.leaves().size());
   const bool has_long = !tiles.empty() && tiles.back().leaf == leaf_count;
   TileWriter writer(set_folder.building(), grid, options.capacity, static_cast<TileId>(tiles.size()), has_long,
-                    options.pack_bytes);
+                    options.pack_bytes, options.page_tiles);
   step("choosing landmarks", 0, 0);
   writer.writeLandmarks(tiler.landmarks());
   std::vector<BlockKey> keys;
@@ -87,6 +87,8 @@ IngestResult ingest(CellStream& stream, const std::string& path, const IngestOpt
                        [&](std::uint64_t done) { step("levels of detail", done, tile_count); });
   step("writing cells", 0, 0);
   writer.writeCells(tiler.records(), tiler.digests(), [&](const auto& use) { tiler.details(tile_of, use); });
+  if (options.sections)
+    for (const auto& [name, bytes] : options.sections()) writer.writeSection(name, bytes);
 
   IngestResult result;
   result.spool_bytes = tiler.spool_file_bytes();

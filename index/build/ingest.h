@@ -9,7 +9,9 @@
 #include <atomic>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <string>
+#include <vector>
 
 namespace filiform {
 
@@ -28,10 +30,13 @@ struct IngestOptions {
   std::uint64_t stream_bytes = 0;                       // part of `memory` that the stream and its lists already use
   std::uint64_t chunk_segments = 0;                     // for tests: most segments in memory at once; 0: by memory
   std::uint64_t pack_bytes = std::uint64_t{256} << 20;  // for tests: bytes after which a pack ends
+  std::uint32_t page_tiles = 256;                       // for tests: tiles of a page of the directory; a power of 2
   bool levels = false;                                  // write levels of detail, needed to view large sets
   bool force = false;                                   // replace an existing set
   const std::atomic<bool>* cancel = nullptr;            // when true: stop, clean up, throw Interrupted
   std::function<Provenance()> provenance = {};          // called once after the stream's end; may be empty
+  // Called once after the stream's end: the set's sections, name and bytes. May be empty.
+  std::function<std::map<std::string, std::vector<std::uint8_t>>()> sections = {};
   // Called now and then on the calling thread. `total` is 0 if it is unknown.
   std::function<void(const char* phase, std::uint64_t done, std::uint64_t total)> progress = {};
 };

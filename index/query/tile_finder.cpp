@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <atomic>
 #include <limits>
+#include <memory>
 #include <mutex>
 #include <utility>
 
@@ -24,16 +25,18 @@ WorldBox emptyBox() {
 }  // namespace
 
 struct TileFinder::Impl {
-  struct Page {
+  enum class Kind : std::uint8_t { groups, pages, tiles };
+  // The hierarchy of the boxes of some groups, pages or tiles.
+  struct Node {
+    Kind items = Kind::tiles;
     std::unique_ptr<const internal::BoxLevels> boxes;
-    std::vector<TileId> tiles;  // tile of each item
+    std::vector<std::uint32_t> ids;  // of the items
   };
   struct Root {
     WorldBox bounds = emptyBox();
     bool scanned = false;
     std::vector<std::pair<TileId, WorldBox>> boxes;  // scanned sets only
-    std::unique_ptr<const internal::BoxLevels> pages;
-    std::vector<std::uint32_t> page_of_item;
+    Node node;                                       // of the groups; of the pages if there is one group
   };
   // A value created when first needed. It is completed elsewhere and then stored, so that a failure leaves nothing
   // behind. Several threads may create it at once; the first one is kept.
@@ -45,17 +48,23 @@ struct TileFinder::Impl {
 
   const TileStore& store;
   const Grid grid;
-  const TileId page_tiles;
+  const std::uint32_t page_tiles, group_pages, page_count, group_count;
   std::mutex mutex;  // for storing values
   Made<Root> root;
-  std::unique_ptr<Made<Page>[]> page;
+  std::unique_ptr<Made<Node>[]> group, page;
 
   explicit Impl(const TileStore& s)
-      : store(s), grid(s.grid()), page_tiles(s.page_tiles()), page(new Made<Page>[pageCount()]) {}
+      : store(s),
+        grid(s.grid()),
+        page_tiles(s.page_tiles()),
+        group_pages(s.group_pages()),
+        page_count(parts(s.tile_count(), page_tiles)),
+        group_count(parts(page_count, group_pages)),
+        group(new Made<Node>[group_count]),
+        page(new Made<Node>[page_count]) {}
 
-  std::uint32_t pageCount() const { return (store.tile_count() + page_tiles - 1) / page_tiles; }
-  TileId pageEnd(std::uint32_t number) const {
-    return static_cast<TileId>(std::min<std::uint64_t>(store.tile_count(), (std::uint64_t{number} + 1) * page_tiles));
+  static std::uint32_t parts(std::uint64_t items, std::uint32_t of_part) {
+    return static_cast<std::uint32_t>((items + of_part - 1) / of_part);
   }
   bool listed(TileId tile) const { return tile != store.long_tile() && !store.entry(tile).content.empty(); }
 
@@ -90,31 +99,53 @@ struct TileFinder::Impl {
         }
         return r;
       }
-      std::vector<WorldBox> page_boxes;
-      for (std::uint32_t number = 0; number < pageCount(); ++number) {
-        const GridBox content = store.pageContent(number);
-        if (content.empty()) continue;
-        page_boxes.push_back(box(content));
-        r->page_of_item.push_back(number);
-        extend(r->bounds, page_boxes.back());
-      }
-      r->pages = std::make_unique<internal::BoxLevels>(page_boxes);
+      r->node = group_count == 1
+                    ? nodeOfPages(0)
+                    : node(Kind::groups, 0, group_count, [this](std::uint32_t g) { return store.groupContent(g); });
+      for (std::uint32_t g = 0; g < group_count; ++g)
+        if (const GridBox content = store.groupContent(g); !content.empty()) extend(r->bounds, box(content));
       return r;
     });
   }
 
-  const Page& enter(const Root& r, std::size_t item) {
-    const std::uint32_t number = r.page_of_item[item];
-    return get(page[number], [&] {
-      auto p = std::make_unique<Page>();
-      std::vector<WorldBox> tile_boxes;
-      for (TileId tile = number * page_tiles; tile < pageEnd(number); ++tile) {
-        if (!listed(tile)) continue;
-        p->tiles.push_back(tile);
-        tile_boxes.push_back(box(tile));
-      }
-      p->boxes = std::make_unique<internal::BoxLevels>(tile_boxes);
-      return p;
+  template <typename Content>
+  Node node(Kind items, std::uint64_t begin, std::uint64_t end, Content contentOf) const {
+    Node made{items, nullptr, {}};
+    std::vector<WorldBox> boxes;
+    for (auto id = static_cast<std::uint32_t>(begin); id < end; ++id) {
+      const GridBox content = contentOf(id);
+      if (content.empty()) continue;
+      made.ids.push_back(id);
+      boxes.push_back(box(content));
+    }
+    made.boxes = std::make_unique<internal::BoxLevels>(boxes);
+    return made;
+  }
+  Node nodeOfPages(std::uint64_t number) const {
+    return node(Kind::pages, number * group_pages, std::min<std::uint64_t>(page_count, (number + 1) * group_pages),
+                [this](std::uint32_t p) { return store.pageContent(p); });
+  }
+  Node nodeOfTiles(std::uint64_t number) const {
+    const std::uint64_t end = std::min<std::uint64_t>(store.tile_count(), (number + 1) * page_tiles);
+    return node(Kind::tiles, number * page_tiles, end,
+                [this](TileId tile) { return listed(tile) ? store.entry(tile).content : GridBox{}; });
+  }
+
+  // The node of a group or page that `parent` lists.
+  const Node& enter(const Node& parent, std::size_t item) {
+    const std::uint32_t number = parent.ids[item];
+    if (parent.items == Kind::groups)
+      return get(group[number], [&] { return std::make_unique<Node>(nodeOfPages(number)); });
+    return get(page[number], [&] { return std::make_unique<Node>(nodeOfTiles(number)); });
+  }
+
+  // Calls use(tile, box) for the tiles whose box may meet the region.
+  template <typename Use>
+  void meeting(const Node& from, const Region& region, const Use& use) {
+    from.boxes->meeting(region, [&](std::uint32_t item) {
+      if (from.items != Kind::tiles) return meeting(enter(from, item), region, use);
+      const WorldBox tile_box = box(from.ids[item]);
+      if (region.mayMeet(tile_box)) use(from.ids[item], tile_box);
     });
   }
 };
@@ -136,13 +167,7 @@ std::vector<std::pair<TileId, WorldBox>> TileFinder::meeting(const Region& regio
     for (const auto& [tile, box] : root.boxes)
       if (region.mayMeet(box)) hits.emplace_back(tile, box);
   } else {
-    root.pages->meeting(region, [&](std::uint32_t item) {
-      const Impl::Page& page = impl_->enter(root, item);
-      page.boxes->meeting(region, [&](std::uint32_t i) {
-        const WorldBox box = impl_->box(page.tiles[i]);
-        if (region.mayMeet(box)) hits.emplace_back(page.tiles[i], box);
-      });
-    });
+    impl_->meeting(root.node, region, [&](TileId tile, const WorldBox& box) { hits.emplace_back(tile, box); });
   }
   std::sort(hits.begin(), hits.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
   return hits;
@@ -160,7 +185,7 @@ struct TileFinder::Walk::State {
 
   struct Opened {
     internal::BoxLevels::Bounds bounds;  // infinite for children that were taken
-    const Impl::Page* page;              // null: a node of the hierarchy of pages
+    const Impl::Node* node;              // in whose hierarchy the place is
     Place place;
     std::uint32_t left;                  // children not taken
     internal::BoxLevels::Bound nearest;  // of these
@@ -181,8 +206,8 @@ struct TileFinder::Walk::State {
   Impl& finder;
   const Impl::Root& root;
   Vector3d h_W;
-  internal::BoxLevels::Probe root_probe{}, page_probe{};
-  const Impl::Page* probed = nullptr;  // page_probe is for this page
+  internal::BoxLevels::Probe root_probe{}, probe{};
+  const Impl::Node* probed = nullptr;  // `probe` is for this node
   std::vector<Opened> opened;
   std::vector<Waiting> heap;    // the first on top
   std::optional<Waiting> next;  // not in the heap
@@ -210,40 +235,40 @@ struct TileFinder::Walk::State {
     node.nearest = *std::min_element(node.bounds.begin(), node.bounds.end());
     if (const double squared = node.nearest.squared(); squared <= bound) offer({squared, false, at});
   }
-  void open(const Impl::Page* page, Place place, double bound);
+  void open(const Impl::Node& node, Place place, double bound);
   void take(std::uint32_t at, double bound);
 };
 
-void TileFinder::Walk::State::open(const Impl::Page* page, Place place, double bound) {
-  const internal::BoxLevels& boxes = page != nullptr ? *page->boxes : *root.pages;
-  if (page != nullptr && page != probed) {
-    page_probe = boxes.probe(h_W);
-    probed = page;
+void TileFinder::Walk::State::open(const Impl::Node& node, Place place, double bound) {
+  const bool is_root = &node == &root.node;
+  if (!is_root && &node != probed) {
+    probe = node.boxes->probe(h_W);
+    probed = &node;
   }
-  Opened& node = opened.emplace_back();
-  node.page = page;
-  node.place = place;
-  node.left = boxes.children(place);
-  boxes.squaredBelow(page != nullptr ? page_probe : root_probe, place, node.bounds);
+  Opened& one = opened.emplace_back();
+  one.node = &node;
+  one.place = place;
+  one.left = node.boxes->children(place);
+  node.boxes->squaredBelow(is_root ? root_probe : probe, place, one.bounds);
   offerNearest(static_cast<std::uint32_t>(opened.size() - 1), bound);
 }
 
 // Takes the nearest child of a node.
 void TileFinder::Walk::State::take(std::uint32_t at, double bound) {
-  Opened& node = opened[at];
-  const Impl::Page* page = node.page;
-  const std::uint32_t child = node.nearest.child();
-  const Place place = internal::BoxLevels::child(node.place, child);
-  node.bounds[child] = {std::numeric_limits<float>::infinity(), child};
-  --node.left;
+  Opened& one = opened[at];
+  const Impl::Node& node = *one.node;
+  const std::uint32_t child = one.nearest.child();
+  const Place place = internal::BoxLevels::child(one.place, child);
+  one.bounds[child] = {std::numeric_limits<float>::infinity(), child};
+  --one.left;
   offerNearest(at, bound);
-  if (place.level >= 0) return open(page, place, bound);
-  if (page != nullptr) {
-    const TileId tile = page->tiles[place.at];
+  if (place.level >= 0) return open(node, place, bound);
+  if (node.items == Impl::Kind::tiles) {
+    const TileId tile = node.ids[place.at];
     return offer({finder.box(tile).squaredDistanceBelow(h_W), true, tile});
   }
-  const Impl::Page& entered = finder.enter(root, place.at);
-  if (entered.boxes->items() > 0) open(&entered, entered.boxes->root(), bound);
+  const Impl::Node& entered = finder.enter(node, place.at);
+  if (entered.boxes->items() > 0) open(entered, entered.boxes->root(), bound);
 }
 
 TileFinder::Walk::Walk(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -257,9 +282,9 @@ TileFinder::Walk TileFinder::walk(const Vector3d& h_W) const {
   state->heap.reserve(64);
   if (root.scanned) {
     for (const auto& [tile, box] : root.boxes) state->wait({box.squaredDistanceBelow(h_W), true, tile});
-  } else if (root.pages->items() > 0) {
-    state->root_probe = root.pages->probe(h_W);
-    state->open(nullptr, root.pages->root(), std::numeric_limits<double>::infinity());
+  } else if (const internal::BoxLevels& boxes = *root.node.boxes; boxes.items() > 0) {
+    state->root_probe = boxes.probe(h_W);
+    state->open(root.node, boxes.root(), std::numeric_limits<double>::infinity());
   }
   return Walk(std::move(state));
 }

@@ -1,9 +1,10 @@
 // The tile finder: finds the tiles that may hold something near a point, without reading them.
 //
-// It uses hierarchies of boxes (internal/box_levels.h) on two levels: one over the store's pages and one over the tiles
-// of each page. A page's hierarchy is built when a query first enters the page, so that opening is independent of the
-// number of tiles. Sets of up to 64 tiles are scanned. Boxes are widened by one quantum and distances rounded down, so
-// that no tile is missed. The long-segment tile is not included. Thread rule: internally synchronised.
+// It uses hierarchies of boxes (internal/box_levels.h) on three levels: over the store's groups, over the pages of each
+// group, and over the tiles of each page. A hierarchy is built when a query first enters the group or page, so that
+// opening is independent of the number of tiles. Sets of up to 64 tiles are scanned. Boxes are widened by one quantum
+// and distances rounded down, so that no tile is missed. The long-segment tile is not included. Thread rule: internally
+// synchronised.
 #pragma once
 
 #include "index/set/tile_store.h"
@@ -31,8 +32,9 @@ class TileFinder {
     }
   };
 
-  // The store must outlive this object. O(pages). The first query is O(pages), plus O(tiles of the page) for each page
-  // that it enters. Every member throws what the store throws when it reads a page; the next call tries again.
+  // The store must outlive this object. O(pages). The first query is O(groups), plus O(pages of the group) for each
+  // group and O(tiles of the page) for each page that it enters. Every member throws what the store throws when it
+  // reads a page; the next call tries again.
   explicit TileFinder(const TileStore& store);
   ~TileFinder();
 

@@ -51,6 +51,7 @@ class FaultySource final : public TileSource {
   std::uint64_t size(const std::string& name) const override { return source_->size(name); }
   // Throws IoError ("an injected fault") as planned, after the delay.
   void read(const std::string& name, std::uint64_t offset, std::span<std::uint8_t> bytes) const override;
+  void expect(const std::string& name, std::uint64_t bytes) const override { source_->expect(name, bytes); }
   std::string describe(const std::string& name) const override { return source_->describe(name); }
 
  private:

@@ -25,7 +25,7 @@ struct SetCounts {
 
 // One file of a revision.
 struct SetFile {
-  std::string name;                     // in the revision's folder
+  std::string name;                     // in the revision's folder; a section's name is section-NAME.bin
   std::uint64_t bytes = 0, digest = 0;  // digest: XXH3 of the file
 };
 
@@ -33,9 +33,9 @@ struct SetFile {
 class TileSet final : public TileStore {
  public:
   // Opens the revision that CURRENT names, and keeps reading this revision if another is published later. openFolder()
-  // states how many files stay open. Reads the manifest and the root page of the directory. All other data are read and
-  // checked at first use. Throws IoError if there is no tile set or a file is missing, CorruptSet if the bytes differ
-  // from those written. O(pages of the directory).
+  // states how many files stay open. Reads CURRENT and the manifest. All other data are read and checked at first use:
+  // before the first tile, two pages of the directory. Throws IoError if there is no tile set, InputError if an older
+  // filiform made it, CorruptSet if the bytes differ from those written. O(pages of the directory).
   static std::unique_ptr<TileSet> open(const std::string& path);
   static std::unique_ptr<TileSet> open(std::unique_ptr<TileSource> source);
   ~TileSet() override;
@@ -47,16 +47,17 @@ class TileSet final : public TileStore {
   TileId long_tile() const override;
   const TileEntry& entry(TileId tile) const override;
   TileId page_tiles() const override;
+  std::uint32_t group_pages() const override;
   GridBox pageContent(std::uint32_t page) const override;
+  GridBox groupContent(std::uint32_t group) const override;
   std::uint64_t floorBytes() const override;
   std::uint32_t capacity() const override;
   std::shared_ptr<const Tile> load(TileId tile) const override;
   TileAppearance loadAppearance(TileId tile) const override;
   std::uint32_t cell_count() const override;
-  // The first call of cell() or findCell() reads the table of all cells. Throws CorruptSet, IoError.
+  // The table of cells has a root and pages of 256 cells. Pages stay in memory once they are read.
   const CellRecord& cell(std::uint32_t id) const override;
   std::optional<std::uint32_t> findCell(const std::string& name) const override;
-  // Reads the detail of one cell; if the table of cells is not read yet, also one record of 128 bytes.
   CellDetail loadCellDetail(std::uint32_t id) const override;
   const Landmarks& landmarks() const override;
 
@@ -67,13 +68,19 @@ class TileSet final : public TileStore {
   const SetCounts& counts() const;      // as the manifest states
   const GridBox& bounds() const;        // of all samples
   const std::vector<SetFile>& files() const;
+  // Sections hold data beside the tiles, for some commands only: readers ignore sections that they do not know.
+  std::vector<std::string> sections() const;  // their names, ascending
+  // The bytes of a section; nullopt if the set has none of this name. Throws CorruptSet, IoError. O(bytes).
+  std::optional<std::vector<std::uint8_t>> section(const std::string& name) const;
   std::uint64_t bytes() const;  // of all files of the revision, including the manifest
   // Reads part of a file of the revision, unchecked. Throws CorruptSet, IoError.
   void read(const std::string& file, std::uint64_t offset, std::span<std::uint8_t> bytes) const;
   std::string describe(const std::string& file) const;  // the file's name for messages
   // Reads all remaining pages of the directory and compares their sums with the manifest. Throws CorruptSet, IoError.
   void checkDirectory() const;
-  // Reads a whole file of the revision and compares its digest with the manifest. Throws CorruptSet, IoError.
+  // The same with the table of cells, one page at a time.
+  void checkCells() const;
+  // Reads a whole file of the revision and compares its size and digest with the manifest. Throws CorruptSet, IoError.
   void checkFile(const SetFile& file) const;
   // File and offset of a tile, for messages.
   std::pair<std::string, std::uint64_t> place(TileId tile) const;

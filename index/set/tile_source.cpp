@@ -71,6 +71,13 @@ class Folder final : public TileSource {
     }
   }
 
+  void expect(const std::string& name, std::uint64_t bytes) const override {
+    const std::uint64_t found = size(name);
+    if (found != bytes)
+      throw CorruptSet(describe(name), std::min(found, bytes),
+                       "has " + std::to_string(found) + " bytes, the manifest says " + std::to_string(bytes));
+  }
+
   std::string describe(const std::string& name) const override { return path_ + "/" + name; }
 
  private:

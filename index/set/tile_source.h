@@ -19,6 +19,10 @@ class TileSource {
   virtual std::uint64_t size(const std::string& name) const = 0;
   // Fills all of `bytes`, starting at `offset` of the file. Throws IoError, or CorruptSet if the file ends too soon.
   virtual void read(const std::string& name, std::uint64_t offset, std::span<std::uint8_t> bytes) const = 0;
+  // States that the file will be read later and has this size. A folder opens it, so that it stays readable if it is
+  // removed meanwhile, and throws IoError if it is missing and CorruptSet if its size differs. An object store, where a
+  // request is slow, need not do anything.
+  virtual void expect(const std::string&, std::uint64_t) const {}
   // The file's name for messages: a path or an address.
   virtual std::string describe(const std::string& name) const = 0;
 };

@@ -13,6 +13,15 @@ GridBox TileStore::pageContent(std::uint32_t page) const {
   return box;
 }
 
+GridBox TileStore::groupContent(std::uint32_t group) const {
+  const std::uint64_t pages = (std::uint64_t{tile_count()} + page_tiles() - 1) / page_tiles();
+  GridBox box;
+  for (std::uint64_t page = std::uint64_t{group} * group_pages();
+       page < std::min(pages, (std::uint64_t{group} + 1) * group_pages()); ++page)
+    box.extend(pageContent(static_cast<std::uint32_t>(page)));
+  return box;
+}
+
 std::uint64_t TileStore::floorBytes() const {
   TileFloor floor;
   for (TileId tile = 0; tile < tile_count(); ++tile) floor.add(entry(tile).decoded_bytes, tile == long_tile());

@@ -74,11 +74,16 @@ class TileStore {
   virtual TileId tile_count() const = 0;
   virtual TileId long_tile() const = 0;  // kNoTile: there is none
   virtual const TileEntry& entry(TileId tile) const = 0;
-  // The directory has pages of page_tiles() tiles; the last may have fewer. pageContent() is a box around the content
-  // of a page's tiles, known without reading the page. O(1); O(page_tiles()) for stores in memory.
+  // The directory has pages of page_tiles() tiles, and groups of group_pages() pages; the last ones may be smaller.
   virtual TileId page_tiles() const { return 4096; }
+  virtual std::uint32_t group_pages() const { return 256; }
+  // A box around the content of a page's tiles. Reads the record of the page's group at its first use. Throws
+  // CorruptSet, IoError. O(1); O(page_tiles()) for stores in memory.
   virtual GridBox pageContent(std::uint32_t page) const;
-  // Bytes in memory of the two largest tiles and the long-segment tile together. Reads and checks all pages. O(tiles).
+  // A box around the content of a group's tiles, known without reading. O(1); O(tiles of the group) for stores in
+  // memory.
+  virtual GridBox groupContent(std::uint32_t group) const;
+  // Bytes in memory of the two largest tiles and the long-segment tile together. O(1); O(tiles) for stores in memory.
   virtual std::uint64_t floorBytes() const;
   virtual std::uint32_t capacity() const = 0;
 
@@ -88,9 +93,10 @@ class TileStore {
   virtual TileAppearance loadAppearance(TileId tile) const = 0;  // like load()
 
   virtual std::uint32_t cell_count() const = 0;
+  // These read a page of the table of cells at its first use. They throw CorruptSet, IoError.
   virtual const CellRecord& cell(std::uint32_t id) const = 0;
   virtual std::optional<std::uint32_t> findCell(const std::string& name) const = 0;  // O(log cells)
-  virtual CellDetail loadCellDetail(std::uint32_t id) const = 0;                     // throws CorruptSet, IoError
+  virtual CellDetail loadCellDetail(std::uint32_t id) const = 0;
 
   virtual const Landmarks& landmarks() const = 0;  // the landmarks; loaded at the first call
 };

@@ -63,7 +63,8 @@ VerifyReport verify(const std::string& path, const VerifyOptions& options) {
     ++report.tiles;
   }
   checker.attempt([&] {
-    for (std::uint32_t c = 0; c < set->cell_count(); ++c) set->loadCellDetail(c), set->cell(c);
+    set->checkCells();
+    for (std::uint32_t c = 0; c < set->cell_count(); ++c) set->loadCellDetail(c);
   });
   checker.attempt([&] { set->landmarks(); });
   std::unique_ptr<Levels> levels;

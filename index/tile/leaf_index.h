@@ -1,6 +1,6 @@
-// LeafIndex: finds the home tile of a point. It holds the sorted keys of all leaves, in pages that a store may add one
-// by one. Thread rule: any thread may call home(), the haptic one included, even while a page is added. It sees a page
-// completely or not at all.
+// LeafIndex: finds the home tile of a point. It holds the sorted keys of all leaves, in pages and groups of pages that
+// a store may add one by one. Thread rule: any thread may call the const members, the haptic one included, even while a
+// page is added. It sees a page completely or not at all.
 #pragma once
 
 #include "index/tile/tile.h"
@@ -13,21 +13,36 @@ namespace filiform {
 
 class LeafIndex {
  public:
-  static constexpr std::size_t kNoPage = SIZE_MAX;
+  static constexpr std::size_t kNone = SIZE_MAX;
+
+  // The size of pages and groups; the last ones may be smaller.
+  struct Shape {
+    TileId page_leaves = 1;
+    std::uint32_t group_pages = 1;
+    TileId leaves = 0;  // in all
+  };
 
   LeafIndex() = default;
   // An index with all leaves known. Requires disjoint blocks, ascending by `low`. The tile id is the position in
   // `leaves`.
   explicit LeafIndex(std::vector<BlockKey> leaves);
-  // An index of `size` leaves, none known yet. Each page has `page_tiles` leaves; the last may have fewer. Requires the
-  // lowest key of each page, ascending.
-  LeafIndex(std::vector<MortonKey> page_lows, TileId page_tiles, TileId size);
+  // An index in which no group is known yet. Requires the lowest key of each group, ascending.
+  LeafIndex(std::vector<MortonKey> group_lows, const Shape& shape);
 
-  TileId size() const { return size_; }  // number of leaves, known or not
-  // The page whose range of keys contains the point, or kNoPage. O(log pages).
-  std::size_t pageOf(const GridPoint& p) const noexcept;
-  bool knows(std::size_t page) const noexcept { return pages_[page].known.load(std::memory_order_acquire); }
-  // Adds the leaves of a page, ascending. Requires one call a page, and one calling thread at a time.
+  TileId size() const { return shape_.leaves; }  // number of leaves, known or not
+  // The group whose range of keys contains the point, or kNone. O(log groups).
+  std::size_t groupOf(const GridPoint& p) const noexcept { return groupOf(mortonKey(p)); }
+  bool knowsGroup(std::size_t group) const noexcept { return groups_[group].known.load(std::memory_order_acquire); }
+  std::size_t firstPage(std::size_t group) const noexcept { return group * shape_.group_pages; }
+  // The page whose range of keys contains the point. kNone if there is none, or if its group is not known. O(log
+  // pages).
+  std::size_t pageOf(const GridPoint& p) const noexcept { return pageOf(mortonKey(p)); }
+  // False if the page's group is not known.
+  bool knows(std::size_t page) const noexcept;
+  // Adds a group, with the lowest key of each page, ascending. Requires one call a group, and one calling thread at a
+  // time for this and add().
+  void addGroup(std::size_t group, std::vector<MortonKey> page_lows);
+  // Adds the leaves of a page of a known group, ascending. Requires one call a page.
   void add(std::size_t page, std::vector<BlockKey> leaves);
 
   // The tile whose block contains the point. kNoTile if space is empty there, or if the page is not known. When a store
@@ -40,9 +55,17 @@ class LeafIndex {
     std::atomic<bool> known{false};
     std::vector<BlockKey> leaves;
   };
-  std::vector<MortonKey> lows_;  // of each page
-  std::unique_ptr<Page[]> pages_;
-  TileId page_tiles_ = 0, size_ = 0;
+  struct Group {
+    std::atomic<bool> known{false};
+    std::vector<MortonKey> lows;  // of each page
+    std::unique_ptr<Page[]> pages;
+  };
+  std::size_t groupOf(MortonKey key) const noexcept;
+  std::size_t pageOf(MortonKey key) const noexcept;
+
+  std::vector<MortonKey> lows_;  // of each group
+  std::unique_ptr<Group[]> groups_;
+  Shape shape_;
 };
 
 }  // namespace filiform

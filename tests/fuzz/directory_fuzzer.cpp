@@ -37,32 +37,59 @@ void sealPages(Bytes& bytes, std::size_t header, std::size_t entry, std::size_t 
   seal(bytes, own_at, 0, root);
 }
 
-void directory(Bytes bytes) {
-  sealPages(bytes, 48, 72, 40, 128);
-  const auto read = [&](std::uint64_t offset, std::span<std::uint8_t> to) {
+internal::ReadPart readerOf(const Bytes& bytes) {
+  return [&bytes](std::uint64_t offset, std::span<std::uint8_t> to) {
     require(offset <= bytes.size() && to.size() <= bytes.size() - offset, "never beyond the file");
     if (!to.empty()) std::memcpy(to.data(), bytes.data() + offset, to.size());
   };
-  const internal::DirectoryContents found = internal::decodeDirectory(bytes.size(), read);
-  require(found.entries.size() == found.locations.size(), "a place for each tile");
-  for (const TileEntry& entry : found.entries) require(entry.owned <= entry.stored, "counts agree");
-  require(internal::encodeDirectory(found).size() == bytes.size(), "a directory survives its bytes");
 }
 
-void cells(Bytes bytes) {
-  const std::size_t n = u32At(bytes, 12), records = 56, index = records + 128 * n, names = index + 4 * n;
-  seal(bytes, 16, records, index);
-  seal(bytes, 24, index, names);
-  seal(bytes, 40, names, names + u32At(bytes, 32));
-  seal(bytes, 48, 0, 48);
-  if (bytes.size() < internal::kCellsHeaderBytes) return;
-  const std::uint64_t table =
-      internal::cellTableBytes(ByteSpan(bytes).first(internal::kCellsHeaderBytes), bytes.size());
-  require(table <= bytes.size(), "the table lies within the file");
-  const internal::CellTable found = internal::decodeCells(ByteSpan(bytes).first(table));
-  require(found.records.size() == found.details.size() && found.by_name.size() == found.records.size(),
-          "a place and a name for each cell");
-  for (const std::uint32_t cell : found.by_name) require(cell < found.records.size(), "names are of cells");
+// A root and a file; the checksums of both levels of pages are made valid.
+void directory(Input input) {
+  Taker in(input);
+  const std::size_t groups = in.number<std::uint8_t>() % 8;
+  Bytes root(std::min<std::size_t>(16 + 72 * groups, in.rest().size()));
+  for (std::uint8_t& byte : root) byte = in.number<std::uint8_t>();
+  Bytes file(in.rest().begin(), in.rest().end());
+  const std::uint64_t tiles = u32At(root, 0), page_tiles = std::max(1u, u32At(root, 8)),
+                      group_pages = std::max(1u, u32At(root, 12));
+  const std::uint64_t pages = std::min<std::uint64_t>((tiles + page_tiles - 1) / page_tiles, file.size() / 72);
+  for (std::uint64_t page = 0; page < pages; ++page) {
+    const std::uint64_t from = 16 + 72 * pages + page * page_tiles * 128;
+    seal(file, 16 + 72 * page + 64, from, 16 + 72 * pages + std::min(tiles, (page + 1) * page_tiles) * 128);
+  }
+  for (std::uint64_t group = 0; group < groups; ++group) {
+    const std::uint64_t from = 16 + 72 * group * group_pages,
+                        to = 16 + 72 * std::min<std::uint64_t>(pages, (group + 1) * group_pages);
+    const std::size_t at = 16 + 72 * group + 64;
+    if (at + 8 > root.size() || from > to || to > file.size()) continue;
+    internal::storeLittle64(root.data() + at, internal::checksum(ByteSpan(file).subspan(from, to - from)));
+  }
+  const internal::DirectoryContents found = internal::decodeDirectory(root, file.size(), readerOf(file));
+  require(found.entries.size() == found.locations.size(), "a place for each tile");
+  for (const TileEntry& entry : found.entries) require(entry.owned <= entry.stored, "counts agree");
+}
+
+// A root, a page of records and a page of names, in one file.
+void cells(Input input) {
+  Taker in(input);
+  const std::uint32_t count = 1 + in.number<std::uint8_t>() % 3;
+  const Bytes bytes(in.rest().begin(), in.rest().end());
+  const internal::CellPage page = internal::decodeCellPage(bytes, count, bytes.size());
+  require(page.records.size() == count && page.details.size() == count, "a record and a place for each cell");
+}
+
+void names(Input input) {
+  Taker in(input);
+  const std::size_t root_bytes = in.number<std::uint16_t>() % 512;
+  const Bytes bytes(in.rest().begin(), in.rest().end());
+  const ByteSpan root = ByteSpan(bytes).first(std::min(root_bytes, bytes.size()));
+  const internal::CellsRoot found = internal::decodeCellsRoot(root, bytes.size());
+  require(found.records.size() == found.names.size() && found.names.size() == found.first_names.size(),
+          "a page of records and of names for each part");
+  for (std::uint32_t page = 0; page < found.names.size(); ++page)
+    for (const auto& [name, id] : internal::decodeNamePage(found, page, ByteSpan(bytes).subspan(root.size())))
+      require(id < found.cells, "names are of cells");
 }
 
 void detail(Input input) {
@@ -95,12 +122,13 @@ void levels(Bytes bytes) {
 // The first byte chooses the binary file. Checksums are made valid, as a hostile writer would do.
 void fuzzDirectory(Input input) {
   Taker in(input);
-  const auto kind = in.number<std::uint8_t>() % 5;
+  const auto kind = in.number<std::uint8_t>() % 6;
   const Bytes bytes(in.rest().begin(), in.rest().end());
   try {
     if (kind == 0) directory(bytes);
     if (kind == 1) cells(bytes);
     if (kind == 2) detail(bytes);
+    if (kind == 5) names(bytes);
     if (kind == 3) landmarks(bytes);
     if (kind == 4) levels(bytes);
   } catch (const Damage& damage) {

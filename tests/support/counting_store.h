@@ -41,6 +41,10 @@ class CountingStore : public TileStore {
   TileId tile_count() const override { return store_.tile_count(); }
   TileId long_tile() const override { return store_.long_tile(); }
   const TileEntry& entry(TileId tile) const override { return store_.entry(tile); }
+  TileId page_tiles() const override { return store_.page_tiles(); }
+  std::uint32_t group_pages() const override { return store_.group_pages(); }
+  GridBox pageContent(std::uint32_t page) const override { return store_.pageContent(page); }
+  GridBox groupContent(std::uint32_t group) const override { return store_.groupContent(group); }
   std::uint32_t capacity() const override { return store_.capacity(); }
   std::shared_ptr<const Tile> load(TileId tile) const override;
   TileAppearance loadAppearance(TileId tile) const override { return store_.loadAppearance(tile); }

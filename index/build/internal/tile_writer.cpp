@@ -2,8 +2,9 @@
 
 #include "index/build/internal/level_writer.h"
 #include "index/build/internal/pack_writer.h"
+#include "index/errors.h"
+#include "index/file/internal/digest.h"
 #include "index/file/internal/output_file.h"
-#include "index/file/internal/spool.h"
 #include "index/geometry/morton.h"
 #include "index/set/internal/cells_file.h"
 #include "index/set/internal/directory_file.h"
@@ -12,18 +13,12 @@
 #include "index/tile/tile_codec.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace filiform {
 
 using internal::Bytes;
 using internal::ByteSpan;
-
-namespace {
-
-constexpr std::size_t kDetailBlock = std::size_t{64} << 10;
-constexpr std::uint64_t kDetailMemory = std::uint64_t{8} << 20;
-
-}  // namespace
 
 struct TileWriter::Impl {
   Impl(std::string into, std::uint64_t most_pack_bytes)
@@ -34,6 +29,7 @@ struct TileWriter::Impl {
 
   std::string folder;
   std::uint64_t pack_bytes;
+  std::uint32_t page_tiles = 0;  // of the directory
   internal::DirectoryContents directory;
   internal::Manifest manifest;
   internal::PackWriter packs;
@@ -58,10 +54,11 @@ struct TileWriter::Impl {
 };
 
 TileWriter::TileWriter(std::string folder, const Grid& grid, std::uint32_t capacity, TileId tile_count, bool has_long,
-                       std::uint64_t pack_bytes)
+                       std::uint64_t pack_bytes, std::uint32_t page_tiles)
     : impl_(std::make_unique<Impl>(std::move(folder), pack_bytes)) {
-  impl_->directory.grid = impl_->manifest.grid = grid;
-  impl_->directory.capacity = impl_->manifest.capacity = capacity;
+  impl_->page_tiles = page_tiles;
+  impl_->manifest.grid = grid;
+  impl_->manifest.capacity = capacity;
   impl_->directory.long_tile = has_long ? tile_count - 1 : kNoTile;
   impl_->directory.entries.resize(tile_count);
   impl_->directory.locations.resize(tile_count);
@@ -105,23 +102,27 @@ void TileWriter::writeCells(const std::vector<CellRecord>& records, const std::v
     counts.roots += record.roots;
     impl_->manifest.bounds.extend(record.bounds);
   }
-  // The details follow the table of their positions, so they wait in a spool until it is written.
-  internal::Spool spool(impl_->folder, kDetailBlock, kDetailMemory);
-  internal::ByteChain waiting(spool);
   std::vector<internal::DetailPlace> places;
   places.reserve(records.size());
-  std::uint64_t at = 0;
-  details([&](ByteSpan detail) {
-    places.push_back({at, detail.size(), internal::checksum(detail)});
-    at += detail.size();
-    waiting.append(detail);
-  });
-  waiting.close();
   internal::OutputFile file(impl_->folder + "/" + internal::kCellsFile);
-  file.write(internal::encodeCellTable(records, digests, places));
-  internal::ByteChain::Reader reader(waiting, true);
-  for (ByteSpan bytes; !(bytes = reader.next()).empty();) file.write(bytes);
+  file.write(internal::cellsHeader());
+  details([&](ByteSpan detail) {
+    places.push_back({file.bytes(), detail.size(), internal::checksum(detail)});
+    file.write(detail);
+  });
+  const Bytes root =
+      internal::writeCellPages({records, digests, places}, file.bytes(), [&](ByteSpan page) { file.write(page); });
+  file.write(root);
+  impl_->manifest.cells_root_bytes = root.size();
+  impl_->manifest.cells_root_checksum = internal::checksum(root);
   impl_->closeFile(internal::kCellsFile, file);
+}
+
+void TileWriter::writeSection(const std::string& name, ByteSpan bytes) {
+  const std::string file = internal::sectionFile(name);
+  if (internal::sectionOf(file) != name)
+    throw UsageError("a section's name has 1 to 64 lower-case letters, digits and hyphens: " + name);
+  impl_->writeFile(file, bytes);
 }
 
 void TileWriter::writeLandmarks(const Landmarks& landmarks) {
@@ -146,16 +147,16 @@ void TileWriter::writeLevels(const LevelMemory& memory, unsigned threads,
   const auto place = [&](TileId tile) {
     return TilePlace{tile, directory.entries[tile].key, tile == directory.long_tile, "tiles", 0};
   };
-  LevelInput input{directory.grid, leaves, {}, {}, {}, progress};
+  LevelInput input{impl_->manifest.grid, leaves, {}, {}, {}, progress};
   input.stored = [&](TileId tile) { return directory.entries[tile].stored; };
   input.load = [&](TileId tile) {
-    return std::make_shared<const Tile>(decodeTile(read(tile, false), place(tile), directory.grid));
+    return std::make_shared<const Tile>(decodeTile(read(tile, false), place(tile), impl_->manifest.grid));
   };
   input.loadAppearance = [&](TileId tile) {
     return decodeAppearance(read(tile, true), place(tile), directory.entries[tile].stored);
   };
   LevelOptions options;
-  options.most_segments = directory.capacity;
+  options.most_segments = impl_->manifest.capacity;
   options.threads = threads;
   options.pack_bytes = impl_->pack_bytes;
   options.memory = memory.bytes;
@@ -165,7 +166,15 @@ void TileWriter::writeLevels(const LevelMemory& memory, unsigned threads,
 
 std::string TileWriter::finish(const Provenance& provenance) {
   impl_->closePacks();
-  impl_->writeFile(internal::kDirectoryFile, internal::encodeDirectory(impl_->directory));
+  {
+    internal::EncodedDirectory encoded = internal::encodeDirectory(impl_->directory, impl_->page_tiles);
+    impl_->writeFile(internal::kDirectoryFile, encoded.file);
+    impl_->manifest.directory_root = std::move(encoded.root);
+  }
+  TileFloor floor;
+  for (TileId t = 0; t < impl_->directory.entries.size(); ++t)
+    floor.add(impl_->directory.entries[t].decoded_bytes, t == impl_->directory.long_tile);
+  impl_->manifest.floor_bytes = floor.bytes();
   {
     internal::OutputFile origin(impl_->folder + "/" + internal::kProvenanceFile);
     internal::writeProvenance(provenance, [&](std::string_view piece) { origin.write(piece); });

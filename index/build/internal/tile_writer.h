@@ -23,7 +23,7 @@ class TileWriter {
   // Requires an existing, empty folder. Tiles have the ids 0 .. tile_count-1; the long-segment tile, if any, is the
   // last.
   TileWriter(std::string folder, const Grid& grid, std::uint32_t capacity, TileId tile_count, bool has_long,
-             std::uint64_t pack_bytes = kMostPackBytes);
+             std::uint64_t pack_bytes = kMostPackBytes, std::uint32_t page_tiles = 256);
   TileWriter(const TileWriter&) = delete;
   TileWriter& operator=(const TileWriter&) = delete;
   ~TileWriter();
@@ -39,6 +39,8 @@ class TileWriter {
   using UseDetail = std::function<void(std::span<const std::uint8_t> detail)>;
   void writeCells(const std::vector<CellRecord>& records, const std::vector<std::uint64_t>& digests,
                   const std::function<void(const UseDetail& use)>& details);
+  // Writes a section, once a name. Throws UsageError for an invalid name.
+  void writeSection(const std::string& name, std::span<const std::uint8_t> bytes);
   // Writes the landmarks; call it once.
   void writeLandmarks(const Landmarks& landmarks);
   struct LevelMemory {

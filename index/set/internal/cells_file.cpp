@@ -8,6 +8,50 @@ namespace filiform::internal {
 namespace {
 
 constexpr std::string_view kCellsMagic = "FILICELL";
+constexpr std::size_t kCellRecordBytes = 128;
+
+std::uint32_t pagesOf(std::uint32_t cells) { return (cells + kCellsOfPage - 1) / kCellsOfPage; }
+
+void writePlace(ByteWriter& out, const CellPagePlace& page) {
+  out.u64(page.offset);
+  out.u64(page.bytes);
+  out.u64(page.checksum);
+}
+
+CellPagePlace readPlace(ByteReader& in, std::uint64_t file_bytes) {
+  CellPagePlace page{};
+  page.offset = in.u64();
+  page.bytes = in.u64();
+  page.checksum = in.u64();
+  in.require(page.offset <= file_bytes && page.bytes <= file_bytes - page.offset, "a page lies outside the file");
+  return page;
+}
+
+std::string textOf(ByteSpan bytes) { return {reinterpret_cast<const char*>(bytes.data()), bytes.size()}; }
+
+Bytes recordPage(const CellColumns& cells, std::uint32_t begin, std::uint32_t end) {
+  ByteWriter page;
+  for (std::uint32_t i = begin; i < end; ++i) {
+    const CellRecord& record = cells.records[i];
+    page.u64(cells.digests[i]);
+    page.u64(record.samples);
+    page.u64(record.segments);
+    page.u64(record.isolated);
+    page.u64(record.roots);
+    page.box(record.bounds);
+    page.u64(cells.details[i].offset);
+    page.u64(cells.details[i].bytes);
+    page.u64(cells.details[i].checksum);
+    page.u32(static_cast<std::uint32_t>(record.name.size()));
+    page.u32(static_cast<std::uint32_t>(record.source.size()));
+    page.u64(0);
+  }
+  for (std::uint32_t i = begin; i < end; ++i) {
+    page.text(cells.records[i].name);
+    page.text(cells.records[i].source);
+  }
+  return page.take();
+}
 
 }  // namespace
 
@@ -82,130 +126,109 @@ CellDetail decodeDetail(ByteSpan bytes, std::uint64_t samples) {
   return detail;
 }
 
-Bytes encodeCellTable(const std::vector<CellRecord>& records, const std::vector<std::uint64_t>& digests,
-                      const std::vector<DetailPlace>& places) {
-  const auto n = static_cast<std::uint32_t>(records.size());
-  std::string strings;
-  std::vector<std::uint64_t> string_at;
-  for (const CellRecord& record : records) {
-    string_at.push_back(strings.size());
-    strings += record.name + record.source;
-  }
-  const std::uint64_t details_at = kCellsHeaderBytes + std::uint64_t{n} * (kCellRecordBytes + 4) + strings.size();
-  ByteWriter table, index;
-  for (std::uint32_t i = 0; i < n; ++i) {
-    const CellRecord& record = records[i];
-    table.u64(string_at[i]);
-    table.u32(static_cast<std::uint32_t>(record.name.size()));
-    table.u32(static_cast<std::uint32_t>(record.source.size()));
-    table.u64(digests[i]);
-    table.u64(record.samples);
-    table.u64(record.segments);
-    table.u64(record.isolated);
-    table.u64(record.roots);
-    table.box(record.bounds);
-    table.u64(details_at + places[i].offset);
-    table.u64(places[i].bytes);
-    table.u64(places[i].checksum);
-  }
-  std::vector<std::uint32_t> order(n);
-  for (std::uint32_t i = 0; i < n; ++i) order[i] = i;
-  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
-    return records[a].name != records[b].name ? records[a].name < records[b].name : a < b;
-  });
-  for (std::uint32_t i : order) index.u32(i);
+Bytes cellsHeader() {
   ByteWriter out;
   writeMagic(out, kCellsMagic);
-  out.u32(n);
-  out.u64(checksum(table.bytes()));
-  out.u64(checksum(index.bytes()));
-  out.u64(strings.size());
-  out.u64(checksum(strings));
-  out.u64(checksum(out.bytes()));
-  out.append(table.bytes());
-  out.append(index.bytes());
-  out.text(strings);
+  out.u32(0);
   return out.take();
 }
 
-std::uint64_t cellTableBytes(ByteSpan header, std::uint64_t file_bytes) {
-  ByteReader in(header);
-  checkMagic(in, kCellsMagic);
-  const std::uint32_t n = in.u32();
-  in.u64();
-  in.u64();
-  const std::uint64_t strings = in.u64();
-  in.u64();
-  const std::uint64_t stated = in.u64();
-  if (checksum(header.first(kCellsHeaderBytes - 8)) != stated) throw Damage{0, "the header's checksum is wrong"};
-  const std::uint64_t fixed = kCellsHeaderBytes + std::uint64_t{n} * (kCellRecordBytes + 4);
-  in.require(fixed <= file_bytes && strings <= file_bytes - fixed, "more cells than there are bytes");
-  return fixed + strings;
+Bytes writeCellPages(const CellColumns& cells, std::uint64_t at, const std::function<void(ByteSpan)>& use) {
+  const auto n = static_cast<std::uint32_t>(cells.records.size());
+  ByteWriter root;
+  root.u32(n);
+  const auto add = [&](const Bytes& page) {
+    writePlace(root, {at, page.size(), checksum(page)});
+    use(page);
+    at += page.size();
+  };
+  for (std::uint32_t begin = 0; begin < n; begin += kCellsOfPage)
+    add(recordPage(cells, begin, std::min(n, begin + kCellsOfPage)));
+  std::vector<std::uint32_t> order(n);
+  for (std::uint32_t i = 0; i < n; ++i) order[i] = i;
+  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+    const int difference = cells.records[a].name.compare(cells.records[b].name);
+    return difference != 0 ? difference < 0 : a < b;
+  });
+  for (std::uint32_t begin = 0; begin < n; begin += kCellsOfPage) {
+    ByteWriter page;
+    for (std::uint32_t i = begin; i < std::min(n, begin + kCellsOfPage); ++i) {
+      const std::string& name = cells.records[order[i]].name;
+      page.u32(order[i]);
+      page.u32(static_cast<std::uint32_t>(name.size()));
+      page.text(name);
+    }
+    const std::string& first = cells.records[order[begin]].name;
+    add(page.take());
+    root.u32(static_cast<std::uint32_t>(first.size()));
+    root.text(first);
+  }
+  return root.take();
 }
 
-CellTable decodeCells(ByteSpan bytes) {
-  cellTableBytes(bytes.first(std::min(bytes.size(), kCellsHeaderBytes)), bytes.size());
+CellsRoot decodeCellsRoot(ByteSpan bytes, std::uint64_t file_bytes) {
   ByteReader in(bytes);
-  in.take(12);
-  const std::uint32_t n = in.u32();
-  const std::uint64_t records_checksum = in.u64(), index_checksum = in.u64(), string_bytes = in.u64(),
-                      strings_checksum = in.u64();
-  in.u64();
-  const ByteSpan records = in.take(std::uint64_t{n} * kCellRecordBytes);
-  const ByteSpan index = in.take(std::uint64_t{n} * 4);
-  const ByteSpan strings = in.take(string_bytes);
-  if (checksum(records) != records_checksum) throw Damage{kCellsHeaderBytes, "the records' checksum is wrong"};
-  if (checksum(index) != index_checksum)
-    throw Damage{kCellsHeaderBytes + records.size(), "the name index's checksum is wrong"};
-  if (checksum(strings) != strings_checksum)
-    throw Damage{kCellsHeaderBytes + records.size() + index.size(), "the names' checksum is wrong"};
+  CellsRoot root;
+  root.cells = in.u32();
+  const std::uint32_t pages = pagesOf(root.cells);
+  in.require(bytes.size() / 24 >= pages, "more cells than there are bytes");
+  for (std::uint32_t page = 0; page < pages; ++page) root.records.push_back(readPlace(in, file_bytes));
+  for (std::uint32_t page = 0; page < pages; ++page) {
+    root.names.push_back(readPlace(in, file_bytes));
+    root.first_names.push_back(textOf(in.take(in.u32())));
+    in.require(page == 0 || root.first_names[page - 1] <= root.first_names[page], "the names are out of order");
+  }
+  in.require(in.left() == 0, "bytes beyond the end of the pages");
+  return root;
+}
 
-  CellTable table;
-  ByteReader record(records);
-  for (std::uint32_t i = 0; i < n; ++i) {
+std::uint32_t cellsOfPage(const CellsRoot& root, std::uint32_t page) {
+  return std::min(kCellsOfPage, root.cells - page * kCellsOfPage);
+}
+
+CellPage decodeCellPage(ByteSpan bytes, std::uint32_t count, std::uint64_t file_bytes) {
+  ByteReader in(bytes.first(std::min<std::size_t>(bytes.size(), count * kCellRecordBytes)));
+  ByteReader text(bytes.subspan(std::min<std::size_t>(bytes.size(), count * kCellRecordBytes)));
+  CellPage page;
+  for (std::uint32_t i = 0; i < count; ++i) {
     CellRecord r;
-    const std::uint64_t at = record.u64(), name = record.u32(), source = record.u32();
-    record.require(at <= string_bytes && name + source <= string_bytes - at, "a name lies outside the file");
-    const auto* text = reinterpret_cast<const char*>(strings.data() + at);
-    r.name.assign(text, name);
-    r.source.assign(text + name, source);
-    record.u64();
-    r.samples = record.u64();
-    r.segments = record.u64();
-    r.isolated = record.u64();
-    r.roots = record.u64();
-    record.require(r.samples < UINT32_MAX && r.isolated <= r.roots && r.roots <= r.samples &&
-                       r.segments >= r.samples - r.roots && r.segments < UINT32_MAX - r.isolated,
-                   "a cell's counts contradict each other");
-    r.bounds = record.box();
+    page.digests.push_back(in.u64());
+    r.samples = in.u64();
+    r.segments = in.u64();
+    r.isolated = in.u64();
+    r.roots = in.u64();
+    in.require(r.samples < UINT32_MAX && r.isolated <= r.roots && r.roots <= r.samples &&
+                   r.segments >= r.samples - r.roots && r.segments < UINT32_MAX - r.isolated,
+               "a cell's counts contradict each other");
+    r.bounds = in.box();
     DetailPlace place{};
-    place.offset = record.u64();
-    place.bytes = record.u64();
-    place.checksum = record.u64();
-    table.records.push_back(std::move(r));
-    table.details.push_back(place);
+    place.offset = in.u64();
+    place.bytes = in.u64();
+    place.checksum = in.u64();
+    in.require(place.offset <= file_bytes && place.bytes <= file_bytes - place.offset, "a cell lies outside the file");
+    const std::uint32_t name = in.u32(), source = in.u32();
+    in.require(in.u64() == 0, "a reserved field is not zero");
+    r.name = textOf(text.take(name));
+    r.source = textOf(text.take(source));
+    page.records.push_back(std::move(r));
+    page.details.push_back(place);
   }
-  ByteReader ids(index);
-  for (std::uint32_t i = 0; i < n; ++i) {
-    table.by_name.push_back(ids.u32());
-    ids.require(table.by_name.back() < n, "a cell does not exist");
-  }
-  return table;
+  text.require(text.left() == 0, "bytes beyond the end of the names");
+  return page;
 }
 
-DetailRecord decodeDetailRecord(ByteSpan bytes) {
+NamePage decodeNamePage(const CellsRoot& root, std::uint32_t page, ByteSpan bytes) {
   ByteReader in(bytes);
-  in.take(24);
-  DetailRecord record{};
-  record.samples = in.u64();
-  in.take(16);
-  record.roots = in.u64();
-  in.take(48);
-  record.place.offset = in.u64();
-  record.place.bytes = in.u64();
-  record.place.checksum = in.u64();
-  in.require(record.samples < UINT32_MAX && record.roots <= record.samples, "a cell's counts contradict each other");
-  return record;
+  NamePage found;
+  for (std::uint32_t i = 0; i < cellsOfPage(root, page); ++i) {
+    const std::uint32_t id = in.u32();
+    in.require(id < root.cells, "a cell does not exist");
+    found.emplace_back(textOf(in.take(in.u32())), id);
+    in.require(i == 0 ? found.back().first == root.first_names[page] : found[i - 1] < found[i],
+               "the names are out of order");
+  }
+  in.require(in.left() == 0, "bytes beyond the end of the names");
+  return found;
 }
 
 }  // namespace filiform::internal

@@ -1,40 +1,55 @@
-// cells.bin: one record and one detail a cell. FORMAT.md specifies the bytes. Decoders throw Damage and never read past
-// their input.
+// cells.bin: the details of the cells, their records in pages by id, and their names in pages by name. A root at the
+// end of the file lists the pages. FORMAT.md specifies the bytes. Decoders throw Damage and never read past their
+// input.
 #pragma once
 
 #include "index/set/internal/set_files.h"
 #include "index/set/tile_store.h"
 
+#include <functional>
+#include <string>
+#include <utility>
 #include <vector>
 
 namespace filiform::internal {
 
+inline constexpr std::uint32_t kCellsOfPage = 256;
+inline constexpr std::size_t kCellsHeaderBytes = 16;
+
 struct DetailPlace {
+  std::uint64_t offset, bytes, checksum;  // offset in the file
+};
+struct CellPagePlace {
   std::uint64_t offset, bytes, checksum;
 };
-struct CellTable {
+
+// What is written of the cells; the three have a value for each cell.
+struct CellColumns {
+  const std::vector<CellRecord>& records;
+  const std::vector<std::uint64_t>& digests;
+  const std::vector<DetailPlace>& details;
+};
+Bytes cellsHeader();  // the beginning of the file; the details follow
+// Passes the pages to `use`, in the order of the file, the first at offset `at`. Returns the root, which follows.
+Bytes writeCellPages(const CellColumns& cells, std::uint64_t at, const std::function<void(ByteSpan page)>& use);
+
+struct CellsRoot {
+  std::uint32_t cells = 0;
+  std::vector<CellPagePlace> records, names;
+  std::vector<std::string> first_names;  // of each page of names
+};
+CellsRoot decodeCellsRoot(ByteSpan root, std::uint64_t file_bytes);
+std::uint32_t cellsOfPage(const CellsRoot& root, std::uint32_t page);  // of records or names
+
+struct CellPage {
   std::vector<CellRecord> records;
+  std::vector<std::uint64_t> digests;
   std::vector<DetailPlace> details;
-  std::vector<std::uint32_t> by_name;  // cell ids, by name
 };
-// Encodes all but the details, which follow. Positions of details count from the first detail.
-Bytes encodeCellTable(const std::vector<CellRecord>& records, const std::vector<std::uint64_t>& digests,
-                      const std::vector<DetailPlace>& places);
-inline constexpr std::size_t kCellsHeaderBytes = 56;
-// Number of bytes for decodeCells(): header, records, name index and strings. Checks the header.
-std::uint64_t cellTableBytes(ByteSpan header, std::uint64_t file_bytes);
-CellTable decodeCells(ByteSpan table);
-// The part of a cell's record that is needed to load its detail; the record is at cellRecordAt(). The records' checksum
-// covers all records together, so here the detail's checksum shows damage.
-struct DetailRecord {
-  std::uint64_t samples, roots;
-  DetailPlace place;
-};
-inline constexpr std::size_t kCellRecordBytes = 128;
-constexpr std::uint64_t cellRecordAt(std::uint32_t cell) {
-  return kCellsHeaderBytes + std::uint64_t{cell} * kCellRecordBytes;
-}
-DetailRecord decodeDetailRecord(ByteSpan record);
+CellPage decodeCellPage(ByteSpan bytes, std::uint32_t cells, std::uint64_t file_bytes);
+using NamePage = std::vector<std::pair<std::string, std::uint32_t>>;  // names with ids, ascending
+NamePage decodeNamePage(const CellsRoot& root, std::uint32_t page, ByteSpan bytes);
+
 Bytes encodeDetail(const CellDetail& detail);
 CellDetail decodeDetail(ByteSpan bytes, std::uint64_t samples);
 

@@ -3,21 +3,15 @@
 #include "index/file/internal/digest.h"
 
 #include <algorithm>
+#include <bit>
+#include <utility>
 
 namespace filiform::internal {
 namespace {
 
 constexpr std::string_view kDirectoryMagic = "FILIDIRY";
-constexpr std::size_t kRootHeaderBytes = 48, kRootEntryBytes = 72, kEntryBytes = 128, kRootChecksumAt = 40,
-                      kDecodedAt = 96;
-
-std::size_t rootBytes(std::size_t pages) { return kRootHeaderBytes + pages * kRootEntryBytes; }
-
-std::uint32_t tilesPerPage(std::size_t tiles) {
-  std::uint32_t per_page = 4096;
-  while (rootBytes((tiles + per_page - 1) / per_page) > kMaxRootBytes) per_page *= 2;
-  return per_page;
-}
+constexpr std::size_t kHeaderBytes = 16, kRootHeaderBytes = 16, kRecordBytes = 72, kEntryBytes = 128;
+constexpr std::uint32_t kMostPageItems = std::uint32_t{1} << 20;
 
 void entry(ByteWriter& out, const TileEntry& e, const TileLocation& at) {
   out.key(e.key.low);
@@ -29,14 +23,15 @@ void entry(ByteWriter& out, const TileEntry& e, const TileLocation& at) {
   out.u32(e.isolated);
   out.u32(at.geometry_bytes);
   out.u32(at.appearance_bytes);
-  out.u32(0);
+  out.u16(at.unit_tiles);
+  out.u16(at.unit_rank);
   out.u64(e.decoded_bytes);
   out.u64(at.offset);
   out.u64(at.geometry_checksum);
   out.u64(at.appearance_checksum);
 }
 
-// Reads whole words: a page has thousands of entries.
+// Reads whole words: a page has hundreds of entries.
 void readEntry(ByteReader& in, TileEntry& e, TileLocation& at) {
   const std::uint8_t* const bytes = in.take(kEntryBytes).data();
   const auto u64 = [bytes](std::size_t offset) { return loadLittle64(bytes + offset); };
@@ -59,98 +54,148 @@ void readEntry(ByteReader& in, TileEntry& e, TileLocation& at) {
   in.require(e.owned <= e.stored && e.isolated <= e.owned && e.stored > 0, "a tile's counts contradict each other");
   at.geometry_bytes = high32(80);
   at.appearance_bytes = low32(88);
-  in.require(high32(88) == 0, "a reserved field is not zero");
-  e.decoded_bytes = u64(kDecodedAt);
+  at.unit_tiles = static_cast<std::uint16_t>(high32(88));
+  at.unit_rank = static_cast<std::uint16_t>(high32(88) >> 16);
+  in.require(at.unit_rank < at.unit_tiles, "a tile lies outside its unit");
+  e.decoded_bytes = u64(96);
   at.offset = u64(104);
   at.geometry_checksum = u64(112);
   at.appearance_checksum = u64(120);
 }
 
-// Reads and checks a page; `at` is its position in the file.
-std::uint64_t readPage(const DirectoryRoot& root, std::uint32_t page, const ReadPart& read, Bytes& bytes) {
-  const std::uint64_t begin = root.pageBegin(page), at = rootBytes(root.pages.size()) + begin * kEntryBytes;
-  bytes.resize((root.pageEnd(page) - begin) * kEntryBytes);
+void record(ByteWriter& out, const DirectoryRecord& r) {
+  out.key(r.low);
+  out.box(r.content);
+  out.u64(r.checksum);
+}
+
+DirectoryRecord readRecord(ByteReader& in) {
+  DirectoryRecord r;
+  r.low = in.key();
+  r.content = in.box();
+  r.checksum = in.u64();
+  return r;
+}
+
+bool same(const GridBox& a, const GridBox& b) { return a.lo == b.lo && a.hi == b.hi; }
+
+std::uint64_t groupAt(const DirectoryRoot& root, std::uint32_t group) {
+  return kHeaderBytes + std::uint64_t{root.groupBegin(group)} * kRecordBytes;
+}
+std::uint64_t pageAt(const DirectoryRoot& root, std::uint32_t page) {
+  return kHeaderBytes + std::uint64_t{root.page_count()} * kRecordBytes +
+         std::uint64_t{root.pageBegin(page)} * kEntryBytes;
+}
+
+// Reads a page and compares its checksum.
+Bytes readPage(std::uint64_t at, std::uint64_t size, std::uint64_t stated, const char* kind, std::uint32_t number,
+               const ReadPart& read) {
+  Bytes bytes(size);
   read(at, bytes);
-  if (checksum(bytes) != root.pages[page].checksum) {
-    std::string what = "page " + std::to_string(page);
-    what += "'s checksum is wrong";
-    throw Damage{at, what};
-  }
-  return at;
+  if (checksum(bytes) != stated) throw Damage{at, kind + std::to_string(number) + "'s checksum is wrong"};
+  return bytes;
 }
 
 }  // namespace
 
-Bytes encodeDirectory(const DirectoryContents& directory) {
-  const std::size_t tiles = directory.entries.size();
-  const std::uint32_t per_page = tilesPerPage(tiles);
-  const std::size_t pages = (tiles + per_page - 1) / per_page;
-  ByteWriter root, body;
-  writeMagic(root, kDirectoryMagic);
-  root.u32(per_page);
-  root.u32(static_cast<std::uint32_t>(tiles));
-  root.u32(static_cast<std::uint32_t>(pages));
-  root.u32(directory.long_tile);
-  root.u32(directory.capacity);
-  root.i32(directory.grid.exponent());
-  root.u32(0);
-  root.u64(0);
-  for (std::size_t page = 0; page < pages; ++page) {
-    const std::size_t begin = page * per_page, end = std::min<std::size_t>(begin + per_page, tiles), from = body.size();
-    GridBox content;
-    for (std::size_t t = begin; t < end; ++t) {
-      entry(body, directory.entries[t], directory.locations[t]);
-      content.extend(directory.entries[t].content);
+EncodedDirectory encodeDirectory(const DirectoryContents& directory, std::uint32_t page_tiles) {
+  DirectoryRoot root;
+  root.tiles = static_cast<TileId>(directory.entries.size());
+  root.long_tile = directory.long_tile;
+  root.page_tiles = root.group_pages = page_tiles;
+  const auto groups = [&] { return (root.page_count() + root.group_pages - 1) / root.group_pages; };
+  while (kRootHeaderBytes + groups() * kRecordBytes > kMaxRootBytes) root.page_tiles *= 2, root.group_pages *= 2;
+  ByteWriter pages, file, body;
+  writeMagic(file, kDirectoryMagic);
+  file.u32(0);
+  for (std::uint32_t group = 0; group < groups(); ++group) {
+    DirectoryRecord whole;
+    const std::size_t group_from = pages.size();
+    for (std::uint32_t page = root.groupBegin(group); page < root.groupEnd(group); ++page) {
+      DirectoryRecord one;
+      const std::size_t from = body.size();
+      for (TileId t = root.pageBegin(page); t < root.pageEnd(page); ++t) {
+        entry(body, directory.entries[t], directory.locations[t]);
+        one.content.extend(directory.entries[t].content);
+      }
+      one.low = directory.entries[root.pageBegin(page)].key.low;
+      one.checksum = checksum(ByteSpan(body.bytes()).subspan(from));
+      record(pages, one);
+      whole.content.extend(one.content);
+      if (page == root.groupBegin(group)) whole.low = one.low;
     }
-    root.key(directory.entries[begin].key.low);
-    root.box(content);
-    root.u64(checksum(ByteSpan(body.bytes()).subspan(from)));
+    whole.checksum = checksum(ByteSpan(pages.bytes()).subspan(group_from));
+    root.groups.push_back(whole);
   }
-  root.setU64(kRootChecksumAt, checksum(root.bytes()));
-  root.append(body.bytes());
-  return root.take();
+  file.append(pages.bytes());
+  file.append(body.bytes());
+  ByteWriter out;
+  out.u32(root.tiles);
+  out.u32(root.long_tile);
+  out.u32(root.page_tiles);
+  out.u32(root.group_pages);
+  for (const DirectoryRecord& group : root.groups) record(out, group);
+  return {out.take(), file.take()};
 }
 
-DirectoryRoot decodeDirectoryRoot(std::uint64_t file_bytes, const ReadPart& read) {
-  Bytes bytes(std::min<std::uint64_t>(file_bytes, kMaxRootBytes));
-  read(0, bytes);
+DirectoryRoot decodeDirectoryRoot(ByteSpan bytes, std::uint64_t file_bytes) {
   ByteReader in(bytes);
-  checkMagic(in, kDirectoryMagic);
   DirectoryRoot root;
-  root.page_tiles = in.u32();
   root.tiles = in.u32();
-  const std::uint32_t pages = in.u32();
   root.long_tile = in.u32();
-  root.capacity = in.u32();
-  const std::int32_t exponent = in.i32();
-  in.require(exponent >= Grid::kMinExponent && exponent <= Grid::kMaxExponent, "the quantum is out of range");
-  root.grid = Grid(exponent);
-  in.require(in.u32() == 0, "a reserved field is not zero");
-  in.require(root.page_tiles == tilesPerPage(root.tiles) &&
-                 pages == (std::uint64_t{root.tiles} + root.page_tiles - 1) / root.page_tiles &&
-                 file_bytes == rootBytes(pages) + std::uint64_t{root.tiles} * kEntryBytes,
+  root.page_tiles = in.u32();
+  root.group_pages = in.u32();
+  in.require(std::has_single_bit(root.page_tiles) && root.page_tiles <= kMostPageItems &&
+                 std::has_single_bit(root.group_pages) && root.group_pages <= kMostPageItems,
+             "the size of a page is out of range");
+  const std::uint64_t pages = root.page_count(), groups = (pages + root.group_pages - 1) / root.group_pages;
+  in.require(bytes.size() <= kMaxRootBytes && in.left() == groups * kRecordBytes &&
+                 file_bytes == kHeaderBytes + pages * kRecordBytes + std::uint64_t{root.tiles} * kEntryBytes,
              "the number of tiles does not fit the file");
-  const std::uint64_t stated = in.u64();
-  std::fill_n(bytes.begin() + kRootChecksumAt, 8, std::uint8_t{0});
-  if (checksum(ByteSpan(bytes).first(rootBytes(pages))) != stated) throw Damage{0, "the root page's checksum is wrong"};
   in.require(root.long_tile == kNoTile || root.long_tile + 1 == root.tiles, "the long-segment tile is not the last");
-  root.pages.resize(pages);
-  for (std::uint32_t page = 0; page < pages; ++page) {
-    DirectoryRoot::Page& p = root.pages[page];
-    p.low = in.key();
-    p.content = in.box();
-    p.checksum = in.u64();
-    in.require(page == 0 || root.pageBegin(page) == root.long_tile || p.low > root.pages[page - 1].low,
+  for (std::uint32_t group = 0; group < groups; ++group) {
+    root.groups.push_back(readRecord(in));
+    in.require(group == 0 || root.pageBegin(root.groupBegin(group)) == root.long_tile ||
+                   root.groups[group].low > root.groups[group - 1].low,
                "the pages are out of order");
   }
   return root;
 }
 
-DirectoryPage decodeDirectoryPage(const DirectoryRoot& root, std::uint32_t page, const ReadPart& read) {
-  Bytes bytes;
-  const std::uint64_t at = readPage(root, page, read, bytes);
+DirectoryGroup decodeDirectoryGroup(const DirectoryRoot& root, std::uint32_t group, const ReadPart& read) {
+  const std::uint64_t at = groupAt(root, group);
+  const std::uint32_t begin = root.groupBegin(group), end = root.groupEnd(group);
+  const DirectoryRecord& stated = root.groups[group];
+  const Bytes bytes = readPage(at, (end - begin) * kRecordBytes, stated.checksum, "inner page ", group, read);
+  ByteReader in(bytes);
+  DirectoryGroup found;
+  try {
+    GridBox content;
+    for (std::uint32_t page = begin; page < end; ++page) {
+      const DirectoryRecord r = readRecord(in);
+      content.extend(r.content);
+      in.require(page == begin                            ? r.low == stated.low
+                 : root.pageBegin(page) == root.long_tile ? true
+                                                          : r.low > found.back().low,
+                 "the pages are out of order");
+      found.push_back(r);
+    }
+    const bool next_has_leaves = group + 1 < root.groups.size() && root.pageBegin(end) < root.leaf_count();
+    in.require(!next_has_leaves || found.back().low < root.groups[group + 1].low, "the pages are out of order");
+    in.require(same(content, stated.content), "the content of an inner page differs from the root");
+  } catch (const Damage& damage) {
+    throw Damage{at + damage.offset, damage.what};
+  }
+  return found;
+}
+
+DirectoryPage decodeDirectoryPage(const DirectoryRoot& root, const DirectoryGroup& group, std::uint32_t page,
+                                  const ReadPart& read) {
+  const std::uint64_t at = pageAt(root, page);
   const TileId begin = root.pageBegin(page), end = root.pageEnd(page);
-  const DirectoryRoot::Page& stated = root.pages[page];
+  const std::uint32_t in_group = page % root.group_pages;
+  const DirectoryRecord& stated = group[in_group];
+  const Bytes bytes = readPage(at, std::uint64_t{end - begin} * kEntryBytes, stated.checksum, "page ", page, read);
   DirectoryPage found;
   found.entries.resize(end - begin);
   found.locations.resize(end - begin);
@@ -165,31 +210,28 @@ DirectoryPage decodeDirectoryPage(const DirectoryRoot& root, std::uint32_t page,
                             : t == root.long_tile || e.key.low > found.entries[t - begin - 1].key.high(),
                  "the leaves are out of order");
     }
-    const TileEntry& last = found.entries.back();
-    in.require(end >= root.leaf_count() || last.key.high() < root.pages[page + 1].low, "the leaves are out of order");
-    in.require(content.lo == stated.content.lo && content.hi == stated.content.hi,
-               "the content of a page differs from the root page");
+    if (end < root.leaf_count()) {
+      const MortonKey next =
+          in_group + 1 < group.size() ? group[in_group + 1].low : root.groups[page / root.group_pages + 1].low;
+      in.require(found.entries.back().key.high() < next, "the leaves are out of order");
+    }
+    in.require(same(content, stated.content), "the content of a page differs from its inner page");
   } catch (const Damage& damage) {
     throw Damage{at + damage.offset, damage.what};
   }
   return found;
 }
 
-void readDecodedBytes(const DirectoryRoot& root, std::uint32_t page, const ReadPart& read, Bytes& scratch,
-                      std::vector<std::uint64_t>& decoded_bytes) {
-  readPage(root, page, read, scratch);
-  decoded_bytes.clear();
-  for (std::size_t at = 0; at < scratch.size(); at += kEntryBytes)
-    decoded_bytes.push_back(loadLittle64(scratch.data() + at + kDecodedAt));
-}
-
-DirectoryContents decodeDirectory(std::uint64_t file_bytes, const ReadPart& read) {
-  const DirectoryRoot root = decodeDirectoryRoot(file_bytes, read);
-  DirectoryContents directory{root.grid, root.capacity, root.long_tile, {}, {}};
-  for (std::uint32_t page = 0; page < root.pages.size(); ++page) {
-    const DirectoryPage found = decodeDirectoryPage(root, page, read);
-    directory.entries.insert(directory.entries.end(), found.entries.begin(), found.entries.end());
-    directory.locations.insert(directory.locations.end(), found.locations.begin(), found.locations.end());
+DirectoryContents decodeDirectory(ByteSpan root_bytes, std::uint64_t file_bytes, const ReadPart& read) {
+  const DirectoryRoot root = decodeDirectoryRoot(root_bytes, file_bytes);
+  DirectoryContents directory{root.long_tile, {}, {}};
+  for (std::uint32_t number = 0; number < root.groups.size(); ++number) {
+    const DirectoryGroup group = decodeDirectoryGroup(root, number, read);
+    for (std::uint32_t page = root.groupBegin(number); page < root.groupEnd(number); ++page) {
+      const DirectoryPage found = decodeDirectoryPage(root, group, page, read);
+      directory.entries.insert(directory.entries.end(), found.entries.begin(), found.entries.end());
+      directory.locations.insert(directory.locations.end(), found.locations.begin(), found.locations.end());
+    }
   }
   return directory;
 }

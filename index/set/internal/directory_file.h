@@ -1,5 +1,6 @@
-// directory.bin: position and description of every tile, in pages. FORMAT.md specifies the bytes. Decoders throw Damage
-// and never read past their input.
+// The directory: position and description of every tile, in pages. Its root lies in the manifest, the pages in
+// directory.bin: inner pages of page records, then leaf pages of tiles. FORMAT.md specifies the bytes. Decoders throw
+// Damage and never read past their input.
 #pragma once
 
 #include "index/set/internal/set_files.h"
@@ -13,44 +14,56 @@ namespace filiform::internal {
 inline constexpr std::size_t kMaxRootBytes = 16384;
 
 struct DirectoryContents {
-  Grid grid;
-  std::uint32_t capacity = 0;
   TileId long_tile = kNoTile;
   std::vector<TileEntry> entries;
   std::vector<TileLocation> locations;
 };
-Bytes encodeDirectory(const DirectoryContents& directory);
+struct EncodedDirectory {
+  Bytes root, file;
+};
+// Leaf pages have `page_tiles` tiles, inner pages as many leaf pages. Both numbers are doubled until the root fits
+// kMaxRootBytes.
+EncodedDirectory encodeDirectory(const DirectoryContents& directory, std::uint32_t page_tiles = 256);
 // Decodes all pages in order.
-DirectoryContents decodeDirectory(std::uint64_t file_bytes, const ReadPart& read);
+DirectoryContents decodeDirectory(ByteSpan root, std::uint64_t file_bytes, const ReadPart& read);
 
-// The root page: what is known of the other pages without reading them.
+// What is known of a page without reading it.
+struct DirectoryRecord {
+  MortonKey low = 0;  // key of its first tile
+  GridBox content;    // box of its tiles' content
+  std::uint64_t checksum = 0;
+};
+
 struct DirectoryRoot {
-  struct Page {
-    MortonKey low = 0;  // key of its first tile
-    GridBox content;    // box of its tiles' content
-    std::uint64_t checksum = 0;
-  };
-  Grid grid;
-  std::uint32_t capacity = 0;
-  TileId tiles = 0, page_tiles = 0, long_tile = kNoTile;
-  std::vector<Page> pages;
+  TileId tiles = 0, page_tiles = 1, long_tile = kNoTile;
+  std::uint32_t group_pages = 1;        // leaf pages of an inner page
+  std::vector<DirectoryRecord> groups;  // the inner pages
 
   TileId leaf_count() const { return tiles - (long_tile != kNoTile ? 1 : 0); }
+  std::uint32_t page_count() const {
+    return static_cast<std::uint32_t>((std::uint64_t{tiles} + page_tiles - 1) / page_tiles);
+  }
   TileId pageBegin(std::uint32_t page) const { return page * page_tiles; }
   TileId pageEnd(std::uint32_t page) const {
     return static_cast<TileId>(std::min<std::uint64_t>(tiles, (std::uint64_t{page} + 1) * page_tiles));
   }
+  std::uint32_t groupBegin(std::uint32_t group) const { return group * group_pages; }  // a page
+  std::uint32_t groupEnd(std::uint32_t group) const {
+    return static_cast<std::uint32_t>(std::min<std::uint64_t>(page_count(), (std::uint64_t{group} + 1) * group_pages));
+  }
 };
-// Checks the root page and the order of its pages.
-DirectoryRoot decodeDirectoryRoot(std::uint64_t file_bytes, const ReadPart& read);
+// Checks the root and the order of its inner pages. `file_bytes`: size of directory.bin.
+DirectoryRoot decodeDirectoryRoot(ByteSpan root, std::uint64_t file_bytes);
+// An inner page: the records of its leaf pages. Checks the page, its order, and its agreement with the root.
+using DirectoryGroup = std::vector<DirectoryRecord>;
+DirectoryGroup decodeDirectoryGroup(const DirectoryRoot& root, std::uint32_t group, const ReadPart& read);
 struct DirectoryPage {
   std::vector<TileEntry> entries;
   std::vector<TileLocation> locations;
 };
-// Checks the page, the order of its leaves, and its agreement with the root page.
-DirectoryPage decodeDirectoryPage(const DirectoryRoot& root, std::uint32_t page, const ReadPart& read);
-// Reads TileEntry::decoded_bytes of a page's tiles; checks only the checksum. Overwrites `scratch`.
-void readDecodedBytes(const DirectoryRoot& root, std::uint32_t page, const ReadPart& read, Bytes& scratch,
-                      std::vector<std::uint64_t>& decoded_bytes);
+// A leaf page; `group` is the inner page that lists it. Checks the page, the order of its leaves, and its agreement
+// with the inner page.
+DirectoryPage decodeDirectoryPage(const DirectoryRoot& root, const DirectoryGroup& group, std::uint32_t page,
+                                  const ReadPart& read);
 
 }  // namespace filiform::internal

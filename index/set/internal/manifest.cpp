@@ -1,5 +1,6 @@
 #include "index/set/internal/manifest.h"
 
+#include "index/file/internal/base64.h"
 #include "index/file/internal/digest.h"
 #include "index/set/internal/set_files.h"
 #include "index/set/tile_source.h"
@@ -69,6 +70,9 @@ std::string encodeManifest(const Manifest& manifest, const Provenance& provenanc
                     {"stored_segments", c.stored_segments},
                     {"decoded_bytes", c.decoded_bytes}};
   json["covering_radius_um"] = manifest.covering_radius_um;
+  json["smallest_budget_bytes"] = manifest.floor_bytes;
+  json["directory"] = toBase64(manifest.directory_root);
+  json["cells_root"] = {{"bytes", manifest.cells_root_bytes}, {"xxh3", hex16(manifest.cells_root_checksum)}};
   json["files"] = nlohmann::ordered_json::array();
   for (const SetFile& file : manifest.files)
     json["files"].push_back({{"name", file.name}, {"bytes", file.bytes}, {"xxh3", hex16(file.digest)}});
@@ -114,9 +118,8 @@ Manifest decodeManifest(const std::string& text) {
   try {
     const nlohmann::json json = nlohmann::json::parse(text);
     if (json.at("format") != "filiform tile set") throw Damage{0, "not the manifest of a tile set"};
-    if (json.at("version") != kFormatVersion)
-      throw Damage{
-          0, "format version " + json.at("version").dump() + ", this program reads " + std::to_string(kFormatVersion)};
+    const nlohmann::json& version = json.at("version");
+    if (version != kFormatVersion) throwOtherVersion(0, version.dump(), version == 1);
     Manifest manifest;
     const int exponent = wholeNumber<int>(json.at("quantum_exponent"));
     if (exponent < Grid::kMinExponent || exponent > Grid::kMaxExponent) throw Damage{0, "the quantum is out of range"};
@@ -137,6 +140,11 @@ Manifest decodeManifest(const std::string& text) {
                        count("roots"), count("tiles"),   count("stored_segments"), count("decoded_bytes")};
     manifest.covering_radius_um = json.at("covering_radius_um").get<double>();
     manifest.refused = wholeNumber<std::uint64_t>(json.at("provenance").at("refused"));
+    manifest.floor_bytes = wholeNumber<std::uint64_t>(json.at("smallest_budget_bytes"));
+    manifest.directory_root = fromBase64(json.at("directory").get_ref<const std::string&>());
+    const nlohmann::json& cells_root = json.at("cells_root");
+    manifest.cells_root_bytes = wholeNumber<std::uint64_t>(cells_root.at("bytes"));
+    manifest.cells_root_checksum = fromHex16(cells_root.at("xxh3").get<std::string>());
     for (const nlohmann::json& file : json.at("files")) {
       manifest.files.push_back({file.at("name").get<std::string>(), wholeNumber<std::uint64_t>(file.at("bytes")),
                                 fromHex16(file.at("xxh3").get<std::string>())});

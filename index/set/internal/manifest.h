@@ -19,7 +19,10 @@ struct Manifest {
   GridBox bounds;
   SetCounts counts;
   double covering_radius_um = 0;
-  std::uint64_t refused = 0;  // number of refused inputs
+  std::uint64_t refused = 0;      // number of refused inputs
+  std::uint64_t floor_bytes = 0;  // TileStore::floorBytes()
+  Bytes directory_root;
+  std::uint64_t cells_root_bytes = 0, cells_root_checksum = 0;  // the root is the end of cells.bin
   std::vector<SetFile> files;
 };
 // The manifest holds only the numbers of the provenance. writeProvenance() writes the rest: a line for each source and

@@ -11,6 +11,19 @@ std::string packFile(std::uint32_t pack) {
   return name;
 }
 
+std::string sectionFile(const std::string& section) { return "section-" + section + ".bin"; }
+
+std::string sectionOf(const std::string& file) {
+  if (file.size() < 13 || file.size() > 12 + 64 || !file.starts_with("section-") || !file.ends_with(".bin")) return {};
+  const std::string name = file.substr(8, file.size() - 12);
+  return name.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789-") == std::string::npos ? name : "";
+}
+
+void throwOtherVersion(std::uint64_t offset, const std::string& version, bool older) {
+  throw OtherVersion{{offset, "format version " + version + ", this program reads " + std::to_string(kFormatVersion)},
+                     older};
+}
+
 void writeMagic(ByteWriter& out, std::string_view magic) {
   out.text(magic);
   out.u32(kFormatVersion);
@@ -20,8 +33,7 @@ void checkMagic(ByteReader& in, std::string_view magic) {
   const ByteSpan found = in.take(magic.size());
   in.require(std::equal(found.begin(), found.end(), magic.begin()), "not a file of this kind");
   const std::uint32_t version = in.u32();
-  if (version != kFormatVersion)
-    in.fail("format version " + std::to_string(version) + ", this program reads " + std::to_string(kFormatVersion));
+  if (version != kFormatVersion) throwOtherVersion(magic.size(), std::to_string(version), version < kFormatVersion);
 }
 
 Bytes packHeader(std::string_view magic, std::uint32_t pack) {

@@ -12,7 +12,7 @@
 
 namespace filiform::internal {
 
-inline constexpr std::uint32_t kFormatVersion = 1;
+inline constexpr std::uint32_t kFormatVersion = 2;
 inline constexpr std::size_t kPackHeaderBytes = 16;
 
 inline constexpr const char* kManifestFile = "manifest.json";
@@ -21,16 +21,28 @@ inline constexpr const char* kCellsFile = "cells.bin";
 inline constexpr const char* kLandmarksFile = "samples.bin";
 inline constexpr const char* kProvenanceFile = "provenance.json";
 std::string packFile(std::uint32_t pack);
+// section-NAME.bin. NAME: at most 64 of [a-z0-9-], not empty.
+std::string sectionFile(const std::string& section);
+std::string sectionOf(const std::string& file);  // NAME; empty for other files
 Bytes packHeader(std::uint32_t pack);
 Bytes packHeader(std::string_view magic, std::uint32_t pack);  // of the given kind of pack
 // Writes the beginning of every file except the manifest: kind and version.
 void writeMagic(ByteWriter& out, std::string_view magic);
 void checkMagic(ByteReader& in, std::string_view magic);
 
-// Where the bytes of a tile lie.
+// What a decoder throws for a file of another format version.
+struct OtherVersion : Damage {
+  bool older;
+};
+[[noreturn]] void throwOtherVersion(std::uint64_t offset, const std::string& version, bool older);
+
+// Where the bytes of a tile lie. A unit is some consecutive tiles that are encoded together: the location of each of
+// them is that of the unit.
 struct TileLocation {
   std::uint32_t pack = 0, geometry_bytes = 0, appearance_bytes = 0;
-  std::uint64_t offset = 0;  // of the geometry; the appearance follows
+  std::uint16_t unit_tiles = 1;  // tiles of the unit
+  std::uint16_t unit_rank = 0;   // position of this tile in it
+  std::uint64_t offset = 0;      // of the geometry; the appearance follows
   std::uint64_t geometry_checksum = 0, appearance_checksum = 0;
 };
 

@@ -22,27 +22,31 @@ class KnownPages final : public TileStore {
   explicit KnownPages(const TileStore& store)
       : store_(store),
         page_tiles_(store.page_tiles()),
-        known_((std::size_t{store.tile_count()} + page_tiles_ - 1) / page_tiles_) {}
+        group_pages_(store.group_pages()),
+        known_((std::size_t{store.tile_count()} + page_tiles_ - 1) / page_tiles_),
+        known_groups_((known_.size() + group_pages_ - 1) / group_pages_) {}
 
-  // While true (initially), entry() and home() read pages themselves and wait.
+  // While true (initially), entry(), home() and pageContent() read pages themselves and wait.
   void mayRead(bool may) { may_read_ = may; }
   // Call it after the page was read: its entries are then available.
-  void add(std::uint32_t page) { known_[page] = true; }
+  void add(std::uint32_t page) { known_[page] = known_groups_[page / group_pages_] = true; }
   TileId firstTile(std::uint32_t page) const { return page * page_tiles_; }
 
-  // entry() and home() throw PageAbsent and what the store throws.
+  // entry(), home() and pageContent() throw PageAbsent and what the store throws.
   const TileEntry& entry(TileId tile) const override {
     const std::uint32_t page = tile / page_tiles_;
     if (!may_read_ && !known_.at(page)) throw PageAbsent{page};
     const TileEntry& entry = store_.entry(tile);
-    known_[page] = true;
+    known_[page] = known_groups_[page / group_pages_] = true;
     return entry;
   }
   TileId home(const GridPoint& p) const override {
     if (!may_read_) {
       const LeafIndex& leaves = store_.leaves();
-      const std::size_t page = leaves.pageOf(p);
-      if (page != LeafIndex::kNoPage && !leaves.knows(page)) throw PageAbsent{static_cast<std::uint32_t>(page)};
+      const std::size_t group = leaves.groupOf(p);
+      if (group == LeafIndex::kNone) return kNoTile;
+      const std::size_t page = leaves.knowsGroup(group) ? leaves.pageOf(p) : leaves.firstPage(group);
+      if (page != LeafIndex::kNone && !leaves.knows(page)) throw PageAbsent{static_cast<std::uint32_t>(page)};
     }
     return store_.home(p);
   }
@@ -52,7 +56,15 @@ class KnownPages final : public TileStore {
   TileId tile_count() const override { return store_.tile_count(); }
   TileId long_tile() const override { return store_.long_tile(); }
   TileId page_tiles() const override { return store_.page_tiles(); }
-  GridBox pageContent(std::uint32_t page) const override { return store_.pageContent(page); }
+  std::uint32_t group_pages() const override { return group_pages_; }
+  GridBox pageContent(std::uint32_t page) const override {
+    const std::uint32_t group = page / group_pages_;
+    if (!may_read_ && !known_groups_.at(group)) throw PageAbsent{group * group_pages_};
+    const GridBox content = store_.pageContent(page);
+    known_groups_[group] = true;
+    return content;
+  }
+  GridBox groupContent(std::uint32_t group) const override { return store_.groupContent(group); }
   std::uint64_t floorBytes() const override { return store_.floorBytes(); }
   std::uint32_t capacity() const override { return store_.capacity(); }
   std::shared_ptr<const Tile> load(TileId tile) const override { return store_.load(tile); }
@@ -66,8 +78,10 @@ class KnownPages final : public TileStore {
  private:
   const TileStore& store_;
   const TileId page_tiles_;
+  const std::uint32_t group_pages_;
   bool may_read_ = true;
-  mutable std::vector<bool> known_;  // by page
+  mutable std::vector<bool> known_;         // by page
+  mutable std::vector<bool> known_groups_;  // by group: its pages' contents
 };
 
 }  // namespace filiform::internal

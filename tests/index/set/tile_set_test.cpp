@@ -2,12 +2,15 @@
 
 #include "index/build/ingest.h"
 #include "index/errors.h"
+#include "index/query/tile_finder.h"
 #include "index/set/internal/manifest.h"
 #include "index/set/verify.h"
 #include "tests/support/random_cells.h"
 #include "tests/support/temp_folder.h"
 
+#include <algorithm>
 #include <filesystem>
+#include <map>
 #include <thread>
 
 #include <gtest/gtest.h>
@@ -60,56 +63,82 @@ TEST(TileSet, FindsCellsByName) {
   EXPECT_FALSE(set->findCell(set->cell(39).name + "x"));
 }
 
-// More than three pages of the directory.
+// A folder that counts the reads of some files.
+class Metered final : public TileSource {
+ public:
+  struct Reads {
+    std::uint64_t count = 0, bytes = 0;
+  };
+  Metered(const std::string& path, Reads& reads, std::string files = "")
+      : source_(openFolder(path)), reads_(reads), files_(std::move(files)) {}
+  std::uint64_t size(const std::string& name) const override { return source_->size(name); }
+  std::string describe(const std::string& name) const override { return source_->describe(name); }
+  void read(const std::string& name, std::uint64_t offset, std::span<std::uint8_t> bytes) const override {
+    if (name.ends_with(files_)) ++reads_.count, reads_.bytes += bytes.size();
+    source_->read(name, offset, bytes);
+  }
+
+ private:
+  std::unique_ptr<TileSource> source_;
+  Reads& reads_;
+  std::string files_;
+};
+
+// Many small pages of the directory.
 class PagedSet : public ::testing::Test {
  protected:
+  static constexpr TileId kPage = 4;
+  static constexpr std::uint32_t kGroup = 4;  // pages of an inner page
+
   static void SetUpTestSuite() {
     folder_ = std::make_unique<test::TempFolder>();
-    path_ = ingested(*folder_, test::randomColumn(7, 40, 500, 400), 2);
+    path_ = *folder_ / "a.fil";
+    CellList stream(test::randomColumn(7, 8, 500, 400));
+    ingest(stream, path_, {.capacity = 2, .page_tiles = kPage});
   }
   static void TearDownTestSuite() { folder_.reset(); }
 
-  // A folder that counts the reads of the directory.
-  class Metered final : public TileSource {
-   public:
-    Metered(const std::string& path, std::uint64_t& bytes, std::string file = "directory.bin")
-        : source_(openFolder(path)), bytes_(bytes), file_(std::move(file)) {}
-    std::uint64_t size(const std::string& name) const override { return source_->size(name); }
-    std::string describe(const std::string& name) const override { return source_->describe(name); }
-    void read(const std::string& name, std::uint64_t offset, std::span<std::uint8_t> bytes) const override {
-      if (name.ends_with(file_)) bytes_ += bytes.size();
-      source_->read(name, offset, bytes);
-    }
-
-   private:
-    std::unique_ptr<TileSource> source_;
-    std::uint64_t& bytes_;
-    std::string file_;
-  };
   static std::string directoryFile() {
     const std::string current = test::readBytes(path_ + "/CURRENT");
     return path_ + "/" + current.substr(0, 18) + "/directory.bin";
   }
 
-  static constexpr TileId kPage = 4096;
   static std::unique_ptr<test::TempFolder> folder_;
   static std::string path_;
 };
 std::unique_ptr<test::TempFolder> PagedSet::folder_;
 std::string PagedSet::path_;
 
+TEST_F(PagedSet, TheFirstTileTakesTwoPages) {
+  Metered::Reads all;
+  const auto set = TileSet::open(std::make_unique<Metered>(path_, all));
+  EXPECT_EQ(all.count, 2u) << "CURRENT and the manifest";
+  ASSERT_EQ(set->page_tiles(), kPage);
+  ASSERT_EQ(set->group_pages(), kGroup);
+  ASSERT_GT(set->tile_count(), 1000u);
+  const TileId tile = set->tile_count() / 2;
+  set->entry(tile);
+  EXPECT_EQ(all.count, 4u);
+  const auto again = TileSet::open(std::make_unique<Metered>(path_, all));
+  all.count = 0;
+  EXPECT_EQ(again->home(mortonPoint(set->entry(tile).key.low)), tile);
+  EXPECT_EQ(all.count, 2u);
+}
+
 TEST_F(PagedSet, ReadsAPageOfTheDirectoryWhenItIsNeeded) {
-  std::uint64_t bytes = 0;
-  const auto set = TileSet::open(std::make_unique<Metered>(path_, bytes));
-  ASSERT_GT(set->tile_count(), 2 * kPage);
-  EXPECT_LE(bytes, 16384u);
-  bytes = 0;
+  Metered::Reads reads;
+  const auto set = TileSet::open(std::make_unique<Metered>(path_, reads, "directory.bin"));
+  EXPECT_EQ(reads.count, 0u);
   set->entry(kPage);
-  EXPECT_EQ(bytes, 128u * kPage);
+  EXPECT_EQ(reads.bytes, 72u * kGroup + 128u * kPage);
   const GridPoint first = mortonPoint(set->entry(0).key.low);
-  EXPECT_EQ(bytes, 2 * 128u * kPage);
-  set->entry(1), set->entry(2 * kPage - 1), set->load(0);
-  EXPECT_EQ(bytes, 2 * 128u * kPage);
+  EXPECT_EQ(reads.bytes, 72u * kGroup + 2 * 128u * kPage);
+  set->entry(1), set->entry(2 * kPage - 1);
+  EXPECT_EQ(reads.count, 3u);
+  set->pageContent(1);
+  EXPECT_EQ(reads.count, 3u);
+  set->pageContent(kGroup);
+  EXPECT_EQ(reads.count, 4u);
 
   const auto fresh = TileSet::open(path_);
   EXPECT_EQ(fresh->leaves().size(), fresh->tile_count() - (fresh->long_tile() == kNoTile ? 0 : 1));
@@ -119,33 +148,115 @@ TEST_F(PagedSet, ReadsAPageOfTheDirectoryWhenItIsNeeded) {
   EXPECT_THROW(fresh->entry(fresh->tile_count()), std::out_of_range);
 }
 
-TEST_F(PagedSet, TheDetailOfACellTakesItsRecordAlone) {
-  std::uint64_t bytes = 0;
-  const auto set = TileSet::open(std::make_unique<Metered>(path_, bytes, "cells.bin"));
+TEST_F(PagedSet, ATargetIsFoundWithFewPages) {
+  Metered::Reads reads;
+  const auto set = TileSet::open(std::make_unique<Metered>(path_, reads, "directory.bin"));
   const auto whole = TileSet::open(path_);
-  for (std::uint32_t cell = 0; cell < set->cell_count(); cell += 13) {
-    whole->cell(cell);  // reads the table
-    const CellDetail one = set->loadCellDetail(cell), other = whole->loadCellDetail(cell);
-    EXPECT_EQ(one.tiles, other.tiles);
-    EXPECT_EQ(one.sample_ids, other.sample_ids);
+  const Vector3d p_W = set->grid().toWorld(whole->entry(whole->tile_count() / 3).content.lo);
+  const auto hits = TileFinder(*set).within(p_W, 4.0);
+  EXPECT_LT(reads.count, set->tile_count() / kPage / 4);
+  const auto expected = TileFinder(*whole).within(p_W, 4.0);
+  ASSERT_EQ(hits.size(), expected.size());
+  std::vector<TileId> brute;
+  const Vector3d quantum = Vector3d::Constant(set->grid().quantum_um());
+  for (TileId t = 0; t < whole->tile_count(); ++t) {
+    const GridBox& box = whole->entry(t).content;
+    const Vector3d lo = set->grid().toWorld(box.lo) - quantum, hi = set->grid().toWorld(box.hi) + quantum;
+    if (t != whole->long_tile() && (lo - p_W).cwiseMax(p_W - hi).cwiseMax(0.0).norm() <= 2.0) brute.push_back(t);
   }
-  bytes = 0;
-  set->loadCellDetail(7);
-  const std::uint64_t alone = bytes;
-  bytes = 0;
-  set->cell(7);
-  EXPECT_GT(bytes, 128u * set->cell_count());
-  bytes = 0;
-  set->loadCellDetail(7);
-  EXPECT_EQ(alone, bytes + 128);
-  EXPECT_THROW(TileSet::open(path_)->loadCellDetail(set->cell_count()), std::out_of_range);
+  std::vector<TileId> found;
+  for (const auto& hit : hits) found.push_back(hit.tile);
+  std::sort(found.begin(), found.end());
+  EXPECT_EQ(found, brute);
+}
+
+// The table of cells, in more than three pages.
+TEST(TileSet, ReadsAPageOfTheCellsWhenItIsNeeded) {
+  const test::TempFolder folder;
+  const std::string path = ingested(folder, test::randomColumn(54, 900, 3, 50), 500);
+  Metered::Reads reads;
+  const auto metered = [&] {
+    auto set = TileSet::open(std::make_unique<Metered>(path, reads, "cells.bin"));
+    reads = {};
+    return set;
+  };
+  const auto whole = TileSet::open(path);
+  for (std::uint32_t cell = 0; cell < 900; cell += 71) {
+    const std::string name = whole->cell(cell).name;
+    auto set = metered();
+    EXPECT_EQ(set->findCell(name), cell);
+    EXPECT_LE(reads.count, 2u) << "the root and a page of names";
+    set = metered();
+    EXPECT_EQ(set->cell(cell).name, name);
+    EXPECT_EQ(set->cell(cell).source, whole->cell(cell).source);
+    EXPECT_EQ(reads.count, 2u) << "the root and a page of records";
+    set = metered();
+    EXPECT_EQ(set->loadCellDetail(cell).sample_ids, whole->loadCellDetail(cell).sample_ids);
+    EXPECT_EQ(reads.count, 3u) << "the root, a page of records and the detail";
+  }
+  for (const char* none : {"", "zzz", "nobody"}) EXPECT_FALSE(whole->findCell(none)) << none;
+  EXPECT_NO_THROW(whole->checkCells());
+  EXPECT_THROW(whole->loadCellDetail(900), std::out_of_range);
+  EXPECT_THROW(whole->cell(900), std::out_of_range);
+}
+
+TEST(TileSet, OfCellsOfOneNameTheLowestIsFound) {
+  const test::TempFolder folder;
+  std::vector<Cell> cells = test::randomColumn(55, 700, 3, 50);
+  for (std::size_t i = 100; i < 700; ++i) cells[i].name = "twin";
+  const auto set = TileSet::open(ingested(folder, cells, 500));
+  EXPECT_EQ(set->findCell("twin"), 100u);
+}
+
+TEST(TileSet, KeepsSections) {
+  const test::TempFolder folder;
+  CellList stream(std::vector<Cell>{test::randomNeuron(1)});
+  const std::vector<std::uint8_t> bytes{1, 2, 0, 255};
+  const auto with = [](const char* name, std::vector<std::uint8_t> content) {
+    return [=] { return std::map<std::string, std::vector<std::uint8_t>>{{"empty", {}}, {name, content}}; };
+  };
+  ingest(stream, folder / "a.fil", {.sections = with("soma-notes", bytes)});
+  const auto set = TileSet::open(folder / "a.fil");
+  EXPECT_EQ(set->sections(), (std::vector<std::string>{"empty", "soma-notes"}));
+  EXPECT_EQ(set->section("soma-notes"), bytes);
+  EXPECT_EQ(set->section("empty"), std::vector<std::uint8_t>{});
+  EXPECT_EQ(set->section("none"), std::nullopt);
+  EXPECT_TRUE(verify(folder / "a.fil", {.deep = true}).sound());
+  test::writeBytes(folder / "a.fil/" + set->revision() + "/section-soma-notes.bin", "abcd");
+  EXPECT_THROW(TileSet::open(folder / "a.fil")->section("soma-notes"), CorruptSet);
+  EXPECT_FALSE(verify(folder / "a.fil").sound());
+  CellList other(std::vector<Cell>{test::randomNeuron(1)});
+  EXPECT_THROW(ingest(other, folder / "b.fil", {.sections = with("../x", bytes)}), UsageError);
+}
+
+TEST(TileSet, ASetOfAnOlderVersionIsToBeIngestedAgain) {
+  const test::TempFolder folder;
+  const std::string path = ingested(folder, {test::randomNeuron(1)});
+  const std::string name = test::readBytes(path + "/CURRENT").substr(0, 18);
+  const std::string good = test::readBytes(path + "/" + name + "/manifest.json");
+  for (const auto& [version, message] :
+       {std::pair("1", "was made by an older filiform; ingest it again"), std::pair("3", "made by a newer filiform")}) {
+    std::string text = good;
+    text.replace(text.find("\"version\": 2") + 11, 1, version);
+    const std::string revision = internal::revisionName(text);
+    fs::create_directory(path + "/" + revision);
+    test::writeBytes(path + "/" + revision + "/manifest.json", text);
+    test::writeBytes(path + "/CURRENT", revision + "\n");
+    try {
+      TileSet::open(path);
+      FAIL();
+    } catch (const InputError& error) {
+      EXPECT_NE(std::string(error.what()).find(message), std::string::npos) << error.what();
+      EXPECT_TRUE(std::string(error.what()).starts_with(path + ": ")) << error.what();
+    }
+  }
 }
 
 TEST_F(PagedSet, ALoadedTileKnowsTheHomesOfItsNodes) {
   const auto whole = TileSet::open(path_);
   whole->checkDirectory();
   std::size_t elsewhere = 0;  // nodes whose home is in another page
-  for (TileId tile = 0; tile < whole->tile_count(); tile += 61) {
+  for (TileId tile = 0; tile < whole->tile_count(); tile += 13) {
     const TileId at = tile % 2 == 0 ? tile : std::min(whole->tile_count() - 1, (tile / kPage + 1) * kPage - 1);
     const auto set = TileSet::open(path_);
     const auto loaded = set->load(at);
@@ -173,15 +284,21 @@ TEST_F(PagedSet, PagesSayWhatTheyHold) {
     EXPECT_EQ(set->pageContent(page).hi, content.hi);
   }
   EXPECT_EQ(set->floorBytes(), floor.bytes());
-  EXPECT_EQ(TileSet::open(path_)->floorBytes(), floor.bytes()) << "where no page is known";
+  for (std::uint32_t group = 0; group * kGroup * kPage < set->tile_count(); ++group) {
+    GridBox content;
+    for (std::uint32_t page = group * kGroup; page < (group + 1) * kGroup && page * kPage < set->tile_count(); ++page)
+      content.extend(set->pageContent(page));
+    EXPECT_EQ(set->groupContent(group).lo, content.lo);
+    EXPECT_EQ(set->groupContent(group).hi, content.hi);
+  }
 }
 
 TEST_F(PagedSet, ADamagedPageIsFoundBeforeItIsUsed) {
   const std::string file = directoryFile(), good = test::readBytes(file);
   const std::size_t page_at = good.size() - 128 * std::size_t{TileSet::open(path_)->tile_count()} + 128 * kPage;
-  const GridPoint there = mortonPoint(TileSet::open(path_)->entry(kPage + 5).key.low);
+  const GridPoint there = mortonPoint(TileSet::open(path_)->entry(kPage + 1).key.low);
   std::string bytes = good;
-  bytes[page_at + 128 * 7 + 24] ^= 1;
+  bytes[page_at + 128 * 1 + 24] ^= 1;
   test::writeBytes(file, bytes);
   const auto set = TileSet::open(path_);
   set->entry(0);
@@ -194,8 +311,7 @@ TEST_F(PagedSet, ADamagedPageIsFoundBeforeItIsUsed) {
   }
   EXPECT_THROW(set->home(there), CorruptSet);
   EXPECT_EQ(set->leaves().home(there), kNoTile);
-  EXPECT_THROW(set->load(kPage + 5), CorruptSet);
-  EXPECT_THROW(set->floorBytes(), CorruptSet);
+  EXPECT_THROW(set->load(kPage + 1), CorruptSet);
   EXPECT_THROW(set->checkDirectory(), CorruptSet);
   const VerifyReport report = verify(path_);
   EXPECT_EQ(report.problem_count, 1u);

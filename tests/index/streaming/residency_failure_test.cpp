@@ -121,6 +121,7 @@ TEST_F(ResidencyTest, EverythingArrivesFromADiskThatFailsNowAndThen) {
       FaultPlan{.fail_every = 5, .fail_probability = 0.3, .seed = 3, .wait = [](double) {}});
   FaultySource& faults = *source;
   const auto set = TileSet::open(std::move(source));
+  set->checkDirectory();  // in virtual time, advance() throws if it cannot read a page
   faults.arm();
   Residency residency(*set, options(UINT64_MAX, PrefetchPolicy::structure));
   TileReader& reader = residency.addReader("hand");

@@ -1,0 +1,118 @@
+#include "index/set/internal/directory_reader.h"
+
+#include <stdexcept>
+#include <utility>
+
+namespace filiform::internal {
+
+DirectoryReader::DirectoryReader(const Revision& revision) : revision_(revision) {
+  const Manifest& manifest = revision.manifest();
+  const std::string manifest_name = revision.describe(kManifestFile);
+  const SetFile& file = revision.file(kDirectoryFile);
+  root_ = decoded(manifest_name, 0, [&] { return decodeDirectoryRoot(manifest.directory_root, file.bytes); });
+  if (root_.tiles != manifest.counts.tiles) throw CorruptSet(manifest_name, 0, "its number of tiles is wrong");
+  for (const SetFile* pack = nullptr;
+       (pack = revision.find(packFile(static_cast<std::uint32_t>(pack_bytes_.size())))) != nullptr;) {
+    pack_bytes_.push_back(pack->bytes);
+    pack_names_.push_back(revision.describe(pack->name));
+  }
+  groups_ = std::make_unique<Slot<DirectoryGroup>[]>(root_.groups.size());
+  pages_ = std::make_unique<Slot<DirectoryPage>[]>(root_.page_count());
+  pages_unknown_ = root_.page_count();
+  std::vector<MortonKey> lows;
+  for (std::uint32_t g = 0; g < root_.groups.size() && root_.pageBegin(root_.groupBegin(g)) < root_.leaf_count(); ++g)
+    lows.push_back(root_.groups[g].low);
+  leaves_ = LeafIndex(std::move(lows), {root_.page_tiles, root_.group_pages, root_.leaf_count()});
+}
+
+ReadPart DirectoryReader::reader() const {
+  return [this](std::uint64_t offset, std::span<std::uint8_t> bytes) { revision_.read(kDirectoryFile, offset, bytes); };
+}
+
+const DirectoryGroup& DirectoryReader::group(std::uint32_t number) const {
+  if (const DirectoryGroup* const known = groups_[number].known.load(std::memory_order_acquire)) return *known;
+  auto found = std::make_unique<DirectoryGroup>(
+      decoded(revision_.describe(kDirectoryFile), 0, [&] { return decodeDirectoryGroup(root_, number, reader()); }));
+  std::vector<MortonKey> lows;
+  const std::uint32_t begin = root_.groupBegin(number);
+  for (std::uint32_t i = 0; i < found->size() && root_.pageBegin(begin + i) < root_.leaf_count(); ++i)
+    lows.push_back((*found)[i].low);
+  const std::lock_guard lock(mutex_);
+  Slot<DirectoryGroup>& slot = groups_[number];
+  if (slot.owned != nullptr) return *slot.owned;
+  if (!lows.empty()) leaves_.addGroup(number, std::move(lows));
+  slot.owned = std::move(found);
+  slot.known.store(slot.owned.get(), std::memory_order_release);
+  return *slot.owned;
+}
+
+const DirectoryPage& DirectoryReader::page(TileId tile) const {
+  if (tile >= root_.tiles) throw std::out_of_range("the tile does not exist");
+  const std::uint32_t number = tile / root_.page_tiles;
+  const DirectoryPage* const known = pages_[number].known.load(std::memory_order_acquire);
+  return known != nullptr ? *known : readPage(number);
+}
+
+void DirectoryReader::checkLocations(const DirectoryPage& page, TileId begin) const {
+  for (std::size_t t = 0; t < page.locations.size(); ++t) {
+    const TileLocation& at = page.locations[t];
+    const std::uint64_t bytes_needed = std::uint64_t{at.geometry_bytes} + at.appearance_bytes;
+    if (at.pack < pack_bytes_.size() && at.offset <= pack_bytes_[at.pack] &&
+        bytes_needed <= pack_bytes_[at.pack] - at.offset)
+      continue;
+    std::string what = "tile " + std::to_string(begin + t);
+    what += " lies outside the packs";
+    throw CorruptSet(revision_.describe(kDirectoryFile), 0, what);
+  }
+}
+
+const DirectoryPage& DirectoryReader::readPage(std::uint32_t number) const {
+  // Two threads may read the same page at once: the first to finish adds it.
+  const DirectoryGroup& listed = group(number / root_.group_pages);
+  auto found = std::make_unique<DirectoryPage>(decoded(
+      revision_.describe(kDirectoryFile), 0, [&] { return decodeDirectoryPage(root_, listed, number, reader()); }));
+  const TileId begin = root_.pageBegin(number);
+  checkLocations(*found, begin);
+  std::vector<BlockKey> keys;
+  keys.reserve(found->entries.size());
+  for (std::size_t t = 0; t < found->entries.size() && begin + t < root_.leaf_count(); ++t)
+    keys.push_back(found->entries[t].key);
+  const std::lock_guard lock(mutex_);
+  Slot<DirectoryPage>& slot = pages_[number];
+  if (slot.owned != nullptr) return *slot.owned;
+  if (!keys.empty()) leaves_.add(number, std::move(keys));
+  slot.owned = std::move(found);
+  slot.known.store(slot.owned.get(), std::memory_order_release);
+  pages_unknown_.fetch_sub(1, std::memory_order_release);
+  return *slot.owned;
+}
+
+GridBox DirectoryReader::pageContent(std::uint32_t page) const {
+  if (page >= root_.page_count()) throw std::out_of_range("the page does not exist");
+  return group(page / root_.group_pages)[page % root_.group_pages].content;
+}
+
+TileId DirectoryReader::home(const GridPoint& p) const {
+  const std::size_t in_group = leaves_.groupOf(p);
+  if (in_group == LeafIndex::kNone) return kNoTile;
+  group(static_cast<std::uint32_t>(in_group));
+  const std::size_t number = leaves_.pageOf(p);
+  if (number == LeafIndex::kNone) return kNoTile;
+  if (!leaves_.knows(number)) readPage(static_cast<std::uint32_t>(number));
+  return leaves_.home(p);
+}
+
+void DirectoryReader::knowHomes(const Tile& tile) const {
+  if (pages_unknown_.load(std::memory_order_acquire) == 0 || tile.node_count() == 0) return;
+  // Keys increase with each coordinate: all nodes lie in the pages between the two corners of their box.
+  constexpr std::int64_t kLast = (std::int64_t{1} << (kMortonAxisBits - 1)) - 1;
+  const GridPoint far = tile.origin().array() + ((std::int64_t{1} << tile.offset_bits()) - 1);
+  const std::size_t first = leaves_.pageOf(tile.origin()), last = leaves_.pageOf(far.cwiseMin(kLast));
+  bool all = first != LeafIndex::kNone && last != LeafIndex::kNone;
+  for (std::size_t number = first; all && number <= last; ++number) all = leaves_.knows(number);
+  if (all) return;
+  for (std::uint32_t node = 0; node < tile.node_count(); ++node)
+    if (!tile.isHome(node)) home(tile.gridPoint(node));
+}
+
+}  // namespace filiform::internal

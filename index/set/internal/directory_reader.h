@@ -1,0 +1,55 @@
+// DirectoryReader: the directory of an open set. It reads pages when they are first needed, and keeps them.
+#pragma once
+
+#include "index/set/internal/directory_file.h"
+#include "index/set/internal/revision.h"
+#include "index/tile/leaf_index.h"
+
+#include <atomic>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+namespace filiform::internal {
+
+// Thread rule: internally synchronised. Members throw CorruptSet, IoError when they read a page, and std::out_of_range
+// if the tile does not exist.
+class DirectoryReader {
+ public:
+  explicit DirectoryReader(const Revision& revision);  // reads nothing; the revision must outlive it
+
+  const DirectoryRoot& root() const { return root_; }
+  const LeafIndex& leaves() const { return leaves_; }
+  const TileEntry& entry(TileId tile) const { return page(tile).entries[tile % root_.page_tiles]; }
+  const TileLocation& location(TileId tile) const { return page(tile).locations[tile % root_.page_tiles]; }
+  GridBox pageContent(std::uint32_t page) const;
+  TileId home(const GridPoint& p) const;
+  // Reads the pages that home() of the tile's nodes needs, because the haptic thread cannot read.
+  void knowHomes(const Tile& tile) const;
+  const std::string& packName(std::uint32_t pack) const { return pack_names_[pack]; }  // for messages
+
+ private:
+  template <typename T>
+  struct Slot {  // set once, under the mutex
+    std::atomic<const T*> known{nullptr};
+    std::unique_ptr<const T> owned;
+  };
+  const DirectoryPage& page(TileId tile) const;
+  const DirectoryPage& readPage(std::uint32_t number) const;
+  const DirectoryGroup& group(std::uint32_t number) const;
+  ReadPart reader() const;
+  void checkLocations(const DirectoryPage& page, TileId begin) const;
+
+  const Revision& revision_;
+  DirectoryRoot root_;
+  std::vector<std::uint64_t> pack_bytes_;
+  std::vector<std::string> pack_names_;
+  mutable std::mutex mutex_;  // held while a page is added, never while reading
+  mutable std::unique_ptr<Slot<DirectoryGroup>[]> groups_;
+  mutable std::unique_ptr<Slot<DirectoryPage>[]> pages_;
+  mutable std::atomic<std::uint32_t> pages_unknown_{0};
+  mutable LeafIndex leaves_;
+};
+
+}  // namespace filiform::internal

@@ -1,0 +1,76 @@
+#include "index/set/internal/revision.h"
+
+#include "index/file/internal/digest.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace filiform::internal {
+
+Revision::Revision(std::unique_ptr<TileSource> source) : source_(std::move(source)) {
+  const std::string current = source_->describe("CURRENT");
+  std::uint64_t size = 0;
+  try {
+    size = source_->size("CURRENT");
+  } catch (const IoError&) {
+    throw IoError(current, "is missing, so the folder is not a tile set; make one with filiform ingest");
+  }
+  Bytes line(std::min<std::uint64_t>(size, 64));
+  source_->read("CURRENT", 0, line);
+  name_.assign(line.begin(), line.end());
+  if (size != 19 || name_.back() != '\n' || (name_.pop_back(), !isRevisionName(name_)))
+    throw CorruptSet(current, 0, "does not name a revision");
+  const Bytes bytes = read(kManifestFile, 0, sizeOnDisk(kManifestFile));
+  text_.assign(bytes.begin(), bytes.end());
+  const std::string file_name = describe(kManifestFile);
+  if (revisionName(text_) != name_) throw CorruptSet(file_name, 0, "its digest differs from the revision's name");
+  try {
+    manifest_ = decodeManifest(text_);
+  } catch (const OtherVersion& version) {
+    const std::string set = current.substr(0, current.rfind('/'));
+    throw InputError(set + (version.older ? ": was made by an older filiform; ingest it again"
+                                          : ": was made by a newer filiform; use that one"));
+  } catch (const Damage& damage) {
+    throw CorruptSet(file_name, damage.offset, damage.what);
+  }
+  for (const SetFile& f : manifest_.files) {
+    files_[f.name] = &f;
+    source_->expect(key(f.name), f.bytes);
+  }
+}
+
+std::string Revision::key(const std::string& file) const { return name_ + "/" + file; }
+
+const SetFile* Revision::find(const std::string& file) const {
+  const auto found = files_.find(file);
+  return found != files_.end() ? found->second : nullptr;
+}
+
+const SetFile& Revision::file(const std::string& file) const {
+  const SetFile* const found = find(file);
+  if (found == nullptr) throw CorruptSet(describe(kManifestFile), 0, "does not list " + file);
+  return *found;
+}
+
+std::string Revision::describe(const std::string& file) const { return source_->describe(key(file)); }
+
+void Revision::read(const std::string& file, std::uint64_t offset, std::span<std::uint8_t> bytes) const {
+  source_->read(key(file), offset, bytes);
+}
+
+Bytes Revision::read(const std::string& file, std::uint64_t offset, std::uint64_t bytes) const {
+  Bytes result(bytes);
+  read(file, offset, result);
+  return result;
+}
+
+Bytes Revision::readChecked(const std::string& file, std::uint64_t offset, std::uint64_t bytes, std::uint64_t stated,
+                            const std::string& part) const {
+  Bytes result = read(file, offset, bytes);
+  if (checksum(result) != stated) throw CorruptSet(describe(file), offset, part + " has a wrong checksum");
+  return result;
+}
+
+std::uint64_t Revision::sizeOnDisk(const std::string& file) const { return source_->size(key(file)); }
+
+}  // namespace filiform::internal

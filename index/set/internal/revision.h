@@ -1,0 +1,57 @@
+// Revision: the manifest of the revision that CURRENT names, and its files.
+#pragma once
+
+#include "index/errors.h"
+#include "index/set/internal/manifest.h"
+#include "index/set/internal/set_files.h"
+#include "index/set/tile_source.h"
+
+#include <map>
+#include <memory>
+#include <span>
+#include <string>
+
+namespace filiform::internal {
+
+// Calls a decoder of the file's bytes from `offset` on, and adds file and offset to its Damage.
+template <typename Decode>
+auto decoded(const std::string& file, std::uint64_t offset, Decode decode) {
+  try {
+    return decode();
+  } catch (const Damage& damage) {
+    throw CorruptSet(file, offset + damage.offset, damage.what);
+  }
+}
+
+// Thread rule: internally synchronised. Its members throw IoError, CorruptSet.
+class Revision {
+ public:
+  // Reads CURRENT and the manifest, and calls TileSource::expect() for the other files. Throws InputError for a set of
+  // another format version.
+  explicit Revision(std::unique_ptr<TileSource> source);
+
+  const std::string& name() const { return name_; }  // of the revision's folder
+  const std::string& text() const { return text_; }  // of the manifest
+  const Manifest& manifest() const { return manifest_; }
+
+  const SetFile* find(const std::string& file) const;  // nullptr if the manifest does not list it
+  const SetFile& file(const std::string& file) const;  // throws CorruptSet if the manifest does not list it
+  std::string describe(const std::string& file) const;
+  // Both read a part of a file, unchecked.
+  void read(const std::string& file, std::uint64_t offset, std::span<std::uint8_t> bytes) const;
+  Bytes read(const std::string& file, std::uint64_t offset, std::uint64_t bytes) const;
+  // Reads a part of a file. Throws CorruptSet if its checksum differs; `part` names it in the message.
+  Bytes readChecked(const std::string& file, std::uint64_t offset, std::uint64_t bytes, std::uint64_t checksum,
+                    const std::string& part) const;
+  std::uint64_t sizeOnDisk(const std::string& file) const;
+
+ private:
+  std::string key(const std::string& file) const;
+
+  std::unique_ptr<TileSource> source_;
+  std::string name_, text_;
+  Manifest manifest_;
+  std::map<std::string, const SetFile*> files_;
+};
+
+}  // namespace filiform::internal
