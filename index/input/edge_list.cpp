@@ -13,7 +13,7 @@ namespace {
 using internal::IntegerKind;
 using internal::RealKind;
 
-constexpr std::size_t kMaxLine = SwcReader::kMaxDataLine;
+constexpr std::size_t kMaxEdgeLine = SwcReader::kMaxDataLine;
 constexpr std::size_t kMaxFields = 8;
 
 struct Fields {
@@ -89,7 +89,7 @@ void readEdgeList(internal::ByteStream& in, internal::GraphBuilder& graph) {
   std::string_view text;
   bool too_long = false;
   // Lone CRs also end lines, so lines are counted here.
-  for (std::uint64_t line = 1; in.readLine(text, kMaxLine, too_long); ++line) {
+  for (std::uint64_t line = 1; in.readLine(text, kMaxEdgeLine, too_long); ++line) {
     const Fields fields = split(text);
     if (fields.count == 0) continue;
     const bool edge = fields.text[0] == "edge";

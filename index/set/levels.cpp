@@ -7,8 +7,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <map>
-#include <queue>
 
 namespace filiform {
 
@@ -130,7 +130,7 @@ std::shared_ptr<const Tile> Levels::load(LevelId level) const {
   const Bytes bytes = impl_->part(level, false, file, offset);
   const LevelEntry& stated = entry(level);
   const TilePlace place{level, stated.key, true, file.c_str(), offset};
-  auto tile = std::make_shared<const Tile>(decodeTile(bytes, place, impl_->set.grid()));
+  auto tile = std::make_shared<const Tile>(decodeTile(bytes, place, Grid(stated.exponent)));
   if (tile->segment_count() != stated.segments || tile->bytes() != stated.decoded_bytes)
     throw CorruptTile(level, file, offset, "contradicts the table of levels");
   return tile;
@@ -158,17 +158,14 @@ bool Levels::Impl::inView(const LevelPart& part, const LevelView& view) const {
   });
 }
 
-// Dropped segments count by their share: if all are dropped, the error is that of the block's size.
 double Levels::Impl::errorOnScreen(const LevelPart& part, const LevelView& view) const {
   if (!part.level) return 0;
   const LevelEntry& e = table.entries[part.tile];
+  // Never 0, so that 0 pixels ask for full resolution.
+  const double error_um = std::max({e.error_um, e.pixel_um, set.grid().quantum_um() / 2});
+  if (view.orthographic) return error_um * view.pixels_per_rad;
   const GridBox& box = boxes[part.tile];
   const Vector3d lo = set.grid().toWorld(box.lo), hi = set.grid().toWorld(box.hi);
-  const double share =
-      static_cast<double>(e.dropped) / static_cast<double>(std::max<std::uint64_t>(1, e.dropped + e.represented));
-  constexpr double kPartOfEdge = 64;
-  const double error_um = std::max(e.error_um, share * (hi - lo).maxCoeff() / kPartOfEdge);
-  if (view.orthographic) return error_um * view.pixels_per_rad;
   const double distance = (lo - view.eye_W).cwiseMax(view.eye_W - hi).cwiseMax(0.0).norm();
   return distance > 0 ? error_um / distance * view.pixels_per_rad : std::numeric_limits<double>::infinity();
 }
@@ -177,13 +174,84 @@ double Levels::errorOnScreen(LevelId level, const LevelView& view) const {
   return impl_->errorOnScreen({true, level, entry(level).segments, 0}, view);
 }
 
+namespace {
+
+// Chosen parts, and replacing them by finer ones while the segments stay within a limit.
+class Refinement {
+ public:
+  using Finer = std::function<std::vector<LevelPart>(const LevelPart&)>;
+  Refinement(std::vector<LevelPart> parts, std::uint64_t segments, std::uint64_t most, Finer finer)
+      : parts_(std::move(parts)), segments_(segments), most_(most), finer_(std::move(finer)) {}
+
+  double worst() const {
+    double worst = 0;
+    for (const LevelPart& part : parts_) worst = std::max(worst, part.error_px);
+    return worst;
+  }
+  // Replaces each part whose error exceeds `above_px`, until none is left. False: too many segments; nothing changed.
+  bool refine(double above_px) {
+    std::vector<LevelPart> left, open = parts_;
+    std::uint64_t segments = segments_;
+    while (!open.empty()) {
+      const LevelPart part = open.back();
+      open.pop_back();
+      if (part.error_px <= above_px) {
+        left.push_back(part);
+        continue;
+      }
+      segments -= part.segments;
+      for (const LevelPart& below : finer_(part)) {
+        segments += below.segments;
+        open.push_back(below);
+      }
+      if (segments > most_ + slackOf(open, above_px)) return false;
+    }
+    if (segments > most_) return false;
+    parts_ = std::move(left);
+    segments_ = segments;
+    return true;
+  }
+  // Replaces the parts around the eye, coarsest first, each that fits. The others stay for good.
+  void refineAroundEye() {
+    std::vector<LevelPart> left, open;
+    for (const LevelPart& part : parts_) (std::isinf(part.error_px) ? open : left).push_back(part);
+    for (std::size_t i = 0; i < open.size(); ++i) {
+      const LevelPart part = open[i];
+      const std::vector<LevelPart> below = finer_(part);
+      std::uint64_t sum = 0;
+      for (const LevelPart& finer : below) sum += finer.segments;
+      if (segments_ - part.segments + sum > most_) {
+        settled_.push_back(part);
+        continue;
+      }
+      segments_ += sum - part.segments;
+      for (const LevelPart& finer : below) (std::isinf(finer.error_px) ? open : left).push_back(finer);
+    }
+    parts_ = std::move(left);
+  }
+  std::uint64_t segments() const { return segments_; }
+  std::vector<LevelPart> take() {
+    parts_.insert(parts_.end(), settled_.begin(), settled_.end());
+    return std::move(parts_);
+  }
+
+ private:
+  // Segments that further replacement may remove again.
+  static std::uint64_t slackOf(const std::vector<LevelPart>& open, double above_px) {
+    std::uint64_t sum = 0;
+    for (const LevelPart& part : open)
+      if (part.error_px > above_px) sum += part.segments;
+    return sum;
+  }
+
+  std::vector<LevelPart> parts_, settled_;
+  std::uint64_t segments_, most_;
+  Finer finer_;
+};
+
+}  // namespace
+
 LevelChoice Levels::choose(const LevelView& view, std::uint64_t most_segments, double enough_px) const {
-  const auto finer = [](const LevelPart& a, const LevelPart& b) {
-    if (a.error_px != b.error_px) return a.error_px < b.error_px;
-    return a.level != b.level ? b.level : a.tile > b.tile;
-  };
-  std::priority_queue<LevelPart, std::vector<LevelPart>, decltype(finer)> open(finer);
-  LevelChoice choice;
   const auto seen = [&](std::span<const LevelPart> parts) {
     std::vector<LevelPart> in_view;
     for (LevelPart part : parts) {
@@ -193,118 +261,39 @@ LevelChoice Levels::choose(const LevelView& view, std::uint64_t most_segments, d
     }
     return in_view;
   };
-  const auto keep = [&](const LevelPart& part) {
-    choice.error_px = std::max(choice.error_px, part.error_px);
-    if (part.level) choice.dropped += entry(part.tile).dropped;
-    choice.parts.push_back(part);
-  };
-  if (const TileId tile = impl_->set.long_tile(); tile != kNoTile) {
-    const LevelPart part{false, tile, impl_->set.entry(tile).owned, 0};
-    choice.segments += part.segments;
-    keep(part);
-  }
-  for (const LevelPart& part : seen(below(kRoots))) {
-    choice.segments += part.segments;
-    open.push(part);
-  }
-  while (!open.empty()) {
-    const LevelPart worst = open.top();
-    open.pop();
-    if (!worst.level || worst.error_px <= enough_px) {
-      keep(worst);
-      continue;
-    }
-    const std::vector<LevelPart> finer_parts = seen(below(worst.tile));
-    std::uint64_t sum = 0;
-    for (const LevelPart& part : finer_parts) sum += part.segments;
-    if (choice.segments - worst.segments + sum > most_segments) {
-      keep(worst);  // other tiles with smaller errors may still fit
-      continue;
-    }
-    choice.segments += sum - worst.segments;
-    for (const LevelPart& part : finer_parts) open.push(part);
-  }
-  std::stable_sort(choice.parts.begin(), choice.parts.end(),
-                   [&](const LevelPart& a, const LevelPart& b) { return finer(b, a); });
-  return choice;
-}
+  std::vector<LevelPart> first = seen(below(kRoots));
+  if (const TileId tile = impl_->set.long_tile(); tile != kNoTile)
+    first.push_back({false, tile, impl_->set.entry(tile).owned, 0});
+  std::uint64_t segments = 0;
+  for (const LevelPart& part : first) segments += part.segments;
 
-std::vector<std::string> checkLevels(const TileSet& set, const Levels& levels) {
-  std::vector<std::string> problems;
-  const Grid grid = set.grid();
-  struct Piece {
-    Vector3d a_W, b_W;
-  };
-  struct Open {  // a level tile that contains the current leaf
-    LevelId level;
-    MortonKey high;
-    std::vector<std::pair<std::uint32_t, Piece>> pieces;  // of neurites, by cell
-    std::uint64_t owned = 0, far = 0;
-  };
-  std::vector<Open> inside;
-  const auto finish = [&](const Open& open) {
-    const LevelEntry& e = levels.entry(open.level);
-    const std::string what = "level tile " + std::to_string(open.level) + ": ";
-    if (open.owned != e.represented + e.dropped)
-      problems.push_back(what + "represents " + std::to_string(e.represented) + " and drops " +
-                         std::to_string(e.dropped) + " segments, but there are " + std::to_string(open.owned));
-    if (open.far > e.dropped)
-      problems.push_back(what + std::to_string(open.far) + " segments lie farther than its error, but only " +
-                         std::to_string(e.dropped) + " are stated as dropped");
-  };
-  LevelId level = 0;
-  for (TileId id = 0; id < set.tile_count(); ++id) {
-    if (id == set.long_tile()) continue;
-    const MortonKey low = set.entry(id).key.low;
-    while (!inside.empty() && inside.back().high < low) {
-      finish(inside.back());
-      inside.pop_back();
+  Refinement chosen(std::move(first), segments, most_segments,
+                    [&](const LevelPart& part) { return seen(below(part.tile)); });
+  LevelChoice choice;
+  constexpr double kWave = 0.9;  // tiles of nearly the same error are replaced together
+  while (chosen.worst() > enough_px) {
+    const double worst = chosen.worst();
+    if (std::isinf(worst)) {
+      if (chosen.refine(std::numeric_limits<double>::max())) continue;
+      chosen.refineAroundEye();
+      choice.limited = true;
+      continue;
     }
-    for (; level < levels.size() && levels.entry(level).key.low <= low; ++level) {
-      if (levels.entry(level).key.high() < low) {
-        problems.push_back("level tile " + std::to_string(level) + ": it contains no tile");
-        continue;
-      }
-      Open open{level, levels.entry(level).key.high(), {}, 0, 0};
-      const std::shared_ptr<const Tile> tile = levels.load(level);
-      if (levels.loadAppearance(level).types.size() != tile->segment_count())
-        problems.push_back("level tile " + std::to_string(level) + ": its appearance has the wrong length");
-      for (std::uint32_t s = 0; s < tile->segment_count(); ++s)
-        open.pieces.emplace_back(tile->segmentId(s).cell,
-                                 Piece{tile->position_W(tile->child(s)), tile->position_W(tile->parent(s))});
-      inside.push_back(std::move(open));
-    }
-    const std::shared_ptr<const Tile> tile = set.load(id);
-    for (Open& open : inside) {
-      // Tolerance for rounding of the distances below, also far from the origin.
-      const double error = levels.entry(open.level).error_um * (1 + 1e-9) + grid.quantum_um() * 1e-3;
-      const double error2 = error * error;
-      for (std::uint32_t s = 0; s < tile->segment_count(); ++s) {
-        if (!tile->owned(s)) continue;
-        ++open.owned;
-        const std::uint32_t cell = tile->segmentId(s).cell;
-        const auto first = std::lower_bound(open.pieces.begin(), open.pieces.end(), cell,
-                                            [](const auto& piece, std::uint32_t of) { return piece.first < of; });
-        const auto last =
-            std::find_if(first, open.pieces.end(), [&](const auto& piece) { return piece.first != cell; });
-        const Vector3d ends_W[] = {tile->position_W(tile->child(s)), tile->position_W(tile->parent(s))};
-        for (const Vector3d& p_W : {ends_W[0], ends_W[1], Vector3d(0.5 * (ends_W[0] + ends_W[1]))}) {
-          const bool near = std::any_of(first, last, [&](const auto& piece) {
-            const Vector3d way = piece.second.b_W - piece.second.a_W, d = p_W - piece.second.a_W;
-            const double squared = way.squaredNorm();
-            const double t = squared > 0 ? std::clamp(d.dot(way) / squared, 0.0, 1.0) : 0.0;
-            return (d - t * way).squaredNorm() <= error2;
-          });
-          if (near) continue;
-          ++open.far;
-          break;
-        }
-      }
-    }
+    if (chosen.refine(std::max(enough_px, kWave * worst))) continue;
+    choice.limited = true;
+    break;
   }
-  for (; !inside.empty(); inside.pop_back()) finish(inside.back());
-  if (level != levels.size()) problems.push_back("a level tile contains no tiles");
-  return problems;
+  choice.parts = chosen.take();
+  choice.segments = chosen.segments();
+  for (const LevelPart& part : choice.parts) {
+    choice.error_px = std::max(choice.error_px, part.error_px);
+    if (part.level) choice.hidden += entry(part.tile).hidden;
+  }
+  std::sort(choice.parts.begin(), choice.parts.end(), [](const LevelPart& a, const LevelPart& b) {
+    if (a.error_px != b.error_px) return a.error_px > b.error_px;
+    return a.level != b.level ? a.level : a.tile < b.tile;
+  });
+  return choice;
 }
 
 }  // namespace filiform

@@ -1,4 +1,4 @@
-// Levels of detail of a tile set, for drawing: inner blocks of the partition with simplified neurites (simplify.h).
+// Levels of detail of a tile set, for drawing: inner blocks of the partition with simplified neurites.
 // Each level tile states its error. Haptics always use full resolution.
 //
 //   const auto levels = Levels::open(*set);
@@ -23,13 +23,17 @@ using LevelId = std::uint32_t;  // rank among the level tiles: a block before th
 
 // What the levels' directory states about one level tile.
 struct LevelEntry {
-  BlockKey key;     // its depth is a multiple of three
-  GridBox content;  // of its segments, not clipped; empty without segments
-  std::uint32_t segments = 0;
-  double error_um = 0;  // largest distance, both ways, between its segments and what they represent
-  // Full-resolution segments owned by the tiles below, isolated ones included: together all of them.
-  std::uint64_t represented = 0, dropped = 0;
-  double dropped_um = 0;            // length of the dropped segments
+  BlockKey key;                // its depth is a multiple of three
+  std::uint32_t coarser = 0;   // several tiles of the outermost block: how many of them are finer
+  int exponent = 0;            // of the tile's grid, which may be coarser than the set's
+  GridBox content;             // of its segments, not clipped; empty without segments
+  std::uint32_t segments = 0;  // balls included
+  double error_um = 0;         // largest distance between what its segments represent and these segments
+  // Full-resolution segments owned by the tiles below, isolated ones included: together all of them. From afar, other
+  // segments of the tile cover the pixels of hidden ones.
+  std::uint64_t represented = 0, hidden = 0;
+  double pixel_um = 0;              // the size of such a pixel; 0: no segment is hidden
+  double hidden_um = 0;             // length of the hidden segments
   std::uint64_t decoded_bytes = 0;  // Tile::bytes() after loading
 };
 
@@ -59,7 +63,8 @@ struct LevelChoice {
   std::vector<LevelPart> parts;  // largest error first
   std::uint64_t segments = 0;    // of the parts
   double error_px = 0;           // largest error of the parts
-  std::uint64_t dropped = 0;     // full-resolution segments that no part represents
+  std::uint64_t hidden = 0;      // full-resolution segments that no part represents: others cover their pixels
+  bool limited = false;          // a part is coarser than asked for, because of the limit on segments
 };
 
 // Thread rule: immutable after open(); internally synchronised, as the set is.
@@ -74,9 +79,9 @@ class Levels {
   const LevelEntry& entry(LevelId level) const;
   std::uint64_t bytes() const;  // of all level files on disk
 
-  // load: reads one level tile. Its nodes are numbered along the neurites, anew in each tile: they are not samples of
-  // the file. Cells are those of the set. The tile owns every segment; no node is at home there. loadAppearance: its
-  // types and radii. Both throw CorruptTile (with the level's id) and IoError.
+  // load: reads one level tile, on its own grid. Its nodes are numbered along the neurites, anew in each tile: they are
+  // not samples of the file. Cells are those of the set. The tile owns every segment; no node is at home there.
+  // loadAppearance: its types and radii. Both throw CorruptTile (with the level's id) and IoError.
   std::shared_ptr<const Tile> load(LevelId level) const;
   TileAppearance loadAppearance(LevelId level) const;
 
@@ -84,14 +89,18 @@ class Levels {
   std::span<const LevelPart> below(LevelId level) const;
   static constexpr LevelId kRoots = std::numeric_limits<LevelId>::max();
 
-  // The error of a level tile on the screen, in pixels. Dropped segments count by their share. Infinite if the eye is
-  // inside the tile's box and the view is not orthographic.
+  // The error of a level tile on the screen, in pixels: of its segments, or the size of the pixels that hide others.
+  // Never 0, so that `enough_px` = 0 asks for full resolution. Infinite if the eye is inside the tile's box and the
+  // view is not orthographic.
   double errorOnScreen(LevelId level, const LevelView& view) const;
 
-  // Chooses tiles that together show each place in the view once. Starts with the topmost tiles. While the segments
-  // stay within `most_segments` and the error exceeds `enough_px`, replaces the tile with the largest error by the
-  // tiles below it. The long-segment tile is always included. O(parts log parts).
-  LevelChoice choose(const LevelView& view, std::uint64_t most_segments, double enough_px = 0.5) const;
+  // Chooses tiles that together show each place in the view once. Starts with the coarsest tile. While the segments
+  // stay within `most_segments` and the error exceeds `enough_px`, replaces all tiles of about the largest error
+  // (within a tenth) by the tiles below them. If these are too many, all stay as they are, so that no block is sparser
+  // than its neighbours. Only the tiles around the eye are then replaced one by one. The coarsest tile and the
+  // long-segment tile are always included. O(parts).
+  LevelChoice choose(const LevelView& view, std::uint64_t most_segments, double enough_px = kEnough_px) const;
+  static constexpr double kEnough_px = 1;
 
  private:
   struct Impl;
@@ -99,9 +108,11 @@ class Levels {
   std::unique_ptr<Impl> impl_;
 };
 
-// Compares every level tile with the full-resolution tiles below it. All owned segments must be counted. At most the
-// number stated as dropped may lie farther than the stated error from the level's neurites of the same cell. Returns
-// one line a problem. O(segments * levels * segments of a cell in a tile).
+// Compares every level tile with the full-resolution tiles below it. All owned segments must be counted, and each cell
+// must have a segment or ball in the tile unless it is `coarser`. Each full-resolution segment must lie within the
+// stated error of the tile's neurites of its cell. If it does not, other segments of the tile must cover its pixels.
+// Each segment of the tile must lie within the error of its cell. Returns one line a problem. O(segments * levels *
+// segments of a cell in a tile).
 std::vector<std::string> checkLevels(const TileSet& set, const Levels& levels);
 
 }  // namespace filiform

@@ -5,6 +5,8 @@
 #include "index/set/internal/cells_reader.h"
 #include "index/set/internal/directory_reader.h"
 #include "index/set/internal/landmarks_file.h"
+#include "index/set/internal/merged_tile.h"
+#include "index/set/internal/patches_file.h"
 #include "index/set/internal/read_once.h"
 #include "index/set/internal/revision.h"
 #include "index/set/internal/set_files.h"
@@ -23,24 +25,48 @@ struct TileSet::Impl {
   internal::DirectoryReader directory;
   internal::CellsReader cells;
   mutable internal::ReadOnce<Landmarks> landmarks;
+  mutable internal::ReadOnce<std::vector<internal::Patch>> patches;
 
   explicit Impl(std::unique_ptr<TileSource> source)
       : revision(std::move(source)), directory(revision), cells(revision) {}
 
   const internal::Manifest& manifest() const { return revision.manifest(); }
-  Bytes part(TileId tile, bool appearance) const;
-  TilePlace placeOf(TileId tile, bool appearance) const;
+  // A tile, or the patch of a tile.
+  Bytes part(TileId tile, const internal::TileLocation& at, bool appearance) const;
+  TilePlace placeOf(TileId tile, const internal::TileLocation& at, bool appearance) const;
+  Tile decodedTile(TileId tile, const internal::TileLocation& at) const {
+    const Bytes bytes = part(tile, at, false);
+    return decodeTile(bytes, placeOf(tile, at, false), manifest().grid);
+  }
+  TileAppearance decodedAppearance(TileId tile, const internal::TileLocation& at, std::uint32_t stored) const {
+    const Bytes bytes = part(tile, at, true);
+    return decodeAppearance(bytes, placeOf(tile, at, true), stored);
+  }
+  const internal::Patch* patch(TileId tile) const;
 };
 
-TilePlace TileSet::Impl::placeOf(TileId tile, bool appearance) const {
-  const internal::TileLocation& at = directory.location(tile);
+const internal::Patch* TileSet::Impl::patch(TileId tile) const {
+  const SetFile* const file = revision.find(internal::kPatchesFile);
+  if (file == nullptr) return nullptr;
+  const std::vector<internal::Patch>& all = patches.get([&] {
+    const Bytes bytes = revision.readChecked(file->name, 0, file->bytes, file->digest, "the file");
+    auto found = std::make_unique<std::vector<internal::Patch>>(
+        decoded(revision.describe(file->name), 0, [&] { return internal::decodePatches(bytes); }));
+    for (const internal::Patch& p : *found) directory.checkLocation(p.tile, p.at);
+    return found;
+  });
+  const auto at =
+      std::lower_bound(all.begin(), all.end(), tile, [](const internal::Patch& p, TileId t) { return p.tile < t; });
+  return at != all.end() && at->tile == tile ? &*at : nullptr;
+}
+
+TilePlace TileSet::Impl::placeOf(TileId tile, const internal::TileLocation& at, bool appearance) const {
   return {tile, directory.entry(tile).key, tile == directory.root().long_tile, directory.packName(at.pack).c_str(),
           at.offset + (appearance ? at.geometry_bytes : 0)};
 }
 
-Bytes TileSet::Impl::part(TileId tile, bool appearance) const {
-  const internal::TileLocation& at = directory.location(tile);
-  const TilePlace place = placeOf(tile, appearance);
+Bytes TileSet::Impl::part(TileId tile, const internal::TileLocation& at, bool appearance) const {
+  const TilePlace place = placeOf(tile, at, appearance);
   Bytes bytes =
       revision.read(internal::packFile(at.pack), place.offset, appearance ? at.appearance_bytes : at.geometry_bytes);
   if (internal::checksum(bytes) != (appearance ? at.appearance_checksum : at.geometry_checksum))
@@ -99,23 +125,52 @@ std::uint32_t TileSet::capacity() const { return impl_->manifest().capacity; }
 
 std::shared_ptr<const Tile> TileSet::load(TileId tile) const {
   const TileEntry& stated = entry(tile);
-  const Bytes bytes = impl_->part(tile, false);
-  const TilePlace place = impl_->placeOf(tile, false);
-  auto loaded = std::make_shared<const Tile>(decodeTile(bytes, place, grid()));
-  if (loaded->segment_count() != stated.stored || loaded->owned_count() != stated.owned ||
-      loaded->bytes() != stated.decoded_bytes)
+  const internal::Patch* const patch = impl_->patch(tile);
+  const internal::TileLocation& at = location(tile);
+  const auto refuse = [&](const internal::TileLocation& where) {
+    const TilePlace place = impl_->placeOf(tile, where, false);
     throw CorruptTile(tile, place.file, place.offset, "contradicts the directory");
+  };
+  Tile found = impl_->decodedTile(tile, at);
+  if (patch != nullptr) {
+    const Tile added = impl_->decodedTile(tile, patch->at);
+    if (found.segment_count() != patch->stored || found.segment_count() == 0 || added.segment_count() == 0 ||
+        found.segmentId(found.segment_count() - 1) >= added.segmentId(0))
+      refuse(patch->at);
+    found = internal::mergedTile(found, added);
+    if (found.bytes() > stated.decoded_bytes) refuse(patch->at);
+    found.countAs(stated.decoded_bytes);
+  }
+  if (found.segment_count() != stated.stored || found.owned_count() != stated.owned ||
+      found.bytes() != stated.decoded_bytes)
+    refuse(at);
+  auto loaded = std::make_shared<const Tile>(std::move(found));
   impl_->directory.knowHomes(*loaded);
   return loaded;
 }
 
 TileAppearance TileSet::loadAppearance(TileId tile) const {
   const TileEntry& stated = entry(tile);
-  const Bytes bytes = impl_->part(tile, true);
-  return decodeAppearance(bytes, impl_->placeOf(tile, true), stated.stored);
+  const internal::Patch* const patch = impl_->patch(tile);
+  if (patch == nullptr) return impl_->decodedAppearance(tile, location(tile), stated.stored);
+  if (patch->stored > stated.stored) throw CorruptSet(describe(internal::kPatchesFile), 0, "contradicts the directory");
+  TileAppearance look = impl_->decodedAppearance(tile, location(tile), patch->stored);
+  internal::appendAppearance(impl_->decodedAppearance(tile, patch->at, stated.stored - patch->stored), look);
+  return look;
 }
 
-std::uint32_t TileSet::cell_count() const { return static_cast<std::uint32_t>(impl_->manifest().counts.cells); }
+bool TileSet::grown() const { return impl_->manifest().grown; }
+const internal::TileLocation& TileSet::location(TileId tile) const { return impl_->directory.location(tile); }
+const internal::Patch* TileSet::patch(TileId tile) const { return impl_->patch(tile); }
+std::pair<Tile, TileAppearance> TileSet::loadPatch(TileId tile) const {
+  const internal::Patch& patch = *impl_->patch(tile);
+  return {impl_->decodedTile(tile, patch.at),
+          impl_->decodedAppearance(tile, patch.at, entry(tile).stored - patch.stored)};
+}
+std::uint64_t TileSet::cellDigest(std::uint32_t id) const { return impl_->cells.digest(id); }
+std::vector<std::uint8_t> TileSet::encodedDetail(std::uint32_t id) const { return impl_->cells.encodedDetail(id); }
+
+std::uint32_t TileSet::cell_count() const { return static_cast<std::uint32_t>(counts().cells + counts().removed); }
 const CellRecord& TileSet::cell(std::uint32_t id) const { return impl_->cells.record(id); }
 std::optional<std::uint32_t> TileSet::findCell(const std::string& name) const { return impl_->cells.find(name); }
 CellDetail TileSet::loadCellDetail(std::uint32_t id) const { return impl_->cells.detail(id, tile_count()); }

@@ -15,9 +15,15 @@
 
 namespace filiform {
 
+namespace internal {
+struct Patch;
+struct TileLocation;
+}  // namespace internal
+
 // Totals of a tile set.
 struct SetCounts {
   std::uint64_t cells = 0, samples = 0, segments = 0, isolated = 0, roots = 0;
+  std::uint64_t removed = 0;                     // cells that were removed; `cells` does not count them
   std::uint64_t tiles = 0, stored_segments = 0;  // stored: owned and ghosts, isolated ones included
   std::uint64_t decoded_bytes = 0;               // of all tiles, once in memory
   bool operator==(const SetCounts&) const = default;
@@ -27,6 +33,7 @@ struct SetCounts {
 struct SetFile {
   std::string name;                     // in the revision's folder; a section's name is section-NAME.bin
   std::uint64_t bytes = 0, digest = 0;  // digest: XXH3 of the file
+  std::string revision = {};            // in whose folder it lies; empty: the revision's own
 };
 
 // Thread rule: internally synchronised.
@@ -84,6 +91,16 @@ class TileSet final : public TileStore {
   void checkFile(const SetFile& file) const;
   // File and offset of a tile, for messages.
   std::pair<std::string, std::uint64_t> place(TileId tile) const;
+  // True if cells were added or removed since the set was made (index/build/growth.h). Its leaves then need not follow
+  // from its segments.
+  bool grown() const;
+
+  // For index/build/: how the set stores a tile or a cell. They throw CorruptSet, IoError.
+  const internal::TileLocation& location(TileId tile) const;
+  const internal::Patch* patch(TileId tile) const;               // nullptr: none
+  std::pair<Tile, TileAppearance> loadPatch(TileId tile) const;  // requires patch(tile)
+  std::uint64_t cellDigest(std::uint32_t id) const;
+  std::vector<std::uint8_t> encodedDetail(std::uint32_t id) const;
 
  private:
   struct Impl;

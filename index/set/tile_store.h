@@ -28,6 +28,7 @@ struct CellRecord {
   std::uint64_t samples = 0, segments = 0, isolated = 0,
                 roots = 0;  // roots: samples without a parent, isolated ones included
   GridBox bounds;
+  bool removed = false;  // all else is then empty
 };
 
 // The rest of what a set stores about a cell.
@@ -92,6 +93,7 @@ class TileStore {
   virtual std::shared_ptr<const Tile> load(TileId tile) const = 0;
   virtual TileAppearance loadAppearance(TileId tile) const = 0;  // like load()
 
+  // Ids are 0 .. cell_count()-1. Some cells may be removed (CellRecord::removed).
   virtual std::uint32_t cell_count() const = 0;
   // These read a page of the table of cells at its first use. They throw CorruptSet, IoError.
   virtual const CellRecord& cell(std::uint32_t id) const = 0;

@@ -78,6 +78,8 @@ class Tile {
   std::uint32_t owned_count() const { return owned_count_; }
   // Heap and object bytes; counted against byte budgets. Depends only on the tile's content.
   std::size_t bytes() const { return bytes_; }
+  // Makes bytes() larger, for a tile whose size was only estimated beforehand. Requires at least bytes().
+  void countAs(std::size_t bytes) { bytes_ = bytes; }
 
   // Nodes, in an order that depends only on the tile's content. Requires node < node_count(). All functions O(1) except
   // findNode().

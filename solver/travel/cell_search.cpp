@@ -67,6 +67,7 @@ CellMatches matchCells(const TileStore& store, const std::string& text, bool by_
   const std::string wanted = lowered(text);
   for (std::uint32_t cell = 0; cell < store.cell_count(); ++cell) {
     const CellRecord& record = store.cell(cell);
+    if (record.removed) continue;
     const std::string& has = by_source ? record.source : record.name;
     const std::size_t at = lowered(has).find(wanted);
     if (at == std::string::npos) continue;

@@ -4,6 +4,7 @@
 #include "index/set/internal/landmarks_file.h"
 #include "index/set/internal/level_files.h"
 #include "index/set/internal/manifest.h"
+#include "index/set/internal/patches_file.h"
 #include "tests/fuzz/fuzz_bytes.h"
 
 namespace filiform::fuzz {
@@ -85,8 +86,8 @@ void names(Input input) {
   const Bytes bytes(in.rest().begin(), in.rest().end());
   const ByteSpan root = ByteSpan(bytes).first(std::min(root_bytes, bytes.size()));
   const internal::CellsRoot found = internal::decodeCellsRoot(root, bytes.size());
-  require(found.records.size() == found.names.size() && found.names.size() == found.first_names.size(),
-          "a page of records and of names for each part");
+  require(found.names.size() <= found.records.size() && found.names.size() == found.first_names.size(),
+          "a first name for each page of names, and no more names than records");
   for (std::uint32_t page = 0; page < found.names.size(); ++page)
     for (const auto& [name, id] : internal::decodeNamePage(found, page, ByteSpan(bytes).subspan(root.size())))
       require(id < found.cells, "names are of cells");
@@ -99,6 +100,11 @@ void detail(Input input) {
   require(found.sample_ids.size() == samples, "an id for each sample");
   const Bytes again = internal::encodeDetail(found);
   require(internal::encodeDetail(internal::decodeDetail(again, samples)) == again, "a cell survives its bytes");
+}
+
+void patches(const Bytes& bytes) {
+  const std::vector<internal::Patch> found = internal::decodePatches(bytes);
+  require(internal::encodePatches(found) == bytes, "patches survive their bytes");
 }
 
 void landmarks(Bytes bytes) {
@@ -122,13 +128,14 @@ void levels(Bytes bytes) {
 // The first byte chooses the binary file. Checksums are made valid, as a hostile writer would do.
 void fuzzDirectory(Input input) {
   Taker in(input);
-  const auto kind = in.number<std::uint8_t>() % 6;
+  const auto kind = in.number<std::uint8_t>() % 7;
   const Bytes bytes(in.rest().begin(), in.rest().end());
   try {
     if (kind == 0) directory(bytes);
     if (kind == 1) cells(bytes);
     if (kind == 2) detail(bytes);
     if (kind == 5) names(bytes);
+    if (kind == 6) patches(bytes);
     if (kind == 3) landmarks(bytes);
     if (kind == 4) levels(bytes);
   } catch (const Damage& damage) {

@@ -63,7 +63,7 @@ class Memory : public ::testing::Test {
   }
   Outcome ingestStar(const std::string& set, const std::string& memory, const std::string& capacity) const {
     return runFiliform({"ingest", path("star.swc"), "--placements", path("places.tsv"), "-o", path(set), "--memory",
-                        memory, "--capacity", capacity, "--threads", "2"});
+                        memory, "--capacity", capacity, "--threads", "2", "--no-levels"});
   }
   TempFolder folder_;
 };
@@ -149,17 +149,36 @@ TEST_F(Memory, ManyThreadsAndChunksStayWithinTheMemory) {
   }
   write("spread.swc", text);
   const Outcome made = runFiliform({"ingest", path("spread.swc"), "-o", path("spread.fil"), "--memory", "64MiB",
-                                    "--threads", "64", "--capacity", "256"});
+                                    "--threads", "64", "--capacity", "256", "--no-levels"});
   ASSERT_EQ(made.exit_code, 0) << made.err;
   EXPECT_LE(made.peak_bytes, 64 * kMiB + kBeside);
 }
 
 TEST_F(Memory, LevelsOfDetailStayWithinTheMemory) {
   writeStar(300, 300);
-  const Outcome made = runFiliform({"ingest", path("star.swc"), "--placements", path("places.tsv"), "-o",
-                                    path("levels.fil"), "--memory", "64MiB", "--levels", "--threads", "64"});
+  const auto ingest = [this](const std::string& memory, std::vector<std::string> more) {
+    std::vector<std::string> words{"ingest",           path("star.swc"), "--placements", path("places.tsv"), "-o",
+                                   path("levels.fil"), "--memory",       memory,         "--threads",        "64"};
+    words.insert(words.end(), more.begin(), more.end());
+    return runFiliform(words);
+  };
+  const auto hasLevels = [this] {
+    const std::string current = revisionOf(path("levels.fil"));
+    return std::filesystem::exists(path("levels.fil/" + current.substr(0, current.find('\n')) + "/levels.bin"));
+  };
+  const Outcome refused = ingest("64MiB", {"--levels"});
+  EXPECT_EQ(refused.exit_code, 1);
+  EXPECT_NE(refused.err.find("with a larger --memory, or with --no-levels"), std::string::npos) << refused.err;
+  EXPECT_LE(refused.peak_bytes, 64 * kMiB + kBeside);
+  const Outcome without = ingest("64MiB", {});
+  ASSERT_EQ(without.exit_code, 0) << without.err;
+  EXPECT_NE(without.err.find("note: distant neurites of this set are not drawn"), std::string::npos) << without.err;
+  EXPECT_LE(without.peak_bytes, 64 * kMiB + kBeside);
+  EXPECT_FALSE(hasLevels());
+  const Outcome made = ingest("192MiB", {"--force"});
   ASSERT_EQ(made.exit_code, 0) << made.err;
-  EXPECT_LE(made.peak_bytes, 64 * kMiB + kBeside);
+  EXPECT_LE(made.peak_bytes, 192 * kMiB + kBeside);
+  EXPECT_TRUE(hasLevels());
 }
 
 TEST_F(Memory, MillionsOfDroppedLinesAreNotHeld) {

@@ -305,10 +305,12 @@ TEST_F(ViewInShort, AStateThatCannotBeWrittenIsSaidAndEndsWithThree) {
 }
 
 TEST_F(ViewInShort, WithoutLevelsOfDetailItSaysWhatIsLeftOut) {
-  ASSERT_EQ(runFiliform({"ingest", *folder_ / "c.zip", "-o", *folder_ / "flat.fil", "--capacity", "128"}).exit_code, 0);
+  ASSERT_EQ(runFiliform({"ingest", *folder_ / "c.zip", "-o", *folder_ / "flat.fil", "--capacity", "128", "--no-levels"})
+                .exit_code,
+            0);
   view("'" + (*folder_ / "flat.fil") + "' --size 300x200 --segments 1000");
   await("the advice",
-        [](const Json& s) { return s.at("message").get<std::string>().find("--levels") != std::string::npos; });
+        [](const Json& s) { return s.at("message").get<std::string>().find("--no-levels") != std::string::npos; });
   send("key q");
   EXPECT_EQ(ended(), 0);
 }

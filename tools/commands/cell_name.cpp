@@ -47,7 +47,8 @@ std::uint32_t findCellNamed(const TileStore& store, const std::string& name, con
     }
   }
   NearNames near(name);
-  for (std::uint32_t cell = 0; cell < store.cell_count(); ++cell) near.offer(store.cell(cell).name);
+  for (std::uint32_t cell = 0; cell < store.cell_count(); ++cell)
+    if (!store.cell(cell).removed) near.offer(store.cell(cell).name);
   throw UsageError(given + ": no cell has this text in its name or source" + didYouMean(near.names()) +
                    (near.names().empty() ? "; 'filiform cells SET' lists the names" : ""));
 }

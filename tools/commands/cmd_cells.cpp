@@ -38,6 +38,7 @@ std::vector<std::uint32_t> cellsOfName(const TileStore& store, const std::string
   std::vector<std::uint32_t> cells;
   for (std::uint32_t cell = 0; cell < store.cell_count(); ++cell) {
     if (cell % kRowsBetween == 0) throwIfInterrupted();
+    if (store.cell(cell).removed) continue;
     if (glob == "*" || fnmatch(glob.c_str(), store.cell(cell).name.c_str(), 0) == 0) cells.push_back(cell);
   }
   return cells;

@@ -17,7 +17,6 @@
 #include <array>
 #include <filesystem>
 #include <iostream>
-#include <numeric>
 #include <optional>
 #include <sstream>
 
@@ -184,8 +183,8 @@ int runExport(const ExportArguments& a) {
   if (!a.cell.empty()) {
     ids.push_back(findCellNamed(*set, a.cell));
   } else {
-    ids.resize(set->cell_count());
-    std::iota(ids.begin(), ids.end(), 0);
+    for (std::uint32_t id = 0; id < set->cell_count(); ++id)
+      if (!set->cell(id).removed) ids.push_back(id);
   }
   if (one_file) return exportFile(*set, ids.front(), a.out, to.format);
   if (ids.empty()) throw InputError(escaped(a.set) + ": the tile set has no cell");

@@ -144,8 +144,8 @@ void writeInfoJson(const TileSet& set, const Levels* levels, const InfoArguments
     const LevelEntry& top = levels->entry(0);
     info["coarsest_level"] = {{"segments", top.segments},
                               {"error_um", top.error_um},
-                              {"left_out", top.dropped},
-                              {"of", top.dropped + top.represented}};
+                              {"hidden", top.hidden},
+                              {"of", top.hidden + top.represented}};
   }
   for (const auto& [name, reason] : refusedInputs(set))
     info["refused_inputs"].push_back({{"name", name}, {"reason", reason}});
@@ -170,7 +170,7 @@ void printLevels(const Levels& levels) {
     const LevelEntry& top = levels.entry(0);
     printLine("  coarsest", formatCount(top.segments),
               ("  segments within " + formatNumber(std::round(top.error_um * 100) / 100) + " um, " +
-               formatCount(top.dropped) + " of " + formatCount(top.dropped + top.represented) + " left out"));
+               formatCount(top.hidden) + " of " + formatCount(top.hidden + top.represented) + " hidden by others"));
   }
 }
 

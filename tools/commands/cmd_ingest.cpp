@@ -1,4 +1,5 @@
 // filiform ingest: makes a tile set from SWC files, folders and archives.
+#include "index/build/growth.h"
 #include "index/build/ingest.h"
 #include "index/build/input_provenance.h"
 #include "index/errors.h"
@@ -7,6 +8,7 @@
 #include "index/output.h"
 #include "index/text.h"
 #include "tools/commands/commands.h"
+#include "tools/commands/growth_report.h"
 #include "tools/commands/input_report_json.h"
 #include "tools/program/interruption.h"
 #include "tools/program/numbers.h"
@@ -26,11 +28,11 @@ namespace filiform::tools {
 namespace {
 
 struct IngestArguments {
-  std::vector<std::string> inputs;
+  std::vector<std::string> inputs, removed;
   std::string out, unit = "um", quantum = "2^-9", memory = "1GiB", report, placements;
   std::uint32_t capacity = PartitionOptions{}.capacity;
   unsigned threads = 0;
-  bool apply_offset = false, strict = false, force = false, levels = false;
+  bool apply_offset = false, strict = false, force = false, add = false, no_levels = false, levels = false;
 };
 
 int quantumExponentOf(const std::string& text) {
@@ -76,7 +78,8 @@ IngestOptions ingestOptionsOf(const IngestArguments& a) {
   options.capacity = a.capacity;
   options.quantum_exponent = quantumExponentOf(a.quantum);
   options.threads = a.threads;
-  options.levels = a.levels;
+  options.levels = !a.no_levels;
+  options.levels_optional = !a.levels;
   options.force = a.force;
   options.cancel = &interruptFlag();
   options.memory = parseBytes("--memory", a.memory);
@@ -128,16 +131,30 @@ class IngestProgress {
   std::string phase_;
 };
 
-std::string describe(const std::string& path, const IngestResult& result) {
-  const SetCounts& n = result.counts;
-  return escaped(path) + ": " + formatCount(n.cells) + (n.cells == 1 ? " cell, " : " cells, ") +
-         formatCount(n.samples) + " samples, " + formatCount(n.segments) + " segments in " + formatCount(n.tiles) +
-         " tiles, " + formatBytes(result.bytes) + (result.unchanged ? " (unchanged: the same set as before)" : "") +
-         "\n";
+// Throws UsageError for arguments that exclude each other.
+void checkGrowth(const IngestArguments& a) {
+  if (!a.removed.empty() && (a.add || !a.inputs.empty()))
+    throw UsageError("--remove: takes no INPUT; remove first, then add with --add");
+  if ((a.add || !a.removed.empty()) && a.force)
+    throw UsageError("--force replaces a set; leave it out with --add and --remove");
+  if (a.removed.empty() && a.inputs.empty()) throw UsageError("INPUT is missing: give files, folders or archives");
+}
+
+int runRemove(const IngestArguments& a, IngestOptions options) {
+  IngestProgress progress;
+  options.progress = [&](const char* phase, std::uint64_t done, std::uint64_t total) {
+    progress.build(phase, done, total);
+  };
+  const GrowthResult result = removeCells(a.removed, a.out, options);
+  progress.end();
+  std::cout << reportOf(a.out, result);
+  return 0;
 }
 
 int runIngest(const IngestArguments& a) {
   IngestOptions options = ingestOptionsOf(a);
+  checkGrowth(a);
+  if (!a.removed.empty()) return runRemove(a, std::move(options));
   InputOptions reading;
   reading.swc = {.apply_offset = a.apply_offset, .strict = a.strict};
   readUnit(a.unit, reading.swc);
@@ -170,13 +187,19 @@ int runIngest(const IngestArguments& a) {
   };
 
   CellStream& cells = placed ? static_cast<CellStream&>(*placed) : input;
-  const IngestResult result = ingest(cells, a.out, options);
+  GrowthResult result;
+  if (a.add)
+    result = addCells(cells, a.out, options);
+  else
+    result.set = ingest(cells, a.out, options);
   if (report) report->finish();
   progress.end();
   people << summary(input.reports());
   if (placed) people << describe(*placed);
   if (const std::string doubt = input.unitDoubt(); !doubt.empty()) std::cerr << "filiform: note: " << doubt << '\n';
-  people << describe(a.out, result);
+  if (!result.set.levels_left_out.empty())
+    std::cerr << "filiform: note: distant neurites of this set are not drawn: " << result.set.levels_left_out << '\n';
+  people << (a.add ? reportOf(a.out, result) : reportOf(a.out, result.set));
   return 0;
 }
 
@@ -188,10 +211,11 @@ void addIngest(CLI::App& app, Chosen& chosen) {
   command->footer(
       "Examples:\n  filiform ingest archive.zip more/*.swc -o column.fil\n"
       "  filiform ingest library.zip --placements column.tsv -o column.fil\n"
+      "  filiform ingest --add more.zip -o column.fil\n"
+      "  filiform ingest --remove CELL -o my.fil\n"
       "Files that cannot be used are counted and named; the others are ingested. filiform check lists them "
       "beforehand.");
-  command->add_option("INPUT", a->inputs, "SWC files, folders, zip archives; graphs: .edges, .obj, .vtk, skeletons")
-      ->required();
+  command->add_option("INPUT", a->inputs, "SWC files, folders, zip archives; graphs: .edges, .obj, .vtk, skeletons");
   command->add_option("-o,--output", a->out, "write the tile set to this folder")->required()->type_name("SET");
   command->add_option("--capacity", a->capacity, "put at most N segments in a tile")
       ->capture_default_str()
@@ -209,8 +233,15 @@ void addIngest(CLI::App& app, Chosen& chosen) {
   command->add_option("--threads", a->threads, "use N threads; 0: one a core")->capture_default_str();
   command->add_option("--placements", a->placements, "place cells as this table says; the input is then a library")
       ->type_name("TSV");
-  command->add_flag("--levels", a->levels, "write levels of detail, needed to view large sets");
+  command->add_flag("--no-levels", a->no_levels,
+                    "write no levels of detail: faster and smaller, but pictures of large sets lack neurites");
+  command->add_flag("--levels", a->levels, "fail if levels of detail do not fit the memory, instead of a note")
+      ->excludes("--no-levels");
   command->add_flag("--strict", a->strict, "refuse files that have a warning; write nothing if a file is refused");
+  command->add_flag("--add", a->add, "add the cells to the set; its --capacity and --quantum stay");
+  command->add_option("--remove", a->removed, "remove the cell of this name from the set; repeatable")
+      ->type_name("CELL")
+      ->expected(1);
   command->add_flag("--force", a->force, "replace an existing set");
   command->add_option("--report", a->report, "write a JSON record of everything dropped, cut or remarked")
       ->type_name("FILE");

@@ -36,7 +36,7 @@ namespace {
 struct RenderArguments {
   std::string scene, out, camera, size = "1280x800", stereo = "mono", colour_by = "cell", proxy, at,
                                   palette = "red-green", highlight, path, cell, route = "longest", method = "climb";
-  double zoom_um = 300, widening = 1, separation = 1, error_px = 0.5;
+  double zoom_um = 300, widening = 1, separation = 1, error_px = Levels::kEnough_px;
   std::uint64_t segments = 2'000'000;
   double pictures_s = 30;
   int samples = 2;
@@ -339,6 +339,8 @@ int runRender(const RenderArguments& a) {
                                       {"tiles", figures.tiles},
                                       {"error_px", figures.error_px},
                                       {"left_out", figures.left_out},
+                                      {"hidden", figures.hidden},
+                                      {"limited", figures.limited},
                                       {"tiles_left_out", figures.tiles_left_out},
                                       {"lines", figures.drawn.lines},
                                       {"cones", figures.drawn.cones},
@@ -355,9 +357,16 @@ int runRender(const RenderArguments& a) {
   people << size.width << " x " << size.height << ", " << formatCount(figures.segments) << " segments in "
          << formatCount(figures.tiles) << " tiles, error at most "
          << formatNumber(std::ceil(figures.error_px * 100) / 100) << " px; drawn by " << context->description() << '\n';
+  if (figures.limited)
+    people << "  coarser than --error " << formatNumber(a.error_px) << " px, because --segments allows "
+           << formatCount(a.segments) << " segments; allow more for a finer picture\n";
+  if (figures.hidden > 0)
+    people << "  not drawn: " << formatCount(figures.hidden)
+           << " segments whose pixels others cover; --error 0 and more --segments draw them\n";
   if (figures.left_out > 0)
-    people << "  left out: " << formatCount(figures.left_out)
-           << " segments (limit of --segments: " << formatCount(a.segments) << ")\n";
+    people << "  left out: " << formatCount(figures.left_out) << " segments, because --segments allows "
+           << formatCount(a.segments) << (levels ? "" : " and the scene has no levels of detail") << "; allow more"
+           << (levels || isFileScene(a.scene) ? "" : ", or ingest without --no-levels") << "\n";
   if (figures.implausible_radii > 0)
     people << "  radii that are unknown or impossible in um: " << formatCount(figures.implausible_radii)
            << ", drawn with a usual radius\n";

@@ -8,6 +8,7 @@ namespace filiform::tools {
 void addSynth(CLI::App& app, Chosen& chosen);
 void addCheck(CLI::App& app, Chosen& chosen);
 void addIngest(CLI::App& app, Chosen& chosen);
+void addCompact(CLI::App& app, Chosen& chosen);
 void addInfo(CLI::App& app, Chosen& chosen);
 void addCells(CLI::App& app, Chosen& chosen);
 void addVerify(CLI::App& app, Chosen& chosen);

@@ -31,7 +31,7 @@ struct SceneBudget {
   std::uint64_t moving_segments = 2'000'000;  // chosen while camera or proxy move, at most
   int samples = 2, moving_samples = 2;        // across a pixel
   bool moving_shade = true;                   // use eye-dome lighting of far views also in motion
-  double enough_px = 0.5;                     // choose no finer tiles where the error is below this
+  double enough_px = Levels::kEnough_px;      // choose no finer tiles where the error is below this
   std::uint64_t upload_bytes = 4U << 20;      // in one frame; one tile is always uploaded
   double upload_ms = 2;                       // in one frame; one tile is always uploaded
   std::uint64_t card_bytes = 1ULL << 30;      // above this, tiles that are not drawn are removed from the card
@@ -72,7 +72,9 @@ struct SceneFigures {
   bool moving = false;               // drawn with the budget for motion
   bool complete = false;             // every chosen tile is drawn, without stand-ins
   std::uint64_t segments = 0;        // of the drawn tiles
-  std::uint64_t left_out = 0;        // full-resolution segments in view that no drawn tile represents
+  std::uint64_t hidden = 0;          // full-resolution segments that levels hide: others cover their pixels
+  std::uint64_t left_out = 0;        // full-resolution segments in view, in places of which no tile is drawn
+  bool limited = false;              // levels are coarser than `enough_px`, because of the budget
   std::uint64_t tiles_left_out = 0;  // without levels: tiles beyond the budget
   double error_px = 0;               // largest error of the drawn tiles; may be infinite
   double wanted_error_px = 0;        // largest error of the chosen tiles

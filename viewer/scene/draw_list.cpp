@@ -9,7 +9,11 @@ DrawList chooseTiles(const TileStore& store, const Levels* levels, const LevelVi
   DrawList list;
   if (levels != nullptr) {
     LevelChoice choice = levels->choose(view, most_segments, enough_px);
-    return {std::move(choice.parts), choice.segments, choice.error_px, choice.dropped, 0};
+    return {.parts = std::move(choice.parts),
+            .segments = choice.segments,
+            .error_px = choice.error_px,
+            .hidden = choice.hidden,
+            .limited = choice.limited};
   }
 
   struct DrawableTile {

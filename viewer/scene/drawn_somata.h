@@ -23,10 +23,4 @@ using SomaTable = std::map<NodeId, std::shared_ptr<const Soma>>;
 // plus reads of the somata's other tiles.
 SomaTable somataIn(const Tile& tile, const TileAppearance& appearance, const RootTable& roots, SomaFinder& finder);
 
-// The somata in a tile of a level of detail, under the tile's own node ids, which are no sample ids. A three-point soma
-// is recognised by its shape: two soma segments at one node, or one if the tile holds no more. Contour somata are
-// looked up by the position of their nodes; one that cannot be read is missing. O(n), plus reads of the contours'
-// full-resolution tiles.
-SomaTable somataInLevel(const Tile& tile, const TileAppearance& appearance, SomaFinder& finder);
-
 }  // namespace filiform

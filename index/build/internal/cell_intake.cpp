@@ -1,8 +1,10 @@
 #include "index/build/internal/cell_intake.h"
 
+#include "index/cell/soma.h"
 #include "index/errors.h"
 #include "index/set/internal/cells_file.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace filiform::internal {
@@ -40,6 +42,7 @@ void CellIntake::take(Cell& cell, Chunks& chunks, LandmarkSurvey& survey) {
   for (std::uint32_t i = 0; i < n; ++i)
     if ((is_child_[i] & 1) == 0) detail.roots.push_back({i, cell.radii_um[i], cell.types[i]});
   record.roots = detail.roots.size();
+  findSomata(cell, detail);
   passSegments(cell, record, chunks, survey);
   segments_ += record.segments + record.isolated;
   if (large) {
@@ -53,6 +56,34 @@ void CellIntake::take(Cell& cell, Chunks& chunks, LandmarkSurvey& survey) {
   bytes_ += kBytesOfCell + 4 * heapBytes(record.source) + 3 * heapBytes(cell.name);
   given_names_.push_back(std::move(cell.name));
   digests_.push_back(cell.digest);
+  records_.push_back(std::move(record));
+}
+
+void CellIntake::findSomata(const Cell& cell, const CellDetail& detail) {
+  const auto id = static_cast<std::uint32_t>(records_.size());
+  const auto soma_samples = static_cast<std::size_t>(std::count(cell.types.begin(), cell.types.end(), kSomaType));
+  CellSomata somata;
+  if (soma_samples > 1 && soma_samples < cell.samples() && !cell.positions_um.empty()) somata = somataOf(cell);
+  for (const Soma& soma : somata.somata)
+    somata_.push_back({id, soma.root, grid_.snap(soma.centre_um), static_cast<float>(soma.radius_um)});
+  for (const CellDetail::Root& root : detail.roots) {
+    const bool found = std::any_of(somata.somata.begin(), somata.somata.end(),
+                                   [&](const Soma& soma) { return soma.root == root.rank; });
+    if (root.type == kSomaType && !found) somata_.push_back({id, root.rank, snapped_[root.rank], root.radius_um});
+  }
+}
+
+void CellIntake::take(StoredCells::One cell) {
+  keepBytes(withTiles(cell.detail, [](std::vector<TileId>& tiles) { tiles.clear(); }));
+  CellRecord& record = cell.record;
+  segments_ += record.segments + record.isolated;
+  bytes_ += kBytesOfCell + 4 * heapBytes(record.source) + 3 * heapBytes(record.name);
+  given_names_.push_back(std::move(record.name));
+  digests_.push_back(cell.digest);
+  for (SomaRoot soma : cell.somata) {
+    soma.cell = static_cast<std::uint32_t>(records_.size());
+    somata_.push_back(soma);
+  }
   records_.push_back(std::move(record));
 }
 
@@ -102,8 +133,9 @@ void CellIntake::passSegments(const Cell& cell, CellRecord& record, Chunks& chun
   }
 }
 
-void CellIntake::keepDetail(const CellDetail& detail) {
-  const Bytes bytes = encodeDetail(detail);
+void CellIntake::keepDetail(const CellDetail& detail) { keepBytes(encodeDetail(detail)); }
+
+void CellIntake::keepBytes(ByteSpan bytes) {
   const std::uint64_t size = bytes.size();
   details_.append({reinterpret_cast<const std::uint8_t*>(&size), sizeof size});
   details_.append(bytes);

@@ -91,8 +91,8 @@ void LeafBuilder::enter(const Range& range) {
   for (std::uint32_t leaf = first_; leaf < end_; ++leaf) closed_.push_back(closedBlock(partition_.leaves()[leaf]));
 }
 
-// Calls use(leaf, owned) for each leaf of the range that stores the segment, and counts its midpoint. Returns true for a long segment whose
-// midpoint is in the range, in the leaf `owner_`.
+// Calls use(leaf, owned) for each leaf of the range that stores the segment, and counts its midpoint. Returns true for
+// a long segment whose midpoint is in the range, in the leaf `owner_`.
 template <typename Use>
 bool LeafBuilder::forEachLeaf(const SegmentRecord& r, const Use& use) {
   const GridPoint middle = midpoint(r.child, r.parent);
@@ -353,14 +353,17 @@ void LeafBuilder::buildAlone(SegmentChain& chain, const Part& part, const Range&
   if (records.empty()) return;
   sortRuns(records, runs_, [](const SegmentRecord& a, const SegmentRecord& b) { return a.id.key() < b.id.key(); });
   stored_.assign(end_ - first_ + 1, 0);
-  for (const SegmentRecord& r : records) forEachLeaf(r, [&](std::uint32_t leaf, bool) { ++stored_[leaf - first_ + 1]; });
+  for (const SegmentRecord& r : records)
+    forEachLeaf(r, [&](std::uint32_t leaf, bool) { ++stored_[leaf - first_ + 1]; });
   std::partial_sum(stored_.begin(), stored_.end(), stored_.begin());
   unit_.first = range.first;
   unit_.keys = std::span(partition_.leaves()).subspan(range.first, range.end - range.first);
   unit_.items_begin = stored_;
   unit_.items.resize(stored_.back());
   for (std::uint32_t i = 0; i < records.size(); ++i) {
-    forEachLeaf(records[i], [&](std::uint32_t leaf, bool owned) { unit_.items[stored_[leaf - first_]++] = {i, owned}; });
+    forEachLeaf(records[i], [&](std::uint32_t leaf, bool owned) {
+      unit_.items[stored_[leaf - first_]++] = {i, owned};
+    });
   }
   hand_over_(unit_);
 }

@@ -78,7 +78,7 @@ class LeafBuilder {
     std::uint64_t stored, too_long;  // of all of them
     std::uint64_t largest;           // stored by one unit
     bool is_unit;
-    bool fits;                       // a thread's share
+    bool fits;  // a thread's share
     std::uint64_t bytes() const { return (stored + too_long) * (kBytesOfRecord + kBytesOfPlace) + tileCost(largest); }
   };
   std::vector<Part> partsOf(std::span<SegmentChain* const> chains, const Range& range, std::uint64_t share);
@@ -98,7 +98,7 @@ class LeafBuilder {
   std::vector<GridBox> closed_;
 
   std::vector<SegmentRecord> records_;
-  std::vector<std::uint64_t> placed_, ordered_;  // leaf << 32 | owned | position in records_
+  std::vector<std::uint64_t> placed_, ordered_;    // leaf << 32 | owned | position in records_
   std::vector<std::uint32_t> midpoints_, stored_;  // by leaf of the range
   std::vector<std::uint32_t> unit_ends_;           // of the leaves, from first_ on
   std::vector<std::uint32_t> long_, met_, next_;

@@ -5,6 +5,7 @@
 #include "index/set/internal/manifest.h"
 #include "index/set/tile_set.h"
 
+#include <algorithm>
 #include <cerrno>
 #include <fcntl.h>
 #include <filesystem>
@@ -35,11 +36,12 @@ bool holds(const std::string& path) {
 
 }  // namespace
 
-SetFolder::SetFolder(const std::string& path, bool force) : path_(path) {
+SetFolder::SetFolder(const std::string& path, Purpose purpose) : path_(path) {
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
   bool created = false;
   if (!fs::exists(status)) {
+    if (purpose == Purpose::grow) throw IoError(path, "is missing; make a set with filiform ingest");
     created = fs::create_directory(path, error);
     if (error) throw IoError(path, "cannot be created", error.value());
   } else if (!fs::is_directory(status)) {
@@ -48,7 +50,7 @@ SetFolder::SetFolder(const std::string& path, bool force) : path_(path) {
   try {
     lock();
     created_ = created;
-    if (!created_) inspect(force);
+    if (!created_) inspect(purpose);
     // The revision's name is known only after everything is written.
     building_ = path + "/new.tmp-" + std::to_string(::getpid());
     fs::remove_all(building_);
@@ -64,11 +66,11 @@ SetFolder::SetFolder(const std::string& path, bool force) : path_(path) {
   }
 }
 
-bool SetFolder::publish(const std::string& revision) {
+bool SetFolder::publish(const std::string& revision, const std::vector<std::string>& in_use) {
   try {
     const std::string target = path_ + "/" + revision;
     if (revision == previous_ && holds(path_)) {
-      removeOthers(revision);
+      removeOthers(revision, in_use);
       return false;
     }
     const std::string own = ".tmp-" + std::to_string(::getpid());
@@ -96,7 +98,7 @@ bool SetFolder::publish(const std::string& revision) {
   } catch (const fs::filesystem_error& e) {
     throw IoError(path_, "cannot be published", e.code().value());
   }
-  removeOthers(revision);
+  removeOthers(revision, in_use);
   return true;
 }
 
@@ -109,7 +111,7 @@ void SetFolder::lock() {
   }
 }
 
-void SetFolder::inspect(bool force) {
+void SetFolder::inspect(Purpose purpose) {
   bool has_current = false;
   for (const fs::directory_entry& entry : fs::directory_iterator(path_)) {
     const std::string name = entry.path().filename().string();
@@ -119,8 +121,13 @@ void SetFolder::inspect(bool force) {
       throw InputError(path_ + ": is not a tile set and holds other files; choose another name");
     }
   }
+  if (purpose == Purpose::grow) {
+    if (!has_current) throw InputError(path_ + ": is not a tile set; make one with filiform ingest");
+    previous_ = TileSet::open(path_)->revision();
+    return;
+  }
   if (!has_current) return;
-  if (!force) throw InputError(path_ + ": is already a tile set; --force replaces it");
+  if (purpose == Purpose::create) throw InputError(path_ + ": is already a tile set; --force replaces it");
   try {
     const auto set = TileSet::open(path_);
     previous_ = set->revision();
@@ -130,13 +137,14 @@ void SetFolder::inspect(bool force) {
 }
 
 // Readers keep their open files. The next ingest removes what cannot be removed now.
-void SetFolder::removeOthers(const std::string& revision) noexcept {
+void SetFolder::removeOthers(const std::string& revision, const std::vector<std::string>& in_use) noexcept {
   try {
     std::error_code ignored;
     std::vector<fs::path> others;
     for (fs::directory_iterator at(path_, ignored), end; at != end; at.increment(ignored)) {
       const std::string name = at->path().filename().string();
-      if (name != revision && (isRevisionName(name) || isTemporaryName(name))) others.push_back(at->path());
+      const bool used = name == revision || std::find(in_use.begin(), in_use.end(), name) != in_use.end();
+      if (!used && (isRevisionName(name) || isTemporaryName(name))) others.push_back(at->path());
     }
     for (const fs::path& other : others) fs::remove_all(other, ignored);
   } catch (const std::bad_alloc&) {

@@ -1,30 +1,37 @@
-// SetFolder: the folder of a tile set during one ingest. It is locked, and restored unless publish() succeeds.
+// SetFolder: the folder of a tile set while a revision is made. It is locked, and restored unless publish() succeeds.
 #pragma once
 
+#include <cstdint>
 #include <string>
+#include <vector>
 
 namespace filiform::internal {
 
 // Thread rule: thread-compatible; only one process at a time has the lock.
 class SetFolder {
  public:
+  enum class Purpose : std::uint8_t {
+    create,   // there must be no set
+    replace,  // a set may be there
+    grow,     // a set must be there
+  };
   // Creates or locks the folder, and creates a folder in it for the new revision. Throws InputError if the folder is
-  // not a tile set, is one without `force`, or another ingest writes it. Throws IoError.
-  SetFolder(const std::string& path, bool force);
+  // not a tile set, is one although `purpose` forbids it, or another process writes it. Throws IoError.
+  SetFolder(const std::string& path, Purpose purpose);
   SetFolder(const SetFolder&) = delete;
   SetFolder& operator=(const SetFolder&) = delete;
   ~SetFolder() { undo(); }
 
   const std::string& building() const { return building_; }  // the folder of the new revision
 
-  // Makes the new revision the current one, and removes others. Returns false if the same revision is already published
-  // and complete. Throws IoError.
-  bool publish(const std::string& revision);
+  // Makes the new revision the current one, and removes others except those of `in_use`. Returns false if the same
+  // revision is already published and complete. Throws IoError.
+  bool publish(const std::string& revision, const std::vector<std::string>& in_use = {});
 
  private:
   void lock();
-  void inspect(bool force);
-  void removeOthers(const std::string& revision) noexcept;
+  void inspect(Purpose purpose);
+  void removeOthers(const std::string& revision, const std::vector<std::string>& in_use) noexcept;
   void undo() noexcept;
   void removeMade() const;
 

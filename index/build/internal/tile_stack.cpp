@@ -1,5 +1,6 @@
 #include "index/build/internal/tile_stack.h"
 
+#include "index/build/internal/level_writer.h"
 #include "index/set/internal/tile_entry.h"
 #include "index/tile/tile_codec.h"
 
@@ -8,8 +9,8 @@
 
 namespace filiform::internal {
 
-TileStack::TileStack(const Grid& grid, unsigned workers, const std::string& folder, std::uint64_t memory)
-    : grid_(grid), spool_(folder, kBlockBytes, memory) {
+TileStack::TileStack(const Grid& grid, unsigned workers, const std::string& folder, std::uint64_t memory, bool levels)
+    : grid_(grid), levels_(levels), spool_(folder, kBlockBytes, memory) {
   for (unsigned i = 0; i < workers; ++i) heaps_.push_back({ByteChain(spool_), {}});
 }
 
@@ -21,12 +22,15 @@ void TileStack::add(unsigned worker, LeafUnit& unit) {
     std::vector<StoredSegment> segments;
     unit.content(i, segments, appearance);
     if (unit.keys.size() == 1 && unit.records.size() > LeafUnit::kRecordsKept) unit.records = {};
+    std::vector<std::uint8_t> neurites;
+    if (levels_ && !unit.is_long) neurites = packed(leafNeurites(segments, appearance, unit.keys[i], grid_));
     const Tile tile(0, unit.keys[i], unit.is_long, grid_, std::move(segments));
     const std::vector<std::uint8_t> geometry = encodeTile(tile), look = encodeAppearance(appearance);
     heap.tiles.push_back({entryOf(tile), unit.first + static_cast<std::uint32_t>(i), worker, heap.bytes.bytes(),
-                          geometry.size(), look.size()});
+                          geometry.size(), look.size(), neurites.size()});
     heap.bytes.append(geometry);
     heap.bytes.append(look);
+    heap.bytes.append(neurites);
   }
 }
 
@@ -49,6 +53,13 @@ void TileStack::write(TileId id, const Encoded& tile, TileWriter& writer) {
   heaps_[tile.heap].bytes.read(tile.offset, bytes_, scratch_);
   const std::span<const std::uint8_t> all(bytes_);
   writer.add(id, tile.entry, all.first(tile.geometry_bytes), all.subspan(tile.geometry_bytes));
+}
+
+Neurites TileStack::neurites(const Encoded& tile) const {
+  Spool::Buffer scratch;
+  std::vector<std::uint8_t> bytes(tile.neurite_bytes);
+  heaps_[tile.heap].bytes.read(tile.offset + tile.geometry_bytes + tile.appearance_bytes, bytes, scratch);
+  return unpacked(bytes);
 }
 
 }  // namespace filiform::internal

@@ -4,6 +4,7 @@
 #include "index/build/internal/tile_writer.h"
 #include "index/build/internal/tiler.h"
 #include "index/file/internal/spool.h"
+#include "index/tile/internal/neurites.h"
 
 #include <cstdint>
 #include <deque>
@@ -17,7 +18,8 @@ namespace filiform::internal {
 class TileStack final : public TileSink {
  public:
   // `folder`: for the spool's file. Encoded tiles stay in memory up to `memory` bytes.
-  TileStack(const Grid& grid, unsigned workers, const std::string& folder, std::uint64_t memory);
+  // `levels`: also keep the neurites of each tile, for levels of detail.
+  TileStack(const Grid& grid, unsigned workers, const std::string& folder, std::uint64_t memory, bool levels);
 
   void add(unsigned worker, LeafUnit& unit) override;
 
@@ -26,12 +28,14 @@ class TileStack final : public TileSink {
     std::uint32_t leaf;
     unsigned heap;
     std::uint64_t offset;
-    std::size_t geometry_bytes, appearance_bytes;
+    std::size_t geometry_bytes, appearance_bytes, neurite_bytes;
   };
   // All tiles, by leaf; the position is the tile's id. Call it once, after the last add().
   std::vector<Encoded> finish();
   // Passes one tile to the writer; after finish().
   void write(TileId id, const Encoded& tile, TileWriter& writer);
+  // The neurites of a tile, for levels of detail; after finish(). Several threads may call it.
+  Neurites neurites(const Encoded& tile) const;
 
  private:
   static constexpr std::size_t kBlockBytes = std::size_t{64} << 10;
@@ -40,6 +44,7 @@ class TileStack final : public TileSink {
     std::deque<Encoded> tiles;  // a growing vector would need twice the memory
   };
   Grid grid_;
+  bool levels_;
   Spool spool_;
   std::vector<Heap> heaps_;
   Spool::Buffer scratch_;

@@ -1,6 +1,5 @@
 #include "index/build/internal/tile_writer.h"
 
-#include "index/build/internal/level_writer.h"
 #include "index/build/internal/pack_writer.h"
 #include "index/errors.h"
 #include "index/file/internal/digest.h"
@@ -21,15 +20,15 @@ using internal::Bytes;
 using internal::ByteSpan;
 
 struct TileWriter::Impl {
-  Impl(std::string into, std::uint64_t most_pack_bytes)
+  Impl(std::string into, std::uint64_t most_pack_bytes, std::uint32_t first_pack)
       : folder(std::move(into)),
         pack_bytes(most_pack_bytes),
-        packs(folder, {internal::packFile, [](std::uint32_t pack) { return internal::packHeader(pack); }}, pack_bytes) {
-  }
+        packs(folder, {internal::packFile, [](std::uint32_t pack) { return internal::packHeader(pack); }}, pack_bytes,
+              first_pack) {}
 
   std::string folder;
   std::uint64_t pack_bytes;
-  std::uint32_t page_tiles = 0;  // of the directory
+  std::uint32_t page_tiles = 256;  // of the directory
   internal::DirectoryContents directory;
   internal::Manifest manifest;
   internal::PackWriter packs;
@@ -55,7 +54,7 @@ struct TileWriter::Impl {
 
 TileWriter::TileWriter(std::string folder, const Grid& grid, std::uint32_t capacity, TileId tile_count, bool has_long,
                        std::uint64_t pack_bytes, std::uint32_t page_tiles)
-    : impl_(std::make_unique<Impl>(std::move(folder), pack_bytes)) {
+    : impl_(std::make_unique<Impl>(std::move(folder), pack_bytes, 0)) {
   impl_->page_tiles = page_tiles;
   impl_->manifest.grid = grid;
   impl_->manifest.capacity = capacity;
@@ -63,6 +62,14 @@ TileWriter::TileWriter(std::string folder, const Grid& grid, std::uint32_t capac
   impl_->directory.entries.resize(tile_count);
   impl_->directory.locations.resize(tile_count);
   impl_->manifest.counts.tiles = tile_count;
+}
+
+TileWriter::TileWriter(std::string folder, const Grid& grid, std::uint32_t capacity, std::uint64_t pack_bytes,
+                       std::uint32_t first_pack)
+    : impl_(std::make_unique<Impl>(std::move(folder), pack_bytes, first_pack)) {
+  impl_->manifest.grid = grid;
+  impl_->manifest.capacity = capacity;
+  impl_->manifest.grown = true;
 }
 
 TileWriter::~TileWriter() = default;
@@ -84,18 +91,42 @@ std::vector<TileId> TileWriter::packOrder(std::span<const BlockKey> leaves, bool
 
 void TileWriter::add(TileId tile, const TileEntry& entry, std::span<const std::uint8_t> geometry,
                      std::span<const std::uint8_t> appearance) {
-  impl_->directory.locations[tile] =
-      impl_->packs.add(geometry, appearance, "a tile takes more than 4 GiB: too many segments have the same midpoint");
+  impl_->directory.locations[tile] = append(geometry, appearance);
   impl_->directory.entries[tile] = entry;
   impl_->manifest.counts.stored_segments += entry.stored;
   impl_->manifest.counts.decoded_bytes += entry.decoded_bytes;
 }
 
+internal::TileLocation TileWriter::append(ByteSpan geometry, ByteSpan appearance) {
+  return impl_->packs.add(geometry, appearance,
+                          "a tile takes more than 4 GiB: too many segments have the same midpoint");
+}
+
+void TileWriter::refer(const SetFile& file) { impl_->list(file); }
+
+void TileWriter::setTiles(internal::DirectoryContents tiles, const std::vector<internal::Patch>& patches) {
+  impl_->directory = std::move(tiles);
+  SetCounts& counts = impl_->manifest.counts;
+  counts.tiles = impl_->directory.entries.size();
+  for (const TileEntry& entry : impl_->directory.entries) {
+    counts.stored_segments += entry.stored;
+    counts.decoded_bytes += entry.decoded_bytes;
+  }
+  if (!patches.empty()) impl_->writeFile(internal::kPatchesFile, internal::encodePatches(patches));
+}
+
+std::vector<std::string> TileWriter::revisionsInUse() const {
+  std::vector<std::string> names;
+  for (const SetFile& file : impl_->manifest.files)
+    if (!file.revision.empty()) names.push_back(file.revision);
+  return names;
+}
+
 void TileWriter::writeCells(const std::vector<CellRecord>& records, const std::vector<std::uint64_t>& digests,
                             const std::function<void(const UseDetail& use)>& details) {
   SetCounts& counts = impl_->manifest.counts;
-  counts.cells = records.size();
   for (const CellRecord& record : records) {
+    ++(record.removed ? counts.removed : counts.cells);
     counts.samples += record.samples;
     counts.segments += record.segments;
     counts.isolated += record.isolated;
@@ -130,37 +161,14 @@ void TileWriter::writeLandmarks(const Landmarks& landmarks) {
   impl_->writeFile(internal::kLandmarksFile, internal::encodeLandmarks(landmarks));
 }
 
-void TileWriter::writeLevels(const LevelMemory& memory, unsigned threads,
-                             const std::function<void(std::uint64_t)>& progress) {
-  impl_->closePacks();
+void TileWriter::writeLevels(LevelInput input, LevelOptions options) {
   const internal::DirectoryContents& directory = impl_->directory;
   std::vector<BlockKey> leaves;
   for (TileId t = 0; t < directory.entries.size(); ++t)
     if (t != directory.long_tile) leaves.push_back(directory.entries[t].key);
-  const std::unique_ptr<TileSource> source = openFolder(impl_->folder);
-  const auto read = [&](TileId tile, bool appearance) {
-    const internal::TileLocation& at = directory.locations[tile];
-    Bytes bytes(appearance ? at.appearance_bytes : at.geometry_bytes);
-    source->read(internal::packFile(at.pack), at.offset + (appearance ? at.geometry_bytes : 0), bytes);
-    return bytes;
-  };
-  const auto place = [&](TileId tile) {
-    return TilePlace{tile, directory.entries[tile].key, tile == directory.long_tile, "tiles", 0};
-  };
-  LevelInput input{impl_->manifest.grid, leaves, {}, {}, {}, progress};
-  input.stored = [&](TileId tile) { return directory.entries[tile].stored; };
-  input.load = [&](TileId tile) {
-    return std::make_shared<const Tile>(decodeTile(read(tile, false), place(tile), impl_->manifest.grid));
-  };
-  input.loadAppearance = [&](TileId tile) {
-    return decodeAppearance(read(tile, true), place(tile), directory.entries[tile].stored);
-  };
-  LevelOptions options;
-  options.most_segments = impl_->manifest.capacity;
-  options.threads = threads;
+  input.grid = impl_->manifest.grid;
+  input.leaves = leaves;
   options.pack_bytes = impl_->pack_bytes;
-  options.memory = memory.bytes;
-  options.memoryFor = memory.ofProcess;
   for (const SetFile& file : filiform::writeLevels(input, options, impl_->folder)) impl_->list(file);
 }
 

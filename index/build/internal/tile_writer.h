@@ -1,7 +1,10 @@
 // TileWriter: writes the files of one revision into a folder. ingest() publishes the folder.
 #pragma once
 
+#include "index/build/internal/level_writer.h"
 #include "index/geometry/partition.h"
+#include "index/set/internal/directory_file.h"
+#include "index/set/internal/patches_file.h"
 #include "index/set/provenance.h"
 #include "index/set/tile_set.h"
 
@@ -24,6 +27,10 @@ class TileWriter {
   // last.
   TileWriter(std::string folder, const Grid& grid, std::uint32_t capacity, TileId tile_count, bool has_long,
              std::uint64_t pack_bytes = kMostPackBytes, std::uint32_t page_tiles = 256);
+  // For a revision that refers to packs of others: setTiles() passes the tiles. Its own packs have numbers from
+  // `first_pack` on.
+  TileWriter(std::string folder, const Grid& grid, std::uint32_t capacity, std::uint64_t pack_bytes,
+             std::uint32_t first_pack);
   TileWriter(const TileWriter&) = delete;
   TileWriter& operator=(const TileWriter&) = delete;
   ~TileWriter();
@@ -34,6 +41,12 @@ class TileWriter {
   // Appends a tile; each id once, in packOrder(). Throws InputError for a tile of more than 4 GiB.
   void add(TileId tile, const TileEntry& entry, std::span<const std::uint8_t> geometry,
            std::span<const std::uint8_t> appearance);
+  // For a grown revision: appends the bytes of a tile; lists a file of another revision; sets all tiles.
+  internal::TileLocation append(std::span<const std::uint8_t> geometry, std::span<const std::uint8_t> appearance);
+  void refer(const SetFile& file);
+  void setTiles(internal::DirectoryContents tiles, const std::vector<internal::Patch>& patches);
+  std::vector<std::string> revisionsInUse() const;  // of the files listed by refer()
+
   // Writes the cells, in the order of their ids; call it once. `details` is called once and passes each cell's encoded
   // detail to `use`.
   using UseDetail = std::function<void(std::span<const std::uint8_t> detail)>;
@@ -43,16 +56,9 @@ class TileWriter {
   void writeSection(const std::string& name, std::span<const std::uint8_t> bytes);
   // Writes the landmarks; call it once.
   void writeLandmarks(const Landmarks& landmarks);
-  struct LevelMemory {
-    std::uint64_t bytes = UINT64_MAX;
-    // For a message: the memory of the process that leaves this number of bytes to the levels.
-    std::function<std::uint64_t(std::uint64_t bytes)> ofProcess = {};
-  };
-  // Makes the levels of detail from the added tiles, which must be all, and reads these back. `progress` receives the
-  // number of finished tiles. Also throws CorruptTile, InputError if the levels need more memory, and what `progress`
-  // throws. O(segments).
-  void writeLevels(const LevelMemory& memory, unsigned threads,
-                   const std::function<void(std::uint64_t done)>& progress);
+  // Makes the levels of detail of the added tiles, which must be all. `input` has no grid and no leaves. Throws what
+  // filiform::writeLevels() throws.
+  void writeLevels(LevelInput input, LevelOptions options);
 
   // Writes directory and manifest, flushes the folder, and returns the revision's name.
   std::string finish(const Provenance& provenance);

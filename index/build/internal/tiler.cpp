@@ -50,6 +50,7 @@ struct Tiler::Impl {
     if (options.progress) options.progress(phase, done, total);
   }
 
+  void endReading();
   void cutChunk(Chunk& chunk, LandmarkSurvey& survey, SegmentChain& crossing, std::vector<BlockKey>& found) const;
   std::vector<BlockKey> findLeaves(std::vector<SegmentChain>& crossing);
   std::size_t chunkOf(std::uint32_t leaf) const;  // in `order`
@@ -93,15 +94,16 @@ struct Tiler::Impl {
 
   LandmarkSurvey survey;
   Partition partition{std::vector<BlockKey>{BlockKey{}}};
-  std::vector<SegmentChain> long_segments;   // by worker
-  std::vector<LandmarkChooser::Part> parts;  // by worker
+  std::vector<SegmentChain> long_segments;                           // by worker
+  std::vector<LandmarkChooser::Part> parts;                          // by worker
   std::vector<std::vector<LandmarkChooser::Segment>> owned_of_leaf;  // by worker
   std::unique_ptr<const LandmarkChooser> chooser;
   std::unique_ptr<CellLeaves> cell_leaves;
 };
 
-// All threads at work take a third. A chunk consists of whole units. A chunk with no more ghosts than segments of its own never has a tile that is too
-// large to be built. A chunk that is split must be one that its midpoints make no leaf of.
+// All threads at work take a third. A chunk consists of whole units. A chunk with no more ghosts than segments of its
+// own never has a tile that is too large to be built. A chunk that is split must be one that its midpoints make no leaf
+// of.
 std::uint64_t Tiler::Impl::mostInChunk(const TilerOptions& options) {
   const std::uint64_t most = options.chunk_segments != 0
                                  ? options.chunk_segments
@@ -337,20 +339,39 @@ void Tiler::read(CellStream& stream) {
     if (t.intake.records().size() % 256 == 0) t.refuseWhatHasGrown();
     cell.discardLarge();
   }
-  t.table.settle([&t](std::uint64_t done) { t.step("sorting", done, 0); });
-  t.intake.finish();
-  t.order.resize(t.chunks.size());
-  std::iota(t.order.begin(), t.order.end(), 0u);
-  std::sort(t.order.begin(), t.order.end(),
-            [&](std::uint32_t a, std::uint32_t b) { return t.chunks[a].key.low < t.chunks[b].key.low; });
-  t.refuseWhatHasGrown();
-  for (const Chunk& chunk : t.chunks)
-    if (chunk.own.count() > t.most_in_chunk && LeafBuilder::tileCost(chunk.own.count()) > t.workBytes())
+  t.endReading();
+}
+
+void Tiler::read(const StoredCells& cells) {
+  Impl& t = *impl_;
+  for (std::uint32_t c = 0; c < cells.size(); ++c) {
+    if (c % 256 == 0) t.refuseWhatHasGrown();
+    t.intake.take(cells.cell(c));
+  }
+  std::uint64_t done = 0;
+  cells.forEachSegment([&](const SegmentRecord& record) {
+    if (done++ % 65536 == 0) t.step("reading the set", done, t.intake.segments());
+    t.survey.addLength(record.child, record.parent);
+    t.table.add(record);
+  });
+  t.endReading();
+}
+
+void Tiler::Impl::endReading() {
+  table.settle([this](std::uint64_t done) { step("sorting", done, 0); });
+  intake.finish();
+  order.resize(chunks.size());
+  std::iota(order.begin(), order.end(), 0u);
+  std::sort(order.begin(), order.end(),
+            [this](std::uint32_t a, std::uint32_t b) { return chunks[a].key.low < chunks[b].key.low; });
+  refuseWhatHasGrown();
+  for (const Chunk& chunk : chunks)
+    if (chunk.own.count() > most_in_chunk && LeafBuilder::tileCost(chunk.own.count()) > workBytes())
       throw InputError(
           std::to_string(chunk.own.count()) +
           " segments have the same midpoint and belong to one tile, which takes more memory than is given; "
           "ingest with --memory " +
-          std::to_string((t.memoryForWork(LeafBuilder::tileCost(chunk.own.count())) >> 20) + 1) + "MiB");
+          std::to_string((memoryForWork(LeafBuilder::tileCost(chunk.own.count())) >> 20) + 1) + "MiB");
 }
 
 // The leaves of all chunks, ascending; `crossing` gets the segments that touch borders of chunks.
@@ -458,15 +479,20 @@ void Tiler::details(std::span<const TileId> tile_of, const std::function<void(By
   });
 }
 
-TileWriter::LevelMemory Tiler::memoryForLevels() const {
+LevelOptions Tiler::optionsForLevels() const {
   const Impl& t = *impl_;
   // A quarter is for details of cells, in the spool.
-  const std::uint64_t most = t.options.memory / 4 * 3,
+  const std::uint64_t most = t.options.memory / 8 * 5,
                       held = t.options.beside + t.intake.bytes() + leaves().size() * kBytesOfPackedLeaf;
-  return {most - std::min(most, held), [held](std::uint64_t bytes) { return (bytes + held) / 3 * 4 + 16; }};
+  LevelOptions options;
+  options.threads = t.options.threads;
+  options.memory = most - std::min(most, held);
+  options.memoryFor = [held](std::uint64_t bytes) { return (bytes + held) / 5 * 8 + 16; };
+  return options;
 }
 
 const std::vector<BlockKey>& Tiler::leaves() const { return impl_->partition.leaves(); }
+const std::vector<SomaRoot>& Tiler::somata() const { return impl_->intake.somata(); }
 const std::vector<CellRecord>& Tiler::records() const { return impl_->intake.records(); }
 const std::vector<std::uint64_t>& Tiler::digests() const { return impl_->intake.digests(); }
 std::uint64_t Tiler::segments() const { return impl_->intake.segments(); }

@@ -15,6 +15,7 @@
 #pragma once
 
 #include "index/build/internal/leaf_unit.h"
+#include "index/build/internal/stored_cells.h"
 #include "index/build/internal/tile_writer.h"
 #include "index/geometry/partition.h"
 #include "index/set/landmarks.h"
@@ -60,6 +61,7 @@ class Tiler {
 
   // Call each once, in this order.
   void read(CellStream& stream);
+  void read(const StoredCells& cells);  // instead: cells of existing sets
   void cut();
   void tiles(TileSink& sink);
   Landmarks landmarks();
@@ -67,8 +69,10 @@ class Tiler {
   // each leaf.
   void details(std::span<const TileId> tile_of, const std::function<void(ByteSpan detail)>& use);
 
-  // After tiles(), when nothing else takes memory but what the tiler holds and 900 bytes a tile.
-  TileWriter::LevelMemory memoryForLevels() const;
+  // The memory for levels of detail, and the message for too little. After tiles(), when nothing else takes memory but
+  // what the tiler holds, 900 bytes a tile, and an eighth for encoded tiles.
+  LevelOptions optionsForLevels() const;
+  const std::vector<SomaRoot>& somata() const;  // after read()
 
   const std::vector<BlockKey>& leaves() const;     // after cut(): all leaves, ascending, also those without segments
   const std::vector<CellRecord>& records() const;  // after read()

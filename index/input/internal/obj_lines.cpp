@@ -17,7 +17,7 @@ using internal::RealKind;
 
 constexpr std::array<std::string_view, 10> kElements = {"f",    "p",   "curv", "curv2", "surf",
                                                         "call", "bzp", "cdc",  "cdp",   "fo"};
-constexpr std::size_t kMaxLine = SwcReader::kMaxDataLine;
+constexpr std::size_t kMaxObjLine = SwcReader::kMaxDataLine;
 
 class ObjReader {
  public:
@@ -44,7 +44,7 @@ class ObjReader {
   void skipLine() {
     std::string_view rest;
     bool too_long = false;
-    while (in_.readLine(rest, kMaxLine, too_long) && rest.ends_with('\\') && !too_long) {
+    while (in_.readLine(rest, kMaxObjLine, too_long) && rest.ends_with('\\') && !too_long) {
     }
   }
 

@@ -44,7 +44,7 @@ Bytes recordPage(const CellColumns& cells, std::uint32_t begin, std::uint32_t en
     page.u64(cells.details[i].checksum);
     page.u32(static_cast<std::uint32_t>(record.name.size()));
     page.u32(static_cast<std::uint32_t>(record.source.size()));
-    page.u64(0);
+    page.u64(record.removed ? 1 : 0);
   }
   for (std::uint32_t i = begin; i < end; ++i) {
     page.text(cells.records[i].name);
@@ -126,6 +126,20 @@ CellDetail decodeDetail(ByteSpan bytes, std::uint64_t samples) {
   return detail;
 }
 
+Bytes withTiles(ByteSpan detail, const std::function<void(std::vector<TileId>& tiles)>& change) {
+  ByteReader in(detail);
+  std::vector<TileId> tiles(in.varint32());
+  TileId last = 0;
+  for (TileId& tile : tiles) tile = last += in.varint32();
+  change(tiles);
+  ByteWriter out;
+  out.varint(tiles.size());
+  last = 0;
+  for (const TileId tile : tiles) out.varint(tile - last), last = tile;
+  out.append(detail.subspan(in.offset()));
+  return out.take();
+}
+
 Bytes cellsHeader() {
   ByteWriter out;
   writeMagic(out, kCellsMagic);
@@ -135,8 +149,13 @@ Bytes cellsHeader() {
 
 Bytes writeCellPages(const CellColumns& cells, std::uint64_t at, const std::function<void(ByteSpan)>& use) {
   const auto n = static_cast<std::uint32_t>(cells.records.size());
+  std::vector<std::uint32_t> order;
+  for (std::uint32_t i = 0; i < n; ++i)
+    if (!cells.records[i].removed) order.push_back(i);
+  const auto named = static_cast<std::uint32_t>(order.size());
   ByteWriter root;
   root.u32(n);
+  root.u32(named);
   const auto add = [&](const Bytes& page) {
     writePlace(root, {at, page.size(), checksum(page)});
     use(page);
@@ -144,15 +163,13 @@ Bytes writeCellPages(const CellColumns& cells, std::uint64_t at, const std::func
   };
   for (std::uint32_t begin = 0; begin < n; begin += kCellsOfPage)
     add(recordPage(cells, begin, std::min(n, begin + kCellsOfPage)));
-  std::vector<std::uint32_t> order(n);
-  for (std::uint32_t i = 0; i < n; ++i) order[i] = i;
   std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
     const int difference = cells.records[a].name.compare(cells.records[b].name);
     return difference != 0 ? difference < 0 : a < b;
   });
-  for (std::uint32_t begin = 0; begin < n; begin += kCellsOfPage) {
+  for (std::uint32_t begin = 0; begin < named; begin += kCellsOfPage) {
     ByteWriter page;
-    for (std::uint32_t i = begin; i < std::min(n, begin + kCellsOfPage); ++i) {
+    for (std::uint32_t i = begin; i < std::min(named, begin + kCellsOfPage); ++i) {
       const std::string& name = cells.records[order[i]].name;
       page.u32(order[i]);
       page.u32(static_cast<std::uint32_t>(name.size()));
@@ -170,10 +187,12 @@ CellsRoot decodeCellsRoot(ByteSpan bytes, std::uint64_t file_bytes) {
   ByteReader in(bytes);
   CellsRoot root;
   root.cells = in.u32();
+  root.named = in.u32();
+  in.require(root.named <= root.cells, "more names than cells");
   const std::uint32_t pages = pagesOf(root.cells);
   in.require(bytes.size() / 24 >= pages, "more cells than there are bytes");
   for (std::uint32_t page = 0; page < pages; ++page) root.records.push_back(readPlace(in, file_bytes));
-  for (std::uint32_t page = 0; page < pages; ++page) {
+  for (std::uint32_t page = 0; page < pagesOf(root.named); ++page) {
     root.names.push_back(readPlace(in, file_bytes));
     root.first_names.push_back(textOf(in.take(in.u32())));
     in.require(page == 0 || root.first_names[page - 1] <= root.first_names[page], "the names are out of order");
@@ -182,8 +201,8 @@ CellsRoot decodeCellsRoot(ByteSpan bytes, std::uint64_t file_bytes) {
   return root;
 }
 
-std::uint32_t cellsOfPage(const CellsRoot& root, std::uint32_t page) {
-  return std::min(kCellsOfPage, root.cells - page * kCellsOfPage);
+std::uint32_t cellsOfPage(std::uint32_t cells, std::uint32_t page) {
+  return std::min(kCellsOfPage, cells - page * kCellsOfPage);
 }
 
 CellPage decodeCellPage(ByteSpan bytes, std::uint32_t count, std::uint64_t file_bytes) {
@@ -207,7 +226,9 @@ CellPage decodeCellPage(ByteSpan bytes, std::uint32_t count, std::uint64_t file_
     place.checksum = in.u64();
     in.require(place.offset <= file_bytes && place.bytes <= file_bytes - place.offset, "a cell lies outside the file");
     const std::uint32_t name = in.u32(), source = in.u32();
-    in.require(in.u64() == 0, "a reserved field is not zero");
+    const std::uint64_t removed = in.u64();
+    in.require(removed <= 1 && (removed == 0 || (r.samples == 0 && name == 0)), "a removed cell is not empty");
+    r.removed = removed == 1;
     r.name = textOf(text.take(name));
     r.source = textOf(text.take(source));
     page.records.push_back(std::move(r));
@@ -220,7 +241,7 @@ CellPage decodeCellPage(ByteSpan bytes, std::uint32_t count, std::uint64_t file_
 NamePage decodeNamePage(const CellsRoot& root, std::uint32_t page, ByteSpan bytes) {
   ByteReader in(bytes);
   NamePage found;
-  for (std::uint32_t i = 0; i < cellsOfPage(root, page); ++i) {
+  for (std::uint32_t i = 0; i < cellsOfPage(root.named, page); ++i) {
     const std::uint32_t id = in.u32();
     in.require(id < root.cells, "a cell does not exist");
     found.emplace_back(textOf(in.take(in.u32())), id);

@@ -34,12 +34,12 @@ Bytes cellsHeader();  // the beginning of the file; the details follow
 Bytes writeCellPages(const CellColumns& cells, std::uint64_t at, const std::function<void(ByteSpan page)>& use);
 
 struct CellsRoot {
-  std::uint32_t cells = 0;
+  std::uint32_t cells = 0, named = 0;  // named: not removed
   std::vector<CellPagePlace> records, names;
   std::vector<std::string> first_names;  // of each page of names
 };
 CellsRoot decodeCellsRoot(ByteSpan root, std::uint64_t file_bytes);
-std::uint32_t cellsOfPage(const CellsRoot& root, std::uint32_t page);  // of records or names
+std::uint32_t cellsOfPage(std::uint32_t cells, std::uint32_t page);  // of all `cells`
 
 struct CellPage {
   std::vector<CellRecord> records;
@@ -52,5 +52,7 @@ NamePage decodeNamePage(const CellsRoot& root, std::uint32_t page, ByteSpan byte
 
 Bytes encodeDetail(const CellDetail& detail);
 CellDetail decodeDetail(ByteSpan bytes, std::uint64_t samples);
+// The detail with other tiles. Throws Damage. O(bytes).
+Bytes withTiles(ByteSpan detail, const std::function<void(std::vector<TileId>& tiles)>& change);
 
 }  // namespace filiform::internal

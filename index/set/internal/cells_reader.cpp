@@ -18,7 +18,9 @@ const CellsReader::Table& CellsReader::table() const {
         revision_.readChecked(kCellsFile, at, manifest.cells_root_bytes, manifest.cells_root_checksum, "the root");
     auto table = std::make_unique<Table>();
     table->root = decoded(name, at, [&] { return decodeCellsRoot(bytes, file.bytes); });
-    if (table->root.cells != manifest.counts.cells) throw CorruptSet(name, at, "contradicts the manifest");
+    if (table->root.named != manifest.counts.cells ||
+        table->root.cells != manifest.counts.cells + manifest.counts.removed)
+      throw CorruptSet(name, at, "contradicts the manifest");
     table->records = std::make_unique<ReadOnce<CellPage>[]>(table->root.records.size());
     table->names = std::make_unique<ReadOnce<NamePage>[]>(table->root.names.size());
     return table;
@@ -29,8 +31,9 @@ CellPage CellsReader::readRecords(const CellsRoot& root, std::uint32_t page) con
   const CellPagePlace& at = root.records[page];
   const Bytes bytes =
       revision_.readChecked(kCellsFile, at.offset, at.bytes, at.checksum, "page " + std::to_string(page) + " of cells");
-  return decoded(revision_.describe(kCellsFile), at.offset,
-                 [&] { return decodeCellPage(bytes, cellsOfPage(root, page), revision_.file(kCellsFile).bytes); });
+  return decoded(revision_.describe(kCellsFile), at.offset, [&] {
+    return decodeCellPage(bytes, cellsOfPage(root.cells, page), revision_.file(kCellsFile).bytes);
+  });
 }
 
 NamePage CellsReader::readNames(const CellsRoot& root, std::uint32_t page) const {
@@ -41,7 +44,8 @@ NamePage CellsReader::readNames(const CellsRoot& root, std::uint32_t page) const
 }
 
 const CellPage& CellsReader::page(std::uint32_t id) const {
-  if (id >= revision_.manifest().counts.cells) throw std::out_of_range("the cell does not exist");
+  const SetCounts& counts = revision_.manifest().counts;
+  if (id >= counts.cells + counts.removed) throw std::out_of_range("the cell does not exist");
   const Table& t = table();
   const std::uint32_t number = id / kCellsOfPage;
   return t.records[number].get([&] { return std::make_unique<CellPage>(readRecords(t.root, number)); });
@@ -63,12 +67,17 @@ std::optional<std::uint32_t> CellsReader::find(const std::string& name) const {
   return std::nullopt;
 }
 
+Bytes CellsReader::encodedDetail(std::uint32_t id) const {
+  const DetailPlace& at = page(id).details[id % kCellsOfPage];
+  return revision_.readChecked(kCellsFile, at.offset, at.bytes, at.checksum, "cell " + std::to_string(id));
+}
+
 CellDetail CellsReader::detail(std::uint32_t id, TileId tile_count) const {
   const CellPage& p = page(id);
   const CellRecord& record = p.records[id % kCellsOfPage];
   const DetailPlace& at = p.details[id % kCellsOfPage];
   const std::string cell = "cell " + std::to_string(id);
-  const Bytes bytes = revision_.readChecked(kCellsFile, at.offset, at.bytes, at.checksum, cell);
+  const Bytes bytes = encodedDetail(id);
   const std::string file = revision_.describe(kCellsFile);
   CellDetail detail = decoded(file, at.offset, [&] { return decodeDetail(bytes, record.samples); });
   if (detail.roots.size() != record.roots || (!detail.tiles.empty() && detail.tiles.back() >= tile_count))
@@ -80,10 +89,11 @@ void CellsReader::check() const {
   const CellsRoot& root = table().root;
   const SetCounts& stated = revision_.manifest().counts;
   SetCounts sum = stated;
-  sum.samples = sum.segments = sum.isolated = sum.roots = 0;
+  sum.samples = sum.segments = sum.isolated = sum.roots = sum.removed = 0;
   for (std::uint32_t number = 0; number < root.records.size(); ++number)
     for (const CellRecord& r : readRecords(root, number).records)
-      sum.samples += r.samples, sum.segments += r.segments, sum.isolated += r.isolated, sum.roots += r.roots;
+      sum.samples += r.samples, sum.segments += r.segments, sum.isolated += r.isolated, sum.roots += r.roots,
+          sum.removed += r.removed ? 1 : 0;
   if (sum != stated) throw CorruptSet(revision_.describe(kCellsFile), 0, "contradicts the manifest");
   for (std::uint32_t number = 0; number < root.names.size(); ++number) readNames(root, number);
 }

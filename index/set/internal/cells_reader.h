@@ -21,6 +21,8 @@ class CellsReader {
   const CellRecord& record(std::uint32_t id) const;
   std::optional<std::uint32_t> find(const std::string& name) const;  // the lowest id; reads up to two pages of names
   CellDetail detail(std::uint32_t id, TileId tile_count) const;      // also reads the detail
+  std::uint64_t digest(std::uint32_t id) const { return page(id).digests[id % kCellsOfPage]; }
+  Bytes encodedDetail(std::uint32_t id) const;
   // Reads all pages, one after the other, and compares their sums with the manifest. Keeps nothing.
   void check() const;
 

@@ -2,6 +2,7 @@
 
 #include "index/file/internal/bytes.h"
 #include "index/geometry/closest_point.h"
+#include "index/geometry/internal/grown_leaves.h"
 #include "index/set/cell_graph.h"
 #include "index/set/internal/tile_entry.h"
 
@@ -130,7 +131,9 @@ struct DeepCheck::Impl {
   std::uint64_t sampleAt(std::uint32_t cell, std::uint32_t rank) const { return sample_begin[cell] + rank; }
   std::uint64_t segmentRanks(std::uint32_t cell) const { return segment_begin[cell + 1] - segment_begin[cell]; }
 
+  void coverWorld();
   Load splitLoad(const BlockKey& block, std::size_t first, std::size_t last);
+  bool isShort(bool in_long_tile, const GridPoint& a, const GridPoint& b);
   void own(const Tile& tile, std::uint32_t s, const TileAppearance& appearance);
   void checkLandmark(const SegmentId& id, const Vector3d& a_W, const Vector3d& b_W);
   void nodes(const Tile& tile);
@@ -219,10 +222,29 @@ Load DeepCheck::Impl::splitLoad(const BlockKey& block, std::size_t first, std::s
   return load;
 }
 
+// A grown set has the leaves that it stores, and the largest blocks that fill the space between them.
+void DeepCheck::Impl::coverWorld() {
+  std::vector<BlockKey> stored;
+  for (TileId t = 0; t < set.leaves().size(); ++t) stored.push_back(set.entry(t).key);
+  leaves = grownLeaves(stored);
+  TileId next = 0;
+  for (const BlockKey& leaf : leaves) {
+    const bool is_stored = next < stored.size() && stored[next] == leaf;
+    tile_of.push_back(is_stored ? next : kNoTile);
+    next += is_stored;
+  }
+  leaves_good = next == stored.size();
+  if (!leaves_good) problem("tile " + std::to_string(next) + ": its block is not a leaf");
+}
+
 bool DeepCheck::begin() {
   Impl& d = *impl_;
   std::sort(d.long_middles.begin(), d.long_middles.end());
-  d.splitLoad(BlockKey{}, 0, d.set.leaves().size());
+  if (d.set.grown()) {
+    d.coverWorld();
+  } else {
+    d.splitLoad(BlockKey{}, 0, d.set.leaves().size());
+  }
   if (!d.leaves_good) return false;
   d.partition.emplace(d.leaves);
   const std::uint32_t n = d.set.cell_count();
@@ -258,6 +280,18 @@ void DeepCheck::Impl::checkLandmark(const SegmentId& id, const Vector3d& a_W, co
             "landmark " + std::to_string(at->second) + ": does not lie on its segment");
   }
   landmarks_on.erase(begin, end);
+}
+
+// Finds the leaves that a segment meets, unless it is a long segment. In a grown set, those of the long-segment tile
+// are long, however many leaves they meet now.
+bool DeepCheck::Impl::isShort(bool in_long_tile, const GridPoint& a, const GridPoint& b) {
+  if (!set.grown()) return partition->leavesMet(a, b, met);
+  if (in_long_tile) return false;
+  if (partition->leavesMet(a, b, met)) return true;
+  met.clear();
+  for (std::uint32_t leaf = 0; leaf < leaves.size(); ++leaf)
+    if (segmentMeetsBox(a, b, closedBlock(leaves[leaf]))) met.push_back(leaf);
+  return true;
 }
 
 // The owner of a segment decides which tiles must store it, and what its cell contains.
@@ -298,7 +332,7 @@ void DeepCheck::Impl::own(const Tile& tile, std::uint32_t s, const TileAppearanc
   };
   if (!tile.isLong() && inside(a) && inside(b)) {
     want(tile.id(), true);
-  } else if (partition->leavesMet(a, b, met)) {
+  } else if (isShort(tile.isLong(), a, b)) {
     const std::uint32_t owner = met.size() == 1 ? met[0] : partition->home(midpoint(a, b));
     for (const std::uint32_t leaf : met) want(tile_of[leaf], leaf == owner);
   } else {
@@ -369,8 +403,12 @@ void DeepCheck::Impl::checkCell(std::uint32_t c) {
   const CellSums& sums = cells[c];
   const CellDetail detail = set.loadCellDetail(c);
   const std::string name = "cell " + std::to_string(c);
+  if (stated.removed) {
+    require(sums.segments == 0 && sums.isolated == 0 && detail.tiles.empty(), name + ": is removed but has segments");
+    return;
+  }
   require(set.findCell(stated.name) == c, name + ": is not found by its name");
-  if (c > 0) require(set.cell(c - 1).source <= stated.source, name + ": its source is out of order");
+  if (c > 0 && !set.grown()) require(set.cell(c - 1).source <= stated.source, name + ": its source is out of order");
   require(sums.segments == stated.segments && sums.isolated == stated.isolated, name + ": its counts are wrong");
   require(sums.bounds.lo == stated.bounds.lo && sums.bounds.hi == stated.bounds.hi, name + ": its bounds are wrong");
   std::uint64_t tiles = 0;

@@ -53,17 +53,14 @@ const DirectoryPage& DirectoryReader::page(TileId tile) const {
   return known != nullptr ? *known : readPage(number);
 }
 
-void DirectoryReader::checkLocations(const DirectoryPage& page, TileId begin) const {
-  for (std::size_t t = 0; t < page.locations.size(); ++t) {
-    const TileLocation& at = page.locations[t];
-    const std::uint64_t bytes_needed = std::uint64_t{at.geometry_bytes} + at.appearance_bytes;
-    if (at.pack < pack_bytes_.size() && at.offset <= pack_bytes_[at.pack] &&
-        bytes_needed <= pack_bytes_[at.pack] - at.offset)
-      continue;
-    std::string what = "tile " + std::to_string(begin + t);
-    what += " lies outside the packs";
-    throw CorruptSet(revision_.describe(kDirectoryFile), 0, what);
-  }
+void DirectoryReader::checkLocation(TileId tile, const TileLocation& at) const {
+  const std::uint64_t bytes_needed = std::uint64_t{at.geometry_bytes} + at.appearance_bytes;
+  if (tile < root_.tiles && at.pack < pack_bytes_.size() && at.offset <= pack_bytes_[at.pack] &&
+      bytes_needed <= pack_bytes_[at.pack] - at.offset)
+    return;
+  std::string what = "tile " + std::to_string(tile);
+  what += " lies outside the packs";
+  throw CorruptSet(revision_.describe(kDirectoryFile), 0, what);
 }
 
 const DirectoryPage& DirectoryReader::readPage(std::uint32_t number) const {
@@ -72,7 +69,8 @@ const DirectoryPage& DirectoryReader::readPage(std::uint32_t number) const {
   auto found = std::make_unique<DirectoryPage>(decoded(
       revision_.describe(kDirectoryFile), 0, [&] { return decodeDirectoryPage(root_, listed, number, reader()); }));
   const TileId begin = root_.pageBegin(number);
-  checkLocations(*found, begin);
+  for (std::size_t t = 0; t < found->locations.size(); ++t)
+    checkLocation(begin + static_cast<TileId>(t), found->locations[t]);
   std::vector<BlockKey> keys;
   keys.reserve(found->entries.size());
   for (std::size_t t = 0; t < found->entries.size() && begin + t < root_.leaf_count(); ++t)

@@ -27,6 +27,7 @@ class DirectoryReader {
   TileId home(const GridPoint& p) const;
   // Reads the pages that home() of the tile's nodes needs, because the haptic thread cannot read.
   void knowHomes(const Tile& tile) const;
+  void checkLocation(TileId tile, const TileLocation& at) const;  // throws CorruptSet if it lies outside the packs
   const std::string& packName(std::uint32_t pack) const { return pack_names_[pack]; }  // for messages
 
  private:
@@ -39,7 +40,6 @@ class DirectoryReader {
   const DirectoryPage& readPage(std::uint32_t number) const;
   const DirectoryGroup& group(std::uint32_t number) const;
   ReadPart reader() const;
-  void checkLocations(const DirectoryPage& page, TileId begin) const;
 
   const Revision& revision_;
   DirectoryRoot root_;

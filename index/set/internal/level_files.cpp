@@ -11,7 +11,7 @@ namespace filiform::internal {
 namespace {
 
 constexpr std::string_view kMagic = "FILILEVL", kPackMagic = "FILILPAK";
-constexpr std::size_t kHeaderBytes = 40, kPageChecksumBytes = 8, kEntryBytes = 152, kChecksumAt = 32;
+constexpr std::size_t kHeaderBytes = 40, kPageChecksumBytes = 8, kEntryBytes = 160, kChecksumAt = 32;
 constexpr std::uint32_t kTilesPerPage = 4096;
 
 std::size_t rootBytes(std::size_t pages) { return kHeaderBytes + pages * kPageChecksumBytes; }
@@ -23,11 +23,13 @@ void write(ByteWriter& out, const LevelEntry& e, const TileLocation& at) {
   out.point(e.content.lo);
   out.point(e.content.hi);
   out.u32(e.segments);
-  out.u32(0);
+  out.u16(static_cast<std::uint16_t>(e.coarser));
+  out.u16(static_cast<std::uint16_t>(e.exponent));
   out.f64(e.error_um);
   out.u64(e.represented);
-  out.u64(e.dropped);
-  out.f64(e.dropped_um);
+  out.u64(e.hidden);
+  out.f64(e.hidden_um);
+  out.f64(e.pixel_um);
   out.u32(at.geometry_bytes);
   out.u32(at.appearance_bytes);
   out.u64(e.decoded_bytes);
@@ -46,13 +48,16 @@ void read(ByteReader& in, LevelEntry& e, TileLocation& at) {
   at.pack = in.u32();
   e.content = in.box();
   e.segments = in.u32();
-  in.require(in.u32() == 0, "a reserved field is not zero");
+  e.coarser = in.u16();
+  e.exponent = static_cast<std::int16_t>(in.u16());
+  in.require(e.exponent >= Grid::kMinExponent && e.exponent <= Grid::kMaxExponent, "the quantum is out of range");
   e.error_um = in.f64();
   e.represented = in.u64();
-  e.dropped = in.u64();
-  e.dropped_um = in.f64();
-  in.require(std::isfinite(e.error_um) && e.error_um >= 0 && std::isfinite(e.dropped_um) && e.dropped_um >= 0 &&
-                 e.segments <= e.represented,
+  e.hidden = in.u64();
+  e.hidden_um = in.f64();
+  e.pixel_um = in.f64();
+  const auto isLength = [](double um) { return std::isfinite(um) && um >= 0; };
+  in.require(isLength(e.error_um) && isLength(e.hidden_um) && isLength(e.pixel_um) && (e.hidden == 0 || e.pixel_um > 0),
              "a tile's figures contradict each other");
   at.geometry_bytes = in.u32();
   at.appearance_bytes = in.u32();
@@ -63,6 +68,11 @@ void read(ByteReader& in, LevelEntry& e, TileLocation& at) {
 }
 
 }  // namespace
+
+bool comesBefore(const LevelEntry& a, const LevelEntry& b) {
+  if (a.key.low != b.key.low) return a.key.low < b.key.low;
+  return a.key.depth != b.key.depth ? a.key.depth < b.key.depth : a.coarser > b.coarser;
+}
 
 std::string levelPackFile(std::uint32_t pack) {
   char name[32];
@@ -79,7 +89,7 @@ Bytes encodeLevels(const LevelTable& table) {
   root.u32(kTilesPerPage);
   root.u32(static_cast<std::uint32_t>(tiles));
   root.u32(static_cast<std::uint32_t>(pages));
-  root.u32(table.most_segments);
+  root.u32(table.least_segments);
   root.i32(table.grid.exponent());
   root.u64(0);
   for (std::size_t page = 0; page < pages; ++page) {
@@ -98,7 +108,7 @@ LevelTable decodeLevels(ByteSpan bytes) {
   checkMagic(in, kMagic);
   LevelTable table;
   const std::uint32_t per_page = in.u32(), tiles = in.u32(), pages = in.u32();
-  table.most_segments = in.u32();
+  table.least_segments = in.u32();
   const std::int32_t exponent = in.i32();
   in.require(exponent >= Grid::kMinExponent && exponent <= Grid::kMaxExponent, "the quantum is out of range");
   table.grid = Grid(exponent);
@@ -124,8 +134,7 @@ LevelTable decodeLevels(ByteSpan bytes) {
     }
   }
   for (std::uint32_t t = 1; t < tiles; ++t) {
-    const BlockKey &before = table.entries[t - 1].key, &key = table.entries[t].key;
-    in.require(key.low > before.low || (key.low == before.low && key.depth > before.depth), "tiles are out of order");
+    in.require(comesBefore(table.entries[t - 1], table.entries[t]), "tiles are out of order");
   }
   return table;
 }

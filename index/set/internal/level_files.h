@@ -14,10 +14,13 @@ inline constexpr const char* kLevelsFile = "levels.bin";
 std::string levelPackFile(std::uint32_t pack);
 Bytes levelPackHeader(std::uint32_t pack);
 
+// Ascending by lowest key; a block before the blocks inside it; of one block the coarsest tile first.
+bool comesBefore(const LevelEntry& a, const LevelEntry& b);
+
 struct LevelTable {
   Grid grid;
-  std::uint32_t most_segments = 0;  // limit of a tile
-  std::vector<LevelEntry> entries;  // ascending by lowest key, a block before the blocks inside it
+  std::uint32_t least_segments = 0;  // in full resolution below a tile, except the outermost
+  std::vector<LevelEntry> entries;   // each comesBefore() the next
   std::vector<TileLocation> locations;
 };
 Bytes encodeLevels(const LevelTable& table);

@@ -66,16 +66,20 @@ std::string encodeManifest(const Manifest& manifest, const Provenance& provenanc
                     {"segments", c.segments},
                     {"isolated", c.isolated},
                     {"roots", c.roots},
+                    {"removed", c.removed},
                     {"tiles", c.tiles},
                     {"stored_segments", c.stored_segments},
                     {"decoded_bytes", c.decoded_bytes}};
   json["covering_radius_um"] = manifest.covering_radius_um;
+  json["grown"] = manifest.grown;
   json["smallest_budget_bytes"] = manifest.floor_bytes;
   json["directory"] = toBase64(manifest.directory_root);
   json["cells_root"] = {{"bytes", manifest.cells_root_bytes}, {"xxh3", hex16(manifest.cells_root_checksum)}};
   json["files"] = nlohmann::ordered_json::array();
-  for (const SetFile& file : manifest.files)
+  for (const SetFile& file : manifest.files) {
     json["files"].push_back({{"name", file.name}, {"bytes", file.bytes}, {"xxh3", hex16(file.digest)}});
+    if (!file.revision.empty()) json["files"].back()["revision"] = file.revision;
+  }
   nlohmann::ordered_json codes = nlohmann::ordered_json::object();
   for (const auto& [code, count] : provenance.codes) codes[asText(code)] = count;
   json["provenance"] = {
@@ -136,8 +140,12 @@ Manifest decodeManifest(const std::string& text) {
     }
     const nlohmann::json& counts = json.at("counts");
     const auto count = [&](const char* name) { return wholeNumber<std::uint64_t>(counts.at(name)); };
-    manifest.counts = {count("cells"), count("samples"), count("segments"),        count("isolated"),
-                       count("roots"), count("tiles"),   count("stored_segments"), count("decoded_bytes")};
+    SetCounts& c = manifest.counts;
+    c.cells = count("cells"), c.samples = count("samples"), c.segments = count("segments");
+    c.isolated = count("isolated"), c.roots = count("roots"), c.removed = count("removed");
+    c.tiles = count("tiles"), c.stored_segments = count("stored_segments"), c.decoded_bytes = count("decoded_bytes");
+    if (c.cells > UINT32_MAX - 1 || c.removed > UINT32_MAX - 1 - c.cells) throw Damage{0, "too many cells"};
+    manifest.grown = json.at("grown").get<bool>();
     manifest.covering_radius_um = json.at("covering_radius_um").get<double>();
     manifest.refused = wholeNumber<std::uint64_t>(json.at("provenance").at("refused"));
     manifest.floor_bytes = wholeNumber<std::uint64_t>(json.at("smallest_budget_bytes"));
@@ -148,7 +156,10 @@ Manifest decodeManifest(const std::string& text) {
     for (const nlohmann::json& file : json.at("files")) {
       manifest.files.push_back({file.at("name").get<std::string>(), wholeNumber<std::uint64_t>(file.at("bytes")),
                                 fromHex16(file.at("xxh3").get<std::string>())});
-      const std::string& name = manifest.files.back().name;
+      SetFile& last = manifest.files.back();
+      if (file.contains("revision")) last.revision = file.at("revision").get<std::string>();
+      if (!last.revision.empty() && !isRevisionName(last.revision)) throw Damage{0, "a file has an invalid revision"};
+      const std::string& name = last.name;
       if (!isTileFileName(name) || name.find('/') != std::string::npos) throw Damage{0, "a file has an invalid name"};
     }
     return manifest;
@@ -156,6 +167,33 @@ Manifest decodeManifest(const std::string& text) {
     throw Damage{0, std::string("not a manifest: ") + error.what()};
   } catch (const std::out_of_range& error) {
     throw Damage{0, std::string("not a manifest: ") + error.what()};
+  }
+}
+
+Provenance decodeProvenance(const std::string& text, const std::string& manifest) {
+  try {
+    Provenance provenance;
+    const nlohmann::json json = nlohmann::json::parse(text);
+    for (const nlohmann::json& s : json.at("sources")) {
+      provenance.sources.push_back({s.at("name").get<std::string>(), wholeNumber<std::uint64_t>(s.at("bytes")),
+                                    fromHex16(s.at("xxh3").get<std::string>()),
+                                    wholeNumber<std::uint64_t>(s.at("cells"))});
+      if (s.contains("dropped"))
+        provenance.sources.back().dropped = [dropped = s.at("dropped").get<std::string>()](const auto& use) {
+          use(dropped);
+        };
+    }
+    for (const nlohmann::json& r : json.at("refused"))
+      provenance.refused.push_back(
+          {r.at("name").get<std::string>(), r.at("code").get<std::string>(), r.at("reason").get<std::string>()});
+    const nlohmann::json stated = nlohmann::json::parse(manifest);
+    for (const auto& [code, count] : stated.at("provenance").at("codes").items())
+      provenance.codes[code] = wholeNumber<std::uint64_t>(count);
+    return provenance;
+  } catch (const nlohmann::json::exception& error) {
+    throw Damage{0, std::string("not a provenance: ") + error.what()};
+  } catch (const std::out_of_range& error) {
+    throw Damage{0, std::string("not a provenance: ") + error.what()};
   }
 }
 

@@ -20,6 +20,7 @@ struct Manifest {
   SetCounts counts;
   double covering_radius_um = 0;
   std::uint64_t refused = 0;      // number of refused inputs
+  bool grown = false;             // TileSet::grown()
   std::uint64_t floor_bytes = 0;  // TileStore::floorBytes()
   Bytes directory_root;
   std::uint64_t cells_root_bytes = 0, cells_root_checksum = 0;  // the root is the end of cells.bin
@@ -30,6 +31,8 @@ struct Manifest {
 std::string encodeManifest(const Manifest& manifest, const Provenance& provenance);
 void writeProvenance(const Provenance& provenance, const std::function<void(std::string_view piece)>& use);
 Manifest decodeManifest(const std::string& text);
+// The provenance of a set: from its file, and the codes from its manifest.
+Provenance decodeProvenance(const std::string& text, const std::string& manifest);
 
 std::string revisionName(const std::string& manifest);
 bool isRevisionName(const std::string& name);

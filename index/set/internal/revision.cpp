@@ -39,7 +39,10 @@ Revision::Revision(std::unique_ptr<TileSource> source) : source_(std::move(sourc
   }
 }
 
-std::string Revision::key(const std::string& file) const { return name_ + "/" + file; }
+std::string Revision::key(const std::string& file) const {
+  const SetFile* const listed = find(file);
+  return (listed != nullptr && !listed->revision.empty() ? listed->revision : name_) + "/" + file;
+}
 
 const SetFile* Revision::find(const std::string& file) const {
   const auto found = files_.find(file);

@@ -47,7 +47,8 @@ std::string everything(const std::string& path) {
     const auto tile = levels->load(l);
     const LevelEntry& e = levels->entry(l);
     out << static_cast<std::uint64_t>(e.key.low) << ' ' << e.key.depth << e.content.lo.transpose()
-        << e.content.hi.transpose() << e.error_um << ' ' << e.represented << ' ' << e.dropped << ' ' << e.dropped_um;
+        << e.content.hi.transpose() << e.error_um << ' ' << e.represented << ' ' << e.hidden << ' ' << e.hidden_um
+        << ' ' << e.pixel_um << ' ' << e.coarser << ' ' << e.exponent;
     for (std::uint32_t s = 0; s < tile->segment_count(); ++s)
       out << tile->segmentId(s).key() << tile->gridPoint(tile->child(s)).transpose();
     for (float radius : levels->loadAppearance(l).radii_um) out << radius << ' ';

@@ -172,7 +172,7 @@ TEST_F(CellsCommand, InfoSaysAsMuchInJsonAsInText) {
             std::string::npos);
   if (json.at("level_tiles") > 0) {
     EXPECT_GT(json.at("level_segments"), 0);
-    for (const char* key : {"segments", "error_um", "left_out", "of"})
+    for (const char* key : {"segments", "error_um", "hidden", "of"})
       EXPECT_TRUE(json.at("coarsest_level").contains(key)) << key;
   }
 }

@@ -66,8 +66,9 @@ TEST_F(CommandLine, AnyWordsGiveADocumentedCode) {
   const std::vector<Command> commands{
       {{"check", "cell.swc"}, {"--tsv", "--json", "--strict", "--unit", "--help"}},
       {{"ingest", "cell.swc", "-o", "new.fil"},
-       {"--force", "--strict", "--levels", "--capacity", "--quantum", "--unit", "--memory", "--threads", "--report",
-        "--placements", "--apply-offset"}},
+       {"--force", "--add", "--remove", "--strict", "--levels", "--no-levels", "--capacity", "--quantum", "--unit",
+        "--memory", "--threads", "--report", "--placements", "--apply-offset"}},
+      {{"compact", "set.fil"}, {"--memory", "--threads"}},
       {{"info", "set.fil"}, {"--json", "--parameters", "--cell"}},
       {{"cells", "set.fil"}, {"--name", "--length", "--json", "--tsv"}},
       {{"verify", "set.fil"}, {"--deep"}},

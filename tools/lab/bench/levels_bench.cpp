@@ -98,7 +98,7 @@ void measureLoading(const BenchOptions& options, const TileSet& set, const Level
       loaded += (part.level ? levels.load(part.tile) : set.load(part.tile))->segment_count();
     if (loaded == 0) throw std::logic_error("nothing was chosen");
     table.rows.push_back({enough, static_cast<std::int64_t>(choice.segments), choice.error_px,
-                          static_cast<std::int64_t>(choice.dropped), static_cast<std::int64_t>(choice.parts.size()),
+                          static_cast<std::int64_t>(choice.hidden), static_cast<std::int64_t>(choice.parts.size()),
                           since_ms(start)});
     report.bounds.push_back({"levels, " + shown(enough) + " px asked for",
                              "error at most as asked, room given (levels.h)", enough, choice.error_px, "px"});

@@ -140,7 +140,7 @@ void measureOpening(const BenchOptions& options, const Sets& sets, const std::ve
     levels.rows.push_back({static_cast<std::int64_t>(set->counts().segments), std::int64_t{detail->size()},
                            1e6 * (made.cpu_s - bare.cpu_s) / segments, bytes_per_segment,
                            static_cast<double>(detail->bytes()) / segments, std::int64_t{coarsest.segments},
-                           coarsest.error_um, static_cast<std::int64_t>(coarsest.dropped)});
+                           coarsest.error_um, static_cast<std::int64_t>(coarsest.hidden)});
   }
   const auto flat = [](const std::vector<double>& ms) {
     return *std::max_element(ms.begin(), ms.end()) / *std::min_element(ms.begin(), ms.end());

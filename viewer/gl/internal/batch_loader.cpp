@@ -77,8 +77,8 @@ NeuriteBatch BatchLoader::Impl::load(const TileJob& job) {
         if (!cells_known.contains(cell)) learn(cell, store.loadCellDetail(cell));
     options.roots = job.level ? nullptr : &roots;
     if (!job.level) finder.offer(tile, appearance);
-    const SomaTable somata =
-        job.level ? somataInLevel(*tile, appearance, finder) : somataIn(*tile, appearance, roots, finder);
+    // Level tiles hold somata as balls.
+    const SomaTable somata = job.level ? SomaTable() : somataIn(*tile, appearance, roots, finder);
     options.somata = &somata;
     batch = makeBatch(*tile, appearance, options);
   }

@@ -240,7 +240,7 @@ void CardTiles::countChosen(SceneFigures& figures) {
       figures.left_out += store_.entry(part.tile).owned;
     } else {
       const LevelEntry& entry = levels_->entry(part.tile);
-      figures.left_out += entry.represented + entry.dropped;
+      figures.left_out += entry.represented + entry.hidden;
     }
   }
 }
@@ -253,6 +253,8 @@ void CardTiles::count(SceneFigures& figures) {
   figures.stand_ins = figures.pending = 0;
   figures.left_out = levels_ == nullptr ? chosen_.left_out : 0;
   figures.tiles_left_out = chosen_.tiles_left_out;
+  figures.hidden = 0;
+  figures.limited = chosen_.limited;
   figures.failed.clear();
   figures.has_gaps = false;
   countChosen(figures);
@@ -264,7 +266,7 @@ void CardTiles::count(SceneFigures& figures) {
     figures.implausible_radii += tile.implausible;
     if (!wanted.contains(node)) ++figures.stand_ins;
     if (!isLevel(node)) continue;
-    figures.left_out += levels_->entry(node).dropped;
+    figures.hidden += levels_->entry(node).hidden;
     figures.error_px = std::max(figures.error_px, levels_->errorOnScreen(node, chosen_view_));
   }
   if (cell_ && cell_slot_.error) {

@@ -67,7 +67,7 @@ void OpenScene::draw(const SceneFrame& frame) {
   const bool lacks_levels = figures_.tiles_left_out > 0 && !figures_.moving && !travel_->scene().levels;
   if (lacks_levels && !std::exchange(told_missing_levels_, true))
     messages_.say(
-        "this scene has no levels of detail: distant tiles are left out (filiform ingest --levels writes levels)");
+        "this scene has no levels of detail: distant tiles are left out (ingest the set again without --no-levels)");
 }
 
 void OpenScene::fill(PanelData& d, const PictureSize& size) const {

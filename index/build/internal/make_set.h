@@ -1,0 +1,23 @@
+// makeSet: writes and publishes a set from the segments that a tiler gets.
+#pragma once
+
+#include "index/build/ingest.h"
+#include "index/build/internal/set_folder.h"
+#include "index/build/internal/tiler.h"
+
+#include <functional>
+#include <string>
+
+namespace filiform::internal {
+
+// Without trailing slashes.
+std::string folderName(const std::string& path);
+// Throws UsageError for options that cannot be. Returns the number of threads.
+unsigned checkedThreads(const IngestOptions& options);
+// Reports progress and throws Interrupted.
+std::function<void(const char* phase, std::uint64_t done, std::uint64_t total)> stepOf(const IngestOptions& options);
+
+// `read` passes everything to the tiler. `options.force` has no meaning. Throws what ingest() throws.
+IngestResult makeSet(SetFolder& folder, const IngestOptions& options, const std::function<void(Tiler& tiler)>& read);
+
+}  // namespace filiform::internal

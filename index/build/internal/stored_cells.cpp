@@ -1,0 +1,53 @@
+#include "index/build/internal/stored_cells.h"
+
+#include "index/build/internal/somata_section.h"
+#include "index/set/internal/merged_tile.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace filiform::internal {
+
+StoredCells::StoredCells(std::vector<const TileSet*> sets) : sets_(std::move(sets)) {
+  for (std::uint32_t s = 0; s < sets_.size(); ++s) {
+    now_.emplace_back(sets_[s]->cell_count(), UINT32_MAX);
+    somata_.push_back(storedSomata(*sets_[s]));
+    for (std::uint32_t c = 0; c < sets_[s]->cell_count(); ++c)
+      if (!sets_[s]->cell(c).removed) order_.push_back({s, c});
+  }
+  std::stable_sort(order_.begin(), order_.end(), [this](const Place& a, const Place& b) {
+    return sets_[a.set]->cell(a.cell).source < sets_[b.set]->cell(b.cell).source;
+  });
+  for (std::uint32_t id = 0; id < order_.size(); ++id) now_[order_[id].set][order_[id].cell] = id;
+}
+
+StoredCells::One StoredCells::cell(std::uint32_t id) const {
+  const TileSet& set = *sets_[order_[id].set];
+  const std::uint32_t cell = order_[id].cell;
+  const auto [begin, end] = std::ranges::equal_range(somata_[order_[id].set], cell, {}, &SomaRoot::cell);
+  return {set.cell(cell), set.cellDigest(cell), set.encodedDetail(cell), {begin, end}};
+}
+
+void StoredCells::forEachSegment(const std::function<void(const SegmentRecord& record)>& use) const {
+  for (std::size_t s = 0; s < sets_.size(); ++s) {
+    std::vector<StoredSegment> segments;
+    for (TileId t = 0; t < sets_[s]->tile_count(); ++t) {
+      segments.clear();
+      appendSegments(*sets_[s]->load(t), segments);
+      const TileAppearance look = sets_[s]->loadAppearance(t);
+      for (std::size_t i = 0; i < segments.size(); ++i) {
+        const StoredSegment& one = segments[i];
+        if (!one.owned) continue;
+        use({{now_[s][one.id.cell], one.id.segment},
+             one.child_sample,
+             one.parent_sample,
+             one.child,
+             one.parent,
+             look.radii_um[i],
+             look.types[i]});
+      }
+    }
+  }
+}
+
+}  // namespace filiform::internal

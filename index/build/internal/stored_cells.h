@@ -1,0 +1,42 @@
+// StoredCells: the cells of one or two sets, as the tiler takes them to make one set of them.
+#pragma once
+
+#include "index/build/internal/level_writer.h"
+#include "index/build/internal/segment_chain.h"
+#include "index/set/tile_set.h"
+
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+namespace filiform::internal {
+
+// Thread rule: thread-compatible.
+class StoredCells {
+ public:
+  // The cells of all sets that are not removed, in the order of their sources. Cells of one source stay in the order of
+  // the sets and their ids. The sets must outlive this object. Throws CorruptSet, IoError.
+  explicit StoredCells(std::vector<const TileSet*> sets);
+
+  struct One {
+    CellRecord record;
+    std::uint64_t digest;
+    Bytes detail;                  // as encodeDetail() gives it
+    std::vector<SomaRoot> somata;  // of any cell id
+  };
+  std::uint32_t size() const { return static_cast<std::uint32_t>(order_.size()); }
+  One cell(std::uint32_t id) const;
+  // Calls `use` for every segment, once, with the new id of its cell. Reads each tile once. O(segments).
+  void forEachSegment(const std::function<void(const SegmentRecord& record)>& use) const;
+
+ private:
+  struct Place {
+    std::uint32_t set, cell;
+  };
+  std::vector<const TileSet*> sets_;
+  std::vector<Place> order_;                     // by new id
+  std::vector<std::vector<std::uint32_t>> now_;  // new id, by set and cell
+  std::vector<std::vector<SomaRoot>> somata_;    // by set
+};
+
+}  // namespace filiform::internal
