@@ -3,6 +3,7 @@
 #pragma once
 
 #include "index/build/internal/level_writer.h"
+#include "index/file/internal/bytes.h"
 #include "index/set/tile_set.h"
 
 #include <vector>
