@@ -135,9 +135,9 @@ std::shared_ptr<const Tile> TileSet::load(TileId tile) const {
   if (patch != nullptr) {
     const Tile added = impl_->decodedTile(tile, patch->at);
     if (found.segment_count() != patch->stored || found.segment_count() == 0 || added.segment_count() == 0 ||
-        found.segmentId(found.segment_count() - 1) >= added.segmentId(0))
+        found.segmentId(found.segment_count() - 1).cell >= added.segmentId(0).cell)
       refuse(patch->at);
-    found = internal::mergedTile(found, added);
+    found = Tile(found, added);
     if (found.bytes() > stated.decoded_bytes) refuse(patch->at);
     found.countAs(stated.decoded_bytes);
   }

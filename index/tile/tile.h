@@ -68,6 +68,10 @@ class Tile {
   // `is_long`: the long-segment tile; its `key` has depth 0. Throws InputError for more than kMaxSegments segments. O(n
   // log n).
   Tile(TileId id, const BlockKey& key, bool is_long, const Grid& grid, std::vector<StoredSegment> segments);
+  // The tile of the segments of both. Requires that both have the same block and segments, and that all cells of
+  // `patch` come after those of `base`. Equal to a tile built from the segments but for the order of runs(): those of
+  // `base`, then those of `patch`. Throws InputError for more than kMaxSegments segments. O(n).
+  Tile(const Tile& base, const Tile& patch);
 
   TileId id() const { return id_; }
   const Grid& grid() const { return grid_; }
@@ -197,6 +201,8 @@ class Tile {
   template <class Visit>
   void fillOffsets(Visit&& f);
 
+  // Sets the origin and the offsets of a tile that joins two. `..._placed`: the nodes that are no strays.
+  void joinOffsets(const Tile& base, std::uint32_t base_placed, const Tile& patch, std::uint32_t patch_placed);
   // Computes the members after `Derived:` below. Requires that all members before are set. `owned`: one bit a segment;
   // `strips`: the first node of each strip.
   void index(std::span<const std::uint8_t> owned, std::span<const std::uint32_t> strips);

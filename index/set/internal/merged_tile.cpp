@@ -2,8 +2,6 @@
 
 #include "index/file/internal/bytes.h"
 
-#include <utility>
-
 namespace filiform::internal {
 
 void appendSegments(const Tile& tile, std::vector<StoredSegment>& segments) {
@@ -18,14 +16,6 @@ void appendSegments(const Tile& tile, std::vector<StoredSegment>& segments) {
 void appendAppearance(const TileAppearance& look, TileAppearance& to) {
   to.radii_um.insert(to.radii_um.end(), look.radii_um.begin(), look.radii_um.end());
   to.types.insert(to.types.end(), look.types.begin(), look.types.end());
-}
-
-Tile mergedTile(const Tile& base, const Tile& patch) {
-  std::vector<StoredSegment> segments;
-  segments.reserve(std::size_t{base.segment_count()} + patch.segment_count());
-  appendSegments(base, segments);
-  appendSegments(patch, segments);
-  return {base.id(), base.key(), base.isLong(), base.grid(), std::move(segments)};
 }
 
 // Fragments, nodes and lists of different cells are apart, so a merged tile is as large as both together, but for two

@@ -11,9 +11,6 @@ namespace filiform::internal {
 void appendSegments(const Tile& tile, std::vector<StoredSegment>& segments);
 void appendAppearance(const TileAppearance& look, TileAppearance& to);
 
-// The tile of both tiles' segments. Requires that all ids of `patch` are higher. O(n log n).
-Tile mergedTile(const Tile& base, const Tile& patch);
-
 // A bound of Tile::bytes() of a merged tile: of a tile of `stored` segments in `bytes`, and the patch. Together, their
 // positions may need more bits than apart: at most as many as the extent of `bounds`, the box of all samples. O(1).
 std::uint64_t mergedBytesBound(std::uint64_t bytes, std::uint32_t stored, const Tile& patch, const GridBox& bounds);

@@ -160,6 +160,35 @@ TEST(Tile, HoldsRandomGraphs) {
   }
 }
 
+TEST(Tile, JoinedTilesHoldTheSegmentsOfBoth) {
+  std::mt19937_64 random(7);
+  SCOPED_TRACE("seed 7");
+  for (int round = 0; round < 60; ++round) {
+    std::vector<StoredSegment> parts[2], both;
+    for (int part = 0; part < 2; ++part) {
+      test::TestGraph graph = test::randomGraph(random, 5 + 3 * round, (round >> part) % 3 != 0);
+      const GridPoint shift(0, (part == 0 ? 1 : -1) * (std::int64_t{1} << (round % 40)), 0);
+      std::shuffle(graph.segments.begin(), graph.segments.end(), random);
+      if (round % 4 == 0) graph.segments.resize(graph.segments.size() / 2 + 1);
+      for (StoredSegment& s : graph.segments) {
+        s.owned = random() % 2 != 0;
+        s.id.cell += static_cast<std::uint32_t>(100 * part);
+        s.child += shift;
+        s.parent += shift;
+      }
+      parts[part] = graph.segments;
+      both.insert(both.end(), graph.segments.begin(), graph.segments.end());
+    }
+    const Tile joined(Tile(0, kWorld, false, Grid(), parts[0]), Tile(0, kWorld, false, Grid(), parts[1]));
+    const Tile built(0, kWorld, false, Grid(), both);
+    expectHolds(joined, both);
+    EXPECT_EQ(joined.bytes(), built.bytes());
+    EXPECT_EQ(joined.origin(), built.origin());
+    EXPECT_EQ(joined.offset_bits(), built.offset_bits());
+    for (std::uint32_t node = 0; node < built.node_count(); ++node) EXPECT_EQ(joined.isHome(node), built.isHome(node));
+  }
+}
+
 TEST(Tile, HoldsANodeWithManyBranches) {
   std::vector<StoredSegment> segments;
   for (std::uint32_t i = 1; i <= 2000; ++i) segments.push_back(segment(0, 2 * i, 1001, {i, 1, 1}, {5, 5, 5}));
