@@ -52,6 +52,10 @@ class FaultySource final : public TileSource {
   // Throws IoError ("an injected fault") as planned, after the delay.
   void read(const std::string& name, std::uint64_t offset, std::span<std::uint8_t> bytes) const override;
   void expect(const std::string& name, std::uint64_t bytes) const override { source_->expect(name, bytes); }
+  bool isRemote() const override { return source_->isRemote(); }
+  bool discard(const std::string& name, std::uint64_t offset, std::uint64_t bytes) const override {
+    return source_->discard(name, offset, bytes);
+  }
   std::string describe(const std::string& name) const override { return source_->describe(name); }
 
  private:

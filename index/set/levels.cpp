@@ -87,12 +87,16 @@ std::unique_ptr<Levels> Levels::open(const TileSet& set) {
   }
   if (table_file == nullptr) return nullptr;
   Bytes bytes(table_file->bytes);
-  set.read(internal::kLevelsFile, 0, bytes);
   const std::string name = set.describe(internal::kLevelsFile);
-  try {
-    impl->table = internal::decodeLevels(bytes);
-  } catch (const internal::Damage& damage) {
-    throw CorruptSet(name, damage.offset, damage.what);
+  for (bool again = false, read = false; !read; again = true) {
+    set.read(internal::kLevelsFile, 0, bytes);
+    try {
+      impl->table = internal::decodeLevels(bytes);
+      read = true;
+    } catch (const internal::Damage& damage) {
+      if (again || !set.discard(internal::kLevelsFile, 0, bytes.size()))
+        throw CorruptSet(name, damage.offset, damage.what);
+    }
   }
   if (impl->table.grid.exponent() != set.grid().exponent()) throw CorruptSet(name, 0, "contradicts the manifest");
   for (const internal::TileLocation& at : impl->table.locations) {
@@ -117,11 +121,14 @@ Bytes Levels::Impl::part(LevelId level, bool appearance, std::string& file, std:
   file = packs[at.pack];
   offset = at.offset + (appearance ? at.geometry_bytes : 0);
   Bytes read(appearance ? at.appearance_bytes : at.geometry_bytes);
-  set.read(internal::levelPackFile(at.pack), offset, read);
-  if (internal::checksum(read) != (appearance ? at.appearance_checksum : at.geometry_checksum))
-    throw CorruptTile(level, file, offset,
-                      appearance ? "the checksum of a level's appearance is wrong" : "a level's checksum is wrong");
-  return read;
+  const std::string pack = internal::levelPackFile(at.pack);
+  for (bool again = false;; again = true) {
+    set.read(pack, offset, read);
+    if (internal::checksum(read) == (appearance ? at.appearance_checksum : at.geometry_checksum)) return read;
+    if (again || !set.discard(pack, offset, read.size()))
+      throw CorruptTile(level, file, offset,
+                        appearance ? "the checksum of a level's appearance is wrong" : "a level's checksum is wrong");
+  }
 }
 
 std::shared_ptr<const Tile> Levels::load(LevelId level) const {

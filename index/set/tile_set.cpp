@@ -2,6 +2,8 @@
 
 #include "index/errors.h"
 #include "index/file/internal/digest.h"
+#include "index/http/internal/http_errors.h"
+#include "index/set/http_source.h"
 #include "index/set/internal/cells_reader.h"
 #include "index/set/internal/directory_reader.h"
 #include "index/set/internal/landmarks_file.h"
@@ -67,24 +69,30 @@ TilePlace TileSet::Impl::placeOf(TileId tile, const internal::TileLocation& at, 
 
 Bytes TileSet::Impl::part(TileId tile, const internal::TileLocation& at, bool appearance) const {
   const TilePlace place = placeOf(tile, at, appearance);
-  Bytes bytes =
-      revision.read(internal::packFile(at.pack), place.offset, appearance ? at.appearance_bytes : at.geometry_bytes);
-  if (internal::checksum(bytes) != (appearance ? at.appearance_checksum : at.geometry_checksum))
-    throw CorruptTile(tile, place.file, place.offset,
-                      appearance ? "the appearance's checksum is wrong" : "its checksum is wrong");
-  return bytes;
+  const std::string file = internal::packFile(at.pack);
+  const std::uint32_t size = appearance ? at.appearance_bytes : at.geometry_bytes;
+  for (bool again = false;; again = true) {
+    Bytes bytes = revision.read(file, place.offset, size);
+    if (internal::checksum(bytes) == (appearance ? at.appearance_checksum : at.geometry_checksum)) return bytes;
+    if (again || !revision.discard(file, place.offset, size))
+      throw CorruptTile(tile, place.file, place.offset,
+                        appearance ? "the appearance's checksum is wrong" : "its checksum is wrong");
+  }
 }
 
 TileSet::TileSet(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 TileSet::~TileSet() = default;
 
-std::unique_ptr<TileSet> TileSet::open(const std::string& path) {
+std::unique_ptr<TileSet> TileSet::open(const std::string& name, const RemoteOptions& remote) {
   // A new revision may be published between reading CURRENT and opening the first file: then start again.
+  const bool is_address = isAddress(name);
   for (int attempt = 0;; ++attempt) {
     try {
-      return open(openFolder(path));
-    } catch (const IoError&) {
+      return open(openSource(name, remote));
+    } catch (const internal::NotOnServer&) {
       if (attempt == 2) throw;
+    } catch (const IoError&) {
+      if (attempt == 2 || is_address) throw;
     }
   }
 }
@@ -104,6 +112,7 @@ std::uint32_t TileSet::group_pages() const { return impl_->directory.root().grou
 GridBox TileSet::pageContent(std::uint32_t page) const { return impl_->directory.pageContent(page); }
 GridBox TileSet::groupContent(std::uint32_t group) const { return impl_->directory.root().groups.at(group).content; }
 std::uint64_t TileSet::floorBytes() const { return impl_->manifest().floor_bytes; }
+bool TileSet::isRemote() const { return impl_->revision.isRemote(); }
 
 void TileSet::checkDirectory() const {
   SetCounts sum = counts();
@@ -178,8 +187,8 @@ CellDetail TileSet::loadCellDetail(std::uint32_t id) const { return impl_->cells
 const Landmarks& TileSet::landmarks() const {
   return impl_->landmarks.get([this] {
     const SetFile& f = impl_->revision.file(internal::kLandmarksFile);
-    const Bytes bytes = impl_->revision.read(f.name, 0, f.bytes);
-    return std::make_unique<Landmarks>(decoded(describe(f.name), 0, [&] { return internal::decodeLandmarks(bytes); }));
+    return std::make_unique<Landmarks>(impl_->revision.readDecoded(
+        f.name, 0, f.bytes, [](internal::ByteSpan bytes) { return internal::decodeLandmarks(bytes); }));
   });
 }
 
@@ -217,6 +226,10 @@ std::uint64_t TileSet::bytes() const {
 
 void TileSet::read(const std::string& file, std::uint64_t offset, std::span<std::uint8_t> bytes) const {
   impl_->revision.read(file, offset, bytes);
+}
+
+bool TileSet::discard(const std::string& file, std::uint64_t offset, std::uint64_t bytes) const {
+  return impl_->revision.discard(file, offset, bytes);
 }
 
 std::string TileSet::describe(const std::string& file) const { return impl_->revision.describe(file); }

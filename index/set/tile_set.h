@@ -4,6 +4,7 @@
 //   const std::shared_ptr<const Tile> tile = set->load(0);
 #pragma once
 
+#include "index/http/remote_options.h"
 #include "index/set/tile_source.h"
 #include "index/set/tile_store.h"
 
@@ -39,11 +40,12 @@ struct SetFile {
 // Thread rule: internally synchronised.
 class TileSet final : public TileStore {
  public:
-  // Opens the revision that CURRENT names, and keeps reading this revision if another is published later. openFolder()
-  // states how many files stay open. Reads CURRENT and the manifest. All other data are read and checked at first use:
+  // Opens a set by its name, a folder or an address (http_source.h); `remote` is for addresses. Opens the revision that
+  // CURRENT names, and keeps reading this revision if another is published later. openFolder() states how many files
+  // stay open. Reads CURRENT and the manifest. All other data are read and checked at first use:
   // before the first tile, two pages of the directory. Throws IoError if there is no tile set, InputError if an older
   // filiform made it, CorruptSet if the bytes differ from those written. O(pages of the directory).
-  static std::unique_ptr<TileSet> open(const std::string& path);
+  static std::unique_ptr<TileSet> open(const std::string& name, const RemoteOptions& remote = {});
   static std::unique_ptr<TileSet> open(std::unique_ptr<TileSource> source);
   ~TileSet() override;
 
@@ -58,6 +60,7 @@ class TileSet final : public TileStore {
   GridBox pageContent(std::uint32_t page) const override;
   GridBox groupContent(std::uint32_t group) const override;
   std::uint64_t floorBytes() const override;
+  bool isRemote() const override;
   std::uint32_t capacity() const override;
   std::shared_ptr<const Tile> load(TileId tile) const override;
   TileAppearance loadAppearance(TileId tile) const override;
@@ -82,6 +85,8 @@ class TileSet final : public TileStore {
   std::uint64_t bytes() const;  // of all files of the revision, including the manifest
   // Reads part of a file of the revision, unchecked. Throws CorruptSet, IoError.
   void read(const std::string& file, std::uint64_t offset, std::span<std::uint8_t> bytes) const;
+  // As TileSource::discard(), for a file of the revision.
+  bool discard(const std::string& file, std::uint64_t offset, std::uint64_t bytes) const;
   std::string describe(const std::string& file) const;  // the file's name for messages
   // Reads all remaining pages of the directory and compares their sums with the manifest. Throws CorruptSet, IoError.
   void checkDirectory() const;

@@ -23,6 +23,11 @@ class TileSource {
   // removed meanwhile, and throws IoError if it is missing and CorruptSet if its size differs. An object store, where a
   // request is slow, need not do anything.
   virtual void expect(const std::string&, std::uint64_t) const {}
+  // True if reads travel over a network: each takes long, but several may be under way at once.
+  virtual bool isRemote() const { return false; }
+  // States that these bytes were damaged. Returns true if another read may give others, because copies of them were
+  // removed or because a transfer may have damaged them.
+  virtual bool discard(const std::string&, std::uint64_t, std::uint64_t) const { return false; }
   // The file's name for messages: a path or an address.
   virtual std::string describe(const std::string& name) const = 0;
 };

@@ -87,6 +87,8 @@ class TileStore {
   // Bytes in memory of the two largest tiles and the long-segment tile together. O(1); O(tiles) for stores in memory.
   virtual std::uint64_t floorBytes() const;
   virtual std::uint32_t capacity() const = 0;
+  // True if loads travel over a network; see TileSource.
+  virtual bool isRemote() const { return false; }
 
   // Reads, checks and decodes a tile. From then on, leaves() contains the homes of its nodes. Throws CorruptTile,
   // IoError. One disk read, O(segments of the tile).

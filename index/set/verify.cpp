@@ -43,7 +43,7 @@ VerifyReport verify(const std::string& path, const VerifyOptions& options) {
   Checker checker(report, options);
   std::unique_ptr<TileSet> set;
   checker.attempt([&] {
-    set = TileSet::open(path);
+    set = TileSet::open(path, options.remote);
     set->checkDirectory();
   });
   if (!report.sound()) return report;

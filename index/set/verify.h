@@ -1,6 +1,7 @@
 // verify: checks that a tile set is undamaged and, on request, consistent.
 #pragma once
 
+#include "index/http/remote_options.h"
 #include "index/set/tile_set.h"
 
 #include <atomic>
@@ -26,6 +27,7 @@ struct VerifyOptions {
   // half a byte a sample and a few hundred bytes a tile and a cell.
   bool deep = false;
   const std::atomic<bool>* cancel = nullptr;  // when true: throw Interrupted
+  RemoteOptions remote = {};                  // for an address
   std::function<void(const char* phase, std::uint64_t done, std::uint64_t total)> progress = {};
 };
 

@@ -25,14 +25,26 @@ DirectoryReader::DirectoryReader(const Revision& revision) : revision_(revision)
   leaves_ = LeafIndex(std::move(lows), {root_.page_tiles, root_.group_pages, root_.leaf_count()});
 }
 
-ReadPart DirectoryReader::reader() const {
-  return [this](std::uint64_t offset, std::span<std::uint8_t> bytes) { revision_.read(kDirectoryFile, offset, bytes); };
+template <typename Decode>
+auto DirectoryReader::readDirectory(Decode decode) const {
+  std::uint64_t at = 0, size = 0;  // of the last read
+  const ReadPart read = [&](std::uint64_t offset, std::span<std::uint8_t> bytes) {
+    at = offset, size = bytes.size();
+    revision_.read(kDirectoryFile, offset, bytes);
+  };
+  for (bool again = false;; again = true) {
+    try {
+      return decoded(revision_.describe(kDirectoryFile), 0, [&] { return decode(read); });
+    } catch (const CorruptSet&) {
+      if (again || !revision_.discard(kDirectoryFile, at, size)) throw;
+    }
+  }
 }
 
 const DirectoryGroup& DirectoryReader::group(std::uint32_t number) const {
   if (const DirectoryGroup* const known = groups_[number].known.load(std::memory_order_acquire)) return *known;
   auto found = std::make_unique<DirectoryGroup>(
-      decoded(revision_.describe(kDirectoryFile), 0, [&] { return decodeDirectoryGroup(root_, number, reader()); }));
+      readDirectory([&](const ReadPart& read) { return decodeDirectoryGroup(root_, number, read); }));
   std::vector<MortonKey> lows;
   const std::uint32_t begin = root_.groupBegin(number);
   for (std::uint32_t i = 0; i < found->size() && root_.pageBegin(begin + i) < root_.leaf_count(); ++i)
@@ -66,8 +78,8 @@ void DirectoryReader::checkLocation(TileId tile, const TileLocation& at) const {
 const DirectoryPage& DirectoryReader::readPage(std::uint32_t number) const {
   // Two threads may read the same page at once: the first to finish adds it.
   const DirectoryGroup& listed = group(number / root_.group_pages);
-  auto found = std::make_unique<DirectoryPage>(decoded(
-      revision_.describe(kDirectoryFile), 0, [&] { return decodeDirectoryPage(root_, listed, number, reader()); }));
+  auto found = std::make_unique<DirectoryPage>(
+      readDirectory([&](const ReadPart& read) { return decodeDirectoryPage(root_, listed, number, read); }));
   const TileId begin = root_.pageBegin(number);
   for (std::size_t t = 0; t < found->locations.size(); ++t)
     checkLocation(begin + static_cast<TileId>(t), found->locations[t]);

@@ -39,7 +39,9 @@ class DirectoryReader {
   const DirectoryPage& page(TileId tile) const;
   const DirectoryPage& readPage(std::uint32_t number) const;
   const DirectoryGroup& group(std::uint32_t number) const;
-  ReadPart reader() const;
+  // Returns decode(ReadPart). After Damage, decodes once more if the revision can read other bytes.
+  template <typename Decode>
+  auto readDirectory(Decode decode) const;
 
   const Revision& revision_;
   DirectoryRoot root_;

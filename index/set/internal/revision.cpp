@@ -13,6 +13,7 @@ Revision::Revision(std::unique_ptr<TileSource> source) : source_(std::move(sourc
   try {
     size = source_->size("CURRENT");
   } catch (const IoError&) {
+    if (source_->isRemote()) throw;
     throw IoError(current, "is missing, so the folder is not a tile set; make one with filiform ingest");
   }
   Bytes line(std::min<std::uint64_t>(size, 64));
@@ -69,9 +70,14 @@ Bytes Revision::read(const std::string& file, std::uint64_t offset, std::uint64_
 
 Bytes Revision::readChecked(const std::string& file, std::uint64_t offset, std::uint64_t bytes, std::uint64_t stated,
                             const std::string& part) const {
-  Bytes result = read(file, offset, bytes);
-  if (checksum(result) != stated) throw CorruptSet(describe(file), offset, part + " has a wrong checksum");
-  return result;
+  return readDecoded(file, offset, bytes, [&](ByteSpan read) {
+    if (checksum(read) != stated) throw Damage{0, part + " has a wrong checksum"};
+    return Bytes(read.begin(), read.end());
+  });
+}
+
+bool Revision::discard(const std::string& file, std::uint64_t offset, std::uint64_t bytes) const {
+  return source_->discard(key(file), offset, bytes);
 }
 
 std::uint64_t Revision::sizeOnDisk(const std::string& file) const { return source_->size(key(file)); }

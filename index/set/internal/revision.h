@@ -44,6 +44,20 @@ class Revision {
   Bytes readChecked(const std::string& file, std::uint64_t offset, std::uint64_t bytes, std::uint64_t checksum,
                     const std::string& part) const;
   std::uint64_t sizeOnDisk(const std::string& file) const;
+  bool isRemote() const { return source_->isRemote(); }
+  bool discard(const std::string& file, std::uint64_t offset, std::uint64_t bytes) const;  // as TileSource
+  // Reads a part of a file and returns decode(ByteSpan). After Damage, reads once more if discard() allows it.
+  template <typename Decode>
+  auto readDecoded(const std::string& file, std::uint64_t offset, std::uint64_t bytes, Decode decode) const {
+    for (bool again = false;; again = true) {
+      const Bytes part = read(file, offset, bytes);
+      try {
+        return decoded(describe(file), offset, [&] { return decode(ByteSpan(part)); });
+      } catch (const CorruptSet&) {
+        if (again || !discard(file, offset, bytes)) throw;
+      }
+    }
+  }
 
  private:
   std::string key(const std::string& file) const;

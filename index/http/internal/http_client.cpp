@@ -1,0 +1,271 @@
+#include "index/http/internal/http_client.h"
+
+#include "index/errors.h"
+#include "index/http/internal/http_errors.h"
+#include "index/http/internal/http_flight.h"
+#include "index/http/internal/http_queue.h"
+#include "index/http/internal/remote_address.h"
+#include "index/text.h"
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <condition_variable>
+#include <curl/curl.h>
+#include <mutex>
+#include <thread>
+#include <utility>
+
+namespace filiform::internal {
+namespace {
+
+constexpr int kMostAttempts = 6, kMostRedirects = 5;
+constexpr double kFirstBackoff_s = 0.1, kLastBackoff_s = 2;
+// How often the thread looks at the flag of an interruption.
+constexpr std::chrono::milliseconds kWatch{100};
+
+using FlightClock = HttpJob::Clock;
+
+double secondsSince(FlightClock::time_point t) { return std::chrono::duration<double>(FlightClock::now() - t).count(); }
+
+FlightClock::duration inSeconds(double s) {
+  return std::chrono::duration_cast<FlightClock::duration>(std::chrono::duration<double>(s));
+}
+
+std::exception_ptr errorOf(const HttpJob& job, const HttpLanding& landing) {
+  const std::string url = escaped(job.url);
+  if (landing.kind == HttpLanding::Kind::missing)
+    return std::make_exception_ptr(
+        NotOnServer(url, landing.what + "; check the address. If the set was replaced meanwhile, open it again"));
+  if (landing.kind == HttpLanding::Kind::ends)
+    return std::make_exception_ptr(CorruptSet(url, landing.file_bytes, "the file ends here"));
+  std::string what = landing.what;
+  if (job.attempts > 1)
+    what += ", " + std::to_string(job.attempts) + " times in " +
+            std::to_string(static_cast<int>(std::ceil(secondsSince(job.begun)))) + " s";
+  return std::make_exception_ptr(IoError(url, what + "; " + landing.remedy));
+}
+
+void checkRemoteOptions(const RemoteOptions& options) {
+  if (options.connections < 1 || options.connections > 64) throw UsageError("connections: give 1 to 64");
+  if (!(options.deadline_s > 0 && options.deadline_s <= 1e6)) throw UsageError("deadline: give more than 0 s");
+  if (!std::all_of(options.token.begin(), options.token.end(), [](char c) { return c > ' ' && c < '\x7f'; }))
+    throw UsageError("the token contains a blank or a character that is not ASCII; check --token-file");
+}
+
+}  // namespace
+
+struct HttpClient::Impl {
+  const std::string origin;
+  const RemoteOptions options;
+  CURLM* const multi;
+  mutable std::mutex mutex;
+  std::condition_variable answered;
+  HttpQueue queue;  // guarded by the mutex
+  bool stopping = false;
+  std::vector<std::unique_ptr<HttpFlight>> free, active;  // of the thread
+  std::atomic<std::uint64_t> requests{0}, retries{0}, merged{0}, bytes{0};
+  std::thread thread;
+
+  Impl(std::string o, const RemoteOptions& given) : origin(std::move(o)), options(given), multi(curl_multi_init()) {
+    if (multi == nullptr) throw std::bad_alloc();
+    curl_multi_setopt(multi, CURLMOPT_MAX_HOST_CONNECTIONS, static_cast<long>(options.connections));
+    curl_multi_setopt(multi, CURLMOPT_MAXCONNECTS, static_cast<long>(options.connections));
+    thread = std::thread([this] { run(); });
+  }
+  ~Impl() {
+    {
+      const std::lock_guard lock(mutex);
+      stopping = true;
+    }
+    curl_multi_wakeup(multi);
+    thread.join();
+    for (const auto& flight : active) curl_multi_remove_handle(multi, flight->handle());
+    active.clear();
+    free.clear();
+    curl_multi_cleanup(multi);
+  }
+
+  void wait(HttpJob& job) {
+    job.begun = FlightClock::now();
+    std::unique_lock lock(mutex);
+    queue.add(job);
+    curl_multi_wakeup(multi);
+    answered.wait(lock, [&] { return job.done; });
+    if (job.failure) std::rethrow_exception(job.failure);
+  }
+
+  bool cancelled() const { return options.cancel != nullptr && options.cancel->load(std::memory_order_relaxed); }
+
+  void run() {
+    while (true) {
+      int timeout_ms = 0;
+      {
+        const std::lock_guard lock(mutex);
+        if (stopping) return;
+        if (cancelled()) cancelQueue();
+        startQueue();
+        timeout_ms = patience();
+      }
+      if (cancelled()) cancelActive();
+      int running = 0;
+      curl_multi_perform(multi, &running);
+      int left = 0;
+      bool landed = false;
+      while (CURLMsg* const message = curl_multi_info_read(multi, &left)) {
+        landed = true;
+        land(message->easy_handle, message->data.result);
+      }
+      if (!landed) curl_multi_poll(multi, nullptr, 0, timeout_ms, nullptr);
+    }
+  }
+
+  // How long the thread may sleep, ms.
+  int patience() const {
+    const auto next = queue.nextReady();
+    if (active.empty() && !next) return 3'600'000;
+    FlightClock::duration wait = kWatch;
+    if (next && active.size() < options.connections) wait = std::min(wait, *next - FlightClock::now());
+    return static_cast<int>(std::max<std::int64_t>(0, std::chrono::ceil<std::chrono::milliseconds>(wait).count()));
+  }
+
+  void startQueue() {
+    while (active.size() < options.connections) {
+      std::vector<HttpJob*> jobs = queue.take(FlightClock::now());
+      if (jobs.empty()) return;
+      merged += jobs.size() - 1;
+      try {
+        if (free.empty()) free.push_back(std::make_unique<HttpFlight>());
+        std::unique_ptr<HttpFlight> flight = std::move(free.back());
+        free.pop_back();
+        flight->redirects = 0;
+        const std::string url = jobs.front()->url;
+        prepare(*flight, jobs, url);
+        active.push_back(std::move(flight));
+      } catch (...) {
+        for (HttpJob* const job : jobs) settle(*job, std::current_exception());
+      }
+    }
+  }
+
+  void prepare(HttpFlight& flight, const std::vector<HttpJob*>& jobs, const std::string& url) {
+    const bool ours = originOf(url) == origin;
+    flight.prepare(
+        jobs, url,
+        {.token = ours ? options.token : std::string(), .stall_s = options.stall_s, .deadline_s = options.deadline_s});
+    if (curl_multi_add_handle(multi, flight.handle()) != CURLM_OK) throw std::bad_alloc();
+    ++requests;
+  }
+
+  // The caller holds the mutex.
+  void settle(HttpJob& job, std::exception_ptr failure) {
+    job.failure = std::move(failure);
+    job.done = true;
+    answered.notify_all();
+  }
+
+  void land(CURL* easy, CURLcode code) {
+    curl_multi_remove_handle(multi, easy);
+    const auto at = std::find_if(active.begin(), active.end(), [&](const auto& f) { return f->handle() == easy; });
+    std::unique_ptr<HttpFlight> flight = std::move(*at);
+    active.erase(at);
+    bytes += flight->received();
+    const std::vector<HttpJob*> jobs = flight->jobs();
+    const std::lock_guard lock(mutex);
+    try {
+      HttpLanding landing = flight->land(code);
+      if (landing.kind == HttpLanding::Kind::redirect && follow(flight, landing)) return;
+      for (HttpJob* const job : jobs) conclude(*job, landing, jobs.size() > 1);
+    } catch (...) {
+      for (HttpJob* const job : jobs)
+        if (!job->done) settle(*job, std::current_exception());
+    }
+    if (flight) free.push_back(std::move(flight));
+  }
+
+  // Sends the request to the target of a redirect. Returns false, with the landing changed, if it must not.
+  bool follow(std::unique_ptr<HttpFlight>& flight, HttpLanding& landing) {
+    const std::string target = landing.target, to = originOf(target);
+    if (++flight->redirects > kMostRedirects || to.empty() ||
+        (origin.starts_with("https:") && to.starts_with("http:"))) {
+      landing = {.kind = HttpLanding::Kind::refused,
+                 .what = to.empty()                           ? "the server redirects to an address that is not HTTP"
+                         : flight->redirects > kMostRedirects ? "the server redirects too often"
+                                                              : "the server redirects from https to http",
+                 .remedy = "check the address and the server"};
+      return false;
+    }
+    const std::vector<HttpJob*> jobs = flight->jobs();
+    prepare(*flight, jobs, target);
+    active.push_back(std::move(flight));
+    return true;
+  }
+
+  void conclude(HttpJob& job, const HttpLanding& landing, bool was_merged) {
+    if (landing.kind == HttpLanding::Kind::done) return settle(job, nullptr);
+    if (was_merged) {  // the fault may be that of another range
+      job.alone = true;
+      queue.add(job);
+      ++retries;
+      return;
+    }
+    ++job.attempts;
+    const double backoff_s = std::min(kLastBackoff_s, kFirstBackoff_s * std::ldexp(1, job.attempts - 1));
+    const double wait_s = std::max(backoff_s, landing.wait_s);
+    if (landing.kind != HttpLanding::Kind::retry || job.attempts >= kMostAttempts ||
+        secondsSince(job.begun) + wait_s > options.deadline_s)
+      return settle(job, errorOf(job, landing));
+    job.not_before = FlightClock::now() + inSeconds(wait_s);
+    queue.add(job);
+    ++retries;
+  }
+
+  static std::exception_ptr interruption() { return std::make_exception_ptr(Interrupted("interrupted")); }
+  void cancelQueue() {
+    for (HttpJob* const job : queue.takeAll()) settle(*job, interruption());
+  }
+  void cancelActive() {
+    const std::lock_guard lock(mutex);
+    for (std::unique_ptr<HttpFlight>& flight : active) {
+      curl_multi_remove_handle(multi, flight->handle());
+      for (HttpJob* const job : flight->jobs()) settle(*job, interruption());
+      free.push_back(std::move(flight));
+    }
+    active.clear();
+  }
+};
+
+HttpClient::HttpClient(std::string origin, const RemoteOptions& options) {
+  checkRemoteOptions(options);
+  // Once a process; libcurl requires it before the first thread that uses it.
+  static const CURLcode kStarted = curl_global_init(CURL_GLOBAL_DEFAULT);
+  if (kStarted != CURLE_OK) throw IoError(origin, "libcurl cannot be started");
+  impl_ = std::make_unique<Impl>(std::move(origin), options);
+}
+
+HttpClient::~HttpClient() = default;
+
+void HttpClient::readRange(const std::string& url, std::uint64_t offset, std::span<std::uint8_t> bytes) {
+  if (bytes.empty()) return;
+  HttpJob job{.kind = HttpJob::Kind::range, .url = url, .offset = offset, .bytes = bytes};
+  impl_->wait(job);
+}
+
+Bytes HttpClient::readWhole(const std::string& url, std::uint64_t most) {
+  HttpJob job{.kind = HttpJob::Kind::whole, .url = url, .most = most};
+  impl_->wait(job);
+  return std::move(job.whole);
+}
+
+std::uint64_t HttpClient::size(const std::string& url) {
+  HttpJob job{.kind = HttpJob::Kind::size, .url = url};
+  impl_->wait(job);
+  return job.size;
+}
+
+RemoteCounters HttpClient::counters() const {
+  return {.requests = impl_->requests, .retries = impl_->retries, .merged = impl_->merged, .bytes = impl_->bytes};
+}
+
+}  // namespace filiform::internal

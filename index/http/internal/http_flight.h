@@ -1,0 +1,103 @@
+// HttpFlight: one request to a server, from its preparation to the judgement of its answer.
+#pragma once
+
+#include "index/file/internal/bytes.h"
+
+#include <array>
+#include <chrono>
+#include <cstdint>
+#include <curl/curl.h>
+#include <exception>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace filiform::internal {
+
+// A read that a caller waits for.
+struct HttpJob {
+  enum class Kind : std::uint8_t { range, whole, size };
+  using Clock = std::chrono::steady_clock;
+
+  Kind kind;
+  std::string url{};
+  std::uint64_t offset = 0;         // range: of the first byte
+  std::span<std::uint8_t> bytes{};  // range: where the bytes go; undefined after a failure
+  std::uint64_t most = 0;           // whole: a longer file is an error
+  Bytes whole{};                    // whole: the file
+  std::uint64_t size = 0;           // size: of the file
+  bool alone = false;               // not to be merged with others
+  int attempts = 0;                 // that failed
+  Clock::time_point begun{}, not_before{};
+  bool done = false;
+  std::exception_ptr failure{};
+
+  std::uint64_t end() const { return offset + bytes.size(); }
+};
+
+// What became of a request.
+struct HttpLanding {
+  enum class Kind : std::uint8_t { done, redirect, retry, missing, ends, refused };
+  Kind kind = Kind::done;
+  std::string what = {};         // retry, missing, refused: what is wrong
+  std::string remedy = {};       // what to do; empty: about the network
+  std::string target = {};       // redirect: to where
+  double wait_s = 0;             // retry: the server asks for this wait
+  std::uint64_t file_bytes = 0;  // ends: the file ends before the end of the range
+};
+
+struct HttpFlightOptions {
+  std::string token;  // empty: none
+  unsigned stall_s = 5;
+  double deadline_s = 20;
+};
+
+// Thread rule: thread-compatible.
+class HttpFlight {
+ public:
+  HttpFlight();
+  HttpFlight(const HttpFlight&) = delete;
+  HttpFlight& operator=(const HttpFlight&) = delete;
+
+  CURL* handle() { return easy_.get(); }
+  // Prepares a request for `url` that serves all jobs: one job, or ranges of one file that lie close together. The jobs
+  // must live until land().
+  void prepare(std::vector<HttpJob*> jobs, const std::string& url, const HttpFlightOptions& options);
+  // Judges the answer. `code`: how the transfer ended.
+  HttpLanding land(CURLcode code);
+
+  const std::vector<HttpJob*>& jobs() const { return jobs_; }
+  std::uint64_t received() const { return received_; }  // bytes of the body
+  int redirects = 0;
+
+ private:
+  std::size_t takeHeader(std::string_view line);
+  std::size_t takeBody(std::span<const std::uint8_t> data);
+  bool keep(std::span<const std::uint8_t> data);
+  HttpLanding judgeStatus() const;
+  HttpLanding judgeRange() const;
+  HttpLanding judgeFailure(CURLcode code) const;
+
+  struct FreeEasy {
+    void operator()(CURL* easy) const { curl_easy_cleanup(easy); }
+  };
+  struct FreeList {
+    void operator()(curl_slist* list) const { curl_slist_free_all(list); }
+  };
+  std::unique_ptr<CURL, FreeEasy> easy_;
+  std::unique_ptr<curl_slist, FreeList> headers_;
+  std::array<char, CURL_ERROR_SIZE> error_{};
+  std::vector<HttpJob*> jobs_;
+  bool has_token_ = false;
+  std::uint64_t first_ = 0, end_ = 0;  // of the range that is asked for
+  long status_ = 0;
+  bool has_range_ = false;                        // the answer has a valid Content-Range
+  std::uint64_t range_first_ = 0, range_of_ = 0;  // from it; of: size of the file, 0 if unknown
+  std::uint64_t at_ = 0;                          // offset in the file of the next byte of the body
+  std::uint64_t received_ = 0;
+  bool begun_ = false, stopped_ = false;  // stopped: the rest of the body is not needed, or not wanted
+  bool too_long_ = false;
+};
+
+}  // namespace filiform::internal

@@ -1,0 +1,75 @@
+#include "index/http/internal/remote_address.h"
+
+#include "index/errors.h"
+#include "index/text.h"
+
+#include <algorithm>
+#include <curl/curl.h>
+#include <memory>
+#include <optional>
+
+namespace filiform::internal {
+namespace {
+
+// A parsed URL.
+class ParsedUrl {
+ public:
+  explicit ParsedUrl(const std::string& text) : url_(curl_url(), curl_url_cleanup) {
+    valid_ = url_ != nullptr && curl_url_set(url_.get(), CURLUPART_URL, text.c_str(), 0) == CURLUE_OK;
+  }
+  bool valid() const { return valid_; }
+  std::optional<std::string> part(CURLUPart which, unsigned flags = 0) const {
+    char* text = nullptr;
+    if (curl_url_get(url_.get(), which, &text, flags) != CURLUE_OK) return std::nullopt;
+    std::string copy = text;
+    curl_free(text);
+    return copy;
+  }
+
+ private:
+  std::unique_ptr<CURLU, void (*)(CURLU*)> url_;
+  bool valid_ = false;
+};
+
+std::string lower(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+  return text;
+}
+
+// True for a path that ends in /v1/sets/NAME. A static server's folder has the ending .fil.
+bool isServicePath(const std::string& path) {
+  const std::size_t slash = path.rfind('/');
+  constexpr std::string_view kSets = "/v1/sets";
+  return slash != std::string::npos && slash + 1 < path.size() && path.substr(0, slash).ends_with(kSets) &&
+         !path.ends_with(".fil");
+}
+
+}  // namespace
+
+RemoteAddress::RemoteAddress(const std::string& text) {
+  const ParsedUrl url(text);
+  origin = originOf(text);
+  if (!url.valid() || origin.empty())
+    throw UsageError(escaped(text) + ": is not a valid address; give http://HOST/PATH or https://HOST/PATH");
+  if (url.part(CURLUPART_USER) || url.part(CURLUPART_PASSWORD))
+    throw UsageError("the address of a set must not contain a name or password; use --token-file");
+  if (url.part(CURLUPART_QUERY) || url.part(CURLUPART_FRAGMENT))
+    throw UsageError("the address of a set must not contain '?' or '#'; use --token-file for a token");
+  std::string path = url.part(CURLUPART_PATH).value_or("/");
+  while (path.ends_with('/')) path.pop_back();
+  set = origin + path;
+  files = set + (isServicePath(path) ? "/files/" : "/");
+}
+
+std::string originOf(const std::string& text) {
+  const ParsedUrl url(text);
+  if (!url.valid()) return {};
+  const std::string scheme = lower(url.part(CURLUPART_SCHEME).value_or(""));
+  const auto host = url.part(CURLUPART_HOST), port = url.part(CURLUPART_PORT, CURLU_DEFAULT_PORT);
+  if ((scheme != "http" && scheme != "https") || !host || !port) return {};
+  const bool usual = *port == (scheme == "http" ? "80" : "443");
+  return scheme + "://" + lower(*host) + (usual ? "" : ":" + *port);
+}
+
+}  // namespace filiform::internal

@@ -1,0 +1,30 @@
+// How tile sets are read over HTTP. Thread rule: values.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <string>
+
+namespace filiform {
+
+struct RemoteOptions {
+  std::string token{};  // sent as `Authorization: Bearer`, only to the scheme, host and port of the set; empty: none
+  std::string cache_folder{};  // what is read stays here, for this and other processes; empty: nothing is kept
+  std::uint64_t cache_bytes = std::uint64_t{4} << 30;  // of that folder; see index/README.md
+  unsigned connections = 8;                            // requests at once, 1..64
+  double deadline_s =
+      20;                // no retry after this time since a read began; each attempt may take as long, plus 1 s/64 KiB
+  unsigned stall_s = 5;  // a transfer without a byte for this time is given up, and tried again
+  const std::atomic<bool>* cancel = nullptr;  // when true: reads throw Interrupted
+};
+
+// What was asked of the server so far.
+struct RemoteCounters {
+  std::uint64_t requests = 0;  // retries and redirects included
+  std::uint64_t retries = 0;
+  std::uint64_t merged = 0;  // reads that were served by the request of another read
+  std::uint64_t bytes = 0;   // of bodies, as received
+  std::uint64_t cache_hits = 0;
+};
+
+}  // namespace filiform

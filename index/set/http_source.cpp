@@ -1,0 +1,119 @@
+#include "index/set/http_source.h"
+
+#include "index/errors.h"
+#include "index/http/internal/http_client.h"
+#include "index/http/internal/range_cache.h"
+#include "index/http/internal/remote_address.h"
+#include "index/set/internal/set_files.h"
+#include "index/text.h"
+
+#include <atomic>
+#include <cstring>
+#include <map>
+#include <mutex>
+#include <optional>
+
+namespace filiform {
+namespace {
+
+constexpr const char* kCurrentName = "CURRENT";
+constexpr std::uint64_t kMostCurrent = 4096, kMostManifest = std::uint64_t{64} << 20;
+// Larger reads are those of whole files, which verify and copies make.
+constexpr std::uint64_t kMostCachedRead = std::uint64_t{1} << 20;
+
+// Files that are read at once, when their size is first asked for.
+bool isSmallFile(const std::string& name) {
+  return name == kCurrentName || name.ends_with(std::string("/") + internal::kManifestFile);
+}
+
+}  // namespace
+
+bool isAddress(std::string_view name) {
+  return endsWithNoCase(name.substr(0, 7), "http://") || endsWithNoCase(name.substr(0, 8), "https://");
+}
+
+struct HttpSource::Impl {
+  const internal::RemoteAddress address;
+  mutable internal::HttpClient client;
+  std::unique_ptr<internal::RangeCache> cache;
+  mutable std::atomic<std::uint64_t> cache_hits{0};
+  std::mutex mutex;                              // guards `small`
+  std::map<std::string, internal::Bytes> small;  // read for size(), until read() takes all of it
+
+  Impl(const std::string& text, const RemoteOptions& options) : address(text), client(address.origin, options) {
+    if (!options.cache_folder.empty())
+      cache = std::make_unique<internal::RangeCache>(options.cache_folder, options.cache_bytes);
+  }
+  std::string url(const std::string& name) const {
+    if (!isTileFileName(name)) throw UsageError("not the name of a file in a tile set");
+    return address.files + name;
+  }
+  internal::Bytes fetch(const std::string& name) const {
+    return client.readWhole(url(name), name == kCurrentName ? kMostCurrent : kMostManifest);
+  }
+  bool isKept(const std::string& name, std::uint64_t bytes) const {
+    return cache != nullptr && !isSmallFile(name) && bytes > 0 && bytes <= kMostCachedRead;
+  }
+  std::string key(const std::string& name, std::uint64_t offset) const {
+    return url(name) + "@" + std::to_string(offset);
+  }
+};
+
+HttpSource::HttpSource(const std::string& address, const RemoteOptions& options)
+    : impl_(std::make_unique<Impl>(address, options)) {}
+HttpSource::~HttpSource() = default;
+
+std::uint64_t HttpSource::size(const std::string& name) const {
+  if (!isSmallFile(name)) return impl_->client.size(impl_->url(name));
+  internal::Bytes bytes = impl_->fetch(name);
+  const std::uint64_t size = bytes.size();
+  const std::lock_guard lock(impl_->mutex);
+  impl_->small[name] = std::move(bytes);
+  return size;
+}
+
+void HttpSource::read(const std::string& name, std::uint64_t offset, std::span<std::uint8_t> bytes) const {
+  if (isSmallFile(name)) {
+    std::optional<internal::Bytes> file;
+    {
+      const std::lock_guard lock(impl_->mutex);
+      const auto found = impl_->small.find(name);
+      if (found != impl_->small.end()) {
+        file = std::move(found->second);
+        impl_->small.erase(found);
+      }
+    }
+    if (!file) file = impl_->fetch(name);
+    if (offset > file->size() || bytes.size() > file->size() - offset)
+      throw CorruptSet(describe(name), file->size(), "the file ends here");
+    if (!bytes.empty()) std::memcpy(bytes.data(), file->data() + offset, bytes.size());
+    return;
+  }
+  const bool kept = impl_->isKept(name, bytes.size());
+  if (kept && impl_->cache->get(impl_->key(name, offset), bytes)) {
+    ++impl_->cache_hits;
+    return;
+  }
+  impl_->client.readRange(impl_->url(name), offset, bytes);
+  if (kept) impl_->cache->put(impl_->key(name, offset), bytes);
+}
+
+bool HttpSource::discard(const std::string& name, std::uint64_t offset, std::uint64_t bytes) const {
+  if (impl_->isKept(name, bytes)) impl_->cache->remove(impl_->key(name, offset));
+  return true;
+}
+
+std::string HttpSource::describe(const std::string& name) const { return escaped(impl_->address.files + name); }
+
+RemoteCounters HttpSource::counters() const {
+  RemoteCounters counters = impl_->client.counters();
+  counters.cache_hits = impl_->cache_hits;
+  return counters;
+}
+
+std::unique_ptr<TileSource> openSource(const std::string& name, const RemoteOptions& options) {
+  if (isAddress(name)) return std::make_unique<HttpSource>(name, options);
+  return openFolder(name);
+}
+
+}  // namespace filiform

@@ -1,0 +1,69 @@
+#include "index/http/internal/http_queue.h"
+
+#include <algorithm>
+
+#include <gtest/gtest.h>
+
+namespace filiform {
+namespace {
+
+using internal::HttpJob;
+using internal::HttpQueue;
+
+class HttpQueueTest : public ::testing::Test {
+ protected:
+  HttpJob range(const std::string& url, std::uint64_t offset, std::uint64_t size) {
+    return {.kind = HttpJob::Kind::range, .url = url, .offset = offset, .bytes = {bytes_.data(), size}};
+  }
+  static std::vector<std::uint64_t> offsets(std::vector<HttpJob*> jobs) {
+    std::vector<std::uint64_t> all;
+    for (const HttpJob* job : jobs) all.push_back(job->offset);
+    std::sort(all.begin(), all.end());
+    return all;
+  }
+  std::vector<std::uint8_t> bytes_ = std::vector<std::uint8_t>(8 << 20);
+  const HttpJob::Clock::time_point now_ = HttpJob::Clock::now();
+};
+
+TEST_F(HttpQueueTest, NearRangesOfOneFileGoTogether) {
+  HttpJob a = range("f", 100'000, 1000), b = range("f", 101'000, 1000), c = range("f", 90'000, 5000),
+          far = range("f", 200'000, 10), other = range("g", 101'000, 1000), whole{.kind = HttpJob::Kind::whole};
+  HttpQueue queue;
+  for (HttpJob* job : {&a, &far, &other, &whole, &c, &b}) queue.add(*job);
+  EXPECT_EQ(offsets(queue.take(now_)), (std::vector<std::uint64_t>{90'000, 100'000, 101'000}));
+  EXPECT_EQ(queue.take(now_), std::vector<HttpJob*>{&far});
+  EXPECT_EQ(queue.take(now_), std::vector<HttpJob*>{&other});
+  EXPECT_EQ(queue.take(now_), std::vector<HttpJob*>{&whole});
+  EXPECT_TRUE(queue.empty());
+  EXPECT_TRUE(queue.take(now_).empty());
+}
+
+TEST_F(HttpQueueTest, ARequestStaysSmallAndALargeRangeGoes) {
+  std::vector<HttpJob> jobs;
+  constexpr std::uint64_t kPiece = 1 << 20;
+  for (std::uint64_t i = 0; i < 10; ++i) jobs.push_back(range("f", i * kPiece, kPiece));
+  HttpQueue queue;
+  for (HttpJob& job : jobs) queue.add(job);
+  EXPECT_EQ(queue.take(now_).size(), HttpQueue::kMostMerged / kPiece);
+  HttpJob large = range("h", 0, 8 << 20);
+  HttpQueue one;
+  one.add(large);
+  EXPECT_EQ(one.take(now_).size(), 1u);
+}
+
+TEST_F(HttpQueueTest, AJobWaitsForItsTime) {
+  HttpJob late = range("f", 0, 10), alone = range("f", 10, 10), ready = range("f", 20, 10);
+  late.not_before = now_ + std::chrono::seconds(5);
+  alone.alone = true;
+  HttpQueue queue;
+  for (HttpJob* job : {&late, &alone, &ready}) queue.add(*job);
+  EXPECT_EQ(queue.take(now_), std::vector<HttpJob*>{&alone});
+  EXPECT_EQ(queue.take(now_), std::vector<HttpJob*>{&ready});
+  EXPECT_TRUE(queue.take(now_).empty());
+  EXPECT_EQ(queue.nextReady(), late.not_before);
+  EXPECT_EQ(queue.take(late.not_before), std::vector<HttpJob*>{&late});
+  EXPECT_FALSE(queue.nextReady());
+}
+
+}  // namespace
+}  // namespace filiform
