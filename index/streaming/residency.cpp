@@ -55,7 +55,12 @@ struct Residency::Impl {
   internal::TileLoader loader;
 
   Impl(const TileStore& s, const ResidencyOptions& options)
-      : store(s), budget_bytes(options.budget_bytes), io_threads(options.io_threads), loader(s, options) {}
+      : store(s),
+        budget_bytes(options.budget_bytes),
+        io_threads(options.io_threads > 0 ? options.io_threads
+                   : s.isRemote()         ? ResidencyOptions::kRemoteReads
+                                          : 1),
+        loader(s, options, [this] { work.notify_one(); }) {}
 
   void requireNotStarted(const char* call) const {
     if (started) throw std::logic_error(std::string("Residency::") + call + " while its thread runs");
@@ -82,7 +87,6 @@ struct Residency::Impl {
     if (next == kNoTile) return false;
     loader.makeRoom(loader.dueBytes(kRoomAhead), false);
     if (!loader.makeRoom(loader.bytesOf(next), false)) return false;
-    if (threads.size() > 1) work.notify_one();
     loader.read(next, lock);
     return true;
   }
@@ -141,7 +145,7 @@ void Residency::start() {
   impl_->requireNotStarted("start");
   impl_->started = true;
   impl_->stopping = false;
-  for (unsigned i = 0; i < std::max(1u, impl_->io_threads); ++i) impl_->threads.emplace_back(&Impl::run, impl_.get());
+  for (unsigned i = 0; i < impl_->io_threads; ++i) impl_->threads.emplace_back(&Impl::run, impl_.get());
 }
 
 void Residency::stop() {

@@ -48,8 +48,12 @@ struct ReaderFocus {
 struct ResidencyOptions {
   std::uint64_t budget_bytes = UINT64_MAX;  // bytes of all tiles in state ready, resident or retiring
   PrefetchPolicy prefetch = PrefetchPolicy::structure;
-  double lookahead_s = 0.5;  // with PrefetchPolicy::structure: look-ahead time at the present speed
-  unsigned io_threads = 1;   // at least 1: parallel reads in real time; more hide the latency of a slow disk
+  // With PrefetchPolicy::structure: look-ahead time at the present speed. In real time it grows with the measured time
+  // of reads.
+  double lookahead_s = 0.5;
+  // Parallel reads in real time; more hide the latency of a slow disk. 0: kRemoteReads for a set at an address, else 1.
+  unsigned io_threads = 0;
+  static constexpr unsigned kRemoteReads = 8;
 };
 
 // What the loader has done so far.
@@ -71,6 +75,7 @@ struct ResidencyCounters {
   std::uint64_t prefetched = 0, prefetch_used = 0, prefetch_wasted = 0;
   double wait_sum = 0, wait_most = 0;  // time from queued to held by every reader: ticks in virtual time, else s
   std::uint64_t waits = 0;
+  double read_mean_s = 0;  // in real time: moving average of the time of a read
 };
 
 // Why tiles are held in addition to what readers work on; see Residency::hold().

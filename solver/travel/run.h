@@ -71,7 +71,7 @@ struct RunOptions {
   std::optional<std::uint64_t> budget_bytes;            // of decoded tiles; none: unlimited
   double latency_ms = 0;                                // virtual time only
   PrefetchPolicy prefetch = PrefetchPolicy::structure;  // not in virtual time at latency 0
-  unsigned io_threads = 1;                              // real time only
+  unsigned io_threads = 0;                              // real time only; see ResidencyOptions
   bool realtime = false;
   std::string record;          // write the exchanges with the device to this file; empty: none
   std::string record_options;  // stored verbatim in the recording; not interpreted

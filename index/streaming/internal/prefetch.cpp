@@ -40,7 +40,9 @@ struct End {  // of the walk: the neurite continues from here, not in memory
 }  // namespace
 
 Prefetch::Prefetch(const TileStore& store, const TileFinder& finder, PrefetchPolicy policy, double lookahead_s)
-    : store_(store), finder_(finder), policy_(policy), lookahead_s_(lookahead_s > 0 ? lookahead_s : 1e-3) {}
+    : store_(store), finder_(finder), policy_(policy) {
+  setLookahead(lookahead_s);
+}
 
 double Prefetch::distance_um(TileId tile, const Vector3d& p_W) const {
   const GridBox& box = store_.entry(tile).content;

@@ -42,6 +42,9 @@ class Prefetch {
   // claimAround: O(kMaxWorkspaceTiles log tiles).
   void claimAround(const ReaderFocus& focus, std::uint64_t budget_bytes, std::vector<TileClaim>& claims) const;
 
+  // `s`: as in the constructor.
+  void setLookahead(double s) { lookahead_s_ = s > 0 ? s : 1e-3; }
+
   // Distance from a point to the box of the tile's content; 0 inside.
   double distance_um(TileId tile, const Vector3d& p_W) const;
 

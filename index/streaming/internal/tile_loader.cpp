@@ -3,6 +3,7 @@
 #include "index/errors.h"
 
 #include <algorithm>
+#include <chrono>
 #include <exception>
 #include <utility>
 
@@ -21,10 +22,11 @@ constexpr double kTargetTime_s = 0.3, kTargetPart = 0.6;
 
 }  // namespace
 
-TileLoader::TileLoader(const TileStore& store, const ResidencyOptions& options)
+TileLoader::TileLoader(const TileStore& store, const ResidencyOptions& options, std::function<void()> leaves)
     : store_(store),
       pages_(store),
       options_(options),
+      leaves_(std::move(leaves)),
       finder_(pages_),
       prefetch_(pages_, finder_, options.prefetch, options.lookahead_s),
       slots_(store.tile_count()),
@@ -183,6 +185,7 @@ bool TileLoader::fetchCells(double due, std::unique_lock<std::mutex>& lock) {
     cells_[cell] = {{}, kNever, kNever, backoff, plan_number_};
     std::vector<TileId> tiles;
     std::string reason;
+    leaves_();
     lock.unlock();
     try {
       if (cell < store_.cell_count()) tiles = store_.loadCellDetail(cell).tiles;
@@ -364,6 +367,7 @@ void TileLoader::planIfDue(double due) {
 bool TileLoader::readPage(std::uint32_t page, std::unique_lock<std::mutex>& lock) {
   if (std::find(pages_read_now_.begin(), pages_read_now_.end(), page) != pages_read_now_.end()) return false;
   pages_read_now_.push_back(page);
+  leaves_();
   lock.unlock();
   std::exception_ptr failure;
   try {
@@ -540,7 +544,9 @@ bool TileLoader::read(TileId tile, std::unique_lock<std::mutex>& lock) {
   reserved_ += bytes;
   std::shared_ptr<const Tile> got;
   std::string reason;
+  leaves_();
   lock.unlock();
+  const auto begun = std::chrono::steady_clock::now();
   try {
     got = store_.load(tile);
     if (got->bytes() != bytes) {
@@ -550,7 +556,13 @@ bool TileLoader::read(TileId tile, std::unique_lock<std::mutex>& lock) {
   } catch (const std::exception& error) {
     reason = error.what();
   }
+  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begun;
   lock.lock();
+  if (pace_.is_real) {
+    latency_.add(took.count());
+    prefetch_.setLookahead(latency_.lookahead_s(options_.lookahead_s));
+    counters_.read_mean_s = latency_.mean_s();
+  }
   reserved_ -= bytes;
   if (slot.ahead) {
     for (Peer& p : peers_) p.walk_stale = true;  // the walk may continue through it

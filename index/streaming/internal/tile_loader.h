@@ -7,6 +7,7 @@
 #include "index/query/tile_finder.h"
 #include "index/streaming/internal/known_pages.h"
 #include "index/streaming/internal/prefetch.h"
+#include "index/streaming/internal/read_latency.h"
 #include "index/streaming/internal/tile_channel.h"
 #include "index/streaming/internal/tile_slots.h"
 #include "index/streaming/residency.h"
@@ -27,15 +28,17 @@ struct LoaderPace {
   double first_retry, last_retry;  // of a failed tile; the delay doubles from first to last
   double replan;                   // longest time between plans
   double rest;                     // shortest time between plans, unless a reader is blocked or moved far
+  bool is_real;                    // seconds: reads are timed
 };
-inline constexpr LoaderPace kTickPace{256, 64, 4096, 32, 0};
-inline constexpr LoaderPace kSecondPace{0.25, 0.1, 5, 0.02, 0.004};
+inline constexpr LoaderPace kTickPace{256, 64, 4096, 32, 0, false};
+inline constexpr LoaderPace kSecondPace{0.25, 0.1, 5, 0.02, 0.004, true};
 
 class TileLoader {
  public:
   using MayGo = std::function<bool(const TileSlot&)>;
 
-  TileLoader(const TileStore& store, const ResidencyOptions& options);
+  // `leaves`: called under the lock before it is released for a read, so that another thread goes on meanwhile.
+  TileLoader(const TileStore& store, const ResidencyOptions& options, std::function<void()> leaves);
 
   void setTime(double now, const LoaderPace& pace) {
     now_ = now;
@@ -154,8 +157,10 @@ class TileLoader {
   KnownPages pages_;  // of the store
   std::vector<std::uint32_t> pages_read_now_;
   const ResidencyOptions options_;
+  const std::function<void()> leaves_;
   const TileFinder finder_;
-  const Prefetch prefetch_;
+  Prefetch prefetch_;
+  ReadLatency latency_;
 
   LoaderPace pace_ = kTickPace;
   double now_ = 0, planned_at_ = 0;

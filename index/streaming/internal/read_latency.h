@@ -1,0 +1,33 @@
+// ReadLatency: how long reads of tiles take, measured as TCP measures its round trip (RFC 6298). Thread rule:
+// thread-compatible.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+namespace filiform::internal {
+
+class ReadLatency {
+ public:
+  // Adds the time of one read, s.
+  void add(double s) {
+    if (!(s >= 0 && std::isfinite(s))) return;
+    if (mean_s_ < 0) {
+      mean_s_ = s;
+      spread_s_ = s / 2;
+      return;
+    }
+    spread_s_ += (std::abs(s - mean_s_) - spread_s_) / 4;
+    mean_s_ += (s - mean_s_) / 8;
+  }
+  double mean_s() const { return std::max(0.0, mean_s_); }
+  // How far to look ahead, s: `least`, or the time of two slow reads one after the other, at most kMost_s. The second
+  // read is of a tile that the walk reaches only through the first.
+  double lookahead_s(double least) const { return std::max(least, std::min(kMost_s, 2 * (mean_s() + 4 * spread_s_))); }
+
+ private:
+  static constexpr double kMost_s = 4;
+  double mean_s_ = -1, spread_s_ = 0;
+};
+
+}  // namespace filiform::internal

@@ -1,0 +1,137 @@
+// Residency over a slow source: many reads at once, and no thread waits for another's.
+#include "index/build/ingest.h"
+#include "index/set/tile_set.h"
+#include "index/streaming/internal/read_latency.h"
+#include "index/streaming/residency.h"
+#include "tests/support/random_cells.h"
+#include "tests/support/sanitized.h"
+#include "tests/support/temp_folder.h"
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <functional>
+#include <mutex>
+#include <thread>
+
+#include <gtest/gtest.h>
+
+namespace filiform {
+namespace {
+
+// A folder that says that it is far away. Reads of some files wait.
+class FarFolder final : public TileSource {
+ public:
+  struct Gate {
+    std::mutex mutex;
+    std::condition_variable changed;
+    std::string held;  // reads of files with this ending wait; empty: none
+    int waiting = 0, most = 0;
+
+    void hold(const std::string& ending) {
+      const std::lock_guard lock(mutex);
+      held = ending;
+      changed.notify_all();
+    }
+  };
+  FarFolder(const std::string& path, Gate& gate) : source_(openFolder(path)), gate_(gate) {}
+  std::uint64_t size(const std::string& name) const override { return source_->size(name); }
+  std::string describe(const std::string& name) const override { return source_->describe(name); }
+  bool isRemote() const override { return true; }
+  void read(const std::string& name, std::uint64_t offset, std::span<std::uint8_t> bytes) const override {
+    {
+      std::unique_lock lock(gate_.mutex);
+      gate_.most = std::max(gate_.most, ++gate_.waiting);
+      gate_.changed.notify_all();
+      gate_.changed.wait(lock, [&] { return gate_.held.empty() || !name.ends_with(gate_.held); });
+      --gate_.waiting;
+    }
+    source_->read(name, offset, bytes);
+  }
+
+ private:
+  std::unique_ptr<TileSource> source_;
+  Gate& gate_;
+};
+
+class ResidencyRemoteTest : public ::testing::Test {
+ protected:
+  ResidencyRemoteTest() {
+    CellList cells(test::randomColumn(5, 10, 500, 300));
+    ingest(cells, folder_ / "a.fil", {.capacity = 64});
+    set_ = TileSet::open(std::make_unique<FarFolder>(folder_ / "a.fil", gate_));
+    for (TileId t = 0; t < set_->tile_count(); ++t) set_->entry(t);
+  }
+  ~ResidencyRemoteTest() override { gate_.hold(""); }
+
+  static bool eventually(TileReader& reader, const std::function<bool()>& holds) {
+    for (int i = 0; i < (test::kSanitized ? 60'000 : 10'000) && !holds(); ++i) {
+      reader.apply(64);
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    return holds();
+  }
+  static ReaderFocus focus() {
+    ReaderFocus focus;
+    focus.active_tile = 3;
+    focus.active_node = {2, 0};
+    focus.radius_um = 200;
+    return focus;
+  }
+
+  FarFolder::Gate gate_;
+  test::TempFolder folder_;
+  std::unique_ptr<TileSet> set_;
+};
+
+TEST_F(ResidencyRemoteTest, TilesComeWhileTheTilesOfACellAreAskedFor) {
+  gate_.hold("cells.bin");
+  Residency residency(*set_, {});
+  TileReader& reader = residency.addReader("hand");
+  residency.start();
+  std::this_thread::sleep_for(std::chrono::milliseconds(50));  // all threads but one sleep
+  reader.publishFocus(focus());
+  EXPECT_TRUE(eventually(reader, [&] { return reader.tiles().find(3) != nullptr; }));
+  gate_.hold("");
+  residency.stop();
+}
+
+TEST_F(ResidencyRemoteTest, EightReadsAreUnderWayAtOnce) {
+  Residency residency(*set_, {.prefetch = PrefetchPolicy::distance});
+  TileReader& reader = residency.addReader("hand");
+  reader.publishFocus(focus());
+  gate_.hold(".pack");
+  residency.start();
+  const auto waiting = [&](int count) {
+    return [this, count] {
+      const std::lock_guard lock(gate_.mutex);
+      return gate_.waiting == count;
+    };
+  };
+  EXPECT_TRUE(eventually(reader, waiting(8)));
+  gate_.hold("");
+  EXPECT_TRUE(eventually(reader, [&] { return residency.counters().queued == 0 && residency.counters().reads > 20; }));
+  residency.stop();
+  EXPECT_LE(gate_.most, 8);
+  EXPECT_GT(residency.counters().read_mean_s, 0);
+}
+
+TEST(ReadLatency, LooksAheadByTwoSlowReads) {
+  internal::ReadLatency latency;
+  EXPECT_EQ(latency.lookahead_s(0.5), 0.5);
+  for (int i = 0; i < 200; ++i) latency.add(0.02);
+  EXPECT_NEAR(latency.mean_s(), 0.02, 1e-6);
+  EXPECT_EQ(latency.lookahead_s(0.5), 0.5) << "20 ms is short";
+  for (int i = 0; i < 200; ++i) latency.add(0.4);
+  EXPECT_NEAR(latency.lookahead_s(0.5), 0.8, 0.01);
+  for (int i = 0; i < 200; ++i) latency.add(i % 2 == 0 ? 0.1 : 0.3);
+  EXPECT_GT(latency.lookahead_s(0.5), 1);
+  for (int i = 0; i < 200; ++i) latency.add(100);
+  EXPECT_EQ(latency.lookahead_s(0.5), 4);
+  latency.add(-1);
+  EXPECT_EQ(latency.lookahead_s(0.5), 4);
+}
+
+}  // namespace
+}  // namespace filiform
