@@ -4,6 +4,7 @@
 #include "index/text.h"
 #include "tools/commands/cell_lengths.h"
 #include "tools/commands/commands.h"
+#include "tools/commands/remote_arguments.h"
 #include "tools/program/interruption.h"
 #include "tools/program/numbers.h"
 #include "tools/program/progress.h"
@@ -25,6 +26,7 @@ namespace filiform::tools {
 namespace {
 
 struct CellsArguments {
+  std::shared_ptr<const RemoteArguments> remote;
   std::string set, name = "*";
   bool json = false, tsv = false, length = false;
 };
@@ -131,7 +133,7 @@ void writeText(const TextRow& row, const std::string& source, const Widths& widt
 }
 
 int runCells(const CellsArguments& a) {
-  const auto set = TileSet::open(a.set);
+  const auto set = TileSet::open(a.set, a.remote->options());
   const std::vector<std::uint32_t> cells = cellsOfName(*set, a.name);
   CellLengths lengths(*set, cells);
   const bool measured = a.length || lengths.tiles() <= kMostTilesUnasked;
@@ -188,7 +190,7 @@ void addCells(CLI::App& app, Chosen& chosen) {
   command->footer(
       "Examples:\n  filiform cells column.fil\n  filiform cells column.fil --name 'cell_0000*' --tsv\n"
       "Commands accept the name of a cell, or any part of its name or source that no other cell has.");
-  command->add_option("SET", a->set, "tile set")->required();
+  command->add_option("SET", a->set, "tile set, or its address")->required();
   command
       ->add_option("--name", a->name,
                    "list the cells whose whole name matches; * stands for any text, ? for any letter, [ab] for a or b")
@@ -198,6 +200,7 @@ void addCells(CLI::App& app, Chosen& chosen) {
       "measure the lengths of the cells even if that reads more than " + std::to_string(kMostTilesUnasked) + " tiles");
   command->add_flag("--json", a->json, "write one JSON array; tools/README.md lists the fields");
   command->add_flag("--tsv", a->tsv, "write tab-separated rows")->excludes("--json");
+  a->remote = addRemoteArguments(*command);
   command->callback([a, &chosen] { chosen = [a] { return runCells(*a); }; });
 }
 

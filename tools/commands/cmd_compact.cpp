@@ -3,6 +3,7 @@
 #include "index/errors.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/growth_report.h"
+#include "tools/commands/remote_arguments.h"
 #include "tools/program/interruption.h"
 #include "tools/program/numbers.h"
 #include "tools/program/progress.h"
@@ -22,6 +23,7 @@ struct CompactArguments {
 };
 
 int runCompact(const CompactArguments& a) {
+  refuseAddress("SET", a.set);
   IngestOptions options;
   options.threads = a.threads;
   options.cancel = &interruptFlag();

@@ -7,6 +7,7 @@
 #include "index/text.h"
 #include "tools/commands/cell_name.h"
 #include "tools/commands/commands.h"
+#include "tools/commands/remote_arguments.h"
 #include "tools/program/interruption.h"
 #include "tools/program/numbers.h"
 #include "tools/program/output_check.h"
@@ -27,6 +28,7 @@ namespace filiform::tools {
 namespace {
 
 struct ExportArguments {
+  std::shared_ptr<const RemoteArguments> remote;
   std::string set, cell, out, format;
   bool all = false;
 };
@@ -178,7 +180,7 @@ int runExport(const ExportArguments& a) {
     throw UsageError("--format is for files in a folder or a zip; here the ending of --output chooses the format");
   if (one_file || to.kind == Destination::Kind::kZip) checkOutputs({{"SET", a.set}}, {{"--output", a.out}});
 
-  const auto set = TileSet::open(a.set);
+  const auto set = TileSet::open(a.set, a.remote->options());
   std::vector<std::uint32_t> ids;
   if (!a.cell.empty()) {
     ids.push_back(findCellNamed(*set, a.cell));
@@ -217,7 +219,7 @@ void addExport(CLI::App& app, Chosen& chosen) {
       "The ending chooses the format: .swc, .edges (keeps loops), .obj, .vtk. No ending, a device, a pipe or - is "
       "SWC.\n"
       "A folder, DIR/, or ARCHIVE.zip gets one file a cell. DIR.precomputed is a folder of Neuroglancer skeletons.");
-  command->add_option("SET", a->set, "tile set")->required();
+  command->add_option("SET", a->set, "tile set, or its address")->required();
   command->add_option("--cell", a->cell, "export the cell of this name");
   command->add_flag("--all", a->all, "export every cell, into a folder, a zip or a precomputed folder");
   command->add_option("-o,--output", a->out, "write FILE, DIR/, ARCHIVE.zip or DIR.precomputed; - for standard output")
@@ -227,6 +229,7 @@ void addExport(CLI::App& app, Chosen& chosen) {
       ->add_option("--format", a->format,
                    "write the files of a folder or zip as swc, edges, obj or vtk; default: swc, edges for loops")
       ->type_name("FORMAT");
+  a->remote = addRemoteArguments(*command);
   command->callback([a, &chosen] { chosen = [a] { return runExport(*a); }; });
 }
 

@@ -11,6 +11,7 @@
 #include "solver/workspace/navigation.h"
 #include "tools/commands/cell_name.h"
 #include "tools/commands/commands.h"
+#include "tools/commands/remote_arguments.h"
 #include "tools/program/numbers.h"
 
 #include <algorithm>
@@ -28,6 +29,7 @@ namespace {
 
 struct InfoArguments {
   std::string path, cell;
+  std::shared_ptr<const RemoteArguments> remote;
   bool json = false, parameters = false;
 };
 
@@ -208,7 +210,7 @@ void printInfo(const TileSet& set, const Levels* levels, const InfoArguments& a)
 }
 
 int runInfo(const InfoArguments& a) {
-  const auto set = TileSet::open(a.path);
+  const auto set = TileSet::open(a.path, a.remote->options());
   const std::unique_ptr<Levels> levels = Levels::open(*set);
   a.json ? writeInfoJson(*set, levels.get(), a) : printInfo(*set, levels.get(), a);
   return 0;
@@ -220,12 +222,13 @@ void addInfo(CLI::App& app, Chosen& chosen) {
   auto a = std::make_shared<InfoArguments>();
   CLI::App* command = app.add_subcommand("info", "Print what a tile set holds");
   command->footer("Examples:\n  filiform info column.fil --json\n  filiform info column.fil --parameters");
-  command->add_option("SET", a->path, "tile set")->required();
+  command->add_option("SET", a->path, "tile set, or its address")->required();
   command->add_flag("--json", a->json, "write one JSON object; tools/README.md lists the fields");
   command->add_flag("--parameters", a->parameters,
                     "print also the default parameters of navigate, and the zoom at which a trembling hand confuses "
                     "one neurite with another in 5 % of places (reads some hundred tiles: seconds)");
   command->add_option("--cell", a->cell, "print the parameters of this cell; default: the cell with the most segments");
+  a->remote = addRemoteArguments(*command);
   command->callback([a, &chosen] { chosen = [a] { return runInfo(*a); }; });
 }
 

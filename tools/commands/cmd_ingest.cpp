@@ -10,6 +10,7 @@
 #include "tools/commands/commands.h"
 #include "tools/commands/growth_report.h"
 #include "tools/commands/input_report_json.h"
+#include "tools/commands/remote_arguments.h"
 #include "tools/program/interruption.h"
 #include "tools/program/numbers.h"
 #include "tools/program/output_check.h"
@@ -152,6 +153,7 @@ int runRemove(const IngestArguments& a, IngestOptions options) {
 }
 
 int runIngest(const IngestArguments& a) {
+  refuseAddress("--output", a.out);
   IngestOptions options = ingestOptionsOf(a);
   checkGrowth(a);
   if (!a.removed.empty()) return runRemove(a, std::move(options));

@@ -4,12 +4,14 @@
 #include "index/errors.h"
 #include "index/output.h"
 #include "index/set/faulty_source.h"
+#include "index/set/http_source.h"
 #include "index/set/tile_set.h"
 #include "index/text.h"
 #include "solver/force/force_hold.h"
 #include "solver/travel/run.h"
 #include "tools/commands/cell_name.h"
 #include "tools/commands/commands.h"
+#include "tools/commands/remote_arguments.h"
 #include "tools/commands/scene.h"
 #include "tools/commands/travel_report.h"
 #include "tools/program/ending_watch.h"
@@ -31,6 +33,7 @@ namespace filiform::tools {
 namespace {
 
 struct NavigateArguments {
+  std::shared_ptr<const RemoteArguments> remote;
   std::string scene, cell, method = "climb", hand, device, budget, prefetch = "structure", delays = "constant", record,
                            csv, fault_csv, plot, picture;
   std::string route = "longest";
@@ -61,10 +64,10 @@ FaultPlan::Delay delayKind(const std::string& name) {
 // With --realtime, --latency delays the reads of the set's files.
 std::unique_ptr<TileStore> openScene(const NavigateArguments& a, bool& in_memory) {
   in_memory = isFileScene(a.scene);
-  if (!in_memory && !(a.realtime && a.latency_ms > 0)) return TileSet::open(a.scene);
+  if (!in_memory && !(a.realtime && a.latency_ms > 0)) return TileSet::open(a.scene, a.remote->options());
   if (!in_memory) {
     FaultPlan plan{.delay = delayKind(a.delays), .delay_s = 1e-3 * a.latency_ms, .seed = a.seed};
-    auto source = std::make_unique<FaultySource>(openFolder(a.scene), std::move(plan));
+    auto source = std::make_unique<FaultySource>(openSource(a.scene, a.remote->options()), std::move(plan));
     FaultySource& slow = *source;
     auto set = TileSet::open(std::move(source));
     slow.arm();
@@ -108,7 +111,7 @@ RunOptions optionsOf(const NavigateArguments& a, const TileStore& store, bool in
     throw UsageError("--latency is for tile sets: an .swc or .zip file is read once, before the travel");
   // In real time openScene() delays the files.
   options.latency_ms = a.realtime ? 0 : a.latency_ms;
-  options.io_threads = a.io_threads != 0 ? a.io_threads : a.realtime && a.latency_ms > 0 ? 16 : 1;
+  options.io_threads = a.io_threads != 0 ? a.io_threads : a.realtime && a.latency_ms > 0 ? 16 : 0;
   options.prefetch = prefetchPolicy(a.prefetch);
   options.realtime = a.realtime;
   options.record = a.record;
@@ -378,7 +381,7 @@ void addNavigate(CLI::App& app, Chosen& chosen) {
       "force.png\n"
       "  filiform navigate cell.swc --route 1:245 --method basic\n"
       "  filiform navigate column.fil --route tour:1 --seconds 600 --budget 64MiB --realtime --json");
-  command->add_option("SCENE", a->scene, "tile set, .swc file or small .zip (read into memory)")
+  command->add_option("SCENE", a->scene, "tile set or its address, .swc file or small .zip (read into memory)")
       ->required()
       ->type_name("SET|FILE.swc");
   command->add_option("--cell", a->cell, "travel on this cell; default: the cell with the most segments");
@@ -419,7 +422,9 @@ void addNavigate(CLI::App& app, Chosen& chosen) {
                    "constant, uniform or exponential latency, with --realtime; --latency is the mean")
       ->capture_default_str()
       ->type_name("KIND");
-  command->add_option("--io-threads", a->io_threads, "reads in parallel with --realtime; 0: 1, or 16 with --latency")
+  command
+      ->add_option("--io-threads", a->io_threads,
+                   "reads in parallel with --realtime; 0: 1, 8 from an address, 16 with --latency")
       ->capture_default_str();
   command->add_option("--prefetch", a->prefetch, "read tiles ahead by distance or structure; none: only on demand")
       ->capture_default_str();
@@ -436,6 +441,7 @@ void addNavigate(CLI::App& app, Chosen& chosen) {
   command->add_option("--picture", a->picture, "write a front view of the tissue and the path of the proxy as PNG")
       ->type_name("FILE");
   command->add_flag("--json", a->json, "write the summary as one JSON object");
+  a->remote = addRemoteArguments(*command);
   command->callback([a, command, &chosen] {
     chosen = [a, command] {
       tellAgain(*command, a->device);

@@ -5,6 +5,7 @@
 #include "index/set/tile_set.h"
 #include "index/text.h"
 #include "tools/commands/commands.h"
+#include "tools/commands/remote_arguments.h"
 #include "tools/program/interruption.h"
 #include "tools/program/numbers.h"
 
@@ -25,6 +26,7 @@ namespace filiform::tools {
 namespace {
 
 struct NearestArguments {
+  std::shared_ptr<const RemoteArguments> remote;
   std::string set, points, budget = "256MiB", engine = "packed";
   std::vector<std::string> coordinates, box, ray;
   std::size_t k = 1;
@@ -141,7 +143,7 @@ std::vector<Vector3d> pointsOf(const NearestArguments& a) {
 
 int runNearest(const NearestArguments& a) {
   const std::vector<Vector3d> points = pointsOf(a);
-  const auto set = TileSet::open(a.set);
+  const auto set = TileSet::open(a.set, a.remote->options());
   const Nearest nearest(*set, {.engine = a.engine, .budget_bytes = parseBytes("--budget", a.budget)});
   NearestQuery query{.k = a.k, .epsilon = a.epsilon, .approximate = a.approximate};
   if (a.radius >= 0) {
@@ -190,7 +192,7 @@ void addNearest(CLI::App& app, Chosen& chosen) {
       "Examples:\n  filiform nearest column.fil 12.5 -300 40 --k 3\n  filiform nearest column.fil --points soma.txt "
       "--json\n  filiform nearest column.fil --box 0 700 0 20 720 20\n"
       "  filiform nearest column.fil --ray 0 700 -500 0 0 1 --k 5");
-  command->add_option("SET", arguments->set, "tile set")->required();
+  command->add_option("SET", arguments->set, "tile set, or its address")->required();
   command->add_option("XYZ", arguments->coordinates, "point, um")->expected(3)->type_name("X Y Z");
   command->add_option("--points", arguments->points, "read points from this file, one 'x y z' a line; - for stdin")
       ->type_name("FILE");
@@ -226,6 +228,7 @@ void addNearest(CLI::App& app, Chosen& chosen) {
       ->check(CLI::Range(1, 1024));
   command->add_flag("--json", arguments->json, "write one JSON array");
   command->add_flag("--tsv", arguments->tsv, "write tab-separated rows (the default)")->excludes("--json");
+  arguments->remote = addRemoteArguments(*command);
   command->callback([arguments, k, &chosen] {
     arguments->k_given = k->count() > 0;
     chosen = [arguments] { return runNearest(*arguments); };

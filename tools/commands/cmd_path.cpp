@@ -8,6 +8,7 @@
 #include "tools/commands/cell_name.h"
 #include "tools/commands/cell_place_text.h"
 #include "tools/commands/commands.h"
+#include "tools/commands/remote_arguments.h"
 #include "tools/program/interruption.h"
 #include "tools/program/numbers.h"
 #include "tools/program/output_check.h"
@@ -28,6 +29,7 @@ namespace filiform::tools {
 namespace {
 
 struct PathArguments {
+  std::shared_ptr<const RemoteArguments> remote;
   std::string set, from, to, out;
   bool to_farthest_tip = false, json = false, tsv = false;
 };
@@ -173,7 +175,7 @@ int runPath(const PathArguments& a) {
   const CellPlaceText from = parseCellPlace("FROM", a.from);
   std::optional<CellPlaceText> to;
   if (!a.to_farthest_tip) to = parseCellPlace("TO", a.to);
-  const auto set = TileSet::open(a.set);
+  const auto set = TileSet::open(a.set, a.remote->options());
   const std::uint32_t cell_id = findCellNamed(*set, from.cell, "FROM");
   if (to) {
     const std::uint32_t other = findCellNamed(*set, to->cell, "TO");
@@ -210,7 +212,7 @@ void addPath(CLI::App& app, Chosen& chosen) {
       "SAMPLE is the id of a sample in its file. CELL:SAMPLE+T lies between the sample (T = 0) and its parent (T = "
       "1).\n"
       "In a cell with loops, the shortest path is taken.");
-  command->add_option("SET", a->set, "tile set")->required();
+  command->add_option("SET", a->set, "tile set, or its address")->required();
   command->add_option("FROM", a->from, "place where the path begins")->required()->type_name("CELL:SAMPLE");
   command->add_option("TO", a->to, "place where the path ends, on the same cell")->type_name("CELL:SAMPLE");
   command->add_flag("--to-farthest-tip", a->to_farthest_tip, "end the path at the tip that is farthest along the cell");
@@ -218,6 +220,7 @@ void addPath(CLI::App& app, Chosen& chosen) {
       ->type_name("FILE");
   command->add_flag("--json", a->json, "write one JSON object, with the points of the path");
   command->add_flag("--tsv", a->tsv, "write the points of the path as tab-separated rows")->excludes("--json");
+  a->remote = addRemoteArguments(*command);
   command->callback([a, &chosen] { chosen = [a] { return runPath(*a); }; });
 }
 

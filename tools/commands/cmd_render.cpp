@@ -10,6 +10,7 @@
 #include "solver/workspace/workspace.h"
 #include "tools/commands/cell_name.h"
 #include "tools/commands/commands.h"
+#include "tools/commands/remote_arguments.h"
 #include "tools/commands/scene.h"
 #include "tools/drawing/film.h"
 #include "tools/drawing/image.h"
@@ -34,6 +35,7 @@ namespace filiform::tools {
 namespace {
 
 struct RenderArguments {
+  std::shared_ptr<const RemoteArguments> remote;
   std::string scene, out, camera, size = "1280x800", stereo = "mono", colour_by = "cell", proxy, at,
                                   palette = "red-green", highlight, path, cell, route = "longest", method = "climb";
   double zoom_um = 300, widening = 1, separation = 1, error_px = Levels::kEnough_px;
@@ -320,7 +322,7 @@ int runRender(const RenderArguments& a) {
   if (isFileScene(a.scene)) {
     store = buildScene(a.scene);
   } else {
-    auto set = TileSet::open(a.scene);
+    auto set = TileSet::open(a.scene, a.remote->options());
     levels = Levels::open(*set);
     store = std::move(set);
   }
@@ -383,7 +385,7 @@ void addRender(CLI::App& app, Chosen& chosen) {
       "  filiform render column.fil -o near.png --at CELL:245 --zoom 200 --stereo anaglyph\n"
       "  filiform render column.fil -o travel.mp4 --path travel.rec --fps 30\n"
       "  filiform render cell.swc -o cell.png --camera 30,20 --colour-by type");
-  command->add_option("SCENE", a->scene, "tile set, .swc file or small .zip (read into memory)")
+  command->add_option("SCENE", a->scene, "tile set or its address, .swc file or small .zip (read into memory)")
       ->required()
       ->type_name("SET|FILE.swc");
   command->add_option("-o,--output,--out", a->out, "write the picture, PNG; with --path a film; - for standard output")
@@ -439,6 +441,7 @@ void addRender(CLI::App& app, Chosen& chosen) {
       ->capture_default_str()
       ->check(CLI::Range(1, 4));
   command->add_flag("--json", a->json, "write what was drawn as one JSON object");
+  a->remote = addRemoteArguments(*command);
   command->callback([a, &chosen] { chosen = [a] { return runRender(*a); }; });
 }
 

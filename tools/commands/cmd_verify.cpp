@@ -3,6 +3,7 @@
 #include "index/set/verify.h"
 #include "index/text.h"
 #include "tools/commands/commands.h"
+#include "tools/commands/remote_arguments.h"
 #include "tools/program/interruption.h"
 #include "tools/program/numbers.h"
 #include "tools/program/progress.h"
@@ -15,11 +16,12 @@ namespace filiform::tools {
 
 namespace {
 
-int runVerify(const std::string& path, bool deep) {
+int runVerify(const std::string& path, bool deep, const RemoteArguments& remote) {
   std::unique_ptr<Progress> progress;
   std::string phase_now;
   VerifyOptions options;
   options.deep = deep;
+  options.remote = remote.options();
   options.cancel = &interruptFlag();
   options.progress = [&](const char* phase, std::uint64_t done, std::uint64_t total) {
     if (phase_now != phase) {
@@ -49,9 +51,11 @@ void addVerify(CLI::App& app, Chosen& chosen) {
   CLI::App* command = app.add_subcommand("verify", "Check every byte of a tile set");
   command->footer(
       "Example:\n  filiform verify --deep column.fil\nExits 1 and lists the problems if the set is damaged.");
-  command->add_option("SET", *path, "tile set")->required();
+  command->add_option("SET", *path, "tile set, or its address")->required();
   command->add_flag("--deep", *deep, "also check every invariant of the format");
-  command->callback([path, deep, &chosen] { chosen = [path, deep] { return runVerify(*path, *deep); }; });
+  const std::shared_ptr<const RemoteArguments> remote = addRemoteArguments(*command);
+  command->callback(
+      [path, deep, remote, &chosen] { chosen = [path, deep, remote] { return runVerify(*path, *deep, *remote); }; });
 }
 
 }  // namespace filiform::tools

@@ -7,6 +7,7 @@
 #include "solver/force/force_hold.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/device_check.h"
+#include "tools/commands/remote_arguments.h"
 #include "tools/commands/scene.h"
 #include "tools/drawing/image.h"
 #include "tools/program/ending_watch.h"
@@ -28,6 +29,7 @@ namespace filiform::tools {
 namespace {
 
 struct ViewArguments {
+  std::shared_ptr<const RemoteArguments> remote;
   std::vector<std::string> scene;
   std::string device = "mouse", method = "climb", budget, record, state, pictures = ".", size;
   double zoom_um = 300;
@@ -36,7 +38,7 @@ struct ViewArguments {
   bool reset = false, keys = false;
 };
 
-OpenedScene openToView(const std::vector<std::string>& paths) {
+OpenedScene openToView(const std::vector<std::string>& paths, const RemoteOptions& remote) {
   OpenedScene scene;
   scene.name = escaped(std::filesystem::path(paths.front()).filename().string(), 60);
   if (scene.name.empty()) scene.name = escaped(paths.front(), 60);
@@ -55,7 +57,7 @@ OpenedScene openToView(const std::vector<std::string>& paths) {
     return scene;
   }
   if (paths.size() > 1) throw UsageError("give one tile set, or any number of .swc and .zip files");
-  auto set = TileSet::open(paths.front());
+  auto set = TileSet::open(paths.front(), remote);
   scene.levels = Levels::open(*set);
   scene.store = std::move(set);
   return scene;
@@ -94,7 +96,9 @@ int runView(const ViewArguments& a) {
     throw IoError("--pictures " + escaped(a.pictures), "is not a folder; name a folder for the screenshots");
   ApplicationOptions options;
   options.paths = a.scene;
-  options.open = openToView;
+  options.open = [remote = a.remote->options()](const std::vector<std::string>& paths) {
+    return openToView(paths, remote);
+  };
   options.write = [](const Picture& picture, const std::string& path) {
     Image image;
     image.width = picture.width;
@@ -136,7 +140,9 @@ void addView(CLI::App& app, Chosen& chosen) {
       "Example:\n  filiform view column.fil\n  filiform view cell.swc --device spacemouse\n"
       "  filiform view column.fil --record travel.rec; filiform view column.fil --device replay:travel.rec\n"
       "In the window, press h for a list of keys.");
-  command->add_option("SCENE", a->scene, "tile set, or .swc and small .zip files; none: drop a scene into the window")
+  command
+      ->add_option("SCENE", a->scene,
+                   "tile set or its address, or .swc and small .zip files; none: drop a scene into the window")
       ->type_name("SET|FILE.swc");
   command
       ->add_option("--device", a->device,
@@ -164,6 +170,7 @@ void addView(CLI::App& app, Chosen& chosen) {
   command->add_option("--seconds", a->seconds, "end after this time");
   command->add_flag("--reset", a->reset, "reset the settings to defaults");
   command->add_flag("--keys", a->keys, "print keys and mouse actions as Markdown, and end");
+  a->remote = addRemoteArguments(*command);
   command->callback([a, &chosen] { chosen = [a] { return runView(*a); }; });
 }
 

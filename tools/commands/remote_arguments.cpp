@@ -1,0 +1,75 @@
+#include "tools/commands/remote_arguments.h"
+
+#include "index/errors.h"
+#include "index/set/http_source.h"
+#include "index/text.h"
+#include "tools/program/interruption.h"
+#include "tools/program/numbers.h"
+
+#include <cerrno>
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+
+#include <CLI/CLI.hpp>
+
+namespace filiform::tools {
+
+namespace {
+
+constexpr const char* kRemoteGroup = "For a SET at an address (http://HOST/v1/sets/NAME or https://HOST/PATH/NAME.fil)";
+constexpr std::size_t kMostTokenBytes = 4096;
+
+std::string tokenOf(const std::string& file) {
+  std::ifstream in(file, std::ios::binary);
+  if (!in) throw IoError("--token-file " + escaped(file), "cannot open", errno);
+  std::string token(kMostTokenBytes + 1, '\0');
+  in.read(token.data(), static_cast<std::streamsize>(token.size()));
+  token.resize(static_cast<std::size_t>(in.gcount()));
+  if (token.size() > kMostTokenBytes) throw UsageError("--token-file " + escaped(file) + ": has more than 4 KiB");
+  while (!token.empty() && (token.back() == '\n' || token.back() == '\r')) token.pop_back();
+  if (token.empty())
+    throw UsageError("--token-file " + escaped(file) + ": is empty; write the token in its first line");
+  return token;
+}
+
+}  // namespace
+
+RemoteOptions RemoteArguments::options() const {
+  RemoteOptions options;
+  const char* const token = std::getenv("FILIFORM_TOKEN");
+  if (!token_file.empty())
+    options.token = tokenOf(token_file);
+  else if (token != nullptr)
+    options.token = token;
+  options.cache_folder = cache;
+  if (!cache_size.empty()) options.cache_bytes = parseBytes("--cache-size", cache_size);
+  options.cancel = &interruptFlag();
+  return options;
+}
+
+std::shared_ptr<RemoteArguments> addRemoteArguments(CLI::App& command) {
+  auto a = std::make_shared<RemoteArguments>();
+  command
+      .add_option("--token-file", a->token_file,
+                  "send the token in this file, only to the set's own host; default: the variable FILIFORM_TOKEN")
+      ->type_name("FILE")
+      ->group(kRemoteGroup);
+  command
+      .add_option("--cache", a->cache, "keep what is read in this folder, for later commands; default: keep nothing")
+      ->type_name("DIR")
+      ->group(kRemoteGroup);
+  command
+      .add_option("--cache-size", a->cache_size,
+                  "remove what was not used for longest when the folder is larger than this; default: 4GiB")
+      ->type_name("BYTES")
+      ->group(kRemoteGroup);
+  return a;
+}
+
+void refuseAddress(const std::string& option, const std::string& path) {
+  if (isAddress(path))
+    throw UsageError(option + " " + escaped(path) + ": a set is written to a folder, not to an address");
+}
+
+}  // namespace filiform::tools
