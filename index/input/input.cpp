@@ -3,15 +3,17 @@
 #include "index/cell/internal/unit_check.h"
 #include "index/errors.h"
 #include "index/input/internal/archive.h"
-#include "index/input/internal/folder_walk.h"
-#include "index/input/internal/graph_file.h"
+#include "index/input/internal/archive_report.h"
+#include "index/input/internal/file_listing.h"
+#include "index/input/internal/item_reader.h"
+#include "index/input/internal/read_ahead.h"
 #include "index/text.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <exception>
 #include <filesystem>
-#include <fstream>
-#include <list>
 #include <map>
 #include <optional>
 #include <system_error>
@@ -20,53 +22,21 @@ namespace filiform {
 namespace {
 
 namespace fs = std::filesystem;
+using internal::InputItem;
+using internal::ItemReader;
+using internal::ListedFile;
+using internal::ReadAhead;
 
 constexpr std::uint32_t kNoEntry = UINT32_MAX;
-constexpr std::size_t kOpenArchives = 8;
-constexpr std::uint64_t kBytesOfGraphByte = 8;  // nodes and links, while the graph is read and handed on
-constexpr std::uint64_t kBytesOfInput = 1024;   // of a listed file or entry, without names
+constexpr std::size_t kOpenArchives = 8, kOpenArchivesOfThread = 2;
+constexpr std::uint64_t kBytesOfInput = 1024;       // of a listed file or entry, without names
+constexpr std::uint64_t kBytesOfOpenEntry = 512;    // of an entry of an open archive
+constexpr std::uint64_t kBytesOfByte = 9;           // most memory for each byte of an input while it is read
+constexpr std::uint64_t kBytesOfReader = 16 << 20;  // arrays that a thread keeps
+constexpr std::uint64_t kMostReadAhead = 256 << 20;
 
-struct ListedFile {
-  std::string path;
-  std::string shown;            // path below the argument
-  std::string unreadable = {};  // why it cannot be read
-  // For a graph:
-  std::optional<GraphFormat> format = {};
-  std::shared_ptr<const SkeletonInfo> skeleton = {};
-};
-
-bool holdsCells(std::string_view file_name) {
-  return endsWithNoCase(file_name, ".swc") || endsWithNoCase(file_name, ".zip");
-}
-
-bool isSkeletonId(std::string_view file_name) {
-  return file_name.find_first_not_of("0123456789") == std::string_view::npos;
-}
-
-std::vector<ListedFile> listFolder(const std::string& folder) {
-  std::vector<ListedFile> files;
-  for (internal::WalkedFile& f : internal::walkFolder(folder, holdsCells))
-    files.push_back({std::move(f.path), std::move(f.shown), std::move(f.unreadable)});
-  return files;
-}
-
-// The files of a folder of Neuroglancer skeletons, by id as text; empty for another folder.
-std::vector<ListedFile> listSkeletons(const std::string& folder) {
-  const std::string info_path = (fs::path(folder) / "info").native();
-  std::error_code error;
-  if (!fs::is_regular_file(info_path, error) || fs::file_size(info_path, error) > SkeletonInfo::kMaxBytes || error)
-    return {};
-  std::ifstream in(info_path, std::ios::binary);
-  const std::string text((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
-  if (!SkeletonInfo::isSkeletonInfo(text)) return {};
-  const auto info = std::make_shared<const SkeletonInfo>(SkeletonInfo::parse(text, info_path));
-  std::vector<ListedFile> files;
-  for (internal::WalkedFile& f : internal::walkFolder(folder, isSkeletonId, internal::WalkDepth::folder_only))
-    files.push_back(
-        {std::move(f.path), std::move(f.shown), std::move(f.unreadable), GraphFormat::kNeuroglancerSkeleton, info});
-  if (files.empty()) throw InputError(escaped(folder) + ": its info is that of skeletons, but it holds none");
-  return files;
-}
+// Ends the reading of an input; the reason is kept elsewhere.
+struct ReadingStopped {};
 
 InputReport unreadable(const std::string& reason) {
   InputReport report;
@@ -89,34 +59,41 @@ struct Input::State {
     bool refused = false;
   };
 
-  explicit State(InputOptions input_options) : options(std::move(input_options)), reader(options.swc) {}
+  explicit State(InputOptions input_options) : options(std::move(input_options)) {
+    readers.push_back(makeReader(kOpenArchives));
+  }
 
   void list(const std::string& argument);
   void addFile(const ListedFile& file);
   SourceReport& addRow(const ListedFile& file, std::uint64_t bytes);
   void refuse(const ListedFile& file, const IoError& failure);
   void orderEqualSources();
-  InputReport readOrRefuse(Item& item, Cell& cell);
-  InputReport read(Item& item, Cell& cell);
-  InputReport readEntry(Item& item, Cell& cell);
-  Archive& openArchive(std::uint32_t row);
+  InputItem inputItem(const Item& item) const;
+  std::unique_ptr<ItemReader> makeReader(std::size_t open_archives) const;
+  std::uint64_t bytesAhead() const;
+  std::uint64_t bytesOfThread() const;
+  unsigned readingThreads() const;
+  std::vector<std::uint64_t> costsAhead() const;
+  void startReadingAhead();
+  InputReport readHere(Item& item, Cell& cell);
+  InputReport takeAhead(Item& item, Cell& cell);
+  InputReport readOrRefuse(ItemReader& reader, const Item& item, Cell& cell,
+                           const std::function<void(std::uint64_t)>& on_bytes) const;
+  void checkUnchanged(const Item& item, const InputReport& report, const Cell& cell) const;
   void advance(std::uint64_t bytes);
-  void refuseLargeCell(const Item& item, double part_read) const;
-  void refuseBeyondMemory(const Item& item, std::uint64_t cell_bytes) const;
   void record(const Item& item, std::uint64_t digest, InputReport report);
-  void sumArchives();
 
   InputOptions options;
-  SwcReader reader;
   std::vector<ListedFile> files;  // by row
   std::vector<SourceReport> rows;
   std::map<std::uint32_t, Archive> archives;  // by row
-  std::list<std::uint32_t> recently_read;     // rows of archives whose files are open
   std::vector<Item> items;
   std::size_t position = 0, ordered = 0;
-  bool complete = false, progress_threw = false;
+  bool complete = false;
   std::uint64_t bytes_total = 0, bytes_done = 0;
   UnitCheck units;
+  std::vector<std::unique_ptr<ItemReader>> readers;  // by thread; 0: the calling one
+  std::unique_ptr<ReadAhead> ahead;                  // its threads end before all else
 };
 
 void Input::State::list(const std::string& argument) {
@@ -127,8 +104,7 @@ void Input::State::list(const std::string& argument) {
   if (error) {
     refuse({argument, name}, IoError(escaped(argument), "cannot read", error.value()));
   } else if (fs::is_directory(status)) {
-    std::vector<ListedFile> found = listSkeletons(argument);
-    if (found.empty()) found = listFolder(argument);
+    const std::vector<ListedFile> found = internal::listFiles(argument);
     if (found.empty()) throw InputError(escaped(argument) + ": no .swc or .zip file in this folder");
     for (const ListedFile& file : found) addFile(file);
   } else if (fs::is_regular_file(status)) {
@@ -179,35 +155,9 @@ void Input::State::addFile(const ListedFile& file) {
   }
 }
 
-Archive& Input::State::openArchive(std::uint32_t row) {
-  recently_read.remove(row);
-  recently_read.push_front(row);
-  if (recently_read.size() > kOpenArchives) {
-    archives.at(recently_read.back()).close();
-    recently_read.pop_back();
-  }
-  return archives.at(row);
-}
-
 void Input::State::advance(std::uint64_t bytes) {
   bytes_done += bytes;
-  if (!options.progress) return;
-  progress_threw = true;
-  options.progress(std::min(bytes_done, bytes_total), bytes_total);
-  progress_threw = false;
-}
-
-// Throws if the cell exceeds the memory for one cell. `part_read`: fraction of its bytes read so far.
-void Input::State::refuseLargeCell(const Item& item, double part_read) const {
-  if (static_cast<double>(reader.held_bytes()) <= options.cell_share * static_cast<double>(options.memory)) return;
-  refuseBeyondMemory(item, reader.held_bytes(1 / std::clamp(part_read, 1e-6, 1.0)));
-}
-
-void Input::State::refuseBeyondMemory(const Item& item, std::uint64_t cell_bytes) const {
-  const double wanted = static_cast<double>(cell_bytes) / options.cell_share;
-  if (wanted <= static_cast<double>(options.memory)) return;
-  throw InputError(escaped(item.source) + ": one cell of this size takes more memory than is given; use --memory " +
-                   std::to_string((static_cast<std::uint64_t>(wanted) >> 20) + 1) + "MiB");
+  if (options.progress) options.progress(std::min(bytes_done, bytes_total), bytes_total);
 }
 
 // Equal sources are ordered by digest, which needs an extra read; they are rare.
@@ -219,7 +169,7 @@ void Input::State::orderEqualSources() {
   const std::uint64_t done = bytes_done;
   Cell cell;
   for (std::size_t i = position; i < ordered; ++i) {
-    const InputReport report = readOrRefuse(items[i], cell);
+    const InputReport report = readHere(items[i], cell);
     if (!isUnreadable(report)) items[i].digest = cell.digest;
     bytes_done = done;
   }
@@ -228,79 +178,114 @@ void Input::State::orderEqualSources() {
                    [](const Item& a, const Item& b) { return a.digest < b.digest; });
 }
 
+InputItem Input::State::inputItem(const Item& item) const {
+  const ListedFile& file = files[item.row];
+  InputItem input{&item.source, &file.path, rows[item.row].bytes, file.format, file.skeleton.get(), nullptr, nullptr};
+  if (item.entry != kNoEntry) {
+    input.archive = &archives.at(item.row);
+    input.entry = &input.archive->entries()[item.entry];
+    input.bytes = input.entry->bytes;
+  }
+  return input;
+}
+
+std::unique_ptr<ItemReader> Input::State::makeReader(std::size_t open_archives) const {
+  return std::make_unique<ItemReader>(
+      options.swc, ItemReader::Limits{options.memory, options.cell_share, std::max<std::size_t>(open_archives, 1)});
+}
+
 // The first pass refuses a file that cannot be read. Later passes must give the same cells, so they throw.
-InputReport Input::State::readOrRefuse(Item& item, Cell& cell) {
-  InputReport report;
+InputReport Input::State::readOrRefuse(ItemReader& reader, const Item& item, Cell& cell,
+                                       const std::function<void(std::uint64_t)>& on_bytes) const {
   try {
-    report = read(item, cell);
+    return reader.read(inputItem(item), cell, on_bytes);
   } catch (const IoError& failure) {
-    if (complete || progress_threw || failure.isShortage()) throw;
-    reader.discard();
+    if (complete || failure.isShortage()) throw;
     cell.clearSamples();
     cell.digest = 0;
     return unreadable(failure.reason());
   }
-  if (item.digest && *item.digest != cell.digest) {
+}
+
+void Input::State::checkUnchanged(const Item& item, const InputReport& report, const Cell& cell) const {
+  if (item.digest && !isUnreadable(report) && *item.digest != cell.digest)
     throw IoError(escaped(item.source), "changed while it was being read; run again");
-  }
-  return report;
 }
 
-InputReport Input::State::readEntry(Item& item, Cell& cell) {
-  Archive& archive = openArchive(item.row);
-  const ArchiveEntry& entry = archive.entries()[item.entry];
-  reader.discard();
-  std::uint64_t fed = 0;
-  const std::optional<InputCode> refusal = archive.read(entry, [&](std::string_view bytes) {
-    reader.feed(bytes);
-    fed += bytes.size();
-    refuseLargeCell(item, static_cast<double>(fed) / static_cast<double>(entry.bytes));
-  });
+InputReport Input::State::readHere(Item& item, Cell& cell) {
+  std::exception_ptr thrown;
   InputReport report;
-  if (refusal) {
-    reader.discard();
-    cell.clearSamples();
-    cell.digest = 0;
-    report.codes.add(*refusal);
-    report.records.add({0, *refusal, Effect::kInputRefused, {}});
-    report.severity = Severity::kRefuse;
-  } else {
-    report = reader.finish(item.source, cell);
+  try {
+    report = readOrRefuse(*readers.front(), item, cell, [&](std::uint64_t bytes) {
+      try {
+        advance(bytes);
+      } catch (...) {
+        thrown = std::current_exception();
+        throw ReadingStopped();  // an IoError of the caller is not one of the file
+      }
+    });
+  } catch (const ReadingStopped&) {
+    std::rethrow_exception(thrown);
   }
-  for (const InputCode code : entry.remarks) {
-    report.codes.add(code);
-    report.records.addFirst({0, code, Effect::kRemark, {}});
-    if (report.severity == Severity::kAccept) report.severity = Severity::kWarn;
-  }
-  if (options.swc.strict && !entry.remarks.empty()) {
-    cell.clearSamples();
-    report.severity = Severity::kRefuse;
-    report.samples = report.segments = report.isolated = report.roots = 0;
-  }
-  advance(entry.packed_bytes);
+  checkUnchanged(item, report, cell);
   return report;
 }
 
-InputReport Input::State::read(Item& item, Cell& cell) {
-  const ListedFile& file = files[item.row];
-  std::uint64_t fed = 0;
-  const auto progress = [&](std::uint64_t bytes) {
-    advance(bytes);
-    fed += bytes;
-    if (!file.format) refuseLargeCell(item, static_cast<double>(fed) / static_cast<double>(rows[item.row].bytes));
+InputReport Input::State::takeAhead(Item& item, Cell& cell) {
+  ReadAhead::Result result;
+  std::swap(result.cell, cell);
+  ahead->take(static_cast<std::size_t>(&item - items.data()), result, [this] { advance(0); });
+  std::swap(result.cell, cell);
+  if (result.failure) std::rethrow_exception(result.failure);
+  advance(result.bytes);
+  checkUnchanged(item, result.report, cell);
+  return std::move(result.report);
+}
+
+// Memory of the inputs that are read ahead.
+std::uint64_t Input::State::bytesAhead() const {
+  const double share = options.cell_share / 2 * static_cast<double>(options.memory);
+  return static_cast<std::uint64_t>(std::min<double>(share, kMostReadAhead));
+}
+
+// Memory that a further thread takes for open archives.
+std::uint64_t Input::State::bytesOfThread() const {
+  std::uint64_t entries = 0;
+  for (const auto& [row, archive] : archives) entries = std::max<std::uint64_t>(entries, archive.entries().size());
+  return entries * kBytesOfOpenEntry * kOpenArchivesOfThread;
+}
+
+unsigned Input::State::readingThreads() const {
+  const std::uint64_t most = bytesAhead() / (kBytesOfReader + bytesOfThread());
+  return static_cast<unsigned>(std::clamp<std::uint64_t>(options.threads, 1, std::max<std::uint64_t>(most, 1)));
+}
+
+// Inputs of equal source are read alone, since their order follows from their content.
+std::vector<std::uint64_t> Input::State::costsAhead() const {
+  const std::uint64_t most = bytesAhead() / kBytesOfByte;
+  std::vector<std::uint64_t> costs(items.size(), ReadAhead::kSkip);
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    if (items[i].refused) continue;
+    const std::uint64_t bytes = inputItem(items[i]).bytes;
+    const bool twin = (i > 0 && items[i].source == items[i - 1].source) ||
+                      (i + 1 < items.size() && items[i].source == items[i + 1].source);
+    costs[i] = twin || bytes > most ? ReadAhead::kAlone : bytes * kBytesOfByte;
+  }
+  return costs;
+}
+
+void Input::State::startReadingAhead() {
+  const unsigned threads = readingThreads();
+  if (threads == 1 || ahead) return;
+  while (readers.size() < threads) readers.push_back(makeReader(kOpenArchivesOfThread));
+  const auto read = [this](unsigned reader, std::size_t item, const std::atomic<bool>& stop,
+                           ReadAhead::Result& result) {
+    result.report = readOrRefuse(*readers[reader], items[item], result.cell, [&](std::uint64_t bytes) {
+      if (stop) throw ReadingStopped();
+      result.bytes += bytes;
+    });
   };
-  InputReport report;
-  if (item.entry != kNoEntry) {
-    report = readEntry(item, cell);
-  } else if (file.format) {
-    refuseBeyondMemory(item, rows[item.row].bytes * kBytesOfGraphByte);
-    GraphOptions graph{options.swc, {}};
-    if (file.skeleton) graph.skeleton = *file.skeleton;
-    report = readGraphFile(file.path, *file.format, graph, cell, progress);
-  } else {
-    report = readSwcFile(file.path, reader, cell, progress);
-  }
-  return report;
+  ahead = std::make_unique<ReadAhead>(ReadAhead::Plan{threads, bytesAhead(), costsAhead(), read});
 }
 
 void Input::State::record(const Item& item, std::uint64_t digest, InputReport report) {
@@ -314,34 +299,6 @@ void Input::State::record(const Item& item, std::uint64_t digest, InputReport re
   entry.digest = digest;
   entry.dropped = report.severity == Severity::kRefuse;
   entry.report = std::move(report);
-}
-
-void Input::State::sumArchives() {
-  for (const auto& [number, archive] : archives) {
-    SourceReport& row = rows[number];
-    InputReport& sum = row.report;
-    sum = {};
-    bool any_kept = false;
-    for (const EntryReport& entry : row.entries) {
-      const InputReport& part = entry.report;
-      any_kept = any_kept || !entry.dropped;
-      sum.samples += part.samples;
-      sum.segments += part.segments;
-      sum.isolated += part.isolated;
-      sum.roots += part.roots;
-      sum.candidate_lines += part.candidate_lines;
-      sum.dropped_lines += part.dropped_lines;
-      sum.links_given += part.links_given;
-      sum.links_cut += part.links_cut;
-      sum.codes.add(part.codes);
-    }
-    if (archive.refusal()) {
-      sum.codes.add(*archive.refusal());
-      sum.records.add({0, *archive.refusal(), Effect::kInputRefused, {}});
-    }
-    const bool refuse = !any_kept || (options.swc.strict && !sum.codes.empty());
-    sum.severity = refuse ? Severity::kRefuse : sum.codes.empty() ? Severity::kAccept : Severity::kWarn;
-  }
 }
 
 Input::Input(const std::vector<std::string>& arguments, InputOptions options)
@@ -366,7 +323,9 @@ bool Input::next(Cell& cell) {
       ++state.position;
       continue;
     }
-    InputReport report = state.readOrRefuse(item, cell);
+    state.startReadingAhead();
+    const bool is_ahead = state.ahead && state.ahead->isAhead(state.position);
+    InputReport report = is_ahead ? state.takeAhead(item, cell) : state.readHere(item, cell);
     ++state.position;
     item.digest.reset();
     if (!isUnreadable(report)) item.digest = cell.digest;
@@ -381,11 +340,12 @@ bool Input::next(Cell& cell) {
     return true;
   }
   if (!state.complete) {
-    state.sumArchives();
+    for (const auto& [row, archive] : state.archives)
+      internal::sumEntries(archive, state.options.swc.strict, state.rows[row]);
     state.complete = true;
   }
-  for (const std::uint32_t row : state.recently_read) state.archives.at(row).close();
-  state.recently_read.clear();
+  state.ahead.reset();
+  for (const auto& reader : state.readers) reader->close();
   state.bytes_done = state.bytes_total;
   state.advance(0);
   return false;
@@ -393,27 +353,13 @@ bool Input::next(Cell& cell) {
 
 void Input::rewind() {
   State& state = *state_;
+  state.ahead.reset();
   state.position = 0;
   state.bytes_done = 0;
   if (state.complete) return;
   state.units = {};
   for (State::Item& item : state.items) item.refused = false;
-  for (const auto& [number, archive] : state.archives) {
-    std::vector<EntryReport>& entries = state.rows[number].entries;
-    entries.clear();
-    entries.reserve(archive.entries().size());
-    for (const ArchiveEntry& entry : archive.entries()) {
-      EntryReport report{entry.name, entry.bytes, 0, entry.skipped, {}};
-      if (entry.skipped) {
-        report.report.severity = Severity::kWarn;
-        for (const InputCode code : entry.remarks) {
-          report.report.codes.add(code);
-          report.report.records.add({0, code, Effect::kInputRefused, {}});
-        }
-      }
-      entries.push_back(std::move(report));
-    }
-  }
+  for (const auto& [row, archive] : state.archives) internal::listEntries(archive, state.rows[row]);
 }
 
 const std::vector<SourceReport>& Input::reports() const { return state_->rows; }
@@ -427,6 +373,7 @@ std::vector<std::string_view> Input::sources() const {
 std::uint64_t Input::held_bytes() const {
   std::uint64_t bytes = (state_->items.size() + state_->rows.size()) * kBytesOfInput;
   for (const State::Item& item : state_->items) bytes += 4 * item.source.size();
+  bytes += (state_->readingThreads() - 1) * state_->bytesOfThread();
   return bytes;
 }
 std::string Input::unitDoubt() const {

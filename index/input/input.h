@@ -1,8 +1,9 @@
 // Input: reads command-line arguments (files, folders, zip archives) as a stream of cells, and reports on every input.
 //
 // Cells come in the order of cell ids: by source, then by content digest, both in byte order. The order of the
-// arguments has no effect. One cell is in memory at a time; of an archive, its central directory. Thread rule:
-// thread-compatible.
+// arguments has no effect, nor has the number of threads. One cell is in memory at a time; of an archive, its central
+// directory. With several threads, small inputs are read ahead. Thread rule: thread-compatible; the functions of the
+// caller are called on the calling thread.
 //
 //   Input input({"column.zip", "more/"});
 //   for (Cell cell; input.next(cell);) std::cout << cell.source << '\n';
@@ -47,8 +48,11 @@ struct InputOptions {
   SwcOptions swc;
   std::uint64_t memory = UINT64_MAX;  // bytes
   double cell_share = 0.625;          // fraction of `memory` that one cell may take while it is read
-  // Called after each block read: `done` of `total` bytes of the files on disk. An exception that it throws ends the
-  // run.
+  // Threads that read, the calling one included; fewer if half of the share of a cell does not suffice for them, at
+  // 16 MiB each.
+  unsigned threads = 1;
+  // Called after each block or input read, and every 0.1 s of waiting: `done` of `total` bytes of the files on disk. An
+  // exception that it throws ends the run.
   std::function<void(std::uint64_t done, std::uint64_t total)> progress;
 };
 

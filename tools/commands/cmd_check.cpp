@@ -9,7 +9,9 @@
 #include "tools/program/progress.h"
 #include "tools/program/unit.h"
 
+#include <algorithm>
 #include <iostream>
+#include <thread>
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
@@ -89,6 +91,7 @@ int runCheck(const CheckArguments& a) {
   Progress progress({.title = "check", .noun = "", .unit = ProgressUnit::bytes});
   InputOptions options;
   options.swc.strict = a.strict;
+  options.threads = std::max(1u, std::thread::hardware_concurrency());
   readUnit(a.unit, options.swc);
   options.progress = [&](std::uint64_t done, std::uint64_t total) {
     throwIfInterrupted();

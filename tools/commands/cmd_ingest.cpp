@@ -21,6 +21,7 @@
 #include <cmath>
 #include <iostream>
 #include <optional>
+#include <thread>
 
 #include <CLI/CLI.hpp>
 
@@ -50,6 +51,9 @@ int quantumExponentOf(const std::string& text) {
                      " to 2^" + std::to_string(Grid::kMaxExponent) + " um, such as 2^-9");
   return exponent;
 }
+
+// `given`, or one a core if it is 0.
+unsigned threadsOr(unsigned given) { return given != 0 ? given : std::max(1u, std::thread::hardware_concurrency()); }
 
 void checkPlacements(const PlacedCells& placed, bool strict) {
   const PlacementReport& report = placed.report();
@@ -169,6 +173,7 @@ int runIngest(const IngestArguments& a) {
   if (!a.report.empty()) report.emplace(a.report, OutputOptions{.cancel = &interruptFlag()});
   std::ostream& people = report && report->isStandardOutput() ? std::cerr : std::cout;
   reading.memory = options.memory;
+  reading.threads = threadsOr(a.threads);
   if (!a.placements.empty()) reading.cell_share = kPlacedCellShare;
   Input input(a.inputs, reading);
   options.stream_bytes = input.held_bytes();

@@ -126,7 +126,7 @@ struct EntryClose {
 
 }  // namespace
 
-struct Archive::Handle {
+struct Archive::Reader::Handle {
   explicit Handle(zip_t* opened) : zip(opened) {}
   Handle(const Handle&) = delete;
   Handle& operator=(const Handle&) = delete;
@@ -158,42 +158,47 @@ Archive::Archive(std::string path) : path_(std::move(path)) {
   if (!any) refusal_ = InputCode::E_ZIP_NO_SWC;
 }
 
-Archive::~Archive() = default;
-Archive::Archive(Archive&&) noexcept = default;
-Archive& Archive::operator=(Archive&&) noexcept = default;
+Archive::Reader::Reader(const Archive& archive) : archive_(&archive) {}
+Archive::Reader::~Reader() = default;
+Archive::Reader::Reader(Reader&&) noexcept = default;
+Archive::Reader& Archive::Reader::operator=(Reader&&) noexcept = default;
 
-void Archive::close() { handle_.reset(); }
-
-std::optional<InputCode> Archive::read(const ArchiveEntry& entry, const std::function<void(std::string_view)>& sink) {
-  if (entry.bytes > kMaxEntryBytes) return InputCode::E_ZIP_SIZE;
-  if (!handle_) {
-    struct stat status {};
-    if (::stat(path_.c_str(), &status) != 0) throw IoError(escaped(path_), "cannot open", errno);
-    if (static_cast<std::uint64_t>(status.st_size) != file_bytes_) {
-      throw IoError(escaped(path_), "changed while it was being read; run again");
-    }
-    zip_error_t error;
-    zip_error_init(&error);
-    zip_source_t* const source =
-        zip_source_file_create(path_.c_str(), archive_at_, static_cast<zip_int64_t>(file_bytes_ - archive_at_), &error);
-    zip_t* const zip = source == nullptr ? nullptr : zip_open_from_source(source, ZIP_RDONLY, &error);
-    if (zip == nullptr) {
-      if (source != nullptr) zip_source_free(source);
-      throwIfSystem(path_, &error);
-      return InputCode::E_ZIP_FORMAT;
-    }
-    handle_ = std::make_unique<Handle>(zip);
+std::optional<InputCode> Archive::Reader::open() {
+  const std::string& path = archive_->path_;
+  const std::uint64_t bytes = archive_->file_bytes_;
+  struct stat status {};
+  if (::stat(path.c_str(), &status) != 0) throw IoError(escaped(path), "cannot open", errno);
+  if (static_cast<std::uint64_t>(status.st_size) != bytes)
+    throw IoError(escaped(path), "changed while it was being read; run again");
+  zip_error_t error;
+  zip_error_init(&error);
+  zip_source_t* const source = zip_source_file_create(path.c_str(), archive_->archive_at_,
+                                                      static_cast<zip_int64_t>(bytes - archive_->archive_at_), &error);
+  zip_t* const zip = source == nullptr ? nullptr : zip_open_from_source(source, ZIP_RDONLY, &error);
+  if (zip == nullptr) {
+    if (source != nullptr) zip_source_free(source);
+    throwIfSystem(path, &error);
+    return InputCode::E_ZIP_FORMAT;
   }
+  handle_ = std::make_unique<Handle>(zip);
+  return std::nullopt;
+}
+
+std::optional<InputCode> Archive::Reader::read(const ArchiveEntry& entry,
+                                               const std::function<void(std::string_view)>& sink) {
+  if (entry.bytes > kMaxEntryBytes) return InputCode::E_ZIP_SIZE;
+  if (!handle_)
+    if (const std::optional<InputCode> refused = open()) return refused;
   zip_t* const zip = handle_->zip;
   // Both readings of the directory must agree; otherwise the report's names and sizes belong to another file.
   const char* const raw_name = zip_get_name(zip, entry.index, ZIP_FL_ENC_RAW);
-  if (static_cast<std::uint64_t>(zip_get_num_entries(zip, 0)) != directory_entries_ || raw_name == nullptr ||
+  if (static_cast<std::uint64_t>(zip_get_num_entries(zip, 0)) != archive_->directory_entries_ || raw_name == nullptr ||
       entry.name.compare(0, entry.name.find('\0'), raw_name) != 0) {
     return InputCode::E_ZIP_FORMAT;
   }
   const std::unique_ptr<zip_file_t, EntryClose> file(zip_fopen_index(zip, entry.index, 0));
   if (!file) {
-    throwIfSystem(path_, zip_get_error(zip));
+    throwIfSystem(archive_->path_, zip_get_error(zip));
     return refusalOf(zip_error_code_zip(zip_get_error(zip)));
   }
   constexpr std::uint64_t kBlock = 1 << 16;
@@ -205,7 +210,7 @@ std::optional<InputCode> Archive::read(const ArchiveEntry& entry, const std::fun
     const zip_int64_t got = zip_fread(file.get(), block.get(), std::min(kBlock, left + 1));
     if (got < 0) {
       zip_error_t* const error = zip_file_get_error(file.get());
-      throwIfSystem(path_, error);
+      throwIfSystem(archive_->path_, error);
       const int code = zip_error_code_zip(error);
       return code == ZIP_ER_INCONS ? InputCode::E_ZIP_SIZE : refusalOf(code);
     }

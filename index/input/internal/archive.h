@@ -1,7 +1,7 @@
 // The SWC entries of a zip archive, read in memory through its central directory. Nothing is extracted to disk; entry
 // names are only labels.
 //
-// Thread rule: thread-compatible; one Archive a thread.
+// Thread rule: an Archive is immutable. Archive::Reader is thread-compatible; one a thread.
 #pragma once
 
 #include "index/input/input_report.h"
@@ -34,9 +34,6 @@ class Archive {
 
   // Reads the central directory of the archive at `path`, then closes the file. Throws IoError. O(entries log entries).
   explicit Archive(std::string path);
-  ~Archive();
-  Archive(Archive&&) noexcept;
-  Archive& operator=(Archive&&) noexcept;
 
   // Why the whole archive is refused: E_ZIP_TRUNCATED, E_ZIP_OVERLAP, E_ZIP_FORMAT or E_ZIP_NO_SWC. nullopt if it is
   // not.
@@ -47,21 +44,33 @@ class Archive {
   std::uint64_t file_bytes() const { return file_bytes_; }
   std::uint64_t digest() const { return digest_; }  // XXH3 of the central directory
 
-  // Passes the entry's content to `sink` in blocks, never more than the declared size. Returns nullopt on success.
-  // Otherwise returns E_ZIP_CRC, E_ZIP_SIZE, E_ZIP_METHOD or E_ZIP_FORMAT; the caller must then discard what `sink`
-  // received. Opens the file if it is closed. Requires !entry.skipped. Throws IoError, and what `sink` throws.
-  std::optional<InputCode> read(const ArchiveEntry& entry, const std::function<void(std::string_view)>& sink);
+  // Reads the entries of one archive, which must outlive it.
+  class Reader {
+   public:
+    explicit Reader(const Archive& archive);
+    ~Reader();
+    Reader(Reader&&) noexcept;
+    Reader& operator=(Reader&&) noexcept;
 
-  // Closes the file; the next read() opens it again.
-  void close();
+    // Passes the entry's content to `sink` in blocks, never more than the declared size. Returns nullopt on success.
+    // Otherwise returns E_ZIP_CRC, E_ZIP_SIZE, E_ZIP_METHOD or E_ZIP_FORMAT; the caller must then discard what `sink`
+    // received. The first call opens the file and reads its directory: some 300 bytes of memory an entry. The file
+    // stays open until the end of this object. Requires !entry.skipped. Throws IoError, and what `sink` throws.
+    std::optional<InputCode> read(const ArchiveEntry& entry, const std::function<void(std::string_view)>& sink);
+
+   private:
+    struct Handle;
+    std::optional<InputCode> open();
+
+    const Archive* archive_;
+    std::unique_ptr<Handle> handle_;
+  };
 
  private:
-  struct Handle;
   std::string path_;
   std::optional<InputCode> refusal_;
   std::vector<ArchiveEntry> entries_;
   std::uint64_t file_bytes_ = 0, archive_at_ = 0, directory_entries_ = 0, digest_ = 0;
-  std::unique_ptr<Handle> handle_;
 };
 
 }  // namespace filiform

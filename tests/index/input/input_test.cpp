@@ -320,6 +320,108 @@ TEST(Input, ProgressEndsAtTheTotal) {
   EXPECT_EQ(total, input.bytes());
 }
 
+// All that a pass yields: sources, digests and samples of the cells, and the table of reports with every record.
+std::string passOf(Input& input) {
+  std::ostringstream out;
+  for (Cell cell; input.next(cell);) {
+    out << cell.source << ' ' << cell.digest;
+    for (std::size_t i = 0; i < cell.samples(); ++i)
+      out << ' ' << cell.sample_ids[i] << ',' << cell.positions_um[i].transpose() << ',' << cell.parents[i];
+    out << '\n';
+  }
+  writeCheckTable(out, input.reports());
+  for (const SourceReport& row : input.reports()) {
+    out << row.digest << '\n';
+    for (const EntryReport& entry : row.entries)
+      for (const InputRecord& record : entry.report.records) out << record.line << ' ' << record.token << '\n';
+  }
+  return out.str() + summary(input.reports()) + input.unitDoubt();
+}
+
+// Files and archives, some of them damaged, some of equal name.
+void putMany(const test::TempFolder& folder) {
+  for (int i = 0; i < 50; ++i) {
+    std::string text = "# " + std::to_string(i) + "\n";
+    for (int n = 1; n <= 20 + i * i / 4; ++n)
+      text +=
+          std::to_string(n) + " 3 " + std::to_string(n + i) + " 0 0 1 " + std::to_string(n == 1 ? -1 : n - 1) + "\n";
+    if (i % 7 == 0) text += "oops\n";
+    if (i % 11 == 0) text.clear();
+    put(folder, "f" + std::to_string(i) + ".swc", text);
+    if (i % 5 == 0)
+      put(folder, "z" + std::to_string(i) + ".zip",
+          test::buildZip({member("x.swc", text), member("x.swc", text + "99999 1 0 0 0 1 -1\n"), member("/y.swc", kTwo),
+                          member("w.swc", text)}));
+  }
+  std::string broken = test::buildZip({member("c.swc", kTwo), member("d.swc", kTwo)});
+  broken[40] = static_cast<char>(broken[40] ^ 0x55);
+  put(folder, "broken.zip", broken);
+  put(folder, "loop.swc", "1 1 0 0 0 1 2\n2 1 1 0 0 1 1\n");
+}
+
+TEST(Input, ThreadsChangeNeitherCellsNorReports) {
+  const test::TempFolder folder;
+  putMany(folder);
+  Input alone({folder.path()});
+  const std::string expected = passOf(alone);
+  for (const unsigned threads : {2u, 5u}) {
+    for (const std::uint64_t memory : {std::uint64_t{128} << 20, std::uint64_t{800} << 20}) {
+      InputOptions options;
+      options.threads = threads;
+      options.memory = memory;
+      Input input({folder.path()}, options);
+      EXPECT_EQ(passOf(input), expected) << threads << " threads";
+      input.rewind();
+      EXPECT_EQ(passOf(input), expected) << threads << " threads, second pass";
+    }
+  }
+}
+
+TEST(Input, ThreadsForgetAnUnfinishedPass) {
+  const test::TempFolder folder;
+  putMany(folder);
+  Input alone({folder.path()});
+  const std::string expected = passOf(alone);
+  InputOptions options;
+  options.threads = 4;
+  Input input({folder.path()}, options);
+  Cell cell;
+  for (int i = 0; i < 10; ++i) ASSERT_TRUE(input.next(cell));
+  input.rewind();
+  EXPECT_EQ(passOf(input), expected);
+}
+
+TEST(Input, ThreadsReportAFileThatVanishedInItsPlace) {
+  const test::TempFolder folder;
+  for (const char* name : {"a.swc", "b.swc", "c.swc", "d.swc"}) put(folder, name, kTwo);
+  InputOptions options;
+  options.threads = 3;
+  Input input({folder.path()}, options);
+  fs::remove(folder.file("c.swc"));
+  EXPECT_EQ(sourcesOf(input), (std::vector<std::string>{"a.swc", "b.swc", "d.swc"}));
+  EXPECT_EQ(totals(input.reports()).refused, 1u);
+  fs::remove(folder.file("b.swc"));
+  input.rewind();
+  Cell cell;
+  ASSERT_TRUE(input.next(cell));
+  EXPECT_EQ(cell.source, "a.swc");
+  EXPECT_THROW(input.next(cell), IoError);
+}
+
+TEST(Input, WhatTheProgressThrowsEndsTheThreadsToo) {
+  const test::TempFolder folder;
+  putMany(folder);
+  InputOptions options;
+  options.threads = 3;
+  int calls = 0;
+  options.progress = [&](std::uint64_t, std::uint64_t) {
+    if (++calls == 5) throw IoError("screen", "gone");
+  };
+  Input input({folder.path()}, options);
+  EXPECT_THROW(sourcesOf(input), IoError);
+  EXPECT_EQ(calls, 5);
+}
+
 TEST(Input, TheSummaryNamesWhatIsRefusedAndWhy) {
   const test::TempFolder folder;
   put(folder, "bad\x1B.swc", "");

@@ -1,0 +1,96 @@
+#include "index/input/internal/item_reader.h"
+
+#include "index/errors.h"
+#include "index/text.h"
+
+#include <algorithm>
+
+namespace filiform::internal {
+namespace {
+
+constexpr std::uint64_t kBytesOfGraphByte = 8;  // nodes and links, while the graph is read and handed on
+
+}  // namespace
+
+ItemReader::ItemReader(const SwcOptions& options, const Limits& limits)
+    : options_(options), limits_(limits), reader_(options) {}
+
+Archive::Reader& ItemReader::openArchive(const Archive& archive) {
+  const auto found = std::find_if(open_.begin(), open_.end(), [&](const auto& open) { return open.first == &archive; });
+  if (found != open_.end()) {
+    open_.splice(open_.begin(), open_, found);
+  } else {
+    if (open_.size() >= limits_.open_archives) open_.pop_back();
+    open_.emplace_front(&archive, Archive::Reader(archive));
+  }
+  return open_.front().second;
+}
+
+// Throws if the cell exceeds the memory for one cell. `fed`: bytes of the item read so far.
+void ItemReader::refuseLargeCell(const InputItem& item, std::uint64_t fed) const {
+  if (static_cast<double>(reader_.held_bytes()) <= limits_.cell_share * static_cast<double>(limits_.memory)) return;
+  const double part_read = static_cast<double>(fed) / static_cast<double>(item.bytes);
+  refuseBeyondMemory(item, reader_.held_bytes(1 / std::clamp(part_read, 1e-6, 1.0)));
+}
+
+void ItemReader::refuseBeyondMemory(const InputItem& item, std::uint64_t cell_bytes) const {
+  const double wanted = static_cast<double>(cell_bytes) / limits_.cell_share;
+  if (wanted <= static_cast<double>(limits_.memory)) return;
+  throw InputError(escaped(*item.source) + ": one cell of this size takes more memory than is given; use --memory " +
+                   std::to_string((static_cast<std::uint64_t>(wanted) >> 20) + 1) + "MiB");
+}
+
+InputReport ItemReader::readEntry(const InputItem& item, Cell& cell,
+                                  const std::function<void(std::uint64_t bytes)>& progress) {
+  const ArchiveEntry& entry = *item.entry;
+  reader_.discard();
+  std::uint64_t fed = 0;
+  const std::optional<InputCode> refusal = openArchive(*item.archive).read(entry, [&](std::string_view bytes) {
+    reader_.feed(bytes);
+    fed += bytes.size();
+    refuseLargeCell(item, fed);
+    progress(0);
+  });
+  InputReport report;
+  if (refusal) {
+    reader_.discard();
+    cell.clearSamples();
+    cell.digest = 0;
+    report.codes.add(*refusal);
+    report.records.add({0, *refusal, Effect::kInputRefused, {}});
+    report.severity = Severity::kRefuse;
+  } else {
+    report = reader_.finish(*item.source, cell);
+  }
+  for (const InputCode code : entry.remarks) {
+    report.codes.add(code);
+    report.records.addFirst({0, code, Effect::kRemark, {}});
+    if (report.severity == Severity::kAccept) report.severity = Severity::kWarn;
+  }
+  if (options_.strict && !entry.remarks.empty()) {
+    cell.clearSamples();
+    report.severity = Severity::kRefuse;
+    report.samples = report.segments = report.isolated = report.roots = 0;
+  }
+  progress(entry.packed_bytes);
+  return report;
+}
+
+InputReport ItemReader::read(const InputItem& item, Cell& cell,
+                             const std::function<void(std::uint64_t bytes)>& progress) {
+  if (item.entry != nullptr) return readEntry(item, cell, progress);
+  if (item.format) {
+    refuseBeyondMemory(item, item.bytes * kBytesOfGraphByte);
+    GraphOptions graph{options_, {}};
+    if (item.skeleton != nullptr) graph.skeleton = *item.skeleton;
+    return readGraphFile(*item.path, *item.format, graph, cell, progress);
+  }
+  std::uint64_t fed = 0;
+  return readSwcFile(*item.path, reader_, cell, [&](std::uint64_t bytes) {
+    progress(bytes);
+    fed += bytes;
+    refuseLargeCell(item, fed);
+  });
+}
+
+}  // namespace filiform::internal
