@@ -184,15 +184,18 @@ CellGraph readCell(const TileStore& store, std::uint32_t cell, bool with_appeara
   for (TileId t : detail.tiles) {
     const std::shared_ptr<const Tile> tile = store.load(t);
     const TileAppearance appearance = with_appearance ? store.loadAppearance(t) : TileAppearance{};
-    for (std::uint32_t s = firstOf(*tile, cell); s < tile->segment_count() && tile->segmentId(s).cell == cell; ++s) {
+    std::uint32_t s = firstOf(*tile, cell);
+    std::uint32_t owned = s < tile->segment_count() ? tile->ownedIndex(s) : 0;
+    for (; s < tile->segment_count() && tile->segmentId(s).cell == cell; ++s) {
       if (!tile->owned(s)) continue;
+      const std::uint32_t look = owned++;
       const std::uint32_t child = tile->nodeId(tile->child(s)).sample, parent = tile->nodeId(tile->parent(s)).sample;
       assembly.place(child, tile->gridPoint(tile->child(s)));
       assembly.place(parent, tile->gridPoint(tile->parent(s)));
       assembly.link(tile->segmentId(s).segment, child, parent);
       if (!with_appearance) continue;
-      graph.radii_um[child] = appearance.radii_um[s];
-      graph.types[child] = appearance.types[s];
+      graph.radii_um[child] = appearance.radii_um[look];
+      graph.types[child] = appearance.types[look];
     }
   }
   for (const CellDetail::Root& root : detail.roots) {

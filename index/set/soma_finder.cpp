@@ -22,9 +22,9 @@ std::optional<std::uint32_t> ownSegment(const Tile& tile, std::uint32_t node) {
 }  // namespace
 
 void SomaFinder::offer(std::shared_ptr<const Tile> tile, TileAppearance appearance) {
-  for (const Held& held : held_)
-    if (held.tile && held.tile->id() == tile->id()) return;
-  held_[next_] = {std::move(tile), std::move(appearance)};
+  for (const auto& held : held_)
+    if (held && held->tile->id() == tile->id()) return;
+  held_[next_] = std::make_shared<const Held>(Held{std::move(tile), std::move(appearance)});
   next_ = (next_ + 1) % kMostHeld;
 }
 
@@ -36,23 +36,38 @@ void SomaFinder::offer(std::uint32_t cell, const CellDetail& detail) {
                [](const CellDetail::Root& root) { return root.type == kSomaType; });
 }
 
-const SomaFinder::Held& SomaFinder::hold(TileId tile) {
-  for (const Held& held : held_)
-    if (held.tile && held.tile->id() == tile) return held;
-  Held& place = held_[next_];
-  place = {};
-  place.appearance = store_.loadAppearance(tile);
-  place.tile = store_.load(tile);
-  next_ = (next_ + 1) % kMostHeld;
-  return place;
+std::shared_ptr<const SomaFinder::Held> SomaFinder::hold(TileId tile) {
+  for (const auto& held : held_)
+    if (held && held->tile->id() == tile) return held;
+  TileAppearance appearance = store_.loadAppearance(tile);
+  offer(store_.load(tile), std::move(appearance));
+  return held_[(next_ + kMostHeld - 1) % kMostHeld];
+}
+
+SomaFinder::Look SomaFinder::lookOf(const Held& held, std::uint32_t segment) {
+  const auto lookIn = [](const Held& owner, std::uint32_t s) {
+    const std::uint32_t at = owner.tile->ownedIndex(s);
+    return Look{owner.appearance.radii_um[at], owner.appearance.types[at]};
+  };
+  const Tile& tile = *held.tile;
+  if (tile.owned(segment)) return lookIn(held, segment);
+  const Tile::Link link = tile.link(segment);
+  for (const TileId id :
+       {store_.home(midpoint(tile.gridPoint(link.child), tile.gridPoint(link.parent))), store_.long_tile()}) {
+    if (id == kNoTile) continue;
+    const std::shared_ptr<const Held> owner = hold(id);
+    const std::optional<std::uint32_t> found = owner->tile->findSegment(link.id);
+    if (found && owner->tile->owned(*found)) return lookIn(*owner, *found);
+  }
+  return {};
 }
 
 SomaFinder::Place SomaFinder::homeOf(NodeId sample, const GridPoint& at) {
   const TileId home = store_.home(at);
   if (home == kNoTile) return {};
-  const Held& held = hold(home);
-  const std::optional<std::uint32_t> node = held.tile->findNode(sample);
-  return node ? Place{&held, *node} : Place{};
+  const std::shared_ptr<const Held> held = hold(home);
+  const std::optional<std::uint32_t> node = held->tile->findNode(sample);
+  return node ? Place{held, *node} : Place{};
 }
 
 const std::vector<CellDetail::Root>& SomaFinder::rootsOf(std::uint32_t cell) {
@@ -73,14 +88,14 @@ std::shared_ptr<const Soma> SomaFinder::read(const CellDetail::Root& root, NodeI
     for (const std::uint32_t segment : tile.incident(place.node)) {
       const std::uint32_t child = tile.child(segment);
       if (child == place.node) continue;
-      if (place.held->appearance.types[segment] != kSomaType) {
+      const Look look = lookOf(*place.held, segment);
+      if (look.type != kSomaType) {
         samples[i].has_neurite = true;
         continue;
       }
       if (samples.size() > kMostSomaSamples) return nullptr;
       const GridPoint p = tile.gridPoint(child);
-      samples.push_back(
-          {tile.nodeId(child).sample, i, grid.toWorld(p), place.held->appearance.radii_um[segment], false});
+      samples.push_back({tile.nodeId(child).sample, i, grid.toWorld(p), look.radius_um, false});
       points.push_back(p);
     }
   }
@@ -113,7 +128,7 @@ std::shared_ptr<const Soma> SomaFinder::of(NodeId sample, const GridPoint& at) {
       soma = read(*root, now, point);
       break;
     }
-    if (place.held->appearance.types[*own] != kSomaType) break;
+    if (lookOf(*place.held, *own).type != kSomaType) break;
     passed.push_back(now);
     const std::uint32_t parent = tile.parent(*own);
     now = tile.nodeId(parent);
@@ -135,7 +150,7 @@ std::shared_ptr<const Soma> SomaFinder::atIfReadable(std::uint32_t cell, const G
   try {
     const TileId home = store_.home(at);
     if (home == kNoTile) return nullptr;
-    const std::shared_ptr<const Tile> tile = hold(home).tile;
+    const std::shared_ptr<const Tile> tile = hold(home)->tile;
     for (std::uint32_t node = 0; node < tile->node_count(); ++node) {
       if (tile->nodeId(node).cell != cell || tile->gridPoint(node) != at) continue;
       if (std::shared_ptr<const Soma> soma = of(tile->nodeId(node), at)) return soma;

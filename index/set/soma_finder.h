@@ -42,18 +42,23 @@ class SomaFinder {
     TileAppearance appearance;
   };
   struct Place {
-    const Held* held = nullptr;
+    std::shared_ptr<const Held> held;
     std::uint32_t node = 0;  // in held->tile
+  };
+  struct Look {
+    float radius_um = kUnknownRadius;
+    std::uint16_t type = 0;
   };
   static constexpr std::size_t kMostHeld = 8, kMostCells = 1024;
 
-  const Held& hold(TileId tile);
-  Place homeOf(NodeId sample, const GridPoint& at);  // held: nullptr if the store has no such node
+  std::shared_ptr<const Held> hold(TileId tile);
+  Look lookOf(const Held& held, std::uint32_t segment);  // of the segment's child, from the tile that owns the segment
+  Place homeOf(NodeId sample, const GridPoint& at);      // held: nullptr if the store has no such node
   const std::vector<CellDetail::Root>& rootsOf(std::uint32_t cell);
   std::shared_ptr<const Soma> read(const CellDetail::Root& root, NodeId sample, const GridPoint& at);
 
   const TileStore& store_;
-  std::array<Held, kMostHeld> held_;
+  std::array<std::shared_ptr<const Held>, kMostHeld> held_;
   std::size_t next_ = 0;
   std::unordered_map<std::uint32_t, std::vector<CellDetail::Root>> roots_;  // by cell: roots of type 1
   std::unordered_map<std::uint64_t, std::shared_ptr<const Soma>> known_;    // by NodeId::key(): samples of type 1

@@ -40,9 +40,9 @@ struct TileSet::Impl {
     const Bytes bytes = part(tile, at, false);
     return decodeTile(bytes, placeOf(tile, at, false), manifest().grid);
   }
-  TileAppearance decodedAppearance(TileId tile, const internal::TileLocation& at, std::uint32_t stored) const {
+  TileAppearance decodedAppearance(TileId tile, const internal::TileLocation& at, std::uint32_t owned) const {
     const Bytes bytes = part(tile, at, true);
-    return decodeAppearance(bytes, placeOf(tile, at, true), stored);
+    return decodeAppearance(bytes, placeOf(tile, at, true), owned);
   }
   const internal::Patch* patch(TileId tile) const;
 };
@@ -143,8 +143,8 @@ std::shared_ptr<const Tile> TileSet::load(TileId tile) const {
   Tile found = impl_->decodedTile(tile, at);
   if (patch != nullptr) {
     const Tile added = impl_->decodedTile(tile, patch->at);
-    if (found.segment_count() != patch->stored || found.segment_count() == 0 || added.segment_count() == 0 ||
-        found.segmentId(found.segment_count() - 1).cell >= added.segmentId(0).cell)
+    if (found.segment_count() != patch->stored || found.owned_count() != patch->owned || found.segment_count() == 0 ||
+        added.segment_count() == 0 || found.segmentId(found.segment_count() - 1).cell >= added.segmentId(0).cell)
       refuse(patch->at);
     found = Tile(found, added);
     if (found.bytes() > stated.decoded_bytes) refuse(patch->at);
@@ -161,10 +161,10 @@ std::shared_ptr<const Tile> TileSet::load(TileId tile) const {
 TileAppearance TileSet::loadAppearance(TileId tile) const {
   const TileEntry& stated = entry(tile);
   const internal::Patch* const patch = impl_->patch(tile);
-  if (patch == nullptr) return impl_->decodedAppearance(tile, location(tile), stated.stored);
-  if (patch->stored > stated.stored) throw CorruptSet(describe(internal::kPatchesFile), 0, "contradicts the directory");
-  TileAppearance look = impl_->decodedAppearance(tile, location(tile), patch->stored);
-  internal::appendAppearance(impl_->decodedAppearance(tile, patch->at, stated.stored - patch->stored), look);
+  if (patch == nullptr) return impl_->decodedAppearance(tile, location(tile), stated.owned);
+  if (patch->owned > stated.owned) throw CorruptSet(describe(internal::kPatchesFile), 0, "contradicts the directory");
+  TileAppearance look = impl_->decodedAppearance(tile, location(tile), patch->owned);
+  internal::appendAppearance(impl_->decodedAppearance(tile, patch->at, stated.owned - patch->owned), look);
   return look;
 }
 
@@ -174,7 +174,7 @@ const internal::Patch* TileSet::patch(TileId tile) const { return impl_->patch(t
 std::pair<Tile, TileAppearance> TileSet::loadPatch(TileId tile) const {
   const internal::Patch& patch = *impl_->patch(tile);
   return {impl_->decodedTile(tile, patch.at),
-          impl_->decodedAppearance(tile, patch.at, entry(tile).stored - patch.stored)};
+          impl_->decodedAppearance(tile, patch.at, entry(tile).owned - patch.owned)};
 }
 std::uint64_t TileSet::cellDigest(std::uint32_t id) const { return impl_->cells.digest(id); }
 std::vector<std::uint8_t> TileSet::encodedDetail(std::uint32_t id) const { return impl_->cells.encodedDetail(id); }

@@ -216,7 +216,7 @@ void Tile::index(std::span<const std::uint8_t> owned, std::span<const std::uint3
     strips_by_sample_ = std::move(placing);
   }
   listIncident();
-  markHomes();
+  setHomes();
   countBytes();
 }
 
@@ -296,28 +296,15 @@ void Tile::listIncident() {
   }
 }
 
-void Tile::markHomes() {
+void Tile::setHomes() {
+  home_lo_.fill(UINT64_MAX);  // no offset is as large: the long-segment tile is no node's home
   if (is_long_) return;
   const GridBox block = key_.box();
-  Offset lo, range;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const auto i = static_cast<Eigen::Index>(axis);
-    lo[axis] = static_cast<std::uint64_t>(block.lo[i] - origin_[i]);  // modulo 2^64
-    range[axis] = static_cast<std::uint64_t>(block.hi[i] - block.lo[i]);
+    home_lo_[axis] = static_cast<std::uint64_t>(block.lo[i] - origin_[i]);
+    home_range_[axis] = static_cast<std::uint64_t>(block.hi[i] - block.lo[i]);
   }
-  withOffsets([&](const auto& offsets) {
-    for (std::size_t b = 0; b < nodes_.size(); ++b) {
-      const auto begin = static_cast<std::uint32_t>(32 * b), end = std::min(begin + 32, node_count_);
-      std::uint32_t home = 0;
-      for (std::uint32_t node = begin; node < end; ++node) {
-        const Offset c = offsets.get(node);
-        const int inside = static_cast<int>(c[0] - lo[0] <= range[0]) & static_cast<int>(c[1] - lo[1] <= range[1]) &
-                           static_cast<int>(c[2] - lo[2] <= range[2]);
-        home |= static_cast<std::uint32_t>(inside) << (node - begin);
-      }
-      nodes_[b].home = home;
-    }
-  });
 }
 
 void Tile::countBytes() {
@@ -371,6 +358,12 @@ std::optional<std::uint32_t> Tile::findNode(NodeId id) const noexcept {
   const auto stray = std::lower_bound(strays_.begin(), strays_.end(), id);
   if (stray == strays_.end() || *stray != id) return std::nullopt;
   return node_count_ - static_cast<std::uint32_t>(strays_.end() - stray);
+}
+
+std::uint32_t Tile::ownedIndex(std::uint32_t segment) const {
+  std::uint32_t before = 0;
+  for (std::uint32_t b = 0; b < segment / 32; ++b) before += ones(segments_[b].owned);
+  return before + ones(segments_[segment / 32].owned & ((1u << (segment % 32)) - 1));
 }
 
 std::optional<std::uint32_t> Tile::findSegment(SegmentId id) const noexcept {

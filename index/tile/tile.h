@@ -90,7 +90,7 @@ class Tile {
   NodeId nodeId(std::uint32_t node) const;
   GridPoint gridPoint(std::uint32_t node) const;
   Vector3d position_W(std::uint32_t node) const;  // um, frame W; the grid point without rounding
-  bool isHome(std::uint32_t node) const { return (nodes_[node / 32].home >> (node % 32) & 1) != 0; }
+  bool isHome(std::uint32_t node) const;          // its position is in the block; false in the long-segment tile
   // Segments at the node, in the order of their ids. They are complete if and only if isHome(node). Valid while the
   // tile lives.
   class Incident;
@@ -123,6 +123,8 @@ class Tile {
   template <class Visit>
   std::uint32_t visitIncident(std::uint32_t node, std::uint32_t most, Visit&& visit) const;
   bool owned(std::uint32_t segment) const { return (segments_[segment / 32].owned >> (segment % 32) & 1) != 0; }
+  // Position of an owned segment in TileAppearance: the number of owned segments before it. O(segments / 32).
+  std::uint32_t ownedIndex(std::uint32_t segment) const;
   bool isolated(std::uint32_t segment) const { return child(segment) == parent(segment); }
   std::optional<std::uint32_t> findSegment(SegmentId id) const noexcept;  // O(log n)
 
@@ -156,7 +158,6 @@ class Tile {
     std::uint32_t strips = 0;          // set for the first node of a strip
     std::uint32_t prev = 0, next = 0;  // the strip's fragment has a segment with this child; with this parent. If
                                        // neither is set, the node's segments are listed
-    std::uint32_t home = 0;
     std::uint32_t strips_before = 0, listed_before = 0;
   };
   struct SegmentBlock {  // 32 segments, one bit each
@@ -207,7 +208,7 @@ class Tile {
   // `strips`: the first node of each strip.
   void index(std::span<const std::uint8_t> owned, std::span<const std::uint32_t> strips);
   void listIncident();
-  void markHomes();
+  void setHomes();
   void countBytes();
 
   TileId id_;
@@ -234,6 +235,7 @@ class Tile {
   std::vector<std::uint32_t>
       strips_by_sample_;  // fragments that place nodes, by (cell, first sample); empty if already so ordered
   // Derived:
+  Offset home_lo_{}, home_range_{};  // a node is at home if its offset - home_lo_, modulo 2^64, is in the range
   std::vector<NodeBlock> nodes_;
   std::vector<SegmentBlock> segments_;
   std::vector<std::uint32_t> listed_;  // 2 s + 1: only segment s; else 2 * position in lists_
@@ -343,6 +345,14 @@ inline Vector3d Tile::position_W(std::uint32_t node) const {
   });
 }
 
+inline bool Tile::isHome(std::uint32_t node) const {
+  return withOffsets([this, node](const auto& offsets) {
+    const Offset c = offsets.get(node);
+    return c[0] - home_lo_[0] <= home_range_[0] && c[1] - home_lo_[1] <= home_range_[1] &&
+           c[2] - home_lo_[2] <= home_range_[2];
+  });
+}
+
 inline Tile::Incident Tile::incident(std::uint32_t node) const {
   const NodeBlock& block = nodes_[node / 32];
   const std::uint32_t bit = 1u << (node % 32);
@@ -384,8 +394,9 @@ template <class Visit>
   return std::uint32_t{prev} + std::uint32_t{next};
 }
 
-// Appearance: the radius and the SWC type of the child of each segment, in the order of the tile's segments. For
-// drawing and export. The radius of a root comes from its own cell (CellDetail), not from a tile.
+// Appearance: the radius and the SWC type of the child of each owned segment, in the order of the tile's segments. For
+// drawing and export. The radius of a ghost's child comes from the tile that owns the ghost, the radius of a root from
+// its cell (CellDetail).
 struct TileAppearance {
   std::vector<float> radii_um;
   std::vector<std::uint16_t> types;

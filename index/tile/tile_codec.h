@@ -29,7 +29,7 @@ struct TilePlace {
 // allocate at most a fixed multiple of their number. They throw CorruptTile if the bytes are not a whole encoding, or
 // continue after it. Checksums are the caller's. O(segments).
 Tile decodeTile(std::span<const std::uint8_t> bytes, const TilePlace& place, const Grid& grid);
-// Decodes an appearance. `count`: the segments of the tile, ghosts included; other numbers are CorruptTile.
+// Decodes an appearance. `count`: the segments that the tile owns; other numbers are CorruptTile.
 TileAppearance decodeAppearance(std::span<const std::uint8_t> bytes, const TilePlace& place, std::uint32_t count);
 
 }  // namespace filiform

@@ -41,7 +41,7 @@ void use(const std::shared_ptr<const Tile>& tile, const Vector3d& h_W) {
 
 }  // namespace
 
-// The input: flags, the grid, the place of the block, the number of segments of the appearance; then geometry or
+// The input: flags, the grid, the place of the block, the number of owned segments of the appearance; then geometry or
 // appearance.
 void fuzzTile(Input input) {
   Taker in(input);

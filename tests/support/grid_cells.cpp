@@ -167,6 +167,7 @@ std::shared_ptr<const Tile> buildTile(const GridCells& cells, const Placement& p
 TileAppearance buildAppearance(const GridCells& cells, const Placement& placement, TileId tile) {
   TileAppearance appearance;
   for (std::uint64_t i = placement.begin[tile]; i < placement.begin[tile + 1]; ++i) {
+    if (!placement.stored[i].owned()) continue;
     appearance.radii_um.push_back(cells.radius_um(placement.stored[i].sample));
     appearance.types.push_back(cells.type(placement.stored[i].sample));
   }

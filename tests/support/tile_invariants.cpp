@@ -135,10 +135,10 @@ void expectTilesHold(const TileStore& store, const std::vector<Cell>& cells) {
     EXPECT_EQ(entry.decoded_bytes, tile->bytes());
 
     const TileAppearance appearance = store.loadAppearance(t);
-    ASSERT_EQ(appearance.radii_um.size(), tile->segment_count());
-    ASSERT_EQ(appearance.types.size(), tile->segment_count());
+    ASSERT_EQ(appearance.radii_um.size(), tile->owned_count());
+    ASSERT_EQ(appearance.types.size(), tile->owned_count());
     std::set<SegmentId> stored;
-    std::uint32_t isolated = 0;
+    std::uint32_t isolated = 0, owned = 0;
     for (std::uint32_t s = 0; s < tile->segment_count(); ++s) {
       const SegmentId id = tile->segmentId(s);
       ASSERT_TRUE(by_id.count(id));
@@ -154,9 +154,11 @@ void expectTilesHold(const TileStore& store, const std::vector<Cell>& cells) {
       ASSERT_EQ(tile->gridPoint(tile->parent(s)), expected.parent);
       ASSERT_EQ(tile->position_W(tile->child(s)), store.grid().toWorld(expected.child));
       ASSERT_EQ(tile->isolated(s), expected.child_sample == expected.parent_sample);
-      ASSERT_TRUE(sameFloat(appearance.radii_um[s], cells[id.cell].radii_um[expected.child_sample]));
-      ASSERT_EQ(appearance.types[s], cells[id.cell].types[expected.child_sample]);
+      ASSERT_EQ(tile->ownedIndex(s), owned);
       if (tile->owned(s)) {
+        ASSERT_TRUE(sameFloat(appearance.radii_um[owned], cells[id.cell].radii_um[expected.child_sample]));
+        ASSERT_EQ(appearance.types[owned], cells[id.cell].types[expected.child_sample]);
+        ++owned;
         ++owners[id];
         isolated += tile->isolated(s);
         owning[id.cell].insert(t);

@@ -31,11 +31,13 @@ void CellLengths::measure(const std::function<void(std::size_t)>& progress) {
     const TileAppearance appearance = store_.loadAppearance(tiles_[i]);
     finder.offer(tile, appearance);
     const auto soma_of = [&](std::uint32_t node) { return finder.of(tile->nodeId(node), tile->gridPoint(node)); };
+    std::size_t owned = 0;
     for (std::uint32_t segment = 0; segment < tile->segment_count(); ++segment) {
       if (!tile->owned(segment)) continue;
+      const std::uint16_t type = appearance.types[owned++];
       const Tile::Link link = tile->link(segment);
       if (!wanted_[link.id.cell]) continue;
-      if (appearance.types[segment] == kSomaType) {
+      if (type == kSomaType) {
         const auto soma = soma_of(link.child);
         if (soma && soma == soma_of(link.parent)) continue;
       }

@@ -71,8 +71,11 @@ void TravelReport::writePicture(const std::string& path, const std::string& titl
     const TileAppearance appearance = store.loadAppearance(id);
     finder.offer(tile, appearance);
     const SomaTable spheres = somataIn(*tile, appearance, somata, finder);
+    std::size_t owned = 0;
     for (std::uint32_t s = 0; s < tile->segment_count(); ++s) {
       if (!tile->owned(s)) continue;
+      const float radius_um = appearance.radii_um[owned];
+      const std::uint16_t type = appearance.types[owned++];
       const NodeId parent = tile->nodeId(tile->parent(s));
       const Vector3d parent_W = tile->position_W(tile->parent(s));
       const auto sphere = spheres.find(parent);
@@ -84,8 +87,7 @@ void TravelReport::writePicture(const std::string& path, const std::string& titl
       } else if (const auto soma = somata.find(parent); soma != somata.end() && drawn.insert(parent).second) {
         picture.addSoma(parent.cell, parent_W, soma->second.radius_um);
       }
-      picture.addSegment(parent.cell, tile->position_W(tile->child(s)), parent_W, appearance.types[s],
-                         appearance.radii_um[s]);
+      picture.addSegment(parent.cell, tile->position_W(tile->child(s)), parent_W, type, radius_um);
     }
   }
   picture.addPath(way_W_);

@@ -21,17 +21,22 @@ void addRoots(const TileStore& store, std::uint32_t cell, RootTable& roots) {
 SomaTable somataIn(const Tile& tile, const TileAppearance& appearance, const RootTable& roots, SomaFinder& finder) {
   SomaTable table;
   std::vector<bool> is_soma(tile.node_count(), false), has_own(tile.node_count(), false);
+  std::size_t owned = 0;
   for (std::uint32_t s = 0; s < tile.segment_count(); ++s) {
+    if (!tile.owned(s)) continue;
     has_own[tile.child(s)] = true;
-    is_soma[tile.child(s)] = appearance.types[s] == kSomaType;
+    is_soma[tile.child(s)] = appearance.types[owned++] == kSomaType;
   }
+  owned = 0;
   for (std::uint32_t s = 0; s < tile.segment_count(); ++s) {
-    if (!tile.owned(s) || tile.isolated(s)) continue;
+    if (!tile.owned(s)) continue;
+    const std::uint16_t type = appearance.types[owned++];
+    if (tile.isolated(s)) continue;
     const std::uint32_t parent = tile.parent(s);
     const NodeId id = tile.nodeId(parent);
-    if (!has_own[parent]) {  // a root, or a sample whose own segment is in another tile
+    if (!has_own[parent]) {  // a root, or a sample whose own segment another tile owns
       const auto root = roots.find(id);
-      if (root != roots.end() ? root->second.type != kSomaType : appearance.types[s] != kSomaType) continue;
+      if (root != roots.end() ? root->second.type != kSomaType : type != kSomaType) continue;
     } else if (!is_soma[parent]) {
       continue;
     }

@@ -84,10 +84,12 @@ class BatchMaker {
     hi_W_ = tile_.grid().toWorld(box.hi);
     batch_.origin_W = (lo_W_ + hi_W_) / 2;
     batch_.segments.reserve(tile_.owned_count());
+    std::size_t owned = 0;
     for (std::uint32_t s = 0; s < tile_.segment_count(); ++s) {
       if (!tile_.owned(s)) continue;
+      const std::uint16_t type = appearance_.types[owned++];
       if (options_.only_cell != UINT32_MAX && tile_.segmentId(s).cell != options_.only_cell) continue;
-      addSegment(s);
+      addSegment(s, type);
     }
     if (batch_.segments.empty()) return std::move(batch_);
     const Vector3d rim = Vector3d::Constant(batch_.largest_radius_um);
@@ -104,12 +106,15 @@ class BatchMaker {
   }
 
   void readRadii() {
+    std::size_t owned = 0;
     for (std::uint32_t s = 0; s < tile_.segment_count(); ++s) {
+      if (!tile_.owned(s)) continue;
       bool replaced = false;
       const std::uint32_t child = tile_.child(s);
-      radii_[child] = drawnRadius(appearance_.radii_um[s], appearance_.types[s], &replaced);
-      is_soma_[child] = appearance_.types[s] == kSomaType;
-      if (replaced && tile_.owned(s) && somaAt(child) == nullptr) ++batch_.implausible_radii;
+      radii_[child] = drawnRadius(appearance_.radii_um[owned], appearance_.types[owned], &replaced);
+      is_soma_[child] = appearance_.types[owned] == kSomaType;
+      if (replaced && somaAt(child) == nullptr) ++batch_.implausible_radii;
+      ++owned;
     }
   }
 
@@ -175,7 +180,7 @@ class BatchMaker {
     balls_.push_back(parent);
   }
 
-  void addSegment(std::uint32_t s) {
+  void addSegment(std::uint32_t s, std::uint16_t type) {
     const std::uint32_t child = tile_.child(s), parent = tile_.parent(s);
     const Soma* const sphere = somaAt(parent);
     if (sphere != nullptr) addSphere(s, *sphere);
@@ -188,14 +193,14 @@ class BatchMaker {
     if (options_.roots != nullptr && radii_[parent] == kNoRadius && sphere == nullptr) addRoot(s, segment);
     // In many files a neurite begins at the middle of the soma: it must not widen into a cone as thick as the soma.
     if (is_soma_[parent] && !is_soma_[child]) segment.b_radius_um = segment.a_radius_um;
-    segment.colour = colour(s, appearance_.types[s], tile_.position_W(child), segment.a_radius_um);
+    segment.colour = colour(s, type, tile_.position_W(child), segment.a_radius_um);
     add(segment);
   }
 
   const Tile& tile_;
   const TileAppearance& appearance_;
   const BatchOptions& options_;
-  std::vector<float> radii_;  // of nodes; kNoRadius: of an open node
+  std::vector<float> radii_;  // of nodes; kNoRadius: of a node that is no owned segment's child
   std::vector<bool> is_soma_;
   Vector3d lo_W_ = Vector3d::Zero(), hi_W_ = Vector3d::Zero();
   NeuriteBatch batch_;

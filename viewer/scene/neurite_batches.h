@@ -41,8 +41,8 @@ inline constexpr float kThinnest_um = 0.01F, kThickest_um = 10, kThickestSoma_um
 inline constexpr float kDrawnUnknown_um = 0.3F, kDrawnUnknownSoma_um = 6;
 float drawnRadius(float radius_um, std::uint16_t type, bool* replaced = nullptr) noexcept;
 
-// Cells with an *open node* in the tile: one that is no segment's child end, so that its radius and type are not in the
-// tile. It is a root, or a sample whose own segment is in another tile. Ascending. O(n log n).
+// Cells with an *open node* in the tile: one that is no segment's child end. It is a root, or a sample whose own
+// segment is in another tile. Ascending. O(n log n).
 std::vector<std::uint32_t> cellsWithOpenNodes(const Tile& tile);
 
 struct BatchOptions {
@@ -54,8 +54,8 @@ struct BatchOptions {
 };
 
 // Makes the batch of all segments that the tile owns, except those inside somata. Isolated samples and somata become
-// spheres. A segment's two radii are those of its samples if the tile holds them. `appearance` must be the tile's.
-// O(n).
+// spheres. A segment's two radii are those of its samples. If another tile has the radius of the parent, the segment is
+// as thick there as at the child. `appearance` must be the tile's. O(n).
 NeuriteBatch makeBatch(const Tile& tile, const TileAppearance& appearance, const BatchOptions& options = {});
 
 // Appends the segments of `more`, whose origin must be near the batch's own. O(more).

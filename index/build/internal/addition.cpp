@@ -9,6 +9,8 @@
 namespace filiform::internal {
 namespace {
 
+constexpr std::uint32_t kNoLook = UINT32_MAX;
+
 std::vector<BlockKey> leafKeys(const TileSet& set) {
   std::vector<BlockKey> keys;
   for (TileId t = 0; t < set.tile_count(); ++t)
@@ -71,12 +73,14 @@ void Addition::place(TileId id) {
   const auto tile = added_.load(id);
   const std::size_t first = segments_.size();
   appendSegments(*tile, segments_);
+  auto look = static_cast<std::uint32_t>(looks_.types.size());
   appendAppearance(added_.loadAppearance(id), looks_);
   for (std::size_t s = first; s < segments_.size(); ++s) {
+    const std::uint32_t look_of = segments_[s].owned ? look++ : kNoLook;
     met_.clear();
     meet(segments_[s], begin, end);
     for (const std::uint32_t leaf : met_)
-      if (leaf >= begin && leaf < end) entries_.push_back({leaf, static_cast<std::uint32_t>(s)});
+      if (leaf >= begin && leaf < end) entries_.push_back({leaf, static_cast<std::uint32_t>(s), look_of});
   }
 }
 
@@ -100,21 +104,26 @@ void Addition::meet(const StoredSegment& s, std::uint32_t begin, std::uint32_t e
 // Finishes the leaves that are being gathered.
 void Addition::flush() {
   std::sort(entries_.begin(), entries_.end(), [this](const Entry& a, const Entry& b) {
-    return a.leaf != b.leaf ? a.leaf < b.leaf : segments_[a.segment].id < segments_[b.segment].id;
+    if (a.leaf != b.leaf) return a.leaf < b.leaf;
+    const SegmentId x = segments_[a.segment].id, y = segments_[b.segment].id;
+    return x != y ? x < y : a.look < b.look;
   });
   std::vector<StoredSegment> segments;
   TileAppearance look;
   for (std::size_t i = 0; i < entries_.size(); ++i) {
     const Entry& e = entries_[i];
     const StoredSegment& s = segments_[e.segment];
-    // Several tiles of the added set may hold the same segment.
+    // Several tiles of the added set may hold the same segment. The first entry is that of the segment's owner, if the
+    // owner is among them. It is if this leaf owns the segment, for then the midpoint lies in both blocks.
     if (segments.empty() || segments.back().id != SegmentId{s.id.cell + base_.cell_count(), s.id.segment}) {
       segments.push_back(s);
       segments.back().id.cell += base_.cell_count();
       segments.back().owned = (long_.empty() || !isLong(s.id)) &&
                               partition_.leaves()[e.leaf].contains(mortonKey(midpoint(s.child, s.parent)));
-      look.radii_um.push_back(looks_.radii_um[e.segment]);
-      look.types.push_back(looks_.types[e.segment]);
+      if (segments.back().owned) {
+        look.radii_um.push_back(looks_.radii_um[e.look]);
+        look.types.push_back(looks_.types[e.look]);
+      }
     }
     if (i + 1 < entries_.size() && entries_[i + 1].leaf == e.leaf) continue;
     finishLeaf(e.leaf, std::move(segments), look);

@@ -28,6 +28,7 @@ class Addition {
  private:
   struct Entry {
     std::uint32_t leaf, segment;  // position in leaves(); in segments_
+    std::uint32_t look;           // in looks_; kNoLook if its tile does not own the segment
   };
   void place(TileId tile);
   void flush();

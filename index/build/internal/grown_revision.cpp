@@ -58,6 +58,7 @@ GrownRevision::Item GrownRevision::add(TileId id, std::vector<StoredSegment> seg
   const bool is_long = id == base_.long_tile();
   const Patch* const before = base_.patch(id);
   const std::uint32_t base_stored = before != nullptr ? before->stored : entry.stored;
+  const std::uint32_t base_owned = before != nullptr ? before->owned : entry.owned;
   const std::uint64_t base_bytes = before != nullptr ? before->decoded_bytes : entry.decoded_bytes;
   std::vector<StoredSegment> all;
   TileAppearance looks;
@@ -85,8 +86,9 @@ GrownRevision::Item GrownRevision::add(TileId id, std::vector<StoredSegment> seg
   whole.isolated += more.isolated;
   whole.decoded_bytes = mergedBytesBound(base_bytes, base_stored, patch, bounds_);
   ++counts_.patched;
-  return place({whole, base_.location(id), is_long, id,
-                Patch{0, base_stored, base_bytes, writer_.append(encodeTile(patch), encodeAppearance(looks))}});
+  return place(
+      {whole, base_.location(id), is_long, id,
+       Patch{0, base_stored, base_owned, base_bytes, writer_.append(encodeTile(patch), encodeAppearance(looks))}});
 }
 
 void GrownRevision::number() {

@@ -29,7 +29,8 @@ struct LeafUnit {
   std::span<const Item> of(std::size_t leaf) const {
     return std::span(items).subspan(items_begin[leaf], items_begin[leaf + 1] - items_begin[leaf]);
   }
-  // Replaces `segments` and `look` with the content of a leaf: ascending by id; attributes are those of the children.
+  // Replaces `segments` and `look` with the content of a leaf: ascending by id. The attributes are those of
+  // the owned segments' children.
   void content(std::size_t leaf, std::vector<StoredSegment>& segments, TileAppearance& look) const {
     segments.clear();
     look.radii_um.clear();

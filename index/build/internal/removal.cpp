@@ -89,11 +89,15 @@ void removeFromTiles(const TileSet& base, const std::vector<bool>& removed, Grow
     std::vector<StoredSegment> all, left;
     TileAppearance left_look;
     appendSegments(*tile, all);
-    for (std::size_t s = 0; s < all.size(); ++s) {
-      if (removed[all[s].id.cell]) continue;
-      left.push_back(all[s]);
-      left_look.radii_um.push_back(look.radii_um[s]);
-      left_look.types.push_back(look.types[s]);
+    std::size_t owned = 0;
+    for (const StoredSegment& s : all) {
+      const std::size_t at = owned;
+      owned += s.owned ? 1 : 0;
+      if (removed[s.id.cell]) continue;
+      left.push_back(s);
+      if (!s.owned) continue;
+      left_look.radii_um.push_back(look.radii_um[at]);
+      left_look.types.push_back(look.types[at]);
     }
     if (!left.empty()) to.write(t, tile->key(), tile->isLong(), std::move(left), left_look);
   }

@@ -18,10 +18,12 @@ struct SegmentRecord {
   std::uint16_t type;
 };
 
-// What a tile stores of a segment; the attributes go to the end of `look`.
+// What a tile stores of a segment. The attributes of an owned segment go to the end of `look`.
 inline StoredSegment storedSegment(const SegmentRecord& r, bool owned, TileAppearance& look) {
-  look.radii_um.push_back(r.radius_um);
-  look.types.push_back(r.type);
+  if (owned) {
+    look.radii_um.push_back(r.radius_um);
+    look.types.push_back(r.type);
+  }
   return {r.id, r.child_sample, r.parent_sample, r.child, r.parent, owned};
 }
 

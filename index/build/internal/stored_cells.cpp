@@ -35,16 +35,17 @@ void StoredCells::forEachSegment(const std::function<void(const SegmentRecord& r
       segments.clear();
       appendSegments(*sets_[s]->load(t), segments);
       const TileAppearance look = sets_[s]->loadAppearance(t);
-      for (std::size_t i = 0; i < segments.size(); ++i) {
-        const StoredSegment& one = segments[i];
+      std::size_t owned = 0;
+      for (const StoredSegment& one : segments) {
         if (!one.owned) continue;
         use({{now_[s][one.id.cell], one.id.segment},
              one.child_sample,
              one.parent_sample,
              one.child,
              one.parent,
-             look.radii_um[i],
-             look.types[i]});
+             look.radii_um[owned],
+             look.types[owned]});
+        ++owned;
       }
     }
   }

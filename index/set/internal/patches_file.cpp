@@ -17,7 +17,7 @@ Bytes encodePatches(const std::vector<Patch>& patches) {
     out.u32(p.stored);
     out.u64(p.decoded_bytes);
     out.u32(p.at.pack);
-    out.u32(0);
+    out.u32(p.owned);
     out.u32(p.at.geometry_bytes);
     out.u32(p.at.appearance_bytes);
     out.u64(p.at.offset);
@@ -40,7 +40,7 @@ std::vector<Patch> decodePatches(ByteSpan bytes) {
     p.stored = in.u32();
     p.decoded_bytes = in.u64();
     p.at.pack = in.u32();
-    in.require(in.u32() == 0, "a reserved field is not zero");
+    p.owned = in.u32();
     p.at.geometry_bytes = in.u32();
     p.at.appearance_bytes = in.u32();
     p.at.offset = in.u64();

@@ -15,7 +15,7 @@ inline constexpr const char* kPatchesFile = "patches.bin";
 // of the other tile.
 struct Patch {
   TileId tile;                  // to which the segments were added
-  std::uint32_t stored;         // segments of that tile without the patch
+  std::uint32_t stored, owned;  // segments of that tile without the patch
   std::uint64_t decoded_bytes;  // of that tile without the patch
   TileLocation at;
 };

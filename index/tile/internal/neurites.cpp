@@ -264,22 +264,25 @@ void chargeCarriers(Neurites& all, std::vector<bool>& gone) {
 
 Neurites neuritesOf(std::span<const StoredSegment> segments, const TileAppearance& appearance) {
   PathBuilder builder(segments.size());
-  for (std::size_t i = 0; i < segments.size(); ++i) {
-    const StoredSegment& s = segments[i];
-    if (s.owned)
-      builder.add(s.id.cell, s.child_sample, s.parent_sample, s.child, s.parent, appearance.radii_um[i],
-                  appearance.types[i]);
+  std::size_t owned = 0;
+  for (const StoredSegment& s : segments) {
+    if (!s.owned) continue;
+    builder.add(s.id.cell, s.child_sample, s.parent_sample, s.child, s.parent, appearance.radii_um[owned],
+                appearance.types[owned]);
+    ++owned;
   }
   return linked(builder.take());
 }
 
 Neurites neuritesOf(const Tile& tile, const TileAppearance& appearance) {
   PathBuilder builder(tile.owned_count());
+  std::size_t owned = 0;
   for (std::uint32_t s = 0; s < tile.segment_count(); ++s) {
     if (!tile.owned(s)) continue;
     const Tile::Link link = tile.link(s);
     builder.add(link.id.cell, link.child_id.sample, link.parent_id.sample, tile.gridPoint(link.child),
-                tile.gridPoint(link.parent), appearance.radii_um[s], appearance.types[s]);
+                tile.gridPoint(link.parent), appearance.radii_um[owned], appearance.types[owned]);
+    ++owned;
   }
   return linked(builder.take());
 }

@@ -46,8 +46,8 @@ void writeSet(const TileStore& store, const std::string& path, const Faults& fau
     if (faults.segments) faults.segments(t, segments);
     const Tile faulty(t, tile->key(), tile->isLong(), store.grid(), segments);
     TileAppearance appearance = store.loadAppearance(t);
-    appearance.radii_um.resize(segments.size());
-    appearance.types.resize(segments.size());
+    appearance.radii_um.resize(faulty.owned_count());
+    appearance.types.resize(faulty.owned_count());
     TileEntry entry = store.entry(t);
     entry.owned = faulty.owned_count();
     entry.stored = faulty.segment_count();

@@ -39,7 +39,7 @@ TEST(TileCodec, DecodingGivesBackTheTile) {
       test::expectSameTile(decodeTile(bytes, placeOf(*tile), store->grid()), *tile);
       const TileAppearance appearance = store->loadAppearance(t);
       const std::vector<std::uint8_t> attributes = encodeAppearance(appearance);
-      const TileAppearance again = decodeAppearance(attributes, placeOf(*tile), tile->segment_count());
+      const TileAppearance again = decodeAppearance(attributes, placeOf(*tile), tile->owned_count());
       EXPECT_TRUE(sameBits(again.radii_um, appearance.radii_um));
       EXPECT_EQ(again.types, appearance.types);
     }
@@ -90,7 +90,7 @@ TEST(TileCodec, DamagedBytesNeverEscape) {
     const auto attempt = [&](const std::vector<std::uint8_t>& geometry, const std::vector<std::uint8_t>& appearance) {
       try {
         decodeTile(geometry, placeOf(*tile), store->grid());
-        decodeAppearance(appearance, placeOf(*tile), tile->segment_count());
+        decodeAppearance(appearance, placeOf(*tile), tile->owned_count());
       } catch (const CorruptTile& error) {
         EXPECT_EQ(error.tile(), t);
         EXPECT_GE(error.offset(), 1000u);
