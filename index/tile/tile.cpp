@@ -168,7 +168,8 @@ Tile::Tile(TileId id, const BlockKey& key, bool is_long, const Grid& grid, std::
   });
 
   for (std::size_t f = 0; f < fragments_.size(); ++f)
-    internal::appendRuns(fragments_[f].begin, fragmentEnd(static_cast<std::uint32_t>(f)) - fragments_[f].begin, runs_);
+    internal::forEachRun(fragments_[f].begin, fragmentEnd(static_cast<std::uint32_t>(f)) - fragments_[f].begin,
+                         [this](SegmentRun run) { runs_.push_back(run); });
   std::vector<GridPoint> centres;
   centres.reserve(runs_.size());
   for (const SegmentRun run : runs_) {
@@ -181,18 +182,19 @@ Tile::Tile(TileId id, const BlockKey& key, bool is_long, const Grid& grid, std::
   std::size_t at = 0;
   for (const std::uint32_t r : internal::orderRuns(centres)) runs_[at++] = canonical[r];
 
-  std::vector<std::uint8_t> owned((n + 7) / 8, 0);
-  for (std::uint32_t s = 0; s < n; ++s) owned[s / 8] |= static_cast<std::uint8_t>(segments[s].owned << (s % 8));
+  std::vector<std::uint32_t> owned((n + 31) / 32, 0);
+  for (std::uint32_t s = 0; s < n; ++s) owned[s / 32] |= std::uint32_t{segments[s].owned} << (s % 32);
+  setHomes();
   index(owned, strips);
 }
 
-void Tile::index(std::span<const std::uint8_t> owned, std::span<const std::uint32_t> strips) {
+void Tile::index(std::span<const std::uint32_t> owned, std::span<const std::uint32_t> strips) {
   origin_W_ = grid_.toWorld(origin_);
   nodes_.assign((node_count_ + 31) / 32, {});
   segments_.assign((segment_count_ + 31) / 32, {});
   for (const std::uint32_t node : strips) nodes_[node / 32].strips |= 1u << (node % 32);
   for (const Fragment& f : fragments_) segments_[f.begin / 32].starts |= 1u << (f.begin % 32);
-  for (std::size_t i = 0; i < owned.size(); ++i) segments_[i / 4].owned |= std::uint32_t{owned[i]} << (8 * (i % 4));
+  for (std::size_t b = 0; b < owned.size(); ++b) segments_[b].owned = owned[b];
   std::uint32_t before = 0;
   for (NodeBlock& block : nodes_) {
     block.strips_before = before;
@@ -216,7 +218,6 @@ void Tile::index(std::span<const std::uint8_t> owned, std::span<const std::uint3
     strips_by_sample_ = std::move(placing);
   }
   listIncident();
-  setHomes();
   countBytes();
 }
 
@@ -305,6 +306,36 @@ void Tile::setHomes() {
     home_lo_[axis] = static_cast<std::uint64_t>(block.lo[i] - origin_[i]);
     home_range_[axis] = static_cast<std::uint64_t>(block.hi[i] - block.lo[i]);
   }
+}
+
+std::vector<std::uint32_t> Tile::midpointsInside() const {
+  std::vector<std::uint32_t> inside((segment_count_ + 31) / 32, 0);
+  if (is_long_) {
+    for (std::uint32_t s = 0; s < segment_count_; ++s) setBits(inside, s);
+    return inside;
+  }
+  withOffsets([&](const auto& offsets) {
+    const Offset lo = home_lo_, range = home_range_;
+    std::uint32_t word = 0, s = 0;
+    for (std::uint32_t f = 0; f < fragments_.size(); ++f) {
+      std::uint32_t node = fragments_[f].child_node;
+      Offset a = offsets.get(fragments_[f].parent_node);
+      for (const std::uint32_t end = fragmentEnd(f); s < end; ++s, ++node) {
+        const Offset b = offsets.get(node);
+        const int is_inside = static_cast<int>(((a[0] + b[0]) >> 1) - lo[0] <= range[0]) &
+                              static_cast<int>(((a[1] + b[1]) >> 1) - lo[1] <= range[1]) &
+                              static_cast<int>(((a[2] + b[2]) >> 1) - lo[2] <= range[2]);
+        word |= static_cast<std::uint32_t>(is_inside) << (s % 32);
+        if (s % 32 == 31) {
+          inside[s / 32] = word;
+          word = 0;
+        }
+        a = b;
+      }
+    }
+    if (s % 32 != 0) inside[s / 32] = word;
+  });
+  return inside;
 }
 
 void Tile::countBytes() {

@@ -206,7 +206,9 @@ class Tile {
   void joinOffsets(const Tile& base, std::uint32_t base_placed, const Tile& patch, std::uint32_t patch_placed);
   // Computes the members after `Derived:` below. Requires that all members before are set. `owned`: one bit a segment;
   // `strips`: the first node of each strip.
-  void index(std::span<const std::uint8_t> owned, std::span<const std::uint32_t> strips);
+  void index(std::span<const std::uint32_t> owned, std::span<const std::uint32_t> strips);
+  // One bit a segment: its midpoint lies in the block. Requires setHomes().
+  std::vector<std::uint32_t> midpointsInside() const;
   void listIncident();
   void setHomes();
   void countBytes();

@@ -20,53 +20,7 @@ constexpr std::size_t kBlock = 32;
 constexpr std::int64_t kEdge = std::int64_t{1} << (kMortonAxisBits - 1);
 constexpr std::uint8_t kGraph = 1;  // flag: fragments state their first samples and may be loose
 
-// The distinct radii, as unsigned bits. Only these are sorted, since there are usually few.
-class RadiusTable {
- public:
-  explicit RadiusTable(const std::vector<float>& radii_um) {
-    const int log_slots = std::bit_width(2 * radii_um.size() + 1);
-    std::vector<std::uint32_t> slots(std::size_t{1} << log_slots, kFree);
-    places_.reserve(radii_um.size());
-    for (const float radius : radii_um) {
-      const auto bits = std::bit_cast<std::uint32_t>(radius);
-      std::size_t slot = (bits * std::uint64_t{0x9E3779B97F4A7C15}) >> (64 - log_slots);
-      while (slots[slot] != kFree && sorted_[slots[slot]] != bits) slot = (slot + 1) & (slots.size() - 1);
-      if (slots[slot] == kFree) {
-        slots[slot] = static_cast<std::uint32_t>(sorted_.size());
-        sorted_.push_back(bits);
-      }
-      places_.push_back(slots[slot]);
-    }
-    std::vector<std::uint64_t> order;  // bits, then the order of first use
-    order.reserve(sorted_.size());
-    for (std::size_t place = 0; place < sorted_.size(); ++place)
-      order.push_back(std::uint64_t{sorted_[place]} << 32 | place);
-    std::sort(order.begin(), order.end());
-    ranks_.resize(order.size());
-    for (std::size_t rank = 0; rank < order.size(); ++rank) {
-      sorted_[rank] = static_cast<std::uint32_t>(order[rank] >> 32);
-      ranks_[static_cast<std::uint32_t>(order[rank])] = rank;
-    }
-  }
-  const std::vector<std::uint32_t>& sorted() const { return sorted_; }
-  std::vector<std::uint64_t> ranks() const {  // rank of each radius
-    std::vector<std::uint64_t> all;
-    all.reserve(places_.size());
-    for (const std::uint32_t place : places_) all.push_back(ranks_[place]);
-    return all;
-  }
-
- private:
-  static constexpr std::uint32_t kFree = UINT32_MAX;
-  std::vector<std::uint32_t> sorted_, places_;
-  std::vector<std::uint64_t> ranks_;  // by place
-};
-
 bool onGrid(const GridPoint& p) { return (p.array() >= -kEdge).all() && (p.array() < kEdge).all(); }
-
-[[noreturn]] void rethrow(const Damage& damage, const TilePlace& place) {
-  throw CorruptTile(place.tile, place.file, place.offset + damage.offset, damage.what);
-}
 
 // How a fragment starts.
 enum Kind : std::uint32_t {
@@ -130,6 +84,7 @@ class TileCodec {
   static void writeFragments(const Tile& tile, bool graph, ByteWriter& out, PositionOrder& order);
   static void writeStrays(const Tile& tile, ByteWriter& out);
   static void writePositions(const Tile& tile, const PositionOrder& order, const Widths& widths, ByteWriter& out);
+  static void writeOwned(const Tile& tile, ByteWriter& out);
   static void writeRuns(const Tile& tile, ByteWriter& out);
 
   // What the list of fragments states.
@@ -150,8 +105,8 @@ class TileCodec {
   static void readPositions(ByteReader& in, const Tile& tile, std::span<const Kind> kinds, const Widths& widths,
                             const Offsets& out);
   static void checkOnGrid(const ByteReader& in, const Tile& tile, const Widths& widths);
+  static std::vector<std::uint32_t> readOwned(ByteReader& in, const Tile& tile);
   static void readRuns(ByteReader& in, Tile& tile);
-  static std::vector<SegmentRun> canonicalRuns(const Tile& tile);
 };
 
 std::vector<std::uint8_t> TileCodec::encode(const Tile& tile) {
@@ -177,10 +132,7 @@ std::vector<std::uint8_t> TileCodec::encode(const Tile& tile) {
   writeStrays(tile, out);
   writePositions(tile, order, widths, out);
 
-  std::vector<std::uint64_t> owned;
-  owned.reserve(tile.segment_count_);
-  for (std::uint32_t s = 0; s < tile.segment_count_; ++s) owned.push_back(tile.owned(s));
-  internal::packBits(out, owned, 1);
+  writeOwned(tile, out);
   writeRuns(tile, out);
   return out.take();
 }
@@ -250,24 +202,39 @@ void TileCodec::writePositions(const Tile& tile, const PositionOrder& order, con
   }
 }
 
-std::vector<SegmentRun> TileCodec::canonicalRuns(const Tile& tile) {
-  std::vector<SegmentRun> runs;
-  runs.reserve(tile.fragments_.size() + tile.segment_count_ / internal::kRunSegments);
-  for (std::uint32_t f = 0; f < tile.fragments_.size(); ++f)
-    internal::appendRuns(tile.fragments_[f].begin, tile.fragmentEnd(f) - tile.fragments_[f].begin, runs);
-  return runs;
+// A tile owns the segments whose midpoint lies in its block, except for those that are listed.
+void TileCodec::writeOwned(const Tile& tile, ByteWriter& out) {
+  const std::vector<std::uint32_t> inside = tile.midpointsInside();
+  std::vector<std::uint32_t> others;
+  for (std::uint32_t s = 0; s < tile.segment_count_; ++s)
+    if (tile.owned(s) != ((inside[s / 32] >> (s % 32) & 1) != 0)) others.push_back(s);
+  out.varint(others.size());
+  std::uint32_t next = 0;
+  for (const std::uint32_t s : others) {
+    out.varint(s - next);
+    next = s + 1;
+  }
 }
 
+// The groups of kTreeWidth runs in the order of the search tree: how many there are, and bits of a group's number.
+struct RunGroups {
+  std::size_t groups;
+  int bits;
+
+  explicit RunGroups(std::size_t runs)
+      : groups((runs + internal::kTreeWidth - 1) / internal::kTreeWidth),
+        bits(groups == 0 ? 0 : internal::bitsFor(groups - 1)) {}
+};
+
 void TileCodec::writeRuns(const Tile& tile, ByteWriter& out) {
-  const std::vector<SegmentRun> canonical = canonicalRuns(tile);
-  std::vector<std::uint64_t> order;
-  order.reserve(tile.runs_.size());
-  for (const SegmentRun run : tile.runs_)
-    order.push_back(static_cast<std::uint64_t>(
-        std::lower_bound(canonical.begin(), canonical.end(), run,
-                         [](SegmentRun a, SegmentRun b) { return a.begin_and_count < b.begin_and_count; }) -
-        canonical.begin()));
-  internal::packBits(out, order, canonical.empty() ? 0 : internal::bitsFor(canonical.size() - 1));
+  std::vector<std::pair<std::uint32_t, std::uint64_t>> rows;  // (run, group), by position
+  rows.reserve(tile.runs_.size());
+  for (const SegmentRun run : tile.runs_) rows.emplace_back(run.begin_and_count, rows.size() / internal::kTreeWidth);
+  std::sort(rows.begin(), rows.end());
+  std::vector<std::uint64_t> group_of;
+  group_of.reserve(rows.size());
+  for (const auto& [run, group] : rows) group_of.push_back(group);
+  internal::packBits(out, group_of, RunGroups(rows.size()).bits);
 }
 
 template <class Offsets>
@@ -348,8 +315,8 @@ Tile TileCodec::decode(ByteReader& in, const TilePlace& place, const Grid& grid)
   in.require((flags & ~kGraph) == 0, "an unknown flag");
   const bool graph = (flags & kGraph) != 0;
   const std::uint32_t count = in.varint32(), fragment_count = in.varint32(), stray_count = in.varint32();
-  // Each segment takes at least a bit, each fragment three bytes, each stray two.
-  in.require(count <= Tile::kMaxSegments && count / 8 <= in.left() && fragment_count / 3 <= in.left() &&
+  // 32 steps take at least three bytes, each fragment three, each stray two.
+  in.require(count <= Tile::kMaxSegments && count / 11 <= in.left() && fragment_count / 3 <= in.left() &&
                  stray_count / 2 <= in.left(),
              "more segments than there are bytes");
   Tile tile(place.tile, place.key, place.is_long, grid);
@@ -371,8 +338,8 @@ Tile TileCodec::decode(ByteReader& in, const TilePlace& place, const Grid& grid)
   tile.fillOffsets([&](const auto& offsets) { readPositions(in, tile, fragments.kinds, widths, offsets); });
   checkOnGrid(in, tile, widths);
 
-  const internal::ByteSpan owned = in.take(internal::packedBytes(count, 1));
-  in.require(count % 8 == 0 || owned.back() >> (count % 8) == 0, "bits beyond the last segment");
+  tile.setHomes();
+  const std::vector<std::uint32_t> owned = readOwned(in, tile);
   readRuns(in, tile);
   in.require(in.left() == 0, "bytes beyond the end of the tile");
   tile.index(owned, fragments.strips);
@@ -470,16 +437,41 @@ void TileCodec::checkOnGrid(const ByteReader& in, const Tile& tile, const Widths
   }
 }
 
-void TileCodec::readRuns(ByteReader& in, Tile& tile) {
-  std::vector<SegmentRun> canonical = canonicalRuns(tile);
-  std::vector<std::uint64_t> order(canonical.size());
-  internal::unpackBits(in, order, canonical.empty() ? 0 : internal::bitsFor(canonical.size() - 1));
-  tile.runs_.reserve(canonical.size());
-  for (const std::uint64_t r : order) {
-    in.require(r < canonical.size() && canonical[r].begin_and_count != UINT32_MAX, "a run of segments is missing");
-    tile.runs_.push_back(canonical[r]);
-    canonical[r].begin_and_count = UINT32_MAX;
+std::vector<std::uint32_t> TileCodec::readOwned(ByteReader& in, const Tile& tile) {
+  std::vector<std::uint32_t> owned = tile.midpointsInside();
+  std::uint64_t next = 0;
+  for (std::uint32_t left = in.varint32(); left > 0; --left) {
+    const std::uint64_t s = next + in.varint32();
+    in.require(s < tile.segment_count_, "a segment does not exist");
+    owned[s / 32] ^= 1u << (s % 32);
+    next = s + 1;
   }
+  return owned;
+}
+
+void TileCodec::readRuns(ByteReader& in, Tile& tile) {
+  std::size_t count = 0;
+  for (std::uint32_t f = 0; f < tile.fragments_.size(); ++f)
+    count += internal::runsOf(tile.fragmentEnd(f) - tile.fragments_[f].begin);
+  const RunGroups tree(count);
+  std::vector<std::uint64_t> group_of(count);
+  internal::unpackBits(in, group_of, tree.bits);
+  std::vector<std::uint32_t> next(tree.groups);  // position of the next run of each group
+  for (std::size_t g = 0; g < next.size(); ++g) next[g] = static_cast<std::uint32_t>(g * internal::kTreeWidth);
+  tile.runs_.resize(count);
+  std::size_t at = 0;
+  bool fits = true;
+  for (std::uint32_t f = 0; f < tile.fragments_.size(); ++f)
+    internal::forEachRun(tile.fragments_[f].begin, tile.fragmentEnd(f) - tile.fragments_[f].begin, [&](SegmentRun run) {
+      fits = fits && group_of[at] < tree.groups;
+      const std::uint64_t group = std::min<std::uint64_t>(group_of[at++], tree.groups - 1);
+      const std::uint32_t place = std::min(next[group]++, static_cast<std::uint32_t>(count - 1));
+      fits = fits && place / internal::kTreeWidth == group;
+      tile.runs_[place] = run;
+    });
+  for (std::size_t g = 0; g < next.size(); ++g)
+    fits = fits && next[g] == std::min((g + 1) * internal::kTreeWidth, count);
+  in.require(fits, "a group of runs has the wrong size");
 }
 
 std::vector<std::uint8_t> encodeTile(const Tile& tile) { return TileCodec::encode(tile); }
@@ -489,70 +481,7 @@ Tile decodeTile(std::span<const std::uint8_t> bytes, const TilePlace& place, con
     ByteReader in(bytes);
     return TileCodec::decode(in, place, grid);
   } catch (const Damage& damage) {
-    rethrow(damage, place);
-  }
-}
-
-std::vector<std::uint8_t> encodeAppearance(const TileAppearance& appearance) {
-  ByteWriter out;
-  const std::size_t n = appearance.types.size();
-  out.varint(n);
-  for (std::size_t i = 0; i < n;) {
-    std::size_t end = i + 1;
-    while (end < n && appearance.types[end] == appearance.types[i]) ++end;
-    out.u16(appearance.types[i]);
-    out.varint(end - i - 1);
-    i = end;
-  }
-  const RadiusTable radii(appearance.radii_um);
-  const std::vector<std::uint32_t>& table = radii.sorted();
-  const int width = table.empty() ? 0 : internal::bitsFor(table.size() - 1);
-  const bool plain = 4 * table.size() + internal::packedBytes(n, width) >= 4 * n;
-  out.varint(plain ? 0 : table.size());
-  if (plain) {
-    for (float radius : appearance.radii_um) out.u32(std::bit_cast<std::uint32_t>(radius));
-    return out.take();
-  }
-  for (std::uint32_t b : table) out.u32(b);
-  internal::packBits(out, radii.ranks(), width);
-  return out.take();
-}
-
-TileAppearance decodeAppearance(std::span<const std::uint8_t> bytes, const TilePlace& place, std::uint32_t count) {
-  try {
-    ByteReader in(bytes);
-    TileAppearance appearance;
-    const std::uint32_t n = in.varint32();
-    std::uint32_t left = n;
-    // Runs of one type and a table of one radius take no bytes a segment, so the bytes alone do not limit n.
-    in.require(n == count, "the number of segments differs from the directory");
-    while (left > 0) {
-      const std::uint16_t type = in.u16();
-      const std::uint64_t run = in.varint() + 1;
-      in.require(run >= 1 && run <= left, "a run of types is too long");
-      appearance.types.insert(appearance.types.end(), run, type);
-      left -= static_cast<std::uint32_t>(run);
-    }
-    const std::uint32_t table_size = in.varint32();
-    in.require(table_size <= in.left() / 4, "more radii than there are bytes");
-    if (table_size == 0) {
-      in.require(n <= in.left() / 4, "more radii than there are bytes");
-      for (std::uint32_t i = 0; i < n; ++i) appearance.radii_um.push_back(in.f32());
-    } else {
-      std::vector<float> table;
-      for (std::uint32_t i = 0; i < table_size; ++i) table.push_back(in.f32());
-      std::vector<std::uint64_t> ranks(n);
-      internal::unpackBits(in, ranks, internal::bitsFor(table_size - 1));
-      appearance.radii_um.reserve(n);
-      for (std::uint64_t rank : ranks) {
-        in.require(rank < table_size, "a radius is not in the table");
-        appearance.radii_um.push_back(table[rank]);
-      }
-    }
-    in.require(in.left() == 0, "bytes beyond the end of the appearance");
-    return appearance;
-  } catch (const Damage& damage) {
-    rethrow(damage, place);
+    throw CorruptTile(place.tile, place.file, place.offset + damage.offset, damage.what);
   }
 }
 

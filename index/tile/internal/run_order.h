@@ -13,14 +13,23 @@ namespace filiform::internal {
 inline constexpr std::uint32_t kRunSegments = 4;  // the limit of a run here; SegmentRun could count to 8
 inline constexpr std::uint32_t kTreeWidth = 8;
 
-// Cuts `count` segments from `begin` on into the fewest runs, of nearly equal length.
-inline void appendRuns(std::uint32_t begin, std::uint32_t count, std::vector<SegmentRun>& runs) {
-  const std::uint64_t pieces = (std::uint64_t{count} + kRunSegments - 1) / kRunSegments;
-  std::uint32_t from = 0;
-  for (std::uint64_t i = 1; i <= pieces; ++i) {
-    const auto to = static_cast<std::uint32_t>(i * count / pieces);
-    runs.push_back({8 * (begin + from) + (to - from - 1)});
-    from = to;
+// The number of runs of a fragment.
+inline std::uint32_t runsOf(std::uint32_t segments) { return (segments + kRunSegments - 1) / kRunSegments; }
+
+// Calls use(run) for the fewest runs, of nearly equal length, that make up `count` segments from `begin` on. The i-th
+// of p runs begins at segment floor(i count / p).
+template <class Use>
+void forEachRun(std::uint32_t begin, std::uint32_t count, const Use& use) {
+  const std::uint32_t pieces = runsOf(count);
+  if (pieces == 0) return;
+  const std::uint32_t least = count / pieces, rest = count % pieces;
+  std::uint32_t at = begin, sum = 0;
+  for (std::uint32_t i = 0; i < pieces; ++i) {
+    sum += rest;
+    const std::uint32_t more = sum >= pieces ? 1 : 0, length = least + more;
+    sum -= more * pieces;
+    use(SegmentRun{8 * at + (length - 1)});
+    at += length;
   }
 }
 

@@ -156,7 +156,7 @@ TEST(Ingest, GoldenRevision) {
                     static_cast<std::uint16_t>(i / 40));
   const TempFolder folder;
   const IngestResult result = ingestCells({cell}, folder / "a.fil", {.capacity = 16});
-  EXPECT_EQ(result.revision, "r-ff309cbb27887f75");
+  EXPECT_EQ(result.revision, "r-7049c62b671b5447");
 }
 
 TEST(Ingest, AnExistingSetIsRefusedWithoutForce) {

@@ -65,6 +65,57 @@ TEST(TileCodec, RadiiKeepEveryBit) {
   }
 }
 
+TEST(TileCodec, RadiiReturnHoweverOftenTheyRepeat) {
+  std::mt19937_64 random(27);
+  std::vector<std::size_t> sizes;
+  for (const unsigned distinct : {1u, 2u, 5u, 300u, 1u << 30})
+    for (const unsigned run : {1u, 3u, 40u})
+      for (const std::size_t n : {0u, 1u, 2u, 9u, 1000u}) {
+        TileAppearance appearance;
+        while (appearance.types.size() < n) {
+          const auto radius = 0.001f * static_cast<float>(random() % distinct);
+          for (std::size_t i = 1 + random() % run; i > 0 && appearance.types.size() < n; --i) {
+            appearance.radii_um.push_back(radius);
+            appearance.types.push_back(static_cast<std::uint16_t>(run));
+          }
+        }
+        const auto bytes = encodeAppearance(appearance);
+        const TileAppearance again =
+            decodeAppearance(bytes, {0, {}, false, "f", 0}, static_cast<std::uint32_t>(appearance.types.size()));
+        EXPECT_TRUE(sameBits(again.radii_um, appearance.radii_um)) << distinct << ", " << run << ", " << n;
+        EXPECT_EQ(again.types, appearance.types);
+        EXPECT_LE(bytes.size(), 4 * n + 10) << distinct << ", " << run << ", " << n;
+      }
+}
+
+// Long segments are stored as ghosts at their ends, wherever their midpoint lies.
+TEST(TileCodec, OwnershipReturnsWhereverTheMidpointLies) {
+  std::mt19937_64 random(28);
+  const BlockKey key{mortonKey({0, 0, 0}) >> 36 << 36, kMortonBits - 36};
+  const GridBox block = key.box();
+  for (const std::int64_t reach : {4, 1 << 6, 1 << 12, 1 << 24}) {  // edges of the block: each layout of positions
+    std::vector<StoredSegment> segments;
+    std::uint32_t owned = 0;
+    for (std::uint32_t i = 0; i < 300; ++i) {
+      const auto side = static_cast<std::uint64_t>(reach * ((block.hi - block.lo)[0] + 1));
+      GridPoint a, b;
+      for (int axis = 0; axis < 3; ++axis) {
+        a[axis] = block.lo[axis] + static_cast<std::int64_t>(random() % side);
+        b[axis] = 2 * block.lo[axis] - a[axis] + static_cast<std::int64_t>(random() % 10192) - 1000;
+      }
+      const bool inside = key.contains(mortonKey({(a.x() + b.x()) >> 1, (a.y() + b.y()) >> 1, (a.z() + b.z()) >> 1}));
+      segments.push_back({{i, 1}, 1, 0, a, b, random() % 20 == 0 ? !inside : inside});
+      owned += segments.back().owned ? 1 : 0;
+    }
+    const Tile tile(0, key, false, Grid(), segments);
+    const Tile again = decodeTile(encodeTile(tile), placeOf(tile), Grid());
+    test::expectSameTile(again, tile);
+    for (std::uint32_t s = 0; s < again.segment_count(); ++s) EXPECT_EQ(again.owned(s), segments[s].owned);
+    EXPECT_EQ(again.owned_count(), owned);
+    EXPECT_TRUE(owned > 50 && owned < 250) << owned;
+  }
+}
+
 TEST(TileCodec, NeuritesTakeLessThanSevenBytesASegment) {
   const std::vector<Cell> cells = test::randomColumn(22, 10, 2000, 150);
   CellList stream(cells);
@@ -178,11 +229,11 @@ TEST(TileCodec, WritesTheSpecifiedBytes) {
       0,    0,    1,                    // position of the lead
       3,    3,    1,                    // widths of steps
       0x04, 0x30, 0x01,                 // x: 4, 0; y: 0, 6; z: 1, 0
-      0x01,                             // owned: yes, no; one run needs no order
+      1,    1,                          // not owned though its midpoint lies in the block: segment 1; one group of runs
   };
   EXPECT_EQ(encodeTile(tile), expected);
   TileAppearance appearance{{0.5f, 0.5f}, {3, 3}};
-  EXPECT_EQ(encodeAppearance(appearance), (std::vector<std::uint8_t>{2, 3, 0, 1, 1, 0, 0, 0, 0x3f}));
+  EXPECT_EQ(encodeAppearance(appearance), (std::vector<std::uint8_t>{2, 3, 0, 1, 1, 0, 0, 0, 0, 0x3f}));
 }
 
 // A graph: two links have child 1 and one closes a loop; an isolated sample in another cell.
@@ -205,8 +256,7 @@ TEST(TileCodec, WritesTheSpecifiedBytesOfAGraph) {
       0x00, 0x00,                    // x, y of the lead and of the sample alone; z takes no bits
       4,    4,    0,                 // widths of steps
       0x08, 0x80,                    // x: 8, 0; y: 0, 8
-      0x0f,                          // owned
-      0x24,                          // order of the three runs: 0, 1, 2
+      0,                             // all owned, as their midpoints say; one group of runs
   };
   EXPECT_EQ(encodeTile(tile), expected);
 }
