@@ -58,13 +58,13 @@ Tile::Tile(const Tile& base, const Tile& patch) : Tile(base.id_, base.key_, base
   }
   joinOffsets(base, base_placed, patch, patch_placed);
 
-  std::vector<std::uint8_t> owned((segment_count_ + 7) / 8, 0);
+  std::vector<std::uint32_t> owned((segment_count_ + 31) / 32, 0);
   std::vector<std::uint32_t> strips;
   const auto append = [&](const Tile& tile, std::uint32_t first_segment, std::uint32_t first_node) {
     for (std::uint32_t b = 0; b < tile.segments_.size(); ++b) {
       for (std::uint32_t left = tile.segments_[b].owned; left != 0; left &= left - 1) {
         const std::uint32_t s = first_segment + 32 * b + static_cast<std::uint32_t>(std::countr_zero(left));
-        owned[s / 8] |= static_cast<std::uint8_t>(1u << (s % 8));
+        owned[s / 32] |= 1u << (s % 32);
       }
     }
     for (std::uint32_t b = 0; b < tile.nodes_.size(); ++b)
@@ -74,6 +74,7 @@ Tile::Tile(const Tile& base, const Tile& patch) : Tile(base.id_, base.key_, base
   strips.reserve(of_both);
   append(base, 0, 0);
   append(patch, base.segment_count_, base_placed);
+  setHomes();
   index(owned, strips);
 }
 

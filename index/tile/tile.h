@@ -69,7 +69,7 @@ class Tile {
   // log n).
   Tile(TileId id, const BlockKey& key, bool is_long, const Grid& grid, std::vector<StoredSegment> segments);
   // The tile of the segments of both. Requires that both have the same block and segments, and that all cells of
-  // `patch` come after those of `base`. Equal to a tile built from the segments but for the order of runs(): those of
+  // `patch` come after those of `base`. Equal to a tile built from the segments but for the order of runs(), those of
   // `base`, then those of `patch`. Throws InputError for more than kMaxSegments segments. O(n).
   Tile(const Tile& base, const Tile& patch);
 
