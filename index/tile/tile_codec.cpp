@@ -3,6 +3,7 @@
 #include "index/errors.h"
 #include "index/file/internal/bytes.h"
 #include "index/tile/internal/run_order.h"
+#include "index/tile/internal/tile_parts.h"
 
 #include <algorithm>
 #include <array>
@@ -16,19 +17,7 @@ using internal::Damage;
 
 namespace {
 
-constexpr std::size_t kBlock = 32;
-constexpr std::int64_t kEdge = std::int64_t{1} << (kMortonAxisBits - 1);
 constexpr std::uint8_t kGraph = 1;  // flag: fragments state their first samples and may be loose
-
-bool onGrid(const GridPoint& p) { return (p.array() >= -kEdge).all() && (p.array() < kEdge).all(); }
-
-// How a fragment starts.
-enum Kind : std::uint32_t {
-  kLead = 0,    // its first parent is the sample before, placed just before its first child
-  kLinked = 1,  // its first parent is another node
-  kSelf = 2,    // its first parent is its first child: an isolated sample
-  kLoose = 3,   // graphs: one segment between nodes that are placed elsewhere
-};
 
 std::int64_t difference(std::uint32_t a, std::uint32_t b) { return std::int64_t{a} - std::int64_t{b}; }
 
@@ -43,71 +32,6 @@ std::uint32_t shifted(const ByteReader& in, std::uint32_t from, std::uint64_t zi
 }
 
 }  // namespace
-
-class TileCodec {
- public:
-  static std::vector<std::uint8_t> encode(const Tile& tile);
-  static Tile decode(ByteReader& in, const TilePlace& place, const Grid& grid);
-
- private:
-  static Kind kindOf(const Tile& tile, std::uint32_t f) {
-    const Tile::Fragment& fragment = tile.fragments_[f];
-    if (!tile.places(f)) return kLoose;
-    if (fragment.parent_node == fragment.child_node) return kSelf;
-    return tile.hasLead(f) ? kLead : kLinked;
-  }
-  static std::uint32_t straysBegin(const Tile& tile) {
-    return tile.node_count_ - static_cast<std::uint32_t>(tile.strays_.size());
-  }
-  // True if the first child's position is stored directly. Otherwise it is a step from a parent stored earlier.
-  static bool standsAlone(const Tile& tile, const Tile::Fragment& f) {
-    return f.parent_node >= f.child_node && f.parent_node < straysBegin(tile);
-  }
-  // Named coordinates: arrays of three would stay in memory.
-  struct Place {
-    std::uint64_t x = 0, y = 0, z = 0;
-
-    template <class Offsets>
-    void put(const Offsets& out, std::size_t node, Place& bits) const {
-      bits.x |= x, bits.y |= y, bits.z |= z;
-      out.put(node, {x, y, z});
-    }
-  };
-
-  using Widths = std::array<int, 3>;  // bits of a coordinate, by axis
-
-  // Which positions are stored directly and which as steps, in the order of the fragments.
-  struct PositionOrder {
-    std::vector<std::uint32_t> stated;
-    std::vector<std::pair<std::uint32_t, std::uint32_t>> steps;  // (node, from)
-  };
-  static void writeFragments(const Tile& tile, bool graph, ByteWriter& out, PositionOrder& order);
-  static void writeStrays(const Tile& tile, ByteWriter& out);
-  static void writePositions(const Tile& tile, const PositionOrder& order, const Widths& widths, ByteWriter& out);
-  static void writeOwned(const Tile& tile, ByteWriter& out);
-  static void writeRuns(const Tile& tile, ByteWriter& out);
-
-  // What the list of fragments states.
-  struct Fragments {
-    struct Ends {  // zigzag steps to nodes; known when all nodes are counted
-      std::uint32_t fragment;
-      std::uint64_t child, parent;
-    };
-    std::vector<Kind> kinds;            // by fragment
-    std::vector<std::uint32_t> strips;  // first node of each fragment that places nodes
-    std::vector<Ends> ends;
-    std::uint32_t nodes = 0;  // that the fragments place
-  };
-  static Fragments readFragments(ByteReader& in, Tile& tile, std::uint32_t fragment_count, bool graph);
-  static void readEnds(const ByteReader& in, Tile& tile, const Fragments& fragments);
-  static void readStrays(ByteReader& in, Tile& tile, std::uint32_t stray_count);
-  template <class Offsets>
-  static void readPositions(ByteReader& in, const Tile& tile, std::span<const Kind> kinds, const Widths& widths,
-                            const Offsets& out);
-  static void checkOnGrid(const ByteReader& in, const Tile& tile, const Widths& widths);
-  static std::vector<std::uint32_t> readOwned(ByteReader& in, const Tile& tile);
-  static void readRuns(ByteReader& in, Tile& tile);
-};
 
 std::vector<std::uint8_t> TileCodec::encode(const Tile& tile) {
   const bool graph = !tile.first_samples_.empty() || !tile.loose_.empty();
@@ -178,30 +102,6 @@ void TileCodec::writeStrays(const Tile& tile, ByteWriter& out) {
   }
 }
 
-void TileCodec::writePositions(const Tile& tile, const PositionOrder& order, const Widths& widths, ByteWriter& out) {
-  const std::vector<std::pair<std::uint32_t, std::uint32_t>>& steps = order.steps;
-  std::vector<std::uint64_t> values;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    values.clear();
-    for (const std::uint32_t n : order.stated)
-      values.push_back(static_cast<std::uint64_t>(tile.offset(n)[static_cast<Eigen::Index>(axis)]));
-    internal::packBits(out, values, widths[axis]);
-  }
-  for (std::size_t begin = 0; begin < steps.size(); begin += kBlock) {
-    const std::size_t n = std::min(kBlock, steps.size() - begin);
-    std::array<std::array<std::uint64_t, kBlock>, 3> deltas;
-    std::array<std::uint64_t, 3> all{};
-    for (std::size_t i = 0; i < n; ++i) {
-      const GridPoint d = tile.offset(steps[begin + i].first) - tile.offset(steps[begin + i].second);
-      for (std::size_t axis = 0; axis < 3; ++axis)
-        all[axis] |= deltas[axis][i] = internal::zigzag(d[static_cast<Eigen::Index>(axis)]);
-    }
-    for (std::uint64_t bits : all) out.u8(static_cast<std::uint8_t>(internal::bitsFor(bits)));
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      internal::packBits(out, std::span(deltas[axis]).first(n), internal::bitsFor(all[axis]));
-  }
-}
-
 // A tile owns the segments whose midpoint lies in its block, except for those that are listed.
 void TileCodec::writeOwned(const Tile& tile, ByteWriter& out) {
   const std::vector<std::uint32_t> inside = tile.midpointsInside();
@@ -237,79 +137,6 @@ void TileCodec::writeRuns(const Tile& tile, ByteWriter& out) {
   internal::packBits(out, group_of, RunGroups(rows.size()).bits);
 }
 
-template <class Offsets>
-void TileCodec::readPositions(ByteReader& in, const Tile& tile, std::span<const Kind> kinds, const Widths& widths,
-                              const Offsets& out) {
-  std::size_t alone = tile.strays_.size(), steps = 0;
-  for (std::uint32_t f = 0; f < kinds.size(); ++f) {
-    if (kinds[f] == kLoose) continue;
-    const bool first = standsAlone(tile, tile.fragments_[f]);
-    alone += (kinds[f] == kLead ? 1 : 0) + (first ? 1 : 0);
-    steps += tile.fragmentEnd(f) - tile.fragments_[f].begin - (first ? 1 : 0);
-  }
-  std::array<std::vector<std::uint64_t>, 3> stated;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    in.require(internal::packedBytes(alone, widths[axis]) <= in.left(), "the bytes end too early");
-    stated[axis].resize(alone);
-    internal::unpackBits(in, stated[axis], widths[axis]);
-  }
-
-  std::size_t next_stated = 0;
-  Place p, all;  // the current position; the union of all coordinates' bits
-  const auto putStated = [&](std::uint32_t node) {
-    p = {stated[0][next_stated], stated[1][next_stated], stated[2][next_stated]};
-    ++next_stated;
-    p.put(out, node, all);
-  };
-  for (std::uint32_t node = straysBegin(tile); node < tile.node_count_; ++node) putStated(node);
-
-  std::array<std::array<std::uint64_t, kBlock>, 3> deltas;
-  std::size_t at = 0, block_end = 0;  // position in the block of steps
-  const auto putSteps = [&](std::uint32_t node, std::uint32_t end) {
-    while (node < end) {
-      if (at == block_end) {
-        block_end = std::min(kBlock, steps);
-        std::array<int, 3> block_widths;
-        for (int& width : block_widths) width = in.u8();
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-          in.require(block_widths[axis] <= kMortonAxisBits + 1, "a step is too wide");
-          internal::unpackBits(in, std::span(deltas[axis]).first(block_end), block_widths[axis]);
-        }
-        steps -= block_end;
-        at = 0;
-      }
-      Place here = p, bits = all;
-      for (const std::size_t stop = at + std::min<std::size_t>(block_end - at, end - node); at < stop; ++at) {
-        here.x += static_cast<std::uint64_t>(internal::unzigzag(deltas[0][at]));
-        here.y += static_cast<std::uint64_t>(internal::unzigzag(deltas[1][at]));
-        here.z += static_cast<std::uint64_t>(internal::unzigzag(deltas[2][at]));
-        here.put(out, node++, bits);
-      }
-      p = here;
-      all = bits;
-    }
-  };
-  for (std::uint32_t f = 0; f < kinds.size(); ++f) {
-    if (kinds[f] == kLoose) continue;
-    const Tile::Fragment& fragment = tile.fragments_[f];
-    const std::uint32_t end = fragment.child_node + (tile.fragmentEnd(f) - fragment.begin);
-    if (kinds[f] == kLead) putStated(fragment.parent_node);
-    if (standsAlone(tile, fragment)) {
-      putStated(fragment.child_node);
-      putSteps(fragment.child_node + 1, end);
-      continue;
-    }
-    if (kinds[f] == kLinked) {
-      const Tile::Offset from = out.get(fragment.parent_node);
-      p = {from[0], from[1], from[2]};
-    }
-    putSteps(fragment.child_node, end);
-  }
-  const std::array<std::uint64_t, 3> bits{all.x, all.y, all.z};
-  for (std::size_t axis = 0; axis < 3; ++axis)
-    in.require(internal::bitsFor(bits[axis]) <= widths[axis], "a position lies outside the tile");
-}
-
 Tile TileCodec::decode(ByteReader& in, const TilePlace& place, const Grid& grid) {
   const std::uint8_t flags = in.u8();
   in.require((flags & ~kGraph) == 0, "an unknown flag");
@@ -334,10 +161,7 @@ Tile TileCodec::decode(ByteReader& in, const TilePlace& place, const Grid& grid)
   readEnds(in, tile, fragments);
   readStrays(in, tile, stray_count);
 
-  tile.offset_bits_ = *std::max_element(widths.begin(), widths.end());
-  tile.fillOffsets([&](const auto& offsets) { readPositions(in, tile, fragments.kinds, widths, offsets); });
-  checkOnGrid(in, tile, widths);
-
+  readPositions(in, tile, fragments.kinds, widths);
   tile.setHomes();
   const std::vector<std::uint32_t> owned = readOwned(in, tile);
   readRuns(in, tile);
@@ -425,15 +249,6 @@ void TileCodec::readStrays(ByteReader& in, Tile& tile, std::uint32_t stray_count
     in.require(sample < UINT32_MAX, "a sample does not exist");
     tile.strays_.push_back({next.cell + step, static_cast<std::uint32_t>(sample)});
     next = {next.cell + step, static_cast<std::uint32_t>(sample + 1)};
-  }
-}
-
-void TileCodec::checkOnGrid(const ByteReader& in, const Tile& tile, const Widths& widths) {
-  for (int axis = 0; axis < 3; ++axis) {
-    const std::int64_t last = tile.origin_[axis] + (std::int64_t{1} << widths[static_cast<std::size_t>(axis)]) - 1;
-    if (last < kEdge) continue;
-    for (std::uint32_t n = 0; n < tile.node_count_; ++n)
-      in.require(onGrid(tile.gridPoint(n)), "a position lies outside the grid");
   }
 }
 

@@ -156,7 +156,7 @@ TEST(Ingest, GoldenRevision) {
                     static_cast<std::uint16_t>(i / 40));
   const TempFolder folder;
   const IngestResult result = ingestCells({cell}, folder / "a.fil", {.capacity = 16});
-  EXPECT_EQ(result.revision, "r-7049c62b671b5447");
+  EXPECT_EQ(result.revision, "r-58ee8c6518aa60f8");
 }
 
 TEST(Ingest, AnExistingSetIsRefusedWithoutForce) {

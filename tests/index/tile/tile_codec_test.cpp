@@ -227,7 +227,7 @@ TEST(TileCodec, WritesTheSpecifiedBytes) {
       2,    2,    1,                    // widths: extents 2, 3, 1
       4,    3,    1,                    // two segments after a lead; cell +3; first rank 1
       0,    0,    1,                    // position of the lead
-      3,    3,    1,                    // widths of steps
+      0x63, 0x04,                       // widths of steps: 3, 3, 1
       0x04, 0x30, 0x01,                 // x: 4, 0; y: 0, 6; z: 1, 0
       1,    1,                          // not owned though its midpoint lies in the block: segment 1; one group of runs
   };
@@ -254,7 +254,7 @@ TEST(TileCodec, WritesTheSpecifiedBytesOfAGraph) {
       3,    0,    0, 2, 4, 6,        // loose, rank 2; first sample 2 - 1; child node 3 - 2, parent node 3 - 3
       2,    1,    0, 0,              // a sample alone in cell 1, rank 0, sample 0
       0x00, 0x00,                    // x, y of the lead and of the sample alone; z takes no bits
-      4,    4,    0,                 // widths of steps
+      0x84, 0x00,                    // widths of steps: 4, 4, 0
       0x08, 0x80,                    // x: 8, 0; y: 0, 8
       0,                             // all owned, as their midpoints say; one group of runs
   };
