@@ -9,12 +9,12 @@
 #include "index/text.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/growth_report.h"
+#include "tools/commands/ingest_progress.h"
 #include "tools/commands/input_report_json.h"
 #include "tools/commands/remote_arguments.h"
 #include "tools/program/interruption.h"
 #include "tools/program/numbers.h"
 #include "tools/program/output_check.h"
-#include "tools/program/progress.h"
 #include "tools/program/unit.h"
 
 #include <algorithm>
@@ -34,6 +34,7 @@ struct IngestArguments {
   std::string out, unit = "um", quantum = "2^-9", memory = "1GiB", report, placements;
   std::uint32_t capacity = PartitionOptions{}.capacity;
   unsigned threads = 0;
+  double log_s = 0;
   bool apply_offset = false, strict = false, force = false, add = false, no_levels = false, levels = false;
 };
 
@@ -106,36 +107,6 @@ void requireUsable(const std::vector<SourceReport>& reports, bool strict) {
   throw InputError("no usable neuron in the input (" + first + "); filiform check lists what is wrong");
 }
 
-// The progress of an ingest: the reading in bytes, then each phase in the units that ingest() reports.
-class IngestProgress {
- public:
-  void read(std::uint64_t done, std::uint64_t total) {
-    throwIfInterrupted();
-    reading_.setTotal(total);
-    reading_.update(done);
-  }
-  void endReading() { reading_.finish(); }
-  void build(const char* phase, std::uint64_t done, std::uint64_t total) {
-    throwIfInterrupted();
-    if (std::string_view(phase) == "reading") return;  // read() reports this phase, in bytes
-    if (phase_ != phase) {
-      phase_ = phase;
-      reading_.finish();
-      building_ = std::make_unique<Progress>(ProgressOptions{.title = phase, .noun = "", .total = total});
-    }
-    building_->setTotal(total);
-    building_->update(done);
-  }
-  void end() {
-    if (building_) building_->finish();
-  }
-
- private:
-  Progress reading_{{.title = "reading", .noun = "", .unit = ProgressUnit::bytes}};
-  std::unique_ptr<Progress> building_;
-  std::string phase_;
-};
-
 // Throws UsageError for arguments that exclude each other.
 void checkGrowth(const IngestArguments& a) {
   if (!a.removed.empty() && (a.add || !a.inputs.empty()))
@@ -146,7 +117,7 @@ void checkGrowth(const IngestArguments& a) {
 }
 
 int runRemove(const IngestArguments& a, IngestOptions options) {
-  IngestProgress progress;
+  IngestProgress progress(a.log_s);
   options.progress = [&](const char* phase, std::uint64_t done, std::uint64_t total) {
     progress.build(phase, done, total);
   };
@@ -164,7 +135,7 @@ int runIngest(const IngestArguments& a) {
   InputOptions reading;
   reading.swc = {.apply_offset = a.apply_offset, .strict = a.strict};
   readUnit(a.unit, reading.swc);
-  IngestProgress progress;
+  IngestProgress progress(a.log_s);
   reading.progress = [&](std::uint64_t done, std::uint64_t total) { progress.read(done, total); };
   std::vector<NamedPath> inputs{{"--placements", a.placements}};
   for (const std::string& path : a.inputs) inputs.push_back({"INPUT", path});
@@ -250,6 +221,11 @@ void addIngest(CLI::App& app, Chosen& chosen) {
       ->type_name("CELL")
       ->expected(1);
   command->add_flag("--force", a->force, "replace an existing set");
+  command
+      ->add_option("--log", a->log_s,
+                   "write a line about the progress every N seconds to standard error, and how long each step took")
+      ->type_name("N")
+      ->check(CLI::PositiveNumber);
   command->add_option("--report", a->report, "write a JSON record of everything dropped, cut or remarked")
       ->type_name("FILE");
   command->callback([a, &chosen] { chosen = [a] { return runIngest(*a); }; });

@@ -94,13 +94,10 @@ void Progress::finish() {
   visible_ = false;
 }
 
-std::string Progress::line(const ProgressOptions& options, std::uint64_t done, double elapsed_s, int columns) {
+std::string Progress::amounts(const ProgressOptions& options, std::uint64_t done, double elapsed_s) {
   const bool bytes = options.unit == ProgressUnit::bytes;
   const auto amount = [&](std::uint64_t n) { return bytes ? scaledBytes(static_cast<double>(n)) : groupedCount(n); };
   const double rate = elapsed_s > 0 ? static_cast<double>(done) / elapsed_s : 0;
-  const double fraction =
-      options.total == 0 ? 0 : std::min(1.0, static_cast<double>(done) / static_cast<double>(options.total));
-
   std::string text = amount(done);
   if (options.total > 0) text += " of " + amount(options.total);
   if (!bytes && !options.noun.empty()) text += " " + options.noun;
@@ -114,7 +111,13 @@ std::string Progress::line(const ProgressOptions& options, std::uint64_t done, d
             "/s";
     if (options.total > done) text += ", " + duration(static_cast<double>(options.total - done) / rate) + " left";
   }
+  return text;
+}
 
+std::string Progress::line(const ProgressOptions& options, std::uint64_t done, double elapsed_s, int columns) {
+  const double fraction =
+      options.total == 0 ? 0 : std::min(1.0, static_cast<double>(done) / static_cast<double>(options.total));
+  const std::string text = amounts(options, done, elapsed_s);
   std::string out = options.title;
   if (options.total > 0) {
     char percent[16];

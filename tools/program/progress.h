@@ -42,6 +42,8 @@ class Progress {
   // Removes the line, so that results begin on an empty one.
   void finish();
 
+  // Returns amount, total, rate and time left: "250 of 1 000 cells, 25/s, 30 s left".
+  static std::string amounts(const ProgressOptions& options, std::uint64_t done, double elapsed_s);
   // Returns the line for this state: no control characters, at most `columns` wide.
   static std::string line(const ProgressOptions& options, std::uint64_t done, double elapsed_s, int columns);
 
