@@ -1,10 +1,13 @@
 #include "index/build/internal/chunks.h"
 
+#include <algorithm>
 #include <cassert>
 #include <utility>
 
 namespace filiform::internal {
 namespace {
+
+constexpr std::uint64_t kPartsOfChunk = 8, kLeastInPart = 512;
 
 bool holds(const GridBox& box, const GridPoint& p) {
   return (p.array() >= box.lo.array()).all() && (p.array() <= box.hi.array()).all();
@@ -22,96 +25,144 @@ BlockKey Chunk::core() const {
 }
 
 Chunks::Chunks(Spool& spool, std::uint64_t most_segments, std::size_t most_open)
-    : spool_(spool), most_segments_(most_segments), most_open_(most_open) {
-  addChunk(BlockKey{}, kNone, 0);
+    : spool_(spool),
+      most_segments_(most_segments),
+      most_in_part_(std::min(most_segments, std::max(most_segments / kPartsOfChunk, kLeastInPart))),
+      most_open_(most_open) {
+  addPart(BlockKey{}, kNone, 0);
 }
 
-std::uint32_t Chunks::addChunk(const BlockKey& key, std::uint32_t parent, int side) {
-  assert(chunks_.size() < kChunkBit);
-  chunks_.push_back({key, key.box(), {}, SegmentChain(spool_), SegmentChain(spool_), parent, side});
-  return static_cast<std::uint32_t>(chunks_.size() - 1);
+std::uint32_t Chunks::addPart(const BlockKey& key, std::uint32_t parent, int side) {
+  assert(parts_.size() < kPartBit);
+  parts_.push_back({key, key.box(), {{}, SegmentChain(spool_)}, parent, side});
+  return static_cast<std::uint32_t>(parts_.size() - 1);
 }
 
-std::uint32_t Chunks::chunkOf(std::uint32_t split, const GridPoint& middle) const {
-  std::uint32_t at = split;
-  while ((at & kChunkBit) == 0) at = splits_[at].child[middle[splits_[at].axis] >= splits_[at].plane];
-  return at & ~kChunkBit;
+std::uint32_t Chunks::partOf(std::uint32_t node, const GridPoint& middle) const {
+  std::uint32_t at = node;
+  while ((at & kPartBit) == 0) at = splits_[at].child[middle[splits_[at].axis] >= splits_[at].plane];
+  return at & ~kPartBit;
 }
 
 void Chunks::add(const SegmentRecord& record) {
   const GridPoint middle = midpoint(record.child, record.parent);
-  if (!holds(chunks_[last_].box, middle)) last_ = splits_.empty() ? 0 : chunkOf(0, middle);
+  if (!holds(parts_[last_].box, middle)) last_ = splits_.empty() ? 0 : partOf(0, middle);
   put(last_, record, middle);
 }
 
-void Chunks::put(std::uint32_t chunk, const SegmentRecord& record, const GridPoint& middle) {
-  Chunk& to = chunks_[chunk];
-  if (!to.own.isOpen()) open_.push_back(chunk);
-  to.own.add(record);
+void Chunks::put(std::uint32_t part, const SegmentRecord& record, const GridPoint& middle) {
+  Part& to = parts_[part].part;
+  if (!to.chain.isOpen()) open_.push_back(part);
+  to.chain.add(record);
   to.seen.extend(middle);
-  // Each chunk that a split creates may have a buffer.
-  if (to.own.count() > most_segments_ && to.seen.lo != to.seen.hi && chunks_.size() - closed_ < most_open_)
-    split(chunk);
+  // Each part that a split creates may have a buffer.
+  if (to.chain.count() > most_in_part_ && to.seen.lo != to.seen.hi && parts_.size() - closed_ < most_open_) split(part);
 }
 
-// Halves the block until both sides have midpoints. Its contents stay until input ends.
-void Chunks::split(std::uint32_t chunk) {
-  Remnant remnant{std::move(chunks_[chunk].own), 0};
-  remnant.chain.close();
-  const GridBox seen = chunks_[chunk].seen;
-  BlockKey key = chunks_[chunk].key;
-  std::uint32_t parent = chunks_[chunk].parent;
-  int side = chunks_[chunk].side;
+// Halves the block until both sides have midpoints. Its contents stay in the last split. Returns the first split.
+std::uint32_t Chunks::split(std::uint32_t part) {
+  const auto first = static_cast<std::uint32_t>(splits_.size());
+  Part before = std::move(parts_[part].part);
+  before.chain.close();
+  BlockKey key = parts_[part].key;
+  std::uint32_t parent = parts_[part].parent;
+  int side = parts_[part].side;
   for (bool apart = false; !apart;) {
     const int axis = key.depth % 3;
     const std::int64_t plane = mortonPoint(key.half(1).low)[axis];
     const auto self = static_cast<std::uint32_t>(splits_.size());
-    splits_.push_back({plane, axis, {0, 0}});
+    splits_.push_back({plane, axis, {0, 0}, {{}, SegmentChain(spool_)}});
     if (parent != kNone) splits_[parent].child[side] = self;
-    apart = seen.lo[axis] < plane && seen.hi[axis] >= plane;
-    // The half with which the loop continues, or the lower half, takes the chunk's position in the list.
-    const int kept = seen.lo[axis] >= plane ? 1 : 0;
-    splits_[self].child[1 - kept] = kChunkBit | addChunk(key.half(1 - kept), self, 1 - kept);
-    splits_[self].child[kept] = kChunkBit | chunk;
+    apart = before.seen.lo[axis] < plane && before.seen.hi[axis] >= plane;
+    // The half with which the loop continues, or the lower half, takes the part's position in the list.
+    const int kept = before.seen.lo[axis] >= plane ? 1 : 0;
+    splits_[self].child[1 - kept] = kPartBit | addPart(key.half(1 - kept), self, 1 - kept);
+    splits_[self].child[kept] = kPartBit | part;
     key = key.half(kept);
     parent = self;
     side = kept;
-    remnant.split = self;
   }
-  chunks_[chunk] = {key, key.box(), {}, SegmentChain(spool_), SegmentChain(spool_), parent, side};
-  remnants_.push_back(std::move(remnant));
+  parts_[part] = {key, key.box(), {{}, SegmentChain(spool_)}, parent, side};
+  splits_.back().before = std::move(before);
+  return first;
 }
 
-// Moves the contents of split chunks to the present chunks, which may have to be split in turn.
-void Chunks::settleRemnants(const std::function<void(std::uint64_t)>& progress) {
-  std::uint64_t done = 0;
-  for (std::size_t i = 0; i < remnants_.size(); ++i) {
-    SegmentChain chain = std::move(remnants_[i].chain);
-    const std::uint32_t from = remnants_[i].split;
+bool Chunks::exceeds(std::uint32_t part) const {
+  const Part& p = parts_[part].part;
+  return p.chain.count() > most_segments_ && p.seen.lo != p.seen.hi;
+}
+
+// Of the parts below a node, and of what its splits hold.
+std::uint64_t Chunks::count(std::uint32_t node) const {
+  if ((node & kPartBit) != 0) return parts_[node & ~kPartBit].part.chain.count();
+  const Split& split = splits_[node];
+  return split.before.chain.count() + count(split.child[0]) + count(split.child[1]);
+}
+
+// Moves what the blocks beyond the limit hold to the parts below them, which may have to be split in turn.
+void Chunks::settle(std::uint32_t node, const std::function<void(std::uint64_t)>& progress) {
+  if ((node & kPartBit) != 0 || count(node) <= most_segments_) return;
+  {
+    SegmentChain chain = std::move(splits_[node].before.chain);
+    splits_[node].before = {{}, SegmentChain(spool_)};
     SegmentChain::Reader reader(chain, true);
-    std::uint32_t at = chunkOf(from, GridPoint::Zero());
+    std::uint32_t at = partOf(node, GridPoint::Zero());
     for (SegmentRecord record = SegmentChain::first(); reader.next(record);) {
       const GridPoint middle = midpoint(record.child, record.parent);
-      if (!holds(chunks_[at].box, middle)) at = chunkOf(from, middle);
+      if (!holds(parts_[at].box, middle)) at = partOf(node, middle);
       put(at, record, middle);
-      if ((++done & 0xFFFF) == 0) progress(done);
+      if ((++moved_ & 0xFFFF) == 0) progress(moved_);
     }
   }
-  remnants_.clear();
-  for (const std::uint32_t chunk : open_) chunks_[chunk].own.close();
-  open_.clear();
-  closed_ = chunks_.size();
+  for (const int side : {0, 1}) settle(splits_[node].child[side], progress);
 }
 
-// Splits, one after the other, the chunks that waited because too many buffers were open.
+void Chunks::closeBuffers() {
+  for (const std::uint32_t part : open_) parts_[part].part.chain.close();
+  open_.clear();
+  closed_ = parts_.size();
+}
+
+// Splits, one after the other, the parts that waited because too many buffers were open.
 void Chunks::settle(const std::function<void(std::uint64_t)>& progress) {
-  settleRemnants(progress);
-  for (std::uint32_t i = 0; i < chunks_.size(); ++i) {
-    while (chunks_[i].own.count() > most_segments_ && chunks_[i].seen.lo != chunks_[i].seen.hi) {
-      split(i);
-      settleRemnants(progress);
+  if (!splits_.empty()) settle(0, progress);
+  closeBuffers();
+  most_in_part_ = std::max(most_in_part_, most_segments_ / 4);  // few parts: each is read at once
+  for (std::uint32_t i = 0; i < parts_.size(); ++i) {
+    while (exceeds(i)) {
+      settle(split(i), progress);
+      closeBuffers();
     }
   }
+  gather(splits_.empty() ? kPartBit : 0, BlockKey{});
+  std::vector<Leaf>().swap(parts_);
+  std::vector<Split>().swap(splits_);
+}
+
+// Makes chunks of the largest blocks within the limit.
+void Chunks::gather(std::uint32_t node, const BlockKey& key) {
+  if ((node & kPartBit) == 0 && count(node) > most_segments_) {
+    for (const int side : {0, 1}) gather(splits_[node].child[side], key.half(side));
+    return;
+  }
+  all_.push_back({key, {}, SegmentChain(spool_), SegmentChain(spool_)});
+  collect(node, all_.back());
+}
+
+// Older segments first, so that the ids ascend as far as possible.
+void Chunks::collect(std::uint32_t node, Chunk& chunk) {
+  const bool is_part = (node & kPartBit) != 0;
+  Part& part = is_part ? parts_[node & ~kPartBit].part : splits_[node].before;
+  chunk.own.take(part.chain);
+  chunk.seen.extend(part.seen);
+  if (is_part) return;
+  for (const int side : {0, 1}) collect(splits_[node].child[side], chunk);
+}
+
+std::size_t Chunks::ofLeaf(std::uint32_t leaf) const {
+  const auto after = std::upper_bound(all_.begin(), all_.end(), leaf,
+                                      [](std::uint32_t l, const Chunk& chunk) { return l < chunk.first_leaf; });
+  return static_cast<std::size_t>(after - all_.begin() - 1);
 }
 
 }  // namespace filiform::internal

@@ -1,7 +1,8 @@
 // Chunks: store segments by the position of their midpoints until input ends.
 //
-// A chunk is a block of the partition. A full chunk is split; its contents move to the halves once input ends. So the
-// extent of the data need not be known beforehand.
+// The extent of the data need not be known beforehand. While segments arrive, a block with too many of them is halved;
+// what it holds stays. Once input ends, the largest blocks within the limit become the chunks. A chunk takes all that
+// its halves hold, without reading it. Only what lies in larger blocks is moved to the chunks.
 #pragma once
 
 #include "index/build/internal/segment_chain.h"
@@ -15,11 +16,8 @@ namespace filiform::internal {
 
 struct Chunk {
   BlockKey key;
-  GridBox box;   // grid points of the block
   GridBox seen;  // of the midpoints
   SegmentChain own, ghosts;
-  std::uint32_t parent;  // among the splits
-  int side;
   std::uint32_t first_leaf = 0, end_leaf = 0;
 
   // The smallest block that contains its midpoints; the chunk's block may be far larger.
@@ -32,43 +30,62 @@ class Chunks {
   // Keeps a reference. `most_open`: number of chunks that may have a buffer at a time.
   Chunks(Spool& spool, std::uint64_t most_segments, std::size_t most_open);
 
-  // Adds a segment to the chunk of its midpoint. O(depth); O(1) for consecutive segments.
+  // Adds a segment. O(depth); O(1) for consecutive segments.
   void add(const SegmentRecord& record);
+  // Number of blocks that hold segments; after settle(), of chunks.
+  std::size_t size() const { return all_.empty() ? parts_.size() : all_.size(); }
   // Call it once, after the last segment. Afterwards no chunk exceeds the limit, unless all its midpoints are equal.
-  // Calls `progress` now and then with the number of segments done; an exception that it throws ends the work.
+  // Calls `progress` now and then with the number of segments moved; an exception that it throws ends the work.
   void settle(const std::function<void(std::uint64_t done)>& progress);
 
-  std::vector<Chunk>& all() { return chunks_; }
-  const std::vector<Chunk>& all() const { return chunks_; }
+  // After settle(): ascending by key, and together the world.
+  std::vector<Chunk>& all() { return all_; }
+  const std::vector<Chunk>& all() const { return all_; }
+  // Position of the chunk with this leaf. Requires first_leaf and end_leaf. O(log chunks).
+  std::size_t ofLeaf(std::uint32_t leaf) const;
 
  private:
+  struct Part {  // segments of a block, or of what was a block before its split
+    GridBox seen;
+    SegmentChain chain;
+  };
+  struct Leaf {
+    BlockKey key;
+    GridBox box;  // grid points of the block
+    Part part;
+    std::uint32_t parent;  // among the splits
+    int side;
+  };
   struct Split {
     std::int64_t plane;
     int axis;
-    std::uint32_t child[2];  // among the splits, or kChunkBit | among the chunks
+    std::uint32_t child[2];  // among the splits, or kPartBit | among the parts
+    Part before;             // what the block held
   };
-  struct Remnant {  // contents of a chunk at its split
-    SegmentChain chain;
-    std::uint32_t split;
-  };
-  static constexpr std::uint32_t kChunkBit = std::uint32_t{1} << 31;
+  static constexpr std::uint32_t kPartBit = std::uint32_t{1} << 31;
   static constexpr std::uint32_t kNone = UINT32_MAX;
 
-  std::uint32_t addChunk(const BlockKey& key, std::uint32_t parent, int side);
-  std::uint32_t chunkOf(std::uint32_t split, const GridPoint& middle) const;
-  void put(std::uint32_t chunk, const SegmentRecord& record, const GridPoint& middle);
-  void split(std::uint32_t chunk);
-  void settleRemnants(const std::function<void(std::uint64_t)>& progress);
+  std::uint32_t addPart(const BlockKey& key, std::uint32_t parent, int side);
+  std::uint32_t partOf(std::uint32_t node, const GridPoint& middle) const;
+  void put(std::uint32_t part, const SegmentRecord& record, const GridPoint& middle);
+  std::uint32_t split(std::uint32_t part);
+  bool exceeds(std::uint32_t part) const;
+  std::uint64_t count(std::uint32_t node) const;
+  void settle(std::uint32_t node, const std::function<void(std::uint64_t)>& progress);
+  void closeBuffers();
+  void gather(std::uint32_t node, const BlockKey& key);
+  void collect(std::uint32_t node, Chunk& chunk);
 
   Spool& spool_;
-  std::uint64_t most_segments_;
+  std::uint64_t most_segments_, most_in_part_;
   std::size_t most_open_;
-  std::vector<Chunk> chunks_;
+  std::vector<Leaf> parts_;
   std::vector<Split> splits_;
-  std::vector<Remnant> remnants_;
-  std::uint32_t last_ = 0;           // the chunk of the last segment
-  std::vector<std::uint32_t> open_;  // chunks opened since buffers were closed; some occur more than once
-  std::size_t closed_ = 0;           // number of chunks without a buffer, except one that is being split
+  std::vector<Chunk> all_;
+  std::uint32_t last_ = 0;           // the part of the last segment
+  std::vector<std::uint32_t> open_;  // parts opened since buffers were closed; some occur more than once
+  std::size_t closed_ = 0;           // number of parts without a buffer, except one that is being split
+  std::uint64_t moved_ = 0;
 };
 
 }  // namespace filiform::internal

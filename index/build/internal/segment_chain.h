@@ -7,6 +7,7 @@
 #include <bit>
 #include <cstdint>
 #include <cstring>
+#include <utility>
 
 namespace filiform::internal {
 
@@ -37,6 +38,11 @@ class SegmentChain {
 
   void add(const SegmentRecord& record);
   void close() { chain_.close(); }
+  // Appends the records of another chain of the same spool, which is then empty. Both are closed. O(blocks).
+  void take(SegmentChain& other) {
+    chain_.take(other.chain_);
+    count_ += std::exchange(other.count_, 0);
+  }
   bool isOpen() const { return chain_.isOpen(); }  // has a buffer
   std::uint64_t count() const { return count_; }
   std::uint64_t bytes() const { return chain_.bytes(); }

@@ -1,5 +1,6 @@
 #include "index/build/internal/tiler.h"
 
+#include "index/build/internal/border_segments.h"
 #include "index/build/internal/cell_intake.h"
 #include "index/build/internal/cell_leaves.h"
 #include "index/build/internal/chunks.h"
@@ -8,7 +9,6 @@
 #include "index/build/internal/memory_gate.h"
 #include "index/build/internal/survey_runs.h"
 #include "index/errors.h"
-#include "index/geometry/internal/key_sort.h"
 #include "index/workers.h"
 
 #include <algorithm>
@@ -51,10 +51,7 @@ struct Tiler::Impl {
   }
 
   void endReading();
-  void cutChunk(Chunk& chunk, LandmarkSurvey& survey, SegmentChain& crossing, std::vector<BlockKey>& found) const;
   std::vector<BlockKey> findLeaves(std::vector<SegmentChain>& crossing);
-  std::size_t chunkOf(std::uint32_t leaf) const;  // in `order`
-  void deliver(SegmentChain& crossing, std::size_t begin, std::size_t end);
   LeafBuilder builder(unsigned worker, TileSink& sink);
   static LeafBuilder::Range rangeOf(const Chunk& chunk) { return {chunk.first_leaf, chunk.end_leaf, chunk.core()}; }
   void refuseCrowdedLeaves(std::span<SegmentChain> crossing);
@@ -69,7 +66,7 @@ struct Tiler::Impl {
   // tiles (ingest.cpp). The rest is for chunks at work and for data that grow with the number of cells, chunks and
   // leaves.
   std::uint64_t grown() const {
-    return options.beside + intake.bytes() + chunks.size() * kBytesOfChunk + spool.blocks() * kBytesOfBlock +
+    return options.beside + intake.bytes() + table.size() * kBytesOfChunk + spool.blocks() * kBytesOfBlock +
            partition.leaves().size() * kBytesOfLeaf + landmarksFor(intake.segments()) * kBytesOfLandmark;
   }
   std::uint64_t workBytes() const {
@@ -87,7 +84,6 @@ struct Tiler::Impl {
   std::size_t most_open;  // chunks that have a buffer
   Chunks table;
   std::vector<Chunk>& chunks = table.all();
-  std::vector<std::uint32_t> order;  // of the chunks, by key
 
   CellIntake intake;
   std::uint64_t visited = 0;
@@ -139,16 +135,16 @@ void Tiler::Impl::forEachChunk(const char* phase, const Work& work, const std::f
   std::atomic<std::size_t> next{0};
   std::atomic<std::uint64_t> done{0};
   MemoryGate gate(std::max(workBytes(), options.memory / 8), options.threads);
-  const std::size_t threads = std::clamp<std::size_t>(order.size(), 1, options.threads);
+  const std::size_t threads = std::clamp<std::size_t>(chunks.size(), 1, options.threads);
   runWorkers(threads, [&](unsigned worker, const std::atomic<bool>& failed) {
     MemoryGate::Pass pass(gate);
-    for (std::size_t i; !failed && (i = next.fetch_add(1)) < order.size();) {
+    for (std::size_t i; !failed && (i = next.fetch_add(1)) < chunks.size();) {
       if (worker == 0) {
         step(phase, done, intake.segments());
       } else {
         stopIfCancelled();
       }
-      Chunk& chunk = chunks[order[i]];
+      Chunk& chunk = chunks[i];
       const std::uint64_t n = chunk.own.count();
       work(chunk, worker, gate, pass);
       done += n;
@@ -156,71 +152,6 @@ void Tiler::Impl::forEachChunk(const char* phase, const Work& work, const std::f
     free(worker);
   });
   stopIfCancelled();
-}
-
-void Tiler::Impl::cutChunk(Chunk& chunk, LandmarkSurvey& found_survey, SegmentChain& crossing,
-                           std::vector<BlockKey>& found) const {
-  if (chunk.own.count() == 0) {
-    found.push_back(chunk.key);
-    return;
-  }
-  const bool alone = chunk.key.depth == 0;
-  const GridBox closed = closedBlock(chunk.key);
-  std::vector<MortonKey> keys;
-  keys.reserve(chunk.own.count());
-  SegmentChain::Reader reader(chunk.own, false);
-  for (SegmentRecord record = SegmentChain::first(); reader.next(record);) {
-    keys.push_back(mortonKey(midpoint(record.child, record.parent)));
-    if (!alone && !strictlyInside(closed, record.child, record.parent)) crossing.add(record);
-  }
-  sortKeys(keys);
-  found_survey.addKeys(keys);
-  const std::vector<BlockKey> leaves = Partition::splitBlock(chunk.key, keys, options.capacity);
-  found.insert(found.end(), leaves.begin(), leaves.end());
-}
-
-std::size_t Tiler::Impl::chunkOf(std::uint32_t leaf) const {
-  const auto after = std::upper_bound(order.begin(), order.end(), leaf,
-                                      [&](std::uint32_t l, std::uint32_t c) { return l < chunks[c].first_leaf; });
-  return static_cast<std::size_t>(after - order.begin() - 1);
-}
-
-// Gives each segment to all chunks that store it, except its own: to chunks `begin` to `end` in key order. Takes
-// several steps if the chunks need more buffers than may be open.
-void Tiler::Impl::deliver(SegmentChain& crossing, std::size_t begin, std::size_t end) {
-  const std::size_t step = (end - begin + most_open - 1) / most_open;  // chunks with a buffer at the same time
-  std::vector<SegmentChain> groups;
-  if (step > 1)
-    for (std::size_t i = begin; i < end; i += step) groups.emplace_back(spool);
-  {
-    SegmentChain::Reader reader(crossing, true);
-    std::vector<std::uint32_t> met;
-    for (SegmentRecord record = SegmentChain::first(); reader.next(record);) {
-      if (!partition.leavesMet(record.child, record.parent, met, &visited))
-        met = {partition.home(record.child), partition.home(record.parent)};
-      const std::size_t own = chunkOf(partition.home(midpoint(record.child, record.parent)));
-      std::sort(met.begin(), met.end());
-      std::size_t last = SIZE_MAX, last_group = SIZE_MAX;
-      for (std::uint32_t leaf : met) {
-        if (last != SIZE_MAX && leaf < chunks[order[last]].end_leaf) continue;
-        last = chunkOf(leaf);
-        if (last == own || last < begin || last >= end) continue;
-        if (step == 1) {
-          chunks[order[last]].ghosts.add(record);
-        } else if (const std::size_t to = (last - begin) / step; to != last_group) {
-          groups[to].add(record);
-          last_group = to;
-        }
-      }
-    }
-  }
-  for (SegmentChain& group : groups) group.close();
-  for (std::size_t i = 0; i < groups.size(); ++i) {
-    stopIfCancelled();
-    deliver(groups[i], begin + i * step, std::min(begin + (i + 1) * step, end));
-  }
-  if (step == 1)
-    for (std::size_t i = begin; i < end; ++i) chunks[order[i]].ghosts.close();
 }
 
 void Tiler::Impl::handOver(LeafUnit& unit, unsigned worker, TileSink& sink) {
@@ -258,7 +189,7 @@ void Tiler::Impl::refuseCrowdedLeaves(std::span<SegmentChain> crossing) {
   std::uint64_t stored = 0;
   if (LeafBuilder::tileCost(crowded.estimate()) > workBytes())
     stored = crowded.count([this](std::uint32_t leaf) {
-      Chunk& chunk = chunks[order[chunkOf(leaf)]];
+      Chunk& chunk = chunks[table.ofLeaf(leaf)];
       return CrowdedLeaves::Chunk{&chunk.own, closedBlock(chunk.key)};
     });
   visited += crowded.visited();
@@ -360,10 +291,6 @@ void Tiler::read(const StoredCells& cells) {
 void Tiler::Impl::endReading() {
   table.settle([this](std::uint64_t done) { step("sorting", done, 0); });
   intake.finish();
-  order.resize(chunks.size());
-  std::iota(order.begin(), order.end(), 0u);
-  std::sort(order.begin(), order.end(),
-            [this](std::uint32_t a, std::uint32_t b) { return chunks[a].key.low < chunks[b].key.low; });
   refuseWhatHasGrown();
   for (const Chunk& chunk : chunks)
     if (chunk.own.count() > most_in_chunk && LeafBuilder::tileCost(chunk.own.count()) > workBytes())
@@ -377,8 +304,6 @@ void Tiler::Impl::endReading() {
 // The leaves of all chunks, ascending; `crossing` gets the segments that touch borders of chunks.
 std::vector<BlockKey> Tiler::Impl::findLeaves(std::vector<SegmentChain>& crossing) {
   std::vector<std::vector<BlockKey>> leaves_of(chunks.size());
-  std::vector<std::size_t> place(order.size());
-  for (std::size_t i = 0; i < order.size(); ++i) place[order[i]] = i;
   SurveyRuns surveys;
   std::mutex mutex;
   std::uint64_t leaf_count = 0;
@@ -387,9 +312,9 @@ std::vector<BlockKey> Tiler::Impl::findLeaves(std::vector<SegmentChain>& crossin
     if (!pass.fits(bytes)) pass.change(bytes);
     const auto self = static_cast<std::size_t>(&chunk - chunks.data());
     LandmarkSurvey found;
-    cutChunk(chunk, found, crossing[worker], leaves_of[self]);
+    leaves_of[self] = cutChunk(chunk, options.capacity, found, crossing[worker]);
     const std::lock_guard lock(mutex);
-    surveys.add(place[self], std::move(found));
+    surveys.add(self, std::move(found));
     leaf_count += leaves_of[self].size();
     if (leaf_count * kBytesOfLeaf > options.memory)
       throw InputError("the segments need more than " + std::to_string(leaf_count) +
@@ -400,7 +325,7 @@ std::vector<BlockKey> Tiler::Impl::findLeaves(std::vector<SegmentChain>& crossin
   surveys.addTo(survey);
   std::vector<BlockKey> leaves;
   leaves.reserve(leaf_count);
-  for (std::uint32_t c : order) {
+  for (std::size_t c = 0; c < chunks.size(); ++c) {
     chunks[c].first_leaf = static_cast<std::uint32_t>(leaves.size());
     leaves.insert(leaves.end(), leaves_of[c].begin(), leaves_of[c].end());
     chunks[c].end_leaf = static_cast<std::uint32_t>(leaves.size());
@@ -423,10 +348,9 @@ void Tiler::cut() {
   for (SegmentChain& chain : crossing) chain.close();
   t.step("counting", 0, 0);
   t.refuseCrowdedLeaves(crossing);
-  for (SegmentChain& chain : crossing) {
-    t.stopIfCancelled();
-    t.deliver(chain, 0, t.order.size());
-  }
+  BorderSegments border(t.table, t.partition, t.spool, t.most_open, [&t] { t.stopIfCancelled(); });
+  for (SegmentChain& chain : crossing) border.deliver(chain);
+  t.visited += border.visited();
   t.refuseWhatCannotBeBuilt();
 }
 

@@ -1,8 +1,8 @@
 // Tiler: turns a stream of cells into the segments of each leaf, in bounded memory.
 //
-//   read    Segments go to the *chunk* of their midpoint. A chunk is a block that is split when it is full, so the
-//           data's extent need not be known beforehand. Contents of a split chunk move to the halves once input ends.
-//           Chunks lie in a spool: in memory while they are few.
+//   read    Segments go to the block of their midpoint. A block with many segments is halved, so the data's extent need
+//           not be known beforehand. Once input ends, blocks become *chunks* (chunks.h). They lie in a spool: in memory
+//           while they are few.
 //   cut     Each chunk is split into leaves by its midpoints. The whole partition splits every block above a chunk too,
 //           so these are the leaves of all midpoints together. Segments that touch the border of their chunk are set
 //           aside, then given to all chunks that they meet.

@@ -7,6 +7,7 @@
 #include <cerrno>
 #include <cstring>
 #include <fcntl.h>
+#include <iterator>
 #include <new>
 #include <unistd.h>
 #include <utility>
@@ -156,6 +157,15 @@ void ByteChain::close() {
   }
   used_ = 0;
   spool_->giveBack(std::move(current_));
+}
+
+void ByteChain::take(ByteChain& other) {
+  close();
+  other.close();
+  blocks_.insert(blocks_.end(), std::make_move_iterator(other.blocks_.begin()),
+                 std::make_move_iterator(other.blocks_.end()));
+  other.blocks_.clear();
+  stored_bytes_ += std::exchange(other.stored_bytes_, 0);
 }
 
 void ByteChain::clear() {

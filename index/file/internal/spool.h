@@ -77,6 +77,9 @@ class ByteChain {
   void append(ByteSpan bytes);
   // Releases the buffer. Call it before reading; later bytes begin a new block.
   void close();
+  // Appends the blocks of another chain of the same spool, which is then empty. Both are closed. Offsets of read() hold
+  // only for chains without this. O(blocks).
+  void take(ByteChain& other);
 
   // Reads block by block. With `release`, a block's bytes are freed when the next is requested.
   class Reader {
