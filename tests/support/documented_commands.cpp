@@ -195,6 +195,11 @@ RunnableCommand runnable(const std::string& text) {
     line += " --quick";
     shortened = true;
   }
+  if (name == "serve") {  // ends by itself never; any free port
+    dropOption(line, "--listen \\S+");
+    line = "timeout --preserve-status -s TERM 2 " + line + " --listen 127.0.0.1:0";
+    shortened = true;
+  }
   if (name == "view" && line.find(" --keys") == std::string::npos) {
     shortened |= setOption(line, "--seconds", line.find(" --record") == std::string::npos ? "0.3" : "2");
     if (line.find("xvfb-run") == std::string::npos) line.insert(0, "xvfb-run -a ");

@@ -190,11 +190,12 @@ const ByCommand kFirstFields{{"check", "verdict"},   {"info", "cells"},   {"cell
                              {"devices", "devices"}, {"render", "width"}, {"bench", "format"}};
 const ByCommand kFirstColumns{{"check", "file"}, {"cells", "id"}, {"nearest", "query"}, {"path", "sample"}};
 // A part of the text output of each command.
-const ByCommand kTexts{{"synth", " of SWC in "},   {"check", " inputs: "},     {"ingest", " tiles, "},
-                       {"compact", " tiles, "},    {"info", "  segments   "},  {"cells", "length"},
-                       {"verify", ": sound: "},    {"nearest", "query\trank"}, {"path", " um along the cell, "},
-                       {"export", " samples of "}, {"navigate", "route "},     {"devices", "sim:medium"},
-                       {"render", "drawn by "},    {"evaluate", "|---|"},      {"bench", "|---|"}};
+const ByCommand kTexts{{"synth", " of SWC in "},   {"check", " inputs: "},         {"ingest", " tiles, "},
+                       {"compact", " tiles, "},    {"info", "  segments   "},      {"cells", "length"},
+                       {"verify", ": sound: "},    {"nearest", "query\trank"},     {"path", " um along the cell, "},
+                       {"export", " samples of "}, {"navigate", "route "},         {"devices", "sim:medium"},
+                       {"render", "drawn by "},    {"serve", "http://127.0.0.1:"}, {"evaluate", "|---|"},
+                       {"bench", "|---|"}};
 
 std::string expectedOf(const ByCommand& expected, const std::string& name) {
   const auto found = expected.find(name);

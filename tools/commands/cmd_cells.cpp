@@ -2,6 +2,8 @@
 #include "index/set/cell_graph.h"
 #include "index/set/tile_set.h"
 #include "index/text.h"
+#include "tools/answers/answer.h"
+#include "tools/answers/cell_json.h"
 #include "tools/commands/cell_lengths.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/remote_arguments.h"
@@ -46,32 +48,12 @@ std::vector<std::uint32_t> cellsOfName(const TileStore& store, const std::string
   return cells;
 }
 
-// The number of independent loops: the links that the cell has beyond those of a forest.
-std::uint64_t loopsOf(const CellRecord& cell) { return hasLoops(cell) ? cell.segments + cell.roots - cell.samples : 0; }
-
 struct CellRow {
   std::uint32_t id;
   const CellRecord* cell;
   std::optional<double> length_um;
   std::optional<std::array<Vector3d, 2>> box_um;
 };
-
-void writeJson(const CellRow& row) {
-  nlohmann::ordered_json json{{"id", row.id},
-                              {"name", row.cell->name},
-                              {"source", row.cell->source},
-                              {"samples", row.cell->samples},
-                              {"segments", row.cell->segments},
-                              {"isolated", row.cell->isolated},
-                              {"roots", row.cell->roots},
-                              {"loops", loopsOf(*row.cell)},
-                              {"length_um", nullptr},
-                              {"box_um", nullptr}};
-  if (row.length_um) json["length_um"] = *row.length_um;
-  if (row.box_um)
-    for (const Vector3d& corner : *row.box_um) json["box_um"].push_back({corner.x(), corner.y(), corner.z()});
-  std::cout << json.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
-}
 
 void writeTsv(const CellRow& row) {
   std::cout << row.id << '\t' << escaped(row.cell->name) << '\t' << escaped(row.cell->source) << '\t'
@@ -160,7 +142,7 @@ int runCells(const CellsArguments& a) {
     const char* separator = "[\n";
     each([&](const CellRow& row) {
       std::cout << std::exchange(separator, ",\n");
-      writeJson(row);
+      std::cout << jsonText(cellJson(row.id, *row.cell, grid, row.length_um));
     });
     std::cout << (cells.empty() ? "[]\n" : "\n]\n");
   } else if (a.tsv) {

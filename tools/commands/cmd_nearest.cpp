@@ -4,6 +4,9 @@
 #include "index/set/cell_graph.h"
 #include "index/set/tile_set.h"
 #include "index/text.h"
+#include "tools/answers/answer.h"
+#include "tools/answers/sample_ids.h"
+#include "tools/answers/segment_row.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/remote_arguments.h"
 #include "tools/program/interruption.h"
@@ -17,6 +20,7 @@
 #include <optional>
 #include <span>
 #include <sstream>
+#include <utility>
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
@@ -61,15 +65,6 @@ std::vector<double> numbers(const std::string& option, const std::vector<std::st
   return values;
 }
 
-// The sample id of each segment's child. In a forest a segment has the rank of its child; a cell with loops has links.
-std::vector<std::int64_t> childIds(const TileSet& set, std::uint32_t cell) {
-  if (!hasLoops(set.cell(cell))) return set.loadCellDetail(cell).sample_ids;
-  const CellGraph graph = readCell(set, cell, false);
-  std::vector<std::int64_t> ids;
-  for (const auto& link : graph.links) ids.push_back(graph.sample_ids[link[0]]);
-  return ids;
-}
-
 constexpr std::size_t kBatch = 65536;  // points whose results are held at once
 
 // Writes the results as TSV or as one JSON array.
@@ -80,23 +75,11 @@ class Rows {
     begin();
     const std::string& cell = set_.cell(r.segment.cell).name;
     auto ids = sample_ids_.find(r.segment.cell);
-    if (ids == sample_ids_.end()) ids = sample_ids_.emplace(r.segment.cell, childIds(set_, r.segment.cell)).first;
+    if (ids == sample_ids_.end()) ids = sample_ids_.emplace(r.segment.cell, childSampleIds(set_, r.segment.cell)).first;
     const std::int64_t sample = ids->second.at(r.segment.segment);
     if (json_) {
-      nlohmann::ordered_json row{{"query", query},
-                                 {"rank", r.rank},
-                                 {"distance", r.distance_um},
-                                 {"x", r.p_W.x()},
-                                 {"y", r.p_W.y()},
-                                 {"z", r.p_W.z()},
-                                 {"cell", cell},
-                                 {"segment", r.segment.segment},
-                                 {"sample", sample},
-                                 {"exact", r.exact},
-                                 {"tiles_read", r.tiles_read}};
-      if (along) row["along"] = *along;
-      std::cout << separator_ << row.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
-      separator_ = ",\n";
+      const SegmentRow row{query, &r, &cell, sample, along};
+      std::cout << std::exchange(separator_, ",\n") << jsonText(segmentRowJson(row, SegmentRowFields::program));
     } else {
       std::cout << query << '\t' << r.rank << '\t' << formatNumber(r.distance_um) << '\t' << formatNumber(r.p_W.x())
                 << '\t' << formatNumber(r.p_W.y()) << '\t' << formatNumber(r.p_W.z()) << '\t' << escaped(cell) << '\t'

@@ -5,8 +5,10 @@
 #include "index/set/cell_graph.h"
 #include "index/set/tile_set.h"
 #include "index/text.h"
+#include "tools/answers/answer.h"
+#include "tools/answers/cell_place_text.h"
+#include "tools/answers/found_path.h"
 #include "tools/commands/cell_name.h"
-#include "tools/commands/cell_place_text.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/remote_arguments.h"
 #include "tools/program/interruption.h"
@@ -34,87 +36,19 @@ struct PathArguments {
   bool to_farthest_tip = false, json = false, tsv = false;
 };
 
-struct FoundPath {
-  CellPlace from, to;
-  CellPath path;
-};
-
-std::string quoted(const std::string& text) { return "'" + escaped(text, 80) + "'"; }
-
-void note(const std::string& text) { std::cerr << "filiform: note: " << text << '\n'; }
-
-// If sample ids repeat: the connected places of lowest ranks.
-FoundPath pathBetween(const CellPaths& cell, const CellPlaceText& from, const CellPlaceText& to) {
-  const std::vector<CellPlace> begins = placesOf(cell, from), ends = placesOf(cell, to);
-  for (const CellPlace& begin : begins) {
-    throwIfInterrupted();
-    const std::vector<double> lengths = cell.lengths_um(begin);
-    for (const CellPlace& end : ends) {
-      if (!std::isfinite(lengths[end.child])) continue;
-      if (begins.size() > 1 || ends.size() > 1)
-        note("sample ids repeat in " + quoted(cell.graph().name) + "; the path joins the first two that are connected");
-      return {begin, end, *cell.path(begin, end)};
-    }
-  }
-  std::size_t trees = 0;
-  for (const std::uint32_t parent : cell.graph().parents) trees += parent == kNoParent ? 1 : 0;
-  throw UsageError("samples " + std::to_string(from.sample) + " and " + std::to_string(to.sample) + " of " +
-                   quoted(cell.graph().name) + " are not connected: the cell has " + formatCount(trees) +
-                   " separate trees; choose two samples of one tree");
-}
-
-FoundPath pathToFarthestTip(const CellPaths& cell, const CellPlaceText& from) {
-  const std::vector<CellPlace> begins = placesOf(cell, from);
-  if (begins.size() > 1) note("sample ids repeat in " + quoted(cell.graph().name) + "; the path begins at the first");
-  const auto tip = cell.farthestTip(begins.front());
-  if (!tip)
-    throw UsageError(from.option + ": no tip can be reached from sample " + std::to_string(from.sample) + " of " +
-                     quoted(cell.graph().name) + "; choose a sample with segments that end in a tip");
-  return {begins.front(), cell.at(*tip), *cell.path(begins.front(), cell.at(*tip))};
-}
-
-// A place as the user would write it, without the cell: {sample id, t}, the sample at t = 0.
-std::pair<std::int64_t, double> nameOf(const CellPaths& cell, const CellPlace& place) {
-  const std::vector<std::int64_t>& ids = cell.graph().sample_ids;
-  return place.t == 1 ? std::pair(ids[place.parent], 0.0) : std::pair(ids[place.child], place.t);
-}
-
 std::string textOf(const CellPaths& cell, const CellPlace& place) {
-  const auto [id, t] = nameOf(cell, place);
+  const auto [id, t] = placeName(cell, place);
   return "sample " + std::to_string(id) + (t > 0 ? "+" + formatNumber(t) : "");
-}
-
-double straight_um(const CellPath& path) { return (path.points.back().p_W - path.points.front().p_W).norm(); }
-
-nlohmann::ordered_json jsonOf(const CellPaths& cell, const CellPlace& place) {
-  const auto [id, t] = nameOf(cell, place);
-  const Vector3d p_W = cell.position_W(place);
-  return {{"sample", id}, {"t", t}, {"x", p_W.x()}, {"y", p_W.y()}, {"z", p_W.z()}};
 }
 
 // The points one by one, because a path may have millions.
 void writeJson(const CellPaths& cell, const FoundPath& found) {
-  const auto dump = [](const nlohmann::ordered_json& json) {
-    return json.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
-  };
-  const nlohmann::ordered_json head{{"cell", cell.graph().name},
-                                    {"length_um", found.path.length_um()},
-                                    {"straight_um", straight_um(found.path)},
-                                    {"from", jsonOf(cell, found.from)},
-                                    {"to", jsonOf(cell, found.to)}};
-  std::string text = dump(head);
+  std::string text = jsonText(pathHeadJson(cell, found));
   text.pop_back();  // the closing brace
   std::cout << text << ",\"points\":[";
   const char* separator = "\n";
-  for (const CellPath::Point& point : found.path.points) {
-    nlohmann::ordered_json row{{"sample", nullptr},
-                               {"x", point.p_W.x()},
-                               {"y", point.p_W.y()},
-                               {"z", point.p_W.z()},
-                               {"along", point.along_um}};
-    if (point.sample) row["sample"] = cell.graph().sample_ids[*point.sample];
-    std::cout << std::exchange(separator, ",\n") << dump(row);
-  }
+  for (const CellPath::Point& point : found.path.points)
+    std::cout << std::exchange(separator, ",\n") << jsonText(pathPointJson(cell, point));
   std::cout << "\n]}\n";
 }
 
@@ -136,7 +70,7 @@ void writeText(std::ostream& out, const CellPaths& cell, const FoundPath& found,
   };
   out << escaped(cell.graph().name) << ": from " << textOf(cell, found.from) << " to "
       << (to_tip ? "the farthest tip, " : "") << textOf(cell, found.to) << ": " << hundredths(found.path.length_um())
-      << " um along the cell, " << hundredths(straight_um(found.path)) << " um straight, "
+      << " um along the cell, " << hundredths(found.straight_um()) << " um straight, "
       << formatCount(found.path.points.size()) << (found.path.points.size() == 1 ? " point\n" : " points\n");
 }
 
@@ -180,12 +114,13 @@ int runPath(const PathArguments& a) {
   if (to) {
     const std::uint32_t other = findCellNamed(*set, to->cell, "TO");
     if (other != cell_id)
-      throw UsageError("FROM is in " + quoted(set->cell(cell_id).name) + " and TO in " + quoted(set->cell(other).name) +
-                       "; a path joins two places of one cell");
+      throw UsageError("FROM is in '" + escaped(set->cell(cell_id).name, 80) + "' and TO in '" +
+                       escaped(set->cell(other).name, 80) + "'; a path joins two places of one cell");
   }
   const CellPaths cell(readCell(*set, cell_id, !a.out.empty()));
   throwIfInterrupted();
-  const FoundPath found = to ? pathBetween(cell, from, *to) : pathToFarthestTip(cell, from);
+  const FoundPath found = to ? pathBetween(cell, from, *to, throwIfInterrupted) : pathToFarthestTip(cell, from);
+  if (!found.note.empty()) std::cerr << "filiform: note: " << found.note << '\n';
   if (!a.out.empty()) {
     Output out(a.out, {.cancel = &interruptFlag()});
     writeSwc(out.stream(), cellOfPath(cell, found));

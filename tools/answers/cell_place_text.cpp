@@ -1,4 +1,4 @@
-#include "tools/commands/cell_place_text.h"
+#include "tools/answers/cell_place_text.h"
 
 #include "index/errors.h"
 #include "index/query/cell_paths.h"

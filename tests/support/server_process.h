@@ -1,0 +1,63 @@
+// `filiform serve` as a process, and a client that sends any bytes.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <map>
+#include <string>
+#include <sys/types.h>
+#include <vector>
+
+namespace filiform::test {
+
+class ServerProcess {
+ public:
+  // Starts `filiform serve ARGUMENTS... --listen 127.0.0.1:0` and waits for its address. Throws std::runtime_error if
+  // it prints none. `err`: the file for its standard error.
+  ServerProcess(const std::vector<std::string>& arguments, const std::string& err);
+  ~ServerProcess();  // kills it if it still runs
+  ServerProcess(const ServerProcess&) = delete;
+  ServerProcess& operator=(const ServerProcess&) = delete;
+
+  const std::string& address() const { return address_; }  // http://127.0.0.1:PORT
+  std::uint16_t port() const;
+  void signal(int signal) const;
+  int wait();  // the exit code; 128 + signal if a signal killed it
+  std::uint64_t residentBytes() const;
+
+ private:
+  pid_t process_ = -1;
+  std::string address_;
+};
+
+// Thread rule: thread-compatible.
+class RawClient {
+ public:
+  // Throws std::runtime_error if the port does not accept.
+  explicit RawClient(std::uint16_t port);
+  ~RawClient();
+  RawClient(const RawClient&) = delete;
+  RawClient& operator=(const RawClient&) = delete;
+
+  // False if the server has closed the connection.
+  bool send(const std::string& bytes) const;
+  // What comes until the end of the connection, or within the time.
+  std::string readAll(std::chrono::milliseconds most) const;
+
+  struct Reply {
+    unsigned status = 0;  // 0: none came
+    std::string head, body;
+  };
+  // One answer with a Content-Length.
+  Reply read(std::chrono::milliseconds most = std::chrono::seconds(20));
+
+ private:
+  int socket_ = -1;
+  std::string pending_;
+};
+
+// GET, or POST if there is a body, on a connection of its own.
+RawClient::Reply fetch(std::uint16_t port, const std::string& target,
+                       const std::map<std::string, std::string>& headers = {}, const std::string& body = "");
+
+}  // namespace filiform::test

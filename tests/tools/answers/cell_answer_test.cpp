@@ -1,0 +1,83 @@
+// Cells and paths over the routes.
+#include "index/set/cell_graph.h"
+#include "tests/support/served_sets.h"
+
+#include <sstream>
+#include <string>
+
+#include <gtest/gtest.h>
+
+namespace filiform::tools {
+namespace {
+
+using Json = nlohmann::json;
+
+TEST(CellAnswer, ListsMatchNames) {
+  const test::ServedSets sets;
+  const Json all = sets.json("/v1/sets/fork/cells");
+  EXPECT_EQ(all.at("truncated"), false);
+  EXPECT_EQ(all.at("cursor"), nullptr);
+  ASSERT_EQ(all.at("cells").size(), 2u);
+  EXPECT_EQ(all["cells"][0].at("name"), "fork");
+  EXPECT_EQ(all["cells"][1].at("loops"), 1);
+  EXPECT_EQ(sets.json("/v1/sets/fork/cells?name=s*e").at("cells").size(), 1u);
+  EXPECT_EQ(sets.json("/v1/sets/fork/cells?name=x*").at("cells").size(), 0u);
+  EXPECT_EQ(sets.json("/v1/sets/fork/cells?cursor=1").at("cells").size(), 1u);
+  EXPECT_EQ(sets.json("/v1/sets/fork/cells?cursor=99").at("cells").size(), 0u);
+  EXPECT_EQ(sets.get("/v1/sets/fork/cells?cursor=x").status, 400u);
+}
+
+TEST(CellAnswer, ACellIsTheCellOfTheSet) {
+  const test::ServedSets sets;
+  const auto served = sets.shelf->find("column");
+  const CellGraph graph = readCell(served->set(), 3, true);
+  std::ostringstream text;
+  writeSwc(text, graph);
+  const Answer swc = sets.get("/v1/sets/column/cells/" + graph.name + ".swc");
+  EXPECT_EQ(swc.status, 200u) << swc.body;
+  EXPECT_EQ(swc.body, text.str());
+  const Json json = sets.json("/v1/sets/column/cells/" + graph.name + ".json");
+  EXPECT_EQ(json.at("name"), graph.name);
+  const Json& samples = json.at("samples_by_rank");
+  ASSERT_EQ(samples.at("x").size(), graph.samples());
+  EXPECT_EQ(samples.at("id"), graph.sample_ids);
+  EXPECT_EQ(samples.at("x")[7], graph.position_W(7).x());
+  EXPECT_EQ(samples.at("parent")[7], graph.parents[7]);
+  const Json loop = sets.json("/v1/sets/fork/cells/square.json");
+  EXPECT_EQ(loop.at("links").size(), 5u);
+  EXPECT_EQ(sets.get("/v1/sets/fork/cells/square.swc").status, 400u);
+  EXPECT_EQ(sets.get("/v1/sets/fork/cells/fork").status, 404u);
+  EXPECT_EQ(sets.get("/v1/sets/fork/cells/for.json").status, 404u) << "only whole names";
+}
+
+TEST(CellAnswer, PathsAreThoseOfTheCell) {
+  const test::ServedSets sets;
+  const Json path = sets.json("/v1/sets/fork/path?from=fork:3&to=fork:5");
+  EXPECT_EQ(path.at("length_um"), 25);
+  EXPECT_EQ(path.at("truncated"), false);
+  EXPECT_EQ(path.at("points").size(), 4u);
+  EXPECT_EQ(sets.json("/v1/sets/fork/path?from=fork:3%2B0.5&to=fork:4+0.25").at("length_um"), 2.5 + 7.5);
+  EXPECT_EQ(sets.json("/v1/sets/fork/path?from=fork:1&to=tip").at("to").at("sample"), 5);
+  EXPECT_EQ(sets.get("/v1/sets/fork/path?from=fork:1&to=square:1").status, 400u);
+  EXPECT_EQ(sets.get("/v1/sets/fork/path?from=fork:1&to=fork:77").status, 400u);
+  EXPECT_EQ(sets.get("/v1/sets/fork/path?from=none:1&to=tip").status, 404u);
+  EXPECT_EQ(sets.get("/v1/sets/fork/path?from=fork:1").status, 400u);
+}
+
+TEST(Metrics, CountRequestsByRouteAndStatus) {
+  test::ServedSets sets;
+  sets.metrics.count("/v1/sets", 200, 0.002, 10, 100);
+  sets.metrics.count("/v1/sets", 200, 70, 0, 1);
+  sets.metrics.count("a\"b\\", 404, 0, 0, 0);
+  const std::string text = sets.get("/metrics").body;
+  for (const char* line :
+       {"filiform_requests_total{route=\"/v1/sets\",status=\"200\"} 2\n",
+        "filiform_requests_total{route=\"a\\\"b\\\\\",status=\"404\"} 1\n",
+        "filiform_request_seconds_bucket{le=\"0.003\"} 2\n", "filiform_request_seconds_bucket{le=\"5\"} 2\n",
+        "filiform_request_seconds_bucket{le=\"+Inf\"} 3\n", "filiform_sent_bytes_total 101\n",
+        "filiform_tile_bytes{set=\"column\"} "})
+    EXPECT_NE(text.find(line), std::string::npos) << line << text;
+}
+
+}  // namespace
+}  // namespace filiform::tools

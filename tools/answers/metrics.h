@@ -1,0 +1,38 @@
+// Metrics: what the service counts, as Prometheus reads it. Thread rule: internally synchronised.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <map>
+#include <mutex>
+#include <string>
+#include <utility>
+
+namespace filiform::tools {
+
+class SetShelf;
+
+class Metrics {
+ public:
+  // One answered request. `route`: the template of its path, such as /v1/sets/{set}; empty: none.
+  void count(const std::string& route, unsigned status, double seconds, std::uint64_t bytes_in,
+             std::uint64_t bytes_out);
+
+  std::atomic<std::uint64_t> connections{0};          // open now
+  std::atomic<std::uint64_t> refused_connections{0};  // because of --max-clients
+  std::atomic<std::uint64_t> answer_bytes{0};         // of answers in memory now
+
+  // Prometheus text, version 0.0.4.
+  std::string text(const SetShelf& shelf) const;
+
+ private:
+  static constexpr std::array<double, 9> kBounds_s{0.0001, 0.0003, 0.001, 0.003, 0.01, 0.03, 0.1, 1, 5};
+  mutable std::mutex mutex_;
+  std::map<std::pair<std::string, unsigned>, std::uint64_t> requests_;  // by route and status
+  std::array<std::uint64_t, kBounds_s.size() + 1> durations_{};         // by first bound that is not smaller
+  double seconds_ = 0;
+  std::uint64_t bytes_in_ = 0, bytes_out_ = 0;
+};
+
+}  // namespace filiform::tools

@@ -1,0 +1,21 @@
+// Arrays in NumPy's .npy format, version 1.0: points in, records out. Functions without state.
+#pragma once
+
+#include "index/geometry/grid.h"
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace filiform::tools {
+
+// Reads an array of N x 3 numbers: '<f8' or '<f4', in C or Fortran order, .npy version 1.0 or 2.0. One point may have
+// the shape (3,). Throws Refusal: 400 for anything else, also for bytes after the array; 413 for more than `most`
+// points. Never reads past `bytes`, and allocates after the sizes agree. O(bytes).
+std::vector<Vector3d> readNpyPoints(std::string_view bytes, std::size_t most);
+
+// The header of an array of `rows` records. `type`: as Python writes it, such as "[('x', '<f8')]".
+std::string npyHeader(const std::string& type, std::size_t rows);
+
+}  // namespace filiform::tools

@@ -1,0 +1,91 @@
+// The description of the interface, made from the table of routes.
+#include "tools/answers/limits.h"
+#include "tools/answers/routes.h"
+
+#include <cctype>
+
+namespace filiform::tools {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// Two methods of one path have different ids.
+std::string operationId(const Route& route) {
+  std::string id(route.method);
+  for (char& c : id) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  for (const char* c = route.path; *c != '\0'; ++c) id += std::isalnum(static_cast<unsigned char>(*c)) ? *c : '_';
+  return id;
+}
+
+Json parametersOf(const Route& route) {
+  Json parameters = Json::array();
+  const std::string path = route.path;
+  for (std::size_t at = path.find('{'); at != std::string::npos; at = path.find('{', at + 1))
+    parameters.push_back({{"name", path.substr(at + 1, path.find('}', at) - at - 1)},
+                          {"in", "path"},
+                          {"required", true},
+                          {"schema", {{"type", "string"}}}});
+  for (const RouteParameter& parameter : route.parameters)
+    parameters.push_back({{"name", parameter.name},
+                          {"in", "query"},
+                          {"required", false},
+                          {"description", parameter.meaning},
+                          {"schema", {{"type", parameter.kind}}}});
+  return parameters;
+}
+
+Json bodyOfPoints() {
+  const Json point{{"type", "array"}, {"items", {{"type", "number"}}}, {"minItems", 3}, {"maxItems", 3}};
+  const Json points{{"type", "array"}, {"items", point}, {"maxItems", limits::kPoints}};
+  const Json object{{"type", "object"},
+                    {"required", {"points"}},
+                    {"additionalProperties", false},
+                    {"properties",
+                     {{"points", points},
+                      {"k", {{"type", "integer"}}},
+                      {"epsilon", {{"type", "number"}}},
+                      {"radius", {{"type", "number"}}}}}};
+  return {{"required", true},
+          {"content",
+           {{kJsonType, {{"schema", object}}}, {kNpyType, {{"schema", {{"type", "string"}, {"format", "binary"}}}}}}}};
+}
+
+Json operationOf(const Route& route) {
+  const std::string_view path(route.path);
+  Json content{{route.type, Json::object()}};
+  if (path.ends_with("/nearest") || path.ends_with("/box") || path.ends_with("/ray"))
+    content[kNpyType] = Json::object();
+  if (path.ends_with("/{cell}")) content["text/plain"] = Json::object();
+  const Json problems{{"description", "a problem"}, {"content", {{"application/problem+json", Json::object()}}}};
+  Json operation{{"operationId", operationId(route)}, {"summary", route.summary}, {"parameters", parametersOf(route)}};
+  if (std::string_view(route.method) == "POST") operation["requestBody"] = bodyOfPoints();
+  operation["responses"] = {{"200", {{"description", route.summary}, {"content", content}}}, {"default", problems}};
+  if (path.ends_with("{file}"))
+    operation["responses"]["206"] = {{"description", "the part that Range asks for"}, {"content", content}};
+  operation["security"] =
+      route.open ? Json::array({Json::object()}) : Json::array({Json::object(), {{"token", Json::array()}}});
+  return operation;
+}
+
+}  // namespace
+
+Answer openapiAnswer(const Call& call) {
+  Json paths = Json::object();
+  for (const Route& route : allRoutes()) {
+    std::string method = route.method;
+    for (char& c : method) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    paths[route.path][method] = operationOf(route);
+  }
+  return jsonAnswer(
+      {{"openapi", "3.1.0"},
+       {"info",
+        {{"title", "filiform"},
+         {"version", call.service.version},
+         {"description", "Tile sets of neuron reconstructions. Positions are in um. Errors are RFC 9457 problems."},
+         {"license", {{"name", "GPL-3.0-or-later"}, {"identifier", "GPL-3.0-or-later"}}}}},
+       {"paths", paths},
+       {"components", {{"securitySchemes", {{"token", {{"type", "http"}, {"scheme", "bearer"}}}}}}}});
+}
+
+}  // namespace filiform::tools

@@ -1,0 +1,57 @@
+// SampleIds: the sample ids of the cells that queries find, kept for later queries within a byte budget.
+// Thread rule: internally synchronised.
+#pragma once
+
+#include <cstdint>
+#include <list>
+#include <memory>
+#include <mutex>
+#include <unordered_map>
+#include <vector>
+
+namespace filiform {
+class TileStore;
+}
+
+namespace filiform::tools {
+
+// The id of the child sample of each segment of a cell. Throws CorruptSet, IoError. O(samples); for a cell with loops
+// it reads the cell's tiles.
+std::vector<std::int64_t> childSampleIds(const TileStore& store, std::uint32_t cell);
+
+class SampleIds {
+ public:
+  // The store must outlive this object.
+  SampleIds(const TileStore& store, std::uint64_t budget_bytes) : store_(store), budget_bytes_(budget_bytes) {}
+
+  // The ids of one cell.
+  class OfCell {
+   public:
+    explicit OfCell(std::vector<std::int64_t> ids);
+    // The id of the segment's child sample. Requires that the cell has the segment. O(1).
+    std::int64_t of(std::uint32_t segment) const { return ids_.empty() ? first_ + segment : ids_.at(segment); }
+    std::uint64_t bytes() const { return sizeof(OfCell) + ids_.capacity() * sizeof(std::int64_t); }
+
+   private:
+    std::int64_t first_ = 0;         // consecutive ids are stored as the first of them
+    std::vector<std::int64_t> ids_;  // empty: consecutive
+  };
+  // Throws as childSampleIds() does. O(1) if the cell is kept.
+  std::shared_ptr<const OfCell> cell(std::uint32_t cell);
+
+  std::uint64_t bytes() const;
+
+ private:
+  struct Kept {
+    std::shared_ptr<const OfCell> ids;
+    std::list<std::uint32_t>::iterator place;
+  };
+  const TileStore& store_;
+  const std::uint64_t budget_bytes_;
+  mutable std::mutex mutex_;
+  std::list<std::uint32_t> order_;  // most recent first
+  std::unordered_map<std::uint32_t, Kept> kept_;
+  std::uint64_t bytes_ = 0;
+};
+
+}  // namespace filiform::tools

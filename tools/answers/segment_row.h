@@ -1,0 +1,32 @@
+// SegmentRow: one segment that a query found, as JSON or as a record of an .npy array. Functions without state.
+#pragma once
+
+#include "index/query/nearest.h"
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include <nlohmann/json.hpp>
+
+namespace filiform::tools {
+
+struct SegmentRow {
+  std::size_t query;  // rank of the point
+  const NearestResult* result;
+  const std::string* cell;           // name
+  std::int64_t sample;               // id of the segment's child
+  std::optional<double> along = {};  // along a ray
+};
+
+// program: with tiles_read, which depends on what is in memory. service: without.
+enum class SegmentRowFields { program, service };
+nlohmann::ordered_json segmentRowJson(const SegmentRow& row, SegmentRowFields fields);
+
+// The dtype of a record, as Python writes it: query, rank, distance, x, y, z, cell (its id), segment, sample, exact;
+// with `along` for a ray.
+std::string segmentRecordType(bool along);
+// Appends one record, little-endian, packed.
+void appendSegmentRecord(std::string& bytes, const SegmentRow& row);
+
+}  // namespace filiform::tools

@@ -1,0 +1,114 @@
+// filiform serve: answers questions about tile sets over HTTP.
+#include "index/errors.h"
+#include "tools/answers/routes.h"
+#include "tools/commands/commands.h"
+#include "tools/program/ending_watch.h"
+#include "tools/program/interruption.h"
+#include "tools/program/numbers.h"
+#include "tools/serve/log_entry.h"
+#include "tools/serve/server.h"
+
+#include <algorithm>
+#include <iostream>
+#include <memory>
+#include <mutex>
+#include <thread>
+
+#include <CLI/CLI.hpp>
+
+namespace filiform::tools {
+
+namespace {
+
+struct ServeArguments {
+  std::vector<std::string> sets, origins, hosts;
+  std::string listen = "127.0.0.1:7878", token_file, budget = "1GiB", log = "text";
+  std::size_t most_clients = 256;
+  unsigned threads = std::max(1U, std::thread::hardware_concurrency());
+};
+
+// Lines on stderr from several threads. A line that cannot be written is lost; the service goes on.
+class ServeLog {
+ public:
+  explicit ServeLog(bool json) : format_(json ? LogFormat::json : LogFormat::text) {}
+  void request(const LogEntry& entry) { line(logLine(entry, format_)); }
+  void problem(const std::string& what) {
+    const std::string now = utcTime(std::time(nullptr));
+    line(format_ == LogFormat::json ? jsonText({{"time", now}, {"problem", what}}) : now + " problem: " + what);
+  }
+
+ private:
+  void line(const std::string& text) {
+    const std::lock_guard lock(mutex_);
+    std::cerr << text + '\n';
+    std::cerr.clear();
+  }
+  const LogFormat format_;
+  std::mutex mutex_;
+};
+
+int runServe(const ServeArguments& a) {
+  const Access access({a.token_file.empty() ? "" : readToken(a.token_file), a.origins, a.hosts});
+  SetShelf shelf(a.sets, parseBytes("--budget", a.budget));
+  Metrics metrics;
+  ServeLog log(a.log == "json");
+  const Service service{shelf, access, metrics, FILIFORM_VERSION};
+  const Routes routes(service, [&log](const std::string& line) { log.problem(line); });
+  std::vector<std::string> reported;  // problems of the last refresh
+  ServerOptions options{
+      .listen = a.listen, .open = !access.needsToken(), .most_clients = a.most_clients, .threads = a.threads};
+  options.stop = &interruptFlag();
+  options.log = [&log](const LogEntry& entry) { log.request(entry); };
+  options.each_second = [&] {
+    std::vector<std::string> problems = shelf.refresh();
+    if (problems != reported)
+      for (const std::string& problem : problems) log.problem(problem);
+    reported = std::move(problems);
+  };
+  EndingWatch watch = watchForSilentFiles();
+  Server server(routes, metrics, options);
+  std::cout << server.address() << std::endl;
+  server.run();
+  watch.begin();
+  return 0;
+}
+
+}  // namespace
+
+void addServe(CLI::App& app, Chosen& chosen) {
+  auto a = std::make_shared<ServeArguments>();
+  CLI::App* command = app.add_subcommand("serve", "Answer questions about tile sets over HTTP");
+  command->footer(
+      "Examples:\n  filiform serve column.fil\n  filiform serve column.fil --listen 127.0.0.1:0 --log json\n"
+      "The first line on standard output is the address. SIGTERM or Ctrl-C: sends the answers in work, then exits with "
+      "code 0.\nAn address that other machines can reach needs --token-file. tools/serve/README.md lists the routes.");
+  command->add_option("SET", a->sets, "tile sets; the name of each is that of its folder without .fil")->required();
+  command->add_option("--listen", a->listen, "listen on this address; port 0: a free one")
+      ->type_name("ADDRESS:PORT")
+      ->capture_default_str();
+  command
+      ->add_option("--token-file", a->token_file, "answer only requests with the token in the first line of this file")
+      ->type_name("FILE");
+  command->add_option("--origin", a->origins, "let the pages of this site ask; repeatable")
+      ->type_name("URL")
+      ->allow_extra_args(false);
+  command->add_option("--host", a->hosts, "accept requests to this name, such as that of a proxy; repeatable")
+      ->type_name("NAME")
+      ->allow_extra_args(false);
+  command->add_option("--max-clients", a->most_clients, "keep at most N connections open")
+      ->type_name("N")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 100000));
+  command->add_option("--threads", a->threads, "answer on N threads")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 1024));
+  command->add_option("--budget", a->budget, "keep at most this memory of tiles and sample ids, for all sets together")
+      ->capture_default_str()
+      ->type_name("BYTES");
+  command->add_option("--log", a->log, "write a line for each request to stderr: text or json")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"text", "json"}));
+  command->callback([a, &chosen] { chosen = [a] { return runServe(*a); }; });
+}
+
+}  // namespace filiform::tools

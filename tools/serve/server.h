@@ -1,0 +1,56 @@
+// Server: answers HTTP requests with Routes. Boost.Beast, in server.cpp alone.
+//
+//   Server server(routes, metrics, {.listen = "127.0.0.1:0"});
+//   std::cout << server.address() << '\n';    // http://127.0.0.1:40123
+//   server.run();                             // until options.stop is true
+//
+// One thread moves bytes; `threads` others answer. A connection has one request in work at a time, and the requests of
+// all connections wait in one line: no client can crowd out the others. README.md lists the limits.
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <string>
+
+namespace filiform::tools {
+
+class Metrics;
+class Routes;
+struct LogEntry;
+
+struct ServerOptions {
+  std::string listen = "127.0.0.1:7878";    // ADDRESS:PORT or [ADDRESS]:PORT or localhost:PORT; port 0: a free one
+  bool open = true;                         // no token is needed
+  std::size_t most_clients = 256;           // open connections
+  unsigned threads = 1;                     // that answer
+  double header_s = 10;                     // for the header of a request
+  double body_s = 30;                       // for its body
+  double idle_s = 60;                       // between two requests of a connection
+  double piece_s = 30;                      // for 256 KiB of an answer
+  double drain_s = 10;                      // for the answers in work when the server stops
+  const std::atomic<bool>* stop = nullptr;  // true: accept nothing more, send the answers in work, return
+  std::function<void()> each_second = {};   // called by a thread that answers
+  std::function<void(const LogEntry&)> log = {};  // one call for each answered request, on the thread of run()
+};
+
+// Thread rule: one thread; run() blocks it.
+class Server {
+ public:
+  // Listens. Throws UsageError for a wrong address, and for an address other than loopback if `open`. Throws IoError if
+  // the port is taken. `routes` and `metrics` must outlive this object.
+  Server(const Routes& routes, Metrics& metrics, const ServerOptions& options);
+  ~Server();
+
+  // http://ADDRESS:PORT
+  const std::string& address() const;
+  // Serves until `stop` is true.
+  void run();
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace filiform::tools
