@@ -39,6 +39,7 @@ class TimedStore final : public TileStore {
   GridBox groupContent(std::uint32_t group) const override { return store_.groupContent(group); }
   std::uint64_t floorBytes() const override { return store_.floorBytes(); }
   std::uint32_t capacity() const override { return store_.capacity(); }
+  bool isRemote() const override { return store_.isRemote(); }
   std::shared_ptr<const Tile> load(TileId tile) const override;
   TileAppearance loadAppearance(TileId tile) const override;
   std::uint32_t cell_count() const override { return store_.cell_count(); }
