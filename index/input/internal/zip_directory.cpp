@@ -141,9 +141,10 @@ bool readExtra64(std::string_view extra, ZipEntry& entry) {
 }
 
 // Reads a stated directory in windows, since a damaged record may state gigabytes.
-class DirectoryReader {
+class CentralDirectoryReader {
  public:
-  DirectoryReader(const File& file, std::uint64_t at, std::uint64_t bytes) : file_(file), at_(at), left_(bytes) {}
+  CentralDirectoryReader(const File& file, std::uint64_t at, std::uint64_t bytes)
+      : file_(file), at_(at), left_(bytes) {}
   // The next bytes: at least `count`, or all if fewer are left.
   std::string_view peek(std::size_t count) {
     if (window_.size() - from_ < count && left_ > 0) {
@@ -175,7 +176,7 @@ class DirectoryReader {
   RunningDigest digest_;
 };
 
-bool parseEntries(DirectoryReader& directory, std::uint64_t count, std::vector<ZipEntry>& entries) {
+bool parseEntries(CentralDirectoryReader& directory, std::uint64_t count, std::vector<ZipEntry>& entries) {
   entries.clear();
   for (std::string_view bytes;
        entries.size() < count && (bytes = directory.peek(kCentralBytes)).size() >= kCentralBytes;) {
@@ -252,7 +253,7 @@ ZipDirectory readZipDirectory(const std::string& path) {
     if (!plausible(record)) continue;
     // Only an archive made to waste time states so many directories.
     if ((parsed += record.bytes) > 4 * file.size() + kMostParsedTwice) break;
-    DirectoryReader directory(file, directory_at, record.bytes);
+    CentralDirectoryReader directory(file, directory_at, record.bytes);
     if (!parseEntries(directory, record.entries, entries)) continue;
     found.entries = std::move(entries);
     found.archive_at = directory_at - record.at;
