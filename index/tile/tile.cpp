@@ -308,36 +308,6 @@ void Tile::setHomes() {
   }
 }
 
-std::vector<std::uint32_t> Tile::midpointsInside() const {
-  std::vector<std::uint32_t> inside((segment_count_ + 31) / 32, 0);
-  if (is_long_) {
-    for (std::uint32_t s = 0; s < segment_count_; ++s) setBits(inside, s);
-    return inside;
-  }
-  withOffsets([&](const auto& offsets) {
-    const Offset lo = home_lo_, range = home_range_;
-    std::uint32_t word = 0, s = 0;
-    for (std::uint32_t f = 0; f < fragments_.size(); ++f) {
-      std::uint32_t node = fragments_[f].child_node;
-      Offset a = offsets.get(fragments_[f].parent_node);
-      for (const std::uint32_t end = fragmentEnd(f); s < end; ++s, ++node) {
-        const Offset b = offsets.get(node);
-        const int is_inside = static_cast<int>(((a[0] + b[0]) >> 1) - lo[0] <= range[0]) &
-                              static_cast<int>(((a[1] + b[1]) >> 1) - lo[1] <= range[1]) &
-                              static_cast<int>(((a[2] + b[2]) >> 1) - lo[2] <= range[2]);
-        word |= static_cast<std::uint32_t>(is_inside) << (s % 32);
-        if (s % 32 == 31) {
-          inside[s / 32] = word;
-          word = 0;
-        }
-        a = b;
-      }
-    }
-    if (s % 32 != 0) inside[s / 32] = word;
-  });
-  return inside;
-}
-
 void Tile::countBytes() {
   bytes_ = sizeof(Tile) + heapBytes(fragments_) + heapBytes(strays_) + heapBytes(narrow_) + heapBytes(words_) +
            heapBytes(wide_) + heapBytes(huge_) + heapBytes(runs_) + heapBytes(first_samples_) + heapBytes(loose_) +

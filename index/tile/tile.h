@@ -209,6 +209,7 @@ class Tile {
   void index(std::span<const std::uint32_t> owned, std::span<const std::uint32_t> strips);
   // One bit a segment: its midpoint lies in the block. Requires setHomes().
   std::vector<std::uint32_t> midpointsInside() const;
+  bool midpointInside(std::uint32_t a, std::uint32_t b) const;  // of two nodes; requires setHomes()
   void listIncident();
   void setHomes();
   void countBytes();

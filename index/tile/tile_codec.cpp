@@ -271,22 +271,18 @@ void TileCodec::readRuns(ByteReader& in, Tile& tile) {
   const RunGroups tree(count);
   std::vector<std::uint64_t> group_of(count);
   internal::unpackBits(in, group_of, tree.bits);
-  std::vector<std::uint32_t> next(tree.groups);  // position of the next run of each group
-  for (std::size_t g = 0; g < next.size(); ++g) next[g] = static_cast<std::uint32_t>(g * internal::kTreeWidth);
+  std::vector<std::uint32_t> next(std::size_t{1} << tree.bits, 0);  // by group: its runs, then the place of the next
+  for (const std::uint64_t group : group_of) ++next[group];
+  for (std::size_t g = 0; g < next.size(); ++g) {
+    const std::size_t begin = std::min(g * internal::kTreeWidth, count), end = begin + next[g];
+    in.require(end == std::min((g + 1) * internal::kTreeWidth, count), "a group of runs has the wrong size");
+    next[g] = static_cast<std::uint32_t>(begin);
+  }
   tile.runs_.resize(count);
   std::size_t at = 0;
-  bool fits = true;
   for (std::uint32_t f = 0; f < tile.fragments_.size(); ++f)
-    internal::forEachRun(tile.fragments_[f].begin, tile.fragmentEnd(f) - tile.fragments_[f].begin, [&](SegmentRun run) {
-      fits = fits && group_of[at] < tree.groups;
-      const std::uint64_t group = std::min<std::uint64_t>(group_of[at++], tree.groups - 1);
-      const std::uint32_t place = std::min(next[group]++, static_cast<std::uint32_t>(count - 1));
-      fits = fits && place / internal::kTreeWidth == group;
-      tile.runs_[place] = run;
-    });
-  for (std::size_t g = 0; g < next.size(); ++g)
-    fits = fits && next[g] == std::min((g + 1) * internal::kTreeWidth, count);
-  in.require(fits, "a group of runs has the wrong size");
+    internal::forEachRun(tile.fragments_[f].begin, tile.fragmentEnd(f) - tile.fragments_[f].begin,
+                         [&](SegmentRun run) { tile.runs_[next[group_of[at++]]++] = run; });
 }
 
 std::vector<std::uint8_t> encodeTile(const Tile& tile) { return TileCodec::encode(tile); }

@@ -1,6 +1,9 @@
-// Searches random tiles by every path of the packed tree that this processor has, and compares with a scan of all
-// segments. Prints a number that depends on every bit of every answer, so that processors can be compared.
+// Encodes and decodes random tiles, searches them by every path of the packed tree that this processor has, and
+// compares with a scan of all segments. Prints a number that depends on every bit of every answer, so that processors
+// can be compared.
 #include "index/tile/packed_tree.h"
+
+#include "index/tile/tile_codec.h"
 
 #include <cstdio>
 #include <random>
@@ -51,7 +54,14 @@ int main() {
   std::uint64_t digest = 0, searches = 0;
   for (const std::int64_t step : {3, 200, 3000, 60000, 9000000}) {
     const std::vector<StoredSegment> segments = walk(random, 3000, step);
-    const auto tile = std::make_shared<const Tile>(0, BlockKey{}, false, grid, segments);
+    const Tile whole(0, BlockKey{}, false, grid, segments);
+    const TilePlace place{0, BlockKey{}, false, "tile", 0};
+    const auto tile = std::make_shared<const Tile>(decodeTile(encodeTile(whole), place, grid));
+    for (std::uint32_t n = 0; n < whole.node_count(); ++n)
+      if (tile->gridPoint(n) != whole.gridPoint(n)) {
+        std::fprintf(stderr, "a decoded tile has other positions: step %lld\n", static_cast<long long>(step));
+        return 1;
+      }
     for (int probe = 0; probe < 200; ++probe) {
       // Not by a distribution of the standard library, whose functions round as the processor's library does.
       const double size = grid.quantum_um() * static_cast<double>(step) * (1 << probe % 8);

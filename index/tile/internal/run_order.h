@@ -22,7 +22,10 @@ template <class Use>
 void forEachRun(std::uint32_t begin, std::uint32_t count, const Use& use) {
   const std::uint32_t pieces = runsOf(count);
   if (pieces == 0) return;
-  const std::uint32_t least = count / pieces, rest = count % pieces;
+  // count / pieces and its remainder; the quotient is 1 to 4.
+  static_assert(kRunSegments == 4);
+  const std::uint32_t least = 4 * pieces == count ? 4 : 3 * pieces <= count ? 3 : 2 * pieces <= count ? 2 : 1;
+  const std::uint32_t rest = count - least * pieces;
   std::uint32_t at = begin, sum = 0;
   for (std::uint32_t i = 0; i < pieces; ++i) {
     sum += rest;

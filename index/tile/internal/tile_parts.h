@@ -16,9 +16,9 @@ namespace filiform {
 
 class TileCodec {
  public:
-  static std::vector<std::uint8_t> encode(const Tile& tile);  // see encodeTile()
-  static Tile decode(internal::ByteReader& in, const TilePlace& place,
-                     const Grid& grid);  // see decodeTile(); throws Damage
+  static std::vector<std::uint8_t> encode(const Tile& tile);
+  // Throws Damage.
+  static Tile decode(internal::ByteReader& in, const TilePlace& place, const Grid& grid);
 
  private:
   // How a fragment starts.

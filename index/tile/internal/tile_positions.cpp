@@ -1,4 +1,4 @@
-#include "index/tile/internal/step_sums.h"
+#include "index/tile/internal/narrow_nodes.h"
 #include "index/tile/internal/tile_parts.h"
 
 #include <algorithm>

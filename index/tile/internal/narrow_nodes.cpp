@@ -1,4 +1,4 @@
-#include "index/tile/internal/step_sums.h"
+#include "index/tile/internal/narrow_nodes.h"
 
 #include <algorithm>
 #include <array>
@@ -8,16 +8,16 @@
 #define HWY_BROKEN_EMU128 0
 #define HWY_BROKEN_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128)
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "index/tile/internal/step_sums.cpp"
+#define HWY_TARGET_INCLUDE "index/tile/internal/narrow_nodes.cpp"
 // clang-format off
 #include <hwy/foreach_target.h>  // before highway.h
 #include <hwy/highway.h>
 
-#include "index/tile/internal/step_cuts.h"
+#include "index/tile/internal/narrow_tables.h"
 // clang-format on
 
 HWY_BEFORE_NAMESPACE();
-namespace filiform::internal::steps::HWY_NAMESPACE {
+namespace filiform::internal::narrow::HWY_NAMESPACE {
 namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
@@ -66,74 +66,114 @@ Progress sumGroups(const std::uint8_t* at, std::size_t readable, std::size_t gro
   return {at, done};
 }
 
+// Bits of eight nodes a byte. Bit i: the midpoint of nodes i and i + 1 lies in the block.
+void midpointBits(const std::uint16_t* offsets, std::size_t nodes, const NarrowBlock& block, std::uint8_t* inside) {
+  for (std::size_t node = 0; node < nodes; node += 8, offsets += 24, ++inside) {
+    unsigned all = 0xff;
+    for (std::size_t part = 0; part < 3; ++part) {
+      const Vec16 a = hn::LoadU(Tag16(), offsets + 8 * part), b = hn::LoadU(Tag16(), offsets + 8 * part + 3);
+      const Vec16 middle = hn::Add(hn::And(a, b), hn::ShiftRight<1>(hn::Xor(a, b)));
+      const Vec16 above = hn::Sub(middle, hn::LoadU(Tag16(), &block.lo[8 * part]));
+      const Vec16 least = hn::Min(above, hn::LoadU(Tag16(), &block.range[8 * part]));
+      std::uint8_t bits[8] = {};
+      hn::StoreMaskBits(Tag16(), hn::Eq(least, above), bits);
+      all &= kNodesInside.of[part][bits[0]];
+    }
+    *inside = static_cast<std::uint8_t>(all);
+  }
+}
+
 }  // namespace
 
 // Not in the unnamed namespace: the table below names it.
-SumGroups kernel() { return sumGroups; }
+Kernels kernels() { return {sumGroups, midpointBits}; }
 
-}  // namespace filiform::internal::steps::HWY_NAMESPACE
+}  // namespace filiform::internal::narrow::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 namespace filiform::internal {
 namespace {
 
-const std::vector<steps::SumGroups>& stepKernels() {
-  static const std::vector<steps::SumGroups> kAll = [] {
-    std::vector<steps::SumGroups> all;
+const std::vector<narrow::Kernels>& narrowKernels() {
+  static const std::vector<narrow::Kernels> kAll = [] {
+    std::vector<narrow::Kernels> all;
     const std::int64_t here = HWY_SUPPORTED_TARGETS;
 #if HWY_TARGETS & HWY_EMU128
-    all.push_back(steps::N_EMU128::kernel());  // every processor runs it
+    all.push_back(narrow::N_EMU128::kernels());  // every processor runs it
 #endif
 #if HWY_TARGETS & HWY_SSSE3
-    if ((here & HWY_SSSE3) != 0) all.push_back(steps::N_SSSE3::kernel());
+    if ((here & HWY_SSSE3) != 0) all.push_back(narrow::N_SSSE3::kernels());
 #endif
 #if HWY_TARGETS & HWY_SSE4
-    if ((here & HWY_SSE4) != 0) all.push_back(steps::N_SSE4::kernel());
+    if ((here & HWY_SSE4) != 0) all.push_back(narrow::N_SSE4::kernels());
 #endif
 #if HWY_TARGETS & HWY_AVX2
-    if ((here & HWY_AVX2) != 0) all.push_back(steps::N_AVX2::kernel());
+    if ((here & HWY_AVX2) != 0) all.push_back(narrow::N_AVX2::kernels());
 #endif
 #if HWY_TARGETS & HWY_AVX3
-    if ((here & HWY_AVX3) != 0) all.push_back(steps::N_AVX3::kernel());
+    if ((here & HWY_AVX3) != 0) all.push_back(narrow::N_AVX3::kernels());
 #endif
 #if HWY_TARGETS & HWY_NEON
-    if ((here & HWY_NEON) != 0) all.push_back(steps::N_NEON::kernel());
+    if ((here & HWY_NEON) != 0) all.push_back(narrow::N_NEON::kernels());
 #endif
     return all;
   }();
   return kAll;
 }
 
+const narrow::Kernels& kernelsOf(std::size_t set) { return narrowKernels()[std::min(set, narrowSets() - 1)]; }
+
 // A group near the end of the bytes, or with fewer than eight steps: copies it to where there is room to read.
-void sumLastGroup(ByteReader& in, std::size_t steps, steps::SumGroups kernel, std::uint16_t* sums) {
+void sumLastGroup(ByteReader& in, std::size_t steps, const narrow::Kernels& kernels, std::uint16_t* sums) {
   const unsigned head = in.u16();
-  const steps::Widths widths(head);
+  const narrow::Widths widths(head);
   in.require((head & kWideSteps) == 0 && widths.narrow(), "a step is too wide");
-  std::array<std::uint8_t, 2 * steps::kReadable> group{static_cast<std::uint8_t>(head),
-                                                       static_cast<std::uint8_t>(head >> 8)};
+  std::array<std::uint8_t, 2 * narrow::kReadable> group{static_cast<std::uint8_t>(head),
+                                                        static_cast<std::uint8_t>(head >> 8)};
   std::size_t at = 2;
   for (const unsigned width : {widths.x, widths.y, widths.z}) {
     const ByteSpan values = in.take(packedBytes(steps, static_cast<int>(width)));
     std::copy(values.begin(), values.end(), group.begin() + static_cast<std::ptrdiff_t>(at));
     at += width;
   }
-  kernel(group.data(), group.size(), 1, sums);
+  kernels.sum(group.data(), group.size(), 1, sums);
 }
 
 }  // namespace
 
-std::size_t stepSumSets() { return stepKernels().size(); }
+std::size_t narrowSets() { return narrowKernels().size(); }
 
 void sumSteps(ByteReader& in, std::size_t steps, std::uint16_t* sums, std::size_t set) {
-  const steps::SumGroups kernel = stepKernels()[std::min(set, stepSumSets() - 1)];
+  const narrow::Kernels& kernels = kernelsOf(set);
   std::fill_n(sums, 4, std::uint16_t{0});
   ByteReader ahead = in;
   const ByteSpan bytes = ahead.take(ahead.left());
-  const steps::Progress done = kernel(bytes.data(), bytes.size(), steps / kStepGroup, sums);
+  const narrow::Progress done = kernels.sum(bytes.data(), bytes.size(), steps / kStepGroup, sums);
   in.take(static_cast<std::uint64_t>(done.at - bytes.data()));
   for (std::size_t at = done.groups * kStepGroup; at < steps; at += kStepGroup)
-    sumLastGroup(in, std::min(kStepGroup, steps - at), kernel, sums + 4 * at);
+    sumLastGroup(in, std::min(kStepGroup, steps - at), kernels, sums + 4 * at);
+}
+
+NarrowBlock::NarrowBlock(const GridBox& block, const GridPoint& origin) {
+  for (int axis = 0; axis < 3; ++axis) {
+    const std::int64_t low = std::max<std::int64_t>(block.lo[axis] - origin[axis], 0),
+                       high = std::min<std::int64_t>(block.hi[axis] - origin[axis], UINT16_MAX);
+    empty = empty || low > high;
+    for (auto i = static_cast<std::size_t>(axis); i < lo.size(); i += 3) {
+      lo[i] = static_cast<std::uint16_t>(low);
+      range[i] = static_cast<std::uint16_t>(high - low);
+    }
+  }
+}
+
+void findMidpoints(const std::uint16_t* offsets, std::size_t nodes, const NarrowBlock& block,
+                   std::vector<std::uint32_t>& inside, std::size_t set) {
+  std::vector<std::uint8_t> bits(4 * ((nodes + 31) / 32), 0);
+  kernelsOf(set).midpoints(offsets, nodes, block, bits.data());
+  inside.resize(bits.size() / 4);
+  for (std::size_t i = 0; i < inside.size(); ++i)
+    inside[i] = bits[4 * i] | bits[4 * i + 1] << 8 | bits[4 * i + 2] << 16 | std::uint32_t{bits[4 * i + 3]} << 24;
 }
 
 }  // namespace filiform::internal

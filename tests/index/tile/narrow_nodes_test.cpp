@@ -1,7 +1,9 @@
-#include "index/tile/internal/step_sums.h"
+#include "index/tile/internal/narrow_nodes.h"
 
+#include <algorithm>
 #include <array>
 #include <random>
+#include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -28,9 +30,9 @@ Bytes encodedSteps(const std::vector<Step>& steps) {
   return out.take();
 }
 
-TEST(StepSums, AreThoseOfAddingOneByOneOnEveryInstructionSet) {
+TEST(NarrowNodes, AreThoseOfAddingOneByOneOnEveryInstructionSet) {
   std::mt19937_64 random(31);
-  for (std::size_t set = 0; set < stepSumSets(); ++set)
+  for (std::size_t set = 0; set < narrowSets(); ++set)
     for (int round = 0; round < 400; ++round) {
       SCOPED_TRACE("set " + std::to_string(set) + ", round " + std::to_string(round));
       std::vector<Step> steps(random() % 100);
@@ -56,12 +58,12 @@ TEST(StepSums, AreThoseOfAddingOneByOneOnEveryInstructionSet) {
     }
 }
 
-TEST(StepSums, RefuseBytesThatEndAndStepsThatAreTooWide) {
+TEST(NarrowNodes, RefuseBytesThatEndAndStepsThatAreTooWide) {
   std::mt19937_64 random(32);
   std::vector<Step> steps(50);
   for (Step& step : steps) step = {random() % 1000, random() % 70000, random() % 5};
   const Bytes good = encodedSteps(steps);
-  for (std::size_t set = 0; set < stepSumSets(); ++set) {
+  for (std::size_t set = 0; set < narrowSets(); ++set) {
     std::vector<std::uint16_t> sums(4 * sumsRoom(steps.size()));
     for (std::size_t n = 0; n < good.size(); ++n) {
       ByteReader in(ByteSpan(good).first(n));
@@ -75,6 +77,41 @@ TEST(StepSums, RefuseBytesThatEndAndStepsThatAreTooWide) {
       EXPECT_THROW(sumSteps(in, steps.size(), sums.data(), set), Damage) << head;
     }
   }
+}
+
+TEST(NarrowNodes, MidpointsInABlockAreFoundOnEveryInstructionSet) {
+  std::mt19937_64 random(33);
+  for (std::size_t set = 0; set < narrowSets(); ++set)
+    for (int round = 0; round < 300; ++round) {
+      SCOPED_TRACE("set " + std::to_string(set) + ", round " + std::to_string(round));
+      const std::size_t nodes = random() % 80;
+      std::vector<std::uint16_t> offsets(3 * (nodes + 9));
+      for (std::uint16_t& c : offsets) c = static_cast<std::uint16_t>(random() >> (round % 3 * 4 + 48));
+      const GridPoint origin(-5000, 7, 1 << 20);
+      GridBox box;
+      for (int corner = 0; corner < 2; ++corner)
+        box.extend(origin + GridPoint(static_cast<std::int64_t>(random() % 90000) - 20000,
+                                      static_cast<std::int64_t>(random() % 90000) - 20000,
+                                      static_cast<std::int64_t>(random() % 90000) - 20000));
+      const NarrowBlock block(box, origin);
+      const auto isInside = [&](std::size_t i) {
+        bool inside = true;
+        for (int axis = 0; axis < 3; ++axis) {
+          const auto at = 3 * i + static_cast<std::size_t>(axis);
+          const std::int64_t middle = origin[axis] + (offsets[at] + offsets[at + 3]) / 2;
+          inside = inside && middle >= box.lo[axis] && middle <= box.hi[axis];
+        }
+        return inside;
+      };
+      if (block.empty) {
+        for (std::size_t i = 0; i < nodes; ++i) ASSERT_FALSE(isInside(i));
+        continue;
+      }
+      std::vector<std::uint32_t> found;
+      findMidpoints(offsets.data(), nodes, block, found, set);
+      ASSERT_GE(32 * found.size(), nodes);
+      for (std::size_t i = 0; i < nodes; ++i) ASSERT_EQ((found[i / 32] >> (i % 32) & 1) != 0, isInside(i)) << i;
+    }
 }
 
 }  // namespace

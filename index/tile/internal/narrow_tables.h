@@ -1,13 +1,14 @@
-// What the vector code of step_sums.cpp shares with the code around it: tables, and the head of a group of steps.
+// What the vector code of narrow_nodes.cpp shares with the code around it: tables, and the head of a group of steps.
+// Thread rule: values.
 #pragma once
 
-#include "index/tile/internal/step_sums.h"
+#include "index/tile/internal/narrow_nodes.h"
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
 
-namespace filiform::internal::steps {
+namespace filiform::internal::narrow {
 
 inline constexpr std::size_t kReadable = 64;  // the vector code may read so many bytes from the head of a group on
 
@@ -44,6 +45,28 @@ struct Progress {
   const std::uint8_t* at;
   std::size_t groups;
 };
-using SumGroups = Progress (*)(const std::uint8_t* at, std::size_t readable, std::size_t groups, std::uint16_t* sums);
 
-}  // namespace filiform::internal::steps
+// For each set of eight numbers: the nodes that have no number outside the set. The eight numbers are the first, second
+// or third part of those of eight nodes.
+struct NodesInside {
+  std::array<std::array<std::uint8_t, 256>, 3> of{};
+
+  constexpr NodesInside() {
+    for (std::size_t part = 0; part < 3; ++part)
+      for (std::size_t set = 0; set < 256; ++set) {
+        unsigned nodes = 0xff;
+        for (std::size_t i = 0; i < 8; ++i)
+          if ((set >> i & 1) == 0) nodes &= ~(1u << (8 * part + i) / 3);
+        of[part][set] = static_cast<std::uint8_t>(nodes);
+      }
+  }
+};
+inline constexpr NodesInside kNodesInside;
+
+// The vector code of one instruction set.
+struct Kernels {
+  Progress (*sum)(const std::uint8_t* at, std::size_t readable, std::size_t groups, std::uint16_t* sums);
+  void (*midpoints)(const std::uint16_t* offsets, std::size_t nodes, const NarrowBlock& block, std::uint8_t* inside);
+};
+
+}  // namespace filiform::internal::narrow
