@@ -4,6 +4,7 @@
 #include "index/errors.h"
 #include "index/file/internal/decimals.h"
 #include "index/set/soma_finder.h"
+#include "index/set/tiles_ahead.h"
 
 #include <algorithm>
 #include <charconv>
@@ -181,9 +182,9 @@ CellGraph readCell(const TileStore& store, std::uint32_t cell, bool with_appeara
     graph.types.assign(record.samples, 0);
   }
   Assembly assembly(graph, record, cell);
-  for (TileId t : detail.tiles) {
-    const std::shared_ptr<const Tile> tile = store.load(t);
-    const TileAppearance appearance = with_appearance ? store.loadAppearance(t) : TileAppearance{};
+  TilesAhead ahead(store, detail.tiles, with_appearance);
+  for (std::size_t i = 0; i < detail.tiles.size(); ++i) {
+    const auto [tile, appearance] = ahead.next();
     std::uint32_t s = firstOf(*tile, cell);
     std::uint32_t owned = s < tile->segment_count() ? tile->ownedIndex(s) : 0;
     for (; s < tile->segment_count() && tile->segmentId(s).cell == cell; ++s) {

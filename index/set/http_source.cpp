@@ -3,6 +3,7 @@
 #include "index/errors.h"
 #include "index/http/internal/http_client.h"
 #include "index/http/internal/range_cache.h"
+#include "index/http/internal/range_ahead.h"
 #include "index/http/internal/remote_address.h"
 #include "index/set/internal/set_files.h"
 #include "index/text.h"
@@ -37,8 +38,10 @@ struct HttpSource::Impl {
   mutable internal::HttpClient client;
   std::unique_ptr<internal::RangeCache> cache;
   mutable std::atomic<std::uint64_t> cache_hits{0};
-  std::mutex mutex;                              // guards `small`
-  std::map<std::string, internal::Bytes> small;  // read for size(), until read() takes all of it
+  mutable internal::RangeAhead ahead;
+  std::mutex mutex;                               // guards the members below
+  std::map<std::string, internal::Bytes> small;   // read for size(), until read() takes all of it
+  std::map<std::string, std::uint64_t> expected;  // sizes of files
 
   Impl(const std::string& text, const RemoteOptions& options) : address(text), client(address.origin, options) {
     if (!options.cache_folder.empty())
@@ -51,6 +54,8 @@ struct HttpSource::Impl {
   internal::Bytes fetch(const std::string& name) const {
     return client.readWhole(url(name), name == kCurrentName ? kMostCurrent : kMostManifest);
   }
+  // Reads from the server, more than asked for if the file is read piece after piece.
+  void readRange(const std::string& name, std::uint64_t offset, std::span<std::uint8_t> bytes);
   bool isKept(const std::string& name, std::uint64_t bytes) const {
     return cache != nullptr && !isSmallFile(name) && bytes > 0 && bytes <= kMostCachedRead;
   }
@@ -58,6 +63,22 @@ struct HttpSource::Impl {
     return url(name) + "@" + std::to_string(offset);
   }
 };
+
+void HttpSource::Impl::readRange(const std::string& name, std::uint64_t offset, std::span<std::uint8_t> bytes) {
+  if (ahead.take(name, offset, bytes)) return;
+  std::uint64_t file_bytes = 0;
+  {
+    const std::lock_guard lock(mutex);
+    const auto stated = expected.find(name);
+    if (stated != expected.end()) file_bytes = stated->second;
+  }
+  const std::uint64_t size = ahead.plan(name, offset, bytes.size(), file_bytes);
+  if (size == bytes.size()) return client.readRange(url(name), offset, bytes);
+  internal::Bytes piece(size);
+  client.readRange(url(name), offset, piece);
+  std::memcpy(bytes.data(), piece.data(), bytes.size());
+  ahead.keep(name, offset, std::move(piece));
+}
 
 HttpSource::HttpSource(const std::string& address, const RemoteOptions& options)
     : impl_(std::make_unique<Impl>(address, options)) {}
@@ -94,13 +115,19 @@ void HttpSource::read(const std::string& name, std::uint64_t offset, std::span<s
     ++impl_->cache_hits;
     return;
   }
-  impl_->client.readRange(impl_->url(name), offset, bytes);
+  impl_->readRange(name, offset, bytes);
   if (kept) impl_->cache->put(impl_->key(name, offset), bytes);
 }
 
 bool HttpSource::discard(const std::string& name, std::uint64_t offset, std::uint64_t bytes) const {
   if (impl_->isKept(name, bytes)) impl_->cache->remove(impl_->key(name, offset));
+  impl_->ahead.forget();
   return true;
+}
+
+void HttpSource::expect(const std::string& name, std::uint64_t bytes) const {
+  const std::lock_guard lock(impl_->mutex);
+  impl_->expected[name] = bytes;
 }
 
 std::string HttpSource::describe(const std::string& name) const { return escaped(impl_->address.files + name); }

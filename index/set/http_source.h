@@ -19,7 +19,8 @@ namespace filiform {
 bool isAddress(std::string_view name);
 
 // Reads over HTTP. Sends no request before the first read. Ranges are asked for as they are read, so a set is read by
-// pages and tiles. Throws UsageError for a malformed address or option, IoError if the cache's folder cannot be used.
+// pages and tiles; a file that is read piece after piece is read ahead by up to 1 MiB. Throws UsageError for a
+// malformed address or option, IoError if the cache's folder cannot be used.
 class HttpSource final : public TileSource {
  public:
   explicit HttpSource(const std::string& address, const RemoteOptions& options = {});
@@ -28,6 +29,7 @@ class HttpSource final : public TileSource {
   // size() and read() throw IoError with one line that says what is wrong, at which URL, and what to do.
   std::uint64_t size(const std::string& name) const override;
   void read(const std::string& name, std::uint64_t offset, std::span<std::uint8_t> bytes) const override;
+  void expect(const std::string& name, std::uint64_t bytes) const override;
   bool isRemote() const override { return true; }
   bool discard(const std::string& name, std::uint64_t offset, std::uint64_t bytes) const override;
   std::string describe(const std::string& name) const override;

@@ -112,6 +112,8 @@ std::uint32_t TileSet::group_pages() const { return impl_->directory.root().grou
 GridBox TileSet::pageContent(std::uint32_t page) const { return impl_->directory.pageContent(page); }
 GridBox TileSet::groupContent(std::uint32_t group) const { return impl_->directory.root().groups.at(group).content; }
 std::uint64_t TileSet::floorBytes() const { return impl_->manifest().floor_bytes; }
+std::uint64_t TileSet::segmentCount() const { return counts().segments; }
+std::uint64_t TileSet::decodedBytes() const { return counts().decoded_bytes; }
 bool TileSet::isRemote() const { return impl_->revision.isRemote(); }
 
 void TileSet::checkDirectory() const {

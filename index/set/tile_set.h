@@ -60,6 +60,8 @@ class TileSet final : public TileStore {
   GridBox pageContent(std::uint32_t page) const override;
   GridBox groupContent(std::uint32_t group) const override;
   std::uint64_t floorBytes() const override;
+  std::uint64_t segmentCount() const override;
+  std::uint64_t decodedBytes() const override;
   bool isRemote() const override;
   std::uint32_t capacity() const override;
   std::shared_ptr<const Tile> load(TileId tile) const override;

@@ -38,4 +38,16 @@ void TileFloor::add(std::uint64_t bytes, bool is_long) {
   }
 }
 
+std::uint64_t TileStore::segmentCount() const {
+  std::uint64_t sum = 0;
+  for (std::uint32_t id = 0; id < cell_count(); ++id) sum += cell(id).segments;
+  return sum;
+}
+
+std::uint64_t TileStore::decodedBytes() const {
+  std::uint64_t sum = 0;
+  for (TileId tile = 0; tile < tile_count(); ++tile) sum += entry(tile).decoded_bytes;
+  return sum;
+}
+
 }  // namespace filiform

@@ -86,6 +86,10 @@ class TileStore {
   virtual GridBox groupContent(std::uint32_t group) const;
   // Bytes in memory of the two largest tiles and the long-segment tile together. O(1); O(tiles) for stores in memory.
   virtual std::uint64_t floorBytes() const;
+  // Segments of all cells, without isolated samples; bytes of all tiles in memory. O(1); O(cells), O(tiles) for stores
+  // in memory.
+  virtual std::uint64_t segmentCount() const;
+  virtual std::uint64_t decodedBytes() const;
   virtual std::uint32_t capacity() const = 0;
   // True if loads travel over a network; see TileSource.
   virtual bool isRemote() const { return false; }

@@ -53,6 +53,7 @@ struct RunSummary {
   std::uint64_t legs = 0, legs_completed = 0;
   // Jumps between legs; ticks in which the hand waited for a jump: for its tile, or in real time for its plan.
   std::uint64_t jumps = 0, jump_wait_ticks = 0;
+  TimeHistogram jump_waits;  // of each jump: from its plan to the jump, that is for its tiles; in simulated time
   double stiffness_N_m = 0;
   bool passivity = false;             // the passivity controller was on
   PassivityEnergy energy;             // see passivity.h

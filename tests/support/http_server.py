@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """A small HTTP server for tests: serves the files below a folder, with faults on demand.
 
-  http_server.py ROOT [--prefix PATH] [--host ADDRESS] [--token TOKEN]
+  http_server.py ROOT [--prefix PATH] [--host ADDRESS] [--token TOKEN] [--certificate FILE]
 
 It prints `port N`. Then each line on standard input is a JSON object, answered by one line of JSON:
   {"do": "fault", "path": SUBSTRING, "times": N, "kind": KIND, ...}  faults for the next N matching requests
@@ -25,6 +25,7 @@ import argparse
 import json
 import os
 import socket
+import ssl
 import struct
 import sys
 import threading
@@ -109,27 +110,29 @@ class Handler(BaseHTTPRequestHandler):
             return self.plain(404)
         path = os.path.join(arguments.root, self.path[len(arguments.prefix):].lstrip("/"))
         try:
-            with open(path, "rb") as file:
-                content = file.read()
+            size = os.stat(path).st_size
+            file = open(path, "rb")
         except OSError:
             return self.plain(404)
-        first, last, status = 0, len(content) - 1, 200
-        if asked and kind != "whole":
-            first, last = (int(n) for n in asked.removeprefix("bytes=").split("-"))
-            if first >= len(content):
-                return self.plain(416, [("Content-Range", "bytes */%d" % len(content))])
-            status, last = 206, min(last, len(content) - 1)
-            if kind == "other":
-                first += 1
-        if kind == "short":
-            last = first + (last - first) // 2
-        body = bytearray(content[first:last + 1])
+        first, last, status = 0, size - 1, 200
+        with file:
+            if asked and kind != "whole":
+                first, last = (int(n) for n in asked.removeprefix("bytes=").split("-"))
+                if first >= size:
+                    return self.plain(416, [("Content-Range", "bytes */%d" % size)])
+                status, last = 206, min(last, size - 1)
+                if kind == "other":
+                    first += 1
+            if kind == "short":
+                last = first + (last - first) // 2
+            file.seek(first)
+            body = bytearray(file.read(last + 1 - first) if with_body else last + 1 - first)
         if kind == "flip":
             body[len(body) // 2] ^= 1
         self.send_response(status)
         self.send_header("Content-Length", str(len(body)))
         if status == 206 and kind != "bare":
-            self.send_header("Content-Range", "bytes %d-%d/%d" % (first, last, len(content)))
+            self.send_header("Content-Range", "bytes %d-%d/%d" % (first, last, size))
         self.end_headers()
         if not with_body:
             return None
@@ -174,8 +177,13 @@ parser.add_argument("root")
 parser.add_argument("--prefix", default="")
 parser.add_argument("--host", default="127.0.0.1")
 parser.add_argument("--token", default="")
+parser.add_argument("--certificate", default="", help="PEM with its key: speak TLS")
 arguments = parser.parse_args()
 server = Server((arguments.host, 0), Handler)
+if arguments.certificate:
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+    context.load_cert_chain(arguments.certificate)
+    server.socket = context.wrap_socket(server.socket, server_side=True, do_handshake_on_connect=False)
 threading.Thread(target=server.serve_forever, daemon=True).start()
 print("port", server.server_address[1], flush=True)
 for line in sys.stdin:

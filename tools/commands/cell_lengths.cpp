@@ -1,6 +1,7 @@
 #include "tools/commands/cell_lengths.h"
 
 #include "index/set/soma_finder.h"
+#include "index/set/tiles_ahead.h"
 
 #include <algorithm>
 #include <memory>
@@ -26,9 +27,10 @@ CellLengths::CellLengths(const TileStore& store, const std::vector<std::uint32_t
 void CellLengths::measure(const std::function<void(std::size_t)>& progress) {
   std::fill(lengths_um_.begin(), lengths_um_.end(), 0.0);
   SomaFinder finder(store_);
+  TilesAhead ahead(store_, tiles_, true);
   for (std::size_t i = 0; i < tiles_.size(); ++i) {
-    const std::shared_ptr<const Tile> tile = store_.load(tiles_[i]);
-    const TileAppearance appearance = store_.loadAppearance(tiles_[i]);
+    const auto [loaded, appearance] = ahead.next();
+    const std::shared_ptr<const Tile>& tile = loaded;  // a lambda cannot capture a structured binding
     finder.offer(tile, appearance);
     const auto soma_of = [&](std::uint32_t node) { return finder.of(tile->nodeId(node), tile->gridPoint(node)); };
     std::size_t owned = 0;

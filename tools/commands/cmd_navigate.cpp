@@ -209,6 +209,7 @@ nlohmann::ordered_json describe(const RunSummary& s) {
   json["legs_completed"] = s.legs_completed;
   json["jumps"] = s.jumps;
   json["jump_wait_ticks"] = s.jump_wait_ticks;
+  json["jump_wait"] = describe(s.jump_waits);
   const ResidencyCounters& c = s.streaming;
   json["streaming"] = {{"prefetched", c.prefetched},
                        {"prefetch_used", c.prefetch_used},

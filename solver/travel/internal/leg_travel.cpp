@@ -53,6 +53,7 @@ void LegTravel::moveOn(const DeviceState& state, const RunTime& time) noexcept {
     if (hasTilesOf(*next_)) {
       past_.swap(leg_);
       leg_.swap(next_);
+      jump_waits_.record(static_cast<std::int64_t>(1e9 * jump_waited_periods_ * time.period_s()));
       jump_waited_periods_ = 0;
       leavePast(state, time);
       return;

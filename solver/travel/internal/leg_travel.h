@@ -12,6 +12,7 @@
 #pragma once
 
 #include "index/streaming/residency.h"
+#include "solver/loop/loop_metrics.h"
 #include "solver/travel/internal/hand_navigation.h"
 #include "solver/travel/internal/itinerary.h"
 #include "solver/travel/internal/run_time.h"
@@ -66,7 +67,8 @@ class LegTravel {
   double longestJumpWaitPeriods(const RunTime& time) const noexcept { return time.periodsOf(longest_jump_wait_s_); }
 
   const Counts& counts() const noexcept { return counts_; }
-  Totals totals() const noexcept;  // includes the current leg
+  const TimeHistogram& jumpWaits() const noexcept { return jump_waits_; }  // see RunSummary
+  Totals totals() const noexcept;                                          // includes the current leg
 
  private:
   bool enter(const Leg& leg, const Vector3d& h_D, const RunTime& time) noexcept;
@@ -85,6 +87,7 @@ class LegTravel {
   double leg_end_periods_ = 0, jump_waited_periods_ = 0;
   bool arrived_ = false, leg_over_ = false;
   Counts counts_;
+  TimeHistogram jump_waits_;
   Totals past_totals_;
 };
 

@@ -131,8 +131,9 @@ RunSummary RunParts::summary() const {
   s.legs_completed = counts.completed;
   s.jumps = counts.jumps;
   s.jump_wait_ticks = counts.jump_wait_ticks;
-  for (std::uint32_t id = 0; id < store.cell_count(); ++id) s.segments += store.cell(id).segments;
-  for (TileId tile = 0; tile < store.tile_count(); ++tile) s.decoded_bytes += store.entry(tile).decoded_bytes;
+  s.jump_waits = legs->jumpWaits();
+  s.segments = store.segmentCount();
+  s.decoded_bytes = store.decodedBytes();
   s.cell = store.cell(first_cell).name;
   s.stalls = hand->stalls();
   s.budget_bytes = options.budget_bytes;

@@ -14,6 +14,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <cstdlib>
 #include <filesystem>
 #include <functional>
 #include <map>
@@ -79,6 +80,8 @@ TEST_F(HttpSourceTest, EveryAnswerEqualsThatOfTheFolder) {
   EXPECT_FALSE(local_->isRemote());
   EXPECT_EQ(remote->manifest(), local_->manifest());
   test::expectSameTiles(*remote, *local_);
+  EXPECT_EQ(remote->segmentCount(), local_->TileStore::segmentCount()) << "the sum over the cells";
+  EXPECT_EQ(remote->decodedBytes(), local_->TileStore::decodedBytes()) << "the sum over the tiles";
   ASSERT_EQ(remote->cell_count(), local_->cell_count());
   for (std::uint32_t c = 0; c < local_->cell_count(); ++c) {
     EXPECT_EQ(remote->cell(c).name, local_->cell(c).name);
@@ -297,6 +300,25 @@ TEST_F(HttpSourceTest, AWrongTokenIsSaidToBeWrongAndNotShown) {
   EXPECT_THROW(TileSet::open(asks / "a.fil", {.token = "a\r\nHost: b"}), UsageError);
 }
 
+TEST_F(HttpSourceTest, ACertificateThatNobodyVouchesForIsRefusedAtOnce) {
+  const test::TempFolder folder;
+  const std::string pem = folder / "own.pem";
+  const std::string make = "openssl req -x509 -newkey rsa:2048 -nodes -days 2 -subj /CN=127.0.0.1 -keyout '" + pem +
+                           "' -out '" + pem + ".crt' 2>/dev/null && cat '" + pem + ".crt' >> '" + pem + "'";
+  if (std::system(make.c_str()) != 0) GTEST_SKIP() << "no openssl";
+  const HttpServer server(folder_->path(), {"--certificate", pem});
+  const std::string address = "https" + (server / "a.fil").substr(4);
+  EXPECT_LT(secondsOf([&] {
+              try {
+                TileSet::open(address, {.token = "a-secret"});
+                ADD_FAILURE();
+              } catch (const IoError& error) {
+                EXPECT_NE(std::string(error.what()).find("certificate"), std::string::npos) << error.what();
+              }
+            }),
+            2);
+}
+
 TEST_F(HttpSourceTest, NeighbouringReadsAreMerged) {
   server_.delay(0.05);
   const HttpSource source(server_ / "a.fil", {.connections = 1});
@@ -314,6 +336,25 @@ TEST_F(HttpSourceTest, NeighbouringReadsAreMerged) {
                            reinterpret_cast<const std::uint8_t*>(bytes.data()) + i * kPiece));
   EXPECT_LT(source.counters().requests, count / 2);
   EXPECT_EQ(source.counters().requests + source.counters().merged, count);
+}
+
+TEST_F(HttpSourceTest, AFileReadPieceAfterPieceTakesFewRequests) {
+  const test::TempFolder folder;
+  fs::create_directories(folder / "r-0123456789abcdef");
+  std::string content(3 << 20, 'x');
+  for (std::size_t i = 0; i < content.size(); ++i) content[i] = static_cast<char>(i * 2654435761u >> 13);
+  test::writeBytes(folder / "r-0123456789abcdef/x.bin", content);
+  const HttpServer server(folder.path());
+  const HttpSource source(server.url(), quick());
+  source.expect("r-0123456789abcdef/x.bin", content.size());
+  std::vector<std::uint8_t> bytes(1000);
+  for (std::size_t at = 0; at + bytes.size() <= content.size(); at += bytes.size()) {
+    source.read("r-0123456789abcdef/x.bin", at, bytes);
+    ASSERT_TRUE(std::equal(bytes.begin(), bytes.end(), reinterpret_cast<const std::uint8_t*>(content.data()) + at))
+        << at;
+  }
+  EXPECT_LT(source.counters().requests, 12u);
+  EXPECT_LT(source.counters().bytes, content.size() + content.size() / 16);
 }
 
 TEST_F(HttpSourceTest, EightRequestsGoAtOnce) {

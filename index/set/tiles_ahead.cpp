@@ -1,0 +1,28 @@
+#include "index/set/tiles_ahead.h"
+
+#include <utility>
+
+namespace filiform {
+
+TilesAhead::TilesAhead(const TileStore& store, std::vector<TileId> tiles, bool with_appearance)
+    : store_(store), tiles_(std::move(tiles)), with_appearance_(with_appearance) {}
+
+TilesAhead::Loaded TilesAhead::next() {
+  const bool is_remote = store_.isRemote();
+  const auto how = is_remote ? std::launch::async : std::launch::deferred;
+  while (begun_ < tiles_.size() && pending_.size() < (is_remote ? kRemoteTiles : 1)) {
+    const TileId tile = tiles_[begun_++];
+    Pending& pending = pending_.emplace_back();
+    pending.tile = std::async(how, [&store = store_, tile] { return store.load(tile); });
+    if (with_appearance_)
+      pending.appearance = std::async(how, [&store = store_, tile] { return store.loadAppearance(tile); });
+  }
+  Pending first = std::move(pending_.front());
+  pending_.pop_front();
+  Loaded loaded;
+  loaded.tile = first.tile.get();
+  if (with_appearance_) loaded.appearance = first.appearance.get();
+  return loaded;
+}
+
+}  // namespace filiform
