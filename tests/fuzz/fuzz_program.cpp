@@ -15,7 +15,7 @@ struct Target {
 constexpr Target kTargets[] = {
     {"falcon", fuzzFalcon},       {"swc", fuzzSwc},   {"graph", fuzzGraph},           {"manifest", fuzzManifest},
     {"recording", fuzzRecording}, {"zip", fuzzZip},   {"directory", fuzzDirectory},   {"spacemouse", fuzzSpaceMouse},
-    {"tile", fuzzTile},           {"text", fuzzText}, {"placements", fuzzPlacements},
+    {"tile", fuzzTile},           {"text", fuzzText}, {"placements", fuzzPlacements}, {"request", fuzzRequest},
 };
 const Target* chosen = nullptr;
 

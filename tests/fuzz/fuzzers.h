@@ -23,6 +23,7 @@ void fuzzManifest(Input input);
 void fuzzFalcon(Input input);
 void fuzzSpaceMouse(Input input);
 void fuzzRecording(Input input);
+void fuzzRequest(Input input);
 
 // Aborts if a promise is broken.
 inline void require(bool kept, const char* promise) {

@@ -1,0 +1,94 @@
+// tools/serve/nginx.conf with the real nginx in front of the server: TLS, tokens, the cache.
+#include "tests/support/process.h"
+#include "tests/support/sanitized.h"
+#include "tests/support/server_process.h"
+#include "tests/support/temp_folder.h"
+
+#include <csignal>
+#include <cstdlib>
+#include <optional>
+#include <regex>
+#include <string>
+#include <unistd.h>
+
+#include <gtest/gtest.h>
+
+namespace filiform {
+namespace {
+
+const char* const kProxyToken = "0123456789abcdef0123";
+
+class Nginx : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (test::kSanitized) GTEST_SKIP() << "another program's configuration, once is enough";
+    if (std::system("command -v nginx >/dev/null && command -v openssl >/dev/null && command -v curl >/dev/null") != 0)
+      GTEST_SKIP() << "needs nginx, openssl and curl";
+    test::writeBytes(folder_ / "token", std::string(kProxyToken) + "\n");
+    ASSERT_EQ(test::runFiliform({"synth", folder_ / "t.zip", "--cells", "2", "--seed", "1"}).exit_code, 0);
+    ASSERT_EQ(test::runFiliform({"ingest", folder_ / "t.zip", "-o", folder_ / "t.fil"}).exit_code, 0);
+    server_.emplace(
+        std::vector<std::string>{folder_ / "t.fil", "--token-file", folder_ / "token", "--host", "tiles.example"},
+        folder_ / "err");
+    ASSERT_EQ(shell("cd " + folder_.path() +
+                    " && openssl req -x509 -newkey rsa:2048 -nodes -days 2 -subj /CN=tiles.example "
+                    "-keyout key.pem -out certificate.pem 2>/dev/null"),
+              "");
+    // Another port and folders of the test; the rest is the file as it is.
+    std::string text = test::readBytes(std::string(FILIFORM_SOURCE) + "/tools/serve/nginx.conf");
+    port_ = 20000 + static_cast<int>(server_->port()) % 20000;
+    const auto replace = [&text](const std::string& from, const std::string& to) {
+      text = std::regex_replace(text, std::regex(from), to);
+    };
+    replace("/etc/ssl/filiform|/var/log/nginx|/var/cache/nginx", folder_.path());
+    if (::geteuid() == 0)
+      replace("worker_processes auto;", "user root root;\nworker_processes 1;");  // the folder is ours alone
+    replace("listen 443", "listen 127.0.0.1:" + std::to_string(port_));
+    replace("127.0.0.1:7878", "127.0.0.1:" + std::to_string(server_->port()));
+    for (const char* kind : {"client_body", "proxy", "fastcgi", "uwsgi", "scgi"})
+      replace("\nhttp \\{", "\nhttp {\n  " + std::string(kind) + "_temp_path " + folder_ / kind + ";");
+    test::writeBytes(folder_ / "nginx.conf", text);
+    ASSERT_EQ(shell(nginx("")), "") << text;
+  }
+  void TearDown() override {
+    if (port_ != 0) shell(nginx(" -s stop"));
+  }
+  std::string nginx(const std::string& more) const {
+    return "nginx -p " + folder_.path() + " -c nginx.conf -e " + folder_ / "nginx.err" + " -g 'pid " +
+           folder_ / "nginx.pid" + ";'" + more + " 2>&1";
+  }
+  std::string shell(const std::string& line) const {
+    const std::string out = folder_ / "out";
+    if (std::system(("(" + line + ") >" + out).c_str()) == 0) return test::readBytes(out);
+    return test::readBytes(out) + "failed";
+  }
+  std::string curl(const std::string& path, const std::string& options = "") const {
+    const std::string address = "https://tiles.example:" + std::to_string(port_);
+    return shell("curl -s --cacert " + folder_ / "certificate.pem" + " --resolve tiles.example:" +
+                 std::to_string(port_) + ":127.0.0.1 " + options + " '" + address + path + "'");
+  }
+  test::TempFolder folder_;
+  std::optional<test::ServerProcess> server_;
+  int port_ = 0;
+};
+
+TEST_F(Nginx, PassesTokensOnAndKeepsPartsForThoseWhoMayRead) {
+  const std::string token = std::string("-H 'Authorization: Bearer ") + kProxyToken + "'";
+  EXPECT_EQ(curl("/healthz"), "ok\n");
+  EXPECT_EQ(curl("/v1/sets", "-o /dev/null -w '%{http_code}'"), "401");
+  EXPECT_NE(curl("/v1/sets", token).find("\"name\":\"t\""), std::string::npos);
+  EXPECT_EQ(curl("/v1/sets", token + " -H 'Host: evil.example' -o /dev/null -w '%{http_code}'"), "421");
+  std::string revision = curl("/v1/sets/t/files/CURRENT", token);
+  revision.resize(18);
+  const std::string part = "/v1/sets/t/files/" + revision + "/directory.bin/0-7";
+  const std::string bytes = test::readBytes(folder_ / ("t.fil/" + revision + "/directory.bin")).substr(0, 8);
+  EXPECT_EQ(curl(part, token), bytes);
+  EXPECT_EQ(curl(part, "-o /dev/null -w '%{http_code}'"), "401") << "not from the cache";
+  server_->signal(SIGKILL);
+  server_->wait();
+  EXPECT_EQ(curl(part, token), bytes) << "from the cache";
+  EXPECT_EQ(test::readBytes(folder_ / "filiform.log").find(kProxyToken), std::string::npos);
+}
+
+}  // namespace
+}  // namespace filiform
