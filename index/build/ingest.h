@@ -32,7 +32,6 @@ struct IngestOptions {
   std::uint64_t pack_bytes = std::uint64_t{256} << 20;  // for tests: bytes after which a pack ends
   std::uint32_t page_tiles = 256;                       // for tests: tiles of a page of the directory; a power of 2
   bool levels = false;                                  // write levels of detail, needed to view large sets
-  bool levels_optional = false;                         // leave them out if they need more than `memory`
   bool force = false;                                   // replace an existing set
   const std::atomic<bool>* cancel = nullptr;            // when true: stop, clean up, throw Interrupted
   std::function<Provenance()> provenance = {};          // called once after the stream's end; may be empty
@@ -46,15 +45,14 @@ struct IngestOptions {
 struct IngestResult {
   std::string revision;
   SetCounts counts;
-  std::uint64_t bytes = 0;           // of all files of the set
-  std::uint64_t spool_bytes = 0;     // largest size of the temporary files
-  bool unchanged = false;            // with `force`: the existing set was identical and was kept
-  std::string levels_left_out = {};  // with `levels_optional`: why the set has no levels; empty: it has them
+  std::uint64_t bytes = 0;        // of all files of the set
+  std::uint64_t spool_bytes = 0;  // largest size of the temporary files
+  bool unchanged = false;         // with `force`: the existing set was identical and was kept
 };
 
 // Reads the stream to its end and publishes a tile set at `path`. Publishing is atomic: an existing set stays valid
 // until then, and a failure leaves it unchanged. Only one ingest may write a set at a time. The same cells and options
-// give the same bytes, whatever the threads and memory, except that levels_optional depends on the memory. O(n).
+// give the same bytes, whatever the threads and memory. O(n).
 //
 // Throws:
 //   InputError    a set exists and `force` is false, the folder holds other files, or another ingest is writing there.

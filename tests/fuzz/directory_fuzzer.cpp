@@ -117,7 +117,7 @@ void landmarks(Bytes bytes) {
 }
 
 void levels(Bytes bytes) {
-  sealPages(bytes, 40, 8, 32, 152);
+  sealPages(bytes, 40, 8, 32, 160);
   const internal::LevelTable found = internal::decodeLevels(bytes);
   require(found.entries.size() == found.locations.size(), "a place for each tile");
   require(internal::encodeLevels(found).size() == bytes.size(), "a table survives its bytes");

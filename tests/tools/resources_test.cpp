@@ -62,7 +62,7 @@ TEST_F(Resources, TooFewFileDescriptors) {
     SCOPED_TRACE(most);
     const std::string set = path(std::to_string(most) + ".fil");
     expectDoneOrRefused(
-        runFiliformInShell(limited(most), {"ingest", path("cell.swc"), "-o", set, "--levels", "--capacity", "100"}),
+        runFiliformInShell(limited(most), {"ingest", path("cell.swc"), "-o", set, "--capacity", "100"}),
         set);
   }
   EXPECT_GT(refused_, 0);

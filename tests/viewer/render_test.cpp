@@ -40,7 +40,7 @@ class Render : public ::testing::Test {
 };
 
 TEST_F(Render, DrawsAFileAndASetAlike) {
-  ASSERT_EQ(runFiliform({"ingest", folder_ / "y.swc", "-o", folder_ / "y.fil", "--levels"}).exit_code, 0);
+  ASSERT_EQ(runFiliform({"ingest", folder_ / "y.swc", "-o", folder_ / "y.fil"}).exit_code, 0);
   for (const char* scene : {"y.swc", "y.fil"}) {
     const Outcome outcome = runFiliform(
         {"render", folder_ / scene, "-o", folder_ / (std::string(scene) + ".png"), "--size", "200x100", "--json"});

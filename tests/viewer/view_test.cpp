@@ -50,7 +50,7 @@ class Display : public ::testing::Test {
     if (folder_ != nullptr) return;
     folder_ = new test::TempFolder;
     runFiliform({"synth", *folder_ / "c.zip", "--cells", "4", "--seed", "3"});
-    runFiliform({"ingest", *folder_ / "c.zip", "-o", *folder_ / "c.fil", "--levels"});
+    runFiliform({"ingest", *folder_ / "c.zip", "-o", *folder_ / "c.fil"});
     test::writeBytes(*folder_ / "y.swc",
                      "1 1 0 0 0 5 -1\n2 3 10 0 0 1 1\n3 3 20 0 0 1 2\n4 3 30 5 0 1 3\n5 3 40 10 0 1 4\n"
                      "6 3 30 -5 0 1 3\n7 3 40 -10 0 1 6\n");

@@ -35,7 +35,7 @@ struct IngestArguments {
   std::uint32_t capacity = PartitionOptions{}.capacity;
   unsigned threads = 0;
   double log_s = 0;
-  bool apply_offset = false, strict = false, force = false, add = false, no_levels = false, levels = false;
+  bool apply_offset = false, strict = false, force = false, add = false, no_levels = false;
 };
 
 int quantumExponentOf(const std::string& text) {
@@ -85,7 +85,6 @@ IngestOptions ingestOptionsOf(const IngestArguments& a) {
   options.quantum_exponent = quantumExponentOf(a.quantum);
   options.threads = a.threads;
   options.levels = !a.no_levels;
-  options.levels_optional = !a.levels;
   options.force = a.force;
   options.cancel = &interruptFlag();
   options.memory = parseBytes("--memory", a.memory);
@@ -175,8 +174,6 @@ int runIngest(const IngestArguments& a) {
   people << summary(input.reports());
   if (placed) people << describe(*placed);
   if (const std::string doubt = input.unitDoubt(); !doubt.empty()) std::cerr << "filiform: note: " << doubt << '\n';
-  if (!result.set.levels_left_out.empty())
-    std::cerr << "filiform: note: distant neurites of this set are not drawn: " << result.set.levels_left_out << '\n';
   people << (a.add ? reportOf(a.out, result) : reportOf(a.out, result.set));
   return 0;
 }
@@ -213,8 +210,6 @@ void addIngest(CLI::App& app, Chosen& chosen) {
       ->type_name("TSV");
   command->add_flag("--no-levels", a->no_levels,
                     "write no levels of detail: faster and smaller, but pictures of large sets lack neurites");
-  command->add_flag("--levels", a->levels, "fail if levels of detail do not fit the memory, instead of a note")
-      ->excludes("--no-levels");
   command->add_flag("--strict", a->strict, "refuse files that have a warning; write nothing if a file is refused");
   command->add_flag("--add", a->add, "add the cells to the set; its --capacity and --quantum stay");
   command->add_option("--remove", a->removed, "remove the cell of this name from the set; repeatable")

@@ -8,8 +8,8 @@
 
 namespace filiform::internal {
 
-std::vector<BlockKey> cutChunk(Chunk& chunk, std::uint32_t capacity, LandmarkSurvey& survey, SegmentChain& crossing) {
-  if (chunk.own.count() == 0) return {chunk.key};
+CutLeaves cutChunk(Chunk& chunk, std::uint32_t capacity, LandmarkSurvey& survey, SegmentChain& crossing) {
+  if (chunk.own.count() == 0) return {{chunk.key}, {0}};
   const bool alone = chunk.key.depth == 0;
   const GridBox closed = closedBlock(chunk.key);
   std::vector<MortonKey> keys;
@@ -21,7 +21,15 @@ std::vector<BlockKey> cutChunk(Chunk& chunk, std::uint32_t capacity, LandmarkSur
   }
   sortKeys(keys);
   survey.addKeys(keys);
-  return Partition::splitBlock(chunk.key, keys, capacity);
+  CutLeaves found{Partition::splitBlock(chunk.key, keys, capacity), {}};
+  found.midpoints.reserve(found.keys.size());
+  auto at = keys.begin();
+  for (const BlockKey& leaf : found.keys) {
+    const auto end = std::upper_bound(at, keys.end(), leaf.high());
+    found.midpoints.push_back(static_cast<std::uint32_t>(end - at));
+    at = end;
+  }
+  return found;
 }
 
 BorderSegments::BorderSegments(Chunks& chunks, const Partition& partition, Spool& spool, std::size_t most_open,

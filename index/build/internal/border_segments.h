@@ -13,9 +13,13 @@
 
 namespace filiform::internal {
 
-// Returns the leaves of a chunk, ascending. Adds the keys of its midpoints to `survey`, and the segments that touch its
+struct CutLeaves {  // of a chunk, ascending
+  std::vector<BlockKey> keys;
+  std::vector<std::uint32_t> midpoints;  // in each leaf
+};
+// Cuts a chunk into leaves. Adds the keys of its midpoints to `survey`, and the segments that touch its
 // border to `crossing`. Takes 40 bytes a segment. O(segments). Throws IoError.
-std::vector<BlockKey> cutChunk(Chunk& chunk, std::uint32_t capacity, LandmarkSurvey& survey, SegmentChain& crossing);
+CutLeaves cutChunk(Chunk& chunk, std::uint32_t capacity, LandmarkSurvey& survey, SegmentChain& crossing);
 
 // Thread rule: thread-compatible. Throws IoError.
 class BorderSegments {

@@ -33,30 +33,24 @@ struct LevelOptions {
 struct LevelInput {
   Grid grid;
   std::span<const BlockKey> leaves;                       // by TileId, ascending; without the long-segment tile
-  std::function<Neurites(TileId)> neurites;               // leafNeurites() of each tile
-  std::function<std::uint64_t(TileId)> bytes;             // an upper bound for these neurites in memory
+  std::span<const std::uint32_t> segments;                // by TileId: owned, isolated ones included
+  std::function<Neurites(TileId)> neurites;               // of each tile, thinned() to leafTolerances_um()
+  std::function<std::uint64_t(TileId)> points;            // of these neurites, or an upper bound
   std::vector<SomaRoot> somata = {};                      // in any order
   std::function<void(std::uint64_t done)> progress = {};  // tiles; may throw to stop
 };
 
-// The neurites that a tile owns, simplified for the levels above its leaf. O(segments).
-Neurites leafNeurites(std::span<const StoredSegment> segments, const TileAppearance& appearance, const BlockKey& leaf,
-                      const Grid& grid);
-Neurites leafNeurites(const Tile& tile, const TileAppearance& appearance);
-// Bytes in memory of the neurites of this number of segments, at most.
-std::uint64_t neuriteBytes(std::uint64_t segments);
-
-// Makes level tiles of octree blocks (prefixes of 3, 6, ... bits) with at least two parts (leaves or such blocks) and
+// Makes level tiles of octree blocks (prefixes of 6, 12, ... bits) with at least two parts (leaves or such blocks) and
 // least_segments, where a tile has several times fewer segments than the tiles below it. The outermost block always
-// has one. E is the smaller of the block's edge and its content's extent.
-// The tolerance is E / 512. If neurites overlap, hide() removes segments, with pixels of E / 512. The outermost block
-// has further, coarser tiles, each 1.5 times the one before, until few segments remain.
+// has one. E is the smaller of the block's edge and its content's extent. The tolerance is E / 512, or E / 256 without
+// level tiles below. If neurites overlap, hide() removes segments, with pixels of E / 512. The outermost block has
+// further, coarser tiles, each 1.5 times the one before, until few segments remain.
 //
 // Writes levels.bin and levels-NNNNN.pack into the folder. Returns these files with their digests, for the manifest.
-// Takes options.memory for the neurites on the way up and, for each thread, those of the tiles below one block. Fewer
-// threads work if memory is short. Throws InputError if one does not suffice; the message names a memory that is still
-// too small. Throws
-// IoError, and what the input throws. O(segments).
+// Takes options.memory for the neurites of one block and, for each thread, those of the leaves below one block. The
+// neurites of finished blocks wait in an unnamed file. Fewer threads work if memory is short. Throws InputError if one
+// does not suffice; the message names a memory that is still too small. Throws IoError, and what the input throws.
+// O(segments).
 std::vector<SetFile> writeLevels(const LevelInput& input, const LevelOptions& options, const std::string& folder);
 
 }  // namespace filiform

@@ -1,6 +1,7 @@
 #include "index/build/internal/make_set.h"
 
 #include "index/build/internal/heap.h"
+#include "index/build/internal/level_blocks.h"
 #include "index/build/internal/level_writer.h"
 #include "index/build/internal/somata_section.h"
 #include "index/build/internal/tile_stack.h"
@@ -8,7 +9,6 @@
 #include "index/errors.h"
 
 #include <algorithm>
-#include <filesystem>
 #include <memory>
 #include <thread>
 #include <utility>
@@ -20,10 +20,11 @@ constexpr unsigned kMostIngestThreads = 256;
 constexpr std::uint64_t kLevelTiles = 128;                          // full tiles below a level tile, at least
 constexpr std::uint64_t kMemoryOfThread = std::uint64_t{16} << 20;  // stack, buffers, arena and a tile at work
 
-// The packs that writeLevels() wrote before it threw.
-void removeLevelFiles(const std::string& folder) {
-  for (const auto& entry : std::filesystem::directory_iterator(folder))
-    if (entry.path().filename().string().starts_with("levels")) std::filesystem::remove(entry.path());
+GridBox boundsOf(const std::vector<CellRecord>& cells) {
+  GridBox bounds;
+  for (const CellRecord& cell : cells)
+    if (!cell.bounds.empty()) bounds.extend(cell.bounds);
+  return bounds;
 }
 
 }  // namespace
@@ -67,8 +68,13 @@ IngestResult makeSet(SetFolder& folder, const IngestOptions& options, const std:
                .progress = step});
   read(tiler);
   tiler.cut();
-  auto stack = std::make_unique<TileStack>(grid, threads, folder.building(),
-                                           options.chunk_segments != 0 ? 0 : options.memory / 8, options.levels);
+  const std::uint64_t least_segments = kLevelTiles * std::uint64_t{options.capacity};
+  std::vector<float> tolerances_um;
+  if (options.levels)
+    tolerances_um =
+        leafTolerances_um(tiler.leaves(), tiler.midpoints(), least_segments, grid, boundsOf(tiler.records()));
+  auto stack = std::make_unique<TileStack>(
+      grid, threads, folder.building(), options.chunk_segments != 0 ? 0 : options.memory / 8, std::move(tolerances_um));
   tiler.tiles(*stack);
   std::vector<TileStack::Encoded> tiles = stack->finish();
 
@@ -95,19 +101,17 @@ IngestResult makeSet(SetFolder& folder, const IngestOptions& options, const std:
   keys = {};
   if (options.levels) {
     LevelInput input;
+    std::vector<std::uint32_t> segments;
+    for (const TileStack::Encoded& tile : tiles)
+      if (tile.leaf < leaf_count) segments.push_back(tile.entry.owned);
+    input.segments = segments;
     input.neurites = [&](TileId t) { return stack->neurites(tiles[t]); };
-    input.bytes = [&](TileId t) { return neuriteBytes(tiles[t].entry.owned); };
+    input.points = [&](TileId t) { return tiles[t].neurite_points; };
     input.somata = tiler.somata();
     input.progress = [&](std::uint64_t done) { step("levels of detail", done, tile_count); };
     LevelOptions level_options = tiler.optionsForLevels();
-    level_options.least_segments = kLevelTiles * std::uint64_t{options.capacity};
-    try {
-      writer.writeLevels(std::move(input), std::move(level_options));
-    } catch (const InputError& error) {
-      if (!options.levels_optional) throw;
-      result.levels_left_out = error.what();
-      removeLevelFiles(folder.building());
-    }
+    level_options.least_segments = least_segments;
+    writer.writeLevels(std::move(input), std::move(level_options));
   }
   tiles = {};
   stack.reset();

@@ -1,7 +1,7 @@
 #include "index/build/internal/tile_stack.h"
 
-#include "index/build/internal/level_writer.h"
 #include "index/set/internal/tile_entry.h"
+#include "index/tile/internal/path_thinner.h"
 #include "index/tile/tile_codec.h"
 
 #include <algorithm>
@@ -9,8 +9,9 @@
 
 namespace filiform::internal {
 
-TileStack::TileStack(const Grid& grid, unsigned workers, const std::string& folder, std::uint64_t memory, bool levels)
-    : grid_(grid), levels_(levels), spool_(folder, kBlockBytes, memory) {
+TileStack::TileStack(const Grid& grid, unsigned workers, const std::string& folder, std::uint64_t memory,
+                     std::vector<float> tolerances_um)
+    : grid_(grid), tolerances_um_(std::move(tolerances_um)), spool_(folder, kBlockBytes, memory) {
   for (unsigned i = 0; i < workers; ++i) heaps_.push_back({ByteChain(spool_), {}});
 }
 
@@ -22,12 +23,18 @@ void TileStack::add(unsigned worker, LeafUnit& unit) {
     std::vector<StoredSegment> segments;
     unit.content(i, segments, appearance);
     if (unit.keys.size() == 1 && unit.records.size() > LeafUnit::kRecordsKept) unit.records = {};
+    const std::uint32_t leaf = unit.first + static_cast<std::uint32_t>(i);
     std::vector<std::uint8_t> neurites;
-    if (levels_ && !unit.is_long) neurites = packed(leafNeurites(segments, appearance, unit.keys[i], grid_));
+    std::uint32_t points = 0;
+    if (leaf < tolerances_um_.size()) {
+      const Neurites thin = thinned(segments, appearance, grid_, static_cast<double>(tolerances_um_[leaf]));
+      points = static_cast<std::uint32_t>(thin.points.size());
+      neurites = packed(thin);
+    }
     const Tile tile(0, unit.keys[i], unit.is_long, grid_, std::move(segments));
     const std::vector<std::uint8_t> geometry = encodeTile(tile), look = encodeAppearance(appearance);
-    heap.tiles.push_back({entryOf(tile), unit.first + static_cast<std::uint32_t>(i), worker, heap.bytes.bytes(),
-                          geometry.size(), look.size(), neurites.size()});
+    heap.tiles.push_back(
+        {entryOf(tile), leaf, worker, heap.bytes.bytes(), points, geometry.size(), look.size(), neurites.size()});
     heap.bytes.append(geometry);
     heap.bytes.append(look);
     heap.bytes.append(neurites);

@@ -18,8 +18,9 @@ namespace filiform::internal {
 class TileStack final : public TileSink {
  public:
   // `folder`: for the spool's file. Encoded tiles stay in memory up to `memory` bytes.
-  // `levels`: also keep the neurites of each tile, for levels of detail.
-  TileStack(const Grid& grid, unsigned workers, const std::string& folder, std::uint64_t memory, bool levels);
+  // `tolerances_um`: by leaf; if not empty, also keep the neurites of each tile within it, for levels of detail.
+  TileStack(const Grid& grid, unsigned workers, const std::string& folder, std::uint64_t memory,
+            std::vector<float> tolerances_um);
 
   void add(unsigned worker, LeafUnit& unit) override;
 
@@ -28,6 +29,7 @@ class TileStack final : public TileSink {
     std::uint32_t leaf;
     unsigned heap;
     std::uint64_t offset;
+    std::uint32_t neurite_points;
     std::size_t geometry_bytes, appearance_bytes, neurite_bytes;
   };
   // All tiles, by leaf; the position is the tile's id. Call it once, after the last add().
@@ -44,7 +46,7 @@ class TileStack final : public TileSink {
     std::deque<Encoded> tiles;  // a growing vector would need twice the memory
   };
   Grid grid_;
-  bool levels_;
+  std::vector<float> tolerances_um_;
   Spool spool_;
   std::vector<Heap> heaps_;
   Spool::Buffer scratch_;

@@ -90,6 +90,7 @@ struct Tiler::Impl {
 
   LandmarkSurvey survey;
   Partition partition{std::vector<BlockKey>{BlockKey{}}};
+  std::vector<std::uint32_t> midpoints;                              // by leaf
   std::vector<SegmentChain> long_segments;                           // by worker
   std::vector<LandmarkChooser::Part> parts;                          // by worker
   std::vector<std::vector<LandmarkChooser::Segment>> owned_of_leaf;  // by worker
@@ -303,7 +304,7 @@ void Tiler::Impl::endReading() {
 
 // The leaves of all chunks, ascending; `crossing` gets the segments that touch borders of chunks.
 std::vector<BlockKey> Tiler::Impl::findLeaves(std::vector<SegmentChain>& crossing) {
-  std::vector<std::vector<BlockKey>> leaves_of(chunks.size());
+  std::vector<CutLeaves> leaves_of(chunks.size());
   SurveyRuns surveys;
   std::mutex mutex;
   std::uint64_t leaf_count = 0;
@@ -315,7 +316,7 @@ std::vector<BlockKey> Tiler::Impl::findLeaves(std::vector<SegmentChain>& crossin
     leaves_of[self] = cutChunk(chunk, options.capacity, found, crossing[worker]);
     const std::lock_guard lock(mutex);
     surveys.add(self, std::move(found));
-    leaf_count += leaves_of[self].size();
+    leaf_count += leaves_of[self].keys.size();
     if (leaf_count * kBytesOfLeaf > options.memory)
       throw InputError("the segments need more than " + std::to_string(leaf_count) +
                        " tiles, which takes more memory than is given; ingest with a larger --capacity, or with "
@@ -325,9 +326,11 @@ std::vector<BlockKey> Tiler::Impl::findLeaves(std::vector<SegmentChain>& crossin
   surveys.addTo(survey);
   std::vector<BlockKey> leaves;
   leaves.reserve(leaf_count);
+  midpoints.reserve(leaf_count);
   for (std::size_t c = 0; c < chunks.size(); ++c) {
     chunks[c].first_leaf = static_cast<std::uint32_t>(leaves.size());
-    leaves.insert(leaves.end(), leaves_of[c].begin(), leaves_of[c].end());
+    leaves.insert(leaves.end(), leaves_of[c].keys.begin(), leaves_of[c].keys.end());
+    midpoints.insert(midpoints.end(), leaves_of[c].midpoints.begin(), leaves_of[c].midpoints.end());
     chunks[c].end_leaf = static_cast<std::uint32_t>(leaves.size());
     leaves_of[c] = {};
   }
@@ -416,6 +419,7 @@ LevelOptions Tiler::optionsForLevels() const {
 }
 
 const std::vector<BlockKey>& Tiler::leaves() const { return impl_->partition.leaves(); }
+const std::vector<std::uint32_t>& Tiler::midpoints() const { return impl_->midpoints; }
 const std::vector<SomaRoot>& Tiler::somata() const { return impl_->intake.somata(); }
 const std::vector<CellRecord>& Tiler::records() const { return impl_->intake.records(); }
 const std::vector<std::uint64_t>& Tiler::digests() const { return impl_->intake.digests(); }

@@ -74,8 +74,9 @@ class Tiler {
   LevelOptions optionsForLevels() const;
   const std::vector<SomaRoot>& somata() const;  // after read()
 
-  const std::vector<BlockKey>& leaves() const;     // after cut(): all leaves, ascending, also those without segments
-  const std::vector<CellRecord>& records() const;  // after read()
+  const std::vector<BlockKey>& leaves() const;  // after cut(): all leaves, ascending, also those without segments
+  const std::vector<std::uint32_t>& midpoints() const;  // after cut(): of segments, in each leaf
+  const std::vector<CellRecord>& records() const;       // after read()
   const std::vector<std::uint64_t>& digests() const;
   std::uint64_t segments() const;          // isolated ones included
   std::uint64_t spool_file_bytes() const;  // largest size on disk

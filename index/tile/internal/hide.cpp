@@ -4,7 +4,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <utility>
+#include <numeric>
+#include <unordered_map>
 
 #include <Eigen/Geometry>
 
@@ -85,22 +86,16 @@ class Hider {
   }
 
   void choose(bool every_cell) {
-    std::vector<std::pair<double, std::uint32_t>> order;
-    for (std::uint32_t i = 0; i < all_.paths.size(); ++i) {
-      const NeuritePath& path = all_.paths[i];
-      double length = 0;
-      for (std::uint32_t k = 1; k < path.count; ++k) length += lengthOf(path.begin + k);
-      order.emplace_back(length, i);
-    }
-    std::sort(order.begin(), order.end(), [](const auto& a, const auto& b) {
-      return a.first != b.first ? a.first > b.first : a.second < b.second;
-    });
     if (every_cell) keepOfEachCell();
-    for (const auto& [length, i] : order) {
+    for (const std::uint32_t i : longestFirst()) {
       const NeuritePath& path = all_.paths[i];
-      if (path.isBall()) kept_[path.begin] = every_cell || keepIfSeen(path.begin, path.begin) ? 1 : 0;
-      for (std::uint32_t k = 1; k < path.count; ++k)
-        if (kept_[path.begin + k] == 0) kept_[path.begin + k] = keepIfSeen(path.begin + k - 1, path.begin + k) ? 1 : 0;
+      Places last = placesOf(path.begin);
+      if (path.isBall()) kept_[path.begin] = every_cell || keepIfSeen(last, last) ? 1 : 0;
+      for (std::uint32_t k = 1; k < path.count; ++k) {
+        const Places next = placesOf(path.begin + k);
+        if (kept_[path.begin + k] == 0) kept_[path.begin + k] = keepIfSeen(last, next) ? 1 : 0;
+        last = next;
+      }
     }
   }
 
@@ -117,43 +112,67 @@ class Hider {
     return (all_.points[point].p - all_.points[point - 1].p).cast<double>().norm() * scale_;
   }
 
-  void keepOfEachCell() {
-    std::vector<std::pair<double, std::uint32_t>> longest;  // by order of cells met
-    std::uint32_t cell = UINT32_MAX;
-    std::vector<std::uint32_t> order(all_.paths.size());
-    for (std::uint32_t i = 0; i < order.size(); ++i) order[i] = i;
-    std::stable_sort(order.begin(), order.end(),
-                     [&](std::uint32_t a, std::uint32_t b) { return all_.paths[a].cell < all_.paths[b].cell; });
-    for (const std::uint32_t i : order) {
+  // The paths by the binary exponent of their length; of equal exponents as they come, which is near in memory.
+  std::vector<std::uint32_t> longestFirst() const {
+    constexpr int kLongest = 24, kShortest = -8;  // exponents, in pixels
+    std::vector<std::uint8_t> classes(all_.paths.size());
+    std::array<std::size_t, kLongest - kShortest + 2> begin{};
+    for (std::size_t i = 0; i < classes.size(); ++i) {
       const NeuritePath& path = all_.paths[i];
-      if (path.cell != cell) longest.emplace_back(-1, 0);
-      cell = path.cell;
-      for (std::uint32_t k = 1; k < path.count; ++k)
-        if (const double length = lengthOf(path.begin + k); length > longest.back().first)
-          longest.back() = {length, path.begin + k};
+      double length = 0;
+      for (std::uint32_t k = 1; k < path.count; ++k) length += lengthOf(path.begin + k);
+      int exponent = kShortest;
+      if (length > 0) std::frexp(length, &exponent);
+      classes[i] = static_cast<std::uint8_t>(kLongest - std::clamp(exponent, kShortest, kLongest));
+      ++begin[classes[i] + 1u];
     }
-    for (const auto& [length, point] : longest)
-      if (length >= 0) {
-        kept_[point] = 1;
-        paint(point - 1, point);
-      }
+    std::partial_sum(begin.begin(), begin.end(), begin.begin());
+    std::vector<std::uint32_t> order(classes.size());
+    for (std::uint32_t i = 0; i < order.size(); ++i) order[begin[classes[i]]++] = i;
+    return order;
   }
 
-  void paint(std::uint32_t from, std::uint32_t to) {
-    const Vector3d a = at(all_.points[from].p), b = at(all_.points[to].p);
-    for (Mask& mask : masks_)
-      mask.trace(mask.place(a), mask.place(b), [&](std::size_t pixel) {
-        mask.set(pixel);
+  // Keeps the longest segment of each cell.
+  void keepOfEachCell() {
+    struct Longest {
+      double squared = -1;
+      std::uint32_t point = 0;
+    };
+    std::unordered_map<std::uint32_t, Longest> of_cell;
+    for (const NeuritePath& path : all_.paths) {
+      if (path.isBall()) continue;
+      Longest& longest = of_cell[path.cell];
+      for (std::uint32_t k = path.begin + 1; k < path.begin + path.count; ++k) {
+        const double squared = (all_.points[k].p - all_.points[k - 1].p).cast<double>().squaredNorm();
+        if (squared > longest.squared) longest = {squared, k};
+      }
+    }
+    for (const auto& [cell, longest] : of_cell) {  // in any order: painting commutes
+      kept_[longest.point] = 1;
+      paint(placesOf(longest.point - 1), placesOf(longest.point));
+    }
+  }
+
+  using Places = std::array<Mask::Place, kViews>;
+  Places placesOf(std::uint32_t point) const {
+    const Vector3d p = at(all_.points[point].p);
+    Places places;
+    for (std::size_t view = 0; view < kViews; ++view) places[view] = masks_[view].place(p);
+    return places;
+  }
+  void paint(const Places& a, const Places& b) {
+    for (std::size_t view = 0; view < kViews; ++view)
+      masks_[view].trace(a[view], b[view], [&](std::size_t pixel) {
+        masks_[view].set(pixel);
         return true;
       });
   }
   // True if the segment covers a pixel that was not covered; then covers its pixels.
-  bool keepIfSeen(std::uint32_t from, std::uint32_t to) {
-    const Vector3d a = at(all_.points[from].p), b = at(all_.points[to].p);
-    const bool covered = std::all_of(masks_.begin(), masks_.end(), [&](const Mask& mask) {
-      return mask.trace(mask.place(a), mask.place(b), [&](std::size_t pixel) { return mask.isSet(pixel); });
-    });
-    if (!covered) paint(from, to);
+  bool keepIfSeen(const Places& a, const Places& b) {
+    bool covered = true;
+    for (std::size_t view = 0; view < kViews && covered; ++view)
+      covered = masks_[view].trace(a[view], b[view], [&](std::size_t pixel) { return masks_[view].isSet(pixel); });
+    if (!covered) paint(a, b);
     return !covered;
   }
 

@@ -1,7 +1,5 @@
 #include "index/tile/internal/neurites.h"
 
-#include "index/file/internal/bytes.h"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -83,10 +81,14 @@ class PathIndex {
     }
     return kNoPath;
   }
-  // The lowest path that ends at the first sample of path `self`.
+  // A path that ends at the first sample of path `self`: the one before, or else the lowest.
   std::size_t beforeOf(std::size_t self) const {
     const NeuritePath& path = paths_[self];
     if (path.first_sample == kNoSample || path.isBall()) return kNoPath;
+    if (self > 0) {  // usual
+      const NeuritePath& o = paths_[self - 1];
+      if (o.cell == path.cell && o.last_sample == path.first_sample && !o.isBall()) return self - 1;
+    }
     const std::uint64_t key = nodeKey(path.cell, path.first_sample);
     const auto found = std::lower_bound(ends_.begin(), ends_.end(), std::pair{key, std::size_t{0}});
     return found != ends_.end() && found->first == key && found->second != self ? found->second : kNoPath;
@@ -124,7 +126,7 @@ bool isConsecutive(const NeuritePath& a, const NeuritePath& b) {
 // Links paths where one ends at the first sample of another, and marks attached ones. A path continues with the next
 // sample in file order; the other branches are attached. In cells whose samples are in no order, a path continues with
 // any branch.
-Neurites linked(Neurites all) {
+Neurites withLinks(Neurites all) {
   constexpr std::size_t kScattered = 3;  // points a path, at most
   const bool scattered = all.points.size() < kScattered * all.paths.size();
   std::vector<std::size_t> next(all.paths.size(), kNoPath);
@@ -223,16 +225,16 @@ class Simplifier {
   NeuritePoint merged(const NeuritePoint* points, std::size_t from, std::size_t to) const {
     if (to == from + 1) return points[to];
     NeuritePoint out = points[to];
-    double length = 0, radius = 0;
+    double weight = 0, radius = 0;
     out.segments = 0;
     for (std::size_t i = from + 1; i <= to; ++i) {
       out.segments += points[i].segments;
       if (std::isnan(points[i].radius_um)) continue;
-      const double one = (at_[i] - at_[i - 1]).norm() + 1e-9;
-      length += one;
+      const double one = std::max(1u, points[i].segments);
+      weight += one;
       radius += one * static_cast<double>(points[i].radius_um);
     }
-    out.radius_um = length > 0 ? static_cast<float>(radius / length) : std::numeric_limits<float>::quiet_NaN();
+    out.radius_um = weight > 0 ? static_cast<float>(radius / weight) : std::numeric_limits<float>::quiet_NaN();
     return out;
   }
 
@@ -271,7 +273,7 @@ Neurites neuritesOf(std::span<const StoredSegment> segments, const TileAppearanc
                 appearance.types[owned]);
     ++owned;
   }
-  return linked(builder.take());
+  return withLinks(builder.take());
 }
 
 Neurites neuritesOf(const Tile& tile, const TileAppearance& appearance) {
@@ -284,36 +286,33 @@ Neurites neuritesOf(const Tile& tile, const TileAppearance& appearance) {
                 tile.gridPoint(link.parent), appearance.radii_um[owned], appearance.types[owned]);
     ++owned;
   }
-  return linked(builder.take());
+  return withLinks(builder.take());
 }
 
-Neurites join(std::vector<Neurites> parts) {
-  if (parts.size() == 1) return std::move(parts.front());
-  Neurites all;
-  std::size_t paths = 0, points = 0;
-  for (const Neurites& part : parts) {
-    paths += part.paths.size();
-    points += part.points.size();
-  }
-  all.paths.reserve(paths);
-  all.points.reserve(points);
-  for (Neurites& part : parts) {
-    const auto shift = static_cast<std::uint32_t>(all.points.size());
-    for (NeuritePath path : part.paths) {
-      path.begin += shift;
-      all.paths.push_back(path);
-    }
-    all.points.insert(all.points.end(), part.points.begin(), part.points.end());
-    all.error_um = std::max(all.error_um, part.error_um);
-    all.pixel_um = std::max(all.pixel_um, part.pixel_um);
-    all.represented += part.represented;
-    all.hidden += part.hidden;
-    all.hidden_um += part.hidden_um;
-    part = {};
-  }
+Neurites linked(Neurites all) {
   std::stable_sort(all.paths.begin(), all.paths.end(), [](const NeuritePath& a, const NeuritePath& b) {
     return nodeKey(a.cell, a.lowest) < nodeKey(b.cell, b.lowest);
   });
+  return withLinks(std::move(all));
+}
+
+void append(Neurites& all, const Neurites& part) {
+  const auto shift = static_cast<std::uint32_t>(all.points.size());
+  for (NeuritePath path : part.paths) {
+    path.begin += shift;
+    all.paths.push_back(path);
+  }
+  all.points.insert(all.points.end(), part.points.begin(), part.points.end());
+  all.error_um = std::max(all.error_um, part.error_um);
+  all.pixel_um = std::max(all.pixel_um, part.pixel_um);
+  all.represented += part.represented;
+  all.hidden += part.hidden;
+  all.hidden_um += part.hidden_um;
+}
+
+Neurites join(std::vector<Neurites> parts) {
+  Neurites all;
+  for (const Neurites& part : parts) append(all, part);
   return linked(std::move(all));
 }
 
@@ -416,59 +415,6 @@ std::vector<StoredSegment> numbered(const Neurites& all, TileAppearance& appeara
     }
   }
   return out;
-}
-
-std::vector<std::uint8_t> packed(const Neurites& all) {
-  internal::ByteWriter out;
-  const auto step = [&](std::int64_t v) {
-    out.varint(static_cast<std::uint64_t>(v) << 1 ^ static_cast<std::uint64_t>(v >> 63));
-  };
-  out.f64(all.error_um);
-  out.varint(all.represented);
-  out.varint(all.paths.size());
-  out.varint(all.points.size());
-  for (const NeuritePath& path : all.paths) {
-    out.u32(path.cell), out.u32(path.first_sample), out.u32(path.last_sample), out.u32(path.lowest);
-    out.varint(std::uint64_t{path.count} << 1 | (path.attached ? 1 : 0));
-    GridPoint last = GridPoint::Zero();
-    for (std::uint32_t k = 0; k < path.count; ++k) {
-      const NeuritePoint& point = all.points[path.begin + k];
-      for (int axis = 0; axis < 3; ++axis) step(point.p[axis] - last[axis]);
-      last = point.p;
-      out.f32(point.radius_um);
-      out.varint(point.type);
-      out.varint(point.segments);
-    }
-  }
-  return out.take();
-}
-
-Neurites unpacked(std::span<const std::uint8_t> bytes) {
-  internal::ByteReader in(bytes);
-  const auto step = [&] {
-    const std::uint64_t v = in.varint();
-    return static_cast<std::int64_t>(v >> 1 ^ (~(v & 1) + 1));
-  };
-  Neurites all;
-  all.error_um = in.f64();
-  all.represented = in.varint();
-  all.paths.resize(in.varint());
-  all.points.reserve(in.varint());
-  for (NeuritePath& path : all.paths) {
-    path.cell = in.u32(), path.first_sample = in.u32(), path.last_sample = in.u32(), path.lowest = in.u32();
-    const std::uint64_t count = in.varint();
-    path.attached = (count & 1) != 0;
-    path.begin = static_cast<std::uint32_t>(all.points.size());
-    path.count = static_cast<std::uint32_t>(count >> 1);
-    GridPoint p = GridPoint::Zero();
-    for (std::uint32_t k = 0; k < path.count; ++k) {
-      for (int axis = 0; axis < 3; ++axis) p[axis] += step();
-      const float radius_um = in.f32();
-      const auto type = static_cast<std::uint16_t>(in.varint());
-      all.points.push_back({p, radius_um, type, static_cast<std::uint32_t>(in.varint())});
-    }
-  }
-  return all;
 }
 
 }  // namespace filiform

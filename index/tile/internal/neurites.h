@@ -17,7 +17,7 @@ namespace filiform {
 // radius and type count.
 struct NeuritePoint {
   GridPoint p;
-  float radius_um = 0;         // mean, weighted by length; NaN where unknown
+  float radius_um = 0;         // mean of these segments; NaN where unknown
   std::uint16_t type = 0;      // of the sample
   std::uint32_t segments = 0;  // segments in full resolution that it represents
 };
@@ -49,8 +49,11 @@ struct Neurites {
 Neurites neuritesOf(std::span<const StoredSegment> segments, const TileAppearance& appearance);
 Neurites neuritesOf(const Tile& tile, const TileAppearance& appearance);
 
-// Joins paths of neighbouring blocks: a path continues where another ends. Frees the parts. O(n + paths log paths).
-Neurites join(std::vector<Neurites> parts);
+// Appends the neurites of a neighbouring block. linked() then joins paths: a path continues where another ends.
+// O(n + paths log paths).
+void append(Neurites& all, const Neurites& part);
+Neurites linked(Neurites all);
+Neurites join(std::vector<Neurites> parts);  // both, for all parts
 
 // Removes samples near the remaining path, and short attached paths. Adds at most `tolerance_um` to error_um: three
 // quarters of it for paths, a quarter for the reach of attached paths from their first points. O(n) usually.
@@ -58,7 +61,7 @@ void simplify(Neurites& neurites, const Grid& grid, double tolerance_um);
 
 // Hides segments whose pixels are covered by other segments of the block from each of 7 directions: along axes and
 // diagonals of a cube. Pixels are squares of `pixel_um`. Every pixel that the neurites cover from
-// one of these directions stays covered. The longest paths are kept first. `every_cell`: balls stay, and the longest
+// one of these directions stays covered. Long paths are kept first. `every_cell`: balls stay, and the longest
 // segment of each cell. O(segments * pixels of a segment).
 void hide(Neurites& neurites, const Grid& grid, double pixel_um, bool every_cell = true);
 

@@ -124,9 +124,11 @@ TEST_F(LevelsTest, MemoryIsBoundedOrNamedAndChangesNoByte) {
   std::vector<BlockKey> leaves;
   for (TileId t = 0; t < set_->tile_count(); ++t)
     if (t != set_->long_tile()) leaves.push_back(set_->entry(t).key);
-  LevelInput input{Grid(), leaves, {}, {}, {}, {}};
-  input.neurites = [&](TileId t) { return leafNeurites(*set_->load(t), set_->loadAppearance(t)); };
-  input.bytes = [&](TileId t) { return neuriteBytes(set_->entry(t).owned); };
+  std::vector<std::uint32_t> segments;
+  for (TileId t = 0; t < leaves.size(); ++t) segments.push_back(set_->entry(t).owned);
+  LevelInput input{Grid(), leaves, segments, {}, {}, {}, {}};
+  input.neurites = [&](TileId t) { return neuritesOf(*set_->load(t), set_->loadAppearance(t)); };
+  input.points = [&](TileId t) { return 2 * set_->entry(t).owned; };
   std::uint64_t named = 1;
   const auto write = [&](std::uint64_t memory) {
     LevelOptions options{.least_segments = 256, .threads = 3};

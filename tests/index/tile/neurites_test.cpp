@@ -1,6 +1,7 @@
 #include "index/tile/internal/neurites.h"
 
 #include "index/build/memory_tiles.h"
+#include "index/tile/internal/path_thinner.h"
 #include "tests/support/random_cells.h"
 #include "tests/support/sanitized.h"
 
@@ -101,6 +102,51 @@ TEST(Neurites, SimplifyingStaysWithinTheErrorThatItStatesInBothDirections) {
       EXPECT_LE(stand_for, whole.represented);
     }
   }
+}
+
+// thinned() of the tiles of a store; the same segments, joined.
+Neurites thinnedOf(const std::vector<Cell>& cells, std::uint32_t capacity, double tolerance_um) {
+  CellList stream(cells);
+  const auto store = buildTilesInMemory(stream, {.capacity = capacity});
+  Neurites all;
+  for (TileId t = 0; t < store->tile_count(); ++t) {
+    const auto tile = store->load(t);
+    std::vector<StoredSegment> segments;
+    for (std::uint32_t s = 0; s < tile->segment_count(); ++s) {
+      const Tile::Link link = tile->link(s);
+      segments.push_back({link.id, link.child_id.sample, link.parent_id.sample, tile->gridPoint(link.child),
+                          tile->gridPoint(link.parent), tile->owned(s)});
+    }
+    append(all, thinned(segments, store->loadAppearance(t), kGrid, tolerance_um));
+  }
+  return linked(std::move(all));
+}
+
+TEST(PathThinner, StaysWithinItsToleranceInBothDirections) {
+  for (const test::NamedCells& input : inputs()) {
+    const Neurites whole = wholeOf(input.cells);
+    const std::vector<Line> lines = linesOf(whole);
+    if (lines.size() > 600u) continue;  // compares all with all
+    for (const double tolerance : {0.0, 0.5, 3.0, 1e4}) {
+      SCOPED_TRACE(input.name + ", tolerance " + std::to_string(tolerance));
+      for (const std::uint32_t capacity : {40u, 1u << 30}) {
+        const Neurites thin = thinnedOf(input.cells, capacity, tolerance);
+        EXPECT_LE(thin.error_um, tolerance);
+        const double slack = 1e-6 + 1e-12 * 2e9;  // for the distances here, at 1e9 um
+        EXPECT_LE(farthest(lines, linesOf(thin)), thin.error_um + slack);
+        EXPECT_LE(farthest(linesOf(thin), lines), thin.error_um + slack);
+        EXPECT_EQ(thin.represented, whole.represented);
+        std::uint64_t stand_for = 0;
+        for (const NeuritePoint& point : thin.points) stand_for += point.segments;
+        EXPECT_EQ(stand_for, whole.represented);
+      }
+    }
+  }
+}
+
+TEST(PathThinner, LeavesFewSegments) {
+  const std::vector<Cell> cells = test::randomColumn(9, 4, 500, 100);
+  EXPECT_LT(linesOf(thinnedOf(cells, 1u << 30, 4)).size(), segmentsOf(cells) / 2);
 }
 
 TEST(Neurites, SimplifyingMovesNoPoint) {
