@@ -8,8 +8,10 @@
 #include "index/set/internal/set_files.h"
 #include "index/text.h"
 
+#include <algorithm>
 #include <atomic>
 #include <cstring>
+#include <list>
 #include <map>
 #include <mutex>
 #include <optional>
@@ -21,6 +23,13 @@ constexpr const char* kCurrentName = "CURRENT";
 constexpr std::uint64_t kMostCurrent = 4096, kMostManifest = std::uint64_t{64} << 20;
 // Larger reads are those of whole files, which verify and copies make.
 constexpr std::uint64_t kMostCachedRead = std::uint64_t{1} << 20;
+
+// Pages of the directory that a place needs lie close together in the file: they are read in blocks, some of which stay
+// in memory.
+constexpr std::uint64_t kDirectoryBlock = 256 << 10;
+constexpr std::size_t kMostBlocks = 16;
+
+bool isDirectory(const std::string& name) { return name.ends_with(std::string("/") + internal::kDirectoryFile); }
 
 // Files that are read at once, when their size is first asked for.
 bool isSmallFile(const std::string& name) {
@@ -42,6 +51,11 @@ struct HttpSource::Impl {
   std::mutex mutex;                               // guards the members below
   std::map<std::string, internal::Bytes> small;   // read for size(), until read() takes all of it
   std::map<std::string, std::uint64_t> expected;  // sizes of files
+  struct Block {
+    std::string key;
+    std::shared_ptr<const internal::Bytes> bytes;
+  };
+  std::list<Block> blocks;  // of directories, most recently used first
 
   Impl(const std::string& text, const RemoteOptions& options) : address(text), client(address.origin, options) {
     if (!options.cache_folder.empty())
@@ -56,6 +70,17 @@ struct HttpSource::Impl {
   }
   // Reads from the server, more than asked for if the file is read piece after piece.
   void readRange(const std::string& name, std::uint64_t offset, std::span<std::uint8_t> bytes);
+  // Reads from the cache on disk, or else from the server.
+  void readKept(const std::string& name, std::uint64_t offset, std::span<std::uint8_t> bytes);
+  // Reads in blocks, in a file of known size. Requires that the range lies in the file.
+  void readBlocks(const std::string& name, std::uint64_t offset, std::span<std::uint8_t> bytes,
+                  std::uint64_t file_bytes);
+  std::shared_ptr<const internal::Bytes> block(const std::string& name, std::uint64_t begin, std::uint64_t size);
+  std::uint64_t expectedSize(const std::string& name) {  // 0: unknown
+    const std::lock_guard lock(mutex);
+    const auto stated = expected.find(name);
+    return stated != expected.end() ? stated->second : 0;
+  }
   bool isKept(const std::string& name, std::uint64_t bytes) const {
     return cache != nullptr && !isSmallFile(name) && bytes > 0 && bytes <= kMostCachedRead;
   }
@@ -66,18 +91,52 @@ struct HttpSource::Impl {
 
 void HttpSource::Impl::readRange(const std::string& name, std::uint64_t offset, std::span<std::uint8_t> bytes) {
   if (ahead.take(name, offset, bytes)) return;
-  std::uint64_t file_bytes = 0;
-  {
-    const std::lock_guard lock(mutex);
-    const auto stated = expected.find(name);
-    if (stated != expected.end()) file_bytes = stated->second;
-  }
-  const std::uint64_t size = ahead.plan(name, offset, bytes.size(), file_bytes);
+  const std::uint64_t size = ahead.plan(name, offset, bytes.size(), expectedSize(name));
   if (size == bytes.size()) return client.readRange(url(name), offset, bytes);
   internal::Bytes piece(size);
   client.readRange(url(name), offset, piece);
   std::memcpy(bytes.data(), piece.data(), bytes.size());
   ahead.keep(name, offset, std::move(piece));
+}
+
+void HttpSource::Impl::readKept(const std::string& name, std::uint64_t offset, std::span<std::uint8_t> bytes) {
+  const bool kept = isKept(name, bytes.size());
+  if (kept && cache->get(key(name, offset), bytes)) {
+    ++cache_hits;
+    return;
+  }
+  readRange(name, offset, bytes);
+  if (kept) cache->put(key(name, offset), bytes);
+}
+
+void HttpSource::Impl::readBlocks(const std::string& name, std::uint64_t offset, std::span<std::uint8_t> bytes,
+                                  std::uint64_t file_bytes) {
+  for (std::size_t done = 0; done < bytes.size();) {
+    const std::uint64_t at = offset + done, begin = at / kDirectoryBlock * kDirectoryBlock;
+    const auto from = block(name, begin, std::min(kDirectoryBlock, file_bytes - begin));
+    const std::size_t part = std::min<std::size_t>(bytes.size() - done, begin + from->size() - at);
+    std::memcpy(bytes.data() + done, from->data() + (at - begin), part);
+    done += part;
+  }
+}
+
+std::shared_ptr<const internal::Bytes> HttpSource::Impl::block(const std::string& name, std::uint64_t begin,
+                                                               std::uint64_t size) {
+  const std::string wanted = key(name, begin);
+  {
+    const std::lock_guard lock(mutex);
+    for (auto at = blocks.begin(); at != blocks.end(); ++at) {
+      if (at->key != wanted) continue;
+      blocks.splice(blocks.begin(), blocks, at);
+      return at->bytes;
+    }
+  }
+  auto read = std::make_shared<internal::Bytes>(size);
+  readKept(name, begin, *read);
+  const std::lock_guard lock(mutex);
+  blocks.push_front({wanted, read});
+  if (blocks.size() > kMostBlocks) blocks.pop_back();
+  return read;
 }
 
 HttpSource::HttpSource(const std::string& address, const RemoteOptions& options)
@@ -110,18 +169,21 @@ void HttpSource::read(const std::string& name, std::uint64_t offset, std::span<s
     if (!bytes.empty()) std::memcpy(bytes.data(), file->data() + offset, bytes.size());
     return;
   }
-  const bool kept = impl_->isKept(name, bytes.size());
-  if (kept && impl_->cache->get(impl_->key(name, offset), bytes)) {
-    ++impl_->cache_hits;
-    return;
-  }
-  impl_->readRange(name, offset, bytes);
-  if (kept) impl_->cache->put(impl_->key(name, offset), bytes);
+  const std::uint64_t file_bytes = isDirectory(name) ? impl_->expectedSize(name) : 0;
+  if (offset <= file_bytes && bytes.size() <= file_bytes - offset && bytes.size() <= kDirectoryBlock)
+    impl_->readBlocks(name, offset, bytes, file_bytes);
+  else
+    impl_->readKept(name, offset, bytes);
 }
 
 bool HttpSource::discard(const std::string& name, std::uint64_t offset, std::uint64_t bytes) const {
   if (impl_->isKept(name, bytes)) impl_->cache->remove(impl_->key(name, offset));
+  if (impl_->cache != nullptr && isDirectory(name))
+    for (std::uint64_t at = offset / kDirectoryBlock * kDirectoryBlock; at < offset + bytes; at += kDirectoryBlock)
+      impl_->cache->remove(impl_->key(name, at));
   impl_->ahead.forget();
+  const std::lock_guard lock(impl_->mutex);
+  impl_->blocks.clear();
   return true;
 }
 
