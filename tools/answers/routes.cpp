@@ -12,7 +12,7 @@ namespace filiform::tools {
 
 namespace {
 
-constexpr const char* kProblemsOnly = "text/plain";
+constexpr const char* kPlainText = "text/plain";
 
 const RouteParameter kK{"k", "integer", "find this many segments a point, at most 10000; default: 1"};
 const RouteParameter kEpsilon{"epsilon", "number", "allow distances up to (1 + epsilon) times the nearest; default: 0"};
@@ -28,19 +28,13 @@ const std::vector<Route>& routeTable() {
        false,
        pageAnswer},
       {"GET", "/page.css", "The style of the page", "text/css", {}, true, styleAnswer},
-      {"GET", "/healthz", "200 while the server runs", kProblemsOnly, {}, true, healthAnswer},
-      {"GET",
-       "/readyz",
-       "200 if every set is readable in its newest revision",
-       kProblemsOnly,
-       {},
-       true,
-       readinessAnswer},
-      {"GET", "/metrics", "Counters and gauges in Prometheus text", kProblemsOnly, {}, false, metricsAnswer},
+      {"GET", "/healthz", "200 while the server runs", kPlainText, {}, true, healthAnswer},
+      {"GET", "/readyz", "200 if every set is readable in its newest revision", kPlainText, {}, true, readinessAnswer},
+      {"GET", "/metrics", "Counters and gauges in Prometheus text", kPlainText, {}, false, metricsAnswer},
       {"GET", "/v1/openapi.json", "This description", kJsonType, {}, false, openapiAnswer},
       {"GET", "/v1/sets", "The sets", kJsonType, {}, false, setsAnswer},
       {"GET", "/v1/sets/{set}", "A set, as info --json prints it", kJsonType, {}, false, setAnswer},
-      {"GET", "/v1/sets/{set}/files/CURRENT", "The name of the set's revision", kProblemsOnly, {}, false, fileAnswer},
+      {"GET", "/v1/sets/{set}/files/CURRENT", "The name of the set's revision", kPlainText, {}, false, fileAnswer},
       {"GET",
        "/v1/sets/{set}/files/{revision}/{file}",
        "A file of a revision; Range gives a part",
@@ -114,7 +108,7 @@ const std::vector<Route>& routeTable() {
        false,
        cellAnswer},
       // The layout of the set's folder, as on a server of files.
-      {"GET", "/v1/sets/{set}/CURRENT", "As files/CURRENT", kProblemsOnly, {}, false, fileAnswer},
+      {"GET", "/v1/sets/{set}/CURRENT", "As files/CURRENT", kPlainText, {}, false, fileAnswer},
       {"GET",
        "/v1/sets/{set}/{revision}/{file}",
        "As files/{revision}/{file}",

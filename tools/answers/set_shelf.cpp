@@ -4,6 +4,7 @@
 #include "index/text.h"
 
 #include <algorithm>
+#include <exception>
 #include <filesystem>
 
 namespace filiform::tools {
@@ -80,7 +81,7 @@ std::vector<std::string> SetShelf::refresh() {
       slot.older.insert(slot.older.begin(), current->sharedSet());
       slot.older.resize(std::min(slot.older.size(), kOlder));
       slot.current = fresh;
-    } catch (const Error& error) {
+    } catch (const std::exception& error) {
       problems.push_back(error.what());
     }
   }

@@ -34,6 +34,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr std::size_t kPieceBytes = 256 << 10;
 constexpr std::uint64_t kMostAnswersBytes = std::uint64_t{512} << 20;  // of answers in memory
+constexpr double kLeastBytes_s = 64 << 10;                             // of a client that reads an answer, on average
 constexpr double kLinger_s = 2;                 // for a client to read the last answer before the connection ends
 constexpr std::size_t kLingerBytes = 32 << 20;  // of an unread body
 
@@ -79,13 +80,12 @@ constexpr std::array<std::string_view, 10> kReadHeaders{"host",     "origin",   
                                                         "accept",   "content-type", "content-encoding", "range",
                                                         "if-range", "if-none-match"};
 
-// The status for a request that cannot be read; 0: the connection is gone.
+// The status for a request that cannot be read; 0: the connection is gone, also after a timeout.
 unsigned statusOf(const error_code& error) {
   if (error == http::error::header_limit) return 431;
   if (error == http::error::body_limit) return 413;
   if (error == http::error::end_of_stream || error == http::error::partial_message) return 0;
   if (error == http::error::bad_version) return 505;
-  if (error == beast::error::timeout) return 408;
   return error.category() == http::make_error_code(http::error::bad_method).category() ? 400 : 0;
 }
 
@@ -95,8 +95,6 @@ const char* detailOf(unsigned status) {
       return "the header is longer than 16 KiB";
     case 413:
       return "the body is longer than 8 MiB; send it in parts";
-    case 408:
-      return "the request came too slowly";
     case 505:
       return "use HTTP/1.1";
     default:
@@ -250,11 +248,14 @@ class Connection : public std::enable_shared_from_this<Connection> {
     if (hall_.stopping) keep_ = false;
     head_ = headOf(routed_.answer);
     sent_ = 0;
+    sending_ = Clock::now();
     to_send_ = request_.method == "HEAD" ? 0 : routed_.answer.contentBytes();
     sendPiece();
   }
 
   void sendPiece() {
+    const double taken_s = std::chrono::duration<double>(Clock::now() - sending_).count();
+    if (taken_s > hall_.options.piece_s + static_cast<double>(sent_) / kLeastBytes_s) return close();
     const auto bytes = static_cast<std::size_t>(std::min<std::uint64_t>(to_send_ - sent_, kPieceBytes));
     if (!routed_.answer.file || bytes == 0) return writePiece(routed_.answer.body.data() + sent_, bytes);
     net::post(hall_.workers, [self = shared_from_this(), bytes] {
@@ -330,7 +331,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   std::vector<std::uint8_t> piece_;
   std::uint64_t sent_ = 0, to_send_ = 0, held_ = 0;  // held_: counted in Metrics::answer_bytes
   bool keep_ = false, idle_ = false;
-  Clock::time_point began_{}, idle_since_{};
+  Clock::time_point began_{}, sending_{}, idle_since_{};
 };
 
 // ADDRESS:PORT, with brackets round an IPv6 address.

@@ -20,6 +20,7 @@ std::vector<Workload> workloads() {
   addScaleWorkloads(all);
   addSceneWorkloads(all);
   addExtremesWorkloads(all);
+  addServeWorkloads(all);
   // Last, because the OpenGL driver starts threads that stay, and other workloads fork.
   addLevelsWorkloads(all);
   addViewerWorkloads(all);
