@@ -71,6 +71,26 @@ TEST_F(Render, TakesEveryViewAndMode) {
   }
 }
 
+TEST_F(Render, SaysWhatLiesFarOutsideAnOverviewAndHowToSeeIt) {
+  std::string many, few = "1 3 50000 0 0 1 -1\n2 3 50001 0 0 1 1\n";
+  for (int i = 1; i <= 400; ++i)
+    many += std::to_string(i) + " 3 " + std::to_string(i % 20) + ' ' + std::to_string(i / 20) + " 0 1 " +
+            std::to_string(i > 1 ? i - 1 : -1) + '\n';
+  test::writeBytes(folder_ / "many.swc", many);
+  test::writeBytes(folder_ / "few.swc", few);
+  const std::string set = folder_ / "far.fil";
+  ASSERT_EQ(runFiliform({"ingest", folder_ / "many.swc", folder_ / "few.swc", "-o", set, "--capacity", "20"}).exit_code,
+            0);
+  const auto render = [&](const std::string& option) {
+    std::vector<std::string> arguments{"render", set, "-o", folder_ / "far.png", "--size", "64x48"};
+    if (!option.empty()) arguments.push_back(option);
+    return runFiliform(arguments).out;
+  };
+  EXPECT_NE(render("").find("not in the picture: 1 segment far from all others; --all"), std::string::npos);
+  EXPECT_EQ(render("--all").find("not in the picture"), std::string::npos);
+  EXPECT_EQ(nlohmann::json::parse(render("--json"))["far_segments"], 1);
+}
+
 TEST_F(Render, WhatCannotBeIsOneClearLine) {
   refused({"--size", "0x10"}, 2, "--size");
   refused({"--size", "wide"}, 2, "WIDTHxHEIGHT");

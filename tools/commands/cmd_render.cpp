@@ -42,7 +42,7 @@ struct RenderArguments {
   std::uint64_t segments = 2'000'000;
   double pictures_s = 30;
   int samples = 2;
-  bool orthographic = false, json = false;
+  bool orthographic = false, all = false, json = false;
 };
 
 std::vector<double> parseNumbers(const std::string& what, const std::string& text, std::size_t count) {
@@ -157,8 +157,9 @@ Camera cameraOf(const RenderArguments& a, const SceneView& scene, const std::opt
   const std::string& name = a.camera;
   constexpr double kRight = std::numbers::pi / 2;
   const auto around = [&](double yaw, double pitch) {
-    Camera camera = overview(scene.lo_W(), scene.hi_W(), yaw, pitch, aspect);
-    if (!proxy) return camera;
+    if (!proxy)
+      return a.all ? overview(scene.lo_W(), scene.hi_W(), yaw, pitch, aspect)
+                   : overview(scene.usual_lo_W(), scene.usual_hi_W(), yaw, pitch, aspect);
     // Turn about the proxy, at the distance of the default view.
     Camera close = workspaceCamera(*workspace, aspect);
     close = orbit(close, yaw, pitch);
@@ -346,6 +347,7 @@ int runRender(const RenderArguments& a) {
                                       {"tiles_left_out", figures.tiles_left_out},
                                       {"lines", figures.drawn.lines},
                                       {"cones", figures.drawn.cones},
+                                      {"far_segments", scene.far_segments()},
                                       {"implausible_radii", figures.implausible_radii},
                                       {"levels", levels != nullptr},
                                       {"renderer", context->description()},
@@ -369,6 +371,10 @@ int runRender(const RenderArguments& a) {
     people << "  left out: " << formatCount(figures.left_out) << " segments, because --segments allows "
            << formatCount(a.segments) << (levels ? "" : " and the scene has no levels of detail") << "; allow more"
            << (levels || isFileScene(a.scene) ? "" : ", or ingest without --no-levels") << "\n";
+  const bool is_overview = a.path.empty() && a.proxy.empty() && a.at.empty() && a.camera.find(':') == std::string::npos;
+  if (is_overview && !a.all && scene.far_segments() > 0)
+    people << "  not in the picture: " << formatCount(scene.far_segments())
+           << (scene.far_segments() == 1 ? " segment" : " segments") << " far from all others; --all frames them too\n";
   if (figures.implausible_radii > 0)
     people << "  radii that are unknown or impossible in um: " << formatCount(figures.implausible_radii)
            << ", drawn with a usual radius\n";
@@ -440,6 +446,7 @@ void addRender(CLI::App& app, Chosen& chosen) {
   command->add_option("--samples", a->samples, "samples across a pixel, against jagged edges")
       ->capture_default_str()
       ->check(CLI::Range(1, 4));
+  command->add_flag("--all", a->all, "frame the whole scene, also the few segments that lie far from all others");
   command->add_flag("--json", a->json, "write what was drawn as one JSON object");
   a->remote = addRemoteArguments(*command);
   command->callback([a, &chosen] { chosen = [a] { return runRender(*a); }; });

@@ -35,6 +35,7 @@ constexpr double kHighlightRadius_px = 1.1;
 // A batch on the card.
 struct Uploaded {
   Vector3d origin_W, lo_W, hi_W;
+  double pixel_um;
   Layer layer;
   std::vector<float> radii_um;  // of the segments, in falling order
   GLuint vertices, buffer;
@@ -184,7 +185,7 @@ void Renderer::put(BatchId id, const NeuriteBatch& batch, Layer layer) {
     sorted = std::move(copy.segments);
     segments = sorted;
   }
-  Uploaded up{batch.origin_W, batch.lo_W, batch.hi_W, layer, {}, 0, 0};
+  Uploaded up{batch.origin_W, batch.lo_W, batch.hi_W, batch.pixel_um, layer, {}, 0, 0};
   up.radii_um.reserve(segments.size());
   for (const DrawnSegment& segment : segments) up.radii_um.push_back(radius(segment));
   const std::size_t bytes = batch.segments.size() * sizeof(DrawnSegment);
@@ -345,6 +346,7 @@ void Renderer::Impl::drawPieces(std::size_t eye, std::size_t end) {
     const Piece& piece = job.pieces[eye][at];
     if (program == nullptr || piece.stage != job.pieces[eye][at - 1].stage) program = &enter(piece.stage, eye);
     program->set("origin_V", job.views[eye].toView(piece.batch->origin_W));
+    if (piece.stage == Stage::ribbons || piece.stage == Stage::lines) program->set("pixel_um", piece.batch->pixel_um);
     bindFrom(*piece.batch, piece.first);
     glDrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, static_cast<GLsizei>(piece.count));
   }

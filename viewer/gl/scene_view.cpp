@@ -5,6 +5,7 @@
 #include "viewer/gl/internal/motion_detector.h"
 #include "viewer/gl/internal/signature.h"
 #include "viewer/scene/overlay.h"
+#include "viewer/scene/usual_box.h"
 
 #include <algorithm>
 #include <array>
@@ -49,6 +50,9 @@ GridBox boxOf(const TileStore& store) {
   return box;
 }
 
+// The box holds the samples' positions: somata reach beyond it.
+const Vector3d kRoomForSomata_um = Vector3d::Constant(kDrawnUnknownSoma_um);
+
 }  // namespace
 
 SceneBudget SceneBudget::of(const std::string& renderer_description) {
@@ -70,9 +74,11 @@ struct SceneView::Impl {
   Impl(const TileStore& store, const Levels* levels, Renderer& r)
       : renderer(r),
         box(boxOf(store)),
-        // The box holds the samples' positions: somata reach beyond it.
-        lo_W(store.grid().toWorld(box.lo) - Vector3d::Constant(kDrawnUnknownSoma_um)),
-        hi_W(store.grid().toWorld(box.hi) + Vector3d::Constant(kDrawnUnknownSoma_um)),
+        usual(usualBox(store)),
+        lo_W(store.grid().toWorld(box.lo) - kRoomForSomata_um),
+        hi_W(store.grid().toWorld(box.hi) + kRoomForSomata_um),
+        usual_lo_W(store.grid().toWorld(usual.box.lo) - kRoomForSomata_um),
+        usual_hi_W(store.grid().toWorld(usual.box.hi) + kRoomForSomata_um),
         tiles(store, levels, r, hi_W.y(), lo_W.y()) {}
 
   // Sets camera, depth cues and eyes of the frame, and requests the tiles that it needs.
@@ -85,7 +91,8 @@ struct SceneView::Impl {
 
   Renderer& renderer;
   GridBox box;
-  Vector3d lo_W, hi_W;
+  UsualBox usual;
+  Vector3d lo_W, hi_W, usual_lo_W, usual_hi_W;
   CardTiles tiles;
   internal::MotionDetector motion;
   SeparationFilter separation;
@@ -120,6 +127,9 @@ std::shared_ptr<void> SceneView::end() {
 
 const Vector3d& SceneView::lo_W() const noexcept { return impl_->lo_W; }
 const Vector3d& SceneView::hi_W() const noexcept { return impl_->hi_W; }
+const Vector3d& SceneView::usual_lo_W() const noexcept { return impl_->usual_lo_W; }
+const Vector3d& SceneView::usual_hi_W() const noexcept { return impl_->usual_hi_W; }
+std::uint64_t SceneView::far_segments() const noexcept { return impl_->usual.outside; }
 bool SceneView::waitForTiles(double most_s) { return impl_->tiles.waitForTiles(most_s); }
 
 // Sets the camera's near and far, and fog, fading and shading by the depths at which there is something to see: those
@@ -137,7 +147,7 @@ SceneView::Impl::DepthRange SceneView::Impl::fitDepths(const SceneFrame& f) {
     options.clear_begin_um = range.nearest_um;
     return range;
   }
-  const Camera tight = fitDepth(asked, lo_W, hi_W);
+  const Camera tight = fitDepth(asked, usual_lo_W, usual_hi_W);
   const DepthRange range{tight.near_um, tight.far_um};
   const Vector3d rim = Vector3d::Constant(kThickestSoma_um);
   fitted = fitDepth(asked, lo_W - rim, hi_W + rim);

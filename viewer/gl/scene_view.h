@@ -104,6 +104,11 @@ class SceneView {
   // The box of all segments, with room for their thickness; um.
   const Vector3d& lo_W() const noexcept;
   const Vector3d& hi_W() const noexcept;
+  // The same without the few segments far from all others, and the number of these; see usualBox(). Fog and eye-dome
+  // lighting of overviews follow it.
+  const Vector3d& usual_lo_W() const noexcept;
+  const Vector3d& usual_hi_W() const noexcept;
+  std::uint64_t far_segments() const noexcept;
 
   // Draws one frame. Never waits for a tile. Throws what Renderer::draw() throws. A tile that cannot be read adds a
   // line to `SceneFigures::failed`, and is tried again after 5 s. O(tiles in view; without levels all tiles), plus

@@ -30,6 +30,7 @@ struct NeuriteBatch {
   Vector3d origin_W = Vector3d::Zero();  // a_um and b_um are relative to it
   Vector3d lo_W = Vector3d::Zero(), hi_W = Vector3d::Zero();
   float largest_radius_um = 0;
+  double pixel_um = 0;  // of a level tile: hidden segments share pixels of this size; lines are drawn as wide
   std::vector<DrawnSegment> segments;
   std::uint64_t implausible_radii = 0;  // replaced ones; see drawnRadius()
 };

@@ -306,7 +306,7 @@ class Application {
         return scene_->turn({kTurn_rad, 0});
       case Action::overview:
         tooltip_.clear();
-        return scene_->viewpoint().toggleOverview();
+        return scene_->nextOverview();
       case Action::freeze:
         frozen_ = !frozen_;
         return;

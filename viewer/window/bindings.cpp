@@ -70,7 +70,7 @@ constexpr std::array kBindings{
     Binding{Action::zoom_in, "zoom-in", "View", key('+'), key('='), "", "zoom in", Held::repeats},
     Binding{Action::zoom_out, "zoom-out", "View", key('-'), kNoKey, "", "zoom out", Held::repeats},
     Binding{Action::overview, "overview", "View", key('o'), key(Key::kHome), "",
-            "show the whole scene, or the workspace again"},
+            "show the scene, then also its far cells if it has any, then the workspace again"},
     Binding{Action::orthographic, "orthographic", "View", key('a'), kNoKey, "",
             "switch between orthographic and perspective view"},
     Binding{Action::next_colouring, "next-colouring", "View", key('c'), kNoKey, "",

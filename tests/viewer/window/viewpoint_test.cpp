@@ -22,7 +22,7 @@ ScreenPoint pixelOf(const Camera& camera, const Vector3d& p_W) {
 TEST(ViewpointShift, KeepsWhatIsUnderThePointerThere) {
   for (const bool everything : {false, true}) {
     Viewpoint eye(WorkspaceOptions{});
-    if (everything) eye.toggleOverview();
+    if (everything) eye.nextOverview();
     const NavigationSnapshot now = at({10, 20, 30}, 200);
     const Camera before = eye.look(now, kLo_W, kHi_W, kSize.aspect(), 0);
     const Vector3d focus_W = before.focus_W();
@@ -44,13 +44,26 @@ TEST(ViewpointShift, EndsWithAJumpAndIsBounded) {
   EXPECT_EQ(eye.shift(), Eigen::Vector2d(0, 0));
 }
 
+TEST(ViewpointOverview, ShowsFarCellsSecondIfThereAreAny) {
+  Viewpoint eye(WorkspaceOptions{});
+  const auto next = [&](bool has_far) {
+    eye.nextOverview(has_far);
+    return std::pair(eye.isOverview(), eye.showsFar());
+  };
+  EXPECT_EQ(next(false), std::pair(true, false));
+  EXPECT_EQ(next(false), std::pair(false, false));
+  EXPECT_EQ(next(true), std::pair(true, false));
+  EXPECT_EQ(next(true), std::pair(true, true));
+  EXPECT_EQ(next(true), std::pair(false, false));
+}
+
 TEST(ViewpointGlide, TakesTheEyeThereInItsTime) {
   Viewpoint eye(WorkspaceOptions{});
   const auto look = [&](double x, double t) {
     return eye.look(at({x, 0, 0}, 100), kLo_W, kHi_W, kSize.aspect(), t).focus_W().x();
   };
   look(0, 0);
-  eye.toggleOverview();
+  eye.nextOverview();
   eye.depart(1, false);
   EXPECT_FALSE(eye.isOverview());
   EXPECT_NEAR(look(100, 1), 0, 1e-6);

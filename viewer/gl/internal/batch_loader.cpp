@@ -81,6 +81,7 @@ NeuriteBatch BatchLoader::Impl::load(const TileJob& job) {
     const SomaTable somata = job.level ? SomaTable() : somataIn(*tile, appearance, roots, finder);
     options.somata = &somata;
     batch = makeBatch(*tile, appearance, options);
+    if (job.level) batch.pixel_um = levels->entry(job.tile).pixel_um;
   }
   sortThickestFirst(batch);
   return batch;

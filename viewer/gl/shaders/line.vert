@@ -13,6 +13,7 @@ uniform vec2 half_px;
 uniform vec2 depth_map;
 uniform float near_um;
 uniform float width_px;
+uniform float pixel_um;  // the segment stands for hidden ones in pixels of this size: at least as wide, up to twice
 uniform vec3 background;
 uniform vec3 fog;
 uniform float dim;
@@ -34,9 +35,10 @@ void main() {
   if (-p.z < near_um) p = mix(p, q, (-near_um - p.z) / (q.z - p.z));
   if (-q.z < near_um) q = mix(q, p, (-near_um - q.z) / (p.z - q.z));
   vec2 a_px = pixel(p), b_px = pixel(q), along = abs(b_px - a_px);
-  vec2 side = along.x >= along.y ? vec2(0.0, 0.5 * width_px) : vec2(0.5 * width_px, 0.0);
   bool at_b = (gl_VertexID & 1) != 0;
   vec3 here = at_b ? q : p;
+  float width = clamp(1.3 * pixel_um * lens.z * half_px.y / -here.z, width_px, 2.0 * width_px);
+  vec2 side = along.x >= along.y ? vec2(0.0, 0.5 * width) : vec2(0.5 * width, 0.0);
   vec2 corner = (at_b ? b_px : a_px) + ((gl_VertexID & 2) != 0 ? side : -side);
 
   left_over = smoothstep(clearing.x, clearing.y, -here.z);

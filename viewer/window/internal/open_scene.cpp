@@ -35,8 +35,12 @@ void OpenScene::zoom(double factor) {
     travel_->zoom(factor);
 }
 
+void OpenScene::nextOverview() { viewpoint_.nextOverview(picture_->far_segments() > 0); }
+
 void OpenScene::look(const PictureSize& size, bool orthographic, double now_s) {
-  camera_ = viewpoint_.look(now(), picture_->lo_W(), picture_->hi_W(), size.aspect(), now_s);
+  const bool whole = viewpoint_.showsFar();
+  camera_ = viewpoint_.look(now(), whole ? picture_->lo_W() : picture_->usual_lo_W(),
+                            whole ? picture_->hi_W() : picture_->usual_hi_W(), size.aspect(), now_s);
   if (orthographic) camera_ = parallel(camera_);
   view_ = viewOf(camera_, size.aspect(), 1);
 }

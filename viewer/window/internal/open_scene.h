@@ -31,6 +31,7 @@ class OpenScene {
   const SceneFigures& figures() const { return figures_; }
   const TilePanel& tiles() const { return tiles_; }
 
+  void nextOverview();
   // Turns and zooms the overview, or else the workspace.
   void turn(const Turn& turn);
   void zoom(double factor);

@@ -12,8 +12,9 @@ constexpr double kMostShift = 4;
 
 }  // namespace
 
-void Viewpoint::toggleOverview() {
-  overview_ = !overview_;
+void Viewpoint::nextOverview(bool has_far) {
+  whole_ = overview_ && has_far && !whole_;
+  overview_ = !overview_ || whole_;
   yaw_rad_ = pitch_rad_ = 0;
   factor_ = 1;
   centre();
@@ -35,7 +36,7 @@ void Viewpoint::pan(double dx_px, double dy_px, const PictureSize& size) {
 void Viewpoint::depart(double now_s, bool at_once) {
   flight_begin_s_ = at_once ? -1 : now_s;
   flight_from_ = shown_;
-  overview_ = false;
+  overview_ = whole_ = false;
   centre();
 }
 

@@ -16,7 +16,9 @@ class Viewpoint {
   explicit Viewpoint(const WorkspaceOptions& workspace) : workspace_(workspace) {}
 
   bool isOverview() const { return overview_; }
-  void toggleOverview();
+  // To the overview, then back to the workspace. `has_far`: in between to the overview of the whole scene.
+  void nextOverview(bool has_far = false);
+  bool showsFar() const { return whole_; }
   // For the overview only. Navigation turns and zooms the workspace.
   void turn(const Turn& turn);
   void zoom(double factor);
@@ -44,7 +46,7 @@ class Viewpoint {
   Workspace workspace_;
   Shown shown_, flight_from_;
   double flight_begin_s_ = -1;
-  bool overview_ = false;
+  bool overview_ = false, whole_ = false;
   double yaw_rad_ = 0, pitch_rad_ = 0, factor_ = 1;
   Eigen::Vector2d pan_ = Eigen::Vector2d::Zero();
 };

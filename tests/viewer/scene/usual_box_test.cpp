@@ -1,0 +1,53 @@
+#include "viewer/scene/usual_box.h"
+
+#include "index/build/memory_tiles.h"
+#include "tests/support/random_cells.h"
+
+#include <gtest/gtest.h>
+
+namespace filiform {
+namespace {
+
+std::vector<Cell> movedBy(std::vector<Cell> cells, const Vector3d& way_um) {
+  for (Cell& cell : cells)
+    for (Vector3d& p_W : cell.positions_um) p_W += way_um;
+  return cells;
+}
+
+UsualBox boxOfTiles(std::vector<Cell> cells) {
+  CellList stream(std::move(cells));
+  return usualBox(*buildTilesInMemory(stream, {.capacity = 200}));
+}
+
+TEST(UsualBox, OneCellFarAwayDoesNotShrinkTheColumn) {
+  const std::vector<Cell> column = test::randomColumn(7, 80, 300, 400);
+  const UsualBox alone = boxOfTiles(column);
+  EXPECT_EQ(alone.outside, 0u);
+  std::vector<Cell> cells = column;
+  for (Cell& cell : movedBy(test::randomColumn(8, 1, 300, 100), Vector3d(40000, 0, 0)))
+    cells.push_back(std::move(cell));
+  const UsualBox usual = boxOfTiles(cells);
+  EXPECT_GE(usual.outside, 200u);
+  EXPECT_LE(usual.outside, 320u);
+  const double before = (alone.box.hi - alone.box.lo).cast<double>().maxCoeff(),
+               after = (usual.box.hi - usual.box.lo).cast<double>().maxCoeff();
+  EXPECT_NEAR(after, before, 0.1 * before);
+}
+
+TEST(UsualBox, TwoDistantGroupsAreBothFramed) {
+  std::vector<Cell> cells = test::randomColumn(7, 20, 300, 200);
+  for (Cell& cell : movedBy(test::randomColumn(8, 20, 300, 200), Vector3d(40000, 0, 0)))
+    cells.push_back(std::move(cell));
+  const UsualBox usual = boxOfTiles(cells);
+  EXPECT_EQ(usual.outside, 0u);
+  EXPECT_GT((usual.box.hi - usual.box.lo).x() / 512, 40000);
+}
+
+TEST(UsualBox, OfOneTileIsItsContent) {
+  const UsualBox usual = boxOfTiles(test::randomColumn(9, 1, 50, 50));
+  EXPECT_EQ(usual.outside, 0u);
+  EXPECT_FALSE(usual.box.empty());
+}
+
+}  // namespace
+}  // namespace filiform

@@ -1,0 +1,69 @@
+#include "viewer/scene/usual_box.h"
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+namespace filiform {
+namespace {
+
+constexpr double kRim = 0.02;   // part of the segments
+constexpr double kWiden = 0.5;  // of the interval
+constexpr double kMuchLonger = 2;
+
+struct WeightedEnd {
+  std::int64_t at;
+  std::uint64_t segments;
+};
+
+// The position that this part of the segments does not exceed.
+std::int64_t quantile(std::vector<WeightedEnd> ends, double part) {
+  std::sort(ends.begin(), ends.end(), [](const WeightedEnd& a, const WeightedEnd& b) { return a.at < b.at; });
+  double left = 0;
+  for (const WeightedEnd& end : ends) left += part * static_cast<double>(end.segments);
+  for (const WeightedEnd& end : ends) {
+    left -= static_cast<double>(end.segments);
+    if (left <= 0) return end.at;
+  }
+  return ends.back().at;
+}
+
+}  // namespace
+
+UsualBox usualBox(const TileStore& store) {
+  std::vector<std::pair<GridBox, std::uint64_t>> tiles;
+  GridBox all;
+  for (TileId tile = 0; tile < store.tile_count(); ++tile) {
+    const TileEntry& entry = store.entry(tile);
+    if (entry.content.empty()) continue;
+    all.extend(entry.content);
+    if (entry.owned > 0 && tile != store.long_tile()) tiles.emplace_back(entry.content, entry.owned);
+  }
+  if (tiles.empty()) return {all, 0};
+  GridBox fence = all;
+  for (int axis = 0; axis < 3; ++axis) {
+    std::vector<WeightedEnd> low, high;
+    for (const auto& [box, segments] : tiles) {
+      low.push_back({box.lo[axis], segments});
+      high.push_back({box.hi[axis], segments});
+    }
+    const std::int64_t from = quantile(std::move(low), kRim), to = quantile(std::move(high), 1 - kRim);
+    const auto wider = static_cast<std::int64_t>(kWiden * static_cast<double>(std::max<std::int64_t>(to - from, 1)));
+    fence.lo[axis] = std::max(all.lo[axis], from - wider);
+    fence.hi[axis] = std::min(all.hi[axis], to + wider);
+  }
+  UsualBox usual;
+  for (const auto& [box, segments] : tiles) {
+    const GridBox cut{box.lo.cwiseMax(fence.lo), box.hi.cwiseMin(fence.hi)};
+    if (cut.empty())
+      usual.outside += segments;
+    else
+      usual.box.extend(cut);
+  }
+  const auto longer =
+      (all.hi - all.lo).cast<double>().array() > kMuchLonger * (usual.box.hi - usual.box.lo).cast<double>().array() + 1;
+  if (usual.outside == 0 || !longer.any()) return {all, 0};
+  return usual;
+}
+
+}  // namespace filiform
