@@ -5,6 +5,7 @@
 #include "index/text.h"
 #include "tools/answers/limits.h"
 #include "tools/answers/routes.h"
+#include "tools/serve/answer_head.h"
 #include "tools/serve/log_entry.h"
 
 #include <algorithm>
@@ -100,14 +101,6 @@ const char* detailOf(unsigned status) {
     default:
       return "this is no HTTP request";
   }
-}
-
-std::string httpDate() {
-  const std::time_t now = std::time(nullptr);
-  std::tm utc{};
-  gmtime_r(&now, &utc);
-  char text[40];
-  return std::string(text, std::strftime(text, sizeof text, "%a, %d %b %Y %H:%M:%S GMT", &utc));
 }
 
 // One client: reads a request, has it answered, sends the answer, and so on.
@@ -227,26 +220,10 @@ class Connection : public std::enable_shared_from_this<Connection> {
     });
   }
 
-  std::string headOf(const Answer& answer) const {
-    std::string head = "HTTP/1.1 " + std::to_string(answer.status) + ' ' + reasonPhrase(answer.status) +
-                       "\r\nDate: " + httpDate() + "\r\n";
-    const auto add = [&](std::string_view name, std::string_view value) {
-      (((head += name) += ": ") += value) += "\r\n";
-    };
-    if (!answer.type.empty()) add("Content-Type", answer.type);
-    if (answer.status != 204 && answer.status != 304) add("Content-Length", std::to_string(answer.contentBytes()));
-    for (const auto& [name, value] : answer.headers) add(name, value);
-    add("X-Content-Type-Options", "nosniff");
-    add("Referrer-Policy", "no-referrer");
-    add("Cross-Origin-Resource-Policy", "same-origin");
-    if (!keep_) add("Connection", "close");
-    return head += "\r\n";
-  }
-
   void send(Routed routed) {
     routed_ = std::move(routed);
     if (hall_.stopping) keep_ = false;
-    head_ = headOf(routed_.answer);
+    head_ = answerHead(routed_.answer, keep_, std::time(nullptr));
     sent_ = 0;
     sending_ = Clock::now();
     to_send_ = request_.method == "HEAD" ? 0 : routed_.answer.contentBytes();
