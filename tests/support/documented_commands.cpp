@@ -195,9 +195,9 @@ RunnableCommand runnable(const std::string& text) {
     line += " --quick";
     shortened = true;
   }
-  if (name == "serve") {  // ends by itself never; any free port
+  if (name == "serve") {  // never ends by itself; timeout would signal its group too, and a second signal ends at once
     dropOption(line, "--listen \\S+");
-    line = "timeout --preserve-status -s TERM 2 " + line + " --listen 127.0.0.1:0";
+    line = "timeout --foreground --preserve-status -s TERM 2 " + line + " --listen 127.0.0.1:0";
     shortened = true;
   }
   if (name == "view" && line.find(" --keys") == std::string::npos) {
