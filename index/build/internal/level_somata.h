@@ -13,15 +13,16 @@ class LevelSomata {
  public:
   explicit LevelSomata(std::vector<SomaRoot> somata, const Grid& grid);
 
-  // Removes the segments between samples inside a soma of their cell, and adds the somata whose centres lie in the leaf
-  // as balls. O(n).
+  // Adds the somata whose centres lie in the leaf as balls, and removes the segments inside the ball of their cell.
+  // Other leaves keep such segments, so that no cell is missing in a block without its ball. O(n).
   void apply(Neurites& neurites, const BlockKey& leaf) const;
 
  private:
-  void removeInside(Neurites& neurites) const;
-
   Grid grid_;
-  std::vector<SomaRoot> by_cell_, by_place_;  // ascending by cell; by Morton key
+  std::vector<SomaRoot> by_place_;  // ascending by Morton key
 };
+
+// Removes the segments inside the balls of somata that the neurites hold: those from other leaves. O(n).
+void removeInsideBalls(Neurites& neurites, const Grid& grid);
 
 }  // namespace filiform::internal

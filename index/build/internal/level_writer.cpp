@@ -147,6 +147,7 @@ class Maker {
     const bool linking = outermost || !only_leaves;
     MemoryBudget::Hold work(budget_, content.points * (linking ? kBytesOfLinked : kBytesOfPoint) + kBytesOfMasks);
     Neurites neurites = together(std::move(content.pieces), content.points);
+    internal::removeInsideBalls(neurites, input_.grid);
     // Leaves are as coarse as a first level. Joining them would change little, and takes long.
     if (linking) neurites = linked(std::move(neurites));
     coarsen(neurites, input_.grid, block, parts, {.simplifying = linking});

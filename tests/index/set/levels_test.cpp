@@ -44,6 +44,25 @@ TEST(Levels, EveryWorstCaseHoldsItsBoundAndItsAccount) {
   }
 }
 
+// Samples within a soma's radius lie in blocks that do not hold its ball.
+TEST(Levels, ABlockBesideASomaKeepsTheCell) {
+  const TempFolder folder;
+  std::vector<Cell> cells;
+  for (int i = 0; i < 40; ++i) {
+    Cell cell = test::randomNeuron(40 + static_cast<std::uint64_t>(i), {});
+    const Vector3d root_W = cell.positions_um.front();
+    for (std::size_t s = 0; s < cell.samples(); ++s)
+      if ((cell.positions_um[s] - root_W).norm() < 15) cell.types[s] = 1;
+    cell.radii_um.front() = 15;
+    cells.push_back(std::move(cell));
+  }
+  const std::string path = made(folder, "somata.fil", cells, {.capacity = 4});
+  const auto set = TileSet::open(path);
+  const auto levels = Levels::open(*set);
+  ASSERT_GT(levels->size(), 3u);
+  EXPECT_EQ(checkLevels(*set, *levels), std::vector<std::string>{});
+}
+
 class LevelsTest : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {

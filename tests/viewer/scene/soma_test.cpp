@@ -208,7 +208,7 @@ TEST_P(LevelsOfSomata, ShowSpheres) {
   const auto levels = Levels::open(*set);
   std::size_t balls = 0, others = 0;
   for (LevelId id = 0; id < levels->size(); ++id) {
-    if (levels->entry(id).error_um > 5) continue;  // the soma may be simplified away
+    if (levels->entry(id).error_um > 10) continue;  // the soma may be simplified away
     const auto tile = levels->load(id);
     const TileAppearance appearance = levels->loadAppearance(id);
     const NeuriteBatch batch = makeBatch(*tile, appearance);
@@ -217,7 +217,7 @@ TEST_P(LevelsOfSomata, ShowSpheres) {
       const Vector3d b_W = batch.origin_W + Vector3d(s.b_um[0], s.b_um[1], s.b_um[2]);
       for (const Vector3d& centre_W : centres_W) {
         if ((a_W - centre_W).norm() > 10.1 || (b_W - centre_W).norm() > 10.1) continue;
-        const bool is_sphere = (a_W - centre_W).norm() < 0.3 && a_W == b_W && std::abs(s.a_radius_um - 10) < 0.5;
+        const bool is_sphere = (a_W - centre_W).norm() < 0.5 && a_W == b_W && std::abs(s.a_radius_um - 10) < 0.5;
         ++(is_sphere ? balls : others);
       }
     }
