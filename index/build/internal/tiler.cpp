@@ -19,7 +19,7 @@
 namespace filiform::internal {
 namespace {
 
-constexpr std::uint64_t kMostChunkSegments = std::uint64_t{1} << 19;  // larger chunks are no faster
+constexpr std::uint64_t kMostChunkSegments = std::uint64_t{1} << 17;  // larger chunks are slower
 constexpr std::uint64_t kSmallMemory = std::uint64_t{512} << 20;
 constexpr std::uint64_t kMostMemory = std::uint64_t{1} << 56;  // keeps sums of shares from overflowing
 
