@@ -2,8 +2,8 @@
 
 #include "index/errors.h"
 #include "index/http/internal/http_client.h"
-#include "index/http/internal/range_cache.h"
 #include "index/http/internal/range_ahead.h"
+#include "index/http/internal/range_cache.h"
 #include "index/http/internal/remote_address.h"
 #include "index/set/internal/set_files.h"
 #include "index/text.h"

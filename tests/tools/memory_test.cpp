@@ -161,7 +161,8 @@ TEST_F(Memory, LevelsOfDetailStayWithinTheMemory) {
                                       path(memory), "--memory", memory, "--threads", "64"});
     ASSERT_EQ(made.exit_code, 0) << made.err;
     EXPECT_LE(made.peak_bytes, (memory == "64MiB" ? 64 : 192) * kMiB + kBeside);
-    EXPECT_TRUE(std::filesystem::exists(path(memory) + "/" + revisionOf(path(memory)).substr(0, revisionOf(path(memory)).find(10)) + "/levels.bin"));
+    EXPECT_TRUE(std::filesystem::exists(
+        path(memory) + "/" + revisionOf(path(memory)).substr(0, revisionOf(path(memory)).find(10)) + "/levels.bin"));
   }
   EXPECT_EQ(revisionOf(path("64MiB")), revisionOf(path("192MiB")));
 }

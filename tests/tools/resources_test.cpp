@@ -61,9 +61,8 @@ TEST_F(Resources, TooFewFileDescriptors) {
   for (int most = first; most < first + 12; most += 2) {
     SCOPED_TRACE(most);
     const std::string set = path(std::to_string(most) + ".fil");
-    expectDoneOrRefused(
-        runFiliformInShell(limited(most), {"ingest", path("cell.swc"), "-o", set, "--capacity", "100"}),
-        set);
+    expectDoneOrRefused(runFiliformInShell(limited(most), {"ingest", path("cell.swc"), "-o", set, "--capacity", "100"}),
+                        set);
   }
   EXPECT_GT(refused_, 0);
   EXPECT_LT(refused_, 6);

@@ -22,7 +22,7 @@ bool RangeAhead::take(const std::string& file, std::uint64_t offset, std::span<s
 }
 
 std::uint64_t RangeAhead::plan(const std::string& file, std::uint64_t offset, std::uint64_t bytes,
-                              std::uint64_t file_bytes) {
+                               std::uint64_t file_bytes) {
   const std::lock_guard lock(mutex_);
   Run& run = runs_[file];
   if (run.next != offset) run = {};

@@ -10,16 +10,17 @@ namespace filiform {
 namespace {
 
 // Parts of the tolerance. At each position along the frame, a passed sample lies within kAcross of the line on both
-// other axes: together kAcross * sqrt(2). A sample may lie kBack beyond the end, which adds kBack * sqrt(2), because
-// the line is at most 45 degrees from the frame. All samples before the frame exists lie within kNear of the first.
-constexpr double kAcross = 0.6, kBack = 0.1, kNear = 0.5;
+// other axes: together kAcross * sqrt(2). A sample may lie kBehind beyond the end, which adds kBehind * sqrt(2),
+// because the line is at most 45 degrees from the frame. All samples before the frame exists lie within kNear of the
+// first.
+constexpr double kAcross = 0.6, kBehind = 0.1, kNear = 0.5;
 
 // The ends that a segment may have so that it passes near all samples since its start.
 class Corridor {
  public:
   explicit Corridor(double tolerance_um)
       : across_um_(kAcross * tolerance_um),
-        back_um_(kBack * tolerance_um),
+        back_um_(kBehind * tolerance_um),
         near2_um2_(kNear * tolerance_um * kNear * tolerance_um) {}
 
   void start() { framed_ = false; }

@@ -88,23 +88,23 @@ class StepReader {
 };
 
 // Three numbers of 16 bits in the lower bits of a word, x lowest.
-struct NarrowPoint {
+struct NarrowTriple {
   std::uint64_t word = 0;
 
   static constexpr std::uint64_t kHighs = 0x8000800080008000, kUsed = 0xffffffffffff;
-  static NarrowPoint of(const Coordinates& c) { return {c[0] | c[1] << 16 | c[2] << 32}; }
-  static NarrowPoint load(const std::uint16_t* from) {  // reads a fourth number
-    NarrowPoint p;
+  static NarrowTriple of(const Coordinates& c) { return {c[0] | c[1] << 16 | c[2] << 32}; }
+  static NarrowTriple load(const std::uint16_t* from) {  // reads a fourth number
+    NarrowTriple p;
     std::memcpy(&p.word, from, sizeof p.word);
     p.word &= kUsed;
     return p;
   }
   void store(std::uint16_t* to) const { std::memcpy(to, &word, sizeof word); }  // writes a fourth number
   // Modulo 2^16.
-  NarrowPoint operator+(NarrowPoint b) const {
+  NarrowTriple operator+(NarrowTriple b) const {
     return {((word & ~kHighs) + (b.word & ~kHighs)) ^ ((word ^ b.word) & kHighs)};
   }
-  NarrowPoint operator-(NarrowPoint b) const {
+  NarrowTriple operator-(NarrowTriple b) const {
     return {((word | kHighs) - (b.word & ~kHighs)) ^ ((word ^ ~b.word) & kHighs)};
   }
 };
@@ -197,9 +197,9 @@ void TileCodec::readNarrowPositions(ByteReader& in, const Tile& tile, std::span<
   internal::sumSteps(in, counts.steps, sums.data());
 
   const std::uint16_t* sum = sums.data();  // up to the step before
-  NarrowPoint p, all;                      // the current position; the union of all coordinates' bits
+  NarrowTriple p, all;                     // the current position; the union of all coordinates' bits
   const auto putStated = [&](std::uint32_t node) {
-    p = NarrowPoint::of(stated.next());
+    p = NarrowTriple::of(stated.next());
     p.store(out + 3 * std::size_t{node});
   };
   const std::uint32_t strays = straysBegin(tile);
@@ -213,19 +213,19 @@ void TileCodec::readNarrowPositions(ByteReader& in, const Tile& tile, std::span<
     if (standsAlone(tile, fragment)) {
       putStated(node++);
     } else if (kinds[f] == kLinked) {
-      p = NarrowPoint::load(out + 3 * std::size_t{fragment.parent_node});
+      p = NarrowTriple::load(out + 3 * std::size_t{fragment.parent_node});
     }
-    const NarrowPoint from = p - NarrowPoint::load(sum);
+    const NarrowTriple from = p - NarrowTriple::load(sum);
     for (; node < end; ++node) {
       sum += 4;
-      const NarrowPoint at = from + NarrowPoint::load(sum);
+      const NarrowTriple at = from + NarrowTriple::load(sum);
       all.word |= at.word;
       at.store(out + 3 * std::size_t{node});
     }
   }
   // The last placed node's fourth number lies in the first stray.
   for (std::uint32_t node = strays; node < tile.node_count_; ++node)
-    NarrowPoint::of(stated.at(node - strays)).store(out + 3 * std::size_t{node});
+    NarrowTriple::of(stated.at(node - strays)).store(out + 3 * std::size_t{node});
   requireWithin(in, {all.word & 0xffff, all.word >> 16 & 0xffff, all.word >> 32 & 0xffff}, widths);
 }
 

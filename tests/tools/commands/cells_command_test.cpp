@@ -156,8 +156,7 @@ TEST_F(CellsCommand, ManyTilesAreReadOnlyIfAskedFor) {
 TEST_F(CellsCommand, InfoSaysAsMuchInJsonAsInText) {
   test::writeBytes(folder_ / "bad.swc", "nothing\n");
   const std::string set = folder_ / "levels.fil";
-  const Outcome made =
-      runFiliform({"ingest", folder_ / "bent.swc", folder_ / "bad.swc", "-o", set, "--capacity", "1"});
+  const Outcome made = runFiliform({"ingest", folder_ / "bent.swc", folder_ / "bad.swc", "-o", set, "--capacity", "1"});
   ASSERT_EQ(made.exit_code, 0) << made.err;
   const Outcome text = runFiliform({"info", set});
   const auto json = nlohmann::json::parse(runFiliform({"info", set, "--json"}).out);

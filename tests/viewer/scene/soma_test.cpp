@@ -94,9 +94,7 @@ TEST_F(DrawnSoma, IsAsWideAsItsSphere) {
     for (const char* capacity : {"2", "2048"}) {
       const std::string set = name + capacity + ".fil";
       ASSERT_EQ(
-          runFiliform({"ingest", folder_ / (name + ".swc"), "-o", folder_ / set, "--capacity", capacity})
-              .exit_code,
-          0);
+          runFiliform({"ingest", folder_ / (name + ".swc"), "-o", folder_ / set, "--capacity", capacity}).exit_code, 0);
       expectTwoRadii(rendered(set));
       expectTwoRadii(rendered(set, {"--highlight", name}));
       expectTwoRadii(rendered(set, {"--camera", "back"}));
