@@ -15,8 +15,10 @@
 #include "index/query/cell_paths.h"
 #include "index/query/nearest.h"
 #include "index/set/faulty_source.h"
+#include "index/set/http_source.h"
 #include "index/set/levels.h"
 #include "index/set/tile_set.h"
+#include "index/set/tiles_ahead.h"
 #include "solver/force/force_gate.h"
 #include "solver/loop/haptic_loop.h"
 #include "solver/loop/loop_gate.h"
@@ -58,6 +60,17 @@ namespace examples {
 #pragma GCC diagnostic ignored "-Wunused-variable"
 #pragma GCC diagnostic ignored "-Wunused-but-set-variable"
 #pragma GCC diagnostic ignored "-Wshadow"
+
+void httpSource() {
+  // index/set/http_source.h
+  const auto set = TileSet::open("https://host/path/column.fil");
+}
+
+void tilesAhead(const TileStore& store, const std::vector<TileId>& tiles, void use(TilesAhead::Loaded)) {
+  // index/set/tiles_ahead.h
+  TilesAhead ahead(store, tiles, true);
+  for (std::size_t i = 0; i < tiles.size(); ++i) use(ahead.next());
+}
 
 void falcon(const Wrench& wrench) {
   // device/falcon/falcon.h
@@ -355,7 +368,7 @@ TEST(HeaderExamples, AllAreCompiledHereAsTheyStandThere) {
             << text;
       }
     }
-  EXPECT_EQ(count, 27u) << "examples; a new one goes into this file";
+  EXPECT_EQ(count, 29u) << "examples; a new one goes into this file";
 }
 
 TEST(HeaderExamples, AnExampleIsTold) {

@@ -138,8 +138,12 @@ class PathThinner {
 Neurites thinned(std::span<const StoredSegment> segments, const TileAppearance& appearance, const Grid& grid,
                  double tolerance_um) {
   PathThinner thinner(grid, tolerance_um, segments.size());
-  for (std::size_t i = 0; i < segments.size(); ++i)
-    if (segments[i].owned) thinner.add(segments[i], appearance.radii_um[i], appearance.types[i]);
+  std::size_t owned = 0;
+  for (const StoredSegment& s : segments) {
+    if (!s.owned) continue;
+    thinner.add(s, appearance.radii_um[owned], appearance.types[owned]);
+    ++owned;
+  }
   Neurites thin = thinner.take();
   // Samples in no order make runs of one segment. The slower way links them first.
   constexpr std::size_t kShort = 2;  // segments of a run
