@@ -33,8 +33,9 @@ class ServerProcess {
 // Thread rule: thread-compatible.
 class RawClient {
  public:
-  // Throws std::runtime_error if the port does not accept.
-  explicit RawClient(std::uint16_t port);
+  // `receive_bytes`: the size of the system's receive buffer, about; 0: as usual. Throws std::runtime_error if the port
+  // does not accept.
+  explicit RawClient(std::uint16_t port, int receive_bytes = 0);
   ~RawClient();
   RawClient(const RawClient&) = delete;
   RawClient& operator=(const RawClient&) = delete;
