@@ -21,6 +21,7 @@ class ServerProcess {
 
   const std::string& address() const { return address_; }  // http://127.0.0.1:PORT
   std::uint16_t port() const;
+  pid_t processId() const { return process_; }
   void signal(int signal) const;
   int wait();  // the exit code; 128 + signal if a signal killed it
   std::uint64_t residentBytes() const;
