@@ -18,3 +18,8 @@ configure_package_config_file(tools/package/filiform-config.cmake.in "${PROJECT_
 write_basic_package_version_file("${PROJECT_BINARY_DIR}/filiform-config-version.cmake" COMPATIBILITY SameMinorVersion)
 install(FILES "${PROJECT_BINARY_DIR}/filiform-config.cmake" "${PROJECT_BINARY_DIR}/filiform-config-version.cmake"
   DESTINATION "${package_folder}")
+
+# Debian packages: tools/package/make builds them with the preset `package`.
+if(FILIFORM_PACKAGE)
+  include("${CMAKE_CURRENT_LIST_DIR}/debian.cmake")
+endif()

@@ -1,0 +1,79 @@
+# The Debian packages, one a component, made by CPack. tools/package/README.md lists what each holds.
+set(data "${CMAKE_CURRENT_LIST_DIR}/data")
+find_package(Python3 REQUIRED COMPONENTS Interpreter)
+
+# Man pages and completion come from the description that the programs give of themselves.
+set(described "${PROJECT_BINARY_DIR}/described")
+add_custom_command(OUTPUT "${described}/done"
+  COMMAND "${CMAKE_COMMAND}" -E rm -rf "${described}"
+  COMMAND Python3::Interpreter "${CMAKE_CURRENT_LIST_DIR}/describe" "$<TARGET_FILE:filiform>" "${described}"
+  COMMAND "${CMAKE_COMMAND}" -E touch "${described}/done"
+  DEPENDS filiform filiform-lab "${CMAKE_CURRENT_LIST_DIR}/describe" VERBATIM)
+add_custom_target(filiform_described ALL DEPENDS "${described}/done")
+
+install(DIRECTORY "${described}/filiform/" DESTINATION "${CMAKE_INSTALL_DATADIR}" COMPONENT program)
+install(DIRECTORY "${described}/filiform-lab/" DESTINATION "${CMAKE_INSTALL_DATADIR}" COMPONENT lab)
+install(FILES "${data}/filiform.desktop" DESTINATION "${CMAKE_INSTALL_DATADIR}/applications" COMPONENT program)
+install(FILES "${data}/filiform.svg" DESTINATION "${CMAKE_INSTALL_DATADIR}/icons/hicolor/scalable/apps" COMPONENT program)
+install(FILES "${data}/filiform.metainfo.xml" DESTINATION "${CMAKE_INSTALL_DATADIR}/metainfo" COMPONENT program)
+install(FILES "${data}/filiform-swc.xml" DESTINATION "${CMAKE_INSTALL_DATADIR}/mime/packages" COMPONENT program)
+file(GLOB rules "${PROJECT_SOURCE_DIR}/device/udev/*.rules")
+install(FILES ${rules} DESTINATION lib/udev/rules.d COMPONENT program)
+install(DIRECTORY "${PROJECT_SOURCE_DIR}/tools/examples/" DESTINATION "${CMAKE_INSTALL_DOCDIR}-dev/examples" COMPONENT development)
+
+set(CPACK_GENERATOR DEB)
+set(CPACK_PACKAGE_NAME filiform)
+set(CPACK_PACKAGE_CONTACT "filiform developers <filiform@filiform.invalid>")
+set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+set(CPACK_STRIP_FILES ON)
+set(CPACK_DEB_COMPONENT_INSTALL ON)
+set(CPACK_COMPONENTS_GROUPING IGNORE)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_SECTION science)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
+set(CPACK_COMPONENTS_ALL program lab library development)
+
+set(program filiform)
+set(lab filiform-lab)
+set(library libfiliform0)
+set(development libfiliform-dev)
+set(python python3-filiform)
+if(FILIFORM_PYTHON_COMPONENT)  # set where the Python module is built and installed as the component `python`
+  list(APPEND CPACK_COMPONENTS_ALL python)
+endif()
+
+set(about "filiform lets a person travel through whole neuronal columns by hand. It ingests\n\
+ reconstructions of neurons, cuts them into tiles on disk, finds the nearest\n\
+ segments exactly, and computes the force on the hand.")
+set(CPACK_DEBIAN_PROGRAM_DESCRIPTION "navigation through neuronal columns by hand\n ${about}")
+set(CPACK_DEBIAN_LAB_DESCRIPTION "benchmarks and evaluation of filiform\n ${about}\n .\n This package holds the commands bench and evaluate.")
+set(CPACK_DEBIAN_LIBRARY_DESCRIPTION "tile sets of neurons, C library\n ${about}\n .\n This package holds the shared library.")
+set(CPACK_DEBIAN_DEVELOPMENT_DESCRIPTION "tile sets of neurons, development files\n ${about}\n .\n This package holds the C header, the C++ headers and libraries, and examples.")
+set(CPACK_DEBIAN_PYTHON_DESCRIPTION "tile sets of neurons, Python module\n ${about}\n .\n This package holds the module filiform for Python 3.")
+
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_SUGGESTS "filiform-lab, ffmpeg")
+set(CPACK_DEBIAN_LAB_PACKAGE_DEPENDS "filiform (= ${PROJECT_VERSION})")
+set(CPACK_DEBIAN_LIBRARY_PACKAGE_SECTION libs)
+set(CPACK_DEBIAN_LIBRARY_PACKAGE_GENERATE_SHLIBS ON)
+set(CPACK_DEBIAN_LIBRARY_PACKAGE_CONTROL_EXTRA "${data}/triggers")
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "libfiliform0 (= ${PROJECT_VERSION})")
+# For the C++ libraries, which are static; a C program needs none of them.
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SUGGESTS "libeigen3-dev, libzip-dev, libxxhash-dev, libhwy-dev, liblz4-dev, \
+libcurl4-openssl-dev, libusb-1.0-0-dev, libepoxy-dev, libegl-dev, libglfw3-dev, libimgui-dev")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3-numpy")
+
+find_program(gzip gzip REQUIRED)
+foreach(component IN LISTS CPACK_COMPONENTS_ALL)
+  string(TOUPPER ${component} upper)
+  set(CPACK_DEBIAN_${upper}_PACKAGE_NAME ${${component}})
+  # Each package has a changelog of its own name.
+  set(package_name ${${component}})
+  set(folder "${PROJECT_BINARY_DIR}/package-documents/${package_name}")
+  configure_file("${data}/changelog.in" "${folder}/changelog" @ONLY)
+  execute_process(COMMAND "${gzip}" -9nf "${folder}/changelog" COMMAND_ERROR_IS_FATAL ANY)
+  install(FILES "${folder}/changelog.gz" "${data}/copyright" DESTINATION "share/doc/${package_name}" COMPONENT ${component})
+endforeach()
+include(CPack)
