@@ -1,6 +1,7 @@
 #include "index/set/http_source.h"
 
 #include "index/errors.h"
+#include "index/http/internal/background_reads.h"
 #include "index/http/internal/http_client.h"
 #include "index/http/internal/range_ahead.h"
 #include "index/http/internal/range_cache.h"
@@ -11,6 +12,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cstring>
+#include <future>
 #include <list>
 #include <map>
 #include <mutex>
@@ -27,7 +29,7 @@ constexpr std::uint64_t kMostCachedRead = std::uint64_t{1} << 20;
 // Pages of the directory that a place needs lie close together in the file: they are read in blocks, some of which stay
 // in memory.
 constexpr std::uint64_t kDirectoryBlock = 256 << 10;
-constexpr std::size_t kMostBlocks = 16;
+constexpr std::size_t kMostBlocks = 32;
 
 bool isDirectory(const std::string& name) { return name.ends_with(std::string("/") + internal::kDirectoryFile); }
 
@@ -56,6 +58,7 @@ struct HttpSource::Impl {
     std::shared_ptr<const internal::Bytes> bytes;
   };
   std::list<Block> blocks;  // of directories, most recently used first
+  std::map<std::string, std::shared_future<std::shared_ptr<const internal::Bytes>>> blocks_read_now;  // by key
 
   Impl(const std::string& text, const RemoteOptions& options) : address(text), client(address.origin, options) {
     if (!options.cache_folder.empty())
@@ -123,17 +126,36 @@ void HttpSource::Impl::readBlocks(const std::string& name, std::uint64_t offset,
 std::shared_ptr<const internal::Bytes> HttpSource::Impl::block(const std::string& name, std::uint64_t begin,
                                                                std::uint64_t size) {
   const std::string wanted = key(name, begin);
+  std::promise<std::shared_ptr<const internal::Bytes>> promise;
   {
-    const std::lock_guard lock(mutex);
+    std::unique_lock lock(mutex);
     for (auto at = blocks.begin(); at != blocks.end(); ++at) {
       if (at->key != wanted) continue;
       blocks.splice(blocks.begin(), blocks, at);
       return at->bytes;
     }
+    const auto [at, first] = blocks_read_now.try_emplace(wanted);
+    if (!first) {  // pages of one block are often wanted by several threads at once
+      const auto other = at->second;
+      lock.unlock();
+      return other.get();
+    }
+    at->second = promise.get_future().share();
   }
+  // Everything waits for the directory, so its reads are never of the background.
+  const internal::BackgroundReads foreground(false);
   auto read = std::make_shared<internal::Bytes>(size);
-  readKept(name, begin, *read);
+  try {
+    readKept(name, begin, *read);
+  } catch (...) {
+    promise.set_exception(std::current_exception());
+    const std::lock_guard lock(mutex);
+    blocks_read_now.erase(wanted);
+    throw;
+  }
+  promise.set_value(read);
   const std::lock_guard lock(mutex);
+  blocks_read_now.erase(wanted);
   blocks.push_front({wanted, read});
   if (blocks.size() > kMostBlocks) blocks.pop_back();
   return read;

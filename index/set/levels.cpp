@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <future>
 #include <map>
 
 namespace filiform {
@@ -86,6 +87,9 @@ std::unique_ptr<Levels> Levels::open(const TileSet& set) {
     impl->bytes += file.bytes;
   }
   if (table_file == nullptr) return nullptr;
+  // From far away, the directory comes while the table of levels does.
+  std::future<void> directory =
+      std::async(set.isRemote() ? std::launch::async : std::launch::deferred, [&set] { set.readDirectory(); });
   Bytes bytes(table_file->bytes);
   const std::string name = set.describe(internal::kLevelsFile);
   for (bool again = false, read = false; !read; again = true) {
@@ -108,6 +112,7 @@ std::unique_ptr<Levels> Levels::open(const TileSet& set) {
     while (impl->packs.size() <= at.pack)
       impl->packs.push_back(set.describe(internal::levelPackFile(static_cast<std::uint32_t>(impl->packs.size()))));
   }
+  directory.get();
   impl->link();
   return std::unique_ptr<Levels>(new Levels(std::move(impl)));
 }

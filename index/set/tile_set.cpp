@@ -13,6 +13,7 @@
 #include "index/set/internal/revision.h"
 #include "index/set/internal/set_files.h"
 #include "index/tile/tile_codec.h"
+#include "index/workers.h"
 
 #include <algorithm>
 #include <string_view>
@@ -116,7 +117,18 @@ std::uint64_t TileSet::segmentCount() const { return counts().segments; }
 std::uint64_t TileSet::decodedBytes() const { return counts().decoded_bytes; }
 bool TileSet::isRemote() const { return impl_->revision.isRemote(); }
 
+void TileSet::readDirectory() const {
+  constexpr std::uint64_t kReaders = 32;
+  const std::uint64_t pages = impl_->directory.root().page_count(), readers = isRemote() ? kReaders : 1;
+  // Each reader takes neighbouring pages, which come with one read.
+  runWorkers(readers, [&](std::uint64_t reader, const std::atomic<bool>& failed) {
+    for (std::uint64_t page = reader * pages / readers; page < (reader + 1) * pages / readers && !failed; ++page)
+      entry(impl_->directory.root().pageBegin(static_cast<std::uint32_t>(page)));
+  });
+}
+
 void TileSet::checkDirectory() const {
+  readDirectory();
   SetCounts sum = counts();
   sum.stored_segments = sum.decoded_bytes = 0;
   std::uint64_t owned = 0;

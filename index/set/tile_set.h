@@ -90,6 +90,9 @@ class TileSet final : public TileStore {
   // As TileSource::discard(), for a file of the revision.
   bool discard(const std::string& file, std::uint64_t offset, std::uint64_t bytes) const;
   std::string describe(const std::string& file) const;  // the file's name for messages
+  // Reads the pages of the directory, from a set at an address many at once. For work that then needs all entries.
+  // Throws CorruptSet, IoError. O(tiles).
+  void readDirectory() const;
   // Reads all remaining pages of the directory and compares their sums with the manifest. Throws CorruptSet, IoError.
   void checkDirectory() const;
   // The same with the table of cells, one page at a time.

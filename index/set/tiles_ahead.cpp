@@ -1,5 +1,7 @@
 #include "index/set/tiles_ahead.h"
 
+#include "index/http/internal/background_reads.h"
+
 #include <utility>
 
 namespace filiform {
@@ -13,9 +15,15 @@ TilesAhead::Loaded TilesAhead::next() {
   while (begun_ < tiles_.size() && pending_.size() < (is_remote ? kRemoteTiles : 1)) {
     const TileId tile = tiles_[begun_++];
     Pending& pending = pending_.emplace_back();
-    pending.tile = std::async(how, [&store = store_, tile] { return store.load(tile); });
-    if (with_appearance_)
-      pending.appearance = std::async(how, [&store = store_, tile] { return store.loadAppearance(tile); });
+    pending.tile = std::async(how, [&store = store_, tile] {
+      const internal::BackgroundReads background;
+      return store.load(tile);
+    });
+    if (!with_appearance_) continue;
+    pending.appearance = std::async(how, [&store = store_, tile] {
+      const internal::BackgroundReads background;
+      return store.loadAppearance(tile);
+    });
   }
   Pending first = std::move(pending_.front());
   pending_.pop_front();

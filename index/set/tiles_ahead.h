@@ -18,7 +18,7 @@ namespace filiform {
 // Thread rule: thread-compatible. Its destructor waits for the loads under way.
 class TilesAhead {
  public:
-  static constexpr std::size_t kRemoteTiles = 16;  // in memory at once, or under way
+  static constexpr std::size_t kRemoteTiles = 32;  // in memory at once, or under way
 
   struct Loaded {
     std::shared_ptr<const Tile> tile;

@@ -58,7 +58,7 @@ struct Residency::Impl {
       : store(s),
         budget_bytes(options.budget_bytes),
         io_threads(options.io_threads > 0 ? options.io_threads
-                   : s.isRemote()         ? ResidencyOptions::kRemoteReads
+                   : s.isRemote()         ? ResidencyOptions::kMostRemoteReads
                                           : 1),
         loader(s, options, [this] { work.notify_one(); }) {}
 
@@ -73,17 +73,9 @@ struct Residency::Impl {
     loader.takeFocus();
     loader.takeRequests();
     if (loader.fetchCells(now_s, lock)) return true;
-    for (bool planned = false; !planned;) {
-      try {
-        loader.planIfDue(now_s);
-        planned = true;
-      } catch (const internal::PageAbsent& absent) {
-        // While another thread reads that page, the last plan stays in use.
-        planned = !loader.readPage(absent.page, lock);
-        if (stopping) return false;
-      }
-    }
-    const TileId next = loader.nextDue();
+    loader.planIfDue(now_s);
+    if (loader.readPage(lock)) return true;
+    const TileId next = loader.mayReadMore() ? loader.nextDue() : kNoTile;
     if (next == kNoTile) return false;
     loader.makeRoom(loader.dueBytes(kRoomAhead), false);
     if (!loader.makeRoom(loader.bytesOf(next), false)) return false;
@@ -96,12 +88,7 @@ struct Residency::Impl {
     std::unique_lock lock(mutex);
     while (!stopping) {
       const std::chrono::duration<double> now = std::chrono::steady_clock::now().time_since_epoch();
-      try {
-        if (round(now.count(), lock)) continue;
-      } catch (const Error& failure) {
-        // The directory cannot be read: the next plan tries again.
-        loader.planFailed(failure.what());
-      }
+      if (round(now.count(), lock)) continue;
       if (polling) {
         work.wait(lock);
         continue;

@@ -51,9 +51,10 @@ struct ResidencyOptions {
   // With PrefetchPolicy::structure: look-ahead time at the present speed. In real time it grows with the measured time
   // of reads.
   double lookahead_s = 0.5;
-  // Parallel reads in real time; more hide the latency of a slow disk. 0: kRemoteReads for a set at an address, else 1.
+  // Parallel reads in real time; more hide the latency of a slow disk. 0: 1, and for a set at an address as many as the
+  // measured time of reads allows, from kLeastRemoteReads to kMostRemoteReads.
   unsigned io_threads = 0;
-  static constexpr unsigned kRemoteReads = 8;
+  static constexpr unsigned kLeastRemoteReads = 8, kMostRemoteReads = 24;
 };
 
 // What the loader has done so far.

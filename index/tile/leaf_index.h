@@ -39,6 +39,8 @@ class LeafIndex {
   std::size_t pageOf(const GridPoint& p) const noexcept { return pageOf(mortonKey(p)); }
   // False if the page's group is not known.
   bool knows(std::size_t page) const noexcept;
+  // True if the page of this leaf is known. False for a tile that is not a leaf.
+  bool knowsLeaf(TileId leaf) const noexcept { return leaf < shape_.leaves && knows(leaf / shape_.page_leaves); }
   // Adds a group, with the lowest key of each page, ascending. Requires one call a group, and one calling thread at a
   // time for this and add().
   void addGroup(std::size_t group, std::vector<MortonKey> page_lows);

@@ -1,5 +1,7 @@
 #include "solver/proxy/parameters.h"
 
+#include "index/set/tiles_ahead.h"
+
 #include <algorithm>
 
 namespace filiform {
@@ -40,8 +42,10 @@ SolverParameters automaticParameters(const Cell& cell, const Grid& grid) {
 
 SolverParameters automaticParameters(const TileStore& store, std::uint32_t cell) {
   std::vector<double> lengths_um;
-  for (const TileId id : store.loadCellDetail(cell).tiles) {
-    const std::shared_ptr<const Tile> tile = store.load(id);
+  const std::vector<TileId> tiles = store.loadCellDetail(cell).tiles;
+  TilesAhead ahead(store, tiles, false);
+  for (std::size_t i = 0; i < tiles.size(); ++i) {
+    const std::shared_ptr<const Tile> tile = ahead.next().tile;
     for (std::uint32_t segment = 0; segment < tile->segment_count(); ++segment) {
       if (!tile->owned(segment) || tile->segmentId(segment).cell != cell) continue;
       lengths_um.push_back((tile->position_W(tile->parent(segment)) - tile->position_W(tile->child(segment))).norm());

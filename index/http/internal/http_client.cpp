@@ -1,6 +1,7 @@
 #include "index/http/internal/http_client.h"
 
 #include "index/errors.h"
+#include "index/http/internal/background_reads.h"
 #include "index/http/internal/http_errors.h"
 #include "index/http/internal/http_flight.h"
 #include "index/http/internal/http_queue.h"
@@ -24,6 +25,8 @@ constexpr int kMostAttempts = 6, kMostRedirects = 5;
 constexpr double kFirstBackoff_s = 0.1, kLastBackoff_s = 2;
 // How often the thread looks at the flag of an interruption.
 constexpr std::chrono::milliseconds kWatch{100};
+// The background uses a quarter of the connections until no other read came for this time, then half of them.
+constexpr std::chrono::milliseconds kBesideOthers{1000};
 
 using FlightClock = HttpJob::Clock;
 
@@ -65,6 +68,7 @@ struct HttpClient::Impl {
   HttpQueue queue;  // guarded by the mutex
   bool stopping = false;
   std::vector<std::unique_ptr<HttpFlight>> free, active;  // of the thread
+  FlightClock::time_point last_other{};                   // when a read that is not of the background last began
   std::atomic<std::uint64_t> requests{0}, retries{0}, merged{0}, bytes{0};
   std::thread thread;
 
@@ -89,7 +93,9 @@ struct HttpClient::Impl {
 
   void wait(HttpJob& job) {
     job.begun = FlightClock::now();
+    job.background = BackgroundReads::active();
     std::unique_lock lock(mutex);
+    if (!job.background) last_other = job.begun;
     queue.add(job);
     curl_multi_wakeup(multi);
     answered.wait(lock, [&] { return job.done; });
@@ -123,16 +129,24 @@ struct HttpClient::Impl {
 
   // How long the thread may sleep, ms.
   int patience() const {
-    const auto next = queue.nextReady();
+    const auto next = queue.nextReady(mayStartBackground());
     if (active.empty() && !next) return 3'600'000;
     FlightClock::duration wait = kWatch;
     if (next && active.size() < options.connections) wait = std::min(wait, *next - FlightClock::now());
     return static_cast<int>(std::max<std::int64_t>(0, std::chrono::ceil<std::chrono::milliseconds>(wait).count()));
   }
 
+  // The caller holds the mutex.
+  bool mayStartBackground() const {
+    const auto under_way = std::count_if(active.begin(), active.end(),
+                                         [](const auto& flight) { return flight->jobs().front()->background; });
+    const bool beside = FlightClock::now() - last_other < kBesideOthers;
+    return under_way < std::max<std::ptrdiff_t>(1, options.connections / (beside ? 4 : 2));
+  }
+
   void startQueue() {
     while (active.size() < options.connections) {
-      std::vector<HttpJob*> jobs = queue.take(FlightClock::now());
+      std::vector<HttpJob*> jobs = queue.take(FlightClock::now(), mayStartBackground());
       if (jobs.empty()) return;
       merged += jobs.size() - 1;
       try {

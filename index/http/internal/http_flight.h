@@ -28,6 +28,7 @@ struct HttpJob {
   Bytes whole{};                    // whole: the file
   std::uint64_t size = 0;           // size: of the file
   bool alone = false;               // not to be merged with others
+  bool background = false;          // bulk work: see background_reads.h
   int attempts = 0;                 // that failed
   Clock::time_point begun{}, not_before{};
   bool done = false;

@@ -4,15 +4,20 @@
 
 namespace filiform::internal {
 
-std::vector<HttpJob*> HttpQueue::take(HttpJob::Clock::time_point now) {
-  const auto at = std::find_if(jobs_.begin(), jobs_.end(), [&](const HttpJob* job) { return job->not_before <= now; });
+std::vector<HttpJob*> HttpQueue::take(HttpJob::Clock::time_point now, bool background) {
+  const auto next = [&](bool of_background) {
+    return std::find_if(jobs_.begin(), jobs_.end(),
+                        [&](const HttpJob* job) { return job->not_before <= now && job->background == of_background; });
+  };
+  auto at = next(false);
+  if (at == jobs_.end() && background) at = next(true);
   if (at == jobs_.end()) return {};
   HttpJob* const first = *at;
   std::vector<HttpJob*> together{first};
   if (first->kind == HttpJob::Kind::range && !first->alone) {
     for (HttpJob* const job : jobs_)
       if (job != first && job->kind == HttpJob::Kind::range && !job->alone && job->not_before <= now &&
-          job->url == first->url)
+          job->background == first->background && job->url == first->url)
         together.push_back(job);
     std::sort(together.begin() + 1, together.end(),
               [](const HttpJob* a, const HttpJob* b) { return a->offset < b->offset; });
@@ -37,10 +42,10 @@ std::vector<HttpJob*> HttpQueue::take(HttpJob::Clock::time_point now) {
   return together;
 }
 
-std::optional<HttpJob::Clock::time_point> HttpQueue::nextReady() const {
+std::optional<HttpJob::Clock::time_point> HttpQueue::nextReady(bool background) const {
   std::optional<HttpJob::Clock::time_point> next;
   for (const HttpJob* job : jobs_)
-    if (!next || job->not_before < *next) next = job->not_before;
+    if ((background || !job->background) && (!next || job->not_before < *next)) next = job->not_before;
   return next;
 }
 

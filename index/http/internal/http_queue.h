@@ -17,11 +17,12 @@ class HttpQueue {
 
   void add(HttpJob& job) { jobs_.push_back(&job); }
   bool empty() const { return jobs_.empty(); }
-  // Takes the job that has waited longest among those whose wait is over, and all that can share its request. Empty: no
-  // job is ready. O(jobs log jobs).
-  std::vector<HttpJob*> take(HttpJob::Clock::time_point now);
-  // When the next job becomes ready; nullopt: none waits.
-  std::optional<HttpJob::Clock::time_point> nextReady() const;
+  // Takes the job that has waited longest among those whose wait is over, and all that can share its request. Jobs of
+  // the background come after all others, and never share a request with them. Empty: no job is ready. O(jobs log
+  // jobs). Without `background`, these jobs stay in the queue.
+  std::vector<HttpJob*> take(HttpJob::Clock::time_point now, bool background = true);
+  // When the next job becomes ready; nullopt: none waits. Without `background`, jobs of the background do not count.
+  std::optional<HttpJob::Clock::time_point> nextReady(bool background = true) const;
   std::vector<HttpJob*> takeAll();
 
  private:

@@ -52,9 +52,9 @@ const DirectoryGroup& DirectoryReader::group(std::uint32_t number) const {
   const std::lock_guard lock(mutex_);
   Slot<DirectoryGroup>& slot = groups_[number];
   if (slot.owned != nullptr) return *slot.owned;
-  if (!lows.empty()) leaves_.addGroup(number, std::move(lows));
   slot.owned = std::move(found);
   slot.known.store(slot.owned.get(), std::memory_order_release);
+  if (!lows.empty()) leaves_.addGroup(number, std::move(lows));
   return *slot.owned;
 }
 
@@ -90,9 +90,9 @@ const DirectoryPage& DirectoryReader::readPage(std::uint32_t number) const {
   const std::lock_guard lock(mutex_);
   Slot<DirectoryPage>& slot = pages_[number];
   if (slot.owned != nullptr) return *slot.owned;
-  if (!keys.empty()) leaves_.add(number, std::move(keys));
   slot.owned = std::move(found);
-  slot.known.store(slot.owned.get(), std::memory_order_release);
+  slot.known.store(slot.owned.get(), std::memory_order_release);  // who finds a page in leaves_ can take its entries
+  if (!keys.empty()) leaves_.add(number, std::move(keys));
   pages_unknown_.fetch_sub(1, std::memory_order_release);
   return *slot.owned;
 }

@@ -18,6 +18,8 @@ constexpr std::size_t kMaxEnds = 64;
 // segments, a tour met no absent tile with an eighth of the workspace's radius or with all of it. An eighth needs an
 // eighth of the tile reads.
 constexpr double kAroundOnStructure = 1.0 / 8;
+// Pages of the directory are asked for before their tiles: those that may be needed within this many look-ahead times.
+constexpr double kPagesAhead = 2;
 
 // A node from which the walk continues, seen in `tile`, which may not be its home.
 struct Step {
@@ -39,13 +41,17 @@ struct End {  // of the walk: the neurite continues from here, not in memory
 
 }  // namespace
 
-Prefetch::Prefetch(const TileStore& store, const TileFinder& finder, PrefetchPolicy policy, double lookahead_s)
+Prefetch::Prefetch(const internal::KnownPages& store, const TileFinder& finder, PrefetchPolicy policy,
+                   double lookahead_s)
     : store_(store), finder_(finder), policy_(policy) {
   setLookahead(lookahead_s);
 }
 
 double Prefetch::distance_um(TileId tile, const Vector3d& p_W) const {
-  const GridBox& box = store_.entry(tile).content;
+  const std::optional<GridBox> page = store_.boxOfUnknown(tile);
+  const TileEntry* const entry = page ? nullptr : store_.find(tile);
+  if (!page && entry == nullptr) return 0;
+  const GridBox& box = page ? *page : entry->content;
   if (box.empty()) return std::numeric_limits<double>::infinity();
   const Grid grid = store_.grid();
   return (grid.toWorld(box.lo) - p_W).cwiseMax(p_W - grid.toWorld(box.hi)).cwiseMax(0.0).norm();
@@ -85,11 +91,15 @@ void Prefetch::claimAhead(const ReaderFocus& focus, const TileTable& loaded, std
       if (!seen.insert(at.node.key()).second) continue;
       const Vector3d from_W = at.tile->position_W(at.index);
       if (!at.tile->isHome(at.index)) {
-        const TileId home = store_.home(at.tile->gridPoint(at.index));
+        store_.setCost(at.cost_s);
+        const std::optional<TileId> home = store_.findHome(at.tile->gridPoint(at.index));
         if (home == kNoTile) continue;
-        if (!cost.contains(home)) bytes += store_.entry(home).decoded_bytes;
-        enter(home, at.cost_s);
-        at.tile = loaded.find(home);
+        const TileEntry* const entry = home ? store_.find(*home) : nullptr;
+        if (entry != nullptr) {
+          if (!cost.contains(*home)) bytes += entry->decoded_bytes;
+          enter(*home, at.cost_s);
+        }
+        at.tile = home ? loaded.find(*home) : nullptr;
         if (at.tile == nullptr) {
           ends.push_back({at.cost_s, at.weight, from_W});
           continue;
@@ -134,12 +144,16 @@ void Prefetch::claimAhead(const ReaderFocus& focus, const TileTable& loaded, std
   if (ends.size() > kMaxEnds) ends.resize(kMaxEnds);
   for (const TileId id : cell_tiles) {
     if (id >= store_.tile_count() || cost.contains(id)) continue;
-    double best = lookahead_s_;
+    const bool is_known = store_.knows(id);
+    const double most_s = is_known ? lookahead_s_ : kPagesAhead * lookahead_s_;
+    double best = most_s;
     for (const End& end : ends) {
       if (end.cost_s >= best) break;
       best = std::min(best, end.cost_s + end.weight * distance_um(id, end.p_W) / pace_um_s);
     }
-    if (best < lookahead_s_) cost.emplace(id, best);
+    if (best >= most_s) continue;
+    store_.setCost(best);
+    if (is_known || store_.find(id) != nullptr) cost.emplace(id, best);
   }
 
   const std::size_t first = claims.size();
@@ -153,21 +167,27 @@ void Prefetch::claimAhead(const ReaderFocus& focus, const TileTable& loaded, std
   claims.resize(std::max(fits, std::min(claims.size(), first + 1)));
 }
 
-void Prefetch::claimAround(const ReaderFocus& focus, std::uint64_t budget_bytes, std::vector<TileClaim>& claims) const {
+bool Prefetch::claimAround(const ReaderFocus& focus, std::uint64_t budget_bytes, std::vector<TileClaim>& claims) const {
   if (policy_ == PrefetchPolicy::none || !focus.p_W.allFinite() || !std::isfinite(focus.radius_um) ||
       !(focus.radius_um > 0))
-    return;
+    return true;
   const bool follows = policy_ == PrefetchPolicy::structure && !focus.is_view && focus.active_tile != kNoTile;
   const double reach_um = (follows ? kAroundOnStructure : 1) * focus.radius_um;
-  TileFinder::Walk walk = finder_.walk(focus.p_W);
+  store_.setCost(lookahead_s_);
   std::uint64_t bytes = 0;
-  for (std::size_t n = 0; n < kMaxWorkspaceTiles; ++n) {
-    const std::optional<TileFinder::Hit> hit = walk.next();
-    if (!hit || hit->squared_distance > reach_um * reach_um) return;
-    bytes += store_.entry(hit->tile).decoded_bytes;
-    if (bytes > budget_bytes) return;
-    claims.push_back({hit->tile, std::sqrt(hit->squared_distance)});
+  try {
+    TileFinder::Walk walk = finder_.walk(focus.p_W);
+    for (std::size_t n = 0; n < kMaxWorkspaceTiles; ++n) {
+      const std::optional<TileFinder::Hit> hit = walk.next(reach_um * reach_um);
+      if (!hit) return true;
+      bytes += store_.entry(hit->tile).decoded_bytes;
+      if (bytes > budget_bytes) return true;
+      claims.push_back({hit->tile, std::sqrt(hit->squared_distance)});
+    }
+  } catch (const internal::PageAbsent&) {
+    return false;
   }
+  return true;
 }
 
 }  // namespace filiform

@@ -9,6 +9,7 @@
 #pragma once
 
 #include "index/query/tile_finder.h"
+#include "index/streaming/internal/known_pages.h"
 #include "index/streaming/residency.h"
 
 #include <span>
@@ -27,29 +28,30 @@ class Prefetch {
   static constexpr std::size_t kMaxWorkspaceTiles = 4096;
   static constexpr std::size_t kMaxWalkedSegments = 8192;
 
-  // The store and the directory must outlive this object. `lookahead_s`: see ResidencyOptions.
-  Prefetch(const TileStore& store, const TileFinder& finder, PrefetchPolicy policy, double lookahead_s);
+  // The store and the finder over it must outlive this object. `lookahead_s`: see ResidencyOptions.
+  Prefetch(const internal::KnownPages& store, const TileFinder& finder, PrefetchPolicy policy, double lookahead_s);
 
   // Append tiles to `claims`, each at most once, the most urgent first, as far as budget_bytes goes. A focus that is
-  // not finite claims nothing; a velocity that is not finite counts as rest. Throw CorruptSet, IoError if a page of the
-  // directory cannot be read.
+  // not finite claims nothing; a velocity that is not finite counts as rest. Tiles in pages of the directory that are
+  // not known are left out; these pages are noted (known_pages.h), also those that the proxy may reach in twice the
+  // look-ahead time. Throw CorruptSet, IoError if a page cannot be read, and only if the store may read pages.
   //
   // claimAhead: `loaded` holds the tiles in memory. `cell_tiles` are the tiles that own a segment of the active node's
   // cell; empty: not known. Walks at most kMaxWalkedSegments segments. O(walked log walked + cell_tiles * ends of the
   // walk).
   void claimAhead(const ReaderFocus& focus, const TileTable& loaded, std::span<const TileId> cell_tiles,
                   std::uint64_t budget_bytes, std::vector<TileClaim>& claims) const;
-  // claimAround: O(kMaxWorkspaceTiles log tiles).
-  void claimAround(const ReaderFocus& focus, std::uint64_t budget_bytes, std::vector<TileClaim>& claims) const;
+  // claimAround: O(kMaxWorkspaceTiles log tiles). Returns false if it ended at a page that is not known.
+  bool claimAround(const ReaderFocus& focus, std::uint64_t budget_bytes, std::vector<TileClaim>& claims) const;
 
   // `s`: as in the constructor.
   void setLookahead(double s) { lookahead_s_ = s > 0 ? s : 1e-3; }
 
-  // Distance from a point to the box of the tile's content; 0 inside.
+  // Distance from a point to the box of the tile's content; 0 inside. In a page that is not known: a lower bound.
   double distance_um(TileId tile, const Vector3d& p_W) const;
 
  private:
-  const TileStore& store_;
+  const internal::KnownPages& store_;
   const TileFinder& finder_;
   PrefetchPolicy policy_;
   double lookahead_s_;

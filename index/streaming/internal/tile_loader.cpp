@@ -29,6 +29,8 @@ TileLoader::TileLoader(const TileStore& store, const ResidencyOptions& options, 
       leaves_(std::move(leaves)),
       finder_(pages_),
       prefetch_(pages_, finder_, options.prefetch, options.lookahead_s),
+      in_flight_(options.io_threads > 0 ? options.io_threads : ResidencyOptions::kLeastRemoteReads,
+                 options.io_threads > 0 ? options.io_threads : ResidencyOptions::kMostRemoteReads),
       slots_(store.tile_count()),
       loaded_(store.tile_count()),
       claimed_in_(store.tile_count()),
@@ -236,7 +238,7 @@ std::vector<std::string> TileLoader::failed() const {
   std::vector<std::string> lines;
   for (const auto& [tile, line] : failed_) lines.push_back(line);
   for (const auto& [cell, line] : failed_cells_) lines.push_back(line);
-  if (!plan_failure_.empty()) lines.push_back(plan_failure_);
+  for (const auto& [page, failure] : failed_pages_) lines.push_back(failure.line);
   return lines;
 }
 
@@ -253,6 +255,7 @@ void TileLoader::settle() {
 
 void TileLoader::claimHolds() {
   double order = 0;
+  pages_.setCost(0);
   for (const auto& [id, hold] : holds_)
     for (const TileId tile : hold.tiles) {
       double cost = ++order;
@@ -288,6 +291,9 @@ void TileLoader::claimTarget(Peer& p) {
     there.radius_um *= kTargetPart;
     prefetch_.claimAround(there, room, p.target);
   }
+  p.target_open = std::any_of(pages_.noted().begin(), pages_.noted().end(), [&](const auto& noted) {
+    return noted.second <= kTargetTime_s && !failed_pages_.contains(noted.first);
+  });
   std::erase_if(p.target, [&](const TileClaim& c) { return c.tile == there.active_tile; });
   p.target.insert(p.target.begin(), {there.active_tile, -1});
 }
@@ -295,7 +301,7 @@ void TileLoader::claimTarget(Peer& p) {
 void TileLoader::tellTargets() {
   for (Peer& p : peers_) {
     std::uint64_t ready = UINT64_MAX;
-    if (!p.walk_stale && !p.target.empty() && p.planned.target_node == p.focus.target_node) {
+    if (!p.walk_stale && !p.target_open && !p.target.empty() && p.planned.target_node == p.focus.target_node) {
       bool all = true;
       for (std::size_t i = 0; i < p.target.size() && all; ++i) {
         const TileSlot* const slot = slots_.find(p.target[i].tile);
@@ -316,11 +322,11 @@ void TileLoader::claimFor(Peer& p) {
   if (p.around_stale) {
     p.around_W = p.focus.p_W;
     p.around.clear();
-    prefetch_.claimAround(p.focus, options_.budget_bytes, p.around);
+    p.around_stale = !prefetch_.claimAround(p.focus, options_.budget_bytes, p.around);
     p.around_um = p.around.empty() ? 0 : p.around.back().cost;
   }
   if (p.walk_stale) p.planned = p.focus;
-  p.walk_stale = p.around_stale = false;
+  p.walk_stale = false;
   for (const TileClaim& c : p.target) claims_.push_back({c.tile, Rank::target, c.cost});
   for (const TileClaim& c : p.ahead) claims_.push_back({c.tile, Rank::ahead, c.cost});
   for (const TileClaim& c : p.around) claims_.push_back({c.tile, p.focus.is_view ? Rank::view : Rank::around, c.cost});
@@ -328,6 +334,7 @@ void TileLoader::claimFor(Peer& p) {
 
 void TileLoader::collectClaims() {
   claims_.clear();
+  if (std::any_of(peers_.begin(), peers_.end(), [](const Peer& p) { return p.walk_stale; })) pages_.forgetNoted();
   if (store_.long_tile() != kNoTile) claims_.push_back({store_.long_tile(), Rank::pinned, 0});
   for (const Peer& p : peers_)
     if (p.has_focus && p.focus.active_tile < store_.tile_count())
@@ -342,7 +349,8 @@ void TileLoader::collectClaims() {
   for (Peer& p : peers_)
     if (p.has_focus) claimFor(p);
 
-  for (const Claim& c : claims_) pages_.entry(c.tile);  // may throw PageAbsent, before any state changes
+  pages_.setCost(-1);  // before any state changes: in virtual time this may throw
+  std::erase_if(claims_, [&](const Claim& c) { return pages_.find(c.tile) == nullptr; });
   for (Claim& c : claims_)
     if (c.rank >= Rank::ahead && inMemory(c.tile)) c.cost *= kHeadStart;
   std::sort(claims_.begin(), claims_.end(), [](const Claim& a, const Claim& b) {
@@ -364,21 +372,39 @@ void TileLoader::planIfDue(double due) {
   tellTargets();
 }
 
-bool TileLoader::readPage(std::uint32_t page, std::unique_lock<std::mutex>& lock) {
-  if (std::find(pages_read_now_.begin(), pages_read_now_.end(), page) != pages_read_now_.end()) return false;
+bool TileLoader::readPage(std::unique_lock<std::mutex>& lock) {
+  const auto& noted = pages_.noted();
+  auto best = noted.end();
+  for (auto at = noted.begin(); at != noted.end(); ++at) {
+    const auto failed = failed_pages_.find(at->first);
+    if (failed != failed_pages_.end() && failed->second.retry > now_) continue;
+    if (best != noted.end() && best->second <= at->second) continue;
+    if (std::find(pages_read_now_.begin(), pages_read_now_.end(), at->first) == pages_read_now_.end()) best = at;
+  }
+  if (best == noted.end()) return false;
+  const std::uint32_t page = best->first;
   pages_read_now_.push_back(page);
   leaves_();
   lock.unlock();
-  std::exception_ptr failure;
+  std::string reason;
   try {
     store_.entry(pages_.firstTile(page));
-  } catch (...) {
-    failure = std::current_exception();
+  } catch (const std::exception& error) {
+    reason = error.what();
   }
   lock.lock();
   std::erase(pages_read_now_, page);
-  if (failure) std::rethrow_exception(failure);
+  if (!reason.empty()) {
+    FailedPage& failed = failed_pages_[page];
+    failed.backoff = failed.backoff > 0 ? std::min(2 * failed.backoff, pace_.last_retry) : pace_.first_retry;
+    failed.retry = now_ + failed.backoff;
+    failed.line = reason;
+    ++counters_.failures;
+    return true;
+  }
+  failed_pages_.erase(page);
   pages_.add(page);
+  for (Peer& p : peers_) p.walk_stale = p.around_stale = true;
   stale_ = urgent_ = true;
   return true;
 }
@@ -443,7 +469,6 @@ void TileLoader::plan(double due) {
     slots_.erase(slot);
   }
   std::sort(unwanted_.begin(), unwanted_.end(), goesLater);
-  plan_failure_.clear();
 }
 
 // The least urgent claim is evicted first; among tiles without a claim, the one that lost its claim first.
@@ -544,6 +569,7 @@ bool TileLoader::read(TileId tile, std::unique_lock<std::mutex>& lock) {
   reserved_ += bytes;
   std::shared_ptr<const Tile> got;
   std::string reason;
+  ++reading_;
   leaves_();
   lock.unlock();
   const auto begun = std::chrono::steady_clock::now();
@@ -558,8 +584,10 @@ bool TileLoader::read(TileId tile, std::unique_lock<std::mutex>& lock) {
   }
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begun;
   lock.lock();
+  --reading_;
   if (pace_.is_real) {
     latency_.add(took.count());
+    in_flight_.add(took.count());
     prefetch_.setLookahead(latency_.lookahead_s(options_.lookahead_s));
     counters_.read_mean_s = latency_.mean_s();
   }

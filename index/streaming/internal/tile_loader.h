@@ -8,6 +8,7 @@
 #include "index/streaming/internal/known_pages.h"
 #include "index/streaming/internal/prefetch.h"
 #include "index/streaming/internal/read_latency.h"
+#include "index/streaming/internal/reads_in_flight.h"
 #include "index/streaming/internal/tile_channel.h"
 #include "index/streaming/internal/tile_slots.h"
 #include "index/streaming/residency.h"
@@ -60,14 +61,12 @@ class TileLoader {
   // If the claims may have changed, makes a new plan: decides which claims fit the budget together, queues the missing
   // tiles (to be read from `due` on), and cancels queued tiles without a claim.
   void planIfDue(double due);
-  // True: planIfDue() reads pages of the directory itself, under the caller's lock; for virtual time. False: it throws
-  // PageAbsent if it needs a page that is not read, and changes nothing on which reads depend.
+  // True: planIfDue() reads pages of the directory itself, under the caller's lock; for virtual time. It then throws
+  // CorruptSet, IoError. False: a plan leaves out what lies in pages that are not read, and notes these pages.
   void mayReadPages(bool may) { pages_.mayRead(may); }
-  // Reads a page with the lock released; the next plan is then due at once. Returns false, without effect, if another
-  // thread is reading the page. Throws CorruptSet, IoError.
-  bool readPage(std::uint32_t page, std::unique_lock<std::mutex>& lock);
-  // Stores why planning failed; failed() reports it until a plan succeeds.
-  void planFailed(const std::string& why) { plan_failure_ = why; }
+  // Reads the most urgent noted page with the lock released; the next plan is then due at once. Returns false, without
+  // effect, if there is none that no other thread reads. A page that cannot be read is tried again like a tile.
+  bool readPage(std::unique_lock<std::mutex>& lock);
 
   // Reads one missing list of tiles of a cell on which a reader is; the list is used from `due` on. Returns true if it
   // read one. Releases the lock meanwhile.
@@ -79,6 +78,8 @@ class TileLoader {
 
   // Queued tiles that are due, the most urgent first.
   std::vector<TileId> dueTiles() const;
+  // More reads of tiles may begin; decided from the measured time of reads.
+  bool mayReadMore() const { return reading_ < in_flight_.most(); }
   // nextDue: the most urgent tile that is due, or kNoTile. dueBytes: bytes of the first `most` due tiles. Both O(1)
   // amortised over a plan, plus the queued tiles that are not due.
   TileId nextDue();
@@ -110,6 +111,7 @@ class TileLoader {
     ReaderFocus focus, planned;
     bool has_focus = false;
     bool walk_stale = true, around_stale = true;
+    bool target_open = false;              // pages are missing that may hold more tiles of `target`
     Vector3d around_W = Vector3d::Zero();  // position for which `around` was made
     double around_um = 0;                  // its radius
     std::vector<TileClaim> ahead, around, target;
@@ -156,11 +158,18 @@ class TileLoader {
   const TileStore& store_;
   KnownPages pages_;  // of the store
   std::vector<std::uint32_t> pages_read_now_;
+  struct FailedPage {
+    double retry, backoff;
+    std::string line;
+  };
+  std::map<std::uint32_t, FailedPage> failed_pages_;
   const ResidencyOptions options_;
   const std::function<void()> leaves_;
   const TileFinder finder_;
   Prefetch prefetch_;
   ReadLatency latency_;
+  ReadsInFlight in_flight_;
+  unsigned reading_ = 0;  // tiles being read
 
   LoaderPace pace_ = kTickPace;
   double now_ = 0, planned_at_ = 0;
@@ -171,7 +180,6 @@ class TileLoader {
   std::map<TileId, Asked> asked_;
   std::map<TileId, std::string> failed_;
   std::map<std::uint32_t, std::string> failed_cells_;
-  std::string plan_failure_;
   std::deque<Peer> peers_;
   TileTable loaded_;                          // tiles that are ready or resident
   std::uint64_t reserved_ = 0, leaving_ = 0;  // bytes of tiles in reading, in retiring

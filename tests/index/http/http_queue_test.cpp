@@ -1,6 +1,9 @@
 #include "index/http/internal/http_queue.h"
 
+#include "index/http/internal/background_reads.h"
+
 #include <algorithm>
+#include <thread>
 
 #include <gtest/gtest.h>
 
@@ -63,6 +66,36 @@ TEST_F(HttpQueueTest, AJobWaitsForItsTime) {
   EXPECT_EQ(queue.nextReady(), late.not_before);
   EXPECT_EQ(queue.take(late.not_before), std::vector<HttpJob*>{&late});
   EXPECT_FALSE(queue.nextReady());
+}
+
+TEST_F(HttpQueueTest, TheBackgroundComesLastAndAlone) {
+  HttpJob bulk = range("f", 0, 10), more = range("f", 10, 10), urgent = range("f", 20, 10);
+  bulk.background = more.background = true;
+  HttpQueue queue;
+  for (HttpJob* job : {&bulk, &more, &urgent}) queue.add(*job);
+  EXPECT_EQ(queue.take(now_, false), std::vector<HttpJob*>{&urgent});
+  EXPECT_TRUE(queue.take(now_, false).empty());
+  EXPECT_FALSE(queue.nextReady(false)) << "a thread that may not start them must not wake for them";
+  EXPECT_TRUE(queue.nextReady());
+  queue.add(urgent);
+  EXPECT_EQ(queue.take(now_), std::vector<HttpJob*>{&urgent});
+  EXPECT_EQ(offsets(queue.take(now_)), (std::vector<std::uint64_t>{0, 10}));
+}
+
+TEST(BackgroundReads, LastAsLongAsTheObject) {
+  using internal::BackgroundReads;
+  EXPECT_FALSE(BackgroundReads::active());
+  {
+    const BackgroundReads bulk;
+    EXPECT_TRUE(BackgroundReads::active());
+    {
+      const BackgroundReads not_now(false);
+      EXPECT_FALSE(BackgroundReads::active());
+    }
+    EXPECT_TRUE(BackgroundReads::active());
+    std::thread([] { EXPECT_FALSE(BackgroundReads::active()) << "of one thread"; }).join();
+  }
+  EXPECT_FALSE(BackgroundReads::active());
 }
 
 }  // namespace

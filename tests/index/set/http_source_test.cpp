@@ -3,6 +3,7 @@
 
 #include "index/build/ingest.h"
 #include "index/errors.h"
+#include "index/http/internal/background_reads.h"
 #include "index/set/levels.h"
 #include "index/set/tile_set.h"
 #include "index/set/verify.h"
@@ -141,6 +142,57 @@ TEST_F(HttpSourceTest, ADirectoryIsReadInBlocks) {
   source.read(name, 300'000, bytes);
   EXPECT_EQ(source.counters().requests, 5u);
   EXPECT_THROW(source.read(name, content.size() - 5, bytes), CorruptSet);
+}
+
+TEST_F(HttpSourceTest, ThreadsThatWantOneBlockShareARequest) {
+  server_.delay(0.1);
+  const HttpSource source(server_ / "a.fil");
+  const std::string name = local_->revision() + "/directory.bin";
+  const std::uint64_t size = fs::file_size(*folder_ / ("a.fil/" + name));
+  source.expect(name, size);
+  std::vector<std::thread> threads;
+  for (std::uint64_t i = 0; i < 8; ++i)
+    threads.emplace_back([&, i] {
+      std::vector<std::uint8_t> bytes(10);
+      source.read(name, i * (size - 10) / 8, bytes);
+    });
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(source.counters().requests, 1u);
+}
+
+TEST_F(HttpSourceTest, AHandDoesNotWaitForBulkWork) {
+  constexpr std::size_t kBulk = 24, kApart = 50'000;  // too far from each other to be merged
+  const test::TempFolder folder;
+  const std::string name = "r-0123456789abcdef/x.bin";
+  fs::create_directories(folder / "r-0123456789abcdef");
+  test::writeBytes(folder / name, std::string(kBulk * kApart, 'x'));
+  HttpServer server(folder.path());
+  server.delay(0.2);
+  const HttpSource source(server.url(), {.connections = 8});
+  std::vector<std::thread> threads;
+  std::atomic<std::size_t> done{0};
+  for (std::size_t i = 0; i < kBulk; ++i)
+    threads.emplace_back([&, i] {
+      const internal::BackgroundReads bulk;
+      std::vector<std::uint8_t> bytes(10);
+      source.read(name, i * kApart, bytes);
+      ++done;
+    });
+  std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  std::vector<std::uint8_t> bytes(10);
+  source.read(name, 5, bytes);
+  EXPECT_LT(done, kBulk) << "the bulk work came first";
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(source.counters().requests, kBulk + 1);
+}
+
+TEST_F(HttpSourceTest, TheWholeDirectoryComesInFewRequests) {
+  const auto remote = openRemote();
+  server_.log();
+  remote->readDirectory();
+  EXPECT_LE(server_.log().size(), 2u) << "blocks of 256 KiB";
+  for (TileId t = 0; t < local_->tile_count(); ++t) remote->entry(t);
+  EXPECT_TRUE(server_.log().empty());
 }
 
 TEST_F(HttpSourceTest, PagesOnlyAreReadOfCells) {

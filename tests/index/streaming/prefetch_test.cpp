@@ -46,7 +46,8 @@ class PrefetchTest : public testing::Test {
   void claim(PrefetchPolicy policy, const ReaderFocus& focus, std::uint64_t budget = kNoBudget) {
     structure_.clear();
     workspace_.clear();
-    const Prefetch prefetch(*store_, *finder_, policy, 0.5);
+    const internal::KnownPages pages(*store_);
+    const Prefetch prefetch(pages, *finder_, policy, 0.5);
     prefetch.claimAhead(focus, *loaded_, cell_tiles_, budget, structure_);
     prefetch.claimAround(focus, budget, workspace_);
   }

@@ -127,7 +127,8 @@ TEST_F(ResidencyTest, JumpIsReadyWhenItsSurroundingsAreThere) {
     reader.publishFocus(there);
     const std::uint64_t misses = residency.counters().misses();
     const TileFinder finder(*store_);
-    const Prefetch prefetch(*store_, finder, policy, 0.5);
+    const internal::KnownPages pages(*store_);
+    const Prefetch prefetch(pages, finder, policy, 0.5);
     std::vector<TileClaim> claims;
     if (policy == PrefetchPolicy::structure)
       prefetch.claimAhead(there, reader.tiles(), {}, UINT64_MAX, claims);

@@ -2,6 +2,7 @@
 #include "index/build/ingest.h"
 #include "index/set/tile_set.h"
 #include "index/streaming/internal/read_latency.h"
+#include "index/streaming/internal/reads_in_flight.h"
 #include "index/streaming/residency.h"
 #include "tests/support/random_cells.h"
 #include "tests/support/sanitized.h"
@@ -28,6 +29,7 @@ class FarFolder final : public TileSource {
     std::condition_variable changed;
     std::string held;  // reads of files with this ending wait; empty: none
     int waiting = 0, most = 0;
+    std::chrono::milliseconds slow{0};  // each read takes this long
 
     void hold(const std::string& ending) {
       const std::lock_guard lock(mutex);
@@ -45,6 +47,10 @@ class FarFolder final : public TileSource {
       gate_.most = std::max(gate_.most, ++gate_.waiting);
       gate_.changed.notify_all();
       gate_.changed.wait(lock, [&] { return gate_.held.empty() || !name.ends_with(gate_.held); });
+    }
+    std::this_thread::sleep_for(gate_.slow);
+    {
+      const std::lock_guard lock(gate_.mutex);
       --gate_.waiting;
     }
     source_->read(name, offset, bytes);
@@ -59,10 +65,11 @@ class ResidencyRemoteTest : public ::testing::Test {
  protected:
   ResidencyRemoteTest() {
     CellList cells(test::randomColumn(5, 10, 500, 300));
-    ingest(cells, folder_ / "a.fil", {.capacity = 64});
-    set_ = TileSet::open(std::make_unique<FarFolder>(folder_ / "a.fil", gate_));
+    ingest(cells, folder_ / "a.fil", {.capacity = 64, .page_tiles = 4});
+    set_ = openFar();
     for (TileId t = 0; t < set_->tile_count(); ++t) set_->entry(t);
   }
+  std::unique_ptr<TileSet> openFar() { return TileSet::open(std::make_unique<FarFolder>(folder_ / "a.fil", gate_)); }
   ~ResidencyRemoteTest() override { gate_.hold(""); }
 
   static bool eventually(TileReader& reader, const std::function<bool()>& holds) {
@@ -115,6 +122,57 @@ TEST_F(ResidencyRemoteTest, EightReadsAreUnderWayAtOnce) {
   residency.stop();
   EXPECT_LE(gate_.most, 8);
   EXPECT_GT(residency.counters().read_mean_s, 0);
+}
+
+TEST_F(ResidencyRemoteTest, TilesComeWhilePagesOfTheDirectoryAreAskedFor) {
+  const auto fresh = openFar();
+  fresh->entry(3);  // the proxy's page
+  Residency residency(*fresh, {});
+  TileReader& reader = residency.addReader("hand");
+  gate_.hold("directory.bin");
+  residency.start();
+  reader.publishFocus(focus());
+  EXPECT_TRUE(eventually(reader, [&] { return reader.tiles().find(3) != nullptr; }));
+  const auto waiting = [this] {
+    const std::lock_guard lock(gate_.mutex);
+    return gate_.waiting;
+  };
+  EXPECT_TRUE(eventually(reader, [&] { return waiting() >= 2; })) << "several pages at once";
+  gate_.hold("");
+  EXPECT_TRUE(eventually(reader, [&] { return residency.counters().reads > 10; }));
+  residency.stop();
+}
+
+TEST_F(ResidencyRemoteTest, MoreReadsAreUnderWayWhereReadsAreSlow) {
+  gate_.slow = std::chrono::milliseconds(20);
+  Residency residency(*set_, {.prefetch = PrefetchPolicy::distance});
+  TileReader& reader = residency.addReader("hand");
+  ReaderFocus far = focus();
+  far.radius_um = 1e4;
+  reader.publishFocus(far);
+  residency.start();
+  EXPECT_TRUE(eventually(reader, [&] { return residency.counters().queued == 0 && residency.counters().reads > 40; }));
+  residency.stop();
+  EXPECT_GT(gate_.most, 8);
+  EXPECT_LE(gate_.most, static_cast<int>(ResidencyOptions::kMostRemoteReads));
+}
+
+TEST(ReadsInFlight, GrowWhileReadsDoNotWaitForEachOther) {
+  internal::ReadsInFlight far(8, 24);
+  EXPECT_EQ(far.most(), 8u);
+  for (int i = 0; i < 100; ++i) far.add(0.02 + 0.001 * (i % 5));
+  EXPECT_EQ(far.most(), 24u);
+  for (int i = 0; i < 1000; ++i) far.add(i % 16 == 0 ? 0.02 : 0.3);
+  EXPECT_EQ(far.most(), 8u) << "crowded";
+  for (int i = 0; i < 2000; ++i) far.add(0.3);
+  EXPECT_EQ(far.most(), 24u) << "the path has become longer";
+  internal::ReadsInFlight near(8, 24);
+  for (int i = 0; i < 100; ++i) near.add(0.001);
+  EXPECT_EQ(near.most(), 8u);
+  near.add(-1);
+  internal::ReadsInFlight fixed(4, 4);
+  for (int i = 0; i < 100; ++i) fixed.add(0.02);
+  EXPECT_EQ(fixed.most(), 4u);
 }
 
 TEST(ReadLatency, LooksAheadByTwoSlowReads) {

@@ -32,6 +32,7 @@ class Nginx : public ::testing::Test {
         folder_ / "err");
     ASSERT_EQ(shell("cd " + folder_.path() +
                     " && openssl req -x509 -newkey rsa:2048 -nodes -days 2 -subj /CN=tiles.example "
+                    "-addext subjectAltName=DNS:tiles.example,IP:127.0.0.1 "
                     "-keyout key.pem -out certificate.pem 2>/dev/null"),
               "");
     // Another port and folders of the test; the rest is the file as it is.
@@ -88,6 +89,35 @@ TEST_F(Nginx, PassesTokensOnAndKeepsPartsForThoseWhoMayRead) {
   server_->wait();
   EXPECT_EQ(curl(part, token), bytes) << "from the cache";
   EXPECT_EQ(test::readBytes(folder_ / "filiform.log").find(kProxyToken), std::string::npos);
+}
+
+// Each command as a process, over TLS, gives what it gives of the folder.
+TEST_F(Nginx, EveryCommandReadsThroughIt) {
+  const std::string address = "https://127.0.0.1:" + std::to_string(port_) + "/v1/sets/t", set = folder_ / "t.fil";
+  const std::string variables = "SSL_CERT_FILE=" + folder_ / "certificate.pem" + " FILIFORM_TOKEN=" + kProxyToken;
+  const std::string cells = test::runFiliform({"cells", set, "--tsv"}).out;
+  const std::size_t row = cells.find('\n') + 1, name = cells.find('\t', row) + 1;
+  const std::string cell = cells.substr(name, cells.find('\t', name) - name);
+  const std::vector<std::vector<std::string>> commands{
+      {"info", "SET", "--json"},
+      {"cells", "SET", "--json"},
+      {"nearest", "SET", "0", "700", "0", "--k", "5", "--json"},
+      {"export", "SET", "--cell", cell, "-o", "-"},
+      {"navigate", "SET", "--seconds", "0.2", "--budget", "16MiB", "--json"},
+      {"verify", "SET"}};
+  for (const std::vector<std::string>& words : commands) {
+    SCOPED_TRACE(words.front());
+    std::vector<std::string> local = words, remote = words;
+    local[1] = set, remote[1] = address;
+    const test::Outcome here = test::runFiliform(local);
+    const test::Outcome there = test::runFiliformInShell(variables + " \"$@\"", remote);
+    EXPECT_EQ(here.exit_code, 0) << here.err;
+    EXPECT_EQ(there.exit_code, 0) << there.err;
+    EXPECT_EQ(std::regex_replace(there.out, std::regex(address), set), here.out);
+  }
+  const test::Outcome stranger = test::runFiliformInShell("FILIFORM_TOKEN=x \"$@\"", {"info", address});
+  EXPECT_EQ(stranger.exit_code, 3);
+  EXPECT_NE(stranger.err.find("certificate"), std::string::npos) << stranger.err;
 }
 
 }  // namespace

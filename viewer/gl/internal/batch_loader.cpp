@@ -4,6 +4,7 @@
 #include <chrono>
 #include <condition_variable>
 #include <deque>
+#include <future>
 #include <mutex>
 #include <set>
 #include <sys/resource.h>
@@ -15,6 +16,13 @@ namespace {
 
 // Most batches that wait to be taken. More would only hold memory while the camera moves on.
 constexpr std::size_t kMostReady = 64;
+// From a set at an address, the tiles of this many jobs are read at once.
+constexpr std::size_t kReadAhead = 16;
+
+struct ReadTile {
+  std::shared_ptr<const Tile> tile;
+  TileAppearance appearance;
+};
 
 bool isSame(const TileJob& a, const TileJob& b) { return a.key == b.key && a.generation == b.generation; }
 
@@ -36,11 +44,21 @@ struct BatchLoader::Impl {
   RootTable roots;
   std::set<std::uint32_t> cells_known;
   SomaFinder finder;
+  struct Ahead {
+    TileJob job;
+    std::future<ReadTile> read;
+  };
+  std::deque<Ahead> ahead{};  // tiles of the next jobs
   std::thread thread{};
 
   void run();
   void learn(std::uint32_t cell, const CellDetail& detail);
   NeuriteBatch load(const TileJob& job);
+  ReadTile read(const TileJob& job) const;
+  // Begins to read the tiles of the next jobs, given with the mutex held. Forgets those that are no longer wanted.
+  void readAhead();
+  // The tile of a job, from `ahead` if it is there.
+  ReadTile take(const TileJob& job);
   bool isKnown(const TileJob& job) const {
     return (busy && isSame(under_way, job)) ||
            std::any_of(ready.begin(), ready.end(), [&](const LoadedTile& tile) { return isSame(tile.job, job); });
@@ -51,6 +69,47 @@ void BatchLoader::Impl::learn(std::uint32_t cell, const CellDetail& detail) {
   for (const CellDetail::Root& root : detail.roots) roots[{cell, root.rank}] = root;
   cells_known.insert(cell);
   finder.offer(cell, detail);
+}
+
+ReadTile BatchLoader::Impl::read(const TileJob& job) const {
+  // Both parts lie side by side in the file; from far away they come at the same time.
+  std::future<TileAppearance> appearance =
+      std::async(store.isRemote() ? std::launch::async : std::launch::deferred,
+                 [&] { return job.level ? levels->loadAppearance(job.tile) : store.loadAppearance(job.tile); });
+  ReadTile both;
+  both.tile = job.level ? levels->load(job.tile) : store.load(job.tile);
+  both.appearance = appearance.get();
+  return both;
+}
+
+void BatchLoader::Impl::readAhead() {
+  if (!store.isRemote()) return;
+  const std::size_t count = std::min(jobs.size(), kReadAhead);
+  const auto next = [&](std::size_t i) -> const TileJob& { return jobs[jobs.size() - 1 - i]; };
+  const auto isWanted = [&](const Ahead& a) {
+    if (busy && isSame(a.job, under_way)) return true;
+    for (std::size_t i = 0; i < count; ++i)
+      if (isSame(a.job, next(i))) return true;
+    return false;
+  };
+  // A read under way is kept: forgetting it would wait for it.
+  std::erase_if(ahead, [&](const Ahead& a) {
+    return a.read.wait_for(std::chrono::seconds(0)) == std::future_status::ready && !isWanted(a);
+  });
+  for (std::size_t i = 0; i < count && ahead.size() < 2 * kReadAhead; ++i) {
+    const TileJob job = next(i);
+    if (job.whole_cell != UINT32_MAX) continue;
+    if (std::any_of(ahead.begin(), ahead.end(), [&](const Ahead& a) { return isSame(a.job, job); })) continue;
+    ahead.push_back({job, std::async(std::launch::async, [this, job] { return read(job); })});
+  }
+}
+
+ReadTile BatchLoader::Impl::take(const TileJob& job) {
+  const auto found = std::find_if(ahead.begin(), ahead.end(), [&](const Ahead& a) { return isSame(a.job, job); });
+  if (found == ahead.end()) return read(job);
+  std::future<ReadTile> future = std::move(found->read);
+  ahead.erase(found);
+  return future.get();
 }
 
 NeuriteBatch BatchLoader::Impl::load(const TileJob& job) {
@@ -70,8 +129,7 @@ NeuriteBatch BatchLoader::Impl::load(const TileJob& job) {
       append(batch, makeBatch(*tile, appearance, options));
     }
   } else {
-    const std::shared_ptr<const Tile> tile = job.level ? levels->load(job.tile) : store.load(job.tile);
-    const TileAppearance appearance = job.level ? levels->loadAppearance(job.tile) : store.loadAppearance(job.tile);
+    const auto [tile, appearance] = take(job);
     if (!job.level)
       for (const std::uint32_t cell : cellsWithOpenNodes(*tile))
         if (!cells_known.contains(cell)) learn(cell, store.loadCellDetail(cell));
@@ -97,6 +155,7 @@ void BatchLoader::Impl::run() {
     under_way = jobs.back();
     jobs.pop_back();
     busy = true;
+    readAhead();
     lock.unlock();
     LoadedTile loaded{under_way, {}, nullptr};
     try {

@@ -3,11 +3,14 @@
 #include "index/errors.h"
 #include "index/text.h"
 
+#include <algorithm>
 #include <chrono>
 
 namespace filiform::internal {
 
 namespace {
+
+constexpr std::uint32_t kFirstCells = 256;  // a page of the table
 
 template <class T>
 bool isThere(const std::future<T>& future) {
@@ -28,8 +31,10 @@ Opened openScene(const std::vector<std::string>& paths, const Opening::Open& ope
   if (opened.saved && !opened.saved->history().places().empty())
     opened.start = opened.saved->history().places()[opened.saved->history().now()];
   if (opened.start.valid() || store.cell_count() == 0) return opened;
+  // From far away, the first cells only: the whole table may be larger than all that the picture needs.
+  const std::uint32_t cells = store.isRemote() ? std::min(store.cell_count(), kFirstCells) : store.cell_count();
   std::uint32_t largest = 0;
-  for (std::uint32_t cell = 1; cell < store.cell_count(); ++cell)
+  for (std::uint32_t cell = 1; cell < cells; ++cell)
     if (store.cell(cell).segments > store.cell(largest).segments) largest = cell;
   opened.start = opened.finder->soma(largest);
   return opened;
