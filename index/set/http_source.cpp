@@ -29,7 +29,7 @@ constexpr std::uint64_t kMostCachedRead = std::uint64_t{1} << 20;
 // Pages of the directory that a place needs lie close together in the file: they are read in blocks, some of which stay
 // in memory.
 constexpr std::uint64_t kDirectoryBlock = 256 << 10;
-constexpr std::size_t kMostBlocks = 32;
+constexpr std::size_t kMostBlocks = 64;
 
 bool isDirectory(const std::string& name) { return name.ends_with(std::string("/") + internal::kDirectoryFile); }
 

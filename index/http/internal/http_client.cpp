@@ -27,6 +27,9 @@ constexpr double kFirstBackoff_s = 0.1, kLastBackoff_s = 2;
 constexpr std::chrono::milliseconds kWatch{100};
 // The background uses a quarter of the connections until no other read came for this time, then half of them.
 constexpr std::chrono::milliseconds kBesideOthers{1000};
+// From far away a range waits for neighbours that come at the same time, such as the tiles of one plan: this part of
+// the fastest answer, at most kMostGather_s. An answer within kNear_s comes from near.
+constexpr double kGatherPart = 0.1, kMostGather_s = 0.002, kNear_s = 0.005;
 
 using FlightClock = HttpJob::Clock;
 
@@ -68,6 +71,7 @@ struct HttpClient::Impl {
   HttpQueue queue;  // guarded by the mutex
   bool stopping = false;
   std::vector<std::unique_ptr<HttpFlight>> free, active;  // of the thread
+  double fastest_s = 0;                                   // from a request to its answer; 0: not known
   FlightClock::time_point last_other{};                   // when a read that is not of the background last began
   std::atomic<std::uint64_t> requests{0}, retries{0}, merged{0}, bytes{0};
   std::thread thread;
@@ -96,6 +100,10 @@ struct HttpClient::Impl {
     job.background = BackgroundReads::active();
     std::unique_lock lock(mutex);
     if (!job.background) last_other = job.begun;
+    if (job.kind == HttpJob::Kind::range && fastest_s > kNear_s) {
+      job.gathering = true;
+      job.not_before = job.begun + inSeconds(std::min(kMostGather_s, kGatherPart * fastest_s));
+    }
     queue.add(job);
     curl_multi_wakeup(multi);
     answered.wait(lock, [&] { return job.done; });
@@ -186,7 +194,14 @@ struct HttpClient::Impl {
     active.erase(at);
     bytes += flight->received();
     const std::vector<HttpJob*> jobs = flight->jobs();
+    curl_off_t sent_us = 0, answered_us = 0;
+    curl_easy_getinfo(easy, CURLINFO_PRETRANSFER_TIME_T, &sent_us);
+    curl_easy_getinfo(easy, CURLINFO_STARTTRANSFER_TIME_T, &answered_us);
     const std::lock_guard lock(mutex);
+    if (answered_us > sent_us) {
+      const double took_s = 1e-6 * static_cast<double>(answered_us - sent_us);
+      fastest_s = fastest_s > 0 ? std::min(1.01 * fastest_s, took_s) : took_s;  // forgets slowly
+    }
     try {
       HttpLanding landing = flight->land(code);
       if (landing.kind == HttpLanding::Kind::redirect && follow(flight, landing)) return;
@@ -225,6 +240,7 @@ struct HttpClient::Impl {
       return;
     }
     ++job.attempts;
+    job.gathering = false;
     const double backoff_s = std::min(kLastBackoff_s, kFirstBackoff_s * std::ldexp(1, job.attempts - 1));
     const double wait_s = std::max(backoff_s, landing.wait_s);
     if (landing.kind != HttpLanding::Kind::retry || job.attempts >= kMostAttempts ||

@@ -29,6 +29,7 @@ struct HttpJob {
   std::uint64_t size = 0;           // size: of the file
   bool alone = false;               // not to be merged with others
   bool background = false;          // bulk work: see background_reads.h
+  bool gathering = false;           // not_before only waits for neighbours that can share the request
   int attempts = 0;                 // that failed
   Clock::time_point begun{}, not_before{};
   bool done = false;

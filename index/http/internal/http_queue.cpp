@@ -16,8 +16,8 @@ std::vector<HttpJob*> HttpQueue::take(HttpJob::Clock::time_point now, bool backg
   std::vector<HttpJob*> together{first};
   if (first->kind == HttpJob::Kind::range && !first->alone) {
     for (HttpJob* const job : jobs_)
-      if (job != first && job->kind == HttpJob::Kind::range && !job->alone && job->not_before <= now &&
-          job->background == first->background && job->url == first->url)
+      if (job != first && job->kind == HttpJob::Kind::range && !job->alone &&
+          (job->not_before <= now || job->gathering) && job->background == first->background && job->url == first->url)
         together.push_back(job);
     std::sort(together.begin() + 1, together.end(),
               [](const HttpJob* a, const HttpJob* b) { return a->offset < b->offset; });
@@ -27,7 +27,7 @@ std::vector<HttpJob*> HttpQueue::take(HttpJob::Clock::time_point now, bool backg
     const auto grow = [&](HttpJob* job) {
       const std::uint64_t low = std::min(begin, job->offset), high = std::max(end, job->end());
       const bool near = job->offset <= end + kMostGap && begin <= job->end() + kMostGap;
-      if (!near || high - low > std::max(kMostMerged, first->bytes.size())) return;
+      if (!near || high - low > std::max(first->background ? kMostMerged : kMostUrgent, first->bytes.size())) return;
       kept.push_back(job);
       begin = low, end = high;
     };

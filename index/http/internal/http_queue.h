@@ -12,14 +12,15 @@ namespace filiform::internal {
 // Thread rule: thread-compatible.
 class HttpQueue {
  public:
-  static constexpr std::uint64_t kMostGap = 16 << 10;     // bytes between two ranges of one request
-  static constexpr std::uint64_t kMostMerged = 4u << 20;  // of a request for several ranges
+  static constexpr std::uint64_t kMostGap = 24 << 10;  // bytes between two ranges of one request
+  // Bytes of a request for several ranges, in the background and otherwise: the last range waits for the first.
+  static constexpr std::uint64_t kMostMerged = 4u << 20, kMostUrgent = 256u << 10;
 
   void add(HttpJob& job) { jobs_.push_back(&job); }
   bool empty() const { return jobs_.empty(); }
-  // Takes the job that has waited longest among those whose wait is over, and all that can share its request. Jobs of
-  // the background come after all others, and never share a request with them. Empty: no job is ready. O(jobs log
-  // jobs). Without `background`, these jobs stay in the queue.
+  // Takes the job that has waited longest among those whose wait is over, and all that can share its request, among
+  // them those that only gather. Jobs of the background come after all others, and never share a request with them.
+  // Empty: no job is ready. O(jobs log jobs). Without `background`, these jobs stay in the queue.
   std::vector<HttpJob*> take(HttpJob::Clock::time_point now, bool background = true);
   // When the next job becomes ready; nullopt: none waits. Without `background`, jobs of the background do not count.
   std::optional<HttpJob::Clock::time_point> nextReady(bool background = true) const;

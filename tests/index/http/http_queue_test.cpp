@@ -46,8 +46,15 @@ TEST_F(HttpQueueTest, ARequestStaysSmallAndALargeRangeGoes) {
   constexpr std::uint64_t kPiece = 1 << 20;
   for (std::uint64_t i = 0; i < 10; ++i) jobs.push_back(range("f", i * kPiece, kPiece));
   HttpQueue queue;
-  for (HttpJob& job : jobs) queue.add(job);
+  for (HttpJob& job : jobs) {
+    job.background = true;
+    queue.add(job);
+  }
   EXPECT_EQ(queue.take(now_).size(), HttpQueue::kMostMerged / kPiece);
+  std::vector<HttpJob> tiles;
+  for (std::uint64_t i = 0; i < 100; ++i) tiles.push_back(range("g", i * 10'000, 10'000));
+  for (HttpJob& job : tiles) queue.add(job);
+  EXPECT_EQ(queue.take(now_).size(), HttpQueue::kMostUrgent / 10'000);
   HttpJob large = range("h", 0, 8 << 20);
   HttpQueue one;
   one.add(large);
@@ -66,6 +73,19 @@ TEST_F(HttpQueueTest, AJobWaitsForItsTime) {
   EXPECT_EQ(queue.nextReady(), late.not_before);
   EXPECT_EQ(queue.take(late.not_before), std::vector<HttpJob*>{&late});
   EXPECT_FALSE(queue.nextReady());
+}
+
+TEST_F(HttpQueueTest, AJobThatGathersGoesWithItsNeighbours) {
+  HttpJob first = range("f", 0, 10), second = range("f", 10, 10), far = range("f", 1'000'000, 10);
+  for (HttpJob* job : {&first, &second, &far}) job->gathering = true;
+  first.not_before = now_ + std::chrono::milliseconds(1);
+  second.not_before = far.not_before = now_ + std::chrono::milliseconds(2);
+  HttpQueue queue;
+  for (HttpJob* job : {&first, &second, &far}) queue.add(*job);
+  EXPECT_TRUE(queue.take(now_).empty());
+  EXPECT_EQ(offsets(queue.take(first.not_before)), (std::vector<std::uint64_t>{0, 10}));
+  EXPECT_EQ(queue.nextReady(), far.not_before);
+  EXPECT_EQ(queue.take(far.not_before), std::vector<HttpJob*>{&far});
 }
 
 TEST_F(HttpQueueTest, TheBackgroundComesLastAndAlone) {
