@@ -27,7 +27,6 @@ std::string_view tokenOfProtocols(std::string_view protocols) {
 Answer sessionAnswer(const Call&) {
   Answer answer = problem(426, "open a WebSocket here; tools/serve/PROTOCOL.md describes filiform.v1");
   answer.headers.emplace_back("Upgrade", "websocket");
-  answer.headers.emplace_back("Connection", "Upgrade");
   return answer;
 }
 

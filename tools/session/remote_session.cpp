@@ -81,7 +81,7 @@ void RemoteSession::tick(std::uint64_t period) noexcept {
     log_->note(now.tick, bytes);
   }
   if (proxy_every == 0 ? !hand_->isFresh() : period < proxy_at_) return;
-  proxy_at_ = std::max(proxy_at_, period - std::min<std::uint64_t>(period, proxy_every)) + proxy_every;
+  proxy_at_ = (period - proxy_at_ >= proxy_every ? period : proxy_at_) + proxy_every;
   const v1::Proxy proxy = proxyOf(now, *hand_);
   if (log_) {
     unsigned char bytes[v1::kProxyBytes];

@@ -1,5 +1,7 @@
 #include "tools/session/session_frames.h"
 
+#include "solver/workspace/workspace.h"
+
 #include <algorithm>
 #include <cmath>
 

@@ -72,6 +72,8 @@ std::shared_ptr<RemoteSession> SessionHouse::open(const std::string& set, Remote
   ticker_.add(*session);
   const std::lock_guard lock(mutex_);
   rooms_.push_back({session, {}});
+  if (const std::string refusal = ticker_.refusal(); options.number == 1 && !refusal.empty())
+    problems_.push_back("sessions: " + refusal);
   return session;
 }
 

@@ -60,17 +60,21 @@ void Ticker::remove(Ticked& one) {
   });
 }
 
-// Between rounds. Waits while there is nothing to tick.
-void Ticker::takeChange() {
+// Between rounds. Waits while there is nothing to tick; true if it waited.
+bool Ticker::takeChange() {
   std::unique_lock lock(mutex_);
+  bool waited = false;
   do {
     first_ = wanted_first_;
     all_ = wanted_;
     taken_version_ = wanted_version_;
     taken_.notify_all();
     changed_ = false;
-    if (!stopping_ && all_.empty()) wake_.wait(lock, [&] { return stopping_ || changed_; });
-  } while (!stopping_ && changed_);
+    if (stopping_ || !all_.empty()) break;
+    waited = true;
+    wake_.wait(lock, [&] { return stopping_ || changed_; });
+  } while (!stopping_);
+  return waited;
 }
 
 void Ticker::run() {
@@ -83,17 +87,13 @@ void Ticker::run() {
   }
   std::uint64_t begin_ns = now_ns(), period = 0;
   for (;;) {
-    if (changed_) {
-      const bool slept = all_.empty();
-      takeChange();
-      if (stopping_) return;
-      if (slept) {  // no period was missed while nothing was ticked
-        const std::uint64_t now = now_ns();
-        period = std::max(period, (now - begin_ns) / kPeriod_ns);
+    if (changed_ || all_.empty()) {
+      const bool waited = takeChange();
+      {
+        const std::lock_guard lock(mutex_);
+        if (stopping_) return;
       }
-    } else if (all_.empty()) {
-      changed_ = true;
-      continue;
+      if (waited) period = std::max(period, (now_ns() - begin_ns) / kPeriod_ns);  // nothing was missed meanwhile
     }
     sleepUntil_ns(begin_ns + (period + 1) * kPeriod_ns);
     const std::uint64_t woken_ns = now_ns();

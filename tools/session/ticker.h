@@ -52,7 +52,7 @@ class Ticker {
  private:
   void run();
   void change(const std::function<void()>& edit);
-  void takeChange();
+  bool takeChange();
 
   const std::function<void()> after_round_;
   mutable std::mutex mutex_;

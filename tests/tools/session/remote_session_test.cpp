@@ -13,6 +13,7 @@
 #include <random>
 #include <thread>
 
+#include <Eigen/Eigenvalues>
 #include <gtest/gtest.h>
 
 namespace filiform::tools {

@@ -51,7 +51,7 @@ class SessionClients : public ::testing::Test {
     return proxies;
   }
 
-  const test::ServedSets sets_;
+  test::ServedSets sets_;
   SessionHouse house_{*sets_.shelf, {.budget_bytes = std::uint64_t{64} << 20, .most_sessions = 3}};
   std::uint32_t seq_ = 0;
   int models_ = 0;
@@ -161,7 +161,7 @@ TEST_F(SessionClients, OldSessionsKeepTheirRevision) {
   const auto before = ask(old_one, "open", R"({"set":"column","at":[0,0,0],"hold_s":60})").at("result").at("revision");
   CellList more(test::randomColumn(6, 4, 400, 300));
   ingest(more, sets_.folder / "column.fil", {.capacity = 128, .force = true});
-  const_cast<SetShelf&>(*sets_.shelf).refresh();
+  sets_.shelf->refresh();
   const auto after = ask(new_one, "open", R"({"set":"column","at":[0,0,0]})").at("result");
   EXPECT_NE(after.at("revision"), before);
   EXPECT_EQ(after.at("cells"), 4);
