@@ -126,7 +126,7 @@ TourFigures tour(const TileSet& set, const std::string& path, std::size_t sessio
   std::vector<std::unique_ptr<TouringClient>> clients;
   for (std::size_t i = 0; i < sessions; ++i) {
     Tour routes(set, options.seed + i);
-    std::vector<Route> planned;
+    std::vector<filiform::Route> planned;
     for (std::size_t k = 0; k < kToursOfClient; ++k) planned.push_back(routes.next());
     clients.push_back(std::make_unique<TouringClient>(server.port(), server.set(), std::move(planned), kModelRate_Hz));
   }

@@ -16,7 +16,8 @@ constexpr std::uint64_t kTourPatience = 300;  // HANDs without progress
 
 }  // namespace
 
-TouringClient::TouringClient(std::uint16_t port, const std::string& set, std::vector<Route> routes, double model_Hz)
+TouringClient::TouringClient(std::uint16_t port, const std::string& set, std::vector<filiform::Route> routes,
+                             double model_Hz)
     : socket_(port), routes_(std::move(routes)) {
   if (socket_.status() != 101) throw std::runtime_error("bench sessions: no session: " + socket_.head().substr(0, 80));
   socket_.ask("hello", "{}");
@@ -64,12 +65,12 @@ void TouringClient::step(std::int64_t now_ns) {
     if (v1::decode(bytes, message.bytes.size(), proxy)) take(proxy, now_ns);
     models_ += v1::decode(bytes, message.bytes.size(), model);
   }
-  const Route& route = routes_[route_];
+  const filiform::Route& route = routes_[route_];
   ProxyPlace place;
   place.segment = {proxy_.cell, proxy_.segment};
   place.t = std::clamp<double>(proxy_.t, 0, 1);
   place.tile = proxy_.cell == UINT32_MAX ? kNoTile : 0;
-  const Route::Progress progress = route.progress(place);
+  const filiform::Route::Progress progress = route.progress(place);
   const bool arriving = (proxy_.flags & v1::kJumpWaits) != 0 || !progress.connected;
   if (progress.connected && progress.arc_um > reached_um_ + 0.01) {
     reached_um_ = progress.arc_um;

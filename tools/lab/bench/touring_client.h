@@ -16,7 +16,7 @@ namespace filiform::tools {
 class TouringClient {
  public:
   // Opens a session on the set at the beginning of the first route. Throws std::runtime_error.
-  TouringClient(std::uint16_t port, const std::string& set, std::vector<Route> routes, double model_Hz);
+  TouringClient(std::uint16_t port, const std::string& set, std::vector<filiform::Route> routes, double model_Hz);
 
   // Takes the frames that have come and sends one HAND. `now_ns`: any clock. Throws std::runtime_error if the
   // connection has ended.
@@ -36,7 +36,7 @@ class TouringClient {
   void jump();
 
   WebSocketClient socket_;
-  const std::vector<Route> routes_;
+  const std::vector<filiform::Route> routes_;
   std::size_t route_ = 0;
   v1::Proxy proxy_;
   v1::Hand hand_;
