@@ -127,6 +127,16 @@ TileReader& Residency::addReader(const std::string&) {
   return impl_->loader.addReader();
 }
 
+TileFocus& Residency::addFocus() {
+  const std::lock_guard lock(impl_->mutex);
+  return impl_->loader.addFocus();
+}
+
+void Residency::removeFocus(TileFocus& focus) {
+  const std::lock_guard lock(impl_->mutex);
+  impl_->loader.removeFocus(focus);
+}
+
 void Residency::start() {
   const std::lock_guard lock(impl_->mutex);
   impl_->requireNotStarted("start");

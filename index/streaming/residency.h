@@ -86,16 +86,12 @@ enum class HoldKind : std::uint8_t {
 };
 using HoldId = std::uint64_t;
 
-// The reader's side. Safe in the haptic thread: every member is noexcept, without allocation, lock or system call.
-// Thread rule: owned by one reading thread.
-class TileReader {
+// What one hand or camera asks for. Safe in the haptic thread: every member is noexcept, without allocation, lock or
+// system call. Thread rule: owned by one reading thread.
+class TileFocus {
  public:
-  virtual ~TileReader() = default;
-  virtual const TileTable& tiles() const noexcept = 0;
-  // Takes up to `most` messages from the loader, changes the table and acknowledges them. Returns the number of
-  // messages.
-  virtual int apply(int most = 8) noexcept = 0;
-  // Publishes what the reader works on; once a tick.
+  virtual ~TileFocus() = default;
+  // Publishes what the hand works on; once a tick.
   virtual void publishFocus(const ReaderFocus& focus) noexcept = 0;
   // Requests an absent tile, which becomes urgent. A repeated request is harmless. A request is lost if the ring is
   // full and must then be repeated.
@@ -105,7 +101,17 @@ class TileReader {
   virtual bool isTargetReady(NodeId target_node) const noexcept = 0;
 };
 
-// Thread rule: internally synchronised; call addReader() before start().
+// The reader's side: a table of tiles, and the focus of the one who uses it. As TileFocus.
+class TileReader : public TileFocus {
+ public:
+  virtual const TileTable& tiles() const noexcept = 0;
+  // Takes up to `most` messages from the loader, changes the table and acknowledges them. Returns the number of
+  // messages.
+  virtual int apply(int most = 8) noexcept = 0;
+};
+
+// Thread rule: internally synchronised; call addReader() before start(). Many hands can share one reader's table
+// (addFocus), if one thread serves them all.
 class Residency {
  public:
   // Loads and pins the long-segment tile. Checks the budget in O(tiles). Takes 20 bytes a tile, and 8 more for each
@@ -119,6 +125,12 @@ class Residency {
 
   // Adds a reader. It lives as long as the Residency.
   TileReader& addReader(const std::string& name);
+  // Adds a hand that uses the table of a reader, on that reader's thread. Takes 2 KB, whatever the number of tiles. In
+  // real time, plans then come at least 0.2 ms apart for each hand, and each hand's surroundings are claimed within its
+  // part of the budget. May be called at any time.
+  TileFocus& addFocus();
+  // Ends the claims of a hand and frees it. Its thread must not use it any more.
+  void removeFocus(TileFocus& focus);
 
   // Real time: IO threads serve focus and requests until stop(). A second start() throws std::logic_error; stop() is
   // idempotent.

@@ -37,7 +37,7 @@ class Reading {
 }  // namespace
 
 struct PlaceFinder::Impl {
-  explicit Impl(const TileStore& scene) : store(scene), nearest(scene), somata(scene) {}
+  Impl(const TileStore& scene, const NearestOptions& options) : store(scene), nearest(scene, options), somata(scene) {}
 
   ProxyPlace at(TileId tile, SegmentId segment, double t) const {
     Reading reading(store);
@@ -51,7 +51,8 @@ struct PlaceFinder::Impl {
   SomaFinder somata;
 };
 
-PlaceFinder::PlaceFinder(const TileStore& store) : impl_(std::make_unique<Impl>(store)) {}
+PlaceFinder::PlaceFinder(const TileStore& store, const NearestOptions& options)
+    : impl_(std::make_unique<Impl>(store, options)) {}
 PlaceFinder::~PlaceFinder() = default;
 
 std::optional<PlaceFinder::Picked> PlaceFinder::along(const RayQuery& ray) const {

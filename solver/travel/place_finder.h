@@ -22,7 +22,8 @@ class PlaceFinder {
     double distance_um = 0;  // from the point or the ray
   };
 
-  explicit PlaceFinder(const TileStore& store);  // the store must outlive the finder
+  // The store must outlive the finder. `options`: of its search. Throws UsageError as Nearest does.
+  explicit PlaceFinder(const TileStore& store, const NearestOptions& options = {});
   ~PlaceFinder();
 
   // Nullopt if the ray hits nothing, or if the scene is empty. Throws CorruptTile, CorruptSet, IoError from the store;

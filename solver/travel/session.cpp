@@ -33,6 +33,7 @@ constexpr const char* kMouseHand = "sim:medium";  // the hand that the pointer m
 std::string handNameOf(const std::string& device) { return device == kMouse ? kMouseHand : device; }
 
 internal::TileKind tileKindOf(const SessionOptions& options, const internal::TravelDevice& device) {
+  if (options.shared.residency != nullptr) return internal::TileKind::shared;
   if (options.in_memory) return internal::TileKind::held;
   return device.replay() != nullptr ? internal::TileKind::replay : internal::TileKind::resident;
 }
@@ -44,10 +45,15 @@ ResidencyOptions residencyOf(const SessionOptions& options, const internal::Trav
   return residency;
 }
 
-std::unique_ptr<ProxySolver> solverFor(const TileStore& store, SolverMethod method) {
+// Many sessions share a machine's memory, so that each keeps fewer nodes.
+constexpr std::uint32_t kSharedPoolNodes = 1024;
+
+std::unique_ptr<ProxySolver> solverFor(const TileStore& store, const SessionOptions& options) {
+  const SolverMethod method = options.method;
   SolverParameters parameters;
   const bool reaches = method == SolverMethod::force || method == SolverMethod::force_listing;
   if (reaches && store.cell_count() > 0) parameters = automaticParameters(store, defaultCell(store));
+  if (options.shared.residency != nullptr) parameters.pool_nodes = kSharedPoolNodes;
   return makeProxySolver(method, parameters);
 }
 
@@ -79,6 +85,7 @@ struct Session::Impl {
   internal::HandTiles tiles;
   internal::HandNavigation travel;
   internal::SessionChannels channels;
+  TickClock clock;                   // with SessionOptions::shared
   internal::SessionHand travelling;  // the ticking thread's
 
   NavigationSnapshot newest;
@@ -101,9 +108,12 @@ Session::Impl::Impl(const TileStore& scene, const SessionOptions& wanted)
       hand(internal::handOf(handNameOf(wanted.device)) ? device.hand() : nullptr),
       device_name(wanted.device == kMouse ? kMouse : device.capabilities().name),
       choice(choose(scene.tile_count())),
-      tiles(scene, tileKindOf(options, device), residencyOf(options, device)),
-      travel(scene, tiles, device, solverFor(scene, options.method), choice.navigation),
+      tiles(scene, tileKindOf(options, device), residencyOf(options, device), options.shared),
+      travel(scene, tiles, device, solverFor(scene, options), choice.navigation),
+      channels(options.record.empty() ? 2 : 4096),
+      clock(period_s),
       travelling(device, tiles, travel, channels, hand, choice.navigation.workspace, std::move(replayed)) {
+  travel.setMeasured(options.shared.residency != nullptr);
   if (!options.record.empty()) record();
   device->open();
 }
@@ -129,6 +139,7 @@ void Session::Impl::record() {
   internal::TravelRecordingOptions recording;
   recording.path = options.record;
   recording.device = options.device;
+  recording.writer_thread = options.shared.residency == nullptr;
   device.record(recording);
 }
 
@@ -235,10 +246,21 @@ void Session::advance(std::uint64_t ticks) {
   }
 }
 
+const NavigationSnapshot& Session::tick() noexcept {
+  Impl& s = *impl_;
+  const DeviceState state = s.device->exchange(s.virtual_wrench);
+  s.virtual_wrench = s.travelling.tick(state, s.clock.step_s(state.time_s));
+  return s.travelling.snapshot();
+}
+
+void Session::prepare(double free_s) noexcept { impl_->travel.prepare(free_s); }
+const GraphView& Session::graph() const noexcept { return impl_->travel.graph(); }
+
 void Session::finish() {
   Impl& s = *impl_;
   if (s.finished) return;
   s.finished = true;
+  s.awaited.cancel(s.tiles.residency());
   if (s.loop) s.loop->stop();
   s.stopping = true;
   if (s.replay_thread.joinable()) s.replay_thread.join();
@@ -251,7 +273,7 @@ void Session::finish() {
     failure = std::current_exception();
   }
   // Last, because it waits for the tile that is being read.
-  if (s.tiles.residency() != nullptr) s.tiles.residency()->stop();
+  if (s.tiles.reader() != nullptr) s.tiles.residency()->stop();
   if (failure) std::rethrow_exception(failure);
   if (s.channels.log_lost > 0)
     throw DeviceError("commands came faster than they could be recorded; the recording is incomplete");
@@ -265,6 +287,10 @@ const NavigationSnapshot& Session::update() {
   if (std::optional<std::string> note = s.awaited.serve(s.newest.tick, s.channels.link.commands, s.tiles.residency()))
     s.notes.push_back(std::move(*note));
   return s.newest;
+}
+
+void Session::drainRecording() {
+  if (impl_->device.recorder() != nullptr) impl_->device.recorder()->drain();
 }
 
 void Session::jump(const ProxyPlace& place, bool under_hand) {
@@ -302,6 +328,7 @@ void Session::point(const Pointing& pointing) { impl_->channels.pointings.publis
 std::optional<ProxyPlace> Session::awaited() const { return impl_->awaited.place(); }
 bool Session::replaying() const { return impl_->device.replay() != nullptr; }
 bool Session::replayEnded() const { return impl_->replay_ended.load(std::memory_order_acquire); }
+bool Session::waitsForFailedTile() const { return impl_->told_failed; }
 bool Session::hasHand() const { return impl_->hand != nullptr; }
 const std::string& Session::deviceName() const { return impl_->device_name; }
 double Session::stiffness_N_m() const { return impl_->choice.stiffness_N_m(); }

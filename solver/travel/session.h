@@ -16,13 +16,17 @@
 // A recorded session (SessionOptions::record) is replayed by the device "replay:FILE", at the recorded rate, through
 // bit-identical states.
 //
-// Thread rule: all members belong to one commanding thread. Only the constructor, advance(), finish() and the
-// destructor may wait for the disk.
+// A host can tick many sessions on one thread (SessionOptions::shared): instead of start(), that thread calls tick()
+// and prepare() once a period.
+//
+// Thread rule: all members belong to one commanding thread, except tick(), prepare() and graph(), which belong to the
+// ticking thread. Only the constructor, advance(), finish() and the destructor may wait for the disk.
 #pragma once
 
 #include "device/haptic_device.h"
 #include "index/streaming/residency.h"
 #include "solver/loop/loop_metrics.h"
+#include "solver/travel/shared_tiles.h"
 #include "solver/workspace/navigation_link.h"
 #include "solver/workspace/workspace.h"
 
@@ -35,6 +39,8 @@
 
 namespace filiform {
 
+class GraphView;
+
 struct SessionOptions {
   std::string device = "mouse";  // or as makeDevice() takes it; simulated hands follow the pointer too
   SolverMethod method = SolverMethod::climb;
@@ -43,6 +49,9 @@ struct SessionOptions {
   std::optional<double> stiffness_N_m{};        // none: 200, with the loose hand 50; hardware: defaultStiffness()
   bool in_memory = false;                       // the store has all tiles in memory (a small scene): no reads
   std::optional<std::uint64_t> budget_bytes{};  // of decoded tiles; none: unlimited
+  // The tiles of a host that ticks this session and others; budget_bytes is then ignored. They must outlive the
+  // session.
+  SharedTiles shared{};
   // Write the exchanges with the device to this file; if it is a regular file, also write the commands to FILE.json.
   // Empty: no recording.
   std::string record{};
@@ -81,6 +90,16 @@ class Session {
   // Instead of start(): computes `ticks` ticks now, in virtual time. Throws std::logic_error unless the scene is in
   // memory or a recording is replayed; in a replay, CorruptTile and IoError.
   void advance(std::uint64_t ticks);
+  // With SessionOptions::shared: exchanges with the device and computes a tick over the time since its last state. The
+  // result is valid until the next tick. Haptic-safe.
+  const NavigationSnapshot& tick() noexcept;
+  // With SessionOptions::shared, after each tick: see Navigation::prepare(). Haptic-safe.
+  void prepare(double free_s) noexcept;
+  const GraphView& graph() const noexcept;
+  // With SessionOptions::shared and a recording, at least every few seconds: writes what was recorded. Throws
+  // DeviceError.
+  void drainRecording();
+
   // Ends the loop with zero force, closes the device and writes the recording. Waits for the tile that is being read.
   // Throws DeviceError and IoError. Further calls do nothing.
   void finish();
@@ -101,6 +120,7 @@ class Session {
 
   bool replaying() const;
   bool replayEnded() const;
+  bool waitsForFailedTile() const;        // of the last update(): the proxy rests at a tile that cannot be read
   bool hasHand() const;                   // there is a simulated hand, which the pointer moves
   const std::string& deviceName() const;  // for the user
   double stiffness_N_m() const;

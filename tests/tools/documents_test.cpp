@@ -112,6 +112,14 @@ cp column.tsv col.tsv
 printf '0 700 0\n10, 600, 5\n# a remark\n' > soma.txt
 filiform navigate column.fil --seconds 0.5 --record f.rec
 cp f.rec travel.rec
+mkdir recorded
+filiform serve column.fil --listen 127.0.0.1:0 --record-sessions recorded > address 2>/dev/null & server=$!
+while [ ! -s address ]; do sleep 0.05; done
+python3 "$TESTS/support/short_session" "$(cat address)" column
+kill $server
+wait $server
+for ending in rec rec.json rec.frames; do mv recorded/*.$ending session.$ending; done
+rm -r recorded address
 head -c 4096 /dev/zero > falcon.bin
 mkdir before after
 filiform bench extremes --quick --out before
@@ -187,14 +195,14 @@ using ByCommand = std::map<std::string, std::string>;
 // The first field of --json, and the first column of --tsv.
 const ByCommand kFirstFields{{"check", "verdict"},   {"info", "cells"},   {"cells", "id"},
                              {"nearest", "query"},   {"path", "cell"},    {"navigate", "outcome"},
-                             {"devices", "devices"}, {"render", "width"}, {"bench", "format"}};
+                             {"devices", "devices"}, {"render", "width"}, {"bench", "format"},   {"replay", "set"}};
 const ByCommand kFirstColumns{{"check", "file"}, {"cells", "id"}, {"nearest", "query"}, {"path", "sample"}};
 // A part of the text output of each command.
 const ByCommand kTexts{{"synth", " of SWC in "},   {"check", " inputs: "},         {"ingest", " tiles, "},
                        {"compact", " tiles, "},    {"info", "  segments   "},      {"cells", "length"},
                        {"verify", ": sound: "},    {"nearest", "query\trank"},     {"path", " um along the cell, "},
                        {"export", " samples of "}, {"navigate", "route "},         {"devices", "sim:medium"},
-                       {"render", "drawn by "},    {"serve", "http://127.0.0.1:"}, {"evaluate", "|---|"},
+                       {"render", "drawn by "},    {"serve", "http://127.0.0.1:"}, {"replay", " HAND frames: "}, {"evaluate", "|---|"},
                        {"bench", "|---|"}};
 
 std::string expectedOf(const ByCommand& expected, const std::string& name) {

@@ -1,6 +1,7 @@
 #include "tools/answers/access.h"
 
 #include "index/text.h"
+#include "tools/answers/session_answer.h"
 
 #include <algorithm>
 #include <arpa/inet.h>
@@ -54,7 +55,9 @@ std::string_view tokenOf(const Request& request) {
   constexpr std::string_view kScheme = "bearer ";
   if (given.size() > kScheme.size() && lowerCase(given.substr(0, kScheme.size())) == kScheme)
     return given.substr(kScheme.size());
-  return given.empty() ? cookieOf(request.header("cookie"), kTokenCookie) : std::string_view();
+  if (!given.empty()) return {};
+  const std::string_view cookie = cookieOf(request.header("cookie"), kTokenCookie);
+  return cookie.empty() ? tokenOfProtocols(request.header("sec-websocket-protocol")) : cookie;
 }
 
 }  // namespace

@@ -53,6 +53,8 @@ const char* reasonPhrase(unsigned status) {
       return "Range Not Satisfiable";
     case 417:
       return "Expectation Failed";
+    case 426:
+      return "Upgrade Required";
     case 421:
       return "Misdirected Request";
     case 431:

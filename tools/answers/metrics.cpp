@@ -78,6 +78,15 @@ std::string Metrics::text(const SetShelf& shelf) const {
   addMetric(text, "filiform_refused_connections_total", "", std::to_string(refused_connections.load()));
   describeMetric(text, "filiform_answer_bytes", "gauge", "Bytes of answers in memory.");
   addMetric(text, "filiform_answer_bytes", "", std::to_string(answer_bytes.load()));
+  describeMetric(text, "filiform_sessions", "gauge", "Open WebSockets of sessions.");
+  addMetric(text, "filiform_sessions", "", std::to_string(sessions.load()));
+  describeMetric(text, "filiform_session_ticks_total", "counter", "Ticks of all sessions.");
+  addMetric(text, "filiform_session_ticks_total", "", std::to_string(session_ticks.load()));
+  describeMetric(text, "filiform_session_late_ticks_total", "counter",
+                 "Ticks of sessions that ended more than 1 ms after they were due, or were left out.");
+  addMetric(text, "filiform_session_late_ticks_total", "", std::to_string(session_late_ticks.load()));
+  describeMetric(text, "filiform_session_tile_bytes", "gauge", "Bytes of the tiles of all sessions in memory.");
+  addMetric(text, "filiform_session_tile_bytes", "", std::to_string(session_tile_bytes.load()));
   describeMetric(text, "filiform_tile_bytes", "gauge", "Bytes of the tiles in memory, by set.");
   for (const auto& served : shelf.all())
     addMetric(text, "filiform_tile_bytes", "set=" + labelValue(served->name()),

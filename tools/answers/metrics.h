@@ -22,6 +22,8 @@ class Metrics {
   std::atomic<std::uint64_t> connections{0};          // open now
   std::atomic<std::uint64_t> refused_connections{0};  // because of --max-clients
   std::atomic<std::uint64_t> answer_bytes{0};         // of answers in memory now
+  // WebSockets open now; ticks of sessions so far, those of them that were late; tiles of sessions in memory now.
+  std::atomic<std::uint64_t> sessions{0}, session_ticks{0}, session_late_ticks{0}, session_tile_bytes{0};
 
   // Prometheus text, version 0.0.4.
   std::string text(const SetShelf& shelf) const;

@@ -107,6 +107,7 @@ const std::vector<Route>& routeTable() {
        {},
        false,
        cellAnswer},
+      {"GET", "/v1/session", "A WebSocket for a session, filiform.v1", kJsonType, {}, false, sessionAnswer},
       // The layout of the set's folder, as on a server of files.
       {"GET", "/v1/sets/{set}/CURRENT", "As files/CURRENT", kPlainText, {}, false, fileAnswer},
       {"GET",

@@ -47,5 +47,6 @@ Answer rayAnswer(const Call& call);
 Answer pathAnswer(const Call& call);
 Answer cellsAnswer(const Call& call);
 Answer cellAnswer(const Call& call);
+Answer sessionAnswer(const Call& call);
 
 }  // namespace filiform::tools

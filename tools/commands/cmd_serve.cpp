@@ -7,6 +7,7 @@
 #include "tools/program/numbers.h"
 #include "tools/serve/log_entry.h"
 #include "tools/serve/server.h"
+#include "tools/session/session_house.h"
 
 #include <algorithm>
 #include <iostream>
@@ -22,7 +23,9 @@ namespace {
 
 struct ServeArguments {
   std::vector<std::string> sets, origins, hosts;
-  std::string listen = "127.0.0.1:7878", token_file, budget = "1GiB", log = "text";
+  std::string listen = "127.0.0.1:7878", token_file, budget = "1GiB", log = "text", session_budget = "256MiB",
+              session_folder;
+  std::size_t most_sessions = 100;
   std::size_t most_clients = 256;
   unsigned threads = std::max(1U, std::thread::hardware_concurrency());
 };
@@ -55,8 +58,13 @@ int runServe(const ServeArguments& a) {
   const Service service{shelf, access, metrics, FILIFORM_VERSION};
   const Routes routes(service, [&log](const std::string& line) { log.problem(line); });
   std::vector<std::string> reported;  // problems of the last refresh
+  SessionHouse house(shelf, {.budget_bytes = parseBytes("--session-budget", a.session_budget),
+                             .most_sessions = a.most_sessions,
+                             .record_folder = a.session_folder});
   ServerOptions options{
       .listen = a.listen, .open = !access.needsToken(), .most_clients = a.most_clients, .threads = a.threads};
+  options.sessions = &house;
+  options.version = FILIFORM_VERSION;
   options.stop = &interruptFlag();
   options.log = [&log](const LogEntry& entry) { log.request(entry); };
   options.each_second = [&] {
@@ -64,6 +72,11 @@ int runServe(const ServeArguments& a) {
     if (problems != reported)
       for (const std::string& problem : problems) log.problem(problem);
     reported = std::move(problems);
+    for (const std::string& problem : house.takeProblems()) log.problem(problem);
+    const SessionFigures figures = house.figures();
+    metrics.session_ticks = figures.ticker.ticks;
+    metrics.session_late_ticks = figures.ticker.late;
+    metrics.session_tile_bytes = figures.tile_bytes;
   };
   EndingWatch watch = watchForSilentFiles();
   Server server(routes, metrics, options);
@@ -105,6 +118,20 @@ void addServe(CLI::App& app, Chosen& chosen) {
   command->add_option("--budget", a->budget, "keep at most this memory of tiles and sample ids, for all sets together")
       ->capture_default_str()
       ->type_name("BYTES");
+  command->add_option("--max-sessions", a->most_sessions, "allow at most N sessions at /v1/session")
+      ->type_name("N")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 10000));
+  command
+      ->add_option("--session-budget", a->session_budget,
+                   "keep at most this memory of tiles, for all sessions together")
+      ->capture_default_str()
+      ->type_name("BYTES");
+  command
+      ->add_option("--record-sessions", a->session_folder,
+                   "record each session in this folder; filiform replay repeats a recording")
+      ->type_name("DIR")
+      ->check(CLI::ExistingDirectory);
   command->add_option("--log", a->log, "write a line for each request to stderr: text or json")
       ->capture_default_str()
       ->check(CLI::IsMember({"text", "json"}));

@@ -19,6 +19,7 @@ void addNavigate(CLI::App& app, Chosen& chosen);
 void addDevices(CLI::App& app, Chosen& chosen);
 void addRender(CLI::App& app, Chosen& chosen);
 void addView(CLI::App& app, Chosen& chosen);
+void addReplay(CLI::App& app, Chosen& chosen);
 void addServe(CLI::App& app, Chosen& chosen);
 void addLab(CLI::App& app, Chosen& chosen);  // `evaluate` and `bench`: start filiform-lab
 

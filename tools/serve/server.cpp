@@ -5,7 +5,9 @@
 #include "index/text.h"
 #include "tools/answers/limits.h"
 #include "tools/answers/routes.h"
+#include "tools/answers/session_answer.h"
 #include "tools/serve/answer_head.h"
+#include "tools/serve/internal/session_socket.h"
 #include "tools/serve/log_entry.h"
 
 #include <algorithm>
@@ -48,7 +50,12 @@ class Connection;
 // What the connections share. Only the thread of run() uses it, except where stated.
 struct Hall {
   Hall(const Routes& r, Metrics& m, const ServerOptions& o)
-      : routes(r), metrics(m), options(o), workers(std::max(1U, o.threads)) {}
+      : routes(r), metrics(m), options(o), workers(std::max(1U, o.threads)) {
+    sockets.house = o.sessions;
+    sockets.version = o.version;
+    sockets.log = [this](const internal::SessionSocket& socket) { logSession(socket); };
+    if (o.sessions != nullptr) o.sessions->onNews([this] { internal::wake(sockets); });
+  }
   ~Hall() {
     workers.stop();
     workers.join();
@@ -60,6 +67,7 @@ struct Hall {
   void admit(tcp::socket socket);
   void tick();
   void beginToStop();
+  void logSession(const internal::SessionSocket& socket);
   void endOf(const std::shared_ptr<Connection>& connection);
 
   const Routes& routes;  // any thread
@@ -70,6 +78,7 @@ struct Hall {
   tcp::acceptor acceptor{io};
   net::steady_timer timer{io}, retry{io};
   std::set<std::shared_ptr<Connection>> connections;
+  internal::SocketHall sockets{io, workers};
   bool stopping = false;
   Clock::time_point stop_by{}, next_second = Clock::now();
   std::atomic<bool> in_second{false};  // each_second runs now; any thread
@@ -77,9 +86,9 @@ struct Hall {
 };
 
 // The headers that routes read.
-constexpr std::array<std::string_view, 10> kReadHeaders{"host",     "origin",       "authorization",    "cookie",
-                                                        "accept",   "content-type", "content-encoding", "range",
-                                                        "if-range", "if-none-match"};
+constexpr std::array<std::string_view, 11> kReadHeaders{"host",     "origin",        "authorization",         "cookie",
+                                                        "accept",   "content-type",  "content-encoding",      "range",
+                                                        "if-range", "if-none-match", "sec-websocket-protocol"};
 
 // The status for a request that cannot be read; 0: the connection is gone, also after a timeout.
 unsigned statusOf(const error_code& error) {
@@ -189,6 +198,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
       keep_ = keep_ && !body_follows;
       return send(std::move(*refused));
     }
+    if (isSession(request_) && boost::beast::websocket::is_upgrade(parser_->get())) return becomeSession();
     if (!body_follows) return answer();
     const auto expected = parser_->get()[http::field::expect];
     if (expected.empty()) return readBody();
@@ -197,6 +207,18 @@ class Connection : public std::enable_shared_from_this<Connection> {
     net::async_write(stream_, net::buffer(kContinue), [self = shared_from_this()](error_code error, std::size_t) {
       error ? self->close() : self->readBody();
     });
+  }
+
+  // The socket goes on as a WebSocket.
+  void becomeSession() {
+    if (hall_.sockets.house == nullptr) return turnAway(problem(404, "this server has no sessions"));
+    if (hall_.stopping) return turnAway(problem(503, "the server ends"));
+    if (buffer_.size() > 0) return turnAway(problem(400, "wait for the answer to the upgrade before you send"));
+    const auto socket = std::make_shared<internal::SessionSocket>(std::move(stream_), hall_.sockets, client_,
+                                                                  redacted(request_.target));
+    hall_.sockets.sockets.insert(socket);
+    socket->begin(parser_->get());
+    hall_.endOf(shared_from_this());
   }
 
   void readBody() {
@@ -361,13 +383,14 @@ void Hall::accept() {
 }
 
 void Hall::admit(tcp::socket socket) {
-  if (connections.size() >= options.most_clients) {
+  const std::size_t most = options.most_clients - std::min(options.most_clients, sockets.sockets.size());
+  if (connections.size() >= most) {
     std::shared_ptr<Connection> longest;
     for (const auto& one : connections)
       if (one->isIdle() && (longest == nullptr || one->idleSince() < longest->idleSince())) longest = one;
     if (longest != nullptr) longest->close();
   }
-  const bool full = connections.size() >= options.most_clients;
+  const bool full = connections.size() >= most;
   if (full) ++metrics.refused_connections;
   if (connections.size() >= 2 * options.most_clients) return;  // closes the socket
   const auto connection = std::make_shared<Connection>(std::move(socket), *this);
@@ -382,7 +405,9 @@ void Hall::tick() {
   if (!stopping && options.stop != nullptr && options.stop->load()) beginToStop();
   if (stopping && now >= stop_by)
     for (const auto& connection : std::set(connections)) connection->close();
-  if (stopping && connections.empty()) return io.stop();
+  for (const auto& socket : std::set(sockets.sockets)) stopping&& now >= stop_by ? socket->end() : socket->watch();
+  metrics.sessions = sockets.sockets.size();
+  if (stopping && connections.empty() && sockets.sockets.empty()) return io.stop();
   if (options.each_second && now >= next_second && !in_second.exchange(true)) {
     next_second = now + durationOf(1);
     net::post(workers, [this] {
@@ -401,6 +426,14 @@ void Hall::beginToStop() {
   acceptor.close(ignored);
   for (const auto& connection : std::set(connections))
     if (connection->isIdle()) connection->close();
+  for (const auto& socket : std::set(sockets.sockets)) socket->close({CloseCode::going_away, "the server ends"});
+}
+
+void Hall::logSession(const internal::SessionSocket& socket) {
+  metrics.count("/v1/session", 101, 0, socket.receivedBytes(), socket.sentBytes());
+  if (options.log)
+    options.log({std::time(nullptr), socket.clientAddress(), "GET", socket.target(), 101, socket.sentBytes(),
+                 socket.seconds()});
 }
 
 void Hall::run() {
@@ -408,6 +441,7 @@ void Hall::run() {
   tick();
   io.run();
   connections.clear();
+  sockets.sockets.clear();
 }
 
 }  // namespace

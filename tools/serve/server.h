@@ -18,6 +18,7 @@ namespace filiform::tools {
 
 class Metrics;
 class Routes;
+class SessionHouse;
 struct LogEntry;
 
 struct ServerOptions {
@@ -30,6 +31,8 @@ struct ServerOptions {
   double idle_s = 60;                       // between two requests of a connection
   double piece_s = 30;                      // for 256 KiB of an answer
   double drain_s = 10;                      // for the answers in work when the server stops
+  SessionHouse* sessions = nullptr;         // for /v1/session; nullptr: 404
+  std::string version = {};                 // of the program, for `hello`
   const std::atomic<bool>* stop = nullptr;  // true: accept nothing more, send the answers in work, return
   std::function<void()> each_second = {};   // called by a thread that answers
   std::function<void(const LogEntry&)> log = {};  // one call for each answered request, on the thread of run()

@@ -20,9 +20,25 @@ struct TileAcknowledgement {
   bool retired;
 };
 
+// The queues of one hand. Thread rule: the reader owns the TileFocus functions; the loader owns the other ends.
+struct FocusEnds {
+  SpscRing<TileId> requests{256};
+  TripleBuffer<ReaderFocus> focus;
+  std::atomic<std::uint64_t> ready_target{UINT64_MAX};  // NodeId::key(), written by the loader
+};
+template <class Interface>
+struct FocusChannel : public Interface {
+  void publishFocus(const ReaderFocus& f) noexcept override { ends.focus.publish(f); }
+  void request(TileId tile) noexcept override { ends.requests.push(tile); }
+  bool isTargetReady(NodeId target_node) const noexcept override {
+    return ends.ready_target.load(std::memory_order_acquire) == target_node.key();
+  }
+  FocusEnds ends;
+};
+
 // Thread rule: the reader owns `table` and the TileReader functions; the loader owns the other ends of the queues.
-struct TileChannel : public TileReader {
-  static constexpr std::size_t kRing = 1024, kRequests = 256;
+struct TileChannel : public FocusChannel<TileReader> {
+  static constexpr std::size_t kRing = 1024;
 
   explicit TileChannel(std::size_t tile_count) : table(tile_count) {}
 
@@ -39,18 +55,10 @@ struct TileChannel : public TileReader {
     }
     return n;
   }
-  void publishFocus(const ReaderFocus& f) noexcept override { focus.publish(f); }
-  void request(TileId tile) noexcept override { requests.push(tile); }
-  bool isTargetReady(NodeId target_node) const noexcept override {
-    return ready_target.load(std::memory_order_acquire) == target_node.key();
-  }
 
   TileTable table;
   SpscRing<TileMessage> inbox{kRing};
   SpscRing<TileAcknowledgement> acknowledgements{kRing};
-  SpscRing<TileId> requests{kRequests};
-  TripleBuffer<ReaderFocus> focus;
-  std::atomic<std::uint64_t> ready_target{UINT64_MAX};  // NodeId::key(), written by the loader
 };
 
 }  // namespace filiform::internal

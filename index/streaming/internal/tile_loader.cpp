@@ -15,7 +15,7 @@ constexpr double kHeadStart = 0.8;
 // Fraction of the workspace's radius after which the walk ahead is repeated. Fraction of the radius that the budget
 // covers after which the tiles around are listed again: this costs more and changes less.
 constexpr double kWalkAgain = 1.0 / 32, kAroundAgain = 1.0 / 8;
-constexpr std::size_t kMaxCells = 8;  // number of cells whose lists of tiles are kept
+constexpr std::size_t kMaxCells = 8;  // at least; number of cells whose lists of tiles are kept
 // For a jump's target: time within which the proxy may reach a tile. For prefetch by distance: the corresponding
 // fraction of the workspace's radius.
 constexpr double kTargetTime_s = 0.3, kTargetPart = 0.6;
@@ -37,7 +37,8 @@ TileLoader::TileLoader(const TileStore& store, const ResidencyOptions& options, 
       evicted_(store.tile_count()) {}
 
 TileReader& TileLoader::addReader() {
-  Peer& peer = peers_.emplace_back(store_.tile_count());
+  Peer& peer = peers_.emplace_back(std::make_unique<TileChannel>(store_.tile_count()));
+  ++readers_;
   for (TileSlot* const slot : slots_.all()) {
     if (!slot->inMemory()) continue;
     ++slot->adds_left;
@@ -45,7 +46,7 @@ TileReader& TileLoader::addReader() {
     peer.outbox.push_back({slot->tile.get(), slot->id});
   }
   flush();
-  return peer.channel;
+  return *peer.reader;
 }
 
 void TileLoader::adoptLongTile(std::shared_ptr<const Tile> tile) {
@@ -70,14 +71,15 @@ bool TileLoader::waitsForRetry(TileId tile) const {
 }
 
 void TileLoader::send(const TileMessage& message) {
-  for (Peer& p : peers_) p.outbox.push_back(message);
+  for (Peer& p : peers_)
+    if (p.reader) p.outbox.push_back(message);
   flush();
 }
 
 void TileLoader::flush() {
   for (Peer& p : peers_)
     while (!p.outbox.empty() && p.under_way < TileChannel::kRing) {
-      p.channel.inbox.push(p.outbox.front());
+      p.reader->inbox.push(p.outbox.front());
       p.outbox.pop_front();
       ++p.under_way;
     }
@@ -85,7 +87,7 @@ void TileLoader::flush() {
 
 void TileLoader::takeAcknowledgements() {
   for (Peer& p : peers_)
-    for (TileAcknowledgement a; p.channel.acknowledgements.pop(a);) {
+    for (TileAcknowledgement a; p.reader && p.reader->acknowledgements.pop(a);) {
       --p.under_way;
       TileSlot& slot = *slots_.find(a.id);
       if (a.retired) {
@@ -117,7 +119,7 @@ void TileLoader::use(TileId tile) {
 void TileLoader::takeFocus() {
   for (Peer& p : peers_) {
     const TileId before = p.focus.active_tile;
-    if (!p.channel.focus.take(p.focus)) continue;
+    if (!p.ends.focus.take(p.focus)) continue;
     if (p.focus.active_tile != before && inMemory(p.focus.active_tile)) {
       ++counters_.entered;
       use(p.focus.active_tile);
@@ -153,7 +155,7 @@ void TileLoader::countMiss(TileId tile) {
 
 void TileLoader::takeRequests() {
   for (Peer& p : peers_)
-    for (TileId tile; p.channel.requests.pop(tile);) {
+    for (TileId tile; p.ends.requests.pop(tile);) {
       if (tile >= store_.tile_count()) continue;
       const bool again = asked_.contains(tile) && slots_.find(tile) != nullptr;
       if (!again && !inMemory(tile)) {
@@ -179,7 +181,7 @@ bool TileLoader::fetchCells(double due, std::unique_lock<std::mutex>& lock) {
     if (known != cells_.end() && !(known->second.retry <= now_)) continue;
     const double backoff =
         known == cells_.end() ? pace_.first_retry : std::min(2 * known->second.backoff, pace_.last_retry);
-    if (known == cells_.end() && cells_.size() >= kMaxCells)
+    if (known == cells_.end() && cells_.size() >= std::max(kMaxCells, 2 * peers_.size()))
       cells_.erase(std::min_element(cells_.begin(), cells_.end(), [](const auto& a, const auto& b) {
         return a.second.last_plan < b.second.last_plan;
       }));
@@ -210,30 +212,6 @@ bool TileLoader::fetchCells(double due, std::unique_lock<std::mutex>& lock) {
   return false;
 }
 
-HoldId TileLoader::hold(std::span<const TileId> tiles, HoldKind kind) {
-  Hold hold{{}, kind, plan_number_};
-  for (const TileId tile : tiles)
-    if (tile < store_.tile_count()) hold.tiles.push_back(tile);
-  holds_.emplace(next_hold_, std::move(hold));
-  stale_ = urgent_ = true;
-  return next_hold_++;
-}
-
-void TileLoader::releaseHold(HoldId hold) { stale_ |= holds_.erase(hold) > 0; }
-
-bool TileLoader::isHeld(HoldId id) const {
-  const auto found = holds_.find(id);
-  if (found == holds_.end()) return false;
-  const Hold& hold = found->second;
-  for (std::size_t i = 0; i < hold.tiles.size(); ++i) {
-    const TileSlot* const slot = slots_.find(hold.tiles[i]);
-    if (slot != nullptr && slot->state == TileState::resident) continue;
-    const bool no_room = i > 0 && plan_number_ > hold.made_in_plan && (slot == nullptr || !slot->wanted);
-    if (!no_room) return false;
-  }
-  return true;
-}
-
 std::vector<std::string> TileLoader::failed() const {
   std::vector<std::string> lines;
   for (const auto& [tile, line] : failed_) lines.push_back(line);
@@ -248,24 +226,9 @@ void TileLoader::settle() {
   for (bool busy = true; busy;) {
     flush();
     busy = false;
-    for (Peer& p : peers_) busy |= p.channel.apply(std::numeric_limits<int>::max()) > 0;
+    for (Peer& p : peers_) busy |= p.reader && p.reader->apply(std::numeric_limits<int>::max()) > 0;
     takeAcknowledgements();
   }
-}
-
-void TileLoader::claimHolds() {
-  double order = 0;
-  pages_.setCost(0);
-  for (const auto& [id, hold] : holds_)
-    for (const TileId tile : hold.tiles) {
-      double cost = ++order;
-      if (hold.kind == HoldKind::cell) {
-        cost = std::numeric_limits<double>::infinity();
-        for (const Peer& p : peers_)
-          if (p.has_focus && p.focus.p_W.allFinite()) cost = std::min(cost, prefetch_.distance_um(tile, p.focus.p_W));
-      }
-      claims_.push_back({tile, hold.kind == HoldKind::target ? Rank::target : Rank::kept, cost});
-    }
 }
 
 std::span<const TileId> TileLoader::tilesOf(std::uint32_t cell) {
@@ -283,7 +246,7 @@ void TileLoader::claimTarget(Peer& p) {
   there.active_node = p.focus.target_node;
   there.p_W = p.focus.target_W;
   there.v_W.setZero();
-  const std::uint64_t room = options_.budget_bytes / 2;  // half the budget: the proxy is still at its old position
+  const std::uint64_t room = partOf(p) / 2;  // half: the proxy is still at its old position
   if (options_.prefetch == PrefetchPolicy::structure) {
     prefetch_.claimAhead(there, loaded_, tilesOf(there.active_node.cell), room, p.target);
     std::erase_if(p.target, [](const TileClaim& c) { return c.cost > kTargetTime_s; });
@@ -309,20 +272,20 @@ void TileLoader::tellTargets() {
       }
       if (all) ready = p.planned.target_node.key();
     }
-    p.channel.ready_target.store(ready, std::memory_order_release);
+    p.ends.ready_target.store(ready, std::memory_order_release);
   }
 }
 
 void TileLoader::claimFor(Peer& p) {
   if (p.walk_stale) {
     p.ahead.clear();
-    prefetch_.claimAhead(p.focus, loaded_, tilesOf(p.focus.active_node.cell), options_.budget_bytes, p.ahead);
+    prefetch_.claimAhead(p.focus, loaded_, tilesOf(p.focus.active_node.cell), partOf(p), p.ahead);
     claimTarget(p);
   }
   if (p.around_stale) {
     p.around_W = p.focus.p_W;
     p.around.clear();
-    p.around_stale = !prefetch_.claimAround(p.focus, options_.budget_bytes, p.around);
+    p.around_stale = !prefetch_.claimAround(p.focus, partOf(p), p.around);
     p.around_um = p.around.empty() ? 0 : p.around.back().cost;
   }
   if (p.walk_stale) p.planned = p.focus;
@@ -363,12 +326,15 @@ void TileLoader::collectClaims() {
 
 void TileLoader::planIfDue(double due) {
   const bool listed = now_ >= cells_due_;  // the tiles of a cell have become known
-  const bool late = now_ - planned_at_ >= pace_.replan;
+  const double crowd = crowdRest();
+  const bool late = now_ - planned_at_ >= std::max(pace_.replan, 5 * crowd);
   if (listed) cells_due_ = std::numeric_limits<double>::infinity();
   if (listed || late)
     for (Peer& p : peers_) p.walk_stale = true;
-  const bool rested = urgent_ || now_ - planned_at_ >= pace_.rest;
-  if ((stale_ && rested) || listed || late) plan(due);
+  stale_ |= listed;
+  urgent_ |= listed;
+  const bool rested = now_ - planned_at_ >= (urgent_ ? crowd : std::max(pace_.rest, crowd));
+  if ((stale_ && rested) || late) plan(due);
   tellTargets();
 }
 
@@ -522,11 +488,11 @@ void TileLoader::retire(TileSlot& slot) {
   std::erase(unwanted_, &slot);
   counters_.prefetch_wasted += slot.foreseen;
   evicted_[slot.id] = true;
-  slot.retires_left = peers_.size();
+  slot.retires_left = readers_;
   loaded_.retire(slot.id);
   leaving_ += bytesOf(slot.id);
   ++counters_.evictions;
-  if (peers_.empty()) {
+  if (readers_ == 0) {
     release(slot);
   } else {
     send({nullptr, slot.id});
@@ -607,13 +573,13 @@ bool TileLoader::read(TileId tile, std::unique_lock<std::mutex>& lock) {
   failed_.erase(tile);
   slot.backoff = 0;
   slot.tile = std::move(got);
-  slot.adds_left = peers_.size();
+  slot.adds_left = readers_;
   slot.state = TileState::ready;
   slot.last_claimed = plan_number_;
   slot.foreseen = !asked_.contains(tile) && !pinned(tile);
   // A plan made during the read may not want it any more.
   if (!slot.wanted) unwanted_.insert(std::upper_bound(unwanted_.begin(), unwanted_.end(), &slot, goesLater), &slot);
-  if (peers_.empty()) arrive(slot);
+  if (readers_ == 0) arrive(slot);
   ++counters_.reads;
   counters_.prefetched += slot.foreseen;
   counters_.bytes_read_decoded += bytes;

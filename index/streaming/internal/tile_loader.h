@@ -16,7 +16,9 @@
 #include <deque>
 #include <functional>
 #include <limits>
+#include <list>
 #include <map>
+#include <memory>
 #include <mutex>
 #include <span>
 #include <string>
@@ -48,6 +50,8 @@ class TileLoader {
   double now() const { return now_; }
 
   TileReader& addReader();
+  TileFocus& addFocus();
+  void removeFocus(const TileFocus& focus);
   void adoptLongTile(std::shared_ptr<const Tile> tile);
 
   void takeAcknowledgements();
@@ -104,8 +108,11 @@ class TileLoader {
 
  private:
   struct Peer {
-    explicit Peer(std::size_t tile_count) : channel(tile_count) {}
-    TileChannel channel;
+    explicit Peer(std::unique_ptr<TileChannel> r) : reader(std::move(r)), ends(reader->ends) {}
+    explicit Peer(std::unique_ptr<FocusChannel<TileFocus>> h) : hand(std::move(h)), ends(hand->ends) {}
+    const std::unique_ptr<TileChannel> reader;            // nullptr: it uses the table of another
+    const std::unique_ptr<FocusChannel<TileFocus>> hand;  // nullptr: it is a reader
+    FocusEnds& ends;
     std::deque<TileMessage> outbox;
     std::size_t under_way = 0;
     ReaderFocus focus, planned;
@@ -144,6 +151,9 @@ class TileLoader {
   void claimFor(Peer& peer);
   void claimTarget(Peer& peer);
   void tellTargets();
+  // In real time, for peers without a table: the shortest time between plans, s; and the part of the budget of each.
+  double crowdRest() const;
+  std::uint64_t partOf(const Peer& peer) const;
   std::span<const TileId> tilesOf(std::uint32_t cell);
   void countMiss(TileId tile);
   void use(TileId tile);
@@ -180,7 +190,8 @@ class TileLoader {
   std::map<TileId, Asked> asked_;
   std::map<TileId, std::string> failed_;
   std::map<std::uint32_t, std::string> failed_cells_;
-  std::deque<Peer> peers_;
+  std::list<Peer> peers_;
+  std::size_t readers_ = 0;                   // of the peers, those with a table
   TileTable loaded_;                          // tiles that are ready or resident
   std::uint64_t reserved_ = 0, leaving_ = 0;  // bytes of tiles in reading, in retiring
   ResidencyCounters counters_;

@@ -15,6 +15,12 @@ void AwaitedJump::ask(const ProxyPlace& place, bool under_hand, Residency* resid
   under_hand_ = under_hand;
 }
 
+void AwaitedJump::cancel(Residency* residency) {
+  if (hold_ && residency != nullptr) residency->release(*hold_);
+  hold_.reset();
+  place_.reset();
+}
+
 bool AwaitedJump::send(SpscRing<NavigationCommand>& commands) {
   NavigationCommand command;
   command.kind = under_hand_ ? NavigationCommand::Kind::jump : NavigationCommand::Kind::constrain;

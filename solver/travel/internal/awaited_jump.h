@@ -24,6 +24,9 @@ class AwaitedJump {
   // the jump and returns a line for the user. `residency` must be that of ask().
   std::optional<std::string> serve(std::uint64_t tick, SpscRing<NavigationCommand>& commands, Residency* residency);
 
+  // Drops a jump that waits, and releases its tile.
+  void cancel(Residency* residency);
+
  private:
   bool send(SpscRing<NavigationCommand>& commands);
 

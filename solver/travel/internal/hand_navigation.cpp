@@ -79,7 +79,7 @@ const NavigationTick& HandNavigation::writeMarks(const NavigationTick& tick) noe
 }
 
 void HandNavigation::publish(const ReaderFocus& focus) noexcept {
-  TileReader* const reader = tiles_.reader();
+  TileFocus* const reader = tiles_.focus();
   if (reader == nullptr) return;
   const TileList* const absent = last_ != nullptr ? &last_->step.absent : nullptr;
   for (std::uint32_t i = 0; absent != nullptr && i < absent->count; ++i) reader->request(absent->ids[i]);

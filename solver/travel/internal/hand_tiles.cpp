@@ -4,11 +4,19 @@
 
 namespace filiform::internal {
 
-HandTiles::HandTiles(const TileStore& store, TileKind kind, const ResidencyOptions& options)
+HandTiles::HandTiles(const TileStore& store, TileKind kind, const ResidencyOptions& options, const SharedTiles& shared)
     : store_(store), kind_(kind), budget_bytes_(options.budget_bytes) {
   if (kind == TileKind::resident) {
-    residency_ = std::make_unique<Residency>(store, options);
+    own_residency_ = std::make_unique<Residency>(store, options);
+    residency_ = own_residency_.get();
     reader_ = &residency_->addReader("haptic loop");
+    focus_ = reader_;
+    return;
+  }
+  if (kind == TileKind::shared) {
+    residency_ = shared.residency;
+    reader_ = shared.reader;
+    focus_ = &residency_->addFocus();
     return;
   }
   tiles_.resize(store.tile_count());
@@ -19,6 +27,10 @@ HandTiles::HandTiles(const TileStore& store, TileKind kind, const ResidencyOptio
     hold(store.long_tile());
 }
 
+HandTiles::~HandTiles() {
+  if (kind_ == TileKind::shared) residency_->removeFocus(*focus_);
+}
+
 bool HandTiles::loadTogether(std::span<const TileId> tiles) {
   switch (kind_) {
     case TileKind::resident:
@@ -26,6 +38,7 @@ bool HandTiles::loadTogether(std::span<const TileId> tiles) {
       for (const TileId tile : tiles)
         if (residency_->state(tile) == TileState::failed) store_.load(tile);  // throws the reason
       return false;
+    case TileKind::shared:
     case TileKind::held:
       return false;
     case TileKind::replay:
@@ -56,7 +69,7 @@ void HandTiles::show() {
 }
 
 HandTiles::Use HandTiles::use() const {
-  if (kind_ != TileKind::resident) return {reads_, 0, peak_bytes_, {}, {}};
+  if (residency_ == nullptr) return {reads_, 0, peak_bytes_, {}, {}};
   const ResidencyCounters counters = residency_->counters();
   return {counters.reads, counters.evictions, counters.peak_bytes, counters, residency_->failures()};
 }

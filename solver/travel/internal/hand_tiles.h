@@ -1,5 +1,6 @@
-// The source of the hand's tiles. There are three kinds:
+// The source of the hand's tiles. There are four kinds:
 //   resident   a Residency loads tiles within a budget, in virtual or real time
+//   shared     like resident, with the residency and the table of a host that serves many hands
 //   held       all tiles are in memory (a small scene)
 //   replay     a recording is replayed: each tile is loaded when it is first needed. The tiles that the recorded tick
 //              met absent are hidden while the tick is repeated.
@@ -10,6 +11,7 @@
 #include "index/set/tile_store.h"
 #include "index/streaming/residency.h"
 #include "index/streaming/tile_table.h"
+#include "solver/travel/shared_tiles.h"
 
 #include <cstdint>
 #include <memory>
@@ -19,18 +21,25 @@
 
 namespace filiform::internal {
 
-enum class TileKind : std::uint8_t { resident, held, replay };
+enum class TileKind : std::uint8_t { resident, shared, held, replay };
 
 class HandTiles {
  public:
   // Loads all tiles (held), or only the long-segment tile. The store must outlive the object. Throws UsageError for a
   // budget below the minimum (resident); CorruptTile and IoError from the store.
-  HandTiles(const TileStore& store, TileKind kind, const ResidencyOptions& options);
+  // `shared`: the tiles of the host, which must outlive the object; only for the kind `shared`.
+  HandTiles(const TileStore& store, TileKind kind, const ResidencyOptions& options, const SharedTiles& shared = {});
+  ~HandTiles();
+  HandTiles(const HandTiles&) = delete;
+  HandTiles& operator=(const HandTiles&) = delete;
 
   const TileTable& table() const { return table_ ? *table_ : reader_->tiles(); }
-  Residency* residency() { return residency_.get(); }              // nullptr unless resident
-  const Residency* residency() const { return residency_.get(); }  // likewise
-  TileReader* reader() { return reader_; }                         // for the haptic thread; nullptr unless resident
+  Residency* residency() { return residency_; }              // nullptr unless resident or shared
+  const Residency* residency() const { return residency_; }  // likewise
+  // For the haptic thread. reader(): whose messages it takes; nullptr unless resident. focus(): nullptr unless resident
+  // or shared.
+  TileReader* reader() { return kind_ == TileKind::resident ? reader_ : nullptr; }
+  TileFocus* focus() { return focus_; }
 
   // In virtual time: makes all of `tiles` present at once. Returns false if they do not fit the budget together. Hidden
   // tiles stay absent. Throws CorruptTile or IoError for a tile that cannot be read.
@@ -60,9 +69,11 @@ class HandTiles {
   std::vector<std::shared_ptr<const Tile>> tiles_;  // by id; unless resident
   std::vector<TileId> hidden_;
   std::uint64_t bytes_ = 0, peak_bytes_ = 0, reads_ = 0;
-  std::unique_ptr<TileTable> table_;  // unless resident
-  std::unique_ptr<Residency> residency_;
+  std::unique_ptr<TileTable> table_;          // unless resident or shared
+  std::unique_ptr<Residency> own_residency_;  // resident only
+  Residency* residency_ = nullptr;
   TileReader* reader_ = nullptr;
+  TileFocus* focus_ = nullptr;
 };
 
 }  // namespace filiform::internal

@@ -18,10 +18,11 @@ namespace filiform::internal {
 
 // The channels between the commanding and the ticking thread.
 struct SessionChannels {
+  explicit SessionChannels(std::size_t log_capacity) : log(log_capacity) {}
   NavigationLink link;
-  TripleBuffer<Pointing> pointings;    // to the ticking thread
-  SpscRing<float> forces{8192};        // to the commanding thread: magnitude (N) in each tick; if full, it is left out
-  SpscRing<SessionCommand> log{4096};  // to the commanding thread: applied commands, for the recording
+  TripleBuffer<Pointing> pointings;  // to the ticking thread
+  SpscRing<float> forces{8192};      // to the commanding thread: magnitude (N) in each tick; if full, it is left out
+  SpscRing<SessionCommand> log;      // to the commanding thread: applied commands, for the recording
   std::atomic<std::uint64_t> log_lost{0};
 };
 
@@ -36,6 +37,7 @@ class SessionHand {
   Wrench tick(const DeviceState& state, double step_s);
   // One tick in virtual time. In a replay: zero force and no tick if the recorded run computed no tick.
   Wrench virtualTick(const DeviceState& state, double period_s);
+  const NavigationSnapshot& snapshot() const noexcept { return snapshot_; }  // of the last tick
 
  private:
   void pull() noexcept;

@@ -21,6 +21,7 @@ std::vector<Workload> workloads() {
   addSceneWorkloads(all);
   addExtremesWorkloads(all);
   addServeWorkloads(all);
+  addSessionsWorkloads(all);
   // Last, because the OpenGL driver starts threads that stay, and other workloads fork.
   addLevelsWorkloads(all);
   addViewerWorkloads(all);
