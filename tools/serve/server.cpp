@@ -77,9 +77,9 @@ struct Hall {
 };
 
 // The headers that routes read.
-constexpr std::array<std::string_view, 10> kReadHeaders{"host",     "origin",       "authorization",    "cookie",
-                                                        "accept",   "content-type", "content-encoding", "range",
-                                                        "if-range", "if-none-match"};
+constexpr std::array<std::string_view, 11> kReadHeaders{"host",     "origin",        "authorization",    "cookie",
+                                                        "accept",   "content-type",  "content-encoding", "range",
+                                                        "if-range", "if-none-match", "x-forwarded-proto"};
 
 // The status for a request that cannot be read; 0: the connection is gone, also after a timeout.
 unsigned statusOf(const error_code& error) {
