@@ -57,7 +57,7 @@ std::string SkeletonFormat::info(const std::optional<SkeletonSharding>& sharding
                     {"transform", transform},
                     {"vertex_attributes",
                      {{{"id", "radius"}, {"data_type", "float32"}, {"num_components", 1}},
-                      {{"id", "vertex_types"}, {"data_type", "uint16"}, {"num_components", 1}}}},
+                      {{"id", "vertex_types"}, {"data_type", "float32"}, {"num_components", 1}}}},
                     {"segment_properties", "segment_properties"}};
   if (sharding)
     json["sharding"] = {{"@type", "neuroglancer_uint64_sharded_v1"},
@@ -98,7 +98,7 @@ std::string SkeletonFormat::properties(const std::vector<std::pair<std::uint64_t
 void SkeletonFormat::write(std::ostream& out, const CellGraph& cell) const {
   const auto links = parentLinks(cell);
   std::string bytes;
-  bytes.reserve(8 + cell.samples() * 18 + links.size() * 8);
+  bytes.reserve(8 + cell.samples() * 20 + links.size() * 8);
   putLittleEndian(bytes, static_cast<std::uint32_t>(cell.samples()), 4);
   putLittleEndian(bytes, static_cast<std::uint32_t>(links.size()), 4);
   for (const GridPoint& point : cell.positions)
@@ -110,7 +110,8 @@ void SkeletonFormat::write(std::ostream& out, const CellGraph& cell) const {
   }
   for (const float radius : cell.radii_um)
     putLittleEndian(bytes, std::bit_cast<std::uint32_t>(std::isnan(radius) ? radius : nanometresOf(radius)), 4);
-  for (const std::uint16_t type : cell.types) putLittleEndian(bytes, type, 2);
+  for (const std::uint16_t type : cell.types)
+    putLittleEndian(bytes, std::bit_cast<std::uint32_t>(static_cast<float>(type)), 4);
   out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
 }
 

@@ -90,7 +90,7 @@ constexpr const char* kSchemas = R"json({
     "transform": {"type": "array", "items": {"type": "number"}, "minItems": 12, "maxItems": 12},
     "vertex_attributes": {"type": "array", "items": {"type": "object",
       "required": ["id", "data_type", "num_components"],
-      "properties": {"id": {"type": "string"}, "data_type": {"enum": ["float32", "uint16"]},
+      "properties": {"id": {"type": "string"}, "data_type": {"const": "float32"},
         "num_components": {"const": 1}}}},
     "segment_properties": {"const": "segment_properties"}, "sharding": false}},
 "SegmentProperties": {"type": "object", "required": ["@type", "inline"],

@@ -163,7 +163,7 @@ void exportSkeletons(const TileStore& set, const std::vector<std::uint32_t>& ids
   for (const std::uint32_t id : ids) {
     const CellRecord& record = set.cell(id);
     bounds.extend(record.bounds);
-    bytes += record.samples * 18 + record.segments * 8;
+    bytes += record.samples * 20 + record.segments * 8;
     numbers.push_back(cell_numbers.of(id));
     cells.emplace_back(numbers.back(), &record);
   }

@@ -39,7 +39,7 @@ TEST(PrecomputedAnswer, SkeletonsAreTheCells) {
     const auto vertices = valueAt<std::uint32_t>(bytes, 0), edges = valueAt<std::uint32_t>(bytes, 4);
     ASSERT_EQ(vertices, graph.samples());
     ASSERT_EQ(edges, parentLinks(graph).size());
-    ASSERT_EQ(bytes.size(), 8 + vertices * 18u + edges * 8u);
+    ASSERT_EQ(bytes.size(), 8 + vertices * 20u + edges * 8u);
     for (std::uint32_t i = 0; i < vertices; ++i) {
       for (std::size_t axis = 0; axis < 3; ++axis) {
         const double stored = valueAt<float>(bytes, 8 + (i * 3 + axis) * 4);
@@ -47,7 +47,7 @@ TEST(PrecomputedAnswer, SkeletonsAreTheCells) {
         ASSERT_EQ(nm, graph.position_W(i)[static_cast<Eigen::Index>(axis)] * 1e3);
       }
       ASSERT_NEAR(valueAt<float>(bytes, 8 + vertices * 12u + edges * 8u + i * 4u), graph.radii_um[i] * 1e3F, 1e-3F);
-      ASSERT_EQ(valueAt<std::uint16_t>(bytes, 8 + vertices * 16u + edges * 8u + i * 2u), graph.types[i]);
+      ASSERT_EQ(valueAt<float>(bytes, 8 + vertices * 16u + edges * 8u + i * 4u), graph.types[i]);
     }
   }
   for (const char* absent : {"0", "11", "x", "01", "+1", "1.0", "99999999999999999999"})
