@@ -145,6 +145,15 @@ CellSomata readSomata(const TileStore& store, std::uint32_t cell, const CellGrap
 
 }  // namespace
 
+std::vector<std::array<std::uint32_t, 2>> parentLinks(const CellGraph& cell) {
+  std::vector<std::array<std::uint32_t, 2>> links;
+  for (const auto& [child, parent] : cell.links)
+    if (child != parent) links.push_back({parent, child});
+  for (std::uint32_t i = 0; !cell.isGraph() && i < cell.samples(); ++i)
+    if (cell.parents[i] != kNoParent) links.push_back({cell.parents[i], i});
+  return links;
+}
+
 std::vector<std::int64_t> distinctIds(const CellGraph& cell) {
   std::vector<std::int64_t> ids = cell.sample_ids;
   std::int64_t highest = INT64_MIN;

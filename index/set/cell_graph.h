@@ -37,6 +37,9 @@ struct CellGraph {
 // loops has more links than a forest.
 inline bool hasLoops(const CellRecord& cell) { return cell.segments + cell.roots > cell.samples; }
 
+// The links as {parent, child} by rank, in the order of their segments; without isolated samples. O(samples).
+std::vector<std::array<std::uint32_t, 2>> parentLinks(const CellGraph& cell);
+
 // Reads every tile that owns a segment of the cell. With `with_appearance`, also reads radii and types. Requires cell <
 // store.cell_count(). Throws CorruptSet if a sample is missing, a segment has two owners, or tiles disagree on a
 // position; also what the store throws. O(segments of those tiles).

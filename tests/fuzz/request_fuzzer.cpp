@@ -19,6 +19,8 @@ void requireClientError(const tools::Refusal& refusal) {
 
 void fuzzTarget(const std::string& text) {
   const std::string shown = tools::redacted(text);
+  const std::size_t capability = shown.substr(0, shown.find('?')).find("/~");
+  require(capability == std::string::npos || shown.compare(capability, 5, "/~...") == 0, "logs show no capability");
   try {
     tools::Request request;
     request.target = text;

@@ -5,10 +5,13 @@
 
 #include <algorithm>
 #include <arpa/inet.h>
+#include <array>
 #include <cctype>
 #include <cerrno>
 #include <fstream>
 #include <regex>
+#include <unistd.h>
+#include <utility>
 
 namespace filiform::tools {
 
@@ -50,6 +53,27 @@ std::string_view cookieOf(std::string_view header, std::string_view name) {
   return {};
 }
 
+// Takes the same time for each text of the same length. False for an empty secret.
+bool isSecret(std::string_view text, const std::string& secret) {
+  if (secret.empty()) return false;
+  unsigned difference = text.size() == secret.size() ? 0 : 1;
+  for (std::size_t i = 0; i < text.size(); ++i)
+    difference |= static_cast<unsigned char>(text[i]) ^ static_cast<unsigned char>(secret[i % secret.size()]);
+  return difference == 0;
+}
+
+// 128 bits as hexadecimal digits. Throws IoError.
+std::string randomText() {
+  std::array<unsigned char, 16> bytes{};
+  if (::getentropy(bytes.data(), bytes.size()) != 0) throw IoError("the system's random numbers", "cannot read", errno);
+  std::string text;
+  for (const unsigned char byte : bytes) {
+    static constexpr char kHex[] = "0123456789abcdef";
+    (text += kHex[byte >> 4]) += kHex[byte & 15];
+  }
+  return text;
+}
+
 std::string_view tokenOf(const Request& request) {
   const std::string_view given = request.header("authorization");
   constexpr std::string_view kScheme = "bearer ";
@@ -71,20 +95,26 @@ Access::Access(AccessRules rules) : rules_(std::move(rules)) {
                        ": give SCHEME://HOST or SCHEME://HOST:PORT, without a path");
   }
   for (std::string& host : rules_.hosts) host = lowerCase(host);
+  if (needsToken()) capability_ = randomText();
+}
+
+std::string Access::capability() const {
+  const std::lock_guard lock(mutex_);
+  return capability_;
+}
+
+void Access::revokeCapability() {
+  if (!needsToken()) return;
+  std::string fresh = randomText();
+  const std::lock_guard lock(mutex_);
+  capability_ = std::move(fresh);
 }
 
 bool Access::isListed(std::string_view origin) const {
   return std::find(rules_.origins.begin(), rules_.origins.end(), lowerCase(origin)) != rules_.origins.end();
 }
 
-bool Access::isToken(std::string_view text) const {
-  const std::string& token = rules_.token;
-  if (token.empty()) return false;
-  unsigned difference = text.size() == token.size() ? 0 : 1;
-  for (std::size_t i = 0; i < text.size(); ++i)
-    difference |= static_cast<unsigned char>(text[i]) ^ static_cast<unsigned char>(token[i % token.size()]);
-  return difference == 0;
-}
+bool Access::isToken(std::string_view text) const { return isSecret(text, rules_.token); }
 
 std::optional<Answer> Access::refuse(const Request& request, bool open) const {
   const std::string_view authority = request.header("host");
@@ -98,6 +128,10 @@ std::optional<Answer> Access::refuse(const Request& request, bool open) const {
       lowerCase(origin) == "http://" + lowerCase(authority) || lowerCase(origin) == "https://" + lowerCase(authority);
   if (!origin.empty() && !own && !isListed(origin))
     return problem(403, "pages of " + escaped(origin, 80) + " may not ask; start the server with --origin URL");
+  if (request.capability && request.method != "OPTIONS") {
+    if (isSecret(*request.capability, capability())) return std::nullopt;
+    return problem(401, "this address was revoked; the server's page has the present one");
+  }
   // A browser sends no token before it asks for leave.
   if (open || !needsToken() || request.method == "OPTIONS" || isToken(tokenOf(request))) return std::nullopt;
   Answer answer =

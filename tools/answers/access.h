@@ -2,12 +2,16 @@
 //
 // Host: a page of another site that gives its own name this server's address (DNS rebinding) sends that name; names
 // other than localhost and those of AccessRules are refused. Addresses always pass. Origin: absent, this server's own,
-// or one of the list; all others are refused. Thread rule: immutable.
+// or one of the list; all others are refused.
+//
+// Capability: Neuroglancer cannot send a token. With a token, its addresses therefore hold a random text, which opens
+// these addresses only and can be revoked. Thread rule: internally synchronised.
 #pragma once
 
 #include "tools/answers/answer.h"
 #include "tools/answers/request.h"
 
+#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
@@ -25,17 +29,24 @@ class Access {
   // Throws UsageError for an origin that is not SCHEME://HOST[:PORT].
   explicit Access(AccessRules rules);
 
-  // Why the request is refused (400, 401, 403, 421), or nullopt. `open`: the route needs no token.
+  // Why the request is refused (400, 401, 403, 421), or nullopt. `open`: the route needs no token. A request with a
+  // capability needs this instead of the token.
   std::optional<Answer> refuse(const Request& request, bool open) const;
   // True if the text is the token. Takes the same time for each text of the same length.
   bool isToken(std::string_view text) const;
   bool needsToken() const { return !rules_.token.empty(); }
+  // The current capability; empty if no token is needed.
+  std::string capability() const;
+  // Replaces the capability. Addresses with the old one are refused from now on. Does nothing if no token is needed.
+  void revokeCapability();
   // Adds what a browser needs to hand the answer to a page of a listed origin.
   void addCors(const Request& request, Answer& answer) const;
 
  private:
   bool isListed(std::string_view origin) const;
   AccessRules rules_;
+  mutable std::mutex mutex_;
+  std::string capability_;  // guarded by mutex_
 };
 
 // The cookie that holds the token of a browser.

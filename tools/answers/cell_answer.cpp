@@ -7,9 +7,12 @@
 #include "tools/answers/found_path.h"
 #include "tools/answers/glob.h"
 #include "tools/answers/limits.h"
+#include "tools/answers/npy.h"
 #include "tools/answers/service.h"
 
+#include <bit>
 #include <cmath>
+#include <cstring>
 #include <sstream>
 
 namespace filiform::tools {
@@ -20,12 +23,6 @@ std::uint32_t cellNamed(const ServedSet& served, const std::string& name) {
   const auto cell = served.store().findCell(name);
   if (!cell) throw Refusal(404, "the set has no cell '" + escaped(name, 80) + "'; the route cells lists the names");
   return *cell;
-}
-
-void refuseLargeCell(const CellRecord& cell) {
-  if (cell.samples > limits::kCellSamples)
-    throw Refusal(413, "the cell has more than " + std::to_string(limits::kCellSamples) +
-                           " samples; use the program on the set's files");
 }
 
 // Parallel lists, one entry a sample. `parent` is a position in these lists, -1 for a root.
@@ -45,7 +42,38 @@ nlohmann::ordered_json samplesJson(const CellGraph& graph) {
   return json;
 }
 
+template <typename Value>
+void appendRaw(std::string& bytes, Value value) {
+  static_assert(std::endian::native == std::endian::little, "records are written as they lie in memory");
+  char raw[sizeof value];
+  std::memcpy(raw, &value, sizeof value);
+  bytes.append(raw, sizeof value);
+}
+
+// One record a sample. `parent` is a record's position, -1 for a root.
+std::string samplesNpy(const CellGraph& graph) {
+  std::string bytes = npyHeader(
+      "[('id', '<i8'), ('x', '<f8'), ('y', '<f8'), ('z', '<f8'), ('radius', '<f4'), ('type', '<u2'), ('parent', "
+      "'<i4')]",
+      graph.samples());
+  for (std::uint32_t rank = 0; rank < graph.samples(); ++rank) {
+    const Vector3d p_W = graph.position_W(rank);
+    appendRaw(bytes, graph.sample_ids[rank]);
+    for (int axis = 0; axis < 3; ++axis) appendRaw(bytes, static_cast<double>(p_W[axis]));
+    appendRaw(bytes, graph.radii_um[rank]);
+    appendRaw(bytes, graph.types[rank]);
+    appendRaw(bytes, graph.parents[rank] == kNoParent ? -1 : static_cast<std::int32_t>(graph.parents[rank]));
+  }
+  return bytes;
+}
+
 }  // namespace
+
+void refuseLargeCell(const CellRecord& cell) {
+  if (cell.samples > limits::kCellSamples)
+    throw Refusal(413, "the cell has more than " + std::to_string(limits::kCellSamples) +
+                           " samples; use the program on the set's files");
+}
 
 Answer cellsAnswer(const Call& call) {
   const TileStore& store = call.served->store();
@@ -69,9 +97,10 @@ Answer cellsAnswer(const Call& call) {
 
 Answer cellAnswer(const Call& call) {
   const std::string& file = call.captured.at(1);
-  const bool swc = file.ends_with(".swc");
-  if (!swc && !file.ends_with(".json")) throw Refusal(404, "give the name of a cell with the ending .json or .swc");
-  const std::uint32_t id = cellNamed(*call.served, file.substr(0, file.size() - (swc ? 4 : 5)));
+  const bool swc = file.ends_with(".swc"), npy = file.ends_with(".npy");
+  if (!swc && !npy && !file.ends_with(".json"))
+    throw Refusal(404, "give the name of a cell with the ending .json, .swc or .npy");
+  const std::uint32_t id = cellNamed(*call.served, file.substr(0, file.size() - (swc || npy ? 4 : 5)));
   const CellRecord& record = call.served->store().cell(id);
   refuseLargeCell(record);
   const CellGraph graph = readCell(call.served->store(), id, true);
@@ -80,6 +109,10 @@ Answer cellAnswer(const Call& call) {
     std::ostringstream text;
     writeSwc(text, graph);
     return {.type = "text/plain; charset=utf-8", .body = std::move(text).str()};
+  }
+  if (npy) {
+    if (graph.isGraph()) throw Refusal(400, "the cell has loops, which a list of parents cannot hold; ask for .json");
+    return {.type = kNpyType, .body = samplesNpy(graph)};
   }
   nlohmann::ordered_json json = cellJson(id, record, graph.grid);
   json.erase("length_um");

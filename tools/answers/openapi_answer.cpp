@@ -1,4 +1,5 @@
 // The description of the interface, made from the table of routes.
+#include "tools/answers/answer_schemas.h"
 #include "tools/answers/limits.h"
 #include "tools/answers/routes.h"
 
@@ -53,11 +54,20 @@ Json bodyOfPoints() {
 
 Json operationOf(const Route& route) {
   const std::string_view path(route.path);
+  const Json bytes{{"schema", {{"type", "string"}, {"format", "binary"}}}};
   Json content{{route.type, Json::object()}};
-  if (path.ends_with("/nearest") || path.ends_with("/box") || path.ends_with("/ray"))
-    content[kNpyType] = Json::object();
-  if (path.ends_with("/{cell}")) content["text/plain"] = Json::object();
-  const Json problems{{"description", "a problem"}, {"content", {{"application/problem+json", Json::object()}}}};
+  if (const std::string_view schema = schemaOf(path); !schema.empty())
+    content[route.type] = {{"schema", {{"$ref", "#/components/schemas/" + std::string(schema)}}}};
+  else if (std::string_view(route.type) != kJsonType)
+    content[route.type] = {{"schema", {{"type", "string"}}}};
+  if (path.ends_with("/nearest") || path.ends_with("/box") || path.ends_with("/ray")) content[kNpyType] = bytes;
+  if (path.ends_with("/{cell}")) {
+    content["text/plain"] = {{"schema", {{"type", "string"}}}};
+    content[kNpyType] = bytes;
+  }
+  const Json problems{
+      {"description", "a problem"},
+      {"content", {{"application/problem+json", {{"schema", {{"$ref", "#/components/schemas/Problem"}}}}}}}};
   Json operation{{"operationId", operationId(route)}, {"summary", route.summary}, {"parameters", parametersOf(route)}};
   if (std::string_view(route.method) == "POST") operation["requestBody"] = bodyOfPoints();
   operation["responses"] = {{"200", {{"description", route.summary}, {"content", content}}}, {"default", problems}};
@@ -82,10 +92,14 @@ Answer openapiAnswer(const Call& call) {
        {"info",
         {{"title", "filiform"},
          {"version", call.service.version},
-         {"description", "Tile sets of neuron reconstructions. Positions are in um. Errors are RFC 9457 problems."},
+         {"description",
+          "Tile sets of neuron reconstructions. Positions are in um. Errors are RFC 9457 problems. "
+          "If the server needs a token, the addresses under /precomputed and /catmaid also answer as "
+          "/precomputed/~CAPABILITY/... and /catmaid/~CAPABILITY/..., without the token."},
          {"license", {{"name", "GPL-3.0-or-later"}, {"identifier", "GPL-3.0-or-later"}}}}},
        {"paths", paths},
-       {"components", {{"securitySchemes", {{"token", {{"type", "http"}, {"scheme", "bearer"}}}}}}}});
+       {"components",
+        {{"schemas", answerSchemas()}, {"securitySchemes", {{"token", {{"type", "http"}, {"scheme", "bearer"}}}}}}}});
 }
 
 }  // namespace filiform::tools

@@ -105,9 +105,16 @@ std::optional<std::uint64_t> Request::whole(const std::string& name, std::uint64
 
 std::string redacted(const std::string& target) {
   const std::size_t question = target.find('?');
-  if (question == std::string::npos) return target;
-  std::string text = target.substr(0, question);
-  char separator = '?';
+  std::string text;
+  char separator = '\0';
+  splitAt(std::string_view(target).substr(0, question), '/', [&](std::string_view part) {
+    if (separator != '\0') text += separator;
+    separator = '/';
+    const bool secret = part.starts_with('~') || part.starts_with("%7e") || part.starts_with("%7E");
+    text += secret ? "~..." : part;
+  });
+  if (question == std::string::npos) return text;
+  separator = '?';
   splitAt(std::string_view(target).substr(question + 1), '&', [&](std::string_view pair) {
     std::string name;
     try {

@@ -25,6 +25,8 @@ struct Request {
   // What parseTarget() finds, decoded. Parts may hold any bytes.
   std::vector<std::string> parts;
   std::map<std::string, std::string> parameters;
+  // Of an address /precomputed/~CAPABILITY/... or /catmaid/~CAPABILITY/...: Routes moves that part here from `parts`.
+  std::optional<std::string> capability;
 
   // Splits the target. `+` stands for itself. Throws Refusal (400) if the target does not begin with `/`, has
   // characters that a URL may not hold, a wrong %XX, or the same parameter twice. O(length).
@@ -38,7 +40,8 @@ struct Request {
   std::optional<std::uint64_t> whole(const std::string& name, std::uint64_t least, std::uint64_t most) const;
 };
 
-// The target with the values of all parameters named `token` replaced, for logs. O(length).
+// The target with the values of all parameters named `token`, and all parts that begin with ~, replaced; for logs.
+// O(length).
 std::string redacted(const std::string& target);
 
 // Reads `count` numbers with commas between. Throws Refusal (400), which names `name`.

@@ -19,7 +19,7 @@ struct RouteParameter {
 };
 
 struct Route {
-  const char* method;  // GET (and HEAD) or POST
+  const char* method;  // GET (and HEAD), POST or DELETE
   const char* path;    // {NAME} stands for one part; {set} for the name of a set
   const char* summary;
   const char* type;  // media type of the answer

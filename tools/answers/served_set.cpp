@@ -25,6 +25,18 @@ ServedSet::ServedSet(std::string name, const std::string& path, std::uint64_t bu
       finder_(store_),
       sample_ids_(store_, budget_bytes / 4) {}
 
+const CellNumbers& ServedSet::cellNumbers() const {
+  const std::lock_guard lock(late_mutex_);
+  if (!numbers_) numbers_.emplace(store_, TimedStore::check);
+  return *numbers_;
+}
+
+const CatmaidSpace& ServedSet::catmaidSpace() const {
+  const std::lock_guard lock(late_mutex_);
+  if (!catmaid_) catmaid_.emplace(*set_, levels_.get(), TimedStore::check);
+  return *catmaid_;
+}
+
 std::uint64_t ServedSet::segmentsAround(const Vector3d& lo_W, const Vector3d& hi_W) const {
   std::uint64_t segments = 0;
   for (const auto& [tile, box] : finder_.meeting(TilesInBox({lo_W, hi_W}))) segments += store_.entry(tile).stored;

@@ -4,13 +4,17 @@
 
 #include "index/query/nearest.h"
 #include "index/query/tile_finder.h"
+#include "index/set/cell_numbers.h"
 #include "index/set/levels.h"
 #include "index/set/tile_set.h"
+#include "tools/answers/catmaid_space.h"
 #include "tools/answers/sample_ids.h"
 #include "tools/answers/timed_store.h"
 
 #include <cstdint>
 #include <memory>
+#include <mutex>
+#include <optional>
 #include <string>
 
 namespace filiform::tools {
@@ -29,6 +33,9 @@ class ServedSet {
   const Nearest& nearest() const { return nearest_; }
   const TileFinder& finder() const { return finder_; }
   SampleIds& sampleIds() const { return sample_ids_; }
+  // Made at the first call. Throws as CellNumbers() does, and AnswerTimeout.
+  const CellNumbers& cellNumbers() const;
+  const CatmaidSpace& catmaidSpace() const;  // likewise, as CatmaidSpace()
 
   // The stored segments of the tiles that may meet the closed box. Throws CorruptSet, IoError.
   std::uint64_t segmentsAround(const Vector3d& lo_W, const Vector3d& hi_W) const;
@@ -41,6 +48,9 @@ class ServedSet {
   const Nearest nearest_;
   const TileFinder finder_;
   mutable SampleIds sample_ids_;
+  mutable std::mutex late_mutex_;  // of what follows
+  mutable std::optional<CellNumbers> numbers_;
+  mutable std::optional<CatmaidSpace> catmaid_;
 };
 
 }  // namespace filiform::tools

@@ -13,11 +13,16 @@
 
 namespace filiform::tools {
 
+class PictureMaker;
+
 struct Service {
   SetShelf& shelf;
-  const Access& access;
+  Access& access;
   Metrics& metrics;
   std::string version = {};
+  PictureMaker* pictures = nullptr;  // nullptr: the server draws no pictures
+  std::string source_url = {};       // of the program's source, for the page; empty: not stated
+  std::string neuroglancer = {};     // address of a Neuroglancer, for links on the page; empty: no links
 };
 
 struct Call {
@@ -29,6 +34,9 @@ struct Call {
 
 // True if the request's Accept asks for an .npy array.
 bool wantsNpy(const Request& request);
+
+// Throws Refusal (413) if the cell has more samples than an answer may hold.
+void refuseLargeCell(const CellRecord& cell);
 
 // The answers. Each throws Refusal, UsageError for a wrong value, and what the set throws. Routes turns these into
 // problems. tools/serve/README.md says what each answers.
@@ -48,5 +56,19 @@ Answer pathAnswer(const Call& call);
 Answer cellsAnswer(const Call& call);
 Answer cellAnswer(const Call& call);
 Answer sessionAnswer(const Call& call);
+Answer pictureAnswer(const Call& call);
+Answer iconAnswer(const Call& call);
+Answer capabilityAnswer(const Call& call);
+Answer precomputedInfoAnswer(const Call& call);
+Answer precomputedPropertiesAnswer(const Call& call);
+Answer precomputedSkeletonAnswer(const Call& call);
+Answer catmaidTokenAnswer(const Call& call);
+Answer catmaidVersionAnswer(const Call& call);
+Answer catmaidStacksAnswer(const Call& call);
+Answer catmaidStackAnswer(const Call& call);
+Answer catmaidSkeletonsAnswer(const Call& call);
+Answer catmaidNodesAnswer(const Call& call);
+Answer catmaidSkeletonAnswer(const Call& call);
+Answer catmaidRootAnswer(const Call& call);
 
 }  // namespace filiform::tools

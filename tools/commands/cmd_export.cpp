@@ -3,11 +3,14 @@
 #include "index/output.h"
 #include "index/set/cell_formats.h"
 #include "index/set/cell_graph.h"
+#include "index/set/cell_numbers.h"
+#include "index/set/skeleton_format.h"
 #include "index/set/tile_set.h"
 #include "index/text.h"
 #include "tools/commands/cell_name.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/remote_arguments.h"
+#include "tools/commands/skeleton_shards.h"
 #include "tools/program/interruption.h"
 #include "tools/program/numbers.h"
 #include "tools/program/output_check.h"
@@ -40,14 +43,21 @@ constexpr std::array<std::pair<FileFormat, const char*>, 4> kFileFormats{
 const char* endingOf(FileFormat format) { return kFileFormats.at(static_cast<std::size_t>(format)).second; }
 
 struct Destination {
-  enum class Kind { kFile, kFolder, kZip, kSkeletons };
+  enum class Kind { kFile, kFolder, kZip, kSkeletons, kShards };
   Kind kind = Kind::kFile;
   FileFormat format = FileFormat::swc;  // for kFile
 };
 
-Destination destinationOf(const std::string& out) {
+constexpr const char* kShardedFormat = "precomputed";
+
+Destination destinationOf(const std::string& out, const std::string& named_format) {
   std::string name = out;
   while (name.size() > 1 && name.back() == '/') name.pop_back();
+  if (named_format == kShardedFormat) {
+    if (out == "-" || endsWithNoCase(name, ".zip"))
+      throw UsageError("--format precomputed writes a folder: give --output DIR/");
+    return {Destination::Kind::kShards};
+  }
   if (endsWithNoCase(name, ".precomputed")) return {Destination::Kind::kSkeletons};
   std::error_code error;
   if (name != out || std::filesystem::is_directory(out, error)) return {Destination::Kind::kFolder};
@@ -62,10 +72,10 @@ Destination destinationOf(const std::string& out) {
 }
 
 std::optional<FileFormat> formatNamed(const std::string& name) {
-  if (name.empty()) return std::nullopt;
+  if (name.empty() || name == kShardedFormat) return std::nullopt;
   for (const auto& [format, ending] : kFileFormats)
     if (name == ending + 1) return format;
-  throw UsageError("--format " + escaped(name) + ": choose swc, edges, obj or vtk");
+  throw UsageError("--format " + escaped(name) + ": choose swc, edges, obj, vtk or precomputed");
 }
 
 void writeCell(std::ostream& out, const CellGraph& cell, FileFormat format) {
@@ -142,33 +152,47 @@ void exportFolder(const CellFiles& files, const std::string& path, Progress& pro
   folder.finish();
 }
 
-void exportSkeletons(const TileStore& set, const std::vector<std::uint32_t>& ids, const std::string& path,
+// The cells as Neuroglancer skeletons: one file a cell, or many in a file (shards).
+void exportSkeletons(const TileStore& set, const std::vector<std::uint32_t>& ids, const std::string& path, bool shards,
                      Progress& progress) {
   GridBox bounds;
+  std::uint64_t bytes = 0;
   std::vector<std::uint64_t> numbers;
-  std::vector<std::string> names;
+  std::vector<std::pair<std::uint64_t, const CellRecord*>> cells;
+  const CellNumbers cell_numbers(set, throwIfInterrupted);
   for (const std::uint32_t id : ids) {
-    bounds.extend(set.cell(id).bounds);
-    numbers.push_back(std::uint64_t{id} + 1);  // 0 means "no object" in Neuroglancer
-    names.push_back(set.cell(id).name);
+    const CellRecord& record = set.cell(id);
+    bounds.extend(record.bounds);
+    bytes += record.samples * 20 + record.segments * 8;
+    numbers.push_back(cell_numbers.of(id));
+    cells.emplace_back(numbers.back(), &record);
   }
   const SkeletonFormat format(set.grid(), bounds);
-  OutputFolder folder(path);
-  folder.write("info", format.info());
-  folder.makeFolder("segment_properties");
-  folder.write("segment_properties/info", SkeletonFormat::properties(numbers, names));
-  for (std::size_t i = 0; i < ids.size(); ++i) {
+  std::uint64_t done = 0;
+  const auto skeleton = [&](std::size_t i) {
     throwIfInterrupted();
-    std::ostringstream bytes;
-    format.write(bytes, readCell(set, ids[i], true));
-    folder.write(std::to_string(numbers[i]), std::move(bytes).str());
-    progress.update(i + 1);
+    std::ostringstream out;
+    format.write(out, readCell(set, ids[i], true));
+    progress.update(++done);
+    return std::move(out).str();
+  };
+  OutputFolder folder(path);
+  folder.makeFolder("segment_properties");
+  folder.write("segment_properties/info", SkeletonFormat::properties(cells));
+  if (shards) {
+    const SkeletonShards layout(numbers, bytes);
+    folder.write("info", format.info(layout.sharding()));
+    for (std::size_t shard = 0; shard < layout.count(); ++shard)
+      folder.write(layout.name(shard), layout.content(shard, skeleton));
+  } else {
+    folder.write("info", format.info());
+    for (std::size_t i = 0; i < ids.size(); ++i) folder.write(std::to_string(numbers[i]), skeleton(i));
   }
   folder.finish();
 }
 
 int runExport(const ExportArguments& a) {
-  const Destination to = destinationOf(a.out);
+  const Destination to = destinationOf(a.out, a.format);
   const std::optional<FileFormat> format = formatNamed(a.format);
   const bool one_file = to.kind == Destination::Kind::kFile;
   if (a.all && !a.cell.empty()) throw UsageError("--all and --cell: give one of them");
@@ -194,8 +218,8 @@ int runExport(const ExportArguments& a) {
   for (const std::uint32_t id : ids) samples += set->cell(id).samples;
 
   Progress progress({.title = "export", .noun = "cells", .total = ids.size()});
-  if (to.kind == Destination::Kind::kSkeletons) {
-    exportSkeletons(*set, ids, a.out, progress);
+  if (to.kind == Destination::Kind::kSkeletons || to.kind == Destination::Kind::kShards) {
+    exportSkeletons(*set, ids, a.out, to.kind == Destination::Kind::kShards, progress);
   } else {
     const CellFiles files(*set, ids, format);
     to.kind == Destination::Kind::kZip ? exportZip(files, a.out, progress) : exportFolder(files, a.out, progress);
@@ -216,9 +240,12 @@ void addExport(CLI::App& app, Chosen& chosen) {
       "Examples:\n  filiform export column.fil --cell cell_00042 -o cell_00042.swc\n"
       "  filiform export column.fil --all -o cells.zip\n"
       "  filiform export column.fil --all -o column.precomputed\n"
+      "  filiform export column.fil --all --format precomputed -o column_web/\n"
       "The ending chooses the format: .swc, .edges (keeps loops), .obj, .vtk. No ending, a device, a pipe or - is "
       "SWC.\n"
-      "A folder, DIR/, or ARCHIVE.zip gets one file a cell. DIR.precomputed is a folder of Neuroglancer skeletons.");
+      "A folder, DIR/, or ARCHIVE.zip gets one file a cell. DIR.precomputed is a folder of Neuroglancer skeletons, one "
+      "file each.\n--format precomputed writes the same skeletons into few files, for any server of files that answers "
+      "ranges.");
   command->add_option("SET", a->set, "tile set, or its address")->required();
   command->add_option("--cell", a->cell, "export the cell of this name");
   command->add_flag("--all", a->all, "export every cell, into a folder, a zip or a precomputed folder");
@@ -227,7 +254,8 @@ void addExport(CLI::App& app, Chosen& chosen) {
       ->type_name("FILE");
   command
       ->add_option("--format", a->format,
-                   "write the files of a folder or zip as swc, edges, obj or vtk; default: swc, edges for loops")
+                   "write the files of a folder or zip as swc, edges, obj or vtk; default: swc, edges for loops. "
+                   "precomputed: write a folder of Neuroglancer skeletons in shards")
       ->type_name("FORMAT");
   a->remote = addRemoteArguments(*command);
   command->callback([a, &chosen] { chosen = [a] { return runExport(*a); }; });

@@ -12,6 +12,7 @@
 #include "tools/commands/commands.h"
 #include "tools/commands/remote_arguments.h"
 #include "tools/commands/scene.h"
+#include "tools/drawing/camera_text.h"
 #include "tools/drawing/film.h"
 #include "tools/drawing/image.h"
 #include "tools/program/interruption.h"
@@ -24,7 +25,6 @@
 #include <cmath>
 #include <filesystem>
 #include <iostream>
-#include <numbers>
 #include <optional>
 
 #include <CLI/CLI.hpp>
@@ -44,36 +44,6 @@ struct RenderArguments {
   int samples = 2;
   bool orthographic = false, all = false, json = false;
 };
-
-std::vector<double> parseNumbers(const std::string& what, const std::string& text, std::size_t count) {
-  std::vector<double> values;
-  std::size_t begin = 0;
-  while (begin <= text.size()) {
-    const std::size_t end = std::min(text.find(',', begin), text.size());
-    values.push_back(parseNumber(what, text.substr(begin, end - begin)));
-    begin = end + 1;
-  }
-  if (values.size() != count)
-    throw UsageError(what + " " + escaped(text) + ": give " + std::to_string(count) + " numbers, separated by commas");
-  return values;
-}
-
-Vector3d parsePoint(const std::string& what, const std::string& text) {
-  const std::vector<double> v = parseNumbers(what, text, 3);
-  return {v[0], v[1], v[2]};
-}
-
-PictureSize parseSize(const std::string& text) {
-  const std::size_t cross = text.find('x');
-  if (cross == std::string::npos) throw UsageError("--size " + escaped(text) + ": give WIDTHxHEIGHT, such as 1280x800");
-  const double width = parseNumber("--size", text.substr(0, cross));
-  const double height = parseNumber("--size", text.substr(cross + 1));
-  for (const double side : {width, height})
-    if (side != std::floor(side) || side < 1 || side > Renderer::kMaxSize)
-      throw UsageError("--size " + escaped(text) + ": each side is a whole number from 1 to " +
-                       std::to_string(Renderer::kMaxSize));
-  return {static_cast<int>(width), static_cast<int>(height)};
-}
 
 // The position of the proxy, and the fork nearest to it.
 struct Proxy {
@@ -154,43 +124,22 @@ Proxy findProxy(const TileStore& store, const RenderArguments& a) {
 
 Camera cameraOf(const RenderArguments& a, const SceneView& scene, const std::optional<Proxy>& proxy,
                 const std::optional<Workspace>& workspace, double aspect) {
-  const std::string& name = a.camera;
-  constexpr double kRight = std::numbers::pi / 2;
-  const auto around = [&](double yaw, double pitch) {
-    if (!proxy)
-      return a.all ? overview(scene.lo_W(), scene.hi_W(), yaw, pitch, aspect)
-                   : overview(scene.usual_lo_W(), scene.usual_hi_W(), yaw, pitch, aspect);
-    // Turn about the proxy, at the distance of the default view.
-    Camera close = workspaceCamera(*workspace, aspect);
-    close = orbit(close, yaw, pitch);
-    return close;
-  };
-  if (name.empty() || name == "follow") {
-    if (workspace) return workspaceCamera(*workspace, aspect);
-    if (!name.empty()) throw UsageError("--camera follow: give the place of the proxy with --proxy or --at");
-    return around(0, 0);
-  }
-  if (name == "front") return around(0, 0);
-  if (name == "back") return around(2 * kRight, 0);
-  if (name == "right") return around(kRight, 0);
-  if (name == "left") return around(-kRight, 0);
-  if (name == "top") return around(0, kRight);
-  if (name == "bottom") return around(0, -kRight);
-  if (const std::size_t colon = name.find(':'); colon != std::string::npos) {
-    const Camera camera =
-        lookAt(parsePoint("--camera", name.substr(0, colon)), parsePoint("--camera", name.substr(colon + 1)));
-    return fitDepth(camera, scene.lo_W(), scene.hi_W());
-  }
-  if (name.find(',') == std::string::npos)
-    throw UsageError("--camera " + escaped(name) +
-                     ": give front, back, left, right, top, bottom, follow, YAW,PITCH in degrees, or X,Y,Z:X,Y,Z");
-  const std::vector<double> angles = parseNumbers("--camera", name, 2);
-  return around(angles[0] * std::numbers::pi / 180, angles[1] * std::numbers::pi / 180);
+  const CameraText text = parseCamera("--camera", a.camera);
+  if (text.kind == CameraText::Kind::places)
+    return fitDepth(lookAt(text.eye_W, text.target_W), scene.lo_W(), scene.hi_W());
+  if (text.kind == CameraText::Kind::follow && !workspace)
+    throw UsageError("--camera follow: give the place of the proxy with --proxy or --at");
+  if (workspace && (text.kind == CameraText::Kind::follow || a.camera.empty()))
+    return workspaceCamera(*workspace, aspect);
+  // Turn about the proxy, at the distance of the default view.
+  if (proxy) return orbit(workspaceCamera(*workspace, aspect), text.yaw_rad, text.pitch_rad);
+  return a.all ? overview(scene.lo_W(), scene.hi_W(), text.yaw_rad, text.pitch_rad, aspect)
+               : overview(scene.usual_lo_W(), scene.usual_hi_W(), text.yaw_rad, text.pitch_rad, aspect);
 }
 
 SceneFrame frameOf(const TileStore& store, const RenderArguments& a) {
   SceneFrame frame;
-  frame.size = parseSize(a.size);
+  frame.size = parseSize("--size", a.size, Renderer::kMaxSize);
   frame.stereo = stereoMode(a.stereo);
   frame.palette = a.palette == "red-green" ? kRedGreen : kOrangeBlue;
   frame.colour = colourBy(a.colour_by);
@@ -308,7 +257,7 @@ int runRender(const RenderArguments& a) {
   if (!a.path.empty() && (!a.proxy.empty() || !a.at.empty() || !a.camera.empty()))
     throw UsageError("--path uses the recorded hand: leave out --proxy, --at and --camera");
   if (a.path.empty()) checkPictureName(a.out);
-  parseSize(a.size);
+  parseSize("--size", a.size, Renderer::kMaxSize);
   stereoMode(a.stereo);
   colourBy(a.colour_by);
   std::vector<NamedPath> outputs;
@@ -334,7 +283,7 @@ int runRender(const RenderArguments& a) {
   std::uint64_t pictures = 1;
   const SceneFigures figures =
       a.path.empty() ? drawPicture(*store, a, scene, renderer) : drawFilm(*store, a, scene, renderer, out, pictures);
-  const PictureSize size = parseSize(a.size);
+  const PictureSize size = parseSize("--size", a.size, Renderer::kMaxSize);
   if (a.json) {
     const nlohmann::ordered_json json{{"width", size.width},
                                       {"height", size.height},

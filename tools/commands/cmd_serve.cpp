@@ -1,5 +1,7 @@
 // filiform serve: answers questions about tile sets over HTTP.
 #include "index/errors.h"
+#include "index/text.h"
+#include "tools/answers/picture_maker.h"
 #include "tools/answers/routes.h"
 #include "tools/commands/commands.h"
 #include "tools/program/ending_watch.h"
@@ -13,6 +15,7 @@
 #include <iostream>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <thread>
 
 #include <CLI/CLI.hpp>
@@ -23,8 +26,9 @@ namespace {
 
 struct ServeArguments {
   std::vector<std::string> sets, origins, hosts;
-  std::string listen = "127.0.0.1:7878", token_file, budget = "1GiB", log = "text", session_budget = "256MiB",
-              session_folder;
+  std::string listen = "127.0.0.1:7878", token_file, budget = "1GiB", log = "text", source_url, neuroglancer,
+              session_budget = "256MiB", session_folder;
+  bool no_pictures = false;
   std::size_t most_sessions = 100;
   std::size_t most_clients = 256;
   unsigned threads = std::max(1U, std::thread::hardware_concurrency());
@@ -50,12 +54,31 @@ class ServeLog {
   std::mutex mutex_;
 };
 
+// An address for a link. Throws UsageError if it is none of HTTP.
+void checkAddress(const char* option, const std::string& url) {
+  const bool web = url.starts_with("https://") || url.starts_with("http://");
+  const bool plain = std::all_of(url.begin(), url.end(), [](char c) { return c > 0x20 && c < 0x7F && c != '#'; });
+  if (!url.empty() && (!web || !plain))
+    throw UsageError(std::string(option) + " " + escaped(url, 80) +
+                     ": give an address that begins with https:// or http://, without #");
+}
+
+// SCHEME://HOST[:PORT] of an address.
+std::string originOf(const std::string& url) { return url.substr(0, url.find('/', url.find("://") + 3)); }
+
 int runServe(const ServeArguments& a) {
-  const Access access({a.token_file.empty() ? "" : readToken(a.token_file), a.origins, a.hosts});
+  checkAddress("--source-url", a.source_url);
+  checkAddress("--neuroglancer", a.neuroglancer);
+  AccessRules rules{a.token_file.empty() ? "" : readToken(a.token_file), a.origins, a.hosts};
+  if (!a.neuroglancer.empty()) rules.origins.push_back(originOf(a.neuroglancer));
+  Access access(std::move(rules));
   SetShelf shelf(a.sets, parseBytes("--budget", a.budget));
   Metrics metrics;
   ServeLog log(a.log == "json");
-  const Service service{shelf, access, metrics, FILIFORM_VERSION};
+  std::optional<PictureMaker> pictures;
+  if (!a.no_pictures) pictures.emplace();
+  const Service service{shelf,        access,        metrics, FILIFORM_VERSION, pictures ? &*pictures : nullptr,
+                        a.source_url, a.neuroglancer};
   const Routes routes(service, [&log](const std::string& line) { log.problem(line); });
   std::vector<std::string> reported;  // problems of the last refresh
   SessionHouse house(shelf, {.budget_bytes = parseBytes("--session-budget", a.session_budget),
@@ -108,6 +131,13 @@ void addServe(CLI::App& app, Chosen& chosen) {
   command->add_option("--host", a->hosts, "accept requests to this name, such as that of a proxy; repeatable")
       ->type_name("NAME")
       ->allow_extra_args(false);
+  command
+      ->add_option("--neuroglancer", a->neuroglancer,
+                   "link the page to the Neuroglancer at this address, and let it ask, as --origin does")
+      ->type_name("URL");
+  command->add_option("--source-url", a->source_url, "name this address on the page as that of the program's source")
+      ->type_name("URL");
+  command->add_flag("--no-pictures", a->no_pictures, "draw no pictures of sets");
   command->add_option("--max-clients", a->most_clients, "keep at most N connections open")
       ->type_name("N")
       ->capture_default_str()

@@ -121,19 +121,24 @@ Colour Image::at(int x, int y) const {
   return {rgb[i], rgb[i + 1], rgb[i + 2]};
 }
 
-void writePng(const Image& image, const std::string& path) {
+std::string pngBytes(const Image& image) {
   png_image png{};
   png.version = PNG_IMAGE_VERSION;
   png.width = static_cast<png_uint_32>(image.width);
   png.height = static_cast<png_uint_32>(image.height);
   png.format = PNG_FORMAT_RGB;
   png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(png);
-  std::vector<unsigned char> bytes(size);
+  std::string bytes(size, '\0');
   if (png_image_write_to_memory(&png, bytes.data(), &size, 0, image.rgb.data(), 0, nullptr) == 0)
-    throw IoError(path, std::string("cannot write the picture: ") + png.message);
+    throw InputError(std::string("cannot encode the picture: ") + png.message);
+  bytes.resize(size);
+  return bytes;
+}
 
+void writePng(const Image& image, const std::string& path) {
+  const std::string bytes = pngBytes(image);
   Output out(path, {.cancel = &interruptFlag()});
-  out.write({reinterpret_cast<const char*>(bytes.data()), size});
+  out.write(bytes);
   out.finish();
 }
 

@@ -44,6 +44,8 @@ struct Image {
   Colour at(int x, int y) const;
 };
 
+// The image as PNG. Throws InputError if libpng refuses the size.
+std::string pngBytes(const Image& image);
 // Writes PNG through Output (index/output.h): a file is replaced after everything is written. Throws as Output does.
 void writePng(const Image& image, const std::string& path);
 

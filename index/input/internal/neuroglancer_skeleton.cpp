@@ -100,7 +100,7 @@ bool readAll(ByteStream& in, const SkeletonInfo& info, internal::GraphBuilder& g
   }
   for (const SkeletonInfo::Attribute& attribute : info.attributes) {
     const bool radius = attribute.components == 1 && attribute.id == "radius";
-    const bool type = attribute.components == 1 && attribute.id == "vertex_types" && attribute.type != Type::kFloat32;
+    const bool type = attribute.components == 1 && attribute.id == "vertex_types";
     if (!radius && !type) {
       if (!in.skip(std::uint64_t{nodes} * attribute.components * bytesOf(attribute.type))) return false;
       continue;
@@ -111,7 +111,7 @@ bool readAll(ByteStream& in, const SkeletonInfo& info, internal::GraphBuilder& g
       const double value = valueOf(bits, attribute.type);
       if (radius) {
         graph.setRadius(i, value * kNanometre_um, std::uint64_t{i} + 1);
-      } else if (value >= 0 && value <= 65535) {
+      } else if (value >= 0 && value <= 65535 && value == std::floor(value)) {
         graph.setType(i, static_cast<std::uint16_t>(value));
       } else {
         graph.remark(InputCode::W_BAD_TYPE, std::uint64_t{i} + 1, std::to_string(value));

@@ -298,6 +298,20 @@ TEST(NeuroglancerSkeleton, AppliesTheTransformAndReadsAttributes) {
   EXPECT_EQ(rowOf(read(GraphFormat::kNeuroglancerSkeleton, bytes + "x", options)), "refuse 0 0 0 0 E_FORMAT:1");
 }
 
+TEST(NeuroglancerSkeleton, TypesMayBeFloats) {
+  const GraphOptions options{{},
+                             SkeletonInfo::parse(R"({"@type": "neuroglancer_skeletons", "vertex_attributes":
+      [{"id": "vertex_types", "data_type": "float32", "num_components": 1}]})",
+                                                 "info")};
+  const GraphReading reading =
+      read(GraphFormat::kNeuroglancerSkeleton,
+           skeleton({{0, 0, 0}, {1000, 0, 0}, {0, 0, 100}}, {{0, 1}, {1, 2}}) + littleEndian(bitsOf(3), 4) +
+               littleEndian(bitsOf(2.5), 4) + littleEndian(bitsOf(65535), 4),
+           options);
+  EXPECT_EQ(rowOf(reading), "warn 3 3 0 0 W_BAD_TYPE:1") << "2.5 is no type";
+  EXPECT_EQ(reading.cell.types, (std::vector<std::uint16_t>{3, 0, 65535}));
+}
+
 TEST(NeuroglancerSkeleton, DropsBadNodesAndCutsBadLinks) {
   const std::string bytes = skeleton({{0, 0, 0}, {NAN, 0, 0}, {0, 0, 1}, {3e12f, 0, 0}, {1, 1, 1}},
                                      {{0, 1}, {0, 2}, {2, 2}, {7, 0}, {UINT32_MAX, 0}});

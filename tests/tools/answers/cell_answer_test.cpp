@@ -2,6 +2,7 @@
 #include "index/set/cell_graph.h"
 #include "tests/support/served_sets.h"
 
+#include <cstring>
 #include <sstream>
 #include <string>
 
@@ -48,6 +49,32 @@ TEST(CellAnswer, ACellIsTheCellOfTheSet) {
   EXPECT_EQ(sets.get("/v1/sets/fork/cells/square.swc").status, 400u);
   EXPECT_EQ(sets.get("/v1/sets/fork/cells/fork").status, 404u);
   EXPECT_EQ(sets.get("/v1/sets/fork/cells/for.json").status, 404u) << "only whole names";
+}
+
+TEST(CellAnswer, AnArrayHoldsEachSample) {
+  const test::ServedSets sets;
+  const CellGraph graph = readCell(sets.shelf->find("column")->set(), 3, true);
+  const Answer answer = sets.get("/v1/sets/column/cells/" + graph.name + ".npy");
+  ASSERT_EQ(answer.status, 200u) << answer.body;
+  EXPECT_EQ(answer.type, kNpyType);
+  constexpr std::size_t kRecord = 8 + 3 * 8 + 4 + 2 + 4;
+  const std::size_t start = answer.body.find('\n') + 1;
+  EXPECT_EQ(start % 64, 0u);
+  ASSERT_EQ(answer.body.size(), start + graph.samples() * kRecord);
+  for (std::uint32_t rank = 0; rank < graph.samples(); ++rank) {
+    const char* at = answer.body.data() + start + rank * kRecord;
+    const auto next = [&at](auto value) {
+      std::memcpy(&value, at, sizeof value);
+      at += sizeof value;
+      return value;
+    };
+    ASSERT_EQ(next(std::int64_t{}), graph.sample_ids[rank]);
+    for (int axis = 0; axis < 3; ++axis) ASSERT_EQ(next(0.0), graph.position_W(rank)[axis]);
+    ASSERT_EQ(next(0.0F), graph.radii_um[rank]);
+    ASSERT_EQ(next(std::uint16_t{}), graph.types[rank]);
+    ASSERT_EQ(next(std::int32_t{}), graph.parents[rank] == kNoParent ? -1 : static_cast<int>(graph.parents[rank]));
+  }
+  EXPECT_EQ(sets.get("/v1/sets/fork/cells/square.npy").status, 400u);
 }
 
 TEST(CellAnswer, PathsAreThoseOfTheCell) {

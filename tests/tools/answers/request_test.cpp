@@ -60,6 +60,9 @@ TEST(Request, LogsShowNoToken) {
   EXPECT_EQ(redacted("/?to%6ben=secret"), "/?token=...");
   EXPECT_EQ(redacted("/?%zz=secret"), "/?token=...");
   EXPECT_EQ(redacted("/v1/sets?a=b"), "/v1/sets?a=b");
+  EXPECT_EQ(redacted("/precomputed/~secret/fork/info"), "/precomputed/~.../fork/info");
+  EXPECT_EQ(redacted("/catmaid/%7esecret/fork/version?token=x"), "/catmaid/~.../fork/version?token=...");
+  EXPECT_EQ(redacted(""), "");
 }
 
 }  // namespace

@@ -26,9 +26,11 @@ std::string exampleOf(const std::string& path, const std::string& revision) {
   replace("{file}", "manifest.json");
   replace("{range}", "0-9");
   replace("{cell}", "fork.json");
+  replace("{skeleton}", "1");
   if (path.ends_with("/nearest")) target += "?at=1,2,3";
   if (path.ends_with("/box")) target += "?lo=0,0,0&hi=1,1,1";
   if (path.ends_with("/ray")) target += "?from=0,0,0&direction=0,0,1";
+  if (path.ends_with("/node/list")) target += "?left=0&top=0&z1=0&right=9&bottom=9&z2=9";
   if (path.ends_with("/path")) target += "?from=fork:1&to=fork:3";
   return target;
 }
@@ -48,9 +50,12 @@ TEST(Routes, TheDescriptionFitsEveryRoute) {
       const bool post = method == "post";
       EXPECT_EQ(post, operation.contains("requestBody"));
       const std::string target = post ? "/v1/sets/fork/nearest" : exampleOf(path, revision);
-      const Answer answer =
-          post ? sets.ask("POST", target, {{"content-type", kJsonType}}, R"({"points":[[1,2,3]]})") : sets.get(target);
-      EXPECT_EQ(answer.status, 200u) << answer.body;
+      const Answer answer = post ? sets.ask("POST", target, {{"content-type", kJsonType}}, R"({"points":[[1,2,3]]})")
+                                 : sets.ask(method == "delete" ? "DELETE" : "GET", target, {});
+      // These sets have neither pictures nor a token; tests/service/openapi_check.py calls the same on a server.
+      const bool needs_server = path.ends_with("/picture") || method == "delete";
+      EXPECT_EQ(answer.status == 200u, !needs_server) << answer.status << answer.body;
+      if (needs_server) continue;
       std::set<std::string> types;
       for (const auto& [type, schema] : operation.at("responses").at("200").at("content").items()) types.insert(type);
       const std::string type = answer.type.substr(0, answer.type.find(';'));

@@ -5,9 +5,13 @@
 #include "tests/support/corpus.h"
 #include "tests/support/process.h"
 #include "tests/support/temp_folder.h"
+#include "tools/commands/skeleton_shards.h"
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <set>
 #include <string>
@@ -206,6 +210,104 @@ TEST_F(Export, AllCellsGoIntoAFolderAZipOrSkeletons) {
   // Existing files stay unchanged.
   EXPECT_EQ(runFiliform({"export", path("all.fil"), "--all", "-o", path("out")}).exit_code, 1);
   EXPECT_EQ(runFiliform({"export", path("all.fil"), "-o", path("out")}).exit_code, 1);
+}
+
+// Finds a skeleton in a sharded folder as a reader does, with gzip as a program.
+std::string skeletonInShards(const std::string& folder, std::uint64_t number, const std::string& scratch) {
+  const auto info = nlohmann::json::parse(test::readBytes(folder + "/info")).at("sharding");
+  EXPECT_EQ(info.at("@type"), "neuroglancer_uint64_sharded_v1");
+  EXPECT_EQ(info.at("hash"), "murmurhash3_x86_128");
+  const int minishard_bits = info.at("minishard_bits"), shard_bits = info.at("shard_bits");
+  const std::uint64_t hash = tools::murmurHash(number) >> info.at("preshift_bits").get<int>();
+  const std::uint64_t minishard = hash & ((std::uint64_t{1} << minishard_bits) - 1);
+  const std::uint64_t shard = hash >> minishard_bits & ((std::uint64_t{1} << shard_bits) - 1);
+  char name[32];
+  std::snprintf(name, sizeof name, "/%0*llx.shard", (shard_bits + 3) / 4, static_cast<unsigned long long>(shard));
+  if (!fs::exists(folder + name)) return "";
+  const std::string file = test::readBytes(folder + name);
+  const std::size_t start = std::size_t{16} << minishard_bits;
+  const auto word = [](const std::string& bytes, std::size_t at) {
+    std::uint64_t value = 0;
+    std::memcpy(&value, bytes.data() + 8 * at, 8);
+    return value;
+  };
+  const auto unpacked = [&](std::uint64_t first, std::uint64_t end) {
+    writeBytes(scratch + ".gz", file.substr(start + first, end - first));
+    EXPECT_EQ(std::system(("gzip -dc " + scratch + ".gz >" + scratch).c_str()), 0);
+    return test::readBytes(scratch);
+  };
+  const std::uint64_t first = word(file, 2 * minishard), end = word(file, 2 * minishard + 1);
+  if (first == end) return "";
+  const std::string index = unpacked(first, end);
+  const std::size_t n = index.size() / 24;
+  std::uint64_t id = 0, at = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    id += word(index, i);
+    at += word(index, n + i);
+    const std::uint64_t size = word(index, 2 * n + i);
+    if (id == number) return unpacked(at, at + size);
+    at += size;
+  }
+  return "";
+}
+
+TEST_F(Export, ShardsHoldTheSameSkeletons) {
+  const std::string zip = path("c.zip"), set = path("c.fil");
+  ASSERT_EQ(runFiliform({"synth", zip, "--cells", "100", "--seed", "3"}).exit_code, 0);
+  ingest(zip, set);
+  ASSERT_EQ(runFiliform({"export", set, "--all", "-o", path("c.precomputed")}).exit_code, 0);
+  const Outcome out = runFiliform({"export", set, "--all", "--format", "precomputed", "-o", path("web")});
+  ASSERT_EQ(out.exit_code, 0) << out.err;
+  EXPECT_EQ(test::readBytes(path("web/segment_properties/info")),
+            test::readBytes(path("c.precomputed/segment_properties/info")));
+  std::size_t files = 0;
+  for (const auto& entry : fs::directory_iterator(path("c.precomputed"))) {
+    const std::string name = entry.path().filename().string();
+    if (name.find_first_not_of("0123456789") != std::string::npos) continue;
+    ++files;
+    ASSERT_EQ(skeletonInShards(path("web"), std::stoull(name), path("piece")), test::readBytes(entry.path())) << name;
+  }
+  EXPECT_EQ(files, 100u);
+  for (const std::uint64_t absent : {std::uint64_t{0}, std::uint64_t{101}, UINT64_MAX})
+    EXPECT_EQ(skeletonInShards(path("web"), absent, path("piece")), "");
+  // The same bytes each time.
+  ASSERT_EQ(runFiliform({"export", set, "--all", "--format", "precomputed", "-o", path("again/")}).exit_code, 0);
+  for (const auto& entry : fs::directory_iterator(path("web"))) {
+    if (entry.is_regular_file()) {
+      EXPECT_EQ(test::readBytes(entry.path()), test::readBytes(path("again/" + entry.path().filename().string())));
+    }
+  }
+  for (const auto& wrong : std::vector<std::vector<std::string>>{{"-o", "-"}, {"-o", path("x.zip")}}) {
+    std::vector<std::string> words{"export", set, "--all", "--format", "precomputed"};
+    words.insert(words.end(), wrong.begin(), wrong.end());
+    const Outcome refused = runFiliform(words);
+    EXPECT_EQ(refused.exit_code, 2) << refused.err;
+    EXPECT_TRUE(refused.oneLineOnStderr()) << refused.err;
+  }
+}
+
+TEST(SkeletonShards, SpreadManyCellsOverFiles) {
+  std::vector<std::uint64_t> numbers;
+  for (std::uint64_t i = 0; i < 5000; ++i) numbers.push_back(720575940600000000ULL + i * 1024);
+  const tools::SkeletonShards shards(numbers, std::uint64_t{1} << 30);
+  EXPECT_EQ(shards.sharding().shard_bits, 5);
+  EXPECT_EQ(shards.count(), 32u);
+  EXPECT_EQ(shards.name(0), "00.shard");
+  EXPECT_EQ(shards.name(31), "1f.shard");
+  std::set<std::size_t> seen;
+  for (std::size_t shard = 0; shard < shards.count(); ++shard)
+    shards.content(shard, [&](std::size_t i) {
+      EXPECT_TRUE(seen.insert(i).second);
+      return std::string("x");
+    });
+  EXPECT_EQ(seen.size(), numbers.size());
+}
+
+// Known values of MurmurHash3_x86_128 with seed 0; the first 8 bytes, little-endian.
+TEST(SkeletonShards, HashIsMurmur) {
+  EXPECT_EQ(tools::murmurHash(0), 0x4772b084e028ae41ULL);
+  EXPECT_EQ(tools::murmurHash(1), 0xe8bd67d616d4ce9aULL);
+  EXPECT_EQ(tools::murmurHash(720575940626286432ULL), 0x50337d72914727a6ULL);
 }
 
 TEST_F(Export, RealCellsComeBack) {

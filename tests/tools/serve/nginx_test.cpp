@@ -79,6 +79,12 @@ TEST_F(Nginx, PassesTokensOnAndKeepsPartsForThoseWhoMayRead) {
   EXPECT_EQ(curl("/v1/sets", "-o /dev/null -w '%{http_code}'"), "401");
   EXPECT_NE(curl("/v1/sets", token).find("\"name\":\"t\""), std::string::npos);
   EXPECT_EQ(curl("/v1/sets", token + " -H 'Host: evil.example' -o /dev/null -w '%{http_code}'"), "421");
+  const std::string page = curl("/", token);
+  const std::size_t door = page.find("precomputed://https://tiles.example/precomputed/~");
+  ASSERT_NE(door, std::string::npos) << page;
+  const std::string capability = page.substr(door + 49, 32);
+  EXPECT_EQ(curl("/precomputed/~" + capability + "/t/info", "-o /dev/null -w '%{http_code}'"), "200");
+  EXPECT_EQ(curl("/precomputed/~x/t/info", "-o /dev/null -w '%{http_code}'"), "401");
   std::string revision = curl("/v1/sets/t/files/CURRENT", token);
   revision.resize(18);
   const std::string part = "/v1/sets/t/files/" + revision + "/directory.bin/0-7";
@@ -88,7 +94,10 @@ TEST_F(Nginx, PassesTokensOnAndKeepsPartsForThoseWhoMayRead) {
   server_->signal(SIGKILL);
   server_->wait();
   EXPECT_EQ(curl(part, token), bytes) << "from the cache";
-  EXPECT_EQ(test::readBytes(folder_ / "filiform.log").find(kProxyToken), std::string::npos);
+  const std::string logged = test::readBytes(folder_ / "filiform.log") + test::readBytes(folder_ / "err");
+  EXPECT_EQ(logged.find(kProxyToken), std::string::npos);
+  EXPECT_EQ(logged.find(capability), std::string::npos);
+  EXPECT_NE(logged.find("/precomputed/~.../t/info"), std::string::npos) << logged;
 }
 
 // Each command as a process, over TLS, gives what it gives of the folder.

@@ -55,7 +55,7 @@ TEST_F(Server, CurlReadsPageQueriesAndRanges) {
   if (std::system("command -v curl >/dev/null 2>&1") != 0) GTEST_SKIP() << "needs curl";
   start();
   EXPECT_EQ(shell("curl -sf $U/healthz"), "ok\n");
-  EXPECT_NE(shell("curl -sf $U/").find("<h3>t</h3>"), std::string::npos);
+  EXPECT_NE(shell("curl -sf $U/").find("<h2>t</h2>"), std::string::npos);
   const auto row = nlohmann::json::parse(shell("curl -sf \"$U/v1/sets/t/nearest?at=0,0,0\"")).at("rows").at(0);
   EXPECT_TRUE(row.contains("sample"));
   const std::string current = shell("curl -sf $U/v1/sets/t/files/CURRENT");

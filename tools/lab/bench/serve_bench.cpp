@@ -95,7 +95,7 @@ class BenchServer {
   }
   std::atomic<bool> stop_{false};
   SetShelf shelf_;
-  const Access access_{AccessRules{}};
+  Access access_{AccessRules{}};
   Metrics metrics_;
   const Service service_{shelf_, access_, metrics_, ""};
   const Routes routes_{service_, [](const std::string&) {}};

@@ -1,0 +1,104 @@
+// What the tests in a browser share: Chromium, a server of files, `filiform serve` as a process.
+import assert from 'node:assert/strict';
+import {spawn} from 'node:child_process';
+import {createReadStream, existsSync, mkdtempSync, rmSync, statSync} from 'node:fs';
+import {createServer} from 'node:http';
+import {createRequire} from 'node:module';
+import {tmpdir} from 'node:os';
+import {extname, join, normalize} from 'node:path';
+import {createInterface} from 'node:readline';
+
+// Ends what was started, in the reverse order.
+const endings = [];
+export async function endAll() {
+  while (endings.length > 0) await endings.pop()();
+}
+
+export async function openBrowser(packages, chromium) {
+  const require = createRequire(join(packages, 'package.json'));
+  const puppeteer = require('puppeteer-core');
+  const profile = mkdtempSync(join(tmpdir(), 'filiform-browser-'));
+  const browser = await puppeteer.launch({
+    executablePath: chromium,
+    headless: true,
+    args: [
+      '--no-sandbox', '--disable-quic', '--no-first-run', '--disable-background-networking',
+      '--disable-component-update', '--disable-sync', '--use-angle=swiftshader', '--enable-unsafe-swiftshader'
+    ],
+    userDataDir: profile,
+    defaultViewport: {width: 1280, height: 800},
+  });
+  endings.push(async () => {
+    await browser.close();
+    rmSync(profile, {recursive: true, force: true});
+  });
+  return browser;
+}
+
+// A page that lists everything that goes wrong in it.
+export async function openPage(browser) {
+  const page = await browser.newPage();
+  page.problems = [];
+  page.on('console', (message) => {
+    if (message.type() === 'error') page.problems.push(`console: ${message.text()}`);
+  });
+  page.on('pageerror', (error) => page.problems.push(`error: ${error.message}`));
+  page.on('requestfailed', (request) => page.problems.push(`failed: ${request.url()} ${request.failure()?.errorText}`));
+  page.on('response', (response) => {
+    if (response.status() >= 400) page.problems.push(`${response.status()}: ${response.url()}`);
+  });
+  return page;
+}
+
+// Serves a folder with ranges, also to pages of `origin`. Returns its address.
+export async function serveFolder(folder, origin) {
+  const types = {'.html': 'text/html', '.js': 'text/javascript', '.css': 'text/css', '.wasm': 'application/wasm'};
+  const server = createServer((request, response) => {
+    const path = join(folder, normalize(decodeURIComponent(new URL(request.url, 'http://x').pathname)));
+    const headers = {'Content-Type': types[extname(path)] ?? 'application/octet-stream', 'Accept-Ranges': 'bytes'};
+    if (origin && request.headers.origin === origin)
+      Object.assign(headers, {'Access-Control-Allow-Origin': origin, 'Access-Control-Allow-Headers': 'Range'});
+    if (request.method === 'OPTIONS') return response.writeHead(204, headers).end();
+    if (!existsSync(path) || !statSync(path).isFile()) return response.writeHead(404, headers).end();
+    const size = statSync(path).size;
+    const range = request.headers.range?.match(/^bytes=(\d+)-(\d*)$/);
+    const first = range ? Number(range[1]) : 0;
+    const last = range && range[2] ? Math.min(Number(range[2]), size - 1) : size - 1;
+    if (range) headers['Content-Range'] = `bytes ${first}-${last}/${size}`;
+    headers['Content-Length'] = last - first + 1;
+    response.writeHead(range ? 206 : 200, headers);
+    if (request.method === 'HEAD' || size === 0) return response.end();
+    createReadStream(path, {start: first, end: last}).pipe(response);
+  });
+  await new Promise((done) => server.listen(0, '127.0.0.1', done));
+  endings.push(() => new Promise((done) => {
+    server.closeAllConnections();
+    server.close(done);
+  }));
+  return `http://127.0.0.1:${server.address().port}`;
+}
+
+// `filiform serve` at a free port. Returns its address.
+export async function serveSets(filiform, args) {
+  const child = spawn(filiform, ['serve', ...args, '--listen', '127.0.0.1:0'], {stdio: ['ignore', 'pipe', 'ignore']});
+  endings.push(() => new Promise((done) => {
+    if (child.exitCode !== null) return done();
+    child.once('exit', done);
+    child.kill('SIGTERM');
+  }));
+  const address = await new Promise((done, fail) => {
+    createInterface({input: child.stdout}).once('line', done);
+    child.once('exit', (code) => fail(new Error(`filiform serve ended with code ${code}`)));
+  });
+  assert.match(address, /^http:\/\/127\.0\.0\.1:\d+$/);
+  return address;
+}
+
+export async function waitFor(what, check, seconds = 60) {
+  const until = Date.now() + seconds * 1000;
+  for (;;) {
+    if (await check()) return;
+    if (Date.now() > until) throw new Error(`${what} did not happen within ${seconds} s`);
+    await new Promise((done) => setTimeout(done, 100));
+  }
+}
