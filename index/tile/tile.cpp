@@ -1,6 +1,7 @@
 #include "index/tile/tile.h"
 
 #include "index/errors.h"
+#include "index/tile/internal/decode_scratch.h"
 #include "index/tile/internal/run_order.h"
 
 #include <algorithm>
@@ -215,6 +216,7 @@ Tile::Tile(TileId id, const BlockKey& key, bool is_long, const Grid& grid, std::
 }
 
 void Tile::index(std::span<const std::uint32_t> owned, std::span<const std::uint32_t> strips) {
+  const internal::DecodeScratch::Trimmed trimmed;
   origin_W_ = grid_.toWorld(origin_);
   nodes_.assign((node_count_ + 31) / 32, {});
   segments_.assign((segment_count_ + 31) / 32, {});
@@ -256,7 +258,9 @@ void Tile::listIncident() {
     }
   };
   // (node, segment) pairs that do not follow from a strip, ascending by segment.
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> extra;
+  internal::DecodeScratch& scratch = internal::DecodeScratch::here();
+  std::vector<std::pair<std::uint32_t, std::uint32_t>>& extra = scratch.extra;
+  extra.clear();
   for (std::uint32_t f = 0; f < fragments_.size(); ++f) {
     const Fragment& fragment = fragments_[f];
     const bool self = fragment.parent_node == fragment.child_node;
@@ -271,7 +275,9 @@ void Tile::listIncident() {
     }
   }
 
-  std::vector<std::uint32_t> mask(nodes_.size(), 0), counts;
+  std::vector<std::uint32_t>&mask = scratch.listed, &counts = scratch.counts;
+  mask.assign(nodes_.size(), 0);
+  counts.clear();
   for (const auto& [node, segment] : extra) setBits(mask, node);
   for (std::size_t b = 0; b < nodes_.size(); ++b) {
     // A node without a segment occurs only in damaged bytes.
