@@ -71,11 +71,14 @@ void Cell::clearSamples() {
   radii_um.clear();
   types.clear();
   block_starts.clear();
+  odd_radii.clear();
+  header.clear();
 }
 
 void Cell::discardLarge() {
   if (std::max({sample_ids.capacity(), positions_um.capacity(), parents.capacity(), links.capacity(),
-                radii_um.capacity(), types.capacity(), block_starts.capacity()}) <= 2 * kSamplesKept)
+                radii_um.capacity(), types.capacity(), block_starts.capacity(), odd_radii.capacity()}) <=
+      2 * kSamplesKept)
     return;
   sample_ids = {};
   positions_um = {};
@@ -84,6 +87,7 @@ void Cell::discardLarge() {
   radii_um = {};
   types = {};
   block_starts = {};
+  odd_radii = {};
 }
 
 void connect(Cell& cell, std::vector<std::array<std::uint32_t, 2>> edges) {

@@ -2,6 +2,7 @@
 // a stream of cells: SWC files, archive entries, synthetic columns and graphs.
 #pragma once
 
+#include "index/cell/radius.h"
 #include "index/geometry/grid.h"
 
 #include <array>
@@ -37,9 +38,14 @@ struct Cell {
   std::vector<std::uint16_t> types;  // SWC type codes, raw
   std::vector<std::uint32_t>
       block_starts;  // rank of the first sample of each id block after the first (W_ID_RESTART); usually empty
+  std::vector<OddRadius> odd_radii;  // ascending by rank; the others are what radii_um says
+  // The comment lines before the first sample, each from its `#` on, with '\n' between them. Lines beyond kMostHeader
+  // bytes are left out; a last line says how many.
+  std::string header;
+  static constexpr std::size_t kMostHeader = 65536;
 
   std::size_t samples() const { return sample_ids.size(); }
-  void clearSamples();  // keeps source, digest and name
+  void clearSamples();  // keeps source, digest and name; clears the header
   // If an array has room for more than 2 kSamplesKept samples, empties all arrays and frees their memory. Otherwise
   // changes nothing: the next cell reuses the memory.
   static constexpr std::size_t kSamplesKept = std::size_t{1} << 16;

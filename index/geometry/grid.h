@@ -41,22 +41,29 @@ class Grid {
   static constexpr int kMinExponent = -10, kMaxExponent = 10;
 
   // The quantum is 2^exponent um. Requires kMinExponent <= exponent <= kMaxExponent.
-  explicit Grid(int exponent = kDefaultExponent) : exponent_(exponent), quantum_um_(std::ldexp(1.0, exponent)) {}
+  explicit Grid(int exponent = kDefaultExponent)
+      : exponent_(exponent), quantum_um_(std::ldexp(1.0, exponent)), per_um_(std::ldexp(1.0, -exponent)) {}
 
   int exponent() const { return exponent_; }
   double quantum_um() const { return quantum_um_; }
 
   // The nearest grid point; ties round away from zero. Requires finite |p| <= kMaxCoordinate_um on each axis.
   GridPoint snap(const Vector3d& p_W) const {
-    return GridPoint(std::llround(std::ldexp(p_W.x(), -exponent_)), std::llround(std::ldexp(p_W.y(), -exponent_)),
-                     std::llround(std::ldexp(p_W.z(), -exponent_)));
+    return GridPoint(rounded(p_W.x() * per_um_), rounded(p_W.y() * per_um_), rounded(p_W.z() * per_um_));
   }
   // The position in um, exact.
   Vector3d toWorld(const GridPoint& p) const { return p.cast<double>() * quantum_um_; }
 
  private:
+  // As std::llround(), without a call. Requires |v| below 2^52.
+  static std::int64_t rounded(double v) {
+    const auto whole = static_cast<std::int64_t>(v);
+    const double rest = v - static_cast<double>(whole);
+    return whole + (rest >= 0.5 ? 1 : 0) - (rest <= -0.5 ? 1 : 0);
+  }
+
   int exponent_;
-  double quantum_um_;
+  double quantum_um_, per_um_;
 };
 
 }  // namespace filiform

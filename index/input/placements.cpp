@@ -299,6 +299,8 @@ bool PlacedCells::place(const PlacementTable::Row& row, std::uint64_t digest, Ce
   cell.radii_um = morphology_.radii_um;
   cell.types = morphology_.types;
   cell.block_starts = morphology_.block_starts;
+  cell.odd_radii = morphology_.odd_radii;
+  cell.header = morphology_.header;
   const std::size_t n = morphology_.samples();
   cell.positions_um.resize(n);
   const auto turn = rotationOf(row.turned);
@@ -371,6 +373,8 @@ void PlacedCells::dropOutside(const PlacementTable::Row& row, Cell& cell) {
     if (first < n && rank[first] > 0 && (blocks.empty() || blocks.back() < rank[first])) blocks.push_back(rank[first]);
   }
   cell.block_starts = std::move(blocks);
+  std::erase_if(cell.odd_radii, [&](const OddRadius& odd) { return rank[odd.rank] == kNoParent; });
+  for (OddRadius& odd : cell.odd_radii) odd.rank = rank[odd.rank];
   keep(cell.sample_ids);
   keep(cell.positions_um);
   keep(cell.radii_um);

@@ -30,9 +30,9 @@ using internal::SwcSample;
 constexpr std::size_t kSniffBytes = 4096;
 constexpr std::string_view kUtf8Mark = "\xEF\xBB\xBF";
 
-float radiusFrom(double radius_um) {
-  const float narrow = static_cast<float>(radius_um);
-  return narrow == 0 && radius_um > 0 ? std::numeric_limits<float>::denorm_min() : narrow;
+void setRadius(SwcSample& sample, double radius_um, bool may_be_odd) {
+  sample.radius_um = storedRadius(radius_um);
+  if (may_be_odd && isOddRadius(radius_um)) sample.odd_radius_um = radius_um;
 }
 
 }  // namespace
@@ -50,6 +50,7 @@ struct SwcReader::State {
   void comment(std::string_view start, bool has_nul, std::uint64_t line);
   void loneCarriageReturn(std::uint64_t line);
 
+  void keepComment(std::string_view line, bool applied);
   bool plainLine(std::string_view text, std::uint64_t line);
   void anyLine(std::string_view text, std::uint64_t line);
   bool readPosition(const internal::SwcFields& fields, std::uint64_t line, std::int64_t id, SwcSample& sample);
@@ -75,12 +76,33 @@ struct SwcReader::State {
   bool seen_carriage_return = false, seen_separator = false;
   std::uint64_t candidates = 0, unreadable_lines = 0;
   SwcHeader header;
+  std::string header_text;
+  std::uint64_t header_lines_left_out = 0;
 };
+
+// A line that states a unit, a scale or an offset is no longer true of an exported cell if the reader applied it. It is
+// then kept in a form that readHeaderLine() does not understand.
+void SwcReader::State::keepComment(std::string_view line, bool applied) {
+  constexpr std::string_view kApplied = "# (applied) ";
+  if (line.size() + kApplied.size() + header_text.size() > Cell::kMostHeader) {
+    ++header_lines_left_out;
+    return;
+  }
+  if (!header_text.empty()) header_text += '\n';
+  if (applied) {
+    header_text += kApplied;
+    line.remove_prefix(std::min(line.find_first_not_of("# \t"), line.size()));
+  }
+  header_text += line;
+}
 
 void SwcReader::State::comment(std::string_view start, bool has_nul, std::uint64_t line) {
   if (refused) return;
   if (has_nul) book.remark(InputCode::W_NUL, line);
   const internal::HeaderLine said = internal::readHeaderLine(start);
+  if (candidates == 0)
+    keepComment(start, (said.scale || !said.foreign_unit.empty()) ? !options.isMicrometres()
+                                                                  : said.offset && options.apply_offset);
   if (said.scale) {
     header.scale = said.scale;
     if (*said.scale != Vector3d::Ones()) book.remark(InputCode::W_HEADER_SCALE, line, start);
@@ -165,7 +187,10 @@ bool SwcReader::State::plainLine(std::string_view text, std::uint64_t line) {
   }
   double radius = 0;
   at = skipBlanks(at, end);
+  const char* const radius_text = at;
   if (!plainReal(at, end, radius) || radius <= 0) return false;
+  const bool may_be_odd =
+      options.radius_um() != 1 || mayBeOdd({radius_text, static_cast<std::size_t>(at - radius_text)});
   at = skipBlanks(at, end);
   const bool negative = at < end && *at == '-';
   at += negative;
@@ -176,7 +201,7 @@ bool SwcReader::State::plainLine(std::string_view text, std::uint64_t line) {
   }
   if (skipBlanks(at, end) != end) return false;
 
-  sample.radius_um = radiusFrom(radius * options.radius_um());
+  setRadius(sample, radius * options.radius_um(), may_be_odd);
   if (!std::isfinite(sample.radius_um) || !place(position)) return false;
   sample.position_um = position;
   sample.type = static_cast<std::uint16_t>(type);
@@ -275,8 +300,8 @@ void SwcReader::State::readRest(const internal::SwcFields& fields, SwcSample& sa
   double radius = 0;
   sample.radius_um = kUnknownRadius;
   if (internal::readReal(fields.columns[5], radius) == RealKind::kFinite && radius >= 0) {
-    const float radius_um = radiusFrom(radius * options.radius_um());
-    if (std::isfinite(radius_um)) sample.radius_um = radius_um;
+    setRadius(sample, radius * options.radius_um(), true);
+    if (!std::isfinite(sample.radius_um)) sample.radius_um = kUnknownRadius;
   }
 
   sample.parent_token = fields.columns[6];
@@ -302,6 +327,7 @@ void SwcReader::State::refuseWhole(InputCode code, std::uint64_t line, std::stri
   book.refuse(code, line, token);
   graph.clear();
   header = {};
+  header_text = {};
   candidates = unreadable_lines = 0;
 }
 
@@ -372,6 +398,9 @@ InputReport SwcReader::State::finish(std::string_view file, Cell& cell) {
   }
   cell.links.clear();
   cell.name.clear();
+  if (header_lines_left_out > 0)
+    header_text += "\n# (" + std::to_string(header_lines_left_out) + " more lines of the source's header are left out)";
+  cell.header = refuse ? std::string() : std::exchange(header_text, {});
   cell.digest = digest.value();
   reset();
   return report;
@@ -384,8 +413,9 @@ void SwcReader::State::reset() {
   lines = internal::LineSplitter<State>(*this, kMaxDataLine);
   head.clear();
   sniffed = refused = seen_carriage_return = seen_separator = false;
-  candidates = unreadable_lines = 0;
+  candidates = unreadable_lines = header_lines_left_out = 0;
   header = {};
+  header_text.clear();
 }
 
 SwcReader::SwcReader(const SwcOptions& options) : state_(std::make_unique<State>(options)) {}

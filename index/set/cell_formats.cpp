@@ -40,10 +40,10 @@ class TextLines {
     }
     return *this;
   }
-  TextLines& radius(float um) {
+  TextLines& radius(float um, double odd_um = kUnknownRadius) {
     if (std::isnan(um)) return word("nan");
     blank();
-    at_ = internal::putRadius(at_, um);
+    at_ = std::isnan(odd_um) ? internal::putRadius(at_, um) : internal::putRadius(at_, odd_um);
     return *this;
   }
   void end() {
@@ -65,10 +65,15 @@ class TextLines {
 
 void writeEdgeList(std::ostream& out, const CellGraph& cell) {
   const std::vector<std::int64_t> ids = distinctIds(cell);
-  out << "# node id x y z radius type, um\n";
+  writeHeader(out, cell, {"# node id x y z radius type, um"});
   TextLines lines(out);
   for (std::uint32_t i = 0; i < cell.samples(); ++i)
-    lines.word("node").whole(ids[i]).point(cell, i).radius(cell.radii_um[i]).whole(cell.types[i]).end();
+    lines.word("node")
+        .whole(ids[i])
+        .point(cell, i)
+        .radius(cell.radii_um[i], cell.oddRadius_um(i))
+        .whole(cell.types[i])
+        .end();
   for (const auto& [parent, child] : parentLinks(cell)) lines.word("edge").whole(ids[parent]).whole(ids[child]).end();
 }
 

@@ -7,6 +7,7 @@
 #include "index/set/tiles_ahead.h"
 
 #include <algorithm>
+#include <bit>
 #include <charconv>
 #include <cmath>
 #include <cstdio>
@@ -102,9 +103,10 @@ class Line {
     blank();
     at_ = internal::putCoordinate(at_, um, grid);
   }
-  void radius(float um) {
+  void radius(const CellGraph& cell, std::uint32_t rank) {
     blank();
-    at_ = internal::putRadius(at_, um);
+    const double odd_um = cell.oddRadius_um(rank);
+    at_ = std::isnan(odd_um) ? internal::putRadius(at_, cell.radii_um[rank]) : internal::putRadius(at_, odd_um);
   }
   void word(std::string_view w) {
     blank();
@@ -214,22 +216,41 @@ CellGraph readCell(const TileStore& store, std::uint32_t cell, bool with_appeara
     graph.types[root.rank] = root.type;
   }
   assembly.finish(detail.roots);
+  graph.header = std::move(detail.header);
+  if (with_appearance && !detail.odd_radii.empty()) {
+    graph.odd_radii_um.assign(graph.samples(), kUnknownRadius);
+    for (const CellDetail::OddBits& odd : detail.odd_radii) {
+      const auto bits = std::bit_cast<std::uint64_t>(static_cast<double>(graph.radii_um[odd.rank]));
+      const auto radius_um = std::bit_cast<double>(bits + static_cast<std::uint64_t>(odd.difference));
+      graph.odd_radii_um[odd.rank] = radius_um;
+      if (!(radius_um > 0) || storedRadius(radius_um) != graph.radii_um[odd.rank])
+        assembly.fail("the radius of sample " + std::to_string(odd.rank) + " is not the one in its tile");
+    }
+  }
   graph.somata = readSomata(store, cell, graph, detail);
   graph.sample_ids = std::move(detail.sample_ids);
   graph.block_starts = std::move(detail.block_starts);
   return graph;
 }
 
+void writeHeader(std::ostream& out, const CellGraph& cell, const std::vector<std::string>& lines) {
+  const std::string between = '\n' + cell.header + '\n';
+  if (!cell.header.empty()) out << cell.header << '\n';
+  for (const std::string& line : lines)
+    if (between.find('\n' + line + '\n') == std::string::npos) out << line << '\n';
+}
+
 void writeSwc(std::ostream& out, const CellGraph& cell) {
   if (cell.isGraph())
     throw InputError("'" + hexEscaped(cell.name) +
                      "' has loops, which SWC cannot hold; write an edge list instead, such as " + "-o cell.edges");
-  out << "# " << hexEscaped(cell.name) << "\n# source: " << hexEscaped(cell.source) << "\n";
+  writeHeader(
+      out, cell,
+      {"# " + hexEscaped(cell.name), "# source: " + hexEscaped(cell.source), "# id type x y z radius parent, um"});
   const std::vector<std::int64_t> ids = distinctIds(cell);
   if (ids != cell.sample_ids)
     out << "# ids began again in the source at " << cell.block_starts.size()
         << " place(s); from there on they are renumbered past the highest before\n";
-  out << "# id type x y z radius parent, um\n";
   Line line;
   for (std::uint32_t i = 0; i < cell.samples(); ++i) {
     const Vector3d p_W = cell.position_W(i);
@@ -239,7 +260,7 @@ void writeSwc(std::ostream& out, const CellGraph& cell) {
     if (std::isnan(cell.radii_um[i])) {
       line.word("NaN");
     } else {
-      line.radius(cell.radii_um[i]);
+      line.radius(cell, i);
     }
     line.number(cell.parents[i] == kNoParent ? std::int64_t{-1} : ids[cell.parents[i]]);
     line.writeTo(out);

@@ -25,11 +25,14 @@ struct CellGraph {
   std::vector<std::int64_t> sample_ids;
   std::vector<std::uint32_t> block_starts;
   std::vector<float> radii_um;       // empty without appearance
+  std::vector<double> odd_radii_um;  // by rank: odd radii (index/cell/radius.h), else NaN; empty if there are none
+  std::string header;                // as in Cell
   std::vector<std::uint16_t> types;  // empty without appearance
   CellSomata somata;                 // off_roots only with appearance
 
   std::size_t samples() const { return positions.size(); }
   bool isGraph() const { return !links.empty(); }
+  double oddRadius_um(std::uint32_t rank) const { return odd_radii_um.empty() ? kUnknownRadius : odd_radii_um[rank]; }
   Vector3d position_W(std::uint32_t rank) const { return grid.toWorld(positions[rank]); }
 };
 
@@ -46,10 +49,13 @@ std::vector<std::array<std::uint32_t, 2>> parentLinks(const CellGraph& cell);
 CellGraph readCell(const TileStore& store, std::uint32_t cell, bool with_appearance);
 
 // Writes the cell as SWC, with original ids in file order. Positions have the fewest decimals that read back as the
-// same grid point; radii read back as the same float, NaN where unknown. Ids of restarted blocks change (see
-// distinctIds()), and a comment in the file states this. Requires radii and types. Throws InputError for a cell with
-// loops, which SWC cannot hold. Write errors set the stream's state.
+// same grid point; radii read back as the same number, NaN where unknown. The source's header lines come first. Ids of
+// restarted blocks change (see distinctIds()), and a comment in the file states this. Requires radii and types. Throws
+// InputError for a cell with loops, which SWC cannot hold. Write errors set the stream's state.
 void writeSwc(std::ostream& out, const CellGraph& cell);
+
+// Writes the source's header lines, then those of `lines` that are not among them, each with a line end.
+void writeHeader(std::ostream& out, const CellGraph& cell, const std::vector<std::string>& lines);
 
 // The ids that writeSwc() writes. Each block after the first is shifted past the highest earlier id. If the shifted ids
 // exceed 64 bits, the ids are 1, 2, 3 and so on. O(samples).

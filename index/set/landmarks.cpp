@@ -19,6 +19,11 @@ constexpr std::uint32_t kAbsent = UINT32_MAX;
 // The smallest e with |a - b| <= 2^e quanta.
 int lengthExponent(const GridPoint& a, const GridPoint& b) {
   __extension__ using Product = unsigned __int128;
+  const GridPoint far = (a - b).cwiseAbs();
+  if ((far[0] | far[1] | far[2]) >> 30 == 0) {  // nearly all
+    const auto squared = static_cast<std::uint64_t>(far.squaredNorm());
+    return squared <= 1 ? 0 : (std::bit_width(squared - 1) + 1) / 2;
+  }
   Product squared = 0;
   for (int i = 0; i < 3; ++i) {
     const auto d = static_cast<std::uint64_t>(std::abs(a[i] - b[i]));

@@ -42,6 +42,14 @@ struct CellDetail {
   std::vector<std::int64_t> sample_ids;     // by rank
   std::vector<Root> roots;                  // ascending by rank; holds the attributes that no segment carries
   std::vector<std::uint32_t> block_starts;  // as in Cell
+  std::string header;                       // as in Cell
+  // The odd radii (index/cell/radius.h), ascending by rank: the bits of the 64-bit radius minus those of the 32-bit
+  // radius that is stored elsewhere, widened to 64 bits.
+  struct OddBits {
+    std::uint32_t rank;
+    std::int64_t difference;
+  };
+  std::vector<OddBits> odd_radii;
 };
 
 struct Landmarks {  // landmarks: every point of the data lies within covering_radius_um of one

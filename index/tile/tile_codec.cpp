@@ -2,6 +2,7 @@
 
 #include "index/errors.h"
 #include "index/file/internal/bytes.h"
+#include "index/tile/internal/decode_scratch.h"
 #include "index/tile/internal/run_order.h"
 #include "index/tile/internal/tile_parts.h"
 
@@ -138,6 +139,7 @@ void TileCodec::writeRuns(const Tile& tile, ByteWriter& out) {
 }
 
 Tile TileCodec::decode(ByteReader& in, const TilePlace& place, const Grid& grid) {
+  const internal::DecodeScratch::Trimmed trimmed;
   const std::uint8_t flags = in.u8();
   in.require((flags & ~kGraph) == 0, "an unknown flag");
   const bool graph = (flags & kGraph) != 0;
@@ -269,9 +271,12 @@ void TileCodec::readRuns(ByteReader& in, Tile& tile) {
   for (std::uint32_t f = 0; f < tile.fragments_.size(); ++f)
     count += internal::runsOf(tile.fragmentEnd(f) - tile.fragments_[f].begin);
   const RunGroups tree(count);
-  std::vector<std::uint64_t> group_of(count);
+  std::vector<std::uint64_t>& group_of = internal::DecodeScratch::here().group_of;
+  group_of.resize(count);
   internal::unpackBits(in, group_of, tree.bits);
-  std::vector<std::uint32_t> next(std::size_t{1} << tree.bits, 0);  // by group: its runs, then the place of the next
+  std::vector<std::uint32_t>& next =
+      internal::DecodeScratch::here().next_run;  // by group: its runs, then the next's place
+  next.assign(std::size_t{1} << tree.bits, 0);
   for (const std::uint64_t group : group_of) ++next[group];
   for (std::size_t g = 0; g < next.size(); ++g) {
     const std::size_t begin = std::min(g * internal::kTreeWidth, count), end = begin + next[g];

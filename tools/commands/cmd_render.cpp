@@ -308,8 +308,11 @@ int runRender(const RenderArguments& a) {
   people << escaped(out) << ": ";
   if (!a.path.empty()) people << formatCount(pictures) << " pictures of ";
   people << size.width << " x " << size.height << ", " << formatCount(figures.segments) << " segments in "
-         << formatCount(figures.tiles) << " tiles, error at most "
-         << formatNumber(std::ceil(figures.error_px * 100) / 100) << " px; drawn by " << context->description() << '\n';
+         << formatCount(figures.tiles) << " tiles, "
+         << (std::isfinite(figures.error_px)
+                 ? "error at most " + formatNumber(std::ceil(figures.error_px * 100) / 100) + " px"
+                 : "error not limited, because the eye lies in a simplified tile")
+         << "; drawn by " << context->description() << '\n';
   if (figures.limited)
     people << "  coarser than --error " << formatNumber(a.error_px) << " px, because --segments allows "
            << formatCount(a.segments) << " segments; allow more for a finer picture\n";

@@ -5,6 +5,7 @@
 #include "index/set/internal/cells_file.h"
 
 #include <algorithm>
+#include <bit>
 #include <utility>
 
 namespace filiform::internal {
@@ -19,6 +20,9 @@ void checkSizes(const Cell& cell) {
   if (cell.positions_um.size() != n || cell.radii_um.size() != n || cell.types.size() != n ||
       (cell.isGraph() ? !cell.parents.empty() : cell.parents.size() != n))
     throw UsageError("a cell was handed over with arrays of different lengths");
+  for (std::size_t i = 0; i < cell.odd_radii.size(); ++i)
+    if (cell.odd_radii[i].rank >= n || (i > 0 && cell.odd_radii[i].rank <= cell.odd_radii[i - 1].rank))
+      throw UsageError("a cell was handed over with a radius of no sample");
   if (n >= UINT32_MAX || cell.segmentRanks() >= UINT32_MAX)
     throw InputError(cell.source + ": more than 2^32 - 2 samples or links in one cell");
 }
@@ -52,6 +56,11 @@ void CellIntake::take(Cell& cell, Chunks& chunks, LandmarkSurvey& survey) {
 
   detail.sample_ids = std::move(cell.sample_ids);
   detail.block_starts = std::move(cell.block_starts);
+  detail.header = std::move(cell.header);
+  for (const OddRadius& odd : cell.odd_radii)
+    detail.odd_radii.push_back(
+        {odd.rank, std::bit_cast<std::int64_t>(odd.radius_um) -
+                       std::bit_cast<std::int64_t>(static_cast<double>(cell.radii_um[odd.rank]))});
   keepDetail(detail);
   bytes_ += kBytesOfCell + 4 * heapBytes(record.source) + 3 * heapBytes(cell.name);
   given_names_.push_back(std::move(cell.name));

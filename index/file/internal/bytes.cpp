@@ -64,14 +64,19 @@ ByteSpan ByteReader::take(std::uint64_t n) {
 int bitsFor(std::uint64_t v) { return static_cast<int>(std::bit_width(v)); }
 
 void packBits(ByteWriter& out, std::span<const std::uint64_t> values, int bits) {
+  std::uint8_t* at = out.room(packedBytes(values.size(), bits));
   std::uint64_t pending = 0;
-  int held = 0;
-  for (std::uint64_t v : values) {
+  int held = 0;  // below 8 before each value
+  for (const std::uint64_t v : values) {
     pending |= v << held;
     held += bits;
-    for (; held >= 8; held -= 8, pending >>= 8) out.u8(static_cast<std::uint8_t>(pending));
+    storeLittle64(at, pending);  // bytes beyond those held are overwritten later
+    at += held / 8;
+    pending >>= held & ~7;
+    held &= 7;
   }
-  if (held > 0) out.u8(static_cast<std::uint8_t>(pending));
+  if (held > 0) *at = static_cast<std::uint8_t>(pending);
+  out.trim();
 }
 
 void unpackBits(ByteReader& in, std::span<std::uint64_t> values, int bits) {

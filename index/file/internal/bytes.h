@@ -54,6 +54,13 @@ class ByteWriter {
   void key(MortonKey k) { u64(static_cast<std::uint64_t>(k)), u64(static_cast<std::uint64_t>(k >> 64)); }
   void append(ByteSpan b) { bytes_.insert(bytes_.end(), b.begin(), b.end()); }
   void setU64(std::size_t at, std::uint64_t v);
+  // Appends `n` zeros and returns their place. Until trim(), 8 more bytes may be written.
+  std::uint8_t* room(std::size_t n) {
+    const std::size_t at = bytes_.size();
+    bytes_.resize(at + n + kSlack);
+    return bytes_.data() + at;
+  }
+  void trim() { bytes_.resize(bytes_.size() - kSlack); }
 
   std::size_t size() const { return bytes_.size(); }
   const Bytes& bytes() const { return bytes_; }
@@ -63,6 +70,7 @@ class ByteWriter {
   void little(std::uint64_t v, int n) {
     for (int i = 0; i < n; ++i) bytes_.push_back(static_cast<std::uint8_t>(v >> (8 * i)));
   }
+  static constexpr std::size_t kSlack = 8;
   Bytes bytes_;
 };
 

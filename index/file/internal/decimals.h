@@ -31,4 +31,7 @@ inline char* putRadius(char* at, float um) {
   return std::to_chars(at, at + kRoom, static_cast<double>(um)).ptr;
 }
 
+// As putRadius(), for a 64-bit radius.
+inline char* putRadius(char* at, double um) { return std::to_chars(at, at + 40, um).ptr; }
+
 }  // namespace filiform::internal

@@ -52,7 +52,7 @@ Spool::Buffer Spool::buffer() {
       return buffer;
     }
   }
-  return std::make_unique<std::uint8_t[]>(block_bytes_ + kSlack);
+  return std::make_unique_for_overwrite<std::uint8_t[]>(block_bytes_ + kSlack);
 }
 
 void Spool::giveBack(Buffer buffer) noexcept {
@@ -102,7 +102,7 @@ Spool::Block Spool::store(Buffer& filled, std::size_t used) {
 
 const std::uint8_t* Spool::load(const Block& block, Buffer& scratch) const {
   if (block.memory) return block.memory.get();
-  if (!scratch) scratch = std::make_unique<std::uint8_t[]>(block_bytes_ + kSlack);
+  if (!scratch) scratch = std::make_unique_for_overwrite<std::uint8_t[]>(block_bytes_ + kSlack);
   for (std::size_t done = 0; done < block.used;) {
     const ssize_t n =
         ::pread(file_, scratch.get() + done, block.used - done, static_cast<off_t>(block.at * block_bytes_ + done));

@@ -15,16 +15,16 @@ constexpr std::size_t kFewKeys = 512;  // up to this many keys are sorted by com
 
 // Sorts by digits from the lowest up; skips digits that all keys share.
 void radixSort(std::vector<std::uint64_t>& keys, std::vector<std::uint64_t>& other, std::uint64_t differing) {
-  constexpr std::size_t kDigits = std::size_t{1} << kDigitBits;
-  std::array<std::uint32_t, kDigits> at;
+  constexpr std::size_t kBuckets = std::size_t{1} << kDigitBits;
+  std::array<std::uint32_t, kBuckets> at;
   other.resize(keys.size());
   for (int shift = 0; shift < 64 && differing >> shift != 0; shift += kDigitBits) {
-    if ((differing >> shift & (kDigits - 1)) == 0) continue;
+    if ((differing >> shift & (kBuckets - 1)) == 0) continue;
     at.fill(0);
-    for (std::uint64_t key : keys) ++at[key >> shift & (kDigits - 1)];
+    for (std::uint64_t key : keys) ++at[key >> shift & (kBuckets - 1)];
     std::uint32_t sum = 0;
     for (std::uint32_t& n : at) n = std::exchange(sum, sum + n);
-    for (std::uint64_t key : keys) other[at[key >> shift & (kDigits - 1)]++] = key;
+    for (std::uint64_t key : keys) other[at[key >> shift & (kBuckets - 1)]++] = key;
     keys.swap(other);
   }
 }

@@ -13,13 +13,13 @@ GraphBuilder::GraphBuilder(const SwcOptions& options) : options_(options) { opti
 
 float GraphBuilder::radiusFrom(double radius, std::uint64_t line, std::string_view token) {
   if (std::isnan(radius)) return kUnknownRadius;
-  const float radius_um = static_cast<float>(radius * options_.radius_um());
+  const float radius_um = storedRadius(radius * options_.radius_um());
   if (!(radius >= 0) || !std::isfinite(radius_um)) {
     book_.remark(InputCode::W_BAD_RADIUS, line, token);
     return kUnknownRadius;
   }
   if (radius == 0) book_.remark(InputCode::W_ZERO_RADIUS, line);
-  return radius_um == 0 && radius > 0 ? std::numeric_limits<float>::denorm_min() : radius_um;
+  return radius_um;
 }
 
 void GraphBuilder::node(std::int64_t id, const Vector3d& position, double radius, std::uint16_t type,
@@ -37,6 +37,8 @@ void GraphBuilder::node(std::int64_t id, const Vector3d& position, double radius
   ids_.insert(id, static_cast<std::uint32_t>(cell_.samples()));
   cell_.sample_ids.push_back(id);
   cell_.positions_um.push_back(position_um);
+  if (const double radius_um = radius * options_.radius_um(); isOddRadius(radius_um))
+    cell_.odd_radii.push_back({static_cast<std::uint32_t>(cell_.radii_um.size()), radius_um});
   cell_.radii_um.push_back(radiusFrom(radius, line, token));
   cell_.types.push_back(type);
 }
@@ -140,7 +142,9 @@ InputReport GraphBuilder::finish(std::string_view file, Cell& cell) {
   cell.links = std::move(cell_.links);
   cell.radii_um = std::move(cell_.radii_um);
   cell.types = std::move(cell_.types);
+  cell.odd_radii = std::move(cell_.odd_radii);
   cell.block_starts.clear();
+  cell.header.clear();
   cell.name.clear();
   return report;
 }

@@ -19,8 +19,9 @@ class GraphBuilder {
   // Throws UsageError as SwcReader does.
   explicit GraphBuilder(const SwcOptions& options);
 
-  // Adds a node in the unit of the file; an unknown radius is NaN. A node is dropped, with a record, if it is not
-  // finite, out of range, or has an id already used. `token` goes into that record. O(1) expected.
+  // Adds a node in the unit of the file; an unknown radius is NaN. An odd radius (index/cell/radius.h) is kept. A node
+  // is dropped, with a record, if it is not finite, out of range, or has an id already used. `token` goes into that
+  // record. O(1) expected.
   void node(std::int64_t id, const Vector3d& position, double radius, std::uint16_t type, std::uint64_t line,
             std::string_view token);
   // Drops a node that cannot be read.
@@ -33,7 +34,7 @@ class GraphBuilder {
   // Refuses the whole input. Only the first refusal counts.
   void refuse(InputCode code, std::uint64_t line, std::string_view token);
   bool refused() const { return refused_; }
-  // Sets the radius of a node; no effect if the node does not exist.
+  // Sets the radius of a node, rounded to a float; no effect if the node does not exist.
   void setRadius(std::int64_t id, double radius, std::uint64_t line);
   void setType(std::int64_t id, std::uint16_t type);
 

@@ -81,6 +81,11 @@ bool SwcGraph::add(const SwcSample& sample, std::uint64_t line) {
   cell_.sample_ids.push_back(sample.id);
   cell_.positions_um.push_back(sample.position_um);
   cell_.radii_um.push_back(sample.radius_um);
+  if (sample.odd_radius_um > 0) {
+    std::vector<OddRadius>& odd = cell_.odd_radii;
+    if (odd.size() == odd.capacity() && odd.size() >= kKept) odd.reserve(odd.size() / 4 * 5);
+    odd.push_back({rank, sample.odd_radius_um});
+  }
   cell_.types.push_back(sample.type);
   cell_.parents.push_back(kNoParent);
   if (line_runs_.empty() || line - line_runs_.back().line != rank - line_runs_.back().rank)
@@ -106,7 +111,8 @@ std::uint64_t SwcGraph::bytes(double times) const {
     return static_cast<std::uint64_t>(static_cast<double>(n * bytes) * times);
   };
   return per(samples(), kOfSample / 4 * 5 + sizeof(Vector3d)) + ids_.bytes(times) +
-         per(open_.size(), sizeof(OpenLink) * 9 / 4) + per(line_runs_.size(), sizeof(LineRun) * 3);
+         per(open_.size(), sizeof(OpenLink) * 9 / 4) + per(cell_.odd_radii.size(), sizeof(OddRadius) * 9 / 4) +
+         per(line_runs_.size(), sizeof(LineRun) * 3);
 }
 
 void SwcGraph::link(const SwcSample& sample, std::uint32_t rank, std::uint64_t line) {
@@ -214,6 +220,7 @@ void SwcGraph::finish(Cell& cell, InputReport& report) {
   cell.radii_um.swap(cell_.radii_um);
   cell.types.swap(cell_.types);
   cell.block_starts.swap(cell_.block_starts);
+  cell.odd_radii.swap(cell_.odd_radii);
   clear();
 }
 

@@ -58,6 +58,7 @@ struct SwcSample {
   std::int64_t id = 0;
   Vector3d position_um = Vector3d::Zero();
   float radius_um = 0;
+  double odd_radius_um = 0;  // 0: not odd (index/cell/radius.h)
   std::uint16_t type = 0;
   enum class Parent : std::uint8_t { kRoot, kId, kUnreadable } parent_kind = Parent::kRoot;
   std::int64_t parent = -1;       // for kId; values below -1, and 0, may mean a root

@@ -55,6 +55,45 @@ Bytes recordPage(const CellColumns& cells, std::uint32_t begin, std::uint32_t en
 
 }  // namespace
 
+namespace {
+
+// Runs of consecutive ranks.
+void writeOddRadii(const std::vector<CellDetail::OddBits>& radii, ByteWriter& out) {
+  const auto runEnd = [&radii](std::size_t begin) {
+    std::size_t end = begin + 1;
+    while (end < radii.size() && radii[end].rank == radii[end - 1].rank + 1) ++end;
+    return end;
+  };
+  std::size_t runs = 0;
+  for (std::size_t i = 0; i < radii.size(); i = runEnd(i)) ++runs;
+  out.varint(runs);
+  std::uint32_t next = 0;
+  for (std::size_t i = 0; i < radii.size();) {
+    const std::size_t end = runEnd(i);
+    out.varint(radii[i].rank - next);
+    out.varint(end - i - 1);
+    next = radii[end - 1].rank + 1;
+    for (; i < end; ++i) out.varint(zigzag(radii[i].difference));
+  }
+}
+
+std::vector<CellDetail::OddBits> readOddRadii(ByteReader& in, std::uint64_t samples) {
+  std::vector<CellDetail::OddBits> radii;
+  std::uint64_t next = 0;
+  const std::uint32_t runs = in.varint32();
+  for (std::uint32_t run = 0; run < runs; ++run) {
+    const std::uint64_t gap = in.varint(), count = in.varint();
+    in.require((run == 0 || gap > 0) && gap < samples && count < samples && next + gap + count < samples,
+               "a radius is of no sample");
+    next += gap;
+    for (std::uint64_t i = 0; i <= count; ++i)
+      radii.push_back({static_cast<std::uint32_t>(next++), unzigzag(in.varint())});
+  }
+  return radii;
+}
+
+}  // namespace
+
 Bytes encodeDetail(const CellDetail& detail) {
   ByteWriter out;
   out.varint(detail.tiles.size());
@@ -89,6 +128,9 @@ Bytes encodeDetail(const CellDetail& detail) {
   out.varint(detail.block_starts.size());
   rank = 0;
   for (std::uint32_t start : detail.block_starts) out.varint(start - rank), rank = start;
+  out.varint(detail.header.size());
+  out.text(detail.header);
+  writeOddRadii(detail.odd_radii, out);
   return out.take();
 }
 
@@ -122,6 +164,8 @@ CellDetail decodeDetail(ByteSpan bytes, std::uint64_t samples) {
   const std::uint32_t blocks = in.varint32();
   at = 0;
   for (std::uint32_t i = 0; i < blocks; ++i) detail.block_starts.push_back(ascending(at, i == 0, samples));
+  detail.header = textOf(in.take(in.varint32()));
+  detail.odd_radii = readOddRadii(in, samples);
   in.require(in.left() == 0, "bytes beyond the end of the cell");
   return detail;
 }

@@ -1,5 +1,6 @@
 #include "index/set/internal/deep_check.h"
 
+#include "index/errors.h"
 #include "index/file/internal/bytes.h"
 #include "index/geometry/closest_point.h"
 #include "index/geometry/internal/grown_leaves.h"
@@ -435,6 +436,12 @@ void DeepCheck::Impl::checkCell(std::uint32_t c) {
   require(attributes == sums.attributes, name + ": radii or types of isolated samples differ from those of its roots");
   for (std::uint32_t s = 0; loops && s < segmentRanks(c); ++s)
     if (!(*owned)[segment_begin[c] + s]) problem(nameOf({c, s}) + ": has no owner");
+  if (detail.odd_radii.empty()) return;
+  try {
+    readCell(set, c, true);  // compares odd radii with those in the tiles
+  } catch (const CorruptSet& error) {
+    problem(error.what());
+  }
 }
 
 void DeepCheck::finish() {

@@ -37,10 +37,25 @@ TileEntry entryOf(const Tile& tile) {
   entry.stored = tile.segment_count();
   entry.decoded_bytes = tile.bytes();
   const GridBox block = closedBlock(tile.key());
+  std::uint32_t last = UINT32_MAX;  // the child of the segment before
+  GridPoint a = GridPoint::Zero();
+  bool a_inside = false;
+  const auto inside = [&](const GridPoint& p) {
+    return (p.array() >= block.lo.array()).all() && (p.array() <= block.hi.array()).all();
+  };
   for (std::uint32_t s = 0; s < tile.segment_count(); ++s) {
-    entry.isolated += tile.isolated(s) && tile.owned(s);
-    const GridPoint a = tile.gridPoint(tile.child(s)), b = tile.gridPoint(tile.parent(s));
-    if (tile.isLong()) {
+    const std::uint32_t child = tile.child(s), parent = tile.parent(s);
+    entry.isolated += child == parent && tile.owned(s);
+    const bool follows = parent == last;
+    const GridPoint b = follows ? a : tile.gridPoint(parent);
+    const bool b_inside = follows ? a_inside : inside(b);
+    a = tile.gridPoint(child);
+    a_inside = inside(a);
+    last = child;
+    if (a_inside && b_inside) {
+      entry.content.extend(a);
+      if (!follows) entry.content.extend(b);
+    } else if (tile.isLong()) {
       entry.content.extend(a);
       entry.content.extend(b);
     } else {

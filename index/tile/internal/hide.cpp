@@ -33,11 +33,10 @@ class Mask {
   struct Place {
     std::int32_t x, y;
   };
-  Place place(const Vector3d& p) const {
-    constexpr double kOne = 65536;
-    return {static_cast<std::int32_t>((p.dot(right_) - left_) * kOne),
-            static_cast<std::int32_t>((p.dot(up_) - bottom_) * kOne)};
-  }
+  const Vector3d& right() const { return right_; }
+  const Vector3d& up() const { return up_; }
+  double left() const { return left_; }
+  double bottom() const { return bottom_; }
   // Calls use(pixel) for the pixels of a segment until it returns false.
   template <typename Use>
   bool trace(const Place& a, const Place& b, const Use& use) const {
@@ -75,6 +74,36 @@ std::vector<Mask> masksOf(const Vector3d& lo, const Vector3d& hi) {
   return masks;
 }
 
+// The places of a point in all pictures. The loops have the length of whole vectors, which compilers then use.
+using Places = std::array<Mask::Place, kViews + 1>;  // the last is unused
+
+class Projection {
+ public:
+  void add(std::size_t view, const Mask& mask) {
+    set(2 * view, mask.right(), mask.left());
+    set(2 * view + 1, mask.up(), mask.bottom());
+  }
+  Places operator()(const Vector3d& p) const {
+    constexpr double kOne = 65536;
+    std::array<std::int32_t, kLanes> at;
+    for (std::size_t i = 0; i < kLanes; ++i)
+      at[i] = static_cast<std::int32_t>((p[0] * x_[i] + (p[1] * y_[i] + p[2] * z_[i]) - begin_[i]) * kOne);
+    Places places;
+    for (std::size_t view = 0; view <= kViews; ++view) places[view] = {at[2 * view], at[2 * view + 1]};
+    return places;
+  }
+
+ private:
+  static constexpr std::size_t kLanes = 2 * (kViews + 1);
+  void set(std::size_t lane, const Vector3d& axis, double begin) {
+    x_[lane] = axis[0];
+    y_[lane] = axis[1];
+    z_[lane] = axis[2];
+    begin_[lane] = begin;
+  }
+  std::array<double, kLanes> x_{}, y_{}, z_{}, begin_{};
+};
+
 class Hider {
  public:
   Hider(Neurites& all, const Grid& grid, double pixel_um)
@@ -83,6 +112,7 @@ class Hider {
     for (const NeuritePoint& point : all.points) box.extend(point.p);
     origin_ = box.lo;
     masks_ = masksOf(Vector3d::Zero(), at(box.hi));
+    for (std::size_t view = 0; view < kViews; ++view) project_.add(view, masks_[view]);
   }
 
   void choose(bool every_cell) {
@@ -153,13 +183,7 @@ class Hider {
     }
   }
 
-  using Places = std::array<Mask::Place, kViews>;
-  Places placesOf(std::uint32_t point) const {
-    const Vector3d p = at(all_.points[point].p);
-    Places places;
-    for (std::size_t view = 0; view < kViews; ++view) places[view] = masks_[view].place(p);
-    return places;
-  }
+  Places placesOf(std::uint32_t point) const { return project_(at(all_.points[point].p)); }
   void paint(const Places& a, const Places& b) {
     for (std::size_t view = 0; view < kViews; ++view)
       masks_[view].trace(a[view], b[view], [&](std::size_t pixel) {
@@ -188,6 +212,7 @@ class Hider {
   GridPoint origin_;
   std::vector<std::uint8_t> kept_;  // by point: the segment that ends there
   std::vector<Mask> masks_;
+  Projection project_;
 };
 
 }  // namespace

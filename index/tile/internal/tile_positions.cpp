@@ -1,3 +1,4 @@
+#include "index/tile/internal/decode_scratch.h"
 #include "index/tile/internal/narrow_nodes.h"
 #include "index/tile/internal/tile_parts.h"
 
@@ -9,6 +10,7 @@ namespace filiform {
 
 using internal::ByteReader;
 using internal::ByteWriter;
+using internal::DecodeScratch;
 using internal::kStepGroup;
 using internal::kStepWidthBits;
 using internal::kWideSteps;
@@ -56,7 +58,7 @@ class StatedPositions {
   Coordinates next() { return at(next_++); }
 
  private:
-  std::array<std::vector<std::uint64_t>, 3> all_;
+  std::array<std::vector<std::uint64_t>, 3>& all_ = DecodeScratch::here().stated;
   std::size_t next_ = 0;
 };
 
@@ -193,7 +195,9 @@ void TileCodec::readNarrowPositions(ByteReader& in, const Tile& tile, std::span<
   const PositionCounts counts = countPositions(tile, kinds);
   StatedPositions stated(in, counts.stated, widths);
   in.require(counts.steps / kStepGroup <= in.left() / 2, "the bytes end too early");
-  std::vector<std::uint16_t> sums(4 * internal::sumsRoom(counts.steps));
+  std::vector<std::uint16_t>& sums = DecodeScratch::here().sums;
+  sums.resize(std::max(sums.size(), 4 * internal::sumsRoom(counts.steps)));
+  std::fill_n(sums.begin(), 4, std::uint16_t{0});
   internal::sumSteps(in, counts.steps, sums.data());
 
   const std::uint16_t* sum = sums.data();  // up to the step before

@@ -154,6 +154,8 @@ TEST(Ingest, GoldenRevision) {
     test::addSample(cell, Vector3d(i * 0.5, (i * i % 17) * 0.25, i % 3),
                     i == 0 || i == 50 ? kNoParent : i - 1 - i % 2 * (i > 60), 0.25f * static_cast<float>(i % 5),
                     static_cast<std::uint16_t>(i / 40));
+  cell.header = "# golden\n# lines";
+  cell.odd_radii = {{1, 0.25000000001}, {2, 0.5000000001}, {7, 0.49999999999}};
   const TempFolder folder;
   const IngestResult result = ingestCells({cell}, folder / "a.fil", {.capacity = 16});
   EXPECT_EQ(result.revision, "r-58ee8c6518aa60f8");

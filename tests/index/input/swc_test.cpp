@@ -306,6 +306,45 @@ TEST(SwcReader, OffsetInTheHeaderIsAppliedOnRequestOnly) {
   EXPECT_EQ(applied.cell.radii_um[2], 2.0f);
 }
 
+TEST(SwcReader, CommentsBeforeTheFirstSampleAreKept) {
+  const std::string sample = "1 1 0 0 0 1 -1\n";
+  EXPECT_EQ(read("# one\r\n\n \t#two \n" + sample + "# three\n").cell.header, "# one\n#two ");
+  EXPECT_EQ(read(sample).cell.header, "");
+  EXPECT_EQ(read("# only comments\n").cell.header, "");
+  SwcReader reader;  // which starts anew with each file
+  for (const char* const header : {"# one", "# two"}) {
+    Cell cell;
+    reader.feed(header + std::string("\n") + sample);
+    reader.finish("a.swc", cell);
+    EXPECT_EQ(cell.header, header);
+  }
+}
+
+TEST(SwcReader, WhatWasAppliedOfTheHeaderIsNotAppliedAgain) {
+  const std::string text = "# OFFSET 100.5 0 -7\n# unit: nm\n# plain\n1 1 0 0 0 1 -1\n";
+  EXPECT_EQ(read(text).cell.header, "# OFFSET 100.5 0 -7\n# unit: nm\n# plain");
+  const std::string applied = read(text, {.unit_um = 1e-3, .apply_offset = true}).cell.header;
+  EXPECT_EQ(applied, "# (applied) OFFSET 100.5 0 -7\n# (applied) unit: nm\n# plain");
+  EXPECT_EQ(row(applied + "\n1 1 0 0 0 1 -1\n"), "accept 1 1 - -");
+}
+
+TEST(SwcReader, ALongHeaderIsCutAndSaysSo) {
+  std::string text;
+  for (int i = 0; i < 20000; ++i) text += "# line\n";
+  const std::string header = read(text + "1 1 0 0 0 1 -1\n").cell.header;
+  EXPECT_LT(header.size(), Cell::kMostHeader + 100);
+  const std::string last = header.substr(header.rfind('\n') + 1);
+  const auto kept = static_cast<int>(std::count(header.begin(), header.end(), '\n'));
+  EXPECT_EQ(last, "# (" + std::to_string(20000 - kept) + " more lines of the source's header are left out)");
+}
+
+TEST(SwcReader, RadiiThatAFloatDoesNotNameAreKeptInFull) {
+  const Reading reading = read("1 1 0 0 0 0.123456789 -1\n2 3 0 1 0 0.5 1\n3 3 0 2 0 0.6700000166893005 2\n");
+  EXPECT_EQ(reading.cell.odd_radii, (std::vector<OddRadius>{{0, 0.123456789}, {2, 0.6700000166893005}}));
+  EXPECT_EQ(read("1 1 0 0 0 1.5e-50 -1\n").cell.odd_radii, (std::vector<OddRadius>{{0, 1.5e-50}}));
+  EXPECT_TRUE(read("1 1 0 0 0 350 -1\n2 1 0 0 1 0.1 1\n", {.unit_um = 1e-3}).cell.odd_radii.empty());
+}
+
 TEST(SwcReader, ForeignUnitInTheHeaderIsSaidOnce) {
   EXPECT_EQ(row("# unit: nm\n# coordinates are Voxels\n" + withLine("3 3 0 12 0 1 2")), "warn 3 2 - W_UNITS:1");
   EXPECT_EQ(read("# unit: nm\n1 1 0 0 0 1 -1\n").report.header.units, "nm");

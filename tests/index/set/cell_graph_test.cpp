@@ -1,6 +1,7 @@
 #include "index/set/cell_graph.h"
 
 #include "index/errors.h"
+#include "index/input/swc.h"
 #include "tests/support/memory_store.h"
 #include "tests/support/random_cells.h"
 
@@ -18,19 +19,19 @@ using test::storeOf;
 
 bool same(float a, float b) { return a == b || (std::isnan(a) && std::isnan(b)); }
 
-struct Row {
+struct SwcRow {
   std::int64_t id, parent;
   int type;
   std::string x, y, z, radius;
 };
 
-std::vector<Row> rowsOf(const std::string& text) {
-  std::vector<Row> rows;
+std::vector<SwcRow> rowsOf(const std::string& text) {
+  std::vector<SwcRow> rows;
   std::istringstream in(text);
   for (std::string line; std::getline(in, line);) {
     if (line.starts_with("#")) continue;
     std::istringstream fields(line);
-    Row r;
+    SwcRow r;
     fields >> r.id >> r.type >> r.x >> r.y >> r.z >> r.radius >> r.parent;
     EXPECT_TRUE(fields && fields.get() == EOF) << line;
     rows.push_back(r);
@@ -76,7 +77,7 @@ TEST(CellGraph, ExportedTextEqualsTheInputUpToTheGrid) {
     const auto store = storeOf(named.cells, 30);
     for (std::uint32_t c = 0; c < named.cells.size(); ++c) {
       const Cell& cell = named.cells[c];
-      const std::vector<Row> rows = rowsOf(exported(readCell(*store, c, true)));
+      const std::vector<SwcRow> rows = rowsOf(exported(readCell(*store, c, true)));
       ASSERT_EQ(rows.size(), cell.samples());
       std::set<std::int64_t> ids;
       for (std::uint32_t i = 0; i < rows.size(); ++i) {
@@ -103,12 +104,12 @@ TEST(CellGraph, RestartedBlocksAreRenumberedAndThatIsSaid) {
   cell.block_starts = {3};
   const std::string text = exported(readCell(*storeOf({cell}, 10), 0, true));
   std::vector<std::int64_t> ids;
-  for (const Row& row : rowsOf(text)) ids.push_back(row.id);
+  for (const SwcRow& row : rowsOf(text)) ids.push_back(row.id);
   EXPECT_EQ(ids, (std::vector<std::int64_t>{1, 2, 7, 8, 9, 10}));
   EXPECT_NE(text.find("renumbered"), std::string::npos);
   cell.sample_ids = {1, 2, INT64_MAX, 1, 2, 3};
   ids.clear();
-  for (const Row& row : rowsOf(exported(readCell(*storeOf({cell}, 10), 0, true)))) ids.push_back(row.id);
+  for (const SwcRow& row : rowsOf(exported(readCell(*storeOf({cell}, 10), 0, true)))) ids.push_back(row.id);
   EXPECT_EQ(ids, (std::vector<std::int64_t>{1, 2, 3, 4, 5, 6}));
 }
 
@@ -117,12 +118,35 @@ TEST(CellGraph, PlainNumbersAndNoLineBreaksFromNames) {
   cell.source = "evil\n1 1 0 0 0 1 -1\n.swc";
   test::addSample(cell, Vector3d(1e9, -0.001953125, 0.1), kNoParent, kUnknownRadius, 65535);
   const std::string text = exported(readCell(*storeOf({cell}, 10), 0, true));
-  const std::vector<Row> rows = rowsOf(text);
+  const std::vector<SwcRow> rows = rowsOf(text);
   ASSERT_EQ(rows.size(), 1u);
   EXPECT_EQ(rows[0].x, "1000000000");
   EXPECT_EQ(rows[0].y, "-0.002") << "the fewest decimals of that grid point";
   EXPECT_EQ(rows[0].z, "0.1");
   EXPECT_EQ(rows[0].radius, "NaN");
+}
+
+// Header lines, radii of many digits, ids and links: all text but the lines about the set itself.
+TEST(CellGraph, HeaderAndOddRadiiComeBackAsText) {
+  const std::string source =
+      "# ORIGINAL_SOURCE a microscope\n# n,type,x,y,z,radius,parent\n"
+      "1 1 0 0 0 5.1234567891 -1\n2 3 0 6.5 0 0.1 1\n3 3 0 7 0 0.6700000166893005 2\n4 3 0 8 0.25 1e-50 3\n";
+  Cell cell;
+  readSwc(source, "a.swc", {}, cell);
+  cell.source = "a.swc";
+  const CellGraph graph = readCell(*storeOf({cell}, 10), 0, true);
+  std::string text = exported(graph);
+  for (const std::string ours : {"# a\n", "# source: a.swc\n", "# id type x y z radius parent, um\n"}) {
+    const std::size_t at = text.find(ours);
+    ASSERT_NE(at, std::string::npos) << ours;
+    text.erase(at, ours.size());
+  }
+  EXPECT_EQ(text, source);
+
+  Cell again;
+  readSwc(exported(graph), "a.swc", {}, again);
+  again.source = "a.swc";
+  EXPECT_EQ(exported(readCell(*storeOf({again}, 10), 0, true)), exported(graph)) << "nothing is written twice";
 }
 
 // A store that omits one tile of each cell's list.

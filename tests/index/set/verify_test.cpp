@@ -207,6 +207,14 @@ TEST_F(FaultySet, WrongListOfTiles) {
   expectFound(faults, "cell 2: its list of tiles");
 }
 
+TEST_F(FaultySet, OddRadiusOfAnotherFloat) {
+  Faults faults;
+  faults.detail = [](std::uint32_t c, CellDetail& detail) {
+    if (c == 2) detail.odd_radii = {{3, std::int64_t{1} << 40}};
+  };
+  expectFound(faults, "the radius of sample 3");
+}
+
 TEST_F(FaultySet, WrongBounds) {
   Faults faults;
   faults.records = [](std::vector<CellRecord>& records) { records[1].bounds.lo.y() += 1; };

@@ -3,6 +3,7 @@
 #include "index/build/ingest.h"
 #include "index/set/levels.h"
 #include "index/set/tile_set.h"
+#include "tools/lab/bench/levels_zoom.h"
 #include "tools/lab/bench/trade.h"
 #include "tools/lab/bench/workloads.h"
 #include "tools/synthetic/synthetic.h"
@@ -214,6 +215,7 @@ BenchReport runLevels(const BenchOptions& options) {
   checkSmall(options, folder.path() + "/few.fil", report);
   try {
     measureFrames(options, *set, *levels, report);
+    measureZoom(*set, *levels, options.quick ? 3000 : 200'000, options.quick, options.progress, report);
   } catch (const GraphicsError& error) {
     report.notes.push_back(std::string("No frames: ") + error.what());
   }
