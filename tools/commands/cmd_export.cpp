@@ -13,6 +13,7 @@
 #include "tools/program/output_check.h"
 #include "tools/program/output_folder.h"
 #include "tools/program/progress.h"
+#include "tools/program/progress_option.h"
 #include "tools/program/zip_writer.h"
 
 #include <array>
@@ -230,6 +231,7 @@ void addExport(CLI::App& app, Chosen& chosen) {
                    "write the files of a folder or zip as swc, edges, obj or vtk; default: swc, edges for loops")
       ->type_name("FORMAT");
   a->remote = addRemoteArguments(*command);
+  addProgressOption(*command);
   command->callback([a, &chosen] { chosen = [a] { return runExport(*a); }; });
 }
 

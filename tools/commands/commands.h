@@ -3,6 +3,8 @@
 
 #include "tools/program/cli.h"
 
+#include <string>
+
 namespace filiform::tools {
 
 void addSynth(CLI::App& app, Chosen& chosen);
@@ -21,6 +23,9 @@ void addRender(CLI::App& app, Chosen& chosen);
 void addView(CLI::App& app, Chosen& chosen);
 void addServe(CLI::App& app, Chosen& chosen);
 void addLab(CLI::App& app, Chosen& chosen);  // `evaluate` and `bench`: start filiform-lab
+
+// The commands of filiform-lab for --json-usage: a JSON array, empty if the program is not there.
+std::string labUsage();
 
 // Runs `filiform` and returns its exit code.
 int runFiliform(int argc, char** argv);
