@@ -234,7 +234,9 @@ void lookAt(const std::vector<std::string>& arguments, const Outcome& outcome, c
     EXPECT_EQ(outcome.out.starts_with("| input | does |"), has("--keys")) << outcome.out;
     return;
   }
-  if (has("--help") || has("--version")) {
+  if (has("--json-usage")) {
+    EXPECT_TRUE(nlohmann::json::accept(outcome.out)) << outcome.out;
+  } else if (has("--help") || has("--version")) {
     EXPECT_NE(outcome.out.find("filiform"), std::string::npos) << outcome.out;
   } else if (has("--json")) {
     const auto json = nlohmann::ordered_json::parse(outcome.out, nullptr, false);

@@ -10,6 +10,7 @@
 #include "tools/program/interruption.h"
 #include "tools/program/numbers.h"
 #include "tools/program/progress.h"
+#include "tools/program/progress_option.h"
 
 #include <algorithm>
 #include <array>
@@ -183,6 +184,7 @@ void addCells(CLI::App& app, Chosen& chosen) {
   command->add_flag("--json", a->json, "write one JSON array; tools/README.md lists the fields");
   command->add_flag("--tsv", a->tsv, "write tab-separated rows")->excludes("--json");
   a->remote = addRemoteArguments(*command);
+  addProgressOption(*command);
   command->callback([a, &chosen] { chosen = [a] { return runCells(*a); }; });
 }
 

@@ -7,6 +7,7 @@
 #include "tools/program/numbers.h"
 #include "tools/program/open_json.h"
 #include "tools/program/progress.h"
+#include "tools/program/progress_option.h"
 #include "tools/program/unit.h"
 
 #include <algorithm>
@@ -132,6 +133,7 @@ void addCheck(CLI::App& app, Chosen& chosen) {
       ->excludes(tsv);
   command->add_option("--unit", arguments->unit, kUnitHelp)->capture_default_str();
   command->add_flag("--strict", arguments->strict, "refuse every file that has a warning");
+  addProgressOption(*command);
   command->callback([arguments, &chosen] { chosen = [arguments] { return runCheck(*arguments); }; });
 }
 

@@ -7,6 +7,7 @@
 #include "tools/program/interruption.h"
 #include "tools/program/numbers.h"
 #include "tools/program/progress.h"
+#include "tools/program/progress_option.h"
 
 #include <iostream>
 #include <memory>
@@ -61,6 +62,7 @@ void addCompact(CLI::App& app, Chosen& chosen) {
       ->capture_default_str()
       ->type_name("BYTES");
   command->add_option("--threads", a->threads, "use N threads; 0: one a core")->capture_default_str();
+  addProgressOption(*command);
   command->callback([a, &chosen] { chosen = [a] { return runCompact(*a); }; });
 }
 

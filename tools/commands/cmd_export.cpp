@@ -16,6 +16,7 @@
 #include "tools/program/output_check.h"
 #include "tools/program/output_folder.h"
 #include "tools/program/progress.h"
+#include "tools/program/progress_option.h"
 #include "tools/program/zip_writer.h"
 
 #include <array>
@@ -258,6 +259,7 @@ void addExport(CLI::App& app, Chosen& chosen) {
                    "precomputed: write a folder of Neuroglancer skeletons in shards")
       ->type_name("FORMAT");
   a->remote = addRemoteArguments(*command);
+  addProgressOption(*command);
   command->callback([a, &chosen] { chosen = [a] { return runExport(*a); }; });
 }
 

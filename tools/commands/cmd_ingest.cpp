@@ -15,6 +15,7 @@
 #include "tools/program/interruption.h"
 #include "tools/program/numbers.h"
 #include "tools/program/output_check.h"
+#include "tools/program/progress_option.h"
 #include "tools/program/unit.h"
 
 #include <algorithm>
@@ -223,6 +224,7 @@ void addIngest(CLI::App& app, Chosen& chosen) {
       ->check(CLI::PositiveNumber);
   command->add_option("--report", a->report, "write a JSON record of everything dropped, cut or remarked")
       ->type_name("FILE");
+  addProgressOption(*command);
   command->callback([a, &chosen] { chosen = [a] { return runIngest(*a); }; });
 }
 

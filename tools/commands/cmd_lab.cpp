@@ -6,15 +6,18 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <fcntl.h>
 #include <filesystem>
 #include <iostream>
 #include <memory>
 #include <string>
+#include <sys/wait.h>
 #include <system_error>
 #include <unistd.h>
 #include <vector>
 
 #include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
 
 namespace filiform::tools {
 
@@ -34,8 +37,10 @@ std::string findLab() {
 }
 
 // Returns only if the program cannot be started; then throws IoError.
-int startLab(const std::string& command, std::vector<std::string> words) {
+int startLab(const CLI::App& app, const std::string& command, std::vector<std::string> words) {
   words.insert(words.begin(), {kLab, command});
+  if (app.get_config_ptr()->count() > 0)
+    words.insert(words.end(), {"--config", app.get_config_ptr()->as<std::string>()});
   std::vector<char*> argv;
   for (std::string& word : words) argv.push_back(word.data());
   argv.push_back(nullptr);
@@ -50,6 +55,30 @@ int startLab(const std::string& command, std::vector<std::string> words) {
 
 }  // namespace
 
+std::string labUsage() {
+  int ends[2];
+  if (::pipe2(ends, O_CLOEXEC) != 0) return "";
+  const std::string program = findLab();
+  const std::array<const char*, 3> argv{kLab, "--json-usage", nullptr};
+  const ::pid_t child = ::fork();
+  if (child == 0) {
+    ::dup2(ends[1], STDOUT_FILENO);
+    ::execvp(program.c_str(), const_cast<char* const*>(argv.data()));
+    ::_exit(127);
+  }
+  ::close(ends[1]);
+  std::string text;
+  std::array<char, 4096> block{};
+  for (::ssize_t size = 0; child > 0 && (size = ::read(ends[0], block.data(), block.size())) > 0;)
+    text.append(block.data(), static_cast<std::size_t>(size));
+  ::close(ends[0]);
+  int status = 0;
+  if (child <= 0 || ::waitpid(child, &status, 0) != child || status != 0) return "";
+  nlohmann::ordered_json commands = nlohmann::ordered_json::parse(text).at("commands");
+  for (nlohmann::ordered_json& command : commands) command["program"] = kLab;
+  return commands.dump();
+}
+
 void addLab(CLI::App& app, Chosen& chosen) {
   static constexpr std::array<std::array<const char*, 2>, 2> kCommands{
       {{"evaluate", "Compare all methods on the paper's scenes and on many routes"},
@@ -58,8 +87,9 @@ void addLab(CLI::App& app, Chosen& chosen) {
     CLI::App* command = app.add_subcommand(name, summary);
     command->set_help_flag();  // filiform-lab has the options
     command->prefix_command();
-    command->callback(
-        [command, &chosen] { chosen = [command] { return startLab(command->get_name(), command->remaining()); }; });
+    command->callback([command, &app, &chosen] {
+      chosen = [command, &app] { return startLab(app, command->get_name(), command->remaining()); };
+    });
   }
 }
 

@@ -19,6 +19,7 @@
 #include "tools/program/numbers.h"
 #include "tools/program/output_check.h"
 #include "tools/program/progress.h"
+#include "tools/program/progress_option.h"
 
 #include <algorithm>
 #include <cmath>
@@ -443,6 +444,7 @@ void addNavigate(CLI::App& app, Chosen& chosen) {
       ->type_name("FILE");
   command->add_flag("--json", a->json, "write the summary as one JSON object");
   a->remote = addRemoteArguments(*command);
+  addProgressOption(*command);
   command->callback([a, command, &chosen] {
     chosen = [a, command] {
       tellAgain(*command, a->device);

@@ -19,6 +19,7 @@
 #include "tools/program/numbers.h"
 #include "tools/program/output_check.h"
 #include "tools/program/progress.h"
+#include "tools/program/progress_option.h"
 #include "viewer/gl/scene_view.h"
 
 #include <algorithm>
@@ -401,6 +402,7 @@ void addRender(CLI::App& app, Chosen& chosen) {
   command->add_flag("--all", a->all, "frame the whole scene, also the few segments that lie far from all others");
   command->add_flag("--json", a->json, "write what was drawn as one JSON object");
   a->remote = addRemoteArguments(*command);
+  addProgressOption(*command);
   command->callback([a, &chosen] { chosen = [a] { return runRender(*a); }; });
 }
 

@@ -6,6 +6,7 @@
 #include "tools/program/numbers.h"
 #include "tools/program/output_check.h"
 #include "tools/program/progress.h"
+#include "tools/program/progress_option.h"
 #include "tools/synthetic/synthetic.h"
 
 #include <algorithm>
@@ -69,6 +70,7 @@ void addSynth(CLI::App& app, Chosen& chosen) {
       ->add_option("--placements-out", options->placements_out,
                    "write a library of morphologies, and the table that places them to this file")
       ->type_name("TSV");
+  addProgressOption(*command);
   command->callback([options, out, &chosen] { chosen = [options, out] { return runSynth(*options, *out); }; });
 }
 

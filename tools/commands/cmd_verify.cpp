@@ -7,6 +7,7 @@
 #include "tools/program/interruption.h"
 #include "tools/program/numbers.h"
 #include "tools/program/progress.h"
+#include "tools/program/progress_option.h"
 
 #include <iostream>
 
@@ -54,6 +55,7 @@ void addVerify(CLI::App& app, Chosen& chosen) {
   command->add_option("SET", *path, "tile set, or its address")->required();
   command->add_flag("--deep", *deep, "also check every invariant of the format");
   const std::shared_ptr<const RemoteArguments> remote = addRemoteArguments(*command);
+  addProgressOption(*command);
   command->callback(
       [path, deep, remote, &chosen] { chosen = [path, deep, remote] { return runVerify(*path, *deep, *remote); }; });
 }

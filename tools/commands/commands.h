@@ -3,6 +3,8 @@
 
 #include "tools/program/cli.h"
 
+#include <string>
+
 namespace filiform::tools {
 
 void addSynth(CLI::App& app, Chosen& chosen);
@@ -22,6 +24,9 @@ void addView(CLI::App& app, Chosen& chosen);
 void addReplay(CLI::App& app, Chosen& chosen);
 void addServe(CLI::App& app, Chosen& chosen);
 void addLab(CLI::App& app, Chosen& chosen);  // `evaluate` and `bench`: start filiform-lab
+
+// The commands of filiform-lab for --json-usage: a JSON array, empty if the program is not there.
+std::string labUsage();
 
 // Runs `filiform` and returns its exit code.
 int runFiliform(int argc, char** argv);

@@ -7,9 +7,11 @@
 #include "tools/program/interruption.h"
 #include "tools/program/output_check.h"
 #include "tools/program/progress.h"
+#include "tools/program/progress_option.h"
 #include "tools/synthetic/synthetic.h"
 
 #include <algorithm>
+#include <cstdlib>
 #include <filesystem>
 #include <iostream>
 #include <memory>
@@ -64,6 +66,8 @@ class ResultFolder {
 };
 
 int runEvaluate(EvaluationOptions options) {
+  const char* const corpus = std::getenv("FILIFORM_CORPUS");
+  if (options.corpus.empty() && !options.quick && corpus != nullptr) options.corpus = corpus;
   checkOutputFolder({{"--corpus", options.corpus}}, {"--output", options.out});
   const ResultFolder folder(options.out);
   if (options.threads == 0) options.threads = std::max(1u, std::thread::hardware_concurrency());
@@ -109,7 +113,10 @@ void addEvaluate(CLI::App& app, Chosen& chosen) {
       "Examples:\n  filiform evaluate --out eval\n  filiform evaluate --out eval --corpus morphologies/ --routes 2000");
   evaluate->add_option("-o,--output,--out", options->out, "write the page, tables, plots and CSV to this folder")
       ->capture_default_str();
-  evaluate->add_option("--corpus", options->corpus, "SWC files, folders or archives; default: synthetic cells");
+  evaluate->add_option(
+      "--corpus", options->corpus,
+      "SWC files, folders or archives; default: the variable FILIFORM_CORPUS, otherwise synthetic cells; with --quick "
+      "synthetic cells");
   evaluate->add_option("--routes", options->routes,
                        "number of routes over all cells; 0: 2000 on a corpus, 24 on synthetic cells");
   evaluate->add_option("--seed", options->seed, "random seed of routes, tremor, synthetic cells and pulls")
@@ -120,6 +127,7 @@ void addEvaluate(CLI::App& app, Chosen& chosen) {
   evaluate->add_option("--zooms", options->zooms_um, "zooms of the main tables, um across 12 cm; default: 100,300,1000")
       ->delimiter(',');
   evaluate->add_flag("--quick", options->quick, "run a few of everything, to see that it works");
+  addProgressOption(*evaluate);
   evaluate->callback([options, &chosen] { chosen = [options] { return runEvaluate(*options); }; });
 }
 

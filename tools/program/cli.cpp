@@ -5,12 +5,16 @@
 #include "index/output.h"
 #include "index/text.h"
 #include "solver/force/force_hold.h"
+#include "tools/program/config_file.h"
+#include "tools/program/environment.h"
 #include "tools/program/interruption.h"
 #include "tools/program/near_names.h"
 #include "tools/program/numbers.h"
+#include "tools/program/usage_json.h"
 #include "viewer/gl/graphics_context.h"
 
 #include <algorithm>
+#include <cerrno>
 #include <csignal>
 #include <exception>
 #include <fcntl.h>
@@ -194,10 +198,14 @@ int runProgram(const Program& program, int argc, char** argv) {
   app.set_version_flag("--version", std::string("filiform ") + FILIFORM_VERSION);
   Chosen chosen;
   for (const auto& add : program.commands) add(app, chosen);
+  bool describes = false;  // handled before the other words
+  app.add_flag("--json-usage", describes, "describe every command and option as one JSON object");
+  addEnvironment(app);
+  addConfigFile(app);
 
-  const std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
+  const std::vector<std::string> words = withConfigFirst({argv + std::min(argc, 1), argv + argc});
   app.failure_message([&words](const CLI::App* of, const CLI::Error& error) {
-    return "filiform: " + refusalOf(*of, error, words) + '\n';
+    return "filiform: " + refusalOf(*of, error, words) + originOf(*of, error.what(), words) + '\n';
   });
   if (words.empty()) {  // the help goes to stderr, because nothing was done
     std::cerr << app.help();
@@ -207,8 +215,16 @@ int runProgram(const Program& program, int argc, char** argv) {
     const StrictStandardOutput strict;
     int code = 0;
     try {
-      app.parse(argc, argv);
+      if (words.size() == 1 && words[0] == "--json-usage") {
+        std::cout << usageJson(app, FILIFORM_VERSION, program.others == nullptr ? "" : program.others()) << '\n';
+        std::cout.flush();
+        return 0;
+      }
+      app.parse(std::vector<std::string>(words.rbegin(), words.rend()));
+      if (!chosen) throw UsageError("--json-usage: give no other words");
       code = chosen();
+    } catch (const CLI::FileError&) {
+      throw IoError("--config " + escaped(app.get_config_ptr()->as<std::string>()), "cannot read the file", errno);
     } catch (const CLI::ParseError& error) {
       code = app.exit(error) == 0 ? 0 : 2;
     }

@@ -20,6 +20,9 @@ using Chosen = std::function<int()>;
 struct Program {
   std::string description, footer;  // of the program's help
   std::vector<void (*)(CLI::App& app, Chosen& chosen)> commands;
+  // For --json-usage: a JSON array with the commands of other programs (usage_json.h), empty if there are none. Null:
+  // none.
+  std::string (*others)() = nullptr;
 };
 int runProgram(const Program& program, int argc, char** argv);
 

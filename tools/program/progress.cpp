@@ -7,11 +7,15 @@
 #include <unistd.h>
 #include <utility>
 
+#include <nlohmann/json.hpp>
+
 namespace filiform::tools {
 
 namespace {
 
 constexpr auto kBetweenLines = std::chrono::milliseconds(100);
+
+ProgressStyle chosen_style = ProgressStyle::automatic;
 
 std::string groupedCount(std::uint64_t n) {
   std::string digits = std::to_string(n);
@@ -49,10 +53,13 @@ int terminalColumns() {
 
 }  // namespace
 
+void setProgressStyle(ProgressStyle style) { chosen_style = style; }
+
 Progress::Progress(ProgressOptions options)
     : options_(std::move(options)), clock_([] { return std::chrono::steady_clock::now(); }) {
   started_ = shown_ = clock_();
-  if (::isatty(STDERR_FILENO) == 0) return;
+  json_ = chosen_style == ProgressStyle::json;
+  if (chosen_style == ProgressStyle::none || (!json_ && ::isatty(STDERR_FILENO) == 0)) return;
   columns_ = terminalColumns();
   sink_ = [](const std::string& text) {
     std::fwrite(text.data(), 1, text.size(), stderr);
@@ -60,8 +67,8 @@ Progress::Progress(ProgressOptions options)
   };
 }
 
-Progress::Progress(ProgressOptions options, Sink sink, Clock clock, int columns)
-    : options_(std::move(options)), sink_(std::move(sink)), clock_(std::move(clock)), columns_(columns) {
+Progress::Progress(ProgressOptions options, Sink sink, Clock clock, int columns, bool json)
+    : options_(std::move(options)), sink_(std::move(sink)), clock_(std::move(clock)), columns_(columns), json_(json) {
   started_ = shown_ = clock_();
 }
 
@@ -85,11 +92,15 @@ void Progress::refresh() {
   }
   if (since < kBetweenLines) return;
   shown_ = now;
+  const double elapsed_s = std::chrono::duration<double>(now - started_).count();
+  if (json_) return sink_(jsonLine(options_, done_, elapsed_s));
   visible_ = true;
-  sink_("\r" + line(options_, done_, std::chrono::duration<double>(now - started_).count(), columns_ - 1) + "\x1b[K");
+  sink_("\r" + line(options_, done_, elapsed_s, columns_ - 1) + "\x1b[K");
 }
 
 void Progress::finish() {
+  if (json_ && sink_ && !std::exchange(ended_, true))
+    sink_(jsonLine(options_, done_, std::chrono::duration<double>(clock_() - started_).count()));
   if (visible_) sink_("\r\x1b[K");
   visible_ = false;
 }
@@ -112,6 +123,16 @@ std::string Progress::amounts(const ProgressOptions& options, std::uint64_t done
     if (options.total > done) text += ", " + duration(static_cast<double>(options.total - done) / rate) + " left";
   }
   return text;
+}
+
+std::string Progress::jsonLine(const ProgressOptions& options, std::uint64_t done, double elapsed_s) {
+  nlohmann::ordered_json json;
+  json["progress"] = options.title;
+  json["done"] = done;
+  json["total"] = options.total > 0 ? nlohmann::ordered_json(options.total) : nlohmann::ordered_json(nullptr);
+  json["unit"] = options.unit == ProgressUnit::bytes ? "bytes" : options.noun.empty() ? "items" : options.noun;
+  json["elapsed_s"] = std::round(elapsed_s * 1e3) / 1e3;
+  return json.dump(-1, ' ', true, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 
 std::string Progress::line(const ProgressOptions& options, std::uint64_t done, double elapsed_s, int columns) {

@@ -1,5 +1,5 @@
-// A progress line on a terminal: amount done, rate and time left. Prints nothing if stderr is not a terminal.
-// Thread rule: thread-compatible.
+// Progress of running work on stderr: a line on a terminal with amount done, rate and time left, or JSON lines for
+// other programs. Thread rule: thread-compatible; setProgressStyle() before other threads start.
 #pragma once
 
 #include <chrono>
@@ -10,6 +10,14 @@
 namespace filiform::tools {
 
 enum class ProgressUnit { count, bytes };
+
+enum class ProgressStyle {
+  automatic,  // a line on stderr if it is a terminal, otherwise nothing
+  json,       // one JSON object a line on stderr; tools/README.md lists the fields
+  none,
+};
+// The style of all objects that are made later with the first constructor.
+void setProgressStyle(ProgressStyle style);
 
 struct ProgressOptions {
   std::string title;  // "ingest"
@@ -23,10 +31,10 @@ class Progress {
   using Clock = std::function<std::chrono::steady_clock::time_point()>;
   using Sink = std::function<void(const std::string& text)>;
 
-  // Writes to stderr if stderr is a terminal.
+  // Writes to stderr, as the style says.
   explicit Progress(ProgressOptions options);
   // For tests: writes to `sink` and takes the time from `clock`.
-  Progress(ProgressOptions options, Sink sink, Clock clock, int columns);
+  Progress(ProgressOptions options, Sink sink, Clock clock, int columns, bool json = false);
   // Removes the line.
   ~Progress();
   Progress(const Progress&) = delete;
@@ -39,13 +47,15 @@ class Progress {
     if (sink_ && ++calls_ >= calls_between_) refresh();
   }
   void setTotal(std::uint64_t total) { options_.total = total; }
-  // Removes the line, so that results begin on an empty one.
+  // Removes the line, so that results begin on an empty one. With JSON, writes the last amount.
   void finish();
 
   // Returns amount, total, rate and time left: "250 of 1 000 cells, 25/s, 30 s left".
   static std::string amounts(const ProgressOptions& options, std::uint64_t done, double elapsed_s);
   // Returns the line for this state: no control characters, at most `columns` wide.
   static std::string line(const ProgressOptions& options, std::uint64_t done, double elapsed_s, int columns);
+  // Returns the JSON object for this state, with a newline.
+  static std::string jsonLine(const ProgressOptions& options, std::uint64_t done, double elapsed_s);
 
  private:
   void refresh();
@@ -58,6 +68,7 @@ class Progress {
   std::uint64_t done_ = 0;
   std::uint64_t calls_ = 0, calls_between_ = 1;
   bool visible_ = false;
+  bool json_ = false, ended_ = false;
 };
 
 }  // namespace filiform::tools

@@ -80,5 +80,25 @@ TEST(Progress, IsSilentWhereStderrIsNoTerminal) {
   EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
 }
 
+TEST(Progress, JsonHasALineForEachStepAtLeast) {
+  std::vector<std::string> written;
+  auto now = std::chrono::steady_clock::time_point{};
+  {
+    Progress progress(
+        cells(1000), [&](const std::string& text) { written.push_back(text); }, [&] { return now; }, 80, true);
+    now += 250ms;
+    progress.update(500);
+    now += 10ms;
+    progress.update(1000);
+  }
+  ASSERT_EQ(written.size(), 2U);
+  EXPECT_EQ(written[0],
+            "{\"progress\":\"ingest\",\"done\":500,\"total\":1000,\"unit\":\"cells\",\"elapsed_s\":0.25}\n");
+  EXPECT_EQ(written[1],
+            "{\"progress\":\"ingest\",\"done\":1000,\"total\":1000,\"unit\":\"cells\",\"elapsed_s\":0.26}\n");
+  EXPECT_EQ(Progress::jsonLine({"verify", "", ProgressUnit::bytes, 0}, 7, 0),
+            "{\"progress\":\"verify\",\"done\":7,\"total\":null,\"unit\":\"bytes\",\"elapsed_s\":0.0}\n");
+}
+
 }  // namespace
 }  // namespace filiform::tools
