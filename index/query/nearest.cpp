@@ -294,8 +294,8 @@ std::vector<NearestResult> Nearest::find(const Vector3d& h_W, const NearestQuery
   return results;
 }
 
-std::vector<std::vector<NearestResult>> Nearest::findAll(std::span<const Vector3d> points, const NearestQuery& query,
-                                                         unsigned threads) const {
+void Nearest::forEach(std::span<const Vector3d> points, const NearestQuery& query, unsigned threads,
+                      const std::function<void(std::size_t i, std::vector<NearestResult>&& results)>& visit) const {
   for (const Vector3d& h_W : points) check(h_W, query);
   const Grid grid = impl_->store.grid();
   std::vector<std::pair<MortonKey, std::size_t>> order;
@@ -306,16 +306,22 @@ std::vector<std::vector<NearestResult>> Nearest::findAll(std::span<const Vector3
   }
   std::sort(order.begin(), order.end());
 
-  std::vector<std::vector<NearestResult>> results(points.size());
   // Consecutive parts of the curve, so that threads need different tiles.
   const std::size_t parts = std::clamp<std::size_t>(order.size() / kLeastPerThread, 1, std::max(threads, 1u));
   std::atomic<std::size_t> next{0};
   runWorkers(parts, [&](unsigned, const std::atomic<bool>& failed) {
     for (std::size_t part; !failed && (part = next.fetch_add(1)) < parts;) {
       const std::size_t begin = order.size() * part / parts, end = order.size() * (part + 1) / parts;
-      for (std::size_t i = begin; i < end; ++i) results[order[i].second] = find(points[order[i].second], query);
+      for (std::size_t i = begin; i < end && !failed; ++i) visit(order[i].second, find(points[order[i].second], query));
     }
   });
+}
+
+std::vector<std::vector<NearestResult>> Nearest::findAll(std::span<const Vector3d> points, const NearestQuery& query,
+                                                         unsigned threads) const {
+  std::vector<std::vector<NearestResult>> results(points.size());
+  forEach(points, query, threads,
+          [&](std::size_t i, std::vector<NearestResult>&& found) { results[i] = std::move(found); });
   return results;
 }
 

@@ -16,6 +16,7 @@
 #include "index/set/tile_store.h"
 
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <span>
@@ -93,6 +94,11 @@ class Nearest {
   // O(points) times find().
   std::vector<std::vector<NearestResult>> findAll(std::span<const Vector3d> points, const NearestQuery& query = {},
                                                   unsigned threads = 1) const;
+
+  // The same without a list: calls visit(i, results of points[i]) once for each point, on the thread that searched. At
+  // most `threads` calls run at once. Exceptions of `visit` end the search and propagate.
+  void forEach(std::span<const Vector3d> points, const NearestQuery& query, unsigned threads,
+               const std::function<void(std::size_t i, std::vector<NearestResult>&& results)>& visit) const;
 
   // Returns all segments that meet the closed box, ranked as find() ranks them from the middle of the box. The corners
   // are rounded to the grid; the test is then exact. Throws UsageError for corners that are not finite or out of order.

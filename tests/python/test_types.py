@@ -1,0 +1,61 @@
+"""Types and docstrings: mypy over the package, stubs against the compiled modules."""
+
+import inspect
+import os
+import pathlib
+import subprocess
+import sys
+
+import pytest
+
+import filiform as ff
+
+PACKAGE = pathlib.Path(ff.__file__).parent
+
+
+def mypy(*arguments):
+    pytest.importorskip("mypy", reason="needs mypy (tools/setup --python)")
+    environment = {**os.environ, "MYPYPATH": str(PACKAGE.parent)}
+    return subprocess.run([sys.executable, "-m", *arguments], capture_output=True, text=True, env=environment,
+                          cwd=PACKAGE.parent)
+
+
+def test_mypy_finds_nothing(tmp_path):
+    done = mypy("mypy", "--strict", "--ignore-missing-imports", "--cache-dir", str(tmp_path), "-p", "filiform")
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_stubs_are_those_of_the_modules(tmp_path):
+    # pybind11 does not tell its signatures: names and kinds are compared.
+    allow = tmp_path / "allow"
+    allow.write_text("filiform\\._core\\..*\\.__.*__\nfiliform\\._core\\.(SetHandle|CellData|OpenSet)\\..*\n")
+    done = mypy("mypy.stubtest", "--ignore-missing-stub", "--ignore-unused-allowlist", "--ignore-positional-only",
+                "--allowlist", str(allow), "filiform._core")
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_a_wrong_use_is_seen_by_mypy(tmp_path):
+    (tmp_path / "use.py").write_text(
+        "import filiform as ff\ns = ff.open('a.fil')\nx: int = s.units\ns.nearest([1., 2., 3.], k=2)\ns.nearst([1.])\n")
+    done = mypy("mypy", "--cache-dir", str(tmp_path / "cache"), str(tmp_path / "use.py"))
+    assert ":3: error" in done.stdout and ":5: error" in done.stdout and ":4: error" not in done.stdout
+
+
+def test_everything_public_is_documented():
+    missing = []
+    for name in ff.__all__:
+        thing = getattr(ff, name)
+        if not inspect.getdoc(thing):
+            missing.append(name)
+        if inspect.isclass(thing) and not issubclass(thing, (BaseException, tuple)):
+            for member, value in vars(thing).items():
+                obvious = {"closed", "name", "samples", "segments"}
+                if not member.startswith("_") and member not in obvious and not inspect.getdoc(value):
+                    missing.append(f"{name}.{member}")
+    assert not missing
+
+
+def test_stub_lists_what_the_module_has():
+    stub = (PACKAGE / "_core.pyi").read_text()
+    for name in dir(ff._core):
+        assert name.startswith("__") or name in stub, name

@@ -1,0 +1,240 @@
+"""Cell: one neuron of a set, as arrays; paths along it."""
+
+from __future__ import annotations
+
+import operator
+import os
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, NamedTuple, Union
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _core
+
+if TYPE_CHECKING:
+    from .set import Set
+
+Array = npt.NDArray[Any]
+
+
+class CellPath(NamedTuple):
+    """The shortest path between two places of a cell."""
+
+    points: Array  #: (N, 3), um: the first place, each sample on the way, the last place
+    along: Array  #: (N,), um from the first place
+    samples: Array  #: (N,), int64 sample ids; -1 for a place between two samples
+
+    @property
+    def length(self) -> float:
+        """um along the neurite."""
+        return float(self.along[-1])
+
+    @property
+    def straight(self) -> float:
+        """um from end to end."""
+        return float(np.linalg.norm(self.points[-1] - self.points[0]))
+
+
+class Cell:
+    """One cell of a set. Its arrays are read at first use, kept, and read-only.
+
+    A *place* of a cell is a sample id, or a row of `Set.nearest`.
+    """
+
+    def __init__(self, owner: Set, index: int) -> None:
+        self.set = owner
+        self.index = index
+        record = owner._handle.cell_record(index)
+        if record is None:
+            raise KeyError(f"no cell with index {index} in {owner.path}")
+        self._record = record
+
+    @property
+    def name(self) -> str:
+        return self._record[0].decode("utf-8", "surrogateescape")
+
+    @property
+    def source(self) -> str:
+        """The file, or archive and entry, that the cell was read from."""
+        return self._record[1].decode("utf-8", "surrogateescape")
+
+    @property
+    def samples(self) -> int:
+        return self._record[2]
+
+    @property
+    def segments(self) -> int:
+        return self._record[3]
+
+    @property
+    def roots(self) -> int:
+        """Samples without a parent: the number of separate trees of a cell without loops."""
+        return self._record[4]
+
+    @property
+    def loops(self) -> int:
+        """Independent loops; 0 for a cell that SWC can hold."""
+        return self._record[5]
+
+    @property
+    def bounds(self) -> Array:
+        """Lowest and highest corner, shape (2, 3), um."""
+        bounds = self._record[6]
+        return np.full((2, 3), np.nan) if bounds is None else bounds
+
+    @cached_property
+    def _data(self) -> _core.CellData:
+        return _core.CellData(self.set._handle, self.index)
+
+    # -- arrays
+
+    @cached_property
+    def nodes(self) -> Array:
+        """The samples in the order of the file, with the columns of navis.
+
+        A structured array (N,): ``node_id`` int64, ``label`` int32 (the SWC type), ``x y z radius`` float64 um,
+        ``parent_id`` int64, -1 for a root. Unknown radii are nan. For a cell with loops, parents are those of a
+        spanning forest; `edges` has all links.
+        """
+        return self._data.nodes()
+
+    @cached_property
+    def node_ids(self) -> Array:
+        """(N,), int64. The ids of the file; where a file restarts its ids, later ones are shifted."""
+        return self._data.node_ids()
+
+    @cached_property
+    def vertices(self) -> Array:
+        """(N, 3), float64 um, as CloudVolume's Skeleton has them."""
+        return self._data.vertices()
+
+    @cached_property
+    def edges(self) -> Array:
+        """(E, 2), uint32: the positions in `vertices` of child and parent of each segment."""
+        return self._data.edges()
+
+    @cached_property
+    def radius(self) -> Array:
+        """(N,), float32 um; nan where unknown."""
+        return self._data.radius()
+
+    @cached_property
+    def types(self) -> Array:
+        """(N,), uint16: the SWC types."""
+        return self._data.types()
+
+    @cached_property
+    def length(self) -> float:
+        """The sum of the lengths of all segments, um."""
+        ends = self.vertices[self.edges]
+        return float(np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1).sum())
+
+    # -- along the cell
+
+    def path(self, start: Any, end: Any = None) -> CellPath:
+        """The shortest path along the cell between two places; without `end`, to the tip that is farthest along it.
+
+        Raises KeyError for an unknown sample, ValueError if the places lie on separate trees.
+        """
+        return CellPath(*self._data.path(self._place("start", start), None if end is None else self._place("end", end)))
+
+    def distances(self, start: Any) -> Array:
+        """The length of the path from a place to each sample: (N,), float64 um; inf on other trees."""
+        return self._data.lengths_from(self._place("start", start))
+
+    def tips(self, start: Any, most: int | None = None) -> Array:
+        """Sample ids of the tips that a path reaches, nearest along it first: int64."""
+        return self._data.tips(self._place("start", start), most)
+
+    def snap(self, locs: npt.ArrayLike) -> tuple[Any, Any]:
+        """The nearest samples, as ``navis.TreeNeuron.snap`` finds them: ids (int64) and distances (um).
+
+        locs has the shape (3,) or (N, 3). Compares all samples with all points.
+        """
+        return self._data.snap(locs)
+
+    def _place(self, name: str, place: Any) -> Any:
+        if isinstance(place, np.void) or (isinstance(place, np.ndarray) and place.dtype.names):
+            if place.shape != () or not {"cell", "segment", "x", "y", "z"} <= set(place.dtype.names or ()):
+                raise ValueError(f"{name}: expected a sample id or one row of Set.nearest")
+            if int(place["cell"]) != self.index:
+                raise ValueError(f"{name}: this row lies on the cell with index {int(place['cell'])}, not on {self.name!r}")
+            return int(place["segment"]), [float(place["x"]), float(place["y"]), float(place["z"])]
+        try:
+            return operator.index(place)
+        except TypeError:
+            raise TypeError(
+                f"{name}: expected a sample id or one row of Set.nearest, got {type(place).__name__}"
+            ) from None
+
+    # -- for other libraries
+
+    def to_networkx(self) -> Any:
+        """A ``networkx.DiGraph`` from child to parent, as navis makes it.
+
+        Nodes are sample ids with ``x y z radius label``; edges have ``weight``, their length in um. Needs networkx.
+        """
+        import networkx
+
+        graph = networkx.DiGraph(name=self.name, units=self.set.units)
+        nodes = self.nodes
+        names = ("x", "y", "z", "radius", "label")
+        columns = [nodes[name].tolist() for name in names]
+        ids = self.node_ids.tolist()
+        graph.add_nodes_from(
+            (node, {"x": x, "y": y, "z": z, "radius": r, "label": t}) for node, x, y, z, r, t in zip(ids, *columns)
+        )
+        ends = self.vertices[self.edges]
+        lengths = np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1).tolist()
+        children, parents = self.node_ids[self.edges].T.tolist() if len(self.edges) else ([], [])
+        graph.add_weighted_edges_from(zip(children, parents, lengths))
+        return graph
+
+    def to_dataframe(self) -> Any:
+        """`nodes` as a pandas DataFrame. ``label`` is categorical, as in navis. Needs pandas."""
+        import pandas
+
+        frame = pandas.DataFrame({name: self.nodes[name] for name in self.nodes.dtype.names or ()})
+        frame["label"] = frame["label"].astype("category")
+        return frame
+
+    def to_navis(self) -> Any:
+        """A ``navis.TreeNeuron`` (``Skeleton`` in navis 2). Needs navis."""
+        import navis
+
+        kind = navis.TreeNeuron if hasattr(navis, "TreeNeuron") else navis.Skeleton
+        return kind(self.to_dataframe(), name=self.name, id=self.name, units=self.set.units)
+
+    def to_swc(self, path: Union[str, "os.PathLike[str]", None] = None) -> str | None:
+        """Write the cell as SWC, with its original ids; without `path`, return the text.
+
+        A file is replaced only when all is written. Raises ValueError for a cell with loops, OSError.
+        """
+        if path is None:
+            return self._data.swc().decode("utf-8", "surrogateescape")
+        self._data.write_swc(os.fsencode(path))
+        return None
+
+    def render(self, **options: Any) -> Array:
+        """`filiform.render` of this cell."""
+        from .pictures import render
+
+        return render(self, **options)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Cell, (self.set, self.index)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Cell) and self.index == other.index and self.set == other.set
+
+    def __hash__(self) -> int:
+        return hash((self.set, self.index))
+
+    def __repr__(self) -> str:
+        return f"<filiform.Cell {self.name!r}: {self.segments} segments>"
+
+    def _repr_png_(self) -> bytes | None:
+        from .pictures import notebook_png
+
+        return notebook_png(self.set, self)

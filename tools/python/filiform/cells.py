@@ -1,0 +1,118 @@
+"""Cells: the cells of a set, by name or index."""
+
+from __future__ import annotations
+
+import operator
+from typing import TYPE_CHECKING, Any, Iterator, Mapping, Union
+
+import numpy as np
+import numpy.typing as npt
+
+from .cell import Cell
+
+if TYPE_CHECKING:
+    from .set import Set
+
+
+def text(raw: bytes) -> str:
+    """A name of a file as text. Bytes that are not UTF-8 become surrogates, as `os.fsdecode` makes them."""
+    return raw.decode("utf-8", "surrogateescape")
+
+
+class CellList(list[Cell]):
+    """A list of cells, with what concerns them together."""
+
+    def to_dataframe(self) -> Any:
+        """A pandas DataFrame, one row a cell: ``index name source samples segments roots loops``. Needs pandas."""
+        import pandas
+
+        columns = ["index", "name", "source", "samples", "segments", "roots", "loops"]
+        return pandas.DataFrame([[getattr(cell, c) for c in columns] for cell in self], columns=columns)
+
+    def to_navis(self) -> Any:
+        """A navis NeuronList. Needs navis."""
+        import navis
+
+        return navis.NeuronList([cell.to_navis() for cell in self])
+
+    def __repr__(self) -> str:
+        return f"<filiform.CellList of {len(self)} cells>"
+
+    def _repr_html_(self) -> str:
+        from .html import cell_table
+
+        return cell_table(self)
+
+
+class Cells(Mapping[str, Cell]):
+    """The cells of a set. A mapping from names to `Cell`; ``cells[i]`` takes the index of a result too.
+
+    Names are text, also where they are numbers: ids of FlyWire and MICrONS exceed 2**53.
+    """
+
+    def __init__(self, owner: Set) -> None:
+        self._set = owner
+
+    def index(self, cell: Any) -> int:
+        """The index of a cell: of a name, an index, or a Cell of this set. Raises KeyError for an unknown one."""
+        handle = self._set._handle
+        if isinstance(cell, Cell):
+            if cell.set is not self._set and cell.set.path != self._set.path:
+                raise ValueError(f"cell: {cell.name!r} is a cell of another set, {cell.set.path}")
+            return cell.index
+        if isinstance(cell, (str, bytes)):
+            name = cell if isinstance(cell, bytes) else cell.encode("utf-8", "surrogateescape")
+            found = handle.find_cell(name)
+            if found is None:
+                shown = text(name)
+                raise KeyError(f"no cell {shown!r} in {self._set.path}{handle.near_names(name)}")
+            return found
+        try:
+            i = operator.index(cell)
+        except TypeError:
+            raise TypeError(f"cell: expected a name, an index or a Cell, got {type(cell).__name__}") from None
+        if not 0 <= i < handle.cell_limit() or handle.cell_record(i) is None:
+            raise KeyError(f"no cell with index {i} in {self._set.path}")
+        return i
+
+    def __getitem__(self, cell: Any) -> Cell:
+        """The cell of this name, or of this index of a result. Raises KeyError, with names that are alike."""
+        return Cell(self._set, self.index(cell))
+
+    def __contains__(self, cell: object) -> bool:
+        try:
+            self.index(cell)
+        except (KeyError, TypeError, ValueError):
+            if self._set.closed:
+                raise
+            return False
+        return True
+
+    def __len__(self) -> int:
+        return self._set._handle.counts()[0]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.names)
+
+    @property
+    def names(self) -> list[str]:
+        """The names, in the order of the indices."""
+        return [text(name) for _, name in self._set._handle.cells_named(b"")]
+
+    def find(self, pattern: str) -> CellList:
+        """The cells whose whole name matches: ``*`` any text, ``?`` any byte, ``[a-z]`` one of these."""
+        raw = pattern.encode("utf-8", "surrogateescape")
+        if not raw:
+            return CellList()
+        return CellList(Cell(self._set, i) for i, _ in self._set._handle.cells_named(raw))
+
+    def where(self, indices: npt.ArrayLike) -> CellList:
+        """The cells of an array of indices, such as ``hits["cell"]``: each once, ascending."""
+        return CellList(self[int(i)] for i in np.unique(np.asarray(indices)))
+
+    def to_dataframe(self) -> Any:
+        """A pandas DataFrame, one row a cell. Needs pandas."""
+        return self.find("*").to_dataframe()
+
+    def __repr__(self) -> str:
+        return f"<{len(self)} cells of {self._set.path!r}>"

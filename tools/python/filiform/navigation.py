@@ -1,0 +1,55 @@
+"""Navigation: a travelled route, tick by tick."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[Any]
+
+
+class Navigation:
+    """What `Set.navigate` returns: one row a tick, and a summary."""
+
+    def __init__(self, ticks: Array, summary: dict[str, Any]) -> None:
+        summary["cell"] = summary["cell"].decode("utf-8", "surrogateescape")
+        self.ticks = ticks  #: structured array (T,): time hand proxy force cell segment visited frontier
+        self.summary = summary  #: totals, as ``filiform navigate --json`` names them
+
+    @property
+    def outcome(self) -> str:
+        """``"completed"``, ``"stuck"`` or ``"time_over"``."""
+        return str(self.summary["outcome"])
+
+    @property
+    def time(self) -> Array:
+        """(T,), s."""
+        return self.ticks["time"]
+
+    @property
+    def hand(self) -> Array:
+        """(T, 3), um: where the hand is in the tissue."""
+        return self.ticks["hand"]
+
+    @property
+    def proxy(self) -> Array:
+        """(T, 3), um: where the proxy is on the neurites."""
+        return self.ticks["proxy"]
+
+    @property
+    def force(self) -> Array:
+        """(T, 3), N, in the device's frame: what the hand feels."""
+        return self.ticks["force"]
+
+    def __len__(self) -> int:
+        return len(self.ticks)
+
+    def __repr__(self) -> str:
+        most = float(np.linalg.norm(self.force, axis=1).max()) if len(self) else 0.0
+        return (
+            f"<filiform.Navigation on {self.summary['cell']!r}: {self.outcome}, "
+            f"{self.summary['reached_um']:.1f} of {self.summary['route_um']:.1f} um in {len(self)} ticks, "
+            f"at most {most:.2f} N>"
+        )

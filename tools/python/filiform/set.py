@@ -1,0 +1,366 @@
+"""Set: a tile set, opened for questions."""
+
+from __future__ import annotations
+
+import errno
+import json
+import os
+from types import TracebackType
+from typing import Any, Iterable, NamedTuple, Sequence, Union
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _core
+from .cells import Cells
+from .navigation import Navigation
+
+Array = npt.NDArray[Any]
+_ENDS = ("x0", "y0", "z0", "x1", "y1", "z1")
+
+
+class LevelSegments(NamedTuple):
+    """The segments that draw a box, of `Set.levels`."""
+
+    segments: Array  #: fields x0 y0 z0 x1 y1 z1 radius type cell; float64 um, float32 um, uint16, uint32
+    error: float  #: um: no neurite of the set is farther from its drawn form
+    hidden: int  #: segments of the set that are left out, because others cover their pixels
+    limited: bool  #: True: coarser than one pixel, because of the limit on segments
+
+
+def open(
+    path: Union[str, "os.PathLike[str]"],
+    *,
+    token: str | None = None,
+    cache: Union[str, "os.PathLike[str]", None] = None,
+    budget: Union[int, str] = "256MiB",
+) -> Set:
+    """Open a tile set: a folder, or the address of a set on a server.
+
+    Parameters
+    ----------
+    path : a folder such as ``"column.fil"``, ``"http://HOST/v1/sets/NAME"`` or ``"https://HOST/PATH/NAME.fil"``.
+    token : sent to the set's own host only. Default: the variable ``FILIFORM_TOKEN``.
+    cache : a folder that keeps what is read from an address, for later processes. Default: nothing is kept.
+    budget : bytes of tiles to keep in memory between questions, a number or text such as ``"1GiB"``.
+
+    Raises FileNotFoundError if there is no such folder, OSError if it cannot be read or is no set, CorruptSet if it is
+    damaged, ValueError for a malformed address. Reads a few kilobytes, whatever the size of the set.
+    """
+    return Set(path, token=token, cache=cache, budget=budget)
+
+
+def _is_address(name: str) -> bool:
+    return name.lower().startswith(("http://", "https://"))
+
+
+class Set:
+    """A tile set. Make it with `filiform.open`; use it as a context manager, or call `close`.
+
+    Any number of threads may use one Set. It pickles as its path, so that processes of multiprocessing and dask open
+    the set anew. A forked process opens it anew by itself.
+    """
+
+    def __init__(
+        self,
+        path: Union[str, "os.PathLike[str]"],
+        *,
+        token: str | None = None,
+        cache: Union[str, "os.PathLike[str]", None] = None,
+        budget: Union[int, str] = "256MiB",
+    ) -> None:
+        name = os.fspath(path)
+        if not isinstance(name, str):
+            raise TypeError(f"path: expected text, got {type(name).__name__}")
+        if not _is_address(name):
+            if not os.path.isdir(name):
+                code = errno.ENOTDIR if os.path.exists(name) else errno.ENOENT
+                raise OSError(code, "filiform.open: no tile set (a folder) here", name)
+            name = os.path.abspath(name)
+        self._token = token
+        self._cache = None if cache is None else os.fspath(cache)
+        self._budget = _core.parse_bytes("budget", budget) if isinstance(budget, str) else int(budget)
+        if self._budget < 0:
+            raise ValueError("budget: must be 0 bytes or more")
+        self._path = name
+        self._cells: Cells | None = None
+        sent = token if token is not None else os.environ.get("FILIFORM_TOKEN", "")
+        self._handle = _core.SetHandle(name, sent if _is_address(name) else "", self._cache or "", self._budget)
+
+    # -- the set itself
+
+    @property
+    def path(self) -> str:
+        """Absolute path of the folder, or the address."""
+        return self._path
+
+    @property
+    def closed(self) -> bool:
+        return self._handle.closed
+
+    @property
+    def revision(self) -> str:
+        """The revision that was opened. It stays, if another one is published meanwhile."""
+        return self._handle.revision()
+
+    @property
+    def units(self) -> str:
+        """The unit of positions and lengths, as pint and navis write it: ``"1 micrometer"``."""
+        return "1 micrometer"
+
+    @property
+    def bounds(self) -> Array:
+        """Lowest and highest corner of all samples: shape (2, 3), um; NaN for a set without samples."""
+        bounds = self._handle.bounds()
+        return np.full((2, 3), np.nan) if bounds is None else bounds
+
+    def info(self) -> dict[str, Any]:
+        """All totals of the set: what ``filiform info SET --json`` prints."""
+        info: dict[str, Any] = json.loads(self._handle.info())
+        return info
+
+    @property
+    def resident_bytes(self) -> int:
+        """Bytes of the tiles in memory now; at most about the budget."""
+        return self._handle.resident_bytes()
+
+    @property
+    def cells(self) -> Cells:
+        """The cells, by name: ``s.cells["name"]``, ``s.cells.find("L5*")``, ``len(s.cells)``."""
+        if self._cells is None:
+            self._cells = Cells(self)
+        return self._cells
+
+    def close(self) -> None:
+        """Close the files. Calls under way in other threads end first. Later calls raise ValueError."""
+        self._handle.close()
+
+    def __enter__(self) -> Set:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        if self.closed:
+            raise ValueError(f"the set {self._path} is closed; open it again")
+        return _reopen, (self._path, self._token, self._cache, self._budget)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Set) and (self is other or (self._path, self.closed) == (other._path, other.closed))
+
+    def __hash__(self) -> int:
+        return hash(self._path)
+
+    def __repr__(self) -> str:
+        if self.closed:
+            return f"<filiform.Set {self._path!r}, closed>"
+        cells, _, segments, _ = self._handle.counts()
+        return f"<filiform.Set {self._path!r}: {cells} cells, {segments} segments>"
+
+    def _repr_png_(self) -> bytes | None:
+        from .pictures import notebook_png
+
+        return notebook_png(self, None)
+
+    # -- questions
+
+    def nearest(
+        self,
+        points: npt.ArrayLike,
+        k: Union[int, Sequence[int]] = 1,
+        eps: float = 0.0,
+        distance_upper_bound: float = np.inf,
+        workers: int = 1,
+        *,
+        approximate: bool = False,
+    ) -> Any:
+        """Find the nearest segments, exactly. Names and meanings are those of ``scipy.spatial.cKDTree.query``.
+
+        Parameters
+        ----------
+        points : shape (3,) or (..., 3), um. A float64 array in C order is not copied.
+        k : how many segments a point, or a sequence of ranks, which begin at 1.
+        eps : distances may be up to (1 + eps) times too long; then ``exact`` is False.
+        distance_upper_bound : um; only nearer segments are found.
+        workers : threads for many points; -1 is one a processor.
+        approximate : use the set's landmarks only, read no tile.
+
+        Returns
+        -------
+        A structured array of shape points.shape[:-1], with an axis of k at the end unless k is 1. For one point and
+        k = 1: one row. Fields: ``distance x y z`` float64 um, the nearest place; ``cell`` uint32, for ``s.cells[i]``;
+        ``segment`` uint32; ``sample`` int64, the id in the file of the segment's end away from the root; ``exact``
+        bool. Where fewer than k segments are found, distance is inf, x y z are nan, sample is -1, cell and segment are
+        2**32 - 1.
+
+        Raises ValueError, TypeError, OSError, CorruptSet, and MemoryError for a result larger than the memory.
+        """
+        return _core.nearest(self._handle, points, k, eps, distance_upper_bound, workers, approximate)
+
+    def snap(self, points: npt.ArrayLike, workers: int = 1) -> tuple[Array, Any]:
+        """Move points onto the nearest neurite.
+
+        points has the shape (3,) or (..., 3), um. Returns the moved points, of the same shape, and the distances, of
+        shape points.shape[:-1], um. `Cell.snap` moves points to the samples of one cell, as navis does.
+        """
+        hits = self.nearest(points, workers=workers)
+        moved = np.stack([hits["x"], hits["y"], hits["z"]], axis=-1)
+        return moved, hits["distance"].copy()
+
+    def box_query(
+        self,
+        corner: npt.ArrayLike,
+        opposing_corner: npt.ArrayLike,
+        *,
+        fields: Union[str, Sequence[str], None] = None,
+    ) -> Array:
+        """Find all segments that meet a closed box, exactly.
+
+        The corners have the shape (3,), um, and are rounded to the set's grid (2 nm by default). Returns rows as
+        `nearest` does, nearest to the middle of the box first. `fields` chooses fields, as in brain-indexer: a list
+        gives an array of these fields, one name gives its values. It may also name ``x0 y0 z0 x1 y1 z1``, the ends of
+        the segment, away from and towards the root, um.
+        """
+        ends = _wants_ends(fields)
+        return _select(*_core.box_query(self._handle, corner, opposing_corner, ends), fields)
+
+    def sphere_query(
+        self, center: npt.ArrayLike, radius: float, *, fields: Union[str, Sequence[str], None] = None
+    ) -> Array:
+        """Find all segments within a closed sphere, exactly; nearest to the center first.
+
+        center has the shape (3,), radius is in um. Rows and `fields` are as for `box_query`.
+        """
+        return _select(*_core.sphere_query(self._handle, center, radius, _wants_ends(fields)), fields)
+
+    def box_counts(
+        self, corner: npt.ArrayLike, opposing_corner: npt.ArrayLike, *, group_by: str | None = None
+    ) -> Union[int, dict[int, int]]:
+        """Count the segments that meet a closed box. With ``group_by="cell"``: a dict of cell indices and counts."""
+        return _grouped(_core.box_counts(self._handle, corner, opposing_corner), group_by)
+
+    def sphere_counts(
+        self, center: npt.ArrayLike, radius: float, *, group_by: str | None = None
+    ) -> Union[int, dict[int, int]]:
+        """Count the segments within a closed sphere. With ``group_by="cell"``: a dict of cell indices and counts."""
+        return _grouped(_core.sphere_counts(self._handle, center, radius), group_by)
+
+    def ray(
+        self,
+        origin: npt.ArrayLike,
+        direction: npt.ArrayLike,
+        *,
+        radius: float = 1.0,
+        slope: float = 0.0,
+        length: float = np.inf,
+        k: int | None = None,
+    ) -> Array:
+        """Find the segments near a ray, the first along it first.
+
+        origin and direction have the shape (3,). A segment is found if its distance to the ray is at most
+        radius + slope * (distance along the ray), um. `length` ends the ray, `k` limits the rows. Returns a structured
+        array with the fields ``along distance x y z`` (float64 um), ``cell segment`` (uint32), ``sample`` (int64).
+        """
+        return _core.ray(self._handle, origin, direction, radius, slope, length, k)
+
+    def levels(self, box: npt.ArrayLike, pixels: float, *, segments: int = 2_000_000) -> LevelSegments:
+        """Simplified neurites that draw a box with an error below a pixel.
+
+        box has the shape (2, 3), um; its longest side is drawn `pixels` wide. `segments` limits the choice of tiles.
+        Returns `LevelSegments`. Raises ValueError for a set without levels of detail.
+        """
+        return LevelSegments(*_core.levels(self._handle, box, pixels, segments))
+
+    def navigate(
+        self,
+        cell: Any = None,
+        route: str = "longest",
+        *,
+        method: str = "climb",
+        hand: str = "medium",
+        seed: int = 1,
+        seconds: float | None = None,
+        zoom: float = 300.0,
+        rate: float = 1000.0,
+        speed: float | None = None,
+        stiffness: float | None = None,
+        budget: Union[int, str, None] = None,
+        device: str | None = None,
+        record: Union[str, "os.PathLike[str]"] = "",
+    ) -> Navigation:
+        """Let a simulated hand travel a route, in virtual time. The result depends only on set, arguments and seed.
+
+        Parameters
+        ----------
+        cell : a name, index or Cell. Default: the cell with the most segments.
+        route : ``"FIRST:LAST"`` (sample ids), ``"longest"``, ``"random:SEED"`` or ``"tour:SEED"``.
+        method : ``"climb"``, or a method of the paper: basic, shading, force, force-listing.
+        hand : ``"loose"``, ``"medium"`` or ``"firm"``. `device` replaces it, for example ``"replay:FILE"``.
+        seconds : limit of simulated time. rate : ticks a second. zoom : um across 0.12 m of device.
+        speed : of the hand's aim, m/s. stiffness : of the spring to the proxy, N/m. budget : bytes for tiles.
+        record : write the exchanges with the device to this file, for ``device="replay:FILE"``.
+        """
+        index = None if cell is None else self.cells.index(cell)
+        if isinstance(budget, str):
+            budget = _core.parse_bytes("budget", budget)
+        name = device if device is not None else f"sim:{hand}"
+        ticks, summary = _core.navigate(
+            self._handle, index, route, method, name, seed, seconds, zoom, rate, speed, stiffness, budget,
+            os.fspath(record),
+        )
+        return Navigation(ticks, summary)
+
+    def render(self, **options: Any) -> Array:
+        """`filiform.render` of this set."""
+        from .pictures import render
+
+        return render(self, **options)
+
+
+def _reopen(path: str, token: str | None, cache: str | None, budget: int) -> Set:
+    return Set(path, token=token, cache=cache, budget=budget)
+
+
+def _names(fields: Union[str, Iterable[str]]) -> tuple[str, ...]:
+    names = (fields,) if isinstance(fields, str) else tuple(fields)
+    known = tuple(_core.HIT.names or ()) + _ENDS
+    for name in names:
+        if name not in known:
+            raise ValueError(f"fields: unknown field {name!r}; choose from {' '.join(known)}")
+    if len(set(names)) != len(names) or not names:
+        raise ValueError("fields: give each field once, and at least one")
+    return names
+
+
+def _wants_ends(fields: Union[str, Sequence[str], None]) -> bool:
+    return fields is not None and any(name in _ENDS for name in _names(fields))
+
+
+def _select(rows: Array, ends: Array | None, fields: Union[str, Sequence[str], None]) -> Array:
+    if fields is None:
+        return rows
+    names = _names(fields)
+
+    def column(name: str) -> Array:
+        if name in _ENDS:
+            assert ends is not None
+            return ends[:, _ENDS.index(name)]
+        return rows[name]
+
+    if isinstance(fields, str):
+        return np.ascontiguousarray(column(fields))
+    chosen = np.empty(len(rows), dtype=[(name, column(name).dtype) for name in names])
+    for name in names:
+        chosen[name] = column(name)
+    return chosen
+
+
+def _grouped(counts: dict[int, int], group_by: str | None) -> Union[int, dict[int, int]]:
+    if group_by is None:
+        return sum(counts.values())
+    if group_by != "cell":
+        raise ValueError(f"group_by: expected 'cell' or None, got {group_by!r}")
+    return counts

@@ -1,0 +1,38 @@
+// OpenSet: an open revision of a tile set with what queries from Python need. Thread rule: internally synchronised.
+#pragma once
+
+#include "index/query/nearest.h"
+#include "index/set/levels.h"
+#include "index/set/tile_set.h"
+#include "tools/answers/sample_ids.h"
+
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <string>
+
+namespace filiform::python {
+
+class OpenSet {
+ public:
+  // `budget_bytes`: of tiles kept between queries, and a quarter more of sample ids. Throws as TileSet::open().
+  OpenSet(const std::string& name, const RemoteOptions& remote, std::uint64_t budget_bytes);
+
+  const TileSet& set() const { return *set_; }
+  const Nearest& nearest() const { return nearest_; }
+  // The id in the file of a segment's child sample. O(1) for the cell that this thread asked for last. Throws
+  // CorruptSet, IoError.
+  std::int64_t sampleOf(const SegmentId& segment) const;
+  // nullptr: the set has none. Opened at the first call, O(tiles). Throws CorruptSet, IoError.
+  const Levels* levels() const;
+
+ private:
+  const std::unique_ptr<const TileSet> set_;
+  const Nearest nearest_;
+  mutable tools::SampleIds sample_ids_;
+  const std::uint64_t serial_;  // different for each object of the process
+  mutable std::once_flag levels_once_;
+  mutable std::unique_ptr<const Levels> levels_;
+};
+
+}  // namespace filiform::python
