@@ -2,6 +2,7 @@
 // a stream of cells: SWC files, archive entries, synthetic columns and graphs.
 #pragma once
 
+#include "index/cell/attribute.h"
 #include "index/geometry/grid.h"
 
 #include <array>
@@ -38,8 +39,10 @@ struct Cell {
   std::vector<std::uint32_t>
       block_starts;  // rank of the first sample of each id block after the first (W_ID_RESTART); usually empty
 
+  std::vector<CellAttribute> attributes;  // by different names; usually empty
+
   std::size_t samples() const { return sample_ids.size(); }
-  void clearSamples();  // keeps source, digest and name
+  void clearSamples();  // keeps source, digest, name and attributes
   // If an array has room for more than 2 kSamplesKept samples, empties all arrays and frees their memory. Otherwise
   // changes nothing: the next cell reuses the memory.
   static constexpr std::size_t kSamplesKept = std::size_t{1} << 16;

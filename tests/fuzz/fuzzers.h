@@ -24,6 +24,7 @@ void fuzzFalcon(Input input);
 void fuzzSpaceMouse(Input input);
 void fuzzRecording(Input input);
 void fuzzRequest(Input input);
+void fuzzHdf5(Input input);
 
 // Aborts if a promise is broken.
 inline void require(bool kept, const char* promise) {
