@@ -115,7 +115,7 @@ struct Circuit::Reader {
     for (CircuitPopulation population : config.populations) {
       if (!options.morphologies.empty()) population.morphologies = placesAt(options.morphologies);
       std::vector<std::string> names{population.name};
-      if (population.name.empty()) names = internal::listPopulations(process, population.nodes_file);
+      if (population.name.empty()) names = populationsOf(population.nodes_file);
       for (const std::string& name : names) {
         known += (known.empty() ? "" : ", ") + escaped(name, 100);
         if (!options.population.empty() && options.population != name) continue;
@@ -137,7 +137,7 @@ struct Circuit::Reader {
     population.nodes_file = path;
     population.morphologies = placesAt(options.morphologies);
     std::vector<std::string> names{options.population};
-    if (options.population.empty()) names = internal::listPopulations(process, path);
+    if (options.population.empty()) names = populationsOf(path);
     if (names.empty()) throw InputError(escaped(path) + ": holds no population of nodes");
     for (const std::string& name : names) {
       population.name = name;
@@ -153,6 +153,21 @@ struct Circuit::Reader {
     const std::uint64_t bytes = fs::file_size(path, error);
     if (error) throw IoError(escaped(path), "cannot read", error.value());
     return bytes;
+  }
+
+  // Runs `read`. What it cannot read in a file that is there is a fault of the input.
+  template <typename Read>
+  static auto readable(const std::string& file, Read read) {
+    bytesOf(file);
+    try {
+      return read();
+    } catch (const IoError& failure) {
+      if (failure.isShortage()) throw;
+      throw InputError(failure.what());
+    }
+  }
+  std::vector<std::string> populationsOf(const std::string& file) {
+    return readable(file, [&] { return internal::listPopulations(process, file); });
   }
 
   // The places of --morphologies: a folder may hold files of any format.
@@ -317,7 +332,6 @@ struct Circuit::Reader {
   Circuit circuit;
   internal::Hdf5Process process;
   std::string folder;
-  std::uint64_t bytes = 0;
   std::shared_ptr<NodeAttributes> attributes = std::make_shared<NodeAttributes>();
   std::map<std::pair<std::string, std::string>, std::string> sources;  // by place and morphology
   std::map<std::string, std::set<std::string>> containers;             // by path: the morphologies needed

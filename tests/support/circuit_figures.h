@@ -6,6 +6,7 @@
 #include "tests/support/process.h"
 #include "tests/support/small_circuit.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -55,9 +56,10 @@ inline void expectFigures(const std::string& set, std::uint64_t cells, std::uint
   EXPECT_NEAR(f.length_um / length_um, 1, 1e-6);
   for (int axis = 0; axis < 3; ++axis) {
     const auto at = static_cast<std::size_t>(axis);
-    const double scale_um = std::max(std::abs(lo_um[at]), std::abs(hi_um[at]));
-    EXPECT_NEAR(f.lo_um[axis], lo_um[at], 1e-6 * scale_um);
-    EXPECT_NEAR(f.hi_um[axis], hi_um[at], 1e-6 * scale_um);
+    constexpr double kRounding_um = 0x1p-11;  // half a quantum of the finest grid
+    const double most_um = 1e-6 * std::max(std::abs(lo_um[at]), std::abs(hi_um[at])) + kRounding_um;
+    EXPECT_NEAR(f.lo_um[axis], lo_um[at], most_um);
+    EXPECT_NEAR(f.hi_um[axis], hi_um[at], most_um);
   }
 }
 

@@ -5,9 +5,16 @@
 #include "tools/program/numbers.h"
 
 #include <array>
+#include <cmath>
 #include <cstdio>
 
 namespace filiform::tools {
+
+namespace {
+
+double withThreeDecimals(double value) { return std::round(value * 1000) / 1000 + 0.0; }  // without -0
+
+}  // namespace
 
 void addCircuitArguments(CLI::App& command, CircuitOptions& circuit, bool& no_soma_links) {
   command.add_option("--population", circuit.population, "read only this population of a circuit or of nodes.h5")
@@ -41,7 +48,8 @@ std::string describePopulations(const std::vector<PopulationReport>& populations
     if (p.placed > 0) {
       std::array<char, 160> line{};
       std::snprintf(line.data(), line.size(), "; mean direction of local +y (%.3f, %.3f, %.3f), length %.5f",
-                    p.mean_y.x() + 0.0, p.mean_y.y() + 0.0, p.mean_y.z() + 0.0, p.mean_y.norm());
+                    withThreeDecimals(p.mean_y.x()), withThreeDecimals(p.mean_y.y()), withThreeDecimals(p.mean_y.z()),
+                    p.mean_y.norm());
       text += line.data();
     }
     text += '\n';
