@@ -7,6 +7,8 @@
 #include "index/build/internal/somata_section.h"
 #include "index/build/internal/stored_cells.h"
 #include "index/errors.h"
+#include "index/set/cell_attributes.h"
+#include "index/set/internal/attributes_section.h"
 #include "index/set/internal/cells_file.h"
 #include "index/set/internal/manifest.h"
 #include "index/text.h"
@@ -57,7 +59,8 @@ std::map<std::string, std::vector<std::uint8_t>> sectionsOf(const TileSet& base,
   for (const TileSet* set : {added, &base})
     for (const std::string& name : set != nullptr ? set->sections() : std::vector<std::string>{})
       sections[name] = *set->section(name);
-  for (const char* const made_anew : {internal::kSomataSection, internal::kLevelsDroppedSection})
+  for (const char* const made_anew :
+       {internal::kSomataSection, internal::kAttributesSection, internal::kLevelsDroppedSection})
     sections.erase(made_anew);
   return sections;
 }
@@ -128,6 +131,7 @@ class Finish {
     writer.writeLandmarks(landmarks);
     for (const auto& [name, bytes] : sectionsOf(base_, added)) writer.writeSection(name, bytes);
     writeSomata(added);
+    writeAttributes(added);
     const bool levels = internal::wantsLevels(base_);
     if (levels) writer.writeSection(internal::kLevelsDroppedSection, {});
     GrowthResult result;
@@ -151,6 +155,18 @@ class Finish {
         somata.push_back(soma);
       }
     if (!somata.empty()) revision_.writer().writeSection(internal::kSomataSection, internal::encodeSomata(somata));
+  }
+
+  void writeAttributes(const TileSet* added) {
+    internal::AttributeTable table;
+    std::uint32_t cell = 0;
+    for (const TileSet* set : {&base_, added}) {
+      if (set == nullptr) continue;
+      const CellAttributes attributes(*set);
+      for (std::uint32_t c = 0; c < set->cell_count(); ++c, ++cell)
+        if (!records[cell].removed && !attributes.empty()) table.add(cell, attributes.of(c));
+    }
+    if (!table.empty()) revision_.writer().writeSection(internal::kAttributesSection, table.encode(cell));
   }
 
   SetFolder& folder_;

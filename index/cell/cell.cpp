@@ -19,7 +19,7 @@ std::string_view withoutEndings(std::string_view path) {
     path = rest;
     return true;
   };
-  for (const std::string_view ending : {".swc", ".edges", ".obj", ".vtk"})
+  for (const std::string_view ending : {".swc", ".edges", ".obj", ".vtk", ".h5"})
     if (without(ending)) break;
   without(".cng");
   return path;

@@ -2,6 +2,7 @@
 // a stream of cells: SWC files, archive entries, synthetic columns and graphs.
 #pragma once
 
+#include "index/cell/attribute.h"
 #include "index/cell/radius.h"
 #include "index/geometry/grid.h"
 
@@ -44,8 +45,10 @@ struct Cell {
   std::string header;
   static constexpr std::size_t kMostHeader = 65536;
 
+  std::vector<CellAttribute> attributes;  // by different names; usually empty
+
   std::size_t samples() const { return sample_ids.size(); }
-  void clearSamples();  // keeps source, digest and name; clears the header
+  void clearSamples();  // keeps source, digest, name and attributes; clears the header
   // If an array has room for more than 2 kSamplesKept samples, empties all arrays and frees their memory. Otherwise
   // changes nothing: the next cell reuses the memory.
   static constexpr std::size_t kSamplesKept = std::size_t{1} << 16;

@@ -5,6 +5,7 @@
 #include "index/input/internal/archive.h"
 #include "index/input/internal/archive_report.h"
 #include "index/input/internal/file_listing.h"
+#include "index/input/internal/h5_morphology.h"
 #include "index/input/internal/item_reader.h"
 #include "index/input/internal/read_ahead.h"
 #include "index/text.h"
@@ -14,6 +15,7 @@
 #include <cmath>
 #include <exception>
 #include <filesystem>
+#include <iterator>
 #include <map>
 #include <optional>
 #include <system_error>
@@ -28,6 +30,7 @@ using internal::ListedFile;
 using internal::ReadAhead;
 
 constexpr std::uint32_t kNoEntry = UINT32_MAX;
+const std::string kOnlyMorphology;  // of an H5 file that is no container
 constexpr std::size_t kOpenArchives = 8, kOpenArchivesOfThread = 2;
 constexpr std::uint64_t kBytesOfInput = 1024;       // of a listed file or entry, without names
 constexpr std::uint64_t kBytesOfOpenEntry = 512;    // of an entry of an open archive
@@ -64,7 +67,8 @@ struct Input::State {
   }
 
   void list(const std::string& argument);
-  void addFile(const ListedFile& file);
+  void addContainer(const ListedFile& file, const std::vector<std::string>* only);
+  void addFile(const ListedFile& file, const std::vector<std::string>* only = nullptr);
   SourceReport& addRow(const ListedFile& file, std::uint64_t bytes);
   void refuse(const ListedFile& file, const IoError& failure);
   void orderEqualSources();
@@ -81,12 +85,15 @@ struct Input::State {
                            const std::function<void(std::uint64_t)>& on_bytes) const;
   void checkUnchanged(const Item& item, const InputReport& report, const Cell& cell) const;
   void advance(std::uint64_t bytes);
+  void begin();
   void record(const Item& item, std::uint64_t digest, InputReport report);
 
   InputOptions options;
   std::vector<ListedFile> files;  // by row
   std::vector<SourceReport> rows;
-  std::map<std::uint32_t, Archive> archives;  // by row
+  std::map<std::uint32_t, Archive> archives;                     // by row
+  std::map<std::uint32_t, std::vector<std::string>> containers;  // by row: morphologies of an H5 file
+  internal::Hdf5Process hdf5;                                    // lists them
   std::vector<Item> items;
   std::size_t position = 0, ordered = 0;
   bool complete = false;
@@ -130,10 +137,36 @@ SourceReport& Input::State::addRow(const ListedFile& file, std::uint64_t bytes) 
   return rows.emplace_back(std::move(report));
 }
 
-void Input::State::addFile(const ListedFile& file) {
+// Lists the morphologies of an H5 file; with `only`, those of these names.
+void Input::State::addContainer(const ListedFile& file, const std::vector<std::string>* only) {
+  std::error_code error;
+  const std::uint64_t bytes = fs::file_size(file.path, error);
+  if (error) throw IoError(escaped(file.path), "cannot read", error.value());
+  std::vector<std::string> names = internal::listH5Morphologies(hdf5, file.path);
+  if (names.empty()) throw IoError(escaped(file.path), "holds no morphology; give a file of nodes with --morphologies");
+  const auto row = static_cast<std::uint32_t>(rows.size());
+  SourceReport& report = addRow(file, bytes);
+  if (names.size() == 1 && names[0].empty()) {
+    items.push_back({file.shown, row, kNoEntry, std::nullopt, false});
+    containers[row] = {};
+    return;
+  }
+  if (only != nullptr) {
+    std::vector<std::string> wanted;
+    std::set_intersection(names.begin(), names.end(), only->begin(), only->end(), std::back_inserter(wanted));
+    names = std::move(wanted);
+  }
+  report.archive = true;
+  for (std::uint32_t number = 0; number < names.size(); ++number)
+    items.push_back({file.shown + "/" + names[number], row, number, std::nullopt, false});
+  containers[row] = std::move(names);
+}
+
+void Input::State::addFile(const ListedFile& file, const std::vector<std::string>* only) {
   const auto row = static_cast<std::uint32_t>(rows.size());
   try {
     if (!file.unreadable.empty()) throw IoError(escaped(file.path), file.unreadable);
+    if (endsWithNoCase(file.path, ".h5")) return addContainer(file, only);
     if (endsWithNoCase(file.path, ".zip")) {
       Archive archive(file.path);
       addRow(file, archive.file_bytes()).digest = archive.digest();
@@ -180,8 +213,12 @@ void Input::State::orderEqualSources() {
 
 InputItem Input::State::inputItem(const Item& item) const {
   const ListedFile& file = files[item.row];
-  InputItem input{&item.source, &file.path, rows[item.row].bytes, file.format, file.skeleton.get(), nullptr, nullptr};
-  if (item.entry != kNoEntry) {
+  InputItem input{&item.source, &file.path, rows[item.row].bytes, file.format, file.skeleton.get(), nullptr,
+                  nullptr,      nullptr};
+  if (const auto found = containers.find(item.row); found != containers.end()) {
+    input.morphology = item.entry == kNoEntry ? &kOnlyMorphology : &found->second[item.entry];
+    input.bytes /= std::max<std::size_t>(1, found->second.size());
+  } else if (item.entry != kNoEntry) {
     input.archive = &archives.at(item.row);
     input.entry = &input.archive->entries()[item.entry];
     input.bytes = input.entry->bytes;
@@ -301,12 +338,24 @@ void Input::State::record(const Item& item, std::uint64_t digest, InputReport re
   entry.report = std::move(report);
 }
 
+void Input::State::begin() {
+  hdf5.stop();
+  std::stable_sort(items.begin(), items.end(), [](const Item& a, const Item& b) { return a.source < b.source; });
+}
+
 Input::Input(const std::vector<std::string>& arguments, InputOptions options)
     : state_(std::make_unique<State>(std::move(options))) {
   if (arguments.empty()) throw InputError("no input: name .swc files, .zip archives or folders");
   for (const std::string& argument : arguments) state_->list(argument);
-  std::stable_sort(state_->items.begin(), state_->items.end(),
-                   [](const State::Item& a, const State::Item& b) { return a.source < b.source; });
+  state_->begin();
+  rewind();
+}
+
+Input::Input(const std::vector<InputFile>& files, InputOptions options)
+    : state_(std::make_unique<State>(std::move(options))) {
+  for (const InputFile& file : files)
+    state_->addFile({file.path, file.shown, {}, graphFormatOf(file.path)}, file.only ? &*file.only : nullptr);
+  state_->begin();
   rewind();
 }
 
@@ -341,7 +390,9 @@ bool Input::next(Cell& cell) {
   }
   if (!state.complete) {
     for (const auto& [row, archive] : state.archives)
-      internal::sumEntries(archive, state.options.swc.strict, state.rows[row]);
+      internal::sumEntries(archive.refusal(), state.options.swc.strict, state.rows[row]);
+    for (const auto& [row, names] : state.containers)
+      if (!names.empty()) internal::sumEntries(std::nullopt, state.options.swc.strict, state.rows[row]);
     state.complete = true;
   }
   state.ahead.reset();
@@ -360,6 +411,8 @@ void Input::rewind() {
   state.units = {};
   for (State::Item& item : state.items) item.refused = false;
   for (const auto& [row, archive] : state.archives) internal::listEntries(archive, state.rows[row]);
+  for (const auto& [row, names] : state.containers)
+    if (!names.empty()) internal::listEntries(names, state.rows[row].bytes / names.size(), state.rows[row]);
 }
 
 const std::vector<SourceReport>& Input::reports() const { return state_->rows; }

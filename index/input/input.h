@@ -18,6 +18,7 @@
 #include <functional>
 #include <iosfwd>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -56,13 +57,21 @@ struct InputOptions {
   std::function<void(std::uint64_t done, std::uint64_t total)> progress;
 };
 
+// A file to read under a name of the caller's choice.
+struct InputFile {
+  std::string path;
+  std::string shown;                                  // the source, or its beginning for the entries of a container
+  std::optional<std::vector<std::string>> only = {};  // ascending: morphologies of an H5 container; others are left out
+};
+
 class Input : public CellStream {
  public:
   // Lists all inputs; reads only the directories of archives. Folders are searched recursively for *.swc and *.zip in
   // any letter case, hidden files included, except `._*` and `__MACOSX`. A folder with an `info` of Neuroglancer
   // skeletons counts as one input of skeletons.
   //
-  // A file argument may have any name: *.zip is an archive; *.edges, *.obj and *.vtk are graphs
+  // A file argument may have any name: *.zip is an archive; *.h5 is one H5 morphology or a container of some, each an
+  // entry (read by internal::Hdf5Process, a program of its own); *.edges, *.obj and *.vtk are graphs
   // (index/input/internal/graph_file.h); all others are SWC. Graph files inside folders and archives are ignored, since
   // such folders usually hold meshes.
   //
@@ -75,6 +84,9 @@ class Input : public CellStream {
   // Throws IoError if an argument is missing or neither file nor folder, or if the process has no file descriptor or
   // memory left. Throws InputError without arguments, or for a folder with neither .swc nor .zip.
   explicit Input(const std::vector<std::string>& arguments, InputOptions options = {});
+  // The same from files of the caller's choice. Files that cannot be read are refused. Throws IoError if the process
+  // has no file descriptor or memory left.
+  explicit Input(const std::vector<InputFile>& files, InputOptions options = {});
   ~Input() override;
   Input(Input&&) noexcept;
   Input& operator=(Input&&) noexcept;

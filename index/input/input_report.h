@@ -1,8 +1,9 @@
 // The report on one input: how much was kept, and one record for each dropped line, cut link or remark.
 //
 // Rules: a sample is kept if and only if its id and x, y, z are valid. Nothing is moved, invented or scaled. Each
-// dropped line and each cut link is one record. So candidate lines = samples + dropped lines, and links given =
-// segments + cut links; every run checks this. Thread rule: values, thread-compatible.
+// dropped line and each cut link is one record. So candidate lines = samples + dropped lines + merged points, and links
+// given = segments + cut links; every run checks this. The only invention are links from a soma to its neurites in
+// formats without any (SOMA_LINK); they count as given. Thread rule: values, thread-compatible.
 #pragma once
 
 #include "index/geometry/grid.h"
@@ -18,7 +19,8 @@
 
 namespace filiform {
 
-// E_: the file, entry or archive is refused. W_: something was dropped, cut or remarked; the rest is kept.
+// E_: the file, entry or archive is refused. W_: something was dropped, cut or remarked; the rest is kept. Others are
+// notes: the format means it so. A note neither warns nor counts under --strict.
 enum class InputCode : std::uint8_t {
   E_DECIMAL_COMMA,
   E_ENCODING,
@@ -34,6 +36,11 @@ enum class InputCode : std::uint8_t {
   E_ZIP_OVERLAP,
   E_ZIP_SIZE,
   E_ZIP_TRUNCATED,
+  NULL_MORPHOLOGY,
+  REPEATED_POINT,
+  SOMA_CONTOUR,
+  SOMA_LINK,
+  W_ATTRIBUTE,
   W_BAD_ID,
   W_BAD_LINE,
   W_BAD_PARENT,
@@ -58,6 +65,7 @@ enum class InputCode : std::uint8_t {
   W_SELF_PARENT,
   W_SEPARATOR,
   W_SHORT_LINE,
+  W_SOMA_OFFSET,
   W_UNITS,
   W_ZERO_RADIUS,
   W_ZIP_DUP_NAME,
@@ -69,11 +77,12 @@ enum class InputCode : std::uint8_t {
 };
 inline constexpr std::size_t kInputCodes = static_cast<std::size_t>(InputCode::W_ZIP_UNSAFE_NAME) + 1;
 
-// The code as text: "W_ORDER". Enumerators are in printing order: E_ first, then alphabetical.
+// The code as text: "W_ORDER". Enumerators are in printing order: E_ first, then notes, each alphabetical.
 std::string_view name(InputCode code);
 // The meaning and what was done, for the user: "parent defined after its child; kept".
 std::string_view explanation(InputCode code);
-inline bool isRefusal(InputCode code) { return code < InputCode::W_BAD_ID; }
+inline bool isRefusal(InputCode code) { return code < InputCode::NULL_MORPHOLOGY; }
+inline bool isNote(InputCode code) { return !isRefusal(code) && code < InputCode::W_ATTRIBUTE; }
 
 enum class Severity : std::uint8_t { kAccept, kWarn, kRefuse };
 // "accept", "warn", "refuse".
@@ -89,6 +98,7 @@ class CodeCounts {
   // In printing order; only counts above 0.
   const std::vector<std::pair<InputCode, std::uint64_t>>& all() const { return counts_; }
   bool anyRefusal() const { return !counts_.empty() && isRefusal(counts_.front().first); }
+  bool anyWarning() const { return !counts_.empty() && counts_.back().first >= InputCode::W_ATTRIBUTE; }
 
  private:
   std::vector<std::pair<InputCode, std::uint64_t>> counts_;
@@ -112,7 +122,8 @@ struct InputReport {
   std::uint64_t roots = 0;     // kept samples without a parent
   std::uint64_t candidate_lines = 0;
   std::uint64_t dropped_lines = 0;
-  std::uint64_t links_given = 0;  // kept samples whose parent field is not -1
+  std::uint64_t merged_points = 0;  // of sections and somata: another sample stands for the point
+  std::uint64_t links_given = 0;    // kept samples whose parent field is not -1
   std::uint64_t links_cut = 0;
   CodeCounts codes;
   InputRecords records;  // every dropped line and cut link, and the first remarks of each code

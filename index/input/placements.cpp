@@ -1,5 +1,6 @@
 #include "index/input/placements.h"
 
+#include "index/cell/soma.h"
 #include "index/errors.h"
 #include "index/file/internal/digest.h"
 #include "index/text.h"
@@ -8,6 +9,7 @@
 #include <cerrno>
 #include <charconv>
 #include <cmath>
+#include <cstdio>
 #include <fstream>
 #include <numeric>
 #include <tuple>
@@ -35,12 +37,31 @@ std::array<std::array<double, 3>, 3> rotationOf(const std::array<double, 4>& q) 
            {2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)}}};
 }
 
+constexpr double kSomaAtOrigin_um = 1;  // a soma within this distance is not remarked
+
+// Where the soma of a morphology lies: the mean of its samples of type 1. The origin if there are none. The mean of an
+// outline of many samples is not exactly the soma's centre: if the origin lies within the outline, it is taken instead.
+Vector3d somaPlace(const Cell& morphology) {
+  Vector3d sum = Vector3d::Zero();
+  std::vector<Vector3d> soma;
+  for (std::size_t i = 0; i < morphology.samples(); ++i) {
+    if (morphology.types[i] != kSomaType) continue;
+    soma.push_back(morphology.positions_um[i]);
+    sum += soma.back();
+  }
+  if (soma.empty()) return sum;
+  const Vector3d mean = sum / static_cast<double>(soma.size());
+  double reach = 0;
+  for (const Vector3d& p : soma) reach = std::max(reach, (p - mean).norm());
+  return soma.size() > 3 && mean.norm() < reach ? Vector3d(Vector3d::Zero()) : mean;
+}
+
 std::uint64_t digestOf(const PlacementTable::Row& row, std::string_view text, std::uint64_t seed) {
   std::array<double, 7> pose;
   std::copy(row.moved_um.begin(), row.moved_um.end(), pose.begin());
   std::copy(row.turned.begin(), row.turned.end(), pose.begin() + 3);
-  const std::uint64_t placed =
-      internal::checksum(std::string_view(reinterpret_cast<const char*>(pose.data()), sizeof pose), seed);
+  const std::uint64_t placed = internal::checksum(
+      std::string_view(reinterpret_cast<const char*>(pose.data()), sizeof pose), row.by_soma ? ~seed : seed);
   return internal::checksum(text, placed);
 }
 
@@ -111,23 +132,31 @@ class PlacementTable::Parser {
     if (!(std::abs(length - 1) <= kLengthTolerance))
       fail("the quaternion qw qx qy qz has length " + std::to_string(length) + ", not 1");
     for (double& component : row.turned) component = component / length + 0.0;
-    row.name_at = table_.names_.size();
-    row.name_bytes = static_cast<std::uint32_t>(fields_[8].size());
-    table_.names_ += fields_[8];
-    const auto [at, added] =
-        numbers_.try_emplace(std::string(fields_[0]), static_cast<std::uint32_t>(table_.sources_.size()));
-    if (added) table_.sources_.push_back(at->first);
-    row.source = at->second;
-    table_.rows_.push_back(row);
-    table_.digest_ += digestOf(row, fields_[8], internal::checksum(fields_[0]));
+    table_.add(fields_[0], fields_[8], row.line, row.moved_um, row.turned, false);
   }
 
   PlacementTable& table_;
   std::uint64_t line_ = 0;
   bool has_header_ = false;
   std::array<std::string_view, kColumns.size()> fields_;
-  std::unordered_map<std::string, std::uint32_t> numbers_;
 };
+
+void PlacementTable::add(std::string_view source, std::string_view name, std::uint32_t line,
+                         const std::array<double, 3>& moved_um, const std::array<double, 4>& turned, bool by_soma) {
+  Row row{};
+  row.line = line;
+  row.moved_um = moved_um;
+  row.turned = turned;
+  row.by_soma = by_soma;
+  row.name_at = names_.size();
+  row.name_bytes = static_cast<std::uint32_t>(name.size());
+  names_ += name;
+  const auto [at, added] = numbers_.try_emplace(std::string(source), static_cast<std::uint32_t>(sources_.size()));
+  if (added) sources_.push_back(at->first);
+  row.source = at->second;
+  rows_.push_back(row);
+  digest_ += digestOf(row, name, internal::checksum(source));
+}
 
 PlacementTable PlacementTable::parse(std::string_view text, const std::string& file) {
   PlacementTable table;
@@ -185,6 +214,7 @@ PlacedCells::PlacedCells(Input& library, PlacementTable table) : library_(librar
   };
   // Reports the table's first line with an error.
   for (std::uint32_t s = 0; s < sources.size(); ++s) {
+    if (listed[s] == 0 && table_.attributes() != nullptr) continue;  // dropped at the end, with a record
     if (listed[s] == 0) {
       const std::vector<std::string_view> there = library_.sources();
       const std::string hint = there.empty() ? "" : "; one source is '" + escaped(there.front(), 200) + "'";
@@ -197,7 +227,8 @@ PlacedCells::PlacedCells(Input& library, PlacementTable table) : library_(librar
 
 std::uint64_t PlacedCells::held_bytes() const {
   constexpr std::uint64_t kBytesOfRow = 192;  // vectors grow by halves
-  return table_.rows().size() * kBytesOfRow + table_.sources().size() * 256 + table_.bytes() / 4;
+  return table_.rows().size() * kBytesOfRow + table_.sources().size() * 256 + table_.bytes() / 4 +
+         (table_.attributes() != nullptr ? table_.attributes()->held_bytes() : 0);
 }
 
 void PlacedCells::orderRows() {
@@ -224,7 +255,11 @@ bool PlacedCells::next(Cell& cell) {
   for (;;) {
     if (next_turn_ < turns_.size()) {
       const Turn& turn = turns_[next_turn_++];
-      if (place(table_.rows()[turn.row], turn.digest, cell)) return true;
+      if (place(table_.rows()[turn.row], turn.digest, cell)) {
+        cell.attributes.clear();
+        if (table_.attributes() != nullptr) table_.attributes()->of(turn.row, cell.attributes);
+        return true;
+      }
       continue;
     }
     turns_.clear();
@@ -247,6 +282,17 @@ bool PlacedCells::next(Cell& cell) {
     for (std::uint32_t s = 0; s < morphology_.segmentRanks(); ++s) {
       const auto [child, parent] = morphology_.ends(s);
       links_ += child != parent;
+    }
+    bool by_soma = false;
+    for (std::uint32_t i = begin_[source]; i < begin_[source + 1]; ++i)
+      by_soma = by_soma || table_.rows()[by_source_[i]].by_soma;
+    soma_um_ = by_soma ? somaPlace(morphology_) : Vector3d::Zero();
+    if (soma_um_.norm() > kSomaAtOrigin_um) {
+      report_.codes.add(InputCode::W_SOMA_OFFSET);
+      std::array<char, 32> distance{};
+      std::snprintf(distance.data(), distance.size(), " %.1f um", soma_um_.norm());
+      record(table_.rows()[by_source_[begin_[source]]].line, InputCode::W_SOMA_OFFSET, Effect::kRemark,
+             escaped(table_.sources()[source], 200) + distance.data());
     }
     for (std::uint32_t i = begin_[source]; i < begin_[source + 1]; ++i) {
       const PlacementTable::Row& row = table_.rows()[by_source_[i]];
@@ -304,9 +350,10 @@ bool PlacedCells::place(const PlacementTable::Row& row, std::uint64_t digest, Ce
   const std::size_t n = morphology_.samples();
   cell.positions_um.resize(n);
   const auto turn = rotationOf(row.turned);
+  const Vector3d origin_um = row.by_soma ? soma_um_ : Vector3d::Zero();
   bool inside = true;
   for (std::size_t i = 0; i < n; ++i) {
-    const double* p = morphology_.positions_um[i].data();
+    const Vector3d p = morphology_.positions_um[i] - origin_um;
     double* placed = cell.positions_um[i].data();
     for (std::size_t axis = 0; axis < 3; ++axis) {
       placed[axis] = row.moved_um[axis] + (turn[axis][0] * p[0] + turn[axis][1] * p[1] + turn[axis][2] * p[2]);

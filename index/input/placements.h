@@ -18,14 +18,25 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 namespace filiform {
 
-// The rows of one table file. Thread rule: immutable.
+// The attributes of the rows of a table, in a form of the maker's choice. Thread rule: immutable.
+class RowAttributes {
+ public:
+  virtual ~RowAttributes() = default;
+  // Replaces `attributes` by those of a row.
+  virtual void of(std::uint32_t row, std::vector<CellAttribute>& attributes) const = 0;
+  virtual std::uint64_t held_bytes() const = 0;
+};
+
+// The rows of one table file, or of a circuit (circuit.h). Thread rule: immutable once made.
 class PlacementTable {
  public:
   struct Row {
@@ -35,6 +46,7 @@ class PlacementTable {
     std::array<double, 4> turned;    // rotation: unit quaternion w, x, y, z
     std::uint64_t name_at;           // offset of the name, see name()
     std::uint32_t name_bytes;
+    bool by_soma;  // move the soma of the morphology to the origin first
   };
 
   // A quaternion may differ from length 1 by this much, since tables hold rounded numbers. It is then normalised.
@@ -47,6 +59,17 @@ class PlacementTable {
   static PlacementTable read(const std::string& path);
   // Like read(), for text in memory. Error messages name `file`.
   static PlacementTable parse(std::string_view text, const std::string& file);
+
+  // A table to which rows are added one by one. `file`: for messages; `bytes`: of the files from which the rows come.
+  PlacementTable() = default;
+  PlacementTable(std::string file, std::uint64_t bytes) : file_(std::move(file)), bytes_(bytes) {}
+  // Requires finite numbers and a unit quaternion. O(length) expected.
+  void add(std::string_view source, std::string_view name, std::uint32_t line, const std::array<double, 3>& moved_um,
+           const std::array<double, 4>& turned, bool by_soma);
+  // The attributes of the rows, by their positions in rows(). Rows whose source is not in the input are then dropped
+  // with a record, as those of a refused morphology are.
+  void setAttributes(std::shared_ptr<const RowAttributes> attributes) { attributes_ = std::move(attributes); }
+  const RowAttributes* attributes() const { return attributes_.get(); }  // nullptr: none
 
   // In the order of the table.
   const std::vector<Row>& rows() const { return rows_; }
@@ -63,12 +86,15 @@ class PlacementTable {
   std::uint64_t bytes_ = 0, digest_ = 0;
   std::vector<Row> rows_;
   std::vector<std::string> sources_;
+  std::unordered_map<std::string, std::uint32_t> numbers_;  // of the sources
+  std::shared_ptr<const RowAttributes> attributes_;
 };
 
 struct PlacementReport {
   std::uint64_t rows = 0, placed = 0;  // a row whose morphology was refused is not placed
   std::uint64_t morphologies = 0;      // placed at least once
   std::uint64_t samples = 0, segments = 0;
+  // W_SOMA_OFFSET: a morphology whose soma is moved to the origin by more than 1 um, at the first row that places it.
   // W_RANGE: a placed sample lies outside the grid. W_MISSING_PARENT: the link to such a sample is cut. W_BAD_LINE: a
   // row is not placed. The line of a record is the line of the table.
   std::uint64_t dropped_samples = 0, cut_links = 0;
@@ -118,8 +144,9 @@ class PlacedCells : public CellStream {
   std::vector<std::uint32_t> by_source_, begin_;  // rows by source, and where the rows of each source begin
   std::vector<std::uint8_t> met_;                 // by source: true once the library has returned it
   Cell morphology_;
-  std::uint64_t links_ = 0;  // of the morphology
-  std::vector<Turn> turns_;  // placements of the morphology, in the order of digests
+  std::uint64_t links_ = 0;              // of the morphology
+  Vector3d soma_um_ = Vector3d::Zero();  // of the morphology: where its soma lies
+  std::vector<Turn> turns_;              // placements of the morphology, in the order of digests
   std::size_t next_turn_ = 0;
   PlacementReport report_;
   struct Repeated {

@@ -390,8 +390,8 @@ InputReport SwcReader::State::finish(std::string_view file, Cell& cell) {
                             " links, " + std::to_string(report.segments) + " kept, " + std::to_string(cut) +
                             " cut); please report this with the file");
   }
-  const bool refuse = report.codes.anyRefusal() || (options.strict && !report.codes.empty());
-  report.severity = refuse ? Severity::kRefuse : report.codes.empty() ? Severity::kAccept : Severity::kWarn;
+  const bool refuse = report.codes.anyRefusal() || (options.strict && report.codes.anyWarning());
+  report.severity = refuse ? Severity::kRefuse : report.codes.anyWarning() ? Severity::kWarn : Severity::kAccept;
   if (refuse) {
     report.samples = report.segments = report.isolated = report.roots = 0;
     cell.clearSamples();

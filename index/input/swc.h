@@ -31,6 +31,8 @@ struct SwcOptions {
   bool apply_offset = false;
   // Refuse the whole input on any W_ code.
   bool strict = false;
+  // For formats without links between the soma and the neurites (H5, ASC): add them, each a SOMA_LINK.
+  bool soma_links = true;
 
   bool isMicrometres() const { return unit_um == 1 && !voxel_um; }
   Vector3d toMicrometres(const Vector3d& p) const {

@@ -1,6 +1,7 @@
 #include "index/set/verify.h"
 
 #include "index/errors.h"
+#include "index/set/cell_attributes.h"
 #include "index/set/internal/deep_check.h"
 #include "index/set/levels.h"
 
@@ -66,6 +67,7 @@ VerifyReport verify(const std::string& path, const VerifyOptions& options) {
     set->checkCells();
     for (std::uint32_t c = 0; c < set->cell_count(); ++c) set->loadCellDetail(c);
   });
+  checker.attempt([&] { CellAttributes(*set).check(); });
   checker.attempt([&] { set->landmarks(); });
   std::unique_ptr<Levels> levels;
   checker.attempt([&] { levels = Levels::open(*set); });

@@ -16,7 +16,7 @@ constexpr Target kTargets[] = {
     {"falcon", fuzzFalcon},       {"swc", fuzzSwc},   {"graph", fuzzGraph},           {"manifest", fuzzManifest},
     {"recording", fuzzRecording}, {"zip", fuzzZip},   {"directory", fuzzDirectory},   {"spacemouse", fuzzSpaceMouse},
     {"tile", fuzzTile},           {"text", fuzzText}, {"placements", fuzzPlacements}, {"request", fuzzRequest},
-    {"session", fuzzSession},
+    {"session", fuzzSession},     {"hdf5", fuzzHdf5},
 };
 const Target* chosen = nullptr;
 

@@ -25,6 +25,7 @@ void fuzzSpaceMouse(Input input);
 void fuzzRecording(Input input);
 void fuzzRequest(Input input);
 void fuzzSession(Input input);
+void fuzzHdf5(Input input);
 
 // Aborts if a promise is broken.
 inline void require(bool kept, const char* promise) {

@@ -109,6 +109,12 @@ for set in my allen big lev; do cp -r column.fil $set.fil; done
 for zip in archive demo; do cp column.zip $zip.zip; done
 cp library.zip lib.zip
 cp column.tsv col.tsv
+filiform synth circuit --format sonata --cells 6 --library 3
+filiform ingest circuit/circuit_config.json -o circuit.fil
+cp circuit/column/nodes.h5 circuit/morphologies/merged-morphologies.h5 .
+mv circuit/circuit_config.json circuit/column circuit/input .
+mv circuit/morphologies/merged-morphologies.h5 morphologies
+rm -r circuit
 printf '0 700 0\n10, 600, 5\n# a remark\n' > soma.txt
 filiform navigate column.fil --seconds 0.5 --record f.rec
 cp f.rec travel.rec
@@ -198,7 +204,7 @@ const ByCommand kFirstFields{{"check", "verdict"},   {"info", "cells"},   {"cell
                              {"devices", "devices"}, {"render", "width"}, {"bench", "format"},   {"replay", "set"}};
 const ByCommand kFirstColumns{{"check", "file"}, {"cells", "id"}, {"nearest", "query"}, {"path", "sample"}};
 // A part of the text output of each command.
-const ByCommand kTexts{{"synth", " of SWC in "},   {"check", " inputs: "},         {"ingest", " tiles, "},
+const ByCommand kTexts{{"synth", " segments, "},   {"check", " inputs: "},         {"ingest", " tiles, "},
                        {"compact", " tiles, "},    {"info", "  segments   "},      {"cells", "length"},
                        {"verify", ": sound: "},    {"nearest", "query\trank"},     {"path", " um along the cell, "},
                        {"export", " samples of "}, {"navigate", "route "},         {"devices", "sim:medium"},

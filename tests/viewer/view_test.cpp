@@ -7,6 +7,7 @@
 #include "tests/support/process.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/temp_folder.h"
+#include "viewer/scene/neurite_batches.h"
 
 #include <chrono>
 #include <csignal>
@@ -151,6 +152,34 @@ class View : public Display {
   }
 };
 class ViewInShort : public Display {};
+
+TEST_F(ViewInShort, ColoursAndSelectsCellsByAnAttribute) {
+  const std::string circuit = *folder_ / "circuit", set = *folder_ / "circuit.fil";
+  ASSERT_EQ(runFiliform({"synth", circuit, "--format", "sonata", "--cells", "8", "--library", "8"}).exit_code, 0);
+  ASSERT_EQ(runFiliform({"ingest", circuit + "/circuit_config.json", "-o", set}).exit_code, 0);
+  view("'" + set + "' --size 640x480 --segments 5000 --reset");
+  await("a proxy on a neurite",
+        [](const Json& s) { return s.at("open") == true && !s.at("cell").get<std::string>().empty(); });
+  for (const ColourBy colouring : kColourings) {
+    EXPECT_EQ(state().at("colour_by"), toString(colouring));
+    EXPECT_EQ(state().at("attribute"), "");
+    act("c");
+  }
+  await("the first attribute", [](const Json& s) { return s.at("attribute") == "layer"; });
+  EXPECT_GT(state().at("legend_values"), 2);
+  act("slash");
+  sendAndDraw("type --delay 60 synapse_class=EXC");
+  await("the condition", [](const Json& s) { return s.at("search_text") == "synapse_class=EXC"; });
+  sendAndDraw("keydown Return");
+  sendAndDraw("keyup Return");
+  await("the selection", [](const Json& s) { return s.at("selected_cells") > 0 && s.at("search") == false; });
+  EXPECT_EQ(state().at("selection"), "synapse_class=EXC");
+  EXPECT_LT(state().at("selected_cells"), 8);
+  act("w");
+  await("a picture", [](const Json& s) { return s.at("pictures") == 1; });
+  send("key q");
+  EXPECT_EQ(ended(), 0) << test::readBytes(*folder_ / "err");
+}
 
 TEST_F(ViewInShort, StartsShowsHelpTurnsZoomsSearchesJumpsTakesAPictureAndQuits) {
   view("'" + (*folder_ / "c.fil") + "' --size 480x320 --segments 5000 --reset");

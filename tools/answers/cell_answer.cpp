@@ -89,6 +89,8 @@ Answer cellsAnswer(const Call& call) {
     if (record.removed || !matchesGlob(glob, record.name)) continue;
     rows.push_back(cellJson(id, record, store.grid()));
     rows.back().erase("length_um");  // not measured
+    if (!call.served->attributes().empty())
+      rows.back()["attributes"] = attributesJson(call.served->attributes().of(id));
   }
   nlohmann::ordered_json json{{"truncated", cell < count}, {"cursor", nullptr}, {"cells", std::move(rows)}};
   if (cell < count) json["cursor"] = std::to_string(cell);
@@ -116,6 +118,7 @@ Answer cellAnswer(const Call& call) {
   }
   nlohmann::ordered_json json = cellJson(id, record, graph.grid);
   json.erase("length_um");
+  if (!call.served->attributes().empty()) json["attributes"] = attributesJson(call.served->attributes().of(id));
   json["truncated"] = false;
   json["samples_by_rank"] = samplesJson(graph);
   if (graph.isGraph()) json["links"] = graph.links;

@@ -6,6 +6,17 @@ namespace filiform::tools {
 
 std::uint64_t loopsOf(const CellRecord& cell) { return hasLoops(cell) ? cell.segments + cell.roots - cell.samples : 0; }
 
+nlohmann::ordered_json attributesJson(const std::vector<CellAttribute>& attributes) {
+  nlohmann::ordered_json json = nlohmann::ordered_json::object();
+  for (const CellAttribute& attribute : attributes) {
+    nlohmann::ordered_json& value = json[attribute.name];
+    if (const auto* const text = std::get_if<std::string>(&attribute.value)) value = *text;
+    if (const auto* const integer = std::get_if<std::int64_t>(&attribute.value)) value = *integer;
+    if (const auto* const real = std::get_if<double>(&attribute.value)) value = *real;
+  }
+  return json;
+}
+
 nlohmann::ordered_json cellJson(std::uint32_t id, const CellRecord& cell, const Grid& grid,
                                 const std::optional<double>& length_um) {
   nlohmann::ordered_json json{{"id", id},

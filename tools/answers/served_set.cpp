@@ -20,6 +20,7 @@ ServedSet::ServedSet(std::string name, const std::string& path, std::uint64_t bu
     : name_(std::move(name)),
       set_(TileSet::open(path)),
       levels_(Levels::open(*set_)),
+      attributes_(*set_),
       store_(*set_),
       nearest_(store_, {.budget_bytes = budget_bytes / 4 * 3}),
       finder_(store_),

@@ -4,6 +4,7 @@
 
 #include "index/query/nearest.h"
 #include "index/query/tile_finder.h"
+#include "index/set/cell_attributes.h"
 #include "index/set/cell_numbers.h"
 #include "index/set/levels.h"
 #include "index/set/tile_set.h"
@@ -30,6 +31,7 @@ class ServedSet {
   const std::shared_ptr<const TileSet>& sharedSet() const { return set_; }
   const Levels* levels() const { return levels_.get(); }  // nullptr: the set has none
   const TimedStore& store() const { return store_; }      // the set, with the time limit of answers
+  const CellAttributes& attributes() const { return attributes_; }
   const Nearest& nearest() const { return nearest_; }
   const TileFinder& finder() const { return finder_; }
   SampleIds& sampleIds() const { return sample_ids_; }
@@ -44,6 +46,7 @@ class ServedSet {
   const std::string name_;
   const std::shared_ptr<const TileSet> set_;
   const std::unique_ptr<const Levels> levels_;
+  const CellAttributes attributes_;
   const TimedStore store_;
   const Nearest nearest_;
   const TileFinder finder_;

@@ -1,4 +1,6 @@
 // filiform cells: lists the cells of a tile set.
+#include "index/set/cell_attributes.h"
+#include "index/set/cell_filter.h"
 #include "index/set/cell_graph.h"
 #include "index/set/tile_set.h"
 #include "index/text.h"
@@ -31,17 +33,22 @@ namespace {
 struct CellsArguments {
   std::shared_ptr<const RemoteArguments> remote;
   std::string set, name = "*";
+  std::vector<std::string> where;
   bool json = false, tsv = false, length = false;
 };
 
 // Without --length, lengths are measured only if they take at most this many tiles: a second or two.
 constexpr std::size_t kMostTilesUnasked = 4096;
+constexpr const char* kWhereHelp =
+    "list only cells whose attribute meets NAME=VALUE, NAME!=VALUE, NAME<NUMBER, <=, > or >=; VALUE may have * ? [ab]; "
+    "repeatable: all must hold";
 // Rows between two looks at the progress and at interruptions.
 constexpr std::size_t kRowsBetween = 4096;
 
-std::vector<std::uint32_t> cellsOfName(const TileStore& store, const std::string& glob) {
+std::vector<std::uint32_t> cellsOf(const TileSet& store, const CellAttributes& attributes, const CellsArguments& a) {
+  const std::string& glob = a.name;
   std::vector<std::uint32_t> cells;
-  for (std::uint32_t cell = 0; cell < store.cell_count(); ++cell) {
+  for (const std::uint32_t cell : CellFilter(a.where).select(store, attributes)) {
     if (cell % kRowsBetween == 0) throwIfInterrupted();
     if (store.cell(cell).removed) continue;
     if (glob == "*" || fnmatch(glob.c_str(), store.cell(cell).name.c_str(), 0) == 0) cells.push_back(cell);
@@ -56,13 +63,17 @@ struct CellRow {
   std::optional<std::array<Vector3d, 2>> box_um;
 };
 
-void writeTsv(const CellRow& row) {
+void writeTsv(const CellRow& row, const CellAttributes& attributes) {
   std::cout << row.id << '\t' << escaped(row.cell->name) << '\t' << escaped(row.cell->source) << '\t'
             << row.cell->samples << '\t' << row.cell->segments << '\t' << row.cell->isolated << '\t' << row.cell->roots
             << '\t' << loopsOf(*row.cell) << '\t' << (row.length_um ? formatNumber(*row.length_um) : "-");
   for (int corner = 0; corner < 2; ++corner)
     for (int axis = 0; axis < 3; ++axis)
       std::cout << '\t' << (row.box_um ? formatNumber((*row.box_um)[corner][axis]) : "-");
+  for (std::uint32_t column = 0; column < attributes.columns().size(); ++column) {
+    const AttributeValue value = attributes.value(column, row.id);
+    std::cout << '\t' << (isMissing(value) ? "-" : escaped(filiform::textOf(value)));
+  }
   std::cout << '\n';
 }
 
@@ -116,8 +127,10 @@ void writeText(const TextRow& row, const std::string& source, const Widths& widt
 }
 
 int runCells(const CellsArguments& a) {
+  const CellFilter filter(a.where);  // refuses a wrong condition before the set is read
   const auto set = TileSet::open(a.set, a.remote->options());
-  const std::vector<std::uint32_t> cells = cellsOfName(*set, a.name);
+  const CellAttributes attributes(*set);
+  const std::vector<std::uint32_t> cells = cellsOf(*set, attributes, a);
   CellLengths lengths(*set, cells);
   const bool measured = a.length || lengths.tiles() <= kMostTilesUnasked;
   if (measured) {
@@ -143,12 +156,16 @@ int runCells(const CellsArguments& a) {
     const char* separator = "[\n";
     each([&](const CellRow& row) {
       std::cout << std::exchange(separator, ",\n");
-      std::cout << jsonText(cellJson(row.id, *row.cell, grid, row.length_um));
+      nlohmann::ordered_json json = cellJson(row.id, *row.cell, grid, row.length_um);
+      if (!attributes.empty()) json["attributes"] = attributesJson(attributes.of(row.id));
+      std::cout << jsonText(json);
     });
     std::cout << (cells.empty() ? "[]\n" : "\n]\n");
   } else if (a.tsv) {
-    std::cout << "id\tname\tsource\tsamples\tsegments\tisolated\troots\tloops\tlength_um\tx0\ty0\tz0\tx1\ty1\tz1\n";
-    each(writeTsv);
+    std::cout << "id\tname\tsource\tsamples\tsegments\tisolated\troots\tloops\tlength_um\tx0\ty0\tz0\tx1\ty1\tz1";
+    for (const CellAttributes::Column& column : attributes.columns()) std::cout << '\t' << escaped(column.name);
+    std::cout << '\n';
+    each([&](const CellRow& row) { writeTsv(row, attributes); });
   } else {
     Widths widths{};
     widen(widths, kTitles);
@@ -159,7 +176,15 @@ int runCells(const CellsArguments& a) {
   if (!measured)
     std::cerr << "filiform: note: no lengths: measuring them reads " << formatCount(lengths.tiles())
               << " tiles; --length measures them\n";
-  if (cells.empty() && set->cell_count() > 0)
+  if (!attributes.empty() && !a.json && !a.tsv) {
+    std::string names;
+    for (const CellAttributes::Column& column : attributes.columns())
+      names += (names.empty() ? "" : ", ") + escaped(column.name, 60);
+    std::cerr << "filiform: note: --tsv and --json also show the attributes: " << escaped(names, 600) << '\n';
+  }
+  if (cells.empty() && set->cell_count() > 0 && !a.where.empty())
+    std::cerr << "filiform: note: --where matches none of the " << formatCount(set->cell_count()) << " cells\n";
+  else if (cells.empty() && set->cell_count() > 0)
     std::cerr << "filiform: note: --name " << escaped(a.name) << " matches none of the "
               << formatCount(set->cell_count()) << " cells\n";
   return 0;
@@ -172,12 +197,14 @@ void addCells(CLI::App& app, Chosen& chosen) {
   CLI::App* command = app.add_subcommand("cells", "List the cells of a tile set");
   command->footer(
       "Examples:\n  filiform cells column.fil\n  filiform cells column.fil --name 'cell_0000*' --tsv\n"
+      "  filiform cells circuit.fil --where 'layer>=5' --tsv\n"
       "Commands accept the name of a cell, or any part of its name or source that no other cell has.");
   command->add_option("SET", a->set, "tile set, or its address")->required();
   command
       ->add_option("--name", a->name,
                    "list the cells whose whole name matches; * stands for any text, ? for any letter, [ab] for a or b")
       ->type_name("GLOB");
+  command->add_option("--where", a->where, kWhereHelp)->type_name("CONDITION")->expected(1);
   command->add_flag(
       "--length", a->length,
       "measure the lengths of the cells even if that reads more than " + std::to_string(kMostTilesUnasked) + " tiles");

@@ -1,7 +1,10 @@
 // filiform check: reads input as ingest does, and reports what ingest would keep, drop and refuse.
 #include "index/cell/soma.h"
+#include "index/errors.h"
+#include "index/input/circuit.h"
 #include "index/input/input.h"
 #include "index/text.h"
+#include "tools/commands/circuit_report.h"
 #include "tools/commands/commands.h"
 #include "tools/program/interruption.h"
 #include "tools/program/numbers.h"
@@ -12,6 +15,7 @@
 
 #include <algorithm>
 #include <iostream>
+#include <optional>
 #include <thread>
 
 #include <CLI/CLI.hpp>
@@ -26,7 +30,8 @@ using Json = nlohmann::ordered_json;
 struct CheckArguments {
   std::vector<std::string> inputs;
   std::string unit = "um";
-  bool tsv = false, json = false, strict = false;
+  CircuitOptions circuit;
+  bool tsv = false, json = false, strict = false, no_soma_links = false;
 };
 
 Json countsOf(const CodeCounts& codes) {
@@ -39,7 +44,22 @@ Json countsOf(const CodeCounts& codes) {
 struct CheckNotes {
   std::string unit_doubt;
   std::vector<std::string> soma_three_point_off;  // sources of the cells
+  std::vector<PopulationReport> populations;      // of a circuit
 };
+
+Json populationsJson(const std::vector<PopulationReport>& populations) {
+  Json list = Json::array();
+  for (const PopulationReport& p : populations)
+    list.push_back({{"file", p.file},
+                    {"population", p.name},
+                    {"type", p.type},
+                    {"nodes", p.nodes},
+                    {"placed", p.placed},
+                    {"without_morphology", p.without},
+                    {"mean_y", {p.mean_y.x(), p.mean_y.y(), p.mean_y.z()}},
+                    {"attributes_left_out", p.skipped}});
+  return list;
+}
 
 std::string textOf(const CheckNotes& notes) {
   const std::vector<std::string>& off = notes.soma_three_point_off;
@@ -63,7 +83,8 @@ void writeCheckJson(std::ostream& out, const std::vector<SourceReport>& reports,
                    {"segments", all.segments},
                    {"codes", countsOf(all.codes)},
                    {"unit_doubt", notes.unit_doubt},
-                   {"soma_three_point_off", notes.soma_three_point_off}},
+                   {"soma_three_point_off", notes.soma_three_point_off},
+                   {"populations", populationsJson(notes.populations)}},
                   0);
   object.beginList("files");
   for (const SourceReport& row : reports) {
@@ -99,20 +120,31 @@ int runCheck(const CheckArguments& a) {
     progress.setTotal(total);
     progress.update(done);
   };
-  Input input(a.inputs, options);
+  options.swc.soma_links = !a.no_soma_links;
+  refuseSeveralCircuits(a.inputs);
+  std::optional<Circuit> circuit;
+  if (Circuit::isCircuit(a.inputs, a.circuit))
+    circuit.emplace(Circuit::read(a.inputs.front(), a.circuit));
+  else if (!a.circuit.population.empty() || !a.circuit.morphologies.empty())
+    throw UsageError("--population and --morphologies are for one circuit_config.json or one nodes.h5");
+  Input input = circuit ? Input(circuit->files(), options) : Input(a.inputs, options);
   CheckNotes notes;
   for (Cell cell; input.next(cell);)
     if (!somataOf(cell).off_roots.empty()) notes.soma_three_point_off.push_back(cell.source);
   progress.finish();
+  if (circuit) notes.populations = circuit->populations();
+  const std::vector<SourceReport> reports = reportsOf(input, circuit ? &*circuit : nullptr);
   notes.unit_doubt = input.unitDoubt();
   if (a.json)
-    writeCheckJson(std::cout, input.reports(), notes);
+    writeCheckJson(std::cout, reports, notes);
   else if (a.tsv)
-    writeCheckTable(std::cout, input.reports());
+    writeCheckTable(std::cout, reports);
   else
-    std::cout << summary(input.reports()) << textOf(notes);
+    std::cout << summary(reports) << textOf(notes) << describePopulations(notes.populations);
   if (!notes.unit_doubt.empty()) std::cerr << "filiform: note: " << notes.unit_doubt << '\n';
-  return anyRefused(input.reports()) ? 1 : 0;
+  if (circuit)
+    for (const std::string& doubt : circuit->doubts()) std::cerr << "filiform: note: " << doubt << '\n';
+  return anyRefused(reports) ? 1 : 0;
 }
 
 }  // namespace
@@ -120,10 +152,13 @@ int runCheck(const CheckArguments& a) {
 void addCheck(CLI::App& app, Chosen& chosen) {
   auto arguments = std::make_shared<CheckArguments>();
   CLI::App* command = app.add_subcommand("check", "Read input as ingest does, and report what is wrong with it");
-  command->footer("Example:\n  filiform check archive.zip more/ --tsv\nExits 1 if any input is refused.");
+  command->footer(
+      "Examples:\n  filiform check archive.zip more/ --tsv\n  filiform check circuit_config.json\nExits 1 if any input "
+      "is refused.");
   command
       ->add_option("INPUT", arguments->inputs,
-                   "SWC files, folders, zip archives; graphs: .edges, .obj, .vtk, skeletons")
+                   "SWC files, folders, zip archives; graphs: .edges, .obj, .vtk, skeletons; H5 morphologies; "
+                   "or one SONATA circuit_config.json or nodes.h5")
       ->required();
   CLI::Option* const tsv = command->add_flag("--tsv", arguments->tsv,
                                              "write one row an input: file severity samples segments dropped codes");
@@ -132,6 +167,7 @@ void addCheck(CLI::App& app, Chosen& chosen) {
                  "write one object: the verdict, counts, and the fields of --tsv for each file")
       ->excludes(tsv);
   command->add_option("--unit", arguments->unit, kUnitHelp)->capture_default_str();
+  addCircuitArguments(*command, arguments->circuit, arguments->no_soma_links);
   command->add_flag("--strict", arguments->strict, "refuse every file that has a warning");
   addProgressOption(*command);
   command->callback([arguments, &chosen] { chosen = [arguments] { return runCheck(*arguments); }; });

@@ -3,10 +3,12 @@
 #include "index/build/ingest.h"
 #include "index/build/input_provenance.h"
 #include "index/errors.h"
+#include "index/input/circuit.h"
 #include "index/input/input.h"
 #include "index/input/placements.h"
 #include "index/output.h"
 #include "index/text.h"
+#include "tools/commands/circuit_report.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/growth_report.h"
 #include "tools/commands/ingest_progress.h"
@@ -36,6 +38,8 @@ struct IngestArguments {
   std::uint32_t capacity = PartitionOptions{}.capacity;
   unsigned threads = 0;
   double log_s = 0;
+  CircuitOptions circuit;
+  bool no_soma_links = false;
   bool apply_offset = false, strict = false, force = false, add = false, no_levels = false;
 };
 
@@ -134,6 +138,7 @@ int runIngest(const IngestArguments& a) {
   if (!a.removed.empty()) return runRemove(a, std::move(options));
   InputOptions reading;
   reading.swc = {.apply_offset = a.apply_offset, .strict = a.strict};
+  reading.swc.soma_links = !a.no_soma_links;
   readUnit(a.unit, reading.swc);
   IngestProgress progress(a.log_s);
   reading.progress = [&](std::uint64_t done, std::uint64_t total) { progress.read(done, total); };
@@ -145,26 +150,37 @@ int runIngest(const IngestArguments& a) {
   std::ostream& people = report && report->isStandardOutput() ? std::cerr : std::cout;
   reading.memory = options.memory;
   reading.threads = threadsOr(a.threads);
-  if (!a.placements.empty()) reading.cell_share = kPlacedCellShare;
-  Input input(a.inputs, reading);
+  refuseSeveralCircuits(a.inputs);
+  std::optional<Circuit> circuit;
+  if (a.placements.empty() && Circuit::isCircuit(a.inputs, a.circuit))
+    circuit.emplace(Circuit::read(a.inputs.front(), a.circuit));
+  else if (!a.circuit.population.empty() || !a.circuit.morphologies.empty())
+    throw UsageError("--population and --morphologies are for one circuit_config.json or one nodes.h5");
+  if (circuit || !a.placements.empty()) reading.cell_share = kPlacedCellShare;
+  Input input = circuit ? Input(circuit->files(), reading) : Input(a.inputs, reading);
   options.stream_bytes = input.held_bytes();
-  std::optional<PlacedCells> placed;
-  if (!a.placements.empty()) {
-    placed.emplace(input, PlacementTable::read(a.placements));
-    options.stream_bytes += placed->held_bytes();
-  }
+  std::optional<PlacedCells> table;
+  std::optional<CircuitCells> circuit_cells;
+  if (circuit) circuit_cells.emplace(input, *circuit);
+  if (!a.placements.empty()) table.emplace(input, PlacementTable::read(a.placements));
+  const PlacedCells* const placed = circuit ? &circuit_cells->placed() : table ? &*table : nullptr;
+  if (placed != nullptr) options.stream_bytes += placed->held_bytes();
+  std::vector<SourceReport> reports;
   options.provenance = [&] {
     progress.endReading();
-    if (report) writeReportJson(report->stream(), input.reports());
-    requireUsable(input.reports(), a.strict);
-    if (placed) checkPlacements(*placed, a.strict);
-    return provenanceOf(input.reports(), placed ? &*placed : nullptr);
+    reports = reportsOf(input, circuit ? &*circuit : nullptr);
+    if (report) writeReportJson(report->stream(), reports);
+    requireUsable(reports, a.strict);
+    if (placed != nullptr && (!circuit || circuit->graphs().empty())) checkPlacements(*placed, a.strict);
+    return provenanceOf(reports, placed);
   };
   options.progress = [&](const char* phase, std::uint64_t done, std::uint64_t total) {
     progress.build(phase, done, total);
   };
 
-  CellStream& cells = placed ? static_cast<CellStream&>(*placed) : input;
+  CellStream& cells = circuit ? static_cast<CellStream&>(*circuit_cells)
+                      : table ? *table
+                              : static_cast<CellStream&>(input);
   GrowthResult result;
   if (a.add)
     result = addCells(cells, a.out, options);
@@ -172,8 +188,11 @@ int runIngest(const IngestArguments& a) {
     result.set = ingest(cells, a.out, options);
   if (report) report->finish();
   progress.end();
-  people << summary(input.reports());
-  if (placed) people << describe(*placed);
+  people << summary(reports);
+  if (circuit) people << describePopulations(circuit->populations());
+  if (placed != nullptr) people << describe(*placed);
+  if (circuit)
+    for (const std::string& doubt : circuit->doubts()) std::cerr << "filiform: note: " << doubt << '\n';
   if (const std::string doubt = input.unitDoubt(); !doubt.empty()) std::cerr << "filiform: note: " << doubt << '\n';
   people << (a.add ? reportOf(a.out, result) : reportOf(a.out, result.set));
   return 0;
@@ -187,11 +206,15 @@ void addIngest(CLI::App& app, Chosen& chosen) {
   command->footer(
       "Examples:\n  filiform ingest archive.zip more/*.swc -o column.fil\n"
       "  filiform ingest library.zip --placements column.tsv -o column.fil\n"
+      "  filiform ingest circuit_config.json -o circuit.fil\n"
+      "  filiform ingest nodes.h5 --morphologies merged-morphologies.h5 -o circuit.fil\n"
       "  filiform ingest --add more.zip -o column.fil\n"
       "  filiform ingest --remove CELL -o my.fil\n"
       "Files that cannot be used are counted and named; the others are ingested. filiform check lists them "
       "beforehand.");
-  command->add_option("INPUT", a->inputs, "SWC files, folders, zip archives; graphs: .edges, .obj, .vtk, skeletons");
+  command->add_option("INPUT", a->inputs,
+                      "SWC files, folders, zip archives; graphs: .edges, .obj, .vtk, skeletons; H5 morphologies; "
+                      "or one SONATA circuit_config.json or nodes.h5");
   command->add_option("-o,--output", a->out, "write the tile set to this folder")->required()->type_name("SET");
   command->add_option("--capacity", a->capacity, "put at most N segments in a tile")
       ->capture_default_str()
@@ -209,6 +232,7 @@ void addIngest(CLI::App& app, Chosen& chosen) {
   command->add_option("--threads", a->threads, "use N threads; 0: one a core")->capture_default_str();
   command->add_option("--placements", a->placements, "place cells as this table says; the input is then a library")
       ->type_name("TSV");
+  addCircuitArguments(*command, a->circuit, a->no_soma_links);
   command->add_flag("--no-levels", a->no_levels,
                     "write no levels of detail: faster and smaller, but pictures of large sets lack neurites");
   command->add_flag("--strict", a->strict, "refuse files that have a warning; write nothing if a file is refused");

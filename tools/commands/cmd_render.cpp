@@ -1,6 +1,8 @@
 // filiform render: draws a picture of a scene without a display.
 #include "index/errors.h"
 #include "index/query/nearest.h"
+#include "index/set/cell_attributes.h"
+#include "index/set/cell_filter.h"
 #include "index/set/cell_graph.h"
 #include "index/set/tile_set.h"
 #include "index/text.h"
@@ -15,6 +17,7 @@
 #include "tools/drawing/camera_text.h"
 #include "tools/drawing/film.h"
 #include "tools/drawing/image.h"
+#include "tools/drawing/legend.h"
 #include "tools/program/interruption.h"
 #include "tools/program/numbers.h"
 #include "tools/program/output_check.h"
@@ -23,9 +26,13 @@
 #include "viewer/gl/scene_view.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <filesystem>
 #include <iostream>
+#include <iterator>
+#include <memory>
 #include <optional>
 
 #include <CLI/CLI.hpp>
@@ -43,8 +50,43 @@ struct RenderArguments {
   std::uint64_t segments = 2'000'000;
   double pictures_s = 30;
   int samples = 2;
-  bool orthographic = false, all = false, json = false;
+  std::vector<std::string> where;
+  bool orthographic = false, all = false, json = false, no_legend = false;
 };
+
+bool isColouring(const std::string& name) {
+  return std::any_of(std::begin(kColourings), std::end(kColourings),
+                     [&](ColourBy colouring) { return name == toString(colouring); });
+}
+
+// The colours of --colour-by NAME with an attribute, and of --where; nullptr without both.
+std::shared_ptr<const CellColours> cellColoursOf(const TileSet* set, const RenderArguments& a) {
+  const bool attribute = !isColouring(a.colour_by);
+  if (!attribute && a.where.empty()) return nullptr;
+  const CellFilter filter(a.where);
+  if (set == nullptr) {
+    if (attribute) colourBy(a.colour_by);  // refuses it
+    throw UsageError("--where: the scene has no attributes of cells; only tile sets have");
+  }
+  const CellAttributes attributes(*set);
+  if (attribute && !attributes.find(a.colour_by))
+    throw UsageError("--colour-by " + escaped(a.colour_by, 80) + ": choose cell, type, depth, radius, tile or an " +
+                     "attribute; " + unknownAttribute(a.colour_by, attributes));
+  std::optional<std::vector<std::uint32_t>> only;
+  if (!filter.empty()) only = filter.select(*set, attributes);
+  if (only && only->empty()) throw UsageError("--where: no cell meets the conditions");
+  return coloursByAttribute(*set, attributes, attribute ? a.colour_by : std::string(), only);
+}
+
+nlohmann::ordered_json legendJson(const CellColours& colours) {
+  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  for (const CellColours::Entry& entry : colours.legend) {
+    std::array<char, 8> hex{};
+    std::snprintf(hex.data(), hex.size(), "#%02x%02x%02x", entry.colour.r, entry.colour.g, entry.colour.b);
+    list.push_back({{"value", entry.value}, {"colour", hex.data()}, {"cells", entry.cells}});
+  }
+  return list;
+}
 
 // The position of the proxy, and the fork nearest to it.
 struct Proxy {
@@ -138,12 +180,14 @@ Camera cameraOf(const RenderArguments& a, const SceneView& scene, const std::opt
                : overview(scene.usual_lo_W(), scene.usual_hi_W(), text.yaw_rad, text.pitch_rad, aspect);
 }
 
-SceneFrame frameOf(const TileStore& store, const RenderArguments& a) {
+SceneFrame frameOf(const TileStore& store, const RenderArguments& a,
+                   const std::shared_ptr<const CellColours>& colours) {
   SceneFrame frame;
+  frame.cell_colours = colours;
   frame.size = parseSize("--size", a.size, Renderer::kMaxSize);
   frame.stereo = stereoMode(a.stereo);
   frame.palette = a.palette == "red-green" ? kRedGreen : kOrangeBlue;
-  frame.colour = colourBy(a.colour_by);
+  if (isColouring(a.colour_by)) frame.colour = colourBy(a.colour_by);
   frame.orthographic = a.orthographic;
   frame.eyes = {.gain = a.separation, .widening = a.widening};
   frame.budget.segments = a.segments;
@@ -161,8 +205,9 @@ Image imageOf(Picture picture) {
   return image;
 }
 
-SceneFigures drawPicture(const TileStore& store, const RenderArguments& a, SceneView& scene, Renderer& renderer) {
-  SceneFrame frame = frameOf(store, a);
+SceneFigures drawPicture(const TileStore& store, const RenderArguments& a,
+                         const std::shared_ptr<const CellColours>& colours, SceneView& scene, Renderer& renderer) {
+  SceneFrame frame = frameOf(store, a, colours);
   std::optional<Proxy> proxy;
   std::optional<Workspace> workspace;
   if (!a.proxy.empty() || !a.at.empty()) {
@@ -181,14 +226,17 @@ SceneFigures drawPicture(const TileStore& store, const RenderArguments& a, Scene
     progress.update(done);
   });
   progress.finish();
-  writePng(imageOf(renderer.read()), a.out);
+  Image image = imageOf(renderer.read());
+  if (colours != nullptr && !a.no_legend) drawLegend(image, *colours);
+  writePng(image, a.out);
   return figures;
 }
 
 // Draws a film of a recorded run, as the user saw it.
-SceneFigures drawFilm(const TileStore& store, const RenderArguments& a, SceneView& scene, Renderer& renderer,
+SceneFigures drawFilm(const TileStore& store, const RenderArguments& a,
+                      const std::shared_ptr<const CellColours>& colours, SceneView& scene, Renderer& renderer,
                       std::string& out, std::uint64_t& pictures) {
-  SceneFrame frame = frameOf(store, a);
+  SceneFrame frame = frameOf(store, a, colours);
   const double aspect = eyeSize(frame.stereo, frame.size).aspect();
   std::string device = "replay:";
   device += a.path;
@@ -260,7 +308,7 @@ int runRender(const RenderArguments& a) {
   if (a.path.empty()) checkPictureName(a.out);
   parseSize("--size", a.size, Renderer::kMaxSize);
   stereoMode(a.stereo);
-  colourBy(a.colour_by);
+  if (isFileScene(a.scene)) cellColoursOf(nullptr, a);
   std::vector<NamedPath> outputs;
   if (a.path.empty() || !isSequenceName(a.out)) outputs.push_back({"--output", a.out});
   for (const std::string& file : filesOfSequence(a.out)) outputs.push_back({"--output", file});
@@ -270,10 +318,12 @@ int runRender(const RenderArguments& a) {
 
   std::unique_ptr<TileStore> store;
   std::unique_ptr<Levels> levels;
+  std::shared_ptr<const CellColours> colours;
   if (isFileScene(a.scene)) {
     store = buildScene(a.scene);
   } else {
     auto set = TileSet::open(a.scene, a.remote->options());
+    colours = cellColoursOf(set.get(), a);
     levels = Levels::open(*set);
     store = std::move(set);
   }
@@ -282,8 +332,8 @@ int runRender(const RenderArguments& a) {
   SceneView scene(*store, levels.get(), renderer);
   std::string out = a.out;
   std::uint64_t pictures = 1;
-  const SceneFigures figures =
-      a.path.empty() ? drawPicture(*store, a, scene, renderer) : drawFilm(*store, a, scene, renderer, out, pictures);
+  const SceneFigures figures = a.path.empty() ? drawPicture(*store, a, colours, scene, renderer)
+                                              : drawFilm(*store, a, colours, scene, renderer, out, pictures);
   const PictureSize size = parseSize("--size", a.size, Renderer::kMaxSize);
   if (a.json) {
     const nlohmann::ordered_json json{{"width", size.width},
@@ -302,7 +352,8 @@ int runRender(const RenderArguments& a) {
                                       {"levels", levels != nullptr},
                                       {"renderer", context->description()},
                                       {"out", out},
-                                      {"pictures", pictures}};
+                                      {"pictures", pictures},
+                                      {"legend", colours ? legendJson(*colours) : nlohmann::ordered_json::array()}};
     std::cout << json.dump(1, ' ', true, nlohmann::json::error_handler_t::replace) << '\n';
     return 0;
   }
@@ -314,6 +365,10 @@ int runRender(const RenderArguments& a) {
                  ? "error at most " + formatNumber(std::ceil(figures.error_px * 100) / 100) + " px"
                  : "error not limited, because the eye lies in a simplified tile")
          << "; drawn by " << context->description() << '\n';
+  if (colours)
+    for (const CellColours::Entry& entry : colours->legend)
+      people << "  " << escaped(colours->attribute, 60) << ' ' << escaped(entry.value, 60) << ": "
+             << formatCount(entry.cells) << (entry.cells == 1 ? " cell\n" : " cells\n");
   if (figures.limited)
     people << "  coarser than --error " << formatNumber(a.error_px) << " px, because --segments allows "
            << formatCount(a.segments) << " segments; allow more for a finer picture\n";
@@ -343,7 +398,8 @@ void addRender(CLI::App& app, Chosen& chosen) {
       "Example:\n  filiform render column.fil -o overview.png\n"
       "  filiform render column.fil -o near.png --at CELL:245 --zoom 200 --stereo anaglyph\n"
       "  filiform render column.fil -o travel.mp4 --path travel.rec --fps 30\n"
-      "  filiform render cell.swc -o cell.png --camera 30,20 --colour-by type");
+      "  filiform render cell.swc -o cell.png --camera 30,20 --colour-by type\n"
+      "  filiform render circuit.fil -o circuit.png --colour-by layer");
   command->add_option("SCENE", a->scene, "tile set or its address, .swc file or small .zip (read into memory)")
       ->required()
       ->type_name("SET|FILE.swc");
@@ -374,8 +430,15 @@ void addRender(CLI::App& app, Chosen& chosen) {
   command->add_option("--widening", a->widening, "factor of the projection angle's tangent: wider is easier to fuse")
       ->capture_default_str()
       ->check(CLI::Range(0.5, 3.0));
-  command->add_option("--colour-by", a->colour_by, "colour by cell, type, depth, radius or tile")
-      ->capture_default_str();
+  command
+      ->add_option("--colour-by", a->colour_by,
+                   "colour by cell, type, depth, radius, tile, or an attribute of the cells such as mtype")
+      ->capture_default_str()
+      ->type_name("NAME");
+  command->add_option("--where", a->where, "fade cells whose attribute does not meet NAME=VALUE; as in filiform cells")
+      ->type_name("CONDITION")
+      ->expected(1);
+  command->add_flag("--no-legend", a->no_legend, "leave out the legend of an attribute's colours");
   command->add_option("--palette", a->palette, "colours of the branches at a fork: red-green or orange-blue")
       ->capture_default_str();
   command->add_option("--highlight", a->highlight, "emphasise this cell; the other cells fade")->type_name("CELL");

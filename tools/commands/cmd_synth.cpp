@@ -1,4 +1,4 @@
-// filiform synth: writes SWC of a synthetic column, of families of cells, or of a named test scene.
+// filiform synth: writes SWC of a synthetic column, of families of cells, or of a named test scene; or a circuit.
 #include "index/errors.h"
 #include "index/text.h"
 #include "tools/commands/commands.h"
@@ -8,6 +8,7 @@
 #include "tools/program/progress.h"
 #include "tools/program/progress_option.h"
 #include "tools/synthetic/synthetic.h"
+#include "tools/synthetic/synthetic_circuit.h"
 
 #include <algorithm>
 #include <filesystem>
@@ -24,6 +25,24 @@ void checkArchiveName(const std::string& out) {
   const std::string ending = std::filesystem::path(out).extension().string();
   if (ending.empty() || endsWithNoCase(out, ".zip") || isStandardOutput(out) || !isFileOutput(out)) return;
   throw UsageError("--output " + escaped(out) + ": synth writes a zip archive of SWC files; give OUT.zip");
+}
+
+int runCircuit(const SyntheticOptions& options, const std::string& out) {
+  if (out.empty()) throw UsageError("name the folder to fill: filiform synth DIR --format sonata");
+  if (options.kind != "column" || !options.placements_out.empty())
+    throw UsageError("--format sonata makes a column; leave out --kind and --placements-out");
+  Progress progress({.title = "synth", .noun = "morphologies"});
+  const SyntheticSummary summary = writeSyntheticCircuit(options, out, [&](std::uint64_t done, std::uint64_t total) {
+    throwIfInterrupted();
+    progress.setTotal(total);
+    progress.update(done);
+  });
+  progress.finish();
+  std::cout << escaped(out) << "/circuit_config.json: " << formatCount(summary.cells)
+            << (summary.cells == 1 ? " cell from " : " cells from ") << formatCount(summary.files)
+            << (summary.files == 1 ? " morphology of " : " morphologies of ") << formatCount(summary.segments)
+            << " segments, " << formatBytes(summary.zip_bytes) << " of H5\n";
+  return 0;
 }
 
 int runSynth(const SyntheticOptions& options, const std::string& out) {
@@ -58,10 +77,13 @@ int runSynth(const SyntheticOptions& options, const std::string& out) {
 void addSynth(CLI::App& app, Chosen& chosen) {
   auto options = std::make_shared<SyntheticOptions>();
   auto out = std::make_shared<std::string>();
-  CLI::App* command = app.add_subcommand("synth", "Write SWC of a synthetic column, or of a named test scene");
+  CLI::App* command =
+      app.add_subcommand("synth", "Write a synthetic column as SWC or as a circuit, or a named test scene");
   command->footer(
-      "Example:\n  filiform synth column.zip --cells 200 --seed 1\n  filiform synth scene2.zip --kind scene2");
-  command->add_option("OUT,-o,--output", *out, "write this zip archive")->type_name("OUT.zip");
+      "Example:\n  filiform synth column.zip --cells 200 --seed 1\n  filiform synth scene2.zip --kind scene2\n"
+      "  filiform synth circuit --format sonata --cells 100");
+  command->add_option("OUT,-o,--output", *out, "write this zip archive, or this folder with --format sonata")
+      ->type_name("OUT.zip|DIR");
   command->add_option("--cells", options->cells, "number of neurons or fans")->capture_default_str();
   command->add_option("--seed", options->seed, "random seed: the same seed gives the same bytes")
       ->capture_default_str();
@@ -70,8 +92,22 @@ void addSynth(CLI::App& app, Chosen& chosen) {
       ->add_option("--placements-out", options->placements_out,
                    "write a library of morphologies, and the table that places them to this file")
       ->type_name("TSV");
+  command
+      ->add_option("--library", options->library, "make at most N morphologies for --placements-out or --format sonata")
+      ->type_name("N")
+      ->capture_default_str();
   addProgressOption(*command);
-  command->callback([options, out, &chosen] { chosen = [options, out] { return runSynth(*options, *out); }; });
+  auto format = std::make_shared<std::string>("zip");
+  command
+      ->add_option("--format", *format,
+                   "zip: an archive of SWC files; sonata: a folder with a circuit, its nodes and H5 morphologies")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"zip", "sonata"}));
+  command->callback([options, out, format, &chosen] {
+    chosen = [options, out, format] {
+      return *format == "sonata" ? runCircuit(*options, *out) : runSynth(*options, *out);
+    };
+  });
 }
 
 }  // namespace filiform::tools

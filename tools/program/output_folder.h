@@ -20,6 +20,8 @@ class OutputFolder {
   void makeFolder(const std::string& name);
   // Writes a file. Requires that its folder was made, and that the file was not written yet. Throws as Output does.
   void write(const std::string& name, std::string_view bytes);
+  // Counts a file as made that the caller writes by other means. Requires that its folder was made.
+  void note(const std::string& name) { made_.push_back(path_ + "/" + name); }
   // Keeps what was written.
   void finish() noexcept;
 

@@ -162,7 +162,7 @@ void SceneView::Impl::prepare(const SceneFrame& f, bool whole) {
   eye = eyeSize(f.stereo, f.size);
   const bool is_moving = motion.update(f);
   moving = !whole && is_moving;
-  changed |= tiles.setAppearance(f.colour, f.cell);
+  changed |= tiles.setAppearance(f.colour, f.cell_colours, f.cell);
 
   options = {.size = f.size, .stereo = f.stereo, .samples = moving ? f.budget.moving_samples : f.budget.samples};
   if (f.cell) options.dim = kReceding;

@@ -14,6 +14,7 @@
 #pragma once
 
 #include "viewer/gl/renderer.h"
+#include "viewer/scene/cell_colours.h"
 #include "viewer/scene/draw_list.h"
 #include "viewer/scene/glyph.h"
 #include "viewer/scene/stereo.h"
@@ -50,6 +51,7 @@ struct SceneFrame {
   const Junction* junction = nullptr;  // drawn as a glyph
   GlyphPalette palette = kRedGreen;    // of the glyph; an anaglyph uses kForGlasses
   ColourBy colour = ColourBy::cell;
+  std::shared_ptr<const CellColours> cell_colours{};  // if set: replace `colour`
   std::optional<std::uint32_t> cell{};  // highlighted: drawn in full resolution over the others, which are dimmed
   bool orthographic = false;            // see parallel()
   // From any clock that never runs backwards. Used to detect rest, to smooth the eye separation, and to retry tiles.

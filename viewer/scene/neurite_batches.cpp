@@ -124,6 +124,8 @@ class BatchMaker {
   }
 
   Rgba colour(std::uint32_t s, std::uint16_t type, const Vector3d& p_W, float radius_um) const {
+    const std::vector<Rgba>* const colours = options_.cell_colours;
+    if (colours != nullptr && tile_.segmentId(s).cell < colours->size()) return (*colours)[tile_.segmentId(s).cell];
     switch (options_.colour) {
       case ColourBy::cell:
         return colourOfNumber(tile_.segmentId(s).cell);

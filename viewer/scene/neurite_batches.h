@@ -48,9 +48,11 @@ std::vector<std::uint32_t> cellsWithOpenNodes(const Tile& tile);
 
 struct BatchOptions {
   ColourBy colour = ColourBy::cell;
-  double shallow_um = 0, deep_um = 1;    // ColourBy::depth: y of the ramp's two ends, in either order
-  const RootTable* roots = nullptr;      // roots of type soma are drawn as spheres; others give first segments a radius
-  const SomaTable* somata = nullptr;     // each is drawn as one sphere instead of the segments between its samples
+  double shallow_um = 0, deep_um = 1;  // ColourBy::depth: y of the ramp's two ends, in either order
+  const RootTable* roots = nullptr;    // roots of type soma are drawn as spheres; others give first segments a radius
+  const SomaTable* somata = nullptr;   // each is drawn as one sphere instead of the segments between its samples
+  // By cell id; replaces `colour`. Cells beyond the list keep it.
+  const std::vector<Rgba>* cell_colours = nullptr;
   std::uint32_t only_cell = UINT32_MAX;  // if set: draw the segments of this cell only
 };
 

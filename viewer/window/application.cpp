@@ -279,6 +279,7 @@ class Application {
       default:
         break;
     }
+    if (action == Action::next_colouring && scene_ && scene_->nextColouring(settings_.colouring)) return;
     if (changeSetting(action, action == Action::next_stereo && renderer_.hasQuadBuffer(), settings_, messages_)) return;
     if (scene_) actInScene(action);
   }
@@ -425,6 +426,10 @@ class Application {
     using Texts = const std::vector<std::string>*;
     for (const Texts texts : std::initializer_list<Texts>{&data.messages, &search_.names, &scene_->tiles().failures})
       for (const std::string& text : *texts) window_.want(text);
+    window_.want(data.selection);
+    for (const std::string& name : data.attribute_names) window_.want(name);
+    if (data.legend != nullptr)
+      for (const CellColours::Entry& entry : *data.legend) window_.want(entry.value);
     window_.setInterfaceScale(settings_.interface_scale);
     window_.beginPanels();
     PanelRequests requests = drawPanels(data, scene_->tiles(), panels_, search_, settings_);
@@ -485,7 +490,10 @@ class Application {
       settings_.width = width;
       settings_.height = height;
     }
-    if (requests.go) {
+    scene_->serveAttributes(requests);
+    if (requests.go && scene_->attributes().isCondition(*requests.go)) {
+      if (scene_->selectCells(*requests.go, search_.error)) panels_.search = false;
+    } else if (requests.go) {
       search_.error.clear();
       scene_->travel().goTo(parseCellQuery(*requests.go));
     }

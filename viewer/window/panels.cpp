@@ -1,6 +1,7 @@
 #include "viewer/window/panels.h"
 
 #include "viewer/scene/minimap.h"
+#include "viewer/window/internal/attribute_panel.h"
 #include "viewer/window/internal/help_panel.h"
 #include "viewer/window/internal/panel_parts.h"
 #include "viewer/window/internal/text_format.h"
@@ -243,7 +244,10 @@ void drawSearch(const PanelData& d, bool& open, SearchPanel& search, PanelReques
   ImGui::SetNextWindowSize(vec(std::min(520 * d.scale, d.size.width * 0.9), 0));
   ImGui::Begin("go to", &open,
                ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoResize);
-  ImGui::TextColored({0.6F, 0.63F, 0.69F, 1}, "type a part of a cell's name, CELL:SAMPLE, or X Y Z in um; then Enter");
+  ImGui::TextColored({0.6F, 0.63F, 0.69F, 1}, "%s",
+                     d.attribute_names.empty()
+                         ? "type a part of a cell's name, CELL:SAMPLE, or X Y Z in um; then Enter"
+                         : "type a part of a cell's name, CELL:SAMPLE, X Y Z in um, or ATTRIBUTE=VALUE; then Enter");
   if (search.focus) ImGui::SetKeyboardFocusHere();
   search.focus = false;
   std::array<char, 1024> text{};
@@ -331,6 +335,7 @@ PanelRequests drawPanels(const PanelData& d, const TilePanel& tiles, OpenPanels&
   drawPicture(d, requests);
   if (settings.show_minimap) requests.go_to_W = drawMinimap(d, room.left);
   if (settings.show_tiles) internal::drawTiles(d, tiles);
+  internal::drawAttributes(d, requests);
   if (open.settings) drawSettings(d, open.settings, settings, requests);
   if (open.search) drawSearch(d, open.search, search, requests);
   if (open.help) internal::drawHelp(d, open.help);

@@ -4,6 +4,7 @@
 
 #include "index/streaming/residency.h"
 #include "viewer/scene/camera.h"
+#include "viewer/scene/cell_colours.h"
 #include "viewer/window/settings.h"
 
 #include <cstdint>
@@ -59,6 +60,12 @@ struct PanelData {
   std::vector<Vector3d> visited_W, bookmarks_W;
   std::vector<std::string> bookmark_names;
 
+  // Of cells. Names: none without attributes. Legend: of the attribute that gives the colours; nullptr: none does.
+  std::vector<std::string> attribute_names;
+  std::string attribute, selection;  // selection: the condition that selects cells
+  const std::vector<CellColours::Entry>* legend = nullptr;
+  bool selected = false;  // not all cells are selected
+
   std::string picture;       // text about a picture being drawn or written; empty: none
   double picture_part = -1;  // of the picture that is drawn, 0 to 1; below 0: it is being written, too late to cancel
 
@@ -67,7 +74,9 @@ struct PanelData {
 };
 
 struct PanelRequests {
-  std::optional<std::string> go;    // the text that was entered, or the name that was chosen
+  std::optional<std::string> go;                // the text that was entered, or the name that was chosen
+  std::optional<std::string> attribute, value;  // to colour by; a value of the legend that was clicked
+  bool value_alone = true, select_all = false;
   std::optional<Vector3d> go_to_W;  // the place that was clicked on the minimap
   bool cancel_picture = false;
   bool search_changed = false, settings_changed = false, reset = false;

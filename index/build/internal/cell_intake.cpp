@@ -65,6 +65,7 @@ void CellIntake::take(Cell& cell, Chunks& chunks, LandmarkSurvey& survey) {
   bytes_ += kBytesOfCell + 4 * heapBytes(record.source) + 3 * heapBytes(cell.name);
   given_names_.push_back(std::move(cell.name));
   digests_.push_back(cell.digest);
+  attributes_.add(static_cast<std::uint32_t>(records_.size()), cell.attributes);
   records_.push_back(std::move(record));
 }
 
@@ -89,6 +90,7 @@ void CellIntake::take(StoredCells::One cell) {
   bytes_ += kBytesOfCell + 4 * heapBytes(record.source) + 3 * heapBytes(record.name);
   given_names_.push_back(std::move(record.name));
   digests_.push_back(cell.digest);
+  attributes_.add(static_cast<std::uint32_t>(records_.size()), cell.attributes);
   for (SomaRoot soma : cell.somata) {
     soma.cell = static_cast<std::uint32_t>(records_.size());
     somata_.push_back(soma);

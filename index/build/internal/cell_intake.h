@@ -6,6 +6,7 @@
 #include "index/build/internal/level_writer.h"
 #include "index/build/internal/stored_cells.h"
 #include "index/cell/cell.h"
+#include "index/set/internal/attributes_section.h"
 #include "index/set/landmarks.h"
 #include "index/set/tile_store.h"
 
@@ -32,8 +33,9 @@ class CellIntake {
   const std::vector<CellRecord>& records() const { return records_; }     // names: after finish()
   const std::vector<std::uint64_t>& digests() const { return digests_; }  // by cell
   const std::vector<SomaRoot>& somata() const { return somata_; }         // root samples of type soma
-  std::uint64_t segments() const { return segments_; }                    // isolated ones included
-  std::uint64_t bytes() const { return bytes_; }                          // estimated memory of all records
+  const AttributeTable& attributes() const { return attributes_; }
+  std::uint64_t segments() const { return segments_; }                  // isolated ones included
+  std::uint64_t bytes() const { return bytes_ + attributes_.bytes(); }  // estimated memory of all records
   // Calls `use` for each cell with its detail from encodeDetail(), without the number of tiles, and frees the detail.
   // Call it at most once, after finish().
   void readDetails(const std::function<void(std::uint32_t cell, ByteSpan detail)>& use);
@@ -52,6 +54,7 @@ class CellIntake {
   std::vector<std::uint64_t> digests_;
   std::vector<std::string> given_names_;
   std::vector<SomaRoot> somata_;
+  AttributeTable attributes_;
   std::uint64_t segments_ = 0, bytes_ = 0;
   std::vector<GridPoint> snapped_;      // of the current cell
   std::vector<std::uint8_t> is_child_;  // of the current cell: 1: child of a segment; 2: parent of one in a forest

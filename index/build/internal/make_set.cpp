@@ -118,6 +118,9 @@ IngestResult makeSet(SetFolder& folder, const IngestOptions& options, const std:
   step("writing cells", 0, 0);
   writer.writeCells(tiler.records(), tiler.digests(), [&](const auto& use) { tiler.details(tile_of, use); });
   if (!tiler.somata().empty()) writer.writeSection(kSomataSection, encodeSomata(tiler.somata()));
+  if (!tiler.attributes().empty())
+    writer.writeSection(kAttributesSection,
+                        tiler.attributes().encode(static_cast<std::uint32_t>(tiler.records().size())));
   if (options.sections)
     for (const auto& [name, bytes] : options.sections()) writer.writeSection(name, bytes);
 

@@ -12,6 +12,7 @@ StoredCells::StoredCells(std::vector<const TileSet*> sets) : sets_(std::move(set
   for (std::uint32_t s = 0; s < sets_.size(); ++s) {
     now_.emplace_back(sets_[s]->cell_count(), UINT32_MAX);
     somata_.push_back(storedSomata(*sets_[s]));
+    attributes_.push_back(std::make_unique<CellAttributes>(*sets_[s]));
     for (std::uint32_t c = 0; c < sets_[s]->cell_count(); ++c)
       if (!sets_[s]->cell(c).removed) order_.push_back({s, c});
   }
@@ -25,7 +26,11 @@ StoredCells::One StoredCells::cell(std::uint32_t id) const {
   const TileSet& set = *sets_[order_[id].set];
   const std::uint32_t cell = order_[id].cell;
   const auto [begin, end] = std::ranges::equal_range(somata_[order_[id].set], cell, {}, &SomaRoot::cell);
-  return {set.cell(cell), set.cellDigest(cell), set.encodedDetail(cell), {begin, end}};
+  return {set.cell(cell),
+          set.cellDigest(cell),
+          set.encodedDetail(cell),
+          {begin, end},
+          attributes_[order_[id].set]->of(cell)};
 }
 
 void StoredCells::forEachSegment(const std::function<void(const SegmentRecord& record)>& use) const {

@@ -3,10 +3,12 @@
 
 #include "index/build/internal/level_writer.h"
 #include "index/build/internal/segment_chain.h"
+#include "index/set/cell_attributes.h"
 #include "index/set/tile_set.h"
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <vector>
 
 namespace filiform::internal {
@@ -23,6 +25,7 @@ class StoredCells {
     std::uint64_t digest;
     Bytes detail;                  // as encodeDetail() gives it
     std::vector<SomaRoot> somata;  // of any cell id
+    std::vector<CellAttribute> attributes;
   };
   std::uint32_t size() const { return static_cast<std::uint32_t>(order_.size()); }
   One cell(std::uint32_t id) const;
@@ -34,9 +37,10 @@ class StoredCells {
     std::uint32_t set, cell;
   };
   std::vector<const TileSet*> sets_;
-  std::vector<Place> order_;                     // by new id
-  std::vector<std::vector<std::uint32_t>> now_;  // new id, by set and cell
-  std::vector<std::vector<SomaRoot>> somata_;    // by set
+  std::vector<Place> order_;                                 // by new id
+  std::vector<std::vector<std::uint32_t>> now_;              // new id, by set and cell
+  std::vector<std::vector<SomaRoot>> somata_;                // by set
+  std::vector<std::unique_ptr<CellAttributes>> attributes_;  // by set
 };
 
 }  // namespace filiform::internal

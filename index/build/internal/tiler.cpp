@@ -421,6 +421,7 @@ LevelOptions Tiler::optionsForLevels() const {
 const std::vector<BlockKey>& Tiler::leaves() const { return impl_->partition.leaves(); }
 const std::vector<std::uint32_t>& Tiler::midpoints() const { return impl_->midpoints; }
 const std::vector<SomaRoot>& Tiler::somata() const { return impl_->intake.somata(); }
+const AttributeTable& Tiler::attributes() const { return impl_->intake.attributes(); }
 const std::vector<CellRecord>& Tiler::records() const { return impl_->intake.records(); }
 const std::vector<std::uint64_t>& Tiler::digests() const { return impl_->intake.digests(); }
 std::uint64_t Tiler::segments() const { return impl_->intake.segments(); }

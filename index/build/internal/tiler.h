@@ -18,6 +18,7 @@
 #include "index/build/internal/stored_cells.h"
 #include "index/build/internal/tile_writer.h"
 #include "index/geometry/partition.h"
+#include "index/set/internal/attributes_section.h"
 #include "index/set/landmarks.h"
 
 #include <atomic>
@@ -73,6 +74,7 @@ class Tiler {
   // what the tiler holds, 900 bytes a tile, and an eighth for encoded tiles.
   LevelOptions optionsForLevels() const;
   const std::vector<SomaRoot>& somata() const;  // after read()
+  const AttributeTable& attributes() const;     // after read()
 
   const std::vector<BlockKey>& leaves() const;  // after cut(): all leaves, ascending, also those without segments
   const std::vector<std::uint32_t>& midpoints() const;  // after cut(): of segments, in each leaf

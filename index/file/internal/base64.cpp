@@ -5,7 +5,7 @@
 namespace filiform::internal {
 namespace {
 
-constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+constexpr std::string_view kBase64Digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
 
 }  // namespace
 
@@ -16,7 +16,7 @@ std::string toBase64(ByteSpan bytes) {
     const std::size_t n = std::min<std::size_t>(3, bytes.size() - at);
     std::uint32_t group = 0;
     for (std::size_t i = 0; i < 3; ++i) group = group << 8 | (i < n ? bytes[at + i] : 0u);
-    for (std::size_t i = 0; i < 4; ++i) text += i <= n ? kDigits[group >> (18 - 6 * i) & 63] : '=';
+    for (std::size_t i = 0; i < 4; ++i) text += i <= n ? kBase64Digits[group >> (18 - 6 * i) & 63] : '=';
   }
   return text;
 }
@@ -27,7 +27,7 @@ Bytes fromBase64(std::string_view text) {
   std::uint32_t group = 0;
   int bits = 0;
   for (const char c : text.substr(0, text.find('='))) {
-    const std::size_t digit = kDigits.find(c);
+    const std::size_t digit = kBase64Digits.find(c);
     if (digit == std::string_view::npos) throw Damage{0, "not base64"};
     group = (group << 6 | static_cast<std::uint32_t>(digit)) & 0xFFFFFF;
     bits += 6;

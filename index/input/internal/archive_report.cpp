@@ -22,7 +22,12 @@ void listEntries(const Archive& archive, SourceReport& row) {
   }
 }
 
-void sumEntries(const Archive& archive, bool strict, SourceReport& row) {
+void listEntries(const std::vector<std::string>& names, std::uint64_t bytes, SourceReport& row) {
+  row.entries.clear();
+  for (const std::string& name : names) row.entries.push_back({name, bytes, 0, false, {}});
+}
+
+void sumEntries(std::optional<InputCode> refusal, bool strict, SourceReport& row) {
   InputReport& sum = row.report;
   sum = {};
   bool any_kept = false;
@@ -35,16 +40,17 @@ void sumEntries(const Archive& archive, bool strict, SourceReport& row) {
     sum.roots += part.roots;
     sum.candidate_lines += part.candidate_lines;
     sum.dropped_lines += part.dropped_lines;
+    sum.merged_points += part.merged_points;
     sum.links_given += part.links_given;
     sum.links_cut += part.links_cut;
     sum.codes.add(part.codes);
   }
-  if (archive.refusal()) {
-    sum.codes.add(*archive.refusal());
-    sum.records.add({0, *archive.refusal(), Effect::kInputRefused, {}});
+  if (refusal) {
+    sum.codes.add(*refusal);
+    sum.records.add({0, *refusal, Effect::kInputRefused, {}});
   }
-  const bool refuse = !any_kept || (strict && !sum.codes.empty());
-  sum.severity = refuse ? Severity::kRefuse : sum.codes.empty() ? Severity::kAccept : Severity::kWarn;
+  const bool refuse = !any_kept || (strict && sum.codes.anyWarning());
+  sum.severity = refuse ? Severity::kRefuse : sum.codes.anyWarning() ? Severity::kWarn : Severity::kAccept;
 }
 
 }  // namespace filiform::internal

@@ -69,7 +69,7 @@ void GraphBuilder::refuse(InputCode code, std::uint64_t line, std::string_view t
   cell_.clearSamples();
   ids_.clear();
   links_.clear();
-  candidates_ = unreadable_ = links_given_ = 0;
+  candidates_ = unreadable_ = links_given_ = merged_ = 0;
 }
 
 void GraphBuilder::setRadius(std::int64_t id, double radius, std::uint64_t line) {
@@ -122,16 +122,17 @@ InputReport GraphBuilder::finish(std::string_view file, Cell& cell) {
   }
   report.candidate_lines = candidates_;
   report.links_given = links_given_;
+  report.merged_points = merged_;
   book_.moveTo(report);
   report.dropped_lines = report.records.count(Effect::kLineDropped);
   report.links_cut = report.records.count(Effect::kLinkCut);
-  if (report.candidate_lines != report.samples + report.dropped_lines ||
+  if (report.candidate_lines != report.samples + report.dropped_lines + report.merged_points ||
       report.links_given != report.segments + report.links_cut)
     throw ConservationError(escaped(file) +
                             ": nodes or links were lost without a record; please report this with the "
                             "file");
-  const bool refuse = report.codes.anyRefusal() || (options_.strict && !report.codes.empty());
-  report.severity = refuse ? Severity::kRefuse : report.codes.empty() ? Severity::kAccept : Severity::kWarn;
+  const bool refuse = report.codes.anyRefusal() || (options_.strict && report.codes.anyWarning());
+  report.severity = refuse ? Severity::kRefuse : report.codes.anyWarning() ? Severity::kWarn : Severity::kAccept;
   if (refuse) {
     report.samples = report.segments = report.isolated = report.roots = 0;
     cell_.clearSamples();

@@ -26,6 +26,11 @@ class GraphBuilder {
             std::string_view token);
   // Drops a node that cannot be read.
   void dropNode(InputCode code, std::uint64_t line, std::string_view token);
+  // Counts a point for which another sample stands. The caller remarks why.
+  void mergePoint() {
+    ++candidates_;
+    ++merged_;
+  }
   // Adds a link between two ids; their nodes may come later.
   void link(std::int64_t a, std::int64_t b, std::uint64_t line);
   // Cuts a link that cannot be read.
@@ -54,7 +59,7 @@ class GraphBuilder {
   Cell cell_;
   IdTable ids_;
   std::vector<Link> links_;
-  std::uint64_t candidates_ = 0, unreadable_ = 0, links_given_ = 0;
+  std::uint64_t candidates_ = 0, unreadable_ = 0, links_given_ = 0, merged_ = 0;
   bool refused_ = false;
 };
 

@@ -1,6 +1,7 @@
 #include "index/input/internal/item_reader.h"
 
 #include "index/errors.h"
+#include "index/input/internal/h5_morphology.h"
 #include "index/text.h"
 
 #include <algorithm>
@@ -8,6 +9,7 @@
 namespace filiform::internal {
 namespace {
 
+constexpr std::uint64_t kBytesOfPoint = 320;    // of a section, while it is read and handed on
 constexpr std::uint64_t kBytesOfGraphByte = 8;  // nodes and links, while the graph is read and handed on
 
 }  // namespace
@@ -76,9 +78,22 @@ InputReport ItemReader::readEntry(const InputItem& item, Cell& cell,
   return report;
 }
 
+InputReport ItemReader::readH5(const InputItem& item, Cell& cell,
+                               const std::function<void(std::uint64_t bytes)>& progress) {
+  const auto check = [&](std::uint64_t points) {
+    refuseBeyondMemory(item, points * kBytesOfPoint);
+    progress(0);
+  };
+  InputReport report = readH5Morphology(hdf5_, *item.path, *item.morphology, options_, check, cell);
+  progress(item.bytes);
+  return report;
+}
+
 InputReport ItemReader::read(const InputItem& item, Cell& cell,
                              const std::function<void(std::uint64_t bytes)>& progress) {
+  cell.attributes.clear();
   if (item.entry != nullptr) return readEntry(item, cell, progress);
+  if (item.morphology != nullptr) return readH5(item, cell, progress);
   if (item.format) {
     refuseBeyondMemory(item, item.bytes * kBytesOfGraphByte);
     GraphOptions graph{options_, {}};

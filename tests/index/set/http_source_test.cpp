@@ -256,12 +256,12 @@ TEST_F(HttpSourceTest, RetryAfterIsKept) {
 }
 
 TEST_F(HttpSourceTest, EveryLastingFaultGivesOneClearLine) {
-  struct Row {
+  struct LastingFault {
     std::string kind;
     json fields;
     std::string file, said;
   };
-  const std::vector<Row> rows{
+  const std::vector<LastingFault> rows{
       {"status", {{"status", 401}}, "CURRENT", "--token-file"},
       {"status", {{"status", 403}}, "CURRENT", "refuses access (403)"},
       {"status", {{"status", 404}}, "CURRENT", "check the address"},
@@ -282,7 +282,7 @@ TEST_F(HttpSourceTest, EveryLastingFaultGivesOneClearLine) {
       {"silent", {{"s", 20}}, ".pack", "check the address and the network"},
       {"stall", {{"s", 20}}, "directory.bin", "check the address and the network"},
   };
-  for (const Row& row : rows) {
+  for (const LastingFault& row : rows) {
     SCOPED_TRACE(row.kind + " " + row.fields.dump() + " " + row.file);
     server_.fault(row.kind, row.file, 1000, row.fields.is_null() ? json::object() : row.fields);
     std::string line;

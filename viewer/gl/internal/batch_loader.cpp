@@ -114,6 +114,7 @@ ReadTile BatchLoader::Impl::take(const TileJob& job) {
 
 NeuriteBatch BatchLoader::Impl::load(const TileJob& job) {
   BatchOptions options{.colour = job.colour, .shallow_um = shallow_um, .deep_um = deep_um};
+  if (job.cell_colours != nullptr) options.cell_colours = &job.cell_colours->of_cell;
   NeuriteBatch batch;
   if (job.whole_cell != UINT32_MAX) {
     const CellDetail detail = store.loadCellDetail(job.whole_cell);

@@ -4,6 +4,7 @@
 
 #include "index/set/levels.h"
 #include "index/set/tile_store.h"
+#include "viewer/scene/cell_colours.h"
 #include "viewer/scene/neurite_batches.h"
 
 #include <exception>
@@ -18,6 +19,7 @@ struct TileJob {
   bool level = false;            // `tile` is a level tile
   std::uint32_t tile = 0;
   ColourBy colour = ColourBy::cell;
+  std::shared_ptr<const CellColours> cell_colours = {};
   std::uint32_t whole_cell = UINT32_MAX;  // if set: load this cell in full resolution instead of the tile
 };
 

@@ -40,11 +40,13 @@ CardTiles::CardTiles(const TileStore& store, const Levels* levels, Renderer& ren
   loader_ = std::make_unique<BatchLoader>(store, levels, shallow_um, deep_um);
 }
 
-bool CardTiles::setAppearance(ColourBy colour, std::optional<std::uint32_t> cell) {
+bool CardTiles::setAppearance(ColourBy colour, const std::shared_ptr<const CellColours>& cell_colours,
+                              std::optional<std::uint32_t> cell) {
   ++frame_;
   bool changed = false;
-  if (colour != colour_) {
+  if (colour != colour_ || cell_colours != cell_colours_) {
     colour_ = colour;
+    cell_colours_ = cell_colours;
     ++generation_;
     changed = true;
   }
@@ -114,13 +116,18 @@ void CardTiles::request(bool with_stand_ins, double now_s) {
   std::vector<TileJob> jobs;
   jobs.reserve(wishes.size() + 1);
   if (cell_ && !isCurrent(cell_slot_) && !cell_slot_.error)
-    jobs.push_back({.key = kNone, .generation = generation_, .colour = colour_, .whole_cell = *cell_});
+    jobs.push_back({.key = kNone,
+                    .generation = generation_,
+                    .colour = colour_,
+                    .cell_colours = cell_colours_,
+                    .whole_cell = *cell_});
   for (const Wish& w : wishes)
     jobs.push_back({.key = w.node,
                     .generation = generation_,
                     .level = isLevel(w.node),
                     .tile = isLevel(w.node) ? w.node : w.node - first_tile_,
-                    .colour = colour_});
+                    .colour = colour_,
+                    .cell_colours = cell_colours_});
   loader_->want(std::move(jobs));
 }
 

@@ -31,8 +31,10 @@ class CardTiles {
   // O(tiles).
   CardTiles(const TileStore& store, const Levels* levels, Renderer& renderer, double shallow_um, double deep_um);
 
-  // Starts a frame. Sets the colouring and the highlighted cell (none: no cell). True: the picture changes.
-  bool setAppearance(ColourBy colour, std::optional<std::uint32_t> cell);
+  // Starts a frame. Sets the colouring, the colours of cells (nullptr: those of the colouring) and the highlighted cell
+  // (none: no cell). True: the picture changes.
+  bool setAppearance(ColourBy colour, const std::shared_ptr<const CellColours>& cell_colours,
+                     std::optional<std::uint32_t> cell);
   // Chooses tiles as chooseTiles() does, and requests those that are missing, stand-ins only if `with_stand_ins`.
   // True: the choice is a new one. Does nothing for the arguments of the last call. O(tiles in the picture; without
   // levels all tiles).
@@ -104,6 +106,7 @@ class CardTiles {
   std::uint64_t frame_ = 0;
   std::uint32_t generation_ = 0;
   ColourBy colour_ = ColourBy::cell;
+  std::shared_ptr<const CellColours> cell_colours_;
   std::optional<std::uint32_t> cell_;  // highlighted: one batch, requested under the key kNone
   Slot cell_slot_;
   bool request_again_ = false;

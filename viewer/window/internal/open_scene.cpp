@@ -1,8 +1,10 @@
 #include "viewer/window/internal/open_scene.h"
 
+#include "index/errors.h"
 #include "viewer/window/internal/text_format.h"
 
 #include <algorithm>
+#include <iterator>
 #include <string>
 #include <utility>
 
@@ -19,6 +21,7 @@ constexpr double kCountEvery_s = 0.25;
 OpenScene::OpenScene(Opened opened, Messages& messages, Travel::Callbacks callbacks)
     : messages_(messages), viewpoint_(opened.session->workspaceOptions()), picture_(std::move(opened.picture)) {
   travel_ = std::make_shared<Travel>(std::move(opened), messages, std::move(callbacks));
+  attributes_ = std::make_unique<AttributeView>(*travel_->scene().store);
 }
 
 void OpenScene::turn(const Turn& turn) {
@@ -59,11 +62,45 @@ void OpenScene::countTiles(bool listed, double now_s) {
 SceneFrame OpenScene::frame() {
   SceneFrame frame;
   frame.camera = camera_;
+  frame.cell_colours = attributes_->colours();
   if (now().tick > 0) frame.proxy_W = now().p_W;
   if (viewpoint_.isOverview()) return frame;
   frame.workspace = &viewpoint_.workspace();
   frame.junction = travel_->junction();
   return frame;
+}
+
+void OpenScene::serveAttributes(const PanelRequests& requests) {
+  try {
+    if (requests.attribute) attributes_->colourBy(*requests.attribute);
+    if (requests.value) attributes_->toggle(*requests.value, requests.value_alone);
+    if (requests.select_all) attributes_->selectAll();
+  } catch (const Error& error) {
+    messages_.say(error.what());
+  }
+}
+
+bool OpenScene::selectCells(const std::string& condition, std::string& error) {
+  try {
+    const std::size_t cells = attributes_->select(condition);
+    error = cells == 0 ? "no cell meets this condition" : "";
+    if (cells > 0) messages_.say(format(cells == 1 ? "%zu cell selected" : "%zu cells selected", cells));
+    return cells > 0;
+  } catch (const Error& failure) {
+    error = failure.what();
+    return false;
+  }
+}
+
+bool OpenScene::nextColouring(ColourBy settings) {
+  if (attributes_->attribute().empty() && settings != *std::rbegin(kColourings)) return false;
+  try {
+    if (!attributes_->next()) return false;
+    messages_.say("coloured by " + attributes_->attribute());
+  } catch (const Error& error) {
+    messages_.say(error.what());
+  }
+  return true;
 }
 
 void OpenScene::draw(const SceneFrame& frame) {
@@ -79,6 +116,7 @@ void OpenScene::fill(PanelData& d, const PictureSize& size) const {
   d.um_px = camera_.focus_um / pixelsPerRadian(view_.frustum, size);
   d.scene = travel_->scene().name;
   d.cell = travel_->cellName();
+  attributes_->fill(d);
   if (travel_->sample()) d.place = format("sample %lld, ", static_cast<long long>(*travel_->sample()));
   d.place += format("%.1f %.1f %.1f um", s.p_W.x(), s.p_W.y(), s.p_W.z());
   d.device = travel_->session().deviceName();
@@ -113,6 +151,7 @@ void OpenScene::fill(PanelData& d, const PictureSize& size) const {
 
 void OpenScene::describe(nlohmann::ordered_json& json, const PictureSize& size) const {
   travel_->describe(json);
+  attributes_->describe(json);
   const ScreenPoint proxy = project(view_, now().p_W, size);
   if (proxy.depth_um > 0) json["proxy_px"] = {proxy.x, proxy.y};
   json["overview"] = viewpoint_.isOverview();

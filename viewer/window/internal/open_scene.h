@@ -3,6 +3,7 @@
 #pragma once
 
 #include "viewer/gl/scene_view.h"
+#include "viewer/window/internal/attribute_view.h"
 #include "viewer/window/internal/messages.h"
 #include "viewer/window/internal/opening.h"
 #include "viewer/window/internal/tile_census.h"
@@ -30,6 +31,13 @@ class OpenScene {
   const EyeView& view() const { return view_; }  // as look() found it
   const SceneFigures& figures() const { return figures_; }
   const TilePanel& tiles() const { return tiles_; }
+  const AttributeView& attributes() const { return *attributes_; }
+
+  // These say what went wrong, or set `error`.
+  void serveAttributes(const PanelRequests& requests);
+  bool selectCells(const std::string& condition, std::string& error);  // false: none
+  // The next attribute to colour by. False: the colouring of the settings is the next one. Attributes follow the last.
+  bool nextColouring(ColourBy settings);
 
   void nextOverview();
   // Turns and zooms the overview, or else the workspace.
@@ -57,6 +65,7 @@ class OpenScene {
   Messages& messages_;
   std::shared_ptr<Travel> travel_;
   Viewpoint viewpoint_;
+  std::unique_ptr<AttributeView> attributes_;
   std::unique_ptr<SceneView> picture_;  // destroyed before travel_, which owns the tiles
   Camera camera_;
   EyeView view_;

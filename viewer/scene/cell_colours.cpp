@@ -1,0 +1,106 @@
+#include "viewer/scene/cell_colours.h"
+
+#include "index/errors.h"
+#include "index/set/cell_filter.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <map>
+
+namespace filiform {
+
+namespace {
+
+constexpr Rgba kWithoutValue{128, 128, 128};
+constexpr int kRampSteps = 8;
+constexpr const char* kNone = "(none)";
+
+std::string shortText(double value) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.4g", value);
+  return text.data();
+}
+
+// Fills the legend and returns the place in it of each cell.
+std::vector<std::uint32_t> placesOf(const TileSet& set, const CellAttributes& attributes, std::uint32_t column,
+                                    CellColours& colours) {
+  const std::uint32_t cells = set.cell_count();
+  std::vector<std::uint32_t> place(cells, CellAttributes::kNoCode);
+  if (attributes.columns()[column].type == AttributeType::text) {
+    for (const std::string& value : attributes.dictionary(column))
+      colours.legend.push_back({value, colourOfNumber(colours.legend.size())});
+    place = attributes.codes(column);
+  } else {
+    const std::vector<double> numbers = attributes.numbers(column);
+    std::map<double, std::uint32_t> values;
+    for (const double number : numbers)
+      if (!std::isnan(number) && values.size() <= kMostNumberValues) values.emplace(number, 0);
+    if (values.size() <= kMostNumberValues) {
+      for (auto& [value, at] : values) {
+        at = static_cast<std::uint32_t>(colours.legend.size());
+        colours.legend.push_back({shortText(value), colourOfNumber(at)});
+      }
+      for (std::uint32_t c = 0; c < cells; ++c)
+        if (!std::isnan(numbers[c])) place[c] = values[numbers[c]];
+    } else {
+      double low = INFINITY, high = -INFINITY;
+      for (const double number : numbers)
+        if (!std::isnan(number)) low = std::min(low, number), high = std::max(high, number);
+      const double step = (high - low) / kRampSteps;
+      for (int s = 0; s < kRampSteps; ++s)
+        colours.legend.push_back({shortText(low + s * step) + " to " + shortText(low + (s + 1) * step),
+                                  colourOnRamp((s + 0.5) / kRampSteps)});
+      for (std::uint32_t c = 0; c < cells; ++c)
+        if (!std::isnan(numbers[c]))
+          place[c] = static_cast<std::uint32_t>(std::clamp(
+              std::isfinite(step) && step > 0 ? std::floor((numbers[c] - low) / step) : 0.0, 0.0, kRampSteps - 1.0));
+    }
+  }
+  return place;
+}
+
+}  // namespace
+
+std::shared_ptr<const CellColours> coloursByAttribute(const TileSet& set, const CellAttributes& attributes,
+                                                      const std::string& attribute,
+                                                      const std::optional<std::vector<std::uint32_t>>& only,
+                                                      const std::optional<std::vector<std::string>>& values) {
+  auto colours = std::make_shared<CellColours>();
+  colours->attribute = attribute;
+  const std::uint32_t cells = set.cell_count();
+  std::vector<std::uint32_t> place(cells, CellAttributes::kNoCode);
+  if (!attribute.empty()) {
+    const auto column = attributes.find(attribute);
+    if (!column) throw UsageError(unknownAttribute(attribute, attributes));
+    place = placesOf(set, attributes, *column, *colours);
+    const auto none = static_cast<std::uint32_t>(colours->legend.size());
+    bool any = false;
+    for (std::uint32_t c = 0; c < cells; ++c) {
+      if (set.cell(c).removed) continue;
+      if (place[c] == CellAttributes::kNoCode) {
+        if (!any) colours->legend.push_back({kNone, kWithoutValue});
+        any = true;
+        place[c] = none;
+      }
+      ++colours->legend[place[c]].cells;
+    }
+    if (values)
+      for (CellColours::Entry& entry : colours->legend)
+        entry.chosen = std::find(values->begin(), values->end(), entry.value) != values->end();
+  }
+  std::vector<bool> selected(cells, !only);
+  if (only)
+    for (const std::uint32_t cell : *only) selected[cell] = true;
+  for (std::uint32_t c = 0; c < cells; ++c) {
+    const bool in_legend = place[c] != CellAttributes::kNoCode;
+    const bool chosen = selected[c] && (!in_legend || colours->legend[place[c]].chosen);
+    colours->of_cell.push_back(!chosen     ? kUnchosenCell
+                               : in_legend ? colours->legend[place[c]].colour
+                                           : colourOfNumber(c));
+  }
+  return colours;
+}
+
+}  // namespace filiform

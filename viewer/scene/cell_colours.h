@@ -1,0 +1,40 @@
+// Colours of cells by an attribute (index/set/cell_attributes.h), with the legend. Functions without state.
+#pragma once
+
+#include "index/set/cell_attributes.h"
+#include "viewer/scene/colour.h"
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace filiform {
+
+struct CellColours {
+  struct Entry {
+    std::string value;  // of the attribute, as text; "(none)" for cells without one; a range for a ramp
+    Rgba colour;
+    std::uint64_t cells = 0;
+    bool chosen = true;
+  };
+  std::string attribute;  // empty: cells have their own colours, and only the selection counts
+  std::vector<Rgba> of_cell;
+  std::vector<Entry> legend;
+};
+
+inline constexpr Rgba kUnchosenCell{58, 62, 70};      // of cells that are not selected
+inline constexpr std::size_t kMostNumberValues = 12;  // a column of numbers with more values gets a ramp
+
+// The colours of all cells by the attribute. Texts, and numbers with few different values, get a colour each. Other
+// numbers get a ramp from the lowest to the highest, in eight steps in the legend. `only`, ascending ids: these cells
+// are selected, and others get kUnchosenCell. `values`: only cells with one of these values of the legend are selected.
+// An empty attribute gives each cell its own colour. Throws UsageError for an unknown attribute, CorruptSet, IoError.
+// O(cells log values).
+std::shared_ptr<const CellColours> coloursByAttribute(const TileSet& set, const CellAttributes& attributes,
+                                                      const std::string& attribute,
+                                                      const std::optional<std::vector<std::uint32_t>>& only = {},
+                                                      const std::optional<std::vector<std::string>>& values = {});
+
+}  // namespace filiform
