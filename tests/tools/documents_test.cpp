@@ -78,7 +78,7 @@ std::vector<std::string> documents() {
 class ScratchFolder {
  public:
   ScratchFolder() {
-    const std::string script = R"(
+    const std::string script = R"sh(
 set -e
 mkdir f && cd f
 filiform synth column.zip --cells 3 --seed 1
@@ -131,7 +131,7 @@ mkdir before after
 filiform bench extremes --quick --out before
 cp before/bench.json after
 ln -s "$TESTS" tests
-)";
+)sh";
     const Outcome made = inFolder(folder_.path(), "TESTS='" FILIFORM_SOURCE "/tests'; " + script);
     EXPECT_EQ(made.exit_code, 0) << made.out << made.err;
     const Outcome drawn = inFolder(folder_ / "f", "filiform render column.fil -o try.png --size 16x16 && rm try.png");
@@ -199,16 +199,27 @@ std::vector<std::string> outputsOf(const std::vector<std::string>& arguments) {
 using ByCommand = std::map<std::string, std::string>;
 
 // The first field of --json, and the first column of --tsv.
-const ByCommand kFirstFields{{"check", "verdict"},   {"info", "cells"},   {"cells", "id"},
-                             {"nearest", "query"},   {"path", "cell"},    {"navigate", "outcome"},
-                             {"devices", "devices"}, {"render", "width"}, {"bench", "format"},   {"replay", "set"}};
+const ByCommand kFirstFields{
+    {"check", "verdict"},    {"info", "cells"},      {"cells", "id"},     {"nearest", "query"}, {"path", "cell"},
+    {"navigate", "outcome"}, {"devices", "devices"}, {"render", "width"}, {"bench", "format"},  {"replay", "set"}};
 const ByCommand kFirstColumns{{"check", "file"}, {"cells", "id"}, {"nearest", "query"}, {"path", "sample"}};
 // A part of the text output of each command.
-const ByCommand kTexts{{"synth", " segments, "},   {"check", " inputs: "},         {"ingest", " tiles, "},
-                       {"compact", " tiles, "},    {"info", "  segments   "},      {"cells", "length"},
-                       {"verify", ": sound: "},    {"nearest", "query\trank"},     {"path", " um along the cell, "},
-                       {"export", " samples of "}, {"navigate", "route "},         {"devices", "sim:medium"},
-                       {"render", "drawn by "},    {"serve", "http://127.0.0.1:"}, {"replay", " HAND frames: "}, {"evaluate", "|---|"},
+const ByCommand kTexts{{"synth", " segments, "},
+                       {"check", " inputs: "},
+                       {"ingest", " tiles, "},
+                       {"compact", " tiles, "},
+                       {"info", "  segments   "},
+                       {"cells", "length"},
+                       {"verify", ": sound: "},
+                       {"nearest", "query\trank"},
+                       {"path", " um along the cell, "},
+                       {"export", " samples of "},
+                       {"navigate", "route "},
+                       {"devices", "sim:medium"},
+                       {"render", "drawn by "},
+                       {"serve", "http://127.0.0.1:"},
+                       {"replay", " HAND frames: "},
+                       {"evaluate", "|---|"},
                        {"bench", "|---|"}};
 
 std::string expectedOf(const ByCommand& expected, const std::string& name) {

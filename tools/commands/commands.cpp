@@ -9,7 +9,7 @@ int runFiliform(int argc, char** argv) {
       "  filiform view demo.fil\n'filiform COMMAND --help' has an example for each command.",
       {addSynth, addCheck, addIngest, addCompact, addInfo, addCells, addVerify, addNearest, addPath, addExport,
        addNavigate, addDevices, addRender, addView, addServe, addReplay, addLab},
-       labUsage};
+      labUsage};
   return runProgram(kFiliform, argc, argv);
 }
 

@@ -11,11 +11,10 @@
 #include "tools/python/internal/set_handle.h"
 
 #include <algorithm>
+#include <pybind11/stl.h>
 #include <string>
 #include <utility>
 #include <vector>
-
-#include <pybind11/stl.h>
 
 namespace filiform::python {
 
