@@ -8,6 +8,7 @@
 
 #include <chrono>
 #include <csignal>
+#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -26,7 +27,7 @@ using namespace std::chrono_literals;
 using test::runFiliform;
 using test::ServerProcess;
 using tools::WebSocketClient;
-using Kind = WebSocketClient::Message::Kind;
+using FrameKind = WebSocketClient::Message::Kind;
 
 constexpr const char* kSessionToken = "0123456789abcdef0123";
 
@@ -64,15 +65,15 @@ class SessionSockets : public ::testing::Test {
   static std::optional<v1::Proxy> proxyOf(const WebSocketClient::Message& message) {
     v1::Proxy proxy;
     const auto* const bytes = reinterpret_cast<const unsigned char*>(message.bytes.data());
-    if (message.kind != Kind::binary || !v1::decode(bytes, message.bytes.size(), proxy)) return std::nullopt;
+    if (message.kind != FrameKind::binary || !v1::decode(bytes, message.bytes.size(), proxy)) return std::nullopt;
     return proxy;
   }
   // Reads to the close frame, and returns its code; 0: none came.
   static unsigned closeCode(WebSocketClient& client) {
     for (;;) {
       const WebSocketClient::Message message = client.read(30s);
-      if (message.kind == Kind::close) return message.code;
-      if (message.kind == Kind::ended || message.kind == Kind::none) return 0;
+      if (message.kind == FrameKind::close) return message.code;
+      if (message.kind == FrameKind::ended || message.kind == FrameKind::none) return 0;
     }
   }
   test::TempFolder folder_;

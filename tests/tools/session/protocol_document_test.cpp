@@ -3,9 +3,11 @@
 #include "tests/support/temp_folder.h"
 #include "tools/session/session_client.h"
 
+#include <cctype>
 #include <chrono>
 #include <fstream>
 #include <regex>
+#include <span>
 #include <sstream>
 #include <string>
 #include <thread>
