@@ -209,9 +209,10 @@ struct Circuit::Reader {
     report.file = shownBelow(population.nodes_file, folder);
     report.name = population.name;
     report.type = population.type;
-    const auto table =
-        std::make_shared<NodeTable>(process, population.nodes_file, population.name, population.node_types_file);
-    bytes += bytesOf(population.nodes_file);
+    if (!population.node_types_file.empty()) bytesOf(population.node_types_file);
+    const auto table = readable(population.nodes_file, [&] {
+      return std::make_shared<NodeTable>(process, population.nodes_file, population.name, population.node_types_file);
+    });
     report.nodes = table->nodes();
     report.skipped = table->skipped();
     if (population.type == "vasculature") {
