@@ -87,7 +87,6 @@ void SessionClient::close() {
     session = std::exchange(session_, nullptr);
   }
   house_.close(session);
-  shown_.reset();
 }
 
 std::shared_ptr<RemoteSession> SessionClient::session() const {

@@ -213,7 +213,7 @@ BenchReport runSessions(const BenchOptions& options) {
   BenchTable table{"tours",
                    "sessions touring " + std::to_string(set->segmentCount()) +
                        " segments, HAND at 100 Hz, ticks at 1 kHz, "
-                       "LOCAL MODEL at 20 Hz, tiles within 256 MiB; " +
+                       "LOCAL MODEL at 20 Hz, tiles within 256 MiB, clients read every 10 ms; " +
                        std::to_string(static_cast<int>(seconds)) + " s",
                    {"sessions", "late %", "bare timer late %", "busiest/least", "round trip p50 us", "p99 us",
                     "waiting %", "memory before MiB", "after MiB", "tiles MiB", "longest round us", "HAND Hz", "legs"},
