@@ -41,6 +41,14 @@ async def ask(socket, method, **params):
             return answer['result']
 
 
+async def listen(socket, seen):
+    async for frame in socket:
+        if not isinstance(frame, str) and frame[0] == 2:
+            seen['ack'], seen['proxies'] = PROXY.unpack(frame)[2], seen['proxies'] + 1
+        elif not isinstance(frame, str) and frame[0] == 3:
+            seen['model'], seen['models'] = unpack_model(frame), seen['models'] + 1
+
+
 async def travel(url, name, seconds):
     token = os.environ.get('FILIFORM_TOKEN')
     headers = {'Authorization': 'Bearer ' + token} if token else {}
@@ -51,28 +59,24 @@ async def travel(url, name, seconds):
         middle = [(a + b) / 2 for a, b in zip(sets[name]['lo_um'], sets[name]['hi_um'])]
         opened = await ask(socket, 'open', set=name, at=middle)
         await ask(socket, 'subscribe', model_Hz=20, radius_um=50)
-        ack, proxies, models, strongest, model = 0, 0, 0, 0.0, None
-        begin = time.monotonic()
+        seen = {'ack': 0, 'proxies': 0, 'models': 0, 'model': None}
+        listener = asyncio.create_task(listen(socket, seen))
+        strongest, begin = 0.0, time.monotonic()
         for seq in range(1, 1 + int(seconds * 100)):  # 100 HANDs a second
             angle = 2 * math.pi * seq / 200
             h_D = (0.01 * math.sin(angle), 0.01 * (1 - math.cos(angle)), 0.0)
-            await socket.send(HAND.pack(1, 1, seq, time.monotonic_ns(), *h_D, ack, 0, 0, 0.0, 0.0, 0.0))
-            while (left := begin + seq / 100 - time.monotonic()) > 0:
-                try:
-                    frame = await asyncio.wait_for(socket.recv(), left)
-                except asyncio.TimeoutError:
-                    break
-                if isinstance(frame, str):
-                    continue
-                if frame[0] == 3:
-                    model, models = unpack_model(frame), models + 1
-                elif frame[0] == 2:
-                    ack, proxies = PROXY.unpack(frame)[2], proxies + 1
-            if model:
-                strongest = max(strongest, math.hypot(*force(model, h_D)))
-        print(f"{opened['place']['cell']}: {proxies} PROXY, {models} LOCAL MODEL, "
-              f"{len(model['nodes']) if model else 0} nodes, at most {strongest:.3f} N")
+            await socket.send(HAND.pack(1, 1, seq, time.monotonic_ns(), *h_D, seen['ack'], 0, 0, 0.0, 0.0, 0.0))
+            await asyncio.sleep(max(0.001, begin + seq / 100 - time.monotonic()))
+            if seen['model']:
+                strongest = max(strongest, math.hypot(*force(seen['model'], h_D)))
+        listener.cancel()
+        nodes = len(seen['model']['nodes']) if seen['model'] else 0
+        print(f"{opened['place']['cell']}: {seen['proxies']} PROXY, {seen['models']} LOCAL MODEL, "
+              f"{nodes} nodes, at most {strongest:.3f} N")
 
 
 if __name__ == '__main__':
-    asyncio.run(travel(sys.argv[1], sys.argv[2], float(sys.argv[3]) if len(sys.argv) > 3 else 2.0))
+    try:
+        asyncio.run(travel(sys.argv[1], sys.argv[2], float(sys.argv[3]) if len(sys.argv) > 3 else 2.0))
+    except (OSError, websockets.WebSocketException) as error:
+        sys.exit(f'{sys.argv[1]}: {error}')
