@@ -17,8 +17,6 @@ install(FILES "${data}/filiform.desktop" DESTINATION "${CMAKE_INSTALL_DATADIR}/a
 install(FILES "${data}/filiform.svg" DESTINATION "${CMAKE_INSTALL_DATADIR}/icons/hicolor/scalable/apps" COMPONENT program)
 install(FILES "${data}/filiform.metainfo.xml" DESTINATION "${CMAKE_INSTALL_DATADIR}/metainfo" COMPONENT program)
 install(FILES "${data}/filiform-swc.xml" DESTINATION "${CMAKE_INSTALL_DATADIR}/mime/packages" COMPONENT program)
-file(GLOB rules "${PROJECT_SOURCE_DIR}/device/udev/*.rules")
-install(FILES ${rules} DESTINATION lib/udev/rules.d COMPONENT program)
 install(DIRECTORY "${PROJECT_SOURCE_DIR}/tools/examples/" DESTINATION "${CMAKE_INSTALL_DOCDIR}-dev/examples" COMPONENT development)
 
 set(CPACK_GENERATOR DEB)
@@ -39,23 +37,24 @@ set(lab filiform-lab)
 set(library libfiliform0)
 set(development libfiliform-dev)
 set(python python3-filiform)
-if(FILIFORM_PYTHON_COMPONENT)  # set where the Python module is built and installed as the component `python`
+if(TARGET filiform_python_core)
   list(APPEND CPACK_COMPONENTS_ALL python)
 endif()
 
-set(about "filiform lets a person travel through whole neuronal columns by hand. It ingests\n\
- reconstructions of neurons, cuts them into tiles on disk, finds the nearest\n\
- segments exactly, and computes the force on the hand.")
-set(CPACK_DEBIAN_PROGRAM_DESCRIPTION "navigation through neuronal columns by hand\n ${about}")
-set(CPACK_DEBIAN_LAB_DESCRIPTION "benchmarks and evaluation of filiform\n ${about}\n .\n This package holds the commands bench and evaluate.")
-set(CPACK_DEBIAN_LIBRARY_DESCRIPTION "tile sets of neurons, C library\n ${about}\n .\n This package holds the shared library.")
-set(CPACK_DEBIAN_DEVELOPMENT_DESCRIPTION "tile sets of neurons, development files\n ${about}\n .\n This package holds the C header, the C++ headers and libraries, and examples.")
-set(CPACK_DEBIAN_PYTHON_DESCRIPTION "tile sets of neurons, Python module\n ${about}\n .\n This package holds the module filiform for Python 3.")
+set(about "filiform lets a person travel through whole neuronal columns by hand.
+It ingests reconstructions of neurons, cuts them into tiles on disk,
+finds the nearest segments exactly, and computes the force on the hand.")
+set(CPACK_DEBIAN_PROGRAM_DESCRIPTION "navigation through neuronal columns by hand\n${about}")
+set(CPACK_DEBIAN_LAB_DESCRIPTION "benchmarks and evaluation of filiform\n${about}\n\nThis package holds the commands bench and evaluate.")
+set(CPACK_DEBIAN_LIBRARY_DESCRIPTION "tile sets of neurons, C library\n${about}\n\nThis package holds the shared library.")
+set(CPACK_DEBIAN_DEVELOPMENT_DESCRIPTION "tile sets of neurons, development files\n${about}\n
+This package holds the C header, the C++ headers and libraries,\nand examples.")
+set(CPACK_DEBIAN_PYTHON_DESCRIPTION "tile sets of neurons, Python module\n${about}\n\nThis package holds the module filiform for Python 3.")
 
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_SUGGESTS "filiform-lab, ffmpeg")
 set(CPACK_DEBIAN_LAB_PACKAGE_DEPENDS "filiform (= ${PROJECT_VERSION})")
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_SECTION libs)
-set(CPACK_DEBIAN_LIBRARY_PACKAGE_GENERATE_SHLIBS ON)
+set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_CONTROL_EXTRA "${data}/triggers")
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "libfiliform0 (= ${PROJECT_VERSION})")
@@ -63,7 +62,11 @@ set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "libfiliform0 (= ${PROJECT_VERSION}
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SUGGESTS "libeigen3-dev, libzip-dev, libxxhash-dev, libhwy-dev, liblz4-dev, \
 libcurl4-openssl-dev, libusb-1.0-0-dev, libepoxy-dev, libegl-dev, libglfw3-dev, libimgui-dev")
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
-set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3-numpy")
+# A module fits one version of Python: that of the system.
+execute_process(COMMAND /usr/bin/python3 -c "import sys; print(f'3.{sys.version_info[1]}, 3.{sys.version_info[1] + 1}')"
+  OUTPUT_VARIABLE python_versions OUTPUT_STRIP_TRAILING_WHITESPACE COMMAND_ERROR_IS_FATAL ANY)
+string(REGEX REPLACE "(.*), (.*)" "python3 (>= \\1), python3 (<< \\2), python3-numpy" CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "${python_versions}")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_EXTRA "${data}/python/postinst" "${data}/python/prerm")
 
 find_program(gzip gzip REQUIRED)
 foreach(component IN LISTS CPACK_COMPONENTS_ALL)
