@@ -351,7 +351,7 @@ Input::Input(const std::vector<std::string>& arguments, InputOptions options)
   rewind();
 }
 
-Input::Input(const std::vector<InputFile>& files, InputOptions options)
+Input::Input(std::span<const InputFile> files, InputOptions options)
     : state_(std::make_unique<State>(std::move(options))) {
   for (const InputFile& file : files)
     state_->addFile({file.path, file.shown, {}, graphFormatOf(file.path)}, file.only ? &*file.only : nullptr);

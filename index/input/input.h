@@ -19,6 +19,7 @@
 #include <iosfwd>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -86,7 +87,7 @@ class Input : public CellStream {
   explicit Input(const std::vector<std::string>& arguments, InputOptions options = {});
   // The same from files of the caller's choice. Files that cannot be read are refused. Throws IoError if the process
   // has no file descriptor or memory left.
-  explicit Input(const std::vector<InputFile>& files, InputOptions options = {});
+  explicit Input(std::span<const InputFile> files, InputOptions options = {});
   ~Input() override;
   Input(Input&&) noexcept;
   Input& operator=(Input&&) noexcept;

@@ -50,7 +50,7 @@ TEST(PageAnswer, NothingRunsInIt) {
 TEST(PageAnswer, NamesOfSetsStayText) {
   test::ServedSets sets;
   const std::string name = "<img src=x onerror=alert(1)>\"'&\x01 %2F#!";
-  CellList cells(randomColumn(5, 1, 40, 30));
+  CellList cells(test::randomColumn(5, 1, 40, 30));
   ingest(cells, sets.folder / (name + ".fil"), {});
   sets.shelf.emplace(std::vector<std::string>{sets.folder / (name + ".fil")}, 64 << 20);
   sets.service->neuroglancer = "https://ng.example/";

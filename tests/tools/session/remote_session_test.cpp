@@ -1,6 +1,7 @@
 // A session that the test ticks itself: force, silence, stalls, and replays to the bit.
 #include "tools/session/remote_session.h"
 
+#include "solver/force/force_law.h"
 #include "tests/support/no_alloc_guard.h"
 #include "tests/support/served_sets.h"
 #include "tests/support/temp_folder.h"
