@@ -65,6 +65,7 @@ Json operationOf(const Route& route) {
     content["text/plain"] = {{"schema", {{"type", "string"}}}};
     content[kNpyType] = bytes;
   }
+  if (path.find("/{revision}/{file}") != std::string_view::npos) content[kJsonType] = Json::object();  // the manifest
   const Json problems{
       {"description", "a problem"},
       {"content", {{"application/problem+json", {{"schema", {{"$ref", "#/components/schemas/Problem"}}}}}}}};
