@@ -2,8 +2,6 @@
 
 #include "index/errors.h"
 
-#include <algorithm>
-#include <array>
 #include <bit>
 #include <cmath>
 #include <limits>
@@ -68,31 +66,6 @@ std::string SkeletonFormat::info(const std::optional<SkeletonSharding>& sharding
                         {"minishard_index_encoding", "gzip"},
                         {"data_encoding", "gzip"}};
   return json.dump(1) + "\n";
-}
-
-std::string SkeletonFormat::properties(const std::vector<std::pair<std::uint64_t, const CellRecord*>>& cells) {
-  SkeletonJson ids = SkeletonJson::array(), names = SkeletonJson::array(), sources = SkeletonJson::array();
-  constexpr std::array<std::pair<const char*, std::uint64_t CellRecord::*>, 3> kNumbers{
-      {{"samples", &CellRecord::samples}, {"segments", &CellRecord::segments}, {"roots", &CellRecord::roots}}};
-  std::array<SkeletonJson, kNumbers.size()> numbers{SkeletonJson::array(), SkeletonJson::array(),
-                                                    SkeletonJson::array()};
-  for (const auto& [number, record] : cells) {
-    ids.push_back(std::to_string(number));
-    names.push_back(record->name);
-    sources.push_back(record->source);
-    // A number property has 32 bits. More samples than this do not fit a skeleton either.
-    for (std::size_t i = 0; i < kNumbers.size(); ++i)
-      numbers[i].push_back(std::min<std::uint64_t>(record->*kNumbers[i].second, UINT32_MAX));
-  }
-  SkeletonJson properties = SkeletonJson::array();
-  properties.push_back({{"id", "label"}, {"type", "label"}, {"values", std::move(names)}});
-  properties.push_back({{"id", "source"}, {"type", "description"}, {"values", std::move(sources)}});
-  for (std::size_t i = 0; i < kNumbers.size(); ++i)
-    properties.push_back(
-        {{"id", kNumbers[i].first}, {"type", "number"}, {"data_type", "uint32"}, {"values", std::move(numbers[i])}});
-  const SkeletonJson json{{"@type", "neuroglancer_segment_properties"},
-                          {"inline", {{"ids", std::move(ids)}, {"properties", std::move(properties)}}}};
-  return json.dump(-1, ' ', true, SkeletonJson::error_handler_t::replace) + "\n";
 }
 
 void SkeletonFormat::write(std::ostream& out, const CellGraph& cell) const {

@@ -1,5 +1,5 @@
-// Neuroglancer precomputed skeletons of cells: the text of `info` and `segment_properties/info`, and the bytes of one
-// skeleton.
+// Neuroglancer precomputed skeletons of cells: the text of `info`, and the bytes of one skeleton.
+// skeleton_properties.h has the text of `segment_properties/info`.
 //
 // Each skeleton is named by the cell's number (cell_numbers.h). Vertices are whole quanta from the centre of the
 // bounds, as 32-bit floats. `transform` in `info` converts them to nm, exactly. `radius` is in nm; `vertex_types` are
@@ -14,8 +14,6 @@
 #include <iosfwd>
 #include <optional>
 #include <string>
-#include <utility>
-#include <vector>
 
 namespace filiform {
 
@@ -36,9 +34,6 @@ class SkeletonFormat {
 
   // Text of the file `info`. Without sharding, each skeleton is a file named by its number.
   std::string info(const std::optional<SkeletonSharding>& sharding = std::nullopt) const;
-  // Text of `segment_properties/info`: for each cell its number, its name as label, its source as description, and its
-  // samples, segments and roots as numbers. The records must live during the call.
-  static std::string properties(const std::vector<std::pair<std::uint64_t, const CellRecord*>>& cells);
   // Writes one skeleton. Requires radii and types. Radii are 32-bit floats in nm; a radius read back in um may differ
   // by a factor of 1e-7.
   void write(std::ostream& out, const CellGraph& cell) const;

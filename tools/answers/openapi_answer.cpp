@@ -65,12 +65,15 @@ Json operationOf(const Route& route) {
     content["text/plain"] = {{"schema", {{"type", "string"}}}};
     content[kNpyType] = bytes;
   }
+  if (path.find("/{revision}/{file}") != std::string_view::npos) content[kJsonType] = Json::object();  // the manifest
   const Json problems{
       {"description", "a problem"},
       {"content", {{"application/problem+json", {{"schema", {{"$ref", "#/components/schemas/Problem"}}}}}}}};
   Json operation{{"operationId", operationId(route)}, {"summary", route.summary}, {"parameters", parametersOf(route)}};
   if (std::string_view(route.method) == "POST") operation["requestBody"] = bodyOfPoints();
   operation["responses"] = {{"200", {{"description", route.summary}, {"content", content}}}, {"default", problems}};
+  if (path.ends_with("/session"))
+    operation["responses"] = {{"101", {{"description", "a WebSocket"}}}, {"default", problems}};
   if (path.ends_with("{file}"))
     operation["responses"]["206"] = {{"description", "the part that Range asks for"}, {"content", content}};
   operation["security"] =

@@ -158,12 +158,9 @@ std::string sectionOf(const ServedSet& served, const PageContext& page) {
   html += code(source);
   html += "<p>A Neuroglancer with spatially indexed skeletons and the data source CATMAID takes\n" +
           code("catmaid://" + page.server + "/catmaid" + page.doors + "/" + name + "/1");
-  const std::string header =
-      page.token ? "\nrequest.add_header(\"Authorization\", \"Bearer \" + os.environ[\"FILIFORM_TOKEN\"])" : "";
   html += "<h3>Python</h3>\n" +
-          code("import io, os, urllib.request, numpy\nrequest = urllib.request.Request(\"" + set +
-               "/nearest?at=" + middleOf(served) + "&k=3\", headers={\"Accept\": \"application/x-npy\"})" + header +
-               "\nprint(numpy.load(io.BytesIO(urllib.request.urlopen(request).read())))");
+          code("import filiform as ff" + std::string(page.token ? "  # FILIFORM_TOKEN holds the token" : "") +
+               "\ns = ff.open(\"" + set + "\")\nprint(s.nearest([[" + middleOf(served) + "]], k=3))");
   return html + "<h3>Any program</h3>\n" +
          code("curl" + std::string(page.token ? " -H \"Authorization: Bearer $FILIFORM_TOKEN\"" : "") + " '" + set +
               "/nearest?at=" + middleOf(served) + "&k=3'");

@@ -1,6 +1,7 @@
 // The answers of the door for Neuroglancer: skeletons on demand, unsharded.
 #include "index/set/cell_graph.h"
 #include "index/set/skeleton_format.h"
+#include "index/set/skeleton_properties.h"
 #include "index/text.h"
 #include "tools/answers/limits.h"
 #include "tools/answers/service.h"
@@ -45,13 +46,12 @@ Answer precomputedPropertiesAnswer(const Call& call) {
   if (store.cell_count() > limits::kDoorCells)
     throw Refusal(413, "the set has more than " + std::to_string(limits::kDoorCells) +
                            " cells; Neuroglancer shows their skeletons without names");
-  std::vector<std::pair<std::uint64_t, const CellRecord*>> cells;
+  std::vector<SkeletonCell> cells;
   for (std::uint32_t cell = 0; cell < store.cell_count(); ++cell) {
     if (cell % 256 == 0) TimedStore::check();
-    const CellRecord& record = store.cell(cell);
-    if (!record.removed) cells.emplace_back(numbers.of(cell), &record);
+    if (!store.cell(cell).removed) cells.push_back({numbers.of(cell), cell});
   }
-  answer.body = SkeletonFormat::properties(cells);
+  answer.body = skeletonProperties(store, cells, &call.served->attributes());
   return answer;
 }
 

@@ -5,6 +5,7 @@
 #include "index/set/cell_graph.h"
 #include "index/set/cell_numbers.h"
 #include "index/set/skeleton_format.h"
+#include "index/set/skeleton_properties.h"
 #include "index/set/tile_set.h"
 #include "index/text.h"
 #include "tools/commands/cell_name.h"
@@ -154,21 +155,22 @@ void exportFolder(const CellFiles& files, const std::string& path, Progress& pro
 }
 
 // The cells as Neuroglancer skeletons: one file a cell, or many in a file (shards).
-void exportSkeletons(const TileStore& set, const std::vector<std::uint32_t>& ids, const std::string& path, bool shards,
+void exportSkeletons(const TileSet& set, const std::vector<std::uint32_t>& ids, const std::string& path, bool shards,
                      Progress& progress) {
   GridBox bounds;
   std::uint64_t bytes = 0;
   std::vector<std::uint64_t> numbers;
-  std::vector<std::pair<std::uint64_t, const CellRecord*>> cells;
+  std::vector<SkeletonCell> cells;
   const CellNumbers cell_numbers(set, throwIfInterrupted);
   for (const std::uint32_t id : ids) {
     const CellRecord& record = set.cell(id);
     bounds.extend(record.bounds);
     bytes += record.samples * 20 + record.segments * 8;
     numbers.push_back(cell_numbers.of(id));
-    cells.emplace_back(numbers.back(), &record);
+    cells.push_back({numbers.back(), id});
   }
   const SkeletonFormat format(set.grid(), bounds);
+  const CellAttributes attributes(set);
   std::uint64_t done = 0;
   const auto skeleton = [&](std::size_t i) {
     throwIfInterrupted();
@@ -179,7 +181,7 @@ void exportSkeletons(const TileStore& set, const std::vector<std::uint32_t>& ids
   };
   OutputFolder folder(path);
   folder.makeFolder("segment_properties");
-  folder.write("segment_properties/info", SkeletonFormat::properties(cells));
+  folder.write("segment_properties/info", skeletonProperties(set, cells, &attributes));
   if (shards) {
     const SkeletonShards layout(numbers, bytes);
     folder.write("info", format.info(layout.sharding()));

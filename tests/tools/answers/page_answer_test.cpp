@@ -24,8 +24,8 @@ TEST(PageAnswer, ShowsHowToOpenEachSet) {
   for (const char* part :
        {"<h2>fork</h2>", "<h2>column</h2>", "filiform view http://127.0.0.1:7878/v1/sets/fork\n",
         "precomputed://http://127.0.0.1:7878/precomputed/fork<", "catmaid://http://127.0.0.1:7878/catmaid/fork/1<",
-        "href=\"https://ng.example/#!{", "import io, os", "curl ", "href=\"https://source.example/a?b=1&amp;c=2\"",
-        "GPL-3.0-or-later", "filiform 0.0.0"})
+        "href=\"https://ng.example/#!{", "import filiform as ff", "curl ",
+        "href=\"https://source.example/a?b=1&amp;c=2\"", "GPL-3.0-or-later", "filiform 0.0.0"})
     EXPECT_TRUE(holds(html, part)) << part << html;
   EXPECT_FALSE(holds(html, "<img")) << "these sets have no pictures";
   EXPECT_FALSE(holds(html, "/v1/capability"));
