@@ -11,7 +11,7 @@ struct RemoteOptions {
   std::string token{};  // sent as `Authorization: Bearer`, only to the scheme, host and port of the set; empty: none
   std::string cache_folder{};  // what is read stays here, for this and other processes; empty: nothing is kept
   std::uint64_t cache_bytes = std::uint64_t{4} << 30;  // of that folder; see index/README.md
-  // Requests at once, 1..64. Bulk work (tiles_ahead.h) uses at most half of them, a quarter beside other reads.
+  // Requests at once, 1..64. Bulk work (tiles_ahead.h) uses at most half of them, a sixteenth beside other reads.
   unsigned connections = 32;
   double deadline_s =
       20;                // no retry after this time since a read began; each attempt may take as long, plus 1 s/64 KiB

@@ -25,7 +25,8 @@ constexpr int kMostAttempts = 6, kMostRedirects = 5;
 constexpr double kFirstBackoff_s = 0.1, kLastBackoff_s = 2;
 // How often the thread looks at the flag of an interruption.
 constexpr std::chrono::milliseconds kWatch{100};
-// The background uses a quarter of the connections until no other read came for this time, then half of them.
+// The background uses a sixteenth of the connections until no other read came for this time, then half of them. The
+// fewer it uses, the more of its ranges wait, and go together in one request.
 constexpr std::chrono::milliseconds kBesideOthers{1000};
 // From far away a range waits for neighbours that come at the same time, such as the tiles of one plan: this part of
 // the fastest answer, at most kMostGather_s. An answer within kNear_s comes from near.
@@ -149,7 +150,7 @@ struct HttpClient::Impl {
     const auto under_way = std::count_if(active.begin(), active.end(),
                                          [](const auto& flight) { return flight->jobs().front()->background; });
     const bool beside = FlightClock::now() - last_other < kBesideOthers;
-    return under_way < std::max<std::ptrdiff_t>(1, options.connections / (beside ? 4 : 2));
+    return under_way < std::max<std::ptrdiff_t>(1, options.connections / (beside ? 16 : 2));
   }
 
   void startQueue() {

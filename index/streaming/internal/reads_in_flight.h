@@ -12,8 +12,8 @@ namespace filiform::internal {
 
 class ReadsInFlight {
  public:
-  // Between `least` and `most` reads; begins with `least`.
-  ReadsInFlight(unsigned least, unsigned most) : least_(least), most_(std::max(least, most)), now_(least) {}
+  // Between `least` and `most` reads; begins with `most`, because the first jump comes before any measurement.
+  ReadsInFlight(unsigned least, unsigned most) : least_(least), most_(std::max(least, most)), now_(most_) {}
 
   // Adds the time of one read, s.
   void add(double s) {
@@ -36,7 +36,7 @@ class ReadsInFlight {
  private:
   static constexpr unsigned kWindow = 16, kUp = 8, kDown = 4;
   static constexpr double kNear_s = 0.004;          // a source as near as this needs no more reads
-  static constexpr double kFree = 2, kCrowded = 4;  // mean time of a read over that of the fastest
+  static constexpr double kFree = 3, kCrowded = 6;  // mean time of a read over that of the fastest
   const unsigned least_, most_;
   unsigned now_, count_ = 0;
   double sum_s_ = 0, shortest_s_ = std::numeric_limits<double>::infinity();

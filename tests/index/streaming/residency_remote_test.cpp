@@ -104,23 +104,26 @@ TEST_F(ResidencyRemoteTest, TilesComeWhileTheTilesOfACellAreAskedFor) {
   residency.stop();
 }
 
-TEST_F(ResidencyRemoteTest, EightReadsAreUnderWayAtOnce) {
+TEST_F(ResidencyRemoteTest, ManyReadsAreUnderWayAtOnce) {
   Residency residency(*set_, {.prefetch = PrefetchPolicy::distance});
   TileReader& reader = residency.addReader("hand");
-  reader.publishFocus(focus());
+  ReaderFocus wide = focus();
+  wide.radius_um = 1e4;
+  reader.publishFocus(wide);
   gate_.hold(".pack");
   residency.start();
+  constexpr int kMost = ResidencyOptions::kMostRemoteReads;
   const auto waiting = [&](int count) {
     return [this, count] {
       const std::lock_guard lock(gate_.mutex);
       return gate_.waiting == count;
     };
   };
-  EXPECT_TRUE(eventually(reader, waiting(8)));
+  EXPECT_TRUE(eventually(reader, waiting(kMost)));
   gate_.hold("");
   EXPECT_TRUE(eventually(reader, [&] { return residency.counters().queued == 0 && residency.counters().reads > 20; }));
   residency.stop();
-  EXPECT_LE(gate_.most, 8);
+  EXPECT_LE(gate_.most, kMost);
   EXPECT_GT(residency.counters().read_mean_s, 0);
 }
 
@@ -159,7 +162,7 @@ TEST_F(ResidencyRemoteTest, MoreReadsAreUnderWayWhereReadsAreSlow) {
 
 TEST(ReadsInFlight, GrowWhileReadsDoNotWaitForEachOther) {
   internal::ReadsInFlight far(8, 24);
-  EXPECT_EQ(far.most(), 8u);
+  EXPECT_EQ(far.most(), 24u);
   for (int i = 0; i < 100; ++i) far.add(0.02 + 0.001 * (i % 5));
   EXPECT_EQ(far.most(), 24u);
   for (int i = 0; i < 1000; ++i) far.add(i % 16 == 0 ? 0.02 : 0.3);

@@ -10,6 +10,7 @@
 #include <regex>
 #include <string>
 #include <unistd.h>
+#include <vector>
 
 #include <gtest/gtest.h>
 
