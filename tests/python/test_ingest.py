@@ -76,7 +76,7 @@ def test_what_cannot_be_used_is_refused(small, tmp_path):
     with pytest.raises(ValueError):
         ff.ingest(tmp_path / "good.swc", tmp_path / "a.fil")  # it exists
     assert ff.ingest([tmp_path / "bad.swc", tmp_path / "good.swc"], tmp_path / "a.fil", force=True).unchanged
-    for wrong, error in ((dict(inputs=[]), ValueError), (dict(inputs=tmp_path / "none.swc"), OSError),
+    for wrong, error in ((dict(inputs=[]), ValueError), (dict(inputs="circuit_config.json"), ValueError), (dict(inputs=tmp_path / "none.swc"), OSError),
                          (dict(inputs=[3]), TypeError), (dict(unit="parsec"), ValueError), (dict(memory=5), ValueError),
                          (dict(memory="lots"), ValueError), (dict(quantum=0.3), ValueError), (dict(capacity=0), ValueError),
                          (dict(threads=-1), ValueError), (dict(output="http://host/a.fil"), (ValueError, OSError))):

@@ -7,6 +7,7 @@ PYBIND11_MODULE(_core, module) {
   filiform::python::addErrors(module);
   filiform::python::addSet(module);
   filiform::python::addQueries(module);
+  filiform::python::addAttributes(module);
   filiform::python::addCell(module);
   filiform::python::addLevels(module);
   filiform::python::addNavigate(module);

@@ -44,7 +44,8 @@ HitRow blankRow(bool exact) { return {kInfinity, kNaN, kNaN, kNaN, UINT32_MAX, U
 
 // An array that would not fit the memory is refused before the system has to end the process.
 void requireMemory(double rows) {
-  const double memory = static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGE_SIZE));
+  static const double memory =
+      static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGE_SIZE));
   if (rows * static_cast<double>(sizeof(HitRow)) < 0.8 * memory) return;
   PyErr_SetString(PyExc_MemoryError, "points and k: the result would not fit this machine's memory; ask in parts");
   throw py::error_already_set();

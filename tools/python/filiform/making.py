@@ -49,7 +49,7 @@ def ingest(
 
     Parameters
     ----------
-    inputs : a path or several: ``*.swc``, ``*.zip``, folders, ``*.edges``, ``*.obj``, ``*.vtk``.
+    inputs : a path or several: what ``filiform ingest`` reads, but for circuits.
     output : the folder of the set, such as ``"column.fil"``.
     unit : of the files: ``"um"``, ``"nm"``, ``"mm"``, or the size of a voxel, such as ``"8nm"`` or ``"8,8,30nm"``.
     placements : makes the input a library. A path of a table, or a pandas DataFrame, structured array or dict with the
@@ -65,6 +65,10 @@ def ingest(
     exists. Raises ValueError for input that cannot be used and for a set that exists, OSError.
     """
     paths = [inputs] if isinstance(inputs, (str, os.PathLike)) else list(inputs)
+    for path in paths:
+        name = os.path.basename(os.fsdecode(path)).lower()
+        if name.endswith(".json") or name == "nodes.h5":
+            raise ValueError(f"inputs: {name} is a circuit; make its set with the program: filiform ingest {name} -o SET")
     if isinstance(memory, str):
         memory = _core.parse_bytes("memory", memory)
     mantissa, exponent = math.frexp(quantum)

@@ -56,6 +56,7 @@ def render(
         owner = scene
     else:
         raise TypeError(f"scene: expected a Set or a Cell, got {type(scene).__name__}")
+    current = owner._handle.current()  # first: a closed set is named, also where nothing can be drawn
     from . import _render
 
     look: Any = None
@@ -76,7 +77,6 @@ def render(
     except (TypeError, ValueError):
         raise ValueError("size: expected (width, height)") from None
     index = None if highlight is None else owner.cells.index(highlight)
-    current = owner._handle.current()
     return _render.render(
         current, width, height, box, proxy, zoom, yaw, pitch, look, index, colour_by, orthographic, segments
     )

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _core
-from .cells import Cells
+from .cells import CellList, Cells
 from .navigation import Navigation
 
 Array = npt.NDArray[Any]
@@ -164,6 +164,52 @@ class Set:
         from .pictures import notebook_png
 
         return notebook_png(self, None)
+
+    # -- attributes of cells
+
+    @property
+    def attributes(self) -> list[str]:
+        """The names of the attributes that the set has of its cells, such as ``mtype`` and ``layer``."""
+        return [name.decode("utf-8", "surrogateescape") for name in _core.attribute_names(self._handle)]
+
+    def attribute(self, name: str) -> Array:
+        """One attribute of all cells, by cell index: float64 with nan, or objects (text) with None, where it is missing.
+
+        ``s.attribute("layer")[hits["cell"]]`` gives it for each row of `nearest`. Raises KeyError for an unknown one.
+        """
+        column = _core.attribute_column(self._handle, name.encode("utf-8", "surrogateescape"))
+        if column is None:
+            raise KeyError(f"no attribute {name!r} in {self._path}; it has {', '.join(self.attributes) or 'none'}")
+        values, texts = column
+        if texts is None:
+            return values
+        named = np.array([*(text.decode("utf-8", "surrogateescape") for text in texts), None], dtype=object)
+        column_of_text: Array = named[np.minimum(values, len(texts))]
+        return column_of_text
+
+    def where(self, **conditions: Any) -> CellList:
+        """The cells whose attributes meet all conditions, by ascending index.
+
+        A condition is a value, a list of values, or a function that takes the whole column and returns a mask:
+        ``s.where(mtype=["L5_TPC:A", "L5_TPC:B"], layer=5)``, ``s.where(depth=lambda d: d > 800)``.
+        Raises KeyError for an unknown attribute.
+        """
+        mask = np.zeros(self._handle.cell_limit(), bool)
+        for index, _ in self._handle.cells_named(b""):
+            mask[index] = True
+        for name, condition in conditions.items():
+            column = self.attribute(name)
+            if callable(condition):
+                met = np.asarray(condition(column))
+                if met.shape != mask.shape or met.dtype != bool:
+                    raise ValueError(f"{name}: the function must return one bool a cell, shape {mask.shape}")
+            else:
+                values = list(condition) if isinstance(condition, (list, tuple, set, frozenset, np.ndarray)) else [condition]
+                met = np.zeros(mask.shape, bool)
+                for value in values:
+                    met |= np.asarray(column == value, bool)
+            mask &= met
+        return self.cells.where(np.flatnonzero(mask))
 
     # -- questions
 

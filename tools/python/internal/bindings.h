@@ -6,9 +6,10 @@
 
 namespace filiform::python {
 
-void addErrors(pybind11::module_& module);   // CorruptSet, and what other errors become
-void addSet(pybind11::module_& module);      // SetHandle: opening, totals, names of cells
-void addQueries(pybind11::module_& module);  // SetHandle: nearest, boxes, rays
+void addErrors(pybind11::module_& module);      // CorruptSet, and what other errors become
+void addSet(pybind11::module_& module);         // SetHandle: opening, totals, names of cells
+void addQueries(pybind11::module_& module);     // SetHandle: nearest, boxes, rays
+void addAttributes(pybind11::module_& module);  // SetHandle: columns of values of cells
 void addCell(pybind11::module_& module);
 void addLevels(pybind11::module_& module);
 void addNavigate(pybind11::module_& module);

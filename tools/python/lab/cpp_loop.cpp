@@ -1,4 +1,4 @@
-// What measure.py compares Python with: the same questions in C++. Prints the seconds for all points at once, and the
+// What compare.py compares Python with: the same questions in C++. Prints the seconds for all points at once, and the
 // microseconds for one point, each repeated.
 //   filiform_python_loop SET POINTS REPEATS     POINTS: raw float64, x y z of each point
 #include "index/query/nearest.h"

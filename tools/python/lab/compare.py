@@ -1,6 +1,6 @@
 """Measures the Python package: against the same loop in C++, and against scipy. RESULTS.md has figures.
 
-    PYTHONPATH=build/release/python python3 tools/python/measure.py SET LOOP [--points N]
+    PYTHONPATH=build/release/python python3 tools/python/lab/compare.py SET LOOP [--points N]
 
 SET: a tile set. LOOP: the program filiform_python_loop (target of the same name). Each row: median of 5, least, most.
 """

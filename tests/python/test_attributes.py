@@ -1,0 +1,48 @@
+"""Attributes of cells: names, columns, Set.where."""
+
+import numpy as np
+import pytest
+
+import filiform as ff
+from conftest import run
+
+
+@pytest.fixture(scope="module")
+def circuit(tmp_path_factory):
+    """A set of a synthetic circuit, whose cells have attributes."""
+    import os
+    import pathlib
+    if not (pathlib.Path(os.environ.get("FILIFORM_PROGRAM", "filiform")).parent / "filiform-hdf5").exists():
+        pytest.skip("needs filiform-hdf5, which reads circuits (libhdf5-dev)")
+    folder = tmp_path_factory.mktemp("circuit")
+    run("synth", "-o", folder / "circuit", "--cells", 12, "--seed", 3, "--format", "sonata")
+    run("ingest", folder / "circuit" / "circuit_config.json", "-o", folder / "circuit.fil")
+    with ff.open(folder / "circuit.fil") as opened:
+        yield opened
+
+
+def test_a_set_without_attributes_has_none(s):
+    assert s.attributes == [] and len(s.where()) == len(s.cells)
+    with pytest.raises(KeyError, match="mtype"):
+        s.where(mtype="x")
+    with pytest.raises(KeyError, match="none"):
+        s.attribute("layer")
+
+
+def test_columns_are_by_cell(circuit):
+    assert circuit.attributes == sorted(circuit.attributes) and circuit.attributes
+    for name in circuit.attributes:
+        column = circuit.attribute(name)
+        assert len(column) >= len(circuit.cells) and column.dtype in (np.float64, object)
+
+
+def test_where_chooses_cells(circuit):
+    for name in circuit.attributes:
+        column = circuit.attribute(name)
+        value = next(v for v in column if v is not None and v == v)
+        chosen = circuit.where(**{name: value})
+        assert [c.index for c in chosen] == np.flatnonzero(column == value).tolist()
+        assert circuit.where(**{name: [value]}) == chosen
+        assert circuit.where(**{name: lambda c: np.zeros(len(c), bool)}) == []
+        with pytest.raises(ValueError, match=name):
+            circuit.where(**{name: lambda c: 3})
