@@ -1,4 +1,4 @@
-#include "index/input/internal/skeleton_sharding.h"
+#include "index/input/internal/shard_scheme.h"
 #include "tests/fuzz/fuzz_bytes.h"
 
 #include <algorithm>
@@ -9,7 +9,7 @@ namespace filiform::fuzz {
 // A shard: the first bytes choose the sharding, the others are the file.
 void fuzzShard(Input input) {
   Taker in(input);
-  SkeletonSharding sharding;
+  ShardScheme sharding;
   sharding.preshift_bits = in.number<std::uint8_t>() % 65;
   sharding.minishard_bits = in.number<std::uint8_t>() % 8;
   sharding.shard_bits = in.number<std::uint8_t>() % 57;

@@ -124,7 +124,7 @@ bool readAll(ByteStream& in, const SkeletonInfo& info, internal::GraphBuilder& g
 }
 
 template <class Fail>
-SkeletonSharding shardingOf(const Json& json, Fail fail) {
+ShardScheme shardingOf(const Json& json, Fail fail) {
   const auto text = [&](const char* key, const char* otherwise) {
     if (!json.contains(key)) return std::string(otherwise);
     if (!json[key].is_string()) fail(std::string("its sharding has no valid ") + key);
@@ -143,7 +143,7 @@ SkeletonSharding shardingOf(const Json& json, Fail fail) {
       fail(std::string("its sharding has the ") + key + " " + escaped(encoding, 40) + "; raw and gzip are known");
     return encoding == "gzip";
   };
-  SkeletonSharding sharding;
+  ShardScheme sharding;
   sharding.preshift_bits = bits("preshift_bits");
   sharding.minishard_bits = bits("minishard_bits");
   sharding.shard_bits = bits("shard_bits");

@@ -1,5 +1,5 @@
 // Reads Neuroglancer precomputed skeletons: a folder with a JSON file `info` and one binary file an object, named by
-// the object's id in decimal digits; or with shards, which hold many objects (skeleton_sharding.h).
+// the object's id in decimal digits; or with shards, which hold many objects (shard_scheme.h).
 //
 // A skeleton file is little-endian: u32 node count, u32 link count, float32 x y z for each node, a u32 pair for each
 // link, then each attribute of the info in order. The info's 3x4 `transform` converts positions to nanometres. The
@@ -7,7 +7,7 @@
 // differs from its counts: E_FORMAT.
 #pragma once
 
-#include "index/input/internal/skeleton_sharding.h"
+#include "index/input/internal/shard_scheme.h"
 
 #include <array>
 #include <cstddef>
@@ -31,7 +31,7 @@ struct SkeletonInfo {
   };
   std::array<double, 12> transform_nm = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};  // row-major
   std::vector<Attribute> attributes;
-  std::optional<SkeletonSharding> sharding;
+  std::optional<ShardScheme> sharding;
   std::string segment_properties;  // folder below that of the info, with the ids of objects; empty: none
 
   static constexpr std::size_t kMaxBytes = std::size_t{1} << 20;

@@ -1,7 +1,7 @@
 // Sharded skeletons, and skeletons on a server.
 #include "index/errors.h"
 #include "index/input/input.h"
-#include "index/input/internal/skeleton_sharding.h"
+#include "index/input/internal/shard_scheme.h"
 #include "index/input/object_ids.h"
 #include "tests/support/gzip_bytes.h"
 #include "tests/support/http_server.h"
@@ -33,8 +33,8 @@ std::string pairSkeleton(float x) {
          u64(0).substr(0, 4) + u64(1).substr(0, 4) + f32(250) + f32(250);
 }
 
-SkeletonSharding shardingWith(unsigned preshift, unsigned minishard, unsigned shard, bool murmur, bool packed) {
-  SkeletonSharding sharding;
+ShardScheme shardingWith(unsigned preshift, unsigned minishard, unsigned shard, bool murmur, bool packed) {
+  ShardScheme sharding;
   sharding.preshift_bits = preshift;
   sharding.minishard_bits = minishard;
   sharding.shard_bits = shard;
@@ -43,7 +43,7 @@ SkeletonSharding shardingWith(unsigned preshift, unsigned minishard, unsigned sh
   return sharding;
 }
 
-std::string infoOf(const SkeletonSharding& s, const std::string& more = "") {
+std::string infoOf(const ShardScheme& s, const std::string& more = "") {
   std::ostringstream out;
   const char* const encoding = s.gzip_data ? "gzip" : "raw";
   out << R"({"@type": "neuroglancer_skeletons", "transform": [1,0,0,0,0,1,0,0,0,0,1,0],)"
@@ -56,7 +56,7 @@ std::string infoOf(const SkeletonSharding& s, const std::string& more = "") {
 }
 
 // Writes the shards of these objects as the format says, by the simplest means.
-void writeShards(const std::string& folder, const SkeletonSharding& s, const std::vector<std::uint64_t>& ids,
+void writeShards(const std::string& folder, const ShardScheme& s, const std::vector<std::uint64_t>& ids,
                  const std::string& more = "") {
   std::filesystem::create_directories(folder);
   test::writeBytes(folder + "/info", infoOf(s, more));
@@ -116,8 +116,8 @@ std::vector<std::string> textOf(const std::vector<std::uint64_t>& ids) {
 }
 
 // Values by libmurmurhash 2 (lmmh_x86_128 of the eight bytes of the id).
-TEST(SkeletonSharding, HashesAsTheFormatSays) {
-  SkeletonSharding s = shardingWith(0, 32, 32, true, false);
+TEST(ShardScheme, HashesAsTheFormatSays) {
+  ShardScheme s = shardingWith(0, 32, 32, true, false);
   const auto hash = [&](std::uint64_t id) { return s.shardOf(id) << 32 | s.minishardOf(id); };
   for (const auto& [id, wanted] :
        std::vector<std::pair<std::uint64_t, std::uint64_t>>{{0ull, 0x4772B084E028AE41ull},
@@ -162,7 +162,7 @@ TEST(SkeletonShards, IdsChooseObjects) {
 
 std::string shardReason(const std::string& bytes, unsigned minishard_bits = 0) {
   const test::TempFolder folder;
-  const SkeletonSharding s = shardingWith(0, minishard_bits, 0, false, false);
+  const ShardScheme s = shardingWith(0, minishard_bits, 0, false, false);
   test::writeBytes(folder.file("info"), infoOf(s));
   test::writeBytes(folder.file("0.shard"), bytes);
   Input input({folder.path()});

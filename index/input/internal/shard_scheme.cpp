@@ -1,4 +1,4 @@
-#include "index/input/internal/skeleton_sharding.h"
+#include "index/input/internal/shard_scheme.h"
 
 #include "index/file/internal/bytes.h"
 #include "index/input/internal/gunzip.h"
@@ -44,23 +44,23 @@ std::uint64_t numberAt(std::string_view bytes, std::size_t index) {
 
 }  // namespace
 
-std::uint64_t SkeletonSharding::hashOf(std::uint64_t id) const {
+std::uint64_t ShardScheme::hashOf(std::uint64_t id) const {
   const std::uint64_t key = shifted(id, preshift_bits);
   return murmur ? murmurOf(key) : key;
 }
 
-std::uint64_t SkeletonSharding::minishardOf(std::uint64_t id) const { return lowest(hashOf(id), minishard_bits); }
-std::uint64_t SkeletonSharding::shardOf(std::uint64_t id) const {
+std::uint64_t ShardScheme::minishardOf(std::uint64_t id) const { return lowest(hashOf(id), minishard_bits); }
+std::uint64_t ShardScheme::shardOf(std::uint64_t id) const {
   return lowest(shifted(hashOf(id), minishard_bits), shard_bits);
 }
 
-std::string SkeletonSharding::fileNameOf(std::uint64_t shard) const {
+std::string ShardScheme::fileNameOf(std::uint64_t shard) const {
   const std::size_t digits = (shard_bits + 3) / 4;
   const std::string all = internal::hex16(shard);
   return all.substr(all.size() - std::max<std::size_t>(digits, 1)) + ".shard";
 }
 
-std::optional<std::uint64_t> SkeletonSharding::shards() const {
+std::optional<std::uint64_t> ShardScheme::shards() const {
   return shard_bits > 63 ? std::nullopt : std::optional(std::uint64_t{1} << shard_bits);
 }
 
@@ -74,7 +74,7 @@ constexpr std::uint64_t kIndexBlock = 4096;  // pairs of the shard index read at
 class ShardListing {
  public:
   using Read = std::function<void(std::uint64_t, std::span<char>)>;
-  ShardListing(const SkeletonSharding& sharding, std::optional<std::uint64_t> shard, std::uint64_t file_bytes,
+  ShardListing(const ShardScheme& sharding, std::optional<std::uint64_t> shard, std::uint64_t file_bytes,
                const Read& read, std::vector<ShardObject>& objects)
       : sharding_(sharding), shard_(shard), file_bytes_(file_bytes), read_(read), objects_(objects) {}
 
@@ -130,7 +130,7 @@ class ShardListing {
     return {};
   }
 
-  const SkeletonSharding& sharding_;
+  const ShardScheme& sharding_;
   const std::optional<std::uint64_t> shard_;
   const std::uint64_t file_bytes_;
   const Read& read_;
@@ -140,7 +140,7 @@ class ShardListing {
 
 }  // namespace
 
-std::string listShard(const SkeletonSharding& sharding, std::optional<std::uint64_t> shard, std::uint64_t file_bytes,
+std::string listShard(const ShardScheme& sharding, std::optional<std::uint64_t> shard, std::uint64_t file_bytes,
                       const std::function<void(std::uint64_t, std::span<char>)>& read,
                       std::vector<ShardObject>& objects) {
   return ShardListing(sharding, shard, file_bytes, read, objects).list();

@@ -16,7 +16,7 @@
 
 namespace filiform {
 
-struct SkeletonSharding {
+struct ShardScheme {
   unsigned preshift_bits = 0, minishard_bits = 0, shard_bits = 0;  // each at most 64; the last two together too
   bool murmur = false;                                             // murmurhash3_x86_128; else identity
   bool gzip_index = false, gzip_data = false;
@@ -43,7 +43,7 @@ namespace internal {
 // an object that belongs to another shard or minishard. `shard`: its number; nullopt: not compared. Indexes of more
 // than kMostIndexBytes are refused. O(2^minishard_bits + objects).
 inline constexpr std::uint64_t kMostIndexBytes = std::uint64_t{1} << 28;
-std::string listShard(const SkeletonSharding& sharding, std::optional<std::uint64_t> shard, std::uint64_t file_bytes,
+std::string listShard(const ShardScheme& sharding, std::optional<std::uint64_t> shard, std::uint64_t file_bytes,
                       const std::function<void(std::uint64_t offset, std::span<char> bytes)>& read,
                       std::vector<ShardObject>& objects);
 
