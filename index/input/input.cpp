@@ -5,7 +5,7 @@
 #include "index/input/internal/archive_report.h"
 #include "index/input/internal/file_listing.h"
 #include "index/input/internal/gunzip.h"
-#include "index/input/internal/h5_morphology.h"
+#include "index/input/internal/h5_container.h"
 #include "index/input/internal/item_reader.h"
 #include "index/input/internal/read_ahead.h"
 #include "index/text.h"
@@ -15,7 +15,6 @@
 #include <cmath>
 #include <exception>
 #include <filesystem>
-#include <iterator>
 #include <map>
 #include <optional>
 #include <system_error>
@@ -69,8 +68,7 @@ struct Input::State {
   }
 
   void list(const std::string& argument);
-  void addMorphologies(const ListedFile& file, const std::vector<std::string>* only);
-  void addFile(const ListedFile& file, const std::vector<std::string>* only = nullptr);
+  void addFile(const ListedFile& file);
   SourceReport& addRow(const ListedFile& file, std::uint64_t bytes);
   void addLeftOut(const ListedFile& file);
   void refuse(const ListedFile& file, const IoError& failure);
@@ -96,8 +94,7 @@ struct Input::State {
   std::vector<std::uint64_t> content_bytes;  // of packed cells, by row; 0: not stated
   std::vector<SourceReport> rows;
   std::map<std::uint32_t, std::unique_ptr<Container>> containers;  // by row
-  std::map<std::uint32_t, std::vector<std::string>> morphologies;  // of H5 files, by row
-  internal::Hdf5Process hdf5;                                      // lists them
+  internal::Hdf5Process hdf5;                                      // lists H5 files
   std::vector<Item> items;
   std::size_t position = 0, ordered = 0;
   bool complete = false;
@@ -149,39 +146,17 @@ SourceReport& Input::State::addRow(const ListedFile& file, std::uint64_t bytes) 
   return rows.emplace_back(std::move(report));
 }
 
-// Lists the morphologies of an H5 file; with `only`, those of these names.
-void Input::State::addMorphologies(const ListedFile& file, const std::vector<std::string>* only) {
-  std::error_code error;
-  const std::uint64_t bytes = fs::file_size(file.path, error);
-  if (error) throw IoError(escaped(file.path), "cannot read", error.value());
-  std::vector<std::string> names = internal::listH5Morphologies(hdf5, file.path);
-  if (names.empty()) throw IoError(escaped(file.path), "holds no morphology; give a file of nodes with --morphologies");
-  const auto row = static_cast<std::uint32_t>(rows.size());
-  SourceReport& report = addRow(file, bytes);
-  if (names.size() == 1 && names[0].empty()) {
-    items.push_back({file.shown, row, kNoEntry, std::nullopt, false});
-    morphologies[row] = {};
-    return;
-  }
-  if (only != nullptr) {
-    std::vector<std::string> wanted;
-    std::set_intersection(names.begin(), names.end(), only->begin(), only->end(), std::back_inserter(wanted));
-    names = std::move(wanted);
-  }
-  report.archive = true;
-  for (std::uint32_t number = 0; number < names.size(); ++number)
-    items.push_back({file.shown + "/" + names[number], row, number, std::nullopt, false});
-  morphologies[row] = std::move(names);
-}
-
-void Input::State::addFile(const ListedFile& file, const std::vector<std::string>* only) {
+void Input::State::addFile(const ListedFile& file) {
   const auto row = static_cast<std::uint32_t>(rows.size());
   try {
     if (!file.unreadable.empty()) throw IoError(escaped(file.path), file.unreadable);
-    if (endsWithNoCase(file.path, ".h5")) return addMorphologies(file, only);
     if (file.left_out) return addLeftOut(file);
-    std::unique_ptr<Container> container = internal::openContainer(file, [this] { advance(0); });
-    if (container) {
+    std::unique_ptr<Container> container = internal::openContainer(file, hdf5, [this] { advance(0); });
+    const auto* const h5 = dynamic_cast<const internal::H5Container*>(container.get());
+    if (h5 != nullptr && h5->isSingle()) {
+      addRow(file, h5->file_bytes()).archive = false;
+      items.push_back({file.shown, row, kNoEntry, std::nullopt, false});
+    } else if (container) {
       container->leaveOut(options.versions);
       addRow(file, container->file_bytes()).digest = container->digest();
       std::uint32_t number = 0;
@@ -250,12 +225,13 @@ InputItem Input::State::inputItem(const Item& item) const {
     input.estimated = true;
     input.bytes = content_bytes[item.row] > 0 ? content_bytes[item.row] : input.bytes * kGuessOfRatio;
   }
-  if (const auto found = morphologies.find(item.row); found != morphologies.end()) {
-    input.morphology = item.entry == kNoEntry ? &kOnlyMorphology : &found->second[item.entry];
-    input.bytes /= std::max<std::size_t>(1, found->second.size());
-  } else if (item.entry != kNoEntry) {
+  const bool h5 = file.kind == internal::FileKind::h5;
+  if (item.entry == kNoEntry) {
+    if (h5) input.morphology = &kOnlyMorphology;
+  } else {
     input.container = containers.at(item.row).get();
     input.entry = &input.container->entries()[item.entry];
+    if (h5) input.morphology = &input.entry->name;
     input.bytes = input.entry->bytes;
     input.estimated = input.bytes == 0 && (input.entry->packed_bytes > 0 || file.skeleton_files);
     if (input.estimated) input.bytes = std::max(input.entry->packed_bytes * kGuessOfRatio, kGuessOfObject);
@@ -402,8 +378,11 @@ Input::Input(const std::vector<std::string>& arguments, InputOptions options)
 
 Input::Input(const std::vector<InputFile>& files, InputOptions options)
     : state_(std::make_unique<State>(std::move(options))) {
-  for (const InputFile& file : files)
-    state_->addFile(internal::fileArgument(file.path, file.shown), file.only ? &*file.only : nullptr);
+  for (const InputFile& file : files) {
+    ListedFile listed = internal::fileArgument(file.path, file.shown);
+    listed.only = file.only;
+    state_->addFile(listed);
+  }
   state_->begin();
   rewind();
 }
@@ -439,9 +418,8 @@ bool Input::next(Cell& cell) {
   }
   if (!state.complete) {
     for (const auto& [row, container] : state.containers)
-      internal::sumEntries(container.get(), state.options.swc.strict, state.rows[row]);
-    for (const auto& [row, names] : state.morphologies)
-      if (!names.empty()) internal::sumEntries(nullptr, state.options.swc.strict, state.rows[row]);
+      if (container->refusal() || !container->entries().empty())
+        internal::sumEntries(*container, state.options.swc.strict, state.rows[row]);
     state.complete = true;
   }
   state.ahead.reset();
@@ -460,8 +438,6 @@ void Input::rewind() {
   state.units = {};
   for (State::Item& item : state.items) item.refused = false;
   for (const auto& [row, container] : state.containers) internal::listEntries(*container, state.rows[row]);
-  for (const auto& [row, names] : state.morphologies)
-    if (!names.empty()) internal::listEntries(names, state.rows[row].bytes / names.size(), state.rows[row]);
 }
 
 const std::vector<SourceReport>& Input::reports() const { return state_->rows; }

@@ -22,12 +22,7 @@ void listEntries(const Container& archive, SourceReport& row) {
   }
 }
 
-void listEntries(const std::vector<std::string>& names, std::uint64_t bytes, SourceReport& row) {
-  row.entries.clear();
-  for (const std::string& name : names) row.entries.push_back({name, bytes, 0, false, {}});
-}
-
-void sumEntries(const Container* container, bool strict, SourceReport& row) {
+void sumEntries(const Container& container, bool strict, SourceReport& row) {
   InputReport& sum = row.report;
   sum = {};
   bool any_kept = false;
@@ -45,9 +40,9 @@ void sumEntries(const Container* container, bool strict, SourceReport& row) {
     sum.links_cut += part.links_cut;
     sum.codes.add(part.codes);
   }
-  if (container != nullptr && container->refusal()) {
-    sum.codes.add(*container->refusal());
-    sum.records.add({0, *container->refusal(), Effect::kInputRefused, container->refusal_token()});
+  if (container.refusal()) {
+    sum.codes.add(*container.refusal());
+    sum.records.add({0, *container.refusal(), Effect::kInputRefused, container.refusal_token()});
   }
   const bool flawed = sum.codes.anyRefusal() || sum.codes.anyWarning();
   const bool refuse = !any_kept || (strict && flawed);

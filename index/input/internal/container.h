@@ -69,6 +69,7 @@ class Container {
     // what `sink` throws.
     virtual std::optional<InputCode> read(const ArchiveEntry& entry, const Sink& sink) = 0;
   };
+  // Null for an H5 file (h5_container.h).
   virtual std::unique_ptr<Reader> reader() const = 0;
 
   // Skips the entries that `versions` leaves out.

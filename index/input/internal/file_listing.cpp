@@ -3,6 +3,7 @@
 #include "index/errors.h"
 #include "index/input/internal/archive.h"
 #include "index/input/internal/folder_walk.h"
+#include "index/input/internal/h5_container.h"
 #include "index/input/internal/mouselight_file.h"
 #include "index/input/internal/tar_archive.h"
 #include "index/input/object_ids.h"
@@ -28,6 +29,7 @@ FileKind kindOf(std::string_view name) {
   if (endsWithNoCase(name, ".tar.gz") || endsWithNoCase(name, ".tgz")) return FileKind::tar_gz;
   if (endsWithNoCase(name, ".tar")) return FileKind::tar;
   if (endsWithNoCase(name, ".json")) return FileKind::mouselight;
+  if (endsWithNoCase(name, ".h5")) return FileKind::h5;
   return FileKind::cell;
 }
 
@@ -35,8 +37,10 @@ std::string_view withoutGz(std::string_view name) {
   return endsWithNoCase(name, ".gz") ? name.substr(0, name.size() - 3) : name;
 }
 
+// H5 files in folders are not listed: most hold nodes or edges of a circuit.
 bool holdsCells(std::string_view name) {
-  if (kindOf(name) != FileKind::cell) return true;
+  const FileKind kind = kindOf(name);
+  if (kind != FileKind::cell) return kind != FileKind::h5;
   const std::string_view bare = withoutGz(name);
   return endsWithNoCase(bare, ".swc") || endsWithNoCase(bare, ".asc");
 }
@@ -151,7 +155,8 @@ std::vector<ListedFile> listFiles(const std::string& folder, const ListingOption
   return files.empty() ? listFolder(folder, options.versions) : files;
 }
 
-std::unique_ptr<Container> openContainer(const ListedFile& file, const std::function<void()>& progress) {
+std::unique_ptr<Container> openContainer(const ListedFile& file, Hdf5Process& hdf5,
+                                         const std::function<void()>& progress) {
   switch (file.kind) {
     case FileKind::cell:
       return nullptr;
@@ -162,6 +167,9 @@ std::unique_ptr<Container> openContainer(const ListedFile& file, const std::func
       return std::make_unique<TarArchive>(file.path, file.kind == FileKind::tar_gz, progress);
     case FileKind::mouselight:
       return std::make_unique<MouseLightFile>(file.path, [&](std::uint64_t) { progress(); });
+    case FileKind::h5:
+      progress();
+      return std::make_unique<H5Container>(hdf5, file.path, file.only ? &*file.only : nullptr);
     case FileKind::shard:
       progress();
       return std::make_unique<SkeletonShard>(file.skeleton_files, file.shown, file.skeleton, file.ids.get());

@@ -4,6 +4,7 @@
 #include "index/http/remote_options.h"
 #include "index/input/internal/container.h"
 #include "index/input/internal/graph_file.h"
+#include "index/input/internal/hdf5_process.h"
 #include "index/input/internal/skeleton_source.h"
 #include "index/input/versions.h"
 
@@ -23,6 +24,7 @@ enum class FileKind : std::uint8_t {
   tar,
   tar_gz,
   mouselight,
+  h5,
   shard,    // of skeletons
   objects,  // unsharded skeletons at an address
 };
@@ -37,6 +39,7 @@ struct ListedFile {
   // For a graph:
   std::optional<GraphFormat> format = {};
   std::shared_ptr<const SkeletonInfo> skeleton = {};
+  std::optional<std::vector<std::string>> only = {};  // morphologies of an H5 file, ascending; others are left out
   // For shards and objects:
   std::shared_ptr<const SkeletonFiles> skeleton_files = {};
   std::shared_ptr<const std::vector<std::uint64_t>> ids = {};  // ascending; null: all
@@ -63,8 +66,9 @@ std::string skeletonAddress(const std::string& argument);
 // and IoError.
 std::vector<ListedFile> listAddress(const std::string& address, const ListingOptions& options);
 
-// Lists the content of a file that holds many inputs; null for a cell. `progress` is called between blocks. Throws
-// IoError, and what `progress` throws.
-std::unique_ptr<Container> openContainer(const ListedFile& file, const std::function<void()>& progress);
+// Lists the content of a file that holds many inputs; null for a cell. `hdf5` lists H5 files. `progress` is called
+// between blocks. Throws IoError, and what `progress` throws.
+std::unique_ptr<Container> openContainer(const ListedFile& file, Hdf5Process& hdf5,
+                                         const std::function<void()>& progress);
 
 }  // namespace filiform::internal

@@ -123,8 +123,8 @@ InputReport ItemReader::read(const InputItem& item, Cell& cell,
   cell.attributes.clear();
   ahead_ = ahead;
   if (item.packed) return readPacked(item, cell, progress);
-  if (item.entry != nullptr) return readEntry(item, cell, progress);
   if (item.morphology != nullptr) return readH5(item, cell, progress);
+  if (item.entry != nullptr) return readEntry(item, cell, progress);
   if (item.format) {
     refuseBeyondMemory(item, item.bytes * kBytesOfGraphByte);
     GraphOptions graph{options_, {}};
