@@ -8,7 +8,7 @@
 namespace filiform::internal {
 namespace {
 
-bool isLetter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
+bool isDriveLetter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
 
 bool isControl(char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7F; }
 
@@ -31,7 +31,7 @@ std::string withSlashes(std::string_view name) {
 
 // The path without drive, leading slashes, and empty or `.` parts.
 std::string relativeForm(std::string_view path) {
-  if (path.size() >= 2 && isLetter(path[0]) && path[1] == ':') path.remove_prefix(2);
+  if (path.size() >= 2 && isDriveLetter(path[0]) && path[1] == ':') path.remove_prefix(2);
   std::string out;
   anyPart(path, [&](std::string_view part) {
     if (part.empty() || part == ".") return false;
@@ -76,7 +76,7 @@ std::optional<ArchiveEntry> entryOfName(std::string_view raw_name, bool is_link)
     entry.remarks = {is_link ? InputCode::W_ZIP_LINK : InputCode::W_ZIP_NESTED};
     return entry;
   }
-  const bool drive = path.size() >= 2 && isLetter(path[0]) && path[1] == ':';
+  const bool drive = path.size() >= 2 && isDriveLetter(path[0]) && path[1] == ':';
   if (drive || path[0] == '/' || path != raw_name || std::any_of(path.begin(), path.end(), isControl)) {
     entry.remarks.push_back(InputCode::W_ZIP_NAME);
   }

@@ -52,7 +52,7 @@ bool isSkeletonId(std::string_view name) {
 
 bool isShard(std::string_view name) { return endsWithNoCase(name, ".shard"); }
 
-ListedFile listed(WalkedFile& walked) {
+ListedFile listedFrom(WalkedFile& walked) {
   ListedFile file = fileArgument(walked.path, walked.shown);
   file.unreadable = std::move(walked.unreadable);
   return file;
@@ -71,7 +71,7 @@ bool isOtherJson(const ListedFile& file) {
 std::vector<ListedFile> listFolder(const std::string& folder, MorphologyVersion versions) {
   std::vector<ListedFile> files;
   for (WalkedFile& walked : walkFolder(folder, holdsCells)) {
-    files.push_back(listed(walked));
+    files.push_back(listedFrom(walked));
     if (isOtherJson(files.back())) files.pop_back();
   }
   std::vector<std::string_view> names;
@@ -127,7 +127,7 @@ std::vector<ListedFile> listSkeletons(const std::string& folder, const ListingOp
       files.push_back(shardOf(source, f.shown, info, options));
       files.back().unreadable = std::move(f.unreadable);
     } else if (isWanted(options, f.shown)) {
-      ListedFile file = listed(f);
+      ListedFile file = listedFrom(f);
       file.format = GraphFormat::kNeuroglancerSkeleton;
       file.skeleton = info;
       files.push_back(std::move(file));

@@ -15,7 +15,7 @@
 namespace filiform::internal {
 namespace {
 
-constexpr std::size_t kSpoolBlock = std::size_t{1} << 16;
+constexpr std::size_t kSpoolPiece = std::size_t{1} << 16;
 
 std::string spoolFolder() {
   const char* const folder = std::getenv("TMPDIR");
@@ -48,10 +48,10 @@ std::uint64_t PackedSpool::begin() {
 
 void PackedSpool::add(std::string_view bytes) {
   while (!bytes.empty()) {
-    const std::string_view some = bytes.substr(0, kSpoolBlock - block_.size());
+    const std::string_view some = bytes.substr(0, kSpoolPiece - block_.size());
     block_ += some;
     bytes.remove_prefix(some.size());
-    if (block_.size() == kSpoolBlock) writeBlock();
+    if (block_.size() == kSpoolPiece) writeBlock();
   }
 }
 
@@ -61,9 +61,9 @@ void PackedSpool::end() {
 
 // A block on disk: the size of its packed bytes, as u32 of this machine, and these bytes.
 void PackedSpool::writeBlock() {
-  std::vector<char> packed(sizeof(std::uint32_t) + static_cast<std::size_t>(LZ4_compressBound(kSpoolBlock)));
+  std::vector<char> packed(sizeof(std::uint32_t) + static_cast<std::size_t>(LZ4_compressBound(kSpoolPiece)));
   const int bytes = LZ4_compress_default(block_.data(), packed.data() + sizeof(std::uint32_t),
-                                         static_cast<int>(block_.size()), LZ4_compressBound(kSpoolBlock));
+                                         static_cast<int>(block_.size()), LZ4_compressBound(kSpoolPiece));
   const auto stated = static_cast<std::uint32_t>(bytes);
   std::memcpy(packed.data(), &stated, sizeof stated);
   std::string_view left(packed.data(), sizeof stated + stated);
@@ -78,7 +78,7 @@ void PackedSpool::writeBlock() {
 }
 
 void PackedSpool::read(std::uint64_t place, std::uint64_t bytes, const Container::Reader::Sink& sink) const {
-  std::vector<char> packed(static_cast<std::size_t>(LZ4_compressBound(kSpoolBlock))), block(kSpoolBlock);
+  std::vector<char> packed(static_cast<std::size_t>(LZ4_compressBound(kSpoolPiece))), block(kSpoolPiece);
   const auto fill = [&](char* to, std::size_t n) {
     while (n > 0) {
       const ssize_t got = ::pread(fd_, to, n, static_cast<off_t>(place));
@@ -95,7 +95,7 @@ void PackedSpool::read(std::uint64_t place, std::uint64_t bytes, const Container
     if (stated > packed.size()) throw spoolFailure(EIO);
     fill(packed.data(), stated);
     const int got =
-        LZ4_decompress_safe(packed.data(), block.data(), static_cast<int>(stated), static_cast<int>(kSpoolBlock));
+        LZ4_decompress_safe(packed.data(), block.data(), static_cast<int>(stated), static_cast<int>(kSpoolPiece));
     if (got <= 0 || static_cast<std::uint64_t>(got) > bytes) throw spoolFailure(EIO);
     sink({block.data(), static_cast<std::size_t>(got)});
     bytes -= static_cast<std::uint64_t>(got);

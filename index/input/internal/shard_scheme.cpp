@@ -34,7 +34,7 @@ std::uint64_t murmurOf(std::uint64_t key) {
 }
 
 std::uint64_t shifted(std::uint64_t value, unsigned bits) { return bits >= 64 ? 0 : value >> bits; }
-std::uint64_t lowest(std::uint64_t value, unsigned bits) {
+std::uint64_t lowestBits(std::uint64_t value, unsigned bits) {
   return bits >= 64 ? value : value & ((std::uint64_t{1} << bits) - 1);
 }
 
@@ -49,9 +49,9 @@ std::uint64_t ShardScheme::hashOf(std::uint64_t id) const {
   return murmur ? murmurOf(key) : key;
 }
 
-std::uint64_t ShardScheme::minishardOf(std::uint64_t id) const { return lowest(hashOf(id), minishard_bits); }
+std::uint64_t ShardScheme::minishardOf(std::uint64_t id) const { return lowestBits(hashOf(id), minishard_bits); }
 std::uint64_t ShardScheme::shardOf(std::uint64_t id) const {
-  return lowest(shifted(hashOf(id), minishard_bits), shard_bits);
+  return lowestBits(shifted(hashOf(id), minishard_bits), shard_bits);
 }
 
 std::string ShardScheme::fileNameOf(std::uint64_t shard) const {
