@@ -188,8 +188,9 @@ class AscReader {
           break;
         case AscKind::kEnd:
           return fail(line, "this '(' is never closed; is the file cut short?"), false;
-        default:
-          break;  // Normal, Incomplete, High ...
+        default:  // a marker begins with a word; Normal, Incomplete, High ... follow points
+          list.named = list.named || (list.branches.size() == 1 && points_.size() == list.first_point);
+          break;
       }
     }
     close(list);
@@ -359,9 +360,10 @@ class AscReader {
     }
     for (std::size_t i = 0; i < points_.size(); ++i) {
       const Point& point = points_[i];
+      if (point.bad > 0) continue;
       if (point.parent != kNoPoint) {
         graph_.link(ids_[i], ids_[static_cast<std::size_t>(point.parent)], point.line);
-      } else if (soma_links_ && point.bad == 0) {
+      } else if (soma_links_) {
         const auto soma = internal::nearestSoma(somata, point.position);
         if (!soma) continue;
         graph_.remark(InputCode::SOMA_LINK, point.line, {});

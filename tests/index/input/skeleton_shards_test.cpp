@@ -206,7 +206,9 @@ TEST(SkeletonShards, ADamagedObjectLeavesTheOthers) {
   test::writeBytes(folder.file("s/0.shard"), bytes);
   std::vector<SourceReport> rows;
   EXPECT_EQ(namesIn(folder.file("s"), {}, &rows), (std::vector<std::string>{"2"}));
-  EXPECT_EQ(rows.at(0).report.codes[InputCode::E_ZIP_CRC] + rows.at(0).report.codes[InputCode::E_FORMAT], 1u);
+  EXPECT_EQ(rows.at(0).report.codes[InputCode::E_ZIP_CRC] + rows.at(0).report.codes[InputCode::E_FORMAT] +
+                rows.at(0).report.codes[InputCode::E_ZIP_TRUNCATED],
+            1u);
 }
 
 TEST(ObjectIds, NameTheLineOfAMistake) {
