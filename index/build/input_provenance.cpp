@@ -15,13 +15,14 @@ void addSource(const SourceReport& source, Provenance& provenance) {
   std::uint64_t cells = 0;
   if (source.archive) {
     for (const EntryReport& entry : source.entries) {
+      if (entry.report.codes[InputCode::OTHER_VERSION] > 0) continue;  // counted with the codes
       if (entry.report.severity == Severity::kRefuse || entry.dropped)
         provenance.refused.push_back(
             {source.file + "/" + entry.entry, firstCode(entry.report), refusedFor(entry.report)});
       else
         ++cells;
     }
-  } else if (source.report.severity != Severity::kRefuse) {
+  } else if (source.report.severity != Severity::kRefuse && !source.left_out) {
     cells = 1;
   }
   if (source.report.severity == Severity::kRefuse)

@@ -19,7 +19,8 @@ std::string_view withoutEndings(std::string_view path) {
     path = rest;
     return true;
   };
-  for (const std::string_view ending : {".swc", ".edges", ".obj", ".vtk", ".h5"})
+  without(".gz");
+  for (const std::string_view ending : {".swc", ".edges", ".obj", ".vtk", ".h5", ".asc"})
     if (without(ending)) break;
   without(".cng");
   return path;

@@ -2,10 +2,10 @@
 
 #include "index/cell/internal/unit_check.h"
 #include "index/errors.h"
-#include "index/input/internal/archive.h"
 #include "index/input/internal/archive_report.h"
 #include "index/input/internal/file_listing.h"
-#include "index/input/internal/h5_morphology.h"
+#include "index/input/internal/gunzip.h"
+#include "index/input/internal/h5_container.h"
 #include "index/input/internal/item_reader.h"
 #include "index/input/internal/read_ahead.h"
 #include "index/text.h"
@@ -15,7 +15,6 @@
 #include <cmath>
 #include <exception>
 #include <filesystem>
-#include <iterator>
 #include <map>
 #include <optional>
 #include <system_error>
@@ -33,7 +32,9 @@ constexpr std::uint32_t kNoEntry = UINT32_MAX;
 const std::string kOnlyMorphology;  // of an H5 file that is no container
 constexpr std::size_t kOpenArchives = 8, kOpenArchivesOfThread = 2;
 constexpr std::uint64_t kBytesOfInput = 1024;       // of a listed file or entry, without names
-constexpr std::uint64_t kBytesOfOpenEntry = 512;    // of an entry of an open archive
+constexpr std::uint64_t kGuessOfRatio = 8;          // content of packed bytes whose size is not stated
+constexpr std::uint64_t kGuessOfObject = 1 << 20;   // content of an object at an address
+constexpr unsigned kThreadsForServers = 8;          // mostly waiting
 constexpr std::uint64_t kBytesOfByte = 9;           // most memory for each byte of an input while it is read
 constexpr std::uint64_t kBytesOfReader = 16 << 20;  // arrays that a thread keeps
 constexpr std::uint64_t kMostReadAhead = 256 << 20;
@@ -67,9 +68,9 @@ struct Input::State {
   }
 
   void list(const std::string& argument);
-  void addContainer(const ListedFile& file, const std::vector<std::string>* only);
-  void addFile(const ListedFile& file, const std::vector<std::string>* only = nullptr);
+  void addFile(const ListedFile& file);
   SourceReport& addRow(const ListedFile& file, std::uint64_t bytes);
+  void addLeftOut(const ListedFile& file);
   void refuse(const ListedFile& file, const IoError& failure);
   void orderEqualSources();
   InputItem inputItem(const Item& item) const;
@@ -82,18 +83,18 @@ struct Input::State {
   InputReport readHere(Item& item, Cell& cell);
   InputReport takeAhead(Item& item, Cell& cell);
   InputReport readOrRefuse(ItemReader& reader, const Item& item, Cell& cell,
-                           const std::function<void(std::uint64_t)>& on_bytes) const;
+                           const std::function<void(std::uint64_t)>& on_bytes, bool is_ahead = false) const;
   void checkUnchanged(const Item& item, const InputReport& report, const Cell& cell) const;
   void advance(std::uint64_t bytes);
   void begin();
   void record(const Item& item, std::uint64_t digest, InputReport report);
 
   InputOptions options;
-  std::vector<ListedFile> files;  // by row
+  std::vector<ListedFile> files;             // by row
+  std::vector<std::uint64_t> content_bytes;  // of packed cells, by row; 0: not stated
   std::vector<SourceReport> rows;
-  std::map<std::uint32_t, Archive> archives;                     // by row
-  std::map<std::uint32_t, std::vector<std::string>> containers;  // by row: morphologies of an H5 file
-  internal::Hdf5Process hdf5;                                    // lists them
+  std::map<std::uint32_t, std::unique_ptr<Container>> containers;  // by row
+  internal::Hdf5Process hdf5;                                      // lists H5 files
   std::vector<Item> items;
   std::size_t position = 0, ordered = 0;
   bool complete = false;
@@ -104,6 +105,11 @@ struct Input::State {
 };
 
 void Input::State::list(const std::string& argument) {
+  const internal::ListingOptions listing{options.versions, options.ids, options.remote};
+  if (const std::string address = internal::skeletonAddress(argument); !address.empty()) {
+    for (const ListedFile& file : internal::listAddress(address, listing)) addFile(file);
+    return;
+  }
   std::error_code error;
   const fs::file_status status = fs::status(argument, error);
   if (status.type() == fs::file_type::not_found) throw IoError(escaped(argument), "no such file or folder");
@@ -111,11 +117,13 @@ void Input::State::list(const std::string& argument) {
   if (error) {
     refuse({argument, name}, IoError(escaped(argument), "cannot read", error.value()));
   } else if (fs::is_directory(status)) {
-    const std::vector<ListedFile> found = internal::listFiles(argument);
-    if (found.empty()) throw InputError(escaped(argument) + ": no .swc or .zip file in this folder");
+    const std::vector<ListedFile> found = internal::listFiles(argument, listing);
+    if (found.empty())
+      throw InputError(escaped(argument) +
+                       ": no .swc or .asc file, MouseLight .json or archive (.zip, .tar, .tar.gz) in this folder");
     for (const ListedFile& file : found) addFile(file);
   } else if (fs::is_regular_file(status)) {
-    addFile({argument, name, {}, graphFormatOf(argument)});
+    addFile(internal::fileArgument(argument, name));
   } else {
     throw IoError(escaped(argument), "neither a file nor a folder");
   }
@@ -130,62 +138,55 @@ void Input::State::refuse(const ListedFile& file, const IoError& failure) {
 SourceReport& Input::State::addRow(const ListedFile& file, std::uint64_t bytes) {
   SourceReport report;
   report.file = file.shown;
-  report.archive = endsWithNoCase(file.path, ".zip");
+  report.archive = file.kind != internal::FileKind::cell;
   report.bytes = bytes;
   bytes_total += bytes;
   files.push_back(file);
+  content_bytes.push_back(0);
   return rows.emplace_back(std::move(report));
 }
 
-// Lists the morphologies of an H5 file; with `only`, those of these names.
-void Input::State::addContainer(const ListedFile& file, const std::vector<std::string>* only) {
-  std::error_code error;
-  const std::uint64_t bytes = fs::file_size(file.path, error);
-  if (error) throw IoError(escaped(file.path), "cannot read", error.value());
-  std::vector<std::string> names = internal::listH5Morphologies(hdf5, file.path);
-  if (names.empty()) throw IoError(escaped(file.path), "holds no morphology; give a file of nodes with --morphologies");
-  const auto row = static_cast<std::uint32_t>(rows.size());
-  SourceReport& report = addRow(file, bytes);
-  if (names.size() == 1 && names[0].empty()) {
-    items.push_back({file.shown, row, kNoEntry, std::nullopt, false});
-    containers[row] = {};
-    return;
-  }
-  if (only != nullptr) {
-    std::vector<std::string> wanted;
-    std::set_intersection(names.begin(), names.end(), only->begin(), only->end(), std::back_inserter(wanted));
-    names = std::move(wanted);
-  }
-  report.archive = true;
-  for (std::uint32_t number = 0; number < names.size(); ++number)
-    items.push_back({file.shown + "/" + names[number], row, number, std::nullopt, false});
-  containers[row] = std::move(names);
-}
-
-void Input::State::addFile(const ListedFile& file, const std::vector<std::string>* only) {
+void Input::State::addFile(const ListedFile& file) {
   const auto row = static_cast<std::uint32_t>(rows.size());
   try {
     if (!file.unreadable.empty()) throw IoError(escaped(file.path), file.unreadable);
-    if (endsWithNoCase(file.path, ".h5")) return addContainer(file, only);
-    if (endsWithNoCase(file.path, ".zip")) {
-      Archive archive(file.path);
-      addRow(file, archive.file_bytes()).digest = archive.digest();
+    if (file.left_out) return addLeftOut(file);
+    std::unique_ptr<Container> container = internal::openContainer(file, hdf5, [this] { advance(0); });
+    const auto* const h5 = dynamic_cast<const internal::H5Container*>(container.get());
+    if (h5 != nullptr && h5->isSingle()) {
+      addRow(file, h5->file_bytes()).archive = false;
+      items.push_back({file.shown, row, kNoEntry, std::nullopt, false});
+    } else if (container) {
+      container->leaveOut(options.versions);
+      addRow(file, container->file_bytes()).digest = container->digest();
       std::uint32_t number = 0;
-      for (const ArchiveEntry& entry : archive.entries()) {
+      for (const ArchiveEntry& entry : container->entries()) {
         if (!entry.skipped) items.push_back({file.shown + "/" + entry.shown_label(), row, number, std::nullopt, false});
         ++number;
       }
-      archives.try_emplace(row, std::move(archive));
+      containers.try_emplace(row, std::move(container));
     } else {
       std::error_code error;
       const std::uint64_t bytes = fs::file_size(file.path, error);
       if (error) throw IoError(escaped(file.path), "cannot read", error.value());
       addRow(file, bytes);
+      if (file.packed) {
+        const std::uint64_t stated = internal::statedSize(file.path).value_or(0);
+        content_bytes.back() = stated >= bytes ? stated : 0;  // else there are several members
+      }
       items.push_back({file.shown, row, kNoEntry, std::nullopt, false});
     }
   } catch (const IoError& failure) {
     refuse(file, failure);
   }
+}
+
+// The other version of the neuron is read.
+void Input::State::addLeftOut(const ListedFile& file) {
+  SourceReport& row = addRow(file, 0);
+  row.left_out = true;
+  row.report.codes.add(InputCode::OTHER_VERSION);
+  row.report.records.add({0, InputCode::OTHER_VERSION, Effect::kInputRefused, {}});
 }
 
 void Input::State::advance(std::uint64_t bytes) {
@@ -213,15 +214,27 @@ void Input::State::orderEqualSources() {
 
 InputItem Input::State::inputItem(const Item& item) const {
   const ListedFile& file = files[item.row];
-  InputItem input{&item.source, &file.path, rows[item.row].bytes, file.format, file.skeleton.get(), nullptr,
-                  nullptr,      nullptr};
-  if (const auto found = containers.find(item.row); found != containers.end()) {
-    input.morphology = item.entry == kNoEntry ? &kOnlyMorphology : &found->second[item.entry];
-    input.bytes /= std::max<std::size_t>(1, found->second.size());
-  } else if (item.entry != kNoEntry) {
-    input.archive = &archives.at(item.row);
-    input.entry = &input.archive->entries()[item.entry];
+  InputItem input;
+  input.source = &item.source;
+  input.path = &file.path;
+  input.bytes = rows[item.row].bytes;
+  input.format = file.format;
+  input.skeleton = file.skeleton.get();
+  input.packed = file.packed;
+  if (file.packed) {
+    input.estimated = true;
+    input.bytes = content_bytes[item.row] > 0 ? content_bytes[item.row] : input.bytes * kGuessOfRatio;
+  }
+  const bool h5 = file.kind == internal::FileKind::h5;
+  if (item.entry == kNoEntry) {
+    if (h5) input.morphology = &kOnlyMorphology;
+  } else {
+    input.container = containers.at(item.row).get();
+    input.entry = &input.container->entries()[item.entry];
+    if (h5) input.morphology = &input.entry->name;
     input.bytes = input.entry->bytes;
+    input.estimated = input.bytes == 0 && (input.entry->packed_bytes > 0 || file.skeleton_files);
+    if (input.estimated) input.bytes = std::max(input.entry->packed_bytes * kGuessOfRatio, kGuessOfObject);
   }
   return input;
 }
@@ -233,9 +246,9 @@ std::unique_ptr<ItemReader> Input::State::makeReader(std::size_t open_archives) 
 
 // The first pass refuses a file that cannot be read. Later passes must give the same cells, so they throw.
 InputReport Input::State::readOrRefuse(ItemReader& reader, const Item& item, Cell& cell,
-                                       const std::function<void(std::uint64_t)>& on_bytes) const {
+                                       const std::function<void(std::uint64_t)>& on_bytes, bool is_ahead) const {
   try {
-    return reader.read(inputItem(item), cell, on_bytes);
+    return reader.read(inputItem(item), cell, on_bytes, is_ahead);
   } catch (const IoError& failure) {
     if (complete || failure.isShortage()) throw;
     cell.clearSamples();
@@ -273,7 +286,11 @@ InputReport Input::State::takeAhead(Item& item, Cell& cell) {
   std::swap(result.cell, cell);
   ahead->take(static_cast<std::size_t>(&item - items.data()), result, [this] { advance(0); });
   std::swap(result.cell, cell);
-  if (result.failure) std::rethrow_exception(result.failure);
+  try {
+    if (result.failure) std::rethrow_exception(result.failure);
+  } catch (const internal::LargerThanEstimated&) {
+    return readHere(item, cell);
+  }
   advance(result.bytes);
   checkUnchanged(item, result.report, cell);
   return std::move(result.report);
@@ -287,14 +304,19 @@ std::uint64_t Input::State::bytesAhead() const {
 
 // Memory that a further thread takes for open archives.
 std::uint64_t Input::State::bytesOfThread() const {
-  std::uint64_t entries = 0;
-  for (const auto& [row, archive] : archives) entries = std::max<std::uint64_t>(entries, archive.entries().size());
-  return entries * kBytesOfOpenEntry * kOpenArchivesOfThread;
+  std::uint64_t most = 0;
+  for (const auto& [row, container] : containers)
+    most = std::max<std::uint64_t>(most, container->entries().size() * container->reader_bytes_per_entry());
+  return most * kOpenArchivesOfThread;
 }
 
 unsigned Input::State::readingThreads() const {
   const std::uint64_t most = bytesAhead() / (kBytesOfReader + bytesOfThread());
-  return static_cast<unsigned>(std::clamp<std::uint64_t>(options.threads, 1, std::max<std::uint64_t>(most, 1)));
+  const bool from_server = std::any_of(files.begin(), files.end(), [](const ListedFile& file) {
+    return file.kind == internal::FileKind::objects || file.path.find("://") != std::string::npos;
+  });
+  const unsigned wanted = from_server ? std::max(options.threads, kThreadsForServers) : options.threads;
+  return static_cast<unsigned>(std::clamp<std::uint64_t>(wanted, 1, std::max<std::uint64_t>(most, 1)));
 }
 
 // Inputs of equal source are read alone, since their order follows from their content.
@@ -317,10 +339,13 @@ void Input::State::startReadingAhead() {
   while (readers.size() < threads) readers.push_back(makeReader(kOpenArchivesOfThread));
   const auto read = [this](unsigned reader, std::size_t item, const std::atomic<bool>& stop,
                            ReadAhead::Result& result) {
-    result.report = readOrRefuse(*readers[reader], items[item], result.cell, [&](std::uint64_t bytes) {
-      if (stop) throw ReadingStopped();
-      result.bytes += bytes;
-    });
+    result.report = readOrRefuse(
+        *readers[reader], items[item], result.cell,
+        [&](std::uint64_t bytes) {
+          if (stop) throw ReadingStopped();
+          result.bytes += bytes;
+        },
+        true);
   };
   ahead = std::make_unique<ReadAhead>(ReadAhead::Plan{threads, bytesAhead(), costsAhead(), read});
 }
@@ -345,7 +370,7 @@ void Input::State::begin() {
 
 Input::Input(const std::vector<std::string>& arguments, InputOptions options)
     : state_(std::make_unique<State>(std::move(options))) {
-  if (arguments.empty()) throw InputError("no input: name .swc files, .zip archives or folders");
+  if (arguments.empty()) throw InputError("no input: name files of neurons, archives or folders");
   for (const std::string& argument : arguments) state_->list(argument);
   state_->begin();
   rewind();
@@ -353,8 +378,11 @@ Input::Input(const std::vector<std::string>& arguments, InputOptions options)
 
 Input::Input(std::span<const InputFile> files, InputOptions options)
     : state_(std::make_unique<State>(std::move(options))) {
-  for (const InputFile& file : files)
-    state_->addFile({file.path, file.shown, {}, graphFormatOf(file.path)}, file.only ? &*file.only : nullptr);
+  for (const InputFile& file : files) {
+    ListedFile listed = internal::fileArgument(file.path, file.shown);
+    listed.only = file.only;
+    state_->addFile(listed);
+  }
   state_->begin();
   rewind();
 }
@@ -389,10 +417,9 @@ bool Input::next(Cell& cell) {
     return true;
   }
   if (!state.complete) {
-    for (const auto& [row, archive] : state.archives)
-      internal::sumEntries(archive.refusal(), state.options.swc.strict, state.rows[row]);
-    for (const auto& [row, names] : state.containers)
-      if (!names.empty()) internal::sumEntries(std::nullopt, state.options.swc.strict, state.rows[row]);
+    for (const auto& [row, container] : state.containers)
+      if (container->refusal() || !container->entries().empty())
+        internal::sumEntries(*container, state.options.swc.strict, state.rows[row]);
     state.complete = true;
   }
   state.ahead.reset();
@@ -410,9 +437,7 @@ void Input::rewind() {
   if (state.complete) return;
   state.units = {};
   for (State::Item& item : state.items) item.refused = false;
-  for (const auto& [row, archive] : state.archives) internal::listEntries(archive, state.rows[row]);
-  for (const auto& [row, names] : state.containers)
-    if (!names.empty()) internal::listEntries(names, state.rows[row].bytes / names.size(), state.rows[row]);
+  for (const auto& [row, container] : state.containers) internal::listEntries(*container, state.rows[row]);
 }
 
 const std::vector<SourceReport>& Input::reports() const { return state_->rows; }

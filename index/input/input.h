@@ -1,4 +1,5 @@
-// Input: reads command-line arguments (files, folders, zip archives) as a stream of cells, and reports on every input.
+// Input: reads command-line arguments (files, folders, archives, addresses) as a stream of cells, and reports on every
+// input.
 //
 // Cells come in the order of cell ids: by source, then by content digest, both in byte order. The order of the
 // arguments has no effect, nor has the number of threads. One cell is in memory at a time; of an archive, its central
@@ -11,8 +12,10 @@
 #pragma once
 
 #include "index/cell/cell.h"
+#include "index/http/remote_options.h"
 #include "index/input/input_report.h"
 #include "index/input/swc.h"
+#include "index/input/versions.h"
 
 #include <cstdint>
 #include <functional>
@@ -26,7 +29,7 @@
 
 namespace filiform {
 
-// The report on one .swc entry of an archive, or on an inner archive, which is not opened.
+// The report on one neuron of a container, or on an inner archive, which is not opened.
 struct EntryReport {
   std::string entry;  // name in the archive, raw bytes
   std::uint64_t bytes = 0;
@@ -35,21 +38,26 @@ struct EntryReport {
   InputReport report;
 };
 
-// One row of `check`: a file argument, a file of a folder, an archive (sums over its entries), or a folder that cannot
-// be listed.
+// One row of `check`: a file argument, a file of a folder, a container (sums over its entries), or a folder that cannot
+// be listed. A container is an archive, a MouseLight file, a shard of skeletons, or skeletons at an address.
 struct SourceReport {
-  std::string file;  // base name of the argument, or path below the folder argument; raw bytes
-  bool archive = false;
+  std::string file;       // base name of the argument, or path below the folder argument; raw bytes
+  bool archive = false;   // a container
+  bool left_out = false;  // not read: OTHER_VERSION
   std::uint64_t bytes = 0;
-  std::uint64_t digest = 0;  // XXH3 of the content; for an archive, of its central directory
+  std::uint64_t digest = 0;  // XXH3 of the content; for a container, of what lists its entries
   InputReport report;        // for an archive: sums, and records of the archive itself
   std::vector<EntryReport> entries;
 };
 
 struct InputOptions {
   SwcOptions swc;
-  std::uint64_t memory = UINT64_MAX;  // bytes
-  double cell_share = 0.625;          // fraction of `memory` that one cell may take while it is read
+  std::uint64_t memory = UINT64_MAX;                    // bytes
+  double cell_share = 0.625;                            // fraction of `memory` that one cell may take while it is read
+  MorphologyVersion versions = MorphologyVersion::cng;  // of neurons that a folder or archive holds twice
+  // Objects of precomputed skeletons to read, ascending; null: all.
+  std::shared_ptr<const std::vector<std::uint64_t>> ids = {};
+  RemoteOptions remote = {};  // for addresses
   // Threads that read, the calling one included; fewer if half of the share of a cell does not suffice for them, at
   // 16 MiB each.
   unsigned threads = 1;
@@ -67,14 +75,17 @@ struct InputFile {
 
 class Input : public CellStream {
  public:
-  // Lists all inputs; reads only the directories of archives. Folders are searched recursively for *.swc and *.zip in
-  // any letter case, hidden files included, except `._*` and `__MACOSX`. A folder with an `info` of Neuroglancer
-  // skeletons counts as one input of skeletons.
+  // Lists all inputs; reads only what lists the entries of containers. Folders are searched recursively, hidden files
+  // included, except `._*` and `__MACOSX`, for these endings in any letter case: .swc, .asc, .swc.gz, .asc.gz, .zip,
+  // .tar, .tar.gz, .tgz, and .json if the file begins like MouseLight. A folder with an `info` of Neuroglancer
+  // skeletons counts as one input of skeletons. index/input/versions.h says which files of a folder are left out.
   //
-  // A file argument may have any name: *.zip is an archive; *.h5 is one H5 morphology or a container of some, each an
-  // entry (read by internal::Hdf5Process, a program of its own); *.edges, *.obj and *.vtk are graphs
-  // (index/input/internal/graph_file.h); all others are SWC. Graph files inside folders and archives are ignored, since
-  // such folders usually hold meshes.
+  // A file argument may have any name: *.zip, *.tar, *.tar.gz and *.tgz are archives; *.json is MouseLight; *.h5 is one
+  // H5 morphology or a container of some, each an entry (read by internal::Hdf5Process, a program of its own); *.edges,
+  // *.obj, *.vtk and *.asc are graphs (index/input/internal/graph_file.h); all others are SWC; a further .gz means that
+  // the file is packed. Graph files other than .asc inside folders and archives are ignored, since such folders usually
+  // hold meshes. An argument that begins with http://, https:// or precomputed:// is the folder of precomputed
+  // skeletons on a server.
   //
   // Symbolic links to files and folders are followed. Within one folder argument, each real file (device and inode, so
   // hard links too) is read once and each real folder is entered once, under its lowest path in byte order.
@@ -82,8 +93,9 @@ class Input : public CellStream {
   // Unreadable inputs are refused (E_UNREADABLE), and the rest continues: a file, an archive, a folder that cannot be
   // listed, a link without a target, a pipe or device named *.swc.
   //
-  // Throws IoError if an argument is missing or neither file nor folder, or if the process has no file descriptor or
-  // memory left. Throws InputError without arguments, or for a folder with neither .swc nor .zip.
+  // Throws IoError if an argument is missing or neither file nor folder, if a server does not answer, or if the process
+  // has no file descriptor or memory left. Throws InputError without arguments, or for a folder without any input.
+  // Calls `progress` with (0, 0) while it lists large containers.
   explicit Input(const std::vector<std::string>& arguments, InputOptions options = {});
   // The same from files of the caller's choice. Files that cannot be read are refused. Throws IoError if the process
   // has no file descriptor or memory left.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <string>
 
 namespace filiform {
 namespace {
@@ -15,17 +16,18 @@ constexpr std::array<CodeText, kInputCodes> kTexts = {{
     {"E_ENCODING", "UTF-16 or UTF-32 text; save it as UTF-8"},
     {"E_FORMAT", "not the format of its file ending, or truncated"},
     {"E_MOSTLY_BAD", "more than half of its lines cannot be read as samples"},
-    {"E_NOT_TEXT", "a packed file (tar, gz, xz, 7z) or binary data, not SWC text; unpack it and pass its files"},
+    {"E_NOT_TEXT", "packed or binary data, not text; give it its own ending (.gz, .tar, .tar.gz, .zip), or unpack it"},
     {"E_NO_SAMPLES", "holds no sample"},
     {"E_UNREADABLE", "cannot be read"},
     {"E_ZIP_CRC", "damaged data (checksum or compressed stream); fetch it again"},
-    {"E_ZIP_FORMAT", "not a zip archive, or one whose directory contradicts itself"},
+    {"E_ZIP_FORMAT", "not an archive of its ending, or one that contradicts itself"},
     {"E_ZIP_METHOD", "encrypted, or packed by a method that is not supported; pack it again"},
-    {"E_ZIP_NO_SWC", "holds no .swc file that may be read"},
+    {"E_ZIP_NO_SWC", "holds no neuron that may be read"},
     {"E_ZIP_OVERLAP", "entries overlap each other, as in a zip bomb"},
     {"E_ZIP_SIZE", "size differs from the declared one, or exceeds 4 GiB"},
     {"E_ZIP_TRUNCATED", "archive is cut short; fetch it again"},
     {"NULL_MORPHOLOGY", "node without a morphology, as point neurons have none; not placed"},
+    {"OTHER_VERSION", "the same neuron is there in another version; this one left out; --version chooses"},
     {"REPEATED_POINT", "first point of a section, equal to the last of its parent; one kept"},
     {"SOMA_CONTOUR", "outline of a soma; kept as a sphere at its mean, with the mean distance as radius"},
     {"SOMA_LINK", "link from the soma to a neurite, which the format does not state; --no-soma-links leaves it out"},
@@ -104,8 +106,12 @@ std::uint64_t CodeCounts::operator[](InputCode code) const {
 std::string refusalReason(const InputReport& report) {
   if (!report.codes.anyRefusal()) return "";
   const InputCode code = report.codes.all().front().first;
-  for (const InputRecord& record : report.records)
-    if (code == InputCode::E_UNREADABLE && record.code == code && !record.token.empty()) return record.token;
+  for (const InputRecord& record : report.records) {
+    if (record.code != code || record.token.empty()) continue;
+    if (code == InputCode::E_UNREADABLE) return record.token;
+    if (code == InputCode::E_FORMAT)
+      return (record.line > 0 ? "line " + std::to_string(record.line) + ": " : std::string()) + record.token;
+  }
   return std::string(explanation(code));
 }
 

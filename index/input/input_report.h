@@ -37,6 +37,7 @@ enum class InputCode : std::uint8_t {
   E_ZIP_SIZE,
   E_ZIP_TRUNCATED,
   NULL_MORPHOLOGY,
+  OTHER_VERSION,
   REPEATED_POINT,
   SOMA_CONTOUR,
   SOMA_LINK,

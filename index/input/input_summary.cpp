@@ -66,7 +66,8 @@ void forEachInput(const std::vector<SourceReport>& rows, Use use) {
     };
     const bool told = std::any_of(row.entries.begin(), row.entries.end(),
                                   [&](const EntryReport& entry) { return fate(entry) == InputFate::kRefused; });
-    if (!row.archive || (refused && !told)) use(row.file, row.report, fateOf(row.report));
+    if (!row.archive || (refused && !told))
+      use(row.file, row.report, row.left_out ? InputFate::kSkipped : fateOf(row.report));
     for (const EntryReport& entry : row.entries) use(row.file + "/" + entry.entry, entry.report, fate(entry));
   }
 }
@@ -173,6 +174,7 @@ std::string summary(const std::vector<SourceReport>& reports) {
     const char* const word = kind.second;
     std::size_t named = 0;
     forEachInput(reports, [&](const std::string& input, const InputReport& report, InputFate its_fate) {
+      if (report.codes[InputCode::OTHER_VERSION] > 0) return;  // counted above; there may be many
       if (its_fate == fate && ++named <= kNamedInputs)
         out += " " + std::string(word) + " " + escaped(input) + ": " + reason(report) + "\n";
     });

@@ -7,7 +7,7 @@ namespace filiform::fuzz {
 // The first byte is the format. For a skeleton, the info comes first, up to a zero byte.
 void fuzzGraph(Input input) {
   Taker in(input);
-  const auto format = static_cast<GraphFormat>(in.number<std::uint8_t>() % 4);
+  const auto format = static_cast<GraphFormat>(in.number<std::uint8_t>() % kGraphFormats);
   std::string_view bytes = asText(in.rest());
   GraphOptions options;
   if (format == GraphFormat::kNeuroglancerSkeleton) {

@@ -6,6 +6,7 @@
 #include "index/text.h"
 #include "tools/commands/circuit_report.h"
 #include "tools/commands/commands.h"
+#include "tools/commands/reading_arguments.h"
 #include "tools/program/interruption.h"
 #include "tools/program/numbers.h"
 #include "tools/program/open_json.h"
@@ -32,6 +33,7 @@ struct CheckArguments {
   std::string unit = "um";
   CircuitOptions circuit;
   bool tsv = false, json = false, strict = false, no_soma_links = false;
+  std::shared_ptr<ReadingArguments> reading;
 };
 
 Json countsOf(const CodeCounts& codes) {
@@ -115,6 +117,7 @@ int runCheck(const CheckArguments& a) {
   options.swc.strict = a.strict;
   options.threads = std::max(1u, std::thread::hardware_concurrency());
   readUnit(a.unit, options.swc);
+  a.reading->apply(options);
   options.progress = [&](std::uint64_t done, std::uint64_t total) {
     throwIfInterrupted();
     progress.setTotal(total);
@@ -155,11 +158,7 @@ void addCheck(CLI::App& app, Chosen& chosen) {
   command->footer(
       "Examples:\n  filiform check archive.zip more/ --tsv\n  filiform check circuit_config.json\nExits 1 if any input "
       "is refused.");
-  command
-      ->add_option("INPUT", arguments->inputs,
-                   "SWC files, folders, zip archives; graphs: .edges, .obj, .vtk, skeletons; H5 morphologies; "
-                   "or one SONATA circuit_config.json or nodes.h5")
-      ->required();
+  command->add_option("INPUT", arguments->inputs, kInputHelp)->required();
   CLI::Option* const tsv = command->add_flag("--tsv", arguments->tsv,
                                              "write one row an input: file severity samples segments dropped codes");
   command
@@ -169,6 +168,7 @@ void addCheck(CLI::App& app, Chosen& chosen) {
   command->add_option("--unit", arguments->unit, kUnitHelp)->capture_default_str();
   addCircuitArguments(*command, arguments->circuit, arguments->no_soma_links);
   command->add_flag("--strict", arguments->strict, "refuse every file that has a warning");
+  arguments->reading = addReadingArguments(*command);
   addProgressOption(*command);
   command->callback([arguments, &chosen] { chosen = [arguments] { return runCheck(*arguments); }; });
 }

@@ -3,16 +3,19 @@
 #include "index/build/ingest.h"
 #include "index/build/input_provenance.h"
 #include "index/errors.h"
+#include "index/input/attribute_table.h"
 #include "index/input/circuit.h"
 #include "index/input/input.h"
 #include "index/input/placements.h"
 #include "index/output.h"
+#include "index/set/http_source.h"
 #include "index/text.h"
 #include "tools/commands/circuit_report.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/growth_report.h"
 #include "tools/commands/ingest_progress.h"
 #include "tools/commands/input_report_json.h"
+#include "tools/commands/reading_arguments.h"
 #include "tools/commands/remote_arguments.h"
 #include "tools/program/interruption.h"
 #include "tools/program/numbers.h"
@@ -34,13 +37,14 @@ namespace {
 
 struct IngestArguments {
   std::vector<std::string> inputs, removed;
-  std::string out, unit = "um", quantum = "2^-9", memory = "1GiB", report, placements;
+  std::string out, unit = "um", quantum = "2^-9", memory = "1GiB", report, placements, attributes, key;
   std::uint32_t capacity = PartitionOptions{}.capacity;
   unsigned threads = 0;
   double log_s = 0;
   CircuitOptions circuit;
   bool no_soma_links = false;
   bool apply_offset = false, strict = false, force = false, add = false, no_levels = false;
+  std::shared_ptr<ReadingArguments> reading;
 };
 
 int quantumExponentOf(const std::string& text) {
@@ -84,6 +88,15 @@ std::string describe(const PlacedCells& placed) {
   return text;
 }
 
+std::string describe(const AttributedCells& attributed) {
+  const AttributeTable& table = attributed.table();
+  std::string text = escaped(table.file()) + ": " + formatCount(table.names().size()) + " attributes of " +
+                     formatCount(attributed.with_row()) + " cells; " + formatCount(attributed.without_row()) +
+                     " cells without a row, " + formatCount(attributed.rows_without_cell()) + " rows without a cell";
+  if (table.repeated() > 0) text += ", " + formatCount(table.repeated()) + " rows whose key came before";
+  return text + "\n";
+}
+
 IngestOptions ingestOptionsOf(const IngestArguments& a) {
   IngestOptions options;
   options.capacity = a.capacity;
@@ -115,6 +128,8 @@ void requireUsable(const std::vector<SourceReport>& reports, bool strict) {
 void checkGrowth(const IngestArguments& a) {
   if (!a.removed.empty() && (a.add || !a.inputs.empty()))
     throw UsageError("--remove: takes no INPUT; remove first, then add with --add");
+  if (a.attributes.empty() != a.key.empty())
+    throw UsageError("--attributes and --key go together: the table, and its column with the names of cells");
   if ((a.add || !a.removed.empty()) && a.force)
     throw UsageError("--force replaces a set; leave it out with --add and --remove");
   if (a.removed.empty() && a.inputs.empty()) throw UsageError("INPUT is missing: give files, folders or archives");
@@ -140,10 +155,13 @@ int runIngest(const IngestArguments& a) {
   reading.swc = {.apply_offset = a.apply_offset, .strict = a.strict};
   reading.swc.soma_links = !a.no_soma_links;
   readUnit(a.unit, reading.swc);
+  a.reading->apply(reading);
   IngestProgress progress(a.log_s);
   reading.progress = [&](std::uint64_t done, std::uint64_t total) { progress.read(done, total); };
-  std::vector<NamedPath> inputs{{"--placements", a.placements}};
-  for (const std::string& path : a.inputs) inputs.push_back({"INPUT", path});
+  std::vector<NamedPath> inputs{{"--placements", a.placements}, {"--attributes", a.attributes}};
+  if (!a.reading->ids.empty()) inputs.push_back({"--ids", a.reading->ids});
+  for (const std::string& path : a.inputs)
+    if (!isAddress(path)) inputs.push_back({"INPUT", path});
   checkOutputs(inputs, {{"--report", a.report}});
   std::optional<Output> report;
   if (!a.report.empty()) report.emplace(a.report, OutputOptions{.cancel = &interruptFlag()});
@@ -165,6 +183,11 @@ int runIngest(const IngestArguments& a) {
   if (!a.placements.empty()) table.emplace(input, PlacementTable::read(a.placements));
   const PlacedCells* const placed = circuit ? &circuit_cells->placed() : table ? &*table : nullptr;
   if (placed != nullptr) options.stream_bytes += placed->held_bytes();
+  std::optional<AttributeTable> attributes;
+  if (!a.attributes.empty()) {
+    attributes.emplace(AttributeTable::read(a.attributes, a.key));
+    options.stream_bytes += attributes->held_bytes();
+  }
   std::vector<SourceReport> reports;
   options.provenance = [&] {
     progress.endReading();
@@ -181,16 +204,20 @@ int runIngest(const IngestArguments& a) {
   CellStream& cells = circuit ? static_cast<CellStream&>(*circuit_cells)
                       : table ? *table
                               : static_cast<CellStream&>(input);
+  std::optional<AttributedCells> attributed;
+  if (attributes) attributed.emplace(cells, *attributes);
+  CellStream& all_cells = attributed ? static_cast<CellStream&>(*attributed) : cells;
   GrowthResult result;
   if (a.add)
-    result = addCells(cells, a.out, options);
+    result = addCells(all_cells, a.out, options);
   else
-    result.set = ingest(cells, a.out, options);
+    result.set = ingest(all_cells, a.out, options);
   if (report) report->finish();
   progress.end();
   people << summary(reports);
   if (circuit) people << describePopulations(circuit->populations());
   if (placed != nullptr) people << describe(*placed);
+  if (attributed) people << describe(*attributed);
   if (circuit)
     for (const std::string& doubt : circuit->doubts()) std::cerr << "filiform: note: " << doubt << '\n';
   if (const std::string doubt = input.unitDoubt(); !doubt.empty()) std::cerr << "filiform: note: " << doubt << '\n';
@@ -202,7 +229,7 @@ int runIngest(const IngestArguments& a) {
 
 void addIngest(CLI::App& app, Chosen& chosen) {
   auto a = std::make_shared<IngestArguments>();
-  CLI::App* command = app.add_subcommand("ingest", "Make a tile set from SWC files, folders and archives");
+  CLI::App* command = app.add_subcommand("ingest", "Make a tile set from files of neurons, folders and archives");
   command->footer(
       "Examples:\n  filiform ingest archive.zip more/*.swc -o column.fil\n"
       "  filiform ingest library.zip --placements column.tsv -o column.fil\n"
@@ -212,9 +239,7 @@ void addIngest(CLI::App& app, Chosen& chosen) {
       "  filiform ingest --remove CELL -o my.fil\n"
       "Files that cannot be used are counted and named; the others are ingested. filiform check lists them "
       "beforehand.");
-  command->add_option("INPUT", a->inputs,
-                      "SWC files, folders, zip archives; graphs: .edges, .obj, .vtk, skeletons; H5 morphologies; "
-                      "or one SONATA circuit_config.json or nodes.h5");
+  command->add_option("INPUT", a->inputs, kInputHelp);
   command->add_option("-o,--output", a->out, "write the tile set to this folder")->required()->type_name("SET");
   command->add_option("--capacity", a->capacity, "put at most N segments in a tile")
       ->capture_default_str()
@@ -222,6 +247,7 @@ void addIngest(CLI::App& app, Chosen& chosen) {
   command->add_option("--quantum", a->quantum, "round positions to this grid, um: a power of two")
       ->capture_default_str();
   command->add_option("--unit", a->unit, kUnitHelp)->capture_default_str();
+  a->reading = addReadingArguments(*command);
   command->add_flag("--apply-offset", a->apply_offset, "add the '# OFFSET' of each header to its positions");
   command
       ->add_option("--memory", a->memory,
@@ -232,6 +258,10 @@ void addIngest(CLI::App& app, Chosen& chosen) {
   command->add_option("--threads", a->threads, "use N threads; 0: one a core")->capture_default_str();
   command->add_option("--placements", a->placements, "place cells as this table says; the input is then a library")
       ->type_name("TSV");
+  command->add_option("--attributes", a->attributes, "keep the attributes of cells in this CSV or TSV table")
+      ->type_name("TABLE");
+  command->add_option("--key", a->key, "the column of --attributes that holds the names of cells, as neuron_name")
+      ->type_name("COLUMN");
   addCircuitArguments(*command, a->circuit, a->no_soma_links);
   command->add_flag("--no-levels", a->no_levels,
                     "write no levels of detail: faster and smaller, but pictures of large sets lack neurites");

@@ -1,93 +1,21 @@
 #include "index/input/internal/archive.h"
 
 #include "index/errors.h"
+#include "index/input/internal/entry_names.h"
 #include "index/input/internal/zip_directory.h"
 #include "index/text.h"
 
 #include <algorithm>
 #include <cerrno>
 #include <sys/stat.h>
-#include <unordered_set>
+#include <utility>
 
 #include <zip.h>
 
 namespace filiform {
 namespace {
 
-bool isLetter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
-
-bool isControl(char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7F; }
-
-// Calls `use` for each part between slashes. Returns true if any call did.
-template <class Use>
-bool anyPart(std::string_view path, Use use) {
-  for (;;) {
-    const std::size_t slash = path.find('/');
-    if (use(path.substr(0, slash))) return true;
-    if (slash == std::string_view::npos) return false;
-    path.remove_prefix(slash + 1);
-  }
-}
-
-std::string withSlashes(std::string_view name) {
-  std::string path(name);
-  std::replace(path.begin(), path.end(), '\\', '/');
-  return path;
-}
-
-// The path without drive, leading slashes, and empty or `.` parts.
-std::string relativeForm(std::string_view path) {
-  if (path.size() >= 2 && isLetter(path[0]) && path[1] == ':') path.remove_prefix(2);
-  std::string out;
-  anyPart(path, [&](std::string_view part) {
-    if (part.empty() || part == ".") return false;
-    if (!out.empty()) out += '/';
-    out += part;
-    return false;
-  });
-  return out;
-}
-
-std::string withoutControls(std::string_view text) {
-  std::string out;
-  for (const char& c : text) out += isControl(c) ? escaped({&c, 1}) : std::string(1, c);
-  return out;
-}
-
 bool isSymbolicLink(const internal::ZipEntry& entry) { return (entry.attributes >> 16 & 0170000) == 0120000; }
-
-// The entry if the report must name it, otherwise nullopt.
-std::optional<ArchiveEntry> consider(const internal::ZipEntry& raw, std::uint64_t index) {
-  const std::string path = withSlashes(raw.name);
-  const bool swc = endsWithNoCase(path, ".swc"), zip = endsWithNoCase(path, ".zip");
-  if (!swc && !zip) return std::nullopt;
-  if (anyPart(path, [](std::string_view part) { return part == "__MACOSX" || part.substr(0, 2) == "._"; }))
-    return std::nullopt;
-
-  ArchiveEntry entry;
-  entry.index = index;
-  entry.name = raw.name;
-  entry.bytes = raw.bytes;
-  entry.packed_bytes = raw.packed_bytes;
-  if (anyPart(path, [](std::string_view part) { return part == ".."; })) {
-    entry.skipped = true;
-    entry.remarks = {InputCode::W_ZIP_UNSAFE_NAME};
-    return entry;
-  }
-  if (isSymbolicLink(raw) || zip) {
-    entry.skipped = true;
-    entry.remarks = {isSymbolicLink(raw) ? InputCode::W_ZIP_LINK : InputCode::W_ZIP_NESTED};
-    return entry;
-  }
-  const bool drive = path.size() >= 2 && isLetter(path[0]) && path[1] == ':';
-  if (drive || path[0] == '/' || path != raw.name || std::any_of(path.begin(), path.end(), isControl)) {
-    entry.remarks.push_back(InputCode::W_ZIP_NAME);
-  }
-  if (!isUtf8(raw.name)) entry.remarks.push_back(InputCode::W_ZIP_NAME_ENCODING);
-  std::string label = withoutControls(relativeForm(path));
-  if (label != entry.name) entry.label = std::move(label);
-  return entry;
-}
 
 InputCode refusalOf(int libzip_error) {
   switch (libzip_error) {
@@ -143,25 +71,22 @@ Archive::Archive(std::string path) : path_(std::move(path)) {
   directory_entries_ = directory.entries.size();
   if (refusal_) return;
 
-  std::unordered_set<std::string_view> labels;
-  bool any = false;
   for (std::uint64_t index = 0; index < directory.entries.size(); ++index) {
-    std::optional<ArchiveEntry> entry = consider(directory.entries[index], index);
+    const internal::ZipEntry& raw = directory.entries[index];
+    std::optional<ArchiveEntry> entry = internal::entryOfName(raw.name, isSymbolicLink(raw));
     if (!entry) continue;
-    any = any || !entry->skipped;
+    entry->index = index;
+    entry->bytes = raw.bytes;
+    entry->packed_bytes = raw.packed_bytes;
     entries_.push_back(std::move(*entry));
   }
-  for (ArchiveEntry& entry : entries_) {
-    if (!entry.skipped && !labels.insert(entry.shown_label()).second)
-      entry.remarks.push_back(InputCode::W_ZIP_DUP_NAME);
-  }
-  if (!any) refusal_ = InputCode::E_ZIP_NO_SWC;
+  finishListing();
 }
+
+std::unique_ptr<Container::Reader> Archive::reader() const { return std::make_unique<Reader>(*this); }
 
 Archive::Reader::Reader(const Archive& archive) : archive_(&archive) {}
 Archive::Reader::~Reader() = default;
-Archive::Reader::Reader(Reader&&) noexcept = default;
-Archive::Reader& Archive::Reader::operator=(Reader&&) noexcept = default;
 
 std::optional<InputCode> Archive::Reader::open() {
   const std::string& path = archive_->path_;
@@ -184,8 +109,7 @@ std::optional<InputCode> Archive::Reader::open() {
   return std::nullopt;
 }
 
-std::optional<InputCode> Archive::Reader::read(const ArchiveEntry& entry,
-                                               const std::function<void(std::string_view)>& sink) {
+std::optional<InputCode> Archive::Reader::read(const ArchiveEntry& entry, const Sink& sink) {
   if (entry.bytes > kMaxEntryBytes) return InputCode::E_ZIP_SIZE;
   if (!handle_)
     if (const std::optional<InputCode> refused = open()) return refused;

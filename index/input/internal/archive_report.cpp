@@ -5,29 +5,24 @@
 
 namespace filiform::internal {
 
-void listEntries(const Archive& archive, SourceReport& row) {
+void listEntries(const Container& archive, SourceReport& row) {
   std::vector<EntryReport>& entries = row.entries;
   entries.clear();
   entries.reserve(archive.entries().size());
   for (const ArchiveEntry& entry : archive.entries()) {
     EntryReport report{entry.name, entry.bytes, 0, entry.skipped, {}};
     if (entry.skipped) {
-      report.report.severity = Severity::kWarn;
       for (const InputCode code : entry.remarks) {
         report.report.codes.add(code);
         report.report.records.add({0, code, Effect::kInputRefused, {}});
       }
+      if (report.report.codes.anyWarning()) report.report.severity = Severity::kWarn;
     }
     entries.push_back(std::move(report));
   }
 }
 
-void listEntries(const std::vector<std::string>& names, std::uint64_t bytes, SourceReport& row) {
-  row.entries.clear();
-  for (const std::string& name : names) row.entries.push_back({name, bytes, 0, false, {}});
-}
-
-void sumEntries(std::optional<InputCode> refusal, bool strict, SourceReport& row) {
+void sumEntries(const Container& container, bool strict, SourceReport& row) {
   InputReport& sum = row.report;
   sum = {};
   bool any_kept = false;
@@ -45,12 +40,13 @@ void sumEntries(std::optional<InputCode> refusal, bool strict, SourceReport& row
     sum.links_cut += part.links_cut;
     sum.codes.add(part.codes);
   }
-  if (refusal) {
-    sum.codes.add(*refusal);
-    sum.records.add({0, *refusal, Effect::kInputRefused, {}});
+  if (container.refusal()) {
+    sum.codes.add(*container.refusal());
+    sum.records.add({0, *container.refusal(), Effect::kInputRefused, container.refusal_token()});
   }
-  const bool refuse = !any_kept || (strict && sum.codes.anyWarning());
-  sum.severity = refuse ? Severity::kRefuse : sum.codes.anyWarning() ? Severity::kWarn : Severity::kAccept;
+  const bool flawed = sum.codes.anyRefusal() || sum.codes.anyWarning();
+  const bool refuse = !any_kept || (strict && flawed);
+  sum.severity = refuse ? Severity::kRefuse : flawed ? Severity::kWarn : Severity::kAccept;
 }
 
 }  // namespace filiform::internal

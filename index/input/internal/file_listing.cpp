@@ -1,11 +1,19 @@
 #include "index/input/internal/file_listing.h"
 
 #include "index/errors.h"
+#include "index/input/internal/archive.h"
 #include "index/input/internal/folder_walk.h"
+#include "index/input/internal/h5_container.h"
+#include "index/input/internal/mouselight_file.h"
+#include "index/input/internal/tar_archive.h"
+#include "index/input/object_ids.h"
 #include "index/text.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
+#include <set>
 #include <system_error>
 #include <utility>
 
@@ -14,44 +22,161 @@ namespace {
 
 namespace fs = std::filesystem;
 
-bool holdsCells(std::string_view file_name) {
-  return endsWithNoCase(file_name, ".swc") || endsWithNoCase(file_name, ".zip");
+constexpr std::size_t kHeadOfJson = 4096;
+
+FileKind kindOf(std::string_view name) {
+  if (endsWithNoCase(name, ".zip")) return FileKind::zip;
+  if (endsWithNoCase(name, ".tar.gz") || endsWithNoCase(name, ".tgz")) return FileKind::tar_gz;
+  if (endsWithNoCase(name, ".tar")) return FileKind::tar;
+  if (endsWithNoCase(name, ".json")) return FileKind::mouselight;
+  if (endsWithNoCase(name, ".h5")) return FileKind::h5;
+  return FileKind::cell;
 }
 
-bool isSkeletonId(std::string_view file_name) {
-  return file_name.find_first_not_of("0123456789") == std::string_view::npos;
+std::string_view withoutGz(std::string_view name) {
+  return endsWithNoCase(name, ".gz") ? name.substr(0, name.size() - 3) : name;
 }
 
-std::vector<ListedFile> listFolder(const std::string& folder) {
+// H5 files in folders are not listed: most hold nodes or edges of a circuit.
+bool holdsCells(std::string_view name) {
+  const FileKind kind = kindOf(name);
+  if (kind != FileKind::cell) return kind != FileKind::h5;
+  const std::string_view bare = withoutGz(name);
+  return endsWithNoCase(bare, ".swc") || endsWithNoCase(bare, ".asc");
+}
+
+bool isSkeletonId(std::string_view name) {
+  const std::string_view bare = withoutGz(name);
+  return !bare.empty() && bare.find_first_not_of("0123456789") == std::string_view::npos;
+}
+
+bool isShard(std::string_view name) { return endsWithNoCase(name, ".shard"); }
+
+ListedFile listedFrom(WalkedFile& walked) {
+  ListedFile file = fileArgument(walked.path, walked.shown);
+  file.unreadable = std::move(walked.unreadable);
+  return file;
+}
+
+// Folders also hold other JSON files, which are no inputs.
+bool isOtherJson(const ListedFile& file) {
+  if (file.kind != FileKind::mouselight || !file.unreadable.empty()) return false;
+  std::ifstream in(file.path, std::ios::binary);
+  std::string head(kHeadOfJson, '\0');
+  in.read(head.data(), static_cast<std::streamsize>(head.size()));
+  head.resize(static_cast<std::size_t>(in.gcount()));
+  return in.good() || in.eof() ? !MouseLightFile::mayBe(head) : false;
+}
+
+std::vector<ListedFile> listFolder(const std::string& folder, MorphologyVersion versions) {
   std::vector<ListedFile> files;
-  for (WalkedFile& f : walkFolder(folder, holdsCells))
-    files.push_back({std::move(f.path), std::move(f.shown), std::move(f.unreadable)});
+  for (WalkedFile& walked : walkFolder(folder, holdsCells)) {
+    files.push_back(listedFrom(walked));
+    if (isOtherJson(files.back())) files.pop_back();
+  }
+  std::vector<std::string_view> names;
+  for (const ListedFile& file : files)
+    names.push_back(file.packed ? withoutGz(file.shown) : std::string_view(file.shown));
+  const std::vector<bool> left_out = versionsLeftOut(names, versions);
+  for (std::size_t i = 0; i < files.size(); ++i) files[i].left_out = left_out[i] && files[i].unreadable.empty();
+  if (files.empty() && !walkFolder(folder, isShard, WalkDepth::folder_only).empty())
+    throw InputError(escaped(folder) + ": holds shards of skeletons, but no info file that says how to read them");
   return files;
 }
 
-// The files of a folder of Neuroglancer skeletons, by id as text; empty for another folder.
-std::vector<ListedFile> listSkeletons(const std::string& folder) {
-  const std::string info_path = (fs::path(folder) / "info").native();
+std::string infoOf(const SkeletonFiles& files) { return files.readWhole("info", SkeletonInfo::kMaxBytes); }
+
+bool isWanted(const ListingOptions& options, std::string_view name) {
+  if (!options.ids) return true;
+  std::uint64_t id = 0;
+  return readObjectId(withoutGz(name), id) && std::binary_search(options.ids->begin(), options.ids->end(), id);
+}
+
+ListedFile shardOf(const std::shared_ptr<const SkeletonFiles>& files, const std::string& name,
+                   const std::shared_ptr<const SkeletonInfo>& info, const ListingOptions& options) {
+  ListedFile file{files->pathOf(name), name};
+  file.kind = FileKind::shard;
+  file.skeleton = info;
+  file.skeleton_files = files;
+  file.ids = options.ids;
+  return file;
+}
+
+// The files of a folder of Neuroglancer skeletons; empty for another folder.
+std::vector<ListedFile> listSkeletons(const std::string& folder, const ListingOptions& options) {
+  const std::shared_ptr<const SkeletonFiles> source = filesInFolder(folder);
   std::error_code error;
-  if (!fs::is_regular_file(info_path, error) || fs::file_size(info_path, error) > SkeletonInfo::kMaxBytes || error)
+  const std::string path = source->pathOf("info");
+  if (!fs::is_regular_file(path, error) || fs::file_size(path, error) > SkeletonInfo::kMaxBytes || error) return {};
+  std::string text;
+  try {
+    text = infoOf(*source);
+  } catch (const IoError& failure) {
+    if (failure.isShortage()) throw;
     return {};
-  std::ifstream in(info_path, std::ios::binary);
-  const std::string text((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
+  }
   if (!SkeletonInfo::isSkeletonInfo(text)) return {};
-  const auto info = std::make_shared<const SkeletonInfo>(SkeletonInfo::parse(text, info_path));
+  const auto info = std::make_shared<const SkeletonInfo>(SkeletonInfo::parse(text, path));
+  std::set<std::string> shards;  // that may hold the wanted objects
+  if (info->sharding && options.ids)
+    for (const std::uint64_t id : *options.ids) shards.insert(info->sharding->fileNameOf(info->sharding->shardOf(id)));
   std::vector<ListedFile> files;
-  for (WalkedFile& f : walkFolder(folder, isSkeletonId, WalkDepth::folder_only))
-    files.push_back(
-        {std::move(f.path), std::move(f.shown), std::move(f.unreadable), GraphFormat::kNeuroglancerSkeleton, info});
-  if (files.empty()) throw InputError(escaped(folder) + ": its info is that of skeletons, but it holds none");
+  for (WalkedFile& f : walkFolder(folder, info->sharding ? isShard : isSkeletonId, WalkDepth::folder_only)) {
+    if (info->sharding) {
+      if (options.ids && !shards.contains(f.shown)) continue;
+      files.push_back(shardOf(source, f.shown, info, options));
+      files.back().unreadable = std::move(f.unreadable);
+    } else if (isWanted(options, f.shown)) {
+      ListedFile file = listedFrom(f);
+      file.format = GraphFormat::kNeuroglancerSkeleton;
+      file.skeleton = info;
+      files.push_back(std::move(file));
+    }
+  }
+  if (files.empty())
+    throw InputError(escaped(folder) + ": its info is that of skeletons, but it holds none" +
+                     (options.ids ? " of these ids" : ""));
   return files;
 }
 
 }  // namespace
 
-std::vector<ListedFile> listFiles(const std::string& folder) {
-  std::vector<ListedFile> files = listSkeletons(folder);
-  return files.empty() ? listFolder(folder) : files;
+ListedFile fileArgument(const std::string& path, const std::string& shown) {
+  ListedFile file{path, shown};
+  file.kind = kindOf(path);
+  if (file.kind != FileKind::cell) return file;
+  file.packed = endsWithNoCase(path, ".gz");
+  file.format = graphFormatOf(withoutGz(path));
+  return file;
+}
+
+std::vector<ListedFile> listFiles(const std::string& folder, const ListingOptions& options) {
+  std::vector<ListedFile> files = listSkeletons(folder, options);
+  return files.empty() ? listFolder(folder, options.versions) : files;
+}
+
+std::unique_ptr<Container> openContainer(const ListedFile& file, Hdf5Process& hdf5,
+                                         const std::function<void()>& progress) {
+  switch (file.kind) {
+    case FileKind::cell:
+      return nullptr;
+    case FileKind::zip:
+      return std::make_unique<Archive>(file.path);
+    case FileKind::tar:
+    case FileKind::tar_gz:
+      return std::make_unique<TarArchive>(file.path, file.kind == FileKind::tar_gz, progress);
+    case FileKind::mouselight:
+      return std::make_unique<MouseLightFile>(file.path, [&](std::uint64_t) { progress(); });
+    case FileKind::h5:
+      progress();
+      return std::make_unique<H5Container>(hdf5, file.path, file.only ? &*file.only : nullptr);
+    case FileKind::shard:
+      progress();
+      return std::make_unique<SkeletonShard>(file.skeleton_files, file.shown, file.skeleton, file.ids.get());
+    case FileKind::objects:
+      return std::make_unique<SkeletonObjects>(file.skeleton_files, file.skeleton, *file.ids);
+  }
+  return nullptr;
 }
 
 }  // namespace filiform::internal

@@ -1,27 +1,74 @@
-// Lists the files of a folder that may hold cells. Thread rule: pure functions.
+// Lists the inputs that arguments name: files of folders, skeletons at addresses. Thread rule: pure functions.
 #pragma once
 
+#include "index/http/remote_options.h"
+#include "index/input/internal/container.h"
 #include "index/input/internal/graph_file.h"
+#include "index/input/internal/hdf5_process.h"
+#include "index/input/internal/skeleton_source.h"
+#include "index/input/versions.h"
 
+#include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace filiform::internal {
+
+enum class FileKind : std::uint8_t {
+  cell,  // SWC, or a graph if ListedFile::format is set
+  zip,
+  tar,
+  tar_gz,
+  mouselight,
+  h5,
+  shard,    // of skeletons
+  objects,  // unsharded skeletons at an address
+};
 
 struct ListedFile {
   std::string path;
   std::string shown;            // path below the argument
   std::string unreadable = {};  // why it cannot be read
+  FileKind kind = FileKind::cell;
+  bool packed = false;    // a cell in gzip
+  bool left_out = false;  // the other version of its neuron is read
   // For a graph:
   std::optional<GraphFormat> format = {};
   std::shared_ptr<const SkeletonInfo> skeleton = {};
+  std::optional<std::vector<std::string>> only = {};  // morphologies of an H5 file, ascending; others are left out
+  // For shards and objects:
+  std::shared_ptr<const SkeletonFiles> skeleton_files = {};
+  std::shared_ptr<const std::vector<std::uint64_t>> ids = {};  // ascending; null: all
 };
 
-// The files of a folder of Neuroglancer skeletons by id as text; of another folder, all *.swc and *.zip by path
-// (index/input/input.h). Throws InputError for a folder of skeletons without any, or with an `info` that cannot be
-// used; IoError if the process has no file descriptor or memory left.
-std::vector<ListedFile> listFiles(const std::string& folder);
+struct ListingOptions {
+  MorphologyVersion versions = MorphologyVersion::cng;
+  std::shared_ptr<const std::vector<std::uint64_t>> ids = {};  // of skeletons, ascending; null: all
+  RemoteOptions remote = {};
+};
+
+// The file by its name, as a file argument: any ending that is not known is SWC.
+ListedFile fileArgument(const std::string& path, const std::string& shown);
+
+// The files of a folder of precomputed skeletons by id as text, or its shards; of another folder, all files that hold
+// cells by path (index/input/input.h). Throws InputError for a folder of skeletons without any, or with an `info` that
+// cannot be used; IoError if the process has no file descriptor or memory left.
+std::vector<ListedFile> listFiles(const std::string& folder, const ListingOptions& options);
+
+// The address of skeletons: http or https, `precomputed://` before it or not. Empty for other text.
+std::string skeletonAddress(const std::string& argument);
+// The shards, or all objects as one file, of the skeletons at an address. Ids are those of the options, else those of
+// the segment properties; without both, all shards are asked for, and an unsharded source is refused. Throws InputError
+// and IoError.
+std::vector<ListedFile> listAddress(const std::string& address, const ListingOptions& options);
+
+// Lists the content of a file that holds many inputs; null for a cell. `hdf5` lists H5 files. `progress` is called
+// between blocks. Throws IoError, and what `progress` throws.
+std::unique_ptr<Container> openContainer(const ListedFile& file, Hdf5Process& hdf5,
+                                         const std::function<void()>& progress);
 
 }  // namespace filiform::internal

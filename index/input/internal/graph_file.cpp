@@ -3,6 +3,8 @@
 #include "index/input/edge_list.h"
 #include "index/input/internal/byte_stream.h"
 #include "index/input/internal/graph_builder.h"
+#include "index/input/internal/mouselight.h"
+#include "index/input/internal/neurolucida.h"
 #include "index/input/internal/obj_lines.h"
 #include "index/input/internal/text_sniff.h"
 #include "index/input/internal/vtk_polylines.h"
@@ -43,6 +45,12 @@ InputReport read(ByteStream& in, std::string_view file, GraphFormat format, cons
       case GraphFormat::kObjLines:
         readObjLines(in, graph);
         break;
+      case GraphFormat::kNeurolucida:
+        readNeurolucida(in, units.soma_links, graph);
+        break;
+      case GraphFormat::kMouseLight:
+        readMouseLight(in, graph);
+        break;
       default:
         readVtkPolylines(in, graph);
     }
@@ -58,6 +66,7 @@ std::optional<GraphFormat> graphFormatOf(std::string_view file_name) {
   if (endsWithNoCase(file_name, ".edges")) return GraphFormat::kEdgeList;
   if (endsWithNoCase(file_name, ".obj")) return GraphFormat::kObjLines;
   if (endsWithNoCase(file_name, ".vtk")) return GraphFormat::kVtkPolylines;
+  if (endsWithNoCase(file_name, ".asc")) return GraphFormat::kNeurolucida;
   return std::nullopt;
 }
 

@@ -19,9 +19,18 @@
 
 namespace filiform {
 
-enum class GraphFormat : std::uint8_t { kEdgeList, kObjLines, kVtkPolylines, kNeuroglancerSkeleton };
+enum class GraphFormat : std::uint8_t {
+  kEdgeList,
+  kObjLines,
+  kVtkPolylines,
+  kNeuroglancerSkeleton,
+  kNeurolucida,
+  kMouseLight
+};
+inline constexpr unsigned kGraphFormats = 6;
 
-// The format by the ending of a file name, in any letter case: .edges, .obj, .vtk. nullopt for any other ending.
+// The format by the ending of a file name, in any letter case: .edges, .obj, .vtk, .asc. nullopt for any other ending.
+// MouseLight files hold several neurons (mouselight_file.h); kMouseLight is one of them.
 std::optional<GraphFormat> graphFormatOf(std::string_view file_name);
 
 struct GraphOptions {
@@ -31,8 +40,9 @@ struct GraphOptions {
 
 // Reads a file into `cell`: all members except `source`. If the file is refused, `cell` has a digest but no samples.
 //
-// Sample ids: an edge list keeps its own; OBJ counts from 1; VTK and skeletons count from 0. Lines of records are text
-// lines; in binary data, the position of the node or link from 1. `progress` receives the size of each block read.
+// Sample ids: an edge list keeps its own; OBJ and ASC count from 1; VTK and skeletons count from 0; mouselight.h states
+// those of MouseLight. Lines of records are text lines; in binary data, the position of the node or link from 1.
+// `progress` receives the size of each block read.
 //
 // Throws IoError naming `path`, UsageError for a bad unit, InputError for more than 2^32-2 nodes and links,
 // ConservationError, and what `progress` throws. O(bytes) expected.

@@ -1,6 +1,7 @@
 #include "index/input/internal/item_reader.h"
 
 #include "index/errors.h"
+#include "index/input/internal/gunzip.h"
 #include "index/input/internal/h5_morphology.h"
 #include "index/text.h"
 
@@ -17,21 +18,22 @@ constexpr std::uint64_t kBytesOfGraphByte = 8;  // nodes and links, while the gr
 ItemReader::ItemReader(const SwcOptions& options, const Limits& limits)
     : options_(options), limits_(limits), reader_(options) {}
 
-Archive::Reader& ItemReader::openArchive(const Archive& archive) {
-  const auto found = std::find_if(open_.begin(), open_.end(), [&](const auto& open) { return open.first == &archive; });
+Container::Reader& ItemReader::readerOf(const Container& container) {
+  const auto found =
+      std::find_if(open_.begin(), open_.end(), [&](const auto& open) { return open.first == &container; });
   if (found != open_.end()) {
     open_.splice(open_.begin(), open_, found);
   } else {
     if (open_.size() >= limits_.open_archives) open_.pop_back();
-    open_.emplace_front(&archive, Archive::Reader(archive));
+    open_.emplace_front(&container, container.reader());
   }
-  return open_.front().second;
+  return *open_.front().second;
 }
 
 // Throws if the cell exceeds the memory for one cell. `fed`: bytes of the item read so far.
 void ItemReader::refuseLargeCell(const InputItem& item, std::uint64_t fed) const {
   if (static_cast<double>(reader_.held_bytes()) <= limits_.cell_share * static_cast<double>(limits_.memory)) return;
-  const double part_read = static_cast<double>(fed) / static_cast<double>(item.bytes);
+  const double part_read = item.estimated ? 1 : static_cast<double>(fed) / static_cast<double>(item.bytes);
   refuseBeyondMemory(item, reader_.held_bytes(1 / std::clamp(part_read, 1e-6, 1.0)));
 }
 
@@ -42,28 +44,55 @@ void ItemReader::refuseBeyondMemory(const InputItem& item, std::uint64_t cell_by
                    std::to_string((static_cast<std::uint64_t>(wanted) >> 20) + 1) + "MiB");
 }
 
-InputReport ItemReader::readEntry(const InputItem& item, Cell& cell,
-                                  const std::function<void(std::uint64_t bytes)>& progress) {
-  const ArchiveEntry& entry = *item.entry;
+InputReport ItemReader::readContent(
+    const InputItem& item, std::optional<GraphFormat> format, const SkeletonInfo* skeleton, Cell& cell,
+    const std::function<std::optional<InputCode>(const Container::Reader::Sink&)>& pass) {
   reader_.discard();
   std::uint64_t fed = 0;
-  const std::optional<InputCode> refusal = openArchive(*item.archive).read(entry, [&](std::string_view bytes) {
-    reader_.feed(bytes);
+  std::string content;  // of a graph
+  const std::optional<InputCode> refusal = pass([&](std::string_view bytes) {
     fed += bytes.size();
-    refuseLargeCell(item, fed);
-    progress(0);
+    if (ahead_ && item.estimated && fed > item.bytes) throw LargerThanEstimated();
+    if (format) {
+      content += bytes;
+      refuseBeyondMemory(item, content.size() * (kBytesOfGraphByte + 2));
+    } else {
+      reader_.feed(bytes);
+      refuseLargeCell(item, fed);
+    }
   });
-  InputReport report;
   if (refusal) {
     reader_.discard();
     cell.clearSamples();
     cell.digest = 0;
+    InputReport report;
     report.codes.add(*refusal);
     report.records.add({0, *refusal, Effect::kInputRefused, {}});
     report.severity = Severity::kRefuse;
-  } else {
-    report = reader_.finish(*item.source, cell);
+    return report;
   }
+  if (!format) return reader_.finish(*item.source, cell);
+  GraphOptions graph{options_, {}};
+  if (skeleton != nullptr) graph.skeleton = *skeleton;
+  return readGraph(content, *item.source, *format, graph, cell);
+}
+
+InputReport ItemReader::readPacked(const InputItem& item, Cell& cell,
+                                   const std::function<void(std::uint64_t bytes)>& progress) {
+  return readContent(item, item.format, item.skeleton, cell,
+                     [&](const Container::Reader::Sink& sink) { return gunzipFile(*item.path, sink, progress); });
+}
+
+InputReport ItemReader::readEntry(const InputItem& item, Cell& cell,
+                                  const std::function<void(std::uint64_t bytes)>& progress) {
+  const ArchiveEntry& entry = *item.entry;
+  InputReport report =
+      readContent(item, entry.format, item.container->skeletons(), cell, [&](const Container::Reader::Sink& sink) {
+        return readerOf(*item.container).read(entry, [&](std::string_view bytes) {
+          sink(bytes);
+          progress(0);
+        });
+      });
   for (const InputCode code : entry.remarks) {
     report.codes.add(code);
     report.records.addFirst({0, code, Effect::kRemark, {}});
@@ -90,10 +119,12 @@ InputReport ItemReader::readH5(const InputItem& item, Cell& cell,
 }
 
 InputReport ItemReader::read(const InputItem& item, Cell& cell,
-                             const std::function<void(std::uint64_t bytes)>& progress) {
+                             const std::function<void(std::uint64_t bytes)>& progress, bool ahead) {
   cell.attributes.clear();
-  if (item.entry != nullptr) return readEntry(item, cell, progress);
+  ahead_ = ahead;
+  if (item.packed) return readPacked(item, cell, progress);
   if (item.morphology != nullptr) return readH5(item, cell, progress);
+  if (item.entry != nullptr) return readEntry(item, cell, progress);
   if (item.format) {
     refuseBeyondMemory(item, item.bytes * kBytesOfGraphByte);
     GraphOptions graph{options_, {}};

@@ -3,6 +3,7 @@
 #include "index/errors.h"
 #include "index/input/internal/byte_stream.h"
 #include "index/input/internal/graph_builder.h"
+#include "index/input/object_ids.h"
 #include "index/text.h"
 
 #include <algorithm>
@@ -10,6 +11,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <string>
 #include <utility>
 
 #include <nlohmann/json.hpp>
@@ -121,6 +123,40 @@ bool readAll(ByteStream& in, const SkeletonInfo& info, internal::GraphBuilder& g
   return true;
 }
 
+template <class Fail>
+ShardScheme shardingOf(const Json& json, Fail fail) {
+  const auto text = [&](const char* key, const char* otherwise) {
+    if (!json.contains(key)) return std::string(otherwise);
+    if (!json[key].is_string()) fail(std::string("its sharding has no valid ") + key);
+    return json[key].get<std::string>();
+  };
+  if (!json.is_object() || text("@type", "") != "neuroglancer_uint64_sharded_v1")
+    fail("its sharding is not neuroglancer_uint64_sharded_v1");
+  const auto bits = [&](const char* key) {
+    const bool good = json.contains(key) && json[key].is_number_unsigned() && json[key].get<std::uint64_t>() <= 64;
+    if (!good) fail(std::string("its sharding has no valid ") + key);
+    return json[key].get<unsigned>();
+  };
+  const auto isGzip = [&](const char* key) {
+    const std::string encoding = text(key, "raw");
+    if (encoding != "raw" && encoding != "gzip")
+      fail(std::string("its sharding has the ") + key + " " + escaped(encoding, 40) + "; raw and gzip are known");
+    return encoding == "gzip";
+  };
+  ShardScheme sharding;
+  sharding.preshift_bits = bits("preshift_bits");
+  sharding.minishard_bits = bits("minishard_bits");
+  sharding.shard_bits = bits("shard_bits");
+  if (sharding.minishard_bits + sharding.shard_bits > 64) fail("its sharding has more than 64 bits");
+  const std::string hash = text("hash", "");
+  if (hash != "identity" && hash != "murmurhash3_x86_128")
+    fail("its sharding has the hash " + escaped(hash, 40) + "; identity and murmurhash3_x86_128 are known");
+  sharding.murmur = hash != "identity";
+  sharding.gzip_index = isGzip("minishard_index_encoding");
+  sharding.gzip_data = isGzip("data_encoding");
+  return sharding;
+}
+
 }  // namespace
 
 bool SkeletonInfo::isSkeletonInfo(std::string_view json) { return isOfSkeletons(parsed(json)); }
@@ -129,9 +165,13 @@ SkeletonInfo SkeletonInfo::parse(std::string_view text, const std::string& file)
   const auto fail = [&](const std::string& what) { throw InputError(escaped(file) + ": " + what); };
   const Json json = parsed(text);
   if (!isOfSkeletons(json)) fail("is not the info of neuroglancer skeletons");
-  if (json.contains("sharding") && !json["sharding"].is_null())
-    fail("sharded skeletons cannot be read: write them unsharded, one file an object");
   SkeletonInfo info;
+  if (json.contains("sharding") && !json["sharding"].is_null()) info.sharding = shardingOf(json["sharding"], fail);
+  if (json.contains("segment_properties") && json["segment_properties"].is_string()) {
+    info.segment_properties = json["segment_properties"].get<std::string>();
+    if (info.segment_properties.find("..") != std::string::npos || info.segment_properties.starts_with('/'))
+      fail("its segment_properties lead out of the folder");
+  }
   if (json.contains("transform")) {
     const Json& transform = json["transform"];
     bool good = transform.is_array() && transform.size() == info.transform_nm.size();
@@ -165,6 +205,21 @@ SkeletonInfo SkeletonInfo::parse(std::string_view text, const std::string& file)
     info.attributes.push_back(std::move(attribute));
   }
   return info;
+}
+
+std::vector<std::uint64_t> readSegmentProperties(std::string_view text, const std::string& file) {
+  const Json json = parsed(text);
+  std::vector<std::uint64_t> ids;
+  const bool listed = json.is_object() && json.contains("inline") && json["inline"].is_object() &&
+                      json["inline"].contains("ids") && json["inline"]["ids"].is_array();
+  if (!listed) throw InputError(escaped(file) + ": holds no list inline.ids of segment properties");
+  for (const Json& id : json["inline"]["ids"]) {
+    ids.emplace_back();
+    if (!id.is_string() || !readObjectId(id.get_ref<const std::string&>(), ids.back()))
+      throw InputError(escaped(file) + ": id " + std::to_string(ids.size()) +
+                       " is not a text of decimal digits from 0 to 2^64-1");
+  }
+  return ids;
 }
 
 void readSkeleton(ByteStream& in, const SkeletonInfo& info, internal::GraphBuilder& graph) {

