@@ -16,7 +16,6 @@ public class Filiform {
   public double[] Proxy = new double[3];  // um
   public uint Cell, Proxies, Models;
   float[] m;  // h_D, force_N, stiffness xx xy xz yy yz zz
-
   public async Task Connect(string url, string set, double[] at_um, string token = null) {
     socket.Options.AddSubProtocol("filiform.v1");
     if (token != null) socket.Options.SetRequestHeader("Authorization", "Bearer " + token);
