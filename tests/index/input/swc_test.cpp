@@ -325,7 +325,7 @@ TEST(SwcReader, WhatWasAppliedOfTheHeaderIsNotAppliedAgain) {
   EXPECT_EQ(read(text).cell.header, "# OFFSET 100.5 0 -7\n# unit: nm\n# plain");
   const std::string applied = read(text, {.unit_um = 1e-3, .apply_offset = true}).cell.header;
   EXPECT_EQ(applied, "# (applied) OFFSET 100.5 0 -7\n# (applied) unit: nm\n# plain");
-  EXPECT_EQ(row(applied + "\n1 1 0 0 0 1 -1\n"), "accept 1 1 - -");
+  EXPECT_EQ(row(applied + "\n1 1 0 0 0 1 -1\n"), "accept 1 0 - -");
 }
 
 TEST(SwcReader, ALongHeaderIsCutAndSaysSo) {
