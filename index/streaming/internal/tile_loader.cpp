@@ -311,6 +311,8 @@ void TileLoader::collectClaims() {
   claimHolds();
   for (Peer& p : peers_)
     if (p.has_focus) claimFor(p);
+  // No claim needs such a page any more, or it could be read meanwhile.
+  std::erase_if(failed_pages_, [&](const auto& failed) { return !pages_.noted().contains(failed.first); });
 
   pages_.setCost(-1);  // before any state changes: in virtual time this may throw
   std::erase_if(claims_, [&](const Claim& c) { return pages_.find(c.tile) == nullptr; });
@@ -333,7 +335,8 @@ void TileLoader::planIfDue(double due) {
     for (Peer& p : peers_) p.walk_stale = true;
   stale_ |= listed;
   urgent_ |= listed;
-  const bool rested = now_ - planned_at_ >= (urgent_ ? crowd : std::max(pace_.rest, crowd));
+  const double rest = urgent_ ? crowd : std::max(pace_.rest, crowd);
+  const bool rested = rest == 0 || now_ - planned_at_ >= rest;
   if ((stale_ && rested) || late) plan(due);
   tellTargets();
 }
