@@ -5,7 +5,7 @@
 // unless `recenter` is 0. The cell is named POPULATION/NODE, and keeps the node's attributes. Populations without
 // morphologies are counted. Populations of type `vasculature` become one graph each.
 //
-//   const Circuit circuit = Circuit::read("circuit_config.json", {});
+//   Circuit circuit = Circuit::read("circuit_config.json", {});
 //   Input library(circuit.files(), options);
 //   CircuitCells cells(library, circuit);
 //   ingest(cells, "column.fil");

@@ -1,7 +1,7 @@
 // CellFilter: selects cells by their attributes, as `--where` of the commands does.
 //
 //   const CellFilter filter({"mtype=L5_*", "layer>=4"});
-//   for (std::uint32_t cell : filter.select(attributes)) ...
+//   for (std::uint32_t cell : filter.select(*set, attributes)) std::cout << set->cell(cell).name << '\n';
 #pragma once
 
 #include "index/set/cell_attributes.h"

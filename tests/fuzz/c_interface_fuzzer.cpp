@@ -153,10 +153,14 @@ class Sequence {
                                    &query, found.data(), counts.data()));
         return;
       }
-      case 2:
-        return freeHits(told(filiform_within(set, at.data(), number(), &hits, &count)), hits, count);
-      case 3:
-        return freeHits(told(filiform_box(set, at.data(), to.data(), &hits, &count)), hits, count);
+      case 2: {
+        const int status = told(filiform_within(set, at.data(), number(), &hits, &count));
+        return freeHits(status, hits, count);
+      }
+      case 3: {
+        const int status = told(filiform_box(set, at.data(), to.data(), &hits, &count));
+        return freeHits(status, hits, count);
+      }
       default: {
         filiform_ray_query ray = sizedStruct<filiform_ray_query>();
         for (int axis = 0; axis < 3; ++axis) {

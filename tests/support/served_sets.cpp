@@ -14,7 +14,7 @@ namespace filiform::test {
 
 ServedSets::ServedSets(tools::AccessRules rules, std::uint64_t budget_bytes) : access(std::move(rules)) {
   CellList column(randomColumn(5, 10, 400, 300));
-  ingest(column, folder / "column.fil", {.capacity = 128});
+  ingest(column, folder / "column.fil", {.capacity = 128, .levels = true});
   writeBytes(folder / "fork.swc",
              "1 1 0 0 0 5 -1\n2 3 10 0 0 2 1\n3 3 13 4 0 1 2\n4 3 10 -10 0 1 2\n5 4 10 -20 0 0.5 4\n");
   writeBytes(folder / "square.edges",

@@ -8,23 +8,29 @@
 #include "device/usb/usb_recording.h"
 #include "device/usb/usb_transport.h"
 #include "index/build/ingest.h"
+#include "index/input/circuit.h"
+#include "index/input/hdf5_writer.h"
 #include "index/input/input.h"
 #include "index/input/placements.h"
 #include "index/input/swc.h"
 #include "index/output.h"
 #include "index/query/cell_paths.h"
 #include "index/query/nearest.h"
+#include "index/set/cell_attributes.h"
+#include "index/set/cell_filter.h"
 #include "index/set/faulty_source.h"
 #include "index/set/http_source.h"
 #include "index/set/levels.h"
 #include "index/set/tile_set.h"
 #include "index/set/tiles_ahead.h"
 #include "solver/force/force_gate.h"
+#include "solver/graph/nearby_graph.h"
 #include "solver/loop/haptic_loop.h"
 #include "solver/loop/loop_gate.h"
 #include "solver/loop/tick_clock.h"
 #include "solver/travel/run.h"
 #include "solver/travel/session.h"
+#include "solver/travel/stepped_travel.h"
 #include "solver/travel/tour.h"
 #include "solver/travel/worker.h"
 #include "solver/workspace/navigation.h"
@@ -309,6 +315,49 @@ void tickClock(double rate_Hz, const DeviceState& state) {
   const double dt_s = clock.step_s(state.time_s);      // once for each state
 }
 
+void circuit(const InputOptions& options) {
+  // index/input/circuit.h
+  Circuit circuit = Circuit::read("circuit_config.json", {});
+  Input library(circuit.files(), options);
+  CircuitCells cells(library, circuit);
+  ingest(cells, "column.fil");
+}
+
+void hdf5Writer(std::span<const double> x) {
+  // index/input/hdf5_writer.h
+  Hdf5Writer out("nodes.h5");
+  out.reals("nodes/column/0/x", "f64", 1, x);
+  out.finish();
+}
+
+void cellFilter(const std::unique_ptr<TileSet>& set, const CellAttributes& attributes) {
+  // index/set/cell_filter.h
+  const CellFilter filter({"mtype=L5_*", "layer>=4"});
+  for (std::uint32_t cell : filter.select(*set, attributes)) std::cout << set->cell(cell).name << '\n';
+}
+
+void cellAttributes(const std::unique_ptr<TileSet>& set, std::uint32_t cell) {
+  // index/set/cell_attributes.h
+  const CellAttributes attributes(*set);
+  if (const auto mtype = attributes.find("mtype")) std::cout << textOf(attributes.value(*mtype, cell)) << '\n';
+}
+
+void nearbyGraph(const GraphView& graph, const ProxyPlace& place, void draw(const Vector3d&, const Vector3d&)) {
+  // solver/graph/nearby_graph.h
+  NearbyGraph around(512);
+  around.collect(graph, place, 40);   // um
+  for (const auto& [a, b] : around.links()) draw(around.nodes()[a], around.nodes()[b]);
+}
+
+void steppedTravel(const std::unique_ptr<TileSet>& set, const Vector3d& p_W, const Vector3d& hand_D,
+                   Vector3d& force_N) {
+  // solver/travel/stepped_travel.h
+  const NearestResult start = Nearest(*set).find(p_W).at(0);
+  SteppedTravel travel(*set);
+  travel.jump(start.tile, start.segment, start.t);
+  for (;;) force_N = travel.tick(hand_D, 0.001).wrench.force_N;
+}
+
 #pragma GCC diagnostic pop
 }  // namespace examples
 // clang-format on
@@ -368,7 +417,7 @@ TEST(HeaderExamples, AllAreCompiledHereAsTheyStandThere) {
             << text;
       }
     }
-  EXPECT_EQ(count, 29u) << "examples; a new one goes into this file";
+  EXPECT_EQ(count, 35u) << "examples; a new one goes into this file";
 }
 
 TEST(HeaderExamples, AnExampleIsTold) {

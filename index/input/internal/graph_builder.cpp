@@ -22,10 +22,13 @@ float GraphBuilder::radiusFrom(double radius, std::uint64_t line, std::string_vi
   return radius_um;
 }
 
-void GraphBuilder::node(std::int64_t id, const Vector3d& position, double radius, std::uint16_t type,
+bool GraphBuilder::node(std::int64_t id, const Vector3d& position, double radius, std::uint16_t type,
                         std::uint64_t line, std::string_view token) {
   ++candidates_;
-  const auto drop = [&](InputCode code) { book_.dropLine(code, line, token); };
+  const auto drop = [&](InputCode code) {
+    book_.dropLine(code, line, token);
+    return false;
+  };
   if (!position.allFinite()) return drop(InputCode::W_NONFINITE);
   const Vector3d position_um = options_.toMicrometres(position);
   if ((position.array().abs() > Grid::kMaxInput_um).any() ||
@@ -41,6 +44,7 @@ void GraphBuilder::node(std::int64_t id, const Vector3d& position, double radius
     cell_.odd_radii.push_back({static_cast<std::uint32_t>(cell_.radii_um.size()), radius_um});
   cell_.radii_um.push_back(radiusFrom(radius, line, token));
   cell_.types.push_back(type);
+  return true;
 }
 
 void GraphBuilder::dropNode(InputCode code, std::uint64_t line, std::string_view token) {

@@ -21,8 +21,8 @@ class GraphBuilder {
 
   // Adds a node in the unit of the file; an unknown radius is NaN. An odd radius (index/cell/radius.h) is kept. A node
   // is dropped, with a record, if it is not finite, out of range, or has an id already used. `token` goes into that
-  // record. O(1) expected.
-  void node(std::int64_t id, const Vector3d& position, double radius, std::uint16_t type, std::uint64_t line,
+  // record. Returns whether the node was kept. O(1) expected.
+  bool node(std::int64_t id, const Vector3d& position, double radius, std::uint16_t type, std::uint64_t line,
             std::string_view token);
   // Drops a node that cannot be read.
   void dropNode(InputCode code, std::uint64_t line, std::string_view token);

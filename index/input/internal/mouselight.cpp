@@ -95,7 +95,7 @@ class NeuronEvents {
   }
   template <class Error>
   bool parse_error(std::size_t byte, const std::string&, const Error&) {
-    graph_.refuse(InputCode::E_FORMAT, in_.line(), "not valid JSON at byte " + std::to_string(byte) + " of the neuron");
+    graph_.refuse(InputCode::E_FORMAT, in_.line(), "invalid JSON, byte " + std::to_string(byte) + " of neuron");
     return false;
   }
 
@@ -172,7 +172,7 @@ class NeuronEvents {
       soma_place_ = place;
       soma_id_ = id;
     }
-    graph_.node(id, *place, radius(line), type(line), line, "sample " + std::to_string(*number.integer));
+    if (!graph_.node(id, *place, radius(line), type(line), line, "sample " + std::to_string(*number.integer))) return;
     if (!parent.integer || *parent.integer > kMaxSampleNumber) {
       graph_.cutLink(InputCode::W_BAD_PARENT, line, "parentNumber");
     } else if (!root) {

@@ -118,10 +118,10 @@ class AscReader {
       } else if (token.kind == AscKind::kClose) {
         return fail(token.line, "this ')' closes nothing");
       } else if (!any_list) {
-        return fail(token.line, "not a Neurolucida file: a list '(' must come first");
+        return fail(token.line, "not Neurolucida: '(' must come first");
       }
     }
-    if (!any_list) return fail(0, "not a Neurolucida file: holds no list");
+    if (!any_list) return fail(0, "not Neurolucida: holds no list");
     emit();
   }
 
@@ -187,7 +187,7 @@ class AscReader {
           list.named = list.named || (list.branches.size() == 1 && points_.size() == list.first_point);
           break;
         case AscKind::kEnd:
-          return fail(line, "this '(' is never closed; is the file cut short?"), false;
+          return fail(line, "this '(' is never closed"), false;
         default:  // a marker begins with a word; Normal, Incomplete, High ... follow points
           list.named = list.named || (list.branches.size() == 1 && points_.size() == list.first_point);
           break;
@@ -203,7 +203,7 @@ class AscReader {
     if (token.kind == AscKind::kClose) return true;
     if (token.kind == AscKind::kWord && looksLikeNumber(token.word)) return readPoint(token, list);
     if (token.kind == AscKind::kWord || token.kind == AscKind::kText) return readProperty(token, list);
-    if (token.kind == AscKind::kEnd) return fail(list.line, "this '(' is never closed; is the file cut short?"), false;
+    if (token.kind == AscKind::kEnd) return fail(list.line, "this '(' is never closed"), false;
     const std::int64_t fork = list.branches.back().last;
     list.branches.push_back({fork, fork, true});
     lexer_.putBack();
@@ -265,8 +265,7 @@ class AscReader {
       list.closed = list.closed || word == "Closed";
     }
     bool any_point = false;
-    if (!skipTo(AscKind::kClose, &any_point))
-      return fail(line, "this list is never closed; is the file cut short?"), false;
+    if (!skipTo(AscKind::kClose, &any_point)) return fail(line, "this list is never closed"), false;
     if (any_point) graph_.remark(InputCode::W_ELEMENT, line, word.empty() ? "list" : word);
     return true;
   }

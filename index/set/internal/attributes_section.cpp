@@ -109,6 +109,7 @@ void AttributeTable::add(std::uint32_t cell, const std::vector<CellAttribute>& a
     if (isMissing(attribute.value) || (real != nullptr && std::isnan(*real))) continue;
     const auto [at, added] = columns_.try_emplace(attribute.name);
     Column& column = at->second;
+    if (column.values.size() > cell) continue;  // of one name, the first
     AttributeType type = typeOf(attribute.value);
     const auto* const integer = std::get_if<std::int64_t>(&attribute.value);
     if (added) {
@@ -121,10 +122,8 @@ void AttributeTable::add(std::uint32_t cell, const std::vector<CellAttribute>& a
     const std::uint64_t bits = bitsOf(column, attribute.value);
     column.values.resize(cell, 0);
     column.present.resize(cell, false);
-    if (column.values.size() == cell) {
-      column.values.push_back(bits);
-      column.present.push_back(true);
-    }
+    column.values.push_back(bits);
+    column.present.push_back(true);
   }
 }
 

@@ -308,7 +308,7 @@ TEST(NeuroglancerSkeleton, TypesMayBeFloats) {
            skeleton({{0, 0, 0}, {1000, 0, 0}, {0, 0, 100}}, {{0, 1}, {1, 2}}) + littleEndian(bitsOf(3), 4) +
                littleEndian(bitsOf(2.5), 4) + littleEndian(bitsOf(65535), 4),
            options);
-  EXPECT_EQ(rowOf(reading), "warn 3 3 0 0 W_BAD_TYPE:1") << "2.5 is no type";
+  EXPECT_EQ(rowOf(reading), "warn 3 2 0 0 W_BAD_TYPE:1") << "2.5 is no type";
   EXPECT_EQ(reading.cell.types, (std::vector<std::uint16_t>{3, 0, 65535}));
 }
 

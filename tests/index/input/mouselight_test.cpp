@@ -84,12 +84,12 @@ TEST(MouseLight, BadFieldsAreDroppedOrDegradedWithARecord) {
       row(R"({"sampleNumber": 4, "x": 1, "y": 0, "z": 0, "radius": -1, "structureIdentifier": -2, "parentNumber": 9})"),
       "warn 4 2 0 1 W_BAD_RADIUS:1 W_BAD_TYPE:1 W_MISSING_PARENT:1");
   EXPECT_EQ(row(R"({"sampleNumber": 4, "x": 1, "y": 0, "z": 2e9, "parentNumber": 3})"), "warn 3 2 1 0 W_RANGE:1");
-  EXPECT_EQ(row(sampleText(3, 2, 3, 0, 0, 2)), "warn 3 3 1 0 W_DUP_ID:1");
+  EXPECT_EQ(row(sampleText(3, 2, 3, 0, 0, 2)), "warn 3 2 1 0 W_DUP_ID:1");
 }
 
 TEST(MouseLight, BrokenTextIsRefusedWithItsLine) {
   const NeuronReading reading = readNeuron("{\"axon\": [\n{\"sampleNumber\": 1,,}]}");
-  EXPECT_EQ(refusalReason(reading.report), "line 2: not valid JSON at byte 31 of the neuron");
+  EXPECT_EQ(refusalReason(reading.report), "line 2: invalid JSON, byte 31 of neuron");
   EXPECT_EQ(neuronRow(std::string(1000000, '[')), "refuse 0 0 0 0 E_FORMAT:1");
   EXPECT_EQ(neuronRow("[]"), "refuse 0 0 0 0 E_FORMAT:1");
 }

@@ -110,12 +110,12 @@ std::string reasonOf(const std::string& text) {
 }
 
 TEST(Neurolucida, MistakesNameTheirLine) {
-  EXPECT_EQ(reasonOf("((Axon)\n (0 0 0 1)\n"), "line 1: this '(' is never closed; is the file cut short?");
+  EXPECT_EQ(reasonOf("((Axon)\n (0 0 0 1)\n"), "line 1: this '(' is never closed");
   EXPECT_EQ(reasonOf("((Axon)\n (0 0 0 1)))\n"), "line 2: this ')' closes nothing");
   EXPECT_EQ(reasonOf("((Axon)\n (0 0 0 1\n (1 0 0 1))\n"), "line 2: this point has no ')'");
   EXPECT_EQ(reasonOf("((Axon) (0 0 0 1) | (1 0 0 1))"), "line 1: '|' outside of branches");
-  EXPECT_EQ(reasonOf("ncols 100\nnrows 100\n"), "line 1: not a Neurolucida file: a list '(' must come first");
-  EXPECT_EQ(reasonOf("1 1 0 0 0 5 -1\n"), "line 1: not a Neurolucida file: a list '(' must come first");
+  EXPECT_EQ(reasonOf("ncols 100\nnrows 100\n"), "line 1: not Neurolucida: '(' must come first");
+  EXPECT_EQ(reasonOf("1 1 0 0 0 5 -1\n"), "line 1: not Neurolucida: '(' must come first");
   EXPECT_EQ(readAsc("").report.severity, Severity::kRefuse);
 }
 

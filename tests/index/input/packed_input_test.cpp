@@ -5,6 +5,7 @@
 #include "tests/support/gzip_bytes.h"
 #include "tests/support/temp_folder.h"
 
+#include <cstdint>
 #include <cstdlib>
 #include <filesystem>
 #include <sstream>
@@ -34,7 +35,7 @@ std::string unpacked(const std::string& bytes, std::size_t step, std::optional<I
 
 TEST(Gunzip, GivesTheContentForAnyDivisionIntoBlocks) {
   std::string content;
-  for (int i = 0; i < 50000; ++i) content += std::to_string(i * i) + " ";
+  for (std::uint64_t i = 0; i < 50000; ++i) content += std::to_string(i * i) + " ";
   const std::string bytes =
       gzipped(content.substr(0, 1000)) + gzipped("") + gzipped(content.substr(1000)) + std::string(100, '\0');
   std::optional<InputCode> wrong;
@@ -82,9 +83,9 @@ std::string checkRowsOf(const std::string& path, std::vector<std::string>* sourc
 TEST(PackedCells, ReadAsTheFilesInside) {
   const test::TempFolder folder;
   test::writeBytes(folder.file("cell.swc.gz"), gzipped(kFork));
-  test::writeBytes(folder.file("cell.ASC.GZ"), gzipped("((Axon) (0 0 0 1) (1 0 0 1))"));
+  test::writeBytes(folder.file("arbor.ASC.GZ"), gzipped("((Axon) (0 0 0 1) (1 0 0 1))"));
   EXPECT_EQ(checkRowsOf(folder.file("cell.swc.gz")), "cell.swc.gz\taccept\t3\t2\t-\t-\n");
-  EXPECT_EQ(checkRowsOf(folder.path()), "cell.ASC.GZ\taccept\t2\t1\t-\t-\ncell.swc.gz\taccept\t3\t2\t-\t-\n");
+  EXPECT_EQ(checkRowsOf(folder.path()), "arbor.ASC.GZ\taccept\t2\t1\t-\t-\ncell.swc.gz\taccept\t3\t2\t-\t-\n");
   EXPECT_EQ(cellNames({"x/cell.swc.gz", "x/n.CNG.swc.gz"}), (std::vector<std::string>{"cell", "n"}));
 }
 

@@ -194,8 +194,7 @@ TEST(CellAttributes, EveryDamagedByteIsFound) {
     EXPECT_THROW(CellAttributes(*set).check(), std::runtime_error) << at;
   }
   test::writeBytes(file, good.substr(0, good.size() / 2));
-  const auto set = TileSet::open(folder / "a.fil");
-  EXPECT_THROW(CellAttributes(*set).check(), std::runtime_error);
+  EXPECT_THROW(CellAttributes(*TileSet::open(folder / "a.fil")).check(), std::runtime_error);
 }
 
 TEST(CellAttributes, TextOfTablesHasTheNarrowestType) {

@@ -127,25 +127,6 @@ TEST_F(ResidencyRemoteTest, ManyReadsAreUnderWayAtOnce) {
   EXPECT_GT(residency.counters().read_mean_s, 0);
 }
 
-TEST_F(ResidencyRemoteTest, TilesComeWhilePagesOfTheDirectoryAreAskedFor) {
-  const auto fresh = openFar();
-  fresh->entry(3);  // the proxy's page
-  Residency residency(*fresh, {});
-  TileReader& reader = residency.addReader("hand");
-  gate_.hold("directory.bin");
-  residency.start();
-  reader.publishFocus(focus());
-  EXPECT_TRUE(eventually(reader, [&] { return reader.tiles().find(3) != nullptr; }));
-  const auto waiting = [this] {
-    const std::lock_guard lock(gate_.mutex);
-    return gate_.waiting;
-  };
-  EXPECT_TRUE(eventually(reader, [&] { return waiting() >= 2; })) << "several pages at once";
-  gate_.hold("");
-  EXPECT_TRUE(eventually(reader, [&] { return residency.counters().reads > 10; }));
-  residency.stop();
-}
-
 TEST_F(ResidencyRemoteTest, MoreReadsAreUnderWayWhereReadsAreSlow) {
   gate_.slow = std::chrono::milliseconds(20);
   Residency residency(*set_, {.prefetch = PrefetchPolicy::distance});

@@ -111,17 +111,19 @@ TEST_F(Stepped, ATileThatCannotBeReadGivesNoForceAndIsTriedAgain) {
   SteppedTravel travel(store);
   const NearestResult at = Nearest(*store_).find({10, 20, 30}).at(0);
   travel.jump(at.tile, at.segment, at.t);
-  for (TileId tile = 0; tile < store.tile_count(); ++tile) store.failLoads(tile, 1);
+  for (TileId tile = 0; tile < store.tile_count(); ++tile) store.failLoads(tile);
   int failures = 0;
-  for (int i = 0; i < 4000; ++i) {
+  for (int i = 0; i < 6000; ++i) {
+    const double x_m = std::min(1e-5 * i, 0.05);
     try {
-      ASSERT_TRUE(travel.tick(Vector3d(1e-5 * i, 0, 0), kStep_s).wrench.force_N.allFinite());
+      ASSERT_TRUE(travel.tick(Vector3d(x_m, 0.5 * x_m, 0), kStep_s).wrench.force_N.allFinite());
     } catch (const CorruptTile&) {
       ++failures;
     }
   }
-  EXPECT_GT(failures, 0);
-  EXPECT_GT(travel.tick(Vector3d(0.04, 0, 0), kStep_s).p_D.norm(), 0) << "it goes on";
+  EXPECT_GT(failures, 1) << "each tick tries again";
+  for (TileId tile = 0; tile < store.tile_count(); ++tile) store.failLoads(tile, 0);
+  for (int i = 0; i < 100; ++i) EXPECT_NO_THROW(travel.tick(Vector3d(0.05, 0.025, 0), kStep_s)) << "it goes on";
 }
 
 TEST_F(Stepped, RealTimeTicksNeitherAllocateNorWait) {

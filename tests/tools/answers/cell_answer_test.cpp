@@ -2,6 +2,7 @@
 #include "index/set/cell_graph.h"
 #include "tests/support/served_sets.h"
 
+#include <bit>
 #include <cstring>
 #include <sstream>
 #include <string>
@@ -70,7 +71,7 @@ TEST(CellAnswer, AnArrayHoldsEachSample) {
     };
     ASSERT_EQ(next(std::int64_t{}), graph.sample_ids[rank]);
     for (int axis = 0; axis < 3; ++axis) ASSERT_EQ(next(0.0), graph.position_W(rank)[axis]);
-    ASSERT_EQ(next(0.0F), graph.radii_um[rank]);
+    ASSERT_EQ(next(std::uint32_t{}), std::bit_cast<std::uint32_t>(graph.radii_um[rank])) << "unknown radii are NaN";
     ASSERT_EQ(next(std::uint16_t{}), graph.types[rank]);
     ASSERT_EQ(next(std::int32_t{}), graph.parents[rank] == kNoParent ? -1 : static_cast<int>(graph.parents[rank]));
   }

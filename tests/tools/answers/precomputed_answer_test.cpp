@@ -5,6 +5,7 @@
 #include "tests/support/served_sets.h"
 
 #include <bit>
+#include <cmath>
 #include <cstring>
 #include <string>
 
@@ -46,7 +47,12 @@ TEST(PrecomputedAnswer, SkeletonsAreTheCells) {
         const double nm = stored * transform[axis * 5].get<double>() + transform[axis * 4 + 3].get<double>();
         ASSERT_EQ(nm, graph.position_W(i)[static_cast<Eigen::Index>(axis)] * 1e3);
       }
-      ASSERT_NEAR(valueAt<float>(bytes, 8 + vertices * 12u + edges * 8u + i * 4u), graph.radii_um[i] * 1e3F, 1e-3F);
+      const auto radius_nm = valueAt<float>(bytes, 8 + vertices * 12u + edges * 8u + i * 4u);
+      if (std::isnan(graph.radii_um[i])) {
+        ASSERT_TRUE(std::isnan(radius_nm)) << radius_nm << ", of an unknown radius";
+      } else {
+        ASSERT_NEAR(radius_nm, graph.radii_um[i] * 1e3F, 1e-3F);
+      }
       ASSERT_EQ(valueAt<float>(bytes, 8 + vertices * 16u + edges * 8u + i * 4u), graph.types[i]);
     }
   }

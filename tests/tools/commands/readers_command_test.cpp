@@ -76,8 +76,8 @@ TEST(ReadersCommand, MistakesAreToldInOneLine) {
     EXPECT_TRUE(made.oneLineOnStderr()) << made.err;
     EXPECT_FALSE(std::filesystem::exists(folder.file("no.fil")));
   };
-  refused("open.asc", "((Axon)\n(0 0 0 1)\n", "line 1: this '(' is never closed; is the file cut short? (E_FORMAT)");
-  refused("grid.asc", "ncols 3\n", "line 1: not a Neurolucida file: a list '(' must come first (E_FORMAT)");
+  refused("open.asc", "((Axon)\n(0 0 0 1)\n", "line 1: this '(' is never closed (E_FORMAT)");
+  refused("grid.asc", "ncols 3\n", "line 1: not Neurolucida: '(' must come first (E_FORMAT)");
   refused("package.json", "{\"name\": 1}",
           "line 1: not MouseLight JSON: it has no list `neurons`, `axon` or `dendrite` (E_FORMAT)");
   const std::string packed = test::gzipped(kCell);

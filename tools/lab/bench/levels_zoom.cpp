@@ -14,13 +14,13 @@ namespace filiform::tools {
 
 namespace {
 
-constexpr int kSteps = 10;
+constexpr int kZoomSteps = 10;
 constexpr double kLast_um = 15;
 constexpr int kBlock = 8;     // pixels
 constexpr int kDense = 60;    // covered pixels of a block, of 64
 constexpr double kFar = 0.1;  // a block differs
 
-struct Drawn {
+struct ZoomPicture {
   Picture picture;
   std::uint64_t segments = 0;
   double error_px = 0;
@@ -78,7 +78,7 @@ void measureZoom(const TileSet& set, const Levels& levels, std::uint64_t segment
     frame.budget.segments = most;
     frame.budget.enough_px = enough;
     const SceneFigures figures = scene.drawWhole(frame);
-    return Drawn{renderer.read(), figures.segments, figures.error_px};
+    return ZoomPicture{renderer.read(), figures.segments, figures.error_px};
   };
 
   BenchTable table{"zoom",
@@ -91,11 +91,11 @@ void measureZoom(const TileSet& set, const Levels& levels, std::uint64_t segment
                    {}};
   double most_coverage = 0, most_brightness = 0;
   std::array<double, 2> before{};
-  for (int i = 0; i < kSteps; ++i) {
-    const double distance_um = whole.focus_um * std::pow(kLast_um / whole.focus_um, i / (kSteps - 1.0));
+  for (int i = 0; i < kZoomSteps; ++i) {
+    const double distance_um = whole.focus_um * std::pow(kLast_um / whole.focus_um, i / (kZoomSteps - 1.0));
     progress("zoom, " + shown(distance_um) + " um");
-    const Drawn chosen = draw(distance_um, segments, enough_px),
-                every = draw(distance_um, std::numeric_limits<std::uint64_t>::max() / 2, 0);
+    const ZoomPicture chosen = draw(distance_um, segments, enough_px),
+                      every = draw(distance_um, std::numeric_limits<std::uint64_t>::max() / 2, 0);
     const Density some(chosen.picture, background), all(every.picture, background);
     const std::array<double, 2> differs{100 * change(some.coverage, all.coverage),
                                         100 * change(some.brightness, all.brightness)};

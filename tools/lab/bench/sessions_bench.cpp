@@ -102,7 +102,7 @@ class SessionServer {
   std::atomic<bool> stop_{false};
   SetShelf shelf_;
   SessionHouse house_;
-  const Access access_{AccessRules{}};
+  Access access_{AccessRules{}};
   Metrics metrics_;
   const Service service_{shelf_, access_, metrics_, ""};
   const Routes routes_{service_, [](const std::string&) {}};

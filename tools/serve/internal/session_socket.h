@@ -49,10 +49,11 @@ class SessionSocket : public std::enable_shared_from_this<SessionSocket> {
   void begin(const Request& request) {
     namespace websocket = boost::beast::websocket;
     boost::beast::get_lowest_layer(socket_).expires_never();
-    // A ping every 10 s. A connection without a pong for 20 s is dead.
+    // A ping every 10 s. A connection without a pong for 20 s is dead. watch() limits the closing handshake: where the
+    // library's own limit passes while a read waits, an assertion of Boost 1.74 fails.
     const auto ping =
         std::chrono::duration_cast<std::chrono::milliseconds>(std::chrono::duration<double>(session_limits::kPing_s));
-    socket_.set_option(websocket::stream_base::timeout{std::chrono::seconds(10), 2 * ping, true});
+    socket_.set_option(websocket::stream_base::timeout{websocket::stream_base::none(), 2 * ping, true});
     socket_.read_message_max(session_limits::kFrameBytes);
     const bool named = offersProtocol(request);
     socket_.set_option(websocket::stream_base::decorator([named](websocket::response_type& response) {
@@ -91,7 +92,10 @@ class SessionSocket : public std::enable_shared_from_this<SessionSocket> {
 
   // Every 50 ms or so: notes for the client, and its silence.
   void watch() {
-    if (closing_) return;
+    if (closing_) {
+      if (Clock::now() - closing_since_ > kClosing) end();
+      return;
+    }
     if (Clock::now() - heard_ > std::chrono::duration<double>(session_limits::kIdle_s))
       return close({CloseCode::policy, "no frame for 60 s"});
     for (std::string& note : client_->takeNotes())
@@ -99,9 +103,10 @@ class SessionSocket : public std::enable_shared_from_this<SessionSocket> {
     pump();
   }
 
-  // Closes the WebSocket with a code; the client may answer for a second.
+  // Closes the WebSocket with a code; the client may answer for kClosing.
   void close(const SessionRefusal& why) {
     if (std::exchange(closing_, true)) return;
+    closing_since_ = Clock::now();
     code_ = static_cast<unsigned>(why.code);
     boost::beast::websocket::close_reason reason(static_cast<boost::beast::websocket::close_code>(why.code),
                                                  why.reason.substr(0, 120));
@@ -136,6 +141,7 @@ class SessionSocket : public std::enable_shared_from_this<SessionSocket> {
 
  private:
   using Clock = std::chrono::steady_clock;
+  static constexpr std::chrono::seconds kClosing{10};            // for the client's answer to a close frame
   static constexpr std::size_t kMostAsked = 16, kMostTexts = 8;  // of requests, of answers that wait
 
   void read() {
@@ -204,7 +210,7 @@ class SessionSocket : public std::enable_shared_from_this<SessionSocket> {
   bool writing_ = false, closing_ = false, answering_ = false, ended_ = false;
   unsigned code_ = 0;
   std::uint64_t sent_bytes_ = 0, received_bytes_ = 0;
-  Clock::time_point began_ = Clock::now(), heard_ = Clock::now();
+  Clock::time_point began_ = Clock::now(), heard_ = Clock::now(), closing_since_;
 };
 
 // Called by the ticking thread: the sockets send what they have. Posts at most one call at a time.
