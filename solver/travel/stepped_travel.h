@@ -27,11 +27,11 @@ namespace filiform {
 struct SteppedTravelOptions {
   bool realtime = false;
   SolverMethod method = SolverMethod::climb;
-  double zoom_um = 300;                       // world across 0.12 m of device
-  double rate_Hz = 1000;                      // of ticks, for the choice of the passivity controller
-  double stiffness_N_m = 200;                 // of the spring
-  double max_force_N = 8;                     // of the force on the hand
-  std::optional<std::uint64_t> budget_bytes;  // of decoded tiles; none: unlimited
+  double zoom_um = 300;                            // world across 0.12 m of device
+  double rate_Hz = 1000;                           // of ticks, for the choice of the passivity controller
+  double stiffness_N_m = 200;                      // of the spring
+  double max_force_N = 8;                          // of the force on the hand
+  std::optional<std::uint64_t> budget_bytes = {};  // of decoded tiles; none: unlimited
 };
 
 class SteppedTravel {

@@ -17,8 +17,8 @@ namespace {
 
 std::map<std::string, nlohmann::json> propertiesById(const std::string& text) {
   std::map<std::string, nlohmann::json> properties;
-  const nlohmann::json json = nlohmann::json::parse(text);
-  for (const auto& property : json.at("inline").at("properties")) properties[property.at("id")] = property;
+  const nlohmann::json parsed = nlohmann::json::parse(text);
+  for (const auto& property : parsed.at("inline").at("properties")) properties[property.at("id")] = property;
   return properties;
 }
 

@@ -78,8 +78,9 @@ TEST_F(NearbyGraphs, BeginsWithThePlacesSegmentAndStaysInTheRadius) {
   EXPECT_EQ(graph.nodes()[0], segment.tile->position_W(segment.tile->child(segment.segment)));
   EXPECT_EQ(graph.nodes()[1], segment.tile->position_W(segment.tile->parent(segment.segment)));
   for (const auto& [a, b] : graph.links())
-    if (a > 1 && b > 1)
+    if (a > 1 && b > 1) {
       EXPECT_LE(std::min((graph.nodes()[a] - place.p_W).norm(), (graph.nodes()[b] - place.p_W).norm()), 30);
+    }
 }
 
 TEST_F(NearbyGraphs, StopsWhenTheListIsFullAndAtAbsentTiles) {

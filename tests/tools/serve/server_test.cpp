@@ -307,7 +307,9 @@ TEST_F(Server, AThousandReconnectsLeaveNothing) {
   auto after = openFiles();
   for (int i = 0; i < 200 && (after = openFiles()) > before + 2; ++i) std::this_thread::sleep_for(50ms);
   EXPECT_LE(after, before + 2) << "connections that were left open";
-  if (!test::kSanitized) EXPECT_LT(server_->residentBytes(), bytes + (16 << 20));
+  if (!test::kSanitized) {
+    EXPECT_LT(server_->residentBytes(), bytes + (16 << 20));
+  }
 }
 
 TEST_F(Server, ANewRevisionIsServedToNewRequests) {

@@ -202,7 +202,9 @@ TEST_F(SessionSockets, AThousandReconnects) {
     if (i % 3 == 0) client.sendClose();  // the others just go
     if (i == count / 10) before = server.residentBytes();
   }
-  if (!test::kSanitized) EXPECT_LT(server.residentBytes(), before + (16u << 20));
+  if (!test::kSanitized) {
+    EXPECT_LT(server.residentBytes(), before + (16u << 20));
+  }
   WebSocketClient client(port());
   open(client);
 }

@@ -103,7 +103,9 @@ TEST(ProtocolDocument, TheWorkedExchangeHappens) {
     }
     ASSERT_EQ(hex.size(), line.text.size());
     for (std::size_t i = 0; i < hex.size(); ++i)
-      if (line.text[i] != '?') EXPECT_EQ(hex[i], line.text[i]) << "byte " << i / 2 << " of " << hex;
+      if (line.text[i] != '?') {
+        EXPECT_EQ(hex[i], line.text[i]) << "byte " << i / 2 << " of " << hex;
+      }
   }
 }
 

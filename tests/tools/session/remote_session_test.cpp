@@ -109,7 +109,9 @@ TEST_F(RemoteSessions, TheForceIsBoundedWhateverTheClientSends) {
     last_N = now.force_N;
     last_h_D = now.h_D;
     strongest_N = std::max(strongest_N, last_N.norm());
-    if (silent && i % 1000 > 810) ASSERT_EQ(last_N.norm(), 0) << "tick " << i;
+    if (silent && i % 1000 > 810) {
+      ASSERT_EQ(last_N.norm(), 0) << "tick " << i;
+    }
   }
   EXPECT_GT(strongest_N, 0.5);
   EXPECT_GT(session->refusedHands(), 10u);
