@@ -20,7 +20,6 @@ namespace filiform {
 namespace {
 
 namespace fs = std::filesystem;
-using nlohmann::json;
 using test::expectFigures;
 using test::Figures;
 using test::figuresOf;
@@ -63,7 +62,7 @@ std::string* CircuitCommand::set_ = nullptr;
 std::string* CircuitCommand::report_ = nullptr;
 
 TEST_F(CircuitCommand, TheMadeUpCircuitHasTheFiguresOfAnIndependentReading) {
-  const json figures = figuresOf(config());
+  const nlohmann::json figures = figuresOf(config());
   if (figures.is_null()) GTEST_SKIP() << "needs python3-h5py and python3-numpy";
   const std::string set = *folder_ / "fine.fil";
   const Outcome made = ingestFine({config()}, set);
@@ -97,8 +96,8 @@ TEST_F(CircuitCommand, CellsShowAndSelectByAttributes) {
   const Outcome all = runFiliform({"cells", *set_, "--json"});
   ASSERT_EQ(all.exit_code, 0) << all.err;
   std::size_t of_layer_5 = 0, named = 0;
-  for (const json& cell : json::parse(all.out)) {
-    const json& attributes = cell.at("attributes");
+  for (const nlohmann::json& cell : nlohmann::json::parse(all.out)) {
+    const nlohmann::json& attributes = cell.at("attributes");
     EXPECT_EQ(attributes.at("population"), "column");
     EXPECT_EQ(cell.at("name"), "column/" + std::to_string(attributes.at("node_id").get<int>()));
     for (const char* const key : {"layer", "mtype", "morphology", "synapse_class", "x", "y", "z"})
@@ -110,7 +109,7 @@ TEST_F(CircuitCommand, CellsShowAndSelectByAttributes) {
   EXPECT_EQ(named, 24u);
   const Outcome some = runFiliform({"cells", *set_, "--json", "--where", "layer=5"});
   ASSERT_EQ(some.exit_code, 0) << some.err;
-  EXPECT_EQ(json::parse(some.out).size(), of_layer_5);
+  EXPECT_EQ(nlohmann::json::parse(some.out).size(), of_layer_5);
   EXPECT_GT(of_layer_5, 0u);
   const Outcome table = runFiliform({"cells", *set_, "--tsv", "--where", "mtype=L5_*"});
   EXPECT_NE(table.out.find("\tlayer\tmodel_type\tmorph_class\tmorphology\tmtype\t"), std::string::npos) << table.out;
@@ -156,7 +155,7 @@ TEST_F(CircuitCommand, SomaLinksAreCountedAndCanBeLeftOut) {
   ASSERT_EQ(runFiliform({"ingest", container(), "-o", with, "--no-levels"}).exit_code, 0);
   ASSERT_EQ(runFiliform({"ingest", container(), "-o", without, "--no-levels", "--no-soma-links"}).exit_code, 0);
   const Outcome check = runFiliform({"check", container(), "--json"});
-  const std::uint64_t links = json::parse(check.out).at("codes").at("SOMA_LINK");
+  const std::uint64_t links = nlohmann::json::parse(check.out).at("codes").at("SOMA_LINK");
   EXPECT_GT(links, 8u);
   EXPECT_EQ(TileSet::open(with)->counts().segments, TileSet::open(without)->counts().segments + links);
   EXPECT_EQ(TileSet::open(with)->counts().roots, 8u);
@@ -175,11 +174,11 @@ TEST_F(CircuitCommand, APictureIsColouredByLayerWithALegend) {
   const Outcome drawn = render({"-o", coloured, "--colour-by", "layer", "--where", "layer>=4"});
   if (drawn.exit_code != 0 && drawn.err.find("OpenGL") != std::string::npos) GTEST_SKIP() << drawn.err;
   ASSERT_EQ(drawn.exit_code, 0) << drawn.err;
-  const json legend = json::parse(drawn.out).at("legend");
+  const nlohmann::json legend = nlohmann::json::parse(drawn.out).at("legend");
   ASSERT_GE(legend.size(), 4u);
   std::uint64_t cells = 0;
   std::map<std::string, int> colours;
-  for (const json& entry : legend) {
+  for (const nlohmann::json& entry : legend) {
     cells += entry.at("cells").get<std::uint64_t>();
     ++colours[entry.at("colour")];
   }
@@ -268,7 +267,7 @@ TEST_F(CircuitCommand, VasculatureIsReadAsAGraph) {
   const Outcome made = runFiliform({"ingest", folder + "/circuit_config.json", "-o", set});
   ASSERT_EQ(made.exit_code, 0) << made.err;
   const Outcome cells = runFiliform({"cells", set, "--json"});
-  const json cell = json::parse(cells.out).at(0);
+  const nlohmann::json cell = nlohmann::json::parse(cells.out).at(0);
   EXPECT_EQ(cell.at("name"), "v");
   EXPECT_EQ(cell.at("loops"), 1);
   EXPECT_EQ(cell.at("segments"), 5);

@@ -17,7 +17,6 @@ namespace filiform {
 namespace {
 
 namespace fs = std::filesystem;
-using nlohmann::json;
 using test::expectFigures;
 using test::figuresOf;
 using test::ingestFine;
@@ -41,7 +40,7 @@ TEST(CircuitFixtures, TenCellsFromAContainer) {
   EXPECT_NE(made.out.find("population POm (virtual): 153 nodes"), std::string::npos) << made.out;
   expectFigures(folder / "a.fil", 10, 169443, 282113.80871757, {2406.563313105, -2205.669451505, -3716.202667223},
                 {4660.478771599, 862.420749472, -1781.762230916});
-  const json figures = figuresOf(config);
+  const nlohmann::json figures = figuresOf(config);
   if (!figures.is_null()) expectFigures(folder / "a.fil", figures);
 }
 

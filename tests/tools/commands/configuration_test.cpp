@@ -16,7 +16,6 @@
 namespace filiform {
 namespace {
 
-using nlohmann::json;
 using test::Outcome;
 using test::runFiliform;
 using test::runFiliformInShell;
@@ -35,7 +34,7 @@ class Configuration : public ::testing::Test {
     EXPECT_NE(outcome.err.find(says), std::string::npos) << outcome.err;
   }
   std::int64_t capacityOf(const std::string& set) const {
-    return json::parse(shell("\"$1\" info " + set + " --json").out).at("capacity").get<std::int64_t>();
+    return nlohmann::json::parse(shell("\"$1\" info " + set + " --json").out).at("capacity").get<std::int64_t>();
   }
   test::TempFolder folder_;
 };
@@ -93,21 +92,21 @@ TEST_F(Configuration, CacheFolderComesFromTheEnvironment) {
   expectRefusal(shell("FILIFORM_CACHE=cell.swc \"$1\" info http://127.0.0.1:1/v1/sets/x"), 3, "cell.swc");
 }
 
-std::set<std::string> optionsOf(const json& command) {
+std::set<std::string> optionsOf(const nlohmann::json& command) {
   std::set<std::string> names;
-  for (const json& option : command.at("options"))
-    for (const json& name : option.at("names")) names.insert(name.get<std::string>());
+  for (const nlohmann::json& option : command.at("options"))
+    for (const nlohmann::json& name : option.at("names")) names.insert(name.get<std::string>());
   return names;
 }
 
 TEST_F(Configuration, JsonUsageDescribesEveryCommandAndOption) {
   const Outcome told = runFiliform({"--json-usage"});
   ASSERT_EQ(told.exit_code, 0) << told.err;
-  const json usage = json::parse(told.out);
+  const nlohmann::json usage = nlohmann::json::parse(told.out);
   EXPECT_EQ(usage.at("program"), "filiform");
   ASSERT_GE(usage.at("commands").size(), 17u);
   EXPECT_TRUE(optionsOf(usage).contains("--json-usage"));
-  for (const json& command : usage.at("commands")) {
+  for (const nlohmann::json& command : usage.at("commands")) {
     const auto name = command.at("name").get<std::string>();
     SCOPED_TRACE(name);
     EXPECT_FALSE(command.at("description").get<std::string>().empty());
@@ -123,11 +122,12 @@ TEST_F(Configuration, JsonUsageDescribesEveryCommandAndOption) {
         if (word.starts_with("-")) listed.insert(word.substr(0, word.find(' ')));
     }
     EXPECT_EQ(optionsOf(command), listed);
-    for (const json& option : command.at("options")) EXPECT_FALSE(option.at("description").get<std::string>().empty());
+    for (const nlohmann::json& option : command.at("options"))
+      EXPECT_FALSE(option.at("description").get<std::string>().empty());
   }
   const auto ingest = std::find_if(usage["commands"].begin(), usage["commands"].end(),
-                                   [](const json& command) { return command["name"] == "ingest"; });
-  for (const json& option : ingest->at("options")) {
+                                   [](const nlohmann::json& command) { return command["name"] == "ingest"; });
+  for (const nlohmann::json& option : ingest->at("options")) {
     if (option["names"][0] != "--threads") continue;
     EXPECT_EQ(option["environment"], "FILIFORM_THREADS");
     EXPECT_EQ(option["default"], "0");
@@ -142,7 +142,7 @@ TEST_F(Configuration, ProgressAsJsonLines) {
   std::istringstream lines(made.err);
   std::set<std::string> steps;
   for (std::string line; std::getline(lines, line);) {
-    const json step = json::parse(line, nullptr, false);
+    const nlohmann::json step = nlohmann::json::parse(line, nullptr, false);
     ASSERT_FALSE(step.is_discarded()) << line;
     steps.insert(step.at("progress").get<std::string>());
     EXPECT_GE(step.at("elapsed_s").get<double>(), 0);
