@@ -29,7 +29,7 @@ TEST(SkeletonProperties, EachKindOfAttributeHasItsProperty) {
   cells[1].attributes = {{"mtype", "BC"}, {"layer", std::int64_t{-1}}, {"depth", 2.0}, {"etype", "b"}};
   cells[2].attributes = {{"mtype", "L5 TPC"}, {"layer", std::int64_t{2}}, {"depth", 1.0}};
   std::map<std::string, std::string> types;
-  for (const Cell& cell : cells) types[cell.name] = std::get<std::string>(cell.attributes.front().value);
+  for (const Cell& cell : cells) types[cell.source] = std::get<std::string>(cell.attributes.front().value);
   CellList stream(cells);
   ingest(stream, folder / "a.fil", {});
   const auto set = TileSet::open(folder / "a.fil");
@@ -43,7 +43,7 @@ TEST(SkeletonProperties, EachKindOfAttributeHasItsProperty) {
   const auto& tags = properties.at("tags");
   EXPECT_EQ(tags.at("tags"), (nlohmann::json{"etype=b", "mtype=BC", "mtype=L5_TPC"}));
   for (std::uint32_t cell = 0; cell < 3; ++cell) {
-    const bool basket = types.at(set->cell(cell).name) == "BC";
+    const bool basket = types.at(set->cell(cell).source) == "BC";
     EXPECT_EQ(tags.at("values").at(cell), basket ? (nlohmann::json{0, 1}) : nlohmann::json::array({2}));
     EXPECT_EQ(properties.at("layer").at("values").at(cell).get<int>() == -1, basket);
     EXPECT_EQ(properties.at("samples").at("values").at(cell), set->cell(cell).samples);

@@ -49,11 +49,13 @@ class SessionSocket : public std::enable_shared_from_this<SessionSocket> {
   void begin(const Request& request) {
     namespace websocket = boost::beast::websocket;
     boost::beast::get_lowest_layer(socket_).expires_never();
-    // A ping every 10 s. A connection without a pong for 20 s is dead. watch() limits the closing handshake: where the
-    // library's own limit passes while a read waits, an assertion of Boost 1.74 fails.
-    const auto ping =
-        std::chrono::duration_cast<std::chrono::milliseconds>(std::chrono::duration<double>(session_limits::kPing_s));
-    socket_.set_option(websocket::stream_base::timeout{websocket::stream_base::none(), 2 * ping, true});
+    // watch() pings and keeps the limits of time: where a limit of the library passes while the socket closes, an
+    // assertion of Boost 1.74 fails.
+    socket_.set_option(
+        websocket::stream_base::timeout{websocket::stream_base::none(), websocket::stream_base::none(), false});
+    socket_.control_callback([this](websocket::frame_type kind, boost::beast::string_view) {
+      if (kind == websocket::frame_type::pong) answered_ = Clock::now();
+    });
     socket_.read_message_max(session_limits::kFrameBytes);
     const bool named = offersProtocol(request);
     socket_.set_option(websocket::stream_base::decorator([named](websocket::response_type& response) {
@@ -63,7 +65,8 @@ class SessionSocket : public std::enable_shared_from_this<SessionSocket> {
     request_ = request;
     socket_.async_accept(request_, [self = shared_from_this()](ErrorCode error) {
       if (error) return self->end();
-      self->heard_ = Clock::now();
+      self->heard_ = self->answered_ = self->pinged_ = Clock::now();
+      self->accepted_ = true;
       self->read();
     });
   }
@@ -96,7 +99,15 @@ class SessionSocket : public std::enable_shared_from_this<SessionSocket> {
       if (Clock::now() - closing_since_ > kClosing) end();
       return;
     }
-    if (Clock::now() - heard_ > std::chrono::duration<double>(session_limits::kIdle_s))
+    const Clock::time_point now = Clock::now();
+    const std::chrono::duration<double> ping(session_limits::kPing_s);
+    if (accepted_ && now - answered_ > 2 * ping) return end();
+    if (accepted_ && !pinging_ && now - pinged_ > ping) {
+      pinging_ = true;
+      pinged_ = now;
+      socket_.async_ping({}, [self = shared_from_this()](ErrorCode) { self->pinging_ = false; });
+    }
+    if (now - heard_ > std::chrono::duration<double>(session_limits::kIdle_s))
       return close({CloseCode::policy, "no frame for 60 s"});
     for (std::string& note : client_->takeNotes())
       if (texts_.size() < kMostTexts) texts_.push_back(std::move(note));
@@ -207,10 +218,10 @@ class SessionSocket : public std::enable_shared_from_this<SessionSocket> {
   boost::beast::flat_buffer buffer_;
   std::deque<std::string> asked_, texts_, frames_;
   std::string out_;
-  bool writing_ = false, closing_ = false, answering_ = false, ended_ = false;
+  bool writing_ = false, pinging_ = false, accepted_ = false, closing_ = false, answering_ = false, ended_ = false;
   unsigned code_ = 0;
   std::uint64_t sent_bytes_ = 0, received_bytes_ = 0;
-  Clock::time_point began_ = Clock::now(), heard_ = Clock::now(), closing_since_;
+  Clock::time_point began_ = Clock::now(), heard_ = began_, answered_ = began_, pinged_ = began_, closing_since_;
 };
 
 // Called by the ticking thread: the sockets send what they have. Posts at most one call at a time.
