@@ -72,7 +72,8 @@ Bytes encodePage(const std::vector<std::uint64_t>& values, const std::vector<boo
 std::uint64_t AttributeTable::bitsOf(Column& column, const AttributeValue& value) {
   if (column.type == AttributeType::integer) return static_cast<std::uint64_t>(std::get<std::int64_t>(value));
   if (column.type == AttributeType::real) return std::bit_cast<std::uint64_t>(*numberOf(value) + 0.0);
-  const auto [at, added] = column.numbers.try_emplace(textOf(value), static_cast<std::uint32_t>(column.texts.size()));
+  const auto [at, added] =
+      column.numbers.try_emplace(filiform::textOf(value), static_cast<std::uint32_t>(column.texts.size()));
   if (added) {
     column.texts.push_back(at->first);
     column.text_bytes += 2 * at->first.size() + 128;
@@ -157,7 +158,7 @@ Bytes AttributeTable::encode(std::uint32_t cells) const {
       for (std::uint32_t i = 0; i < used.size(); ++i)
         if (used[i]) order.push_back(i);
       std::sort(order.begin(), order.end(),
-                [&](std::uint32_t a, std::uint32_t b) { return column.texts[a] < column.texts[b]; });
+                [&texts = column.texts](std::uint32_t a, std::uint32_t b) { return texts[a] < texts[b]; });
       ByteWriter dictionary;
       for (std::uint32_t code = 0; code < order.size(); ++code) {
         code_of[order[code]] = code;
