@@ -23,7 +23,7 @@ enum : std::size_t { kHandBytes = 64, kProxyBytes = 96, kModelHeadBytes = 192, k
 enum : std::uint32_t { kMostUnacknowledged = 8, kMostModelNodes = 1024, kMostModelLinks = 2048 };
 
 // Hand::flags
-enum : std::uint16_t { kLetGo = 1 };  // nobody holds the device: the force is zero, the proxy rests
+enum : std::uint16_t { kLetGo = 1 };  // the person let go of the device: the force is zero, the proxy rests
 // Proxy::flags
 enum : std::uint16_t {
   kFrontier = 1,     // the proxy rests at tiles that the server is reading

@@ -88,7 +88,7 @@ void RemoteSession::tick(std::uint64_t period) noexcept {
     v1::encode(proxy, bytes);
     log_->note(now.tick, bytes);
   }
-  proxies_.push(proxy);  // if it is full, nobody reads
+  proxies_.push(proxy);  // drops the frame if the queue is full: the client does not read
   if (options_.news != nullptr) options_.news->store(true, std::memory_order_release);
 }
 

@@ -58,7 +58,7 @@ TEST(RemoteHand, IsNotReadyInSilenceAndReadyAgain) {
   EXPECT_NE(hand.exchange({}).status, DeviceStatus::ready);
   EXPECT_TRUE(hand.isSilent());
   hand.receive(handAt(0.03));
-  EXPECT_EQ(xAt(hand, 90), 0.03);  // at once: nobody knows the way there
+  EXPECT_EQ(xAt(hand, 90), 0.03);  // at once: the server knows no earlier position
   hand.block(true);
   hand.beginPeriod(91);
   EXPECT_NE(hand.exchange({}).status, DeviceStatus::ready);
