@@ -135,6 +135,19 @@ RawClient::Reply RawClient::read(std::chrono::milliseconds most) {
   }
 }
 
+std::uint16_t freePort() {
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  socklen_t size = sizeof address;
+  auto* const any = reinterpret_cast<sockaddr*>(&address);
+  const int listener = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  const bool bound = ::bind(listener, any, size) == 0 && ::getsockname(listener, any, &size) == 0;
+  ::close(listener);
+  if (!bound) throw std::runtime_error("no port is free");
+  return ntohs(address.sin_port);
+}
+
 RawClient::Reply fetch(std::uint16_t port, const std::string& target, const std::map<std::string, std::string>& headers,
                        const std::string& body) {
   RawClient client(port);

@@ -58,6 +58,9 @@ class RawClient {
   std::string pending_;
 };
 
+// A port of 127.0.0.1 that nothing listens at: another program may take it first.
+std::uint16_t freePort();
+
 // GET, or POST if there is a body, on a connection of its own.
 RawClient::Reply fetch(std::uint16_t port, const std::string& target,
                        const std::map<std::string, std::string>& headers = {}, const std::string& body = "");

@@ -322,17 +322,7 @@ class Documents : public ::testing::Test {
       for (const std::string& output : outputsOf(arguments))
         if (!grows) fs::remove_all(fs::path(folder) / output);
       const auto started = std::chrono::steady_clock::now();
-      Outcome outcome = ScratchFolder::inFolder(folder, line.text);
-      // On a busy machine a window may close before it has opened the scene.
-      const auto missing = [&] {
-        const std::vector<std::string> outputs = outputsOf(arguments);
-        return std::any_of(outputs.begin(), outputs.end(),
-                           [&](const std::string& output) { return !fs::exists(fs::path(folder) / output); });
-      };
-      for (const char* seconds : {"8", "30"})
-        if (name == "view" && missing())
-          outcome = ScratchFolder::inFolder(
-              folder, std::regex_replace(line.text, std::regex("--seconds \\S+"), std::string("--seconds ") + seconds));
+      const Outcome outcome = ScratchFolder::inFolder(folder, line.text);
       const double s = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
       if (s > 3) std::cout << "slow, " << s << " s: " << line.text << '\n';
       SCOPED_TRACE("run as: " + line.text);

@@ -238,7 +238,8 @@ TEST_F(Outputs, EveryOptionLeavesDevicesPipesAndLinksAsTheyWere) {
     EXPECT_EQ(full.exit_code, 3) << full.err;
     EXPECT_NE(full.err.find("No space left"), std::string::npos) << full.err;
     const Outcome pipe = runFiliformInShell(
-        "cat " + at("pipe") + " > " + at("read") + " & \"$@\"; code=$?; wait; exit $code", option.words(at("pipe")));
+        "timeout 300 cat " + at("pipe") + " > " + at("read") + " & \"$@\"; code=$?; wait; exit $code",
+        option.words(at("pipe")));
     EXPECT_EQ(pipe.exit_code, option.exit_code) << pipe.err;
     EXPECT_GT(fs::file_size(at("read")), 0u);
 

@@ -167,7 +167,7 @@ void addView(CLI::App& app, Chosen& chosen) {
       ->type_name("DIR");
   command->add_option("--state", a->state, "write the state to this file, as JSON, ten times a second")
       ->type_name("FILE");
-  command->add_option("--seconds", a->seconds, "end after this time");
+  command->add_option("--seconds", a->seconds, "end this long after the scene is open");
   command->add_flag("--reset", a->reset, "reset the settings to defaults");
   command->add_flag("--keys", a->keys, "print keys and mouse actions as Markdown, and end");
   a->remote = addRemoteArguments(*command);

@@ -70,7 +70,7 @@ class Application {
       while (window_.isOpen() && !quitting_) {
         options_.poll();
         const double begin_s = window_.now_s();
-        if (options_.seconds && begin_s > *options_.seconds) break;
+        if (options_.seconds && !opening_.isUnderWay() && begin_s - entered_s_ > *options_.seconds) break;
         messages_.setTime(begin_s);
         for (const InputEvent& event : window_.poll(busy_ ? 0.001 : 0.015)) handle(event);
         finishOpening();
@@ -144,6 +144,7 @@ class Application {
     scene_ = std::make_unique<OpenScene>(std::move(opened), messages_, callbacks);
     input_.drag(Action::none);
     tooltip_.reset();
+    if (!opened_once_) entered_s_ = window_.now_s();
     opened_once_ = true;
     window_.setTitle("filiform: " + scene_->travel().scene().name);
     scene_->travel().start();
@@ -567,6 +568,7 @@ class Application {
 
   StateFile state_file_;
   double last_state_s_ = -1, frame_ms_ = 0;
+  double entered_s_ = 0;  // the first scene
   std::uint64_t frames_ = 0, actions_ = 0, key_repeats_ = 0;
   std::string last_action_;
   int picture_wanted_ = 0;  // times as large as the window

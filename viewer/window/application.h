@@ -40,7 +40,7 @@ struct ApplicationOptions {
   bool reset = false;               // start with default settings
   std::string state;                // file for the state; empty: none
   std::string pictures = ".";       // folder for screenshots
-  std::optional<double> seconds;    // end after this time; none: when the user quits
+  std::optional<double> seconds;    // end this long after the first scene was opened; none: when the user quits
 };
 
 // Runs the window until the user quits. Failures of a scene or device become messages in the window. Throws

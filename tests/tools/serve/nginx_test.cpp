@@ -38,7 +38,7 @@ class Nginx : public ::testing::Test {
               "");
     // Another port and folders of the test; the rest is the file as it is.
     std::string text = test::readBytes(std::string(FILIFORM_SOURCE) + "/tools/serve/nginx.conf");
-    port_ = 20000 + static_cast<int>(server_->port()) % 20000;
+    port_ = test::freePort();
     const auto replace = [&text](const std::string& from, const std::string& to) {
       text = std::regex_replace(text, std::regex(from), to);
     };
