@@ -38,6 +38,7 @@ struct Answer {
 };
 
 inline constexpr const char* kJsonType = "application/json";
+inline constexpr const char* kBytesType = "application/octet-stream";
 inline constexpr const char* kNpyType = "application/x-npy";
 
 // ASCII, in one line; bytes that are not UTF-8 are replaced.

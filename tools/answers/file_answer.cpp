@@ -71,7 +71,7 @@ std::optional<ByteRange> rangeOf(std::string_view header, std::uint64_t bytes) {
 }
 
 Answer contentOf(const ServedFile& file, const ByteRange& range) {
-  Answer answer{.type = file.name.ends_with(".json") || file.set == nullptr ? kJsonType : "application/octet-stream"};
+  Answer answer{.type = file.name.ends_with(".json") || file.set == nullptr ? kJsonType : kBytesType};
   if (file.set != nullptr)
     answer.file = FileRange{file.set, file.name, range.first, range.bytes};
   else
@@ -88,6 +88,7 @@ Answer partAnswer(const ServedFile& file, const std::string& part) {
   if (!first || !last || *last < *first) throw Refusal(404, "give the range as FIRST-LAST, in bytes from 0");
   if (*last >= file.bytes) refuseRange(file.bytes);
   Answer answer = contentOf(file, {*first, *last - *first + 1});
+  answer.type = kBytesType;  // a part of JSON is no JSON
   answer.headers[1].second = '"' + file.tag + '.' + part + '"';
   return answer;
 }

@@ -64,7 +64,7 @@ Answer precomputedSkeletonAnswer(const Call& call) {
   if (!cell)
     throw Refusal(404,
                   "the set has no skeleton '" + escaped(name, 40) + "'; segment_properties/info lists the numbers");
-  Answer answer = revisedAnswer(call, "application/octet-stream");
+  Answer answer = revisedAnswer(call, kBytesType);
   if (answer.status != 200) return answer;
   refuseLargeCell(call.served->store().cell(*cell));
   std::ostringstream bytes;

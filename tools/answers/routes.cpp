@@ -39,14 +39,14 @@ const std::vector<Route>& routeTable() {
       {"GET",
        "/v1/sets/{set}/files/{revision}/{file}",
        "A file of a revision; Range gives a part",
-       "application/octet-stream",
+       kBytesType,
        {},
        false,
        fileAnswer},
       {"GET",
        "/v1/sets/{set}/files/{revision}/{file}/{range}",
        "The bytes FIRST-LAST of a file, under their own address",
-       "application/octet-stream",
+       kBytesType,
        {},
        false,
        fileAnswer},
@@ -148,7 +148,7 @@ const std::vector<Route>& routeTable() {
       {"GET",
        "/precomputed/{set}/{skeleton}",
        "Neuroglancer: the skeleton of a cell, by its number",
-       "application/octet-stream",
+       kBytesType,
        {},
        false,
        precomputedSkeletonAnswer},
@@ -213,13 +213,7 @@ const std::vector<Route>& routeTable() {
        catmaidRootAnswer},
       // The layout of the set's folder, as on a server of files.
       {"GET", "/v1/sets/{set}/CURRENT", "As files/CURRENT", kPlainText, {}, false, fileAnswer},
-      {"GET",
-       "/v1/sets/{set}/{revision}/{file}",
-       "As files/{revision}/{file}",
-       "application/octet-stream",
-       {},
-       false,
-       fileAnswer}};
+      {"GET", "/v1/sets/{set}/{revision}/{file}", "As files/{revision}/{file}", kBytesType, {}, false, fileAnswer}};
   return kRoutes;
 }
 

@@ -85,6 +85,8 @@ TEST_F(FileAnswer, EachRangeHasItsOwnAddress) {
   const Answer part = sets_.get(target("directory.bin/2-11"));
   ASSERT_EQ(part.status, 200u);
   EXPECT_EQ(contentOf(part), bytes.substr(2, 10));
+  EXPECT_EQ(part.type, kBytesType);
+  EXPECT_EQ(sets_.get(target("manifest.json/0-9")).type, kBytesType) << "a part of JSON is no JSON";
   EXPECT_NE(part.header("ETag"), sets_.get(target("directory.bin")).header("ETag"));
   EXPECT_EQ(sets_.get(target("directory.bin/0-" + std::to_string(bytes.size()))).status, 416u);
   for (const char* range : {"5-2", "a-b", "5", "-5", "5-", "0-18446744073709551616"})
