@@ -322,7 +322,11 @@ std::optional<Routed> Routes::refuse(Request& head) const {
     const bool brings_token = found.route == &routeTable().front() && head.parameters.contains("token");
     if (auto refusal = service_.access.refuse(head, (found.route != nullptr && found.route->open) || brings_token))
       return finished(head, std::move(*refusal), path);
-    if (found.same_path == nullptr) throw Refusal(404, "no such resource; /v1/openapi.json lists them");
+    if (found.same_path == nullptr) {
+      const bool slash = head.target.find("/cells/") != std::string::npos;
+      throw Refusal(404, std::string("no such resource; /v1/openapi.json lists them") +
+                             (slash ? "; a '/' in the name of a cell is written %2F" : ""));
+    }
     if (head.method == "OPTIONS" || found.route == nullptr) {
       Answer answer = head.method == "OPTIONS" ? Answer{.status = 204} : problem(405, "allowed here: " + found.methods);
       answer.headers.emplace_back("Allow", found.methods);

@@ -1,25 +1,26 @@
 #include "index/build/internal/border_segments.h"
 
 #include "index/build/internal/crowded_leaves.h"
-#include "index/geometry/internal/key_sort.h"
 
 #include <algorithm>
 #include <utility>
 
 namespace filiform::internal {
 
-CutLeaves cutChunk(Chunk& chunk, std::uint32_t capacity, LandmarkSurvey& survey, SegmentChain& crossing) {
+CutLeaves cutChunk(Chunk& chunk, std::uint32_t capacity, LandmarkSurvey& survey, SegmentChain& crossing,
+                   CutWork& work) {
   if (chunk.own.count() == 0) return {{chunk.key}, {0}};
   const bool alone = chunk.key.depth == 0;
   const GridBox closed = closedBlock(chunk.key);
-  std::vector<MortonKey> keys;
+  std::vector<MortonKey>& keys = work.keys;
+  keys.clear();
   keys.reserve(chunk.own.count());
   SegmentChain::Reader reader(chunk.own, false);
   for (SegmentRecord record = SegmentChain::first(); reader.next(record);) {
     keys.push_back(mortonKey(midpoint(record.child, record.parent)));
     if (!alone && !strictlyInside(closed, record.child, record.parent)) crossing.add(record);
   }
-  sortKeys(keys);
+  work.sorter.sort(keys);
   survey.addKeys(keys);
   CutLeaves found{Partition::splitBlock(chunk.key, keys, capacity), {}};
   found.midpoints.reserve(found.keys.size());

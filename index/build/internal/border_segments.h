@@ -3,6 +3,7 @@
 
 #include "index/build/internal/chunks.h"
 #include "index/build/internal/segment_chain.h"
+#include "index/geometry/internal/key_sort.h"
 #include "index/geometry/partition.h"
 #include "index/set/landmarks.h"
 
@@ -17,9 +18,13 @@ struct CutLeaves {  // of a chunk, ascending
   std::vector<BlockKey> keys;
   std::vector<std::uint32_t> midpoints;  // in each leaf
 };
+struct CutWork {  // of one thread: 32 bytes a segment of the largest chunk, kept for the next one
+  std::vector<MortonKey> keys;
+  KeySorter sorter;
+};
 // Cuts a chunk into leaves. Adds the keys of its midpoints to `survey`, and the segments that touch its
-// border to `crossing`. Takes 40 bytes a segment. O(segments). Throws IoError.
-CutLeaves cutChunk(Chunk& chunk, std::uint32_t capacity, LandmarkSurvey& survey, SegmentChain& crossing);
+// border to `crossing`. O(segments). Throws IoError.
+CutLeaves cutChunk(Chunk& chunk, std::uint32_t capacity, LandmarkSurvey& survey, SegmentChain& crossing, CutWork& work);
 
 // Thread rule: thread-compatible. Throws IoError.
 class BorderSegments {

@@ -305,6 +305,7 @@ void Tiler::Impl::endReading() {
 // The leaves of all chunks, ascending; `crossing` gets the segments that touch borders of chunks.
 std::vector<BlockKey> Tiler::Impl::findLeaves(std::vector<SegmentChain>& crossing) {
   std::vector<CutLeaves> leaves_of(chunks.size());
+  std::vector<CutWork> work(options.threads);
   SurveyRuns surveys;
   std::mutex mutex;
   std::uint64_t leaf_count = 0;
@@ -313,7 +314,7 @@ std::vector<BlockKey> Tiler::Impl::findLeaves(std::vector<SegmentChain>& crossin
     if (!pass.fits(bytes)) pass.change(bytes);
     const auto self = static_cast<std::size_t>(&chunk - chunks.data());
     LandmarkSurvey found;
-    leaves_of[self] = cutChunk(chunk, options.capacity, found, crossing[worker]);
+    leaves_of[self] = cutChunk(chunk, options.capacity, found, crossing[worker], work[worker]);
     const std::lock_guard lock(mutex);
     surveys.add(self, std::move(found));
     leaf_count += leaves_of[self].keys.size();

@@ -55,9 +55,6 @@ void sortRange(std::span<MortonKey> keys, std::vector<std::uint64_t>& low, std::
 
 }  // namespace
 
-void sortKeys(std::vector<MortonKey>& keys) {
-  std::vector<std::uint64_t> low, other;
-  sortRange(keys, low, other);
-}
+void KeySorter::sort(std::vector<MortonKey>& keys) { sortRange(keys, low_, other_); }
 
 }  // namespace filiform::internal

@@ -52,6 +52,13 @@ TEST(CellAnswer, ACellIsTheCellOfTheSet) {
   EXPECT_EQ(sets.get("/v1/sets/fork/cells/for.json").status, 404u) << "only whole names";
 }
 
+TEST(CellAnswer, ANameWithASlashIsEscaped) {
+  const test::ServedSets sets;
+  const Answer answer = sets.get("/v1/sets/fork/cells/L5_TPC:A/1234.json");
+  EXPECT_EQ(answer.status, 404u);
+  EXPECT_NE(answer.body.find("is written %2F"), std::string::npos) << answer.body;
+}
+
 TEST(CellAnswer, AnArrayHoldsEachSample) {
   const test::ServedSets sets;
   const CellGraph graph = readCell(sets.shelf->find("column")->set(), 3, true);

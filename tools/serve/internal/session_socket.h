@@ -3,6 +3,7 @@
 #pragma once
 
 #include "tools/session/session_client.h"
+#include "tools/session/silence.h"
 
 #include <array>
 #include <chrono>
@@ -54,7 +55,7 @@ class SessionSocket : public std::enable_shared_from_this<SessionSocket> {
     socket_.set_option(
         websocket::stream_base::timeout{websocket::stream_base::none(), websocket::stream_base::none(), false});
     socket_.control_callback([this](websocket::frame_type kind, boost::beast::string_view) {
-      if (kind == websocket::frame_type::pong) answered_ = Clock::now();
+      if (kind == websocket::frame_type::pong) silence_.pongCame(now_s());
     });
     socket_.read_message_max(session_limits::kFrameBytes);
     const bool named = offersProtocol(request);
@@ -65,7 +66,7 @@ class SessionSocket : public std::enable_shared_from_this<SessionSocket> {
     request_ = request;
     socket_.async_accept(request_, [self = shared_from_this()](ErrorCode error) {
       if (error) return self->end();
-      self->heard_ = self->answered_ = self->pinged_ = Clock::now();
+      self->silence_ = Silence(now_s());
       self->accepted_ = true;
       self->read();
     });
@@ -99,16 +100,19 @@ class SessionSocket : public std::enable_shared_from_this<SessionSocket> {
       if (Clock::now() - closing_since_ > kClosing) end();
       return;
     }
-    const Clock::time_point now = Clock::now();
-    const std::chrono::duration<double> ping(session_limits::kPing_s);
-    if (accepted_ && now - answered_ > 2 * ping) return end();
-    if (accepted_ && !pinging_ && now - pinged_ > ping) {
-      pinging_ = true;
-      pinged_ = now;
-      socket_.async_ping({}, [self = shared_from_this()](ErrorCode) { self->pinging_ = false; });
+    switch (silence_.at(now_s())) {
+      case Silence::Due::end:
+        return end();
+      case Silence::Due::close:
+        return close({CloseCode::policy, "no frame for 60 s"});
+      case Silence::Due::ping:
+        if (!accepted_ || std::exchange(pinging_, true)) break;
+        silence_.pingSent(now_s());
+        socket_.async_ping({}, [self = shared_from_this()](ErrorCode) { self->pinging_ = false; });
+        break;
+      case Silence::Due::nothing:
+        break;
     }
-    if (now - heard_ > std::chrono::duration<double>(session_limits::kIdle_s))
-      return close({CloseCode::policy, "no frame for 60 s"});
     for (std::string& note : client_->takeNotes())
       if (texts_.size() < kMostTexts) texts_.push_back(std::move(note));
     pump();
@@ -152,6 +156,8 @@ class SessionSocket : public std::enable_shared_from_this<SessionSocket> {
 
  private:
   using Clock = std::chrono::steady_clock;
+  static double now_s() { return std::chrono::duration<double>(Clock::now().time_since_epoch()).count(); }
+
   static constexpr std::chrono::seconds kClosing{10};            // for the client's answer to a close frame
   static constexpr std::size_t kMostAsked = 16, kMostTexts = 8;  // of requests, of answers that wait
 
@@ -159,7 +165,7 @@ class SessionSocket : public std::enable_shared_from_this<SessionSocket> {
     socket_.async_read(buffer_, [self = shared_from_this()](ErrorCode error, std::size_t bytes) {
       self->received_bytes_ += bytes;
       if (error) return self->readFailed(error);
-      self->heard_ = Clock::now();
+      self->silence_.frameCame(now_s());
       self->take();
       if (!self->closing_) self->read();
     });
@@ -221,7 +227,8 @@ class SessionSocket : public std::enable_shared_from_this<SessionSocket> {
   bool writing_ = false, pinging_ = false, accepted_ = false, closing_ = false, answering_ = false, ended_ = false;
   unsigned code_ = 0;
   std::uint64_t sent_bytes_ = 0, received_bytes_ = 0;
-  Clock::time_point began_ = Clock::now(), heard_ = began_, answered_ = began_, pinged_ = began_, closing_since_;
+  Clock::time_point began_ = Clock::now(), closing_since_;
+  Silence silence_{now_s()};
 };
 
 // Called by the ticking thread: the sockets send what they have. Posts at most one call at a time.
