@@ -105,6 +105,7 @@ int runServe(const ServeArguments& a) {
   Server server(routes, metrics, options);
   std::cout << server.address() << std::endl;
   server.run();
+  for (const std::string& problem : house.takeProblems()) log.problem(problem);
   watch.begin();
   return 0;
 }
