@@ -1,6 +1,7 @@
 #include "tools/session/session_client.h"
 
 #include "index/text.h"
+#include "tools/answers/answer.h"
 #include "tools/answers/limits.h"
 #include "tools/answers/timed_store.h"
 
