@@ -4,7 +4,7 @@
 import assert from 'node:assert/strict';
 import {spawnSync} from 'node:child_process';
 import {writeFileSync} from 'node:fs';
-import {join} from 'node:path';
+import {basename, join} from 'node:path';
 
 import {endAll, openBrowser, openPage, serveFolder, serveSets, waitFor} from './browser.mjs';
 
@@ -70,6 +70,8 @@ async function linkOf(page) {
   return links[0];
 }
 
+const name = basename(set, '.fil');
+
 try {
   const browser = await openBrowser(packages, chromium);
   const bundle = await serveFolder(join(packages, 'dist'));
@@ -83,8 +85,8 @@ try {
   await page.screenshot({path: join(out, 'page.png'), fullPage: true});
   assert.deepEqual(page.problems, []);
 
-  const info = await (await fetch(`${server}/v1/sets/t`)).json();
-  const cells = (await (await fetch(`${server}/v1/sets/t/cells`)).json()).cells;
+  const info = await (await fetch(`${server}/v1/sets/${name}`)).json();
+  const cells = (await (await fetch(`${server}/v1/sets/${name}/cells`)).json()).cells;
   const expected = {
     skeletons: info.cells, vertices: info.samples, edges: info.segments,
     labels: Object.fromEntries(cells.map((cell) => [String(cell.id + 1), cell.name]))

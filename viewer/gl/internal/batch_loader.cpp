@@ -5,6 +5,7 @@
 #include <condition_variable>
 #include <deque>
 #include <future>
+#include <map>
 #include <mutex>
 #include <set>
 #include <sys/resource.h>
@@ -40,9 +41,13 @@ struct BatchLoader::Impl {
   bool busy = false, stop = false;
   TileJob under_way;
 
+  // Details of cells for the loading thread, read once each by the threads that read tiles.
+  mutable std::mutex details_mutex;
+  mutable std::map<std::uint32_t, std::shared_future<CellDetail>> details{};  // read, or being read
+  mutable std::set<std::uint32_t> cells_known{};                              // learnt by the loading thread
+
   // Used by the loading thread only:
   RootTable roots;
-  std::set<std::uint32_t> cells_known;
   SomaFinder finder;
   struct Ahead {
     TileJob job;
@@ -53,6 +58,9 @@ struct BatchLoader::Impl {
 
   void run();
   void learn(std::uint32_t cell, const CellDetail& detail);
+  void learnCellsOf(const Tile& tile);
+  // Reads the details of the cells that have open nodes in a tile, unless another thread has begun to.
+  void readCellsOf(const Tile& tile) const;
   NeuriteBatch load(const TileJob& job);
   ReadTile read(const TileJob& job) const;
   // Begins to read the tiles of the next jobs, given with the mutex held. Forgets those that are no longer wanted.
@@ -67,8 +75,39 @@ struct BatchLoader::Impl {
 
 void BatchLoader::Impl::learn(std::uint32_t cell, const CellDetail& detail) {
   for (const CellDetail::Root& root : detail.roots) roots[{cell, root.rank}] = root;
-  cells_known.insert(cell);
   finder.offer(cell, detail);
+  const std::lock_guard lock(details_mutex);
+  cells_known.insert(cell);
+  details.erase(cell);
+}
+
+void BatchLoader::Impl::learnCellsOf(const Tile& tile) {
+  for (const std::uint32_t cell : cellsWithOpenNodes(tile)) {
+    std::shared_future<CellDetail> detail;
+    {
+      const std::lock_guard lock(details_mutex);
+      if (cells_known.contains(cell)) continue;
+      if (const auto found = details.find(cell); found != details.end()) detail = found->second;
+    }
+    learn(cell, detail.valid() ? detail.get() : store.loadCellDetail(cell));
+  }
+}
+
+void BatchLoader::Impl::readCellsOf(const Tile& tile) const {
+  for (const std::uint32_t cell : cellsWithOpenNodes(tile)) {
+    std::promise<CellDetail> detail;
+    {
+      const std::lock_guard lock(details_mutex);
+      if (cells_known.contains(cell) || !details.try_emplace(cell, detail.get_future().share()).second) continue;
+    }
+    try {
+      detail.set_value(store.loadCellDetail(cell));
+    } catch (...) {
+      const std::lock_guard lock(details_mutex);
+      details.erase(cell);  // the next tile with this cell tries again
+      detail.set_exception(std::current_exception());
+    }
+  }
 }
 
 ReadTile BatchLoader::Impl::read(const TileJob& job) const {
@@ -79,6 +118,7 @@ ReadTile BatchLoader::Impl::read(const TileJob& job) const {
   ReadTile both;
   both.tile = job.level ? levels->load(job.tile) : store.load(job.tile);
   both.appearance = appearance.get();
+  if (!job.level) readCellsOf(*both.tile);
   return both;
 }
 
@@ -131,9 +171,7 @@ NeuriteBatch BatchLoader::Impl::load(const TileJob& job) {
     }
   } else {
     const auto [tile, appearance] = take(job);
-    if (!job.level)
-      for (const std::uint32_t cell : cellsWithOpenNodes(*tile))
-        if (!cells_known.contains(cell)) learn(cell, store.loadCellDetail(cell));
+    if (!job.level) learnCellsOf(*tile);
     options.roots = job.level ? nullptr : &roots;
     if (!job.level) finder.offer(tile, appearance);
     // Level tiles hold somata as balls.
@@ -182,8 +220,8 @@ BatchLoader::BatchLoader(const TileStore& store, const Levels* levels, double sh
                      .jobs = {},
                      .ready = {},
                      .under_way = {},
+                     .details_mutex = {},
                      .roots = {},
-                     .cells_known = {},
                      .finder = SomaFinder(store)}) {
   impl_->thread = std::thread([this] { impl_->run(); });
 }
