@@ -134,8 +134,9 @@ AttributeTable AttributeTable::parse(std::string_view text, const std::string& f
   }
   while (in.next(fields)) {
     if (fields.size() > header.size())
-      in.fail("has " + std::to_string(fields.size()) + " fields, but the header " + std::to_string(header.size()));
+      in.fail("has " + std::to_string(fields.size()) + " fields, but the header has " + std::to_string(header.size()));
     fields.resize(header.size());
+    if (table.rows_.empty()) table.first_key_ = fields[key_column];
     if (!table.by_key_.try_emplace(fields[key_column], table.rows_.size()).second) {
       ++table.repeated_;
       continue;
@@ -178,6 +179,7 @@ bool AttributedCells::next(Cell& cell) {
   }
   const std::string name = cell.name.empty() ? cellNames({cell.source}).front() : cell.name;
   const std::size_t row = table_.find(name);
+  if (with_row_ + without_row_ == 0) first_cell_ = name;
   if (!complete_) ++(row == AttributeTable::kNone ? without_row_ : with_row_);
   if (row == AttributeTable::kNone) return true;
   used_[row] = true;

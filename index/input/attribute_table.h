@@ -31,6 +31,7 @@ class AttributeTable {
   // Names of the attributes: the columns other than the key, without those of an empty name.
   const std::vector<std::string>& names() const { return names_; }
   std::uint64_t rows() const { return rows_.size(); }
+  const std::string& first_key() const { return first_key_; }  // of the first row; empty without rows
   std::uint64_t repeated() const { return repeated_; }  // rows whose key came before; the first one counts
   // Row of a cell's name; kNone if there is none.
   static constexpr std::size_t kNone = SIZE_MAX;
@@ -41,7 +42,7 @@ class AttributeTable {
   std::uint64_t held_bytes() const;
 
  private:
-  std::string file_;
+  std::string file_, first_key_;
   std::vector<std::string> names_;
   std::vector<std::vector<std::string>> rows_;  // by name
   std::unordered_map<std::string, std::size_t> by_key_;
@@ -61,12 +62,14 @@ class AttributedCells final : public CellStream {
   std::uint64_t with_row() const { return with_row_; }
   std::uint64_t without_row() const { return without_row_; }
   std::uint64_t rows_without_cell() const;
+  const std::string& first_cell() const { return first_cell_; }  // its name
 
  private:
   CellStream& cells_;
   const AttributeTable& table_;
   std::vector<bool> used_;  // by row
   std::uint64_t with_row_ = 0, without_row_ = 0;
+  std::string first_cell_;
   bool complete_ = false;
 };
 

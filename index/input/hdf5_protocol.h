@@ -8,6 +8,7 @@
 //             the payload
 //
 // Each request is answered by some records and one record `end`, or by one record `failure`, whose payload says why.
+// While the program searches long in a large file, empty records of names say that it has not stopped.
 // The texts of a request are its name and its arguments:
 //   morphologies FILE     names: the morphologies of a container, ascending. One empty name: a file of one morphology
 //   morphology FILE NAME  points: x y z diameter f64 each. Then structure: first point, type, parent section i64 each

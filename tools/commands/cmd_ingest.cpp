@@ -90,11 +90,20 @@ std::string describe(const PlacedCells& placed) {
 
 std::string describe(const AttributedCells& attributed) {
   const AttributeTable& table = attributed.table();
-  std::string text = escaped(table.file()) + ": " + formatCount(table.names().size()) + " attributes of " +
-                     formatCount(attributed.with_row()) + " cells; " + formatCount(attributed.without_row()) +
-                     " cells without a row, " + formatCount(attributed.rows_without_cell()) + " rows without a cell";
-  if (table.repeated() > 0) text += ", " + formatCount(table.repeated()) + " rows whose key came before";
+  std::string text = escaped(table.file()) + ": attributes: " + formatCount(table.names().size()) +
+                     "; cells with a row: " + formatCount(attributed.with_row()) +
+                     ", without: " + formatCount(attributed.without_row()) +
+                     "; rows without a cell: " + formatCount(attributed.rows_without_cell());
+  if (table.repeated() > 0) text += "; rows left out, because their key came before: " + formatCount(table.repeated());
   return text + "\n";
+}
+
+// A doubt about the table: perhaps --key names the wrong column.
+std::string doubtAbout(const AttributedCells& attributed) {
+  if (attributed.with_row() > 0 || attributed.table().rows() == 0 || attributed.without_row() == 0) return {};
+  return escaped(attributed.table().file()) + ": no row belongs to a cell: the first row is for '" +
+         escaped(attributed.table().first_key(), 60) + "', and the first cell is '" +
+         escaped(attributed.first_cell(), 60) + "'; does --key name the right column?";
 }
 
 IngestOptions ingestOptionsOf(const IngestArguments& a) {
@@ -220,6 +229,8 @@ int runIngest(const IngestArguments& a) {
   if (attributed) people << describe(*attributed);
   if (circuit)
     for (const std::string& doubt : circuit->doubts()) std::cerr << "filiform: note: " << doubt << '\n';
+  if (const std::string doubt = attributed ? doubtAbout(*attributed) : ""; !doubt.empty())
+    std::cerr << "filiform: note: " << doubt << '\n';
   if (const std::string doubt = input.unitDoubt(); !doubt.empty()) std::cerr << "filiform: note: " << doubt << '\n';
   people << (a.add ? reportOf(a.out, result) : reportOf(a.out, result.set));
   return 0;

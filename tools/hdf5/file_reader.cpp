@@ -18,7 +18,6 @@ namespace {
 
 constexpr std::uint64_t kMostPacked = 1100;      // bytes that a byte of a file can stand for
 constexpr std::uint64_t kUnpackedSlack = 65536;  // bytes that even an empty file may claim
-constexpr std::size_t kMostNames = 20'000'000;
 constexpr int kMostDepth = 8;
 
 // An HDF5 object that is closed at the end.
@@ -52,21 +51,30 @@ struct Link {
 };
 
 // The links of a group that lie in the file, ascending by name.
-std::vector<Link> linksOf(hid_t group) {
-  std::vector<Link> links;
+std::vector<Link> linksOf(hid_t group, Budget& budget, RecordPipe& pipe) {
+  struct Found {
+    std::vector<Link> links;
+    Budget& budget;
+    RecordPipe& pipe;
+  };
   const auto visit = [](hid_t parent, const char* name, const H5L_info_t* info, void* to) -> herr_t {
-    auto& found = *static_cast<std::vector<Link>*>(to);
-    if (found.size() >= kMostNames || info->type == H5L_TYPE_EXTERNAL) return 0;
+    auto& found = *static_cast<Found*>(to);
+    if (found.budget.links == 0) return 1;
+    --found.budget.links;
+    found.pipe.alive();
+    if (info->type == H5L_TYPE_EXTERNAL) return 0;
     H5O_info_t object{};
     if (H5Oget_info_by_name2(parent, name, &object, H5O_INFO_BASIC, H5P_DEFAULT) < 0) return 0;
-    found.push_back({name, object.type == H5O_TYPE_GROUP, object.type == H5O_TYPE_DATASET});
+    found.links.push_back({name, object.type == H5O_TYPE_GROUP, object.type == H5O_TYPE_DATASET});
     return 0;
   };
+  Found found{{}, budget, pipe};
   hsize_t at = 0;
-  if (H5Literate(group, H5_INDEX_NAME, H5_ITER_NATIVE, &at, visit, &links) < 0)
+  if (H5Literate(group, H5_INDEX_NAME, H5_ITER_NATIVE, &at, visit, &found) < 0)
     throw Failure("a group of the file cannot be listed");
-  std::sort(links.begin(), links.end(), [](const Link& a, const Link& b) { return a.name < b.name; });
-  return links;
+  if (budget.links == 0) throw Failure("has too many groups and arrays, or groups that contain themselves");
+  std::sort(found.links.begin(), found.links.end(), [](const Link& a, const Link& b) { return a.name < b.name; });
+  return std::move(found.links);
 }
 
 bool has(const std::vector<Link>& links, const std::string& name, bool dataset) {
@@ -83,7 +91,7 @@ Handle openGroup(hid_t parent, const std::string& name, const std::string& what)
 // A dataset whose bytes lie in the file and may be read.
 class Dataset {
  public:
-  Dataset(hid_t parent, const std::string& name, std::uint64_t file_bytes)
+  Dataset(hid_t parent, const std::string& name, Budget& budget)
       : name_(name), set_(H5Dopen2(parent, name.c_str(), H5P_DEFAULT), H5Dclose), type_(-1, H5Tclose) {
     if (!set_.good()) throw Failure(inQuotes(name_) + " cannot be opened");
     const Handle plist(H5Dget_create_plist(set_), H5Pclose);
@@ -96,14 +104,14 @@ class Dataset {
     if (H5Sget_simple_extent_dims(space, dims_.data(), nullptr) < 0) throw Failure(inQuotes(name_) + " has no extent");
     type_ = Handle(H5Dget_type(set_), H5Tclose);
     if (!type_.good()) throw Failure(inQuotes(name_) + " has no type");
-    const std::uint64_t most = file_bytes > UINT64_MAX / kMostPacked ? UINT64_MAX : file_bytes * kMostPacked;
     std::uint64_t claimed = std::max<std::uint64_t>(1, H5Tget_size(type_));
     for (const hsize_t dim : dims_) {
-      if (dim != 0 && claimed > (most + kUnpackedSlack) / dim)
+      if (dim != 0 && claimed > budget.bytes / dim)
         throw Failure(inQuotes(name_) + " claims " + std::to_string(dims_[0]) +
                       " rows, more than the bytes of the file can hold");
       claimed *= dim;
     }
+    budget.bytes -= claimed;
   }
 
   std::uint64_t rows() const { return dims_[0]; }
@@ -200,14 +208,13 @@ void sendTexts(const std::vector<std::string>& texts, RecordKind kind, RecordPip
 // Sends the attributes of one group of nodes, or of the population itself.
 class Columns {
  public:
-  Columns(RecordPipe& pipe, std::uint64_t file_bytes, std::int64_t group)
-      : pipe_(pipe), file_bytes_(file_bytes), group_(group) {}
+  Columns(RecordPipe& pipe, Budget& budget, std::int64_t group) : pipe_(pipe), budget_(budget), group_(group) {}
 
   void sendGroup(hid_t group, const std::string& prefix, int depth) {
-    const std::vector<Link> links = linksOf(group);
+    const std::vector<Link> links = linksOf(group, budget_, pipe_);
     std::set<std::string> coded;
     if (prefix.empty() && has(links, "@library", false))
-      for (const Link& link : linksOf(openGroup(group, "@library", "@library")))
+      for (const Link& link : linksOf(openGroup(group, "@library", "@library"), budget_, pipe_))
         if (link.dataset) coded.insert(link.name);
     for (const Link& link : links) {
       if (link.name == "@library" && link.group) continue;
@@ -220,7 +227,7 @@ class Columns {
   }
 
   void sendDataset(hid_t parent, const std::string& link, const std::string& name, bool coded) {
-    const Dataset set(parent, link, file_bytes_);
+    const Dataset set(parent, link, budget_);
     const std::optional<ColumnType> type = set.type();
     if (!type || set.width() > 16) {
       skip(name, !type ? "its type is neither number nor text" : "it has more than 16 values in a row");
@@ -229,7 +236,7 @@ class Columns {
     if (coded) {
       if (*type != ColumnType::integer || set.width() != 1)
         throw Failure(inQuotes(name) + " has a @library, so it must be an array of integers");
-      sendCoded(set, Dataset(openGroup(parent, "@library", "@library"), link, file_bytes_), name);
+      sendCoded(set, Dataset(openGroup(parent, "@library", "@library"), link, budget_), name);
       return;
     }
     pipe_.send(RecordKind::column, columnHead(group_, name, *type, set.width(), set.rows()));
@@ -272,20 +279,21 @@ class Columns {
   }
 
   RecordPipe& pipe_;
-  std::uint64_t file_bytes_;
+  Budget& budget_;
   std::int64_t group_;
 };
 
-void findMorphologies(hid_t group, const std::string& prefix, int depth, std::vector<std::string>& names) {
-  for (const Link& link : linksOf(group)) {
-    if (!link.group || names.size() >= kMostNames) continue;
+void findMorphologies(hid_t group, const std::string& prefix, int depth, Budget& budget, RecordPipe& pipe,
+                      std::vector<std::string>& names) {
+  for (const Link& link : linksOf(group, budget, pipe)) {
+    if (!link.group) continue;
     const Handle inner(H5Gopen2(group, link.name.c_str(), H5P_DEFAULT), H5Gclose);
     if (!inner.good()) continue;
-    const std::vector<Link> links = linksOf(inner);
+    const std::vector<Link> links = linksOf(inner, budget, pipe);
     if (has(links, "points", true) && has(links, "structure", true))
       names.push_back(prefix + link.name);
     else if (depth < kMostDepth)
-      findMorphologies(inner, prefix + link.name + "/", depth + 1, names);
+      findMorphologies(inner, prefix + link.name + "/", depth + 1, budget, pipe, names);
   }
 }
 
@@ -305,8 +313,9 @@ void FileReader::prepare() {
 
 FileReader::FileReader(const std::string& path) : file_(-1) {
   std::error_code error;
-  bytes_ = std::filesystem::file_size(path, error);
+  const std::uint64_t bytes = std::filesystem::file_size(path, error);
   if (error) throw Failure(error.message());
+  budget_.bytes = std::min(bytes, UINT64_MAX / kMostPacked - 1) * kMostPacked + kUnpackedSlack;
   file_ = H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
   if (file_ < 0) throw Failure("not an HDF5 file, or a damaged one");
 }
@@ -316,22 +325,22 @@ FileReader::~FileReader() {
 }
 
 void FileReader::morphologies(RecordPipe& pipe) {
-  const std::vector<Link> links = linksOf(file_);
+  const std::vector<Link> links = linksOf(file_, budget_, pipe);
   std::vector<std::string> names;
   if (has(links, "points", true) && has(links, "structure", true))
     names.emplace_back();
   else
-    findMorphologies(file_, "", 0, names);
+    findMorphologies(file_, "", 0, budget_, pipe, names);
   sendTexts(names, RecordKind::names, pipe);
 }
 
 void FileReader::morphology(const std::string& name, RecordPipe& pipe) {
   const std::string what = "morphology " + inQuotes(name);
   const Handle group = openGroup(file_, name.empty() ? "/" : name, what);
-  const std::vector<Link> links = linksOf(group);
+  const std::vector<Link> links = linksOf(group, budget_, pipe);
   for (const char* const part : {"points", "structure"})
     if (!has(links, part, true)) throw Failure("has no '" + std::string(part) + "': not an H5 morphology of version 1");
-  const Dataset points(group, "points", bytes_), structure(group, "structure", bytes_);
+  const Dataset points(group, "points", budget_), structure(group, "structure", budget_);
   if (points.type() != ColumnType::real || points.width() != 4)
     throw Failure("'points' is not an array of N x 4 numbers");
   if (structure.type() != ColumnType::integer || structure.width() != 3)
@@ -344,7 +353,8 @@ void FileReader::morphology(const std::string& name, RecordPipe& pipe) {
 
 void FileReader::populations(RecordPipe& pipe) {
   std::vector<std::string> names;
-  for (const Link& link : linksOf(openGroup(file_, "nodes", "'/nodes': not a SONATA file of nodes")))
+  const Handle nodes = openGroup(file_, "nodes", "'/nodes': not a SONATA file of nodes");
+  for (const Link& link : linksOf(nodes, budget_, pipe))
     if (link.group) names.push_back(link.name);
   sendTexts(names, RecordKind::names, pipe);
 }
@@ -352,15 +362,15 @@ void FileReader::populations(RecordPipe& pipe) {
 void FileReader::population(const std::string& name, RecordPipe& pipe) {
   const Handle nodes = openGroup(file_, "nodes", "'/nodes': not a SONATA file of nodes");
   const Handle population = openGroup(nodes, name, "population " + inQuotes(name));
-  Columns own(pipe, bytes_, -1);
+  Columns own(pipe, budget_, -1);
   std::map<std::int64_t, std::string> groups;
-  for (const Link& link : linksOf(population)) {
+  for (const Link& link : linksOf(population, budget_, pipe)) {
     if (link.dataset) own.sendDataset(population, link.name, link.name, false);
     if (!link.group) continue;
     if (const auto number = groupNumber(link.name)) groups.emplace(*number, link.name);
   }
   for (const auto& [number, link] : groups)
-    Columns(pipe, bytes_, number).sendGroup(openGroup(population, link, "group " + inQuotes(link)), "", 0);
+    Columns(pipe, budget_, number).sendGroup(openGroup(population, link, "group " + inQuotes(link)), "", 0);
 }
 
 }  // namespace filiform::hdf5

@@ -8,11 +8,18 @@
 
 namespace filiform::hdf5 {
 
+// What a file may claim; Failure beyond it. A hostile file may refer to one array, or one group, from many places.
+struct Budget {
+  std::uint64_t bytes = 0;  // of all datasets
+  std::uint64_t links = 20'000'000;
+};
+
 // Members write the records that index/input/hdf5_protocol.h states, without the last one. They throw Failure.
 //
 // Nothing outside the file is read: external links, external storage, virtual datasets and filter plug-ins are refused.
-// A dataset that claims more than 1100 times the bytes of the file, the most that deflate can pack, is refused before
-// memory is taken for it. Thread rule: one at a time in a process.
+// Datasets that claim more than 1100 times the bytes of the file together, the most that deflate can pack, are refused
+// before memory is taken for them; so is a file with more than 20 million links. Thread rule: one at a time in a
+// process.
 class FileReader {
  public:
   static void prepare();  // once, before the first file
@@ -28,7 +35,7 @@ class FileReader {
 
  private:
   std::int64_t file_;  // hid_t
-  std::uint64_t bytes_ = 0;
+  Budget budget_;
 };
 
 }  // namespace filiform::hdf5

@@ -3,6 +3,7 @@
 
 #include "index/input/hdf5_protocol.h"
 
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <stdexcept>
@@ -25,6 +26,8 @@ class RecordPipe {
   void send(RecordKind kind, const void* payload, std::size_t bytes);
   void send(RecordKind kind, const std::string& payload) { send(kind, payload.data(), payload.size()); }
   void end() { send(RecordKind::end, nullptr, 0); }
+  // Sends an empty record of names if nothing was sent for a second, so that filiform waits on.
+  void alive();
   void fail(const std::string& why) { send(RecordKind::failure, why.substr(0, 1000)); }
   // Sends many bytes as records of at most 1 MiB, each a whole number of `unit` bytes.
   void sendAll(RecordKind kind, const void* bytes, std::size_t count, std::size_t unit);
@@ -32,6 +35,9 @@ class RecordPipe {
   static void putU32(std::string& out, std::uint32_t value);
   static void putU64(std::string& out, std::uint64_t value);
   static void putText(std::string& out, const std::string& text);  // bytes u32, text
+
+ private:
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 
 }  // namespace filiform::hdf5

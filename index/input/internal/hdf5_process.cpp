@@ -15,6 +15,7 @@
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <filesystem>
+#include <fstream>
 #include <poll.h>
 #include <pthread.h>
 #include <spawn.h>
@@ -30,6 +31,7 @@ namespace {
 namespace fs = std::filesystem;
 constexpr const char* kProgram = "filiform-hdf5";
 constexpr std::size_t kPipeBytes = std::size_t{1} << 16;
+constexpr std::chrono::milliseconds kWaitStep{100};
 
 int secondsWithoutBytes() {
   const char* const given = std::getenv("FILIFORM_HDF5_SECONDS");
@@ -76,6 +78,14 @@ class NoPipeSignal {
   sigset_t pipe_{}, before_{};
   bool was_pending_ = false;
 };
+
+// How long a process has waited for a processor; 0 if the system does not say.
+std::chrono::nanoseconds queuedTime(pid_t process) {
+  std::ifstream in("/proc/" + std::to_string(process) + "/schedstat");
+  std::int64_t ran = 0, queued = 0;
+  in >> ran >> queued;
+  return std::chrono::nanoseconds(in ? queued : 0);
+}
 
 void closeFile(int& file) {
   if (file >= 0) ::close(file);
@@ -144,6 +154,7 @@ void Hdf5Process::start() {
   ::close(from[1]);
   to_ = to[1];
   from_ = from[0];
+  ::fcntl(to_, F_SETFL, O_NONBLOCK);  // a program that hangs reads nothing
   if (error != 0) {
     child_ = -1;
     closeFile(to_);
@@ -166,22 +177,46 @@ void Hdf5Process::stop() noexcept {
   at_ = 0;
 }
 
+// Waits for an event of a pipe. Returns false if none came in time.
+bool Hdf5Process::waitFor(int file, short events) const {
+  using std::chrono::steady_clock;
+  std::chrono::nanoseconds waited{0}, queued = queuedTime(child_);
+  while (waited < std::chrono::seconds(secondsWithoutBytes())) {
+    const auto begun = steady_clock::now();
+    pollfd waiting{file, events, 0};
+    const int ready = ::poll(&waiting, 1, static_cast<int>(kWaitStep.count()));
+    if (ready > 0) return true;
+    if (ready < 0 && errno != EINTR) return false;
+    const auto now_queued = queuedTime(child_);
+    const std::chrono::nanoseconds step = std::min<std::chrono::nanoseconds>(steady_clock::now() - begun, kWaitStep);
+    waited += step - std::clamp<std::chrono::nanoseconds>(now_queued - queued, std::chrono::nanoseconds(0), step);
+    queued = now_queued;
+  }
+  return false;
+}
+
 void Hdf5Process::send(Hdf5Bytes bytes) {
   const NoPipeSignal guard;
   while (!bytes.empty()) {
     const ssize_t n = ::write(to_, bytes.data(), bytes.size());
-    if (n < 0 && errno == EINTR) continue;
-    if (n <= 0) throw Ended();
-    bytes = bytes.subspan(static_cast<std::size_t>(n));
+    if (n > 0) {
+      bytes = bytes.subspan(static_cast<std::size_t>(n));
+    } else if (n == 0 || (errno != EINTR && errno != EAGAIN) || !waitFor(to_, POLLOUT)) {
+      throw Ended();
+    }
   }
 }
 
 void Hdf5Process::close() noexcept {
   closeFile(to_);
-  if (child_ > 0)
-    while (::waitpid(child_, nullptr, 0) < 0 && errno == EINTR) {
+  if (child_ > 0 && waitFor(from_, POLLIN)) {
+    pollfd ended{from_, POLLIN, 0};
+    if (::poll(&ended, 1, 0) > 0 && (ended.revents & POLLIN) == 0) {  // it closed its pipe, so it ends
+      while (::waitpid(child_, nullptr, 0) < 0 && errno == EINTR) {
+      }
+      child_ = -1;
     }
-  child_ = -1;
+  }
   stop();
 }
 
@@ -194,25 +229,14 @@ void Hdf5Process::readSome(std::span<std::uint8_t> bytes) {
       bytes = bytes.subspan(n);
       continue;
     }
-    const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(secondsWithoutBytes());
-    for (;;) {
-      const auto left =
-          std::chrono::duration_cast<std::chrono::milliseconds>(deadline - std::chrono::steady_clock::now()).count();
-      if (left <= 0) throw Ended();
-      pollfd waiting{from_, POLLIN, 0};
-      const int ready = ::poll(&waiting, 1, static_cast<int>(left));
-      if (ready > 0) break;
-      if (ready < 0 && errno != EINTR) throw Ended();
-    }
-    buffer_.resize(kPipeBytes);
+    buffer_.clear();
     at_ = 0;
+    if (!waitFor(from_, POLLIN)) throw Ended();
+    buffer_.resize(kPipeBytes);
     const ssize_t n = ::read(from_, buffer_.data(), buffer_.size());
-    if (n < 0 && errno == EINTR) {
-      buffer_.clear();
-      continue;
-    }
+    const bool again = n < 0 && errno == EINTR;
     buffer_.resize(n > 0 ? static_cast<std::size_t>(n) : 0);
-    if (n <= 0) throw Ended();
+    if (n <= 0 && !again) throw Ended();
   }
 }
 

@@ -42,7 +42,8 @@ class Hdf5Process {
 
   // Sends a request, with `file` as its first argument, and passes the records of the answer to `use`. Starts the
   // program if it does not run. Throws IoError naming `file` if the file cannot be read: a failure of the program, its
-  // death, or no byte for kSeconds (the variable FILIFORM_HDF5_SECONDS changes it). The next call then starts it again.
+  // death, or no byte for kSeconds (the variable FILIFORM_HDF5_SECONDS changes it). Time does not count while this
+  // process is stopped, or while the program waits for a processor. The next call then starts the program again.
   // Throws IoError naming the program if it cannot be started. What `use` throws ends the process too.
   void ask(const std::string& op, const std::string& file, const std::vector<std::string>& arguments,
            const UseRecord& use) {
@@ -52,12 +53,13 @@ class Hdf5Process {
   void ask(const std::string& op, const std::string& file, const std::vector<std::string>& arguments,
            const UseRecord& use, Hdf5Bytes values);
   void stop() noexcept;   // kills the program
-  void close() noexcept;  // lets it end by itself
+  void close() noexcept;  // lets it end by itself; kills it after kSeconds
 
   static constexpr int kSeconds = 20;
 
  private:
   void start();
+  bool waitFor(int file, short events) const;
   void send(Hdf5Bytes bytes);
   void readSome(std::span<std::uint8_t> bytes);
   std::string deathOf();

@@ -1,8 +1,6 @@
 #include "index/input/internal/neurite_sections.h"
 
-#include "index/cell/soma.h"
-
-#include <optional>
+#include "index/input/internal/soma_link.h"
 
 namespace filiform::internal {
 
@@ -17,17 +15,13 @@ std::uint32_t NeuriteSections::section(std::uint32_t parent, std::uint16_t type,
 }
 
 void NeuriteSections::finish() {
-  std::optional<std::int64_t> hub;
+  SomaLinks somata(graph_, soma_links_);
   if (!soma_.empty()) {
-    Vector3d centre = Vector3d::Zero();
-    for (const SectionPoint& point : soma_) centre += point.position;
-    centre /= static_cast<double>(soma_.size());
-    double radius = 0;
-    for (const SectionPoint& point : soma_) radius += (point.position - centre).norm();
-    radius = soma_.size() == 1 ? soma_[0].radius : radius / static_cast<double>(soma_.size());
-    hub = static_cast<std::int64_t>(soma_[0].place);
-    graph_.node(*hub, centre, radius, kSomaType, soma_[0].place, "");
-    if (soma_.size() > 1) graph_.remark(InputCode::SOMA_CONTOUR, soma_[0].place, "");
+    std::vector<Vector3d> contour;
+    for (const SectionPoint& point : soma_) contour.push_back(point.position);
+    const std::uint64_t place = soma_[0].place;
+    somata.soma(static_cast<std::int64_t>(place), sphereOfContour(contour), soma_[0].radius, place);
+    if (soma_.size() > 1) graph_.remark(InputCode::SOMA_CONTOUR, place, "");
     for (std::size_t i = 1; i < soma_.size(); ++i) graph_.mergePoint();
   }
   std::vector<std::size_t> last(sections_.size());  // of each section: the place in points_ of its end, or SIZE_MAX
@@ -42,12 +36,11 @@ void NeuriteSections::finish() {
         continue;
       }
       const auto id = static_cast<std::int64_t>(point.place);
-      graph_.node(id, point.position, point.radius, section.type, point.place, "");
-      if (before != SIZE_MAX) {
-        graph_.link(static_cast<std::int64_t>(points_[before].place), id, point.place);
-      } else if (hub && soma_links_) {
-        graph_.link(*hub, id, point.place);
-        graph_.remark(InputCode::SOMA_LINK, point.place, "");
+      if (graph_.node(id, point.position, point.radius, section.type, point.place, "point")) {
+        if (before != SIZE_MAX)
+          graph_.link(static_cast<std::int64_t>(points_[before].place), id, point.place);
+        else
+          somata.link(id, point.position, point.place);
       }
       before = i;
     }

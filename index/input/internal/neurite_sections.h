@@ -1,8 +1,7 @@
 // NeuriteSections: builds the graph of a neuron from its soma and its sections, as H5 and Neurolucida files hold them.
 //
-// A contour of the soma becomes one sample of type 1: at the mean of its points, with their mean distance as radius. It
-// is the first sample, so it is the root. The first point of a section is left out if it repeats the last point of the
-// parent. Each section without a parent is linked to the soma (SOMA_LINK), unless links are switched off.
+// The soma becomes one sample, and each section without a parent is linked to it (soma_link.h). The soma is the first
+// sample, so it is the root. The first point of a section is left out if it repeats the last point of the parent.
 #pragma once
 
 #include "index/input/internal/graph_builder.h"

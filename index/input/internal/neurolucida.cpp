@@ -342,32 +342,22 @@ class AscReader {
     contours_.push_back(std::move(contour));
   }
 
+  // A point that is dropped takes its link to its parent with it. The links of its children are cut.
   void emit() {
-    std::vector<internal::SomaSphere> somata;
-    for (const Contour& contour : contours_) {
-      somata.push_back(contour.sphere);
-      const bool one_point = somata.back().radius == 0;
-      graph_.node(contour.id, somata.back().centre, one_point ? contour.diameter / 2 : somata.back().radius, 1,
-                  contour.line, "soma");
-    }
+    internal::SomaLinks somata(graph_, soma_links_);
+    for (const Contour& contour : contours_)
+      somata.soma(contour.id, contour.sphere, contour.diameter / 2, contour.line);
     for (std::size_t i = 0; i < points_.size(); ++i) {
       const Point& point = points_[i];
-      if (point.bad > 0)
+      if (point.bad > 0) {
         graph_.dropNode(bad_[point.bad - 1].code, point.line, bad_[point.bad - 1].token);
-      else
-        graph_.node(ids_[i], point.position, point.diameter / 2, point.type, point.line, "point");
-    }
-    for (std::size_t i = 0; i < points_.size(); ++i) {
-      const Point& point = points_[i];
-      if (point.bad > 0) continue;
-      if (point.parent != kNoPoint) {
-        graph_.link(ids_[i], ids_[static_cast<std::size_t>(point.parent)], point.line);
-      } else if (soma_links_) {
-        const auto soma = internal::nearestSoma(somata, point.position);
-        if (!soma) continue;
-        graph_.remark(InputCode::SOMA_LINK, point.line, {});
-        graph_.link(ids_[i], contours_[*soma].id, point.line);
+        continue;
       }
+      if (!graph_.node(ids_[i], point.position, point.diameter / 2, point.type, point.line, "point")) continue;
+      if (point.parent != kNoPoint)
+        graph_.link(ids_[i], ids_[static_cast<std::size_t>(point.parent)], point.line);
+      else
+        somata.link(ids_[i], point.position, point.line);
     }
   }
 

@@ -1,5 +1,9 @@
 #include "index/input/internal/soma_link.h"
 
+#include "index/cell/soma.h"
+
+#include <algorithm>
+
 namespace filiform::internal {
 
 SomaSphere sphereOfContour(std::span<const Vector3d> contour) {
@@ -10,13 +14,18 @@ SomaSphere sphereOfContour(std::span<const Vector3d> contour) {
   return sphere;
 }
 
-std::optional<std::size_t> nearestSoma(const std::vector<SomaSphere>& somata, const Vector3d& point) {
-  if (somata.empty() || somata.size() > kMostSomata) return std::nullopt;
-  const auto distance = [&](const SomaSphere& soma) { return (point - soma.centre).norm() - soma.radius; };
-  std::size_t nearest = 0;
-  for (std::size_t i = 1; i < somata.size(); ++i)
-    if (distance(somata[i]) < distance(somata[nearest])) nearest = i;
-  return nearest;
+void SomaLinks::soma(std::int64_t id, const SomaSphere& sphere, double point_radius, std::uint64_t line) {
+  const double radius = sphere.radius == 0 ? point_radius : sphere.radius;
+  if (graph_.node(id, sphere.centre, radius, kSomaType, line, "soma")) somata_.emplace_back(id, sphere);
+}
+
+void SomaLinks::link(std::int64_t id, const Vector3d& point, std::uint64_t line) {
+  if (!links_ || somata_.empty() || somata_.size() > kMostSomata) return;
+  const auto distance = [&](const auto& soma) { return (point - soma.second.centre).norm() - soma.second.radius; };
+  const auto nearest = std::min_element(somata_.begin(), somata_.end(),
+                                        [&](const auto& a, const auto& b) { return distance(a) < distance(b); });
+  graph_.remark(InputCode::SOMA_LINK, line, {});
+  graph_.link(nearest->first, id, line);
 }
 
 }  // namespace filiform::internal

@@ -2,14 +2,15 @@
 //
 // A soma becomes one sample: a sphere at the centroid of its contour points. One link joins each root section to its
 // soma; without these links a hand cannot cross the soma. They are the only geometry that a reader invents, so each is
-// counted as SOMA_LINK, and SwcOptions::soma_links turns them off. Thread rule: values, pure functions.
+// counted as SOMA_LINK, and SwcOptions::soma_links turns them off.
 #pragma once
 
-#include "index/geometry/grid.h"
+#include "index/input/internal/graph_builder.h"
 
 #include <cstddef>
-#include <optional>
+#include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace filiform::internal {
@@ -22,9 +23,26 @@ struct SomaSphere {
 // Requires at least one point. O(points).
 SomaSphere sphereOfContour(std::span<const Vector3d> contour);
 
-// Index of the soma whose surface is nearest to `point`; nullopt without somata, or with more than kMostSomata: the
-// search would then be slow, and the file holds something other than cells. O(somata).
-inline constexpr std::size_t kMostSomata = 4096;
-std::optional<std::size_t> nearestSoma(const std::vector<SomaSphere>& somata, const Vector3d& point);
+// Adds the somata of one file to its graph, and the links to them. Thread rule: thread-compatible.
+class SomaLinks {
+ public:
+  // With more somata, no link is made: the search would be slow, and the file holds something other than cells.
+  static constexpr std::size_t kMostSomata = 4096;
+
+  // `graph` must outlive this object. `links`: SwcOptions::soma_links.
+  SomaLinks(GraphBuilder& graph, bool links) : graph_(graph), links_(links) {}
+
+  // Adds a soma as a sample of type 1. `point_radius`: the radius if all points of the contour coincide. A soma that
+  // the graph drops receives no links.
+  void soma(std::int64_t id, const SomaSphere& sphere, double point_radius, std::uint64_t line);
+  // Links the first point of a root section, a node of the graph, to the soma whose surface is nearest. No effect
+  // without somata. Call it after the last soma. O(somata).
+  void link(std::int64_t id, const Vector3d& point, std::uint64_t line);
+
+ private:
+  GraphBuilder& graph_;
+  bool links_;
+  std::vector<std::pair<std::int64_t, SomaSphere>> somata_;  // those in the graph
+};
 
 }  // namespace filiform::internal

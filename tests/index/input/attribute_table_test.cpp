@@ -50,7 +50,7 @@ TEST(AttributeTable, MistakesNameTheirLine) {
   };
   EXPECT_EQ(reason("id,species\n"), "t.csv:1: has no column name (--key); it has id, species");
   EXPECT_EQ(reason("name,a,a\n"), "t.csv:1: has two columns a");
-  EXPECT_EQ(reason("name,a\nx,1\ny,1,2\n"), "t.csv:3: has 3 fields, but the header 2");
+  EXPECT_EQ(reason("name,a\nx,1\ny,1,2\n"), "t.csv:3: has 3 fields, but the header has 2");
   EXPECT_EQ(reason("name,a\nx,\"1\n"), "t.csv:2: a quote is not closed");
   EXPECT_EQ(reason(""), "t.csv:1: is empty; the first line must name the columns");
   EXPECT_EQ(reason("name\n\xFF\n"), "t.csv:1: is not UTF-8 text");

@@ -103,6 +103,14 @@ TEST(Neurolucida, BadPointsAreDroppedWithARecord) {
             "warn 4 1 2 2 W_BAD_LINE:1 W_BAD_RADIUS:1 W_MISSING_PARENT:2 W_SHORT_LINE:1");
 }
 
+TEST(Neurolucida, APointOutOfRangeTakesItsLinkAlong) {
+  EXPECT_EQ(ascRow(readAsc("((Axon) (0 0 0 1) (1e30 0 0 1) (2 0 0 1))")), "warn 2 0 1 1 W_MISSING_PARENT:1 W_RANGE:1");
+  EXPECT_EQ(ascRow(readAsc(kSoma + "((Axon) (1e30 0 0 1) (2 0 0 1))")),
+            "warn 2 0 1 1 SOMA_CONTOUR:1 W_MISSING_PARENT:1 W_RANGE:1");
+  EXPECT_EQ(ascRow(readAsc("((CellBody) (1e30 0 0 1))((Axon) (0 0 0 1) (2 0 0 1))")),
+            "warn 2 1 1 0 SOMA_CONTOUR:1 W_RANGE:1");
+}
+
 std::string reasonOf(const std::string& text) {
   const AscReading reading = readAsc(text);
   EXPECT_EQ(reading.report.severity, Severity::kRefuse) << text;

@@ -1,4 +1,5 @@
 // Circuits that are wrong, damaged or hostile: each is one line, and nothing is left.
+#include "index/errors.h"
 #include "index/set/tile_set.h"
 #include "tests/support/campaign.h"
 #include "tests/support/process.h"
@@ -264,6 +265,43 @@ TEST_F(CircuitMistakes, TheDeathOfTheReaderIsOneLineOfItsInput) {
   ::unsetenv("FILIFORM_HDF5");
   EXPECT_EQ(outcome.exit_code, 3);
   EXPECT_NE(outcome.err.find("FILIFORM_HDF5"), std::string::npos) << outcome.err;
+}
+
+// It answers `create`, and then reads nothing: the pipe is full, and writing must not wait for ever.
+TEST_F(CircuitMistakes, AWriterThatStopsReadingIsGivenUp) {
+  const std::string script = *folder_ / "stuck";
+  test::writeBytes(script, "#!/bin/sh\nprintf '\\0\\0\\0\\0\\0\\0\\0\\0\\302\\224\\323\\070\\005\\200\\006\\055'\nexec sleep 60\n");
+  fs::permissions(script, fs::perms::owner_all);
+  ::setenv("FILIFORM_HDF5", script.c_str(), 1);
+  ::setenv("FILIFORM_HDF5_SECONDS", "1", 1);
+  std::string said;
+  {
+    Hdf5Writer out(*folder_ / "stuck.h5");
+    try {
+      out.reals("values", "f64", 1, std::vector<double>(100'000, 1.5));
+    } catch (const IoError& failure) {
+      said = failure.what();
+    }
+  }
+  ::unsetenv("FILIFORM_HDF5");
+  ::unsetenv("FILIFORM_HDF5_SECONDS");
+  EXPECT_NE(said.find("stuck.h5: the HDF5 library did not answer for 1 s"), std::string::npos) << said;
+}
+
+// Groups that hold each other as hard links: a search through all paths would not end.
+TEST_F(CircuitMistakes, GroupsThatContainThemselvesAreRefused) {
+  const std::string file = *folder_ / "cycle.h5";
+  const std::string script =
+      "import h5py, sys\nf = h5py.File(sys.argv[1], 'w')\ng = f.create_group('a')\n"
+      "for i in range(60): g['b%d' % i] = g\n";
+  test::writeBytes(*folder_ / "cycle.py", script);
+  const std::string python = "/usr/bin/python3 '" + (*folder_ / "cycle.py") + "' '" + file + "' 2>&1 && echo made";
+  if (outputOf(python).find("made") == std::string::npos) GTEST_SKIP() << "needs python3-h5py";
+  ::setenv("FILIFORM_HDF5_SECONDS", "600", 1);
+  const Outcome outcome = runFiliform({"check", file});
+  ::unsetenv("FILIFORM_HDF5_SECONDS");
+  EXPECT_EQ(outcome.exit_code, 1);
+  EXPECT_NE(outcome.out.find("groups that contain themselves"), std::string::npos) << outcome.out << outcome.err;
 }
 
 TEST_F(CircuitMistakes, TheProgramDoesNotLinkHdf5) {
