@@ -32,7 +32,7 @@ class AttributeTable {
   const std::vector<std::string>& names() const { return names_; }
   std::uint64_t rows() const { return rows_.size(); }
   const std::string& first_key() const { return first_key_; }  // of the first row; empty without rows
-  std::uint64_t repeated() const { return repeated_; }  // rows whose key came before; the first one counts
+  std::uint64_t repeated() const { return repeated_; }         // rows whose key came before; the first one counts
   // Row of a cell's name; kNone if there is none.
   static constexpr std::size_t kNone = SIZE_MAX;
   std::size_t find(std::string_view cell_name) const;

@@ -270,7 +270,8 @@ TEST_F(CircuitMistakes, TheDeathOfTheReaderIsOneLineOfItsInput) {
 // It answers `create`, and then reads nothing: the pipe is full, and writing must not wait for ever.
 TEST_F(CircuitMistakes, AWriterThatStopsReadingIsGivenUp) {
   const std::string script = *folder_ / "stuck";
-  test::writeBytes(script, "#!/bin/sh\nprintf '\\0\\0\\0\\0\\0\\0\\0\\0\\302\\224\\323\\070\\005\\200\\006\\055'\nexec sleep 60\n");
+  test::writeBytes(
+      script, "#!/bin/sh\nprintf '\\0\\0\\0\\0\\0\\0\\0\\0\\302\\224\\323\\070\\005\\200\\006\\055'\nexec sleep 60\n");
   fs::permissions(script, fs::perms::owner_all);
   ::setenv("FILIFORM_HDF5", script.c_str(), 1);
   ::setenv("FILIFORM_HDF5_SECONDS", "1", 1);
