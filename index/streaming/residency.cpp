@@ -202,7 +202,6 @@ bool Residency::loadTogether(std::span<const TileId> tiles) {
   const auto asked = [&](TileId tile) { return std::binary_search(together.begin(), together.end(), tile); };
   std::uint64_t need = 0, keep = 0;
   for (const TileId tile : together) {
-    if (loader.waitsForRetry(tile)) return false;
     if (!loader.inMemory(tile)) need += loader.bytesOf(tile);
   }
   for (const internal::TileSlot* const slot : loader.slots().all())

@@ -153,8 +153,9 @@ class Residency {
   void advance(std::uint64_t tick, std::uint64_t latency_ticks);
 
   // Makes all of `tiles` resident at once, with latency 0. It may evict other tiles, but none that a focus pins.
-  // Returns false, without eviction, if the tiles exceed the budget together or if one waits to be tried again. Also
-  // returns false if a read fails now. The tiles count as requested during the next 256 ticks.
+  // Returns false, without eviction, if the tiles exceed the budget together. Also returns false if a read fails now. A
+  // failed tile is tried again at once: the caller waits for it, and decides when to repeat the call. The tiles count
+  // as requested during the next 256 ticks.
   bool loadTogether(std::span<const TileId> tiles);
 
   // Claims tiles until release(), in the given order, as far as the budget goes. Tiles of HoldKind::cell are claimed

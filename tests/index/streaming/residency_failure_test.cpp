@@ -33,8 +33,6 @@ TEST_F(ResidencyTest, FailedTileIsListedAndTriedAgainLater) {
       const std::string line = residency.failures()[0];
       for (const char* part : {"tile 4", "counting.pack", "16384", "injected"})
         EXPECT_NE(line.find(part), std::string::npos) << line;
-      const TileId one[] = {4};
-      EXPECT_FALSE(residency.loadTogether(one));
     }
   }
   ASSERT_EQ(tries.size(), 3u);
@@ -67,8 +65,20 @@ TEST_F(ResidencyTest, FailureAmongTilesAskedTogetherIsSaid) {
   const TileId tiles[] = {5, 6};
   EXPECT_FALSE(residency.loadTogether(tiles));
   EXPECT_EQ(residency.state(6), TileState::failed);
-  residency.advance(100, 0);
-  EXPECT_TRUE(residency.loadTogether(tiles));
+}
+
+TEST_F(ResidencyTest, TilesAskedTogetherAreTriedAgainAtOnce) {
+  store_->failLoads(6, 3);
+  Residency residency(*store_, options(UINT64_MAX));
+  TileReader& reader = residency.addReader("hand");
+  const TileId tiles[] = {5, 6};
+  for (int i = 0; i < 3; ++i) EXPECT_FALSE(residency.loadTogether(tiles));
+  EXPECT_TRUE(residency.loadTogether(tiles)) << "the store has healed; time has not moved";
+  for (const TileId tile : tiles) EXPECT_NE(reader.tiles().find(tile), nullptr);
+  EXPECT_EQ(store_->loads(6), 4u);
+  EXPECT_EQ(store_->loads(5), 1u);
+  EXPECT_EQ(residency.counters().failures, 3u);
+  EXPECT_TRUE(residency.failures().empty());
 }
 
 // A set on a slow, failing disk; a proxy's active tile, seen by two more readers.

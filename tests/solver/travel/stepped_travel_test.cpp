@@ -123,7 +123,18 @@ TEST_F(Stepped, ATileThatCannotBeReadGivesNoForceAndIsTriedAgain) {
   }
   EXPECT_GT(failures, 1) << "each tick tries again";
   for (TileId tile = 0; tile < store.tile_count(); ++tile) store.failLoads(tile, 0);
-  for (int i = 0; i < 100; ++i) EXPECT_NO_THROW(travel.tick(Vector3d(0.05, 0.025, 0), kStep_s)) << "it goes on";
+  const std::size_t loads = store.loads().size();
+  const ResidencyCounters before = travel.residency();
+  const Vector3d rested_W = travel.place().p_W;
+  for (int i = 0; i < 100; ++i) {
+    const NavigationTick* tick = nullptr;
+    ASSERT_NO_THROW(tick = &travel.tick(Vector3d(0.05, 0.025, 0), kStep_s));
+    ASSERT_FALSE(tick->frontier) << "the first tick after the store heals has its tiles";
+  }
+  EXPECT_EQ(travel.residency().failures, before.failures);
+  EXPECT_GT(travel.residency().reads, before.reads);
+  EXPECT_LE(store.loads().size(), loads + travel.residency().reads - before.reads) << "each tile is read once";
+  EXPECT_GT((travel.place().p_W - rested_W).norm(), 1.0) << "the proxy goes on";
 }
 
 TEST_F(Stepped, RealTimeTicksNeitherAllocateNorWait) {
