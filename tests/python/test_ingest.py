@@ -75,6 +75,10 @@ def test_what_cannot_be_used_is_refused(small, tmp_path):
     assert report.cells == 1 and [name for name, why in report.refused] == ["bad.swc"] and report.refused[0][1]
     with pytest.raises(ValueError):
         ff.ingest(tmp_path / "good.swc", tmp_path / "a.fil")  # it exists
+    with pytest.raises(FileNotFoundError, match="inputs: .*none.swc"):
+        ff.ingest([tmp_path / "good.swc", tmp_path / "none.swc"], tmp_path / "b.fil")
+    with pytest.raises(NotADirectoryError, match="filiform.ingest.*good.swc"):
+        ff.open(tmp_path / "good.swc")
     assert ff.ingest([tmp_path / "bad.swc", tmp_path / "good.swc"], tmp_path / "a.fil", force=True).unchanged
     for wrong, error in ((dict(inputs=[]), ValueError), (dict(inputs="circuit_config.json"), ValueError), (dict(inputs=tmp_path / "none.swc"), OSError),
                          (dict(inputs=[3]), TypeError), (dict(unit="parsec"), ValueError), (dict(memory=5), ValueError),

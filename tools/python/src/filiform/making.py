@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import math
 import os
 from typing import Any, Callable, NamedTuple, Sequence, Union
@@ -69,6 +70,8 @@ def ingest(
         name = os.path.basename(os.fsdecode(path)).lower()
         if name.endswith(".json") or name == "nodes.h5":
             raise ValueError(f"inputs: {name} is a circuit; make its set with the program: filiform ingest {name} -o SET")
+        if "://" not in os.fsdecode(path) and not os.path.exists(path):
+            raise FileNotFoundError(errno.ENOENT, "inputs: no such file or folder", os.fsdecode(path))
     if isinstance(memory, str):
         memory = _core.parse_bytes("memory", memory)
     mantissa, exponent = math.frexp(quantum)

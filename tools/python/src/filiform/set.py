@@ -74,8 +74,9 @@ class Set:
             raise TypeError(f"path: expected text, got {type(name).__name__}")
         if not _is_address(name):
             if not os.path.isdir(name):
-                code = errno.ENOTDIR if os.path.exists(name) else errno.ENOENT
-                raise OSError(code, "filiform.open: no tile set (a folder) here", name)
+                if os.path.exists(name):
+                    raise NotADirectoryError(errno.ENOTDIR, "a file, not a tile set; make one from it with filiform.ingest", name)
+                raise FileNotFoundError(errno.ENOENT, "no such tile set (a folder)", name)
             name = os.path.abspath(name)
         self._token = token
         self._cache = None if cache is None else os.fspath(cache)
