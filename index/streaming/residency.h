@@ -54,7 +54,7 @@ struct ResidencyOptions {
   // Parallel reads in real time; more hide the latency of a slow disk. 0: 1, and for a set at an address as many as the
   // measured time of reads allows, from kLeastRemoteReads to kMostRemoteReads.
   unsigned io_threads = 0;
-  static constexpr unsigned kLeastRemoteReads = 8, kMostRemoteReads = 24;
+  static constexpr unsigned kLeastRemoteReads = 8, kMostRemoteReads = 64;
 };
 
 // What the loader has done so far.

@@ -426,7 +426,7 @@ void addNavigate(CLI::App& app, Chosen& chosen) {
       ->type_name("KIND");
   command
       ->add_option("--io-threads", a->io_threads,
-                   "reads in parallel with --realtime; 0: 1, 8 from an address, 16 with --latency")
+                   "reads in parallel with --realtime; 0: 1, 8 to 64 from an address, 16 with --latency")
       ->capture_default_str();
   command->add_option("--prefetch", a->prefetch, "read tiles ahead by distance or structure; none: only on demand")
       ->capture_default_str();
