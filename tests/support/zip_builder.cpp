@@ -68,7 +68,8 @@ void writeDeflatedZip(const std::string& path, const std::vector<ZipMember>& mem
   for (const ZipMember& member : members) {
     zip_source_t* const source = zip_source_buffer(zip, member.content.data(), member.content.size(), 0);
     const zip_int64_t index = zip_file_add(zip, member.name.c_str(), source, ZIP_FL_ENC_UTF_8);
-    if (index < 0 || zip_set_file_compression(zip, static_cast<zip_uint64_t>(index), ZIP_CM_DEFLATE, 6) != 0) {
+    const zip_int32_t method = member.content.size() > 64 ? ZIP_CM_DEFLATE : ZIP_CM_STORE;
+    if (index < 0 || zip_set_file_compression(zip, static_cast<zip_uint64_t>(index), method, 6) != 0) {
       throw std::runtime_error("cannot add " + member.name);
     }
   }

@@ -25,7 +25,7 @@ inline constexpr std::uint32_t kSymbolicLinkAttributes = 0120777u << 16;
 std::string buildZip(const std::vector<ZipMember>& members, const std::string& comment = "",
                      const std::string& prefix = "");
 
-// Writes the same members, deflated by libzip, to the file `path`.
+// Writes the same members by libzip to the file `path`; those of more than 64 bytes are deflated.
 void writeDeflatedZip(const std::string& path, const std::vector<ZipMember>& members);
 
 }  // namespace filiform::test
