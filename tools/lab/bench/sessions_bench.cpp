@@ -122,14 +122,16 @@ struct TourFigures {
 
 TourFigures tour(const TileSet& set, const std::string& path, std::size_t sessions, double seconds,
                  std::uint64_t budget_bytes, const BenchOptions& options) {
-  SessionServer server(path, budget_bytes);
-  std::vector<std::unique_ptr<TouringClient>> clients;
+  // Planned before a client connects: the server ends a client that is silent meanwhile.
+  std::vector<std::vector<filiform::Route>> planned(sessions);
   for (std::size_t i = 0; i < sessions; ++i) {
     Tour routes(set, options.seed + i);
-    std::vector<filiform::Route> planned;
-    for (std::size_t k = 0; k < kToursOfClient; ++k) planned.push_back(routes.next());
-    clients.push_back(std::make_unique<TouringClient>(server.port(), server.set(), std::move(planned), kModelRate_Hz));
+    for (std::size_t k = 0; k < kToursOfClient; ++k) planned[i].push_back(routes.next());
   }
+  SessionServer server(path, budget_bytes);
+  std::vector<std::unique_ptr<TouringClient>> clients;
+  for (std::vector<filiform::Route>& routes : planned)
+    clients.push_back(std::make_unique<TouringClient>(server.port(), server.set(), std::move(routes), kModelRate_Hz));
   const std::size_t threads = std::max<std::size_t>(1, std::min<std::size_t>(sessions, 2));
   const double warm_s = std::min(3.0, seconds / 2);
   std::atomic<bool> stop{false};
