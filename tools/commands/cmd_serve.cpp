@@ -159,8 +159,7 @@ void addServe(CLI::App& app, Chosen& chosen) {
       ->capture_default_str()
       ->type_name("BYTES");
   command
-      ->add_option("--record-sessions", a->session_folder,
-                   "record each session in this folder, for 'filiform replay'")
+      ->add_option("--record-sessions", a->session_folder, "record each session in this folder, for 'filiform replay'")
       ->type_name("DIR")
       ->check(CLI::ExistingDirectory);
   command->add_option("--log", a->log, "write a line for each request to stderr: text or json")
