@@ -11,8 +11,8 @@ class Silence {
   enum class Due {
     nothing,
     ping,   // the caller sends one, and calls pingSent()
-    close,  // no frame for kIdle_s: the client still answers pings, so it gets a reason
-    end     // no pong for two periods of pings: nobody is there
+    close,  // the client sent no frame for kIdle_s; it still answers pings, so the caller tells it the reason
+    end     // the client answered no ping for twice kPing_s; the caller drops the connection
   };
 
   explicit Silence(double now_s) : heard_s_(now_s), answered_s_(now_s), pinged_s_(now_s) {}
