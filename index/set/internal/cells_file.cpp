@@ -10,7 +10,8 @@ namespace {
 constexpr std::string_view kCellsMagic = "FILICELL";
 constexpr std::size_t kCellRecordBytes = 128;
 
-std::uint32_t pagesOf(std::uint32_t cells) { return (cells + kCellsOfPage - 1) / kCellsOfPage; }
+// Without a sum: the number may come from a damaged file.
+std::uint32_t pagesOf(std::uint32_t cells) { return cells / kCellsOfPage + (cells % kCellsOfPage != 0 ? 1 : 0); }
 
 void writePlace(ByteWriter& out, const CellPagePlace& page) {
   out.u64(page.offset);
