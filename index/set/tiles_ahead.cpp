@@ -6,22 +6,23 @@
 
 namespace filiform {
 
-TilesAhead::TilesAhead(const TileStore& store, std::vector<TileId> tiles, bool with_appearance)
-    : store_(store), tiles_(std::move(tiles)), with_appearance_(with_appearance) {}
+TilesAhead::TilesAhead(const TileStore& store, std::vector<TileId> tiles, bool with_appearance, Reads reads)
+    : store_(store), tiles_(std::move(tiles)), with_appearance_(with_appearance), reads_(reads) {}
 
 TilesAhead::Loaded TilesAhead::next() {
   const bool is_remote = store_.isRemote();
   const auto how = is_remote ? std::launch::async : std::launch::deferred;
+  const bool is_bulk = reads_ == Reads::background;
   while (begun_ < tiles_.size() && pending_.size() < (is_remote ? kRemoteTiles : 1)) {
     const TileId tile = tiles_[begun_++];
     Pending& pending = pending_.emplace_back();
-    pending.tile = std::async(how, [&store = store_, tile] {
-      const internal::BackgroundReads background;
+    pending.tile = std::async(how, [&store = store_, tile, is_bulk] {
+      const internal::BackgroundReads background(is_bulk);
       return store.load(tile);
     });
     if (!with_appearance_) continue;
-    pending.appearance = std::async(how, [&store = store_, tile] {
-      const internal::BackgroundReads background;
+    pending.appearance = std::async(how, [&store = store_, tile, is_bulk] {
+      const internal::BackgroundReads background(is_bulk);
       return store.loadAppearance(tile);
     });
   }

@@ -25,8 +25,13 @@ class TilesAhead {
     TileAppearance appearance;  // empty unless asked for
   };
 
+  enum class Reads {
+    background,  // bulk work: never delays the reads for a moving hand
+    awaited      // a user waits for it
+  };
+
   // The store must outlive this object.
-  TilesAhead(const TileStore& store, std::vector<TileId> tiles, bool with_appearance);
+  TilesAhead(const TileStore& store, std::vector<TileId> tiles, bool with_appearance, Reads reads = Reads::background);
 
   // The next tile. Throws what the store throws. Requires that not all tiles were taken.
   Loaded next();
@@ -39,6 +44,7 @@ class TilesAhead {
   const TileStore& store_;
   const std::vector<TileId> tiles_;
   const bool with_appearance_;
+  const Reads reads_;
   std::size_t begun_ = 0;
   std::deque<Pending> pending_;
 };

@@ -1,6 +1,7 @@
 #include "solver/travel/place_finder.h"
 
 #include "index/errors.h"
+#include "index/set/tiles_ahead.h"
 #include "index/text.h"
 #include "solver/graph/graph_view.h"
 
@@ -45,6 +46,21 @@ struct PlaceFinder::Impl {
     return reading.graph.placeAt(tile, segment, t);
   }
 
+  // The place of a sample at this point: on its segment with the lowest id.
+  ProxyPlace atNode(NodeId sample, const GridPoint& p) const {
+    const TileId home = store.home(p);
+    if (home != kNoTile) {
+      const std::shared_ptr<const Tile> tile = store.load(home);
+      // Segments lie in the order of their ids.
+      for (std::uint32_t s = 0; s < tile->segment_count(); ++s) {
+        const Tile::Link link = tile->link(s);
+        if (link.child_id == sample || link.parent_id == sample)
+          return at(home, tile->segmentId(s), link.child_id == sample ? 0 : 1);
+      }
+    }
+    throw InputError("a sample lies in no tile: verify the set");
+  }
+
   const TileStore& store;
   Nearest nearest;
   std::mutex mutex;  // of `somata`
@@ -82,19 +98,22 @@ std::shared_ptr<const CellWalk> PlaceFinder::walk(std::uint32_t cell) const {
   return std::make_shared<const CellWalk>(readCell(impl_->store, cell, true));
 }
 
+// Reads the cell's tiles until one has the root's sample: most of a large cell lies elsewhere.
 ProxyPlace PlaceFinder::soma(std::uint32_t cell) const {
-  const std::shared_ptr<const CellWalk> read = walk(cell);
-  const CellGraph& graph = read->graph();
-  std::uint32_t best = 0;
-  for (std::uint32_t node = 0; node < read->samples(); ++node) {
-    if (graph.parents[node] != kNoParent) continue;
-    if (graph.types[node] == kSomaType) {
-      best = node;
-      break;
+  const CellDetail detail = impl_->store.loadCellDetail(cell);
+  const auto soma = std::find_if(detail.roots.begin(), detail.roots.end(),
+                                 [](const CellDetail::Root& root) { return root.type == kSomaType; });
+  const auto root = soma != detail.roots.end() ? soma : detail.roots.begin();
+  if (root != detail.roots.end()) {
+    const NodeId sample{cell, root->rank};
+    TilesAhead ahead(impl_->store, detail.tiles, false, TilesAhead::Reads::awaited);
+    for (std::size_t i = 0; i < detail.tiles.size(); ++i) {
+      const std::shared_ptr<const Tile> tile = ahead.next().tile;
+      for (std::uint32_t node = 0; node < tile->node_count(); ++node)
+        if (tile->nodeId(node) == sample) return impl_->atNode(sample, tile->gridPoint(node));
     }
-    if (graph.parents[best] != kNoParent) best = node;
   }
-  return atSample(*read, cell, best);
+  throw InputError("the cell's root lies in no tile: verify the set");
 }
 
 ProxyPlace PlaceFinder::find(const CellQuery& query) const {

@@ -19,7 +19,8 @@ namespace filiform {
 
 struct OpenedScene {
   std::unique_ptr<TileStore> store;
-  std::unique_ptr<Levels> levels;  // of the store; nullptr: it has none
+  std::function<std::unique_ptr<Levels>()> open_levels;  // of the store, on another thread; empty: it has none
+  std::unique_ptr<Levels> levels;                        // what it returned
   bool in_memory = false;
   std::string name;  // for the user
 };

@@ -98,7 +98,7 @@ class Applications : public ::testing::Test {
       auto source = std::make_unique<FaultySource>(openFolder(paths.front()), std::move(plan));
       FaultySource& faults = *source;
       auto set = TileSet::open(std::move(source));
-      scene.levels = Levels::open(*set);
+      scene.open_levels = [&set = *set] { return Levels::open(set); };
       faults.arm();
       scene.store = std::move(set);
       scene.name = "a";

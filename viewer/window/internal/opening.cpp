@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <chrono>
+#include <functional>
+#include <future>
 
 namespace filiform::internal {
 
@@ -17,10 +19,29 @@ bool isThere(const std::future<T>& future) {
   return future.valid() && future.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
 }
 
+// The user's last place, else the soma of the largest cell.
+ProxyPlace startOf(const Opened& opened) {
+  const TileStore& store = *opened.scene.store;
+  if (opened.saved && !opened.saved->history().places().empty())
+    return opened.saved->history().places()[opened.saved->history().now()];
+  if (store.cell_count() == 0) return {};
+  // From far away, the first cells only: the whole table may be larger than all that the picture needs.
+  const std::uint32_t cells = store.isRemote() ? std::min(store.cell_count(), kFirstCells) : store.cell_count();
+  std::uint32_t largest = 0;
+  for (std::uint32_t cell = 1; cell < cells; ++cell)
+    if (store.cell(cell).segments > store.cell(largest).segments) largest = cell;
+  return opened.finder->soma(largest);
+}
+
 Opened openScene(const std::vector<std::string>& paths, const Opening::Open& open) {
   Opened opened;
   opened.scene = open(paths);
   const TileStore& store = *opened.scene.store;
+  // From far away, levels and start come at the same time.
+  std::future<std::unique_ptr<Levels>> levels;
+  if (opened.scene.open_levels)
+    levels =
+        std::async(store.isRemote() ? std::launch::async : std::launch::deferred, std::ref(opened.scene.open_levels));
   opened.finder = std::make_unique<PlaceFinder>(store);
   try {
     opened.saved = std::make_unique<SavedHistory>(store, SavedHistory::pathFor(paths.front()));
@@ -28,15 +49,8 @@ Opened openScene(const std::vector<std::string>& paths, const Opening::Open& ope
   } catch (const Error& error) {
     opened.warnings.emplace_back(error.what());
   }
-  if (opened.saved && !opened.saved->history().places().empty())
-    opened.start = opened.saved->history().places()[opened.saved->history().now()];
-  if (opened.start.valid() || store.cell_count() == 0) return opened;
-  // From far away, the first cells only: the whole table may be larger than all that the picture needs.
-  const std::uint32_t cells = store.isRemote() ? std::min(store.cell_count(), kFirstCells) : store.cell_count();
-  std::uint32_t largest = 0;
-  for (std::uint32_t cell = 1; cell < cells; ++cell)
-    if (store.cell(cell).segments > store.cell(largest).segments) largest = cell;
-  opened.start = opened.finder->soma(largest);
+  opened.start = startOf(opened);
+  if (levels.valid()) opened.scene.levels = levels.get();
   return opened;
 }
 

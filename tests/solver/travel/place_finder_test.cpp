@@ -1,0 +1,56 @@
+#include "solver/travel/place_finder.h"
+
+#include "index/build/memory_tiles.h"
+#include "index/errors.h"
+#include "tests/support/counting_store.h"
+#include "tests/support/random_cells.h"
+
+#include <gtest/gtest.h>
+
+namespace filiform {
+namespace {
+
+// What the whole cell says: its first root of type 1, else its first root.
+std::uint32_t rootOf(const CellGraph& graph) {
+  std::uint32_t first = kNoParent;
+  for (std::uint32_t node = 0; node < graph.samples(); ++node) {
+    if (graph.parents[node] != kNoParent) continue;
+    if (graph.types[node] == kSomaType) return node;
+    first = std::min(first, node);
+  }
+  return first;
+}
+
+TEST(PlaceFinder, TheSomaIsTheOneThatTheWholeCellShows) {
+  CellList cells(test::randomColumn(11, 30, 300, 200));
+  const auto store = buildTilesInMemory(cells, {.capacity = 50});
+  const PlaceFinder finder(*store);
+  for (std::uint32_t cell = 0; cell < store->cell_count(); ++cell) {
+    const CellGraph graph = readCell(*store, cell, true);
+    const std::uint32_t root = rootOf(graph);
+    const ProxyPlace place = finder.soma(cell);
+    ASSERT_TRUE(place.valid()) << cell;
+    EXPECT_TRUE(place.at_node) << cell;
+    EXPECT_EQ(place.node, (NodeId{cell, root})) << cell;
+    EXPECT_EQ(place.p_W, graph.position_W(root)) << cell;
+    const auto walk = finder.walk(cell);
+    EXPECT_EQ(place.segment, finder.atSample(*walk, cell, root).segment) << cell;
+  }
+}
+
+TEST(PlaceFinder, ASomaIsFoundWithoutReadingTheWholeCell) {
+  CellList cells(test::randomColumn(12, 20, 2000, 200));
+  const auto built = buildTilesInMemory(cells, {.capacity = 50});
+  std::size_t tiles = 0, loads = 0;
+  for (std::uint32_t cell = 0; cell < built->cell_count(); ++cell) {
+    const test::CountingStore store(*built);
+    PlaceFinder(store).soma(cell);
+    tiles += store.loadCellDetail(cell).tiles.size();
+    loads += store.loads().size();
+  }
+  EXPECT_GT(tiles, 400u);
+  EXPECT_LT(loads, tiles);
+}
+
+}  // namespace
+}  // namespace filiform
