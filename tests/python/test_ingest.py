@@ -73,8 +73,10 @@ def test_what_cannot_be_used_is_refused(small, tmp_path):
         ff.ingest([tmp_path / "bad.swc", tmp_path / "good.swc"], tmp_path / "a.fil", strict=True)
     report = ff.ingest([tmp_path / "bad.swc", tmp_path / "good.swc"], tmp_path / "a.fil")
     assert report.cells == 1 and [name for name, why in report.refused] == ["bad.swc"] and report.refused[0][1]
-    with pytest.raises(ValueError):
-        ff.ingest(tmp_path / "good.swc", tmp_path / "a.fil")  # it exists
+    with pytest.raises(ValueError, match="force=True replaces it"):
+        ff.ingest(tmp_path / "good.swc", tmp_path / "a.fil")
+    with pytest.raises(ValueError, match="^unit parsec: give um"):
+        ff.ingest(tmp_path / "good.swc", tmp_path / "b.fil", unit="parsec")
     with pytest.raises(FileNotFoundError, match="inputs: .*none.swc"):
         ff.ingest([tmp_path / "good.swc", tmp_path / "none.swc"], tmp_path / "b.fil")
     with pytest.raises(NotADirectoryError, match="filiform.ingest.*good.swc"):

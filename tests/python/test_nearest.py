@@ -144,6 +144,13 @@ def meeting(brute, lo, hi):
     return inside & (begin <= end)
 
 
+def test_messages_name_the_argument_and_the_shape(s):
+    with pytest.raises(ValueError, match=r"^points: expected shape \(3,\) or \(..., 3\), got \(3, 5\); transpose it with .T$"):
+        s.nearest(np.zeros((3, 5)))
+    with pytest.raises(ValueError, match=r"^opposing_corner: expected shape \(3,\), got \(2,\)$"):
+        s.box_query([0, 0, 0], [1, 2])
+
+
 def test_box_query_is_brute_force(s, brute, random):
     middle = s.bounds.mean(axis=0)
     for _ in range(10):

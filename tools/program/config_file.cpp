@@ -27,13 +27,12 @@ class CommandTables : public CLI::ConfigTOML {
     for (CLI::ConfigItem& item : CLI::ConfigTOML::from_config(in)) {
       if (item.name == "++" || item.name == "--") continue;  // a table begins or ends
       if (item.parents.size() != 1)
-        throw UsageError("--config: '" + escaped(item.fullname(), 80) +
+        throw UsageError(place() + "'" + escaped(item.fullname(), 80) +
                          "' is in no table of a command; write [ingest] above the options of ingest");
       const CLI::App* const command = commandOf(item.parents[0]);
       if (command->get_prefix_command()) continue;  // the other program reads its own tables
       const CLI::Option& option = optionOf(*command, item.name);
-      const bool is_set =
-          option.count() > 0 || (!option.get_envname().empty() && std::getenv(option.get_envname().c_str()) != nullptr);
+      const bool is_set = option.count() > 0 || isInEnvironment(option);
       if (!app_.got_subcommand(command) || is_set) continue;
       used.push_back(std::move(item));
     }
@@ -41,6 +40,7 @@ class CommandTables : public CLI::ConfigTOML {
   }
 
  private:
+  std::string place() const { return "--config " + escaped(app_.get_config_ptr()->as<std::string>(), 200) + ": "; }
   static bool isInEnvironment(const CLI::Option& option) {
     const std::string& variable = option.get_envname();
     const char* const value = variable.empty() ? nullptr : std::getenv(variable.c_str());
@@ -52,9 +52,9 @@ class CommandTables : public CLI::ConfigTOML {
       if (command->get_name() == name) return command;
       near.offer(command->get_name());
     }
-    throw UsageError("--config: [" + escaped(name, 80) + "] is no command" + didYouMean(near.names()));
+    throw UsageError(place() + "[" + escaped(name, 80) + "] is no command" + didYouMean(near.names()));
   }
-  static const CLI::Option& optionOf(const CLI::App& command, const std::string& name) {
+  const CLI::Option& optionOf(const CLI::App& command, const std::string& name) const {
     NearNames near(name);
     for (const CLI::Option* option : command.get_options()) {
       for (const std::string& long_name : option->get_lnames()) {
@@ -62,7 +62,7 @@ class CommandTables : public CLI::ConfigTOML {
         near.offer(long_name);
       }
     }
-    throw UsageError("--config: '" + escaped(name, 80) + "' is no option of " + command.get_name() +
+    throw UsageError(place() + "'" + escaped(name, 80) + "' is no option of " + command.get_name() +
                      didYouMean(near.names()));
   }
 

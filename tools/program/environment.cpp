@@ -1,5 +1,7 @@
 #include "tools/program/environment.h"
 
+#include "index/text.h"
+
 #include <algorithm>
 #include <array>
 #include <cstdlib>
@@ -27,13 +29,17 @@ void addEnvironment(CLI::App& app) {
 std::string originOf(const CLI::App& app, const std::string& message, const std::vector<std::string>& words) {
   for (const CLI::App* command : app.get_subcommands())
     for (const CLI::Option* option : command->get_options()) {
-      const std::string& variable = option->get_envname();
-      if (variable.empty() || std::getenv(variable.c_str()) == nullptr) continue;
+      if (option->count() == 0) continue;
       const std::string name = option->get_name();
       const bool given = std::any_of(words.begin(), words.end(), [&](const std::string& word) {
         return word == name || word.starts_with(name + "=");
       });
-      if (!given && message.find(name) != std::string::npos) return " (from the variable " + variable + ")";
+      if (given || message.find(name) == std::string::npos) continue;
+      const std::string& variable = option->get_envname();
+      const char* const value = variable.empty() ? nullptr : std::getenv(variable.c_str());
+      if (value != nullptr && *value != '\0') return " (from the variable " + variable + ")";
+      const CLI::Option* const config = app.get_config_ptr();
+      if (config != nullptr && config->count() > 0) return " (from " + escaped(config->as<std::string>(), 200) + ")";
     }
   return "";
 }

@@ -15,7 +15,8 @@ namespace filiform::tools {
 void addEnvironment(CLI::App& app);
 
 // For a message about a refused value: " (from the variable FILIFORM_THREADS)" if the message names an option that
-// comes from a variable, otherwise "". `words`: of the command line.
+// comes from a variable, " (from f.toml)" if it comes from the file of --config, otherwise "". `words`: of the command
+// line.
 std::string originOf(const CLI::App& app, const std::string& message, const std::vector<std::string>& words);
 
 }  // namespace filiform::tools

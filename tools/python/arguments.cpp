@@ -49,8 +49,11 @@ PointsArgument pointsArgument(const char* name, py::handle value) {
   PointsArgument argument;
   argument.array = doubles(name, value);
   const py::array& array = argument.array;
-  if (array.ndim() < 1 || array.shape(array.ndim() - 1) != 3)
-    throw py::value_error(std::string(name) + ": expected shape (3,) or (..., 3), got " + shapeText(array));
+  if (array.ndim() < 1 || array.shape(array.ndim() - 1) != 3) {
+    const bool is_turned = array.ndim() == 2 && array.shape(0) == 3;
+    throw py::value_error(std::string(name) + ": expected shape (3,) or (..., 3), got " + shapeText(array) +
+                          (is_turned ? "; transpose it with .T" : ""));
+  }
   argument.outer_shape.assign(array.shape(), array.shape() + array.ndim() - 1);
   static_assert(sizeof(Vector3d) == 3 * sizeof(double));
   argument.points = {static_cast<const Vector3d*>(array.data()), static_cast<std::size_t>(array.size()) / 3};
@@ -62,10 +65,10 @@ PointsArgument pointsArgument(const char* name, py::handle value) {
 }
 
 Vector3d pointArgument(const char* name, py::handle value) {
-  const PointsArgument argument = pointsArgument(name, value);
-  if (!argument.outer_shape.empty())
-    throw py::value_error(std::string(name) + ": expected shape (3,), got " + shapeText(argument.array));
-  return argument.points[0];
+  const py::array array = doubles(name, value);
+  if (array.ndim() != 1 || array.shape(0) != 3)
+    throw py::value_error(std::string(name) + ": expected shape (3,), got " + shapeText(array));
+  return pointsArgument(name, array).points[0];
 }
 
 double numberArgument(const char* name, py::handle value) {

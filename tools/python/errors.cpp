@@ -4,9 +4,30 @@
 #include "device/haptic_device.h"
 #include "tools/python/internal/bindings.h"
 
+#include <string>
+#include <string_view>
+#include <utility>
+
 namespace filiform::python {
 
 namespace py = pybind11;
+
+namespace {
+
+// Names the options of the program as arguments: "--budget 1" becomes "budget 1".
+std::string inPython(std::string text) {
+  static const std::pair<std::string_view, std::string_view> kWords[] = {
+      {"--force replaces it", "force=True replaces it"},
+      {"make one with filiform ingest", "make one without add=True"}};
+  for (const auto& [program, python] : kWords)
+    if (const std::size_t at = text.find(program); at != std::string::npos) text.replace(at, program.size(), python);
+  for (std::size_t at = 0; (at = text.find("--", at)) != std::string::npos; ++at)
+    if ((at == 0 || text[at - 1] == ' ') && at + 2 < text.size() && text[at + 2] >= 'a' && text[at + 2] <= 'z')
+      text.erase(at, 2);
+  return text;
+}
+
+}  // namespace
 
 void addErrors(py::module_& module) {
   // Kept for the life of the process: translators outlive the module's dictionary.
@@ -19,9 +40,9 @@ void addErrors(py::module_& module) {
     } catch (const CorruptSet& error) {
       PyErr_SetString(corrupt, error.what());
     } catch (const UsageError& error) {
-      PyErr_SetString(PyExc_ValueError, error.what());
+      PyErr_SetString(PyExc_ValueError, inPython(error.what()).c_str());
     } catch (const InputError& error) {
-      PyErr_SetString(PyExc_ValueError, error.what());
+      PyErr_SetString(PyExc_ValueError, inPython(error.what()).c_str());
     } catch (const IoError& error) {
       PyErr_SetString(PyExc_OSError, error.what());
     } catch (const ClosedPipe& error) {
