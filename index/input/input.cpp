@@ -50,6 +50,21 @@ InputReport unreadable(const std::string& reason) {
   return report;
 }
 
+// What the user may have meant by a folder without inputs.
+std::string hintAt(const fs::path& folder) {
+  std::error_code error;
+  if (fs::is_regular_file(folder / "circuit_config.json", error)) return "; for the circuit, name circuit_config.json";
+  const fs::directory_iterator end;
+  for (fs::directory_iterator at(folder, error); !error && at != end; at.increment(error)) {
+    const std::string name = at->path().filename().string();
+    if (endsWithNoCase(name, ".h5")) return "; name H5 files of morphologies themselves, such as " + escaped(name, 100);
+    std::error_code absent;
+    if (fs::is_regular_file(at->path() / "info", absent))
+      return "; for skeletons, name their folder, such as " + escaped(name, 100);
+  }
+  return {};
+}
+
 bool isUnreadable(const InputReport& report) { return report.codes[InputCode::E_UNREADABLE] > 0; }
 
 }  // namespace
@@ -120,7 +135,8 @@ void Input::State::list(const std::string& argument) {
     const std::vector<ListedFile> found = internal::listFiles(argument, listing);
     if (found.empty())
       throw InputError(escaped(argument) +
-                       ": no .swc or .asc file, MouseLight .json or archive (.zip, .tar, .tar.gz) in this folder");
+                       ": no .swc or .asc file, MouseLight .json or archive (.zip, .tar, .tar.gz) in this folder" +
+                       hintAt(argument));
     for (const ListedFile& file : found) addFile(file);
   } else if (fs::is_regular_file(status)) {
     addFile(internal::fileArgument(argument, name));

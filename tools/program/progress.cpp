@@ -57,7 +57,7 @@ void setProgressStyle(ProgressStyle style) { chosen_style = style; }
 
 Progress::Progress(ProgressOptions options)
     : options_(std::move(options)), clock_([] { return std::chrono::steady_clock::now(); }) {
-  started_ = shown_ = clock_();
+  started_ = shown_ = counting_ = clock_();
   json_ = chosen_style == ProgressStyle::json;
   if (chosen_style == ProgressStyle::none || (!json_ && ::isatty(STDERR_FILENO) == 0)) return;
   columns_ = terminalColumns();
@@ -69,7 +69,7 @@ Progress::Progress(ProgressOptions options)
 
 Progress::Progress(ProgressOptions options, Sink sink, Clock clock, int columns, bool json)
     : options_(std::move(options)), sink_(std::move(sink)), clock_(std::move(clock)), columns_(columns), json_(json) {
-  started_ = shown_ = clock_();
+  started_ = shown_ = counting_ = clock_();
 }
 
 Progress::~Progress() {
@@ -83,6 +83,7 @@ Progress::~Progress() {
 void Progress::refresh() {
   calls_ = 0;
   const auto now = clock_();
+  if (done_ == 0) counting_ = now;  // what comes before, such as listing an archive, says nothing about the rate
   const auto since = now - shown_;
   // Look at the clock after so many calls that the look costs almost nothing.
   if (since < kBetweenLines / 8) {
@@ -92,10 +93,10 @@ void Progress::refresh() {
   }
   if (since < kBetweenLines) return;
   shown_ = now;
-  const double elapsed_s = std::chrono::duration<double>(now - started_).count();
-  if (json_) return sink_(jsonLine(options_, done_, elapsed_s));
+  if (json_) return sink_(jsonLine(options_, done_, std::chrono::duration<double>(now - started_).count()));
   visible_ = true;
-  sink_("\r" + line(options_, done_, elapsed_s, columns_ - 1) + "\x1b[K");
+  const double counting_s = std::chrono::duration<double>(now - counting_).count();
+  sink_("\r" + line(options_, done_, counting_s, columns_ - 1) + "\x1b[K");
 }
 
 void Progress::finish() {

@@ -65,6 +65,7 @@ class Progress {
   Clock clock_;
   int columns_ = 80;
   std::chrono::steady_clock::time_point started_, shown_;
+  std::chrono::steady_clock::time_point counting_;  // when the amount was last seen at 0: rate and time left begin here
   std::uint64_t done_ = 0;
   std::uint64_t calls_ = 0, calls_between_ = 1;
   bool visible_ = false;

@@ -85,6 +85,19 @@ TEST(ReadersCommand, MistakesAreToldInOneLine) {
   refused("renamed.swc", packed,
           "packed or binary data, not text; give it its own ending (.gz, .tar, .tar.gz, .zip), or "
           "unpack it (E_NOT_TEXT)");
+  const auto hinted = [&](const std::string& made, const std::string& hint) {
+    const std::string inside = folder / "hint";
+    std::filesystem::create_directories((inside + made).substr(0, (inside + made).rfind('/')));
+    test::writeBytes(inside + made, "{}");
+    const Outcome outcome = runFiliform({"check", inside});
+    EXPECT_EQ(outcome.exit_code, 1) << made;
+    EXPECT_TRUE(outcome.oneLineOnStderr()) << outcome.err;
+    EXPECT_NE(outcome.err.find("in this folder; " + hint), std::string::npos) << outcome.err;
+    std::filesystem::remove_all(inside);
+  };
+  hinted("/circuit_config.json", "for the circuit, name circuit_config.json");
+  hinted("/cell.h5", "name H5 files of morphologies themselves, such as cell.h5");
+  hinted("/skeletons/info", "for skeletons, name their folder, such as skeletons");
   std::filesystem::create_directory(folder.file("shards"));
   test::writeBytes(folder.file("shards/0.shard"), "x");
   const Outcome shards = runFiliform({"check", folder.file("shards")});
