@@ -9,7 +9,8 @@ namespace filiform::internal {
 void drawAttributes(const PanelData& d, PanelRequests& requests) {
   if (d.attribute_names.empty() || d.size.width < 480 * d.scale || d.size.height < 300 * d.scale) return;
   const double width = 220 * d.scale;
-  ImGui::SetNextWindowPos(vec(d.size.width - 10 * d.scale, d.size.height * 0.22), ImGuiCond_Always, vec(1, 0));
+  const double below_force = std::max(d.size.height * 0.22, 145 * d.scale);
+  ImGui::SetNextWindowPos(vec(d.size.width - 10 * d.scale, below_force), ImGuiCond_Always, vec(1, 0));
   ImGui::SetNextWindowSizeConstraints(vec(width, 0), vec(width, d.size.height * 0.5));
   ImGui::SetNextWindowBgAlpha(kPanelAlpha);
   ImGui::Begin("attributes", nullptr,
