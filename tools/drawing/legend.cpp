@@ -15,7 +15,8 @@ void drawLegend(Image& image, const CellColours& colours) {
   const std::size_t shown = std::min(colours.legend.size(), most);
   std::vector<std::string> lines{escaped(colours.attribute, 40)};
   for (std::size_t i = 0; i < shown; ++i)
-    lines.push_back(escaped(colours.legend[i].value, 40) + "  " + std::to_string(colours.legend[i].cells));
+    lines.push_back(escaped(colours.legend[i].value, 40) + "  (" + std::to_string(colours.legend[i].cells) +
+                    (colours.legend[i].cells == 1 ? " cell)" : " cells)"));
   if (shown < colours.legend.size()) lines.push_back("and " + std::to_string(colours.legend.size() - shown) + " more");
   double widest = 0;
   for (const std::string& text : lines) widest = std::max(widest, Canvas::textWidth(text, capital));

@@ -14,6 +14,7 @@
 #include <cstring>
 #include <filesystem>
 #include <set>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -284,6 +285,42 @@ TEST_F(Export, ShardsHoldTheSameSkeletons) {
     EXPECT_EQ(refused.exit_code, 2) << refused.err;
     EXPECT_TRUE(refused.oneLineOnStderr()) << refused.err;
   }
+}
+
+// The rows of `cells --tsv` without id, name and source, ascending.
+std::vector<std::string> shapesOf(const std::string& set) {
+  const Outcome cells = runFiliform({"cells", set, "--tsv"});
+  std::istringstream lines(cells.out);
+  std::vector<std::string> shapes;
+  for (std::string line; std::getline(lines, line);) {
+    std::size_t at = 0;
+    for (int column = 0; column < 3; ++column) at = line.find('\t', at) + 1;
+    shapes.push_back(line.substr(at));
+  }
+  std::sort(shapes.begin(), shapes.end());
+  return shapes;
+}
+
+TEST_F(Export, ShardsComeBackThroughIngest) {
+  const std::string zip = path("back.zip"), set = path("back.fil"), again = path("again.fil");
+  ASSERT_EQ(runFiliform({"synth", zip, "--cells", "30", "--seed", "4"}).exit_code, 0);
+  ingest(zip, set);
+  ASSERT_EQ(runFiliform({"export", set, "--all", "--format", "precomputed", "-o", path("shards")}).exit_code, 0);
+  const Outcome made = runFiliform({"ingest", path("shards"), "-o", again});
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  const std::vector<std::string> shapes = shapesOf(set);
+  EXPECT_EQ(shapes.size(), 31u);
+  EXPECT_EQ(shapesOf(again), shapes);
+
+  std::string bytes = test::readBytes(path("shards/0.shard"));
+  bytes.replace(0, 16, std::string(16, '\x7F'));
+  test::writeBytes(path("shards/0.shard"), bytes);
+  const Outcome outside = runFiliform({"ingest", path("shards"), "-o", path("outside.fil")});
+  EXPECT_EQ(outside.exit_code, 1);
+  EXPECT_TRUE(outside.oneLineOnStderr()) << outside.err;
+  EXPECT_NE(outside.err.find("0.shard: minishard 0: its index lies outside the file"), std::string::npos)
+      << outside.err;
+  EXPECT_FALSE(fs::exists(path("outside.fil")));
 }
 
 TEST(SkeletonShards, SpreadManyCellsOverFiles) {

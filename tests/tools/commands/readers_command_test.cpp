@@ -6,7 +6,9 @@
 #include "tests/support/zip_builder.h"
 
 #include <filesystem>
+#include <iterator>
 #include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -104,6 +106,75 @@ TEST(ReadersCommand, MistakesAreToldInOneLine) {
   EXPECT_EQ(shards.exit_code, 1);
   EXPECT_TRUE(shards.oneLineOnStderr());
   EXPECT_NE(shards.err.find("holds shards of skeletons, but no info file"), std::string::npos) << shards.err;
+}
+
+TEST(ReadersCommand, AttributesOfATableGoWithTheCells) {
+  const test::TempFolder folder;
+  const std::string lab = folder / "lab", table = folder / "lab.csv", set = folder / "lab.fil";
+  std::filesystem::create_directory(lab);
+  for (const char* const name : {"/n1.CNG.swc", "/n2.CNG.swc", "/n3.swc"}) test::writeBytes(lab + name, kCell);
+  test::writeBytes(table,
+                   "neuron_name,species,region,depth\nn1,rat,\"cortex, layer 5\",12.5\nn2,mouse,,3\nn9,rat,x,1\n");
+  const Outcome made = runFiliform({"ingest", lab, "-o", set, "--attributes", table, "--key", "neuron_name"});
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  EXPECT_NE(made.out.find("lab.csv: attributes: 3; cells with a row: 2, without: 1; rows without a cell: 1\n"),
+            std::string::npos)
+      << made.out;
+  const Outcome cells = runFiliform({"cells", set, "--tsv", "--where", "species=rat"});
+  EXPECT_NE(cells.out.find("\tdepth\tregion\tspecies\n"), std::string::npos) << cells.out;
+  EXPECT_NE(cells.out.find("\t12.5\tcortex, layer 5\trat\n"), std::string::npos) << cells.out;
+  EXPECT_EQ(cells.out.find("mouse"), std::string::npos) << cells.out;
+
+  const auto refused = [&](std::vector<std::string> arguments, int exit_code, const std::string& words) {
+    arguments.insert(arguments.begin(), {"ingest", lab, "-o", folder / "no.fil"});
+    const Outcome outcome = runFiliform(arguments);
+    EXPECT_EQ(outcome.exit_code, exit_code) << outcome.err;
+    EXPECT_TRUE(outcome.oneLineOnStderr()) << outcome.err;
+    EXPECT_NE(outcome.err.find(words), std::string::npos) << outcome.err;
+    EXPECT_FALSE(std::filesystem::exists(folder / "no.fil"));
+  };
+  refused({"--attributes", table}, 2, "--attributes and --key go together");
+  refused({"--attributes", table, "--key", "name"}, 1, "lab.csv:1: has no column name (--key); it has neuron_name, s");
+  refused({"--attributes", lab + "/n3.swc", "--key", "name"}, 1, "n3.swc:1: has no column name");
+  refused({"--attributes", folder / "none.csv", "--key", "name"}, 3, "none.csv: cannot read the table");
+  test::writeBytes(folder / "wide.csv", "neuron_name;species\nn1;rat;x\n");
+  refused({"--attributes", folder / "wide.csv", "--key", "neuron_name"}, 1,
+          "wide.csv:2: has 3 fields, but the header has 2");
+  // A key of another column: all cells are there, and the doubt is said.
+  const Outcome doubt =
+      runFiliform({"ingest", lab, "-o", folder / "no.fil", "--attributes", table, "--key", "species"});
+  EXPECT_EQ(doubt.exit_code, 0);
+  EXPECT_TRUE(doubt.oneLineOnStderr()) << doubt.err;
+  EXPECT_NE(doubt.err.find("no row belongs to a cell: the first row is for 'rat', and the first cell is 'n1'"),
+            std::string::npos)
+      << doubt.err;
+}
+
+// A tar archive and a packed file beside programs that end early, and beside Ctrl-C.
+TEST(ReadersCommand, PackedInputsEndWithTheirPipeAndWithCtrlC) {
+  const test::TempFolder folder;
+  std::string long_cell = "1 1 0 0 0 5 -1\n";
+  for (int i = 2; i <= 400'000; ++i)
+    long_cell += std::to_string(i) + " 3 " + std::to_string(i % 977) + " " + std::to_string(i % 1009) + " " +
+                 std::to_string(i % 1013) + " 1 " + std::to_string(i - 1) + "\n";
+  test::writeBytes(folder / "long.swc.gz", test::gzipped(long_cell));
+  test::writeBytes(folder / "lab.tar.gz", test::gzipped(test::buildTar({{"a.swc", long_cell}, {"b.swc", long_cell}})));
+  for (const char* const name : {"long.swc.gz", "lab.tar.gz"}) {
+    SCOPED_TRACE(name);
+    const Outcome piped = test::runFiliformInShell("\"$@\" | head -c 1", {"check", folder / name, "--json"});
+    EXPECT_EQ(piped.out, "{");
+    EXPECT_EQ(piped.err, "");
+    const std::string set = folder / "set.fil";
+    const Outcome stopped = test::runFiliformInShell(
+        "\"$@\" & p=$!; while ! [ -d '" + set + "' ] && kill -0 $p 2>/dev/null; do :; done; kill -INT $p; wait $p",
+        {"ingest", folder / name, "-o", set});
+    EXPECT_EQ(stopped.exit_code, 130) << stopped.err;
+    EXPECT_FALSE(std::filesystem::exists(set));
+    EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()), {}), 2) << "something is left";
+  }
+  const Outcome nothing = runFiliform({"check", "/dev/stdin"}, long_cell);
+  EXPECT_EQ(nothing.exit_code, 3);
+  EXPECT_TRUE(nothing.oneLineOnStderr()) << nothing.err;
 }
 
 TEST(ReadersCommand, SkeletonsOnAServerAreReadByTheirIds) {
