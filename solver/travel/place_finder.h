@@ -36,7 +36,8 @@ class PlaceFinder {
   std::shared_ptr<const CellWalk> walk(std::uint32_t cell) const;
   // The place that the user asks for. Throws UsageError, with a line for the user, if there is none.
   ProxyPlace find(const CellQuery& query) const;
-  // The cell's soma; without a soma, its first root.
+  // The cell's soma, without a soma its first root, on the segment there with the lowest id. Reads tiles of the cell
+  // until the root is found. Throws InputError if the set is damaged.
   ProxyPlace soma(std::uint32_t cell) const;
   // The fork next to a place; see findJunction(). Reads at most 65 tiles, apart from those of somata.
   std::optional<Junction> junction(const ProxyPlace& place, const Vector3d& heading_W, double reach_um,

@@ -13,6 +13,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <iomanip>
 #include <set>
 #include <sstream>
 #include <string>
@@ -222,10 +223,10 @@ std::string skeletonInShards(const std::string& folder, std::uint64_t number, co
   const std::uint64_t hash = tools::murmurHash(number) >> info.at("preshift_bits").get<int>();
   const std::uint64_t minishard = hash & ((std::uint64_t{1} << minishard_bits) - 1);
   const std::uint64_t shard = hash >> minishard_bits & ((std::uint64_t{1} << shard_bits) - 1);
-  char name[32];
-  std::snprintf(name, sizeof name, "/%0*llx.shard", (shard_bits + 3) / 4, static_cast<unsigned long long>(shard));
-  if (!fs::exists(folder + name)) return "";
-  const std::string file = test::readBytes(folder + name);
+  std::ostringstream name;
+  name << folder << '/' << std::hex << std::setfill('0') << std::setw((shard_bits + 3) / 4) << shard << ".shard";
+  if (!fs::exists(name.str())) return "";
+  const std::string file = test::readBytes(name.str());
   const std::size_t start = std::size_t{16} << minishard_bits;
   const auto word = [](const std::string& bytes, std::size_t at) {
     std::uint64_t value = 0;
