@@ -51,6 +51,9 @@ set(CPACK_DEBIAN_DEVELOPMENT_DESCRIPTION "tile sets of neurons, development file
 This package holds the C header, the C++ headers and libraries,\nand examples.")
 set(CPACK_DEBIAN_PYTHON_DESCRIPTION "tile sets of neurons, Python module\n${about}\n\nThis package holds the module filiform for Python 3.")
 
+set(software_renderer "libegl1, libgl1-mesa-dri")  # opened at run time, for pictures
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS "${software_renderer}")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS "${software_renderer}")
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_SUGGESTS "filiform-lab, ffmpeg")
 set(CPACK_DEBIAN_LAB_PACKAGE_DEPENDS "filiform (= ${PROJECT_VERSION})")
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_SECTION libs)

@@ -172,9 +172,6 @@ TEST(ReadersCommand, PackedInputsEndWithTheirPipeAndWithCtrlC) {
     EXPECT_FALSE(std::filesystem::exists(set));
     EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()), {}), 2) << "something is left";
   }
-  const Outcome nothing = runFiliform({"check", "/dev/stdin"}, long_cell);
-  EXPECT_EQ(nothing.exit_code, 3);
-  EXPECT_TRUE(nothing.oneLineOnStderr()) << nothing.err;
 }
 
 TEST(ReadersCommand, SkeletonsOnAServerAreReadByTheirIds) {
