@@ -94,7 +94,7 @@ export async function serveSets(filiform, args) {
   return address;
 }
 
-export async function waitFor(what, check, seconds = 60) {
+export async function waitFor(what, check, seconds = 150) {
   const until = Date.now() + seconds * 1000;
   for (;;) {
     if (await check()) return;

@@ -60,7 +60,7 @@ TEST_F(Doors, NeuroglancerShowsTheSet) {
   const std::string out = folder_ / "browser";
   std::filesystem::create_directory(out);
   const std::string printed =
-      shell("timeout 170 node " + script("neuroglancer_test.mjs") + " '" + packages + "' \"$(command -v chromium)\" '" +
+      shell("timeout 400 node " + script("neuroglancer_test.mjs") + " '" + packages + "' \"$(command -v chromium)\" '" +
             test::filiformProgram().string() + "' '" + set_ + "' '" + out + "'");
   EXPECT_TRUE(printed.starts_with("Neuroglancer: 6 skeletons, ") && !printed.ends_with("failed")) << printed;
 }
