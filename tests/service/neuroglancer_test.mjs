@@ -72,6 +72,18 @@ async function linkOf(page) {
 
 const name = basename(set, '.fil');
 
+// Waits for the page's picture. A busy server answers 503 after 5 s; the next try finds its renderer ready.
+async function pictureOf(page) {
+  await waitFor('the picture', async () => {
+    if (await page.$$eval('img', (all) => all.length === 1 && all[0].naturalWidth === 640)) return true;
+    const broken = await page.$$eval('img', (all) => all.some((img) => img.complete && img.naturalWidth === 0));
+    if (!broken) return false;
+    page.problems.length = 0;
+    await page.reload({waitUntil: 'networkidle0'});
+    return false;
+  });
+}
+
 try {
   const browser = await openBrowser(packages, chromium);
   const bundle = await serveFolder(join(packages, 'dist'));
@@ -81,7 +93,7 @@ try {
   const server = await serveSets(filiform, [set, '--neuroglancer', neuroglancer, '--source-url', 'https://source.example/']);
   const page = await openPage(browser);
   await page.goto(`${server}/`, {waitUntil: 'networkidle0'});
-  await waitFor('the picture', () => page.$$eval('img', (all) => all.length === 1 && all[0].naturalWidth === 640));
+  await pictureOf(page);
   await page.screenshot({path: join(out, 'page.png'), fullPage: true});
   assert.deepEqual(page.problems, []);
 
@@ -111,7 +123,7 @@ try {
   const secret = await openPage(browser);
   await secret.goto(`${closed}/?token=${token}`, {waitUntil: 'networkidle0'});
   assert.equal(secret.url(), `${closed}/`);
-  await waitFor('the picture', () => secret.$$eval('img', (all) => all.length === 1 && all[0].naturalWidth === 640));
+  await pictureOf(secret);
   assert.deepEqual(secret.problems, []);
   const secret_link = await linkOf(secret);
   assert.ok(!secret_link.includes(token));
