@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <mutex>
+#include <utility>
 
 namespace filiform {
 
@@ -20,10 +21,14 @@ class Reading {
   explicit Reading(const TileStore& store)
       : store_(store), table_(store.tile_count()), graph(table_, store.leaves(), store.grid()) {}
 
-  void load(TileId tile) {
-    if (table_.find(tile) != nullptr) return;
-    tiles_.push_back(store_.load(tile));
+  const Tile& load(TileId tile) {
+    if (const Tile* const known = table_.find(tile)) return *known;
+    return add(store_.load(tile));
+  }
+  const Tile& add(std::shared_ptr<const Tile> tile) {
+    tiles_.push_back(std::move(tile));
     table_.add(*tiles_.back());
+    return *tiles_.back();
   }
 
  private:
@@ -46,16 +51,19 @@ struct PlaceFinder::Impl {
     return reading.graph.placeAt(tile, segment, t);
   }
 
-  // The place of a sample at this point: on its segment with the lowest id.
-  ProxyPlace atNode(NodeId sample, const GridPoint& p) const {
-    const TileId home = store.home(p);
+  // The place of a sample that this tile has: in its home, on its segment with the lowest id.
+  ProxyPlace atNode(std::shared_ptr<const Tile> found, std::uint32_t node) const {
+    const NodeId sample = found->nodeId(node);
+    const TileId home = store.home(found->gridPoint(node));
+    Reading reading(store);
+    reading.add(std::move(found));
     if (home != kNoTile) {
-      const std::shared_ptr<const Tile> tile = store.load(home);
+      const Tile& tile = reading.load(home);
       // Segments lie in the order of their ids.
-      for (std::uint32_t s = 0; s < tile->segment_count(); ++s) {
-        const Tile::Link link = tile->link(s);
+      for (std::uint32_t s = 0; s < tile.segment_count(); ++s) {
+        const Tile::Link link = tile.link(s);
         if (link.child_id == sample || link.parent_id == sample)
-          return at(home, tile->segmentId(s), link.child_id == sample ? 0 : 1);
+          return reading.graph.placeAt(home, tile.segmentId(s), link.child_id == sample ? 0 : 1);
       }
     }
     throw InputError("a sample lies in no tile: verify the set");
@@ -110,7 +118,7 @@ ProxyPlace PlaceFinder::soma(std::uint32_t cell) const {
     for (std::size_t i = 0; i < detail.tiles.size(); ++i) {
       const std::shared_ptr<const Tile> tile = ahead.next().tile;
       for (std::uint32_t node = 0; node < tile->node_count(); ++node)
-        if (tile->nodeId(node) == sample) return impl_->atNode(sample, tile->gridPoint(node));
+        if (tile->nodeId(node) == sample) return impl_->atNode(tile, node);
     }
   }
   throw InputError("the cell's root lies in no tile: verify the set");
