@@ -1,4 +1,4 @@
-// The page of the service and its style.
+// The page of the service, its style and its script.
 #include "tools/answers/service.h"
 #include "tools/program/numbers.h"
 
@@ -11,7 +11,8 @@ namespace filiform::tools {
 namespace {
 
 constexpr const char* kPolicy =
-    "default-src 'none'; style-src 'self'; img-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+    "default-src 'none'; style-src 'self'; script-src 'self'; img-src 'self'; base-uri 'none'; form-action 'none'; "
+    "frame-ancestors 'none'";
 
 std::string htmlText(const std::string& text) {
   std::string safe;
@@ -195,7 +196,8 @@ Answer pageAnswer(const Call& call) {
   std::string html =
       "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>filiform</title>"
       "<meta name=\"viewport\" content=\"width=device-width\">"
-      "<link rel=\"icon\" href=\"/icon.svg\"><link rel=\"stylesheet\" href=\"/page.css\"></head><body>\n"
+      "<link rel=\"icon\" href=\"/icon.svg\"><link rel=\"stylesheet\" href=\"/page.css\">"
+      "<script src=\"/page.js\"></script></head><body>\n"
       "<h1>filiform</h1>\n<p>Neuron reconstructions, cut into tiles. Positions are in &micro;m.\n";
   for (const auto& served : call.service.shelf.all()) html += sectionOf(*served, page);
   if (page.token)
@@ -227,6 +229,21 @@ Answer styleAnswer(const Call&) {
                     "th{font-weight:normal;color:#555}tr{border-bottom:1px solid #ddd}h3{margin:.8em 0 .2em}"
                     "img{max-width:100%;height:auto;background:#fff;border:1px solid #ddd}"
                     "pre{background:#f4f4f4;padding:.6em .8em;margin:.2em 0;overflow:auto}\n"};
+  answer.headers.emplace_back("Cache-Control", "public, max-age=3600");
+  return answer;
+}
+
+// A busy server answers a picture with 503 and draws on; a browser does not ask again by itself.
+Answer scriptAnswer(const Call&) {
+  Answer answer{.type = "text/javascript; charset=utf-8",
+                .body =
+                    "const tries = new Map();\n"
+                    "document.addEventListener('error', ({target}) => {\n"
+                    "  if (target.tagName !== 'IMG') return;\n"
+                    "  const failed = (tries.get(target) || 0) + 1;\n"
+                    "  tries.set(target, failed);\n"
+                    "  if (failed <= 20) setTimeout(() => { target.src = target.src; }, 1000);\n"
+                    "}, true);\n"};
   answer.headers.emplace_back("Cache-Control", "public, max-age=3600");
   return answer;
 }

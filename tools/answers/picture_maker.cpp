@@ -26,6 +26,10 @@ namespace {
 using PictureBytes = std::shared_ptr<const std::string>;
 using PictureClock = std::chrono::steady_clock;
 
+PictureClock::duration durationOf(double s) {
+  return std::chrono::duration_cast<PictureClock::duration>(std::chrono::duration<double>(s));
+}
+
 Camera cameraFor(const CameraText& text, const SceneView& scene, double aspect) {
   if (text.kind == CameraText::Kind::places)
     return fitDepth(lookAt(text.eye_W, text.target_W), scene.lo_W(), scene.hi_W());
@@ -76,7 +80,6 @@ struct PictureMaker::Impl {
     std::shared_ptr<const ServedSet> served;
     CameraText camera;
     PictureSize size;
-    PictureClock::time_point until;
     std::promise<PictureBytes> promise;
     std::shared_future<PictureBytes> picture;
   };
@@ -89,11 +92,12 @@ struct PictureMaker::Impl {
       if (stopping) return;
       Order& order = *orders.front();
       lock.unlock();
+      const auto until = PictureClock::now() + durationOf(kMostDrawing_s);
       PictureBytes drawn;
       std::exception_ptr failure;
       try {
         drawn = easel.draw(order.served, order.camera, order.size, [&] {
-          if (stopping || PictureClock::now() > order.until) throw AnswerTimeout();
+          if (stopping || PictureClock::now() > until) throw AnswerTimeout();
         });
       } catch (const GraphicsError&) {
         failure = std::make_exception_ptr(Refusal(501, "this server draws no pictures: it has no OpenGL 3.3"));
@@ -144,8 +148,7 @@ std::shared_ptr<const std::string> PictureMaker::draw(std::shared_ptr<const Serv
   if (text.kind == CameraText::Kind::follow) throw UsageError("camera follow: the service has no workspace to follow");
   std::string key = served->name() + '\0' + served->set().revision() + '\0' + camera;
   key += '\0' + std::to_string(size.width) + 'x' + std::to_string(size.height);
-  const auto until =
-      PictureClock::now() + std::chrono::duration_cast<PictureClock::duration>(std::chrono::duration<double>(most_s));
+  const auto until = PictureClock::now() + durationOf(most_s);
   std::shared_future<PictureBytes> picture;
   {
     const std::lock_guard lock(impl_->mutex);
@@ -163,7 +166,6 @@ std::shared_ptr<const std::string> PictureMaker::draw(std::shared_ptr<const Serv
       order->served = std::move(served);
       order->camera = text;
       order->size = size;
-      order->until = until;
       picture = order->picture = order->promise.get_future().share();
       impl_->orders.push_back(std::move(order));
       if (!impl_->thread.joinable()) impl_->thread = std::thread([this] { impl_->work(); });

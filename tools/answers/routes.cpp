@@ -28,6 +28,7 @@ const std::vector<Route>& routeTable() {
        false,
        pageAnswer},
       {"GET", "/page.css", "The style of the page", "text/css", {}, true, styleAnswer},
+      {"GET", "/page.js", "The script of the page", "text/javascript", {}, true, scriptAnswer},
       {"GET", "/icon.svg", "The icon of the page", "image/svg+xml", {}, true, iconAnswer},
       {"GET", "/healthz", "200 while the server runs", kPlainText, {}, true, healthAnswer},
       {"GET", "/readyz", "200 if every set is readable in its newest revision", kPlainText, {}, true, readinessAnswer},

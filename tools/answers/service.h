@@ -42,6 +42,7 @@ void refuseLargeCell(const CellRecord& cell);
 // problems. tools/serve/README.md says what each answers.
 Answer pageAnswer(const Call& call);
 Answer styleAnswer(const Call& call);
+Answer scriptAnswer(const Call& call);
 Answer healthAnswer(const Call& call);
 Answer readinessAnswer(const Call& call);
 Answer metricsAnswer(const Call& call);

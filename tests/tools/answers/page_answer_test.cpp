@@ -34,15 +34,18 @@ TEST(PageAnswer, ShowsHowToOpenEachSet) {
   EXPECT_TRUE(holds(sets.get("/", {{"x-forwarded-proto", "javascript"}}).body, "precomputed://http://localhost/"));
 }
 
-TEST(PageAnswer, NothingRunsInIt) {
+TEST(PageAnswer, OnlyItsOwnScriptRunsInIt) {
   const test::ServedSets sets;
   const Answer page = sets.get("/");
   const std::string policy = page.header("Content-Security-Policy");
   EXPECT_TRUE(holds(policy, "default-src 'none'"));
   EXPECT_TRUE(holds(policy, "frame-ancestors 'none'"));
   EXPECT_FALSE(holds(policy, "unsafe"));
-  EXPECT_FALSE(holds(policy, "script"));
-  EXPECT_FALSE(holds(page.body, "<script"));
+  EXPECT_TRUE(holds(policy, "script-src 'self';"));
+  const std::string script = "<script src=\"/page.js\"></script>";
+  ASSERT_TRUE(holds(page.body, script));
+  EXPECT_EQ(page.body.find("<script"), page.body.rfind("<script"));
+  EXPECT_EQ(sets.get("/page.js").type, "text/javascript; charset=utf-8");
   EXPECT_FALSE(holds(page.body, " style="));
   EXPECT_EQ(sets.get("/icon.svg").type, "image/svg+xml");
 }

@@ -2,9 +2,13 @@
 #include "tests/support/sanitized.h"
 #include "tests/support/served_sets.h"
 #include "tools/answers/picture_maker.h"
+#include "tools/answers/refusal.h"
 
+#include <chrono>
 #include <future>
+#include <memory>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -56,6 +60,24 @@ TEST_F(PictureAnswer, FewAreDrawnAtATime) {
   }
   EXPECT_GE(drawn, 1);
   EXPECT_GE(refused, 1) << "24 at once, " << PictureMaker::kMostPictures << " allowed";
+}
+
+TEST_F(PictureAnswer, IsDrawnAlthoughNobodyWaits) {
+  const auto served = sets_.service->shelf.find("column");
+  const auto draw = [&]() -> std::shared_ptr<const std::string> {
+    try {
+      return maker_.draw(served, "50,10", {100, 80}, 0);
+    } catch (const AnswerTimeout&) {
+      return nullptr;
+    }
+  };
+  const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+  auto picture = draw();
+  while (picture == nullptr && std::chrono::steady_clock::now() < until) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    picture = draw();
+  }
+  EXPECT_NE(picture, nullptr);
 }
 
 TEST(PictureMaker, IsAbsentWithoutPictures) {
