@@ -378,6 +378,7 @@ int bridge_run(const struct bridge_device* device, const char* address) {
   sigaction(SIGINT, &action, NULL);
   sigaction(SIGTERM, &action, NULL);
   if (log != NULL && log[0] != 0) b.log = fopen(log, "w");
+  if (b.log != NULL) setvbuf(b.log, NULL, _IOLBF, 0);
   printf("%s: use filiform's --device bridge:%s\n", device->hello.name, b.udp ? address : b.path);
   fflush(stdout);
   serve(&b);
