@@ -301,6 +301,7 @@ struct BridgeDevice::Impl {
     fb_packet packet{};
     packet.kind = FB_CALL;
     send(packet);
+    is_gone = false;  // a bridge that refuses closes at once; its REFUSE can still be read
     for (std::int64_t resent_ns = monotonic_ns(); !is_gone && monotonic_ns() < deadline_ns;) {
       if (udp && monotonic_ns() - resent_ns > 100'000'000) {  // datagrams may be lost
         packet.kind = FB_CALL;

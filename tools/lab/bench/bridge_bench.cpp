@@ -119,7 +119,7 @@ void pong(int end) {
   }
 }
 
-double since_us(std::chrono::steady_clock::time_point from) { return 1e3 * since_ms(from); }
+double elapsed_us(std::chrono::steady_clock::time_point from) { return 1e3 * since_ms(from); }
 
 struct Transport {
   std::string name;
@@ -142,11 +142,11 @@ Transport measure(bool udp, const std::string& address, int rounds, const BenchO
     auto from = std::chrono::steady_clock::now();
     if (::send(ends[0], bytes, sizeof bytes, 0) <= 0 || ::recv(ends[0], bytes, sizeof bytes, 0) <= 0)
       throw std::runtime_error("bench bridge: the ping-pong ended");
-    t.ping_us.push_back(since_us(from));
+    t.ping_us.push_back(elapsed_us(from));
     std::this_thread::sleep_until(due += std::chrono::milliseconds(1));
     from = std::chrono::steady_clock::now();
     device->exchange({});
-    t.exchange_us.push_back(since_us(from));
+    t.exchange_us.push_back(elapsed_us(from));
     if (i % 500 == 0) options.progress(t.name + ", " + std::to_string(i) + " of " + std::to_string(rounds));
   }
   t.unanswered = device->counters().unanswered;
