@@ -57,6 +57,8 @@ struct DeviceCapabilities {
   bool rate_control = false;  // senses no position: p_D stays 0, v_D and twist_D are the commanded rates
   bool needs_homing = false;
   bool paces_loop = false;  // exchange() blocks until the next sample
+  bool keeps_time = false;  // moves in real time, whether or not exchange() is called: not for virtual time
+  bool is_led = false;      // a simulated hand elsewhere, which follows lead()
 };
 
 // A commanded force and torque.
@@ -94,11 +96,15 @@ class HapticDevice {
 
   // Commands a wrench and returns the newest state. Force is rendered only while status() is ready; a wrench that is
   // not finite is rendered as zero. If the device limits, ramps or drops the force, DeviceState::sent_N says so. A lost
-  // device returns its last state with status fault. Does not allocate; blocks only if capabilities().paces_loop.
+  // device returns its last state with status fault. Does not allocate; blocks only if capabilities().paces_loop, and
+  // a bridge for at most 2 ms (bridge/bridge_device.h).
   virtual DeviceState exchange(const Wrench& wrench) noexcept = 0;
   // Commands zero force without returning a state: for shutdown, and while no force is computed. Otherwise as
   // exchange().
   virtual void relax() noexcept { exchange(Wrench{}); }
+  // If capabilities().is_led: the simulated hand pulls towards this point (m, frame D) from the next exchange on. Other
+  // devices ignore it. The thread that calls exchange() calls it.
+  virtual void lead(const Eigen::Vector3d& /*target_D*/) noexcept {}
 };
 
 }  // namespace filiform

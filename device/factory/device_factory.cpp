@@ -1,5 +1,6 @@
 #include "device/factory/device_factory.h"
 
+#include "device/bridge/bridge_device.h"
 #include "device/falcon/falcon.h"
 #include "device/recording/replay.h"
 #include "device/simulated/null_device.h"
@@ -10,7 +11,8 @@
 namespace filiform {
 
 const char* deviceChoices() {
-  return "sim:loose|medium|firm, replay:FILE, null, falcon[:FIRMWARE], spacemouse[:SOCKET]";
+  return "sim:loose|medium|firm, replay:FILE, null, falcon[:FIRMWARE], spacemouse[:SOCKET], "
+         "bridge[:PATH|udp:HOST:PORT]";
 }
 
 std::unique_ptr<HapticDevice> makeDevice(const std::string& spec, const DeviceFactoryOptions& options) {
@@ -40,8 +42,14 @@ std::unique_ptr<HapticDevice> makeDevice(const std::string& spec, const DeviceFa
     mouse.bus_path = argument;
     return std::make_unique<SpaceMouse>(usb, mouse);
   }
+  if (kind == "bridge") {
+    BridgeOptions bridge;
+    bridge.address = argument;
+    bridge.period_s = options.period_s;
+    return std::make_unique<BridgeDevice>(bridge);
+  }
   throw UnknownDevice("no such device '" + spec + "'; choose one of " + deviceChoices(), kind,
-                      {"sim:loose", "sim:medium", "sim:firm", "replay", "null", "falcon", "spacemouse"});
+                      {"sim:loose", "sim:medium", "sim:firm", "replay", "null", "falcon", "spacemouse", "bridge"});
 }
 
 }  // namespace filiform

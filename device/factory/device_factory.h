@@ -23,7 +23,9 @@ struct DeviceFactoryOptions {
 //   null                              a NullDevice
 //   falcon, falcon:FIRMWARE           a Novint Falcon over USB
 //   spacemouse, spacemouse:1-2        the first 3Dconnexion mouse, or the one in USB socket 1-2
-// Throws UnknownDevice for another name, DeviceError for a recording that cannot be read.
+//   bridge:PATH, bridge:udp:HOST:PORT the device behind a bridge; "bridge" alone: the only bridge. Connects here
+// Throws UnknownDevice for another name, DeviceError for a recording that cannot be read or a bridge that does not
+// answer.
 std::unique_ptr<HapticDevice> makeDevice(const std::string& spec, const DeviceFactoryOptions& options = {});
 
 // The names that makeDevice() accepts, for help texts: "sim:loose|medium|firm, replay:FILE, null, ...".

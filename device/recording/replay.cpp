@@ -197,6 +197,8 @@ DeviceState RecordingDevice::exchange(const Wrench& wrench) noexcept {
 
 void RecordingDevice::relax() noexcept { impl_->inner->relax(); }
 
+void RecordingDevice::lead(const Eigen::Vector3d& target_D) noexcept { impl_->inner->lead(target_D); }
+
 void RecordingDevice::mark(const RunMarks& marks) noexcept { impl_->last.marks = marks; }
 
 void RecordingDevice::drain() {
@@ -273,7 +275,7 @@ ReplayDevice::ReplayDevice(const std::string& path) {
     throw DeviceError(file + ": damaged at byte " + place + ": the checksum does not match");
 
   capabilities_ = header.capabilities;
-  capabilities_.paces_loop = false;
+  capabilities_.paces_loop = capabilities_.keeps_time = capabilities_.is_led = false;
   status_at_open_ = header.status_at_open;
   device_ = header.device;
   marked_ = header.marked;

@@ -120,12 +120,15 @@ double stiffnessBound(double damping_Ns_m, double period_s, double delay_samples
   return std::max(0.0, damping_Ns_m - std::abs(virtual_damping_Ns_m)) / (period_s * (0.5 + delay_samples));
 }
 
-double defaultStiffness(const DeviceCapabilities& device, double period_s) noexcept {
-  double stiffness = 200;
-  if (device.damping_Ns_m > 0)
-    stiffness = std::min(stiffness, 0.8 * stiffnessBound(device.damping_Ns_m, period_s, device.delay_samples));
+double mostStiffness(const DeviceCapabilities& device, double period_s) noexcept {
+  double stiffness = std::numeric_limits<double>::infinity();
+  if (device.damping_Ns_m > 0) stiffness = 0.8 * stiffnessBound(device.damping_Ns_m, period_s, device.delay_samples);
   if (device.max_stiffness_N_m > 0) stiffness = std::min(stiffness, device.max_stiffness_N_m);
   return stiffness;
+}
+
+double defaultStiffness(const DeviceCapabilities& device, double period_s) noexcept {
+  return std::min(200.0, mostStiffness(device, period_s));
 }
 
 }  // namespace filiform

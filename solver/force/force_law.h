@@ -97,8 +97,12 @@ class ForceLaw {
 double stiffnessBound(double damping_Ns_m, double period_s, double delay_samples,
                       double virtual_damping_Ns_m = 0) noexcept;
 
-// The default stiffness (N/m) of a device: the least of 200 N/m, 0.8 of the bound with the device's own damping alone,
-// and the device's own limit. If the damping is unknown (0), only energy is bounded; stability is not promised.
+// The largest stiffness (N/m) to render on a device: the least of 0.8 of the bound with the device's own damping alone,
+// if the damping is known, and the device's own limit, if that is known. Infinite if neither is known.
+double mostStiffness(const DeviceCapabilities& device, double period_s) noexcept;
+
+// The default stiffness (N/m) of a device: the least of 200 N/m and mostStiffness(). If the damping is unknown (0),
+// only energy is bounded; stability is not promised.
 double defaultStiffness(const DeviceCapabilities& device, double period_s) noexcept;
 
 }  // namespace filiform

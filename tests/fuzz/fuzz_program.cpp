@@ -13,23 +13,15 @@ struct Target {
 };
 // The slowest targets first, which is best when they run side by side.
 constexpr Target kTargets[] = {
-    {"falcon", fuzzFalcon},
-    {"swc", fuzzSwc},
-    {"graph", fuzzGraph},
-    {"manifest", fuzzManifest},
-    {"recording", fuzzRecording},
-    {"zip", fuzzZip},
-    {"directory", fuzzDirectory},
-    {"spacemouse", fuzzSpaceMouse},
-    {"tile", fuzzTile},
-    {"text", fuzzText},
-    {"placements", fuzzPlacements},
-    {"request", fuzzRequest},
-    {"session", fuzzSession},
-    {"hdf5", fuzzHdf5},
-    {"packed", fuzzPacked},
-    {"json", fuzzJson},
-    {"asc", fuzzAsc},
+    {"falcon", fuzzFalcon},       {"swc", fuzzSwc},
+    {"graph", fuzzGraph},         {"manifest", fuzzManifest},
+    {"recording", fuzzRecording}, {"zip", fuzzZip},
+    {"directory", fuzzDirectory}, {"spacemouse", fuzzSpaceMouse},
+    {"bridge", fuzzBridge},       {"tile", fuzzTile},
+    {"text", fuzzText},           {"placements", fuzzPlacements},
+    {"request", fuzzRequest},     {"session", fuzzSession},
+    {"hdf5", fuzzHdf5},           {"packed", fuzzPacked},
+    {"json", fuzzJson},           {"asc", fuzzAsc},
     {"shard", fuzzShard},
 };
 const Target* chosen = nullptr;

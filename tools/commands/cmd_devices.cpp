@@ -10,6 +10,7 @@
 #include "tools/program/numbers.h"
 #include "tools/program/output_check.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <exception>
@@ -35,7 +36,8 @@ struct Recognised {
 
 constexpr Recognised kRecognised[] = {
     {"0403:cb48", "Novint Falcon", "falcon[:FIRMWARE]"},
-    {"046d:c6xx, 256f:*", "3Dconnexion mice with six axes, and their receivers", "spacemouse[:SOCKET]"}};
+    {"046d:c6xx, 256f:*", "3Dconnexion mice with six axes, and their receivers", "spacemouse[:SOCKET]"},
+    {"socket", "devices behind a bridge (device/BRIDGE.md)", "bridge[:PATH]"}};
 
 std::string idsOf(const UsbDeviceInfo& info) {
   char ids[16];
@@ -45,9 +47,10 @@ std::string idsOf(const UsbDeviceInfo& info) {
 
 void printTable(const std::vector<FoundDevice>& found, const std::string& refusal) {
   for (const FoundDevice& device : found) {
-    std::cout << device.info.bus_path << "  " << idsOf(device.info) << "  " << device.kind;
+    if (!device.info.bus_path.empty()) std::cout << device.info.bus_path << "  " << idsOf(device.info) << "  ";
+    std::cout << device.kind;
     if (!device.info.product_name.empty()) std::cout << " (" << escaped(device.info.product_name) << ')';
-    std::cout << "\n  use      --device " << device.device << "\n  state    " << device.state << '\n';
+    std::cout << "\n  use      --device " << escaped(device.device) << "\n  state    " << device.state << '\n';
     if (!device.remedy.empty()) std::cout << "  missing  " << device.remedy << '\n';
   }
   if (found.empty()) {
@@ -68,6 +71,7 @@ nlohmann::ordered_json asJson(const FoundDevice& device) {
                               {"state", device.state},
                               {"remedy", nullptr}};
   if (!device.remedy.empty()) json["remedy"] = device.remedy;
+  if (device.info.bus_path.empty()) json["bus_path"] = json["ids"] = nullptr;
   return json;
 }
 
@@ -151,6 +155,7 @@ int runDevices(const DevicesArguments& a) {
   } catch (const DeviceError& error) {
     refusal = error.what();
   }
+  for (FoundDevice& bridge : findBridgedDevices()) found.push_back(std::move(bridge));
   nlohmann::ordered_json json{{"devices", nlohmann::ordered_json::array()},
                               {"recognised", nlohmann::ordered_json::array()},
                               {"refusal", nullptr}};
@@ -169,7 +174,9 @@ int runDevices(const DevicesArguments& a) {
                               ? "no device is plugged in; filiform devices --test sim:medium tries the test without "
                                 "hardware"
                               : refusal);
-      spec = found.front().device;
+      const auto ready =
+          std::find_if(found.begin(), found.end(), [](const FoundDevice& d) { return d.state == "ready"; });
+      spec = (ready != found.end() ? *ready : found.front()).device;
     }
     std::vector<NamedPath> outputs{{"--record", a.record}};
     if (a.json) outputs.push_back({"--json", "-"});

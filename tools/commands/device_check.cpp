@@ -1,5 +1,6 @@
 #include "tools/commands/device_check.h"
 
+#include "device/bridge/bridge_device.h"
 #include "device/falcon/falcon.h"
 #include "device/spacemouse/spacemouse.h"
 #include "solver/loop/haptic_loop.h"
@@ -58,6 +59,19 @@ std::vector<FoundDevice> findDevices(UsbTransport& transport) {
       device.remedy += kUdevRule;
       device.remedy += " (cmake --install does), then plug the device in again";
     }
+    found.push_back(std::move(device));
+  }
+  return found;
+}
+
+std::vector<FoundDevice> findBridgedDevices() {
+  std::vector<FoundDevice> found;
+  for (const FoundBridge& bridge : findBridges()) {
+    FoundDevice device;
+    device.kind = "bridge";
+    device.device = "bridge:" + bridge.path;
+    device.state = bridge.listens ? "ready" : "not_running";
+    if (!bridge.listens) device.remedy = "no program listens at this socket: start the bridge again";
     found.push_back(std::move(device));
   }
   return found;

@@ -13,15 +13,18 @@
 namespace filiform::tools {
 
 struct FoundDevice {
-  std::string kind;    // "Novint Falcon", "3Dconnexion mouse"
+  std::string kind;    // "Novint Falcon", "3Dconnexion mouse", "bridge"
   std::string device;  // the name for --device
-  UsbDeviceInfo info;
-  std::string state;   // "ready", "no_permission", "no_firmware"
+  UsbDeviceInfo info;  // empty for a bridge
+  std::string state;   // "ready", "no_permission", "no_firmware", "not_running"
   std::string remedy;  // empty if ready
 };
 
 // The plugged-in devices that this build has a driver for, by bus path. Opens none. Throws as UsbTransport::devices().
 std::vector<FoundDevice> findDevices(UsbTransport& transport);
+
+// The bridges in bridgeFolder(), by name. Connects to each for a moment.
+std::vector<FoundDevice> findBridgedDevices();
 
 // Returns whether `device`, a name for --device, is plugged in and may be opened. Throws as findDevices().
 bool isPluggedIn(UsbTransport& transport, const std::string& device);

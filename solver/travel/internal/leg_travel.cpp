@@ -24,7 +24,7 @@ LegTravel::LegTravel(const RunOptions& options, Itinerary& itinerary, std::uniqu
       hand_(hand),
       tiles_on_demand_(!options.realtime && options.latency_ms == 0),
       // In a replayed tour, the person must give up at the same ticks as in the recorded run.
-      person_leads_(device.hand() != nullptr || (itinerary.isTour() && device.replay() != nullptr)),
+      person_leads_(device.isLed() || (itinerary.isTour() && device.replay() != nullptr)),
       arrive_m_(options.person.arrive_m),
       longest_jump_wait_s_(1e-3 * options.latency_ms + kLongestJumpWait_s),
       leg_(std::move(first)) {}
@@ -113,7 +113,7 @@ void LegTravel::update(const RunTime& time) noexcept {
   leg_over_ = arrived_;
   if (person_leads_) {
     const Vector3d target_D = leg_->person.target_D(place, workspace, time.step_s());
-    if (SimulatedHand* const hand = device_.hand()) hand->setTarget(target_D);
+    device_.lead(target_D);
     leg_over_ = leg_over_ || leg_->person.status() == PersonStatus::gave_up;
   }
   counts_.completed += arrived_;

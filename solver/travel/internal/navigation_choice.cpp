@@ -17,7 +17,11 @@ NavigationChoice chooseNavigation(const DeviceCapabilities& can, const Navigatio
   NavigationChoice choice;
   choice.bound_N_m = stiffnessBound(damping_Ns_m, wish.period_s, can.delay_samples);
   NavigationOptions& navigation = choice.navigation;
-  if (wish.stiffness_N_m)
+  const double most_N_m = mostStiffness(can, wish.period_s);
+  if (!hand && wish.stiffness_N_m && *wish.stiffness_N_m > most_N_m) {
+    navigation.force.stiffness_N_m = most_N_m;
+    choice.lowered_from_N_m = *wish.stiffness_N_m;
+  } else if (wish.stiffness_N_m)
     navigation.force.stiffness_N_m = *wish.stiffness_N_m;
   else if (hand)
     navigation.force.stiffness_N_m = wish.held_device == "sim:loose" ? 50.0 : 200.0;

@@ -26,6 +26,8 @@ struct NavigationChoice {
   NavigationOptions navigation;
   // The largest stable stiffness (N/m), from the damping of the device and, if known, of the hand.
   double bound_N_m = 0;
+  // The wished stiffness, if the device allows less: it is lowered to mostStiffness(). 0: not lowered.
+  double lowered_from_N_m = 0;
 
   double stiffness_N_m() const { return navigation.force.stiffness_N_m; }
   bool passivity() const { return navigation.force.passivity.on; }

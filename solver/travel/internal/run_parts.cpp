@@ -68,18 +68,22 @@ void RunParts::record() {
 
 void RunParts::check() const {
   const bool is_hand_replayed = device.replaysMarks() && handOf(device.heldDevice());
-  if (itinerary.isTour() && device.hand() == nullptr && !is_hand_replayed)
+  if (itinerary.isTour() && !device.isLed() && !is_hand_replayed)
     throw UsageError(
         "a tour needs a simulated hand, which the simulated person leads, for example --device sim:medium");
   if (itinerary.isTour() && device.replay() != nullptr && options.realtime)
     throw UsageError(
         "a tour can be replayed in virtual time only, because its jumps must be made at the recorded ticks: leave out "
         "--realtime");
-  if (device.capabilities().paces_loop && !options.realtime)
+  if ((device.capabilities().paces_loop || device.capabilities().keeps_time) && !options.realtime)
     throw UsageError("device " + options.device + " keeps its own time: add --realtime");
 }
 
 void RunParts::noteStability() {
+  if (choice.lowered_from_N_m > 0)
+    notes.push_back("stiffness " + std::to_string(std::lround(choice.lowered_from_N_m)) + " N/m was lowered to " +
+                    std::to_string(std::lround(choice.stiffness_N_m())) +
+                    " N/m: more is not stable with the damping, rate and delay of this device, or beyond its limit");
   if (!handOf(device.heldDevice()) || choice.stiffness_N_m() < choice.bound_N_m) return;
   notes.push_back("stiffness " + std::to_string(std::lround(choice.stiffness_N_m())) +
                   " N/m is outside the stability bound of " + std::to_string(std::lround(choice.bound_N_m)) +

@@ -52,7 +52,14 @@ class TravelDevice {
   HapticDevice& operator*() noexcept { return *device_; }
   HapticDevice* operator->() noexcept { return device_.get(); }
   const DeviceCapabilities& capabilities() const { return device_->capabilities(); }
-  SimulatedHand* hand() const noexcept { return hand_; }            // nullptr: the device is not a simulated hand
+  SimulatedHand* hand() const noexcept { return hand_; }  // nullptr: the device is not a simulated hand
+  // A simulated person can lead the hand: it is simulated here, or behind a bridge.
+  bool isLed() const { return hand_ != nullptr || capabilities().is_led; }
+  // The hand pulls towards this point (m, frame D). Haptic-safe.
+  void lead(const Eigen::Vector3d& target_D) noexcept {
+    if (hand_ != nullptr) return hand_->setTarget(target_D);
+    device_->lead(target_D);
+  }
   const ReplayDevice* replay() const noexcept { return replay_; }   // nullptr: the device is not a replay
   RecordingDevice* recorder() const noexcept { return recorder_; }  // nullptr: no recording
   Output* recording() const noexcept { return output_.get(); }      // nullptr: no recording

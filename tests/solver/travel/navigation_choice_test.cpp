@@ -35,6 +35,21 @@ TEST(NavigationChoice, TheStiffnessFollowsTheHand) {
   EXPECT_EQ(chooseNavigation(hardware, {.held_device = "falcon"}).stiffness_N_m(), defaultStiffness(hardware, 0.001));
 }
 
+TEST(NavigationChoice, AStiffnessBeyondTheDeviceIsLowered) {
+  const double most_N_m = 0.8 * stiffnessBound(0.5, 0.001, 1);
+  EXPECT_DOUBLE_EQ(choiceFor("bridge:x", 5000).stiffness_N_m(), most_N_m);
+  EXPECT_EQ(choiceFor("bridge:x", 5000).lowered_from_N_m, 5000);
+  EXPECT_EQ(choiceFor("bridge:x", 100).stiffness_N_m(), 100);
+  EXPECT_EQ(choiceFor("bridge:x", 100).lowered_from_N_m, 0);
+  EXPECT_EQ(choiceFor("sim:firm", 50'000).lowered_from_N_m, 0) << "a simulated hand is for trying";
+  DeviceCapabilities late = simulated();
+  late.delay_samples = 3;
+  EXPECT_DOUBLE_EQ(chooseNavigation(late, {.held_device = "bridge:x", .stiffness_N_m = 5000}).stiffness_N_m(),
+                   0.8 * 0.5 / 0.0035);
+  DeviceCapabilities unknown;
+  EXPECT_EQ(chooseNavigation(unknown, {.held_device = "falcon", .stiffness_N_m = 5000}).stiffness_N_m(), 5000);
+}
+
 TEST(NavigationChoice, TheControllerIsOnWhereTheStiffnessIsNotBelowTheBound) {
   const double bound_N_m = choiceFor("sim:medium").bound_N_m;
   EXPECT_DOUBLE_EQ(bound_N_m, stiffnessBound(0.5 + handParameters("medium").damping_Ns_m, 0.001, 1));

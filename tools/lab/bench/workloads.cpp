@@ -22,6 +22,7 @@ std::vector<Workload> workloads() {
   addExtremesWorkloads(all);
   addServeWorkloads(all);
   addSessionsWorkloads(all);
+  addBridgeWorkloads(all);
   // Last, because the OpenGL driver starts threads that stay, and other workloads fork.
   addLevelsWorkloads(all);
   addViewerWorkloads(all);

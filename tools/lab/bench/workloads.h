@@ -13,6 +13,7 @@ void addPeersWorkloads(std::vector<Workload>& all);
 void addSolverWorkloads(std::vector<Workload>& all);
 void addParametersWorkloads(std::vector<Workload>& all);
 void addSessionsWorkloads(std::vector<Workload>& all);
+void addBridgeWorkloads(std::vector<Workload>& all);
 void addServeWorkloads(std::vector<Workload>& all);
 void addStabilityWorkloads(std::vector<Workload>& all);
 void addIngestWorkloads(std::vector<Workload>& all);

@@ -1,0 +1,452 @@
+#include "device/bridge/bridge_device.h"
+
+#include "device/bridge/bridge_protocol.h"
+
+#include <algorithm>
+#include <arpa/inet.h>
+#include <array>
+#include <cerrno>
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <ctime>
+#include <dirent.h>
+#include <fcntl.h>
+#include <netinet/in.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <unistd.h>
+#include <utility>
+
+namespace filiform {
+
+namespace {
+
+constexpr int kMostPackets = 64;  // packets an exchange: a flood cannot block it
+constexpr double kMost_m = 10;    // positions beyond are not believable
+
+std::int64_t monotonic_ns() noexcept {
+  timespec now{};
+  ::clock_gettime(CLOCK_MONOTONIC, &now);
+  return std::int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
+}
+
+std::int64_t inNanoseconds(double seconds) noexcept { return static_cast<std::int64_t>(1e9 * seconds); }
+
+struct Socket {
+  int number = -1;
+  Socket() = default;
+  explicit Socket(int of) : number(of) {}
+  Socket(Socket&& other) noexcept : number(std::exchange(other.number, -1)) {}
+  Socket& operator=(Socket&& other) noexcept {
+    std::swap(number, other.number);
+    return *this;
+  }
+  ~Socket() {
+    if (number >= 0) ::close(number);
+  }
+};
+
+sockaddr_un unixAddress(const std::string& path) {
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  if (path.size() >= sizeof address.sun_path)
+    throw DeviceError(path + ": too long for a socket; at most " + std::to_string(sizeof address.sun_path - 1) +
+                      " bytes");
+  std::copy(path.begin(), path.end(), address.sun_path);
+  return address;
+}
+
+Socket connectTo(const std::string& path) {
+  const sockaddr_un address = unixAddress(path);
+  Socket socket(::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+  if (socket.number < 0 || ::connect(socket.number, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0)
+    throw DeviceError(path + ": no bridge listens there (" + std::strerror(errno) +
+                      "); start it first, as in: simulated " + path);
+  ucred user{};
+  socklen_t size = sizeof user;
+  if (::getsockopt(socket.number, SOL_SOCKET, SO_PEERCRED, &user, &size) != 0 || user.uid != ::geteuid())
+    throw DeviceError(path + ": the bridge belongs to another user; start your own");
+  return socket;
+}
+
+Socket connectToPort(const std::string& address) {
+  const std::size_t colon = address.rfind(':');
+  const std::string host = colon < 4 ? "" : address.substr(4, colon - 4);
+  const std::string port = address.substr(colon + 1);
+  sockaddr_in there{};
+  there.sin_family = AF_INET;
+  const bool is_number = !port.empty() && port.size() < 6 && port.find_first_not_of("0123456789") == std::string::npos;
+  const int number = is_number ? std::stoi(port) : 0;
+  if (::inet_pton(AF_INET, host == "localhost" ? "127.0.0.1" : host.c_str(), &there.sin_addr) != 1 ||
+      ntohl(there.sin_addr.s_addr) >> 24 != 127 || number < 1 || number > 65535)
+    throw DeviceError("bridge:" + address + ": give bridge:udp:127.0.0.1:PORT, an address of this machine");
+  there.sin_port = htons(static_cast<std::uint16_t>(number));
+  Socket socket(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+  if (socket.number < 0 || ::connect(socket.number, reinterpret_cast<const sockaddr*>(&there), sizeof there) != 0)
+    throw DeviceError("bridge:" + address + ": " + std::strerror(errno));
+  return socket;
+}
+
+std::array<unsigned char, FB_COOKIE_BYTES> readCookie(std::string path) {
+  const char* const named = std::getenv("FILIFORM_BRIDGE_COOKIE");
+  if (path.empty()) path = named != nullptr && named[0] != 0 ? named : bridgeFolder() + "/cookie";
+  const Socket file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW));
+  if (file.number < 0)
+    throw DeviceError(path + ": " + std::strerror(errno) +
+                      "; it holds the cookie of a bridge at a port, which makes it");
+  struct stat found {};
+  if (::fstat(file.number, &found) != 0 || found.st_uid != ::geteuid() || (found.st_mode & 077) != 0)
+    throw DeviceError(path + ": must belong to you, and only you may read it: chmod 600");
+  char digits[2 * FB_COOKIE_BYTES];
+  std::array<unsigned char, FB_COOKIE_BYTES> cookie{};
+  bool whole = ::read(file.number, digits, sizeof digits) == static_cast<ssize_t>(sizeof digits);
+  for (std::size_t i = 0; i < sizeof digits && whole; ++i) {
+    const char c = digits[i];
+    const int value = c >= '0' && c <= '9' ? c - '0' : c >= 'a' && c <= 'f' ? c - 'a' + 10 : -1;
+    whole = value >= 0;
+    cookie[i / 2] = static_cast<unsigned char>(16 * cookie[i / 2] + value);
+  }
+  if (!whole)
+    throw DeviceError(path + ": does not begin with 32 hexadecimal digits; remove it, and start the bridge again");
+  return cookie;
+}
+
+std::string onlyBridge() {
+  std::string only, others;
+  for (const FoundBridge& bridge : findBridges()) {
+    if (!bridge.listens) continue;
+    if (!only.empty()) others += ", bridge:" + bridge.path;
+    if (only.empty()) only = bridge.path;
+  }
+  if (only.empty()) throw DeviceError("no bridge listens in " + bridgeFolder() + "; start one, or give bridge:PATH");
+  if (!others.empty()) throw DeviceError("several bridges listen: choose bridge:" + only + others);
+  return only;
+}
+
+// Throws if a description of a device cannot be right.
+DeviceCapabilities capabilitiesOf(const fb_hello& hello, const std::string& where) {
+  const auto require = [&where](bool kept, const char* what) {
+    if (!kept) throw DeviceError(where + ": the bridge describes its device wrongly: " + what);
+  };
+  const double numbers[] = {hello.peak_force_N, hello.continuous_force_N, hello.max_stiffness_N_m,
+                            hello.damping_Ns_m, hello.resolution_m,       hello.rate_Hz};
+  for (const double number : numbers) require(number >= 0 && number <= 1e6, "a limit is negative, or not a number");
+  require(hello.peak_force_N > 0 && hello.peak_force_N <= 1000, "the peak force must be 0 to 1000 N");
+  require(hello.rate_Hz >= 10, "the rate must be at least 10 Hz");
+  require(hello.buttons <= 32, "more than 32 buttons");
+  for (int i = 0; i < 3; ++i)
+    require(hello.lo_D[i] >= -kMost_m && hello.hi_D[i] <= kMost_m && hello.hi_D[i] - hello.lo_D[i] >= 1e-3,
+            "the workspace must be at least 1 mm wide, and within 10 m");
+  DeviceCapabilities can;
+  for (const char* c = hello.name; *c != 0; ++c) can.name += *c >= 0x20 && *c < 0x7f ? *c : '?';
+  can.name += " (bridge)";
+  std::copy_n(hello.lo_D, 3, can.workspace_lo_D.data());
+  std::copy_n(hello.hi_D, 3, can.workspace_hi_D.data());
+  can.peak_force_N = hello.peak_force_N;
+  can.continuous_force_N = hello.continuous_force_N;
+  can.max_stiffness_N_m = hello.max_stiffness_N_m;
+  can.damping_Ns_m = hello.damping_Ns_m;
+  can.resolution_m = hello.resolution_m;
+  can.nominal_rate_Hz = hello.rate_Hz;
+  can.buttons = static_cast<int>(hello.buttons);
+  can.keeps_time = true;
+  can.is_led = (hello.flags & FB_IS_LED) != 0;
+  return can;
+}
+
+}  // namespace
+
+struct BridgeDevice::Impl {
+  BridgeOptions options;
+  std::string where;
+  bool udp = false;
+  Socket socket;
+  std::array<unsigned char, FB_COOKIE_BYTES> cookie{};
+  DeviceCapabilities capabilities;
+  DeviceState state;
+  BridgeModel model;
+  Eigen::Vector3d aim_D = Eigen::Vector3d::Zero();
+  Eigen::Vector4d orientation{0, 0, 0, 1};
+  BridgeCounters counters;
+  double typical_s = 0, longest_s = 0;
+  std::uint32_t seq = 0, taken = 0;  // of the last packet sent; of the newest STATE
+  std::uint32_t flags = 0;           // of the newest STATE
+  std::int64_t began_ns = 0;         // the first STATE's time
+  std::int64_t heard_ns = 0;
+  bool is_open = false, has_state = false, is_gone = false;
+
+  bool send(fb_packet& packet) noexcept {
+    unsigned char bytes[FB_COOKIE_BYTES + FB_MOST_BYTES];
+    packet.seq = ++seq;
+    const std::size_t size = fb_encode(&packet, bytes + FB_COOKIE_BYTES);
+    std::copy(cookie.begin(), cookie.end(), bytes);
+    const std::size_t skipped = udp ? 0 : FB_COOKIE_BYTES;
+    const ssize_t sent =
+        ::send(socket.number, bytes + skipped, size + FB_COOKIE_BYTES - skipped, MSG_NOSIGNAL | MSG_DONTWAIT);
+    // A full queue loses the packet: the bridge is stopped, and forces that wait in its queue would be old.
+    if (sent < 0 && errno != EAGAIN && errno != EINTR && errno != ENOBUFS) is_gone = true;
+    return sent >= 0;
+  }
+
+  // Reads one packet. False: none is there.
+  bool receive(fb_packet& packet, bool& is_valid) noexcept {
+    unsigned char bytes[FB_COOKIE_BYTES + FB_MOST_BYTES + 1];
+    const ssize_t size = ::recv(socket.number, bytes, sizeof bytes, MSG_DONTWAIT);
+    is_valid = false;
+    if (size <= 0) {
+      if (size == 0 || (errno != EAGAIN && errno != EINTR)) is_gone = true;
+      return false;
+    }
+    const std::size_t skipped = udp ? FB_COOKIE_BYTES : 0;
+    const auto bytes_of = static_cast<std::size_t>(size);
+    is_valid = bytes_of >= skipped && std::equal(bytes, bytes + skipped, cookie.begin()) &&
+               fb_decode(bytes + skipped, bytes_of - skipped, &packet) != 0;
+    if (!is_valid) ++counters.strange;
+    return true;
+  }
+
+  bool waitUntil(std::int64_t time_ns) noexcept {
+    const std::int64_t left_ns = std::max<std::int64_t>(0, time_ns - monotonic_ns());
+    const timespec wait{left_ns / 1'000'000'000, static_cast<long>(left_ns % 1'000'000'000)};
+    pollfd ready{socket.number, POLLIN, 0};
+    return ::ppoll(&ready, 1, &wait, nullptr) > 0;
+  }
+
+  // Takes a STATE if it is newer than the last one, and finite.
+  bool take(const fb_packet& packet) noexcept {
+    const fb_state& s = packet.is.state;
+    const bool is_newer = !has_state || static_cast<std::int32_t>(packet.seq - taken) > 0;
+    const bool is_sane = fb_finite(s.p_D, 3) && fb_finite(s.v_D, 3) && fb_finite(s.force_N, 3) &&
+                         fb_finite(s.orientation, 4) && std::abs(s.p_D[0]) <= kMost_m &&
+                         std::abs(s.p_D[1]) <= kMost_m && std::abs(s.p_D[2]) <= kMost_m;
+    if (packet.kind != FB_STATE || !is_newer || !is_sane) {
+      ++counters.strange;
+      return false;
+    }
+    if (!has_state) began_ns = s.time_ns;
+    has_state = true;
+    taken = packet.seq;
+    flags = s.flags;
+    heard_ns = monotonic_ns();
+    ++counters.states;
+    counters.refused = s.refused;
+    // The subtraction may wrap for any bytes; the conversion is defined.
+    state.time_s = 1e-9 * static_cast<double>(static_cast<std::int64_t>(static_cast<std::uint64_t>(s.time_ns) -
+                                                                        static_cast<std::uint64_t>(began_ns)));
+    std::copy_n(s.p_D, 3, state.p_D.data());
+    std::copy_n(s.v_D, 3, state.v_D.data());
+    state.buttons = s.buttons;
+    Eigen::Vector3d sent_N;
+    std::copy_n(s.force_N, 3, sent_N.data());
+    state.sent_N = sent_N;
+    std::copy_n(s.orientation, 4, orientation.data());
+    return true;
+  }
+
+  // Sends a COMMAND and waits for its STATE. False: it did not come.
+  bool command(const Eigen::Vector3d& force_N, bool arm) noexcept {
+    fb_packet packet{};
+    packet.kind = FB_COMMAND;
+    fb_command& c = packet.is.command;
+    c.flags = static_cast<std::uint32_t>((arm ? FB_ARM : 0) | (capabilities.is_led ? FB_AIM : 0));
+    c.ttl_us = FB_TTL_US;
+    c.time_ns = monotonic_ns();
+    std::copy_n(force_N.data(), 3, c.force_N);
+    std::copy_n(state.p_D.data(), 3, c.at_D);
+    const Eigen::Matrix3d& k = model.stiffness_N_m;
+    const double six[] = {k(0, 0), k(0, 1), k(0, 2), k(1, 1), k(1, 2), k(2, 2)};
+    std::copy_n(six, 6, c.stiffness_N_m);
+    c.damping_Ns_m = model.damping_Ns_m;
+    c.radius_m = model.radius_m;
+    std::copy_n(aim_D.data(), 3, c.aim_D);
+    if (!send(packet)) return false;
+    ++counters.commands;
+    const std::uint32_t mine = seq;
+    const std::int64_t deadline_ns = c.time_ns + inNanoseconds(options.answer_s);
+    bool answered = false;
+    for (int i = 0; i < kMostPackets && !answered && !is_gone && waitUntil(deadline_ns); ++i) {
+      fb_packet received{};
+      bool is_valid = false;
+      if (!receive(received, is_valid)) continue;
+      answered = is_valid && take(received) && received.is.state.answers == mine;
+    }
+    counters.unanswered += !answered;
+    return answered;
+  }
+
+  void connect() {
+    udp = options.address.starts_with("udp:");
+    where = "bridge:" + options.address;
+    socket = Socket();
+    if (udp) {
+      cookie = readCookie(options.cookie_file);
+      socket = connectToPort(options.address);
+    } else {
+      const std::string path = options.address.empty() ? onlyBridge() : options.address;
+      where = "bridge:" + path;
+      socket = connectTo(path);
+    }
+    is_gone = has_state = false;
+    seq = 0;
+    const fb_hello hello = call();
+    capabilities = capabilitiesOf(hello, where);
+    measure();
+  }
+
+  fb_hello call() {
+    const std::int64_t deadline_ns = monotonic_ns() + inNanoseconds(options.connect_s);
+    fb_packet packet{};
+    packet.kind = FB_CALL;
+    send(packet);
+    is_gone = false;  // a bridge that refuses closes at once; its REFUSE can still be read
+    for (std::int64_t resent_ns = monotonic_ns(); !is_gone && monotonic_ns() < deadline_ns;) {
+      if (udp && monotonic_ns() - resent_ns > 100'000'000) {  // datagrams may be lost
+        packet.kind = FB_CALL;
+        send(packet);
+        resent_ns = monotonic_ns();
+      }
+      if (!waitUntil(std::min(deadline_ns, resent_ns + 101'000'000))) continue;
+      fb_packet received{};
+      bool is_valid = false;
+      if (!receive(received, is_valid) || !is_valid) continue;
+      if (received.kind == FB_HELLO) return received.is.hello;
+      if (received.kind == FB_REFUSE)
+        throw DeviceError(where + (received.is.reason == FB_OTHER_MASTER
+                                       ? ": the bridge serves another program; close that first"
+                                   : received.is.reason == FB_OTHER_USER ? ": the bridge belongs to another user"
+                                                                         : ": the bridge has another version"));
+    }
+    throw DeviceError(where + ": the bridge does not answer; see whether it runs" +
+                      (udp ? " and has the same cookie file" : "") + ", and start it again");
+  }
+
+  // Round trips of commands without ARM: they render nothing.
+  void measure() {
+    std::vector<double> times_s;
+    for (int i = 0; i < std::max(1, options.round_trips); ++i) {
+      const std::int64_t from_ns = monotonic_ns();
+      if (command(Eigen::Vector3d::Zero(), false))
+        times_s.push_back(1e-9 * static_cast<double>(monotonic_ns() - from_ns));
+      if (is_gone) break;
+    }
+    if (times_s.empty()) throw DeviceError(where + ": the bridge does not answer commands; start it again");
+    std::sort(times_s.begin(), times_s.end());
+    typical_s = times_s[times_s.size() / 2];
+    longest_s = times_s.back();
+    // A force that is computed from a state goes out with the next exchange: one period, or more if the transport is
+    // slower than that.
+    const double late_s = times_s[times_s.size() * 9 / 10];
+    capabilities.delay_samples = std::max(1, static_cast<int>(std::min(8.0, std::ceil(late_s / options.period_s))));
+  }
+
+  void updateStatus() noexcept {
+    const bool silent = monotonic_ns() - heard_ns > inNanoseconds(options.silence_s);
+    if (is_gone || silent || (flags & FB_FAULT) != 0)
+      state.status = DeviceStatus::fault;
+    else
+      state.status = (flags & FB_READY) != 0 ? DeviceStatus::ready : DeviceStatus::homing;
+    if (state.status == DeviceStatus::fault) state.sent_N = Eigen::Vector3d::Zero();
+  }
+};
+
+BridgeDevice::BridgeDevice(const BridgeOptions& options) : impl_(std::make_unique<Impl>()) {
+  for (const double time_s : {options.period_s, options.answer_s, options.silence_s, options.connect_s})
+    if (!(time_s > 0 && time_s <= 1e3)) throw DeviceError("bridge: times must be greater than 0, and at most 1000 s");
+  impl_->options = options;
+  impl_->connect();
+}
+
+BridgeDevice::~BridgeDevice() { close(); }
+
+const DeviceCapabilities& BridgeDevice::capabilities() const { return impl_->capabilities; }
+
+DeviceStatus BridgeDevice::status() const noexcept { return impl_->state.status; }
+
+void BridgeDevice::open() {
+  Impl& d = *impl_;
+  if (d.is_open && d.state.status != DeviceStatus::fault) return;
+  if (d.socket.number < 0 || d.is_gone || d.state.status == DeviceStatus::fault) d.connect();
+  d.state = DeviceState();
+  d.has_state = false;
+  d.heard_ns = monotonic_ns();
+  d.is_open = true;
+  d.command(Eigen::Vector3d::Zero(), true);
+  d.updateStatus();
+}
+
+void BridgeDevice::close() noexcept {
+  Impl& d = *impl_;
+  if (d.socket.number >= 0 && !d.is_gone) {
+    if (d.is_open) d.command(Eigen::Vector3d::Zero(), false);
+    fb_packet packet{};
+    packet.kind = FB_BYE;
+    d.send(packet);
+  }
+  d.socket = Socket();
+  d.is_open = false;
+  d.state.status = DeviceStatus::closed;
+}
+
+DeviceState BridgeDevice::exchange(const Wrench& wrench) noexcept {
+  Impl& d = *impl_;
+  if (!d.is_open || d.state.status == DeviceStatus::fault) return d.state;
+  const bool is_ready = d.state.status == DeviceStatus::ready;
+  Eigen::Vector3d force_N = is_ready ? finiteOrZero(wrench).force_N : Eigen::Vector3d::Zero();
+  const double strength_N = force_N.stableNorm();
+  if (strength_N > d.capabilities.peak_force_N) force_N *= d.capabilities.peak_force_N / strength_N;
+  d.command(force_N, is_ready && (d.flags & FB_ARMED) == 0);
+  d.updateStatus();
+  return d.state;
+}
+
+void BridgeDevice::lead(const Eigen::Vector3d& target_D) noexcept {
+  if (target_D.allFinite()) impl_->aim_D = target_D;
+}
+
+void BridgeDevice::setModel(const BridgeModel& model) noexcept {
+  if (model.stiffness_N_m.allFinite() && std::isfinite(model.damping_Ns_m) && std::isfinite(model.radius_m))
+    impl_->model = model;
+}
+
+const Eigen::Vector4d& BridgeDevice::orientation() const noexcept { return impl_->orientation; }
+
+double BridgeDevice::typicalRoundTrip_s() const noexcept { return impl_->typical_s; }
+
+double BridgeDevice::longestRoundTrip_s() const noexcept { return impl_->longest_s; }
+
+BridgeCounters BridgeDevice::counters() const noexcept { return impl_->counters; }
+
+std::string bridgeFolder() {
+  const char* const runtime = std::getenv("XDG_RUNTIME_DIR");
+  if (runtime != nullptr && runtime[0] == '/') return std::string(runtime) + "/filiform";
+  return "/tmp/filiform-" + std::to_string(::geteuid());
+}
+
+std::vector<FoundBridge> findBridges() {
+  std::vector<FoundBridge> found;
+  const std::string folder = bridgeFolder();
+  struct stat of {};
+  if (::lstat(folder.c_str(), &of) != 0 || !S_ISDIR(of.st_mode) || of.st_uid != ::geteuid()) return found;
+  DIR* const entries = ::opendir(folder.c_str());
+  if (entries == nullptr) return found;
+  while (const dirent* const entry = ::readdir(entries)) {
+    const std::string path = folder + "/" + entry->d_name;
+    if (!path.ends_with(".bridge") || ::lstat(path.c_str(), &of) != 0 || !S_ISSOCK(of.st_mode)) continue;
+    if (of.st_uid != ::geteuid()) continue;
+    FoundBridge bridge{path, false};
+    try {
+      bridge.listens = connectTo(path).number >= 0;
+    } catch (const DeviceError&) {
+      bridge.listens = false;
+    }
+    found.push_back(std::move(bridge));
+  }
+  ::closedir(entries);
+  std::sort(found.begin(), found.end(), [](const FoundBridge& a, const FoundBridge& b) { return a.path < b.path; });
+  return found;
+}
+
+}  // namespace filiform

@@ -1,0 +1,524 @@
+#include "device/bridge/bridge_device.h"
+
+#include "device/bridge/bridge_protocol.h"
+#include "device/factory/device_factory.h"
+#include "tests/support/bridge_process.h"
+#include "tests/support/no_alloc_guard.h"
+#include "tests/support/temp_folder.h"
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <fcntl.h>
+#include <fstream>
+#include <functional>
+#include <optional>
+#include <sstream>
+#include <sys/prctl.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <sys/wait.h>
+#include <thread>
+#include <unistd.h>
+
+#include <gtest/gtest.h>
+
+namespace filiform {
+namespace {
+
+using namespace std::chrono_literals;
+using Eigen::Vector3d;
+using test::BridgeProcess;
+
+// Long enough for a loaded machine: only a failure waits so long.
+constexpr auto kPatience = 60s;
+
+bool eventually(const std::function<bool()>& holds) {
+  for (const auto end = std::chrono::steady_clock::now() + kPatience; std::chrono::steady_clock::now() < end;) {
+    if (holds()) return true;
+    std::this_thread::sleep_for(1ms);
+  }
+  return holds();
+}
+
+// Sets an environment variable, or removes it, until the end of the scope.
+class Variable {
+ public:
+  Variable(const char* name, const char* value) : name_(name) {
+    if (const char* const old = std::getenv(name)) old_ = old;
+    set(value);
+  }
+  ~Variable() { set(old_ ? old_->c_str() : nullptr); }
+  Variable(const Variable&) = delete;
+  Variable& operator=(const Variable&) = delete;
+
+ private:
+  void set(const char* value) {
+    if (value != nullptr)
+      ::setenv(name_, value, 1);
+    else
+      ::unsetenv(name_);
+  }
+  const char* name_;
+  std::optional<std::string> old_;
+};
+
+std::string refusalOf(const BridgeOptions& options) {
+  try {
+    const BridgeDevice device(options);
+    return "";
+  } catch (const DeviceError& error) {
+    return error.what();
+  }
+}
+
+struct LoggedForce {
+  std::int64_t time_ns = 0, command_ns = 0;
+  int mode = 0;
+  double force_N = 0;
+};
+
+std::vector<LoggedForce> readLog(const std::string& path) {
+  std::vector<LoggedForce> rows;
+  std::ifstream file(path);
+  for (std::string line; std::getline(file, line);) {
+    LoggedForce row;
+    std::istringstream words(line);
+    if (words >> row.time_ns >> row.command_ns >> row.mode >> row.force_N) rows.push_back(row);
+  }
+  return rows;
+}
+
+// A process that pushes with 2 N through the bridge, once a millisecond, until a signal ends it.
+class PushingProcess {
+ public:
+  explicit PushingProcess(const std::string& address) {
+    int ends[2];
+    if (::pipe2(ends, O_CLOEXEC) != 0) throw std::runtime_error("cannot make a pipe");
+    process_ = ::fork();
+    if (process_ == 0) {
+      ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+      push(address, ends[1]);
+      ::_exit(1);
+    }
+    ::close(ends[1]);
+    char c = 0;
+    pushes_ = ::read(ends[0], &c, 1) == 1;
+    ::close(ends[0]);
+  }
+  ~PushingProcess() {
+    ::kill(process_, SIGKILL);
+    ::waitpid(process_, nullptr, 0);
+  }
+  PushingProcess(const PushingProcess&) = delete;
+  PushingProcess& operator=(const PushingProcess&) = delete;
+
+  bool pushes() const { return pushes_; }
+  void signal(int signal) const { ::kill(process_, signal); }
+
+ private:
+  static void push(const std::string& address, int told) {
+    try {
+      BridgeDevice device({.address = address});
+      device.open();
+      Wrench wrench;
+      wrench.force_N = {0, 0, 2};
+      for (;;) {
+        const DeviceState state = device.exchange(wrench);
+        if (state.sent_N && state.sent_N->z() > 1.99 && told >= 0) {
+          if (::write(told, "p", 1) != 1) return;
+          ::close(told);
+          told = -1;
+        }
+        if (state.status == DeviceStatus::fault) return;
+        std::this_thread::sleep_for(1ms);
+      }
+    } catch (const std::exception&) {
+    }
+  }
+  pid_t process_ = -1;
+  bool pushes_ = false;
+};
+
+TEST(BridgeDevice, KnowsTheDeviceBeforeItIsOpen) {
+  const test::TempFolder folder;
+  BridgeProcess bridge(folder / "b");
+  EXPECT_EQ(bridge.line(), "simulated: use filiform's --device bridge:" + (folder / "b"));
+  const auto device = makeDevice("bridge:" + (folder / "b"));
+  const DeviceCapabilities& can = device->capabilities();
+  EXPECT_EQ(device->status(), DeviceStatus::closed);
+  EXPECT_EQ(can.name, "simulated (bridge)");
+  EXPECT_EQ(can.peak_force_N, 8);
+  EXPECT_EQ(can.max_stiffness_N_m, 2000);
+  EXPECT_EQ(can.damping_Ns_m, 0.5);
+  EXPECT_EQ(can.workspace_hi_D, Vector3d(0.06, 0.06, 0.06));
+  EXPECT_TRUE(can.keeps_time);
+  EXPECT_TRUE(can.is_led);
+  EXPECT_FALSE(can.paces_loop);
+  EXPECT_GE(can.delay_samples, 1);
+  const auto& bridged = dynamic_cast<BridgeDevice&>(*device);
+  EXPECT_GT(bridged.typicalRoundTrip_s(), 0);
+  EXPECT_GE(bridged.longestRoundTrip_s(), bridged.typicalRoundTrip_s());
+  bridge.signal(SIGTERM);
+  EXPECT_EQ(bridge.wait(), 0);
+  EXPECT_NE(::access((folder / "b").c_str(), F_OK), 0) << "the bridge removes its socket";
+}
+
+TEST(BridgeDevice, ForceMovesTheHandAtTheOtherEnd) {
+  const test::TempFolder folder;
+  BridgeProcess bridge(folder / "b");
+  BridgeDevice device({.address = folder / "b"});
+  Wrench wrench;
+  wrench.force_N = {0, 2, 0};
+  EXPECT_EQ(device.exchange(wrench).status, DeviceStatus::closed);
+  device.open();
+  ASSERT_TRUE(eventually([&] { return device.exchange(wrench).p_D.y() > 0.0095; })) << "2 N on a spring of 200 N/m";
+  const DeviceState state = device.exchange(wrench);
+  EXPECT_EQ(state.status, DeviceStatus::ready);
+  EXPECT_GT(state.time_s, 0);
+  device.lead({0.02, 0, 0});
+  EXPECT_TRUE(eventually([&] { return device.exchange({}).p_D.x() > 0.019; })) << "a led hand follows";
+  wrench.force_N = {0, std::nan(""), 0};
+  const DeviceState after_nan = device.exchange(wrench);
+  ASSERT_TRUE(after_nan.sent_N);
+  EXPECT_EQ(*after_nan.sent_N, Vector3d::Zero());
+  wrench.force_N = {0, 1e300, 0};
+  EXPECT_LE(device.exchange(wrench).sent_N->norm(), 8);
+  device.close();
+  EXPECT_EQ(device.status(), DeviceStatus::closed);
+  device.open();
+  EXPECT_TRUE(eventually([&] { return device.exchange({}).status == DeviceStatus::ready; })) << "it opens again";
+  EXPECT_EQ(device.counters().strange, 0U);
+  EXPECT_EQ(device.counters().refused, 0U);
+}
+
+TEST(BridgeDevice, TheModelIsRenderedBetweenCommands) {
+  const test::TempFolder folder;
+  BridgeProcess bridge(folder / "b");
+  BridgeDevice device({.address = folder / "b"});
+  device.open();
+  device.setModel({500 * Eigen::Matrix3d::Identity(), 0, 0.05});
+  // A spring to the origin, against an aim at 7 mm: 200 (7 mm - x) = 500 x.
+  device.lead({0.007, 0, 0});
+  DeviceState state;
+  EXPECT_TRUE(eventually([&] {
+    Wrench wrench;
+    wrench.force_N = -500 * state.p_D;
+    state = device.exchange(wrench);
+    return std::abs(state.p_D.x() - 0.002) < 1e-5 && state.v_D.norm() < 1e-4 && state.sent_N->norm() > 0.9;
+  })) << state.p_D.x();
+  device.setModel({Eigen::Matrix3d::Constant(NAN), 0, 0});
+  device.exchange({});
+  EXPECT_EQ(device.counters().refused, 0U) << "a model that is not finite is ignored";
+}
+
+TEST(BridgeDevice, ExchangesWithoutAllocationOrLock) {
+  const test::TempFolder folder;
+  BridgeProcess bridge(folder / "b");
+  BridgeDevice device({.address = folder / "b"});
+  device.open();
+  for (int i = 0; i < 10; ++i) device.exchange({});
+  test::NoAllocGuard guard;
+  for (int i = 0; i < 100; ++i) {
+    device.lead({0.001, 0, 0});
+    device.exchange({});
+  }
+  device.relax();
+  const test::ForbiddenCalls calls = guard.calls();
+  EXPECT_EQ(calls.allocations + calls.locks, 0U) << calls.first;
+}
+
+TEST(BridgeDevice, ServesOneMasterAtATime) {
+  const test::TempFolder folder;
+  BridgeProcess bridge(folder / "b");
+  std::optional<BridgeDevice> first(std::in_place, BridgeOptions{.address = folder / "b"});
+  first->open();
+  EXPECT_NE(refusalOf({.address = folder / "b"}).find("serves another program"), std::string::npos)
+      << refusalOf({.address = folder / "b"});
+  EXPECT_TRUE(eventually([&] { return first->exchange({}).status == DeviceStatus::ready; })) << "the first goes on";
+  first.reset();
+  EXPECT_TRUE(eventually([&] { return refusalOf({.address = folder / "b"}).empty(); }));
+}
+
+TEST(BridgeDevice, OnlyItsUserMayUseTheSocket) {
+  const test::TempFolder folder;
+  BridgeProcess bridge(folder / "b");
+  struct stat found {};
+  ASSERT_EQ(::stat((folder / "b").c_str(), &found), 0);
+  EXPECT_EQ(found.st_mode & 0777, 0600U);
+  EXPECT_THROW(BridgeProcess(folder / "b"), std::runtime_error) << "a second bridge at the path";
+  if (::geteuid() != 0) GTEST_SKIP() << "only root can become another user, to try the rest";
+  ASSERT_EQ(::chmod(folder.path().c_str(), 0755), 0);
+  ASSERT_EQ(::chmod((folder / "b").c_str(), 0666), 0);
+  const pid_t other = ::fork();
+  if (other == 0) {
+    ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+    if (::seteuid(65534) != 0) ::_exit(2);
+    const std::string refusal = refusalOf({.address = folder / "b"});
+    ::_exit(refusal.find("another user") != std::string::npos ? 0 : 1);
+  }
+  int status = 0;
+  ::waitpid(other, &status, 0);
+  EXPECT_EQ(WEXITSTATUS(status), 0) << "a bridge of another user is not used";
+}
+
+// Every row of the log: 70 ms after the last command there is no force, whatever happened to the program.
+void expectNoOldForce(const std::vector<LoggedForce>& rows, const char* what) {
+  std::int64_t longest_ns = 0;
+  for (const LoggedForce& row : rows) {
+    const std::int64_t age_ns = row.time_ns - row.command_ns;
+    if (row.force_N > 0) longest_ns = std::max(longest_ns, age_ns);
+    ASSERT_TRUE(age_ns < 70'000'000 || row.force_N == 0)
+        << what << ": " << row.force_N << " N after " << age_ns << " ns";
+  }
+  std::printf("%s: the last force was rendered %.1f ms after the last command\n", what,
+              1e-6 * static_cast<double>(longest_ns));
+}
+
+TEST(BridgeDevice, ForceFadesAfterTheProgramIsKilled) {
+  const test::TempFolder folder;
+  BridgeProcess bridge(folder / "b", folder / "log");
+  PushingProcess program(folder / "b");
+  ASSERT_TRUE(program.pushes());
+  program.signal(SIGKILL);
+  ASSERT_TRUE(eventually([&] { return readLog(folder / "log").back().mode == 0; }));
+  EXPECT_TRUE(eventually([&] { return refusalOf({.address = folder / "b"}).empty(); })) << "the next master is served";
+  bridge.signal(SIGTERM);
+  EXPECT_EQ(bridge.wait(), 0);
+  expectNoOldForce(readLog(folder / "log"), "killed");
+}
+
+TEST(BridgeDevice, ForceFadesAfterTheProgramIsStopped) {
+  const test::TempFolder folder;
+  BridgeProcess bridge(folder / "b", folder / "log");
+  PushingProcess program(folder / "b");
+  ASSERT_TRUE(program.pushes());
+  program.signal(SIGSTOP);
+  ASSERT_TRUE(eventually([&] { return readLog(folder / "log").back().mode == 0; }));
+  const std::size_t stopped = readLog(folder / "log").size();
+  program.signal(SIGCONT);
+  ASSERT_TRUE(eventually([&] { return readLog(folder / "log").back().force_N > 0.5; })) << "it arms the bridge again";
+  bridge.signal(SIGTERM);
+  EXPECT_EQ(bridge.wait(), 0);
+  const std::vector<LoggedForce> rows = readLog(folder / "log");
+  expectNoOldForce(rows, "stopped");
+  std::int64_t zero_ns = 0;
+  for (std::size_t i = stopped; i < rows.size(); ++i) {
+    if (rows[i].mode == 0) zero_ns = rows[i].time_ns;
+    const double since_s = 1e-9 * static_cast<double>(rows[i].time_ns - zero_ns);
+    ASSERT_LE(rows[i].force_N, 2 * since_s / 0.5 + 1e-6) << "it grows with the ramp";
+  }
+}
+
+TEST(BridgeDevice, TheStatusIsFaultAfterTheBridgeIsStoppedOrKilled) {
+  const test::TempFolder folder;
+  for (const int signal : {SIGSTOP, SIGKILL}) {
+    BridgeProcess bridge(folder / "b");
+    BridgeDevice device({.address = folder / "b"});
+    device.open();
+    ASSERT_TRUE(eventually([&] { return device.exchange({}).status == DeviceStatus::ready; }));
+    bridge.signal(signal);
+    ASSERT_TRUE(eventually([&] { return device.exchange({}).status == DeviceStatus::fault; }));
+    const DeviceState last = device.exchange({});
+    EXPECT_EQ(*last.sent_N, Vector3d::Zero());
+    EXPECT_TRUE(last.p_D.allFinite());
+    bridge.signal(SIGKILL);
+    bridge.wait();
+    EXPECT_THROW(device.open(), DeviceError);
+    // The socket stays behind. The next bridge takes its place, and the device finds it.
+    BridgeProcess next(folder / "b");
+    device.open();
+    EXPECT_TRUE(eventually([&] { return device.exchange({}).status == DeviceStatus::ready; }));
+  }
+}
+
+TEST(BridgeDevice, WorksOverDatagramsWithTheCookie) {
+  const test::TempFolder folder;
+  const Variable cookie("FILIFORM_BRIDGE_COOKIE", (folder / "cookie").c_str());
+  const std::string address = "udp:127.0.0.1:" + std::to_string(test::freeDatagramPort());
+  BridgeProcess bridge(address);
+  struct stat found {};
+  ASSERT_EQ(::stat((folder / "cookie").c_str(), &found), 0);
+  EXPECT_EQ(found.st_mode & 0777, 0600U);
+  {
+    BridgeDevice device({.address = address});
+    device.open();
+    Wrench wrench;
+    wrench.force_N = {0, 2, 0};
+    EXPECT_TRUE(eventually([&] { return device.exchange(wrench).p_D.y() > 0.0095; }));
+    EXPECT_NE(refusalOf({.address = address}).find("serves another program"), std::string::npos);
+  }
+  EXPECT_TRUE(eventually([&] { return refusalOf({.address = address}).empty(); }));
+  test::writeBytes(folder / "wrong", std::string(32, '0'));
+  ::chmod((folder / "wrong").c_str(), 0600);
+  EXPECT_NE(refusalOf({.address = address, .cookie_file = folder / "wrong", .connect_s = 0.3}).find("does not answer"),
+            std::string::npos);
+  ::chmod((folder / "wrong").c_str(), 0644);
+  EXPECT_NE(refusalOf({.address = address, .cookie_file = folder / "wrong"}).find("chmod 600"), std::string::npos);
+  for (const char* const wrong : {"udp:", "udp:1", "udp:127.0.0.1", "udp:127.0.0.1:0", "udp:10.0.0.1:9",
+                                  "udp:127.0.0.1:x", "udp:127.0.0.1:70000"})
+    EXPECT_NE(refusalOf({.address = wrong}), "") << wrong;
+}
+
+TEST(BridgeDevice, FindsTheOnlyBridge) {
+  const test::TempFolder folder;
+  const Variable runtime("XDG_RUNTIME_DIR", folder.path().c_str());
+  EXPECT_EQ(bridgeFolder(), folder / "filiform");
+  EXPECT_TRUE(findBridges().empty());
+  EXPECT_NE(refusalOf({}).find("no bridge listens"), std::string::npos);
+  BridgeProcess bridge("");
+  ASSERT_EQ(findBridges().size(), 1U);
+  EXPECT_EQ(findBridges()[0].path, folder / "filiform/simulated.bridge");
+  EXPECT_TRUE(findBridges()[0].listens);
+  EXPECT_TRUE(eventually([] { return refusalOf({}).empty(); }));
+  {
+    const BridgeProcess second(folder / "filiform/other.bridge");
+    EXPECT_NE(refusalOf({}).find("several bridges"), std::string::npos);
+  }
+  bridge.signal(SIGKILL);
+  bridge.wait();
+  EXPECT_EQ(findBridges().size(), 2U);
+  EXPECT_FALSE(findBridges()[0].listens || findBridges()[1].listens) << "killed: their sockets stayed behind";
+}
+
+TEST(BridgeDevice, HasAFolderAlsoWithoutARuntimeFolder) {
+  const Variable runtime("XDG_RUNTIME_DIR", nullptr);
+  EXPECT_EQ(bridgeFolder(), "/tmp/filiform-" + std::to_string(::geteuid()));
+}
+
+// A bridge in a thread of this process, which answers as the test wants.
+class MadeUpBridge {
+ public:
+  using Answer = std::function<void(const fb_packet& to, int socket)>;
+  MadeUpBridge(const std::string& path, Answer answer) : answer_(std::move(answer)) {
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    std::copy(path.begin(), path.end(), address.sun_path);
+    listener_ = ::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0);
+    if (::bind(listener_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0 ||
+        ::listen(listener_, 1) != 0)
+      throw std::runtime_error("cannot listen");
+    thread_ = std::thread([this] { run(); });
+  }
+  ~MadeUpBridge() {
+    ::shutdown(listener_, SHUT_RDWR);
+    if (const int master = master_; master >= 0) ::shutdown(master, SHUT_RDWR);
+    thread_.join();
+    ::close(listener_);
+  }
+  static void send(int socket, const fb_packet& packet) {
+    unsigned char bytes[FB_MOST_BYTES];
+    const std::size_t size = fb_encode(&packet, bytes);
+    static_cast<void>(::send(socket, bytes, size, MSG_NOSIGNAL));
+  }
+  static fb_packet hello() {
+    fb_packet packet{};
+    packet.kind = FB_HELLO;
+    packet.seq = 1;
+    fb_hello& h = packet.is.hello;
+    for (int i = 0; i < 3; ++i) h.lo_D[i] = -(h.hi_D[i] = 0.05);
+    h.peak_force_N = 5;
+    h.rate_Hz = 1000;
+    return packet;
+  }
+
+ private:
+  void run() {
+    const int master = ::accept4(listener_, nullptr, nullptr, SOCK_CLOEXEC);
+    if (master < 0) return;
+    master_ = master;
+    unsigned char bytes[FB_MOST_BYTES + 1];
+    for (ssize_t size = 0; (size = ::recv(master, bytes, sizeof bytes, 0)) > 0;) {
+      fb_packet packet{};
+      if (fb_decode(bytes, static_cast<std::size_t>(size), &packet) != 0) answer_(packet, master);
+    }
+    master_ = -1;
+    ::close(master);
+  }
+  Answer answer_;
+  int listener_ = -1;
+  std::atomic<int> master_{-1};
+  std::thread thread_;
+};
+
+fb_packet stateFor(const fb_packet& command, std::uint32_t seq) {
+  fb_packet packet{};
+  packet.kind = FB_STATE;
+  packet.seq = seq;
+  packet.is.state.answers = command.seq;
+  packet.is.state.flags = FB_READY | FB_ARMED;
+  packet.is.state.time_ns = 1'000'000LL * seq;
+  packet.is.state.p_D[0] = 1e-6 * seq;
+  return packet;
+}
+
+TEST(BridgeDevice, IgnoresStatesThatAreOldOrNotFinite) {
+  const test::TempFolder folder;
+  std::atomic<int> trouble{0};
+  std::uint32_t seq = 1;
+  MadeUpBridge bridge(folder / "b", [&](const fb_packet& to, int socket) {
+    if (to.kind == FB_CALL) MadeUpBridge::send(socket, MadeUpBridge::hello());
+    if (to.kind != FB_COMMAND) return;
+    if (trouble == 1) {  // a packet with NaN, an old one, one of another kind, bytes that are none
+      fb_packet wrong = stateFor(to, ++seq);
+      wrong.is.state.v_D[1] = NAN;
+      MadeUpBridge::send(socket, wrong);
+      MadeUpBridge::send(socket, stateFor(to, 2));
+      MadeUpBridge::send(socket, MadeUpBridge::hello());
+      static_cast<void>(::send(socket, "no packet", 9, MSG_NOSIGNAL));
+      wrong = stateFor(to, ++seq);
+      wrong.is.state.p_D[2] = 1e9;
+      MadeUpBridge::send(socket, wrong);
+    }
+    if (trouble < 2) MadeUpBridge::send(socket, stateFor(to, ++seq));
+  });
+  BridgeDevice device({.address = folder / "b", .answer_s = 5, .silence_s = 100});
+  device.open();
+  const DeviceState before = device.exchange({});
+  EXPECT_EQ(before.status, DeviceStatus::ready);
+  EXPECT_EQ(device.counters().strange, 0U);
+  trouble = 1;
+  const DeviceState during = device.exchange({});
+  EXPECT_EQ(device.counters().strange, 5U);
+  EXPECT_TRUE(during.v_D.isZero());
+  EXPECT_GT(during.p_D.x(), before.p_D.x()) << "the good one among them counts";
+  EXPECT_LT(during.p_D.norm(), 1);
+  trouble = 0;
+  EXPECT_EQ(device.exchange({}).status, DeviceStatus::ready);
+}
+
+TEST(BridgeDevice, RefusesADescriptionThatCannotBeRight) {
+  const std::pair<const char*, std::function<void(fb_hello&)>> wrongs[] = {
+      {"peak", [](fb_hello& h) { h.peak_force_N = 0; }},
+      {"peak NaN", [](fb_hello& h) { h.peak_force_N = NAN; }},
+      {"rate", [](fb_hello& h) { h.rate_Hz = 0; }},
+      {"stiffness", [](fb_hello& h) { h.max_stiffness_N_m = -1; }},
+      {"damping", [](fb_hello& h) { h.damping_Ns_m = INFINITY; }},
+      {"workspace", [](fb_hello& h) { h.lo_D[1] = h.hi_D[1]; }},
+      {"workspace NaN", [](fb_hello& h) { h.hi_D[2] = NAN; }},
+      {"buttons", [](fb_hello& h) { h.buttons = 33; }},
+  };
+  for (const auto& [name, spoil] : wrongs) {
+    const test::TempFolder folder;
+    fb_packet hello = MadeUpBridge::hello();
+    spoil(hello.is.hello);
+    MadeUpBridge bridge(folder / "b", [&](const fb_packet&, int socket) { MadeUpBridge::send(socket, hello); });
+    EXPECT_NE(refusalOf({.address = folder / "b"}).find("describes its device wrongly"), std::string::npos) << name;
+  }
+}
+
+TEST(BridgeDevice, SaysWhatIsMissing) {
+  const test::TempFolder folder;
+  EXPECT_NE(refusalOf({.address = folder / "none"}).find("no bridge listens there"), std::string::npos);
+  EXPECT_NE(refusalOf({.address = std::string(200, 'x')}).find("too long"), std::string::npos);
+  MadeUpBridge silent(folder / "b", [](const fb_packet&, int) {});
+  EXPECT_NE(refusalOf({.address = folder / "b", .connect_s = 0.1}).find("does not answer"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace filiform

@@ -1,0 +1,69 @@
+#include "device/bridge/bridge_device.h"
+#include "tests/support/bridge_process.h"
+#include "tests/support/temp_folder.h"
+
+#include <chrono>
+#include <csignal>
+#include <cstdlib>
+#include <stdexcept>
+#include <thread>
+
+#include <gtest/gtest.h>
+
+// The bridges to vendors' libraries, against mocks of these libraries (mock_dhd.c, mock_hd.c).
+namespace filiform {
+namespace {
+
+using Eigen::Vector3d;
+
+// The variable names the vendor's library; it is set for the process of the bridge.
+void expectForceAndPositionInFrameD(const char* name, const char* variable, const char* mock, const Vector3d& rest_D,
+                                    const Vector3d& v_D, std::uint32_t buttons) {
+  const test::TempFolder folder;
+  ::setenv(variable, (std::string(FILIFORM_BRIDGES "/") + mock).c_str(), 1);
+  test::BridgeProcess bridge(folder / "b", "", name);
+  ::unsetenv(variable);
+  BridgeDevice device({.address = folder / "b"});
+  device.open();
+  DeviceState state = device.exchange({});
+  EXPECT_EQ(state.status, DeviceStatus::ready);
+  EXPECT_NEAR((state.p_D - rest_D).norm(), 0, 1e-12) << state.p_D.transpose();
+  EXPECT_NEAR((state.v_D - v_D).norm(), 0, 1e-12) << state.v_D.transpose();
+  EXPECT_EQ(state.buttons, buttons);
+  Wrench wrench;
+  wrench.force_N = {0.5, 1, -2};
+  const Vector3d pushed_D = rest_D + 1e-3 * wrench.force_N;
+  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+  while ((state.p_D - pushed_D).norm() > 1e-9 && std::chrono::steady_clock::now() < end) {
+    state = device.exchange(wrench);
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  EXPECT_NEAR((state.p_D - pushed_D).norm(), 0, 1e-9) << "force and position in the same frame";
+  device.close();
+  bridge.signal(SIGTERM);
+  EXPECT_EQ(bridge.wait(), 0);
+}
+
+TEST(VendorBridges, ForceDimension) {
+  expectForceAndPositionInFrameD("force_dimension", "FILIFORM_LIBDHD", "libmock_dhd.so", {0.02, 0.03, 0.01},
+                                 {0.2, 0.3, 0.1}, 5);
+}
+
+TEST(VendorBridges, OpenHaptics) {
+  expectForceAndPositionInFrameD("openhaptics", "FILIFORM_LIBHD", "libmock_hd.so", {0.01, 0.02, 0.03}, {0.1, 0.2, 0.3},
+                                 2);
+}
+
+TEST(VendorBridges, EndWithoutTheVendorsLibrary) {
+  const test::TempFolder folder;
+  for (const char* const name : {"force_dimension", "openhaptics"}) {
+    ::setenv("FILIFORM_LIBDHD", "/no/such/library.so", 1);
+    ::setenv("FILIFORM_LIBHD", "/no/such/library.so", 1);
+    EXPECT_THROW(test::BridgeProcess(folder / "b", "", name), std::runtime_error) << name;
+    ::unsetenv("FILIFORM_LIBDHD");
+    ::unsetenv("FILIFORM_LIBHD");
+  }
+}
+
+}  // namespace
+}  // namespace filiform

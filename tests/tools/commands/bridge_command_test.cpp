@@ -1,0 +1,94 @@
+// The program with the simulated bridge of tools/bridges.
+#include "tests/support/bridge_process.h"
+#include "tests/support/process.h"
+#include "tests/support/temp_folder.h"
+
+#include <csignal>
+#include <cstdlib>
+#include <sstream>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+namespace filiform::tools {
+namespace {
+
+using test::BridgeProcess;
+using test::Outcome;
+using test::runFiliform;
+
+std::string straightCell() {
+  std::ostringstream swc;
+  swc << "1 1 0 0 0 1 -1\n";
+  for (int i = 2; i <= 41; ++i) swc << i << " 3 " << 5 * (i - 1) << ' ' << (i % 2) << " 0 1 " << i - 1 << '\n';
+  return swc.str();
+}
+
+TEST(BridgeCommand, NavigateTravelsARouteThroughABridgeAndReplaysItToTheByte) {
+  const test::TempFolder folder;
+  test::writeBytes(folder / "c.swc", straightCell());
+  BridgeProcess bridge(folder / "b");
+  const std::string device = "bridge:" + (folder / "b");
+  const Outcome live = runFiliform({"navigate", folder / "c.swc", "--device", device, "--realtime", "--record",
+                                    folder / "r.rec", "--csv", folder / "live.csv", "--seconds", "60", "--json"});
+  ASSERT_EQ(live.exit_code, 0) << live.err;
+  const auto summary = nlohmann::json::parse(live.out);
+  EXPECT_EQ(summary.at("outcome"), "completed") << live.err;
+  EXPECT_GT(summary.at("max_force_N"), 0);
+  const Outcome replayed = runFiliform({"navigate", folder / "c.swc", "--device", "replay:" + (folder / "r.rec"),
+                                        "--csv", folder / "replayed.csv", "--json"});
+  ASSERT_EQ(replayed.exit_code, 0) << replayed.err;
+  EXPECT_EQ(nlohmann::json::parse(replayed.out).at("outcome"), "completed") << replayed.err;
+  EXPECT_EQ(test::readBytes(folder / "replayed.csv"), test::readBytes(folder / "live.csv"));
+}
+
+TEST(BridgeCommand, NavigateSaysWhatABridgeNeeds) {
+  const test::TempFolder folder;
+  test::writeBytes(folder / "c.swc", straightCell());
+  const Outcome absent =
+      runFiliform({"navigate", folder / "c.swc", "--device", "bridge:" + (folder / "b"), "--realtime"});
+  EXPECT_EQ(absent.exit_code, 3);
+  EXPECT_TRUE(absent.oneLineOnStderr()) << absent.err;
+  EXPECT_NE(absent.err.find("no bridge listens there"), std::string::npos) << absent.err;
+  BridgeProcess bridge(folder / "b");
+  const std::string device = "bridge:" + (folder / "b");
+  const Outcome virtual_time = runFiliform({"navigate", folder / "c.swc", "--device", device});
+  EXPECT_EQ(virtual_time.exit_code, 2);
+  EXPECT_NE(virtual_time.err.find("add --realtime"), std::string::npos) << virtual_time.err;
+  const Outcome stiff = runFiliform({"navigate", folder / "c.swc", "--device", device, "--realtime", "--seconds", "0.2",
+                                     "--stiffness", "1500", "--json"});
+  EXPECT_EQ(stiff.exit_code, 0) << stiff.err;
+  EXPECT_NE(stiff.err.find("stiffness 1500 N/m was lowered to "), std::string::npos) << stiff.err;
+  EXPECT_LE(nlohmann::json::parse(stiff.out).at("stiffness_N_m"), 0.8 * 0.5 / 0.0015 + 1e-9);
+}
+
+TEST(BridgeCommand, DevicesListsBridges) {
+  const test::TempFolder folder;
+  ::setenv("XDG_RUNTIME_DIR", folder.path().c_str(), 1);
+  {
+    BridgeProcess bridge("");
+    const Outcome list = runFiliform({"devices"});
+    EXPECT_NE(
+        list.out.find("use      --device bridge:" + (folder / "filiform/simulated.bridge") + "\n  state    ready"),
+        std::string::npos)
+        << list.out;
+    const Outcome test = runFiliform({"devices", "--test", "bridge", "--json"});
+    EXPECT_EQ(test.exit_code, 0) << test.err;
+    EXPECT_GT(nlohmann::json::parse(test.out).at("test").at("force_N"), 0);
+  }
+  const Outcome list = runFiliform({"devices", "--json"});
+  const auto devices = nlohmann::json::parse(list.out).at("devices");
+  bool is_found = false;
+  for (const auto& device : devices) {
+    if (device.at("kind") != "bridge") continue;
+    is_found = true;
+    EXPECT_EQ(device.at("state"), "not_running");
+    EXPECT_TRUE(device.at("bus_path").is_null());
+    EXPECT_FALSE(device.at("remedy").is_null());
+  }
+  EXPECT_TRUE(is_found) << list.out;
+  ::unsetenv("XDG_RUNTIME_DIR");
+}
+
+}  // namespace
+}  // namespace filiform::tools

@@ -1,0 +1,392 @@
+// SPDX-License-Identifier: MIT
+#include "tools/bridges/bridge.h"
+
+#include "tools/bridges/bridge_force.h"
+
+#include <arpa/inet.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <netinet/in.h>
+#include <poll.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <sys/random.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <time.h>
+#include <unistd.h>
+
+enum { kMostPackets = 64, kPathBytes = 108 };   // packets a round: a flood must not stop the device's loop
+static const int64_t kSilence_ns = 1000000000;  // over UDP, a master that is silent for so long has gone
+static const double kVelocityTime_s = 0.005;    // of the low pass of an estimated velocity
+
+struct bridge {
+  const struct bridge_device* device;
+  struct bridge_force force;
+  struct fb_state state;      // the newest sample
+  int udp, listener, master;  // sockets; -1: none. Over UDP `listener` is the only socket
+  char path[kPathBytes];      // of the socket; empty over UDP
+  unsigned char cookie[FB_COOKIE_BYTES];
+  struct sockaddr_in peer;  // the master over UDP
+  int has_peer;
+  int64_t heard_ns, command_ns;
+  uint32_t sent, answers, refused_before;
+  int called, commanded;  // a CALL, a COMMAND wait for their answer
+  int lost;
+  FILE* log;
+};
+
+static volatile sig_atomic_t stopped = 0;
+
+static void stop(int signal_number) {
+  (void)signal_number;
+  stopped = 1;
+}
+
+int64_t bridge_now_ns(void) {
+  struct timespec now;
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  return (int64_t)now.tv_sec * 1000000000 + now.tv_nsec;
+}
+
+static int complain(const char* what, const char* where) {
+  fprintf(stderr, "bridge: %s: %s\n", where, what);
+  return -1;
+}
+
+// ---- addresses
+
+// The folder of bridges: XDG_RUNTIME_DIR/filiform, or /tmp/filiform-UID. Only this user may enter it.
+static int make_folder(char* folder, size_t size) {
+  const char* runtime = getenv("XDG_RUNTIME_DIR");
+  struct stat found;
+  if (runtime != NULL && runtime[0] == '/')
+    snprintf(folder, size, "%s/filiform", runtime);
+  else
+    snprintf(folder, size, "/tmp/filiform-%u", (unsigned)geteuid());
+  if (mkdir(folder, 0700) != 0 && errno != EEXIST) return complain(strerror(errno), folder);
+  if (lstat(folder, &found) != 0 || !S_ISDIR(found.st_mode) || found.st_uid != geteuid() || (found.st_mode & 077) != 0)
+    return complain("is not a folder that only you may enter: remove it, or set its mode to 0700", folder);
+  return 0;
+}
+
+static int bind_path(struct bridge* b) {
+  struct sockaddr_un address;
+  struct stat found;
+  mode_t mask;
+  int bound;
+  memset(&address, 0, sizeof address);
+  address.sun_family = AF_UNIX;
+  memcpy(address.sun_path, b->path, kPathBytes);
+  b->listener = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+  if (b->listener < 0) return complain(strerror(errno), b->path);
+  if (lstat(b->path, &found) == 0) {
+    // A socket that nobody listens at stayed behind when its bridge was killed.
+    if (!S_ISSOCK(found.st_mode) || connect(b->listener, (struct sockaddr*)&address, sizeof address) == 0 ||
+        errno != ECONNREFUSED)
+      return complain("is in use: stop the bridge there, or choose another path", b->path);
+    unlink(b->path);
+    close(b->listener);
+    b->listener = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+  }
+  mask = umask(0177);
+  bound = bind(b->listener, (struct sockaddr*)&address, sizeof address);
+  umask(mask);
+  if (bound != 0 || listen(b->listener, 8) != 0) return complain(strerror(errno), b->path);
+  return 0;
+}
+
+// The cookie: 32 hexadecimal digits in a file that only this user may read. Made if it is absent.
+static int read_cookie(struct bridge* b) {
+  char path[512], digits[2 * FB_COOKIE_BYTES + 1] = "";
+  const char* named = getenv("FILIFORM_BRIDGE_COOKIE");
+  struct stat found;
+  int file, i;
+  unsigned byte;
+  if (named != NULL && named[0] != 0) {
+    snprintf(path, sizeof path, "%s", named);
+  } else {
+    char folder[480];
+    if (make_folder(folder, sizeof folder) != 0) return -1;
+    snprintf(path, sizeof path, "%s/cookie", folder);
+  }
+  file = open(path, O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0600);
+  if (file >= 0) {
+    if (getrandom(b->cookie, sizeof b->cookie, 0) != (ssize_t)sizeof b->cookie) return complain("no randomness", path);
+    for (i = 0; i < FB_COOKIE_BYTES; ++i) snprintf(digits + 2 * i, 3, "%02x", b->cookie[i]);
+    if (write(file, digits, 32) != 32) return complain("cannot be written", path);
+    close(file);
+    return 0;
+  }
+  file = open(path, O_RDONLY | O_CLOEXEC | O_NOFOLLOW);
+  if (file < 0) return complain(strerror(errno), path);
+  if (fstat(file, &found) != 0 || found.st_uid != geteuid() || (found.st_mode & 077) != 0 ||
+      read(file, digits, 32) != 32)
+    return complain("must be a file of 32 hexadecimal digits that only you may read: remove it", path);
+  close(file);
+  for (i = 0; i < FB_COOKIE_BYTES; ++i) {
+    if (sscanf(digits + 2 * i, "%2x", &byte) != 1) return complain("has no 32 hexadecimal digits: remove it", path);
+    b->cookie[i] = (unsigned char)byte;
+  }
+  return 0;
+}
+
+static int bind_port(struct bridge* b, const char* address) {
+  struct sockaddr_in here;
+  char host[32] = "", *colon;
+  snprintf(host, sizeof host, "%s", address + 4);
+  colon = strrchr(host, ':');
+  memset(&here, 0, sizeof here);
+  here.sin_family = AF_INET;
+  if (colon == NULL) return complain("give udp:127.0.0.1:PORT", address);
+  *colon = 0;
+  here.sin_port = htons((uint16_t)atoi(colon + 1));
+  if (inet_pton(AF_INET, host, &here.sin_addr) != 1 || (ntohl(here.sin_addr.s_addr) >> 24) != 127)
+    return complain("only addresses of this machine are allowed: give udp:127.0.0.1:PORT", address);
+  if (read_cookie(b) != 0) return -1;
+  b->udp = 1;
+  b->listener = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+  if (b->listener < 0 || bind(b->listener, (struct sockaddr*)&here, sizeof here) != 0)
+    return complain(strerror(errno), address);
+  return 0;
+}
+
+static int listen_at(struct bridge* b, const char* address) {
+  if (address != NULL && strncmp(address, "udp:", 4) == 0) return bind_port(b, address);
+  if (address != NULL && address[0] != 0) {
+    if (strlen(address) >= kPathBytes) return complain("is too long for a socket: at most 107 bytes", address);
+    snprintf(b->path, kPathBytes, "%s", address);
+  } else {
+    char folder[64], name[FB_NAME_BYTES];
+    int i;
+    snprintf(name, sizeof name, "%s", b->device->hello.name);
+    for (i = 0; name[i] != 0; ++i)
+      if (name[i] == '/' || name[i] == ' ') name[i] = '-';
+    if (make_folder(folder, sizeof folder) != 0) return -1;
+    if (snprintf(b->path, kPathBytes, "%.60s/%.38s.bridge", folder, name) >= kPathBytes) return -1;
+  }
+  return bind_path(b);
+}
+
+// ---- packets
+
+static void send_packet(struct bridge* b, int socket_number, const struct sockaddr_in* to, struct fb_packet* packet) {
+  unsigned char bytes[FB_COOKIE_BYTES + FB_MOST_BYTES];
+  size_t size;
+  packet->seq = ++b->sent;
+  size = fb_encode(packet, bytes + FB_COOKIE_BYTES);
+  memcpy(bytes, b->cookie, FB_COOKIE_BYTES);
+  // A packet for which there is no room is lost; its reader is behind.
+  if (to != NULL)
+    (void)!sendto(socket_number, bytes, FB_COOKIE_BYTES + size, MSG_NOSIGNAL | MSG_DONTWAIT, (const struct sockaddr*)to,
+                  sizeof *to);
+  else
+    (void)!send(socket_number, bytes + FB_COOKIE_BYTES, size, MSG_NOSIGNAL | MSG_DONTWAIT);
+}
+
+static void refuse(struct bridge* b, int socket_number, const struct sockaddr_in* to, uint32_t reason) {
+  struct fb_packet packet;
+  memset(&packet, 0, sizeof packet);
+  packet.kind = FB_REFUSE;
+  packet.is.reason = reason;
+  send_packet(b, socket_number, to, &packet);
+}
+
+static void drop_master(struct bridge* b, int64_t now_ns) {
+  if (b->master >= 0) close(b->master);
+  b->master = -1;
+  b->has_peer = b->called = b->commanded = 0;
+  bridge_force_end(&b->force, now_ns);
+}
+
+static void take(struct bridge* b, const unsigned char* bytes, size_t size, int64_t now_ns) {
+  struct fb_packet packet;
+  if (!fb_decode(bytes, size, &packet)) {
+    ++b->force.refused;
+    return;
+  }
+  b->heard_ns = now_ns;
+  if (packet.kind == FB_BYE) drop_master(b, now_ns);
+  if (packet.kind == FB_CALL) {
+    bridge_force_end(&b->force, now_ns);
+    b->refused_before = b->force.refused;
+    b->called = 1;
+  }
+  if (packet.kind != FB_COMMAND) return;
+  b->commanded = 1;
+  b->answers = packet.seq;
+  if (bridge_force_command(&b->force, packet.seq, &packet.is.command, (b->state.flags & FB_READY) != 0, now_ns))
+    b->command_ns = now_ns;
+  if (b->device->lead != NULL && (packet.is.command.flags & FB_AIM) != 0 && fb_finite(packet.is.command.aim_D, 3))
+    b->device->lead(b->device->self, packet.is.command.aim_D);
+}
+
+static void read_socket(struct bridge* b, int64_t now_ns) {
+  unsigned char bytes[FB_MOST_BYTES + 1];
+  int i;
+  for (i = 0; i < kMostPackets && b->master >= 0; ++i) {
+    const ssize_t size = recv(b->master, bytes, sizeof bytes, MSG_DONTWAIT);
+    if (size > 0)
+      take(b, bytes, (size_t)size, now_ns);
+    else if (size == 0 || (errno != EAGAIN && errno != EINTR))
+      drop_master(b, now_ns);
+    else
+      return;
+  }
+}
+
+static void read_datagrams(struct bridge* b, int64_t now_ns) {
+  unsigned char bytes[FB_COOKIE_BYTES + FB_MOST_BYTES + 1];
+  int i, j;
+  for (i = 0; i < kMostPackets; ++i) {
+    struct sockaddr_in from;
+    socklen_t from_size = sizeof from;
+    const ssize_t size = recvfrom(b->listener, bytes, sizeof bytes, MSG_DONTWAIT, (struct sockaddr*)&from, &from_size);
+    unsigned char differs = 0;
+    int is_peer, is_call;
+    if (size < 0) return;
+    if (size < FB_COOKIE_BYTES + FB_HEAD_BYTES) continue;
+    for (j = 0; j < FB_COOKIE_BYTES; ++j) differs |= bytes[j] ^ b->cookie[j];
+    if (differs != 0) continue;  // without an answer
+    is_peer = b->has_peer && from.sin_port == b->peer.sin_port && from.sin_addr.s_addr == b->peer.sin_addr.s_addr;
+    is_call = bytes[FB_COOKIE_BYTES + 6] == FB_CALL;
+    if (!b->has_peer && is_call) {
+      b->peer = from;
+      b->has_peer = is_peer = 1;
+    }
+    if (is_peer)
+      take(b, bytes + FB_COOKIE_BYTES, (size_t)size - FB_COOKIE_BYTES, now_ns);
+    else if (b->has_peer && is_call)
+      refuse(b, b->listener, &from, FB_OTHER_MASTER);
+  }
+}
+
+static void accept_master(struct bridge* b) {
+  struct ucred user;
+  socklen_t size = sizeof user;
+  const int arrived = accept4(b->listener, NULL, NULL, SOCK_CLOEXEC | SOCK_NONBLOCK);
+  if (arrived < 0) return;
+  if (getsockopt(arrived, SOL_SOCKET, SO_PEERCRED, &user, &size) != 0 || user.uid != geteuid()) {
+    refuse(b, arrived, NULL, FB_OTHER_USER);
+  } else if (b->master >= 0) {
+    refuse(b, arrived, NULL, FB_OTHER_MASTER);
+  } else {
+    b->master = arrived;
+    return;
+  }
+  close(arrived);
+}
+
+// ---- the device
+
+static void estimate_velocity(struct fb_state* state, const double before_D[3], double dt_s) {
+  int i;
+  for (i = 0; i < 3; ++i)
+    state->v_D[i] = (state->v_D[i] * kVelocityTime_s + state->p_D[i] - before_D[i]) / (kVelocityTime_s + dt_s);
+}
+
+static void step(struct bridge* b) {
+  const double before_D[3] = {b->state.p_D[0], b->state.p_D[1], b->state.p_D[2]};
+  const int64_t before_ns = b->state.time_ns;
+  const int could = b->device->read(b->device->self, &b->state);
+  struct fb_state* s = &b->state;
+  s->time_ns = bridge_now_ns();
+  if (before_ns > 0 && (b->device->hello.flags & FB_KNOWS_VELOCITY) == 0)
+    estimate_velocity(s, before_D, 1e-9 * (double)(s->time_ns - before_ns));
+  if (could <= 0) bridge_force_end(&b->force, s->time_ns);
+  bridge_force_at(&b->force, s->p_D, s->v_D, s->time_ns, s->force_N);
+  b->lost = could < 0 || b->device->write(b->device->self, s->force_N) < 0;
+  s->flags = (could > 0 ? FB_READY : 0) | (b->force.mode == BRIDGE_ARMED ? FB_ARMED : 0) |
+             (b->force.mode == BRIDGE_FADING ? FB_FADING : 0) | (b->force.lowered ? FB_LOWERED : 0) |
+             (b->lost ? FB_FAULT : 0);
+  s->answers = b->answers;
+  s->refused = b->force.refused - b->refused_before;
+  if (b->log != NULL) {
+    const double* f = s->force_N;
+    fprintf(b->log, "%lld %lld %d %.9g\n", (long long)s->time_ns, (long long)b->command_ns, b->force.mode,
+            sqrt(f[0] * f[0] + f[1] * f[1] + f[2] * f[2]));
+  }
+}
+
+static void answer(struct bridge* b) {
+  const int socket_number = b->udp ? b->listener : b->master;
+  const struct sockaddr_in* to = b->udp ? &b->peer : NULL;
+  struct fb_packet packet;
+  if (socket_number < 0 || (b->udp && !b->has_peer)) return;
+  memset(&packet, 0, sizeof packet);
+  if (b->called) {
+    packet.kind = FB_HELLO;
+    packet.is.hello = b->device->hello;
+    packet.is.hello.slew_N_s = b->force.limits.slew_N_s;
+    send_packet(b, socket_number, to, &packet);
+  }
+  if (b->commanded) {
+    packet.kind = FB_STATE;
+    packet.is.state = b->state;
+    send_packet(b, socket_number, to, &packet);
+  }
+  b->called = b->commanded = 0;
+}
+
+static void serve(struct bridge* b) {
+  const int64_t period_ns = (int64_t)(1e9 / b->device->hello.rate_Hz);
+  int64_t due_ns = bridge_now_ns();
+  while (!stopped && !b->lost) {
+    struct pollfd ready[2] = {{b->listener, POLLIN, 0}, {b->master, POLLIN, 0}};
+    const int64_t wait_ns = due_ns - bridge_now_ns();
+    const struct timespec wait = {0, wait_ns > 0 ? (long)wait_ns : 0};
+    const int waiting = ppoll(ready, 2, &wait, NULL);
+    const int64_t now_ns = bridge_now_ns();
+    // The master first: the bridge must know that its master has gone before it takes another one.
+    if (waiting > 0 && b->master >= 0 && ready[1].revents != 0) read_socket(b, now_ns);
+    if (waiting > 0 && ready[0].revents != 0) {
+      if (b->udp)
+        read_datagrams(b, now_ns);
+      else
+        accept_master(b);
+    }
+    if (b->udp && b->has_peer && now_ns - b->heard_ns > kSilence_ns) drop_master(b, now_ns);
+    // A command acts at once; without one the device's own rate goes on.
+    if (b->commanded || now_ns >= due_ns) step(b);
+    answer(b);
+    if (now_ns >= due_ns) due_ns = now_ns - due_ns > period_ns ? now_ns + period_ns : due_ns + period_ns;
+  }
+}
+
+int bridge_run(const struct bridge_device* device, const char* address) {
+  static const double none[3] = {0, 0, 0};
+  const char* log = getenv("FILIFORM_BRIDGE_LOG");
+  struct sigaction action;
+  struct bridge b;
+  memset(&b, 0, sizeof b);
+  b.device = device;
+  b.listener = b.master = -1;
+  if (!(device->hello.rate_Hz >= 10 && device->hello.rate_Hz <= 1e5) || !(device->hello.peak_force_N > 0)) {
+    complain("needs a rate of 10 to 100000 Hz and a peak force above 0 N", device->hello.name);
+    return 2;
+  }
+  bridge_force_begin(&b.force, device->hello.peak_force_N, device->hello.max_stiffness_N_m);
+  if (device->hello.slew_N_s > 0) b.force.limits.slew_N_s = device->hello.slew_N_s;
+  if (listen_at(&b, address) != 0) {
+    if (b.listener >= 0) close(b.listener);
+    return 3;
+  }
+  memset(&action, 0, sizeof action);
+  action.sa_handler = stop;
+  sigaction(SIGINT, &action, NULL);
+  sigaction(SIGTERM, &action, NULL);
+  if (log != NULL && log[0] != 0) b.log = fopen(log, "w");
+  if (b.log != NULL) setvbuf(b.log, NULL, _IOLBF, 0);
+  printf("%s: use filiform's --device bridge:%s\n", device->hello.name, b.udp ? address : b.path);
+  fflush(stdout);
+  serve(&b);
+  device->write(device->self, none);
+  if (b.path[0] != 0) unlink(b.path);
+  if (b.master >= 0) close(b.master);
+  close(b.listener);
+  if (b.log != NULL) fclose(b.log);
+  if (b.lost) complain("the device was lost: connect it and start again", device->hello.name);
+  return b.lost ? 3 : 0;
+}

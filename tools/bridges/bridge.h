@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: MIT
+//
+// Makes a device that a C program can read and write into a device of filiform. The program fills a bridge_device and
+// calls bridge_run(), which listens, answers filiform (device/BRIDGE.md), and renders the local model of the force
+// (bridge_force.h) at the program's own rate. Thread rule: one thread; all callbacks run on it.
+#pragma once
+
+#include "device/bridge/bridge_protocol.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+struct bridge_device {
+  struct fb_hello hello;  // what the device is and can; rate_Hz > 0 is the rate of read() and write()
+  void* self;             // passed to the callbacks
+  // Sets p_D, buttons, and what hello.flags promises of v_D and orientation. Returns 1; 0: not ready to render force;
+  // -1: lost.
+  int (*read)(void* self, struct fb_state* state);
+  // Renders the force (N) until the next call. Returns 1; -1: lost.
+  int (*write)(void* self, const double force_N[3]);
+  // For FB_IS_LED: the hand pulls towards this point (m). NULL for other devices.
+  void (*lead)(void* self, const double aim_D[3]);
+};
+
+// Serves one master at a time until SIGINT or SIGTERM, or until the device is lost. `address`: the path of a socket,
+// udp:127.0.0.1:PORT, or NULL or "" for NAME.bridge in the folder of bridges. Prints a line with the address when it
+// listens. The last force written is zero. Returns the exit code of the program: 0; 2 for a wrong address or
+// description; 3 for an address that cannot be used, or a lost device. FILIFORM_BRIDGE_LOG names a file for the
+// rendered forces: rows of time_ns, time of the newest command (ns), mode (bridge_force.h), force (N).
+int bridge_run(const struct bridge_device* device, const char* address);
+
+// The system's monotonic clock, ns.
+int64_t bridge_now_ns(void);
+
+#ifdef __cplusplus
+}
+#endif

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: MIT
+//
+// The force that a bridge renders: evaluates the local model of the newest COMMAND, and lets the force fade if no
+// COMMAND comes. A state machine without a clock of its own: the caller passes the time. device/BRIDGE.md states its
+// rules. Thread rule: thread-compatible.
+//
+//            ARM, the device is ready                 time to live is over, bye, lost
+//   off  ----------------------------->  armed (ramp)  ------------------------------>  fading (50 ms)  ---->  off
+#pragma once
+
+#include "device/bridge/bridge_protocol.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum { BRIDGE_OFF = 0, BRIDGE_ARMED = 1, BRIDGE_FADING = 2 };
+
+struct bridge_limits {
+  double peak_force_N;       // > 0; a longer force is shortened and keeps its direction
+  double max_stiffness_N_m;  // 0: no limit; a stiffer model is lowered in the whole
+  double slew_N_s;           // > 0; limits the growth of the force that the hand's own motion does not cause
+  int64_t ramp_ns;           // after ARM the force grows from zero over this time
+  int64_t fade_ns;           // after the time to live the force falls to zero over this time
+};
+
+struct bridge_force {
+  struct bridge_limits limits;
+  int mode;
+  struct fb_command command;  // the newest that was accepted
+  uint32_t seq;               // of it; 0: none
+  int64_t armed_ns, expires_ns, faded_ns;
+  double fade_from;  // part of the model that was rendered when the fade began
+  double last_N[3], last_p_D[3];
+  int64_t last_ns;
+  int lowered;  // 1: the stiffness of the newest command was lowered
+  uint32_t refused, lost;
+};
+
+// Slew of 1000 N/s, ramp of 0.5 s, fade of 50 ms.
+void bridge_force_begin(struct bridge_force* force, double peak_force_N, double max_stiffness_N_m);
+
+// Takes a COMMAND. `ready`: the device can render force. Returns 1 if the command is rendered from now on, otherwise 0.
+// Refuses, and counts as refused: numbers that are not finite, a negative stiffness, damping or radius, and a seq that
+// is not newer than the last one. Without effect, and not counted: a command while off without ARM, and while fading.
+int bridge_force_command(struct bridge_force* force, uint32_t seq, const struct fb_command* command, int ready,
+                         int64_t now_ns);
+
+// The master has gone or the device is not ready: the fade begins now. The next master may begin with any seq.
+void bridge_force_end(struct bridge_force* force, int64_t now_ns);
+
+// Sets out_N to the force (N) at p_D (m) and v_D (m/s). Times must not fall from call to call. The force is zero from
+// expiry + fade_ns on, and if p_D or v_D is not finite.
+void bridge_force_at(struct bridge_force* force, const double p_D[3], const double v_D[3], int64_t now_ns,
+                     double out_N[3]);
+
+#ifdef __cplusplus
+}
+#endif
