@@ -99,6 +99,10 @@ class HapticDevice {
   // Commands zero force without returning a state: for shutdown, and while no force is computed. Otherwise as
   // exchange().
   virtual void relax() noexcept { exchange(Wrench{}); }
+
+  // What keeps the device from being ready and what the person must do, or why it was lost; "" if there is nothing to
+  // say. A static text. Any thread.
+  virtual const char* advice() const noexcept { return ""; }
 };
 
 }  // namespace filiform

@@ -1,6 +1,7 @@
 #include "device/factory/device_factory.h"
 
 #include "device/falcon/falcon.h"
+#include "device/haply/haply_device.h"
 #include "device/recording/replay.h"
 #include "device/simulated/null_device.h"
 #include "device/simulated/simulated_hand.h"
@@ -10,7 +11,7 @@
 namespace filiform {
 
 const char* deviceChoices() {
-  return "sim:loose|medium|firm, replay:FILE, null, falcon[:FIRMWARE], spacemouse[:SOCKET]";
+  return "sim:loose|medium|firm, replay:FILE, null, falcon[:FIRMWARE], spacemouse[:SOCKET], haply[:HOST:PORT][,ID]";
 }
 
 std::unique_ptr<HapticDevice> makeDevice(const std::string& spec, const DeviceFactoryOptions& options) {
@@ -40,8 +41,10 @@ std::unique_ptr<HapticDevice> makeDevice(const std::string& spec, const DeviceFa
     mouse.bus_path = argument;
     return std::make_unique<SpaceMouse>(usb, mouse);
   }
+  if (spec == "haply" || spec.starts_with("haply:") || spec.starts_with("haply,"))
+    return std::make_unique<HaplyDevice>(haplyOptions(spec.substr(5)));
   throw UnknownDevice("no such device '" + spec + "'; choose one of " + deviceChoices(), kind,
-                      {"sim:loose", "sim:medium", "sim:firm", "replay", "null", "falcon", "spacemouse"});
+                      {"sim:loose", "sim:medium", "sim:firm", "replay", "null", "falcon", "spacemouse", "haply"});
 }
 
 }  // namespace filiform

@@ -21,6 +21,7 @@ constexpr Target kTargets[] = {
     {"zip", fuzzZip},
     {"directory", fuzzDirectory},
     {"spacemouse", fuzzSpaceMouse},
+    {"haply", fuzzHaply},
     {"tile", fuzzTile},
     {"text", fuzzText},
     {"placements", fuzzPlacements},

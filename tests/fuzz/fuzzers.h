@@ -26,6 +26,7 @@ void fuzzDirectory(Input input);
 void fuzzManifest(Input input);
 void fuzzFalcon(Input input);
 void fuzzSpaceMouse(Input input);
+void fuzzHaply(Input input);
 void fuzzRecording(Input input);
 void fuzzRequest(Input input);
 void fuzzSession(Input input);
