@@ -12,6 +12,7 @@ struct Target {
   void (*run)(Input);
 };
 // The slowest targets first, which is best when they run side by side.
+// clang-format off
 constexpr Target kTargets[] = {
     {"falcon", fuzzFalcon},
     {"swc", fuzzSwc},
@@ -33,6 +34,7 @@ constexpr Target kTargets[] = {
     {"asc", fuzzAsc},
     {"shard", fuzzShard},
 };
+// clang-format on
 const Target* chosen = nullptr;
 
 }  // namespace
