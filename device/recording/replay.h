@@ -63,6 +63,7 @@ class RecordingDevice : public HapticDevice {
   // Costs a copy in memory more than the inner exchange(): no file access, no lock, no allocation.
   DeviceState exchange(const Wrench& wrench) noexcept override;
   void relax() noexcept override;
+  const char* advice() const noexcept override;
   // Stores marks with the last exchange. Costs a copy.
   void mark(const RunMarks& marks) noexcept;
 

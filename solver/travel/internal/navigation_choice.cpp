@@ -3,6 +3,7 @@
 #include "solver/force/passivity.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace filiform::internal {
 
@@ -23,6 +24,10 @@ NavigationChoice chooseNavigation(const DeviceCapabilities& can, const Navigatio
     navigation.force.stiffness_N_m = wish.held_device == "sim:loose" ? 50.0 : 200.0;
   else
     navigation.force.stiffness_N_m = defaultStiffness(can, wish.period_s);
+  if (can.max_stiffness_N_m > 0 && navigation.force.stiffness_N_m > can.max_stiffness_N_m) {
+    choice.lowered_from_N_m = navigation.force.stiffness_N_m;
+    navigation.force.stiffness_N_m = can.max_stiffness_N_m;
+  }
   navigation.force.passivity.on = wish.passivity.value_or(choice.stiffness_N_m() >= choice.bound_N_m);
   navigation.force.passivity.delay_samples = std::clamp(can.delay_samples, 0, PassivityOptions::kMaxDelay);
   navigation.workspace.lo_D = can.workspace_lo_D;
@@ -30,6 +35,14 @@ NavigationChoice chooseNavigation(const DeviceCapabilities& can, const Navigatio
   navigation.workspace.zoom_um = wish.zoom_um;
   navigation.rate_control = can.rate_control;
   return choice;
+}
+
+std::string loweredNote(const NavigationChoice& choice, const DeviceCapabilities& can) {
+  if (choice.lowered_from_N_m == 0) return {};
+  return "stiffness lowered from " + std::to_string(std::lround(choice.lowered_from_N_m)) + " to " +
+         std::to_string(std::lround(choice.stiffness_N_m())) + " N/m: the largest that " + can.name +
+         " renders at its rate (" + std::to_string(std::lround(can.nominal_rate_Hz)) + " Hz) and delay (" +
+         std::to_string(can.delay_samples) + " states)";
 }
 
 }  // namespace filiform::internal

@@ -26,12 +26,17 @@ struct NavigationChoice {
   NavigationOptions navigation;
   // The largest stable stiffness (N/m), from the damping of the device and, if known, of the hand.
   double bound_N_m = 0;
+  // The stiffness (N/m) that was wished, if it is more than the device allows; 0: the wish was kept.
+  double lowered_from_N_m = 0;
 
   double stiffness_N_m() const { return navigation.force.stiffness_N_m; }
   bool passivity() const { return navigation.force.passivity.on; }
 };
 
-// Throws UnknownDevice for an unknown hand.
+// A wished stiffness above the device's own limit is lowered to this limit. Throws UnknownDevice for an unknown hand.
 NavigationChoice chooseNavigation(const DeviceCapabilities& can, const NavigationWish& wish);
+
+// For the user: that the stiffness was lowered, and why. Empty if it was not.
+std::string loweredNote(const NavigationChoice& choice, const DeviceCapabilities& can);
 
 }  // namespace filiform::internal
