@@ -6,6 +6,7 @@
 #include <atomic>
 #include <charconv>
 #include <cmath>
+#include <cstdlib>
 #include <utility>
 #include <vector>
 
@@ -20,7 +21,6 @@ constexpr double kHaplyWrite_s = 0.001;   // for a message to be taken
 constexpr double kHaplyReach_m = 1;       // from the mounting plate: out of the mechanism's reach
 constexpr double kJumpInterval_s = 1e-3;  // of the speed check
 constexpr double kReported_N = 0.1;       // a force that the states must report
-constexpr int kMostUnanswered = 8;        // messages
 constexpr int kMostDrained = 32;          // messages an exchange: a flood does not hold the caller
 
 Eigen::Vector3d toD(const Eigen::Vector3d& v_H) noexcept { return {v_H.x(), v_H.z(), -v_H.y()}; }
@@ -42,7 +42,9 @@ HaplyOptions haplyOptions(const std::string& argument) {
   };
   HaplyOptions options;
   const std::size_t comma = argument.find(',');
-  const std::string place = argument.substr(0, comma);
+  std::string place = argument.substr(0, comma);
+  if (const char* const named = std::getenv(kHaplyServiceVariable); place.empty() && named != nullptr && *named != 0)
+    place = std::string(":") + named;
   if (comma != std::string::npos) {
     options.id = argument.substr(comma + 1);
     if (options.id.empty() || options.id.size() > internal::kMostHaplyId ||
@@ -89,7 +91,8 @@ struct HaplyDevice::Impl {
   int unreported = 0;        // states in a row that do not report the commanded force
   bool had_position = false;
   double opened_s = 0, state_s = 0, ramp_from_s = 0, asked_s = 0, sent_s = 0;
-  int unanswered = 0;  // messages
+  int unanswered = 0;   // messages whose answer is waited for
+  bool awaits = false;  // no answer came since the message of asked_s
   Eigen::Vector3d sent_H = Eigen::Vector3d::Zero();
 
   void say(const char* text) noexcept { advice.store(text, std::memory_order_relaxed); }
@@ -194,11 +197,9 @@ struct HaplyDevice::Impl {
       now_s = link.time_s();
     }
     bool has_state = drain(now_s);  // what came late, or unasked, is not the answer to the next message
-    if (unanswered == 0) {
-      if (send(force_H)) asked_s = now_s;
-    } else if (now_s - state_s > kStale_s && !sent_H.isZero() && unanswered < kMostUnanswered) {
-      send(Eigen::Vector3d::Zero());
-    }
+    // Stop waiting for an answer that does not come. Otherwise no further message would be sent.
+    if (unanswered > 0 && now_s - sent_s > kStale_s) unanswered = 0;
+    if (unanswered == 0) send(force_H);
     while (unanswered > 0 && link.isOpen()) {
       const std::string_view message = link.receive(deadline_s);
       if (message.empty()) break;
@@ -221,6 +222,8 @@ struct HaplyDevice::Impl {
   bool send(const Eigen::Vector3d& force_H) noexcept {
     sent_s = link.time_s();
     if (!link.send(id, dialect, force_H, kHaplyWrite_s)) return false;
+    if (!awaits) asked_s = sent_s;
+    awaits = true;
     ++counters.messages;
     ++unanswered;
     sent_H = force_H;
@@ -229,7 +232,7 @@ struct HaplyDevice::Impl {
 
   bool take(std::string_view message) noexcept {
     unanswered = std::max(0, unanswered - 1);
-    asked_s = link.time_s();
+    awaits = false;
     if (!internal::readState(message, id, reading) || !reading.has_device) {
       ++counters.unreadable;
       return false;
@@ -318,7 +321,7 @@ struct HaplyDevice::Impl {
       say("the Haply Inverse Service has ended the connection: look whether it runs, and whether the device is "
           "connected");
       fail();
-    } else if (unanswered > 0 && link.time_s() - asked_s > kLost_s) {
+    } else if (awaits && link.time_s() - asked_s > kLost_s) {
       say("the Haply Inverse Service does not answer: restart it");
       fail();
     }
@@ -408,6 +411,7 @@ void HaplyDevice::open() {
   d.had_position = false;
   d.unanswered = d.tried = d.unreported = 0;
   d.probes_delay = true;
+  d.awaits = false;
   d.sent_H.setZero();
   try {
     d.choose(d.beginSession());

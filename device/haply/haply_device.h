@@ -6,10 +6,10 @@
 //   const DeviceState state = haply.exchange(wrench);  // one message to the service, one state back
 //
 // The service runs on this or another machine. It sends exactly one state for each message. A session begins with these
-// steps: the version of the service, the list of devices, the time of kMeasured exchanges without force, and the proof
-// of force. The service ignores a command with an unknown name without a word, and the name has changed. So the driver
-// commands kProbe_N upwards, and looks for it in the force that the state reports. If it does not appear, the driver
-// tries the other name. Force begins only after this proof.
+// steps: ask for the service's version, read the list of devices, time kMeasured exchanges without force, and prove the
+// force. The service silently ignores a command with an unknown name, and the name differs between versions. So the
+// driver commands kProbe_N upwards, and looks for it in the force that the state reports. If it does not appear, the
+// driver tries the other name. Other forces begin only after this proof.
 //
 // Safety rules, tested against a simulated service with faults:
 //   - no force before the device is calibrated and ready, and before the proof
@@ -33,6 +33,9 @@
 
 namespace filiform {
 
+// HOST:PORT of the service for names that state none.
+inline constexpr const char* kHaplyServiceVariable = "FILIFORM_HAPLY_SERVICE";
+
 struct HaplyOptions {
   std::string host = "127.0.0.1";
   std::uint16_t port = 10001;
@@ -47,7 +50,8 @@ struct HaplyOptions {
   std::function<std::unique_ptr<ByteStream>()> connect{};
 };
 
-// Reads what follows "haply" in a device's name: "", ":HOST:PORT", ",ID" or ":HOST:PORT,ID". Throws UnknownDevice.
+// Reads what follows "haply" in a device's name: "", ":HOST:PORT", ",ID" or ":HOST:PORT,ID". Without host and port, the
+// environment variable kHaplyServiceVariable may state them. Throws UnknownDevice.
 HaplyOptions haplyOptions(const std::string& argument);
 
 struct HaplyCounters {  // since open()

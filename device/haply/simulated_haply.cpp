@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <cmath>
 #include <optional>
 #include <utility>
 
@@ -86,8 +87,10 @@ struct SimulatedHaply::Impl {
     std::string id;
     SimulatedHand hand;
     DeviceState state;
-    Eigen::Vector3d force_H = Eigen::Vector3d::Zero();
-    std::array<Eigen::Vector3d, 8> reported_H{};  // newest first
+    Eigen::Vector3d force_H = Eigen::Vector3d::Zero();  // that acts now
+    std::array<Eigen::Vector3d, 8> commanded_H{};       // newest first
+    std::array<Eigen::Vector3d, 3> acted_H{};           // newest first
+    double given_J = 0, most_step_J = 0;
   };
 
   SimulatedHaplyOptions options;
@@ -152,15 +155,27 @@ struct SimulatedHaply::Impl {
     });
   }
 
-  void pass(Device& device) {
+  template <std::size_t N>
+  static void push(std::array<Eigen::Vector3d, N>& newest_first, const Eigen::Vector3d& newest) {
+    std::rotate(newest_first.begin(), newest_first.end() - 1, newest_first.end());
+    newest_first[0] = newest;
+  }
+
+  void pass(Device& device, const Eigen::Vector3d& commanded_H) {
+    push(device.commanded_H, commanded_H);
     const bool renders = faults.calibrated && faults.ready && faults.power && !faults.ignores_force;
+    device.force_H = device.commanded_H[static_cast<std::size_t>(options.command_delay)];
     if (!renders) device.force_H.setZero();
-    for (std::size_t i = device.reported_H.size() - 1; i > 0; --i) device.reported_H[i] = device.reported_H[i - 1];
-    device.reported_H[0] = device.force_H;
     strongest_N = std::max(strongest_N.load(), device.force_H.norm());
+    push(device.acted_H, device.force_H);
     Wrench wrench;
     wrench.force_N = device.force_H;
+    const Eigen::Vector3d before_m = device.state.p_D;
     device.state = device.hand.exchange(wrench);
+    const double step_J =
+        device.acted_H[static_cast<std::size_t>(options.delay_samples)].dot(device.state.p_D - before_m);
+    device.given_J += step_J;
+    device.most_step_J = std::max(device.most_step_J, std::abs(step_J));
   }
 
   std::string stateText(const Device& device) const {
@@ -169,21 +184,21 @@ struct SimulatedHaply::Impl {
     p_H.x() += faults.jump_m;
     std::string text = "{\"device_id\":\"" + device.id + "\",\"state\":{";
     if (!faults.has_no_position) text += "\"cursor_position\":" + vectorText(p_H, leaves_out) + ",";
-    const auto delay = static_cast<std::size_t>(options.report_delay);
     text += "\"cursor_velocity\":" + vectorText(device.state.v_D, leaves_out) +
-            ",\"current_cursor_force\":" + vectorText(device.reported_H[delay], leaves_out) +
+            ",\"current_cursor_force\":" + vectorText(device.force_H, leaves_out) +
             R"(,"control_domain":"cartesian","control_mode":"force","transform":{}})" + status() + "}";
     return text;
   }
 };
 
 SimulatedHaply::SimulatedHaply(const SimulatedHaplyOptions& options) : impl_(std::make_unique<Impl>()) {
-  if (options.report_delay < 0 || options.report_delay > 7)
-    throw DeviceError("simulated Haply: the report's delay must be 0 to 7 messages");
+  if (options.command_delay < 0 || options.command_delay > 7)
+    throw DeviceError("simulated Haply: the delay of commands must be 0 to 7 messages");
   impl_->options = options;
   for (const std::string& id : options.devices) {
     impl_->devices.push_back(std::make_unique<Impl::Device>(id, options));
-    impl_->devices.back()->reported_H.fill(Eigen::Vector3d::Zero());
+    impl_->devices.back()->commanded_H.fill(Eigen::Vector3d::Zero());
+    impl_->devices.back()->acted_H.fill(Eigen::Vector3d::Zero());
     impl_->devices.back()->hand.open();
   }
 }
@@ -202,6 +217,7 @@ std::string SimulatedHaply::inventory() const {
 
 std::string SimulatedHaply::answer(std::string_view message) {
   Impl& d = *impl_;
+  std::vector<Eigen::Vector3d> commanded_H(d.devices.size(), Eigen::Vector3d::Zero());
   JsonReader in(message);
   in.object([&](std::string_view key) {
     if (key != "inverse3") return;
@@ -209,10 +225,11 @@ std::string SimulatedHaply::answer(std::string_view message) {
       Impl::Device* device = nullptr;
       std::optional<Eigen::Vector3d> force_H;
       d.command(in, device, force_H);
-      if (device != nullptr) device->force_H = force_H.value_or(Eigen::Vector3d::Zero());
+      for (std::size_t i = 0; i < d.devices.size(); ++i)
+        if (d.devices[i].get() == device && force_H) commanded_H[i] = *force_H;
     });
   });
-  for (const auto& device : d.devices) d.pass(*device);
+  for (std::size_t i = 0; i < d.devices.size(); ++i) d.pass(*d.devices[i], commanded_H[i]);
   ++d.answers;
   if (d.faults.is_silent) return "";
   if (d.faults.sends_garbage) return "{\"inverse3\":[{\"device_id\":";
@@ -222,7 +239,10 @@ std::string SimulatedHaply::answer(std::string_view message) {
 }
 
 void SimulatedHaply::endSession() noexcept {
-  for (const auto& device : impl_->devices) device->force_H.setZero();
+  for (const auto& device : impl_->devices) {
+    device->force_H.setZero();
+    device->commanded_H.fill(Eigen::Vector3d::Zero());
+  }
 }
 
 Eigen::Vector3d SimulatedHaply::force_H(std::size_t index) const { return impl_->devices.at(index)->force_H; }
@@ -232,6 +252,10 @@ SimulatedHand& SimulatedHaply::hand(std::size_t index) { return impl_->devices.a
 void SimulatedHaply::setOrientation(const std::array<double, 4>& orientation_H) {
   impl_->orientation_H = orientation_H;
 }
+
+double SimulatedHaply::given_J(std::size_t index) const { return impl_->devices.at(index)->given_J; }
+
+double SimulatedHaply::most_step_J(std::size_t index) const { return impl_->devices.at(index)->most_step_J; }
 
 const SimulatedHaplyOptions& SimulatedHaply::options() const noexcept { return impl_->options; }
 

@@ -30,9 +30,9 @@ struct SimulatedHaplyOptions {
   bool has_grip = true;
   HandParameters hand{};
   double period_s = 0.0005;  // of the hands, for each message
-  int delay_samples = 1;     // messages after which a force acts on the hand, 0 to 2
+  int delay_samples = 1;     // messages from the effect of a command to the hand's motion, 0 to 2
   double device_damping_Ns_m = 0.5;
-  int report_delay = 0;                      // messages after which current_cursor_force reports a force, 0 to 7
+  int command_delay = 0;                     // messages after which a command takes effect, 0 to 7
   Eigen::Vector3d centre_H{0, -0.12, 0.15};  // where the hands rest (m, frame of the service)
 };
 
@@ -70,7 +70,11 @@ class SimulatedHaply {
   void setOrientation(const std::array<double, 4>& orientation_H);
   const SimulatedHaplyOptions& options() const noexcept;
   std::uint64_t answers() const noexcept;  // number of states, any thread
-  double strongest_N() const noexcept;     // the largest force that ever acted, any thread
+  // Energy (J) that the forces have given to the hand; the most that a message gave or took. Exact, because a force is
+  // constant between two messages.
+  double given_J(std::size_t index = 0) const;
+  double most_step_J(std::size_t index = 0) const;
+  double strongest_N() const noexcept;  // the largest force that ever acted, any thread
 
   // Makes connections within this thread: a read of an empty connection ends at its time, and time passes only in
   // reads, in sleeps, and by one period for each state. They must not outlive this object.

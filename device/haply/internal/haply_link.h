@@ -30,7 +30,7 @@ class HaplyLink {
   // Connects, and reads the inventory, the first message of a session. Throws DeviceError, with the reason, if the peer
   // is not such a service or is silent for timeout_s (s), and what `connect` throws.
   HaplyInventory open(const MakeStream& connect, const std::string& host, double timeout_s);
-  // Says goodbye, and closes. Any state.
+  // Sends a close frame and closes the connection. Any state.
   void close() noexcept;
   bool isOpen() const noexcept { return stream_ != nullptr && !lost_; }
   double time_s() const noexcept { return stream_->time_s(); }

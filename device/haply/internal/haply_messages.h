@@ -16,7 +16,7 @@
 
 namespace filiform::internal {
 
-// How a force is named in a command. The service ignores a name that it does not know, without a word.
+// The name of a force in a command. The service silently ignores a name that it does not know.
 enum class HaplyDialect : std::uint8_t { vector, values };  // from 3.5 on; before
 const char* toString(HaplyDialect dialect) noexcept;
 // The dialect for the answer to GET /version, whose form is not specified: the first "A.B" in it counts. Without one:

@@ -336,7 +336,7 @@ TEST(HaplyDevice, CloseLeavesNoForceFromAnyState) {
 TEST(HaplyDevice, MeasuresItsTransportAndTheStiffnessThatFollows) {
   for (const double period_s : {0.0005, 0.001, 0.004})
     for (const int delay : {0, 2}) {
-      HaplyBench bench({.period_s = period_s, .report_delay = delay});
+      HaplyBench bench({.period_s = period_s, .command_delay = delay});
       bench.haply.open();
       const HaplyTransport& transport = bench.haply.transport();
       EXPECT_NEAR(transport.period_s, period_s, 1e-9);
