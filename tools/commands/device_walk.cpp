@@ -23,6 +23,7 @@ DeviceWalk::DeviceWalk(const DeviceWalkOptions& options, bool renders_force, dou
 }
 
 void DeviceWalk::begin(Phase phase) noexcept {
+  pause_left_s_ = phase == this->phase() ? 0 : options_.pause_s;
   elapsed_s_ = 0;
   first_ = true;
   if (phase == Phase::over) found_.sweep.resize(std::min(step_, found_.sweep.size()));
@@ -39,6 +40,10 @@ Wrench DeviceWalk::tick(const DeviceState& state, double dt_s) noexcept {
   if (phase == Phase::over) return wrench;
   if (state.status == DeviceStatus::closed) begin(Phase::over);  // end of a recording
   if (state.status != DeviceStatus::ready) return wrench;
+  if (pause_left_s_ > 0) {
+    pause_left_s_ -= dt_s;
+    return wrench;
+  }
   if (first_) {
     start_D_ = last_D_ = state.p_D;
     if (phase == Phase::workspace) found_.lo_D = found_.hi_D = state.p_D;

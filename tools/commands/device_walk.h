@@ -19,6 +19,7 @@ struct DeviceWalkOptions {
   double spring_s = 1;          // each axis
   double damping_s = 4;         // the person moves the handle
   double sweep_s = 0.6;         // each stiffness
+  double pause_s = 1.5;         // without force before each part after the first: the person reads what comes
   double force_N = 0.5;         // no force is longer
   double spring_N_m = 50;       // of the springs
   double offset_m = 0.01;       // from the handle to the end of a spring, once it is stretched
@@ -72,7 +73,7 @@ class DeviceWalk {
   const bool renders_force_;
   DeviceWalkFound found_;
   std::atomic<Phase> phase_{Phase::workspace};
-  double elapsed_s_ = 0;
+  double elapsed_s_ = 0, pause_left_s_ = 0;
   bool first_ = true;  // state of a part
   Eigen::Vector3d start_D_ = Eigen::Vector3d::Zero(), last_D_ = Eigen::Vector3d::Zero();
   std::size_t axis_ = 0, step_ = 0;

@@ -10,7 +10,8 @@
 namespace filiform::tools {
 namespace {
 
-constexpr DeviceWalkOptions kShort{.workspace_s = 0.5, .gravity_s = 0.2, .spring_s = 0.5, .damping_s = 1};
+constexpr DeviceWalkOptions kShort{
+    .workspace_s = 0.5, .gravity_s = 0.2, .spring_s = 0.5, .damping_s = 1, .pause_s = 0.5};
 
 // Walks in the hand's virtual time. `led_m`: the hand's person moves it so far along x while the walk asks for it.
 DeviceWalkFound walk(SimulatedHand& hand, double most_N_m, double led_m = 0,

@@ -80,8 +80,8 @@ TEST(HaplyDevices, TheLongTestWritesAReport) {
   const test::TempFolder folder;
   HaplyDevice haply(haplyOptions(""));
   DeviceCheckOptions options{.read_s = 0.05, .ramp_s = 0.1};
-  options.walk =
-      DeviceWalkOptions{.workspace_s = 0.1, .gravity_s = 0.05, .spring_s = 0.1, .damping_s = 0.1, .sweep_s = 0.1};
+  options.walk = DeviceWalkOptions{
+      .workspace_s = 0.1, .gravity_s = 0.05, .spring_s = 0.1, .damping_s = 0.1, .sweep_s = 0.1, .pause_s = 0.02};
   std::string told;
   options.tell = [&told](const std::string& text) { told += text + '\n'; };
   const DeviceCheck check = checkDevice(haply, options);
