@@ -21,5 +21,7 @@ TEST(HaplyEnergy, TheTransportGivesNoMoreThanTheBound) {
                                    << " s";
 }
 
+TEST(HaplyEnergy, WithoutTheControllerTheBoundIsBroken) { EXPECT_GT(tools::haplySweep(1, false).beyond_J, 1e-3); }
+
 }  // namespace
 }  // namespace filiform

@@ -216,8 +216,8 @@ int runDevices(const DevicesArguments& a) {
     DeviceCheckOptions options;
     options.tell = [](const std::string& text) { std::cerr << text << '\n'; };
     if (report) options.walk.emplace();
-    if (report && spec.starts_with("sim"))
-      options.walk->workspace_s = options.walk->damping_s = 0.5;  // nobody moves it
+    if (report && spec.starts_with("sim"))  // no person has to read or to move the hand
+      options.walk->workspace_s = options.walk->damping_s = options.walk->pause_s = 0.5;
     const DeviceCheck check = checkDevice(*device, options);
     if (report) {
       report->stream()

@@ -18,7 +18,8 @@ using Eigen::Vector3d;
 constexpr double kReach_m = 0.03, kSwing_Hz = 1.3;  // of the person's hand
 constexpr int kFault = 701, kFaultTicks = 5;        // a fault begins every so many ticks, and lasts so many
 
-HaplySweep::Cell sweepCell(double stiffness_N_m, int command_delay, double period_s, double seconds, HaplySweep& all) {
+HaplySweep::Cell sweepCell(double stiffness_N_m, int command_delay, double period_s, double seconds, bool controls,
+                           HaplySweep& all) {
   SimulatedHaplyOptions simulated;
   simulated.period_s = period_s;
   simulated.command_delay = command_delay;
@@ -33,7 +34,7 @@ HaplySweep::Cell sweepCell(double stiffness_N_m, int command_delay, double perio
 
   ForceLawOptions law_options;
   law_options.stiffness_N_m = stiffness_N_m;
-  law_options.passivity.on = true;
+  law_options.passivity.on = controls;
   law_options.passivity.delay_samples = haply.capabilities().delay_samples;
   ForceLaw law(law_options);
   const PassivityOptions& passivity = law_options.passivity;
@@ -75,12 +76,12 @@ HaplySweep::Cell sweepCell(double stiffness_N_m, int command_delay, double perio
 
 }  // namespace
 
-HaplySweep haplySweep(double seconds) {
+HaplySweep haplySweep(double seconds, bool controls) {
   HaplySweep sweep;
   for (const double stiffness_N_m : {50.0, 200.0, 800.0, 3200.0})
     for (const int command_delay : {0, 1, 3})
       for (const double period_s : {0.0005, 0.001, 0.002}) {
-        sweep.cells.push_back(sweepCell(stiffness_N_m, command_delay, period_s, seconds, sweep));
+        sweep.cells.push_back(sweepCell(stiffness_N_m, command_delay, period_s, seconds, controls, sweep));
         sweep.beyond_J = std::max(sweep.beyond_J, sweep.cells.back().beyond_J);
       }
   return sweep;

@@ -22,7 +22,8 @@ struct HaplySweep {
   std::uint64_t ticks = 0, unanswered = 0;
 };
 
-// Runs each combination for `seconds` of virtual time.
-HaplySweep haplySweep(double seconds);
+// Runs each combination for `seconds` of virtual time. Without `controls`, the passivity controller only observes. The
+// bound is then exceeded, as a test shows.
+HaplySweep haplySweep(double seconds, bool controls = true);
 
 }  // namespace filiform::tools
