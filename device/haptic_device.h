@@ -105,6 +105,10 @@ class HapticDevice {
   // If capabilities().is_led: the simulated hand pulls towards this point (m, frame D) from the next exchange on. Other
   // devices ignore it. The thread that calls exchange() calls it.
   virtual void lead(const Eigen::Vector3d& /*target_D*/) noexcept {}
+
+  // What keeps the device from being ready and what the person must do, or why it was lost; "" if there is nothing to
+  // say. A static text. Any thread.
+  virtual const char* advice() const noexcept { return ""; }
 };
 
 }  // namespace filiform

@@ -2,6 +2,7 @@
 
 #include "device/bridge/bridge_device.h"
 #include "device/falcon/falcon.h"
+#include "device/haply/haply_device.h"
 #include "device/recording/replay.h"
 #include "device/simulated/null_device.h"
 #include "device/simulated/simulated_hand.h"
@@ -11,7 +12,7 @@
 namespace filiform {
 
 const char* deviceChoices() {
-  return "sim:loose|medium|firm, replay:FILE, null, falcon[:FIRMWARE], spacemouse[:SOCKET], "
+  return "sim:loose|medium|firm, replay:FILE, null, falcon[:FIRMWARE], spacemouse[:SOCKET], haply[:HOST:PORT][,ID], "
          "bridge[:PATH|udp:HOST:PORT]";
 }
 
@@ -48,8 +49,11 @@ std::unique_ptr<HapticDevice> makeDevice(const std::string& spec, const DeviceFa
     bridge.period_s = options.period_s;
     return std::make_unique<BridgeDevice>(bridge);
   }
-  throw UnknownDevice("no such device '" + spec + "'; choose one of " + deviceChoices(), kind,
-                      {"sim:loose", "sim:medium", "sim:firm", "replay", "null", "falcon", "spacemouse", "bridge"});
+  if (spec == "haply" || spec.starts_with("haply:") || spec.starts_with("haply,"))
+    return std::make_unique<HaplyDevice>(haplyOptions(spec.substr(5)));
+  throw UnknownDevice(
+      "no such device '" + spec + "'; choose one of " + deviceChoices(), kind,
+      {"sim:loose", "sim:medium", "sim:firm", "replay", "null", "falcon", "spacemouse", "haply", "bridge"});
 }
 
 }  // namespace filiform

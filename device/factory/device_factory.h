@@ -23,6 +23,7 @@ struct DeviceFactoryOptions {
 //   null                              a NullDevice
 //   falcon, falcon:FIRMWARE           a Novint Falcon over USB
 //   spacemouse, spacemouse:1-2        the first 3Dconnexion mouse, or the one in USB socket 1-2
+//   haply, haply:HOST:PORT, haply,ID  a Haply Inverse3, through the Haply Inverse Service here or there
 //   bridge:PATH, bridge:udp:HOST:PORT the device behind a bridge; "bridge" alone: the only bridge. Connects here
 // Throws UnknownDevice for another name, DeviceError for a recording that cannot be read or a bridge that does not
 // answer.

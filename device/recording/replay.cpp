@@ -195,6 +195,8 @@ DeviceState RecordingDevice::exchange(const Wrench& wrench) noexcept {
   return state;
 }
 
+const char* RecordingDevice::advice() const noexcept { return impl_->inner->advice(); }
+
 void RecordingDevice::relax() noexcept { impl_->inner->relax(); }
 
 void RecordingDevice::lead(const Eigen::Vector3d& target_D) noexcept { impl_->inner->lead(target_D); }

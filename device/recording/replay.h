@@ -64,6 +64,7 @@ class RecordingDevice : public HapticDevice {
   DeviceState exchange(const Wrench& wrench) noexcept override;
   void relax() noexcept override;
   void lead(const Eigen::Vector3d& target_D) noexcept override;
+  const char* advice() const noexcept override;
   // Stores marks with the last exchange. Costs a copy.
   void mark(const RunMarks& marks) noexcept;
 

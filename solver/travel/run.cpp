@@ -26,16 +26,16 @@ void check(const TileStore& store, const RunOptions& options) {
 }
 
 // Closes the device on every exit path, which sends zero force first.
-struct OpenDevice {
-  explicit OpenDevice(HapticDevice& opened) : device(opened) { device.open(); }
-  ~OpenDevice() { device.close(); }
-  OpenDevice(const OpenDevice&) = delete;
-  OpenDevice& operator=(const OpenDevice&) = delete;
+struct ClosedDevice {
+  explicit ClosedDevice(HapticDevice& open) : device(open) {}
+  ~ClosedDevice() { device.close(); }
+  ClosedDevice(const ClosedDevice&) = delete;
+  ClosedDevice& operator=(const ClosedDevice&) = delete;
   HapticDevice& device;
 };
 
 void travel(internal::RunParts& parts, const internal::OnTick& on_tick) {
-  const OpenDevice open(*parts.device);
+  const ClosedDevice closed(*parts.device);
   parts.placeAtStart();
   if (parts.options.realtime)
     internal::runInRealTime(parts, on_tick);

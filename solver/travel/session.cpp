@@ -114,8 +114,6 @@ Session::Impl::Impl(const TileStore& scene, const SessionOptions& wanted)
       clock(period_s),
       travelling(device, tiles, travel, channels, hand, choice.navigation.workspace, std::move(replayed)) {
   travel.setMeasured(options.shared.residency != nullptr);
-  if (!options.record.empty()) record();
-  device->open();
 }
 
 internal::NavigationChoice Session::Impl::choose(TileId tile_count) {
@@ -129,6 +127,9 @@ internal::NavigationChoice Session::Impl::choose(TileId tile_count) {
     period_s = 1.0 / options.rate_Hz;
     replayed = std::move(recorded.commands);
   }
+  // Opened before the choice, because some devices measure their limits then.
+  if (!options.record.empty()) record();
+  device->open();
   return internal::chooseNavigation(device.capabilities(), {.held_device = handNameOf(device.heldDevice()),
                                                             .period_s = period_s,
                                                             .zoom_um = options.zoom_um,
@@ -175,6 +176,8 @@ void Session::Impl::startLoop() {
   if (tiles.residency() != nullptr) tiles.residency()->start();
   loop->start();
   notes = loop->refusals();
+  if (std::string lowered = internal::loweredNote(choice, device.capabilities()); !lowered.empty())
+    notes.push_back(std::move(lowered));
 }
 
 void Session::Impl::collectLog() {

@@ -27,6 +27,7 @@ void fuzzManifest(Input input);
 void fuzzFalcon(Input input);
 void fuzzSpaceMouse(Input input);
 void fuzzBridge(Input input);
+void fuzzHaply(Input input);
 void fuzzRecording(Input input);
 void fuzzRequest(Input input);
 void fuzzSession(Input input);

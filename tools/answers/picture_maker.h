@@ -25,8 +25,9 @@ class PictureMaker {
   ~PictureMaker();  // stops the drawing
 
   // The picture as PNG. `camera` is what camera_text.h reads, except follow. Waits for the picture until `most_s` is
-  // over; the drawing then goes on, so that a later call finds the picture. Throws UsageError for a wrong camera, Refusal: 404 for a set without a segment, 501 without OpenGL 3.3, 503
-  // if too many pictures are waited for or the time is over; also what the set throws.
+  // over; the drawing then goes on, so that a later call finds the picture. Throws UsageError for a wrong camera,
+  // Refusal: 404 for a set without a segment, 501 without OpenGL 3.3, 503 if too many pictures are waited for or the
+  // time is over; also what the set throws.
   std::shared_ptr<const std::string> draw(std::shared_ptr<const ServedSet> served, const std::string& camera,
                                           PictureSize size, double most_s);
 

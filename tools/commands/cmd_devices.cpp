@@ -6,6 +6,7 @@
 #include "index/text.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/device_check.h"
+#include "tools/commands/device_report.h"
 #include "tools/program/interruption.h"
 #include "tools/program/numbers.h"
 #include "tools/program/output_check.h"
@@ -25,7 +26,7 @@ namespace {
 
 struct DevicesArguments {
   bool json = false, test = false;
-  std::string device, record;
+  std::string device, record, report;
 };
 
 struct Recognised {
@@ -37,15 +38,35 @@ struct Recognised {
 constexpr Recognised kRecognised[] = {
     {"0403:cb48", "Novint Falcon", "falcon[:FIRMWARE]"},
     {"046d:c6xx, 256f:*", "3Dconnexion mice with six axes, and their receivers", "spacemouse[:SOCKET]"},
+    {"-", "Haply Inverse3, through the Haply Inverse Service", "haply[:HOST:PORT][,ID]"},
     {"socket", "devices behind a bridge (device/BRIDGE.md)", "bridge[:PATH]"}};
 
 std::string idsOf(const UsbDeviceInfo& info) {
+  if (info.vendor == 0) return "-";
   char ids[16];
   std::snprintf(ids, sizeof ids, "%04x:%04x", info.vendor, info.product);
   return ids;
 }
 
-void printTable(const std::vector<FoundDevice>& found, const std::string& refusal) {
+const char* const kServiceRemedy =
+    "needed for a Haply Inverse3 only: install the Haply Inverse Service, then systemctl start haply-inverse-service; "
+    "FILIFORM_HAPLY_SERVICE=HOST:PORT names one elsewhere";
+const char* const kNoDeviceRemedy = "connect the USB cable and the power supply of the Inverse3";
+
+const char* serviceState(const HaplyServiceState& service) {
+  if (!service.runs) return "not running";
+  return service.devices.empty() ? "running, without a device" : "running";
+}
+
+void printService(const HaplyServiceState& service) {
+  std::cout << "Haply Inverse Service at " << escaped(service.address) << ": " << serviceState(service) << '\n';
+  if (!service.runs)
+    std::cout << "  reason   " << escaped(service.trouble) << "\n  missing  " << kServiceRemedy << '\n';
+  else if (service.devices.empty())
+    std::cout << "  missing  " << kNoDeviceRemedy << '\n';
+}
+
+void printTable(const std::vector<FoundDevice>& found, const std::string& refusal, const HaplyServiceState& service) {
   for (const FoundDevice& device : found) {
     if (!device.info.bus_path.empty()) std::cout << device.info.bus_path << "  " << idsOf(device.info) << "  ";
     std::cout << device.kind;
@@ -58,6 +79,7 @@ void printTable(const std::vector<FoundDevice>& found, const std::string& refusa
     std::cout << "no device that filiform can use is plugged in; filiform recognises\n";
     for (const Recognised& r : kRecognised) std::cout << "  " << r.ids << "  " << r.kind << ", as " << r.device << '\n';
   }
+  printService(service);
   std::cout << "without hardware: sim:loose, sim:medium, sim:firm, replay:FILE, null\n";
 }
 
@@ -89,12 +111,6 @@ nlohmann::ordered_json asJson(const DeviceCheck& c) {
           {"refusals", c.refusals}};
 }
 
-std::string fixed(double value, int digits) {
-  char text[48];
-  std::snprintf(text, sizeof text, "%.*f", digits, value);
-  return text;
-}
-
 void print(std::ostream& out, const std::string& device, const DeviceCapabilities& capabilities, const DeviceCheck& c) {
   out << escaped(device) << ": " << escaped(capabilities.name) << '\n'
       << "  homing   " << (capabilities.needs_homing ? fixed(c.homing_s, 1) + " s" : "not needed") << '\n'
@@ -114,6 +130,7 @@ void print(std::ostream& out, const std::string& device, const DeviceCapabilitie
   } else {
     out << "not rendered by this device\n";
   }
+  if (c.walk) printWalk(out, *c.walk, capabilities.peak_force_N > 0);
   for (const std::string& refusal : c.refusals) out << "  note     " << refusal << '\n';
 }
 
@@ -156,16 +173,27 @@ int runDevices(const DevicesArguments& a) {
     refusal = error.what();
   }
   for (FoundDevice& bridge : findBridgedDevices()) found.push_back(std::move(bridge));
+  const HaplyServiceState service = askHaplyService(haplyOptions(""));
+  for (FoundDevice& device : devicesOf(service)) found.push_back(std::move(device));
   nlohmann::ordered_json json{{"devices", nlohmann::ordered_json::array()},
                               {"recognised", nlohmann::ordered_json::array()},
-                              {"refusal", nullptr}};
+                              {"refusal", nullptr},
+                              {"haply_service",
+                               {{"address", service.address},
+                                {"state", serviceState(service)},
+                                {"version", service.version},
+                                {"grips", service.grips},
+                                {"remedy", nullptr}}}};
+  if (!service.runs) json["haply_service"]["remedy"] = service.trouble + ": " + kServiceRemedy;
+  if (service.runs && service.devices.empty()) json["haply_service"]["remedy"] = kNoDeviceRemedy;
   for (const FoundDevice& device : found) json["devices"].push_back(asJson(device));
   for (const Recognised& r : kRecognised)
     json["recognised"].push_back({{"ids", r.ids}, {"kind", r.kind}, {"device", r.device}});
   if (!refusal.empty()) json["refusal"] = refusal;
 
   if (!a.record.empty() && !a.test) throw UsageError("--record needs --test: it writes the traffic of the test");
-  if (!a.test && !a.json) printTable(found, refusal);
+  if (!a.report.empty() && !a.test) throw UsageError("--report needs --test: it writes the results of the test");
+  if (!a.test && !a.json) printTable(found, refusal, service);
   if (a.test) {
     std::string spec = a.device;
     if (spec.empty()) {
@@ -178,7 +206,7 @@ int runDevices(const DevicesArguments& a) {
           std::find_if(found.begin(), found.end(), [](const FoundDevice& d) { return d.state == "ready"; });
       spec = (ready != found.end() ? *ready : found.front()).device;
     }
-    std::vector<NamedPath> outputs{{"--record", a.record}};
+    std::vector<NamedPath> outputs{{"--record", a.record}, {"--report", a.report}};
     if (a.json) outputs.push_back({"--json", "-"});
     checkOutputs({{"--test", fileOf(spec)}}, outputs);
     std::unique_ptr<Output> record;         // outlives the recorder
@@ -188,10 +216,20 @@ int runDevices(const DevicesArguments& a) {
       recorder = std::make_unique<UsbRecorder>(systemUsb(), record->stream());
     }
     const KeptTraffic kept(record.get(), recorder.get());
+    std::unique_ptr<Output> report;
+    if (!a.report.empty()) report = std::make_unique<Output>(a.report, OutputOptions{.cancel = &interruptFlag()});
     const std::unique_ptr<HapticDevice> device = makeDevice(spec, {.usb = recorder.get()});
     DeviceCheckOptions options;
     options.tell = [](const std::string& text) { std::cerr << text << '\n'; };
+    if (report) options.walk.emplace();
+    if (report && spec.starts_with("sim"))  // no person has to read or to move the hand
+      options.walk->workspace_s = options.walk->damping_s = options.walk->pause_s = 0.5;
     const DeviceCheck check = checkDevice(*device, options);
+    if (report) {
+      report->stream()
+          << deviceReport(spec, *device, check).dump(1, ' ', true, nlohmann::json::error_handler_t::replace) << '\n';
+      report->finish();
+    }
     if (recorder) {
       recorder->finish();
       record->finish();
@@ -200,7 +238,8 @@ int runDevices(const DevicesArguments& a) {
     json["test"]["device"] = spec;
     json["test"]["name"] = device->capabilities().name;
     if (!a.json)
-      print(record && record->isStandardOutput() ? std::cerr : std::cout, spec, device->capabilities(), check);
+      print((record && record->isStandardOutput()) || (report && report->isStandardOutput()) ? std::cerr : std::cout,
+            spec, device->capabilities(), check);
   }
   if (a.json) std::cout << json.dump(1, ' ', true, nlohmann::json::error_handler_t::replace) << '\n';
   return 0;
@@ -214,7 +253,9 @@ void addDevices(CLI::App& app, Chosen& chosen) {
   command->footer(
       "Example:\n  filiform devices\n  filiform devices --test falcon:falcon.bin\n  filiform devices --test "
       "sim:medium --json\nThe test homes the device and reads it for a second. If the device renders force, the test "
-      "then ramps half a newton along x, y and z.");
+      "then ramps half a newton along x, y and z.\n--report also tests workspace, gravity, springs, damping and "
+      "stability, "
+      "with at most half a newton, and tells what to do with the handle.");
   command->add_flag("--json", a->json, "write one JSON object");
   command
       ->add_option_function<std::string>(
@@ -227,6 +268,10 @@ void addDevices(CLI::App& app, Chosen& chosen) {
       ->expected(0, 1)
       ->type_name("[DEVICE]");
   command->add_option("-o,--output,--record", a->record, "write the USB traffic of the test (device/PROTOCOL.md)")
+      ->type_name("FILE");
+  command
+      ->add_option("--report", a->report,
+                   "walk through all tests of a device and write a report that may be sent (JSON)")
       ->type_name("FILE");
   command->callback([a, &chosen] { chosen = [a] { return runDevices(*a); }; });
 }

@@ -2,11 +2,14 @@
 // state.
 #pragma once
 
+#include "device/haply/haply_service.h"
 #include "device/haptic_device.h"
 #include "device/usb/usb_transport.h"
+#include "tools/commands/device_walk.h"
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,8 +18,9 @@ namespace filiform::tools {
 struct FoundDevice {
   std::string kind;    // "Novint Falcon", "3Dconnexion mouse", "bridge"
   std::string device;  // the name for --device
-  UsbDeviceInfo info;  // empty for a bridge
-  std::string state;   // "ready", "no_permission", "no_firmware", "not_running"
+  UsbDeviceInfo info;  // of a USB device; of a Haply device the name alone, of a bridge empty
+  // "ready", "no_permission", "no_firmware"; of a Haply device as in HaplyServiceState; of a bridge also "not_running"
+  std::string state;
   std::string remedy;  // empty if ready
 };
 
@@ -26,15 +30,20 @@ std::vector<FoundDevice> findDevices(UsbTransport& transport);
 // The bridges in bridgeFolder(), by name. Connects to each for a moment.
 std::vector<FoundDevice> findBridgedDevices();
 
-// Returns whether `device`, a name for --device, is plugged in and may be opened. Throws as findDevices().
+// The devices of a Haply service as `found` devices; `info` has only the name.
+std::vector<FoundDevice> devicesOf(const HaplyServiceState& service);
+
+// Returns whether `device`, a name for --device, is plugged in and may be opened. Asks the Haply service for a
+// name that begins with haply. Throws as findDevices().
 bool isPluggedIn(UsbTransport& transport, const std::string& device);
 
 struct DeviceCheckOptions {
   double read_s = 1;
-  double homing_s = 60;         // time limit for homing
-  double force_N = 0.5;         // peak, along each axis in turn; not used if the device renders no force
-  double ramp_s = 1;            // duration of the ramp, up and down
-  double most_moved_m = 0.025;  // the force ends if the hand moves farther
+  double homing_s = 60;                     // time limit for homing
+  double force_N = 0.5;                     // peak, along each axis in turn; not used if the device renders no force
+  double ramp_s = 1;                        // duration of the ramp, up and down
+  double most_moved_m = 0.025;              // the force ends if the hand moves farther
+  std::optional<DeviceWalkOptions> walk{};  // also walks through DeviceWalk
   std::function<void(const std::string&)> tell{};  // receives instructions for the user
 };
 
@@ -49,6 +58,7 @@ struct DeviceCheck {
   Eigen::Vector3d moved_m = Eigen::Vector3d::Zero();  // motion of the hand under the force, along x, y, z
   bool stopped = false;                               // the force ended because the hand moved too far
   std::vector<std::string> refusals;                  // see HapticLoop
+  std::optional<DeviceWalkFound> walk;                // with DeviceCheckOptions::walk
 };
 
 // Opens the device, waits for its homing, reads it, ramps a small force along each axis, and closes it. Every exit

@@ -16,11 +16,6 @@ constexpr double kHeadStart = 0.8;
 // covers after which the tiles around are listed again: this costs more and changes less.
 constexpr double kWalkAgain = 1.0 / 32, kAroundAgain = 1.0 / 8;
 constexpr std::size_t kMaxCells = 8;  // at least; number of cells whose lists of tiles are kept
-// For a jump's target: time within which the proxy may reach a tile that is claimed. For prefetch by distance: the
-// corresponding fraction of the workspace's radius.
-constexpr double kTargetTime_s = 0.2, kTargetPart = 0.4;
-// The jump waits for the tiles within this part of both. The others arrive before the hand does.
-constexpr double kAwaitedPart = 0.5;
 
 }  // namespace
 
@@ -238,47 +233,6 @@ std::span<const TileId> TileLoader::tilesOf(std::uint32_t cell) {
   if (found == cells_.end() || found->second.usable > now_) return {};
   found->second.last_plan = plan_number_;
   return found->second.tiles;
-}
-
-void TileLoader::claimTarget(Peer& p) {
-  p.target.clear();
-  if (p.focus.target_tile >= store_.tile_count()) return;
-  ReaderFocus there = p.focus;
-  there.active_tile = p.focus.target_tile;
-  there.active_node = p.focus.target_node;
-  there.p_W = p.focus.target_W;
-  there.v_W.setZero();
-  const std::uint64_t room = partOf(p) / 2;  // half: the proxy is still at its old position
-  if (options_.prefetch == PrefetchPolicy::structure) {
-    prefetch_.claimAhead(there, loaded_, tilesOf(there.active_node.cell), room, p.target);
-    std::erase_if(p.target, [](const TileClaim& c) { return c.cost > kTargetTime_s; });
-  } else {
-    there.radius_um *= kTargetPart;
-    prefetch_.claimAround(there, room, p.target);
-  }
-  p.target_open = std::any_of(pages_.noted().begin(), pages_.noted().end(), [&](const auto& noted) {
-    return noted.second <= kAwaitedPart * kTargetTime_s && !failed_pages_.contains(noted.first);
-  });
-  std::erase_if(p.target, [&](const TileClaim& c) { return c.tile == there.active_tile; });
-  p.target.insert(p.target.begin(), {there.active_tile, -1});
-}
-
-void TileLoader::tellTargets() {
-  for (Peer& p : peers_) {
-    std::uint64_t ready = UINT64_MAX;
-    if (!p.walk_stale && !p.target_open && !p.target.empty() && p.planned.target_node == p.focus.target_node) {
-      const double farthest =
-          kAwaitedPart *
-          (options_.prefetch == PrefetchPolicy::structure ? kTargetTime_s : kTargetPart * p.planned.radius_um);
-      bool all = true;
-      for (std::size_t i = 0; i < p.target.size() && p.target[i].cost <= farthest && all; ++i) {
-        const TileSlot* const slot = slots_.find(p.target[i].tile);
-        all = slot == nullptr ? i > 0 : slot->state == TileState::resident || (i > 0 && !slot->wanted);
-      }
-      if (all) ready = p.planned.target_node.key();
-    }
-    p.ends.ready_target.store(ready, std::memory_order_release);
-  }
 }
 
 void TileLoader::claimFor(Peer& p) {

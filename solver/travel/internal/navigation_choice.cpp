@@ -3,6 +3,7 @@
 #include "solver/force/passivity.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace filiform::internal {
 
@@ -34,6 +35,14 @@ NavigationChoice chooseNavigation(const DeviceCapabilities& can, const Navigatio
   navigation.workspace.zoom_um = wish.zoom_um;
   navigation.rate_control = can.rate_control;
   return choice;
+}
+
+std::string loweredNote(const NavigationChoice& choice, const DeviceCapabilities& can) {
+  if (choice.lowered_from_N_m == 0) return {};
+  return "stiffness lowered from " + std::to_string(std::lround(choice.lowered_from_N_m)) + " to " +
+         std::to_string(std::lround(choice.stiffness_N_m())) + " N/m: the largest that " + can.name +
+         " renders at its rate (" + std::to_string(std::lround(can.nominal_rate_Hz)) + " Hz) and delay (" +
+         std::to_string(can.delay_samples) + " states)";
 }
 
 }  // namespace filiform::internal

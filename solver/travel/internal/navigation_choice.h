@@ -26,14 +26,18 @@ struct NavigationChoice {
   NavigationOptions navigation;
   // The largest stable stiffness (N/m), from the damping of the device and, if known, of the hand.
   double bound_N_m = 0;
-  // The wished stiffness, if the device allows less: it is lowered to mostStiffness(). 0: not lowered.
+  // The stiffness (N/m) that was wished, if the device allows less, mostStiffness(); 0: the wish was kept.
   double lowered_from_N_m = 0;
 
   double stiffness_N_m() const { return navigation.force.stiffness_N_m; }
   bool passivity() const { return navigation.force.passivity.on; }
 };
 
-// Throws UnknownDevice for an unknown hand.
+// A wished stiffness above mostStiffness() of a device is lowered to it; simulated hands keep it. Throws UnknownDevice
+// for an unknown hand.
 NavigationChoice chooseNavigation(const DeviceCapabilities& can, const NavigationWish& wish);
+
+// For the user: that the stiffness was lowered, and why. Empty if it was not.
+std::string loweredNote(const NavigationChoice& choice, const DeviceCapabilities& can);
 
 }  // namespace filiform::internal

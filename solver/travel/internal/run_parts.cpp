@@ -41,15 +41,14 @@ RunParts::RunParts(const TileStore& scene, const RunOptions& wanted)
       tiles(store, tileKindOf(options, device), residencyOf(options)),
       statistics(store.tile_count()) {
   if (!options.record.empty()) record();
+  check();
+  device->open();
   choice = chooseNavigation(device.capabilities(), {device.heldDevice(), time.period_s(), options.zoom_um,
                                                     options.stiffness_N_m, options.passivity});
   choice.navigation.buttons.fill(ButtonAction::none);
-  if (choice.navigation.rate_control && !options.realtime && device.replay() == nullptr)
-    throw UsageError("device " + device.capabilities().name + " works in real time only: add --realtime");
   const SolverParameters parameters = options.solver ? *options.solver : automaticParameters(store, first_cell);
   hand.emplace(store, tiles, device, makeProxySolver(options.method, parameters), choice.navigation);
   hand->setMeasured(options.realtime);
-  check();
   noteStability();
   const double limit_s = device.replaysMarks() ? kEndless_s : itinerary.isTour() ? kTourTime_s : first->nominal_limit_s;
   most_periods = time.periodsOf(options.seconds.value_or(limit_s));
@@ -77,13 +76,13 @@ void RunParts::check() const {
         "--realtime");
   if ((device.capabilities().paces_loop || device.capabilities().keeps_time) && !options.realtime)
     throw UsageError("device " + options.device + " keeps its own time: add --realtime");
+  if (device.capabilities().rate_control && !options.realtime && device.replay() == nullptr)
+    throw UsageError("device " + device.capabilities().name + " works in real time only: add --realtime");
 }
 
 void RunParts::noteStability() {
-  if (choice.lowered_from_N_m > 0)
-    notes.push_back("stiffness " + std::to_string(std::lround(choice.lowered_from_N_m)) + " N/m was lowered to " +
-                    std::to_string(std::lround(choice.stiffness_N_m())) +
-                    " N/m: more is not stable with the damping, rate and delay of this device, or beyond its limit");
+  if (std::string lowered = loweredNote(choice, device.capabilities()); !lowered.empty())
+    notes.push_back(std::move(lowered));
   if (!handOf(device.heldDevice()) || choice.stiffness_N_m() < choice.bound_N_m) return;
   notes.push_back("stiffness " + std::to_string(std::lround(choice.stiffness_N_m())) +
                   " N/m is outside the stability bound of " + std::to_string(std::lround(choice.bound_N_m)) +

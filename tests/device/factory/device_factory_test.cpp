@@ -1,6 +1,7 @@
 #include "device/factory/device_factory.h"
 
 #include "device/falcon/falcon.h"
+#include "device/haply/haply_device.h"
 #include "device/recording/replay.h"
 #include "device/simulated/null_device.h"
 #include "device/simulated/simulated_hand.h"
@@ -32,6 +33,9 @@ TEST(DeviceFactory, MakesEveryDeviceItOffers) {
     EXPECT_EQ(device->status(), DeviceStatus::closed);
   }
 
+  for (const char* spec : {"haply", "haply,049D", "haply:localhost:10001", "haply:localhost:10001,049D"})
+    EXPECT_NE(dynamic_cast<HaplyDevice*>(makeDevice(spec).get()), nullptr) << spec;
+
   const test::TempFolder folder;
   const std::string path = folder.file("with:colon.rec");
   std::ofstream file(path, std::ios::binary);
@@ -42,7 +46,7 @@ TEST(DeviceFactory, MakesEveryDeviceItOffers) {
 }
 
 TEST(DeviceFactory, NamesWhatThereIs) {
-  for (const char* spec : {"falcons", "spacemouses", "", "nul", "null:x", "mouse", "SIM:loose"}) {
+  for (const char* spec : {"falcons", "spacemouses", "", "nul", "null:x", "haplys", "mouse", "SIM:loose"}) {
     try {
       makeDevice(spec);
       ADD_FAILURE() << spec << " was made";
@@ -52,6 +56,7 @@ TEST(DeviceFactory, NamesWhatThereIs) {
   }
   EXPECT_THROW(makeDevice("sim:"), DeviceError);
   EXPECT_THROW(makeDevice("sim:iron"), DeviceError);
+  EXPECT_THROW(makeDevice("haply:here"), UnknownDevice);
   EXPECT_THROW(makeDevice("replay:"), DeviceError);
   EXPECT_THROW(makeDevice("replay"), DeviceError);
   EXPECT_THROW(makeDevice("replay:/no/such/file"), DeviceError);

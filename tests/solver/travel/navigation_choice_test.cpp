@@ -50,6 +50,23 @@ TEST(NavigationChoice, AStiffnessBeyondTheDeviceIsLowered) {
   EXPECT_EQ(chooseNavigation(unknown, {.held_device = "falcon", .stiffness_N_m = 5000}).stiffness_N_m(), 5000);
 }
 
+TEST(NavigationChoice, AStiffnessAboveTheDevicesLimitIsLoweredWithANote) {
+  DeviceCapabilities hardware;
+  hardware.name = "a device";
+  hardware.max_stiffness_N_m = 90;
+  hardware.nominal_rate_Hz = 400;
+  hardware.delay_samples = 2;
+  NavigationChoice choice = chooseNavigation(hardware, {.held_device = "haply", .stiffness_N_m = 150.0});
+  EXPECT_EQ(choice.stiffness_N_m(), 90);
+  EXPECT_TRUE(choice.passivity());
+  EXPECT_EQ(loweredNote(choice, hardware),
+            "stiffness lowered from 150 to 90 N/m: the largest that a device renders at its rate (400 Hz) and delay (2 "
+            "states)");
+  choice = chooseNavigation(hardware, {.held_device = "haply", .stiffness_N_m = 90.0});
+  EXPECT_EQ(choice.stiffness_N_m(), 90);
+  EXPECT_EQ(loweredNote(choice, hardware), "");
+}
+
 TEST(NavigationChoice, TheControllerIsOnWhereTheStiffnessIsNotBelowTheBound) {
   const double bound_N_m = choiceFor("sim:medium").bound_N_m;
   EXPECT_DOUBLE_EQ(bound_N_m, stiffnessBound(0.5 + handParameters("medium").damping_Ns_m, 0.001, 1));

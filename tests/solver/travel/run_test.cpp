@@ -330,7 +330,12 @@ TEST(Run, HardwareGetsTheStiffnessThatItCanRender) {
       device->changeCapabilities().max_stiffness_N_m = 120;
       return device;
     };
-    EXPECT_EQ(run(*store, options).stiffness_N_m, told ? 150 : 120);
+    const RunSummary summary = run(*store, options);
+    EXPECT_EQ(summary.stiffness_N_m, 120);
+    const bool is_noted = std::any_of(summary.notes.begin(), summary.notes.end(), [](const std::string& note) {
+      return note.find("stiffness lowered from 150 to 120 N/m") != std::string::npos;
+    });
+    EXPECT_EQ(is_noted, told);
   }
 }
 

@@ -14,6 +14,7 @@ std::vector<Workload> workloads() {
   addJumpWorkloads(all);
   addStreamingWorkloads(all);
   addLoopWorkloads(all);
+  addHaplyWorkloads(all);
   addSearchWorkloads(all);
   addStorageWorkloads(all);
   addWorkWorkloads(all);

@@ -1,0 +1,37 @@
+#include "device/haply/haply_service.h"
+
+#include "device/haply/internal/haply_link.h"
+
+namespace filiform {
+namespace {
+
+const char* stateOf(const internal::HaplyStatus& status) {
+  if (status.power == internal::HaplySays::no) return "no_power";
+  if (status.calibrated == internal::HaplySays::no) return "not_calibrated";
+  return status.ready == internal::HaplySays::no ? "not_ready" : "ready";
+}
+
+}  // namespace
+
+HaplyServiceState askHaplyService(const HaplyOptions& options, double timeout_s) {
+  HaplyServiceState state;
+  state.address = options.host + ':' + std::to_string(options.port);
+  internal::MakeStream connect = options.connect;
+  if (!connect) connect = [&] { return connectTcp(options.host, options.port, timeout_s); };
+  try {
+    state.version = internal::askVersion(connect, options.host, timeout_s);
+    internal::HaplyLink link;
+    const internal::HaplyInventory inventory = link.open(connect, options.host, timeout_s);
+    link.close();
+    state.runs = true;
+    for (const auto& device : inventory.devices)
+      state.devices.push_back({device.id, stateOf(device.status), internal::obstacleOf(device.status),
+                               device.status.in_use == internal::HaplySays::yes});
+    state.grips = inventory.grips;
+  } catch (const DeviceError& error) {
+    state.trouble = error.what();
+  }
+  return state;
+}
+
+}  // namespace filiform

@@ -1,0 +1,88 @@
+// SimulatedHaply: a Haply Inverse Service without hardware, for tests, benchmarks and demonstrations. Each device is a
+// mass with a spring and a damper in virtual time, one period a message. Faults can be set at any time.
+//
+//   SimulatedHaply service;
+//   HaplyOptions options;
+//   options.connect = service.connections();   // within this thread, in virtual time
+//   HaplyDevice haply(options);
+//
+// SimulatedHaplyServer offers the same service by TCP, in real time. The service was written from Haply's
+// documentation, not from a real service. Thread rule: one thread, except for the faults, which any thread may set.
+#pragma once
+
+#include "device/haply/byte_stream.h"
+#include "device/simulated/simulated_hand.h"
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace filiform {
+
+struct SimulatedHaplyOptions {
+  std::string version = "3.5.2";  // from 3.5 on, forces are named "vector", before "values"; the other is ignored
+  std::vector<std::string> devices{"049D"};
+  bool has_grip = true;
+  HandParameters hand{};
+  double period_s = 0.0005;  // of the hands, for each message
+  int delay_samples = 1;     // messages from the effect of a command to the hand's motion, 0 to 2
+  double device_damping_Ns_m = 0.5;
+  int command_delay = 0;                     // messages after which a command takes effect, 0 to 7
+  Eigen::Vector3d centre_H{0, -0.12, 0.15};  // where the hands rest (m, frame of the service)
+};
+
+struct SimulatedHaplyFaults {
+  std::atomic<bool> calibrated{true}, ready{true}, power{true};
+  std::atomic<bool> is_silent{false};      // messages are taken but not answered
+  std::atomic<bool> holds{false};          // messages wait, and are answered afterwards, all at once
+  std::atomic<bool> ends{false};           // every connection ends
+  std::atomic<bool> ignores_force{false};  // whatever its name
+  std::atomic<bool> leaves_out{false};     // what is zero, and the status
+  std::atomic<bool> has_no_position{false};
+  std::atomic<bool> sends_garbage{false};  // instead of states
+  std::atomic<bool> sends_twice{false};    // each state
+  std::atomic<std::uint32_t> buttons{0};   // of the grip
+  std::atomic<double> jump_m{0};           // added to positions along x
+};
+
+class SimulatedHaply {
+ public:
+  explicit SimulatedHaply(const SimulatedHaplyOptions& options = {});
+  ~SimulatedHaply();
+
+  SimulatedHaplyFaults& faults() noexcept;
+  // The first message of a session.
+  std::string inventory() const;
+  // Answers a message: one state. Empty if no answer is sent.
+  std::string answer(std::string_view message);
+  // Ends the forces of a session that has gone.
+  void endSession() noexcept;
+
+  // Of device number `index`: the force (N, frame of the service) that acts now; the hand, whose target may be set.
+  Eigen::Vector3d force_H(std::size_t index = 0) const;
+  SimulatedHand& hand(std::size_t index = 0);
+  // Sets the orientation of the grip: w, x, y, z.
+  void setOrientation(const std::array<double, 4>& orientation_H);
+  const SimulatedHaplyOptions& options() const noexcept;
+  std::uint64_t answers() const noexcept;  // number of states, any thread
+  // Energy (J) that the forces have given to the hand; the most that a message gave or took. Exact, because a force is
+  // constant between two messages.
+  double given_J(std::size_t index = 0) const;
+  double most_step_J(std::size_t index = 0) const;
+  double strongest_N() const noexcept;  // the largest force that ever acted, any thread
+
+  // Makes connections within this thread: a read of an empty connection ends at its time, and time passes only in
+  // reads, in sleeps, and by one period for each state. They must not outlive this object.
+  std::function<std::unique_ptr<ByteStream>()> connections();
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace filiform
