@@ -9,8 +9,8 @@ namespace {
 constexpr double kSoftest_N_m = 25;
 constexpr double kKick_N = 0.3, kKick_s = 0.02;  // starts a vibration where there can be one
 constexpr double kMoves_m_s = 0.005;             // a slower motion has no direction
-// A hand turns a few times a second; a vibration, tens of times.
-constexpr int kVibrationReversals = 8;
+// In the second half, 0.3 s: a vibration has 8 Hz or more.
+constexpr int kVibrationReversals = 5;
 constexpr double kVibration_m_s = 0.01;
 
 }  // namespace
