@@ -194,7 +194,9 @@ struct BridgeDevice::Impl {
   // Reads one packet. False: none is there.
   bool receive(fb_packet& packet, bool& is_valid) noexcept {
     unsigned char bytes[FB_COOKIE_BYTES + FB_MOST_BYTES + 1];
-    const ssize_t size = ::recv(socket.number, bytes, sizeof bytes, MSG_DONTWAIT);
+    ssize_t size = ::recv(socket.number, bytes, sizeof bytes, MSG_DONTWAIT);
+    // A bridge that refuses closes with the CALL unread. The system reports that first, then the REFUSE.
+    if (size < 0 && errno == ECONNRESET) size = ::recv(socket.number, bytes, sizeof bytes, MSG_DONTWAIT);
     is_valid = false;
     if (size <= 0) {
       if (size == 0 || (errno != EAGAIN && errno != EINTR)) is_gone = true;

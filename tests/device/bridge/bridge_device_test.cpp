@@ -68,6 +68,9 @@ class Variable {
   std::optional<std::string> old_;
 };
 
+// Stalls of a loaded machine do not end in a fault.
+BridgeOptions patient(const std::string& address) { return {.address = address, .silence_s = 60, .connect_s = 60}; }
+
 std::string refusalOf(const BridgeOptions& options) {
   try {
     const BridgeDevice device(options);
@@ -124,7 +127,7 @@ class PushingProcess {
  private:
   static void push(const std::string& address, int told) {
     try {
-      BridgeDevice device({.address = address});
+      BridgeDevice device(patient(address));
       device.open();
       Wrench wrench;
       wrench.force_N = {0, 0, 2};
@@ -172,7 +175,7 @@ TEST(BridgeDevice, KnowsTheDeviceBeforeItIsOpen) {
 TEST(BridgeDevice, ForceMovesTheHandAtTheOtherEnd) {
   const test::TempFolder folder;
   BridgeProcess bridge(folder / "b");
-  BridgeDevice device({.address = folder / "b"});
+  BridgeDevice device(patient(folder / "b"));
   Wrench wrench;
   wrench.force_N = {0, 2, 0};
   EXPECT_EQ(device.exchange(wrench).status, DeviceStatus::closed);
@@ -200,7 +203,7 @@ TEST(BridgeDevice, ForceMovesTheHandAtTheOtherEnd) {
 TEST(BridgeDevice, TheModelIsRenderedBetweenCommands) {
   const test::TempFolder folder;
   BridgeProcess bridge(folder / "b");
-  BridgeDevice device({.address = folder / "b"});
+  BridgeDevice device(patient(folder / "b"));
   device.open();
   device.setModel({500 * Eigen::Matrix3d::Identity(), 0, 0.05});
   // A spring to the origin, against an aim at 7 mm: 200 (7 mm - x) = 500 x.
@@ -220,7 +223,7 @@ TEST(BridgeDevice, TheModelIsRenderedBetweenCommands) {
 TEST(BridgeDevice, ExchangesWithoutAllocationOrLock) {
   const test::TempFolder folder;
   BridgeProcess bridge(folder / "b");
-  BridgeDevice device({.address = folder / "b"});
+  BridgeDevice device(patient(folder / "b"));
   device.open();
   for (int i = 0; i < 10; ++i) device.exchange({});
   test::NoAllocGuard guard;
@@ -236,7 +239,7 @@ TEST(BridgeDevice, ExchangesWithoutAllocationOrLock) {
 TEST(BridgeDevice, ServesOneMasterAtATime) {
   const test::TempFolder folder;
   BridgeProcess bridge(folder / "b");
-  std::optional<BridgeDevice> first(std::in_place, BridgeOptions{.address = folder / "b"});
+  std::optional<BridgeDevice> first(std::in_place, patient(folder / "b"));
   first->open();
   EXPECT_NE(refusalOf({.address = folder / "b"}).find("serves another program"), std::string::npos)
       << refusalOf({.address = folder / "b"});
@@ -319,7 +322,7 @@ TEST(BridgeDevice, TheStatusIsFaultAfterTheBridgeIsStoppedOrKilled) {
   const test::TempFolder folder;
   for (const int signal : {SIGSTOP, SIGKILL}) {
     BridgeProcess bridge(folder / "b");
-    BridgeDevice device({.address = folder / "b"});
+    BridgeDevice device({.address = folder / "b", .silence_s = 1});
     device.open();
     ASSERT_TRUE(eventually([&] { return device.exchange({}).status == DeviceStatus::ready; }));
     bridge.signal(signal);
@@ -346,7 +349,7 @@ TEST(BridgeDevice, WorksOverDatagramsWithTheCookie) {
   ASSERT_EQ(::stat((folder / "cookie").c_str(), &found), 0);
   EXPECT_EQ(found.st_mode & 0777, 0600U);
   {
-    BridgeDevice device({.address = address});
+    BridgeDevice device(patient(address));
     device.open();
     Wrench wrench;
     wrench.force_N = {0, 2, 0};

@@ -23,7 +23,7 @@ void expectForceAndPositionInFrameD(const char* name, const char* variable, cons
   ::setenv(variable, (std::string(FILIFORM_BRIDGES "/") + mock).c_str(), 1);
   test::BridgeProcess bridge(folder / "b", "", name);
   ::unsetenv(variable);
-  BridgeDevice device({.address = folder / "b"});
+  BridgeDevice device({.address = folder / "b", .silence_s = 60, .connect_s = 60});
   device.open();
   DeviceState state = device.exchange({});
   EXPECT_EQ(state.status, DeviceStatus::ready);
