@@ -100,9 +100,9 @@ Spool::Block Spool::store(Buffer& filled, std::size_t used) {
   return block;
 }
 
-const std::uint8_t* Spool::load(const Block& block, Buffer& scratch) const {
+const std::uint8_t* Spool::load(const Block& block, Buffer& scratch) {
   if (block.memory) return block.memory.get();
-  if (!scratch) scratch = std::make_unique_for_overwrite<std::uint8_t[]>(block_bytes_ + kSlack);
+  if (!scratch) scratch = buffer();
   for (std::size_t done = 0; done < block.used;) {
     const ssize_t n =
         ::pread(file_, scratch.get() + done, block.used - done, static_cast<off_t>(block.at * block_bytes_ + done));

@@ -41,7 +41,7 @@ class Spool {
   // Throws IoError.
   Block store(Buffer& filled, std::size_t used);
   // The block's bytes: its memory, or read into `scratch` (buffer() if null). Throws IoError.
-  const std::uint8_t* load(const Block& block, Buffer& scratch) const;
+  const std::uint8_t* load(const Block& block, Buffer& scratch);
   void release(Block& block) noexcept;  // a second call does nothing
 
  private:

@@ -9,7 +9,9 @@
 #include <csignal>
 #include <filesystem>
 #include <random>
+#include <set>
 #include <sys/resource.h>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -23,6 +25,20 @@ Bytes randomBytes(std::uint64_t seed, std::size_t n) {
   Bytes bytes(n);
   for (std::uint8_t& b : bytes) b = static_cast<std::uint8_t>(random());
   return bytes;
+}
+
+TEST(Spool, ReadersOneAfterTheOtherShareABuffer) {
+  const TempFolder folder;
+  Spool spool(folder.path(), 512, 0);
+  std::vector<ByteChain> chains;
+  for (int i = 0; i < 50; ++i) {
+    ByteChain& chain = chains.emplace_back(spool);
+    chain.append(randomBytes(1, 400));
+    chain.close();
+  }
+  std::set<const std::uint8_t*> buffers;
+  for (ByteChain& chain : chains) buffers.insert(ByteChain::Reader(chain, true).next().data());
+  EXPECT_LE(buffers.size(), 2U) << "memory would grow with the number of chains";
 }
 
 TEST(Spool, ChainsGiveBackWhatWasAppended) {
