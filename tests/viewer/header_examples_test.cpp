@@ -5,6 +5,8 @@
 // indentation, below a line that names the header. Declarations that an example needs come before that line.
 #include "device/falcon/falcon.h"
 #include "device/falcon/falcon_protocol.h"
+#include "device/haply/haply_device.h"
+#include "device/haply/simulated_haply.h"
 #include "device/usb/usb_recording.h"
 #include "device/usb/usb_transport.h"
 #include "index/build/ingest.h"
@@ -83,6 +85,21 @@ void falcon(const Wrench& wrench) {
   Falcon falcon(systemUsb(), {.firmware = "falcon.bin"});
   falcon.open();      // probes the device; loads the firmware if it runs none: 0.1 s, or 3 s
   const DeviceState state = falcon.exchange(wrench);  // homing; ready after the grip was pulled out and pushed in
+}
+
+void haply(const Wrench& wrench) {
+  // device/haply/haply_device.h
+  HaplyDevice haply(haplyOptions(",049D"));
+  haply.open();                                      // homing, until the service says that the device is ready
+  const DeviceState state = haply.exchange(wrench);  // one message to the service, one state back
+}
+
+void simulatedHaply() {
+  // device/haply/simulated_haply.h
+  SimulatedHaply service;
+  HaplyOptions options;
+  options.connect = service.connections();   // within this thread, in virtual time
+  HaplyDevice haply(options);
 }
 
 void falconLoader(std::span<const std::uint8_t> image, double time_s, void send(const FtdiRequest&),
@@ -417,7 +434,7 @@ TEST(HeaderExamples, AllAreCompiledHereAsTheyStandThere) {
             << text;
       }
     }
-  EXPECT_EQ(count, 35u) << "examples; a new one goes into this file";
+  EXPECT_EQ(count, 37u) << "examples; a new one goes into this file";
 }
 
 TEST(HeaderExamples, AnExampleIsTold) {

@@ -58,7 +58,7 @@ TEST(BridgeCommand, NavigateSaysWhatABridgeNeeds) {
   const Outcome stiff = runFiliform({"navigate", folder / "c.swc", "--device", device, "--realtime", "--seconds", "0.2",
                                      "--stiffness", "1500", "--json"});
   EXPECT_EQ(stiff.exit_code, 0) << stiff.err;
-  EXPECT_NE(stiff.err.find("stiffness 1500 N/m was lowered to "), std::string::npos) << stiff.err;
+  EXPECT_NE(stiff.err.find("stiffness lowered from 1500 to "), std::string::npos) << stiff.err;
   EXPECT_LE(nlohmann::json::parse(stiff.out).at("stiffness_N_m"), 0.8 * 0.5 / 0.0015 + 1e-9);
 }
 
