@@ -106,8 +106,8 @@ class HapticDevice {
   // devices ignore it. The thread that calls exchange() calls it.
   virtual void lead(const Eigen::Vector3d& /*target_D*/) noexcept {}
 
-  // What keeps the device from being ready and what the person must do, or why it was lost; "" if there is nothing to
-  // say. A static text. Any thread.
+  // Tells the person why the device is not ready or was lost, and the remedy. Returns a static text, empty if the
+  // device has nothing to say. Any thread may call it.
   virtual const char* advice() const noexcept { return ""; }
 };
 

@@ -28,7 +28,8 @@ struct HaplyStatus {
   HaplySays calibrated = HaplySays::nothing, ready = HaplySays::nothing, power = HaplySays::nothing,
             in_use = HaplySays::nothing;
 };
-// What keeps a device from rendering force, and what the person must do; "" if nothing. A static text.
+// Names the obstacle that keeps a device from rendering force, and tells the person the remedy. Returns a static text,
+// empty if the device can render force.
 const char* obstacleOf(const HaplyStatus& status) noexcept;
 
 struct HaplyReading {

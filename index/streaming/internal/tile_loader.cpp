@@ -33,19 +33,6 @@ TileLoader::TileLoader(const TileStore& store, const ResidencyOptions& options, 
       claimed_in_(store.tile_count()),
       evicted_(store.tile_count()) {}
 
-TileReader& TileLoader::addReader() {
-  Peer& peer = peers_.emplace_back(std::make_unique<TileChannel>(store_.tile_count()));
-  ++readers_;
-  for (TileSlot* const slot : slots_.all()) {
-    if (!slot->inMemory()) continue;
-    ++slot->adds_left;
-    slot->state = TileState::ready;
-    peer.outbox.push_back({slot->tile.get(), slot->id});
-  }
-  flush();
-  return *peer.reader;
-}
-
 void TileLoader::adoptLongTile(std::shared_ptr<const Tile> tile) {
   TileSlot& slot = slots_[tile->id()];
   pages_.entry(tile->id());
@@ -400,11 +387,6 @@ void TileLoader::plan(double due) {
 }
 
 // The least urgent claim is evicted first; among tiles without a claim, the one that lost its claim first.
-bool TileLoader::goesLater(const TileSlot* a, const TileSlot* b) {
-  if (a->order != b->order) return a->order < b->order;
-  return a->last_claimed != b->last_claimed ? a->last_claimed > b->last_claimed : a->id > b->id;
-}
-
 std::vector<TileId> TileLoader::dueTiles() const {
   std::vector<TileId> tiles;
   for (std::size_t i = head_; i < queue_.size(); ++i)
@@ -436,52 +418,6 @@ std::uint64_t TileLoader::dueBytes(std::size_t most) const {
     --most;
   }
   return sum;
-}
-
-void TileLoader::release(TileSlot& slot) {
-  counters_.bytes -= bytesOf(slot.id);
-  leaving_ -= bytesOf(slot.id);
-  stale_ |= slot.wanted;
-  slots_.erase(slot);
-}
-
-void TileLoader::retire(TileSlot& slot) {
-  slot.state = TileState::retiring;
-  std::erase(unwanted_, &slot);
-  counters_.prefetch_wasted += slot.foreseen;
-  evicted_[slot.id] = true;
-  slot.retires_left = readers_;
-  loaded_.retire(slot.id);
-  leaving_ += bytesOf(slot.id);
-  ++counters_.evictions;
-  if (readers_ == 0) {
-    release(slot);
-  } else {
-    send({nullptr, slot.id});
-  }
-}
-
-TileSlot* TileLoader::victim(const MayGo& may_go) {
-  if (!may_go) {
-    for (std::size_t i = unwanted_.size(); i-- > 0;)
-      if (!pinned(unwanted_[i]->id)) return unwanted_[i];
-    return nullptr;
-  }
-  TileSlot* worst = nullptr;
-  for (TileSlot* const slot : slots_.all())
-    if (slot->inMemory() && !pinned(slot->id) && may_go(*slot) && (worst == nullptr || goesLater(worst, slot)))
-      worst = slot;
-  return worst;
-}
-
-bool TileLoader::makeRoom(std::uint64_t need, bool at_once, const MayGo& may_go) {
-  while (counters_.bytes - leaving_ + reserved_ + need > options_.budget_bytes) {
-    TileSlot* const slot = victim(may_go);
-    if (slot == nullptr) return false;
-    retire(*slot);
-    if (at_once) settle();
-  }
-  return counters_.bytes + reserved_ + need <= options_.budget_bytes;
 }
 
 bool TileLoader::read(TileId tile, std::unique_lock<std::mutex>& lock) {

@@ -1,4 +1,4 @@
-// The part of TileLoader that many hands at one table need.
+// The part of TileLoader for its readers, and for many hands at one table.
 #include "index/streaming/internal/tile_loader.h"
 
 #include <algorithm>
@@ -6,6 +6,19 @@
 #include <memory>
 
 namespace filiform::internal {
+
+TileReader& TileLoader::addReader() {
+  Peer& peer = peers_.emplace_back(std::make_unique<TileChannel>(store_.tile_count()));
+  ++readers_;
+  for (TileSlot* const slot : slots_.all()) {
+    if (!slot->inMemory()) continue;
+    ++slot->adds_left;
+    slot->state = TileState::ready;
+    peer.outbox.push_back({slot->tile.get(), slot->id});
+  }
+  flush();
+  return *peer.reader;
+}
 
 TileFocus& TileLoader::addFocus() { return *peers_.emplace_back(std::make_unique<FocusChannel<TileFocus>>()).hand; }
 
