@@ -10,6 +10,9 @@ namespace {
 constexpr int kOctree = 3;    // binary splits
 constexpr int kStepBits = 6;  // between the blocks of level tiles
 constexpr std::uint64_t kTimesInside = 4;
+// A block between the steps has a level from so many times the least number of segments on, unless levels lie inside.
+// Hence a first block holds less than 8 times this number, and fits in memory.
+constexpr std::uint64_t kTimesCrowded = 2;
 
 // Walks down the octree; each leaf gets the tolerance of the last block with a level.
 class ToleranceWalk {
@@ -81,8 +84,12 @@ LeafRange LevelBlocks::part(std::size_t begin, std::size_t end, int depth) const
 }
 
 bool LevelBlocks::hasLevel(const LeafRange& range, const BlockKey& block) const {
-  if (isOutermost(range)) return true;
-  return block.depth % kStepBits == 0 && segments(range) >= std::max(least_, kTimesInside * largestInside(range));
+  return isOutermost(range) || hasLevel(range, block, largestInside(range));
+}
+
+bool LevelBlocks::hasLevel(const LeafRange& range, const BlockKey& block, std::uint64_t largest_inside) const {
+  if (block.depth % kStepBits == 0) return segments(range) >= std::max(least_, kTimesInside * largest_inside);
+  return largest_inside == 0 && segments(range) >= kTimesCrowded * least_;
 }
 
 std::uint64_t LevelBlocks::largestInside(const LeafRange& range) const {
@@ -93,9 +100,7 @@ std::uint64_t LevelBlocks::largestInside(const LeafRange& range) const {
     at = inside.end;
     if (inside.end - inside.begin == 1 || segments(inside) < least_) continue;
     const std::uint64_t of_inside = largestInside(inside);
-    const bool has_level =
-        block(inside).depth % kStepBits == 0 && segments(inside) >= std::max(least_, kTimesInside * of_inside);
-    largest = std::max(largest, has_level ? segments(inside) : of_inside);
+    largest = std::max(largest, hasLevel(inside, block(inside), of_inside) ? segments(inside) : of_inside);
   }
   return largest;
 }

@@ -22,8 +22,10 @@ struct LeafRange {
 // The octree over leaves with content. Thread rule: immutable after construction.
 class LevelBlocks {
  public:
-  // `segments`: owned by each leaf. Keeps references to `leaves`. A block below the outermost has a level if it holds
-  // at least `least_segments` and its depth is a multiple of 6. O(leaves).
+  // `segments`: owned by each leaf. Keeps references to `leaves`. A block below the outermost has a level in two cases:
+  // - its depth is a multiple of 6, and it holds `least_segments` and 4 times the segments of each level inside;
+  // - its depth is another multiple of 3, it holds 2 `least_segments`, and no level is inside.
+  // O(leaves).
   LevelBlocks(std::span<const BlockKey> leaves, std::span<const std::uint32_t> segments, std::uint64_t least_segments);
 
   std::size_t size() const { return leaves_.size(); }
@@ -40,6 +42,7 @@ class LevelBlocks {
   bool isFirst(const LeafRange& range) const { return largestInside(range) == 0; }
 
  private:
+  bool hasLevel(const LeafRange& range, const BlockKey& block, std::uint64_t largest_inside) const;
   std::uint64_t largestInside(const LeafRange& range) const;  // segments of blocks with a level
 
   std::span<const BlockKey> leaves_;

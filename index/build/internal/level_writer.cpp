@@ -39,7 +39,8 @@ constexpr std::size_t kSpoolBlock = std::size_t{64} << 10;
 
 // What a step takes, bytes.
 constexpr std::uint64_t kBytesOfPoint = 80, kBytesOfLinked = 144;  // a point with its part of a path, and if linked
-constexpr std::uint64_t kBytesOfMade = 540;                        // a segment while it is made into a tile
+// A point while its tile is made: up to 54 bytes of neurites and 138 of tile and bytes, measured, and a quarter more.
+constexpr std::uint64_t kBytesOfMade = 240;
 constexpr std::uint64_t kBytesOfMasks = std::uint64_t{4} << 20;
 
 std::uint64_t bytesOf(const Neurites& neurites) {
@@ -60,6 +61,11 @@ struct Content {
   std::uint64_t points = 0;
   std::uint64_t finer = 0;  // segments of the finest tiles, of a level or in full resolution, that show the same
 };
+
+bool onlyLeaves(const Content& content) {
+  return std::all_of(content.pieces.begin(), content.pieces.end(),
+                     [](const Piece& piece) { return piece.leaf.has_value(); });
+}
 
 // How many times neurites would cover the smallest side of their box with lines of one pixel.
 double layersOf(const Neurites& neurites, const GridBox& box, const Grid& grid, double pixel_um) {
@@ -113,8 +119,8 @@ class Maker {
       at = inside.end;
     }
     const bool has_level = blocks_.hasLevel(range, block);
-    // Blocks of finer levels are reduced on the way up, so that memory does not grow with the set.
-    const bool crowded = content.finer != blocks_.segments(range) && content.points > kMostPoints;
+    // Parts that are coarser than leaves are reduced on the way up, so that memory does not grow with the set.
+    const bool crowded = !onlyLeaves(content) && content.points > kMostPoints;
     return has_level || crowded ? coarsened(range, block, std::move(content), has_level) : std::move(content);
   }
 
@@ -141,10 +147,8 @@ class Maker {
   Content coarsened(const LeafRange& range, const BlockKey& block, Content content, bool has_level) {
     Content made;
     const bool outermost = blocks_.isOutermost(range), first = content.finer == blocks_.segments(range);
-    const bool only_leaves = std::all_of(content.pieces.begin(), content.pieces.end(),
-                                         [](const Piece& piece) { return piece.leaf.has_value(); });
     const double parts = first ? internal::kFirstParts : internal::kParts;
-    const bool linking = outermost || !only_leaves;
+    const bool linking = outermost || !onlyLeaves(content);
     MemoryBudget::Hold work(budget_, content.points * (linking ? kBytesOfLinked : kBytesOfPoint) + kBytesOfMasks);
     Neurites neurites = together(std::move(content.pieces), content.points);
     internal::removeInsideBalls(neurites, input_.grid);
