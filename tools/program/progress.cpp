@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <optional>
 #include <sys/ioctl.h>
 #include <unistd.h>
 #include <utility>
@@ -45,6 +46,15 @@ std::string duration(double seconds) {
   }
   return text;
 }
+
+// Seconds until all is done at the rate so far. Nothing if that is not known.
+std::optional<double> timeLeft_s(const ProgressOptions& options, std::uint64_t done, double counting_s) {
+  if (options.total == 0 || done == 0 || !(counting_s > 0)) return std::nullopt;
+  const double to_do = options.total > done ? static_cast<double>(options.total - done) : 0;
+  return to_do / static_cast<double>(done) * counting_s;
+}
+
+double rounded(double seconds) { return std::round(seconds * 1e3) / 1e3; }
 
 int terminalColumns() {
   winsize size{};
@@ -93,23 +103,22 @@ void Progress::refresh() {
   }
   if (since < kBetweenLines) return;
   shown_ = now;
-  if (json_) return sink_(jsonLine(options_, done_, std::chrono::duration<double>(now - started_).count()));
+  if (json_) return sink_(jsonLine(now));
   visible_ = true;
   const double counting_s = std::chrono::duration<double>(now - counting_).count();
   sink_("\r" + line(options_, done_, counting_s, columns_ - 1) + "\x1b[K");
 }
 
 void Progress::finish() {
-  if (json_ && sink_ && !std::exchange(ended_, true))
-    sink_(jsonLine(options_, done_, std::chrono::duration<double>(clock_() - started_).count()));
+  if (json_ && sink_ && !std::exchange(ended_, true)) sink_(jsonLine(clock_()));
   if (visible_) sink_("\r\x1b[K");
   visible_ = false;
 }
 
-std::string Progress::amounts(const ProgressOptions& options, std::uint64_t done, double elapsed_s) {
+std::string Progress::amounts(const ProgressOptions& options, std::uint64_t done, double counting_s) {
   const bool bytes = options.unit == ProgressUnit::bytes;
   const auto amount = [&](std::uint64_t n) { return bytes ? scaledBytes(static_cast<double>(n)) : groupedCount(n); };
-  const double rate = elapsed_s > 0 ? static_cast<double>(done) / elapsed_s : 0;
+  const double rate = counting_s > 0 ? static_cast<double>(done) / counting_s : 0;
   std::string text = amount(done);
   if (options.total > 0) text += " of " + amount(options.total);
   if (!bytes && !options.noun.empty()) text += " " + options.noun;
@@ -121,25 +130,35 @@ std::string Progress::amounts(const ProgressOptions& options, std::uint64_t done
              : rate >= 1e4 ? groupedCount(static_cast<std::uint64_t>(rate))
                            : number) +
             "/s";
-    if (options.total > done) text += ", " + duration(static_cast<double>(options.total - done) / rate) + " left";
+    if (options.total > done) text += ", " + duration(*timeLeft_s(options, done, counting_s)) + " left";
   }
   return text;
 }
 
-std::string Progress::jsonLine(const ProgressOptions& options, std::uint64_t done, double elapsed_s) {
+std::string Progress::jsonLine(std::chrono::steady_clock::time_point now) const {
+  const auto since = [&](std::chrono::steady_clock::time_point t) {
+    return std::chrono::duration<double>(now - t).count();
+  };
+  return jsonLine(options_, done_, since(started_), since(counting_));
+}
+
+std::string Progress::jsonLine(const ProgressOptions& options, std::uint64_t done, double elapsed_s,
+                               double counting_s) {
   nlohmann::ordered_json json;
   json["progress"] = options.title;
   json["done"] = done;
   json["total"] = options.total > 0 ? nlohmann::ordered_json(options.total) : nlohmann::ordered_json(nullptr);
   json["unit"] = options.unit == ProgressUnit::bytes ? "bytes" : options.noun.empty() ? "items" : options.noun;
-  json["elapsed_s"] = std::round(elapsed_s * 1e3) / 1e3;
+  json["elapsed_s"] = rounded(elapsed_s);
+  const std::optional<double> left_s = timeLeft_s(options, done, counting_s);
+  json["left_s"] = left_s ? nlohmann::ordered_json(rounded(*left_s)) : nlohmann::ordered_json(nullptr);
   return json.dump(-1, ' ', true, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 
-std::string Progress::line(const ProgressOptions& options, std::uint64_t done, double elapsed_s, int columns) {
+std::string Progress::line(const ProgressOptions& options, std::uint64_t done, double counting_s, int columns) {
   const double fraction =
       options.total == 0 ? 0 : std::min(1.0, static_cast<double>(done) / static_cast<double>(options.total));
-  const std::string text = amounts(options, done, elapsed_s);
+  const std::string text = amounts(options, done, counting_s);
   std::string out = options.title;
   if (options.total > 0) {
     char percent[16];

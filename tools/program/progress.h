@@ -50,14 +50,16 @@ class Progress {
   // Removes the line, so that results begin on an empty one. With JSON, writes the last amount.
   void finish();
 
+  // `counting_s`: time since the amount was last 0.
   // Returns amount, total, rate and time left: "250 of 1 000 cells, 25/s, 30 s left".
-  static std::string amounts(const ProgressOptions& options, std::uint64_t done, double elapsed_s);
+  static std::string amounts(const ProgressOptions& options, std::uint64_t done, double counting_s);
   // Returns the line for this state: no control characters, at most `columns` wide.
-  static std::string line(const ProgressOptions& options, std::uint64_t done, double elapsed_s, int columns);
-  // Returns the JSON object for this state, with a newline.
-  static std::string jsonLine(const ProgressOptions& options, std::uint64_t done, double elapsed_s);
+  static std::string line(const ProgressOptions& options, std::uint64_t done, double counting_s, int columns);
+  // Returns the JSON object for this state, with a newline. `elapsed_s`: time since the step began.
+  static std::string jsonLine(const ProgressOptions& options, std::uint64_t done, double elapsed_s, double counting_s);
 
  private:
+  std::string jsonLine(std::chrono::steady_clock::time_point now) const;
   void refresh();
 
   ProgressOptions options_;

@@ -147,6 +147,7 @@ TEST_F(Configuration, ProgressAsJsonLines) {
     ASSERT_FALSE(step.is_discarded()) << line;
     steps.insert(step.at("progress").get<std::string>());
     EXPECT_GE(step.at("elapsed_s").get<double>(), 0);
+    EXPECT_TRUE(step.at("left_s").is_null() || step["left_s"].get<double>() >= 0) << line;
     EXPECT_TRUE(step.at("total").is_null() || step["done"] <= step["total"]) << line;
     EXPECT_TRUE(step.at("unit").is_string());
   }

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 namespace filiform::tools {
 namespace {
@@ -81,23 +82,30 @@ TEST(Progress, IsSilentWhereStderrIsNoTerminal) {
 }
 
 TEST(Progress, JsonHasALineForEachStepAtLeast) {
-  std::vector<std::string> written;
+  std::vector<nlohmann::json> written;
   auto now = std::chrono::steady_clock::time_point{};
   {
     Progress progress(
-        cells(1000), [&](const std::string& text) { written.push_back(text); }, [&] { return now; }, 80, true);
+        cells(1000), [&](const std::string& text) { written.push_back(nlohmann::json::parse(text)); },
+        [&] { return now; }, 80, true);
+    now += 250ms;
+    progress.update(0);
     now += 250ms;
     progress.update(500);
     now += 10ms;
     progress.update(1000);
   }
-  ASSERT_EQ(written.size(), 2U);
-  EXPECT_EQ(written[0],
-            "{\"progress\":\"ingest\",\"done\":500,\"total\":1000,\"unit\":\"cells\",\"elapsed_s\":0.25}\n");
-  EXPECT_EQ(written[1],
-            "{\"progress\":\"ingest\",\"done\":1000,\"total\":1000,\"unit\":\"cells\",\"elapsed_s\":0.26}\n");
-  EXPECT_EQ(Progress::jsonLine({"verify", "", ProgressUnit::bytes, 0}, 7, 0),
-            "{\"progress\":\"verify\",\"done\":7,\"total\":null,\"unit\":\"bytes\",\"elapsed_s\":0.0}\n");
+  const auto state = [](std::uint64_t done, double elapsed_s, const nlohmann::json& left_s) {
+    return nlohmann::json{{"progress", "ingest"}, {"done", done},           {"total", 1000},
+                          {"unit", "cells"},      {"elapsed_s", elapsed_s}, {"left_s", left_s}};
+  };
+  ASSERT_EQ(written.size(), 3U);
+  EXPECT_EQ(written[0], state(0, 0.25, nullptr));
+  EXPECT_EQ(written[1], state(500, 0.5, 0.25));  // the time before the amount grew says nothing about the rate
+  EXPECT_EQ(written[2], state(1000, 0.51, 0.0));
+  EXPECT_EQ(
+      Progress::jsonLine({"verify", "", ProgressUnit::bytes, 0}, 7, 0, 0),
+      "{\"progress\":\"verify\",\"done\":7,\"total\":null,\"unit\":\"bytes\",\"elapsed_s\":0.0,\"left_s\":null}\n");
 }
 
 }  // namespace
