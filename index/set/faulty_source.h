@@ -53,6 +53,7 @@ class FaultySource final : public TileSource {
   void read(const std::string& name, std::uint64_t offset, std::span<std::uint8_t> bytes) const override;
   void expect(const std::string& name, std::uint64_t bytes) const override { source_->expect(name, bytes); }
   bool isRemote() const override { return source_->isRemote(); }
+  std::optional<RemoteCounters> remoteCounters() const override { return source_->remoteCounters(); }
   bool discard(const std::string& name, std::uint64_t offset, std::uint64_t bytes) const override {
     return source_->discard(name, offset, bytes);
   }

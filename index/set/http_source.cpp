@@ -41,7 +41,8 @@ bool isSmallFile(const std::string& name) {
 }  // namespace
 
 bool isAddress(std::string_view name) {
-  return endsWithNoCase(name.substr(0, 7), "http://") || endsWithNoCase(name.substr(0, 8), "https://");
+  return endsWithNoCase(name.substr(0, 7), "http://") || endsWithNoCase(name.substr(0, 8), "https://") ||
+         internal::isS3Address(name);
 }
 
 struct HttpSource::Impl {
@@ -60,7 +61,8 @@ struct HttpSource::Impl {
   std::list<Block> blocks;  // of directories, most recently used first
   std::map<std::string, std::shared_future<std::shared_ptr<const internal::Bytes>>> blocks_read_now;  // by key
 
-  Impl(const std::string& text, const RemoteOptions& options) : address(text), client(address.origin, options) {
+  Impl(const std::string& text, const RemoteOptions& options)
+      : address(text), client(address.origin, options, address.account) {
     if (!options.cache_folder.empty())
       cache = std::make_unique<internal::RangeCache>(options.cache_folder, options.cache_bytes);
   }

@@ -1,9 +1,10 @@
-// Opens the source of a tile set by its name: a folder, or an address on an HTTP server.
+// Opens the source of a tile set by its name: a folder, or an address on an HTTP server or in an object store.
 //
 //   const auto set = TileSet::open("https://host/path/column.fil");
 //
 // An address is http://HOST/v1/sets/NAME, as `filiform serve` serves sets, or that of a set's folder on any server that
-// answers Range requests. index/README.md describes requests, retries and the disk cache.
+// answers Range requests, or s3://BUCKET/PATH/NAME.fil in an object store. The variables and files of AWS give its
+// endpoint, region and keys. index/README.md describes them, requests, retries and the disk cache.
 #pragma once
 
 #include "index/http/remote_options.h"
@@ -15,12 +16,13 @@
 
 namespace filiform {
 
-// True if the name begins with http:// or https://, in any letter case.
+// True if the name begins with http://, https:// or s3://, in any letter case.
 bool isAddress(std::string_view name);
 
 // Reads over HTTP. Sends no request before the first read. Ranges are asked for as they are read, so a set is read by
 // pages and tiles. The directory is read in blocks of 256 KiB. A file that is read piece after piece is read ahead by
-// up to 1 MiB. Throws UsageError for a malformed address or option, IoError if the cache's folder cannot be used.
+// up to 1 MiB. Throws UsageError for a malformed address or option, or for unusable keys in the environment; IoError if
+// the cache's folder or a file with keys cannot be used.
 class HttpSource final : public TileSource {
  public:
   explicit HttpSource(const std::string& address, const RemoteOptions& options = {});
@@ -35,6 +37,7 @@ class HttpSource final : public TileSource {
   std::string describe(const std::string& name) const override;
 
   RemoteCounters counters() const;
+  std::optional<RemoteCounters> remoteCounters() const override { return counters(); }
 
  private:
   struct Impl;

@@ -116,6 +116,7 @@ std::uint64_t TileSet::floorBytes() const { return impl_->manifest().floor_bytes
 std::uint64_t TileSet::segmentCount() const { return counts().segments; }
 std::uint64_t TileSet::decodedBytes() const { return counts().decoded_bytes; }
 bool TileSet::isRemote() const { return impl_->revision.isRemote(); }
+std::optional<RemoteCounters> TileSet::remoteCounters() const { return impl_->revision.remoteCounters(); }
 
 void TileSet::readDirectory() const {
   constexpr std::uint64_t kReaders = 32;

@@ -89,7 +89,8 @@ class TileSet final : public TileStore {
   void read(const std::string& file, std::uint64_t offset, std::span<std::uint8_t> bytes) const;
   // As TileSource::discard(), for a file of the revision.
   bool discard(const std::string& file, std::uint64_t offset, std::uint64_t bytes) const;
-  std::string describe(const std::string& file) const;  // the file's name for messages
+  std::string describe(const std::string& file) const;   // the file's name for messages
+  std::optional<RemoteCounters> remoteCounters() const;  // of a set at an address: what was asked of the server so far
   // Reads the pages of the directory, from a set at an address many at once. For work that then needs all entries.
   // Throws CorruptSet, IoError. O(tiles).
   void readDirectory() const;

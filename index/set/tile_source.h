@@ -2,9 +2,12 @@
 // files, so an object store can serve as well as a folder.
 #pragma once
 
+#include "index/http/remote_options.h"
+
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -25,6 +28,8 @@ class TileSource {
   virtual void expect(const std::string&, std::uint64_t) const {}
   // True if reads travel over a network: each takes long, but several may be under way at once.
   virtual bool isRemote() const { return false; }
+  // What was asked of a server so far; nullopt: there is none.
+  virtual std::optional<RemoteCounters> remoteCounters() const { return std::nullopt; }
   // States that these bytes were damaged. Returns true if another read may give others, because copies of them were
   // removed or because a transfer may have damaged them.
   virtual bool discard(const std::string&, std::uint64_t, std::uint64_t) const { return false; }

@@ -2,6 +2,7 @@
 // it.
 //
 //   slow_wire HOST:PORT [--listen PORT] [--delay MS] [--rate BYTES] [--stall-every N --stall MS] [--reset-every N]
+//             [--flip-every N]
 //
 // It prints its own port, then the round trip that it measured through itself, then relays until standard input ends.
 //   --delay MS        round trip: each direction takes half. The first bytes of a connection take one more, as its
@@ -9,6 +10,7 @@
 //   --rate BYTES      most bytes a second towards the client, of all connections together; default: no limit
 //   --stall-every N   each Nth piece of data towards the client waits --stall MS more (default: 1000)
 //   --reset-every N   each Nth connection is reset after its first answer
+//   --flip-every N    in each Nth piece of data towards the client one bit is inverted
 #include <algorithm>
 #include <arpa/inet.h>
 #include <chrono>
@@ -40,14 +42,15 @@ using Milliseconds = std::chrono::duration<double, std::milli>;
 
 struct Options {
   std::string target;
-  double listen = 0, delay = 20, rate = 0, stall_every = 0, stall = 1000, reset_every = 0;
+  double listen = 0, delay = 20, rate = 0, stall_every = 0, stall = 1000, reset_every = 0, flip_every = 0;
 };
 
 Options parse(int argc, char** argv) {
   Options options;
   const std::map<std::string, double Options::*> numbers{
       {"--listen", &Options::listen},           {"--delay", &Options::delay}, {"--rate", &Options::rate},
-      {"--stall-every", &Options::stall_every}, {"--stall", &Options::stall}, {"--reset-every", &Options::reset_every}};
+      {"--stall-every", &Options::stall_every}, {"--stall", &Options::stall}, {"--reset-every", &Options::reset_every},
+      {"--flip-every", &Options::flip_every}};
   for (int i = 1; i < argc; ++i) {
     const auto number = numbers.find(argv[i]);
     if (number == numbers.end()) {
@@ -206,7 +209,10 @@ class Relay {
       due += after(options_.delay);
     }
     if (to_client && n > 0) {
-      if (options_.stall_every > 0 && ++pieces_ % static_cast<long>(options_.stall_every) == 0)
+      ++pieces_;
+      if (options_.flip_every > 0 && pieces_ % static_cast<long>(options_.flip_every) == 0)
+        bytes[bytes.size() / 4 * 3] = static_cast<char>(bytes[bytes.size() / 4 * 3] ^ 4);
+      if (options_.stall_every > 0 && pieces_ % static_cast<long>(options_.stall_every) == 0)
         due += after(options_.stall);
       if (options_.rate > 0) due = line_free_ = std::max(line_free_, due) + after(1000 * double(n) / options_.rate);
     }
@@ -309,7 +315,7 @@ double measure(const Options& options) {
 int main(int argc, char** argv) {
   const Options options = parse(argc, argv);
   Options no_faults = options;
-  no_faults.stall_every = no_faults.reset_every = 0;
+  no_faults.stall_every = no_faults.reset_every = no_faults.flip_every = 0;
   const double round_trip_ms = measure(no_faults);
   const int listener = listenAt(static_cast<int>(options.listen));
   std::printf("port %d\nround trip %.2f ms, asked for %g ms\n", portOf(listener), round_trip_ms, options.delay);

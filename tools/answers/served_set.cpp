@@ -16,9 +16,9 @@ struct TilesInBox final : Region {
 
 }  // namespace
 
-ServedSet::ServedSet(std::string name, const std::string& path, std::uint64_t budget_bytes)
+ServedSet::ServedSet(std::string name, const std::string& path, std::uint64_t budget_bytes, const RemoteOptions& remote)
     : name_(std::move(name)),
-      set_(TileSet::open(path)),
+      set_(TileSet::open(path, remote)),
       levels_(Levels::open(*set_)),
       attributes_(*set_),
       store_(*set_),

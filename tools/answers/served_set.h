@@ -24,7 +24,7 @@ class ServedSet {
  public:
   // Opens the set's current revision. Of the budget, three quarters are for tiles and one for sample ids. Throws as
   // TileSet::open() and Levels::open() do.
-  ServedSet(std::string name, const std::string& path, std::uint64_t budget_bytes);
+  ServedSet(std::string name, const std::string& path, std::uint64_t budget_bytes, const RemoteOptions& remote = {});
 
   const std::string& name() const { return name_; }
   const TileSet& set() const { return *set_; }

@@ -1,6 +1,7 @@
 #include "tools/answers/set_shelf.h"
 
 #include "index/errors.h"
+#include "index/set/http_source.h"
 #include "index/text.h"
 
 #include <algorithm>
@@ -10,6 +11,8 @@
 namespace filiform::tools {
 
 namespace {
+
+constexpr std::chrono::seconds kFarLook{10};
 
 std::string servedName(const std::string& path) {
   namespace fs = std::filesystem;
@@ -22,10 +25,9 @@ std::string servedName(const std::string& path) {
 }
 
 // The revision that CURRENT names now.
-std::string namedRevision(const std::string& path) {
-  const auto source = openFolder(path, 1);
-  std::vector<std::uint8_t> bytes(std::min<std::uint64_t>(source->size("CURRENT"), 64));
-  source->read("CURRENT", 0, bytes);
+std::string namedRevision(const TileSource& source) {
+  std::vector<std::uint8_t> bytes(std::min<std::uint64_t>(source.size("CURRENT"), 64));
+  source.read("CURRENT", 0, bytes);
   std::string text(bytes.begin(), bytes.end());
   if (!text.empty() && text.back() == '\n') text.pop_back();
   return text;
@@ -33,15 +35,16 @@ std::string namedRevision(const std::string& path) {
 
 }  // namespace
 
-SetShelf::SetShelf(const std::vector<std::string>& paths, std::uint64_t budget_bytes)
-    : budget_bytes_(budget_bytes / std::max<std::size_t>(paths.size(), 1)) {
+SetShelf::SetShelf(const std::vector<std::string>& paths, std::uint64_t budget_bytes, const RemoteOptions& remote)
+    : budget_bytes_(budget_bytes / std::max<std::size_t>(paths.size(), 1)), remote_(remote) {
   for (const std::string& path : paths) {
     const std::string name = servedName(path);
     if (name.empty()) throw UsageError("SET " + escaped(path, 80) + ": a set needs a folder with a name");
     if (find(name))
       throw UsageError("SET " + escaped(path, 80) + ": another set has the name '" + escaped(name, 80) +
                        "'; serve it under a link with another name");
-    slots_.push_back({path, std::make_shared<const ServedSet>(name, path, budget_bytes_), {}});
+    slots_.push_back({path, isAddress(path) ? openSource(path, remote_) : nullptr,
+                      std::make_shared<const ServedSet>(name, path, budget_bytes_, remote_)});
   }
 }
 
@@ -74,15 +77,26 @@ std::vector<std::string> SetShelf::refresh() {
   std::vector<std::string> problems;
   for (Slot& slot : slots_) {  // only refresh() changes slots
     const std::shared_ptr<const ServedSet> current = slot.current;
+    if (slot.watched != nullptr) {
+      const auto now = std::chrono::steady_clock::now();
+      if (now < slot.next_look) {
+        if (!slot.problem.empty()) problems.push_back(slot.problem);
+        continue;
+      }
+      slot.next_look = now + kFarLook;
+      slot.problem.clear();
+    }
     try {
-      if (namedRevision(slot.path) == current->set().revision()) continue;
-      const auto fresh = std::make_shared<const ServedSet>(current->name(), slot.path, budget_bytes_);
+      const std::string named = namedRevision(slot.watched != nullptr ? *slot.watched : *openFolder(slot.path, 1));
+      if (named == current->set().revision()) continue;
+      const auto fresh = std::make_shared<const ServedSet>(current->name(), slot.path, budget_bytes_, remote_);
       const std::lock_guard lock(mutex_);
       slot.older.insert(slot.older.begin(), current->sharedSet());
       slot.older.resize(std::min(slot.older.size(), kOlder));
       slot.current = fresh;
     } catch (const std::exception& error) {
       problems.push_back(error.what());
+      slot.problem = error.what();
     }
   }
   const std::lock_guard lock(mutex_);

@@ -100,9 +100,9 @@ typedef struct filiform_open_options {
   uint64_t cache_bytes;     /* of that folder; 0: 4 GiB */
 } filiform_open_options;
 
-/* Opens a tile set: a folder, or an address (http://HOST/v1/sets/NAME, https://HOST/PATH/NAME.fil). `options` may be
- * NULL. Reads the manifest only; the rest is read and checked at its first use. The handle keeps reading the revision
- * that it opened when another one is published.
+/* Opens a tile set: a folder, or an address (http://HOST/v1/sets/NAME, https://HOST/PATH/NAME.fil,
+ * s3://BUCKET/PATH/NAME.fil). `options` may be NULL. Reads the manifest only; the rest is read and checked at its first
+ * use. The handle keeps reading the revision that it opened when another one is published.
  * FILIFORM_IO: there is no set. FILIFORM_CORRUPT, FILIFORM_INPUT: an older format. */
 FILIFORM_API int filiform_open(const char* name, const filiform_open_options* options, filiform_set** set);
 

@@ -175,7 +175,12 @@ nlohmann::ordered_json describe(const TimeHistogram& times) {
           {"max_us", us(static_cast<double>(times.max_ns()))}};
 }
 
-nlohmann::ordered_json describe(const RunSummary& s) {
+// Requests an hour, at the pace of the run.
+double hourly(const RemoteCounters& network, const RunSummary& s) {
+  return s.sim_s > 0 ? static_cast<double>(network.requests) / s.sim_s * 3600 : 0;
+}
+
+nlohmann::ordered_json describe(const RunSummary& s, const std::optional<RemoteCounters>& network) {
   nlohmann::ordered_json json{{"outcome", toString(s.outcome)},
                               {"route_um", s.route_um},
                               {"reached_um", s.reached_um},
@@ -225,6 +230,11 @@ nlohmann::ordered_json describe(const RunSummary& s) {
                        {"peak_queued", c.peak_queued},
                        {"wait_mean", c.waits > 0 ? c.wait_sum / static_cast<double>(c.waits) : 0.0},
                        {"wait_most", c.wait_most}};
+  json["network"] = nullptr;
+  if (network)
+    json["network"] = {{"requests", network->requests},     {"retries", network->retries},
+                       {"merged", network->merged},         {"bytes", network->bytes},
+                       {"cache_hits", network->cache_hits}, {"requests_an_hour", std::round(hourly(*network, s))}};
   json["loop"] = nullptr;
   if (s.loop)
     json["loop"] = {{"wake", describe(s.loop->metrics.wake())},
@@ -256,7 +266,8 @@ const char* explanationOf(RunOutcome outcome) {
   return "";
 }
 
-void describeForPeople(std::ostream& out, const RunSummary& s, const NavigateArguments& a) {
+void describeForPeople(std::ostream& out, const RunSummary& s, const std::optional<RemoteCounters>& network,
+                       const NavigateArguments& a) {
   const auto line = [&out](const std::string& what, const std::string& value) {
     out << "  " << what << std::string(what.size() < 22 ? 22 - what.size() : 1, ' ') << value << '\n';
   };
@@ -282,6 +293,11 @@ void describeForPeople(std::ostream& out, const RunSummary& s, const NavigateArg
                                (s.budget_bytes ? "; budget " + formatBytes(*s.budget_bytes) : std::string()));
   line("stalls", formatCount(s.stalls) + "  (ticks repeated after a tile was read; the hand does not feel them)");
   line("frontiers", formatCount(s.frontiers) + "  (ticks at which the proxy waited for an absent tile)");
+  if (network)
+    line("network", formatCount(network->requests) + " requests, " + formatBytes(network->bytes) + "; " +
+                        formatCount(network->merged) + " reads shared one, " + formatCount(network->cache_hits) +
+                        " came from the cache; " + formatCount(static_cast<std::uint64_t>(hourly(*network, s))) +
+                        " requests an hour at this pace");
   if (s.capped_ticks > 0) line("capped ticks", formatCount(s.capped_ticks) + "  (the search went on at the next tick)");
   if (s.missed_deadlines) line("missed deadlines", formatCount(*s.missed_deadlines) + " of " + formatCount(s.ticks));
   if (s.loop) {
@@ -361,10 +377,12 @@ int runNavigate(const NavigateArguments& a) {
   if (!a.plot.empty() && !interrupted) travel->writeForcePlot(a.plot, escaped(title), summary);
   if (!a.picture.empty() && !interrupted) travel->writePicture(a.picture, escaped(title), summary, *store);
 
+  const auto* const set = dynamic_cast<const TileSet*>(store.get());
+  const std::optional<RemoteCounters> network = set != nullptr ? set->remoteCounters() : std::nullopt;
   if (a.json)
-    std::cout << describe(summary).dump(1, ' ', true, nlohmann::json::error_handler_t::replace) << '\n';
+    std::cout << describe(summary, network).dump(1, ' ', true, nlohmann::json::error_handler_t::replace) << '\n';
   else
-    describeForPeople(takes_stdout ? std::cerr : std::cout, summary, a);
+    describeForPeople(takes_stdout ? std::cerr : std::cout, summary, network, a);
   for (const std::string& note : summary.notes) std::cerr << "filiform: note: " << note << '\n';
   if (interrupted && ((csv && csv->isFile()) || travel))
     std::cerr << "filiform: note: interrupted: the files of --csv, --plot and --picture were not written\n";

@@ -27,7 +27,7 @@ namespace {
 struct ServeArguments {
   std::vector<std::string> sets, origins, hosts;
   std::string listen = "127.0.0.1:7878", token_file, budget = "1GiB", log = "text", source_url, neuroglancer,
-              session_budget = "256MiB", session_folder;
+              session_budget = "256MiB", session_folder, cache, cache_size;
   bool no_pictures = false;
   std::size_t most_sessions = 100;
   std::size_t most_clients = 256;
@@ -72,7 +72,11 @@ int runServe(const ServeArguments& a) {
   AccessRules rules{a.token_file.empty() ? "" : readToken(a.token_file), a.origins, a.hosts};
   if (!a.neuroglancer.empty()) rules.origins.push_back(originOf(a.neuroglancer));
   Access access(std::move(rules));
-  SetShelf shelf(a.sets, parseBytes("--budget", a.budget));
+  RemoteOptions remote;
+  remote.cache_folder = a.cache;
+  if (!a.cache_size.empty()) remote.cache_bytes = parseBytes("--cache-size", a.cache_size);
+  remote.cancel = &interruptFlag();
+  SetShelf shelf(a.sets, parseBytes("--budget", a.budget), remote);
   Metrics metrics;
   ServeLog log(a.log == "json");
   std::optional<PictureMaker> pictures;
@@ -119,7 +123,9 @@ void addServe(CLI::App& app, Chosen& chosen) {
       "Examples:\n  filiform serve column.fil\n  filiform serve column.fil --listen 127.0.0.1:0 --log json\n"
       "The first line on standard output is the address. SIGTERM or Ctrl-C: sends the answers in work, then exits with "
       "code 0.\nAn address that other machines can reach needs --token-file. tools/serve/README.md lists the routes.");
-  command->add_option("SET", a->sets, "tile sets; the name of each is that of its folder without .fil")->required();
+  command
+      ->add_option("SET", a->sets, "tile sets or their addresses; the name of each is that of its folder without .fil")
+      ->required();
   command->add_option("--listen", a->listen, "listen on this address; port 0: a free one")
       ->type_name("ADDRESS:PORT")
       ->capture_default_str();
@@ -153,6 +159,10 @@ void addServe(CLI::App& app, Chosen& chosen) {
       ->type_name("N")
       ->capture_default_str()
       ->check(CLI::Range(1, 10000));
+  command->add_option("--cache", a->cache, "keep what is read from sets at an address in this folder")
+      ->type_name("DIR");
+  command->add_option("--cache-size", a->cache_size, "remove what was not used for longest beyond this; default: 4GiB")
+      ->type_name("BYTES");
   command
       ->add_option("--session-budget", a->session_budget,
                    "keep at most this memory of tiles, for all sessions together")

@@ -11,6 +11,8 @@ void addSynth(CLI::App& app, Chosen& chosen);
 void addCheck(CLI::App& app, Chosen& chosen);
 void addIngest(CLI::App& app, Chosen& chosen);
 void addCompact(CLI::App& app, Chosen& chosen);
+void addPush(CLI::App& app, Chosen& chosen);
+void addPull(CLI::App& app, Chosen& chosen);
 void addInfo(CLI::App& app, Chosen& chosen);
 void addCells(CLI::App& app, Chosen& chosen);
 void addVerify(CLI::App& app, Chosen& chosen);

@@ -17,7 +17,8 @@ namespace filiform::tools {
 
 namespace {
 
-constexpr const char* kRemoteGroup = "For a SET at an address (http://HOST/v1/sets/NAME or https://HOST/PATH/NAME.fil)";
+constexpr const char* kRemoteGroup =
+    "For a SET at an address (http://HOST/v1/sets/NAME, https://HOST/PATH/NAME.fil or s3://BUCKET/PATH/NAME.fil)";
 constexpr std::size_t kMostTokenBytes = 4096;
 
 std::string tokenOf(const std::string& file) {
@@ -44,6 +45,7 @@ RemoteOptions RemoteArguments::options() const {
     options.token = token;
   options.cache_folder = cache;
   if (!cache_size.empty()) options.cache_bytes = parseBytes("--cache-size", cache_size);
+  if (connections != 0) options.connections = connections;
   options.cancel = &interruptFlag();
   return options;
 }
@@ -64,12 +66,17 @@ std::shared_ptr<RemoteArguments> addRemoteArguments(CLI::App& command) {
                   "remove what was not used for longest when the folder is larger than this; default: 4GiB")
       ->type_name("BYTES")
       ->group(kRemoteGroup);
+  command.add_option("--connections", a->connections, "make at most this many requests at once, 1 to 64; default: 32")
+      ->check(CLI::Range(1, 64))
+      ->type_name("N")
+      ->group(kRemoteGroup);
   return a;
 }
 
 void refuseAddress(const std::string& option, const std::string& path) {
   if (isAddress(path))
-    throw UsageError(option + " " + escaped(path) + ": a set is written to a folder, not to an address");
+    throw UsageError(option + " " + escaped(path) + ": a set is written to a folder, not to an address" +
+                     (path.starts_with("s3:") ? "; make it in a folder, then send it with filiform push" : ""));
 }
 
 }  // namespace filiform::tools

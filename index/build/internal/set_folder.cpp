@@ -82,24 +82,40 @@ bool SetFolder::publish(const std::string& revision, const std::vector<std::stri
     target_ = target;
     fs::rename(building_, target);
     syncFolder(path_);
-    const std::string next = path_ + "/" + kCurrent + own;
-    fs::remove(next);
-    next_ = next;
-    OutputFile file(next);
-    const std::string text = revision + "\n";
-    file.write(text);
-    file.close();
-    fs::rename(next, path_ + "/" + kCurrent);
-    created_ = false;
-    for (std::string* undone : {&building_, &target_, &aside_, &next_}) undone->clear();
-    syncFolder(path_);
-    const fs::path parent = fs::path(path_).parent_path();
-    syncFolder(parent.empty() ? "." : parent.string());
+    writeCurrent(revision);
+    for (std::string* undone : {&building_, &target_, &aside_}) undone->clear();
   } catch (const fs::filesystem_error& e) {
     throw IoError(path_, "cannot be published", e.code().value());
   }
+  syncFolder(path_);
+  const fs::path parent = fs::path(path_).parent_path();
+  syncFolder(parent.empty() ? "." : parent.string());
   removeOthers(revision, in_use);
   return true;
+}
+
+void SetFolder::publishPresent(const std::string& revision, const std::vector<std::string>& in_use) {
+  try {
+    syncFolder(path_);
+    writeCurrent(revision);
+  } catch (const fs::filesystem_error& e) {
+    throw IoError(path_, "cannot be published", e.code().value());
+  }
+  syncFolder(path_);
+  removeOthers(revision, in_use);
+}
+
+void SetFolder::writeCurrent(const std::string& revision) {
+  const std::string next = path_ + "/" + kCurrent + ".tmp-" + std::to_string(::getpid());
+  fs::remove(next);
+  next_ = next;
+  OutputFile file(next);
+  const std::string text = revision + "\n";
+  file.write(text);
+  file.close();
+  fs::rename(next, path_ + "/" + kCurrent);
+  created_ = false;
+  next_.clear();
 }
 
 void SetFolder::lock() {

@@ -27,10 +27,16 @@ class SetFolder {
   // Makes the new revision the current one, and removes others except those of `in_use`. Returns false if the same
   // revision is already published and complete. Throws IoError.
   bool publish(const std::string& revision, const std::vector<std::string>& in_use = {});
+  // The same for a revision whose folder is complete and on disk already.
+  void publishPresent(const std::string& revision, const std::vector<std::string>& in_use);
+  // From now on, a failure leaves the folder and what lies in it, except building().
+  void keepAfterFailure() { created_ = false; }
+  const std::string& previous() const { return previous_; }  // revision of the set that was there; empty: none
 
  private:
   void lock();
   void inspect(Purpose purpose);
+  void writeCurrent(const std::string& revision);
   void removeOthers(const std::string& revision, const std::vector<std::string>& in_use) noexcept;
   void undo() noexcept;
   void removeMade() const;

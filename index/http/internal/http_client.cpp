@@ -22,6 +22,7 @@ namespace filiform::internal {
 namespace {
 
 constexpr int kMostAttempts = 6, kMostRedirects = 5;
+constexpr std::uint64_t kMostReply = 1 << 20;
 constexpr double kFirstBackoff_s = 0.1, kLastBackoff_s = 2;
 // How often the thread looks at the flag of an interruption.
 constexpr std::chrono::milliseconds kWatch{100};
@@ -51,6 +52,8 @@ std::exception_ptr errorOf(const HttpJob& job, const HttpLanding& landing) {
   if (job.attempts > 1)
     what += ", " + std::to_string(job.attempts) + " times in " +
             std::to_string(static_cast<int>(std::ceil(secondsSince(job.begun)))) + " s";
+  if (landing.kind == HttpLanding::Kind::denied)
+    return std::make_exception_ptr(DeniedByServer(url, what + "; " + landing.remedy));
   return std::make_exception_ptr(IoError(url, what + "; " + landing.remedy));
 }
 
@@ -66,6 +69,7 @@ void checkRemoteOptions(const RemoteOptions& options) {
 struct HttpClient::Impl {
   const std::string origin;
   const RemoteOptions options;
+  const std::shared_ptr<const S3Account> account;
   CURLM* const multi;
   mutable std::mutex mutex;
   std::condition_variable answered;
@@ -77,7 +81,8 @@ struct HttpClient::Impl {
   std::atomic<std::uint64_t> requests{0}, retries{0}, merged{0}, bytes{0};
   std::thread thread;
 
-  Impl(std::string o, const RemoteOptions& given) : origin(std::move(o)), options(given), multi(curl_multi_init()) {
+  Impl(std::string o, const RemoteOptions& given, std::shared_ptr<const S3Account> keys)
+      : origin(std::move(o)), options(given), account(std::move(keys)), multi(curl_multi_init()) {
     if (multi == nullptr) throw std::bad_alloc();
     curl_multi_setopt(multi, CURLMOPT_MAX_HOST_CONNECTIONS, static_cast<long>(options.connections));
     curl_multi_setopt(multi, CURLMOPT_MAXCONNECTS, static_cast<long>(options.connections));
@@ -174,9 +179,11 @@ struct HttpClient::Impl {
 
   void prepare(HttpFlight& flight, const std::vector<HttpJob*>& jobs, const std::string& url) {
     const bool ours = originOf(url) == origin;
-    flight.prepare(
-        jobs, url,
-        {.token = ours ? options.token : std::string(), .stall_s = options.stall_s, .deadline_s = options.deadline_s});
+    flight.prepare(jobs, url,
+                   {.token = ours ? options.token : std::string(),
+                    .account = ours ? account.get() : nullptr,
+                    .stall_s = options.stall_s,
+                    .deadline_s = options.deadline_s});
     if (curl_multi_add_handle(multi, flight.handle()) != CURLM_OK) throw std::bad_alloc();
     ++requests;
   }
@@ -267,12 +274,12 @@ struct HttpClient::Impl {
   }
 };
 
-HttpClient::HttpClient(std::string origin, const RemoteOptions& options) {
+HttpClient::HttpClient(std::string origin, const RemoteOptions& options, std::shared_ptr<const S3Account> account) {
   checkRemoteOptions(options);
   // Once a process; libcurl requires it before the first thread that uses it.
   static const CURLcode kStarted = curl_global_init(CURL_GLOBAL_DEFAULT);
   if (kStarted != CURLE_OK) throw IoError(origin, "libcurl cannot be started");
-  impl_ = std::make_unique<Impl>(std::move(origin), options);
+  impl_ = std::make_unique<Impl>(std::move(origin), options, std::move(account));
 }
 
 HttpClient::~HttpClient() = default;
@@ -289,10 +296,19 @@ Bytes HttpClient::readWhole(const std::string& url, std::uint64_t most) {
   return std::move(job.whole);
 }
 
-std::uint64_t HttpClient::size(const std::string& url) {
+HttpClient::FileFacts HttpClient::facts(const std::string& url) {
   HttpJob job{.kind = HttpJob::Kind::size, .url = url};
   impl_->wait(job);
-  return job.size;
+  return {job.size, std::move(job.digest)};
+}
+
+HttpClient::Reply HttpClient::send(const Request& request) {
+  HttpJob job{.kind = HttpJob::Kind::send, .url = request.url, .most = kMostReply};
+  job.method = request.method;
+  job.body = request.body;
+  job.headers = request.headers;
+  impl_->wait(job);
+  return {std::string(job.whole.begin(), job.whole.end()), std::move(job.tag)};
 }
 
 RemoteCounters HttpClient::counters() const {

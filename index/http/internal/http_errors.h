@@ -11,4 +11,11 @@ class NotOnServer : public IoError {
   using IoError::IoError;
 };
 
+// The server allows this to nobody, or not to this client (403). An object store also says so of files that it does not
+// have, to those who may not list them.
+class DeniedByServer : public IoError {
+ public:
+  using IoError::IoError;
+};
+
 }  // namespace filiform::internal

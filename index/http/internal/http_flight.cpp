@@ -1,11 +1,13 @@
 #include "index/http/internal/http_flight.h"
 
+#include "index/http/internal/s3_answer.h"
 #include "index/text.h"
 
 #include <algorithm>
 #include <charconv>
 #include <cstdlib>
 #include <cstring>
+#include <ctime>
 #include <new>
 #include <string_view>
 
@@ -15,6 +17,8 @@ namespace {
 // Of a server that ignores Range and sends the whole file: at most this much is read to reach the end of a range.
 constexpr std::uint64_t kMostSkipped = std::uint64_t{16} << 20;
 constexpr std::uint64_t kMostErrorBody = std::uint64_t{64} << 10;
+constexpr std::size_t kMostErrorText = 4096;
+constexpr unsigned kSendStall_s = 60;  // a store may think about what it was sent
 constexpr double kSlowest_bytes_s = 64 << 10;
 
 template <typename Value>
@@ -35,6 +39,15 @@ bool takeLetter(std::string_view& text, char letter) {
   return true;
 }
 
+// Removes the name of a header and the blanks after it.
+bool takeName(std::string_view& line, std::string_view name) {
+  if (line.size() < name.size() || !endsWithNoCase(line.substr(0, name.size()), name)) return false;
+  line.remove_prefix(name.size());
+  while (takeLetter(line, ' ') || takeLetter(line, '\t')) {
+  }
+  return true;
+}
+
 bool isPassing(long status) {
   return status == 304 || status == 408 || status == 425 || status == 429 ||
          (status >= 500 && status != 501 && status != 505);
@@ -48,7 +61,9 @@ HttpFlight::HttpFlight() : easy_(curl_easy_init()) {
 
 void HttpFlight::prepare(std::vector<HttpJob*> jobs, const std::string& url, const HttpFlightOptions& options) {
   jobs_ = std::move(jobs);
-  has_token_ = !options.token.empty();
+  account_ = options.account;
+  has_token_ = account_ == nullptr && !options.token.empty();
+  for (std::string* const text : {&error_body_, &date_, &region_, &tag_, &digest_}) text->clear();
   status_ = 0;
   at_ = received_ = range_first_ = range_of_ = 0;
   begun_ = stopped_ = too_long_ = has_range_ = false;
@@ -57,6 +72,8 @@ void HttpFlight::prepare(std::vector<HttpJob*> jobs, const std::string& url, con
   for (const HttpJob* job : jobs_) first_ = std::min(first_, job->offset), end_ = std::max(end_, job->end());
   for (HttpJob* job : jobs_) job->whole.clear();
 
+  const HttpJob& first = *jobs_.front();
+  const std::size_t transfer = first.kind == HttpJob::Kind::send ? first.body.size() : end_ - first_;
   CURL* const easy = easy_.get();
   curl_easy_reset(easy);
   setOption(easy, CURLOPT_URL, url.c_str());
@@ -68,12 +85,15 @@ void HttpFlight::prepare(std::vector<HttpJob*> jobs, const std::string& url, con
   // As OpenSSL's own programs: the certificates of a lab's own authority.
   if (const char* const authorities = std::getenv("SSL_CERT_FILE"); authorities != nullptr && *authorities != '\0')
     setOption(easy, CURLOPT_CAINFO, authorities);
+  if (account_ != nullptr && !account_->authorities.empty())
+    setOption(easy, CURLOPT_CAINFO, account_->authorities.c_str());
   setOption(easy, CURLOPT_CONNECTTIMEOUT_MS, static_cast<long>(std::max(1.0, 500 * options.deadline_s)));
-  setOption(easy, CURLOPT_TIMEOUT_MS,
-            static_cast<long>(
-                std::min(1e9, 1000 * (options.deadline_s + static_cast<double>(end_ - first_) / kSlowest_bytes_s))));
+  setOption(
+      easy, CURLOPT_TIMEOUT_MS,
+      static_cast<long>(std::min(1e9, 1000 * (options.deadline_s + static_cast<double>(transfer) / kSlowest_bytes_s))));
   setOption(easy, CURLOPT_LOW_SPEED_LIMIT, 1L);
-  setOption(easy, CURLOPT_LOW_SPEED_TIME, static_cast<long>(std::max(1u, options.stall_s)));
+  setOption(easy, CURLOPT_LOW_SPEED_TIME,
+            static_cast<long>(std::max(first.kind == HttpJob::Kind::send ? kSendStall_s : 1u, options.stall_s)));
   setOption(easy, CURLOPT_ERRORBUFFER, error_.data());
   setOption(easy, CURLOPT_PRIVATE, this);
   using Take = std::size_t (*)(char*, std::size_t, std::size_t, void*);
@@ -96,9 +116,22 @@ void HttpFlight::prepare(std::vector<HttpJob*> jobs, const std::string& url, con
     headers_.reset(longer);
   };
   if (has_token_) add("Authorization: Bearer " + options.token);
-  const HttpJob& first = *jobs_.front();
+  if (account_ != nullptr && account_->hasKeys()) {
+    setOption(easy, CURLOPT_AWS_SIGV4, ("aws:amz:" + account_->region + ":s3").c_str());
+    setOption(easy, CURLOPT_USERNAME, account_->access_key.c_str());
+    setOption(easy, CURLOPT_PASSWORD, account_->secret_key.c_str());
+    add("x-amz-content-sha256: UNSIGNED-PAYLOAD");  // libcurl signs it, but does not add it
+    if (!account_->session_token.empty()) add("x-amz-security-token: " + account_->session_token);
+  }
   // CURRENT changes; an answer of 304 to a request without conditions comes from a faulty cache.
   if (first.kind == HttpJob::Kind::whole || first.attempts > 0) add("Cache-Control: no-cache");
+  if (first.kind == HttpJob::Kind::send) {
+    add("Content-Type: application/octet-stream");
+    for (const std::string& line : first.headers) add(line);
+    setOption(easy, CURLOPT_CUSTOMREQUEST, first.method.c_str());
+    setOption(easy, CURLOPT_POSTFIELDS, first.body.empty() ? "" : reinterpret_cast<const char*>(first.body.data()));
+    setOption(easy, CURLOPT_POSTFIELDSIZE_LARGE, static_cast<curl_off_t>(first.body.size()));
+  }
   setOption(easy, CURLOPT_HTTPHEADER, headers_.get());
   if (first.kind == HttpJob::Kind::size) setOption(easy, CURLOPT_NOBODY, 1L);
   if (first.kind == HttpJob::Kind::range)
@@ -112,11 +145,18 @@ std::size_t HttpFlight::takeHeader(std::string_view line) {
     has_range_ = false;
     range_first_ = range_of_ = 0;
   }
-  constexpr std::string_view kName = "content-range:";
-  if (line.size() < kName.size() || !endsWithNoCase(line.substr(0, kName.size()), kName)) return taken;
-  line.remove_prefix(kName.size());
-  while (takeLetter(line, ' ') || takeLetter(line, '\t')) {
+  if (account_ != nullptr && takeName(line, "date:")) {
+    date_ = line;
+    return taken;
   }
+  for (const auto& [name, text] : {std::pair<std::string_view, std::string*>{"x-amz-bucket-region:", &region_},
+                                   {"x-amz-meta-xxh3:", &digest_},
+                                   {"etag:", &tag_}})
+    if (account_ != nullptr && takeName(line, name)) {
+      *text = line.substr(0, line.find_last_not_of(" \t\r\n") + 1);
+      return taken;
+    }
+  if (!takeName(line, "content-range:")) return taken;
   if (!line.starts_with("bytes ")) return taken;
   line.remove_prefix(6);
   std::uint64_t last = 0;
@@ -142,11 +182,18 @@ std::size_t HttpFlight::takeBody(std::span<const std::uint8_t> data) {
   return stopped_ ? 0 : data.size();
 }
 
+bool HttpFlight::succeeded() const {
+  return jobs_.front()->kind == HttpJob::Kind::send ? status_ >= 200 && status_ < 300 : status_ == 200;
+}
+
 // Keeps what the jobs need. Returns false if no more is needed or wanted.
 bool HttpFlight::keep(std::span<const std::uint8_t> data) {
-  if (status_ != 200 && status_ != 206) return received_ <= kMostErrorBody;
+  if (status_ != 206 && !succeeded()) {
+    if (account_ != nullptr && error_body_.size() < kMostErrorText) error_body_.append(data.begin(), data.end());
+    return received_ <= kMostErrorBody;
+  }
   HttpJob& first = *jobs_.front();
-  if (first.kind == HttpJob::Kind::whole) {
+  if (first.kind == HttpJob::Kind::whole || first.kind == HttpJob::Kind::send) {
     too_long_ = data.size() > first.most - first.whole.size();
     if (!too_long_) first.whole.insert(first.whole.end(), data.begin(), data.end());
     return !too_long_;
@@ -169,7 +216,7 @@ HttpLanding HttpFlight::land(CURLcode code) {
   if (!answered) return judgeFailure(code);
   const HttpJob::Kind kind = jobs_.front()->kind;
   if (kind == HttpJob::Kind::range && (status_ == 200 || status_ == 206 || status_ == 416)) return judgeRange();
-  if (status_ != 200) return judgeStatus();
+  if (!succeeded()) return judgeStatus();
   if (too_long_)
     return {.kind = HttpLanding::Kind::refused,
             .what = "has more than " + std::to_string(jobs_.front()->most) + " bytes, so it belongs to no tile set",
@@ -182,7 +229,9 @@ HttpLanding HttpFlight::land(CURLcode code) {
               .what = "the server does not state its size",
               .remedy = "serve the set with another server"};
     jobs_.front()->size = static_cast<std::uint64_t>(length);
+    jobs_.front()->digest = digest_;
   }
+  jobs_.front()->tag = tag_;
   return {};
 }
 
@@ -218,6 +267,7 @@ HttpLanding HttpFlight::judgeStatus() const {
     landing.what = has_token_ ? "the server does not accept the token (401)" : "the server asks for a token (401)";
     landing.remedy = has_token_ ? "check --token-file or FILIFORM_TOKEN" : "give --token-file FILE or FILIFORM_TOKEN";
   } else if (status_ == 403) {
+    landing.kind = HttpLanding::Kind::denied;
     landing.what = "the server refuses access (403)";
     landing.remedy = "ask its owner, or give another token";
   } else if (status_ == 404 || status_ == 410) {
@@ -230,7 +280,14 @@ HttpLanding HttpFlight::judgeStatus() const {
     landing.remedy = wait_s > 0 ? "try again in " + std::to_string(wait_s) + " s" : "try again later";
     if (status_ == 429) landing.what = "the server limits the number of requests (429)";
   }
-  return landing;
+  return account_ != nullptr ? judgeStore(std::move(landing)) : landing;
+}
+
+HttpLanding HttpFlight::judgeStore(HttpLanding otherwise) const {
+  S3Answer answer{.status = status_, .body = error_body_, .region = region_};
+  if (const std::time_t there = curl_getdate(date_.c_str(), nullptr); there != -1)
+    answer.clock_ahead_s = std::difftime(std::time(nullptr), there);
+  return judgeS3(answer, *account_, std::move(otherwise));
 }
 
 HttpLanding HttpFlight::judgeFailure(CURLcode code) const {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "index/file/internal/bytes.h"
+#include "index/http/internal/s3_account.h"
 
 #include <array>
 #include <chrono>
@@ -15,22 +16,27 @@
 
 namespace filiform::internal {
 
-// A read that a caller waits for.
+// A read that a caller waits for, or something that it sends.
 struct HttpJob {
-  enum class Kind : std::uint8_t { range, whole, size };
+  enum class Kind : std::uint8_t { range, whole, size, send };
   using Clock = std::chrono::steady_clock;
 
   Kind kind;
   std::string url{};
-  std::uint64_t offset = 0;         // range: of the first byte
-  std::span<std::uint8_t> bytes{};  // range: where the bytes go; undefined after a failure
-  std::uint64_t most = 0;           // whole: a longer file is an error
-  Bytes whole{};                    // whole: the file
-  std::uint64_t size = 0;           // size: of the file
-  bool alone = false;               // not to be merged with others
-  bool background = false;          // bulk work: see background_reads.h
-  bool gathering = false;           // not_before only waits for neighbours that can share the request
-  int attempts = 0;                 // that failed
+  std::uint64_t offset = 0;              // range: of the first byte
+  std::span<std::uint8_t> bytes{};       // range: where the bytes go; undefined after a failure
+  std::uint64_t most = 0;                // whole: a longer file is an error
+  Bytes whole{};                         // whole: the file; send: the answer
+  std::uint64_t size = 0;                // size: of the file
+  std::string digest{};                  // size: that an object was stored with
+  std::string method{};                  // send
+  std::span<const std::uint8_t> body{};  // send
+  std::vector<std::string> headers{};    // send
+  std::string tag{};                     // send: ETag of the answer
+  bool alone = false;                    // not to be merged with others
+  bool background = false;               // bulk work: see background_reads.h
+  bool gathering = false;                // not_before only waits for neighbours that can share the request
+  int attempts = 0;                      // that failed
   Clock::time_point begun{}, not_before{};
   bool done = false;
   std::exception_ptr failure{};
@@ -40,9 +46,9 @@ struct HttpJob {
 
 // What became of a request.
 struct HttpLanding {
-  enum class Kind : std::uint8_t { done, redirect, retry, missing, ends, refused };
+  enum class Kind : std::uint8_t { done, redirect, retry, missing, ends, refused, denied };
   Kind kind = Kind::done;
-  std::string what = {};         // retry, missing, refused: what is wrong
+  std::string what = {};         // retry, missing, refused, denied: what is wrong
   std::string remedy = {};       // what to do; empty: about the network
   std::string target = {};       // redirect: to where
   double wait_s = 0;             // retry: the server asks for this wait
@@ -50,7 +56,8 @@ struct HttpLanding {
 };
 
 struct HttpFlightOptions {
-  std::string token;  // empty: none
+  std::string token;                   // empty: none
+  const S3Account* account = nullptr;  // signs requests with its keys; must live as long as the flight
   unsigned stall_s = 5;
   double deadline_s = 20;
 };
@@ -77,7 +84,9 @@ class HttpFlight {
   std::size_t takeHeader(std::string_view line);
   std::size_t takeBody(std::span<const std::uint8_t> data);
   bool keep(std::span<const std::uint8_t> data);
+  bool succeeded() const;
   HttpLanding judgeStatus() const;
+  HttpLanding judgeStore(HttpLanding otherwise) const;
   HttpLanding judgeRange() const;
   HttpLanding judgeFailure(CURLcode code) const;
 
@@ -92,6 +101,9 @@ class HttpFlight {
   std::array<char, CURL_ERROR_SIZE> error_{};
   std::vector<HttpJob*> jobs_;
   bool has_token_ = false;
+  const S3Account* account_ = nullptr;
+  std::string error_body_, date_, region_;  // of an answer with an error, from an object store
+  std::string tag_, digest_;
   std::uint64_t first_ = 0, end_ = 0;  // of the range that is asked for
   long status_ = 0;
   bool has_range_ = false;                        // the answer has a valid Content-Range

@@ -45,6 +45,7 @@ class Revision {
                     const std::string& part) const;
   std::uint64_t sizeOnDisk(const std::string& file) const;
   bool isRemote() const { return source_->isRemote(); }
+  std::optional<RemoteCounters> remoteCounters() const { return source_->remoteCounters(); }
   bool discard(const std::string& file, std::uint64_t offset, std::uint64_t bytes) const;  // as TileSource
   // Reads a part of a file and returns decode(ByteSpan). After Damage, reads once more if discard() allows it.
   template <typename Decode>

@@ -23,6 +23,22 @@ TEST(RemoteAddress, FilesOfAServiceAndOfAFolder) {
   EXPECT_EQ(files("HTTP://HOST:80/a.fil//"), "http://host/a.fil/");
 }
 
+TEST(RemoteAddress, AnObjectStoreIsAtItsEndpointOrAtAws) {
+  const auto files = [](const std::string& text, const std::string& endpoint) {
+    internal::S3Account account{.endpoint = endpoint};
+    account.region = "eu-west-1";
+    return RemoteAddress(text, account).files;
+  };
+  EXPECT_EQ(files("s3://sets/lab/a.fil", "http://127.0.0.1:9000"), "http://127.0.0.1:9000/sets/lab/a.fil/");
+  EXPECT_EQ(files("S3://sets/a.fil//", "https://store/s3"), "https://store/s3/sets/a.fil/");
+  EXPECT_EQ(files("s3://sets/a.fil", ""), "https://sets.s3.eu-west-1.amazonaws.com/a.fil/");
+  EXPECT_EQ(files("s3://my.sets/a.fil", ""), "https://s3.eu-west-1.amazonaws.com/my.sets/a.fil/");
+  EXPECT_EQ(RemoteAddress("s3://sets/a.fil", {}).origin, "https://sets.s3.us-east-1.amazonaws.com");
+  for (const char* bad : {"s3://", "s3://sets", "s3://sets/", "s3://ab/a.fil", "s3://sets/a b", "s3://sets/a=b.fil",
+                          "s3://sets/a//b", "s3://sets/../b", "s3://user:s3cret@host/a.fil"})
+    EXPECT_THROW(RemoteAddress(bad, {}), UsageError) << bad;
+}
+
 TEST(RemoteAddress, OriginIsSchemeHostAndPort) {
   EXPECT_EQ(originOf("https://Host/a"), "https://host");
   EXPECT_EQ(originOf("https://host:443/b"), "https://host");
@@ -48,7 +64,9 @@ TEST(RemoteAddress, RefusesWhatIsNoAddressAndSecretsInIt) {
 TEST(RemoteAddress, IsToldFromAFolder) {
   EXPECT_TRUE(isAddress("http://host/a.fil"));
   EXPECT_TRUE(isAddress("HTTPS://host/a.fil"));
-  for (const char* folder : {"", "http", "http:/a.fil", "a/http://b", "./http://a"}) EXPECT_FALSE(isAddress(folder));
+  EXPECT_TRUE(isAddress("s3://bucket/a.fil"));
+  for (const char* folder : {"", "http", "http:/a.fil", "a/http://b", "./http://a", "s3", "s3:/a"})
+    EXPECT_FALSE(isAddress(folder));
 }
 
 }  // namespace
