@@ -12,6 +12,7 @@
 #include "index/set/internal/read_once.h"
 #include "index/set/internal/revision.h"
 #include "index/set/internal/set_files.h"
+#include "index/set/reads_at_once.h"
 #include "index/tile/tile_codec.h"
 #include "index/workers.h"
 
@@ -119,8 +120,7 @@ bool TileSet::isRemote() const { return impl_->revision.isRemote(); }
 std::optional<RemoteCounters> TileSet::remoteCounters() const { return impl_->revision.remoteCounters(); }
 
 void TileSet::readDirectory() const {
-  constexpr std::uint64_t kReaders = 32;
-  const std::uint64_t pages = impl_->directory.root().page_count(), readers = isRemote() ? kReaders : 1;
+  const std::uint64_t pages = impl_->directory.root().page_count(), readers = readsAtOnce(*this);
   // Each reader takes neighbouring pages, which come with one read.
   runWorkers(readers, [&](std::uint64_t reader, const std::atomic<bool>& failed) {
     for (std::uint64_t page = reader * pages / readers; page < (reader + 1) * pages / readers && !failed; ++page)

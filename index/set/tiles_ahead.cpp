@@ -1,7 +1,9 @@
 #include "index/set/tiles_ahead.h"
 
 #include "index/http/internal/background_reads.h"
+#include "index/set/reads_at_once.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace filiform {
@@ -13,7 +15,7 @@ TilesAhead::Loaded TilesAhead::next() {
   const bool is_remote = store_.isRemote();
   const auto how = is_remote ? std::launch::async : std::launch::deferred;
   const bool is_bulk = reads_ == Reads::background;
-  while (begun_ < tiles_.size() && pending_.size() < (is_remote ? kRemoteTiles : 1)) {
+  while (begun_ < tiles_.size() && pending_.size() < std::min<std::size_t>(kRemoteTiles, readsAtOnce(store_))) {
     const TileId tile = tiles_[begun_++];
     Pending& pending = pending_.emplace_back();
     pending.tile = std::async(how, [&store = store_, tile, is_bulk] {

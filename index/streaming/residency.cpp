@@ -1,6 +1,7 @@
 #include "index/streaming/residency.h"
 
 #include "index/errors.h"
+#include "index/set/reads_at_once.h"
 #include "index/streaming/internal/tile_loader.h"
 
 #include <algorithm>
@@ -58,7 +59,7 @@ struct Residency::Impl {
       : store(s),
         budget_bytes(options.budget_bytes),
         io_threads(options.io_threads > 0 ? options.io_threads
-                   : s.isRemote()         ? ResidencyOptions::kMostRemoteReads
+                   : s.isRemote()         ? std::min(ResidencyOptions::kMostRemoteReads, 2 * readsAtOnce(s))
                                           : 1),
         loader(s, options, [this] { work.notify_one(); }) {}
 

@@ -9,6 +9,18 @@ namespace filiform {
 
 using Eigen::Vector3d;
 
+namespace {
+
+// e^x for |x| <= 1, by its series. Unlike std::exp, it gives the same bits on every machine.
+double exponential(double x) {
+  constexpr int kTerms = 18;  // 1 / 18! < 2^-52
+  double sum = 1;
+  for (int n = kTerms; n > 0; --n) sum = 1 + x / n * sum;
+  return sum;
+}
+
+}  // namespace
+
 RateControl::RateControl(const RateControlOptions& options) : options_(options) {
   if (!(options.leash_m > 0 && std::isfinite(options.leash_m)))
     throw UsageError("the greatest distance from proxy to probe must be finite and > 0 m");
@@ -36,7 +48,7 @@ void RateControl::moveProxy(const Vector3d& p_D) noexcept {
 
 double RateControl::zoomFactor(double about_z_rad_s, double dt_s) const noexcept {
   const double exponent = options_.zoom_per_rad * about_z_rad_s * dt_s;
-  return std::isfinite(exponent) ? std::exp(std::clamp(exponent, -1.0, 1.0)) : 1.0;
+  return std::isfinite(exponent) ? exponential(std::clamp(exponent, -1.0, 1.0)) : 1.0;
 }
 
 }  // namespace filiform

@@ -62,18 +62,6 @@ bool isSecret(std::string_view text, const std::string& secret) {
   return difference == 0;
 }
 
-// 128 bits as hexadecimal digits. Throws IoError.
-std::string randomText() {
-  std::array<unsigned char, 16> bytes{};
-  if (::getentropy(bytes.data(), bytes.size()) != 0) throw IoError("the system's random numbers", "cannot read", errno);
-  std::string text;
-  for (const unsigned char byte : bytes) {
-    static constexpr char kHex[] = "0123456789abcdef";
-    (text += kHex[byte >> 4]) += kHex[byte & 15];
-  }
-  return text;
-}
-
 std::string_view tokenOf(const Request& request) {
   const std::string_view given = request.header("authorization");
   constexpr std::string_view kScheme = "bearer ";
@@ -85,6 +73,17 @@ std::string_view tokenOf(const Request& request) {
 }
 
 }  // namespace
+
+std::string randomText() {
+  std::array<unsigned char, 16> bytes{};
+  if (::getentropy(bytes.data(), bytes.size()) != 0) throw IoError("the system's random numbers", "cannot read", errno);
+  std::string text;
+  for (const unsigned char byte : bytes) {
+    static constexpr char kHex[] = "0123456789abcdef";
+    (text += kHex[byte >> 4]) += kHex[byte & 15];
+  }
+  return text;
+}
 
 Access::Access(AccessRules rules) : rules_(std::move(rules)) {
   static const std::regex kOrigin("[a-z][a-z0-9+.-]*://[^/?#@ ]+");

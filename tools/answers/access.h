@@ -49,6 +49,9 @@ class Access {
   std::string capability_;  // guarded by mutex_
 };
 
+// 128 random bits as hexadecimal digits. Throws IoError.
+std::string randomText();
+
 // The cookie that holds the token of a browser.
 inline constexpr const char* kTokenCookie = "filiform_token";
 

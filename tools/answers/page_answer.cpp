@@ -1,9 +1,9 @@
 // The page of the service, its style and its script.
+#include "tools/answers/html.h"
 #include "tools/answers/service.h"
 #include "tools/program/numbers.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 
 namespace filiform::tools {
@@ -13,46 +13,6 @@ namespace {
 constexpr const char* kPolicy =
     "default-src 'none'; style-src 'self'; script-src 'self'; img-src 'self'; base-uri 'none'; form-action 'none'; "
     "frame-ancestors 'none'";
-
-std::string htmlText(const std::string& text) {
-  std::string safe;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        safe += "&amp;";
-        break;
-      case '<':
-        safe += "&lt;";
-        break;
-      case '>':
-        safe += "&gt;";
-        break;
-      case '"':
-        safe += "&quot;";
-        break;
-      case '\'':
-        safe += "&#39;";
-        break;
-      default:
-        safe += static_cast<unsigned char>(c) < 0x20 && c != '\n' ? ' ' : c;
-    }
-  }
-  return safe;
-}
-
-// A name as a part of a URL's path.
-std::string urlPart(const std::string& name) {
-  static constexpr char kHex[] = "0123456789ABCDEF";
-  std::string part;
-  for (const char c : name) {
-    const auto byte = static_cast<unsigned char>(c);
-    if ((byte < 0x80 && std::isalnum(byte) != 0) || c == '-' || c == '_' || c == '.' || c == '~')
-      part += c;
-    else
-      ((part += '%') += kHex[byte >> 4]) += kHex[byte & 15];
-  }
-  return part;
-}
 
 // What the page needs of the request and the server.
 struct PageContext {
@@ -145,9 +105,9 @@ std::string sectionOf(const ServedSet& served, const PageContext& page) {
             std::replace(blanks.begin(), blanks.end(), ',', ' ');
             return blanks;
           }() + token_file);
-  html += "<h3>Browser</h3>\n<p><a href=\"" + path + "\">figures</a> &middot; <a href=\"" + path +
-          "/cells\">cells</a> &middot; <a href=\"" + path + "/nearest?at=" + middleOf(served) +
-          "&amp;k=3\">segments nearest to the middle</a>\n";
+  html += "<h3>Browser</h3>\n<p><a href=\"/travel/" + name + "\">travel</a> &middot; <a href=\"" + path +
+          "\">figures</a> &middot; <a href=\"" + path + "/cells\">cells</a> &middot; <a href=\"" + path +
+          "/nearest?at=" + middleOf(served) + "&amp;k=3\">segments nearest to the middle</a>\n";
   const std::string source = "precomputed://" + page.server + "/precomputed" + page.doors + "/" + name;
   html += "<h3>Neuroglancer</h3>\n";
   if (!page.neuroglancer.empty())
@@ -167,23 +127,10 @@ std::string sectionOf(const ServedSet& served, const PageContext& page) {
               "/nearest?at=" + middleOf(served) + "&k=3'");
 }
 
-// The redirect that keeps the token in a cookie and out of the address.
-Answer tokenAnswer(const Call& call, const std::string& token) {
-  if (!call.service.access.isToken(token)) {
-    Answer answer = problem(401, "this is not the server's token");
-    answer.headers.emplace_back("WWW-Authenticate", "Bearer");
-    return answer;
-  }
-  Answer answer{.status = 303};
-  answer.headers = {{"Location", "/"},
-                    {"Set-Cookie", std::string(kTokenCookie) + "=" + token + "; HttpOnly; SameSite=Strict; Path=/"}};
-  return answer;
-}
-
 }  // namespace
 
 Answer pageAnswer(const Call& call) {
-  if (const auto token = call.request.parameter("token")) return tokenAnswer(call, *token);
+  if (const auto token = call.request.parameter("token")) return tokenAnswer(call, *token, "/");
   const Access& access = call.service.access;
   PageContext page;
   // A proxy with TLS names the client's scheme.

@@ -3,6 +3,7 @@
 #include "index/text.h"
 #include "tools/answers/limits.h"
 
+#include <algorithm>
 #include <array>
 #include <exception>
 #include <new>
@@ -30,6 +31,26 @@ const std::vector<Route>& routeTable() {
       {"GET", "/page.css", "The style of the page", "text/css", {}, true, styleAnswer},
       {"GET", "/page.js", "The script of the page", "text/javascript", {}, true, scriptAnswer},
       {"GET", "/icon.svg", "The icon of the page", "image/svg+xml", {}, true, iconAnswer},
+      {"GET",
+       "/travel/{set}",
+       "A page in which the browser travels through the set",
+       "text/html",
+       {{"budget", "integer", "keep at most this memory of tiles in the browser, MiB; default: 96"},
+        {"segments", "integer", "draw at most this many segments; default: by the renderer"},
+        {"token", "string", "the server's token; answers with a cookie and a redirect"}},
+       false,
+       travelAnswer},
+      {"GET", "/travel/page/travel.js", "The script of this page", "text/javascript", {}, true, travelFileAnswer},
+      {"GET", "/travel/page/travel.css", "The style of this page", "text/css", {}, true, travelFileAnswer},
+      {"GET", "/travel/page/filiform.js", "The program of this page", "text/javascript", {}, true, travelFileAnswer},
+      {"GET",
+       "/travel/page/filiform.worker.js",
+       "The same for its threads",
+       "text/javascript",
+       {},
+       true,
+       travelFileAnswer},
+      {"GET", "/travel/page/filiform.wasm", "The same in WebAssembly", "application/wasm", {}, true, travelFileAnswer},
       {"GET", "/healthz", "200 while the server runs", kPlainText, {}, true, healthAnswer},
       {"GET", "/readyz", "200 if every set is readable in its newest revision", kPlainText, {}, true, readinessAnswer},
       {"GET", "/metrics", "Counters and gauges in Prometheus text", kPlainText, {}, false, metricsAnswer},
@@ -320,7 +341,10 @@ std::optional<Routed> Routes::refuse(Request& head) const {
     if (head.target.size() > limits::kTargetBytes) throw Refusal(400, "the URL is longer than 8 KiB");
     const Found found = find(head);
     if (found.same_path != nullptr) path = found.same_path->path;
-    const bool brings_token = found.route == &routeTable().front() && head.parameters.contains("token");
+    const bool takes_token = found.route != nullptr &&
+                             std::any_of(found.route->parameters.begin(), found.route->parameters.end(),
+                                         [](const RouteParameter& p) { return std::string_view(p.name) == "token"; });
+    const bool brings_token = takes_token && head.parameters.contains("token");
     if (auto refusal = service_.access.refuse(head, (found.route != nullptr && found.route->open) || brings_token))
       return finished(head, std::move(*refusal), path);
     if (found.same_path == nullptr) {

@@ -23,6 +23,7 @@ struct Service {
   PictureMaker* pictures = nullptr;  // nullptr: the server draws no pictures
   std::string source_url = {};       // of the program's source, for the page; empty: not stated
   std::string neuroglancer = {};     // address of a Neuroglancer, for links on the page; empty: no links
+  std::string web_folder = {};       // with the files of the page for travel; empty: they are not built
 };
 
 struct Call {
@@ -37,6 +38,9 @@ bool wantsNpy(const Request& request);
 
 // Throws Refusal (413) if the cell has more samples than an answer may hold.
 void refuseLargeCell(const CellRecord& cell);
+
+// Answers with the token in a cookie, and a redirect to `page`; 401 if it is not the server's.
+Answer tokenAnswer(const Call& call, const std::string& token, const std::string& page);
 
 // The answers. Each throws Refusal, UsageError for a wrong value, and what the set throws. Routes turns these into
 // problems. tools/serve/README.md says what each answers.
@@ -59,6 +63,8 @@ Answer cellAnswer(const Call& call);
 Answer sessionAnswer(const Call& call);
 Answer pictureAnswer(const Call& call);
 Answer iconAnswer(const Call& call);
+Answer travelAnswer(const Call& call);
+Answer travelFileAnswer(const Call& call);
 Answer capabilityAnswer(const Call& call);
 Answer precomputedInfoAnswer(const Call& call);
 Answer precomputedPropertiesAnswer(const Call& call);

@@ -1,22 +1,32 @@
 // filiform serve: answers questions about tile sets over HTTP.
 #include "index/errors.h"
 #include "index/text.h"
+#include "tools/answers/html.h"
 #include "tools/answers/picture_maker.h"
 #include "tools/answers/routes.h"
 #include "tools/commands/commands.h"
+#include "tools/commands/web_page.h"
 #include "tools/program/ending_watch.h"
 #include "tools/program/interruption.h"
 #include "tools/program/numbers.h"
+#include "tools/program/web_folder.h"
 #include "tools/serve/log_entry.h"
 #include "tools/serve/server.h"
 #include "tools/session/session_house.h"
 
 #include <algorithm>
+#include <cerrno>
+#include <cstdlib>
+#include <fcntl.h>
+#include <functional>
 #include <iostream>
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <spawn.h>
+#include <sys/wait.h>
 #include <thread>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 
@@ -28,6 +38,8 @@ struct ServeArguments {
   std::vector<std::string> sets, origins, hosts;
   std::string listen = "127.0.0.1:7878", token_file, budget = "1GiB", log = "text", source_url, neuroglancer,
               session_budget = "256MiB", session_folder, cache, cache_size;
+  std::string token;                                // none: that of the file
+  std::function<void(const std::string&)> listens;  // gets the address; none: it is printed, and requests are logged
   bool no_pictures = false;
   std::size_t most_sessions = 100;
   std::size_t most_clients = 256;
@@ -37,8 +49,10 @@ struct ServeArguments {
 // Lines on stderr from several threads. A line that cannot be written is lost; the service goes on.
 class ServeLog {
  public:
-  explicit ServeLog(bool json) : format_(json ? LogFormat::json : LogFormat::text) {}
-  void request(const LogEntry& entry) { line(logLine(entry, format_)); }
+  ServeLog(bool json, bool requests) : format_(json ? LogFormat::json : LogFormat::text), requests_(requests) {}
+  void request(const LogEntry& entry) {
+    if (requests_) line(logLine(entry, format_));
+  }
   void problem(const std::string& what) {
     const std::string now = utcTime(std::time(nullptr));
     line(format_ == LogFormat::json ? jsonText({{"time", now}, {"problem", what}}) : now + " problem: " + what);
@@ -51,6 +65,7 @@ class ServeLog {
     std::cerr.clear();
   }
   const LogFormat format_;
+  const bool requests_;
   std::mutex mutex_;
 };
 
@@ -69,7 +84,7 @@ std::string originOf(const std::string& url) { return url.substr(0, url.find('/'
 int runServe(const ServeArguments& a) {
   checkAddress("--source-url", a.source_url);
   checkAddress("--neuroglancer", a.neuroglancer);
-  AccessRules rules{a.token_file.empty() ? "" : readToken(a.token_file), a.origins, a.hosts};
+  AccessRules rules{a.token_file.empty() ? a.token : readToken(a.token_file), a.origins, a.hosts};
   if (!a.neuroglancer.empty()) rules.origins.push_back(originOf(a.neuroglancer));
   Access access(std::move(rules));
   RemoteOptions remote;
@@ -78,11 +93,11 @@ int runServe(const ServeArguments& a) {
   remote.cancel = &interruptFlag();
   SetShelf shelf(a.sets, parseBytes("--budget", a.budget), remote);
   Metrics metrics;
-  ServeLog log(a.log == "json");
+  ServeLog log(a.log == "json", !a.listens);
   std::optional<PictureMaker> pictures;
   if (!a.no_pictures) pictures.emplace();
-  const Service service{shelf,        access,        metrics, FILIFORM_VERSION, pictures ? &*pictures : nullptr,
-                        a.source_url, a.neuroglancer};
+  const Service service{shelf,        access,         metrics,        FILIFORM_VERSION, pictures ? &*pictures : nullptr,
+                        a.source_url, a.neuroglancer, findWebFolder()};
   const Routes routes(service, [&log](const std::string& line) { log.problem(line); });
   std::vector<std::string> reported;  // problems of the last refresh
   SessionHouse house(shelf, {.budget_bytes = parseBytes("--session-budget", a.session_budget),
@@ -107,14 +122,78 @@ int runServe(const ServeArguments& a) {
   };
   EndingWatch watch = watchForSilentFiles();
   Server server(routes, metrics, options);
-  std::cout << server.address() << std::endl;
+  if (a.listens)
+    a.listens(server.address());
+  else
+    std::cout << server.address() << std::endl;
   server.run();
   for (const std::string& problem : house.takeProblems()) log.problem(problem);
   watch.begin();
   return 0;
 }
 
+// A file that sends the browser on, because the list of processes would show a token in the address.
+class Doorway {
+ public:
+  explicit Doorway(const std::string& address) {
+    const char* const runtime = std::getenv("XDG_RUNTIME_DIR");
+    path_ =
+        (runtime != nullptr && *runtime != '\0' ? std::string(runtime) : std::string("/tmp")) + "/filiform-XXXXXX.html";
+    const int file = ::mkstemps(path_.data(), 5);  // for this user alone
+    const std::string html =
+        "<!DOCTYPE html><meta http-equiv=\"refresh\" content=\"0;url=" + htmlText(address) + "\">\n";
+    const bool written = file >= 0 && ::write(file, html.data(), html.size()) == static_cast<ssize_t>(html.size());
+    const int error = errno;
+    if (file >= 0) ::close(file);
+    if (!written) throw IoError(path_, "cannot be written", error);
+  }
+  Doorway(const Doorway&) = delete;
+  Doorway& operator=(const Doorway&) = delete;
+  ~Doorway() { ::unlink(path_.c_str()); }
+  const std::string& path() const { return path_; }
+
+ private:
+  std::string path_;
+};
+
+// Starts the desktop's browser. False: there is no xdg-open.
+bool openInBrowser(const std::string& path) {
+  std::string program = "xdg-open", argument = path;
+  char* words[] = {program.data(), argument.data(), nullptr};
+  pid_t child = 0;
+  posix_spawn_file_actions_t quiet;
+  posix_spawn_file_actions_init(&quiet);
+  posix_spawn_file_actions_addopen(&quiet, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
+  const bool started = ::posix_spawnp(&child, program.c_str(), &quiet, nullptr, words, environ) == 0;
+  posix_spawn_file_actions_destroy(&quiet);
+  if (started) std::thread([child] { ::waitpid(child, nullptr, 0); }).detach();
+  return started;
+}
+
 }  // namespace
+
+int travelInBrowser(const std::string& set) {
+  if (findWebFolder().empty())
+    throw UsageError(
+        "--web: the page is not built; run tools/setup --web, cmake --preset web and cmake --build --preset web, or "
+        "leave "
+        "out --web for the window");
+  ServeArguments a;
+  a.sets = {set};
+  a.listen = "127.0.0.1:0";
+  a.no_pictures = true;
+  a.token = randomText();  // other users of this machine reach its loopback too
+  std::optional<Doorway> doorway;
+  a.listens = [&](const std::string& address) {
+    const SetShelf shelf({set}, 1 << 20);
+    const std::string page = address + "/travel/" + urlPart(shelf.all().front()->name()) + "?token=" + a.token;
+    doorway.emplace(page);
+    std::cout << page << std::endl;
+    if (!openInBrowser(doorway->path())) std::cerr << "filiform: note: no xdg-open here; open this address yourself\n";
+    std::cerr << "filiform: note: the set is served until Ctrl-C\n";
+  };
+  return runServe(a);
+}
 
 void addServe(CLI::App& app, Chosen& chosen) {
   auto a = std::make_shared<ServeArguments>();

@@ -9,6 +9,7 @@
 #include "tools/commands/device_check.h"
 #include "tools/commands/remote_arguments.h"
 #include "tools/commands/scene.h"
+#include "tools/commands/web_page.h"
 #include "tools/drawing/image.h"
 #include "tools/program/ending_watch.h"
 #include "tools/program/interruption.h"
@@ -35,7 +36,7 @@ struct ViewArguments {
   double zoom_um = 300;
   std::optional<double> seconds, stiffness_N_m;
   std::uint64_t segments = 0;
-  bool reset = false, keys = false;
+  bool reset = false, keys = false, web = false;
 };
 
 OpenedScene openToView(const std::vector<std::string>& paths, const RemoteOptions& remote) {
@@ -87,6 +88,10 @@ int runView(const ViewArguments& a) {
   if (a.keys) {
     std::cout << bindingsInMarkdown();
     return 0;
+  }
+  if (a.web) {
+    if (a.scene.size() != 1 || isFileScene(a.scene.front())) throw UsageError("--web: give one tile set");
+    return travelInBrowser(a.scene.front());
   }
   std::vector<NamedPath> outputs{{"--record", a.record}, {"--state", a.state}};
   if (isFileOutput(a.record)) outputs.push_back({"--record", a.record + ".json"});
@@ -169,6 +174,7 @@ void addView(CLI::App& app, Chosen& chosen) {
       ->type_name("FILE");
   command->add_option("--seconds", a->seconds, "end this long after the scene is open");
   command->add_flag("--reset", a->reset, "reset the settings to defaults");
+  command->add_flag("--web", a->web, "travel in a browser instead of a window; the other options have no effect");
   command->add_flag("--keys", a->keys, "print keys and mouse actions as Markdown, and end");
   a->remote = addRemoteArguments(*command);
   command->callback([a, &chosen] { chosen = [a] { return runView(*a); }; });

@@ -86,10 +86,19 @@ struct Hall {
 };
 
 // The headers that routes read.
-constexpr std::array<std::string_view, 12> kReadHeaders{
-    "host",     "origin",        "authorization",     "cookie",
-    "accept",   "content-type",  "content-encoding",  "range",
-    "if-range", "if-none-match", "x-forwarded-proto", "sec-websocket-protocol"};
+constexpr std::array<std::string_view, 13> kReadHeaders{"host",
+                                                        "origin",
+                                                        "authorization",
+                                                        "cookie",
+                                                        "accept",
+                                                        "accept-encoding",
+                                                        "content-type",
+                                                        "content-encoding",
+                                                        "range",
+                                                        "if-range",
+                                                        "if-none-match",
+                                                        "x-forwarded-proto",
+                                                        "sec-websocket-protocol"};
 
 // The status for a request that cannot be read; 0: the connection is gone, also after a timeout.
 unsigned statusOf(const error_code& error) {

@@ -70,16 +70,16 @@ bool contextHasQuadBuffer() {
   return stereo == GL_TRUE;
 }
 
-// Appends rows of the bound framebuffer, the top one first. OpenGL counts rows from the bottom.
+// Appends rows of the bound framebuffer, the top one first. OpenGL counts rows from the bottom. Reads four bytes a
+// pixel: every OpenGL can do that.
 void appendRows(Picture& picture, int lowest, int rows) {
-  const auto row = static_cast<std::size_t>(picture.width) * 3, count = static_cast<std::size_t>(rows);
+  const auto row = static_cast<std::size_t>(picture.width) * 4, count = static_cast<std::size_t>(rows);
   std::vector<std::uint8_t> upside_down(row * count);
   glPixelStorei(GL_PACK_ALIGNMENT, 1);
-  glReadPixels(0, lowest, picture.width, rows, GL_RGB, GL_UNSIGNED_BYTE, upside_down.data());
-  for (std::size_t y = count; y-- > 0;) {
-    const auto begin = upside_down.begin() + static_cast<std::ptrdiff_t>(y * row);
-    picture.rgb.insert(picture.rgb.end(), begin, begin + static_cast<std::ptrdiff_t>(row));
-  }
+  glReadPixels(0, lowest, picture.width, rows, GL_RGBA, GL_UNSIGNED_BYTE, upside_down.data());
+  for (std::size_t y = count; y-- > 0;)
+    for (std::size_t at = y * row; at < (y + 1) * row; at += 4)
+      picture.rgb.insert(picture.rgb.end(), &upside_down[at], &upside_down[at] + 3);
 }
 
 // Segments in one piece, for a picture drawn at once and for one drawn in parts.

@@ -63,6 +63,7 @@ SceneBudget SceneBudget::of(const std::string& renderer_description) {
           .moving_samples = 1,
           .moving_shade = false,
           .upload_bytes = 1U << 20,
+          .upload_ms = 20,  // beside some 100 ms of drawing
           .card_bytes = 256U << 20};
 }
 

@@ -50,9 +50,11 @@ constexpr double kSaveState_s = 0.1;                                      // bet
 constexpr double kTurn_rad = 0.1;                                         // by one press of a key
 constexpr double kDoubleClick_px = 6, kOnProxy_px = 16, kTooltip_px = 5;  // times the scale of letters
 
-class Application {
+}  // namespace
+
+class Application::Impl {
  public:
-  explicit Application(const ApplicationOptions& options)
+  explicit Impl(const ApplicationOptions& options)
       : options_(options),
         settings_(loadSettings()),
         window_("filiform", options.size.value_or(PictureSize{settings_.width, settings_.height}),
@@ -65,31 +67,29 @@ class Application {
     if (!options_.paths.empty()) open(options_.paths);
   }
 
-  void run() {
-    try {
-      while (window_.isOpen() && !quitting_) {
-        options_.poll();
-        const double begin_s = window_.now_s();
-        if (options_.seconds && !opening_.isUnderWay() && begin_s - entered_s_ > *options_.seconds) break;
-        messages_.setTime(begin_s);
-        for (const InputEvent& event : window_.poll(busy_ ? 0.001 : 0.015)) handle(event);
-        finishOpening();
-        for (const std::string& failure : closing_.takeFailures()) say(failure);
-        screenshots_.serve();
-        if (scene_) {
-          frame();
-        } else {
-          blank();
-        }
-        window_.show();
-        if (window_.now_s() - last_state_s_ > kSaveState_s) writeState();
-        frame_ms_ += 0.1 * (1000 * (window_.now_s() - begin_s) - frame_ms_);
-        ++frames_;
-      }
-    } catch (...) {
-      options_.ending();
-      throw;
+  bool step() {
+    if (!window_.isOpen() || quitting_) return false;
+    options_.poll();
+    const double begin_s = window_.now_s();
+    if (options_.seconds && !opening_.isUnderWay() && begin_s - entered_s_ > *options_.seconds) return false;
+    messages_.setTime(begin_s);
+    for (const InputEvent& event : window_.poll(busy_ ? 0.001 : 0.015)) handle(event);
+    finishOpening();
+    for (const std::string& failure : closing_.takeFailures()) say(failure);
+    screenshots_.serve();
+    if (scene_) {
+      frame();
+    } else {
+      blank();
     }
+    window_.show();
+    if (window_.now_s() - last_state_s_ > kSaveState_s) writeState();
+    frame_ms_ += 0.1 * (1000 * (window_.now_s() - begin_s) - frame_ms_);
+    ++frames_;
+    return true;
+  }
+
+  void finish() {
     window_.hide();
     options_.ending();
     end();
@@ -115,7 +115,7 @@ class Application {
 
   void open(const std::vector<std::string>& paths) {
     if (opening_.isUnderWay()) return say("another scene is already being opened");
-    opening_.begin(paths, options_.open, renderer_, window_.now_s());
+    opening_.begin(paths, opened_once_ ? "" : options_.place, options_.open, renderer_, window_.now_s());
   }
 
   void finishOpening() {
@@ -580,8 +580,21 @@ class Application {
   Closing closing_;
 };
 
-}  // namespace
+Application::Application(const ApplicationOptions& options) : impl_(std::make_unique<Impl>(options)) {}
+Application::~Application() = default;
+bool Application::step() { return impl_->step(); }
+void Application::finish() { impl_->finish(); }
 
-void runApplication(const ApplicationOptions& options) { Application(options).run(); }
+void runApplication(const ApplicationOptions& options) {
+  Application application(options);
+  try {
+    while (application.step()) {
+    }
+  } catch (...) {
+    options.ending();
+    throw;
+  }
+  application.finish();
+}
 
 }  // namespace filiform

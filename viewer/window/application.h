@@ -36,12 +36,33 @@ struct ApplicationOptions {
   // Runs before the program waits for its threads. A read that hangs can delay them without end.
   std::function<void()> ending = [] {};
   SessionOptions session;
+  std::string place;                // where the first scene begins, as the search field takes it; empty: the last place
   std::optional<PictureSize> size;  // none: that of the settings
   std::uint64_t segments = 0;       // draw at most this many; 0: as the renderer allows, SceneBudget::of()
   bool reset = false;               // start with default settings
   std::string state;                // file for the state; empty: none
   std::string pictures = ".";       // folder for screenshots
   std::optional<double> seconds;    // end this long after the first scene was opened; none: when the user quits
+};
+
+// The window by single frames, for a host that has a loop of its own.
+class Application {
+ public:
+  // Opens the window, and begins to open the first scene. The options must outlive it. Throws as runApplication().
+  explicit Application(const ApplicationOptions& options);
+  ~Application();
+  Application(const Application&) = delete;
+  Application& operator=(const Application&) = delete;
+
+  // Handles input and draws a frame. Returns false once the user has quit or the time is over. Throws the reason if the
+  // first scene cannot be opened.
+  bool step();
+  // Ends scene and devices, and saves the settings. Throws DeviceError. Call it once, after the last step().
+  void finish();
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
 };
 
 // Runs the window until the user quits. Failures of a scene or device become messages in the window. Throws

@@ -27,7 +27,9 @@ std::vector<HttpJob*> HttpQueue::take(HttpJob::Clock::time_point now, bool backg
     const auto grow = [&](HttpJob* job) {
       const std::uint64_t low = std::min(begin, job->offset), high = std::max(end, job->end());
       const bool near = job->offset <= end + kMostGap && begin <= job->end() + kMostGap;
-      if (!near || high - low > std::max(first->background ? kMostMerged : kMostUrgent, first->bytes.size())) return;
+      if (!near ||
+          high - low > std::max<std::uint64_t>(first->background ? kMostMerged : kMostUrgent, first->bytes.size()))
+        return;
       kept.push_back(job);
       begin = low, end = high;
     };

@@ -1,7 +1,7 @@
 // HttpQueue: reads that wait for a request. Decides which go next, and which go together.
 #pragma once
 
-#include "index/http/internal/http_flight.h"
+#include "index/http/internal/http_job.h"
 
 #include <deque>
 #include <optional>

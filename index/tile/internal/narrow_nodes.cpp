@@ -117,6 +117,9 @@ const std::vector<narrow::Kernels>& narrowKernels() {
 #if HWY_TARGETS & HWY_NEON
     if ((here & HWY_NEON) != 0) all.push_back(narrow::N_NEON::kernels());
 #endif
+#if HWY_TARGETS & HWY_WASM
+    if ((here & HWY_WASM) != 0) all.push_back(narrow::N_WASM::kernels());
+#endif
     return all;
   }();
   return kAll;

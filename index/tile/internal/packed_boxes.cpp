@@ -351,6 +351,9 @@ const std::vector<Kernels>& kernelsHere() {
 #if HWY_TARGETS & HWY_NEON
     if ((here & HWY_NEON) != 0) all.push_back(N_NEON::kernels("neon"));
 #endif
+#if HWY_TARGETS & HWY_WASM
+    if ((here & HWY_WASM) != 0) all.push_back(N_WASM::kernels("wasm"));
+#endif
     return all;
   }();
   return kAll;

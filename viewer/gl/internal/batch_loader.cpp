@@ -1,5 +1,7 @@
 #include "viewer/gl/internal/batch_loader.h"
 
+#include "index/set/reads_at_once.h"
+
 #include <algorithm>
 #include <chrono>
 #include <condition_variable>
@@ -124,7 +126,7 @@ ReadTile BatchLoader::Impl::read(const TileJob& job) const {
 
 void BatchLoader::Impl::readAhead() {
   if (!store.isRemote()) return;
-  const std::size_t count = std::min(jobs.size(), kReadAhead);
+  const std::size_t most = std::min<std::size_t>(kReadAhead, readsAtOnce(store)), count = std::min(jobs.size(), most);
   const auto next = [&](std::size_t i) -> const TileJob& { return jobs[jobs.size() - 1 - i]; };
   const auto isWanted = [&](const Ahead& a) {
     if (busy && isSame(a.job, under_way)) return true;
@@ -136,7 +138,7 @@ void BatchLoader::Impl::readAhead() {
   std::erase_if(ahead, [&](const Ahead& a) {
     return a.read.wait_for(std::chrono::seconds(0)) == std::future_status::ready && !isWanted(a);
   });
-  for (std::size_t i = 0; i < count && ahead.size() < 2 * kReadAhead; ++i) {
+  for (std::size_t i = 0; i < count && ahead.size() < 2 * most; ++i) {
     const TileJob job = next(i);
     if (job.whole_cell != UINT32_MAX) continue;
     if (std::any_of(ahead.begin(), ahead.end(), [&](const Ahead& a) { return isSame(a.job, job); })) continue;

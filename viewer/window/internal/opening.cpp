@@ -19,9 +19,16 @@ bool isThere(const std::future<T>& future) {
   return future.valid() && future.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
 }
 
-// The user's last place, else the soma of the largest cell.
-ProxyPlace startOf(const Opened& opened) {
+// The place that the caller wants, else the user's last place, else the soma of the largest cell.
+ProxyPlace startOf(Opened& opened, const std::string& place) {
   const TileStore& store = *opened.scene.store;
+  if (!place.empty()) {
+    try {
+      return opened.finder->find(parseCellQuery(place));
+    } catch (const Error& error) {
+      opened.warnings.emplace_back(error.what());
+    }
+  }
   if (opened.saved && !opened.saved->history().places().empty())
     return opened.saved->history().places()[opened.saved->history().now()];
   if (store.cell_count() == 0) return {};
@@ -33,7 +40,7 @@ ProxyPlace startOf(const Opened& opened) {
   return opened.finder->soma(largest);
 }
 
-Opened openScene(const std::vector<std::string>& paths, const Opening::Open& open) {
+Opened openScene(const std::vector<std::string>& paths, const std::string& place, const Opening::Open& open) {
   Opened opened;
   opened.scene = open(paths);
   const TileStore& store = *opened.scene.store;
@@ -49,7 +56,7 @@ Opened openScene(const std::vector<std::string>& paths, const Opening::Open& ope
   } catch (const Error& error) {
     opened.warnings.emplace_back(error.what());
   }
-  opened.start = startOf(opened);
+  opened.start = startOf(opened, place);
   if (levels.valid()) opened.scene.levels = levels.get();
   return opened;
 }
@@ -62,15 +69,16 @@ SessionOptions fitTo(const OpenedScene& scene, SessionOptions options) {
   return options;
 }
 
-void Opening::begin(const std::vector<std::string>& paths, const Open& open, Renderer& renderer, double now_s) {
+void Opening::begin(const std::vector<std::string>& paths, const std::string& place, const Open& open,
+                    Renderer& renderer, double now_s) {
   name_.clear();
   for (const std::string& path : paths) {
     if (!name_.empty()) name_ += ", ";
     name_ += escaped(path, 80);
   }
   since_s_ = now_s;
-  scene_ = std::async(std::launch::async, [paths, open, &renderer] {
-    Opened opened = openScene(paths, open);
+  scene_ = std::async(std::launch::async, [paths, place, open, &renderer] {
+    Opened opened = openScene(paths, place, open);
     // Make it last: an exception after it would destroy it here, and its destructor uses the renderer.
     opened.picture = std::make_unique<SceneView>(*opened.scene.store, opened.scene.levels.get(), renderer);
     return opened;

@@ -34,8 +34,10 @@ class Opening {
  public:
   using Open = std::function<OpenedScene(const std::vector<std::string>&)>;
 
-  // Begins to open a scene. Requires !isUnderWay(). The renderer must outlive the opened scene.
-  void begin(const std::vector<std::string>& paths, const Open& open, Renderer& renderer, double now_s);
+  // Begins to open a scene at a place, as the search field takes it; empty: the user's last place. Requires
+  // !isUnderWay(). The renderer must outlive the opened scene.
+  void begin(const std::vector<std::string>& paths, const std::string& place, const Open& open, Renderer& renderer,
+             double now_s);
   bool isUnderWay() const { return scene_.valid() || opened_.has_value(); }
   const std::string& name() const { return name_; }  // of the scene, for the user
   double since_s() const { return since_s_; }

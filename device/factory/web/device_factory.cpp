@@ -1,0 +1,28 @@
+// The devices of a browser: simulated hands, recordings, none. Stands in for device_factory.cpp in the preset `web`.
+#include "device/factory/device_factory.h"
+
+#include "device/recording/replay.h"
+#include "device/simulated/null_device.h"
+#include "device/simulated/simulated_hand.h"
+
+namespace filiform {
+
+const char* deviceChoices() { return "sim:loose|medium|firm, replay:FILE, null"; }
+
+std::unique_ptr<HapticDevice> makeDevice(const std::string& spec, const DeviceFactoryOptions& options) {
+  const std::size_t colon = spec.find(':');
+  const std::string kind = spec.substr(0, colon), argument = colon == std::string::npos ? "" : spec.substr(colon + 1);
+  if (kind == "sim") {
+    SimulatedHandOptions hand;
+    hand.hand = handParameters(argument.empty() ? "medium" : argument);
+    hand.period_s = options.period_s;
+    hand.delay_samples = options.delay_samples;
+    return std::make_unique<SimulatedHand>(hand);
+  }
+  if (kind == "replay" && !argument.empty()) return std::make_unique<ReplayDevice>(argument);
+  if (spec == "null") return std::make_unique<NullDevice>(options.period_s);
+  throw UnknownDevice("no such device '" + spec + "' in a browser; choose one of " + deviceChoices(), kind,
+                      {"sim:loose", "sim:medium", "sim:firm", "replay", "null"});
+}
+
+}  // namespace filiform

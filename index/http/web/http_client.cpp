@@ -1,0 +1,221 @@
+// Reads by the browser's own requests, each of which waits on its thread. Stands in for http_client.cpp in the preset
+// `web`. A range has its own URL, FILE/FIRST-LAST: browsers keep it, and ask for several at once.
+//
+// No thread of its own: a caller makes the request that is next, which may be that of another caller.
+#include "index/http/internal/http_client.h"
+
+#include "index/errors.h"
+#include "index/http/internal/background_reads.h"
+#include "index/http/internal/http_errors.h"
+#include "index/http/internal/http_queue.h"
+#include "index/text.h"
+
+#include <algorithm>
+#include <cmath>
+#include <condition_variable>
+#include <cstring>
+#include <emscripten.h>
+#include <emscripten/threading.h>
+#include <mutex>
+#include <optional>
+#include <vector>
+
+namespace filiform::internal {
+
+namespace {
+
+using Clock = HttpJob::Clock;
+
+constexpr unsigned kMostRequests = 6;  // what browsers grant a host over HTTP/1.1
+constexpr int kMostAttempts = 6;
+constexpr double kFirstBackoff_s = 0.1, kLastBackoff_s = 2;
+
+// Returns the status, 0 without an answer. The body is kept in the thread's global scope until takeBody().
+EM_JS(int, requestNow, (const char* method, const char* url, const char* token, int uncached, double timeout_ms), {
+  const request = new XMLHttpRequest();
+  self.filiformBody = null;
+  self.filiformLength = -1;
+  try {
+    request.open(UTF8ToString(method), UTF8ToString(url), false);
+    request.responseType = "arraybuffer";
+    request.timeout = timeout_ms;
+    if (uncached) request.setRequestHeader("Cache-Control", "no-cache");
+    const words = UTF8ToString(token);
+    if (words) request.setRequestHeader("Authorization", "Bearer " + words);
+    request.send();
+  } catch (failure) {
+    return 0;
+  }
+  if (request.response) self.filiformBody = new Uint8Array(request.response);
+  const stated = request.getResponseHeader("Content-Length");
+  if (stated) self.filiformLength = Number(stated);
+  self.filiformWait = Number(request.getResponseHeader("Retry-After") || 0) || 0;
+  return request.status;
+});
+EM_JS(double, bodyBytes, (), { return self.filiformBody ? self.filiformBody.length : 0; });
+EM_JS(double, statedBytes, (), { return self.filiformLength; });
+EM_JS(double, askedWait_s, (), { return self.filiformWait || 0; });
+EM_JS(void, takeBody, (void* to, double from, double bytes), {
+  HEAPU8.set(self.filiformBody.subarray(from, from + bytes), to);
+  if (from + bytes >= self.filiformBody.length) self.filiformBody = null;
+});
+
+double secondsSince(Clock::time_point begun) { return std::chrono::duration<double>(Clock::now() - begun).count(); }
+
+bool isPassing(int status) { return status == 0 || status == 408 || status == 425 || status == 429 || status >= 500; }
+
+}  // namespace
+
+struct HttpClient::Impl {
+  const std::string origin;
+  const RemoteOptions options;
+  std::mutex mutex;  // guards the members below
+  std::condition_variable changed;
+  HttpQueue queue;
+  unsigned under_way = 0, background = 0;
+  RemoteCounters counted;
+
+  // Waits until the job is done. Makes requests meanwhile, for whichever jobs are next.
+  void wait(HttpJob& job) {
+    if (emscripten_is_main_browser_thread()) throw IoError(escaped(job.url), "cannot be read on the page's own thread");
+    job.begun = Clock::now();
+    job.background = BackgroundReads::active();
+    std::unique_lock lock(mutex);
+    queue.add(job);
+    while (!job.done) {
+      const bool allowed = background < kMostRequests / 2;
+      const std::vector<HttpJob*> jobs =
+          under_way < kMostRequests ? queue.take(Clock::now(), allowed) : std::vector<HttpJob*>();
+      if (!jobs.empty()) {
+        make(jobs, lock);
+        continue;
+      }
+      const auto next = under_way < kMostRequests ? queue.nextReady(allowed) : std::nullopt;
+      if (next)
+        changed.wait_until(lock, *next);
+      else
+        changed.wait(lock);
+    }
+    if (job.failure) std::rethrow_exception(job.failure);
+  }
+
+  void make(const std::vector<HttpJob*>& jobs, std::unique_lock<std::mutex>& lock) {
+    ++under_way;
+    if (jobs.front()->background) ++background;
+    ++counted.requests;
+    counted.merged += jobs.size() - 1;
+    lock.unlock();
+    std::vector<std::exception_ptr> failures(jobs.size());
+    bool again = false;
+    double wait_s = 0;
+    std::uint64_t bytes = 0;
+    try {
+      again = !answer(jobs, bytes, wait_s);
+    } catch (...) {
+      std::fill(failures.begin(), failures.end(), std::current_exception());
+    }
+    lock.lock();
+    --under_way;
+    if (jobs.front()->background) --background;
+    counted.bytes += bytes;
+    for (std::size_t i = 0; i < jobs.size(); ++i) {
+      HttpJob& job = *jobs[i];
+      if (again && isTriedAgain(job, wait_s)) {
+        ++counted.retries;
+        queue.add(job);
+        continue;
+      }
+      if (again)
+        failures[i] = std::make_exception_ptr(
+            IoError(escaped(job.url), "cannot be read: no answer from the server; check the network"));
+      job.failure = failures[i];
+      job.done = true;
+    }
+    changed.notify_all();
+  }
+
+  bool isTriedAgain(HttpJob& job, double wait_s) const {
+    ++job.attempts;
+    const double backoff_s =
+        std::max(std::min(kLastBackoff_s, kFirstBackoff_s * std::ldexp(1, job.attempts - 1)), wait_s);
+    if (job.attempts >= kMostAttempts || secondsSince(job.begun) + backoff_s > options.deadline_s) return false;
+    job.not_before =
+        Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(backoff_s));
+    return true;
+  }
+
+  // Makes one request for all jobs. False: no answer, or one that may pass; `wait_s` is then what the server asks for.
+  bool answer(const std::vector<HttpJob*>& jobs, std::uint64_t& bytes, double& wait_s) const {
+    HttpJob& first = *jobs.front();
+    std::uint64_t begin = first.offset, end = first.end();
+    for (const HttpJob* const job : jobs) begin = std::min(begin, job->offset), end = std::max(end, job->end());
+    const bool is_range = first.kind == HttpJob::Kind::range;
+    std::string url = first.url;
+    if (is_range) url += "/" + std::to_string(begin) + "-" + std::to_string(end - 1);
+    const double timeout_ms = 1000 * (options.stall_s + static_cast<double>(end - begin) / 65536);
+    const int status = requestNow(first.kind == HttpJob::Kind::size ? "HEAD" : "GET", url.c_str(),
+                                  options.token.c_str(), first.attempts > 0 ? 1 : 0, timeout_ms);
+    const auto got = static_cast<std::uint64_t>(bodyBytes());
+    bytes = got;
+    if (isPassing(status)) {
+      wait_s = askedWait_s();
+      return false;
+    }
+    if (status == 404 || status == 410)
+      throw NotOnServer(escaped(first.url), "is not on the server (" + std::to_string(status) + ")");
+    if (status == 401 || status == 403)
+      throw IoError(escaped(first.url),
+                    "the server refuses access (" + std::to_string(status) + "); open its page again with the token");
+    if (status == 416) throw CorruptSet(escaped(first.url), begin, "the file ends before here");
+    if (status != 200)
+      throw IoError(escaped(first.url),
+                    "the server answered " + std::to_string(status) + "; check the address and the server");
+    if (first.kind == HttpJob::Kind::size) {
+      if (statedBytes() < 0)
+        throw IoError(escaped(first.url), "the server does not state its size; serve the set with another server");
+      first.size = static_cast<std::uint64_t>(statedBytes());
+    } else if (first.kind == HttpJob::Kind::whole) {
+      if (got > first.most)
+        throw IoError(escaped(first.url),
+                      "has more than " + std::to_string(first.most) + " bytes, so it belongs to no tile set");
+      first.whole.resize(got);
+      if (got > 0) takeBody(first.whole.data(), 0, static_cast<double>(got));
+    } else {
+      if (got != end - begin) return false;  // cut short
+      Bytes all(got);
+      takeBody(all.data(), 0, static_cast<double>(got));
+      for (const HttpJob* const job : jobs)
+        std::memcpy(job->bytes.data(), all.data() + (job->offset - begin), job->bytes.size());
+    }
+    return true;
+  }
+};
+
+HttpClient::HttpClient(std::string origin, const RemoteOptions& options, std::shared_ptr<const S3Account>)
+    : impl_(new Impl{.origin = std::move(origin), .options = options}) {}
+HttpClient::~HttpClient() = default;
+
+void HttpClient::readRange(const std::string& url, std::uint64_t offset, std::span<std::uint8_t> bytes) {
+  if (bytes.empty()) return;
+  HttpJob job{.kind = HttpJob::Kind::range, .url = url, .offset = offset, .bytes = bytes};
+  impl_->wait(job);
+}
+
+Bytes HttpClient::readWhole(const std::string& url, std::uint64_t most) {
+  HttpJob job{.kind = HttpJob::Kind::whole, .url = url, .most = most};
+  impl_->wait(job);
+  return std::move(job.whole);
+}
+
+HttpClient::FileFacts HttpClient::facts(const std::string& url) {
+  HttpJob job{.kind = HttpJob::Kind::size, .url = url};
+  impl_->wait(job);
+  return {.bytes = job.size};
+}
+
+RemoteCounters HttpClient::counters() const {
+  const std::lock_guard lock(impl_->mutex);
+  return impl_->counted;
+}
+
+}  // namespace filiform::internal

@@ -1,0 +1,7 @@
+#include "index/set/reads_at_once.h"
+
+namespace filiform {
+
+unsigned readsAtOnce(const TileStore& store) { return store.isRemote() ? 32 : 1; }
+
+}  // namespace filiform

@@ -1,0 +1,12 @@
+// How many reads of a set may be under way at once with profit; each waits on a thread of its own. Thread rule: pure
+// function.
+#pragma once
+
+#include "index/set/tile_store.h"
+
+namespace filiform {
+
+// 1 for a set in memory or in a folder.
+unsigned readsAtOnce(const TileStore& store);
+
+}  // namespace filiform

@@ -1,0 +1,73 @@
+// The page for travel: where its files lie, that only it is isolated, and what it says where it is not built.
+#include "tests/support/served_sets.h"
+
+#include <fstream>
+#include <string>
+
+#include <gtest/gtest.h>
+
+namespace filiform::tools {
+namespace {
+
+bool holds(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+
+TEST(TravelAnswer, SaysWhatToDoWhereThePageIsNotBuilt) {
+  const test::ServedSets sets;
+  const Answer page = sets.get("/travel/fork");
+  EXPECT_EQ(page.status, 200u);
+  EXPECT_TRUE(holds(page.body, "tools/setup --web")) << page.body;
+  EXPECT_EQ(sets.get("/travel/page/filiform.wasm").status, 404u);
+  EXPECT_EQ(sets.get("/travel/spoon").status, 404u);
+}
+
+TEST(TravelAnswer, ServesThePageAndItsFiles) {
+  test::ServedSets sets;
+  sets.service->web_folder = sets.folder.string();
+  std::ofstream(sets.folder / "filiform.wasm") << "plain";
+  std::ofstream(sets.folder / "filiform.wasm.gz") << "zipped";
+  const Answer page = sets.get("/travel/fork");
+  EXPECT_EQ(page.status, 200u);
+  EXPECT_TRUE(holds(page.body, "data-set=\"/v1/sets/fork\"")) << page.body;
+  EXPECT_FALSE(holds(page.header("Content-Security-Policy"), "unsafe-inline"));
+  EXPECT_TRUE(holds(page.header("Content-Security-Policy"), "frame-ancestors 'none'"));
+  const Answer plain = sets.get("/travel/page/filiform.wasm");
+  EXPECT_EQ(plain.body, "plain");
+  EXPECT_EQ(plain.type, "application/wasm");
+  EXPECT_EQ(plain.header("Content-Encoding"), "");
+  const Answer zipped = sets.get("/travel/page/filiform.wasm", {{"accept-encoding", "gzip, br"}});
+  EXPECT_EQ(zipped.body, "zipped");
+  EXPECT_EQ(zipped.header("Content-Encoding"), "gzip");
+  EXPECT_NE(zipped.header("ETag"), plain.header("ETag"));
+  const Answer known = sets.get("/travel/page/filiform.wasm", {{"if-none-match", plain.header("ETag")}});
+  EXPECT_EQ(known.status, 304u);
+  EXPECT_EQ(known.body, "");
+  EXPECT_EQ(sets.get("/travel/page/travel.js").status, 404u) << "this folder lacks it";
+}
+
+TEST(TravelAnswer, OnlyThePageIsIsolated) {
+  test::ServedSets sets;
+  sets.service->web_folder = sets.folder.string();
+  std::ofstream(sets.folder / "filiform.worker.js") << "1";
+  for (const char* const path : {"/travel/fork", "/travel/page/filiform.worker.js"}) {
+    EXPECT_EQ(sets.get(path).header("Cross-Origin-Opener-Policy"), "same-origin") << path;
+    EXPECT_EQ(sets.get(path).header("Cross-Origin-Embedder-Policy"), "require-corp") << path;
+  }
+  for (const char* const path : {"/", "/v1/sets/fork", "/v1/sets/fork/files/CURRENT"})
+    EXPECT_EQ(sets.get(path).header("Cross-Origin-Embedder-Policy"), "") << path;
+}
+
+TEST(TravelAnswer, NeedsTheTokenButItsFilesDoNot) {
+  test::ServedSets sets({.token = "0123456789abcdef0123", .origins = {}, .hosts = {}});
+  sets.service->web_folder = sets.folder.string();
+  std::ofstream(sets.folder / "travel.js") << "1";
+  EXPECT_EQ(sets.get("/travel/fork").status, 401u);
+  EXPECT_EQ(sets.get("/travel/page/travel.js").status, 200u);
+  const Answer redirect = sets.get("/travel/fork?token=0123456789abcdef0123");
+  EXPECT_EQ(redirect.status, 303u);
+  EXPECT_EQ(redirect.header("Location"), "/travel/fork");
+  EXPECT_TRUE(holds(redirect.header("Set-Cookie"), "HttpOnly; SameSite=Strict"));
+  EXPECT_EQ(sets.get("/travel/fork?token=0123456789abcdef0124").status, 401u);
+}
+
+}  // namespace
+}  // namespace filiform::tools

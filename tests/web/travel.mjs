@@ -1,0 +1,140 @@
+// The page for travel in Chromium: opens a set, pulls the proxy with the mouse, goes to a place, loads the page again.
+//   node travel.mjs PACKAGES CHROMIUM FILIFORM SET OUT
+// PACKAGES: where tools/setup --web put the npm packages. OUT: a folder for screenshots. FILIFORM_WEB: the page's files.
+import assert from 'node:assert/strict';
+import {writeFileSync} from 'node:fs';
+import {basename, join} from 'node:path';
+
+import {endAll, openBrowser, openPage, serveSets, waitFor} from '../service/browser.mjs';
+
+const [packages, chromium, filiform, set, out] = process.argv.slice(2);
+const name = basename(set, '.fil');
+
+const state = (page) => page.evaluate(() => window.filiformState ?? null);
+const distance = (a, b) => Math.hypot(...a.map((x, i) => x - b[i]));
+const sleep = (ms) => new Promise((done) => setTimeout(done, ms));
+
+// Parts of a picture's pixels: `scene` are bright and colourful, as drawn neurites are.
+async function coverage(browser, picture) {
+  const page = await browser.newPage();
+  try {
+    return await page.evaluate(async (base64) => {
+      const bytes = Uint8Array.from(atob(base64), (c) => c.charCodeAt(0));
+      const image = await createImageBitmap(new Blob([bytes], {type: 'image/png'}));
+      const canvas = new OffscreenCanvas(image.width, image.height);
+      const context = canvas.getContext('2d');
+      context.drawImage(image, 0, 0);
+      const {data} = context.getImageData(0, 0, image.width, image.height);
+      let scene = 0;
+      for (let i = 0; i < data.length; i += 4) {
+        const most = Math.max(data[i], data[i + 1], data[i + 2]), least = Math.min(data[i], data[i + 1], data[i + 2]);
+        if (most > 60 && most - least > 25) ++scene;
+      }
+      return scene / (image.width * image.height);
+    }, Buffer.from(picture).toString('base64'));
+  } finally {
+    await page.close();
+  }
+}
+
+async function shoot(browser, page, file) {
+  const picture = await page.screenshot({path: join(out, file)});
+  return coverage(browser, picture);
+}
+
+async function opened(page) {
+  let last = null;
+  try {
+    await waitFor('the first picture', async () => {
+      last = await state(page);
+      return last?.open && last.segments > 0 && last.tick > 0;
+    }, 60);
+  } catch (error) {
+    const note = await page.evaluate(() => document.getElementById('note')?.textContent);
+    error.message += `; page: ${note}; ${page.problems.join('; ')}; state ${JSON.stringify(last)}`;
+    throw error;
+  }
+  return last;
+}
+
+async function main() {
+  const address = await serveSets(filiform, [set]);
+  const browser = await openBrowser(packages, chromium);
+  const page = await openPage(browser);
+  await page.setViewport({width: 640, height: 360});
+  let bytes = 0, requests = 0;
+  page.on('response', (response) => {
+    if (!response.url().includes('/files/')) return;
+    ++requests;
+    bytes += Number(response.headers()['content-length'] ?? 0);
+  });
+  const begun = Date.now();
+  const answer = await page.goto(`${address}/travel/${name}`);
+  assert.equal(answer.headers()['cross-origin-embedder-policy'], 'require-corp');
+  await opened(page);
+  const opened_s = (Date.now() - begun) / 1000;
+  await waitFor('a complete picture and the name of the cell', async () => {
+    const now = await state(page);
+    return now.complete && now.cell;
+  });
+  const before = await state(page);
+  const scene = await shoot(browser, page, 'opened.png');
+  assert.ok(scene > 0.005, `the screenshot shows no scene: ${scene}`);
+
+  // Pulls the proxy to and fro.
+  const [x, y] = before.proxy_px;
+  await page.mouse.move(x, y);
+  await page.mouse.down({button: 'right'});
+  let moved = 0;
+  for (let turn = 0; turn < 4; ++turn)
+    for (let i = 0; i < 20; ++i) {
+      const angle = turn * Math.PI / 2;
+      await page.mouse.move(x + 6 * i * Math.cos(angle), y + 6 * i * Math.sin(angle));
+      await sleep(25);
+      moved = Math.max(moved, distance((await state(page)).p_um, before.p_um));
+    }
+  const pulled = await state(page);
+  await shoot(browser, page, 'pulled.png');
+  await page.mouse.up({button: 'right'});
+  assert.ok(moved > 1, `the proxy did not move: ${moved} um`);
+  assert.ok(pulled.force_N > 0, 'no force');
+
+  // Ticks over five seconds.
+  const first = await state(page), from = Date.now();
+  await sleep(5000);
+  const last = await state(page);
+  const rate = (last.tick - first.tick) / ((Date.now() - from) / 1000);
+
+  // Goes to a cell by its name.
+  await page.keyboard.type('/');
+  await waitFor('the search', async () => (await state(page)).search, 10);
+  await page.keyboard.type(before.cell, {delay: 60});
+  await page.keyboard.press('Enter', {delay: 60});
+  await waitFor('the jump', async () => (await state(page)).jumps > before.jumps, 20);
+
+  // A link opens the same place.
+  await waitFor('the address', async () => (await page.evaluate(() => location.hash)).length > 1, 10);
+  await sleep(1500);
+  const there = await state(page), link = page.url();
+  const again = await openPage(browser);
+  await again.setViewport({width: 640, height: 360});
+  await page.close();
+  await again.goto(link);
+  await opened(again);
+  await waitFor('the same sample', async () => (await state(again)).sample === there.sample, 20);
+  const back = await state(again);
+  assert.equal(back.cell, there.cell);
+  assert.ok(Math.abs(back.zoom_um / there.zoom_um - 1) < 1e-3, `zoom ${back.zoom_um}, was ${there.zoom_um}`);
+  assert.deepEqual(page.problems, []);
+  assert.deepEqual(again.problems, []);
+  writeFileSync(join(out, 'state.json'), JSON.stringify(last, null, 1));
+  console.log(`first picture ${opened_s.toFixed(1)} s, ${requests} requests, ${(bytes / 1e6).toFixed(2)} MB; ` +
+              `${(100 * scene).toFixed(1)} % of the screenshot is scene; pulled ${moved.toFixed(1)} um; ` +
+              `${rate.toFixed(0)} ticks/s; frame ${last.frame_ms.toFixed(0)} ms`);
+}
+
+try {
+  await main();
+} finally {
+  await endAll();
+}

@@ -1,0 +1,87 @@
+// The page in which a browser travels through a set, and its files. viewer/web makes the files.
+#include "tools/answers/html.h"
+#include "tools/answers/service.h"
+
+#include <cstdio>
+#include <fstream>
+#include <functional>
+#include <iterator>
+#include <string_view>
+
+namespace filiform::tools {
+
+namespace {
+
+constexpr const char* kPolicy =
+    "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; worker-src 'self'; connect-src 'self'; style-src "
+    "'self'; "
+    "img-src 'self' blob:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+
+// Browsers give threads only to pages that are isolated from others in this way.
+void isolate(Answer& answer) {
+  answer.headers.emplace_back("Cross-Origin-Opener-Policy", "same-origin");
+  answer.headers.emplace_back("Cross-Origin-Embedder-Policy", "require-corp");
+}
+
+std::optional<std::string> contentOf(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  if (!in) return std::nullopt;
+  return std::string(std::istreambuf_iterator<char>(in), {});
+}
+
+const char* typeOf(std::string_view name) {
+  if (name.ends_with(".wasm")) return "application/wasm";
+  return name.ends_with(".css") ? "text/css; charset=utf-8" : "text/javascript; charset=utf-8";
+}
+
+}  // namespace
+
+Answer travelAnswer(const Call& call) {
+  if (const auto token = call.request.parameter("token"))
+    return tokenAnswer(call, *token, "/travel/" + urlPart(call.served->name()));
+  const std::string name = htmlText(call.served->name());
+  std::string html = "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>" + name +
+                     " - filiform</title><meta name=\"viewport\" content=\"width=device-width,user-scalable=no\">"
+                     "<link rel=\"icon\" href=\"/icon.svg\">";
+  Answer answer{.type = "text/html; charset=utf-8"};
+  if (call.service.web_folder.empty()) {
+    html +=
+        "</head><body><p>This page is not built: run <code>tools/setup --web</code>, <code>cmake --preset web</code> "
+        "and <code>cmake --build --preset web</code>, then start the server again.</body></html>\n";
+  } else {
+    html += "<link rel=\"stylesheet\" href=\"/travel/page/travel.css\"></head><body data-set=\"/v1/sets/" +
+            urlPart(call.served->name()) +
+            "\"><canvas id=\"canvas\" tabindex=\"0\"></canvas>\n<p id=\"note\">loading</p>\n"
+            "<noscript><p>This page needs JavaScript.</noscript>\n"
+            "<script src=\"/travel/page/travel.js\"></script></body></html>\n";
+  }
+  answer.body = std::move(html);
+  answer.headers.emplace_back("Content-Security-Policy", kPolicy);
+  isolate(answer);
+  return answer;
+}
+
+// Only the names that the table of routes lists come here.
+Answer travelFileAnswer(const Call& call) {
+  const std::string& name = call.request.parts.back();
+  const std::string path = call.service.web_folder + "/" + name;
+  const bool zipped = call.request.header("accept-encoding").find("gzip") != std::string_view::npos;
+  std::optional<std::string> content;
+  if (!call.service.web_folder.empty()) content = contentOf(zipped ? path + ".gz" : path);
+  if (!content) throw Refusal(404, "the page for travel is not built; run tools/setup --web and build the preset web");
+  char tag[24];
+  std::snprintf(tag, sizeof tag, "\"%016llx\"", static_cast<unsigned long long>(std::hash<std::string>()(*content)));
+  Answer answer{.type = typeOf(name), .body = std::move(*content)};
+  answer.headers = {{"Cache-Control", "no-cache"}, {"ETag", tag}, {"Vary", "Accept-Encoding"}};
+  isolate(answer);
+  if (call.request.header("if-none-match") == tag) {
+    answer.status = 304;
+    answer.type.clear();
+    answer.body.clear();
+  } else if (zipped) {
+    answer.headers.emplace_back("Content-Encoding", "gzip");
+  }
+  return answer;
+}
+
+}  // namespace filiform::tools

@@ -1,0 +1,32 @@
+// GLFW of a browser (emscripten's), with stand-ins for the functions that it lacks.
+#pragma once
+
+#include_next <GLFW/glfw3.h>
+
+#define GLFW_SCALE_TO_MONITOR 0x0002200C
+
+namespace filiform::web {
+
+// CSS pixels to pixels of the screen.
+void contentScale(GLFWwindow* window, float* across, float* down);
+// What the pressed key types on this keyboard, in lower case.
+const char* keyName(int key, int scancode);
+// Not nullptr: the page is shown on the whole screen.
+GLFWmonitor* windowMonitor(GLFWwindow* window);
+void setWindowMonitor(GLFWwindow* window, GLFWmonitor* monitor, int x, int y, int width, int height, int rate);
+GLFWmonitor* primaryMonitor();
+const GLFWvidmode* videoMode(GLFWmonitor* monitor);
+void setContentScaleCallback(GLFWwindow* window, void (*called)(GLFWwindow*, float, float));
+// Returns at once: a page has its own loop.
+void waitEventsTimeout(double wait_s);
+
+}  // namespace filiform::web
+
+#define glfwGetWindowContentScale filiform::web::contentScale
+#define glfwGetKeyName filiform::web::keyName
+#define glfwGetWindowMonitor filiform::web::windowMonitor
+#define glfwSetWindowMonitor filiform::web::setWindowMonitor
+#define glfwGetPrimaryMonitor filiform::web::primaryMonitor
+#define glfwGetVideoMode filiform::web::videoMode
+#define glfwSetWindowContentScaleCallback filiform::web::setContentScaleCallback
+#define glfwWaitEventsTimeout filiform::web::waitEventsTimeout

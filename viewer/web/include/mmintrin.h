@@ -1,0 +1,1 @@
+// Eigen includes this for SSE2; WebAssembly has no MMX.

@@ -1,0 +1,11 @@
+// FLANN's headers name these functions of LZ4 to store its trees, which nobody does here.
+#include <cstdlib>
+
+extern "C" {
+
+int LZ4_compress_HC_continue(void*, const char*, char*, int, int) { std::abort(); }
+int LZ4_decompress_safe(const char*, char*, int, int) { std::abort(); }
+int LZ4_decompress_safe_continue(void*, const char*, char*, int, int) { std::abort(); }
+void LZ4_resetStreamHC(void*, int) { std::abort(); }
+int LZ4_setStreamDecode(void*, const char*, int) { std::abort(); }
+}

@@ -1,0 +1,99 @@
+// The program of the page: the window of `filiform view`, for one set at an address.
+//
+//   main SET PLACE ZOOM_UM BUDGET_MIB SEGMENTS WIDTH HEIGHT     each may be empty, except SET and the size
+#include "index/errors.h"
+#include "index/set/levels.h"
+#include "index/set/tile_set.h"
+#include "index/text.h"
+#include "viewer/web/clock.h"
+#include "viewer/window/application.h"
+
+#include <GLFW/glfw3.h>
+#include <cstdint>
+#include <cstdlib>
+#include <emscripten.h>
+#include <exception>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace {
+
+using namespace filiform;
+
+constexpr std::uint64_t kBudget_MiB = 96;
+
+ApplicationOptions options;
+std::unique_ptr<Application> application;
+
+EM_JS(void, tellFailure, (const char* text), { Module.failed(UTF8ToString(text)); });
+
+OpenedScene openSet(const std::vector<std::string>& paths) {
+  OpenedScene scene;
+  const std::string& address = paths.front();
+  scene.name = escaped(address.substr(address.rfind('/') + 1), 60);
+  auto set = TileSet::open(address);
+  scene.open_levels = [&set = *set] { return Levels::open(set); };
+  scene.store = std::move(set);
+  return scene;
+}
+
+// Runs on another thread; the page's thread makes the download.
+void download(const Picture& picture, const std::string& path) {
+  std::vector<std::uint8_t> rgba;
+  rgba.reserve(picture.rgb.size() / 3 * 4);
+  for (std::size_t i = 0; i + 2 < picture.rgb.size(); i += 3)
+    rgba.insert(rgba.end(), {picture.rgb[i], picture.rgb[i + 1], picture.rgb[i + 2], 255});
+  const std::string name = path.substr(path.rfind('/') + 1);
+  MAIN_THREAD_EM_ASM(
+      {
+        const bytes = new Uint8ClampedArray($1 * $2 * 4);
+        bytes.set(HEAPU8.subarray($0, $0 + bytes.length));
+        Module.download($1, $2, UTF8ToString($3), bytes);
+      },
+      rgba.data(), picture.width, picture.height, name.c_str());
+}
+
+void step() {
+  try {
+    if (application->step()) return;
+  } catch (const std::exception& error) {
+    tellFailure((std::string(error.what()) + ". Load the page again.").c_str());
+  }
+  emscripten_cancel_main_loop();
+}
+
+}  // namespace
+
+extern "C" {
+
+EMSCRIPTEN_KEEPALIVE void filiform_resize(int width, int height) {
+  if (GLFWwindow* const window = glfwGetCurrentContext(); window != nullptr) glfwSetWindowSize(window, width, height);
+}
+
+EMSCRIPTEN_KEEPALIVE void filiform_hide(int hidden) { filiform::web::setHidden(hidden != 0); }
+}
+
+int main(int count, char** words) {
+  const auto word = [&](int i) { return std::string(i < count ? words[i] : ""); };
+  try {
+    options.paths = {word(1)};
+    options.place = word(2);
+    if (const double zoom_um = std::atof(word(3).c_str());
+        zoom_um >= Workspace::kMinZoom_um && zoom_um <= Workspace::kMaxZoom_um)
+      options.session.zoom_um = zoom_um;
+    const std::uint64_t budget_MiB = std::strtoull(word(4).c_str(), nullptr, 10);
+    options.session.budget_bytes = (budget_MiB > 0 ? budget_MiB : kBudget_MiB) << 20;
+    options.segments = std::strtoull(word(5).c_str(), nullptr, 10);
+    options.size = PictureSize{std::atoi(word(6).c_str()), std::atoi(word(7).c_str())};
+    options.state = "/state.json";
+    options.open = openSet;
+    options.write = download;
+    application = std::make_unique<Application>(options);
+  } catch (const std::exception& error) {
+    tellFailure(error.what());
+    return 3;
+  }
+  emscripten_set_main_loop(step, 0, 0);
+  return 0;
+}

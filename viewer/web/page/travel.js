@@ -1,0 +1,153 @@
+// Starts the program of the page, and does what a program of WebAssembly cannot: keeps files, downloads pictures, reads
+// and writes the address, and says why nothing is shown.
+'use strict';
+
+const note = document.getElementById('note');
+const canvas = document.getElementById('canvas');
+const kFolder = '/travel/page/';
+const kKept = 'filiform:files';  // settings, bookmarks, the last places: {path: text}
+const kEvery_ms = 500;
+
+function tell(text) { note.textContent = text; }
+
+function whatIsMissing() {
+  if (!window.WebAssembly) return 'This browser has no WebAssembly. Use a newer one.';
+  const trial = document.createElement('canvas').getContext('webgl2');
+  if (!trial) return 'This browser has no WebGL 2. Switch on hardware acceleration, or use another browser.';
+  const lost = trial.getExtension('WEBGL_lose_context');
+  if (lost) lost.loseContext();
+  if (!window.crossOriginIsolated)
+    return 'This page has no threads: open it by https or at localhost, in a tab of its own and not in a frame.';
+  return '';
+}
+
+// The address: ?budget=MiB&segments=N#CELL:SAMPLE or #X,Y,Z, then &zoom=UM.
+function wanted() {
+  const query = new URLSearchParams(location.search);
+  const [place, ...more] = decodeURIComponent(location.hash.slice(1)).split('&');
+  const zoom = more.map((part) => part.split('=')).find(([name]) => name === 'zoom');
+  return {
+    set: new URL(document.body.dataset.set, location.href).href,
+    place: place.replaceAll(',', ' '),
+    zoom: zoom ? zoom[1] : '',
+    budget: query.get('budget') || '',
+    segments: query.get('segments') || '',
+  };
+}
+
+function pixels() {
+  const ratio = window.devicePixelRatio || 1;
+  return [Math.max(1, Math.round(window.innerWidth * ratio)), Math.max(1, Math.round(window.innerHeight * ratio))];
+}
+
+function readFile(path) {
+  try {
+    return FS.readFile(path, {encoding: 'utf8'});
+  } catch (failure) {
+    return null;
+  }
+}
+
+const kKeptFolders = ['/config/filiform', '/config/filiform/places'];
+
+function restoreFiles() {
+  FS.mkdirTree('/config/filiform/places');
+  try {
+    const files = JSON.parse(localStorage.getItem(kKept) || '{}');
+    for (const [path, text] of Object.entries(files))
+      if (path.startsWith('/config/')) FS.writeFile(path, text);
+  } catch (failure) {
+    console.warn('settings and bookmarks cannot be read: ' + failure);
+  }
+}
+
+let kept = '';
+function keepFiles() {
+  const files = {};
+  for (const folder of kKeptFolders)
+    for (const name of FS.readdir(folder)) {
+      const path = folder + '/' + name;
+      if (name.endsWith('.json') && FS.isFile(FS.stat(path).mode)) files[path] = readFile(path);
+    }
+  const text = JSON.stringify(files);
+  if (text === kept) return;
+  kept = text;
+  try {
+    localStorage.setItem(kKept, text);
+  } catch (failure) {
+    console.warn('settings and bookmarks cannot be kept: ' + failure);
+  }
+}
+
+let state = null;
+function look() {
+  const text = readFile('/state.json');
+  if (!text) return;
+  try {
+    state = JSON.parse(text);
+  } catch (failure) {
+    return;  // it is being written
+  }
+  window.filiformState = state;
+  keepFiles();
+  if (!state.open || !state.cell || state.mode !== 'constrained' || state.sample === undefined) return;
+  const place = encodeURIComponent(state.cell + ':' + state.sample) + '&zoom=' + Number(state.zoom_um.toPrecision(4));
+  if ('#' + place !== location.hash) history.replaceState(null, '', location.pathname + location.search + '#' + place);
+}
+
+const asked = wanted();
+var Module = {
+  canvas,
+  arguments: [asked.set, asked.place, asked.zoom, asked.budget, asked.segments, ...pixels().map(String)],
+  locateFile: (name) => kFolder + name,
+  mainScriptUrlOrBlob: kFolder + 'filiform.js',
+  preRun: [() => {
+    ENV.XDG_CONFIG_HOME = '/config';
+    restoreFiles();
+  }],
+  onRuntimeInitialized: () => tell(''),
+  print: (text) => console.log(text),
+  printErr: (text) => console.warn(text),
+  onAbort: (what) => tell('The program has ended: ' + what + '. Load the page again.'),
+  // Called by the program.
+  failed: (text) => tell(text),
+  download: (width, height, name, bytes) => {
+    const picture = document.createElement('canvas');
+    [picture.width, picture.height] = [width, height];
+    picture.getContext('2d').putImageData(new ImageData(bytes, width, height), 0, 0);
+    picture.toBlob((blob) => {
+      const link = document.createElement('a');
+      link.href = URL.createObjectURL(blob);
+      link.download = name;
+      link.click();
+      setTimeout(() => URL.revokeObjectURL(link.href), 60000);
+    });
+  },
+  lastKey: '',
+};
+
+const missing = whatIsMissing();
+if (missing) {
+  tell(missing);
+} else {
+  // The picture stays in the canvas until the next frame, so that panels may be drawn over it.
+  const getContext = canvas.getContext.bind(canvas);
+  canvas.getContext = (kind, options) =>
+    getContext(kind, {...options, alpha: false, antialias: false, preserveDrawingBuffer: true});
+  window.addEventListener('keydown', (event) => { Module.lastKey = event.key; }, true);
+  canvas.addEventListener('contextmenu', (event) => event.preventDefault());
+  window.addEventListener('resize', () => {
+    if (Module.calledRun) Module._filiform_resize(...pixels());
+  });
+  document.addEventListener('visibilitychange', () => {
+    if (Module.calledRun) Module._filiform_hide(document.hidden ? 1 : 0);
+  });
+  window.addEventListener('pagehide', () => {
+    if (Module.calledRun) keepFiles();
+  });
+  setInterval(() => { if (Module.calledRun) look(); }, kEvery_ms);
+  const program = document.createElement('script');
+  program.src = kFolder + 'filiform.js';
+  program.onerror = () => tell('The program of this page cannot be loaded. Is the server still running?');
+  document.body.append(program);
+}
