@@ -69,8 +69,10 @@ async function main() {
     bytes += Number(response.headers()['content-length'] ?? 0);
   });
   const begun = Date.now();
+  const program = page.waitForResponse((response) => response.url().endsWith('filiform.wasm'), {timeout: 60000});
   const answer = await page.goto(`${address}/travel/${name}`);
   assert.equal(answer.headers()['cross-origin-embedder-policy'], 'require-corp');
+  assert.equal((await program).headers()['content-encoding'], 'gzip');
   await opened(page);
   const opened_s = (Date.now() - begun) / 1000;
   await waitFor('a complete picture and the name of the cell', async () => {
@@ -99,11 +101,16 @@ async function main() {
   assert.ok(moved > 1, `the proxy did not move: ${moved} um`);
   assert.ok(pulled.force_N > 0, 'no force');
 
-  // Ticks over five seconds.
-  const first = await state(page), from = Date.now();
-  await sleep(5000);
-  const last = await state(page);
-  const rate = (last.tick - first.tick) / ((Date.now() - from) / 1000);
+  // Ticks over ten seconds, between two writes of the state.
+  const written = async () => {
+    const {tick} = await state(page);
+    await waitFor('the next state', async () => (await state(page)).tick !== tick, 20);
+    return [await state(page), Date.now()];
+  };
+  const [first, from] = await written();
+  await sleep(10000);
+  const [last, to] = await written();
+  const rate = (last.tick - first.tick) / ((to - from) / 1000);
 
   // Goes to a cell by its name.
   await page.keyboard.type('/');

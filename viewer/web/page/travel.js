@@ -5,7 +5,7 @@
 const note = document.getElementById('note');
 const canvas = document.getElementById('canvas');
 const kFolder = '/travel/page/';
-const kKept = 'filiform:files';  // settings, bookmarks, the last places: {path: text}
+const kKept = 'filiform:files';  // bookmarks: {path: text}
 const kEvery_ms = 500;
 
 function tell(text) { note.textContent = text; }
@@ -57,7 +57,7 @@ function restoreFiles() {
     for (const [path, text] of Object.entries(files))
       if (path.startsWith('/config/')) FS.writeFile(path, text);
   } catch (failure) {
-    console.warn('settings and bookmarks cannot be read: ' + failure);
+    console.warn('bookmarks cannot be read: ' + failure);
   }
 }
 
@@ -75,7 +75,7 @@ function keepFiles() {
   try {
     localStorage.setItem(kKept, text);
   } catch (failure) {
-    console.warn('settings and bookmarks cannot be kept: ' + failure);
+    console.warn('bookmarks cannot be kept: ' + failure);
   }
 }
 
