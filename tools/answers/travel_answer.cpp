@@ -12,7 +12,7 @@ namespace filiform::tools {
 
 namespace {
 
-constexpr const char* kPolicy =
+constexpr const char* kTravelPolicy =
     "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; worker-src 'self'; connect-src 'self'; style-src "
     "'self'; "
     "img-src 'self' blob:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
@@ -56,7 +56,7 @@ Answer travelAnswer(const Call& call) {
             "<script src=\"/travel/page/travel.js\"></script></body></html>\n";
   }
   answer.body = std::move(html);
-  answer.headers.emplace_back("Content-Security-Policy", kPolicy);
+  answer.headers.emplace_back("Content-Security-Policy", kTravelPolicy);
   isolate(answer);
   return answer;
 }
