@@ -108,7 +108,7 @@ std::vector<std::string> namesIn(const std::string& argument, InputOptions optio
   return names;
 }
 
-std::vector<std::string> textOf(const std::vector<std::uint64_t>& ids) {
+std::vector<std::string> decimalsOf(const std::vector<std::uint64_t>& ids) {
   std::vector<std::string> names;
   for (const std::uint64_t id : ids) names.push_back(std::to_string(id));
   std::sort(names.begin(), names.end());
@@ -142,7 +142,7 @@ TEST(SkeletonShards, EveryObjectOfEveryKindIsFound) {
       for (const unsigned minishard_bits : {0u, 3u}) {
         const test::TempFolder folder;
         writeShards(folder.file("s"), shardingWith(1, minishard_bits, 4, murmur, packed), kObjects);
-        EXPECT_EQ(namesIn(folder.file("s")), textOf(kObjects)) << murmur << packed << minishard_bits;
+        EXPECT_EQ(namesIn(folder.file("s")), decimalsOf(kObjects)) << murmur << packed << minishard_bits;
       }
 }
 
@@ -229,8 +229,8 @@ TEST(SkeletonsAtAnAddress, ShardsAreFoundByTheirNumbers) {
   const test::TempFolder folder;
   writeShards(folder.file("s"), shardingWith(0, 2, 3, true, true), kObjects);
   const test::HttpServer server(folder.path());
-  EXPECT_EQ(namesIn(server / "s"), textOf(kObjects));
-  EXPECT_EQ(namesIn("precomputed://" + (server / "s") + "/"), textOf(kObjects));
+  EXPECT_EQ(namesIn(server / "s"), decimalsOf(kObjects));
+  EXPECT_EQ(namesIn("precomputed://" + (server / "s") + "/"), decimalsOf(kObjects));
   InputOptions options;
   options.ids = std::make_shared<const std::vector<std::uint64_t>>(std::vector<std::uint64_t>{17});
   EXPECT_EQ(namesIn(server / "s", options), (std::vector<std::string>{"17"}));
