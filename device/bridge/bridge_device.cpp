@@ -284,8 +284,8 @@ struct BridgeDevice::Impl {
     where = "bridge:" + options.address;
     socket = Socket();
     if (udp) {
+      socket = connectToPort(options.address);  // complains of the address first
       cookie = readCookie(options.cookie_file);
-      socket = connectToPort(options.address);
     } else {
       const std::string path = options.address.empty() ? onlyBridge() : options.address;
       where = "bridge:" + path;

@@ -94,6 +94,7 @@ struct HaplyDevice::Impl {
   int unanswered = 0;   // messages whose answer is waited for
   bool awaits = false;  // no answer came since the message of asked_s
   Eigen::Vector3d sent_H = Eigen::Vector3d::Zero();
+  Eigen::Vector3d aim_D = Eigen::Vector3d::Zero();  // of a simulated hand
 
   void say(const char* text) noexcept { advice.store(text, std::memory_order_relaxed); }
 
@@ -138,6 +139,7 @@ struct HaplyDevice::Impl {
       throw DeviceError("no Inverse3 with the id " + options.id + " is connected; connected: " + listOf(inventory));
     id = chosen->id;
     capabilities.name = "Haply Inverse3 " + id;
+    capabilities.is_led = chosen->is_led;
     reading = {};
     reading.status = chosen->status;
   }
@@ -221,7 +223,8 @@ struct HaplyDevice::Impl {
 
   bool send(const Eigen::Vector3d& force_H) noexcept {
     sent_s = link.time_s();
-    if (!link.send(id, dialect, force_H, kHaplyWrite_s)) return false;
+    const Eigen::Vector3d aim_H = options.centre_H + toH(aim_D);
+    if (!link.send({id, dialect, force_H, capabilities.is_led ? &aim_H : nullptr}, kHaplyWrite_s)) return false;
     if (!awaits) asked_s = sent_s;
     awaits = true;
     ++counters.messages;
@@ -440,6 +443,10 @@ void HaplyDevice::close() noexcept {
 const DeviceCapabilities& HaplyDevice::capabilities() const { return impl_->capabilities; }
 
 DeviceStatus HaplyDevice::status() const noexcept { return impl_->state.status; }
+
+void HaplyDevice::lead(const Eigen::Vector3d& target_D) noexcept {
+  if (target_D.allFinite() && target_D.cwiseAbs().maxCoeff() <= kHaplyReach_m) impl_->aim_D = target_D;
+}
 
 const char* HaplyDevice::advice() const noexcept { return impl_->advice.load(std::memory_order_relaxed); }
 

@@ -29,6 +29,10 @@ struct SimulatedHaplyOptions {
   std::vector<std::string> devices{"049D"};
   bool has_grip = true;
   HandParameters hand{};
+  // The hands follow the aims of "filiform_aim". False: their targets are set by hand().
+  bool is_led = false;
+  // Time (s) of a steady clock: the hands move in this time, in steps of period_s. Empty: one period a message.
+  std::function<double()> clock{};
   double period_s = 0.0005;  // of the hands, for each message
   int delay_samples = 1;     // messages from the effect of a command to the hand's motion, 0 to 2
   double device_damping_Ns_m = 0.5;

@@ -1,10 +1,10 @@
 #include "device/bridge/bridge_device.h"
 #include "tests/support/bridge_process.h"
 #include "tests/support/temp_folder.h"
+#include "tests/support/variable.h"
 
 #include <chrono>
 #include <csignal>
-#include <cstdlib>
 #include <stdexcept>
 #include <thread>
 
@@ -20,9 +20,8 @@ using Eigen::Vector3d;
 void expectForceAndPositionInFrameD(const char* name, const char* variable, const char* mock, const Vector3d& rest_D,
                                     const Vector3d& v_D, std::uint32_t buttons) {
   const test::TempFolder folder;
-  ::setenv(variable, (std::string(FILIFORM_BRIDGES "/") + mock).c_str(), 1);
+  const test::Variable library(variable, std::string(FILIFORM_BRIDGES "/") + mock);
   test::BridgeProcess bridge(folder / "b", "", name);
-  ::unsetenv(variable);
   BridgeDevice device({.address = folder / "b", .silence_s = 60, .connect_s = 60});
   device.open();
   DeviceState state = device.exchange({});
@@ -57,11 +56,8 @@ TEST(VendorBridges, OpenHaptics) {
 TEST(VendorBridges, EndWithoutTheVendorsLibrary) {
   const test::TempFolder folder;
   for (const char* const name : {"force_dimension", "openhaptics"}) {
-    ::setenv("FILIFORM_LIBDHD", "/no/such/library.so", 1);
-    ::setenv("FILIFORM_LIBHD", "/no/such/library.so", 1);
+    const test::Variable dhd("FILIFORM_LIBDHD", "/no/such/library.so"), hd("FILIFORM_LIBHD", "/no/such/library.so");
     EXPECT_THROW(test::BridgeProcess(folder / "b", "", name), std::runtime_error) << name;
-    ::unsetenv("FILIFORM_LIBDHD");
-    ::unsetenv("FILIFORM_LIBHD");
   }
 }
 
