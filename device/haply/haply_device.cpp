@@ -3,6 +3,7 @@
 #include "device/haply/internal/haply_link.h"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <charconv>
 #include <cmath>
@@ -25,6 +26,9 @@ constexpr int kMostDrained = 32;          // messages an exchange: a flood does 
 
 Eigen::Vector3d toD(const Eigen::Vector3d& v_H) noexcept { return {v_H.x(), v_H.z(), -v_H.y()}; }
 Eigen::Vector3d toH(const Eigen::Vector3d& v_D) noexcept { return {v_D.x(), -v_D.z(), v_D.y()}; }
+
+// The axis of a turn is turned as any vector; q is w, x, y, z.
+Orientation toD(const std::array<double, 4>& q_H) noexcept { return {q_H[0], q_H[1], q_H[3], -q_H[2]}; }
 
 std::string listOf(const internal::HaplyInventory& inventory) {
   std::string list;
@@ -140,6 +144,7 @@ struct HaplyDevice::Impl {
     id = chosen->id;
     capabilities.name = "Haply Inverse3 " + id;
     capabilities.is_led = chosen->is_led;
+    capabilities.senses_orientation = !inventory.grips.empty();
     reading = {};
     reading.status = chosen->status;
   }
@@ -242,6 +247,7 @@ struct HaplyDevice::Impl {
     }
     ++counters.states;
     state.buttons = reading.buttons;
+    if (reading.has_orientation && capabilities.senses_orientation) state.orientation_D = toD(reading.orientation_H);
     if (!reading.has_position || !(reading.position_H.cwiseAbs().maxCoeff() <= kHaplyReach_m)) return true;
     const double now_s = link.time_s();
     const Eigen::Vector3d p_D = toD(reading.position_H - options.centre_H);

@@ -1,5 +1,5 @@
 // Driver of the Haply Inverse3 through the Haply Inverse Service: three force components; position, buttons and
-// orientation of the grip.
+// orientation of the grip, of the first VerseGrip in the list.
 //
 //   HaplyDevice haply(haplyOptions(",049D"));
 //   haply.open();                                      // homing, until the service says that the device is ready

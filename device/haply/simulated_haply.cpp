@@ -18,7 +18,7 @@ using internal::JsonReader;
 
 namespace {
 
-constexpr double kMostPeriods = 400;  // a longer gap counts as one period
+constexpr double kMostPeriods = 5000;  // a longer gap counts as one period
 
 std::string textOf(double value) {
   std::array<char, 32> text{};
@@ -104,20 +104,6 @@ struct SimulatedHaply::Impl {
   double now_s = 0;
   std::optional<double> moved_s;  // the clock's time to which the hands have moved
 
-  // The number of periods that have passed since the last message.
-  int periods() {
-    if (!options.clock) return 1;
-    const double time_s = options.clock();
-    const double passed = moved_s ? std::floor((time_s - *moved_s) / options.period_s) : 1;
-    if (!(passed >= 0 && passed < kMostPeriods)) moved_s.reset();
-    if (!moved_s) {
-      moved_s = time_s;
-      return 1;
-    }
-    *moved_s += passed * options.period_s;
-    return static_cast<int>(passed);
-  }
-
   std::string status() const {
     if (faults.leaves_out) return "";
     return ",\"status\":{\"calibrated\":" + textOf(faults.calibrated.load()) +
@@ -184,24 +170,39 @@ struct SimulatedHaply::Impl {
     newest_first[0] = newest;
   }
 
-  void pass(Device& device, const Eigen::Vector3d& commanded_H, int periods) {
+  // One period under the force that acts.
+  void move(Device& device) {
+    const bool is_first = &device == devices.front().get();
+    if (is_first && options.target) device.hand.setTarget(options.target(moved_s.value_or(0)));
+    Wrench wrench;
+    wrench.force_N = device.force_H;
+    push(device.acted_H, device.force_H);
+    const Eigen::Vector3d before_m = device.state.p_D;
+    device.state = device.hand.exchange(wrench);
+    const Eigen::Vector3d& acted_N = device.acted_H[static_cast<std::size_t>(options.delay_samples)];
+    const Eigen::Vector3d dx_m = device.state.p_D - before_m;
+    const double step_J = acted_N.dot(dx_m);
+    device.given_J += step_J;
+    device.most_step_J = std::max(device.most_step_J, std::abs(step_J));
+    if (is_first && options.observe) options.observe({moved_s.value_or(0), acted_N, dx_m, device.state.p_D});
+  }
+
+  void pass(Device& device, const Eigen::Vector3d& commanded_H) {
     push(device.commanded_H, commanded_H);
     const bool renders = faults.calibrated && faults.ready && faults.power && !faults.ignores_force;
     device.force_H = device.commanded_H[static_cast<std::size_t>(options.command_delay)];
     if (!renders) device.force_H.setZero();
     strongest_N = std::max(strongest_N.load(), device.force_H.norm());
-    push(device.acted_H, device.force_H);
-    Wrench wrench;
-    wrench.force_N = device.force_H;
-    for (int i = 0; i < periods; ++i) {
-      if (i > 0) push(device.acted_H, device.force_H);
-      const Eigen::Vector3d before_m = device.state.p_D;
-      device.state = device.hand.exchange(wrench);
-      const double step_J =
-          device.acted_H[static_cast<std::size_t>(options.delay_samples)].dot(device.state.p_D - before_m);
-      device.given_J += step_J;
-      device.most_step_J = std::max(device.most_step_J, std::abs(step_J));
-    }
+    if (!options.clock) move(device);
+  }
+
+  // By the clock: until now, the last force acted.
+  void catchUp() {
+    if (!options.clock) return;
+    const double time_s = options.clock();
+    if (!moved_s || !(time_s - *moved_s < kMostPeriods * options.period_s)) moved_s = time_s - options.period_s;
+    for (; *moved_s + options.period_s <= time_s; *moved_s += options.period_s)
+      for (const auto& device : devices) move(*device);
   }
 
   std::string stateText(const Device& device) const {
@@ -256,8 +257,8 @@ std::string SimulatedHaply::answer(std::string_view message) {
         if (d.devices[i].get() == device && force_H) commanded_H[i] = *force_H;
     });
   });
-  const int periods = d.periods();
-  for (std::size_t i = 0; i < d.devices.size(); ++i) d.pass(*d.devices[i], commanded_H[i], periods);
+  d.catchUp();
+  for (std::size_t i = 0; i < d.devices.size(); ++i) d.pass(*d.devices[i], commanded_H[i]);
   ++d.answers;
   if (d.faults.is_silent) return "";
   if (d.faults.sends_garbage) return "{\"inverse3\":[{\"device_id\":";

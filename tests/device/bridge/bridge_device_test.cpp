@@ -48,10 +48,21 @@ bool eventually(const std::function<bool()>& holds) {
 // Stalls of a loaded machine do not end in a fault.
 BridgeOptions patient(const std::string& address) { return {.address = address, .silence_s = 60, .connect_s = 60}; }
 
+// A spring to the centre of the workspace, with the hand at p_D.
+Wrench springToCentre(double stiffness_N_m, const Vector3d& p_D) {
+  Wrench wrench;
+  wrench.force_N = -stiffness_N_m * p_D;
+  wrench.model.at_D = p_D;
+  wrench.model.stiffness_N_m = stiffness_N_m * Eigen::Matrix3d::Identity();
+  wrench.model.radius_m = 0.05;
+  return wrench;
+}
+
 struct LoggedForce {
   std::int64_t time_ns = 0, command_ns = 0;
   int mode = 0;
   double force_N = 0;
+  Vector3d p_D = Vector3d::Zero();
 };
 
 std::vector<LoggedForce> readLog(const std::string& path) {
@@ -60,7 +71,8 @@ std::vector<LoggedForce> readLog(const std::string& path) {
   for (std::string line; std::getline(file, line);) {
     LoggedForce row;
     std::istringstream words(line);
-    if (words >> row.time_ns >> row.command_ns >> row.mode >> row.force_N) rows.push_back(row);
+    if (words >> row.time_ns >> row.command_ns >> row.mode >> row.force_N >> row.p_D.x() >> row.p_D.y() >> row.p_D.z())
+      rows.push_back(row);
   }
   return rows;
 }
@@ -173,19 +185,84 @@ TEST(BridgeDevice, TheModelIsRenderedBetweenCommands) {
   BridgeProcess bridge(folder / "b");
   BridgeDevice device(patient(folder / "b"));
   device.open();
-  device.setModel({500 * Eigen::Matrix3d::Identity(), 0, 0.05});
   // A spring to the origin, against an aim at 7 mm: 200 (7 mm - x) = 500 x.
   device.lead({0.007, 0, 0});
   DeviceState state;
   EXPECT_TRUE(eventually([&] {
-    Wrench wrench;
-    wrench.force_N = -500 * state.p_D;
-    state = device.exchange(wrench);
+    state = device.exchange(springToCentre(500, state.p_D));
     return std::abs(state.p_D.x() - 0.002) < 1e-5 && state.v_D.norm() < 1e-4 && state.sent_N->norm() > 0.9;
   })) << state.p_D.x();
-  device.setModel({Eigen::Matrix3d::Constant(NAN), 0, 0});
-  device.exchange({});
-  EXPECT_EQ(device.counters().refused, 0U) << "a model that is not finite is ignored";
+}
+
+// Steps of an armed bridge after its ramp, at least 2 ms after their command.
+std::vector<LoggedForce> betweenCommands(const std::string& log) {
+  std::vector<LoggedForce> between;
+  std::int64_t ramp_ns = 0;
+  for (const LoggedForce& row : readLog(log)) {
+    if (row.mode != 1) ramp_ns = row.time_ns + 600'000'000;
+    if (row.time_ns > ramp_ns && row.time_ns - row.command_ns > 2'000'000) between.push_back(row);
+  }
+  return between;
+}
+
+// Commands come every 10 ms, the bridge steps twice a millisecond: the force of all its steps is that of the spring.
+TEST(BridgeDevice, TheForceBetweenCommandsFollowsTheModel) {
+  constexpr double kStiffness_N_m = 300;
+  for (const bool models : {true, false}) {
+    const test::TempFolder folder;
+    BridgeProcess bridge(folder / "b", folder / "log");
+    BridgeDevice device(patient(folder / "b"));
+    device.open();
+    DeviceState state = device.exchange({});
+    int i = 0;
+    ASSERT_TRUE(eventually([&] {
+      device.lead({0.01 * std::sin(0.6 * i), 0.01 * std::cos(0.6 * i), 0});
+      Wrench wrench = springToCentre(kStiffness_N_m, state.p_D);
+      if (!models) wrench.model = {};
+      state = device.exchange(wrench);
+      std::this_thread::sleep_for(10ms);
+      return ++i % 50 == 0 && betweenCommands(folder / "log").size() > 400;
+    }));
+    double worst_N = 0, strongest_N = 0;
+    for (const LoggedForce& row : betweenCommands(folder / "log")) {
+      strongest_N = std::max(strongest_N, row.force_N);
+      worst_N = std::max(worst_N, std::abs(row.force_N - kStiffness_N_m * row.p_D.norm()));
+    }
+    EXPECT_GT(strongest_N, 0.5);
+    if (models)
+      EXPECT_LT(worst_N, 1e-6) << "of " << strongest_N << " N";
+    else
+      EXPECT_GT(worst_N, 0.05) << "without a model the force stands still";
+  }
+}
+
+TEST(BridgeDevice, LeavesOutAModelThatIsNoSpring) {
+  const test::TempFolder folder;
+  BridgeProcess bridge(folder / "b");
+  BridgeDevice device(patient(folder / "b"));
+  EXPECT_TRUE(device.capabilities().renders_model);
+  device.open();
+  Wrench wrench;
+  wrench.force_N = {0, 1, 0};
+  ASSERT_TRUE(eventually([&] { return device.exchange(wrench).sent_N->y() > 0.999; }));
+  const std::function<void(LocalModel&)> wrongs[] = {
+      [](LocalModel& m) { m.stiffness_N_m.setConstant(NAN); },
+      [](LocalModel& m) { m.stiffness_N_m = -Eigen::Matrix3d::Identity(); },
+      [](LocalModel& m) { m.stiffness_N_m(0, 1) = 50; },
+      [](LocalModel& m) { m.stiffness_N_m(0, 1) = m.stiffness_N_m(1, 0) = 500; },
+      [](LocalModel& m) { m.damping_Ns_m = -1; },
+      [](LocalModel& m) { m.radius_m = INFINITY; },
+      [](LocalModel& m) { m.at_D.setConstant(NAN); },
+      [](LocalModel& m) { m.time_to_live_s = 0; },
+  };
+  for (const auto& spoil : wrongs) {
+    wrench.model = springToCentre(100, {0, 0, 0}).model;
+    EXPECT_TRUE(isSpring(wrench.model));
+    spoil(wrench.model);
+    EXPECT_FALSE(isSpring(wrench.model));
+    EXPECT_NEAR(device.exchange(wrench).sent_N->y(), 1, 1e-9) << "the force goes out without the model";
+  }
+  EXPECT_EQ(device.counters().refused, 0U);
 }
 
 TEST(BridgeDevice, ExchangesWithoutAllocationOrLock) {

@@ -123,6 +123,36 @@ TEST(WrongBridge, IgnoresStatesThatAreOldOrNotFinite) {
   EXPECT_EQ(device.exchange({}).status, DeviceStatus::ready);
 }
 
+TEST(WrongBridge, IgnoresOrientationsThatAreNoRotation) {
+  const test::TempFolder folder;
+  std::atomic<int> turn{0};
+  std::uint32_t seq = 1;
+  const double turns[][4] = {{0, 0, 0, 1}, {0.6, 0, 0, 0.8}, {0, 0, 0, 0}, {3, 0, 0, 4}, {0, 0.61, 0, 0.79}};
+  MadeUpBridge bridge(folder / "b", [&](const fb_packet& to, int socket) {
+    fb_packet hello = MadeUpBridge::hello();
+    hello.is.hello.flags = FB_KNOWS_ORIENTATION;
+    if (to.kind == FB_CALL) MadeUpBridge::send(socket, hello);
+    if (to.kind != FB_COMMAND) return;
+    fb_packet state = stateFor(to, ++seq);
+    std::copy_n(turns[turn], 4, state.is.state.orientation);
+    MadeUpBridge::send(socket, state);
+  });
+  BridgeDevice device({.address = folder / "b", .answer_s = 5, .silence_s = 100});
+  EXPECT_TRUE(device.capabilities().senses_orientation);
+  device.open();
+  EXPECT_EQ(device.exchange({}).orientation_D.coeffs(), Eigen::Vector4d(0, 0, 0, 1));
+  turn = 1;
+  const Eigen::Vector4d turned(0.6, 0, 0, 0.8);
+  EXPECT_LT((device.exchange({}).orientation_D.coeffs() - turned).norm(), 1e-12);
+  for (const int wrong : {2, 3}) {
+    turn = wrong;
+    EXPECT_LT((device.exchange({}).orientation_D.coeffs() - turned).norm(), 1e-12) << "the last one stays";
+  }
+  EXPECT_EQ(device.counters().strange, 2U);
+  turn = 4;
+  EXPECT_NEAR(device.exchange({}).orientation_D.coeffs().norm(), 1, 1e-12);
+}
+
 TEST(WrongBridge, RefusesADescriptionThatCannotBeRight) {
   const std::pair<const char*, std::function<void(fb_hello&)>> wrongs[] = {
       {"peak", [](fb_hello& h) { h.peak_force_N = 0; }},
