@@ -43,6 +43,7 @@ struct Recognised {
 constexpr Recognised kRecognised[] = {
     {"0403:cb48", "Novint Falcon", "falcon[:FIRMWARE]"},
     {"046d:c6xx, 256f:*", "3Dconnexion mice with six axes, and their receivers", "spacemouse[:SOCKET]"},
+    {"/dev/input", "gamepads of the kernel's input system", "gamepad[:NODE]"},
     {"-", "Haply Inverse3, through the Haply Inverse Service", "haply[:HOST:PORT][,ID]"},
     {"socket", "devices behind a bridge (device/BRIDGE.md)", "bridge[:PATH]"}};
 
@@ -191,6 +192,7 @@ int runDevices(const DevicesArguments& a) {
   } catch (const DeviceError& error) {
     refusal = error.what();
   }
+  for (FoundDevice& pad : findPads()) found.push_back(std::move(pad));
   for (FoundDevice& bridge : findBridgedDevices()) found.push_back(std::move(bridge));
   const HaplyServiceState service = askHaplyService(haplyOptions(""));
   for (FoundDevice& device : devicesOf(service)) found.push_back(std::move(device));
