@@ -14,6 +14,7 @@
 #include <vector>
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 
 namespace filiform {
 
@@ -53,28 +54,56 @@ struct DeviceCapabilities {
   double nominal_rate_Hz = 1000;
   int delay_samples = 0;  // from a commanded force to its effect in the state
   int buttons = 0;
-  bool senses_rotation = false;
-  bool rate_control = false;  // senses no position: p_D stays 0, v_D and twist_D are the commanded rates
+  bool senses_rotation = false;     // twist_D
+  bool senses_orientation = false;  // orientation_D
+  bool rate_control = false;        // senses no position: p_D stays 0, v_D and twist_D are the commanded rates
   bool needs_homing = false;
-  bool paces_loop = false;  // exchange() blocks until the next sample
-  bool keeps_time = false;  // moves in real time, whether or not exchange() is called: not for virtual time
-  bool is_led = false;      // a simulated hand elsewhere, which follows lead()
+  bool paces_loop = false;     // exchange() blocks until the next sample
+  bool keeps_time = false;     // moves in real time, whether or not exchange() is called: not for virtual time
+  bool is_led = false;         // a simulated hand elsewhere, which follows lead()
+  bool renders_model = false;  // renders Wrench::model between two exchanges
 };
+
+// How a force changes while the hand moves, until the next exchange:
+//
+//   f(x, v) = force_N - K (x - at_D) - b v          |x - at_D| > radius_m: x - at_D is shortened to radius_m
+//
+// K is symmetric without negative eigenvalue: a spring, so within one model the force gives no more energy than it took
+// as long as x stays within the radius. Without K and b the force is constant.
+struct LocalModel {
+  Eigen::Vector3d at_D = Eigen::Vector3d::Zero();           // m, frame D: the hand when the force was computed
+  Eigen::Matrix3d stiffness_N_m = Eigen::Matrix3d::Zero();  // K
+  double damping_Ns_m = 0;                                  // b, >= 0
+  double radius_m = 0;                                      // >= 0
+  double time_to_live_s = 0.02;                             // > 0; then the force fades
+};
+
+// True for a model whose numbers are finite, in range, and a spring as above; rounding of 1e-9 is allowed for.
+bool isSpring(const LocalModel& model) noexcept;
 
 // A commanded force and torque.
 struct Wrench {
   Eigen::Vector3d force_N = Eigen::Vector3d::Zero();    // frame D
   Eigen::Vector3d torque_Nm = Eigen::Vector3d::Zero();  // frame D
+  LocalModel model{};                                   // of force_N; devices without renders_model ignore it
+  // How much the neurite resists, 0 .. 1, for devices that rumble instead of a force.
+  double resistance = 0;
 };
 
-// Returns the wrench if every component is finite, otherwise zero. Every device renders this value.
+// Returns the wrench if every component is finite, otherwise zero. A model that is not a spring is left out, and the
+// resistance is limited to 0 .. 1. Every device renders this value.
 Wrench finiteOrZero(const Wrench& wrench) noexcept;
+
+// Turns the stylus from its rest, where its shaft points towards the person (+z), into its orientation in frame D. Unit
+// length. Without Eigen's alignment, so that states can be stored anywhere.
+using Orientation = Eigen::Quaternion<double, Eigen::DontAlign>;
 
 struct DeviceState {                                  // one consistent snapshot
   double time_s = 0;                                  // time of the sample on the device's clock, from open()
   Eigen::Vector3d p_D = Eigen::Vector3d::Zero();      // m
   Eigen::Vector3d v_D = Eigen::Vector3d::Zero();      // m/s, as the device estimates it
   Eigen::Vector3d twist_D = Eigen::Vector3d::Zero();  // rad/s about x, y, z; zero unless senses_rotation
+  Orientation orientation_D{1, 0, 0, 0};              // of the stylus; the identity unless senses_orientation
   std::uint32_t buttons = 0;                          // bit i: button i held
   DeviceStatus status = DeviceStatus::closed;
   // Force (N, frame D) that this exchange sent to the motors, after all limits of the device. nullopt: the device does

@@ -153,7 +153,9 @@ DeviceCapabilities capabilitiesOf(const fb_hello& hello, const std::string& wher
   can.nominal_rate_Hz = hello.rate_Hz;
   can.buttons = static_cast<int>(hello.buttons);
   can.keeps_time = true;
+  can.renders_model = true;
   can.is_led = (hello.flags & FB_IS_LED) != 0;
+  can.senses_orientation = (hello.flags & FB_KNOWS_ORIENTATION) != 0;
   return can;
 }
 
@@ -167,9 +169,7 @@ struct BridgeDevice::Impl {
   std::array<unsigned char, FB_COOKIE_BYTES> cookie{};
   DeviceCapabilities capabilities;
   DeviceState state;
-  BridgeModel model;
   Eigen::Vector3d aim_D = Eigen::Vector3d::Zero();
-  Eigen::Vector4d orientation{0, 0, 0, 1};
   BridgeCounters counters;
   double typical_s = 0, longest_s = 0;
   std::uint32_t seq = 0, taken = 0;  // of the last packet sent; of the newest STATE
@@ -244,21 +244,35 @@ struct BridgeDevice::Impl {
     Eigen::Vector3d sent_N;
     std::copy_n(s.force_N, 3, sent_N.data());
     state.sent_N = sent_N;
-    std::copy_n(s.orientation, 4, orientation.data());
+    if (capabilities.senses_orientation) takeOrientation(s);
     return true;
   }
 
+  // An orientation that is no rotation is ignored: the last one stays.
+  void takeOrientation(const fb_state& s) noexcept {
+    Orientation read;
+    std::copy_n(s.orientation, 4, read.coeffs().data());
+    const double length = read.coeffs().stableNorm();
+    if (std::abs(length - 1) > 0.1)
+      ++counters.strange;
+    else
+      state.orientation_D.coeffs() = read.coeffs() / length;
+  }
+
   // Sends a COMMAND and waits for its STATE. False: it did not come.
-  bool command(const Eigen::Vector3d& force_N, bool arm) noexcept {
+  bool command(const Eigen::Vector3d& force_N, const LocalModel& model, bool arm) noexcept {
     fb_packet packet{};
     packet.kind = FB_COMMAND;
     fb_command& c = packet.is.command;
     c.flags = static_cast<std::uint32_t>((arm ? FB_ARM : 0) | (capabilities.is_led ? FB_AIM : 0));
-    c.ttl_us = FB_TTL_US;
+    c.ttl_us = static_cast<std::uint32_t>(std::min(1e6 * model.time_to_live_s, double{FB_TTL_US}));
     c.time_ns = monotonic_ns();
     std::copy_n(force_N.data(), 3, c.force_N);
-    std::copy_n(state.p_D.data(), 3, c.at_D);
-    const Eigen::Matrix3d& k = model.stiffness_N_m;
+    std::copy_n(model.at_D.data(), 3, c.at_D);
+    Eigen::Matrix3d k = model.stiffness_N_m;
+    const double stiffest = k.cwiseAbs().rowwise().sum().maxCoeff();  // no eigenvalue is greater
+    if (capabilities.max_stiffness_N_m > 0 && stiffest > capabilities.max_stiffness_N_m)
+      k *= capabilities.max_stiffness_N_m / stiffest;
     const double six[] = {k(0, 0), k(0, 1), k(0, 2), k(1, 1), k(1, 2), k(2, 2)};
     std::copy_n(six, 6, c.stiffness_N_m);
     c.damping_Ns_m = model.damping_Ns_m;
@@ -284,8 +298,8 @@ struct BridgeDevice::Impl {
     where = "bridge:" + options.address;
     socket = Socket();
     if (udp) {
+      socket = connectToPort(options.address);  // complains of the address first
       cookie = readCookie(options.cookie_file);
-      socket = connectToPort(options.address);
     } else {
       const std::string path = options.address.empty() ? onlyBridge() : options.address;
       where = "bridge:" + path;
@@ -330,7 +344,7 @@ struct BridgeDevice::Impl {
     std::vector<double> times_s;
     for (int i = 0; i < std::max(1, options.round_trips); ++i) {
       const std::int64_t from_ns = monotonic_ns();
-      if (command(Eigen::Vector3d::Zero(), false))
+      if (command(Eigen::Vector3d::Zero(), {}, false))
         times_s.push_back(1e-9 * static_cast<double>(monotonic_ns() - from_ns));
       if (is_gone) break;
     }
@@ -375,14 +389,14 @@ void BridgeDevice::open() {
   d.has_state = false;
   d.heard_ns = monotonic_ns();
   d.is_open = true;
-  d.command(Eigen::Vector3d::Zero(), true);
+  d.command(Eigen::Vector3d::Zero(), {}, true);
   d.updateStatus();
 }
 
 void BridgeDevice::close() noexcept {
   Impl& d = *impl_;
   if (d.socket.number >= 0 && !d.is_gone) {
-    if (d.is_open) d.command(Eigen::Vector3d::Zero(), false);
+    if (d.is_open) d.command(Eigen::Vector3d::Zero(), {}, false);
     fb_packet packet{};
     packet.kind = FB_BYE;
     d.send(packet);
@@ -396,10 +410,15 @@ DeviceState BridgeDevice::exchange(const Wrench& wrench) noexcept {
   Impl& d = *impl_;
   if (!d.is_open || d.state.status == DeviceStatus::fault) return d.state;
   const bool is_ready = d.state.status == DeviceStatus::ready;
-  Eigen::Vector3d force_N = is_ready ? finiteOrZero(wrench).force_N : Eigen::Vector3d::Zero();
-  const double strength_N = force_N.stableNorm();
-  if (strength_N > d.capabilities.peak_force_N) force_N *= d.capabilities.peak_force_N / strength_N;
-  d.command(force_N, is_ready && (d.flags & FB_ARMED) == 0);
+  Wrench sent = is_ready ? finiteOrZero(wrench) : Wrench{};
+  const double strength_N = sent.force_N.stableNorm();
+  if (strength_N > d.capabilities.peak_force_N) {
+    const double part = d.capabilities.peak_force_N / strength_N;
+    sent.force_N *= part;
+    sent.model.stiffness_N_m *= part;
+    sent.model.damping_Ns_m *= part;
+  }
+  d.command(sent.force_N, sent.model, is_ready && (d.flags & FB_ARMED) == 0);
   d.updateStatus();
   return d.state;
 }
@@ -407,13 +426,6 @@ DeviceState BridgeDevice::exchange(const Wrench& wrench) noexcept {
 void BridgeDevice::lead(const Eigen::Vector3d& target_D) noexcept {
   if (target_D.allFinite()) impl_->aim_D = target_D;
 }
-
-void BridgeDevice::setModel(const BridgeModel& model) noexcept {
-  if (model.stiffness_N_m.allFinite() && std::isfinite(model.damping_Ns_m) && std::isfinite(model.radius_m))
-    impl_->model = model;
-}
-
-const Eigen::Vector4d& BridgeDevice::orientation() const noexcept { return impl_->orientation; }
 
 double BridgeDevice::typicalRoundTrip_s() const noexcept { return impl_->typical_s; }
 

@@ -27,14 +27,6 @@ struct BridgeOptions {
   int round_trips = 64;     // measured by the constructor
 };
 
-// The stiffness about the point of the newest state that goes with the force of the next exchanges, so that the bridge
-// can render a spring at its own rate.
-struct BridgeModel {
-  Eigen::Matrix3d stiffness_N_m = Eigen::Matrix3d::Zero();  // symmetric, without negative eigenvalue
-  double damping_Ns_m = 0;
-  double radius_m = 0;
-};
-
 struct BridgeCounters {  // since the constructor
   std::uint64_t commands = 0, states = 0;
   std::uint64_t unanswered = 0;  // exchanges that returned without their STATE
@@ -56,15 +48,13 @@ class BridgeDevice : public HapticDevice {
   void open() override;
   // Sends zero force and says good-bye. Another program may then use the bridge.
   void close() noexcept override;
-  // Waits at most answer_s. DeviceState::sent_N is the force that the bridge rendered at the time of the state. After
-  // an expiry the next exchange asks the bridge to arm again; the bridge then ramps the force.
+  // Waits at most answer_s. The bridge renders Wrench::model at its own rate, with a stiffness of at most
+  // max_stiffness_N_m, and for at most 20 ms. DeviceState::sent_N is the force that the bridge rendered at the time of
+  // the state; from then on a spring gives no more energy than this force would. After an expiry the next exchange asks
+  // the bridge to arm again; the bridge then ramps the force.
   DeviceState exchange(const Wrench& wrench) noexcept override;
   void lead(const Eigen::Vector3d& target_D) noexcept override;
 
-  // Goes with all later exchanges. Ignored if it is not finite.
-  void setModel(const BridgeModel& model) noexcept;
-  // Orientation of the stylus, quaternion x y z w; the identity if the device has none.
-  const Eigen::Vector4d& orientation() const noexcept;
   // Measured by the constructor: median and largest time from COMMAND to STATE.
   double typicalRoundTrip_s() const noexcept;
   double longestRoundTrip_s() const noexcept;

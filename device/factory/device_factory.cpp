@@ -2,6 +2,7 @@
 
 #include "device/bridge/bridge_device.h"
 #include "device/falcon/falcon.h"
+#include "device/gamepad/gamepad.h"
 #include "device/haply/haply_device.h"
 #include "device/recording/replay.h"
 #include "device/simulated/null_device.h"
@@ -12,8 +13,8 @@
 namespace filiform {
 
 const char* deviceChoices() {
-  return "sim:loose|medium|firm, replay:FILE, null, falcon[:FIRMWARE], spacemouse[:SOCKET], haply[:HOST:PORT][,ID], "
-         "bridge[:PATH|udp:HOST:PORT]";
+  return "sim:loose|medium|firm, replay:FILE, null, falcon[:FIRMWARE], spacemouse[:SOCKET], gamepad[:NODE], "
+         "haply[:HOST:PORT][,ID], bridge[:PATH|udp:HOST:PORT]";
 }
 
 std::unique_ptr<HapticDevice> makeDevice(const std::string& spec, const DeviceFactoryOptions& options) {
@@ -43,6 +44,11 @@ std::unique_ptr<HapticDevice> makeDevice(const std::string& spec, const DeviceFa
     mouse.bus_path = argument;
     return std::make_unique<SpaceMouse>(usb, mouse);
   }
+  if (kind == "gamepad") {
+    GamepadOptions pad;
+    pad.path = argument;
+    return std::make_unique<Gamepad>(std::move(pad));
+  }
   if (kind == "bridge") {
     BridgeOptions bridge;
     bridge.address = argument;
@@ -53,7 +59,7 @@ std::unique_ptr<HapticDevice> makeDevice(const std::string& spec, const DeviceFa
     return std::make_unique<HaplyDevice>(haplyOptions(spec.substr(5)));
   throw UnknownDevice(
       "no such device '" + spec + "'; choose one of " + deviceChoices(), kind,
-      {"sim:loose", "sim:medium", "sim:firm", "replay", "null", "falcon", "spacemouse", "haply", "bridge"});
+      {"sim:loose", "sim:medium", "sim:firm", "replay", "null", "falcon", "spacemouse", "gamepad", "haply", "bridge"});
 }
 
 }  // namespace filiform

@@ -3,6 +3,7 @@
 #include "device/haply/internal/haply_link.h"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <charconv>
 #include <cmath>
@@ -25,6 +26,9 @@ constexpr int kMostDrained = 32;          // messages an exchange: a flood does 
 
 Eigen::Vector3d toD(const Eigen::Vector3d& v_H) noexcept { return {v_H.x(), v_H.z(), -v_H.y()}; }
 Eigen::Vector3d toH(const Eigen::Vector3d& v_D) noexcept { return {v_D.x(), -v_D.z(), v_D.y()}; }
+
+// The axis of a turn is turned as any vector; q is w, x, y, z.
+Orientation toD(const std::array<double, 4>& q_H) noexcept { return {q_H[0], q_H[1], q_H[3], -q_H[2]}; }
 
 std::string listOf(const internal::HaplyInventory& inventory) {
   std::string list;
@@ -94,6 +98,7 @@ struct HaplyDevice::Impl {
   int unanswered = 0;   // messages whose answer is waited for
   bool awaits = false;  // no answer came since the message of asked_s
   Eigen::Vector3d sent_H = Eigen::Vector3d::Zero();
+  Eigen::Vector3d aim_D = Eigen::Vector3d::Zero();  // of a simulated hand
 
   void say(const char* text) noexcept { advice.store(text, std::memory_order_relaxed); }
 
@@ -138,6 +143,8 @@ struct HaplyDevice::Impl {
       throw DeviceError("no Inverse3 with the id " + options.id + " is connected; connected: " + listOf(inventory));
     id = chosen->id;
     capabilities.name = "Haply Inverse3 " + id;
+    capabilities.is_led = chosen->is_led;
+    capabilities.senses_orientation = !inventory.grips.empty();
     reading = {};
     reading.status = chosen->status;
   }
@@ -221,7 +228,8 @@ struct HaplyDevice::Impl {
 
   bool send(const Eigen::Vector3d& force_H) noexcept {
     sent_s = link.time_s();
-    if (!link.send(id, dialect, force_H, kHaplyWrite_s)) return false;
+    const Eigen::Vector3d aim_H = options.centre_H + toH(aim_D);
+    if (!link.send({id, dialect, force_H, capabilities.is_led ? &aim_H : nullptr}, kHaplyWrite_s)) return false;
     if (!awaits) asked_s = sent_s;
     awaits = true;
     ++counters.messages;
@@ -239,6 +247,7 @@ struct HaplyDevice::Impl {
     }
     ++counters.states;
     state.buttons = reading.buttons;
+    if (reading.has_orientation && capabilities.senses_orientation) state.orientation_D = toD(reading.orientation_H);
     if (!reading.has_position || !(reading.position_H.cwiseAbs().maxCoeff() <= kHaplyReach_m)) return true;
     const double now_s = link.time_s();
     const Eigen::Vector3d p_D = toD(reading.position_H - options.centre_H);
@@ -440,6 +449,10 @@ void HaplyDevice::close() noexcept {
 const DeviceCapabilities& HaplyDevice::capabilities() const { return impl_->capabilities; }
 
 DeviceStatus HaplyDevice::status() const noexcept { return impl_->state.status; }
+
+void HaplyDevice::lead(const Eigen::Vector3d& target_D) noexcept {
+  if (target_D.allFinite() && target_D.cwiseAbs().maxCoeff() <= kHaplyReach_m) impl_->aim_D = target_D;
+}
 
 const char* HaplyDevice::advice() const noexcept { return impl_->advice.load(std::memory_order_relaxed); }
 

@@ -1,5 +1,5 @@
 // Driver of the Haply Inverse3 through the Haply Inverse Service: three force components; position, buttons and
-// orientation of the grip.
+// orientation of the grip, of the first VerseGrip in the list.
 //
 //   HaplyDevice haply(haplyOptions(",049D"));
 //   haply.open();                                      // homing, until the service says that the device is ready
@@ -106,6 +106,8 @@ class HaplyDevice : public HapticDevice {
   // Sends the force and waits at most kAnswerTime_s for the state. Without one, returns the last state with its time
   // unchanged. Ignores torques.
   DeviceState exchange(const Wrench& wrench) noexcept override;
+  // Only a simulated service has a hand that follows (capabilities().is_led).
+  void lead(const Eigen::Vector3d& target_D) noexcept override;
   const char* advice() const noexcept override;
 
   const HaplyCounters& counters() const noexcept;

@@ -18,6 +18,8 @@ using internal::JsonReader;
 
 namespace {
 
+constexpr double kMostPeriods = 5000;  // a longer gap counts as one period
+
 std::string textOf(double value) {
   std::array<char, 32> text{};
   return {text.data(), std::to_chars(text.data(), text.data() + text.size(), value).ptr};
@@ -100,6 +102,7 @@ struct SimulatedHaply::Impl {
   std::atomic<std::uint64_t> answers{0};
   std::atomic<double> strongest_N{0};
   double now_s = 0;
+  std::optional<double> moved_s;  // the clock's time to which the hands have moved
 
   std::string status() const {
     if (faults.leaves_out) return "";
@@ -133,6 +136,15 @@ struct SimulatedHaply::Impl {
   }
 
   // The force that a command names as this version does.
+  static Eigen::Vector3d readVector(JsonReader& in) {
+    Eigen::Vector3d read = Eigen::Vector3d::Zero();
+    in.object([&](std::string_view axis) {
+      if (axis == "x") in.number(read.x());
+      if (axis == "y") in.number(read.y());
+      if (axis == "z") in.number(read.z());
+    });
+    return read;
+  }
   void command(JsonReader& in, Device*& device, std::optional<Eigen::Vector3d>& force_H) {
     const char* const wanted = toString(internal::dialectFor(options.version));
     in.object([&](std::string_view key) {
@@ -140,17 +152,14 @@ struct SimulatedHaply::Impl {
       if (key == "device_id" && in.string(id)) device = find(id);
       if (key != "commands") return;
       in.object([&](std::string_view name) {
-        if (name != "set_cursor_force") return;
-        in.object([&](std::string_view member) {
-          if (member != wanted) return;
-          Eigen::Vector3d read = Eigen::Vector3d::Zero();
-          in.object([&](std::string_view axis) {
-            if (axis == "x") in.number(read.x());
-            if (axis == "y") in.number(read.y());
-            if (axis == "z") in.number(read.z());
+        if (name == "set_cursor_force")
+          in.object([&](std::string_view member) {
+            if (member == wanted) force_H = readVector(in);
           });
-          force_H = read;
-        });
+        if (name == "filiform_aim" && options.is_led)
+          in.object([&](std::string_view member) {
+            if (member == "position" && device != nullptr) device->hand.setTarget(readVector(in) - options.centre_H);
+          });
       });
     });
   }
@@ -161,21 +170,39 @@ struct SimulatedHaply::Impl {
     newest_first[0] = newest;
   }
 
+  // One period under the force that acts.
+  void move(Device& device) {
+    const bool is_first = &device == devices.front().get();
+    if (is_first && options.target) device.hand.setTarget(options.target(moved_s.value_or(0)));
+    Wrench wrench;
+    wrench.force_N = device.force_H;
+    push(device.acted_H, device.force_H);
+    const Eigen::Vector3d before_m = device.state.p_D;
+    device.state = device.hand.exchange(wrench);
+    const Eigen::Vector3d& acted_N = device.acted_H[static_cast<std::size_t>(options.delay_samples)];
+    const Eigen::Vector3d dx_m = device.state.p_D - before_m;
+    const double step_J = acted_N.dot(dx_m);
+    device.given_J += step_J;
+    device.most_step_J = std::max(device.most_step_J, std::abs(step_J));
+    if (is_first && options.observe) options.observe({moved_s.value_or(0), acted_N, dx_m, device.state.p_D});
+  }
+
   void pass(Device& device, const Eigen::Vector3d& commanded_H) {
     push(device.commanded_H, commanded_H);
     const bool renders = faults.calibrated && faults.ready && faults.power && !faults.ignores_force;
     device.force_H = device.commanded_H[static_cast<std::size_t>(options.command_delay)];
     if (!renders) device.force_H.setZero();
     strongest_N = std::max(strongest_N.load(), device.force_H.norm());
-    push(device.acted_H, device.force_H);
-    Wrench wrench;
-    wrench.force_N = device.force_H;
-    const Eigen::Vector3d before_m = device.state.p_D;
-    device.state = device.hand.exchange(wrench);
-    const double step_J =
-        device.acted_H[static_cast<std::size_t>(options.delay_samples)].dot(device.state.p_D - before_m);
-    device.given_J += step_J;
-    device.most_step_J = std::max(device.most_step_J, std::abs(step_J));
+    if (!options.clock) move(device);
+  }
+
+  // By the clock: until now, the last force acted.
+  void catchUp() {
+    if (!options.clock) return;
+    const double time_s = options.clock();
+    if (!moved_s || !(time_s - *moved_s < kMostPeriods * options.period_s)) moved_s = time_s - options.period_s;
+    for (; *moved_s + options.period_s <= time_s; *moved_s += options.period_s)
+      for (const auto& device : devices) move(*device);
   }
 
   std::string stateText(const Device& device) const {
@@ -211,7 +238,8 @@ std::string SimulatedHaply::inventory() const {
   std::string text = "{\"session_id\":7,\"inverse3\":[";
   for (const auto& device : impl_->devices)
     text += (text.back() == '[' ? "" : ",") + std::string("{\"device_id\":\"") + device->id +
-            R"(","config":{"device_info":{"major_version":0}})" + impl_->status() + "}";
+            R"(","config":{"device_info":{"major_version":0})" +
+            (impl_->options.is_led ? R"(,"filiform_is_led":true)" : "") + "}" + impl_->status() + "}";
   return text + "]," + impl_->grip() + "}";
 }
 
@@ -229,6 +257,7 @@ std::string SimulatedHaply::answer(std::string_view message) {
         if (d.devices[i].get() == device && force_H) commanded_H[i] = *force_H;
     });
   });
+  d.catchUp();
   for (std::size_t i = 0; i < d.devices.size(); ++i) d.pass(*d.devices[i], commanded_H[i]);
   ++d.answers;
   if (d.faults.is_silent) return "";

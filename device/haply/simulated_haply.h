@@ -24,13 +24,25 @@
 
 namespace filiform {
 
+struct SimulatedHaplyStep {  // of the first device's hand; the frame has the service's axes, and the rest as its origin
+  double time_s = 0;
+  Eigen::Vector3d force_N, dx_m, p_m;  // the force that acted, the hand's motion, its position afterwards
+};
+
 struct SimulatedHaplyOptions {
   std::string version = "3.5.2";  // from 3.5 on, forces are named "vector", before "values"; the other is ignored
   std::vector<std::string> devices{"049D"};
   bool has_grip = true;
   HandParameters hand{};
-  double period_s = 0.0005;  // of the hands, for each message
-  int delay_samples = 1;     // messages from the effect of a command to the hand's motion, 0 to 2
+  // The hands follow the aims of "filiform_aim". False: their targets are set by hand().
+  bool is_led = false;
+  // Time (s) of a steady clock: the hands move in this time, in steps of period_s. Empty: one period a message.
+  std::function<double()> clock{};
+  // With a clock: the target of the first hand (m, from its rest) at a time. Empty: as is_led says.
+  std::function<Eigen::Vector3d(double time_s)> target{};
+  std::function<void(const SimulatedHaplyStep&)> observe{};  // after each period of the first hand
+  double period_s = 0.0005;                                  // of the hands, for each message
+  int delay_samples = 1;  // messages from the effect of a command to the hand's motion, 0 to 2
   double device_damping_Ns_m = 0.5;
   int command_delay = 0;                     // messages after which a command takes effect, 0 to 7
   Eigen::Vector3d centre_H{0, -0.12, 0.15};  // where the hands rest (m, frame of the service)

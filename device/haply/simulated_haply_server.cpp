@@ -113,7 +113,7 @@ SimulatedHaplyServer::SimulatedHaplyServer(SimulatedHaply& service, std::uint16_
   if (impl_->wake.get() < 0 || ::bind(descriptor, any, size) != 0 || ::listen(descriptor, 8) != 0 ||
       ::getsockname(descriptor, any, &size) != 0)
     throw DeviceError("simulated Haply service: cannot listen on port " + std::to_string(port) + ": " +
-                      std::strerror(errno));
+                      std::strerror(errno) + "; give another port, or 0 for a free one");
   impl_->port = ntohs(address.sin_port);
   impl_->thread = std::thread([impl = impl_.get()] { impl->run(); });
 }

@@ -42,7 +42,7 @@ DeviceError systemFailure(const std::string& path, const std::string& what, int 
 }
 
 // Compares bits: -0 differs from 0, and a NaN equals itself.
-bool sameBits(const Wrench& a, const Wrench& b) {
+bool sameBits(const RecordedForces& a, const Wrench& b) {
   // NOLINTBEGIN(bugprone-suspicious-memory-comparison)
   return std::memcmp(a.force_N.data(), b.force_N.data(), 3 * sizeof(double)) == 0 &&
          std::memcmp(a.torque_Nm.data(), b.torque_Nm.data(), 3 * sizeof(double)) == 0;
@@ -73,7 +73,7 @@ struct RecordingDevice::Impl {
       batch.clear();
       std::size_t taken = 0;
       while (taken < kBatch && (more = waiting.pop(exchange))) {
-        internal::appendExchange(batch, written + taken, exchange);
+        internal::appendExchange(batch, written + taken, exchange, oriented);
         ++taken;
       }
       if (!writing) continue;
@@ -138,6 +138,7 @@ struct RecordingDevice::Impl {
   bool writing = false, opened = false;  // the header is written, and no write has failed since
   bool whole = false;
   std::uint64_t written = 0;
+  bool oriented = false;  // the device senses its orientation
   std::string batch;
 };
 
@@ -172,6 +173,7 @@ void RecordingDevice::open() {
     internal::appendHeader(
         header, {d.inner->capabilities(), d.inner->status(), d.options.marked, d.options.device, d.options.options});
     d.write(header);
+    d.oriented = d.inner->capabilities().senses_orientation;
     d.writing = true;
     d.recording = true;
     if (d.options.writer_thread) d.writer = std::thread([&d] { d.runWriter(); });
@@ -190,7 +192,7 @@ DeviceState RecordingDevice::exchange(const Wrench& wrench) noexcept {
   if (!state.sent_N) state.sent_N = wrench.force_N;  // as a replay will report it
   if (!d.recording.load(std::memory_order_relaxed)) return state;
   d.keepLast();
-  d.last = {wrench, state, {}};
+  d.last = {{wrench.force_N, wrench.torque_Nm}, state, {}};
   d.has_last = true;
   return state;
 }
@@ -257,21 +259,23 @@ ReplayDevice::ReplayDevice(const std::string& path) {
 
   internal::RecordingHeader header;
   std::size_t at = internal::readHeader(file, bytes, header);
-  exchanges_.reserve((bytes.size() - at) / internal::kExchangeBytes);
+  const bool oriented = header.capabilities.senses_orientation;
+  const std::size_t exchange_bytes = internal::exchangeBytes(oriented);
+  exchanges_.reserve((bytes.size() - at) / exchange_bytes);
   Exchange exchange;
   internal::RecordedExchange recorded;
-  while (bytes.size() - at >= internal::kExchangeBytes &&
-         internal::readExchange(bytes.substr(at), exchanges_.size(), recorded)) {
+  while (bytes.size() - at >= exchange_bytes &&
+         internal::readExchange(bytes.substr(at), exchanges_.size(), recorded, oriented)) {
     exchange = {recorded.wrench, recorded.state, recorded.marks};
     exchanges_.push_back(exchange);
-    at += internal::kExchangeBytes;
+    at += exchange_bytes;
   }
   const std::size_t left = bytes.size() - at;
   const std::string place = std::to_string(at) + ", after " + std::to_string(exchanges_.size()) + " whole exchanges";
   if (left < internal::kClosingBytes)
     throw DeviceError(file + ": cut short at byte " + std::to_string(bytes.size()) + ": no closing mark after " +
                       std::to_string(exchanges_.size()) + " whole exchanges");
-  if (left > internal::kClosingBytes && left < internal::kExchangeBytes)
+  if (left > internal::kClosingBytes && left < exchange_bytes)
     throw DeviceError(file + ": cut short or damaged at byte " + place);
   if (left != internal::kClosingBytes || !internal::isClosing(bytes.substr(at), exchanges_.size()))
     throw DeviceError(file + ": damaged at byte " + place + ": the checksum does not match");

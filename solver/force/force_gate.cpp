@@ -34,13 +34,14 @@ Wrench ForceGate::pass(const Input& input) noexcept {
   if (input.stale || input.withheld) return close();
   if (!input.ready || !input.wanted.force_N.allFinite() || !input.wanted.torque_Nm.allFinite()) return cut();
   const double dt_s = input.dt_s > 0 && std::isfinite(input.dt_s) ? input.dt_s : 0.0;
-  Wrench out = input.wanted;
+  Wrench out = finiteOrZero(input.wanted);
   Vector3d& force_N = out.force_N;
-  double length_N = finiteLength(force_N);
+  double length_N = finiteLength(force_N), part_of_model = 1;
   if (!std::isfinite(length_N)) return cut();
   if (length_N > options_.max_force_N) {
     ++events_.clamped;
-    force_N *= options_.max_force_N / length_N;
+    part_of_model = options_.max_force_N / length_N;
+    force_N *= part_of_model;
     length_N = options_.max_force_N;
   }
 
@@ -51,6 +52,8 @@ Wrench ForceGate::pass(const Input& input) noexcept {
     if (part > 0) {
       if (length_N > left_N) force_N *= left_N / length_N;
       out.torque_Nm *= part;
+      out.model = {};
+      out.resistance = 0;
       sent_ = out;
       return out;
     }
@@ -65,6 +68,7 @@ Wrench ForceGate::pass(const Input& input) noexcept {
     if (length_N > allowed_N) {
       ++events_.slewed;
       force_N *= allowed_N / length_N;
+      part_of_model *= allowed_N / length_N;
     }
   }
   slewed_N_ = force_N;
@@ -74,7 +78,10 @@ Wrench ForceGate::pass(const Input& input) noexcept {
     const double part = ramped_s_ / options_.ramp_s;
     force_N *= part;
     out.torque_Nm *= part;
+    part_of_model *= part;
   }
+  out.model.stiffness_N_m *= part_of_model;
+  out.model.damping_Ns_m *= part_of_model;
   sent_ = out;
   return out;
 }

@@ -1,6 +1,7 @@
 // Limits a computed force before it goes to the device. The *clamp* limits its size; the *slew limit* limits how fast
 // it grows; the *ramp* lets it grow from zero after a start; the *fade* lets it fall to zero before a jump or change of
-// mode. The force is zero if none may act. Ramp and fade scale the torque too; clamp and slew limit leave it. The
+// mode. The force is zero if none may act. Ramp and fade scale the torque too; clamp and slew limit leave it. Clamp,
+// slew limit and ramp scale the local model as the force; during a fade there is none. The
 // result depends only on the inputs and on earlier calls: the gate uses neither a clock nor a device.
 //
 //   ForceGate gate(options);

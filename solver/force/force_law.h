@@ -64,6 +64,9 @@ class ForceLaw {
   // Reports that the workspace has moved the world under the device: the p_D of every point fell by `shift_D` (m).
   void carried(const Eigen::Vector3d& shift_D) noexcept;
 
+  // The old force fades: the last result is not that of the spring.
+  bool fading() const noexcept { return gate_.fading(); }
+
   // The energy (J) in the spring at this extension, with its force limited to max_force_N. At most 1e12.
   double storedEnergy(double extension_m) const noexcept;
 

@@ -1,6 +1,7 @@
 #include "solver/workspace/navigation.h"
 
 #include "index/errors.h"
+#include "solver/graph/graph_view.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,6 +11,7 @@ namespace {
 
 constexpr double kVelocityTime_s = 0.1;  // low-pass filter of the proxy's velocity, for the loader and prepare() only
 constexpr double kAhead_s = 0.02;        // prepare() looks this far ahead
+constexpr double kMostTurn_rad = 0.5;    // of a stylus in a tick
 constexpr double kFree_s = 1e-4;         // with less time left, prepare() decodes kLeastPrepared nodes
 constexpr std::uint32_t kPrepared = 64, kLeastPrepared = 16;  // nodes
 
@@ -31,8 +33,13 @@ Navigation::Navigation(const GraphView& graph, std::unique_ptr<ProxySolver> solv
       anchored_(options.anchor_use == AnchorUse::always ||
                 (options.anchor_use == AnchorUse::by_method && solver_->wantsAnchor())),
       rate_control_(options.rate_control),
+      local_model_(options.local_model),
+      has_stylus_(options.has_stylus),
       state_{ForceLaw(options.force), Workspace(gentle(options)), Anchor(options.anchor), RateControl(options.rate)},
-      saved_(state_) {}
+      saved_(state_) {
+  for (std::size_t i = 0; i < actions_.size(); ++i)
+    if (actions_[i] == ButtonAction::turn) clutch_ |= 1U << i;
+}
 
 void Navigation::setMode(NavigationMode mode) noexcept {
   state_.mode = mode;
@@ -52,6 +59,34 @@ void Navigation::turn(const Vector3d& twist_D, double dt_s) noexcept {
   if (angle.x() != 0 || angle.y() != 0) workspace.rotate(angle.x(), angle.y(), state_.p_W);
   if (rate_control_ && angle.z() != 0)
     workspace.setZoom(workspace.zoom_um() * state_.rate.zoomFactor(twist_D.z(), dt_s), state_.p_W);
+}
+
+void Navigation::turnWithStylus(const DeviceState& device) noexcept {
+  const bool is_rotation = std::abs(device.orientation_D.coeffs().stableNorm() - 1) < 1e-3;
+  const bool held = is_rotation && (device.buttons & clutch_) != 0;
+  if (held && state_.turns) {
+    const Orientation step = device.orientation_D * state_.stylus_D.conjugate();
+    const double sine = step.vec().norm(), angle_rad = 2 * std::atan2(sine, std::abs(step.w()));
+    // A turn about z is left out, as in the paper. A greater turn is an error of the sensor.
+    if (sine > 0 && angle_rad < kMostTurn_rad) {
+      const Vector3d turn = (step.w() < 0 ? -angle_rad : angle_rad) / sine * step.vec();
+      if (turn.x() != 0 || turn.y() != 0) state_.workspace.rotate(turn.x(), turn.y(), state_.p_W);
+    }
+  }
+  state_.turns = held;
+  if (is_rotation) state_.stylus_D = device.orientation_D;
+}
+
+// The direction in which the proxy slides; zero at a node.
+Vector3d Navigation::alongSegment_D() const noexcept {
+  if (place().at_node) return Vector3d::Zero();
+  const GraphView::SegmentRef at = graph_.segment(place().tile, place().segment);
+  if (!at) return Vector3d::Zero();
+  const Vector3d along_W =
+      at.tile->position_W(at.tile->parent(at.segment)) - at.tile->position_W(at.tile->child(at.segment));
+  const double length_um = along_W.norm();
+  if (!(length_um > 0)) return Vector3d::Zero();
+  return state_.workspace.rotationMatrix().transpose() * (along_W / length_um);
 }
 
 bool Navigation::apply(const NavigationCommand& command, const Eigen::Vector3d& h_D) noexcept {
@@ -96,6 +131,7 @@ void Navigation::pressButtons(std::uint32_t buttons) noexcept {
     if (!(pressed >> i & 1u)) continue;
     switch (actions_[i]) {
       case ButtonAction::none:
+      case ButtonAction::turn:
         break;
       case ButtonAction::toggle_mode:
         if (state_.mode == NavigationMode::free)
@@ -124,8 +160,8 @@ void Navigation::pressButtons(std::uint32_t buttons) noexcept {
 
 bool Navigation::changesBeforeSolving(const DeviceState& device) const noexcept {
   const bool ready = device.status == DeviceStatus::ready;
-  return ready != state_.was_ready ||
-         (ready && (rate_control_ || device.buttons != state_.buttons || !device.twist_D.isZero(0)));
+  return ready != state_.was_ready || (ready && (rate_control_ || device.buttons != state_.buttons ||
+                                                 (device.buttons & clutch_) != 0 || !device.twist_D.isZero(0)));
 }
 
 [[gnu::flatten]] const NavigationTick& Navigation::tick(const DeviceState& device, double dt_s) noexcept {
@@ -146,6 +182,7 @@ bool Navigation::changesBeforeSolving(const DeviceState& device) const noexcept 
   state_.was_ready = ready;
   if (ready) pressButtons(device.buttons);
   if (ready) turn(device.twist_D, dt_s);
+  if (ready) turnWithStylus(device);
 
   Workspace& workspace = state_.workspace;
   tick_.mode = state_.mode;
@@ -188,6 +225,12 @@ bool Navigation::changesBeforeSolving(const DeviceState& device) const noexcept 
   tick_.wrench.force_N = pulls   ? state_.law.apply(tick_.anchor_D, device.p_D, device.v_D, dt_s)
                          : feels ? state_.law.applyNothing(device.p_D, dt_s)
                                  : state_.law.release();
+  if (rate_control_ && ready && tick_.solved) tick_.wrench.resistance = std::min(1.0, state_.rate.strain());
+  if (local_model_ && pulls && usable && !state_.law.fading())
+    tick_.wrench.model = state_.spring.about(device.p_D, tick_.anchor_D - device.p_D, tick_.wrench.force_N,
+                                             state_.law.options().stiffness_N_m, alongSegment_D());
+  else
+    state_.spring.reset();
 
   if (dt_s > 0 && std::isfinite(dt_s)) {
     const Vector3d v_W = (p_W - state_.p_W) / dt_s;
@@ -238,6 +281,8 @@ void Navigation::fill(NavigationSnapshot& snapshot) const noexcept {
   snapshot.centre_W = state_.workspace.centre_W();
   snapshot.rotation_WD = Eigen::Quaterniond(state_.workspace.rotationMatrix());
   snapshot.zoom_um = state_.workspace.zoom_um();
+  snapshot.has_stylus = has_stylus_;
+  snapshot.stylus_D = state_.stylus_D;
   snapshot.visited = tick_.step.visited;
   snapshot.frontier = tick_.frontier;
   snapshot.capped = tick_.step.capped;

@@ -11,6 +11,7 @@
 #include "device/haptic_device.h"
 #include "index/streaming/residency.h"
 #include "solver/force/force_law.h"
+#include "solver/force/spring_model.h"
 #include "solver/proxy/anchor.h"
 #include "solver/proxy/proxy_solver.h"
 #include "solver/workspace/navigation_link.h"
@@ -33,6 +34,7 @@ enum class ButtonAction : std::uint8_t {
   zoom_out,  // doubles the zoom
   back,      // by the commanding thread, which has the history
   forward,   // likewise
+  turn,      // while held, the scene turns with the stylus, about x and y through the proxy (the paper, 4)
 };
 
 enum class AnchorUse : std::uint8_t { by_method, never, always };
@@ -44,9 +46,14 @@ struct NavigationOptions {
   // proxy (always). by_method: what ProxySolver::wantsAnchor() says, so the anchor for bounded climb only.
   AnchorUse anchor_use = AnchorUse::by_method;
   AnchorOptions anchor;
-  // For devices that give rates instead of positions: the probe is computed from the rates, and no force is commanded.
+  // For devices that give rates instead of positions: the probe is computed from the rates, and no force is commanded,
+  // but Wrench::resistance: the strain of the leash.
   bool rate_control = false;
   RateControlOptions rate;
+  // Computes NavigationTick::wrench.model, for devices that render it (capabilities().renders_model). Forces stay the
+  // same.
+  bool local_model = false;
+  bool has_stylus = false;  // the device senses its orientation: the snapshot shows it
   // Limits the drift of the workspace to this over the stiffness. So drift alone changes the force by at most
   // drift_force_N_s dt in a tick.
   double drift_force_N_s = 20;
@@ -112,9 +119,12 @@ class Navigation {
     Workspace workspace;
     Anchor anchor;
     RateControl rate;
+    SpringModel spring{};
     NavigationMode mode = NavigationMode::constrained;
     bool was_ready = false;
     std::uint32_t buttons = 0;
+    Orientation stylus_D{1, 0, 0, 0};                         // the last one that was a rotation
+    bool turns = false;                                       // the clutch was held in the last tick
     Vector3d p_W = Vector3d::Zero(), v_W = Vector3d::Zero();  // of the proxy after the last tick, um and um/s
     double time_s = 0;
     std::uint64_t ticks = 0, frontiers = 0, refused = 0;
@@ -125,11 +135,14 @@ class Navigation {
   void setMode(NavigationMode mode) noexcept;
   void forgetMotion() noexcept;
   void turn(const Eigen::Vector3d& twist_D, double dt_s) noexcept;
+  void turnWithStylus(const DeviceState& device) noexcept;
+  Vector3d alongSegment_D() const noexcept;
 
   const GraphView& graph_;
   std::unique_ptr<ProxySolver> solver_;
   std::array<ButtonAction, 8> actions_;
-  bool anchored_, rate_control_;
+  bool anchored_, rate_control_, local_model_, has_stylus_;
+  std::uint32_t clutch_ = 0;  // the buttons of ButtonAction::turn
   State state_, saved_;
   bool can_undo_ = false;
   NavigationTick tick_;

@@ -5,6 +5,7 @@
 // sends the place that it found.
 #pragma once
 
+#include "device/haptic_device.h"
 #include "index/spsc_ring.h"
 #include "index/triple_buffer.h"
 #include "solver/proxy/proxy_solver.h"
@@ -51,6 +52,8 @@ struct NavigationSnapshot {  // of one tick
   Vector3d centre_W = Vector3d::Zero();  // of the workspace
   Eigen::Quaterniond rotation_WD = Eigen::Quaterniond::Identity();
   double zoom_um = 0;
+  bool has_stylus = false;  // the device senses its orientation
+  Orientation stylus_D{1, 0, 0, 0};
   std::uint32_t visited = 0;
   bool frontier = false, capped = false;
   std::uint64_t frontiers = 0, commands_refused = 0;  // in total so far

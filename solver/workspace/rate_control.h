@@ -27,6 +27,8 @@ class RateControl {
   Eigen::Vector3d probe(const Eigen::Vector3d& p_D, const Eigen::Vector3d& v_D, double dt_s) noexcept;
   // Reports that the proxy has moved to p_D.
   void moveProxy(const Eigen::Vector3d& p_D) noexcept;
+  // The distance of the probe from the proxy, as part of the leash: 0 while the proxy follows, 1 where it cannot.
+  double strain() const noexcept { return offset_D_.stableNorm() / options_.leash_m; }
   // Puts the probe at the proxy.
   void reset() noexcept { offset_D_.setZero(); }
 

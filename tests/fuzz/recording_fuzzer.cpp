@@ -25,11 +25,15 @@ std::string exchanges(Input input) {
   std::string out;
   internal::RecordingHeader header;
   header.device = "falcon";
+  Taker in(input);
+  const bool oriented = in.number<std::uint8_t>() % 2 == 1;
+  header.capabilities.senses_orientation = oriented;
   internal::appendHeader(out, header);
+  const std::size_t size = internal::exchangeBytes(oriented) - 8;
   std::uint64_t count = 0;
-  for (Taker in(input); !in.empty(); ++count) {
-    std::string bytes(asText(in.some(internal::kExchangeBytes - 8)));
-    bytes.resize(internal::kExchangeBytes - 8, '\0');
+  for (; !in.empty(); ++count) {
+    std::string bytes(asText(in.some(size)));
+    bytes.resize(size, '\0');
     sealed(out, bytes, count);
   }
   internal::appendClosing(out, count);

@@ -132,7 +132,7 @@ TEST_P(FaultsUnderfoot, TheDeviceIsSentSafeForces) {
   std::uint64_t sent = 0, wrong = 0;
   internal::RecordedExchange exchange;
   for (; bytes.size() - at >= internal::kExchangeBytes; at += internal::kExchangeBytes, ++sent) {
-    if (!internal::readExchange(std::string_view(bytes).substr(at), sent, exchange)) break;
+    if (!internal::readExchange(std::string_view(bytes).substr(at), sent, exchange, false)) break;
     const double force_N = exchange.wrench.force_N.norm();
     wrong += !exchange.wrench.force_N.allFinite() || force_N > ForceLawOptions{}.max_force_N * (1 + 1e-12);
     // This force belongs to the state before it.

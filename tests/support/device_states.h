@@ -15,8 +15,10 @@ inline bool sameBits(const DeviceState& a, const DeviceState& b) {
     return std::memcmp(x.data(), y.data(), 3 * sizeof(double)) == 0;
   };
   return std::bit_cast<std::uint64_t>(a.time_s) == std::bit_cast<std::uint64_t>(b.time_s) && same(a.p_D, b.p_D) &&
-         same(a.v_D, b.v_D) && same(a.twist_D, b.twist_D) && a.buttons == b.buttons && a.status == b.status &&
-         a.sent_N.has_value() == b.sent_N.has_value() && (!a.sent_N || same(*a.sent_N, *b.sent_N));
+         same(a.v_D, b.v_D) && same(a.twist_D, b.twist_D) &&
+         std::memcmp(a.orientation_D.coeffs().data(), b.orientation_D.coeffs().data(), 4 * sizeof(double)) == 0 &&
+         a.buttons == b.buttons && a.status == b.status && a.sent_N.has_value() == b.sent_N.has_value() &&
+         (!a.sent_N || same(*a.sent_N, *b.sent_N));
 }
 
 }  // namespace filiform::test

@@ -3,64 +3,36 @@
 #include "tests/support/process.h"
 
 #include <arpa/inet.h>
-#include <csignal>
-#include <cstdlib>
-#include <fcntl.h>
+#include <cerrno>
 #include <fstream>
 #include <netinet/in.h>
 #include <poll.h>
 #include <stdexcept>
 #include <sys/socket.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 namespace filiform::test {
 
-ServerProcess::ServerProcess(const std::vector<std::string>& arguments, const std::string& err) {
+namespace {
+
+std::vector<std::string> wordsOf(const std::vector<std::string>& arguments) {
   std::vector<std::string> words{filiformProgram().string(), "serve"};
   words.insert(words.end(), arguments.begin(), arguments.end());
   words.insert(words.end(), {"--listen", "127.0.0.1:0"});
-  std::vector<char*> argv;
-  for (std::string& word : words) argv.push_back(word.data());
-  argv.push_back(nullptr);
-  int ends[2];
-  if (::pipe2(ends, O_CLOEXEC) != 0) throw std::runtime_error("cannot make a pipe");
-  process_ = ::fork();
-  if (process_ == 0) {
-    const int log = ::open(err.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
-    ::dup2(ends[1], 1);
-    ::dup2(log, 2);
-    ::execv(argv[0], argv.data());
-    ::_exit(127);
-  }
-  ::close(ends[1]);
-  for (char c = 0; ::read(ends[0], &c, 1) == 1 && c != '\n';) address_ += c;
-  ::close(ends[0]);
-  if (address_.empty()) throw std::runtime_error("serve printed no address");
+  return words;
 }
 
-ServerProcess::~ServerProcess() {
-  if (process_ < 0) return;
-  ::kill(process_, SIGKILL);
-  wait();
-}
+}  // namespace
+
+ServerProcess::ServerProcess(const std::vector<std::string>& arguments, const std::string& err)
+    : StartedProcess(wordsOf(arguments), err) {}
 
 std::uint16_t ServerProcess::port() const {
-  return static_cast<std::uint16_t>(std::stoi(address_.substr(address_.rfind(':') + 1)));
-}
-
-void ServerProcess::signal(int signal) const { ::kill(process_, signal); }
-
-int ServerProcess::wait() {
-  int status = 0;
-  while (::waitpid(process_, &status, 0) < 0 && errno == EINTR) {
-  }
-  process_ = -1;
-  return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  return static_cast<std::uint16_t>(std::stoi(address().substr(address().rfind(':') + 1)));
 }
 
 std::uint64_t ServerProcess::residentBytes() const {
-  std::ifstream file("/proc/" + std::to_string(process_) + "/statm");
+  std::ifstream file("/proc/" + std::to_string(processId()) + "/statm");
   std::uint64_t total = 0, resident = 0;
   file >> total >> resident;
   return resident * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
@@ -133,19 +105,6 @@ RawClient::Reply RawClient::read(std::chrono::milliseconds most) {
     if (n <= 0) return reply;
     pending_.append(bytes, static_cast<std::size_t>(n));
   }
-}
-
-std::uint16_t freePort() {
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  socklen_t size = sizeof address;
-  auto* const any = reinterpret_cast<sockaddr*>(&address);
-  const int listener = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
-  const bool bound = ::bind(listener, any, size) == 0 && ::getsockname(listener, any, &size) == 0;
-  ::close(listener);
-  if (!bound) throw std::runtime_error("no port is free");
-  return ntohs(address.sin_port);
 }
 
 RawClient::Reply fetch(std::uint16_t port, const std::string& target, const std::map<std::string, std::string>& headers,

@@ -1,34 +1,25 @@
 // `filiform serve` as a process, and a client that sends any bytes.
 #pragma once
 
+#include "tests/support/started_process.h"
+
 #include <chrono>
 #include <cstdint>
 #include <map>
 #include <string>
-#include <sys/types.h>
 #include <vector>
 
 namespace filiform::test {
 
-class ServerProcess {
+class ServerProcess : public StartedProcess {
  public:
   // Starts `filiform serve ARGUMENTS... --listen 127.0.0.1:0` and waits for its address. Throws std::runtime_error if
   // it prints none. `err`: the file for its standard error.
   ServerProcess(const std::vector<std::string>& arguments, const std::string& err);
-  ~ServerProcess();  // kills it if it still runs
-  ServerProcess(const ServerProcess&) = delete;
-  ServerProcess& operator=(const ServerProcess&) = delete;
 
-  const std::string& address() const { return address_; }  // http://127.0.0.1:PORT
+  const std::string& address() const { return line(); }  // http://127.0.0.1:PORT
   std::uint16_t port() const;
-  pid_t processId() const { return process_; }
-  void signal(int signal) const;
-  int wait();  // the exit code; 128 + signal if a signal killed it
   std::uint64_t residentBytes() const;
-
- private:
-  pid_t process_ = -1;
-  std::string address_;
 };
 
 // Thread rule: thread-compatible.
@@ -57,9 +48,6 @@ class RawClient {
   int socket_ = -1;
   std::string pending_;
 };
-
-// A port of 127.0.0.1 that nothing listens at: another program may take it first.
-std::uint16_t freePort();
 
 // GET, or POST if there is a body, on a connection of its own.
 RawClient::Reply fetch(std::uint16_t port, const std::string& target,

@@ -5,6 +5,7 @@
 // indentation, below a line that names the header. Declarations that an example needs come before that line.
 #include "device/falcon/falcon.h"
 #include "device/falcon/falcon_protocol.h"
+#include "device/gamepad/gamepad.h"
 #include "device/haply/haply_device.h"
 #include "device/haply/simulated_haply.h"
 #include "device/usb/usb_recording.h"
@@ -85,6 +86,13 @@ void falcon(const Wrench& wrench) {
   Falcon falcon(systemUsb(), {.firmware = "falcon.bin"});
   falcon.open();      // probes the device; loads the firmware if it runs none: 0.1 s, or 3 s
   const DeviceState state = falcon.exchange(wrench);  // homing; ready after the grip was pulled out and pushed in
+}
+
+void gamepad(const Wrench& wrench) {
+  // device/gamepad/gamepad.h
+  Gamepad pad({.path = "/dev/input/event7"});
+  pad.open();
+  const DeviceState state = pad.exchange(wrench);   // rumbles with wrench.resistance
 }
 
 void haply(const Wrench& wrench) {

@@ -305,8 +305,8 @@ static void step(struct bridge* b) {
   s->refused = b->force.refused - b->refused_before;
   if (b->log != NULL) {
     const double* f = s->force_N;
-    fprintf(b->log, "%lld %lld %d %.9g\n", (long long)s->time_ns, (long long)b->command_ns, b->force.mode,
-            sqrt(f[0] * f[0] + f[1] * f[1] + f[2] * f[2]));
+    fprintf(b->log, "%lld %lld %d %.9g %.9g %.9g %.9g\n", (long long)s->time_ns, (long long)b->command_ns,
+            b->force.mode, sqrt(f[0] * f[0] + f[1] * f[1] + f[2] * f[2]), s->p_D[0], s->p_D[1], s->p_D[2]);
   }
 }
 

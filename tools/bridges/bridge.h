@@ -27,7 +27,8 @@ struct bridge_device {
 // udp:127.0.0.1:PORT, or NULL or "" for NAME.bridge in the folder of bridges. Prints a line with the address when it
 // listens. The last force written is zero. Returns the exit code of the program: 0; 2 for a wrong address or
 // description; 3 for an address that cannot be used, or a lost device. FILIFORM_BRIDGE_LOG names a file for the
-// rendered forces: rows of time_ns, time of the newest command (ns), mode (bridge_force.h), force (N).
+// rendered forces: rows of time_ns, time of the newest command (ns), mode (bridge_force.h), force (N), position x y z
+// (m).
 int bridge_run(const struct bridge_device* device, const char* address);
 
 // The system's monotonic clock, ns.

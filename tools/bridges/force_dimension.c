@@ -12,15 +12,19 @@ struct dhd {
   int (*position)(double* x, double* y, double* z, char id);
   int (*velocity)(double* x, double* y, double* z, char id);
   unsigned (*buttons)(char id);
+  int (*has_wrist)(char id);
+  int (*orientation)(double matrix[3][3], char id);
   int (*set_force)(double x, double y, double z, char id);
   const char* (*name)(char id);
   const char* (*error)(void);
   char id;
+  int turns;  // it has a wrist
 };
 
 static int read_device(void* self, struct fb_state* state) {
   const struct dhd* dhd = self;
-  double x, y, z;
+  double x, y, z, turn_L[3][3], turn[3][3];
+  int i, j;
   // 0, or 1 if the library has no newer sample; negative: an error.
   if (dhd->position(&x, &y, &z, dhd->id) < 0) return -1;
   state->p_D[0] = y;
@@ -30,6 +34,12 @@ static int read_device(void* self, struct fb_state* state) {
   state->v_D[0] = y;
   state->v_D[1] = z;
   state->v_D[2] = x;
+  if (dhd->turns) {
+    if (dhd->orientation(turn_L, dhd->id) < 0) return -1;
+    for (i = 0; i < 3; ++i)
+      for (j = 0; j < 3; ++j) turn[i][j] = turn_L[(i + 1) % 3][(j + 1) % 3];  // axes y, z, x of the library
+    to_quaternion((const double(*)[3])turn, state->orientation);
+  }
   state->buttons = dhd->buttons(dhd->id);
   return 1;
 }
@@ -60,6 +70,8 @@ int main(int argc, char** argv) {
       !find_function(library, "dhdGetPosition", &dhd.position) ||
       !find_function(library, "dhdGetLinearVelocity", &dhd.velocity) ||
       !find_function(library, "dhdGetButtonMask", &dhd.buttons) ||
+      !find_function(library, "dhdHasWrist", &dhd.has_wrist) ||
+      !find_function(library, "dhdGetOrientationFrame", &dhd.orientation) ||
       !find_function(library, "dhdSetForce", &dhd.set_force) ||
       !find_function(library, "dhdGetSystemName", &dhd.name) ||
       !find_function(library, "dhdErrorGetLastStr", &dhd.error))
@@ -70,6 +82,8 @@ int main(int argc, char** argv) {
     return 3;
   }
   dhd.id = (char)id;
+  dhd.turns = dhd.has_wrist(dhd.id) != 0;
+  if (dhd.turns) device.hello.flags |= FB_KNOWS_ORIENTATION;
   fprintf(stderr, "bridge: %s\n", dhd.name(dhd.id));
   code = dhd.enable_force(1, dhd.id) < 0 ? 3 : bridge_run(&device, argc > 1 ? argv[1] : NULL);
   dhd.enable_force(0, dhd.id);

@@ -12,6 +12,7 @@ enum {
   kButtons = 0x2000,
   kPosition = 0x2050,
   kVelocity = 0x2051,
+  kTransform = 0x2052,
   kForce = 0x2700,
   kForceOutput = 0x4000,
   kPriority = 0x7fff
@@ -37,7 +38,7 @@ struct hd {
   void (*set_numbers)(unsigned what, const double* values);
   struct hd_error (*error)(void);
   unsigned device;
-  double p_mm[3], v_mm_s[3], force_N[3];
+  double p_mm[3], v_mm_s[3], force_N[3], transform[16];  // the matrix by columns
   int buttons, lost;
 };
 
@@ -46,6 +47,7 @@ static unsigned exchange_frame(void* self) {
   hd->begin(hd->device);
   hd->numbers(kPosition, hd->p_mm);
   hd->numbers(kVelocity, hd->v_mm_s);
+  hd->numbers(kTransform, hd->transform);
   hd->integers(kButtons, &hd->buttons);
   hd->set_numbers(kForce, hd->force_N);
   hd->end(hd->device);
@@ -56,12 +58,16 @@ static unsigned exchange_frame(void* self) {
 // Renders the force of the last step, and reads.
 static int read_device(void* self, struct fb_state* state) {
   struct hd* hd = self;
-  int i;
+  double turn[3][3];
+  int i, j;
   hd->schedule(exchange_frame, hd, kPriority);
   for (i = 0; i < 3; ++i) {
     state->p_D[i] = 1e-3 * hd->p_mm[i];
     state->v_D[i] = 1e-3 * hd->v_mm_s[i];
   }
+  for (i = 0; i < 3; ++i)
+    for (j = 0; j < 3; ++j) turn[i][j] = hd->transform[4 * j + i];
+  to_quaternion((const double(*)[3])turn, state->orientation);
   state->buttons = (uint32_t)hd->buttons;
   return hd->lost ? -1 : 1;
 }
@@ -80,7 +86,7 @@ int main(int argc, char** argv) {
   struct bridge_device device = {.self = &hd,
                                  .read = read_device,
                                  .write = write_force,
-                                 .hello = {.flags = FB_KNOWS_VELOCITY,
+                                 .hello = {.flags = FB_KNOWS_VELOCITY | FB_KNOWS_ORIENTATION,
                                            .buttons = 2,
                                            .lo_D = {-0.08, -0.06, -0.035},
                                            .hi_D = {0.08, 0.06, 0.035},

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
 //
-// Functions of a vendor's library that is opened at run time, so that a bridge compiles without it.
+// Functions of a vendor's library that is opened at run time, so that a bridge compiles without it; and the orientation
+// of a stylus, which these libraries give as a matrix.
 #pragma once
 
 #include <dlfcn.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -25,4 +27,26 @@ static inline int find_function(void* library, const char* name, void* function)
   memcpy(function, &found, sizeof found);
   if (found == NULL) fprintf(stderr, "bridge: the vendor's library has no function %s\n", name);
   return found != NULL;
+}
+
+// The quaternion x y z w of a rotation matrix.
+static inline void to_quaternion(const double m[3][3], double q[4]) {
+  // From the greatest of the four components: no division by a small number.
+  const double four[4] = {1 + m[0][0] - m[1][1] - m[2][2], 1 - m[0][0] + m[1][1] - m[2][2],
+                          1 - m[0][0] - m[1][1] + m[2][2], 1 + m[0][0] + m[1][1] + m[2][2]};
+  int i, most = 3;
+  double twice;
+  for (i = 0; i < 3; ++i)
+    if (four[i] > four[most]) most = i;
+  twice = 2 * sqrt(four[most]);
+  if (most == 3) {
+    for (i = 0; i < 3; ++i) q[i] = (m[(i + 2) % 3][(i + 1) % 3] - m[(i + 1) % 3][(i + 2) % 3]) / twice;
+    q[3] = twice / 4;
+  } else {
+    const int j = (most + 1) % 3, k = (most + 2) % 3;
+    q[most] = twice / 4;
+    q[j] = (m[most][j] + m[j][most]) / twice;
+    q[k] = (m[most][k] + m[k][most]) / twice;
+    q[3] = (m[k][j] - m[j][k]) / twice;
+  }
 }

@@ -1,5 +1,6 @@
 // filiform devices: lists the devices that are plugged in, says what they lack, and tests them.
 #include "device/factory/device_factory.h"
+#include "device/haply/simulated_haply_server.h"
 #include "device/usb/usb_recording.h"
 #include "index/errors.h"
 #include "index/output.h"
@@ -12,10 +13,13 @@
 #include "tools/program/output_check.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <exception>
 #include <iostream>
+#include <optional>
+#include <thread>
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
@@ -27,6 +31,7 @@ namespace {
 struct DevicesArguments {
   bool json = false, test = false;
   std::string device, record, report;
+  std::optional<int> simulated_port;
 };
 
 struct Recognised {
@@ -38,6 +43,7 @@ struct Recognised {
 constexpr Recognised kRecognised[] = {
     {"0403:cb48", "Novint Falcon", "falcon[:FIRMWARE]"},
     {"046d:c6xx, 256f:*", "3Dconnexion mice with six axes, and their receivers", "spacemouse[:SOCKET]"},
+    {"/dev/input", "gamepads of the kernel's input system", "gamepad[:NODE]"},
     {"-", "Haply Inverse3, through the Haply Inverse Service", "haply[:HOST:PORT][,ID]"},
     {"socket", "devices behind a bridge (device/BRIDGE.md)", "bridge[:PATH]"}};
 
@@ -164,7 +170,21 @@ class KeptTraffic {
   int exceptions_ = std::uncaught_exceptions();
 };
 
+// Serves a simulated Haply service, whose hand moves in real time, until a signal.
+int simulateHaply(int port) {
+  using Clock = std::chrono::steady_clock;
+  SimulatedHaplyOptions options;
+  options.is_led = true;
+  options.clock = [begin = Clock::now()] { return std::chrono::duration<double>(Clock::now() - begin).count(); };
+  SimulatedHaply service(options);
+  const SimulatedHaplyServer server(service, static_cast<std::uint16_t>(port));
+  std::cout << "simulated Haply Inverse Service: use --device haply:127.0.0.1:" << server.port() << std::endl;
+  while (!interruptFlag()) std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  return 0;
+}
+
 int runDevices(const DevicesArguments& a) {
+  if (a.simulated_port) return simulateHaply(*a.simulated_port);
   std::vector<FoundDevice> found;
   std::string refusal;
   try {
@@ -172,6 +192,7 @@ int runDevices(const DevicesArguments& a) {
   } catch (const DeviceError& error) {
     refusal = error.what();
   }
+  for (FoundDevice& pad : findPads()) found.push_back(std::move(pad));
   for (FoundDevice& bridge : findBridgedDevices()) found.push_back(std::move(bridge));
   const HaplyServiceState service = askHaplyService(haplyOptions(""));
   for (FoundDevice& device : devicesOf(service)) found.push_back(std::move(device));
@@ -252,7 +273,8 @@ void addDevices(CLI::App& app, Chosen& chosen) {
   CLI::App* command = app.add_subcommand("devices", "List the devices that are plugged in; test one");
   command->footer(
       "Example:\n  filiform devices\n  filiform devices --test falcon:falcon.bin\n  filiform devices --test "
-      "sim:medium --json\nThe test homes the device and reads it for a second. If the device renders force, the test "
+      "sim:medium --json\n  filiform devices --simulate-haply &\nThe test homes the device and reads it for a second. "
+      "If the device renders force, the test "
       "then ramps half a newton along x, y and z.\n--report also tests workspace, gravity, springs, damping and "
       "stability, "
       "with at most half a newton, and tells what to do with the handle.");
@@ -273,6 +295,17 @@ void addDevices(CLI::App& app, Chosen& chosen) {
       ->add_option("--report", a->report,
                    "walk through all tests of a device and write a report that may be sent (JSON)")
       ->type_name("FILE");
+  command
+      ->add_option_function<std::vector<int>>(
+          "--simulate-haply",
+          [a](const std::vector<int>& port) { a->simulated_port = port.empty() ? 10001 : port.front(); },
+          "serve a simulated Haply service with an Inverse3 on this port of 127.0.0.1, until Ctrl-C; 10001, or 0: a "
+          "free "
+          "one")
+      ->expected(0, 1)
+      ->check(CLI::Range(0, 65535))
+      ->excludes("--test", "--json", "--report", "--record")
+      ->type_name("[PORT]");
   command->callback([a, &chosen] { chosen = [a] { return runDevices(*a); }; });
 }
 

@@ -150,8 +150,10 @@ void addView(CLI::App& app, Chosen& chosen) {
                    "tile set or its address, or .swc and small .zip files; none: drop a scene into the window")
       ->type_name("SET|FILE.swc");
   command
-      ->add_option("--device", a->device,
-                   "use mouse, falcon, spacemouse, sim:loose|medium|firm (mouse with that hand), replay:FILE or null")
+      ->add_option(
+          "--device", a->device,
+          "use mouse, falcon, spacemouse, gamepad, haply, bridge, sim:loose|medium|firm (mouse with that hand), "
+          "replay:FILE or null")
       ->capture_default_str();
   command->add_option("--method", a->method, "find the proxy with basic, shading, force, force-listing or climb")
       ->capture_default_str();

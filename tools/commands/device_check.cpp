@@ -2,6 +2,7 @@
 
 #include "device/bridge/bridge_device.h"
 #include "device/falcon/falcon.h"
+#include "device/gamepad/gamepad_port.h"
 #include "device/haply/haply_device.h"
 #include "device/spacemouse/spacemouse.h"
 #include "solver/loop/haptic_loop.h"
@@ -124,6 +125,20 @@ std::vector<FoundDevice> findDevices(UsbTransport& transport) {
   return found;
 }
 
+std::vector<FoundDevice> findPads() {
+  std::vector<FoundDevice> found;
+  for (const FoundGamepad& pad : findGamepads()) {
+    FoundDevice device;
+    device.kind = pad.rumbles ? "gamepad with rumble" : "gamepad without rumble";
+    device.device = "gamepad:" + pad.path;
+    device.info.product_name = pad.name;
+    device.state = pad.may_open ? "ready" : "no_permission";
+    if (!pad.may_open) device.remedy = "log in at this machine itself, or join the group input, then log in again";
+    found.push_back(std::move(device));
+  }
+  return found;
+}
+
 std::vector<FoundDevice> findBridgedDevices() {
   std::vector<FoundDevice> found;
   for (const FoundBridge& bridge : findBridges()) {
@@ -143,6 +158,12 @@ bool isPluggedIn(UsbTransport& transport, const std::string& device) {
     const HaplyServiceState service = askHaplyService(options, kServiceTime_s);
     return std::any_of(service.devices.begin(), service.devices.end(), [&](const HaplyServiceState::Device& one) {
       return options.id.empty() || one.id == options.id;
+    });
+  }
+  if (device == "gamepad" || device.starts_with("gamepad:")) {
+    const std::vector<FoundGamepad> pads = findGamepads();
+    return std::any_of(pads.begin(), pads.end(), [&](const FoundGamepad& pad) {
+      return pad.may_open && (device == "gamepad" || device == "gamepad:" + pad.path);
     });
   }
   // "falcon:FIRMWARE" is a "falcon"; "spacemouse" matches any "spacemouse:1-2".

@@ -16,9 +16,9 @@
 namespace filiform::tools {
 
 struct FoundDevice {
-  std::string kind;    // "Novint Falcon", "3Dconnexion mouse", "bridge"
+  std::string kind;    // "Novint Falcon", "3Dconnexion mouse", "gamepad", "bridge"
   std::string device;  // the name for --device
-  UsbDeviceInfo info;  // of a USB device; of a Haply device the name alone, of a bridge empty
+  UsbDeviceInfo info;  // of a USB device; of a Haply device or gamepad the name alone, of a bridge empty
   // "ready", "no_permission", "no_firmware"; of a Haply device as in HaplyServiceState; of a bridge also "not_running"
   std::string state;
   std::string remedy;  // empty if ready
@@ -26,6 +26,9 @@ struct FoundDevice {
 
 // The plugged-in devices that this build has a driver for, by bus path. Opens none. Throws as UsbTransport::devices().
 std::vector<FoundDevice> findDevices(UsbTransport& transport);
+
+// The gamepads of the system. Opens none.
+std::vector<FoundDevice> findPads();
 
 // The bridges in bridgeFolder(), by name. Connects to each for a moment.
 std::vector<FoundDevice> findBridgedDevices();

@@ -11,7 +11,6 @@ namespace {
 
 constexpr double kLeastRadius_m = 0.0005, kMostRadius_m = 0.02;
 constexpr float kModelTime_s = 0.1F;
-constexpr double kLeastExtension_m = 1e-6;  // a shorter spring does not show how much of its stiffness acts
 
 void putVector(const Vector3d& v, double (&out)[3]) noexcept {
   for (int i = 0; i < 3; ++i) out[i] = v[i];
@@ -69,28 +68,25 @@ void ModelMaker::make(const NavigationSnapshot& now, const RemoteHand& hand, con
   const bool placed = now.mode == NavigationMode::constrained && now.place.valid();
   around_.collect(graph, placed ? now.place : ProxyPlace{}, radius_um);
   const std::span<const Vector3d> nodes = around_.nodes();
-  const double extension_m = (now.anchor_D - now.h_D).norm();
-  if (!placed || hand.isSilent() || hand.isBlocked()) {
-    part_ = 0;
-  } else if (extension_m > kLeastExtension_m) {
-    part_ = std::min(1.0, now.force_N.norm() / (stiffness_N_m * extension_m));
-  }
+  const bool pulls = placed && !hand.isSilent() && !hand.isBlocked();
+  if (!pulls) spring_.reset();
   if (placed) {
     model.cell = now.place.segment.cell;
     model.segment = now.place.segment.segment;
-    Eigen::Matrix3d held = Eigen::Matrix3d::Identity();
+    Vector3d along_D = Vector3d::Zero();
     double radius_m = 2 * kLeastRadius_m;
     if (nodes.size() >= 2 && !now.place.at_node) {
       const Vector3d along_W = nodes[1] - nodes[0];
       const double length_um = along_W.norm();
       if (length_um > 0) {
-        const Vector3d along_D = now.rotation_WD.conjugate() * (along_W / length_um);
-        held -= along_D * along_D.transpose();
+        along_D = now.rotation_WD.conjugate() * (along_W / length_um);
         radius_m = std::min((now.p_W - nodes[0]).norm(), (now.p_W - nodes[1]).norm()) / um_m;
       }
     }
     model.radius_m = static_cast<float>(std::clamp(radius_m, kLeastRadius_m, kMostRadius_m));
-    const Eigen::Matrix3d stiffness = part_ * stiffness_N_m * held;
+    Eigen::Matrix3d stiffness = Eigen::Matrix3d::Zero();
+    if (pulls)
+      stiffness = spring_.about(now.h_D, now.anchor_D - now.h_D, now.force_N, stiffness_N_m, along_D).stiffness_N_m;
     const double values[6] = {stiffness(0, 0), stiffness(0, 1), stiffness(0, 2),
                               stiffness(1, 1), stiffness(1, 2), stiffness(2, 2)};
     for (int i = 0; i < 6; ++i) model.stiffness_N_m[i] = static_cast<float>(values[i]);

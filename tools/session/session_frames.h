@@ -2,6 +2,7 @@
 // functions. Thread rule: functions without state; ModelMaker: the ticking thread. Haptic-safe.
 #pragma once
 
+#include "solver/force/spring_model.h"
 #include "solver/graph/nearby_graph.h"
 #include "solver/workspace/navigation_link.h"
 #include "tools/session/protocol.h"
@@ -27,15 +28,13 @@ class ModelMaker {
 
   ModelMaker() : around_(kMostNodes) {}
 
-  // The spring's force about the hand: with the proxy on a segment, it moves freely along the segment and is held
-  // across it; at a node it is held in all directions. The stiffness is less while the force grows after a jump or is
-  // limited. `radius_um`: of the neighbourhood; 0: none.
+  // The spring's force about the hand (SpringModel). `radius_um`: of the neighbourhood; 0: none.
   void make(const NavigationSnapshot& now, const RemoteHand& hand, const GraphView& graph, double stiffness_N_m,
             double most_N, double radius_um, Frame& frame) noexcept;
 
  private:
   NearbyGraph around_;
-  double part_ = 0;  // of the stiffness that acts now, 0 .. 1
+  SpringModel spring_;
 };
 
 }  // namespace filiform::tools

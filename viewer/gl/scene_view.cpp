@@ -24,7 +24,13 @@ constexpr double kReceding = 0.7;
 // Part of the scene's depth: a point that lies this far behind its neighbour on the screen is darkest.
 constexpr double kShadePart = 0.08;
 
-enum Overlay : Renderer::BatchId { kWorkspaceBoxes = CardTiles::kFirstFreeId, kProxyBall, kForkGlyph, kOverlaysEnd };
+enum Overlay : Renderer::BatchId {
+  kWorkspaceBoxes = CardTiles::kFirstFreeId,
+  kProxyBall,
+  kStylusShaft,
+  kForkGlyph,
+  kOverlaysEnd
+};
 
 void addView(Signature& signature, const EyeView& view) {
   signature.add(view.eye_W);
@@ -203,6 +209,7 @@ void SceneView::Impl::putOverlays(const SceneFrame& f) {
   put(kWorkspaceBoxes, f.workspace != nullptr, [&] { return workspaceBatch(*f.workspace, 1.6 * um_px); });
   const std::optional<Vector3d>& proxy_W = motion.proxy_W();
   put(kProxyBall, proxy_W.has_value(), [&] { return proxyBatch(*proxy_W, 7 * um_px); });
+  put(kStylusShaft, f.stylus.has_value(), [&] { return stylusBatch(*f.stylus, 90 * um_px); });
   const GlyphPalette& palette = f.stereo == StereoMode::anaglyph ? kForGlasses : f.palette;
   put(kForkGlyph, f.junction != nullptr, [&] { return glyphBatch(*f.junction, 120 * um_px, 6 * um_px, palette); });
 }
@@ -220,6 +227,10 @@ Signature SceneView::Impl::signatureOf(const SceneFrame& f) const {
     now.add(f.workspace->zoom_um());
   }
   if (motion.proxy_W()) now.add(*motion.proxy_W());
+  if (f.stylus) {
+    now.add(f.stylus->tip_W);
+    for (const double part : f.stylus->rotation_WS.coeffs()) now.add(part);
+  }
   if (f.junction != nullptr) {
     now.add(f.junction->p_W);
     now.add(f.palette.own);

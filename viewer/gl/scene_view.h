@@ -17,6 +17,7 @@
 #include "viewer/scene/cell_colours.h"
 #include "viewer/scene/draw_list.h"
 #include "viewer/scene/glyph.h"
+#include "viewer/scene/overlay.h"
 #include "viewer/scene/stereo.h"
 
 #include <functional>
@@ -47,7 +48,8 @@ struct SceneFrame {
   // Drawn as two boxes. Fog begins behind its middle, and neurites between the camera and the workspace fade.
   // nullptr: fog and eye-dome lighting over the depth of the whole scene.
   const Workspace* workspace = nullptr;
-  std::optional<Vector3d> proxy_W{};   // drawn as a ball
+  std::optional<Vector3d> proxy_W{};  // drawn as a ball
+  std::optional<Stylus> stylus{};
   const Junction* junction = nullptr;  // drawn as a glyph
   GlyphPalette palette = kRedGreen;    // of the glyph; an anaglyph uses kForGlasses
   ColourBy colour = ColourBy::cell;

@@ -41,6 +41,29 @@ NeuriteBatch workspaceBatch(const Workspace& workspace, double line_um) {
   return batch;
 }
 
+NeuriteBatch stylusBatch(const Stylus& stylus, double length_um) {
+  NeuriteBatch batch;
+  batch.origin_W = stylus.tip_W;
+  const Vector3d end = stylus.rotation_WS * Vector3d(0, 0, length_um), middle = 0.6 * end;
+  const Vector3d bar = middle + stylus.rotation_WS * Vector3d(0, 0.15 * length_um, 0);
+  const auto thin_um = static_cast<float>(0.01 * length_um), thick_um = static_cast<float>(0.05 * length_um);
+  DrawnSegment shaft{};
+  put(end, shaft.b_um);
+  shaft.a_radius_um = thin_um;
+  shaft.b_radius_um = thick_um;
+  shaft.colour = kStylusColour;
+  DrawnSegment button{};
+  put(middle, button.a_um);
+  put(bar, button.b_um);
+  button.a_radius_um = button.b_radius_um = thick_um;
+  button.colour = kStylusColour;
+  batch.segments = {shaft, button};
+  batch.largest_radius_um = thick_um;
+  batch.lo_W = stylus.tip_W + end.cwiseMin(bar).cwiseMin(middle).cwiseMin(Vector3d::Zero());
+  batch.hi_W = stylus.tip_W + end.cwiseMax(bar).cwiseMax(middle).cwiseMax(Vector3d::Zero());
+  return batch;
+}
+
 NeuriteBatch proxyBatch(const Vector3d& p_W, double radius_um) {
   NeuriteBatch batch;
   batch.origin_W = p_W;

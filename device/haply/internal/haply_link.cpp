@@ -107,10 +107,9 @@ bool HaplyLink::put(FrameKind kind, std::size_t payload_bytes, double wait_s) no
   return !lost_;
 }
 
-bool HaplyLink::send(std::string_view id, HaplyDialect dialect, const Eigen::Vector3d& force_H,
-                     double wait_s) noexcept {
+bool HaplyLink::send(const HaplyCommand& command, double wait_s) noexcept {
   if (!isOpen()) return false;
-  const std::size_t bytes = writeForce(std::span<char>(out_).subspan(kMostFrameHeader), id, dialect, force_H, first_);
+  const std::size_t bytes = writeCommand(std::span<char>(out_).subspan(kMostFrameHeader), command, first_);
   first_ = false;
   return put(FrameKind::text, bytes, wait_s);
 }

@@ -36,9 +36,9 @@ class HaplyLink {
   double time_s() const noexcept { return stream_->time_s(); }
   void sleepUntil(double until_s) noexcept { stream_->sleepUntil(until_s); }
 
-  // Sends a force; see writeForce(). Returns false if the session has ended, or if the service does not take the
+  // Sends a command; see writeCommand(). Returns false if the session has ended, or if the service does not take the
   // message within wait_s. Does not allocate.
-  bool send(std::string_view id, HaplyDialect dialect, const Eigen::Vector3d& force_H, double wait_s) noexcept;
+  bool send(const HaplyCommand& command, double wait_s) noexcept;
   // The next message that comes until `until_s` (time_s()); answers pings. Valid until the next call. Empty if none
   // comes, or if the session has ended. Does not allocate.
   std::string_view receive(double until_s) noexcept;

@@ -93,6 +93,12 @@ char* put(char* at, std::string_view text) noexcept { return std::copy(text.begi
 
 char* put(char* at, double value) noexcept { return std::to_chars(at, at + 32, value).ptr; }
 
+char* put(char* at, const Eigen::Vector3d& v) noexcept {
+  at = put(put(at, R"({"x":)"), v.x());
+  at = put(put(at, R"(,"y":)"), v.y());
+  return put(put(put(at, R"(,"z":)"), v.z()), "}");
+}
+
 }  // namespace
 
 const char* toString(HaplyDialect dialect) noexcept { return dialect == HaplyDialect::vector ? "vector" : "values"; }
@@ -173,6 +179,10 @@ bool readInventory(std::string_view text, HaplyInventory& inventory) {
         std::string_view id;
         if (member == "device_id" && in.string(id)) device.id = id;
         if (member == "status") readStatus(in, device.status);
+        if (member == "config")
+          in.object([&](std::string_view name) {
+            if (name == "filiform_is_led") in.boolean(device.is_led);
+          });
       });
       if (device.id.empty() || device.id.size() > kMostHaplyId) return;
       if (is_device)
@@ -186,22 +196,23 @@ bool readInventory(std::string_view text, HaplyInventory& inventory) {
   return true;
 }
 
-std::size_t writeForce(std::span<char> into, std::string_view id, HaplyDialect dialect, const Eigen::Vector3d& force_H,
-                       bool is_first) noexcept {
+std::size_t writeCommand(std::span<char> into, const HaplyCommand& command, bool is_first) noexcept {
   char* at = put(into.data(), "{");
   if (is_first)
     at = put(at, R"("session":{"configure":{"profile":{"name":"org.filiform:main"},"basis":{"permutation":"XYZ"}}},)");
   at = put(at, R"("inverse3":[{"device_id":")");
-  at = put(at, id);
+  at = put(at, command.id);
   at = put(at, R"(","commands":{"set_cursor_force":{")");
-  at = put(at, toString(dialect));
-  at = put(at, R"(":{"x":)");
-  at = put(at, force_H.x());
-  at = put(at, R"(,"y":)");
-  at = put(at, force_H.y());
-  at = put(at, R"(,"z":)");
-  at = put(at, force_H.z());
-  at = put(at, "}}}}]}");
+  at = put(at, toString(command.dialect));
+  at = put(at, R"(":)");
+  at = put(at, command.force_H);
+  at = put(at, "}");
+  if (command.aim_H != nullptr) {
+    at = put(at, R"(,"filiform_aim":{"position":)");
+    at = put(at, *command.aim_H);
+    at = put(at, "}");
+  }
+  at = put(at, "}}]}");
   return static_cast<std::size_t>(at - into.data());
 }
 

@@ -53,6 +53,7 @@ struct HaplyInventory {
   struct Device {
     std::string id;
     HaplyStatus status;
+    bool is_led = false;  // a simulated hand that takes aims: only a SimulatedHaply says so, as "filiform_is_led"
   };
   std::vector<Device> devices;
   std::vector<std::string> grips;
@@ -61,10 +62,16 @@ struct HaplyInventory {
 bool readInventory(std::string_view text, HaplyInventory& inventory);
 
 inline constexpr std::size_t kMostHaplyId = 64;   // characters
-inline constexpr std::size_t kMostCommand = 512;  // bytes
-// Writes the command of a force (N, finite). The first command of a session also names the program. Returns its length.
-// Requires an id of at most kMostHaplyId and kMostCommand bytes of memory. Does not allocate.
-std::size_t writeForce(std::span<char> into, std::string_view id, HaplyDialect dialect, const Eigen::Vector3d& force_H,
-                       bool is_first) noexcept;
+inline constexpr std::size_t kMostCommand = 768;  // bytes
+struct HaplyCommand {
+  std::string_view id{};  // of the device; at most kMostHaplyId characters
+  HaplyDialect dialect = HaplyDialect::vector;
+  Eigen::Vector3d force_H = Eigen::Vector3d::Zero();  // N, finite
+  // Where a simulated hand shall go (m, finite), as "filiform_aim"; nullptr: none. A real service ignores this name.
+  const Eigen::Vector3d* aim_H = nullptr;
+};
+// Writes a command. The first command of a session also names the program. Returns its length. Requires kMostCommand
+// bytes of memory. Does not allocate.
+std::size_t writeCommand(std::span<char> into, const HaplyCommand& command, bool is_first) noexcept;
 
 }  // namespace filiform::internal

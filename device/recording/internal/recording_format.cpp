@@ -36,11 +36,12 @@ void appendHeader(std::string& out, const RecordingHeader& header) {
   const std::size_t start = out.size();
   const std::size_t whole = headerBytes(c.name.size() + header.device.size() + header.options.size());
   out.append(kMagic);
-  append(out, kRecordingVersion);
+  append(out, c.senses_orientation ? kRecordingVersion : kPlainRecordingVersion);
   append(out, static_cast<std::uint32_t>(whole));
-  append(out, static_cast<std::uint32_t>(kExchangeBytes));
-  append(out, static_cast<std::uint32_t>((c.senses_rotation ? 1 : 0) | (c.needs_homing ? 2 : 0) |
-                                         (header.marked ? 4 : 0) | (c.rate_control ? 8 : 0)));
+  append(out, static_cast<std::uint32_t>(exchangeBytes(c.senses_orientation)));
+  append(out,
+         static_cast<std::uint32_t>((c.senses_rotation ? 1 : 0) | (c.needs_homing ? 2 : 0) | (header.marked ? 4 : 0) |
+                                    (c.rate_control ? 8 : 0) | (c.senses_orientation ? 16 : 0)));
   append(out, static_cast<std::uint32_t>(header.status_at_open));
   append(out, static_cast<std::int32_t>(c.delay_samples));
   append(out, static_cast<std::int32_t>(c.buttons));
@@ -59,7 +60,7 @@ void appendHeader(std::string& out, const RecordingHeader& header) {
   append(out, checksum(std::string_view(out).substr(start), 0));
 }
 
-void appendExchange(std::string& out, std::uint64_t index, const RecordedExchange& exchange) {
+void appendExchange(std::string& out, std::uint64_t index, const RecordedExchange& exchange, bool oriented) {
   const auto& [wrench, state, marks] = exchange;
   const std::size_t start = out.size();
   appendVector(out, wrench.force_N);
@@ -74,6 +75,7 @@ void appendExchange(std::string& out, std::uint64_t index, const RecordedExchang
   append(out, marks.bits);
   append(out, marks.count);
   for (const std::uint32_t value : marks.values) append(out, value);
+  for (int i = 0; oriented && i < 4; ++i) append(out, state.orientation_D.coeffs()[i]);
   append(out, checksum(std::string_view(out).substr(start), index));
 }
 
@@ -97,8 +99,10 @@ std::size_t readHeader(const std::string& file, std::string_view bytes, Recordin
   };
   if (bytes.size() < kFixedHeaderBytes) throw cut();
   RecordReader in(bytes.substr(kMagic.size()));
-  if (const auto version = in.get<std::uint32_t>(); version != kRecordingVersion)
-    throw DeviceError(file + ": recording format version " + std::to_string(version) + ", this program reads version " +
+  const auto version = in.get<std::uint32_t>();
+  if (version != kRecordingVersion && version != kPlainRecordingVersion)
+    throw DeviceError(file + ": recording format version " + std::to_string(version) +
+                      ", this program reads versions " + std::to_string(kPlainRecordingVersion) + " and " +
                       std::to_string(kRecordingVersion));
   const std::size_t header_bytes = in.get<std::uint32_t>();
   const auto exchange_bytes = in.get<std::uint32_t>();
@@ -115,7 +119,10 @@ std::size_t readHeader(const std::string& file, std::string_view bytes, Recordin
   if (bytes.size() < header_bytes) throw cut();
   if (checksum(bytes.substr(0, header_bytes - 8), 0) != storedChecksum(bytes, header_bytes - 8))
     throw damaged(0, "the header's checksum does not match");
-  if (exchange_bytes != kExchangeBytes || status > kLastStatus) throw damaged(16, "the header holds an invalid value");
+  c.senses_orientation = (flags & 16) != 0;
+  if (exchange_bytes != exchangeBytes(c.senses_orientation) || status > kLastStatus ||
+      c.senses_orientation != (version == kRecordingVersion))
+    throw damaged(16, "the header holds an invalid value");
   header.status_at_open = static_cast<DeviceStatus>(status);
   c.senses_rotation = (flags & 1) != 0;
   c.needs_homing = (flags & 2) != 0;
@@ -132,10 +139,11 @@ std::size_t readHeader(const std::string& file, std::string_view bytes, Recordin
   return header_bytes;
 }
 
-bool readExchange(std::string_view bytes, std::uint64_t index, RecordedExchange& exchange) {
+bool readExchange(std::string_view bytes, std::uint64_t index, RecordedExchange& exchange, bool oriented) {
   auto& [wrench, state, marks] = exchange;
-  bytes = bytes.substr(0, kExchangeBytes);
-  if (checksum(bytes.substr(0, kExchangeBytes - 8), index) != storedChecksum(bytes, kExchangeBytes - 8)) return false;
+  const std::size_t size = exchangeBytes(oriented);
+  bytes = bytes.substr(0, size);
+  if (checksum(bytes.substr(0, size - 8), index) != storedChecksum(bytes, size - 8)) return false;
   RecordReader in(bytes);
   wrench.force_N = getVector(in);
   wrench.torque_Nm = getVector(in);
@@ -151,6 +159,7 @@ bool readExchange(std::string_view bytes, std::uint64_t index, RecordedExchange&
   marks.bits = in.get<std::uint32_t>();
   marks.count = in.get<std::uint32_t>();
   for (std::uint32_t& value : marks.values) value = in.get<std::uint32_t>();
+  for (int i = 0; oriented && i < 4; ++i) state.orientation_D.coeffs()[i] = in.get<double>();
   return marks.count <= marks.values.size();
 }
 

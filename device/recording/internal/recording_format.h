@@ -10,8 +10,10 @@
 
 namespace filiform::internal {
 
-inline constexpr std::uint32_t kRecordingVersion = 4;
-inline constexpr std::size_t kExchangeBytes = 200;
+// Version 5 has orientations. Devices without one are recorded as version 4, so that older programs can read them.
+inline constexpr std::uint32_t kRecordingVersion = 5, kPlainRecordingVersion = 4;
+inline constexpr std::size_t kExchangeBytes = 200, kOrientedExchangeBytes = 232;
+inline constexpr std::size_t exchangeBytes(bool oriented) { return oriented ? kOrientedExchangeBytes : kExchangeBytes; }
 inline constexpr std::size_t kClosingBytes = 24;
 
 struct RecordingHeader {
@@ -23,19 +25,21 @@ struct RecordingHeader {
 };
 
 struct RecordedExchange {
-  Wrench wrench;
+  RecordedForces wrench;
   DeviceState state;
   RunMarks marks;
 };
 
 void appendHeader(std::string& out, const RecordingHeader& header);
-void appendExchange(std::string& out, std::uint64_t index, const RecordedExchange& exchange);
+// `oriented`: with the orientation (DeviceCapabilities::senses_orientation).
+void appendExchange(std::string& out, std::uint64_t index, const RecordedExchange& exchange, bool oriented);
 void appendClosing(std::string& out, std::uint64_t count);
 
 // Decodes the header and returns its length. Throws DeviceError naming `file`.
 std::size_t readHeader(const std::string& file, std::string_view bytes, RecordingHeader& header);
-// Returns false if the checksum, the status or the number of marks is wrong. Requires bytes.size() >= kExchangeBytes.
-bool readExchange(std::string_view bytes, std::uint64_t index, RecordedExchange& exchange);
+// Returns false if the checksum, the status or the number of marks is wrong. Requires bytes.size() >=
+// exchangeBytes(oriented).
+bool readExchange(std::string_view bytes, std::uint64_t index, RecordedExchange& exchange, bool oriented);
 // True if the bytes are the closing mark for `count` exchanges. Requires bytes.size() >= kClosingBytes.
 bool isClosing(std::string_view bytes, std::uint64_t count);
 

@@ -34,6 +34,10 @@ NavigationChoice chooseNavigation(const DeviceCapabilities& can, const Navigatio
   navigation.workspace.hi_D = can.workspace_hi_D;
   navigation.workspace.zoom_um = wish.zoom_um;
   navigation.rate_control = can.rate_control;
+  navigation.local_model = can.renders_model;
+  navigation.has_stylus = can.senses_orientation;
+  // The second button of a stylus, or its only one, is the clutch.
+  if (can.senses_orientation && can.buttons > 0) navigation.buttons[can.buttons > 1 ? 1 : 0] = ButtonAction::turn;
   return choice;
 }
 

@@ -1,18 +1,17 @@
 #include "device/bridge/bridge_device.h"
 
-#include "device/bridge/bridge_protocol.h"
 #include "device/factory/device_factory.h"
 #include "tests/support/bridge_process.h"
+#include "tests/support/free_port.h"
 #include "tests/support/no_alloc_guard.h"
 #include "tests/support/temp_folder.h"
+#include "tests/support/variable.h"
 
 #include <algorithm>
-#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <csignal>
 #include <cstdio>
-#include <cstdlib>
 #include <fcntl.h>
 #include <fstream>
 #include <functional>
@@ -21,7 +20,6 @@
 #include <sys/prctl.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
-#include <sys/un.h>
 #include <sys/wait.h>
 #include <thread>
 #include <unistd.h>
@@ -34,6 +32,7 @@ namespace {
 using namespace std::chrono_literals;
 using Eigen::Vector3d;
 using test::BridgeProcess;
+using test::refusalOf;
 
 // Long enough for a loaded machine: only a failure waits so long.
 constexpr auto kPatience = 60s;
@@ -46,44 +45,24 @@ bool eventually(const std::function<bool()>& holds) {
   return holds();
 }
 
-// Sets an environment variable, or removes it, until the end of the scope.
-class Variable {
- public:
-  Variable(const char* name, const char* value) : name_(name) {
-    if (const char* const old = std::getenv(name)) old_ = old;
-    set(value);
-  }
-  ~Variable() { set(old_ ? old_->c_str() : nullptr); }
-  Variable(const Variable&) = delete;
-  Variable& operator=(const Variable&) = delete;
-
- private:
-  void set(const char* value) {
-    if (value != nullptr)
-      ::setenv(name_, value, 1);
-    else
-      ::unsetenv(name_);
-  }
-  const char* name_;
-  std::optional<std::string> old_;
-};
-
 // Stalls of a loaded machine do not end in a fault.
 BridgeOptions patient(const std::string& address) { return {.address = address, .silence_s = 60, .connect_s = 60}; }
 
-std::string refusalOf(const BridgeOptions& options) {
-  try {
-    const BridgeDevice device(options);
-    return "";
-  } catch (const DeviceError& error) {
-    return error.what();
-  }
+// A spring to the centre of the workspace, with the hand at p_D.
+Wrench springToCentre(double stiffness_N_m, const Vector3d& p_D) {
+  Wrench wrench;
+  wrench.force_N = -stiffness_N_m * p_D;
+  wrench.model.at_D = p_D;
+  wrench.model.stiffness_N_m = stiffness_N_m * Eigen::Matrix3d::Identity();
+  wrench.model.radius_m = 0.05;
+  return wrench;
 }
 
 struct LoggedForce {
   std::int64_t time_ns = 0, command_ns = 0;
   int mode = 0;
   double force_N = 0;
+  Vector3d p_D = Vector3d::Zero();
 };
 
 std::vector<LoggedForce> readLog(const std::string& path) {
@@ -92,7 +71,8 @@ std::vector<LoggedForce> readLog(const std::string& path) {
   for (std::string line; std::getline(file, line);) {
     LoggedForce row;
     std::istringstream words(line);
-    if (words >> row.time_ns >> row.command_ns >> row.mode >> row.force_N) rows.push_back(row);
+    if (words >> row.time_ns >> row.command_ns >> row.mode >> row.force_N >> row.p_D.x() >> row.p_D.y() >> row.p_D.z())
+      rows.push_back(row);
   }
   return rows;
 }
@@ -205,19 +185,84 @@ TEST(BridgeDevice, TheModelIsRenderedBetweenCommands) {
   BridgeProcess bridge(folder / "b");
   BridgeDevice device(patient(folder / "b"));
   device.open();
-  device.setModel({500 * Eigen::Matrix3d::Identity(), 0, 0.05});
   // A spring to the origin, against an aim at 7 mm: 200 (7 mm - x) = 500 x.
   device.lead({0.007, 0, 0});
   DeviceState state;
   EXPECT_TRUE(eventually([&] {
-    Wrench wrench;
-    wrench.force_N = -500 * state.p_D;
-    state = device.exchange(wrench);
+    state = device.exchange(springToCentre(500, state.p_D));
     return std::abs(state.p_D.x() - 0.002) < 1e-5 && state.v_D.norm() < 1e-4 && state.sent_N->norm() > 0.9;
   })) << state.p_D.x();
-  device.setModel({Eigen::Matrix3d::Constant(NAN), 0, 0});
-  device.exchange({});
-  EXPECT_EQ(device.counters().refused, 0U) << "a model that is not finite is ignored";
+}
+
+// Steps of an armed bridge after its ramp, at least 2 ms after their command.
+std::vector<LoggedForce> betweenCommands(const std::string& log) {
+  std::vector<LoggedForce> between;
+  std::int64_t ramp_ns = 0;
+  for (const LoggedForce& row : readLog(log)) {
+    if (row.mode != 1) ramp_ns = row.time_ns + 600'000'000;
+    if (row.time_ns > ramp_ns && row.time_ns - row.command_ns > 2'000'000) between.push_back(row);
+  }
+  return between;
+}
+
+// Commands come every 10 ms, the bridge steps twice a millisecond: the force of all its steps is that of the spring.
+TEST(BridgeDevice, TheForceBetweenCommandsFollowsTheModel) {
+  constexpr double kStiffness_N_m = 300;
+  for (const bool models : {true, false}) {
+    const test::TempFolder folder;
+    BridgeProcess bridge(folder / "b", folder / "log");
+    BridgeDevice device(patient(folder / "b"));
+    device.open();
+    DeviceState state = device.exchange({});
+    int i = 0;
+    ASSERT_TRUE(eventually([&] {
+      device.lead({0.01 * std::sin(0.6 * i), 0.01 * std::cos(0.6 * i), 0});
+      Wrench wrench = springToCentre(kStiffness_N_m, state.p_D);
+      if (!models) wrench.model = {};
+      state = device.exchange(wrench);
+      std::this_thread::sleep_for(10ms);
+      return ++i % 50 == 0 && betweenCommands(folder / "log").size() > 400;
+    }));
+    double worst_N = 0, strongest_N = 0;
+    for (const LoggedForce& row : betweenCommands(folder / "log")) {
+      strongest_N = std::max(strongest_N, row.force_N);
+      worst_N = std::max(worst_N, std::abs(row.force_N - kStiffness_N_m * row.p_D.norm()));
+    }
+    EXPECT_GT(strongest_N, 0.5);
+    if (models)
+      EXPECT_LT(worst_N, 1e-6) << "of " << strongest_N << " N";
+    else
+      EXPECT_GT(worst_N, 0.05) << "without a model the force stands still";
+  }
+}
+
+TEST(BridgeDevice, LeavesOutAModelThatIsNoSpring) {
+  const test::TempFolder folder;
+  BridgeProcess bridge(folder / "b");
+  BridgeDevice device(patient(folder / "b"));
+  EXPECT_TRUE(device.capabilities().renders_model);
+  device.open();
+  Wrench wrench;
+  wrench.force_N = {0, 1, 0};
+  ASSERT_TRUE(eventually([&] { return device.exchange(wrench).sent_N->y() > 0.999; }));
+  const std::function<void(LocalModel&)> wrongs[] = {
+      [](LocalModel& m) { m.stiffness_N_m.setConstant(NAN); },
+      [](LocalModel& m) { m.stiffness_N_m = -Eigen::Matrix3d::Identity(); },
+      [](LocalModel& m) { m.stiffness_N_m(0, 1) = 50; },
+      [](LocalModel& m) { m.stiffness_N_m(0, 1) = m.stiffness_N_m(1, 0) = 500; },
+      [](LocalModel& m) { m.damping_Ns_m = -1; },
+      [](LocalModel& m) { m.radius_m = INFINITY; },
+      [](LocalModel& m) { m.at_D.setConstant(NAN); },
+      [](LocalModel& m) { m.time_to_live_s = 0; },
+  };
+  for (const auto& spoil : wrongs) {
+    wrench.model = springToCentre(100, {0, 0, 0}).model;
+    EXPECT_TRUE(isSpring(wrench.model));
+    spoil(wrench.model);
+    EXPECT_FALSE(isSpring(wrench.model));
+    EXPECT_NEAR(device.exchange(wrench).sent_N->y(), 1, 1e-9) << "the force goes out without the model";
+  }
+  EXPECT_EQ(device.counters().refused, 0U);
 }
 
 TEST(BridgeDevice, ExchangesWithoutAllocationOrLock) {
@@ -342,8 +387,8 @@ TEST(BridgeDevice, TheStatusIsFaultAfterTheBridgeIsStoppedOrKilled) {
 
 TEST(BridgeDevice, WorksOverDatagramsWithTheCookie) {
   const test::TempFolder folder;
-  const Variable cookie("FILIFORM_BRIDGE_COOKIE", (folder / "cookie").c_str());
-  const std::string address = "udp:127.0.0.1:" + std::to_string(test::freeDatagramPort());
+  const test::Variable cookie("FILIFORM_BRIDGE_COOKIE", folder / "cookie");
+  const std::string address = "udp:127.0.0.1:" + std::to_string(test::freePort(SOCK_DGRAM));
   BridgeProcess bridge(address);
   struct stat found {};
   ASSERT_EQ(::stat((folder / "cookie").c_str(), &found), 0);
@@ -365,12 +410,14 @@ TEST(BridgeDevice, WorksOverDatagramsWithTheCookie) {
   EXPECT_NE(refusalOf({.address = address, .cookie_file = folder / "wrong"}).find("chmod 600"), std::string::npos);
   for (const char* const wrong : {"udp:", "udp:1", "udp:127.0.0.1", "udp:127.0.0.1:0", "udp:10.0.0.1:9",
                                   "udp:127.0.0.1:x", "udp:127.0.0.1:70000"})
-    EXPECT_NE(refusalOf({.address = wrong}), "") << wrong;
+    EXPECT_NE(refusalOf({.address = wrong, .cookie_file = folder / "none"}).find("an address of this machine"),
+              std::string::npos)
+        << wrong << ": " << refusalOf({.address = wrong, .cookie_file = folder / "none"});
 }
 
 TEST(BridgeDevice, FindsTheOnlyBridge) {
   const test::TempFolder folder;
-  const Variable runtime("XDG_RUNTIME_DIR", folder.path().c_str());
+  const test::Variable runtime("XDG_RUNTIME_DIR", folder.path());
   EXPECT_EQ(bridgeFolder(), folder / "filiform");
   EXPECT_TRUE(findBridges().empty());
   EXPECT_NE(refusalOf({}).find("no bridge listens"), std::string::npos);
@@ -390,137 +437,8 @@ TEST(BridgeDevice, FindsTheOnlyBridge) {
 }
 
 TEST(BridgeDevice, HasAFolderAlsoWithoutARuntimeFolder) {
-  const Variable runtime("XDG_RUNTIME_DIR", nullptr);
+  const test::Variable runtime("XDG_RUNTIME_DIR", std::nullopt);
   EXPECT_EQ(bridgeFolder(), "/tmp/filiform-" + std::to_string(::geteuid()));
-}
-
-// A bridge in a thread of this process, which answers as the test wants.
-class MadeUpBridge {
- public:
-  using Answer = std::function<void(const fb_packet& to, int socket)>;
-  MadeUpBridge(const std::string& path, Answer answer) : answer_(std::move(answer)) {
-    sockaddr_un address{};
-    address.sun_family = AF_UNIX;
-    std::copy(path.begin(), path.end(), address.sun_path);
-    listener_ = ::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0);
-    if (::bind(listener_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0 ||
-        ::listen(listener_, 1) != 0)
-      throw std::runtime_error("cannot listen");
-    thread_ = std::thread([this] { run(); });
-  }
-  ~MadeUpBridge() {
-    ::shutdown(listener_, SHUT_RDWR);
-    if (const int master = master_; master >= 0) ::shutdown(master, SHUT_RDWR);
-    thread_.join();
-    ::close(listener_);
-  }
-  static void send(int socket, const fb_packet& packet) {
-    unsigned char bytes[FB_MOST_BYTES];
-    const std::size_t size = fb_encode(&packet, bytes);
-    static_cast<void>(::send(socket, bytes, size, MSG_NOSIGNAL));
-  }
-  static fb_packet hello() {
-    fb_packet packet{};
-    packet.kind = FB_HELLO;
-    packet.seq = 1;
-    fb_hello& h = packet.is.hello;
-    for (int i = 0; i < 3; ++i) h.lo_D[i] = -(h.hi_D[i] = 0.05);
-    h.peak_force_N = 5;
-    h.rate_Hz = 1000;
-    return packet;
-  }
-
- private:
-  void run() {
-    const int master = ::accept4(listener_, nullptr, nullptr, SOCK_CLOEXEC);
-    if (master < 0) return;
-    master_ = master;
-    unsigned char bytes[FB_MOST_BYTES + 1];
-    for (ssize_t size = 0; (size = ::recv(master, bytes, sizeof bytes, 0)) > 0;) {
-      fb_packet packet{};
-      if (fb_decode(bytes, static_cast<std::size_t>(size), &packet) != 0) answer_(packet, master);
-    }
-    master_ = -1;
-    ::close(master);
-  }
-  Answer answer_;
-  int listener_ = -1;
-  std::atomic<int> master_{-1};
-  std::thread thread_;
-};
-
-fb_packet stateFor(const fb_packet& command, std::uint32_t seq) {
-  fb_packet packet{};
-  packet.kind = FB_STATE;
-  packet.seq = seq;
-  packet.is.state.answers = command.seq;
-  packet.is.state.flags = FB_READY | FB_ARMED;
-  packet.is.state.time_ns = 1'000'000LL * seq;
-  packet.is.state.p_D[0] = 1e-6 * seq;
-  return packet;
-}
-
-TEST(BridgeDevice, IgnoresStatesThatAreOldOrNotFinite) {
-  const test::TempFolder folder;
-  std::atomic<int> trouble{0};
-  std::uint32_t seq = 1;
-  MadeUpBridge bridge(folder / "b", [&](const fb_packet& to, int socket) {
-    if (to.kind == FB_CALL) MadeUpBridge::send(socket, MadeUpBridge::hello());
-    if (to.kind != FB_COMMAND) return;
-    if (trouble == 1) {  // a packet with NaN, an old one, one of another kind, bytes that are none
-      fb_packet wrong = stateFor(to, ++seq);
-      wrong.is.state.v_D[1] = NAN;
-      MadeUpBridge::send(socket, wrong);
-      MadeUpBridge::send(socket, stateFor(to, 2));
-      MadeUpBridge::send(socket, MadeUpBridge::hello());
-      static_cast<void>(::send(socket, "no packet", 9, MSG_NOSIGNAL));
-      wrong = stateFor(to, ++seq);
-      wrong.is.state.p_D[2] = 1e9;
-      MadeUpBridge::send(socket, wrong);
-    }
-    if (trouble < 2) MadeUpBridge::send(socket, stateFor(to, ++seq));
-  });
-  BridgeDevice device({.address = folder / "b", .answer_s = 5, .silence_s = 100});
-  device.open();
-  const DeviceState before = device.exchange({});
-  EXPECT_EQ(before.status, DeviceStatus::ready);
-  EXPECT_EQ(device.counters().strange, 0U);
-  trouble = 1;
-  const DeviceState during = device.exchange({});
-  EXPECT_EQ(device.counters().strange, 5U);
-  EXPECT_TRUE(during.v_D.isZero());
-  EXPECT_GT(during.p_D.x(), before.p_D.x()) << "the good one among them counts";
-  EXPECT_LT(during.p_D.norm(), 1);
-  trouble = 0;
-  EXPECT_EQ(device.exchange({}).status, DeviceStatus::ready);
-}
-
-TEST(BridgeDevice, RefusesADescriptionThatCannotBeRight) {
-  const std::pair<const char*, std::function<void(fb_hello&)>> wrongs[] = {
-      {"peak", [](fb_hello& h) { h.peak_force_N = 0; }},
-      {"peak NaN", [](fb_hello& h) { h.peak_force_N = NAN; }},
-      {"rate", [](fb_hello& h) { h.rate_Hz = 0; }},
-      {"stiffness", [](fb_hello& h) { h.max_stiffness_N_m = -1; }},
-      {"damping", [](fb_hello& h) { h.damping_Ns_m = INFINITY; }},
-      {"workspace", [](fb_hello& h) { h.lo_D[1] = h.hi_D[1]; }},
-      {"workspace NaN", [](fb_hello& h) { h.hi_D[2] = NAN; }},
-      {"buttons", [](fb_hello& h) { h.buttons = 33; }},
-  };
-  for (const auto& [name, spoil] : wrongs) {
-    const test::TempFolder folder;
-    fb_packet hello = MadeUpBridge::hello();
-    spoil(hello.is.hello);
-    MadeUpBridge bridge(folder / "b", [&](const fb_packet&, int socket) { MadeUpBridge::send(socket, hello); });
-    EXPECT_NE(refusalOf({.address = folder / "b"}).find("describes its device wrongly"), std::string::npos) << name;
-  }
-}
-
-TEST(BridgeDevice, SaysWhatIsMissing) {
-  const test::TempFolder folder;
-  EXPECT_NE(refusalOf({.address = folder / "none"}).find("no bridge listens there"), std::string::npos);
-  EXPECT_NE(refusalOf({.address = std::string(200, 'x')}).find("too long"), std::string::npos);
-  MadeUpBridge silent(folder / "b", [](const fb_packet&, int) {});
-  EXPECT_NE(refusalOf({.address = folder / "b", .connect_s = 0.1}).find("does not answer"), std::string::npos);
 }
 
 }  // namespace

@@ -22,6 +22,17 @@ int dhdGetLinearVelocity(double* x, double* y, double* z, char id) {
   return id == 0 ? 0 : -1;
 }
 unsigned dhdGetButtonMask(char id) { return id == 0 ? 5 : 0; }
+int dhdHasWrist(char id) { return id == 0; }
+// A turn about z, upwards, with sine 0.96 and cosine 0.28.
+int dhdGetOrientationFrame(double matrix[3][3], char id) {
+  int i;
+  for (i = 0; i < 3; ++i) matrix[i][0] = matrix[i][1] = matrix[i][2] = 0;
+  matrix[0][0] = matrix[1][1] = 0.28;
+  matrix[1][0] = 0.96;
+  matrix[0][1] = -0.96;
+  matrix[2][2] = 1;
+  return id == 0 ? 0 : -1;
+}
 int dhdSetForce(double x, double y, double z, char id) {
   force[0] = on ? x : 0;
   force[1] = on ? y : 0;

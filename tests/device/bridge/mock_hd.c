@@ -35,8 +35,12 @@ void hdEndFrame(unsigned device) {
   framed = 0;
 }
 void hdGetDoublev(unsigned what, double* values) {
+  // A turn about y with sine 0.96 and cosine 0.28, by columns.
+  static const double turn[16] = {0.28, 0, -0.96, 0, 0, 1, 0, 0, 0.96, 0, 0.28, 0, 10, 20, 30, 1};
   int i;
-  require(framed && (what == 0x2050 || what == 0x2051));
+  require(framed && (what == 0x2050 || what == 0x2051 || what == 0x2052));
+  for (i = 0; what == 0x2052 && i < 16; ++i) values[i] = turn[i];
+  if (what == 0x2052) return;
   for (i = 0; i < 3; ++i) values[i] = what == 0x2050 ? 10 * (i + 1) + force[i] : 100 * (i + 1);
 }
 void hdGetIntegerv(unsigned what, int* values) {

@@ -1,10 +1,13 @@
 #include "device/bridge/bridge_device.h"
 #include "tests/support/bridge_process.h"
 #include "tests/support/temp_folder.h"
+#include "tests/support/variable.h"
+#include "tools/bridges/vendor_library.h"
 
+#include <algorithm>
 #include <chrono>
 #include <csignal>
-#include <cstdlib>
+#include <random>
 #include <stdexcept>
 #include <thread>
 
@@ -20,9 +23,8 @@ using Eigen::Vector3d;
 void expectForceAndPositionInFrameD(const char* name, const char* variable, const char* mock, const Vector3d& rest_D,
                                     const Vector3d& v_D, std::uint32_t buttons) {
   const test::TempFolder folder;
-  ::setenv(variable, (std::string(FILIFORM_BRIDGES "/") + mock).c_str(), 1);
+  const test::Variable library(variable, std::string(FILIFORM_BRIDGES "/") + mock);
   test::BridgeProcess bridge(folder / "b", "", name);
-  ::unsetenv(variable);
   BridgeDevice device({.address = folder / "b", .silence_s = 60, .connect_s = 60});
   device.open();
   DeviceState state = device.exchange({});
@@ -30,6 +32,9 @@ void expectForceAndPositionInFrameD(const char* name, const char* variable, cons
   EXPECT_NEAR((state.p_D - rest_D).norm(), 0, 1e-12) << state.p_D.transpose();
   EXPECT_NEAR((state.v_D - v_D).norm(), 0, 1e-12) << state.v_D.transpose();
   EXPECT_EQ(state.buttons, buttons);
+  EXPECT_TRUE(device.capabilities().senses_orientation);
+  EXPECT_LT((state.orientation_D.coeffs() - Eigen::Vector4d(0, 0.6, 0, 0.8)).norm(), 1e-12)
+      << "both mocks turn upwards, about y: " << state.orientation_D.coeffs().transpose();
   Wrench wrench;
   wrench.force_N = {0.5, 1, -2};
   const Vector3d pushed_D = rest_D + 1e-3 * wrench.force_N;
@@ -57,11 +62,27 @@ TEST(VendorBridges, OpenHaptics) {
 TEST(VendorBridges, EndWithoutTheVendorsLibrary) {
   const test::TempFolder folder;
   for (const char* const name : {"force_dimension", "openhaptics"}) {
-    ::setenv("FILIFORM_LIBDHD", "/no/such/library.so", 1);
-    ::setenv("FILIFORM_LIBHD", "/no/such/library.so", 1);
+    const test::Variable dhd("FILIFORM_LIBDHD", "/no/such/library.so"), hd("FILIFORM_LIBHD", "/no/such/library.so");
     EXPECT_THROW(test::BridgeProcess(folder / "b", "", name), std::runtime_error) << name;
-    ::unsetenv("FILIFORM_LIBDHD");
-    ::unsetenv("FILIFORM_LIBHD");
+  }
+}
+
+TEST(VendorBridges, TurnAnyMatrixIntoItsQuaternion) {
+  std::mt19937_64 random(5);
+  std::normal_distribution<double> any;
+  for (int i = 0; i < 10'000; ++i) {
+    Eigen::Quaterniond q(any(random), any(random), any(random), any(random));
+    if (i % 10 == 0) q.w() = 0;
+    if (i % 30 == 0) q.x() = 0;
+    q.normalize();
+    const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> m = q.toRotationMatrix();
+    double rows[3][3];
+    std::copy_n(m.data(), 9, &rows[0][0]);
+    const double(&matrix)[3][3] = rows;
+    Eigen::Quaterniond out;
+    to_quaternion(matrix, out.coeffs().data());
+    ASSERT_LT((out.toRotationMatrix() - q.toRotationMatrix()).norm(), 1e-12) << i;
+    ASSERT_NEAR(out.norm(), 1, 1e-12);
   }
 }
 

@@ -1,6 +1,7 @@
 #include "device/factory/device_factory.h"
 
 #include "device/falcon/falcon.h"
+#include "device/gamepad/gamepad.h"
 #include "device/haply/haply_device.h"
 #include "device/recording/replay.h"
 #include "device/simulated/null_device.h"
@@ -32,6 +33,9 @@ TEST(DeviceFactory, MakesEveryDeviceItOffers) {
     ASSERT_NE(dynamic_cast<SpaceMouse*>(device.get()), nullptr) << spec;
     EXPECT_EQ(device->status(), DeviceStatus::closed);
   }
+
+  for (const char* spec : {"gamepad", "gamepad:/dev/input/event7"})
+    EXPECT_NE(dynamic_cast<Gamepad*>(makeDevice(spec).get()), nullptr) << spec;
 
   for (const char* spec : {"haply", "haply,049D", "haply:localhost:10001", "haply:localhost:10001,049D"})
     EXPECT_NE(dynamic_cast<HaplyDevice*>(makeDevice(spec).get()), nullptr) << spec;

@@ -368,5 +368,54 @@ TEST(HaplyDevice, OptionsAreReadFromItsName) {
     EXPECT_THROW(haplyOptions(bad), UnknownDevice) << bad;
 }
 
+TEST(HaplyDevice, ReportsTheOrientationOfTheGripInFrameD) {
+  HaplyBench bench;
+  bench.haply.open();
+  EXPECT_TRUE(bench.haply.capabilities().senses_orientation);
+  EXPECT_EQ(bench.until(DeviceStatus::ready).orientation_D.coeffs(), Eigen::Vector4d(0, 0, 0, 1));
+  // A turn about the service's z axis, upwards, is one about y in frame D; about its y axis, away, one about -z.
+  bench.service.setOrientation({0.8, 0, 0, 0.6});
+  EXPECT_LT((bench.repeat(1).orientation_D.coeffs() - Eigen::Vector4d(0, 0.6, 0, 0.8)).norm(), 1e-12);
+  bench.service.setOrientation({0.8, 0, 0.6, 0});
+  EXPECT_LT((bench.repeat(1).orientation_D.coeffs() - Eigen::Vector4d(0, 0, -0.6, 0.8)).norm(), 1e-12);
+  HaplyBench without({.has_grip = false});
+  without.haply.open();
+  EXPECT_FALSE(without.haply.capabilities().senses_orientation);
+}
+
+TEST(HaplyDevice, LeadsTheHandOfASimulatedServiceOnly) {
+  for (const bool is_led : {true, false}) {
+    HaplyBench bench({.is_led = is_led});
+    bench.haply.open();
+    EXPECT_EQ(bench.haply.capabilities().is_led, is_led);
+    bench.until(DeviceStatus::ready);
+    bench.haply.lead({0.01, 0.02, -0.015});
+    const Vector3d p_D = bench.settle().p_D;
+    EXPECT_LT((p_D - (is_led ? Vector3d(0.01, 0.02, -0.015) : Vector3d::Zero())).norm(), 1e-4) << p_D.transpose();
+    bench.haply.lead({NAN, 0, 0});
+    EXPECT_LT((bench.settle().p_D - p_D).norm(), 1e-4);
+  }
+}
+
+TEST(HaplyDevice, TheSimulatedHandCanMoveByAClock) {
+  double now_s = 0;
+  SimulatedHaply service({.is_led = true, .clock = [&now_s] { return now_s; }});
+  const std::string message =
+      R"({"inverse3":[{"device_id":"049D","commands":{"filiform_aim":{"position":{"x":0.01,"y":-0.12,"z":0.15}}}}]})";
+  const auto x_m = [&] {
+    const std::string answer = service.answer(message);
+    const std::size_t at = answer.find("\"cursor_position\":{\"x\":");
+    return std::stod(answer.substr(at + 23));
+  };
+  x_m();
+  const double first_m = x_m();
+  EXPECT_EQ(x_m(), first_m) << "no time has passed";
+  now_s = 0.05;
+  EXPECT_GT(x_m(), first_m + 0.001) << "all periods of 50 ms";
+  now_s = 2;
+  for (int i = 0; i < 30; ++i, now_s += 0.1) x_m();
+  EXPECT_NEAR(x_m(), 0.01, 1e-4);
+}
+
 }  // namespace
 }  // namespace filiform

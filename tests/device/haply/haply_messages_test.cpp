@@ -74,16 +74,18 @@ TEST(HaplyMessages, ChooseTheNameOfAForceByTheVersion) {
 
 TEST(HaplyMessages, WriteTheDocumentedCommand) {
   std::array<char, kMostCommand> bytes{};
-  const std::size_t first = writeForce(bytes, "049D", HaplyDialect::vector, {0, -0.25, 1.5}, true);
+  const std::size_t first = writeCommand(bytes, {.id = "049D", .force_H = {0, -0.25, 1.5}}, true);
   EXPECT_EQ(nlohmann::json::parse(std::string(bytes.data(), first)), nlohmann::json::parse(R"({"session":{"configure":
     {"profile":{"name":"org.filiform:main"},"basis":{"permutation":"XYZ"}}},"inverse3":[{"device_id":"049D","commands":
     {"set_cursor_force":{"vector":{"x":0,"y":-0.25,"z":1.5}}}}]})"));
   const std::string id(kMostHaplyId, 'x');
   const double longest = -1.2345678901234567e-300;
-  const std::size_t second = writeForce(bytes, id, HaplyDialect::values, {longest, longest, longest}, true);
+  const Eigen::Vector3d long_H = Eigen::Vector3d::Constant(longest);
+  const std::size_t second = writeCommand(bytes, {id, HaplyDialect::values, long_H, &long_H}, true);
   EXPECT_LT(second, bytes.size());
   const auto json = nlohmann::json::parse(std::string(bytes.data(), second));
   EXPECT_EQ(json.at("inverse3").at(0).at("commands").at("set_cursor_force").at("values").at("x"), longest);
+  EXPECT_EQ(json.at("inverse3").at(0).at("commands").at("filiform_aim").at("position").at("z"), longest);
 }
 
 TEST(HaplyMessages, AreReadAndWrittenWithoutMemory) {
@@ -93,7 +95,7 @@ TEST(HaplyMessages, AreReadAndWrittenWithoutMemory) {
   test::NoAllocGuard guard;
   for (int i = 0; i < 100; ++i) {
     read = readState(kState, "049D", reading) && read;
-    writeForce(bytes, "049D", HaplyDialect::vector, reading.force_H * (0.1 * i), i == 0);
+    writeCommand(bytes, {.id = "049D", .force_H = reading.force_H * (0.1 * i)}, i == 0);
   }
   const test::ForbiddenCalls calls = guard.calls();
   EXPECT_EQ(calls.total(), 0U) << calls.first;

@@ -2,8 +2,9 @@
 
 #include "device/haply/simulated_haply.h"
 #include "device/haply/simulated_haply_server.h"
+#include "tests/support/variable.h"
 
-#include <cstdlib>
+#include <optional>
 
 #include <gtest/gtest.h>
 
@@ -56,13 +57,15 @@ TEST(HaplyService, SaysWhyItCannotBeAsked) {
 }
 
 TEST(HaplyService, TheEnvironmentNamesItsAddress) {
-  setenv(kHaplyServiceVariable, "lab-7:1234", 1);
-  EXPECT_EQ(haplyOptions(",049D").host, "lab-7");
-  EXPECT_EQ(haplyOptions("").port, 1234);
-  EXPECT_EQ(haplyOptions(":here:99").host, "here");
-  setenv(kHaplyServiceVariable, "lab-7", 1);
-  EXPECT_THROW(haplyOptions(""), UnknownDevice);
-  unsetenv(kHaplyServiceVariable);
+  {
+    const test::Variable service(kHaplyServiceVariable, "lab-7:1234");
+    EXPECT_EQ(haplyOptions(",049D").host, "lab-7");
+    EXPECT_EQ(haplyOptions("").port, 1234);
+    EXPECT_EQ(haplyOptions(":here:99").host, "here");
+    const test::Variable without_port(kHaplyServiceVariable, "lab-7");
+    EXPECT_THROW(haplyOptions(""), UnknownDevice);
+  }
+  const test::Variable none(kHaplyServiceVariable, std::nullopt);
   EXPECT_EQ(haplyOptions("").host, "127.0.0.1");
 }
 

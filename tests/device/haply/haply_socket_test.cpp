@@ -143,7 +143,7 @@ TEST(HaplySocket, ItsWebSocketSpeaksWithBeastsServer) {
   EXPECT_EQ(inventory.devices.size(), 1U);
   std::string answer;
   for (int i = 0; i < 3; ++i) {
-    EXPECT_TRUE(link.send("A", internal::HaplyDialect::vector, {1, 2, 3}, 20));
+    EXPECT_TRUE(link.send({.id = "A", .force_H = {1, 2, 3}}, 20));
     answer = link.receive(link.time_s() + 20);
   }
   link.close();

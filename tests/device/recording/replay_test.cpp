@@ -36,7 +36,8 @@ std::string replayMessageOf(const std::string& path) {
 // A device that returns arbitrary bits: NaN with payloads, negative zeros, subnormals, every status.
 class WildDevice : public HapticDevice {
  public:
-  WildDevice() {
+  explicit WildDevice(bool oriented = false) {
+    capabilities_.senses_orientation = oriented;
     capabilities_.name = "wild \x01 device";
     capabilities_.workspace_lo_D = {-1, -2, -3};
     capabilities_.workspace_hi_D = {4, 5, 6};
@@ -64,6 +65,7 @@ class WildDevice : public HapticDevice {
     s.p_D = {any(), any(), -0.0};
     s.v_D = {any(), std::numeric_limits<double>::denorm_min(), any()};
     s.twist_D = {any(), any(), any()};
+    if (capabilities_.senses_orientation) s.orientation_D.coeffs() << any(), any(), -0.0, any();
     s.buttons = static_cast<std::uint32_t>(random_());
     s.status = static_cast<DeviceStatus>(random_() % 5);
     return s;
@@ -83,13 +85,14 @@ Wrench wildWrench(int i) {
 }
 
 TEST(ReplayDevice, ReturnsEveryRecordedStateBitForBit) {
-  for (const bool writer_thread : {true, false}) {
+  for (const auto& [writer_thread, oriented] :
+       {std::pair(true, false), std::pair(false, false), std::pair(true, true)}) {
     const test::TempFolder folder;
     const std::string path = folder.file("run.rec");
     std::vector<DeviceState> states;
     {
       std::ofstream file(path, std::ios::binary);
-      RecordingDevice recording(std::make_unique<WildDevice>(), file, {.writer_thread = writer_thread});
+      RecordingDevice recording(std::make_unique<WildDevice>(oriented), file, {.writer_thread = writer_thread});
       recording.open();
       for (int i = 0; i < 3000; ++i) states.push_back(recording.exchange(wildWrench(i)));
       EXPECT_FALSE(recording.whole());
@@ -99,6 +102,8 @@ TEST(ReplayDevice, ReturnsEveryRecordedStateBitForBit) {
     }
 
     ReplayDevice replay(path);
+    EXPECT_EQ(test::readBytes(path)[8], oriented ? 5 : 4) << "older programs read what has no orientation";
+    EXPECT_EQ(replay.capabilities().senses_orientation, oriented);
     EXPECT_EQ(replay.exchanges(), 3000U);
     EXPECT_EQ(replay.status(), DeviceStatus::closed);
     for (int round = 0; round < 2; ++round) {
@@ -163,10 +168,15 @@ TEST(ReplayDevice, CountsWrenchesThatDiffer) {
   EXPECT_EQ(replay.differingWrenches(), 1U);
 }
 
-std::string smallRecording(const test::TempFolder& folder) {
+std::string smallRecording(const test::TempFolder& folder, bool oriented = false) {
   const std::string path = folder.file("small.rec");
   std::ofstream file(path, std::ios::binary);
-  RecordingDevice recording(std::make_unique<SimulatedHand>(SimulatedHandOptions{}), file, {.writer_thread = false});
+  std::unique_ptr<HapticDevice> device;
+  if (oriented)
+    device = std::make_unique<WildDevice>(true);
+  else
+    device = std::make_unique<SimulatedHand>(SimulatedHandOptions{});
+  RecordingDevice recording(std::move(device), file, {.writer_thread = false});
   recording.open();
   for (int i = 0; i < 5; ++i) recording.exchange(wildWrench(i));
   recording.finish();
@@ -174,23 +184,25 @@ std::string smallRecording(const test::TempFolder& folder) {
 }
 
 TEST(ReplayDevice, SaysWhereAnyCutRecordingEnds) {
-  const test::TempFolder folder;
-  const std::string whole = smallRecording(folder);
-  const std::string path = folder.file("cut.rec");
-  for (std::size_t length = 0; length < whole.size(); ++length) {
-    test::writeBytes(path, whole.substr(0, length));
-    const std::string message = replayMessageOf(path);
-    EXPECT_NE(message.find("at byte"), std::string::npos) << length << ": " << message;
-    EXPECT_NE(message.find("cut"), std::string::npos) << length << ": " << message;
-    EXPECT_EQ(message.rfind(path, 0), 0U) << message;
+  for (const bool oriented : {false, true}) {
+    const test::TempFolder folder;
+    const std::string whole = smallRecording(folder, oriented);
+    const std::string path = folder.file("cut.rec");
+    for (std::size_t length = 0; length < whole.size(); ++length) {
+      test::writeBytes(path, whole.substr(0, length));
+      const std::string message = replayMessageOf(path);
+      EXPECT_NE(message.find("at byte"), std::string::npos) << length << ": " << message;
+      EXPECT_NE(message.find("cut"), std::string::npos) << length << ": " << message;
+      EXPECT_EQ(message.rfind(path, 0), 0U) << message;
+    }
+    test::writeBytes(path, whole + "x");
+    EXPECT_NE(replayMessageOf(path), "");
   }
-  test::writeBytes(path, whole + "x");
-  EXPECT_NE(replayMessageOf(path), "");
 }
 
 TEST(ReplayDevice, NoticesAnyFlippedByte) {
   const test::TempFolder folder;
-  const std::string whole = smallRecording(folder);
+  const std::string whole = smallRecording(folder, true);
   const std::string path = folder.file("flipped.rec");
   for (std::size_t at = 0; at < whole.size(); ++at) {
     std::string bytes = whole;
@@ -240,11 +252,11 @@ TEST(ReplayDevice, KeepsTheMarksOfEveryExchangeAndTheWordsOfTheDevice) {
 TEST(ReplayDevice, NamesBothVersionsOfANewerFormat) {
   const test::TempFolder folder;
   std::string bytes = smallRecording(folder);
-  bytes[8] = 5;
+  bytes[8] = 6;
   test::writeBytes(folder.file("new.rec"), bytes);
   const std::string message = replayMessageOf(folder.file("new.rec"));
-  EXPECT_NE(message.find("version 5"), std::string::npos) << message;
-  EXPECT_NE(message.find("version 4"), std::string::npos) << message;
+  EXPECT_NE(message.find("version 6"), std::string::npos) << message;
+  EXPECT_NE(message.find("versions 4 and 5"), std::string::npos) << message;
 }
 
 TEST(ReplayDevice, RefusesWhatIsNoRecording) {

@@ -90,5 +90,20 @@ TEST(NavigationChoice, TheWorkspaceIsTheDevicesBox) {
   EXPECT_TRUE(choice.navigation.rate_control);
 }
 
+TEST(NavigationChoice, TheSecondButtonOfAStylusIsTheClutchAndItsModelIsSent) {
+  DeviceCapabilities can = simulated();
+  can.buttons = 3;
+  EXPECT_EQ(chooseNavigation(can, {.held_device = "sim"}).navigation.buttons[1], ButtonAction::centre);
+  EXPECT_FALSE(chooseNavigation(can, {.held_device = "sim"}).navigation.local_model);
+  can.senses_orientation = can.renders_model = true;
+  NavigationChoice choice = chooseNavigation(can, {.held_device = "sim"});
+  EXPECT_EQ(choice.navigation.buttons[1], ButtonAction::turn);
+  EXPECT_EQ(choice.navigation.buttons[0], ButtonAction::toggle_mode);
+  EXPECT_TRUE(choice.navigation.has_stylus);
+  EXPECT_TRUE(choice.navigation.local_model);
+  can.buttons = 1;
+  EXPECT_EQ(chooseNavigation(can, {.held_device = "sim"}).navigation.buttons[0], ButtonAction::turn);
+}
+
 }  // namespace
 }  // namespace filiform::internal

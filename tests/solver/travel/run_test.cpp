@@ -234,7 +234,7 @@ TEST(Run, WhileTheSourceFailsTheHandIsSentNoForce) {
   std::vector<double> sent_N;
   internal::RecordedExchange exchange;
   for (; bytes.size() - at >= internal::kExchangeBytes; at += internal::kExchangeBytes)
-    if (internal::readExchange(std::string_view(bytes).substr(at), sent_N.size(), exchange))
+    if (internal::readExchange(std::string_view(bytes).substr(at), sent_N.size(), exchange, false))
       sent_N.push_back(exchange.wrench.force_N.norm());
   ASSERT_GT(sent_N.size(), 2500u);
   // Navigation computed a force before and while the proxy rested, but the device was not sent it.

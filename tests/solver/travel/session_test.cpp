@@ -179,6 +179,66 @@ TEST_F(Sessions, AReplayGoesThroughTheSameStates) {
   EXPECT_EQ(replay.update().p_W, seen.back().p_W);
 }
 
+// A device whose stylus turns, with its clutch held now and then.
+class TurningDevice : public HapticDevice {
+ public:
+  TurningDevice() {
+    capabilities_.name = "turning";
+    capabilities_.buttons = 2;
+    capabilities_.senses_orientation = true;
+  }
+  const DeviceCapabilities& capabilities() const override { return capabilities_; }
+  DeviceStatus status() const noexcept override { return state_.status; }
+  void open() override { state_.status = DeviceStatus::ready; }
+  void close() noexcept override { state_.status = DeviceStatus::closed; }
+  DeviceState exchange(const Wrench& wrench) noexcept override {
+    ++exchanges_;
+    state_.time_s = 0.001 * exchanges_;
+    state_.orientation_D = Eigen::Quaterniond(Eigen::AngleAxisd(0.001 * exchanges_, Vector3d(1, 2, 3).normalized()));
+    state_.buttons = exchanges_ / 100 % 2 == 0 ? 0U : 2U;
+    state_.sent_N = wrench.force_N;
+    return state_;
+  }
+
+ private:
+  DeviceCapabilities capabilities_;
+  DeviceState state_;
+  int exchanges_ = 0;
+};
+
+TEST_F(Sessions, TurnsOfTheStylusAreReplayedToTheBit) {
+  const test::TempFolder folder;
+  const std::string file = folder / "turns.rec";
+  std::vector<NavigationSnapshot> seen;
+  {
+    Session session(*store_,
+                    {.device = "turning",
+                     .stiffness_N_m = {},
+                     .in_memory = true,
+                     .budget_bytes = {},
+                     .record = file,
+                     .make_device = [](const std::string&, double) { return std::make_unique<TurningDevice>(); }});
+    session.jump(near({5, 5, 5}));
+    for (int i = 0; i < 10; ++i) {
+      session.advance(77);
+      seen.push_back(session.update());
+    }
+    session.finish();
+  }
+  EXPECT_GT(seen.back().rotation_WD.angularDistance(seen.front().rotation_WD), 0.1);
+  Session replay(*store_, {.device = "replay:" + file, .in_memory = true});
+  std::uint64_t ticks = 0;
+  for (const NavigationSnapshot& expected : seen) {
+    replay.advance(expected.tick - ticks);
+    ticks = expected.tick;
+    const NavigationSnapshot& got = replay.update();
+    EXPECT_TRUE(got.has_stylus);
+    EXPECT_EQ(got.stylus_D.coeffs(), expected.stylus_D.coeffs());
+    EXPECT_EQ(got.rotation_WD.coeffs(), expected.rotation_WD.coeffs());
+    EXPECT_EQ(got.p_W, expected.p_W);
+  }
+}
+
 TEST_F(Sessions, ARecordingThatDoesNotFitIsRefused) {
   const test::TempFolder folder;
   {

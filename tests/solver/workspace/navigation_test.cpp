@@ -1,11 +1,9 @@
 #include "solver/workspace/navigation.h"
 
-#include "index/build/memory_tiles.h"
 #include "index/errors.h"
-#include "solver/graph/graph_view.h"
+#include "tests/support/navigation_scene.h"
 #include "tests/support/no_alloc_guard.h"
 #include "tests/support/numbers.h"
-#include "tests/support/random_cells.h"
 
 #include <cmath>
 #include <memory>
@@ -17,64 +15,13 @@ namespace filiform {
 namespace {
 
 using Eigen::Vector3d;
+using test::forceOf;
+using test::handAt;
 using test::kDt_s;
 using test::kInfinity;
 using test::kNaN;
 using Kind = NavigationCommand::Kind;
-
-DeviceState handAt(const Vector3d& p_D, std::uint32_t buttons = 0) {
-  DeviceState state;
-  state.p_D = p_D;
-  state.buttons = buttons;
-  state.status = DeviceStatus::ready;
-  return state;
-}
-
-// A column in memory, and a navigation that starts at a place on its first cell.
-struct Scene {
-  explicit Scene(const NavigationOptions& options = {}, SolverMethod method = SolverMethod::basic,
-                 std::uint32_t capacity = 32)
-      : store(build(capacity)), table(store->tile_count()), graph(table, store->leaves(), store->grid()) {
-    for (TileId id = 0; id < store->tile_count(); ++id) {
-      held.push_back(store->load(id));
-      table.add(*held.back());
-    }
-    SolverParameters parameters;
-    parameters.r_min_um = 1;
-    parameters.r_max_um = 20;
-    navigation = std::make_unique<Navigation>(graph, makeProxySolver(method, parameters), options);
-  }
-
-  static std::unique_ptr<TileStore> build(std::uint32_t capacity) {
-    CellList stream(test::randomColumn(3, 2, 600, 150));
-    PartitionOptions partition;
-    partition.capacity = capacity;
-    return buildTilesInMemory(stream, partition);
-  }
-
-  ProxyPlace somewhere(std::uint32_t number = 0) const {
-    for (TileId id = 0; id < store->tile_count(); ++id)
-      for (std::uint32_t segment = 0; segment < held[id]->segment_count(); ++segment)
-        if (held[id]->owned(segment) && !held[id]->isolated(segment) && number-- == 0)
-          return graph.placeAt(id, held[id]->segmentId(segment), 0.5);
-    return {};
-  }
-
-  bool command(Kind kind, const ProxyPlace& place = {}, const Vector3d& h_D = Vector3d::Zero()) {
-    NavigationCommand command;
-    command.kind = kind;
-    command.place = place;
-    return navigation->apply(command, h_D);
-  }
-
-  std::unique_ptr<TileStore> store;
-  std::vector<std::shared_ptr<const Tile>> held;
-  TileTable table;
-  GraphView graph;
-  std::unique_ptr<Navigation> navigation;
-};
-
-Vector3d forceOf(const NavigationTick& tick) { return tick.wrench.force_N; }
+using Scene = test::NavigationScene;
 
 TEST(Navigation, WithoutAPlaceThereIsNoForce) {
   Scene scene;
@@ -530,59 +477,6 @@ TEST(Navigation, RefusesOptionsThatMakeNoSense) {
   refuses([](NavigationOptions& o) { o.workspace.zoom_um = kNaN; });
   refuses([](NavigationOptions& o) { o.drift_force_N_s = -1; });
   refuses([](NavigationOptions& o) { o.anchor.speed_m_s = -1; });
-}
-
-DeviceState rates(const Vector3d& v_D, const Vector3d& twist_D = Vector3d::Zero()) {
-  DeviceState state;
-  state.v_D = v_D;
-  state.twist_D = twist_D;
-  state.status = DeviceStatus::ready;
-  return state;
-}
-
-TEST(Navigation, RatesLeadTheProxyAndRestLeavesIt) {
-  NavigationOptions options;
-  options.rate_control = true;
-  Scene scene(options, SolverMethod::climb);
-  scene.command(Kind::jump, scene.somewhere());
-  const Vector3d start_W = scene.navigation->tick(rates(Vector3d::Zero()), kDt_s).p_W;
-  EXPECT_EQ(scene.navigation->tick(rates(Vector3d::Zero()), kDt_s).p_W, start_W);
-  Vector3d p_W = start_W;
-  double most_um = 0;
-  for (int i = 0; i < 3000; ++i) {
-    const NavigationTick& tick = scene.navigation->tick(rates({0.05, 0.02 * std::sin(i * 0.01), 0}), kDt_s);
-    ASSERT_EQ(forceOf(tick), Vector3d::Zero()) << "no force may be commanded";
-    ASSERT_LE((tick.h_D - tick.p_D).norm(), 0.02 + 1e-9);
-    p_W = tick.p_W;
-    most_um = std::max(most_um, (p_W - start_W).norm());
-  }
-  EXPECT_GT(most_um, 10) << "the proxy has travelled";
-  const Vector3d left_W = scene.navigation->tick(rates(Vector3d::Zero()), kDt_s).p_W;
-  for (int i = 0; i < 100; ++i) scene.navigation->tick(rates(Vector3d::Zero()), kDt_s);
-  EXPECT_LT((scene.navigation->tick(rates(Vector3d::Zero()), kDt_s).p_W - left_W).norm(), 1e-6);
-}
-
-TEST(Navigation, TurnsOfTheDeviceRotateAboutTheProxyAndZoom) {
-  for (const bool rate_control : {false, true}) {
-    NavigationOptions options;
-    options.rate_control = rate_control;
-    Scene scene(options);
-    scene.command(Kind::jump, scene.somewhere());
-    scene.navigation->tick(rates(Vector3d::Zero()), kDt_s);
-    const Eigen::Matrix3d before = scene.navigation->workspace().rotationMatrix();
-    const double zoom_um = scene.navigation->workspace().zoom_um();
-    const Vector3d p_D = scene.navigation->tick(rates(Vector3d::Zero(), {kNaN, 1, 0}), kDt_s).p_D;
-    EXPECT_EQ(scene.navigation->workspace().rotationMatrix(), before);
-    for (int i = 0; i < 500; ++i) {
-      const NavigationTick& tick = scene.navigation->tick(rates(Vector3d::Zero(), {0, 1, -1}), kDt_s);
-      ASSERT_LT((tick.p_D - p_D).norm(), 1e-9);
-    }
-    const Eigen::AngleAxisd turn(before.transpose() * scene.navigation->workspace().rotationMatrix());
-    EXPECT_NEAR(turn.angle(), 0.5, 1e-9);
-    EXPECT_NEAR(std::abs(turn.axis().y()), 1, 1e-9);
-    EXPECT_NEAR(scene.navigation->workspace().zoom_um(), rate_control ? zoom_um * std::exp(-0.5) : zoom_um, 1e-6)
-        << "a rolled stylus does not zoom";
-  }
 }
 
 }  // namespace

@@ -5,8 +5,8 @@
 #include "tests/support/memory_store.h"
 #include "tests/support/random_cells.h"
 #include "tests/support/temp_folder.h"
+#include "tests/support/variable.h"
 
-#include <cstdlib>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -35,33 +35,17 @@ ProxyPlace placeIn(const TileStore& store, TileId tile, std::uint32_t segment, d
   return GraphView(table, store.leaves(), store.grid()).placeAt(tile, loaded->segmentId(segment), t);
 }
 
-class SetVariable {
- public:
-  SetVariable(const char* name, const char* value) : name_(name) {
-    if (const char* old = std::getenv(name)) old_ = old;
-    set(value);
-  }
-  ~SetVariable() { set(old_ ? old_->c_str() : nullptr); }
-  SetVariable(const SetVariable&) = delete;
-  SetVariable& operator=(const SetVariable&) = delete;
-
- private:
-  void set(const char* value) const { value ? setenv(name_, value, 1) : unsetenv(name_); }
-  const char* name_;
-  std::optional<std::string> old_;
-};
-
 TEST(SavedHistory, LiesBesideTheUsersSettingsUnderTheSetsName) {
   {
-    const SetVariable config("XDG_CONFIG_HOME", "/somewhere/conf"), home("HOME", "/home/someone");
+    const test::Variable config("XDG_CONFIG_HOME", "/somewhere/conf"), home("HOME", "/home/someone");
     EXPECT_EQ(SavedHistory::pathFor("a/b/column.fil"), "/somewhere/conf/filiform/places/column.fil.json");
     EXPECT_EQ(SavedHistory::pathFor("column.fil/"), "/somewhere/conf/filiform/places/column.fil.json");
     EXPECT_EQ(SavedHistory::pathFor("x/.hid den\n"), "/somewhere/conf/filiform/places/%2Ehid%20den%0A.json");
     for (const char* none : {"", ".", "/", ".."}) EXPECT_THROW(SavedHistory::pathFor(none), UsageError) << none;
   }
-  const SetVariable config("XDG_CONFIG_HOME", "relative"), home("HOME", "/home/someone");
+  const test::Variable config("XDG_CONFIG_HOME", "relative"), home("HOME", "/home/someone");
   EXPECT_EQ(SavedHistory::pathFor("c.fil"), "/home/someone/.config/filiform/places/c.fil.json");
-  const SetVariable no_home("HOME", nullptr);
+  const test::Variable no_home("HOME", std::nullopt);
   EXPECT_THROW(SavedHistory::pathFor("c.fil"), UsageError);
 }
 

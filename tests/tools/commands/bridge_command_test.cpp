@@ -2,9 +2,9 @@
 #include "tests/support/bridge_process.h"
 #include "tests/support/process.h"
 #include "tests/support/temp_folder.h"
+#include "tests/support/variable.h"
 
 #include <csignal>
-#include <cstdlib>
 #include <sstream>
 
 #include <gtest/gtest.h>
@@ -64,7 +64,7 @@ TEST(BridgeCommand, NavigateSaysWhatABridgeNeeds) {
 
 TEST(BridgeCommand, DevicesListsBridges) {
   const test::TempFolder folder;
-  ::setenv("XDG_RUNTIME_DIR", folder.path().c_str(), 1);
+  const test::Variable runtime("XDG_RUNTIME_DIR", folder.path());
   {
     BridgeProcess bridge("");
     const Outcome list = runFiliform({"devices"});
@@ -87,7 +87,6 @@ TEST(BridgeCommand, DevicesListsBridges) {
     EXPECT_FALSE(device.at("remedy").is_null());
   }
   EXPECT_TRUE(is_found) << list.out;
-  ::unsetenv("XDG_RUNTIME_DIR");
 }
 
 }  // namespace

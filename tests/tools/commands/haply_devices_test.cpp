@@ -4,11 +4,13 @@
 #include "device/haply/simulated_haply_server.h"
 #include "tests/support/fake_usb.h"
 #include "tests/support/process.h"
+#include "tests/support/started_process.h"
 #include "tests/support/temp_folder.h"
+#include "tests/support/variable.h"
 #include "tools/commands/device_check.h"
 #include "tools/commands/device_report.h"
 
-#include <cstdlib>
+#include <csignal>
 #include <fstream>
 
 #include <gtest/gtest.h>
@@ -21,14 +23,9 @@ using test::Outcome;
 using test::runFiliform;
 
 struct ServiceHere {
-  ServiceHere() : server(service) {
-    setenv(kHaplyServiceVariable, ("127.0.0.1:" + std::to_string(server.port())).c_str(), 1);
-  }
-  ~ServiceHere() { unsetenv(kHaplyServiceVariable); }
-  ServiceHere(const ServiceHere&) = delete;
-  ServiceHere& operator=(const ServiceHere&) = delete;
   SimulatedHaply service;
-  SimulatedHaplyServer server;
+  SimulatedHaplyServer server{service};
+  test::Variable variable{kHaplyServiceVariable, "127.0.0.1:" + std::to_string(server.port())};
 };
 
 nlohmann::json devicesJson() {
@@ -57,10 +54,9 @@ TEST(HaplyDevices, AServiceThatDoesNotRunIsSaidWithItsRemedy) {
     const ServiceHere here;
     port = here.server.port();
   }
-  setenv(kHaplyServiceVariable, ("127.0.0.1:" + std::to_string(port)).c_str(), 1);
+  const test::Variable variable(kHaplyServiceVariable, "127.0.0.1:" + std::to_string(port));
   const nlohmann::json json = devicesJson();
   const Outcome text = runFiliform({"devices"});
-  unsetenv(kHaplyServiceVariable);
   EXPECT_EQ(json.at("haply_service").at("state"), "not running");
   EXPECT_NE(json.at("haply_service").at("remedy").get<std::string>().find("systemctl start"), std::string::npos);
   EXPECT_NE(text.out.find(": not running\n"), std::string::npos) << text.out;
@@ -129,6 +125,45 @@ TEST(HaplyDevices, ARunThroughTheServiceIsReplayedIdentically) {
   EXPECT_EQ(replay.exit_code, 0) << replay.err;
   EXPECT_GT(test::readBytes(live).size(), 1000U);
   EXPECT_EQ(test::readBytes(replayed), test::readBytes(live));
+}
+
+TEST(HaplyDevices, ARouteIsTravelledThroughASimulatedServiceAndReplayedIdentically) {
+  const test::TempFolder folder;
+  std::string cell = "1 1 0 0 0 1 -1\n";
+  for (int i = 2; i <= 41; ++i)
+    cell += std::to_string(i) + " 3 " + std::to_string(5 * (i - 1)) + (i % 2 == 0 ? " 0" : " 1") + " 0 1 " +
+            std::to_string(i - 1) + "\n";
+  test::writeBytes(folder / "c.swc", cell);
+  test::StartedProcess service({test::filiformProgram(), "devices", "--simulate-haply", "0"});
+  const std::string said = "simulated Haply Inverse Service: use --device ";
+  ASSERT_TRUE(service.line().starts_with(said + "haply:127.0.0.1:")) << service.line();
+  const std::string device = service.line().substr(said.size());
+  const test::Variable variable(kHaplyServiceVariable, device.substr(6));
+  EXPECT_EQ(devicesJson().at("devices").back().at("state"), "ready");
+  const Outcome live = runFiliform({"navigate", folder / "c.swc", "--device", device, "--realtime", "--record",
+                                    folder / "r.rec", "--csv", folder / "live.csv", "--seconds", "60", "--json"});
+  ASSERT_EQ(live.exit_code, 0) << live.err;
+  const auto summary = nlohmann::json::parse(live.out);
+  EXPECT_EQ(summary.at("outcome"), "completed") << live.out << live.err;
+  EXPECT_GT(summary.at("max_force_N"), 0);
+  const Outcome replayed = runFiliform({"navigate", folder / "c.swc", "--device", "replay:" + (folder / "r.rec"),
+                                        "--csv", folder / "replayed.csv", "--json"});
+  ASSERT_EQ(replayed.exit_code, 0) << replayed.err;
+  EXPECT_EQ(nlohmann::json::parse(replayed.out).at("outcome"), "completed") << replayed.err;
+  EXPECT_EQ(test::readBytes(folder / "replayed.csv"), test::readBytes(folder / "live.csv"));
+  service.signal(SIGTERM);
+  EXPECT_EQ(service.wait(), 0);
+}
+
+TEST(HaplyDevices, ASimulatedServiceSaysWhyItCannotListen) {
+  const test::StartedProcess first({test::filiformProgram(), "devices", "--simulate-haply", "0"});
+  const std::string port = first.line().substr(first.line().rfind(':') + 1);
+  const Outcome second = runFiliform({"devices", "--simulate-haply", port});
+  EXPECT_EQ(second.exit_code, 3);
+  EXPECT_TRUE(second.oneLineOnStderr()) << second.err;
+  EXPECT_NE(second.err.find("cannot listen on port " + port), std::string::npos) << second.err;
+  EXPECT_EQ(runFiliform({"devices", "--simulate-haply", "70000"}).exit_code, 2);
+  EXPECT_EQ(runFiliform({"devices", "--simulate-haply", "0", "--json"}).exit_code, 2);
 }
 
 }  // namespace

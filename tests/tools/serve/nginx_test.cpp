@@ -1,4 +1,5 @@
 // tools/serve/nginx.conf with the real nginx in front of the server: TLS, tokens, the cache.
+#include "tests/support/free_port.h"
 #include "tests/support/process.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/server_process.h"

@@ -2,6 +2,7 @@
 // socket; and how long a bridge renders force after its program is killed or stopped.
 #include "device/bridge/bridge_device.h"
 #include "tools/bridges/bridge.h"
+#include "tools/lab/bench/bench_process.h"
 #include "tools/lab/bench/workloads.h"
 
 #include <algorithm>
@@ -13,15 +14,12 @@
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
-#include <functional>
 #include <memory>
 #include <netinet/in.h>
 #include <optional>
 #include <stdexcept>
 #include <string>
-#include <sys/prctl.h>
 #include <sys/socket.h>
-#include <sys/wait.h>
 #include <thread>
 #include <unistd.h>
 
@@ -30,32 +28,6 @@ namespace filiform::tools {
 namespace {
 
 constexpr std::size_t kPingBytes = 96;
-
-// A forked process, killed at the end of the scope.
-class BenchProcess {
- public:
-  explicit BenchProcess(const std::function<void()>& work) : process_(::fork()) {
-    if (process_ < 0) throw std::runtime_error("bench bridge: no process can be started");
-    if (process_ > 0) return;
-    ::prctl(PR_SET_PDEATHSIG, SIGKILL);
-    try {
-      work();
-    } catch (const std::exception&) {
-      ::_exit(1);
-    }
-    ::_exit(0);
-  }
-  ~BenchProcess() {
-    ::kill(process_, SIGKILL);
-    ::waitpid(process_, nullptr, 0);
-  }
-  BenchProcess(const BenchProcess&) = delete;
-  BenchProcess& operator=(const BenchProcess&) = delete;
-  void signal(int signal) const { ::kill(process_, signal); }
-
- private:
-  pid_t process_;
-};
 
 // A device that costs nothing to read and write: only the bridge is measured.
 int readNothing(void*, fb_state* state) {
@@ -176,8 +148,8 @@ double lastForce_ms(int signal, const std::string& folder) {
   double longest_ms = 0;
   std::ifstream rows(log);
   std::int64_t time_ns = 0, command_ns = 0;
-  double mode = 0, force_N = 0;
-  while (rows >> time_ns >> command_ns >> mode >> force_N)
+  double mode = 0, force_N = 0, x_m = 0, y_m = 0, z_m = 0;
+  while (rows >> time_ns >> command_ns >> mode >> force_N >> x_m >> y_m >> z_m)
     if (force_N > 0) longest_ms = std::max(longest_ms, 1e-6 * static_cast<double>(time_ns - command_ns));
   ::unlink(log.c_str());
   return longest_ms;

@@ -66,6 +66,8 @@ SceneFrame OpenScene::frame() {
   if (now().tick > 0) frame.proxy_W = now().p_W;
   if (viewpoint_.isOverview()) return frame;
   frame.workspace = &viewpoint_.workspace();
+  if (now().tick > 0 && now().has_stylus)
+    frame.stylus = Stylus{now().h_W, now().rotation_WD * Eigen::Quaterniond(now().stylus_D)};
   frame.junction = travel_->junction();
   return frame;
 }
