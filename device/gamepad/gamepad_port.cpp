@@ -19,7 +19,7 @@ namespace filiform {
 
 namespace {
 
-constexpr int kAxes = 6;
+constexpr int kPadAxes = 6;
 constexpr std::uint16_t kRumble_ms = 200;  // if no further command comes
 
 // A bit of a mask as /sys writes it: words of 64 bits in hexadecimal, the highest first.
@@ -45,7 +45,7 @@ class EvdevPort : public GamepadPort {
     if (file_ < 0)
       throw DeviceError(path + ": cannot open the gamepad: " + std::strerror(errno) +
                         "; filiform devices lists what is plugged in");
-    for (std::size_t axis = 0; axis < kAxes; ++axis) {
+    for (std::size_t axis = 0; axis < kPadAxes; ++axis) {
       input_absinfo info{};
       // Otherwise the usual range stays.
       if (::ioctl(file_, EVIOCGABS(axis), &info) >= 0 && info.maximum > info.minimum)
@@ -61,7 +61,7 @@ class EvdevPort : public GamepadPort {
   EvdevPort& operator=(const EvdevPort&) = delete;
 
   bool rumbles() const noexcept override { return rumbles_; }
-  Range range(std::uint16_t axis) const noexcept override { return axis < kAxes ? ranges_[axis] : Range{}; }
+  Range range(std::uint16_t axis) const noexcept override { return axis < kPadAxes ? ranges_[axis] : Range{}; }
 
   int read(std::span<GamepadEvent> events) noexcept override {
     std::array<input_event, 64> read{};
@@ -91,7 +91,7 @@ class EvdevPort : public GamepadPort {
   bool upload() noexcept { return ::ioctl(file_, EVIOCSFF, &effect_) >= 0; }
 
   int file_;
-  std::array<Range, kAxes> ranges_{};
+  std::array<Range, kPadAxes> ranges_{};
   ff_effect effect_{};
   bool rumbles_ = false;
 };
