@@ -60,6 +60,8 @@ RemoteAddress::RemoteAddress(const std::string& text, const S3Account& keys) {
   std::string path = text.substr(5);
   while (path.ends_with('/')) path.pop_back();
   const std::size_t slash = path.find('/');
+  if (path.find('@') != std::string::npos)
+    throw UsageError("the address of a set must not contain keys; set AWS_ACCESS_KEY_ID and AWS_SECRET_ACCESS_KEY");
   if (!isS3Address(text) || slash == std::string::npos)
     throw UsageError(escaped(text) + ": is not a valid address; give s3://BUCKET/PATH/NAME.fil");
   const std::string name = path.substr(0, slash), inside = path.substr(slash);

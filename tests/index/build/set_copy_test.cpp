@@ -91,13 +91,16 @@ TEST_F(SetCopy, DamageOnTheWayIsFound) {
 
 TEST_F(SetCopy, ADamagedFileIsReadAgain) {
   pull();
+  std::uint64_t damaged = 0;
   for (const auto& entry : fs::recursive_directory_iterator(folder_ / "b.fil")) {
     if (entry.path().extension() != ".pack") continue;
     std::string bytes = test::readBytes(entry.path().string());
     bytes[bytes.size() / 2] ^= 1;
     test::writeBytes(entry.path().string(), bytes);
+    ++damaged;
   }
-  EXPECT_EQ(pull().copied, 1u);
+  EXPECT_GT(damaged, 0u);
+  EXPECT_EQ(pull().copied, damaged);
   EXPECT_EQ(contentOf(folder_ / "b.fil"), contentOf(folder_ / "a.fil"));
 }
 
