@@ -22,7 +22,7 @@ TEST(TravelAnswer, SaysWhatToDoWhereThePageIsNotBuilt) {
 
 TEST(TravelAnswer, ServesThePageAndItsFiles) {
   test::ServedSets sets;
-  sets.service->web_folder = sets.folder.string();
+  sets.service->web_folder = sets.folder.path();
   std::ofstream(sets.folder / "filiform.wasm") << "plain";
   std::ofstream(sets.folder / "filiform.wasm.gz") << "zipped";
   const Answer page = sets.get("/travel/fork");
@@ -46,7 +46,7 @@ TEST(TravelAnswer, ServesThePageAndItsFiles) {
 
 TEST(TravelAnswer, OnlyThePageIsIsolated) {
   test::ServedSets sets;
-  sets.service->web_folder = sets.folder.string();
+  sets.service->web_folder = sets.folder.path();
   std::ofstream(sets.folder / "filiform.worker.js") << "1";
   for (const char* const path : {"/travel/fork", "/travel/page/filiform.worker.js"}) {
     EXPECT_EQ(sets.get(path).header("Cross-Origin-Opener-Policy"), "same-origin") << path;
@@ -58,7 +58,7 @@ TEST(TravelAnswer, OnlyThePageIsIsolated) {
 
 TEST(TravelAnswer, NeedsTheTokenButItsFilesDoNot) {
   test::ServedSets sets({.token = "0123456789abcdef0123", .origins = {}, .hosts = {}});
-  sets.service->web_folder = sets.folder.string();
+  sets.service->web_folder = sets.folder.path();
   std::ofstream(sets.folder / "travel.js") << "1";
   EXPECT_EQ(sets.get("/travel/fork").status, 401u);
   EXPECT_EQ(sets.get("/travel/page/travel.js").status, 200u);
