@@ -9,13 +9,13 @@
 namespace filiform::tools {
 namespace {
 
-bool holds(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
 TEST(TravelAnswer, SaysWhatToDoWhereThePageIsNotBuilt) {
   const test::ServedSets sets;
   const Answer page = sets.get("/travel/fork");
   EXPECT_EQ(page.status, 200u);
-  EXPECT_TRUE(holds(page.body, "tools/setup --web")) << page.body;
+  EXPECT_TRUE(contains(page.body, "tools/setup --web")) << page.body;
   EXPECT_EQ(sets.get("/travel/page/filiform.wasm").status, 404u);
   EXPECT_EQ(sets.get("/travel/spoon").status, 404u);
 }
@@ -27,9 +27,9 @@ TEST(TravelAnswer, ServesThePageAndItsFiles) {
   std::ofstream(sets.folder / "filiform.wasm.gz") << "zipped";
   const Answer page = sets.get("/travel/fork");
   EXPECT_EQ(page.status, 200u);
-  EXPECT_TRUE(holds(page.body, "data-set=\"/v1/sets/fork\"")) << page.body;
-  EXPECT_FALSE(holds(page.header("Content-Security-Policy"), "unsafe-inline"));
-  EXPECT_TRUE(holds(page.header("Content-Security-Policy"), "frame-ancestors 'none'"));
+  EXPECT_TRUE(contains(page.body, "data-set=\"/v1/sets/fork\"")) << page.body;
+  EXPECT_FALSE(contains(page.header("Content-Security-Policy"), "unsafe-inline"));
+  EXPECT_TRUE(contains(page.header("Content-Security-Policy"), "frame-ancestors 'none'"));
   const Answer plain = sets.get("/travel/page/filiform.wasm");
   EXPECT_EQ(plain.body, "plain");
   EXPECT_EQ(plain.type, "application/wasm");
@@ -65,7 +65,7 @@ TEST(TravelAnswer, NeedsTheTokenButItsFilesDoNot) {
   const Answer redirect = sets.get("/travel/fork?token=0123456789abcdef0123");
   EXPECT_EQ(redirect.status, 303u);
   EXPECT_EQ(redirect.header("Location"), "/travel/fork");
-  EXPECT_TRUE(holds(redirect.header("Set-Cookie"), "HttpOnly; SameSite=Strict"));
+  EXPECT_TRUE(contains(redirect.header("Set-Cookie"), "HttpOnly; SameSite=Strict"));
   EXPECT_EQ(sets.get("/travel/fork?token=0123456789abcdef0124").status, 401u);
 }
 
