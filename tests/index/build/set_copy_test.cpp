@@ -111,9 +111,9 @@ TEST_F(SetCopy, AGrownSetTakesItsNewFilesOnly) {
   const CopyResult grown = pull(true);
   EXPECT_GT(grown.copied, 0u);
   EXPECT_LT(grown.copied, grown.files);
-  EXPECT_EQ(TileSet::open(folder_ / "b.fil")->revision(), TileSet::open(folder_ / "a.fil")->revision());
-  for (const SetFile& file : TileSet::open(folder_ / "b.fil")->files())
-    EXPECT_NO_THROW(TileSet::open(folder_ / "b.fil")->checkFile(file));
+  const auto copy = TileSet::open(folder_ / "b.fil");
+  EXPECT_EQ(copy->revision(), TileSet::open(folder_ / "a.fil")->revision());
+  for (const SetFile& file : copy->files()) EXPECT_NO_THROW(copy->checkFile(file));
 }
 
 TEST_F(SetCopy, NothingElseIsReplaced) {

@@ -4,6 +4,7 @@
 #include "tests/support/served_sets.h"
 
 #include <algorithm>
+#include <fstream>
 #include <random>
 #include <set>
 #include <string>
@@ -36,7 +37,8 @@ std::string exampleOf(const std::string& path, const std::string& revision) {
 }
 
 TEST(Routes, TheDescriptionFitsEveryRoute) {
-  const test::ServedSets sets;
+  test::ServedSets sets;
+  sets.service->web_folder = sets.folder.path();
   const Json description = sets.json("/v1/openapi.json");
   EXPECT_EQ(description.at("openapi"), "3.1.0");
   const std::string revision = sets.shelf->find("fork")->set().revision();
@@ -47,6 +49,7 @@ TEST(Routes, TheDescriptionFitsEveryRoute) {
       ++operations;
       SCOPED_TRACE(method + " " + path);
       EXPECT_TRUE(ids.insert(operation.at("operationId")).second);
+      if (path.starts_with("/travel/page/")) std::ofstream(sets.folder / path.substr(path.rfind('/') + 1)) << "page";
       const bool post = method == "post";
       EXPECT_EQ(post, operation.contains("requestBody"));
       const std::string target = post ? "/v1/sets/fork/nearest" : exampleOf(path, revision);

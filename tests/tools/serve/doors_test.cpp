@@ -4,6 +4,7 @@
 #include "tests/support/sanitized.h"
 #include "tests/support/server_process.h"
 #include "tests/support/temp_folder.h"
+#include "tests/support/variable.h"
 
 #include <cstdlib>
 #include <filesystem>
@@ -39,6 +40,12 @@ TEST_F(Doors, EveryRouteFitsItsDescription) {
   if (!has("/usr/bin/python3 -c 'import jsonschema'")) GTEST_SKIP() << "needs python3-jsonschema";
   const std::string token = "0123456789abcdef0123456789abcdef";
   test::writeBytes(folder_ / "token", token + "\n");
+  const std::string page = folder_ / "page";  // a made-up page for travel
+  std::filesystem::create_directory(page);
+  for (const char* const name :
+       {"travel.js", "travel.css", "filiform.js", "filiform.worker.js", "filiform.wasm", "filiform.wasm.gz"})
+    test::writeBytes(page + "/" + name, "page");
+  const test::Variable web("FILIFORM_WEB", page);
   const test::ServerProcess open({set_}, folder_ / "err");
   const test::ServerProcess closed({set_, "--token-file", folder_ / "token"}, folder_ / "err2");
   const std::string check = "/usr/bin/python3 " + script("openapi_check.py") + " ";
