@@ -15,7 +15,6 @@ std::vector<Workload> workloads() {
   addStreamingWorkloads(all);
   addLoopWorkloads(all);
   addHaplyWorkloads(all);
-  addTransportWorkloads(all);
   addSearchWorkloads(all);
   addStorageWorkloads(all);
   addWorkWorkloads(all);
