@@ -4,6 +4,7 @@
 #include <cerrno>
 #include <cstdio>
 #include <memory>
+#include <regex>
 #include <stdexcept>
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -70,6 +71,11 @@ Outcome runFiliformInShell(const std::string& line, const std::vector<std::strin
   std::vector<std::string> command{"bash", "-c", line, "bash", filiformProgram().string()};
   command.insert(command.end(), arguments.begin(), arguments.end());
   return run(command, "");
+}
+
+std::string withoutNetwork(const std::string& text) {
+  static const std::regex kNetwork("\"network\": (null|[{][^}]*[}])");
+  return std::regex_replace(text, kNetwork, "");
 }
 
 }  // namespace filiform::test

@@ -24,6 +24,9 @@ Outcome runFiliform(const std::vector<std::string>& arguments, const std::string
 // "ulimit -f 10; exec \"$@\"".
 Outcome runFiliformInShell(const std::string& line, const std::vector<std::string>& arguments);
 
+// The output of `navigate --json` without its requests, which only a set at an address has. Other text stays.
+std::string withoutNetwork(const std::string& text);
+
 // The program under test, as built beside the tests.
 std::filesystem::path filiformProgram();
 

@@ -6,7 +6,6 @@
 
 #include <chrono>
 #include <filesystem>
-#include <regex>
 #include <string>
 #include <vector>
 
@@ -40,11 +39,6 @@ class RemoteCommandTest : public ::testing::Test {
     for (std::size_t at = 0; (at = text.find(from, at)) != std::string::npos; at += to.size())
       text.replace(at, from.size(), to);
     return text;
-  }
-  // Requests are told for an address only.
-  static std::string withoutNetwork(const std::string& text) {
-    static const std::regex kNetwork("\"network\": (null|[{][^}]*[}])");
-    return std::regex_replace(text, kNetwork, "");
   }
   // SET stands for the set, OUT for an output file.
   static Outcome runWith(CommandWords words, const std::string& set, const std::string& out) {
@@ -81,7 +75,8 @@ TEST_F(RemoteCommandTest, EachPrintsWhatItPrintsOfTheFolder) {
       SCOPED_TRACE(words.front() + " " + address);
       const Outcome remote = runWith(words, address, there);
       EXPECT_EQ(remote.exit_code, 0) << remote.err;
-      EXPECT_EQ(withoutNetwork(replaced(replaced(remote.out, address, set), there, here)), withoutNetwork(local.out));
+      EXPECT_EQ(test::withoutNetwork(replaced(replaced(remote.out, address, set), there, here)),
+                test::withoutNetwork(local.out));
       if (fs::exists(here)) {
         EXPECT_EQ(test::readBytes(there), test::readBytes(here));
         fs::remove(there);
