@@ -195,12 +195,23 @@ RunnableCommand runnable(const std::string& text) {
     line += " --quick";
     shortened = true;
   }
-  if (name == "serve") {  // never ends by itself; timeout would signal its group too, and a second signal ends at once
+  // These never end by themselves; timeout would signal its group too, and a second signal ends at once.
+  const std::string for_a_while = "timeout --foreground --preserve-status -s TERM 2 ";
+  if (name == "serve") {
     dropOption(line, "--listen \\S+");
-    line = "timeout --foreground --preserve-status -s TERM 2 " + line + " --listen 127.0.0.1:0";
+    line = for_a_while + line + " --listen 127.0.0.1:0";
     shortened = true;
   }
-  if (name == "view" && line.find(" --keys") == std::string::npos) {
+  if (static const std::regex kSimulated("--simulate-haply( [0-9]+)?( &)?"); std::regex_search(line, kSimulated)) {
+    line = for_a_while + std::regex_replace(line, kSimulated, "--simulate-haply 0");
+    shortened = true;
+  }
+  const bool in_browser = line.find(" --web") != std::string::npos;
+  if (name == "view" && in_browser) {
+    line.insert(0, for_a_while);
+    shortened = true;
+  }
+  if (name == "view" && !in_browser && line.find(" --keys") == std::string::npos) {
     shortened |= setOption(line, "--seconds", line.find(" --record") == std::string::npos ? "0.3" : "2");
     if (line.find("xvfb-run") == std::string::npos) line.insert(0, "xvfb-run -a ");
   }

@@ -233,10 +233,11 @@ void lookAt(const std::vector<std::string>& arguments, const Outcome& outcome, c
   const auto has = [&](const char* option) {
     return std::find(arguments.begin(), arguments.end(), option) != arguments.end();
   };
-  // Hardware may be absent. Then one line says what is missing.
+  // Hardware and the page for browsers may be absent. Then one line says what is missing.
   const bool hardware =
       (name == "devices" && has("--test")) || (name == "view" && (has("spacemouse") || has("falcon")));
-  if (hardware && outcome.exit_code == 3) {
+  const bool unbuilt_page = name == "view" && has("--web") && outcome.exit_code == 2;
+  if ((hardware && outcome.exit_code == 3) || unbuilt_page) {
     EXPECT_TRUE(outcome.oneLineOnStderr()) << outcome.err;
     return;
   }
@@ -261,6 +262,8 @@ void lookAt(const std::vector<std::string>& arguments, const Outcome& outcome, c
     EXPECT_EQ((json.is_array() ? json[0] : json).begin().key(), expectedOf(kFirstFields, name));
   } else if (has("--tsv")) {
     EXPECT_EQ(outcome.out.substr(0, outcome.out.find('\t')), expectedOf(kFirstColumns, name));
+  } else if (has("--simulate-haply")) {
+    EXPECT_NE(outcome.out.find("--device haply:127.0.0.1:"), std::string::npos) << outcome.out;
   } else if (has("--list")) {
     EXPECT_NE(outcome.out.find("peers:"), std::string::npos) << outcome.out;
   } else {

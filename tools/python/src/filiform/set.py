@@ -39,7 +39,8 @@ def open(
 
     Parameters
     ----------
-    path : a folder such as ``"column.fil"``, ``"http://HOST/v1/sets/NAME"`` or ``"https://HOST/PATH/NAME.fil"``.
+    path : a folder such as ``"column.fil"``, ``"http://HOST/v1/sets/NAME"``, ``"https://HOST/PATH/NAME.fil"``
+        or ``"s3://BUCKET/PATH/NAME.fil"``.
     token : sent to the set's own host only. Default: the variable ``FILIFORM_TOKEN``.
     cache : a folder that keeps what is read from an address, for later processes. Default: nothing is kept.
     budget : bytes of tiles to keep in memory between questions, a number or text such as ``"1GiB"``.
@@ -51,7 +52,7 @@ def open(
 
 
 def _is_address(name: str) -> bool:
-    return name.lower().startswith(("http://", "https://"))
+    return name.lower().startswith(("http://", "https://", "s3://"))
 
 
 class Set:
