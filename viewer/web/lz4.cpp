@@ -1,4 +1,5 @@
-// FLANN's headers name these functions of LZ4 to store its trees, which nobody does here.
+// FLANN's headers call these functions of LZ4 when a search tree is stored. filiform stores no search tree, so a call
+// ends the program.
 #include <cstdlib>
 
 extern "C" {

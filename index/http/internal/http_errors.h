@@ -11,8 +11,8 @@ class NotOnServer : public IoError {
   using IoError::IoError;
 };
 
-// The server allows this to nobody, or not to this client (403). An object store also says so of files that it does not
-// have, to those who may not list them.
+// The server refuses access (403). An object store also answers 403 for a missing file, if the client may not list the
+// bucket.
 class DeniedByServer : public IoError {
  public:
   using IoError::IoError;

@@ -13,7 +13,7 @@ using internal::judgeS3;
 using internal::S3Account;
 
 TEST(S3Answer, EveryRefusalSaysWhatToDo) {
-  const S3Account keys{.access_key = "A", .secret_key = "s"}, nobody;
+  const S3Account keys{.access_key = "A", .secret_key = "s"}, anonymous;
   struct Row {
     long status;
     std::string code, region;
@@ -27,9 +27,9 @@ TEST(S3Answer, EveryRefusalSaysWhatToDo) {
       {403, "InvalidAccessKeyId", "", keys, "AWS_ACCESS_KEY_ID"},
       {403, "SignatureDoesNotMatch", "", keys, "AWS_SECRET_ACCESS_KEY"},
       {404, "NoSuchBucket", "", keys, "the bucket's name"},
-      {301, "PermanentRedirect", "eu-west-1", nobody, "set AWS_REGION=eu-west-1"},
+      {301, "PermanentRedirect", "eu-west-1", anonymous, "set AWS_REGION=eu-west-1"},
       {400, "AuthorizationHeaderMalformed", "", keys, "set AWS_REGION"},
-      {403, "AccessDenied", "", nobody, "set AWS_ACCESS_KEY_ID"},
+      {403, "AccessDenied", "", anonymous, "set AWS_ACCESS_KEY_ID"},
       {403, "", "", keys, "what the keys allow"},
   };
   for (const Row& row : rows) {
