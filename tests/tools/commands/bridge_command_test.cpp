@@ -1,11 +1,11 @@
 // The program with the simulated bridge of tools/bridges.
 #include "tests/support/bridge_process.h"
+#include "tests/support/device_route.h"
 #include "tests/support/process.h"
 #include "tests/support/temp_folder.h"
 #include "tests/support/variable.h"
 
 #include <csignal>
-#include <sstream>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -17,34 +17,15 @@ using test::BridgeProcess;
 using test::Outcome;
 using test::runFiliform;
 
-std::string straightCell() {
-  std::ostringstream swc;
-  swc << "1 1 0 0 0 1 -1\n";
-  for (int i = 2; i <= 41; ++i) swc << i << " 3 " << 5 * (i - 1) << ' ' << (i % 2) << " 0 1 " << i - 1 << '\n';
-  return swc.str();
-}
-
 TEST(BridgeCommand, NavigateTravelsARouteThroughABridgeAndReplaysItToTheByte) {
   const test::TempFolder folder;
-  test::writeBytes(folder / "c.swc", straightCell());
   BridgeProcess bridge(folder / "b");
-  const std::string device = "bridge:" + (folder / "b");
-  const Outcome live = runFiliform({"navigate", folder / "c.swc", "--device", device, "--realtime", "--record",
-                                    folder / "r.rec", "--csv", folder / "live.csv", "--seconds", "60", "--json"});
-  ASSERT_EQ(live.exit_code, 0) << live.err;
-  const auto summary = nlohmann::json::parse(live.out);
-  EXPECT_EQ(summary.at("outcome"), "completed") << live.err;
-  EXPECT_GT(summary.at("max_force_N"), 0);
-  const Outcome replayed = runFiliform({"navigate", folder / "c.swc", "--device", "replay:" + (folder / "r.rec"),
-                                        "--csv", folder / "replayed.csv", "--json"});
-  ASSERT_EQ(replayed.exit_code, 0) << replayed.err;
-  EXPECT_EQ(nlohmann::json::parse(replayed.out).at("outcome"), "completed") << replayed.err;
-  EXPECT_EQ(test::readBytes(folder / "replayed.csv"), test::readBytes(folder / "live.csv"));
+  test::expectRouteAndReplay("bridge:" + (folder / "b"));
 }
 
 TEST(BridgeCommand, NavigateSaysWhatABridgeNeeds) {
   const test::TempFolder folder;
-  test::writeBytes(folder / "c.swc", straightCell());
+  test::writeBytes(folder / "c.swc", test::straightCell());
   const Outcome absent =
       runFiliform({"navigate", folder / "c.swc", "--device", "bridge:" + (folder / "b"), "--realtime"});
   EXPECT_EQ(absent.exit_code, 3);

@@ -2,6 +2,7 @@
 #include "device/haply/haply_device.h"
 #include "device/haply/simulated_haply.h"
 #include "device/haply/simulated_haply_server.h"
+#include "tests/support/device_route.h"
 #include "tests/support/fake_usb.h"
 #include "tests/support/process.h"
 #include "tests/support/started_process.h"
@@ -128,29 +129,13 @@ TEST(HaplyDevices, ARunThroughTheServiceIsReplayedIdentically) {
 }
 
 TEST(HaplyDevices, ARouteIsTravelledThroughASimulatedServiceAndReplayedIdentically) {
-  const test::TempFolder folder;
-  std::string cell = "1 1 0 0 0 1 -1\n";
-  for (int i = 2; i <= 41; ++i)
-    cell += std::to_string(i) + " 3 " + std::to_string(5 * (i - 1)) + (i % 2 == 0 ? " 0" : " 1") + " 0 1 " +
-            std::to_string(i - 1) + "\n";
-  test::writeBytes(folder / "c.swc", cell);
   test::StartedProcess service({test::filiformProgram(), "devices", "--simulate-haply", "0"});
   const std::string said = "simulated Haply Inverse Service: use --device ";
   ASSERT_TRUE(service.line().starts_with(said + "haply:127.0.0.1:")) << service.line();
   const std::string device = service.line().substr(said.size());
   const test::Variable variable(kHaplyServiceVariable, device.substr(6));
   EXPECT_EQ(devicesJson().at("devices").back().at("state"), "ready");
-  const Outcome live = runFiliform({"navigate", folder / "c.swc", "--device", device, "--realtime", "--record",
-                                    folder / "r.rec", "--csv", folder / "live.csv", "--seconds", "60", "--json"});
-  ASSERT_EQ(live.exit_code, 0) << live.err;
-  const auto summary = nlohmann::json::parse(live.out);
-  EXPECT_EQ(summary.at("outcome"), "completed") << live.out << live.err;
-  EXPECT_GT(summary.at("max_force_N"), 0);
-  const Outcome replayed = runFiliform({"navigate", folder / "c.swc", "--device", "replay:" + (folder / "r.rec"),
-                                        "--csv", folder / "replayed.csv", "--json"});
-  ASSERT_EQ(replayed.exit_code, 0) << replayed.err;
-  EXPECT_EQ(nlohmann::json::parse(replayed.out).at("outcome"), "completed") << replayed.err;
-  EXPECT_EQ(test::readBytes(folder / "replayed.csv"), test::readBytes(folder / "live.csv"));
+  test::expectRouteAndReplay(device);
   service.signal(SIGTERM);
   EXPECT_EQ(service.wait(), 0);
 }
