@@ -15,7 +15,9 @@
 #include <cmath>
 #include <exception>
 #include <filesystem>
+#include <functional>
 #include <map>
+#include <numeric>
 #include <optional>
 #include <system_error>
 
@@ -320,10 +322,12 @@ std::uint64_t Input::State::bytesAhead() const {
 
 // Memory that a further thread takes for open archives.
 std::uint64_t Input::State::bytesOfThread() const {
-  std::uint64_t most = 0;
+  std::vector<std::uint64_t> bytes;
   for (const auto& [row, container] : containers)
-    most = std::max<std::uint64_t>(most, container->entries().size() * container->reader_bytes_per_entry());
-  return most * kOpenArchivesOfThread;
+    bytes.push_back(container->entries().size() * container->reader_bytes_per_entry());
+  const auto open = static_cast<std::ptrdiff_t>(std::min(bytes.size(), kOpenArchivesOfThread));
+  std::partial_sort(bytes.begin(), bytes.begin() + open, bytes.end(), std::greater<>());
+  return std::accumulate(bytes.begin(), bytes.begin() + open, std::uint64_t{0});
 }
 
 unsigned Input::State::readingThreads() const {
@@ -467,9 +471,9 @@ std::vector<std::string_view> Input::sources() const {
 std::uint64_t Input::held_bytes() const {
   std::uint64_t bytes = (state_->items.size() + state_->rows.size()) * kBytesOfInput;
   for (const State::Item& item : state_->items) bytes += 4 * item.source.size();
-  bytes += (state_->readingThreads() - 1) * state_->bytesOfThread();
   return bytes;
 }
+std::uint64_t Input::reading_bytes() const { return (state_->readingThreads() - 1) * state_->bytesOfThread(); }
 std::string Input::unitDoubt() const {
   const SwcOptions& swc = state_->options.swc;
   return state_->units.doubt(swc.voxel_um ? std::cbrt(swc.voxel_um->prod()) : swc.unit_um);

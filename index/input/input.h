@@ -125,6 +125,8 @@ class Input : public CellStream {
   // Approximate memory, bytes, of the lists of inputs and the reports. Records of reports are not included: they take
   // up to 1 MiB, and more go to a file. O(listed()).
   std::uint64_t held_bytes() const;
+  // Approximate memory, bytes, of archives that further threads keep open until next() returns false.
+  std::uint64_t reading_bytes() const;
   // Bytes of all files on disk.
   std::uint64_t bytes() const;
   // One line if the unit of the cells read so far looks wrong (index/cell/internal/unit_check.h); otherwise empty.

@@ -84,6 +84,7 @@ void ingestCells(const std::vector<std::string>& paths, const std::string& outpu
   IngestOptions wanted = ingestOptionsFrom(options);
   Input input(paths, inputOptionsFrom(options, wanted, progress));
   wanted.stream_bytes = input.held_bytes();
+  wanted.reading_bytes = input.reading_bytes();
   std::optional<PlacedCells> placed;
   if (options.placements != nullptr) {
     placed.emplace(input, PlacementTable::read(options.placements));

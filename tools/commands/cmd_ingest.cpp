@@ -186,6 +186,7 @@ int runIngest(const IngestArguments& a) {
   if (circuit || !a.placements.empty()) reading.cell_share = kPlacedCellShare;
   Input input = circuit ? Input(circuit->files(), reading) : Input(a.inputs, reading);
   options.stream_bytes = input.held_bytes();
+  options.reading_bytes = input.reading_bytes();
   std::optional<PlacedCells> table;
   std::optional<CircuitCells> circuit_cells;
   if (circuit) circuit_cells.emplace(input, *circuit);

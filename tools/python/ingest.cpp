@@ -80,6 +80,7 @@ Made make(const Wanted& wanted, const std::atomic<bool>& cancel, const std::func
 
   Input input(wanted.inputs, reading);
   options.stream_bytes = input.held_bytes();
+  options.reading_bytes = input.reading_bytes();
   std::optional<PlacedCells> placed;
   if (!wanted.placements.empty()) {
     placed.emplace(input, PlacementTable::parse(wanted.placements, "placements"));

@@ -287,7 +287,7 @@ class TopMaker final : public Maker {
     unit.made = true;
   }
 
-  // A unit that does not fit beside those of other threads is made when they are done.
+  // A unit that does not fit beside others is made alone: those before it are taken first, those after it made again.
   void makeSome() {
     const std::size_t first = claimed_;
     const std::size_t last = std::min<std::size_t>(units_.size(), first + 4 * threads_);
@@ -305,9 +305,11 @@ class TopMaker final : public Maker {
         }
       }
     });
-    claimed_ = std::min<std::size_t>(next, last);
-    for (std::size_t i = first; i < claimed_; ++i)
-      if (!units_[i].made) makeUnit(units_[i]);
+    const std::size_t end = std::min<std::size_t>(next, last);
+    claimed_ = first;
+    while (claimed_ < end && units_[claimed_].made) ++claimed_;
+    for (std::size_t i = claimed_; i < end; ++i) units_[i] = {units_[i].range, {}, {}, {}};
+    if (claimed_ == first) makeUnit(units_[claimed_++]);
   }
 
   std::size_t threads_;

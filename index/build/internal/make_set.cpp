@@ -61,6 +61,7 @@ IngestResult makeSet(SetFolder& folder, const IngestOptions& options, const std:
                .capacity = options.capacity,
                .memory = options.memory,
                .beside = options.stream_bytes,
+               .reading = options.reading_bytes,
                .chunk_segments = options.chunk_segments,
                .threads = threads,
                .folder = folder.building(),

@@ -66,8 +66,9 @@ struct Tiler::Impl {
   // tiles (ingest.cpp). The rest is for chunks at work and for data that grow with the number of cells, chunks and
   // leaves.
   std::uint64_t grown() const {
-    return options.beside + intake.bytes() + table.size() * kBytesOfChunk + spool.blocks() * kBytesOfBlock +
-           partition.leaves().size() * kBytesOfLeaf + landmarksFor(intake.segments()) * kBytesOfLandmark;
+    return options.beside + options.reading + intake.bytes() + table.size() * kBytesOfChunk +
+           spool.blocks() * kBytesOfBlock + partition.leaves().size() * kBytesOfLeaf +
+           landmarksFor(intake.segments()) * kBytesOfLandmark;
   }
   std::uint64_t workBytes() const {
     const std::uint64_t most = options.memory / 16 * 9;
@@ -340,6 +341,7 @@ std::vector<BlockKey> Tiler::Impl::findLeaves(std::vector<SegmentChain>& crossin
 
 void Tiler::cut() {
   Impl& t = *impl_;
+  t.options.reading = 0;
   std::vector<SegmentChain> crossing;
   for (unsigned i = 0; i < t.options.threads; ++i) crossing.emplace_back(t.spool);
   t.partition = Partition(t.findLeaves(crossing));

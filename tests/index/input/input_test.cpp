@@ -377,6 +377,23 @@ TEST(Input, ThreadsChangeNeitherCellsNorReports) {
   }
 }
 
+// A thread holds the directory of an archive once, however many archives it could keep open.
+TEST(Input, ThreadsReadAnArchiveOfManyMembersInModestMemory) {
+  const test::TempFolder folder;
+  std::vector<test::ZipMember> members;
+  for (int i = 0; i < 20000; ++i) members.push_back(member(std::to_string(i) + ".swc", kTwo));
+  test::writeBytes(folder.file("many.zip"), test::buildZip(members));
+  InputOptions options;
+  options.threads = 2;
+  options.memory = std::uint64_t{180} << 20;  // a sixth of it for two readers: 16 MiB and 20 000 * 512 bytes each
+  const auto threads = [] { return std::distance(fs::directory_iterator("/proc/self/task"), {}); };
+  const auto before = threads();
+  Input input({folder.file("many.zip")}, options);
+  Cell cell;
+  for (int i = 0; i < 50; ++i) ASSERT_TRUE(input.next(cell));
+  EXPECT_EQ(threads(), before + 1);
+}
+
 TEST(Input, ThreadsForgetAnUnfinishedPass) {
   const test::TempFolder folder;
   putMany(folder);

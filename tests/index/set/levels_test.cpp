@@ -138,7 +138,8 @@ TEST_F(LevelsTest, BytesDoNotDependOnThreads) {
   }
 }
 
-// In the memory that a refusal names, threads wait for one another, and the bytes stay.
+// In the memory that a refusal names, threads wait for one another, and the bytes stay. What suffices for one thread
+// suffices for several.
 TEST_F(LevelsTest, MemoryIsBoundedOrNamedAndChangesNoByte) {
   std::vector<BlockKey> leaves;
   for (TileId t = 0; t < set_->tile_count(); ++t)
@@ -149,8 +150,8 @@ TEST_F(LevelsTest, MemoryIsBoundedOrNamedAndChangesNoByte) {
   input.neurites = [&](TileId t) { return neuritesOf(*set_->load(t), set_->loadAppearance(t)); };
   input.points = [&](TileId t) { return 2 * set_->entry(t).owned; };
   std::uint64_t named = 1;
-  const auto write = [&](std::uint64_t memory) {
-    LevelOptions options{.least_segments = 256, .threads = 3};
+  const auto write = [&](std::uint64_t memory, unsigned threads) {
+    LevelOptions options{.least_segments = 256, .threads = threads};
     options.memory = memory;
     options.memoryFor = [&](std::uint64_t bytes) {
       named = bytes;
@@ -159,12 +160,11 @@ TEST_F(LevelsTest, MemoryIsBoundedOrNamedAndChangesNoByte) {
     const TempFolder folder;
     return writeLevels(input, options, folder.path());
   };
-  const std::vector<SetFile> ample = write(UINT64_MAX);
-  std::vector<SetFile> tight;
+  const std::vector<SetFile> ample = write(UINT64_MAX, 3);
   int refusals = 0;
   for (bool done = false; !done && refusals < 1000;) {
     try {
-      tight = write(named);
+      write(named, 1);
       done = true;
     } catch (const InputError& e) {
       EXPECT_NE(std::string(e.what()).find("--memory"), std::string::npos);
@@ -173,8 +173,11 @@ TEST_F(LevelsTest, MemoryIsBoundedOrNamedAndChangesNoByte) {
   }
   EXPECT_GT(refusals, 0);
   EXPECT_LT(named, std::uint64_t{16} << 20);
-  ASSERT_EQ(tight.size(), ample.size());
-  for (std::size_t i = 0; i < tight.size(); ++i) EXPECT_EQ(tight[i].digest, ample[i].digest);
+  for (const unsigned threads : {1u, 3u, 8u}) {
+    const std::vector<SetFile> tight = write(named, threads);
+    ASSERT_EQ(tight.size(), ample.size());
+    for (std::size_t i = 0; i < tight.size(); ++i) EXPECT_EQ(tight[i].digest, ample[i].digest) << threads;
+  }
 }
 
 TEST_F(LevelsTest, SetWithoutLevelsHasNone) {
