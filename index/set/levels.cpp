@@ -3,190 +3,21 @@
 #include "index/errors.h"
 #include "index/file/internal/digest.h"
 #include "index/set/internal/level_files.h"
+#include "index/set/internal/level_tree.h"
 #include "index/tile/tile_codec.h"
 
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <future>
 #include <map>
 
 namespace filiform {
 
 using internal::Bytes;
 
-struct Levels::Impl {
-  explicit Impl(const TileSet& s) : set(s) {}
-
-  const TileSet& set;
-  internal::LevelTable table;
-  std::vector<std::string> packs;       // for messages
-  std::vector<LevelPart> parts;         // of each level tile, then the topmost
-  std::vector<std::size_t> part_begin;  // by LevelId, then of the topmost, then the end
-  std::vector<GridBox> boxes;  // by LevelId: box of all content below; simplified neurites may not reach all of it
-  std::uint64_t bytes = 0;
-
-  void link();
-  bool inView(const LevelPart& part, const LevelView& view) const;
-  double errorOnScreen(const LevelPart& part, const LevelView& view) const;
-  const GridBox& boxOf(const LevelPart& part) const {
-    return part.level ? boxes[part.tile] : set.entry(part.tile).content;
-  }
-  Bytes part(LevelId level, bool appearance, std::string& file, std::uint64_t& offset) const;
-};
-
-// Merges level tiles and leaves in key order; each goes under the innermost level tile that contains it.
-void Levels::Impl::link() {
-  std::vector<std::vector<LevelPart>> below(table.entries.size() + 1);
-  std::vector<LevelId> inside;
-  const auto closeUntil = [&](MortonKey low) {
-    while (!inside.empty() && table.entries[inside.back()].key.high() < low) inside.pop_back();
-  };
-  const auto parent = [&] { return inside.empty() ? table.entries.size() : std::size_t{inside.back()}; };
-  LevelId level = 0;
-  const auto enterUntil = [&](MortonKey low, bool all) {
-    for (; level < table.entries.size() && (all || table.entries[level].key.low <= low); ++level) {
-      const LevelEntry& e = table.entries[level];
-      closeUntil(e.key.low);
-      below[parent()].push_back({true, level, e.segments, 0});
-      inside.push_back(level);
-    }
-  };
-  for (TileId tile = 0; tile < set.tile_count(); ++tile) {
-    if (tile == set.long_tile()) continue;
-    const TileEntry& e = set.entry(tile);
-    enterUntil(e.key.low, false);
-    closeUntil(e.key.low);
-    below[parent()].push_back({false, tile, e.owned, 0});
-  }
-  enterUntil(0, true);
-  part_begin.assign(1, 0);
-  for (const std::vector<LevelPart>& some : below) {
-    parts.insert(parts.end(), some.begin(), some.end());
-    part_begin.push_back(parts.size());
-  }
-  boxes.resize(table.entries.size());
-  for (std::size_t l = boxes.size(); l-- > 0;) {  // inner tiles have higher ids
-    boxes[l] = table.entries[l].content;
-    for (std::size_t i = part_begin[l]; i < part_begin[l + 1]; ++i)
-      if (!boxOf(parts[i]).empty()) boxes[l].extend(boxOf(parts[i]));
-  }
-}
-
-Levels::Levels(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
-Levels::~Levels() = default;
-
-std::unique_ptr<Levels> Levels::open(const TileSet& set) {
-  const SetFile* table_file = nullptr;
-  auto impl = std::make_unique<Impl>(set);
-  std::map<std::string, std::uint64_t> sizes;
-  for (const SetFile& file : set.files()) {
-    if (file.name == internal::kLevelsFile) table_file = &file;
-    if (!file.name.starts_with("levels")) continue;
-    sizes[file.name] = file.bytes;
-    impl->bytes += file.bytes;
-  }
-  if (table_file == nullptr) return nullptr;
-  // From far away, the directory comes while the table of levels does.
-  std::future<void> directory =
-      std::async(set.isRemote() ? std::launch::async : std::launch::deferred, [&set] { set.readDirectory(); });
-  Bytes bytes(table_file->bytes);
-  const std::string name = set.describe(internal::kLevelsFile);
-  for (bool again = false, read = false; !read; again = true) {
-    set.read(internal::kLevelsFile, 0, bytes);
-    try {
-      impl->table = internal::decodeLevels(bytes);
-      read = true;
-    } catch (const internal::Damage& damage) {
-      if (again || !set.discard(internal::kLevelsFile, 0, bytes.size()))
-        throw CorruptSet(name, damage.offset, damage.what);
-    }
-  }
-  if (impl->table.grid.exponent() != set.grid().exponent()) throw CorruptSet(name, 0, "contradicts the manifest");
-  for (const internal::TileLocation& at : impl->table.locations) {
-    const std::string pack = internal::levelPackFile(at.pack);
-    const auto found = sizes.find(pack);
-    const std::uint64_t need = std::uint64_t{at.geometry_bytes} + at.appearance_bytes;
-    if (found == sizes.end() || at.offset > found->second || need > found->second - at.offset)
-      throw CorruptSet(name, 0, "a tile lies outside the packs");
-    while (impl->packs.size() <= at.pack)
-      impl->packs.push_back(set.describe(internal::levelPackFile(static_cast<std::uint32_t>(impl->packs.size()))));
-  }
-  directory.get();
-  impl->link();
-  return std::unique_ptr<Levels>(new Levels(std::move(impl)));
-}
-
-LevelId Levels::size() const { return static_cast<LevelId>(impl_->table.entries.size()); }
-const LevelEntry& Levels::entry(LevelId level) const { return impl_->table.entries.at(level); }
-std::uint64_t Levels::bytes() const { return impl_->bytes; }
-
-Bytes Levels::Impl::part(LevelId level, bool appearance, std::string& file, std::uint64_t& offset) const {
-  const internal::TileLocation& at = table.locations.at(level);
-  file = packs[at.pack];
-  offset = at.offset + (appearance ? at.geometry_bytes : 0);
-  Bytes read(appearance ? at.appearance_bytes : at.geometry_bytes);
-  const std::string pack = internal::levelPackFile(at.pack);
-  for (bool again = false;; again = true) {
-    set.read(pack, offset, read);
-    if (internal::checksum(read) == (appearance ? at.appearance_checksum : at.geometry_checksum)) return read;
-    if (again || !set.discard(pack, offset, read.size()))
-      throw CorruptTile(level, file, offset,
-                        appearance ? "the checksum of a level's appearance is wrong" : "a level's checksum is wrong");
-  }
-}
-
-std::shared_ptr<const Tile> Levels::load(LevelId level) const {
-  std::string file;
-  std::uint64_t offset = 0;
-  const Bytes bytes = impl_->part(level, false, file, offset);
-  const LevelEntry& stated = entry(level);
-  const TilePlace place{level, stated.key, true, file.c_str(), offset};
-  auto tile = std::make_shared<const Tile>(decodeTile(bytes, place, Grid(stated.exponent)));
-  if (tile->segment_count() != stated.segments || tile->bytes() != stated.decoded_bytes)
-    throw CorruptTile(level, file, offset, "contradicts the table of levels");
-  return tile;
-}
-
-TileAppearance Levels::loadAppearance(LevelId level) const {
-  std::string file;
-  std::uint64_t offset = 0;
-  const Bytes bytes = impl_->part(level, true, file, offset);
-  return decodeAppearance(bytes, {level, entry(level).key, true, file.c_str(), offset}, entry(level).segments);
-}
-
-std::span<const LevelPart> Levels::below(LevelId level) const {
-  const std::size_t at = level == kRoots ? size() : level;
-  return {impl_->parts.data() + impl_->part_begin.at(at), impl_->parts.data() + impl_->part_begin.at(at + 1)};
-}
-
-bool Levels::Impl::inView(const LevelPart& part, const LevelView& view) const {
-  const GridBox& box = boxOf(part);
-  if (box.empty()) return false;
-  const Vector3d lo = set.grid().toWorld(box.lo), hi = set.grid().toWorld(box.hi);
-  return std::all_of(view.planes.begin(), view.planes.end(), [&](const LevelView::Plane& plane) {
-    const Vector3d farthest = (plane.n.array() >= 0).select(hi, lo);
-    return plane.n.dot(farthest) >= plane.d;
-  });
-}
-
-double Levels::Impl::errorOnScreen(const LevelPart& part, const LevelView& view) const {
-  if (!part.level) return 0;
-  const LevelEntry& e = table.entries[part.tile];
-  // Never 0, so that 0 pixels ask for full resolution.
-  const double error_um = std::max({e.error_um, e.pixel_um, set.grid().quantum_um() / 2});
-  if (view.orthographic) return error_um * view.pixels_per_rad;
-  const GridBox& box = boxes[part.tile];
-  const Vector3d lo = set.grid().toWorld(box.lo), hi = set.grid().toWorld(box.hi);
-  const double distance = (lo - view.eye_W).cwiseMax(view.eye_W - hi).cwiseMax(0.0).norm();
-  return distance > 0 ? error_um / distance * view.pixels_per_rad : std::numeric_limits<double>::infinity();
-}
-
-double Levels::errorOnScreen(LevelId level, const LevelView& view) const {
-  return impl_->errorOnScreen({true, level, entry(level).segments, 0}, view);
-}
-
 namespace {
+
+constexpr double kIsUnread = -1;  // instead of an error: the part stays, since the tiles below it are not read
 
 // Chosen parts, and replacing them by finer ones while the segments stay within a limit.
 class Refinement {
@@ -263,25 +94,153 @@ class Refinement {
 
 }  // namespace
 
-LevelChoice Levels::choose(const LevelView& view, std::uint64_t most_segments, double enough_px) const {
-  const auto seen = [&](std::span<const LevelPart> parts) {
-    std::vector<LevelPart> in_view;
-    for (LevelPart part : parts) {
-      if (!impl_->inView(part, view)) continue;
-      part.error_px = impl_->errorOnScreen(part, view);
-      in_view.push_back(part);
+struct Levels::Impl {
+  explicit Impl(const TileSet& s) : set(s) {}
+
+  const TileSet& set;
+  internal::LevelTable table;
+  std::vector<std::string> packs;  // for messages
+  std::unique_ptr<internal::LevelTree> tree;
+  std::uint64_t bytes = 0;
+
+  bool inView(const LevelPart& part, const LevelView& view) const;
+  double errorOnScreen(const LevelPart& part, const LevelView& view) const;
+  const GridBox& boxOf(const LevelPart& part) const {
+    return part.level ? tree->box(part.tile) : set.entry(part.tile).content;
+  }
+  std::vector<LevelPart> seen(std::span<const LevelPart> parts, const LevelView& view) const;
+  LevelChoice choose(const LevelView& view, std::uint64_t most_segments, double enough_px,
+                     const Refinement::Finer& finer) const;
+  Bytes part(LevelId level, bool appearance, std::string& file, std::uint64_t& offset) const;
+};
+
+Levels::Levels(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+Levels::~Levels() = default;
+
+std::unique_ptr<Levels> Levels::open(const TileSet& set) {
+  const SetFile* table_file = nullptr;
+  auto impl = std::make_unique<Impl>(set);
+  std::map<std::string, std::uint64_t> sizes;
+  for (const SetFile& file : set.files()) {
+    if (file.name == internal::kLevelsFile) table_file = &file;
+    if (!file.name.starts_with("levels")) continue;
+    sizes[file.name] = file.bytes;
+    impl->bytes += file.bytes;
+  }
+  if (table_file == nullptr) return nullptr;
+  Bytes bytes(table_file->bytes);
+  const std::string name = set.describe(internal::kLevelsFile);
+  for (bool again = false, read = false; !read; again = true) {
+    set.read(internal::kLevelsFile, 0, bytes);
+    try {
+      impl->table = internal::decodeLevels(bytes);
+      read = true;
+    } catch (const internal::Damage& damage) {
+      if (again || !set.discard(internal::kLevelsFile, 0, bytes.size()))
+        throw CorruptSet(name, damage.offset, damage.what);
     }
-    return in_view;
-  };
-  std::vector<LevelPart> first = seen(below(kRoots));
-  if (const TileId tile = impl_->set.long_tile(); tile != kNoTile)
-    first.push_back({false, tile, impl_->set.entry(tile).owned, 0});
+  }
+  if (impl->table.grid.exponent() != set.grid().exponent()) throw CorruptSet(name, 0, "contradicts the manifest");
+  for (const internal::TileLocation& at : impl->table.locations) {
+    const std::string pack = internal::levelPackFile(at.pack);
+    const auto found = sizes.find(pack);
+    const std::uint64_t need = std::uint64_t{at.geometry_bytes} + at.appearance_bytes;
+    if (found == sizes.end() || at.offset > found->second || need > found->second - at.offset)
+      throw CorruptSet(name, 0, "a tile lies outside the packs");
+    while (impl->packs.size() <= at.pack)
+      impl->packs.push_back(set.describe(internal::levelPackFile(static_cast<std::uint32_t>(impl->packs.size()))));
+  }
+  impl->tree = std::make_unique<internal::LevelTree>(set, impl->table.entries);
+  return std::unique_ptr<Levels>(new Levels(std::move(impl)));
+}
+
+LevelId Levels::size() const { return static_cast<LevelId>(impl_->table.entries.size()); }
+const LevelEntry& Levels::entry(LevelId level) const { return impl_->table.entries.at(level); }
+std::uint64_t Levels::bytes() const { return impl_->bytes; }
+
+Bytes Levels::Impl::part(LevelId level, bool appearance, std::string& file, std::uint64_t& offset) const {
+  const internal::TileLocation& at = table.locations.at(level);
+  file = packs[at.pack];
+  offset = at.offset + (appearance ? at.geometry_bytes : 0);
+  Bytes read(appearance ? at.appearance_bytes : at.geometry_bytes);
+  const std::string pack = internal::levelPackFile(at.pack);
+  for (bool again = false;; again = true) {
+    set.read(pack, offset, read);
+    if (internal::checksum(read) == (appearance ? at.appearance_checksum : at.geometry_checksum)) return read;
+    if (again || !set.discard(pack, offset, read.size()))
+      throw CorruptTile(level, file, offset,
+                        appearance ? "the checksum of a level's appearance is wrong" : "a level's checksum is wrong");
+  }
+}
+
+std::shared_ptr<const Tile> Levels::load(LevelId level) const {
+  std::string file;
+  std::uint64_t offset = 0;
+  const Bytes bytes = impl_->part(level, false, file, offset);
+  const LevelEntry& stated = entry(level);
+  const TilePlace place{level, stated.key, true, file.c_str(), offset};
+  auto tile = std::make_shared<const Tile>(decodeTile(bytes, place, Grid(stated.exponent)));
+  if (tile->segment_count() != stated.segments || tile->bytes() != stated.decoded_bytes)
+    throw CorruptTile(level, file, offset, "contradicts the table of levels");
+  return tile;
+}
+
+TileAppearance Levels::loadAppearance(LevelId level) const {
+  std::string file;
+  std::uint64_t offset = 0;
+  const Bytes bytes = impl_->part(level, true, file, offset);
+  return decodeAppearance(bytes, {level, entry(level).key, true, file.c_str(), offset}, entry(level).segments);
+}
+
+std::span<const LevelPart> Levels::below(LevelId level) const { return impl_->tree->below(level); }
+bool Levels::knowsBelow(LevelId level) const { return impl_->tree->knowsBelow(level); }
+LevelId Levels::above(const LevelPart& part) const { return impl_->tree->above(part); }
+
+bool Levels::Impl::inView(const LevelPart& part, const LevelView& view) const {
+  const GridBox& box = boxOf(part);
+  if (box.empty()) return false;
+  const Vector3d lo = set.grid().toWorld(box.lo), hi = set.grid().toWorld(box.hi);
+  return std::all_of(view.planes.begin(), view.planes.end(), [&](const LevelView::Plane& plane) {
+    const Vector3d farthest = (plane.n.array() >= 0).select(hi, lo);
+    return plane.n.dot(farthest) >= plane.d;
+  });
+}
+
+std::vector<LevelPart> Levels::Impl::seen(std::span<const LevelPart> parts, const LevelView& view) const {
+  std::vector<LevelPart> in_view;
+  for (LevelPart part : parts) {
+    if (!inView(part, view)) continue;
+    part.error_px = errorOnScreen(part, view);
+    in_view.push_back(part);
+  }
+  return in_view;
+}
+
+double Levels::Impl::errorOnScreen(const LevelPart& part, const LevelView& view) const {
+  if (!part.level) return 0;
+  const LevelEntry& e = table.entries[part.tile];
+  // Never 0, so that 0 pixels ask for full resolution.
+  const double error_um = std::max({e.error_um, e.pixel_um, set.grid().quantum_um() / 2});
+  if (view.orthographic) return error_um * view.pixels_per_rad;
+  const GridBox& box = tree->box(part.tile);
+  const Vector3d lo = set.grid().toWorld(box.lo), hi = set.grid().toWorld(box.hi);
+  const double distance = (lo - view.eye_W).cwiseMax(view.eye_W - hi).cwiseMax(0.0).norm();
+  return distance > 0 ? error_um / distance * view.pixels_per_rad : std::numeric_limits<double>::infinity();
+}
+
+double Levels::errorOnScreen(LevelId level, const LevelView& view) const {
+  return impl_->errorOnScreen({true, level, entry(level).segments, 0}, view);
+}
+
+LevelChoice Levels::Impl::choose(const LevelView& view, std::uint64_t most_segments, double enough_px,
+                                 const Refinement::Finer& finer) const {
+  LevelChoice choice;
+  std::vector<LevelPart> first = seen(tree->below(kRoots), view);
+  if (const TileId tile = set.long_tile(); tile != kNoTile) first.push_back({false, tile, set.entry(tile).owned, 0});
   std::uint64_t segments = 0;
   for (const LevelPart& part : first) segments += part.segments;
 
-  Refinement chosen(std::move(first), segments, most_segments,
-                    [&](const LevelPart& part) { return seen(below(part.tile)); });
-  LevelChoice choice;
+  Refinement chosen(std::move(first), segments, most_segments, finer);
   constexpr double kWave = 0.9;  // tiles of nearly the same error are replaced together
   while (chosen.worst() > enough_px) {
     const double worst = chosen.worst();
@@ -297,14 +256,46 @@ LevelChoice Levels::choose(const LevelView& view, std::uint64_t most_segments, d
   }
   choice.parts = chosen.take();
   choice.segments = chosen.segments();
-  for (const LevelPart& part : choice.parts) {
+  for (LevelPart& part : choice.parts) {
+    if (part.error_px == kIsUnread) {
+      part.error_px = errorOnScreen(part, view);
+      choice.unread.push_back(part.tile);
+    }
     choice.error_px = std::max(choice.error_px, part.error_px);
-    if (part.level) choice.hidden += entry(part.tile).hidden;
+    if (part.level) choice.hidden += table.entries[part.tile].hidden;
   }
   std::sort(choice.parts.begin(), choice.parts.end(), [](const LevelPart& a, const LevelPart& b) {
     if (a.error_px != b.error_px) return a.error_px > b.error_px;
     return a.level != b.level ? a.level : a.tile < b.tile;
   });
+  return choice;
+}
+
+LevelChoice Levels::choose(const LevelView& view, std::uint64_t most_segments, double enough_px,
+                           UnreadTiles unread) const {
+  const internal::LevelTree& tree = *impl_->tree;
+  const auto known = [&](const LevelPart& part) { return impl_->seen(tree.below(part.tile), view); };
+  if (unread == UnreadTiles::read) return impl_->choose(view, most_segments, enough_px, known);
+  if (!tree.knowsBelow(kRoots)) {
+    LevelChoice choice;
+    choice.unread.push_back(kRoots);
+    return choice;
+  }
+  LevelChoice choice = impl_->choose(view, most_segments, enough_px, [&](const LevelPart& part) {
+    if (tree.knowsBelow(part.tile)) return known(part);
+    return std::vector<LevelPart>{{true, part.tile, part.segments, kIsUnread}};
+  });
+  if (choice.unread.empty()) return choice;
+  // What would be chosen if the tiles below were known, all of them in view: no more than this need be read.
+  choice.unread = impl_
+                      ->choose(view, most_segments, enough_px,
+                               [&](const LevelPart& part) {
+                                 if (tree.knowsBelow(part.tile)) return known(part);
+                                 std::vector<LevelPart> parts = impl_->seen(tree.levelsBelow(part.tile), view);
+                                 parts.push_back({true, part.tile, tree.segmentsOfLeaves(part.tile), kIsUnread});
+                                 return parts;
+                               })
+                      .unread;
   return choice;
 }
 

@@ -60,18 +60,25 @@ struct LevelPart {
 
 // The chosen tiles.
 struct LevelChoice {
-  std::vector<LevelPart> parts;  // largest error first
-  std::uint64_t segments = 0;    // of the parts
-  double error_px = 0;           // largest error of the parts
-  std::uint64_t hidden = 0;      // full-resolution segments that no part represents: others cover their pixels
-  bool limited = false;          // a part is coarser than asked for, because of the limit on segments
+  std::vector<LevelPart> parts;      // largest error first
+  std::uint64_t segments = 0;        // of the parts
+  double error_px = 0;               // largest error of the parts
+  std::uint64_t hidden = 0;          // full-resolution segments that no part represents: others cover their pixels
+  bool limited = false;              // a part is coarser than asked for, because of the limit on segments
+  std::vector<LevelId> unread = {};  // parts that stay coarse because the directory's pages below are not read
+};
+
+// What choose() does where a finer part needs pages of the set's directory that are not read yet.
+enum class UnreadTiles : std::uint8_t {
+  read,   // reads them
+  leave,  // keeps the coarser part and lists it in LevelChoice::unread: call below() on any thread, then choose again
 };
 
 // Thread rule: immutable after open(); internally synchronised, as the set is.
 class Levels {
  public:
-  // Opens the levels of `set`, which must outlive this object. Returns nullptr if the set has no levels. Throws
-  // CorruptSet, IoError. O(tiles).
+  // Opens the levels of `set`, which must outlive this object. Returns nullptr if the set has no levels. Reads the
+  // table of level tiles. Throws CorruptSet, IoError. O(level tiles).
   static std::unique_ptr<Levels> open(const TileSet& set);
   ~Levels();
 
@@ -85,8 +92,12 @@ class Levels {
   std::shared_ptr<const Tile> load(LevelId level) const;
   TileAppearance loadAppearance(LevelId level) const;
 
-  // The level tiles and full-resolution tiles directly below a level tile; for kRoots: the topmost ones.
+  // The level tiles and full-resolution tiles directly below a level tile; for kRoots: the topmost ones. The first call
+  // for a level reads the directory's pages of these tiles. Throws CorruptSet, IoError. O(parts), then O(1).
   std::span<const LevelPart> below(LevelId level) const;
+  bool knowsBelow(LevelId level) const;  // below() reads nothing
+  // The level tile directly above a part; kRoots: none. O(log level tiles).
+  LevelId above(const LevelPart& part) const;
   static constexpr LevelId kRoots = std::numeric_limits<LevelId>::max();
 
   // The error of a level tile on the screen, in pixels: of its segments, or the size of the pixels that hide others.
@@ -98,8 +109,9 @@ class Levels {
   // stay within `most_segments` and the error exceeds `enough_px`, replaces all tiles of about the largest error
   // (within a tenth) by the tiles below them. If these are too many, all stay as they are, so that no block is sparser
   // than its neighbours. Only the tiles around the eye are then replaced one by one. The coarsest tile and the
-  // long-segment tile are always included. O(parts).
-  LevelChoice choose(const LevelView& view, std::uint64_t most_segments, double enough_px = kEnough_px) const;
+  // long-segment tile are always included. Throws as below() does if it reads. O(parts).
+  LevelChoice choose(const LevelView& view, std::uint64_t most_segments, double enough_px = kEnough_px,
+                     UnreadTiles unread = UnreadTiles::read) const;
   static constexpr double kEnough_px = 1;
 
  private:

@@ -162,6 +162,8 @@ std::vector<std::string> checkLevels(const TileSet& set, const Levels& levels) {
       else
         inside.emplace_back(set, levels, level);
     }
+    if (inside.empty() && levels.size() > 0)
+      problems.push_back("tile " + std::to_string(id) + ": no level tile contains it");
     const std::shared_ptr<const Tile> tile = set.load(id);
     for (OpenLevel& open : inside) open.add(*tile);
   }

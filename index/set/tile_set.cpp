@@ -17,6 +17,8 @@
 #include "index/workers.h"
 
 #include <algorithm>
+#include <atomic>
+#include <set>
 #include <string_view>
 
 namespace filiform {
@@ -116,8 +118,37 @@ GridBox TileSet::groupContent(std::uint32_t group) const { return impl_->directo
 std::uint64_t TileSet::floorBytes() const { return impl_->manifest().floor_bytes; }
 std::uint64_t TileSet::segmentCount() const { return counts().segments; }
 std::uint64_t TileSet::decodedBytes() const { return counts().decoded_bytes; }
+UsualBox TileSet::usualBox() const {
+  if (const std::optional<UsualBox>& stated = impl_->manifest().usual) return *stated;
+  readDirectory();
+  return TileStore::usualBox();
+}
 bool TileSet::isRemote() const { return impl_->revision.isRemote(); }
 std::optional<RemoteCounters> TileSet::remoteCounters() const { return impl_->revision.remoteCounters(); }
+
+std::vector<std::pair<TileId, TileId>> TileSet::leavesWithin(
+    std::span<const std::pair<MortonKey, MortonKey>> ranges) const {
+  const auto readAll = [&](const std::set<std::size_t>& numbers, const auto& read) {
+    const std::vector<std::size_t> all(numbers.begin(), numbers.end());
+    std::atomic<std::size_t> next{0};
+    runWorkers(std::min<std::size_t>(all.size(), readsAtOnce(*this)), [&](unsigned, const std::atomic<bool>& failed) {
+      for (std::size_t i = 0; !failed && (i = next.fetch_add(1)) < all.size();) read(all[i]);
+    });
+  };
+  const auto& directory = impl_->directory;
+  std::set<std::size_t> groups, pages;
+  const auto add = [](std::set<std::size_t>& numbers, std::size_t first, std::size_t last) {
+    if (last == LeafIndex::kNone) return;  // the range ends before the first tile
+    for (std::size_t n = first == LeafIndex::kNone ? 0 : first; n <= last; ++n) numbers.insert(n);
+  };
+  for (const auto& [first, last] : ranges) add(groups, leaves().groupOf(first), leaves().groupOf(last));
+  readAll(groups, [&](std::size_t group) { directory.readGroup(static_cast<std::uint32_t>(group)); });
+  for (const auto& [first, last] : ranges) add(pages, leaves().pageOf(first), leaves().pageOf(last));
+  readAll(pages, [&](std::size_t page) { entry(static_cast<TileId>(page) * page_tiles()); });
+  std::vector<std::pair<TileId, TileId>> found;
+  for (const auto& [first, last] : ranges) found.emplace_back(leaves().firstFrom(first), leaves().firstFrom(last + 1));
+  return found;
+}
 
 void TileSet::readDirectory() const {
   const std::uint64_t pages = impl_->directory.root().page_count(), readers = readsAtOnce(*this);

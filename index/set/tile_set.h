@@ -62,6 +62,7 @@ class TileSet final : public TileStore {
   std::uint64_t floorBytes() const override;
   std::uint64_t segmentCount() const override;
   std::uint64_t decodedBytes() const override;
+  UsualBox usualBox() const override;
   bool isRemote() const override;
   std::uint32_t capacity() const override;
   std::shared_ptr<const Tile> load(TileId tile) const override;
@@ -91,6 +92,10 @@ class TileSet final : public TileStore {
   bool discard(const std::string& file, std::uint64_t offset, std::uint64_t bytes) const;
   std::string describe(const std::string& file) const;   // the file's name for messages
   std::optional<RemoteCounters> remoteCounters() const;  // of a set at an address: what was asked of the server so far
+  // The full-resolution tiles whose blocks begin in each range of keys (first and last, ascending): the first tile and
+  // the one behind the last. Reads the pages of the directory that may hold such tiles, from a set at an address many
+  // at once. Throws CorruptSet, IoError. O(ranges log tiles + pages).
+  std::vector<std::pair<TileId, TileId>> leavesWithin(std::span<const std::pair<MortonKey, MortonKey>> ranges) const;
   // Reads the pages of the directory, from a set at an address many at once. For work that then needs all entries.
   // Throws CorruptSet, IoError. O(tiles).
   void readDirectory() const;

@@ -69,6 +69,12 @@ class TileFloor {
   std::uint64_t largest_ = 0, second_ = 0, long_ = 0;
 };
 
+// The box that an overview frames (index/set/usual_box.h).
+struct UsualBox {
+  GridBox box;                // empty without segments
+  std::uint64_t outside = 0;  // segments of tiles outside the box; 0: the box is that of all segments
+};
+
 class TileStore {
  public:
   virtual ~TileStore() = default;
@@ -98,6 +104,8 @@ class TileStore {
   // in memory.
   virtual std::uint64_t segmentCount() const;
   virtual std::uint64_t decodedBytes() const;
+  // O(1); O(tiles log tiles) for stores in memory and for sets that do not state it.
+  virtual UsualBox usualBox() const;
   virtual std::uint32_t capacity() const = 0;
   // True if loads travel over a network; see TileSource.
   virtual bool isRemote() const { return false; }

@@ -32,11 +32,13 @@ class LeafIndex {
   TileId size() const { return shape_.leaves; }  // number of leaves, known or not
   // The group whose range of keys contains the point, or kNone. O(log groups).
   std::size_t groupOf(const GridPoint& p) const noexcept { return groupOf(mortonKey(p)); }
+  std::size_t groupOf(MortonKey key) const noexcept;
   bool knowsGroup(std::size_t group) const noexcept { return groups_[group].known.load(std::memory_order_acquire); }
   std::size_t firstPage(std::size_t group) const noexcept { return group * shape_.group_pages; }
   // The page whose range of keys contains the point. kNone if there is none, or if its group is not known. O(log
   // pages).
   std::size_t pageOf(const GridPoint& p) const noexcept { return pageOf(mortonKey(p)); }
+  std::size_t pageOf(MortonKey key) const noexcept;
   // False if the page's group is not known.
   bool knows(std::size_t page) const noexcept;
   // True if the page of this leaf is known. False for a tile that is not a leaf.
@@ -46,6 +48,10 @@ class LeafIndex {
   void addGroup(std::size_t group, std::vector<MortonKey> page_lows);
   // Adds the leaves of a page of a known group, ascending. Requires one call a page.
   void add(std::size_t page, std::vector<BlockKey> leaves);
+
+  // The first leaf whose block begins at the key or later. Requires the page that contains the key, unless it begins
+  // there. O(log tiles).
+  TileId firstFrom(MortonKey key) const noexcept;
 
   // The tile whose block contains the point. kNoTile if space is empty there, or if the page is not known. When a store
   // has loaded a tile, the pages of the homes of all its nodes are known. For other points, call TileStore::home().
@@ -62,9 +68,6 @@ class LeafIndex {
     std::vector<MortonKey> lows;  // of each page
     std::unique_ptr<Page[]> pages;
   };
-  std::size_t groupOf(MortonKey key) const noexcept;
-  std::size_t pageOf(MortonKey key) const noexcept;
-
   std::vector<MortonKey> lows_;  // of each group
   std::unique_ptr<Group[]> groups_;
   Shape shape_;

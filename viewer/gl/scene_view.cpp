@@ -5,7 +5,6 @@
 #include "viewer/gl/internal/motion_detector.h"
 #include "viewer/gl/internal/signature.h"
 #include "viewer/scene/overlay.h"
-#include "viewer/scene/usual_box.h"
 
 #include <algorithm>
 #include <array>
@@ -50,8 +49,9 @@ EyeView viewForBothEyes(const EyeView& left, const Vector3d& middle_W, double se
 
 GridBox boxOf(const TileStore& store) {
   GridBox box;
-  for (TileId tile = 0; tile < store.tile_count(); ++tile)
-    if (!store.entry(tile).content.empty()) box.extend(store.entry(tile).content);
+  const std::uint64_t tiles_of_group = std::uint64_t{store.page_tiles()} * store.group_pages();
+  for (std::uint32_t group = 0; group * tiles_of_group < store.tile_count(); ++group)
+    if (const GridBox content = store.groupContent(group); !content.empty()) box.extend(content);
   if (box.empty()) throw InputError("nothing to draw: the scene has no segment");
   return box;
 }
@@ -81,7 +81,7 @@ struct SceneView::Impl {
   Impl(const TileStore& store, const Levels* levels, Renderer& r)
       : renderer(r),
         box(boxOf(store)),
-        usual(usualBox(store)),
+        usual(store.usualBox()),
         lo_W(store.grid().toWorld(box.lo) - kRoomForSomata_um),
         hi_W(store.grid().toWorld(box.hi) + kRoomForSomata_um),
         usual_lo_W(store.grid().toWorld(usual.box.lo) - kRoomForSomata_um),

@@ -98,7 +98,7 @@ struct SceneFigures {
 class SceneView {
  public:
   // Store, levels (may be nullptr) and renderer must outlive it. Throws InputError for a scene without a segment. May
-  // run on any thread: does not draw. O(tiles).
+  // run on any thread: does not draw. O(groups of the directory); without levels O(tiles).
   SceneView(const TileStore& store, const Levels* levels, Renderer& renderer);
   // Removes its batches from the renderer.
   ~SceneView();
@@ -108,8 +108,8 @@ class SceneView {
   // The box of all segments, with room for their thickness; um.
   const Vector3d& lo_W() const noexcept;
   const Vector3d& hi_W() const noexcept;
-  // The same without the few segments far from all others, and the number of these; see usualBox(). Fog and eye-dome
-  // lighting of overviews follow it.
+  // The same without the few segments far from all others, and the number of these; see TileStore::usualBox(). Fog and
+  // eye-dome lighting of overviews follow it.
   const Vector3d& usual_lo_W() const noexcept;
   const Vector3d& usual_hi_W() const noexcept;
   std::uint64_t far_segments() const noexcept;

@@ -5,15 +5,16 @@
 namespace filiform {
 
 DrawList chooseTiles(const TileStore& store, const Levels* levels, const LevelView& view, const Vector3d& focus_W,
-                     std::uint64_t most_segments, double enough_px) {
+                     std::uint64_t most_segments, double enough_px, UnreadTiles unread) {
   DrawList list;
   if (levels != nullptr) {
-    LevelChoice choice = levels->choose(view, most_segments, enough_px);
+    LevelChoice choice = levels->choose(view, most_segments, enough_px, unread);
     return {.parts = std::move(choice.parts),
             .segments = choice.segments,
             .error_px = choice.error_px,
             .hidden = choice.hidden,
-            .limited = choice.limited};
+            .limited = choice.limited,
+            .unread = std::move(choice.unread)};
   }
 
   struct DrawableTile {

@@ -14,13 +14,15 @@ struct DrawList {
   std::uint64_t hidden = 0;      // full-resolution segments that levels hide: others cover their pixels
   std::uint64_t left_out = 0;    // without levels: segments of the tiles in view beyond the budget
   std::uint64_t tiles_left_out = 0;
-  bool limited = false;  // with levels: some part is coarser than asked for, because of the budget
+  bool limited = false;              // with levels: some part is coarser than asked for, because of the budget
+  std::vector<LevelId> unread = {};  // with levels: as in LevelChoice
 };
 
 // With levels: Levels::choose(). It always chooses the coarsest tile, so that `segments` may exceed a tiny budget.
 // Without levels (nullptr): tiles in full resolution, the long-segment tile first, then by distance to the focus; a
 // tile that would exceed the budget is skipped. O(tiles log tiles).
 DrawList chooseTiles(const TileStore& store, const Levels* levels, const LevelView& view, const Vector3d& focus_W,
-                     std::uint64_t most_segments, double enough_px = Levels::kEnough_px);
+                     std::uint64_t most_segments, double enough_px = Levels::kEnough_px,
+                     UnreadTiles unread = UnreadTiles::read);
 
 }  // namespace filiform

@@ -9,6 +9,7 @@
 #include "index/set/internal/directory_file.h"
 #include "index/set/internal/landmarks_file.h"
 #include "index/set/internal/manifest.h"
+#include "index/set/usual_box.h"
 #include "index/tile/tile_codec.h"
 
 #include <algorithm>
@@ -183,6 +184,7 @@ std::string TileWriter::finish(const Provenance& provenance) {
   for (TileId t = 0; t < impl_->directory.entries.size(); ++t)
     floor.add(impl_->directory.entries[t].decoded_bytes, t == impl_->directory.long_tile);
   impl_->manifest.floor_bytes = floor.bytes();
+  impl_->manifest.usual = usualBoxOf(impl_->directory.entries, impl_->directory.long_tile);
   {
     internal::OutputFile origin(impl_->folder + "/" + internal::kProvenanceFile);
     internal::writeProvenance(provenance, [&](std::string_view piece) { origin.write(piece); });

@@ -24,6 +24,7 @@ class DirectoryReader {
   const TileEntry& entry(TileId tile) const { return page(tile).entries[tile % root_.page_tiles]; }
   const TileLocation& location(TileId tile) const { return page(tile).locations[tile % root_.page_tiles]; }
   GridBox pageContent(std::uint32_t page) const;
+  void readGroup(std::uint32_t number) const { group(number); }
   TileId home(const GridPoint& p) const;
   // Reads the pages that home() of the tile's nodes needs, because the haptic thread cannot read.
   void knowHomes(const Tile& tile) const;

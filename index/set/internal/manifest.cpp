@@ -37,6 +37,22 @@ nlohmann::ordered_json point(const Grid& grid, const GridPoint& p) {
   return {p_W.x(), p_W.y(), p_W.z()};
 }
 
+nlohmann::ordered_json corners(const GridBox& box) {
+  return {{box.lo.x(), box.lo.y(), box.lo.z()}, {box.hi.x(), box.hi.y(), box.hi.z()}};
+}
+
+GridBox boxOf(const nlohmann::json& corners) {
+  if (corners.size() != 2 || corners.at(0).size() != 3 || corners.at(1).size() != 3)
+    throw Damage{0, "a box is malformed"};
+  GridBox box;
+  for (std::size_t i = 0; i < 3; ++i) {
+    box.lo[static_cast<Eigen::Index>(i)] = wholeNumber<std::int64_t>(corners.at(0).at(i));
+    box.hi[static_cast<Eigen::Index>(i)] = wholeNumber<std::int64_t>(corners.at(1).at(i));
+  }
+  if (box.empty()) throw Damage{0, "a box is malformed"};
+  return box;
+}
+
 std::uint64_t fromHex16(const std::string& text) {
   if (text.size() != 16 || text.find_first_not_of("0123456789abcdef") != std::string::npos)
     throw Damage{0, "a digest is malformed"};
@@ -56,10 +72,11 @@ std::string encodeManifest(const Manifest& manifest, const Provenance& provenanc
   json["bounds_um"] = nullptr;
   json["bounds_quanta"] = nullptr;
   if (!manifest.bounds.empty()) {
-    const GridPoint &lo = manifest.bounds.lo, &hi = manifest.bounds.hi;
-    json["bounds_um"] = {point(manifest.grid, lo), point(manifest.grid, hi)};
-    json["bounds_quanta"] = {{lo.x(), lo.y(), lo.z()}, {hi.x(), hi.y(), hi.z()}};
+    json["bounds_um"] = {point(manifest.grid, manifest.bounds.lo), point(manifest.grid, manifest.bounds.hi)};
+    json["bounds_quanta"] = corners(manifest.bounds);
   }
+  if (manifest.usual && !manifest.usual->box.empty())
+    json["usual_box"] = {{"quanta", corners(manifest.usual->box)}, {"outside", manifest.usual->outside}};
   const SetCounts& c = manifest.counts;
   json["counts"] = {{"cells", c.cells},
                     {"samples", c.samples},
@@ -129,15 +146,10 @@ Manifest decodeManifest(const std::string& text) {
     if (exponent < Grid::kMinExponent || exponent > Grid::kMaxExponent) throw Damage{0, "the quantum is out of range"};
     manifest.grid = Grid(exponent);
     manifest.capacity = wholeNumber<std::uint32_t>(json.at("capacity"));
-    if (!json.at("bounds_quanta").is_null()) {
-      const nlohmann::json& corners = json.at("bounds_quanta");
-      if (corners.size() != 2 || corners.at(0).size() != 3 || corners.at(1).size() != 3)
-        throw Damage{0, "the bounds are malformed"};
-      for (std::size_t i = 0; i < 3; ++i) {
-        manifest.bounds.lo[static_cast<Eigen::Index>(i)] = wholeNumber<std::int64_t>(corners.at(0).at(i));
-        manifest.bounds.hi[static_cast<Eigen::Index>(i)] = wholeNumber<std::int64_t>(corners.at(1).at(i));
-      }
-    }
+    if (!json.at("bounds_quanta").is_null()) manifest.bounds = boxOf(json.at("bounds_quanta"));
+    if (json.contains("usual_box"))
+      manifest.usual = {boxOf(json.at("usual_box").at("quanta")),
+                        wholeNumber<std::uint64_t>(json.at("usual_box").at("outside"))};
     const nlohmann::json& counts = json.at("counts");
     const auto count = [&](const char* name) { return wholeNumber<std::uint64_t>(counts.at(name)); };
     SetCounts& c = manifest.counts;

@@ -7,6 +7,7 @@
 #include "index/set/tile_set.h"
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -17,6 +18,7 @@ struct Manifest {
   Grid grid;
   std::uint32_t capacity = 0;
   GridBox bounds;
+  std::optional<UsualBox> usual = {};  // TileStore::usualBox()
   SetCounts counts;
   double covering_radius_um = 0;
   std::uint64_t refused = 0;      // number of refused inputs

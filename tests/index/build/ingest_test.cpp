@@ -158,7 +158,7 @@ TEST(Ingest, GoldenRevision) {
   cell.odd_radii = {{1, 0.25000000001}, {2, 0.5000000001}, {7, 0.49999999999}};
   const TempFolder folder;
   const IngestResult result = ingestCells({cell}, folder / "a.fil", {.capacity = 16});
-  EXPECT_EQ(result.revision, "r-f495fdfaa584e874");
+  EXPECT_EQ(result.revision, "r-315fe2a89cf2ee9c");
 }
 
 TEST(Ingest, AnExistingSetIsRefusedWithoutForce) {

@@ -5,12 +5,14 @@
 #include "index/errors.h"
 #include "index/set/internal/level_files.h"
 #include "index/set/verify.h"
+#include "tests/support/far_folder.h"
 #include "tests/support/random_cells.h"
 #include "tests/support/temp_folder.h"
 
 #include <algorithm>
 #include <filesystem>
 #include <map>
+#include <random>
 #include <set>
 
 #include <gtest/gtest.h>
@@ -93,6 +95,83 @@ class LevelsTest : public ::testing::Test {
   static inline std::unique_ptr<TileSet> set_;
   static inline std::unique_ptr<Levels> levels_;
 };
+
+bool isSame(const LevelPart& a, const LevelPart& b) {
+  return a.level == b.level && a.tile == b.tile && a.segments == b.segments && a.error_px == b.error_px;
+}
+
+TEST_F(LevelsTest, TheDirectoryIsReadWhereFinerTilesAreAskedFor) {
+  const std::string path =
+      made(*folder_, "pages.fil", test::randomColumn(31, 12, 500, 300), {.capacity = 8, .page_tiles = 16});
+  auto source = std::make_unique<test::FarFolder>(path);
+  const test::FarFolder& far = *source;
+  const auto set = TileSet::open(std::move(source));
+  const auto levels = Levels::open(*set);
+  EXPECT_FALSE(levels->below(Levels::kRoots).empty());
+  EXPECT_EQ(far.directory_reads, 0);
+  LevelView view = from({0, 0, 500}, 1000);
+  view.planes.push_back({Vector3d(1, 0, 0), 40});
+  EXPECT_TRUE(levels->choose(from({0, 0, 1e7}, 1000), UINT64_MAX, 1, UnreadTiles::leave).unread.empty()) << "far away";
+  EXPECT_TRUE(levels->choose(view, 1000, 0, UnreadTiles::leave).unread.empty()) << "too many segments";
+  LevelChoice choice = levels->choose(view, UINT64_MAX, 0, UnreadTiles::leave);
+  EXPECT_EQ(far.directory_reads, 0);
+  ASSERT_FALSE(choice.unread.empty());
+  while (!choice.unread.empty()) {
+    EXPECT_GT(choice.error_px, 0);
+    for (const LevelId level : choice.unread) {
+      EXPECT_FALSE(levels->knowsBelow(level));
+      levels->below(level);
+      EXPECT_TRUE(levels->knowsBelow(level));
+    }
+    choice = levels->choose(view, UINT64_MAX, 0, UnreadTiles::leave);
+  }
+  const int reads = far.directory_reads;
+  const LevelChoice all = levels->choose(view, UINT64_MAX, 0);
+  EXPECT_EQ(far.directory_reads, reads);
+  EXPECT_TRUE(std::equal(choice.parts.begin(), choice.parts.end(), all.parts.begin(), all.parts.end(), isSame));
+}
+
+TEST_F(LevelsTest, AboveIsTheInverseOfBelow) {
+  std::vector<LevelId> all{Levels::kRoots};
+  for (LevelId level = 0; level < levels_->size(); ++level) all.push_back(level);
+  std::size_t tiles = 0;
+  for (const LevelId level : all)
+    for (const LevelPart& part : levels_->below(level)) {
+      EXPECT_EQ(levels_->above(part), level);
+      tiles += part.level ? 0 : 1;
+    }
+  EXPECT_EQ(tiles, set_->tile_count() - (set_->long_tile() != kNoTile));
+}
+
+TEST_F(LevelsTest, LeavesWithinARangeOfKeysAreThoseThatBeginThere) {
+  const std::string path =
+      made(*folder_, "small_pages.fil", test::randomColumn(31, 12, 500, 300), {.capacity = 8, .page_tiles = 4});
+  std::mt19937_64 random(5);
+  std::vector<MortonKey> lows;
+  for (TileId t = 0; t < set_->tile_count(); ++t)
+    if (t != set_->long_tile()) lows.push_back(set_->entry(t).key.low);
+  for (int round = 0; round < 100; ++round) {
+    const auto set = TileSet::open(path);  // knows no page
+    std::vector<MortonKey> ends;
+    for (int i = 0; i < 6; ++i) {
+      const MortonKey near = lows[random() % lows.size()];
+      ends.push_back(near + static_cast<MortonKey>(random() % 3) - (near > 0 ? 1 : 0));
+    }
+    std::sort(ends.begin(), ends.end());
+    if (round % 3 == 0) ends.front() = 0;
+    if (round % 5 == 0) ends.back() = (MortonKey{1} << kMortonBits) - 1;
+    const std::vector<std::pair<MortonKey, MortonKey>> ranges{
+        {ends[0], ends[1]}, {ends[2], ends[3]}, {ends[4], ends[5]}};
+    const auto found = set->leavesWithin(ranges);
+    ASSERT_EQ(found.size(), ranges.size());
+    for (std::size_t i = 0; i < ranges.size(); ++i) {
+      const auto first = std::lower_bound(lows.begin(), lows.end(), ranges[i].first),
+                 end = std::upper_bound(lows.begin(), lows.end(), ranges[i].second);
+      EXPECT_EQ(found[i].first, static_cast<TileId>(first - lows.begin()));
+      EXPECT_EQ(found[i].second, static_cast<TileId>(end - lows.begin()));
+    }
+  }
+}
 
 TEST_F(LevelsTest, EveryTileLiesBelowTheRootsOnce) {
   ASSERT_GT(levels_->size(), 3u);
@@ -291,6 +370,10 @@ TEST_F(LevelsTest, CheckFindsAnErrorThatIsUnderstated) {
   EXPECT_TRUE(problemsOf([](LevelEntry&) {}).empty());
   EXPECT_FALSE(problemsOf([](LevelEntry& e) { e.error_um *= 0.2; }).empty());
   EXPECT_FALSE(problemsOf([](LevelEntry& e) { ++e.represented; }).empty());
+  const std::vector<std::string> outside = problemsOf([](LevelEntry& e) { e.key = {e.key.low, e.key.depth + 3}; });
+  EXPECT_TRUE(std::any_of(outside.begin(), outside.end(), [](const std::string& line) {
+    return line.find("no level tile contains it") != std::string::npos;
+  }));
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include "index/set/tile_set.h"
 #include "solver/workspace/workspace.h"
 #include "tests/support/counting_store.h"
+#include "tests/support/far_folder.h"
 #include "tests/support/golden.h"
 #include "tests/support/random_cells.h"
 #include "tests/support/temp_folder.h"
@@ -160,6 +161,29 @@ TEST_F(SceneViews, CoarseTilesStandInUntilFinerOnesCome) {
   Renderer other(*context_);
   SceneView at_once(*set_, levels_.get(), other);
   at_once.drawWhole(frameOf(at_once));
+  EXPECT_EQ(other.read().rgb, frames.rgb);
+}
+
+TEST_F(SceneViews, FromFarAwayNoFrameReadsTheDirectory) {
+  auto source = std::make_unique<test::FarFolder>(*folder_ / "a.fil");
+  const test::FarFolder& far = *source;
+  const auto set = TileSet::open(std::move(source));
+  const auto levels = Levels::open(*set);
+  SceneView scene(*set, levels.get(), renderer_);
+  const SceneFrame frame = frameOf(scene);
+  const SceneFigures first = scene.draw(frame);
+  EXPECT_GT(first.pending, 0u);
+  EXPECT_EQ(far.directory_reads_here, 0);
+  const SceneFigures figures = settle(scene, frame);
+  EXPECT_EQ(far.directory_reads_here, 0);
+  EXPECT_GT(far.directory_reads, 0);
+  EXPECT_TRUE(figures.complete);
+  EXPECT_EQ(figures.segments, ownedBy(*set));
+  const Picture frames = renderer_.read();
+
+  Renderer other(*context_);
+  SceneView near(*set_, levels_.get(), other);
+  near.drawWhole(frameOf(near));
   EXPECT_EQ(other.read().rgb, frames.rgb);
 }
 

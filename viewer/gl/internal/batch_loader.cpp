@@ -27,7 +27,9 @@ struct ReadTile {
   TileAppearance appearance;
 };
 
-bool isSame(const TileJob& a, const TileJob& b) { return a.key == b.key && a.generation == b.generation; }
+bool isSame(const TileJob& a, const TileJob& b) {
+  return a.key == b.key && a.generation == b.generation && a.only_below == b.only_below;
+}
 
 }  // namespace
 
@@ -113,6 +115,10 @@ void BatchLoader::Impl::readCellsOf(const Tile& tile) const {
 }
 
 ReadTile BatchLoader::Impl::read(const TileJob& job) const {
+  if (job.only_below) {
+    levels->below(job.tile);
+    return {};
+  }
   // Both parts lie side by side in the file; from far away they come at the same time.
   std::future<TileAppearance> appearance =
       std::async(store.isRemote() ? std::launch::async : std::launch::deferred,
@@ -171,6 +177,8 @@ NeuriteBatch BatchLoader::Impl::load(const TileJob& job) {
       options.somata = &somata;
       append(batch, makeBatch(*tile, appearance, options));
     }
+  } else if (job.only_below) {
+    take(job);
   } else {
     const auto [tile, appearance] = take(job);
     if (!job.level) learnCellsOf(*tile);

@@ -21,11 +21,12 @@ struct TileJob {
   ColourBy colour = ColourBy::cell;
   std::shared_ptr<const CellColours> cell_colours = {};
   std::uint32_t whole_cell = UINT32_MAX;  // if set: load this cell in full resolution instead of the tile
+  bool only_below = false;                // read what lies below the level tile (Levels::below()), not the tile
 };
 
 struct LoadedTile {
   TileJob job;
-  NeuriteBatch batch;        // thickest first
+  NeuriteBatch batch;        // thickest first; empty if `only_below`
   std::exception_ptr error;  // why the tile cannot be read; else nullptr
 };
 

@@ -34,10 +34,13 @@ std::string reasonOf(const std::exception_ptr& error) {
 CardTiles::CardTiles(const TileStore& store, const Levels* levels, Renderer& renderer, double shallow_um,
                      double deep_um)
     : store_(store), levels_(levels), renderer_(renderer), first_tile_(levels != nullptr ? levels->size() : 0) {
-  parent_.assign(std::size_t{first_tile_} + store.tile_count(), kNone);
-  for (LevelId level = 0; level < first_tile_; ++level)
-    for (const LevelPart& part : levels->below(level)) parent_[nodeOf(part)] = level;
   loader_ = std::make_unique<BatchLoader>(store, levels, shallow_um, deep_um);
+}
+
+CardTiles::Node CardTiles::above(Node node) const {
+  if (levels_ == nullptr) return kNone;
+  const LevelId level = levels_->above({isLevel(node), isLevel(node) ? node : node - first_tile_, 0, 0});
+  return level == Levels::kRoots ? kNone : level;
 }
 
 bool CardTiles::setAppearance(ColourBy colour, const std::shared_ptr<const CellColours>& cell_colours,
@@ -69,9 +72,12 @@ bool CardTiles::choose(const LevelView& view, const Vector3d& focus_W, std::uint
   choice.add(focus_W);
   choice.add(static_cast<double>(most_segments));
   choice.add(enough_px);
-  if (choice == last_choice_) return false;
+  if (choice == last_choice_ && !choose_again_) return false;
+  choose_again_ = false;
   last_choice_ = std::move(choice);
-  chosen_ = chooseTiles(store_, levels_, view, focus_W, most_segments, enough_px);
+  const bool reading = !store_.isRemote() || !with_stand_ins;  // from far away, no frame waits
+  chosen_ = chooseTiles(store_, levels_, view, focus_W, most_segments, enough_px,
+                        reading ? UnreadTiles::read : UnreadTiles::leave);
   chosen_view_ = view;
   request(with_stand_ins, now_s);
   return true;
@@ -98,15 +104,15 @@ void CardTiles::request(bool with_stand_ins, double now_s) {
       next_retry_s_ = std::min(next_retry_s_, tile.retry_s);
       return;
     }
-    const Node above = parent_[node];
-    const double error_px = above == kNone ? INFINITY : levels_->errorOnScreen(above, chosen_view_);
+    const Node coarser = above(node);
+    const double error_px = coarser == kNone ? INFINITY : levels_->errorOnScreen(coarser, chosen_view_);
     wishes.push_back({error_px, node});
   };
   for (const LevelPart& part : chosen_.parts) {
     wish(nodeOf(part));
     if (!with_stand_ins) continue;
-    for (Node above = parent_[nodeOf(part)]; above != kNone && met.insert(above).second; above = parent_[above])
-      wish(above);
+    for (Node coarser = above(nodeOf(part)); coarser != kNone && met.insert(coarser).second; coarser = above(coarser))
+      wish(coarser);
   }
   // At equal errors: level tiles before the tiles inside them. Without levels the nearest are first already.
   std::stable_sort(wishes.begin(), wishes.end(), [&](const Wish& a, const Wish& b) {
@@ -128,6 +134,13 @@ void CardTiles::request(bool with_stand_ins, double now_s) {
                     .tile = isLevel(w.node) ? w.node : w.node - first_tile_,
                     .colour = colour_,
                     .cell_colours = cell_colours_});
+  for (const LevelId level : chosen_.unread) {
+    const auto failed = unread_.find(level);
+    if (failed == unread_.end() || failed->second.retry_s <= now_s)
+      jobs.push_back({.key = level, .level = true, .tile = level, .only_below = true});
+    else
+      next_retry_s_ = std::min(next_retry_s_, failed->second.retry_s);
+  }
   loader_->want(std::move(jobs));
 }
 
@@ -140,6 +153,10 @@ bool CardTiles::upload(const SceneBudget& budget, bool all, double now_s, SceneF
   while (figures.uploads == 0 || all ||
          (figures.upload_bytes < budget.upload_bytes && elapsed_ms(start) < budget.upload_ms)) {
     if (!loader_->take(loaded)) break;
+    if (loaded.job.only_below) {
+      came |= tookDirectory(loaded, now_s);
+      continue;
+    }
     if (loaded.job.generation != generation_) continue;
     const bool is_cell = loaded.job.key == kNone;
     const auto found = slots_.find(loaded.job.key);
@@ -168,6 +185,19 @@ bool CardTiles::upload(const SceneBudget& budget, bool all, double now_s, SceneF
   return came;
 }
 
+bool CardTiles::tookDirectory(const LoadedTile& loaded, double now_s) {
+  if (!loaded.error) {
+    unread_.erase(loaded.job.tile);
+    choose_again_ = true;
+    return true;
+  }
+  Slot& slot = unread_[loaded.job.tile];
+  slot.error = loaded.error;
+  slot.retry_s = now_s + kRetry_s;
+  next_retry_s_ = std::min(next_retry_s_, slot.retry_s);
+  return false;
+}
+
 void CardTiles::selectShown() {
   std::set<Node> now;
   std::vector<Node> missing;
@@ -178,10 +208,10 @@ void CardTiles::selectShown() {
       continue;
     }
     // A coarser tile would also replace the neighbours. For a tile that cannot be read that is too high a price.
-    Node above = slots_[node].error ? kNone : parent_[node];
-    while (above != kNone && !isUploaded(above)) above = parent_[above];
-    if (above != kNone)
-      now.insert(above);
+    Node coarser = slots_[node].error ? kNone : above(node);
+    while (coarser != kNone && !isUploaded(coarser)) coarser = above(coarser);
+    if (coarser != kNone)
+      now.insert(coarser);
     else
       missing.push_back(node);
   }
@@ -189,17 +219,17 @@ void CardTiles::selectShown() {
     if (!isLevel(node)) continue;
     for (const auto& [below, tile] : slots_) {
       if (!tile.uploaded) continue;
-      Node above = parent_[below];
-      while (above != kNone && above != node) above = parent_[above];
-      if (above == node) now.insert(below);
+      Node coarser = above(below);
+      while (coarser != kNone && coarser != node) coarser = above(coarser);
+      if (coarser == node) now.insert(below);
     }
   }
   // Show each place once: no tile below another shown one.
   std::vector<Node> next;
   for (const Node node : now) {
-    Node above = parent_[node];
-    while (above != kNone && !now.contains(above)) above = parent_[above];
-    if (above == kNone) next.push_back(node);
+    Node coarser = above(node);
+    while (coarser != kNone && !now.contains(coarser)) coarser = above(coarser);
+    if (coarser == kNone) next.push_back(node);
   }
   for (const Node node : next) slots_[node].used = frame_;
   if (next == shown_) return;
@@ -215,7 +245,7 @@ void CardTiles::evict(std::uint64_t most_bytes) {
   std::set<Node> kept(shown_.begin(), shown_.end()), stand_ins;
   for (const LevelPart& part : chosen_.parts) {
     kept.insert(nodeOf(part));
-    for (Node node = parent_[nodeOf(part)]; node != kNone && stand_ins.insert(node).second;) node = parent_[node];
+    for (Node node = above(nodeOf(part)); node != kNone && stand_ins.insert(node).second;) node = above(node);
   }
   kept.merge(stand_ins);
   std::vector<std::pair<std::uint64_t, Node>> others;
@@ -239,8 +269,8 @@ void CardTiles::countChosen(SceneFigures& figures) {
     else if (!isCurrent(tile))
       ++figures.pending;
     bool represented = false;
-    for (Node above = node; above != kNone && !represented; above = parent_[above])
-      represented = std::binary_search(shown_.begin(), shown_.end(), above);
+    for (Node over = node; over != kNone && !represented; over = above(over))
+      represented = std::binary_search(shown_.begin(), shown_.end(), over);
     if (represented) continue;
     figures.has_gaps = true;
     if (!part.level) {
@@ -265,6 +295,8 @@ void CardTiles::count(SceneFigures& figures) {
   figures.failed.clear();
   figures.has_gaps = false;
   countChosen(figures);
+  figures.pending += static_cast<std::uint32_t>(chosen_.unread.size());
+  for (const auto& [level, slot] : unread_) figures.failed.push_back(reasonOf(slot.error));
   std::set<Node> wanted;
   for (const LevelPart& part : chosen_.parts) wanted.insert(nodeOf(part));
   for (const Node node : shown_) {

@@ -28,7 +28,6 @@ class CardTiles {
   static constexpr Renderer::BatchId kFirstFreeId = Renderer::BatchId{1} << 40;
 
   // Store, levels (may be nullptr) and renderer must outlive it. The two depths are the ends of ColourBy::depth's ramp.
-  // O(tiles).
   CardTiles(const TileStore& store, const Levels* levels, Renderer& renderer, double shallow_um, double deep_um);
 
   // Starts a frame. Sets the colouring, the colours of cells (nullptr: those of the colouring) and the highlighted cell
@@ -36,8 +35,9 @@ class CardTiles {
   bool setAppearance(ColourBy colour, const std::shared_ptr<const CellColours>& cell_colours,
                      std::optional<std::uint32_t> cell);
   // Chooses tiles as chooseTiles() does, and requests those that are missing, stand-ins only if `with_stand_ins`.
-  // True: the choice is a new one. Does nothing for the arguments of the last call. O(tiles in the picture; without
-  // levels all tiles).
+  // True: the choice is a new one. Does nothing for the arguments of the last call, unless more of the set's directory
+  // was read since. With stand-ins, a set at an address is not read here: the loading thread reads its directory where
+  // finer tiles need it. O(tiles in the picture; without levels all tiles).
   bool choose(const LevelView& view, const Vector3d& focus_W, std::uint64_t most_segments, double enough_px,
               bool with_stand_ins, double now_s);
   bool hasChosen() const { return !last_choice_.empty(); }
@@ -89,18 +89,21 @@ class CardTiles {
     return found != slots_.end() && found->second.uploaded;
   }
   bool isCurrent(const Slot& slot) const { return slot.uploaded && slot.generation == generation_; }
+  Node above(Node node) const;                                 // the level tile right above, kNone for roots
+  bool tookDirectory(const LoadedTile& loaded, double now_s);  // true: finer tiles can be chosen
   void countChosen(SceneFigures& figures);
 
   const TileStore& store_;
   const Levels* levels_;
   Renderer& renderer_;
   Node first_tile_;
-  std::vector<Node> parent_;  // the level tile right above, kNone for roots
   std::unique_ptr<BatchLoader> loader_;
 
   std::unordered_map<Node, Slot> slots_;
   DrawList chosen_;
   LevelView chosen_view_;
+  std::unordered_map<LevelId, Slot> unread_;  // levels below which the directory could not be read
+  bool choose_again_ = false;                 // more of the directory was read
   Signature last_choice_;
   std::vector<Node> shown_;  // ascending
   std::uint64_t frame_ = 0;

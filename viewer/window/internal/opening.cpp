@@ -12,14 +12,13 @@ namespace filiform::internal {
 
 namespace {
 
-constexpr std::uint32_t kFirstCells = 256;  // a page of the table
-
 template <class T>
 bool isThere(const std::future<T>& future) {
   return future.valid() && future.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
 }
 
-// The place that the caller wants, else the user's last place, else the soma of the largest cell.
+// The place that the caller wants, else the user's last place, else the soma of the largest cell; from far away, where
+// a soma may take hundreds of reads, the neurite nearest to the middle of the scene.
 ProxyPlace startOf(Opened& opened, const std::string& place) {
   const TileStore& store = *opened.scene.store;
   if (!place.empty()) {
@@ -32,10 +31,14 @@ ProxyPlace startOf(Opened& opened, const std::string& place) {
   if (opened.saved && !opened.saved->history().places().empty())
     return opened.saved->history().places()[opened.saved->history().now()];
   if (store.cell_count() == 0) return {};
-  // From far away, the first cells only: the whole table may be larger than all that the picture needs.
-  const std::uint32_t cells = store.isRemote() ? std::min(store.cell_count(), kFirstCells) : store.cell_count();
+  if (store.isRemote()) {
+    const GridBox usual = store.usualBox().box;
+    if (usual.empty()) return {};
+    const auto found = opened.finder->nearest(0.5 * (store.grid().toWorld(usual.lo) + store.grid().toWorld(usual.hi)));
+    return found ? found->place : ProxyPlace{};
+  }
   std::uint32_t largest = 0;
-  for (std::uint32_t cell = 1; cell < cells; ++cell)
+  for (std::uint32_t cell = 1; cell < store.cell_count(); ++cell)
     if (store.cell(cell).segments > store.cell(largest).segments) largest = cell;
   return opened.finder->soma(largest);
 }

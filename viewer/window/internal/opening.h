@@ -20,7 +20,7 @@ struct Opened {
   OpenedScene scene;
   std::unique_ptr<PlaceFinder> finder;
   std::unique_ptr<SavedHistory> saved;  // nullptr: history and bookmarks cannot be kept
-  ProxyPlace start;                     // the user's last place, else the soma of the largest cell
+  ProxyPlace start;                     // the user's last place, else one that opening chose
   std::vector<std::string> warnings;
   std::unique_ptr<SceneView> picture;  // nullptr without a renderer
   SessionOptions options;              // with which the session was made

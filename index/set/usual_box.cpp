@@ -1,4 +1,4 @@
-#include "viewer/scene/usual_box.h"
+#include "index/set/usual_box.h"
 
 #include <algorithm>
 #include <utility>
@@ -30,22 +30,24 @@ std::int64_t quantile(std::vector<WeightedEnd> ends, double part) {
 
 }  // namespace
 
-UsualBox usualBox(const TileStore& store) {
-  std::vector<std::pair<GridBox, std::uint64_t>> tiles;
+UsualBox usualBoxOf(std::span<const TileEntry> entries, TileId long_tile) {
+  const auto counts = [&](const TileEntry& entry) {
+    return entry.owned > 0 && !entry.content.empty() && (long_tile == kNoTile || &entry != &entries[long_tile]);
+  };
   GridBox all;
-  for (TileId tile = 0; tile < store.tile_count(); ++tile) {
-    const TileEntry& entry = store.entry(tile);
-    if (entry.content.empty()) continue;
-    all.extend(entry.content);
-    if (entry.owned > 0 && tile != store.long_tile()) tiles.emplace_back(entry.content, entry.owned);
+  bool any = false;
+  for (const TileEntry& entry : entries) {
+    if (!entry.content.empty()) all.extend(entry.content);
+    any |= counts(entry);
   }
-  if (tiles.empty()) return {all, 0};
+  if (!any) return {all, 0};
   GridBox fence = all;
   for (int axis = 0; axis < 3; ++axis) {
     std::vector<WeightedEnd> low, high;
-    for (const auto& [box, segments] : tiles) {
-      low.push_back({box.lo[axis], segments});
-      high.push_back({box.hi[axis], segments});
+    for (const TileEntry& entry : entries) {
+      if (!counts(entry)) continue;
+      low.push_back({entry.content.lo[axis], entry.owned});
+      high.push_back({entry.content.hi[axis], entry.owned});
     }
     const std::int64_t from = quantile(std::move(low), kRim), to = quantile(std::move(high), 1 - kRim);
     const auto wider = static_cast<std::int64_t>(kWiden * static_cast<double>(std::max<std::int64_t>(to - from, 1)));
@@ -53,10 +55,11 @@ UsualBox usualBox(const TileStore& store) {
     fence.hi[axis] = std::min(all.hi[axis], to + wider);
   }
   UsualBox usual;
-  for (const auto& [box, segments] : tiles) {
-    const GridBox cut{box.lo.cwiseMax(fence.lo), box.hi.cwiseMin(fence.hi)};
+  for (const TileEntry& entry : entries) {
+    if (!counts(entry)) continue;
+    const GridBox cut{entry.content.lo.cwiseMax(fence.lo), entry.content.hi.cwiseMin(fence.hi)};
     if (cut.empty())
-      usual.outside += segments;
+      usual.outside += entry.owned;
     else
       usual.box.extend(cut);
   }

@@ -1,7 +1,10 @@
-#include "viewer/scene/usual_box.h"
+#include "index/set/usual_box.h"
 
+#include "index/build/ingest.h"
 #include "index/build/memory_tiles.h"
+#include "index/set/tile_set.h"
 #include "tests/support/random_cells.h"
+#include "tests/support/temp_folder.h"
 
 #include <gtest/gtest.h>
 
@@ -16,7 +19,7 @@ std::vector<Cell> movedBy(std::vector<Cell> cells, const Vector3d& way_um) {
 
 UsualBox boxOfTiles(std::vector<Cell> cells) {
   CellList stream(std::move(cells));
-  return usualBox(*buildTilesInMemory(stream, {.capacity = 200}));
+  return buildTilesInMemory(stream, {.capacity = 200})->usualBox();
 }
 
 TEST(UsualBox, OneCellFarAwayDoesNotShrinkTheColumn) {
@@ -41,6 +44,25 @@ TEST(UsualBox, TwoDistantGroupsAreBothFramed) {
   const UsualBox usual = boxOfTiles(cells);
   EXPECT_EQ(usual.outside, 0u);
   EXPECT_GT((usual.box.hi - usual.box.lo).x() / 512, 40000);
+}
+
+TEST(UsualBox, ASetStatesIt) {
+  std::vector<Cell> cells = test::randomColumn(7, 80, 300, 400);
+  for (Cell& cell : movedBy(test::randomColumn(8, 1, 300, 100), Vector3d(40000, 0, 0)))
+    cells.push_back(std::move(cell));
+  const UsualBox computed = boxOfTiles(cells);
+  const test::TempFolder folder;
+  CellList stream(std::move(cells));
+  ingest(stream, folder / "a.fil", {.capacity = 200});
+  const auto set = TileSet::open(folder / "a.fil");
+  EXPECT_FALSE(set->leaves().knowsGroup(0));
+  const UsualBox stated = set->usualBox();
+  EXPECT_FALSE(set->leaves().knowsGroup(0)) << "nothing was read";
+  EXPECT_GT(stated.outside, 0u);
+  EXPECT_EQ(stated.outside, computed.outside);
+  EXPECT_EQ(stated.box.lo, computed.box.lo);
+  EXPECT_EQ(stated.box.hi, computed.box.hi);
+  EXPECT_EQ(set->TileStore::usualBox().box.lo, stated.box.lo) << "from the directory";
 }
 
 TEST(UsualBox, OfOneTileIsItsContent) {
