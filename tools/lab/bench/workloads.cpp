@@ -15,6 +15,7 @@ std::vector<Workload> workloads() {
   addStreamingWorkloads(all);
   addLoopWorkloads(all);
   addHaplyWorkloads(all);
+  addTransportWorkloads(all);
   addSearchWorkloads(all);
   addStorageWorkloads(all);
   addWorkWorkloads(all);

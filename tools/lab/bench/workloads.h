@@ -21,6 +21,7 @@ void addJumpWorkloads(std::vector<Workload>& all);
 void addStreamingWorkloads(std::vector<Workload>& all);
 void addLoopWorkloads(std::vector<Workload>& all);
 void addHaplyWorkloads(std::vector<Workload>& all);
+void addTransportWorkloads(std::vector<Workload>& all);
 void addViewerWorkloads(std::vector<Workload>& all);
 void addSearchWorkloads(std::vector<Workload>& all);
 void addStorageWorkloads(std::vector<Workload>& all);
