@@ -28,8 +28,7 @@ constexpr std::uint64_t kMostCachedRead = std::uint64_t{1} << 20;
 
 // Pages of the directory that a place needs lie close together in the file: they are read in blocks, some of which stay
 // in memory.
-constexpr std::uint64_t kDirectoryBlock = 256 << 10;
-constexpr std::size_t kMostBlocks = 64;
+constexpr std::uint64_t kLeastBlock = 4 << 10, kBytesOfBlocks = 16 << 20;
 
 bool isDirectory(const std::string& name) { return name.ends_with(std::string("/") + internal::kDirectoryFile); }
 
@@ -61,8 +60,12 @@ struct HttpSource::Impl {
   std::list<Block> blocks;  // of directories, most recently used first
   std::map<std::string, std::shared_future<std::shared_ptr<const internal::Bytes>>> blocks_read_now;  // by key
 
+  const std::uint64_t block_bytes;
+
   Impl(const std::string& text, const RemoteOptions& options)
-      : address(text), client(address.origin, options, address.account) {
+      : address(text),
+        client(address.origin, options, address.account),
+        block_bytes(std::max(options.directory_block_bytes, kLeastBlock)) {
     if (!options.cache_folder.empty())
       cache = std::make_unique<internal::RangeCache>(options.cache_folder, options.cache_bytes);
   }
@@ -117,8 +120,8 @@ void HttpSource::Impl::readKept(const std::string& name, std::uint64_t offset, s
 void HttpSource::Impl::readBlocks(const std::string& name, std::uint64_t offset, std::span<std::uint8_t> bytes,
                                   std::uint64_t file_bytes) {
   for (std::size_t done = 0; done < bytes.size();) {
-    const std::uint64_t at = offset + done, begin = at / kDirectoryBlock * kDirectoryBlock;
-    const auto from = block(name, begin, std::min(kDirectoryBlock, file_bytes - begin));
+    const std::uint64_t at = offset + done, begin = at / block_bytes * block_bytes;
+    const auto from = block(name, begin, std::min(block_bytes, file_bytes - begin));
     const std::size_t part = std::min<std::size_t>(bytes.size() - done, begin + from->size() - at);
     std::memcpy(bytes.data() + done, from->data() + (at - begin), part);
     done += part;
@@ -159,7 +162,7 @@ std::shared_ptr<const internal::Bytes> HttpSource::Impl::block(const std::string
   const std::lock_guard lock(mutex);
   blocks_read_now.erase(wanted);
   blocks.push_front({wanted, read});
-  if (blocks.size() > kMostBlocks) blocks.pop_back();
+  if (blocks.size() * block_bytes > kBytesOfBlocks) blocks.pop_back();
   return read;
 }
 
@@ -194,7 +197,7 @@ void HttpSource::read(const std::string& name, std::uint64_t offset, std::span<s
     return;
   }
   const std::uint64_t file_bytes = isDirectory(name) ? impl_->expectedSize(name) : 0;
-  if (offset <= file_bytes && bytes.size() <= file_bytes - offset && bytes.size() <= kDirectoryBlock)
+  if (offset <= file_bytes && bytes.size() <= file_bytes - offset && bytes.size() <= impl_->block_bytes)
     impl_->readBlocks(name, offset, bytes, file_bytes);
   else
     impl_->readKept(name, offset, bytes);
@@ -202,8 +205,9 @@ void HttpSource::read(const std::string& name, std::uint64_t offset, std::span<s
 
 bool HttpSource::discard(const std::string& name, std::uint64_t offset, std::uint64_t bytes) const {
   if (impl_->isKept(name, bytes)) impl_->cache->remove(impl_->key(name, offset));
+  const std::uint64_t block = impl_->block_bytes;
   if (impl_->cache != nullptr && isDirectory(name))
-    for (std::uint64_t at = offset / kDirectoryBlock * kDirectoryBlock; at < offset + bytes; at += kDirectoryBlock)
+    for (std::uint64_t at = offset / block * block; at < offset + bytes; at += block)
       impl_->cache->remove(impl_->key(name, at));
   impl_->ahead.forget();
   const std::lock_guard lock(impl_->mutex);

@@ -32,7 +32,9 @@ OpenedScene openSet(const std::vector<std::string>& paths) {
   OpenedScene scene;
   const std::string& address = paths.front();
   scene.name = escaped(address.substr(address.rfind('/') + 1), 60);
-  auto set = TileSet::open(address);
+  RemoteOptions remote;
+  remote.directory_block_bytes = 64 << 10;  // lines to browsers are slower than those between machines of a cluster
+  auto set = TileSet::open(address, remote);
   scene.open_levels = [&set = *set] { return Levels::open(set); };
   scene.store = std::move(set);
   return scene;
