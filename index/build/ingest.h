@@ -28,7 +28,7 @@ struct IngestOptions {
   // and each cell 512 bytes plus its names. Ingest refuses if less than an eighth remains, or if one tile does not fit.
   std::uint64_t memory = std::uint64_t{1} << 30;
   std::uint64_t stream_bytes = 0;                       // part of `memory` that the stream and its lists already use
-  std::uint64_t reading_bytes = 0;                      // and a further part until the stream has ended
+  std::uint64_t reading_bytes = 0;                      // and a part that it uses only until it ends
   std::uint64_t chunk_segments = 0;                     // for tests: most segments in memory at once; 0: by memory
   std::uint64_t pack_bytes = std::uint64_t{256} << 20;  // for tests: bytes after which a pack ends
   std::uint32_t page_tiles = 256;                       // for tests: tiles of a page of the directory; a power of 2

@@ -13,8 +13,8 @@ struct RemoteOptions {
   std::uint64_t cache_bytes = std::uint64_t{4} << 30;  // of that folder; see index/README.md
   // Requests at once, 1..64. Bulk work (tiles_ahead.h) uses at most half of them, a sixteenth beside other reads.
   unsigned connections = 32;
-  // A set's directory is read in blocks of so many bytes, 4 KiB or more. Larger ones need fewer requests for one place;
-  // over a slow line, smaller ones come sooner.
+  // Bytes of a block of the set's directory; less than 4 KiB counts as 4 KiB. Larger blocks need fewer requests;
+  // smaller blocks arrive sooner over a slow line. Blocks of more than 1 MiB are not kept in the cache's folder.
   std::uint64_t directory_block_bytes = 256 << 10;
   double deadline_s =
       20;                // no retry after this time since a read began; each attempt may take as long, plus 1 s/64 KiB

@@ -20,9 +20,9 @@ namespace filiform {
 bool isAddress(std::string_view name);
 
 // Reads over HTTP. Sends no request before the first read. Ranges are asked for as they are read, so a set is read by
-// pages and tiles. The directory is read in blocks of 256 KiB. A file that is read piece after piece is read ahead by
-// up to 1 MiB. Throws UsageError for a malformed address or option, or for unusable keys in the environment; IoError if
-// the cache's folder or a file with keys cannot be used.
+// pages and tiles. The directory is read in blocks (RemoteOptions). A file that is read piece after piece is read ahead
+// by up to 1 MiB. Throws UsageError for a malformed address or option, or for unusable keys in the environment; IoError
+// if the cache's folder or a file with keys cannot be used.
 class HttpSource final : public TileSource {
  public:
   explicit HttpSource(const std::string& address, const RemoteOptions& options = {});

@@ -102,7 +102,9 @@ struct Levels::Impl {
   std::vector<std::string> packs;  // for messages
   std::unique_ptr<internal::LevelTree> tree;
   std::uint64_t bytes = 0;
+  std::uint32_t long_segments = 0;  // of the long-segment tile
 
+  bool isWhollyInView(const LevelPart& level, const LevelView& view) const;
   bool inView(const LevelPart& part, const LevelView& view) const;
   double errorOnScreen(const LevelPart& part, const LevelView& view) const;
   const GridBox& boxOf(const LevelPart& part) const {
@@ -150,6 +152,7 @@ std::unique_ptr<Levels> Levels::open(const TileSet& set) {
     while (impl->packs.size() <= at.pack)
       impl->packs.push_back(set.describe(internal::levelPackFile(static_cast<std::uint32_t>(impl->packs.size()))));
   }
+  if (set.long_tile() != kNoTile) impl->long_segments = set.entry(set.long_tile()).owned;
   impl->tree = std::make_unique<internal::LevelTree>(set, impl->table.entries);
   return std::unique_ptr<Levels>(new Levels(std::move(impl)));
 }
@@ -216,6 +219,15 @@ std::vector<LevelPart> Levels::Impl::seen(std::span<const LevelPart> parts, cons
   return in_view;
 }
 
+bool Levels::Impl::isWhollyInView(const LevelPart& level, const LevelView& view) const {
+  const GridBox& box = tree->box(level.tile);
+  const Vector3d lo = set.grid().toWorld(box.lo), hi = set.grid().toWorld(box.hi);
+  return std::all_of(view.planes.begin(), view.planes.end(), [&](const LevelView::Plane& plane) {
+    const Vector3d nearest = (plane.n.array() >= 0).select(lo, hi);
+    return plane.n.dot(nearest) >= plane.d;
+  });
+}
+
 double Levels::Impl::errorOnScreen(const LevelPart& part, const LevelView& view) const {
   if (!part.level) return 0;
   const LevelEntry& e = table.entries[part.tile];
@@ -236,7 +248,7 @@ LevelChoice Levels::Impl::choose(const LevelView& view, std::uint64_t most_segme
                                  const Refinement::Finer& finer) const {
   LevelChoice choice;
   std::vector<LevelPart> first = seen(tree->below(kRoots), view);
-  if (const TileId tile = set.long_tile(); tile != kNoTile) first.push_back({false, tile, set.entry(tile).owned, 0});
+  if (const TileId tile = set.long_tile(); tile != kNoTile) first.push_back({false, tile, long_segments, 0});
   std::uint64_t segments = 0;
   for (const LevelPart& part : first) segments += part.segments;
 
@@ -281,21 +293,21 @@ LevelChoice Levels::choose(const LevelView& view, std::uint64_t most_segments, d
     choice.unread.push_back(kRoots);
     return choice;
   }
+  // As if the unread tiles below a part had no segments, or all of them where the whole part is in view. No other
+  // directory page can change the choice.
+  LevelChoice hoped = impl_->choose(view, most_segments, enough_px, [&](const LevelPart& part) {
+    if (tree.knowsBelow(part.tile)) return known(part);
+    std::vector<LevelPart> parts = impl_->seen(tree.levelsBelow(part.tile), view);
+    const std::uint32_t segments = impl_->isWhollyInView(part, view) ? tree.segmentsOfLeaves(part.tile) : 0;
+    parts.push_back({true, part.tile, segments, kIsUnread});
+    return parts;
+  });
+  if (hoped.unread.empty()) return hoped;
   LevelChoice choice = impl_->choose(view, most_segments, enough_px, [&](const LevelPart& part) {
     if (tree.knowsBelow(part.tile)) return known(part);
     return std::vector<LevelPart>{{true, part.tile, part.segments, kIsUnread}};
   });
-  if (choice.unread.empty()) return choice;
-  // What would be chosen if the tiles below were known, all of them in view: no more than this need be read.
-  choice.unread = impl_
-                      ->choose(view, most_segments, enough_px,
-                               [&](const LevelPart& part) {
-                                 if (tree.knowsBelow(part.tile)) return known(part);
-                                 std::vector<LevelPart> parts = impl_->seen(tree.levelsBelow(part.tile), view);
-                                 parts.push_back({true, part.tile, tree.segmentsOfLeaves(part.tile), kIsUnread});
-                                 return parts;
-                               })
-                      .unread;
+  choice.unread = std::move(hoped.unread);
   return choice;
 }
 

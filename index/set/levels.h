@@ -60,21 +60,22 @@ struct LevelPart {
 
 // The chosen tiles.
 struct LevelChoice {
-  std::vector<LevelPart> parts;      // largest error first
-  std::uint64_t segments = 0;        // of the parts
-  double error_px = 0;               // largest error of the parts
-  std::uint64_t hidden = 0;          // full-resolution segments that no part represents: others cover their pixels
-  bool limited = false;              // a part is coarser than asked for, because of the limit on segments
-  std::vector<LevelId> unread = {};  // parts that stay coarse because the directory's pages below are not read
+  std::vector<LevelPart> parts;  // largest error first
+  std::uint64_t segments = 0;    // of the parts
+  double error_px = 0;           // largest error of the parts
+  std::uint64_t hidden = 0;      // full-resolution segments that no part represents: others cover their pixels
+  bool limited = false;          // a part is coarser than asked for, because of the limit on segments
+  // With UnreadTiles::leave: level tiles whose parts below must be known before the choice can be finer.
+  std::vector<LevelId> unread = {};
 };
 
 // What choose() does where a finer part needs pages of the set's directory that are not read yet.
 enum class UnreadTiles : std::uint8_t {
   read,   // reads them
-  leave,  // keeps the coarser part and lists it in LevelChoice::unread: call below() on any thread, then choose again
+  leave,  // keeps the coarser part; call below() for each of LevelChoice::unread on any thread, then choose again
 };
 
-// Thread rule: immutable after open(); internally synchronised, as the set is.
+// Thread rule: internally synchronised. below(), above() and choose() may read the set's directory.
 class Levels {
  public:
   // Opens the levels of `set`, which must outlive this object. Returns nullptr if the set has no levels. Reads the
@@ -95,8 +96,9 @@ class Levels {
   // The level tiles and full-resolution tiles directly below a level tile; for kRoots: the topmost ones. The first call
   // for a level reads the directory's pages of these tiles. Throws CorruptSet, IoError. O(parts), then O(1).
   std::span<const LevelPart> below(LevelId level) const;
-  bool knowsBelow(LevelId level) const;  // below() reads nothing
-  // The level tile directly above a part; kRoots: none. O(log level tiles).
+  bool knowsBelow(LevelId level) const;  // true if below() would read nothing
+  // The level tile directly above a part; kRoots: none. Reads the page of a full-resolution tile, unless below() has.
+  // Throws as below() does. O(log level tiles).
   LevelId above(const LevelPart& part) const;
   static constexpr LevelId kRoots = std::numeric_limits<LevelId>::max();
 

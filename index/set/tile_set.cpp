@@ -31,6 +31,7 @@ struct TileSet::Impl {
   internal::DirectoryReader directory;
   internal::CellsReader cells;
   mutable internal::ReadOnce<Landmarks> landmarks;
+  mutable internal::ReadOnce<UsualBox> usual;  // if the manifest does not state it
   mutable internal::ReadOnce<std::vector<internal::Patch>> patches;
 
   explicit Impl(std::unique_ptr<TileSource> source)
@@ -120,8 +121,10 @@ std::uint64_t TileSet::segmentCount() const { return counts().segments; }
 std::uint64_t TileSet::decodedBytes() const { return counts().decoded_bytes; }
 UsualBox TileSet::usualBox() const {
   if (const std::optional<UsualBox>& stated = impl_->manifest().usual) return *stated;
-  readDirectory();
-  return TileStore::usualBox();
+  return impl_->usual.get([this] {
+    readDirectory();
+    return std::make_unique<const UsualBox>(TileStore::usualBox());
+  });
 }
 bool TileSet::isRemote() const { return impl_->revision.isRemote(); }
 std::optional<RemoteCounters> TileSet::remoteCounters() const { return impl_->revision.remoteCounters(); }
@@ -142,9 +145,9 @@ std::vector<std::pair<TileId, TileId>> TileSet::leavesWithin(
     for (std::size_t n = first == LeafIndex::kNone ? 0 : first; n <= last; ++n) numbers.insert(n);
   };
   for (const auto& [first, last] : ranges) add(groups, leaves().groupOf(first), leaves().groupOf(last));
-  readAll(groups, [&](std::size_t group) { directory.readGroup(static_cast<std::uint32_t>(group)); });
+  readAll(groups, [&](std::size_t group) { directory.knowGroup(static_cast<std::uint32_t>(group)); });
   for (const auto& [first, last] : ranges) add(pages, leaves().pageOf(first), leaves().pageOf(last));
-  readAll(pages, [&](std::size_t page) { entry(static_cast<TileId>(page) * page_tiles()); });
+  readAll(pages, [&](std::size_t page) { directory.knowPage(static_cast<TileId>(page) * page_tiles()); });
   std::vector<std::pair<TileId, TileId>> found;
   for (const auto& [first, last] : ranges) found.emplace_back(leaves().firstFrom(first), leaves().firstFrom(last + 1));
   return found;

@@ -92,9 +92,9 @@ class TileSet final : public TileStore {
   bool discard(const std::string& file, std::uint64_t offset, std::uint64_t bytes) const;
   std::string describe(const std::string& file) const;   // the file's name for messages
   std::optional<RemoteCounters> remoteCounters() const;  // of a set at an address: what was asked of the server so far
-  // The full-resolution tiles whose blocks begin in each range of keys (first and last, ascending): the first tile and
-  // the one behind the last. Reads the pages of the directory that may hold such tiles, from a set at an address many
-  // at once. Throws CorruptSet, IoError. O(ranges log tiles + pages).
+  // For each range of keys (first and last): the first full-resolution tile whose block begins there, and the tile
+  // after the last one. Ranges ascend. Reads the pages of the directory that may hold such tiles, from a set at an
+  // address many at once. Throws CorruptSet, IoError. O(ranges log tiles + pages).
   std::vector<std::pair<TileId, TileId>> leavesWithin(std::span<const std::pair<MortonKey, MortonKey>> ranges) const;
   // Reads the pages of the directory, from a set at an address many at once. For work that then needs all entries.
   // Throws CorruptSet, IoError. O(tiles).

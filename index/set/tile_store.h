@@ -104,7 +104,8 @@ class TileStore {
   // in memory.
   virtual std::uint64_t segmentCount() const;
   virtual std::uint64_t decodedBytes() const;
-  // O(1); O(tiles log tiles) for stores in memory and for sets that do not state it.
+  // O(1) if the set states it. Otherwise reads the whole directory at the first call. Throws CorruptSet, IoError.
+  // O(tiles log tiles), also for stores in memory.
   virtual UsualBox usualBox() const;
   virtual std::uint32_t capacity() const = 0;
   // True if loads travel over a network; see TileSource.

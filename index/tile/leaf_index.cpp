@@ -52,9 +52,12 @@ TileId LeafIndex::firstFrom(MortonKey key) const noexcept {
   const std::size_t group = groupOf(key);
   if (group == kNone) return 0;
   if (lows_[group] == key) return static_cast<TileId>(firstPage(group)) * shape_.page_leaves;
-  const std::size_t page = pageOf(key), in_group = page - firstPage(group);
+  const std::size_t page = pageOf(key);
+  if (page == kNone) return kNoTile;
+  const std::size_t in_group = page - firstPage(group);
   const TileId first = static_cast<TileId>(page) * shape_.page_leaves;
   if (groups_[group].lows[in_group] == key) return first;
+  if (!knows(page)) return kNoTile;
   const std::vector<BlockKey>& leaves = groups_[group].pages[in_group].leaves;
   const auto at = std::lower_bound(leaves.begin(), leaves.end(), key,
                                    [](const BlockKey& leaf, MortonKey k) { return leaf.low < k; });

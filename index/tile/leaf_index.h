@@ -49,8 +49,8 @@ class LeafIndex {
   // Adds the leaves of a page of a known group, ascending. Requires one call a page.
   void add(std::size_t page, std::vector<BlockKey> leaves);
 
-  // The first leaf whose block begins at the key or later. Requires the page that contains the key, unless it begins
-  // there. O(log tiles).
+  // The first leaf whose block begins at the key or later. Requires that the page with this key is known, unless a page
+  // begins at the key; else returns kNoTile. O(log tiles).
   TileId firstFrom(MortonKey key) const noexcept;
 
   // The tile whose block contains the point. kNoTile if space is empty there, or if the page is not known. When a store

@@ -308,7 +308,11 @@ class TopMaker final : public Maker {
     const std::size_t end = std::min<std::size_t>(next, last);
     claimed_ = first;
     while (claimed_ < end && units_[claimed_].made) ++claimed_;
-    for (std::size_t i = claimed_; i < end; ++i) units_[i] = {units_[i].range, {}, {}, {}};
+    for (std::size_t i = claimed_; i < end; ++i) {
+      for (Piece& piece : units_[i].content.pieces)
+        if (piece.spooled) piece.spooled->clear();
+      units_[i] = {units_[i].range, {}, {}, {}};
+    }
     if (claimed_ == first) makeUnit(units_[claimed_++]);
   }
 

@@ -291,6 +291,7 @@ void Tiler::read(const StoredCells& cells) {
 }
 
 void Tiler::Impl::endReading() {
+  options.reading = 0;
   table.settle([this](std::uint64_t done) { step("sorting", done, 0); });
   intake.finish();
   refuseWhatHasGrown();
@@ -341,7 +342,6 @@ std::vector<BlockKey> Tiler::Impl::findLeaves(std::vector<SegmentChain>& crossin
 
 void Tiler::cut() {
   Impl& t = *impl_;
-  t.options.reading = 0;
   std::vector<SegmentChain> crossing;
   for (unsigned i = 0; i < t.options.threads; ++i) crossing.emplace_back(t.spool);
   t.partition = Partition(t.findLeaves(crossing));

@@ -36,7 +36,7 @@ struct TilerOptions {
   std::uint32_t unit_leaves = kUnitLeaves;
   std::uint64_t memory = UINT64_MAX;  // bytes
   std::uint64_t beside = 0;           // bytes of `memory` used elsewhere
-  std::uint64_t reading = 0;          // and more of them until the leaves are cut
+  std::uint64_t reading = 0;          // and more of them until the cells are read
   std::uint64_t chunk_segments = 0;   // most segments of a chunk; 0: by memory
   unsigned threads = 1;               // threads that work on chunks, including the caller's
   std::string folder = {};            // for the spool's file; empty: all in memory

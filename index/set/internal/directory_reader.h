@@ -24,7 +24,15 @@ class DirectoryReader {
   const TileEntry& entry(TileId tile) const { return page(tile).entries[tile % root_.page_tiles]; }
   const TileLocation& location(TileId tile) const { return page(tile).locations[tile % root_.page_tiles]; }
   GridBox pageContent(std::uint32_t page) const;
-  void readGroup(std::uint32_t number) const { group(number); }
+  // Return when leaves() knows the group, or the page of the tile.
+  void knowGroup(std::uint32_t number) const {
+    group(number);
+    const std::lock_guard lock(mutex_);  // another thread may be adding it
+  }
+  void knowPage(TileId tile) const {
+    page(tile);
+    const std::lock_guard lock(mutex_);
+  }
   TileId home(const GridPoint& p) const;
   // Reads the pages that home() of the tile's nodes needs, because the haptic thread cannot read.
   void knowHomes(const Tile& tile) const;

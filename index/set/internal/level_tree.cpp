@@ -1,5 +1,7 @@
 #include "index/set/internal/level_tree.h"
 
+#include "index/geometry/partition.h"
+
 #include <algorithm>
 #include <stdexcept>
 #include <utility>
@@ -16,7 +18,7 @@ LevelTree::LevelTree(const TileSet& set, const std::vector<LevelEntry>& entries)
     below_[placeOf(above_.back())].push_back({true, level, e.segments, 0});
     inside.push_back(level);
     // Tiles below lie in the block; simplified neurites may leave it.
-    GridBox& box = boxes_.emplace_back(e.key.box());
+    GridBox& box = boxes_.emplace_back(closedBlock(e.key));
     box.lo = box.lo.cwiseMax(set.bounds().lo);
     box.hi = box.hi.cwiseMin(set.bounds().hi);
     if (!e.content.empty()) box.extend(e.content);

@@ -15,7 +15,7 @@ class LevelTree {
   // Set and entries must outlive it; the entries are in the order of levels.bin. Reads nothing. O(entries).
   LevelTree(const TileSet& set, const std::vector<LevelEntry>& entries);
 
-  // As Levels says. They throw CorruptSet, IoError, and std::out_of_range if the level does not exist.
+  // As Levels says. below(), knowsBelow() and above() throw std::out_of_range if the level does not exist.
   std::span<const LevelPart> below(LevelId level) const;
   bool knowsBelow(LevelId level) const;
   LevelId above(const LevelPart& part) const;

@@ -131,6 +131,28 @@ TEST_F(LevelsTest, TheDirectoryIsReadWhereFinerTilesAreAskedFor) {
   EXPECT_TRUE(std::equal(choice.parts.begin(), choice.parts.end(), all.parts.begin(), all.parts.end(), isSame));
 }
 
+// Whatever the budget and the view, reading what is named leads to the choice that reads by itself.
+TEST_F(LevelsTest, WhatIsLeftUnreadIsNamedUntilTheChoiceIsThatOfAllTiles) {
+  const std::string path =
+      made(*folder_, "budgets.fil", test::randomColumn(31, 12, 500, 300), {.capacity = 8, .page_tiles = 16});
+  for (const std::uint64_t most : {1000u, 4000u, 10000u, 30000u, 1000000u})
+    for (const double plane : {-1e9, 0.0, 40.0, 90.0}) {
+      const auto set = TileSet::open(path);
+      const auto levels = Levels::open(*set);
+      LevelView view = from({60, 0, 100}, 1000);
+      view.planes.push_back({Vector3d(1, 0, 0), plane});
+      LevelChoice choice = levels->choose(view, most, 1, UnreadTiles::leave);
+      for (int round = 0; !choice.unread.empty() && round < 100; ++round) {
+        for (const LevelId level : choice.unread) levels->below(level);
+        choice = levels->choose(view, most, 1, UnreadTiles::leave);
+      }
+      const LevelChoice all = levels->choose(view, most, 1);
+      EXPECT_EQ(choice.limited, all.limited) << most << ' ' << plane;
+      EXPECT_TRUE(std::equal(choice.parts.begin(), choice.parts.end(), all.parts.begin(), all.parts.end(), isSame))
+          << most << ' ' << plane;
+    }
+}
+
 TEST_F(LevelsTest, AboveIsTheInverseOfBelow) {
   std::vector<LevelId> all{Levels::kRoots};
   for (LevelId level = 0; level < levels_->size(); ++level) all.push_back(level);

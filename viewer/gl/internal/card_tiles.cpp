@@ -72,12 +72,14 @@ bool CardTiles::choose(const LevelView& view, const Vector3d& focus_W, std::uint
   choice.add(focus_W);
   choice.add(static_cast<double>(most_segments));
   choice.add(enough_px);
+  choice.add(with_stand_ins ? 1 : 0);
+  chosen_frame_ = frame_;
   if (choice == last_choice_ && !choose_again_) return false;
-  choose_again_ = false;
-  last_choice_ = std::move(choice);
-  const bool reading = !store_.isRemote() || !with_stand_ins;  // from far away, no frame waits
+  // No frame waits for the directory; a whole picture does.
   chosen_ = chooseTiles(store_, levels_, view, focus_W, most_segments, enough_px,
-                        reading ? UnreadTiles::read : UnreadTiles::leave);
+                        with_stand_ins ? UnreadTiles::leave : UnreadTiles::read);
+  last_choice_ = std::move(choice);
+  choose_again_ = false;
   chosen_view_ = view;
   request(with_stand_ins, now_s);
   return true;
@@ -195,7 +197,7 @@ bool CardTiles::tookDirectory(const LoadedTile& loaded, double now_s) {
   slot.error = loaded.error;
   slot.retry_s = now_s + kRetry_s;
   next_retry_s_ = std::min(next_retry_s_, slot.retry_s);
-  return false;
+  return true;
 }
 
 void CardTiles::selectShown() {
@@ -295,8 +297,12 @@ void CardTiles::count(SceneFigures& figures) {
   figures.failed.clear();
   figures.has_gaps = false;
   countChosen(figures);
-  figures.pending += static_cast<std::uint32_t>(chosen_.unread.size());
-  for (const auto& [level, slot] : unread_) figures.failed.push_back(reasonOf(slot.error));
+  // While the choice is frozen, nothing more is chosen.
+  for (const LevelId level : chosen_.unread)
+    if (const auto failed = unread_.find(level); failed != unread_.end())
+      figures.failed.push_back(reasonOf(failed->second.error));
+    else if (chosen_frame_ == frame_)
+      ++figures.pending;
   std::set<Node> wanted;
   for (const LevelPart& part : chosen_.parts) wanted.insert(nodeOf(part));
   for (const Node node : shown_) {

@@ -36,14 +36,15 @@ class CardTiles {
                      std::optional<std::uint32_t> cell);
   // Chooses tiles as chooseTiles() does, and requests those that are missing, stand-ins only if `with_stand_ins`.
   // True: the choice is a new one. Does nothing for the arguments of the last call, unless more of the set's directory
-  // was read since. With stand-ins, a set at an address is not read here: the loading thread reads its directory where
-  // finer tiles need it. O(tiles in the picture; without levels all tiles).
+  // was read since. With stand-ins it reads nothing: the loading thread reads the directory where finer tiles need it,
+  // and a page that cannot be read is tried again like a tile. O(tiles in the picture; without levels all tiles).
   bool choose(const LevelView& view, const Vector3d& focus_W, std::uint64_t most_segments, double enough_px,
               bool with_stand_ins, double now_s);
   bool hasChosen() const { return !last_choice_.empty(); }
   // Requests the chosen tiles again if the appearance changed or a failed tile is due.
   void requestIfDue(bool with_stand_ins, double now_s);
-  // Requests all chosen tiles that are missing, the one with the largest error on the screen first.
+  // Requests all chosen tiles that are missing, the one with the largest error on the screen first; last the parts of
+  // the directory that finer tiles need.
   void request(bool with_stand_ins, double now_s);
 
   // Uploads loaded tiles, one at least, until the bytes or milliseconds of the budget are used up; `all`: without
@@ -90,7 +91,7 @@ class CardTiles {
   }
   bool isCurrent(const Slot& slot) const { return slot.uploaded && slot.generation == generation_; }
   Node above(Node node) const;                                 // the level tile right above, kNone for roots
-  bool tookDirectory(const LoadedTile& loaded, double now_s);  // true: finer tiles can be chosen
+  bool tookDirectory(const LoadedTile& loaded, double now_s);  // true: the figures or the choice may change
   void countChosen(SceneFigures& figures);
 
   const TileStore& store_;
@@ -104,6 +105,7 @@ class CardTiles {
   LevelView chosen_view_;
   std::unordered_map<LevelId, Slot> unread_;  // levels below which the directory could not be read
   bool choose_again_ = false;                 // more of the directory was read
+  std::uint64_t chosen_frame_ = 0;            // the last frame that was not frozen
   Signature last_choice_;
   std::vector<Node> shown_;  // ascending
   std::uint64_t frame_ = 0;
