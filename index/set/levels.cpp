@@ -3,6 +3,7 @@
 #include "index/errors.h"
 #include "index/file/internal/digest.h"
 #include "index/set/internal/level_files.h"
+#include "index/set/internal/level_refinement.h"
 #include "index/set/internal/level_tree.h"
 #include "index/tile/tile_codec.h"
 
@@ -14,83 +15,11 @@
 namespace filiform {
 
 using internal::Bytes;
+using internal::LevelRefinement;
 
 namespace {
 
 constexpr double kIsUnread = -1;  // instead of an error: the part stays, since the tiles below it are not read
-
-// Chosen parts, and replacing them by finer ones while the segments stay within a limit.
-class Refinement {
- public:
-  using Finer = std::function<std::vector<LevelPart>(const LevelPart&)>;
-  Refinement(std::vector<LevelPart> parts, std::uint64_t segments, std::uint64_t most, Finer finer)
-      : parts_(std::move(parts)), segments_(segments), most_(most), finer_(std::move(finer)) {}
-
-  double worst() const {
-    double worst = 0;
-    for (const LevelPart& part : parts_) worst = std::max(worst, part.error_px);
-    return worst;
-  }
-  // Replaces each part whose error exceeds `above_px`, until none is left. False: too many segments; nothing changed.
-  bool refine(double above_px) {
-    std::vector<LevelPart> left, open = parts_;
-    std::uint64_t segments = segments_;
-    while (!open.empty()) {
-      const LevelPart part = open.back();
-      open.pop_back();
-      if (part.error_px <= above_px) {
-        left.push_back(part);
-        continue;
-      }
-      segments -= part.segments;
-      for (const LevelPart& below : finer_(part)) {
-        segments += below.segments;
-        open.push_back(below);
-      }
-      if (segments > most_ + slackOf(open, above_px)) return false;
-    }
-    if (segments > most_) return false;
-    parts_ = std::move(left);
-    segments_ = segments;
-    return true;
-  }
-  // Replaces the parts around the eye, coarsest first, each that fits. The others stay for good.
-  void refineAroundEye() {
-    std::vector<LevelPart> left, open;
-    for (const LevelPart& part : parts_) (std::isinf(part.error_px) ? open : left).push_back(part);
-    for (std::size_t i = 0; i < open.size(); ++i) {
-      const LevelPart part = open[i];
-      const std::vector<LevelPart> below = finer_(part);
-      std::uint64_t sum = 0;
-      for (const LevelPart& finer : below) sum += finer.segments;
-      if (segments_ - part.segments + sum > most_) {
-        settled_.push_back(part);
-        continue;
-      }
-      segments_ += sum - part.segments;
-      for (const LevelPart& finer : below) (std::isinf(finer.error_px) ? open : left).push_back(finer);
-    }
-    parts_ = std::move(left);
-  }
-  std::uint64_t segments() const { return segments_; }
-  std::vector<LevelPart> take() {
-    parts_.insert(parts_.end(), settled_.begin(), settled_.end());
-    return std::move(parts_);
-  }
-
- private:
-  // Segments that further replacement may remove again.
-  static std::uint64_t slackOf(const std::vector<LevelPart>& open, double above_px) {
-    std::uint64_t sum = 0;
-    for (const LevelPart& part : open)
-      if (part.error_px > above_px) sum += part.segments;
-    return sum;
-  }
-
-  std::vector<LevelPart> parts_, settled_;
-  std::uint64_t segments_, most_;
-  Finer finer_;
-};
 
 }  // namespace
 
@@ -112,7 +41,7 @@ struct Levels::Impl {
   }
   std::vector<LevelPart> seen(std::span<const LevelPart> parts, const LevelView& view) const;
   LevelChoice choose(const LevelView& view, std::uint64_t most_segments, double enough_px,
-                     const Refinement::Finer& finer) const;
+                     const LevelRefinement::Finer& finer) const;
   Bytes part(LevelId level, bool appearance, std::string& file, std::uint64_t& offset) const;
 };
 
@@ -245,14 +174,14 @@ double Levels::errorOnScreen(LevelId level, const LevelView& view) const {
 }
 
 LevelChoice Levels::Impl::choose(const LevelView& view, std::uint64_t most_segments, double enough_px,
-                                 const Refinement::Finer& finer) const {
+                                 const LevelRefinement::Finer& finer) const {
   LevelChoice choice;
   std::vector<LevelPart> first = seen(tree->below(kRoots), view);
   if (const TileId tile = set.long_tile(); tile != kNoTile) first.push_back({false, tile, long_segments, 0});
   std::uint64_t segments = 0;
   for (const LevelPart& part : first) segments += part.segments;
 
-  Refinement chosen(std::move(first), segments, most_segments, finer);
+  LevelRefinement chosen(std::move(first), segments, most_segments, finer);
   constexpr double kWave = 0.9;  // tiles of nearly the same error are replaced together
   while (chosen.worst() > enough_px) {
     const double worst = chosen.worst();
@@ -293,8 +222,9 @@ LevelChoice Levels::choose(const LevelView& view, std::uint64_t most_segments, d
     choice.unread.push_back(kRoots);
     return choice;
   }
-  // As if the unread tiles below a part had no segments, or all of them where the whole part is in view. No other
-  // directory page can change the choice.
+  // First choose with a lower bound for the segments below an unread part: all of them if the whole part is in view,
+  // else none. A part that exceeds the budget by this bound exceeds it once its tiles are known, so they need not be
+  // read.
   LevelChoice hoped = impl_->choose(view, most_segments, enough_px, [&](const LevelPart& part) {
     if (tree.knowsBelow(part.tile)) return known(part);
     std::vector<LevelPart> parts = impl_->seen(tree.levelsBelow(part.tile), view);

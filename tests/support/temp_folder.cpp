@@ -39,4 +39,10 @@ void writeBytes(const std::string& path, const std::string& bytes) {
   if (!out) throw std::runtime_error(path + ": cannot be written");
 }
 
+void writeBelow(const TempFolder& folder, const std::string& name, const std::string& bytes) {
+  const std::string path = folder / name;
+  std::filesystem::create_directories(std::filesystem::path(path).parent_path());
+  writeBytes(path, bytes);
+}
+
 }  // namespace filiform::test

@@ -22,5 +22,7 @@ class TempFolder {
 
 std::string readBytes(const std::string& path);
 void writeBytes(const std::string& path, const std::string& bytes);
+// Writes the file `name`, a path below the folder, and makes the folders on its way.
+void writeBelow(const TempFolder& folder, const std::string& name, const std::string& bytes);
 
 }  // namespace filiform::test

@@ -19,6 +19,13 @@ struct ZipMember {
   std::uint32_t attributes = 0;
 };
 
+inline ZipMember zipMember(const std::string& name, const std::string& content) {
+  ZipMember member;
+  member.name = name;
+  member.content = content;
+  return member;
+}
+
 inline constexpr std::uint32_t kSymbolicLinkAttributes = 0120777u << 16;
 
 // Returns the bytes of the archive. `prefix` comes first and does not count in the offsets.

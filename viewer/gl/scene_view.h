@@ -98,7 +98,8 @@ struct SceneFigures {
 class SceneView {
  public:
   // Store, levels (may be nullptr) and renderer must outlive it. Throws InputError for a scene without a segment. May
-  // run on any thread: does not draw. O(groups of the directory); without levels O(tiles).
+  // run on any thread: does not draw. O(groups of the directory); O(tiles) for a
+  // set that does not state its usual box, and without levels.
   SceneView(const TileStore& store, const Levels* levels, Renderer& renderer);
   // Removes its batches from the renderer.
   ~SceneView();

@@ -35,25 +35,13 @@ std::string tableOf(const Input& input) {
   return table.str();
 }
 
-test::ZipMember member(const std::string& name, const std::string& content) {
-  test::ZipMember m;
-  m.name = name;
-  m.content = content;
-  return m;
-}
-
-void put(const test::TempFolder& folder, const std::string& name, const std::string& bytes) {
-  fs::create_directories(fs::path(folder.file(name)).parent_path());
-  test::writeBytes(folder.file(name), bytes);
-}
-
 TEST(Input, WalksFoldersAndTakesWhatItShould) {
   const test::TempFolder folder;
   for (const char* name :
        {"b.swc", "a/deep/er/c.SWC", ".hidden.swc", ".h/d.Swc", "._e.swc", "__MACOSX/f.swc", "g.txt", "h.swc.bak"}) {
-    put(folder, name, kTwo);
+    test::writeBelow(folder, name, kTwo);
   }
-  put(folder, "z.ZIP", test::buildZip({member("in/i.swc", kTwo)}));
+  test::writeBelow(folder, "z.ZIP", test::buildZip({test::zipMember("in/i.swc", kTwo)}));
   Input input({folder.path()});
   EXPECT_EQ(sourcesOf(input),
             (std::vector<std::string>{".h/d.Swc", ".hidden.swc", "a/deep/er/c.SWC", "b.swc", "z.ZIP/in/i.swc"}));
@@ -62,10 +50,12 @@ TEST(Input, WalksFoldersAndTakesWhatItShould) {
 
 TEST(Input, CellsComeByThenDigestWhateverTheOrderOfArguments) {
   const test::TempFolder folder;
-  put(folder, "p/x.swc", kOne);
-  put(folder, "q/x.swc", kTwo);
-  put(folder, "q/b.swc", kTwo);
-  put(folder, "p/x.zip", test::buildZip({member("y.swc", kTwo), member("y.swc", kOne), member("a.swc", kTwo)}));
+  test::writeBelow(folder, "p/x.swc", kOne);
+  test::writeBelow(folder, "q/x.swc", kTwo);
+  test::writeBelow(folder, "q/b.swc", kTwo);
+  test::writeBelow(
+      folder, "p/x.zip",
+      test::buildZip({test::zipMember("y.swc", kTwo), test::zipMember("y.swc", kOne), test::zipMember("a.swc", kTwo)}));
   std::vector<std::string> arguments = {folder.file("p/x.swc"), folder.file("q/x.swc"), folder.file("p/x.zip"),
                                         folder.file("q/b.swc")};
   const auto digests = [&] {
@@ -83,9 +73,9 @@ TEST(Input, CellsComeByThenDigestWhateverTheOrderOfArguments) {
 
 TEST(Input, RowsFollowTheArgumentsAndFoldersTheirPaths) {
   const test::TempFolder folder;
-  put(folder, "z.swc", kTwo);
-  put(folder, "f/b.swc", "");
-  put(folder, "f/a/b\n.swc", kOne);
+  test::writeBelow(folder, "z.swc", kTwo);
+  test::writeBelow(folder, "f/b.swc", "");
+  test::writeBelow(folder, "f/a/b\n.swc", kOne);
   Input input({folder.file("z.swc"), folder.file("f")});
   EXPECT_EQ(sourcesOf(input).size(), 2u);
   EXPECT_EQ(
@@ -102,9 +92,11 @@ TEST(Input, RowsFollowTheArgumentsAndFoldersTheirPaths) {
 
 TEST(Input, ASecondPassYieldsTheSame) {
   const test::TempFolder folder;
-  put(folder, "a.swc", kTwo);
-  put(folder, "b.swc", "");
-  put(folder, "c.zip", test::buildZip({member("x.swc", kOne), member("x.swc", kTwo), member("bad.swc", "x")}));
+  test::writeBelow(folder, "a.swc", kTwo);
+  test::writeBelow(folder, "b.swc", "");
+  test::writeBelow(folder, "c.zip",
+                   test::buildZip({test::zipMember("x.swc", kOne), test::zipMember("x.swc", kTwo),
+                                   test::zipMember("bad.swc", "x")}));
   Input input({folder.path()});
   const std::vector<std::string> first = sourcesOf(input);
   const std::string table = tableOf(input);
@@ -117,8 +109,9 @@ TEST(Input, ASecondPassYieldsTheSame) {
 
 TEST(Input, AnUnfinishedPassLeavesNoTrace) {
   const test::TempFolder folder;
-  put(folder, "a.zip",
-      test::buildZip({member("x.swc", "1 1 0 0 0 0 -1\n"), member("y.swc", kTwo), member("../z.swc", kTwo)}));
+  test::writeBelow(folder, "a.zip",
+                   test::buildZip({test::zipMember("x.swc", "1 1 0 0 0 0 -1\n"), test::zipMember("y.swc", kTwo),
+                                   test::zipMember("../z.swc", kTwo)}));
   Input input({folder.file("a.zip")});
   Cell cell;
   ASSERT_TRUE(input.next(cell));
@@ -130,10 +123,10 @@ TEST(Input, AnUnfinishedPassLeavesNoTrace) {
 
 TEST(Input, AFileThatChangedBetweenPassesIsAnError) {
   const test::TempFolder folder;
-  put(folder, "a.swc", kTwo);
+  test::writeBelow(folder, "a.swc", kTwo);
   Input input({folder.file("a.swc")});
   EXPECT_EQ(sourcesOf(input).size(), 1u);
-  put(folder, "a.swc", kOne);
+  test::writeBelow(folder, "a.swc", kOne);
   input.rewind();
   Cell cell;
   EXPECT_THROW(input.next(cell), IoError);
@@ -142,7 +135,7 @@ TEST(Input, AFileThatChangedBetweenPassesIsAnError) {
 TEST(Input, ArgumentsThatCannotBeReadAreErrors) {
   const test::TempFolder folder;
   fs::create_directories(folder.file("empty/inner"));
-  put(folder, "a.swc", kTwo);
+  test::writeBelow(folder, "a.swc", kTwo);
   EXPECT_THROW(Input({folder.file("none.swc")}), IoError);
   EXPECT_THROW(Input({folder.file("a.swc"), folder.file("none")}), IoError);
   EXPECT_THROW(Input({"/dev/null"}), IoError);
@@ -152,10 +145,10 @@ TEST(Input, ArgumentsThatCannotBeReadAreErrors) {
 
 TEST(Input, AFileThatVanishesIsRefusedAndTheOthersAreRead) {
   const test::TempFolder folder;
-  put(folder, "a.swc", kTwo);
-  put(folder, "b.zip", test::buildZip({member("x.swc", kTwo), member("y.swc", kOne)}));
-  put(folder, "c.swc", kTwo);
-  put(folder, "d.swc", kTwo);
+  test::writeBelow(folder, "a.swc", kTwo);
+  test::writeBelow(folder, "b.zip", test::buildZip({test::zipMember("x.swc", kTwo), test::zipMember("y.swc", kOne)}));
+  test::writeBelow(folder, "c.swc", kTwo);
+  test::writeBelow(folder, "d.swc", kTwo);
   Input input({folder.path()});
   fs::remove(folder.file("a.swc"));
   fs::remove(folder.file("b.zip"));
@@ -175,7 +168,7 @@ TEST(Input, AFileThatVanishesIsRefusedAndTheOthersAreRead) {
 
 TEST(Input, AFileThatVanishesBetweenPassesIsAnError) {
   const test::TempFolder folder;
-  put(folder, "a.swc", kTwo);
+  test::writeBelow(folder, "a.swc", kTwo);
   Input input({folder.path()});
   EXPECT_EQ(sourcesOf(input).size(), 1u);
   fs::remove(folder.file("a.swc"));
@@ -186,7 +179,8 @@ TEST(Input, AFileThatVanishesBetweenPassesIsAnError) {
 
 TEST(Input, EqualNamesOfWhichOneVanishedAreOrderedAndRead) {
   const test::TempFolder folder;
-  for (const char* name : {"p/x.swc", "q/x.swc", "r/x.swc"}) put(folder, name, name[0] == 'p' ? kOne : kTwo);
+  for (const char* name : {"p/x.swc", "q/x.swc", "r/x.swc"})
+    test::writeBelow(folder, name, name[0] == 'p' ? kOne : kTwo);
   Input input({folder.file("p/x.swc"), folder.file("q/x.swc"), folder.file("r/x.swc")});
   fs::remove(folder.file("q/x.swc"));
   EXPECT_EQ(sourcesOf(input).size(), 2u);
@@ -196,7 +190,7 @@ TEST(Input, EqualNamesOfWhichOneVanishedAreOrderedAndRead) {
 // An exception of the caller, of any type, is never reported as an error of the file.
 TEST(Input, WhatTheProgressThrowsEndsTheRun) {
   const test::TempFolder folder;
-  put(folder, "a.swc", kTwo);
+  test::writeBelow(folder, "a.swc", kTwo);
   InputOptions options;
   options.progress = [](std::uint64_t, std::uint64_t) { throw IoError("screen", "gone"); };
   Input input({folder.path()}, options);
@@ -208,8 +202,8 @@ TEST(Input, WhatTheProgressThrowsEndsTheRun) {
 TEST(Input, WithoutFileDescriptorsTheRunEnds) {
   if (test::kSanitized) GTEST_SKIP() << "the sanitizer needs descriptors itself";
   const test::TempFolder folder;
-  put(folder, "a.swc", kTwo);
-  put(folder, "b.zip", test::buildZip({member("x.swc", kTwo)}));
+  test::writeBelow(folder, "a.swc", kTwo);
+  test::writeBelow(folder, "b.zip", test::buildZip({test::zipMember("x.swc", kTwo)}));
   Input input({folder.path()});
   Cell cell;
   struct rlimit before {};
@@ -225,11 +219,11 @@ TEST(Input, WithoutFileDescriptorsTheRunEnds) {
 
 TEST(Input, LinksAreFollowedAndEachRealFileIsTakenOnceUnderItsLowestPath) {
   const test::TempFolder folder, elsewhere;
-  put(folder, "in/b.swc", kTwo);
-  put(folder, "in/z/deep.swc", kTwo);
-  put(elsewhere, "far.swc", kTwo);
-  put(elsewhere, "box.zip", test::buildZip({member("i.swc", kTwo)}));
-  put(elsewhere, "cells/one.swc", kTwo);
+  test::writeBelow(folder, "in/b.swc", kTwo);
+  test::writeBelow(folder, "in/z/deep.swc", kTwo);
+  test::writeBelow(elsewhere, "far.swc", kTwo);
+  test::writeBelow(elsewhere, "box.zip", test::buildZip({test::zipMember("i.swc", kTwo)}));
+  test::writeBelow(elsewhere, "cells/one.swc", kTwo);
   const std::string in = folder.file("in");
   fs::create_symlink("b.swc", in + "/a.swc");                         // lower than its target
   fs::create_symlink(elsewhere.file("far.swc"), in + "/linked.swc");  // outside
@@ -254,7 +248,7 @@ TEST(Input, AMazeOfLinksIsWalkedInOnePassOverItsFolders) {
     fs::create_directory(here);
     for (const char* link : {"/a", "/b"}) fs::create_directory_symlink("../" + std::to_string(i + 1), here + link);
   }
-  put(folder, "18/x.swc", kTwo);
+  test::writeBelow(folder, "18/x.swc", kTwo);
   Input input({folder.file("0")});
   std::string lowest;
   for (int i = 0; i < 18; ++i) lowest += "a/";
@@ -263,7 +257,7 @@ TEST(Input, AMazeOfLinksIsWalkedInOnePassOverItsFolders) {
 
 TEST(Input, WhatCannotBeReadInAFolderIsRefusedWithItsReason) {
   const test::TempFolder folder;
-  put(folder, "good.swc", kTwo);
+  test::writeBelow(folder, "good.swc", kTwo);
   fs::create_symlink("gone.swc", folder.file("dangling.swc"));
   fs::create_symlink("/none/cells", folder.file("cells"));  // the target may have been a folder
   fs::create_symlink("gone.txt", folder.file("notes.txt"));
@@ -287,7 +281,7 @@ TEST(Input, WhatCannotBeReadInAFolderIsRefusedWithItsReason) {
 
 TEST(Input, ALinkAsArgumentIsFollowed) {
   const test::TempFolder folder;
-  put(folder, "a.swc", kTwo);
+  test::writeBelow(folder, "a.swc", kTwo);
   fs::create_symlink(folder.file("a.swc"), folder.file("link"));
   Input input({folder.file("link")});
   EXPECT_EQ(sourcesOf(input), std::vector<std::string>{"link"});
@@ -295,7 +289,7 @@ TEST(Input, ALinkAsArgumentIsFollowed) {
 
 TEST(Input, StrictRefusesEntriesAndArchivesOnAnyWarning) {
   const test::TempFolder folder;
-  put(folder, "a.zip", test::buildZip({member("x.swc", kTwo), member("/y.swc", kTwo)}));
+  test::writeBelow(folder, "a.zip", test::buildZip({test::zipMember("x.swc", kTwo), test::zipMember("/y.swc", kTwo)}));
   InputOptions options;
   options.swc.strict = true;
   Input input({folder.file("a.zip")}, options);
@@ -305,8 +299,10 @@ TEST(Input, StrictRefusesEntriesAndArchivesOnAnyWarning) {
 
 TEST(Input, ProgressEndsAtTheTotal) {
   const test::TempFolder folder;
-  put(folder, "a.swc", kTwo);
-  put(folder, "b.zip", test::buildZip({member("x.swc", kTwo), member("x.swc", kOne), member("y.txt", kOne)}));
+  test::writeBelow(folder, "a.swc", kTwo);
+  test::writeBelow(
+      folder, "b.zip",
+      test::buildZip({test::zipMember("x.swc", kTwo), test::zipMember("x.swc", kOne), test::zipMember("y.txt", kOne)}));
   std::uint64_t last = 0, total = 0;
   InputOptions options;
   options.progress = [&](std::uint64_t done, std::uint64_t of) {
@@ -320,130 +316,11 @@ TEST(Input, ProgressEndsAtTheTotal) {
   EXPECT_EQ(total, input.bytes());
 }
 
-// All that a pass yields: sources, digests and samples of the cells, and the table of reports with every record.
-std::string passOf(Input& input) {
-  std::ostringstream out;
-  for (Cell cell; input.next(cell);) {
-    out << cell.source << ' ' << cell.digest;
-    for (std::size_t i = 0; i < cell.samples(); ++i)
-      out << ' ' << cell.sample_ids[i] << ',' << cell.positions_um[i].transpose() << ',' << cell.parents[i];
-    out << '\n';
-  }
-  writeCheckTable(out, input.reports());
-  for (const SourceReport& row : input.reports()) {
-    out << row.digest << '\n';
-    for (const EntryReport& entry : row.entries)
-      for (const InputRecord& record : entry.report.records) out << record.line << ' ' << record.token << '\n';
-  }
-  return out.str() + summary(input.reports()) + input.unitDoubt();
-}
-
-// Files and archives, some of them damaged, some of equal name.
-void putMany(const test::TempFolder& folder) {
-  for (int i = 0; i < 50; ++i) {
-    std::string text = "# " + std::to_string(i) + "\n";
-    for (int n = 1; n <= 20 + i * i / 4; ++n)
-      text +=
-          std::to_string(n) + " 3 " + std::to_string(n + i) + " 0 0 1 " + std::to_string(n == 1 ? -1 : n - 1) + "\n";
-    if (i % 7 == 0) text += "oops\n";
-    if (i % 11 == 0) text.clear();
-    put(folder, "f" + std::to_string(i) + ".swc", text);
-    if (i % 5 == 0)
-      put(folder, "z" + std::to_string(i) + ".zip",
-          test::buildZip({member("x.swc", text), member("x.swc", text + "99999 1 0 0 0 1 -1\n"), member("/y.swc", kTwo),
-                          member("w.swc", text)}));
-  }
-  std::string broken = test::buildZip({member("c.swc", kTwo), member("d.swc", kTwo)});
-  broken[40] = static_cast<char>(broken[40] ^ 0x55);
-  put(folder, "broken.zip", broken);
-  put(folder, "loop.swc", "1 1 0 0 0 1 2\n2 1 1 0 0 1 1\n");
-}
-
-TEST(Input, ThreadsChangeNeitherCellsNorReports) {
-  const test::TempFolder folder;
-  putMany(folder);
-  Input alone({folder.path()});
-  const std::string expected = passOf(alone);
-  for (const unsigned threads : {2u, 5u}) {
-    for (const std::uint64_t memory : {std::uint64_t{128} << 20, std::uint64_t{800} << 20}) {
-      InputOptions options;
-      options.threads = threads;
-      options.memory = memory;
-      Input input({folder.path()}, options);
-      EXPECT_EQ(passOf(input), expected) << threads << " threads";
-      input.rewind();
-      EXPECT_EQ(passOf(input), expected) << threads << " threads, second pass";
-    }
-  }
-}
-
-// A thread holds the directory of an archive once, however many archives it could keep open.
-TEST(Input, ThreadsReadAnArchiveOfManyMembersInModestMemory) {
-  const test::TempFolder folder;
-  std::vector<test::ZipMember> members;
-  for (int i = 0; i < 20000; ++i) members.push_back(member(std::to_string(i) + ".swc", kTwo));
-  test::writeBytes(folder.file("many.zip"), test::buildZip(members));
-  InputOptions options;
-  options.threads = 2;
-  options.memory = std::uint64_t{180} << 20;  // a sixth of it for two readers: 16 MiB and 20 000 * 512 bytes each
-  const auto threads = [] { return std::distance(fs::directory_iterator("/proc/self/task"), {}); };
-  const auto before = threads();
-  Input input({folder.file("many.zip")}, options);
-  Cell cell;
-  for (int i = 0; i < 50; ++i) ASSERT_TRUE(input.next(cell));
-  EXPECT_EQ(threads(), before + 1);
-}
-
-TEST(Input, ThreadsForgetAnUnfinishedPass) {
-  const test::TempFolder folder;
-  putMany(folder);
-  Input alone({folder.path()});
-  const std::string expected = passOf(alone);
-  InputOptions options;
-  options.threads = 4;
-  Input input({folder.path()}, options);
-  Cell cell;
-  for (int i = 0; i < 10; ++i) ASSERT_TRUE(input.next(cell));
-  input.rewind();
-  EXPECT_EQ(passOf(input), expected);
-}
-
-TEST(Input, ThreadsReportAFileThatVanishedInItsPlace) {
-  const test::TempFolder folder;
-  for (const char* name : {"a.swc", "b.swc", "c.swc", "d.swc"}) put(folder, name, kTwo);
-  InputOptions options;
-  options.threads = 3;
-  Input input({folder.path()}, options);
-  fs::remove(folder.file("c.swc"));
-  EXPECT_EQ(sourcesOf(input), (std::vector<std::string>{"a.swc", "b.swc", "d.swc"}));
-  EXPECT_EQ(totals(input.reports()).refused, 1u);
-  fs::remove(folder.file("b.swc"));
-  input.rewind();
-  Cell cell;
-  ASSERT_TRUE(input.next(cell));
-  EXPECT_EQ(cell.source, "a.swc");
-  EXPECT_THROW(input.next(cell), IoError);
-}
-
-TEST(Input, WhatTheProgressThrowsEndsTheThreadsToo) {
-  const test::TempFolder folder;
-  putMany(folder);
-  InputOptions options;
-  options.threads = 3;
-  int calls = 0;
-  options.progress = [&](std::uint64_t, std::uint64_t) {
-    if (++calls == 5) throw IoError("screen", "gone");
-  };
-  Input input({folder.path()}, options);
-  EXPECT_THROW(sourcesOf(input), IoError);
-  EXPECT_EQ(calls, 5);
-}
-
 TEST(Input, TheSummaryNamesWhatIsRefusedAndWhy) {
   const test::TempFolder folder;
-  put(folder, "bad\x1B.swc", "");
-  put(folder, "good.swc", "1 1 0 0 0 0 -1\n");
-  put(folder, "z.zip", "no zip");
+  test::writeBelow(folder, "bad\x1B.swc", "");
+  test::writeBelow(folder, "good.swc", "1 1 0 0 0 0 -1\n");
+  test::writeBelow(folder, "z.zip", "no zip");
   Input input({folder.path()});
   sourcesOf(input);
   EXPECT_EQ(summary(input.reports()),

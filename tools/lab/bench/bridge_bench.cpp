@@ -3,6 +3,7 @@
 #include "device/bridge/bridge_device.h"
 #include "tools/bridges/bridge.h"
 #include "tools/lab/bench/bench_process.h"
+#include "tools/lab/bench/opened_bridge.h"
 #include "tools/lab/bench/workloads.h"
 
 #include <algorithm>
@@ -49,19 +50,6 @@ void serveBridge(const std::string& address) {
   bridge_run(&device, address.c_str());
 }
 
-std::unique_ptr<BridgeDevice> connected(const std::string& address) {
-  for (int i = 0; i < 2000; ++i) {
-    try {
-      auto device = std::make_unique<BridgeDevice>(BridgeOptions{.address = address, .connect_s = 0.5});
-      device->open();
-      return device;
-    } catch (const DeviceError&) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(5));  // it does not listen yet
-    }
-  }
-  throw std::runtime_error("bench bridge: the bridge does not answer");
-}
-
 // Two ends of a connection; the second one is the peer's.
 std::array<int, 2> connection(bool udp) {
   std::array<int, 2> ends{-1, -1};
@@ -106,7 +94,7 @@ Transport measure(bool udp, const std::string& address, int rounds, const BenchO
   const std::array<int, 2> ends = connection(udp);
   const BenchProcess peer([&] { pong(ends[1]); });
   const BenchProcess bridge([&] { serveBridge(address); });
-  const auto device = connected(address);
+  const auto device = openedBridge({.address = address, .connect_s = 0.5});
   char bytes[kPingBytes] = {};
   auto due = std::chrono::steady_clock::now();
   for (int i = 0; i < rounds; ++i) {
@@ -135,7 +123,7 @@ double lastForce_ms(int signal, const std::string& folder) {
   ::unsetenv("FILIFORM_BRIDGE_LOG");
   {
     const BenchProcess program([&] {
-      const auto device = connected(address);
+      const auto device = openedBridge({.address = address, .connect_s = 0.5});
       Wrench wrench;
       wrench.force_N = {0, 0, 2};
       for (;; std::this_thread::sleep_for(std::chrono::milliseconds(1))) device->exchange(wrench);

@@ -8,6 +8,7 @@
 #include "tools/bridges/bridge.h"
 #include "tools/lab/bench/bench_process.h"
 #include "tools/lab/bench/energy_meter.h"
+#include "tools/lab/bench/opened_bridge.h"
 
 #include <arpa/inet.h>
 #include <chrono>
@@ -40,8 +41,8 @@ constexpr double kMost_N = 8;
 
 double inSeconds(Clock::duration time) { return std::chrono::duration<double>(time).count(); }
 
-// The hand rests where the spring is slack until the force has come: a spring that begins extended would give energy
-// that nobody put into it, and the controller would let none of it pass.
+// The hand waits at the origin, where the spring is slack, until the ramps are over. A spring that starts extended
+// holds energy that the hand did not put into it, and the passivity controller then withholds the force.
 Vector3d targetAt(double time_s) {
   const double angle = 2 * M_PI * kSwing_Hz * time_s;
   const double part = std::clamp((time_s - kRest_s) / (EnergyMeter::kBegin_s - kRest_s), 0.0, 1.0);
@@ -156,7 +157,7 @@ void travelFor(HapticDevice& device, SweepCell& cell, double for_s, const std::f
     }
     if (state.sent_N) law.acted(*state.sent_N);
     wrench.force_N = law.apply(Vector3d::Zero(), state.p_D, state.v_D, dt_s);
-    if (cell.models && device.capabilities().renders_model && !law.fading())
+    if (device.capabilities().renders_model && !law.fading())
       wrench.model = spring.about(state.p_D, -state.p_D, wrench.force_N, cell.stiffness_N_m, Vector3d::Zero());
   }
 }
@@ -170,9 +171,9 @@ void judge(SweepCell& cell, const EnergyMeter& meter, const PassivityOptions& pa
   if (meter.steps() == 0) throw std::runtime_error("sweep: nothing was measured");
 }
 
-PassivityOptions passivityOf(const SweepCell& cell, const DeviceCapabilities& can) {
+PassivityOptions passivityOf(const DeviceCapabilities& can) {
   PassivityOptions passivity;
-  passivity.on = cell.controls;
+  passivity.on = true;
   passivity.delay_samples = can.delay_samples;
   return passivity;
 }
@@ -183,19 +184,10 @@ void runBridgeCell(SweepCell& cell, double for_s, const std::string& folder, con
   ::setenv("FILIFORM_BRIDGE_COOKIE", cookie.c_str(), 1);
   SharedMeter meter(EnergyMeter(cell.stiffness_N_m, kMost_N, PassivityOptions().power_W));
   std::optional<BenchProcess> bridge(std::in_place, [&] { serveFarHand(address, *meter); });
-  std::unique_ptr<BridgeDevice> device;
-  for (int i = 0; i < 2000 && device == nullptr; ++i) {
-    try {
-      device = std::make_unique<BridgeDevice>(
-          BridgeOptions{.address = address, .cookie_file = cookie, .period_s = cell.period_s, .silence_s = 10});
-    } catch (const DeviceError&) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(5));  // it does not listen yet
-    }
-  }
+  const std::unique_ptr<BridgeDevice> device =
+      openedBridge({.address = address, .cookie_file = cookie, .period_s = cell.period_s, .silence_s = 10});
   ::unsetenv("FILIFORM_BRIDGE_COOKIE");
-  if (device == nullptr) throw std::runtime_error("sweep: the bridge does not answer");
-  device->open();
-  const PassivityOptions passivity = passivityOf(cell, device->capabilities());
+  const PassivityOptions passivity = passivityOf(device->capabilities());
   travelFor(*device, cell, for_s, stop, passivity);
   device->close();
   bridge->signal(SIGSTOP);  // its meter stands still
@@ -223,7 +215,7 @@ void runHaplyCell(SweepCell& cell, double for_s, const std::function<bool()>& st
   for (int i = 0; i < 20'000 && haply.status() != DeviceStatus::ready; ++i) haply.exchange({});
   if (haply.status() != DeviceStatus::ready)
     throw std::runtime_error(std::string("sweep: not ready: ") + haply.advice());
-  const PassivityOptions passivity = passivityOf(cell, haply.capabilities());
+  const PassivityOptions passivity = passivityOf(haply.capabilities());
   travelFor(haply, cell, for_s, stop, passivity);
   haply.close();
   server.reset();  // its thread has ended

@@ -16,8 +16,6 @@ const char* toString(SweepTransport transport);
 struct SweepCell {
   SweepTransport transport = SweepTransport::seqpacket;
   double stiffness_N_m = 200, period_s = 0.001;  // of the exchanges: a force is as late as this
-  bool models = true;                            // sends the local model; Haply has none
-  bool controls = true;                          // false: the controller only observes
   // Found:
   std::uint64_t exchanges = 0, unanswered = 0;
   double longest_gap_s = 0;  // between two states
