@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <deque>
 #include <list>
 #include <mutex>
 #include <unordered_map>
@@ -20,6 +21,7 @@ namespace filiform {
 namespace {
 
 constexpr std::size_t kLeastPerThread = 64;  // fewest points of a batch a thread
+constexpr std::size_t kReadTogether = 4;     // tiles, from far away
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 struct LoadedTile {
@@ -45,7 +47,8 @@ class TileCache {
   std::shared_ptr<const LoadedTile> get(TileId tile, std::uint32_t& reads) {
     if (auto found = find(tile)) return found;
     auto loaded = std::make_shared<LoadedTile>();
-    loaded->tile = store_.load(tile);
+    loaded->tile = takeAhead(tile);
+    if (loaded->tile == nullptr) loaded->tile = store_.load(tile);
     ++reads;
     loaded->engine = makeTileEngine(options_.engine, loaded->tile);
     loaded->bytes = loaded->tile->bytes() + loaded->engine->bytes();
@@ -58,6 +61,32 @@ class TileCache {
       trim();
     }
     return loaded;
+  }
+
+  // Reads those of the tiles that are not here, all at once. They count as read when get() takes them, so that results
+  // do not depend on where the set is. A tile that cannot be read is left to get().
+  void readAhead(std::span<const TileId> tiles) {
+    std::vector<TileId> absent;
+    {
+      const std::lock_guard lock(mutex_);
+      for (const TileId tile : tiles)
+        if (!tiles_.contains(tile) && aheadOf(tile) == ahead_.end()) absent.push_back(tile);
+    }
+    if (absent.size() < 2) return;
+    std::vector<std::shared_ptr<const Tile>> read(absent.size());
+    std::atomic<std::size_t> next{0};
+    runWorkers(absent.size(), [&](unsigned, const std::atomic<bool>&) {
+      for (std::size_t i; (i = next.fetch_add(1)) < absent.size();) {
+        try {
+          read[i] = store_.load(absent[i]);
+        } catch (const Error&) {
+        }
+      }
+    });
+    const std::lock_guard lock(mutex_);
+    for (std::shared_ptr<const Tile>& tile : read)
+      if (tile != nullptr) ahead_.push_back(std::move(tile));
+    while (ahead_.size() > kMostAhead) ahead_.pop_front();
   }
 
   std::vector<TileId> resident() const {
@@ -78,6 +107,21 @@ class TileCache {
     std::list<TileId>::iterator place;
   };
 
+  static constexpr std::size_t kMostAhead = 32;
+
+  std::deque<std::shared_ptr<const Tile>>::iterator aheadOf(TileId tile) {
+    return std::find_if(ahead_.begin(), ahead_.end(), [&](const auto& read) { return read->id() == tile; });
+  }
+
+  std::shared_ptr<const Tile> takeAhead(TileId tile) {
+    const std::lock_guard lock(mutex_);
+    const auto at = aheadOf(tile);
+    if (at == ahead_.end()) return nullptr;
+    std::shared_ptr<const Tile> taken = std::move(*at);
+    ahead_.erase(at);
+    return taken;
+  }
+
   void trim() {
     for (auto last = order_.end(); bytes_ > options_.budget_bytes && last != order_.begin();) {
       --last;
@@ -95,6 +139,7 @@ class TileCache {
   std::list<TileId> order_;  // most recent first
   std::unordered_map<TileId, Slot> tiles_;
   std::uint64_t bytes_ = 0;
+  std::deque<std::shared_ptr<const Tile>> ahead_;  // read ahead and not used yet
 };
 
 struct BoxRegion final : Region {
@@ -217,12 +262,32 @@ struct Nearest::Impl {
     return room > radius + kUlps * (radius + size);
   }
 
+  // The home and the tiles of its page of the directory that come next: from far away, a round of reads costs more than
+  // a few tiles. Other pages are not read for this.
+  std::vector<TileId> besideHome(TileId home, const Vector3d& h_W) const {
+    const Grid grid = store.grid();
+    const TileId first = home - home % store.page_tiles();
+    std::vector<TileFinder::Hit> near;
+    for (TileId t = first; t < std::min(store.tile_count(), first + store.page_tiles()); ++t) {
+      const GridBox& content = store.entry(t).content;
+      if (t == store.long_tile() || content.empty()) continue;
+      const Vector3d off = (grid.toWorld(content.lo) - h_W).cwiseMax(h_W - grid.toWorld(content.hi)).cwiseMax(0.0);
+      near.push_back({t, t == home ? -1 : off.squaredNorm()});
+    }
+    const std::size_t most = std::min(kReadTogether, near.size());
+    std::partial_sort(near.begin(), near.begin() + static_cast<std::ptrdiff_t>(most), near.end());
+    std::vector<TileId> tiles;
+    for (std::size_t i = 0; i < most; ++i) tiles.push_back(near[i].tile);
+    return tiles;
+  }
+
   void searchAll(Search& s) const {
     if (store.long_tile() != kNoTile) visit(s, store.long_tile());
     TileId home = kNoTile;
     if (store.tile_count() > TileFinder::kScanTiles && !finder.isOutside(s.h_W)) {
       home = homeOf(s.h_W);
       if (home != kNoTile) {
+        if (store.isRemote() && cache.find(home) == nullptr) cache.readAhead(besideHome(home, s.h_W));
         visit(s, home);
         if (answersAlone(home, s.h_W, s.best.bound2())) return;
       }

@@ -1,0 +1,98 @@
+// Exact searches in a set that is far away: the same results, in fewer rounds of reads.
+#include "index/build/ingest.h"
+#include "index/query/nearest.h"
+#include "index/set/tile_set.h"
+#include "index/set/tile_source.h"
+#include "tests/support/random_cells.h"
+#include "tests/support/temp_folder.h"
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <random>
+#include <thread>
+
+#include <gtest/gtest.h>
+
+namespace filiform {
+namespace {
+
+// A folder that says that it is far away. Counts the reads of packs that are under way at once.
+class FarPacks final : public TileSource {
+ public:
+  struct Counts {
+    std::atomic<int> now{0}, most{0}, all{0};
+  };
+  FarPacks(const std::string& path, Counts& counts) : source_(openFolder(path)), counts_(counts) {}
+  std::uint64_t size(const std::string& name) const override { return source_->size(name); }
+  std::string describe(const std::string& name) const override { return source_->describe(name); }
+  bool isRemote() const override { return true; }
+  void read(const std::string& name, std::uint64_t offset, std::span<std::uint8_t> bytes) const override {
+    const bool is_pack = name.ends_with(".pack");
+    if (is_pack) {
+      ++counts_.all;
+      const int now = ++counts_.now;
+      for (int most = counts_.most; most < now && !counts_.most.compare_exchange_weak(most, now);) {
+      }
+      std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    }
+    source_->read(name, offset, bytes);
+    counts_.now -= is_pack;
+  }
+
+ private:
+  std::unique_ptr<TileSource> source_;
+  Counts& counts_;
+};
+
+class NearestRemoteTest : public ::testing::Test {
+ protected:
+  NearestRemoteTest() {
+    CellList cells(test::randomColumn(7, 20, 500, 300));
+    ingest(cells, folder_ / "a.fil", {.capacity = 64, .page_tiles = 64});
+    near_ = TileSet::open(folder_ / "a.fil");
+    far_ = TileSet::open(std::make_unique<FarPacks>(folder_ / "a.fil", counts_));
+  }
+  std::vector<Vector3d> places(std::uint64_t seed, int n) const {
+    std::mt19937_64 random(seed);
+    std::uniform_real_distribution<double> place(-200, 200);
+    std::vector<Vector3d> all;
+    for (int i = 0; i < n; ++i) all.emplace_back(place(random), place(random), place(random));
+    return all;
+  }
+
+  test::TempFolder folder_;
+  FarPacks::Counts counts_;
+  std::unique_ptr<TileSet> near_, far_;
+};
+
+TEST_F(NearestRemoteTest, ResultsAndTilesReadAreThoseOfTheFolder) {
+  ASSERT_GT(near_->tile_count(), 100u);
+  for (const std::uint64_t budget : {std::uint64_t{0}, UINT64_MAX}) {
+    const NearestOptions options{.budget_bytes = budget};
+    const Nearest near(*near_, options), far(*far_, options);
+    for (const Vector3d& h_W : places(41, 60)) {
+      const NearestQuery query{.k = 3};
+      const std::vector<NearestResult> a = near.find(h_W, query), b = far.find(h_W, query);
+      ASSERT_EQ(a.size(), b.size());
+      for (std::size_t i = 0; i < a.size(); ++i) {
+        EXPECT_EQ(a[i].segment, b[i].segment);
+        EXPECT_EQ(a[i].distance_um, b[i].distance_um);
+        EXPECT_EQ(a[i].tiles_read, b[i].tiles_read) << "seed 41";
+        EXPECT_EQ(a[i].tiles_searched, b[i].tiles_searched);
+      }
+    }
+  }
+}
+
+TEST_F(NearestRemoteTest, TilesThatComeNextAreReadTogether) {
+  const Nearest far(*far_, {});
+  for (const Vector3d& h_W : places(42, 20)) far.find(h_W, {.k = 3});
+  EXPECT_GE(counts_.most, 3);
+  const int all = counts_.all;
+  for (const Vector3d& h_W : places(42, 20)) far.find(h_W, {.k = 3});
+  EXPECT_EQ(counts_.all, all) << "tiles in memory are not read again, nor others beside them";
+}
+
+}  // namespace
+}  // namespace filiform
