@@ -37,6 +37,7 @@ struct ReaderFocus {
   NodeId active_node{UINT32_MAX, UINT32_MAX};  // a node of the proxy's segment; the walk ahead starts there
   Vector3d p_W = Vector3d::Zero();             // proxy, um
   Vector3d v_W = Vector3d::Zero();             // velocity of the proxy, um/s
+  double pull_um = 0;                          // distance from the proxy to the hand
   double radius_um = 0;                        // half the workspace: tiles within it are claimed, nearest first
   bool is_view = false;                        // for a camera: its surroundings come after those of all proxies
   // A pending jump that waits for its tiles; kNoTile: none. These tiles are claimed after the active tiles.
@@ -97,7 +98,7 @@ class TileFocus {
   // full and must then be repeated.
   virtual void request(TileId tile) noexcept = 0;
   // True if the pending jump can be made. The table then holds the target tile. With prefetch it also holds the tiles
-  // that the proxy may reach within 0.1 s, as far as the budget goes.
+  // that the proxy may reach within 0.15 s, as far as the budget goes.
   virtual bool isTargetReady(NodeId target_node) const noexcept = 0;
 };
 

@@ -14,6 +14,8 @@ constexpr double kMinReach_um = 1.0;
 // Factors by which the time to reach a tile grows: back along the neurite, and by the angle of the turn at a branching.
 constexpr double kBack = 2.0, kTurn = 1.5, kMost = 4.0;
 constexpr std::size_t kMaxEnds = 64;
+// Reach gained for each um between the hand and the proxy, at most twice the usual reach in addition.
+constexpr double kPull = 4;
 // On a neurite, the proxy reaches its surroundings only along the neurite, which claimAhead() covers. In 1.9e8
 // segments, a tour met no absent tile with an eighth of the workspace's radius or with all of it. An eighth needs an
 // eighth of the tile reads.
@@ -35,7 +37,7 @@ struct Step {
 };
 
 struct End {  // of the walk: the neurite continues from here, not in memory
-  double cost_s, weight;
+  double cost_s, arc_um, weight;
   Vector3d p_W;
 };
 
@@ -69,8 +71,10 @@ void Prefetch::claimAhead(const ReaderFocus& focus, const TileTable& loaded, std
   const double speed = focus.v_W.allFinite() ? focus.v_W.norm() : 0.0;
   const Vector3d heading = speed > 0 ? Vector3d(focus.v_W / speed) : Vector3d(Vector3d::Zero());
   // At rest or slow motion, the proxy may start in any direction: walk at least the workspace's radius.
-  const double reach_um = std::max({speed * lookahead_s_, focus.radius_um, kMinReach_um});
-  const double pace_um_s = reach_um / lookahead_s_;
+  const double usual_um = std::max({speed * lookahead_s_, focus.radius_um, kMinReach_um});
+  const double pace_um_s = usual_um / lookahead_s_;
+  // The farther the hand is from the proxy, the farther along the neurite the solver looks and the proxy may leap.
+  const double reach_um = usual_um + (focus.pull_um > 0 ? std::min(kPull * focus.pull_um, 2 * usual_um) : 0);
 
   std::unordered_map<TileId, double> cost;
   std::vector<End> ends;
@@ -101,7 +105,7 @@ void Prefetch::claimAhead(const ReaderFocus& focus, const TileTable& loaded, std
         }
         at.tile = home ? loaded.find(*home) : nullptr;
         if (at.tile == nullptr) {
-          ends.push_back({at.cost_s, at.weight, from_W});
+          ends.push_back({at.cost_s, at.arc_um, at.weight, from_W});
           continue;
         }
         const std::optional<std::uint32_t> index = at.tile->findNode(at.node);
@@ -113,7 +117,7 @@ void Prefetch::claimAhead(const ReaderFocus& focus, const TileTable& loaded, std
       }
       // The first node's neighbours are always claimed.
       if (budget == 0 || bytes > budget_bytes || (at.arc_um > reach_um && seen.size() > 2)) {
-        ends.push_back({at.cost_s, at.weight, from_W});
+        ends.push_back({at.cost_s, at.arc_um, at.weight, from_W});
         continue;
       }
       const auto incident = at.tile->incident(at.index);
@@ -136,7 +140,7 @@ void Prefetch::claimAhead(const ReaderFocus& focus, const TileTable& loaded, std
       }
     }
   } else if (!cell_tiles.empty()) {
-    ends.push_back({0, 1, focus.p_W});  // the tile itself is being loaded
+    ends.push_back({0, 0, 1, focus.p_W});  // the tile itself is being loaded
   }
 
   // Tiles that the walk did not reach: by the nearest end, in time.
@@ -145,13 +149,14 @@ void Prefetch::claimAhead(const ReaderFocus& focus, const TileTable& loaded, std
   for (const TileId id : cell_tiles) {
     if (id >= store_.tile_count() || cost.contains(id)) continue;
     const bool is_known = store_.knows(id);
-    const double most_s = is_known ? lookahead_s_ : kPagesAhead * lookahead_s_;
-    double best = most_s;
+    const double most_um = is_known ? reach_um : kPagesAhead * reach_um;
+    double best = std::numeric_limits<double>::infinity();
     for (const End& end : ends) {
       if (end.cost_s >= best) break;
-      best = std::min(best, end.cost_s + end.weight * distance_um(id, end.p_W) / pace_um_s);
+      const double way_um = distance_um(id, end.p_W);
+      if (end.arc_um + way_um < most_um) best = std::min(best, end.cost_s + end.weight * way_um / pace_um_s);
     }
-    if (best >= most_s) continue;
+    if (!std::isfinite(best)) continue;
     store_.setCost(best);
     if (is_known || store_.find(id) != nullptr) cost.emplace(id, best);
   }

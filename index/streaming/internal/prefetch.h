@@ -2,7 +2,8 @@
 //
 //   ahead:  tiles that the neurite enters, by time to reach them at the present speed. The neurite is walked as far as
 //           it is in memory or the reach goes. The other tiles that hold the same cell follow, by distance from the
-//           ends of the walk. So several tiles can be read from a slow disk at once.
+//           ends of the walk. So several tiles can be read from a slow disk at once. Turns and the way back change the
+//           order, not the reach. The reach grows with the pull of the hand.
 //   around: tiles within the workspace's radius of the proxy, nearest first. With PrefetchPolicy::structure and an
 //           active tile, only those within an eighth of the radius.
 // Thread rule: thread-compatible; only for the loader, since it allocates.

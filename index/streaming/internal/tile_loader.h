@@ -150,6 +150,7 @@ class TileLoader {
   void claimHolds();
   void claimFor(Peer& peer);
   void claimTarget(Peer& peer);
+  void claimBesideTarget(const ReaderFocus& there, std::uint64_t room, std::vector<TileClaim>& claims) const;
   void tellTargets();
   // In real time, for peers without a table: the shortest time between plans, s; and the part of the budget of each.
   double crowdRest() const;

@@ -8,7 +8,7 @@ namespace {
 
 // For a jump's target: time within which the proxy may reach a tile that is claimed. For prefetch by distance: the
 // corresponding fraction of the workspace's radius.
-constexpr double kTargetTime_s = 0.2, kTargetPart = 0.4;
+constexpr double kTargetTime_s = 0.3, kTargetPart = 0.4;
 // The jump waits for the tiles within this part of both. The others arrive before the hand does.
 constexpr double kAwaitedPart = 0.5;
 
@@ -22,10 +22,13 @@ void TileLoader::claimTarget(Peer& p) {
   there.active_node = p.focus.target_node;
   there.p_W = p.focus.target_W;
   there.v_W.setZero();
+  there.pull_um = 0;
   const std::uint64_t room = partOf(p) / 2;  // half: the proxy is still at its old position
   if (options_.prefetch == PrefetchPolicy::structure) {
-    prefetch_.claimAhead(there, loaded_, tilesOf(there.active_node.cell), room, p.target);
+    const std::span<const TileId> cell_tiles = tilesOf(there.active_node.cell);
+    prefetch_.claimAhead(there, loaded_, cell_tiles, room, p.target);
     std::erase_if(p.target, [](const TileClaim& c) { return c.cost > kTargetTime_s; });
+    if (cell_tiles.empty() || !inMemory(there.active_tile)) claimBesideTarget(there, room, p.target);
   } else {
     there.radius_um *= kTargetPart;
     prefetch_.claimAround(there, room, p.target);
@@ -37,10 +40,18 @@ void TileLoader::claimTarget(Peer& p) {
   p.target.insert(p.target.begin(), {there.active_tile, -1});
 }
 
+// Until the target's tile and the list of its cell's tiles are here, nobody knows which tiles the neurite enters. Most
+// of them are among the nearest tiles, which are therefore read beside both: a round of reads less.
+void TileLoader::claimBesideTarget(const ReaderFocus& there, std::uint64_t room, std::vector<TileClaim>& claims) const {
+  const std::size_t known = claims.size();
+  prefetch_.claimAround(there, room, claims);
+  for (std::size_t i = known; i < claims.size(); ++i) claims[i].cost = kTargetTime_s + 1e-6 * claims[i].cost;
+}
+
 void TileLoader::tellTargets() {
   for (Peer& p : peers_) {
     std::uint64_t ready = UINT64_MAX;
-    if (!p.walk_stale && !p.target_open && !p.target.empty() && p.planned.target_node == p.focus.target_node) {
+    if (!p.target_open && !p.target.empty() && p.planned.target_node == p.focus.target_node) {
       const double farthest =
           kAwaitedPart *
           (options_.prefetch == PrefetchPolicy::structure ? kTargetTime_s : kTargetPart * p.planned.radius_um);
@@ -49,7 +60,11 @@ void TileLoader::tellTargets() {
         const TileSlot* const slot = slots_.find(p.target[i].tile);
         all = slot == nullptr ? i > 0 : slot->state == TileState::resident || (i > 0 && !slot->wanted);
       }
-      if (all) ready = p.planned.target_node.key();
+      const std::uint64_t key = p.planned.target_node.key();
+      if (all && (!p.walk_stale || p.ends.ready_target.load(std::memory_order_relaxed) == key))
+        ready = key;
+      else if (all)
+        urgent_ = true;  // the last tile has come: the walk through it may claim further ones
     }
     p.ends.ready_target.store(ready, std::memory_order_release);
   }

@@ -139,6 +139,43 @@ TEST_F(PrefetchTest, TilesOfTheCellAreClaimedBeyondAnAbsentTile) {
   EXPECT_LT(costOf(structure_, homeOf(530)), 0.5);
 }
 
+TEST_F(PrefetchTest, BehindComesLaterButAsFar) {
+  load(homeOf(500));
+  cell_tiles_ = store_->loadCellDetail(0).tiles;
+  claim(PrefetchPolicy::structure, at(500, 1000, 100));
+  EXPECT_LT(costOf(structure_, homeOf(455)), 1e9) << "a turn changes the order, not the reach";
+  EXPECT_GT(costOf(structure_, homeOf(455)), 0.5);
+  EXPECT_GT(costOf(structure_, homeOf(400)), 1e9) << "beyond the look-ahead";
+}
+
+TEST_F(PrefetchTest, TheFartherTheHandTheFartherTheReach) {
+  ReaderFocus focus = at(500, 0, 100);
+  const auto reaches = [&](std::uint32_t sample) {
+    claim(PrefetchPolicy::structure, focus);
+    return costOf(structure_, homeOf(sample)) < 1e9;
+  };
+  for (const bool in_memory : {false, true}) {
+    if (in_memory)
+      for (TileId tile = 0; tile < store_->tile_count(); ++tile) load(tile);
+    else
+      load(homeOf(500)), cell_tiles_ = store_->loadCellDetail(0).tiles;
+    focus.pull_um = 0;
+    EXPECT_TRUE(reaches(508));
+    EXPECT_FALSE(reaches(516));
+    focus.pull_um = 40;
+    EXPECT_TRUE(reaches(516));
+    for (const double far_um : {1e4, std::numeric_limits<double>::infinity()}) {
+      focus.pull_um = far_um;
+      EXPECT_TRUE(reaches(526));
+      EXPECT_FALSE(reaches(536)) << "three times the reach, in " << (in_memory ? "memory" : "the list of tiles");
+    }
+    focus.pull_um = std::numeric_limits<double>::quiet_NaN();
+    EXPECT_FALSE(reaches(516));
+    loaded_ = std::make_unique<TileTable>(store_->tile_count());
+    kept_.clear();
+  }
+}
+
 TEST_F(PrefetchTest, AheadEndsWhereTheBudgetDoes) {
   for (TileId tile = 0; tile < store_->tile_count(); ++tile) load(tile);
   cell_tiles_ = store_->loadCellDetail(0).tiles;

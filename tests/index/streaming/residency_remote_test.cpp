@@ -27,14 +27,21 @@ class FarFolder final : public TileSource {
   struct Gate {
     std::mutex mutex;
     std::condition_variable changed;
-    std::string held;  // reads of files with this ending wait; empty: none
-    int waiting = 0, most = 0;
-    std::chrono::milliseconds slow{0};  // each read takes this long
+    std::vector<std::string> held;         // reads of files with these endings wait
+    int waiting = 0, most = 0, packs = 0;  // now, at once, of packs in all
+    std::chrono::milliseconds slow{0};     // each read takes this long
 
-    void hold(const std::string& ending) {
+    void hold(const std::vector<std::string>& endings) {
       const std::lock_guard lock(mutex);
-      held = ending;
+      held = endings;
       changed.notify_all();
+    }
+    bool holds(const std::string& name) const {
+      return std::any_of(held.begin(), held.end(), [&](const std::string& ending) { return name.ends_with(ending); });
+    }
+    int packsAsked() {
+      const std::lock_guard lock(mutex);
+      return packs;
     }
   };
   FarFolder(const std::string& path, Gate& gate) : source_(openFolder(path)), gate_(gate) {}
@@ -45,8 +52,9 @@ class FarFolder final : public TileSource {
     {
       std::unique_lock lock(gate_.mutex);
       gate_.most = std::max(gate_.most, ++gate_.waiting);
+      gate_.packs += name.ends_with(".pack");
       gate_.changed.notify_all();
-      gate_.changed.wait(lock, [&] { return gate_.held.empty() || !name.ends_with(gate_.held); });
+      gate_.changed.wait(lock, [&] { return !gate_.holds(name); });
     }
     std::this_thread::sleep_for(gate_.slow);
     {
@@ -70,7 +78,7 @@ class ResidencyRemoteTest : public ::testing::Test {
     for (TileId t = 0; t < set_->tile_count(); ++t) set_->entry(t);
   }
   std::unique_ptr<TileSet> openFar() { return TileSet::open(std::make_unique<FarFolder>(folder_ / "a.fil", gate_)); }
-  ~ResidencyRemoteTest() override { gate_.hold(""); }
+  ~ResidencyRemoteTest() override { gate_.hold({}); }
 
   static bool eventually(TileReader& reader, const std::function<bool()>& holds) {
     for (int i = 0; i < (test::kSanitized ? 60'000 : 10'000) && !holds(); ++i) {
@@ -93,14 +101,39 @@ class ResidencyRemoteTest : public ::testing::Test {
 };
 
 TEST_F(ResidencyRemoteTest, TilesComeWhileTheTilesOfACellAreAskedFor) {
-  gate_.hold("cells.bin");
+  gate_.hold({"cells.bin"});
   Residency residency(*set_, {});
   TileReader& reader = residency.addReader("hand");
   residency.start();
   std::this_thread::sleep_for(std::chrono::milliseconds(50));  // all threads but one sleep
   reader.publishFocus(focus());
   EXPECT_TRUE(eventually(reader, [&] { return reader.tiles().find(3) != nullptr; }));
-  gate_.hold("");
+  gate_.hold({});
+  residency.stop();
+}
+
+TEST_F(ResidencyRemoteTest, TheNearestTilesAreAskedForBesideThatOfATarget) {
+  const TileId far = set_->tile_count() / 2;
+  const std::shared_ptr<const Tile> tile = set_->load(far);
+  std::uint32_t node = 0;
+  while (!tile->isHome(node)) ++node;
+  ReaderFocus jump;
+  jump.p_W = Vector3d(1e6, 0, 0);
+  jump.radius_um = 800;
+  jump.target_tile = far;
+  jump.target_node = tile->nodeId(node);
+  jump.target_W = tile->position_W(node);
+  Residency residency(*set_, {});
+  TileReader& reader = residency.addReader("hand");
+  reader.publishFocus(jump);
+  const int before = gate_.packsAsked();
+  gate_.hold({".pack", "cells.bin"});
+  residency.start();
+  EXPECT_TRUE(eventually(reader, [&] { return gate_.packsAsked() - before >= 4; }))
+      << "only " << gate_.packsAsked() - before << " tiles are asked for in the first round";
+  EXPECT_FALSE(reader.isTargetReady(jump.target_node));
+  gate_.hold({});
+  EXPECT_TRUE(eventually(reader, [&] { return reader.isTargetReady(jump.target_node); }));
   residency.stop();
 }
 
@@ -110,7 +143,7 @@ TEST_F(ResidencyRemoteTest, ManyReadsAreUnderWayAtOnce) {
   ReaderFocus wide = focus();
   wide.radius_um = 1e4;
   reader.publishFocus(wide);
-  gate_.hold(".pack");
+  gate_.hold({".pack"});
   residency.start();
   constexpr int kMost = ResidencyOptions::kMostRemoteReads;
   const auto waiting = [&](int count) {
@@ -120,7 +153,7 @@ TEST_F(ResidencyRemoteTest, ManyReadsAreUnderWayAtOnce) {
     };
   };
   EXPECT_TRUE(eventually(reader, waiting(kMost)));
-  gate_.hold("");
+  gate_.hold({});
   EXPECT_TRUE(eventually(reader, [&] { return residency.counters().queued == 0 && residency.counters().reads > 20; }));
   residency.stop();
   EXPECT_LE(gate_.most, kMost);
