@@ -98,7 +98,7 @@ class TileFocus {
   // full and must then be repeated.
   virtual void request(TileId tile) noexcept = 0;
   // True if the pending jump can be made. The table then holds the target tile. With prefetch it also holds the tiles
-  // that the proxy may reach within 0.15 s, as far as the budget goes.
+  // that the proxy may reach within 0.14 s, as far as the budget goes.
   virtual bool isTargetReady(NodeId target_node) const noexcept = 0;
 };
 

@@ -8,7 +8,7 @@ namespace {
 
 // For a jump's target: time within which the proxy may reach a tile that is claimed. For prefetch by distance: the
 // corresponding fraction of the workspace's radius.
-constexpr double kTargetTime_s = 0.3, kTargetPart = 0.4;
+constexpr double kTargetTime_s = 0.28, kTargetPart = 0.4;
 // The jump waits for the tiles within this part of both. The others arrive before the hand does.
 constexpr double kAwaitedPart = 0.5;
 

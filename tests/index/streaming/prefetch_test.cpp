@@ -162,7 +162,7 @@ TEST_F(PrefetchTest, TheFartherTheHandTheFartherTheReach) {
     focus.pull_um = 0;
     EXPECT_TRUE(reaches(508));
     EXPECT_FALSE(reaches(516));
-    focus.pull_um = 40;
+    focus.pull_um = 8;
     EXPECT_TRUE(reaches(516));
     for (const double far_um : {1e4, std::numeric_limits<double>::infinity()}) {
       focus.pull_um = far_um;
