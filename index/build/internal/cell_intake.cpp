@@ -65,7 +65,12 @@ void CellIntake::take(Cell& cell, Chunks& chunks, LandmarkSurvey& survey) {
   bytes_ += kBytesOfCell + 4 * heapBytes(record.source) + 3 * heapBytes(cell.name);
   given_names_.push_back(std::move(cell.name));
   digests_.push_back(cell.digest);
-  attributes_.add(static_cast<std::uint32_t>(records_.size()), cell.attributes);
+  if (for_others_) {
+    for (const CellAttribute& attribute : cell.attributes) bytes_ += 128 + attribute.name.size();
+    given_attributes_.push_back(cell.attributes);
+  } else {
+    attributes_.add(static_cast<std::uint32_t>(records_.size()), cell.attributes);
+  }
   records_.push_back(std::move(record));
 }
 
