@@ -12,17 +12,11 @@ namespace {
 using internal::ByteSpan;
 using Purpose = internal::SetFolder::Purpose;
 
-// Rank 0 holds the folder, writes what there is once, and publishes.
-IngestResult ingestTogether(CellStream& stream, const std::string& path, const IngestOptions& options) {
+// `folder`: of rank 0, which writes what there is once, and publishes.
+IngestResult ingestInto(CellStream& stream, const std::string& building, std::optional<internal::SetFolder>& folder,
+                        const IngestOptions& options) {
   Ranks& ranks = *options.ranks;
   const unsigned threads = internal::checkedThreads(options);
-  std::optional<internal::SetFolder> folder;
-  if (ranks.rank() == 0) folder.emplace(path, options.force ? Purpose::replace : Purpose::create);
-  const std::string own = folder ? folder->building() : std::string();
-  const Ranks::Bytes shared = ranks.share({reinterpret_cast<const std::uint8_t*>(own.data()), own.size()}).front();
-  const std::string building(shared.begin(), shared.end());
-  ranks.setFolder(building);
-
   internal::unmapLargeBlocksWhenFreed();
   internal::Tiler tiler(internal::tilerOptionsOf(options, threads, building, internal::stepOf(options)));
   tiler.read(stream);
@@ -58,6 +52,22 @@ IngestResult ingestTogether(CellStream& stream, const std::string& path, const I
   IngestResult result = internal::completeSet(*folder, options, tiler, std::move(packer), writer, &provenance);
   ranks.share({});
   return result;
+}
+
+IngestResult ingestTogether(CellStream& stream, const std::string& path, const IngestOptions& options) {
+  Ranks& ranks = *options.ranks;
+  std::optional<internal::SetFolder> folder;
+  if (ranks.rank() == 0) folder.emplace(path, options.force ? Purpose::replace : Purpose::create);
+  const std::string own = folder ? folder->building() : std::string();
+  const Ranks::Bytes shared = ranks.share({reinterpret_cast<const std::uint8_t*>(own.data()), own.size()}).front();
+  const std::string building(shared.begin(), shared.end());
+  ranks.setFolder(building);
+  try {
+    return ingestInto(stream, building, folder, options);
+  } catch (const std::exception& error) {
+    ranks.fail(error);  // before the folder is removed: other ranks may be writing there
+    throw;
+  }
 }
 
 }  // namespace

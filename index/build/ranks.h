@@ -3,15 +3,18 @@
 //
 // share() and exchange() are calls of all ranks together: each rank makes the same calls in the same order, and waits
 // in them for the others. A rank that fails calls fail() instead of its next call. The others then throw RankFailed.
+// ingest() calls fail() for what it throws; its caller does so for its own failures.
 #pragma once
 
 #include "index/errors.h"
 
 #include <cstddef>
 #include <cstdint>
+#include <exception>
 #include <functional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace filiform {
@@ -46,6 +49,17 @@ class Ranks {
   using Take = std::function<void(unsigned from, std::span<const std::uint8_t> piece)>;
   virtual void exchange(const Send& send, const Take& take) = 0;
   virtual std::size_t piece_bytes() const = 0;
+
+  // Tells the other ranks that this one failed. Returns when all ranks know; so none of them is at work any more.
+  // Does nothing after a first failure of any rank.
+  virtual void fail(const std::exception& error) = 0;
+
+  // Progress of a step on this rank. On rank 0, returns the sums of what is known of all ranks; elsewhere, what was
+  // given. Never waits.
+  struct Amount {
+    std::uint64_t done, total;
+  };
+  virtual Amount progress(std::string_view /*step*/, Amount own) { return own; }
 
   // Where exchange() may keep files; it removes them. Every rank sets the same folder before its first exchange().
   virtual void setFolder(const std::string& folder) = 0;

@@ -8,6 +8,8 @@
 
 namespace filiform {
 
+using internal::InputItem;
+
 std::size_t Input::State::startOfSource(std::uint64_t at) const {
   std::size_t start = std::min<std::uint64_t>(at, items.size());
   while (start > 0 && start < items.size() && items[start].source == items[start - 1].source) --start;
@@ -37,6 +39,12 @@ void Input::keepPart(unsigned part, unsigned count) {
 void Input::keepOnly(std::uint64_t begin, std::uint64_t end) {
   state_->begin_at = state_->startOfSource(begin);
   state_->end_at = state_->startOfSource(end);
+  state_->bytes_total = 0;
+  for (std::size_t i = state_->begin_at; i < state_->end(); ++i) {
+    const InputItem item = state_->inputItem(state_->items[i]);
+    const bool packed = item.entry != nullptr && item.entry->packed_bytes > 0;
+    state_->bytes_total += packed ? item.entry->packed_bytes : item.bytes;
+  }
   rewind();
 }
 

@@ -17,7 +17,7 @@ PlacedCells::Part PlacedCells::partOf(std::uint32_t source) const {
 }
 
 // To read an input takes its bytes, and so does each placement of it.
-void PlacedCells::keepPart(unsigned part, unsigned count) {
+PlacedCells::Sources PlacedCells::keepPart(unsigned part, unsigned count) {
   const std::vector<std::string_view> sources = library_.sources();
   const std::vector<std::uint64_t> sizes = library_.sizes();
   const auto rowsOf = [this](std::string_view source) {
@@ -30,6 +30,8 @@ void PlacedCells::keepPart(unsigned part, unsigned count) {
   const auto boundary = [&](unsigned p) { return p == count ? all + 1 : all / count * p; };
   const double from = boundary(part), to = boundary(part + 1);
 
+  Sources range;
+  if (part == 0) range.begin.emplace();
   part_of_.assign(table_.sources().size(), {0, 0});
   std::size_t first = sources.size(), end = 0;
   double at = 0;
@@ -44,6 +46,8 @@ void PlacedCells::keepPart(unsigned part, unsigned count) {
       return j;
     };
     const Part rows_here{before(from), before(to)};
+    if (!range.begin && rows_here.begin < rows) range.begin = sources[i];
+    if (!range.end && part + 1 < count && rows_here.end < rows) range.end = sources[i];
     if (rows > 0) part_of_[source_numbers_.find(sources[i])->second] = rows_here;
     if (rows_here.begin < rows_here.end || (at >= from && at < to)) {
       first = std::min(first, i);
@@ -61,6 +65,7 @@ void PlacedCells::keepPart(unsigned part, unsigned count) {
   while (end > 0 && end < sources.size() && sources[end] == sources[end - 1]) ++end;
   library_.keepOnly(std::min(first, end), end);
   rewind();
+  return range;
 }
 
 std::vector<std::uint8_t> PlacedCells::encodeReport() const {

@@ -19,6 +19,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <unordered_map>
@@ -128,8 +129,15 @@ class PlacedCells : public CellStream {
 
   // For several processes with the same library and table, each of which places some cells: of `count` about equal
   // consecutive parts, this object places part `part`. The library reads what this needs. Call it before the first
-  // next(). report() is then complete only after takeReports().
-  void keepPart(unsigned part, unsigned count);
+  // next(). report() is then complete only after takeReports(). Returns the range of sources from the first one of this
+  // part to the first one of the next part, for other cells that are ordered among these; nullopt: the end.
+  struct Sources {
+    std::optional<std::string> begin, end;
+    bool contain(const std::string& source) const {
+      return begin && *begin <= source && (!end || source < *end);
+    }
+  };
+  Sources keepPart(unsigned part, unsigned count);
   // After next() has returned false: the report on this part. takeReports() replaces the report by that of all parts.
   std::vector<std::uint8_t> encodeReport() const;
   void takeReports(const std::vector<std::vector<std::uint8_t>>& parts);

@@ -156,10 +156,9 @@ int runRemove(const IngestArguments& a, IngestOptions options) {
   return 0;
 }
 
-// Growing a set is the work of one process; so far, so are circuits.
+// Growing a set is the work of one process.
 void checkTogether(const IngestArguments& a) {
   if (a.add || !a.removed.empty()) throw UsageError("--add and --remove: use filiform ingest, without ranks");
-  if (Circuit::isCircuit(a.inputs, a.circuit)) throw UsageError("circuits: use filiform ingest, without ranks");
 }
 
 // `ranks`: processes that make the set together, or null.
@@ -175,7 +174,13 @@ int runIngest(const IngestArguments& a, Ranks* ranks) {
   readUnit(a.unit, reading.swc);
   a.reading->apply(reading);
   IngestProgress progress(a.log_s);
-  reading.progress = [&](std::uint64_t done, std::uint64_t total) { progress.read(done, total); };
+  const auto ofAll = [ranks](std::string_view step, std::uint64_t done, std::uint64_t total) {
+    return ranks != nullptr ? ranks->progress(step, {done, total}) : Ranks::Amount{done, total};
+  };
+  reading.progress = [&](std::uint64_t done, std::uint64_t total) {
+    const Ranks::Amount all = ofAll("bytes", done, total);
+    progress.read(all.done, all.total);
+  };
   std::vector<NamedPath> inputs{{"--placements", a.placements}, {"--attributes", a.attributes}};
   if (!a.reading->ids.empty()) inputs.push_back({"--ids", a.reading->ids});
   for (const std::string& path : a.inputs)
@@ -204,7 +209,8 @@ int runIngest(const IngestArguments& a, Ranks* ranks) {
   const PlacedCells* const placed = circuit ? &circuit_cells->placed() : table ? &*table : nullptr;
   if (placed != nullptr) options.stream_bytes += placed->held_bytes();
   std::optional<RankInputs> parts;
-  if (ranks != nullptr) parts.emplace(*ranks, input, table ? &*table : nullptr);
+  if (ranks != nullptr)
+    parts.emplace(*ranks, input, table ? &*table : nullptr, circuit_cells ? &*circuit_cells : nullptr);
   std::optional<AttributeTable> attributes;
   if (!a.attributes.empty()) {
     attributes.emplace(AttributeTable::read(a.attributes, a.key));
@@ -229,7 +235,8 @@ int runIngest(const IngestArguments& a, Ranks* ranks) {
     return provenanceOf(reports, placed);
   };
   options.progress = [&](const char* phase, std::uint64_t done, std::uint64_t total) {
-    progress.build(phase, done, total);
+    const Ranks::Amount all = ofAll(phase, done, total);
+    progress.build(phase, all.done, all.total);
   };
 
   GrowthResult result;

@@ -44,10 +44,12 @@ class Values {
 
 }  // namespace
 
-RankInputs::RankInputs(Ranks& ranks, Input& input, PlacedCells* placed)
-    : ranks_(ranks), input_(input), placed_(placed) {
+RankInputs::RankInputs(Ranks& ranks, Input& input, PlacedCells* placed, CircuitCells* circuit)
+    : ranks_(ranks), input_(input), placed_(circuit != nullptr ? &circuit->placed() : placed) {
   compareLists();
-  if (placed_ != nullptr)
+  if (circuit != nullptr)
+    circuit->keepPart(ranks_.rank(), ranks_.count());
+  else if (placed_ != nullptr)
     placed_->keepPart(ranks_.rank(), ranks_.count());
   else
     input_.keepPart(ranks_.rank(), ranks_.count());

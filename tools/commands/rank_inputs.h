@@ -3,6 +3,7 @@
 
 #include "index/build/ranks.h"
 #include "index/input/attribute_table.h"
+#include "index/input/circuit.h"
 #include "index/input/input.h"
 #include "index/input/placements.h"
 
@@ -14,9 +15,9 @@ namespace filiform::tools {
 
 class RankInputs {
  public:
-  // Compares the lists of inputs of all ranks, then keeps the part of this rank. Keeps references; `placed` may be
-  // null. Throws IoError on a rank that lacks an input of another, and what Ranks throws.
-  RankInputs(Ranks& ranks, Input& input, PlacedCells* placed);
+  // Compares the lists of inputs of all ranks, then keeps the part of this rank. Keeps references; `placed` and
+  // `circuit` may be null. Throws IoError on a rank that lacks an input of another, and what Ranks throws.
+  RankInputs(Ranks& ranks, Input& input, PlacedCells* placed, CircuitCells* circuit);
 
   // After the last cell: rank 0 gets the reports of all; `attributed` may be null. Throws IoError on a rank that could
   // not read an input although another can.

@@ -1,10 +1,14 @@
 #include "tools/mpi/mpi_ranks.h"
 
+#include "index/errors.h"
+#include "tools/program/interruption.h"
+
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <cstdio>
 #include <fstream>
+#include <functional>
 #include <mpi.h>
 #include <thread>
 #include <utility>
@@ -17,7 +21,8 @@ namespace {
 constexpr std::size_t kLeastPiece = std::size_t{64} << 10, kMostPiece = std::size_t{1} << 20;
 constexpr std::size_t kPieces = std::size_t{4} << 20;   // of all ranks, in one direction
 constexpr std::size_t kShared = std::size_t{64} << 20;  // bytes of one call of MPI, of all ranks
-constexpr int kTag = 1;
+constexpr int kTag = 1, kNoteTag = 2;
+constexpr std::chrono::milliseconds kBetweenNotes{200};
 
 void wait(std::vector<MPI_Request>& requests) {
   using namespace std::chrono_literals;
@@ -45,7 +50,19 @@ void broadcast(void* bytes, std::size_t size, unsigned from) {
   wait(request);
 }
 
+int exitCodeOf(const std::exception& error) {
+  if (dynamic_cast<const Interrupted*>(&error) != nullptr) return interruptedExitCode();
+  if (dynamic_cast<const UsageError*>(&error) != nullptr) return 2;
+  const bool of_system = dynamic_cast<const IoError*>(&error) != nullptr;
+  return dynamic_cast<const Error*>(&error) != nullptr && !of_system ? 1 : 3;
+}
+
 }  // namespace
+
+struct MpiRanks::Sending {
+  Note note;
+  MPI_Request request;
+};
 
 MpiRanks::MpiRanks() {
   int provided = 0, rank = 0, count = 1;
@@ -54,6 +71,7 @@ MpiRanks::MpiRanks() {
   MPI_Comm_size(MPI_COMM_WORLD, &count);
   rank_ = static_cast<unsigned>(rank);
   count_ = static_cast<unsigned>(count);
+  taken_.resize(count_);
 }
 
 MpiRanks::~MpiRanks() { MPI_Finalize(); }
@@ -69,8 +87,9 @@ std::vector<MpiRanks::Word> MpiRanks::agree(Word mine) {
 MpiRanks::Failure MpiRanks::learn(const std::vector<Word>& words, int exit_code, const std::string& why) {
   const auto failed = [](const Word& word) { return word.failed != 0; };
   const auto lowest = std::find_if(words.begin(), words.end(), failed);
-  Failure failure{static_cast<unsigned>(lowest - words.begin()), exit_code, why,
-                  std::all_of(words.begin(), words.end(), failed)};
+  const bool everywhere = std::all_of(
+      words.begin(), words.end(), [&](const Word& word) { return failed(word) && word.value == words.front().value; });
+  Failure failure{static_cast<unsigned>(lowest - words.begin()), exit_code, why, everywhere};
   std::uint64_t head[2] = {static_cast<std::uint64_t>(exit_code), why.size()};
   broadcast(head, sizeof head, failure.rank);
   failure.exit_code = static_cast<int>(head[0]);
@@ -85,13 +104,66 @@ void MpiRanks::throwFailure(const std::vector<Word>& words) {
   throw RankFailed(failure.rank, failure.why);
 }
 
-MpiRanks::Failure MpiRanks::fail(int exit_code, const std::string& why) {
-  if (failure_) return *failure_;
-  return learn(agree({1, 0}), exit_code, why);
+void MpiRanks::fail(const std::exception& error) {
+  if (failure_ || count_ == 1) return;
+  const std::string why = error.what();
+  learn(agree({1, std::hash<std::string>()(why)}), exitCodeOf(error), why);
 }
 
 void MpiRanks::end(int exit_code) {
-  if (!failure_ && count_ > 1) agree({exit_code != 0 ? 1u : 0u, 0});
+  if (count_ == 1) return;
+  if (!failure_) {
+    const std::vector<Word> ends = agree({exit_code != 0 ? 1u : 0u, 0});
+    if (std::any_of(ends.begin(), ends.end(), [](const Word& word) { return word.failed != 0; }))
+      learn(ends, exit_code, "the command line was refused, or standard output cannot be written");
+  }
+  const std::vector<Word> words = agree({0, notes_});
+  if (rank_ == 0)
+    while (!std::equal(words.begin(), words.end(), taken_.begin(),
+                       [](const Word& word, std::uint64_t taken) { return word.value == taken; }))
+      takeNotes();
+  if (sending_) wait(sending_->request);
+}
+
+Ranks::Amount MpiRanks::progress(std::string_view step, Amount own) {
+  if (count_ == 1) return own;
+  const std::uint64_t name = std::hash<std::string_view>()(step);
+  if (rank_ == 0) {
+    takeNotes();
+    std::vector<Amount>& amounts = amounts_[name];
+    amounts.resize(count_);
+    amounts[0] = own;
+    Amount all{0, 0};
+    for (const Amount& amount : amounts) all.done += amount.done, all.total += amount.total;
+    return all;
+  }
+  const auto now = std::chrono::steady_clock::now();
+  if (now - noted_ < kBetweenNotes) return own;
+  if (sending_) {
+    int done = 0;
+    MPI_Test(&sending_->request, &done, MPI_STATUS_IGNORE);
+    if (done == 0) return own;
+  }
+  sending_ = std::make_unique<Sending>(Sending{{name, own.done, own.total}, MPI_REQUEST_NULL});
+  MPI_Isend(&sending_->note, 3, MPI_UINT64_T, 0, kNoteTag, MPI_COMM_WORLD, &sending_->request);
+  noted_ = now;
+  ++notes_;
+  return own;
+}
+
+void MpiRanks::takeNotes() {
+  for (;;) {
+    int there = 0;
+    MPI_Status status;
+    MPI_Iprobe(MPI_ANY_SOURCE, kNoteTag, MPI_COMM_WORLD, &there, &status);
+    if (there == 0) return;
+    Note note{};
+    MPI_Recv(&note, 3, MPI_UINT64_T, status.MPI_SOURCE, kNoteTag, MPI_COMM_WORLD, MPI_STATUS_IGNORE);
+    std::vector<Amount>& amounts = amounts_[note.step];
+    amounts.resize(count_);
+    amounts[static_cast<std::size_t>(status.MPI_SOURCE)] = {note.done, note.total};
+    ++taken_[static_cast<std::size_t>(status.MPI_SOURCE)];
+  }
 }
 
 std::vector<Ranks::Bytes> MpiRanks::share(std::span<const std::uint8_t> mine) {

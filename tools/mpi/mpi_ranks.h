@@ -6,7 +6,10 @@
 
 #include "index/build/ranks.h"
 
+#include <chrono>
 #include <cstdint>
+#include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -31,21 +34,22 @@ class MpiRanks final : public Ranks {
   void exchange(const Send& send, const Take& take) override;
   std::size_t piece_bytes() const override;
   void setFolder(const std::string& folder) override { folder_ = folder; }
+  Amount progress(std::string_view step, Amount own) override;
 
   struct Failure {
     unsigned rank;  // the lowest that failed
     int exit_code;
     std::string why;
-    bool everywhere;  // every rank failed
+    bool everywhere;  // every rank failed for this reason
   };
-  // Tells the other ranks that this one failed, and returns what they learn. Call it instead of the next call.
-  Failure fail(int exit_code, const std::string& why);
+  void fail(const std::exception& error) override;
+  const std::optional<Failure>& failure() const { return failure_; }  // of any rank
   // Call it last on every rank, with the exit code of this one: a rank may have failed after its last call.
   void end(int exit_code);
 
  private:
-  struct Word {  // of a rank, at the beginning of each call
-    std::uint64_t failed, value;
+  struct Word {                   // of a rank, at the beginning of each call
+    std::uint64_t failed, value;  // `value` of a rank that failed: a hash of the reason
   };
   std::vector<Word> agree(Word mine);
   [[noreturn]] void throwFailure(const std::vector<Word>& words);
@@ -58,6 +62,16 @@ class MpiRanks final : public Ranks {
   Exchange exchange_ = Exchange::network;
   std::string folder_;
   std::uint64_t exchanges_ = 0;
+  struct Note {  // progress, for rank 0
+    std::uint64_t step, done, total;
+  };
+  void takeNotes();
+  struct Sending;
+  std::unique_ptr<Sending> sending_;  // a note under way to rank 0
+  std::uint64_t notes_ = 0;           // sent
+  std::chrono::steady_clock::time_point noted_;
+  std::map<std::uint64_t, std::vector<Amount>> amounts_;  // on rank 0: by step, then by rank
+  std::vector<std::uint64_t> taken_;                      // on rank 0: notes of each rank
   std::optional<Failure> failure_;
 };
 

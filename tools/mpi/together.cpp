@@ -8,7 +8,6 @@
 #include <exception>
 #include <fcntl.h>
 #include <memory>
-#include <new>
 #include <string>
 #include <unistd.h>
 
@@ -21,40 +20,26 @@ MpiRanks* job = nullptr;  // of this process, while runTogether() runs
 
 // Throws what the program reports, with its exit code.
 [[noreturn]] void report(const MpiRanks::Failure& failure) {
-  const std::string text =
-      failure.everywhere ? failure.why : "rank " + std::to_string(failure.rank) + ": " + failure.why;
+  // A refusal by rank 0 holds for all.
+  const bool of_all = failure.everywhere || (failure.rank == 0 && failure.exit_code < 3);
+  const std::string text = of_all ? failure.why : "rank " + std::to_string(failure.rank) + ": " + failure.why;
   if (failure.exit_code == 1) throw InputError(text);
   if (failure.exit_code == 2) throw UsageError(text);
   if (failure.exit_code > 128) throw Interrupted(text);
-  if (failure.everywhere) throw std::runtime_error(text);
-  throw IoError("rank " + std::to_string(failure.rank), failure.why);
+  if (!failure.everywhere) throw IoError("rank " + std::to_string(failure.rank), failure.why);
+  const std::size_t colon = text.find(": ");  // after the file
+  if (colon == std::string::npos) throw IoError("every rank", text);
+  throw IoError(text.substr(0, colon), text.substr(colon + 2));
 }
 
 int runOnAll(const std::function<int()>& run) {
-  MpiRanks& ranks = *job;
-  if (ranks.count() == 1) return run();
-  int code = 3;
-  std::string why;
   try {
     return run();
-  } catch (const RankFailed&) {
-  } catch (const Interrupted& error) {
-    code = interruptedExitCode();
-    why = error.what();
-  } catch (const UsageError& error) {
-    code = 2;
-    why = error.what();
-  } catch (const IoError& error) {
-    why = error.what();
-  } catch (const Error& error) {
-    code = 1;
-    why = error.what();
-  } catch (const std::bad_alloc&) {
-    why = "out of memory";
   } catch (const std::exception& error) {
-    why = error.what();
+    job->fail(error);
+    if (!job->failure()) throw;  // one rank
   }
-  report(ranks.fail(code, why));
+  report(*job->failure());
 }
 
 void addTogether(CLI::App& app, Chosen& chosen) {

@@ -157,6 +157,13 @@ void CellIntake::keepBytes(ByteSpan bytes) {
   details_.append(bytes);
 }
 
+GridBox CellIntake::bounds() const {
+  GridBox bounds;
+  for (const CellRecord& cell : records_)
+    if (!cell.bounds.empty()) bounds.extend(cell.bounds);
+  return bounds;
+}
+
 void CellIntake::finish() {
   details_.close();
   snapped_ = {};

@@ -39,6 +39,7 @@ class CellIntake {
   const std::vector<std::uint64_t>& digests() const { return digests_; }  // by cell
   const std::vector<SomaRoot>& somata() const { return somata_; }         // root samples of type soma
   const AttributeTable& attributes() const { return attributes_; }
+  GridBox bounds() const;                                               // of all samples. O(cells)
   std::uint64_t segments() const { return segments_; }                  // isolated ones included
   std::uint64_t bytes() const { return bytes_ + attributes_.bytes(); }  // estimated memory of all records
   // Calls `use` for each cell with its detail from encodeDetail(), without the number of tiles, and frees the detail.

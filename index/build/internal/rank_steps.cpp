@@ -52,13 +52,10 @@ void writeKey(ByteWriter& out, const BlockKey& key) {
 }  // namespace
 
 RankSteps::Totals RankSteps::total(const CellIntake& intake) {
-  GridBox bounds;
-  for (const CellRecord& record : intake.records())
-    if (!record.bounds.empty()) bounds.extend(record.bounds);
   ByteWriter mine;
   mine.u64(intake.records().size());
   mine.u64(intake.segments());
-  mine.box(bounds);
+  mine.box(intake.bounds());
   Totals totals;
   std::uint64_t cells = 0;
   unsigned rank = 0;
@@ -82,7 +79,9 @@ void RankSteps::gatherCells(CellIntake& intake) {
     for (ByteChain& cells : arrived) intake.take(cells);
 }
 
-void RankSteps::distribute(Chunks& read, Chunks& own, std::uint32_t first_cell, std::uint32_t capacity) {
+void RankSteps::distribute(Chunks& read, Chunks& own, std::uint32_t first_cell, std::uint32_t capacity,
+                           const std::function<void(std::uint64_t moved)>& progress) {
+  constexpr std::uint64_t kSegmentsBetweenCalls = 65536;
   ByteWriter mine;
   for (const Chunks::Step& step : read.outline(capacity, kStepsOfOutline)) {
     mine.key(step.key);
@@ -99,7 +98,9 @@ void RankSteps::distribute(Chunks& read, Chunks& own, std::uint32_t first_cell, 
   const std::vector<MortonKey> begins = rangesOf(std::move(outlines), ranks_.count());
   own.confine(begins[ranks_.rank()], begins[ranks_.rank() + 1]);
   std::vector<SegmentChain> outgoing = segmentsForRanks(ranks_, spool_);
+  std::uint64_t moved = 0;
   read.drain([&](SegmentRecord record) {
+    if (++moved % kSegmentsBetweenCalls == 0) progress(moved);
     record.id.cell += first_cell;
     const std::size_t to = rankOf(begins, mortonKey(midpoint(record.child, record.parent)));
     if (to == ranks_.rank())
@@ -107,7 +108,10 @@ void RankSteps::distribute(Chunks& read, Chunks& own, std::uint32_t first_cell, 
     else
       outgoing[to].add(record);
   });
-  exchangeSegments(ranks_, outgoing, [&own](const SegmentRecord& record) { own.add(record); });
+  exchangeSegments(ranks_, outgoing, [&](const SegmentRecord& record) {
+    if (++moved % kSegmentsBetweenCalls == 0) progress(moved);
+    own.add(record);
+  });
 }
 
 std::vector<BlockKey> RankSteps::shareLeaves(const std::vector<BlockKey>& leaves,

@@ -8,6 +8,7 @@
 #include "index/set/landmarks.h"
 
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -33,7 +34,9 @@ class RankSteps {
   // Passes all cells to rank 0.
   void gatherCells(CellIntake& intake);
   // Chooses the range of each rank, and moves all segments to `own`, which is confined to the range of this rank.
-  void distribute(Chunks& read, Chunks& own, std::uint32_t first_cell, std::uint32_t capacity);
+  // Calls `progress` now and then with the number of segments moved; its exceptions propagate.
+  void distribute(Chunks& read, Chunks& own, std::uint32_t first_cell, std::uint32_t capacity,
+                  const std::function<void(std::uint64_t moved)>& progress);
   // Shares the leaves, with the number of midpoints in each. Returns those of all ranks.
   std::vector<BlockKey> shareLeaves(const std::vector<BlockKey>& leaves, std::vector<std::uint32_t>& midpoints);
   // After shareLeaves(): inserts a chunk for the leaves of each other rank. Returns the positions of the own chunks.

@@ -304,7 +304,8 @@ void Tiler::read(CellStream& stream) {
   if (t.together) {
     t.step("exchanging segments", 0, 0);
     t.totals = t.together->total(t.intake);
-    t.together->distribute(*read, t.table, t.totals.first_cell, t.options.capacity);
+    t.together->distribute(*read, t.table, t.totals.first_cell, t.options.capacity,
+                           [&t](std::uint64_t moved) { t.step("exchanging segments", moved, 0); });
     read.reset();
     t.together->gatherCells(t.intake);
   }
@@ -484,13 +485,7 @@ const AttributeTable& Tiler::attributes() const { return impl_->intake.attribute
 const std::vector<CellRecord>& Tiler::records() const { return impl_->intake.records(); }
 const std::vector<std::uint64_t>& Tiler::digests() const { return impl_->intake.digests(); }
 std::uint64_t Tiler::segments() const { return impl_->allSegments(); }
-GridBox Tiler::bounds() const {
-  if (impl_->together) return impl_->totals.bounds;
-  GridBox bounds;
-  for (const CellRecord& cell : records())
-    if (!cell.bounds.empty()) bounds.extend(cell.bounds);
-  return bounds;
-}
+GridBox Tiler::bounds() const { return impl_->together ? impl_->totals.bounds : impl_->intake.bounds(); }
 std::uint32_t Tiler::first_leaf() const { return impl_->together ? impl_->together->first_leaf() : 0; }
 std::uint64_t Tiler::spool_file_bytes() const { return impl_->spool.file_bytes(); }
 std::size_t Tiler::chunks() const { return impl_->chunks.size(); }

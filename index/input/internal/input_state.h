@@ -2,6 +2,7 @@
 #pragma once
 
 #include "index/cell/internal/unit_check.h"
+#include "index/errors.h"
 #include "index/input/input.h"
 #include "index/input/internal/file_listing.h"
 #include "index/input/internal/item_reader.h"
