@@ -20,9 +20,8 @@ MpiRanks* job = nullptr;  // of this process, while runTogether() runs
 
 // Throws what the program reports, with its exit code.
 [[noreturn]] void report(const MpiRanks::Failure& failure) {
-  // A refusal by rank 0 holds for all.
-  const bool of_all = failure.everywhere || (failure.rank == 0 && failure.exit_code < 3);
-  const std::string text = of_all ? failure.why : "rank " + std::to_string(failure.rank) + ": " + failure.why;
+  const std::string text =
+      failure.everywhere ? failure.why : "rank " + std::to_string(failure.rank) + ": " + failure.why;
   if (failure.exit_code == 1) throw InputError(text);
   if (failure.exit_code == 2) throw UsageError(text);
   if (failure.exit_code > 128) throw Interrupted(text);
