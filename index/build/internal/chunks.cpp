@@ -98,14 +98,25 @@ void Chunks::outline(std::uint32_t node, const BlockKey& key, std::uint64_t leas
   outline(split.child[1], key.half(1), least, capacity, steps);
 }
 
-void Chunks::drain(const std::function<void(const SegmentRecord& record)>& use) {
+template <typename Use>
+void Chunks::forEachChain(std::uint32_t node, const BlockKey& key, const Use& use) {
+  if ((node & kPartBit) != 0) {
+    use(parts_[node & ~kPartBit].part.chain, key);
+    return;
+  }
+  use(splits_[node].before.chain, key);
+  for (const int side : {0, 1}) forEachChain(splits_[node].child[side], key.half(side), use);
+}
+
+void Chunks::drain(const std::function<void(const BlockKey& block)>& begin,
+                   const std::function<void(const SegmentRecord& record)>& use) {
   closeBuffers();
-  const auto pass = [&use](SegmentChain& chain) {
+  forEachChain(splits_.empty() ? kPartBit : 0, BlockKey{}, [&](SegmentChain& chain, const BlockKey& key) {
+    if (chain.count() == 0) return;
+    begin(key);
     SegmentChain::Reader reader(chain, true);
     for (SegmentRecord record = SegmentChain::first(); reader.next(record);) use(record);
-  };
-  for (Split& split : splits_) pass(split.before.chain);
-  for (Leaf& leaf : parts_) pass(leaf.part.chain);
+  });
 }
 
 void Chunks::add(const SegmentRecord& record) {

@@ -43,8 +43,9 @@ class Chunks {
     bool may_cut;         // the partition of these midpoints splits every block that crosses this key
   };
   std::vector<Step> outline(std::uint32_t capacity, std::uint64_t parts) const;
-  // Instead of settle(): passes every segment to `use`, and frees it.
-  void drain(const std::function<void(const SegmentRecord& record)>& use);
+  // Instead of settle(): passes all segments on, and frees them. Calls begin(block) before the segments of a block.
+  void drain(const std::function<void(const BlockKey& block)>& begin,
+             const std::function<void(const SegmentRecord& record)>& use);
 
   // Adds a segment. O(depth); O(1) for consecutive segments.
   void add(const SegmentRecord& record);
@@ -88,6 +89,8 @@ class Chunks {
   bool exceeds(std::uint32_t part) const;
   std::uint64_t count(std::uint32_t node) const;
   void settle(std::uint32_t node, const std::function<void(std::uint64_t)>& progress);
+  template <typename Use>
+  void forEachChain(std::uint32_t node, const BlockKey& key, const Use& use);
   void closeBuffers();
   bool crosses(const BlockKey& block) const;
   void divideAt(MortonKey key);

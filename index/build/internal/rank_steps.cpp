@@ -99,15 +99,22 @@ void RankSteps::distribute(Chunks& read, Chunks& own, std::uint32_t first_cell, 
   own.confine(begins[ranks_.rank()], begins[ranks_.rank() + 1]);
   std::vector<SegmentChain> outgoing = segmentsForRanks(ranks_, spool_);
   std::uint64_t moved = 0;
-  read.drain([&](SegmentRecord record) {
-    if (++moved % kSegmentsBetweenCalls == 0) progress(moved);
-    record.id.cell += first_cell;
-    const std::size_t to = rankOf(begins, mortonKey(midpoint(record.child, record.parent)));
-    if (to == ranks_.rank())
-      own.add(record);
-    else
-      outgoing[to].add(record);
-  });
+  std::size_t to = 0;
+  bool of_one = false;  // the whole block goes to one rank
+  read.drain(
+      [&](const BlockKey& block) {
+        to = rankOf(begins, block.low);
+        of_one = to == rankOf(begins, block.high());
+      },
+      [&](SegmentRecord record) {
+        if (++moved % kSegmentsBetweenCalls == 0) progress(moved);
+        record.id.cell += first_cell;
+        if (!of_one) to = rankOf(begins, mortonKey(midpoint(record.child, record.parent)));
+        if (to == ranks_.rank())
+          own.add(record);
+        else
+          outgoing[to].add(record);
+      });
   exchangeSegments(ranks_, outgoing, [&](const SegmentRecord& record) {
     if (++moved % kSegmentsBetweenCalls == 0) progress(moved);
     own.add(record);
