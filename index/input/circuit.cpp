@@ -383,7 +383,8 @@ bool CircuitCells::next(Cell& cell) {
     }
   }
   const std::vector<Cell>& graphs = circuit_.graphs();
-  if (next_graph_ < std::min(end_graph_, graphs.size()) && (!waiting_ || graphs[next_graph_].source < waiting_->source)) {
+  if (next_graph_ < std::min(end_graph_, graphs.size()) &&
+      (!waiting_ || graphs[next_graph_].source < waiting_->source)) {
     cell = graphs[next_graph_++];
     return true;
   }

@@ -133,9 +133,7 @@ class PlacedCells : public CellStream {
   // part to the first one of the next part, for other cells that are ordered among these; nullopt: the end.
   struct Sources {
     std::optional<std::string> begin, end;
-    bool contain(const std::string& source) const {
-      return begin && *begin <= source && (!end || source < *end);
-    }
+    bool contain(const std::string& source) const { return begin && *begin <= source && (!end || source < *end); }
   };
   Sources keepPart(unsigned part, unsigned count);
   // After next() has returned false: the report on this part. takeReports() replaces the report by that of all parts.
