@@ -1,6 +1,7 @@
 // Ingest: reads a stream of cells and writes a tile set to disk.
 #pragma once
 
+#include "index/build/ranks.h"
 #include "index/cell/cell.h"
 #include "index/geometry/partition.h"
 #include "index/set/provenance.h"
@@ -34,8 +35,12 @@ struct IngestOptions {
   std::uint32_t page_tiles = 256;                       // for tests: tiles of a page of the directory; a power of 2
   bool levels = false;                                  // write levels of detail, needed to view large sets
   bool force = false;                                   // replace an existing set
-  const std::atomic<bool>* cancel = nullptr;            // when true: stop, clean up, throw Interrupted
-  std::function<Provenance()> provenance = {};          // called once after the stream's end; may be empty
+  // Not null: these processes make the set together. Each passes its own cells to ingest(), and the cells of a rank
+  // have lower ids than those of the next rank. All other options are equal, except `cancel` and the functions.
+  // `provenance` is then called on every rank, after all streams' ends; rank 0 returns the provenance of all.
+  Ranks* ranks = nullptr;
+  const std::atomic<bool>* cancel = nullptr;    // when true: stop, clean up, throw Interrupted
+  std::function<Provenance()> provenance = {};  // called once after the stream's end; may be empty
   // Called once after the stream's end: the set's sections, name and bytes. May be empty.
   std::function<std::map<std::string, std::vector<std::uint8_t>>()> sections = {};
   // Called now and then on the calling thread. `total` is 0 if it is unknown.
@@ -61,6 +66,7 @@ struct IngestResult {
 //   IoError       the disk is full or permission is missing
 //   Interrupted   `cancel` became true
 //   UsageError    an option is out of range
+//   RankFailed    with several ranks: another rank failed
 // and what the stream throws.
 IngestResult ingest(CellStream& cells, const std::string& path, const IngestOptions& options = {});
 

@@ -61,33 +61,6 @@ GridPoint mortonPoint(MortonKey key) {
 
 GridBox BlockKey::box() const { return {mortonPoint(low), mortonPoint(high())}; }
 
-// Converts axes to the transposed index. Source: J. Skilling, Programming the Hilbert curve, AIP Conf. Proc. 707
-// (2004).
-MortonKey hilbertIndex(const GridPoint& p) {
-  std::array<std::uint64_t, 3> x;
-  for (int i = 0; i < 3; ++i) x[i] = static_cast<std::uint64_t>(p[i] + kOffset);
-  constexpr std::uint64_t kTop = std::uint64_t{1} << (kMortonAxisBits - 1);
-  for (std::uint64_t q = kTop; q > 1; q >>= 1) {
-    const std::uint64_t below = q - 1;
-    for (int i = 0; i < 3; ++i) {
-      if (x[i] & q) {
-        x[0] ^= below;
-      } else {
-        const std::uint64_t swap = (x[0] ^ x[i]) & below;
-        x[0] ^= swap;
-        x[i] ^= swap;
-      }
-    }
-  }
-  x[1] ^= x[0];
-  x[2] ^= x[1];
-  std::uint64_t flip = 0;
-  for (std::uint64_t q = kTop; q > 1; q >>= 1)
-    if (x[2] & q) flip ^= q - 1;
-  for (int i = 0; i < 3; ++i) x[i] ^= flip;
-  return interleave(x);
-}
-
 // Separating axes of a segment and a box: the box's three axes, and their cross products with the segment. Lengths are
 // doubled so that centres are integers; the largest product is below 2^90.
 bool segmentMeetsBox(const GridPoint& a, const GridPoint& b, const GridBox& box) {

@@ -39,11 +39,6 @@ struct BlockKey {
   bool operator==(const BlockKey&) const = default;
 };
 
-// The position (126 bits, not a Morton key) of a point along a three-dimensional Hilbert curve through the whole grid.
-// Consecutive positions are neighbouring points. The files of a set store tiles in the order of this position of their
-// blocks' centres. Requires -2^41 <= p < 2^41 on each axis.
-MortonKey hilbertIndex(const GridPoint& p);
-
 // True if the closed segment a-b meets the closed box; touching counts, and a == b is a point. Exact: by the
 // separating-axis test in integers. Requires -2^41 <= p < 2^41 of all points.
 bool segmentMeetsBox(const GridPoint& a, const GridPoint& b, const GridBox& box);

@@ -1,6 +1,7 @@
 #include "index/input/attribute_table.h"
 
 #include "index/errors.h"
+#include "index/file/internal/bytes.h"
 #include "index/text.h"
 
 #include <algorithm>
@@ -196,6 +197,29 @@ bool AttributedCells::next(Cell& cell) {
 
 std::uint64_t AttributedCells::rows_without_cell() const {
   return static_cast<std::uint64_t>(std::count(used_.begin(), used_.end(), false));
+}
+
+std::vector<std::uint8_t> AttributedCells::encodeCounts() const {
+  internal::ByteWriter out;
+  out.u64(with_row_);
+  out.u64(without_row_);
+  for (const bool used : used_) out.u8(used ? 1 : 0);
+  out.text(first_cell_);
+  return out.take();
+}
+
+void AttributedCells::takeCounts(const std::vector<std::vector<std::uint8_t>>& parts) {
+  with_row_ = without_row_ = 0;
+  first_cell_.clear();
+  for (const std::vector<std::uint8_t>& bytes : parts) {
+    internal::ByteReader in(bytes);
+    with_row_ += in.u64();
+    without_row_ += in.u64();
+    for (std::size_t row = 0; row < used_.size(); ++row)
+      if (in.u8() != 0) used_[row] = true;
+    const internal::ByteSpan name = in.take(in.left());
+    if (first_cell_.empty()) first_cell_.assign(name.begin(), name.end());
+  }
 }
 
 }  // namespace filiform

@@ -64,6 +64,11 @@ class AttributedCells final : public CellStream {
   std::uint64_t rows_without_cell() const;
   const std::string& first_cell() const { return first_cell_; }  // its name
 
+  // For several processes that read parts of one stream: what this one has counted. takeCounts() replaces the counts by
+  // those of all parts, in the order of the stream.
+  std::vector<std::uint8_t> encodeCounts() const;
+  void takeCounts(const std::vector<std::vector<std::uint8_t>>& parts);
+
  private:
   CellStream& cells_;
   const AttributeTable& table_;

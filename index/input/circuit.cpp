@@ -366,6 +366,13 @@ std::vector<std::string> Circuit::doubts() const {
   return lines;
 }
 
+void CircuitCells::keepPart(unsigned part, unsigned count) {
+  const PlacedCells::Sources range = placed_.keepPart(part, count);
+  const std::vector<Cell>& graphs = circuit_.graphs();
+  while (next_graph_ < graphs.size() && !range.contain(graphs[next_graph_].source)) ++next_graph_;
+  for (end_graph_ = next_graph_; end_graph_ < graphs.size() && range.contain(graphs[end_graph_].source);) ++end_graph_;
+}
+
 bool CircuitCells::next(Cell& cell) {
   if (!waiting_ && !ended_) {
     waiting_.emplace();
@@ -376,7 +383,8 @@ bool CircuitCells::next(Cell& cell) {
     }
   }
   const std::vector<Cell>& graphs = circuit_.graphs();
-  if (next_graph_ < graphs.size() && (!waiting_ || graphs[next_graph_].source < waiting_->source)) {
+  if (next_graph_ < std::min(end_graph_, graphs.size()) &&
+      (!waiting_ || graphs[next_graph_].source < waiting_->source)) {
     cell = graphs[next_graph_++];
     return true;
   }

@@ -83,11 +83,14 @@ class CircuitCells final : public CellStream {
   CircuitCells(Input& library, Circuit& circuit) : circuit_(circuit), placed_(library, std::move(circuit.table_)) {}
   bool next(Cell& cell) override;
   const PlacedCells& placed() const { return placed_; }
+  PlacedCells& placed() { return placed_; }
+  // As PlacedCells::keepPart(), with the graphs.
+  void keepPart(unsigned part, unsigned count);
 
  private:
   const Circuit& circuit_;
   PlacedCells placed_;
-  std::size_t next_graph_ = 0;
+  std::size_t next_graph_ = 0, end_graph_ = SIZE_MAX;
   std::optional<Cell> waiting_;
   bool ended_ = false;
 };

@@ -1,13 +1,10 @@
 #include "index/input/input.h"
 
-#include "index/cell/internal/unit_check.h"
 #include "index/errors.h"
 #include "index/input/internal/archive_report.h"
-#include "index/input/internal/file_listing.h"
 #include "index/input/internal/gunzip.h"
 #include "index/input/internal/h5_container.h"
-#include "index/input/internal/item_reader.h"
-#include "index/input/internal/read_ahead.h"
+#include "index/input/internal/input_state.h"
 #include "index/text.h"
 
 #include <algorithm>
@@ -20,19 +17,21 @@
 #include <numeric>
 #include <optional>
 #include <system_error>
+#include <utility>
 
 namespace filiform {
 namespace {
 
 namespace fs = std::filesystem;
 using internal::InputItem;
+using internal::isUnreadable;
 using internal::ItemReader;
+using internal::kNoEntry;
 using internal::ListedFile;
 using internal::ReadAhead;
 
-constexpr std::uint32_t kNoEntry = UINT32_MAX;
 const std::string kOnlyMorphology;  // of an H5 file that is no container
-constexpr std::size_t kOpenArchives = 8, kOpenArchivesOfThread = 2;
+constexpr std::size_t kOpenArchivesOfThread = 2;
 constexpr std::uint64_t kBytesOfInput = 1024;       // of a listed file or entry, without names
 constexpr std::uint64_t kGuessOfRatio = 8;          // content of packed bytes whose size is not stated
 constexpr std::uint64_t kGuessOfObject = 1 << 20;   // content of an object at an address
@@ -44,7 +43,7 @@ constexpr std::uint64_t kMostReadAhead = 256 << 20;
 // Ends the reading of an input; the reason is kept elsewhere.
 struct ReadingStopped {};
 
-InputReport unreadable(const std::string& reason) {
+InputReport unreadableFor(const std::string& reason) {
   InputReport report;
   report.severity = Severity::kRefuse;
   report.codes.add(InputCode::E_UNREADABLE);
@@ -67,59 +66,7 @@ std::string hintAt(const fs::path& folder) {
   return {};
 }
 
-bool isUnreadable(const InputReport& report) { return report.codes[InputCode::E_UNREADABLE] > 0; }
-
 }  // namespace
-
-struct Input::State {
-  struct Item {
-    std::string source;
-    std::uint32_t row = 0;
-    std::uint32_t entry = kNoEntry;  // in the archive's entries()
-    std::optional<std::uint64_t> digest;
-    bool refused = false;
-  };
-
-  explicit State(InputOptions input_options) : options(std::move(input_options)) {
-    readers.push_back(makeReader(kOpenArchives));
-  }
-
-  void list(const std::string& argument);
-  void addFile(const ListedFile& file);
-  SourceReport& addRow(const ListedFile& file, std::uint64_t bytes);
-  void addLeftOut(const ListedFile& file);
-  void refuse(const ListedFile& file, const IoError& failure);
-  void orderEqualSources();
-  InputItem inputItem(const Item& item) const;
-  std::unique_ptr<ItemReader> makeReader(std::size_t open_archives) const;
-  std::uint64_t bytesAhead() const;
-  std::uint64_t bytesOfThread() const;
-  unsigned readingThreads() const;
-  std::vector<std::uint64_t> costsAhead() const;
-  void startReadingAhead();
-  InputReport readHere(Item& item, Cell& cell);
-  InputReport takeAhead(Item& item, Cell& cell);
-  InputReport readOrRefuse(ItemReader& reader, const Item& item, Cell& cell,
-                           const std::function<void(std::uint64_t)>& on_bytes, bool is_ahead = false) const;
-  void checkUnchanged(const Item& item, const InputReport& report, const Cell& cell) const;
-  void advance(std::uint64_t bytes);
-  void begin();
-  void record(const Item& item, std::uint64_t digest, InputReport report);
-
-  InputOptions options;
-  std::vector<ListedFile> files;             // by row
-  std::vector<std::uint64_t> content_bytes;  // of packed cells, by row; 0: not stated
-  std::vector<SourceReport> rows;
-  std::map<std::uint32_t, std::unique_ptr<Container>> containers;  // by row
-  internal::Hdf5Process hdf5;                                      // lists H5 files
-  std::vector<Item> items;
-  std::size_t position = 0, ordered = 0;
-  bool complete = false;
-  std::uint64_t bytes_total = 0, bytes_done = 0;
-  UnitCheck units;
-  std::vector<std::unique_ptr<ItemReader>> readers;  // by thread; 0: the calling one
-  std::unique_ptr<ReadAhead> ahead;                  // its threads end before all else
-};
 
 void Input::State::list(const std::string& argument) {
   const internal::ListingOptions listing{options.versions, options.ids, options.remote};
@@ -150,7 +97,7 @@ void Input::State::list(const std::string& argument) {
 // Adds a row for an unreadable input. Rethrows the failure if the process is at fault.
 void Input::State::refuse(const ListedFile& file, const IoError& failure) {
   if (failure.isShortage()) throw failure;
-  addRow(file, {}).report = unreadable(failure.reason());
+  addRow(file, {}).report = unreadableFor(failure.reason());
 }
 
 SourceReport& Input::State::addRow(const ListedFile& file, std::uint64_t bytes) {
@@ -271,7 +218,7 @@ InputReport Input::State::readOrRefuse(ItemReader& reader, const Item& item, Cel
     if (complete || failure.isShortage()) throw;
     cell.clearSamples();
     cell.digest = 0;
-    return unreadable(failure.reason());
+    return unreadableFor(failure.reason());
   }
 }
 
@@ -344,7 +291,7 @@ std::vector<std::uint64_t> Input::State::costsAhead() const {
   const std::uint64_t most = bytesAhead() / kBytesOfByte;
   std::vector<std::uint64_t> costs(items.size(), ReadAhead::kSkip);
   for (std::size_t i = 0; i < items.size(); ++i) {
-    if (items[i].refused) continue;
+    if (items[i].refused || i < begin_at || i >= end()) continue;
     const std::uint64_t bytes = inputItem(items[i]).bytes;
     const bool twin = (i > 0 && items[i].source == items[i - 1].source) ||
                       (i + 1 < items.size() && items[i].source == items[i + 1].source);
@@ -383,6 +330,12 @@ void Input::State::record(const Item& item, std::uint64_t digest, InputReport re
   entry.report = std::move(report);
 }
 
+void Input::State::sumContainers() {
+  for (const auto& [row, container] : containers)
+    if (container->refusal() || !container->entries().empty())
+      internal::sumEntries(*container, options.swc.strict, rows[row]);
+}
+
 void Input::State::begin() {
   hdf5.stop();
   std::stable_sort(items.begin(), items.end(), [](const Item& a, const Item& b) { return a.source < b.source; });
@@ -413,7 +366,7 @@ Input& Input::operator=(Input&&) noexcept = default;
 
 bool Input::next(Cell& cell) {
   State& state = *state_;
-  while (state.position < state.items.size()) {
+  while (state.position < state.end()) {
     if (!state.complete) state.orderEqualSources();
     State::Item& item = state.items[state.position];
     if (item.refused) {
@@ -437,9 +390,7 @@ bool Input::next(Cell& cell) {
     return true;
   }
   if (!state.complete) {
-    for (const auto& [row, container] : state.containers)
-      if (container->refusal() || !container->entries().empty())
-        internal::sumEntries(*container, state.options.swc.strict, state.rows[row]);
+    state.sumContainers();
     state.complete = true;
   }
   state.ahead.reset();
@@ -452,7 +403,8 @@ bool Input::next(Cell& cell) {
 void Input::rewind() {
   State& state = *state_;
   state.ahead.reset();
-  state.position = 0;
+  state.position = state.begin_at;
+  state.ordered = 0;
   state.bytes_done = 0;
   if (state.complete) return;
   state.units = {};

@@ -115,6 +115,27 @@ class Input : public CellStream {
   // Returns to the first cell, for another pass. Refused inputs are not read again.
   void rewind();
 
+  // For several processes that read the same inputs, each some of them. Call them before the first next().
+  // The size of each input, bytes, in the order of sources(): stated or estimated.
+  std::vector<std::uint64_t> sizes() const;
+  // Keeps one of `count` consecutive parts of about equal size.
+  void keepPart(unsigned part, unsigned count);
+  // Leaves out the inputs outside these positions of sources(). Inputs with equal sources stay together: the range
+  // begins and ends where the source changes, at or before `begin` and `end`.
+  void keepOnly(std::uint64_t begin, std::uint64_t end);
+  // Inputs that could not be read, and why: at listing, or so far.
+  struct Unreadable {
+    std::uint32_t row, entry;  // of reports(); UINT32_MAX: the row itself
+    std::string source, reason;
+  };
+  std::vector<Unreadable> unreadable() const;
+  // Why this process cannot read an input of another process; nullopt if it can. Reads it again.
+  std::optional<std::string> tryToRead(const Unreadable& input);
+  // After next() returned false: the reports on the inputs that this process has read. takeReports() adds them to those
+  // of another process with the same inputs.
+  std::vector<std::uint8_t> encodeReports() const;
+  void takeReports(std::span<const std::uint8_t> bytes);
+
   // Reports in the order of the arguments; within a folder by path. Final once next() has returned false.
   const std::vector<SourceReport>& reports() const;
 

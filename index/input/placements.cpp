@@ -270,14 +270,17 @@ bool PlacedCells::next(Cell& cell) {
         if (!met_[s]) skipRows(s);
         met_[s] = 1;
       }
-      orderRecords();
+      if (part_of_.empty()) orderRecords();
       return false;
     }
     const auto found = source_numbers_.find(morphology_.source);
     if (found == source_numbers_.end()) continue;
     const std::uint32_t source = found->second;
     met_[source] = 1;
-    ++report_.morphologies;
+    const Part part = partOf(source);
+    const bool first = part.begin == 0 && part.end > 0;
+    if (part.begin == part.end) continue;
+    report_.morphologies += first ? 1 : 0;
     links_ = 0;
     for (std::uint32_t s = 0; s < morphology_.segmentRanks(); ++s) {
       const auto [child, parent] = morphology_.ends(s);
@@ -287,7 +290,7 @@ bool PlacedCells::next(Cell& cell) {
     for (std::uint32_t i = begin_[source]; i < begin_[source + 1]; ++i)
       by_soma = by_soma || table_.rows()[by_source_[i]].by_soma;
     soma_um_ = by_soma ? somaPlace(morphology_) : Vector3d::Zero();
-    if (soma_um_.norm() > kSomaAtOrigin_um) {
+    if (first && soma_um_.norm() > kSomaAtOrigin_um) {
       report_.codes.add(InputCode::W_SOMA_OFFSET);
       std::array<char, 32> distance{};
       std::snprintf(distance.data(), distance.size(), " %.1f um", soma_um_.norm());
@@ -300,12 +303,15 @@ bool PlacedCells::next(Cell& cell) {
     }
     // Equal digests mean equal placements with equal names.
     std::sort(turns_.begin(), turns_.end(), [](const Turn& a, const Turn& b) { return a.digest < b.digest; });
+    turns_.resize(part.end);
+    next_turn_ = part.begin;
   }
 }
 
 // Skips the rows of an unreadable morphology; the input's report states why.
 void PlacedCells::skipRows(std::uint32_t source) {
-  for (std::uint32_t i = begin_[source]; i < begin_[source + 1]; ++i) {
+  const Part part = partOf(source);
+  for (std::uint32_t i = begin_[source] + part.begin; i < begin_[source] + part.end; ++i) {
     report_.codes.add(InputCode::W_BAD_LINE);
     record(table_.rows()[by_source_[i]].line, InputCode::W_BAD_LINE, Effect::kLineDropped,
            escaped(table_.sources()[source], 200));

@@ -19,6 +19,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <unordered_map>
@@ -126,7 +127,23 @@ class PlacedCells : public CellStream {
   // Returns to the first cell, for another pass.
   void rewind();
 
+  // For several processes with the same library and table, each of which places some cells: of `count` about equal
+  // consecutive parts, this object places part `part`. The library reads what this needs. Call it before the first
+  // next(). report() is then complete only after takeReports(). Returns the range of sources from the first one of this
+  // part to the first one of the next part, for other cells that are ordered among these; nullopt: the end.
+  struct Sources {
+    std::optional<std::string> begin, end;
+    bool contain(const std::string& source) const { return begin && *begin <= source && (!end || source < *end); }
+  };
+  Sources keepPart(unsigned part, unsigned count);
+  // After next() has returned false: the report on this part. takeReports() replaces the report by that of all parts.
+  std::vector<std::uint8_t> encodeReport() const;
+  void takeReports(const std::vector<std::vector<std::uint8_t>>& parts);
+
  private:
+  struct Part {
+    std::uint32_t begin = 0, end = UINT32_MAX;  // of the rows of a source, in the order of digests
+  };
   struct Turn {
     std::uint64_t digest;
     std::uint32_t row;
@@ -135,6 +152,7 @@ class PlacedCells : public CellStream {
   void skipRows(std::uint32_t source);
   void record(std::uint32_t line, InputCode code, Effect effect, std::string token);
   void orderRecords();
+  Part partOf(std::uint32_t source) const;
   bool place(const PlacementTable::Row& row, std::uint64_t digest, Cell& cell);  // false: no sample is left
   void dropOutside(const PlacementTable::Row& row, Cell& cell);
 
@@ -142,6 +160,7 @@ class PlacedCells : public CellStream {
   PlacementTable table_;
   std::unordered_map<std::string_view, std::uint32_t> source_numbers_;
   std::vector<std::uint32_t> by_source_, begin_;  // rows by source, and where the rows of each source begin
+  std::vector<Part> part_of_;                     // by source; empty: all rows
   std::vector<std::uint8_t> met_;                 // by source: true once the library has returned it
   Cell morphology_;
   std::uint64_t links_ = 0;              // of the morphology

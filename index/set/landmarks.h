@@ -30,6 +30,9 @@ class LandmarkSurvey {
   // Merges the survey of the next key range.
   void add(const LandmarkSurvey& next);
   std::uint64_t keys() const { return keys_; }
+  // For another process of the same program.
+  std::vector<std::uint8_t> encode() const;
+  static LandmarkSurvey decode(std::span<const std::uint8_t> bytes);
 
  private:
   friend class LandmarkChooser;
@@ -49,6 +52,12 @@ class LandmarkChooser {
 
   // The contribution of some leaves. Each worker thread has its own Part.
   class Part {
+   public:
+    // For another process of the same program: the contribution so far.
+    std::vector<std::uint8_t> encode() const;
+    static Part decode(std::span<const std::uint8_t> bytes);
+
+   private:
     friend class LandmarkChooser;
     struct Group {  // segments of one leaf in one block
       MortonKey block;

@@ -15,6 +15,7 @@
 #include "tools/commands/growth_report.h"
 #include "tools/commands/ingest_progress.h"
 #include "tools/commands/input_report_json.h"
+#include "tools/commands/rank_inputs.h"
 #include "tools/commands/reading_arguments.h"
 #include "tools/commands/remote_arguments.h"
 #include "tools/program/interruption.h"
@@ -155,10 +156,17 @@ int runRemove(const IngestArguments& a, IngestOptions options) {
   return 0;
 }
 
-int runIngest(const IngestArguments& a) {
+// Growing a set is the work of one process.
+void checkTogether(const IngestArguments& a) {
+  if (a.add || !a.removed.empty()) throw UsageError("--add and --remove: use filiform ingest, without ranks");
+}
+
+// `ranks`: processes that make the set together, or null.
+int runIngest(const IngestArguments& a, Ranks* ranks) {
   refuseAddress("--output", a.out);
   IngestOptions options = ingestOptionsOf(a);
   checkGrowth(a);
+  if (ranks != nullptr) checkTogether(a);
   if (!a.removed.empty()) return runRemove(a, std::move(options));
   InputOptions reading;
   reading.swc = {.apply_offset = a.apply_offset, .strict = a.strict};
@@ -166,14 +174,21 @@ int runIngest(const IngestArguments& a) {
   readUnit(a.unit, reading.swc);
   a.reading->apply(reading);
   IngestProgress progress(a.log_s);
-  reading.progress = [&](std::uint64_t done, std::uint64_t total) { progress.read(done, total); };
+  const auto ofAll = [ranks](std::string_view step, std::uint64_t done, std::uint64_t total) {
+    return ranks != nullptr ? ranks->progress(step, {done, total}) : Ranks::Amount{done, total};
+  };
+  reading.progress = [&](std::uint64_t done, std::uint64_t total) {
+    const Ranks::Amount all = ofAll("bytes", done, total);
+    progress.read(all.done, all.total);
+  };
   std::vector<NamedPath> inputs{{"--placements", a.placements}, {"--attributes", a.attributes}};
   if (!a.reading->ids.empty()) inputs.push_back({"--ids", a.reading->ids});
   for (const std::string& path : a.inputs)
     if (!isAddress(path)) inputs.push_back({"INPUT", path});
   checkOutputs(inputs, {{"--report", a.report}});
   std::optional<Output> report;
-  if (!a.report.empty()) report.emplace(a.report, OutputOptions{.cancel = &interruptFlag()});
+  const bool is_first = ranks == nullptr || ranks->rank() == 0;
+  if (!a.report.empty() && is_first) report.emplace(a.report, OutputOptions{.cancel = &interruptFlag()});
   std::ostream& people = report && report->isStandardOutput() ? std::cerr : std::cout;
   reading.memory = options.memory;
   reading.threads = threadsOr(a.threads);
@@ -193,14 +208,26 @@ int runIngest(const IngestArguments& a) {
   if (!a.placements.empty()) table.emplace(input, PlacementTable::read(a.placements));
   const PlacedCells* const placed = circuit ? &circuit_cells->placed() : table ? &*table : nullptr;
   if (placed != nullptr) options.stream_bytes += placed->held_bytes();
+  std::optional<RankInputs> parts;
+  if (ranks != nullptr)
+    parts.emplace(*ranks, input, table ? &*table : nullptr, circuit_cells ? &*circuit_cells : nullptr);
   std::optional<AttributeTable> attributes;
   if (!a.attributes.empty()) {
     attributes.emplace(AttributeTable::read(a.attributes, a.key));
     options.stream_bytes += attributes->held_bytes();
   }
+  CellStream& cells = circuit ? static_cast<CellStream&>(*circuit_cells)
+                      : table ? *table
+                              : static_cast<CellStream&>(input);
+  std::optional<AttributedCells> attributed;
+  if (attributes) attributed.emplace(cells, *attributes);
+  CellStream& all_cells = attributed ? static_cast<CellStream&>(*attributed) : cells;
+  options.ranks = ranks;
   std::vector<SourceReport> reports;
   options.provenance = [&] {
     progress.endReading();
+    if (parts) parts->gather(attributed ? &*attributed : nullptr);
+    if (!is_first) return Provenance{};
     reports = reportsOf(input, circuit ? &*circuit : nullptr);
     if (report) writeReportJson(report->stream(), reports);
     requireUsable(reports, a.strict);
@@ -208,20 +235,16 @@ int runIngest(const IngestArguments& a) {
     return provenanceOf(reports, placed);
   };
   options.progress = [&](const char* phase, std::uint64_t done, std::uint64_t total) {
-    progress.build(phase, done, total);
+    const Ranks::Amount all = ofAll(phase, done, total);
+    progress.build(phase, all.done, all.total);
   };
 
-  CellStream& cells = circuit ? static_cast<CellStream&>(*circuit_cells)
-                      : table ? *table
-                              : static_cast<CellStream&>(input);
-  std::optional<AttributedCells> attributed;
-  if (attributes) attributed.emplace(cells, *attributes);
-  CellStream& all_cells = attributed ? static_cast<CellStream&>(*attributed) : cells;
   GrowthResult result;
   if (a.add)
     result = addCells(all_cells, a.out, options);
   else
     result.set = ingest(all_cells, a.out, options);
+  if (!is_first) return 0;
   if (report) report->finish();
   progress.end();
   people << summary(reports);
@@ -237,9 +260,9 @@ int runIngest(const IngestArguments& a) {
   return 0;
 }
 
-}  // namespace
+using Run = std::function<int(const IngestArguments& a)>;
 
-void addIngest(CLI::App& app, Chosen& chosen) {
+void addIngestThat(CLI::App& app, Chosen& chosen, const Run& run) {
   auto a = std::make_shared<IngestArguments>();
   CLI::App* command = app.add_subcommand("ingest", "Make a tile set from files of neurons, folders and archives");
   command->footer(
@@ -291,7 +314,19 @@ void addIngest(CLI::App& app, Chosen& chosen) {
   command->add_option("--report", a->report, "write a JSON record of everything dropped, cut or remarked")
       ->type_name("FILE");
   addProgressOption(*command);
-  command->callback([a, &chosen] { chosen = [a] { return runIngest(*a); }; });
+  command->callback([a, &chosen, run] { chosen = [a, run] { return run(*a); }; });
+}
+
+}  // namespace
+
+void addIngest(CLI::App& app, Chosen& chosen) {
+  addIngestThat(app, chosen, [](const IngestArguments& a) { return runIngest(a, nullptr); });
+}
+
+void addIngestTogether(CLI::App& app, Chosen& chosen, Ranks& ranks, const Around& around) {
+  addIngestThat(app, chosen, [&ranks, around](const IngestArguments& a) {
+    return around([&] { return runIngest(a, ranks.count() > 1 ? &ranks : nullptr); });
+  });
 }
 
 }  // namespace filiform::tools

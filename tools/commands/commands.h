@@ -1,8 +1,10 @@
 // The commands of `filiform`. Each is one source, cmd_NAME.cpp; commands.cpp lists them. Thread rule: as cli.h.
 #pragma once
 
+#include "index/build/ranks.h"
 #include "tools/program/cli.h"
 
+#include <functional>
 #include <string>
 
 namespace filiform::tools {
@@ -10,6 +12,9 @@ namespace filiform::tools {
 void addSynth(CLI::App& app, Chosen& chosen);
 void addCheck(CLI::App& app, Chosen& chosen);
 void addIngest(CLI::App& app, Chosen& chosen);
+// For a program of several processes: `around` runs the command, and tells other ranks if it fails.
+using Around = std::function<int(const std::function<int()>& run)>;
+void addIngestTogether(CLI::App& app, Chosen& chosen, Ranks& ranks, const Around& around);
 void addCompact(CLI::App& app, Chosen& chosen);
 void addPush(CLI::App& app, Chosen& chosen);
 void addPull(CLI::App& app, Chosen& chosen);

@@ -35,9 +35,11 @@ namespace filiform::tools {
 
 namespace {
 
+std::string program_name = "filiform";
+
 int fail(int code, const std::string& what) {
   // Callers escape untrusted text already. Escaping again changes nothing, and covers a place that was forgotten.
-  std::cerr << "filiform: " << escaped(what) << '\n';
+  std::cerr << program_name << ": " << escaped(what) << '\n';
   return code;
 }
 
@@ -126,10 +128,10 @@ std::string refusalOf(const CLI::App& app, const CLI::Error& error, const std::v
     NearNames near(*first);
     for (const CLI::App* command : commands) near.offer(command->get_name());
     return "unknown command '" + escaped(*first, 80) + "'" + didYouMean(near.names()) +
-           (near.names().empty() ? "; " : " ") + "'filiform --help' lists the commands";
+           (near.names().empty() ? "; " : " ") + "'" + program_name + " --help' lists the commands";
   }
   const CLI::App& command = chosen.empty() ? app : *chosen.front();
-  const std::string help = chosen.empty() ? "'filiform --help'" : "'filiform " + command.get_name() + " --help'";
+  const std::string help = "'" + program_name + (chosen.empty() ? "" : " " + command.get_name()) + " --help'";
   for (const std::string& word : app.remaining(true)) {
     if (!is_option(word) || word == "--") continue;
     const std::string name = word.substr(0, word.find('='));
@@ -184,6 +186,7 @@ void endPlainlyWithoutMemory() {
 }
 
 int runProgram(const Program& program, int argc, char** argv) {
+  program_name = program.name;
   endPlainlyWithoutMemory();
   holdStandardDescriptors();
   watchInterrupts();
@@ -192,10 +195,10 @@ int runProgram(const Program& program, int argc, char** argv) {
 
   CLI::App app{program.description};
   app.footer(program.footer);
-  app.name("filiform");
+  app.name(program_name);
   app.formatter(std::make_shared<PlainHelp>());
   app.require_subcommand(1);
-  app.set_version_flag("--version", std::string("filiform ") + FILIFORM_VERSION);
+  app.set_version_flag("--version", program_name + " " + FILIFORM_VERSION);
   Chosen chosen;
   for (const auto& add : program.commands) add(app, chosen);
   bool describes = false;  // handled before the other words
@@ -205,7 +208,7 @@ int runProgram(const Program& program, int argc, char** argv) {
 
   const std::vector<std::string> words = withConfigFirst({argv + std::min(argc, 1), argv + argc});
   app.failure_message([&words](const CLI::App* of, const CLI::Error& error) {
-    return "filiform: " + refusalOf(*of, error, words) + originOf(*of, error.what(), words) + '\n';
+    return program_name + ": " + refusalOf(*of, error, words) + originOf(*of, error.what(), words) + '\n';
   });
   if (words.empty()) {  // the help goes to stderr, because nothing was done
     std::cerr << app.help();

@@ -23,6 +23,7 @@ struct Program {
   // For --json-usage: a JSON array with the commands of other programs (usage_json.h), empty if there are none. Null:
   // none.
   std::string (*others)() = nullptr;
+  std::string name = "filiform";
 };
 int runProgram(const Program& program, int argc, char** argv);
 

@@ -42,7 +42,7 @@ void BorderSegments::deliver(SegmentChain& crossing) {
   deliver(crossing, 0, chunks_.all().size());
 }
 
-// To chunks `begin` to `end`. Takes several steps if the chunks need more buffers than may be open.
+// Takes several steps if the chunks need more buffers than may be open.
 void BorderSegments::deliver(SegmentChain& crossing, std::size_t begin, std::size_t end) {
   std::vector<Chunk>& chunks = chunks_.all();
   const std::size_t step = (end - begin + most_open_ - 1) / most_open_;  // chunks with a buffer at the same time

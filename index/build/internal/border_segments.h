@@ -36,11 +36,11 @@ class BorderSegments {
 
   // Moves each segment to the ghosts of all chunks that store it, except its own.
   void deliver(SegmentChain& crossing);
+  // The same, to chunks `begin` to `end` alone.
+  void deliver(SegmentChain& crossing, std::size_t begin, std::size_t end);
   std::uint64_t visited() const { return visited_; }  // visited nodes of the partition
 
  private:
-  void deliver(SegmentChain& crossing, std::size_t begin, std::size_t end);
-
   Chunks& chunks_;
   const Partition& partition_;
   Spool& spool_;

@@ -65,7 +65,12 @@ void CellIntake::take(Cell& cell, Chunks& chunks, LandmarkSurvey& survey) {
   bytes_ += kBytesOfCell + 4 * heapBytes(record.source) + 3 * heapBytes(cell.name);
   given_names_.push_back(std::move(cell.name));
   digests_.push_back(cell.digest);
-  attributes_.add(static_cast<std::uint32_t>(records_.size()), cell.attributes);
+  if (for_others_) {
+    for (const CellAttribute& attribute : cell.attributes) bytes_ += 128 + attribute.name.size();
+    given_attributes_.push_back(cell.attributes);
+  } else {
+    attributes_.add(static_cast<std::uint32_t>(records_.size()), cell.attributes);
+  }
   records_.push_back(std::move(record));
 }
 
@@ -150,6 +155,13 @@ void CellIntake::keepBytes(ByteSpan bytes) {
   const std::uint64_t size = bytes.size();
   details_.append({reinterpret_cast<const std::uint8_t*>(&size), sizeof size});
   details_.append(bytes);
+}
+
+GridBox CellIntake::bounds() const {
+  GridBox bounds;
+  for (const CellRecord& cell : records_)
+    if (!cell.bounds.empty()) bounds.extend(cell.bounds);
+  return bounds;
 }
 
 void CellIntake::finish() {

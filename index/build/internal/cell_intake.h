@@ -27,6 +27,11 @@ class CellIntake {
   void take(Cell& cell, Chunks& chunks, LandmarkSurvey& survey);
   // Takes a cell of an existing set, without its segments. O(bytes of its detail).
   void take(StoredCells::One cell);
+  // For another rank: passes on all cells and frees them. Call keepForOthers() before the first cell.
+  void keepForOthers() { for_others_ = true; }
+  void handOver(ByteChain& out);
+  // Takes the cells that another rank handed over.
+  void take(ByteChain& handed_over);
   // Names the cells. Call it once, after the last cell.
   void finish();
 
@@ -34,6 +39,7 @@ class CellIntake {
   const std::vector<std::uint64_t>& digests() const { return digests_; }  // by cell
   const std::vector<SomaRoot>& somata() const { return somata_; }         // root samples of type soma
   const AttributeTable& attributes() const { return attributes_; }
+  GridBox bounds() const;                                               // of all samples. O(cells)
   std::uint64_t segments() const { return segments_; }                  // isolated ones included
   std::uint64_t bytes() const { return bytes_ + attributes_.bytes(); }  // estimated memory of all records
   // Calls `use` for each cell with its detail from encodeDetail(), without the number of tiles, and frees the detail.
@@ -55,6 +61,8 @@ class CellIntake {
   std::vector<std::string> given_names_;
   std::vector<SomaRoot> somata_;
   AttributeTable attributes_;
+  bool for_others_ = false;
+  std::vector<std::vector<CellAttribute>> given_attributes_;  // by cell, for another rank
   std::uint64_t segments_ = 0, bytes_ = 0;
   std::vector<GridPoint> snapped_;      // of the current cell
   std::vector<std::uint8_t> is_child_;  // of the current cell: 1: child of a segment; 2: parent of one in a forest

@@ -44,6 +44,81 @@ std::uint32_t Chunks::partOf(std::uint32_t node, const GridPoint& middle) const 
   return at & ~kPartBit;
 }
 
+bool Chunks::crosses(const BlockKey& block) const {
+  const auto holdsInside = [&block](MortonKey key) { return key > block.low && key <= block.high(); };
+  return holdsInside(low_) || holdsInside(end_);
+}
+
+// Halves the blocks that cross the key, as split() does, although they hold nothing.
+void Chunks::divideAt(MortonKey key) {
+  if (key == 0 || key == kEndOfWorld) return;
+  std::uint32_t part = splits_.empty() ? 0 : partOf(0, mortonPoint(key));
+  while (parts_[part].key.low != key) {
+    const Leaf leaf{
+        parts_[part].key, parts_[part].box, {{}, SegmentChain(spool_)}, parts_[part].parent, parts_[part].side};
+    const int axis = leaf.key.depth % 3;
+    const auto self = static_cast<std::uint32_t>(splits_.size());
+    splits_.push_back({mortonPoint(leaf.key.half(1).low)[axis], axis, {0, 0}, {{}, SegmentChain(spool_)}});
+    if (leaf.parent != kNone) splits_[leaf.parent].child[leaf.side] = self;
+    const int kept = leaf.key.half(1).contains(key) ? 1 : 0;
+    splits_[self].child[1 - kept] = kPartBit | addPart(leaf.key.half(1 - kept), self, 1 - kept);
+    splits_[self].child[kept] = kPartBit | part;
+    const BlockKey half = leaf.key.half(kept);
+    parts_[part] = {half, half.box(), {{}, SegmentChain(spool_)}, self, kept};
+  }
+}
+
+void Chunks::confine(MortonKey low, MortonKey end) {
+  low_ = low;
+  end_ = end;
+  divideAt(low);
+  divideAt(end);
+  closed_ = parts_.size();
+  last_ = 0;
+}
+
+std::vector<Chunks::Step> Chunks::outline(std::uint32_t capacity, std::uint64_t parts) const {
+  std::vector<Step> steps;
+  const std::uint32_t root = splits_.empty() ? kPartBit : 0;
+  outline(root, BlockKey{}, count(root) / parts, capacity, steps);
+  return steps;
+}
+
+// A block of more midpoints than the capacity, not all equal, is split by the partition of all midpoints.
+void Chunks::outline(std::uint32_t node, const BlockKey& key, std::uint64_t least, std::uint32_t capacity,
+                     std::vector<Step>& steps) const {
+  const std::uint64_t all = count(node);
+  if ((node & kPartBit) != 0 || all <= std::max<std::uint64_t>(least, capacity)) {
+    if (all > 0) steps.push_back({key.low, all, false});
+    return;
+  }
+  const Split& split = splits_[node];
+  outline(split.child[0], key.half(0), least, capacity, steps);
+  steps.push_back({key.half(1).low, split.before.chain.count(), true});
+  outline(split.child[1], key.half(1), least, capacity, steps);
+}
+
+template <typename Use>
+void Chunks::forEachChain(std::uint32_t node, const BlockKey& key, const Use& use) {
+  if ((node & kPartBit) != 0) {
+    use(parts_[node & ~kPartBit].part.chain, key);
+    return;
+  }
+  use(splits_[node].before.chain, key);
+  for (const int side : {0, 1}) forEachChain(splits_[node].child[side], key.half(side), use);
+}
+
+void Chunks::drain(const std::function<void(const BlockKey& block)>& begin,
+                   const std::function<void(const SegmentRecord& record)>& use) {
+  closeBuffers();
+  forEachChain(splits_.empty() ? kPartBit : 0, BlockKey{}, [&](SegmentChain& chain, const BlockKey& key) {
+    if (chain.count() == 0) return;
+    begin(key);
+    SegmentChain::Reader reader(chain, true);
+    for (SegmentRecord record = SegmentChain::first(); reader.next(record);) use(record);
+  });
+}
+
 void Chunks::add(const SegmentRecord& record) {
   const GridPoint middle = midpoint(record.child, record.parent);
   if (!holds(parts_[last_].box, middle)) last_ = splits_.empty() ? 0 : partOf(0, middle);
@@ -141,10 +216,11 @@ void Chunks::settle(const std::function<void(std::uint64_t)>& progress) {
 
 // Makes chunks of the largest blocks within the limit.
 void Chunks::gather(std::uint32_t node, const BlockKey& key) {
-  if ((node & kPartBit) == 0 && count(node) > most_segments_) {
+  if ((node & kPartBit) == 0 && (count(node) > most_segments_ || crosses(key))) {
     for (const int side : {0, 1}) gather(splits_[node].child[side], key.half(side));
     return;
   }
+  if (key.high() < low_ || key.low >= end_) return;
   all_.push_back({key, {}, SegmentChain(spool_), SegmentChain(spool_)});
   collect(node, all_.back());
 }

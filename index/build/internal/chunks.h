@@ -30,6 +30,23 @@ class Chunks {
   // Keeps a reference. `most_open`: number of chunks that may have a buffer at a time.
   Chunks(Spool& spool, std::uint64_t most_segments, std::size_t most_open);
 
+  // From now on, no chunk crosses the ends of the range [low, end) of Morton keys. Call it before the first add(). All
+  // midpoints must lie in the range, and the partition of all midpoints must split every block that crosses an end.
+  // settle() then leaves out the chunks outside the range. kEndOfWorld is the end of the last range.
+  static constexpr MortonKey kEndOfWorld = MortonKey{1} << kMortonBits;
+  void confine(MortonKey low, MortonKey end);
+
+  // Before settle(): where the midpoints lie, in about `parts` steps, ascending by key.
+  struct Step {
+    MortonKey key;        // the segments lie about here
+    std::uint64_t count;  // segments
+    bool may_cut;         // the partition of these midpoints splits every block that crosses this key
+  };
+  std::vector<Step> outline(std::uint32_t capacity, std::uint64_t parts) const;
+  // Instead of settle(): passes all segments on, and frees them. Calls begin(block) before the segments of a block.
+  void drain(const std::function<void(const BlockKey& block)>& begin,
+             const std::function<void(const SegmentRecord& record)>& use);
+
   // Adds a segment. O(depth); O(1) for consecutive segments.
   void add(const SegmentRecord& record);
   // Number of blocks that hold segments; after settle(), of chunks.
@@ -72,7 +89,13 @@ class Chunks {
   bool exceeds(std::uint32_t part) const;
   std::uint64_t count(std::uint32_t node) const;
   void settle(std::uint32_t node, const std::function<void(std::uint64_t)>& progress);
+  template <typename Use>
+  void forEachChain(std::uint32_t node, const BlockKey& key, const Use& use);
   void closeBuffers();
+  bool crosses(const BlockKey& block) const;
+  void divideAt(MortonKey key);
+  void outline(std::uint32_t node, const BlockKey& key, std::uint64_t least, std::uint32_t capacity,
+               std::vector<Step>& steps) const;
   void gather(std::uint32_t node, const BlockKey& key);
   void collect(std::uint32_t node, Chunk& chunk);
 
@@ -86,6 +109,7 @@ class Chunks {
   std::vector<std::uint32_t> open_;  // parts opened since buffers were closed; some occur more than once
   std::size_t closed_ = 0;           // number of parts without a buffer, except one that is being split
   std::uint64_t moved_ = 0;
+  MortonKey low_ = 0, end_ = kEndOfWorld;  // of the range
 };
 
 }  // namespace filiform::internal

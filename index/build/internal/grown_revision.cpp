@@ -24,8 +24,9 @@ std::uint32_t packsOf(const TileSet& set) {
 GrownRevision::GrownRevision(const TileSet& base, std::string folder, const GridBox& bounds, std::uint64_t pack_bytes)
     : base_(base),
       bounds_(bounds),
-      writer_(std::move(folder), base.grid(), base.capacity(), pack_bytes, packsOf(base)),
+      writer_(std::move(folder), base.grid(), base.capacity(), pack_bytes),
       now_(base.tile_count(), kNoTile) {
+  writer_.growFrom(packsOf(base));
   for (SetFile file : base.files()) {
     if (!file.name.starts_with("tiles-")) continue;
     if (file.revision.empty()) file.revision = base.revision();

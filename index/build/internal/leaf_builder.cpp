@@ -28,7 +28,7 @@ std::uint64_t segmentsIn(std::span<SegmentChain* const> chains) {
 // Sorts items that consist of a few sorted runs, as they come from a few chains.
 template <typename T, typename Less>
 void sortRuns(std::vector<T>& values, std::vector<std::size_t>& runs, Less less) {
-  constexpr std::size_t kManyRuns = 16;
+  constexpr std::size_t kManyRuns = 64;
   runs.assign(1, 0);
   for (std::size_t i = 1; i < values.size(); ++i)
     if (less(values[i], values[i - 1])) {

@@ -4,7 +4,7 @@
 #include "index/build/internal/level_blocks.h"
 #include "index/build/internal/level_writer.h"
 #include "index/build/internal/somata_section.h"
-#include "index/build/internal/tile_stack.h"
+#include "index/build/internal/tile_packer.h"
 #include "index/build/internal/tile_writer.h"
 #include "index/errors.h"
 
@@ -20,12 +20,7 @@ constexpr unsigned kMostIngestThreads = 256;
 constexpr std::uint64_t kLevelTiles = 128;                          // full tiles below a level tile, at least
 constexpr std::uint64_t kMemoryOfThread = std::uint64_t{16} << 20;  // stack, buffers, arena and a tile at work
 
-GridBox boundsOf(const std::vector<CellRecord>& cells) {
-  GridBox bounds;
-  for (const CellRecord& cell : cells)
-    if (!cell.bounds.empty()) bounds.extend(cell.bounds);
-  return bounds;
-}
+std::uint64_t leastSegments(const IngestOptions& options) { return kLevelTiles * std::uint64_t{options.capacity}; }
 
 }  // namespace
 
@@ -45,77 +40,66 @@ unsigned checkedThreads(const IngestOptions& options) {
   return static_cast<unsigned>(std::min<std::uint64_t>({wanted, kMostIngestThreads, options.memory / kMemoryOfThread}));
 }
 
-std::function<void(const char*, std::uint64_t, std::uint64_t)> stepOf(const IngestOptions& options) {
+std::uint64_t encodedMemory(const IngestOptions& options) {
+  return options.chunk_segments != 0 ? 0 : options.memory / 8;
+}
+
+Step stepOf(const IngestOptions& options) {
   return [&options](const char* phase, std::uint64_t done, std::uint64_t total) {
     if (options.cancel != nullptr && options.cancel->load(std::memory_order_relaxed)) throw Interrupted("interrupted");
     if (options.progress) options.progress(phase, done, total);
   };
 }
 
-IngestResult makeSet(SetFolder& folder, const IngestOptions& options, const std::function<void(Tiler&)>& read) {
-  const unsigned threads = checkedThreads(options);
-  const auto step = stepOf(options);
-  unmapLargeBlocksWhenFreed();
+TilerOptions tilerOptionsOf(const IngestOptions& options, unsigned threads, const std::string& folder,
+                            const Step& step) {
+  return {.grid = Grid(options.quantum_exponent),
+          .capacity = options.capacity,
+          .memory = options.memory,
+          .beside = options.stream_bytes,
+          .reading = options.reading_bytes,
+          .chunk_segments = options.chunk_segments,
+          .threads = threads,
+          .folder = folder,
+          .ranks = options.ranks,
+          .cancel = options.cancel,
+          .progress = step};
+}
+
+TilePacker::Options packerOptionsOf(const IngestOptions& options, unsigned threads, const std::string& folder,
+                                    const Tiler& tiler) {
   const Grid grid(options.quantum_exponent);
-  Tiler tiler({.grid = grid,
-               .capacity = options.capacity,
-               .memory = options.memory,
-               .beside = options.stream_bytes,
-               .reading = options.reading_bytes,
-               .chunk_segments = options.chunk_segments,
-               .threads = threads,
-               .folder = folder.building(),
-               .cancel = options.cancel,
-               .progress = step});
-  read(tiler);
-  tiler.cut();
-  const std::uint64_t least_segments = kLevelTiles * std::uint64_t{options.capacity};
   std::vector<float> tolerances_um;
   if (options.levels)
-    tolerances_um =
-        leafTolerances_um(tiler.leaves(), tiler.midpoints(), least_segments, grid, boundsOf(tiler.records()));
-  auto stack = std::make_unique<TileStack>(
-      grid, threads, folder.building(), options.chunk_segments != 0 ? 0 : options.memory / 8, std::move(tolerances_um));
-  tiler.tiles(*stack);
-  std::vector<TileStack::Encoded> tiles = stack->finish();
+    tolerances_um = leafTolerances_um(tiler.leaves(), tiler.midpoints(), leastSegments(options), grid, tiler.bounds());
+  return {.grid = grid,
+          .workers = threads,
+          .folder = folder,
+          .memory = encodedMemory(options),
+          .tolerances_um = std::move(tolerances_um),
+          .leaves = static_cast<std::uint32_t>(tiler.leaves().size())};
+}
 
-  const auto leaf_count = static_cast<std::uint32_t>(tiler.leaves().size());
-  const bool has_long = !tiles.empty() && tiles.back().leaf == leaf_count;
-  TileWriter writer(folder.building(), grid, options.capacity, static_cast<TileId>(tiles.size()), has_long,
-                    options.pack_bytes, options.page_tiles);
+// The rest of the set, once all tiles are written; publishes it.
+IngestResult completeSet(SetFolder& folder, const IngestOptions& options, Tiler& tiler,
+                         std::unique_ptr<TilePacker> packer, TileWriter& writer, const Provenance* provenance) {
+  const auto step = stepOf(options);
   step("choosing landmarks", 0, 0);
   writer.writeLandmarks(tiler.landmarks());
-  std::vector<BlockKey> keys;
-  std::vector<TileId> tile_of(leaf_count + 1, kNoTile);
-  for (TileId t = 0; t < tiles.size(); ++t) {
-    tile_of[tiles[t].leaf] = t;
-    if (tiles[t].leaf < leaf_count) keys.push_back(tiles[t].entry.key);
-  }
-  const std::size_t tile_count = tiles.size();
+  const std::vector<TileId> tile_of = packer->tile_of();
   IngestResult result;
-  std::uint64_t written = 0;
-  for (const TileId t : TileWriter::packOrder(keys, has_long)) {
-    if (written % 256 == 0) step("packing", written, tiles.size());
-    stack->write(t, tiles[t], writer);
-    ++written;
-  }
-  keys = {};
   if (options.levels) {
+    packer->closeNeurites();
     LevelInput input;
-    std::vector<std::uint32_t> segments;
-    for (const TileStack::Encoded& tile : tiles)
-      if (tile.leaf < leaf_count) segments.push_back(tile.entry.owned);
-    input.segments = segments;
-    input.neurites = [&](TileId t) { return stack->neurites(tiles[t]); };
-    input.points = [&](TileId t) { return tiles[t].neurite_points; };
+    input.neurites = [&](TileId t) { return packer->neurites(t); };
+    input.points = [&](TileId t) { return packer->neurite_points(t); };
     input.somata = tiler.somata();
-    input.progress = [&](std::uint64_t done) { step("levels of detail", done, tile_count); };
+    input.progress = [&](std::uint64_t done) { step("levels of detail", done, writer.tiles()); };
     LevelOptions level_options = tiler.optionsForLevels();
-    level_options.least_segments = least_segments;
+    level_options.least_segments = leastSegments(options);
     writer.writeLevels(std::move(input), std::move(level_options));
   }
-  tiles = {};
-  stack.reset();
+  packer.reset();
   step("writing cells", 0, 0);
   writer.writeCells(tiler.records(), tiler.digests(), [&](const auto& use) { tiler.details(tile_of, use); });
   if (!tiler.somata().empty()) writer.writeSection(kSomataSection, encodeSomata(tiler.somata()));
@@ -126,12 +110,34 @@ IngestResult makeSet(SetFolder& folder, const IngestOptions& options, const std:
     for (const auto& [name, bytes] : options.sections()) writer.writeSection(name, bytes);
 
   result.spool_bytes = tiler.spool_file_bytes();
-  result.revision = writer.finish(options.provenance ? options.provenance() : Provenance{});
+  if (provenance != nullptr)
+    result.revision = writer.finish(*provenance);
+  else
+    result.revision = writer.finish(options.provenance ? options.provenance() : Provenance{});
   result.counts = writer.counts();
   result.bytes = writer.bytes();
   step("publishing", 0, 0);
   result.unchanged = !folder.publish(result.revision);
   return result;
+}
+
+IngestResult makeSet(SetFolder& folder, const IngestOptions& options, const std::function<void(Tiler&)>& read) {
+  const unsigned threads = checkedThreads(options);
+  unmapLargeBlocksWhenFreed();
+  Tiler tiler(tilerOptionsOf(options, threads, folder.building(), stepOf(options)));
+  read(tiler);
+  tiler.cut();
+  TileWriter writer(folder.building(), Grid(options.quantum_exponent), options.capacity, options.pack_bytes,
+                    options.page_tiles);
+  const std::size_t leaves = tiler.leaves().size();
+  writer.reserve(leaves + 1);
+  auto packer = std::make_unique<TilePacker>(
+      packerOptionsOf(options, threads, folder.building(), tiler),
+      [&](const TileEntry& entry, std::uint32_t leaf, ByteSpan geometry, ByteSpan appearance) {
+        writer.add(entry, geometry, appearance, leaf == leaves);
+      });
+  tiler.tiles(*packer);
+  return completeSet(folder, options, tiler, std::move(packer), writer, nullptr);
 }
 
 }  // namespace filiform::internal

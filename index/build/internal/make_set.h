@@ -3,9 +3,11 @@
 
 #include "index/build/ingest.h"
 #include "index/build/internal/set_folder.h"
+#include "index/build/internal/tile_packer.h"
 #include "index/build/internal/tiler.h"
 
 #include <functional>
+#include <memory>
 #include <string>
 
 namespace filiform::internal {
@@ -15,7 +17,17 @@ std::string folderName(const std::string& path);
 // Throws UsageError for options that cannot be. Returns the number of threads.
 unsigned checkedThreads(const IngestOptions& options);
 // Reports progress and throws Interrupted.
-std::function<void(const char* phase, std::uint64_t done, std::uint64_t total)> stepOf(const IngestOptions& options);
+using Step = std::function<void(const char* phase, std::uint64_t done, std::uint64_t total)>;
+Step stepOf(const IngestOptions& options);
+std::uint64_t encodedMemory(const IngestOptions& options);  // for encoded tiles that wait, bytes
+
+// The parts of makeSet().
+TilerOptions tilerOptionsOf(const IngestOptions& options, unsigned threads, const std::string& folder,
+                            const Step& step);
+TilePacker::Options packerOptionsOf(const IngestOptions& options, unsigned threads, const std::string& folder,
+                                    const Tiler& tiler);
+IngestResult completeSet(SetFolder& folder, const IngestOptions& options, Tiler& tiler,
+                         std::unique_ptr<TilePacker> packer, TileWriter& writer, const Provenance* provenance);
 
 // `read` passes everything to the tiler. `options.force` has no meaning. Throws what ingest() throws.
 IngestResult makeSet(SetFolder& folder, const IngestOptions& options, const std::function<void(Tiler& tiler)>& read);

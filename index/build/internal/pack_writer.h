@@ -22,9 +22,10 @@ class PackWriter {
   };
 
   // Writes packs into an existing folder. A pack ends before a tile that would make it larger than `pack_bytes`.
-  // Packs are numbered from `first` on.
-  PackWriter(std::string folder, const Kind& kind, std::uint64_t pack_bytes, std::uint32_t first = 0)
-      : folder_(std::move(folder)), kind_(kind), pack_bytes_(pack_bytes), packs_(first) {}
+  PackWriter(std::string folder, const Kind& kind, std::uint64_t pack_bytes)
+      : folder_(std::move(folder)), kind_(kind), pack_bytes_(pack_bytes) {}
+  // Numbers packs from `first` on. Call it before add().
+  void numberFrom(std::uint32_t first) { packs_ = first; }
 
   // Appends a tile. Throws InputError with the message `too_large` if a part takes more than 4 GiB.
   TileLocation add(ByteSpan geometry, ByteSpan appearance, const char* too_large);
@@ -38,7 +39,7 @@ class PackWriter {
   Kind kind_;
   std::uint64_t pack_bytes_;
   std::unique_ptr<OutputFile> pack_;
-  std::uint32_t packs_;
+  std::uint32_t packs_ = 0;
   std::vector<SetFile> finished_;
 };
 

@@ -115,7 +115,12 @@ bool SegmentChain::Reader::next(SegmentRecord& r) {
     end_ = at_ + block.size();
     r = first();
   }
-  const std::uint8_t* in = at_;
+  decode(at_, r);
+  return true;
+}
+
+void SegmentChain::decode(const std::uint8_t*& at, SegmentRecord& r) {
+  const std::uint8_t* in = at;
   const unsigned flags = *in++, widths = *in++;
   if ((flags & kSameCell) == 0) r.id.cell = varint(in);
   r.id.segment = (flags & kNextSegment) != 0 ? r.id.segment + 1 : varint(in);
@@ -143,8 +148,7 @@ bool SegmentChain::Reader::next(SegmentRecord& r) {
     std::memcpy(&r.type, in, 2);
     in += 2;
   }
-  at_ = in;
-  return true;
+  at = in;
 }
 
 }  // namespace filiform::internal

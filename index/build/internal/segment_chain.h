@@ -58,8 +58,21 @@ class SegmentChain {
     const std::uint8_t* at_ = nullptr;
     const std::uint8_t* end_ = nullptr;
   };
+  // The encoded bytes. Each block of them can be read alone.
+  ByteChain& bytes_chain() { return chain_; }
+  // Calls use(record) for each record of a block. Spool::kSlack more bytes must be readable.
+  template <typename Use>
+  static void forEach(ByteSpan block, const Use& use) {
+    SegmentRecord record = first();
+    for (const std::uint8_t *at = block.data(), *const end = at + block.size(); at != end;) {
+      decode(at, record);
+      use(record);
+    }
+  }
 
  private:
+  static void decode(const std::uint8_t*& at, SegmentRecord& record);
+
   ByteChain chain_;
   SegmentRecord last_ = first();
   std::uint64_t count_ = 0;

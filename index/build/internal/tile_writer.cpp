@@ -4,7 +4,6 @@
 #include "index/errors.h"
 #include "index/file/internal/digest.h"
 #include "index/file/internal/output_file.h"
-#include "index/geometry/morton.h"
 #include "index/set/internal/cells_file.h"
 #include "index/set/internal/directory_file.h"
 #include "index/set/internal/landmarks_file.h"
@@ -21,11 +20,11 @@ using internal::Bytes;
 using internal::ByteSpan;
 
 struct TileWriter::Impl {
-  Impl(std::string into, std::uint64_t most_pack_bytes, std::uint32_t first_pack)
+  Impl(std::string into, std::uint64_t most_pack_bytes)
       : folder(std::move(into)),
         pack_bytes(most_pack_bytes),
-        packs(folder, {internal::packFile, [](std::uint32_t pack) { return internal::packHeader(pack); }}, pack_bytes,
-              first_pack) {}
+        packs(folder, {internal::packFile, [](std::uint32_t pack) { return internal::packHeader(pack); }}, pack_bytes) {
+  }
 
   std::string folder;
   std::uint64_t pack_bytes;
@@ -53,49 +52,40 @@ struct TileWriter::Impl {
   }
 };
 
-TileWriter::TileWriter(std::string folder, const Grid& grid, std::uint32_t capacity, TileId tile_count, bool has_long,
-                       std::uint64_t pack_bytes, std::uint32_t page_tiles)
-    : impl_(std::make_unique<Impl>(std::move(folder), pack_bytes, 0)) {
+TileWriter::TileWriter(std::string folder, const Grid& grid, std::uint32_t capacity, std::uint64_t pack_bytes,
+                       std::uint32_t page_tiles)
+    : impl_(std::make_unique<Impl>(std::move(folder), pack_bytes)) {
   impl_->page_tiles = page_tiles;
   impl_->manifest.grid = grid;
   impl_->manifest.capacity = capacity;
-  impl_->directory.long_tile = has_long ? tile_count - 1 : kNoTile;
-  impl_->directory.entries.resize(tile_count);
-  impl_->directory.locations.resize(tile_count);
-  impl_->manifest.counts.tiles = tile_count;
-}
-
-TileWriter::TileWriter(std::string folder, const Grid& grid, std::uint32_t capacity, std::uint64_t pack_bytes,
-                       std::uint32_t first_pack)
-    : impl_(std::make_unique<Impl>(std::move(folder), pack_bytes, first_pack)) {
-  impl_->manifest.grid = grid;
-  impl_->manifest.capacity = capacity;
-  impl_->manifest.grown = true;
 }
 
 TileWriter::~TileWriter() = default;
 
-std::vector<TileId> TileWriter::packOrder(std::span<const BlockKey> leaves, bool has_long) {
-  std::vector<std::pair<MortonKey, TileId>> along;
-  along.reserve(leaves.size());
-  for (TileId t = 0; t < leaves.size(); ++t) {
-    const GridBox box = leaves[t].box();
-    along.emplace_back(hilbertIndex(midpoint(box.lo, box.hi)), t);
-  }
-  std::sort(along.begin(), along.end());
-  std::vector<TileId> order;
-  order.reserve(along.size() + 1);
-  for (const auto& [index, tile] : along) order.push_back(tile);
-  if (has_long) order.push_back(static_cast<TileId>(leaves.size()));
-  return order;
+void TileWriter::growFrom(std::uint32_t pack) {
+  impl_->manifest.grown = true;
+  impl_->packs.numberFrom(pack);
 }
 
-void TileWriter::add(TileId tile, const TileEntry& entry, std::span<const std::uint8_t> geometry,
-                     std::span<const std::uint8_t> appearance) {
-  impl_->directory.locations[tile] = append(geometry, appearance);
-  impl_->directory.entries[tile] = entry;
-  impl_->manifest.counts.stored_segments += entry.stored;
-  impl_->manifest.counts.decoded_bytes += entry.decoded_bytes;
+void TileWriter::reserve(std::size_t tiles) {
+  impl_->directory.entries.reserve(tiles);
+  impl_->directory.locations.reserve(tiles);
+}
+
+void TileWriter::add(const TileEntry& entry, ByteSpan geometry, ByteSpan appearance, bool is_long) {
+  addPlaced(entry, append(geometry, appearance), is_long);
+}
+
+const internal::TileLocation& TileWriter::location(TileId tile) const { return impl_->directory.locations[tile]; }
+
+void TileWriter::addPlaced(const TileEntry& entry, const internal::TileLocation& at, bool is_long) {
+  if (is_long) impl_->directory.long_tile = static_cast<TileId>(impl_->directory.entries.size());
+  impl_->directory.locations.push_back(at);
+  impl_->directory.entries.push_back(entry);
+  SetCounts& counts = impl_->manifest.counts;
+  ++counts.tiles;
+  counts.stored_segments += entry.stored;
+  counts.decoded_bytes += entry.decoded_bytes;
 }
 
 internal::TileLocation TileWriter::append(ByteSpan geometry, ByteSpan appearance) {
@@ -165,10 +155,15 @@ void TileWriter::writeLandmarks(const Landmarks& landmarks) {
 void TileWriter::writeLevels(LevelInput input, LevelOptions options) {
   const internal::DirectoryContents& directory = impl_->directory;
   std::vector<BlockKey> leaves;
-  for (TileId t = 0; t < directory.entries.size(); ++t)
-    if (t != directory.long_tile) leaves.push_back(directory.entries[t].key);
+  std::vector<std::uint32_t> segments;
+  for (TileId t = 0; t < directory.entries.size(); ++t) {
+    if (t == directory.long_tile) continue;
+    leaves.push_back(directory.entries[t].key);
+    segments.push_back(directory.entries[t].owned);
+  }
   input.grid = impl_->manifest.grid;
   input.leaves = leaves;
+  input.segments = segments;
   options.pack_bytes = impl_->pack_bytes;
   for (const SetFile& file : filiform::writeLevels(input, options, impl_->folder)) impl_->list(file);
 }
@@ -201,6 +196,7 @@ std::string TileWriter::finish(const Provenance& provenance) {
   return internal::revisionName(text);
 }
 
+std::uint64_t TileWriter::tiles() const { return impl_->directory.entries.size(); }
 const SetCounts& TileWriter::counts() const { return impl_->manifest.counts; }
 std::uint64_t TileWriter::bytes() const { return impl_->bytes; }
 

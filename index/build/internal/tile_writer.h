@@ -23,27 +23,27 @@ inline constexpr std::uint64_t kMostPackBytes = std::uint64_t{256} << 20;
 // Thread rule: thread-compatible. Every member throws IoError.
 class TileWriter {
  public:
-  // Requires an existing, empty folder. Tiles have the ids 0 .. tile_count-1; the long-segment tile, if any, is the
-  // last.
-  TileWriter(std::string folder, const Grid& grid, std::uint32_t capacity, TileId tile_count, bool has_long,
-             std::uint64_t pack_bytes = kMostPackBytes, std::uint32_t page_tiles = 256);
-  // For a revision that refers to packs of others: setTiles() passes the tiles. Its own packs have numbers from
-  // `first_pack` on.
-  TileWriter(std::string folder, const Grid& grid, std::uint32_t capacity, std::uint64_t pack_bytes,
-             std::uint32_t first_pack);
+  // Requires an existing, empty folder.
+  TileWriter(std::string folder, const Grid& grid, std::uint32_t capacity, std::uint64_t pack_bytes = kMostPackBytes,
+             std::uint32_t page_tiles = 256);
   TileWriter(const TileWriter&) = delete;
   TileWriter& operator=(const TileWriter&) = delete;
   ~TileWriter();
 
-  // The order of tiles in packs: along the Hilbert curve of the centres of their blocks, the long-segment tile last.
-  static std::vector<TileId> packOrder(std::span<const BlockKey> leaves, bool has_long);
-
-  // Appends a tile; each id once, in packOrder(). Throws InputError for a tile of more than 4 GiB.
-  void add(TileId tile, const TileEntry& entry, std::span<const std::uint8_t> geometry,
-           std::span<const std::uint8_t> appearance);
+  // For about this number of tiles.
+  void reserve(std::size_t tiles);
+  // Appends the next tile in the order of ids; the long-segment tile is the last. Throws InputError for a tile of more
+  // than 4 GiB.
+  void add(const TileEntry& entry, std::span<const std::uint8_t> geometry, std::span<const std::uint8_t> appearance,
+           bool is_long);
+  // Adds a tile like add(), whose bytes another process has written.
+  void addPlaced(const TileEntry& entry, const internal::TileLocation& at, bool is_long);
+  const internal::TileLocation& location(TileId tile) const;
+  // For a revision that refers to packs of others: its own packs have numbers from `pack` on. Call it before append().
+  void growFrom(std::uint32_t pack);
   // For a grown revision: appends the bytes of a tile; lists a file of another revision; sets all tiles.
   internal::TileLocation append(std::span<const std::uint8_t> geometry, std::span<const std::uint8_t> appearance);
-  void refer(const SetFile& file);
+  void refer(const SetFile& file);  // or of this revision, written by another process
   void setTiles(internal::DirectoryContents tiles, const std::vector<internal::Patch>& patches);
   std::vector<std::string> revisionsInUse() const;  // of the files listed by refer()
 
@@ -56,12 +56,13 @@ class TileWriter {
   void writeSection(const std::string& name, std::span<const std::uint8_t> bytes);
   // Writes the landmarks; call it once.
   void writeLandmarks(const Landmarks& landmarks);
-  // Makes the levels of detail of the added tiles, which must be all. `input` has no grid and no leaves. Throws what
-  // filiform::writeLevels() throws.
+  // Makes the levels of detail of the added tiles, which must be all. `input` has no grid, leaves and segments. Throws
+  // what filiform::writeLevels() throws.
   void writeLevels(LevelInput input, LevelOptions options);
 
   // Writes directory and manifest, flushes the folder, and returns the revision's name.
   std::string finish(const Provenance& provenance);
+  std::uint64_t tiles() const;      // added so far
   const SetCounts& counts() const;  // valid after finish()
   std::uint64_t bytes() const;      // of all files; valid after finish()
 

@@ -7,6 +7,7 @@
 #include "index/build/internal/crowded_leaves.h"
 #include "index/build/internal/leaf_builder.h"
 #include "index/build/internal/memory_gate.h"
+#include "index/build/internal/rank_steps.h"
 #include "index/build/internal/survey_runs.h"
 #include "index/errors.h"
 #include "index/workers.h"
@@ -15,6 +16,8 @@
 #include <cassert>
 #include <mutex>
 #include <numeric>
+#include <optional>
+#include <tuple>
 
 namespace filiform::internal {
 namespace {
@@ -52,6 +55,8 @@ struct Tiler::Impl {
 
   void endReading();
   std::vector<BlockKey> findLeaves(std::vector<SegmentChain>& crossing);
+  std::span<Chunk> own() { return std::span(chunks).subspan(own_begin, own_end - own_begin); }
+  std::uint64_t allSegments() const { return together ? totals.segments : intake.segments(); }
   LeafBuilder builder(unsigned worker, TileSink& sink);
   static LeafBuilder::Range rangeOf(const Chunk& chunk) { return {chunk.first_leaf, chunk.end_leaf, chunk.core()}; }
   void refuseCrowdedLeaves(std::span<SegmentChain> crossing);
@@ -62,13 +67,13 @@ struct Tiler::Impl {
   template <typename Work>  // work(chunk, worker, gate, pass); free(worker): gives up the memory of a worker
   void forEachChunk(
       const char* phase, const Work& work, const std::function<void(unsigned)>& free = [](unsigned) {});
-  // Shares of the memory: a quarter for the spool's blocks, a sixteenth for its open buffers, an eighth for the encoded
-  // tiles (ingest.cpp). The rest is for chunks at work and for data that grow with the number of cells, chunks and
-  // leaves.
+  // Shares of the memory: a quarter for the spool's blocks, a sixteenth for its open buffers, an eighth for encoded
+  // tiles that wait, and neurites (tile_packer.h). The rest is for chunks at work and for data that grow with the
+  // number of cells, chunks and leaves.
   std::uint64_t grown() const {
     return options.beside + options.reading + intake.bytes() + table.size() * kBytesOfChunk +
            spool.blocks() * kBytesOfBlock + partition.leaves().size() * kBytesOfLeaf +
-           landmarksFor(intake.segments()) * kBytesOfLandmark;
+           landmarksFor(allSegments()) * kBytesOfLandmark;
   }
   std::uint64_t workBytes() const {
     const std::uint64_t most = options.memory / 16 * 9;
@@ -85,6 +90,7 @@ struct Tiler::Impl {
   std::size_t most_open;  // chunks that have a buffer
   Chunks table;
   std::vector<Chunk>& chunks = table.all();
+  std::size_t own_begin = 0, own_end = 0;  // of the chunks: those of this rank
 
   CellIntake intake;
   std::uint64_t visited = 0;
@@ -96,7 +102,11 @@ struct Tiler::Impl {
   std::vector<LandmarkChooser::Part> parts;                          // by worker
   std::vector<std::vector<LandmarkChooser::Segment>> owned_of_leaf;  // by worker
   std::unique_ptr<const LandmarkChooser> chooser;
-  std::unique_ptr<CellLeaves> cell_leaves;
+  std::unique_ptr<CellLeaves> cell_leaves;  // of rank 0
+
+  std::optional<RankSteps> together;  // with several ranks
+  RankSteps::Totals totals;
+  std::vector<ByteChain> pairs;  // of cell and leaf, by worker; of other ranks
 };
 
 // All threads at work take a third. A chunk consists of whole units. A chunk with no more ghosts than segments of its
@@ -120,6 +130,10 @@ Tiler::Impl::Impl(TilerOptions given)
       table(spool, most_in_chunk, most_open),
       intake(options.grid, spool) {
   options.memory = std::min(options.memory, kMostMemory);
+  if (options.ranks != nullptr && options.ranks->count() > 1) {
+    together.emplace(*options.ranks, spool);
+    if (!together->isFirst()) intake.keepForOthers();
+  }
   parts.resize(options.threads);
   owned_of_leaf.resize(options.threads);
   for (unsigned i = 0; i < options.threads; ++i) long_segments.emplace_back(spool);
@@ -136,17 +150,20 @@ template <typename Work>
 void Tiler::Impl::forEachChunk(const char* phase, const Work& work, const std::function<void(unsigned)>& free) {
   std::atomic<std::size_t> next{0};
   std::atomic<std::uint64_t> done{0};
+  const std::span<Chunk> those = own();
+  std::uint64_t all = 0;
+  for (const Chunk& chunk : those) all += chunk.own.count();
   MemoryGate gate(std::max(workBytes(), options.memory / 8), options.threads);
-  const std::size_t threads = std::clamp<std::size_t>(chunks.size(), 1, options.threads);
+  const std::size_t threads = std::clamp<std::size_t>(those.size(), 1, options.threads);
   runWorkers(threads, [&](unsigned worker, const std::atomic<bool>& failed) {
     MemoryGate::Pass pass(gate);
-    for (std::size_t i; !failed && (i = next.fetch_add(1)) < chunks.size();) {
+    for (std::size_t i; !failed && (i = next.fetch_add(1)) < those.size();) {
       if (worker == 0) {
-        step(phase, done, intake.segments());
+        step(phase, done, all);
       } else {
         stopIfCancelled();
       }
-      Chunk& chunk = chunks[i];
+      Chunk& chunk = those[i];
       const std::uint64_t n = chunk.own.count();
       work(chunk, worker, gate, pass);
       done += n;
@@ -167,7 +184,15 @@ void Tiler::Impl::handOver(LeafUnit& unit, unsigned worker, TileSink& sink) {
       owned.push_back({record.id, record.child, record.parent});
       if (record.id.cell == cell) continue;
       cell = record.id.cell;
-      cell_leaves->add(worker, cell, unit.first + static_cast<std::uint32_t>(i));
+      const std::uint32_t leaf = unit.first + static_cast<std::uint32_t>(i);
+      if (cell_leaves) {
+        cell_leaves->add(worker, cell, leaf);
+      } else {
+        ByteWriter pair;
+        pair.u32(cell);
+        pair.u32(leaf);
+        pairs[worker].append(pair.bytes());
+      }
     }
     chooser->addLeaf(unit.keys[i], owned, parts[worker]);
   }
@@ -257,7 +282,9 @@ void Tiler::Impl::writeLongTile(TileSink& sink) {
   unit.items.reserve(count);
   for (std::uint32_t i = 0; i < count; ++i) unit.items.push_back({i, 1});
   unit.items_begin = {0, static_cast<std::uint32_t>(count)};
+  sink.begin(0, unit.first);
   handOver(unit, 0, sink);
+  sink.end(0, unit.first + 1);
 }
 
 Tiler::Tiler(TilerOptions options) : impl_(std::make_unique<Impl>(std::move(options))) {}
@@ -266,11 +293,21 @@ Tiler::~Tiler() = default;
 void Tiler::read(CellStream& stream) {
   Impl& t = *impl_;
   t.step("reading", 0, 0);
+  std::optional<Chunks> read;
+  if (t.together) read.emplace(t.spool, t.most_in_chunk, t.most_open);
   for (Cell cell; stream.next(cell);) {
     t.step("reading", t.intake.segments(), 0);
-    t.intake.take(cell, t.table, t.survey);
+    t.intake.take(cell, read ? *read : t.table, t.survey);
     if (t.intake.records().size() % 256 == 0) t.refuseWhatHasGrown();
     cell.discardLarge();
+  }
+  if (t.together) {
+    t.step("exchanging segments", 0, 0);
+    t.totals = t.together->total(t.intake);
+    t.together->distribute(*read, t.table, t.totals.first_cell, t.options.capacity,
+                           [&t](std::uint64_t moved) { t.step("exchanging segments", moved, 0); });
+    read.reset();
+    t.together->gatherCells(t.intake);
   }
   t.endReading();
 }
@@ -293,6 +330,7 @@ void Tiler::read(const StoredCells& cells) {
 void Tiler::Impl::endReading() {
   options.reading = 0;
   table.settle([this](std::uint64_t done) { step("sorting", done, 0); });
+  own_end = chunks.size();
   intake.finish();
   refuseWhatHasGrown();
   for (const Chunk& chunk : chunks)
@@ -337,6 +375,10 @@ std::vector<BlockKey> Tiler::Impl::findLeaves(std::vector<SegmentChain>& crossin
     chunks[c].end_leaf = static_cast<std::uint32_t>(leaves.size());
     leaves_of[c] = {};
   }
+  if (!together) return leaves;
+  survey = together->shareSurvey(survey);
+  leaves = together->shareLeaves(leaves, midpoints);
+  std::tie(own_begin, own_end) = together->addOtherChunks(chunks);
   return leaves;
 }
 
@@ -356,16 +398,25 @@ void Tiler::cut() {
   t.refuseCrowdedLeaves(crossing);
   BorderSegments border(t.table, t.partition, t.spool, t.most_open, [&t] { t.stopIfCancelled(); });
   for (SegmentChain& chain : crossing) border.deliver(chain);
+  if (t.together) {
+    SegmentChain ghosts(t.spool);
+    t.together->exchangeGhosts(t.chunks, ghosts);
+    border.deliver(ghosts, t.own_begin, t.own_end);
+  }
   t.visited += border.visited();
   t.refuseWhatCannotBeBuilt();
 }
 
 void Tiler::tiles(TileSink& sink) {
   Impl& t = *impl_;
-  t.chooser = std::make_unique<const LandmarkChooser>(t.options.grid, t.survey, landmarksFor(t.intake.segments()));
-  t.cell_leaves =
-      std::make_unique<CellLeaves>(t.intake.records(), t.options.threads, t.options.folder,
-                                   t.options.chunk_segments != 0 ? 0 : t.options.memory / 64, t.options.memory / 8);
+  t.chooser = std::make_unique<const LandmarkChooser>(t.options.grid, t.survey, landmarksFor(t.allSegments()));
+  if (t.together && !t.together->isFirst()) {
+    for (unsigned i = 0; i < t.options.threads; ++i) t.pairs.emplace_back(t.spool);
+  } else {
+    t.cell_leaves =
+        std::make_unique<CellLeaves>(t.intake.records(), t.options.threads, t.options.folder,
+                                     t.options.chunk_segments != 0 ? 0 : t.options.memory / 64, t.options.memory / 8);
+  }
 
   std::atomic<std::uint64_t> too_long{0};
   std::vector<LeafBuilder> builders;
@@ -376,7 +427,9 @@ void Tiler::tiles(TileSink& sink) {
       [&](Chunk& chunk, unsigned worker, MemoryGate& gate, MemoryGate::Pass& pass) {
         SegmentChain* const chains[] = {&chunk.own, &chunk.ghosts};
         const std::uint64_t before = t.long_segments[worker].count();
+        sink.begin(worker, chunk.first_leaf);
         builders[worker].build(chains, Impl::rangeOf(chunk), gate, pass);
+        sink.end(worker, chunk.end_leaf);
         if (const std::uint64_t more = t.long_segments[worker].count() - before; more > 0)
           t.refuseLongSegments(too_long += more);
       },
@@ -384,8 +437,12 @@ void Tiler::tiles(TileSink& sink) {
   for (const LeafBuilder& builder : builders) t.visited += builder.visited();
   builders.clear();
 
-  t.writeLongTile(sink);
-  t.cell_leaves->close();
+  if (t.together) t.together->gatherLong(t.long_segments);
+  if (!t.together || t.together->isLast()) t.writeLongTile(sink);
+  if (t.together)
+    t.together->gatherFound(t.pairs, t.parts,
+                            [&t](std::uint32_t cell, std::uint32_t leaf) { t.cell_leaves->add(0, cell, leaf); });
+  if (t.cell_leaves) t.cell_leaves->close();
   t.spool.trim();
 }
 
@@ -427,7 +484,9 @@ const std::vector<SomaRoot>& Tiler::somata() const { return impl_->intake.somata
 const AttributeTable& Tiler::attributes() const { return impl_->intake.attributes(); }
 const std::vector<CellRecord>& Tiler::records() const { return impl_->intake.records(); }
 const std::vector<std::uint64_t>& Tiler::digests() const { return impl_->intake.digests(); }
-std::uint64_t Tiler::segments() const { return impl_->intake.segments(); }
+std::uint64_t Tiler::segments() const { return impl_->allSegments(); }
+GridBox Tiler::bounds() const { return impl_->together ? impl_->totals.bounds : impl_->intake.bounds(); }
+std::uint32_t Tiler::first_leaf() const { return impl_->together ? impl_->together->first_leaf() : 0; }
 std::uint64_t Tiler::spool_file_bytes() const { return impl_->spool.file_bytes(); }
 std::size_t Tiler::chunks() const { return impl_->chunks.size(); }
 std::uint64_t Tiler::visited() const { return impl_->visited; }

@@ -17,6 +17,7 @@
 #include "index/build/internal/leaf_unit.h"
 #include "index/build/internal/stored_cells.h"
 #include "index/build/internal/tile_writer.h"
+#include "index/build/ranks.h"
 #include "index/geometry/partition.h"
 #include "index/set/internal/attributes_section.h"
 #include "index/set/landmarks.h"
@@ -40,15 +41,20 @@ struct TilerOptions {
   std::uint64_t chunk_segments = 0;   // most segments of a chunk; 0: by memory
   unsigned threads = 1;               // threads that work on chunks, including the caller's
   std::string folder = {};            // for the spool's file; empty: all in memory
+  Ranks* ranks = nullptr;             // not null: these processes tile together
   const std::atomic<bool>* cancel = nullptr;
   // Called from the calling thread. An exception that it throws ends the work.
   std::function<void(const char* phase, std::uint64_t done, std::uint64_t total)> progress = {};
 };
 
-// Receives the content of each unit of leaves, in any order of units, from several threads.
+// Receives the content of each unit of leaves, from several threads. The units lie in ranges of leaves, which together
+// are all leaves; the long-segment tile follows as a range of its own. The units of a range come in order, from one
+// worker. Ranges begin in the order of leaves and end in any order.
 class TileSink {
  public:
   virtual ~TileSink() = default;
+  virtual void begin(unsigned /*worker*/, std::uint32_t /*first*/) {}
+  virtual void end(unsigned /*worker*/, std::uint32_t /*end*/) {}
   // The vectors of `unit` may be moved from. `worker` < options.threads: calls of one worker do not overlap.
   virtual void add(unsigned worker, LeafUnit& unit) = 0;
 };
@@ -61,7 +67,9 @@ class Tiler {
   explicit Tiler(TilerOptions options);
   ~Tiler();
 
-  // Call each once, in this order.
+  // Call each once, in this order. With several ranks, each passes other cells, by rank in the order of ids. Leaves and
+  // segments are then those of all ranks, and tiles() passes on the leaves of this rank; the long-segment tile comes
+  // from the last rank. landmarks(), details(), records() and what else belongs to cells are for rank 0.
   void read(CellStream& stream);
   void read(const StoredCells& cells);  // instead: cells of existing sets
   void cut();
@@ -72,7 +80,7 @@ class Tiler {
   void details(std::span<const TileId> tile_of, const std::function<void(ByteSpan detail)>& use);
 
   // The memory for levels of detail, and the message for too little. After tiles(), when nothing else takes memory but
-  // what the tiler holds, 900 bytes a tile, and an eighth for encoded tiles.
+  // what the tiler holds, 900 bytes a tile, and an eighth for neurites.
   LevelOptions optionsForLevels() const;
   const std::vector<SomaRoot>& somata() const;  // after read()
   const AttributeTable& attributes() const;     // after read()
@@ -82,6 +90,8 @@ class Tiler {
   const std::vector<CellRecord>& records() const;       // after read()
   const std::vector<std::uint64_t>& digests() const;
   std::uint64_t segments() const;          // isolated ones included
+  GridBox bounds() const;                  // of all samples
+  std::uint32_t first_leaf() const;        // of this rank
   std::uint64_t spool_file_bytes() const;  // largest size on disk
   std::size_t chunks() const;              // after read()
   std::uint64_t visited() const;           // after tiles(): visited nodes of the partition

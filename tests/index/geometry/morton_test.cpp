@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <random>
-#include <set>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -59,31 +58,6 @@ TEST(BlockKey, HalvesDivideTheBoxAlongOneAxis) {
     EXPECT_EQ(block.low, inside);
     EXPECT_EQ(block.high(), inside);
   }
-}
-
-TEST(Hilbert, NeighboursOnTheCurveAreNeighboursInSpace) {
-  // The eight blocks of depth 9 in a corner of the cube hold a contiguous part of the curve; walk it at the finest
-  // level.
-  std::vector<std::pair<MortonKey, GridPoint>> curve;
-  for (int x = 0; x < 16; ++x)
-    for (int y = 0; y < 16; ++y)
-      for (int z = 0; z < 16; ++z) {
-        const GridPoint p = GridPoint::Constant(-kEdge) + GridPoint(x, y, z);
-        curve.emplace_back(hilbertIndex(p), p);
-      }
-  std::sort(curve.begin(), curve.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
-  for (std::size_t i = 1; i < curve.size(); ++i) {
-    EXPECT_EQ(curve[i].first, curve[i - 1].first + 1);
-    EXPECT_EQ((curve[i].second - curve[i - 1].second).cwiseAbs().sum(), 1);
-  }
-}
-
-TEST(Hilbert, IsInjectiveFarFromTheCorner) {
-  std::mt19937_64 random(3);
-  std::set<MortonKey> seen;
-  for (int x = -3; x < 3; ++x)
-    for (int y = -3; y < 3; ++y)
-      for (int z = -3; z < 3; ++z) EXPECT_TRUE(seen.insert(hilbertIndex({x, y, z})).second);
 }
 
 // Brute force: clips the segment's parameter interval against every slab, in exact rational arithmetic.

@@ -15,7 +15,7 @@ namespace filiform {
 namespace {
 
 using test::storeOf;
-using Ranks = std::vector<std::uint32_t>;
+using RankList = std::vector<std::uint32_t>;
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
@@ -109,7 +109,7 @@ void expectPathAlongTheCell(const CellPaths& paths, const CellPath& path, const 
     EXPECT_GE(point.along_um, before.along_um);
     if (!point.sample || !before.sample) continue;
     EXPECT_NE(point.sample, before.sample);
-    const Ranks here = paths.segmentsAt(*point.sample), there = paths.segmentsAt(*before.sample);
+    const RankList here = paths.segmentsAt(*point.sample), there = paths.segmentsAt(*before.sample);
     EXPECT_TRUE(std::any_of(here.begin(), here.end(), [&](std::uint32_t segment) {
       return std::find(there.begin(), there.end(), segment) != there.end();
     })) << i;
@@ -224,7 +224,7 @@ TEST(CellPaths, APlaceIsOnASegmentThatExists) {
   EXPECT_FALSE(paths.on(1, -0.1));
   EXPECT_FALSE(paths.on(1, 1.1));
   EXPECT_FALSE(paths.on(1, std::nan("")));
-  EXPECT_EQ(paths.segmentsAt(2), (Ranks{2, 3, 5}));
+  EXPECT_EQ(paths.segmentsAt(2), (RankList{2, 3, 5}));
   for (std::uint32_t sample = 0; sample < paths.samples(); ++sample) {
     const CellPlace place = paths.at(sample);
     EXPECT_EQ(paths.position_W(place), paths.graph().position_W(sample));
@@ -234,9 +234,9 @@ TEST(CellPaths, APlaceIsOnASegmentThatExists) {
 
 TEST(CellPaths, TipsComeNearestFirstAndOfOneTreeOnly) {
   const CellPaths paths = pathsOf(forkedCell());
-  EXPECT_EQ(paths.tips(paths.at(2), 9), (Ranks{5, 0, 4}));  // 0 and 4 are both 20 um away
-  EXPECT_EQ(paths.tips(paths.at(2), 1), (Ranks{5}));
-  EXPECT_EQ(paths.tips(paths.at(5), 9), (Ranks{0, 4}));  // not itself
+  EXPECT_EQ(paths.tips(paths.at(2), 9), (RankList{5, 0, 4}));  // 0 and 4 are both 20 um away
+  EXPECT_EQ(paths.tips(paths.at(2), 1), (RankList{5}));
+  EXPECT_EQ(paths.tips(paths.at(5), 9), (RankList{0, 4}));  // not itself
   EXPECT_EQ(paths.farthestTip(paths.at(0)), 4u);
   EXPECT_EQ(paths.farthestTip(paths.at(2)), 0u) << "of equally far tips the lowest";
   EXPECT_TRUE(paths.tips(paths.at(6), 9).empty());

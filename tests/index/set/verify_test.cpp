@@ -33,11 +33,8 @@ struct Faults {
 // Writes the store's tiles as a set, with faults.
 void writeSet(const TileStore& store, const std::string& path, const Faults& faults) {
   fs::create_directories(path + "/r");
-  std::vector<BlockKey> leaves;
-  for (TileId t = 0; t < store.leaves().size(); ++t) leaves.push_back(store.entry(t).key);
-  const bool has_long = store.long_tile() != kNoTile;
-  TileWriter writer(path + "/r", store.grid(), store.capacity(), store.tile_count(), has_long);
-  for (TileId t : TileWriter::packOrder(leaves, has_long)) {
+  TileWriter writer(path + "/r", store.grid(), store.capacity());
+  for (TileId t = 0; t < store.tile_count(); ++t) {
     const auto tile = store.load(t);
     std::vector<StoredSegment> segments;
     for (std::uint32_t s = 0; s < tile->segment_count(); ++s)
@@ -53,7 +50,7 @@ void writeSet(const TileStore& store, const std::string& path, const Faults& fau
     entry.stored = faulty.segment_count();
     entry.decoded_bytes = faulty.bytes();
     if (faults.entry) faults.entry(t, entry);
-    writer.add(t, entry, encodeTile(faulty), encodeAppearance(appearance));
+    writer.add(entry, encodeTile(faulty), encodeAppearance(appearance), t == store.long_tile());
   }
   std::vector<CellRecord> records;
   for (std::uint32_t c = 0; c < store.cell_count(); ++c) records.push_back(store.cell(c));

@@ -44,7 +44,7 @@ std::vector<std::uint32_t> ranks(const Route& route) {
   return found;
 }
 
-using Ranks = std::vector<std::uint32_t>;
+using RankList = std::vector<std::uint32_t>;
 
 ProxyPlace onSegment(std::uint32_t rank, double t) {
   ProxyPlace place;
@@ -62,13 +62,13 @@ ProxyPlace atNode(std::uint32_t rank) {
 }
 
 TEST(PlanRoute, JoinsTwoSamplesByTheirIds) {
-  EXPECT_EQ(ranks(planRoute(fork(), kCell, "1:4")), (Ranks{0, 1, 2, 3}));
-  EXPECT_EQ(ranks(planRoute(fork(), kCell, "4:1")), (Ranks{3, 2, 1, 0}));
-  EXPECT_EQ(ranks(planRoute(fork(), kCell, "4:5")), (Ranks{3, 2, 4}));
+  EXPECT_EQ(ranks(planRoute(fork(), kCell, "1:4")), (RankList{0, 1, 2, 3}));
+  EXPECT_EQ(ranks(planRoute(fork(), kCell, "4:1")), (RankList{3, 2, 1, 0}));
+  EXPECT_EQ(ranks(planRoute(fork(), kCell, "4:5")), (RankList{3, 2, 4}));
   EXPECT_DOUBLE_EQ(planRoute(fork(), kCell, "4:5").length_um(), 8);
 }
 
-TEST(PlanRoute, LongestIsByArcLength) { EXPECT_EQ(ranks(planRoute(fork(), kCell, "longest")), (Ranks{0, 1, 2, 4})); }
+TEST(PlanRoute, LongestIsByArcLength) { EXPECT_EQ(ranks(planRoute(fork(), kCell, "longest")), (RankList{0, 1, 2, 4})); }
 
 TEST(PlanRoute, LongestTakesTheLowestRanksOfEquals) {
   CellGraph graph;
@@ -76,15 +76,15 @@ TEST(PlanRoute, LongestTakesTheLowestRanksOfEquals) {
   graph.parents = {2, 2, kNoParent, kNoParent, 3};  // children before their parent
   const Vector3d points[] = {{3, 4, 0}, {0, 5, 0}, {0, 0, 0}, {9, 0, 0}, {9, 0, 5}};
   for (const Vector3d& p : points) graph.positions.push_back(kGrid.snap(p));
-  EXPECT_EQ(ranks(planRoute(graph, kCell, "longest")), (Ranks{2, 0}));
+  EXPECT_EQ(ranks(planRoute(graph, kCell, "longest")), (RankList{2, 0}));
 }
 
 TEST(PlanRoute, RepeatedIdsMeanTheJoinedPairOfLowestRanks) {
   CellGraph graph = fork();
   graph.sample_ids = {1, 2, 3, 4, 5, 1, 2, 8};
-  EXPECT_EQ(ranks(planRoute(graph, kCell, "1:2")), (Ranks{0, 1}));
+  EXPECT_EQ(ranks(planRoute(graph, kCell, "1:2")), (RankList{0, 1}));
   graph.sample_ids = {10, 20, 3, 4, 5, 1, 2, 1};
-  EXPECT_EQ(ranks(planRoute(graph, kCell, "1:2")), (Ranks{5, 6}));
+  EXPECT_EQ(ranks(planRoute(graph, kCell, "1:2")), (RankList{5, 6}));
 }
 
 TEST(PlanRoute, RefusesUnknownRoutes) {
@@ -109,7 +109,7 @@ TEST(PlanRoute, RandomGoesFromARootToATipOfItsTree) {
   std::vector<int> children(graph.parents.size(), 0);
   for (const std::uint32_t parent : graph.parents)
     if (parent != kNoParent) ++children[parent];
-  std::vector<Ranks> seen;
+  std::vector<RankList> seen;
   for (int seed = 0; seed < 50; ++seed) {
     const Route route = planRoute(graph, kCell, "random:" + std::to_string(seed));
     EXPECT_EQ(graph.parents[route.points().front().rank], kNoParent);

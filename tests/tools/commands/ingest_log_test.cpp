@@ -22,7 +22,7 @@ TEST(IngestLog, NamesEachStepOnStandardErrorOnlyIfAsked) {
   EXPECT_EQ(quiet.err, "");
   const auto logged = runFiliform({"ingest", folder / "a.swc", "--log", "0.001", "-o", folder / "b.fil"});
   EXPECT_EQ(logged.exit_code, 0) << logged.err;
-  for (const char* const step : {"reading", "writing tiles", "packing", "publishing"})
+  for (const char* const step : {"reading", "writing tiles", "writing cells", "publishing"})
     EXPECT_NE(logged.err.find("filiform: " + std::string(step) + ": done in "), std::string::npos)
         << step << " is not in\n"
         << logged.err;

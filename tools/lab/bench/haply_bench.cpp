@@ -22,7 +22,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-double elapsed_us(Clock::time_point begin) {
+double passed_us(Clock::time_point begin) {
   return std::chrono::duration<double, std::micro>(Clock::now() - begin).count();
 }
 
@@ -83,12 +83,12 @@ void addExchanges(const BenchOptions& options, BenchReport& report) {
       wrench.force_N.x() = std::sin(0.01 * done);
       const auto begin = Clock::now();
       haply.exchange(wrench);
-      haply_us.push_back(elapsed_us(begin));
+      haply_us.push_back(passed_us(begin));
     }
     for (int i = 0; i < 500; ++i) {
       const auto begin = Clock::now();
       bare.exchange();
-      bare_us.push_back(elapsed_us(begin));
+      bare_us.push_back(passed_us(begin));
     }
   }
   haply.close();
