@@ -365,7 +365,8 @@ TEST_F(Documents, EveryExampleOfTheDocumentsRuns) {
 TEST_F(Documents, EveryOptionNamedIsThere) {
   std::string helps = test::runFiliform({"--help"}).out;
   for (const std::string& name : names_) helps += test::runFiliform({name, "--help"}).out;
-  for (const char* script : {"tools/setup", "tools/test", "tools/demo", "tools/fuzz"}) helps += sourceFile(script);
+  for (const char* other : {"tools/setup", "tools/test", "tools/demo", "tools/fuzz", "tools/mpi/together.cpp"})
+    helps += sourceFile(other);
   std::size_t options = 0;
   for (const std::string& path : documents()) {
     for (const DocumentedCommand& option : test::optionsOfMarkdown(path, sourceFile(path))) {

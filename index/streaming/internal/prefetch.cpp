@@ -14,8 +14,8 @@ constexpr double kMinReach_um = 1.0;
 // Factors by which the time to reach a tile grows: back along the neurite, and by the angle of the turn at a branching.
 constexpr double kBack = 2.0, kTurn = 1.5, kMost = 4.0;
 constexpr std::size_t kMaxEnds = 64;
-// Reach gained for each um between the hand and the proxy, up to twice the usual reach. A hand that waits beside a branch
-// soon has the patience to climb far (bounded climb: half the workspace, and down again on the other side).
+// Reach gained for each um between the hand and the proxy, up to twice the usual reach. A hand that waits beside a
+// branch soon has the patience to climb far (bounded climb: half the workspace, and down again on the other side).
 constexpr double kPull = 20;
 // On a neurite, the proxy reaches its surroundings only along the neurite, which claimAhead() covers. In 1.9e8
 // segments, a tour met no absent tile with an eighth of the workspace's radius or with all of it. An eighth needs an
