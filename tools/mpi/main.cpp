@@ -1,5 +1,4 @@
 // filiform-mpi: `filiform ingest` by several processes together.
-#include "tools/commands/commands.h"
 #include "tools/mpi/together.h"
 
 int main(int argc, char** argv) { return filiform::tools::runTogether(argc, argv); }

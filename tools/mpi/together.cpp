@@ -72,7 +72,7 @@ int runTogether(int argc, char** argv) {
   static const Program kTogether{
       "filiform-mpi: ingest by several processes together.",
       "Start it with mpirun or srun:\n  mpirun -n 4 filiform-mpi ingest archive.zip folder/ -o column.fil\n"
-      "The set is the one that filiform ingest makes.",
+      "filiform-mpi writes the same bytes as filiform ingest.",
       {addTogether},
       nullptr,
       "filiform-mpi"};

@@ -6,22 +6,12 @@
 namespace filiform::internal {
 namespace {
 
-void write(ByteWriter& out, const std::string& text) {
-  out.varint(text.size());
-  out.text(text);
-}
-
-std::string readText(ByteReader& in) {
-  const ByteSpan text = in.take(in.varint());
-  return {text.begin(), text.end()};
-}
-
 void write(ByteWriter& out, const std::vector<CellAttribute>& attributes) {
   out.varint(attributes.size());
   for (const CellAttribute& attribute : attributes) {
-    write(out, attribute.name);
+    out.sizedText(attribute.name);
     out.u8(static_cast<std::uint8_t>(attribute.value.index()));
-    if (const auto* const text = std::get_if<std::string>(&attribute.value)) write(out, *text);
+    if (const auto* const text = std::get_if<std::string>(&attribute.value)) out.sizedText(*text);
     if (const auto* const whole = std::get_if<std::int64_t>(&attribute.value)) out.i64(*whole);
     if (const auto* const real = std::get_if<double>(&attribute.value)) out.f64(*real);
   }
@@ -30,10 +20,10 @@ void write(ByteWriter& out, const std::vector<CellAttribute>& attributes) {
 std::vector<CellAttribute> readAttributes(ByteReader& in) {
   std::vector<CellAttribute> attributes(in.varint());
   for (CellAttribute& attribute : attributes) {
-    attribute.name = readText(in);
+    attribute.name = in.sizedText();
     switch (in.u8()) {
       case 1:
-        attribute.value = readText(in);
+        attribute.value = in.sizedText();
         break;
       case 2:
         attribute.value = in.i64();
@@ -59,8 +49,8 @@ void CellIntake::handOver(ByteChain& out) {
     for (const std::uint64_t count : {record.samples, record.segments, record.isolated, record.roots, digests_[c]})
       cell.u64(count);
     cell.box(record.bounds);
-    write(cell, record.source);
-    write(cell, given_names_[c]);
+    cell.sizedText(record.source);
+    cell.sizedText(given_names_[c]);
     write(cell, given_attributes_[c]);
     std::size_t end = soma;
     while (end < somata_.size() && somata_[end].cell == c) ++end;
@@ -105,8 +95,8 @@ void CellIntake::take(ByteChain& handed_over) {
          {&cell.record.samples, &cell.record.segments, &cell.record.isolated, &cell.record.roots, &cell.digest})
       *count = in.u64();
     cell.record.bounds = in.box();
-    cell.record.source = readText(in);
-    cell.record.name = readText(in);
+    cell.record.source = in.sizedText();
+    cell.record.name = in.sizedText();
     cell.attributes = readAttributes(in);
     cell.somata.resize(in.varint());
     for (SomaRoot& soma : cell.somata) {

@@ -49,6 +49,7 @@ class ByteWriter {
   void f64(double v) { u64(std::bit_cast<std::uint64_t>(v)); }
   void varint(std::uint64_t v);  // 7 bits a byte, lowest first
   void text(std::string_view s) { bytes_.insert(bytes_.end(), s.begin(), s.end()); }
+  void sizedText(std::string_view s) { varint(s.size()), text(s); }
   void point(const GridPoint& p) { i64(p.x()), i64(p.y()), i64(p.z()); }
   void box(const GridBox& b) { point(b.lo), point(b.hi); }
   void key(MortonKey k) { u64(static_cast<std::uint64_t>(k)), u64(static_cast<std::uint64_t>(k >> 64)); }
@@ -101,6 +102,10 @@ class ByteReader {
   GridBox box();
   MortonKey key();
   ByteSpan take(std::uint64_t n);
+  std::string sizedText() {
+    const ByteSpan text = take(varint());
+    return {text.begin(), text.end()};
+  }
 
   std::uint64_t offset() const { return at_; }
   std::uint64_t left() const { return bytes_.size() - at_; }

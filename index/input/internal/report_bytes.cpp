@@ -3,16 +3,6 @@
 namespace filiform::internal {
 namespace {
 
-void write(ByteWriter& out, const std::string& text) {
-  out.varint(text.size());
-  out.text(text);
-}
-
-std::string readText(ByteReader& in) {
-  const ByteSpan text = in.take(in.varint());
-  return {text.begin(), text.end()};
-}
-
 void write(ByteWriter& out, const std::optional<Vector3d>& v) {
   out.u8(v ? 1 : 0);
   if (v)
@@ -32,7 +22,7 @@ void encodeRecord(const InputRecord& record, ByteWriter& out) {
   out.varint(record.line);
   out.u8(static_cast<std::uint8_t>(record.code));
   out.u8(static_cast<std::uint8_t>(record.effect));
-  write(out, record.token);
+  out.sizedText(record.token);
 }
 
 InputRecord decodeRecord(ByteReader& in) {
@@ -40,7 +30,7 @@ InputRecord decodeRecord(ByteReader& in) {
   record.line = in.varint();
   record.code = static_cast<InputCode>(in.u8());
   record.effect = static_cast<Effect>(in.u8());
-  record.token = readText(in);
+  record.token = in.sizedText();
   return record;
 }
 
@@ -72,7 +62,7 @@ void encodeReport(const InputReport& report, ByteWriter& out) {
   for (const InputRecord& record : report.records) encodeRecord(record, out);
   write(out, report.header.scale);
   write(out, report.header.offset);
-  write(out, report.header.units);
+  out.sizedText(report.header.units);
 }
 
 InputReport decodeReport(ByteReader& in) {
@@ -87,7 +77,7 @@ InputReport decodeReport(ByteReader& in) {
   report.records.close();
   report.header.scale = readVector(in);
   report.header.offset = readVector(in);
-  report.header.units = readText(in);
+  report.header.units = in.sizedText();
   return report;
 }
 

@@ -188,8 +188,7 @@ Bytes AttributeTable::encode(std::uint32_t cells) const {
   encoded.u32(root.cells);
   encoded.u32(static_cast<std::uint32_t>(root.columns.size()));
   for (const AttributeRoot::Column& column : root.columns) {
-    encoded.varint(column.name.size());
-    encoded.text(column.name);
+    encoded.sizedText(column.name);
     encoded.u8(static_cast<std::uint8_t>(column.type));
     encoded.u64(column.values);
     encoded.u32(column.entries);

@@ -129,8 +129,7 @@ Bytes encodeDetail(const CellDetail& detail) {
   out.varint(detail.block_starts.size());
   rank = 0;
   for (std::uint32_t start : detail.block_starts) out.varint(start - rank), rank = start;
-  out.varint(detail.header.size());
-  out.text(detail.header);
+  out.sizedText(detail.header);
   writeOddRadii(detail.odd_radii, out);
   return out.take();
 }

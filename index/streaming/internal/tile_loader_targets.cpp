@@ -40,8 +40,9 @@ void TileLoader::claimTarget(Peer& p) {
   p.target.insert(p.target.begin(), {there.active_tile, -1});
 }
 
-// Until the target's tile and the list of its cell's tiles are here, nobody knows which tiles the neurite enters. Most
-// of them are among the nearest tiles, which are therefore read beside both: a round of reads less.
+// The target's tile and the list of its cell's tiles say which tiles the neurite enters. Until both are here, the
+// loader reads the tiles nearest to the target. The neurite enters most of these, so the jump needs one round of reads
+// less.
 void TileLoader::claimBesideTarget(const ReaderFocus& there, std::uint64_t room, std::vector<TileClaim>& claims) const {
   const std::size_t known = claims.size();
   prefetch_.claimAround(there, room, claims);

@@ -2,48 +2,18 @@
 #include "index/build/ingest.h"
 #include "index/query/nearest.h"
 #include "index/set/tile_set.h"
-#include "index/set/tile_source.h"
 #include "tests/support/random_cells.h"
+#include "tests/support/slow_folder.h"
 #include "tests/support/temp_folder.h"
 
-#include <algorithm>
-#include <atomic>
-#include <chrono>
+#include <memory>
 #include <random>
-#include <thread>
+#include <utility>
 
 #include <gtest/gtest.h>
 
 namespace filiform {
 namespace {
-
-// A folder that says that it is far away. Counts the reads of packs that are under way at once.
-class FarPacks final : public TileSource {
- public:
-  struct Counts {
-    std::atomic<int> now{0}, most{0}, all{0};
-  };
-  FarPacks(const std::string& path, Counts& counts) : source_(openFolder(path)), counts_(counts) {}
-  std::uint64_t size(const std::string& name) const override { return source_->size(name); }
-  std::string describe(const std::string& name) const override { return source_->describe(name); }
-  bool isRemote() const override { return true; }
-  void read(const std::string& name, std::uint64_t offset, std::span<std::uint8_t> bytes) const override {
-    const bool is_pack = name.ends_with(".pack");
-    if (is_pack) {
-      ++counts_.all;
-      const int now = ++counts_.now;
-      for (int most = counts_.most; most < now && !counts_.most.compare_exchange_weak(most, now);) {
-      }
-      std::this_thread::sleep_for(std::chrono::milliseconds(2));
-    }
-    source_->read(name, offset, bytes);
-    counts_.now -= is_pack;
-  }
-
- private:
-  std::unique_ptr<TileSource> source_;
-  Counts& counts_;
-};
 
 class NearestRemoteTest : public ::testing::Test {
  protected:
@@ -51,7 +21,9 @@ class NearestRemoteTest : public ::testing::Test {
     CellList cells(test::randomColumn(7, 20, 500, 300));
     ingest(cells, folder_ / "a.fil", {.capacity = 64, .page_tiles = 64});
     near_ = TileSet::open(folder_ / "a.fil");
-    far_ = TileSet::open(std::make_unique<FarPacks>(folder_ / "a.fil", counts_));
+    auto source = std::make_unique<test::SlowFolder>(folder_ / "a.fil", true);
+    slow_ = source.get();
+    far_ = TileSet::open(std::move(source));
   }
   std::vector<Vector3d> places(std::uint64_t seed, int n) const {
     std::mt19937_64 random(seed);
@@ -62,7 +34,7 @@ class NearestRemoteTest : public ::testing::Test {
   }
 
   test::TempFolder folder_;
-  FarPacks::Counts counts_;
+  const test::SlowFolder* slow_ = nullptr;  // of far_
   std::unique_ptr<TileSet> near_, far_;
 };
 
@@ -88,10 +60,10 @@ TEST_F(NearestRemoteTest, ResultsAndTilesReadAreThoseOfTheFolder) {
 TEST_F(NearestRemoteTest, TilesThatComeNextAreReadTogether) {
   const Nearest far(*far_, {});
   for (const Vector3d& h_W : places(42, 20)) far.find(h_W, {.k = 3});
-  EXPECT_GE(counts_.most, 3);
-  const int all = counts_.all;
+  EXPECT_GE(slow_->most_under_way, 3);
+  const int all = slow_->reads;
   for (const Vector3d& h_W : places(42, 20)) far.find(h_W, {.k = 3});
-  EXPECT_EQ(counts_.all, all) << "tiles in memory are not read again, nor others beside them";
+  EXPECT_EQ(slow_->reads, all) << "tiles in memory are not read again, nor others beside them";
 }
 
 }  // namespace
