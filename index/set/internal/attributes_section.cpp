@@ -35,11 +35,6 @@ AttributePart readPart(ByteReader& in, std::uint64_t section_bytes) {
   return part;
 }
 
-std::string textAt(ByteReader& in) {
-  const ByteSpan bytes = in.take(in.varint());
-  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
-}
-
 bool isExactDouble(std::int64_t value) {
   const double near = static_cast<double>(value);
   return near < 9223372036854775808.0 && static_cast<std::int64_t>(near) == value;
@@ -226,7 +221,7 @@ AttributeRoot decodeAttributeRoot(ByteSpan bytes, std::uint64_t section_bytes) {
   const std::uint32_t pages = attributePages(root.cells);
   for (std::uint32_t c = 0; c < columns; ++c) {
     AttributeRoot::Column column;
-    column.name = textAt(in);
+    column.name = in.sizedText();
     in.require(c == 0 || root.columns.back().name < column.name, "the attributes are out of order");
     const std::uint8_t type = in.u8();
     in.require(type <= 2, "the type of an attribute is unknown");
@@ -252,7 +247,7 @@ std::vector<std::string> decodeDictionary(ByteSpan bytes, std::uint32_t entries)
   ByteReader in(bytes);
   std::vector<std::string> texts;
   for (std::uint32_t i = 0; i < entries; ++i) {
-    texts.push_back(textAt(in));
+    texts.push_back(in.sizedText());
     in.require(i == 0 || texts[i - 1] < texts[i], "the texts are out of order");
   }
   in.require(in.left() == 0, "bytes beyond the end of the texts");
