@@ -8,41 +8,11 @@
 #include <string>
 #include <utility>
 
+#include <nlohmann/json.hpp>
+
 namespace filiform::tools {
-namespace {
 
-void put(Ranks::Bytes& out, std::uint64_t value) {
-  for (int i = 0; i < 8; ++i) out.push_back(static_cast<std::uint8_t>(value >> (8 * i)));
-}
-
-void put(Ranks::Bytes& out, std::string_view text) {
-  put(out, text.size());
-  out.insert(out.end(), text.begin(), text.end());
-}
-
-class Values {
- public:
-  explicit Values(const Ranks::Bytes& bytes) : bytes_(bytes) {}
-  bool ended() const { return at_ == bytes_.size(); }
-  std::uint64_t number() {
-    std::uint64_t value = 0;
-    for (int i = 0; i < 8; ++i) value |= std::uint64_t{bytes_.at(at_++)} << (8 * i);
-    return value;
-  }
-  std::string text() {
-    const std::size_t size = number();
-    const std::string text(bytes_.begin() + static_cast<std::ptrdiff_t>(at_),
-                           bytes_.begin() + static_cast<std::ptrdiff_t>(at_ + size));
-    at_ += size;
-    return text;
-  }
-
- private:
-  const Ranks::Bytes& bytes_;
-  std::size_t at_ = 0;
-};
-
-}  // namespace
+using nlohmann::json;
 
 RankInputs::RankInputs(Ranks& ranks, Input& input, PlacedCells* placed, CircuitCells* circuit)
     : ranks_(ranks), input_(input), placed_(circuit != nullptr ? &circuit->placed() : placed) {
@@ -58,21 +28,19 @@ RankInputs::RankInputs(Ranks& ranks, Input& input, PlacedCells* placed, CircuitC
 // Ranks whose lists differ do not see the same files. Names the first input that is missing here, or that only this
 // rank cannot read.
 void RankInputs::compareLists() {
-  Ranks::Bytes mine;
   const std::vector<std::string_view> sources = input_.sources();
   const std::vector<std::uint64_t> sizes = input_.sizes();
-  for (std::size_t i = 0; i < sources.size(); ++i) {
-    put(mine, sources[i]);
-    put(mine, sizes[i]);
-  }
+  json list = json::array();
+  for (std::size_t i = 0; i < sources.size(); ++i) list.push_back({std::string(sources[i]), sizes[i]});
+  const Ranks::Bytes mine = json::to_cbor(list);
   const std::vector<Ranks::Bytes> all = ranks_.share(mine);
   for (unsigned r = 0; r < ranks_.count(); ++r) {
     if (all[r] == mine) continue;
     std::map<std::string, std::uint64_t> own;
     for (std::size_t i = 0; i < sources.size(); ++i) own.emplace(sources[i], sizes[i]);
-    for (Values there(all[r]); !there.ended();) {
-      const std::string source = there.text();
-      const std::uint64_t size = there.number();
+    for (const json& there : json::from_cbor(all[r])) {
+      const auto source = there[0].get<std::string>();
+      const auto size = there[1].get<std::uint64_t>();
       const auto found = own.find(source);
       if (found != own.end() && (found->second == size || r > ranks_.rank())) continue;
       std::string why = found != own.end() ? "has another size than on rank " + std::to_string(r)
@@ -87,37 +55,29 @@ void RankInputs::compareLists() {
 }
 
 void RankInputs::compareReadable() {
-  Ranks::Bytes mine;
   const std::vector<Input::Unreadable> unreadable = input_.unreadable();
-  for (const Input::Unreadable& input : unreadable) {
-    put(mine, input.row);
-    put(mine, input.entry);
-    put(mine, input.source);
-    put(mine, input.reason);
-  }
-  const std::vector<Ranks::Bytes> lists = ranks_.share(mine);
-  Ranks::Bytes readable;  // of other ranks' lists: rank and position
+  json mine = json::array();
+  for (const Input::Unreadable& input : unreadable)
+    mine.push_back({input.row, input.entry, input.source, input.reason});
+  const std::vector<Ranks::Bytes> lists = ranks_.share(json::to_cbor(mine));
+  json readable = json::array();  // of other ranks' lists: rank and position
   for (unsigned r = 0; r < ranks_.count(); ++r) {
     std::uint64_t position = 0;
-    for (Values there(lists[r]); !there.ended(); ++position) {
-      Input::Unreadable input;
-      input.row = static_cast<std::uint32_t>(there.number());
-      input.entry = static_cast<std::uint32_t>(there.number());
-      input.source = there.text();
-      input.reason = there.text();
+    for (const json& there : json::from_cbor(lists[r])) {
+      const std::uint64_t at = position++;
+      const Input::Unreadable input{there[0].get<std::uint32_t>(), there[1].get<std::uint32_t>(),
+                                    there[2].get<std::string>(), there[3].get<std::string>()};
       const auto same = [&](const Input::Unreadable& own) { return own.row == input.row && own.entry == input.entry; };
       if (r == ranks_.rank() || std::any_of(unreadable.begin(), unreadable.end(), same)) continue;
       if (input_.tryToRead(input)) continue;
-      put(readable, r);
-      put(readable, position);
+      readable.push_back({r, at});
     }
   }
-  const std::vector<Ranks::Bytes> found = ranks_.share(readable);
+  const std::vector<Ranks::Bytes> found = ranks_.share(json::to_cbor(readable));
   for (unsigned r = 0; r < ranks_.count(); ++r)
-    for (Values there(found[r]); !there.ended();) {
-      const std::uint64_t rank = there.number(), position = there.number();
-      if (rank != ranks_.rank()) continue;
-      const Input::Unreadable& input = unreadable.at(position);
+    for (const json& there : json::from_cbor(found[r])) {
+      if (there[0] != ranks_.rank()) continue;
+      const Input::Unreadable& input = unreadable.at(there[1].get<std::size_t>());
       throw IoError(escaped(input.source, 300), input.reason + "; rank " + std::to_string(r) + " can read it");
     }
   ranks_.share({});
