@@ -179,7 +179,7 @@ std::vector<std::int64_t> distinctIds(const CellGraph& cell) {
   return ids;
 }
 
-CellGraph readCell(const TileStore& store, std::uint32_t cell, bool with_appearance) {
+CellGraph readCell(const TileStore& store, std::uint32_t cell, bool with_appearance, const std::atomic<bool>* stop) {
   const CellRecord& record = store.cell(cell);
   CellDetail detail = store.loadCellDetail(cell);
   CellGraph graph;
@@ -195,6 +195,7 @@ CellGraph readCell(const TileStore& store, std::uint32_t cell, bool with_appeara
   Assembly assembly(graph, record, cell);
   TilesAhead ahead(store, detail.tiles, with_appearance);
   for (std::size_t i = 0; i < detail.tiles.size(); ++i) {
+    if (stop != nullptr && stop->load(std::memory_order_relaxed)) throw Interrupted("the cell is no longer wanted");
     const auto [tile, appearance] = ahead.next();
     std::uint32_t s = firstOf(*tile, cell);
     std::uint32_t owned = s < tile->segment_count() ? tile->ownedIndex(s) : 0;

@@ -5,6 +5,7 @@
 #include "index/set/tile_store.h"
 
 #include <array>
+#include <atomic>
 #include <cstdint>
 #include <iosfwd>
 #include <string>
@@ -45,8 +46,10 @@ std::vector<std::array<std::uint32_t, 2>> parentLinks(const CellGraph& cell);
 
 // Reads every tile that owns a segment of the cell. With `with_appearance`, also reads radii and types. Requires cell <
 // store.cell_count(). Throws CorruptSet if a sample is missing, a segment has two owners, or tiles disagree on a
-// position; also what the store throws. O(segments of those tiles).
-CellGraph readCell(const TileStore& store, std::uint32_t cell, bool with_appearance);
+// position; also what the store throws; Interrupted before the next tile once `stop` is true. O(segments of those
+// tiles).
+CellGraph readCell(const TileStore& store, std::uint32_t cell, bool with_appearance,
+                   const std::atomic<bool>* stop = nullptr);
 
 // Writes the cell as SWC, with original ids in file order. Positions have the fewest decimals that read back as the
 // same grid point; radii read back as the same number, NaN where unknown. The source's header lines come first. Ids of

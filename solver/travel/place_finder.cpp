@@ -102,8 +102,8 @@ ProxyPlace PlaceFinder::atSample(const CellWalk& walk, std::uint32_t cell, std::
   return place;
 }
 
-std::shared_ptr<const CellWalk> PlaceFinder::walk(std::uint32_t cell) const {
-  return std::make_shared<const CellWalk>(readCell(impl_->store, cell, true));
+std::shared_ptr<const CellWalk> PlaceFinder::walk(std::uint32_t cell, const std::atomic<bool>* stop) const {
+  return std::make_shared<const CellWalk>(readCell(impl_->store, cell, true, stop));
 }
 
 // Reads the cell's tiles until one has the root's sample: most of a large cell lies elsewhere.

@@ -8,6 +8,7 @@
 #include "solver/travel/cell_walk.h"
 #include "solver/travel/junction.h"
 
+#include <atomic>
 #include <memory>
 #include <optional>
 #include <string>
@@ -32,8 +33,8 @@ class PlaceFinder {
   std::optional<Picked> nearest(const Vector3d& p_W) const;
   // The place of sample `node` (rank) of a cell that walk() has read.
   ProxyPlace atSample(const CellWalk& walk, std::uint32_t cell, std::uint32_t node) const;
-  // Reads the cell. O(segments of the cell).
-  std::shared_ptr<const CellWalk> walk(std::uint32_t cell) const;
+  // Reads the cell as readCell() does. O(segments of the cell).
+  std::shared_ptr<const CellWalk> walk(std::uint32_t cell, const std::atomic<bool>* stop = nullptr) const;
   // The place that the user asks for. Throws UsageError, with a line for the user, if there is none.
   ProxyPlace find(const CellQuery& query) const;
   // The cell's soma, without a soma its first root, on the segment there with the lowest id. Reads tiles of the cell

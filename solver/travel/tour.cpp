@@ -28,7 +28,7 @@ std::optional<std::uint64_t> Tour::seedOf(const std::string& route) {
   return seed;
 }
 
-Route Tour::next() {
+Route Tour::next(const std::atomic<bool>* stop) {
   const std::uint64_t cells = store_.cell_count();
   for (int passed_over = 0; passed_over < kMostPassedOver; ++passed_over) {
     if (cells == 0) break;
@@ -42,7 +42,7 @@ Route Tour::next() {
     }
     const std::uint64_t seed = random_();
     if (store_.cell(cell).segments == 0) break;
-    const CellGraph graph = readCell(store_, cell, false);
+    const CellGraph graph = readCell(store_, cell, false, stop);
     if (const std::optional<Route> route = planRandomRoute(graph, cell, seed)) return *route;
     if (only_) break;
   }

@@ -11,6 +11,7 @@
 #include "index/set/tile_store.h"
 #include "solver/travel/route.h"
 
+#include <atomic>
 #include <cstdint>
 #include <optional>
 #include <random>
@@ -28,8 +29,8 @@ class Tour {
 
   // Plans a route from a random root of a random cell to one of its tips (like `random:SEED` of planRoute()). Skips
   // cells without segments, and cells whose segments have no length. Throws UsageError after a thousand such cells in a
-  // row; exceptions from the store propagate. Reads the tiles of the cell and keeps none.
-  Route next();
+  // row, and as readCell() does. Reads the tiles of the cell and keeps none.
+  Route next(const std::atomic<bool>* stop = nullptr);
 
  private:
   const TileStore& store_;

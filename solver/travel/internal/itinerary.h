@@ -5,6 +5,7 @@
 #include "solver/travel/internal/leg.h"
 #include "solver/travel/tour.h"
 
+#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -18,9 +19,9 @@ class Itinerary {
 
   bool isTour() const { return tour_.has_value(); }
 
-  // Plans the next leg; for a single route, the same leg each time. Reads a cell. Throws as planRoute(), Tour::next(),
-  // Leg and the store do.
-  std::unique_ptr<Leg> next();
+  // Plans the next leg; for a single route, the same leg each time. Reads a cell. Throws as readCell(), planRoute(),
+  // Tour::next() and Leg do.
+  std::unique_ptr<Leg> next(const std::atomic<bool>* stop = nullptr);
 
  private:
   const TileStore& store_;

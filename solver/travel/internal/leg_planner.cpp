@@ -27,7 +27,7 @@ void LegPlanner::plan() {
     while (!stopping_.load(std::memory_order_relaxed)) {
       Leg* leg = nullptr;
       while (travelled_.pop(leg)) delete leg;
-      if (!next) next = itinerary_.next();
+      if (!next) next = itinerary_.next(&stopping_);
       if (planned_.push(next.get()))
         static_cast<void>(next.release());  // the haptic thread owns it
       else

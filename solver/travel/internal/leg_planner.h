@@ -18,7 +18,7 @@ class LegPlanner {
  public:
   // Starts the thread. The itinerary must outlive the planner; meanwhile only the planner's thread may use it.
   explicit LegPlanner(Itinerary& itinerary);
-  // Waits for the leg that is being planned; frees all legs that the planner has.
+  // Stops planning, waits for the loads of tiles under way; frees all legs that the planner has.
   ~LegPlanner();
   LegPlanner(const LegPlanner&) = delete;
   LegPlanner& operator=(const LegPlanner&) = delete;

@@ -2,9 +2,11 @@
 
 #include "index/errors.h"
 #include "index/input/swc.h"
+#include "tests/support/counting_store.h"
 #include "tests/support/memory_store.h"
 #include "tests/support/random_cells.h"
 
+#include <atomic>
 #include <cmath>
 #include <map>
 #include <set>
@@ -175,6 +177,14 @@ class Forgetful final : public TileStore {
  private:
   const TileStore& whole_;
 };
+
+TEST(CellGraph, AReadThatIsToldToStopReadsNoTile) {
+  const auto store = storeOf(test::randomColumn(3, 1, 200, 80), 32);
+  const test::CountingStore counting(*store);
+  const std::atomic<bool> stop{true};
+  EXPECT_THROW(readCell(counting, 0, true, &stop), Interrupted);
+  EXPECT_TRUE(counting.loads().empty());
+}
 
 TEST(CellGraph, AMissingSampleIsNeverSilent) {
   const auto store = storeOf({test::randomNeuron(62)}, 30);

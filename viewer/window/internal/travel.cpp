@@ -30,7 +30,7 @@ Travel::Travel(Opened opened, Messages& messages, Callbacks callbacks)
       census_(*opened_.scene.store),
       worker_(std::make_unique<Worker>()) {}
 
-Travel::~Travel() = default;
+Travel::~Travel() { leaving_.store(true, std::memory_order_relaxed); }
 
 void Travel::start() {
   for (const std::string& warning : opened_.warnings) messages_.say(warning);
@@ -39,6 +39,7 @@ void Travel::start() {
 }
 
 void Travel::finish() {
+  leaving_.store(true, std::memory_order_relaxed);
   std::exception_ptr failure;
   try {
     sessions_.current().finish();
@@ -179,7 +180,7 @@ const CellWalk* Travel::walk() {
   if (walk_asked_ == cell) return nullptr;
   walk_asked_ = cell;
   worker_->ask([this, cell]() -> Worker::Done {
-    auto read = finder().walk(cell);
+    auto read = finder().walk(cell, &leaving_);
     return [this, cell, read] {
       walk_ = read;
       walk_cell_ = cell;

@@ -18,6 +18,7 @@
 #include "viewer/window/internal/session_keeper.h"
 #include "viewer/window/internal/tile_census.h"
 
+#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -137,7 +138,8 @@ class Travel {
   std::vector<float> forces_, new_forces_;
   std::vector<Vector3d> visited_W_;
   std::uint64_t jumps_ = 0;
-  std::unique_ptr<Worker> worker_;  // destroyed first: its work uses the rest
+  std::atomic<bool> leaving_{false};  // the worker stops reading a cell
+  std::unique_ptr<Worker> worker_;    // destroyed first: its work uses the rest
 };
 
 }  // namespace filiform::internal
