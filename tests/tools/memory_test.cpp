@@ -97,6 +97,22 @@ TEST_F(Memory, LargeTilesOfTwoThreadsStayWithinTheMemory) {
   EXPECT_LE(made.peak_bytes, 128 * kMiB + kBeside);
 }
 
+// Tiles of a few segments: what is held of each tile takes most of the memory.
+TEST_F(Memory, ManySmallTilesStayWithinTheMemory) {
+  ASSERT_EQ(runFiliform({"synth", path("c.zip"), "--kind", "column", "--cells", "160", "--seed", "1",
+                         "--placements-out", path("c.tsv")})
+                .exit_code,
+            0);
+  std::vector<std::string> words{"ingest",   path("c.zip"), "--placements", path("c.tsv"), "-o",        path("c.fil"),
+                                 "--memory", "192MiB",      "--capacity",   "16",          "--threads", "2"};
+  for (const char* const more : {"--force", "--no-levels"}) {
+    words.emplace_back(more);
+    const Outcome made = runFiliform(words);
+    ASSERT_EQ(made.exit_code, 0) << made.err;
+    EXPECT_LE(made.peak_bytes, 192 * kMiB + kBeside) << more;
+  }
+}
+
 // Ids in random order need a table beside the samples.
 std::string chainWithIdsInNoOrder(std::uint32_t samples) {
   std::vector<std::uint32_t> order(samples);

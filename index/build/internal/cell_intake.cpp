@@ -176,6 +176,10 @@ void CellIntake::finish() {
   for (std::size_t i = 0; i < names.size(); ++i) records_[i].name = std::move(names[i]);
 }
 
+void CellIntake::limitDetails(std::uint64_t most_bytes) {
+  if (details_.bytes() > most_bytes) details_.spill();
+}
+
 void CellIntake::readDetails(const std::function<void(std::uint32_t cell, ByteSpan detail)>& use) {
   ByteChain::Reader rest(details_, true);
   for (std::uint32_t cell = 0; cell < records_.size(); ++cell) {

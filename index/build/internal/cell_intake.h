@@ -42,6 +42,8 @@ class CellIntake {
   GridBox bounds() const;                                               // of all samples. O(cells)
   std::uint64_t segments() const { return segments_; }                  // isolated ones included
   std::uint64_t bytes() const { return bytes_ + attributes_.bytes(); }  // estimated memory of all records
+  // Moves the details to a file if they take more than `most_bytes`. Call it after finish(). Throws IoError.
+  void limitDetails(std::uint64_t most_bytes);
   // Calls `use` for each cell with its detail from encodeDetail(), without the number of tiles, and frees the detail.
   // Call it at most once, after finish().
   void readDetails(const std::function<void(std::uint32_t cell, ByteSpan detail)>& use);

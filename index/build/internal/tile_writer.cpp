@@ -171,9 +171,10 @@ void TileWriter::writeLevels(LevelInput input, LevelOptions options) {
 std::string TileWriter::finish(const Provenance& provenance) {
   impl_->closePacks();
   {
-    internal::EncodedDirectory encoded = internal::encodeDirectory(impl_->directory, impl_->page_tiles);
-    impl_->writeFile(internal::kDirectoryFile, encoded.file);
-    impl_->manifest.directory_root = std::move(encoded.root);
+    internal::OutputFile file(impl_->folder + "/" + internal::kDirectoryFile);
+    impl_->manifest.directory_root =
+        internal::writeDirectory(impl_->directory, impl_->page_tiles, [&](ByteSpan page) { file.write(page); });
+    impl_->closeFile(internal::kDirectoryFile, file);
   }
   TileFloor floor;
   for (TileId t = 0; t < impl_->directory.entries.size(); ++t)

@@ -5,6 +5,7 @@
 #include "index/build/internal/cell_leaves.h"
 #include "index/build/internal/chunks.h"
 #include "index/build/internal/crowded_leaves.h"
+#include "index/build/internal/heap.h"
 #include "index/build/internal/leaf_builder.h"
 #include "index/build/internal/memory_gate.h"
 #include "index/build/internal/rank_steps.h"
@@ -28,10 +29,9 @@ constexpr std::uint64_t kMostMemory = std::uint64_t{1} << 56;  // keeps sums of 
 
 // Bytes for items that grow with the data. Measured with margins, since vectors grow by halves.
 constexpr std::uint64_t kBytesOfChunk = 640, kBytesOfBlock = 56;
-constexpr std::uint64_t kBytesOfLeaf = 512;        // while tiles are made
-constexpr std::uint64_t kBytesOfPackedLeaf = 900;  // while they are packed
-constexpr std::uint64_t kBytesOfCut = 40;          // of a segment whose chunk is cut into leaves
-constexpr std::uint64_t kBytesOfSegment = 160;     // of a segment whose chunk is made into tiles, as a rule
+constexpr std::uint64_t kBytesOfLeaf = 320;     // while tiles are made and packed
+constexpr std::uint64_t kBytesOfCut = 40;       // of a segment whose chunk is cut into leaves
+constexpr std::uint64_t kBytesOfSegment = 160;  // of a segment whose chunk is made into tiles, as a rule
 constexpr std::uint64_t kBytesOfLandmark = 160;
 
 }  // namespace
@@ -388,7 +388,7 @@ void Tiler::cut() {
   for (unsigned i = 0; i < t.options.threads; ++i) crossing.emplace_back(t.spool);
   t.partition = Partition(t.findLeaves(crossing));
   t.refuseWhatHasGrown();
-  const std::uint64_t packing = t.options.beside + t.intake.bytes() + leaves().size() * kBytesOfPackedLeaf,
+  const std::uint64_t packing = t.options.beside + t.intake.bytes() + leaves().size() * kBytesOfLeaf,
                       free = t.options.memory / 8 * 7;
   if (packing > free)
     throw InputError(std::to_string(leaves().size()) + " tiles take more memory than is given; ingest with --memory " +
@@ -466,15 +466,17 @@ void Tiler::details(std::span<const TileId> tile_of, const std::function<void(By
   });
 }
 
-LevelOptions Tiler::optionsForLevels() const {
-  const Impl& t = *impl_;
-  // A quarter is for details of cells, in the spool.
-  const std::uint64_t most = t.options.memory / 8 * 5,
-                      held = t.options.beside + t.intake.bytes() + leaves().size() * kBytesOfPackedLeaf;
+LevelOptions Tiler::optionsForLevels() {
+  Impl& t = *impl_;
+  constexpr std::uint64_t kParts = 16, kPartsForDetails = 1, kPartsForLevels = 13;  // 2 are for neurites
+  t.intake.limitDetails(t.options.memory / kParts * kPartsForDetails);
+  returnFreedMemory();
+  const std::uint64_t most = t.options.memory / kParts * kPartsForLevels,
+                      held = t.options.beside + t.intake.bytes() + leaves().size() * kBytesOfLeaf;
   LevelOptions options;
   options.threads = t.options.threads;
   options.memory = most - std::min(most, held);
-  options.memoryFor = [held](std::uint64_t bytes) { return (bytes + held) / 5 * 8 + 16; };
+  options.memoryFor = [held](std::uint64_t bytes) { return (bytes + held) / kPartsForLevels * kParts + kParts; };
   return options;
 }
 

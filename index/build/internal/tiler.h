@@ -80,8 +80,8 @@ class Tiler {
   void details(std::span<const TileId> tile_of, const std::function<void(ByteSpan detail)>& use);
 
   // The memory for levels of detail, and the message for too little. After tiles(), when nothing else takes memory but
-  // what the tiler holds, 900 bytes a tile, and an eighth for neurites.
-  LevelOptions optionsForLevels() const;
+  // what the tiler holds, 320 bytes a tile, and an eighth for neurites. Moves large details of cells to a file.
+  LevelOptions optionsForLevels();
   const std::vector<SomaRoot>& somata() const;  // after read()
   const AttributeTable& attributes() const;     // after read()
 

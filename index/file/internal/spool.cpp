@@ -65,9 +65,30 @@ void Spool::giveBack(Buffer buffer) noexcept {
   }
 }
 
+std::uint64_t Spool::placeInFile() {
+  if (file_ < 0) {
+    std::string path = folder_ + "/spool-XXXXXX";  // one ingest uses several
+    file_ = ::mkostemp(path.data(), O_CLOEXEC);
+    if (file_ < 0) throw IoError(path, "cannot be created", errno);
+    ::unlink(path.c_str());
+  }
+  if (free_.empty()) return file_end_++;
+  const std::uint64_t at = free_.back();
+  free_.pop_back();
+  return at;
+}
+
+void Spool::write(std::uint64_t at, const std::uint8_t* bytes, std::size_t count) const {
+  for (std::size_t done = 0; done < count;) {
+    const ssize_t n = ::pwrite(file_, bytes + done, count - done, static_cast<off_t>(at * block_bytes_ + done));
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) throw IoError(folder_, "cannot hold the working file of ingest", n < 0 ? errno : ENOSPC);
+    done += static_cast<std::size_t>(n);
+  }
+}
+
 Spool::Block Spool::store(Buffer& filled, std::size_t used) {
   Block block{0, static_cast<std::uint32_t>(used), nullptr};
-  int file = -1;
   {
     const std::lock_guard lock(mutex_);
     most_stored_ = std::max(most_stored_, ++stored_);
@@ -76,28 +97,20 @@ Spool::Block Spool::store(Buffer& filled, std::size_t used) {
       block.memory = std::move(filled);
       return block;
     }
-    if (file_ < 0) {
-      std::string path = folder_ + "/spool-XXXXXX";  // one ingest uses several
-      file_ = ::mkostemp(path.data(), O_CLOEXEC);
-      if (file_ < 0) throw IoError(path, "cannot be created", errno);
-      ::unlink(path.c_str());
-    }
-    file = file_;
-    if (free_.empty()) {
-      block.at = file_end_++;
-    } else {
-      block.at = free_.back();
-      free_.pop_back();
-    }
+    block.at = placeInFile();
   }
-  for (std::size_t done = 0; done < used;) {
-    const ssize_t n =
-        ::pwrite(file, filled.get() + done, used - done, static_cast<off_t>(block.at * block_bytes_ + done));
-    if (n < 0 && errno == EINTR) continue;
-    if (n <= 0) throw IoError(folder_, "cannot hold the working file of ingest", n < 0 ? errno : ENOSPC);
-    done += static_cast<std::size_t>(n);
-  }
+  write(block.at, filled.get(), used);
   return block;
+}
+
+void Spool::spill(Block& block) {
+  if (!block.memory) return;
+  {
+    const std::lock_guard lock(mutex_);
+    block.at = placeInFile();
+  }
+  write(block.at, block.memory.get(), block.used);
+  block.memory.reset();
 }
 
 const std::uint8_t* Spool::load(const Block& block, Buffer& scratch) {
@@ -173,6 +186,10 @@ void ByteChain::clear() {
   blocks_.clear();
   spool_->giveBack(std::move(current_));
   stored_bytes_ = used_ = 0;
+}
+
+void ByteChain::spill() {
+  for (Spool::Block& block : blocks_) spool_->spill(block);
 }
 
 ByteChain::Reader::~Reader() {

@@ -43,8 +43,12 @@ class Spool {
   // The block's bytes: its memory, or read into `scratch` (buffer() if null). Throws IoError.
   const std::uint8_t* load(const Block& block, Buffer& scratch);
   void release(Block& block) noexcept;  // a second call does nothing
+  // Moves a block from memory to the file; no other block gets its memory. Requires a folder. Throws IoError.
+  void spill(Block& block);
 
  private:
+  std::uint64_t placeInFile();  // the caller holds the mutex
+  void write(std::uint64_t at, const std::uint8_t* bytes, std::size_t count) const;
   std::string folder_;
   std::size_t block_bytes_;
   std::uint64_t memory_blocks_;  // number of blocks that still fit in memory
@@ -103,6 +107,7 @@ class ByteChain {
   // Reads bytes from `offset` on, of a closed chain written by append(). Throws IoError.
   void read(std::uint64_t offset, std::span<std::uint8_t> to, Spool::Buffer& scratch) const;
   void clear();
+  void spill();  // moves the blocks of a closed chain to the file, as Spool::spill()
 
  private:
   void turn();

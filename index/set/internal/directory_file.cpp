@@ -98,44 +98,50 @@ Bytes readPage(std::uint64_t at, std::uint64_t size, std::uint64_t stated, const
 
 }  // namespace
 
-EncodedDirectory encodeDirectory(const DirectoryContents& directory, std::uint32_t page_tiles) {
+Bytes writeDirectory(const DirectoryContents& directory, std::uint32_t page_tiles,
+                     const std::function<void(ByteSpan page)>& use) {
   DirectoryRoot root;
   root.tiles = static_cast<TileId>(directory.entries.size());
   root.long_tile = directory.long_tile;
   root.page_tiles = root.group_pages = page_tiles;
   const auto groups = [&] { return (root.page_count() + root.group_pages - 1) / root.group_pages; };
   while (kRootHeaderBytes + groups() * kRecordBytes > kMaxRootBytes) root.page_tiles *= 2, root.group_pages *= 2;
-  ByteWriter pages, file, body;
-  writeMagic(file, kDirectoryMagic);
-  file.u32(0);
+  ByteWriter header;
+  writeMagic(header, kDirectoryMagic);
+  header.u32(0);
+  use(header.bytes());
+  // Inner pages come first and state the checksums of leaf pages. Each leaf page is encoded twice, to hold one only.
+  const auto leafPage = [&](std::uint32_t page) {
+    ByteWriter bytes;
+    for (TileId t = root.pageBegin(page); t < root.pageEnd(page); ++t)
+      entry(bytes, directory.entries[t], directory.locations[t]);
+    return bytes.take();
+  };
   for (std::uint32_t group = 0; group < groups(); ++group) {
     DirectoryRecord whole;
-    const std::size_t group_from = pages.size();
+    ByteWriter inner;
     for (std::uint32_t page = root.groupBegin(group); page < root.groupEnd(group); ++page) {
       DirectoryRecord one;
-      const std::size_t from = body.size();
-      for (TileId t = root.pageBegin(page); t < root.pageEnd(page); ++t) {
-        entry(body, directory.entries[t], directory.locations[t]);
+      for (TileId t = root.pageBegin(page); t < root.pageEnd(page); ++t)
         one.content.extend(directory.entries[t].content);
-      }
       one.low = directory.entries[root.pageBegin(page)].key.low;
-      one.checksum = checksum(ByteSpan(body.bytes()).subspan(from));
-      record(pages, one);
+      one.checksum = checksum(leafPage(page));
+      record(inner, one);
       whole.content.extend(one.content);
       if (page == root.groupBegin(group)) whole.low = one.low;
     }
-    whole.checksum = checksum(ByteSpan(pages.bytes()).subspan(group_from));
+    whole.checksum = checksum(inner.bytes());
+    use(inner.bytes());
     root.groups.push_back(whole);
   }
-  file.append(pages.bytes());
-  file.append(body.bytes());
+  for (std::uint32_t page = 0; page < root.page_count(); ++page) use(leafPage(page));
   ByteWriter out;
   out.u32(root.tiles);
   out.u32(root.long_tile);
   out.u32(root.page_tiles);
   out.u32(root.group_pages);
   for (const DirectoryRecord& group : root.groups) record(out, group);
-  return {out.take(), file.take()};
+  return out.take();
 }
 
 DirectoryRoot decodeDirectoryRoot(ByteSpan bytes, std::uint64_t file_bytes) {

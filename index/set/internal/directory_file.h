@@ -7,6 +7,7 @@
 #include "index/set/tile_store.h"
 
 #include <algorithm>
+#include <functional>
 #include <vector>
 
 namespace filiform::internal {
@@ -18,12 +19,10 @@ struct DirectoryContents {
   std::vector<TileEntry> entries;
   std::vector<TileLocation> locations;
 };
-struct EncodedDirectory {
-  Bytes root, file;
-};
-// Leaf pages have `page_tiles` tiles, inner pages as many leaf pages. Both numbers are doubled until the root fits
-// kMaxRootBytes.
-EncodedDirectory encodeDirectory(const DirectoryContents& directory, std::uint32_t page_tiles = 256);
+// Passes the file's bytes to `use`, one page after another, and returns the root. Leaf pages have `page_tiles` tiles,
+// inner pages as many leaf pages. Both numbers are doubled until the root fits kMaxRootBytes.
+Bytes writeDirectory(const DirectoryContents& directory, std::uint32_t page_tiles,
+                     const std::function<void(ByteSpan page)>& use);
 // Decodes all pages in order.
 DirectoryContents decodeDirectory(ByteSpan root, std::uint64_t file_bytes, const ReadPart& read);
 

@@ -96,6 +96,23 @@ TEST(Spool, ReleasedBlocksAreUsedAgain) {
   EXPECT_EQ(spool.file_bytes(), after_first);
 }
 
+TEST(Spool, AChainMovesFromMemoryToTheFile) {
+  const TempFolder folder;
+  Spool spool(folder.path(), 1024, 20 * 1024);
+  const Bytes bytes = randomBytes(5, 50000);
+  ByteChain chain(spool);
+  chain.append(bytes);
+  chain.close();
+  const std::uint64_t before = spool.file_bytes();
+  chain.spill();
+  EXPECT_EQ(spool.file_bytes(), before + 20 * 1024);
+  chain.spill();
+  EXPECT_EQ(spool.file_bytes(), before + 20 * 1024);
+  Bytes back(bytes.size());
+  ByteChain::Reader(chain, true).read(back.data(), back.size());
+  EXPECT_EQ(back, bytes);
+}
+
 TEST(Spool, WithoutAFolderEverythingStaysInMemory) {
   Spool spool("", 512, 0);
   ByteChain chain(spool);
