@@ -60,12 +60,12 @@ TEST_F(NearestCommand, RowsDependNeitherOnOtherPointsNorOnThreads) {
   test::writeBytes(folder_ / "points.txt", points);
   const Outcome all = runFiliform({"nearest", set_, "--points", folder_ / "points.txt"});
   ASSERT_EQ(all.exit_code, 0) << all.err;
-  for (const char* budget : {"0", "1MiB"}) {
+  for (const char* budget : {"1KiB", "1MiB"}) {
     const Outcome same =
         runFiliform({"nearest", set_, "--points", folder_ / "points.txt", "--threads", "3", "--budget", budget});
     EXPECT_EQ(same.out, all.out) << budget;
   }
-  const Outcome one = runFiliform({"nearest", set_, "33", "1", "0"});  // points[9]
+  const Outcome one = runFiliform({"nearest", set_, "5", "1", "0"});  // points[9]
   EXPECT_NE(all.out.find("\n9" + one.out.substr(one.out.find('\n') + 2)), std::string::npos) << one.out;
 }
 
