@@ -1,5 +1,6 @@
-// Ranks: processes that make one set together, on one machine or on several with a common file system. ingest() calls
-// this interface; tools/mpi implements it with MPI. Ranks have the numbers 0 .. count() - 1.
+// Ranks: processes that do one work together, on one machine or on several with a common file system: they make a set,
+// check inputs, or search for points. tools/mpi implements this interface with MPI. Ranks have the numbers 0 ..
+// count() - 1.
 //
 // share() and exchange() are calls of all ranks together: each rank makes the same calls in the same order, and waits
 // in them for the others. A rank that fails calls fail() instead of its next call. The others then throw RankFailed.
@@ -29,7 +30,7 @@ class RankFailed : public Error {
   unsigned rank_;
 };
 
-// Thread rule: thread-compatible; all members on the thread that calls ingest().
+// Thread rule: thread-compatible; all members on the thread that made it.
 class Ranks {
  public:
   using Bytes = std::vector<std::uint8_t>;
@@ -64,5 +65,11 @@ class Ranks {
   // Where exchange() may keep files; it removes them. Every rank sets the same folder before its first exchange().
   virtual void setFolder(const std::string& folder) = 0;
 };
+
+// Passes to[r] to each rank r by exchange(): a call of all ranks together. Requires count() elements. Returns the bytes
+// from each rank, by rank; its own unchanged. Throws as exchange() does.
+std::vector<Ranks::Bytes> passAll(Ranks& ranks, std::vector<Ranks::Bytes> to);
+// Passes bytes to rank 0 in this way. Returns there the bytes of all ranks, by rank; elsewhere, empty ones.
+std::vector<Ranks::Bytes> toFirst(Ranks& ranks, Ranks::Bytes mine);
 
 }  // namespace filiform

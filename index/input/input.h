@@ -131,8 +131,8 @@ class Input : public CellStream {
   std::vector<Unreadable> unreadable() const;
   // Why this process cannot read an input of another process; nullopt if it can. Reads it again.
   std::optional<std::string> tryToRead(const Unreadable& input);
-  // After next() returned false: the reports on the inputs that this process has read. takeReports() adds them to those
-  // of another process with the same inputs.
+  // After next() returned false: the reports on the inputs that this process has read, and what unitDoubt() needs of
+  // them. takeReports() adds them to those of another process with the same inputs; call it in the order of parts.
   std::vector<std::uint8_t> encodeReports() const;
   void takeReports(std::span<const std::uint8_t> bytes);
 

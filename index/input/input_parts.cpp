@@ -79,6 +79,11 @@ std::optional<std::string> Input::tryToRead(const Unreadable& input) {
 
 std::vector<std::uint8_t> Input::encodeReports() const {
   internal::ByteWriter out;
+  out.u64(state_->units.sizes().size());
+  for (const UnitCheck::Sizes& cell : state_->units.sizes()) {
+    out.f32(cell.extent_um);
+    out.f32(cell.step_um);
+  }
   for (std::size_t i = state_->begin_at; i < state_->end(); ++i) {
     const State::Item& item = state_->items[i];
     const SourceReport& row = state_->rows[item.row];
@@ -92,7 +97,12 @@ std::vector<std::uint8_t> Input::encodeReports() const {
 }
 
 void Input::takeReports(std::span<const std::uint8_t> bytes) {
-  for (internal::ByteReader in(bytes); in.left() > 0;) {
+  internal::ByteReader in(bytes);
+  for (std::uint64_t cells = in.u64(); cells > 0; --cells) {
+    const float extent_um = in.f32();
+    state_->units.add(UnitCheck::Sizes{extent_um, in.f32()});
+  }
+  while (in.left() > 0) {
     State::Item item;
     item.row = in.u32();
     item.entry = in.u32();

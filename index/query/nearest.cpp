@@ -3,6 +3,7 @@
 #include "index/errors.h"
 #include "index/geometry/closest_point.h"
 #include "index/geometry/partition.h"
+#include "index/query/curve_order.h"
 #include "index/query/internal/landmark_hint.h"
 #include "index/query/tile_finder.h"
 #include "index/tile/tile_engine.h"
@@ -362,14 +363,7 @@ std::vector<NearestResult> Nearest::find(const Vector3d& h_W, const NearestQuery
 void Nearest::forEach(std::span<const Vector3d> points, const NearestQuery& query, unsigned threads,
                       const std::function<void(std::size_t i, std::vector<NearestResult>&& results)>& visit) const {
   for (const Vector3d& h_W : points) check(h_W, query);
-  const Grid grid = impl_->store.grid();
-  std::vector<std::pair<MortonKey, std::size_t>> order;
-  order.reserve(points.size());
-  for (const Vector3d& h_W : points) {
-    constexpr double kEdge = Grid::kMaxCoordinate_um;
-    order.emplace_back(mortonKey(grid.snap(h_W.cwiseMax(-kEdge).cwiseMin(kEdge))), order.size());
-  }
-  std::sort(order.begin(), order.end());
+  const std::vector<std::size_t> order = curveOrder(impl_->store.grid(), points);
 
   // Consecutive parts of the curve, so that threads need different tiles.
   const std::size_t parts = std::clamp<std::size_t>(order.size() / kLeastPerThread, 1, std::max(threads, 1u));
@@ -377,7 +371,7 @@ void Nearest::forEach(std::span<const Vector3d> points, const NearestQuery& quer
   runWorkers(parts, [&](unsigned, const std::atomic<bool>& failed) {
     for (std::size_t part; !failed && (part = next.fetch_add(1)) < parts;) {
       const std::size_t begin = order.size() * part / parts, end = order.size() * (part + 1) / parts;
-      for (std::size_t i = begin; i < end && !failed; ++i) visit(order[i].second, find(points[order[i].second], query));
+      for (std::size_t i = begin; i < end && !failed; ++i) visit(order[i], find(points[order[i]], query));
     }
   });
 }

@@ -24,7 +24,7 @@ nlohmann::ordered_json segmentRowJson(const SegmentRow& row, SegmentRowFields fi
       {"query", row.query},   {"rank", r.rank},  {"distance", r.distance_um}, {"x", r.p_W.x()},
       {"y", r.p_W.y()},       {"z", r.p_W.z()},  {"cell", *row.cell},         {"segment", r.segment.segment},
       {"sample", row.sample}, {"exact", r.exact}};
-  if (fields == SegmentRowFields::program) json["tiles_read"] = r.tiles_read;
+  if (fields == SegmentRowFields::program) json["tiles_read"] = r.tiles_searched;
   if (row.along) json["along"] = *row.along;
   return json;
 }

@@ -19,7 +19,7 @@ struct SegmentRow {
   std::optional<double> along = {};  // along a ray
 };
 
-// program: with tiles_read, which depends on what is in memory. service: without.
+// program: with tiles_read, the tiles that this query reads if none is in memory. service: without.
 enum class SegmentRowFields { program, service };
 nlohmann::ordered_json segmentRowJson(const SegmentRow& row, SegmentRowFields fields);
 

@@ -6,6 +6,7 @@
 #include "index/text.h"
 #include "tools/commands/circuit_report.h"
 #include "tools/commands/commands.h"
+#include "tools/commands/rank_inputs.h"
 #include "tools/commands/reading_arguments.h"
 #include "tools/program/interruption.h"
 #include "tools/program/numbers.h"
@@ -15,7 +16,9 @@
 #include "tools/program/unit.h"
 
 #include <algorithm>
+#include <functional>
 #include <iostream>
+#include <memory>
 #include <optional>
 #include <thread>
 
@@ -111,7 +114,17 @@ void writeCheckJson(std::ostream& out, const std::vector<SourceReport>& reports,
   out << '\n';
 }
 
-int runCheck(const CheckArguments& a) {
+// Rank 0 gets the sources of all ranks, in the order of cells.
+std::vector<std::string> gathered(Ranks& ranks, const std::vector<std::string>& sources) {
+  std::vector<std::string> all;
+  for (const Ranks::Bytes& bytes : toFirst(ranks, Json::to_cbor(sources)))
+    if (!bytes.empty())
+      for (const Json& source : Json::from_cbor(bytes)) all.push_back(source.get<std::string>());
+  return all;
+}
+
+// `ranks`: processes that check together, or null. Rank 0 writes.
+int runCheck(const CheckArguments& a, Ranks* ranks) {
   Progress progress({.title = "check", .noun = "", .unit = ProgressUnit::bytes});
   InputOptions options;
   options.swc.strict = a.strict;
@@ -120,8 +133,9 @@ int runCheck(const CheckArguments& a) {
   a.reading->apply(options);
   options.progress = [&](std::uint64_t done, std::uint64_t total) {
     throwIfInterrupted();
-    progress.setTotal(total);
-    progress.update(done);
+    const Ranks::Amount all = ranks != nullptr ? ranks->progress("bytes", {done, total}) : Ranks::Amount{done, total};
+    progress.setTotal(all.total);
+    progress.update(all.done);
   };
   options.swc.soma_links = !a.no_soma_links;
   refuseSeveralCircuits(a.inputs);
@@ -131,9 +145,16 @@ int runCheck(const CheckArguments& a) {
   else if (!a.circuit.population.empty() || !a.circuit.morphologies.empty())
     throw UsageError("--population and --morphologies are for one circuit_config.json or one nodes.h5");
   Input input = circuit ? Input(circuit->files(), options) : Input(a.inputs, options);
+  std::optional<RankInputs> parts;
+  if (ranks != nullptr) parts.emplace(*ranks, input, nullptr, nullptr);
   CheckNotes notes;
   for (Cell cell; input.next(cell);)
     if (!somataOf(cell).off_roots.empty()) notes.soma_three_point_off.push_back(cell.source);
+  if (parts) {
+    parts->gather(nullptr);
+    notes.soma_three_point_off = gathered(*ranks, notes.soma_three_point_off);
+    if (ranks->rank() != 0) return 0;
+  }
   progress.finish();
   if (circuit) notes.populations = circuit->populations();
   const std::vector<SourceReport> reports = reportsOf(input, circuit ? &*circuit : nullptr);
@@ -150,9 +171,9 @@ int runCheck(const CheckArguments& a) {
   return anyRefused(reports) ? 1 : 0;
 }
 
-}  // namespace
+using CheckRun = std::function<int(const CheckArguments& a)>;
 
-void addCheck(CLI::App& app, Chosen& chosen) {
+void addCheckThat(CLI::App& app, Chosen& chosen, const CheckRun& run) {
   auto arguments = std::make_shared<CheckArguments>();
   CLI::App* command = app.add_subcommand("check", "Read input as ingest does, and report what is wrong with it");
   command->footer(
@@ -170,7 +191,19 @@ void addCheck(CLI::App& app, Chosen& chosen) {
   command->add_flag("--strict", arguments->strict, "refuse every file that has a warning");
   arguments->reading = addReadingArguments(*command);
   addProgressOption(*command);
-  command->callback([arguments, &chosen] { chosen = [arguments] { return runCheck(*arguments); }; });
+  command->callback([arguments, &chosen, run] { chosen = [arguments, run] { return run(*arguments); }; });
+}
+
+}  // namespace
+
+void addCheck(CLI::App& app, Chosen& chosen) {
+  addCheckThat(app, chosen, [](const CheckArguments& a) { return runCheck(a, nullptr); });
+}
+
+void addCheckTogether(CLI::App& app, Chosen& chosen, Ranks& ranks, const Around& around) {
+  addCheckThat(app, chosen, [&ranks, around](const CheckArguments& a) {
+    return around([&] { return runCheck(a, ranks.count() > 1 ? &ranks : nullptr); });
+  });
 }
 
 }  // namespace filiform::tools

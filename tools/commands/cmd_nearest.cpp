@@ -1,29 +1,23 @@
 // filiform nearest: finds the segments nearest to points on the command line, in a file or on stdin.
 #include "index/errors.h"
 #include "index/query/nearest.h"
-#include "index/set/cell_graph.h"
 #include "index/set/tile_set.h"
 #include "index/text.h"
-#include "tools/answers/answer.h"
-#include "tools/answers/sample_ids.h"
-#include "tools/answers/segment_row.h"
 #include "tools/commands/commands.h"
+#include "tools/commands/nearest_rows.h"
+#include "tools/commands/point_file.h"
+#include "tools/commands/rank_points.h"
 #include "tools/commands/remote_arguments.h"
 #include "tools/program/interruption.h"
 #include "tools/program/numbers.h"
 
-#include <charconv>
-#include <fstream>
+#include <algorithm>
+#include <functional>
 #include <iostream>
-#include <iterator>
-#include <map>
-#include <optional>
+#include <memory>
 #include <span>
-#include <sstream>
-#include <utility>
 
 #include <CLI/CLI.hpp>
-#include <nlohmann/json.hpp>
 
 namespace filiform::tools {
 
@@ -39,77 +33,11 @@ struct NearestArguments {
   bool k_given = false, approximate = false, json = false, tsv = false;
 };
 
-std::vector<Vector3d> readPoints(std::istream& in, const std::string& name) {
-  std::vector<Vector3d> points;
-  std::string line;
-  for (std::size_t number = 1; std::getline(in, line); ++number) {
-    line.erase(std::min(line.find('#'), line.size()));
-    for (char& c : line)
-      if (c == ',' || c == '\t' || c == '\r') c = ' ';
-    std::istringstream words(line);
-    const std::vector<std::string> fields{std::istream_iterator<std::string>(words), {}};
-    if (fields.empty()) continue;
-    const std::string where = name + ":" + std::to_string(number);
-    if (fields.size() != 3)
-      throw UsageError(where + ": " + std::to_string(fields.size()) + " fields; give three: x y z");
-    points.emplace_back(parseNumber(where + ": x", fields[0]), parseNumber(where + ": y", fields[1]),
-                        parseNumber(where + ": z", fields[2]));
-  }
-  if (in.bad()) throw IoError(name, "cannot read");
-  return points;
-}
-
 std::vector<double> numbers(const std::string& option, const std::vector<std::string>& words) {
   std::vector<double> values;
   for (const std::string& word : words) values.push_back(parseNumber(option, word));
   return values;
 }
-
-constexpr std::size_t kBatch = 65536;  // points whose results are held at once
-
-// Writes the results as TSV or as one JSON array.
-class Rows {
- public:
-  Rows(const TileSet& set, bool json, bool along) : set_(set), json_(json), along_(along) {}
-  void write(std::size_t query, const NearestResult& r, std::optional<double> along = {}) {
-    begin();
-    const std::string& cell = set_.cell(r.segment.cell).name;
-    auto ids = sample_ids_.find(r.segment.cell);
-    if (ids == sample_ids_.end()) ids = sample_ids_.emplace(r.segment.cell, childSampleIds(set_, r.segment.cell)).first;
-    const std::int64_t sample = ids->second.at(r.segment.segment);
-    if (json_) {
-      const SegmentRow row{query, &r, &cell, sample, along};
-      std::cout << std::exchange(separator_, ",\n") << jsonText(segmentRowJson(row, SegmentRowFields::program));
-    } else {
-      std::cout << query << '\t' << r.rank << '\t' << formatNumber(r.distance_um) << '\t' << formatNumber(r.p_W.x())
-                << '\t' << formatNumber(r.p_W.y()) << '\t' << formatNumber(r.p_W.z()) << '\t' << escaped(cell) << '\t'
-                << r.segment.segment << '\t' << sample << '\t' << (r.exact ? "true" : "false") << '\t' << r.tiles_read;
-      if (along) std::cout << '\t' << formatNumber(*along);
-      std::cout << '\n';
-    }
-  }
-  void end() {
-    begin();
-    if (json_) std::cout << "\n]\n";
-  }
-
- private:
-  // Not in the constructor, so that a refused query prints no header.
-  void begin() {
-    if (begun_) return;
-    begun_ = true;
-    if (json_)
-      std::cout << '[';
-    else
-      std::cout << "query\trank\tdistance\tx\ty\tz\tcell\tsegment\tsample\texact\ttiles_read"
-                << (along_ ? "\talong\n" : "\n");
-  }
-
-  const TileSet& set_;
-  bool json_, along_, begun_ = false;
-  const char* separator_ = "\n";
-  std::map<std::uint32_t, std::vector<std::int64_t>> sample_ids_;  // by cell: the child's id, by segment
-};
 
 std::vector<Vector3d> pointsOf(const NearestArguments& a) {
   if (int{!a.points.empty()} + int{!a.coordinates.empty()} + int{!a.box.empty()} + int{!a.ray.empty()} != 1)
@@ -117,28 +45,41 @@ std::vector<Vector3d> pointsOf(const NearestArguments& a) {
   if (!a.coordinates.empty())
     return {Vector3d(parseNumber("X", a.coordinates[0]), parseNumber("Y", a.coordinates[1]),
                      parseNumber("Z", a.coordinates[2]))};
-  if (a.points.empty()) return {};  // a box or a ray
-  if (a.points == "-") return readPoints(std::cin, "stdin");
-  std::ifstream file(a.points);
-  if (!file) throw IoError(escaped(a.points), "cannot open", errno);
-  return readPoints(file, escaped(a.points));
+  return a.points.empty() ? std::vector<Vector3d>() : readPoints(a.points);  // none: a box or a ray
 }
 
-int runNearest(const NearestArguments& a) {
-  const std::vector<Vector3d> points = pointsOf(a);
-  const auto set = TileSet::open(a.set, a.remote->options());
-  const Nearest nearest(*set, {.engine = a.engine, .budget_bytes = parseBytes("--budget", a.budget)});
+NearestQuery queryOf(const NearestArguments& a) {
   NearestQuery query{.k = a.k, .epsilon = a.epsilon, .approximate = a.approximate};
   if (a.radius >= 0) {
     query.max_distance_um = a.radius;
     if (!a.k_given) query.k = SIZE_MAX;
   }
+  return query;
+}
 
-  Rows rows(*set, a.json, !a.ray.empty());
-  if (!a.box.empty()) {
+// Number of points whose rows are held at once. Of many points, consecutive ones along the curve need the same tiles.
+std::size_t batchOf(const NearestQuery& query) {
+  constexpr std::size_t kRows = std::size_t{1} << 18, kLeast = 4096, kUnlimited = 65536;
+  return query.k == SIZE_MAX ? kUnlimited : std::clamp(kRows / query.k, kLeast, kRows);
+}
+
+// Of a search: what finds, and what writes.
+struct Search {
+  const NearestArguments& a;
+  const Nearest& nearest;
+  NearestRowText& text;
+  NearestRowWriter& writer;
+
+  void box() const {
     const std::vector<double> c = numbers("--box", a.box);
-    for (const NearestResult& r : nearest.inBox({c[0], c[1], c[2]}, {c[3], c[4], c[5]})) rows.write(0, r);
-  } else if (!a.ray.empty()) {
+    for (const NearestResult& r : nearest.inBox({c[0], c[1], c[2]}, {c[3], c[4], c[5]})) {
+      std::string row;
+      text.append(row, 0, r);
+      writer.write(row);
+    }
+  }
+
+  void ray() const {
     const std::vector<double> c = numbers("--ray", a.ray);
     const RayQuery ray{.origin_W = {c[0], c[1], c[2]},
                        .direction = {c[3], c[4], c[5]},
@@ -149,26 +90,70 @@ int runNearest(const NearestArguments& a) {
     for (const RayHit& hit : nearest.alongRay(ray)) {
       const NearestResult r{rank++, hit.distance_um, hit.p_W,           hit.segment, hit.t, hit.tile,
                             true,   hit.tiles_read,  hit.tiles_searched};
-      rows.write(0, r, hit.along_um);
-    }
-  } else {
-    for (std::size_t begin = 0; begin < points.size(); begin += kBatch) {
-      throwIfInterrupted();
-      const auto batch = std::span(points).subspan(begin, std::min(kBatch, points.size() - begin));
-      std::size_t i = begin;
-      for (const std::vector<NearestResult>& results : nearest.findAll(batch, query, a.threads)) {
-        for (const NearestResult& r : results) rows.write(i, r);
-        ++i;
-      }
+      std::string row;
+      text.append(row, 0, r, hit.along_um);
+      writer.write(row);
     }
   }
-  rows.end();
+
+  // The rows of each point of a part; `first`: the number of position 0.
+  std::vector<std::string> rowsOf(const PointPart& part, std::size_t first) const {
+    std::vector<std::string> rows(part.points.size());
+    nearest.forEach(part.points, queryOf(a), a.threads, [&](std::size_t i, const std::vector<NearestResult>& results) {
+      throwIfInterrupted();
+      for (const NearestResult& r : results) text.append(rows[i], first + part.positions[i], r);
+    });
+    return rows;
+  }
+
+  void all(std::span<const Vector3d> points) const {
+    const std::size_t batch = batchOf(queryOf(a));
+    for (std::size_t begin = 0; begin < points.size(); begin += batch) {
+      const auto some = points.subspan(begin, std::min(batch, points.size() - begin));
+      for (const std::string& rows : rowsOf(wholePart(some), begin)) writer.write(rows);
+    }
+  }
+
+  // Rank 0 has the points, and writes the rows.
+  void allTogether(std::span<const Vector3d> points, const Grid& grid, RankPoints& ranks) const {
+    const std::size_t count = ranks.ofFirst(points.size()), batch = batchOf(queryOf(a));
+    for (std::size_t begin = 0; begin < count; begin += batch) {
+      const auto some = points.subspan(std::min(begin, points.size()));
+      const PointPart part = ranks.deal(grid, some.first(std::min(batch, some.size())));
+      for (const std::string& rows : ranks.gather(part, rowsOf(part, begin))) writer.write(rows);
+    }
+  }
+};
+
+// `ranks`: processes that search together, or null. Rank 0 reads the points, and writes.
+int runNearest(const NearestArguments& a, Ranks* ranks) {
+  if (ranks != nullptr && a.points.empty())
+    throw UsageError("nearest: ranks need --points FILE; for one point, --box and --ray, use filiform nearest");
+  const bool is_first = ranks == nullptr || ranks->rank() == 0;
+  const std::vector<Vector3d> points = is_first ? pointsOf(a) : std::vector<Vector3d>();
+  const auto set = TileSet::open(a.set, a.remote->options());
+  const Nearest nearest(*set, {.engine = a.engine, .budget_bytes = parseBytes("--budget", a.budget)});
+  NearestRowText text(*set, a.json);
+  NearestRowWriter writer(std::cout, a.json, !a.ray.empty());
+  const Search search{a, nearest, text, writer};
+  if (ranks != nullptr) {
+    RankPoints together(*ranks);
+    together.compare(escaped(a.set), set->revision());
+    search.allTogether(points, set->grid(), together);
+  } else if (!a.box.empty()) {
+    search.box();
+  } else if (!a.ray.empty()) {
+    search.ray();
+  } else {
+    search.all(points);
+  }
+  if (is_first) writer.end();
   return 0;
 }
 
-}  // namespace
+using NearestRun = std::function<int(const NearestArguments& a)>;
 
-void addNearest(CLI::App& app, Chosen& chosen) {
+void addNearestThat(CLI::App& app, Chosen& chosen, const NearestRun& run) {
   auto arguments = std::make_shared<NearestArguments>();
   CLI::App* command = app.add_subcommand("nearest", "Find the segments nearest to points, in a box or along a ray");
   command->footer(
@@ -212,9 +197,21 @@ void addNearest(CLI::App& app, Chosen& chosen) {
   command->add_flag("--json", arguments->json, "write one JSON array");
   command->add_flag("--tsv", arguments->tsv, "write tab-separated rows (the default)")->excludes("--json");
   arguments->remote = addRemoteArguments(*command);
-  command->callback([arguments, k, &chosen] {
+  command->callback([arguments, k, &chosen, run] {
     arguments->k_given = k->count() > 0;
-    chosen = [arguments] { return runNearest(*arguments); };
+    chosen = [arguments, run] { return run(*arguments); };
+  });
+}
+
+}  // namespace
+
+void addNearest(CLI::App& app, Chosen& chosen) {
+  addNearestThat(app, chosen, [](const NearestArguments& a) { return runNearest(a, nullptr); });
+}
+
+void addNearestTogether(CLI::App& app, Chosen& chosen, Ranks& ranks, const Around& around) {
+  addNearestThat(app, chosen, [&ranks, around](const NearestArguments& a) {
+    return around([&] { return runNearest(a, ranks.count() > 1 ? &ranks : nullptr); });
   });
 }
 

@@ -15,6 +15,8 @@ void addIngest(CLI::App& app, Chosen& chosen);
 // For a program of several processes: `around` runs the command, and tells other ranks if it fails.
 using Around = std::function<int(const std::function<int()>& run)>;
 void addIngestTogether(CLI::App& app, Chosen& chosen, Ranks& ranks, const Around& around);
+void addCheckTogether(CLI::App& app, Chosen& chosen, Ranks& ranks, const Around& around);
+void addNearestTogether(CLI::App& app, Chosen& chosen, Ranks& ranks, const Around& around);
 void addCompact(CLI::App& app, Chosen& chosen);
 void addPush(CLI::App& app, Chosen& chosen);
 void addPull(CLI::App& app, Chosen& chosen);

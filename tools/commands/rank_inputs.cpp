@@ -83,29 +83,13 @@ void RankInputs::compareReadable() {
   ranks_.share({});
 }
 
-std::vector<Ranks::Bytes> RankInputs::toFirst(Ranks::Bytes mine) {
-  std::vector<Ranks::Bytes> all(ranks_.count());
-  std::size_t at = 0;
-  ranks_.exchange(
-      [&](unsigned to, Ranks::Bytes& piece) {
-        const std::size_t n = to == 0 ? std::min(mine.size() - at, ranks_.piece_bytes()) : 0;
-        piece.assign(mine.begin() + static_cast<std::ptrdiff_t>(at),
-                     mine.begin() + static_cast<std::ptrdiff_t>(at + n));
-        at += n;
-        return n > 0;
-      },
-      [&](unsigned from, std::span<const std::uint8_t> piece) {
-        all[from].insert(all[from].end(), piece.begin(), piece.end());
-      });
-  all[ranks_.rank()] = std::move(mine);
-  return all;
-}
-
 void RankInputs::gather(AttributedCells* attributed) {
   compareReadable();
-  const std::vector<Ranks::Bytes> reports = toFirst(input_.encodeReports());
-  const std::vector<Ranks::Bytes> placed = toFirst(placed_ != nullptr ? placed_->encodeReport() : Ranks::Bytes{});
-  const std::vector<Ranks::Bytes> counts = toFirst(attributed != nullptr ? attributed->encodeCounts() : Ranks::Bytes{});
+  const std::vector<Ranks::Bytes> reports = toFirst(ranks_, input_.encodeReports());
+  const std::vector<Ranks::Bytes> placed =
+      toFirst(ranks_, placed_ != nullptr ? placed_->encodeReport() : Ranks::Bytes{});
+  const std::vector<Ranks::Bytes> counts =
+      toFirst(ranks_, attributed != nullptr ? attributed->encodeCounts() : Ranks::Bytes{});
   if (ranks_.rank() != 0) return;
   for (unsigned r = 1; r < ranks_.count(); ++r) input_.takeReports(reports[r]);
   if (placed_ != nullptr) placed_->takeReports(placed);

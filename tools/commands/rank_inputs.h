@@ -26,7 +26,6 @@ class RankInputs {
  private:
   void compareLists();
   void compareReadable();
-  std::vector<Ranks::Bytes> toFirst(Ranks::Bytes mine);
 
   Ranks& ranks_;
   Input& input_;

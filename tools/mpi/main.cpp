@@ -1,4 +1,4 @@
-// filiform-mpi: `filiform ingest` by several processes together.
+// filiform-mpi: commands of filiform by several processes together.
 #include "tools/mpi/together.h"
 
 int main(int argc, char** argv) { return filiform::tools::runTogether(argc, argv); }

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
+#include <csignal>
 #include <cstdio>
 #include <fstream>
 #include <functional>
@@ -52,6 +53,7 @@ void broadcast(void* bytes, std::size_t size, unsigned from) {
 
 int exitCodeOf(const std::exception& error) {
   if (dynamic_cast<const Interrupted*>(&error) != nullptr) return interruptedExitCode();
+  if (dynamic_cast<const ClosedPipe*>(&error) != nullptr) return 128 + SIGPIPE;
   if (dynamic_cast<const UsageError*>(&error) != nullptr) return 2;
   const bool of_system = dynamic_cast<const IoError*>(&error) != nullptr;
   return dynamic_cast<const Error*>(&error) != nullptr && !of_system ? 1 : 3;

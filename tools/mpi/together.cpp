@@ -5,6 +5,7 @@
 #include "tools/mpi/mpi_ranks.h"
 #include "tools/program/interruption.h"
 
+#include <csignal>
 #include <exception>
 #include <fcntl.h>
 #include <memory>
@@ -16,12 +17,16 @@
 namespace filiform::tools {
 namespace {
 
+constexpr int kClosedPipe = 128 + SIGPIPE;
+
 MpiRanks* job = nullptr;  // of this process, while runTogether() runs
 
 // Throws what the program reports, with its exit code.
 [[noreturn]] void report(const MpiRanks::Failure& failure) {
-  const std::string text =
-      failure.everywhere ? failure.why : "rank " + std::to_string(failure.rank) + ": " + failure.why;
+  if (failure.exit_code == kClosedPipe) throw ClosedPipe(failure.why);
+  // A refusal by rank 0 alone is about what only rank 0 reads, as the file of --points.
+  const bool unnamed = failure.everywhere || (failure.exit_code == 2 && failure.rank == 0);
+  const std::string text = unnamed ? failure.why : "rank " + std::to_string(failure.rank) + ": " + failure.why;
   if (failure.exit_code == 1) throw InputError(text);
   if (failure.exit_code == 2) throw UsageError(text);
   if (failure.exit_code > 128) throw Interrupted(text);
@@ -41,7 +46,7 @@ int runOnAll(const std::function<int()>& run) {
   report(*job->failure());
 }
 
-void addTogether(CLI::App& app, Chosen& chosen) {
+void addIngestOnRanks(CLI::App& app, Chosen& chosen) {
   const auto exchange = std::make_shared<std::string>("network");
   addIngestTogether(app, chosen, *job, [exchange](const std::function<int()>& run) {
     job->setExchange(*exchange == "files" ? MpiRanks::Exchange::files : MpiRanks::Exchange::network);
@@ -54,6 +59,10 @@ void addTogether(CLI::App& app, Chosen& chosen) {
       ->type_name("WAY")
       ->capture_default_str();
 }
+
+void addCheckOnRanks(CLI::App& app, Chosen& chosen) { addCheckTogether(app, chosen, *job, runOnAll); }
+
+void addNearestOnRanks(CLI::App& app, Chosen& chosen) { addNearestTogether(app, chosen, *job, runOnAll); }
 
 void silence() {
   const int nowhere = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
@@ -70,10 +79,11 @@ int runTogether(int argc, char** argv) {
   job = &ranks;
   if (ranks.rank() != 0) silence();
   static const Program kTogether{
-      "filiform-mpi: ingest by several processes together.",
+      "filiform-mpi: commands of filiform by several processes together.",
       "Start it with mpirun or srun:\n  mpirun -n 4 filiform-mpi ingest archive.zip folder/ -o column.fil\n"
-      "filiform-mpi writes the same bytes as filiform ingest.",
-      {addTogether},
+      "  mpirun -n 4 filiform-mpi nearest column.fil --points soma.txt\n"
+      "filiform-mpi writes the same bytes as filiform.",
+      {addIngestOnRanks, addCheckOnRanks, addNearestOnRanks},
       nullptr,
       "filiform-mpi"};
   const int code = runProgram(kTogether, argc, argv);

@@ -33,7 +33,7 @@ double oddity(double step_um, double extent_um) {
 }  // namespace
 
 void UnitCheck::add(const Cell& cell) {
-  if (extents_um_.size() == kMaxCells || cell.segmentRanks() < 8) return;
+  if (sizes_.size() == kMaxCells || cell.segmentRanks() < 8) return;
   Vector3d low = cell.positions_um.front(), high = low;
   for (const Vector3d& p : cell.positions_um) {
     low = low.cwiseMin(p);
@@ -47,13 +47,19 @@ void UnitCheck::add(const Cell& cell) {
     if (length > 0) steps.push_back(static_cast<float>(length));
   }
   if (steps.empty()) return;
-  steps_um_.push_back(median(std::move(steps)));
-  extents_um_.push_back(static_cast<float>((high - low).norm()));
+  add({static_cast<float>((high - low).norm()), median(std::move(steps))});
+}
+
+void UnitCheck::add(const Sizes& cell) {
+  if (sizes_.size() < kMaxCells) sizes_.push_back(cell);
 }
 
 std::string UnitCheck::doubt(double unit_um) const {
-  if (steps_um_.empty()) return {};
-  const double step = static_cast<double>(median(steps_um_)), extent = static_cast<double>(median(extents_um_));
+  if (sizes_.empty()) return {};
+  std::vector<float> steps, extents;
+  for (const Sizes& cell : sizes_) steps.push_back(cell.step_um), extents.push_back(cell.extent_um);
+  const auto step = static_cast<double>(median(std::move(steps))),
+             extent = static_cast<double>(median(std::move(extents)));
   // With a stated unit, a coarse tracing of a large cell is no sign of voxels.
   const bool stated = unit_um != 1;
   if (stated ? isInRange(step, extent) : isPlausible(step, extent)) return {};

@@ -21,6 +21,13 @@ class UnitCheck {
   // Samples some segments of the cell, and its bounds. O(samples) for the bounds, O(1) for the rest.
   void add(const Cell& cell);
 
+  struct Sizes {  // of a cell: diagonal of its bounds, median length of its segments
+    float extent_um, step_um;
+  };
+  // What was added, in its order: another process can add it to its own check.
+  const std::vector<Sizes>& sizes() const { return sizes_; }
+  void add(const Sizes& cell);
+
   // Returns one line that names plausible units, the likeliest first, in the syntax of --unit. Returns an empty text if
   // the unit is plausible. `unit_um`: the size assumed for one unit of the files, um. A value other than 1 was stated
   // by the user: long segments of a large cell are then plausible. O(cells).
@@ -28,7 +35,7 @@ class UnitCheck {
 
  private:
   static constexpr std::size_t kMaxCells = 4096, kSegmentsOfACell = 64;
-  std::vector<float> extents_um_, steps_um_;  // by cell: diagonal of its bounds; median length of its segments
+  std::vector<Sizes> sizes_;
 };
 
 }  // namespace filiform

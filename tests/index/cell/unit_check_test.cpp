@@ -76,6 +76,18 @@ TEST(UnitCheck, BelievesAStatedUnitOfACoarseTracing) {
   EXPECT_EQ(huge.doubt(1000).find("UNIT"), std::string::npos) << huge.doubt(1000);
 }
 
+TEST(UnitCheck, TakesTheCellsOfAnother) {
+  UnitCheck whole, first, second;
+  for (int i = 0; i < 7; ++i) {
+    const Cell cell = straight(1000 + i, 8e5);
+    whole.add(cell);
+    (i < 3 ? first : second).add(cell);
+  }
+  for (const UnitCheck::Sizes& cell : second.sizes()) first.add(cell);
+  EXPECT_NE(whole.doubt(), "");
+  EXPECT_EQ(first.doubt(), whole.doubt());
+}
+
 TEST(UnitCheck, SaysNothingAboutNothing) {
   UnitCheck check;
   EXPECT_EQ(check.doubt(), "");

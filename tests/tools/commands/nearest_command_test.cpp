@@ -54,6 +54,28 @@ TEST_F(NearestCommand, ARayGivesTheSegmentsAlongIt) {
             "query\trank\tdistance\tx\ty\tz\tcell\tsegment\tsample\texact\ttiles_read\talong");
 }
 
+TEST_F(NearestCommand, RowsDependNeitherOnOtherPointsNorOnThreads) {
+  std::string points;
+  for (int i = 0; i < 400; ++i) points += std::to_string((i * 37) % 41) + " 1 0\n";
+  test::writeBytes(folder_ / "points.txt", points);
+  const Outcome all = runFiliform({"nearest", set_, "--points", folder_ / "points.txt"});
+  ASSERT_EQ(all.exit_code, 0) << all.err;
+  for (const char* budget : {"1KiB", "1MiB"}) {
+    const Outcome same =
+        runFiliform({"nearest", set_, "--points", folder_ / "points.txt", "--threads", "3", "--budget", budget});
+    EXPECT_EQ(same.out, all.out) << budget;
+  }
+  const Outcome one = runFiliform({"nearest", set_, "5", "1", "0"});  // points[9]
+  EXPECT_NE(all.out.find("\n9" + one.out.substr(one.out.find('\n') + 2)), std::string::npos) << one.out;
+}
+
+TEST_F(NearestCommand, PointsOutsideTheRangeAreNamedByLine) {
+  test::writeBytes(folder_ / "points.txt", "1 2 3\n\n1 2 1e200\n");
+  const Outcome refused = runFiliform({"nearest", set_, "--points", folder_ / "points.txt"});
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_NE(refused.err.find("points.txt:3: coordinates must lie within 1e150 um"), std::string::npos) << refused.err;
+}
+
 TEST_F(NearestCommand, ARefusedQueryPrintsNoHeader) {
   const std::vector<std::vector<std::string>> wrong{{"--box", "5", "5", "5", "0", "0", "0"},
                                                     {"--ray", "0", "0", "0", "0", "0", "0"},

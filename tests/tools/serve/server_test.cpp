@@ -98,7 +98,7 @@ print('equal')
   EXPECT_EQ(shell("python3 " + folder_ / "client.py" + " $U"), "equal\n");
 }
 
-// Rows of the program and of the service are the same text, but for tiles_read: that depends on what is in memory.
+// Rows of the program and of the service are the same text, but for tiles_read.
 TEST_F(Server, NearestGivesTheBytesOfTheProgram) {
   start();
   const int batches = test::kSanitized ? 1 : 10, count = test::kSanitized ? 500 : 10'000;

@@ -3,11 +3,15 @@
 # Travels through a set that `filiform serve` serves, without a solver of its own: python3 travel.py URL SET [SECONDS]
 # URL is such as ws://127.0.0.1:7878/v1/session; FILIFORM_TOKEN holds the token of a server that needs one.
 # The hand circles around the proxy; a real program sends its device's position instead. Needs python3-websockets.
-import asyncio, json, math, os, struct, sys, time
+# If the connection ends, the program connects again, to the same server or another one of the set, and goes on at its
+# place. It waits 0.1 s before the first try, then twice as long each time, up to 5 s.
+import asyncio, json, math, os, random, struct, sys, time
 import websockets
 
 HAND = struct.Struct('<HHIq3dIHH3f4x')             # 64 bytes
 PROXY = struct.Struct('<HHIIBxHq3d3f3fIIfHHq')      # 96 bytes
+JUMP_WAITS, NO_PLACE, BUSY = 8, 32, -32002         # flags of PROXY; an error that a later try may not meet
+FIRST_WAIT_S, LONGEST_WAIT_S = 0.1, 5.0
 MODEL = struct.Struct('<HHIq3d3f6f4fI3d3f4fIHHB35x')  # 192 bytes, then nodes and links
 
 
@@ -36,47 +40,89 @@ async def ask(socket, method, **params):
         frame = await socket.recv()
         answer = json.loads(frame) if isinstance(frame, str) else {}
         if answer.get('id') == method:
-            if 'error' in answer:
-                sys.exit(f"{method}: {answer['error']['message']}")
-            return answer['result']
+            if 'error' not in answer:
+                return answer['result']
+            text = f"{method}: {answer['error']['message']}"
+            raise ConnectionError(text) if answer['error']['code'] == BUSY else SystemExit(text)
 
 
 async def listen(socket, seen):
     async for frame in socket:
         if not isinstance(frame, str) and frame[0] == 2:
-            seen['ack'], seen['proxies'] = PROXY.unpack(frame)[2], seen['proxies'] + 1
+            proxy = PROXY.unpack(frame)
+            seen['ack'], seen['proxies'] = proxy[2], seen['proxies'] + 1
+            if not proxy[5] & (JUMP_WAITS | NO_PLACE):
+                seen['place'] = proxy[7:10]
         elif not isinstance(frame, str) and frame[0] == 3:
             seen['model'], seen['models'] = unpack_model(frame), seen['models'] + 1
 
 
-async def travel(url, name, seconds):
+async def send_hand(socket, seen, h_D):
+    seen['seq'] += 1
+    await socket.send(HAND.pack(1, 1, seen['seq'], time.monotonic_ns(), *h_D, seen['ack'], 0, 0, 0.0, 0.0, 0.0))
+
+
+def hand_at(seconds):
+    angle = math.pi * seconds
+    return (0.01 * math.sin(angle), 0.01 * (1 - math.cos(angle)), 0.0)
+
+
+async def begin(socket, name, seen, h_D):
+    """Opens the set in its middle; after a lost connection, where the proxy was, with this place under the hand."""
+    seen['ack'] = seen['seq'] = 0
+    sets = {s['name']: s for s in (await ask(socket, 'hello', client='travel.py'))['sets']}
+    if name not in sets:
+        sys.exit(f'no set {name}; there are: ' + ', '.join(sets))
+    middle = [(a + b) / 2 for a, b in zip(sets[name]['lo_um'], sets[name]['hi_um'])]
+    opened = await ask(socket, 'open', set=name, at=seen['place'] or middle)
+    if seen['place']:
+        await send_hand(socket, seen, h_D)
+        opened = await ask(socket, 'jump', at=seen['place'])
+    await ask(socket, 'subscribe', model_Hz=20, radius_um=50)
+    seen['cell'] = opened['place']['cell']
+
+
+async def go(socket, seen, began, seconds):
+    listener = asyncio.create_task(listen(socket, seen))
+    try:
+        while (now := time.monotonic() - began) < seconds:  # 100 HANDs a second
+            await send_hand(socket, seen, hand_at(now))
+            await asyncio.sleep(0.01)
+            if seen['model']:
+                seen['most_N'] = max(seen['most_N'], math.hypot(*force(seen['model'], hand_at(now))))
+    finally:
+        listener.cancel()
+
+
+async def travel(url, name, seconds, seen=None, **options):
+    """What was seen; `reconnects` counts the lost connections that were opened again. `options`: of connect()."""
     token = os.environ.get('FILIFORM_TOKEN')
     headers = {'Authorization': 'Bearer ' + token} if token else {}
-    async with websockets.connect(url, subprotocols=['filiform.v1'], extra_headers=headers) as socket:
-        sets = {s['name']: s for s in (await ask(socket, 'hello', client='travel.py'))['sets']}
-        if name not in sets:
-            sys.exit(f'no set {name}; there are: ' + ', '.join(sets))
-        middle = [(a + b) / 2 for a, b in zip(sets[name]['lo_um'], sets[name]['hi_um'])]
-        opened = await ask(socket, 'open', set=name, at=middle)
-        await ask(socket, 'subscribe', model_Hz=20, radius_um=50)
-        seen = {'ack': 0, 'proxies': 0, 'models': 0, 'model': None}
-        listener = asyncio.create_task(listen(socket, seen))
-        strongest, begin = 0.0, time.monotonic()
-        for seq in range(1, 1 + int(seconds * 100)):  # 100 HANDs a second
-            angle = 2 * math.pi * seq / 200
-            h_D = (0.01 * math.sin(angle), 0.01 * (1 - math.cos(angle)), 0.0)
-            await socket.send(HAND.pack(1, 1, seq, time.monotonic_ns(), *h_D, seen['ack'], 0, 0, 0.0, 0.0, 0.0))
-            await asyncio.sleep(max(0.001, begin + seq / 100 - time.monotonic()))
-            if seen['model']:
-                strongest = max(strongest, math.hypot(*force(seen['model'], h_D)))
-        listener.cancel()
-        nodes = len(seen['model']['nodes']) if seen['model'] else 0
-        print(f"{opened['place']['cell']}: {seen['proxies']} PROXY, {seen['models']} LOCAL MODEL, "
-              f"{nodes} nodes, at most {strongest:.3f} N")
+    seen = {} if seen is None else seen
+    seen |= {'proxies': 0, 'models': 0, 'model': None, 'most_N': 0.0, 'place': None, 'reconnects': 0}
+    began, wait = time.monotonic(), FIRST_WAIT_S
+    while True:
+        try:
+            async with websockets.connect(url, subprotocols=['filiform.v1'], extra_headers=headers, **options) as socket:
+                again = seen['place'] is not None
+                await begin(socket, name, seen, hand_at(time.monotonic() - began))
+                seen['reconnects'] += again
+                wait = FIRST_WAIT_S
+                await go(socket, seen, began, seconds)
+                return seen
+        except (OSError, asyncio.TimeoutError, websockets.WebSocketException):
+            if seen['place'] is None or time.monotonic() - began > seconds:
+                raise  # never connected, or too late
+        seen['model'] = None  # a device lets its force fall to zero
+        await asyncio.sleep(wait * random.uniform(0.5, 1))  # clients of one server do not come back all at once
+        wait = min(2 * wait, LONGEST_WAIT_S)
 
 
 if __name__ == '__main__':
     try:
-        asyncio.run(travel(sys.argv[1], sys.argv[2], float(sys.argv[3]) if len(sys.argv) > 3 else 2.0))
-    except (OSError, websockets.WebSocketException) as error:
+        found = asyncio.run(travel(sys.argv[1], sys.argv[2], float(sys.argv[3]) if len(sys.argv) > 3 else 2.0))
+        nodes = len(found['model']['nodes']) if found['model'] else 0
+        print(f"{found['cell']}: {found['proxies']} PROXY, {found['models']} LOCAL MODEL, {nodes} nodes, "
+              f"at most {found['most_N']:.3f} N" + (f", {found['reconnects']} reconnects" if found['reconnects'] else ''))
+    except (OSError, asyncio.TimeoutError, websockets.WebSocketException) as error:
         sys.exit(f'{sys.argv[1]}: {error}')
