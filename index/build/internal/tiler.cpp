@@ -468,15 +468,15 @@ void Tiler::details(std::span<const TileId> tile_of, const std::function<void(By
 
 LevelOptions Tiler::optionsForLevels() {
   Impl& t = *impl_;
-  constexpr std::uint64_t kParts = 16, kPartsForDetails = 1, kPartsForLevels = 13;  // 2 are for neurites
-  t.intake.limitDetails(t.options.memory / kParts * kPartsForDetails);
+  constexpr std::uint64_t kShares = 16, kForDetails = 1, kForLevels = 13;  // of 16; 2 are for neurites
+  t.intake.limitDetails(t.options.memory / kShares * kForDetails);
   returnFreedMemory();
-  const std::uint64_t most = t.options.memory / kParts * kPartsForLevels,
+  const std::uint64_t most = t.options.memory / kShares * kForLevels,
                       held = t.options.beside + t.intake.bytes() + leaves().size() * kBytesOfLeaf;
   LevelOptions options;
   options.threads = t.options.threads;
   options.memory = most - std::min(most, held);
-  options.memoryFor = [held](std::uint64_t bytes) { return (bytes + held) / kPartsForLevels * kParts + kParts; };
+  options.memoryFor = [held](std::uint64_t bytes) { return (bytes + held) / kForLevels * kShares + kShares; };
   return options;
 }
 
