@@ -59,7 +59,7 @@ export async function travel(browser, address, prepare, viewport = {width: 640, 
   const page = await openPage(browser);
   await page.setViewport(viewport);
   await prepare?.(page);
-  await page.goto(`${address}/travel/${name}`);
+  await page.goto(`${address}/travel/${name}?segments=20000`);  // for a software renderer
   await opened(page);
   await waitFor('a complete picture and the name of the cell', async () => {
     const now = await state(page);

@@ -84,6 +84,8 @@ EMSCRIPTEN_KEEPALIVE void filiform_say(const char* text) {
   if (application) application->say(text);
 }
 
+EMSCRIPTEN_KEEPALIVE void filiform_scroll(double notches) { filiform::web::scroll(notches); }
+
 EMSCRIPTEN_KEEPALIVE void filiform_hide(int hidden) { filiform::web::setHidden(hidden != 0); }
 }
 

@@ -1,16 +1,16 @@
 // Fingers and pens act as a mouse.
 //
 //   one finger    the left button; near the proxy, or after a long press, the right button, which pulls
-//   two fingers   the middle button, which moves the view; their distance is the wheel
+//   two fingers   the middle button, which moves the view; spreading them zooms in, as the wheel does
 //   a pen         its own buttons
 'use strict';
 
 const kNearProxy_px = 32, kStill_px = 10, kLongPress_ms = 500;  // pixels of CSS
-const kNotch = 1.2;  // of distance, for a notch of the wheel
+const kNotch = 1.2;  // the zoom of a notch of the wheel
 const kLeft = 0, kMiddle = 1, kRight = 2;
 
-// `proxyAt()` returns where the proxy is drawn, [x, y] in pixels of CSS, or null.
-function listenToFingers(canvas, proxyAt) {
+// `proxyAt()` returns where the proxy is drawn, [x, y] in pixels of CSS, or null. `scroll(notches)` turns the wheel.
+function listenToFingers(canvas, proxyAt, scroll) {
   const fingers = new Map();  // pointerId to {x, y}, in the order in which they came
   let pressed = null;         // the button that is down, or will be after the next frames
   let begun = null;           // {x, y} of the finger that pressed
@@ -74,11 +74,8 @@ function listenToFingers(canvas, proxyAt) {
     if (fingers.size === 2) {
       const both = [...fingers.values()];
       later('mousemove', middle(both));
-      for (const [notch, deltaY] of [[kNotch, -100], [1 / kNotch, 100]])
-        while (notch > 1 ? between(both) >= distance * notch : between(both) <= distance * notch) {
-          distance *= notch;
-          canvas.dispatchEvent(new WheelEvent('wheel', {deltaY, cancelable: true}));
-        }
+      scroll(Math.log(between(both) / distance) / Math.log(kNotch));
+      distance = between(both);
       return;
     }
     if (begun !== null && Math.hypot(at.x - begun.x, at.y - begun.y) > kStill_px) clearTimeout(timer);

@@ -6,6 +6,7 @@ const note = document.getElementById('note');
 const canvas = document.getElementById('canvas');
 const kFolder = '/travel/page/';
 const kEvery_ms = 500;
+const kNotch_units = [100, 3, 1];  // a notch of the wheel in pixels, lines, pages
 
 function tell(text) { note.textContent = text; }
 
@@ -71,6 +72,10 @@ function look() {
   if ('#' + place !== location.hash) history.replaceState(null, '', location.pathname + location.search + '#' + place);
 }
 
+function scroll(notches) {
+  if (Module.calledRun) Module._filiform_scroll(notches);
+}
+
 function proxyAt() {
   const state = Module.calledRun ? readState() : null;
   if (!state?.proxy_px || state.overview) return null;
@@ -118,7 +123,14 @@ if (missing) {
   canvas.getContext = (kind, options) =>
     getContext(kind, {...options, alpha: false, antialias: false, preserveDrawingBuffer: true});
   window.addEventListener('keydown', (event) => { Module.lastKey = event.key; }, true);
-  listenToFingers(canvas, proxyAt);
+  listenToFingers(canvas, proxyAt, scroll);
+  // Before the program's own handlers, which give pixels for notches.
+  for (const kind of ['wheel', 'mousewheel'])
+    canvas.addEventListener(kind, (event) => {
+      event.preventDefault();
+      event.stopImmediatePropagation();
+      if (kind === 'wheel') scroll(-event.deltaY / kNotch_units[event.deltaMode]);
+    }, {capture: true, passive: false});
   canvas.addEventListener('contextmenu', (event) => event.preventDefault());
   window.addEventListener('resize', () => {
     if (Module.calledRun) Module._filiform_resize(...pixels());
