@@ -17,7 +17,7 @@ async function slowWire(address) {
     createInterface({input: child.stdout}).once('line', done);
     child.once('exit', () => fail(new Error('slow_wire ended')));
   });
-  return `http://127.0.0.1:${port}`;
+  return `http://127.0.0.1:${/\d+/.exec(port)[0]}`;
 }
 
 // In the page: when the program first drew segments and first had a proxy, s after the link was opened; calls of OpenGL.

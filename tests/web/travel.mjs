@@ -20,7 +20,7 @@ async function main() {
     bytes += Number(response.headers()['content-length'] ?? 0);
   });
   const begun = Date.now();
-  const program = page.waitForResponse((response) => response.url().endsWith('filiform.wasm'), {timeout: 60000});
+  const program = page.waitForResponse((response) => response.url().includes('/filiform.wasm'), {timeout: 60000});
   const answer = await page.goto(`${address}/travel/${name}`);
   assert.equal(answer.headers()['cross-origin-embedder-policy'], 'require-corp');
   assert.equal((await program).headers()['content-encoding'], 'gzip');

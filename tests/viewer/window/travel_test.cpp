@@ -83,8 +83,8 @@ class Travels : public testing::Test {
       return std::make_unique<PluggedDevice>(plug_);
     };
     Travel::Callbacks callbacks{[] {}, [](const std::string&) {},
-                                [this](const std::string& device) {
-                                  EXPECT_EQ(device, "plugged");
+                                [this](const std::string& asked) {
+                                  EXPECT_EQ(asked, "plugged");
                                   ++plug_.asked;
                                   return plug_.in.load();
                                 },

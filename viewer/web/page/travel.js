@@ -4,7 +4,8 @@
 
 const note = document.getElementById('note');
 const canvas = document.getElementById('canvas');
-const kFolder = '/travel/page/';
+// The address of a file of the page, under which the browser keeps the file.
+const pageFile = (name) => `/travel/page/${name}?v=${document.body.dataset.version}`;
 const kEvery_ms = 500;
 const kNotch_units = [100, 3, 1];  // a notch of the wheel in pixels, lines, pages
 
@@ -86,8 +87,8 @@ const asked = wanted();
 var Module = {
   canvas,
   arguments: [asked.set, asked.place, asked.zoom, asked.budget, asked.segments, ...pixels().map(String)],
-  locateFile: (name) => kFolder + name,
-  mainScriptUrlOrBlob: kFolder + 'filiform.js',
+  locateFile: pageFile,
+  mainScriptUrlOrBlob: pageFile('filiform.js'),
   preRun: [() => {
     ENV.XDG_CONFIG_HOME = '/config';
     restoreFiles(say);
@@ -143,7 +144,7 @@ if (missing) {
   });
   setInterval(() => { if (Module.calledRun) look(); }, kEvery_ms);
   const program = document.createElement('script');
-  program.src = kFolder + 'filiform.js';
+  program.src = pageFile('filiform.js');
   program.onerror = () => tell('The program of this page cannot be loaded. Is the server still running?');
   document.body.append(program);
 }
