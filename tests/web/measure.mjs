@@ -35,10 +35,11 @@ function watch() {
     requestAnimationFrame(frame);
     window.seen.calls.push(window.seen.call);
     window.seen.call = 0;
-    if (window.seen.proxy_s || typeof Module === 'undefined' || !Module.calledRun) return;
+    if ((window.seen.proxy_s && window.seen.picture_s) || typeof Module === 'undefined' || !Module.calledRun) return;
     const now = readState();
     if (now?.open && now.segments > 0) window.seen.picture_s ??= performance.now() / 1000;
-    if (now?.open && now.tick > 0 && now.mode === 'constrained' && now.proxy_px) window.seen.proxy_s = performance.now() / 1000;
+    if (now?.open && now.tick > 0 && now.mode === 'constrained' && now.proxy_px)
+      window.seen.proxy_s ??= performance.now() / 1000;
     window.seen.program_s ??= performance.now() / 1000;
   };
   requestAnimationFrame(frame);
@@ -60,7 +61,7 @@ await run(async () => {
   });
   begun = Date.now();
   await page.goto(`${address}/travel/${name}?segments=${kSegments}`);
-  await waitFor('a proxy', () => page.evaluate(() => window.seen.proxy_s), 60);
+  await waitFor('a picture and a proxy', () => page.evaluate(() => window.seen.proxy_s && window.seen.picture_s), 60);
   const before = {set_bytes, page_bytes};
   const {program_s, picture_s, proxy_s} = await page.evaluate(() => window.seen);
   await waitFor('a complete picture', async () => (await state(page)).complete, 60);

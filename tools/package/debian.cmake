@@ -58,7 +58,7 @@ set(CPACK_DEBIAN_DEVELOPMENT_DESCRIPTION "tile sets of neurons, development file
 This package holds the C header, the C++ headers and libraries,\nand examples.")
 set(CPACK_DEBIAN_PYTHON_DESCRIPTION "tile sets of neurons, Python module\n${about}\n\nThis package holds the module filiform for Python 3.")
 set(CPACK_DEBIAN_WEB_DESCRIPTION "navigation through neuronal columns in a browser\n${about}\n
-This package holds the page that \"filiform serve\" shows at /travel/.")
+This package holds the page that filiform serve shows at /travel/.")
 
 set(software_renderer "libegl1, libgl1-mesa-dri")  # opened at run time, for pictures
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS "${software_renderer}")

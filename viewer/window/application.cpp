@@ -384,7 +384,7 @@ class Application::Impl {
     const bool lost = scene_->hasLostNetwork();  // its line then says enough
     for (const auto* failures : {&figures.failed, &scene_->tiles().failures})
       for (const std::string& failure : *failures)
-        if (!lost && told_failures_.insert(failure).second) say(failure);
+        if (told_failures_.insert(failure).second && !lost) say(failure);
     busy_ = screenshots_.isDrawing() || figures.redrawn || figures.pending > 0 || input_.isDragging() ||
             scene_->viewpoint().isGliding();
     renderer_.present(size_);
