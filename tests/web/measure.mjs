@@ -60,7 +60,7 @@ await run(async () => {
     requests.push(`${((Date.now() - begun) / 1000).toFixed(2)} s ${path.split('/').slice(-3).join('/')} ${bytes}`);
   });
   begun = Date.now();
-  await page.goto(`${address}/travel/${name}?segments=${kSegments}`);
+  await page.goto(`${address}/travel/${name}?segments=${kSegments}`, {waitUntil: 'domcontentloaded', timeout: 60000});
   await waitFor('a picture and a proxy', () => page.evaluate(() => window.seen.proxy_s && window.seen.picture_s), 60);
   const before = {set_bytes, page_bytes};
   const {program_s, picture_s, proxy_s} = await page.evaluate(() => window.seen);
@@ -83,7 +83,7 @@ await run(async () => {
   const round = (value, digits = 2) => Number(value.toFixed(digits));
   const figures = {
     program_s: round(program_s), picture_s: round(picture_s), proxy_s: round(proxy_s),
-    set_MB: round(before.set_bytes / 1e6), page_KB: round(before.page_bytes / 1e3, 0), ticks_s: round(rate, 0),
+    set_MB: round(before.set_bytes / 1e6), loaded_KB: round(before.page_bytes / 1e3, 0), ticks_s: round(rate, 0),
     late_ticks: last.missed_deadlines, compute_p99_us: last.compute_p99_us, frame_ms: round(last.frame_ms, 1),
     segments: last.segments, calls_most: calls.at(-1), calls_median: calls[calls.length >> 1], frontiers: last.frontiers,
     problems: page.problems, requests,
