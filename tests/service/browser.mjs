@@ -14,6 +14,8 @@ export async function endAll() {
   while (endings.length > 0) await endings.pop()();
 }
 
+export function atEnd(ending) { endings.push(ending); }
+
 export async function openBrowser(packages, chromium) {
   const require = createRequire(join(packages, 'package.json'));
   const puppeteer = require('puppeteer-core');
@@ -78,21 +80,25 @@ export async function serveFolder(folder, origin) {
   return `http://127.0.0.1:${server.address().port}`;
 }
 
-// `filiform serve` at a free port. Returns its address.
-export async function serveSets(filiform, args) {
-  const child = spawn(filiform, ['serve', ...args, '--listen', '127.0.0.1:0'], {stdio: ['ignore', 'pipe', 'ignore']});
-  endings.push(() => new Promise((done) => {
-    if (child.exitCode !== null) return done();
+// `filiform serve` at `listen`, of which port 0 is a free one. `end(signal)` returns when the process has ended.
+export async function startServer(filiform, args, listen = '127.0.0.1:0') {
+  const child = spawn(filiform, ['serve', ...args, '--listen', listen], {stdio: ['ignore', 'pipe', 'ignore']});
+  const end = (signal) => new Promise((done) => {
+    if (child.exitCode !== null || child.signalCode !== null) return done();
     child.once('exit', done);
-    child.kill('SIGTERM');
-  }));
+    child.kill(signal);
+  });
+  endings.push(() => end('SIGTERM'));
   const address = await new Promise((done, fail) => {
     createInterface({input: child.stdout}).once('line', done);
     child.once('exit', (code) => fail(new Error(`filiform serve ended with code ${code}`)));
   });
   assert.match(address, /^http:\/\/127\.0\.0\.1:\d+$/);
-  return address;
+  return {address, child, end};
 }
+
+// Returns the address of `filiform serve` at a free port.
+export async function serveSets(filiform, args) { return (await startServer(filiform, args)).address; }
 
 export async function waitFor(what, check, seconds = 150) {
   const until = Date.now() + seconds * 1000;

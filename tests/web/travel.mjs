@@ -3,59 +3,10 @@
 // PACKAGES: where tools/setup --web put the npm packages. OUT: a folder for screenshots. FILIFORM_WEB: the page's files.
 import assert from 'node:assert/strict';
 import {writeFileSync} from 'node:fs';
-import {basename, join} from 'node:path';
+import {join} from 'node:path';
 
-import {endAll, openBrowser, openPage, serveSets, waitFor} from '../service/browser.mjs';
-
-const [packages, chromium, filiform, set, out] = process.argv.slice(2);
-const name = basename(set, '.fil');
-
-const state = (page) => page.evaluate(() => window.filiformState ?? null);
-const distance = (a, b) => Math.hypot(...a.map((x, i) => x - b[i]));
-const sleep = (ms) => new Promise((done) => setTimeout(done, ms));
-
-// Parts of a picture's pixels: `scene` are bright and colourful, as drawn neurites are.
-async function coverage(browser, picture) {
-  const page = await browser.newPage();
-  try {
-    return await page.evaluate(async (base64) => {
-      const bytes = Uint8Array.from(atob(base64), (c) => c.charCodeAt(0));
-      const image = await createImageBitmap(new Blob([bytes], {type: 'image/png'}));
-      const canvas = new OffscreenCanvas(image.width, image.height);
-      const context = canvas.getContext('2d');
-      context.drawImage(image, 0, 0);
-      const {data} = context.getImageData(0, 0, image.width, image.height);
-      let scene = 0;
-      for (let i = 0; i < data.length; i += 4) {
-        const most = Math.max(data[i], data[i + 1], data[i + 2]), least = Math.min(data[i], data[i + 1], data[i + 2]);
-        if (most > 60 && most - least > 25) ++scene;
-      }
-      return scene / (image.width * image.height);
-    }, Buffer.from(picture).toString('base64'));
-  } finally {
-    await page.close();
-  }
-}
-
-async function shoot(browser, page, file) {
-  const picture = await page.screenshot({path: join(out, file)});
-  return coverage(browser, picture);
-}
-
-async function opened(page) {
-  let last = null;
-  try {
-    await waitFor('the first picture', async () => {
-      last = await state(page);
-      return last?.open && last.segments > 0 && last.tick > 0;
-    }, 60);
-  } catch (error) {
-    const note = await page.evaluate(() => document.getElementById('note')?.textContent);
-    error.message += `; page: ${note}; ${page.problems.join('; ')}; state ${JSON.stringify(last)}`;
-    throw error;
-  }
-  return last;
-}
+import {openBrowser, openPage, serveSets, waitFor} from '../service/browser.mjs';
+import {chromium, distance, filiform, name, opened, out, packages, run, set, shoot, sleep, state} from './travelling.mjs';
 
 async function main() {
   const address = await serveSets(filiform, [set]);
@@ -69,7 +20,7 @@ async function main() {
     bytes += Number(response.headers()['content-length'] ?? 0);
   });
   const begun = Date.now();
-  const program = page.waitForResponse((response) => response.url().endsWith('filiform.wasm'), {timeout: 60000});
+  const program = page.waitForResponse((response) => response.url().includes('/filiform.wasm'), {timeout: 60000});
   const answer = await page.goto(`${address}/travel/${name}`);
   assert.equal(answer.headers()['cross-origin-embedder-policy'], 'require-corp');
   assert.equal((await program).headers()['content-encoding'], 'gzip');
@@ -135,13 +86,9 @@ async function main() {
   assert.deepEqual(page.problems, []);
   assert.deepEqual(again.problems, []);
   writeFileSync(join(out, 'state.json'), JSON.stringify(last, null, 1));
-  console.log(`first picture ${opened_s.toFixed(1)} s, ${requests} requests, ${(bytes / 1e6).toFixed(2)} MB; ` +
-              `${(100 * scene).toFixed(1)} % of the screenshot is scene; pulled ${moved.toFixed(1)} um; ` +
-              `${rate.toFixed(0)} ticks/s; frame ${last.frame_ms.toFixed(0)} ms`);
+  return `first picture ${opened_s.toFixed(1)} s, ${requests} requests, ${(bytes / 1e6).toFixed(2)} MB; ` +
+         `${(100 * scene).toFixed(1)} % of the screenshot is scene; pulled ${moved.toFixed(1)} um; ` +
+         `${rate.toFixed(0)} ticks/s; frame ${last.frame_ms.toFixed(0)} ms`;
 }
 
-try {
-  await main();
-} finally {
-  await endAll();
-}
+await run(main);

@@ -29,6 +29,16 @@ std::optional<std::string> contentOf(const std::string& path) {
   return std::string(std::istreambuf_iterator<char>(in), {});
 }
 
+// Changes with every file of the page.
+std::string versionOf(const std::string& folder) {
+  std::string all;
+  for (const char* const name : {"travel.css", "travel.js", "filiform.js", "filiform.worker.js", "filiform.wasm"})
+    all += contentOf(folder + "/" + name + ".gz").value_or("");
+  char version[24];
+  std::snprintf(version, sizeof version, "%016llx", static_cast<unsigned long long>(std::hash<std::string>()(all)));
+  return version;
+}
+
 const char* typeOf(std::string_view name) {
   if (name.ends_with(".wasm")) return "application/wasm";
   return name.ends_with(".css") ? "text/css; charset=utf-8" : "text/javascript; charset=utf-8";
@@ -49,11 +59,18 @@ Answer travelAnswer(const Call& call) {
         "</head><body><p>This page is not built: run <code>tools/setup --web</code>, <code>cmake --preset web</code> "
         "and <code>cmake --build --preset web</code>, then start the server again.</body></html>\n";
   } else {
-    html += "<link rel=\"stylesheet\" href=\"/travel/page/travel.css\"></head><body data-set=\"/v1/sets/" +
-            urlPart(call.served->name()) +
+    const std::string version = versionOf(call.service.web_folder);
+    const auto file = [&](const std::string& before, const char* which, const char* after) {
+      html += before + "/travel/page/" + which + "?v=" + version + after;
+    };
+    file("<link rel=\"stylesheet\" href=\"", "travel.css", "\">");
+    // The browser asks for these at once, and not when the script before has run.
+    file("<link rel=\"preload\" as=\"fetch\" crossorigin href=\"", "filiform.wasm", "\">");
+    file("<link rel=\"preload\" as=\"script\" href=\"", "filiform.js", "\">");
+    html += "</head><body data-set=\"/v1/sets/" + urlPart(call.served->name()) + "\" data-version=\"" + version +
             "\"><canvas id=\"canvas\" tabindex=\"0\"></canvas>\n<p id=\"note\">loading</p>\n"
-            "<noscript><p>This page needs JavaScript.</noscript>\n"
-            "<script src=\"/travel/page/travel.js\"></script></body></html>\n";
+            "<noscript><p>This page needs JavaScript.</noscript>\n";
+    file("<script src=\"", "travel.js", "\"></script></body></html>\n");
   }
   answer.body = std::move(html);
   answer.headers.emplace_back("Content-Security-Policy", kTravelPolicy);
@@ -72,7 +89,10 @@ Answer travelFileAnswer(const Call& call) {
   char tag[24];
   std::snprintf(tag, sizeof tag, "\"%016llx\"", static_cast<unsigned long long>(std::hash<std::string>()(*content)));
   Answer answer{.type = typeOf(name), .body = std::move(*content)};
-  answer.headers = {{"Cache-Control", "no-cache"}, {"ETag", tag}, {"Vary", "Accept-Encoding"}};
+  const bool is_lasting = call.request.parameter("v").has_value();
+  answer.headers = {{"Cache-Control", is_lasting ? "max-age=31536000, immutable" : "no-cache"},
+                    {"ETag", tag},
+                    {"Vary", "Accept-Encoding"}};
   isolate(answer);
   if (call.request.header("if-none-match") == tag) {
     answer.status = 304;

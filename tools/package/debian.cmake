@@ -37,8 +37,15 @@ set(lab filiform-lab)
 set(library libfiliform0)
 set(development libfiliform-dev)
 set(python python3-filiform)
+set(web filiform-web)
 if(TARGET filiform_python_core)
   list(APPEND CPACK_COMPONENTS_ALL python)
+endif()
+# The preset `web` builds the page, for every architecture.
+set(page "${PROJECT_SOURCE_DIR}/build/web/page")
+if(EXISTS "${page}/filiform.wasm.gz")
+  list(APPEND CPACK_COMPONENTS_ALL web)
+  install(DIRECTORY "${page}/" DESTINATION "${CMAKE_INSTALL_DATADIR}/filiform/web" COMPONENT web)
 endif()
 
 set(about "filiform lets a person travel through whole neuronal columns by hand.
@@ -50,12 +57,17 @@ set(CPACK_DEBIAN_LIBRARY_DESCRIPTION "tile sets of neurons, C library\n${about}\
 set(CPACK_DEBIAN_DEVELOPMENT_DESCRIPTION "tile sets of neurons, development files\n${about}\n
 This package holds the C header, the C++ headers and libraries,\nand examples.")
 set(CPACK_DEBIAN_PYTHON_DESCRIPTION "tile sets of neurons, Python module\n${about}\n\nThis package holds the module filiform for Python 3.")
+set(CPACK_DEBIAN_WEB_DESCRIPTION "navigation through neuronal columns in a browser\n${about}\n
+This package holds the page that filiform serve shows at /travel/.")
 
 set(software_renderer "libegl1, libgl1-mesa-dri")  # opened at run time, for pictures
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS "${software_renderer}")
 set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS "${software_renderer}")
-set(CPACK_DEBIAN_PROGRAM_PACKAGE_SUGGESTS "filiform-lab, ffmpeg")
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_SUGGESTS "filiform-lab, filiform-web, ffmpeg")
 set(CPACK_DEBIAN_LAB_PACKAGE_DEPENDS "filiform (= ${PROJECT_VERSION})")
+set(CPACK_DEBIAN_WEB_PACKAGE_ARCHITECTURE all)
+set(CPACK_DEBIAN_WEB_PACKAGE_SHLIBDEPS OFF)
+set(CPACK_DEBIAN_WEB_PACKAGE_ENHANCES filiform)
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_SECTION libs)
 set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_CONTROL_EXTRA "${data}/triggers")

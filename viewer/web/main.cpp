@@ -1,6 +1,7 @@
 // The program of the page: the window of `filiform view`, for one set at an address.
 //
 //   main SET PLACE ZOOM_UM BUDGET_MIB SEGMENTS WIDTH HEIGHT     each may be empty, except SET and the size
+#include "device/usb/usb_transport.h"
 #include "index/errors.h"
 #include "index/set/levels.h"
 #include "index/set/tile_set.h"
@@ -36,6 +37,7 @@ OpenedScene openSet(const std::vector<std::string>& paths) {
   remote.directory_block_bytes = 64 << 10;  // lines to browsers are slower than those between machines of a cluster
   auto set = TileSet::open(address, remote);
   scene.open_levels = [&set = *set] { return Levels::open(set); };
+  scene.network = [&set = *set] { return set.remoteCounters().value_or(RemoteCounters{}); };
   scene.store = std::move(set);
   return scene;
 }
@@ -73,6 +75,17 @@ EMSCRIPTEN_KEEPALIVE void filiform_resize(int width, int height) {
   if (GLFWwindow* const window = glfwGetCurrentContext(); window != nullptr) glfwSetWindowSize(window, width, height);
 }
 
+// Writes what the page is to keep to files.
+EMSCRIPTEN_KEEPALIVE void filiform_keep() {
+  if (application) application->keep();
+}
+
+EMSCRIPTEN_KEEPALIVE void filiform_say(const char* text) {
+  if (application) application->say(text);
+}
+
+EMSCRIPTEN_KEEPALIVE void filiform_scroll(double notches) { filiform::web::scroll(notches); }
+
 EMSCRIPTEN_KEEPALIVE void filiform_hide(int hidden) { filiform::web::setHidden(hidden != 0); }
 }
 
@@ -91,6 +104,8 @@ int main(int count, char** words) {
     options.state = "/state.json";
     options.open = openSet;
     options.write = download;
+    options.plugged_in = [](const std::string&) { return !systemUsb().devices().empty(); };
+    options.awaited_device = "spacemouse";
     application = std::make_unique<Application>(options);
   } catch (const std::exception& error) {
     tellFailure(error.what());

@@ -49,6 +49,12 @@ const GLFWvidmode* videoMode(GLFWmonitor*) {
   return &kMode;
 }
 void setContentScaleCallback(GLFWwindow*, void (*)(GLFWwindow*, float, float)) {}
+void (*scrolled)(GLFWwindow*, double, double) = nullptr;
+void setScrollCallback(GLFWwindow*, void (*called)(GLFWwindow*, double, double)) { scrolled = called; }
+void scroll(double notches) {
+  if (GLFWwindow* const window = glfwGetCurrentContext(); window != nullptr && scrolled != nullptr)
+    scrolled(window, 0, notches);
+}
 void waitEventsTimeout(double) { glfwPollEvents(); }
 
 #undef glGetString

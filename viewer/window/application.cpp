@@ -5,6 +5,7 @@
 #include "viewer/scene/pointer.h"
 #include "viewer/window/internal/closing.h"
 #include "viewer/window/internal/hand_input.h"
+#include "viewer/window/internal/kept_settings.h"
 #include "viewer/window/internal/messages.h"
 #include "viewer/window/internal/open_scene.h"
 #include "viewer/window/internal/opening.h"
@@ -36,6 +37,7 @@ using internal::changeSetting;
 using internal::Closing;
 using internal::format;
 using internal::HandInput;
+using internal::KeptSettings;
 using internal::kSeparationStep;
 using internal::Messages;
 using internal::Opened;
@@ -56,7 +58,7 @@ class Application::Impl {
  public:
   explicit Impl(const ApplicationOptions& options)
       : options_(options),
-        settings_(loadSettings()),
+        kept_(options.reset, messages_),
         window_("filiform", options.size.value_or(PictureSize{settings_.width, settings_.height}),
                 settings_.interface_scale),
         renderer_(window_.context()),
@@ -95,22 +97,17 @@ class Application::Impl {
     end();
   }
 
- private:
-  Settings loadSettings() {
-    std::string warning;
-    Settings settings;
+  void keep() {
     try {
-      settings_path_ = Settings::path();
-      if (!options_.reset) settings = Settings::load(settings_path_, warning);
-    } catch (const Error& error) {
-      warning = error.what();
+      kept_.save();
+    } catch (const std::exception& error) {
+      messages_.sayOnce(error.what());
     }
-    if (!warning.empty()) say(warning);
-    return settings;
   }
 
   void say(const std::string& text) { messages_.say(text); }
 
+ private:
   // ---- scenes
 
   void open(const std::vector<std::string>& paths) {
@@ -140,7 +137,7 @@ class Application::Impl {
 
   void enter(Opened opened) {
     const Travel::Callbacks callbacks{[this] { jumping(); }, [this](const std::string& why) { search_.error = why; },
-                                      options_.plugged_in};
+                                      options_.plugged_in, options_.awaited_device};
     scene_ = std::make_unique<OpenScene>(std::move(opened), messages_, callbacks);
     input_.drag(Action::none);
     tooltip_.reset();
@@ -173,7 +170,7 @@ class Application::Impl {
     settings_.width = static_cast<int>(size.width / window_.scale() * settings_.interface_scale);
     settings_.height = static_cast<int>(size.height / window_.scale() * settings_.interface_scale);
     try {
-      if (!settings_path_.empty()) settings_.save(settings_path_);
+      kept_.save();
     } catch (const std::exception& error) {
       failure = error.what();
     }
@@ -384,9 +381,10 @@ class Application::Impl {
       messages_.sayOnce(error.what());
     }
     const SceneFigures& figures = scene_->figures();
+    const bool lost = scene_->hasLostNetwork();  // its line then says enough
     for (const auto* failures : {&figures.failed, &scene_->tiles().failures})
       for (const std::string& failure : *failures)
-        if (told_failures_.insert(failure).second) say(failure);
+        if (told_failures_.insert(failure).second && !lost) say(failure);
     busy_ = screenshots_.isDrawing() || figures.redrawn || figures.pending > 0 || input_.isDragging() ||
             scene_->viewpoint().isGliding();
     renderer_.present(size_);
@@ -545,8 +543,8 @@ class Application::Impl {
 
   const ApplicationOptions& options_;
   Messages messages_;  // before the members that send messages while they are made
-  std::string settings_path_;
-  Settings settings_;
+  KeptSettings kept_;
+  Settings& settings_ = kept_.now;
   Window window_;
   Renderer renderer_;
   std::string renderer_name_ = window_.context().description();
@@ -584,6 +582,8 @@ Application::Application(const ApplicationOptions& options) : impl_(std::make_un
 Application::~Application() = default;
 bool Application::step() { return impl_->step(); }
 void Application::finish() { impl_->finish(); }
+void Application::keep() { impl_->keep(); }
+void Application::say(const std::string& text) { impl_->say(text); }
 
 void runApplication(const ApplicationOptions& options) {
   Application application(options);

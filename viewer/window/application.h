@@ -2,6 +2,7 @@
 // panels and places. Thread rule: the main thread.
 #pragma once
 
+#include "index/http/remote_options.h"
 #include "index/set/levels.h"
 #include "index/set/tile_store.h"
 #include "solver/travel/session.h"
@@ -21,6 +22,7 @@ struct OpenedScene {
   std::unique_ptr<TileStore> store;
   std::function<std::unique_ptr<Levels>()> open_levels;  // of the store, on another thread; empty: it has none
   std::unique_ptr<Levels> levels;                        // what it returned
+  std::function<RemoteCounters()> network;               // of a scene at an address; empty: it has none
   bool in_memory = false;
   std::string name;  // for the user
 };
@@ -33,6 +35,7 @@ struct ApplicationOptions {
   // Returns whether a lost device, by the value of --device, could be opened now; runs on another thread. Empty: lost
   // devices are not looked for.
   std::function<bool(const std::string&)> plugged_in;
+  std::string awaited_device;  // replaces the mouse as soon as `plugged_in` returns true for it; empty: none
   // Runs before the program waits for its threads. A read that hangs can delay them without end.
   std::function<void()> ending = [] {};
   SessionOptions session;
@@ -59,6 +62,11 @@ class Application {
   bool step();
   // Ends scene and devices, and saves the settings. Throws DeviceError. Call it once, after the last step().
   void finish();
+
+  // Saves the settings if they have changed, for a host that may end without finish(). A failure becomes a message.
+  void keep();
+  // Shows a message in the window, one line.
+  void say(const std::string& text);
 
  private:
   class Impl;

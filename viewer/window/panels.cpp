@@ -26,6 +26,7 @@ using internal::kDim;
 using internal::kGold;
 using internal::kInk;
 using internal::kPanelAlpha;
+using internal::kRed;
 using internal::kStill;
 using internal::lengthText;
 using internal::showFitted;
@@ -64,6 +65,7 @@ void drawStatus(const PanelData& d, bool beside_force) {
   row("drawn", drawn);
   row("left out", d.left_out > 0 ? countText(d.left_out) + " segments" : std::string());
   row("loading", d.pending > 0 ? countText(d.pending) + (d.pending == 1 ? " tile" : " tiles") : std::string());
+  row("missing", d.unreadable > 0 ? countText(d.unreadable) + (d.unreadable == 1 ? " tile" : " tiles") : std::string());
   row("stereo", d.stereo);
   if (d.frozen) ImGui::TextColored({0.92F, 0.78F, 0.35F, 1}, "levels of detail are frozen (l)");
   ImGui::End();
@@ -88,11 +90,12 @@ void drawLine(ImDrawList& list, const Lines& room, double scale, ImU32 colour, c
 }
 
 void drawMessages(const PictureSize& size, double scale, const Lines& room, const std::vector<std::string>& messages,
-                  const std::string& hint) {
+                  const std::string& network, const std::string& hint) {
   // Over the picture, and below the panels.
   ImDrawList& list = *ImGui::GetBackgroundDrawList();
   double bottom = size.height - 8 * scale;
   if (!hint.empty()) drawLine(list, room, scale, kDim, hint, bottom);
+  if (!network.empty()) drawLine(list, room, scale, kRed, network, bottom);
   for (std::size_t i = messages.size(); i-- > 0;) drawLine(list, room, scale, kGold, messages[i], bottom);
 }
 
@@ -342,14 +345,14 @@ PanelRequests drawPanels(const PanelData& d, const TilePanel& tiles, OpenPanels&
   // Centred in the window, if minimap and scale bar leave enough room.
   room.left = std::max(room.left, d.size.width - room.right) + 20 * d.scale;
   if (room.right - room.left < 240 * d.scale) room = {20 * d.scale, d.size.width - 20 * d.scale};
-  drawMessages(d.size, d.scale, room, d.messages, open.help ? std::string() : d.hint);
+  drawMessages(d.size, d.scale, room, d.messages, d.network, open.help ? std::string() : d.hint);
   drawTooltip(d);
   return requests;
 }
 
 void drawOpening(const PictureSize& size, double scale, const std::string& what, double since_s,
                  const std::vector<std::string>& messages) {
-  drawMessages(size, scale, {20 * scale, size.width - 20 * scale}, messages, {});
+  drawMessages(size, scale, {20 * scale, size.width - 20 * scale}, messages, {}, {});
   ImGui::SetNextWindowPos(vec(size.width / 2.0, size.height / 2.0), ImGuiCond_Always, vec(0.5, 0.5));
   ImGui::Begin("opening", nullptr, kStill);
   showFitted(what, size.width - 40 * scale, scale);

@@ -49,6 +49,8 @@ struct PanelData {
   std::uint64_t segments = 0, left_out = 0, pending = 0;
   double error_px = 0;
   bool frozen = false, overview = false, complete = false;
+  std::string network;                           // one line about a slow or lost network; empty: none
+  std::uint64_t unreadable = 0;                  // tiles whose last read failed
   const std::vector<float>* forces_N = nullptr;  // oldest first, 1 kHz
   double most_force_N = 8;
 

@@ -28,6 +28,8 @@ struct Settings {
   static Settings load(const std::string& path, std::string& warning);
   // Replaces the file atomically, and makes its folder if needed. Throws IoError.
   void save(const std::string& path) const;
+
+  friend bool operator==(const Settings&, const Settings&) = default;
 };
 
 }  // namespace filiform

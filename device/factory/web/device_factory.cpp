@@ -1,13 +1,16 @@
-// The devices of a browser: simulated hands, recordings, none. Stands in for device_factory.cpp in the preset `web`.
+// The devices of a browser: simulated hands, recordings, none, and a 3D mouse by WebHID. Stands in for
+// device_factory.cpp in the preset `web`.
 #include "device/factory/device_factory.h"
 
 #include "device/recording/replay.h"
 #include "device/simulated/null_device.h"
 #include "device/simulated/simulated_hand.h"
+#include "device/spacemouse/spacemouse.h"
+#include "device/usb/usb_transport.h"
 
 namespace filiform {
 
-const char* deviceChoices() { return "sim:loose|medium|firm, replay:FILE, null"; }
+const char* deviceChoices() { return "sim:loose|medium|firm, replay:FILE, null, spacemouse"; }
 
 std::unique_ptr<HapticDevice> makeDevice(const std::string& spec, const DeviceFactoryOptions& options) {
   const std::size_t colon = spec.find(':');
@@ -21,8 +24,9 @@ std::unique_ptr<HapticDevice> makeDevice(const std::string& spec, const DeviceFa
   }
   if (kind == "replay" && !argument.empty()) return std::make_unique<ReplayDevice>(argument);
   if (spec == "null") return std::make_unique<NullDevice>(options.period_s);
+  if (spec == "spacemouse") return std::make_unique<SpaceMouse>(systemUsb());
   throw UnknownDevice("no such device '" + spec + "' in a browser; choose one of " + deviceChoices(), kind,
-                      {"sim:loose", "sim:medium", "sim:firm", "replay", "null"});
+                      {"sim:loose", "sim:medium", "sim:firm", "replay", "null", "spacemouse"});
 }
 
 }  // namespace filiform

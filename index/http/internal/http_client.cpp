@@ -1,6 +1,7 @@
 #include "index/http/internal/http_client.h"
 
 #include "index/errors.h"
+#include "index/http/internal/answer_watch.h"
 #include "index/http/internal/background_reads.h"
 #include "index/http/internal/http_errors.h"
 #include "index/http/internal/http_flight.h"
@@ -73,7 +74,8 @@ struct HttpClient::Impl {
   CURLM* const multi;
   mutable std::mutex mutex;
   std::condition_variable answered;
-  HttpQueue queue;  // guarded by the mutex
+  HttpQueue queue;    // guarded by the mutex
+  AnswerWatch watch;  // guarded by the mutex
   bool stopping = false;
   std::vector<std::unique_ptr<HttpFlight>> free, active;  // of the thread
   double fastest_s = 0;                                   // from a request to its answer; 0: not known
@@ -111,8 +113,10 @@ struct HttpClient::Impl {
       job.not_before = job.begun + inSeconds(std::min(kMostGather_s, kGatherPart * fastest_s));
     }
     queue.add(job);
+    watch.readBegins(job.begun);
     curl_multi_wakeup(multi);
     answered.wait(lock, [&] { return job.done; });
+    watch.readEnds();
     if (job.failure) std::rethrow_exception(job.failure);
   }
 
@@ -206,6 +210,7 @@ struct HttpClient::Impl {
     curl_easy_getinfo(easy, CURLINFO_PRETRANSFER_TIME_T, &sent_us);
     curl_easy_getinfo(easy, CURLINFO_STARTTRANSFER_TIME_T, &answered_us);
     const std::lock_guard lock(mutex);
+    code == CURLE_OK ? watch.answered(FlightClock::now()) : watch.unanswered(FlightClock::now());
     if (answered_us > sent_us) {
       const double took_s = 1e-6 * static_cast<double>(answered_us - sent_us);
       fastest_s = fastest_s > 0 ? std::min(1.01 * fastest_s, took_s) : took_s;  // forgets slowly
@@ -312,7 +317,11 @@ HttpClient::Reply HttpClient::send(const Request& request) {
 }
 
 RemoteCounters HttpClient::counters() const {
-  return {.requests = impl_->requests, .retries = impl_->retries, .merged = impl_->merged, .bytes = impl_->bytes};
+  RemoteCounters counters{
+      .requests = impl_->requests, .retries = impl_->retries, .merged = impl_->merged, .bytes = impl_->bytes};
+  const std::lock_guard lock(impl_->mutex);
+  impl_->watch.describe(counters, FlightClock::now());
+  return counters;
 }
 
 }  // namespace filiform::internal

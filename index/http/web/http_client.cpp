@@ -5,6 +5,7 @@
 #include "index/http/internal/http_client.h"
 
 #include "index/errors.h"
+#include "index/http/internal/answer_watch.h"
 #include "index/http/internal/background_reads.h"
 #include "index/http/internal/http_errors.h"
 #include "index/http/internal/http_queue.h"
@@ -74,6 +75,7 @@ struct HttpClient::Impl {
   HttpQueue queue;
   unsigned under_way = 0, background = 0;
   RemoteCounters counted;
+  AnswerWatch watch;
 
   // Waits until the job is done. Makes requests meanwhile, for whichever jobs are next.
   void wait(HttpJob& job) {
@@ -82,6 +84,7 @@ struct HttpClient::Impl {
     job.background = BackgroundReads::active();
     std::unique_lock lock(mutex);
     queue.add(job);
+    watch.readBegins(job.begun);
     while (!job.done) {
       const bool allowed = background < kMostRequests / 2;
       const std::vector<HttpJob*> jobs =
@@ -96,6 +99,7 @@ struct HttpClient::Impl {
       else
         changed.wait(lock);
     }
+    watch.readEnds();
     if (job.failure) std::rethrow_exception(job.failure);
   }
 
@@ -106,11 +110,11 @@ struct HttpClient::Impl {
     counted.merged += jobs.size() - 1;
     lock.unlock();
     std::vector<std::exception_ptr> failures(jobs.size());
-    bool again = false;
+    bool again = false, silent = false;
     double wait_s = 0;
     std::uint64_t bytes = 0;
     try {
-      again = !answer(jobs, bytes, wait_s);
+      again = !answer(jobs, bytes, wait_s, silent);
     } catch (...) {
       std::fill(failures.begin(), failures.end(), std::current_exception());
     }
@@ -118,6 +122,7 @@ struct HttpClient::Impl {
     --under_way;
     if (jobs.front()->background) --background;
     counted.bytes += bytes;
+    silent ? watch.unanswered(Clock::now()) : watch.answered(Clock::now());
     for (std::size_t i = 0; i < jobs.size(); ++i) {
       HttpJob& job = *jobs[i];
       if (again && isTriedAgain(job, wait_s)) {
@@ -144,8 +149,9 @@ struct HttpClient::Impl {
     return true;
   }
 
-  // Makes one request for all jobs. False: no answer, or one that may pass; `wait_s` is then what the server asks for.
-  bool answer(const std::vector<HttpJob*>& jobs, std::uint64_t& bytes, double& wait_s) const {
+  // Makes one request for all jobs. False: no answer (`silent`), or one that may pass; `wait_s` is then what the server
+  // asks for.
+  bool answer(const std::vector<HttpJob*>& jobs, std::uint64_t& bytes, double& wait_s, bool& silent) const {
     HttpJob& first = *jobs.front();
     std::uint64_t begin = first.offset, end = first.end();
     for (const HttpJob* const job : jobs) begin = std::min(begin, job->offset), end = std::max(end, job->end());
@@ -157,6 +163,7 @@ struct HttpClient::Impl {
                                   options.token.c_str(), first.attempts > 0 ? 1 : 0, timeout_ms);
     const auto got = static_cast<std::uint64_t>(bodyBytes());
     bytes = got;
+    silent = status == 0;
     if (isPassing(status)) {
       wait_s = askedWait_s();
       return false;
@@ -215,7 +222,9 @@ HttpClient::FileFacts HttpClient::facts(const std::string& url) {
 
 RemoteCounters HttpClient::counters() const {
   const std::lock_guard lock(impl_->mutex);
-  return impl_->counted;
+  RemoteCounters counters = impl_->counted;
+  impl_->watch.describe(counters, Clock::now());
+  return counters;
 }
 
 }  // namespace filiform::internal

@@ -44,6 +44,22 @@ TEST(TravelAnswer, ServesThePageAndItsFiles) {
   EXPECT_EQ(sets.get("/travel/page/travel.js").status, 404u) << "this folder lacks it";
 }
 
+TEST(TravelAnswer, ABrowserKeepsFilesUntilTheVersionOfThePageChanges) {
+  test::ServedSets sets;
+  sets.service->web_folder = sets.folder.path();
+  std::ofstream(sets.folder / "filiform.wasm.gz") << "first";
+  const std::string first = sets.get("/travel/fork").body;
+  const std::size_t at = first.find("/travel/page/filiform.wasm?v=");
+  ASSERT_NE(at, std::string::npos) << first;
+  const std::string address = first.substr(at, first.find('"', at) - at);
+  const std::map<std::string, std::string> zipped{{"accept-encoding", "gzip"}};
+  EXPECT_TRUE(contains(sets.get(address, zipped).header("Cache-Control"), "immutable"));
+  EXPECT_EQ(sets.get("/travel/page/filiform.wasm", zipped).header("Cache-Control"), "no-cache");
+  EXPECT_EQ(sets.get("/travel/fork").body, first);
+  std::ofstream(sets.folder / "filiform.wasm.gz") << "second";
+  EXPECT_NE(sets.get("/travel/fork").body, first);
+}
+
 TEST(TravelAnswer, OnlyThePageIsIsolated) {
   test::ServedSets sets;
   sets.service->web_folder = sets.folder.path();

@@ -63,7 +63,9 @@ class PluggedDevice : public NullDevice {
 
 class Travels : public testing::Test {
  protected:
-  void SetUp() override {
+  void SetUp() override { begin("plugged"); }
+  void begin(const std::string& device, const std::string& awaited = "") {
+    travel_.reset();
     CellList stream(test::randomColumn(11, 4, 400, 200));
     Opened opened;
     auto disk = std::make_unique<SilentStore>(buildTilesInMemory(stream, {.capacity = 64}));
@@ -74,18 +76,19 @@ class Travels : public testing::Test {
     opened.finder = std::make_unique<PlaceFinder>(*opened.scene.store);
     opened.start = opened.finder->nearest({10, 20, 30})->place;
     SessionOptions options;
-    options.device = "plugged";
+    options.device = device;
     options.make_device = [this](const std::string& name, double period_s) -> std::unique_ptr<HapticDevice> {
       if (name != "plugged" && plug_.mice_refused-- > 0) throw DeviceError("no mouse today");
       if (name != "plugged") return makeDevice(name, {.period_s = period_s});
       return std::make_unique<PluggedDevice>(plug_);
     };
     Travel::Callbacks callbacks{[] {}, [](const std::string&) {},
-                                [this](const std::string& device) {
-                                  EXPECT_EQ(device, "plugged");
+                                [this](const std::string& asked) {
+                                  EXPECT_EQ(asked, "plugged");
                                   ++plug_.asked;
                                   return plug_.in.load();
-                                }};
+                                },
+                                awaited};
     opened.options = fitTo(opened.scene, options);
     opened.session = std::make_unique<Session>(*opened.scene.store, opened.options);
     travel_ = std::make_unique<Travel>(std::move(opened), messages_, callbacks);
@@ -130,6 +133,19 @@ TEST_F(Travels, ALostDeviceIsReplacedByTheMouseAndTakenBackWhenItIsPluggedInAgai
     const std::vector<std::string> told = messages_.shown();
     EXPECT_EQ(std::count(told.begin(), told.end(), name_ + " is connected again"), 1) << turn;
   }
+}
+
+TEST_F(Travels, AnAwaitedDeviceReplacesTheMouseWhenItIsPluggedIn) {
+  const std::string name = name_;
+  plug_.in = false;
+  begin("mouse", "plugged");
+  ASSERT_TRUE(comesTo("mouse"));
+  const Vector3d place_W = travel_->now().p_W;
+  plug_.in = true;
+  ASSERT_TRUE(comesTo(name));
+  EXPECT_LT((travel_->now().p_W - place_W).norm(), 1);
+  const std::vector<std::string> told = messages_.shown();
+  EXPECT_EQ(std::count(told.begin(), told.end(), name + " is connected"), 1);
 }
 
 TEST_F(Travels, ASessionWithTheMouseThatCannotBeMadeIsTriedAgain) {

@@ -1,12 +1,13 @@
-// Starts the program of the page, and does what a program of WebAssembly cannot: keeps files, downloads pictures, reads
-// and writes the address, and says why nothing is shown.
+// Starts the program of the page, and does what a program of WebAssembly cannot: downloads pictures, reads and writes
+// the address, and says why nothing is shown. CMakeLists.txt puts the other scripts of this folder before this one.
 'use strict';
 
 const note = document.getElementById('note');
 const canvas = document.getElementById('canvas');
-const kFolder = '/travel/page/';
-const kKept = 'filiform:files';  // bookmarks: {path: text}
+// The address of a file of the page, under which the browser keeps the file.
+const pageFile = (name) => `/travel/page/${name}?v=${document.body.dataset.version}`;
 const kEvery_ms = 500;
+const kNotch_units = [100, 3, 1];  // a notch of the wheel in pixels, lines, pages
 
 function tell(text) { note.textContent = text; }
 
@@ -40,72 +41,60 @@ function pixels() {
   return [Math.max(1, Math.round(window.innerWidth * ratio)), Math.max(1, Math.round(window.innerHeight * ratio))];
 }
 
-function readFile(path) {
+let unsaid = [];  // before the program runs
+// Shows a line in the window.
+function say(text) {
+  if (!Module.calledRun) return unsaid.push(text);
+  Module.ccall('filiform_say', null, ['string'], [text]);
+}
+
+// What the program wrote of its state; null while it is being written.
+function readState() {
   try {
-    return FS.readFile(path, {encoding: 'utf8'});
+    return JSON.parse(FS.readFile('/state.json', {encoding: 'utf8'}));
   } catch (failure) {
     return null;
   }
 }
 
-const kKeptFolders = ['/config/filiform', '/config/filiform/places'];
-
-function restoreFiles() {
-  FS.mkdirTree('/config/filiform/places');
-  try {
-    const files = JSON.parse(localStorage.getItem(kKept) || '{}');
-    for (const [path, text] of Object.entries(files))
-      if (path.startsWith('/config/')) FS.writeFile(path, text);
-  } catch (failure) {
-    console.warn('bookmarks cannot be read: ' + failure);
-  }
+function keep() {
+  Module._filiform_keep();
+  keepFiles(say);
 }
 
-let kept = '';
-function keepFiles() {
-  const files = {};
-  for (const folder of kKeptFolders)
-    for (const name of FS.readdir(folder)) {
-      const path = folder + '/' + name;
-      if (name.endsWith('.json') && FS.isFile(FS.stat(path).mode)) files[path] = readFile(path);
-    }
-  const text = JSON.stringify(files);
-  if (text === kept) return;
-  kept = text;
-  try {
-    localStorage.setItem(kKept, text);
-  } catch (failure) {
-    console.warn('bookmarks cannot be kept: ' + failure);
-  }
-}
-
-let state = null;
 function look() {
-  const text = readFile('/state.json');
-  if (!text) return;
-  try {
-    state = JSON.parse(text);
-  } catch (failure) {
-    return;  // it is being written
-  }
+  for (const text of unsaid.splice(0)) say(text);
+  const state = readState();
+  if (!state) return;
   window.filiformState = state;
-  keepFiles();
+  keep();
   if (!state.open || !state.cell || state.mode !== 'constrained' || state.sample === undefined) return;
   const place = encodeURIComponent(state.cell + ':' + state.sample) + '&zoom=' + Number(state.zoom_um.toPrecision(4));
   if ('#' + place !== location.hash) history.replaceState(null, '', location.pathname + location.search + '#' + place);
+}
+
+function scroll(notches) {
+  if (Module.calledRun) Module._filiform_scroll(notches);
+}
+
+function proxyAt() {
+  const state = Module.calledRun ? readState() : null;
+  if (!state?.proxy_px || state.overview) return null;
+  return state.proxy_px.map((x) => x / (window.devicePixelRatio || 1));
 }
 
 const asked = wanted();
 var Module = {
   canvas,
   arguments: [asked.set, asked.place, asked.zoom, asked.budget, asked.segments, ...pixels().map(String)],
-  locateFile: (name) => kFolder + name,
-  mainScriptUrlOrBlob: kFolder + 'filiform.js',
+  locateFile: pageFile,
+  mainScriptUrlOrBlob: pageFile('filiform.js'),
   preRun: [() => {
     ENV.XDG_CONFIG_HOME = '/config';
-    restoreFiles();
+    restoreFiles(say);
   }],
   onRuntimeInitialized: () => tell(''),
+  postRun: [() => document.body.append(offerSpaceMouse(say))],
   print: (text) => console.log(text),
   printErr: (text) => console.warn(text),
   onAbort: (what) => tell('The program has ended: ' + what + '. Load the page again.'),
@@ -135,6 +124,14 @@ if (missing) {
   canvas.getContext = (kind, options) =>
     getContext(kind, {...options, alpha: false, antialias: false, preserveDrawingBuffer: true});
   window.addEventListener('keydown', (event) => { Module.lastKey = event.key; }, true);
+  listenToFingers(canvas, proxyAt, scroll);
+  // Before the program's own handlers, which give pixels for notches.
+  for (const kind of ['wheel', 'mousewheel'])
+    canvas.addEventListener(kind, (event) => {
+      event.preventDefault();
+      event.stopImmediatePropagation();
+      if (kind === 'wheel') scroll(-event.deltaY / kNotch_units[event.deltaMode]);
+    }, {capture: true, passive: false});
   canvas.addEventListener('contextmenu', (event) => event.preventDefault());
   window.addEventListener('resize', () => {
     if (Module.calledRun) Module._filiform_resize(...pixels());
@@ -143,11 +140,11 @@ if (missing) {
     if (Module.calledRun) Module._filiform_hide(document.hidden ? 1 : 0);
   });
   window.addEventListener('pagehide', () => {
-    if (Module.calledRun) keepFiles();
+    if (Module.calledRun) keep();
   });
   setInterval(() => { if (Module.calledRun) look(); }, kEvery_ms);
   const program = document.createElement('script');
-  program.src = kFolder + 'filiform.js';
+  program.src = pageFile('filiform.js');
   program.onerror = () => tell('The program of this page cannot be loaded. Is the server still running?');
   document.body.append(program);
 }

@@ -1,6 +1,7 @@
 #include "viewer/window/internal/open_scene.h"
 
 #include "index/errors.h"
+#include "viewer/window/internal/network_text.h"
 #include "viewer/window/internal/text_format.h"
 
 #include <algorithm>
@@ -72,6 +73,11 @@ SceneFrame OpenScene::frame() {
   return frame;
 }
 
+bool OpenScene::hasLostNetwork() const {
+  const OpenedScene& scene = travel_->scene();
+  return scene.network && scene.network().lost;
+}
+
 void OpenScene::serveAttributes(const PanelRequests& requests) {
   try {
     if (requests.attribute) attributes_->colourBy(*requests.attribute);
@@ -133,6 +139,8 @@ void OpenScene::fill(PanelData& d, const PictureSize& size) const {
   d.pending = figures_.pending;
   d.error_px = figures_.error_px;
   d.complete = figures_.complete;
+  if (travel_->scene().network) d.network = networkText(travel_->scene().network());
+  d.unreadable = figures_.failed.size() + tiles_.failures.size();
   d.overview = viewpoint_.isOverview();
   d.forces_N = &travel_->forces_N();
   if (s.tick > 0 && !viewpoint_.isGliding()) {
@@ -165,6 +173,7 @@ void OpenScene::describe(nlohmann::ordered_json& json, const PictureSize& size) 
   json["moving"] = figures_.moving;
   json["error_px"] = figures_.error_px;
   json["resident_bytes"] = tiles_.counters.bytes;
+  if (travel_->scene().network) json["network"] = networkText(travel_->scene().network());
   json["failures"] = figures_.failed.size() + tiles_.failures.size();
 }
 

@@ -32,6 +32,7 @@ class OpenScene {
   const SceneFigures& figures() const { return figures_; }
   const TilePanel& tiles() const { return tiles_; }
   const AttributeView& attributes() const { return *attributes_; }
+  bool hasLostNetwork() const;
 
   // These say what went wrong, or set `error`.
   void serveAttributes(const PanelRequests& requests);

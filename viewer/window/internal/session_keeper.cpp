@@ -14,13 +14,15 @@ constexpr std::chrono::seconds kLookEvery{1};  // between two attempts to replac
 }  // namespace
 
 SessionKeeper::SessionKeeper(const TileStore& store, std::unique_ptr<Session> session, SessionOptions options,
-                             ProxyPlace start, PluggedIn plugged_in, Messages& messages)
+                             ProxyPlace start, Lookout lookout, Messages& messages)
     : store_(store),
       messages_(messages),
       options_(std::move(options)),
       start_(std::move(start)),
-      plugged_in_(std::move(plugged_in)),
-      session_(std::move(session)) {}
+      plugged_in_(std::move(lookout.plugged_in)),
+      session_(std::move(session)) {
+  if (options_.device == "mouse") missing_device_ = std::move(lookout.awaited);
+}
 
 SessionKeeper::Change SessionKeeper::watch(Worker& worker) {
   const std::string fault = session_->fault();
@@ -36,7 +38,7 @@ void SessionKeeper::replaceDevice(const std::string& fault) {
   if (options_.device == "mouse" || session_->replaying() || replacement_.valid() || now < replace_again_) return;
   replace_again_ = now + kLookEvery;
   SessionOptions options = options_;
-  lost_device_ = std::exchange(options.device, "mouse");
+  missing_device_ = std::exchange(options.device, "mouse");
   options.stiffness_N_m.reset();  // this was the lost device's
   options.record.clear();
   replaceSession(std::move(options));
@@ -77,20 +79,21 @@ SessionKeeper::Change SessionKeeper::finishReplacing() {
   fault_told_ = false;
   replace_again_ = {};
   if (options_.device == "mouse") {
+    was_lost_ = true;
     messages_.say("the device is lost; the mouse replaces it");
     return Change::to_mouse;
   }
-  lost_device_.clear();
-  messages_.say(session_->deviceName() + " is connected again");
+  missing_device_.clear();
+  messages_.say(session_->deviceName() + (was_lost_ ? " is connected again" : " is connected"));
   return Change::to_device;
 }
 
 void SessionKeeper::lookForDevice(Worker& worker) {
   const auto now = std::chrono::steady_clock::now();
-  if (lost_device_.empty() || !plugged_in_ || looking_ || replacement_.valid() || now < look_again_) return;
+  if (missing_device_.empty() || !plugged_in_ || looking_ || replacement_.valid() || now < look_again_) return;
   looking_ = true;
   look_again_ = now + kLookEvery;
-  worker.ask([this, plugged_in = plugged_in_, device = lost_device_]() -> Worker::Done {
+  worker.ask([this, plugged_in = plugged_in_, device = missing_device_]() -> Worker::Done {
     bool is_back = false;
     try {
       is_back = plugged_in(device);
@@ -106,7 +109,7 @@ void SessionKeeper::lookForDevice(Worker& worker) {
 void SessionKeeper::takeDeviceBack() {
   if (replacement_.valid()) return;
   SessionOptions options = options_;
-  options.device = lost_device_;
+  options.device = missing_device_;
   replaceSession(std::move(options));
 }
 

@@ -1,6 +1,7 @@
 // Holds the session of the open scene. If its device is lost, replaces it by a session with the mouse at the same
-// place, looks for the device every second, and replaces the session again when the device is back. Devices are opened
-// and closed on other threads. Thread rule: one owner, the window's thread.
+// place, looks for the device every second, and replaces the session again when the device is back. Looks for an
+// awaited device in the same way. Devices are opened and closed on other threads. Thread rule: one owner, the window's
+// thread.
 #pragma once
 
 #include "solver/travel/session.h"
@@ -22,10 +23,15 @@ class SessionKeeper {
   // Returns whether `--device NAME` could be opened now. Runs on another thread.
   using PluggedIn = std::function<bool(const std::string&)>;
 
+  struct Lookout {
+    PluggedIn plugged_in;  // empty: no device is looked for
+    std::string awaited;   // value of --device that replaces the mouse once it is plugged in; empty: none
+  };
+
   // Store and messages must outlive it. `options`: those of the session. `start`: where a replaced session begins if
-  // the proxy had no place. Without `plugged_in`, a lost device is not looked for.
+  // the proxy had no place.
   SessionKeeper(const TileStore& store, std::unique_ptr<Session> session, SessionOptions options, ProxyPlace start,
-                PluggedIn plugged_in, Messages& messages);
+                Lookout lookout, Messages& messages);
 
   Session& current() { return *session_; }
   const Session& current() const { return *session_; }
@@ -52,10 +58,10 @@ class SessionKeeper {
   // The next session, while its device is opened.
   std::future<std::unique_ptr<Session>> replacement_;
   SessionOptions replacement_options_;
-  Closing closing_;          // of replaced sessions
-  std::string lost_device_;  // the value of --device; empty: none is lost
+  Closing closing_;             // of replaced sessions
+  std::string missing_device_;  // the value of --device, while the mouse replaces this device; empty: none
   std::chrono::steady_clock::time_point look_again_{}, replace_again_{};
-  bool looking_ = false, fault_told_ = false;
+  bool looking_ = false, fault_told_ = false, was_lost_ = false;
 };
 
 }  // namespace filiform::internal

@@ -25,8 +25,8 @@ Travel::Travel(Opened opened, Messages& messages, Callbacks callbacks)
     : messages_(messages),
       callbacks_(std::move(callbacks)),
       opened_(std::move(opened)),
-      sessions_(*opened_.scene.store, std::move(opened_.session), opened_.options, opened_.start, callbacks_.plugged_in,
-                messages),
+      sessions_(*opened_.scene.store, std::move(opened_.session), opened_.options, opened_.start,
+                {callbacks_.plugged_in, callbacks_.awaited_device}, messages),
       census_(*opened_.scene.store),
       worker_(std::make_unique<Worker>()) {}
 

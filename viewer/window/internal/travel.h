@@ -38,6 +38,7 @@ class Travel {
     // Returns whether `--device NAME` could be opened now. Runs on another thread. None: a lost device is not looked
     // for.
     std::function<bool(const std::string&)> plugged_in{};
+    std::string awaited_device{};  // replaces the mouse once `plugged_in` returns true for it; empty: none
   };
 
   // `messages` must outlive it. Requires a session that is not started.

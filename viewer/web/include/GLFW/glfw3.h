@@ -17,6 +17,9 @@ void setWindowMonitor(GLFWwindow* window, GLFWmonitor* monitor, int x, int y, in
 GLFWmonitor* primaryMonitor();
 const GLFWvidmode* videoMode(GLFWmonitor* monitor);
 void setContentScaleCallback(GLFWwindow* window, void (*called)(GLFWwindow*, float, float));
+// emscripten's callback gets pixels downwards. Here the page tells of notches, see scroll().
+void setScrollCallback(GLFWwindow* window, void (*called)(GLFWwindow*, double, double));
+void scroll(double notches);  // upwards; may be a fraction
 // Returns at once: a page has its own loop.
 void waitEventsTimeout(double wait_s);
 
@@ -29,4 +32,5 @@ void waitEventsTimeout(double wait_s);
 #define glfwGetPrimaryMonitor filiform::web::primaryMonitor
 #define glfwGetVideoMode filiform::web::videoMode
 #define glfwSetWindowContentScaleCallback filiform::web::setContentScaleCallback
+#define glfwSetScrollCallback filiform::web::setScrollCallback
 #define glfwWaitEventsTimeout filiform::web::waitEventsTimeout
