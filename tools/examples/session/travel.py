@@ -67,14 +67,14 @@ def hand_at(seconds):
     return (0.01 * math.sin(angle), 0.01 * (1 - math.cos(angle)), 0.0)
 
 
-async def begin(socket, name, seen, h_D):
-    """Opens the set in its middle; after a lost connection, where the proxy was, with this place under the hand."""
+async def begin(socket, name, seen, h_D, at_um):
+    """Opens the set there, or in its middle; after a lost connection, where the proxy was, under the hand."""
     seen['ack'] = seen['seq'] = 0
     sets = {s['name']: s for s in (await ask(socket, 'hello', client='travel.py'))['sets']}
     if name not in sets:
         sys.exit(f'no set {name}; there are: ' + ', '.join(sets))
     middle = [(a + b) / 2 for a, b in zip(sets[name]['lo_um'], sets[name]['hi_um'])]
-    opened = await ask(socket, 'open', set=name, at=seen['place'] or middle)
+    opened = await ask(socket, 'open', set=name, at=seen['place'] or at_um or middle)
     if seen['place']:
         await send_hand(socket, seen, h_D)
         opened = await ask(socket, 'jump', at=seen['place'])
@@ -94,8 +94,9 @@ async def go(socket, seen, began, seconds):
         listener.cancel()
 
 
-async def travel(url, name, seconds, seen=None, **options):
-    """What was seen; `reconnects` counts the lost connections that were opened again. `options`: of connect()."""
+async def travel(url, name, seconds, seen=None, at_um=None, **options):
+    """What was seen; `reconnects` counts the lost connections that were opened again. `at_um`: where the proxy begins,
+    the middle of the set unless given. `options`: of connect()."""
     token = os.environ.get('FILIFORM_TOKEN')
     headers = {'Authorization': 'Bearer ' + token} if token else {}
     seen = {} if seen is None else seen
@@ -105,7 +106,7 @@ async def travel(url, name, seconds, seen=None, **options):
         try:
             async with websockets.connect(url, subprotocols=['filiform.v1'], extra_headers=headers, **options) as socket:
                 again = seen['place'] is not None
-                await begin(socket, name, seen, hand_at(time.monotonic() - began))
+                await begin(socket, name, seen, hand_at(time.monotonic() - began), at_um)
                 seen['reconnects'] += again
                 wait = FIRST_WAIT_S
                 await go(socket, seen, began, seconds)
