@@ -12,8 +12,8 @@ HaplyPeer::~HaplyPeer() {
 }
 
 void HaplyPeer::put(std::string_view payload, FrameKind kind, std::string& out) {
-  std::vector<char> buffer(kMostFrameHeader + payload.size());
-  std::copy(payload.begin(), payload.end(), buffer.begin() + kMostFrameHeader);
+  std::vector<char> buffer(kMostFrameHeader);
+  buffer.insert(buffer.end(), payload.begin(), payload.end());
   const std::span<const char> frame = frameAround(buffer, payload.size(), kind, nullptr);
   out.append(frame.data(), frame.size());
 }
