@@ -17,7 +17,9 @@ StoredCells::StoredCells(std::vector<const TileSet*> sets) : sets_(std::move(set
       if (!sets_[s]->cell(c).removed) order_.push_back({s, c});
   }
   std::stable_sort(order_.begin(), order_.end(), [this](const Place& a, const Place& b) {
-    return sets_[a.set]->cell(a.cell).source < sets_[b.set]->cell(b.cell).source;
+    const TileSet &one = *sets_[a.set], &other = *sets_[b.set];
+    const int order = one.cell(a.cell).source.compare(other.cell(b.cell).source);
+    return order != 0 ? order < 0 : one.cellDigest(a.cell) < other.cellDigest(b.cell);
   });
   for (std::uint32_t id = 0; id < order_.size(); ++id) now_[order_[id].set][order_[id].cell] = id;
 }

@@ -16,8 +16,9 @@ namespace filiform::internal {
 // Thread rule: thread-compatible.
 class StoredCells {
  public:
-  // The cells of all sets that are not removed, in the order of their sources. Cells of one source stay in the order of
-  // the sets and their ids. The sets must outlive this object. Throws CorruptSet, IoError.
+  // The cells of all sets that are not removed, ordered as an ingest of everything orders them: by source, then by
+  // digest. Equal ones stay in the order of the sets and their ids. The sets must outlive this object. Throws
+  // CorruptSet, IoError.
   explicit StoredCells(std::vector<const TileSet*> sets);
 
   struct One {

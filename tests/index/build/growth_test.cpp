@@ -124,6 +124,24 @@ TEST(Growth, CompactSetsHaveTheBytesOfOneIngest) {
   EXPECT_TRUE(compactSet(folder / "a.fil").set.unchanged);
 }
 
+// Placements of one morphology have one source.
+TEST(Growth, CellsOfOneSourceAreOrderedByDigest) {
+  const TempFolder folder;
+  std::vector<Cell> all = column(12);
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    all[i].source = i < 8 ? "a.swc" : "b.swc";
+    all[i].name = "cell " + std::to_string(i);
+    all[i].digest = 100 + i;
+  }
+  std::vector<Cell> odd, even;
+  for (std::size_t i = 0; i < all.size(); ++i) (i % 2 == 0 ? even : odd).push_back(all[i]);
+  make(all, folder / "all.fil");
+  make(odd, folder / "a.fil");
+  add(even, folder / "a.fil");
+  compactSet(folder / "a.fil");
+  EXPECT_EQ(contentsOf(folder / "a.fil"), contentsOf(folder / "all.fil"));
+}
+
 TEST(Growth, AnAdditionThatIsNotSmallMakesACompactSet) {
   const TempFolder folder;
   const std::vector<Cell> all = column(12);
