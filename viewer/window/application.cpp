@@ -2,22 +2,18 @@
 
 #include "device/haptic_device.h"
 #include "index/errors.h"
-#include "viewer/scene/pointer.h"
 #include "viewer/window/internal/closing.h"
-#include "viewer/window/internal/hand_input.h"
 #include "viewer/window/internal/kept_settings.h"
 #include "viewer/window/internal/messages.h"
 #include "viewer/window/internal/open_scene.h"
 #include "viewer/window/internal/opening.h"
 #include "viewer/window/internal/screenshots.h"
-#include "viewer/window/internal/setting_actions.h"
 #include "viewer/window/internal/state_file.h"
 #include "viewer/window/internal/text_format.h"
-#include "viewer/window/internal/tooltip.h"
+#include "viewer/window/internal/window_actions.h"
 #include "viewer/window/panels.h"
 #include "viewer/window/window.h"
 
-#include <cmath>
 #include <cstdint>
 #include <initializer_list>
 #include <memory>
@@ -32,25 +28,19 @@ namespace filiform {
 
 namespace {
 
-using internal::changeSeparation;
-using internal::changeSetting;
 using internal::Closing;
 using internal::format;
-using internal::HandInput;
 using internal::KeptSettings;
-using internal::kSeparationStep;
 using internal::Messages;
 using internal::Opened;
 using internal::Opening;
 using internal::OpenScene;
 using internal::Screenshots;
 using internal::StateFile;
-using internal::Tooltip;
 using internal::Travel;
+using internal::WindowActions;
 
-constexpr double kSaveState_s = 0.1;                                      // between two writes of the state
-constexpr double kTurn_rad = 0.1;                                         // by one press of a key
-constexpr double kDoubleClick_px = 6, kOnProxy_px = 16, kTooltip_px = 5;  // times the scale of letters
+constexpr double kSaveState_s = 0.1;  // between two writes of the state
 
 }  // namespace
 
@@ -70,12 +60,12 @@ class Application::Impl {
   }
 
   bool step() {
-    if (!window_.isOpen() || quitting_) return false;
+    if (!window_.isOpen() || actions_.isQuitting()) return false;
     options_.poll();
     const double begin_s = window_.now_s();
     if (options_.seconds && !opening_.isUnderWay() && begin_s - entered_s_ > *options_.seconds) return false;
     messages_.setTime(begin_s);
-    for (const InputEvent& event : window_.poll(busy_ ? 0.001 : 0.015)) handle(event);
+    for (const InputEvent& event : window_.poll(busy_ ? 0.001 : 0.015)) actions_.handle(event);
     finishOpening();
     for (const std::string& failure : closing_.takeFailures()) say(failure);
     screenshots_.serve();
@@ -136,11 +126,11 @@ class Application::Impl {
   }
 
   void enter(Opened opened) {
-    const Travel::Callbacks callbacks{[this] { jumping(); }, [this](const std::string& why) { search_.error = why; },
+    const Travel::Callbacks callbacks{[this] { jumping(); },
+                                      [this](const std::string& why) { actions_.search.error = why; },
                                       options_.plugged_in, options_.awaited_device};
     scene_ = std::make_unique<OpenScene>(std::move(opened), messages_, callbacks);
-    input_.drag(Action::none);
-    tooltip_.reset();
+    actions_.enter(scene_.get());
     if (!opened_once_) entered_s_ = window_.now_s();
     opened_once_ = true;
     window_.setTitle("filiform: " + scene_->travel().scene().name);
@@ -151,6 +141,7 @@ class Application::Impl {
   void closeScene() {
     if (!scene_) return;
     screenshots_.drop();
+    actions_.enter(nullptr);
     closing_.begin(scene_->end());
     scene_.reset();
   }
@@ -182,184 +173,8 @@ class Application::Impl {
 
   // Called right before the proxy jumps.
   void jumping() {
-    panels_.search = false;
+    actions_.panels.search = false;
     scene_->viewpoint().depart(now_s_, settings_.reduced_motion);
-  }
-
-  // ---- input
-
-  void handle(const InputEvent& event) {
-    input_.point(event);
-    if (event.kind == InputEvent::Kind::drop) return open(event.paths);
-    if (event.kind == InputEvent::Kind::key) return press(event.key, event.repeated);
-    if (event.kind == InputEvent::Kind::key_up) return input_.release(event.key);
-    if (!scene_) return;
-    switch (event.kind) {
-      case InputEvent::Kind::button:
-        return pressButton(event);
-      case InputEvent::Kind::button_up:
-        input_.drag(Action::none);
-        break;
-      case InputEvent::Kind::move:
-        return moved();
-      case InputEvent::Kind::scroll:
-        if ((event.modifiers & Key::kControl) != 0)
-          changeSeparation(kSeparationStep * event.y, settings_, messages_);
-        else
-          zoom(std::pow(1 / kZoomNotch, event.y));
-        break;
-      default:
-        break;
-    }
-  }
-
-  void pressButton(const InputEvent& event) {
-    if (input_.press(event, kDoubleClick_px * window_.scale()))
-      return scene_->travel().goAlong(
-          pickRay(scene_->view(), event.x, event.y, size_, kDoubleClick_px * window_.scale()));
-    input_.drag(dragOf(event));
-    scene_->travel().stopHand();
-  }
-
-  Action dragOf(const InputEvent& event) {
-    const bool shift = (event.modifiers & Key::kShift) != 0;
-    if (event.button == 1) return shift ? Action::pull_depth : Action::pull;
-    if (event.button == 2 || shift) return Action::pan;
-    const ScreenPoint proxy = project(scene_->view(), scene_->now().p_W, size_);
-    const bool on_proxy =
-        proxy.depth_um > 0 && std::hypot(proxy.x - event.x, proxy.y - event.y) < kOnProxy_px * window_.scale();
-    return on_proxy && !scene_->viewpoint().isOverview() ? Action::pull : Action::rotate;
-  }
-
-  void moved() {
-    tooltip_.pointerMoved(window_.now_s());
-    const HandInput::Step step = input_.step(size_);
-    if (input_.dragged() == Action::rotate) scene_->turn(turnOf(step.dx_px, step.dy_px, size_));
-    if (input_.dragged() == Action::pan) scene_->viewpoint().pan(step.dx_px, step.dy_px, size_);
-  }
-
-  void press(const Key& key, bool repeated) {
-    key_repeats_ += repeated ? 1 : 0;
-    if (awaiting_letter_ != Action::none) {
-      if (repeated) return;  // of the key that asked for the letter
-      const Action what = std::exchange(awaiting_letter_, Action::none);
-      if (!scene_ || key.code <= ' ' || key.code >= 0x7F || key.modifiers != 0) return;
-      const std::string name(1, static_cast<char>(key.code));
-      if (what == Action::set_bookmark) return scene_->travel().setBookmark(name);
-      return scene_->travel().goToBookmark(name);
-    }
-    const Action action = actionOf(key, repeated);
-    if (action != Action::none) act(action);
-  }
-
-  void act(Action action) {
-    ++actions_;
-    last_action_ = bindingOf(action).name;
-    switch (action) {
-      case Action::quit:
-        quitting_ = true;
-        return;
-      case Action::help:
-        panels_.help = !panels_.help;
-        return;
-      case Action::panel_settings:
-        panels_.settings = !panels_.settings;
-        return;
-      case Action::fullscreen:
-        window_.toggleFullscreen();
-        return;
-      case Action::close:
-        closeTop();
-        return;
-      case Action::window_picture:
-        window_picture_wanted_ = true;
-        return;
-      default:
-        break;
-    }
-    if (action == Action::next_colouring && scene_ && scene_->nextColouring(settings_.colouring)) return;
-    if (changeSetting(action, action == Action::next_stereo && renderer_.hasQuadBuffer(), settings_, messages_)) return;
-    if (scene_) actInScene(action);
-  }
-
-  void actInScene(Action action) {
-    switch (action) {
-      case Action::push_left:
-      case Action::push_right:
-      case Action::push_up:
-      case Action::push_down:
-      case Action::push_away:
-      case Action::push_closer:
-        return input_.hold(action);
-      case Action::zoom_in:
-        return zoom(1 / kZoomNotch);
-      case Action::zoom_out:
-        return zoom(kZoomNotch);
-      case Action::turn_left:
-        return scene_->turn({0, -kTurn_rad});
-      case Action::turn_right:
-        return scene_->turn({0, kTurn_rad});
-      case Action::turn_up:
-        return scene_->turn({-kTurn_rad, 0});
-      case Action::turn_down:
-        return scene_->turn({kTurn_rad, 0});
-      case Action::overview:
-        tooltip_.clear();
-        return scene_->nextOverview();
-      case Action::freeze:
-        frozen_ = !frozen_;
-        return;
-      case Action::search:
-        panels_.search = search_.focus = true;
-        search_.text.clear();
-        search_.error.clear();
-        return findNames();
-      case Action::set_bookmark:
-      case Action::go_to_bookmark:
-        awaiting_letter_ = action;
-        return;
-      case Action::screenshot:
-        picture_wanted_ = 1;
-        return;
-      case Action::screenshot_large:
-        picture_wanted_ = 3;
-        return;
-      default:
-        if (action == Action::centre) scene_->viewpoint().centre();
-        scene_->travel().act(action);
-    }
-  }
-
-  void closeTop() {
-    if (panels_.help)
-      panels_.help = false;
-    else if (panels_.search)
-      panels_.search = false;
-    else if (panels_.settings)
-      panels_.settings = false;
-    else if (screenshots_.isDrawing())
-      screenshots_.cancel();
-    else if (scene_)
-      scene_->travel().stopHand();
-  }
-
-  void zoom(double factor) {
-    tooltip_.clear();
-    scene_->zoom(factor);
-  }
-
-  void findNames() {
-    scene_->travel().findNames(search_.text, [this, text = search_.text](std::vector<std::string> names) {
-      if (text == search_.text) search_.names = std::move(names);
-    });
-  }
-
-  void lookUnderPointer() {
-    if (panels_.help || panels_.search || panels_.settings || input_.isDragging() || window_.pointerOnPanel())
-      return tooltip_.clear();
-    if (!tooltip_.isDue(now_s_) || !scene_->travel().isIdle()) return;
-    tooltip_.lookUp(scene_->travel(),
-                    pickRay(scene_->view(), input_.x(), input_.y(), size_, kTooltip_px * window_.scale()));
   }
 
   // ---- frames
@@ -372,9 +187,9 @@ class Application::Impl {
     try {
       travel.serve();
       scene_->look(size_, settings_.orthographic, now_s_);
-      travel.lead(input_.pointing(scene_->view(), size_, workspace, scene_->now().p_W), workspace);
+      travel.lead(actions_.input().pointing(scene_->view(), size_, workspace, scene_->now().p_W), workspace);
       travel.observe();
-      lookUnderPointer();
+      actions_.lookUnderPointer(now_s_);
       scene_->countTiles(settings_.show_tiles, now_s_);
       drawScene();
     } catch (const Error& error) {  // of the scene or the graphics: the window goes on
@@ -385,11 +200,11 @@ class Application::Impl {
     for (const auto* failures : {&figures.failed, &scene_->tiles().failures})
       for (const std::string& failure : *failures)
         if (told_failures_.insert(failure).second && !lost) say(failure);
-    busy_ = screenshots_.isDrawing() || figures.redrawn || figures.pending > 0 || input_.isDragging() ||
+    busy_ = screenshots_.isDrawing() || figures.redrawn || figures.pending > 0 || actions_.input().isDragging() ||
             scene_->viewpoint().isGliding();
     renderer_.present(size_);
     const PanelRequests requests = showPanels();
-    if (std::exchange(window_picture_wanted_, false)) screenshots_.save(window_.read());
+    if (actions_.takeWindowPicture()) screenshots_.save(window_.read());
     screenshots_.advance();
     serve(requests);
   }
@@ -408,9 +223,9 @@ class Application::Impl {
     frame.eyes.gain = settings_.separation;
     frame.eyes.widening = settings_.widening;
     frame.budget = budget_;
-    frame.frozen = frozen_;
+    frame.frozen = actions_.isFrozen();
     frame.overlay_scale = window_.scale();
-    const int times = std::exchange(picture_wanted_, 0);
+    const int times = actions_.takePicture();
     const OpenedScene& scene = scene_->travel().scene();
     if (times > 0) screenshots_.begin(frame, times, *scene.store, scene.levels.get(), window_.context());
     scene_->draw(frame);
@@ -420,10 +235,11 @@ class Application::Impl {
     const PanelData data = panelData();
     using Text = const std::string*;
     for (const Text text : std::initializer_list<Text>{&data.scene, &data.cell, &data.device, &data.hint, &data.tooltip,
-                                                       &search_.text, &search_.error})
+                                                       &actions_.search.text, &actions_.search.error})
       window_.want(*text);
     using Texts = const std::vector<std::string>*;
-    for (const Texts texts : std::initializer_list<Texts>{&data.messages, &search_.names, &scene_->tiles().failures})
+    for (const Texts texts :
+         std::initializer_list<Texts>{&data.messages, &actions_.search.names, &scene_->tiles().failures})
       for (const std::string& text : *texts) window_.want(text);
     window_.want(data.selection);
     for (const std::string& name : data.attribute_names) window_.want(name);
@@ -431,7 +247,7 @@ class Application::Impl {
       for (const CellColours::Entry& entry : *data.legend) window_.want(entry.value);
     window_.setInterfaceScale(settings_.interface_scale);
     window_.beginPanels();
-    PanelRequests requests = drawPanels(data, scene_->tiles(), panels_, search_, settings_);
+    PanelRequests requests = drawPanels(data, scene_->tiles(), actions_.panels, actions_.search, settings_);
     window_.endPanels();
     return requests;
   }
@@ -463,26 +279,17 @@ class Application::Impl {
     scene_->fill(d, size_);
     if (settings_.stereo != StereoMode::mono)
       d.stereo = std::string(toString(settings_.stereo)) + format(", separation %.1f", settings_.separation);
-    d.frozen = frozen_;
     d.messages = messages_.shown();
-    if (awaiting_letter_ != Action::none)
-      d.hint =
-          awaiting_letter_ == Action::set_bookmark ? "type a letter for the bookmark" : "type the bookmark's letter";
-    else if (opening_.isUnderWay())
-      d.hint = "opening " + opening_.name();
-    else
-      d.hint = "h: keys and mouse";
+    d.hint = opening_.isUnderWay() ? "opening " + opening_.name() : "h: keys and mouse";
+    actions_.fill(d);
     d.picture = screenshots_.text();
     d.picture_part = screenshots_.part();
-    d.tooltip = tooltip_.text();
-    d.tooltip_x = input_.x();
-    d.tooltip_y = input_.y();
     return d;
   }
 
   void serve(const PanelRequests& requests) {
     if (requests.cancel_picture) screenshots_.cancel();
-    if (requests.search_changed) findNames();
+    if (requests.search_changed) actions_.findNames();
     if (requests.reset) {
       const int width = settings_.width, height = settings_.height;
       settings_ = {};
@@ -491,9 +298,9 @@ class Application::Impl {
     }
     scene_->serveAttributes(requests);
     if (requests.go && scene_->attributes().isCondition(*requests.go)) {
-      if (scene_->selectCells(*requests.go, search_.error)) panels_.search = false;
+      if (scene_->selectCells(*requests.go, actions_.search.error)) actions_.panels.search = false;
     } else if (requests.go) {
-      search_.error.clear();
+      actions_.search.error.clear();
       scene_->travel().goTo(parseCellQuery(*requests.go));
     }
     if (requests.go_to_W) scene_->travel().goNear(*requests.go_to_W);
@@ -516,23 +323,14 @@ class Application::Impl {
                                 {"orthographic", settings_.orthographic},
                                 {"orange_blue", settings_.orange_blue},
                                 {"reduced_motion", settings_.reduced_motion},
-                                {"help", panels_.help},
-                                {"search", panels_.search},
-                                {"search_text", search_.text},
-                                {"search_error", search_.error},
                                 {"tiles_panel", settings_.show_tiles},
-                                {"frozen", frozen_},
-                                {"actions", actions_},
-                                {"key_repeats", key_repeats_},
-                                {"last_action", last_action_},
                                 {"message", messages_.last()},
                                 {"messages", messages_.count()},
                                 {"last_picture", screenshots_.lastPath()},
                                 {"picture_part", screenshots_.part()},
                                 {"pictures", screenshots_.written()}};
-    if (!scene_) return json;
-    scene_->describe(json, size_);
-    json["tooltip"] = tooltip_.text();
+    actions_.describe(json);
+    if (scene_) scene_->describe(json, size_);
     return json;
   }
 
@@ -551,31 +349,23 @@ class Application::Impl {
   SceneBudget budget_;
 
   Opening opening_;
-  bool opened_once_ = false, quitting_ = false, ended_ = false, busy_ = false;
-
-  HandInput input_;
-  Tooltip tooltip_;
-  Action awaiting_letter_ = Action::none;
+  bool opened_once_ = false, ended_ = false, busy_ = false;
 
   double now_s_ = 0;
   PictureSize size_;
-  bool frozen_ = false;
   std::set<std::string> told_failures_;
-  OpenPanels panels_;
-  SearchPanel search_;
 
   StateFile state_file_;
   double last_state_s_ = -1, frame_ms_ = 0;
   double entered_s_ = 0;  // the first scene
-  std::uint64_t frames_ = 0, actions_ = 0, key_repeats_ = 0;
-  std::string last_action_;
-  int picture_wanted_ = 0;  // times as large as the window
-  bool window_picture_wanted_ = false;
+  std::uint64_t frames_ = 0;
 
   // Destroyed from the last to the first: each may use the ones before it.
   std::unique_ptr<OpenScene> scene_;
   Screenshots screenshots_;
   Closing closing_;
+  WindowActions actions_{window_,   renderer_,    settings_,
+                         messages_, screenshots_, [this](const auto& paths) { open(paths); }};
 };
 
 Application::Application(const ApplicationOptions& options) : impl_(std::make_unique<Impl>(options)) {}

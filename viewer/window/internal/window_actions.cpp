@@ -1,0 +1,219 @@
+#include "viewer/window/internal/window_actions.h"
+
+#include "viewer/scene/pointer.h"
+#include "viewer/window/internal/setting_actions.h"
+
+#include <cmath>
+
+#include <nlohmann/json.hpp>
+
+namespace filiform::internal {
+namespace {
+
+constexpr double kTurn_rad = 0.1;                                         // by one press of a key
+constexpr double kDoubleClick_px = 6, kOnProxy_px = 16, kTooltip_px = 5;  // times the scale of letters
+
+}  // namespace
+
+void WindowActions::enter(OpenScene* scene) {
+  scene_ = scene;
+  input_.drag(Action::none);
+  tooltip_.reset();
+}
+
+void WindowActions::handle(const InputEvent& event) {
+  input_.point(event);
+  if (event.kind == InputEvent::Kind::drop) return open_(event.paths);
+  if (event.kind == InputEvent::Kind::key) return press(event.key, event.repeated);
+  if (event.kind == InputEvent::Kind::key_up) return input_.release(event.key);
+  if (!scene_) return;
+  switch (event.kind) {
+    case InputEvent::Kind::button:
+      return pressButton(event);
+    case InputEvent::Kind::button_up:
+      input_.drag(Action::none);
+      break;
+    case InputEvent::Kind::move:
+      return moved();
+    case InputEvent::Kind::scroll:
+      if ((event.modifiers & Key::kControl) != 0)
+        changeSeparation(kSeparationStep * event.y, settings_, messages_);
+      else
+        zoom(std::pow(1 / kZoomNotch, event.y));
+      break;
+    default:
+      break;
+  }
+}
+
+void WindowActions::pressButton(const InputEvent& event) {
+  if (input_.press(event, kDoubleClick_px * window_.scale()))
+    return scene_->travel().goAlong(
+        pickRay(scene_->view(), event.x, event.y, window_.size(), kDoubleClick_px * window_.scale()));
+  input_.drag(dragOf(event));
+  scene_->travel().stopHand();
+}
+
+Action WindowActions::dragOf(const InputEvent& event) {
+  const bool shift = (event.modifiers & Key::kShift) != 0;
+  if (event.button == 1) return shift ? Action::pull_depth : Action::pull;
+  if (event.button == 2 || shift) return Action::pan;
+  const ScreenPoint proxy = project(scene_->view(), scene_->now().p_W, window_.size());
+  const bool on_proxy =
+      proxy.depth_um > 0 && std::hypot(proxy.x - event.x, proxy.y - event.y) < kOnProxy_px * window_.scale();
+  return on_proxy && !scene_->viewpoint().isOverview() ? Action::pull : Action::rotate;
+}
+
+void WindowActions::moved() {
+  tooltip_.pointerMoved(window_.now_s());
+  const HandInput::Step step = input_.step(window_.size());
+  if (input_.dragged() == Action::rotate) scene_->turn(turnOf(step.dx_px, step.dy_px, window_.size()));
+  if (input_.dragged() == Action::pan) scene_->viewpoint().pan(step.dx_px, step.dy_px, window_.size());
+}
+
+void WindowActions::press(const Key& key, bool repeated) {
+  key_repeats_ += repeated ? 1 : 0;
+  if (awaiting_letter_ != Action::none) {
+    if (repeated) return;  // of the key that asked for the letter
+    const Action what = std::exchange(awaiting_letter_, Action::none);
+    if (!scene_ || key.code <= ' ' || key.code >= 0x7F || key.modifiers != 0) return;
+    const std::string name(1, static_cast<char>(key.code));
+    if (what == Action::set_bookmark) return scene_->travel().setBookmark(name);
+    return scene_->travel().goToBookmark(name);
+  }
+  const Action action = actionOf(key, repeated);
+  if (action != Action::none) act(action);
+}
+
+void WindowActions::act(Action action) {
+  ++acted_;
+  last_action_ = bindingOf(action).name;
+  switch (action) {
+    case Action::quit:
+      quitting_ = true;
+      return;
+    case Action::help:
+      panels.help = !panels.help;
+      return;
+    case Action::panel_settings:
+      panels.settings = !panels.settings;
+      return;
+    case Action::fullscreen:
+      window_.toggleFullscreen();
+      return;
+    case Action::close:
+      closeTop();
+      return;
+    case Action::window_picture:
+      window_picture_wanted_ = true;
+      return;
+    default:
+      break;
+  }
+  if (action == Action::next_colouring && scene_ && scene_->nextColouring(settings_.colouring)) return;
+  if (changeSetting(action, action == Action::next_stereo && renderer_.hasQuadBuffer(), settings_, messages_)) return;
+  if (scene_) actInScene(action);
+}
+
+void WindowActions::actInScene(Action action) {
+  switch (action) {
+    case Action::push_left:
+    case Action::push_right:
+    case Action::push_up:
+    case Action::push_down:
+    case Action::push_away:
+    case Action::push_closer:
+      return input_.hold(action);
+    case Action::zoom_in:
+      return zoom(1 / kZoomNotch);
+    case Action::zoom_out:
+      return zoom(kZoomNotch);
+    case Action::turn_left:
+      return scene_->turn({0, -kTurn_rad});
+    case Action::turn_right:
+      return scene_->turn({0, kTurn_rad});
+    case Action::turn_up:
+      return scene_->turn({-kTurn_rad, 0});
+    case Action::turn_down:
+      return scene_->turn({kTurn_rad, 0});
+    case Action::overview:
+      tooltip_.clear();
+      return scene_->nextOverview();
+    case Action::freeze:
+      frozen_ = !frozen_;
+      return;
+    case Action::search:
+      panels.search = search.focus = true;
+      search.text.clear();
+      search.error.clear();
+      return findNames();
+    case Action::set_bookmark:
+    case Action::go_to_bookmark:
+      awaiting_letter_ = action;
+      return;
+    case Action::screenshot:
+      picture_wanted_ = 1;
+      return;
+    case Action::screenshot_large:
+      picture_wanted_ = 3;
+      return;
+    default:
+      if (action == Action::centre) scene_->viewpoint().centre();
+      scene_->travel().act(action);
+  }
+}
+
+void WindowActions::closeTop() {
+  if (panels.help)
+    panels.help = false;
+  else if (panels.search)
+    panels.search = false;
+  else if (panels.settings)
+    panels.settings = false;
+  else if (screenshots_.isDrawing())
+    screenshots_.cancel();
+  else if (scene_)
+    scene_->travel().stopHand();
+}
+
+void WindowActions::zoom(double factor) {
+  tooltip_.clear();
+  scene_->zoom(factor);
+}
+
+void WindowActions::findNames() {
+  scene_->travel().findNames(search.text, [this, text = search.text](std::vector<std::string> names) {
+    if (text == search.text) search.names = std::move(names);
+  });
+}
+
+void WindowActions::lookUnderPointer(double now_s) {
+  if (panels.help || panels.search || panels.settings || input_.isDragging() || window_.pointerOnPanel())
+    return tooltip_.clear();
+  if (!tooltip_.isDue(now_s) || !scene_->travel().isIdle()) return;
+  tooltip_.lookUp(scene_->travel(),
+                  pickRay(scene_->view(), input_.x(), input_.y(), window_.size(), kTooltip_px * window_.scale()));
+}
+
+void WindowActions::fill(PanelData& d) const {
+  d.frozen = frozen_;
+  if (awaiting_letter_ != Action::none)
+    d.hint = awaiting_letter_ == Action::set_bookmark ? "type a letter for the bookmark" : "type the bookmark's letter";
+  d.tooltip = tooltip_.text();
+  d.tooltip_x = input_.x();
+  d.tooltip_y = input_.y();
+}
+
+void WindowActions::describe(nlohmann::ordered_json& json) const {
+  json["help"] = panels.help;
+  json["search"] = panels.search;
+  json["search_text"] = search.text;
+  json["search_error"] = search.error;
+  json["frozen"] = frozen_;
+  json["actions"] = acted_;
+  json["key_repeats"] = key_repeats_;
+  json["last_action"] = last_action_;
+  if (scene_ != nullptr) json["tooltip"] = tooltip_.text();
+}
+
+}  // namespace filiform::internal

@@ -1,0 +1,88 @@
+// What keys, mouse and wheel do: they act on the scene, the panels, the settings and the pictures. Thread rule: the
+// window's thread.
+#pragma once
+
+#include "viewer/gl/renderer.h"
+#include "viewer/window/internal/hand_input.h"
+#include "viewer/window/internal/messages.h"
+#include "viewer/window/internal/open_scene.h"
+#include "viewer/window/internal/screenshots.h"
+#include "viewer/window/internal/tooltip.h"
+#include "viewer/window/panels.h"
+#include "viewer/window/window.h"
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+namespace filiform::internal {
+
+class WindowActions {
+ public:
+  using Open = std::function<void(const std::vector<std::string>& paths)>;  // for files dropped on the window
+
+  // All references must outlive this object.
+  WindowActions(Window& window, const Renderer& renderer, Settings& settings, Messages& messages,
+                Screenshots& screenshots, Open open)
+      : window_(window),
+        renderer_(renderer),
+        settings_(settings),
+        messages_(messages),
+        screenshots_(screenshots),
+        open_(std::move(open)) {}
+
+  // Events act on this scene from now on; nullptr: there is none.
+  void enter(OpenScene* scene);
+  void handle(const InputEvent& event);
+  // Looks up the neurite under a pointer that rests. Requires a scene.
+  void lookUnderPointer(double now_s);
+  // Looks up names for the text of `search`. Requires a scene, which calls back before this object ends.
+  void findNames();
+
+  OpenPanels panels;
+  SearchPanel search;
+
+  const HandInput& input() const { return input_; }
+  bool isQuitting() const { return quitting_; }
+  bool isFrozen() const { return frozen_; }
+  // What was asked for since the last call: a picture so many times as large as the window, 0: none; a picture of the
+  // window with its panels.
+  int takePicture() { return std::exchange(picture_wanted_, 0); }
+  bool takeWindowPicture() { return std::exchange(window_picture_wanted_, false); }
+
+  // Adds tooltip and hint.
+  void fill(PanelData& data) const;
+  void describe(nlohmann::ordered_json& state) const;
+
+ private:
+  void pressButton(const InputEvent& event);
+  Action dragOf(const InputEvent& event);
+  void moved();
+  void press(const Key& key, bool repeated);
+  void act(Action action);
+  void actInScene(Action action);
+  void closeTop();
+  void zoom(double factor);
+
+  Window& window_;
+  const Renderer& renderer_;
+  Settings& settings_;
+  Messages& messages_;
+  Screenshots& screenshots_;
+  const Open open_;
+  OpenScene* scene_ = nullptr;
+
+  HandInput input_;
+  Tooltip tooltip_;
+  Action awaiting_letter_ = Action::none;
+  bool quitting_ = false, frozen_ = false, window_picture_wanted_ = false;
+  int picture_wanted_ = 0;
+  std::uint64_t acted_ = 0, key_repeats_ = 0;
+  std::string last_action_;
+};
+
+}  // namespace filiform::internal
