@@ -267,4 +267,9 @@ std::vector<std::string> Residency::failures() const {
   return impl_->loader.failed();
 }
 
+std::vector<std::string> Residency::missing() const {
+  const std::lock_guard lock(impl_->mutex);
+  return impl_->loader.missing();
+}
+
 }  // namespace filiform

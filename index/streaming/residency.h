@@ -175,6 +175,8 @@ class Residency {
   // One line for each tile whose last read failed: tile, file, offset, reason; by tile id. Then the other failed reads:
   // lists of cells, pages of the directory.
   std::vector<std::string> failures() const;
+  // Of these, what is claimed now.
+  std::vector<std::string> missing() const;
 
  private:
   struct Impl;

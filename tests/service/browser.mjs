@@ -80,13 +80,15 @@ export async function serveFolder(folder, origin) {
   return `http://127.0.0.1:${server.address().port}`;
 }
 
-// `filiform serve` at `listen`, of which port 0 is a free one. `end(signal)` returns when the process has ended.
+// `filiform serve` at `listen`, of which port 0 is a free one. `end(signal)` returns when the process has ended; a
+// process that was stopped goes on first.
 export async function startServer(filiform, args, listen = '127.0.0.1:0') {
   const child = spawn(filiform, ['serve', ...args, '--listen', listen], {stdio: ['ignore', 'pipe', 'ignore']});
   const end = (signal) => new Promise((done) => {
     if (child.exitCode !== null || child.signalCode !== null) return done();
     child.once('exit', done);
     child.kill(signal);
+    child.kill('SIGCONT');
   });
   endings.push(() => end('SIGTERM'));
   const address = await new Promise((done, fail) => {

@@ -72,6 +72,9 @@ export async function travel(browser, address, prepare, viewport = {width: 640, 
 export async function run(test) {
   try {
     console.log(await test());
+  } catch (error) {
+    console.error(error);  // now, since an ending may fail too
+    process.exitCode = 1;
   } finally {
     await endAll();
   }

@@ -6,7 +6,8 @@ void AnswerWatch::readBegins(Clock::time_point now) {
   if (reads_++ == 0 && !has_failed_) silent_since_ = now;
 }
 
-void AnswerWatch::answered(Clock::time_point now) {
+void AnswerWatch::answered(Clock::time_point asked, Clock::time_point now) {
+  if (has_failed_ && asked < failed_) return;
   has_failed_ = false;
   silent_since_ = now;
 }

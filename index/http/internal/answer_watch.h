@@ -15,7 +15,8 @@ class AnswerWatch {
 
   void readBegins(Clock::time_point now);
   void readEnds() { --reads_; }
-  void answered(Clock::time_point now);
+  // `asked`: when this request was sent. An answer to one sent before a failure says nothing of the network since.
+  void answered(Clock::time_point asked, Clock::time_point now);
   void unanswered(Clock::time_point now);  // no connection, or no answer in time
 
   // Sets `silent_s` and `lost`.

@@ -206,11 +206,13 @@ struct HttpClient::Impl {
     active.erase(at);
     bytes += flight->received();
     const std::vector<HttpJob*> jobs = flight->jobs();
-    curl_off_t sent_us = 0, answered_us = 0;
+    curl_off_t sent_us = 0, answered_us = 0, took_us = 0;
     curl_easy_getinfo(easy, CURLINFO_PRETRANSFER_TIME_T, &sent_us);
     curl_easy_getinfo(easy, CURLINFO_STARTTRANSFER_TIME_T, &answered_us);
+    curl_easy_getinfo(easy, CURLINFO_TOTAL_TIME_T, &took_us);
     const std::lock_guard lock(mutex);
-    code == CURLE_OK ? watch.answered(FlightClock::now()) : watch.unanswered(FlightClock::now());
+    const auto now = FlightClock::now();
+    code == CURLE_OK ? watch.answered(now - std::chrono::microseconds(took_us), now) : watch.unanswered(now);
     if (answered_us > sent_us) {
       const double took_s = 1e-6 * static_cast<double>(answered_us - sent_us);
       fastest_s = fastest_s > 0 ? std::min(1.01 * fastest_s, took_s) : took_s;  // forgets slowly

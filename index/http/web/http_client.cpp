@@ -104,6 +104,7 @@ struct HttpClient::Impl {
   }
 
   void make(const std::vector<HttpJob*>& jobs, std::unique_lock<std::mutex>& lock) {
+    const auto asked = Clock::now();
     ++under_way;
     if (jobs.front()->background) ++background;
     ++counted.requests;
@@ -122,7 +123,7 @@ struct HttpClient::Impl {
     --under_way;
     if (jobs.front()->background) --background;
     counted.bytes += bytes;
-    silent ? watch.unanswered(Clock::now()) : watch.answered(Clock::now());
+    silent ? watch.unanswered(Clock::now()) : watch.answered(asked, Clock::now());
     for (std::size_t i = 0; i < jobs.size(); ++i) {
       HttpJob& job = *jobs[i];
       if (again && isTriedAgain(job, wait_s)) {

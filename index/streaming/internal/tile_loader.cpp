@@ -204,6 +204,18 @@ std::vector<std::string> TileLoader::failed() const {
   return lines;
 }
 
+std::vector<std::string> TileLoader::missing() const {
+  std::vector<std::string> lines;
+  for (const auto& [tile, line] : failed_)
+    if (const TileSlot* const slot = slots_.find(tile); slot != nullptr && slot->last_claimed == plan_number_)
+      lines.push_back(line);
+  for (const auto& [cell, line] : failed_cells_)
+    if (const auto known = cells_.find(cell); known != cells_.end() && known->second.last_plan == plan_number_)
+      lines.push_back(line);
+  for (const auto& [page, failure] : failed_pages_) lines.push_back(failure.line);
+  return lines;
+}
+
 void TileLoader::ask(TileId tile) { asked_[tile] = {now_ + pace_.hold, ++ask_serial_}; }
 
 void TileLoader::settle() {

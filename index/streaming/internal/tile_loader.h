@@ -105,6 +105,7 @@ class TileLoader {
   const TileSlots& slots() const { return slots_; }
   const ResidencyCounters& counters() const { return counters_; }
   std::vector<std::string> failed() const;
+  std::vector<std::string> missing() const;
 
  private:
   struct Peer {

@@ -22,7 +22,7 @@ class AnswerWatchTest : public testing::Test {
 TEST_F(AnswerWatchTest, IsNotSilentWithoutReads) {
   EXPECT_EQ(at(seconds(5)).silent_s, 0);
   watch.readBegins(begin);
-  watch.answered(begin + seconds(1));
+  watch.answered(begin, begin + seconds(1));
   watch.readEnds();
   EXPECT_EQ(at(seconds(9)).silent_s, 0);
   EXPECT_FALSE(at(seconds(9)).lost);
@@ -32,7 +32,7 @@ TEST_F(AnswerWatchTest, CountsFromTheReadOrTheLastAnswer) {
   watch.readBegins(begin);
   watch.readBegins(begin + seconds(2));
   EXPECT_DOUBLE_EQ(at(seconds(3)).silent_s, 3);
-  watch.answered(begin + seconds(4));
+  watch.answered(begin, begin + seconds(4));
   watch.readEnds();
   EXPECT_DOUBLE_EQ(at(seconds(5)).silent_s, 1);
   EXPECT_FALSE(at(seconds(5)).lost);
@@ -45,9 +45,19 @@ TEST_F(AnswerWatchTest, IsLostFromAFailureToTheNextAnswer) {
   watch.readEnds();
   watch.readBegins(begin + seconds(3));
   EXPECT_DOUBLE_EQ(at(seconds(4)).silent_s, 4) << "since the first read without an answer";
-  watch.answered(begin + seconds(5));
+  watch.answered(begin + seconds(3), begin + seconds(5));
   EXPECT_FALSE(at(seconds(5)).lost);
   EXPECT_DOUBLE_EQ(at(milliseconds(5500)).silent_s, 0.5);
+}
+
+TEST_F(AnswerWatchTest, AnAnswerToAnEarlierRequestDoesNotEndTheLoss) {
+  watch.readBegins(begin);
+  watch.readBegins(begin);
+  watch.unanswered(begin + seconds(1));
+  watch.answered(begin, begin + seconds(2));
+  EXPECT_TRUE(at(seconds(3)).lost);
+  watch.answered(begin + seconds(2), begin + seconds(3));
+  EXPECT_FALSE(at(seconds(3)).lost);
 }
 
 TEST_F(AnswerWatchTest, ForgetsAFailureThatNothingRepeats) {

@@ -58,6 +58,23 @@ TEST_F(ResidencyTest, FailedTileDoesNotHoldUpTheOthers) {
   EXPECT_EQ(residency.counters().bytes, store_->heldBytes());
 }
 
+TEST_F(ResidencyTest, AFailedTileIsMissingWhileItIsClaimed) {
+  store_->failLoads(0);
+  Residency residency(*store_, options(UINT64_MAX, PrefetchPolicy::distance));
+  TileReader& reader = residency.addReader("hand");
+  reader.publishFocus(focusOn(0, 1));
+  residency.advance(0, 0);
+  ASSERT_EQ(residency.state(0), TileState::failed);
+  EXPECT_EQ(residency.missing(), residency.failures());
+  reader.publishFocus(focusOn(static_cast<TileId>(count() - 1), 1));
+  residency.advance(1, 0);
+  EXPECT_TRUE(residency.missing().empty());
+  EXPECT_EQ(residency.failures().size(), 1U);
+  reader.publishFocus(focusOn(0, 1));
+  residency.advance(2, 0);
+  EXPECT_EQ(residency.missing().size(), 1U);
+}
+
 TEST_F(ResidencyTest, FailureAmongTilesAskedTogetherIsSaid) {
   store_->failLoads(6, 1);
   Residency residency(*store_, options(UINT64_MAX));

@@ -283,6 +283,24 @@ TEST_F(SceneViews, ATileThatCannotBeReadIsSaidAndTriedAgain) {
   EXPECT_THROW(at_once.drawWhole(frame), CorruptTile);
 }
 
+TEST_F(SceneViews, AHighlightThatCannotBeReadIsTriedAgain) {
+  CountingStore broken(*store_);
+  SceneView scene(broken, nullptr, renderer_);
+  SceneFrame frame = frameOf(scene);
+  settle(scene, frame);
+  frame.cell = 0;
+  broken.failLoads(broken.loadCellDetail(0).tiles.front(), 1);
+  SceneFigures figures = settle(scene, frame);
+  ASSERT_EQ(figures.failed.size(), 1u);
+  EXPECT_NE(figures.failed[0].find("the highlighted cell"), std::string::npos) << figures.failed[0];
+  frame.time_s = 60;
+  for (int i = 0; i < 100 && !figures.complete; ++i) {
+    scene.waitForTiles(1);
+    figures = scene.draw(frame);
+  }
+  EXPECT_TRUE(figures.complete);
+}
+
 TEST_F(SceneViews, WhatIsNotDrawnLeavesTheCardWhenItIsFull) {
   SceneView scene(*set_, levels_.get(), renderer_);
   SceneFrame frame = frameOf(scene);

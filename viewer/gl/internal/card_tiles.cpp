@@ -98,14 +98,15 @@ void CardTiles::request(bool with_stand_ins, double now_s) {
   std::set<Node> met;
   request_again_ = false;
   next_retry_s_ = INFINITY;
+  const auto isDue = [&](const Slot& slot) {
+    if (!slot.error || slot.retry_s <= now_s) return true;
+    next_retry_s_ = std::min(next_retry_s_, slot.retry_s);
+    return false;
+  };
   const auto wish = [&](Node node) {
     Slot& tile = slots_[node];
     tile.used = frame_;
-    if (isCurrent(tile)) return;
-    if (tile.error && tile.retry_s > now_s) {
-      next_retry_s_ = std::min(next_retry_s_, tile.retry_s);
-      return;
-    }
+    if (isCurrent(tile) || !isDue(tile)) return;
     const Node coarser = above(node);
     const double error_px = coarser == kNone ? INFINITY : levels_->errorOnScreen(coarser, chosen_view_);
     wishes.push_back({error_px, node});
@@ -123,7 +124,7 @@ void CardTiles::request(bool with_stand_ins, double now_s) {
   });
   std::vector<TileJob> jobs;
   jobs.reserve(wishes.size() + 1);
-  if (cell_ && !isCurrent(cell_slot_) && !cell_slot_.error)
+  if (cell_ && !isCurrent(cell_slot_) && isDue(cell_slot_))
     jobs.push_back({.key = kNone,
                     .generation = generation_,
                     .colour = colour_,
@@ -138,10 +139,8 @@ void CardTiles::request(bool with_stand_ins, double now_s) {
                     .cell_colours = cell_colours_});
   for (const LevelId level : chosen_.unread) {
     const auto failed = unread_.find(level);
-    if (failed == unread_.end() || failed->second.retry_s <= now_s)
+    if (failed == unread_.end() || isDue(failed->second))
       jobs.push_back({.key = level, .level = true, .tile = level, .only_below = true});
-    else
-      next_retry_s_ = std::min(next_retry_s_, failed->second.retry_s);
   }
   loader_->want(std::move(jobs));
 }

@@ -26,7 +26,7 @@ TilePanel countTiles(const TileStore& store, const Residency* residency, const T
   if (residency == nullptr) return panel;
   panel.counters = residency->counters();
   panel.budget_bytes = residency->budget_bytes();
-  panel.failures = residency->failures();
+  panel.failures = residency->missing();
   panel.reads_s = static_cast<double>(panel.counters.reads - before.counters.reads) / since_s;
   panel.read_bytes_s =
       static_cast<double>(panel.counters.bytes_read_decoded - before.counters.bytes_read_decoded) / since_s;
