@@ -73,9 +73,8 @@ struct HttpSource::Impl {
     if (!isTileFileName(name)) throw UsageError("not the name of a file in a tile set");
     return address.files + name;
   }
-  internal::Bytes fetch(const std::string& name) const {
-    return client.readWhole(url(name), name == kCurrentName ? kMostCurrent : kMostManifest);
-  }
+  // Reads all of a small file. Manifests come from the cache on disk if they are there: only CURRENT changes.
+  internal::Bytes fetch(const std::string& name) const;
   // Reads from the server, more than asked for if the file is read piece after piece.
   void readRange(const std::string& name, std::uint64_t offset, std::span<std::uint8_t> bytes);
   // Reads from the cache on disk, or else from the server.
@@ -96,6 +95,27 @@ struct HttpSource::Impl {
     return url(name) + "@" + std::to_string(offset);
   }
 };
+
+internal::Bytes HttpSource::Impl::fetch(const std::string& name) const {
+  if (name == kCurrentName) return client.readWhole(url(name), kMostCurrent);
+  const std::string size_key = url(name) + "@size";
+  std::uint64_t size = 0;
+  const std::span<std::uint8_t> size_bytes(reinterpret_cast<std::uint8_t*>(&size), sizeof size);
+  if (cache != nullptr && cache->get(size_key, size_bytes) && size <= kMostCachedRead) {
+    internal::Bytes bytes(size);
+    if (cache->get(key(name, 0), bytes)) {
+      ++cache_hits;
+      return bytes;
+    }
+  }
+  internal::Bytes bytes = client.readWhole(url(name), kMostManifest);
+  size = bytes.size();
+  if (cache != nullptr && size <= kMostCachedRead) {
+    cache->put(key(name, 0), bytes);
+    cache->put(size_key, size_bytes);
+  }
+  return bytes;
+}
 
 void HttpSource::Impl::readRange(const std::string& name, std::uint64_t offset, std::span<std::uint8_t> bytes) {
   if (ahead.take(name, offset, bytes)) return;
@@ -204,7 +224,8 @@ void HttpSource::read(const std::string& name, std::uint64_t offset, std::span<s
 }
 
 bool HttpSource::discard(const std::string& name, std::uint64_t offset, std::uint64_t bytes) const {
-  if (impl_->isKept(name, bytes)) impl_->cache->remove(impl_->key(name, offset));
+  if (impl_->cache != nullptr && (isSmallFile(name) || impl_->isKept(name, bytes)))
+    impl_->cache->remove(impl_->key(name, offset));
   const std::uint64_t block = impl_->block_bytes;
   if (impl_->cache != nullptr && isDirectory(name))
     for (std::uint64_t at = offset / block * block; at < offset + bytes; at += block)

@@ -21,10 +21,14 @@ Revision::Revision(std::unique_ptr<TileSource> source) : source_(std::move(sourc
   name_.assign(line.begin(), line.end());
   if (size != 19 || name_.back() != '\n' || (name_.pop_back(), !isRevisionName(name_)))
     throw CorruptSet(current, 0, "does not name a revision");
-  const Bytes bytes = read(kManifestFile, 0, sizeOnDisk(kManifestFile));
-  text_.assign(bytes.begin(), bytes.end());
   const std::string file_name = describe(kManifestFile);
-  if (revisionName(text_) != name_) throw CorruptSet(file_name, 0, "its digest differs from the revision's name");
+  const auto readText = [&] {
+    const Bytes bytes = read(kManifestFile, 0, sizeOnDisk(kManifestFile));
+    text_.assign(bytes.begin(), bytes.end());
+    return revisionName(text_) == name_;
+  };
+  if (!readText() && !(discard(kManifestFile, 0, text_.size()) && readText()))
+    throw CorruptSet(file_name, 0, "its digest differs from the revision's name");
   try {
     manifest_ = decodeManifest(text_);
   } catch (const OtherVersion& version) {
