@@ -37,7 +37,7 @@ struct ReaderFocus {
   NodeId active_node{UINT32_MAX, UINT32_MAX};  // a node of the proxy's segment; the walk ahead starts there
   Vector3d p_W = Vector3d::Zero();             // proxy, um
   Vector3d v_W = Vector3d::Zero();             // velocity of the proxy, um/s
-  double pull_um = 0;                          // distance from the proxy to the hand
+  Vector3d pull_W = Vector3d::Zero();          // from the proxy to the hand, um
   double radius_um = 0;                        // half the workspace: tiles within it are claimed, nearest first
   bool is_view = false;                        // for a camera: its surroundings come after those of all proxies
   // A pending jump that waits for its tiles; kNoTile: none. These tiles are claimed after the active tiles.

@@ -263,7 +263,7 @@ ReaderFocus Navigation::focus() const noexcept {
   if (state_.mode == NavigationMode::constrained && place().valid()) {
     focus.active_tile = place().tile;
     focus.active_node = place().at_node ? place().node : NodeId{place().segment.cell, place().segment.segment};
-    if (tick_.h_W.allFinite()) focus.pull_um = (tick_.h_W - state_.p_W).norm();
+    if (tick_.h_W.allFinite()) focus.pull_W = tick_.h_W - state_.p_W;
   }
   return focus;
 }

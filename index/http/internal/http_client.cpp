@@ -216,6 +216,7 @@ struct HttpClient::Impl {
     if (answered_us > sent_us) {
       const double took_s = 1e-6 * static_cast<double>(answered_us - sent_us);
       fastest_s = fastest_s > 0 ? std::min(1.01 * fastest_s, took_s) : took_s;  // forgets slowly
+      queue.setLatency(fastest_s);
     }
     try {
       HttpLanding landing = flight->land(code);

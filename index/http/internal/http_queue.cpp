@@ -3,6 +3,22 @@
 #include <algorithm>
 
 namespace filiform::internal {
+namespace {
+
+// Within this time, a request is answered as from near. From there on gaps and requests grow with the time, up to so
+// many times.
+constexpr double kNear_s = 0.02, kMostGapGrowth = 8, kMostUrgentGrowth = 2;
+
+std::uint64_t times(std::uint64_t bytes, double growth, double most) {
+  return static_cast<std::uint64_t>(static_cast<double>(bytes) * std::clamp(growth, 1.0, most));
+}
+
+}  // namespace
+
+void HttpQueue::setLatency(double s) {
+  most_gap_ = times(kMostGap, s / kNear_s, kMostGapGrowth);
+  most_urgent_ = times(kMostUrgent, s / kNear_s, kMostUrgentGrowth);
+}
 
 std::vector<HttpJob*> HttpQueue::take(HttpJob::Clock::time_point now, bool background) {
   const auto next = [&](bool of_background) {
@@ -26,9 +42,9 @@ std::vector<HttpJob*> HttpQueue::take(HttpJob::Clock::time_point now, bool backg
     std::vector<HttpJob*> kept{first};
     const auto grow = [&](HttpJob* job) {
       const std::uint64_t low = std::min(begin, job->offset), high = std::max(end, job->end());
-      const bool near = job->offset <= end + kMostGap && begin <= job->end() + kMostGap;
+      const bool near = job->offset <= end + most_gap_ && begin <= job->end() + most_gap_;
       if (!near ||
-          high - low > std::max<std::uint64_t>(first->background ? kMostMerged : kMostUrgent, first->bytes.size()))
+          high - low > std::max<std::uint64_t>(first->background ? kMostMerged : most_urgent_, first->bytes.size()))
         return;
       kept.push_back(job);
       begin = low, end = high;

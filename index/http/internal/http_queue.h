@@ -12,10 +12,12 @@ namespace filiform::internal {
 // Thread rule: thread-compatible.
 class HttpQueue {
  public:
-  static constexpr std::uint64_t kMostGap = 24 << 10;  // bytes between two ranges of one request
+  static constexpr std::uint64_t kMostGap = 24 << 10;  // bytes between two ranges of one request; more from far away
   // Bytes of a request for several ranges, in the background and otherwise: the last range waits for the first.
   static constexpr std::uint64_t kMostMerged = 4u << 20, kMostUrgent = 256u << 10;
 
+  // `s`: from a request to its answer. The farther the server, the more bytes one request is worth.
+  void setLatency(double s);
   void add(HttpJob& job) { jobs_.push_back(&job); }
   bool empty() const { return jobs_.empty(); }
   // Takes the job that has waited longest among those whose wait is over, and all that can share its request, among
@@ -28,6 +30,7 @@ class HttpQueue {
 
  private:
   std::deque<HttpJob*> jobs_;  // in the order of arrival
+  std::uint64_t most_gap_ = kMostGap, most_urgent_ = kMostUrgent;
 };
 
 }  // namespace filiform::internal

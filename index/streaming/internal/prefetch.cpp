@@ -13,10 +13,14 @@ namespace {
 constexpr double kMinReach_um = 1.0;
 // Factors by which the time to reach a tile grows: back along the neurite, and by the angle of the turn at a branching.
 constexpr double kBack = 2.0, kTurn = 1.5, kMost = 4.0;
+// The same for tiles beyond the ends of the walk: times longer behind than straight ahead.
+constexpr double kAside = 3;
 constexpr std::size_t kMaxEnds = 64;
 // Reach gained for each um between the hand and the proxy, up to twice the usual reach. A hand that waits beside a
 // branch soon has the patience to climb far (bounded climb: half the workspace, and down again on the other side).
 constexpr double kPull = 20;
+// Part of the usual reach that is gained for each s of look-ahead: from far away, a tile beyond the reach comes late.
+constexpr double kPatience = 1;
 // On a neurite, the proxy reaches its surroundings only along the neurite, which claimAhead() covers. In 1.9e8
 // segments, a tour met no absent tile with an eighth of the workspace's radius or with all of it. An eighth needs an
 // eighth of the tile reads.
@@ -50,14 +54,14 @@ Prefetch::Prefetch(const internal::KnownPages& store, const TileFinder& finder, 
   setLookahead(lookahead_s);
 }
 
-double Prefetch::distance_um(TileId tile, const Vector3d& p_W) const {
+Vector3d Prefetch::wayTo(TileId tile, const Vector3d& p_W) const {
   const std::optional<GridBox> page = store_.boxOfUnknown(tile);
   const TileEntry* const entry = page ? nullptr : store_.find(tile);
-  if (!page && entry == nullptr) return 0;
+  if (!page && entry == nullptr) return Vector3d::Zero();
   const GridBox& box = page ? *page : entry->content;
-  if (box.empty()) return std::numeric_limits<double>::infinity();
+  if (box.empty()) return Vector3d::Constant(std::numeric_limits<double>::infinity());
   const Grid grid = store_.grid();
-  return (grid.toWorld(box.lo) - p_W).cwiseMax(p_W - grid.toWorld(box.hi)).cwiseMax(0.0).norm();
+  return p_W.cwiseMax(grid.toWorld(box.lo)).cwiseMin(grid.toWorld(box.hi)) - p_W;
 }
 
 void Prefetch::claimAhead(const ReaderFocus& focus, const TileTable& loaded, std::span<const TileId> cell_tiles,
@@ -69,13 +73,17 @@ void Prefetch::claimAhead(const ReaderFocus& focus, const TileTable& loaded, std
   std::optional<std::uint32_t> start;
   if (tile != nullptr) start = tile->findNode(focus.active_node);
 
-  const double speed = focus.v_W.allFinite() ? focus.v_W.norm() : 0.0;
-  const Vector3d heading = speed > 0 ? Vector3d(focus.v_W / speed) : Vector3d(Vector3d::Zero());
+  const Vector3d v_W = focus.v_W.allFinite() ? focus.v_W : Vector3d(Vector3d::Zero());
+  const Vector3d pull_W = focus.pull_W.allFinite() ? focus.pull_W : Vector3d(Vector3d::Zero());
+  const double speed = v_W.norm(), pull_um = pull_W.norm();
+  // Where the proxy will be. At the end of what is in memory it stands still, and only the pull has a direction.
+  const Vector3d heading = (v_W * lookahead_s_ + pull_W).stableNormalized();
   // At rest or slow motion, the proxy may start in any direction: walk at least the workspace's radius.
   const double usual_um = std::max({speed * lookahead_s_, focus.radius_um, kMinReach_um});
   const double pace_um_s = usual_um / lookahead_s_;
   // The farther the hand is from the proxy, the farther along the neurite the solver looks and the proxy may leap.
-  const double reach_um = usual_um + (focus.pull_um > 0 ? std::min(kPull * focus.pull_um, 2 * usual_um) : 0);
+  const double reach_um =
+      usual_um + std::clamp(kPull * pull_um, std::min(1.0, kPatience * lookahead_s_) * usual_um, 2 * usual_um);
 
   std::unordered_map<TileId, double> cost;
   std::vector<End> ends;
@@ -154,8 +162,11 @@ void Prefetch::claimAhead(const ReaderFocus& focus, const TileTable& loaded, std
     double best = std::numeric_limits<double>::infinity();
     for (const End& end : ends) {
       if (end.cost_s >= best) break;
-      const double way_um = distance_um(id, end.p_W);
-      if (end.arc_um + way_um < most_um) best = std::min(best, end.cost_s + end.weight * way_um / pace_um_s);
+      const Vector3d way_W = wayTo(id, end.p_W);
+      const double way_um = way_W.norm();
+      if (end.arc_um + way_um >= most_um) continue;
+      const double aside_um = 0.5 * (kAside - 1) * (way_um - way_W.dot(heading));
+      best = std::min(best, end.cost_s + end.weight * (way_um + aside_um) / pace_um_s);
     }
     if (!std::isfinite(best)) continue;
     store_.setCost(best);

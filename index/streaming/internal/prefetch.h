@@ -49,9 +49,11 @@ class Prefetch {
   void setLookahead(double s) { lookahead_s_ = s > 0 ? s : 1e-3; }
 
   // Distance from a point to the box of the tile's content; 0 inside. In a page that is not known: a lower bound.
-  double distance_um(TileId tile, const Vector3d& p_W) const;
+  double distance_um(TileId tile, const Vector3d& p_W) const { return wayTo(tile, p_W).norm(); }
 
  private:
+  Vector3d wayTo(TileId tile, const Vector3d& p_W) const;  // to the nearest point of this box
+
   const internal::KnownPages& store_;
   const TileFinder& finder_;
   PrefetchPolicy policy_;

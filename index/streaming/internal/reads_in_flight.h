@@ -25,18 +25,19 @@ class ReadsInFlight {
     // The base forgets slowly, so that it follows a path that has become longer.
     base_s_ = std::min(1.05 * base_s_, shortest_s_);
     if (mean_s < kNear_s || mean_s > kCrowded * base_s_) {
-      now_ = std::max(least_, now_ - std::min(now_, kDown));
+      now_ = std::max(least_, now_ - std::max(now_ / 4, 1U));
     } else if (mean_s < kFree * base_s_) {
       now_ = std::min(most_, now_ + kUp);
     }
     sum_s_ = 0, shortest_s_ = std::numeric_limits<double>::infinity(), count_ = 0;
   }
   unsigned most() const { return now_; }
+  double fastest_s() const { return std::isfinite(base_s_) ? base_s_ : 0; }  // of the last reads; 0: not known
 
  private:
-  static constexpr unsigned kWindow = 16, kUp = 8, kDown = 4;
-  static constexpr double kNear_s = 0.004;          // a source as near as this needs no more reads
-  static constexpr double kFree = 3, kCrowded = 6;  // mean time of a read over that of the fastest
+  static constexpr unsigned kWindow = 16, kUp = 4;
+  static constexpr double kNear_s = 0.004;             // a source as near as this needs no more reads
+  static constexpr double kFree = 1.25, kCrowded = 2;  // mean time of a read over that of the fastest
   const unsigned least_, most_;
   unsigned now_, count_ = 0;
   double sum_s_ = 0, shortest_s_ = std::numeric_limits<double>::infinity();

@@ -150,6 +150,7 @@ class TileLoader {
   void collectClaims();
   void claimHolds();
   void claimFor(Peer& peer);
+  double targetTime_s() const;
   void claimTarget(Peer& peer);
   void claimBesideTarget(const ReaderFocus& there, std::uint64_t room, std::vector<TileClaim>& claims) const;
   void tellTargets();

@@ -6,13 +6,15 @@
 namespace filiform::internal {
 namespace {
 
-// For a jump's target: time within which the proxy may reach a tile that is claimed. For prefetch by distance: the
-// corresponding fraction of the workspace's radius.
-constexpr double kTargetTime_s = 0.28, kTargetPart = 0.4;
+// For a jump's target: time within which the proxy may reach a tile that is claimed, at least, and in times of the
+// fastest reads. For prefetch by distance: the corresponding fraction of the workspace's radius.
+constexpr double kTargetTime_s = 0.28, kTargetReads = 4, kTargetPart = 0.4;
 // The jump waits for the tiles within this part of both. The others arrive before the hand does.
-constexpr double kAwaitedPart = 0.5;
+constexpr double kAwaitedPart = 0.7;
 
 }  // namespace
+
+double TileLoader::targetTime_s() const { return std::max(kTargetTime_s, kTargetReads * in_flight_.fastest_s()); }
 
 void TileLoader::claimTarget(Peer& p) {
   p.target.clear();
@@ -22,19 +24,20 @@ void TileLoader::claimTarget(Peer& p) {
   there.active_node = p.focus.target_node;
   there.p_W = p.focus.target_W;
   there.v_W.setZero();
-  there.pull_um = 0;
+  there.pull_W.setZero();
+  const double time_s = targetTime_s();
   const std::uint64_t room = partOf(p) / 2;  // half: the proxy is still at its old position
   if (options_.prefetch == PrefetchPolicy::structure) {
     const std::span<const TileId> cell_tiles = tilesOf(there.active_node.cell);
     prefetch_.claimAhead(there, loaded_, cell_tiles, room, p.target);
-    std::erase_if(p.target, [](const TileClaim& c) { return c.cost > kTargetTime_s; });
+    std::erase_if(p.target, [&](const TileClaim& c) { return c.cost > time_s; });
     if (cell_tiles.empty() || !inMemory(there.active_tile)) claimBesideTarget(there, room, p.target);
   } else {
     there.radius_um *= kTargetPart;
     prefetch_.claimAround(there, room, p.target);
   }
   p.target_open = std::any_of(pages_.noted().begin(), pages_.noted().end(), [&](const auto& noted) {
-    return noted.second <= kAwaitedPart * kTargetTime_s && !failed_pages_.contains(noted.first);
+    return noted.second <= kAwaitedPart * time_s && !failed_pages_.contains(noted.first);
   });
   std::erase_if(p.target, [&](const TileClaim& c) { return c.tile == there.active_tile; });
   p.target.insert(p.target.begin(), {there.active_tile, -1});
@@ -46,7 +49,7 @@ void TileLoader::claimTarget(Peer& p) {
 void TileLoader::claimBesideTarget(const ReaderFocus& there, std::uint64_t room, std::vector<TileClaim>& claims) const {
   const std::size_t known = claims.size();
   prefetch_.claimAround(there, room, claims);
-  for (std::size_t i = known; i < claims.size(); ++i) claims[i].cost = kTargetTime_s + 1e-6 * claims[i].cost;
+  for (std::size_t i = known; i < claims.size(); ++i) claims[i].cost = targetTime_s() + 1e-6 * claims[i].cost;
 }
 
 void TileLoader::tellTargets() {
@@ -55,7 +58,7 @@ void TileLoader::tellTargets() {
     if (!p.target_open && !p.target.empty() && p.planned.target_node == p.focus.target_node) {
       const double farthest =
           kAwaitedPart *
-          (options_.prefetch == PrefetchPolicy::structure ? kTargetTime_s : kTargetPart * p.planned.radius_um);
+          (options_.prefetch == PrefetchPolicy::structure ? targetTime_s() : kTargetPart * p.planned.radius_um);
       bool all = true;
       for (std::size_t i = 0; i < p.target.size() && p.target[i].cost <= farthest && all; ++i) {
         const TileSlot* const slot = slots_.find(p.target[i].tile);

@@ -41,6 +41,22 @@ TEST_F(HttpQueueTest, NearRangesOfOneFileGoTogether) {
   EXPECT_TRUE(queue.take(now_).empty());
 }
 
+TEST_F(HttpQueueTest, FromFarAwayWiderGapsAreWorthNoSecondRequest) {
+  constexpr std::uint64_t kGap = 4 * HttpQueue::kMostGap;
+  const auto together = [&](double latency_s, std::uint64_t gap) {
+    HttpJob a = range("f", 0, 1000), b = range("f", 1000 + gap, 1000);
+    HttpQueue queue;
+    queue.setLatency(latency_s);
+    queue.add(a);
+    queue.add(b);
+    return queue.take(now_).size() == 2;
+  };
+  EXPECT_FALSE(together(0.001, kGap));
+  EXPECT_FALSE(together(0.02, kGap));
+  EXPECT_TRUE(together(0.15, kGap));
+  EXPECT_FALSE(together(10, 4 * kGap)) << "bounded";
+}
+
 TEST_F(HttpQueueTest, ARequestStaysSmallAndALargeRangeGoes) {
   std::vector<HttpJob> jobs;
   constexpr std::uint64_t kPiece = 1 << 20;

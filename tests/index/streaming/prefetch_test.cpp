@@ -150,6 +150,7 @@ TEST_F(PrefetchTest, BehindComesLaterButAsFar) {
 
 TEST_F(PrefetchTest, TheFartherTheHandTheFartherTheReach) {
   ReaderFocus focus = at(500, 0, 100);
+  const Vector3d way_W = Vector3d::UnitX();
   const auto reaches = [&](std::uint32_t sample) {
     claim(PrefetchPolicy::structure, focus);
     return costOf(structure_, homeOf(sample)) < 1e9;
@@ -159,20 +160,34 @@ TEST_F(PrefetchTest, TheFartherTheHandTheFartherTheReach) {
       for (TileId tile = 0; tile < store_->tile_count(); ++tile) load(tile);
     else
       load(homeOf(500)), cell_tiles_ = store_->loadCellDetail(0).tiles;
-    focus.pull_um = 0;
+    focus.pull_W.setZero();
     EXPECT_TRUE(reaches(508));
     EXPECT_FALSE(reaches(516));
-    focus.pull_um = 8;
+    focus.pull_W = 8 * way_W;
     EXPECT_TRUE(reaches(516));
-    for (const double far_um : {1e4, std::numeric_limits<double>::infinity()}) {
-      focus.pull_um = far_um;
-      EXPECT_TRUE(reaches(526));
-      EXPECT_FALSE(reaches(536)) << "three times the reach, in " << (in_memory ? "memory" : "the list of tiles");
+    focus.pull_W = 1e4 * way_W;
+    EXPECT_TRUE(reaches(526));
+    EXPECT_FALSE(reaches(536)) << "three times the reach, in " << (in_memory ? "memory" : "the list of tiles");
+    for (const double wrong : {std::numeric_limits<double>::infinity(), std::numeric_limits<double>::quiet_NaN()}) {
+      focus.pull_W = wrong * way_W;
+      EXPECT_FALSE(reaches(516));
     }
-    focus.pull_um = std::numeric_limits<double>::quiet_NaN();
-    EXPECT_FALSE(reaches(516));
     loaded_ = std::make_unique<TileTable>(store_->tile_count());
     kept_.clear();
+  }
+}
+
+TEST_F(PrefetchTest, ThePullSaysWhatComesFirst) {
+  load(homeOf(500));
+  cell_tiles_ = store_->loadCellDetail(0).tiles;
+  ReaderFocus focus = at(500, 0, 100);  // the proxy stands at the end of what is in memory
+  focus.radius_um = 1000;
+  for (const double way : {1.0, -1.0}) {
+    focus.pull_W = Vector3d(way * 8, 0, 0);
+    claim(PrefetchPolicy::structure, focus);
+    const double ahead = costOf(structure_, homeOf(way > 0 ? 540 : 460));
+    const double behind = costOf(structure_, homeOf(way > 0 ? 460 : 540));
+    EXPECT_LT(1.5 * ahead, behind) << "pull to " << way;
   }
 }
 
