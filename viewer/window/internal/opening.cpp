@@ -2,6 +2,7 @@
 
 #include "index/errors.h"
 #include "index/text.h"
+#include "viewer/window/internal/started_session.h"
 
 #include <algorithm>
 #include <chrono>
@@ -93,9 +94,7 @@ void Opening::takeScene() { opened_ = scene_.get(); }
 
 void Opening::openDevice(const SessionOptions& options) {
   opened_->options = fitTo(opened_->scene, options);
-  session_ = std::async(std::launch::async, [&store = *opened_->scene.store, wanted = opened_->options] {
-    return std::make_unique<Session>(store, wanted);
-  });
+  session_ = startSession(*opened_->scene.store, opened_->options);
 }
 
 bool Opening::isReady() const { return isThere(session_); }
