@@ -87,8 +87,8 @@ std::optional<PlaceFinder::Picked> PlaceFinder::along(const RayQuery& ray) const
   return Picked{impl_->at(hits[0].tile, hits[0].segment, hits[0].t), hits[0].along_um, hits[0].distance_um};
 }
 
-std::optional<PlaceFinder::Picked> PlaceFinder::nearest(const Vector3d& p_W) const {
-  const std::vector<NearestResult> found = impl_->nearest.find(p_W);
+std::optional<PlaceFinder::Picked> PlaceFinder::nearest(const Vector3d& p_W, double epsilon) const {
+  const std::vector<NearestResult> found = impl_->nearest.find(p_W, {.epsilon = epsilon});
   if (found.empty()) return std::nullopt;
   return Picked{impl_->at(found[0].tile, found[0].segment, found[0].t), 0, found[0].distance_um};
 }

@@ -30,7 +30,8 @@ class PlaceFinder {
   // Nullopt if the ray hits nothing, or if the scene is empty. Throws CorruptTile, CorruptSet, IoError from the store;
   // UsageError as Nearest does.
   std::optional<Picked> along(const RayQuery& ray) const;
-  std::optional<Picked> nearest(const Vector3d& p_W) const;
+  // `epsilon`: see NearestQuery.
+  std::optional<Picked> nearest(const Vector3d& p_W, double epsilon = 0) const;
   // The place of sample `node` (rank) of a cell that walk() has read.
   ProxyPlace atSample(const CellWalk& walk, std::uint32_t cell, std::uint32_t node) const;
   // Reads the cell as readCell() does. O(segments of the cell).

@@ -51,5 +51,24 @@ TEST(PlaceFinder, ASomaIsFoundWithoutReadingTheWholeCell) {
   EXPECT_LT(loads, tiles);  // the home of the root included, which is read once
 }
 
+TEST(PlaceFinder, APlaceThatMayBeFartherTakesFewerTiles) {
+  constexpr double kEpsilon = 20;
+  CellList cells(test::randomColumn(13, 20, 2000, 200));
+  const auto built = buildTilesInMemory(cells, {.capacity = 50});
+  std::size_t loads = 0, exact_loads = 0;
+  for (int i = 0; i < 40; ++i) {
+    const Vector3d p_W(7.0 * i - 140, 200 - 9.0 * i, 5.0 * i - 100);
+    const test::CountingStore exactly(*built), roughly(*built);
+    const auto nearest = PlaceFinder(exactly).nearest(p_W);
+    const auto near = PlaceFinder(roughly).nearest(p_W, kEpsilon);
+    ASSERT_TRUE(nearest && near);
+    EXPECT_LE(near->distance_um, (1 + kEpsilon) * nearest->distance_um * (1 + 1e-9)) << i;
+    EXPECT_LE(roughly.loads().size(), exactly.loads().size()) << i;
+    loads += roughly.loads().size();
+    exact_loads += exactly.loads().size();
+  }
+  EXPECT_LT(loads, exact_loads);
+}
+
 }  // namespace
 }  // namespace filiform

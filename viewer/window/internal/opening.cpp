@@ -19,7 +19,7 @@ bool isThere(const std::future<T>& future) {
 }
 
 // The place that the caller wants, else the user's last place, else the soma of the largest cell; from far away, where
-// a soma may take hundreds of reads, the neurite nearest to the middle of the scene.
+// a soma may take hundreds of reads, a neurite near the middle of the scene.
 ProxyPlace startOf(Opened& opened, const std::string& place) {
   const TileStore& store = *opened.scene.store;
   if (!place.empty()) {
@@ -35,7 +35,9 @@ ProxyPlace startOf(Opened& opened, const std::string& place) {
   if (store.isRemote()) {
     const GridBox usual = store.usualBox().box;
     if (usual.empty()) return {};
-    const auto found = opened.finder->nearest(0.5 * (store.grid().toWorld(usual.lo) + store.grid().toWorld(usual.hi)));
+    const Vector3d middle_W = 0.5 * (store.grid().toWorld(usual.lo) + store.grid().toWorld(usual.hi));
+    // Any neurite near the middle will do. The nearest one may take ten reads, one after the other.
+    const auto found = opened.finder->nearest(middle_W, 20);
     return found ? found->place : ProxyPlace{};
   }
   std::uint32_t largest = 0;
