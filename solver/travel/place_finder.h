@@ -30,8 +30,10 @@ class PlaceFinder {
   // Nullopt if the ray hits nothing, or if the scene is empty. Throws CorruptTile, CorruptSet, IoError from the store;
   // UsageError as Nearest does.
   std::optional<Picked> along(const RayQuery& ray) const;
-  // `epsilon`: see NearestQuery.
-  std::optional<Picked> nearest(const Vector3d& p_W, double epsilon = 0) const;
+  std::optional<Picked> nearest(const Vector3d& p_W) const;
+  // Any place near a point, with one read: the nearest of those in the home tile of the point. If that tile has no
+  // segment: nearest().
+  std::optional<Picked> anyNear(const Vector3d& p_W) const;
   // The place of sample `node` (rank) of a cell that walk() has read.
   ProxyPlace atSample(const CellWalk& walk, std::uint32_t cell, std::uint32_t node) const;
   // Reads the cell as readCell() does. O(segments of the cell).

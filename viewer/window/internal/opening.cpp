@@ -36,8 +36,8 @@ ProxyPlace startOf(Opened& opened, const std::string& place) {
     const GridBox usual = store.usualBox().box;
     if (usual.empty()) return {};
     const Vector3d middle_W = 0.5 * (store.grid().toWorld(usual.lo) + store.grid().toWorld(usual.hi));
-    // Any neurite near the middle will do. The nearest one may take ten reads, one after the other.
-    const auto found = opened.finder->nearest(middle_W, 20);
+    // The nearest neurite may take ten reads, one after the other.
+    const auto found = opened.finder->anyNear(middle_W);
     return found ? found->place : ProxyPlace{};
   }
   std::uint32_t largest = 0;
