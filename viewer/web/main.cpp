@@ -64,8 +64,8 @@ void download(const Picture& picture, const std::string& path) {
       rgba.data(), picture.width, picture.height, name.c_str());
 }
 
-// A thread of this program begins only while the page's thread rests, and the window takes some tenths of a second to
-// make. So the set's thread begins first, and reads meanwhile.
+// A thread of this program begins only while the page's thread rests. So the thread that opens the set begins first,
+// and reads while the window is made.
 bool makeWindow() {
   if (!has_begun_opening && ++frames_before < kMostFramesBefore) return true;
   try {

@@ -1,5 +1,5 @@
-// A browser makes six requests to a host at once, and a tile takes two. More threads would only wait, and each takes
-// about 30 ms of a processor to begin. Stands in for reads_at_once.cpp in the preset `web`.
+// A browser makes six requests to a host at once, and a tile takes two. More threads would only wait. Stands in for
+// reads_at_once.cpp in the preset `web`.
 #include "index/set/reads_at_once.h"
 
 namespace filiform {
