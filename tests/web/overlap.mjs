@@ -22,7 +22,7 @@ await run(async () => {
   await page.goto(`${address}/travel/${name}?segments=${kSegments}#${cell}:${sample}&zoom=${kZoom_um}`);
   await opened(page);
   await page.keyboard.press('m', {delay: 60});  // the minimap
-  await page.mouse.move(kWidth - 150, 100);     // over a panel: no tooltip
+  await page.mouse.move(kWidth - 150, 100);     // above the rows that are compared: it may have a tooltip
   await waitFor('a complete picture at rest', async () => {
     const now = await state(page);
     return now.complete && !now.moving && now.pending === 0 && now.sample === sample && now.force_N < 0.01;
