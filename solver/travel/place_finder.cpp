@@ -1,11 +1,13 @@
 #include "solver/travel/place_finder.h"
 
 #include "index/errors.h"
+#include "index/geometry/closest_point.h"
 #include "index/set/tiles_ahead.h"
 #include "index/text.h"
 #include "solver/graph/graph_view.h"
 
 #include <algorithm>
+#include <cmath>
 #include <mutex>
 #include <utility>
 
@@ -91,6 +93,26 @@ std::optional<PlaceFinder::Picked> PlaceFinder::nearest(const Vector3d& p_W) con
   const std::vector<NearestResult> found = impl_->nearest.find(p_W);
   if (found.empty()) return std::nullopt;
   return Picked{impl_->at(found[0].tile, found[0].segment, found[0].t), 0, found[0].distance_um};
+}
+
+std::optional<PlaceFinder::Picked> PlaceFinder::anyNear(const Vector3d& p_W) const {
+  const Grid grid = impl_->store.grid();
+  const TileId home = impl_->store.home(grid.snap(p_W));
+  if (home == kNoTile) return nearest(p_W);
+  Reading reading(impl_->store);
+  const Tile& tile = reading.load(home);
+  std::optional<std::uint32_t> best;
+  ClosestPoint closest{};
+  for (std::uint32_t s = 0; s < tile.segment_count(); ++s) {
+    const Tile::Link link = tile.link(s);
+    const ClosestPoint now =
+        closestPoint(grid.toWorld(tile.gridPoint(link.child)), grid.toWorld(tile.gridPoint(link.parent)), p_W);
+    if (best && now.squared_distance >= closest.squared_distance) continue;
+    best = s;
+    closest = now;
+  }
+  if (!best) return nearest(p_W);
+  return Picked{reading.graph.placeAt(home, tile.segmentId(*best), closest.t), 0, std::sqrt(closest.squared_distance)};
 }
 
 ProxyPlace PlaceFinder::atSample(const CellWalk& walk, std::uint32_t cell, std::uint32_t node) const {

@@ -16,26 +16,33 @@ export async function endAll() {
 
 export function atEnd(ending) { endings.push(ending); }
 
-export async function openBrowser(packages, chromium) {
-  const require = createRequire(join(packages, 'package.json'));
-  const puppeteer = require('puppeteer-core');
+async function launch(packages, options) {
+  const puppeteer = createRequire(join(packages, 'package.json'))('puppeteer-core');
   const profile = mkdtempSync(join(tmpdir(), 'filiform-browser-'));
-  const browser = await puppeteer.launch({
-    executablePath: chromium,
-    headless: true,
-    args: [
-      '--no-sandbox', '--disable-quic', '--no-first-run', '--disable-background-networking',
-      '--disable-component-update', '--disable-sync', '--use-angle=swiftshader', '--enable-unsafe-swiftshader'
-    ],
-    userDataDir: profile,
-    defaultViewport: {width: 1280, height: 800},
-  });
+  const browser = await puppeteer.launch({userDataDir: profile, defaultViewport: {width: 1280, height: 800}, ...options});
   endings.push(async () => {
     await browser.close();
     rmSync(profile, {recursive: true, force: true});
   });
   return browser;
 }
+
+export const openBrowser = (packages, chromium) => launch(packages, {
+  executablePath: chromium,
+  headless: true,
+  args: [
+    '--no-sandbox', '--disable-quic', '--no-first-run', '--disable-background-networking',
+    '--disable-component-update', '--disable-sync', '--use-angle=swiftshader', '--enable-unsafe-swiftshader'
+  ],
+});
+
+// Needs a display: without a window Firefox has no WebGL 2.
+export const openFirefox = (packages, firefox) => launch(packages, {
+  browser: 'firefox',
+  executablePath: firefox,
+  headless: false,
+  env: {...process.env, LIBGL_ALWAYS_SOFTWARE: '1'},
+});
 
 // A page that lists everything that goes wrong in it.
 export async function openPage(browser) {

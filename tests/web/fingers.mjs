@@ -36,7 +36,7 @@ await run(async () => {
     moved = Math.max(moved, distance((await state(page)).p_um, begun.p_um));
   }
   const pulled = await state(page);
-  await shoot(browser, page, 'finger.png');
+  await shoot(page, 'finger.png');
   await touch('touchEnd');
   assert.ok(moved > 1, `one finger moved the proxy by ${moved} um`);
   assert.ok(pulled.force_N > 0);
@@ -62,7 +62,7 @@ await run(async () => {
   assert.ok(Math.abs(near.zoom_um / zoomed.zoom_um - 3) < 0.01, `zoom ${zoomed.zoom_um} um, was ${near.zoom_um}`);
   assert.ok(distance(zoomed.shift, near.shift) > 0, `no shift: ${zoomed.shift}`);
   assert.deepEqual(zoomed.rotation, near.rotation);
-  await shoot(browser, page, 'pinch.png');
+  await shoot(page, 'pinch.png');
 
   // A notch of the wheel, and a part of a notch as a touch pad sends it.
   for (const [deltaY, factor] of [[100, 1.2], [-100, 1 / 1.2], [25, 1.2 ** 0.25]]) {

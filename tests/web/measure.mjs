@@ -22,19 +22,22 @@ async function slowWire(address) {
 
 // In the page: when the program first drew segments and first had a proxy, s after the link was opened; calls of OpenGL.
 function watch() {
-  window.seen = {calls: [], call: 0};
+  window.seen = {calls: [], call: 0, by_name: {}, most: 0};
   for (const key of Object.getOwnPropertyNames(WebGL2RenderingContext.prototype)) {
     const about = Object.getOwnPropertyDescriptor(WebGL2RenderingContext.prototype, key);
     if (typeof about.value !== 'function') continue;
     WebGL2RenderingContext.prototype[key] = function(...words) {
       ++window.seen.call;
+      window.seen.by_name[key] = (window.seen.by_name[key] ?? 0) + 1;
       return about.value.apply(this, words);
     };
   }
   const frame = () => {
     requestAnimationFrame(frame);
     window.seen.calls.push(window.seen.call);
-    window.seen.call = 0;
+    if (window.seen.call > window.seen.most)
+      Object.assign(window.seen, {most: window.seen.call, busiest: window.seen.by_name});
+    Object.assign(window.seen, {call: 0, by_name: {}});
     if ((window.seen.proxy_s && window.seen.picture_s) || typeof Module === 'undefined' || !Module.calledRun) return;
     const now = readState();
     if (now?.open && now.segments > 0) window.seen.picture_s ??= performance.now() / 1000;
@@ -70,7 +73,7 @@ await run(async () => {
   const [x, y] = (await state(page)).proxy_px;
   await page.mouse.move(x, y);
   await page.mouse.down({button: 'right'});
-  await page.evaluate(() => { window.seen.calls = []; });
+  await page.evaluate(() => { Object.assign(window.seen, {calls: [], most: 0}); });
   const first = await state(page), from = Date.now();
   for (let i = 0; i < 200; ++i) {
     await page.mouse.move(x + 60 * Math.sin(i / 8), y + 40 * Math.cos(i / 8));
@@ -79,13 +82,15 @@ await run(async () => {
   const last = await state(page);
   const rate = (last.tick - first.tick) / ((Date.now() - from) / 1000);
   const calls = (await page.evaluate(() => window.seen.calls)).sort((a, b) => a - b);
+  const busiest = await page.evaluate(() => window.seen.busiest);
   await page.mouse.up({button: 'right'});
   const round = (value, digits = 2) => Number(value.toFixed(digits));
   const figures = {
     program_s: round(program_s), picture_s: round(picture_s), proxy_s: round(proxy_s),
     set_MB: round(before.set_bytes / 1e6), loaded_KB: round(before.page_bytes / 1e3, 0), ticks_s: round(rate, 0),
     late_ticks: last.missed_deadlines, compute_p99_us: last.compute_p99_us, frame_ms: round(last.frame_ms, 1),
-    segments: last.segments, calls_most: calls.at(-1), calls_median: calls[calls.length >> 1], frontiers: last.frontiers,
+    segments: last.segments, calls_most: calls.at(-1), calls_median: calls[calls.length >> 1],
+    calls_by_name: Object.fromEntries(Object.entries(busiest).sort(([, a], [, b]) => b - a)), frontiers: last.frontiers,
     problems: page.problems, requests,
   };
   writeFileSync(join(out, 'figures.json'), JSON.stringify(figures, null, 1));

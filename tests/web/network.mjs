@@ -27,7 +27,7 @@ await run(async () => {
     if (!/^the network is slow: no answer for \d+ s/.test(await told())) return zoomOut(1);  // until a tile is missing
     return true;
   }, 30);
-  await shoot(browser, page, 'slow.png');
+  await shoot(page, 'slow.png');
   server.child.kill('SIGCONT');
   await waitFor('a complete picture after the silence', complete, 60);
 
@@ -39,14 +39,14 @@ await run(async () => {
   await waitFor('the word that the network is lost', async () => /^the network is lost: no answer for \d+ s/.test(await told()), 30);
   await waitFor('the list of what is missing', async () => (await state(page)).failures > 0, 30);
   const lost = await state(page);
-  await shoot(browser, page, 'lost.png');
+  await shoot(page, 'lost.png');
   assert.deepEqual([lost.cell, lost.sample], [before.cell, before.sample]);
   if (lost.messages > before.messages) assert.doesNotMatch(lost.message, /cannot be read/);
 
   const until = answers;
   server = await startServer(filiform, [set], `127.0.0.1:${port}`);
   await waitFor('a complete picture', complete, 60);
-  await shoot(browser, page, 'found.png');
+  await shoot(page, 'found.png');
   const found = await state(page);
   assert.ok(answers > until, 'no tile has come');
   assert.deepEqual([found.cell, found.sample], [before.cell, before.sample]);

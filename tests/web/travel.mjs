@@ -31,7 +31,7 @@ async function main() {
     return now.complete && now.cell;
   });
   const before = await state(page);
-  const scene = await shoot(browser, page, 'opened.png');
+  const scene = await shoot(page, 'opened.png');
   assert.ok(scene > 0.005, `the screenshot shows no scene: ${scene}`);
 
   // Pulls the proxy to and fro.
@@ -47,7 +47,7 @@ async function main() {
       moved = Math.max(moved, distance((await state(page)).p_um, before.p_um));
     }
   const pulled = await state(page);
-  await shoot(browser, page, 'pulled.png');
+  await shoot(page, 'pulled.png');
   await page.mouse.up({button: 'right'});
   assert.ok(moved > 1, `the proxy did not move: ${moved} um`);
   assert.ok(pulled.force_N > 0, 'no force');

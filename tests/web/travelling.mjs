@@ -2,6 +2,7 @@
 import {basename, join} from 'node:path';
 
 import {endAll, openPage, waitFor} from '../service/browser.mjs';
+import {coverage, decodePng} from './picture.mjs';
 
 export const [packages, chromium, filiform, set, out] = process.argv.slice(2);
 export const name = basename(set, '.fil');
@@ -10,32 +11,10 @@ export const state = (page) => page.evaluate(() => window.filiformState ?? null)
 export const distance = (a, b) => Math.hypot(...a.map((x, i) => x - b[i]));
 export const sleep = (ms) => new Promise((done) => setTimeout(done, ms));
 
-// Parts of a picture's pixels: `scene` are bright and colourful, as drawn neurites are.
-async function coverage(browser, picture) {
-  const page = await browser.newPage();
-  try {
-    return await page.evaluate(async (base64) => {
-      const bytes = Uint8Array.from(atob(base64), (c) => c.charCodeAt(0));
-      const image = await createImageBitmap(new Blob([bytes], {type: 'image/png'}));
-      const canvas = new OffscreenCanvas(image.width, image.height);
-      const context = canvas.getContext('2d');
-      context.drawImage(image, 0, 0);
-      const {data} = context.getImageData(0, 0, image.width, image.height);
-      let scene = 0;
-      for (let i = 0; i < data.length; i += 4) {
-        const most = Math.max(data[i], data[i + 1], data[i + 2]), least = Math.min(data[i], data[i + 1], data[i + 2]);
-        if (most > 60 && most - least > 25) ++scene;
-      }
-      return scene / (image.width * image.height);
-    }, Buffer.from(picture).toString('base64'));
-  } finally {
-    await page.close();
-  }
-}
-
-export async function shoot(browser, page, file) {
+// Takes a screenshot. Returns the part of its pixels that show neurites.
+export async function shoot(page, file) {
   const picture = await page.screenshot({path: join(out, file)});
-  return coverage(browser, picture);
+  return coverage(decodePng(Buffer.from(picture)));
 }
 
 export async function opened(page) {
@@ -52,7 +31,6 @@ export async function opened(page) {
   }
   return last;
 }
-
 
 // A page of this size on the set; `prepare(page)` runs before anything is loaded.
 export async function travel(browser, address, prepare, viewport = {width: 640, height: 360}) {

@@ -32,21 +32,38 @@ constexpr double kOverlayHalo_px = 2.5;
 // Least radius of a highlighted cell's segments.
 constexpr double kHighlightRadius_px = 1.1;
 
+// The vertex arrays of a batch: each begins at the first segment of some pieces. That of the cones stays at 0.
+enum class From : std::uint8_t { cones, ribbons, lines };
+
 // A batch on the card.
 struct Uploaded {
+  struct Vertices {
+    GLuint array = 0;  // 0: not made yet
+    std::size_t first = 0;
+  };
   Vector3d origin_W, lo_W, hi_W;
   double pixel_um;
   Layer layer;
-  std::vector<float> radii_um;  // of the segments, in falling order
-  GLuint vertices, buffer;
+  std::vector<float> radii_um;         // of the segments, in falling order
+  std::array<Vertices, 3> vertices{};  // by From
+  GLuint buffer = 0;
   bool shown = true;
 };
 
 // Binds the batch so that drawing begins with segment `first`. (OpenGL 3.3 lacks glDrawArraysInstancedBaseInstance.)
-void bindFrom(const Uploaded& batch, std::size_t first) {
-  glBindVertexArray(batch.vertices);
+void bindFrom(Uploaded& batch, From from, std::size_t first) {
+  Uploaded::Vertices& vertices = batch.vertices[static_cast<std::size_t>(from)];
+  const bool is_new = vertices.array == 0;
+  if (is_new) glGenVertexArrays(1, &vertices.array);
+  glBindVertexArray(vertices.array);
+  if (!is_new && vertices.first == first) return;
+  vertices.first = first;
   glBindBuffer(GL_ARRAY_BUFFER, batch.buffer);
-  const auto attribute = [first](GLuint place, GLenum type, GLboolean normalised, std::size_t offset) {
+  const auto attribute = [first, is_new](GLuint place, GLenum type, GLboolean normalised, std::size_t offset) {
+    if (is_new) {
+      glEnableVertexAttribArray(place);
+      glVertexAttribDivisor(place, 1);
+    }
     glVertexAttribPointer(place, 4, type, normalised, sizeof(DrawnSegment),
                           reinterpret_cast<const void*>(first * sizeof(DrawnSegment) + offset));
   };
@@ -90,10 +107,14 @@ constexpr int kRows = 64;
 // In drawing order: later stages cover earlier ones.
 enum class Stage : std::uint8_t { ribbons, lines, cones, highlight_faint, highlight, overlays_faint, overlays };
 
+From fromOf(Stage stage) {
+  return stage == Stage::ribbons ? From::ribbons : stage == Stage::lines ? From::lines : From::cones;
+}
+
 // Segments of one batch that one OpenGL call draws.
 struct Piece {
   Stage stage;
-  const Uploaded* batch;
+  Uploaded* batch;
   std::size_t first, count;
 };
 
@@ -133,15 +154,16 @@ struct Renderer::Impl {
   Target whole, whole_right;  // the second for quad-buffer stereo only
   bool quad_buffer = false;   // the last picture is one
   GLuint nothing = 0;         // empty vertex array of the composing pass
+  GLint largest_texture = 0;
   std::uint64_t bytes = 0;
   Job job;
 
   void remove(BatchId id);
-  const Program& composing(StereoMode mode, int samples, bool shaded);
+  Program& composing(StereoMode mode, int samples, bool shaded);
   RenderFigures start(const std::array<EyeView, 2>& views, const RenderOptions& options, std::size_t piece_segments);
   RenderFigures list(std::size_t eye, std::size_t piece_segments);
   void clearEye(std::size_t eye);
-  const Program& enter(Stage stage, std::size_t eye) const;
+  Program& enter(Stage stage, std::size_t eye);
   void drawPieces(std::size_t eye, std::size_t end);
   void composeRows(int first_row, int rows);
 };
@@ -150,6 +172,7 @@ Renderer::Renderer(GraphicsContext& context) {
   context.makeCurrent();
   impl_ = std::make_unique<Impl>();
   glGenVertexArrays(1, &impl_->nothing);
+  glGetIntegerv(GL_MAX_TEXTURE_SIZE, &impl_->largest_texture);
 }
 
 Renderer::~Renderer() {
@@ -160,7 +183,7 @@ Renderer::~Renderer() {
 void Renderer::Impl::remove(BatchId id) {
   const auto found = batches.find(id);
   if (found == batches.end()) return;
-  glDeleteVertexArrays(1, &found->second.vertices);
+  for (const Uploaded::Vertices& vertices : found->second.vertices) glDeleteVertexArrays(1, &vertices.array);
   glDeleteBuffers(1, &found->second.buffer);
   bytes -= static_cast<std::uint64_t>(found->second.radii_um.size()) * sizeof(DrawnSegment);
   batches.erase(found);
@@ -174,8 +197,7 @@ void Renderer::show(BatchId id, bool shown) {
 }
 
 void Renderer::put(BatchId id, const NeuriteBatch& batch, Layer layer) {
-  remove(id);
-  if (batch.segments.empty()) return;
+  if (batch.segments.empty()) return remove(id);
   const auto radius = [](const DrawnSegment& s) { return std::max(s.a_radius_um, s.b_radius_um); };
   std::vector<DrawnSegment> sorted;
   std::span<const DrawnSegment> segments = batch.segments;
@@ -185,25 +207,24 @@ void Renderer::put(BatchId id, const NeuriteBatch& batch, Layer layer) {
     sorted = std::move(copy.segments);
     segments = sorted;
   }
-  Uploaded up{batch.origin_W, batch.lo_W, batch.hi_W, batch.pixel_um, layer, {}, 0, 0};
+  Uploaded& up = impl_->batches[id];
+  impl_->bytes += (batch.segments.size() - up.radii_um.size()) * sizeof(DrawnSegment);
+  up.origin_W = batch.origin_W;
+  up.lo_W = batch.lo_W;
+  up.hi_W = batch.hi_W;
+  up.pixel_um = batch.pixel_um;
+  up.layer = layer;
+  up.shown = true;
+  up.radii_um.clear();
   up.radii_um.reserve(segments.size());
   for (const DrawnSegment& segment : segments) up.radii_um.push_back(radius(segment));
-  const std::size_t bytes = batch.segments.size() * sizeof(DrawnSegment);
-  glGenVertexArrays(1, &up.vertices);
-  glBindVertexArray(up.vertices);
-  glGenBuffers(1, &up.buffer);
+  if (up.buffer == 0) glGenBuffers(1, &up.buffer);
   glBindBuffer(GL_ARRAY_BUFFER, up.buffer);
-  glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(bytes), segments.data(), GL_STATIC_DRAW);
-  for (const GLuint place : {0U, 1U, 2U}) {
-    glEnableVertexAttribArray(place);
-    glVertexAttribDivisor(place, 1);
-  }
-  impl_->batches.emplace(id, std::move(up));
-  impl_->bytes += bytes;
+  glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(segments.size_bytes()), segments.data(), GL_STATIC_DRAW);
   requireRoom("segments");
 }
 
-const Program& Renderer::Impl::composing(StereoMode mode, int samples, bool shaded) {
+Program& Renderer::Impl::composing(StereoMode mode, int samples, bool shaded) {
   const std::array<int, 3> key{static_cast<int>(mode), samples, shaded ? 1 : 0};
   const auto found = compose.find(key);
   if (found != compose.end()) return found->second;
@@ -221,11 +242,11 @@ RenderFigures Renderer::Impl::list(std::size_t eye, std::size_t piece_segments) 
   const LevelView levels = levelView(view, {job.eye_size.width * job.samples, job.eye_size.height * job.samples});
   RenderFigures figures;
   struct Part {  // a batch, thickest first: cones up to `cones`, ribbons up to `ribbons`, then lines
-    const Uploaded* batch;
+    Uploaded* batch;
     std::size_t cones, ribbons;
   };
   std::vector<Part> neurites, highlights, overlays;
-  for (const auto& [id, batch] : batches) {
+  for (auto& [id, batch] : batches) {
     if (!batch.shown) continue;
     if (!isSeen(batch, levels)) {
       ++figures.culled;
@@ -283,7 +304,7 @@ void Renderer::Impl::clearEye(std::size_t eye) {
 }
 
 // Sets the OpenGL state and the shader of a stage.
-const Program& Renderer::Impl::enter(Stage stage, std::size_t eye) const {
+Program& Renderer::Impl::enter(Stage stage, std::size_t eye) {
   const bool faint = stage == Stage::highlight_faint || stage == Stage::overlays_faint;
   if (faint) {
     glDisable(GL_DEPTH_TEST);
@@ -299,7 +320,7 @@ const Program& Renderer::Impl::enter(Stage stage, std::size_t eye) const {
   const PictureSize& size = eyes[eye].size();
   const Eigen::Matrix4d p = projection(view.frustum);
   const bool is_line = stage == Stage::ribbons || stage == Stage::lines;
-  const Program& program = is_line ? line : cone;
+  Program& program = is_line ? line : cone;
   program.use();
   program.set("rotation_VW", view.rotation_VW);
   program.set("lens", Eigen::Vector4d(p(0, 0), p(0, 2), p(1, 1), p(1, 2)));
@@ -307,30 +328,26 @@ const Program& Renderer::Impl::enter(Stage stage, std::size_t eye) const {
   program.set("half_px", size.width / 2.0, size.height / 2.0);
   program.set("near_um", view.frustum.near_um);
   program.set("background", colourVector(options.background));
-  program.set("dim", options.dim);
-  program.set("fog", Vector3d(options.fog_begin_um, options.fog_end_um, options.fog_most));
-  program.set("clearing", options.clear_end_um, options.clear_begin_um);
-  program.set("opacity", 1.0);
+  const bool is_highlight = stage == Stage::highlight_faint || stage == Stage::highlight;
+  const bool is_neurite = is_line || stage == Stage::cones;
+  program.set("dim", is_neurite ? options.dim : 0);
+  program.set(
+      "fog", is_neurite ? Vector3d(options.fog_begin_um, options.fog_end_um, options.fog_most) : Vector3d(1e9, 2e9, 0));
+  program.set("clearing", is_neurite ? options.clear_end_um : -2, is_neurite ? options.clear_begin_um : -1);
+  program.set("opacity", !faint ? 1.0 : is_highlight ? 0.45 : 0.4);
   if (is_line) {
     program.set("width_px", stage == Stage::ribbons ? std::max<double>(job.samples, kRibbon) : job.samples);
     return program;
   }
-  program.set("least_px", kLeastRadius_px);
-  program.set("halo_px", options.halo_px * job.samples);
-  program.set("halo_radii", 0.8, 2.0);
-  if (stage == Stage::cones) return program;
-  program.set("fog", Vector3d(1e9, 2e9, 0));
-  program.set("dim", 0.0);
-  program.set("clearing", -2.0, -1.0);
-  if (stage == Stage::highlight_faint || stage == Stage::highlight) {
-    program.set("least_px", kHighlightRadius_px * job.samples);
-    program.set("halo_px", 0.0);
-    program.set("opacity", faint ? 0.45 : 1);
-    return program;
+  program.set("least_px", is_highlight ? kHighlightRadius_px * job.samples : kLeastRadius_px);
+  if (is_neurite || is_highlight) {
+    program.set("halo_px", is_highlight ? 0 : options.halo_px * job.samples);
+    program.set("halo_radii", 0.8, 2.0);
+  } else {
+    program.set("halo_px", faint ? 0 : kOverlayHalo_px * job.samples);
+    // The glyph has a halo, and boxes have none.
+    program.set("halo_radii", 1.2 * job.samples, 2.4 * job.samples);
   }
-  program.set("halo_radii", 1.2 * job.samples, 2.4 * job.samples);  // so that the glyph has a halo, and boxes have none
-  program.set("halo_px", faint ? 0 : kOverlayHalo_px * job.samples);
-  program.set("opacity", faint ? 0.4 : 1);
   return program;
 }
 
@@ -341,13 +358,13 @@ void Renderer::Impl::drawPieces(std::size_t eye, std::size_t end) {
   glDisable(GL_CULL_FACE);
   glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
   glDepthMask(GL_TRUE);
-  const Program* program = nullptr;
+  Program* program = nullptr;
   for (std::size_t& at = job.drawn_pieces; at < end; ++at) {
     const Piece& piece = job.pieces[eye][at];
     if (program == nullptr || piece.stage != job.pieces[eye][at - 1].stage) program = &enter(piece.stage, eye);
     program->set("origin_V", job.views[eye].toView(piece.batch->origin_W));
     if (piece.stage == Stage::ribbons || piece.stage == Stage::lines) program->set("pixel_um", piece.batch->pixel_um);
-    bindFrom(*piece.batch, piece.first);
+    bindFrom(*piece.batch, fromOf(piece.stage), piece.first);
     glDrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, static_cast<GLsizei>(piece.count));
   }
 }
@@ -369,7 +386,7 @@ void Renderer::Impl::composeRows(int first_row, int rows) {
     target.bind();
     glEnable(GL_SCISSOR_TEST);
     glScissor(0, first_row, options.size.width, rows);
-    const Program& composing_program = composing(mode, job.samples, options.shade_um > 0);
+    Program& composing_program = composing(mode, job.samples, options.shade_um > 0);
     composing_program.use();
     composing_program.set("left_eye", 0);
     composing_program.set("right_eye", 1);
@@ -401,10 +418,8 @@ RenderFigures Renderer::Impl::start(const std::array<EyeView, 2>& views, const R
   if (size.width < 1 || size.height < 1 || size.width > kMaxSize || size.height > kMaxSize)
     throw UsageError("a picture of " + std::to_string(size.width) + " x " + std::to_string(size.height) +
                      " pixels: each side must be 1 to " + std::to_string(kMaxSize));
-  GLint most = 0;
-  glGetIntegerv(GL_MAX_TEXTURE_SIZE, &most);
   int samples = std::clamp(options.samples, 1, 4);
-  while (samples > 1 && samples * std::max(size.width, size.height) > most) samples /= 2;
+  while (samples > 1 && samples * std::max(size.width, size.height) > largest_texture) samples /= 2;
   quad_buffer = options.stereo == StereoMode::quad_buffer;
   if (quad_buffer && !contextHasQuadBuffer())
     throw GraphicsError(

@@ -10,10 +10,12 @@
 #include "viewer/window/application.h"
 
 #include <GLFW/glfw3.h>
+#include <atomic>
 #include <cstdint>
 #include <cstdlib>
 #include <emscripten.h>
 #include <exception>
+#include <future>
 #include <memory>
 #include <string>
 #include <vector>
@@ -24,14 +26,18 @@ using namespace filiform;
 
 constexpr std::uint64_t kBudget_MiB = 96;
 
+constexpr int kMostFramesBefore = 10;  // that wait for the thread which opens the set
+
 ApplicationOptions options;
+std::future<OpenedScene> opening;  // begun before the window
+std::atomic<bool> has_begun_opening{false};
+int frames_before = 0;  // the window
 std::unique_ptr<Application> application;
 
 EM_JS(void, tellFailure, (const char* text), { Module.failed(UTF8ToString(text)); });
 
-OpenedScene openSet(const std::vector<std::string>& paths) {
+OpenedScene openSet(const std::string& address) {
   OpenedScene scene;
-  const std::string& address = paths.front();
   scene.name = escaped(address.substr(address.rfind('/') + 1), 60);
   RemoteOptions remote;
   remote.directory_block_bytes = 64 << 10;  // lines to browsers are slower than those between machines of a cluster
@@ -58,9 +64,22 @@ void download(const Picture& picture, const std::string& path) {
       rgba.data(), picture.width, picture.height, name.c_str());
 }
 
+// A thread of this program begins only while the page's thread rests. So the thread that opens the set begins first,
+// and reads while the window is made.
+bool makeWindow() {
+  if (!has_begun_opening && ++frames_before < kMostFramesBefore) return true;
+  try {
+    application = std::make_unique<Application>(options);
+    return true;
+  } catch (const std::exception& error) {
+    tellFailure(error.what());
+    return false;
+  }
+}
+
 void step() {
   try {
-    if (application->step()) return;
+    if (application ? application->step() : makeWindow()) return;
   } catch (const std::exception& error) {
     tellFailure((std::string(error.what()) + ". Load the page again.").c_str());
   }
@@ -72,6 +91,7 @@ void step() {
 extern "C" {
 
 EMSCRIPTEN_KEEPALIVE void filiform_resize(int width, int height) {
+  options.size = PictureSize{width, height};
   if (GLFWwindow* const window = glfwGetCurrentContext(); window != nullptr) glfwSetWindowSize(window, width, height);
 }
 
@@ -91,26 +111,24 @@ EMSCRIPTEN_KEEPALIVE void filiform_hide(int hidden) { filiform::web::setHidden(h
 
 int main(int count, char** words) {
   const auto word = [&](int i) { return std::string(i < count ? words[i] : ""); };
-  try {
-    options.paths = {word(1)};
-    options.place = word(2);
-    if (const double zoom_um = std::atof(word(3).c_str());
-        zoom_um >= Workspace::kMinZoom_um && zoom_um <= Workspace::kMaxZoom_um)
-      options.session.zoom_um = zoom_um;
-    const std::uint64_t budget_MiB = std::strtoull(word(4).c_str(), nullptr, 10);
-    options.session.budget_bytes = (budget_MiB > 0 ? budget_MiB : kBudget_MiB) << 20;
-    options.segments = std::strtoull(word(5).c_str(), nullptr, 10);
-    options.size = PictureSize{std::atoi(word(6).c_str()), std::atoi(word(7).c_str())};
-    options.state = "/state.json";
-    options.open = openSet;
-    options.write = download;
-    options.plugged_in = [](const std::string&) { return !systemUsb().devices().empty(); };
-    options.awaited_device = "spacemouse";
-    application = std::make_unique<Application>(options);
-  } catch (const std::exception& error) {
-    tellFailure(error.what());
-    return 3;
-  }
+  options.paths = {word(1)};
+  options.place = word(2);
+  if (const double zoom_um = std::atof(word(3).c_str());
+      zoom_um >= Workspace::kMinZoom_um && zoom_um <= Workspace::kMaxZoom_um)
+    options.session.zoom_um = zoom_um;
+  const std::uint64_t budget_MiB = std::strtoull(word(4).c_str(), nullptr, 10);
+  options.session.budget_bytes = (budget_MiB > 0 ? budget_MiB : kBudget_MiB) << 20;
+  options.segments = std::strtoull(word(5).c_str(), nullptr, 10);
+  options.size = PictureSize{std::atoi(word(6).c_str()), std::atoi(word(7).c_str())};
+  options.state = "/state.json";
+  options.open = [](const std::vector<std::string>&) { return opening.get(); };
+  options.write = download;
+  options.plugged_in = [](const std::string&) { return !systemUsb().devices().empty(); };
+  options.awaited_device = "spacemouse";
+  opening = std::async(std::launch::async, [address = options.paths.front()] {
+    has_begun_opening = true;
+    return openSet(address);
+  });
   emscripten_set_main_loop(step, 0, 0);
   return 0;
 }

@@ -41,6 +41,7 @@ using internal::Travel;
 using internal::WindowActions;
 
 constexpr double kSaveState_s = 0.1;  // between two writes of the state
+constexpr double kBlank_s = 0.1;      // between two frames while no scene is open
 
 }  // namespace
 
@@ -71,10 +72,10 @@ class Application::Impl {
     screenshots_.serve();
     if (scene_) {
       frame();
-    } else {
-      blank();
+      window_.show();
+    } else if (blank()) {
+      window_.show();
     }
-    window_.show();
     if (window_.now_s() - last_state_s_ > kSaveState_s) writeState();
     frame_ms_ += 0.1 * (1000 * (window_.now_s() - begin_s) - frame_ms_);
     ++frames_;
@@ -252,11 +253,14 @@ class Application::Impl {
     return requests;
   }
 
-  // The frame while no scene is open.
-  void blank() {
-    now_s_ = window_.now_s();
-    size_ = window_.size();
+  // The frame while no scene is open. Returns false if the last one still holds: drawing takes time from opening.
+  bool blank() {
     busy_ = false;
+    const PictureSize size = window_.size();
+    const bool same_size = size.width == size_.width && size.height == size_.height;
+    if (same_size && window_.now_s() - last_blank_s_ < kBlank_s) return false;
+    now_s_ = last_blank_s_ = window_.now_s();
+    size_ = size;
     renderer_.draw({EyeView{}, EyeView{}}, {.size = size_, .samples = 1});
     renderer_.present(size_);
     const bool opening = opening_.isUnderWay();
@@ -270,6 +274,7 @@ class Application::Impl {
     window_.beginPanels();
     drawOpening(size_, window_.scale(), what, opening ? now_s_ - opening_.since_s() : -1, messages);
     window_.endPanels();
+    return true;
   }
 
   PanelData panelData() const {
@@ -356,7 +361,7 @@ class Application::Impl {
   std::set<std::string> told_failures_;
 
   StateFile state_file_;
-  double last_state_s_ = -1, frame_ms_ = 0;
+  double last_state_s_ = -1, last_blank_s_ = -1, frame_ms_ = 0;
   double entered_s_ = 0;  // the first scene
   std::uint64_t frames_ = 0;
 

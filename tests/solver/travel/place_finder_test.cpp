@@ -51,5 +51,32 @@ TEST(PlaceFinder, ASomaIsFoundWithoutReadingTheWholeCell) {
   EXPECT_LT(loads, tiles);  // the home of the root included, which is read once
 }
 
+TEST(PlaceFinder, APlaceNearAPointTakesOneTileAndIsTheNearestThere) {
+  CellList cells(test::randomColumn(13, 20, 2000, 200));
+  const auto built = buildTilesInMemory(cells, {.capacity = 50});
+  std::size_t exact_loads = 0;
+  int same = 0;
+  for (int i = 0; i < 40; ++i) {
+    const Vector3d p_W(7.0 * i - 140, 200 - 9.0 * i, 5.0 * i - 100);
+    const TileId home = built->home(built->grid().snap(p_W));
+    const test::CountingStore exactly(*built), roughly(*built);
+    const auto nearest = PlaceFinder(exactly).nearest(p_W);
+    const auto near = PlaceFinder(roughly).anyNear(p_W);
+    ASSERT_TRUE(nearest && near);
+    ASSERT_TRUE(near->place.valid());
+    EXPECT_NEAR((near->place.p_W - p_W).norm(), near->distance_um, 1e-9) << i;
+    EXPECT_GE(near->distance_um, nearest->distance_um - 1e-9) << i;
+    exact_loads += exactly.loads().size();
+    if (home == kNoTile || built->load(home)->segment_count() == 0) {
+      EXPECT_EQ(near->distance_um, nearest->distance_um) << i;
+      continue;
+    }
+    EXPECT_EQ(roughly.loads().size(), 1u) << i;
+    same += near->distance_um < nearest->distance_um + 1e-9 ? 1 : 0;
+  }
+  EXPECT_GT(same, 0);
+  EXPECT_GT(exact_loads, 40u);
+}
+
 }  // namespace
 }  // namespace filiform

@@ -6,7 +6,9 @@
 #include "viewer/scene/overlay.h"
 
 #include <cmath>
+#include <epoxy/gl.h>
 #include <numbers>
+#include <utility>
 
 #include <gtest/gtest.h>
 
@@ -335,6 +337,73 @@ TEST_F(Renderers, LinesAreAPixelWide) {
     // Two samples across a pixel: two samples wide.
     EXPECT_NEAR(litAreaOf(draw(camera_, {.samples = 2}), 1).count / advances, 1.5, 0.6) << turn_rad;
   }
+}
+
+struct CallCounts {
+  int uniforms = 0, attributes = 0, buffers = 0;
+};
+
+// Counts the calls of some functions of OpenGL while it lives.
+class CallCounter {
+ public:
+  CallCounter() {
+    counts_ = {};
+    uniforms_ = std::exchange(epoxy_glUniform3fv, [](GLint at, GLsizei count, const GLfloat* values) {
+      ++counts_.uniforms;
+      uniforms_(at, count, values);
+    });
+    attributes_ =
+        std::exchange(epoxy_glVertexAttribPointer,
+                      [](GLuint at, GLint size, GLenum type, GLboolean normalised, GLsizei stride, const void* first) {
+                        ++counts_.attributes;
+                        attributes_(at, size, type, normalised, stride, first);
+                      });
+    buffers_ = std::exchange(epoxy_glGenBuffers, [](GLsizei count, GLuint* made) {
+      ++counts_.buffers;
+      buffers_(count, made);
+    });
+  }
+  ~CallCounter() {
+    epoxy_glUniform3fv = uniforms_;
+    epoxy_glVertexAttribPointer = attributes_;
+    epoxy_glGenBuffers = buffers_;
+  }
+  const CallCounts& counts() const { return counts_; }
+
+ private:
+  static inline CallCounts counts_;
+  static inline PFNGLUNIFORM3FVPROC uniforms_ = nullptr;
+  static inline PFNGLVERTEXATTRIBPOINTERPROC attributes_ = nullptr;
+  static inline PFNGLGENBUFFERSPROC buffers_ = nullptr;
+};
+
+TEST_F(Renderers, APictureThatDiffersLittleSendsLittle) {
+  renderer_.put(1,
+                neurites({{-20, 0, 0, 6, 20, 0, 0, 0.01}, {-20, 9, 0, 0.01, 20, 9, 0, 0.01}}, kRed, Vector3d::Zero()));
+  renderer_.put(2, ball(0, 0, 0, 3, kGreen, {0, 0, 20}), Layer::overlays);
+  draw(camera_);
+  const CallCounter counter;
+  const Picture first = draw(camera_);
+  EXPECT_EQ(counter.counts().attributes, 0);
+  EXPECT_EQ(counter.counts().uniforms, 2);  // the origins of the cones and of the overlay
+  renderer_.put(2, ball(0, 0, 0, 3, kGreen, {0, 0, 20}), Layer::overlays);
+  EXPECT_EQ(draw(camera_).rgb, first.rgb);
+  EXPECT_EQ(counter.counts().attributes, 0);
+  EXPECT_EQ(counter.counts().buffers, 0);
+}
+
+TEST_F(Renderers, ABatchThatIsReplacedByALargerOneIsDrawnWhole) {
+  renderer_.put(1, ball(-20, 0, 0, 4, kRed));
+  draw(camera_);
+  renderer_.put(1, neurites({{-20, 0, 0, 8, -20, 0, 0, 8}, {20, 0, 0, 4, 20, 0, 0, 4}}, kGreen, Vector3d::Zero()),
+                Layer::overlays);
+  const Picture replaced = draw(camera_);
+  EXPECT_EQ(renderer_.bytes(), 2 * sizeof(DrawnSegment));
+  Renderer fresh(*context_);
+  fresh.put(1, neurites({{-20, 0, 0, 8, -20, 0, 0, 8}, {20, 0, 0, 4, 20, 0, 0, 4}}, kGreen, Vector3d::Zero()),
+            Layer::overlays);
+  fresh.draw(stereoViews(camera_, size_.aspect(), 0), {.size = size_});
+  EXPECT_EQ(fresh.read().rgb, replaced.rgb);
 }
 
 TEST_F(Renderers, APictureDrawnInPartsIsTheOneDrawnAtOnce) {

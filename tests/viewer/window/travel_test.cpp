@@ -7,6 +7,7 @@
 #include "tests/support/counting_store.h"
 #include "tests/support/random_cells.h"
 #include "tests/support/temp_folder.h"
+#include "viewer/window/internal/started_session.h"
 
 #include <algorithm>
 #include <atomic>
@@ -90,7 +91,7 @@ class Travels : public testing::Test {
                                 },
                                 awaited};
     opened.options = fitTo(opened.scene, options);
-    opened.session = std::make_unique<Session>(*opened.scene.store, opened.options);
+    opened.session = startSession(*opened.scene.store, opened.options).get();
     travel_ = std::make_unique<Travel>(std::move(opened), messages_, callbacks);
     name_ = travel_->session().deviceName();
     travel_->start();

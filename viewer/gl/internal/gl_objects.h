@@ -6,9 +6,14 @@
 
 #include <algorithm>
 #include <array>
+#include <cstddef>
 #include <epoxy/gl.h>
+#include <functional>
+#include <map>
 #include <string>
+#include <string_view>
 #include <utility>
+#include <vector>
 
 namespace filiform::internal {
 
@@ -43,27 +48,43 @@ class Program {
   ~Program() { glDeleteProgram(id_); }
 
   void use() const { glUseProgram(id_); }
-  GLint at(const char* name) const { return glGetUniformLocation(id_, name); }
-  void set(const char* name, double x) const { glUniform1f(at(name), static_cast<float>(x)); }
-  void set(const char* name, int x) const { glUniform1i(at(name), x); }
-  void set(const char* name, const PictureSize& s) const { glUniform2i(at(name), s.width, s.height); }
-  void set(const char* name, double x, double y) const {
-    glUniform2f(at(name), static_cast<float>(x), static_cast<float>(y));
+  // These require use(). A value that the program has already is not sent again.
+  void set(const char* name, double x) { send(name, std::array{static_cast<float>(x)}, glUniform1fv); }
+  void set(const char* name, int x) { send(name, std::array{x}, glUniform1iv); }
+  void set(const char* name, const PictureSize& s) { send(name, std::array{s.width, s.height}, glUniform2iv); }
+  void set(const char* name, double x, double y) {
+    send(name, std::array{static_cast<float>(x), static_cast<float>(y)}, glUniform2fv);
   }
-  void set(const char* name, const Vector3d& v) const {
-    const Eigen::Vector3f f = v.cast<float>();
-    glUniform3fv(at(name), 1, f.data());
-  }
-  void set(const char* name, const Eigen::Vector4d& v) const {
-    const Eigen::Vector4f f = v.cast<float>();
-    glUniform4fv(at(name), 1, f.data());
-  }
-  void set(const char* name, const Eigen::Matrix3d& m) const {
-    const Eigen::Matrix3f f = m.cast<float>();
-    glUniformMatrix3fv(at(name), 1, GL_FALSE, f.data());
+  void set(const char* name, const Vector3d& v) { send(name, floats<3>(v), glUniform3fv); }
+  void set(const char* name, const Eigen::Vector4d& v) { send(name, floats<4>(v), glUniform4fv); }
+  void set(const char* name, const Eigen::Matrix3d& m) {
+    send(name, floats<9>(m),
+         [](GLint at, GLsizei count, const GLfloat* values) { glUniformMatrix3fv(at, count, GL_FALSE, values); });
   }
 
  private:
+  struct Uniform {
+    GLint at = -1;
+    std::vector<unsigned char> sent;  // the bytes of the last value
+  };
+
+  template <std::size_t kCount, class Matrix>
+  static std::array<float, kCount> floats(const Matrix& matrix) {
+    std::array<float, kCount> values;
+    for (std::size_t i = 0; i < kCount; ++i) values[i] = static_cast<float>(matrix.data()[i]);
+    return values;
+  }
+  template <class Values, class Send>
+  void send(const char* name, const Values& values, const Send& to) {
+    auto found = uniforms_.find(std::string_view(name));
+    if (found == uniforms_.end()) found = uniforms_.emplace(name, Uniform{glGetUniformLocation(id_, name), {}}).first;
+    Uniform& uniform = found->second;
+    const auto* const bytes = reinterpret_cast<const unsigned char*>(values.data());
+    constexpr std::size_t kBytes = sizeof(Values);
+    if (uniform.sent.size() == kBytes && std::equal(bytes, bytes + kBytes, uniform.sent.begin())) return;
+    uniform.sent.assign(bytes, bytes + kBytes);
+    to(uniform.at, 1, values.data());
+  }
   [[noreturn]] void refuse(std::string log) {
     glDeleteProgram(id_);
     std::replace(log.begin(), log.end(), '\n', ' ');
@@ -71,6 +92,7 @@ class Program {
                         "; update the driver, or use Mesa's software renderer");
   }
   GLuint id_;
+  std::map<std::string, Uniform, std::less<>> uniforms_;
 };
 
 inline void requireRoom(const char* what) {

@@ -41,12 +41,9 @@ function pixels() {
   return [Math.max(1, Math.round(window.innerWidth * ratio)), Math.max(1, Math.round(window.innerHeight * ratio))];
 }
 
-let unsaid = [];  // before the program runs
-// Shows a line in the window.
-function say(text) {
-  if (!Module.calledRun) return unsaid.push(text);
-  Module.ccall('filiform_say', null, ['string'], [text]);
-}
+const unsaid = [];
+// Shows a line in the window, once there is a window.
+function say(text) { unsaid.push(text); }
 
 // What the program wrote of its state; null while it is being written.
 function readState() {
@@ -63,9 +60,9 @@ function keep() {
 }
 
 function look() {
-  for (const text of unsaid.splice(0)) say(text);
   const state = readState();
   if (!state) return;
+  for (const text of unsaid.splice(0)) Module.ccall('filiform_say', null, ['string'], [text]);
   window.filiformState = state;
   keep();
   if (!state.open || !state.cell || state.mode !== 'constrained' || state.sample === undefined) return;

@@ -2,6 +2,7 @@
 
 #include "index/errors.h"
 #include "index/text.h"
+#include "viewer/window/internal/started_session.h"
 
 #include <algorithm>
 #include <chrono>
@@ -18,7 +19,7 @@ bool isThere(const std::future<T>& future) {
 }
 
 // The place that the caller wants, else the user's last place, else the soma of the largest cell; from far away, where
-// a soma may take hundreds of reads, the neurite nearest to the middle of the scene.
+// a soma may take hundreds of reads, a neurite near the middle of the scene.
 ProxyPlace startOf(Opened& opened, const std::string& place) {
   const TileStore& store = *opened.scene.store;
   if (!place.empty()) {
@@ -34,7 +35,9 @@ ProxyPlace startOf(Opened& opened, const std::string& place) {
   if (store.isRemote()) {
     const GridBox usual = store.usualBox().box;
     if (usual.empty()) return {};
-    const auto found = opened.finder->nearest(0.5 * (store.grid().toWorld(usual.lo) + store.grid().toWorld(usual.hi)));
+    const Vector3d middle_W = 0.5 * (store.grid().toWorld(usual.lo) + store.grid().toWorld(usual.hi));
+    // The nearest neurite may take ten reads, one after the other.
+    const auto found = opened.finder->anyNear(middle_W);
     return found ? found->place : ProxyPlace{};
   }
   std::uint32_t largest = 0;
@@ -93,9 +96,7 @@ void Opening::takeScene() { opened_ = scene_.get(); }
 
 void Opening::openDevice(const SessionOptions& options) {
   opened_->options = fitTo(opened_->scene, options);
-  session_ = std::async(std::launch::async, [&store = *opened_->scene.store, wanted = opened_->options] {
-    return std::make_unique<Session>(store, wanted);
-  });
+  session_ = startSession(*opened_->scene.store, opened_->options);
 }
 
 bool Opening::isReady() const { return isThere(session_); }

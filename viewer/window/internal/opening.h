@@ -24,7 +24,7 @@ struct Opened {
   std::vector<std::string> warnings;
   std::unique_ptr<SceneView> picture;  // nullptr without a renderer
   SessionOptions options;              // with which the session was made
-  std::unique_ptr<Session> session;    // not started
+  std::unique_ptr<Session> session;    // started
 };
 
 // Adapts the options to the scene: a scene in memory has no tile budget.

@@ -1,6 +1,7 @@
 #include "viewer/window/internal/session_keeper.h"
 
 #include "index/errors.h"
+#include "viewer/window/internal/started_session.h"
 
 #include <exception>
 #include <utility>
@@ -44,13 +45,10 @@ void SessionKeeper::replaceDevice(const std::string& fault) {
   replaceSession(std::move(options));
 }
 
-// Opening a device may take seconds: it runs on another thread.
 void SessionKeeper::replaceSession(SessionOptions options) {
   options.zoom_um = session_->now().zoom_um;
   replacement_options_ = options;
-  replacement_ = std::async(std::launch::async, [&store = store_, wanted = std::move(options)] {
-    return std::make_unique<Session>(store, wanted);
-  });
+  replacement_ = startSession(store_, std::move(options));
 }
 
 SessionKeeper::Change SessionKeeper::finishReplacing() {
@@ -68,7 +66,6 @@ SessionKeeper::Change SessionKeeper::finishReplacing() {
   closing_.begin([old = std::shared_ptr<Session>(std::move(session_))] { old->finish(); });
   session_ = std::move(session);
   options_ = replacement_options_;
-  session_->start();
   if (last.zoom_um != options_.zoom_um) {
     NavigationCommand command;
     command.kind = NavigationCommand::Kind::zoom;

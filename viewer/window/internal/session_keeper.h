@@ -28,8 +28,8 @@ class SessionKeeper {
     std::string awaited;   // value of --device that replaces the mouse once it is plugged in; empty: none
   };
 
-  // Store and messages must outlive it. `options`: those of the session. `start`: where a replaced session begins if
-  // the proxy had no place.
+  // Store and messages must outlive it. `session`: started, with these options. `start`: where a replaced session
+  // begins if the proxy had no place.
   SessionKeeper(const TileStore& store, std::unique_ptr<Session> session, SessionOptions options, ProxyPlace start,
                 Lookout lookout, Messages& messages);
 

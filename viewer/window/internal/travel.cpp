@@ -34,7 +34,6 @@ Travel::~Travel() { leaving_.store(true, std::memory_order_relaxed); }
 
 void Travel::start() {
   for (const std::string& warning : opened_.warnings) messages_.say(warning);
-  sessions_.current().start();
   if (opened_.start.valid()) sessions_.current().jump(opened_.start);
 }
 

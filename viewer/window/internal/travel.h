@@ -46,7 +46,7 @@ class Travel {
   // Ends the session, ignores its failures, and waits for the work under way.
   ~Travel();
 
-  // Starts the haptic loop, and jumps to the scene's first place.
+  // Jumps to the first place of the scene.
   void start();
   // Ends the session, waits for replaced sessions to end, and saves history and bookmarks. May wait for the disk and
   // the device. May run on any thread; then no other thread may use the object, except const members that read nothing
