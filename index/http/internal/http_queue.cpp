@@ -7,7 +7,7 @@ namespace {
 
 // Within this time, a request is answered as from near. From there on gaps and requests grow with the time, up to so
 // many times.
-constexpr double kNear_s = 0.02, kMostGapGrowth = 8, kMostUrgentGrowth = 2;
+constexpr double kNearby_s = 0.02, kMostGapGrowth = 8, kMostUrgentGrowth = 2;
 
 std::uint64_t times(std::uint64_t bytes, double growth, double most) {
   return static_cast<std::uint64_t>(static_cast<double>(bytes) * std::clamp(growth, 1.0, most));
@@ -16,8 +16,8 @@ std::uint64_t times(std::uint64_t bytes, double growth, double most) {
 }  // namespace
 
 void HttpQueue::setLatency(double s) {
-  most_gap_ = times(kMostGap, s / kNear_s, kMostGapGrowth);
-  most_urgent_ = times(kMostUrgent, s / kNear_s, kMostUrgentGrowth);
+  most_gap_ = times(kMostGap, s / kNearby_s, kMostGapGrowth);
+  most_urgent_ = times(kMostUrgent, s / kNearby_s, kMostUrgentGrowth);
 }
 
 std::vector<HttpJob*> HttpQueue::take(HttpJob::Clock::time_point now, bool background) {

@@ -19,8 +19,9 @@ constexpr std::size_t kMaxEnds = 64;
 // Reach gained for each um between the hand and the proxy, up to twice the usual reach. A hand that waits beside a
 // branch soon has the patience to climb far (bounded climb: half the workspace, and down again on the other side).
 constexpr double kPull = 20;
-// Part of the usual reach that is gained for each s of look-ahead: from far away, a tile beyond the reach comes late.
-constexpr double kPatience = 1;
+// From far away, a tile beyond the reach comes late. Part of the usual reach that is gained for each s of look-ahead
+// beyond the usual one.
+constexpr double kPatience = 2, kUsualLookahead_s = 0.5;
 // On a neurite, the proxy reaches its surroundings only along the neurite, which claimAhead() covers. In 1.9e8
 // segments, a tour met no absent tile with an eighth of the workspace's radius or with all of it. An eighth needs an
 // eighth of the tile reads.
@@ -82,8 +83,8 @@ void Prefetch::claimAhead(const ReaderFocus& focus, const TileTable& loaded, std
   const double usual_um = std::max({speed * lookahead_s_, focus.radius_um, kMinReach_um});
   const double pace_um_s = usual_um / lookahead_s_;
   // The farther the hand is from the proxy, the farther along the neurite the solver looks and the proxy may leap.
-  const double reach_um =
-      usual_um + std::clamp(kPull * pull_um, std::min(1.0, kPatience * lookahead_s_) * usual_um, 2 * usual_um);
+  const double patience = std::clamp(kPatience * (lookahead_s_ - kUsualLookahead_s), 0.0, 1.0);
+  const double reach_um = usual_um + std::clamp(kPull * pull_um, patience * usual_um, 2 * usual_um);
 
   std::unordered_map<TileId, double> cost;
   std::vector<End> ends;

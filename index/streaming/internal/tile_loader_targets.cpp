@@ -8,9 +8,9 @@ namespace {
 
 // For a jump's target: time within which the proxy may reach a tile that is claimed, at least, and in times of the
 // fastest reads. For prefetch by distance: the corresponding fraction of the workspace's radius.
-constexpr double kTargetTime_s = 0.28, kTargetReads = 4, kTargetPart = 0.4;
+constexpr double kTargetTime_s = 0.28, kTargetReads = 5.5, kTargetPart = 0.4;
 // The jump waits for the tiles within this part of both. The others arrive before the hand does.
-constexpr double kAwaitedPart = 0.7;
+constexpr double kAwaitedPart = 0.5;
 
 }  // namespace
 

@@ -161,7 +161,7 @@ TEST_F(HttpSourceTest, ThreadsThatWantOneBlockShareARequest) {
 }
 
 TEST_F(HttpSourceTest, AHandDoesNotWaitForBulkWork) {
-  constexpr std::size_t kBulk = 24, kApart = 50'000;  // too far from each other to be merged
+  constexpr std::size_t kBulk = 24, kApart = 250'000;  // too far from each other to be merged
   const test::TempFolder folder;
   const std::string name = "r-0123456789abcdef/x.bin";
   fs::create_directories(folder / "r-0123456789abcdef");
