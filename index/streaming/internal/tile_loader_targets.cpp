@@ -6,15 +6,17 @@
 namespace filiform::internal {
 namespace {
 
-// For a jump's target: time within which the proxy may reach a tile that is claimed, at least, and in times of the
-// fastest reads. For prefetch by distance: the corresponding fraction of the workspace's radius.
-constexpr double kTargetTime_s = 0.28, kTargetReads = 5.5, kTargetPart = 0.4;
+// For a jump's target: time within which the proxy may reach a tile that is claimed: in times of the fastest reads, at
+// least and at most. For prefetch by distance: the corresponding fraction of the workspace's radius.
+constexpr double kTargetReads = 5.5, kLeastTargetTime_s = 0.28, kMostTargetTime_s = 1, kTargetPart = 0.4;
 // The jump waits for the tiles within this part of both. The others arrive before the hand does.
 constexpr double kAwaitedPart = 0.5;
 
 }  // namespace
 
-double TileLoader::targetTime_s() const { return std::max(kTargetTime_s, kTargetReads * in_flight_.fastest_s()); }
+double TileLoader::targetTime_s() const {
+  return std::clamp(kTargetReads * in_flight_.fastest_s(), kLeastTargetTime_s, kMostTargetTime_s);
+}
 
 void TileLoader::claimTarget(Peer& p) {
   p.target.clear();
