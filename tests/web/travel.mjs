@@ -6,7 +6,9 @@ import {writeFileSync} from 'node:fs';
 import {join} from 'node:path';
 
 import {openBrowser, openPage, serveSets, waitFor} from '../service/browser.mjs';
-import {chromium, distance, filiform, name, opened, out, packages, run, set, shoot, sleep, state} from './travelling.mjs';
+import {
+  chromium, filiform, name, opened, out, packages, pull, run, set, settled, shoot, sleep, state
+} from './travelling.mjs';
 
 async function main() {
   const address = await serveSets(filiform, [set]);
@@ -26,31 +28,11 @@ async function main() {
   assert.equal((await program).headers()['content-encoding'], 'gzip');
   await opened(page);
   const opened_s = (Date.now() - begun) / 1000;
-  await waitFor('a complete picture and the name of the cell', async () => {
-    const now = await state(page);
-    return now.complete && now.cell;
-  });
-  const before = await state(page);
+  const before = await settled(page);
   const scene = await shoot(page, 'opened.png');
   assert.ok(scene > 0.005, `the screenshot shows no scene: ${scene}`);
 
-  // Pulls the proxy to and fro.
-  const [x, y] = before.proxy_px;
-  await page.mouse.move(x, y);
-  await page.mouse.down({button: 'right'});
-  let moved = 0;
-  for (let turn = 0; turn < 4; ++turn)
-    for (let i = 0; i < 20; ++i) {
-      const angle = turn * Math.PI / 2;
-      await page.mouse.move(x + 6 * i * Math.cos(angle), y + 6 * i * Math.sin(angle));
-      await sleep(25);
-      moved = Math.max(moved, distance((await state(page)).p_um, before.p_um));
-    }
-  const pulled = await state(page);
-  await shoot(page, 'pulled.png');
-  await page.mouse.up({button: 'right'});
-  assert.ok(moved > 1, `the proxy did not move: ${moved} um`);
-  assert.ok(pulled.force_N > 0, 'no force');
+  const moved_um = await pull(page, 'pulled.png');
 
   // Ticks over ten seconds, between two writes of the state.
   const written = async () => {
@@ -87,7 +69,7 @@ async function main() {
   assert.deepEqual(again.problems, []);
   writeFileSync(join(out, 'state.json'), JSON.stringify(last, null, 1));
   return `first picture ${opened_s.toFixed(1)} s, ${requests} requests, ${(bytes / 1e6).toFixed(2)} MB; ` +
-         `${(100 * scene).toFixed(1)} % of the screenshot is scene; pulled ${moved.toFixed(1)} um; ` +
+         `${(100 * scene).toFixed(1)} % of the screenshot is scene; pulled ${moved_um.toFixed(1)} um; ` +
          `${rate.toFixed(0)} ticks/s; frame ${last.frame_ms.toFixed(0)} ms`;
 }
 

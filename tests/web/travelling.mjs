@@ -1,4 +1,5 @@
 // What the tests of the page share: a set that is served, a page that travels, its state and its pictures.
+import assert from 'node:assert/strict';
 import {basename, join} from 'node:path';
 
 import {endAll, openPage, waitFor} from '../service/browser.mjs';
@@ -32,6 +33,40 @@ export async function opened(page) {
   return last;
 }
 
+// The state once the picture is complete and the cell has a name.
+export async function settled(page) {
+  let now = null;
+  await waitFor('a complete picture and the name of the cell', async () => {
+    now = await state(page);
+    return now.complete && now.cell;
+  });
+  return now;
+}
+
+// Pulls the proxy to and fro with the mouse, and takes a screenshot before it lets go. Returns the most that the proxy
+// moved, um. Fails if it did not move, or without a force.
+export async function pull(page, file) {
+  const before = await state(page);
+  const [x, y] = before.proxy_px;
+  await page.mouse.move(x, y);
+  await page.mouse.down({button: 'right'});
+  let moved_um = 0, force_N = 0;
+  for (let turn = 0; turn < 4; ++turn)
+    for (let i = 0; i < 20; ++i) {
+      const angle = turn * Math.PI / 2;
+      await page.mouse.move(x + 6 * i * Math.cos(angle), y + 6 * i * Math.sin(angle));
+      await sleep(25);
+      const now = await state(page);
+      moved_um = Math.max(moved_um, distance(now.p_um, before.p_um));
+      force_N = Math.max(force_N, now.force_N);
+    }
+  await shoot(page, file);
+  await page.mouse.up({button: 'right'});
+  assert.ok(moved_um > 1, `the proxy did not move: ${moved_um} um`);
+  assert.ok(force_N > 0, 'no force');
+  return moved_um;
+}
+
 // A page of this size on the set; `prepare(page)` runs before anything is loaded.
 export async function travel(browser, address, prepare, viewport = {width: 640, height: 360}) {
   const page = await openPage(browser);
@@ -39,10 +74,7 @@ export async function travel(browser, address, prepare, viewport = {width: 640, 
   await prepare?.(page);
   await page.goto(`${address}/travel/${name}?segments=20000`);  // for a software renderer
   await opened(page);
-  await waitFor('a complete picture and the name of the cell', async () => {
-    const now = await state(page);
-    return now.complete && now.cell;
-  });
+  await settled(page);
   return page;
 }
 

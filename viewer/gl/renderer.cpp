@@ -1,5 +1,6 @@
 #include "viewer/gl/renderer.h"
 
+#include "viewer/gl/internal/card_batch.h"
 #include "viewer/gl/internal/gl_objects.h"
 #include "viewer/gl/internal/shaders.h"
 
@@ -10,13 +11,13 @@
 #include <cstddef>
 #include <limits>
 #include <map>
-#include <span>
 #include <string>
 
 namespace filiform {
 
 namespace {
 
+using internal::CardBatch;
 using internal::Program;
 using internal::requireRoom;
 using internal::Target;
@@ -31,52 +32,6 @@ constexpr double kLeastRadius_px = 0.55;
 constexpr double kOverlayHalo_px = 2.5;
 // Least radius of a highlighted cell's segments.
 constexpr double kHighlightRadius_px = 1.1;
-
-// The vertex arrays of a batch: each begins at the first segment of some pieces. That of the cones stays at 0.
-enum class From : std::uint8_t { cones, ribbons, lines };
-
-// A batch on the card.
-struct Uploaded {
-  struct Vertices {
-    GLuint array = 0;  // 0: not made yet
-    std::size_t first = 0;
-  };
-  Vector3d origin_W, lo_W, hi_W;
-  double pixel_um;
-  Layer layer;
-  std::vector<float> radii_um;         // of the segments, in falling order
-  std::array<Vertices, 3> vertices{};  // by From
-  GLuint buffer = 0;
-  bool shown = true;
-};
-
-// Binds the batch so that drawing begins with segment `first`. (OpenGL 3.3 lacks glDrawArraysInstancedBaseInstance.)
-void bindFrom(Uploaded& batch, From from, std::size_t first) {
-  Uploaded::Vertices& vertices = batch.vertices[static_cast<std::size_t>(from)];
-  const bool is_new = vertices.array == 0;
-  if (is_new) glGenVertexArrays(1, &vertices.array);
-  glBindVertexArray(vertices.array);
-  if (!is_new && vertices.first == first) return;
-  vertices.first = first;
-  glBindBuffer(GL_ARRAY_BUFFER, batch.buffer);
-  const auto attribute = [first, is_new](GLuint place, GLenum type, GLboolean normalised, std::size_t offset) {
-    if (is_new) {
-      glEnableVertexAttribArray(place);
-      glVertexAttribDivisor(place, 1);
-    }
-    glVertexAttribPointer(place, 4, type, normalised, sizeof(DrawnSegment),
-                          reinterpret_cast<const void*>(first * sizeof(DrawnSegment) + offset));
-  };
-  attribute(0, GL_FLOAT, GL_FALSE, offsetof(DrawnSegment, a_um));
-  attribute(1, GL_FLOAT, GL_FALSE, offsetof(DrawnSegment, b_um));
-  attribute(2, GL_UNSIGNED_BYTE, GL_TRUE, offsetof(DrawnSegment, colour));
-}
-
-bool isSeen(const Uploaded& batch, const LevelView& view) {
-  return std::all_of(view.planes.begin(), view.planes.end(), [&](const LevelView::Plane& plane) {
-    return plane.n.dot((plane.n.array() >= 0).select(batch.hi_W, batch.lo_W).matrix()) >= plane.d;
-  });
-}
 
 Vector3d colourVector(Rgba c) { return Vector3d(c.r, c.g, c.b) / 255; }
 
@@ -107,14 +62,15 @@ constexpr int kRows = 64;
 // In drawing order: later stages cover earlier ones.
 enum class Stage : std::uint8_t { ribbons, lines, cones, highlight_faint, highlight, overlays_faint, overlays };
 
-From fromOf(Stage stage) {
+CardBatch::From fromOf(Stage stage) {
+  using From = CardBatch::From;
   return stage == Stage::ribbons ? From::ribbons : stage == Stage::lines ? From::lines : From::cones;
 }
 
 // Segments of one batch that one OpenGL call draws.
 struct Piece {
   Stage stage;
-  Uploaded* batch;
+  CardBatch* batch;
   std::size_t first, count;
 };
 
@@ -149,7 +105,7 @@ struct Renderer::Impl {
   Program cone{internal::kConeVertexShader, internal::kConeFragmentShader};
   Program line{internal::kLineVertexShader, internal::kLineFragmentShader};
   std::map<std::array<int, 3>, Program> compose;  // by mode, samples and shading; compiled when first needed
-  std::map<BatchId, Uploaded> batches;
+  std::map<BatchId, CardBatch> batches;
   std::array<Target, 2> eyes;
   Target whole, whole_right;  // the second for quad-buffer stereo only
   bool quad_buffer = false;   // the last picture is one
@@ -183,9 +139,7 @@ Renderer::~Renderer() {
 void Renderer::Impl::remove(BatchId id) {
   const auto found = batches.find(id);
   if (found == batches.end()) return;
-  for (const Uploaded::Vertices& vertices : found->second.vertices) glDeleteVertexArrays(1, &vertices.array);
-  glDeleteBuffers(1, &found->second.buffer);
-  bytes -= static_cast<std::uint64_t>(found->second.radii_um.size()) * sizeof(DrawnSegment);
+  bytes -= found->second.bytes();
   batches.erase(found);
 }
 
@@ -198,30 +152,9 @@ void Renderer::show(BatchId id, bool shown) {
 
 void Renderer::put(BatchId id, const NeuriteBatch& batch, Layer layer) {
   if (batch.segments.empty()) return remove(id);
-  const auto radius = [](const DrawnSegment& s) { return std::max(s.a_radius_um, s.b_radius_um); };
-  std::vector<DrawnSegment> sorted;
-  std::span<const DrawnSegment> segments = batch.segments;
-  if (!isThickestFirst(batch)) {
-    NeuriteBatch copy = batch;
-    sortThickestFirst(copy);
-    sorted = std::move(copy.segments);
-    segments = sorted;
-  }
-  Uploaded& up = impl_->batches[id];
-  impl_->bytes += (batch.segments.size() - up.radii_um.size()) * sizeof(DrawnSegment);
-  up.origin_W = batch.origin_W;
-  up.lo_W = batch.lo_W;
-  up.hi_W = batch.hi_W;
-  up.pixel_um = batch.pixel_um;
-  up.layer = layer;
-  up.shown = true;
-  up.radii_um.clear();
-  up.radii_um.reserve(segments.size());
-  for (const DrawnSegment& segment : segments) up.radii_um.push_back(radius(segment));
-  if (up.buffer == 0) glGenBuffers(1, &up.buffer);
-  glBindBuffer(GL_ARRAY_BUFFER, up.buffer);
-  glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(segments.size_bytes()), segments.data(), GL_STATIC_DRAW);
-  requireRoom("segments");
+  CardBatch& on_card = impl_->batches[id];
+  impl_->bytes += batch.segments.size() * sizeof(DrawnSegment) - on_card.bytes();
+  on_card.put(batch, layer);
 }
 
 Program& Renderer::Impl::composing(StereoMode mode, int samples, bool shaded) {
@@ -242,33 +175,29 @@ RenderFigures Renderer::Impl::list(std::size_t eye, std::size_t piece_segments) 
   const LevelView levels = levelView(view, {job.eye_size.width * job.samples, job.eye_size.height * job.samples});
   RenderFigures figures;
   struct Part {  // a batch, thickest first: cones up to `cones`, ribbons up to `ribbons`, then lines
-    Uploaded* batch;
+    CardBatch* batch;
     std::size_t cones, ribbons;
   };
   std::vector<Part> neurites, highlights, overlays;
   for (auto& [id, batch] : batches) {
     if (!batch.shown) continue;
-    if (!isSeen(batch, levels)) {
+    if (!batch.isSeen(levels)) {
       ++figures.culled;
       continue;
     }
     ++figures.batches;
-    if (batch.layer != Layer::neurites) {
-      (batch.layer == Layer::overlays ? overlays : highlights)
-          .push_back({&batch, batch.radii_um.size(), batch.radii_um.size()});
-      if (batch.layer == Layer::highlight) figures.cones += batch.radii_um.size();
+    if (batch.layer() != Layer::neurites) {
+      (batch.layer() == Layer::overlays ? overlays : highlights).push_back({&batch, batch.size(), batch.size()});
+      if (batch.layer() == Layer::highlight) figures.cones += batch.size();
       continue;
     }
-    const double distance = (batch.lo_W - view.eye_W).cwiseMax(view.eye_W - batch.hi_W).cwiseMax(0.0).norm();
-    const auto thickerThan = [&, &radii_um = batch.radii_um](double radius_px) {
-      const double least_um = radius_px * distance / levels.pixels_per_rad;
-      const auto thin = std::partition_point(radii_um.begin(), radii_um.end(),
-                                             [least_um](float radius_um) { return radius_um >= least_um; });
-      return static_cast<std::size_t>(thin - radii_um.begin());
+    const double distance_um = batch.distance_um(view.eye_W);
+    const auto thickerThan = [&, &batch = batch](double radius_px) {
+      return batch.atLeastAsThickAs(radius_px * distance_um / levels.pixels_per_rad);
     };
     neurites.push_back({&batch, thickerThan(kRibbonRadius_px), thickerThan(kLineRadius_px)});
     figures.cones += neurites.back().cones;
-    figures.lines += batch.radii_um.size() - neurites.back().cones;
+    figures.lines += batch.size() - neurites.back().cones;
   }
 
   std::vector<Piece>& pieces = job.pieces[eye];
@@ -281,7 +210,7 @@ RenderFigures Renderer::Impl::list(std::size_t eye, std::size_t piece_segments) 
     for (const Part& part : parts) add(stage, part, 0, part.cones);
   };
   for (const Part& part : neurites) add(Stage::ribbons, part, part.cones, part.ribbons);
-  for (const Part& part : neurites) add(Stage::lines, part, part.ribbons, part.batch->radii_um.size());
+  for (const Part& part : neurites) add(Stage::lines, part, part.ribbons, part.batch->size());
   addAll(Stage::cones, neurites);
   // Dense tissue would hide these: draw them faintly without a depth test first, then normally.
   addAll(Stage::highlight_faint, highlights);
@@ -362,9 +291,9 @@ void Renderer::Impl::drawPieces(std::size_t eye, std::size_t end) {
   for (std::size_t& at = job.drawn_pieces; at < end; ++at) {
     const Piece& piece = job.pieces[eye][at];
     if (program == nullptr || piece.stage != job.pieces[eye][at - 1].stage) program = &enter(piece.stage, eye);
-    program->set("origin_V", job.views[eye].toView(piece.batch->origin_W));
-    if (piece.stage == Stage::ribbons || piece.stage == Stage::lines) program->set("pixel_um", piece.batch->pixel_um);
-    bindFrom(*piece.batch, fromOf(piece.stage), piece.first);
+    program->set("origin_V", job.views[eye].toView(piece.batch->origin_W()));
+    if (piece.stage == Stage::ribbons || piece.stage == Stage::lines) program->set("pixel_um", piece.batch->pixel_um());
+    piece.batch->bindFrom(fromOf(piece.stage), piece.first);
     glDrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, static_cast<GLsizei>(piece.count));
   }
 }

@@ -2,15 +2,11 @@
 #include "index/set/http_source.h"
 
 #include "index/build/ingest.h"
-#include "index/errors.h"
 #include "index/http/internal/background_reads.h"
 #include "index/set/levels.h"
-#include "index/set/tile_set.h"
 #include "index/set/verify.h"
-#include "tests/support/http_server.h"
-#include "tests/support/random_cells.h"
+#include "tests/index/set/http_source_fixture.h"
 #include "tests/support/sanitized.h"
-#include "tests/support/temp_folder.h"
 #include "tests/support/tile_invariants.h"
 
 #include <atomic>
@@ -30,50 +26,13 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 using test::HttpServer;
+using test::HttpSourceTest;
 
 double secondsOf(const std::function<void()>& work) {
   const auto begin = std::chrono::steady_clock::now();
   work();
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
-
-class HttpSourceTest : public ::testing::Test {
- protected:
-  static void SetUpTestSuite() {
-    folder_ = std::make_unique<test::TempFolder>();
-    CellList stream(test::randomColumn(7, 8, 500, 400));
-    ingest(stream, *folder_ / "a.fil", {.capacity = 50, .page_tiles = 4, .levels = true});
-    local_ = TileSet::open(*folder_ / "a.fil");
-  }
-  static void TearDownTestSuite() {
-    local_.reset();
-    folder_.reset();
-  }
-
-  RemoteOptions quick() const { return {.deadline_s = 2, .stall_s = 1}; }
-  std::unique_ptr<TileSet> openRemote(const RemoteOptions& options = {}) const {
-    return TileSet::open(server_ / "a.fil", options);
-  }
-  // The message of the error that opening the set throws.
-  template <typename Thrown = Error>
-  std::string refusal(const RemoteOptions& options) const {
-    try {
-      const auto set = openRemote(options);
-      for (TileId t = 0; t < set->tile_count(); ++t) set->load(t);
-    } catch (const Thrown& error) {
-      return error.what();
-    } catch (const std::exception& error) {
-      ADD_FAILURE() << "another error: " << error.what();
-    }
-    return {};
-  }
-
-  static std::unique_ptr<test::TempFolder> folder_;
-  static std::unique_ptr<TileSet> local_;
-  mutable HttpServer server_{folder_->path()};
-};
-std::unique_ptr<test::TempFolder> HttpSourceTest::folder_;
-std::unique_ptr<TileSet> HttpSourceTest::local_;
 
 TEST_F(HttpSourceTest, EveryAnswerEqualsThatOfTheFolder) {
   const auto remote = openRemote();
@@ -481,46 +440,6 @@ TEST_F(HttpSourceTest, AReplacedSetKeepsItsRevisionOrSaysSo) {
   const auto fresh = TileSet::open(server / "b.fil");
   EXPECT_NE(fresh->revision(), revision);
   test::expectSameTiles(*fresh, *TileSet::open(folder / "b.fil"));
-}
-
-TEST_F(HttpSourceTest, ACacheSparesRequestsAndHealsItself) {
-  const test::TempFolder cache;
-  RemoteOptions options = quick();
-  options.cache_folder = cache.path();
-  server_.fault("flip", ".pack", 1);
-  test::expectSameTiles(*openRemote(options), *local_);
-  server_.log();
-  test::expectSameTiles(*openRemote(options), *local_);
-  const auto requests = server_.log();
-  ASSERT_EQ(requests.size(), 1u) << "only CURRENT";
-  EXPECT_NE(requests[0].dump().find("CURRENT"), std::string::npos) << requests[0].dump();
-
-  // Damage every file of the cache, each in another place.
-  int at = 0;
-  for (const auto& entry : fs::recursive_directory_iterator(cache.path())) {
-    if (!entry.is_regular_file() || entry.file_size() == 0) continue;
-    std::string bytes = test::readBytes(entry.path().string());
-    bytes[static_cast<std::size_t>(at += 37) % bytes.size()] ^= 1;
-    test::writeBytes(entry.path().string(), bytes);
-  }
-  test::expectSameTiles(*openRemote(options), *local_);
-  server_.log();
-  test::expectSameTiles(*openRemote(options), *local_);
-  EXPECT_EQ(server_.log().size(), 1u);
-}
-
-TEST_F(HttpSourceTest, ADamagedManifestIsNotKept) {
-  const test::TempFolder cache;
-  RemoteOptions options = quick();
-  options.cache_folder = cache.path();
-  server_.fault("flip", "manifest", 1);
-  test::expectSameTiles(*openRemote(options), *local_);
-  server_.fault("flip", "manifest", 2);
-  server_.log();
-  EXPECT_NO_THROW(openRemote(options)) << "from the cache";
-  EXPECT_EQ(server_.log().size(), 1u);
-  fs::remove_all(cache.path());
-  EXPECT_THROW(openRemote(options), CorruptSet) << "damaged twice";
 }
 
 TEST_F(HttpSourceTest, VerifyReadsAnAddress) {

@@ -1,0 +1,74 @@
+#include "viewer/gl/internal/card_batch.h"
+
+#include "viewer/gl/internal/gl_objects.h"
+
+#include <algorithm>
+#include <span>
+#include <utility>
+
+namespace filiform::internal {
+
+CardBatch::~CardBatch() {
+  for (const Vertices& vertices : vertices_) glDeleteVertexArrays(1, &vertices.array);
+  glDeleteBuffers(1, &buffer_);
+}
+
+void CardBatch::put(const NeuriteBatch& batch, Layer layer) {
+  std::vector<DrawnSegment> sorted;
+  std::span<const DrawnSegment> segments = batch.segments;
+  if (!isThickestFirst(batch)) {
+    NeuriteBatch copy = batch;
+    sortThickestFirst(copy);
+    sorted = std::move(copy.segments);
+    segments = sorted;
+  }
+  origin_W_ = batch.origin_W;
+  lo_W_ = batch.lo_W;
+  hi_W_ = batch.hi_W;
+  pixel_um_ = batch.pixel_um;
+  layer_ = layer;
+  shown = true;
+  radii_um_.clear();
+  radii_um_.reserve(segments.size());
+  for (const DrawnSegment& s : segments) radii_um_.push_back(std::max(s.a_radius_um, s.b_radius_um));
+  if (buffer_ == 0) glGenBuffers(1, &buffer_);
+  glBindBuffer(GL_ARRAY_BUFFER, buffer_);
+  glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(segments.size_bytes()), segments.data(), GL_STATIC_DRAW);
+  requireRoom("segments");
+}
+
+// OpenGL 3.3 lacks glDrawArraysInstancedBaseInstance: the pointers say where to begin.
+void CardBatch::bindFrom(From from, std::size_t first) {
+  Vertices& vertices = vertices_[static_cast<std::size_t>(from)];
+  const bool is_new = vertices.array == 0;
+  if (is_new) glGenVertexArrays(1, &vertices.array);
+  glBindVertexArray(vertices.array);
+  if (!is_new && vertices.first == first) return;
+  vertices.first = first;
+  glBindBuffer(GL_ARRAY_BUFFER, buffer_);
+  const auto attribute = [first, is_new](GLuint place, GLenum type, GLboolean normalised, std::size_t offset) {
+    if (is_new) {
+      glEnableVertexAttribArray(place);
+      glVertexAttribDivisor(place, 1);
+    }
+    glVertexAttribPointer(place, 4, type, normalised, sizeof(DrawnSegment),
+                          reinterpret_cast<const void*>(first * sizeof(DrawnSegment) + offset));
+  };
+  attribute(0, GL_FLOAT, GL_FALSE, offsetof(DrawnSegment, a_um));
+  attribute(1, GL_FLOAT, GL_FALSE, offsetof(DrawnSegment, b_um));
+  attribute(2, GL_UNSIGNED_BYTE, GL_TRUE, offsetof(DrawnSegment, colour));
+}
+
+bool CardBatch::isSeen(const LevelView& view) const {
+  return std::all_of(view.planes.begin(), view.planes.end(), [&](const LevelView::Plane& plane) {
+    return plane.n.dot((plane.n.array() >= 0).select(hi_W_, lo_W_).matrix()) >= plane.d;
+  });
+}
+
+std::size_t CardBatch::atLeastAsThickAs(double radius_um) const {
+  const auto thinner = std::partition_point(radii_um_.begin(), radii_um_.end(),
+                                            [radius_um](float own_um) { return own_um >= radius_um; });
+  return static_cast<std::size_t>(thinner - radii_um_.begin());
+}
+
+}  // namespace filiform::internal

@@ -1,0 +1,57 @@
+// A batch of segments on the graphics card. Thread rule: the thread of the context.
+#pragma once
+
+#include "viewer/gl/renderer.h"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <epoxy/gl.h>
+#include <vector>
+
+namespace filiform::internal {
+
+class CardBatch {
+ public:
+  // The vertex arrays: each begins at the first segment of some pieces. A frame drawn at once leaves them as they are.
+  enum class From : std::uint8_t { cones, ribbons, lines };
+
+  CardBatch() = default;
+  CardBatch(const CardBatch&) = delete;
+  CardBatch& operator=(const CardBatch&) = delete;
+  ~CardBatch();
+
+  // Replaces the content, and shows it. Throws GraphicsError if the card has no room. O(segments) if they come
+  // thickest first.
+  void put(const NeuriteBatch& batch, Layer layer);
+  // Binds the batch so that drawing begins with segment `first`.
+  void bindFrom(From from, std::size_t first);
+
+  bool isSeen(const LevelView& view) const;
+  std::size_t size() const { return radii_um_.size(); }  // segments, thickest first
+  std::uint64_t bytes() const { return size() * sizeof(DrawnSegment); }
+  std::size_t atLeastAsThickAs(double radius_um) const;  // number of segments. O(log segments)
+  // From an eye to the batch's box; 0 inside.
+  double distance_um(const Vector3d& eye_W) const {
+    return (lo_W_ - eye_W).cwiseMax(eye_W - hi_W_).cwiseMax(0.0).norm();
+  }
+  const Vector3d& origin_W() const { return origin_W_; }
+  double pixel_um() const { return pixel_um_; }
+  Layer layer() const { return layer_; }
+
+  bool shown = true;
+
+ private:
+  struct Vertices {
+    GLuint array = 0;  // 0: not made yet
+    std::size_t first = 0;
+  };
+  Vector3d origin_W_, lo_W_, hi_W_;
+  double pixel_um_ = 0;
+  Layer layer_ = Layer::neurites;
+  std::vector<float> radii_um_;         // of the segments, in falling order
+  std::array<Vertices, 3> vertices_{};  // by From
+  GLuint buffer_ = 0;
+};
+
+}  // namespace filiform::internal
