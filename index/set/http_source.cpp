@@ -101,7 +101,7 @@ internal::Bytes HttpSource::Impl::fetch(const std::string& name) const {
   const std::string size_key = url(name) + "@size";
   std::uint64_t size = 0;
   const std::span<std::uint8_t> size_bytes(reinterpret_cast<std::uint8_t*>(&size), sizeof size);
-  if (cache != nullptr && cache->get(size_key, size_bytes) && size <= kMostCachedRead) {
+  if (cache != nullptr && cache->get(size_key, size_bytes) && size <= kMostManifest) {
     internal::Bytes bytes(size);
     if (cache->get(key(name, 0), bytes)) {
       ++cache_hits;
@@ -110,7 +110,7 @@ internal::Bytes HttpSource::Impl::fetch(const std::string& name) const {
   }
   internal::Bytes bytes = client.readWhole(url(name), kMostManifest);
   size = bytes.size();
-  if (cache != nullptr && size <= kMostCachedRead) {
+  if (cache != nullptr) {
     cache->put(key(name, 0), bytes);
     cache->put(size_key, size_bytes);
   }

@@ -98,7 +98,8 @@ class TileFocus {
   // full and must then be repeated.
   virtual void request(TileId tile) noexcept = 0;
   // True if the pending jump can be made. The table then holds the target tile. With prefetch it also holds the tiles
-  // that the proxy may reach within 0.14 s, as far as the budget goes.
+  // that the proxy may reach within 2.75 times of the fastest read, at least 0.14 s and at most 0.5 s, as far as the
+  // budget goes.
   virtual bool isTargetReady(NodeId target_node) const noexcept = 0;
 };
 
@@ -175,7 +176,7 @@ class Residency {
   // One line for each tile whose last read failed: tile, file, offset, reason; by tile id. Then the other failed reads:
   // lists of cells, pages of the directory.
   std::vector<std::string> failures() const;
-  // Of these, what is claimed now.
+  // The lines of failures() whose tile, list or page a reader needs now. O(failures).
   std::vector<std::string> missing() const;
 
  private:

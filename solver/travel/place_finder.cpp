@@ -1,9 +1,9 @@
 #include "solver/travel/place_finder.h"
 
 #include "index/errors.h"
-#include "index/geometry/closest_point.h"
 #include "index/set/tiles_ahead.h"
 #include "index/text.h"
+#include "index/tile/tile_engine.h"
 #include "solver/graph/graph_view.h"
 
 #include <algorithm>
@@ -97,22 +97,17 @@ std::optional<PlaceFinder::Picked> PlaceFinder::nearest(const Vector3d& p_W) con
 
 std::optional<PlaceFinder::Picked> PlaceFinder::anyNear(const Vector3d& p_W) const {
   const Grid grid = impl_->store.grid();
+  if (!(p_W.cwiseAbs().maxCoeff() < Grid::kMaxCoordinate_um)) return nearest(p_W);  // refuses it
   const TileId home = impl_->store.home(grid.snap(p_W));
   if (home == kNoTile) return nearest(p_W);
   Reading reading(impl_->store);
   const Tile& tile = reading.load(home);
-  std::optional<std::uint32_t> best;
-  ClosestPoint closest{};
-  for (std::uint32_t s = 0; s < tile.segment_count(); ++s) {
-    const Tile::Link link = tile.link(s);
-    const ClosestPoint now =
-        closestPoint(grid.toWorld(tile.gridPoint(link.child)), grid.toWorld(tile.gridPoint(link.parent)), p_W);
-    if (best && now.squared_distance >= closest.squared_distance) continue;
-    best = s;
-    closest = now;
-  }
-  if (!best) return nearest(p_W);
-  return Picked{reading.graph.placeAt(home, tile.segmentId(*best), closest.t), 0, std::sqrt(closest.squared_distance)};
+  Candidates candidates(1, 0, INFINITY);
+  for (std::uint32_t s = 0; s < tile.segment_count(); ++s)
+    candidates.offer(tile, s, tile.position_W(tile.child(s)), tile.position_W(tile.parent(s)), p_W);
+  const std::vector<Candidate>& best = candidates.sorted();
+  if (best.empty()) return nearest(p_W);
+  return Picked{reading.graph.placeAt(home, best[0].segment, best[0].t), 0, std::sqrt(best[0].squared_distance)};
 }
 
 ProxyPlace PlaceFinder::atSample(const CellWalk& walk, std::uint32_t cell, std::uint32_t node) const {

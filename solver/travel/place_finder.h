@@ -31,8 +31,8 @@ class PlaceFinder {
   // UsageError as Nearest does.
   std::optional<Picked> along(const RayQuery& ray) const;
   std::optional<Picked> nearest(const Vector3d& p_W) const;
-  // Any place near a point, with one read: the nearest of those in the home tile of the point. If that tile has no
-  // segment: nearest().
+  // The nearest segment of those in the home tile of a point: reads this tile, and pages of the directory. Others may
+  // be nearer. Without a home tile, or if it has no segment: nearest(). O(segments of the tile).
   std::optional<Picked> anyNear(const Vector3d& p_W) const;
   // The place of sample `node` (rank) of a cell that walk() has read.
   ProxyPlace atSample(const CellWalk& walk, std::uint32_t cell, std::uint32_t node) const;

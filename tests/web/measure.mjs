@@ -90,7 +90,7 @@ await run(async () => {
     set_MB: round(before.set_bytes / 1e6), loaded_KB: round(before.page_bytes / 1e3, 0), ticks_s: round(rate, 0),
     late_ticks: last.missed_deadlines, compute_p99_us: last.compute_p99_us, frame_ms: round(last.frame_ms, 1),
     segments: last.segments, calls_most: calls.at(-1), calls_median: calls[calls.length >> 1],
-    calls_by_name: Object.fromEntries(Object.entries(busiest).sort(([, a], [, b]) => b - a)), frontiers: last.frontiers,
+    calls_by_name: Object.fromEntries(Object.entries(busiest ?? {}).sort(([, a], [, b]) => b - a)), frontiers: last.frontiers,
     problems: page.problems, requests,
   };
   writeFileSync(join(out, 'figures.json'), JSON.stringify(figures, null, 1));

@@ -8,7 +8,7 @@ import {join} from 'node:path';
 
 import {openBrowser, serveSets, waitFor} from '../service/browser.mjs';
 import {chromium, filiform, name, opened, out, packages, run, set, shoot, state, travel} from './travelling.mjs';
-import {coverage, decodePng, isColourful, overlap} from './picture.mjs';
+import {coverage, decodePng, overlap} from './picture.mjs';
 
 const kWidth = 1280, kHeight = 720, kSegments = 20000, kZoom_um = 200, kLeast = 0.95;
 // Panels cover the rest.
@@ -36,7 +36,7 @@ await run(async () => {
   const [seen, wanted] = ['page.png', 'render.png'].map((file) => decodePng(readFileSync(join(out, file))));
   const part = overlap(seen, wanted, isScene);
   writeFileSync(join(out, 'overlap.json'), JSON.stringify({overlap: Number(part.toFixed(4)), segments}));
-  const shown = coverage(wanted, isColourful);
+  const shown = coverage(wanted);
   assert.ok(shown > 0.02, `the picture of render shows no scene: ${shown}`);
   assert.deepEqual(page.problems, []);
   assert.ok(part >= kLeast, `${part.toFixed(3)} of the scene's pixels agree; render ${JSON.stringify(drawn)}, page ${segments}`);

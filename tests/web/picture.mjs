@@ -34,25 +34,25 @@ export function decodePng(file) {
   return {width, height, channels, data};
 }
 
-// The part of the pixels that `isScene(r, g, b)`.
-export function coverage({width, height, channels, data}, isScene = isColourful) {
+// The part of the pixels that are scene.
+export function coverage({width, height, channels, data}) {
   let scene = 0;
-  for (let at = 0; at < data.length; at += channels) if (isScene(data[at], data[at + 1], data[at + 2])) ++scene;
+  for (let at = 0; at < data.length; at += channels) if (isColourful(data[at], data[at + 1], data[at + 2])) ++scene;
   return scene / (width * height);
 }
 
 // Bright and colourful, as drawn neurites are, and unlike panels.
-export function isColourful(r, g, b) {
+function isColourful(r, g, b) {
   const most = Math.max(r, g, b);
   return most > 60 && most - Math.min(r, g, b) > 25;
 }
 
 // Pixels of two pictures of the same size that are scene in both / in either, where `counts(x, y)`.
-export function overlap(a, b, counts = () => true, isScene = isColourful) {
+export function overlap(a, b, counts = () => true) {
   assert.deepEqual([a.width, a.height], [b.width, b.height]);
   let both = 0, either = 0;
   const shows = ({channels, data}, pixel) =>
-    isScene(data[pixel * channels], data[pixel * channels + 1], data[pixel * channels + 2]);
+    isColourful(data[pixel * channels], data[pixel * channels + 1], data[pixel * channels + 2]);
   for (let y = 0; y < a.height; ++y)
     for (let x = 0; x < a.width; ++x) {
       if (!counts(x, y)) continue;

@@ -26,12 +26,12 @@ using namespace filiform;
 
 constexpr std::uint64_t kBudget_MiB = 96;
 
-constexpr int kMostFramesBefore = 10;  // that wait for the thread which opens the set
+constexpr int kMostFramesBefore = 10;  // then the window is made, even if the thread that opens the set has not begun
 
 ApplicationOptions options;
 std::future<OpenedScene> opening;  // begun before the window
 std::atomic<bool> has_begun_opening{false};
-int frames_before = 0;  // the window
+int frames_before = 0;  // without a window
 std::unique_ptr<Application> application;
 
 EM_JS(void, tellFailure, (const char* text), { Module.failed(UTF8ToString(text)); });
@@ -121,14 +121,22 @@ int main(int count, char** words) {
   options.segments = std::strtoull(word(5).c_str(), nullptr, 10);
   options.size = PictureSize{std::atoi(word(6).c_str()), std::atoi(word(7).c_str())};
   options.state = "/state.json";
-  options.open = [](const std::vector<std::string>&) { return opening.get(); };
+  options.open = [](const std::vector<std::string>&) {
+    if (!opening.valid()) throw UsageError("a page shows one set; open the link of another set");
+    return opening.get();
+  };
   options.write = download;
   options.plugged_in = [](const std::string&) { return !systemUsb().devices().empty(); };
   options.awaited_device = "spacemouse";
-  opening = std::async(std::launch::async, [address = options.paths.front()] {
-    has_begun_opening = true;
-    return openSet(address);
-  });
+  try {
+    opening = std::async(std::launch::async, [address = options.paths.front()] {
+      has_begun_opening = true;
+      return openSet(address);
+    });
+  } catch (const std::exception& error) {  // no thread
+    tellFailure(error.what());
+    return 3;
+  }
   emscripten_set_main_loop(step, 0, 0);
   return 0;
 }

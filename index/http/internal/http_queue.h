@@ -13,10 +13,12 @@ namespace filiform::internal {
 class HttpQueue {
  public:
   static constexpr std::uint64_t kMostGap = 24 << 10;  // bytes between two ranges of one request; more from far away
-  // Bytes of a request for several ranges, in the background and otherwise: the last range waits for the first.
+  // Bytes of a request for several ranges, in the background and otherwise (more from far away): the last range waits
+  // for the first.
   static constexpr std::uint64_t kMostMerged = 4u << 20, kMostUrgent = 256u << 10;
 
-  // `s`: from a request to its answer. The farther the server, the more bytes one request is worth.
+  // `s`: from a request to its answer. The farther the server, the more bytes one request is worth: from 20 ms on, gaps
+  // grow up to 8 times, urgent requests to twice their size.
   void setLatency(double s);
   void add(HttpJob& job) { jobs_.push_back(&job); }
   bool empty() const { return jobs_.empty(); }

@@ -13,7 +13,8 @@ namespace {
 constexpr double kMinReach_um = 1.0;
 // Factors by which the time to reach a tile grows: back along the neurite, and by the angle of the turn at a branching.
 constexpr double kBack = 2.0, kTurn = 1.5, kMost = 4.0;
-// The same for tiles beyond the ends of the walk: times longer behind than straight ahead.
+// Tiles beyond the ends of the walk lie so many times farther behind than straight ahead, besides the factors above.
+// Without a heading, all lie halfway: twice as far.
 constexpr double kAside = 3;
 constexpr std::size_t kMaxEnds = 64;
 // Reach gained for each um between the hand and the proxy, up to twice the usual reach. A hand that waits beside a
@@ -21,7 +22,7 @@ constexpr std::size_t kMaxEnds = 64;
 constexpr double kPull = 20;
 // From far away, a tile beyond the reach comes late. Part of the usual reach that is gained for each s of look-ahead
 // beyond the usual one.
-constexpr double kPatience = 2, kUsualLookahead_s = 0.5;
+constexpr double kPatience = 2;
 // On a neurite, the proxy reaches its surroundings only along the neurite, which claimAhead() covers. In 1.9e8
 // segments, a tour met no absent tile with an eighth of the workspace's radius or with all of it. An eighth needs an
 // eighth of the tile reads.
@@ -53,6 +54,7 @@ Prefetch::Prefetch(const internal::KnownPages& store, const TileFinder& finder, 
                    double lookahead_s)
     : store_(store), finder_(finder), policy_(policy) {
   setLookahead(lookahead_s);
+  usual_lookahead_s_ = lookahead_s_;
 }
 
 Vector3d Prefetch::wayTo(TileId tile, const Vector3d& p_W) const {
@@ -83,7 +85,7 @@ void Prefetch::claimAhead(const ReaderFocus& focus, const TileTable& loaded, std
   const double usual_um = std::max({speed * lookahead_s_, focus.radius_um, kMinReach_um});
   const double pace_um_s = usual_um / lookahead_s_;
   // The farther the hand is from the proxy, the farther along the neurite the solver looks and the proxy may leap.
-  const double patience = std::clamp(kPatience * (lookahead_s_ - kUsualLookahead_s), 0.0, 1.0);
+  const double patience = std::clamp(kPatience * (lookahead_s_ - usual_lookahead_s_), 0.0, 1.0);
   const double reach_um = usual_um + std::clamp(kPull * pull_um, patience * usual_um, 2 * usual_um);
 
   std::unordered_map<TileId, double> cost;

@@ -45,7 +45,7 @@ class Prefetch {
   // claimAround: O(kMaxWorkspaceTiles log tiles). Returns false if it ended at a page that is not known.
   bool claimAround(const ReaderFocus& focus, std::uint64_t budget_bytes, std::vector<TileClaim>& claims) const;
 
-  // `s`: as in the constructor.
+  // `s`: as in the constructor, which states the usual time. From a source that needs more, the reach is longer.
   void setLookahead(double s) { lookahead_s_ = s > 0 ? s : 1e-3; }
 
   // Distance from a point to the box of the tile's content; 0 inside. In a page that is not known: a lower bound.
@@ -57,7 +57,7 @@ class Prefetch {
   const internal::KnownPages& store_;
   const TileFinder& finder_;
   PrefetchPolicy policy_;
-  double lookahead_s_;
+  double lookahead_s_, usual_lookahead_s_;
 };
 
 }  // namespace filiform

@@ -19,7 +19,7 @@ class ReadsInFlight {
   void add(double s) {
     if (!(s >= 0 && std::isfinite(s))) return;
     sum_s_ += s;
-    shortest_s_ = std::min(shortest_s_, s);
+    if (s >= kNear_s) shortest_s_ = std::min(shortest_s_, s);  // a hit of a cache says nothing of the source
     if (++count_ < kWindow) return;
     const double mean_s = sum_s_ / kWindow;
     // The base forgets slowly, so that it follows a path that has become longer.
@@ -32,7 +32,7 @@ class ReadsInFlight {
     sum_s_ = 0, shortest_s_ = std::numeric_limits<double>::infinity(), count_ = 0;
   }
   unsigned most() const { return now_; }
-  double fastest_s() const { return std::isfinite(base_s_) ? base_s_ : 0; }  // of the last reads; 0: not known
+  double fastest_s() const { return std::isfinite(base_s_) ? base_s_ : 0; }  // 0: not known, or near
 
  private:
   static constexpr unsigned kWindow = 16, kUp = 4;

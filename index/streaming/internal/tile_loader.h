@@ -119,6 +119,7 @@ class TileLoader {
     ReaderFocus focus, planned;
     bool has_focus = false;
     bool walk_stale = true, around_stale = true;
+    double target_time_s = 0;              // within which the hand may reach a tile of `target`
     bool target_open = false;              // pages are missing that may hold more tiles of `target`
     Vector3d around_W = Vector3d::Zero();  // position for which `around` was made
     double around_um = 0;                  // its radius
@@ -151,8 +152,10 @@ class TileLoader {
   void claimHolds();
   void claimFor(Peer& peer);
   double targetTime_s() const;
+  std::vector<std::uint32_t> cellsOfReaders() const;  // whose lists of tiles are wanted
   void claimTarget(Peer& peer);
-  void claimBesideTarget(const ReaderFocus& there, std::uint64_t room, std::vector<TileClaim>& claims) const;
+  void claimBesideTarget(const ReaderFocus& there, std::uint64_t room, double time_s,
+                         std::vector<TileClaim>& claims) const;
   void tellTargets();
   // In real time, for peers without a table: the shortest time between plans, s; and the part of the budget of each.
   double crowdRest() const;

@@ -27,13 +27,13 @@ void TileLoader::claimTarget(Peer& p) {
   there.p_W = p.focus.target_W;
   there.v_W.setZero();
   there.pull_W.setZero();
-  const double time_s = targetTime_s();
+  const double time_s = p.target_time_s = targetTime_s();
   const std::uint64_t room = partOf(p) / 2;  // half: the proxy is still at its old position
   if (options_.prefetch == PrefetchPolicy::structure) {
     const std::span<const TileId> cell_tiles = tilesOf(there.active_node.cell);
     prefetch_.claimAhead(there, loaded_, cell_tiles, room, p.target);
     std::erase_if(p.target, [&](const TileClaim& c) { return c.cost > time_s; });
-    if (cell_tiles.empty() || !inMemory(there.active_tile)) claimBesideTarget(there, room, p.target);
+    if (cell_tiles.empty() || !inMemory(there.active_tile)) claimBesideTarget(there, room, time_s, p.target);
   } else {
     there.radius_um *= kTargetPart;
     prefetch_.claimAround(there, room, p.target);
@@ -48,10 +48,11 @@ void TileLoader::claimTarget(Peer& p) {
 // The target's tile and the list of its cell's tiles say which tiles the neurite enters. Until both are here, the
 // loader reads the tiles nearest to the target. The neurite enters most of these, so the jump needs one round of reads
 // less.
-void TileLoader::claimBesideTarget(const ReaderFocus& there, std::uint64_t room, std::vector<TileClaim>& claims) const {
+void TileLoader::claimBesideTarget(const ReaderFocus& there, std::uint64_t room, double time_s,
+                                   std::vector<TileClaim>& claims) const {
   const std::size_t known = claims.size();
   prefetch_.claimAround(there, room, claims);
-  for (std::size_t i = known; i < claims.size(); ++i) claims[i].cost = targetTime_s() + 1e-6 * claims[i].cost;
+  for (std::size_t i = known; i < claims.size(); ++i) claims[i].cost = time_s + 1e-6 * claims[i].cost;
 }
 
 void TileLoader::tellTargets() {
@@ -60,7 +61,7 @@ void TileLoader::tellTargets() {
     if (!p.target_open && !p.target.empty() && p.planned.target_node == p.focus.target_node) {
       const double farthest =
           kAwaitedPart *
-          (options_.prefetch == PrefetchPolicy::structure ? targetTime_s() : kTargetPart * p.planned.radius_um);
+          (options_.prefetch == PrefetchPolicy::structure ? p.target_time_s : kTargetPart * p.planned.radius_um);
       bool all = true;
       for (std::size_t i = 0; i < p.target.size() && p.target[i].cost <= farthest && all; ++i) {
         const TileSlot* const slot = slots_.find(p.target[i].tile);

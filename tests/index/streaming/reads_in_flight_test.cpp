@@ -21,6 +21,16 @@ TEST(ReadsInFlightTest, ReadsThatWaitForEachOtherBecomeFewer) {
   EXPECT_EQ(reads.most(), 64U);
 }
 
+TEST(ReadsInFlightTest, HitsOfACacheDoNotMakeASourceNear) {
+  ReadsInFlight reads(8, 64);
+  for (int window = 0; window < 20; ++window) {
+    reads.add(0.0001);
+    for (int i = 0; i < 15; ++i) reads.add(0.15);
+  }
+  EXPECT_EQ(reads.most(), 64U);
+  EXPECT_DOUBLE_EQ(reads.fastest_s(), 0.15);
+}
+
 TEST(ReadsInFlightTest, ASourceNearbyNeedsTheLeast) {
   ReadsInFlight reads(8, 64);
   for (int i = 0; i < 100; ++i) addWindow(reads, 0.001);

@@ -75,6 +75,37 @@ TEST_F(ResidencyTest, AFailedTileIsMissingWhileItIsClaimed) {
   EXPECT_EQ(residency.missing().size(), 1U);
 }
 
+class LostLists final : public test::CountingStore {
+ public:
+  using CountingStore::CountingStore;
+  CellDetail loadCellDetail(std::uint32_t cell) const override {
+    throw IoError("cells.bin", "cannot read cell " + std::to_string(cell));
+  }
+};
+
+TEST_F(ResidencyTest, AListOfTilesIsMissingWhileAHandIsOnTheCell) {
+  const LostLists store(*store_);
+  Residency residency(store, options(UINT64_MAX, PrefetchPolicy::structure));
+  TileReader& reader = residency.addReader("hand");
+  ReaderFocus focus = focusOn(0, 1);
+  focus.active_node = {0, 0};
+  double now_s = 0;
+  const auto serve = [&] {
+    for (int i = 0; i < 20; ++i) {
+      reader.publishFocus(focus);
+      residency.serve(now_s += 0.01);
+      reader.apply(8);
+    }
+  };
+  serve();
+  EXPECT_EQ(residency.missing().size(), 1U);
+  EXPECT_EQ(residency.missing(), residency.failures());
+  focus = {};
+  serve();
+  EXPECT_TRUE(residency.missing().empty());
+  EXPECT_EQ(residency.failures().size(), 1U);
+}
+
 TEST_F(ResidencyTest, FailureAmongTilesAskedTogetherIsSaid) {
   store_->failLoads(6, 1);
   Residency residency(*store_, options(UINT64_MAX));
