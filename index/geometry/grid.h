@@ -20,13 +20,24 @@ struct GridBox {  // closed; empty if lo > hi on any axis
   GridPoint hi = GridPoint::Constant(INT64_MIN);
 
   bool empty() const { return (lo.array() > hi.array()).any(); }
+  bool contains(const GridPoint& p) const {
+    return p[0] >= lo[0] && p[0] <= hi[0] && p[1] >= lo[1] && p[1] <= hi[1] && p[2] >= lo[2] && p[2] <= hi[2];
+  }
+  bool containsInside(const GridPoint& p) const {  // not on its border
+    return p[0] > lo[0] && p[0] < hi[0] && p[1] > lo[1] && p[1] < hi[1] && p[2] > lo[2] && p[2] < hi[2];
+  }
+  // By coordinates: compilers make a call of Eigen's expressions, and half the speed.
   void extend(const GridPoint& p) {
-    lo = lo.cwiseMin(p);
-    hi = hi.cwiseMax(p);
+    for (int i = 0; i < 3; ++i) {
+      lo[i] = p[i] < lo[i] ? p[i] : lo[i];
+      hi[i] = p[i] > hi[i] ? p[i] : hi[i];
+    }
   }
   void extend(const GridBox& b) {
-    lo = lo.cwiseMin(b.lo);
-    hi = hi.cwiseMax(b.hi);
+    for (int i = 0; i < 3; ++i) {
+      lo[i] = b.lo[i] < lo[i] ? b.lo[i] : lo[i];
+      hi[i] = b.hi[i] > hi[i] ? b.hi[i] : hi[i];
+    }
   }
 };
 

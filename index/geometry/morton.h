@@ -11,6 +11,7 @@
 
 #include "index/geometry/grid.h"
 
+#include <array>
 #include <compare>
 #include <cstdint>
 
@@ -23,6 +24,15 @@ inline constexpr int kMortonBits = 3 * kMortonAxisBits;
 
 // The key of a grid point. Requires -2^41 <= p < 2^41 on each axis.
 MortonKey mortonKey(const GridPoint& p);
+// The same, faster for points that lie near the one before. Thread rule: thread-compatible.
+class MortonKeys {
+ public:
+  MortonKey of(const GridPoint& p);
+
+ private:
+  std::array<std::uint64_t, 3> upper_{};  // the upper half of the last point's bits, by axis
+  MortonKey high_ = 0;                    // what they make of a key
+};
 GridPoint mortonPoint(MortonKey key);  // the inverse
 
 // A block of the partition.

@@ -27,11 +27,6 @@ auto isLeaf(std::span<const MortonKey> sorted_midpoints, std::uint32_t capacity)
 
 }  // namespace
 
-GridPoint midpoint(const GridPoint& a, const GridPoint& b) {
-  const GridPoint sum = a + b;
-  return {sum.x() >> 1, sum.y() >> 1, sum.z() >> 1};
-}
-
 GridBox closedBlock(const BlockKey& key) {
   GridBox box = key.box();
   box.hi.array() += 1;

@@ -28,7 +28,9 @@ inline constexpr std::uint32_t kUnitLeaves = 1;
 
 // The point that decides which leaf owns the segment a-b: its middle, rounded down on each axis. Independent of
 // direction.
-GridPoint midpoint(const GridPoint& a, const GridPoint& b);
+inline GridPoint midpoint(const GridPoint& a, const GridPoint& b) {
+  return {(a[0] + b[0]) >> 1, (a[1] + b[1]) >> 1, (a[2] + b[2]) >> 1};
+}
 
 // The closed block: from the block's lowest grid point to the next block's lowest (hi + 1), on each axis. Neighbouring
 // closed blocks share a face, without a gap. A tile stores every segment that meets its closed block.

@@ -19,9 +19,10 @@ constexpr std::uint32_t kAbsent = UINT32_MAX;
 // The smallest e with |a - b| <= 2^e quanta.
 int lengthExponent(const GridPoint& a, const GridPoint& b) {
   __extension__ using Product = unsigned __int128;
-  const GridPoint far = (a - b).cwiseAbs();
-  if ((far[0] | far[1] | far[2]) >> 30 == 0) {  // nearly all
-    const auto squared = static_cast<std::uint64_t>(far.squaredNorm());
+  constexpr std::int64_t kNear = std::int64_t{1} << 30;
+  const std::int64_t x = a[0] - b[0], y = a[1] - b[1], z = a[2] - b[2];
+  if (((x + kNear) | (y + kNear) | (z + kNear)) >> 31 == 0) {  // nearly all
+    const auto squared = static_cast<std::uint64_t>(x * x + y * y + z * z);
     return squared <= 1 ? 0 : (std::bit_width(squared - 1) + 1) / 2;
   }
   Product squared = 0;
@@ -185,9 +186,10 @@ void LandmarkChooser::addLeaf(const BlockKey& leaf, std::span<const Segment> seg
     const Segment& s = segments[i];
     Part::Group& group = part.groups_[part.group_of_[i]];
     group.ends.extend(s.child);
+    group.radius2 = std::max(group.radius2, squaredDistance(s.child, group.point));
+    if (i > 0 && part.group_of_[i - 1] == part.group_of_[i] && s.parent == segments[i - 1].child) continue;
     group.ends.extend(s.parent);
-    group.radius2 =
-        std::max({group.radius2, squaredDistance(s.child, group.point), squaredDistance(s.parent, group.point)});
+    group.radius2 = std::max(group.radius2, squaredDistance(s.parent, group.point));
   }
   for (std::size_t g = first; g < part.groups_.size(); ++g)
     part.groups_[g].block = prefix(mortonKey(part.groups_[g].point), depth_);

@@ -89,6 +89,12 @@ class Tile {
   // findNode().
   NodeId nodeId(std::uint32_t node) const;
   GridPoint gridPoint(std::uint32_t node) const;
+  // Calls use(node, position) for all nodes, or use(segment, child, parent) for all segments, ascending. Faster than a
+  // call for each.
+  template <class Use>
+  void forEachNode(const Use& use) const;
+  template <class Use>
+  void forEachSegment(const Use& use) const;
   Vector3d position_W(std::uint32_t node) const;  // um, frame W; the grid point without rounding
   bool isHome(std::uint32_t node) const;          // its position is in the block; false in the long-segment tile
   // Segments at the node, in the order of their ids. They are complete if and only if isHome(node). Valid while the
@@ -318,6 +324,28 @@ inline GridPoint Tile::offset(std::uint32_t node) const {
 }
 
 inline GridPoint Tile::gridPoint(std::uint32_t node) const { return origin_ + offset(node); }
+
+template <class Use>
+void Tile::forEachNode(const Use& use) const {
+  withOffsets([&](const auto& offsets) {
+    for (std::uint32_t node = 0; node < node_count_; ++node) {
+      const Offset c = offsets.get(node);
+      use(node, GridPoint(origin_[0] + static_cast<std::int64_t>(c[0]), origin_[1] + static_cast<std::int64_t>(c[1]),
+                          origin_[2] + static_cast<std::int64_t>(c[2])));
+    }
+  });
+}
+
+template <class Use>
+void Tile::forEachSegment(const Use& use) const {
+  for (std::uint32_t f = 0; f < fragments_.size(); ++f) {
+    const Fragment& fragment = fragments_[f];
+    const std::uint32_t end = fragmentEnd(f);
+    std::uint32_t child = fragment.child_node;
+    use(fragment.begin, child, fragment.parent_node);
+    for (std::uint32_t s = fragment.begin + 1; s < end; ++s, ++child) use(s, child + 1, child);
+  }
+}
 
 template <class Visit>
 void Tile::fillOffsets(Visit&& f) {

@@ -37,7 +37,15 @@ std::uint32_t shifted(const ByteReader& in, std::uint32_t from, std::uint64_t zi
 std::vector<std::uint8_t> TileCodec::encode(const Tile& tile) {
   const bool graph = !tile.first_samples_.empty() || !tile.loose_.empty();
   GridPoint extent = GridPoint::Zero();
-  for (std::uint32_t n = 0; n < tile.node_count_; ++n) extent = extent.cwiseMax(tile.offset(n));
+  tile.withOffsets([&](const auto& offsets) {
+    for (std::uint32_t n = 0; n < tile.node_count_; ++n) {
+      const Coordinates c = offsets.get(n);
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        std::int64_t& most = extent[static_cast<Eigen::Index>(axis)];
+        most = std::max(most, static_cast<std::int64_t>(c[axis]));
+      }
+    }
+  });
   if (!onGrid(tile.origin_) || !onGrid(tile.origin_ + extent)) throw InputError("a position lies outside the grid");
 
   ByteWriter out;
@@ -107,8 +115,9 @@ void TileCodec::writeStrays(const Tile& tile, ByteWriter& out) {
 void TileCodec::writeOwned(const Tile& tile, ByteWriter& out) {
   const std::vector<std::uint32_t> inside = tile.midpointsInside();
   std::vector<std::uint32_t> others;
-  for (std::uint32_t s = 0; s < tile.segment_count_; ++s)
-    if (tile.owned(s) != ((inside[s / 32] >> (s % 32) & 1) != 0)) others.push_back(s);
+  for (std::uint32_t b = 0; b < inside.size(); ++b)
+    for (std::uint32_t left = inside[b] ^ tile.segments_[b].owned; left != 0; left &= left - 1)
+      others.push_back(32 * b + static_cast<std::uint32_t>(std::countr_zero(left)));
   out.varint(others.size());
   std::uint32_t next = 0;
   for (const std::uint32_t s : others) {
@@ -128,14 +137,13 @@ struct RunGroups {
 };
 
 void TileCodec::writeRuns(const Tile& tile, ByteWriter& out) {
-  std::vector<std::pair<std::uint32_t, std::uint64_t>> rows;  // (run, group), by position
-  rows.reserve(tile.runs_.size());
-  for (const SegmentRun run : tile.runs_) rows.emplace_back(run.begin_and_count, rows.size() / internal::kTreeWidth);
-  std::sort(rows.begin(), rows.end());
-  std::vector<std::uint64_t> group_of;
-  group_of.reserve(rows.size());
-  for (const auto& [run, group] : rows) group_of.push_back(group);
-  internal::packBits(out, group_of, RunGroups(rows.size()).bits);
+  std::vector<std::uint64_t> group_at(tile.segment_count_), group_of;  // by first segment; by run
+  for (std::size_t r = 0; r < tile.runs_.size(); ++r) group_at[tile.runs_[r].begin()] = r / internal::kTreeWidth;
+  group_of.reserve(tile.runs_.size());
+  for (std::uint32_t f = 0; f < tile.fragments_.size(); ++f)
+    internal::forEachRun(tile.fragments_[f].begin, tile.fragmentEnd(f) - tile.fragments_[f].begin,
+                         [&](SegmentRun run) { group_of.push_back(group_at[run.begin()]); });
+  internal::packBits(out, group_of, RunGroups(group_of.size()).bits);
 }
 
 Tile TileCodec::decode(ByteReader& in, const TilePlace& place, const Grid& grid) {

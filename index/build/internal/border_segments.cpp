@@ -15,9 +15,10 @@ CutLeaves cutChunk(Chunk& chunk, std::uint32_t capacity, LandmarkSurvey& survey,
   std::vector<MortonKey>& keys = work.keys;
   keys.clear();
   keys.reserve(chunk.own.count());
+  MortonKeys key;
   SegmentChain::Reader reader(chunk.own, false);
   for (SegmentRecord record = SegmentChain::first(); reader.next(record);) {
-    keys.push_back(mortonKey(midpoint(record.child, record.parent)));
+    keys.push_back(key.of(midpoint(record.child, record.parent)));
     if (!alone && !strictlyInside(closed, record.child, record.parent)) crossing.add(record);
   }
   work.sorter.sort(keys);

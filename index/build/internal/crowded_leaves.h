@@ -45,8 +45,7 @@ class CrowdedLeaves {
 
 // True if the segment meets only this closed block.
 inline bool strictlyInside(const GridBox& closed, const GridPoint& a, const GridPoint& b) {
-  return (a.array() > closed.lo.array()).all() && (a.array() < closed.hi.array()).all() &&
-         (b.array() > closed.lo.array()).all() && (b.array() < closed.hi.array()).all();
+  return closed.containsInside(a) && closed.containsInside(b);
 }
 
 }  // namespace filiform::internal

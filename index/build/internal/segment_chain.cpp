@@ -32,25 +32,28 @@ std::uint32_t varint(const std::uint8_t*& in) {
 std::uint32_t zigzag32(std::uint32_t difference) { return difference << 1 ^ (0 - (difference >> 31)); }
 std::uint32_t unzigzag32(std::uint32_t v) { return v >> 1 ^ (0 - (v & 1)); }
 
-int step(std::uint8_t*& out, const GridPoint& d) {
-  std::array<std::uint64_t, 3> v{};
-  for (std::size_t i = 0; i < 3; ++i) v[i] = zigzag(d[static_cast<Eigen::Index>(i)]);
-  const int width = (bitsFor(v[0] | v[1] | v[2]) + 7) / 8;
-  for (const std::uint64_t value : v) {
-    storeLittle64(out, value);  // bytes beyond the width are overwritten later
-    out += width;
-  }
+constexpr std::array<std::uint64_t, 9> kMasks = {  // of so many bytes
+    0, 0xFF, 0xFFFF, 0xFFFFFF, 0xFFFFFFFF, 0xFFFFFFFFFF, 0xFFFFFFFFFFFF, 0xFFFFFFFFFFFFFF, UINT64_MAX};
+
+// Bytes beyond a value's width are overwritten later. Returns the width.
+unsigned step(std::uint8_t*& out, const GridPoint& to, const GridPoint& from) {
+  const std::uint64_t x = zigzag(to[0] - from[0]), y = zigzag(to[1] - from[1]), z = zigzag(to[2] - from[2]);
+  const auto width = static_cast<unsigned>(std::bit_width(x | y | z) + 7) / 8;
+  storeLittle64(out, x);
+  storeLittle64(out + width, y);
+  storeLittle64(out + 2 * width, z);
+  out += 3 * width;
   return width;
 }
 
-GridPoint step(const std::uint8_t*& in, int width) {
-  const std::uint64_t mask = width == 8 ? UINT64_MAX : (std::uint64_t{1} << (8 * width)) - 1;
-  GridPoint d;
-  for (int i = 0; i < 3; ++i) {
-    d[i] = unzigzag(loadLittle64(in) & mask);
-    in += width;
-  }
-  return d;
+[[gnu::always_inline]] inline void step(const std::uint8_t*& in, unsigned width, const GridPoint& from, GridPoint& to) {
+  const std::uint64_t mask = kMasks[width];
+  const std::int64_t x = unzigzag(loadLittle64(in) & mask), y = unzigzag(loadLittle64(in + width) & mask),
+                     z = unzigzag(loadLittle64(in + 2 * width) & mask);
+  to[0] = from[0] + x;
+  to[1] = from[1] + y;
+  to[2] = from[2] + z;
+  in += 3 * width;
 }
 
 }  // namespace
@@ -78,15 +81,15 @@ void SegmentChain::add(const SegmentRecord& r) {
   }
   if (r.parent_sample == r.child_sample) {
     flags |= kIsolated;
-    widths = static_cast<unsigned>(step(out, r.child - last_.child)) << 4;
+    widths = step(out, r.child, last_.child) << 4;
   } else {
     if ((flags & kSameCell) != 0 && r.parent_sample == last_.child_sample && r.parent == last_.child) {
       flags |= kFollows;
     } else {
       varint(out, zigzag32(r.child_sample - r.parent_sample));
-      widths = static_cast<unsigned>(step(out, r.parent - last_.child)) << 4;
+      widths = step(out, r.parent, last_.child) << 4;
     }
-    widths |= static_cast<unsigned>(step(out, r.child - r.parent));
+    widths |= step(out, r.child, r.parent);
   }
   if (std::bit_cast<std::uint32_t>(r.radius_um) == std::bit_cast<std::uint32_t>(last_.radius_um)) {
     flags |= kSameRadius;
@@ -129,16 +132,17 @@ void SegmentChain::decode(const std::uint8_t*& at, SegmentRecord& r) {
   r.child_sample = (flags & kChildIsRank) != 0 ? r.id.segment : varint(in);
   if ((flags & kIsolated) != 0) {
     r.parent_sample = r.child_sample;
-    r.parent = r.child = last + step(in, static_cast<int>(widths >> 4));
+    step(in, widths >> 4, last, r.child);
+    r.parent = r.child;
   } else {
     if ((flags & kFollows) != 0) {
       r.parent_sample = last_sample;
       r.parent = last;
     } else {
       r.parent_sample = r.child_sample - unzigzag32(varint(in));
-      r.parent = last + step(in, static_cast<int>(widths >> 4));
+      step(in, widths >> 4, last, r.parent);
     }
-    r.child = r.parent + step(in, static_cast<int>(widths & 15));
+    step(in, widths & 15, r.parent, r.child);
   }
   if ((flags & kSameRadius) == 0) {
     std::memcpy(&r.radius_um, in, 4);

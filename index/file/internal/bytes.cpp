@@ -61,21 +61,28 @@ ByteSpan ByteReader::take(std::uint64_t n) {
   return taken;
 }
 
-int bitsFor(std::uint64_t v) { return static_cast<int>(std::bit_width(v)); }
-
-void packBits(ByteWriter& out, std::span<const std::uint64_t> values, int bits) {
-  std::uint8_t* at = out.room(packedBytes(values.size(), bits));
+std::uint8_t* packBits(std::uint8_t* at, std::span<const std::uint64_t> values, int bits) {
   std::uint64_t pending = 0;
-  int held = 0;  // below 8 before each value
-  for (const std::uint64_t v : values) {
+  int held = 0;  // below 8 before each put()
+  const auto put = [&](std::uint64_t v, int width) {
     pending |= v << held;
-    held += bits;
+    held += width;
     storeLittle64(at, pending);  // bytes beyond those held are overwritten later
     at += held / 8;
     pending >>= held & ~7;
     held &= 7;
-  }
-  if (held > 0) *at = static_cast<std::uint8_t>(pending);
+  };
+  std::size_t i = 0;
+  if (bits <= 14)  // four at once
+    for (; i + 4 <= values.size(); i += 4)
+      put(values[i] | values[i + 1] << bits | values[i + 2] << 2 * bits | values[i + 3] << 3 * bits, 4 * bits);
+  for (; i < values.size(); ++i) put(values[i], bits);
+  if (held > 0) *at++ = static_cast<std::uint8_t>(pending);
+  return at;
+}
+
+void packBits(ByteWriter& out, std::span<const std::uint64_t> values, int bits) {
+  packBits(out.room(packedBytes(values.size(), bits)), values, bits);
   out.trim();
 }
 

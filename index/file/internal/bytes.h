@@ -54,6 +54,7 @@ class ByteWriter {
   void box(const GridBox& b) { point(b.lo), point(b.hi); }
   void key(MortonKey k) { u64(static_cast<std::uint64_t>(k)), u64(static_cast<std::uint64_t>(k >> 64)); }
   void append(ByteSpan b) { bytes_.insert(bytes_.end(), b.begin(), b.end()); }
+  void reserve(std::size_t more) { bytes_.reserve(bytes_.size() + more); }
   void setU64(std::size_t at, std::uint64_t v);
   // Appends `n` zeros and returns their place. Until trim(), 8 more bytes may be written.
   std::uint8_t* room(std::size_t n) {
@@ -130,8 +131,10 @@ class ByteReader {
 // Arrays of values with a fixed number of bits each, lowest bit first, padded with zeros to a byte. `bits`: 0 to
 // kMaxPackedBits.
 inline constexpr int kMaxPackedBits = 56;
-int bitsFor(std::uint64_t v);  // bits that `v` needs; 0 for 0
+inline int bitsFor(std::uint64_t v) { return static_cast<int>(std::bit_width(v)); }  // bits that `v` needs; 0 for 0
 void packBits(ByteWriter& out, std::span<const std::uint64_t> values, int bits);
+// Writes them to `at`, and returns where they end. 8 more bytes may be written.
+std::uint8_t* packBits(std::uint8_t* at, std::span<const std::uint64_t> values, int bits);
 inline std::uint64_t packedBytes(std::uint64_t count, int bits) {
   return (count * static_cast<std::uint64_t>(bits) + 7) / 8;
 }

@@ -6,12 +6,9 @@
 #include <cmath>
 
 namespace filiform::internal {
-
 GridBox clippedBox(const GridPoint& a, const GridPoint& b, const GridBox& block) {
   GridBox box{a.cwiseMin(b).cwiseMax(block.lo), a.cwiseMax(b).cwiseMin(block.hi)};
-  if (box.empty() || ((a.array() >= block.lo.array() && a.array() <= block.hi.array()).all() &&
-                      (b.array() >= block.lo.array() && b.array() <= block.hi.array()).all()))
-    return box;
+  if (box.empty() || (block.contains(a) && block.contains(b))) return box;
   // Coordinates are below 2^42, so errors of doubles are below 2^-8 quanta. Rounding outward by one quantum is safe.
   double from = 0, to = 1;
   const Vector3d start = a.cast<double>(), d = (b - a).cast<double>();
@@ -36,32 +33,23 @@ TileEntry entryOf(const Tile& tile) {
   entry.owned = tile.owned_count();
   entry.stored = tile.segment_count();
   entry.decoded_bytes = tile.bytes();
-  const GridBox block = closedBlock(tile.key());
-  std::uint32_t last = UINT32_MAX;  // the child of the segment before
-  GridPoint a = GridPoint::Zero();
-  bool a_inside = false;
-  const auto inside = [&](const GridPoint& p) {
-    return (p.array() >= block.lo.array()).all() && (p.array() <= block.hi.array()).all();
-  };
-  for (std::uint32_t s = 0; s < tile.segment_count(); ++s) {
-    const std::uint32_t child = tile.child(s), parent = tile.parent(s);
-    entry.isolated += child == parent && tile.owned(s);
-    const bool follows = parent == last;
-    const GridPoint b = follows ? a : tile.gridPoint(parent);
-    const bool b_inside = follows ? a_inside : inside(b);
-    a = tile.gridPoint(child);
-    a_inside = inside(a);
-    last = child;
-    if (a_inside && b_inside) {
-      entry.content.extend(a);
-      if (!follows) entry.content.extend(b);
-    } else if (tile.isLong()) {
-      entry.content.extend(a);
-      entry.content.extend(b);
+  const bool is_long = tile.isLong();
+  const GridBox block = is_long ? BlockKey{}.box() : closedBlock(tile.key());
+  std::vector<std::uint8_t> outside(tile.node_count(), 0);
+  bool all_inside = true;
+  tile.forEachNode([&](std::uint32_t node, const GridPoint& p) {
+    if (block.contains(p)) {
+      entry.content.extend(p);
     } else {
-      entry.content.extend(clippedBox(a, b, block));
+      outside[node] = 1;
+      all_inside = false;
     }
-  }
+  });
+  tile.forEachSegment([&](std::uint32_t s, std::uint32_t child, std::uint32_t parent) {
+    if (child == parent) entry.isolated += tile.owned(s);
+    if (!all_inside && (outside[child] | outside[parent]) != 0)
+      entry.content.extend(clippedBox(tile.gridPoint(child), tile.gridPoint(parent), block));
+  });
   return entry;
 }
 

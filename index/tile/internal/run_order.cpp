@@ -1,85 +1,116 @@
 #include "index/tile/internal/run_order.h"
 
 #include <algorithm>
-#include <array>
 #include <numeric>
 
 namespace filiform::internal {
 namespace {
 
+using Ends = Eigen::Array<std::int32_t, 4, 1>;  // of three coordinates
+
 // Splits lists of items, named by their positions. A coordinate and a position together are one number, so that a
-// selection compares numbers and moves 8 bytes.
+// selection compares numbers and moves 8 bytes. `Offsets`: coordinates from the lowest ones.
+template <typename Offsets>
 class Splitter {
  public:
-  explicit Splitter(std::span<const GridPoint> centres) : keys_(centres.size()) {
-    GridBox box;
-    for (const GridPoint& centre : centres) box.extend(centre);
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const auto i = static_cast<Eigen::Index>(axis);
-      offsets_[axis].reserve(centres.size());
-      for (const GridPoint& centre : centres)
-        offsets_[axis].push_back(static_cast<std::uint64_t>(centre[i] - box.lo[i]));
-    }
-    fits_ = box.empty() || (box.hi - box.lo).maxCoeff() <= std::int64_t{UINT32_MAX};
+  Splitter(std::span<const GridPoint> centres, const GridPoint& lowest)
+      : offsets_(centres, lowest), keys_(centres.size()), begin_of_(centres.size()), items_(centres.size()) {
+    std::iota(items_.begin(), items_.end(), 0u);
   }
 
-  // `group`: a power of kTreeWidth. A part of at most this size is not split at this level.
-  void split(std::span<std::uint32_t> items, std::size_t group) {
+  // `group`: a power of kTreeWidth.
+  std::vector<std::uint32_t> order(std::size_t group) {
+    split(0, items_.size(), group);
+    std::vector<std::uint32_t> order(items_.size()), next(items_.size());
+    std::iota(next.begin(), next.end(), 0u);
+    for (std::uint32_t item = 0; item < order.size(); ++item) order[next[begin_of_[item]]++] = item;
+    return order;
+  }
+
+ private:
+  // A part of at most `group` items is not split at this level.
+  void split(std::size_t begin, std::size_t end, std::size_t group) {
+    const std::span<std::uint32_t> items = std::span(items_).subspan(begin, end - begin);
     while (group > kTreeWidth && items.size() <= group / kTreeWidth) group /= kTreeWidth;
     if (items.size() <= kTreeWidth) {
-      std::sort(items.begin(), items.end());
+      for (const std::uint32_t item : items) begin_of_[item] = static_cast<std::uint32_t>(begin);
       return;
     }
     const std::size_t part = group / kTreeWidth, parts = (items.size() + part - 1) / part;
     const std::size_t middle = parts / 2 * part;
-    select(items, middle, offsets_[longestSide(items)]);
-    split(items.first(middle), group);
-    split(items.subspan(middle), group);
+    offsets_.select(items, middle, keys_);
+    split(begin, begin + middle, group);
+    split(begin + middle, end, group);
   }
 
- private:
-  // The first of the longest.
-  std::size_t longestSide(std::span<const std::uint32_t> items) const {
-    std::array<std::uint64_t, 3> sides{};
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      std::uint64_t lo = UINT64_MAX, hi = 0;
-      for (const std::uint32_t item : items) {
-        lo = std::min(lo, offsets_[axis][item]);
-        hi = std::max(hi, offsets_[axis][item]);
-      }
-      sides[axis] = hi - lo;
-    }
-    return static_cast<std::size_t>(std::max_element(sides.begin(), sides.end()) - sides.begin());
-  }
+  Offsets offsets_;
+  std::vector<std::uint64_t> keys_;
+  std::vector<std::uint32_t> begin_of_, items_;  // of the group of an item; the current order
+};
 
-  // Moves the `middle` items of the lowest offsets, ties by position, to the front.
-  void select(std::span<std::uint32_t> items, std::size_t middle, const std::vector<std::uint64_t>& offsets) {
-    if (!fits_) {
-      std::nth_element(
-          items.begin(), items.begin() + static_cast<std::ptrdiff_t>(middle), items.end(),
-          [&](std::uint32_t a, std::uint32_t b) { return offsets[a] != offsets[b] ? offsets[a] < offsets[b] : a < b; });
-      return;
+// Coordinates of less than 2^31, so that four are compared at once.
+class NearOffsets {
+ public:
+  NearOffsets(std::span<const GridPoint> centres, const GridPoint& lowest) {
+    ends_.reserve(centres.size());
+    for (const GridPoint& centre : centres) {
+      const GridPoint p = centre - lowest;
+      ends_.emplace_back(static_cast<std::int32_t>(p[0]), static_cast<std::int32_t>(p[1]),
+                         static_cast<std::int32_t>(p[2]), 0);
     }
-    const std::span<std::uint64_t> keys = std::span(keys_).first(items.size());
-    for (std::size_t i = 0; i < items.size(); ++i) keys[i] = offsets[items[i]] << 32 | items[i];
-    std::nth_element(keys.begin(), keys.begin() + static_cast<std::ptrdiff_t>(middle), keys.end());
+  }
+  // Moves the `middle` items of the lowest offsets along the longest side, ties by position, to the front.
+  void select(std::span<std::uint32_t> items, std::size_t middle, std::vector<std::uint64_t>& keys) const {
+    Ends lo = ends_[items[0]], hi = lo;
+    for (const std::uint32_t item : items) {
+      lo = lo.min(ends_[item]);
+      hi = hi.max(ends_[item]);
+    }
+    const Ends sides = hi - lo;
+    const Eigen::Index axis = sides[0] >= sides[1] && sides[0] >= sides[2] ? 0 : sides[1] >= sides[2] ? 1 : 2;
+    for (std::size_t i = 0; i < items.size(); ++i)
+      keys[i] = static_cast<std::uint64_t>(ends_[items[i]][axis]) << 32 | items[i];
+    const auto begin = keys.begin();
+    std::nth_element(begin, begin + static_cast<std::ptrdiff_t>(middle),
+                     begin + static_cast<std::ptrdiff_t>(items.size()));
     for (std::size_t i = 0; i < items.size(); ++i) items[i] = static_cast<std::uint32_t>(keys[i]);
   }
 
-  std::array<std::vector<std::uint64_t>, 3> offsets_;  // by axis: from the lowest coordinate
-  std::vector<std::uint64_t> keys_;
-  bool fits_;  // every offset has at most 32 bits
+ private:
+  std::vector<Ends> ends_;
+};
+
+// Any coordinates.
+class FarOffsets {
+ public:
+  FarOffsets(std::span<const GridPoint> centres, const GridPoint&) : centres_(centres) {}
+
+  void select(std::span<std::uint32_t> items, std::size_t middle, std::vector<std::uint64_t>&) const {
+    GridBox box;
+    for (const std::uint32_t item : items) box.extend(centres_[item]);
+    Eigen::Index axis = 0;
+    (box.hi - box.lo).maxCoeff(&axis);  // the first of the longest
+    std::nth_element(items.begin(), items.begin() + static_cast<std::ptrdiff_t>(middle), items.end(),
+                     [&](std::uint32_t a, std::uint32_t b) {
+                       const std::int64_t x = centres_[a][axis], y = centres_[b][axis];
+                       return x != y ? x < y : a < b;
+                     });
+  }
+
+ private:
+  std::span<const GridPoint> centres_;
 };
 
 }  // namespace
 
 std::vector<std::uint32_t> orderRuns(std::span<const GridPoint> centres) {
-  std::vector<std::uint32_t> order(centres.size());
-  std::iota(order.begin(), order.end(), 0u);
   std::size_t group = kTreeWidth;
-  while (group < order.size()) group *= kTreeWidth;
-  Splitter(centres).split(order, group);
-  return order;
+  while (group < centres.size()) group *= kTreeWidth;
+  GridBox box;
+  for (const GridPoint& centre : centres) box.extend(centre);
+  if (box.empty() || (box.hi - box.lo).maxCoeff() <= INT32_MAX)
+    return Splitter<NearOffsets>(centres, box.lo).order(group);
+  return Splitter<FarOffsets>(centres, box.lo).order(group);
 }
 
 }  // namespace filiform::internal

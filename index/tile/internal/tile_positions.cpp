@@ -19,15 +19,18 @@ namespace {
 
 using StepWidths = std::array<int, 3>;
 constexpr int kMaxStepBits = kMortonAxisBits + 1;
+constexpr std::size_t kMostGroupBytes = 5 + 3 * kStepGroup * kMaxStepBits / 8, kSlackOfPack = 8;
 
-void writeStepWidths(ByteWriter& out, const StepWidths& widths) {
+// Returns where they end.
+std::uint8_t* writeStepWidths(std::uint8_t* at, const StepWidths& widths) {
   const int widest = *std::max_element(widths.begin(), widths.end());
-  if (widest >> kStepWidthBits == 0) {
-    out.u16(static_cast<std::uint16_t>(widths[0] | widths[1] << kStepWidthBits | widths[2] << 2 * kStepWidthBits));
-    return;
-  }
-  out.u16(kWideSteps);
-  for (const int width : widths) out.u8(static_cast<std::uint8_t>(width));
+  const bool wide = widest >> kStepWidthBits != 0;
+  const int head = wide ? kWideSteps : widths[0] | widths[1] << kStepWidthBits | widths[2] << 2 * kStepWidthBits;
+  *at++ = static_cast<std::uint8_t>(head);
+  *at++ = static_cast<std::uint8_t>(head >> 8);
+  if (wide)
+    for (const int width : widths) *at++ = static_cast<std::uint8_t>(width);
+  return at;
 }
 
 StepWidths readStepWidths(ByteReader& in) {
@@ -131,15 +134,19 @@ void TileCodec::writePositions(const Tile& tile, const PositionOrder& order, con
     const std::size_t n = std::min(kStepGroup, steps.size() - begin);
     std::array<std::array<std::uint64_t, kStepGroup>, 3> deltas;
     std::array<std::uint64_t, 3> all{};
-    for (std::size_t i = 0; i < n; ++i) {
-      const GridPoint d = tile.offset(steps[begin + i].first) - tile.offset(steps[begin + i].second);
-      for (std::size_t axis = 0; axis < 3; ++axis)
-        all[axis] |= deltas[axis][i] = internal::zigzag(d[static_cast<Eigen::Index>(axis)]);
-    }
+    tile.withOffsets([&](const auto& offsets) {
+      for (std::size_t i = 0; i < n; ++i) {
+        const Coordinates to = offsets.get(steps[begin + i].first), from = offsets.get(steps[begin + i].second);
+        for (std::size_t axis = 0; axis < 3; ++axis)
+          all[axis] |= deltas[axis][i] = internal::zigzag(static_cast<std::int64_t>(to[axis] - from[axis]));
+      }
+    });
     const StepWidths step_widths{internal::bitsFor(all[0]), internal::bitsFor(all[1]), internal::bitsFor(all[2])};
-    writeStepWidths(out, step_widths);
+    std::array<std::uint8_t, kMostGroupBytes + kSlackOfPack> group;
+    std::uint8_t* at = writeStepWidths(group.data(), step_widths);
     for (std::size_t axis = 0; axis < 3; ++axis)
-      internal::packBits(out, std::span(deltas[axis]).first(n), step_widths[axis]);
+      at = internal::packBits(at, std::span(deltas[axis]).first(n), step_widths[axis]);
+    out.append({group.data(), at});
   }
 }
 

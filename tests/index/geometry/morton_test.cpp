@@ -22,6 +22,12 @@ TEST(Morton, KeyAndPointAreInverse) {
     const GridPoint p = randomPoint(random, std::int64_t{1} << (i % 42));
     EXPECT_EQ(mortonPoint(mortonKey(p)), p);
   }
+  MortonKeys keys;
+  for (int i = 0; i < 2000; ++i) {
+    const GridPoint p = randomPoint(random, std::int64_t{1} << (20 + i % 4));
+    EXPECT_EQ(keys.of(p), mortonKey(p));
+  }
+  EXPECT_EQ(MortonKeys().of(GridPoint::Constant(-kEdge)), MortonKey{0});
   EXPECT_EQ(mortonKey(GridPoint::Constant(-kEdge)), MortonKey{0});
   EXPECT_EQ(mortonKey(GridPoint::Constant(kEdge - 1)), (MortonKey{1} << kMortonBits) - 1);
 }
