@@ -90,7 +90,7 @@ void CellIntake::take(ByteChain& handed_over) {
     reader.read(bytes.data(), bytes.size());
     left -= kSizeBytes + bytes.size();
     ByteReader in(bytes);
-    StoredCells::One cell;
+    TakenCell cell;
     for (std::uint64_t* const count :
          {&cell.record.samples, &cell.record.segments, &cell.record.isolated, &cell.record.roots, &cell.digest})
       *count = in.u64();

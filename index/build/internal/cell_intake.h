@@ -1,14 +1,8 @@
-// CellIntake: takes the cells of an ingest one by one. It checks each cell, makes its record, encodes its detail into
-// the spool, and passes its segments on.
+// CellIntake: keeps what an ingest needs of all cells: their records, names, somata and attributes in memory, their
+// details in the spool.
 #pragma once
 
-#include "index/build/internal/chunks.h"
-#include "index/build/internal/level_writer.h"
-#include "index/build/internal/stored_cells.h"
-#include "index/cell/cell.h"
-#include "index/set/internal/attributes_section.h"
-#include "index/set/landmarks.h"
-#include "index/set/tile_store.h"
+#include "index/build/internal/cell_work.h"
 
 #include <cstdint>
 #include <functional>
@@ -17,16 +11,15 @@
 
 namespace filiform::internal {
 
+inline constexpr std::uint32_t kMostCells = UINT32_MAX - 1;
+
 // Thread rule: thread-compatible. Throws IoError if the spool cannot be written or read.
 class CellIntake {
  public:
-  CellIntake(const Grid& grid, Spool& spool) : grid_(grid), details_(spool) {}
+  explicit CellIntake(Spool& spool) : details_(spool) {}
 
-  // Takes what it needs from `cell`; frees the arrays of a large cell early. Throws UsageError if the cell's arrays
-  // contradict each other, InputError if there are too many cells, samples or links. O(samples).
-  void take(Cell& cell, Chunks& chunks, LandmarkSurvey& survey);
-  // Takes a cell of an existing set, without its segments. O(bytes of its detail).
-  void take(StoredCells::One cell);
+  // Takes the next cell, in the order of ids. O(bytes of its detail).
+  void take(TakenCell cell);
   // For another rank: passes on all cells and frees them. Call keepForOthers() before the first cell.
   void keepForOthers() { for_others_ = true; }
   void handOver(ByteChain& out);
@@ -49,14 +42,6 @@ class CellIntake {
   void readDetails(const std::function<void(std::uint32_t cell, ByteSpan detail)>& use);
 
  private:
-  void findSomata(const Cell& cell, const CellDetail& detail);
-  void snap(const Cell& cell, CellRecord& record);
-  void findChildren(const Cell& cell);
-  void passSegments(const Cell& cell, CellRecord& record, Chunks& chunks, LandmarkSurvey& survey);
-  void keepDetail(const CellDetail& detail);
-  void keepBytes(ByteSpan detail);
-
-  Grid grid_;
   ByteChain details_;  // each after its size
   std::vector<CellRecord> records_;
   std::vector<std::uint64_t> digests_;
@@ -66,8 +51,6 @@ class CellIntake {
   bool for_others_ = false;
   std::vector<std::vector<CellAttribute>> given_attributes_;  // by cell, for another rank
   std::uint64_t segments_ = 0, bytes_ = 0;
-  std::vector<GridPoint> snapped_;      // of the current cell
-  std::vector<std::uint8_t> is_child_;  // of the current cell: 1: child of a segment; 2: parent of one in a forest
 };
 
 }  // namespace filiform::internal

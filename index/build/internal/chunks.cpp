@@ -1,17 +1,18 @@
 #include "index/build/internal/chunks.h"
 
+#include "index/workers.h"
+
 #include <algorithm>
+#include <atomic>
 #include <cassert>
+#include <iterator>
 #include <utility>
 
 namespace filiform::internal {
 namespace {
 
 constexpr std::uint64_t kPartsOfChunk = 8, kLeastInPart = 512;
-
-bool holds(const GridBox& box, const GridPoint& p) {
-  return (p.array() >= box.lo.array()).all() && (p.array() <= box.hi.array()).all();
-}
+constexpr std::uint64_t kPlacesOfThread = 4;  // parts of the world that a thread settles, about
 
 }  // namespace
 
@@ -29,7 +30,18 @@ Chunks::Chunks(Spool& spool, std::uint64_t most_segments, std::size_t most_open)
       most_segments_(most_segments),
       most_in_part_(std::min(most_segments, std::max(most_segments / kPartsOfChunk, kLeastInPart))),
       most_open_(most_open) {
-  addPart(BlockKey{}, kNone, 0);
+  addPart(block_, kNone, 0);
+}
+
+Chunks::Chunks(const Chunks& whole, const BlockKey& block, std::size_t most_open)
+    : block_(block),
+      spool_(whole.spool_),
+      most_segments_(whole.most_segments_),
+      most_in_part_(whole.most_in_part_),
+      most_open_(most_open),
+      low_(whole.low_),
+      end_(whole.end_) {
+  addPart(block_, kNone, 0);
 }
 
 std::uint32_t Chunks::addPart(const BlockKey& key, std::uint32_t parent, int side) {
@@ -49,22 +61,27 @@ bool Chunks::crosses(const BlockKey& block) const {
   return holdsInside(low_) || holdsInside(end_);
 }
 
+// Halves a block. What it holds stays in the split, which is returned. The lower half takes the part's position.
+std::uint32_t Chunks::halve(std::uint32_t part) {
+  const auto self = static_cast<std::uint32_t>(splits_.size());
+  Leaf& whole = parts_[part];
+  const BlockKey key = whole.key;
+  const int axis = key.depth % 3;
+  splits_.push_back({mortonPoint(key.half(1).low)[axis], axis, {kPartBit | part, 0}, std::move(whole.part)});
+  if (whole.parent != kNone) splits_[whole.parent].child[whole.side] = self;
+  const BlockKey low = key.half(0);
+  whole = {low, low.box(), {{}, SegmentChain(spool_)}, self, 0};
+  splits_[self].child[1] = kPartBit | addPart(key.half(1), self, 1);
+  return self;
+}
+
 // Halves the blocks that cross the key, as split() does, although they hold nothing.
 void Chunks::divideAt(MortonKey key) {
   if (key == 0 || key == kEndOfWorld) return;
-  std::uint32_t part = splits_.empty() ? 0 : partOf(0, mortonPoint(key));
+  std::uint32_t part = partOf(root(), mortonPoint(key));
   while (parts_[part].key.low != key) {
-    const Leaf leaf{
-        parts_[part].key, parts_[part].box, {{}, SegmentChain(spool_)}, parts_[part].parent, parts_[part].side};
-    const int axis = leaf.key.depth % 3;
-    const auto self = static_cast<std::uint32_t>(splits_.size());
-    splits_.push_back({mortonPoint(leaf.key.half(1).low)[axis], axis, {0, 0}, {{}, SegmentChain(spool_)}});
-    if (leaf.parent != kNone) splits_[leaf.parent].child[leaf.side] = self;
-    const int kept = leaf.key.half(1).contains(key) ? 1 : 0;
-    splits_[self].child[1 - kept] = kPartBit | addPart(leaf.key.half(1 - kept), self, 1 - kept);
-    splits_[self].child[kept] = kPartBit | part;
-    const BlockKey half = leaf.key.half(kept);
-    parts_[part] = {half, half.box(), {{}, SegmentChain(spool_)}, self, kept};
+    const int side = parts_[part].key.half(1).contains(key) ? 1 : 0;
+    part = splits_[halve(part)].child[side] & ~kPartBit;
   }
 }
 
@@ -79,8 +96,7 @@ void Chunks::confine(MortonKey low, MortonKey end) {
 
 std::vector<Chunks::Step> Chunks::outline(std::uint32_t capacity, std::uint64_t parts) const {
   std::vector<Step> steps;
-  const std::uint32_t root = splits_.empty() ? kPartBit : 0;
-  outline(root, BlockKey{}, count(root) / parts, capacity, steps);
+  outline(root(), block_, count(root()) / parts, capacity, steps);
   return steps;
 }
 
@@ -111,7 +127,7 @@ void Chunks::forEachChain(std::uint32_t node, const BlockKey& key, const Use& us
 void Chunks::drain(const std::function<void(const BlockKey& block)>& begin,
                    const std::function<void(const SegmentRecord& record)>& use) {
   closeBuffers();
-  forEachChain(splits_.empty() ? kPartBit : 0, BlockKey{}, [&](SegmentChain& chain, const BlockKey& key) {
+  forEachChain(root(), block_, [&](SegmentChain& chain, const BlockKey& key) {
     if (chain.count() == 0) return;
     begin(key);
     SegmentChain::Reader reader(chain, true);
@@ -121,7 +137,7 @@ void Chunks::drain(const std::function<void(const BlockKey& block)>& begin,
 
 void Chunks::add(const SegmentRecord& record) {
   const GridPoint middle = midpoint(record.child, record.parent);
-  if (!holds(parts_[last_].box, middle)) last_ = splits_.empty() ? 0 : partOf(0, middle);
+  if (!parts_[last_].box.contains(middle)) last_ = partOf(root(), middle);
   put(last_, record, middle);
 }
 
@@ -137,29 +153,39 @@ void Chunks::put(std::uint32_t part, const SegmentRecord& record, const GridPoin
 // Halves the block until both sides have midpoints. Its contents stay in the last split. Returns the first split.
 std::uint32_t Chunks::split(std::uint32_t part) {
   const auto first = static_cast<std::uint32_t>(splits_.size());
-  Part before = std::move(parts_[part].part);
-  before.chain.close();
-  BlockKey key = parts_[part].key;
-  std::uint32_t parent = parts_[part].parent;
-  int side = parts_[part].side;
-  for (bool apart = false; !apart;) {
-    const int axis = key.depth % 3;
-    const std::int64_t plane = mortonPoint(key.half(1).low)[axis];
-    const auto self = static_cast<std::uint32_t>(splits_.size());
-    splits_.push_back({plane, axis, {0, 0}, {{}, SegmentChain(spool_)}});
-    if (parent != kNone) splits_[parent].child[side] = self;
-    apart = before.seen.lo[axis] < plane && before.seen.hi[axis] >= plane;
-    // The half with which the loop continues, or the lower half, takes the part's position in the list.
-    const int kept = before.seen.lo[axis] >= plane ? 1 : 0;
-    splits_[self].child[1 - kept] = kPartBit | addPart(key.half(1 - kept), self, 1 - kept);
-    splits_[self].child[kept] = kPartBit | part;
-    key = key.half(kept);
-    parent = self;
-    side = kept;
+  parts_[part].part.chain.close();
+  for (;;) {
+    Split& half = splits_[halve(part)];
+    const GridBox& seen = half.before.seen;
+    if (seen.lo[half.axis] < half.plane && seen.hi[half.axis] >= half.plane) return first;
+    part = half.child[seen.lo[half.axis] >= half.plane ? 1 : 0] & ~kPartBit;
+    parts_[part].part = std::move(half.before);
+    half.before = {{}, SegmentChain(spool_)};
   }
-  parts_[part] = {key, key.box(), {{}, SegmentChain(spool_)}, parent, side};
-  splits_.back().before = std::move(before);
-  return first;
+}
+
+void Chunks::take(Chunks& other) {
+  closeBuffers();
+  other.closeBuffers();
+  take(root(), other, other.root());
+  closed_ = parts_.size();
+  last_ = other.last_ = 0;
+  other.splits_.clear();
+  other.parts_.clear();
+  other.addPart(other.block_, kNone, 0);
+  other.closed_ = 0;
+}
+
+// Takes what lies below a node of another table; both nodes have the same block.
+void Chunks::take(std::uint32_t node, Chunks& other, std::uint32_t from) {
+  const bool is_part = (node & kPartBit) != 0;
+  if ((from & kPartBit) != 0) {
+    (is_part ? parts_[node & ~kPartBit].part : splits_[node].before).take(other.parts_[from & ~kPartBit].part);
+    return;
+  }
+  if (is_part) node = halve(node & ~kPartBit);
+  splits_[node].before.take(other.splits_[from].before);
+  for (const int side : {0, 1}) take(splits_[node].child[side], other, other.splits_[from].child[side]);
 }
 
 bool Chunks::exceeds(std::uint32_t part) const {
@@ -174,22 +200,25 @@ std::uint64_t Chunks::count(std::uint32_t node) const {
   return split.before.chain.count() + count(split.child[0]) + count(split.child[1]);
 }
 
-// Moves what the blocks beyond the limit hold to the parts below them, which may have to be split in turn.
-void Chunks::settle(std::uint32_t node, const std::function<void(std::uint64_t)>& progress) {
-  if ((node & kPartBit) != 0 || count(node) <= most_segments_) return;
+// Moves what blocks with more than `most` segments hold to the parts below them, which may have to be split in turn.
+void Chunks::settle(std::uint32_t node, std::uint64_t most, const Moved& moved, unsigned worker) {
+  constexpr std::uint64_t kBetweenCalls = 65536;
+  if ((node & kPartBit) != 0 || count(node) <= most) return;
   {
     SegmentChain chain = std::move(splits_[node].before.chain);
     splits_[node].before = {{}, SegmentChain(spool_)};
     SegmentChain::Reader reader(chain, true);
     std::uint32_t at = partOf(node, GridPoint::Zero());
+    std::uint64_t done = 0;
     for (SegmentRecord record = SegmentChain::first(); reader.next(record);) {
       const GridPoint middle = midpoint(record.child, record.parent);
-      if (!holds(parts_[at].box, middle)) at = partOf(node, middle);
+      if (!parts_[at].box.contains(middle)) at = partOf(node, middle);
       put(at, record, middle);
-      if ((++moved_ & 0xFFFF) == 0) progress(moved_);
+      if (++done % kBetweenCalls == 0) moved(worker, kBetweenCalls);
     }
+    moved(worker, done % kBetweenCalls);
   }
-  for (const int side : {0, 1}) settle(splits_[node].child[side], progress);
+  for (const int side : {0, 1}) settle(splits_[node].child[side], most, moved, worker);
 }
 
 void Chunks::closeBuffers() {
@@ -198,20 +227,55 @@ void Chunks::closeBuffers() {
   closed_ = parts_.size();
 }
 
+// The largest blocks with at most `most` segments, ascending by key.
+void Chunks::listPlaces(std::uint32_t node, const BlockKey& key, std::uint64_t most, std::vector<Place>& places) const {
+  if ((node & kPartBit) != 0 || count(node) <= most) {
+    places.push_back({node, key});
+    return;
+  }
+  for (const int side : {0, 1}) listPlaces(splits_[node].child[side], key.half(side), most, places);
+}
+
+// What lies in large blocks is moved by the calling thread. Then each thread settles smaller blocks, in tables of their
+// own.
+void Chunks::settle(unsigned threads, const Moved& moved) {
+  const std::uint64_t most = std::max(most_segments_, count(root()) / (kPlacesOfThread * threads));
+  if (threads > 1 && count(root()) > most) {
+    settle(root(), most, moved, 0);
+    closeBuffers();
+    std::vector<Place> places;
+    listPlaces(root(), block_, most, places);
+    std::vector<std::vector<Chunk>> found(places.size());
+    std::atomic<std::size_t> next{0};
+    runWorkers(std::min<std::size_t>(threads, places.size()), [&](unsigned worker, const std::atomic<bool>& failed) {
+      for (std::size_t i; !failed && (i = next.fetch_add(1)) < places.size();) {
+        Chunks part(*this, places[i].key, std::max(kLeastOpen, most_open_ / threads));
+        part.take(part.root(), *this, places[i].node);
+        part.closed_ = part.parts_.size();
+        part.settleAll(moved, worker);
+        found[i] = std::move(part.all_);
+      }
+    });
+    for (std::vector<Chunk>& chunks : found) std::move(chunks.begin(), chunks.end(), std::back_inserter(all_));
+  } else {
+    settleAll(moved, 0);
+  }
+  std::vector<Leaf>().swap(parts_);
+  std::vector<Split>().swap(splits_);
+}
+
 // Splits, one after the other, the parts that waited because too many buffers were open.
-void Chunks::settle(const std::function<void(std::uint64_t)>& progress) {
-  if (!splits_.empty()) settle(0, progress);
+void Chunks::settleAll(const Moved& moved, unsigned worker) {
+  settle(root(), most_segments_, moved, worker);
   closeBuffers();
   most_in_part_ = std::max(most_in_part_, most_segments_ / 4);  // few parts: each is read at once
   for (std::uint32_t i = 0; i < parts_.size(); ++i) {
     while (exceeds(i)) {
-      settle(split(i), progress);
+      settle(split(i), most_segments_, moved, worker);
       closeBuffers();
     }
   }
-  gather(splits_.empty() ? kPartBit : 0, BlockKey{});
-  std::vector<Leaf>().swap(parts_);
-  std::vector<Split>().swap(splits_);
+  gather(root(), block_);
 }
 
 // Makes chunks of the largest blocks within the limit.

@@ -27,6 +27,10 @@ struct Chunk {
 // Thread rule: thread-compatible. Throws IoError if the spool cannot be written or read.
 class Chunks {
  public:
+  // On any thread of settle(); `worker` is 0 on the calling one.
+  using Moved = std::function<void(unsigned worker, std::uint64_t segments)>;
+
+  static constexpr std::size_t kLeastOpen = 8;
   // Keeps a reference. `most_open`: number of chunks that may have a buffer at a time.
   Chunks(Spool& spool, std::uint64_t most_segments, std::size_t most_open);
 
@@ -35,6 +39,10 @@ class Chunks {
   // settle() then leaves out the chunks outside the range. kEndOfWorld is the end of the last range.
   static constexpr MortonKey kEndOfWorld = MortonKey{1} << kMortonBits;
   void confine(MortonKey low, MortonKey end);
+
+  // Takes all segments of another table of the same spool and limit, which is then empty. For both, no settle() came
+  // before. O(blocks).
+  void take(Chunks& other);
 
   // Before settle(): where the midpoints lie, in about `parts` steps, ascending by key.
   struct Step {
@@ -52,8 +60,9 @@ class Chunks {
   // Number of blocks that hold segments; after settle(), of chunks.
   std::size_t size() const { return all_.empty() ? parts_.size() : all_.size(); }
   // Call it once, after the last segment. Afterwards no chunk exceeds the limit, unless all its midpoints are equal.
-  // Calls `progress` now and then with the number of segments moved; an exception that it throws ends the work.
-  void settle(const std::function<void(std::uint64_t done)>& progress);
+  // Works on `threads` threads. Now and then each calls `moved` with the number of segments that it has moved since;
+  // an exception that it throws ends the work.
+  void settle(unsigned threads, const Moved& moved);
 
   // After settle(): ascending by key, and together the world.
   std::vector<Chunk>& all() { return all_; }
@@ -65,6 +74,11 @@ class Chunks {
   struct Part {  // segments of a block, or of what was a block before its split
     GridBox seen;
     SegmentChain chain;
+
+    void take(Part& other) {
+      chain.take(other.chain);
+      if (!other.seen.empty()) seen.extend(other.seen);
+    }
   };
   struct Leaf {
     BlockKey key;
@@ -82,13 +96,24 @@ class Chunks {
   static constexpr std::uint32_t kPartBit = std::uint32_t{1} << 31;
   static constexpr std::uint32_t kNone = UINT32_MAX;
 
+  struct Place {
+    std::uint32_t node;
+    BlockKey key;
+  };
+
+  Chunks(const Chunks& whole, const BlockKey& block, std::size_t most_open);  // the empty table of a block
+  std::uint32_t root() const { return splits_.empty() ? kPartBit : 0; }
   std::uint32_t addPart(const BlockKey& key, std::uint32_t parent, int side);
   std::uint32_t partOf(std::uint32_t node, const GridPoint& middle) const;
   void put(std::uint32_t part, const SegmentRecord& record, const GridPoint& middle);
+  std::uint32_t halve(std::uint32_t part);
   std::uint32_t split(std::uint32_t part);
+  void take(std::uint32_t node, Chunks& other, std::uint32_t from);
   bool exceeds(std::uint32_t part) const;
   std::uint64_t count(std::uint32_t node) const;
-  void settle(std::uint32_t node, const std::function<void(std::uint64_t)>& progress);
+  void settle(std::uint32_t node, std::uint64_t most, const Moved& moved, unsigned worker);
+  void settleAll(const Moved& moved, unsigned worker);
+  void listPlaces(std::uint32_t node, const BlockKey& key, std::uint64_t most, std::vector<Place>& places) const;
   template <typename Use>
   void forEachChain(std::uint32_t node, const BlockKey& key, const Use& use);
   void closeBuffers();
@@ -99,16 +124,16 @@ class Chunks {
   void gather(std::uint32_t node, const BlockKey& key);
   void collect(std::uint32_t node, Chunk& chunk);
 
+  BlockKey block_;  // of this table: the world, or a block of it
   Spool& spool_;
   std::uint64_t most_segments_, most_in_part_;
   std::size_t most_open_;
   std::vector<Leaf> parts_;
   std::vector<Split> splits_;
   std::vector<Chunk> all_;
-  std::uint32_t last_ = 0;           // the part of the last segment
-  std::vector<std::uint32_t> open_;  // parts opened since buffers were closed; some occur more than once
-  std::size_t closed_ = 0;           // number of parts without a buffer, except one that is being split
-  std::uint64_t moved_ = 0;
+  std::uint32_t last_ = 0;                 // the part of the last segment
+  std::vector<std::uint32_t> open_;        // parts opened since buffers were closed; some occur more than once
+  std::size_t closed_ = 0;                 // number of parts without a buffer, except one that is being split
   MortonKey low_ = 0, end_ = kEndOfWorld;  // of the range
 };
 

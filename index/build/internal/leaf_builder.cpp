@@ -1,5 +1,6 @@
 #include "index/build/internal/leaf_builder.h"
 
+#include "index/build/internal/crowded_leaves.h"
 #include "index/errors.h"
 
 #include <algorithm>
@@ -12,12 +13,6 @@ namespace filiform::internal {
 namespace {
 
 constexpr std::uint32_t kNoLeaf = UINT32_MAX;
-
-// True if the segment meets only this closed block.
-bool liesWithin(const GridBox& closed, const SegmentRecord& r) {
-  return (r.child.array() > closed.lo.array()).all() && (r.child.array() < closed.hi.array()).all() &&
-         (r.parent.array() > closed.lo.array()).all() && (r.parent.array() < closed.hi.array()).all();
-}
 
 std::uint64_t segmentsIn(std::span<SegmentChain* const> chains) {
   std::uint64_t sum = 0;
@@ -98,20 +93,21 @@ bool LeafBuilder::forEachLeaf(const SegmentRecord& r, const Use& use) {
   const GridPoint middle = midpoint(r.child, r.parent);
   std::uint32_t owner = owner_;
   const GridBox& last = closed_[owner - first_];
-  if ((middle.array() < last.lo.array()).any() || (middle.array() >= last.hi.array()).any()) {
+  if (!last.contains(middle) || middle[0] == last.hi[0] || middle[1] == last.hi[1] || middle[2] == last.hi[2]) {
     owner = kNoLeaf;
-    if ((middle.array() >= core_.lo.array()).all() && (middle.array() <= core_.hi.array()).all()) {
+    if (core_.contains(middle)) {
       const std::uint32_t home = partition_.home(subtree_, middle);
       if (home >= first_ && home < end_) owner_ = owner = home;
     }
   }
   if (owner != kNoLeaf) ++midpoints_[owner - first_];
-  if (owner != kNoLeaf && liesWithin(closed_[owner - first_], r)) {
+  if (owner != kNoLeaf && strictlyInside(closed_[owner - first_], r.child, r.parent)) {
     use(owner, true);
     return false;
   }
-  const bool few = liesWithin(subtree_.block, r) ? partition_.leavesMet(subtree_, r.child, r.parent, met_, &visited_)
-                                                 : partition_.leavesMet(r.child, r.parent, met_, &visited_);
+  const bool few = strictlyInside(subtree_.block, r.child, r.parent)
+                       ? partition_.leavesMet(subtree_, r.child, r.parent, met_, &visited_)
+                       : partition_.leavesMet(r.child, r.parent, met_, &visited_);
   if (few) {
     for (const std::uint32_t leaf : met_)
       if (leaf >= first_ && leaf < end_) use(leaf, leaf == owner);
@@ -135,6 +131,18 @@ LeafBuilder::Counts LeafBuilder::count(std::span<SegmentChain* const> chains, co
   }
   counts.midpoints = midpoints_;
   return counts;
+}
+
+std::uint64_t LeafBuilder::largestUnit(const Counts& counts) {
+  findUnits();
+  std::uint64_t largest = 0;
+  std::uint32_t first = 0;
+  for (const std::uint32_t end : unit_ends_) {
+    const auto begin = counts.stored.begin();
+    largest = std::max(largest, std::accumulate(begin + first, begin + end, std::uint64_t{0}));
+    first = end;
+  }
+  return largest;
 }
 
 void LeafBuilder::build(std::span<SegmentChain* const> chains, const Range& range, MemoryGate& gate,

@@ -46,6 +46,8 @@ class LeafBuilder {
   };
   // O(segments), with 60 bytes a leaf in memory.
   Counts count(std::span<SegmentChain* const> chains, const Range& range);
+  // The most segments that a unit of the range stores. After count().
+  std::uint64_t largestUnit(const Counts& counts);
   // Passes each unit with content on, and empties the chains. Uses the memory that `pass` allows, and frees it while it
   // waits for more. Throws InputError if one unit needs more than the whole gate allows.
   void build(std::span<SegmentChain* const> chains, const Range& range, MemoryGate& gate, MemoryGate::Pass& pass);

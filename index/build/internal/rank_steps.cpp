@@ -9,7 +9,6 @@ namespace filiform::internal {
 namespace {
 
 constexpr std::uint64_t kStepsOfOutline = 4096;  // of a rank
-constexpr std::uint64_t kMostCells = UINT32_MAX - 1;
 
 // The first key of the range of each rank, and the end of the world. Ranges may be empty. `outlines`: of all ranks.
 std::vector<MortonKey> rangesOf(std::vector<Chunks::Step> outlines, unsigned ranks) {

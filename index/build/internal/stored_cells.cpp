@@ -1,6 +1,7 @@
 #include "index/build/internal/stored_cells.h"
 
 #include "index/build/internal/somata_section.h"
+#include "index/set/internal/cells_file.h"
 #include "index/set/internal/merged_tile.h"
 
 #include <algorithm>
@@ -24,13 +25,13 @@ StoredCells::StoredCells(std::vector<const TileSet*> sets) : sets_(std::move(set
   for (std::uint32_t id = 0; id < order_.size(); ++id) now_[order_[id].set][order_[id].cell] = id;
 }
 
-StoredCells::One StoredCells::cell(std::uint32_t id) const {
+TakenCell StoredCells::cell(std::uint32_t id) const {
   const TileSet& set = *sets_[order_[id].set];
   const std::uint32_t cell = order_[id].cell;
   const auto [begin, end] = std::ranges::equal_range(somata_[order_[id].set], cell, {}, &SomaRoot::cell);
   return {set.cell(cell),
           set.cellDigest(cell),
-          set.encodedDetail(cell),
+          withTiles(set.encodedDetail(cell), [](std::vector<TileId>& tiles) { tiles.clear(); }),
           {begin, end},
           attributes_[order_[id].set]->of(cell)};
 }

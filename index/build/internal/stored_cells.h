@@ -1,8 +1,7 @@
 // StoredCells: the cells of one or two sets, as the tiler takes them to make one set of them.
 #pragma once
 
-#include "index/build/internal/level_writer.h"
-#include "index/build/internal/segment_chain.h"
+#include "index/build/internal/cell_work.h"
 #include "index/set/cell_attributes.h"
 #include "index/set/tile_set.h"
 
@@ -21,15 +20,8 @@ class StoredCells {
   // CorruptSet, IoError.
   explicit StoredCells(std::vector<const TileSet*> sets);
 
-  struct One {
-    CellRecord record;
-    std::uint64_t digest;
-    Bytes detail;                  // as encodeDetail() gives it
-    std::vector<SomaRoot> somata;  // of any cell id
-    std::vector<CellAttribute> attributes;
-  };
   std::uint32_t size() const { return static_cast<std::uint32_t>(order_.size()); }
-  One cell(std::uint32_t id) const;
+  TakenCell cell(std::uint32_t id) const;
   // Calls `use` for every segment, once, with the new id of its cell. Reads each tile once. O(segments).
   void forEachSegment(const std::function<void(const SegmentRecord& record)>& use) const;
 

@@ -1,8 +1,8 @@
 #include "index/build/internal/tiler.h"
 
 #include "index/build/internal/border_segments.h"
-#include "index/build/internal/cell_intake.h"
 #include "index/build/internal/cell_leaves.h"
+#include "index/build/internal/cell_reading.h"
 #include "index/build/internal/chunks.h"
 #include "index/build/internal/crowded_leaves.h"
 #include "index/build/internal/heap.h"
@@ -71,7 +71,7 @@ struct Tiler::Impl {
   // tiles that wait, and neurites (tile_packer.h). The rest is for chunks at work and for data that grow with the
   // number of cells, chunks and leaves.
   std::uint64_t grown() const {
-    return options.beside + options.reading + intake.bytes() + table.size() * kBytesOfChunk +
+    return options.beside + options.reading + intake.bytes() + (table.size() + blocks_read) * kBytesOfChunk +
            spool.blocks() * kBytesOfBlock + partition.leaves().size() * kBytesOfLeaf +
            landmarksFor(allSegments()) * kBytesOfLandmark;
   }
@@ -92,6 +92,7 @@ struct Tiler::Impl {
   std::vector<Chunk>& chunks = table.all();
   std::size_t own_begin = 0, own_end = 0;  // of the chunks: those of this rank
 
+  std::size_t blocks_read = 0;  // of segments, while cells are read
   CellIntake intake;
   std::uint64_t visited = 0;
 
@@ -126,9 +127,9 @@ Tiler::Impl::Impl(TilerOptions given)
       spool(options.folder,
             options.folder.empty() || options.memory < kSmallMemory ? std::size_t{16} << 10 : std::size_t{64} << 10,
             options.chunk_segments != 0 ? 0 : options.memory / 4),
-      most_open(std::max<std::size_t>(8, options.memory / 16 / spool.block_bytes())),
+      most_open(std::max<std::size_t>(Chunks::kLeastOpen, options.memory / 16 / spool.block_bytes())),
       table(spool, most_in_chunk, most_open),
-      intake(options.grid, spool) {
+      intake(spool) {
   options.memory = std::min(options.memory, kMostMemory);
   if (options.ranks != nullptr && options.ranks->count() > 1) {
     together.emplace(*options.ranks, spool);
@@ -158,11 +159,7 @@ void Tiler::Impl::forEachChunk(const char* phase, const Work& work, const std::f
   runWorkers(threads, [&](unsigned worker, const std::atomic<bool>& failed) {
     MemoryGate::Pass pass(gate);
     for (std::size_t i; !failed && (i = next.fetch_add(1)) < those.size();) {
-      if (worker == 0) {
-        step(phase, done, all);
-      } else {
-        stopIfCancelled();
-      }
+      worker == 0 ? step(phase, done, all) : stopIfCancelled();
       Chunk& chunk = those[i];
       const std::uint64_t n = chunk.own.count();
       work(chunk, worker, gate, pass);
@@ -234,15 +231,8 @@ void Tiler::Impl::refuseWhatCannotBeBuilt() {
     LeafBuilder counter(partition, spool, long_segments[worker], mostInUnit(options), {});
     SegmentChain* const chains[] = {&chunk.own, &chunk.ghosts};
     const LeafBuilder::Counts counts = counter.count(chains, rangeOf(chunk));
-    const std::span<const BlockKey> leaves =
-        std::span(partition.leaves()).subspan(chunk.first_leaf, counts.stored.size());
-    for (std::size_t leaf = 0; leaf < leaves.size();) {
-      std::uint64_t stored = 0;
-      for (const std::size_t end = unitEnd(leaves, counts.midpoints, leaf, mostInUnit(options)); leaf < end; ++leaf)
-        stored += counts.stored[leaf];
-      std::uint64_t before = largest;
-      while (stored > before && !largest.compare_exchange_weak(before, stored)) {
-      }
+    const std::uint64_t stored = counter.largestUnit(counts);
+    for (std::uint64_t before = largest; stored > before && !largest.compare_exchange_weak(before, stored);) {
     }
     too_long += std::accumulate(counts.too_long.begin(), counts.too_long.end(), std::uint64_t{0});
     refuseLongSegments(too_long);
@@ -292,15 +282,20 @@ Tiler::~Tiler() = default;
 
 void Tiler::read(CellStream& stream) {
   Impl& t = *impl_;
-  t.step("reading", 0, 0);
   std::optional<Chunks> read;
   if (t.together) read.emplace(t.spool, t.most_in_chunk, t.most_open);
-  for (Cell cell; stream.next(cell);) {
-    t.step("reading", t.intake.segments(), 0);
-    t.intake.take(cell, read ? *read : t.table, t.survey);
-    if (t.intake.records().size() % 256 == 0) t.refuseWhatHasGrown();
-    cell.discardLarge();
-  }
+  const auto check = [&t](std::size_t blocks) {
+    t.blocks_read = blocks;
+    t.refuseWhatHasGrown();
+  };
+  const CellReading reading{.grid = t.options.grid,
+                            .most_in_chunk = t.most_in_chunk,
+                            .most_open = t.most_open,
+                            .threads = t.options.threads,
+                            .progress = [&t](std::uint64_t segments) { t.step("reading", segments, 0); },
+                            .check = check};
+  readCells(stream, reading, t.spool, t.intake, read ? *read : t.table, t.survey);
+  t.blocks_read = 0;
   if (t.together) {
     t.step("exchanging segments", 0, 0);
     t.totals = t.together->total(t.intake);
@@ -329,7 +324,11 @@ void Tiler::read(const StoredCells& cells) {
 
 void Tiler::Impl::endReading() {
   options.reading = 0;
-  table.settle([this](std::uint64_t done) { step("sorting", done, 0); });
+  std::atomic<std::uint64_t> sorted{0};
+  table.settle(options.threads, [&](unsigned worker, std::uint64_t moved) {
+    sorted += moved;
+    worker == 0 ? step("sorting", sorted, 0) : stopIfCancelled();
+  });
   own_end = chunks.size();
   intake.finish();
   refuseWhatHasGrown();
