@@ -54,7 +54,6 @@ class ByteWriter {
   void box(const GridBox& b) { point(b.lo), point(b.hi); }
   void key(MortonKey k) { u64(static_cast<std::uint64_t>(k)), u64(static_cast<std::uint64_t>(k >> 64)); }
   void append(ByteSpan b) { bytes_.insert(bytes_.end(), b.begin(), b.end()); }
-  void reserve(std::size_t more) { bytes_.reserve(bytes_.size() + more); }
   void setU64(std::size_t at, std::uint64_t v);
   // Appends `n` zeros and returns their place. Until trim(), 8 more bytes may be written.
   std::uint8_t* room(std::size_t n) {
