@@ -3,6 +3,7 @@
 
 #include "index/query/nearest.h"
 
+#include <limits>
 #include <string>
 
 namespace filiform::internal {
@@ -23,7 +24,8 @@ class Tooltip {
 
  private:
   std::string text_;
-  double rested_since_s_ = 0, asked_for_s_ = -1;
+  double rested_since_s_ = std::numeric_limits<double>::infinity();  // before the first move: it has not rested
+  double asked_for_s_ = -1;
   bool asked_ = false;
 };
 
