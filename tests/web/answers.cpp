@@ -111,7 +111,7 @@ int main(int count, char** words) {
   }
   try {
     bool timed = false;
-    for (const std::string word : std::vector<std::string>(words + 3, words + count)) {
+    for (const std::string& word : std::vector<std::string>(words + 3, words + count)) {
       timed |= word == "times";
 #ifdef __x86_64__
       if (word == "sse4") hwy::DisableTargets(HWY_AVX2 | HWY_AVX3 | HWY_AVX3_DL);

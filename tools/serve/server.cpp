@@ -10,6 +10,7 @@
 #include "tools/serve/answer_head.h"
 #include "tools/serve/internal/desk_socket.h"
 #include "tools/serve/internal/session_socket.h"
+#include "tools/serve/internal/unread_request.h"
 #include "tools/serve/log_entry.h"
 
 #include <algorithm>
@@ -36,6 +37,8 @@ namespace net = boost::asio;
 using boost::system::error_code;
 using net::ip::tcp;
 using Clock = std::chrono::steady_clock;
+using internal::detailOf;
+using internal::statusOf;
 
 constexpr std::size_t kPieceBytes = 256 << 10;
 constexpr std::uint64_t kMostAnswersBytes = std::uint64_t{512} << 20;  // of answers in memory
@@ -104,28 +107,6 @@ constexpr std::array<std::string_view, 13> kReadHeaders{"host",
                                                         "if-none-match",
                                                         "x-forwarded-proto",
                                                         "sec-websocket-protocol"};
-
-// The status for a request that cannot be read; 0: the connection is gone, also after a timeout.
-unsigned statusOf(const error_code& error) {
-  if (error == http::error::header_limit) return 431;
-  if (error == http::error::body_limit) return 413;
-  if (error == http::error::end_of_stream || error == http::error::partial_message) return 0;
-  if (error == http::error::bad_version) return 505;
-  return error.category() == http::make_error_code(http::error::bad_method).category() ? 400 : 0;
-}
-
-const char* detailOf(unsigned status) {
-  switch (status) {
-    case 431:
-      return "the header is longer than 16 KiB";
-    case 413:
-      return "the body is longer than 8 MiB; send it in parts";
-    case 505:
-      return "use HTTP/1.1";
-    default:
-      return "this is no HTTP request";
-  }
-}
 
 // One client: reads a request, has it answered, sends the answer, and so on.
 class Connection : public std::enable_shared_from_this<Connection> {

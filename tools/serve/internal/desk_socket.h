@@ -46,6 +46,9 @@ class DeskSocket : public std::enable_shared_from_this<DeskSocket> {
   void begin(const Request& request, DeskMember::Role role, const std::optional<DeskRefusal>& refused) {
     namespace websocket = boost::beast::websocket;
     boost::beast::get_lowest_layer(socket_).expires_never();
+    ErrorCode ignored;  // without it, a client that reads slowly would get places that are minutes old
+    boost::beast::get_lowest_layer(socket_).socket().set_option(boost::asio::socket_base::send_buffer_size(kUnread),
+                                                                ignored);
     socket_.set_option(
         websocket::stream_base::timeout{websocket::stream_base::none(), websocket::stream_base::none(), false});
     socket_.control_callback([this](websocket::frame_type kind, boost::beast::string_view) {
@@ -117,6 +120,7 @@ class DeskSocket : public std::enable_shared_from_this<DeskSocket> {
  private:
   using Clock = std::chrono::steady_clock;
   static double now_s() { return std::chrono::duration<double>(Clock::now().time_since_epoch()).count(); }
+  static constexpr int kUnread = 4096;                 // bytes that the system keeps for a client that does not read
   static constexpr std::chrono::seconds kClosing{10};  // for the client's answer to a close frame
 
   void enter(DeskMember::Role role) {

@@ -2,7 +2,7 @@
 'use strict';
 
 const kSilent_ms = 2000, kAgain_ms = [1000, 2000, 4000, 8000];
-const kFinal = 4000;  // close codes from here on are final
+const kPolicy = 1008, kFinal = 4000;  // this close code, and those from kFinal on, are final
 
 // `name`: of the desk. `set`: the path of the set on the server. `say(text)` shows one line. `show(place, along)` draws a
 // place; null: none. `revision()`: of the set, empty before it is open. Returns the button that goes along with the desk.
@@ -53,10 +53,8 @@ function lookOnAtDesk(name, set, say, show, revision) {
       hear(event.data);
     };
     socket.onclose = (event) => {
-      if (event.code >= kFinal) {
-        sayOnce(`the desk ${name}: ${event.reason}`);
-        return put(null);
-      }
+      if (event.reason) sayOnce(`the desk ${name}: ${event.reason}`);
+      if (event.code >= kFinal || event.code === kPolicy) return put(null);
       setTimeout(connect, kAgain_ms[Math.min(tries++, kAgain_ms.length - 1)]);
     };
   }
