@@ -27,13 +27,15 @@ async function launch(packages, options) {
   return browser;
 }
 
-export const openBrowser = (packages, chromium) => launch(packages, {
+// `options`: more of puppeteer's.
+export const openBrowser = (packages, chromium, options = {}) => launch(packages, {
   executablePath: chromium,
   headless: true,
   args: [
     '--no-sandbox', '--disable-quic', '--no-first-run', '--disable-background-networking',
     '--disable-component-update', '--disable-sync', '--use-angle=swiftshader', '--enable-unsafe-swiftshader'
   ],
+  ...options,
 });
 
 // Needs a display: without a window Firefox has no WebGL 2.

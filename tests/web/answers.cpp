@@ -1,8 +1,7 @@
 // Prints numbers that depend on every bit of the answers of a tile set: nearest segments, and a tour in virtual time.
-// The same program runs on other processors and in node, so that they can be compared. With a third argument, the times
-// too.
+// The same program runs on other processors and in node, so that they can be compared.
 //
-//   answers SET TICKS [times]
+//   answers SET TICKS [times] [sse4]     the times too; without AVX2 and later
 #include "index/query/nearest.h"
 #include "index/set/tile_set.h"
 #include "solver/travel/run.h"
@@ -13,9 +12,11 @@
 #include <cstdlib>
 #include <cstring>
 #include <exception>
+#include <hwy/targets.h>
 #include <initializer_list>
 #include <random>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace {
@@ -106,13 +107,21 @@ void printTour(const TileStore& store, std::uint64_t ticks, bool timed) {
 
 int main(int count, char** words) {
   if (count < 3) {
-    std::fprintf(stderr, "answers SET TICKS [times]\n");
+    std::fprintf(stderr, "answers SET TICKS [times] [sse4]\n");
     return 2;
   }
   try {
+    bool timed = false;
+    for (int i = 3; i < count; ++i) {
+      const std::string_view word = words[i];
+      timed |= word == "times";
+#ifdef __x86_64__
+      if (word == "sse4") hwy::DisableTargets(HWY_AVX2 | HWY_AVX3 | HWY_AVX3_DL);
+#endif
+    }
     const auto set = TileSet::open(words[1]);
-    printNearest(*set, count > 3);
-    printTour(*set, std::strtoull(words[2], nullptr, 10), count > 3);
+    printNearest(*set, timed);
+    printTour(*set, std::strtoull(words[2], nullptr, 10), timed);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "answers: %s\n", error.what());
     return 1;

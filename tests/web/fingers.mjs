@@ -73,7 +73,7 @@ await run(async () => {
   }
 
   // A long press pulls from anywhere.
-  await touch('touchStart', [300, 180]);
+  await touch('touchStart', [240, 190]);
   await waitFor('the pull of a long press', async () => (await state(page)).force_N > 0.05, 20);
   await touch('touchEnd');
   await waitFor('the end of the pull', async () => (await state(page)).force_N < 0.01, 20);

@@ -1,24 +1,12 @@
 // Figures of the page over a slow wire: 20 ms, 20 Mbit/s. Writes them to OUT/figures.json.
 //   node measure.mjs PACKAGES CHROMIUM FILIFORM SET OUT SLOW_WIRE
-import {spawn} from 'node:child_process';
 import {writeFileSync} from 'node:fs';
 import {join} from 'node:path';
-import {createInterface} from 'node:readline';
 
-import {atEnd, openBrowser, openPage, serveSets, waitFor} from '../service/browser.mjs';
-import {chromium, filiform, name, out, packages, run, set, sleep, state} from './travelling.mjs';
+import {openBrowser, openPage, serveSets, waitFor} from '../service/browser.mjs';
+import {chromium, filiform, name, out, packages, run, set, sleep, slowWire, state} from './travelling.mjs';
 
-const kDelay_ms = 20, kRate = 20e6 / 8, kSegments = 30000;
-
-async function slowWire(address) {
-  const child = spawn(process.argv[7], [new URL(address).host, '--delay', kDelay_ms, '--rate', kRate]);
-  atEnd(() => child.kill());
-  const port = await new Promise((done, fail) => {
-    createInterface({input: child.stdout}).once('line', done);
-    child.once('exit', () => fail(new Error('slow_wire ended')));
-  });
-  return `http://127.0.0.1:${/\d+/.exec(port)[0]}`;
-}
+const kDelay_ms = 20, kRate = 20e6 / 8, kSegments = 30000;  // the rate in bytes a second
 
 // In the page: when the program first drew segments and first had a proxy, s after the link was opened; calls of OpenGL.
 function watch() {
@@ -49,7 +37,7 @@ function watch() {
 }
 
 await run(async () => {
-  const address = await slowWire(await serveSets(filiform, [set]));
+  const address = await slowWire(process.argv[7], await serveSets(filiform, [set]), kDelay_ms, kRate);
   const browser = await openBrowser(packages, chromium);
   const page = await openPage(browser);
   await page.setViewport({width: 640, height: 360});

@@ -7,8 +7,8 @@ import {readFileSync, writeFileSync} from 'node:fs';
 import {join} from 'node:path';
 
 import {openBrowser, serveSets, waitFor} from '../service/browser.mjs';
-import {chromium, filiform, name, opened, out, packages, run, set, shoot, state, travel} from './travelling.mjs';
-import {coverage, decodePng, overlap} from './picture.mjs';
+import {chromium, filiform, name, opened, out, packages, readPng, run, set, shoot, state, travel} from './travelling.mjs';
+import {coverage, overlap} from './picture.mjs';
 
 const kWidth = 1280, kHeight = 720, kSegments = 20000, kZoom_um = 200, kLeast = 0.95;
 // Panels cover the rest.
@@ -33,7 +33,7 @@ await run(async () => {
     'render', set, '-o', join(out, 'render.png'), '--size', `${kWidth}x${kHeight}`, '--at', `${cell}:${sample}`,
     '--zoom', zoom_um, '--segments', kSegments, '--json'
   ]));
-  const [seen, wanted] = ['page.png', 'render.png'].map((file) => decodePng(readFileSync(join(out, file))));
+  const [seen, wanted] = ['page.png', 'render.png'].map((file) => readPng(readFileSync(join(out, file))));
   const part = overlap(seen, wanted, isScene);
   writeFileSync(join(out, 'overlap.json'), JSON.stringify({overlap: Number(part.toFixed(4)), segments}));
   const shown = coverage(wanted);

@@ -1,12 +1,16 @@
 // What the tests of the page share: a set that is served, a page that travels, its state and its pictures.
 import assert from 'node:assert/strict';
+import {execFileSync, spawn} from 'node:child_process';
+import {createRequire} from 'node:module';
 import {basename, join} from 'node:path';
+import {createInterface} from 'node:readline';
 
-import {endAll, openPage, waitFor} from '../service/browser.mjs';
-import {coverage, decodePng} from './picture.mjs';
+import {atEnd, endAll, openPage, waitFor} from '../service/browser.mjs';
+import {coverage} from './picture.mjs';
 
 export const [packages, chromium, filiform, set, out] = process.argv.slice(2);
 export const name = basename(set, '.fil');
+export const {sync: {read: readPng}} = createRequire(join(packages, 'package.json'))('pngjs').PNG;
 
 export const state = (page) => page.evaluate(() => window.filiformState ?? null);
 export const distance = (a, b) => Math.hypot(...a.map((x, i) => x - b[i]));
@@ -15,7 +19,7 @@ export const sleep = (ms) => new Promise((done) => setTimeout(done, ms));
 // Takes a screenshot. Returns the part of its pixels that show neurites.
 export async function shoot(page, file) {
   const picture = await page.screenshot({path: join(out, file)});
-  return coverage(decodePng(Buffer.from(picture)));
+  return coverage(readPng(Buffer.from(picture)));
 }
 
 export async function opened(page) {
@@ -67,15 +71,41 @@ export async function pull(page, file) {
   return moved_um;
 }
 
-// A page of this size on the set; `prepare(page)` runs before anything is loaded.
-export async function travel(browser, address, prepare, viewport = {width: 640, height: 360}) {
+// A page of this size on the set; `prepare(page)` runs before anything is loaded. `more` is added to the address.
+export async function travel(browser, address, prepare, viewport = {width: 640, height: 360}, more = '') {
   const page = await openPage(browser);
   await page.setViewport(viewport);
   await prepare?.(page);
-  await page.goto(`${address}/travel/${name}?segments=20000`);  // for a software renderer
+  await page.goto(`${address}/travel/${name}?segments=20000${more}`);  // for a software renderer
   await opened(page);
   await settled(page);
   return page;
+}
+
+// Presses a key in the window of a program, once it has one.
+export async function pressInWindow(pid, key) {
+  let windows = [];
+  await waitFor('a window', async () => {
+    try {
+      windows = execFileSync('xdotool', ['search', '--onlyvisible', '--pid', pid], {stdio: ['ignore', 'pipe', 'ignore']})
+                  .toString().trim().split('\n');
+    } catch (none) {
+      return false;
+    }
+    return true;
+  }, 30);
+  execFileSync('xdotool', ['windowfocus', '--sync', windows.at(-1), 'key', '--clearmodifiers', key]);
+}
+
+// The address of a server behind a wire with this round trip and this rate, bytes a second.
+export async function slowWire(program, address, delay_ms, rate) {
+  const child = spawn(program, [new URL(address).host, '--delay', delay_ms, '--rate', rate]);
+  atEnd(() => child.kill());
+  const port = await new Promise((done, fail) => {
+    createInterface({input: child.stdout}).once('line', done);
+    child.once('exit', () => fail(new Error('slow_wire ended')));
+  });
+  return `http://127.0.0.1:${/\d+/.exec(port)[0]}`;
 }
 
 // Runs a test, prints what it returns, and ends all that it started.

@@ -21,6 +21,8 @@ const RouteParameter kRadius{"radius", "number", "find only segments within this
 
 const RouteParameter kVersion{"v", "string", "the version that the page states; the browser then keeps the file"};
 
+const RouteParameter kRevision{"revision", "string", "the revision of the set that the client has open"};
+
 const std::vector<Route>& routeTable() {
   static const std::vector<Route> kRoutes{
       {"GET",
@@ -39,6 +41,7 @@ const std::vector<Route>& routeTable() {
        "text/html",
        {{"budget", "integer", "keep at most this memory of tiles in the browser, MiB; default: 96"},
         {"segments", "integer", "draw at most this many segments; default: by the renderer"},
+        {"desk", "string", "look on at the desk of this name"},
         {"token", "string", "the server's token; answers with a cookie and a redirect"}},
        false,
        travelAnswer},
@@ -151,6 +154,20 @@ const std::vector<Route>& routeTable() {
        false,
        cellAnswer},
       {"GET", "/v1/session", "A WebSocket for a session, filiform.v1", kJsonType, {}, false, sessionAnswer},
+      {"GET",
+       "/v1/sets/{set}/desks/{desk}",
+       "A WebSocket by which a desk shows its place",
+       kJsonType,
+       {kRevision},
+       false,
+       deskAnswer},
+      {"GET",
+       "/v1/sets/{set}/desks/{desk}/page",
+       "A WebSocket by which a page looks on",
+       kJsonType,
+       {kRevision},
+       false,
+       deskAnswer},
       {"GET",
        "/v1/sets/{set}/picture",
        "A picture of the set",

@@ -61,6 +61,7 @@ Answer pathAnswer(const Call& call);
 Answer cellsAnswer(const Call& call);
 Answer cellAnswer(const Call& call);
 Answer sessionAnswer(const Call& call);
+Answer deskAnswer(const Call& call);
 Answer pictureAnswer(const Call& call);
 Answer iconAnswer(const Call& call);
 Answer travelAnswer(const Call& call);

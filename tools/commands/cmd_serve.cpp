@@ -106,6 +106,7 @@ int runServe(const ServeArguments& a) {
   ServerOptions options{
       .listen = a.listen, .open = !access.needsToken(), .most_clients = a.most_clients, .threads = a.threads};
   options.sessions = &house;
+  options.desks = &shelf;
   options.version = FILIFORM_VERSION;
   options.stop = &interruptFlag();
   options.log = [&log](const LogEntry& entry) { log.request(entry); };

@@ -7,6 +7,7 @@
 #include "solver/force/force_hold.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/device_check.h"
+#include "tools/commands/follow.h"
 #include "tools/commands/remote_arguments.h"
 #include "tools/commands/scene.h"
 #include "tools/commands/web_page.h"
@@ -32,7 +33,7 @@ namespace {
 struct ViewArguments {
   std::shared_ptr<const RemoteArguments> remote;
   std::vector<std::string> scene;
-  std::string device = "mouse", method = "climb", budget, record, state, pictures = ".", size;
+  std::string device = "mouse", method = "climb", budget, record, state, pictures = ".", size, follow;
   double zoom_um = 300;
   std::optional<double> seconds, stiffness_N_m;
   std::uint64_t segments = 0;
@@ -59,6 +60,7 @@ OpenedScene openToView(const std::vector<std::string>& paths, const RemoteOption
   }
   if (paths.size() > 1) throw UsageError("give one tile set, or any number of .swc and .zip files");
   auto set = TileSet::open(paths.front(), remote);
+  scene.revision = set->revision();
   scene.open_levels = [&set = *set] { return Levels::open(set); };
   if (set->isRemote()) scene.network = [&set = *set] { return set.remoteCounters().value_or(RemoteCounters{}); };
   scene.store = std::move(set);
@@ -92,6 +94,7 @@ int runView(const ViewArguments& a) {
   }
   if (a.web) {
     if (a.scene.size() != 1 || isFileScene(a.scene.front())) throw UsageError("--web: give one tile set");
+    if (!a.follow.empty()) throw UsageError("--follow: leave out --web; the window of this command has the device");
     return travelInBrowser(a.scene.front());
   }
   std::vector<NamedPath> outputs{{"--record", a.record}, {"--state", a.state}};
@@ -100,11 +103,12 @@ int runView(const ViewArguments& a) {
   std::error_code none;
   if (std::filesystem::exists(a.pictures, none) && !std::filesystem::is_directory(a.pictures, none))
     throw IoError("--pictures " + escaped(a.pictures), "is not a folder; name a folder for the screenshots");
+  const RemoteOptions remote_options = a.remote->options();
+  std::unique_ptr<Follow> follow;
+  if (!a.follow.empty()) follow = std::make_unique<Follow>(a.follow, a.scene, remote_options.token);
   ApplicationOptions options;
   options.paths = a.scene;
-  options.open = [remote = a.remote->options()](const std::vector<std::string>& paths) {
-    return openToView(paths, remote);
-  };
+  options.open = [remote = remote_options](const std::vector<std::string>& paths) { return openToView(paths, remote); };
   options.write = [](const Picture& picture, const std::string& path) {
     Image image;
     image.width = picture.width;
@@ -116,7 +120,14 @@ int runView(const ViewArguments& a) {
     if (error) throw IoError(escaped(folder.string()), "cannot make the folder for pictures", error.value());
     writePng(image, path);
   };
-  options.poll = throwIfInterrupted;
+  options.poll = [&follow] {
+    throwIfInterrupted();
+    if (follow) follow->throwIfRefused();
+  };
+  if (follow)
+    options.observe = [&follow](const OpenedScene& scene, const NavigationSnapshot& now) {
+      return follow->observe(scene, now);
+    };
   options.plugged_in = [](const std::string& device) { return isPluggedIn(systemUsb(), device); };
   EndingWatch watch = watchForSilentFiles();
   options.ending = [&watch] { watch.begin(); };
@@ -145,6 +156,7 @@ void addView(CLI::App& app, Chosen& chosen) {
   command->footer(
       "Example:\n  filiform view column.fil\n  filiform view cell.swc --device spacemouse\n"
       "  filiform view column.fil --record travel.rec; filiform view column.fil --device replay:travel.rec\n"
+      "  filiform view column.fil --device falcon --follow ws://127.0.0.1:7878/v1/sets/column/desks/anna\n"
       "In the window, press h for a list of keys.");
   command
       ->add_option("SCENE", a->scene,
@@ -176,6 +188,12 @@ void addView(CLI::App& app, Chosen& chosen) {
   command->add_option("--state", a->state, "write the state to this file, as JSON, ten times a second")
       ->type_name("FILE");
   command->add_option("--seconds", a->seconds, "end this long after the scene is open");
+  command
+      ->add_option(
+          "--follow", a->follow,
+          "show this hand in pages of a server that have the same set open; the page with ?desk=NAME shows the "
+          "address")
+      ->type_name("WS_URL");
   command->add_flag("--reset", a->reset, "reset the settings to defaults");
   command->add_flag("--web", a->web, "travel in a browser instead of a window; the other options have no effect");
   command->add_flag("--keys", a->keys, "print keys and mouse actions as Markdown, and end");

@@ -3,11 +3,14 @@
 #include "index/errors.h"
 #include "index/set/tile_set.h"
 #include "index/text.h"
+#include "tools/answers/desk_answer.h"
 #include "tools/answers/limits.h"
 #include "tools/answers/routes.h"
 #include "tools/answers/session_answer.h"
 #include "tools/serve/answer_head.h"
+#include "tools/serve/internal/desk_socket.h"
 #include "tools/serve/internal/session_socket.h"
+#include "tools/serve/internal/unread_request.h"
 #include "tools/serve/log_entry.h"
 
 #include <algorithm>
@@ -34,6 +37,8 @@ namespace net = boost::asio;
 using boost::system::error_code;
 using net::ip::tcp;
 using Clock = std::chrono::steady_clock;
+using internal::detailOf;
+using internal::statusOf;
 
 constexpr std::size_t kPieceBytes = 256 << 10;
 constexpr std::uint64_t kMostAnswersBytes = std::uint64_t{512} << 20;  // of answers in memory
@@ -53,7 +58,8 @@ struct Hall {
       : routes(r), metrics(m), options(o), workers(std::max(1U, o.threads)) {
     sockets.house = o.sessions;
     sockets.version = o.version;
-    sockets.log = [this](const internal::SessionSocket& socket) { logSession(socket); };
+    sockets.log = [this](const internal::SessionSocket& socket) { logSocket("/v1/session", socket); };
+    desks.log = [this](const internal::DeskSocket& socket) { logSocket("/v1/sets/{set}/desks/{desk}", socket); };
     if (o.sessions != nullptr) o.sessions->onNews([this] { internal::wake(sockets); });
   }
   ~Hall() {
@@ -67,7 +73,8 @@ struct Hall {
   void admit(tcp::socket socket);
   void tick();
   void beginToStop();
-  void logSession(const internal::SessionSocket& socket);
+  template <class Socket>
+  void logSocket(const char* route, const Socket& socket);
   void endOf(const std::shared_ptr<Connection>& connection);
 
   const Routes& routes;  // any thread
@@ -79,6 +86,7 @@ struct Hall {
   net::steady_timer timer{io}, retry{io};
   std::set<std::shared_ptr<Connection>> connections;
   internal::SocketHall sockets{io, workers};
+  internal::DeskHall desks;
   bool stopping = false;
   Clock::time_point stop_by{}, next_second = Clock::now();
   std::atomic<bool> in_second{false};  // each_second runs now; any thread
@@ -99,28 +107,6 @@ constexpr std::array<std::string_view, 13> kReadHeaders{"host",
                                                         "if-none-match",
                                                         "x-forwarded-proto",
                                                         "sec-websocket-protocol"};
-
-// The status for a request that cannot be read; 0: the connection is gone, also after a timeout.
-unsigned statusOf(const error_code& error) {
-  if (error == http::error::header_limit) return 431;
-  if (error == http::error::body_limit) return 413;
-  if (error == http::error::end_of_stream || error == http::error::partial_message) return 0;
-  if (error == http::error::bad_version) return 505;
-  return error.category() == http::make_error_code(http::error::bad_method).category() ? 400 : 0;
-}
-
-const char* detailOf(unsigned status) {
-  switch (status) {
-    case 431:
-      return "the header is longer than 16 KiB";
-    case 413:
-      return "the body is longer than 8 MiB; send it in parts";
-    case 505:
-      return "use HTTP/1.1";
-    default:
-      return "this is no HTTP request";
-  }
-}
 
 // One client: reads a request, has it answered, sends the answer, and so on.
 class Connection : public std::enable_shared_from_this<Connection> {
@@ -209,6 +195,8 @@ class Connection : public std::enable_shared_from_this<Connection> {
       return send(std::move(*refused));
     }
     if (isSession(request_) && boost::beast::websocket::is_upgrade(parser_->get())) return becomeSession();
+    const auto desk = hall_.options.desks == nullptr ? std::nullopt : deskRequest(request_);
+    if (desk && boost::beast::websocket::is_upgrade(parser_->get())) return becomeDesk(*desk);
     if (!body_follows) return answer();
     const auto expected = parser_->get()[http::field::expect];
     if (expected.empty()) return readBody();
@@ -219,11 +207,30 @@ class Connection : public std::enable_shared_from_this<Connection> {
     });
   }
 
+  // True if the request cannot become a WebSocket; the answer is then on its way.
+  bool refuseUpgrade() {
+    if (hall_.stopping)
+      turnAway(problem(503, "the server ends"));
+    else if (buffer_.size() > 0)
+      turnAway(problem(400, "wait for the answer to the upgrade before you send"));
+    else
+      return false;
+    return true;
+  }
+
+  void becomeDesk(const DeskRequest& desk) {
+    if (refuseUpgrade()) return;
+    const auto socket = std::make_shared<internal::DeskSocket>(std::move(stream_), hall_.desks, desk.room, client_,
+                                                               redacted(request_.target));
+    hall_.desks.sockets.insert(socket);
+    socket->begin(parser_->get(), desk.role, refuseRoom(*hall_.options.desks, desk.room));
+    hall_.endOf(shared_from_this());
+  }
+
   // The socket goes on as a WebSocket.
   void becomeSession() {
     if (hall_.sockets.house == nullptr) return turnAway(problem(404, "this server has no sessions"));
-    if (hall_.stopping) return turnAway(problem(503, "the server ends"));
-    if (buffer_.size() > 0) return turnAway(problem(400, "wait for the answer to the upgrade before you send"));
+    if (refuseUpgrade()) return;
     const auto socket = std::make_shared<internal::SessionSocket>(std::move(stream_), hall_.sockets, client_,
                                                                   redacted(request_.target));
     hall_.sockets.sockets.insert(socket);
@@ -393,7 +400,8 @@ void Hall::accept() {
 }
 
 void Hall::admit(tcp::socket socket) {
-  const std::size_t most = options.most_clients - std::min(options.most_clients, sockets.sockets.size());
+  const std::size_t most =
+      options.most_clients - std::min(options.most_clients, sockets.sockets.size() + desks.sockets.size());
   if (connections.size() >= most) {
     std::shared_ptr<Connection> longest;
     for (const auto& one : connections)
@@ -416,8 +424,9 @@ void Hall::tick() {
   if (stopping && now >= stop_by)
     for (const auto& connection : std::set(connections)) connection->close();
   for (const auto& socket : std::set(sockets.sockets)) stopping&& now >= stop_by ? socket->end() : socket->watch();
+  for (const auto& socket : std::set(desks.sockets)) stopping&& now >= stop_by ? socket->end() : socket->watch();
   metrics.sessions = sockets.sockets.size();
-  if (stopping && connections.empty() && sockets.sockets.empty()) return io.stop();
+  if (stopping && connections.empty() && sockets.sockets.empty() && desks.sockets.empty()) return io.stop();
   if (options.each_second && now >= next_second && !in_second.exchange(true)) {
     next_second = now + durationOf(1);
     net::post(workers, [this] {
@@ -437,10 +446,12 @@ void Hall::beginToStop() {
   for (const auto& connection : std::set(connections))
     if (connection->isIdle()) connection->close();
   for (const auto& socket : std::set(sockets.sockets)) socket->close({CloseCode::going_away, "the server ends"});
+  for (const auto& socket : std::set(desks.sockets)) socket->close({DeskCode::going_away, "the server ends"});
 }
 
-void Hall::logSession(const internal::SessionSocket& socket) {
-  metrics.count("/v1/session", 101, 0, socket.receivedBytes(), socket.sentBytes());
+template <class Socket>
+void Hall::logSocket(const char* route, const Socket& socket) {
+  metrics.count(route, 101, 0, socket.receivedBytes(), socket.sentBytes());
   if (options.log)
     options.log({std::time(nullptr), socket.clientAddress(), "GET", socket.target(), 101, socket.sentBytes(),
                  socket.seconds()});
@@ -452,6 +463,7 @@ void Hall::run() {
   io.run();
   connections.clear();
   sockets.sockets.clear();
+  desks.sockets.clear();
 }
 
 }  // namespace

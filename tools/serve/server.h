@@ -19,6 +19,7 @@ namespace filiform::tools {
 class Metrics;
 class Routes;
 class SessionHouse;
+class SetShelf;
 struct LogEntry;
 
 struct ServerOptions {
@@ -32,6 +33,7 @@ struct ServerOptions {
   double piece_s = 30;                      // for 256 KiB of an answer
   double drain_s = 10;                      // for the answers in work when the server stops
   SessionHouse* sessions = nullptr;         // for /v1/session; nullptr: 404
+  const SetShelf* desks = nullptr;          // for /v1/sets/{set}/desks; nullptr: 404
   std::string version = {};                 // of the program, for `hello`
   const std::atomic<bool>* stop = nullptr;  // true: accept nothing more, send the answers in work, return
   std::function<void()> each_second = {};   // called by a thread that answers

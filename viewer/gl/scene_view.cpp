@@ -26,6 +26,7 @@ constexpr double kShadePart = 0.08;
 enum Overlay : Renderer::BatchId {
   kWorkspaceBoxes = CardTiles::kFirstFreeId,
   kProxyBall,
+  kCompanionBall,
   kStylusShaft,
   kForkGlyph,
   kOverlaysEnd
@@ -209,6 +210,8 @@ void SceneView::Impl::putOverlays(const SceneFrame& f) {
   put(kWorkspaceBoxes, f.workspace != nullptr, [&] { return workspaceBatch(*f.workspace, 1.6 * um_px); });
   const std::optional<Vector3d>& proxy_W = motion.proxy_W();
   put(kProxyBall, proxy_W.has_value(), [&] { return proxyBatch(*proxy_W, 7 * um_px); });
+  put(kCompanionBall, f.companion_W.has_value(),
+      [&] { return proxyBatch(*f.companion_W, 7 * um_px, kCompanionColour); });
   put(kStylusShaft, f.stylus.has_value(), [&] { return stylusBatch(*f.stylus, 90 * um_px); });
   const GlyphPalette& palette = f.stereo == StereoMode::anaglyph ? kForGlasses : f.palette;
   put(kForkGlyph, f.junction != nullptr, [&] { return glyphBatch(*f.junction, 120 * um_px, 6 * um_px, palette); });
@@ -227,6 +230,7 @@ Signature SceneView::Impl::signatureOf(const SceneFrame& f) const {
     now.add(f.workspace->zoom_um());
   }
   if (motion.proxy_W()) now.add(*motion.proxy_W());
+  if (f.companion_W) now.add(*f.companion_W);
   if (f.stylus) {
     now.add(f.stylus->tip_W);
     for (const double part : f.stylus->rotation_WS.coeffs()) now.add(part);

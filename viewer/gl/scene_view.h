@@ -48,7 +48,8 @@ struct SceneFrame {
   // Drawn as two boxes. Fog begins behind its middle, and neurites between the camera and the workspace fade.
   // nullptr: fog and eye-dome lighting over the depth of the whole scene.
   const Workspace* workspace = nullptr;
-  std::optional<Vector3d> proxy_W{};  // drawn as a ball
+  std::optional<Vector3d> proxy_W{};      // drawn as a ball
+  std::optional<Vector3d> companion_W{};  // the proxy of somebody else: drawn as a ball of another colour
   std::optional<Stylus> stylus{};
   const Junction* junction = nullptr;  // drawn as a glyph
   GlyphPalette palette = kRedGreen;    // of the glyph; an anaglyph uses kForGlasses

@@ -64,14 +64,14 @@ NeuriteBatch stylusBatch(const Stylus& stylus, double length_um) {
   return batch;
 }
 
-NeuriteBatch proxyBatch(const Vector3d& p_W, double radius_um) {
+NeuriteBatch proxyBatch(const Vector3d& p_W, double radius_um, const Rgba& colour) {
   NeuriteBatch batch;
   batch.origin_W = p_W;
   batch.lo_W = p_W - Vector3d::Constant(radius_um);
   batch.hi_W = p_W + Vector3d::Constant(radius_um);
   DrawnSegment ball{};
   ball.a_radius_um = ball.b_radius_um = batch.largest_radius_um = static_cast<float>(radius_um);
-  ball.colour = kProxyColour;
+  ball.colour = colour;
   batch.segments.push_back(ball);
   return batch;
 }

@@ -7,7 +7,7 @@
 namespace filiform {
 
 inline constexpr Rgba kDynamicColour{120, 135, 160, 255}, kStaticColour{235, 200, 90, 255},
-    kProxyColour{255, 255, 255, 255}, kStylusColour{190, 200, 215, 255};
+    kProxyColour{255, 255, 255, 255}, kCompanionColour{215, 140, 255, 255}, kStylusColour{190, 200, 215, 255};
 
 // The edges of the device's box (the outer rim of the dynamic region) and of the static region inside, `line_um` thick.
 NeuriteBatch workspaceBatch(const Workspace& workspace, double line_um);
@@ -20,6 +20,6 @@ struct Stylus {
 NeuriteBatch stylusBatch(const Stylus& stylus, double length_um);
 
 // A sphere.
-NeuriteBatch proxyBatch(const Vector3d& p_W, double radius_um);
+NeuriteBatch proxyBatch(const Vector3d& p_W, double radius_um, const Rgba& colour = kProxyColour);
 
 }  // namespace filiform

@@ -17,6 +17,7 @@
 #include <exception>
 #include <future>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -33,6 +34,7 @@ std::future<OpenedScene> opening;  // begun before the window
 std::atomic<bool> has_begun_opening{false};
 int frames_before = 0;  // without a window
 std::unique_ptr<Application> application;
+std::string revision;  // of the set; written before `opening` is ready
 
 EM_JS(void, tellFailure, (const char* text), { Module.failed(UTF8ToString(text)); });
 
@@ -44,6 +46,7 @@ OpenedScene openSet(const std::string& address) {
   auto set = TileSet::open(address, remote);
   scene.open_levels = [&set = *set] { return Levels::open(set); };
   scene.network = [&set = *set] { return set.remoteCounters().value_or(RemoteCounters{}); };
+  scene.revision = revision = set->revision();
   scene.store = std::move(set);
   return scene;
 }
@@ -102,6 +105,29 @@ EMSCRIPTEN_KEEPALIVE void filiform_keep() {
 
 EMSCRIPTEN_KEEPALIVE void filiform_say(const char* text) {
   if (application) application->say(text);
+}
+
+// The revision of the set, once it is open.
+EMSCRIPTEN_KEEPALIVE const char* filiform_revision() { return revision.c_str(); }
+
+// The place of a desk: proxy, hand and centre (um), turn (w, x, y, z), zoom (um), force (N), in this order; no numbers:
+// it is gone.
+EMSCRIPTEN_KEEPALIVE void filiform_desk(const char* name, const double* numbers, int count, int constrained,
+                                        int along) {
+  if (!application) return;
+  if (count != 15) return application->accompany(std::nullopt);
+  const auto point = [&](int i) { return filiform::Vector3d(numbers[i], numbers[i + 1], numbers[i + 2]); };
+  Companion companion;
+  companion.name = escaped(name, 32);
+  companion.p_W = point(0);
+  companion.h_W = point(3);
+  companion.centre_W = point(6);
+  companion.rotation_WD = Eigen::Quaterniond(numbers[9], numbers[10], numbers[11], numbers[12]);
+  companion.zoom_um = numbers[13];
+  companion.force_N = numbers[14];
+  companion.constrained = constrained != 0;
+  companion.along = along != 0;
+  application->accompany(companion);
 }
 
 EMSCRIPTEN_KEEPALIVE void filiform_scroll(double notches) { filiform::web::scroll(notches); }

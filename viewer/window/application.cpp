@@ -98,6 +98,10 @@ class Application::Impl {
 
   void say(const std::string& text) { messages_.say(text); }
 
+  void accompany(const std::optional<Companion>& companion) {
+    companion_ = companion && companion->isFinite() ? companion : std::nullopt;
+  }
+
  private:
   // ---- scenes
 
@@ -187,9 +191,15 @@ class Application::Impl {
     const Workspace& workspace = scene_->viewpoint().workspace();
     try {
       travel.serve();
+      scene_->accompany(companion_);
       scene_->look(size_, settings_.orthographic, now_s_);
-      travel.lead(actions_.input().pointing(scene_->view(), size_, workspace, scene_->now().p_W), workspace);
+      if (!scene_->goesAlong())
+        travel.lead(actions_.input().pointing(scene_->view(), size_, workspace, scene_->now().p_W), workspace);
+      else
+        travel.lead(std::nullopt, workspace);
       travel.observe();
+      if (options_.observe)
+        for (const std::string& line : options_.observe(travel.scene(), scene_->now())) say(line);
       actions_.lookUnderPointer(now_s_);
       scene_->countTiles(settings_.show_tiles, now_s_);
       drawScene();
@@ -202,7 +212,7 @@ class Application::Impl {
       for (const std::string& failure : *failures)
         if (told_failures_.insert(failure).second && !lost) say(failure);
     busy_ = screenshots_.isDrawing() || figures.redrawn || figures.pending > 0 || actions_.input().isDragging() ||
-            scene_->viewpoint().isGliding();
+            scene_->viewpoint().isGliding() || companion_.has_value();
     renderer_.present(size_);
     const PanelRequests requests = showPanels();
     if (actions_.takeWindowPicture()) screenshots_.save(window_.read());
@@ -355,6 +365,7 @@ class Application::Impl {
 
   Opening opening_;
   bool opened_once_ = false, ended_ = false, busy_ = false;
+  std::optional<Companion> companion_;
 
   double now_s_ = 0;
   PictureSize size_;
@@ -378,6 +389,7 @@ Application::~Application() = default;
 bool Application::step() { return impl_->step(); }
 void Application::finish() { impl_->finish(); }
 void Application::keep() { impl_->keep(); }
+void Application::accompany(const std::optional<Companion>& companion) { impl_->accompany(companion); }
 void Application::say(const std::string& text) { impl_->say(text); }
 
 void runApplication(const ApplicationOptions& options) {

@@ -7,6 +7,7 @@
 #include "index/set/tile_store.h"
 #include "solver/travel/session.h"
 #include "viewer/gl/renderer.h"
+#include "viewer/window/companion.h"
 #include "viewer/window/settings.h"
 
 #include <cstdint>
@@ -24,7 +25,8 @@ struct OpenedScene {
   std::unique_ptr<Levels> levels;                        // what it returned
   std::function<RemoteCounters()> network;               // of a scene at an address; empty: it has none
   bool in_memory = false;
-  std::string name;  // for the user
+  std::string name;      // for the user
+  std::string revision;  // of a tile set; empty: of none
 };
 
 struct ApplicationOptions {
@@ -32,6 +34,8 @@ struct ApplicationOptions {
   std::function<OpenedScene(const std::vector<std::string>&)> open;    // opens a scene; runs on another thread
   std::function<void(const Picture&, const std::string& path)> write;  // writes a picture; runs on another thread
   std::function<void()> poll = [] {};                                  // runs once a frame; may throw to end
+  // Runs once a frame of an open scene, and must not wait. Returns lines for the user.
+  std::function<std::vector<std::string>(const OpenedScene&, const NavigationSnapshot&)> observe;
   // Returns whether a lost device, by the value of --device, could be opened now; runs on another thread. Empty: lost
   // devices are not looked for.
   std::function<bool(const std::string&)> plugged_in;
@@ -65,6 +69,8 @@ class Application {
 
   // Saves the settings if they have changed, for a host that may end without finish(). A failure becomes a message.
   void keep();
+  // Shows this companion from the next frame on; nullopt: none. Numbers that are not finite show none.
+  void accompany(const std::optional<Companion>& companion);
   // Shows a message in the window, one line.
   void say(const std::string& text);
 

@@ -28,6 +28,7 @@ using internal::kInk;
 using internal::kPanelAlpha;
 using internal::kRed;
 using internal::kStill;
+using internal::kViolet;
 using internal::lengthText;
 using internal::showFitted;
 using internal::showWhole;
@@ -59,7 +60,7 @@ void drawStatus(const PanelData& d, bool beside_force) {
   row("measure", d.measure);
   std::string drawn = countText(d.segments) + " segments";
   if (std::isinf(d.error_px))
-    drawn += ", error not bounded";
+    drawn += ", coarse near the camera";
   else if (d.error_px > 0)
     drawn += format(", error %.1f px", d.error_px);
   row("drawn", drawn);
@@ -113,28 +114,42 @@ void drawScaleBar(const PanelData& d) {
   write(list, vec((left + right - size.x) / 2, y - 8 * d.scale - size.y), kInk, bar.text);
 }
 
-// In the overview the proxy is too small to be seen: a ring and a word show its place.
-void drawHere(const PanelData& d) {
-  if (!d.overview || !d.proxy || !(d.proxy->depth_um > 0)) return;
+// In the overview a proxy is too small to be seen: a ring and a word show its place.
+void drawRing(const PanelData& d, const ScreenPoint& place, ImU32 colour, const std::string& word) {
   ImDrawList& list = *ImGui::GetBackgroundDrawList();
   const auto radius = static_cast<float>(11 * d.scale), thick = static_cast<float>(2 * d.scale);
-  const ImVec2 at = vec(d.proxy->x, d.proxy->y);
+  const ImVec2 at = vec(place.x, place.y);
   list.AddCircle(at, radius, IM_COL32(0, 0, 0, 200), 32, 2 * thick);
-  list.AddCircle(at, radius, kGold, 32, thick);
-  write(list, vec(at.x + 15 * d.scale, at.y - 7 * d.scale), kGold, "proxy");
+  list.AddCircle(at, radius, colour, 32, thick);
+  write(list, vec(at.x + 15 * d.scale, at.y - 7 * d.scale), colour, word);
+}
+
+bool isAhead(const std::optional<ScreenPoint>& place) { return place && place->depth_um > 0; }
+
+void drawHere(const PanelData& d) {
+  if (d.overview && isAhead(d.proxy)) drawRing(d, *d.proxy, kGold, "proxy");
+}
+
+// The line from a proxy to its hand.
+void drawLineOfPull(const PanelData& d, const ScreenPoint& proxy, const ScreenPoint& hand, double force_N) {
+  if (std::hypot(hand.x - proxy.x, hand.y - proxy.y) < 4 * d.scale) return;
+  ImDrawList& list = *ImGui::GetBackgroundDrawList();
+  const double part = std::clamp(force_N / 4, 0.0, 1.0);
+  const ImU32 colour = IM_COL32(static_cast<int>(120 + 135 * part), static_cast<int>(220 - 120 * part), 110, 255);
+  const auto thick = static_cast<float>((1.5 + 3 * part) * d.scale);
+  list.AddLine(vec(proxy.x, proxy.y), vec(hand.x, hand.y), colour, thick);
+  list.AddCircle(vec(hand.x, hand.y), static_cast<float>(6 * d.scale), colour, 24, thick);
+  write(list, vec(hand.x + 10 * d.scale, hand.y - 6 * d.scale), kInk, format("%.2f N", force_N));
 }
 
 void drawPull(const PanelData& d) {
-  if (!d.proxy || !d.hand || !(d.proxy->depth_um > 0) || !(d.hand->depth_um > 0)) return;
-  const double dx = d.hand->x - d.proxy->x, dy = d.hand->y - d.proxy->y;
-  if (std::hypot(dx, dy) < 4 * d.scale) return;
-  ImDrawList& list = *ImGui::GetBackgroundDrawList();
-  const double part = std::clamp(d.force_N / 4, 0.0, 1.0);
-  const ImU32 colour = IM_COL32(static_cast<int>(120 + 135 * part), static_cast<int>(220 - 120 * part), 110, 255);
-  const auto thick = static_cast<float>((1.5 + 3 * part) * d.scale);
-  list.AddLine(vec(d.proxy->x, d.proxy->y), vec(d.hand->x, d.hand->y), colour, thick);
-  list.AddCircle(vec(d.hand->x, d.hand->y), static_cast<float>(6 * d.scale), colour, 24, thick);
-  write(list, vec(d.hand->x + 10 * d.scale, d.hand->y - 6 * d.scale), kInk, format("%.2f N", d.force_N));
+  if (isAhead(d.proxy) && isAhead(d.hand)) drawLineOfPull(d, *d.proxy, *d.hand, d.force_N);
+}
+
+void drawCompanion(const PanelData& d) {
+  if (!isAhead(d.companion)) return;
+  drawRing(d, *d.companion, kViolet, d.companion_name);
+  if (!d.overview && isAhead(d.companion_hand)) drawLineOfPull(d, *d.companion, *d.companion_hand, d.companion_force_N);
 }
 
 void drawForce(const PanelData& d) {
@@ -330,6 +345,7 @@ PanelRequests drawPanels(const PanelData& d, const TilePanel& tiles, OpenPanels&
   PanelRequests requests;
   drawHere(d);
   drawPull(d);
+  drawCompanion(d);
   drawScaleBar(d);
   Lines room{0, d.size.width - std::min(220 * d.scale, d.size.width / 4.0) - 20 * d.scale};  // left of the scale bar
   const bool has_force = settings.show_force && d.forces_N != nullptr && d.size.width >= 420 * d.scale;

@@ -57,6 +57,11 @@ struct PanelData {
   // Pixels. In the workspace a line connects both: the pull of the hand. In the overview a ring marks the proxy.
   std::optional<ScreenPoint> proxy, hand;
 
+  // Of a companion, likewise; empty: there is none.
+  std::string companion_name;
+  std::optional<ScreenPoint> companion, companion_hand;
+  double companion_force_N = 0;
+
   Vector3d lo_W = Vector3d::Zero(), hi_W = Vector3d::Zero();  // of the scene
   Vector3d proxy_W = Vector3d::Zero(), centre_W = Vector3d::Zero();
   std::vector<Vector3d> visited_W, bookmarks_W;

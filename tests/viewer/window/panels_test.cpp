@@ -136,6 +136,23 @@ TEST_F(Panels, MessagesEndBeforeTheMinimapAndTheScaleBar) {
   EXPECT_GT(written("minimap").right, 150);
 }
 
+TEST_F(Panels, ACompanionIsShownByNameAndPull) {
+  data_.companion_name = "anna";
+  draw({900, 600});
+  const int none = written("##Background").corners;
+  data_.companion = ScreenPoint{400, 300, 50};
+  draw({900, 600});
+  const int named = written("##Background").corners;
+  EXPECT_GT(named, none);
+  data_.companion_hand = ScreenPoint{460, 300, 50};
+  data_.companion_force_N = 1.5;
+  draw({900, 600});
+  EXPECT_GT(written("##Background").corners, named) << "the force";
+  data_.companion->depth_um = -1;
+  draw({900, 600});
+  EXPECT_EQ(written("##Background").corners, none) << "behind the eye";
+}
+
 TEST_F(Panels, NamesAreShownAsTheyAreAndChosenWhole) {
   open_.search = true;
   const auto cornersOf = [&](const std::string& name) {

@@ -22,7 +22,7 @@ function whatIsMissing() {
   return '';
 }
 
-// The address: ?budget=MiB&segments=N#CELL:SAMPLE or #X,Y,Z, then &zoom=UM.
+// The address: ?budget=MiB&segments=N&desk=NAME#CELL:SAMPLE or #X,Y,Z, then &zoom=UM.
 function wanted() {
   const query = new URLSearchParams(location.search);
   const [place, ...more] = decodeURIComponent(location.hash.slice(1)).split('&');
@@ -33,6 +33,7 @@ function wanted() {
     zoom: zoom ? zoom[1] : '',
     budget: query.get('budget') || '',
     segments: query.get('segments') || '',
+    desk: query.get('desk') || '',
   };
 }
 
@@ -70,6 +71,11 @@ function look() {
   if ('#' + place !== location.hash) history.replaceState(null, '', location.pathname + location.search + '#' + place);
 }
 
+// Of the set; empty before it is open.
+function revisionOf() {
+  return window.filiformState?.open ? Module.ccall('filiform_revision', 'string', [], []) : '';
+}
+
 function scroll(notches) {
   if (Module.calledRun) Module._filiform_scroll(notches);
 }
@@ -78,6 +84,14 @@ function proxyAt() {
   const state = Module.calledRun ? readState() : null;
   if (!state?.proxy_px || state.overview) return null;
   return state.proxy_px.map((x) => x / (window.devicePixelRatio || 1));
+}
+
+// Draws the place of a desk; null: none.
+function showDesk(place, along) {
+  if (!Module.calledRun) return;
+  const numbers = place ? [...place.proxy_um, ...place.hand_um, ...place.centre_um, ...place.rotation, place.zoom_um, place.force_N] : [];
+  Module.ccall('filiform_desk', null, ['string', 'array', 'number', 'number', 'number'],
+    [asked.desk, new Uint8Array(new Float64Array(numbers).buffer), numbers.length, place?.constrained ? 1 : 0, along ? 1 : 0]);
 }
 
 const asked = wanted();
@@ -91,7 +105,13 @@ var Module = {
     restoreFiles(say);
   }],
   onRuntimeInitialized: () => tell(''),
-  postRun: [() => document.body.append(offerSpaceMouse(say))],
+  postRun: [() => {
+    const corner = document.createElement('div');
+    corner.id = 'corner';
+    if (asked.desk) corner.append(lookOnAtDesk(asked.desk, new URL(asked.set).pathname, say, showDesk, revisionOf));
+    corner.append(offerSpaceMouse(say));
+    document.body.append(corner);
+  }],
   print: (text) => console.log(text),
   printErr: (text) => console.warn(text),
   onAbort: (what) => tell('The program has ended: ' + what + '. Load the page again.'),

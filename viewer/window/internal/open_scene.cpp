@@ -43,7 +43,13 @@ void OpenScene::nextOverview() { viewpoint_.nextOverview(picture_->far_segments(
 
 void OpenScene::look(const PictureSize& size, bool orthographic, double now_s) {
   const bool whole = viewpoint_.showsFar();
-  camera_ = viewpoint_.look(now(), whole ? picture_->lo_W() : picture_->usual_lo_W(),
+  NavigationSnapshot seen = now();
+  if (goesAlong()) {
+    seen.centre_W = companion_->centre_W;
+    seen.rotation_WD = companion_->rotation_WD.normalized();
+    seen.zoom_um = companion_->zoom_um;
+  }
+  camera_ = viewpoint_.look(seen, whole ? picture_->lo_W() : picture_->usual_lo_W(),
                             whole ? picture_->hi_W() : picture_->usual_hi_W(), size.aspect(), now_s);
   if (orthographic) camera_ = parallel(camera_);
   view_ = viewOf(camera_, size.aspect(), 1);
@@ -65,6 +71,7 @@ SceneFrame OpenScene::frame() {
   frame.camera = camera_;
   frame.cell_colours = attributes_->colours();
   if (now().tick > 0) frame.proxy_W = now().p_W;
+  if (companion_) frame.companion_W = companion_->p_W;
   if (viewpoint_.isOverview()) return frame;
   frame.workspace = &viewpoint_.workspace();
   if (now().tick > 0 && now().has_stylus)
@@ -147,6 +154,12 @@ void OpenScene::fill(PanelData& d, const PictureSize& size) const {
     d.proxy = project(view_, s.p_W, size);
     if (!d.overview && s.mode == NavigationMode::constrained) d.hand = project(view_, s.h_W, size);
   }
+  if (companion_) {
+    d.companion_name = companion_->name;
+    d.companion = project(view_, companion_->p_W, size);
+    d.companion_force_N = companion_->force_N;
+    if (companion_->constrained) d.companion_hand = project(view_, companion_->h_W, size);
+  }
   d.lo_W = picture_->lo_W();
   d.hi_W = picture_->hi_W();
   d.proxy_W = s.p_W;
@@ -165,6 +178,15 @@ void OpenScene::describe(nlohmann::ordered_json& json, const PictureSize& size) 
   const ScreenPoint proxy = project(view_, now().p_W, size);
   if (proxy.depth_um > 0) json["proxy_px"] = {proxy.x, proxy.y};
   json["overview"] = viewpoint_.isOverview();
+  if (companion_) {
+    const ScreenPoint at = project(view_, companion_->p_W, size);
+    json["companion"] = {{"name", companion_->name},
+                         {"p_um", {companion_->p_W.x(), companion_->p_W.y(), companion_->p_W.z()}},
+                         {"zoom_um", companion_->zoom_um},
+                         {"force_N", companion_->force_N},
+                         {"along", companion_->along}};
+    if (at.depth_um > 0) json["companion"]["px"] = {at.x, at.y};
+  }
   json["shift"] = {viewpoint_.shift().x(), viewpoint_.shift().y()};
   json["segments"] = figures_.segments;
   json["left_out"] = figures_.left_out;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "viewer/gl/scene_view.h"
+#include "viewer/window/companion.h"
 #include "viewer/window/internal/attribute_view.h"
 #include "viewer/window/internal/messages.h"
 #include "viewer/window/internal/opening.h"
@@ -13,6 +14,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include <nlohmann/json_fwd.hpp>
@@ -45,6 +47,10 @@ class OpenScene {
   void turn(const Turn& turn);
   void zoom(double factor);
 
+  // Once a frame, before look(): who travels elsewhere.
+  void accompany(const std::optional<Companion>& companion) { companion_ = companion; }
+  // The view is the companion's: the mouse then points at nothing of this hand.
+  bool goesAlong() const { return companion_ && companion_->along; }
   // Once a frame: the camera of this frame.
   void look(const PictureSize& size, bool orthographic, double now_s);
   // Counts tiles and rates, four times a second; lists the tiles near the proxy if `listed`.
@@ -68,6 +74,7 @@ class OpenScene {
   Viewpoint viewpoint_;
   std::unique_ptr<AttributeView> attributes_;
   std::unique_ptr<SceneView> picture_;  // destroyed before travel_, which owns the tiles
+  std::optional<Companion> companion_;
   Camera camera_;
   EyeView view_;
   SceneFigures figures_;

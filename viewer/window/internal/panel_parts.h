@@ -12,7 +12,8 @@ namespace filiform::internal {
 inline constexpr float kPanelAlpha = 0.88F;
 
 inline constexpr ImU32 kInk = IM_COL32(225, 230, 240, 255), kDim = IM_COL32(150, 158, 172, 255),
-                       kGold = IM_COL32(235, 200, 90, 255), kRed = IM_COL32(240, 110, 95, 255);
+                       kGold = IM_COL32(235, 200, 90, 255), kRed = IM_COL32(240, 110, 95, 255),
+                       kViolet = IM_COL32(215, 140, 255, 255);
 
 // A panel without title that stays where it is.
 inline constexpr ImGuiWindowFlags kStill = ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove |
