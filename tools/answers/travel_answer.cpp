@@ -32,7 +32,8 @@ std::optional<std::string> contentOf(const std::string& path) {
 // Changes with every file of the page.
 std::string versionOf(const std::string& folder) {
   std::string all;
-  for (const char* const name : {"travel.css", "travel.js", "filiform.js", "filiform.worker.js", "filiform.wasm"})
+  for (const char* const name :
+       {"travel.css", "travel.js", "reader.js", "filiform.js", "filiform.worker.js", "filiform.wasm"})
     all += contentOf(folder + "/" + name + ".gz").value_or("");
   char version[24];
   std::snprintf(version, sizeof version, "%016llx", static_cast<unsigned long long>(std::hash<std::string>()(all)));

@@ -1,5 +1,5 @@
-// Reads by the browser's own requests, each of which waits on its thread. Stands in for http_client.cpp in the preset
-// `web`. A range has its own URL, FILE/FIRST-LAST: browsers keep it, and ask for several at once.
+// Reads by the browser's own requests. Stands in for http_client.cpp in the preset `web`. A range has its own URL,
+// FILE/FIRST-LAST: browsers keep it, and ask for several at once.
 //
 // No thread of its own: a caller makes the request that is next, which may be that of another caller.
 #include "index/http/internal/http_client.h"
@@ -9,13 +9,13 @@
 #include "index/http/internal/background_reads.h"
 #include "index/http/internal/http_errors.h"
 #include "index/http/internal/http_queue.h"
+#include "index/http/web/page_reader.h"
 #include "index/text.h"
 
 #include <algorithm>
 #include <cmath>
 #include <condition_variable>
 #include <cstring>
-#include <emscripten.h>
 #include <emscripten/threading.h>
 #include <mutex>
 #include <optional>
@@ -31,37 +31,13 @@ constexpr unsigned kMostRequests = 6;  // what browsers grant a host over HTTP/1
 constexpr int kMostAttempts = 6;
 constexpr double kFirstBackoff_s = 0.1, kLastBackoff_s = 2;
 
-// Returns the status, 0 without an answer. The body is kept in the thread's global scope until takeBody().
-EM_JS(int, requestNow, (const char* method, const char* url, const char* token, int uncached, double timeout_ms), {
-  const request = new XMLHttpRequest();
-  self.filiformBody = null;
-  self.filiformLength = -1;
-  try {
-    request.open(UTF8ToString(method), UTF8ToString(url), false);
-    request.responseType = "arraybuffer";
-    request.timeout = timeout_ms;
-    if (uncached) request.setRequestHeader("Cache-Control", "no-cache");
-    const words = UTF8ToString(token);
-    if (words) request.setRequestHeader("Authorization", "Bearer " + words);
-    request.send();
-  } catch (failure) {
-    return 0;
-  }
-  if (request.response) self.filiformBody = new Uint8Array(request.response);
-  const stated = request.getResponseHeader("Content-Length");
-  if (stated) self.filiformLength = Number(stated);
-  self.filiformWait = Number(request.getResponseHeader("Retry-After") || 0) || 0;
-  return request.status;
-});
-EM_JS(double, bodyBytes, (), { return self.filiformBody ? self.filiformBody.length : 0; });
-EM_JS(double, statedBytes, (), { return self.filiformLength; });
-EM_JS(double, askedWait_s, (), { return self.filiformWait || 0; });
-EM_JS(void, takeBody, (void* to, double from, double bytes), {
-  HEAPU8.set(self.filiformBody.subarray(from, from + bytes), to);
-  if (from + bytes >= self.filiformBody.length) self.filiformBody = null;
-});
-
 double secondsSince(Clock::time_point begun) { return std::chrono::duration<double>(Clock::now() - begun).count(); }
+
+void askFor(PageRequest& request, Bytes& body) {
+  request.to = body.data();
+  request.room = static_cast<std::uint32_t>(body.size());
+  ask(request);
+}
 
 bool isPassing(int status) { return status == 0 || status == 408 || status == 425 || status == 429 || status >= 500; }
 
@@ -159,14 +135,18 @@ struct HttpClient::Impl {
     const bool is_range = first.kind == HttpJob::Kind::range;
     std::string url = first.url;
     if (is_range) url += "/" + std::to_string(begin) + "-" + std::to_string(end - 1);
-    const double timeout_ms = 1000 * (options.stall_s + static_cast<double>(end - begin) / 65536);
-    const int status = requestNow(first.kind == HttpJob::Kind::size ? "HEAD" : "GET", url.c_str(),
-                                  options.token.c_str(), first.attempts > 0 ? 1 : 0, timeout_ms);
-    const auto got = static_cast<std::uint64_t>(bodyBytes());
-    bytes = got;
+    Bytes body(is_range ? end - begin : 0);
+    PageRequest request{.url = url.c_str(), .token = options.token.c_str()};
+    request.method = first.kind == HttpJob::Kind::size ? PageRequest::Method::head : PageRequest::Method::get;
+    request.past_the_cache = first.attempts > 0 ? 1 : 0;
+    request.timeout_ms =
+        static_cast<std::uint32_t>(1000 * (options.stall_s + static_cast<double>(end - begin) / 65536));
+    askFor(request, body);
+    const int status = request.status;
+    const std::uint64_t got = bytes = request.body_bytes;
     silent = status == 0;
     if (isPassing(status)) {
-      wait_s = askedWait_s();
+      wait_s = request.retry_after_s;
       return false;
     }
     if (status == 404 || status == 410)
@@ -179,21 +159,21 @@ struct HttpClient::Impl {
       throw IoError(escaped(first.url),
                     "the server answered " + std::to_string(status) + "; check the address and the server");
     if (first.kind == HttpJob::Kind::size) {
-      if (statedBytes() < 0)
+      if (request.stated_bytes < 0)
         throw IoError(escaped(first.url), "the server does not state its size; serve the set with another server");
-      first.size = static_cast<std::uint64_t>(statedBytes());
+      first.size = static_cast<std::uint64_t>(request.stated_bytes);
     } else if (first.kind == HttpJob::Kind::whole) {
       if (got > first.most)
         throw IoError(escaped(first.url),
                       "has more than " + std::to_string(first.most) + " bytes, so it belongs to no tile set");
-      first.whole.resize(got);
-      if (got > 0) takeBody(first.whole.data(), 0, static_cast<double>(got));
+      body.resize(got);
+      request.method = PageRequest::Method::kept;
+      if (got > 0) askFor(request, body);
+      first.whole = std::move(body);
     } else {
-      if (got != end - begin) return false;  // cut short
-      Bytes all(got);
-      takeBody(all.data(), 0, static_cast<double>(got));
+      if (got != body.size()) return false;  // cut short
       for (const HttpJob* const job : jobs)
-        std::memcpy(job->bytes.data(), all.data() + (job->offset - begin), job->bytes.size());
+        std::memcpy(job->bytes.data(), body.data() + (job->offset - begin), job->bytes.size());
     }
     return true;
   }

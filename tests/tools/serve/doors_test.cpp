@@ -42,8 +42,8 @@ TEST_F(Doors, EveryRouteFitsItsDescription) {
   test::writeBytes(folder_ / "token", token + "\n");
   const std::string page = folder_ / "page";  // a made-up page for travel
   std::filesystem::create_directory(page);
-  for (const char* const name :
-       {"travel.js", "travel.css", "filiform.js", "filiform.worker.js", "filiform.wasm", "filiform.wasm.gz"})
+  for (const char* const name : {"travel.js", "travel.css", "reader.js", "filiform.js", "filiform.worker.js",
+                                 "filiform.wasm", "filiform.wasm.gz"})
     test::writeBytes(page + "/" + name, "page");
   const test::Variable web("FILIFORM_WEB", page);
   const test::ServerProcess open({set_}, folder_ / "err");

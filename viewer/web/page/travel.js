@@ -95,6 +95,7 @@ function showDesk(place, along) {
 }
 
 const asked = wanted();
+let reader;  // the worker that makes the program's requests
 var Module = {
   canvas,
   arguments: [asked.set, asked.place, asked.zoom, asked.budget, asked.segments, ...pixels().map(String)],
@@ -104,7 +105,10 @@ var Module = {
     ENV.XDG_CONFIG_HOME = '/config';
     restoreFiles(say);
   }],
-  onRuntimeInitialized: () => tell(''),
+  onRuntimeInitialized: () => {
+    reader.postMessage([wasmMemory, Module._filiform_reader_desk()]);
+    tell('');
+  },
   postRun: [() => {
     const corner = document.createElement('div');
     corner.id = 'corner';
@@ -160,8 +164,11 @@ if (missing) {
     if (Module.calledRun) keep();
   });
   setInterval(() => { if (Module.calledRun) look(); }, kEvery_ms);
+  const unloaded = () => tell('The program of this page cannot be loaded. Is the server still running?');
+  reader = new Worker(pageFile('reader.js'));
+  reader.onerror = unloaded;
   const program = document.createElement('script');
   program.src = pageFile('filiform.js');
-  program.onerror = () => tell('The program of this page cannot be loaded. Is the server still running?');
+  program.onerror = unloaded;
   document.body.append(program);
 }
