@@ -150,17 +150,19 @@ std::uint32_t Partition::descend(std::uint32_t at, const GridPoint& p) const {
   return at & ~kLeafBit;
 }
 
-Partition::Subtree Partition::subtree(const BlockKey& block) const {
+std::vector<Partition::Subtree> Partition::path(const BlockKey& block) const {
   const GridPoint low = mortonPoint(block.low);
   std::uint32_t at = root();
   BlockKey reached;
+  std::vector<Subtree> path{{at, closedBlock(reached)}};
   while (reached.depth < block.depth && !(at & kLeafBit)) {
     const Node& node = nodes_[at];
     const int upper = low[node.axis] >= node.plane;
     at = node.child[upper];
     reached = reached.half(upper);
+    path.push_back({at, closedBlock(reached)});
   }
-  return {at, closedBlock(reached)};
+  return path;
 }
 
 // Walks to the leaves that a segment meets. An exact test is needed only if the segment's box touches a plane and the

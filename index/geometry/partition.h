@@ -70,8 +70,9 @@ class Partition {
     std::uint32_t root;
     GridBox block;  // closed
   };
-  // The subtree of `block`, or of the leaf that contains it. O(depth).
-  Subtree subtree(const BlockKey& block) const;
+  // The subtrees that contain `block`, from the whole tree to that of `block`, or of the leaf that contains it.
+  // O(depth).
+  std::vector<Subtree> path(const BlockKey& block) const;
   // Like home(p), for a point inside the block.
   std::uint32_t home(const Subtree& from, const GridPoint& p) const { return descend(from.root, p); }
   // Like leavesMet(a, b), for a segment that meets no closed block outside `from`.

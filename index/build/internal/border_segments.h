@@ -7,9 +7,11 @@
 #include "index/geometry/partition.h"
 #include "index/set/landmarks.h"
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <span>
 #include <vector>
 
 namespace filiform::internal {
@@ -29,24 +31,40 @@ CutLeaves cutChunk(Chunk& chunk, std::uint32_t capacity, LandmarkSurvey& survey,
 // Thread rule: thread-compatible. Throws IoError.
 class BorderSegments {
  public:
-  // Keeps references. `most_open`: number of chunks that may have a buffer at a time. `stop` is called now and then,
-  // and may throw.
-  BorderSegments(Chunks& chunks, const Partition& partition, Spool& spool, std::size_t most_open,
-                 std::function<void()> stop);
+  struct Options {
+    std::size_t most_open;  // number of chunks that may have a buffer at a time
+    unsigned threads;
+    std::function<void(unsigned worker, std::uint64_t segments)> moved;  // as Chunks::Moved
+  };
 
-  // Moves each segment to the ghosts of all chunks that store it, except its own.
-  void deliver(SegmentChain& crossing);
-  // The same, to chunks `begin` to `end` alone.
+  // Keeps references. Requires leaves in all chunks.
+  BorderSegments(Chunks& chunks, const Partition& partition, Spool& spool, Options options);
+
+  // Moves each segment to the ghosts of all chunks that store it, except its own. Works on all threads. A segment that
+  // few leaves store may go to more chunks.
+  void deliver(std::span<SegmentChain> crossing);
+  // The same on the calling thread, to chunks `begin` to `end` alone.
   void deliver(SegmentChain& crossing, std::size_t begin, std::size_t end);
   std::uint64_t visited() const { return visited_; }  // visited nodes of the partition
 
  private:
-  Chunks& chunks_;
-  const Partition& partition_;
+  struct Work {
+    unsigned worker;
+    std::size_t most_open;
+    std::vector<std::uint32_t> met{};
+    std::uint64_t visited = 0, moved = 0;
+  };
+  template <typename Use>
+  void forEachChunk(SegmentChain& crossing, Work& work, const Use& use);
+  void sortOut(SegmentChain& crossing, std::size_t begin, std::size_t step, std::span<SegmentChain> groups, Work& work);
+  void deliver(SegmentChain& crossing, std::size_t begin, std::size_t end, Work& work);
+
+  std::vector<Chunk>& chunks_;
   Spool& spool_;
-  std::size_t most_open_;
-  std::function<void()> stop_;
-  std::uint64_t visited_ = 0;
+  Options options_;
+  std::vector<std::uint32_t> chunk_of_;  // of each block
+  Partition blocks_;                     // that chunks consist of
+  std::atomic<std::uint64_t> visited_{0};
 };
 
 }  // namespace filiform::internal

@@ -1,21 +1,25 @@
 #include "index/build/internal/cell_leaves.h"
 
 #include <algorithm>
+#include <numeric>
 #include <utility>
 
 namespace filiform::internal {
 namespace {
 
 constexpr std::uint64_t kPairsPerGroup = std::uint64_t{1} << 22;
+constexpr std::uint64_t kBytesOfPair = 12;  // while a group is sorted
 constexpr std::size_t kPairBlock = std::size_t{4} << 10;
 
 }  // namespace
 
 CellLeaves::CellLeaves(const std::vector<CellRecord>& records, unsigned workers, std::string folder,
                        std::uint64_t spool_memory, std::uint64_t sort_memory)
-    : workers_(workers), spool_(std::move(folder), kPairBlock, spool_memory) {
+    : workers_(workers),
+      cells_(static_cast<std::uint32_t>(records.size())),
+      spool_(std::move(folder), kPairBlock, spool_memory) {
   const std::uint64_t per_group =
-      std::max<std::uint64_t>(1, std::min<std::uint64_t>(kPairsPerGroup, sort_memory / sizeof(Pair)));
+      std::max<std::uint64_t>(1, std::min<std::uint64_t>(kPairsPerGroup, sort_memory / kBytesOfPair));
   std::uint64_t in_group = per_group;
   for (std::uint32_t cell = 0; cell < records.size(); ++cell) {
     if (in_group >= per_group) {
@@ -37,30 +41,35 @@ void CellLeaves::close() {
   for (ByteChain& chain : chains_) chain.close();
 }
 
+// Counts the pairs of each cell, and then puts each where it belongs.
 void CellLeaves::readGroup(std::size_t group) {
   const std::size_t groups = group_begin_.size();
-  pairs_.clear();
-  at_ = 0;
   std::size_t size = 0;
   for (unsigned worker = 0; worker < workers_; ++worker)
     size += chains_[worker * groups + group].bytes() / sizeof(Pair);
-  pairs_.reserve(size);
+  pairs_.resize(size);
+  std::size_t read = 0;
   for (unsigned worker = 0; worker < workers_; ++worker) {
     ByteChain& chain = chains_[worker * groups + group];
     const std::size_t n = chain.bytes() / sizeof(Pair);
-    pairs_.resize(pairs_.size() + n);
-    ByteChain::Reader(chain, true)
-        .read(reinterpret_cast<std::uint8_t*>(pairs_.data() + pairs_.size() - n), n * sizeof(Pair));
+    ByteChain::Reader(chain, true).read(reinterpret_cast<std::uint8_t*>(pairs_.data() + read), n * sizeof(Pair));
+    read += n;
   }
-  std::sort(pairs_.begin(), pairs_.end(),
-            [](const Pair& a, const Pair& b) { return a.cell != b.cell ? a.cell < b.cell : a.leaf < b.leaf; });
+  first_cell_ = group_begin_[group];
+  const std::uint32_t end = group + 1 < groups ? group_begin_[group + 1] : cells_;
+  end_.assign(end - first_cell_ + std::size_t{1}, 0);
+  for (const Pair& pair : pairs_) ++end_[pair.cell - first_cell_ + 1];
+  std::partial_sum(end_.begin(), end_.end(), end_.begin());
+  leaves_.resize(size);
+  for (const Pair& pair : pairs_) leaves_[end_[pair.cell - first_cell_]++] = pair.leaf;
 }
 
-std::span<const CellLeaves::Pair> CellLeaves::next(std::uint32_t cell) {
+std::span<const std::uint32_t> CellLeaves::next(std::uint32_t cell) {
   if (startsGroup(cell)) readGroup(next_group_++);
-  const std::size_t begin = at_;
-  while (at_ < pairs_.size() && pairs_[at_].cell == cell) ++at_;
-  return std::span(pairs_).subspan(begin, at_ - begin);
+  const std::size_t at = cell - first_cell_, begin = at == 0 ? 0 : end_[at - 1];
+  const std::span<std::uint32_t> leaves = std::span(leaves_).subspan(begin, end_[at] - begin);
+  if (!std::is_sorted(leaves.begin(), leaves.end())) std::sort(leaves.begin(), leaves.end());
+  return leaves;
 }
 
 }  // namespace filiform::internal

@@ -16,12 +16,8 @@ namespace filiform::internal {
 // Throws IoError if the spool cannot be written or read.
 class CellLeaves {
  public:
-  struct Pair {
-    std::uint32_t cell, leaf;
-  };
-
   // `folder`: for the spool's file; empty: all in memory. Pairs stay in memory up to `spool_memory` bytes. One group of
-  // cells at a time is sorted, in about `sort_memory` bytes.
+  // cells at a time is sorted, in about `sort_memory` bytes. O(pairs) if each worker adds ascending leaves.
   CellLeaves(const std::vector<CellRecord>& records, unsigned workers, std::string folder, std::uint64_t spool_memory,
              std::uint64_t sort_memory);
 
@@ -37,18 +33,26 @@ class CellLeaves {
     return next_group_ < group_begin_.size() && group_begin_[next_group_] == cell;
   }
   // The leaves of a cell, ascending. Call it for each cell, in order of ids. Valid until the next call.
-  std::span<const Pair> next(std::uint32_t cell);
+  std::span<const std::uint32_t> next(std::uint32_t cell);
 
  private:
+  struct Pair {
+    std::uint32_t cell, leaf;
+  };
   std::size_t groupOf(std::uint32_t cell) const;
   void readGroup(std::size_t group);
 
   unsigned workers_;
+  std::uint32_t cells_;
   Spool spool_;                             // small blocks: many are open at a time
   std::vector<std::uint32_t> group_begin_;  // of cells
   std::vector<ByteChain> chains_;           // by worker, then by group
-  std::vector<Pair> pairs_;                 // of the current group, by cell and leaf
-  std::size_t at_ = 0, next_group_ = 0;
+  std::size_t next_group_ = 0;
+  // Of the current group:
+  std::vector<Pair> pairs_;            // as they came
+  std::vector<std::uint32_t> leaves_;  // by cell
+  std::vector<std::uint32_t> end_;     // of each cell, among the leaves
+  std::uint32_t first_cell_ = 0;
 };
 
 }  // namespace filiform::internal

@@ -238,7 +238,9 @@ void Chunks::listPlaces(std::uint32_t node, const BlockKey& key, std::uint64_t m
 
 // What lies in large blocks is moved by the calling thread. Then each thread settles smaller blocks, in tables of their
 // own.
-void Chunks::settle(unsigned threads, const Moved& moved) {
+void Chunks::settle(unsigned threads, std::size_t most_open, const Moved& moved) {
+  closeBuffers();
+  most_open_ = most_open;
   const std::uint64_t most = std::max(most_segments_, count(root()) / (kPlacesOfThread * threads));
   if (threads > 1 && count(root()) > most) {
     settle(root(), most, moved, 0);

@@ -60,9 +60,10 @@ class Chunks {
   // Number of blocks that hold segments; after settle(), of chunks.
   std::size_t size() const { return all_.empty() ? parts_.size() : all_.size(); }
   // Call it once, after the last segment. Afterwards no chunk exceeds the limit, unless all its midpoints are equal.
-  // Works on `threads` threads. Now and then each calls `moved` with the number of segments that it has moved since;
-  // an exception that it throws ends the work.
-  void settle(unsigned threads, const Moved& moved);
+  // Works on `threads` threads, with at most `most_open` buffers from now on; with more of them, a segment is moved
+  // fewer times. Now and then each calls `moved` with the number of segments that it has moved since; an exception that
+  // it throws ends the work.
+  void settle(unsigned threads, std::size_t most_open, const Moved& moved);
 
   // After settle(): ascending by key, and together the world.
   std::vector<Chunk>& all() { return all_; }

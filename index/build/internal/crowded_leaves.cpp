@@ -1,5 +1,7 @@
 #include "index/build/internal/crowded_leaves.h"
 
+#include "index/workers.h"
+
 #include <algorithm>
 #include <utility>
 
@@ -12,11 +14,12 @@ constexpr std::size_t kMostLeaves = 16;
 }  // namespace
 
 template <typename Use>
-void CrowdedLeaves::forEachMet(const SegmentRecord& record, const Use& use) {
-  if (!partition_.leavesMet(record.child, record.parent, met_, &visited_))
-    met_ = {partition_.home(record.child), partition_.home(record.parent)};
-  for (std::size_t i = 0; i < met_.size(); ++i)
-    if (i == 0 || met_[i] != met_[i - 1]) use(met_[i]);
+void CrowdedLeaves::forEachMet(const SegmentRecord& record, Work& work, const Use& use) {
+  std::vector<std::uint32_t>& met = work.met;
+  if (!partition_.leavesMet(record.child, record.parent, met, &work.visited))
+    met = {partition_.home(record.child), partition_.home(record.parent)};
+  for (std::size_t i = 0; i < met.size(); ++i)
+    if (i == 0 || met[i] != met[i - 1]) use(met[i]);
 }
 
 template <typename Use>
@@ -31,11 +34,17 @@ void CrowdedLeaves::forEachRecord(SegmentChain& chain, const Use& use) {
 
 CrowdedLeaves::CrowdedLeaves(const Partition& partition, std::span<SegmentChain> crossing, std::function<void()> stop)
     : partition_(partition), crossing_(crossing), stop_(std::move(stop)) {
-  std::vector<std::uint32_t> sampled(partition.leaves().size(), 0);
-  for (SegmentChain& chain : crossing_)
-    forEachRecord(chain, [&](const SegmentRecord& record, std::uint64_t number) {
-      if (number % kSampledOneIn == 0) forEachMet(record, [&](std::uint32_t leaf) { ++sampled[leaf]; });
-    });
+  std::vector<std::atomic<std::uint32_t>> sampled(partition.leaves().size());
+  std::atomic<std::size_t> next{0};
+  runWorkers(std::max<std::size_t>(1, crossing_.size()), [&](unsigned, const std::atomic<bool>& failed) {
+    Work work;
+    for (std::size_t i; !failed && (i = next.fetch_add(1)) < crossing_.size();)
+      forEachRecord(crossing_[i], [&](const SegmentRecord& record, std::uint64_t number) {
+        if (number % kSampledOneIn != 0) return;
+        forEachMet(record, work, [&](std::uint32_t leaf) { sampled[leaf].fetch_add(1, std::memory_order_relaxed); });
+      });
+    visited_ += work.visited;
+  });
   for (std::uint32_t leaf = 0; leaf < sampled.size(); ++leaf) leaves_.push_back(leaf);
   const std::size_t most = std::min(kMostLeaves, leaves_.size());
   std::partial_sort(leaves_.begin(), leaves_.begin() + static_cast<std::ptrdiff_t>(most), leaves_.end(),
@@ -50,11 +59,12 @@ std::uint64_t CrowdedLeaves::count(const std::function<Chunk(std::uint32_t leaf)
   std::vector<GridBox> closed;
   for (const std::uint32_t leaf : leaves_) closed.push_back(closedBlock(partition_.leaves()[leaf]));
   std::vector<std::uint64_t> stored(leaves_.size(), 0);
+  Work work;
   const auto count = [&](const SegmentRecord& record, std::size_t begin, std::size_t end) {
     const auto meets = [&](std::size_t i) { return segmentMeetsBox(record.child, record.parent, closed[i]); };
     while (begin < end && !meets(begin)) ++begin;
     if (begin == end) return;
-    forEachMet(record, [&](std::uint32_t leaf) {
+    forEachMet(record, work, [&](std::uint32_t leaf) {
       for (std::size_t i = begin; i < end; ++i) stored[i] += leaf == leaves_[i];
     });
   };
@@ -66,6 +76,7 @@ std::uint64_t CrowdedLeaves::count(const std::function<Chunk(std::uint32_t leaf)
       if (strictlyInside(chunk.closed_block, record.child, record.parent)) count(record, i, i + 1);
     });
   }
+  visited_ += work.visited;
   return *std::max_element(stored.begin(), stored.end());
 }
 

@@ -5,6 +5,7 @@
 #include "index/build/internal/segment_chain.h"
 #include "index/geometry/partition.h"
 
+#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <span>
@@ -14,7 +15,8 @@ namespace filiform::internal {
 
 class CrowdedLeaves {
  public:
-  // Keeps references; chains must be closed. `stop` is called now and then, and may throw.
+  // Keeps references; chains must be closed. Reads each on a thread of its own. `stop` is called now and then, on these
+  // threads, and may throw.
   CrowdedLeaves(const Partition& partition, std::span<SegmentChain> crossing, std::function<void()> stop);
 
   // Number of segments that the fullest leaf stores, estimated from one segment in 64.
@@ -30,8 +32,12 @@ class CrowdedLeaves {
   std::uint64_t visited() const { return visited_; }  // visited nodes of the partition
 
  private:
+  struct Work {
+    std::vector<std::uint32_t> met{};
+    std::uint64_t visited = 0;
+  };
   template <typename Use>
-  void forEachMet(const SegmentRecord& record, const Use& use);
+  void forEachMet(const SegmentRecord& record, Work& work, const Use& use);
   template <typename Use>
   void forEachRecord(SegmentChain& chain, const Use& use);
 
@@ -39,8 +45,8 @@ class CrowdedLeaves {
   std::span<SegmentChain> crossing_;
   std::function<void()> stop_;
   std::vector<std::uint32_t> leaves_;
-  std::uint64_t estimate_ = 0, visited_ = 0;
-  std::vector<std::uint32_t> met_;
+  std::uint64_t estimate_ = 0;
+  std::atomic<std::uint64_t> visited_{0};
 };
 
 // True if the segment meets only this closed block.

@@ -78,7 +78,7 @@ void LeafBuilder::release() {
 void LeafBuilder::enter(const Range& range) {
   first_ = owner_ = range.first;
   end_ = range.end;
-  subtree_ = partition_.subtree(range.core);
+  path_ = partition_.path(range.core);
   core_ = range.core.box();
   midpoints_.assign(end_ - first_, 0);
   closed_.clear();
@@ -96,7 +96,7 @@ bool LeafBuilder::forEachLeaf(const SegmentRecord& r, const Use& use) {
   if (!last.contains(middle) || middle[0] == last.hi[0] || middle[1] == last.hi[1] || middle[2] == last.hi[2]) {
     owner = kNoLeaf;
     if (core_.contains(middle)) {
-      const std::uint32_t home = partition_.home(subtree_, middle);
+      const std::uint32_t home = partition_.home(path_.back(), middle);
       if (home >= first_ && home < end_) owner_ = owner = home;
     }
   }
@@ -105,9 +105,9 @@ bool LeafBuilder::forEachLeaf(const SegmentRecord& r, const Use& use) {
     use(owner, true);
     return false;
   }
-  const bool few = strictlyInside(subtree_.block, r.child, r.parent)
-                       ? partition_.leavesMet(subtree_, r.child, r.parent, met_, &visited_)
-                       : partition_.leavesMet(r.child, r.parent, met_, &visited_);
+  std::size_t from = path_.size() - 1;
+  while (from > 0 && !strictlyInside(path_[from].block, r.child, r.parent)) --from;
+  const bool few = partition_.leavesMet(path_[from], r.child, r.parent, met_, &visited_);
   if (few) {
     for (const std::uint32_t leaf : met_)
       if (leaf >= first_ && leaf < end_) use(leaf, leaf == owner);

@@ -95,7 +95,7 @@ class LeafBuilder {
 
   // Of the current range.
   std::uint32_t first_ = 0, end_ = 0, owner_ = 0;
-  Partition::Subtree subtree_{};
+  std::vector<Partition::Subtree> path_;  // to the range
   GridBox core_;
   std::vector<GridBox> closed_;
 

@@ -325,7 +325,8 @@ void Tiler::read(const StoredCells& cells) {
 void Tiler::Impl::endReading() {
   options.reading = 0;
   std::atomic<std::uint64_t> sorted{0};
-  table.settle(options.threads, [&](unsigned worker, std::uint64_t moved) {
+  // Until chunks are at work, their memory is free.
+  table.settle(options.threads, 4 * most_open, [&](unsigned worker, std::uint64_t moved) {
     sorted += moved;
     worker == 0 ? step("sorting", sorted, 0) : stopIfCancelled();
   });
@@ -395,8 +396,13 @@ void Tiler::cut() {
   for (SegmentChain& chain : crossing) chain.close();
   t.step("counting", 0, 0);
   t.refuseCrowdedLeaves(crossing);
-  BorderSegments border(t.table, t.partition, t.spool, t.most_open, [&t] { t.stopIfCancelled(); });
-  for (SegmentChain& chain : crossing) border.deliver(chain);
+  std::atomic<std::uint64_t> delivered{0};
+  BorderSegments border(t.table, t.partition, t.spool,
+                        {t.most_open, t.options.threads, [&](unsigned worker, std::uint64_t segments) {
+                           delivered += segments;
+                           worker == 0 ? t.step("counting", delivered, 0) : t.stopIfCancelled();
+                         }});
+  border.deliver(crossing);
   if (t.together) {
     SegmentChain ghosts(t.spool);
     t.together->exchangeGhosts(t.chunks, ghosts);
@@ -451,12 +457,12 @@ void Tiler::details(std::span<const TileId> tile_of, const std::function<void(By
   Impl& t = *impl_;
   t.intake.readDetails([&](std::uint32_t cell, ByteSpan detail) {
     if (t.cell_leaves->startsGroup(cell)) t.step("writing cells", cell, t.intake.records().size());
-    const std::span<const CellLeaves::Pair> owners = t.cell_leaves->next(cell);
+    const std::span<const std::uint32_t> owners = t.cell_leaves->next(cell);
     ByteWriter out;
     out.varint(owners.size());
     TileId last = 0;
-    for (const CellLeaves::Pair& owner : owners) {
-      const TileId tile = tile_of[owner.leaf];
+    for (const std::uint32_t leaf : owners) {
+      const TileId tile = tile_of[leaf];
       out.varint(tile - last);
       last = tile;
     }

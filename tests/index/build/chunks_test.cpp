@@ -58,7 +58,7 @@ TEST_F(ChunksTest, JoinedTablesAndThreadsGiveTheChunksOfOneTable) {
   {
     Chunks one = table();
     for (const SegmentRecord& r : all) one.add(r);
-    one.settle(1, [](unsigned, std::uint64_t) {});
+    one.settle(1, 32, [](unsigned, std::uint64_t) {});
     expected = placesOf(one, all.size());
   }
   EXPECT_GT(expected.size(), 30u);
@@ -72,7 +72,7 @@ TEST_F(ChunksTest, JoinedTablesAndThreadsGiveTheChunksOfOneTable) {
         whole.take(part);
         EXPECT_EQ(part.size(), 1u);
       }
-      whole.settle(threads, [](unsigned, std::uint64_t) {});
+      whole.settle(threads, 32, [](unsigned, std::uint64_t) {});
       EXPECT_EQ(placesOf(whole, all.size()), expected);
     }
 }
@@ -82,7 +82,7 @@ TEST_F(ChunksTest, AnExceptionOfAnyThreadEndsTheWork) {
     Chunks whole = table();
     for (const SegmentRecord& r : segments(82, 30000)) whole.add(r);
     std::atomic<unsigned> calls{0};
-    EXPECT_THROW(whole.settle(2,
+    EXPECT_THROW(whole.settle(2, 32,
                               [&](unsigned worker, std::uint64_t) {
                                 ++calls;
                                 if (worker == thrower || calls > 200) throw std::runtime_error("enough");

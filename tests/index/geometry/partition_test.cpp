@@ -104,7 +104,7 @@ TEST(Partition, LeavesMetAgreesWithBruteForce) {
     std::mt19937_64 random(11);
     std::uniform_int_distribution<std::int64_t> place(-span, span);
     std::vector<std::uint32_t> met;
-    int many = 0, some = 0;
+    int many = 0, some = 0, parts = 0;
     for (int i = 0; i < 1500; ++i) {
       const GridPoint a(place(random), place(random), place(random));
       GridPoint b(place(random), place(random), place(random));
@@ -122,8 +122,15 @@ TEST(Partition, LeavesMetAgreesWithBruteForce) {
       ASSERT_EQ(met, expected);
       ASSERT_TRUE(std::count(met.begin(), met.end(), partition.home(a)));
       ASSERT_TRUE(std::count(met.begin(), met.end(), partition.home(midpoint(a, b))));
+      for (const Partition::Subtree& from : partition.path(partition.leaves()[partition.home(a)])) {
+        if (!from.block.containsInside(a) || !from.block.containsInside(b)) continue;
+        ++parts;
+        ASSERT_TRUE(partition.leavesMet(from, a, b, met));
+        ASSERT_EQ(met, expected);
+      }
     }
     EXPECT_GT(some, 300);
+    EXPECT_GT(parts, some);
     (void)many;
   }
 }
