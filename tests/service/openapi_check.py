@@ -62,7 +62,7 @@ cell = get_json(f"/v1/sets/{part}/cells")["cells"][0]["name"]
 samples = get_json(f"/v1/sets/{part}/cells/{urllib.parse.quote(cell)}.json")["samples_by_rank"]["id"]
 number = get_json(f"/precomputed/{part}/segment_properties/info")["inline"]["ids"][0]
 values = {"set": [part], "revision": [revision], "file": ["manifest.json", "directory.bin"], "range": ["0-9"],
-          "cell": [urllib.parse.quote(cell) + ending for ending in (".json", ".swc", ".npy")], "skeleton": [number], "desk": ["bench"]}
+          "cell": [urllib.parse.quote(cell) + ending for ending in (".json", ".swc", ".npy")], "skeleton": [number]}
 place = urllib.parse.quote(cell)
 queries = {"nearest": "at=1,2,3&k=3", "box": "lo=-50,-50,-50&hi=50,50,50", "ray": "from=0,0,-1000&direction=0,0,1&tolerance=100",
            "path": f"from={place}:{samples[0]}&to={place}:{samples[-1]}",

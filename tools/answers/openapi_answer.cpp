@@ -72,7 +72,7 @@ Json operationOf(const Route& route) {
   Json operation{{"operationId", operationId(route)}, {"summary", route.summary}, {"parameters", parametersOf(route)}};
   if (std::string_view(route.method) == "POST") operation["requestBody"] = bodyOfPoints();
   operation["responses"] = {{"200", {{"description", route.summary}, {"content", content}}}, {"default", problems}};
-  if (path.ends_with("/session"))
+  if (path.ends_with("/session") || path.find("/desks/") != std::string_view::npos)
     operation["responses"] = {{"101", {{"description", "a WebSocket"}}}, {"default", problems}};
   if (path.ends_with("{file}"))
     operation["responses"]["206"] = {{"description", "the part that Range asks for"}, {"content", content}};
