@@ -41,7 +41,7 @@ struct Follow::Impl {
 Follow::Follow(const std::string& text, const std::vector<std::string>& scene, const std::string& token) {
   const DeskAddress address = DeskAddress::parse(text);
   if (scene.size() != 1 || isFileScene(scene.front()))
-    throw UsageError("--follow: give one tile set, the one that the page shows");
+    throw UsageError("--follow takes one tile set; name the set that the page shows");
   impl_.reset(new Impl{DeskLink(address, tokenFor(address, scene.front(), token))});
 }
 

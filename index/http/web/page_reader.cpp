@@ -18,7 +18,8 @@ struct Desk {
 
 Desk desk;
 
-// A thread has a channel of its own, to which nobody else sends: it would keep what it cannot receive.
+// Each thread sends on a channel of its own. Threads of the program receive nothing, so on a shared channel the
+// messages of the others would fill their memory.
 EM_JS(void, wake, (int page, std::uint32_t* senders), {
   if (!self.filiformReader) {
     const sender = Atomics.add(HEAPU32, senders >> 2, 1);

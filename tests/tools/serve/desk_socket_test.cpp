@@ -232,8 +232,8 @@ TEST_F(DeskSockets, WrongOptionsEndViewBeforeItsWindow) {
   for (const auto& [arguments, part] :
        {std::pair{std::vector<std::string>{set_, "--follow", "http://127.0.0.1:9/"}, "give ws://HOST:PORT"},
         {{set_, "--follow", "wss" + good.substr(2)}, "ssh -L"},
-        {{cell, "--follow", good}, "--follow: give one tile set"},
-        {{"--follow", good}, "--follow: give one tile set"},
+        {{cell, "--follow", good}, "--follow takes one tile set; name the set that the page shows"},
+        {{"--follow", good}, "--follow takes one tile set; name the set that the page shows"},
         {{set_, "--web", "--follow", good}, "--follow: leave out --web"}}) {
     std::vector<std::string> words = arguments;
     words.insert(words.begin(), "view");

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "tools/desk/desk_rooms.h"
-#include "tools/session/silence.h"
+#include "tools/serve/internal/socket_life.h"
 
 #include <chrono>
 #include <functional>
@@ -52,7 +52,7 @@ class DeskSocket : public std::enable_shared_from_this<DeskSocket> {
     socket_.set_option(
         websocket::stream_base::timeout{websocket::stream_base::none(), websocket::stream_base::none(), false});
     socket_.control_callback([this](websocket::frame_type kind, boost::beast::string_view) {
-      if (kind == websocket::frame_type::pong) silence_.pongCame(now_s());
+      if (kind == websocket::frame_type::pong) life_.pongCame();
     });
     socket_.read_message_max(DeskPlace::kMostBytes);
     socket_.set_option(websocket::stream_base::decorator(
@@ -60,51 +60,31 @@ class DeskSocket : public std::enable_shared_from_this<DeskSocket> {
     request_ = request;
     socket_.async_accept(request_, [self = shared_from_this(), role, refused](ErrorCode error) {
       if (error) return self->end();
-      self->silence_ = Silence(now_s());
-      self->accepted_ = true;
+      self->life_.accepted();
       self->socket_.text(true);
       if (refused) return self->close(*refused);
-      if (!self->ended_) self->enter(role);
+      if (!self->life_.hasEnded()) self->enter(role);
     });
   }
 
   // Every 50 ms or so: pings, and the client's silence. Only pages may say nothing.
   void watch() {
-    if (closing_) {
-      if (Clock::now() - closing_since_ > kClosing) end();
-      return;
-    }
-    switch (silence_.at(now_s())) {
-      case Silence::Due::end:
-        return end();
-      case Silence::Due::close:
-        silence_.frameCame(now_s());
-        break;
-      case Silence::Due::ping:
-        if (!accepted_ || std::exchange(pinging_, true)) break;
-        silence_.pingSent(now_s());
-        socket_.async_ping({}, [self = shared_from_this()](ErrorCode) { self->pinging_ = false; });
-        break;
-      case Silence::Due::nothing:
-        break;
-    }
+    const Silence::Due due = life_.watch(shared_from_this());
+    if (due == Silence::Due::end) end();
+    if (due == Silence::Due::close) life_.frameCame();
   }
 
   // Closes the WebSocket with a code; the client may answer for kClosing.
   void close(const DeskRefusal& why) {
-    if (std::exchange(closing_, true)) return;
-    closing_since_ = Clock::now();
+    if (!life_.beginClosing()) return;
     leave();
-    if (!accepted_) return end();
-    const boost::beast::websocket::close_reason reason(static_cast<boost::beast::websocket::close_code>(why.code),
-                                                       why.reason.substr(0, 120));
-    socket_.async_close(reason, [self = shared_from_this()](ErrorCode) { self->end(); });
+    if (!life_.isAccepted()) return end();
+    life_.sendClose(static_cast<unsigned>(why.code), why.reason, [self = shared_from_this()] { self->end(); });
   }
 
   // Ends at once.
   void end() {
-    closing_ = true;
-    if (std::exchange(ended_, true)) return;
+    if (!life_.end()) return;
     leave();
     boost::beast::get_lowest_layer(socket_).close();
     if (hall_.log) hall_.log(*this);
@@ -115,18 +95,15 @@ class DeskSocket : public std::enable_shared_from_this<DeskSocket> {
   const std::string& target() const { return target_; }
   std::uint64_t sentBytes() const { return sent_bytes_; }
   std::uint64_t receivedBytes() const { return received_bytes_; }
-  double seconds() const { return std::chrono::duration<double>(Clock::now() - began_).count(); }
+  double seconds() const { return life_.seconds(); }
 
  private:
-  using Clock = std::chrono::steady_clock;
-  static double now_s() { return std::chrono::duration<double>(Clock::now().time_since_epoch()).count(); }
-  static constexpr int kUnread = 4096;                 // bytes that the system keeps for a client that does not read
-  static constexpr std::chrono::seconds kClosing{10};  // for the client's answer to a close frame
+  static constexpr int kUnread = 4096;  // bytes that the system keeps for a client that does not read
 
   void enter(DeskMember::Role role) {
     member_ = std::make_shared<DeskMember>(
         role, [this] { pump(); }, [this](const DeskRefusal& why) { close(why); });
-    if (const auto refused = hall_.rooms.enter(member_, room_, now_s())) return close(*refused);
+    if (const auto refused = hall_.rooms.enter(member_, room_, SocketLife::now_s())) return close(*refused);
     read();
   }
 
@@ -137,7 +114,7 @@ class DeskSocket : public std::enable_shared_from_this<DeskSocket> {
 
   // Sends the newest news. One message at a time: a client that reads slowly misses the older ones.
   void pump() {
-    if (writing_ || closing_ || member_ == nullptr) return;
+    if (writing_ || life_.isClosing() || member_ == nullptr) return;
     std::optional<std::string> news = member_->takeNews();
     if (!news) return;
     writing_ = true;
@@ -154,15 +131,16 @@ class DeskSocket : public std::enable_shared_from_this<DeskSocket> {
     socket_.async_read(buffer_, [self = shared_from_this()](ErrorCode error, std::size_t bytes) {
       self->received_bytes_ += bytes;
       if (error) {
-        if (!self->closing_) self->end();  // else async_close ends it
+        if (!self->life_.isClosing()) self->end();  // else async_close ends it
         return;
       }
-      if (self->closing_) return;
-      self->silence_.frameCame(now_s());
+      if (self->life_.isClosing()) return;
+      self->life_.frameCame();
       const auto data = self->buffer_.data();
       const std::string_view text(static_cast<const char*>(data.data()), data.size());
-      const auto refused = self->socket_.got_text() ? self->hall_.rooms.receive(self->member_, text, now_s())
-                                                    : DeskRefusal{DeskCode::policy, "a place is a text, not binary"};
+      const auto refused = self->socket_.got_text()
+                               ? self->hall_.rooms.receive(self->member_, text, SocketLife::now_s())
+                               : DeskRefusal{DeskCode::policy, "a place is a text, not binary"};
       self->buffer_.consume(self->buffer_.size());
       if (refused) return self->close(*refused);
       self->read();
@@ -177,10 +155,9 @@ class DeskSocket : public std::enable_shared_from_this<DeskSocket> {
   Request request_;
   boost::beast::flat_buffer buffer_;
   std::string out_;
-  bool writing_ = false, pinging_ = false, accepted_ = false, closing_ = false, ended_ = false;
+  bool writing_ = false;
   std::uint64_t sent_bytes_ = 0, received_bytes_ = 0;
-  Clock::time_point began_ = Clock::now(), closing_since_;
-  Silence silence_{now_s()};
+  SocketLife life_{socket_};
 };
 
 }  // namespace filiform::tools::internal

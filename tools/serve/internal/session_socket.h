@@ -2,8 +2,8 @@
 // it needs Boost.Beast. Thread rule: the thread of the server's io_context; answers are made on its workers.
 #pragma once
 
+#include "tools/serve/internal/socket_life.h"
 #include "tools/session/session_client.h"
-#include "tools/session/silence.h"
 
 #include <array>
 #include <chrono>
@@ -55,7 +55,7 @@ class SessionSocket : public std::enable_shared_from_this<SessionSocket> {
     socket_.set_option(
         websocket::stream_base::timeout{websocket::stream_base::none(), websocket::stream_base::none(), false});
     socket_.control_callback([this](websocket::frame_type kind, boost::beast::string_view) {
-      if (kind == websocket::frame_type::pong) silence_.pongCame(now_s());
+      if (kind == websocket::frame_type::pong) life_.pongCame();
     });
     socket_.read_message_max(session_limits::kFrameBytes);
     const bool named = offersProtocol(request);
@@ -66,15 +66,14 @@ class SessionSocket : public std::enable_shared_from_this<SessionSocket> {
     request_ = request;
     socket_.async_accept(request_, [self = shared_from_this()](ErrorCode error) {
       if (error) return self->end();
-      self->silence_ = Silence(now_s());
-      self->accepted_ = true;
+      self->life_.accepted();
       self->read();
     });
   }
 
   // Sends what may be sent now.
   void pump() {
-    if (writing_ || closing_) return;
+    if (writing_ || life_.isClosing()) return;
     if (texts_.empty() && frames_.empty())
       client_->takeFrames([this](std::span<const unsigned char> bytes) {
         frames_.emplace_back(reinterpret_cast<const char*>(bytes.data()), bytes.size());
@@ -96,23 +95,10 @@ class SessionSocket : public std::enable_shared_from_this<SessionSocket> {
 
   // Every 50 ms or so: notes for the client, and its silence.
   void watch() {
-    if (closing_) {
-      if (Clock::now() - closing_since_ > kClosing) end();
-      return;
-    }
-    switch (silence_.at(now_s())) {
-      case Silence::Due::end:
-        return end();
-      case Silence::Due::close:
-        return close({CloseCode::policy, "no frame for 60 s"});
-      case Silence::Due::ping:
-        if (!accepted_ || std::exchange(pinging_, true)) break;
-        silence_.pingSent(now_s());
-        socket_.async_ping({}, [self = shared_from_this()](ErrorCode) { self->pinging_ = false; });
-        break;
-      case Silence::Due::nothing:
-        break;
-    }
+    const Silence::Due due = life_.watch(shared_from_this());
+    if (due == Silence::Due::end) return end();
+    if (due == Silence::Due::close) return close({CloseCode::policy, "no frame for 60 s"});
+    if (life_.isClosing()) return;
     for (std::string& note : client_->takeNotes())
       if (texts_.size() < kMostTexts) texts_.push_back(std::move(note));
     pump();
@@ -120,18 +106,14 @@ class SessionSocket : public std::enable_shared_from_this<SessionSocket> {
 
   // Closes the WebSocket with a code; the client may answer for kClosing.
   void close(const SessionRefusal& why) {
-    if (std::exchange(closing_, true)) return;
-    closing_since_ = Clock::now();
+    if (!life_.beginClosing()) return;
     code_ = static_cast<unsigned>(why.code);
-    boost::beast::websocket::close_reason reason(static_cast<boost::beast::websocket::close_code>(why.code),
-                                                 why.reason.substr(0, 120));
-    socket_.async_close(reason, [self = shared_from_this()](ErrorCode) { self->end(); });
+    life_.sendClose(static_cast<unsigned>(why.code), why.reason, [self = shared_from_this()] { self->end(); });
   }
 
   // Ends at once.
   void end() {
-    closing_ = true;
-    if (std::exchange(ended_, true)) return;
+    if (!life_.end()) return;
     boost::beast::get_lowest_layer(socket_).close();
     if (hall_.log) hall_.log(*this);
     // The end of a recording may wait for the disk. No answer is made any more, because one worker makes the answers of
@@ -145,7 +127,7 @@ class SessionSocket : public std::enable_shared_from_this<SessionSocket> {
   std::uint64_t sentBytes() const { return sent_bytes_; }
   std::uint64_t receivedBytes() const { return received_bytes_; }
   unsigned code() const { return code_; }  // of the close frame; 0: the connection ended without one
-  double seconds() const { return std::chrono::duration<double>(Clock::now() - began_).count(); }
+  double seconds() const { return life_.seconds(); }
 
   static bool offersProtocol(const Request& request) {
     const boost::beast::string_view offered = request[boost::beast::http::field::sec_websocket_protocol];
@@ -155,26 +137,22 @@ class SessionSocket : public std::enable_shared_from_this<SessionSocket> {
   }
 
  private:
-  using Clock = std::chrono::steady_clock;
-  static double now_s() { return std::chrono::duration<double>(Clock::now().time_since_epoch()).count(); }
-
-  static constexpr std::chrono::seconds kClosing{10};            // for the client's answer to a close frame
   static constexpr std::size_t kMostAsked = 16, kMostTexts = 8;  // of requests, of answers that wait
 
   void read() {
     socket_.async_read(buffer_, [self = shared_from_this()](ErrorCode error, std::size_t bytes) {
       self->received_bytes_ += bytes;
       if (error) return self->readFailed(error);
-      self->silence_.frameCame(now_s());
+      self->life_.frameCame();
       self->take();
-      if (!self->closing_) self->read();
+      if (!self->life_.isClosing()) self->read();
     });
   }
 
   void readFailed(const ErrorCode& error) {
     if (error == boost::beast::websocket::error::closed) code_ = socket_.reason().code;
     if (error == boost::beast::websocket::error::message_too_big) code_ = static_cast<unsigned>(CloseCode::too_big);
-    if (closing_ && !ended_) return;  // async_close ends it
+    if (life_.isClosing() && !life_.hasEnded()) return;  // async_close ends it
     end();
   }
 
@@ -195,7 +173,7 @@ class SessionSocket : public std::enable_shared_from_this<SessionSocket> {
 
   // Has the next request answered, unless answers wait to be sent.
   void ask() {
-    if (answering_ || closing_ || asked_.empty() || texts_.size() >= kMostTexts) return;
+    if (answering_ || life_.isClosing() || asked_.empty() || texts_.size() >= kMostTexts) return;
     answering_ = true;
     std::string text = std::move(asked_.front());
     asked_.pop_front();
@@ -203,7 +181,7 @@ class SessionSocket : public std::enable_shared_from_this<SessionSocket> {
       std::string answer = self->client_->answer(text);
       boost::asio::post(self->hall_.io, [self, answer = std::move(answer)]() mutable {
         self->answering_ = false;
-        if (self->ended_) return self->closeClient();
+        if (self->life_.hasEnded()) return self->closeClient();
         if (!answer.empty()) self->texts_.push_back(std::move(answer));
         if (const auto refused = self->client_->refusal()) return self->close(*refused);
         self->ask();
@@ -224,11 +202,10 @@ class SessionSocket : public std::enable_shared_from_this<SessionSocket> {
   boost::beast::flat_buffer buffer_;
   std::deque<std::string> asked_, texts_, frames_;
   std::string out_;
-  bool writing_ = false, pinging_ = false, accepted_ = false, closing_ = false, answering_ = false, ended_ = false;
+  bool writing_ = false, answering_ = false;
   unsigned code_ = 0;
   std::uint64_t sent_bytes_ = 0, received_bytes_ = 0;
-  Clock::time_point began_ = Clock::now(), closing_since_;
-  Silence silence_{now_s()};
+  SocketLife life_{socket_};
 };
 
 // Called by the ticking thread: the sockets send what they have. Posts at most one call at a time.
