@@ -4,4 +4,6 @@ namespace filiform {
 
 unsigned readsAtOnce(const TileStore& store) { return store.isRemote() ? 32 : 1; }
 
+unsigned mostReadThreads() { return 64; }
+
 }  // namespace filiform

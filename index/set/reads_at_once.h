@@ -9,4 +9,7 @@ namespace filiform {
 // 1 for a set in memory or in a folder.
 unsigned readsAtOnce(const TileStore& store);
 
+// Threads for the reads of a set at an address that one purpose begins ahead: each tile in two parts.
+unsigned mostReadThreads();
+
 }  // namespace filiform

@@ -8,22 +8,31 @@
 
 namespace filiform {
 
+namespace {
+
+// For all objects: each lives for a moment.
+ReadThreads& readThreads() {
+  static ReadThreads threads(mostReadThreads());
+  return threads;
+}
+
+}  // namespace
+
 TilesAhead::TilesAhead(const TileStore& store, std::vector<TileId> tiles, bool with_appearance, Reads reads)
     : store_(store), tiles_(std::move(tiles)), with_appearance_(with_appearance), reads_(reads) {}
 
 TilesAhead::Loaded TilesAhead::next() {
-  const bool is_remote = store_.isRemote();
-  const auto how = is_remote ? std::launch::async : std::launch::deferred;
+  ReadThreads* const threads = store_.isRemote() ? &readThreads() : nullptr;
   const bool is_bulk = reads_ == Reads::background;
   while (begun_ < tiles_.size() && pending_.size() < std::min<std::size_t>(kRemoteTiles, readsAtOnce(store_))) {
     const TileId tile = tiles_[begun_++];
     Pending& pending = pending_.emplace_back();
-    pending.tile = std::async(how, [&store = store_, tile, is_bulk] {
+    pending.tile = FutureRead<std::shared_ptr<const Tile>>(threads, [&store = store_, tile, is_bulk] {
       const internal::BackgroundReads background(is_bulk);
       return store.load(tile);
     });
     if (!with_appearance_) continue;
-    pending.appearance = std::async(how, [&store = store_, tile, is_bulk] {
+    pending.appearance = FutureRead<TileAppearance>(threads, [&store = store_, tile, is_bulk] {
       const internal::BackgroundReads background(is_bulk);
       return store.loadAppearance(tile);
     });

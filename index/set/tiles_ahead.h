@@ -5,11 +5,11 @@
 //   for (std::size_t i = 0; i < tiles.size(); ++i) use(ahead.next());
 #pragma once
 
+#include "index/set/future_read.h"
 #include "index/set/tile_store.h"
 
 #include <cstddef>
 #include <deque>
-#include <future>
 #include <memory>
 #include <vector>
 
@@ -38,8 +38,8 @@ class TilesAhead {
 
  private:
   struct Pending {
-    std::future<std::shared_ptr<const Tile>> tile;
-    std::future<TileAppearance> appearance;
+    FutureRead<std::shared_ptr<const Tile>> tile;
+    FutureRead<TileAppearance> appearance;
   };
   const TileStore& store_;
   const std::vector<TileId> tiles_;

@@ -59,11 +59,7 @@ OpenedScene openToView(const std::vector<std::string>& paths, const RemoteOption
     return scene;
   }
   if (paths.size() > 1) throw UsageError("give one tile set, or any number of .swc and .zip files");
-  auto set = TileSet::open(paths.front(), remote);
-  scene.revision = set->revision();
-  scene.open_levels = [&set = *set] { return Levels::open(set); };
-  if (set->isRemote()) scene.network = [&set = *set] { return set.remoteCounters().value_or(RemoteCounters{}); };
-  scene.store = std::move(set);
+  scene.hold(TileSet::open(paths.front(), remote));
   return scene;
 }
 

@@ -3,7 +3,6 @@
 //   main SET PLACE ZOOM_UM BUDGET_MIB SEGMENTS WIDTH HEIGHT     each may be empty, except SET and the size
 #include "device/usb/usb_transport.h"
 #include "index/errors.h"
-#include "index/set/levels.h"
 #include "index/set/tile_set.h"
 #include "index/text.h"
 #include "viewer/web/clock.h"
@@ -43,11 +42,8 @@ OpenedScene openSet(const std::string& address) {
   scene.name = escaped(address.substr(address.rfind('/') + 1), 60);
   RemoteOptions remote;
   remote.directory_block_bytes = 64 << 10;  // lines to browsers are slower than those between machines of a cluster
-  auto set = TileSet::open(address, remote);
-  scene.open_levels = [&set = *set] { return Levels::open(set); };
-  scene.network = [&set = *set] { return set.remoteCounters().value_or(RemoteCounters{}); };
-  scene.revision = revision = set->revision();
-  scene.store = std::move(set);
+  scene.hold(TileSet::open(address, remote));
+  revision = scene.revision;
   return scene;
 }
 

@@ -2,12 +2,10 @@
 // panels and places. Thread rule: the main thread.
 #pragma once
 
-#include "index/http/remote_options.h"
-#include "index/set/levels.h"
-#include "index/set/tile_store.h"
 #include "solver/travel/session.h"
 #include "viewer/gl/renderer.h"
 #include "viewer/window/companion.h"
+#include "viewer/window/opened_scene.h"
 #include "viewer/window/settings.h"
 
 #include <cstdint>
@@ -18,16 +16,6 @@
 #include <vector>
 
 namespace filiform {
-
-struct OpenedScene {
-  std::unique_ptr<TileStore> store;
-  std::function<std::unique_ptr<Levels>()> open_levels;  // of the store, on another thread; empty: it has none
-  std::unique_ptr<Levels> levels;                        // what it returned
-  std::function<RemoteCounters()> network;               // of a scene at an address; empty: it has none
-  bool in_memory = false;
-  std::string name;      // for the user
-  std::string revision;  // of a tile set; empty: of none
-};
 
 struct ApplicationOptions {
   std::vector<std::string> paths;                                      // the first scene; empty: none

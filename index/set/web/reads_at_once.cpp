@@ -6,4 +6,6 @@ namespace filiform {
 
 unsigned readsAtOnce(const TileStore& store) { return store.isRemote() ? 3 : 1; }
 
+unsigned mostReadThreads() { return 6; }
+
 }  // namespace filiform

@@ -97,10 +97,8 @@ class Applications : public ::testing::Test {
       FaultPlan plan{.delay = FaultPlan::Delay::constant, .delay_s = 1e-9, .wait = [this](double) { disk_.pass(); }};
       auto source = std::make_unique<FaultySource>(openFolder(paths.front()), std::move(plan));
       FaultySource& faults = *source;
-      auto set = TileSet::open(std::move(source));
-      scene.open_levels = [&set = *set] { return Levels::open(set); };
+      scene.hold(TileSet::open(std::move(source)));
       faults.arm();
-      scene.store = std::move(set);
       scene.name = "a";
       return scene;
     };

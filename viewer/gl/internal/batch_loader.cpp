@@ -1,5 +1,6 @@
 #include "viewer/gl/internal/batch_loader.h"
 
+#include "index/set/future_read.h"
 #include "index/set/reads_at_once.h"
 
 #include <algorithm>
@@ -53,9 +54,10 @@ struct BatchLoader::Impl {
   // Used by the loading thread only:
   RootTable roots;
   SomaFinder finder;
+  mutable ReadThreads threads{mostReadThreads()};  // with the priority of the loading thread
   struct Ahead {
     TileJob job;
-    std::future<ReadTile> read;
+    FutureRead<ReadTile> read;
   };
   std::deque<Ahead> ahead{};  // tiles of the next jobs
   std::thread thread{};
@@ -120,9 +122,9 @@ ReadTile BatchLoader::Impl::read(const TileJob& job) const {
     return {};
   }
   // Both parts lie side by side in the file; from far away they come at the same time.
-  std::future<TileAppearance> appearance =
-      std::async(store.isRemote() ? std::launch::async : std::launch::deferred,
-                 [&] { return job.level ? levels->loadAppearance(job.tile) : store.loadAppearance(job.tile); });
+  FutureRead<TileAppearance> appearance(store.isRemote() ? &threads : nullptr, [&] {
+    return job.level ? levels->loadAppearance(job.tile) : store.loadAppearance(job.tile);
+  });
   ReadTile both;
   both.tile = job.level ? levels->load(job.tile) : store.load(job.tile);
   both.appearance = appearance.get();
@@ -141,23 +143,21 @@ void BatchLoader::Impl::readAhead() {
     return false;
   };
   // A read under way is kept: forgetting it would wait for it.
-  std::erase_if(ahead, [&](const Ahead& a) {
-    return a.read.wait_for(std::chrono::seconds(0)) == std::future_status::ready && !isWanted(a);
-  });
+  std::erase_if(ahead, [&](const Ahead& a) { return !a.read.underWay() && !isWanted(a); });
   for (std::size_t i = 0; i < count && ahead.size() < 2 * most; ++i) {
     const TileJob job = next(i);
     if (job.whole_cell != UINT32_MAX) continue;
     if (std::any_of(ahead.begin(), ahead.end(), [&](const Ahead& a) { return isSame(a.job, job); })) continue;
-    ahead.push_back({job, std::async(std::launch::async, [this, job] { return read(job); })});
+    ahead.push_back({job, FutureRead<ReadTile>(&threads, [this, job] { return read(job); })});
   }
 }
 
 ReadTile BatchLoader::Impl::take(const TileJob& job) {
   const auto found = std::find_if(ahead.begin(), ahead.end(), [&](const Ahead& a) { return isSame(a.job, job); });
   if (found == ahead.end()) return read(job);
-  std::future<ReadTile> future = std::move(found->read);
+  FutureRead<ReadTile> read = std::move(found->read);
   ahead.erase(found);
-  return future.get();
+  return read.get();
 }
 
 NeuriteBatch BatchLoader::Impl::load(const TileJob& job) {
