@@ -59,12 +59,8 @@ async function answer(address) {
   const all = words(), at = address / 4;
   all[at + kRequest.status] = status;
   all[at + kRequest.body_bytes] = body.length;
-  if (body.length <= all[at + kRequest.room]) {
-    bytes().set(body, all[at + kRequest.to]);
-    body.buffer.transfer?.(0);  // frees it now: a worker with few objects collects its garbage after hundreds of MB
-  } else {
-    kept.set(address, {status, body});
-  }
+  if (body.length <= all[at + kRequest.room]) bytes().set(body, all[at + kRequest.to]);
+  else kept.set(address, {status, body});
   Atomics.store(all, at + kRequest.is_answered, 1);
   Atomics.notify(new Int32Array(memory.buffer), at + kRequest.is_answered);
 }
