@@ -22,6 +22,7 @@
 #include "index/set/cell_attributes.h"
 #include "index/set/cell_filter.h"
 #include "index/set/faulty_source.h"
+#include "index/set/future_read.h"
 #include "index/set/http_source.h"
 #include "index/set/levels.h"
 #include "index/set/tile_set.h"
@@ -73,6 +74,14 @@ namespace examples {
 void httpSource() {
   // index/set/http_source.h
   const auto set = TileSet::open("https://host/path/column.fil");
+}
+
+void futureRead(const TileStore& store, TileId now, TileId next, void draw(const Tile&)) {
+  // index/set/future_read.h
+  ReadThreads threads(2);
+  FutureRead<std::shared_ptr<const Tile>> ahead(&threads, [&] { return store.load(next); });
+  draw(*store.load(now));
+  draw(*ahead.get());
 }
 
 void tilesAhead(const TileStore& store, const std::vector<TileId>& tiles, void use(TilesAhead::Loaded)) {
@@ -442,7 +451,7 @@ TEST(HeaderExamples, AllAreCompiledHereAsTheyStandThere) {
             << text;
       }
     }
-  EXPECT_EQ(count, 38u) << "examples; a new one goes into this file";
+  EXPECT_EQ(count, 39u) << "examples; a new one goes into this file";
 }
 
 TEST(HeaderExamples, AnExampleIsTold) {
