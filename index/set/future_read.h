@@ -21,7 +21,7 @@ namespace filiform {
 template <typename Result>
 class FutureRead {
  public:
-  FutureRead() = default;  // empty: only to be assigned to
+  FutureRead() = default;  // empty: only to be assigned to or destroyed
   // `read` runs on one of these threads as soon as one is free; in get() if none was until then, or without threads.
   template <typename Read>
   FutureRead(ReadThreads* threads, Read read) : job_(std::make_shared<Job>(std::move(read))) {
@@ -39,8 +39,13 @@ class FutureRead {
     return *this;
   }
 
-  bool underWay() const {
-    return job_->is_begun && job_->result.wait_for(std::chrono::seconds(0)) != std::future_status::ready;
+  // Makes this object empty and returns true, unless the read is under way. Never waits.
+  bool giveUp() noexcept {
+    if (job_->is_begun.exchange(true) && job_->result.valid() &&
+        job_->result.wait_for(std::chrono::seconds(0)) != std::future_status::ready)
+      return false;
+    job_.reset();
+    return true;
   }
   // Throws what the read throws. Call it once.
   Result get() {

@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <future>
 #include <mutex>
 #include <set>
 #include <stdexcept>
@@ -17,7 +18,6 @@ constexpr int kThreads = 4;
 
 TEST(FutureReadTest, OneThatIsNotAheadRunsInGet) {
   FutureRead<std::thread::id> read(nullptr, [] { return std::this_thread::get_id(); });
-  EXPECT_FALSE(read.underWay());
   EXPECT_EQ(read.get(), std::this_thread::get_id());
 }
 
@@ -38,6 +38,24 @@ TEST(FutureReadTest, GetThrowsWhatTheReadThrows) {
     FutureRead<int> read(some, []() -> int { throw std::runtime_error("no tile"); });
     EXPECT_THROW(read.get(), std::runtime_error);
   }
+}
+
+TEST(FutureReadTest, OnlyAReadUnderWayIsNotGivenUp) {
+  FutureRead<int> not_begun(nullptr, [] { return 1; });
+  EXPECT_TRUE(not_begun.giveUp());
+  ReadThreads threads(1);
+  std::promise<void> begun, go;
+  FutureRead<int> read(&threads, [&] {
+    begun.set_value();
+    go.get_future().wait();
+    return 1;
+  });
+  begun.get_future().wait();
+  FutureRead<int> behind(&threads, [] { return 2; });
+  EXPECT_FALSE(read.giveUp());
+  EXPECT_TRUE(behind.giveUp());
+  go.set_value();
+  while (!read.giveUp()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
 }
 
 // All threads wait in reads that began reads of their own: these run on the threads that wait for them.

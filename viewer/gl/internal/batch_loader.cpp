@@ -143,7 +143,7 @@ void BatchLoader::Impl::readAhead() {
     return false;
   };
   // A read under way is kept: forgetting it would wait for it.
-  std::erase_if(ahead, [&](const Ahead& a) { return !a.read.underWay() && !isWanted(a); });
+  std::erase_if(ahead, [&](Ahead& a) { return !isWanted(a) && a.read.giveUp(); });
   for (std::size_t i = 0; i < count && ahead.size() < 2 * most; ++i) {
     const TileJob job = next(i);
     if (job.whole_cell != UINT32_MAX) continue;
