@@ -33,6 +33,7 @@ constexpr double kStep = 1.5;        // between tiles of the outermost block
 constexpr double kFewestParts = 16;  // of its coarsest tile
 constexpr std::size_t kFewSegments = 256;
 constexpr std::size_t kUnitLeaves = 512;       // for one thread, unless a block with a level has more
+constexpr std::size_t kUnitsOfThread = 8;      // until all threads wait for each other
 constexpr std::size_t kKeptPoints = 1U << 14;  // of a block; more go to the spool until the block above is made
 constexpr std::size_t kMostPoints = 1U << 18;  // of the parts of a block without a level
 constexpr std::size_t kSpoolBlock = std::size_t{64} << 10;
@@ -96,12 +97,47 @@ void coarsen(Neurites& neurites, const Grid& grid, const BlockKey& block, double
   if (overlaps) hide(neurites, grid, pixel_um, how.every_cell);
 }
 
+// The neurites of the block at work. A thread uses the same memory for one block after another: the system takes long
+// to give it anew. Thread rule: of one thread.
+class Bench {
+ public:
+  explicit Bench(MemoryBudget& budget) : budget_(budget), hold_(budget, 0) {}
+
+  Neurites neurites;
+
+  std::uint64_t bytes() const { return hold_.bytes(); }
+  // Clears it for a block of `points`, and holds the memory for its work. Throws BeyondBudget.
+  void begin(std::uint64_t points, std::uint64_t work_bytes) {
+    constexpr std::uint64_t kMostTimes = 4;
+    if (hold_.bytes() > kMostTimes * work_bytes) end();
+    Neurites empty;
+    empty.paths = std::move(neurites.paths);
+    empty.points = std::move(neurites.points);
+    empty.paths.clear();
+    empty.points.clear();
+    neurites = std::move(empty);
+    if (hold_.bytes() < work_bytes) hold_.change(work_bytes);
+    neurites.points.reserve(points + points / 16);
+  }
+  // Holds the memory for a tile of what is left of the neurites. Throws BeyondBudget.
+  void beginTile() { hold_.change(bytesOf(neurites) + neurites.points.size() * kBytesOfMade); }
+  // Returns all memory.
+  void end() {
+    neurites = {};
+    hold_ = MemoryBudget::Hold(budget_, 0);
+  }
+
+ private:
+  MemoryBudget& budget_;
+  MemoryBudget::Hold hold_;
+};
+
 // Walks the octree bottom-up; what it makes comes out in that order. Throws BeyondBudget.
 class Maker {
  public:
   Maker(const LevelInput& input, const LevelBlocks& blocks, const internal::LevelSomata& somata, MemoryBudget& budget,
-        internal::Spool& spool)
-      : input_(input), blocks_(blocks), somata_(somata), budget_(budget), spool_(spool) {}
+        internal::Spool& spool, Bench& bench)
+      : input_(input), blocks_(blocks), somata_(somata), budget_(budget), spool_(spool), bench_(bench) {}
   virtual ~Maker() = default;
   Maker(const Maker&) = delete;
   Maker& operator=(const Maker&) = delete;
@@ -133,6 +169,7 @@ class Maker {
   const internal::LevelSomata& somata_;
   MemoryBudget& budget_;
   internal::Spool& spool_;
+  Bench& bench_;
 
  private:
   Content leaf(const LeafRange& range) const {
@@ -149,31 +186,30 @@ class Maker {
     const bool outermost = blocks_.isOutermost(range), first = content.finer == blocks_.segments(range);
     const double parts = first ? internal::kFirstParts : internal::kParts;
     const bool linking = outermost || !onlyLeaves(content);
-    MemoryBudget::Hold work(budget_, content.points * (linking ? kBytesOfLinked : kBytesOfPoint) + kBytesOfMasks);
-    Neurites neurites = together(std::move(content.pieces), content.points);
+    bench_.begin(content.points, content.points * (linking ? kBytesOfLinked : kBytesOfPoint) + kBytesOfMasks);
+    Neurites& neurites = bench_.neurites;
+    gather(std::move(content.pieces), neurites);
     internal::removeInsideBalls(neurites, input_.grid);
     // Leaves are as coarse as a first level. Joining them would change little, and takes long.
     if (linking) neurites = linked(std::move(neurites));
     coarsen(neurites, input_.grid, block, parts, {.simplifying = linking});
     const std::uint64_t most = content.finer / (first ? kFewerThanAll : kFewerThanLevel);
     const bool is_tile = outermost || (has_level && neurites.points.size() - neurites.paths.size() <= most);
-    work.change(is_tile ? neurites.points.size() * kBytesOfMade : 0);
     made.finer = content.finer;
     if (is_tile) {
+      bench_.beginTile();
       LevelTile tile = internal::encodeLevel(neurites, block, 0, input_.grid);
       made.finer = tile.entry.segments;
       emit(std::move(tile));
     }
     if (outermost)
-      makeCoarser(std::move(neurites), block, parts / kStep);
+      makeCoarser(neurites, block, parts / kStep);
     else
-      keep(std::move(neurites), made);
+      keep(neurites, made);
     return made;
   }
 
-  Neurites together(std::vector<Piece> pieces, std::uint64_t points) const {
-    Neurites all;
-    all.points.reserve(points + points / 16);
+  void gather(std::vector<Piece> pieces, Neurites& all) const {
     for (Piece& piece : pieces) {
       if (piece.leaf) {
         Neurites neurites = input_.neurites(*piece.leaf);
@@ -188,11 +224,10 @@ class Maker {
       }
       piece = {};
     }
-    return all;
   }
 
   // Keeps the neurites of a block for the block above.
-  void keep(Neurites neurites, Content& content) {
+  void keep(const Neurites& neurites, Content& content) {
     content.points = neurites.points.size();
     Piece& piece = content.pieces.emplace_back();
     if (content.points > kKeptPoints) {
@@ -200,13 +235,13 @@ class Maker {
       piece.spooled->append(packed(neurites));
       piece.spooled->close();
     } else {
-      piece.hold = MemoryBudget::Hold(budget_, bytesOf(neurites));
-      piece.neurites = std::move(neurites);
+      piece.neurites = neurites;
+      piece.hold = MemoryBudget::Hold(budget_, bytesOf(piece.neurites));
     }
   }
 
   // Further tiles of the outermost block, so that one of them fits every limit.
-  void makeCoarser(Neurites neurites, const BlockKey& block, double parts) {
+  void makeCoarser(Neurites& neurites, const BlockKey& block, double parts) {
     std::uint32_t coarser = 0;
     for (; parts >= kFewestParts && neurites.points.size() > kFewSegments; parts /= kStep) {
       coarsen(neurites, input_.grid, block, parts, {.every_cell = false});
@@ -241,7 +276,10 @@ class TopMaker final : public Maker {
  public:
   TopMaker(const LevelInput& input, const LevelBlocks& blocks, const internal::LevelSomata& somata,
            MemoryBudget& budget, internal::Spool& spool, unsigned threads, std::function<void(const LevelTile&)> write)
-      : Maker(input, blocks, somata, budget, spool), threads_(std::max(1u, threads)), write_(std::move(write)) {
+      : Maker(input, blocks, somata, budget, spool, own_bench_),
+        own_bench_(budget),
+        threads_(std::max(1u, threads)),
+        write_(std::move(write)) {
     if (!input.leaves.empty()) listUnits({0, input.leaves.size()});
   }
 
@@ -279,8 +317,8 @@ class TopMaker final : public Maker {
   }
   void emit(LevelTile tile) override { write_(tile); }
 
-  void makeUnit(Unit& unit) const {
-    UnitMaker maker(input_, blocks_, somata_, budget_, spool_);
+  void makeUnit(Unit& unit, Bench& bench) const {
+    UnitMaker maker(input_, blocks_, somata_, budget_, spool_, bench);
     unit.content = maker.make(unit.range);
     unit.tiles = std::move(maker.tiles);
     unit.tiles_hold = std::move(maker.tiles_hold);
@@ -290,17 +328,19 @@ class TopMaker final : public Maker {
   // A unit that does not fit beside others is made alone: those before it are taken first, those after it made again.
   void makeSome() {
     const std::size_t first = claimed_;
-    const std::size_t last = std::min<std::size_t>(units_.size(), first + 4 * threads_);
+    const std::size_t last = std::min<std::size_t>(units_.size(), first + kUnitsOfThread * threads_);
+    own_bench_.end();
     const std::uint64_t used_before = budget_.used();
     std::atomic<std::size_t> next{first};
     runWorkers(std::min<std::size_t>(threads_, last - first), [&](unsigned, const std::atomic<bool>& failed) {
+      Bench bench(budget_);
       while (!failed) {
-        const std::uint64_t used = budget_.used();
+        const std::uint64_t used = budget_.used() - bench.bytes();
         if (next > first && used > used_before && used - used_before > budget_.limit() / 2) break;
         const std::size_t i = next.fetch_add(1);
         if (i >= last) break;
         try {
-          makeUnit(units_[i]);
+          makeUnit(units_[i], bench);
         } catch (const BeyondBudget&) {
         }
       }
@@ -313,9 +353,10 @@ class TopMaker final : public Maker {
         if (piece.spooled) piece.spooled->clear();
       units_[i] = {units_[i].range, {}, {}, {}};
     }
-    if (claimed_ == first) makeUnit(units_[claimed_++]);
+    if (claimed_ == first) makeUnit(units_[claimed_++], own_bench_);
   }
 
+  Bench own_bench_;
   std::size_t threads_;
   std::function<void(const LevelTile&)> write_;
   std::vector<Unit> units_;

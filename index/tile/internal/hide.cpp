@@ -3,8 +3,11 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
+#include <hwy/cache_control.h>
 #include <numeric>
+#include <optional>
 #include <unordered_map>
 
 #include <Eigen/Geometry>
@@ -13,95 +16,173 @@ namespace filiform {
 namespace {
 
 constexpr std::size_t kViews = 7;
+constexpr std::size_t kLanes =
+    8;  // loops have the length of whole vectors, which compilers then use; one lane is unused
+constexpr int kPixelBits = 16, kSquareBits = kPixelBits + 3;
 
-// A picture of the block from one direction: which pixels are covered.
-class Mask {
- public:
-  Mask(const Vector3d& right, const Vector3d& up) : right_(right), up_(up) {}
-
-  // Makes room for the points between `lo` and `hi`, in pixels.
-  void cover(const Vector3d& lo, const Vector3d& hi) {
-    const Vector3d middle = (lo + hi) / 2, half = (hi - lo) / 2;
-    const double x = half.dot(right_.cwiseAbs()), y = half.dot(up_.cwiseAbs());
-    left_ = middle.dot(right_) - x - 1;
-    bottom_ = middle.dot(up_) - y - 1;
-    width_ = static_cast<std::size_t>(2 * x + 4);
-    const auto height = static_cast<std::size_t>(2 * y + 4);
-    bits_.assign((width_ * height + 63) / 64, 0);
-  }
-  // The place of a point, in 2^-16 of a pixel.
-  struct Place {
-    std::int32_t x, y;
-  };
-  const Vector3d& right() const { return right_; }
-  const Vector3d& up() const { return up_; }
-  double left() const { return left_; }
-  double bottom() const { return bottom_; }
-  // Calls use(pixel) for the pixels of a segment until it returns false.
-  template <typename Use>
-  bool trace(const Place& a, const Place& b, const Use& use) const {
-    const std::int32_t way_x = b.x - a.x, way_y = b.y - a.y;
-    const std::int32_t steps = (std::max(std::abs(way_x), std::abs(way_y)) >> 16) + 1;
-    const std::int32_t step_x = way_x / steps, step_y = way_y / steps;
-    std::int32_t x = a.x, y = a.y;
-    for (std::int32_t i = 0; i < steps; ++i, x += step_x, y += step_y)
-      if (!use(static_cast<std::size_t>(y >> 16) * width_ + static_cast<std::size_t>(x >> 16))) return false;
-    return use(static_cast<std::size_t>(b.y >> 16) * width_ + static_cast<std::size_t>(b.x >> 16));
-  }
-  bool isSet(std::size_t pixel) const { return (bits_[pixel / 64] >> (pixel % 64) & 1) != 0; }
-  void set(std::size_t pixel) { bits_[pixel / 64] |= std::uint64_t{1} << (pixel % 64); }
-
- private:
-  Vector3d right_, up_;
-  double left_ = 0, bottom_ = 0;
-  std::size_t width_ = 0;
-  std::vector<std::uint64_t> bits_;
+// The places of a point in all pictures, in 2^-16 of a pixel.
+struct Places {
+  std::array<std::int32_t, kLanes> x, y;
 };
 
-std::vector<Mask> masksOf(const Vector3d& lo, const Vector3d& hi) {
+// A direction to look from.
+struct View {
+  Vector3d right, up;
+  double left, bottom, width, height;  // of the picture, in pixels
+};
+
+std::array<View, kViews> viewsOf(const Vector3d& size) {
   static constexpr std::array<std::array<int, 3>, kViews> kDirections{
       {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 1, 1}, {1, 1, -1}, {1, -1, 1}, {-1, 1, 1}}};
-  std::vector<Mask> masks;
-  masks.reserve(kViews);
-  for (const auto& way : kDirections) {
+  std::array<View, kViews> views;
+  for (std::size_t i = 0; i < kViews; ++i) {
+    View& view = views[i];
+    const auto& way = kDirections[i];
     const Vector3d d(way[0], way[1], way[2]);
     const Vector3d side = way[2] == 0 ? Vector3d::UnitZ() : Vector3d(way[1], -way[0], 0);
-    const Vector3d right = side.squaredNorm() > 0 ? Vector3d(side / side.norm()) : Vector3d(Vector3d::UnitX());
-    const Vector3d up = d.cross(right);
-    masks.emplace_back(right, up / up.norm());
-    masks.back().cover(lo, hi);
+    view.right = side.squaredNorm() > 0 ? Vector3d(side / side.norm()) : Vector3d(Vector3d::UnitX());
+    const Vector3d up = d.cross(view.right);
+    view.up = up / up.norm();
+    const Vector3d half = size / 2;
+    const double x = half.dot(view.right.cwiseAbs()), y = half.dot(view.up.cwiseAbs());
+    view.left = half.dot(view.right) - x - 1;
+    view.bottom = half.dot(view.up) - y - 1;
+    view.width = 2 * x + 4;
+    view.height = 2 * y + 4;
   }
-  return masks;
+  return views;
 }
-
-// The places of a point in all pictures. The loops have the length of whole vectors, which compilers then use.
-using Places = std::array<Mask::Place, kViews + 1>;  // the last is unused
 
 class Projection {
  public:
-  void add(std::size_t view, const Mask& mask) {
-    set(2 * view, mask.right(), mask.left());
-    set(2 * view + 1, mask.up(), mask.bottom());
+  explicit Projection(const std::array<View, kViews>& views) {
+    for (std::size_t i = 0; i < kViews; ++i) {
+      set(i, views[i].right, views[i].left);
+      set(kLanes + i, views[i].up, views[i].bottom);
+    }
   }
   Places operator()(const Vector3d& p) const {
-    constexpr double kOne = 65536;
-    std::array<std::int32_t, kLanes> at;
-    for (std::size_t i = 0; i < kLanes; ++i)
-      at[i] = static_cast<std::int32_t>((p[0] * x_[i] + (p[1] * y_[i] + p[2] * z_[i]) - begin_[i]) * kOne);
+    constexpr double kOne = 1 << kPixelBits;
     Places places;
-    for (std::size_t view = 0; view <= kViews; ++view) places[view] = {at[2 * view], at[2 * view + 1]};
+    for (std::size_t i = 0; i < kLanes; ++i)
+      places.x[i] = static_cast<std::int32_t>((p[0] * x_[i] + (p[1] * y_[i] + p[2] * z_[i]) - begin_[i]) * kOne);
+    for (std::size_t i = 0, k = kLanes; i < kLanes; ++i, ++k)
+      places.y[i] = static_cast<std::int32_t>((p[0] * x_[k] + (p[1] * y_[k] + p[2] * z_[k]) - begin_[k]) * kOne);
     return places;
   }
 
  private:
-  static constexpr std::size_t kLanes = 2 * (kViews + 1);
   void set(std::size_t lane, const Vector3d& axis, double begin) {
     x_[lane] = axis[0];
     y_[lane] = axis[1];
     z_[lane] = axis[2];
     begin_[lane] = begin;
   }
-  std::array<double, kLanes> x_{}, y_{}, z_{}, begin_{};
+  std::array<double, 2 * kLanes> x_{}, y_{}, z_{}, begin_{};
+};
+
+// Pictures of a block from all directions: which pixels are covered. A word holds a square of 8 x 8 pixels, so that
+// four words tell whether all pixels of a short segment are covered, as they are in most of dense tissue.
+class Pictures {
+ public:
+  explicit Pictures(const std::array<View, kViews>& views) {
+    double width = 0, height = 0;
+    for (const View& view : views) {
+      width = std::max(width, view.width);
+      height = std::max(height, view.height);
+    }
+    row_bits_ = std::bit_width(static_cast<std::uint32_t>(width) >> (kSquareBits - kPixelBits));
+    std::size_t size = 0;
+    for (std::size_t i = 0; i < kViews; ++i) {
+      begin_[i] = size;
+      size += ((static_cast<std::size_t>(views[i].height) >> (kSquareBits - kPixelBits)) + 1) << row_bits_;
+    }
+    squares_.assign(size, 0);
+  }
+
+  // True if all pixels of a segment are covered in all pictures.
+  bool cover(const Places& a, const Places& b) const {
+    std::array<std::int32_t, kLanes> square_a, square_b, square_ab, square_ba, apart;
+    for (std::size_t i = 0; i < kLanes; ++i) {
+      const std::int32_t ax = a.x[i] >> kSquareBits, ay = a.y[i] >> kSquareBits;
+      const std::int32_t bx = b.x[i] >> kSquareBits, by = b.y[i] >> kSquareBits;
+      square_a[i] = (ay << row_bits_) + ax;
+      square_b[i] = (by << row_bits_) + bx;
+      square_ab[i] = (ay << row_bits_) + bx;
+      square_ba[i] = (by << row_bits_) + ax;
+      apart[i] = ((ax - bx + 1) | (bx - ax + 1) | (ay - by + 1) | (by - ay + 1)) < 0;  // by more than one square
+    }
+    unsigned unknown = 0;
+    for (std::size_t i = 0; i < kViews; ++i) {
+      const std::uint64_t* squares = squares_.data() + begin_[i];
+      const std::uint64_t all =
+          squares[square_a[i]] & squares[square_b[i]] & squares[square_ab[i]] & squares[square_ba[i]];
+      unknown |= ((all != ~std::uint64_t{0}) | static_cast<unsigned>(apart[i])) << i;
+    }
+    for (; unknown != 0; unknown &= unknown - 1) {
+      const auto i = static_cast<std::size_t>(std::countr_zero(unknown));
+      if (!coversLine(squares_.data() + begin_[i], {a.x[i], a.y[i]}, {b.x[i], b.y[i]})) return false;
+    }
+    return true;
+  }
+  void paint(const Places& a, const Places& b) {
+    for (std::size_t i = 0; i < kViews; ++i) {
+      std::uint64_t* squares = squares_.data() + begin_[i];
+      const Place end{b.x[i], b.y[i]};
+      Line line({a.x[i], a.y[i]}, end);
+      for (std::int32_t k = 0; k < line.steps; ++k, line.advance(1)) squares[square(line.at)] |= bit(line.at);
+      squares[square(end)] |= bit(end);
+    }
+  }
+
+ private:
+  struct Place {
+    std::int32_t x, y;
+  };
+  struct Line {  // its pixels but for the last, at most one pixel apart
+    Line(const Place& a, const Place& b) : at(a) {
+      const std::int32_t x = b.x - a.x, y = b.y - a.y;
+      steps = (std::max(std::abs(x), std::abs(y)) >> kPixelBits) + 1;
+      step = {divided(x), divided(y)};
+    }
+    void advance(std::int32_t count) {
+      at.x += step.x * count;
+      at.y += step.y * count;
+    }
+    std::int32_t divided(std::int32_t n) const {  // as integers are, in less time
+      return static_cast<std::int32_t>(static_cast<double>(n) / static_cast<double>(steps));
+    }
+    Place at, step;
+    std::int32_t steps;
+  };
+
+  std::size_t square(const Place& p) const {
+    return static_cast<std::size_t>(((p.y >> kSquareBits) << row_bits_) + (p.x >> kSquareBits));
+  }
+  static std::uint64_t bit(const Place& p) {
+    return std::uint64_t{1} << ((p.y >> kPixelBits & 7) << 3 | (p.x >> kPixelBits & 7));
+  }
+  bool coversLine(const std::uint64_t* squares, const Place& a, const Place& b) const {
+    constexpr std::int32_t kSide = 8;
+    Line line(a, b);
+    for (std::int32_t left = line.steps; left > 0; left -= kSide) {
+      const std::int32_t count = std::min(left, kSide);
+      const Place end{line.at.x + line.step.x * (count - 1), line.at.y + line.step.y * (count - 1)};
+      const std::uint64_t all = squares[square(line.at)] & squares[square(end)] & squares[square({line.at.x, end.y})] &
+                                squares[square({end.x, line.at.y})];
+      if (all == ~std::uint64_t{0}) {
+        line.advance(count);
+        continue;
+      }
+      for (std::int32_t i = 0; i < count; ++i, line.advance(1))
+        if ((squares[square(line.at)] & bit(line.at)) == 0) return false;
+    }
+    return (squares[square(b)] & bit(b)) != 0;
+  }
+
+  int row_bits_ = 0;                         // a row has 2^row_bits_ squares
+  std::array<std::size_t, kViews> begin_{};  // of each picture
+  std::vector<std::uint64_t> squares_;
 };
 
 class Hider {
@@ -111,14 +192,25 @@ class Hider {
     GridBox box;
     for (const NeuritePoint& point : all.points) box.extend(point.p);
     origin_ = box.lo;
-    masks_ = masksOf(Vector3d::Zero(), at(box.hi));
-    for (std::size_t view = 0; view < kViews; ++view) project_.add(view, masks_[view]);
+    const std::array<View, kViews> views = viewsOf(at(box.hi));
+    project_.emplace(views);
+    pictures_.emplace(views);
   }
 
   void choose(bool every_cell) {
     if (every_cell) keepOfEachCell();
-    for (const std::uint32_t i : longestFirst()) {
-      const NeuritePath& path = all_.paths[i];
+    constexpr std::size_t kPathsAhead = 16, kPointsAhead = 8;
+    const std::vector<std::uint32_t> order = longestFirst();
+    for (std::size_t at = 0; at < order.size(); ++at) {
+      // Paths of one length lie far apart in memory. (In a function of its own, GCC removes prefetches.)
+      if (at + kPathsAhead < order.size()) hwy::Prefetch(&all_.paths[order[at + kPathsAhead]]);
+      if (at + kPointsAhead < order.size()) {
+        const NeuritePath& path = all_.paths[order[at + kPointsAhead]];
+        hwy::Prefetch(&all_.points[path.begin]);
+        hwy::Prefetch(&all_.points[path.begin + path.count - 1]);
+        hwy::Prefetch(&kept_[path.begin]);
+      }
+      const NeuritePath& path = all_.paths[order[at]];
       Places last = placesOf(path.begin);
       if (path.isBall()) kept_[path.begin] = every_cell || keepIfSeen(last, last) ? 1 : 0;
       for (std::uint32_t k = 1; k < path.count; ++k) {
@@ -179,25 +271,16 @@ class Hider {
     }
     for (const auto& [cell, longest] : of_cell) {  // in any order: painting commutes
       kept_[longest.point] = 1;
-      paint(placesOf(longest.point - 1), placesOf(longest.point));
+      pictures_->paint(placesOf(longest.point - 1), placesOf(longest.point));
     }
   }
 
-  Places placesOf(std::uint32_t point) const { return project_(at(all_.points[point].p)); }
-  void paint(const Places& a, const Places& b) {
-    for (std::size_t view = 0; view < kViews; ++view)
-      masks_[view].trace(a[view], b[view], [&](std::size_t pixel) {
-        masks_[view].set(pixel);
-        return true;
-      });
-  }
+  Places placesOf(std::uint32_t point) const { return (*project_)(at(all_.points[point].p)); }
   // True if the segment covers a pixel that was not covered; then covers its pixels.
   bool keepIfSeen(const Places& a, const Places& b) {
-    bool covered = true;
-    for (std::size_t view = 0; view < kViews && covered; ++view)
-      covered = masks_[view].trace(a[view], b[view], [&](std::size_t pixel) { return masks_[view].isSet(pixel); });
-    if (!covered) paint(a, b);
-    return !covered;
+    if (pictures_->cover(a, b)) return false;
+    pictures_->paint(a, b);
+    return true;
   }
 
   void count(std::uint32_t point, bool is_ball, double pixel_um) {
@@ -211,8 +294,8 @@ class Hider {
   double scale_;
   GridPoint origin_;
   std::vector<std::uint8_t> kept_;  // by point: the segment that ends there
-  std::vector<Mask> masks_;
-  Projection project_;
+  std::optional<Projection> project_;
+  std::optional<Pictures> pictures_;
 };
 
 }  // namespace

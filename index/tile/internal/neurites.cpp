@@ -262,6 +262,11 @@ void chargeCarriers(Neurites& all, std::vector<bool>& gone) {
   }
 }
 
+bool inOrder(std::span<const NeuritePath> paths) {  // the order of their points
+  return std::is_sorted(paths.begin(), paths.end(),
+                        [](const NeuritePath& a, const NeuritePath& b) { return a.begin < b.begin; });
+}
+
 }  // namespace
 
 Neurites neuritesOf(std::span<const StoredSegment> segments, const TileAppearance& appearance) {
@@ -331,8 +336,7 @@ void simplify(Neurites& all, const Grid& grid, double tolerance_um) {
     gone[i] = any = true;
   }
   if (any) chargeCarriers(all, gone);
-  const bool in_order = std::is_sorted(all.paths.begin(), all.paths.end(),
-                                       [](const NeuritePath& a, const NeuritePath& b) { return a.begin < b.begin; });
+  const bool in_order = inOrder(all.paths);
   std::vector<NeuritePoint> others;
   if (!in_order) others.reserve(all.points.size());
   std::uint32_t written = 0;
@@ -357,32 +361,44 @@ void simplify(Neurites& all, const Grid& grid, double tolerance_um) {
 }
 
 void cutOut(Neurites& all, std::span<const std::uint8_t> kept) {
+  std::size_t pieces = 0;
+  for (const NeuritePath& path : all.paths) {
+    if (path.isBall()) pieces += kept[path.begin] != 0 ? 1 : 0;
+    for (std::uint32_t k = 1; k < path.count; ++k)
+      pieces += kept[path.begin + k] != 0 && (k == 1 || kept[path.begin + k - 1] == 0) ? 1 : 0;
+  }
   std::vector<NeuritePath> paths;
-  std::vector<NeuritePoint> points;
+  paths.reserve(pieces);
+  // What is left of a path has no more points than the path: in order, they move down where they are.
+  std::vector<NeuritePoint> others;
+  if (!inOrder(all.paths)) others.resize(all.points.size());
+  NeuritePoint* to = others.empty() ? all.points.data() : others.data();
+  std::uint32_t written = 0;
   for (const NeuritePath& path : all.paths) {
     const NeuritePoint* from = all.points.data() + path.begin;
     if (path.isBall() && kept[path.begin] != 0) {
       paths.push_back(path);
-      paths.back().begin = static_cast<std::uint32_t>(points.size());
-      points.push_back(from[0]);
+      paths.back().begin = written;
+      to[written++] = from[0];
     }
     for (std::uint32_t k = 1; k < path.count; ++k) {
       if (kept[path.begin + k] == 0) continue;
       if (k == 1 || kept[path.begin + k - 1] == 0) {  // a piece begins
-        paths.push_back({path.cell, k == 1 ? path.first_sample : kNoSample, kNoSample, kNoSample,
-                         static_cast<std::uint32_t>(points.size()), 1, k == 1 && path.attached});
-        points.push_back(from[k - 1]);
-        points.back().segments = 0;
+        paths.push_back({path.cell, k == 1 ? path.first_sample : kNoSample, kNoSample, kNoSample, written, 1,
+                         k == 1 && path.attached});
+        to[written] = from[k - 1];
+        to[written++].segments = 0;
       }
-      points.push_back(from[k]);
+      to[written++] = from[k];
       ++paths.back().count;
       if (k + 1 < path.count) continue;
       paths.back().last_sample = path.last_sample;
       if (paths.back().count == path.count) paths.back().lowest = path.lowest;
     }
   }
+  if (!others.empty()) all.points = std::move(others);
+  all.points.resize(written);
   all.paths = std::move(paths);
-  all.points = std::move(points);
 }
 
 std::vector<StoredSegment> numbered(const Neurites& all, TileAppearance& appearance) {

@@ -9,7 +9,9 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <random>
 #include <set>
+#include <tuple>
 
 #include <gtest/gtest.h>
 
@@ -192,6 +194,62 @@ TEST(Neurites, PackedOnesComeBack) {
       EXPECT_EQ(again.paths[i].count, whole.paths[i].count);
       EXPECT_EQ(again.paths[i].attached, whole.paths[i].attached);
     }
+  }
+}
+
+TEST(Neurites, PackedOnesOfAnySizeComeBack) {
+  for (const int bits : {8, 16, 17, 32, 33, 50}) {
+    Neurites whole;
+    whole.error_um = 0.5;
+    const std::int64_t far = (std::int64_t{1} << bits) - 1;
+    whole.points = {{{-far, 3, 0}, 0.25F, 0, 0}, {{0, 0, far}, std::nanf(""), 65535, 4000000000}};
+    if (bits <= 16) whole.points[1].type = whole.points[1].segments = bits == 8 ? 255 : 256;
+    whole.paths = {{7, kNoSample, 5, 4, 0, 2, true}};
+    for (const bool reversed : {false, true}) {
+      if (reversed) {  // a ball before the path, behind it in memory
+        whole.paths.insert(whole.paths.begin(), {9, 1, 1, kNoSample, 2, 1});
+        whole.points.push_back({{1, 2, far}, 1, 1, 1});
+      }
+      const Neurites again = unpacked(packed(whole));
+      EXPECT_EQ(again.error_um, whole.error_um);
+      ASSERT_EQ(again.paths.size(), whole.paths.size());
+      for (std::size_t i = 0; i < whole.paths.size(); ++i) {
+        const NeuritePath &was = whole.paths[i], &is = again.paths[i];
+        EXPECT_EQ(std::tie(is.cell, is.first_sample, is.last_sample, is.lowest, is.count, is.attached),
+                  std::tie(was.cell, was.first_sample, was.last_sample, was.lowest, was.count, was.attached));
+        for (std::uint32_t k = 0; k < was.count; ++k) {
+          const NeuritePoint &a = whole.points[was.begin + k], &b = again.points[is.begin + k];
+          EXPECT_EQ(b.p, a.p) << bits;
+          EXPECT_EQ(std::isnan(b.radius_um), std::isnan(a.radius_um));
+          EXPECT_EQ(std::tie(b.type, b.segments), std::tie(a.type, a.segments)) << bits;
+        }
+      }
+    }
+  }
+}
+
+TEST(Neurites, CutOutKeepsTheSameSegmentsInAnyOrderOfPaths) {
+  std::mt19937 random(5);
+  for (const test::NamedCells& input : inputs()) {
+    Neurites ordered = wholeOf(input.cells), shuffled = ordered;
+    std::shuffle(shuffled.paths.begin(), shuffled.paths.end(), random);
+    std::vector<std::uint8_t> kept(ordered.points.size());
+    for (std::uint8_t& one : kept) one = random() % 3 == 0 ? 1 : 0;
+    const auto segments = [&](const Neurites& all, const std::vector<std::uint8_t>* of) {
+      std::multiset<std::array<std::int64_t, 6>> out;
+      for (const NeuritePath& path : all.paths)
+        for (std::uint32_t k = path.isBall() ? 0 : 1; k < path.count; ++k) {
+          const std::uint32_t end = path.begin + k;
+          const GridPoint &a = all.points[path.isBall() ? end : end - 1].p, &b = all.points[end].p;
+          if (of == nullptr || (*of)[end] != 0) out.insert({a.x(), a.y(), a.z(), b.x(), b.y(), b.z()});
+        }
+      return out;
+    };
+    const auto wanted = segments(ordered, &kept);
+    cutOut(ordered, kept);
+    cutOut(shuffled, kept);
+    EXPECT_EQ(segments(ordered, nullptr), wanted);
+    EXPECT_EQ(segments(shuffled, nullptr), wanted);
   }
 }
 
