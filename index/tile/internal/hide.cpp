@@ -5,7 +5,6 @@
 #include <array>
 #include <bit>
 #include <cmath>
-#include <hwy/cache_control.h>
 #include <numeric>
 #include <optional>
 #include <unordered_map>
@@ -203,12 +202,12 @@ class Hider {
     const std::vector<std::uint32_t> order = longestFirst();
     for (std::size_t at = 0; at < order.size(); ++at) {
       // Paths of one length lie far apart in memory. (In a function of its own, GCC removes prefetches.)
-      if (at + kPathsAhead < order.size()) hwy::Prefetch(&all_.paths[order[at + kPathsAhead]]);
+      if (at + kPathsAhead < order.size()) __builtin_prefetch(&all_.paths[order[at + kPathsAhead]]);
       if (at + kPointsAhead < order.size()) {
         const NeuritePath& path = all_.paths[order[at + kPointsAhead]];
-        hwy::Prefetch(&all_.points[path.begin]);
-        hwy::Prefetch(&all_.points[path.begin + path.count - 1]);
-        hwy::Prefetch(&kept_[path.begin]);
+        __builtin_prefetch(&all_.points[path.begin]);
+        __builtin_prefetch(&all_.points[path.begin + path.count - 1]);
+        __builtin_prefetch(&kept_[path.begin]);
       }
       const NeuritePath& path = all_.paths[order[at]];
       Places last = placesOf(path.begin);
