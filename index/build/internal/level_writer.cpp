@@ -99,9 +99,9 @@ void coarsen(Neurites& neurites, const Grid& grid, const BlockKey& block, double
 
 // The neurites of the block at work. A thread uses the same memory for one block after another: the system takes long
 // to give it anew. Thread rule: of one thread.
-class Bench {
+class BlockWork {
  public:
-  explicit Bench(MemoryBudget& budget) : budget_(budget), hold_(budget, 0) {}
+  explicit BlockWork(MemoryBudget& budget) : budget_(budget), hold_(budget, 0) {}
 
   Neurites neurites;
 
@@ -136,8 +136,8 @@ class Bench {
 class Maker {
  public:
   Maker(const LevelInput& input, const LevelBlocks& blocks, const internal::LevelSomata& somata, MemoryBudget& budget,
-        internal::Spool& spool, Bench& bench)
-      : input_(input), blocks_(blocks), somata_(somata), budget_(budget), spool_(spool), bench_(bench) {}
+        internal::Spool& spool, BlockWork& work)
+      : input_(input), blocks_(blocks), somata_(somata), budget_(budget), spool_(spool), work_(work) {}
   virtual ~Maker() = default;
   Maker(const Maker&) = delete;
   Maker& operator=(const Maker&) = delete;
@@ -169,7 +169,7 @@ class Maker {
   const internal::LevelSomata& somata_;
   MemoryBudget& budget_;
   internal::Spool& spool_;
-  Bench& bench_;
+  BlockWork& work_;
 
  private:
   Content leaf(const LeafRange& range) const {
@@ -186,8 +186,8 @@ class Maker {
     const bool outermost = blocks_.isOutermost(range), first = content.finer == blocks_.segments(range);
     const double parts = first ? internal::kFirstParts : internal::kParts;
     const bool linking = outermost || !onlyLeaves(content);
-    bench_.begin(content.points, content.points * (linking ? kBytesOfLinked : kBytesOfPoint) + kBytesOfMasks);
-    Neurites& neurites = bench_.neurites;
+    work_.begin(content.points, content.points * (linking ? kBytesOfLinked : kBytesOfPoint) + kBytesOfMasks);
+    Neurites& neurites = work_.neurites;
     gather(std::move(content.pieces), neurites);
     internal::removeInsideBalls(neurites, input_.grid);
     // Leaves are as coarse as a first level. Joining them would change little, and takes long.
@@ -197,7 +197,7 @@ class Maker {
     const bool is_tile = outermost || (has_level && neurites.points.size() - neurites.paths.size() <= most);
     made.finer = content.finer;
     if (is_tile) {
-      bench_.beginTile();
+      work_.beginTile();
       LevelTile tile = internal::encodeLevel(neurites, block, 0, input_.grid);
       made.finer = tile.entry.segments;
       emit(std::move(tile));
@@ -276,8 +276,8 @@ class TopMaker final : public Maker {
  public:
   TopMaker(const LevelInput& input, const LevelBlocks& blocks, const internal::LevelSomata& somata,
            MemoryBudget& budget, internal::Spool& spool, unsigned threads, std::function<void(const LevelTile&)> write)
-      : Maker(input, blocks, somata, budget, spool, own_bench_),
-        own_bench_(budget),
+      : Maker(input, blocks, somata, budget, spool, own_work_),
+        own_work_(budget),
         threads_(std::max(1u, threads)),
         write_(std::move(write)) {
     if (!input.leaves.empty()) listUnits({0, input.leaves.size()});
@@ -317,8 +317,8 @@ class TopMaker final : public Maker {
   }
   void emit(LevelTile tile) override { write_(tile); }
 
-  void makeUnit(Unit& unit, Bench& bench) const {
-    UnitMaker maker(input_, blocks_, somata_, budget_, spool_, bench);
+  void makeUnit(Unit& unit, BlockWork& work) const {
+    UnitMaker maker(input_, blocks_, somata_, budget_, spool_, work);
     unit.content = maker.make(unit.range);
     unit.tiles = std::move(maker.tiles);
     unit.tiles_hold = std::move(maker.tiles_hold);
@@ -329,18 +329,18 @@ class TopMaker final : public Maker {
   void makeSome() {
     const std::size_t first = claimed_;
     const std::size_t last = std::min<std::size_t>(units_.size(), first + kUnitsOfThread * threads_);
-    own_bench_.end();
+    own_work_.end();
     const std::uint64_t used_before = budget_.used();
     std::atomic<std::size_t> next{first};
     runWorkers(std::min<std::size_t>(threads_, last - first), [&](unsigned, const std::atomic<bool>& failed) {
-      Bench bench(budget_);
+      BlockWork work(budget_);
       while (!failed) {
-        const std::uint64_t used = budget_.used() - bench.bytes();
+        const std::uint64_t used = budget_.used() - work.bytes();
         if (next > first && used > used_before && used - used_before > budget_.limit() / 2) break;
         const std::size_t i = next.fetch_add(1);
         if (i >= last) break;
         try {
-          makeUnit(units_[i], bench);
+          makeUnit(units_[i], work);
         } catch (const BeyondBudget&) {
         }
       }
@@ -353,10 +353,10 @@ class TopMaker final : public Maker {
         if (piece.spooled) piece.spooled->clear();
       units_[i] = {units_[i].range, {}, {}, {}};
     }
-    if (claimed_ == first) makeUnit(units_[claimed_++], own_bench_);
+    if (claimed_ == first) makeUnit(units_[claimed_++], own_work_);
   }
 
-  Bench own_bench_;
+  BlockWork own_work_;
   std::size_t threads_;
   std::function<void(const LevelTile&)> write_;
   std::vector<Unit> units_;
