@@ -7,7 +7,7 @@ import {join} from 'node:path';
 
 import {openBrowser, openPage, serveSets, waitFor} from '../service/browser.mjs';
 import {
-  chromium, filiform, name, opened, out, packages, pull, run, set, settled, shoot, sleep, state
+  chromium, filiform, name, opened, out, packages, pull, run, searchAndBookmark, set, settled, shoot, sleep, state
 } from './travelling.mjs';
 
 async function main() {
@@ -45,12 +45,7 @@ async function main() {
   const [last, to] = await written();
   const rate = (last.tick - first.tick) / ((to - from) / 1000);
 
-  // Goes to a cell by its name.
-  await page.keyboard.type('/');
-  await waitFor('the search', async () => (await state(page)).search, 10);
-  await page.keyboard.type(before.cell, {delay: 60});
-  await page.keyboard.press('Enter', {delay: 60});
-  await waitFor('the jump', async () => (await state(page)).jumps > before.jumps, 20);
+  await searchAndBookmark(page, before.cell, '');
 
   // A link opens the same place.
   await waitFor('the address', async () => (await page.evaluate(() => location.hash)).length > 1, 10);

@@ -71,6 +71,23 @@ export async function pull(page, file) {
   return moved_um;
 }
 
+// Goes to a cell by its name, sets a bookmark `z` there, and takes a screenshot after each: PREFIXsearched.png and
+// PREFIXbookmarked.png.
+export async function searchAndBookmark(page, cell, prefix) {
+  const {jumps} = await state(page);
+  await page.keyboard.type('/');
+  await waitFor('the search', async () => (await state(page)).search, 10);
+  await page.keyboard.type(cell, {delay: 60});
+  await page.keyboard.press('Enter', {delay: 60});
+  await waitFor('the jump', async () => (await state(page)).jumps > jumps, 20);
+  await settled(page);
+  await shoot(page, `${prefix}searched.png`);
+  await page.keyboard.type(';', {delay: 60});
+  await page.keyboard.type('z', {delay: 60});
+  await waitFor('the bookmark', async () => (await state(page)).bookmarks.includes('z'), 20);
+  await shoot(page, `${prefix}bookmarked.png`);
+}
+
 // A page of this size on the set; `prepare(page)` runs before anything is loaded. `more` is added to the address.
 export async function travel(browser, address, prepare, viewport = {width: 640, height: 360}, more = '') {
   const page = await openPage(browser);
