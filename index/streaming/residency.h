@@ -49,8 +49,8 @@ struct ReaderFocus {
 struct ResidencyOptions {
   std::uint64_t budget_bytes = UINT64_MAX;  // bytes of all tiles in state ready, resident or retiring
   PrefetchPolicy prefetch = PrefetchPolicy::structure;
-  // With PrefetchPolicy::structure: look-ahead time at the present speed. In real time it grows with the measured time
-  // of reads.
+  // With PrefetchPolicy::structure: look-ahead time at the present speed. In real time it is shorter while reads are
+  // fast, and longer while they are slow, as measured.
   double lookahead_s = 0.5;
   // Parallel reads in real time; more hide the latency of a slow disk. 0: 1, and for a set at an address as many as the
   // measured time of reads allows, from kLeastRemoteReads to kMostRemoteReads.

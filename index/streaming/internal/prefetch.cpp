@@ -25,7 +25,7 @@ constexpr double kPull = 20;
 constexpr double kPatience = 2;
 // On a neurite, the proxy reaches its surroundings only along the neurite, which claimAhead() covers. In 1.9e8
 // segments, a tour met no absent tile with an eighth of the workspace's radius or with all of it. An eighth needs an
-// eighth of the tile reads.
+// eighth of the tile reads. Where reads are fast, still less suffices, and in dense tissue these are most reads.
 constexpr double kAroundOnStructure = 1.0 / 8;
 // Pages of the directory are asked for before their tiles: those that may be needed within this many look-ahead times.
 constexpr double kPagesAhead = 2;
@@ -43,6 +43,9 @@ struct Step {
   }
 };
 
+// To the nearest point of the box.
+Vector3d wayTo(const WorldBox& box, const Vector3d& p_W) { return p_W.cwiseMax(box.lo_W).cwiseMin(box.hi_W) - p_W; }
+
 struct End {  // of the walk: the neurite continues from here, not in memory
   double cost_s, arc_um, weight;
   Vector3d p_W;
@@ -57,14 +60,17 @@ Prefetch::Prefetch(const internal::KnownPages& store, const TileFinder& finder, 
   usual_lookahead_s_ = lookahead_s_;
 }
 
-Vector3d Prefetch::wayTo(TileId tile, const Vector3d& p_W) const {
+double Prefetch::distance_um(TileId tile, const Vector3d& p_W) const { return wayTo(boxOf(tile), p_W).norm(); }
+
+WorldBox Prefetch::boxOf(TileId tile) const {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
   const std::optional<GridBox> page = store_.boxOfUnknown(tile);
   const TileEntry* const entry = page ? nullptr : store_.find(tile);
-  if (!page && entry == nullptr) return Vector3d::Zero();
+  if (!page && entry == nullptr) return {Vector3d::Constant(-kInfinity), Vector3d::Constant(kInfinity)};
   const GridBox& box = page ? *page : entry->content;
-  if (box.empty()) return Vector3d::Constant(std::numeric_limits<double>::infinity());
+  if (box.empty()) return {Vector3d::Constant(kInfinity), Vector3d::Constant(kInfinity)};
   const Grid grid = store_.grid();
-  return p_W.cwiseMax(grid.toWorld(box.lo)).cwiseMin(grid.toWorld(box.hi)) - p_W;
+  return {grid.toWorld(box.lo), grid.toWorld(box.hi)};
 }
 
 void Prefetch::claimAhead(const ReaderFocus& focus, const TileTable& loaded, std::span<const TileId> cell_tiles,
@@ -81,8 +87,10 @@ void Prefetch::claimAhead(const ReaderFocus& focus, const TileTable& loaded, std
   const double speed = v_W.norm(), pull_um = pull_W.norm();
   // Where the proxy will be. At the end of what is in memory it stands still, and only the pull has a direction.
   const Vector3d heading = (v_W * lookahead_s_ + pull_W).stableNormalized();
-  // At rest or slow motion, the proxy may start in any direction: walk at least the workspace's radius.
-  const double usual_um = std::max({speed * lookahead_s_, focus.radius_um, kMinReach_um});
+  // At rest or slow motion, the proxy may start in any direction: walk at least the workspace's radius, or the part of
+  // it for which there is time where reads are fast.
+  const double rest_um = timePart() * focus.radius_um;
+  const double usual_um = std::max({speed * lookahead_s_, rest_um, kMinReach_um});
   const double pace_um_s = usual_um / lookahead_s_;
   // The farther the hand is from the proxy, the farther along the neurite the solver looks and the proxy may leap.
   const double patience = std::clamp(kPatience * (lookahead_s_ - usual_lookahead_s_), 0.0, 1.0);
@@ -159,13 +167,14 @@ void Prefetch::claimAhead(const ReaderFocus& focus, const TileTable& loaded, std
   std::sort(ends.begin(), ends.end(), [](const End& a, const End& b) { return a.cost_s < b.cost_s; });
   if (ends.size() > kMaxEnds) ends.resize(kMaxEnds);
   for (const TileId id : cell_tiles) {
-    if (id >= store_.tile_count() || cost.contains(id)) continue;
+    if (ends.empty() || id >= store_.tile_count() || cost.contains(id)) continue;
     const bool is_known = store_.knows(id);
     const double most_um = is_known ? reach_um : kPagesAhead * reach_um;
     double best = std::numeric_limits<double>::infinity();
+    const WorldBox box = boxOf(id);
     for (const End& end : ends) {
       if (end.cost_s >= best) break;
-      const Vector3d way_W = wayTo(id, end.p_W);
+      const Vector3d way_W = wayTo(box, end.p_W);
       const double way_um = way_W.norm();
       if (end.arc_um + way_um >= most_um) continue;
       const double aside_um = 0.5 * (kAside - 1) * (way_um - way_W.dot(heading));
@@ -192,7 +201,7 @@ bool Prefetch::claimAround(const ReaderFocus& focus, std::uint64_t budget_bytes,
       !(focus.radius_um > 0))
     return true;
   const bool follows = policy_ == PrefetchPolicy::structure && !focus.is_view && focus.active_tile != kNoTile;
-  const double reach_um = (follows ? kAroundOnStructure : 1) * focus.radius_um;
+  const double reach_um = (follows ? kAroundOnStructure * timePart() : 1) * focus.radius_um;
   store_.setCost(lookahead_s_);
   std::uint64_t bytes = 0;
   try {

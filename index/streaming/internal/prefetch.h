@@ -5,7 +5,7 @@
 //           ends of the walk. So several tiles can be read from a slow disk at once. Turns and the way back change the
 //           order, not the reach. The reach grows with the pull of the hand.
 //   around: tiles within the workspace's radius of the proxy, nearest first. With PrefetchPolicy::structure and an
-//           active tile, only those within an eighth of the radius.
+//           active tile, only those within an eighth of the radius, and within less where reads are fast.
 // Thread rule: thread-compatible; only for the loader, since it allocates.
 #pragma once
 
@@ -13,6 +13,7 @@
 #include "index/streaming/internal/known_pages.h"
 #include "index/streaming/residency.h"
 
+#include <algorithm>
 #include <span>
 #include <vector>
 
@@ -45,14 +46,18 @@ class Prefetch {
   // claimAround: O(kMaxWorkspaceTiles log tiles). Returns false if it ended at a page that is not known.
   bool claimAround(const ReaderFocus& focus, std::uint64_t budget_bytes, std::vector<TileClaim>& claims) const;
 
-  // `s`: as in the constructor, which states the usual time. From a source that needs more, the reach is longer.
+  // `s`: as in the constructor, which states the usual time. From a source that needs more, the reach is longer; from a
+  // faster one it is shorter, with the pace unchanged.
   void setLookahead(double s) { lookahead_s_ = s > 0 ? s : 1e-3; }
 
   // Distance from a point to the box of the tile's content; 0 inside. In a page that is not known: a lower bound.
-  double distance_um(TileId tile, const Vector3d& p_W) const { return wayTo(tile, p_W).norm(); }
+  double distance_um(TileId tile, const Vector3d& p_W) const;
 
  private:
-  Vector3d wayTo(TileId tile, const Vector3d& p_W) const;  // to the nearest point of this box
+  // Of the tile's content, or of its page's if that is all that is known; infinite if nothing is known.
+  WorldBox boxOf(TileId tile) const;
+  // The part of the usual distances for which there is time; 1 unless reads are fast.
+  double timePart() const { return std::min(1.0, lookahead_s_ / usual_lookahead_s_); }
 
   const internal::KnownPages& store_;
   const TileFinder& finder_;

@@ -21,12 +21,17 @@ class ReadLatency {
     mean_s_ += (s - mean_s_) / 8;
   }
   double mean_s() const { return std::max(0.0, mean_s_); }
-  // How far to look ahead, s: `least`, or the time of two slow reads one after the other, at most kMost_s. The second
-  // read is of a tile that the walk reaches only through the first.
-  double lookahead_s(double least) const { return std::max(least, std::min(kMost_s, 2 * (mean_s() + 4 * spread_s_))); }
+  // How far to look ahead, s: the time of many slow reads, at most `usual`; `usual` if nothing was measured. But never
+  // less than two slow reads one after the other, of which the second is of a tile that the walk reaches only through
+  // the first; at most kMost_s.
+  double lookahead_s(double usual) const {
+    if (mean_s_ < 0) return usual;
+    const double slow_s = mean_s_ + 4 * spread_s_;
+    return std::max(std::clamp(kReads * slow_s, std::min(kLeast_s, usual), usual), std::min(kMost_s, 2 * slow_s));
+  }
 
  private:
-  static constexpr double kMost_s = 4;
+  static constexpr double kReads = 25, kLeast_s = 0.15, kMost_s = 4;
   double mean_s_ = -1, spread_s_ = 0;
 };
 

@@ -15,6 +15,9 @@ constexpr double kHeadStart = 0.8;
 // Fraction of the workspace's radius after which the walk ahead is repeated. Fraction of the radius that the budget
 // covers after which the tiles around are listed again: this costs more and changes less.
 constexpr double kWalkAgain = 1.0 / 32, kAroundAgain = 1.0 / 8;
+// In real time, plans follow each other after at least so many times the time that one took: the rest is for reads.
+// Each tile that is read on the way ahead makes the plan outdated.
+constexpr double kRestOfPlan = 4;
 
 }  // namespace
 
@@ -241,9 +244,13 @@ void TileLoader::planIfDue(double due) {
     for (Peer& p : peers_) p.walk_stale = true;
   stale_ |= listed;
   urgent_ |= listed;
-  const double rest = urgent_ ? crowd : std::max(pace_.rest, crowd);
+  const double rest = urgent_ ? crowd : std::max({pace_.rest, crowd, kRestOfPlan * plan_took_});
   const bool rested = rest == 0 || now_ - planned_at_ >= rest;
-  if ((stale_ && rested) || late) plan(due);
+  if ((stale_ && rested) || late) {
+    const auto begun = std::chrono::steady_clock::now();
+    plan(due);
+    if (pace_.is_real) plan_took_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
+  }
   tellTargets();
 }
 

@@ -189,8 +189,9 @@ class TileLoader {
 
   LoaderPace pace_ = kTickPace;
   double now_ = 0, planned_at_ = 0;
-  bool stale_ = true;   // the last plan is outdated
-  bool urgent_ = true;  // and a reader waits for the next plan
+  double plan_took_ = 0;  // in real time, s
+  bool stale_ = true;     // the last plan is outdated
+  bool urgent_ = true;    // and a reader waits for the next plan
   std::uint64_t plan_number_ = 0, ask_serial_ = 0;
   TileSlots slots_;
   std::map<TileId, Asked> asked_;

@@ -113,6 +113,22 @@ TEST_F(PrefetchTest, StructureReachesAsFarAsTheSpeedCarries) {
   EXPECT_GT(costOf(structure_, homeOf(590)), 1e9);
 }
 
+TEST_F(PrefetchTest, AShorterLookaheadReachesLessAtTheSamePace) {
+  for (TileId tile = 0; tile < store_->tile_count(); ++tile) load(tile);
+  const internal::KnownPages pages(*store_);
+  Prefetch prefetch(pages, *finder_, PrefetchPolicy::structure, 0.5);
+  for (const double speed_um_s : {0.0, 2000.0}) {
+    std::vector<TileClaim> usual, shorter;
+    prefetch.setLookahead(0.5);
+    prefetch.claimAhead(at(500, speed_um_s, 800), *loaded_, {}, kNoBudget, usual);
+    prefetch.setLookahead(0.1);
+    prefetch.claimAhead(at(500, speed_um_s, 800), *loaded_, {}, kNoBudget, shorter);
+    EXPECT_LT(shorter.size(), usual.size() / 3) << speed_um_s;
+    EXPECT_GT(shorter.size(), 2u) << speed_um_s;
+    for (const TileClaim& claim : shorter) EXPECT_NEAR(claim.cost, costOf(usual, claim.tile), 1e-9) << speed_um_s;
+  }
+}
+
 TEST_F(PrefetchTest, AheadComesBeforeBehind) {
   for (TileId tile = 0; tile < store_->tile_count(); ++tile) load(tile);
   claim(PrefetchPolicy::structure, at(500, 1000, 100));
@@ -237,6 +253,21 @@ TEST_F(PrefetchTest, AHandOnAStructureClaimsAnEighthOfItsSurroundings) {
   focus.active_tile = kNoTile;  // the proxy moves freely
   claim(PrefetchPolicy::structure, focus);
   expectWithin(1600);
+}
+
+TEST_F(PrefetchTest, WhereReadsAreFastAHandOnAStructureClaimsLessAround) {
+  load(homeOf(500));
+  const internal::KnownPages pages(*store_);
+  Prefetch prefetch(pages, *finder_, PrefetchPolicy::structure, 0.5);
+  ReaderFocus focus = at(500, 100, 1600);
+  prefetch.setLookahead(0.15);
+  std::vector<TileClaim> claims;
+  prefetch.claimAround(focus, kNoBudget, claims);
+  EXPECT_EQ(claims.size(), finder_->within(focus.p_W, 60 * 60).size());
+  claims.clear();
+  prefetch.setLookahead(2);  // slow reads
+  prefetch.claimAround(focus, kNoBudget, claims);
+  EXPECT_EQ(claims.size(), finder_->within(focus.p_W, 200 * 200).size());
 }
 
 TEST_F(PrefetchTest, ViewClaimsItsSurroundingsOnly) {
