@@ -21,9 +21,9 @@ class ReadLatency {
     mean_s_ += (s - mean_s_) / 8;
   }
   double mean_s() const { return std::max(0.0, mean_s_); }
-  // How far to look ahead, s: the time of many slow reads, at most `usual`; `usual` if nothing was measured. But never
-  // less than two slow reads one after the other, of which the second is of a tile that the walk reaches only through
-  // the first; at most kMost_s.
+  // How far to look ahead, s: the time of kReads slow reads, from kLeast_s to `usual`; `usual` if nothing was measured.
+  // If two slow reads take longer, their time, at most kMost_s: the second is of a tile that the walk reaches only
+  // through the first.
   double lookahead_s(double usual) const {
     if (mean_s_ < 0) return usual;
     const double slow_s = mean_s_ + 4 * spread_s_;
