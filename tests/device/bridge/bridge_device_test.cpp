@@ -68,7 +68,7 @@ struct LoggedForce {
 std::vector<LoggedForce> readLog(const std::string& path) {
   std::vector<LoggedForce> rows;
   std::ifstream file(path);
-  for (std::string line; std::getline(file, line);) {
+  for (std::string line; std::getline(file, line) && !file.eof();) {  // the last line may still be without its end
     LoggedForce row;
     std::istringstream words(line);
     if (words >> row.time_ns >> row.command_ns >> row.mode >> row.force_N >> row.p_D.x() >> row.p_D.y() >> row.p_D.z())
@@ -205,7 +205,8 @@ std::vector<LoggedForce> betweenCommands(const std::string& log) {
   return between;
 }
 
-// Commands come every 10 ms, the bridge steps twice a millisecond: the force of all its steps is that of the spring.
+// Commands come every 5 ms, the bridge steps twice a millisecond: the force of all its steps is that of the spring. The
+// log is read only after the commands: while it was read, none would come, and the ramp would begin again.
 TEST(BridgeDevice, TheForceBetweenCommandsFollowsTheModel) {
   constexpr double kStiffness_N_m = 300;
   for (const bool models : {true, false}) {
@@ -214,14 +215,18 @@ TEST(BridgeDevice, TheForceBetweenCommandsFollowsTheModel) {
     BridgeDevice device(patient(folder / "b"));
     device.open();
     DeviceState state = device.exchange({});
-    int i = 0;
+    std::chrono::milliseconds commands_take = 1s;
     ASSERT_TRUE(eventually([&] {
-      device.lead({0.01 * std::sin(0.6 * i), 0.01 * std::cos(0.6 * i), 0});
-      Wrench wrench = springToCentre(kStiffness_N_m, state.p_D);
-      if (!models) wrench.model = {};
-      state = device.exchange(wrench);
-      std::this_thread::sleep_for(10ms);
-      return ++i % 50 == 0 && betweenCommands(folder / "log").size() > 400;
+      const auto begin = std::chrono::steady_clock::now();
+      for (int i = 0; std::chrono::steady_clock::now() < begin + commands_take; ++i) {
+        device.lead({0.01 * std::sin(0.3 * i), 0.01 * std::cos(0.3 * i), 0});
+        Wrench wrench = springToCentre(kStiffness_N_m, state.p_D);
+        if (!models) wrench.model = {};
+        state = device.exchange(wrench);
+        std::this_thread::sleep_for(5ms);
+      }
+      commands_take *= 2;
+      return betweenCommands(folder / "log").size() > 400;
     }));
     double worst_N = 0, strongest_N = 0;
     for (const LoggedForce& row : betweenCommands(folder / "log")) {
