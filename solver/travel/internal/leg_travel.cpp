@@ -130,12 +130,14 @@ ReaderFocus LegTravel::focus() const noexcept {
   return focus;
 }
 
-ReaderFocus LegTravel::startFocus() const noexcept {
-  ReaderFocus focus = hand_.navigation().focus();
-  focus.target_tile = leg_->home;
-  focus.target_node = leg_->firstNode();
-  focus.target_W = leg_->first().p_W;
-  return focus;
+void LegTravel::awaitFirst(const RunTime& time, const std::function<void()>& pass_period) {
+  ReaderFocus start = hand_.navigation().focus();
+  start.target_tile = leg_->home;
+  start.target_node = leg_->firstNode();
+  start.target_W = leg_->first().p_W;
+  hand_.publish(start);
+  for (double waited = 0; waited < longestJumpWaitPeriods(time) && !hasTilesOf(*leg_); ++waited) pass_period();
+  hand_.publish(focus());
 }
 
 LegTravel::Totals LegTravel::totals() const noexcept {

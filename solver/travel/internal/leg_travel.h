@@ -8,7 +8,8 @@
 //   time.pass();
 //   legs.update(time);                                     // after the tick
 //
-// Thread rule: haptic thread. All members except the constructor and moveOnAsRecorded() are haptic-safe.
+// Thread rule: haptic thread. All members except the constructor, awaitFirst() and moveOnAsRecorded() are
+// haptic-safe.
 #pragma once
 
 #include "index/streaming/residency.h"
@@ -18,6 +19,7 @@
 #include "solver/travel/internal/run_time.h"
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 
 namespace filiform::internal {
@@ -61,10 +63,9 @@ class LegTravel {
 
   // Navigation's focus. While a jump waits, the focus includes the target of the jump.
   ReaderFocus focus() const noexcept;
-  // The focus before the first leg begins, with the leg's first point as the target.
-  ReaderFocus startFocus() const noexcept;
-  // How long a jump waits for its tiles before its leg is dropped.
-  double longestJumpWaitPeriods(const RunTime& time) const noexcept { return time.periodsOf(longest_jump_wait_s_); }
+  // Before the first tick: like a jump, the first leg waits for the tiles that the hand can reach at once, but no
+  // longer than a jump. `pass_period` lets one period pass, in which tiles may come. Not haptic-safe.
+  void awaitFirst(const RunTime& time, const std::function<void()>& pass_period);
 
   const Counts& counts() const noexcept { return counts_; }
   const TimeHistogram& jumpWaits() const noexcept { return jump_waits_; }  // see RunSummary
@@ -74,6 +75,8 @@ class LegTravel {
   bool enter(const Leg& leg, const Vector3d& h_D, const RunTime& time) noexcept;
   void leavePast(const DeviceState& state, const RunTime& time) noexcept;
   bool hasTilesOf(const Leg& leg) const noexcept;
+  // How long a jump waits for its tiles before its leg is dropped.
+  double longestJumpWaitPeriods(const RunTime& time) const noexcept { return time.periodsOf(longest_jump_wait_s_); }
   void drop() noexcept;
 
   Itinerary& itinerary_;

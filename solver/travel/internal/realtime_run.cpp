@@ -46,7 +46,10 @@ class RealTimeRun {
   void operator()(const OnTick& on_tick) {
     if (io_.residency != nullptr) {
       io_.residency->start();
-      awaitStart();
+      run_.legs->awaitFirst(run_.time, [this] {
+        std::this_thread::sleep_for(std::chrono::duration<double>(run_.time.period_s()));
+        run_.tiles.reader()->apply();
+      });
     }
     loop_.start();
     while (loop_.running() && !over_.load(std::memory_order_acquire)) {
@@ -113,19 +116,6 @@ class RealTimeRun {
     rest.wanted = last_force_.sent();
     rest.dt_s = dt_s;
     return last_force_.fading() ? last_force_.pass(rest) : Wrench{};
-  }
-
-  // Like a jump, the first leg waits for the tiles that the hand can reach at once, but no longer than a jump.
-  void awaitStart() {
-    TileReader& reader = *run_.tiles.reader();
-    const ReaderFocus start = run_.legs->startFocus();
-    run_.hand->publish(start);
-    for (double waited = 0; waited < run_.legs->longestJumpWaitPeriods(run_.time); ++waited) {
-      reader.apply();
-      if (reader.isTargetReady(start.target_node)) break;
-      std::this_thread::sleep_for(std::chrono::duration<double>(run_.time.period_s()));
-    }
-    run_.hand->publish(run_.legs->focus());
   }
 
   void drain(const OnTick& on_tick) {

@@ -20,6 +20,8 @@ class VirtualRun {
             std::min(1e15, std::ceil(run.options.latency_ms * 1e-3 / run.time.period_s())))) {}
 
   void operator()(const OnTick& on_tick) {
+    if (latency_ticks_ > 0 && !is_replay_ && run_.tiles.residency() != nullptr)
+      run_.legs->awaitFirst(run_.time, [this] { advance(ticks_before_++); });
     Wrench wrench;
     TickRow row;
     for (bool over = false; !over;) {
@@ -57,10 +59,11 @@ class VirtualRun {
     legs.moveOn(state, run_.time);
   }
 
+  void advance(std::uint64_t tick) { run_.tiles.residency()->advance(tick, latency_ticks_); }
+
   const NavigationTick& tickWith(const DeviceState& state) {
     const double step_s = run_.time.step_s();
-    Residency* const residency = run_.tiles.residency();
-    if (latency_ticks_ > 0 && residency != nullptr) residency->advance(run_.statistics.ticks(), latency_ticks_);
+    if (latency_ticks_ > 0 && run_.tiles.residency() != nullptr) advance(ticks_before_ + run_.statistics.ticks());
     if (is_replay_) return run_.hand->tickAsRecorded(state, step_s);
     return latency_ticks_ > 0 ? run_.hand->tick(state, step_s) : run_.hand->tickWithItsTiles(state, step_s);
   }
@@ -78,6 +81,7 @@ class VirtualRun {
   RunParts& run_;
   const bool is_replay_;
   const std::uint64_t latency_ticks_;
+  std::uint64_t ticks_before_ = 0;  // that passed for the loader before the first tick
   NavigationSnapshot snapshot_;
 };
 

@@ -120,6 +120,22 @@ TEST(Run, ATourWaitsForTheTileThatItJumpsTo) {
   EXPECT_EQ(record(*store, options).rows, late.rows);
 }
 
+// No tile that a tick asks for comes before the end of such a short run.
+TEST(Run, ALateRunBeginsWhenItsTilesAreHere) {
+  const auto store = column();
+  std::uint64_t without_prefetch = 0;
+  for (int tour = 1; tour <= 8; ++tour) {
+    RunOptions options = shortTour();
+    options.route = "tour:" + std::to_string(tour);
+    options.latency_ms = 100;
+    options.seconds = 0.1;
+    EXPECT_EQ(record(*store, options).summary.frontiers, 0u) << tour;
+    options.prefetch = PrefetchPolicy::none;
+    without_prefetch += record(*store, options).summary.frontiers;
+  }
+  EXPECT_GT(without_prefetch, 0u) << "the hand leaves the first tile";
+}
+
 TEST(Run, ATourInRealTimeJumps) {
   const auto store = storeOf({line(8)}, 8);
   for (const bool in_memory : {false, true}) {
