@@ -9,9 +9,11 @@
 #include <chrono>
 #include <cmath>
 #include <cstddef>
+#include <initializer_list>
 #include <limits>
 #include <map>
 #include <string>
+#include <utility>
 
 namespace filiform {
 
@@ -26,6 +28,9 @@ using internal::Target;
 // two samples wide. A cone costs five times as much.
 constexpr double kLineRadius_px = 0.6, kRibbonRadius_px = 1.25;
 constexpr double kRibbon = 2;
+// A ball below the first radius, in pixels of the picture, lies at one depth: see ball.vert. None is drawn smaller than
+// the second, in sample pixels: it would fall between the samples.
+constexpr double kFlatBall_px = 6, kLeastBall_px = 0.71;
 // No cone is drawn thinner: it would break into dots.
 constexpr double kLeastRadius_px = 0.55;
 // A dark rim separates overlays from the neurites behind them.
@@ -40,6 +45,14 @@ bool contextHasQuadBuffer() {
   glBindFramebuffer(GL_FRAMEBUFFER, 0);
   glGetBooleanv(GL_STEREO, &stereo);
   return stereo == GL_TRUE;
+}
+
+// The text of a shader with definitions after its first line, which states the version.
+std::string withDefinitions(std::string text, std::initializer_list<std::pair<const char*, int>> definitions) {
+  std::string defined;
+  for (const auto& [name, value] : definitions)
+    defined += std::string("#define ") + name + " " + std::to_string(value) + "\n";
+  return text.insert(text.find('\n') + 1, defined);
 }
 
 // Appends rows of the bound framebuffer, the top one first. OpenGL counts rows from the bottom. Reads four bytes a
@@ -60,11 +73,32 @@ constexpr std::size_t kAllAtOnce = 1U << 20, kInParts = 256;
 constexpr int kRows = 64;
 
 // In drawing order: later stages cover earlier ones.
-enum class Stage : std::uint8_t { ribbons, lines, cones, highlight_faint, highlight, overlays_faint, overlays };
+enum class Stage : std::uint8_t {
+  ribbons,
+  lines,
+  large_balls,
+  cones,
+  balls,
+  highlight_faint,
+  highlight,
+  overlays_faint,
+  overlays
+};
 
 CardBatch::From fromOf(Stage stage) {
   using From = CardBatch::From;
-  return stage == Stage::ribbons ? From::ribbons : stage == Stage::lines ? From::lines : From::cones;
+  switch (stage) {
+    case Stage::ribbons:
+      return From::ribbons;
+    case Stage::lines:
+      return From::lines;
+    case Stage::large_balls:
+      return From::large_balls;
+    case Stage::balls:
+      return From::balls;
+    default:
+      return From::cones;
+  }
 }
 
 // Segments of one batch that one OpenGL call draws.
@@ -102,8 +136,9 @@ struct Job {
 }  // namespace
 
 struct Renderer::Impl {
+  Program ball{internal::kBallVertexShader, internal::kBallFragmentShader};
   Program cone{internal::kConeVertexShader, internal::kConeFragmentShader};
-  Program line{internal::kLineVertexShader, internal::kLineFragmentShader};
+  std::map<int, Program> line;                    // by fading; compiled when first needed
   std::map<std::array<int, 3>, Program> compose;  // by mode, samples and shading; compiled when first needed
   std::map<BatchId, CardBatch> batches;
   std::array<Target, 2> eyes;
@@ -115,6 +150,7 @@ struct Renderer::Impl {
   Job job;
 
   void remove(BatchId id);
+  Program& drawingLines(bool fade);
   Program& composing(StereoMode mode, int samples, bool shaded);
   RenderFigures start(const std::array<EyeView, 2>& views, const RenderOptions& options, std::size_t piece_segments);
   RenderFigures list(std::size_t eye, std::size_t piece_segments);
@@ -157,15 +193,19 @@ void Renderer::put(BatchId id, const NeuriteBatch& batch, Layer layer) {
   on_card.put(batch, layer);
 }
 
+Program& Renderer::Impl::drawingLines(bool fade) {
+  const auto found = line.find(fade ? 1 : 0);
+  if (found != line.end()) return found->second;
+  const std::string text = withDefinitions(internal::kLineFragmentShader, {{"FADES", fade ? 1 : 0}});
+  return line.try_emplace(fade ? 1 : 0, internal::kLineVertexShader, text.c_str()).first->second;
+}
+
 Program& Renderer::Impl::composing(StereoMode mode, int samples, bool shaded) {
   const std::array<int, 3> key{static_cast<int>(mode), samples, shaded ? 1 : 0};
   const auto found = compose.find(key);
   if (found != compose.end()) return found->second;
-  std::string text = internal::kComposeFragmentShader;
-  std::string defined = "#define MODE " + std::to_string(key[0]);
-  defined += "\n#define SAMPLES " + std::to_string(key[1]);
-  defined += "\n#define SHADED " + std::to_string(key[2]);
-  text.insert(text.find('\n') + 1, defined + "\n");  // after the version
+  const std::string text =
+      withDefinitions(internal::kComposeFragmentShader, {{"MODE", key[0]}, {"SAMPLES", key[1]}, {"SHADED", key[2]}});
   return compose.try_emplace(key, internal::kComposeVertexShader, text.c_str()).first->second;
 }
 
@@ -174,11 +214,14 @@ RenderFigures Renderer::Impl::list(std::size_t eye, std::size_t piece_segments) 
   const EyeView& view = job.views[eye];
   const LevelView levels = levelView(view, {job.eye_size.width * job.samples, job.eye_size.height * job.samples});
   RenderFigures figures;
-  struct Part {  // a batch, thickest first: cones up to `cones`, ribbons up to `ribbons`, then lines
+  // A neurite's batch: large balls up to `large_balls`, small ones up to `balls`, cones up to `cones`, ribbons up to
+  // `ribbons`, then lines.
+  struct Part {
     CardBatch* batch;
-    std::size_t cones, ribbons;
+    std::size_t large_balls, balls, cones, ribbons;
   };
-  std::vector<Part> neurites, highlights, overlays;
+  std::vector<Part> neurites;
+  std::vector<CardBatch*> highlights, overlays;
   for (auto& [id, batch] : batches) {
     if (!batch.shown) continue;
     if (!batch.isSeen(levels)) {
@@ -187,31 +230,33 @@ RenderFigures Renderer::Impl::list(std::size_t eye, std::size_t piece_segments) 
     }
     ++figures.batches;
     if (batch.layer() != Layer::neurites) {
-      (batch.layer() == Layer::overlays ? overlays : highlights).push_back({&batch, batch.size(), batch.size()});
+      (batch.layer() == Layer::overlays ? overlays : highlights).push_back(&batch);
       if (batch.layer() == Layer::highlight) figures.cones += batch.size();
       continue;
     }
-    const double distance_um = batch.distance_um(view.eye_W);
-    const auto thickerThan = [&, &batch = batch](double radius_px) {
-      return batch.atLeastAsThickAs(radius_px * distance_um / levels.pixels_per_rad);
-    };
-    neurites.push_back({&batch, thickerThan(kRibbonRadius_px), thickerThan(kLineRadius_px)});
+    const double um_px = batch.distance_um(view.eye_W) / levels.pixels_per_rad;
+    neurites.push_back({&batch, batch.ballsAtLeastAsThickAs(kFlatBall_px * job.samples * um_px), batch.balls(),
+                        batch.atLeastAsThickAs(kRibbonRadius_px * um_px),
+                        batch.atLeastAsThickAs(kLineRadius_px * um_px)});
     figures.cones += neurites.back().cones;
     figures.lines += batch.size() - neurites.back().cones;
   }
 
   std::vector<Piece>& pieces = job.pieces[eye];
   pieces.clear();
-  const auto add = [&](Stage stage, const Part& part, std::size_t begin, std::size_t end) {
+  const auto add = [&](Stage stage, CardBatch* batch, std::size_t begin, std::size_t end) {
     for (std::size_t first = begin; first < end; first += piece_segments)
-      pieces.push_back({stage, part.batch, first, std::min(piece_segments, end - first)});
+      pieces.push_back({stage, batch, first, std::min(piece_segments, end - first)});
   };
-  const auto addAll = [&](Stage stage, const std::vector<Part>& parts) {
-    for (const Part& part : parts) add(stage, part, 0, part.cones);
+  const auto addAll = [&](Stage stage, const std::vector<CardBatch*>& list) {
+    for (CardBatch* const batch : list) add(stage, batch, 0, batch->size());
   };
-  for (const Part& part : neurites) add(Stage::ribbons, part, part.cones, part.ribbons);
-  for (const Part& part : neurites) add(Stage::lines, part, part.ribbons, part.batch->size());
-  addAll(Stage::cones, neurites);
+  for (const Part& part : neurites) add(Stage::ribbons, part.batch, part.cones, part.ribbons);
+  for (const Part& part : neurites) add(Stage::lines, part.batch, part.ribbons, part.batch->size());
+  for (const Part& part : neurites) add(Stage::large_balls, part.batch, 0, part.large_balls);
+  for (const Part& part : neurites) add(Stage::cones, part.batch, part.balls, part.cones);
+  // Last, because what is hidden then costs least.
+  for (const Part& part : neurites) add(Stage::balls, part.batch, part.large_balls, part.balls);
   // Dense tissue would hide these: draw them faintly without a depth test first, then normally.
   addAll(Stage::highlight_faint, highlights);
   addAll(Stage::highlight, highlights);
@@ -249,7 +294,9 @@ Program& Renderer::Impl::enter(Stage stage, std::size_t eye) {
   const PictureSize& size = eyes[eye].size();
   const Eigen::Matrix4d p = projection(view.frustum);
   const bool is_line = stage == Stage::ribbons || stage == Stage::lines;
-  Program& program = is_line ? line : cone;
+  Program& program = is_line                 ? drawingLines(options.clear_begin_um > view.frustum.near_um)
+                     : stage == Stage::balls ? ball
+                                             : cone;
   program.use();
   program.set("rotation_VW", view.rotation_VW);
   program.set("lens", Eigen::Vector4d(p(0, 0), p(0, 2), p(1, 1), p(1, 2)));
@@ -258,7 +305,7 @@ Program& Renderer::Impl::enter(Stage stage, std::size_t eye) {
   program.set("near_um", view.frustum.near_um);
   program.set("background", colourVector(options.background));
   const bool is_highlight = stage == Stage::highlight_faint || stage == Stage::highlight;
-  const bool is_neurite = is_line || stage == Stage::cones;
+  const bool is_neurite = stage < Stage::highlight_faint;
   program.set("dim", is_neurite ? options.dim : 0);
   program.set(
       "fog", is_neurite ? Vector3d(options.fog_begin_um, options.fog_end_um, options.fog_most) : Vector3d(1e9, 2e9, 0));
@@ -268,7 +315,9 @@ Program& Renderer::Impl::enter(Stage stage, std::size_t eye) {
     program.set("width_px", stage == Stage::ribbons ? std::max<double>(job.samples, kRibbon) : job.samples);
     return program;
   }
-  program.set("least_px", is_highlight ? kHighlightRadius_px * job.samples : kLeastRadius_px);
+  program.set("least_px", is_highlight            ? kHighlightRadius_px * job.samples
+                          : stage == Stage::balls ? kLeastBall_px
+                                                  : kLeastRadius_px);
   if (is_neurite || is_highlight) {
     program.set("halo_px", is_highlight ? 0 : options.halo_px * job.samples);
     program.set("halo_radii", 0.8, 2.0);
@@ -294,7 +343,9 @@ void Renderer::Impl::drawPieces(std::size_t eye, std::size_t end) {
     program->set("origin_V", job.views[eye].toView(piece.batch->origin_W()));
     if (piece.stage == Stage::ribbons || piece.stage == Stage::lines) program->set("pixel_um", piece.batch->pixel_um());
     piece.batch->bindFrom(fromOf(piece.stage), piece.first);
-    glDrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, static_cast<GLsizei>(piece.count));
+    const bool is_flat = piece.stage == Stage::balls;
+    glDrawArraysInstanced(is_flat ? GL_TRIANGLES : GL_TRIANGLE_STRIP, 0, is_flat ? 12 : 4,
+                          static_cast<GLsizei>(piece.count));
   }
 }
 

@@ -6,9 +6,10 @@
 //   renderer.draw(stereoViews(camera, aspect, 0), {.size = {1280, 800}});
 //   const Picture picture = renderer.read();
 //
-// A segment thinner than a pixel is a lit line. A thicker one is a round cone with its own depth at each pixel. Four
-// cues show depth: fog; halos, which cut neurites that lie behind; eye-dome lighting, which darkens points beside
-// nearer ones; and neurites between the camera and the focus fade. Thread rule: the thread of its context.
+// A segment thinner than a pixel is a lit line. A thicker one is a round cone with its own depth at each pixel. A ball
+// of few pixels has one depth. Four cues show depth: fog; halos, which cut neurites that lie behind; eye-dome lighting,
+// which darkens points beside nearer ones; and neurites between the camera and the focus fade. Thread rule: the thread
+// of its context.
 #pragma once
 
 #include "viewer/gl/graphics_context.h"

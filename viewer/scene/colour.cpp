@@ -6,11 +6,17 @@
 
 namespace filiform {
 
+namespace {
+
+double cube(double x) { return x * x * x; }
+
+}  // namespace
+
 Rgba lightnessChromaHue(double lightness, double chroma, double hue_rad) {
   const double a = chroma * std::cos(hue_rad), b = chroma * std::sin(hue_rad);
-  const double l = std::pow(lightness + 0.3963377774 * a + 0.2158037573 * b, 3);
-  const double m = std::pow(lightness - 0.1055613458 * a - 0.0638541728 * b, 3);
-  const double s = std::pow(lightness - 0.0894841775 * a - 1.2914855480 * b, 3);
+  const double l = cube(lightness + 0.3963377774 * a + 0.2158037573 * b);
+  const double m = cube(lightness - 0.1055613458 * a - 0.0638541728 * b);
+  const double s = cube(lightness - 0.0894841775 * a - 1.2914855480 * b);
   const auto channel = [](double linear) {
     const double c = std::clamp(linear, 0.0, 1.0);
     const double encoded = c <= 0.0031308 ? 12.92 * c : 1.055 * std::pow(c, 1 / 2.4) - 0.055;

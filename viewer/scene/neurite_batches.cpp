@@ -12,7 +12,8 @@ namespace {
 
 constexpr float kNoRadius = -1;
 
-bool isThicker(const DrawnSegment& a, const DrawnSegment& b) {
+bool isDrawnBefore(const DrawnSegment& a, const DrawnSegment& b) {
+  if (isBall(a) != isBall(b)) return isBall(a);
   return std::max(a.a_radius_um, a.b_radius_um) > std::max(b.a_radius_um, b.b_radius_um);
 }
 
@@ -123,12 +124,15 @@ class BatchMaker {
     for (int axis = 0; axis < 3; ++axis) p_um[axis] = static_cast<float>(p[axis]);
   }
 
-  Rgba colour(std::uint32_t s, std::uint16_t type, const Vector3d& p_W, float radius_um) const {
+  Rgba colour(std::uint32_t s, std::uint16_t type, const Vector3d& p_W, float radius_um) {
     const std::vector<Rgba>* const colours = options_.cell_colours;
-    if (colours != nullptr && tile_.segmentId(s).cell < colours->size()) return (*colours)[tile_.segmentId(s).cell];
+    const std::uint32_t cell = tile_.segmentId(s).cell;
+    if (colours != nullptr && cell < colours->size()) return (*colours)[cell];
     switch (options_.colour) {
       case ColourBy::cell:
-        return colourOfNumber(tile_.segmentId(s).cell);
+        if (cell != coloured_cell_) colour_of_cell_ = colourOfNumber(cell);
+        coloured_cell_ = cell;
+        return colour_of_cell_;
       case ColourBy::type:
         return colourOfType(type);
       case ColourBy::depth:
@@ -206,6 +210,8 @@ class BatchMaker {
   std::vector<bool> is_soma_;
   Vector3d lo_W_ = Vector3d::Zero(), hi_W_ = Vector3d::Zero();
   NeuriteBatch batch_;
+  std::uint32_t coloured_cell_ = UINT32_MAX;  // of the segment before; its colour
+  Rgba colour_of_cell_;
   std::vector<std::uint32_t> balls_;  // roots that are drawn as spheres
   std::vector<const Soma*> spheres_;  // somata that are drawn
 };
@@ -238,11 +244,15 @@ void append(NeuriteBatch& batch, const NeuriteBatch& more) {
   }
 }
 
-void sortThickestFirst(NeuriteBatch& batch) {
-  std::stable_sort(batch.segments.begin(), batch.segments.end(), isThicker);
+bool isBall(const DrawnSegment& segment) noexcept {
+  return std::equal(segment.a_um, segment.a_um + 3, segment.b_um) && segment.a_radius_um == segment.b_radius_um;
 }
-bool isThickestFirst(const NeuriteBatch& batch) {
-  return std::is_sorted(batch.segments.begin(), batch.segments.end(), isThicker);
+
+void sortForDrawing(NeuriteBatch& batch) {
+  std::stable_sort(batch.segments.begin(), batch.segments.end(), isDrawnBefore);
+}
+bool isSortedForDrawing(const NeuriteBatch& batch) {
+  return std::is_sorted(batch.segments.begin(), batch.segments.end(), isDrawnBefore);
 }
 
 }  // namespace filiform

@@ -64,9 +64,12 @@ NeuriteBatch makeBatch(const Tile& tile, const TileAppearance& appearance, const
 // Appends the segments of `more`, whose origin must be near the batch's own. O(more).
 void append(NeuriteBatch& batch, const NeuriteBatch& more);
 
-// Sorts by the larger radius of each segment, falling: the order that the renderer needs. Stable, O(n log n). The check
-// is O(n).
-void sortThickestFirst(NeuriteBatch& batch);
-bool isThickestFirst(const NeuriteBatch& batch);
+// A segment from a place to itself.
+bool isBall(const DrawnSegment& segment) noexcept;
+
+// Sorts into the order that the renderer needs: balls, then the others, each by the larger radius, falling. Stable,
+// O(n log n). The check is O(n).
+void sortForDrawing(NeuriteBatch& batch);
+bool isSortedForDrawing(const NeuriteBatch& batch);
 
 }  // namespace filiform

@@ -125,6 +125,44 @@ TEST_F(Renderers, WhatIsNearerHidesWhatIsFarther) {
   EXPECT_EQ(litAreaOf(draw(camera_), 1).count, 0);
 }
 
+// Two ends that differ by a nanometre make a cone of what would be a ball.
+TEST_F(Renderers, SmallBallsAreDrawnAsConesWouldBe) {
+  for (const double radius_um : {0.5, 1.0, 2.0, 3.0}) {
+    SCOPED_TRACE(radius_um);
+    const RenderOptions options{.fog_begin_um = 50, .fog_end_um = 150, .fog_most = 0.5};
+    renderer_.put(2, neurites({{-30, 0, -20, 0.2, 30, 0, -20, 0.2}}, kGreen, Vector3d::Zero()));
+    renderer_.put(1, ball(12, 1, 0, radius_um, kRed));
+    const Picture flat = draw(camera_, options);
+    renderer_.put(1, neurites({{12, 1, 0, radius_um, 12.001, 1, 0, radius_um}}, kRed, Vector3d::Zero()));
+    const Picture round = draw(camera_, options);
+    EXPECT_GT(litAreaOf(round, 0).count, 1);
+    EXPECT_NEAR(litAreaOf(flat, 0).count, litAreaOf(round, 0).count, 2);
+    EXPECT_NEAR(litAreaOf(flat, 1).count, litAreaOf(round, 1).count, 2) << "the halo cuts the neurite behind";
+    int other = 0;
+    for (std::size_t i = 0; i < flat.rgb.size(); ++i) other += std::abs(flat.rgb[i] - round.rgb[i]) > 8;
+    EXPECT_LE(other, 6);
+  }
+}
+
+TEST_F(Renderers, SmallBallsHideAndAreHidden) {
+  const RenderOptions without_halo{.halo_px = 0};
+  renderer_.put(1, ball(0, 0, 0, 2, kRed));
+  renderer_.put(2, ball(0, 0, -30, 2, kGreen));
+  Picture picture = draw(camera_, without_halo);
+  EXPECT_GT(litAreaOf(picture, 0).count, 20);
+  EXPECT_EQ(litAreaOf(picture, 1).count, 0);
+  renderer_.put(2, neurites({{-30, 0, 20, 4, 30, 0, 20, 4}}, kGreen, Vector3d::Zero()));
+  EXPECT_EQ(litAreaOf(draw(camera_, without_halo), 0).count, 0);
+  renderer_.remove(2);
+  EXPECT_EQ(litAreaOf(draw(camera_, {.clear_end_um = 150, .clear_begin_um = 200}), 0).count, 0);
+  renderer_.remove(1);
+  const Picture empty = draw(camera_);
+  for (const double x : {0.0, 0.1, 0.2, 0.3, 0.4, 0.5}) {
+    renderer_.put(1, ball(x, 0.7 * x, 0, 0.01, kRed));
+    EXPECT_NE(draw(camera_).rgb, empty.rgb) << "a ball below a pixel is seen wherever it is: " << x;
+  }
+}
+
 // A segment has the right length and width, and joints leave no gaps.
 TEST_F(Renderers, ConesTaper) {
   renderer_.put(1, neurites({{-30, 0, 0, 6, 30, 0, 0, 2}}, kRed, Vector3d::Zero()));

@@ -171,6 +171,22 @@ TEST(NeuriteBatches, WorstCasesGiveFiniteSegments) {
   }
 }
 
+TEST(NeuriteBatches, BallsComeFirstThenTheThickest) {
+  NeuriteBatch batch;
+  for (const float radius_um : {1.0F, 3.0F, 2.0F}) {
+    batch.segments.push_back({.a_um = {1, 2, 3}, .a_radius_um = radius_um, .b_um = {1, 2, 4}, .b_radius_um = 0});
+    batch.segments.push_back(
+        {.a_um = {1, 2, 3}, .a_radius_um = radius_um, .b_um = {1, 2, 3}, .b_radius_um = radius_um});
+  }
+  EXPECT_FALSE(isSortedForDrawing(batch));
+  sortForDrawing(batch);
+  EXPECT_TRUE(isSortedForDrawing(batch));
+  for (std::size_t i = 0; i < 6; ++i) {
+    EXPECT_EQ(isBall(batch.segments[i]), i < 3);
+    EXPECT_EQ(batch.segments[i].a_radius_um, static_cast<float>(3 - i % 3));
+  }
+}
+
 TEST(NeuriteBatches, ThickestComeFirstAndBatchesJoin) {
   const auto store = storeOf(test::randomColumn(5, 3, 200, 300), 64);
   NeuriteBatch all = makeBatch(*store->load(0), store->loadAppearance(0));
@@ -181,9 +197,9 @@ TEST(NeuriteBatches, ThickestComeFirstAndBatchesJoin) {
   EXPECT_LT((have - want).norm(), 1e-3);
   EXPECT_TRUE((all.hi_W.array() >= second.hi_W.array()).all());
   for (std::size_t i = 0; i < all.segments.size(); ++i) all.segments[i].b_radius_um = 0.1F * static_cast<float>(i % 7);
-  EXPECT_FALSE(isThickestFirst(all));
-  sortThickestFirst(all);
-  EXPECT_TRUE(isThickestFirst(all));
+  EXPECT_FALSE(isSortedForDrawing(all));
+  sortForDrawing(all);
+  EXPECT_TRUE(isSortedForDrawing(all));
 }
 
 TEST(NeuriteBatches, OneCellAlone) {

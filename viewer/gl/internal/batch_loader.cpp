@@ -190,7 +190,7 @@ NeuriteBatch BatchLoader::Impl::load(const TileJob& job) {
     batch = makeBatch(*tile, appearance, options);
     if (job.level) batch.pixel_um = levels->entry(job.tile).pixel_um;
   }
-  sortThickestFirst(batch);
+  sortForDrawing(batch);
   return batch;
 }
 

@@ -16,9 +16,9 @@ CardBatch::~CardBatch() {
 void CardBatch::put(const NeuriteBatch& batch, Layer layer) {
   std::vector<DrawnSegment> sorted;
   std::span<const DrawnSegment> segments = batch.segments;
-  if (!isThickestFirst(batch)) {
+  if (!isSortedForDrawing(batch)) {
     NeuriteBatch copy = batch;
-    sortThickestFirst(copy);
+    sortForDrawing(copy);
     sorted = std::move(copy.segments);
     segments = sorted;
   }
@@ -31,6 +31,7 @@ void CardBatch::put(const NeuriteBatch& batch, Layer layer) {
   radii_um_.clear();
   radii_um_.reserve(segments.size());
   for (const DrawnSegment& s : segments) radii_um_.push_back(std::max(s.a_radius_um, s.b_radius_um));
+  balls_ = static_cast<std::size_t>(std::partition_point(segments.begin(), segments.end(), isBall) - segments.begin());
   if (buffer_ == 0) glGenBuffers(1, &buffer_);
   glBindBuffer(GL_ARRAY_BUFFER, buffer_);
   glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(segments.size_bytes()), segments.data(), GL_STATIC_DRAW);
@@ -65,10 +66,18 @@ bool CardBatch::isSeen(const LevelView& view) const {
   });
 }
 
+std::size_t CardBatch::endOfAtLeastAsThickAs(double radius_um, std::size_t begin, std::size_t end) const {
+  const auto first = radii_um_.begin() + static_cast<std::ptrdiff_t>(begin);
+  const auto last = radii_um_.begin() + static_cast<std::ptrdiff_t>(end);
+  return static_cast<std::size_t>(
+      std::partition_point(first, last, [radius_um](float own_um) { return own_um >= radius_um; }) - radii_um_.begin());
+}
+
+std::size_t CardBatch::ballsAtLeastAsThickAs(double radius_um) const {
+  return endOfAtLeastAsThickAs(radius_um, 0, balls_);
+}
 std::size_t CardBatch::atLeastAsThickAs(double radius_um) const {
-  const auto thinner = std::partition_point(radii_um_.begin(), radii_um_.end(),
-                                            [radius_um](float own_um) { return own_um >= radius_um; });
-  return static_cast<std::size_t>(thinner - radii_um_.begin());
+  return endOfAtLeastAsThickAs(radius_um, balls_, radii_um_.size());
 }
 
 }  // namespace filiform::internal

@@ -14,23 +14,27 @@ namespace filiform::internal {
 class CardBatch {
  public:
   // The vertex arrays: each begins at the first segment of some pieces. A frame drawn at once leaves them as they are.
-  enum class From : std::uint8_t { cones, ribbons, lines };
+  enum class From : std::uint8_t { large_balls, balls, cones, ribbons, lines };
 
   CardBatch() = default;
   CardBatch(const CardBatch&) = delete;
   CardBatch& operator=(const CardBatch&) = delete;
   ~CardBatch();
 
-  // Replaces the content, and shows it. Throws GraphicsError if the card has no room. O(segments) if they come
-  // thickest first.
+  // Replaces the content, and shows it. Throws GraphicsError if the card has no room. O(segments) if they are sorted
+  // for drawing.
   void put(const NeuriteBatch& batch, Layer layer);
   // Binds the batch so that drawing begins with segment `first`.
   void bindFrom(From from, std::size_t first);
 
   bool isSeen(const LevelView& view) const;
-  std::size_t size() const { return radii_um_.size(); }  // segments, thickest first
+  // Segments, sorted for drawing (neurite_batches.h), and the balls among them, which come first.
+  std::size_t size() const { return radii_um_.size(); }
+  std::size_t balls() const { return balls_; }
   std::uint64_t bytes() const { return size() * sizeof(DrawnSegment); }
-  std::size_t atLeastAsThickAs(double radius_um) const;  // number of segments. O(log segments)
+  // The end of the balls, or of the other segments, with at least this radius. O(log segments).
+  std::size_t ballsAtLeastAsThickAs(double radius_um) const;
+  std::size_t atLeastAsThickAs(double radius_um) const;
   // From an eye to the batch's box; 0 inside.
   double distance_um(const Vector3d& eye_W) const {
     return (lo_W_ - eye_W).cwiseMax(eye_W - hi_W_).cwiseMax(0.0).norm();
@@ -46,11 +50,14 @@ class CardBatch {
     GLuint array = 0;  // 0: not made yet
     std::size_t first = 0;
   };
+  std::size_t endOfAtLeastAsThickAs(double radius_um, std::size_t begin, std::size_t end) const;
+
   Vector3d origin_W_, lo_W_, hi_W_;
   double pixel_um_ = 0;
   Layer layer_ = Layer::neurites;
-  std::vector<float> radii_um_;         // of the segments, in falling order
-  std::array<Vertices, 3> vertices_{};  // by From
+  std::vector<float> radii_um_;  // of the segments
+  std::size_t balls_ = 0;
+  std::array<Vertices, 5> vertices_{};  // by From
   GLuint buffer_ = 0;
 };
 

@@ -3,6 +3,8 @@
 
 namespace filiform::internal {
 
+extern const char* const kBallVertexShader;
+extern const char* const kBallFragmentShader;
 extern const char* const kConeVertexShader;
 extern const char* const kConeFragmentShader;
 extern const char* const kLineVertexShader;
