@@ -31,7 +31,7 @@ class ReadLatency {
   }
 
  private:
-  static constexpr double kReads = 25, kLeast_s = 0.15, kMost_s = 4;
+  static constexpr double kReads = 60, kLeast_s = 0.15, kMost_s = 4;
   double mean_s_ = -1, spread_s_ = 0;
 };
 

@@ -197,8 +197,8 @@ TEST(ReadLatency, FastReadsLookLessFarAhead) {
   for (int i = 0; i < 200; ++i) latency.add(0.0002);
   EXPECT_EQ(latency.lookahead_s(0.5), 0.15);
   EXPECT_EQ(latency.lookahead_s(0.1), 0.1) << "less than the least was asked for";
-  for (int i = 0; i < 200; ++i) latency.add(0.01);
-  EXPECT_NEAR(latency.lookahead_s(0.5), 0.25, 0.01);
+  for (int i = 0; i < 200; ++i) latency.add(0.004);
+  EXPECT_NEAR(latency.lookahead_s(0.5), 0.24, 0.01);
   latency.add(0.05);  // one slow read, as of a page that the system has dropped
   EXPECT_EQ(latency.lookahead_s(0.5), 0.5);
 }
