@@ -130,13 +130,14 @@ ReaderFocus LegTravel::focus() const noexcept {
   return focus;
 }
 
-void LegTravel::awaitFirst(const RunTime& time, const std::function<void()>& pass_period) {
+void LegTravel::awaitFirst(const std::function<bool()>& let_time_pass) {
   ReaderFocus start = hand_.navigation().focus();
   start.target_tile = leg_->home;
   start.target_node = leg_->firstNode();
   start.target_W = leg_->first().p_W;
   hand_.publish(start);
-  for (double waited = 0; waited < longestJumpWaitPeriods(time) && !hasTilesOf(*leg_); ++waited) pass_period();
+  while (!hasTilesOf(*leg_) && let_time_pass()) {
+  }
   hand_.publish(focus());
 }
 

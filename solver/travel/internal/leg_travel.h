@@ -63,9 +63,11 @@ class LegTravel {
 
   // Navigation's focus. While a jump waits, the focus includes the target of the jump.
   ReaderFocus focus() const noexcept;
-  // Before the first tick: like a jump, the first leg waits for the tiles that the hand can reach at once, but no
-  // longer than a jump. `pass_period` lets one period pass, in which tiles may come. Not haptic-safe.
-  void awaitFirst(const RunTime& time, const std::function<void()>& pass_period);
+  // Before the first tick: like a jump, the first leg waits for the tiles that the hand can reach at once.
+  // `let_time_pass` returns false to end the wait. Not haptic-safe.
+  void awaitFirst(const std::function<bool()>& let_time_pass);
+  // How long a jump waits for its tiles before its leg is dropped.
+  double longestJumpWaitPeriods(const RunTime& time) const noexcept { return time.periodsOf(longest_jump_wait_s_); }
 
   const Counts& counts() const noexcept { return counts_; }
   const TimeHistogram& jumpWaits() const noexcept { return jump_waits_; }  // see RunSummary
@@ -75,8 +77,6 @@ class LegTravel {
   bool enter(const Leg& leg, const Vector3d& h_D, const RunTime& time) noexcept;
   void leavePast(const DeviceState& state, const RunTime& time) noexcept;
   bool hasTilesOf(const Leg& leg) const noexcept;
-  // How long a jump waits for its tiles before its leg is dropped.
-  double longestJumpWaitPeriods(const RunTime& time) const noexcept { return time.periodsOf(longest_jump_wait_s_); }
   void drop() noexcept;
 
   Itinerary& itinerary_;

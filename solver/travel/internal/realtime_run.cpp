@@ -46,9 +46,11 @@ class RealTimeRun {
   void operator()(const OnTick& on_tick) {
     if (io_.residency != nullptr) {
       io_.residency->start();
-      run_.legs->awaitFirst(run_.time, [this] {
+      double left = run_.legs->longestJumpWaitPeriods(run_.time);
+      run_.legs->awaitFirst([&] {
         std::this_thread::sleep_for(std::chrono::duration<double>(run_.time.period_s()));
         run_.tiles.reader()->apply();
+        return --left > 0 && !run_.isToldToStop();
       });
     }
     loop_.start();

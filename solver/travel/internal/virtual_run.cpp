@@ -20,8 +20,7 @@ class VirtualRun {
             std::min(1e15, std::ceil(run.options.latency_ms * 1e-3 / run.time.period_s())))) {}
 
   void operator()(const OnTick& on_tick) {
-    if (latency_ticks_ > 0 && !is_replay_ && run_.tiles.residency() != nullptr)
-      run_.legs->awaitFirst(run_.time, [this] { advance(ticks_before_++); });
+    if (latency_ticks_ > 0 && !is_replay_ && run_.tiles.residency() != nullptr) awaitFirst();
     Wrench wrench;
     TickRow row;
     for (bool over = false; !over;) {
@@ -57,6 +56,19 @@ class VirtualRun {
       legs.setNext(next.release());
     }
     legs.moveOn(state, run_.time);
+  }
+
+  // The time between two rounds of reads is skipped, because a latency may last for ever. At most four rounds more than
+  // the run lasts.
+  void awaitFirst() {
+    const double most = run_.most_periods + 4 * static_cast<double>(latency_ticks_);
+    bool plans = true;
+    run_.legs->awaitFirst([&] {
+      advance(ticks_before_);
+      plans = !plans;
+      ticks_before_ += plans ? latency_ticks_ : 1;  // the tick after a round of reads plans the next one
+      return static_cast<double>(ticks_before_) < most && !run_.isToldToStop();
+    });
   }
 
   void advance(std::uint64_t tick) { run_.tiles.residency()->advance(tick, latency_ticks_); }

@@ -136,6 +136,16 @@ TEST(Run, ALateRunBeginsWhenItsTilesAreHere) {
   EXPECT_GT(without_prefetch, 0u) << "the hand leaves the first tile";
 }
 
+TEST(Run, AnEndlessLatencyDelaysNoRun) {
+  const auto store = column();
+  RunOptions options = shortTour();
+  options.seconds = 0.1;
+  for (const double latency_ms : {1e6, 1e15, 1e300}) {
+    options.latency_ms = latency_ms;
+    EXPECT_EQ(record(*store, options).summary.ticks, 100u);
+  }
+}
+
 TEST(Run, ATourInRealTimeJumps) {
   const auto store = storeOf({line(8)}, 8);
   for (const bool in_memory : {false, true}) {
