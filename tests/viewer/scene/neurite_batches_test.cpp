@@ -174,9 +174,8 @@ TEST(NeuriteBatches, WorstCasesGiveFiniteSegments) {
 TEST(NeuriteBatches, BallsComeFirstThenTheThickest) {
   NeuriteBatch batch;
   for (const float radius_um : {1.0F, 3.0F, 2.0F}) {
-    batch.segments.push_back({.a_um = {1, 2, 3}, .a_radius_um = radius_um, .b_um = {1, 2, 4}, .b_radius_um = 0});
-    batch.segments.push_back(
-        {.a_um = {1, 2, 3}, .a_radius_um = radius_um, .b_um = {1, 2, 3}, .b_radius_um = radius_um});
+    batch.segments.push_back({{1, 2, 3}, radius_um, {1, 2, 4}, 0, {}});
+    batch.segments.push_back({{1, 2, 3}, radius_um, {1, 2, 3}, radius_um, {}});
   }
   EXPECT_FALSE(isSortedForDrawing(batch));
   sortForDrawing(batch);
