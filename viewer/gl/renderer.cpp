@@ -2,6 +2,7 @@
 
 #include "viewer/gl/internal/card_batch.h"
 #include "viewer/gl/internal/gl_objects.h"
+#include "viewer/gl/internal/pieces.h"
 #include "viewer/gl/internal/shaders.h"
 
 #include <algorithm>
@@ -20,17 +21,17 @@ namespace filiform {
 namespace {
 
 using internal::CardBatch;
+using internal::listPieces;
+using internal::Piece;
 using internal::Program;
 using internal::requireRoom;
+using internal::Stage;
 using internal::Target;
 
-// Radii in sample pixels. Below the first a segment is a line, one pixel wide. Below the second it is a ribbon, a line
-// two samples wide. A cone costs five times as much.
-constexpr double kLineRadius_px = 0.6, kRibbonRadius_px = 1.25;
+// Width of a ribbon in sample pixels.
 constexpr double kRibbon = 2;
-// A ball below the first radius, in pixels of the picture, lies at one depth: see ball.vert. None is drawn smaller than
-// the second, in sample pixels: it would fall between the samples.
-constexpr double kFlatBall_px = 6, kLeastBall_px = 0.71;
+// Least radius of a ball in sample pixels: a smaller one would fall between the samples.
+constexpr double kLeastBall_px = 0.71;
 // No cone is drawn thinner: it would break into dots.
 constexpr double kLeastRadius_px = 0.55;
 // A dark rim separates overlays from the neurites behind them.
@@ -71,42 +72,6 @@ void appendRows(Picture& picture, int lowest, int rows) {
 constexpr std::size_t kAllAtOnce = 1U << 20, kInParts = 256;
 // Rows of the picture that one step composes.
 constexpr int kRows = 64;
-
-// In drawing order: later stages cover earlier ones.
-enum class Stage : std::uint8_t {
-  ribbons,
-  lines,
-  large_balls,
-  cones,
-  balls,
-  highlight_faint,
-  highlight,
-  overlays_faint,
-  overlays
-};
-
-CardBatch::From fromOf(Stage stage) {
-  using From = CardBatch::From;
-  switch (stage) {
-    case Stage::ribbons:
-      return From::ribbons;
-    case Stage::lines:
-      return From::lines;
-    case Stage::large_balls:
-      return From::large_balls;
-    case Stage::balls:
-      return From::balls;
-    default:
-      return From::cones;
-  }
-}
-
-// Segments of one batch that one OpenGL call draws.
-struct Piece {
-  Stage stage;
-  CardBatch* batch;
-  std::size_t first, count;
-};
 
 // A picture under way: first the pieces of each eye, then the rows of the composed picture.
 struct Job {
@@ -153,7 +118,6 @@ struct Renderer::Impl {
   Program& drawingLines(bool fade);
   Program& composing(StereoMode mode, int samples, bool shaded);
   RenderFigures start(const std::array<EyeView, 2>& views, const RenderOptions& options, std::size_t piece_segments);
-  RenderFigures list(std::size_t eye, std::size_t piece_segments);
   void clearEye(std::size_t eye);
   Program& enter(Stage stage, std::size_t eye);
   void drawPieces(std::size_t eye, std::size_t end);
@@ -207,62 +171,6 @@ Program& Renderer::Impl::composing(StereoMode mode, int samples, bool shaded) {
   const std::string text =
       withDefinitions(internal::kComposeFragmentShader, {{"MODE", key[0]}, {"SAMPLES", key[1]}, {"SHADED", key[2]}});
   return compose.try_emplace(key, internal::kComposeVertexShader, text.c_str()).first->second;
-}
-
-// Lists the pieces of one eye's view, in drawing order.
-RenderFigures Renderer::Impl::list(std::size_t eye, std::size_t piece_segments) {
-  const EyeView& view = job.views[eye];
-  const LevelView levels = levelView(view, {job.eye_size.width * job.samples, job.eye_size.height * job.samples});
-  RenderFigures figures;
-  // A neurite's batch: large balls up to `large_balls`, small ones up to `balls`, cones up to `cones`, ribbons up to
-  // `ribbons`, then lines.
-  struct Part {
-    CardBatch* batch;
-    std::size_t large_balls, balls, cones, ribbons;
-  };
-  std::vector<Part> neurites;
-  std::vector<CardBatch*> highlights, overlays;
-  for (auto& [id, batch] : batches) {
-    if (!batch.shown) continue;
-    if (!batch.isSeen(levels)) {
-      ++figures.culled;
-      continue;
-    }
-    ++figures.batches;
-    if (batch.layer() != Layer::neurites) {
-      (batch.layer() == Layer::overlays ? overlays : highlights).push_back(&batch);
-      if (batch.layer() == Layer::highlight) figures.cones += batch.size();
-      continue;
-    }
-    const double um_px = batch.distance_um(view.eye_W) / levels.pixels_per_rad;
-    neurites.push_back({&batch, batch.ballsAtLeastAsThickAs(kFlatBall_px * job.samples * um_px), batch.balls(),
-                        batch.atLeastAsThickAs(kRibbonRadius_px * um_px),
-                        batch.atLeastAsThickAs(kLineRadius_px * um_px)});
-    figures.cones += neurites.back().cones;
-    figures.lines += batch.size() - neurites.back().cones;
-  }
-
-  std::vector<Piece>& pieces = job.pieces[eye];
-  pieces.clear();
-  const auto add = [&](Stage stage, CardBatch* batch, std::size_t begin, std::size_t end) {
-    for (std::size_t first = begin; first < end; first += piece_segments)
-      pieces.push_back({stage, batch, first, std::min(piece_segments, end - first)});
-  };
-  const auto addAll = [&](Stage stage, const std::vector<CardBatch*>& list) {
-    for (CardBatch* const batch : list) add(stage, batch, 0, batch->size());
-  };
-  for (const Part& part : neurites) add(Stage::ribbons, part.batch, part.cones, part.ribbons);
-  for (const Part& part : neurites) add(Stage::lines, part.batch, part.ribbons, part.batch->size());
-  for (const Part& part : neurites) add(Stage::large_balls, part.batch, 0, part.large_balls);
-  for (const Part& part : neurites) add(Stage::cones, part.batch, part.balls, part.cones);
-  // Last, because what is hidden then costs least.
-  for (const Part& part : neurites) add(Stage::balls, part.batch, part.large_balls, part.balls);
-  // Dense tissue would hide these: draw them faintly without a depth test first, then normally.
-  addAll(Stage::highlight_faint, highlights);
-  addAll(Stage::highlight, highlights);
-  addAll(Stage::overlays_faint, overlays);
-  addAll(Stage::overlays, overlays);
-  return figures;
 }
 
 void Renderer::Impl::clearEye(std::size_t eye) {
@@ -342,7 +250,7 @@ void Renderer::Impl::drawPieces(std::size_t eye, std::size_t end) {
     if (program == nullptr || piece.stage != job.pieces[eye][at - 1].stage) program = &enter(piece.stage, eye);
     program->set("origin_V", job.views[eye].toView(piece.batch->origin_W()));
     if (piece.stage == Stage::ribbons || piece.stage == Stage::lines) program->set("pixel_um", piece.batch->pixel_um());
-    piece.batch->bindFrom(fromOf(piece.stage), piece.first);
+    piece.batch->bindFrom(piece.from, piece.first);
     const bool is_flat = piece.stage == Stage::balls;
     glDrawArraysInstanced(is_flat ? GL_TRIANGLES : GL_TRIANGLE_STRIP, 0, is_flat ? 12 : 4,
                           static_cast<GLsizei>(piece.count));
@@ -413,7 +321,8 @@ RenderFigures Renderer::Impl::start(const std::array<EyeView, 2>& views, const R
   job.eyes = options.stereo == StereoMode::mono ? 1 : 2;
   RenderFigures figures;
   for (std::size_t eye = 0; eye < job.eyes; ++eye) {
-    const RenderFigures listed = list(eye, piece_segments);
+    const RenderFigures listed = listPieces(views[eye], {job.eye_size.width * samples, job.eye_size.height * samples},
+                                            samples, piece_segments, batches, job.pieces[eye]);
     if (eye == 0) figures = listed;
   }
   job.under_way = true;

@@ -28,5 +28,24 @@ TEST(Overlay, TheStylusPointsWhereItsShaftPoints) {
       }
 }
 
+TEST(Overlay, RegionsAreBoxesOfTheWorkspace) {
+  Workspace workspace({.zoom_um = 240, .static_fraction = 0.5});
+  workspace.place({1000, 2000, 3000}, {0, 0, 0});
+  workspace.rotate(0.4, 0.2, {1000, 2000, 3000});
+  const NeuriteBatch boxes = workspaceBatch(workspace, 1);
+  ASSERT_EQ(boxes.segments.size(), 24u);
+  int outer = 0;
+  for (const DrawnSegment& s : boxes.segments) {
+    const Vector3d a = boxes.origin_W + Vector3d(s.a_um[0], s.a_um[1], s.a_um[2]);
+    const Vector3d b = boxes.origin_W + Vector3d(s.b_um[0], s.b_um[1], s.b_um[2]);
+    const bool dynamic = s.colour == kDynamicColour;
+    outer += dynamic;
+    EXPECT_NEAR((b - a).norm(), dynamic ? 240 : 120, 1e-3);
+    for (const Vector3d& p : {a, b})
+      EXPECT_LT((workspace.toDevice(p).cwiseAbs() - Vector3d::Constant(dynamic ? 0.06 : 0.03)).norm(), 1e-6);
+  }
+  EXPECT_EQ(outer, 12);
+}
+
 }  // namespace
 }  // namespace filiform

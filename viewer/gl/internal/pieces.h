@@ -1,0 +1,41 @@
+// The pieces of a picture: which segments of which batch are drawn as what, in drawing order. Thread rule: the thread
+// of the context.
+#pragma once
+
+#include "viewer/gl/internal/card_batch.h"
+#include "viewer/gl/renderer.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <vector>
+
+namespace filiform::internal {
+
+// In drawing order: later stages cover earlier ones.
+enum class Stage : std::uint8_t {
+  ribbons,
+  lines,
+  large_balls,
+  cones,
+  balls,
+  highlight_faint,
+  highlight,
+  overlays_faint,
+  overlays
+};
+
+// Segments of one batch that one OpenGL call draws.
+struct Piece {
+  Stage stage;
+  CardBatch::From from;
+  CardBatch* batch;
+  std::size_t first, count;
+};
+
+// Replaces `pieces` by those of one eye's view, of at most `most_segments` each. `size`: in samples, of which a pixel
+// has `samples` in each direction. O(batches log segments + pieces).
+RenderFigures listPieces(const EyeView& view, const PictureSize& size, int samples, std::size_t most_segments,
+                         std::map<Renderer::BatchId, CardBatch>& batches, std::vector<Piece>& pieces);
+
+}  // namespace filiform::internal
