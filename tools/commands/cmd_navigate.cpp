@@ -110,6 +110,8 @@ RunOptions optionsOf(const NavigateArguments& a, const TileStore& store, bool in
   }
   if (in_memory && a.latency_ms != 0)
     throw UsageError("--latency is for tile sets: an .swc or .zip file is read once, before the travel");
+  if (a.delays != "constant" && !(a.realtime && a.latency_ms > 0))
+    throw UsageError("--latency-kind " + escaped(a.delays) + ": give --realtime and --latency MS too");
   // In real time openScene() delays the files.
   options.latency_ms = a.realtime ? 0 : a.latency_ms;
   options.io_threads = a.io_threads != 0 ? a.io_threads : a.realtime && a.latency_ms > 0 ? 16 : 0;
@@ -436,7 +438,8 @@ void addNavigate(CLI::App& app, Chosen& chosen) {
       ->add_option("--latency", a->latency_ms,
                    "let each tile read take this long, ms; with --realtime, added to the real time")
       ->capture_default_str()
-      ->type_name("MS");
+      ->type_name("MS")
+      ->check(CLI::NonNegativeNumber);
   command
       ->add_option("--latency-kind", a->delays,
                    "constant, uniform or exponential latency, with --realtime; --latency is the mean")

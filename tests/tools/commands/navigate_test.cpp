@@ -116,6 +116,24 @@ TEST_F(Travel, ADeviceThatKeepsItsOwnTimeNeedsRealTime) {
   EXPECT_TRUE(refused.oneLineOnStderr()) << refused.err;
 }
 
+TEST_F(Travel, AKindOfLatencyNeedsRealTimeAndALatency) {
+  const std::vector<std::vector<std::string>> wrongs{{"--latency", "5"}, {"--realtime"}, {}};
+  for (const std::vector<std::string>& given : wrongs) {
+    std::vector<std::string> words{"navigate", folder_ / "z.fil", "--seconds", "0.1", "--latency-kind", "exponential"};
+    words.insert(words.end(), given.begin(), given.end());
+    const Outcome refused = runFiliform(words);
+    EXPECT_EQ(refused.exit_code, 2);
+    EXPECT_NE(refused.err.find("give --realtime and --latency"), std::string::npos) << refused.err;
+    EXPECT_TRUE(refused.oneLineOnStderr()) << refused.err;
+  }
+  const Outcome negative = runFiliform({"navigate", folder_ / "z.fil", "--latency", "-1"});
+  EXPECT_EQ(negative.exit_code, 2);
+  EXPECT_NE(negative.err.find("--latency -1: give 0 or more"), std::string::npos) << negative.err;
+  const Outcome slow = runFiliform({"navigate", folder_ / "z.fil", "--seconds", "0.1", "--realtime", "--latency", "1",
+                                    "--latency-kind", "exponential"});
+  EXPECT_NE(slow.exit_code, 2) << slow.err;
+}
+
 TEST_F(Travel, TheControllerIsOnWhereTheStiffnessIsOutsideTheBound) {
   const auto travels = [&](const std::vector<std::string>& more) {
     std::vector<std::string> arguments{"navigate", folder_ / "z.fil", "--seconds", "0.5", "--json"};
