@@ -46,6 +46,8 @@ void RateControl::moveProxy(const Vector3d& p_D) noexcept {
   if (!offset_D_.allFinite()) offset_D_.setZero();
 }
 
+double RateControl::strain() const noexcept { return offset_D_.stableNorm() / options_.leash_m; }
+
 double RateControl::zoomFactor(double about_z_rad_s, double dt_s) const noexcept {
   const double exponent = options_.zoom_per_rad * about_z_rad_s * dt_s;
   return std::isfinite(exponent) ? exponential(std::clamp(exponent, -1.0, 1.0)) : 1.0;

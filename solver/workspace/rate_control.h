@@ -28,7 +28,7 @@ class RateControl {
   // Reports that the proxy has moved to p_D.
   void moveProxy(const Eigen::Vector3d& p_D) noexcept;
   // The distance of the probe from the proxy, as part of the leash: 0 while the proxy follows, 1 where it cannot.
-  double strain() const noexcept { return offset_D_.stableNorm() / options_.leash_m; }
+  double strain() const noexcept;
   // Puts the probe at the proxy.
   void reset() noexcept { offset_D_.setZero(); }
 
