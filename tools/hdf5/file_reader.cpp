@@ -50,12 +50,23 @@ struct Link {
   bool group = false, dataset = false;
 };
 
-// The links of a group that lie in the file, ascending by name.
-std::vector<Link> linksOf(hid_t group, Budget& budget, RecordPipe& pipe) {
+using Places = std::vector<haddr_t>;  // of groups in the file
+
+Places with(Places places, hid_t group) {
+  H5O_info_t info{};
+  if (H5Oget_info2(group, &info, H5O_INFO_BASIC) >= 0) places.push_back(info.addr);
+  return places;
+}
+
+// The links of a group that lie in the file, ascending by name. None may lead to a group of `above`: the walk would not
+// end.
+std::vector<Link> linksOf(hid_t group, Budget& budget, RecordPipe& pipe, const Places& above = {}) {
   struct Found {
     std::vector<Link> links;
     Budget& budget;
     RecordPipe& pipe;
+    const Places& above;
+    bool circular = false;
   };
   const auto visit = [](hid_t parent, const char* name, const H5L_info_t* info, void* to) -> herr_t {
     auto& found = *static_cast<Found*>(to);
@@ -65,14 +76,18 @@ std::vector<Link> linksOf(hid_t group, Budget& budget, RecordPipe& pipe) {
     if (info->type == H5L_TYPE_EXTERNAL) return 0;
     H5O_info_t object{};
     if (H5Oget_info_by_name2(parent, name, &object, H5O_INFO_BASIC, H5P_DEFAULT) < 0) return 0;
-    found.links.push_back({name, object.type == H5O_TYPE_GROUP, object.type == H5O_TYPE_DATASET});
+    const bool is_group = object.type == H5O_TYPE_GROUP;
+    found.circular = is_group && std::find(found.above.begin(), found.above.end(), object.addr) != found.above.end();
+    if (found.circular) return 1;
+    found.links.push_back({name, is_group, object.type == H5O_TYPE_DATASET});
     return 0;
   };
-  Found found{{}, budget, pipe};
+  Found found{{}, budget, pipe, above};
   hsize_t at = 0;
   if (H5Literate(group, H5_INDEX_NAME, H5_ITER_NATIVE, &at, visit, &found) < 0)
     throw Failure("a group of the file cannot be listed");
-  if (budget.links == 0) throw Failure("has too many groups and arrays, or groups that contain themselves");
+  if (found.circular) throw Failure("has groups that contain themselves");
+  if (budget.links == 0) throw Failure("has more than " + std::to_string(kMostLinks) + " groups and arrays");
   std::sort(found.links.begin(), found.links.end(), [](const Link& a, const Link& b) { return a.name < b.name; });
   return std::move(found.links);
 }
@@ -210,8 +225,9 @@ class Columns {
  public:
   Columns(RecordPipe& pipe, Budget& budget, std::int64_t group) : pipe_(pipe), budget_(budget), group_(group) {}
 
-  void sendGroup(hid_t group, const std::string& prefix, int depth) {
-    const std::vector<Link> links = linksOf(group, budget_, pipe_);
+  void sendGroup(hid_t group, const std::string& prefix, int depth, const Places& outer = {}) {
+    const Places above = with(outer, group);
+    const std::vector<Link> links = linksOf(group, budget_, pipe_, above);
     std::set<std::string> coded;
     if (prefix.empty() && has(links, "@library", false))
       for (const Link& link : linksOf(openGroup(group, "@library", "@library"), budget_, pipe_))
@@ -219,7 +235,8 @@ class Columns {
     for (const Link& link : links) {
       if (link.name == "@library" && link.group) continue;
       if (link.group && depth < kMostDepth) {
-        sendGroup(openGroup(group, link.name, "group " + inQuotes(link.name)), prefix + link.name + "/", depth + 1);
+        sendGroup(openGroup(group, link.name, "group " + inQuotes(link.name)), prefix + link.name + "/", depth + 1,
+                  above);
       } else if (link.dataset) {
         sendDataset(group, link.name, prefix + link.name, coded.count(link.name) > 0);
       }
@@ -284,8 +301,9 @@ class Columns {
 };
 
 void findMorphologies(hid_t group, const std::string& prefix, int depth, Budget& budget, RecordPipe& pipe,
-                      std::vector<std::string>& names) {
-  for (const Link& link : linksOf(group, budget, pipe)) {
+                      std::vector<std::string>& names, const Places& outer = {}) {
+  const Places above = with(outer, group);
+  for (const Link& link : linksOf(group, budget, pipe, above)) {
     if (!link.group) continue;
     const Handle inner(H5Gopen2(group, link.name.c_str(), H5P_DEFAULT), H5Gclose);
     if (!inner.good()) continue;
@@ -293,7 +311,7 @@ void findMorphologies(hid_t group, const std::string& prefix, int depth, Budget&
     if (has(links, "points", true) && has(links, "structure", true))
       names.push_back(prefix + link.name);
     else if (depth < kMostDepth)
-      findMorphologies(inner, prefix + link.name + "/", depth + 1, budget, pipe, names);
+      findMorphologies(inner, prefix + link.name + "/", depth + 1, budget, pipe, names, above);
   }
 }
 
