@@ -2,7 +2,7 @@
 #pragma once
 
 #include "index/build/internal/chunks.h"
-#include "index/build/internal/level_writer.h"
+#include "index/build/internal/level_input.h"
 #include "index/cell/cell.h"
 #include "index/set/internal/attributes_section.h"
 #include "index/set/landmarks.h"

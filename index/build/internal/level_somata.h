@@ -1,7 +1,7 @@
 // Somata of levels of detail: balls instead of the segments inside them.
 #pragma once
 
-#include "index/build/internal/level_writer.h"
+#include "index/build/internal/level_input.h"
 #include "index/tile/internal/neurites.h"
 
 #include <vector>

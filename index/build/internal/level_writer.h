@@ -1,24 +1,15 @@
 // Makes the levels of detail of a set: bottom-up, in key order.
 #pragma once
 
+#include "index/build/internal/level_input.h"
 #include "index/set/tile_set.h"
-#include "index/tile/internal/neurites.h"
 
 #include <cstdint>
 #include <functional>
-#include <memory>
-#include <span>
 #include <string>
 #include <vector>
 
 namespace filiform {
-
-// A root sample of type soma.
-struct SomaRoot {
-  std::uint32_t cell, sample;
-  GridPoint p;
-  float radius_um;
-};
 
 struct LevelOptions {
   std::uint64_t least_segments = 262144;                // below a level tile, in full resolution; the outermost: any
@@ -27,17 +18,6 @@ struct LevelOptions {
   std::uint64_t memory = UINT64_MAX;                    // bytes for neurites and tiles at work
   // For the message: the memory of the process that leaves so many bytes to the levels. Empty: these bytes.
   std::function<std::uint64_t(std::uint64_t bytes)> memoryFor = {};
-};
-
-// Several threads may call the functions.
-struct LevelInput {
-  Grid grid;
-  std::span<const BlockKey> leaves;                       // by TileId, ascending; without the long-segment tile
-  std::span<const std::uint32_t> segments;                // by TileId: owned, isolated ones included
-  std::function<Neurites(TileId)> neurites;               // of each tile, thinned() to leafTolerances_um()
-  std::function<std::uint64_t(TileId)> points;            // of these neurites, or an upper bound
-  std::vector<SomaRoot> somata = {};                      // in any order
-  std::function<void(std::uint64_t done)> progress = {};  // tiles; may throw to stop
 };
 
 // Makes level tiles of octree blocks (LevelBlocks says which) with at least two parts (leaves or such blocks), where a

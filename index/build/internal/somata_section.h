@@ -2,7 +2,7 @@
 // FORMAT.md specifies both. Thread rule: functions without state.
 #pragma once
 
-#include "index/build/internal/level_writer.h"
+#include "index/build/internal/level_input.h"
 #include "index/file/internal/bytes.h"
 #include "index/set/tile_set.h"
 
