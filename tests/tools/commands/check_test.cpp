@@ -2,6 +2,7 @@
 #include "index/input/input.h"
 #include "tests/support/corpus.h"
 #include "tests/support/process.h"
+#include "tests/support/sanitized.h"
 #include "tests/support/temp_folder.h"
 #include "tests/support/zip_builder.h"
 
@@ -138,6 +139,8 @@ TEST(Check, OneVerdictOnEveryMalformedFile) {
   std::string line;
   std::size_t files = 0;
   for (std::getline(expected, line); std::getline(expected, line); ++files) {
+    if (test::kSanitized && files % 4 != 0)
+      continue;  // three processes of the program each; the preset plain reads all
     std::istringstream columns(line);
     std::string file, severity;
     std::getline(columns, file, '\t');
