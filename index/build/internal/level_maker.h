@@ -67,7 +67,9 @@ class LevelMaker {
   LevelContent make(const LeafRange& range);
 
  protected:
+  // Makes a part of a block, or returns it if it was made before.
   virtual LevelContent part(const LeafRange& range) { return make(range); }
+  // Takes the next tile.
   virtual void emit(LevelTile tile) = 0;
 
   const LevelInput& input_;
