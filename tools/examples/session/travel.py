@@ -78,6 +78,7 @@ async def begin(socket, name, seen, h_D, at_um):
     if seen['place']:
         await send_hand(socket, seen, h_D)
         opened = await ask(socket, 'jump', at=seen['place'])
+        seen['moved_um'] = max(seen['moved_um'], math.dist(opened['place']['p_um'], seen['place']))
     await ask(socket, 'subscribe', model_Hz=20, radius_um=50)
     seen['cell'] = opened['place']['cell']
 
@@ -95,12 +96,13 @@ async def go(socket, seen, began, seconds):
 
 
 async def travel(url, name, seconds, seen=None, at_um=None, **options):
-    """What was seen; `reconnects` counts the lost connections that were opened again. `at_um`: where the proxy begins,
-    the middle of the set unless given. `options`: of connect()."""
+    """What was seen; `reconnects` counts the lost connections that were opened again, `moved_um` is how far at most a
+    session then went on from its place. `at_um`: where the proxy begins, the middle of the set unless given. `options`:
+    of connect()."""
     token = os.environ.get('FILIFORM_TOKEN')
     headers = {'Authorization': 'Bearer ' + token} if token else {}
     seen = {} if seen is None else seen
-    seen |= {'proxies': 0, 'models': 0, 'model': None, 'most_N': 0.0, 'place': None, 'reconnects': 0}
+    seen |= {'proxies': 0, 'models': 0, 'model': None, 'most_N': 0.0, 'place': None, 'reconnects': 0, 'moved_um': 0.0}
     began, wait = time.monotonic(), FIRST_WAIT_S
     while True:
         try:
