@@ -1,9 +1,7 @@
 // GLFW of a browser (emscripten's), with stand-ins for the functions that it lacks.
 #pragma once
 
-#ifndef GLFW_INCLUDE_NONE
-#define GLFW_INCLUDE_NONE
-#endif
+#define GLFW_INCLUDE_NONE  // include/epoxy/gl.h has OpenGL
 #include_next <GLFW/glfw3.h>
 
 #define GLFW_SCALE_TO_MONITOR 0x0002200C
