@@ -378,7 +378,8 @@ int runRender(const RenderArguments& a) {
   if (figures.left_out > 0)
     people << "  left out: " << formatCount(figures.left_out) << " segments, because --segments allows "
            << formatCount(a.segments) << (levels ? "" : " and the scene has no levels of detail") << "; allow more"
-           << (levels || isFileScene(a.scene) ? "" : ", or ingest without --no-levels") << "\n";
+           << (levels || isFileScene(a.scene) ? "" : ", or ingest without --no-levels; after --add, filiform compact")
+           << "\n";
   const bool is_overview = a.path.empty() && a.proxy.empty() && a.at.empty() && a.camera.find(':') == std::string::npos;
   if (is_overview && !a.all && scene.far_segments() > 0)
     people << "  not in the picture: " << formatCount(scene.far_segments())
