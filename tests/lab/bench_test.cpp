@@ -1,6 +1,7 @@
 #include "tools/lab/bench/bench.h"
 
 #include "index/errors.h"
+#include "tests/support/folders.h"
 #include "tests/support/process.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/temp_folder.h"
@@ -57,7 +58,7 @@ BenchReport small() {
 
 // The problems that Debian's JSON Schema library finds in a file; empty: none.
 std::string schemaProblems(const std::string& path) {
-  const std::string schema = std::string(FILIFORM_SOURCE) + "/tools/lab/bench/bench.schema.json";
+  const std::string schema = test::inSource("tools/lab/bench/bench.schema.json");
   const test::Outcome outcome = test::runFiliformInShell(
       "/usr/bin/python3 -c '\n"
       "import json, sys\n"

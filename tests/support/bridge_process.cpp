@@ -1,5 +1,7 @@
 #include "tests/support/bridge_process.h"
 
+#include "tests/support/folders.h"
+
 #include <vector>
 
 namespace filiform::test {
@@ -17,7 +19,7 @@ std::vector<std::string> wordsOf(const std::string& address, const std::string& 
 BridgeProcess::BridgeProcess(const std::string& address, const std::string& log, const std::string& name)
     : StartedProcess(wordsOf(address, name), "", {"FILIFORM_BRIDGE_LOG=" + log}) {}
 
-std::string bridgeProgram(const std::string& name) { return FILIFORM_BRIDGES "/" + name; }
+std::string bridgeProgram(const std::string& name) { return inBuild("bridges/" + name); }
 
 std::string refusalOf(const BridgeOptions& options) {
   try {

@@ -3,6 +3,7 @@
 
 #include "index/set/cell_graph.h"
 #include "index/set/tile_set.h"
+#include "tests/support/folders.h"
 #include "tests/support/process.h"
 #include "tests/support/small_circuit.h"
 
@@ -20,7 +21,7 @@ namespace filiform::test {
 
 // The figures that h5py and numpy compute; null without them.
 inline nlohmann::json figuresOf(const std::string& config) {
-  const std::string script = std::string(FILIFORM_SOURCE) + "/tests/tools/commands/circuit_figures.py";
+  const std::string script = inSource("tests/tools/commands/circuit_figures.py");
   const std::string out = outputOf("/usr/bin/python3 '" + script + "' '" + config + "' 2>/dev/null");
   return out.empty() ? nlohmann::json() : nlohmann::json::parse(out);
 }

@@ -1,5 +1,7 @@
 #include "tests/support/http_server.h"
 
+#include "tests/support/folders.h"
+
 #include <array>
 #include <cerrno>
 #include <csignal>
@@ -33,8 +35,7 @@ struct HttpServer::Process {
 
 HttpServer::HttpServer(const std::string& root, const std::vector<std::string>& options, const std::string& host)
     : process_(std::make_unique<Process>()) {
-  std::vector<std::string> words{"python3", std::string(FILIFORM_SOURCE) + "/tests/support/http_server.py", root,
-                                 "--host", "127.0.0.1"};
+  std::vector<std::string> words{"python3", inSource("tests/support/http_server.py"), root, "--host", "127.0.0.1"};
   words.insert(words.end(), options.begin(), options.end());
   std::vector<char*> argv;
   for (std::string& word : words) argv.push_back(word.data());

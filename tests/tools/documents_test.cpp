@@ -1,6 +1,7 @@
 // Runs every example of every --help and of every document as a process, and checks its output. tests/README.md defines
 // an example.
 #include "tests/support/documented_commands.h"
+#include "tests/support/folders.h"
 #include "tests/support/process.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/temp_folder.h"
@@ -61,11 +62,11 @@ std::vector<std::string> commandNames() {
   return names;
 }
 
-std::string sourceFile(const std::string& path) { return test::readBytes(std::string(FILIFORM_SOURCE) + "/" + path); }
+std::string sourceFile(const std::string& path) { return test::readBytes(test::inSource(path)); }
 
 // The documents of the project, as paths from its root.
 std::vector<std::string> documents() {
-  const fs::path root(FILIFORM_SOURCE);
+  const fs::path root(test::inSource(""));
   std::vector<std::string> paths{"README.md"};
   for (const char* room : {".github", "index", "device", "solver", "viewer", "tools", "tests"})
     for (const auto& entry : fs::recursive_directory_iterator(root / room))
@@ -132,7 +133,7 @@ filiform bench extremes --quick --out before
 cp before/bench.json after
 ln -s "$TESTS" tests
 )sh";
-    const Outcome made = inFolder(folder_.path(), "TESTS='" FILIFORM_SOURCE "/tests'; " + script);
+    const Outcome made = inFolder(folder_.path(), "TESTS='" + test::inSource("tests") + "'; " + script);
     EXPECT_EQ(made.exit_code, 0) << made.out << made.err;
     const Outcome drawn = inFolder(folder_ / "f", "filiform render column.fil -o try.png --size 16x16 && rm try.png");
     draws_ = drawn.exit_code == 0;
@@ -384,7 +385,7 @@ TEST_F(Documents, EveryPathNamedIsThere) {
   static const std::regex kPath(
       R"((?:`((?:index|device|solver|viewer|tools|tests|\.github)/[\w./]+)`)|(?:\]\(([^)#:]+)(?:#[^)]*)?\)))");
   static const std::regex kPattern("(^|/)[A-Z]+/");
-  const fs::path root(FILIFORM_SOURCE);
+  const fs::path root(test::inSource(""));
   std::size_t paths = 0;
   for (const std::string& document : documents()) {
     const fs::path folder = fs::path(document).parent_path();

@@ -39,6 +39,7 @@
 #include "solver/travel/worker.h"
 #include "solver/workspace/navigation.h"
 #include "solver/workspace/saved_history.h"
+#include "tests/support/folders.h"
 #include "tests/support/temp_folder.h"
 #include "viewer/gl/renderer.h"
 #include "viewer/gl/scene_view.h"
@@ -433,14 +434,12 @@ std::vector<std::vector<std::string>> examplesOf(const std::string& header) {
 }
 
 TEST(HeaderExamples, AllAreCompiledHereAsTheyStandThere) {
-  const std::vector<std::string> here =
-      linesOf(std::string(FILIFORM_SOURCE) + "/tests/viewer/header_examples_test.cpp");
+  const std::vector<std::string> here = linesOf(test::inSource("tests/viewer/header_examples_test.cpp"));
   std::size_t count = 0;
   for (const char* room : {"index", "device", "solver", "viewer"})
-    for (const auto& entry :
-         std::filesystem::recursive_directory_iterator(FILIFORM_SOURCE + ("/" + std::string(room)))) {
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(test::inSource(std::string(room)))) {
       if (entry.path().extension() != ".h" || entry.path().parent_path().filename() == "internal") continue;
-      const std::string header = entry.path().lexically_relative(FILIFORM_SOURCE).string();
+      const std::string header = entry.path().lexically_relative(test::inSource("")).string();
       for (std::vector<std::string> example : examplesOf(entry.path().string())) {
         ++count;
         std::string text;

@@ -1,5 +1,6 @@
 #include "device/bridge/bridge_device.h"
 #include "tests/support/bridge_process.h"
+#include "tests/support/folders.h"
 #include "tests/support/temp_folder.h"
 #include "tests/support/variable.h"
 #include "tools/bridges/vendor_library.h"
@@ -23,7 +24,7 @@ using Eigen::Vector3d;
 void expectForceAndPositionInFrameD(const char* name, const char* variable, const char* mock, const Vector3d& rest_D,
                                     const Vector3d& v_D, std::uint32_t buttons) {
   const test::TempFolder folder;
-  const test::Variable library(variable, std::string(FILIFORM_BRIDGES "/") + mock);
+  const test::Variable library(variable, test::inBuild("bridges/") + mock);
   test::BridgeProcess bridge(folder / "b", "", name);
   BridgeDevice device({.address = folder / "b", .silence_s = 60, .connect_s = 60});
   device.open();

@@ -2,6 +2,7 @@
 
 #include "index/errors.h"
 #include "solver/loop/haptic_loop.h"
+#include "tests/support/folders.h"
 #include "tests/support/numbers.h"
 #include "tests/support/temp_folder.h"
 
@@ -59,7 +60,7 @@ TEST(LoopGate, FillsInTheSentForceIfTheDeviceDoesNot) {
 TEST(LoopGate, AStillClockTakesTheForceAfter15ms) {
   EXPECT_EQ(HapticLoopOptions{}.watchdog_s, 0.015);
   EXPECT_EQ(LoopGateOptions{}.watchdog_s, HapticLoopOptions{}.watchdog_s);
-  const std::string page = test::readBytes(std::string(FILIFORM_SOURCE) + "/solver/FORCES.md");
+  const std::string page = test::readBytes(test::inSource("solver/FORCES.md"));
   EXPECT_NE(page.find("clock stands still for 0.015 s"), std::string::npos);
   Pushing loop;
   loop.tick();

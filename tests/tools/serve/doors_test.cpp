@@ -1,5 +1,6 @@
 // The service as others use it: every route against its description; the page and the door for Neuroglancer in
 // Chromium.
+#include "tests/support/folders.h"
 #include "tests/support/process.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/server_process.h"
@@ -30,7 +31,7 @@ class Doors : public ::testing::Test {
     return test::readBytes(out) + (done ? "" : "failed");
   }
   static bool has(const std::string& command) { return std::system((command + " >/dev/null 2>&1").c_str()) == 0; }
-  static std::string script(const char* name) { return std::string(FILIFORM_SOURCE) + "/tests/service/" + name; }
+  static std::string script(const char* name) { return test::inSource("tests/service/") + name; }
 
   test::TempFolder folder_;
   const std::string set_ = folder_ / "t.fil";

@@ -1,5 +1,6 @@
 // filiform serve as a process, among friendly and hostile clients at once, and over a set that is damaged meanwhile.
 #include "tests/support/campaign.h"
+#include "tests/support/folders.h"
 #include "tests/support/process.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/server_process.h"
@@ -32,7 +33,7 @@ class HostileClients : public ::testing::Test {
   // Runs support/mixed_clients against the server and returns what it prints.
   nlohmann::json mixedClients(const ServerProcess& server, const std::string& options) {
     const std::string out = folder_ / "out";
-    const std::string line = FILIFORM_SOURCE "/tests/support/mixed_clients " + server.address() + " t " + options +
+    const std::string line = test::inSource("tests/support/mixed_clients") + " " + server.address() + " t " + options +
                              " >" + out + " 2>" + (folder_ / "err");
     const int code = std::system(line.c_str());
     EXPECT_EQ(code, 0) << test::readBytes(out) << test::readBytes(folder_ / "err");

@@ -1,4 +1,5 @@
 // tools/serve/nginx.conf with the real nginx in front of the server: TLS, tokens, the cache.
+#include "tests/support/folders.h"
 #include "tests/support/free_port.h"
 #include "tests/support/process.h"
 #include "tests/support/sanitized.h"
@@ -38,7 +39,7 @@ class Nginx : public ::testing::Test {
                     "-keyout key.pem -out certificate.pem 2>/dev/null"),
               "");
     // Another port and folders of the test; the rest is the file as it is.
-    std::string text = test::readBytes(std::string(FILIFORM_SOURCE) + "/tools/serve/nginx.conf");
+    std::string text = test::readBytes(test::inSource("tools/serve/nginx.conf"));
     port_ = test::freePort();
     const auto replace = [&text](const std::string& from, const std::string& to) {
       text = std::regex_replace(text, std::regex(from), to);

@@ -1,4 +1,5 @@
 // Sessions of `filiform serve` over WebSockets: clients of several kinds, wrong ones, and the end of the server.
+#include "tests/support/folders.h"
 #include "tests/support/process.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/server_process.h"
@@ -244,8 +245,7 @@ TEST_F(SessionSockets, ThePythonExampleTravels) {
     GTEST_SKIP() << "needs python3-websockets (tools/setup --service)";
   test::writeBytes(folder_ / "token", std::string(kSessionToken) + "\n");
   start({"--token-file", folder_ / "token"});
-  const std::string script =
-      std::string("/usr/bin/python3 ") + FILIFORM_SOURCE + "/tools/examples/session/travel.py $U ";
+  const std::string script = "/usr/bin/python3 " + test::inSource("tools/examples/session/travel.py") + " $U ";
   const std::string said = shell(std::string("FILIFORM_TOKEN=") + kSessionToken + " " + script + "t 1");
   int proxies = 0, models = 0, nodes = 0;
   const std::size_t colon = said.find(": ");
@@ -263,8 +263,8 @@ TEST_F(SessionSockets, TheCSharpExampleTravels) {
     GTEST_SKIP() << "needs mono-mcs and mono-runtime (tools/setup --service)";
   start();
   const std::string program = folder_ / "Travel.exe";
-  const std::string said = shell(std::string("mcs ") + FILIFORM_SOURCE +
-                                 "/tools/examples/session/Travel.cs -out:" + program + " && mono " + program + " $U t");
+  const std::string said = shell("mcs " + test::inSource("tools/examples/session/Travel.cs") + " -out:" + program +
+                                 " && mono " + program + " $U t");
   int proxies = 0, models = 0;
   ASSERT_EQ(std::sscanf(said.c_str(), "%d PROXY, %d LOCAL MODEL", &proxies, &models), 2) << said;
   EXPECT_GT(proxies, 0);

@@ -1,4 +1,5 @@
 // Replays the worked exchange of tools/serve/PROTOCOL.md, from the document itself.
+#include "tests/support/folders.h"
 #include "tests/support/served_sets.h"
 #include "tests/support/temp_folder.h"
 #include "tools/session/session_client.h"
@@ -66,8 +67,7 @@ TEST(ProtocolDocument, TheWorkedExchangeHappens) {
   const test::ServedSets sets;
   SessionHouse house(*sets.shelf, {});
   SessionClient client(house, "0.0.0");
-  const std::vector<DocumentLine> lines =
-      exchangeOf(test::readBytes(std::string(FILIFORM_SOURCE) + "/tools/serve/PROTOCOL.md"));
+  const std::vector<DocumentLine> lines = exchangeOf(test::readBytes(test::inSource("tools/serve/PROTOCOL.md")));
   ASSERT_EQ(lines.size(), 12u);
   std::string answer;
   const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(60);

@@ -4,6 +4,7 @@
 
 #include "index/build/memory_tiles.h"
 #include "solver/workspace/workspace.h"
+#include "tests/support/folders.h"
 #include "tests/support/random_cells.h"
 #include "viewer/gl/scene_view.h"
 
@@ -43,7 +44,7 @@ class GoldenPictures : public ::testing::Test {
       frame.camera = overview(scene.lo_W(), scene.hi_W(), 0.3, 0.2, eyeSize(frame.stereo, frame.size).aspect());
     scene.drawWhole(frame);
     const Picture drawn = renderer.read();
-    std::string path = FILIFORM_SOURCE "/tests/viewer/golden/";
+    std::string path = test::inSource("tests/viewer/golden/");
     path += name;
     path += ".png";
     const char* const wish = std::getenv("FILIFORM_GOLDEN");
@@ -104,7 +105,7 @@ TEST_F(GoldenPictures, HighlightedCell) {
 TEST_F(GoldenPictures, NoneStandsForAnother) {
   std::vector<Picture> all;
   for (const char* name : {"overview.png", "near.png", "anaglyph.png", "highlight.png"}) {
-    std::string path = FILIFORM_SOURCE "/tests/viewer/golden/";
+    std::string path = test::inSource("tests/viewer/golden/");
     path += name;
     all.push_back(test::readPng(path));
   }

@@ -1,5 +1,6 @@
 #include "viewer/window/bindings.h"
 
+#include "tests/support/folders.h"
 #include "tests/support/process.h"
 #include "tests/support/temp_folder.h"
 
@@ -58,7 +59,7 @@ TEST(Bindings, AHeldKeyRepeatsMovesOfTheViewAndStepsAlone) {
 
 // The README shows the table of the program.
 TEST(Bindings, TheReadmeHasThisTable) {
-  const std::string readme = test::readBytes(FILIFORM_SOURCE "/viewer/README.md");
+  const std::string readme = test::readBytes(test::inSource("viewer/README.md"));
   EXPECT_NE(readme.find(bindingsInMarkdown()), std::string::npos)
       << "put the output of `filiform view --keys` into viewer/README.md";
 }
