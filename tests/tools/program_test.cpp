@@ -20,7 +20,7 @@ using test::Outcome;
 using test::runFiliform;
 using test::runFiliformInShell;
 
-std::string contentOf(const fs::path& file) { return test::readBytes(file.string()); }
+std::string textOfFile(const fs::path& file) { return test::readBytes(file.string()); }
 void write(const fs::path& file, const std::string& text) { test::writeBytes(file.string(), text); }
 
 // A Y: a soma, a dendrite with a fork, 7 samples.
@@ -32,7 +32,7 @@ const char* const kSmallCell =
 std::map<std::string, std::string> snapshotOf(const fs::path& folder) {
   std::map<std::string, std::string> entries;
   for (const auto& entry : fs::recursive_directory_iterator(folder))
-    entries[fs::relative(entry.path(), folder).string()] = entry.is_regular_file() ? contentOf(entry.path()) : "";
+    entries[fs::relative(entry.path(), folder).string()] = entry.is_regular_file() ? textOfFile(entry.path()) : "";
   return entries;
 }
 
@@ -101,7 +101,7 @@ TEST_F(Program, ForceReplacesTheRevisionAndTheSameOneIsKept) {
   EXPECT_EQ(snapshotOf(path("small.fil")), before);
   EXPECT_EQ(runFiliform({"ingest", path("cell.swc"), "-o", path("small.fil"), "--capacity", "8", "--force"}).exit_code,
             0);
-  EXPECT_NE(contentOf(path("small.fil/CURRENT")), before.at("CURRENT"));
+  EXPECT_NE(textOfFile(path("small.fil/CURRENT")), before.at("CURRENT"));
   std::size_t entries = 0;
   for ([[maybe_unused]] const auto& entry : fs::directory_iterator(path("small.fil"))) ++entries;
   EXPECT_EQ(entries, 2u) << "CURRENT and one revision";
@@ -135,7 +135,7 @@ TEST_F(Program, DamagedSetIsRefusedByEveryCommand) {
     if (entry.is_regular_file()) files.push_back(entry.path());
   ASSERT_GE(files.size(), 5u);
   for (const fs::path& file : files) {
-    const std::string good = contentOf(file);
+    const std::string good = textOfFile(file);
     std::string flipped = good;
     flipped[flipped.size() / 2] ^= 0x10;
     for (const std::string& bad : {flipped, good.substr(0, good.size() / 2), std::string()}) {
@@ -179,10 +179,10 @@ TEST_F(Program, CheckPrintsOneRowAnArgument) {
 TEST_F(Program, TheSetNamesWhatWasDropped) {
   write(path("short.swc"), "1 1 0 0 0 1 -1\n2 3 1 0 0 1 1\n3 3 2 0\n");
   ASSERT_EQ(runFiliform({"ingest", path("short.swc"), "-o", path("short.fil")}).exit_code, 0);
-  const std::string current = contentOf(path("short.fil/CURRENT"));
+  const std::string current = textOfFile(path("short.fil/CURRENT"));
   const std::string revision = path("short.fil/" + current.substr(0, current.size() - 1));
-  const auto manifest = nlohmann::json::parse(contentOf(revision + "/manifest.json"));
-  const auto provenance = nlohmann::json::parse(contentOf(revision + "/provenance.json"));
+  const auto manifest = nlohmann::json::parse(textOfFile(revision + "/manifest.json"));
+  const auto provenance = nlohmann::json::parse(textOfFile(revision + "/provenance.json"));
   EXPECT_EQ(provenance.at("sources").at(0).at("dropped"), "3");
   EXPECT_EQ(manifest.at("provenance").at("codes").at("W_SHORT_LINE"), 1);
 }
@@ -244,7 +244,7 @@ TEST_F(Program, ALibraryIsPlacedByATableWhateverTheOrderOfItsRows) {
     const Outcome made = runFiliform({"ingest", path("cell.swc"), "--placements", path(order) + "/t.tsv", "-o", set});
     ASSERT_EQ(made.exit_code, 0) << made.err;
   }
-  EXPECT_EQ(contentOf(path("ab.fil") + "/CURRENT"), contentOf(path("ba.fil") + "/CURRENT"));
+  EXPECT_EQ(textOfFile(path("ab.fil") + "/CURRENT"), textOfFile(path("ba.fil") + "/CURRENT"));
   const Outcome nearest = runFiliform({"nearest", path("ab.fil"), "100", "0", "0", "--json"});
   EXPECT_EQ(nlohmann::json::parse(nearest.out).at(0).at("cell"), "first");
   write(path("bad.tsv"), header + "other.swc\t0\t0\t0\t1\t0\t0\t0\t\n");
@@ -272,7 +272,7 @@ TEST_F(Program, NavigateReportsThePromisedFieldsAndRows) {
     EXPECT_TRUE(summary.contains(field)) << field;
   EXPECT_EQ(summary.at("frontiers"), 0);
   EXPECT_TRUE(summary.at("missed_deadlines").is_null());
-  const std::string csv = contentOf(path("f.csv"));
+  const std::string csv = textOfFile(path("f.csv"));
   EXPECT_EQ(csv.substr(0, csv.find('\n')),
             "tick,time_s,hx_um,hy_um,hz_um,px_um,py_um,pz_um,cell,segment,fx_N,fy_N,fz_N,visited,frontier,cell_name");
   const std::string row = csv.substr(csv.find('\n') + 1);
