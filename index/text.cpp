@@ -13,7 +13,7 @@ bool isHarmless(char32_t c) {
   return !bidirectional && !line_end;
 }
 
-void append(std::string& out, const char* format, unsigned value) {
+void appendFormatted(std::string& out, const char* format, unsigned value) {
   char buffer[16];
   std::snprintf(buffer, sizeof buffer, format, value);
   out += buffer;
@@ -45,7 +45,7 @@ std::string escaped(std::string_view text) {
     const Utf8Character decoded = decodeUtf8(text);
     const std::size_t length = decoded.length == 0 ? 1 : decoded.length;
     if (decoded.length == 0) {
-      append(out, "\\x%02x", static_cast<unsigned char>(text[0]));
+      appendFormatted(out, "\\x%02x", static_cast<unsigned char>(text[0]));
     } else if (isHarmless(decoded.code_point)) {
       out += text.substr(0, length);
     } else if (decoded.code_point == '\t') {
@@ -55,7 +55,7 @@ std::string escaped(std::string_view text) {
     } else if (decoded.code_point == '\r') {
       out += "\\r";
     } else {
-      append(out, length == 1 ? "\\x%02x" : "\\u%04x", decoded.code_point);
+      appendFormatted(out, length == 1 ? "\\x%02x" : "\\u%04x", decoded.code_point);
     }
     text.remove_prefix(length);
   }
@@ -80,14 +80,15 @@ bool isUtf8(std::string_view text) {
   return true;
 }
 
+std::string lowerCase(std::string_view text) {
+  std::string lower(text);
+  for (char& c : lower)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  return lower;
+}
+
 bool endsWithNoCase(std::string_view name, std::string_view suffix) {
-  if (name.size() < suffix.size()) return false;
-  const std::string_view end = name.substr(name.size() - suffix.size());
-  for (std::size_t i = 0; i < suffix.size(); ++i) {
-    const char c = end[i] >= 'A' && end[i] <= 'Z' ? static_cast<char>(end[i] - 'A' + 'a') : end[i];
-    if (c != suffix[i]) return false;
-  }
-  return true;
+  return name.size() >= suffix.size() && lowerCase(name.substr(name.size() - suffix.size())) == suffix;
 }
 
 }  // namespace filiform

@@ -26,6 +26,9 @@ Utf8Character decodeUtf8(std::string_view text);
 // True if `text` is well-formed UTF-8, without overlong forms or surrogates. O(length).
 bool isUtf8(std::string_view text);
 
+// `text` with the ASCII letters in lower case. O(length).
+std::string lowerCase(std::string_view text);
+
 // True if `name` ends in `suffix`, in any letter case. Requires a lower-case ASCII `suffix`.
 bool endsWithNoCase(std::string_view name, std::string_view suffix);
 

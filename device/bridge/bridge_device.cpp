@@ -59,7 +59,7 @@ sockaddr_un unixAddress(const std::string& path) {
   return address;
 }
 
-Socket connectTo(const std::string& path) {
+Socket connectToPath(const std::string& path) {
   const sockaddr_un address = unixAddress(path);
   Socket socket(::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
   if (socket.number < 0 || ::connect(socket.number, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0)
@@ -303,7 +303,7 @@ struct BridgeDevice::Impl {
     } else {
       const std::string path = options.address.empty() ? onlyBridge() : options.address;
       where = "bridge:" + path;
-      socket = connectTo(path);
+      socket = connectToPath(path);
     }
     is_gone = has_state = false;
     seq = 0;
@@ -452,7 +452,7 @@ std::vector<FoundBridge> findBridges() {
     if (of.st_uid != ::geteuid()) continue;
     FoundBridge bridge{path, false};
     try {
-      bridge.listens = connectTo(path).number >= 0;
+      bridge.listens = connectToPath(path).number >= 0;
     } catch (const DeviceError&) {
       bridge.listens = false;
     }

@@ -20,12 +20,12 @@ namespace {
 
 constexpr double kMostPeriods = 5000;  // a longer gap counts as one period
 
-std::string textOf(double value) {
+std::string jsonOf(double value) {
   std::array<char, 32> text{};
   return {text.data(), std::to_chars(text.data(), text.data() + text.size(), value).ptr};
 }
 
-std::string textOf(bool value) { return value ? "true" : "false"; }
+std::string jsonOf(bool value) { return value ? "true" : "false"; }
 
 // `leaves_out`: without the components that are zero.
 std::string vectorText(const Eigen::Vector3d& v, bool leaves_out) {
@@ -33,7 +33,7 @@ std::string vectorText(const Eigen::Vector3d& v, bool leaves_out) {
   for (int i = 0; i < 3; ++i) {
     if (leaves_out && v[i] == 0) continue;
     if (text.size() > 1) text += ',';
-    text += std::string("\"") + "xyz"[i] + "\":" + textOf(v[i]);
+    text += std::string("\"") + "xyz"[i] + "\":" + jsonOf(v[i]);
   }
   return text + "}";
 }
@@ -106,9 +106,9 @@ struct SimulatedHaply::Impl {
 
   std::string status() const {
     if (faults.leaves_out) return "";
-    return ",\"status\":{\"calibrated\":" + textOf(faults.calibrated.load()) +
-           ",\"in_use\":false,\"power_supply\":" + textOf(faults.power.load()) +
-           ",\"ready\":" + textOf(faults.ready.load()) + ",\"started\":true}";
+    return ",\"status\":{\"calibrated\":" + jsonOf(faults.calibrated.load()) +
+           ",\"in_use\":false,\"power_supply\":" + jsonOf(faults.power.load()) +
+           ",\"ready\":" + jsonOf(faults.ready.load()) + ",\"started\":true}";
   }
 
   std::string grip() const {
@@ -117,13 +117,13 @@ struct SimulatedHaply::Impl {
     const bool leaves_out = faults.leaves_out;
     std::string text = R"("wireless_verse_grip":[{"device_id":"61548","state":{)";
     if (!leaves_out || held != 0)
-      text += "\"buttons\":{\"a\":" + textOf((held & 1) != 0) + ",\"b\":" + textOf((held & 2) != 0) +
-              ",\"c\":" + textOf((held & 4) != 0) + "},";
+      text += "\"buttons\":{\"a\":" + jsonOf((held & 1) != 0) + ",\"b\":" + jsonOf((held & 2) != 0) +
+              ",\"c\":" + jsonOf((held & 4) != 0) + "},";
     text += "\"orientation\":{";
     bool first = true;
     for (std::size_t i = 0; i < 4; ++i) {
       if (leaves_out && orientation_H[i] == 0) continue;
-      text += std::string(first ? "\"" : ",\"") + "wxyz"[i] + "\":" + textOf(orientation_H[i]);
+      text += std::string(first ? "\"" : ",\"") + "wxyz"[i] + "\":" + jsonOf(orientation_H[i]);
       first = false;
     }
     return text + "}}}]";

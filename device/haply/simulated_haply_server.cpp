@@ -22,14 +22,14 @@ namespace {
 constexpr int kWait_ms = 5;                    // faults are looked at this often
 constexpr std::size_t kMostWaiting = 1 << 20;  // bytes that a client does not take
 
-class Descriptor {
+class ServerSocket {
  public:
-  explicit Descriptor(int number) : number_(number) {}
-  ~Descriptor() {
+  explicit ServerSocket(int number) : number_(number) {}
+  ~ServerSocket() {
     if (number_ >= 0) ::close(number_);
   }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
+  ServerSocket(const ServerSocket&) = delete;
+  ServerSocket& operator=(const ServerSocket&) = delete;
   int get() const noexcept { return number_; }
 
  private:
@@ -38,7 +38,7 @@ class Descriptor {
 
 struct Client {
   Client(SimulatedHaply& service, int number) : descriptor(number), peer(service) {}
-  Descriptor descriptor;
+  ServerSocket descriptor;
   internal::HaplyPeer peer;
   std::string out;
   bool ends = false;
@@ -53,7 +53,7 @@ struct SimulatedHaplyServer::Impl {
         wake(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {}
 
   SimulatedHaply& service;
-  Descriptor listening, wake;
+  ServerSocket listening, wake;
   std::uint16_t port = 0;
   std::list<Client> clients;
   std::atomic<bool> ends{false};

@@ -32,7 +32,7 @@ bool within(const Eigen::Vector3d& p_D) {
   return p_D.allFinite() && p_D.cwiseAbs().maxCoeff() <= SimulatedHand::kReach_m;
 }
 
-void require(bool condition, const char* what) {
+void requireParameter(bool condition, const char* what) {
   if (!condition) throw DeviceError(std::string("simulated hand: ") + what);
 }
 
@@ -81,20 +81,21 @@ struct SimulatedHand::Impl {
 
 SimulatedHand::SimulatedHand(const SimulatedHandOptions& options) : impl_(std::make_unique<Impl>()) {
   const HandParameters& hand = options.hand;
-  require(std::isfinite(hand.mass_kg) && hand.mass_kg > 0, "the mass must be positive");
-  require(std::isfinite(hand.damping_Ns_m) && hand.damping_Ns_m >= 0, "the damping must not be negative");
-  require(std::isfinite(hand.stiffness_N_m) && hand.stiffness_N_m >= 0, "the stiffness must not be negative");
-  require(std::isfinite(options.period_s) && options.period_s > 0, "the period must be positive");
-  require(options.delay_samples >= 0 && options.delay_samples <= 2, "the delay must be 0, 1 or 2 samples");
-  require(std::isfinite(options.device_damping_Ns_m) && options.device_damping_Ns_m >= 0,
-          "the device's damping must not be negative");
-  require(std::isfinite(options.peak_force_N) && options.peak_force_N >= 0, "the peak force must not be negative");
-  require(within(options.start_D), "the start must be within 10 m");
+  requireParameter(std::isfinite(hand.mass_kg) && hand.mass_kg > 0, "the mass must be positive");
+  requireParameter(std::isfinite(hand.damping_Ns_m) && hand.damping_Ns_m >= 0, "the damping must not be negative");
+  requireParameter(std::isfinite(hand.stiffness_N_m) && hand.stiffness_N_m >= 0, "the stiffness must not be negative");
+  requireParameter(std::isfinite(options.period_s) && options.period_s > 0, "the period must be positive");
+  requireParameter(options.delay_samples >= 0 && options.delay_samples <= 2, "the delay must be 0, 1 or 2 samples");
+  requireParameter(std::isfinite(options.device_damping_Ns_m) && options.device_damping_Ns_m >= 0,
+                   "the device's damping must not be negative");
+  requireParameter(std::isfinite(options.peak_force_N) && options.peak_force_N >= 0,
+                   "the peak force must not be negative");
+  requireParameter(within(options.start_D), "the start must be within 10 m");
   Impl& d = *impl_;
   d.options = options;
   const double damping_Ns_m = hand.damping_Ns_m + options.device_damping_Ns_m;
   d.response = heldForceResponse(hand.mass_kg, damping_Ns_m, hand.stiffness_N_m, options.period_s);
-  require(d.response.allFinite(), "the ratios of mass, damping, stiffness and period are too extreme");
+  requireParameter(d.response.allFinite(), "the ratios of mass, damping, stiffness and period are too extreme");
   d.capabilities.name = "simulated hand";
   d.capabilities.peak_force_N = options.peak_force_N;
   d.capabilities.continuous_force_N = options.peak_force_N;

@@ -85,7 +85,7 @@ bool mayOpen(libusb_device* device) {
   return ::access(node, R_OK | W_OK) == 0 || errno != EACCES;
 }
 
-UsbEndpointType typeOf(std::uint8_t attributes) {
+UsbEndpointType endpointTypeOf(std::uint8_t attributes) {
   constexpr UsbEndpointType kTypes[] = {UsbEndpointType::control, UsbEndpointType::isochronous, UsbEndpointType::bulk,
                                         UsbEndpointType::interrupt};
   return kTypes[attributes & 3];
@@ -114,7 +114,7 @@ std::optional<UsbDeviceInfo> infoOf(libusb_device* device) {
     };
     for (int e = 0; e < first.bNumEndpoints; ++e) {
       const libusb_endpoint_descriptor& endpoint = first.endpoint[e];
-      interface.endpoints.push_back({endpoint.bEndpointAddress, typeOf(endpoint.bmAttributes),
+      interface.endpoints.push_back({endpoint.bEndpointAddress, endpointTypeOf(endpoint.bmAttributes),
                                      static_cast<std::uint16_t>(endpoint.wMaxPacketSize & 0x7ff)});
     }
     info.interfaces.push_back(std::move(interface));
@@ -123,7 +123,7 @@ std::optional<UsbDeviceInfo> infoOf(libusb_device* device) {
   return info;
 }
 
-UsbError errorOf(int code, const UsbDeviceInfo& info, const std::string& what) {
+UsbError usbErrorOf(int code, const UsbDeviceInfo& info, const std::string& what) {
   const std::string device = describe(info) + ": ";
   switch (code) {
     case LIBUSB_ERROR_ACCESS:
@@ -200,7 +200,7 @@ class LibusbConnection : public UsbConnection {
       info_ = *info;
       const int error = libusb_open(device, &handle_);
       if (error == LIBUSB_ERROR_NO_DEVICE) break;
-      if (error != 0) throw errorOf(error, info_, "it cannot be opened");
+      if (error != 0) throw usbErrorOf(error, info_, "it cannot be opened");
       libusb_set_auto_detach_kernel_driver(handle_, 1);
       return;
     }
@@ -220,7 +220,7 @@ class LibusbConnection : public UsbConnection {
   void claim(std::uint8_t interface) override {
     const int error = libusb_claim_interface(handle_, interface);
     if (error == LIBUSB_ERROR_NO_DEVICE) gone_ = true;
-    if (error != 0) throw errorOf(error, info_, "interface " + std::to_string(interface) + " cannot be claimed");
+    if (error != 0) throw usbErrorOf(error, info_, "interface " + std::to_string(interface) + " cannot be claimed");
     if (std::find(claimed_.begin(), claimed_.end(), interface) == claimed_.end()) claimed_.push_back(interface);
   }
 
@@ -234,7 +234,7 @@ class LibusbConnection : public UsbConnection {
     const int moved = libusb_control_transfer(handle_, setup.request_type, setup.request, setup.value, setup.index,
                                               data.data(), static_cast<std::uint16_t>(data.size()), timeout_ms);
     if (moved == LIBUSB_ERROR_NO_DEVICE) gone_ = true;
-    if (moved < 0) throw errorOf(moved, info_, "request " + std::to_string(setup.request));
+    if (moved < 0) throw usbErrorOf(moved, info_, "request " + std::to_string(setup.request));
     return static_cast<std::size_t>(moved);
   }
 

@@ -30,10 +30,6 @@ std::string_view asText(std::span<const std::uint8_t> bytes) {
 
 std::uint8_t outcomeOf(const UsbError& error) { return static_cast<std::uint8_t>(1 + static_cast<int>(error.cause())); }
 
-DeviceError systemFailure(const std::string& path, const std::string& what, int error_number) {
-  return DeviceError(path + ": " + what + ": " + std::generic_category().message(error_number));
-}
-
 }  // namespace
 
 class UsbRecorder::Writer {
@@ -444,7 +440,7 @@ bool ReplayedConnection::handleEvents(double timeout_s) noexcept {
 
 UsbReplay::UsbReplay(const std::string& path) : traffic_(std::make_unique<Traffic>()) {
   std::ifstream in(path, std::ios::binary);
-  if (!in) throw systemFailure(path, "cannot open the recording", errno);
+  if (!in) throw DeviceError(path + ": cannot open the recording: " + std::generic_category().message(errno));
   std::ostringstream whole;
   if (in.peek() != std::ifstream::traits_type::eof()) whole << in.rdbuf();
   if (in.bad() || whole.bad()) throw DeviceError(path + ": cannot read the recording");

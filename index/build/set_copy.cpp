@@ -32,8 +32,6 @@ namespace {
 namespace fs = std::filesystem;
 using internal::Bytes;
 
-constexpr const char* kCurrent = "CURRENT";
-constexpr std::uint64_t kMostCurrent = 4096;
 constexpr std::uint64_t kPiece = 4 << 20;  // of a read for pullSet
 constexpr unsigned kPiecesAtOnce = 8;
 
@@ -61,9 +59,9 @@ void throwIfCancelled(const CopyOptions& options) {
 
 // The revision that CURRENT at the address names; empty: there is no CURRENT.
 std::string currentAt(internal::HttpClient& client, const internal::RemoteAddress& address) {
-  const std::string url = address.files + kCurrent;
+  const std::string url = address.files + internal::kCurrentFile;
   try {
-    const Bytes text = client.readWhole(url, kMostCurrent);
+    const Bytes text = client.readWhole(url, internal::kMostCurrentBytes);
     std::string name(text.begin(), text.end());
     if (!name.empty() && name.back() == '\n') name.pop_back();
     if (!internal::isRevisionName(name))
@@ -211,7 +209,7 @@ CopyResult pushSet(const std::string& folder, const std::string& text, const Cop
   if (result.before != result.revision) {
     const std::string line = result.revision + "\n";
     client.send({.method = "PUT",
-                 .url = address.files + kCurrent,
+                 .url = address.files + internal::kCurrentFile,
                  .body = std::span(reinterpret_cast<const std::uint8_t*>(line.data()), line.size()),
                  .headers = {"Cache-Control: no-cache"}});
   }

@@ -94,7 +94,7 @@ class TableText {
   bool at_end_ = true;
 };
 
-std::string listOf(const std::vector<std::string>& names) {
+std::string firstNames(const std::vector<std::string>& names) {
   std::string list;
   constexpr std::size_t kNamed = 12;
   for (std::size_t i = 0; i < std::min(names.size(), kNamed); ++i) list += (i > 0 ? ", " : "") + escaped(names[i], 40);
@@ -122,7 +122,7 @@ AttributeTable AttributeTable::parse(std::string_view text, const std::string& f
   std::vector<std::string> header, fields;
   if (!in.next(header)) in.fail("is empty; the first line must name the columns");
   const auto found = std::find(header.begin(), header.end(), key);
-  if (found == header.end()) in.fail("has no column " + escaped(key, 40) + " (--key); it has " + listOf(header));
+  if (found == header.end()) in.fail("has no column " + escaped(key, 40) + " (--key); it has " + firstNames(header));
   const auto key_column = static_cast<std::size_t>(found - header.begin());
   std::vector<std::size_t> columns;
   std::unordered_set<std::string_view> known;

@@ -25,7 +25,7 @@ using Quaternion = std::array<double, 4>;
 constexpr double kLeastLength = 1e-12;  // of a quaternion
 constexpr std::string_view kEndings[] = {".swc", ".h5", ".asc"};
 
-Quaternion times(const Quaternion& a, const Quaternion& b) {
+Quaternion product(const Quaternion& a, const Quaternion& b) {
   return {a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3], a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2],
           a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1], a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0]};
 }
@@ -55,7 +55,7 @@ Quaternion turnOf(const NodeTable& table, std::uint64_t node) {
     if (!std::isfinite(angle)) table.fail(node, std::string(kAngles[axis]) + " is not finite");
     Quaternion about{std::cos(angle / 2), 0, 0, 0};
     about[axis + 1] = std::sin(angle / 2);
-    turn = times(turn, about);
+    turn = product(turn, about);
   }
   for (double& component : turn) component += 0.0;
   return turn;

@@ -21,7 +21,7 @@ struct Fields {
   std::size_t count = 0;  // number of words; may exceed the array
 };
 
-Fields split(std::string_view line) {
+Fields lineFields(std::string_view line) {
   Fields fields;
   std::size_t at = 0;
   for (;;) {
@@ -90,7 +90,7 @@ void readEdgeList(internal::ByteStream& in, internal::GraphBuilder& graph) {
   bool too_long = false;
   // Lone CRs also end lines, so lines are counted here.
   for (std::uint64_t line = 1; in.readLine(text, kMaxEdgeLine, too_long); ++line) {
-    const Fields fields = split(text);
+    const Fields fields = lineFields(text);
     if (fields.count == 0) continue;
     const bool edge = fields.text[0] == "edge";
     if (in.hasNul() || too_long) {

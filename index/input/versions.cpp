@@ -11,20 +11,13 @@
 namespace filiform {
 namespace {
 
-std::string inLowerCase(std::string_view text) {
-  std::string lower(text);
-  std::transform(lower.begin(), lower.end(), lower.begin(),
-                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
-  return lower;
-}
-
 struct Version {
   bool cng = false;
   std::array<std::string, 2> keys;  // neuron and folder; neuron and the folder above
 };
 
 std::optional<Version> versionOf(std::string_view path) {
-  const std::string lower = inLowerCase(path);
+  const std::string lower = lowerCase(path);
   std::string_view folder, name = lower;
   if (const std::size_t slash = lower.rfind('/'); slash != std::string::npos) {
     folder = name.substr(0, slash);
@@ -61,7 +54,7 @@ void leaveOutVersions(const std::vector<std::string_view>& paths, bool keep_cng,
 
 // Path of the SWC file that would hold the same cell as this ASC file.
 std::string twinOf(std::string_view asc_path) {
-  std::string twin = inLowerCase(asc_path.substr(0, asc_path.size() - 4)) + ".swc";
+  std::string twin = lowerCase(asc_path.substr(0, asc_path.size() - 4)) + ".swc";
   const std::size_t slash = twin.rfind('/');
   if (slash == std::string::npos || slash < 3) return twin;
   const bool folder_asc = twin.compare(slash - 3, 3, "asc") == 0 && (slash == 3 || twin[slash - 4] == '/');
@@ -74,7 +67,7 @@ void leaveOutTwins(const std::vector<std::string_view>& paths, std::vector<bool>
   if (std::none_of(paths.begin(), paths.end(), is_asc)) return;
   std::unordered_set<std::string> kept;
   for (std::size_t i = 0; i < paths.size(); ++i)
-    if (!left_out[i] && !is_asc(paths[i])) kept.insert(inLowerCase(paths[i]));
+    if (!left_out[i] && !is_asc(paths[i])) kept.insert(lowerCase(paths[i]));
   for (std::size_t i = 0; i < paths.size(); ++i)
     if (!left_out[i] && is_asc(paths[i])) left_out[i] = kept.contains(twinOf(paths[i]));
 }

@@ -190,7 +190,7 @@ struct RayRegion final : Region {
   }
 };
 
-void check(const Vector3d& h_W, const NearestQuery& query) {
+void checkQuery(const Vector3d& h_W, const NearestQuery& query) {
   if (!h_W.allFinite()) throw UsageError("a query point needs three finite coordinates, in um");
   if (h_W.cwiseAbs().maxCoeff() > Nearest::kMaxCoordinate_um)
     throw UsageError("a query point's coordinates must lie within 1e150 um");
@@ -330,7 +330,7 @@ Nearest::Nearest(const TileStore& store, const NearestOptions& options) {
 Nearest::~Nearest() = default;
 
 std::vector<NearestResult> Nearest::find(const Vector3d& h_W, const NearestQuery& query) const {
-  check(h_W, query);
+  checkQuery(h_W, query);
   std::vector<NearestResult> results;
   if (query.k == 0) return results;
 
@@ -362,7 +362,7 @@ std::vector<NearestResult> Nearest::find(const Vector3d& h_W, const NearestQuery
 
 void Nearest::forEach(std::span<const Vector3d> points, const NearestQuery& query, unsigned threads,
                       const std::function<void(std::size_t i, std::vector<NearestResult>&& results)>& visit) const {
-  for (const Vector3d& h_W : points) check(h_W, query);
+  for (const Vector3d& h_W : points) checkQuery(h_W, query);
   const std::vector<std::size_t> order = curveOrder(impl_->store.grid(), points);
 
   // Consecutive parts of the curve, so that threads need different tiles.

@@ -11,7 +11,7 @@ namespace filiform {
 namespace {
 
 // The number that the whole text states, or NaN.
-double wholeNumber(const std::string& text) {
+double numberOrNaN(const std::string& text) {
   double value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   return error == std::errc() && end == text.data() + text.size() && !text.empty() ? value : std::nan("");
@@ -48,7 +48,7 @@ CellFilter::CellFilter(const std::vector<std::string>& conditions) {
       condition.value = text.substr(at + condition.op.size());
     }
     if (condition.name.empty() || condition.op.empty() || condition.op == "!" ||
-        (condition.op[0] != '=' && condition.op[0] != '!' && std::isnan(wholeNumber(condition.value))))
+        (condition.op[0] != '=' && condition.op[0] != '!' && std::isnan(numberOrNaN(condition.value))))
       throw UsageError("--where " + escaped(text, 80) +
                        ": expected NAME=VALUE, NAME!=VALUE, or NAME<NUMBER with <, <=, > or >=");
     conditions_.push_back(std::move(condition));
@@ -67,7 +67,7 @@ std::vector<std::uint32_t> CellFilter::select(const TileSet& set, const CellAttr
       if (text)
         throw UsageError("--where " + escaped(condition.whole, 80) + ": " + escaped(condition.name, 80) +
                          " holds text, so only = and != apply");
-      const double limit = wholeNumber(condition.value);
+      const double limit = numberOrNaN(condition.value);
       const std::vector<double> numbers = attributes.numbers(*column);
       for (std::size_t i = 0; i < chosen.size(); ++i)
         chosen[i] = chosen[i] && compares(numbers[i], condition.op, limit);  // NaN compares false
@@ -86,7 +86,7 @@ std::vector<std::uint32_t> CellFilter::select(const TileSet& set, const CellAttr
         if (!chosen[i]) continue;
         const AttributeValue value = attributes.value(*column, i);
         const auto number = numberOf(value);
-        meets[i] = number ? matches(condition.value, textOf(value)) || *number == wholeNumber(condition.value)
+        meets[i] = number ? matches(condition.value, textOf(value)) || *number == numberOrNaN(condition.value)
                           : condition.value.empty();
       }
     }

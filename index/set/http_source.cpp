@@ -21,8 +21,7 @@
 namespace filiform {
 namespace {
 
-constexpr const char* kCurrentName = "CURRENT";
-constexpr std::uint64_t kMostCurrent = 4096, kMostManifest = std::uint64_t{64} << 20;
+constexpr std::uint64_t kMostManifest = std::uint64_t{64} << 20;
 // Larger reads are those of whole files, which verify and copies make.
 constexpr std::uint64_t kMostCachedRead = std::uint64_t{1} << 20;
 
@@ -34,7 +33,7 @@ bool isDirectory(const std::string& name) { return name.ends_with(std::string("/
 
 // Files that are read at once, when their size is first asked for.
 bool isSmallFile(const std::string& name) {
-  return name == kCurrentName || name.ends_with(std::string("/") + internal::kManifestFile);
+  return name == internal::kCurrentFile || name.ends_with(std::string("/") + internal::kManifestFile);
 }
 
 }  // namespace
@@ -97,7 +96,7 @@ struct HttpSource::Impl {
 };
 
 internal::Bytes HttpSource::Impl::fetch(const std::string& name) const {
-  if (name == kCurrentName) return client.readWhole(url(name), kMostCurrent);
+  if (name == internal::kCurrentFile) return client.readWhole(url(name), internal::kMostCurrentBytes);
   const std::string size_key = url(name) + "@size";
   std::uint64_t size = 0;
   const std::span<std::uint8_t> size_bytes(reinterpret_cast<std::uint8_t*>(&size), sizeof size);

@@ -59,11 +59,11 @@ struct Piece {
   bool is_reached = false;  // a segment in full resolution lies within the error of its middle
 };
 
-constexpr double kBallMargin = 1.06;  // radii are rounded to 3 %, and samples of a soma may lie 2 % outside
+constexpr double kCheckedBallMargin = 1.06;  // radii are rounded to 3 %, and samples of a soma may lie 2 % outside
 
 double square(double x) { return x * x; }
 
-double squaredDistance(const Vector3d& p_W, const Vector3d& a_W, const Vector3d& b_W) {
+double squaredDistanceToSegment(const Vector3d& p_W, const Vector3d& a_W, const Vector3d& b_W) {
   const Vector3d way = b_W - a_W, d = p_W - a_W;
   const double squared = way.squaredNorm();
   const double t = squared > 0 ? std::clamp(d.dot(way) / squared, 0.0, 1.0) : 0.0;
@@ -84,7 +84,7 @@ class OpenLevel {
     for (std::uint32_t s = 0; s < tile->segment_count(); ++s) {
       const bool ball = tile->isolated(s) && appearance.types[s] == kSomaType && appearance.radii_um[s] > 0;
       pieces_.push_back({tile->segmentId(s).cell, tile->position_W(tile->child(s)), tile->position_W(tile->parent(s)),
-                         ball ? kBallMargin * static_cast<double>(appearance.radii_um[s]) : 0, ball});
+                         ball ? kCheckedBallMargin * static_cast<double>(appearance.radii_um[s]) : 0, ball});
       if (entry_.hidden > 0) cover_.add(pieces_.back().a_W, pieces_.back().b_W);
     }
   }
@@ -120,10 +120,11 @@ class OpenLevel {
     const auto last = std::find_if(first, pieces_.end(), [&](const Piece& piece) { return piece.cell != cell; });
     if (first == last && entry_.coarser == 0) ++missing_;
     for (auto piece = first; piece != last; ++piece)
-      if (!piece->is_reached) piece->is_reached = squaredDistance(0.5 * (piece->a_W + piece->b_W), a_W, b_W) <= error2_;
+      if (!piece->is_reached)
+        piece->is_reached = squaredDistanceToSegment(0.5 * (piece->a_W + piece->b_W), a_W, b_W) <= error2_;
     for (const Vector3d& p_W : {a_W, b_W, Vector3d(0.5 * (a_W + b_W))}) {
       if (std::any_of(first, last, [&](const Piece& piece) {
-            const double squared = squaredDistance(p_W, piece.a_W, piece.b_W);
+            const double squared = squaredDistanceToSegment(p_W, piece.a_W, piece.b_W);
             return squared <= error2_ || (piece.radius_um > 0 && squared <= square(error_ + piece.radius_um));
           }))
         continue;

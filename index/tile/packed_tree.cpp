@@ -11,11 +11,11 @@
 namespace filiform {
 namespace {
 
-using namespace internal::packed;
+namespace boxes = internal::packed;
 
 class PackedTree final : public TileEngine {
  public:
-  PackedTree(std::shared_ptr<const Tile> tile, const Kernels& kernels)
+  PackedTree(std::shared_ptr<const Tile> tile, const boxes::Kernels& kernels)
       : tile_(std::move(tile)),
         kernels_(kernels),
         boxes_{tile_.get(), tile_->runs().data(), {tile_->narrowOffsets(), tile_->wordOffsets()}, 0, 0, {}, {}} {
@@ -24,14 +24,14 @@ class PackedTree final : public TileEngine {
 
   void search(const Vector3d& h_W, Candidates& best) const override;
   void collect(const Region& region, std::vector<std::uint32_t>& segments) const override;
-  std::size_t bytes() const override { return sizeof *this + boxes_.nodes.size() * sizeof(Node); }
+  std::size_t bytes() const override { return sizeof *this + boxes_.nodes.size() * sizeof(boxes::Node); }
 
  private:
   void build();
 
   std::shared_ptr<const Tile> tile_;
-  const Kernels& kernels_;
-  Boxes boxes_;
+  const boxes::Kernels& kernels_;
+  boxes::Boxes boxes_;
   double unit_um_ = 1, size_um_ = 0;  // size: the tile's largest coordinate
   Vector3d origin_W_ = Vector3d::Zero();
 };
@@ -41,11 +41,11 @@ void PackedTree::build() {
   if (runs == 0) return;
   std::uint32_t nodes = 0;
   for (auto children = static_cast<std::uint32_t>(runs);;) {
-    const Level& level = boxes_.levels[boxes_.level_count++] = {nodes, children};
+    const boxes::Level& level = boxes_.levels[boxes_.level_count++] = {nodes, children};
     nodes += children = level.nodes();
-    if (children <= kTopNodes) break;
+    if (children <= boxes::kTopNodes) break;
   }
-  Node nothing;
+  boxes::Node nothing;
   for (std::size_t axis = 0; axis < 3; ++axis) nothing.lo[axis].fill(UINT16_MAX), nothing.hi[axis].fill(0);
   boxes_.nodes.resize(nodes, nothing);
 
@@ -72,7 +72,7 @@ void PackedTree::search(const Vector3d& h_W, Candidates& best) const {
   const double margin =
       std::ldexp(reach, -22) + kUlps * (size_um_ + h_W.cwiseAbs().maxCoeff()) / unit_um_ + std::ldexp(1.0, -40);
   const double per_quantum = unit_um_ / tile_->grid().quantum_um();
-  Query query;
+  boxes::Query query;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const double at = h[static_cast<Eigen::Index>(axis)];
     query.lo[axis] = static_cast<float>(at - margin);
@@ -95,16 +95,16 @@ void PackedTree::collect(const Region& region, std::vector<std::uint32_t>& segme
   while (!stack.empty()) {
     const auto [level, at] = stack.back();
     stack.pop_back();
-    const Node& node = boxes_.nodes[boxes_.levels[level].begin + at];
+    const boxes::Node& node = boxes_.nodes[boxes_.levels[level].begin + at];
     for (unsigned left = boxes_.present(level, at); left != 0; left &= left - 1) {
       const auto i = static_cast<std::uint32_t>(std::countr_zero(left));
       const Vector3d lo(node.lo[0][i], node.lo[1][i], node.lo[2][i]), hi(node.hi[0][i], node.hi[1][i], node.hi[2][i]);
       if (!region.mayMeet({origin_W_ + unit_um_ * lo, origin_W_ + unit_um_ * hi})) continue;
       if (level > 0) {
-        stack.emplace_back(level - 1, kWidth * at + i);
+        stack.emplace_back(level - 1, boxes::kWidth * at + i);
         continue;
       }
-      const SegmentRun run = tile_->runs()[kWidth * at + i];
+      const SegmentRun run = tile_->runs()[boxes::kWidth * at + i];
       for (std::uint32_t s = 0; s < run.count(); ++s) segments.push_back(run.begin() + s);
     }
   }
@@ -131,14 +131,15 @@ void internal::packed::Boxes::searchRun(std::uint32_t run, const Vector3d& h_W, 
 
 std::vector<std::string> packedTreePaths() {
   std::vector<std::string> paths;
-  for (const Kernels& kernels : kernelsHere()) paths.emplace_back(kernels.name);
+  for (const boxes::Kernels& kernels : boxes::kernelsHere()) paths.emplace_back(kernels.name);
   return paths;
 }
 
 std::unique_ptr<TileEngine> makePackedTree(std::shared_ptr<const Tile> tile, const std::string& path) {
-  const std::vector<Kernels>& all = kernelsHere();
+  const std::vector<boxes::Kernels>& all = boxes::kernelsHere();
   if (path.empty()) return std::make_unique<PackedTree>(std::move(tile), all.back());
-  const auto at = std::find_if(all.begin(), all.end(), [&](const Kernels& kernels) { return path == kernels.name; });
+  const auto at =
+      std::find_if(all.begin(), all.end(), [&](const boxes::Kernels& kernels) { return path == kernels.name; });
   if (at == all.end()) throw UsageError("the packed tree has no path \"" + path + "\" on this machine");
   return std::make_unique<PackedTree>(std::move(tile), *at);
 }

@@ -11,7 +11,7 @@ namespace filiform {
 namespace {
 
 template <typename T>
-std::size_t heapBytes(const std::vector<T>& v) {
+std::size_t arrayBytes(const std::vector<T>& v) {
   return v.size() * sizeof(T);
 }
 
@@ -344,10 +344,10 @@ void Tile::countBytes() {
   // Of the object itself, on every processor: the format stores the sum.
   constexpr std::size_t kObjectBytes = 560;
   static_assert(sizeof(Tile) <= kObjectBytes);
-  bytes_ = kObjectBytes + heapBytes(fragments_) + heapBytes(strays_) + heapBytes(narrow_) + heapBytes(words_) +
-           heapBytes(wide_) + heapBytes(huge_) + heapBytes(runs_) + heapBytes(first_samples_) + heapBytes(loose_) +
-           heapBytes(fragment_of_strip_) + heapBytes(strips_by_sample_) + heapBytes(nodes_) + heapBytes(segments_) +
-           heapBytes(listed_) + heapBytes(lists_);
+  bytes_ = kObjectBytes + arrayBytes(fragments_) + arrayBytes(strays_) + arrayBytes(narrow_) + arrayBytes(words_) +
+           arrayBytes(wide_) + arrayBytes(huge_) + arrayBytes(runs_) + arrayBytes(first_samples_) + arrayBytes(loose_) +
+           arrayBytes(fragment_of_strip_) + arrayBytes(strips_by_sample_) + arrayBytes(nodes_) + arrayBytes(segments_) +
+           arrayBytes(listed_) + arrayBytes(lists_);
 }
 
 void Tile::bound(SegmentRun run, Offset& lo, Offset& hi) const {

@@ -23,8 +23,8 @@ constexpr std::uint8_t kGraph = 1;  // flag: fragments state their first samples
 std::int64_t difference(std::uint32_t a, std::uint32_t b) { return std::int64_t{a} - std::int64_t{b}; }
 
 // Returns `from` minus the decoded step. Throws Damage unless this is an index below `limit`.
-std::uint32_t shifted(const ByteReader& in, std::uint32_t from, std::uint64_t zigzagged, std::uint64_t limit,
-                      const char* what) {
+std::uint32_t steppedBack(const ByteReader& in, std::uint32_t from, std::uint64_t zigzagged, std::uint64_t limit,
+                          const char* what) {
   const std::int64_t step = internal::unzigzag(zigzagged);
   in.require(step >= -std::int64_t{UINT32_MAX} && step <= std::int64_t{UINT32_MAX}, what);
   const std::int64_t at = std::int64_t{from} - step;
@@ -204,7 +204,7 @@ TileCodec::Fragments TileCodec::readFragments(ByteReader& in, Tile& tile, std::u
     const auto first_rank = static_cast<std::uint32_t>(rank);
     std::uint64_t sample = rank;
     if (graph) {
-      sample = shifted(in, first_rank, in.varint(), UINT32_MAX, "a sample does not exist");
+      sample = steppedBack(in, first_rank, in.varint(), UINT32_MAX, "a sample does not exist");
       in.require(sample + n <= UINT32_MAX, "a sample does not exist");
       tile.first_samples_.push_back(static_cast<std::uint32_t>(sample));
       named = named && sample == rank;
@@ -242,8 +242,8 @@ void TileCodec::readEnds(const ByteReader& in, Tile& tile, const Fragments& frag
     Tile::Fragment& fragment = tile.fragments_[e.fragment];
     const std::uint32_t from = fragment.child_node;  // for a loose fragment: the nodes placed so far
     if (fragments.kinds[e.fragment] == kLoose)
-      fragment.child_node = shifted(in, from, e.child, tile.node_count_, "a node does not exist");
-    fragment.parent_node = shifted(in, from, e.parent, tile.node_count_, "a node does not exist");
+      fragment.child_node = steppedBack(in, from, e.child, tile.node_count_, "a node does not exist");
+    fragment.parent_node = steppedBack(in, from, e.parent, tile.node_count_, "a node does not exist");
     in.require(fragments.kinds[e.fragment] == kLoose || fragment.parent_node != fragment.child_node,
                "a sample is its own parent");
   }

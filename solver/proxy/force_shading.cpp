@@ -13,7 +13,7 @@ namespace filiform {
 
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kUnbounded = std::numeric_limits<double>::infinity();
 
 using internal::ActiveSegment;
 using internal::WorkingGraph;
@@ -75,16 +75,16 @@ double shadedGoal(double a0, double a1, double a2, double u) noexcept {
   a2 /= size;
   if (a2 == 0.0) {
     if (a1 < 0.0) return -a0 / a1;
-    if (a1 > 0.0) return u > -a0 / a1 ? kInfinity : -kInfinity;
-    return a0 > 0.0 ? kInfinity : -kInfinity;
+    if (a1 > 0.0) return u > -a0 / a1 ? kUnbounded : -kUnbounded;
+    return a0 > 0.0 ? kUnbounded : -kUnbounded;
   }
   const double discriminant = a1 * a1 - 4.0 * a2 * a0;
-  if (discriminant < 0.0) return a2 > 0.0 ? kInfinity : -kInfinity;
+  if (discriminant < 0.0) return a2 > 0.0 ? kUnbounded : -kUnbounded;
   const double half = -0.5 * (a1 + std::copysign(std::sqrt(discriminant), a1));
   const double r1 = half / a2, r2 = half == 0.0 ? 0.0 : a0 / half;
   const double lo = std::min(r1, r2), hi = std::max(r1, r2);
-  if (a2 < 0.0) return u > lo ? hi : -kInfinity;
-  return u < hi ? lo : kInfinity;
+  if (a2 < 0.0) return u > lo ? hi : -kUnbounded;
+  return u < hi ? lo : kUnbounded;
 }
 
 void ForceShading::advance(const GraphView& graph, const ProbeState& probe, SolverStep& step) noexcept {
@@ -133,7 +133,7 @@ ForceShading::Shaded ForceShading::shade(Tick& tick, ActiveSegment& segment, boo
   end.node = n;
   tick.step.touched.add(node.home);
   // The two nearest other segments, nearest first. Segments of length zero count as an exit, but have no direction.
-  double nearest2 = kInfinity, near2[2] = {kInfinity, kInfinity};
+  double nearest2 = kUnbounded, near2[2] = {kUnbounded, kUnbounded};
   Vector3d near_far_W[2] = {node.p_W, node.p_W};
   for (std::uint32_t i = 0; i < node.degree; ++i) {
     const WorkingGraph::Edge& edge = graph_.edge(n, i);
@@ -161,7 +161,7 @@ ForceShading::Shaded ForceShading::shade(Tick& tick, ActiveSegment& segment, boo
   }
   Vector3d sum = end.direction;
   for (int i = 0; i < 2; ++i) {
-    if (near2[i] == kInfinity) break;
+    if (near2[i] == kUnbounded) break;
     sum += (at_parent ? near_far_W[i] - node.p_W : node.p_W - near_far_W[i]).normalized();
   }
   if (sum.squaredNorm() > 0.0) end.direction = sum.normalized();

@@ -19,7 +19,7 @@ void requireNonNegative(double value, const char* name) {
                      ": give a finite number that is not negative");
 }
 
-void check(const SolverParameters& parameters) {
+void checkParameters(const SolverParameters& parameters) {
   constexpr std::uint32_t kMost = internal::BoundedSearch::kMostVisited;
   if (parameters.max_visited < 1 || parameters.max_visited > kMost)
     throw UsageError("max_visited is " + std::to_string(parameters.max_visited) + " segments a tick: give 1 to " +
@@ -41,7 +41,7 @@ void check(const SolverParameters& parameters) {
 }  // namespace
 
 std::unique_ptr<ProxySolver> makeProxySolver(SolverMethod method, const SolverParameters& parameters) {
-  check(parameters);
+  checkParameters(parameters);
   switch (method) {
     case SolverMethod::basic:
       return makeDescent(parameters);

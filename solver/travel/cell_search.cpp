@@ -1,5 +1,7 @@
 #include "solver/travel/cell_search.h"
 
+#include "index/text.h"
+
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -10,7 +12,7 @@ namespace filiform {
 
 namespace {
 
-std::string trimmed(const std::string& text) {
+std::string withoutBlanks(const std::string& text) {
   const std::size_t begin = text.find_first_not_of(" \t");
   if (begin == std::string::npos) return {};
   return text.substr(begin, text.find_last_not_of(" \t") - begin + 1);
@@ -31,17 +33,11 @@ std::optional<Vector3d> point(const std::string& text) {
   return at == end ? std::optional(p) : std::nullopt;
 }
 
-std::string lowered(std::string text) {
-  for (char& c : text)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  return text;
-}
-
 }  // namespace
 
 CellQuery parseCellQuery(const std::string& text) {
   CellQuery query;
-  query.name = trimmed(text);
+  query.name = withoutBlanks(text);
   query.p_W = point(query.name);
   if (query.p_W) {
     query.name.clear();
@@ -54,7 +50,7 @@ CellQuery parseCellQuery(const std::string& text) {
   const auto [rest, error] = std::from_chars(query.name.data() + colon + 1, end, sample);
   if (error != std::errc() || rest != end) return query;
   query.sample = sample;
-  query.name = trimmed(query.name.substr(0, colon));
+  query.name = withoutBlanks(query.name.substr(0, colon));
   return query;
 }
 
@@ -64,12 +60,12 @@ CellMatches matchCells(const TileStore& store, const std::string& text, bool by_
     std::uint32_t cell;
   };
   std::vector<Found> found;
-  const std::string wanted = lowered(text);
+  const std::string wanted = lowerCase(text);
   for (std::uint32_t cell = 0; cell < store.cell_count(); ++cell) {
     const CellRecord& record = store.cell(cell);
     if (record.removed) continue;
     const std::string& has = by_source ? record.source : record.name;
-    const std::size_t at = lowered(has).find(wanted);
+    const std::size_t at = lowerCase(has).find(wanted);
     if (at == std::string::npos) continue;
     found.push_back({has == text ? 0 : has.size() == wanted.size() ? 1 : at == 0 ? 2 : 3, cell});
   }

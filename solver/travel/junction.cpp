@@ -41,13 +41,13 @@ class Walk {
 };
 
 // A step along a segment, from one of its ends to the other.
-struct Step {
+struct SegmentStep {
   const Tile* tile;
   std::uint32_t segment;
   std::uint32_t to;  // node in `tile`
 };
 
-Step stepFrom(const GraphView::HomeNode& at, std::uint32_t segment) {
+SegmentStep stepFrom(const GraphView::HomeNode& at, std::uint32_t segment) {
   const std::uint32_t child = at.tile->child(segment), parent = at.tile->parent(segment);
   return {at.tile, segment, child == at.node ? parent : child};
 }
@@ -72,7 +72,7 @@ std::optional<Fork> forkAhead(Walk& walk, const Tile* tile, std::uint32_t segmen
       // The search came from a sample that only gives the soma its shape: continue along each neurite.
       std::optional<Fork> best;
       for (const std::uint32_t neurite : segments) {
-        const Step step = stepFrom(at, neurite);
+        const SegmentStep step = stepFrom(at, neurite);
         const double step_um = (step.tile->position_W(step.to) - at.tile->position_W(at.node)).norm();
         const std::optional<Fork> fork = forkAhead(walk, step.tile, neurite, step.to, distance_um + step_um, reach_um);
         if (fork && (!best || fork->distance_um < best->distance_um)) best = fork;
@@ -81,7 +81,7 @@ std::optional<Fork> forkAhead(Walk& walk, const Tile* tile, std::uint32_t segmen
     }
     if (segments.size() < 2) return {};
     const std::uint32_t next = at.tile->segmentId(segments[0]) == by ? segments[1] : segments[0];
-    const Step step = stepFrom(at, next);
+    const SegmentStep step = stepFrom(at, next);
     distance_um += (step.tile->position_W(step.to) - at.tile->position_W(at.node)).norm();
     tile = step.tile;
     segment = step.segment;
@@ -94,7 +94,7 @@ Branch traceBranch(Walk& walk, const GraphView::HomeNode& from, std::uint32_t se
   Branch branch;
   branch.first = from.tile->segmentId(segment);
   branch.points_W.push_back(from.tile->position_W(from.node));
-  Step step = stepFrom(from, segment);
+  SegmentStep step = stepFrom(from, segment);
   double length = 0;
   while (true) {
     const Vector3d from_W = branch.points_W.back(), to_W = step.tile->position_W(step.to);

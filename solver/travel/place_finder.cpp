@@ -15,7 +15,7 @@ namespace filiform {
 
 namespace {
 
-constexpr int kMostRounds = 64;
+constexpr int kMostReadings = 64;
 
 // The tiles that one search has loaded, and the graph on them.
 class Reading {
@@ -174,7 +174,7 @@ std::optional<Junction> PlaceFinder::junction(const ProxyPlace& place, const Vec
   for (int round = 0;; ++round) {
     JunctionSearch search =
         findJunction(reading.graph, place, heading_W, reach_um, length_um, kMostJunctionSegments, &impl_->somata);
-    if (search.absent.empty() || round == kMostRounds) return std::move(search.junction);
+    if (search.absent.empty() || round == kMostReadings) return std::move(search.junction);
     reading.load(search.absent.front());
   }
 }

@@ -67,15 +67,15 @@ std::optional<Integer> parse(std::string_view text) {
   return value;
 }
 
-using Ends = std::pair<std::uint32_t, std::uint32_t>;
+using PathEnds = std::pair<std::uint32_t, std::uint32_t>;
 
-Ends longest(const Forest& forest) {
-  Ends best{kNone, kNone};
+PathEnds longest(const Forest& forest) {
+  PathEnds best{kNone, kNone};
   double best_um = 0;
   for (std::uint32_t rank = 0; rank < forest.root.size(); ++rank) {
     if (!forest.is_tip[rank]) continue;
     const double depth_um = forest.depth_um[rank];
-    const Ends ends{forest.root[rank], rank};
+    const PathEnds ends{forest.root[rank], rank};
     if (depth_um > best_um || (depth_um == best_um && depth_um > 0 && ends < best)) {
       best = ends;
       best_um = depth_um;
@@ -86,7 +86,7 @@ Ends longest(const Forest& forest) {
   return best;
 }
 
-std::optional<Ends> randomEnds(const Forest& forest, std::uint64_t seed) {
+std::optional<PathEnds> randomEnds(const Forest& forest, std::uint64_t seed) {
   // A route needs a tip that is at some distance from its root.
   std::vector<std::uint32_t> roots;
   for (std::uint32_t rank = 0; rank < forest.root.size(); ++rank)
@@ -99,10 +99,10 @@ std::optional<Ends> randomEnds(const Forest& forest, std::uint64_t seed) {
   std::vector<std::uint32_t> tips;
   for (std::uint32_t rank = 0; rank < forest.root.size(); ++rank)
     if (forest.root[rank] == root && forest.is_tip[rank] && forest.depth_um[rank] > 0) tips.push_back(rank);
-  return Ends{root, tips[internal::drawBelow(random, tips.size())]};
+  return PathEnds{root, tips[internal::drawBelow(random, tips.size())]};
 }
 
-Ends byIds(const CellGraph& graph, const Forest& forest, std::int64_t first_id, std::int64_t last_id) {
+PathEnds byIds(const CellGraph& graph, const Forest& forest, std::int64_t first_id, std::int64_t last_id) {
   std::vector<std::uint32_t> firsts, lasts;
   for (std::uint32_t rank = 0; rank < graph.sample_ids.size(); ++rank) {
     if (graph.sample_ids[rank] == first_id) firsts.push_back(rank);
@@ -224,7 +224,7 @@ Route::Progress RouteTracker::update(const ProxyPlace& place) noexcept {
 
 Route planRoute(const CellGraph& graph, std::uint32_t cell, const std::string& spec) {
   const Forest forest = measure(graph);
-  Ends ends;
+  PathEnds ends;
   const std::size_t colon = spec.find(':');
   const std::string_view head = std::string_view(spec).substr(0, colon);
   const std::string_view tail =
@@ -234,7 +234,7 @@ Route planRoute(const CellGraph& graph, std::uint32_t cell, const std::string& s
   } else if (head == "random") {
     const auto seed = parse<std::uint64_t>(tail);
     if (!seed) throw UsageError("a random route is random:SEED with a whole number >= 0, as in random:1");
-    const std::optional<Ends> drawn = randomEnds(forest, *seed);
+    const std::optional<PathEnds> drawn = randomEnds(forest, *seed);
     if (!drawn) throw UsageError("the cell has no route: none of its segments has a length (a soma has none)");
     ends = *drawn;
   } else {
@@ -248,7 +248,7 @@ Route planRoute(const CellGraph& graph, std::uint32_t cell, const std::string& s
 }
 
 std::optional<Route> planRandomRoute(const CellGraph& graph, std::uint32_t cell, std::uint64_t seed) {
-  const std::optional<Ends> ends = randomEnds(measure(graph), seed);
+  const std::optional<PathEnds> ends = randomEnds(measure(graph), seed);
   if (!ends) return std::nullopt;
   return Route(cell, graph.grid, graph.positions, graph.parents, ends->first, ends->second, graph.links);
 }

@@ -12,7 +12,7 @@
 namespace filiform {
 namespace {
 
-void check(const TileStore& store, const RunOptions& options) {
+void checkOptions(const TileStore& store, const RunOptions& options) {
   const auto is_positive = [](double x) { return x > 0 && std::isfinite(x); };
   if (!is_positive(options.rate_Hz) || options.rate_Hz > 1e6) throw UsageError("the rate must be between 0 and 1e6 Hz");
   if (!is_positive(options.zoom_um)) throw UsageError("the zoom must be finite and > 0 um");
@@ -46,7 +46,7 @@ void travel(internal::RunParts& parts, const internal::OnTick& on_tick) {
 }  // namespace
 
 RunSummary run(const TileStore& store, const RunOptions& options, const std::function<void(const TickRow&)>& on_tick) {
-  check(store, options);
+  checkOptions(store, options);
   internal::RunParts parts(store, options);
   RecordingDevice* const recorder = parts.device.recorder();
   try {

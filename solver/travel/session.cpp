@@ -32,14 +32,14 @@ constexpr const char* kMouseHand = "sim:medium";  // the hand that the pointer m
 
 std::string handNameOf(const std::string& device) { return device == kMouse ? kMouseHand : device; }
 
-internal::TileKind tileKindOf(const SessionOptions& options, const internal::TravelDevice& device) {
+internal::TileKind sessionTileKind(const SessionOptions& options, const internal::TravelDevice& device) {
   if (options.shared.residency != nullptr) return internal::TileKind::shared;
   if (options.in_memory) return internal::TileKind::held;
   return device.replay() != nullptr ? internal::TileKind::replay : internal::TileKind::resident;
 }
 
 // A replay reads tiles without limit.
-ResidencyOptions residencyOf(const SessionOptions& options, const internal::TravelDevice& device) {
+ResidencyOptions sessionResidency(const SessionOptions& options, const internal::TravelDevice& device) {
   ResidencyOptions residency;
   if (options.budget_bytes && device.replay() == nullptr) residency.budget_bytes = *options.budget_bytes;
   return residency;
@@ -108,7 +108,7 @@ Session::Impl::Impl(const TileStore& scene, const SessionOptions& wanted)
       hand(internal::handOf(handNameOf(wanted.device)) ? device.hand() : nullptr),
       device_name(wanted.device == kMouse ? kMouse : device.capabilities().name),
       choice(choose(scene.tile_count())),
-      tiles(scene, tileKindOf(options, device), residencyOf(options, device), options.shared),
+      tiles(scene, sessionTileKind(options, device), sessionResidency(options, device), options.shared),
       travel(scene, tiles, device, solverFor(scene, options), choice.navigation),
       channels(options.record.empty() ? 2 : 4096),
       clock(period_s),

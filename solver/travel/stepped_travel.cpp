@@ -46,7 +46,7 @@ std::unique_ptr<ProxySolver> steppedSolver(const TileStore& store, SolverMethod 
   return makeProxySolver(method, parameters);
 }
 
-ResidencyOptions residencyOf(const SteppedTravelOptions& options) {
+ResidencyOptions steppedResidency(const SteppedTravelOptions& options) {
   ResidencyOptions residency;
   if (options.budget_bytes) residency.budget_bytes = *options.budget_bytes;
   return residency;
@@ -75,7 +75,7 @@ struct SteppedTravel::Impl {
         device({.name = "caller",
                 .period_s = 1.0 / wanted.rate_Hz,
                 .make = [](const std::string&, double period_s) { return std::make_unique<NullDevice>(period_s); }}),
-        tiles(scene, internal::TileKind::resident, residencyOf(options)),
+        tiles(scene, internal::TileKind::resident, steppedResidency(options)),
         hand(scene, tiles, device, steppedSolver(scene, options.method),
              steppedNavigation(device.capabilities(), options)) {
     state.status = DeviceStatus::ready;

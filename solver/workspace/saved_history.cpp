@@ -98,7 +98,7 @@ class Finder {
   CellIds ids_;
 };
 
-ordered_json toJson(const TileStore& store, CellIds& ids, const ProxyPlace& place) {
+ordered_json placeJson(const TileStore& store, CellIds& ids, const ProxyPlace& place) {
   ordered_json json{{"cell", store.cell(place.segment.cell).name}};
   const CellDetail& detail = ids.of(place.segment.cell);
   if (place.segment.segment < detail.sample_ids.size())
@@ -228,10 +228,10 @@ void SavedHistory::save(const NavigationHistory& history) const {
   CellIds ids(d.store);
   ordered_json json{{"version", kVersion}, {"now", history.now()}};
   json["history"] = ordered_json::array();
-  for (const ProxyPlace& place : history.places()) json["history"].push_back(toJson(d.store, ids, place));
+  for (const ProxyPlace& place : history.places()) json["history"].push_back(placeJson(d.store, ids, place));
   json["bookmarks"] = d.lost_bookmarks;
   for (const std::string& name : history.bookmarks())
-    json["bookmarks"][name] = toJson(d.store, ids, *history.bookmark(name));
+    json["bookmarks"][name] = placeJson(d.store, ids, *history.bookmark(name));
   const std::string text = json.dump(1, ' ', true, nlohmann::json::error_handler_t::replace) + "\n";
 
   std::error_code error;

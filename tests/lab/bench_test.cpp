@@ -27,7 +27,7 @@
 namespace filiform::tools {
 namespace {
 
-std::string textOf(const std::string& path) {
+std::string fileText(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   std::ostringstream text;
   text << file.rdbuf();
@@ -133,7 +133,7 @@ TEST(BenchWorkload, WritesWhatItMeasuredAsJsonAndMarkdown) {
   const Workload workload{"small", "a small one", [](const BenchOptions&) { return small(); }};
   const BenchResult result = runWorkload(workload, options);
   const std::string markdown = workloadMarkdown(result, options);
-  const auto json = nlohmann::json::parse(textOf(folder.path() + "/small.json"));
+  const auto json = nlohmann::json::parse(fileText(folder.path() + "/small.json"));
   EXPECT_EQ(json.at("workload"), "small");
   EXPECT_EQ(json.at("seed"), 7);
   EXPECT_EQ(json.at("quick"), true);
@@ -155,7 +155,7 @@ TEST(BenchWorkload, WritesWhatItMeasuredAsJsonAndMarkdown) {
   for (const char* part : {"a small one", "--seed 7 --quick", "these figures mean nothing", "Peer 1.2",
                            "| one | 1.25 | 3 |", "(one.png)", "- a note"})
     EXPECT_NE(markdown.find(part), std::string::npos) << part;
-  EXPECT_EQ(textOf(folder.path() + "/small.md"), markdown);
+  EXPECT_EQ(fileText(folder.path() + "/small.md"), markdown);
 }
 
 TEST(BenchWorkload, RefusesTablesThatAreWrongAndFoldersThatAreNone) {
@@ -259,12 +259,12 @@ TEST(BenchSchema, RefusesWhatIsNoRun) {
   const std::string path = folder.file("bench.json");
   EXPECT_EQ(schemaProblems(path), "");
   for (const char* missing : {"seed", "machine", "workloads"}) {
-    auto json = nlohmann::json::parse(textOf(path));
+    auto json = nlohmann::json::parse(fileText(path));
     json.erase(missing);
     writeText(folder.file("bad.json"), json.dump());
     EXPECT_NE(schemaProblems(folder.file("bad.json")).find(missing), std::string::npos);
   }
-  auto json = nlohmann::json::parse(textOf(path));
+  auto json = nlohmann::json::parse(fileText(path));
   json["workloads"][0]["curves"]["trade"]["series"][0]["y"][0] = "much";
   writeText(folder.file("bad.json"), json.dump());
   EXPECT_NE(schemaProblems(folder.file("bad.json")), "");
@@ -276,11 +276,11 @@ TEST(BenchRun, WritesPageAndTableOfEverything) {
   options.out = folder.path();
   writePng(Image(4, 4), folder.file("one.png"));
   writeBenchRun({{"small", "a small one", 1.5, small()}}, options, 2, 0.5);
-  const std::string page = textOf(folder.file("bench.html"));
+  const std::string page = fileText(folder.file("bench.html"));
   for (const char* part : {"<title>Time against error</title>", "one &amp; two", "prefers-color-scheme: dark",
                            "@media print", "the default stays", "at most half a step", "data:image/png;base64,"})
     EXPECT_NE(page.find(part), std::string::npos) << part;
-  const std::string csv = textOf(folder.file("bench.csv"));
+  const std::string csv = fileText(folder.file("bench.csv"));
   EXPECT_EQ(csv.rfind("workload,kind,name,row,column,value\n", 0), 0u);
   for (const char* line :
        {"small,table,\"times\",0,\"mean\",1.25\n", "small,sample,\"times: one: mean\",2,\"ns\",2\n",

@@ -113,7 +113,7 @@ std::vector<Corner> corners() {
 }
 
 // The hand's position at tick i: not finite, absurdly far, jumping by 1 m a tick, or moving like a real hand.
-Vector3d handAt(std::mt19937_64& random, int i) {
+Vector3d wildHandAt(std::mt19937_64& random, int i) {
   if (i % 23 == 5) return {kNaN, 0, 0};
   if (i % 23 == 11) return {0, -kInfinity, kInfinity};
   if (i % 23 == 17) return Vector3d::Constant(i % 2 ? 1e300 : -1e155);
@@ -165,7 +165,7 @@ TEST(Extremes, NoNanNoForceOverItsLimitNoUnboundedTick) {
             navigation.apply(zoom, Vector3d::Zero());
           }
           DeviceState state;
-          state.p_D = handAt(random, i);
+          state.p_D = wildHandAt(random, i);
           state.v_D = i % 7 == 0 ? Vector3d::Constant(kNaN) : Vector3d::Zero();
           state.status = DeviceStatus::ready;
           const NavigationTick& tick = navigation.tick(state, corner.dt_s);

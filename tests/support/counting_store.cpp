@@ -86,8 +86,7 @@ const Landmarks& CountingStore::landmarks() const {
     ++account_->landmark_reads;
   }
   if (most_landmarks_ == 0) return store_.landmarks();
-  std::call_once(chosen_, [&] { landmarks_ = chooseLandmarks(store_, most_landmarks_); });
-  return landmarks_;
+  return chosen_.get([&] { return std::make_unique<Landmarks>(chooseLandmarks(store_, most_landmarks_)); });
 }
 
 }  // namespace filiform::test

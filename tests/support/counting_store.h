@@ -1,6 +1,7 @@
 // A tile store for tests: counts loads, fails or delays loads on request, and knows which tiles are still held.
 #pragma once
 
+#include "index/set/internal/read_once.h"
 #include "index/set/tile_store.h"
 
 #include <chrono>
@@ -67,8 +68,7 @@ class CountingStore : public TileStore {
 
   const TileStore& store_;
   const std::size_t most_landmarks_;
-  mutable std::once_flag chosen_;
-  mutable Landmarks landmarks_;
+  mutable internal::ReadOnce<Landmarks> chosen_;
   std::shared_ptr<Account> account_;
 };
 

@@ -8,7 +8,7 @@ namespace filiform::test {
 namespace {
 
 using Bytes = std::vector<std::uint8_t>;
-using Kind = FakeUsbFault::Kind;
+using FaultKind = FakeUsbFault::Kind;
 
 // A device that echoes every write after 1 ms.
 class FakeUsbTest : public testing::Test {
@@ -86,7 +86,7 @@ TEST_F(FakeUsbTest, CancelsAReadAndKeepsTheNextPacket) {
 
 TEST_F(FakeUsbTest, ATransferThatTheSystemDoesNotReturnIsWaitedForAsLongAsTold) {
   open();
-  device.fault({.kind = Kind::stuck, .at = device.transfers()});
+  device.fault({.kind = FaultKind::stuck, .at = device.transfers()});
   ASSERT_TRUE(in->submit(64));
   double begin_s = usb.time_s();
   EXPECT_FALSE(in->cancel(0.02));
@@ -107,12 +107,12 @@ TEST_F(FakeUsbTest, PacketsThatFindTheQueueFullAreLostAndCounted) {
 }
 
 TEST_F(FakeUsbTest, DamagesThePacketsItIsToldTo) {
-  device.fault({.kind = Kind::truncated, .at = 1, .bytes = 2});
-  device.fault({.kind = Kind::split, .at = 2, .bytes = 1});
-  device.fault({.kind = Kind::merged, .at = 3});
-  device.fault({.kind = Kind::lost, .at = 5});
-  device.fault({.kind = Kind::garbage, .at = 6});
-  device.fault({.kind = Kind::silent, .at = 8});
+  device.fault({.kind = FaultKind::truncated, .at = 1, .bytes = 2});
+  device.fault({.kind = FaultKind::split, .at = 2, .bytes = 1});
+  device.fault({.kind = FaultKind::merged, .at = 3});
+  device.fault({.kind = FaultKind::lost, .at = 5});
+  device.fault({.kind = FaultKind::garbage, .at = 6});
+  device.fault({.kind = FaultKind::silent, .at = 8});
   open();
   for (std::uint8_t i = 0; i < 9; ++i) write({i, 10, 20});
   EXPECT_EQ(read(), (Bytes{0, 10, 20}));
@@ -129,9 +129,9 @@ TEST_F(FakeUsbTest, DamagesThePacketsItIsToldTo) {
 }
 
 TEST_F(FakeUsbTest, EndsTheTransfersItIsToldTo) {
-  device.fault({.kind = Kind::stalled, .at = 0});
-  device.fault({.kind = Kind::failed, .at = 2});
-  device.fault({.kind = Kind::deaf, .at = 4});
+  device.fault({.kind = FaultKind::stalled, .at = 0});
+  device.fault({.kind = FaultKind::failed, .at = 2});
+  device.fault({.kind = FaultKind::deaf, .at = 4});
   open();
   EXPECT_EQ(write({1}), UsbStatus::stalled);
   EXPECT_EQ(write({1}), UsbStatus::done);
@@ -143,7 +143,7 @@ TEST_F(FakeUsbTest, EndsTheTransfersItIsToldTo) {
 }
 
 TEST_F(FakeUsbTest, IsUnpluggedAtATransferOrATime) {
-  device.fault({.kind = Kind::unplugged, .at = 3});
+  device.fault({.kind = FaultKind::unplugged, .at = 3});
   open();
   in->submit(64);
   EXPECT_EQ(write({1}), UsbStatus::done);

@@ -13,7 +13,7 @@ void stopIf(const std::atomic<bool>* cancel) {
 }
 
 template <typename T>
-void append(std::vector<T>& all, const std::vector<T>& some) {
+void appendAll(std::vector<T>& all, const std::vector<T>& some) {
   all.insert(all.end(), some.begin(), some.end());
 }
 
@@ -49,7 +49,7 @@ void GridCells::take(Cell& cell) {
     positions_.push_back(grid_.snap(p_W));
     record.bounds.extend(positions_.back());
   }
-  append(parents_, cell.parents);
+  appendAll(parents_, cell.parents);
   kinds_.resize(base + n, SampleKind::isolated);
   for (std::size_t i = 0; i < n; ++i) {
     const std::uint32_t parent = cell.parents[i];
@@ -64,9 +64,9 @@ void GridCells::take(Cell& cell) {
   }
   record.isolated = static_cast<std::uint64_t>(
       std::count(kinds_.begin() + static_cast<std::ptrdiff_t>(base), kinds_.end(), SampleKind::isolated));
-  append(radii_um_, cell.radii_um);
-  append(types_, cell.types);
-  append(sample_ids_, cell.sample_ids);
+  appendAll(radii_um_, cell.radii_um);
+  appendAll(types_, cell.types);
+  appendAll(sample_ids_, cell.sample_ids);
   block_starts_.push_back(std::move(cell.block_starts));
   digests_.push_back(cell.digest);
   records_.push_back(std::move(record));

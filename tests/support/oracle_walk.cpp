@@ -30,7 +30,7 @@ std::uint32_t advance(Oracle& oracle, const ProbeState& probe, Walked& walked) {
   return visited;
 }
 
-bool contains(const TileList& list, TileId tile) {
+bool holdsTile(const TileList& list, TileId tile) {
   return std::find(list.ids.begin(), list.ids.begin() + list.count, tile) != list.ids.begin() + list.count;
 }
 
@@ -143,7 +143,7 @@ void walkThroughAbsentTiles(const WalkedMethod& method, std::uint64_t seeds, con
         ASSERT_GT(step.frontiers, 0u);
         watchedUndo(*actual);
         ASSERT_TRUE(samePlace(actual->place(), before));
-        ASSERT_TRUE(contains(reference.touched, step.absent.ids[0]));
+        ASSERT_TRUE(holdsTile(reference.touched, step.absent.ids[0]));
         for (std::uint32_t i = 0; i < step.absent.count; ++i) {
           ASSERT_EQ(some.table().find(step.absent.ids[i]), nullptr) << "was not absent";
           some.load(step.absent.ids[i]);

@@ -16,7 +16,7 @@ namespace {
 
 using File = std::unique_ptr<std::FILE, int (*)(std::FILE*)>;
 
-std::string contentOf(std::FILE* file) {
+std::string readBack(std::FILE* file) {
   std::rewind(file);
   std::string text;
   std::array<char, 4096> buffer;
@@ -24,7 +24,7 @@ std::string contentOf(std::FILE* file) {
   return text;
 }
 
-Outcome run(const std::vector<std::string>& command, const std::string& input) {
+Outcome runCommand(const std::vector<std::string>& command, const std::string& input) {
   const File in(std::tmpfile(), std::fclose), out(std::tmpfile(), std::fclose), err(std::tmpfile(), std::fclose);
   if (!in || !out || !err) throw std::runtime_error("cannot make temporary files");
   std::fwrite(input.data(), 1, input.size(), in.get());
@@ -50,8 +50,8 @@ Outcome run(const std::vector<std::string>& command, const std::string& input) {
   Outcome outcome;
   outcome.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
   outcome.peak_bytes = static_cast<std::uint64_t>(used.ru_maxrss) << 10;
-  outcome.out = contentOf(out.get());
-  outcome.err = contentOf(err.get());
+  outcome.out = readBack(out.get());
+  outcome.err = readBack(err.get());
   return outcome;
 }
 
@@ -64,13 +64,13 @@ std::filesystem::path filiformProgram() {
 Outcome runFiliform(const std::vector<std::string>& arguments, const std::string& input) {
   std::vector<std::string> command{filiformProgram().string()};
   command.insert(command.end(), arguments.begin(), arguments.end());
-  return run(command, input);
+  return runCommand(command, input);
 }
 
 Outcome runFiliformInShell(const std::string& line, const std::vector<std::string>& arguments) {
   std::vector<std::string> command{"bash", "-c", line, "bash", filiformProgram().string()};
   command.insert(command.end(), arguments.begin(), arguments.end());
-  return run(command, "");
+  return runCommand(command, "");
 }
 
 std::string withoutNetwork(const std::string& text) {

@@ -6,7 +6,7 @@ namespace filiform::test {
 
 namespace {
 
-bool sameBits(double a, double b) { return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b); }
+bool equalBits(double a, double b) { return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b); }
 
 Vector3d cube(std::mt19937_64& random) {
   std::uniform_real_distribution<double> unit(-1.0, 1.0);
@@ -28,10 +28,10 @@ testing::AssertionResult samePlace(const ProxyPlace& a, const ProxyPlace& b) {
                                        << b.p_W.transpose() << ")";
   };
   if (a.segment != b.segment) return differ("segment");
-  if (!sameBits(a.t, b.t)) return differ("t");
+  if (!equalBits(a.t, b.t)) return differ("t");
   if (a.at_node != b.at_node || (a.at_node && a.node != b.node)) return differ("node");
   for (int axis = 0; axis < 3; ++axis)
-    if (!sameBits(a.p_W[axis], b.p_W[axis])) return differ("position");
+    if (!equalBits(a.p_W[axis], b.p_W[axis])) return differ("position");
   return testing::AssertionSuccess();
 }
 

@@ -8,7 +8,7 @@
 namespace filiform::test {
 namespace {
 
-std::string numbered(const char* stem, std::uint64_t number) {
+std::string numberedName(const char* stem, std::uint64_t number) {
   char text[64];
   std::snprintf(text, sizeof text, "%s/%06llu.swc", stem, static_cast<unsigned long long>(number));
   return text;
@@ -78,7 +78,7 @@ std::uint32_t addSample(Cell& cell, const Vector3d& p_W, std::uint32_t parent, f
 Cell randomNeuron(std::uint64_t seed, const NeuronShape& shape) {
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> unit;
-  Cell cell = named({}, numbered("neuron", seed), seed);
+  Cell cell = named({}, numberedName("neuron", seed), seed);
   Vector3d heading = randomDirection(random);
   for (std::uint32_t i = 0; i < shape.samples; ++i) {
     std::uint32_t parent = i == 0 || unit(random) < shape.extra_root ? kNoParent : i - 1;
@@ -111,7 +111,7 @@ std::vector<Cell> randomColumn(std::uint64_t seed, std::uint32_t cells, std::uin
     shape.samples = samples_each;
     shape.shuffled_files = c % 3 == 1;
     shape.origin_W = Vector3d(place(random), place(random), place(random));
-    column.push_back(named(randomNeuron(seed * 1000 + c, shape), numbered("column", c), random()));
+    column.push_back(named(randomNeuron(seed * 1000 + c, shape), numberedName("column", c), random()));
   }
   return column;
 }
@@ -160,7 +160,8 @@ Cell longNeurite(std::uint32_t samples, double step_um) {
 std::vector<NamedCells> worstCases() {
   std::vector<NamedCells> all;
   const auto add = [&](const std::string& name, std::vector<Cell> cells) {
-    for (std::size_t i = 0; i < cells.size(); ++i) cells[i] = named(std::move(cells[i]), numbered(name.c_str(), i), i);
+    for (std::size_t i = 0; i < cells.size(); ++i)
+      cells[i] = named(std::move(cells[i]), numberedName(name.c_str(), i), i);
     all.push_back({name, std::move(cells)});
   };
   Cell one_node, one_segment, restarted = randomNeuron(3);

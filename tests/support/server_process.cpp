@@ -15,7 +15,7 @@ namespace filiform::test {
 
 namespace {
 
-std::vector<std::string> wordsOf(const std::vector<std::string>& arguments) {
+std::vector<std::string> serveWords(const std::vector<std::string>& arguments) {
   std::vector<std::string> words{filiformProgram().string(), "serve"};
   words.insert(words.end(), arguments.begin(), arguments.end());
   words.insert(words.end(), {"--listen", "127.0.0.1:0"});
@@ -25,7 +25,7 @@ std::vector<std::string> wordsOf(const std::vector<std::string>& arguments) {
 }  // namespace
 
 ServerProcess::ServerProcess(const std::vector<std::string>& arguments, const std::string& err)
-    : StartedProcess(wordsOf(arguments), err) {}
+    : StartedProcess(serveWords(arguments), err) {}
 
 std::uint16_t ServerProcess::port() const {
   return static_cast<std::uint16_t>(std::stoi(address().substr(address().rfind(':') + 1)));

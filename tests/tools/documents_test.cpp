@@ -229,7 +229,7 @@ std::string expectedOf(const ByCommand& expected, const std::string& name) {
   return found == expected.end() ? "" : found->second;
 }
 
-void lookAt(const std::vector<std::string>& arguments, const Outcome& outcome, const std::string& folder) {
+void examine(const std::vector<std::string>& arguments, const Outcome& outcome, const std::string& folder) {
   const std::string& name = arguments.at(0);
   const auto has = [&](const char* option) {
     return std::find(arguments.begin(), arguments.end(), option) != arguments.end();
@@ -330,7 +330,7 @@ class Documents : public ::testing::Test {
       const double s = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
       if (s > 3) std::cout << "slow, " << s << " s: " << line.text << '\n';
       SCOPED_TRACE("run as: " + line.text);
-      ASSERT_NO_FATAL_FAILURE(lookAt(arguments, outcome, folder));
+      ASSERT_NO_FATAL_FAILURE(examine(arguments, outcome, folder));
     }
   }
 

@@ -177,7 +177,7 @@ Identity identityOf(const std::string& path) {
 }
 
 // A tmpfs may be mounted without devices, so the device nodes must work in their folder.
-bool makeDevice(const std::string& path, int minor) {
+bool makeDeviceNode(const std::string& path, int minor) {
   if (::mknod(path.c_str(), S_IFCHR | 0666, makedev(1, static_cast<unsigned>(minor))) != 0) return false;
   return std::system(("exec 2>/dev/null; : > " + path).c_str()) == 0;
 }
@@ -192,7 +192,7 @@ TEST_F(Outputs, EveryOptionLeavesDevicesPipesAndLinksAsTheyWere) {
     std::error_code ignored;
     fs::remove_all(folder, ignored);
   });
-  if (!makeDevice(base + "/try", 3)) GTEST_SKIP() << "this system makes no device nodes in /tmp";
+  if (!makeDeviceNode(base + "/try", 3)) GTEST_SKIP() << "this system makes no device nodes in /tmp";
   constexpr int kNull = 3, kFull = 7;
   // A substitute for ffmpeg: it copies its input into the file named last.
   fs::create_directory(base + "/bin");
@@ -219,7 +219,7 @@ TEST_F(Outputs, EveryOptionLeavesDevicesPipesAndLinksAsTheyWere) {
     const std::string place = base + "/" + std::to_string(covered);
     fs::create_directory(place);
     const auto at = [&](const std::string& file) { return place + "/" + file + option.ending; };
-    ASSERT_TRUE(makeDevice(at("null"), kNull) && makeDevice(at("full"), kFull));
+    ASSERT_TRUE(makeDeviceNode(at("null"), kNull) && makeDeviceNode(at("full"), kFull));
     ASSERT_EQ(::mkfifo(at("pipe").c_str(), 0600), 0);
     writeBytes(at("old"), "old");
     fs::permissions(at("old"), fs::perms::owner_read | fs::perms::owner_write);

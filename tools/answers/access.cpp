@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <arpa/inet.h>
 #include <array>
-#include <cctype>
 #include <cerrno>
 #include <fstream>
 #include <regex>
@@ -19,12 +18,6 @@ namespace {
 
 constexpr std::size_t kLeastToken = 16, kMostToken = 512;
 
-std::string lowerCase(std::string_view text) {
-  std::string lower(text);
-  for (char& c : lower) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return lower;
-}
-
 // The host of HOST[:PORT] in lower case, without the brackets of IPv6. Empty if the text is malformed.
 std::string hostOf(std::string_view authority) {
   if (authority.starts_with('[')) {
@@ -34,7 +27,7 @@ std::string hostOf(std::string_view authority) {
   return lowerCase(authority.substr(0, authority.find(':')));
 }
 
-bool isAddress(const std::string& host) {
+bool isIpAddress(const std::string& host) {
   in6_addr address{};
   return inet_pton(AF_INET, host.c_str(), &address) == 1 || inet_pton(AF_INET6, host.c_str(), &address) == 1;
 }
@@ -62,7 +55,7 @@ bool isSecret(std::string_view text, const std::string& secret) {
   return difference == 0;
 }
 
-std::string_view tokenOf(const Request& request) {
+std::string_view givenToken(const Request& request) {
   const std::string_view given = request.header("authorization");
   constexpr std::string_view kScheme = "bearer ";
   if (given.size() > kScheme.size() && lowerCase(given.substr(0, kScheme.size())) == kScheme)
@@ -119,7 +112,7 @@ std::optional<Answer> Access::refuse(const Request& request, bool open) const {
   const std::string_view authority = request.header("host");
   if (authority.empty()) return problem(400, "the request has no Host header");
   const std::string host = hostOf(authority);
-  if (host != "localhost" && !isAddress(host) &&
+  if (host != "localhost" && !isIpAddress(host) &&
       std::find(rules_.hosts.begin(), rules_.hosts.end(), host) == rules_.hosts.end())
     return problem(421, "this server has not the name '" + escaped(host, 80) + "'; start it with --host NAME");
   const std::string_view origin = request.header("origin");
@@ -132,7 +125,7 @@ std::optional<Answer> Access::refuse(const Request& request, bool open) const {
     return problem(401, "this address was revoked; the server's page has the present one");
   }
   // A browser sends no token before it asks for leave.
-  if (open || !needsToken() || request.method == "OPTIONS" || isToken(tokenOf(request))) return std::nullopt;
+  if (open || !needsToken() || request.method == "OPTIONS" || isToken(givenToken(request))) return std::nullopt;
   Answer answer =
       problem(401, "send the header 'Authorization: Bearer TOKEN', with the token of the server's --token-file");
   answer.headers.emplace_back("WWW-Authenticate", "Bearer");

@@ -92,7 +92,7 @@ class NpyHeader {
 };
 
 template <typename Number>
-void readPoints(std::string_view data, bool fortran, std::vector<Vector3d>& points) {
+void copyPoints(std::string_view data, bool fortran, std::vector<Vector3d>& points) {
   const std::size_t rows = points.size();
   for (std::size_t i = 0; i < rows; ++i)
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -129,8 +129,8 @@ std::vector<Vector3d> readNpyPoints(std::string_view bytes, std::size_t most) {
   if (data.size() != rows * 3 * (wide ? sizeof(double) : sizeof(float)))
     refuseNpy("has another size than its shape says");
   std::vector<Vector3d> points(rows);
-  wide ? readPoints<double>(data, *header.fortran && !one, points)
-       : readPoints<float>(data, *header.fortran && !one, points);
+  wide ? copyPoints<double>(data, *header.fortran && !one, points)
+       : copyPoints<float>(data, *header.fortran && !one, points);
   return points;
 }
 

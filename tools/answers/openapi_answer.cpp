@@ -1,4 +1,5 @@
 // The description of the interface, made from the table of routes.
+#include "index/text.h"
 #include "tools/answers/answer_schemas.h"
 #include "tools/answers/limits.h"
 #include "tools/answers/routes.h"
@@ -13,8 +14,7 @@ using Json = nlohmann::ordered_json;
 
 // Two methods of one path have different ids.
 std::string operationId(const Route& route) {
-  std::string id(route.method);
-  for (char& c : id) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  std::string id = lowerCase(route.method);
   for (const char* c = route.path; *c != '\0'; ++c) id += std::isalnum(static_cast<unsigned char>(*c)) ? *c : '_';
   return id;
 }
@@ -85,11 +85,7 @@ Json operationOf(const Route& route) {
 
 Answer openapiAnswer(const Call& call) {
   Json paths = Json::object();
-  for (const Route& route : allRoutes()) {
-    std::string method = route.method;
-    for (char& c : method) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    paths[route.path][method] = operationOf(route);
-  }
+  for (const Route& route : allRoutes()) paths[route.path][lowerCase(route.method)] = operationOf(route);
   return jsonAnswer(
       {{"openapi", "3.1.0"},
        {"info",

@@ -23,7 +23,7 @@ void isolate(Answer& answer) {
   answer.headers.emplace_back("Cross-Origin-Embedder-Policy", "require-corp");
 }
 
-std::optional<std::string> contentOf(const std::string& path) {
+std::optional<std::string> fileContent(const std::string& path) {
   std::ifstream in(path, std::ios::binary);
   if (!in) return std::nullopt;
   return std::string(std::istreambuf_iterator<char>(in), {});
@@ -34,13 +34,13 @@ std::string versionOf(const std::string& folder) {
   std::string all;
   for (const char* const name :
        {"travel.css", "travel.js", "reader.js", "filiform.js", "filiform.worker.js", "filiform.wasm"})
-    all += contentOf(folder + "/" + name + ".gz").value_or("");
+    all += fileContent(folder + "/" + name + ".gz").value_or("");
   char version[24];
   std::snprintf(version, sizeof version, "%016llx", static_cast<unsigned long long>(std::hash<std::string>()(all)));
   return version;
 }
 
-const char* typeOf(std::string_view name) {
+const char* mediaTypeOf(std::string_view name) {
   if (name.ends_with(".wasm")) return "application/wasm";
   return name.ends_with(".css") ? "text/css; charset=utf-8" : "text/javascript; charset=utf-8";
 }
@@ -85,11 +85,11 @@ Answer travelFileAnswer(const Call& call) {
   const std::string path = call.service.web_folder + "/" + name;
   const bool zipped = call.request.header("accept-encoding").find("gzip") != std::string_view::npos;
   std::optional<std::string> content;
-  if (!call.service.web_folder.empty()) content = contentOf(zipped ? path + ".gz" : path);
+  if (!call.service.web_folder.empty()) content = fileContent(zipped ? path + ".gz" : path);
   if (!content) throw Refusal(404, "the page for travel is not built; run tools/setup --web and build the preset web");
   char tag[24];
   std::snprintf(tag, sizeof tag, "\"%016llx\"", static_cast<unsigned long long>(std::hash<std::string>()(*content)));
-  Answer answer{.type = typeOf(name), .body = std::move(*content)};
+  Answer answer{.type = mediaTypeOf(name), .body = std::move(*content)};
   const bool is_lasting = call.request.parameter("v").has_value();
   answer.headers = {{"Cache-Control", is_lasting ? "max-age=31536000, immutable" : "no-cache"},
                     {"ETag", tag},

@@ -66,7 +66,7 @@ Json populationsJson(const std::vector<PopulationReport>& populations) {
   return list;
 }
 
-std::string textOf(const CheckNotes& notes) {
+std::string notesText(const CheckNotes& notes) {
   const std::vector<std::string>& off = notes.soma_three_point_off;
   if (off.empty()) return {};
   return "  soma_three_point_off " + formatCount(off.size()) +
@@ -164,7 +164,7 @@ int runCheck(const CheckArguments& a, Ranks* ranks) {
   else if (a.tsv)
     writeCheckTable(std::cout, reports);
   else
-    std::cout << summary(reports) << textOf(notes) << describePopulations(notes.populations);
+    std::cout << summary(reports) << notesText(notes) << describePopulations(notes.populations);
   if (!notes.unit_doubt.empty()) std::cerr << "filiform: note: " << notes.unit_doubt << '\n';
   if (circuit)
     for (const std::string& doubt : circuit->doubts()) std::cerr << "filiform: note: " << doubt << '\n';

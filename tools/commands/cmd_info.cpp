@@ -42,7 +42,7 @@ struct Parameters {
   double confusion_zoom_um = 0, confused_at_300 = 0;
 };
 
-Parameters parametersOf(const TileSet& set, const std::string& cell_name) {
+Parameters measuredParameters(const TileSet& set, const std::string& cell_name) {
   Parameters p;
   if (set.cell_count() == 0) return p;
   const std::uint32_t cell = cell_name.empty() ? defaultCell(set) : findCellNamed(set, cell_name);
@@ -102,7 +102,7 @@ void printParameters(const Parameters& p) {
 void writeInfoJson(const TileSet& set, const Levels* levels, const InfoArguments& a) {
   nlohmann::ordered_json info = setJson(set, levels);
   if (a.parameters) {
-    const Parameters p = parametersOf(set, a.cell);
+    const Parameters p = measuredParameters(set, a.cell);
     auto& json = info["parameters"];
     json["cell"] = p.cell;
     for (const Row& row : rowsOf(p)) json[row.name] = row.value;
@@ -156,7 +156,7 @@ void printInfo(const TileSet& set, const Levels* levels, const InfoArguments& a)
   const auto refused_inputs = refusedInputs(set);
   for (std::size_t i = 0; i < std::min<std::size_t>(refused_inputs.size(), 20); ++i)
     std::cout << "    " << escaped(refused_inputs[i].first) << ": " << refused_inputs[i].second << '\n';
-  if (a.parameters) printParameters(parametersOf(set, a.cell));
+  if (a.parameters) printParameters(measuredParameters(set, a.cell));
 }
 
 int runInfo(const InfoArguments& a) {

@@ -75,7 +75,7 @@ void checkPlacements(const PlacedCells& placed, bool strict) {
   if (report.placed == 0) throw InputError(escaped(table.file()) + ": no row of the table places a morphology");
 }
 
-std::string describe(const PlacedCells& placed) {
+std::string placementText(const PlacedCells& placed) {
   const PlacementReport& report = placed.report();
   std::string text = escaped(placed.table().file()) + ": places " + formatCount(report.morphologies) +
                      (report.morphologies == 1 ? " morphology " : " morphologies ") + formatCount(report.placed) +
@@ -89,7 +89,7 @@ std::string describe(const PlacedCells& placed) {
   return text;
 }
 
-std::string describe(const AttributedCells& attributed) {
+std::string attributesText(const AttributedCells& attributed) {
   const AttributeTable& table = attributed.table();
   std::string text = escaped(table.file()) + ": attributes: " + formatCount(table.names().size()) +
                      "; cells with a row: " + formatCount(attributed.with_row()) +
@@ -249,8 +249,8 @@ int runIngest(const IngestArguments& a, Ranks* ranks) {
   progress.end();
   people << summary(reports);
   if (circuit) people << describePopulations(circuit->populations());
-  if (placed != nullptr) people << describe(*placed);
-  if (attributed) people << describe(*attributed);
+  if (placed != nullptr) people << placementText(*placed);
+  if (attributed) people << attributesText(*attributed);
   if (circuit)
     for (const std::string& doubt : circuit->doubts()) std::cerr << "filiform: note: " << doubt << '\n';
   if (const std::string doubt = attributed ? doubtAbout(*attributed) : ""; !doubt.empty())

@@ -167,7 +167,7 @@ void tellAgain(CLI::App& command, const std::string& device) {
   if (!taken.empty()) std::cerr << "filiform: note: options taken from the recording:" << taken << '\n';
 }
 
-nlohmann::ordered_json describe(const TimeHistogram& times) {
+nlohmann::ordered_json timesJson(const TimeHistogram& times) {
   const auto us = [](double ns) { return ns / 1000; };
   return {{"mean_us", us(times.mean_ns())},
           {"p50_us", us(static_cast<double>(times.percentile_ns(0.5)))},
@@ -182,7 +182,7 @@ double hourly(const RemoteCounters& network, const RunSummary& s) {
   return s.sim_s > 0 ? static_cast<double>(network.requests) / s.sim_s * 3600 : 0;
 }
 
-nlohmann::ordered_json describe(const RunSummary& s, const std::optional<RemoteCounters>& network) {
+nlohmann::ordered_json summaryJson(const RunSummary& s, const std::optional<RemoteCounters>& network) {
   nlohmann::ordered_json json{{"outcome", toString(s.outcome)},
                               {"route_um", s.route_um},
                               {"reached_um", s.reached_um},
@@ -217,7 +217,7 @@ nlohmann::ordered_json describe(const RunSummary& s, const std::optional<RemoteC
   json["legs_completed"] = s.legs_completed;
   json["jumps"] = s.jumps;
   json["jump_wait_ticks"] = s.jump_wait_ticks;
-  json["jump_wait"] = describe(s.jump_waits);
+  json["jump_wait"] = timesJson(s.jump_waits);
   const ResidencyCounters& c = s.streaming;
   json["streaming"] = {{"prefetched", c.prefetched},
                        {"prefetch_used", c.prefetch_used},
@@ -239,10 +239,10 @@ nlohmann::ordered_json describe(const RunSummary& s, const std::optional<RemoteC
                        {"cache_hits", network->cache_hits}, {"requests_an_hour", std::round(hourly(*network, s))}};
   json["loop"] = nullptr;
   if (s.loop)
-    json["loop"] = {{"wake", describe(s.loop->metrics.wake())},
-                    {"compute", describe(s.loop->metrics.compute())},
-                    {"exchange", describe(s.loop->metrics.exchange())},
-                    {"period", describe(s.loop->metrics.period())},
+    json["loop"] = {{"wake", timesJson(s.loop->metrics.wake())},
+                    {"compute", timesJson(s.loop->metrics.compute())},
+                    {"exchange", timesJson(s.loop->metrics.exchange())},
+                    {"period", timesJson(s.loop->metrics.period())},
                     {"stale_ticks", s.loop->stale_ticks},
                     {"interruptions", s.loop->interruptions},
                     {"guard_exchanges", s.loop->guard_exchanges}};
@@ -382,7 +382,7 @@ int runNavigate(const NavigateArguments& a) {
   const auto* const set = dynamic_cast<const TileSet*>(store.get());
   const std::optional<RemoteCounters> network = set != nullptr ? set->remoteCounters() : std::nullopt;
   if (a.json)
-    std::cout << describe(summary, network).dump(1, ' ', true, nlohmann::json::error_handler_t::replace) << '\n';
+    std::cout << summaryJson(summary, network).dump(1, ' ', true, nlohmann::json::error_handler_t::replace) << '\n';
   else
     describeForPeople(takes_stdout ? std::cerr : std::cout, summary, network, a);
   for (const std::string& note : summary.notes) std::cerr << "filiform: note: " << note << '\n';

@@ -36,13 +36,13 @@ struct PathArguments {
   bool to_farthest_tip = false, json = false, tsv = false;
 };
 
-std::string textOf(const CellPaths& cell, const CellPlace& place) {
+std::string placeText(const CellPaths& cell, const CellPlace& place) {
   const auto [id, t] = placeName(cell, place);
   return "sample " + std::to_string(id) + (t > 0 ? "+" + formatNumber(t) : "");
 }
 
 // The points one by one, because a path may have millions.
-void writeJson(const CellPaths& cell, const FoundPath& found) {
+void writePathJson(const CellPaths& cell, const FoundPath& found) {
   std::string text = jsonText(pathHeadJson(cell, found));
   text.pop_back();  // the closing brace
   std::cout << text << ",\"points\":[";
@@ -52,7 +52,7 @@ void writeJson(const CellPaths& cell, const FoundPath& found) {
   std::cout << "\n]}\n";
 }
 
-void writeTsv(const CellPaths& cell, const CellPath& path) {
+void writePathTsv(const CellPaths& cell, const CellPath& path) {
   std::cout << "sample\tx\ty\tz\talong\n";
   for (const CellPath::Point& point : path.points) {
     std::cout << (point.sample ? std::to_string(cell.graph().sample_ids[*point.sample]) : "-");
@@ -62,14 +62,14 @@ void writeTsv(const CellPaths& cell, const CellPath& path) {
   }
 }
 
-void writeText(std::ostream& out, const CellPaths& cell, const FoundPath& found, bool to_tip) {
+void writePathText(std::ostream& out, const CellPaths& cell, const FoundPath& found, bool to_tip) {
   const auto hundredths = [](double value) {
     std::array<char, 64> text{};
     std::snprintf(text.data(), text.size(), "%.2f", value);
     return std::string(text.data());
   };
-  out << escaped(cell.graph().name) << ": from " << textOf(cell, found.from) << " to "
-      << (to_tip ? "the farthest tip, " : "") << textOf(cell, found.to) << ": " << hundredths(found.path.length_um())
+  out << escaped(cell.graph().name) << ": from " << placeText(cell, found.from) << " to "
+      << (to_tip ? "the farthest tip, " : "") << placeText(cell, found.to) << ": " << hundredths(found.path.length_um())
       << " um along the cell, " << hundredths(found.straight_um()) << " um straight, "
       << formatCount(found.path.points.size()) << (found.path.points.size() == 1 ? " point\n" : " points\n");
 }
@@ -79,7 +79,7 @@ void writeText(std::ostream& out, const CellPaths& cell, const FoundPath& found,
 CellGraph cellOfPath(const CellPaths& cell, const FoundPath& found) {
   const CellGraph& graph = cell.graph();
   CellGraph line;
-  line.name = graph.name + " from " + textOf(cell, found.from) + " to " + textOf(cell, found.to);
+  line.name = graph.name + " from " + placeText(cell, found.from) + " to " + placeText(cell, found.to);
   line.source = graph.source;
   line.grid = graph.grid;
   for (std::size_t i = 0; i < found.path.points.size(); ++i) {
@@ -127,11 +127,11 @@ int runPath(const PathArguments& a) {
     out.finish();
   }
   if (a.json)
-    writeJson(cell, found);
+    writePathJson(cell, found);
   else if (a.tsv)
-    writeTsv(cell, found.path);
+    writePathTsv(cell, found.path);
   else
-    writeText(!a.out.empty() && isStandardOutput(a.out) ? std::cerr : std::cout, cell, found, a.to_farthest_tip);
+    writePathText(!a.out.empty() && isStandardOutput(a.out) ? std::cerr : std::cout, cell, found, a.to_farthest_tip);
   return 0;
 }
 

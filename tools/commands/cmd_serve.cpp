@@ -79,13 +79,13 @@ void checkAddress(const char* option, const std::string& url) {
 }
 
 // SCHEME://HOST[:PORT] of an address.
-std::string originOf(const std::string& url) { return url.substr(0, url.find('/', url.find("://") + 3)); }
+std::string webOrigin(const std::string& url) { return url.substr(0, url.find('/', url.find("://") + 3)); }
 
 int runServe(const ServeArguments& a) {
   checkAddress("--source-url", a.source_url);
   checkAddress("--neuroglancer", a.neuroglancer);
   AccessRules rules{a.token_file.empty() ? a.token : readToken(a.token_file), a.origins, a.hosts};
-  if (!a.neuroglancer.empty()) rules.origins.push_back(originOf(a.neuroglancer));
+  if (!a.neuroglancer.empty()) rules.origins.push_back(webOrigin(a.neuroglancer));
   Access access(std::move(rules));
   RemoteOptions remote;
   remote.cache_folder = a.cache;

@@ -75,7 +75,7 @@ PictureSize windowSize(const std::string& text) {
   return {static_cast<int>(width), static_cast<int>(height)};
 }
 
-std::vector<NamedPath> inputsOf(const ViewArguments& a) {
+std::vector<NamedPath> namedInputs(const ViewArguments& a) {
   std::vector<NamedPath> inputs;
   for (const std::string& path : a.scene) inputs.push_back({"SCENE", path});
   for (const std::string_view kind : {"replay:", "falcon:"})
@@ -95,7 +95,7 @@ int runView(const ViewArguments& a) {
   }
   std::vector<NamedPath> outputs{{"--record", a.record}, {"--state", a.state}};
   if (isFileOutput(a.record)) outputs.push_back({"--record", a.record + ".json"});
-  checkOutputs(inputsOf(a), outputs);
+  checkOutputs(namedInputs(a), outputs);
   std::error_code none;
   if (std::filesystem::exists(a.pictures, none) && !std::filesystem::is_directory(a.pictures, none))
     throw IoError("--pictures " + escaped(a.pictures), "is not a folder; name a folder for the screenshots");

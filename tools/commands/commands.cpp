@@ -2,7 +2,7 @@
 
 namespace filiform::tools {
 
-int runFiliform(int argc, char** argv) {
+int runCommands(int argc, char** argv) {
   static const Program kFiliform{
       "filiform: navigation through whole neuronal columns by hand.",
       "Start here:\n  filiform synth demo.zip --cells 20 --seed 1\n  filiform ingest demo.zip -o demo.fil\n"

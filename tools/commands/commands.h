@@ -38,6 +38,6 @@ void addLab(CLI::App& app, Chosen& chosen);  // `evaluate` and `bench`: start fi
 std::string labUsage();
 
 // Runs `filiform` and returns its exit code.
-int runFiliform(int argc, char** argv);
+int runCommands(int argc, char** argv);
 
 }  // namespace filiform::tools

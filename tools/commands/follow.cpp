@@ -12,13 +12,13 @@ namespace filiform::tools {
 
 namespace {
 
-DeskPlace::Point pointOf(const Vector3d& p) { return {p.x(), p.y(), p.z()}; }
+DeskPlace::Point deskPoint(const Vector3d& p) { return {p.x(), p.y(), p.z()}; }
 
-DeskPlace placeOf(const NavigationSnapshot& now) {
+DeskPlace deskPlaceOf(const NavigationSnapshot& now) {
   const Eigen::Quaterniond& turn = now.rotation_WD;
-  return {.proxy_W = pointOf(now.p_W),
-          .hand_W = pointOf(now.h_W),
-          .centre_W = pointOf(now.centre_W),
+  return {.proxy_W = deskPoint(now.p_W),
+          .hand_W = deskPoint(now.h_W),
+          .centre_W = deskPoint(now.centre_W),
           .rotation_WD = {turn.w(), turn.x(), turn.y(), turn.z()},
           .zoom_um = now.zoom_um,
           .force_N = now.force_N.norm(),
@@ -48,7 +48,7 @@ Follow::Follow(const std::string& text, const std::vector<std::string>& scene, c
 Follow::~Follow() = default;
 
 std::vector<std::string> Follow::observe(const OpenedScene& scene, const NavigationSnapshot& now) {
-  if (now.tick > 0) impl_->link.show(scene.revision, placeOf(now));
+  if (now.tick > 0) impl_->link.show(scene.revision, deskPlaceOf(now));
   std::vector<std::string> notes = impl_->link.takeNotes();
   for (const std::string& note : notes) std::cerr << "filiform: note: " + note + '\n';
   return notes;

@@ -1,3 +1,3 @@
 #include "tools/commands/commands.h"
 
-int main(int argc, char** argv) { return filiform::tools::runFiliform(argc, argv); }
+int main(int argc, char** argv) { return filiform::tools::runCommands(argc, argv); }

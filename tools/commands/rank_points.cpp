@@ -22,7 +22,7 @@ struct TextHead {
 };
 
 template <typename Value>
-void append(Ranks::Bytes& bytes, const Value& value) {
+void appendBytesOf(Ranks::Bytes& bytes, const Value& value) {
   const auto* const raw = reinterpret_cast<const std::uint8_t*>(&value);
   bytes.insert(bytes.end(), raw, raw + sizeof value);
 }
@@ -55,7 +55,7 @@ void RankPoints::compare(const std::string& what, const std::string& mine) {
 
 std::size_t RankPoints::ofFirst(std::size_t mine) {
   Ranks::Bytes bytes;
-  append(bytes, std::uint64_t{mine});
+  appendBytesOf(bytes, std::uint64_t{mine});
   return valueAt<std::uint64_t>(ranks_.share(bytes).front(), 0);
 }
 
@@ -68,7 +68,7 @@ PointPart RankPoints::deal(const Grid& grid, std::span<const Vector3d> points) {
       to[r].reserve((end - begin) * sizeof(DealtPoint));
       for (std::size_t i = begin; i < end; ++i) {
         const Vector3d& p = points[order[i]];
-        append(to[r], DealtPoint{order[i], p.x(), p.y(), p.z()});
+        appendBytesOf(to[r], DealtPoint{order[i], p.x(), p.y(), p.z()});
       }
     }
   }
@@ -85,7 +85,7 @@ PointPart RankPoints::deal(const Grid& grid, std::span<const Vector3d> points) {
 std::vector<std::string> RankPoints::gather(const PointPart& part, const std::vector<std::string>& texts) {
   Ranks::Bytes mine;
   for (std::size_t i = 0; i < texts.size(); ++i) {
-    append(mine, TextHead{part.positions[i], texts[i].size()});
+    appendBytesOf(mine, TextHead{part.positions[i], texts[i].size()});
     mine.insert(mine.end(), texts[i].begin(), texts[i].end());
   }
   const std::vector<Ranks::Bytes> all = toFirst(ranks_, std::move(mine));

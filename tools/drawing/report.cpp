@@ -24,8 +24,8 @@ struct Axis {
   double pixel(double value) const { return from + (inside(value) - lo) / (hi - lo) * (to - from); }
 };
 
-void widen(Axis& axis, const std::vector<double>& values, const std::vector<double>& others, const Axis& other,
-           bool& any) {
+void widenAxis(Axis& axis, const std::vector<double>& values, const std::vector<double>& others, const Axis& other,
+               bool& any) {
   for (std::size_t i = 0; i < values.size(); ++i) {
     if (!axis.shows(values[i]) || !other.shows(others[i])) continue;
     const double v = axis.inside(values[i]);
@@ -172,7 +172,7 @@ double legendWidth(const Plot& plot) {
 }
 
 template <typename Surface>
-void drawLegend(Surface& canvas, const Plot& plot, double right, double y) {
+void drawPlotLegend(Surface& canvas, const Plot& plot, double right, double y) {
   if (plot.series.size() < 2) return;
   for (std::size_t i = plot.series.size(); i-- > 0;) {
     const double width = Surface::textWidth(plot.series[i].name, 9);
@@ -232,8 +232,8 @@ Axes rangesOf(const Plot& plot) {
     if (series.x.size() != series.y.size())
       throw UsageError("plot: series '" + series.name + "' has " + std::to_string(series.x.size()) + " x but " +
                        std::to_string(series.y.size()) + " y values");
-    widen(x, series.x, series.y, y, any_x);
-    widen(y, series.y, series.x, x, any_y);
+    widenAxis(x, series.x, series.y, y, any_x);
+    widenAxis(y, series.y, series.x, x, any_y);
   }
   for (const PlotLine& line : plot.lines)
     if (any_x && x.shows(line.x)) x.lo = std::min(x.lo, x.inside(line.x)), x.hi = std::max(x.hi, x.inside(line.x));
@@ -344,7 +344,7 @@ void layPlot(Surface& canvas, const Plot& plot) {
   if (!plot.subtitle.empty()) canvas.text(plot.subtitle, {l.left, 46}, 8.5, kGrey);
   canvas.text(plot.x_label, {middle_x, plot.height - 16.0}, 9.5, kInk, Align::centre);
   canvas.text(plot.y_label, {21, middle_y}, 9.5, kInk, Align::centre, true);
-  drawLegend(canvas, plot, l.right, 25 + (l.legend_below ? (plot.subtitle.empty() ? 21 : 41) : 0));
+  drawPlotLegend(canvas, plot, l.right, 25 + (l.legend_below ? (plot.subtitle.empty() ? 21 : 41) : 0));
 }
 
 }  // namespace

@@ -9,13 +9,6 @@ namespace filiform::tools {
 
 namespace {
 
-std::string inLowerCase(std::string_view text) {
-  std::string lower(text);
-  for (char& c : lower)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  return lower;
-}
-
 // The number of insertions, removals, replacements and swaps of neighbours that turn one text into the other; `most` +
 // 1 if it is more than `most`.
 std::size_t editsBetween(const std::string& a, const std::string& b, std::size_t most) {
@@ -37,10 +30,10 @@ std::size_t editsBetween(const std::string& a, const std::string& b, std::size_t
 
 }  // namespace
 
-NearNames::NearNames(std::string_view wanted, std::size_t most) : wanted_(inLowerCase(wanted)), most_(most) {}
+NearNames::NearNames(std::string_view wanted, std::size_t most) : wanted_(lowerCase(wanted)), most_(most) {}
 
 void NearNames::offer(const std::string& name) {
-  const std::string lower = inLowerCase(name);
+  const std::string lower = lowerCase(name);
   const std::size_t allowed = std::max<std::size_t>(1, wanted_.size() / 3);
   Rank rank{0, 0};
   if (lower != wanted_) {

@@ -21,12 +21,6 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kLongestName = 180;  // bytes; file systems allow 255, and endings and numbers are appended
 
-std::string lowered(std::string text) {
-  for (char& c : text)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  return text;
-}
-
 }  // namespace
 
 OutputFolder::OutputFolder(const std::string& path) : path_(path) {
@@ -86,8 +80,9 @@ std::vector<std::string> safeFileNames(const std::vector<std::string>& texts) {
   for (const std::string& text : texts) {
     const std::string safe = safeFileName(text);
     std::string name = safe;
-    next.try_emplace(lowered(safe), 1);
-    for (int& n = next[lowered(safe)]; !taken.insert(lowered(name)).second;) name = safe + "-" + std::to_string(++n);
+    next.try_emplace(lowerCase(safe), 1);
+    for (int& n = next[lowerCase(safe)]; !taken.insert(lowerCase(name)).second;)
+      name = safe + "-" + std::to_string(++n);
     names.push_back(name);
   }
   return names;

@@ -54,7 +54,7 @@ std::optional<double> timeLeft_s(const ProgressOptions& options, std::uint64_t d
   return to_do / static_cast<double>(done) * counting_s;
 }
 
-double rounded(double seconds) { return std::round(seconds * 1e3) / 1e3; }
+double roundedToMilliseconds(double seconds) { return std::round(seconds * 1e3) / 1e3; }
 
 int terminalColumns() {
   winsize size{};
@@ -149,9 +149,9 @@ std::string Progress::jsonLine(const ProgressOptions& options, std::uint64_t don
   json["done"] = done;
   json["total"] = options.total > 0 ? nlohmann::ordered_json(options.total) : nlohmann::ordered_json(nullptr);
   json["unit"] = options.unit == ProgressUnit::bytes ? "bytes" : options.noun.empty() ? "items" : options.noun;
-  json["elapsed_s"] = rounded(elapsed_s);
+  json["elapsed_s"] = roundedToMilliseconds(elapsed_s);
   const std::optional<double> left_s = timeLeft_s(options, done, counting_s);
-  json["left_s"] = left_s ? nlohmann::ordered_json(rounded(*left_s)) : nlohmann::ordered_json(nullptr);
+  json["left_s"] = left_s ? nlohmann::ordered_json(roundedToMilliseconds(*left_s)) : nlohmann::ordered_json(nullptr);
   return json.dump(-1, ' ', true, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 

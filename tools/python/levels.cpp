@@ -19,8 +19,8 @@ struct LevelRow {
 namespace {
 
 // Appends the tile's owned segments whose boxes meet the box. `radii` are those of the child.
-void append(std::vector<LevelRow>& rows, const Tile& tile, const TileAppearance& appearance, const Vector3d& lo_W,
-            const Vector3d& hi_W) {
+void appendRows(std::vector<LevelRow>& rows, const Tile& tile, const TileAppearance& appearance, const Vector3d& lo_W,
+                const Vector3d& hi_W) {
   for (std::uint32_t s = 0, owned = 0; s < tile.segment_count(); ++s) {
     if (!tile.owned(s)) continue;
     const std::uint32_t at = owned++;
@@ -63,9 +63,9 @@ py::tuple levelsOf(SetHandle& handle, py::handle box_value, py::handle pixels_va
     SignalCheck check;
     for (const LevelPart& part : choice.parts) {
       if (part.level)
-        append(rows, *levels->load(part.tile), levels->loadAppearance(part.tile), lo_W, hi_W);
+        appendRows(rows, *levels->load(part.tile), levels->loadAppearance(part.tile), lo_W, hi_W);
       else
-        append(rows, *open->set().load(part.tile), open->set().loadAppearance(part.tile), lo_W, hi_W);
+        appendRows(rows, *open->set().load(part.tile), open->set().loadAppearance(part.tile), lo_W, hi_W);
       for (int i = 0; i < 16; ++i) check();  // a tile takes long
     }
   }

@@ -33,8 +33,9 @@ std::int64_t OpenSet::sampleOf(const SegmentId& segment) const {
 }
 
 const Levels* OpenSet::levels() const {
-  std::call_once(levels_once_, [this] { levels_ = Levels::open(*set_); });
-  return levels_.get();
+  const std::lock_guard lock(levels_mutex_);
+  if (!levels_) levels_ = Levels::open(*set_);
+  return levels_->get();
 }
 
 }  // namespace filiform::python

@@ -15,7 +15,7 @@ namespace filiform::python {
 
 namespace {
 
-struct Wanted {
+struct WantedPicture {
   PictureSize size;
   std::optional<std::pair<Vector3d, Vector3d>> box;  // to frame
   std::optional<Vector3d> proxy_W;
@@ -28,7 +28,7 @@ struct Wanted {
   std::uint64_t segments;
 };
 
-Picture draw(const OpenSet& open, const Wanted& wanted) {
+Picture draw(const OpenSet& open, const WantedPicture& wanted) {
   const auto context = makeOffscreenContext();
   Renderer renderer(*context);
   SceneView scene(open.set(), open.levels(), renderer);
@@ -82,17 +82,17 @@ py::array render(const std::shared_ptr<OpenSet>& open, py::handle width, py::han
                  py::handle proxy, py::handle zoom, py::handle yaw_deg, py::handle pitch_deg, py::handle look,
                  std::optional<std::uint32_t> highlight, const std::string& colour_by, bool orthographic,
                  py::handle segments) {
-  Wanted wanted{.size = {sideArgument("size", width), sideArgument("size", height)},
-                .box = twoPoints("box", box),
-                .proxy_W = {},
-                .zoom_um = numberArgument("zoom", zoom),
-                .yaw_rad = numberArgument("camera", yaw_deg) * std::numbers::pi / 180,
-                .pitch_rad = numberArgument("camera", pitch_deg) * std::numbers::pi / 180,
-                .look = twoPoints("camera", look),
-                .highlight = highlight,
-                .colour = colourBy(colour_by),
-                .orthographic = orthographic,
-                .segments = countArgument("segments", segments, 1)};
+  WantedPicture wanted{.size = {sideArgument("size", width), sideArgument("size", height)},
+                       .box = twoPoints("box", box),
+                       .proxy_W = {},
+                       .zoom_um = numberArgument("zoom", zoom),
+                       .yaw_rad = numberArgument("camera", yaw_deg) * std::numbers::pi / 180,
+                       .pitch_rad = numberArgument("camera", pitch_deg) * std::numbers::pi / 180,
+                       .look = twoPoints("camera", look),
+                       .highlight = highlight,
+                       .colour = colourBy(colour_by),
+                       .orthographic = orthographic,
+                       .segments = countArgument("segments", segments, 1)};
   if (!proxy.is_none()) wanted.proxy_W = pointArgument("proxy", proxy);
   if (!(wanted.zoom_um >= Workspace::kMinZoom_um && wanted.zoom_um <= Workspace::kMaxZoom_um))
     throw py::value_error("zoom: is out of range");

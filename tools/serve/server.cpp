@@ -46,7 +46,7 @@ constexpr double kLeastBytes_s = 64 << 10;                             // of a c
 constexpr double kLinger_s = 2;                 // for a client to read the last answer before the connection ends
 constexpr std::size_t kLingerBytes = 32 << 20;  // of an unread body
 
-Clock::duration durationOf(double seconds) {
+Clock::duration steadySeconds(double seconds) {
   return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
 }
 
@@ -135,7 +135,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     if (buffer_.size() > 0) return readHeader();
     idle_ = true;
     idle_since_ = Clock::now();
-    stream_.expires_after(durationOf(hall_.options.idle_s));
+    stream_.expires_after(steadySeconds(hall_.options.idle_s));
     stream_.async_read_some(buffer_.prepare(4096), [self = shared_from_this()](error_code error, std::size_t bytes) {
       self->idle_ = false;
       if (error) return self->close();
@@ -158,7 +158,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
 
  private:
   void readHeader() {
-    stream_.expires_after(durationOf(hall_.options.header_s));
+    stream_.expires_after(steadySeconds(hall_.options.header_s));
     http::async_read_header(stream_, buffer_, *parser_, [self = shared_from_this()](error_code error, std::size_t) {
       if (error) return self->refuseUnread(error);
       self->judgeHead();
@@ -239,7 +239,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   }
 
   void readBody() {
-    stream_.expires_after(durationOf(hall_.options.body_s));
+    stream_.expires_after(steadySeconds(hall_.options.body_s));
     http::async_read(stream_, buffer_, *parser_, [self = shared_from_this()](error_code error, std::size_t) {
       if (error) return self->refuseUnread(error);
       self->answer();
@@ -292,7 +292,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
 
   // The head goes with the first piece.
   void writePiece(const char* data, std::size_t bytes) {
-    stream_.expires_after(durationOf(hall_.options.piece_s));
+    stream_.expires_after(steadySeconds(hall_.options.piece_s));
     const std::array<net::const_buffer, 2> buffers{net::buffer(head_), net::buffer(data, bytes)};
     net::async_write(stream_, buffers, [self = shared_from_this(), bytes](error_code error, std::size_t) {
       if (error) return self->close();
@@ -318,7 +318,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   void linger() {
     error_code ignored;
     stream_.socket().shutdown(tcp::socket::shutdown_send, ignored);
-    stream_.expires_after(durationOf(kLinger_s));
+    stream_.expires_after(steadySeconds(kLinger_s));
     buffer_.clear();
     discard(0);
   }
@@ -392,7 +392,7 @@ void Hall::accept() {
       admit(std::move(socket));
       return accept();
     }
-    retry.expires_after(durationOf(0.1));  // usually: no descriptor is left
+    retry.expires_after(steadySeconds(0.1));  // usually: no descriptor is left
     retry.async_wait([this](error_code) {
       if (!stopping) accept();
     });
@@ -428,19 +428,19 @@ void Hall::tick() {
   metrics.sessions = sockets.sockets.size();
   if (stopping && connections.empty() && sockets.sockets.empty() && desks.sockets.empty()) return io.stop();
   if (options.each_second && now >= next_second && !in_second.exchange(true)) {
-    next_second = now + durationOf(1);
+    next_second = now + steadySeconds(1);
     net::post(workers, [this] {
       options.each_second();
       in_second = false;
     });
   }
-  timer.expires_after(durationOf(0.05));
+  timer.expires_after(steadySeconds(0.05));
   timer.async_wait([this](error_code) { tick(); });
 }
 
 void Hall::beginToStop() {
   stopping = true;
-  stop_by = Clock::now() + durationOf(options.drain_s);
+  stop_by = Clock::now() + steadySeconds(options.drain_s);
   error_code ignored;
   acceptor.close(ignored);
   for (const auto& connection : std::set(connections))

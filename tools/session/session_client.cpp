@@ -35,7 +35,7 @@ void requireKnown(const PlainJson& params, std::initializer_list<const char*> kn
   throw RpcError(RpcError::kParams, name + " must be " + wanted);
 }
 
-std::optional<double> numberOf(const PlainJson& params, const std::string& name, double least, double most) {
+std::optional<double> numberParameter(const PlainJson& params, const std::string& name, double least, double most) {
   const auto found = params.find(name);
   if (found == params.end()) return std::nullopt;
   const double value = found->is_number() ? found->get<double>() : std::nan("");
@@ -44,14 +44,14 @@ std::optional<double> numberOf(const PlainJson& params, const std::string& name,
   return value;
 }
 
-std::optional<std::string> textOf(const PlainJson& params, const std::string& name) {
+std::optional<std::string> textParameter(const PlainJson& params, const std::string& name) {
   const auto found = params.find(name);
   if (found == params.end()) return std::nullopt;
   if (!found->is_string()) refuseValue(name, "a string");
   return found->get<std::string>();
 }
 
-std::optional<bool> truthOf(const PlainJson& params, const std::string& name) {
+std::optional<bool> truthParameter(const PlainJson& params, const std::string& name) {
   const auto found = params.find(name);
   if (found == params.end()) return std::nullopt;
   if (!found->is_boolean()) refuseValue(name, "true or false");
@@ -59,7 +59,7 @@ std::optional<bool> truthOf(const PlainJson& params, const std::string& name) {
 }
 
 template <int kCount>
-std::optional<Eigen::Matrix<double, kCount, 1>> numbersOf(const PlainJson& params, const std::string& name) {
+std::optional<Eigen::Matrix<double, kCount, 1>> numbersParameter(const PlainJson& params, const std::string& name) {
   const auto found = params.find(name);
   if (found == params.end()) return std::nullopt;
   const std::string wanted = "an array of " + std::to_string(kCount) + " finite numbers";
@@ -73,7 +73,7 @@ std::optional<Eigen::Matrix<double, kCount, 1>> numbersOf(const PlainJson& param
   return values;
 }
 
-nlohmann::ordered_json vectorJson(const Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+nlohmann::ordered_json coordinatesJson(const Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
 }  // namespace
 
@@ -141,8 +141,8 @@ SessionClient::Json SessionClient::call(const std::string& method, const Params&
 
 SessionClient::Json SessionClient::hello(const Params& params) {
   requireKnown(params, {"protocol", "client"});
-  const std::string protocol = textOf(params, "protocol").value_or(kProtocol);
-  textOf(params, "client");
+  const std::string protocol = textParameter(params, "protocol").value_or(kProtocol);
+  textParameter(params, "client");
   if (protocol != kProtocol)
     throw RpcError(RpcError::kParams, "this server speaks filiform.v1, not '" + escaped(protocol, 40) + "'");
   greeted_ = true;
@@ -155,8 +155,8 @@ SessionClient::Json SessionClient::hello(const Params& params) {
                     {"revision", set.revision()},
                     {"cells", set.cell_count()},
                     {"segments", set.segmentCount()},
-                    {"lo_um", empty ? Json(nullptr) : vectorJson(set.grid().toWorld(bounds.lo))},
-                    {"hi_um", empty ? Json(nullptr) : vectorJson(set.grid().toWorld(bounds.hi))}});
+                    {"lo_um", empty ? Json(nullptr) : coordinatesJson(set.grid().toWorld(bounds.lo))},
+                    {"hi_um", empty ? Json(nullptr) : coordinatesJson(set.grid().toWorld(bounds.hi))}});
   }
   return {{"protocol", kProtocol},
           {"server", "filiform " + version_},
@@ -169,15 +169,15 @@ SessionClient::Json SessionClient::hello(const Params& params) {
 
 SessionClient::Json SessionClient::open(const Params& params) {
   requireKnown(params, {"set", "at", "cell", "sample", "zoom_um", "method", "stiffness_N_m", "hold_s", "lo_m", "hi_m"});
-  const std::optional<std::string> set = textOf(params, "set");
+  const std::optional<std::string> set = textParameter(params, "set");
   if (!set) refuseValue("set", "the name of a set");
   RemoteSessionOptions options;
-  options.zoom_um = numberOf(params, "zoom_um", Workspace::kMinZoom_um, Workspace::kMaxZoom_um).value_or(300);
-  if (const auto method = textOf(params, "method")) options.method = solverMethod(*method);
-  options.stiffness_N_m = numberOf(params, "stiffness_N_m", 0.001, kMostStiffness_N_m);
-  options.hand.hold_s = numberOf(params, "hold_s", 0.01, kMostHold_s).value_or(0.1);
-  options.hand.lo_D = numbersOf<3>(params, "lo_m").value_or(options.hand.lo_D);
-  options.hand.hi_D = numbersOf<3>(params, "hi_m").value_or(options.hand.hi_D);
+  options.zoom_um = numberParameter(params, "zoom_um", Workspace::kMinZoom_um, Workspace::kMaxZoom_um).value_or(300);
+  if (const auto method = textParameter(params, "method")) options.method = solverMethod(*method);
+  options.stiffness_N_m = numberParameter(params, "stiffness_N_m", 0.001, kMostStiffness_N_m);
+  options.hand.hold_s = numberParameter(params, "hold_s", 0.01, kMostHold_s).value_or(0.1);
+  options.hand.lo_D = numbersParameter<3>(params, "lo_m").value_or(options.hand.lo_D);
+  options.hand.hi_D = numbersParameter<3>(params, "hi_m").value_or(options.hand.hi_D);
   const Eigen::Array3d size_m = (options.hand.hi_D - options.hand.lo_D).array();
   if (!(size_m > 0).all() || options.hand.lo_D.cwiseAbs().maxCoeff() > RemoteHand::kMost_m ||
       options.hand.hi_D.cwiseAbs().maxCoeff() > RemoteHand::kMost_m)
@@ -212,8 +212,8 @@ SessionClient::Json SessionClient::open(const Params& params) {
 
 ProxyPlace SessionClient::placeOf(const RemoteSession& session, const Params& params) const {
   const PlaceFinder& places = session.scene().places();
-  const auto at_W = numbersOf<3>(params, "at");
-  const auto name = textOf(params, "cell");
+  const auto at_W = numbersParameter<3>(params, "at");
+  const auto name = textParameter(params, "cell");
   if (at_W.has_value() == name.has_value())
     throw RpcError(RpcError::kParams, "give either at ([x, y, z] in um) or cell (a name)");
   if (at_W) {
@@ -241,13 +241,13 @@ SessionClient::Json SessionClient::placeJson(const RemoteSession& session, const
           {"cell_id", place.segment.cell},
           {"segment", place.segment.segment},
           {"t", place.t},
-          {"p_um", vectorJson(place.p_W)}};
+          {"p_um", coordinatesJson(place.p_W)}};
 }
 
 SessionClient::Json SessionClient::jump(const Params& params) {
   requireKnown(params, {"at", "cell", "sample", "under_hand"});
   RemoteSession& session = opened();
-  const bool under_hand = truthOf(params, "under_hand").value_or(true);
+  const bool under_hand = truthParameter(params, "under_hand").value_or(true);
   const ProxyPlace place = placeOf(session, params);
   if (!place.valid()) throw RpcError(RpcError::kNotFound, "there is no segment");
   session.jump(place, under_hand);
@@ -257,7 +257,7 @@ SessionClient::Json SessionClient::jump(const Params& params) {
 SessionClient::Json SessionClient::mode(const Params& params) {
   requireKnown(params, {"mode"});
   RemoteSession& session = opened();
-  const std::string wanted = textOf(params, "mode").value_or("");
+  const std::string wanted = textParameter(params, "mode").value_or("");
   if (wanted == "free") {
     NavigationCommand free;
     free.kind = NavigationCommand::Kind::free;
@@ -277,7 +277,7 @@ SessionClient::Json SessionClient::parameters(const Params& params) {
   requireKnown(params, {"zoom_um"});
   RemoteSession& session = opened();
   double zoom_um = session.now().zoom_um;
-  if (const auto wanted_um = numberOf(params, "zoom_um", Workspace::kMinZoom_um, Workspace::kMaxZoom_um)) {
+  if (const auto wanted_um = numberParameter(params, "zoom_um", Workspace::kMinZoom_um, Workspace::kMaxZoom_um)) {
     if (!(zoom_um > 0)) zoom_um = session.options().zoom_um;
     NavigationCommand zoom;
     zoom.kind = NavigationCommand::Kind::zoom;
@@ -295,14 +295,14 @@ SessionClient::Json SessionClient::parameters(const Params& params) {
 SessionClient::Json SessionClient::workspace(const Params& params) {
   requireKnown(params, {"rotate_rad", "centre"});
   RemoteSession& session = opened();
-  if (const auto about_rad = numbersOf<2>(params, "rotate_rad")) {
+  if (const auto about_rad = numbersParameter<2>(params, "rotate_rad")) {
     NavigationCommand rotate;
     rotate.kind = NavigationCommand::Kind::rotate;
     rotate.about_x_rad = (*about_rad)[0];
     rotate.about_y_rad = (*about_rad)[1];
     if (!session.send(rotate)) throw RpcError(RpcError::kBusy, "too many commands wait; ask again");
   }
-  if (truthOf(params, "centre").value_or(false)) {
+  if (truthParameter(params, "centre").value_or(false)) {
     NavigationCommand centre;
     centre.kind = NavigationCommand::Kind::centre;
     if (!session.send(centre)) throw RpcError(RpcError::kBusy, "too many commands wait; ask again");
@@ -314,9 +314,9 @@ SessionClient::Json SessionClient::workspace(const Params& params) {
           {"zoom_um", now.zoom_um},
           {"um_m", now.zoom_um / Workspace::kZoomSpan_m},
           {"rotation_WD", {rotation[0], rotation[1], rotation[2], rotation[3]}},
-          {"p_um", vectorJson(now.p_W)},
-          {"p_m", vectorJson(now.p_D)},
-          {"centre_um", vectorJson(now.centre_W)},
+          {"p_um", coordinatesJson(now.p_W)},
+          {"p_m", coordinatesJson(now.p_D)},
+          {"centre_um", coordinatesJson(now.centre_W)},
           {"mode", toString(now.mode)},
           {"place", placed ? placeJson(session, now.place) : Json(nullptr)}};
 }
@@ -329,7 +329,7 @@ SessionClient::Json SessionClient::follow(const Params& params) {
     session.follow(std::nullopt);
     return {{"cell", nullptr}, {"tiles", 0}};
   }
-  const std::string name = textOf(params, "cell").value_or("");
+  const std::string name = textParameter(params, "cell").value_or("");
   const TileStore& store = session.scene().served().store();
   const auto cell = store.findCell(name);
   if (!cell) throw RpcError(RpcError::kNotFound, "the set has no cell '" + escaped(name, 60) + "'");
@@ -340,9 +340,9 @@ SessionClient::Json SessionClient::subscribe(const Params& params) {
   requireKnown(params, {"proxy_Hz", "model_Hz", "radius_um"});
   RemoteSession& session = opened();
   Subscription wanted = session.subscription();
-  wanted.proxy_Hz = numberOf(params, "proxy_Hz", 0, 1000).value_or(wanted.proxy_Hz);
-  wanted.model_Hz = numberOf(params, "model_Hz", 0, 100).value_or(wanted.model_Hz);
-  wanted.radius_um = numberOf(params, "radius_um", 0, kMostRadius_um).value_or(wanted.radius_um);
+  wanted.proxy_Hz = numberParameter(params, "proxy_Hz", 0, 1000).value_or(wanted.proxy_Hz);
+  wanted.model_Hz = numberParameter(params, "model_Hz", 0, 100).value_or(wanted.model_Hz);
+  wanted.radius_um = numberParameter(params, "radius_um", 0, kMostRadius_um).value_or(wanted.radius_um);
   session.subscribe(wanted);
   return {{"proxy_Hz", wanted.proxy_Hz}, {"model_Hz", wanted.model_Hz}, {"radius_um", wanted.radius_um}};
 }

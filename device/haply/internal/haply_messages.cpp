@@ -9,8 +9,6 @@
 namespace filiform::internal {
 namespace {
 
-bool isDigit(char c) noexcept { return c >= '0' && c <= '9'; }
-
 bool readVector(JsonReader& in, Eigen::Vector3d& out) noexcept {
   Eigen::Vector3d read = Eigen::Vector3d::Zero();
   const bool is_object = in.object([&](std::string_view key) noexcept {
@@ -105,7 +103,7 @@ const char* toString(HaplyDialect dialect) noexcept { return dialect == HaplyDia
 
 HaplyDialect dialectFor(std::string_view version) noexcept {
   for (std::size_t at = 0; at + 2 < version.size(); ++at) {
-    if (!isDigit(version[at])) continue;
+    if (version[at] < '0' || version[at] > '9') continue;
     int major = 0, minor = 0;
     const char* const end = version.data() + version.size();
     const auto [after_major, wrong_major] = std::from_chars(version.data() + at, end, major);

@@ -9,9 +9,9 @@ namespace filiform::internal {
 
 namespace {
 
-constexpr std::string_view kMagic{"FILIUSB\0", 8};
-constexpr std::string_view kClosingMagic{"FILIUND\0", 8};
-constexpr std::size_t kHeaderBytes = 24;
+constexpr std::string_view kUsbMagic{"FILIUSB\0", 8};
+constexpr std::string_view kUsbClosingMagic{"FILIUND\0", 8};
+constexpr std::size_t kUsbHeaderBytes = 24;
 constexpr std::size_t kFixedBytes = 40;  // of a record, before its bytes
 
 void appendText(std::string& out, const std::string& text) {
@@ -47,7 +47,7 @@ bool possible(const UsbRecord& record) {
 
 void appendUsbHeader(std::string& out) {
   const std::size_t start = out.size();
-  out.append(kMagic);
+  out.append(kUsbMagic);
   append(out, kUsbRecordingVersion);
   append(out, std::uint32_t{0});
   append(out, checksum(std::string_view(out).substr(start), 0));
@@ -79,7 +79,7 @@ bool appendUsbRecord(std::string& out, std::uint64_t index, const UsbRecord& rec
 
 void appendUsbClosing(std::string& out, std::uint64_t count) {
   const std::size_t start = out.size();
-  out.append(kClosingMagic);
+  out.append(kUsbClosingMagic);
   append(out, count);
   append(out, checksum(std::string_view(out).substr(start), count));
 }
@@ -141,11 +141,11 @@ std::optional<std::vector<UsbDeviceInfo>> decodeDevices(std::string_view bytes) 
 
 std::vector<UsbRecord> readUsbRecording(const std::string& file, std::string_view bytes) {
   const auto cutShort = [&] { return DeviceError(file + ": cut short at byte " + std::to_string(bytes.size())); };
-  const std::string_view compared = bytes.substr(0, kMagic.size());
-  if (compared != kMagic.substr(0, compared.size()))
+  const std::string_view compared = bytes.substr(0, kUsbMagic.size());
+  if (compared != kUsbMagic.substr(0, compared.size()))
     throw DeviceError(file + ": not a recording of USB traffic (it does not begin with FILIUSB)");
-  if (bytes.size() < kHeaderBytes) throw cutShort();
-  RecordReader header(bytes.substr(kMagic.size()));
+  if (bytes.size() < kUsbHeaderBytes) throw cutShort();
+  RecordReader header(bytes.substr(kUsbMagic.size()));
   if (const auto version = header.get<std::uint32_t>(); version != kUsbRecordingVersion)
     throw DeviceError(file + ": USB recording format version " + std::to_string(version) +
                       ", this program reads version " + std::to_string(kUsbRecordingVersion));
@@ -154,7 +154,7 @@ std::vector<UsbRecord> readUsbRecording(const std::string& file, std::string_vie
     throw DeviceError(file + ": damaged at byte 0: the header's checksum does not match");
 
   std::vector<UsbRecord> records;
-  std::size_t at = kHeaderBytes;
+  std::size_t at = kUsbHeaderBytes;
   const auto damaged = [&](const char* what) {
     return DeviceError(file + ": damaged at byte " + std::to_string(at) + ", after " + std::to_string(records.size()) +
                        " whole records: " + what);
@@ -162,7 +162,7 @@ std::vector<UsbRecord> readUsbRecording(const std::string& file, std::string_vie
   for (;;) {
     const std::string_view rest = bytes.substr(at);
     if (rest.size() < 8) throw cutShort();
-    if (rest.substr(0, 8) == kClosingMagic) {
+    if (rest.substr(0, 8) == kUsbClosingMagic) {
       if (rest.size() < kUsbClosingBytes) throw cutShort();
       RecordReader closing(rest.substr(8));
       const auto count = closing.get<std::uint64_t>();

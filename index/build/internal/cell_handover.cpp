@@ -6,7 +6,7 @@
 namespace filiform::internal {
 namespace {
 
-void write(ByteWriter& out, const std::vector<CellAttribute>& attributes) {
+void writeAttributes(ByteWriter& out, const std::vector<CellAttribute>& attributes) {
   out.varint(attributes.size());
   for (const CellAttribute& attribute : attributes) {
     out.sizedText(attribute.name);
@@ -51,7 +51,7 @@ void CellIntake::handOver(ByteChain& out) {
     cell.box(record.bounds);
     cell.sizedText(record.source);
     cell.sizedText(given_names_[c]);
-    write(cell, given_attributes_[c]);
+    writeAttributes(cell, given_attributes_[c]);
     std::size_t end = soma;
     while (end < somata_.size() && somata_[end].cell == c) ++end;
     cell.varint(end - soma);

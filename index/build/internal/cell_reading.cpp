@@ -103,8 +103,8 @@ class InOrder {
   std::atomic<std::uint64_t> segments_{0};
 };
 
-struct Worker {
-  Worker(const CellReading& reading, Spool& spool)
+struct ReadingWorker {
+  ReadingWorker(const CellReading& reading, Spool& spool)
       : chunks(spool, reading.most_in_chunk, std::max(Chunks::kLeastOpen, reading.most_open / reading.threads)),
         work(reading.grid, chunks) {}
 
@@ -122,7 +122,7 @@ struct Worker {
 
 void readCells(CellStream& stream, const CellReading& reading, Spool& spool, CellIntake& intake, Chunks& chunks,
                LandmarkSurvey& survey) {
-  std::deque<Worker> workers;
+  std::deque<ReadingWorker> workers;
   for (unsigned i = 0; i < reading.threads; ++i) workers.emplace_back(reading, spool);
   Queue queue(kWaitingOfThread * (reading.threads - 1));
   InOrder kept(intake);
@@ -138,7 +138,7 @@ void readCells(CellStream& stream, const CellReading& reading, Spool& spool, Cel
       }
       if ((id + 1) % kCellsBetweenChecks != 0) continue;
       std::size_t blocks = 0;
-      for (const Worker& worker : workers) blocks += worker.blocks;
+      for (const ReadingWorker& worker : workers) blocks += worker.blocks;
       kept.whileKept([&] { reading.check(blocks); });
     }
   };
@@ -157,7 +157,7 @@ void readCells(CellStream& stream, const CellReading& reading, Spool& spool, Cel
       queue.giveBack(std::move(one->cell));
     }
   });
-  for (Worker& worker : workers) {
+  for (ReadingWorker& worker : workers) {
     chunks.take(worker.chunks);
     survey.add(worker.work.survey());
   }

@@ -25,8 +25,8 @@ using internal::LevelPiece;
 using internal::LevelTile;
 using internal::MemoryBudget;
 
-constexpr std::size_t kUnitLeaves = 512;   // for one thread, unless a block with a level has more
-constexpr std::size_t kUnitsOfThread = 8;  // until all threads wait for each other
+constexpr std::size_t kMostUnitLeaves = 512;  // for one thread, unless a block with a level has more
+constexpr std::size_t kUnitsOfThread = 8;     // until all threads wait for each other
 constexpr std::size_t kSpoolBlock = std::size_t{64} << 10;
 
 class UnitMaker final : public LevelMaker {
@@ -69,7 +69,7 @@ class TopMaker final : public LevelMaker {
  private:
   // A block without levels inside is made at once: a large part of the work is there.
   bool isUnit(const LeafRange& range) const {
-    if (range.end - range.begin <= kUnitLeaves) return true;
+    if (range.end - range.begin <= kMostUnitLeaves) return true;
     return blocks_.hasLevel(range, blocks_.block(range)) && blocks_.isFirst(range);
   }
   void listUnits(const LeafRange& range) {

@@ -100,7 +100,7 @@ struct Placed {
   TileLocation at;
 };
 
-Placed decoded(const Bytes& bytes) {
+Placed decodedTile(const Bytes& bytes) {
   ByteReader in(bytes);
   Placed tile;
   tile.entry.key.low = in.key();
@@ -145,7 +145,7 @@ void packTogether(const RankPacks& packs, TileWriter& writer) {
   for (unsigned from = 1; from < packs.ranks.count(); ++from) {
     Stream stream(arrived[from]);
     for (std::size_t n = layout.end(from) - layout.first(from); n > 0; --n) {
-      const Placed tile = decoded(stream.bytes(stream.u64()));
+      const Placed tile = decodedTile(stream.bytes(stream.u64()));
       writer.addPlaced(tile.entry, tile.at, tile.leaf == packs.leaves);
       std::uint64_t points = 0;
       Bytes neurites;

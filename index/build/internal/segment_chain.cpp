@@ -6,7 +6,7 @@
 namespace filiform::internal {
 namespace {
 
-constexpr std::size_t kMostBytes = 96;  // of a record: 2 + 4 varints of 5 + 6 coordinates of 8 + 4 + 2, and slack
+constexpr std::size_t kMostRecordBytes = 96;  // of a record: 2 + 4 varints of 5 + 6 coordinates of 8 + 4 + 2, and slack
 
 enum Flag : std::uint8_t {
   kSameCell = 1,
@@ -60,7 +60,7 @@ unsigned step(std::uint8_t*& out, const GridPoint& to, const GridPoint& from) {
 
 void SegmentChain::add(const SegmentRecord& r) {
   const std::size_t block = chain_.blocks_begun();
-  std::uint8_t* const begin = chain_.reserve(kMostBytes);
+  std::uint8_t* const begin = chain_.reserve(kMostRecordBytes);
   if (chain_.blocks_begun() != block) last_ = first();
   std::uint8_t* out = begin + 2;
   unsigned flags = 0, widths = 0;

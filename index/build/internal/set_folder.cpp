@@ -3,6 +3,7 @@
 #include "index/errors.h"
 #include "index/file/internal/output_file.h"
 #include "index/set/internal/manifest.h"
+#include "index/set/internal/set_files.h"
 #include "index/set/tile_set.h"
 
 #include <algorithm>
@@ -20,11 +21,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kCurrent = "CURRENT";
-
 bool isTemporaryName(const std::string& name) { return name.find(".tmp-") != std::string::npos; }
 
-bool holds(const std::string& path) {
+bool holdsValidSet(const std::string& path) {
   try {
     const auto set = TileSet::open(path);
     for (const SetFile& file : set->files()) set->checkFile(file);
@@ -69,7 +68,7 @@ SetFolder::SetFolder(const std::string& path, Purpose purpose) : path_(path) {
 bool SetFolder::publish(const std::string& revision, const std::vector<std::string>& in_use) {
   try {
     const std::string target = path_ + "/" + revision;
-    if (revision == previous_ && holds(path_)) {
+    if (revision == previous_ && holdsValidSet(path_)) {
       removeOthers(revision, in_use);
       return false;
     }
@@ -106,14 +105,14 @@ void SetFolder::publishPresent(const std::string& revision, const std::vector<st
 }
 
 void SetFolder::writeCurrent(const std::string& revision) {
-  const std::string next = path_ + "/" + kCurrent + ".tmp-" + std::to_string(::getpid());
+  const std::string next = path_ + "/" + kCurrentFile + ".tmp-" + std::to_string(::getpid());
   fs::remove(next);
   next_ = next;
   OutputFile file(next);
   const std::string text = revision + "\n";
   file.write(text);
   file.close();
-  fs::rename(next, path_ + "/" + kCurrent);
+  fs::rename(next, path_ + "/" + kCurrentFile);
   created_ = false;
   next_.clear();
 }
@@ -131,7 +130,7 @@ void SetFolder::inspect(Purpose purpose) {
   bool has_current = false;
   for (const fs::directory_entry& entry : fs::directory_iterator(path_)) {
     const std::string name = entry.path().filename().string();
-    if (name == kCurrent) {
+    if (name == kCurrentFile) {
       has_current = true;
     } else if (!isRevisionName(name) && !isTemporaryName(name)) {
       throw InputError(path_ + ": is not a tile set and holds other files; choose another name");

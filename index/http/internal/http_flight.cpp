@@ -26,7 +26,7 @@ void setOption(CURL* easy, CURLoption option, Value value) {
   if (curl_easy_setopt(easy, option, value) == CURLE_OUT_OF_MEMORY) throw std::bad_alloc();
 }
 
-bool readNumber(std::string_view& text, std::uint64_t& value) {
+bool takeNumber(std::string_view& text, std::uint64_t& value) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc()) return false;
   text.remove_prefix(static_cast<std::size_t>(end - text.data()));
@@ -161,12 +161,12 @@ std::size_t HttpFlight::takeHeader(std::string_view line) {
   line.remove_prefix(6);
   std::uint64_t last = 0;
   if (takeLetter(line, '*')) {
-    if (takeLetter(line, '/')) readNumber(line, range_of_);
+    if (takeLetter(line, '/')) takeNumber(line, range_of_);
     return taken;
   }
-  has_range_ = readNumber(line, range_first_) && takeLetter(line, '-') && readNumber(line, last) &&
+  has_range_ = takeNumber(line, range_first_) && takeLetter(line, '-') && takeNumber(line, last) &&
                takeLetter(line, '/') && last >= range_first_;
-  if (has_range_) readNumber(line, range_of_);
+  if (has_range_) takeNumber(line, range_of_);
   return taken;
 }
 

@@ -9,15 +9,15 @@ namespace {
 // many times.
 constexpr double kNearby_s = 0.02, kMostGapGrowth = 8, kMostUrgentGrowth = 2;
 
-std::uint64_t times(std::uint64_t bytes, double growth, double most) {
+std::uint64_t scaledBytes(std::uint64_t bytes, double growth, double most) {
   return static_cast<std::uint64_t>(static_cast<double>(bytes) * std::clamp(growth, 1.0, most));
 }
 
 }  // namespace
 
 void HttpQueue::setLatency(double s) {
-  most_gap_ = times(kMostGap, s / kNearby_s, kMostGapGrowth);
-  most_urgent_ = times(kMostUrgent, s / kNearby_s, kMostUrgentGrowth);
+  most_gap_ = scaledBytes(kMostGap, s / kNearby_s, kMostGapGrowth);
+  most_urgent_ = scaledBytes(kMostUrgent, s / kNearby_s, kMostUrgentGrowth);
 }
 
 std::vector<HttpJob*> HttpQueue::take(HttpJob::Clock::time_point now, bool background) {

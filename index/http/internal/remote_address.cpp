@@ -31,12 +31,6 @@ class ParsedUrl {
   bool valid_ = false;
 };
 
-std::string lower(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
-  return text;
-}
-
 // True for a path that ends in /v1/sets/NAME. A static server's folder has the ending .fil.
 bool isServicePath(const std::string& path) {
   const std::size_t slash = path.rfind('/');
@@ -75,7 +69,7 @@ RemoteAddress::RemoteAddress(const std::string& text, const S3Account& keys) {
   else if (name.find('.') != std::string::npos)  // no certificate covers such a host
     bucket = "https://" + aws.substr(1) + "/" + name;
   else
-    bucket = "https://" + lower(name) + aws;
+    bucket = "https://" + lowerCase(name) + aws;
   set = bucket + inside;
   files = set + "/";
   origin = originOf(set);
@@ -105,11 +99,11 @@ RemoteAddress::RemoteAddress(const std::string& text) {
 std::string originOf(const std::string& text) {
   const ParsedUrl url(text);
   if (!url.valid()) return {};
-  const std::string scheme = lower(url.part(CURLUPART_SCHEME).value_or(""));
+  const std::string scheme = lowerCase(url.part(CURLUPART_SCHEME).value_or(""));
   const auto host = url.part(CURLUPART_HOST), port = url.part(CURLUPART_PORT, CURLU_DEFAULT_PORT);
   if ((scheme != "http" && scheme != "https") || !host || !port) return {};
   const bool usual = *port == (scheme == "http" ? "80" : "443");
-  return scheme + "://" + lower(*host) + (usual ? "" : ":" + *port);
+  return scheme + "://" + lowerCase(*host) + (usual ? "" : ":" + *port);
 }
 
 }  // namespace filiform::internal

@@ -47,7 +47,7 @@ void forEachElement(std::string_view xml, const std::string& name, Use use) {
   }
 }
 
-std::uint64_t numberOf(const std::string& text) {
+std::uint64_t numberOrZero(const std::string& text) {
   std::uint64_t number = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
   return error == std::errc() && end == text.data() + text.size() ? number : 0;
@@ -91,14 +91,14 @@ S3Upload::Begun S3Upload::resume(const std::string& name, std::uint64_t bytes) {
       const std::string listed =
           list(url + "?max-parts=1000&part-number-marker=" + marker + "&uploadId=" + queryText(upload.id));
       forEachElement(listed, "Part", [&](std::string_view one) {
-        const std::uint64_t number = numberOf(xmlText(one, "PartNumber"));
+        const std::uint64_t number = numberOrZero(xmlText(one, "PartNumber"));
         if (number < 1 || number > upload.tags.size()) return;
         const std::uint64_t begin = (number - 1) * part;
-        if (numberOf(xmlText(one, "Size")) == std::min(part, bytes - begin))
+        if (numberOrZero(xmlText(one, "Size")) == std::min(part, bytes - begin))
           upload.tags[number - 1] = unquoted(xmlText(one, "ETag"));
       });
       const std::string next = xmlText(listed, "NextPartNumberMarker");
-      marker = xmlText(listed, "IsTruncated") == "true" && numberOf(next) > numberOf(marker) ? next : "";
+      marker = xmlText(listed, "IsTruncated") == "true" && numberOrZero(next) > numberOrZero(marker) ? next : "";
     }
     return upload;
   } catch (const DeniedByServer&) {  // keys that may write, but not list

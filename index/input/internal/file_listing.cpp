@@ -84,7 +84,7 @@ std::vector<ListedFile> listFolder(const std::string& folder, MorphologyVersion 
   return files;
 }
 
-std::string infoOf(const SkeletonFiles& files) { return files.readWhole("info", SkeletonInfo::kMaxBytes); }
+std::string readInfo(const SkeletonFiles& files) { return files.readWhole("info", SkeletonInfo::kMaxBytes); }
 
 bool isWanted(const ListingOptions& options, std::string_view name) {
   if (!options.ids) return true;
@@ -110,7 +110,7 @@ std::vector<ListedFile> listSkeletons(const std::string& folder, const ListingOp
   if (!fs::is_regular_file(path, error) || fs::file_size(path, error) > SkeletonInfo::kMaxBytes || error) return {};
   std::string text;
   try {
-    text = infoOf(*source);
+    text = readInfo(*source);
   } catch (const IoError& failure) {
     if (failure.isShortage()) throw;
     return {};

@@ -13,16 +13,16 @@
 namespace filiform {
 namespace {
 
-using internal::ByteStream;
 using internal::GraphBuilder;
 
-void skipMark(ByteStream& in, GraphBuilder& graph) {
+void skipMark(internal::ByteStream& in, GraphBuilder& graph) {
   if (!in.head(3).starts_with("\xEF\xBB\xBF")) return;
   graph.remark(InputCode::W_BOM, 1, {});
   in.skip(3);
 }
 
-InputReport read(ByteStream& in, std::string_view file, GraphFormat format, const GraphOptions& options, Cell& cell) {
+InputReport readStream(internal::ByteStream& in, std::string_view file, GraphFormat format, const GraphOptions& options,
+                       Cell& cell) {
   SwcOptions units = options.units;
   if (format == GraphFormat::kNeuroglancerSkeleton) {
     units.unit_um = 1;
@@ -72,14 +72,14 @@ std::optional<GraphFormat> graphFormatOf(std::string_view file_name) {
 
 InputReport readGraphFile(const std::string& path, GraphFormat format, const GraphOptions& options, Cell& cell,
                           const std::function<void(std::uint64_t)>& progress) {
-  ByteStream in(path, progress);
-  return read(in, path, format, options, cell);
+  internal::ByteStream in(path, progress);
+  return readStream(in, path, format, options, cell);
 }
 
 InputReport readGraph(std::string_view bytes, std::string_view file, GraphFormat format, const GraphOptions& options,
                       Cell& cell) {
-  ByteStream in(bytes);
-  return read(in, file, format, options, cell);
+  internal::ByteStream in(bytes);
+  return readStream(in, file, format, options, cell);
 }
 
 }  // namespace filiform

@@ -10,8 +10,8 @@
 namespace filiform::internal {
 namespace {
 
-constexpr std::uint64_t kBytesOfPoint = 320;    // of a section, while it is read and handed on
-constexpr std::uint64_t kBytesOfGraphByte = 8;  // nodes and links, while the graph is read and handed on
+constexpr std::uint64_t kBytesOfSectionPoint = 320;  // of a section, while it is read and handed on
+constexpr std::uint64_t kBytesOfGraphByte = 8;       // nodes and links, while the graph is read and handed on
 
 }  // namespace
 
@@ -110,7 +110,7 @@ InputReport ItemReader::readEntry(const InputItem& item, Cell& cell,
 InputReport ItemReader::readH5(const InputItem& item, Cell& cell,
                                const std::function<void(std::uint64_t bytes)>& progress) {
   const auto check = [&](std::uint64_t points) {
-    refuseBeyondMemory(item, points * kBytesOfPoint);
+    refuseBeyondMemory(item, points * kBytesOfSectionPoint);
     progress(0);
   };
   InputReport report = readH5Morphology(hdf5_, *item.path, *item.morphology, options_, check, cell);

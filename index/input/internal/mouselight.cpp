@@ -17,7 +17,6 @@
 namespace filiform {
 namespace {
 
-using internal::ByteStream;
 using JsonNumbers = nlohmann::json;
 
 constexpr std::int64_t kMaxSampleNumber = std::int64_t{1} << 61;
@@ -30,9 +29,9 @@ struct StreamBytes {
   using pointer = const char*;
   using reference = char;
 
-  ByteStream* in = nullptr;
+  internal::ByteStream* in = nullptr;
 
-  bool atEnd() const { return in == nullptr || in->peek() == ByteStream::kEnd; }
+  bool atEnd() const { return in == nullptr || in->peek() == internal::ByteStream::kEnd; }
   char operator*() const { return static_cast<char>(in->peek()); }
   StreamBytes& operator++() {
     in->get();
@@ -50,7 +49,7 @@ struct StreamBytes {
 // Receives the events of the JSON parser. A level is the number of objects and arrays around a value.
 class NeuronEvents {
  public:
-  NeuronEvents(ByteStream& in, internal::GraphBuilder& graph) : in_(in), graph_(graph) {}
+  NeuronEvents(internal::ByteStream& in, internal::GraphBuilder& graph) : in_(in), graph_(graph) {}
 
   bool null() { return value(std::nullopt); }
   bool boolean(bool) { return value(std::nullopt); }
@@ -205,7 +204,7 @@ class NeuronEvents {
     return 0;
   }
 
-  ByteStream& in_;
+  internal::ByteStream& in_;
   internal::GraphBuilder& graph_;
   std::uint64_t level_ = 0;
   bool is_object_ = false, any_sample_ = false;
@@ -221,7 +220,7 @@ class NeuronEvents {
 
 }  // namespace
 
-void readMouseLight(ByteStream& in, internal::GraphBuilder& graph) {
+void readMouseLight(internal::ByteStream& in, internal::GraphBuilder& graph) {
   NeuronEvents events(in, graph);
   JsonNumbers::sax_parse(StreamBytes{&in}, StreamBytes{}, &events);
   events.finish();

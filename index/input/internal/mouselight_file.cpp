@@ -14,8 +14,6 @@
 namespace filiform {
 namespace {
 
-using internal::ByteStream;
-
 struct WrongJson {
   std::uint64_t line;
   std::string what;
@@ -24,7 +22,7 @@ struct WrongJson {
 // Follows the structure of JSON without holding it. Throws WrongJson.
 class JsonOutline {
  public:
-  explicit JsonOutline(ByteStream& in) : in_(in) {}
+  explicit JsonOutline(internal::ByteStream& in) : in_(in) {}
 
   std::uint64_t offset() const { return offset_; }  // of the next byte
   [[noreturn]] void fail(const std::string& what) const { throw WrongJson{in_.line(), what}; }
@@ -33,11 +31,11 @@ class JsonOutline {
   char peek() {
     int c = in_.peek();
     for (; c == ' ' || (c >= '\t' && c <= '\r'); c = in_.peek()) get();
-    if (c == ByteStream::kEnd) fail("ends inside a list or an object; is the file cut short?");
+    if (c == internal::ByteStream::kEnd) fail("ends inside a list or an object; is the file cut short?");
     return static_cast<char>(c);
   }
   bool atEnd() {
-    for (int c = in_.peek(); c != ByteStream::kEnd; c = in_.peek()) {
+    for (int c = in_.peek(); c != internal::ByteStream::kEnd; c = in_.peek()) {
       if (c != ' ' && !(c >= '\t' && c <= '\r')) return false;
       get();
     }
@@ -68,7 +66,7 @@ class JsonOutline {
         c = get();
         if (c != '"' && c != '\\' && c != '/') put('\\', read);
       }
-      if (c == ByteStream::kEnd) fail("ends inside a text; is the file cut short?");
+      if (c == internal::ByteStream::kEnd) fail("ends inside a text; is the file cut short?");
       put(static_cast<char>(c), read);
     }
   }
@@ -122,7 +120,7 @@ class JsonOutline {
 
   int get() {
     const int c = in_.get();
-    offset_ += c != ByteStream::kEnd;
+    offset_ += c != internal::ByteStream::kEnd;
     return c;
   }
   static void put(char c, std::string& read) {
@@ -130,7 +128,7 @@ class JsonOutline {
   }
   void skipScalar() {
     std::uint64_t length = 0;
-    for (int c = in_.peek(); c != ByteStream::kEnd; c = in_.peek(), ++length) {
+    for (int c = in_.peek(); c != internal::ByteStream::kEnd; c = in_.peek(), ++length) {
       const bool part = (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '+' ||
                         c == '-' || c == '.';
       if (!part) break;
@@ -139,13 +137,13 @@ class JsonOutline {
     if (length == 0) fail("not valid JSON: a value is missing");
   }
 
-  ByteStream& in_;
+  internal::ByteStream& in_;
   std::uint64_t offset_ = 0;
 };
 
 class NeuronFinder {
  public:
-  explicit NeuronFinder(ByteStream& in) : json_(in) {}
+  explicit NeuronFinder(internal::ByteStream& in) : json_(in) {}
 
   std::vector<ArchiveEntry> find() {
     json_.skipMark();
@@ -233,7 +231,7 @@ class NeuronReader final : public Container::Reader {
 
 MouseLightFile::MouseLightFile(std::string path, const std::function<void(std::uint64_t)>& progress)
     : path_(std::move(path)) {
-  ByteStream in(path_, [&](std::uint64_t bytes) {
+  internal::ByteStream in(path_, [&](std::uint64_t bytes) {
     file_bytes_ += bytes;
     if (progress) progress(bytes);
   });

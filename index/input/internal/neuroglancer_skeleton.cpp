@@ -20,7 +20,6 @@ namespace filiform {
 namespace {
 
 using Json = nlohmann::json;
-using internal::ByteStream;
 using Type = SkeletonInfo::Attribute::Type;
 
 constexpr double kNanometre_um = 1e-3;
@@ -40,7 +39,7 @@ bool isOfSkeletons(const Json& json) {
   return json.is_object() && json.contains("@type") && json["@type"] == "neuroglancer_skeletons";
 }
 
-std::size_t bytesOf(Type type) {
+std::size_t bytesOfType(Type type) {
   switch (type) {
     case Type::kInt8:
     case Type::kUint8:
@@ -54,7 +53,7 @@ std::size_t bytesOf(Type type) {
 }
 
 // Reads a little-endian number. Returns false at the end of the file.
-bool readBits(ByteStream& in, std::size_t bytes, std::uint32_t& bits) {
+bool readBits(internal::ByteStream& in, std::size_t bytes, std::uint32_t& bits) {
   std::array<unsigned char, 4> raw{};
   if (!in.read(raw.data(), bytes)) return false;
   bits = 0;
@@ -78,7 +77,7 @@ double valueOf(std::uint32_t bits, Type type) {
 }
 
 // Reads nodes, links and attributes. Returns false if the file is too short.
-bool readAll(ByteStream& in, const SkeletonInfo& info, internal::GraphBuilder& graph) {
+bool readAll(internal::ByteStream& in, const SkeletonInfo& info, internal::GraphBuilder& graph) {
   std::uint32_t nodes = 0, links = 0;
   if (!readBits(in, 4, nodes) || !readBits(in, 4, links)) return false;
   const std::array<double, 12>& m = info.transform_nm;
@@ -104,12 +103,12 @@ bool readAll(ByteStream& in, const SkeletonInfo& info, internal::GraphBuilder& g
     const bool radius = attribute.components == 1 && attribute.id == "radius";
     const bool type = attribute.components == 1 && attribute.id == "vertex_types";
     if (!radius && !type) {
-      if (!in.skip(std::uint64_t{nodes} * attribute.components * bytesOf(attribute.type))) return false;
+      if (!in.skip(std::uint64_t{nodes} * attribute.components * bytesOfType(attribute.type))) return false;
       continue;
     }
     for (std::uint32_t i = 0; i < nodes; ++i) {
       std::uint32_t bits = 0;
-      if (!readBits(in, bytesOf(attribute.type), bits)) return false;
+      if (!readBits(in, bytesOfType(attribute.type), bits)) return false;
       const double value = valueOf(bits, attribute.type);
       if (radius) {
         graph.setRadius(i, value * kNanometre_um, std::uint64_t{i} + 1);
@@ -222,10 +221,10 @@ std::vector<std::uint64_t> readSegmentProperties(std::string_view text, const st
   return ids;
 }
 
-void readSkeleton(ByteStream& in, const SkeletonInfo& info, internal::GraphBuilder& graph) {
+void readSkeleton(internal::ByteStream& in, const SkeletonInfo& info, internal::GraphBuilder& graph) {
   if (!readAll(in, info, graph)) {
     graph.refuse(InputCode::E_FORMAT, 0, "ends too soon");
-  } else if (in.peek() != ByteStream::kEnd) {
+  } else if (in.peek() != internal::ByteStream::kEnd) {
     graph.refuse(InputCode::E_FORMAT, 0, "longer than its counts say");
   }
 }

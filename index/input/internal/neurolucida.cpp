@@ -17,7 +17,6 @@
 namespace filiform {
 namespace {
 
-using internal::ByteStream;
 using internal::RealKind;
 
 constexpr std::int64_t kNoPoint = -1;
@@ -32,7 +31,7 @@ using AscKind = AscToken::Kind;
 
 class AscLexer {
  public:
-  explicit AscLexer(ByteStream& in) : in_(in) {}
+  explicit AscLexer(internal::ByteStream& in) : in_(in) {}
 
   AscToken next() {
     if (std::exchange(again_, false)) return last_;
@@ -45,9 +44,9 @@ class AscLexer {
   AscToken read() {
     for (;;) {
       const int c = in_.peek();
-      if (c == ByteStream::kEnd) return {AscKind::kEnd, {}, in_.line()};
+      if (c == internal::ByteStream::kEnd) return {AscKind::kEnd, {}, in_.line()};
       if (c == ';') {
-        while (in_.peek() != ByteStream::kEnd && in_.peek() != '\n' && in_.peek() != '\r') in_.get();
+        while (in_.peek() != internal::ByteStream::kEnd && in_.peek() != '\n' && in_.peek() != '\r') in_.get();
       } else if (c <= ' ' || c == ',') {
         in_.get();
       } else {
@@ -71,14 +70,14 @@ class AscLexer {
         return single(AscKind::kSpineEnd, line);
       case '"':
         in_.get();
-        while ((c = in_.get()) != '"' && c != ByteStream::kEnd) {
+        while ((c = in_.get()) != '"' && c != internal::ByteStream::kEnd) {
         }
         return {c == '"' ? AscKind::kText : AscKind::kEnd, {}, line};
       default:
         word_.clear();
         for (; c > ' ' && std::string_view("()|<>\";,").find(static_cast<char>(c)) == std::string_view::npos;
              c = in_.peek()) {
-          if (word_.size() < ByteStream::kMaxToken) word_ += static_cast<char>(c);
+          if (word_.size() < internal::ByteStream::kMaxToken) word_ += static_cast<char>(c);
           in_.get();
         }
         return {AscKind::kWord, word_, line};
@@ -90,7 +89,7 @@ class AscLexer {
     return {kind, {}, line};
   }
 
-  ByteStream& in_;
+  internal::ByteStream& in_;
   std::string word_;
   AscToken last_;
   bool again_ = false;
@@ -104,7 +103,7 @@ bool looksLikeNumber(std::string_view word) {
 
 class AscReader {
  public:
-  AscReader(ByteStream& in, bool soma_links, internal::GraphBuilder& graph)
+  AscReader(internal::ByteStream& in, bool soma_links, internal::GraphBuilder& graph)
       : lexer_(in), soma_links_(soma_links), graph_(graph) {}
 
   void read() {
@@ -375,7 +374,7 @@ class AscReader {
 
 }  // namespace
 
-void readNeurolucida(ByteStream& in, bool soma_links, internal::GraphBuilder& graph) {
+void readNeurolucida(internal::ByteStream& in, bool soma_links, internal::GraphBuilder& graph) {
   AscReader(in, soma_links, graph).read();
 }
 

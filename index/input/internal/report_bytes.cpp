@@ -3,13 +3,13 @@
 namespace filiform::internal {
 namespace {
 
-void write(ByteWriter& out, const std::optional<Vector3d>& v) {
+void writeOptionalVector(ByteWriter& out, const std::optional<Vector3d>& v) {
   out.u8(v ? 1 : 0);
   if (v)
     for (int axis = 0; axis < 3; ++axis) out.f64((*v)[axis]);
 }
 
-std::optional<Vector3d> readVector(ByteReader& in) {
+std::optional<Vector3d> readOptionalVector(ByteReader& in) {
   if (in.u8() == 0) return std::nullopt;
   Vector3d v;
   for (int axis = 0; axis < 3; ++axis) v[axis] = in.f64();
@@ -60,8 +60,8 @@ void encodeReport(const InputReport& report, ByteWriter& out) {
   encodeCodes(report.codes, out);
   out.varint(report.records.size());
   for (const InputRecord& record : report.records) encodeRecord(record, out);
-  write(out, report.header.scale);
-  write(out, report.header.offset);
+  writeOptionalVector(out, report.header.scale);
+  writeOptionalVector(out, report.header.offset);
   out.sizedText(report.header.units);
 }
 
@@ -75,8 +75,8 @@ InputReport decodeReport(ByteReader& in) {
   report.codes = decodeCodes(in);
   for (std::uint64_t n = in.varint(); n > 0; --n) report.records.add(decodeRecord(in));
   report.records.close();
-  report.header.scale = readVector(in);
-  report.header.offset = readVector(in);
+  report.header.scale = readOptionalVector(in);
+  report.header.offset = readOptionalVector(in);
   report.header.units = in.sizedText();
   return report;
 }

@@ -67,7 +67,7 @@ std::optional<std::uint64_t> ShardScheme::shards() const {
 namespace internal {
 namespace {
 
-constexpr std::uint64_t kMostFileBytes = std::uint64_t{1} << 60;
+constexpr std::uint64_t kMostShardBytes = std::uint64_t{1} << 60;
 constexpr std::size_t kObjectBytes = 24, kPairBytes = 16;
 constexpr std::uint64_t kIndexBlock = 4096;  // pairs of the shard index read at once
 
@@ -79,7 +79,7 @@ class ShardListing {
       : sharding_(sharding), shard_(shard), file_bytes_(file_bytes), read_(read), objects_(objects) {}
 
   std::string list() {
-    if (sharding_.minishard_bits > 40 || file_bytes_ > kMostFileBytes ||
+    if (sharding_.minishard_bits > 40 || file_bytes_ > kMostShardBytes ||
         (std::uint64_t{1} << sharding_.minishard_bits) > file_bytes_ / kPairBytes)
       return "is shorter than its index";
     const std::uint64_t minishards = std::uint64_t{1} << sharding_.minishard_bits;

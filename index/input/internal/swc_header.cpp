@@ -1,6 +1,7 @@
 #include "index/input/internal/swc_header.h"
 
 #include "index/input/internal/swc_fields.h"
+#include "index/text.h"
 
 #include <array>
 #include <string>
@@ -10,14 +11,6 @@ namespace {
 
 bool isLetter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
 bool isWordCharacter(char c) { return isLetter(c) || (c >= '0' && c <= '9') || c == '_' || (c & 0x80) != 0; }
-
-std::string lowered(std::string_view word) {
-  std::string out(word);
-  for (char& c : out) {
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  }
-  return out;
-}
 
 // Takes the next run of word characters; empty at the end.
 std::string_view takeWord(std::string_view& text) {
@@ -31,7 +24,7 @@ std::string_view takeWord(std::string_view& text) {
 }
 
 // Reads one or three numbers between blanks, commas, semicolons, `:`, `=` and brackets. nullopt for any other count.
-std::optional<Vector3d> readVector(std::string_view text) {
+std::optional<Vector3d> readTriple(std::string_view text) {
   constexpr std::string_view kBetween = " \t,;:=()[]";
   std::array<double, 3> values{};
   std::size_t count = 0;
@@ -68,16 +61,16 @@ HeaderLine readHeaderLine(std::string_view comment) {
   if (comment.empty() || !isLetter(comment.front())) return line;
 
   std::string_view rest = comment;
-  const std::string first = lowered(takeWord(rest));
-  if (first == "scale") line.scale = readVector(rest);
-  if (first == "offset") line.offset = readVector(rest);
+  const std::string first = lowerCase(takeWord(rest));
+  if (first == "scale") line.scale = readTriple(rest);
+  if (first == "offset") line.offset = readTriple(rest);
 
   // Comments often mention pixels ("traced on a 512-pixel image"). Only lines about units or coordinates count.
   bool about_units = first == "scale";
   std::string_view unit;
   rest = comment;
   for (std::string_view raw = takeWord(rest); !raw.empty(); raw = takeWord(rest)) {
-    const std::string word = lowered(raw);
+    const std::string word = lowerCase(raw);
     if (startsWith(word, "unit") || startsWith(word, "coord") || startsWith(word, "position") || word == "xyz")
       about_units = true;
     if (unit.empty() && namesForeignUnit(word)) unit = raw;

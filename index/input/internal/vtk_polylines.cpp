@@ -16,7 +16,6 @@
 namespace filiform {
 namespace {
 
-using internal::ByteStream;
 using internal::RealKind;
 
 constexpr std::uint64_t kMaxCount = std::uint64_t{1} << 40;
@@ -37,7 +36,7 @@ struct DataType {
   bool real = false, is_signed = false;
 };
 
-DataType typeOf(std::string_view name) {
+DataType dataTypeOf(std::string_view name) {
   struct Named {
     std::string_view name;
     DataType type;
@@ -67,7 +66,7 @@ DataType typeOf(std::string_view name) {
 
 class VtkReader {
  public:
-  VtkReader(ByteStream& in, internal::GraphBuilder& graph) : in_(in), graph_(graph) {}
+  VtkReader(internal::ByteStream& in, internal::GraphBuilder& graph) : in_(in), graph_(graph) {}
 
   void read() {
     readHeader();
@@ -112,7 +111,7 @@ class VtkReader {
   }
   DataType type() {
     const std::string name = word();
-    const DataType type = typeOf(name);
+    const DataType type = dataTypeOf(name);
     if (type.bytes == 0) throw NotVtk{name};
     return type;
   }
@@ -121,7 +120,7 @@ class VtkReader {
     if (!binary_) return;
     std::string_view rest;
     bool too_long = false;
-    in_.readLine(rest, ByteStream::kMaxToken, too_long);
+    in_.readLine(rest, internal::ByteStream::kMaxToken, too_long);
   }
 
   void readHeader() {
@@ -356,7 +355,7 @@ class VtkReader {
     return true;
   }
 
-  ByteStream& in_;
+  internal::ByteStream& in_;
   internal::GraphBuilder& graph_;
   bool binary_ = false, offsets_ = false;
   bool seen_points_ = false, seen_lines_ = false, of_points_ = false;
@@ -368,7 +367,7 @@ class VtkReader {
 
 }  // namespace
 
-void readVtkPolylines(ByteStream& in, internal::GraphBuilder& graph) {
+void readVtkPolylines(internal::ByteStream& in, internal::GraphBuilder& graph) {
   try {
     VtkReader(in, graph).read();
   } catch (const NotVtk& why) {

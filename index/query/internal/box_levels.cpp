@@ -7,8 +7,6 @@
 namespace filiform::internal {
 namespace {
 
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
-
 // Far beyond every grid; the square of a distance is still finite in float.
 constexpr double kFar_um = 1e18;
 
@@ -38,6 +36,7 @@ BoxLevels::BoxLevels(const std::vector<WorldBox>& boxes) {
     if (count == 1) break;
   }
   Node nothing;
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
   for (std::size_t axis = 0; axis < 3; ++axis) nothing.lo[axis].fill(kInfinity), nothing.hi[axis].fill(-kInfinity);
   nodes_.resize(nodes, nothing);
   for (std::size_t i = 0; i < boxes.size(); ++i)

@@ -20,29 +20,21 @@ constexpr std::size_t kMaxFromTree = 1024;
 struct LandmarkHint::Impl {
   using Tree = flann::KDTreeSingleIndex<flann::L2_3D<double>>;
 
-  const TileStore& store;
   const Grid grid;
-  std::once_flag built;
-  const Landmarks* landmarks = nullptr;
+  const Landmarks& landmarks;
   std::unique_ptr<Tree> tree;  // nullptr for an empty set
 
-  explicit Impl(const TileStore& s) : store(s), grid(s.grid()) {}
-
-  void build() {
-    std::call_once(built, [this] {
-      landmarks = &store.landmarks();
-      const std::size_t n = landmarks->points.size();
-      if (n == 0) return;
-      std::vector<double> points(3 * n);
-      for (std::size_t i = 0; i < n; ++i) {
-        const Vector3d p_W = grid.toWorld(landmarks->points[i]);
-        std::copy(p_W.data(), p_W.data() + 3, &points[3 * i]);
-      }
-      // The tree keeps its own reordered copy of the points.
-      tree =
-          std::make_unique<Tree>(flann::Matrix<double>(points.data(), n, 3), flann::KDTreeSingleIndexParams(10, true));
-      tree->buildIndex();
-    });
+  explicit Impl(const TileStore& store) : grid(store.grid()), landmarks(store.landmarks()) {
+    const std::size_t n = landmarks.points.size();
+    if (n == 0) return;
+    std::vector<double> points(3 * n);
+    for (std::size_t i = 0; i < n; ++i) {
+      const Vector3d p_W = grid.toWorld(landmarks.points[i]);
+      std::copy(p_W.data(), p_W.data() + 3, &points[3 * i]);
+    }
+    // The tree keeps its own reordered copy of the points.
+    tree = std::make_unique<Tree>(flann::Matrix<double>(points.data(), n, 3), flann::KDTreeSingleIndexParams(10, true));
+    tree->buildIndex();
   }
 
   // The nearest landmark of each segment, nearest first.
@@ -50,8 +42,8 @@ struct LandmarkHint::Impl {
     std::vector<Guess> guesses;
     guesses.reserve(indices.size());
     for (const std::size_t i : indices) {
-      const Vector3d p_W = grid.toWorld(landmarks->points[i]);
-      guesses.push_back({(p_W - h_W).norm(), p_W, landmarks->segments[i], landmarks->t[i]});
+      const Vector3d p_W = grid.toWorld(landmarks.points[i]);
+      guesses.push_back({(p_W - h_W).norm(), p_W, landmarks.segments[i], landmarks.t[i]});
     }
     if (guesses.size() == 1) return guesses;
     std::sort(guesses.begin(), guesses.end(), [](const Guess& a, const Guess& b) {
@@ -67,7 +59,7 @@ struct LandmarkHint::Impl {
   // At least k distinct segments. Fewer if they would need more than kMaxFromTree landmarks, since many landmarks may
   // lie on one segment.
   std::vector<Guess> fromTree(const Vector3d& h_W, std::size_t k) const {
-    const std::size_t most = std::min(landmarks->points.size(), kMaxFromTree);
+    const std::size_t most = std::min(landmarks.points.size(), kMaxFromTree);
     std::vector<Guess> guesses;
     if (tree == nullptr || k == 0) return guesses;
     for (std::size_t wanted = k >= most ? most : std::min(most, k == 1 ? k : k + k / 2 + 8);;
@@ -83,25 +75,26 @@ struct LandmarkHint::Impl {
   }
 };
 
-LandmarkHint::LandmarkHint(const TileStore& store) : impl_(std::make_unique<Impl>(store)) {}
+LandmarkHint::LandmarkHint(const TileStore& store) : store_(store) {}
 LandmarkHint::~LandmarkHint() = default;
 
+const LandmarkHint::Impl& LandmarkHint::built() const {
+  return built_.get([this] { return std::make_unique<const Impl>(store_); });
+}
+
 std::vector<LandmarkHint::Guess> LandmarkHint::nearest(const Vector3d& h_W, std::size_t k) const {
-  impl_->build();
-  std::vector<Guess> guesses = impl_->fromTree(h_W, k);
-  const std::size_t n = impl_->landmarks->points.size();
+  const Impl& impl = built();
+  std::vector<Guess> guesses = impl.fromTree(h_W, k);
+  const std::size_t n = impl.landmarks.points.size();
   if (guesses.size() < k && n > kMaxFromTree) {
     std::vector<std::size_t> all(n);
     std::iota(all.begin(), all.end(), std::size_t{0});
-    guesses = impl_->distinct(h_W, all);
+    guesses = impl.distinct(h_W, all);
   }
   if (guesses.size() > k) guesses.resize(k);
   return guesses;
 }
 
-double LandmarkHint::covering_radius_um() const {
-  impl_->build();
-  return impl_->landmarks->covering_radius_um;
-}
+double LandmarkHint::covering_radius_um() const { return built().landmarks.covering_radius_um; }
 
 }  // namespace filiform

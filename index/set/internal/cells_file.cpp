@@ -28,7 +28,7 @@ CellPagePlace readPlace(ByteReader& in, std::uint64_t file_bytes) {
   return page;
 }
 
-std::string textOf(ByteSpan bytes) { return {reinterpret_cast<const char*>(bytes.data()), bytes.size()}; }
+std::string asString(ByteSpan bytes) { return {reinterpret_cast<const char*>(bytes.data()), bytes.size()}; }
 
 Bytes recordPage(const CellColumns& cells, std::uint32_t begin, std::uint32_t end) {
   ByteWriter page;
@@ -164,7 +164,7 @@ CellDetail decodeDetail(ByteSpan bytes, std::uint64_t samples) {
   const std::uint32_t blocks = in.varint32();
   at = 0;
   for (std::uint32_t i = 0; i < blocks; ++i) detail.block_starts.push_back(ascending(at, i == 0, samples));
-  detail.header = textOf(in.take(in.varint32()));
+  detail.header = asString(in.take(in.varint32()));
   detail.odd_radii = readOddRadii(in, samples);
   in.require(in.left() == 0, "bytes beyond the end of the cell");
   return detail;
@@ -238,7 +238,7 @@ CellsRoot decodeCellsRoot(ByteSpan bytes, std::uint64_t file_bytes) {
   for (std::uint32_t page = 0; page < pages; ++page) root.records.push_back(readPlace(in, file_bytes));
   for (std::uint32_t page = 0; page < pagesOf(root.named); ++page) {
     root.names.push_back(readPlace(in, file_bytes));
-    root.first_names.push_back(textOf(in.take(in.u32())));
+    root.first_names.push_back(asString(in.take(in.u32())));
     in.require(page == 0 || root.first_names[page - 1] <= root.first_names[page], "the names are out of order");
   }
   in.require(in.left() == 0, "bytes beyond the end of the pages");
@@ -273,8 +273,8 @@ CellPage decodeCellPage(ByteSpan bytes, std::uint32_t count, std::uint64_t file_
     const std::uint64_t removed = in.u64();
     in.require(removed <= 1 && (removed == 0 || (r.samples == 0 && name == 0)), "a removed cell is not empty");
     r.removed = removed == 1;
-    r.name = textOf(text.take(name));
-    r.source = textOf(text.take(source));
+    r.name = asString(text.take(name));
+    r.source = asString(text.take(source));
     page.records.push_back(std::move(r));
     page.details.push_back(place);
   }
@@ -288,7 +288,7 @@ NamePage decodeNamePage(const CellsRoot& root, std::uint32_t page, ByteSpan byte
   for (std::uint32_t i = 0; i < cellsOfPage(root.named, page); ++i) {
     const std::uint32_t id = in.u32();
     in.require(id < root.cells, "a cell does not exist");
-    found.emplace_back(textOf(in.take(in.u32())), id);
+    found.emplace_back(asString(in.take(in.u32())), id);
     in.require(i == 0 ? found.back().first == root.first_names[page] : found[i - 1] < found[i],
                "the names are out of order");
   }

@@ -10,13 +10,13 @@
 namespace filiform::internal {
 namespace {
 
-constexpr std::string_view kMagic = "FILILEVL", kPackMagic = "FILILPAK";
-constexpr std::size_t kHeaderBytes = 40, kPageChecksumBytes = 8, kEntryBytes = 160, kChecksumAt = 32;
+constexpr std::string_view kLevelMagic = "FILILEVL", kLevelPackMagic = "FILILPAK";
+constexpr std::size_t kLevelHeaderBytes = 40, kPageChecksumBytes = 8, kLevelEntryBytes = 160, kChecksumAt = 32;
 constexpr std::uint32_t kTilesPerPage = 4096;
 
-std::size_t rootBytes(std::size_t pages) { return kHeaderBytes + pages * kPageChecksumBytes; }
+std::size_t rootBytes(std::size_t pages) { return kLevelHeaderBytes + pages * kPageChecksumBytes; }
 
-void write(ByteWriter& out, const LevelEntry& e, const TileLocation& at) {
+void writeLevelEntry(ByteWriter& out, const LevelEntry& e, const TileLocation& at) {
   out.key(e.key.low);
   out.u32(static_cast<std::uint32_t>(e.key.depth));
   out.u32(at.pack);
@@ -38,7 +38,7 @@ void write(ByteWriter& out, const LevelEntry& e, const TileLocation& at) {
   out.u64(at.appearance_checksum);
 }
 
-void read(ByteReader& in, LevelEntry& e, TileLocation& at) {
+void readLevelEntry(ByteReader& in, LevelEntry& e, TileLocation& at) {
   e.key.low = in.key();
   const std::uint32_t depth = in.u32();
   in.require(depth < static_cast<std::uint32_t>(kMortonBits) && depth % 3 == 0 && e.key.low >> kMortonBits == 0,
@@ -80,12 +80,12 @@ std::string levelPackFile(std::uint32_t pack) {
   return name;
 }
 
-Bytes levelPackHeader(std::uint32_t pack) { return packHeader(kPackMagic, pack); }
+Bytes levelPackHeader(std::uint32_t pack) { return packHeader(kLevelPackMagic, pack); }
 
 Bytes encodeLevels(const LevelTable& table) {
   const std::size_t tiles = table.entries.size(), pages = (tiles + kTilesPerPage - 1) / kTilesPerPage;
   ByteWriter root, body;
-  writeMagic(root, kMagic);
+  writeMagic(root, kLevelMagic);
   root.u32(kTilesPerPage);
   root.u32(static_cast<std::uint32_t>(tiles));
   root.u32(static_cast<std::uint32_t>(pages));
@@ -95,7 +95,7 @@ Bytes encodeLevels(const LevelTable& table) {
   for (std::size_t page = 0; page < pages; ++page) {
     const std::size_t begin = page * kTilesPerPage, end = std::min<std::size_t>(begin + kTilesPerPage, tiles),
                       from = body.size();
-    for (std::size_t t = begin; t < end; ++t) write(body, table.entries[t], table.locations[t]);
+    for (std::size_t t = begin; t < end; ++t) writeLevelEntry(body, table.entries[t], table.locations[t]);
     root.u64(checksum(ByteSpan(body.bytes()).subspan(from)));
   }
   root.setU64(kChecksumAt, checksum(root.bytes()));
@@ -105,7 +105,7 @@ Bytes encodeLevels(const LevelTable& table) {
 
 LevelTable decodeLevels(ByteSpan bytes) {
   ByteReader in(bytes);
-  checkMagic(in, kMagic);
+  checkMagic(in, kLevelMagic);
   LevelTable table;
   const std::uint32_t per_page = in.u32(), tiles = in.u32(), pages = in.u32();
   table.least_segments = in.u32();
@@ -113,7 +113,7 @@ LevelTable decodeLevels(ByteSpan bytes) {
   in.require(exponent >= Grid::kMinExponent && exponent <= Grid::kMaxExponent, "the quantum is out of range");
   table.grid = Grid(exponent);
   in.require(per_page == kTilesPerPage && pages == (std::uint64_t{tiles} + per_page - 1) / per_page &&
-                 bytes.size() == rootBytes(pages) + std::uint64_t{tiles} * kEntryBytes,
+                 bytes.size() == rootBytes(pages) + std::uint64_t{tiles} * kLevelEntryBytes,
              "the number of tiles does not fit the file");
   const std::uint64_t stated = in.u64();
   Bytes root(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(rootBytes(pages)));
@@ -123,12 +123,12 @@ LevelTable decodeLevels(ByteSpan bytes) {
   table.locations.resize(tiles);
   for (std::uint32_t page = 0; page < pages; ++page) {
     const std::uint32_t begin = page * per_page, end = std::min(begin + per_page, tiles);
-    const std::uint64_t page_checksum = in.u64(), at = rootBytes(pages) + std::uint64_t{begin} * kEntryBytes;
-    const ByteSpan body = bytes.subspan(at, std::uint64_t{end - begin} * kEntryBytes);
+    const std::uint64_t page_checksum = in.u64(), at = rootBytes(pages) + std::uint64_t{begin} * kLevelEntryBytes;
+    const ByteSpan body = bytes.subspan(at, std::uint64_t{end - begin} * kLevelEntryBytes);
     if (checksum(body) != page_checksum) throw Damage{at, "page " + std::to_string(page) + "'s checksum is wrong"};
     ByteReader entries(body);
     try {
-      for (std::uint32_t t = begin; t < end; ++t) read(entries, table.entries[t], table.locations[t]);
+      for (std::uint32_t t = begin; t < end; ++t) readLevelEntry(entries, table.entries[t], table.locations[t]);
     } catch (const Damage& damage) {
       throw Damage{at + damage.offset, damage.what};
     }

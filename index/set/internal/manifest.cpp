@@ -16,7 +16,7 @@ namespace filiform::internal {
 namespace {
 
 // Bytes that are not valid UTF-8 become \xNN, so that JSON can hold any file name.
-std::string asText(std::string_view bytes) {
+std::string validUtf8(std::string_view bytes) {
   std::string text;
   while (!bytes.empty()) {
     const std::size_t length = decodeUtf8(bytes).length;
@@ -32,7 +32,7 @@ std::string asText(std::string_view bytes) {
   return text;
 }
 
-nlohmann::ordered_json point(const Grid& grid, const GridPoint& p) {
+nlohmann::ordered_json pointJson(const Grid& grid, const GridPoint& p) {
   const Vector3d p_W = grid.toWorld(p);
   return {p_W.x(), p_W.y(), p_W.z()};
 }
@@ -72,7 +72,7 @@ std::string encodeManifest(const Manifest& manifest, const Provenance& provenanc
   json["bounds_um"] = nullptr;
   json["bounds_quanta"] = nullptr;
   if (!manifest.bounds.empty()) {
-    json["bounds_um"] = {point(manifest.grid, manifest.bounds.lo), point(manifest.grid, manifest.bounds.hi)};
+    json["bounds_um"] = {pointJson(manifest.grid, manifest.bounds.lo), pointJson(manifest.grid, manifest.bounds.hi)};
     json["bounds_quanta"] = corners(manifest.bounds);
   }
   if (manifest.usual && !manifest.usual->box.empty())
@@ -98,7 +98,7 @@ std::string encodeManifest(const Manifest& manifest, const Provenance& provenanc
     if (!file.revision.empty()) json["files"].back()["revision"] = file.revision;
   }
   nlohmann::ordered_json codes = nlohmann::ordered_json::object();
-  for (const auto& [code, count] : provenance.codes) codes[asText(code)] = count;
+  for (const auto& [code, count] : provenance.codes) codes[validUtf8(code)] = count;
   json["provenance"] = {
       {"sources", provenance.sources.size()}, {"refused", provenance.refused.size()}, {"codes", codes}};
   return json.dump(2) + "\n";
@@ -109,7 +109,8 @@ void writeProvenance(const Provenance& provenance, const std::function<void(std:
   use("{\n\"sources\": [");
   const char* between = "\n";
   for (const Provenance::Source& s : provenance.sources) {
-    const Json source = {{"name", asText(s.name)}, {"bytes", s.bytes}, {"xxh3", hex16(s.digest)}, {"cells", s.cells}};
+    const Json source = {
+        {"name", validUtf8(s.name)}, {"bytes", s.bytes}, {"xxh3", hex16(s.digest)}, {"cells", s.cells}};
     std::string text = between + source.dump();
     between = ",\n";
     if (s.dropped) {
@@ -117,7 +118,7 @@ void writeProvenance(const Provenance& provenance, const std::function<void(std:
       use(text + ",\"dropped\":\"");
       s.dropped([&](std::string_view piece) {
         if (piece.find_first_not_of("0123456789,") != std::string_view::npos) {
-          text = Json(asText(std::string(piece))).dump();
+          text = Json(validUtf8(std::string(piece))).dump();
           piece = std::string_view(text).substr(1, text.size() - 2);
         }
         use(piece);
@@ -129,7 +130,8 @@ void writeProvenance(const Provenance& provenance, const std::function<void(std:
   use("\n],\n\"refused\": [");
   between = "\n";
   for (const Provenance::Refused& r : provenance.refused) {
-    use(between + Json{{"name", asText(r.name)}, {"code", asText(r.code)}, {"reason", asText(r.reason)}}.dump());
+    use(between +
+        Json{{"name", validUtf8(r.name)}, {"code", validUtf8(r.code)}, {"reason", validUtf8(r.reason)}}.dump());
     between = ",\n";
   }
   use("\n]\n}\n");

@@ -8,16 +8,16 @@
 namespace filiform::internal {
 
 Revision::Revision(std::unique_ptr<TileSource> source) : source_(std::move(source)) {
-  const std::string current = source_->describe("CURRENT");
+  const std::string current = source_->describe(kCurrentFile);
   std::uint64_t size = 0;
   try {
-    size = source_->size("CURRENT");
+    size = source_->size(kCurrentFile);
   } catch (const IoError&) {
     if (source_->isRemote()) throw;
     throw IoError(current, "is missing, so the folder is not a tile set; make one with filiform ingest");
   }
   Bytes line(std::min<std::uint64_t>(size, 64));
-  source_->read("CURRENT", 0, line);
+  source_->read(kCurrentFile, 0, line);
   name_.assign(line.begin(), line.end());
   if (size != 19 || name_.back() != '\n' || (name_.pop_back(), !isRevisionName(name_)))
     throw CorruptSet(current, 0, "does not name a revision");

@@ -15,6 +15,8 @@ namespace filiform::internal {
 inline constexpr std::uint32_t kFormatVersion = 2;
 inline constexpr std::size_t kPackHeaderBytes = 16;
 
+inline constexpr const char* kCurrentFile = "CURRENT";  // beside the folders of revisions; names one of them
+inline constexpr std::uint64_t kMostCurrentBytes = 4096;
 inline constexpr const char* kManifestFile = "manifest.json";
 inline constexpr const char* kDirectoryFile = "directory.bin";
 inline constexpr const char* kCellsFile = "cells.bin";

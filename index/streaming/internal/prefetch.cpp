@@ -15,7 +15,7 @@ constexpr double kMinReach_um = 1.0;
 constexpr double kBack = 2.0, kTurn = 1.5, kMost = 4.0;
 // Tiles beyond the ends of the walk lie so many times farther behind than straight ahead, besides the factors above.
 // Without a heading, all lie halfway: twice as far.
-constexpr double kAside = 3;
+constexpr double kAsideFactor = 3;
 constexpr std::size_t kMaxEnds = 64;
 // Reach gained for each um between the hand and the proxy, up to twice the usual reach. A hand that waits beside a
 // branch soon has the patience to climb far (bounded climb: half the workspace, and down again on the other side).
@@ -177,7 +177,7 @@ void Prefetch::claimAhead(const ReaderFocus& focus, const TileTable& loaded, std
       const Vector3d way_W = wayTo(box, end.p_W);
       const double way_um = way_W.norm();
       if (end.arc_um + way_um >= most_um) continue;
-      const double aside_um = 0.5 * (kAside - 1) * (way_um - way_W.dot(heading));
+      const double aside_um = 0.5 * (kAsideFactor - 1) * (way_um - way_W.dot(heading));
       best = std::min(best, end.cost_s + end.weight * (way_um + aside_um) / pace_um_s);
     }
     if (!std::isfinite(best)) continue;

@@ -60,13 +60,13 @@ bool holdsAll(const Neurites& all, const GridPoint& origin) {
 }
 
 template <typename T>
-void put(std::uint8_t*& to, const T& value) {
+void putRaw(std::uint8_t*& to, const T& value) {
   std::memcpy(to, static_cast<const void*>(&value), sizeof value);
   to += sizeof value;
 }
 
 template <typename T>
-void get(const std::uint8_t*& from, T& value) {
+void getRaw(const std::uint8_t*& from, T& value) {
   std::memcpy(static_cast<void*>(&value), from, sizeof value);
   from += sizeof value;
 }
@@ -76,12 +76,12 @@ std::vector<std::uint8_t> packedAs(const Neurites& all, PackedHead head) {
   head.bytes_of_point = sizeof(Point);
   std::vector<std::uint8_t> bytes(sizeof head + head.paths * sizeof(PackedPath) + head.points * sizeof(Point));
   std::uint8_t* to = bytes.data();
-  put(to, head);
+  putRaw(to, head);
   for (const NeuritePath& path : all.paths)
-    put(to,
-        PackedPath{path.cell, path.first_sample, path.last_sample, path.lowest, path.count, path.attached ? 1u : 0u});
+    putRaw(to, PackedPath{path.cell, path.first_sample, path.last_sample, path.lowest, path.count,
+                          path.attached ? 1u : 0u});
   for (const NeuritePath& path : all.paths)
-    for (std::uint32_t k = 0; k < path.count; ++k) put(to, Point::of(all.points[path.begin + k], head.origin));
+    for (std::uint32_t k = 0; k < path.count; ++k) putRaw(to, Point::of(all.points[path.begin + k], head.origin));
   return bytes;
 }
 
@@ -89,7 +89,7 @@ template <typename Point>
 void unpackPoints(const std::uint8_t* from, const GridPoint& origin, std::vector<NeuritePoint>& points) {
   for (NeuritePoint& point : points) {
     Point packed;
-    get(from, packed);
+    getRaw(from, packed);
     point = packed.point(origin);
   }
 }
@@ -116,7 +116,7 @@ std::vector<std::uint8_t> packed(const Neurites& all) {
 Neurites unpacked(std::span<const std::uint8_t> bytes) {
   const std::uint8_t* from = bytes.data();
   PackedHead head;
-  get(from, head);
+  getRaw(from, head);
   Neurites all;
   all.error_um = head.error_um;
   all.pixel_um = head.pixel_um;
@@ -127,7 +127,7 @@ Neurites unpacked(std::span<const std::uint8_t> bytes) {
   std::uint32_t begin = 0;
   for (NeuritePath& path : all.paths) {
     PackedPath packed;
-    get(from, packed);
+    getRaw(from, packed);
     path = {packed.cell, packed.first_sample, packed.last_sample,  packed.lowest,
             begin,       packed.count,        packed.attached != 0};
     begin += packed.count;

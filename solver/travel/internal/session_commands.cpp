@@ -15,14 +15,14 @@ namespace filiform::internal {
 
 namespace {
 
-using Json = nlohmann::ordered_json;
+using SessionJson = nlohmann::ordered_json;
 using Kind = NavigationCommand::Kind;
 
 bool hasPlace(Kind kind) { return kind == Kind::jump || kind == Kind::constrain; }
 
-Json toJson(const SessionCommand& commanded) {
+SessionJson toJson(const SessionCommand& commanded) {
   const NavigationCommand& c = commanded.command;
-  Json json{{"tick", commanded.tick}, {"kind", static_cast<int>(c.kind)}};
+  SessionJson json{{"tick", commanded.tick}, {"kind", static_cast<int>(c.kind)}};
   if (hasPlace(c.kind)) {
     const ProxyPlace& p = c.place;
     json["cell"] = p.segment.cell;
@@ -38,7 +38,7 @@ Json toJson(const SessionCommand& commanded) {
   return json;
 }
 
-ProxyPlace placeOf(const Json& json) {
+ProxyPlace placeOf(const SessionJson& json) {
   ProxyPlace place;
   place.segment = {wholeNumber<std::uint32_t>(json.at("cell")), wholeNumber<std::uint32_t>(json.at("segment"))};
   place.t = json.at("t").get<double>();
@@ -50,7 +50,7 @@ ProxyPlace placeOf(const Json& json) {
   return place;
 }
 
-SessionCommand fromJson(const Json& json) {
+SessionCommand fromJson(const SessionJson& json) {
   SessionCommand commanded{wholeNumber<std::uint64_t>(json.at("tick")), {}};
   NavigationCommand& c = commanded.command;
   const int kind = wholeNumber<int>(json.at("kind"));
@@ -72,7 +72,7 @@ SessionCommands readSessionCommands(const std::string& path, TileId tile_count) 
   if (!in) throw IoError(escaped(path), "cannot read the session's commands, which belong to the recording", errno);
   SessionCommands session;
   try {
-    const auto json = Json::parse(in);
+    const auto json = SessionJson::parse(in);
     session.zoom_um = json.at("zoom_um").get<double>();
     session.method = solverMethod(json.at("method").get<std::string>());
     session.stiffness_N_m = json.at("stiffness_N_m").get<double>();
@@ -90,12 +90,12 @@ SessionCommands readSessionCommands(const std::string& path, TileId tile_count) 
 }
 
 void writeSessionCommands(const std::string& path, const SessionCommands& commands) {
-  Json json{{"filiform_session", 1},
-            {"zoom_um", commands.zoom_um},
-            {"method", toString(commands.method)},
-            {"stiffness_N_m", commands.stiffness_N_m},
-            {"rate_Hz", commands.rate_Hz}};
-  json["commands"] = Json::array();
+  SessionJson json{{"filiform_session", 1},
+                   {"zoom_um", commands.zoom_um},
+                   {"method", toString(commands.method)},
+                   {"stiffness_N_m", commands.stiffness_N_m},
+                   {"rate_Hz", commands.rate_Hz}};
+  json["commands"] = SessionJson::array();
   for (const SessionCommand& one : commands.commands) json["commands"].push_back(toJson(one));
   Output out(path);
   out.stream() << json.dump(1) << '\n';

@@ -14,7 +14,7 @@ namespace {
 
 using Bytes = std::vector<std::uint8_t>;
 
-std::string textOf(std::span<const std::uint8_t> bytes) { return {bytes.begin(), bytes.end()}; }
+std::string asCharacters(std::span<const std::uint8_t> bytes) { return {bytes.begin(), bytes.end()}; }
 
 std::string number(std::int16_t value) {
   std::string text;
@@ -46,9 +46,9 @@ Parsed parse(const std::string& text) {
 TEST(FalconProtocol, CommandsArePackedLeastNibbleFirst) {
   FalconCommand command;
   command.motors = {-1447, 0x1234, 4095};
-  EXPECT_EQ(textOf(packFalconCommand(command)), "<JFKPEDCBPPPAAA>");
+  EXPECT_EQ(asCharacters(packFalconCommand(command)), "<JFKPEDCBPPPAAA>");
   command.motors = {0, -1, -4095};
-  EXPECT_EQ(textOf(packFalconCommand(command)), "<AAAAPPPPBAAPAA>");
+  EXPECT_EQ(asCharacters(packFalconCommand(command)), "<AAAAPPPPBAAPAA>");
 }
 
 TEST(FalconProtocol, LampsAndHomingAreBitsOfOneByte) {
@@ -172,7 +172,7 @@ TEST(FalconProtocol, StatusBytesAreTakenFromEveryPacketOfATransfer) {
     std::string joined;
     forEachFtdiPayload(transfer, [&](std::span<const std::uint8_t> payload) {
       sizes.push_back(payload.size());
-      joined += textOf(payload);
+      joined += asCharacters(payload);
     });
     return std::pair(sizes, joined);
   };
@@ -225,7 +225,7 @@ class BootLoader {
 
   void request(const FtdiRequest& request) { requests.push_back(request); }
   void write(std::span<const std::uint8_t> bytes) {
-    const std::string text = textOf(bytes);
+    const std::string text = asCharacters(bytes);
     if (deaf) return;
     if (text == "\x0a\x43\x0d") {
       if (deaf_greetings-- <= 0) answer += greeting_answer;
@@ -413,7 +413,7 @@ TEST(FalconProtocol, FuzzedBootLoadersEndItInBoundedTimeAndLoadedOnlyAfterAWhole
           break;
         case FalconLoader::Action::write:
           pending.assign(step.bytes.begin(), step.bytes.end());
-          if (textOf(pending) == "\x0a\x43\x0d") pending = {0x0a, 0x44, 0x2c, 0x0d};
+          if (asCharacters(pending) == "\x0a\x43\x0d") pending = {0x0a, 0x44, 0x2c, 0x0d};
           for (std::uint8_t& byte : pending)
             if (random() % (8 * fault_every) == 0) byte = static_cast<std::uint8_t>(random());
           break;

@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 using internal::Bytes;
 using internal::RangeCache;
 
-Bytes partOf(std::uint64_t seed, std::size_t size) {
+Bytes seededBytes(std::uint64_t seed, std::size_t size) {
   Bytes bytes(size);
   for (std::size_t i = 0; i < size; ++i) bytes[i] = static_cast<std::uint8_t>(seed * 31 + i * 7 + (i >> 8));
   return bytes;
@@ -44,11 +44,11 @@ std::uint64_t bytesBelow(const std::string& folder) {
 TEST(RangeCache, GivesBackWhatItWasGivenAlsoToOthers) {
   const test::TempFolder folder;
   RangeCache cache(folder / "a/b", 1 << 20), same(folder / "a/b/", 1 << 20);
-  for (std::uint64_t i = 0; i < 20; ++i) cache.put(keyOf(i), partOf(i, 100 + i));
+  for (std::uint64_t i = 0; i < 20; ++i) cache.put(keyOf(i), seededBytes(i, 100 + i));
   for (std::uint64_t i = 0; i < 20; ++i) {
     Bytes bytes(100 + i);
     EXPECT_TRUE(same.get(keyOf(i), bytes));
-    EXPECT_EQ(bytes, partOf(i, 100 + i));
+    EXPECT_EQ(bytes, seededBytes(i, 100 + i));
   }
   Bytes longer(101);
   EXPECT_FALSE(cache.get(keyOf(0), longer)) << "another size";
@@ -60,7 +60,7 @@ TEST(RangeCache, GivesBackWhatItWasGivenAlsoToOthers) {
 TEST(RangeCache, GivesNoDamagedBytesAndRemovesThem) {
   const test::TempFolder folder;
   RangeCache cache(folder.path(), 1 << 20);
-  const Bytes part = partOf(3, 200);
+  const Bytes part = seededBytes(3, 200);
   cache.put(keyOf(0), part);
   ASSERT_EQ(filesBelow(folder.path()).size(), 1u);
   const std::string file = filesBelow(folder.path()).front().string(), good = test::readBytes(file);
@@ -90,20 +90,20 @@ TEST(RangeCache, GivesNoDamagedBytesAndRemovesThem) {
 TEST(RangeCache, RemovesTheLeastRecentlyUsed) {
   const test::TempFolder folder;
   RangeCache cache(folder.path(), 64 << 10);
-  for (std::uint64_t i = 0; i < 40; ++i) cache.put(keyOf(i), partOf(i, 1000));
+  for (std::uint64_t i = 0; i < 40; ++i) cache.put(keyOf(i), seededBytes(i, 1000));
   const auto hour = std::chrono::hours(1);
   for (const fs::path& file : filesBelow(folder.path())) fs::last_write_time(file, fs::last_write_time(file) - hour);
   Bytes bytes(1000);
   for (std::uint64_t i = 0; i < 5; ++i) EXPECT_TRUE(cache.get(keyOf(i), bytes));
   for (std::uint64_t i = 40; i < 200; ++i) {
-    cache.put(keyOf(i), partOf(i, 1000));
+    cache.put(keyOf(i), seededBytes(i, 1000));
     EXPECT_LE(bytesBelow(folder.path()), 64u << 10);
     for (std::uint64_t used = 0; used < 5; ++used) EXPECT_TRUE(cache.get(keyOf(used), bytes)) << i;
   }
   int left = 0;
   for (std::uint64_t i = 5; i < 40; ++i) left += cache.get(keyOf(i), bytes) ? 1 : 0;
   EXPECT_EQ(left, 0);
-  cache.put(keyOf(1000), partOf(0, 16 << 10));  // too large a part of the whole
+  cache.put(keyOf(1000), seededBytes(0, 16 << 10));  // too large a part of the whole
   Bytes large(16 << 10);
   EXPECT_FALSE(cache.get(keyOf(1000), large));
 }
@@ -137,7 +137,7 @@ TEST(RangeCache, IsWholeAfterKills) {
     if (child == 0) {
       try {
         RangeCache cache(folder.path(), 256 << 10);
-        for (std::uint64_t i = 0;; ++i) cache.put(keyOf(i % 300), partOf(i % 300, 2000));
+        for (std::uint64_t i = 0;; ++i) cache.put(keyOf(i % 300), seededBytes(i % 300, 2000));
       } catch (...) {
         ::_exit(1);
       }
@@ -149,7 +149,7 @@ TEST(RangeCache, IsWholeAfterKills) {
     Bytes bytes(2000);
     for (std::uint64_t i = 0; i < 300; ++i)
       if (cache.get(keyOf(i), bytes)) {
-        EXPECT_EQ(bytes, partOf(i, 2000));
+        EXPECT_EQ(bytes, seededBytes(i, 2000));
       }
   }
   // Half-written files only have names of their own.

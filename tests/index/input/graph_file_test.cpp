@@ -25,14 +25,14 @@ struct GraphReading {
   InputReport report;
 };
 
-GraphReading read(GraphFormat format, const std::string& bytes, const GraphOptions& options = {}) {
+GraphReading readAs(GraphFormat format, const std::string& bytes, const GraphOptions& options = {}) {
   GraphReading reading;
   reading.report = readGraph(bytes, "test", format, options, reading.cell);
   return reading;
 }
 
 // "severity samples segments dropped cut codes"; also checks that the cell's arrays have equal lengths.
-std::string rowOf(const GraphReading& reading) {
+std::string rowOfReading(const GraphReading& reading) {
   const InputReport& r = reading.report;
   const Cell& cell = reading.cell;
   const std::size_t n = cell.samples();
@@ -52,17 +52,17 @@ std::string rowOf(const GraphReading& reading) {
 }
 
 std::string edges(const std::string& text, const GraphOptions& options = {}) {
-  return rowOf(read(GraphFormat::kEdgeList, text, options));
+  return rowOfReading(readAs(GraphFormat::kEdgeList, text, options));
 }
-std::string obj(const std::string& text) { return rowOf(read(GraphFormat::kObjLines, text)); }
-std::string vtk(const std::string& text) { return rowOf(read(GraphFormat::kVtkPolylines, text)); }
+std::string obj(const std::string& text) { return rowOfReading(readAs(GraphFormat::kObjLines, text)); }
+std::string vtk(const std::string& text) { return rowOfReading(readAs(GraphFormat::kVtkPolylines, text)); }
 
 const std::string kTriangle =
     "# a ring\nnode 10 0 0 0 1 3\nnode 20 4 0 0\nnode 30\t0 3 0 nan\nedge 10 20\nedge 20 30\nedge 30 10\n";
 
 TEST(EdgeList, KeepsLoopsIdsRadiiAndTypes) {
-  const GraphReading ring = read(GraphFormat::kEdgeList, kTriangle);
-  EXPECT_EQ(rowOf(ring), "accept 3 3 0 0");
+  const GraphReading ring = readAs(GraphFormat::kEdgeList, kTriangle);
+  EXPECT_EQ(rowOfReading(ring), "accept 3 3 0 0");
   EXPECT_EQ(ring.cell.sample_ids, (std::vector<std::int64_t>{10, 20, 30}));
   EXPECT_EQ(ring.cell.links, (Links{{1, 0}, {2, 1}, {2, 0}}));
   EXPECT_EQ(ring.cell.positions_um[1], Vector3d(4, 0, 0));
@@ -75,10 +75,10 @@ TEST(EdgeList, KeepsLoopsIdsRadiiAndTypes) {
 }
 
 TEST(EdgeList, TakesLinesInAnyOrderAndAnyLineEnds) {
-  const GraphReading tree = read(GraphFormat::kEdgeList,
-                                 "\xEF\xBB\xBF"
-                                 "edge 2 1\r\nnode 2 1 1 1\r\rnode 1 0 0 0 # root\r\n");
-  EXPECT_EQ(rowOf(tree), "warn 2 1 0 0 W_BOM:1");
+  const GraphReading tree = readAs(GraphFormat::kEdgeList,
+                                   "\xEF\xBB\xBF"
+                                   "edge 2 1\r\nnode 2 1 1 1\r\rnode 1 0 0 0 # root\r\n");
+  EXPECT_EQ(rowOfReading(tree), "warn 2 1 0 0 W_BOM:1");
   EXPECT_FALSE(tree.cell.isGraph());
   EXPECT_EQ(tree.cell.parents, (std::vector<std::uint32_t>{kNoParent, 0}));
 }
@@ -103,7 +103,7 @@ TEST(EdgeList, NamesEverythingThatItDropsOrCuts) {
 }
 
 TEST(EdgeList, RecordsSayLineCodeAndToken) {
-  const GraphReading reading = read(GraphFormat::kEdgeList, "node 1 0 0 0\n\nnode 2 0 0 z\x1b\nedge 1 7\n");
+  const GraphReading reading = readAs(GraphFormat::kEdgeList, "node 1 0 0 0\n\nnode 2 0 0 z\x1b\nedge 1 7\n");
   ASSERT_EQ(reading.report.records.size(), 2u);
   EXPECT_EQ(reading.report.records[0].line, 3u);
   EXPECT_EQ(reading.report.records[0].token, "z\\x1b");
@@ -113,14 +113,14 @@ TEST(EdgeList, RecordsSayLineCodeAndToken) {
 
 TEST(EdgeList, TakesUnits) {
   const GraphReading nm =
-      read(GraphFormat::kEdgeList, "node 1 1000 2000 3000 500\n", {.units = {.unit_um = 1e-3}, .skeleton = {}});
+      readAs(GraphFormat::kEdgeList, "node 1 1000 2000 3000 500\n", {.units = {.unit_um = 1e-3}, .skeleton = {}});
   EXPECT_EQ(nm.cell.positions_um[0], Vector3d(1, 2, 3));
   EXPECT_EQ(nm.cell.radii_um[0], 0.5f);
-  const GraphReading voxels = read(GraphFormat::kEdgeList, "node 1 10 10 10 500\n",
-                                   {.units = {.voxel_um = Vector3d(1, 2, 30)}, .skeleton = {}});
+  const GraphReading voxels = readAs(GraphFormat::kEdgeList, "node 1 10 10 10 500\n",
+                                     {.units = {.voxel_um = Vector3d(1, 2, 30)}, .skeleton = {}});
   EXPECT_EQ(voxels.cell.positions_um[0], Vector3d(10, 20, 300));
   EXPECT_EQ(voxels.cell.radii_um[0], 500);
-  EXPECT_THROW(read(GraphFormat::kEdgeList, "", {.units = {.voxel_um = Vector3d(1, 0, 1)}, .skeleton = {}}),
+  EXPECT_THROW(readAs(GraphFormat::kEdgeList, "", {.units = {.voxel_um = Vector3d(1, 0, 1)}, .skeleton = {}}),
                UsageError);
 }
 
@@ -135,8 +135,8 @@ TEST(EdgeList, WritesWhatItReads) {
   graph.parents = {kNoParent, 0, 0, kNoParent};
   std::ostringstream out;
   writeEdgeList(out, graph);
-  const GraphReading back = read(GraphFormat::kEdgeList, out.str());
-  EXPECT_EQ(rowOf(back), "accept 4 3 0 0");
+  const GraphReading back = readAs(GraphFormat::kEdgeList, out.str());
+  EXPECT_EQ(rowOfReading(back), "accept 4 3 0 0");
   EXPECT_EQ(back.cell.sample_ids, graph.sample_ids);
   EXPECT_EQ(back.cell.links, graph.links);
   EXPECT_EQ(back.cell.types, graph.types);
@@ -148,10 +148,10 @@ TEST(EdgeList, WritesWhatItReads) {
 }
 
 TEST(ObjLines, ReadsPolylinesOfAllForms) {
-  const GraphReading reading = read(GraphFormat::kObjLines,
-                                    "# x\nmtllib a.mtl\no thing\nv 0 0 0\nv 1 0 0 1.0\nv 1 1 0 .5 .5 .5\nvt 0 0\n"
-                                    "l 1/1 2/1 3\nv 5 5 5\n\tl -1 -2 \\\n 1\n");
-  EXPECT_EQ(rowOf(reading), "accept 4 4 0 0");
+  const GraphReading reading = readAs(GraphFormat::kObjLines,
+                                      "# x\nmtllib a.mtl\no thing\nv 0 0 0\nv 1 0 0 1.0\nv 1 1 0 .5 .5 .5\nvt 0 0\n"
+                                      "l 1/1 2/1 3\nv 5 5 5\n\tl -1 -2 \\\n 1\n");
+  EXPECT_EQ(rowOfReading(reading), "accept 4 4 0 0");
   EXPECT_EQ(reading.cell.sample_ids, (std::vector<std::int64_t>{1, 2, 3, 4}));
   EXPECT_EQ(reading.cell.links, (Links{{1, 0}, {2, 1}, {3, 2}, {2, 0}}));
 }
@@ -197,8 +197,8 @@ std::string asciiVtk() {
 }
 
 TEST(VtkPolylines, ReadsAscii) {
-  const GraphReading reading = read(GraphFormat::kVtkPolylines, asciiVtk());
-  EXPECT_EQ(rowOf(reading), "accept 4 3 0 0");
+  const GraphReading reading = readAs(GraphFormat::kVtkPolylines, asciiVtk());
+  EXPECT_EQ(rowOfReading(reading), "accept 4 3 0 0");
   EXPECT_EQ(reading.cell.parents, (std::vector<std::uint32_t>{kNoParent, 0, 1, 2}));
   EXPECT_EQ(reading.cell.positions_um[2], Vector3d(1, 1, 0));
   EXPECT_EQ(reading.cell.radii_um, (std::vector<float>{1, 2, 3, 4}));
@@ -220,8 +220,8 @@ std::string binaryVtk() {
 }
 
 TEST(VtkPolylines, ReadsBinary) {
-  const GraphReading reading = read(GraphFormat::kVtkPolylines, binaryVtk());
-  EXPECT_EQ(rowOf(reading), "warn 3 3 0 0 W_BAD_RADIUS:1 W_ELEMENT:1");
+  const GraphReading reading = readAs(GraphFormat::kVtkPolylines, binaryVtk());
+  EXPECT_EQ(rowOfReading(reading), "warn 3 3 0 0 W_BAD_RADIUS:1 W_ELEMENT:1");
   EXPECT_EQ(reading.cell.links, (Links{{1, 0}, {2, 1}, {2, 0}}));
   EXPECT_EQ(reading.cell.positions_um[1], Vector3d(1.5, 0, -0.25));
   EXPECT_EQ(reading.cell.radii_um[0], 0.5f);
@@ -231,19 +231,19 @@ TEST(VtkPolylines, ReadsBinary) {
 TEST(VtkPolylines, ReadsOffsetsOfVersion5) {
   const std::string head = "# vtk DataFile Version 5.1\nvtk output\n";
   const GraphReading ascii =
-      read(GraphFormat::kVtkPolylines,
-           head +
-               "ASCII\nDATASET POLYDATA\nPOINTS 4 float\n0 0 0 1 0 0 1 1 0 0 1 0\n\n"
-               "METADATA\nINFORMATION 1\nNAME x LOCATION y\nDATA 1 2\n\nVERTICES 2 1\nOFFSETS vtktypeint64\n"
-               "0 1\nCONNECTIVITY vtktypeint64\n0\n"
-               "LINES 4 6\nOFFSETS vtktypeint64\n0 3 3 6 \nCONNECTIVITY vtktypeint64\n0 1 2 2 3 0\n");
-  EXPECT_EQ(rowOf(ascii), "warn 4 4 0 0 W_ELEMENT:1");
+      readAs(GraphFormat::kVtkPolylines,
+             head +
+                 "ASCII\nDATASET POLYDATA\nPOINTS 4 float\n0 0 0 1 0 0 1 1 0 0 1 0\n\n"
+                 "METADATA\nINFORMATION 1\nNAME x LOCATION y\nDATA 1 2\n\nVERTICES 2 1\nOFFSETS vtktypeint64\n"
+                 "0 1\nCONNECTIVITY vtktypeint64\n0\n"
+                 "LINES 4 6\nOFFSETS vtktypeint64\n0 3 3 6 \nCONNECTIVITY vtktypeint64\n0 1 2 2 3 0\n");
+  EXPECT_EQ(rowOfReading(ascii), "warn 4 4 0 0 W_ELEMENT:1");
   std::string text = head + "BINARY\nDATASET POLYDATA\nPOINTS 3 float\n";
   for (const float x : {0.f, 0.f, 0.f, 1.f, 0.f, 0.f, 2.f, 0.f, 0.f}) text += bigEndian(bitsOf(x), 4);
   text += "\nLINES 2 3\nOFFSETS vtktypeint64\n" + bigEndian(0, 8) + bigEndian(3, 8) + "\nCONNECTIVITY vtktypeint64\n" +
           bigEndian(0, 8) + bigEndian(2, 8) + bigEndian(1, 8) + "\n";
-  const GraphReading binary = read(GraphFormat::kVtkPolylines, text);
-  EXPECT_EQ(rowOf(binary), "accept 3 2 0 0");
+  const GraphReading binary = readAs(GraphFormat::kVtkPolylines, text);
+  EXPECT_EQ(rowOfReading(binary), "accept 3 2 0 0");
   EXPECT_EQ(binary.cell.parents, (std::vector<std::uint32_t>{kNoParent, 2, 0}));
 }
 
@@ -286,16 +286,18 @@ TEST(NeuroglancerSkeleton, AppliesTheTransformAndReadsAttributes) {
   const std::string bytes = skeleton({{0, 0, 0}, {1000, 0, 0}, {0, 0, 100}}, {{0, 1}, {1, 2}, {2, 0}}) +
                             std::string(12, 'x') + littleEndian(bitsOf(250), 4) + littleEndian(bitsOf(0), 4) +
                             littleEndian(bitsOf(-5), 4) + "\x01\x03\x02";
-  const GraphReading reading = read(GraphFormat::kNeuroglancerSkeleton, bytes, options);
-  EXPECT_EQ(rowOf(reading), "warn 3 3 0 0 W_BAD_RADIUS:1 W_ZERO_RADIUS:1");
+  const GraphReading reading = readAs(GraphFormat::kNeuroglancerSkeleton, bytes, options);
+  EXPECT_EQ(rowOfReading(reading), "warn 3 3 0 0 W_BAD_RADIUS:1 W_ZERO_RADIUS:1");
   EXPECT_TRUE(reading.cell.positions_um[1].isApprox(Vector3d(4.1, 0, 0)));
   EXPECT_TRUE(reading.cell.positions_um[2].isApprox(Vector3d(0.1, 0, 4)));
   EXPECT_EQ(reading.cell.radii_um[0], 0.25f);
   EXPECT_EQ(reading.cell.types, (std::vector<std::uint16_t>{1, 3, 2}));
   for (std::size_t n = 0; n < bytes.size(); ++n)
-    EXPECT_EQ(rowOf(read(GraphFormat::kNeuroglancerSkeleton, bytes.substr(0, n), options)), "refuse 0 0 0 0 E_FORMAT:1")
+    EXPECT_EQ(rowOfReading(readAs(GraphFormat::kNeuroglancerSkeleton, bytes.substr(0, n), options)),
+              "refuse 0 0 0 0 E_FORMAT:1")
         << n;
-  EXPECT_EQ(rowOf(read(GraphFormat::kNeuroglancerSkeleton, bytes + "x", options)), "refuse 0 0 0 0 E_FORMAT:1");
+  EXPECT_EQ(rowOfReading(readAs(GraphFormat::kNeuroglancerSkeleton, bytes + "x", options)),
+            "refuse 0 0 0 0 E_FORMAT:1");
 }
 
 TEST(NeuroglancerSkeleton, TypesMayBeFloats) {
@@ -304,20 +306,21 @@ TEST(NeuroglancerSkeleton, TypesMayBeFloats) {
       [{"id": "vertex_types", "data_type": "float32", "num_components": 1}]})",
                                                  "info")};
   const GraphReading reading =
-      read(GraphFormat::kNeuroglancerSkeleton,
-           skeleton({{0, 0, 0}, {1000, 0, 0}, {0, 0, 100}}, {{0, 1}, {1, 2}}) + littleEndian(bitsOf(3), 4) +
-               littleEndian(bitsOf(2.5), 4) + littleEndian(bitsOf(65535), 4),
-           options);
-  EXPECT_EQ(rowOf(reading), "warn 3 2 0 0 W_BAD_TYPE:1") << "2.5 is no type";
+      readAs(GraphFormat::kNeuroglancerSkeleton,
+             skeleton({{0, 0, 0}, {1000, 0, 0}, {0, 0, 100}}, {{0, 1}, {1, 2}}) + littleEndian(bitsOf(3), 4) +
+                 littleEndian(bitsOf(2.5), 4) + littleEndian(bitsOf(65535), 4),
+             options);
+  EXPECT_EQ(rowOfReading(reading), "warn 3 2 0 0 W_BAD_TYPE:1") << "2.5 is no type";
   EXPECT_EQ(reading.cell.types, (std::vector<std::uint16_t>{3, 0, 65535}));
 }
 
 TEST(NeuroglancerSkeleton, DropsBadNodesAndCutsBadLinks) {
   const std::string bytes = skeleton({{0, 0, 0}, {NAN, 0, 0}, {0, 0, 1}, {3e12f, 0, 0}, {1, 1, 1}},
                                      {{0, 1}, {0, 2}, {2, 2}, {7, 0}, {UINT32_MAX, 0}});
-  EXPECT_EQ(rowOf(read(GraphFormat::kNeuroglancerSkeleton, bytes)),
+  EXPECT_EQ(rowOfReading(readAs(GraphFormat::kNeuroglancerSkeleton, bytes)),
             "warn 3 1 2 4 W_MISSING_PARENT:3 W_NONFINITE:1 W_RANGE:1 W_SELF_PARENT:1");
-  EXPECT_EQ(rowOf(read(GraphFormat::kNeuroglancerSkeleton, littleEndian(UINT32_MAX, 4) + littleEndian(UINT32_MAX, 4))),
+  EXPECT_EQ(rowOfReading(
+                readAs(GraphFormat::kNeuroglancerSkeleton, littleEndian(UINT32_MAX, 4) + littleEndian(UINT32_MAX, 4))),
             "refuse 0 0 0 0 E_FORMAT:1");
 }
 
@@ -349,7 +352,7 @@ TEST(GraphFile, AFileReadsAsItsBytesDo) {
   std::uint64_t told = 0;
   const InputReport report = readGraphFile(folder.file("a.edges"), GraphFormat::kEdgeList, {}, cell,
                                            [&](std::uint64_t bytes) { told += bytes; });
-  const GraphReading reading = read(GraphFormat::kEdgeList, kTriangle);
+  const GraphReading reading = readAs(GraphFormat::kEdgeList, kTriangle);
   EXPECT_EQ(cell.digest, reading.cell.digest);
   EXPECT_EQ(cell.links, reading.cell.links);
   EXPECT_EQ(report.samples, 3u);
@@ -421,7 +424,7 @@ TEST(GraphFile, DamageIsReportedAndNothingElseHappens) {
       }
     }
     SCOPED_TRACE(round);
-    rowOf(read(format, bytes, options));
+    rowOfReading(readAs(format, bytes, options));
   }
 }
 

@@ -23,7 +23,7 @@ using test::TarMember;
 
 const std::string kFork = "1 1 0 0 0 5 -1\n2 3 0 6 0 1 1\n3 3 0 9 0 1 2\n";
 
-std::string unpacked(const std::string& bytes, std::size_t step, std::optional<InputCode>& wrong) {
+std::string gunzipped(const std::string& bytes, std::size_t step, std::optional<InputCode>& wrong) {
   Gunzip gzip;
   std::string text;
   wrong.reset();
@@ -40,7 +40,7 @@ TEST(Gunzip, GivesTheContentForAnyDivisionIntoBlocks) {
       gzipped(content.substr(0, 1000)) + gzipped("") + gzipped(content.substr(1000)) + std::string(100, '\0');
   std::optional<InputCode> wrong;
   for (const std::size_t step : {std::size_t{1}, std::size_t{7}, std::size_t{4096}, bytes.size()}) {
-    EXPECT_EQ(unpacked(bytes, step, wrong), content);
+    EXPECT_EQ(gunzipped(bytes, step, wrong), content);
     EXPECT_FALSE(wrong);
   }
 }
@@ -49,18 +49,18 @@ TEST(Gunzip, DamageIsTold) {
   const std::string bytes = gzipped(kFork);
   std::optional<InputCode> wrong;
   for (std::size_t n = 0; n < bytes.size(); ++n) {
-    unpacked(bytes.substr(0, n), bytes.size(), wrong);
+    gunzipped(bytes.substr(0, n), bytes.size(), wrong);
     EXPECT_EQ(wrong, InputCode::E_ZIP_TRUNCATED) << n;
   }
   for (std::size_t at = bytes.size() - 8; at < bytes.size(); ++at) {  // checksum and size
     std::string damaged = bytes;
     damaged[at] = static_cast<char>(damaged[at] ^ 1);
-    unpacked(damaged, damaged.size(), wrong);
+    gunzipped(damaged, damaged.size(), wrong);
     EXPECT_EQ(wrong, InputCode::E_ZIP_CRC) << at;
   }
-  unpacked(kFork, 100, wrong);
+  gunzipped(kFork, 100, wrong);
   EXPECT_EQ(wrong, InputCode::E_ZIP_FORMAT);
-  unpacked(bytes + std::string("\0x", 2), 1000, wrong);
+  gunzipped(bytes + std::string("\0x", 2), 1000, wrong);
   EXPECT_EQ(wrong, InputCode::E_ZIP_FORMAT);
 }
 

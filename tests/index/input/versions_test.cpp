@@ -66,7 +66,8 @@ test::ZipMember memberOf(const std::string& name) {
   return member;
 }
 
-std::vector<std::string> sourcesOf(const std::string& path, MorphologyVersion versions, InputTotals* sums = nullptr) {
+std::vector<std::string> chosenSources(const std::string& path, MorphologyVersion versions,
+                                       InputTotals* sums = nullptr) {
   InputOptions options;
   options.versions = versions;
   options.swc.strict = true;  // a choice is no fault
@@ -83,14 +84,14 @@ TEST(Versions, AnArchiveGivesEachNeuronOnceAndCountsTheOther) {
                    test::buildZip({memberOf("Lab/CNG version/n.CNG.swc"), memberOf("Lab/Source-Version/n.swc"),
                                    memberOf("Lab/Source-Version/alone.swc")}));
   InputTotals sums;
-  EXPECT_EQ(sourcesOf(folder.file("lab.zip"), MorphologyVersion::cng, &sums),
+  EXPECT_EQ(chosenSources(folder.file("lab.zip"), MorphologyVersion::cng, &sums),
             (Paths{"lab.zip/Lab/CNG version/n.CNG.swc", "lab.zip/Lab/Source-Version/alone.swc"}));
   EXPECT_EQ(sums.codes[InputCode::OTHER_VERSION], 1u);
   EXPECT_EQ(sums.skipped, 1u);
   EXPECT_EQ(sums.refused, 0u);
-  EXPECT_EQ(sourcesOf(folder.file("lab.zip"), MorphologyVersion::source),
+  EXPECT_EQ(chosenSources(folder.file("lab.zip"), MorphologyVersion::source),
             (Paths{"lab.zip/Lab/Source-Version/alone.swc", "lab.zip/Lab/Source-Version/n.swc"}));
-  EXPECT_EQ(sourcesOf(folder.file("lab.zip"), MorphologyVersion::both).size(), 3u);
+  EXPECT_EQ(chosenSources(folder.file("lab.zip"), MorphologyVersion::both).size(), 3u);
 }
 
 TEST(Versions, AnUnpackedArchiveIsReadAsThePackedOne) {
@@ -100,10 +101,10 @@ TEST(Versions, AnUnpackedArchiveIsReadAsThePackedOne) {
   test::writeBytes(folder.file("Lab/CNG version/n.CNG.swc"), kNeuron);
   test::writeBytes(folder.file("Lab/Source-Version/n.swc"), kNeuron);
   InputTotals sums;
-  EXPECT_EQ(sourcesOf(folder.path(), MorphologyVersion::cng, &sums), (Paths{"Lab/CNG version/n.CNG.swc"}));
+  EXPECT_EQ(chosenSources(folder.path(), MorphologyVersion::cng, &sums), (Paths{"Lab/CNG version/n.CNG.swc"}));
   EXPECT_EQ(sums.skipped, 1u);
   EXPECT_EQ(sums.codes[InputCode::OTHER_VERSION], 1u);
-  EXPECT_EQ(sourcesOf(folder.path(), MorphologyVersion::source), (Paths{"Lab/Source-Version/n.swc"}));
+  EXPECT_EQ(chosenSources(folder.path(), MorphologyVersion::source), (Paths{"Lab/Source-Version/n.swc"}));
 }
 
 }  // namespace

@@ -19,7 +19,7 @@ namespace {
 
 using test::storeOf;
 
-bool same(float a, float b) { return a == b || (std::isnan(a) && std::isnan(b)); }
+bool sameFloat(float a, float b) { return a == b || (std::isnan(a) && std::isnan(b)); }
 
 struct SwcRow {
   std::int64_t id, parent;
@@ -64,7 +64,7 @@ TEST(CellGraph, IsTheCellThatWasRead) {
       ASSERT_EQ(graph.samples(), cell.samples());
       for (std::uint32_t i = 0; i < cell.samples(); ++i) {
         ASSERT_EQ(graph.positions[i], store->grid().snap(cell.positions_um[i]));
-        ASSERT_TRUE(same(graph.radii_um[i], cell.radii_um[i]));
+        ASSERT_TRUE(sameFloat(graph.radii_um[i], cell.radii_um[i]));
       }
       const CellGraph bare = readCell(*store, c, false);
       EXPECT_EQ(bare.parents, cell.parents);
@@ -86,7 +86,7 @@ TEST(CellGraph, ExportedTextEqualsTheInputUpToTheGrid) {
         const Vector3d p_W(std::strtod(rows[i].x.c_str(), nullptr), std::strtod(rows[i].y.c_str(), nullptr),
                            std::strtod(rows[i].z.c_str(), nullptr));
         ASSERT_EQ(store->grid().snap(p_W), store->grid().snap(cell.positions_um[i]));
-        ASSERT_TRUE(same(std::strtof(rows[i].radius.c_str(), nullptr), cell.radii_um[i]));
+        ASSERT_TRUE(sameFloat(std::strtof(rows[i].radius.c_str(), nullptr), cell.radii_um[i]));
         ASSERT_EQ(rows[i].type, cell.types[i]);
         ASSERT_EQ(rows[i].parent, cell.parents[i] == kNoParent ? -1 : rows[cell.parents[i]].id);
         ASSERT_TRUE(ids.insert(rows[i].id).second);

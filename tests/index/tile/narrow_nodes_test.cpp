@@ -11,9 +11,9 @@
 namespace filiform::internal {
 namespace {
 
-using Step = std::array<std::uint64_t, 3>;  // zigzag
+using ZigzagStep = std::array<std::uint64_t, 3>;
 
-Bytes encodedSteps(const std::vector<Step>& steps) {
+Bytes encodedSteps(const std::vector<ZigzagStep>& steps) {
   ByteWriter out;
   for (std::size_t begin = 0; begin < steps.size(); begin += kStepGroup) {
     const std::size_t n = std::min(kStepGroup, steps.size() - begin);
@@ -35,7 +35,7 @@ TEST(NarrowNodes, AreThoseOfAddingOneByOneOnEveryInstructionSet) {
   for (std::size_t set = 0; set < narrowSets(); ++set)
     for (int round = 0; round < 400; ++round) {
       SCOPED_TRACE("set " + std::to_string(set) + ", round " + std::to_string(round));
-      std::vector<Step> steps(random() % 100);
+      std::vector<ZigzagStep> steps(random() % 100);
       const auto most = static_cast<unsigned>(1 + random() % kNarrowStepBits);
       for (std::size_t i = 0; i < steps.size(); ++i)
         for (std::uint64_t& value : steps[i])
@@ -60,8 +60,8 @@ TEST(NarrowNodes, AreThoseOfAddingOneByOneOnEveryInstructionSet) {
 
 TEST(NarrowNodes, RefuseBytesThatEndAndStepsThatAreTooWide) {
   std::mt19937_64 random(32);
-  std::vector<Step> steps(50);
-  for (Step& step : steps) step = {random() % 1000, random() % 70000, random() % 5};
+  std::vector<ZigzagStep> steps(50);
+  for (ZigzagStep& step : steps) step = {random() % 1000, random() % 70000, random() % 5};
   const Bytes good = encodedSteps(steps);
   for (std::size_t set = 0; set < narrowSets(); ++set) {
     std::vector<std::uint16_t> sums(4 * sumsRoom(steps.size()));

@@ -16,7 +16,7 @@ using internal::Pictures;
 using internal::Places;
 
 // The pixels of a segment in one picture, one step after another.
-std::set<std::pair<int, int>> pixelsOf(const Places& a, const Places& b, std::size_t view) {
+std::set<std::pair<int, int>> pixelsOfSegment(const Places& a, const Places& b, std::size_t view) {
   const std::int32_t x = b.x[view] - a.x[view], y = b.y[view] - a.y[view];
   const std::int32_t steps = std::max(std::abs(x), std::abs(y)) / 65536 + 1;
   std::set<std::pair<int, int>> pixels{{b.x[view] >> 16, b.y[view] >> 16}};
@@ -41,7 +41,7 @@ TEST(Pictures, ASegmentIsCoveredExactlyIfAllItsPixelsAre) {
       const Places a = pictures.placesOf(p), b = pictures.placesOf(q);
       bool wanted = true;
       for (std::size_t view = 0; view < Pictures::kViews; ++view) {
-        const auto pixels = pixelsOf(a, b, view);
+        const auto pixels = pixelsOfSegment(a, b, view);
         wanted = wanted && std::includes(painted[view].begin(), painted[view].end(), pixels.begin(), pixels.end());
       }
       ASSERT_EQ(pictures.covered(a, b), wanted) << i;
@@ -49,7 +49,7 @@ TEST(Pictures, ASegmentIsCoveredExactlyIfAllItsPixelsAre) {
       if (wanted) continue;
       pictures.paint(a, b);
       ASSERT_TRUE(pictures.covered(a, b));
-      for (std::size_t view = 0; view < Pictures::kViews; ++view) painted[view].merge(pixelsOf(a, b, view));
+      for (std::size_t view = 0; view < Pictures::kViews; ++view) painted[view].merge(pixelsOfSegment(a, b, view));
     }
     EXPECT_GT(covered, 100);
     EXPECT_GT(others, 0);

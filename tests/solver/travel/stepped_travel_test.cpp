@@ -19,7 +19,7 @@
 namespace filiform {
 namespace {
 
-constexpr double kStep_s = 0.001;
+constexpr double kTick_s = 0.001;
 
 class Stepped : public ::testing::Test {
  protected:
@@ -39,8 +39,8 @@ class ForceBounds {
     ASSERT_TRUE(force_N.allFinite());
     ASSERT_LE(force_N.norm(), options_.max_force_N * (1 + 1e-12));
     if (hand_D.allFinite() && hand_.allFinite()) {
-      const double free_N = options_.stiffness_N_m * std::min((hand_D - hand_).norm(), kStep_s);
-      const double growth_N = (100 + options_.max_force_N / 0.5) * kStep_s + free_N;
+      const double free_N = options_.stiffness_N_m * std::min((hand_D - hand_).norm(), kTick_s);
+      const double growth_N = (100 + options_.max_force_N / 0.5) * kTick_s + free_N;
       ASSERT_LE(force_N.norm(), force_.norm() + growth_N + 1e-9);
     }
     force_ = force_N;
@@ -54,20 +54,20 @@ class ForceBounds {
 
 TEST_F(Stepped, WithoutAPlaceThereIsNoForce) {
   SteppedTravel travel(*store_);
-  EXPECT_EQ(travel.tick(Vector3d(0.01, 0, 0), kStep_s).wrench.force_N, Vector3d::Zero());
+  EXPECT_EQ(travel.tick(Vector3d(0.01, 0, 0), kTick_s).wrench.force_N, Vector3d::Zero());
   EXPECT_FALSE(travel.place().valid());
 }
 
 TEST_F(Stepped, TheHandIsPulledToTheNeurite) {
   SteppedTravel travel(*store_);
   const Vector3d hand(0.01, 0.02, 0);
-  travel.tick(hand, kStep_s);
+  travel.tick(hand, kTick_s);
   jumpTo(*store_, travel, {10, 20, 30});
-  const NavigationTick& first = travel.tick(hand, kStep_s);
+  const NavigationTick& first = travel.tick(hand, kTick_s);
   EXPECT_LT((first.p_D - hand).norm(), 1e-9) << "the place comes under the hand";
   Vector3d pulled = hand;
-  for (int i = 0; i < 1000; ++i) travel.tick(pulled += Vector3d(0, 0, 2e-5), kStep_s);
-  const NavigationTick& last = travel.tick(pulled, kStep_s);
+  for (int i = 0; i < 1000; ++i) travel.tick(pulled += Vector3d(0, 0, 2e-5), kTick_s);
+  const NavigationTick& last = travel.tick(pulled, kTick_s);
   EXPECT_GT(last.wrench.force_N.norm(), 0.05);
   EXPECT_GT(travel.residency().reads, 0U);
 }
@@ -87,7 +87,7 @@ TEST_F(Stepped, TheForceIsBoundedWhateverTheHandDoes) {
     const bool broken = i % 613 == 612;
     const Vector3d given = broken ? Vector3d(std::numeric_limits<double>::quiet_NaN(), 0, 0) : hand;
     if (i % 1500 == 1499) jumpTo(*store_, travel, Vector3d(within(random), within(random), within(random)) * 1000);
-    const NavigationTick& tick = travel.tick(given, kStep_s);
+    const NavigationTick& tick = travel.tick(given, kTick_s);
     if (broken) {
       ASSERT_EQ(tick.wrench.force_N, Vector3d::Zero());
     }
@@ -101,7 +101,7 @@ TEST_F(Stepped, VirtualTimeIsRepeatable) {
     SteppedTravel travel(*store_);
     jumpTo(*store_, travel, {10, 20, 30});
     for (int i = 0; i < 1000; ++i)
-      forces.push_back(travel.tick(Vector3d(3e-5 * i, 1e-5 * i, 0), kStep_s).wrench.force_N);
+      forces.push_back(travel.tick(Vector3d(3e-5 * i, 1e-5 * i, 0), kTick_s).wrench.force_N);
   }
   EXPECT_EQ(runs[0], runs[1]);
 }
@@ -116,7 +116,7 @@ TEST_F(Stepped, ATileThatCannotBeReadGivesNoForceAndIsTriedAgain) {
   for (int i = 0; i < 6000; ++i) {
     const double x_m = std::min(1e-5 * i, 0.05);
     try {
-      ASSERT_TRUE(travel.tick(Vector3d(x_m, 0.5 * x_m, 0), kStep_s).wrench.force_N.allFinite());
+      ASSERT_TRUE(travel.tick(Vector3d(x_m, 0.5 * x_m, 0), kTick_s).wrench.force_N.allFinite());
     } catch (const CorruptTile&) {
       ++failures;
     }
@@ -128,7 +128,7 @@ TEST_F(Stepped, ATileThatCannotBeReadGivesNoForceAndIsTriedAgain) {
   const Vector3d rested_W = travel.place().p_W;
   for (int i = 0; i < 100; ++i) {
     const NavigationTick* tick = nullptr;
-    ASSERT_NO_THROW(tick = &travel.tick(Vector3d(0.05, 0.025, 0), kStep_s));
+    ASSERT_NO_THROW(tick = &travel.tick(Vector3d(0.05, 0.025, 0), kTick_s));
     ASSERT_FALSE(tick->frontier) << "the first tick after the store heals has its tiles";
   }
   EXPECT_EQ(travel.residency().failures, before.failures);
@@ -147,7 +147,7 @@ TEST_F(Stepped, RealTimeTicksNeitherAllocateNorWait) {
   for (int i = 0; i < 3000; ++i) {
     const Vector3d hand(1e-5 * i, 0, 0);
     test::NoAllocGuard guard;
-    const Vector3d force_N = travel.tick(hand, kStep_s).wrench.force_N;
+    const Vector3d force_N = travel.tick(hand, kTick_s).wrench.force_N;
     const test::ForbiddenCalls calls = guard.calls();
     ASSERT_EQ(calls.total(), 0u) << calls.first;
     ASSERT_NO_FATAL_FAILURE(bounds.check(force_N, hand));
@@ -170,7 +170,7 @@ TEST_F(Stepped, RealTimeWithholdsTheForceAtATileThatCannotBeRead) {
   bool withheld = false;
   for (int i = 0; i < 20000 && !withheld; ++i) {
     const double x_m = std::min(1e-5 * i, 0.05);
-    const NavigationTick& tick = travel.tick(Vector3d(x_m, 0.5 * x_m, 0), kStep_s);
+    const NavigationTick& tick = travel.tick(Vector3d(x_m, 0.5 * x_m, 0), kTick_s);
     withheld = tick.frontier && x_m > 0.01 && tick.wrench.force_N.isZero(0);
     if (tick.frontier) std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }

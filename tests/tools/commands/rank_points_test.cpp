@@ -14,7 +14,7 @@ namespace {
 
 using test::onRanks;
 
-std::string textOf(const Vector3d& p) { return p.x() < 0 ? "" : std::string(static_cast<std::size_t>(p.x()), 'x'); }
+std::string lettersOf(const Vector3d& p) { return p.x() < 0 ? "" : std::string(static_cast<std::size_t>(p.x()), 'x'); }
 
 TEST(RankPoints, RankZeroGetsTheTextsInTheOrderOfThePoints) {
   std::mt19937 random(1);
@@ -35,7 +35,7 @@ TEST(RankPoints, RankZeroGetsTheTextsInTheOrderOfThePoints) {
         std::vector<std::string> texts;
         for (std::size_t i = 0; i < part.points.size(); ++i) {
           EXPECT_EQ(part.points[i], points[part.positions[i]]);
-          texts.push_back(textOf(part.points[i]));
+          texts.push_back(lettersOf(part.points[i]));
         }
         std::vector<std::string> got = together.gather(part, texts);
         if (is_first)
@@ -45,7 +45,7 @@ TEST(RankPoints, RankZeroGetsTheTextsInTheOrderOfThePoints) {
       });
       for (const std::exception_ptr& error : thrown) EXPECT_FALSE(error);
       ASSERT_EQ(gathered.size(), count);
-      for (std::size_t i = 0; i < count; ++i) EXPECT_EQ(gathered[i], textOf(points[i])) << i;
+      for (std::size_t i = 0; i < count; ++i) EXPECT_EQ(gathered[i], lettersOf(points[i])) << i;
       for (const std::size_t part : parts) EXPECT_LE(part, count / ranks + 1);
     }
 }

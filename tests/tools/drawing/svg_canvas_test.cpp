@@ -12,7 +12,7 @@
 namespace filiform::tools {
 namespace {
 
-std::size_t count(const std::string& text, const std::string& part) {
+std::size_t occurrences(const std::string& text, const std::string& part) {
   std::size_t n = 0;
   for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++n;
   return n;
@@ -31,7 +31,7 @@ TEST(SvgCanvas, NamesColoursOfThePaletteAndSpellsOthers) {
        {"viewBox=\"0 0 100 50\"", "<title>A &lt;b&gt;</title>", "<desc>what &amp; how</desc>", "class=\"k-s1\"",
         "points=\"1,2 3,4.5\"", "fill=\"#0102ff\"", "x &lt; y</text>", "text-anchor=\"end\"", "rotate(-90)"})
     EXPECT_NE(svg.find(part), std::string::npos) << part;
-  EXPECT_EQ(count(svg, "<circle"), 1u);
+  EXPECT_EQ(occurrences(svg, "<circle"), 1u);
   EXPECT_EQ(svg.find("nan"), std::string::npos);
 }
 
@@ -44,7 +44,7 @@ TEST(SvgCanvas, EveryClassIsInTheStyleLightAndDark) {
   int classes = 0;
   for (std::sregex_iterator it(svg.begin(), svg.end(), name), end; it != end; ++it, ++classes) {
     EXPECT_NE(style.find("." + (*it)[1].str() + " {"), std::string::npos) << (*it)[1];
-    EXPECT_EQ(count(style, "--" + (*it)[2].str() + ":"), 2u) << (*it)[2];
+    EXPECT_EQ(occurrences(style, "--" + (*it)[2].str() + ":"), 2u) << (*it)[2];
   }
   EXPECT_EQ(classes, static_cast<int>(seriesColours()) + 5);
 }
@@ -63,7 +63,7 @@ TEST(SvgPlot, ShowsSeriesMarksLabelsAndClosesWhatItOpens) {
                            ">two</text>", "class=\"k-s0\"", "class=\"f-s1\""})
     EXPECT_NE(svg.find(part), std::string::npos) << part;
   for (const char* tag : {"g", "svg", "text", "clipPath"}) {
-    EXPECT_EQ(count(svg, std::string("<") + tag + " "), count(svg, std::string("</") + tag + ">")) << tag;
+    EXPECT_EQ(occurrences(svg, std::string("<") + tag + " "), occurrences(svg, std::string("</") + tag + ">")) << tag;
   }
   // Two plots on one page do not share a clip.
   plot.title = "Other";

@@ -326,6 +326,14 @@ TEST_F(Server, ANewRevisionIsServedToNewRequests) {
   EXPECT_EQ(cells, 2u);
 }
 
+TEST_F(Server, ASetAtAnAddressIsReady) {
+  start();
+  const ServerProcess far({server_->address() + "/v1/sets/t"}, folder_ / "far.err");
+  for (int i = 0; i < 10; ++i, std::this_thread::sleep_for(100ms))  // before and after the first look for a revision
+    ASSERT_EQ(fetch(far.port(), "/readyz").status, 200u) << test::readBytes(folder_ / "far.err");
+  EXPECT_EQ(fetch(far.port(), "/v1/sets/t").body, fetch(server_->port(), "/v1/sets/t").body);
+}
+
 TEST_F(Server, AFullDiskForTheLogHarmsNobody) {
   const test::Outcome outcome = test::runFiliformInShell(
       "shift 0; \"$@\" > " + folder_ / "address" + " 2> /dev/full & P=$!; for i in $(seq 100); do [ -s " +

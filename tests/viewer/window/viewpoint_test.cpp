@@ -5,7 +5,7 @@
 namespace filiform::internal {
 namespace {
 
-const PictureSize kSize{1280, 800};
+const PictureSize kPictureSize{1280, 800};
 const Vector3d kLo_W(-500, -1000, -500), kHi_W(500, 1000, 500);
 
 NavigationSnapshot at(const Vector3d& centre_W, double zoom_um) {
@@ -16,7 +16,7 @@ NavigationSnapshot at(const Vector3d& centre_W, double zoom_um) {
 }
 
 ScreenPoint pixelOf(const Camera& camera, const Vector3d& p_W) {
-  return project(viewOf(camera, kSize.aspect()), p_W, kSize);
+  return project(viewOf(camera, kPictureSize.aspect()), p_W, kPictureSize);
 }
 
 TEST(ViewpointShift, KeepsWhatIsUnderThePointerThere) {
@@ -24,21 +24,21 @@ TEST(ViewpointShift, KeepsWhatIsUnderThePointerThere) {
     Viewpoint eye(WorkspaceOptions{});
     if (everything) eye.nextOverview();
     const NavigationSnapshot now = at({10, 20, 30}, 200);
-    const Camera before = eye.look(now, kLo_W, kHi_W, kSize.aspect(), 0);
+    const Camera before = eye.look(now, kLo_W, kHi_W, kPictureSize.aspect(), 0);
     const Vector3d focus_W = before.focus_W();
-    eye.pan(100, -40, kSize);
-    const Camera after = eye.look(now, kLo_W, kHi_W, kSize.aspect(), 0.1);
+    eye.pan(100, -40, kPictureSize);
+    const Camera after = eye.look(now, kLo_W, kHi_W, kPictureSize.aspect(), 0.1);
     EXPECT_NEAR(pixelOf(after, focus_W).x, pixelOf(before, focus_W).x + 100, 1e-6);
     EXPECT_NEAR(pixelOf(after, focus_W).y, pixelOf(before, focus_W).y - 40, 1e-6);
     EXPECT_EQ(after.rotation_VW, before.rotation_VW);
     eye.centre();
-    EXPECT_EQ(eye.look(now, kLo_W, kHi_W, kSize.aspect(), 0.2).eye_W, before.eye_W);
+    EXPECT_EQ(eye.look(now, kLo_W, kHi_W, kPictureSize.aspect(), 0.2).eye_W, before.eye_W);
   }
 }
 
 TEST(ViewpointShift, EndsWithAJumpAndIsBounded) {
   Viewpoint eye(WorkspaceOptions{});
-  eye.pan(1e9, -1e9, kSize);
+  eye.pan(1e9, -1e9, kPictureSize);
   EXPECT_LE(eye.shift().cwiseAbs().maxCoeff(), 4);
   eye.depart(1, true);
   EXPECT_EQ(eye.shift(), Eigen::Vector2d(0, 0));
@@ -60,7 +60,7 @@ TEST(ViewpointOverview, ShowsFarCellsSecondIfThereAreAny) {
 TEST(ViewpointGlide, TakesTheEyeThereInItsTime) {
   Viewpoint eye(WorkspaceOptions{});
   const auto look = [&](double x, double t) {
-    return eye.look(at({x, 0, 0}, 100), kLo_W, kHi_W, kSize.aspect(), t).focus_W().x();
+    return eye.look(at({x, 0, 0}, 100), kLo_W, kHi_W, kPictureSize.aspect(), t).focus_W().x();
   };
   look(0, 0);
   eye.nextOverview();

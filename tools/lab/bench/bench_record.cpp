@@ -18,13 +18,13 @@ namespace {
 
 using nlohmann::ordered_json;
 
-ordered_json toJson(const BenchValue& value) {
+ordered_json valueJson(const BenchValue& value) {
   return std::visit([](const auto& v) -> ordered_json { return v; }, value);
 }
 
 ordered_json machine() {
   ordered_json json;
-  for (const auto& [name, value] : machineFacts()) json[name] = toJson(value);
+  for (const auto& [name, value] : machineFacts()) json[name] = valueJson(value);
 #ifdef NDEBUG
   json["assertions"] = false;
 #else
@@ -53,7 +53,7 @@ std::vector<std::string> keysOf(const BenchTable& table) {
 
 ordered_json rowJson(const std::vector<BenchValue>& row) {
   ordered_json values = ordered_json::array();
-  for (const BenchValue& value : row) values.push_back(toJson(value));
+  for (const BenchValue& value : row) values.push_back(valueJson(value));
   return values;
 }
 
@@ -91,7 +91,7 @@ ordered_json resultJson(const BenchResult& result, const BenchOptions& options) 
       if (row.size() != table.columns.size())
         throw std::logic_error("bench table " + table.name + ": a row of another length than the columns");
       ordered_json one;
-      for (std::size_t i = 0; i < row.size(); ++i) one[table.columns[i]] = toJson(row[i]);
+      for (std::size_t i = 0; i < row.size(); ++i) one[table.columns[i]] = valueJson(row[i]);
       rows.push_back(std::move(one));
     }
     if (json.contains("tables") && json["tables"].contains(table.name))

@@ -88,7 +88,7 @@ struct Transport {
 };
 
 // Alternates a ping and an exchange, each at the beginning of a millisecond.
-Transport measure(bool udp, const std::string& address, int rounds, const BenchOptions& options) {
+Transport measureTransport(bool udp, const std::string& address, int rounds, const BenchOptions& options) {
   Transport t;
   t.name = udp ? "UDP" : "seqpacket";
   const std::array<int, 2> ends = connection(udp);
@@ -161,7 +161,7 @@ BenchReport runBridge(const BenchOptions& options) {
   for (const bool udp : {false, true}) {
     const std::string address =
         udp ? "udp:127.0.0.1:" + std::to_string(ntohs(free.sin_port)) : folder.path() + "/socket";
-    const Transport t = measure(udp, address, rounds, options);
+    const Transport t = measureTransport(udp, address, rounds, options);
     for (const bool exchange : {false, true}) {
       const std::vector<double>& us = exchange ? t.exchange_us : t.ping_us;
       times.rows.push_back({t.name, std::string(exchange ? "exchange" : "ping-pong of 96 bytes"), percentile(us, 0.5),

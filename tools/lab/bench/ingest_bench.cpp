@@ -32,10 +32,10 @@ SyntheticOptions columnOf(std::uint32_t cells, std::uint64_t seed) {
 
 // Places morphologies of a library side by side, turned about the column's axis, until there are enough segments: like
 // a placement table, without the table.
-class PlacedCells final : public CellStream {
+class PlacedLibrary final : public CellStream {
  public:
   enum class Kind { column, voxel, outlier };
-  PlacedCells(std::uint64_t segments, std::uint64_t seed, Kind kind) : wanted_(segments), random_(seed), kind_(kind) {
+  PlacedLibrary(std::uint64_t segments, std::uint64_t seed, Kind kind) : wanted_(segments), random_(seed), kind_(kind) {
     SyntheticCells library(columnOf(30, seed));
     for (Cell cell; library.next(cell);) library_.push_back(cell);
     // Columns of the usual density: a disc of 300 um radius for 31 000 cells of 6000 segments.
@@ -80,8 +80,8 @@ struct IngestRow {
   double bytes() const { return packs + directory + cells + samples; }
 };
 
-IngestRow measure(const std::string& from, const std::string& path, int runs,
-                  const std::function<std::unique_ptr<CellStream>()>& stream) {
+IngestRow measureIngest(const std::string& from, const std::string& path, int runs,
+                        const std::function<std::unique_ptr<CellStream>()>& stream) {
   IngestRow row;
   row.from = from;
   for (int run = 0; run < runs; ++run) {
@@ -122,12 +122,12 @@ BenchReport runIngest(const BenchOptions& options) {
                                 : options.long_run    ? 100'000'000
                                                       : 1'000'000;
   std::vector<IngestRow> rows;
-  using Kind = PlacedCells::Kind;
+  using Kind = PlacedLibrary::Kind;
   const auto placed = [&](const char* from, std::uint64_t n, Kind kind) {
     options.progress(std::string(from) + ", " + std::to_string(n) + " segments");
     const std::string path = folder.path() + "/set.fil";
-    rows.push_back(measure(from, path, ingestRuns(n, options.quick),
-                           [&] { return std::make_unique<PlacedCells>(n, options.seed, kind); }));
+    rows.push_back(measureIngest(from, path, ingestRuns(n, options.quick),
+                                 [&] { return std::make_unique<PlacedLibrary>(n, options.seed, kind); }));
     fs::remove_all(path);
   };
   std::vector<std::uint64_t> sizes;
@@ -139,8 +139,8 @@ BenchReport runIngest(const BenchOptions& options) {
     options.progress("SWC, " + std::to_string(n) + " segments");
     const std::string zip = folder.path() + "/cells.zip", path = folder.path() + "/swc.fil";
     writeSynthetic(columnOf(static_cast<std::uint32_t>(std::max<std::uint64_t>(n / 5000, 2)), options.seed), zip);
-    rows.push_back(measure("SWC", path, ingestRuns(n, options.quick),
-                           [&] { return std::make_unique<Input>(std::vector<std::string>{zip}); }));
+    rows.push_back(measureIngest("SWC", path, ingestRuns(n, options.quick),
+                                 [&] { return std::make_unique<Input>(std::vector<std::string>{zip}); }));
     fs::remove_all(path);
     fs::remove(zip);
   }

@@ -62,7 +62,8 @@ struct Costs {
   double jump_us = 0, jump_p90_us = 0, read_us = 0, ratio = 0, tiles = 0, bytes = 0;
 };
 
-Costs measure(const std::string& path, bool cold, bool near, double side_um, std::size_t count, std::uint64_t seed) {
+Costs measureJumps(const std::string& path, bool cold, bool near, double side_um, std::size_t count,
+                   std::uint64_t seed) {
   auto owned = std::make_unique<MeteredFolder>(path);
   const MeteredFolder& folder = *owned;
   const auto set = TileSet::open(std::move(owned));
@@ -130,7 +131,7 @@ BenchReport runJump(const BenchOptions& options) {
     ::sync();  // files that are not on the disk yet cannot be removed from the cache
     for (const bool near : {true, false})
       for (const bool cold : {true, false}) {
-        const Costs c = measure(path, cold, near, side_um, count, options.seed);
+        const Costs c = measureJumps(path, cold, near, side_um, count, options.seed);
         table.rows.push_back({per_um3, std::string(near ? "near" : "uniform"), std::string(cold ? "cold" : "cached"),
                               c.jump_us, c.jump_p90_us, c.read_us, c.ratio, c.tiles, c.bytes});
         if (cold) worst = std::max(worst, c.ratio);

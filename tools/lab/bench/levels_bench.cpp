@@ -107,7 +107,7 @@ void measureLoading(const BenchOptions& options, const TileSet& set, const Level
   report.tables.push_back(std::move(table));
 }
 
-void measureFrames(const BenchOptions& options, const TileSet& set, const Levels& levels, BenchReport& report) {
+void measureOverviewFrames(const BenchOptions& options, const TileSet& set, const Levels& levels, BenchReport& report) {
   Overview overview(set, levels, options.quick);
   const SceneBudget standard = overview.standard();
   const auto all = set.counts().segments;
@@ -214,7 +214,7 @@ BenchReport runLevels(const BenchOptions& options) {
   measureLoading(options, *set, *levels, report);
   checkSmall(options, folder.path() + "/few.fil", report);
   try {
-    measureFrames(options, *set, *levels, report);
+    measureOverviewFrames(options, *set, *levels, report);
     measureZoom(*set, *levels, options.quick ? 3000 : 200'000, options.quick, options.progress, report);
   } catch (const GraphicsError& error) {
     report.notes.push_back(std::string("No frames: ") + error.what());

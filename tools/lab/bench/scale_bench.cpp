@@ -34,7 +34,7 @@ struct At {
 };
 
 // From the start to a force, then jumps. The first jump to a place reads its tiles; the second finds them in memory.
-std::vector<double> travel(const std::string& path, double side_um, std::uint64_t seed) {
+std::vector<double> measureTravel(const std::string& path, double side_um, std::uint64_t seed) {
   const auto start = Clock::now();
   const auto set = TileSet::open(path);
   const double open_ms = since_ms(start);
@@ -126,7 +126,7 @@ BenchReport runScale(const BenchOptions& options) {
     for (int i = 0; i < (options.quick ? 2 : kBatches); ++i) {
       options.progress("first tick and jumps in " + std::to_string(size) + " segments");
       const ChildCost cost =
-          measureInChild([&] { return travel(path, side_um, options.seed + static_cast<std::uint64_t>(i)); });
+          measureInChild([&] { return measureTravel(path, side_um, options.seed + static_cast<std::uint64_t>(i)); });
       open_ms.push_back(cost.numbers.at(0)), tick_ms.push_back(cost.numbers.at(1));
       jump_us.push_back(cost.numbers.at(2)), warm_us.push_back(cost.numbers.at(3));
       peak_mib.push_back(static_cast<double>(cost.peak_bytes) / kMiB);

@@ -111,7 +111,7 @@ Start startOnce(const std::vector<std::string>& arguments, bool watched) {
   return start;
 }
 
-void writeSwc(const std::string& path, std::size_t segments, bool radii) {
+void writeSwcFile(const std::string& path, std::size_t segments, bool radii) {
   std::ofstream file(path, std::ios::binary);
   for (std::size_t i = 0; i <= segments; ++i) {
     // A neurite that winds, with a twig at every tenth sample.
@@ -122,7 +122,7 @@ void writeSwc(const std::string& path, std::size_t segments, bool radii) {
   if (!file) throw IoError(path, "could not be written", errno);
 }
 
-void writeSwc(const std::string& path, const Cell& cell) {
+void writeSwcFile(const std::string& path, const Cell& cell) {
   std::ofstream file(path, std::ios::binary);
   file.precision(9);
   for (std::size_t i = 0; i < cell.samples(); ++i) {
@@ -145,17 +145,17 @@ BenchReport runScene(const BenchOptions& options) {
   const WorkFolder folder(options.out, "scene");
   const std::string at = folder.path() + "/";
   options.progress("making the scenes");
-  writeSwc(at + "one.swc", 1, true);
-  writeSwc(at + "thousand.swc", 1000, true);
-  writeSwc(at + "bare.swc", 1000, false);
-  writeSwc(at + "thread.swc", 5000, true);
+  writeSwcFile(at + "one.swc", 1, true);
+  writeSwcFile(at + "thousand.swc", 1000, true);
+  writeSwcFile(at + "bare.swc", 1000, false);
+  writeSwcFile(at + "thread.swc", 5000, true);
   SyntheticOptions neuron;
   neuron.cells = 1;
   neuron.seed = options.seed;
   SyntheticCells neurons(neuron);
   Cell one_cell;
   if (!neurons.next(one_cell)) throw std::logic_error("no neuron was grown");
-  writeSwc(at + "cell.swc", one_cell);
+  writeSwcFile(at + "cell.swc", one_cell);
   const auto makeSet = [&](const std::string& path, std::uint64_t segments) {
     measureInChild([&] {
       SyntheticOptions column;

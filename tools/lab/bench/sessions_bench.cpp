@@ -120,8 +120,8 @@ struct TourFigures {
   std::uint64_t replaced = 0, legs = 0;
 };
 
-TourFigures tour(const TileSet& set, const std::string& path, std::size_t sessions, double seconds,
-                 std::uint64_t budget_bytes, const BenchOptions& options) {
+TourFigures measureTour(const TileSet& set, const std::string& path, std::size_t sessions, double seconds,
+                        std::uint64_t budget_bytes, const BenchOptions& options) {
   // Planned before a client connects: the server ends a client that is silent meanwhile.
   std::vector<std::vector<filiform::Route>> planned(sessions);
   for (std::size_t i = 0; i < sessions; ++i) {
@@ -222,7 +222,7 @@ BenchReport runSessions(const BenchOptions& options) {
                    {}};
   for (const std::size_t sessions : {std::size_t{1}, std::size_t{30}, std::size_t{100}}) {
     options.progress(std::to_string(sessions) + " sessions");
-    const TourFigures f = tour(*set, path, sessions, seconds, budget_bytes, options);
+    const TourFigures f = measureTour(*set, path, sessions, seconds, budget_bytes, options);
     table.rows.push_back({static_cast<std::int64_t>(sessions), 100 * f.late, 100 * f.bare_late, f.busiest,
                           f.round_p50_us, f.round_p99_us, 100 * f.waiting, f.memory_from_MiB, f.memory_to_MiB,
                           f.tiles_MiB, f.longest_us, f.hands_Hz, static_cast<std::int64_t>(f.legs)});

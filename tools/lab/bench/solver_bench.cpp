@@ -32,7 +32,7 @@ struct TickCosts {
 };
 
 // Both go over the same probes, batch by batch in turn: first for the means, then tick by tick for the percentiles.
-TickCosts measure(const SolverScene& scene, const Walk& walk, SolverMethod method, int passes, double clock_ns) {
+TickCosts measureTicks(const SolverScene& scene, const Walk& walk, SolverMethod method, int passes, double clock_ns) {
   const auto solver = makeProxySolver(method, scene.parameters);
   const bool has_literal = LiteralSolver::knows(method);
   LiteralSolver literal(*scene.whole, method, scene.parameters);
@@ -153,7 +153,7 @@ void measureWarm(const std::vector<SolverScene>& scenes, const BenchOptions& opt
     for (const Walk& walk : walks) {
       for (const SolverMethod method : kSolverMethods) {
         options.progress(scene.name + ", " + walk.name + ", " + toString(method));
-        const TickCosts c = measure(scene, walk, method, passes, clock_ns);
+        const TickCosts c = measureTicks(scene, walk, method, passes, clock_ns);
         const TickTimes::Single single = c.ticks.single();
         warm.rows.push_back({scene.name, walk.name, toString(method), c.visited, std::int64_t{c.most_visited},
                              c.mean_ns, single.p50_ns, single.p99_ns, single.p999_ns, single.max_ns,

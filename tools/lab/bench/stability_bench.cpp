@@ -74,7 +74,7 @@ struct Hold {  // one combination, and its pull
   std::uint64_t seed = 1;  // of place and pull
 };
 
-struct Held {
+struct HoldOutcome {
   bool oscillates = false;
   double swing_m = 0;  // of the hand in the last window
   double force_N = 0;  // the largest in the last window
@@ -83,7 +83,8 @@ struct Held {
   double given_W = 0;  // mean power given to the hand over the windows, by the force that acted
 };
 
-Held hold(const StabilityScene& scene, const Hold& what, SolverMethod method, const SolverParameters& parameters) {
+HoldOutcome hold(const StabilityScene& scene, const Hold& what, SolverMethod method,
+                 const SolverParameters& parameters) {
   std::mt19937_64 random(what.seed);
   const auto unit = [&] { return static_cast<double>(random() >> 11) * 0x1p-53; };
   const GraphView graph(scene.table, scene.store->leaves(), scene.store->grid());
@@ -117,7 +118,7 @@ Held hold(const StabilityScene& scene, const Hold& what, SolverMethod method, co
   const double dt_s = 1 / what.rate_Hz;
   const auto settle = static_cast<std::uint64_t>(kSettle_s * what.rate_Hz);
   const auto window = static_cast<std::uint64_t>(kWindow_s * what.rate_Hz);
-  Held held;
+  HoldOutcome held;
   std::array<double, kWindows> swing_m{};
   Wrench wrench;
   Eigen::Vector3d last_D = Eigen::Vector3d::Zero();
@@ -211,7 +212,7 @@ MapCell measureCell(const StabilityScene& scene, Hold what, int pulls, std::uint
       stiffnessBound(handParameters(what.hand).damping_Ns_m + what.device_damping_Ns_m, 1 / what.rate_Hz, what.delay);
   for (int i = 0; i < pulls; ++i) {
     what.seed = seed * 1000 + static_cast<std::uint64_t>(i);  // the same pulls in every combination
-    const Held held = hold(scene, what, method, parameters);
+    const HoldOutcome held = hold(scene, what, method, parameters);
     ++cell.holds;
     cell.oscillate += held.oscillates;
     cell.swing_m = std::max(cell.swing_m, held.swing_m);

@@ -160,7 +160,7 @@ void measureOpening(const BenchOptions& options, const Sets& sets, const std::ve
 
 // ---- frontiers
 
-RunOptions tour(const BenchOptions& options, double seconds) {
+RunOptions tourOptions(const BenchOptions& options, double seconds) {
   RunOptions run;
   run.route = "tour:" + std::to_string(options.seed);
   run.seconds = seconds;
@@ -168,7 +168,7 @@ RunOptions tour(const BenchOptions& options, double seconds) {
   return run;
 }
 
-const char* toString(PrefetchPolicy policy) {
+const char* policyName(PrefetchPolicy policy) {
   return policy == PrefetchPolicy::none ? "none" : policy == PrefetchPolicy::distance ? "distance" : "structure";
 }
 
@@ -191,15 +191,15 @@ void measureFrontiers(const BenchOptions& options, const TileSet& set, BenchRepo
   for (TileId id = 0; id < set.tile_count(); ++id) whole += static_cast<double>(set.entry(id).decoded_bytes);
   const auto travelled = [&](const Waiting& how, PrefetchPolicy policy) {
     const double budget = std::isinf(how.floors) ? 2 * whole : how.floors * floor;
-    std::vector<BenchValue> row{how.latency_ms, how.speed_m_s, budget / kMiB, std::string(toString(policy))};
+    std::vector<BenchValue> row{how.latency_ms, how.speed_m_s, budget / kMiB, std::string(policyName(policy))};
     // The middle belongs to every sweep. In virtual time its result is always the same.
     for (const auto& known : table.rows)
       if (std::equal(row.begin(), row.end(), known.begin()))
         return 1e3 * static_cast<double>(std::get<std::int64_t>(known[4])) /
                static_cast<double>(std::get<std::int64_t>(known[5]));
     options.progress("frontiers at " + shown(how.latency_ms) + " ms, " + shown(how.speed_m_s) + " m/s, " +
-                     shown(budget / kMiB) + " MiB, " + toString(policy));
-    RunOptions run_options = tour(options, seconds);
+                     shown(budget / kMiB) + " MiB, " + policyName(policy));
+    RunOptions run_options = tourOptions(options, seconds);
     run_options.person.speed_m_s = how.speed_m_s;
     run_options.latency_ms = how.latency_ms;
     run_options.budget_bytes = static_cast<std::uint64_t>(budget);
@@ -221,7 +221,7 @@ void measureFrontiers(const BenchOptions& options, const TileSet& set, BenchRepo
   const auto sweep = [&](const std::vector<Waiting>& all, const std::function<double(const Waiting&)>& x) {
     std::vector<PlotSeries> series;
     for (const PrefetchPolicy policy : kPolicies) {
-      PlotSeries one{std::string("prefetch ") + toString(policy) + (policy == standard ? " (default)" : ""), {}, {}};
+      PlotSeries one{std::string("prefetch ") + policyName(policy) + (policy == standard ? " (default)" : ""), {}, {}};
       for (const Waiting& how : all) one.x.push_back(x(how)), one.y.push_back(travelled(how, policy));
       series.push_back(std::move(one));
     }
@@ -294,7 +294,7 @@ void measureRealTime(const BenchOptions& options, const TileSet& set, BenchRepor
   const double seconds = options.quick ? 1 : options.long_run ? 30 : 10;
   for (const std::uint64_t budget : {64 * kMiB, 16 * kMiB}) {
     options.progress("real time, " + std::to_string(budget / kMiB) + " MiB");
-    RunOptions run_options = tour(options, seconds);
+    RunOptions run_options = tourOptions(options, seconds);
     run_options.budget_bytes = std::max(budget, Residency::floorBytes(set));
     run_options.realtime = true;
     const RunSummary s = run(set, run_options);

@@ -33,7 +33,7 @@ namespace {
 using Eigen::Vector3d;
 using Clock = std::chrono::steady_clock;
 
-constexpr double kReach_m = 0.03, kSwing_Hz = 1.3;                      // of the person's hand
+constexpr double kHandReach_m = 0.03, kHandSwing_Hz = 1.3;              // of the person's hand
 constexpr double kMass_kg = 0.15, kDamping_Ns_m = 0.5, kPull_N_m = 60;  // vibrates where it can
 constexpr double kStep_s = 1e-4;                                        // of its integration
 constexpr double kRest_s = 1.5;
@@ -44,9 +44,10 @@ double inSeconds(Clock::duration time) { return std::chrono::duration<double>(ti
 // The hand waits at the origin, where the spring is slack, until the ramps are over. A spring that starts extended
 // holds energy that the hand did not put into it, and the passivity controller then withholds the force.
 Vector3d targetAt(double time_s) {
-  const double angle = 2 * M_PI * kSwing_Hz * time_s;
+  const double angle = 2 * M_PI * kHandSwing_Hz * time_s;
   const double part = std::clamp((time_s - kRest_s) / (EnergyMeter::kBegin_s - kRest_s), 0.0, 1.0);
-  return part * Vector3d{kReach_m * std::sin(angle), kReach_m * std::sin(0.7 * angle), kReach_m * std::cos(angle)};
+  return part *
+         Vector3d{kHandReach_m * std::sin(angle), kHandReach_m * std::sin(0.7 * angle), kHandReach_m * std::cos(angle)};
 }
 
 // A simulated hand at the far end of a bridge. A force is constant for a step, so f . dx is exact.

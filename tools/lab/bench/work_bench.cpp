@@ -48,8 +48,8 @@ struct WorkScene {
   std::unique_ptr<GraphView> view;
 };
 
-RunOptions travel(const BenchOptions& options, const WorkScene& scene, SolverMethod method, std::uint32_t cap,
-                  double zoom, std::uint64_t route) {
+RunOptions routeOptions(const BenchOptions& options, const WorkScene& scene, SolverMethod method, std::uint32_t cap,
+                        double zoom, std::uint64_t route) {
   RunOptions run_options;
   run_options.in_memory = true;
   run_options.method = method;
@@ -74,7 +74,7 @@ Felt feel(const BenchOptions& options, const std::vector<WorkScene>& scenes, Sol
   for (const WorkScene& scene : scenes)
     for (int route = 0; route < routes; ++route) {
       const RunSummary s =
-          run(*scene.store, travel(options, scene, method, cap, zoom, static_cast<std::uint64_t>(route)));
+          run(*scene.store, routeOptions(options, scene, method, cap, zoom, static_cast<std::uint64_t>(route)));
       felt.done += s.outcome == RunOutcome::completed;
       felt.runs += 1;
       integral += s.force_integral_Ns, way += s.route_um, time += s.sim_s;
@@ -105,8 +105,8 @@ void measureRate(const BenchOptions& options, const std::vector<WorkScene>& scen
     const double from = threadTime_s();
     for (const WorkScene& scene : scenes)
       for (int route = 0; route < routes; ++route) {
-        RunOptions run_options = travel(options, scene, standard.method, SolverParameters{}.max_visited, kZooms[0],
-                                        static_cast<std::uint64_t>(route));
+        RunOptions run_options = routeOptions(options, scene, standard.method, SolverParameters{}.max_visited,
+                                              kZooms[0], static_cast<std::uint64_t>(route));
         run_options.rate_Hz = rate_Hz;
         const RunSummary s = run(*scene.store, run_options);
         done += s.outcome == RunOutcome::completed, runs += 1;
@@ -155,7 +155,7 @@ BenchReport runWork(const BenchOptions& options) {
     for (const WorkScene& scene : scenes) {
       options.progress("a hand without a limit, zoom " + shown(zoom));
       Probes probes{&scene, zoom, {}, {}};
-      const auto solver_options = travel(options, scene, standard, kUnlimited, zoom, 0);
+      const auto solver_options = routeOptions(options, scene, standard, kUnlimited, zoom, 0);
       run(*scene.store, solver_options, [&](const TickRow& row) {
         if (probes.h_W.empty()) probes.start = scene.placeOf(row);
         if (probes.h_W.size() < 60'000) probes.h_W.push_back(row.h_W);

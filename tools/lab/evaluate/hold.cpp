@@ -13,9 +13,9 @@ namespace filiform::tools {
 
 namespace {
 
-constexpr double kPull_s = 0.1;    // duration of the target's motion
-constexpr double kWatch_s = 0.5;   // observed time at the end
-constexpr double kWindow_s = 0.1;  // window of the energy
+constexpr double kPull_s = 0.1;          // duration of the target's motion
+constexpr double kWatch_s = 0.5;         // observed time at the end
+constexpr double kEnergyWindow_s = 0.1;  // window of the energy
 
 // The largest rise of a running value within a window of this many steps.
 class LargestRise {
@@ -60,7 +60,7 @@ HoldResult runHold(TrialCell& cell, std::uint32_t child, double t, const Vector3
   const auto ticks = static_cast<std::uint64_t>(std::lround(kHold_s * setup.rate_Hz));
   const auto watched = static_cast<std::uint64_t>(std::lround((kHold_s - kWatch_s) * setup.rate_Hz));
   HoldResult result;
-  LargestRise energy(static_cast<std::size_t>(std::lround(kWindow_s * setup.rate_Hz)));
+  LargestRise energy(static_cast<std::size_t>(std::lround(kEnergyWindow_s * setup.rate_Hz)));
   Extent hand_extent, pull_extent;
   double given_J = 0, moved_m = 0;
   Wrench wrench;

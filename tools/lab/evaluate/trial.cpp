@@ -42,7 +42,7 @@ class RoundedProbe : public ProxySolver {
 };
 
 // Until the visits of `fraction` of all ticks are counted.
-std::uint64_t percentile(const VisitCounts& visits, std::uint64_t ticks, double fraction) {
+std::uint64_t visitPercentile(const VisitCounts& visits, std::uint64_t ticks, double fraction) {
   std::uint64_t seen = 0;
   for (std::size_t count = 0; count < visits.size(); ++count) {
     seen += visits[count];
@@ -190,7 +190,7 @@ TrialResult runTrial(TrialCell& cell, const Route& route, const TrialSetup& setu
   result.step_p999_N = *p999;
   result.off_um = meter.off_um();
   result.skip_um = meter.skip_um();
-  result.visited_p99 = percentile(*counts, result.ticks, 0.99);
+  result.visited_p99 = visitPercentile(*counts, result.ticks, 0.99);
   if (result.completed) result.last_stuck = result.last_inherent = 0;
   if (visits != nullptr)
     for (std::size_t i = 0; i < counts->size(); ++i) (*visits)[i] += (*counts)[i];

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 
 namespace filiform::python {
@@ -31,8 +32,8 @@ class OpenSet {
   const Nearest nearest_;
   mutable tools::SampleIds sample_ids_;
   const std::uint64_t serial_;  // different for each object of the process
-  mutable std::once_flag levels_once_;
-  mutable std::unique_ptr<const Levels> levels_;
+  mutable std::mutex levels_mutex_;
+  mutable std::optional<std::unique_ptr<const Levels>> levels_;  // nullopt until they are opened
 };
 
 }  // namespace filiform::python
