@@ -38,9 +38,6 @@ constexpr std::uint64_t kBytesOfLandmark = 160;
 
 struct Tiler::Impl {
   explicit Impl(TilerOptions given);
-  static std::uint64_t mostInUnit(const TilerOptions& options) {
-    return std::uint64_t{options.unit_leaves} * options.capacity;
-  }
   static std::uint64_t mostInChunk(const TilerOptions& options);
 
   static constexpr std::uint32_t kNone = UINT32_MAX;
@@ -63,7 +60,7 @@ struct Tiler::Impl {
   void refuseWhatCannotBeBuilt();
   void refuseLongSegments(std::uint64_t count) const;
   void writeLongTile(TileSink& sink);
-  void handOver(LeafUnit& unit, unsigned worker, TileSink& sink);
+  void handOver(LeafContent& content, unsigned worker, TileSink& sink);
   template <typename Work>  // work(chunk, worker, gate, pass); free(worker): gives up the memory of a worker
   void forEachChunk(
       const char* phase, const Work& work, const std::function<void(unsigned)>& free = [](unsigned) {});
@@ -110,15 +107,14 @@ struct Tiler::Impl {
   std::vector<ByteChain> pairs;  // of cell and leaf, by worker; of other ranks
 };
 
-// All threads at work take a third. A chunk consists of whole units. A chunk with no more ghosts than segments of its
-// own never has a tile that is too large to be built. A chunk that is split must be one that its midpoints make no leaf
-// of.
+// All threads at work take a third. A chunk with no more ghosts than segments of its own never has a tile that is too
+// large to be built. Only a chunk with more midpoints than a leaf may hold is split.
 std::uint64_t Tiler::Impl::mostInChunk(const TilerOptions& options) {
   const std::uint64_t most = options.chunk_segments != 0
                                  ? options.chunk_segments
                                  : std::min({kMostChunkSegments, options.memory / 3 / kBytesOfSegment / options.threads,
                                              options.memory / 4 / LeafBuilder::tileCost(1)});
-  return std::max(most, mostInUnit(options));
+  return std::max<std::uint64_t>(most, options.capacity);
 }
 
 Tiler::Impl::Impl(TilerOptions given)
@@ -170,38 +166,36 @@ void Tiler::Impl::forEachChunk(const char* phase, const Work& work, const std::f
   stopIfCancelled();
 }
 
-void Tiler::Impl::handOver(LeafUnit& unit, unsigned worker, TileSink& sink) {
+void Tiler::Impl::handOver(LeafContent& content, unsigned worker, TileSink& sink) {
+  constexpr std::size_t kKept = std::size_t{1} << 16;  // a larger vector is freed after use
   std::vector<LandmarkChooser::Segment>& owned = owned_of_leaf[worker];
-  for (std::size_t i = 0; i < unit.keys.size(); ++i) {
-    owned.clear();
-    std::uint32_t cell = kNone;
-    for (const LeafUnit::Item item : unit.of(i)) {
-      if (item.owned == 0) continue;
-      const SegmentRecord& record = unit.records[item.record];
-      owned.push_back({record.id, record.child, record.parent});
-      if (record.id.cell == cell) continue;
-      cell = record.id.cell;
-      const std::uint32_t leaf = unit.first + static_cast<std::uint32_t>(i);
-      if (cell_leaves) {
-        cell_leaves->add(worker, cell, leaf);
-      } else {
-        ByteWriter pair;
-        pair.u32(cell);
-        pair.u32(leaf);
-        pairs[worker].append(pair.bytes());
-      }
+  owned.clear();
+  std::uint32_t cell = kNone;
+  for (const StoredSegment& segment : content.segments) {
+    if (!segment.owned) continue;
+    owned.push_back({segment.id, segment.child, segment.parent});
+    if (segment.id.cell == cell) continue;
+    cell = segment.id.cell;
+    if (cell_leaves) {
+      cell_leaves->add(worker, cell, content.leaf);
+    } else {
+      ByteWriter pair;
+      pair.u32(cell);
+      pair.u32(content.leaf);
+      pairs[worker].append(pair.bytes());
     }
-    chooser->addLeaf(unit.keys[i], owned, parts[worker]);
   }
-  if (owned.capacity() > LeafUnit::kRecordsKept) owned = {};
-  sink.add(worker, unit);
+  chooser->addLeaf(content.key, owned, parts[worker]);
+  if (owned.capacity() > kKept) owned = {};
+  sink.add(worker, content);
 }
 
 LeafBuilder Tiler::Impl::builder(unsigned worker, TileSink& sink) {
-  LeafBuilder made(partition, spool, long_segments[worker], mostInUnit(options), [this, worker, &sink](LeafUnit& unit) {
-    stopIfCancelled();
-    handOver(unit, worker, sink);
-  });
+  LeafBuilder made(partition, spool, long_segments[worker], options.capacity,
+                   [this, worker, &sink](LeafContent& content) {
+                     stopIfCancelled();
+                     handOver(content, worker, sink);
+                   });
   made.memoryFor = [this](std::uint64_t bytes) { return memoryForWork(bytes); };
   return made;
 }
@@ -228,10 +222,10 @@ void Tiler::Impl::refuseWhatCannotBeBuilt() {
     const std::uint64_t own = chunk.own.count(), ghosts = chunk.ghosts.count();
     if (LeafBuilder::tileCost(own + ghosts) <= gate.limit()) return;
     if (ghosts <= own && own <= most_in_chunk && LeafBuilder::tileCost(2 * most_in_chunk) <= gate.limit()) return;
-    LeafBuilder counter(partition, spool, long_segments[worker], mostInUnit(options), {});
+    LeafBuilder counter(partition, spool, long_segments[worker], options.capacity, {});
     SegmentChain* const chains[] = {&chunk.own, &chunk.ghosts};
     const LeafBuilder::Counts counts = counter.count(chains, rangeOf(chunk));
-    const std::uint64_t stored = counter.largestUnit(counts);
+    const std::uint64_t stored = *std::max_element(counts.stored.begin(), counts.stored.end());
     for (std::uint64_t before = largest; stored > before && !largest.compare_exchange_weak(before, stored);) {
     }
     too_long += std::accumulate(counts.too_long.begin(), counts.too_long.end(), std::uint64_t{0});
@@ -257,24 +251,22 @@ void Tiler::Impl::writeLongTile(TileSink& sink) {
   }
   if (count == 0) return;
   refuseLongSegments(count);
-  const BlockKey world;
-  LeafUnit unit;
-  unit.first = static_cast<std::uint32_t>(partition.leaves().size());
-  unit.is_long = true;
-  unit.keys = {&world, 1};
-  unit.records.reserve(count);
+  std::vector<SegmentRecord> records;
+  records.reserve(count);
   for (SegmentChain& chain : long_segments) {
     SegmentChain::Reader reader(chain, true);
-    for (SegmentRecord record = SegmentChain::first(); reader.next(record);) unit.records.push_back(record);
+    for (SegmentRecord record = SegmentChain::first(); reader.next(record);) records.push_back(record);
   }
-  std::sort(unit.records.begin(), unit.records.end(),
-            [](const SegmentRecord& a, const SegmentRecord& b) { return a.id < b.id; });
-  unit.items.reserve(count);
-  for (std::uint32_t i = 0; i < count; ++i) unit.items.push_back({i, 1});
-  unit.items_begin = {0, static_cast<std::uint32_t>(count)};
-  sink.begin(0, unit.first);
-  handOver(unit, 0, sink);
-  sink.end(0, unit.first + 1);
+  std::sort(records.begin(), records.end(), [](const SegmentRecord& a, const SegmentRecord& b) { return a.id < b.id; });
+  LeafContent content;
+  content.leaf = static_cast<std::uint32_t>(partition.leaves().size());
+  content.is_long = true;
+  content.fill(
+      count, [&](std::size_t i) -> const SegmentRecord& { return records[i]; }, [](std::size_t) { return true; });
+  records = {};
+  sink.begin(0, content.leaf);
+  handOver(content, 0, sink);
+  sink.end(0, content.leaf + 1);
 }
 
 Tiler::Tiler(TilerOptions options) : impl_(std::make_unique<Impl>(std::move(options))) {}
