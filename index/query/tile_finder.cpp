@@ -1,12 +1,11 @@
 #include "index/query/tile_finder.h"
 
 #include "index/query/internal/box_levels.h"
+#include "index/set/internal/read_once.h"
 
 #include <algorithm>
-#include <atomic>
 #include <limits>
 #include <memory>
-#include <mutex>
 #include <utility>
 
 namespace filiform {
@@ -38,20 +37,14 @@ struct TileFinder::Impl {
     std::vector<std::pair<TileId, WorldBox>> boxes;  // scanned sets only
     Node node;                                       // of the groups; of the pages if there is one group
   };
-  // A value created when first needed. It is completed elsewhere and then stored, so that a failure leaves nothing
-  // behind. Several threads may create it at once; the first one is kept.
   template <typename T>
-  struct Made {
-    std::atomic<const T*> known{nullptr};
-    std::unique_ptr<const T> owned;
-  };
+  using ReadOnce = internal::ReadOnce<T>;
 
   const TileStore& store;
   const Grid grid;
   const std::uint32_t page_tiles, group_pages, page_count, group_count;
-  std::mutex mutex;  // for storing values
-  Made<Root> root;
-  std::unique_ptr<Made<Node>[]> group, page;
+  ReadOnce<Root> root;
+  std::unique_ptr<ReadOnce<Node>[]> group, page;
 
   explicit Impl(const TileStore& s)
       : store(s),
@@ -60,8 +53,8 @@ struct TileFinder::Impl {
         group_pages(s.group_pages()),
         page_count(parts(s.tile_count(), page_tiles)),
         group_count(parts(page_count, group_pages)),
-        group(new Made<Node>[group_count]),
-        page(new Made<Node>[page_count]) {}
+        group(new ReadOnce<Node>[group_count]),
+        page(new ReadOnce<Node>[page_count]) {}
 
   static std::uint32_t parts(std::uint64_t items, std::uint32_t of_part) {
     return static_cast<std::uint32_t>((items + of_part - 1) / of_part);
@@ -75,20 +68,8 @@ struct TileFinder::Impl {
     return {grid.toWorld(content.lo) - quantum, grid.toWorld(content.hi) + quantum};
   }
 
-  template <typename T, typename Make>
-  const T& get(Made<T>& made, Make make) {
-    if (const T* const known = made.known.load(std::memory_order_acquire)) return *known;
-    std::unique_ptr<const T> here = make();
-    const std::lock_guard lock(mutex);
-    if (made.owned == nullptr) {
-      made.owned = std::move(here);
-      made.known.store(made.owned.get(), std::memory_order_release);
-    }
-    return *made.owned;
-  }
-
   const Root& open() {
-    return get(root, [this] {
+    return root.get([this] {
       auto r = std::make_unique<Root>();
       r->scanned = store.tile_count() <= kScanTiles;
       if (r->scanned) {
@@ -135,8 +116,8 @@ struct TileFinder::Impl {
   const Node& enter(const Node& parent, std::size_t item) {
     const std::uint32_t number = parent.ids[item];
     if (parent.items == Kind::groups)
-      return get(group[number], [&] { return std::make_unique<Node>(nodeOfPages(number)); });
-    return get(page[number], [&] { return std::make_unique<Node>(nodeOfTiles(number)); });
+      return group[number].get([&] { return std::make_unique<Node>(nodeOfPages(number)); });
+    return page[number].get([&] { return std::make_unique<Node>(nodeOfTiles(number)); });
   }
 
   // Calls use(tile, box) for the tiles whose box may meet the region.
