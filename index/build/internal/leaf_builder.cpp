@@ -128,22 +128,21 @@ LeafBuilder::Counts LeafBuilder::count(std::span<SegmentChain* const> chains, co
   return counts;
 }
 
-void LeafBuilder::build(std::span<SegmentChain* const> chains, const Range& range, MemoryGate& gate,
-                        MemoryGate::Pass& pass) {
+void LeafBuilder::build(std::span<SegmentChain* const> chains, const Range& range, MemoryBudget::Hold& hold) {
   const std::uint64_t all = segmentsIn(chains);
   if (all == 0) return;
-  if (all >= kOwned || cost(all) > gate.limit()) return divide(chains, range, gate, pass);
-  if (!pass.fits(cost(all))) {
+  if (all >= kOwned || cost(all) > hold.budget().limit()) return divide(chains, range, hold);
+  if (!hold.fits(cost(all))) {
     release();
-    pass.change(cost(all));
+    hold.wait(cost(all));
   }
   enter(range);
-  if (buildTogether(chains, pass.bytes())) return;
+  if (buildTogether(chains, hold.bytes())) return;
   SegmentChain again(spool_);
   for (const SegmentRecord& record : records_) again.add(record);
   again.close();
   SegmentChain* const chain = &again;
-  divide({&chain, 1}, range, gate, pass);
+  divide({&chain, 1}, range, hold);
 }
 
 // Returns false, with all segments in records_, if it needs more than `most_bytes`.
@@ -232,11 +231,10 @@ std::vector<LeafBuilder::Part> LeafBuilder::partsOf(std::span<SegmentChain* cons
   return joined;
 }
 
-void LeafBuilder::divide(std::span<SegmentChain* const> chains, const Range& range, MemoryGate& gate,
-                         MemoryGate::Pass& pass) {
+void LeafBuilder::divide(std::span<SegmentChain* const> chains, const Range& range, MemoryBudget::Hold& hold) {
   release();
-  if (!pass.fits(0)) pass.change(0);
-  const std::vector<Part> parts = partsOf(chains, range, gate.share());
+  if (!hold.fits(0)) hold.wait(0);
+  const std::vector<Part> parts = partsOf(chains, range, hold.budget().share());
   std::vector<SegmentChain> pieces;
   pieces.reserve(parts.size());
   for (std::size_t i = 0; i < parts.size(); ++i) pieces.emplace_back(spool_);
@@ -265,28 +263,27 @@ void LeafBuilder::divide(std::span<SegmentChain* const> chains, const Range& ran
     SegmentChain* const piece = &pieces[i];
     if (piece->count() == 0) continue;
     if (parts[i].fits) {
-      if (!pass.fits(0)) {
+      if (!hold.fits(0)) {
         release();
-        pass.change(0);
+        hold.wait(0);
       }
       enter(part);
       buildTogether({&piece, 1}, UINT64_MAX);
     } else if (part.end - part.first > 1) {
-      divide({&piece, 1}, part, gate, pass);
+      divide({&piece, 1}, part, hold);
     } else {
-      buildAlone(*piece, parts[i], part, gate, pass);
+      buildAlone(*piece, parts[i], part, hold);
     }
   }
 }
 
 // Builds a single leaf. Beside its tile there is no room for its records.
-void LeafBuilder::buildAlone(SegmentChain& chain, const Part& part, const Range& range, MemoryGate& gate,
-                             MemoryGate::Pass& pass) {
+void LeafBuilder::buildAlone(SegmentChain& chain, const Part& part, const Range& range, MemoryBudget::Hold& hold) {
   const std::uint64_t bytes = tileCost(part.stored);
-  if (bytes > gate.limit()) refuse(part.stored, memoryFor(bytes));
-  if (!pass.fits(bytes)) {
+  if (bytes > hold.budget().limit()) refuse(part.stored, memoryFor(bytes));
+  if (!hold.fits(bytes)) {
     release();
-    pass.change(bytes);
+    hold.wait(bytes);
   }
   enter(range);
   records_.clear();

@@ -6,7 +6,7 @@
 #pragma once
 
 #include "index/build/internal/leaf_content.h"
-#include "index/build/internal/memory_gate.h"
+#include "index/build/internal/memory_budget.h"
 #include "index/build/internal/segment_chain.h"
 #include "index/geometry/partition.h"
 #include "index/set/landmarks.h"
@@ -46,9 +46,9 @@ class LeafBuilder {
   };
   // O(segments), with 60 bytes a leaf in memory.
   Counts count(std::span<SegmentChain* const> chains, const Range& range);
-  // Passes each leaf with content on, and empties the chains. Uses the memory that `pass` allows, and frees it while it
-  // waits for more. Throws InputError if one leaf needs more than the whole gate allows.
-  void build(std::span<SegmentChain* const> chains, const Range& range, MemoryGate& gate, MemoryGate::Pass& pass);
+  // Passes each leaf with content on, and empties the chains. Uses the memory of `hold`, and frees it while it waits for
+  // more. Throws InputError if one leaf needs more than the whole budget.
+  void build(std::span<SegmentChain* const> chains, const Range& range, MemoryBudget::Hold& hold);
   // Frees the memory kept between ranges.
   void release();
 
@@ -56,7 +56,7 @@ class LeafBuilder {
 
   // Throws the InputError for a tile that does not fit.
   [[noreturn]] static void refuse(std::uint64_t stored, std::uint64_t needed_memory);
-  // Returns the value of --memory that gives the gate this number of bytes; set by the owner.
+  // Returns the value of --memory that gives the budget this number of bytes; set by the owner.
   std::function<std::uint64_t(std::uint64_t bytes)> memoryFor;
 
  private:
@@ -71,7 +71,7 @@ class LeafBuilder {
   bool forEachLeaf(const SegmentRecord& record, const Use& use);
   void fill(std::uint32_t leaf, std::span<std::uint32_t> items);
   bool buildTogether(std::span<SegmentChain* const> chains, std::uint64_t most_bytes);
-  void divide(std::span<SegmentChain* const> chains, const Range& range, MemoryGate& gate, MemoryGate::Pass& pass);
+  void divide(std::span<SegmentChain* const> chains, const Range& range, MemoryBudget::Hold& hold);
   struct Part {
     std::uint32_t first, end;        // leaves
     std::uint64_t stored, too_long;  // of all of them
@@ -80,7 +80,7 @@ class LeafBuilder {
     std::uint64_t bytes() const { return (stored + too_long) * (kBytesOfRecord + kBytesOfPlace) + tileCost(largest); }
   };
   std::vector<Part> partsOf(std::span<SegmentChain* const> chains, const Range& range, std::uint64_t share);
-  void buildAlone(SegmentChain& chain, const Part& part, const Range& range, MemoryGate& gate, MemoryGate::Pass& pass);
+  void buildAlone(SegmentChain& chain, const Part& part, const Range& range, MemoryBudget::Hold& hold);
 
   const Partition& partition_;
   Spool& spool_;

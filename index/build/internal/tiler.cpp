@@ -7,7 +7,7 @@
 #include "index/build/internal/crowded_leaves.h"
 #include "index/build/internal/heap.h"
 #include "index/build/internal/leaf_builder.h"
-#include "index/build/internal/memory_gate.h"
+#include "index/build/internal/memory_budget.h"
 #include "index/build/internal/rank_steps.h"
 #include "index/build/internal/survey_runs.h"
 #include "index/errors.h"
@@ -61,7 +61,7 @@ struct Tiler::Impl {
   void refuseLongSegments(std::uint64_t count) const;
   void writeLongTile(TileSink& sink);
   void handOver(LeafContent& content, unsigned worker, TileSink& sink);
-  template <typename Work>  // work(chunk, worker, gate, pass); free(worker): gives up the memory of a worker
+  template <typename Work>  // work(chunk, worker, hold); free(worker): gives up the memory of a worker
   void forEachChunk(
       const char* phase, const Work& work, const std::function<void(unsigned)>& free = [](unsigned) {});
   // Shares of the memory: a quarter for the spool's blocks, a sixteenth for its open buffers, an eighth for encoded
@@ -150,15 +150,15 @@ void Tiler::Impl::forEachChunk(const char* phase, const Work& work, const std::f
   const std::span<Chunk> those = own();
   std::uint64_t all = 0;
   for (const Chunk& chunk : those) all += chunk.own.count();
-  MemoryGate gate(std::max(workBytes(), options.memory / 8), options.threads);
+  MemoryBudget budget(std::max(workBytes(), options.memory / 8), options.threads);
   const std::size_t threads = std::clamp<std::size_t>(those.size(), 1, options.threads);
   runWorkers(threads, [&](unsigned worker, const std::atomic<bool>& failed) {
-    MemoryGate::Pass pass(gate);
+    MemoryBudget::Hold hold(budget);
     for (std::size_t i; !failed && (i = next.fetch_add(1)) < those.size();) {
       worker == 0 ? step(phase, done, all) : stopIfCancelled();
       Chunk& chunk = those[i];
       const std::uint64_t n = chunk.own.count();
-      work(chunk, worker, gate, pass);
+      work(chunk, worker, hold);
       done += n;
     }
     free(worker);
@@ -218,10 +218,11 @@ void Tiler::Impl::refuseCrowdedLeaves(std::span<SegmentChain> crossing) {
 // Counts exactly what could be too much, before any tile is made.
 void Tiler::Impl::refuseWhatCannotBeBuilt() {
   std::atomic<std::uint64_t> largest{0}, too_long{0};
-  forEachChunk("counting", [&](Chunk& chunk, unsigned worker, MemoryGate& gate, MemoryGate::Pass&) {
+  forEachChunk("counting", [&](Chunk& chunk, unsigned worker, MemoryBudget::Hold& hold) {
     const std::uint64_t own = chunk.own.count(), ghosts = chunk.ghosts.count();
-    if (LeafBuilder::tileCost(own + ghosts) <= gate.limit()) return;
-    if (ghosts <= own && own <= most_in_chunk && LeafBuilder::tileCost(2 * most_in_chunk) <= gate.limit()) return;
+    if (LeafBuilder::tileCost(own + ghosts) <= hold.budget().limit()) return;
+    if (ghosts <= own && own <= most_in_chunk && LeafBuilder::tileCost(2 * most_in_chunk) <= hold.budget().limit())
+      return;
     LeafBuilder counter(partition, spool, long_segments[worker], options.capacity, {});
     SegmentChain* const chains[] = {&chunk.own, &chunk.ghosts};
     const LeafBuilder::Counts counts = counter.count(chains, rangeOf(chunk));
@@ -341,9 +342,9 @@ std::vector<BlockKey> Tiler::Impl::findLeaves(std::vector<SegmentChain>& crossin
   SurveyRuns surveys;
   std::mutex mutex;
   std::uint64_t leaf_count = 0;
-  forEachChunk("cutting", [&](Chunk& chunk, unsigned worker, MemoryGate& gate, MemoryGate::Pass& pass) {
-    const std::uint64_t bytes = std::min(chunk.own.count() * kBytesOfCut, gate.limit());
-    if (!pass.fits(bytes)) pass.change(bytes);
+  forEachChunk("cutting", [&](Chunk& chunk, unsigned worker, MemoryBudget::Hold& hold) {
+    const std::uint64_t bytes = std::min(chunk.own.count() * kBytesOfCut, hold.budget().limit());
+    if (!hold.fits(bytes)) hold.wait(bytes);
     const auto self = static_cast<std::size_t>(&chunk - chunks.data());
     LandmarkSurvey found;
     leaves_of[self] = cutChunk(chunk, options.capacity, found, crossing[worker], work[worker]);
@@ -421,11 +422,11 @@ void Tiler::tiles(TileSink& sink) {
   for (unsigned i = 0; i < t.options.threads; ++i) builders.push_back(t.builder(i, sink));
   t.forEachChunk(
       "writing tiles",
-      [&](Chunk& chunk, unsigned worker, MemoryGate& gate, MemoryGate::Pass& pass) {
+      [&](Chunk& chunk, unsigned worker, MemoryBudget::Hold& hold) {
         SegmentChain* const chains[] = {&chunk.own, &chunk.ghosts};
         const std::uint64_t before = t.long_segments[worker].count();
         sink.begin(worker, chunk.first_leaf);
-        builders[worker].build(chains, Impl::rangeOf(chunk), gate, pass);
+        builders[worker].build(chains, Impl::rangeOf(chunk), hold);
         sink.end(worker, chunk.end_leaf);
         if (const std::uint64_t more = t.long_segments[worker].count() - before; more > 0)
           t.refuseLongSegments(too_long += more);

@@ -52,11 +52,11 @@ TEST_F(LongSegments, AreCountedApart) {
 TEST_F(LongSegments, DoNotMakeATileTooLarge) {
   std::vector<std::size_t> stored;
   SegmentChain* const chain = &own_;
-  MemoryGate gate(LeafBuilder::tileCost(kShort + 10), 1);
-  MemoryGate::Pass pass(gate);
+  MemoryBudget budget(LeafBuilder::tileCost(kShort + 10), 1);
+  MemoryBudget::Hold hold(budget);
   LeafBuilder made = builder(stored);
   made.memoryFor = [](std::uint64_t bytes) { return bytes; };
-  made.build({&chain, 1}, {leaf_, leaf_ + 1, partition_.leaves()[leaf_]}, gate, pass);
+  made.build({&chain, 1}, {leaf_, leaf_ + 1, partition_.leaves()[leaf_]}, hold);
   EXPECT_EQ(stored, std::vector<std::size_t>{kShort});
   too_long_.close();
   EXPECT_EQ(too_long_.count(), kLong);
