@@ -415,14 +415,14 @@ void SwcReader::State::reset() {
   header_text.clear();
 }
 
-SwcReader::SwcReader(const SwcOptions& options) : state_(std::make_unique<State>(options)) {}
-SwcReader::~SwcReader() = default;
 void SwcOptions::check() const {
   const auto good = [](double unit) { return std::isfinite(unit) && unit > 0; };
   if (!good(unit_um) || (voxel_um && !(good(voxel_um->x()) && good(voxel_um->y()) && good(voxel_um->z()))))
     throw UsageError("a unit must be a finite number of um above 0");
 }
 
+SwcReader::SwcReader(const SwcOptions& options) : state_(std::make_unique<State>(options)) {}
+SwcReader::~SwcReader() = default;
 SwcReader::SwcReader(SwcReader&&) noexcept = default;
 SwcReader& SwcReader::operator=(SwcReader&&) noexcept = default;
 
