@@ -1,6 +1,7 @@
 #include "index/output.h"
 
 #include "index/errors.h"
+#include "index/internal/descriptor.h"
 #include "index/text.h"
 
 #include <array>
@@ -10,6 +11,7 @@
 #include <cstdlib>
 #include <fcntl.h>
 #include <filesystem>
+#include <optional>
 #include <ostream>
 #include <random>
 #include <streambuf>
@@ -24,6 +26,7 @@ namespace filiform {
 namespace {
 
 namespace fs = std::filesystem;
+using internal::Descriptor;
 
 constexpr std::size_t kOutputBuffer = std::size_t{1} << 16;
 
@@ -68,32 +71,25 @@ bool isSameFile(int descriptor, const struct stat& what) {
   return ::fstat(descriptor, &open) == 0 && open.st_dev == what.st_dev && open.st_ino == what.st_ino;
 }
 
-void writeAll(int file, std::string_view bytes, const std::string& path) {
-  while (!bytes.empty()) {
-    const ssize_t n = ::write(file, bytes.data(), bytes.size());
-    if (n >= 0) {
-      bytes.remove_prefix(static_cast<std::size_t>(n));
-    } else if (errno == EPIPE) {
-      throw ClosedPipe(escaped(path) + ": the pipe's reader has closed it");
-    } else if (errno != EINTR) {
-      throw IoError(escaped(path), "cannot write", errno);
-    }
-  }
+void writeAll(const Descriptor& file, std::string_view bytes, const std::string& path) {
+  if (file.write(bytes.data(), bytes.size())) return;
+  if (errno == EPIPE) throw ClosedPipe(escaped(path) + ": the pipe's reader has closed it");
+  throw IoError(escaped(path), "cannot write", errno);
 }
 
 class DescriptorBuffer : public std::streambuf {
  public:
   DescriptorBuffer() { setp(buffer_.data(), buffer_.data() + buffer_.size()); }
 
-  void begin(int file, const std::string& path) {
-    file_ = file;
+  void begin(const Descriptor& file, const std::string& path) {
+    file_ = &file;
     path_ = path;
-    by_line_ = ::isatty(file) == 1;
+    by_line_ = ::isatty(file.number()) == 1;
   }
   void flush() {
     const std::string_view bytes(pbase(), static_cast<std::size_t>(pptr() - pbase()));
     setp(buffer_.data(), buffer_.data() + buffer_.size());  // after a failure these bytes are not written again
-    writeAll(file_, bytes, path_);
+    writeAll(*file_, bytes, path_);
   }
 
  protected:
@@ -109,7 +105,7 @@ class DescriptorBuffer : public std::streambuf {
   std::streamsize xsputn(const char* text, std::streamsize count) override {
     if (epptr() - pptr() < count) flush();
     if (epptr() - pptr() < count) {
-      writeAll(file_, {text, static_cast<std::size_t>(count)}, path_);
+      writeAll(*file_, {text, static_cast<std::size_t>(count)}, path_);
       return count;
     }
     traits_type::copy(pptr(), text, static_cast<std::size_t>(count));
@@ -126,7 +122,7 @@ class DescriptorBuffer : public std::streambuf {
  private:
   std::array<char, kOutputBuffer> buffer_;
   std::string path_;
-  int file_ = -1;
+  const Descriptor* file_ = nullptr;
   bool by_line_ = false;
 };
 
@@ -185,18 +181,22 @@ struct Output::Impl {
   OutputPlace place;
   DescriptorBuffer buffer;
   std::ostream stream{&buffer};
-  int file = -1;
-  int through = -1;     // by_name: descriptor to which the file is copied at the end
+  Descriptor file;
+  Descriptor through;   // by_name: the file is copied to it at the end
   std::string partial;  // the file being written; empty: none
   bool finished = false;
+
+  ~Impl() {
+    if (!partial.empty()) ::unlink(partial.c_str());
+  }
 
   [[noreturn]] void fail(int error_number) const { throw IoError(escaped(path), "cannot write", error_number); }
 
   void makePartial(const std::string& folder, const std::string& name) {
     for (int tries = 0;; ++tries) {
       const std::string fresh = freshName(folder, name);
-      file = ::open(fresh.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-      if (file >= 0) {
+      file = Descriptor(::open(fresh.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
+      if (file.isOpen()) {
         partial = fresh;
         return;
       }
@@ -208,14 +208,16 @@ struct Output::Impl {
     struct stat what {};
     const bool is_pipe = ::stat(place.target.c_str(), &what) == 0 && S_ISFIFO(what.st_mode);
     // Does not wait inside open(), which no signal would interrupt.
-    while ((file = ::open(place.target.c_str(), O_WRONLY | O_NOCTTY | O_CLOEXEC | (is_pipe ? O_NONBLOCK : 0))) < 0) {
+    for (;;) {
+      file = Descriptor(::open(place.target.c_str(), O_WRONLY | O_NOCTTY | O_CLOEXEC | (is_pipe ? O_NONBLOCK : 0)));
+      if (file.isOpen()) break;
       if (errno == EINTR) continue;
       if (!is_pipe || errno != ENXIO) fail(errno);
       if (options.cancel != nullptr && options.cancel->load(std::memory_order_relaxed))
         throw Interrupted("interrupted");
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
     }
-    if (is_pipe) ::fcntl(file, F_SETFL, ::fcntl(file, F_GETFL) & ~O_NONBLOCK);
+    if (is_pipe) ::fcntl(file.number(), F_SETFL, ::fcntl(file.number(), F_GETFL) & ~O_NONBLOCK);
   }
 
   void open() {
@@ -234,35 +236,37 @@ struct Output::Impl {
         openThrough();
         break;
       case OutputPlace::Kind::kDescriptor:
-        file = ::fcntl(place.descriptor, F_DUPFD_CLOEXEC, 3);
-        if (file < 0) fail(errno);
+        file = Descriptor(::fcntl(place.descriptor, F_DUPFD_CLOEXEC, 3));
+        if (!file.isOpen()) fail(errno);
         break;
     }
     buffer.begin(file, path == "-" ? "standard output" : path);
     stream.exceptions(std::ios::badbit);  // exceptions of the buffer propagate
     if (!options.by_name) return;
-    through = place.kind == OutputPlace::Kind::kFile ? -1 : std::exchange(file, -1);
-    if (through >= 0) makePartial(fs::temp_directory_path().string() + "/", "filiform" + ending);
-    ::close(std::exchange(file, -1));
+    if (place.kind != OutputPlace::Kind::kFile) {
+      through = std::move(file);
+      makePartial(fs::temp_directory_path().string() + "/", "filiform" + ending);
+    }
+    file = {};
   }
 
   // The complete file replaces the target.
   void publish(bool aside) {
     if (options.by_name) {  // another writer filled it, and may have replaced it
-      file = ::open(partial.c_str(), O_WRONLY | O_CLOEXEC);
-      if (file < 0) fail(errno);
+      file = Descriptor(::open(partial.c_str(), O_WRONLY | O_CLOEXEC));
+      if (!file.isOpen()) fail(errno);
     }
     struct stat old {};
     if (::lstat(place.target.c_str(), &old) == 0) {
       if (!S_ISREG(old.st_mode)) throw IoError(escaped(path), "is no longer a regular file; not replaced");
       if (!aside) {
         // Change the owner first: this clears special permissions.
-        [[maybe_unused]] const int ignored = ::fchown(file, old.st_uid, old.st_gid);
-        if (::fchmod(file, old.st_mode & 07777) != 0) fail(errno);
+        [[maybe_unused]] const int ignored = ::fchown(file.number(), old.st_uid, old.st_gid);
+        if (::fchmod(file.number(), old.st_mode & 07777) != 0) fail(errno);
       }
     }
-    if (options.sync && ::fsync(file) != 0 && errno != EINVAL && errno != EROFS) fail(errno);
-    if (::close(std::exchange(file, -1)) != 0) fail(errno);
+    if (options.sync && ::fsync(file.number()) != 0 && errno != EINVAL && errno != EROFS) fail(errno);
+    if (!file.close()) fail(errno);
     if (!aside) {
       if (::rename(partial.c_str(), place.target.c_str()) != 0) fail(errno);
       partial.clear();
@@ -271,25 +275,16 @@ struct Output::Impl {
 
   // Copies the file to the descriptor.
   void copyThrough() {
-    const int from = ::open(partial.c_str(), O_RDONLY | O_CLOEXEC);
-    if (from < 0) fail(errno);
+    const Descriptor from(::open(partial.c_str(), O_RDONLY | O_CLOEXEC));
+    if (!from.isOpen()) fail(errno);
     std::vector<char> bytes(kOutputBuffer);
-    try {
-      for (ssize_t n = 0; (n = ::read(from, bytes.data(), bytes.size())) != 0;) {
-        if (n < 0 && errno != EINTR) fail(errno);
-        if (n > 0) writeAll(through, {bytes.data(), static_cast<std::size_t>(n)}, path);
-      }
-    } catch (...) {
-      ::close(from);
-      throw;
+    for (;;) {
+      const std::optional<std::size_t> n = from.read(bytes.data(), bytes.size());
+      if (!n) fail(errno);
+      if (*n == 0) break;
+      writeAll(through, {bytes.data(), *n}, path);
     }
-    ::close(from);
-    close(through);
-  }
-
-  void close(int& descriptor) {
-    // A descriptor given by the caller is closed by the caller.
-    if (descriptor >= 0 && ::close(std::exchange(descriptor, -1)) != 0 && errno != EINTR) fail(errno);
+    if (!through.close()) fail(errno);
   }
 
   void complete(bool aside) {
@@ -299,7 +294,7 @@ struct Output::Impl {
     } else if (options.by_name) {
       copyThrough();
     } else {
-      close(file);
+      if (!file.close()) fail(errno);
     }
   }
 };
@@ -307,21 +302,10 @@ struct Output::Impl {
 Output::Output(const std::string& path, const OutputOptions& options) : impl_(std::make_unique<Impl>()) {
   impl_->path = path;
   impl_->options = options;
-  try {
-    impl_->open();
-  } catch (...) {
-    for (const int file : {impl_->file, impl_->through})
-      if (file >= 0) ::close(file);
-    if (!impl_->partial.empty()) ::unlink(impl_->partial.c_str());
-    throw;
-  }
+  impl_->open();
 }
 
-Output::~Output() {
-  for (const int file : {impl_->file, impl_->through})
-    if (file >= 0) ::close(file);
-  if (!impl_->partial.empty()) ::unlink(impl_->partial.c_str());
-}
+Output::~Output() = default;
 
 std::ostream& Output::stream() noexcept { return impl_->stream; }
 

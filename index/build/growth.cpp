@@ -93,7 +93,7 @@ IngestResult rewrite(SetFolder& folder, const TileSet& base, const TileSet* adde
   std::vector<const TileSet*> sets{&base};
   if (added != nullptr) sets.push_back(added);
   const internal::StoredCells cells(sets);
-  return internal::makeSet(folder, options, [&](internal::Tiler& tiler) { tiler.read(cells); });
+  return internal::makeSet(&folder, folder.building(), options, [&](internal::Tiler& tiler) { tiler.read(cells); });
 }
 
 void refuseTwins(const TileSet& base, const TileSet& added, const std::string& path) {

@@ -22,13 +22,12 @@ class MemoryTiles final : public TileStore, private internal::TileSink {
     const auto leaf_count = static_cast<std::uint32_t>(tiler.leaves().size());
     std::vector<TileId> tile_of(leaf_count + 1, kNoTile);
     std::vector<BlockKey> keys;
-    for (Found& found : found_) {
+    for (internal::LeafContent& found : found_) {
       const auto id = tile_of[found.leaf] = static_cast<TileId>(tiles_.size());
-      tiles_.push_back(
-          std::make_shared<const Tile>(id, found.key, found.leaf == leaf_count, grid_, std::move(found.segments)));
+      tiles_.push_back(std::make_shared<const Tile>(id, found.key, found.is_long, grid_, std::move(found.segments)));
       entries_.push_back(internal::entryOf(*tiles_.back()));
       appearances_.push_back(std::move(found.appearance));
-      if (found.leaf == leaf_count) {
+      if (found.is_long) {
         long_tile_ = id;
       } else {
         keys.push_back(found.key);
@@ -64,21 +63,7 @@ class MemoryTiles final : public TileStore, private internal::TileSink {
 
  private:
   // Leaves come in the order of their keys, since there is one thread.
-  void add(unsigned, internal::LeafUnit& unit) override {
-    for (std::size_t i = 0; i < unit.keys.size(); ++i) {
-      if (unit.of(i).empty()) continue;
-      Found& found = found_.emplace_back();
-      found.leaf = unit.first + static_cast<std::uint32_t>(i);
-      found.key = unit.keys[i];
-      unit.content(i, found.segments, found.appearance);
-    }
-  }
-  struct Found {
-    std::uint32_t leaf;
-    BlockKey key;
-    std::vector<StoredSegment> segments;
-    TileAppearance appearance;
-  };
+  void add(unsigned, internal::LeafContent& content) override { found_.push_back(std::move(content)); }
 
   std::uint32_t capacity_;
   Grid grid_;
@@ -91,7 +76,7 @@ class MemoryTiles final : public TileStore, private internal::TileSink {
   std::vector<CellDetail> details_;
   std::map<std::string, std::uint32_t> by_name_;
   Landmarks landmarks_;
-  std::vector<Found> found_;  // used while tiles are cut
+  std::vector<internal::LeafContent> found_;  // used while tiles are cut
 };
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include "index/http/internal/http_errors.h"
 #include "index/http/internal/remote_address.h"
 #include "index/http/internal/s3_upload.h"
+#include "index/internal/descriptor.h"
 #include "index/set/http_source.h"
 #include "index/set/internal/manifest.h"
 #include "index/set/internal/revision.h"
@@ -23,7 +24,6 @@
 #include <fcntl.h>
 #include <filesystem>
 #include <unistd.h>
-#include <utility>
 #include <vector>
 
 namespace filiform {
@@ -74,36 +74,6 @@ std::string currentAt(internal::HttpClient& client, const internal::RemoteAddres
   }
 }
 
-class PulledFile {
- public:
-  explicit PulledFile(std::string path) : path_(std::move(path)) {
-    number_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-    if (number_ < 0) fail();
-  }
-  PulledFile(const PulledFile&) = delete;
-  PulledFile& operator=(const PulledFile&) = delete;
-  ~PulledFile() {
-    if (number_ >= 0) ::close(number_);
-  }
-  void write(std::uint64_t offset, std::span<const std::uint8_t> bytes) {
-    for (std::size_t done = 0; done < bytes.size();) {
-      const ssize_t n = ::pwrite(number_, bytes.data() + done, bytes.size() - done, static_cast<off_t>(offset + done));
-      if (n < 0 && errno == EINTR) continue;
-      if (n < 0) fail();
-      done += static_cast<std::size_t>(n);
-    }
-  }
-  void close() {
-    if (::fsync(number_) != 0) fail();
-    if (::close(std::exchange(number_, -1)) != 0) fail();
-  }
-
- private:
-  [[noreturn]] void fail() const { throw IoError(path_, "cannot be written", errno); }
-  std::string path_;
-  int number_ = -1;
-};
-
 // True if the folder's file has the stated bytes.
 bool isWhole(const TileSource& folder, const CopiedFile& copied, const CopyOptions& options) {
   try {
@@ -128,7 +98,11 @@ void pullFile(const TileSource& from, const std::string& folder, const CopiedFil
   std::error_code error;
   fs::create_directories(fs::path(target).parent_path(), error);
   if (error) throw IoError(folder, "cannot be written", error.value());
-  PulledFile file(aside);
+  internal::Descriptor file(::open(aside.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0666));
+  const auto require = [&](bool done) {
+    if (!done) throw IoError(aside, "cannot be written", errno);
+  };
+  require(file.isOpen());
   const std::uint64_t pieces = (copied.file.bytes + kPiece - 1) / kPiece;
   std::atomic<std::uint64_t> next{0}, done{0};
   runWorkers(std::min<std::uint64_t>(kPiecesAtOnce, std::max<std::uint64_t>(pieces, 1)),
@@ -137,12 +111,12 @@ void pullFile(const TileSource& from, const std::string& folder, const CopiedFil
                for (std::uint64_t i = next++; i < pieces && !failed; i = next++) {
                  piece.resize(std::min(kPiece, copied.file.bytes - i * kPiece));
                  from.read(copied.path, i * kPiece, piece);
-                 file.write(i * kPiece, piece);
+                 require(file.writeAt(i * kPiece, piece.data(), piece.size()));
                  done += piece.size();
                  if (worker == 0) progress(done);
                }
              });
-  file.close();
+  require(::fsync(file.number()) == 0 && file.close());
   CopiedFile written = copied;
   written.path += ".tmp-pull";
   if (!isWhole(*openFolder(folder), written, options))

@@ -33,24 +33,6 @@ GridBox closedBlock(const BlockKey& key) {
   return box;
 }
 
-std::size_t unitEnd(std::span<const BlockKey> leaves, std::span<const std::uint32_t> owned, std::size_t first,
-                    std::uint64_t most) {
-  BlockKey block = leaves[first];
-  std::uint64_t sum = owned[first];
-  std::size_t end = first + 1;
-  while (block.depth > 0) {
-    const int depth = block.depth - 1;
-    if ((block.low >> (kMortonBits - block.depth) & 1) != 0) break;  // the parent begins with an earlier leaf
-    const BlockKey parent{block.low, depth};
-    std::size_t next = end;
-    while (next < leaves.size() && parent.contains(leaves[next].low)) sum += owned[next++];
-    if (sum > most || leaves[next - 1].high() != parent.high()) break;
-    block = parent;
-    end = next;
-  }
-  return end;
-}
-
 // Depth first, lower half first, so that leaves are ascending. The stack holds at most one pending half a level.
 template <typename IsLeaf>
 void Partition::build(const BlockKey& world, std::span<const MortonKey> keys, IsLeaf is_leaf) {

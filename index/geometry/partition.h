@@ -23,9 +23,6 @@ struct PartitionOptions {
 // the long-segment tile.
 inline constexpr std::size_t kMaxLeavesOfSegment = 64;
 
-// A *unit* is the content of a block with at most this many times the capacity of midpoints.
-inline constexpr std::uint32_t kUnitLeaves = 1;
-
 // The point that decides which leaf owns the segment a-b: its middle, rounded down on each axis. Independent of
 // direction.
 inline GridPoint midpoint(const GridPoint& a, const GridPoint& b) {
@@ -35,12 +32,6 @@ inline GridPoint midpoint(const GridPoint& a, const GridPoint& b) {
 // The closed block: from the block's lowest grid point to the next block's lowest (hi + 1), on each axis. Neighbouring
 // closed blocks share a face, without a gap. A tile stores every segment that meets its closed block.
 GridBox closedBlock(const BlockKey& key);
-
-// Returns one past the last leaf of the unit that begins with leaves[first]. A unit is the largest block with at most
-// `most` midpoints, or a leaf with more. Requires consecutive leaves that consist of whole units; `owned`: number of
-// midpoints in each of them. O(leaves of the unit).
-std::size_t unitEnd(std::span<const BlockKey> leaves, std::span<const std::uint32_t> owned, std::size_t first,
-                    std::uint64_t most);
 
 class Partition {
  public:

@@ -2,6 +2,7 @@
 
 #include "index/errors.h"
 #include "index/file/internal/digest.h"
+#include "index/input/internal/file_parts.h"
 #include "index/input/internal/line_splitter.h"
 #include "index/input/internal/swc_fields.h"
 #include "index/input/internal/swc_graph.h"
@@ -10,13 +11,9 @@
 #include "index/text.h"
 
 #include <algorithm>
-#include <cerrno>
 #include <charconv>
 #include <cmath>
-#include <fcntl.h>
 #include <limits>
-#include <new>
-#include <unistd.h>
 #include <utility>
 #include <vector>
 
@@ -418,14 +415,14 @@ void SwcReader::State::reset() {
   header_text.clear();
 }
 
-SwcReader::SwcReader(const SwcOptions& options) : state_(std::make_unique<State>(options)) {}
-SwcReader::~SwcReader() = default;
 void SwcOptions::check() const {
   const auto good = [](double unit) { return std::isfinite(unit) && unit > 0; };
   if (!good(unit_um) || (voxel_um && !(good(voxel_um->x()) && good(voxel_um->y()) && good(voxel_um->z()))))
     throw UsageError("a unit must be a finite number of um above 0");
 }
 
+SwcReader::SwcReader(const SwcOptions& options) : state_(std::make_unique<State>(options)) {}
+SwcReader::~SwcReader() = default;
 SwcReader::SwcReader(SwcReader&&) noexcept = default;
 SwcReader& SwcReader::operator=(SwcReader&&) noexcept = default;
 
@@ -443,24 +440,12 @@ InputReport readSwc(std::string_view text, std::string_view file, const SwcOptio
 
 InputReport readSwcFile(const std::string& path, SwcReader& reader, Cell& cell,
                         const std::function<void(std::uint64_t bytes)>& progress) {
-  struct Descriptor {
-    int fd;
-    ~Descriptor() {
-      if (fd >= 0) ::close(fd);
-    }
-  };
-  constexpr std::size_t kBlock = std::size_t{1} << 16;
-  const Descriptor file{::open(path.c_str(), O_RDONLY | O_CLOEXEC)};
-  if (file.fd < 0) throw IoError(escaped(path), "cannot open", errno);
+  internal::FileParts file(path);
   reader.discard();
-  const std::unique_ptr<char[]> block(new char[kBlock]);
-  for (;;) {
-    const ssize_t got = ::read(file.fd, block.get(), kBlock);
-    if (got < 0 && errno == EINTR) continue;
-    if (got < 0) throw IoError(escaped(path), "cannot read", errno);
-    if (got == 0) break;
-    reader.feed({block.get(), static_cast<std::size_t>(got)});
-    if (progress) progress(static_cast<std::uint64_t>(got));
+  std::vector<char> block(std::size_t{1} << 16);
+  while (const std::size_t n = file.next(block)) {
+    reader.feed({block.data(), n});
+    if (progress) progress(n);
   }
   return reader.finish(path, cell);
 }

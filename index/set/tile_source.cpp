@@ -1,6 +1,7 @@
 #include "index/set/tile_source.h"
 
 #include "index/errors.h"
+#include "index/internal/descriptor.h"
 
 #include <algorithm>
 #include <cerrno>
@@ -9,32 +10,15 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <sys/resource.h>
 #include <sys/stat.h>
-#include <unistd.h>
 #include <utility>
 
 namespace filiform {
 namespace {
 
-class Descriptor {
- public:
-  Descriptor() = default;
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  ~Descriptor() {
-    if (number_ >= 0) ::close(number_);
-  }
-  // Like openat(). Call it once.
-  bool open(int folder, const std::string& name, int flags) {
-    number_ = ::openat(folder, name.c_str(), flags | O_CLOEXEC);
-    return number_ >= 0;
-  }
-  int number() const { return number_; }
-
- private:
-  int number_ = -1;
-};
+using internal::Descriptor;
 
 std::size_t mostOpenByDefault() {
   struct rlimit limit {};
@@ -45,12 +29,13 @@ std::size_t mostOpenByDefault() {
 class Folder final : public TileSource {
  public:
   Folder(const std::string& path, std::size_t most_open)
-      : path_(path), most_open_(most_open > 0 ? most_open : mostOpenByDefault()) {
-    const bool opened = root_->open(AT_FDCWD, path, O_RDONLY | O_DIRECTORY);
-    if (!opened && errno == ENOTDIR)
+      : path_(path),
+        most_open_(most_open > 0 ? most_open : mostOpenByDefault()),
+        root_(std::make_shared<Descriptor>(::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC))) {
+    if (!root_->isOpen() && errno == ENOTDIR)
       throw IoError(path,
                     "is a file, not a tile set; make a tile set from it with filiform ingest " + path + " -o NAME.fil");
-    if (!opened) throw IoError(path, "cannot be opened", errno);
+    if (!root_->isOpen()) throw IoError(path, "cannot be opened", errno);
   }
 
   std::uint64_t size(const std::string& name) const override {
@@ -61,14 +46,9 @@ class Folder final : public TileSource {
 
   void read(const std::string& name, std::uint64_t offset, std::span<std::uint8_t> bytes) const override {
     const std::shared_ptr<const Descriptor> from = file(name);  // keeps the file open during the read
-    for (std::size_t done = 0; done < bytes.size();) {
-      const ssize_t n =
-          ::pread(from->number(), bytes.data() + done, bytes.size() - done, static_cast<off_t>(offset + done));
-      if (n < 0 && errno == EINTR) continue;
-      if (n < 0) throw IoError(describe(name), "cannot be read", errno);
-      if (n == 0) throw CorruptSet(describe(name), offset + done, "the file ends here");
-      done += static_cast<std::size_t>(n);
-    }
+    const std::optional<std::size_t> n = from->readAt(offset, bytes.data(), bytes.size());
+    if (!n) throw IoError(describe(name), "cannot be read", errno);
+    if (*n < bytes.size()) throw CorruptSet(describe(name), offset + *n, "the file ends here");
   }
 
   void expect(const std::string& name, std::uint64_t bytes) const override {
@@ -156,9 +136,9 @@ class Folder final : public TileSource {
 
   // Returns nullptr and sets errno on failure. Closes another file if the process has no descriptor left.
   std::shared_ptr<const Descriptor> openAt(int folder, const std::string& name, int flags) const {
-    const auto opened = std::make_shared<Descriptor>();
     for (;;) {
-      if (opened->open(folder, name, flags)) return opened;
+      Descriptor opened(::openat(folder, name.c_str(), flags | O_CLOEXEC));
+      if (opened.isOpen()) return std::make_shared<Descriptor>(std::move(opened));
       const int error = errno;
       if (error == EMFILE || error == ENFILE) {
         const std::lock_guard lock(mutex_);
@@ -173,7 +153,7 @@ class Folder final : public TileSource {
 
   const std::string path_;
   const std::size_t most_open_;
-  const std::shared_ptr<Descriptor> root_ = std::make_shared<Descriptor>();
+  const std::shared_ptr<const Descriptor> root_;
   mutable std::mutex mutex_;                                                  // guards the members below
   mutable std::map<std::string, std::shared_ptr<const Descriptor>> folders_;  // below the root; they stay open
   mutable std::map<std::string, File> files_;

@@ -83,7 +83,7 @@ class BoundedClimb final : public ProxySolver {
 
 [[gnu::flatten]] void BoundedClimb::advance(const GraphView& graph, const ProbeState& probe,
                                             SolverStep& step) noexcept {
-  internal::clear(step);
+  step.clear();
   before_ = state_;
   if (!state_.place.valid()) return;
   graph_.begin(graph);

@@ -88,7 +88,7 @@ double shadedGoal(double a0, double a1, double a2, double u) noexcept {
 }
 
 void ForceShading::advance(const GraphView& graph, const ProbeState& probe, SolverStep& step) noexcept {
-  internal::clear(step);
+  step.clear();
   before_ = place_;
   if (!place_.valid() || !internal::usableDistance((place_.p_W - probe.h_W).squaredNorm())) return;
   graph_.begin(graph);

@@ -64,6 +64,10 @@ struct TileList {
     }
     ids[count++] = tile;
   }
+  void clear() noexcept {
+    count = 0;
+    overflow = false;
+  }
 };
 
 struct SolverStep {
@@ -72,6 +76,13 @@ struct SolverStep {
   std::uint32_t frontiers = 0;  // nodes whose home tile was absent
   TileList touched;             // tiles that were read
   TileList absent;              // tiles that the search needed but that are not in memory
+
+  void clear() noexcept {
+    visited = frontiers = 0;
+    capped = false;
+    touched.clear();
+    absent.clear();
+  }
 };
 
 class ProxySolver {

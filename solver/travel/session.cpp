@@ -3,8 +3,6 @@
 #include "index/errors.h"
 #include "index/output.h"
 #include "solver/loop/haptic_loop.h"
-#include "solver/proxy/parameters.h"
-#include "solver/travel/default_cell.h"
 #include "solver/travel/internal/awaited_jump.h"
 #include "solver/travel/internal/hand_navigation.h"
 #include "solver/travel/internal/hand_tiles.h"
@@ -39,22 +37,15 @@ internal::TileKind sessionTileKind(const SessionOptions& options, const internal
 }
 
 // A replay reads tiles without limit.
-ResidencyOptions sessionResidency(const SessionOptions& options, const internal::TravelDevice& device) {
-  ResidencyOptions residency;
-  if (options.budget_bytes && device.replay() == nullptr) residency.budget_bytes = *options.budget_bytes;
-  return residency;
+std::uint64_t sessionBudget(const SessionOptions& options, const internal::TravelDevice& device) {
+  return device.replay() == nullptr ? options.budget_bytes.value_or(UINT64_MAX) : UINT64_MAX;
 }
 
 // Many sessions share a machine's memory, so that each keeps fewer nodes.
 constexpr std::uint32_t kSharedPoolNodes = 1024;
 
-std::unique_ptr<ProxySolver> solverFor(const TileStore& store, const SessionOptions& options) {
-  const SolverMethod method = options.method;
-  SolverParameters parameters;
-  const bool reaches = method == SolverMethod::force || method == SolverMethod::force_listing;
-  if (reaches && store.cell_count() > 0) parameters = automaticParameters(store, defaultCell(store));
-  if (options.shared.residency != nullptr) parameters.pool_nodes = kSharedPoolNodes;
-  return makeProxySolver(method, parameters);
+std::optional<std::uint32_t> poolNodesOf(const SessionOptions& options) {
+  return options.shared.residency != nullptr ? std::optional(kSharedPoolNodes) : std::nullopt;
 }
 
 SessionOptions checked(const SessionOptions& options) {
@@ -108,8 +99,9 @@ Session::Impl::Impl(const TileStore& scene, const SessionOptions& wanted)
       hand(internal::handOf(handNameOf(wanted.device)) ? device.hand() : nullptr),
       device_name(wanted.device == kMouse ? kMouse : device.capabilities().name),
       choice(choose(scene.tile_count())),
-      tiles(scene, sessionTileKind(options, device), sessionResidency(options, device), options.shared),
-      travel(scene, tiles, device, solverFor(scene, options), choice.navigation),
+      tiles(scene, sessionTileKind(options, device), {.budget_bytes = sessionBudget(options, device)}, options.shared),
+      travel(scene, tiles, device, internal::chooseSolver(scene, options.method, poolNodesOf(options)),
+             choice.navigation),
       channels(options.record.empty() ? 2 : 4096),
       clock(period_s),
       travelling(device, tiles, travel, channels, hand, choice.navigation.workspace, std::move(replayed)) {

@@ -3,8 +3,6 @@
 #include "device/simulated/null_device.h"
 #include "index/errors.h"
 #include "solver/graph/graph_view.h"
-#include "solver/proxy/parameters.h"
-#include "solver/travel/default_cell.h"
 #include "solver/travel/internal/hand_navigation.h"
 #include "solver/travel/internal/hand_tiles.h"
 #include "solver/travel/internal/navigation_choice.h"
@@ -39,19 +37,6 @@ NavigationOptions steppedNavigation(const DeviceCapabilities& can, const Stepped
   return navigation;
 }
 
-std::unique_ptr<ProxySolver> steppedSolver(const TileStore& store, SolverMethod method) {
-  SolverParameters parameters;
-  const bool reaches = method == SolverMethod::force || method == SolverMethod::force_listing;
-  if (reaches && store.cell_count() > 0) parameters = automaticParameters(store, defaultCell(store));
-  return makeProxySolver(method, parameters);
-}
-
-ResidencyOptions steppedResidency(const SteppedTravelOptions& options) {
-  ResidencyOptions residency;
-  if (options.budget_bytes) residency.budget_bytes = *options.budget_bytes;
-  return residency;
-}
-
 // Holds tiles while it lives.
 class TileHold {
  public:
@@ -75,8 +60,8 @@ struct SteppedTravel::Impl {
         device({.name = "caller",
                 .period_s = 1.0 / wanted.rate_Hz,
                 .make = [](const std::string&, double period_s) { return std::make_unique<NullDevice>(period_s); }}),
-        tiles(scene, internal::TileKind::resident, steppedResidency(options)),
-        hand(scene, tiles, device, steppedSolver(scene, options.method),
+        tiles(scene, internal::TileKind::resident, {.budget_bytes = options.budget_bytes.value_or(UINT64_MAX)}),
+        hand(scene, tiles, device, internal::chooseSolver(scene, options.method),
              steppedNavigation(device.capabilities(), options)) {
     state.status = DeviceStatus::ready;
     if (!options.realtime) return;

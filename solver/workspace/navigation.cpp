@@ -169,10 +169,7 @@ bool Navigation::changesBeforeSolving(const DeviceState& device) const noexcept 
   if (changes_before) saved_ = state_;
   tick_.wrench = Wrench{};
   tick_.solved = tick_.frontier = false;
-  tick_.step.visited = tick_.step.frontiers = 0;
-  tick_.step.capped = false;
-  tick_.step.touched.count = tick_.step.absent.count = 0;
-  tick_.step.touched.overflow = tick_.step.absent.overflow = false;
+  tick_.step.clear();
 
   const bool ready = device.status == DeviceStatus::ready;
   if (ready && !state_.was_ready) {

@@ -6,17 +6,8 @@ namespace filiform {
 
 DrawList chooseTiles(const TileStore& store, const Levels* levels, const LevelView& view, const Vector3d& focus_W,
                      std::uint64_t most_segments, double enough_px, UnreadTiles unread) {
+  if (levels != nullptr) return {levels->choose(view, most_segments, enough_px, unread)};
   DrawList list;
-  if (levels != nullptr) {
-    LevelChoice choice = levels->choose(view, most_segments, enough_px, unread);
-    return {.parts = std::move(choice.parts),
-            .segments = choice.segments,
-            .error_px = choice.error_px,
-            .hidden = choice.hidden,
-            .limited = choice.limited,
-            .unread = std::move(choice.unread)};
-  }
-
   struct DrawableTile {
     double distance2_um2;
     TileId tile;

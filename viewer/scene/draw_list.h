@@ -7,15 +7,9 @@
 
 namespace filiform {
 
-struct DrawList {
-  std::vector<LevelPart> parts;  // coarsest first
-  std::uint64_t segments = 0;    // of the parts
-  double error_px = 0;           // the largest of the parts
-  std::uint64_t hidden = 0;      // full-resolution segments that levels hide: others cover their pixels
-  std::uint64_t left_out = 0;    // without levels: segments of the tiles in view beyond the budget
+struct DrawList : LevelChoice {
+  std::uint64_t left_out = 0;  // without levels: segments of the tiles in view beyond the budget
   std::uint64_t tiles_left_out = 0;
-  bool limited = false;              // with levels: some part is coarser than asked for, because of the budget
-  std::vector<LevelId> unread = {};  // with levels: as in LevelChoice
 };
 
 // With levels: Levels::choose(). It always chooses the coarsest tile, so that `segments` may exceed a tiny budget.

@@ -21,8 +21,8 @@ std::uint64_t segmentsIn(std::span<SegmentChain* const> chains) {
 }
 
 // Sorts items that consist of a few sorted runs, as they come from a few chains.
-template <typename T, typename Less>
-void sortRuns(std::vector<T>& values, std::vector<std::size_t>& runs, Less less) {
+template <typename Less>
+void sortRuns(std::span<std::uint32_t> values, std::vector<std::size_t>& runs, Less less) {
   constexpr std::size_t kManyRuns = 64;
   runs.assign(1, 0);
   for (std::size_t i = 1; i < values.size(); ++i)
@@ -44,16 +44,16 @@ void sortRuns(std::vector<T>& values, std::vector<std::size_t>& runs, Less less)
 
 }  // namespace
 
-LeafBuilder::LeafBuilder(const Partition& partition, Spool& spool, SegmentChain& long_segments,
-                         std::uint64_t unit_capacity, HandOver hand_over)
+LeafBuilder::LeafBuilder(const Partition& partition, Spool& spool, SegmentChain& long_segments, std::uint64_t capacity,
+                         HandOver hand_over)
     : partition_(partition),
       spool_(spool),
       long_segments_(long_segments),
-      unit_capacity_(unit_capacity),
+      capacity_(capacity),
       hand_over_(std::move(hand_over)) {}
 
 std::uint64_t LeafBuilder::cost(std::uint64_t segments) const {
-  return segments * kBytesTogether + tileCost(std::min(segments, 2 * unit_capacity_));
+  return segments * kBytesTogether + tileCost(std::min(segments, 2 * capacity_));
 }
 
 void LeafBuilder::refuse(std::uint64_t stored, std::uint64_t needed_memory) {
@@ -65,14 +65,12 @@ void LeafBuilder::refuse(std::uint64_t stored, std::uint64_t needed_memory) {
 void LeafBuilder::release() {
   closed_ = {};
   records_ = {};
+  items_ = {};
   placed_ = {};
-  ordered_ = {};
-  entries_ = {};
-  midpoints_ = {};
   stored_ = {};
-  unit_ends_ = {};
+  ends_ = {};
   long_ = {};
-  unit_ = {};
+  content_ = {};
 }
 
 void LeafBuilder::enter(const Range& range) {
@@ -80,14 +78,13 @@ void LeafBuilder::enter(const Range& range) {
   end_ = range.end;
   path_ = partition_.path(range.core);
   core_ = range.core.box();
-  midpoints_.assign(end_ - first_, 0);
   closed_.clear();
   closed_.reserve(end_ - first_);
   for (std::uint32_t leaf = first_; leaf < end_; ++leaf) closed_.push_back(closedBlock(partition_.leaves()[leaf]));
 }
 
-// Calls use(leaf, owned) for each leaf of the range that stores the segment, and counts its midpoint. Returns true for
-// a long segment whose midpoint is in the range, in the leaf `owner_`.
+// Calls use(leaf, owned) for each leaf of the range that stores the segment. Returns true for a long segment whose
+// midpoint is in the range, in the leaf `owner_`.
 template <typename Use>
 bool LeafBuilder::forEachLeaf(const SegmentRecord& r, const Use& use) {
   const GridPoint middle = midpoint(r.child, r.parent);
@@ -100,7 +97,6 @@ bool LeafBuilder::forEachLeaf(const SegmentRecord& r, const Use& use) {
       if (home >= first_ && home < end_) owner_ = owner = home;
     }
   }
-  if (owner != kNoLeaf) ++midpoints_[owner - first_];
   if (owner != kNoLeaf && strictlyInside(closed_[owner - first_], r.child, r.parent)) {
     use(owner, true);
     return false;
@@ -122,45 +118,31 @@ bool LeafBuilder::forEachLeaf(const SegmentRecord& r, const Use& use) {
 LeafBuilder::Counts LeafBuilder::count(std::span<SegmentChain* const> chains, const Range& range) {
   enter(range);
   const std::size_t leaves = range.end - range.first;
-  Counts counts{{}, std::vector<std::uint32_t>(leaves, 0), std::vector<std::uint32_t>(leaves, 0)};
+  Counts counts{std::vector<std::uint32_t>(leaves, 0), std::vector<std::uint32_t>(leaves, 0)};
   for (SegmentChain* chain : chains) {
     SegmentChain::Reader reader(*chain, false);
     for (SegmentRecord record = SegmentChain::first(); reader.next(record);)
       if (forEachLeaf(record, [&](std::uint32_t leaf, bool) { ++counts.stored[leaf - first_]; }))
         ++counts.too_long[owner_ - first_];
   }
-  counts.midpoints = midpoints_;
   return counts;
 }
 
-std::uint64_t LeafBuilder::largestUnit(const Counts& counts) {
-  findUnits();
-  std::uint64_t largest = 0;
-  std::uint32_t first = 0;
-  for (const std::uint32_t end : unit_ends_) {
-    const auto begin = counts.stored.begin();
-    largest = std::max(largest, std::accumulate(begin + first, begin + end, std::uint64_t{0}));
-    first = end;
-  }
-  return largest;
-}
-
-void LeafBuilder::build(std::span<SegmentChain* const> chains, const Range& range, MemoryGate& gate,
-                        MemoryGate::Pass& pass) {
+void LeafBuilder::build(std::span<SegmentChain* const> chains, const Range& range, MemoryBudget::Hold& hold) {
   const std::uint64_t all = segmentsIn(chains);
   if (all == 0) return;
-  if (all >= kOwned || cost(all) > gate.limit()) return divide(chains, range, gate, pass);
-  if (!pass.fits(cost(all))) {
+  if (all >= kOwned || cost(all) > hold.budget().limit()) return divide(chains, range, hold);
+  if (!hold.fits(cost(all))) {
     release();
-    pass.change(cost(all));
+    hold.wait(cost(all));
   }
   enter(range);
-  if (buildTogether(chains, pass.bytes())) return;
+  if (buildTogether(chains, hold.bytes())) return;
   SegmentChain again(spool_);
   for (const SegmentRecord& record : records_) again.add(record);
   again.close();
   SegmentChain* const chain = &again;
-  divide({&chain, 1}, range, gate, pass);
+  divide({&chain, 1}, range, hold);
 }
 
 // Returns false, with all segments in records_, if it needs more than `most_bytes`.
@@ -185,88 +167,48 @@ bool LeafBuilder::buildTogether(std::span<SegmentChain* const> chains, std::uint
     if (is_long) long_.push_back(i);
     if (placed_.size() * kBytesOfPlace > for_places) return false;
   }
-  findUnits();
-  std::vector<std::uint32_t> next;  // of each unit, among the entries
-  std::vector<std::uint32_t> unit_of(end_ - first_);
-  std::uint32_t first = 0, sum = 0, largest = 0;
-  for (const std::uint32_t end : unit_ends_) {
-    std::fill(unit_of.begin() + first, unit_of.begin() + end, static_cast<std::uint32_t>(next.size()));
-    next.push_back(sum);
-    const std::uint32_t n = std::accumulate(stored_.begin() + first, stored_.begin() + end, 0u);
-    largest = std::max(largest, n);
-    sum += n;
-    first = end;
-  }
+  const std::uint32_t largest = *std::max_element(stored_.begin(), stored_.end());
   if (placed_.size() * kBytesOfPlace + tileCost(largest) > for_places) return false;
 
   for (const std::uint32_t i : long_) long_segments_.add(records_[i]);
-  ordered_.resize(placed_.size());
-  for (std::uint64_t at : placed_) ordered_[next[unit_of[at >> 32]]++] = at;
-  first = sum = 0;
-  for (std::size_t u = 0; u < unit_ends_.size(); ++u) {
-    handOverUnit(first, unit_ends_[u], std::span(ordered_).subspan(sum, next[u] - sum));
-    first = unit_ends_[u];
-    sum = next[u];
+  items_.resize(placed_.size());
+  ends_.resize(stored_.size());
+  std::exclusive_scan(stored_.begin(), stored_.end(), ends_.begin(), 0u);
+  for (const std::uint64_t at : placed_) items_[ends_[at >> 32]++] = static_cast<std::uint32_t>(at);
+  for (std::uint32_t i = 0; i < stored_.size(); ++i) {
+    if (stored_[i] == 0) continue;
+    fill(first_ + i, std::span(items_).subspan(ends_[i] - stored_[i], stored_[i]));
+    hand_over_(content_);
   }
   return true;
 }
 
-void LeafBuilder::findUnits() {
-  unit_ends_.clear();
-  const std::span<const BlockKey> leaves = std::span(partition_.leaves()).subspan(first_, end_ - first_);
-  for (std::size_t first = 0; first < leaves.size();) {
-    first = unitEnd(leaves, midpoints_, first, unit_capacity_);
-    unit_ends_.push_back(static_cast<std::uint32_t>(first));
-  }
+// Sorts `items`: what the leaf stores.
+void LeafBuilder::fill(std::uint32_t leaf, std::span<std::uint32_t> items) {
+  const auto record = [&](std::uint32_t item) -> const SegmentRecord& { return records_[item & ~kOwned]; };
+  sortRuns(items, runs_, [&](std::uint32_t a, std::uint32_t b) { return record(a).id.key() < record(b).id.key(); });
+  content_.leaf = leaf;
+  content_.key = partition_.leaves()[leaf];
+  content_.fill(
+      items.size(), [&](std::size_t i) -> const SegmentRecord& { return record(items[i]); },
+      [&](std::size_t i) { return (items[i] & kOwned) != 0; });
 }
 
-// Leaves `first` to `end` of the range. `entries`: what they store; the leaves of one record are neighbours.
-void LeafBuilder::handOverUnit(std::uint32_t first, std::uint32_t end, std::span<std::uint64_t> entries) {
-  if (entries.empty()) return;
-  const auto record_of = [&](std::uint64_t at) { return static_cast<std::uint32_t>(at) & ~kOwned; };
-  entries_.assign(entries.begin(), entries.end());
-  sortRuns(entries_, runs_, [&](std::uint64_t a, std::uint64_t b) {
-    return records_[record_of(a)].id.key() < records_[record_of(b)].id.key();
-  });
-  unit_.first = first_ + first;
-  unit_.keys = std::span(partition_.leaves()).subspan(unit_.first, end - first);
-  unit_.records.clear();
-  unit_.items.resize(entries_.size());
-  unit_.items_begin.assign(1, 0);
-  for (std::uint32_t leaf = first; leaf < end; ++leaf)
-    unit_.items_begin.push_back(unit_.items_begin.back() + stored_[leaf]);
-  std::uint32_t last = UINT32_MAX;
-  next_.assign(unit_.items_begin.begin(), unit_.items_begin.end() - 1);
-  for (const std::uint64_t at : entries_) {
-    if (record_of(at) != last) unit_.records.push_back(records_[last = record_of(at)]);
-    const auto record = static_cast<std::uint32_t>(unit_.records.size() - 1);
-    unit_.items[next_[(at >> 32) - first]++] = {record, (at & kOwned) != 0};
-  }
-  hand_over_(unit_);
-}
-
-// Combines neighbouring units as long as they fit `share`. If there were too many parts, several are combined into one
+// Combines neighbouring leaves as long as they fit `share`. If there were too many parts, several are combined into one
 // that does not fit.
 std::vector<LeafBuilder::Part> LeafBuilder::partsOf(std::span<SegmentChain* const> chains, const Range& range,
                                                     std::uint64_t share) {
   std::vector<Part> parts;
   const Counts counts = count(chains, range);
-  findUnits();
-  std::uint32_t first = 0;
-  for (const std::uint32_t unit_end : unit_ends_) {
-    const auto sum = [&](const std::vector<std::uint32_t>& of) {
-      return std::accumulate(of.begin() + first, of.begin() + unit_end, std::uint64_t{0});
-    };
-    const std::uint64_t n = sum(counts.stored), too_long = sum(counts.too_long);
-    Part alone{range.first + first, range.first + unit_end, n, too_long, n, true, true};
-    first = unit_end;
+  for (std::uint32_t leaf = range.first; leaf < range.end; ++leaf) {
+    const std::uint64_t n = counts.stored[leaf - range.first];
+    Part alone{leaf, leaf + 1, n, counts.too_long[leaf - range.first], n, true};
     alone.fits = alone.bytes() <= share;
     if (!parts.empty() && parts.back().fits) {
       Part together = parts.back();
       together.end = alone.end;
-      together.is_unit = false;
       together.stored += n;
-      together.too_long += too_long;
+      together.too_long += alone.too_long;
       together.largest = std::max(together.largest, alone.largest);
       if (together.bytes() <= share) {
         parts.back() = together;
@@ -284,16 +226,15 @@ std::vector<LeafBuilder::Part> LeafBuilder::partsOf(std::span<SegmentChain* cons
     joined.push_back(parts[i]);
     if (i == last) continue;
     joined.back().end = parts[last].end;
-    joined.back().fits = joined.back().is_unit = false;
+    joined.back().fits = false;
   }
   return joined;
 }
 
-void LeafBuilder::divide(std::span<SegmentChain* const> chains, const Range& range, MemoryGate& gate,
-                         MemoryGate::Pass& pass) {
+void LeafBuilder::divide(std::span<SegmentChain* const> chains, const Range& range, MemoryBudget::Hold& hold) {
   release();
-  if (!pass.fits(0)) pass.change(0);
-  const std::vector<Part> parts = partsOf(chains, range, gate.share());
+  if (!hold.fits(0)) hold.wait(0);
+  const std::vector<Part> parts = partsOf(chains, range, hold.budget().share());
   std::vector<SegmentChain> pieces;
   pieces.reserve(parts.size());
   for (std::size_t i = 0; i < parts.size(); ++i) pieces.emplace_back(spool_);
@@ -322,58 +263,50 @@ void LeafBuilder::divide(std::span<SegmentChain* const> chains, const Range& ran
     SegmentChain* const piece = &pieces[i];
     if (piece->count() == 0) continue;
     if (parts[i].fits) {
-      if (!pass.fits(0)) {
+      if (!hold.fits(0)) {
         release();
-        pass.change(0);
+        hold.wait(0);
       }
       enter(part);
       buildTogether({&piece, 1}, UINT64_MAX);
-    } else if (!parts[i].is_unit) {
-      divide({&piece, 1}, part, gate, pass);
+    } else if (part.end - part.first > 1) {
+      divide({&piece, 1}, part, hold);
     } else {
-      buildAlone(*piece, parts[i], part, gate, pass);
+      buildAlone(*piece, parts[i], part, hold);
     }
   }
 }
 
-// Builds a single unit. Beside its tiles there is no room for its segments.
-void LeafBuilder::buildAlone(SegmentChain& chain, const Part& part, const Range& range, MemoryGate& gate,
-                             MemoryGate::Pass& pass) {
+// Builds a single leaf. Beside its tile there is no room for its records.
+void LeafBuilder::buildAlone(SegmentChain& chain, const Part& part, const Range& range, MemoryBudget::Hold& hold) {
   const std::uint64_t bytes = tileCost(part.stored);
-  if (bytes > gate.limit()) refuse(part.stored, memoryFor(bytes));
-  if (!pass.fits(bytes)) {
+  if (bytes > hold.budget().limit()) refuse(part.stored, memoryFor(bytes));
+  if (!hold.fits(bytes)) {
     release();
-    pass.change(bytes);
+    hold.wait(bytes);
   }
   enter(range);
-  std::vector<SegmentRecord>& records = unit_.records;
-  records.clear();
-  records.reserve(std::min(chain.count(), part.stored));
+  records_.clear();
+  records_.reserve(part.stored);
+  items_.clear();
+  items_.reserve(part.stored);
   {
     SegmentChain::Reader reader(chain, true);
     for (SegmentRecord record = SegmentChain::first(); reader.next(record);) {
-      bool is_stored = part.too_long == 0;
-      if (!is_stored && forEachLeaf(record, [&](std::uint32_t, bool) { is_stored = true; })) long_segments_.add(record);
-      if (is_stored) records.push_back(record);
+      const auto store = [&](std::uint32_t, bool owned) {
+        items_.push_back(static_cast<std::uint32_t>(records_.size()) | (owned ? kOwned : 0));
+        records_.push_back(record);
+      };
+      if (forEachLeaf(record, store)) long_segments_.add(record);
     }
   }
   chain.clear();
-  if (records.empty()) return;
-  sortRuns(records, runs_, [](const SegmentRecord& a, const SegmentRecord& b) { return a.id.key() < b.id.key(); });
-  stored_.assign(end_ - first_ + 1, 0);
-  for (const SegmentRecord& r : records)
-    forEachLeaf(r, [&](std::uint32_t leaf, bool) { ++stored_[leaf - first_ + 1]; });
-  std::partial_sum(stored_.begin(), stored_.end(), stored_.begin());
-  unit_.first = range.first;
-  unit_.keys = std::span(partition_.leaves()).subspan(range.first, range.end - range.first);
-  unit_.items_begin = stored_;
-  unit_.items.resize(stored_.back());
-  for (std::uint32_t i = 0; i < records.size(); ++i) {
-    forEachLeaf(records[i], [&](std::uint32_t leaf, bool owned) {
-      unit_.items[stored_[leaf - first_]++] = {i, owned};
-    });
-  }
-  hand_over_(unit_);
+  if (records_.empty()) return;
+  fill(range.first, items_);
+  records_ = {};
+  items_ = {};
+  hand_over_(content_);
+  content_ = {};
 }
 
 }  // namespace filiform::internal

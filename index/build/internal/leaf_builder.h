@@ -2,11 +2,11 @@
 //
 // Usually all segments of the leaves are in memory together. If they, or the content of the leaves, exceed the share,
 // the leaves are divided into parts. The segments then go through the spool once more, each to all parts that store it.
-// The smallest part is one unit of leaves: its tiles must fit the memory together.
+// The smallest part is one leaf: its tile must fit the memory.
 #pragma once
 
-#include "index/build/internal/leaf_unit.h"
-#include "index/build/internal/memory_gate.h"
+#include "index/build/internal/leaf_content.h"
+#include "index/build/internal/memory_budget.h"
 #include "index/build/internal/segment_chain.h"
 #include "index/geometry/partition.h"
 #include "index/set/landmarks.h"
@@ -21,36 +21,34 @@ namespace filiform::internal {
 // Thread rule: thread-compatible; one for each worker. Throws IoError if the spool cannot be written or read.
 class LeafBuilder {
  public:
-  // Receives the content of one unit; its vectors may be moved from.
-  using HandOver = std::function<void(LeafUnit& unit)>;
+  // Receives the content of one leaf; its vectors may be moved from.
+  using HandOver = std::function<void(LeafContent& content)>;
 
   // Keeps references. `long_segments` gets each segment that meets too many leaves, once, from the leaf of its
-  // midpoint. `unit_capacity`: most midpoints of a unit of several leaves.
-  LeafBuilder(const Partition& partition, Spool& spool, SegmentChain& long_segments, std::uint64_t unit_capacity,
+  // midpoint. `capacity`: of a leaf.
+  LeafBuilder(const Partition& partition, Spool& spool, SegmentChain& long_segments, std::uint64_t capacity,
               HandOver hand_over);
 
-  // Neighbouring leaves: a range of positions in partition.leaves(). They form whole units.
+  // Neighbouring leaves: a range of positions in partition.leaves().
   struct Range {
     std::uint32_t first, end;
     BlockKey core;  // contains the midpoints of all segments that these leaves own
   };
   // Bytes needed to build leaves from this number of segments together; each segment is stored about twice.
   std::uint64_t cost(std::uint64_t segments) const;
-  // Bytes needed to build one unit whose leaves store this number of segments.
+  // Bytes needed to build one leaf that stores this number of segments.
   static std::uint64_t tileCost(std::uint64_t stored) { return stored * kBytesInTile; }
 
-  // For each leaf of the range: the midpoints in it, the segments that its tile stores, and those of its own that go to
-  // the long-segment tile.
+  // For each leaf of the range: the segments that its tile stores, and those of its own that go to the long-segment
+  // tile.
   struct Counts {
-    std::vector<std::uint32_t> midpoints, stored, too_long;
+    std::vector<std::uint32_t> stored, too_long;
   };
   // O(segments), with 60 bytes a leaf in memory.
   Counts count(std::span<SegmentChain* const> chains, const Range& range);
-  // The most segments that a unit of the range stores. After count().
-  std::uint64_t largestUnit(const Counts& counts);
-  // Passes each unit with content on, and empties the chains. Uses the memory that `pass` allows, and frees it while it
-  // waits for more. Throws InputError if one unit needs more than the whole gate allows.
-  void build(std::span<SegmentChain* const> chains, const Range& range, MemoryGate& gate, MemoryGate::Pass& pass);
+  // Passes each leaf with content on, and empties the chains. Uses the memory of `hold`, and frees it while it waits for
+  // more. Throws InputError if one leaf needs more than the whole budget.
+  void build(std::span<SegmentChain* const> chains, const Range& range, MemoryBudget::Hold& hold);
   // Frees the memory kept between ranges.
   void release();
 
@@ -58,7 +56,7 @@ class LeafBuilder {
 
   // Throws the InputError for a tile that does not fit.
   [[noreturn]] static void refuse(std::uint64_t stored, std::uint64_t needed_memory);
-  // Returns the value of --memory that gives the gate this number of bytes; set by the owner.
+  // Returns the value of --memory that gives the budget this number of bytes; set by the owner.
   std::function<std::uint64_t(std::uint64_t bytes)> memoryFor;
 
  private:
@@ -71,25 +69,23 @@ class LeafBuilder {
   void enter(const Range& range);
   template <typename Use>
   bool forEachLeaf(const SegmentRecord& record, const Use& use);
-  void findUnits();
-  void handOverUnit(std::uint32_t first, std::uint32_t end, std::span<std::uint64_t> entries);
+  void fill(std::uint32_t leaf, std::span<std::uint32_t> items);
   bool buildTogether(std::span<SegmentChain* const> chains, std::uint64_t most_bytes);
-  void divide(std::span<SegmentChain* const> chains, const Range& range, MemoryGate& gate, MemoryGate::Pass& pass);
+  void divide(std::span<SegmentChain* const> chains, const Range& range, MemoryBudget::Hold& hold);
   struct Part {
     std::uint32_t first, end;        // leaves
     std::uint64_t stored, too_long;  // of all of them
-    std::uint64_t largest;           // stored by one unit
-    bool is_unit;
-    bool fits;  // a thread's share
+    std::uint64_t largest;           // stored by one leaf
+    bool fits;                       // a thread's share
     std::uint64_t bytes() const { return (stored + too_long) * (kBytesOfRecord + kBytesOfPlace) + tileCost(largest); }
   };
   std::vector<Part> partsOf(std::span<SegmentChain* const> chains, const Range& range, std::uint64_t share);
-  void buildAlone(SegmentChain& chain, const Part& part, const Range& range, MemoryGate& gate, MemoryGate::Pass& pass);
+  void buildAlone(SegmentChain& chain, const Part& part, const Range& range, MemoryBudget::Hold& hold);
 
   const Partition& partition_;
   Spool& spool_;
   SegmentChain& long_segments_;
-  std::uint64_t unit_capacity_;
+  std::uint64_t capacity_;
   HandOver hand_over_;
   std::uint64_t visited_ = 0;
 
@@ -100,13 +96,12 @@ class LeafBuilder {
   std::vector<GridBox> closed_;
 
   std::vector<SegmentRecord> records_;
-  std::vector<std::uint64_t> placed_, ordered_;    // leaf << 32 | owned | position in records_
-  std::vector<std::uint32_t> midpoints_, stored_;  // by leaf of the range
-  std::vector<std::uint32_t> unit_ends_;           // of the leaves, from first_ on
-  std::vector<std::uint32_t> long_, met_, next_;
+  std::vector<std::uint32_t> items_;          // by leaf: owned | position in records_
+  std::vector<std::uint64_t> placed_;         // leaf << 32 | item
+  std::vector<std::uint32_t> stored_, ends_;  // by leaf of the range: number and end of its items
+  std::vector<std::uint32_t> long_, met_;
   std::vector<std::size_t> runs_;
-  std::vector<std::uint64_t> entries_;
-  LeafUnit unit_;
+  LeafContent content_;
 };
 
 }  // namespace filiform::internal

@@ -3,6 +3,7 @@
 #include "index/build/internal/heap.h"
 #include "index/build/internal/level_blocks.h"
 #include "index/build/internal/level_writer.h"
+#include "index/build/internal/rank_packs.h"
 #include "index/build/internal/somata_section.h"
 #include "index/build/internal/tile_packer.h"
 #include "index/build/internal/tile_writer.h"
@@ -10,6 +11,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <optional>
 #include <thread>
 #include <utility>
 
@@ -22,37 +24,11 @@ constexpr std::uint64_t kMemoryOfThread = std::uint64_t{16} << 20;  // stack, bu
 
 std::uint64_t leastSegments(const IngestOptions& options) { return kLevelTiles * std::uint64_t{options.capacity}; }
 
-}  // namespace
-
-std::string folderName(const std::string& path) {
-  std::string folder = path;
-  while (folder.size() > 1 && folder.back() == '/') folder.pop_back();
-  return folder;
-}
-
-unsigned checkedThreads(const IngestOptions& options) {
-  if (options.capacity == 0) throw UsageError("the capacity of a tile must be at least 1");
-  if (options.quantum_exponent < Grid::kMinExponent || options.quantum_exponent > Grid::kMaxExponent)
-    throw UsageError("the quantum must be a power of two from 2^-10 to 2^10 um");
-  if (options.memory < kMinIngestMemory)
-    throw UsageError("ingest needs at least " + std::to_string(kMinIngestMemory >> 20) + " MiB of memory");
-  const unsigned wanted = options.threads != 0 ? options.threads : std::max(1u, std::thread::hardware_concurrency());
-  return static_cast<unsigned>(std::min<std::uint64_t>({wanted, kMostIngestThreads, options.memory / kMemoryOfThread}));
-}
-
 std::uint64_t encodedMemory(const IngestOptions& options) {
   return options.chunk_segments != 0 ? 0 : options.memory / 8;
 }
 
-Step stepOf(const IngestOptions& options) {
-  return [&options](const char* phase, std::uint64_t done, std::uint64_t total) {
-    if (options.cancel != nullptr && options.cancel->load(std::memory_order_relaxed)) throw Interrupted("interrupted");
-    if (options.progress) options.progress(phase, done, total);
-  };
-}
-
-TilerOptions tilerOptionsOf(const IngestOptions& options, unsigned threads, const std::string& folder,
-                            const Step& step) {
+TilerOptions tilerOptionsOf(const IngestOptions& options, unsigned threads, const std::string& folder) {
   return {.grid = Grid(options.quantum_exponent),
           .capacity = options.capacity,
           .memory = options.memory,
@@ -63,7 +39,7 @@ TilerOptions tilerOptionsOf(const IngestOptions& options, unsigned threads, cons
           .folder = folder,
           .ranks = options.ranks,
           .cancel = options.cancel,
-          .progress = step};
+          .progress = stepOf(options)};
 }
 
 TilePacker::Options packerOptionsOf(const IngestOptions& options, unsigned threads, const std::string& folder,
@@ -80,9 +56,13 @@ TilePacker::Options packerOptionsOf(const IngestOptions& options, unsigned threa
           .leaves = static_cast<std::uint32_t>(tiler.leaves().size())};
 }
 
+Provenance provenanceOf(const IngestOptions& options) {
+  return options.provenance ? options.provenance() : Provenance{};
+}
+
 // The rest of the set, once all tiles are written; publishes it.
 IngestResult completeSet(SetFolder& folder, const IngestOptions& options, Tiler& tiler,
-                         std::unique_ptr<TilePacker> packer, TileWriter& writer, const Provenance* provenance) {
+                         std::unique_ptr<TilePacker> packer, TileWriter& writer, std::optional<Provenance> provenance) {
   const auto step = stepOf(options);
   step("choosing landmarks", 0, 0);
   writer.writeLandmarks(tiler.landmarks());
@@ -110,10 +90,8 @@ IngestResult completeSet(SetFolder& folder, const IngestOptions& options, Tiler&
     for (const auto& [name, bytes] : options.sections()) writer.writeSection(name, bytes);
 
   result.spool_bytes = tiler.spool_file_bytes();
-  if (provenance != nullptr)
-    result.revision = writer.finish(*provenance);
-  else
-    result.revision = writer.finish(options.provenance ? options.provenance() : Provenance{});
+  if (!provenance) provenance = provenanceOf(options);
+  result.revision = writer.finish(*provenance);
   result.counts = writer.counts();
   result.bytes = writer.bytes();
   step("publishing", 0, 0);
@@ -121,23 +99,70 @@ IngestResult completeSet(SetFolder& folder, const IngestOptions& options, Tiler&
   return result;
 }
 
-IngestResult makeSet(SetFolder& folder, const IngestOptions& options, const std::function<void(Tiler&)>& read) {
+}  // namespace
+
+std::string folderName(const std::string& path) {
+  std::string folder = path;
+  while (folder.size() > 1 && folder.back() == '/') folder.pop_back();
+  return folder;
+}
+
+unsigned checkedThreads(const IngestOptions& options) {
+  if (options.capacity == 0) throw UsageError("the capacity of a tile must be at least 1");
+  if (options.quantum_exponent < Grid::kMinExponent || options.quantum_exponent > Grid::kMaxExponent)
+    throw UsageError("the quantum must be a power of two from 2^-10 to 2^10 um");
+  if (options.memory < kMinIngestMemory)
+    throw UsageError("ingest needs at least " + std::to_string(kMinIngestMemory >> 20) + " MiB of memory");
+  const unsigned wanted = options.threads != 0 ? options.threads : std::max(1u, std::thread::hardware_concurrency());
+  return static_cast<unsigned>(std::min<std::uint64_t>({wanted, kMostIngestThreads, options.memory / kMemoryOfThread}));
+}
+
+Step stepOf(const IngestOptions& options) {
+  return [&options](const char* phase, std::uint64_t done, std::uint64_t total) {
+    if (options.cancel != nullptr && options.cancel->load(std::memory_order_relaxed)) throw Interrupted("interrupted");
+    if (options.progress) options.progress(phase, done, total);
+  };
+}
+
+IngestResult makeSet(SetFolder* folder, const std::string& building, const IngestOptions& options,
+                     const std::function<void(Tiler&)>& read) {
   const unsigned threads = checkedThreads(options);
+  Ranks* const ranks = options.ranks != nullptr && options.ranks->count() > 1 ? options.ranks : nullptr;
   unmapLargeBlocksWhenFreed();
-  Tiler tiler(tilerOptionsOf(options, threads, folder.building(), stepOf(options)));
+  Tiler tiler(tilerOptionsOf(options, threads, building));
   read(tiler);
+  std::optional<Provenance> provenance;
+  if (ranks != nullptr) provenance = provenanceOf(options);  // all ranks together
   tiler.cut();
-  TileWriter writer(folder.building(), Grid(options.quantum_exponent), options.capacity, options.pack_bytes,
-                    options.page_tiles);
-  const std::size_t leaves = tiler.leaves().size();
-  writer.reserve(leaves + 1);
+  const auto leaves = static_cast<std::uint32_t>(tiler.leaves().size());
+  TilePacker::Options packing = packerOptionsOf(options, threads, building, tiler);
+  const auto packsOf = [&](TilePacker& packer) {
+    return RankPacks{*ranks, packer, building, options.pack_bytes, encodedMemory(options), leaves, options.levels};
+  };
+  if (folder == nullptr) {
+    std::optional<RankPacker> together;
+    packing.hold = true;
+    TilePacker packer(std::move(packing),
+                      [&](const TileEntry& entry, std::uint32_t leaf, ByteSpan geometry, ByteSpan appearance) {
+                        together->add(entry, leaf, geometry, appearance);
+                      });
+    tiler.tiles(packer);
+    together.emplace(packsOf(packer));
+    together->run();
+    ranks->share({});  // rank 0 publishes before
+    return {};
+  }
+  TileWriter writer(building, Grid(options.quantum_exponent), options.capacity, options.pack_bytes, options.page_tiles);
+  writer.reserve(leaves + std::size_t{1});
   auto packer = std::make_unique<TilePacker>(
-      packerOptionsOf(options, threads, folder.building(), tiler),
-      [&](const TileEntry& entry, std::uint32_t leaf, ByteSpan geometry, ByteSpan appearance) {
+      std::move(packing), [&](const TileEntry& entry, std::uint32_t leaf, ByteSpan geometry, ByteSpan appearance) {
         writer.add(entry, geometry, appearance, leaf == leaves);
       });
   tiler.tiles(*packer);
-  return completeSet(folder, options, tiler, std::move(packer), writer, nullptr);
+  if (ranks != nullptr) packTogether(packsOf(*packer), writer);
+  IngestResult result = completeSet(*folder, options, tiler, std::move(packer), writer, std::move(provenance));
+  if (ranks != nullptr) ranks->share({});
+  return result;
 }
 
 }  // namespace filiform::internal

@@ -3,11 +3,9 @@
 
 #include "index/build/ingest.h"
 #include "index/build/internal/set_folder.h"
-#include "index/build/internal/tile_packer.h"
 #include "index/build/internal/tiler.h"
 
 #include <functional>
-#include <memory>
 #include <string>
 
 namespace filiform::internal {
@@ -19,17 +17,11 @@ unsigned checkedThreads(const IngestOptions& options);
 // Reports progress and throws Interrupted.
 using Step = std::function<void(const char* phase, std::uint64_t done, std::uint64_t total)>;
 Step stepOf(const IngestOptions& options);
-std::uint64_t encodedMemory(const IngestOptions& options);  // for encoded tiles that wait, bytes
 
-// The parts of makeSet().
-TilerOptions tilerOptionsOf(const IngestOptions& options, unsigned threads, const std::string& folder,
-                            const Step& step);
-TilePacker::Options packerOptionsOf(const IngestOptions& options, unsigned threads, const std::string& folder,
-                                    const Tiler& tiler);
-IngestResult completeSet(SetFolder& folder, const IngestOptions& options, Tiler& tiler,
-                         std::unique_ptr<TilePacker> packer, TileWriter& writer, const Provenance* provenance);
-
-// `read` passes everything to the tiler. `options.force` has no meaning. Throws what ingest() throws.
-IngestResult makeSet(SetFolder& folder, const IngestOptions& options, const std::function<void(Tiler& tiler)>& read);
+// `read` passes everything to the tiler. `building`: the folder's, known to all ranks. `folder`: nullptr for a rank
+// other than 0; rank 0 writes what there is once, and publishes. `options.force` has no meaning. Throws what ingest()
+// throws.
+IngestResult makeSet(SetFolder* folder, const std::string& building, const IngestOptions& options,
+                     const std::function<void(Tiler& tiler)>& read);
 
 }  // namespace filiform::internal

@@ -1,10 +1,13 @@
-// MemoryBudget: counts the memory that several threads take from one limit. Unlike MemoryGate it never waits. If memory
-// does not fit, it throws, so that a thread may hold some memory and ask for more. Thread rule: internally
-// synchronised; a Hold belongs to one thread at a time.
+// MemoryBudget: memory that several threads take from one limit. Thread rule: internally synchronised; a Hold belongs
+// to one thread at a time.
 #pragma once
 
-#include <atomic>
+#include "index/build/internal/heap.h"
+
+#include <algorithm>
+#include <condition_variable>
 #include <cstdint>
+#include <mutex>
 #include <utility>
 
 namespace filiform::internal {
@@ -15,19 +18,24 @@ struct BeyondBudget {
 
 class MemoryBudget {
  public:
-  explicit MemoryBudget(std::uint64_t limit) : limit_(limit) {}
+  // `threads`: number of threads that work at a time.
+  explicit MemoryBudget(std::uint64_t limit, unsigned threads = 1) : limit_(limit), share_(limit / threads) {}
   MemoryBudget(const MemoryBudget&) = delete;
   MemoryBudget& operator=(const MemoryBudget&) = delete;
 
-  std::uint64_t limit() const { return limit_; }
-  std::uint64_t used() const { return used_; }
+  std::uint64_t limit() const { return limit_; }  // bytes
+  std::uint64_t share() const { return share_; }  // bytes for each thread while all work
+  std::uint64_t used() const {
+    const std::lock_guard lock(mutex_);
+    return used_;
+  }
 
   // A part of the budget; returned by the destructor.
   class Hold {
    public:
     Hold() = default;
     // Throws BeyondBudget.
-    Hold(MemoryBudget& budget, std::uint64_t bytes) : budget_(&budget) { change(bytes); }
+    explicit Hold(MemoryBudget& budget, std::uint64_t bytes = 0) : budget_(&budget) { change(bytes); }
     Hold(Hold&& other) noexcept
         : budget_(std::exchange(other.budget_, nullptr)), bytes_(std::exchange(other.bytes_, 0)) {}
     Hold& operator=(Hold&& other) noexcept {
@@ -35,20 +43,34 @@ class MemoryBudget {
       std::swap(bytes_, other.bytes_);
       return *this;
     }
-    Hold(const Hold&) = delete;
-    Hold& operator=(const Hold&) = delete;
     ~Hold() {
-      if (budget_ != nullptr) budget_->used_ -= bytes_;
+      if (budget_ != nullptr) budget_->take(0, bytes_);
     }
+
+    // These require a budget.
+    const MemoryBudget& budget() const { return *budget_; }
     std::uint64_t bytes() const { return bytes_; }
-    // Throws BeyondBudget, and then holds what it held. Requires a budget.
+    // Throws BeyondBudget if more memory does not fit, and then holds what it held. So a thread may hold some memory
+    // and ask for more.
     void change(std::uint64_t bytes) {
-      const std::uint64_t used = budget_->used_ += bytes - bytes_;  // modulo 2^64
-      if (bytes > bytes_ && used > budget_->limit_) {
-        budget_->used_ -= bytes - bytes_;
-        throw BeyondBudget{used};
-      }
+      budget_->take(bytes, bytes_);
       bytes_ = bytes;
+    }
+    // True if at least `bytes` are held, and no more than the larger of the share and `bytes`.
+    bool fits(std::uint64_t bytes) const {
+      return bytes_ != 0 && bytes <= bytes_ && bytes_ <= std::max(bytes, budget_->share_);
+    }
+    // Holds the larger of the share and `bytes`. First returns what was held, then waits for room: the thread must have
+    // freed its memory. Requires bytes <= limit().
+    void wait(std::uint64_t bytes) {
+      change(0);
+      bytes_ = std::max(bytes, budget_->share_);
+      {
+        std::unique_lock lock(budget_->mutex_);
+        budget_->changed_.wait(lock, [&] { return bytes_ <= budget_->limit_ - budget_->used_; });
+        budget_->used_ += bytes_;
+      }
+      if (bytes_ > budget_->share_) returnFreedMemory();  // what other threads have freed
     }
 
    private:
@@ -57,8 +79,20 @@ class MemoryBudget {
   };
 
  private:
-  const std::uint64_t limit_;
-  std::atomic<std::uint64_t> used_{0};
+  void take(std::uint64_t bytes, std::uint64_t instead_of) {
+    {
+      const std::lock_guard lock(mutex_);
+      const std::uint64_t used = used_ - instead_of + bytes;
+      if (bytes > instead_of && used > limit_) throw BeyondBudget{used};
+      used_ = used;
+    }
+    changed_.notify_all();
+  }
+
+  const std::uint64_t limit_, share_;
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  std::uint64_t used_ = 0;
 };
 
 }  // namespace filiform::internal

@@ -19,15 +19,6 @@ struct SegmentRecord {
   std::uint16_t type;
 };
 
-// What a tile stores of a segment. The attributes of an owned segment go to the end of `look`.
-inline StoredSegment storedSegment(const SegmentRecord& r, bool owned, TileAppearance& look) {
-  if (owned) {
-    look.radii_um.push_back(r.radius_um);
-    look.types.push_back(r.type);
-  }
-  return {r.id, r.child_sample, r.parent_sample, r.child, r.parent, owned};
-}
-
 // Written once, then read any number of times. Thread rule: thread-compatible.
 //
 // A record is stored as a difference from the one before: a byte of flags, a byte with the widths of two steps (4 bits

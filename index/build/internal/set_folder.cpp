@@ -13,7 +13,6 @@
 #include <new>
 #include <sys/file.h>
 #include <unistd.h>
-#include <utility>
 #include <vector>
 
 namespace filiform::internal {
@@ -118,9 +117,9 @@ void SetFolder::writeCurrent(const std::string& revision) {
 }
 
 void SetFolder::lock() {
-  folder_ = ::open(path_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (folder_ < 0) throw IoError(path_, "cannot be opened", errno);
-  if (::flock(folder_, LOCK_EX | LOCK_NB) != 0) {
+  folder_ = Descriptor(::open(path_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (!folder_.isOpen()) throw IoError(path_, "cannot be opened", errno);
+  if (::flock(folder_.number(), LOCK_EX | LOCK_NB) != 0) {
     if (errno == EWOULDBLOCK) throw InputError(path_ + ": another ingest is writing this set; wait for it");
     throw IoError(path_, "cannot be locked", errno);
   }
@@ -175,7 +174,7 @@ void SetFolder::undo() noexcept {
       fs::rename(aside_, target_, ignored);
     }
     if (created_) fs::remove_all(path_, ignored);
-    if (folder_ >= 0) ::close(std::exchange(folder_, -1));
+    folder_ = {};
     removeMade();                              // listing needs one more file descriptor
     if (created_) fs::remove(path_, ignored);  // fails if another process already uses it
   } catch (const std::bad_alloc&) {
@@ -183,7 +182,7 @@ void SetFolder::undo() noexcept {
   }
   for (std::string* undone : {&building_, &target_, &aside_, &next_}) undone->clear();
   created_ = false;
-  if (folder_ >= 0) ::close(std::exchange(folder_, -1));
+  folder_ = {};
 }
 
 void SetFolder::removeMade() const {

@@ -1,6 +1,8 @@
 // SetFolder: the folder of a tile set while a revision is made. It is locked, and restored unless publish() succeeds.
 #pragma once
 
+#include "index/internal/descriptor.h"
+
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -44,7 +46,7 @@ class SetFolder {
   std::string path_, previous_;
   std::string building_, target_, aside_, next_;  // to be undone; empty: none
   bool created_ = false;
-  int folder_ = -1;
+  Descriptor folder_;  // locked
 };
 
 }  // namespace filiform::internal

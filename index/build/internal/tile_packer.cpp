@@ -22,35 +22,28 @@ TilePacker::TilePacker(Options options, Write write)
 
 void TilePacker::begin(unsigned worker, std::uint32_t first) { workers_[worker].first = first; }
 
-void TilePacker::add(unsigned worker, LeafUnit& unit) {
+void TilePacker::add(unsigned worker, LeafContent& content) {
   Worker& work = workers_[worker];
-  TileAppearance appearance;
-  for (std::size_t i = 0; i < unit.keys.size(); ++i) {
-    if (unit.of(i).empty()) continue;
-    std::vector<StoredSegment> segments;
-    unit.content(i, segments, appearance);
-    if (unit.keys.size() == 1 && unit.records.size() > LeafUnit::kRecordsKept) unit.records = {};
-    const std::uint32_t leaf = unit.first + static_cast<std::uint32_t>(i);
-    Kept kept{worker, 0, 0, 0};
-    if (leaf < options_.tolerances_um.size()) {
-      const Neurites thin =
-          thinned(segments, appearance, options_.grid, static_cast<double>(options_.tolerances_um[leaf]));
-      const std::vector<std::uint8_t> neurites = packed(thin);
-      kept = {worker, static_cast<std::uint32_t>(thin.points.size()), work.neurites.bytes(), neurites.size()};
-      work.neurites.append(neurites);
-    }
-    const Tile tile(0, unit.keys[i], unit.is_long, options_.grid, std::move(segments));
-    const std::vector<std::uint8_t> geometry = encodeTile(tile), look = encodeAppearance(appearance);
-    const Waiting made{entryOf(tile), leaf, kept, geometry.size(), look.size()};
-    if (head_.load(std::memory_order_acquire) == work.first) {
-      passAll(work.range);
-      pass(made, geometry, look);
-      continue;
-    }
-    work.range.tiles.push_back(made);
-    work.range.bytes.append(geometry);
-    work.range.bytes.append(look);
+  const TileAppearance& appearance = content.appearance;
+  Kept kept{worker, 0, 0, 0};
+  if (content.leaf < options_.tolerances_um.size()) {
+    const Neurites thin =
+        thinned(content.segments, appearance, options_.grid, static_cast<double>(options_.tolerances_um[content.leaf]));
+    const std::vector<std::uint8_t> neurites = packed(thin);
+    kept = {worker, static_cast<std::uint32_t>(thin.points.size()), work.neurites.bytes(), neurites.size()};
+    work.neurites.append(neurites);
   }
+  const Tile tile(0, content.key, content.is_long, options_.grid, std::move(content.segments));
+  const std::vector<std::uint8_t> geometry = encodeTile(tile), look = encodeAppearance(appearance);
+  const Waiting made{entryOf(tile), content.leaf, kept, geometry.size(), look.size()};
+  if (head_.load(std::memory_order_acquire) == work.first) {
+    passAll(work.range);
+    pass(made, geometry, look);
+    return;
+  }
+  work.range.tiles.push_back(made);
+  work.range.bytes.append(geometry);
+  work.range.bytes.append(look);
 }
 
 // Either passes on what has come in order, or leaves it to the thread that ends the range before.

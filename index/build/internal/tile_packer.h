@@ -40,7 +40,7 @@ class TilePacker final : public TileSink {
   TilePacker(Options options, Write write);
 
   void begin(unsigned worker, std::uint32_t first) override;
-  void add(unsigned worker, LeafUnit& unit) override;
+  void add(unsigned worker, LeafContent& content) override;
   void end(unsigned worker, std::uint32_t end) override;
 
   // With Options::hold, after the last end(): the bytes of each tile, in order.

@@ -7,7 +7,7 @@
 #include "index/build/internal/crowded_leaves.h"
 #include "index/build/internal/heap.h"
 #include "index/build/internal/leaf_builder.h"
-#include "index/build/internal/memory_gate.h"
+#include "index/build/internal/memory_budget.h"
 #include "index/build/internal/rank_steps.h"
 #include "index/build/internal/survey_runs.h"
 #include "index/errors.h"
@@ -38,9 +38,6 @@ constexpr std::uint64_t kBytesOfLandmark = 160;
 
 struct Tiler::Impl {
   explicit Impl(TilerOptions given);
-  static std::uint64_t mostInUnit(const TilerOptions& options) {
-    return std::uint64_t{options.unit_leaves} * options.capacity;
-  }
   static std::uint64_t mostInChunk(const TilerOptions& options);
 
   static constexpr std::uint32_t kNone = UINT32_MAX;
@@ -63,8 +60,8 @@ struct Tiler::Impl {
   void refuseWhatCannotBeBuilt();
   void refuseLongSegments(std::uint64_t count) const;
   void writeLongTile(TileSink& sink);
-  void handOver(LeafUnit& unit, unsigned worker, TileSink& sink);
-  template <typename Work>  // work(chunk, worker, gate, pass); free(worker): gives up the memory of a worker
+  void handOver(LeafContent& content, unsigned worker, TileSink& sink);
+  template <typename Work>  // work(chunk, worker, hold); free(worker): gives up the memory of a worker
   void forEachChunk(
       const char* phase, const Work& work, const std::function<void(unsigned)>& free = [](unsigned) {});
   // Shares of the memory: a quarter for the spool's blocks, a sixteenth for its open buffers, an eighth for encoded
@@ -110,15 +107,14 @@ struct Tiler::Impl {
   std::vector<ByteChain> pairs;  // of cell and leaf, by worker; of other ranks
 };
 
-// All threads at work take a third. A chunk consists of whole units. A chunk with no more ghosts than segments of its
-// own never has a tile that is too large to be built. A chunk that is split must be one that its midpoints make no leaf
-// of.
+// All threads at work take a third. A chunk with no more ghosts than segments of its own never has a tile that is too
+// large to be built. Only a chunk with more midpoints than a leaf may hold is split.
 std::uint64_t Tiler::Impl::mostInChunk(const TilerOptions& options) {
   const std::uint64_t most = options.chunk_segments != 0
                                  ? options.chunk_segments
                                  : std::min({kMostChunkSegments, options.memory / 3 / kBytesOfSegment / options.threads,
                                              options.memory / 4 / LeafBuilder::tileCost(1)});
-  return std::max(most, mostInUnit(options));
+  return std::max<std::uint64_t>(most, options.capacity);
 }
 
 Tiler::Impl::Impl(TilerOptions given)
@@ -154,15 +150,15 @@ void Tiler::Impl::forEachChunk(const char* phase, const Work& work, const std::f
   const std::span<Chunk> those = own();
   std::uint64_t all = 0;
   for (const Chunk& chunk : those) all += chunk.own.count();
-  MemoryGate gate(std::max(workBytes(), options.memory / 8), options.threads);
+  MemoryBudget budget(std::max(workBytes(), options.memory / 8), options.threads);
   const std::size_t threads = std::clamp<std::size_t>(those.size(), 1, options.threads);
   runWorkers(threads, [&](unsigned worker, const std::atomic<bool>& failed) {
-    MemoryGate::Pass pass(gate);
+    MemoryBudget::Hold hold(budget);
     for (std::size_t i; !failed && (i = next.fetch_add(1)) < those.size();) {
       worker == 0 ? step(phase, done, all) : stopIfCancelled();
       Chunk& chunk = those[i];
       const std::uint64_t n = chunk.own.count();
-      work(chunk, worker, gate, pass);
+      work(chunk, worker, hold);
       done += n;
     }
     free(worker);
@@ -170,38 +166,36 @@ void Tiler::Impl::forEachChunk(const char* phase, const Work& work, const std::f
   stopIfCancelled();
 }
 
-void Tiler::Impl::handOver(LeafUnit& unit, unsigned worker, TileSink& sink) {
+void Tiler::Impl::handOver(LeafContent& content, unsigned worker, TileSink& sink) {
+  constexpr std::size_t kKept = std::size_t{1} << 16;  // a larger vector is freed after use
   std::vector<LandmarkChooser::Segment>& owned = owned_of_leaf[worker];
-  for (std::size_t i = 0; i < unit.keys.size(); ++i) {
-    owned.clear();
-    std::uint32_t cell = kNone;
-    for (const LeafUnit::Item item : unit.of(i)) {
-      if (item.owned == 0) continue;
-      const SegmentRecord& record = unit.records[item.record];
-      owned.push_back({record.id, record.child, record.parent});
-      if (record.id.cell == cell) continue;
-      cell = record.id.cell;
-      const std::uint32_t leaf = unit.first + static_cast<std::uint32_t>(i);
-      if (cell_leaves) {
-        cell_leaves->add(worker, cell, leaf);
-      } else {
-        ByteWriter pair;
-        pair.u32(cell);
-        pair.u32(leaf);
-        pairs[worker].append(pair.bytes());
-      }
+  owned.clear();
+  std::uint32_t cell = kNone;
+  for (const StoredSegment& segment : content.segments) {
+    if (!segment.owned) continue;
+    owned.push_back({segment.id, segment.child, segment.parent});
+    if (segment.id.cell == cell) continue;
+    cell = segment.id.cell;
+    if (cell_leaves) {
+      cell_leaves->add(worker, cell, content.leaf);
+    } else {
+      ByteWriter pair;
+      pair.u32(cell);
+      pair.u32(content.leaf);
+      pairs[worker].append(pair.bytes());
     }
-    chooser->addLeaf(unit.keys[i], owned, parts[worker]);
   }
-  if (owned.capacity() > LeafUnit::kRecordsKept) owned = {};
-  sink.add(worker, unit);
+  chooser->addLeaf(content.key, owned, parts[worker]);
+  if (owned.capacity() > kKept) owned = {};
+  sink.add(worker, content);
 }
 
 LeafBuilder Tiler::Impl::builder(unsigned worker, TileSink& sink) {
-  LeafBuilder made(partition, spool, long_segments[worker], mostInUnit(options), [this, worker, &sink](LeafUnit& unit) {
-    stopIfCancelled();
-    handOver(unit, worker, sink);
-  });
+  LeafBuilder made(partition, spool, long_segments[worker], options.capacity,
+                   [this, worker, &sink](LeafContent& content) {
+                     stopIfCancelled();
+                     handOver(content, worker, sink);
+                   });
   made.memoryFor = [this](std::uint64_t bytes) { return memoryForWork(bytes); };
   return made;
 }
@@ -224,14 +218,15 @@ void Tiler::Impl::refuseCrowdedLeaves(std::span<SegmentChain> crossing) {
 // Counts exactly what could be too much, before any tile is made.
 void Tiler::Impl::refuseWhatCannotBeBuilt() {
   std::atomic<std::uint64_t> largest{0}, too_long{0};
-  forEachChunk("counting", [&](Chunk& chunk, unsigned worker, MemoryGate& gate, MemoryGate::Pass&) {
+  forEachChunk("counting", [&](Chunk& chunk, unsigned worker, MemoryBudget::Hold& hold) {
     const std::uint64_t own = chunk.own.count(), ghosts = chunk.ghosts.count();
-    if (LeafBuilder::tileCost(own + ghosts) <= gate.limit()) return;
-    if (ghosts <= own && own <= most_in_chunk && LeafBuilder::tileCost(2 * most_in_chunk) <= gate.limit()) return;
-    LeafBuilder counter(partition, spool, long_segments[worker], mostInUnit(options), {});
+    if (LeafBuilder::tileCost(own + ghosts) <= hold.budget().limit()) return;
+    if (ghosts <= own && own <= most_in_chunk && LeafBuilder::tileCost(2 * most_in_chunk) <= hold.budget().limit())
+      return;
+    LeafBuilder counter(partition, spool, long_segments[worker], options.capacity, {});
     SegmentChain* const chains[] = {&chunk.own, &chunk.ghosts};
     const LeafBuilder::Counts counts = counter.count(chains, rangeOf(chunk));
-    const std::uint64_t stored = counter.largestUnit(counts);
+    const std::uint64_t stored = *std::max_element(counts.stored.begin(), counts.stored.end());
     for (std::uint64_t before = largest; stored > before && !largest.compare_exchange_weak(before, stored);) {
     }
     too_long += std::accumulate(counts.too_long.begin(), counts.too_long.end(), std::uint64_t{0});
@@ -257,24 +252,22 @@ void Tiler::Impl::writeLongTile(TileSink& sink) {
   }
   if (count == 0) return;
   refuseLongSegments(count);
-  const BlockKey world;
-  LeafUnit unit;
-  unit.first = static_cast<std::uint32_t>(partition.leaves().size());
-  unit.is_long = true;
-  unit.keys = {&world, 1};
-  unit.records.reserve(count);
+  std::vector<SegmentRecord> records;
+  records.reserve(count);
   for (SegmentChain& chain : long_segments) {
     SegmentChain::Reader reader(chain, true);
-    for (SegmentRecord record = SegmentChain::first(); reader.next(record);) unit.records.push_back(record);
+    for (SegmentRecord record = SegmentChain::first(); reader.next(record);) records.push_back(record);
   }
-  std::sort(unit.records.begin(), unit.records.end(),
-            [](const SegmentRecord& a, const SegmentRecord& b) { return a.id < b.id; });
-  unit.items.reserve(count);
-  for (std::uint32_t i = 0; i < count; ++i) unit.items.push_back({i, 1});
-  unit.items_begin = {0, static_cast<std::uint32_t>(count)};
-  sink.begin(0, unit.first);
-  handOver(unit, 0, sink);
-  sink.end(0, unit.first + 1);
+  std::sort(records.begin(), records.end(), [](const SegmentRecord& a, const SegmentRecord& b) { return a.id < b.id; });
+  LeafContent content;
+  content.leaf = static_cast<std::uint32_t>(partition.leaves().size());
+  content.is_long = true;
+  content.fill(
+      count, [&](std::size_t i) -> const SegmentRecord& { return records[i]; }, [](std::size_t) { return true; });
+  records = {};
+  sink.begin(0, content.leaf);
+  handOver(content, 0, sink);
+  sink.end(0, content.leaf + 1);
 }
 
 Tiler::Tiler(TilerOptions options) : impl_(std::make_unique<Impl>(std::move(options))) {}
@@ -349,9 +342,9 @@ std::vector<BlockKey> Tiler::Impl::findLeaves(std::vector<SegmentChain>& crossin
   SurveyRuns surveys;
   std::mutex mutex;
   std::uint64_t leaf_count = 0;
-  forEachChunk("cutting", [&](Chunk& chunk, unsigned worker, MemoryGate& gate, MemoryGate::Pass& pass) {
-    const std::uint64_t bytes = std::min(chunk.own.count() * kBytesOfCut, gate.limit());
-    if (!pass.fits(bytes)) pass.change(bytes);
+  forEachChunk("cutting", [&](Chunk& chunk, unsigned worker, MemoryBudget::Hold& hold) {
+    const std::uint64_t bytes = std::min(chunk.own.count() * kBytesOfCut, hold.budget().limit());
+    if (!hold.fits(bytes)) hold.wait(bytes);
     const auto self = static_cast<std::size_t>(&chunk - chunks.data());
     LandmarkSurvey found;
     leaves_of[self] = cutChunk(chunk, options.capacity, found, crossing[worker], work[worker]);
@@ -429,11 +422,11 @@ void Tiler::tiles(TileSink& sink) {
   for (unsigned i = 0; i < t.options.threads; ++i) builders.push_back(t.builder(i, sink));
   t.forEachChunk(
       "writing tiles",
-      [&](Chunk& chunk, unsigned worker, MemoryGate& gate, MemoryGate::Pass& pass) {
+      [&](Chunk& chunk, unsigned worker, MemoryBudget::Hold& hold) {
         SegmentChain* const chains[] = {&chunk.own, &chunk.ghosts};
         const std::uint64_t before = t.long_segments[worker].count();
         sink.begin(worker, chunk.first_leaf);
-        builders[worker].build(chains, Impl::rangeOf(chunk), gate, pass);
+        builders[worker].build(chains, Impl::rangeOf(chunk), hold);
         sink.end(worker, chunk.end_leaf);
         if (const std::uint64_t more = t.long_segments[worker].count() - before; more > 0)
           t.refuseLongSegments(too_long += more);

@@ -14,7 +14,7 @@
 // tiler refuses before it makes a tile.
 #pragma once
 
-#include "index/build/internal/leaf_unit.h"
+#include "index/build/internal/leaf_content.h"
 #include "index/build/internal/stored_cells.h"
 #include "index/build/internal/tile_writer.h"
 #include "index/build/ranks.h"
@@ -34,7 +34,6 @@ namespace filiform::internal {
 struct TilerOptions {
   Grid grid;
   std::uint32_t capacity = 0;
-  std::uint32_t unit_leaves = kUnitLeaves;
   std::uint64_t memory = UINT64_MAX;  // bytes
   std::uint64_t beside = 0;           // bytes of `memory` used elsewhere
   std::uint64_t reading = 0;          // and more of them until the cells are read
@@ -47,16 +46,16 @@ struct TilerOptions {
   std::function<void(const char* phase, std::uint64_t done, std::uint64_t total)> progress = {};
 };
 
-// Receives the content of each unit of leaves, from several threads. The units lie in ranges of leaves, which together
-// are all leaves; the long-segment tile follows as a range of its own. The units of a range come in order, from one
-// worker. Ranges begin in the order of leaves and end in any order.
+// Receives the content of each leaf that stores segments, from several threads. The leaves lie in ranges, which
+// together are all leaves; the long-segment tile follows as a range of its own. The leaves of a range come in order,
+// from one worker. Ranges begin in the order of leaves and end in any order.
 class TileSink {
  public:
   virtual ~TileSink() = default;
   virtual void begin(unsigned /*worker*/, std::uint32_t /*first*/) {}
   virtual void end(unsigned /*worker*/, std::uint32_t /*end*/) {}
-  // The vectors of `unit` may be moved from. `worker` < options.threads: calls of one worker do not overlap.
-  virtual void add(unsigned worker, LeafUnit& unit) = 0;
+  // The vectors of `content` may be moved from. `worker` < options.threads: calls of one worker do not overlap.
+  virtual void add(unsigned worker, LeafContent& content) = 0;
 };
 
 // Thread rule: thread-compatible; starts its own threads. Throws Interrupted if `cancel` becomes true, IoError if the

@@ -15,11 +15,7 @@ constexpr std::size_t kBufferBytes = std::size_t{1} << 20;
 
 OutputFile::OutputFile(const std::string& path)
     : path_(path), file_(::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666)) {
-  if (file_ < 0) throw IoError(path, "cannot be created", errno);
-}
-
-OutputFile::~OutputFile() {
-  if (file_ >= 0) ::close(file_);
+  if (!file_.isOpen()) throw IoError(path, "cannot be created", errno);
 }
 
 void OutputFile::write(ByteSpan bytes) {
@@ -34,30 +30,20 @@ void OutputFile::write(std::string_view text) {
 }
 
 void OutputFile::flush() {
-  for (std::size_t done = 0; done < buffer_.size();) {
-    const ssize_t n = ::write(file_, buffer_.data() + done, buffer_.size() - done);
-    if (n < 0 && errno == EINTR) continue;
-    if (n < 0) throw IoError(path_, "cannot be written", errno);
-    done += static_cast<std::size_t>(n);
-  }
+  if (!file_.write(buffer_.data(), buffer_.size())) throw IoError(path_, "cannot be written", errno);
   buffer_.clear();
 }
 
 void OutputFile::close() {
   flush();
-  if (::fsync(file_) != 0) throw IoError(path_, "cannot be written", errno);
-  const int file = file_;
-  file_ = -1;
-  if (::close(file) != 0) throw IoError(path_, "cannot be written", errno);
+  if (::fsync(file_.number()) != 0 || !file_.close()) throw IoError(path_, "cannot be written", errno);
 }
 
 void syncFolder(const std::string& path) {
-  const int folder = ::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (folder < 0) throw IoError(path, "cannot be opened", errno);
-  const int failed = ::fsync(folder) != 0 ? errno : 0;
-  ::close(folder);
-  if (failed != 0 && failed != EINVAL)
-    throw IoError(path, "cannot be written", failed);  // EINVAL: this file system does not support it
+  const Descriptor folder(::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (!folder.isOpen()) throw IoError(path, "cannot be opened", errno);
+  if (::fsync(folder.number()) != 0 && errno != EINVAL)
+    throw IoError(path, "cannot be written", errno);  // EINVAL: this file system does not support it
 }
 
 }  // namespace filiform::internal

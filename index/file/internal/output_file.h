@@ -3,6 +3,7 @@
 
 #include "index/file/internal/bytes.h"
 #include "index/file/internal/digest.h"
+#include "index/internal/descriptor.h"
 
 #include <string>
 #include <string_view>
@@ -13,20 +14,17 @@ namespace filiform::internal {
 class OutputFile {
  public:
   explicit OutputFile(const std::string& path);  // must not exist
-  OutputFile(const OutputFile&) = delete;
-  OutputFile& operator=(const OutputFile&) = delete;
-  ~OutputFile();  // closes without errors; without close() the content is not guaranteed
 
   void write(ByteSpan bytes);
   void write(std::string_view text);
-  void close();  // flushes to disk
+  void close();  // flushes to disk; without it the content is not guaranteed
   std::uint64_t bytes() const { return bytes_; }
   std::uint64_t digest() const { return digest_.value(); }  // of everything written so far
 
  private:
   void flush();
   std::string path_;
-  int file_;
+  Descriptor file_;
   std::uint64_t bytes_ = 0;
   Bytes buffer_;
   RunningDigest digest_;

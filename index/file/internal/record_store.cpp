@@ -1,32 +1,8 @@
 #include "index/file/internal/record_store.h"
 
-#include "index/errors.h"
-
 #include <algorithm>
-#include <cerrno>
-#include <cstdlib>
-#include <fcntl.h>
-#include <string>
-#include <unistd.h>
 
 namespace filiform::internal {
-namespace {
-
-std::string temporaryFolder() {
-  const char* const folder = std::getenv("TMPDIR");
-  return folder != nullptr && *folder != '\0' ? folder : "/tmp";
-}
-
-// A failure of the process, not of the input being read.
-IoError failure(const char* what, int error_number) {
-  return IoError(temporaryFolder(), std::string(what) + " (the folder of temporary files: TMPDIR names another)",
-                 error_number)
-      .asShortage();
-}
-
-constexpr const char* kCannotHold = "cannot hold the list of dropped lines";
-
-}  // namespace
 
 std::shared_ptr<RecordStore> RecordStore::shared() {
   static std::mutex mutex;
@@ -35,10 +11,6 @@ std::shared_ptr<RecordStore> RecordStore::shared() {
   std::shared_ptr<RecordStore> store = known.lock();
   if (!store) known = store = std::make_shared<RecordStore>();
   return store;
-}
-
-RecordStore::~RecordStore() {
-  if (file_ >= 0) ::close(file_);
 }
 
 std::uint64_t RecordStore::append(std::span<const std::uint8_t> bytes) {
@@ -50,19 +22,10 @@ std::uint64_t RecordStore::append(std::span<const std::uint8_t> bytes) {
     end_ += n;
     bytes = bytes.subspan(n);
   }
-  if (!bytes.empty() && file_ < 0) {
-    std::string path = temporaryFolder() + "/filiform-records-XXXXXX";
-    file_ = ::mkostemp(path.data(), O_CLOEXEC);
-    if (file_ < 0) throw failure(kCannotHold, errno);
-    ::unlink(path.c_str());
-  }
-  while (!bytes.empty()) {
-    const ssize_t n = ::pwrite(file_, bytes.data(), bytes.size(), static_cast<off_t>(end_ - kInMemory));
-    if (n < 0 && errno == EINTR) continue;
-    if (n <= 0) throw failure(kCannotHold, n < 0 ? errno : ENOSPC);
-    end_ += static_cast<std::uint64_t>(n);
-    bytes = bytes.subspan(static_cast<std::size_t>(n));
-  }
+  if (bytes.empty()) return begin;
+  file_.create();
+  file_.write(end_ - kInMemory, bytes.data(), bytes.size());
+  end_ += bytes.size();
   return begin;
 }
 
@@ -74,13 +37,7 @@ void RecordStore::read(std::uint64_t at, std::span<std::uint8_t> bytes) const {
     bytes = bytes.subspan(n);
     at += n;
   }
-  while (!bytes.empty()) {
-    const ssize_t n = ::pread(file_, bytes.data(), bytes.size(), static_cast<off_t>(at - kInMemory));
-    if (n < 0 && errno == EINTR) continue;
-    if (n <= 0) throw failure("cannot read the list of dropped lines", n < 0 ? errno : EIO);
-    at += static_cast<std::uint64_t>(n);
-    bytes = bytes.subspan(static_cast<std::size_t>(n));
-  }
+  if (!bytes.empty()) file_.read(at - kInMemory, bytes.data(), bytes.size());
 }
 
 }  // namespace filiform::internal

@@ -1,6 +1,8 @@
-// Stores the bytes of reports: the first MiB in memory, the rest in a temporary file without a name. Thread rule:
-// internally synchronised.
+// Stores the bytes of reports: the first MiB in memory, the rest in an unnamed file. Thread rule: internally
+// synchronised.
 #pragma once
+
+#include "index/file/internal/unnamed_file.h"
 
 #include <cstdint>
 #include <memory>
@@ -14,10 +16,6 @@ class RecordStore {
  public:
   // The store of the process; created when first needed, freed with its last user.
   static std::shared_ptr<RecordStore> shared();
-  RecordStore() = default;
-  RecordStore(const RecordStore&) = delete;
-  RecordStore& operator=(const RecordStore&) = delete;
-  ~RecordStore();
 
   // Appends bytes and returns their position. Throws IoError.
   std::uint64_t append(std::span<const std::uint8_t> bytes);
@@ -28,7 +26,7 @@ class RecordStore {
   static constexpr std::uint64_t kInMemory = std::uint64_t{1} << 20;
   mutable std::mutex mutex_;
   std::vector<std::uint8_t> memory_;
-  int file_ = -1;
+  UnnamedFile file_{"", "the list of dropped lines"};
   std::uint64_t end_ = 0;
 };
 

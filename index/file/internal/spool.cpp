@@ -1,15 +1,10 @@
 #include "index/file/internal/spool.h"
 
-#include "index/errors.h"
-
 #include <algorithm>
 #include <cassert>
-#include <cerrno>
 #include <cstring>
-#include <fcntl.h>
 #include <iterator>
 #include <new>
-#include <unistd.h>
 #include <utility>
 
 namespace filiform::internal {
@@ -20,13 +15,9 @@ constexpr std::uint64_t kReleased = UINT64_MAX;
 }  // namespace
 
 Spool::Spool(std::string folder, std::size_t block_bytes, std::uint64_t memory_bytes)
-    : folder_(std::move(folder)),
-      block_bytes_(block_bytes),
-      memory_blocks_(folder_.empty() ? UINT64_MAX : memory_bytes / block_bytes) {}
-
-Spool::~Spool() {
-  if (file_ >= 0) ::close(file_);
-}
+    : block_bytes_(block_bytes),
+      memory_blocks_(folder.empty() ? UINT64_MAX : memory_bytes / block_bytes),
+      file_(std::move(folder), "the working file of ingest") {}
 
 std::uint64_t Spool::file_bytes() const {
   const std::lock_guard lock(mutex_);
@@ -66,25 +57,11 @@ void Spool::giveBack(Buffer buffer) noexcept {
 }
 
 std::uint64_t Spool::placeInFile() {
-  if (file_ < 0) {
-    std::string path = folder_ + "/spool-XXXXXX";  // one ingest uses several
-    file_ = ::mkostemp(path.data(), O_CLOEXEC);
-    if (file_ < 0) throw IoError(path, "cannot be created", errno);
-    ::unlink(path.c_str());
-  }
+  file_.create();
   if (free_.empty()) return file_end_++;
   const std::uint64_t at = free_.back();
   free_.pop_back();
   return at;
-}
-
-void Spool::write(std::uint64_t at, const std::uint8_t* bytes, std::size_t count) const {
-  for (std::size_t done = 0; done < count;) {
-    const ssize_t n = ::pwrite(file_, bytes + done, count - done, static_cast<off_t>(at * block_bytes_ + done));
-    if (n < 0 && errno == EINTR) continue;
-    if (n <= 0) throw IoError(folder_, "cannot hold the working file of ingest", n < 0 ? errno : ENOSPC);
-    done += static_cast<std::size_t>(n);
-  }
 }
 
 Spool::Block Spool::store(Buffer& filled, std::size_t used) {
@@ -99,7 +76,7 @@ Spool::Block Spool::store(Buffer& filled, std::size_t used) {
     }
     block.at = placeInFile();
   }
-  write(block.at, filled.get(), used);
+  file_.write(block.at * block_bytes_, filled.get(), used);
   return block;
 }
 
@@ -109,20 +86,14 @@ void Spool::spill(Block& block) {
     const std::lock_guard lock(mutex_);
     block.at = placeInFile();
   }
-  write(block.at, block.memory.get(), block.used);
+  file_.write(block.at * block_bytes_, block.memory.get(), block.used);
   block.memory.reset();
 }
 
 const std::uint8_t* Spool::load(const Block& block, Buffer& scratch) {
   if (block.memory) return block.memory.get();
   if (!scratch) scratch = buffer();
-  for (std::size_t done = 0; done < block.used;) {
-    const ssize_t n =
-        ::pread(file_, scratch.get() + done, block.used - done, static_cast<off_t>(block.at * block_bytes_ + done));
-    if (n < 0 && errno == EINTR) continue;
-    if (n <= 0) throw IoError(folder_, "the working file of ingest cannot be read", n < 0 ? errno : EIO);
-    done += static_cast<std::size_t>(n);
-  }
+  file_.read(block.at * block_bytes_, scratch.get(), block.used);
   return scratch.get();
 }
 

@@ -1,8 +1,8 @@
-// Spool: stores bytes in memory up to a share, and beyond it in one file. The file loses its name as soon as it is
-// open, so nothing remains after the program ends in any way.
+// Spool: stores bytes in memory up to a share, and beyond it in one unnamed file.
 #pragma once
 
 #include "index/file/internal/bytes.h"
+#include "index/file/internal/unnamed_file.h"
 
 #include <cstdint>
 #include <memory>
@@ -22,7 +22,6 @@ class Spool {
   Spool(std::string folder, std::size_t block_bytes, std::uint64_t memory_bytes);
   Spool(const Spool&) = delete;
   Spool& operator=(const Spool&) = delete;
-  ~Spool();
 
   std::size_t block_bytes() const { return block_bytes_; }
   std::uint64_t file_bytes() const;  // largest size of the file
@@ -48,12 +47,10 @@ class Spool {
 
  private:
   std::uint64_t placeInFile();  // the caller holds the mutex
-  void write(std::uint64_t at, const std::uint8_t* bytes, std::size_t count) const;
-  std::string folder_;
   std::size_t block_bytes_;
   std::uint64_t memory_blocks_;  // number of blocks that still fit in memory
   mutable std::mutex mutex_;
-  int file_ = -1;
+  UnnamedFile file_;
   std::uint64_t file_end_ = 0;       // in blocks
   std::vector<std::uint64_t> free_;  // of the file
   std::vector<Buffer> spare_;

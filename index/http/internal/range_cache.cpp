@@ -3,6 +3,7 @@
 #include "index/errors.h"
 #include "index/file/internal/bytes.h"
 #include "index/file/internal/digest.h"
+#include "index/internal/descriptor.h"
 #include "index/text.h"
 
 #include <algorithm>
@@ -36,40 +37,6 @@ std::uint64_t partChecksum(std::string_view key, std::span<const std::uint8_t> b
   digest.add(bytes);
   return digest.value();
 }
-
-class PartFile {
- public:
-  explicit PartFile(int number) : number_(number) {}
-  PartFile(const PartFile&) = delete;
-  PartFile& operator=(const PartFile&) = delete;
-  ~PartFile() {
-    if (number_ >= 0) ::close(number_);
-  }
-  int number() const { return number_; }
-  bool isOpen() const { return number_ >= 0; }
-
-  bool readAll(std::span<std::uint8_t> bytes) const {
-    for (std::size_t done = 0; done < bytes.size();) {
-      const ssize_t n = ::read(number_, bytes.data() + done, bytes.size() - done);
-      if (n < 0 && errno == EINTR) continue;
-      if (n <= 0) return false;
-      done += static_cast<std::size_t>(n);
-    }
-    return true;
-  }
-  bool writeAll(std::span<const std::uint8_t> bytes) const {
-    for (std::size_t done = 0; done < bytes.size();) {
-      const ssize_t n = ::write(number_, bytes.data() + done, bytes.size() - done);
-      if (n < 0 && errno == EINTR) continue;
-      if (n <= 0) return false;
-      done += static_cast<std::size_t>(n);
-    }
-    return true;
-  }
-
- private:
-  int number_;
-};
 
 void makeCacheFolder(const std::string& path) {
   std::error_code error;  // mkdir() reports it
@@ -130,16 +97,17 @@ std::string RangeCache::pathOf(const std::string& key) const {
 
 bool RangeCache::get(const std::string& key, std::span<std::uint8_t> bytes) {
   const std::string path = pathOf(key);
-  const PartFile file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW));
+  const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW));
   if (!file.isOpen()) return false;
   Bytes head(kPartHeader + key.size());
-  bool sound = file.readAll(head) && std::memcmp(head.data(), kPartMagic.data(), kPartMagic.size()) == 0;
+  bool sound = file.read(head.data(), head.size()) == head.size() &&
+               std::memcmp(head.data(), kPartMagic.data(), kPartMagic.size()) == 0;
   if (sound) {
     ByteReader in(ByteSpan(head).subspan(kPartMagic.size()));
     sound = in.u32() == 1 && in.u32() == key.size() && in.u64() == bytes.size();
     const std::uint64_t stated = in.u64();
-    sound = sound && std::memcmp(head.data() + kPartHeader, key.data(), key.size()) == 0 && file.readAll(bytes) &&
-            partChecksum(key, bytes) == stated;
+    sound = sound && std::memcmp(head.data() + kPartHeader, key.data(), key.size()) == 0 &&
+            file.read(bytes.data(), bytes.size()) == bytes.size() && partChecksum(key, bytes) == stated;
   }
   if (!sound) {
     ::unlink(path.c_str());
@@ -163,7 +131,7 @@ void RangeCache::put(const std::string& key, std::span<const std::uint8_t> bytes
   const std::string aside =
       folder + "/" + std::string(kAside) + std::to_string(::getpid()) + "-" + std::to_string(serial_++);
   {
-    const PartFile file(::open(aside.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0600));
+    const Descriptor file(::open(aside.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0600));
     if (!file.isOpen()) return;
     ByteWriter head;
     head.text(kPartMagic);
@@ -172,7 +140,7 @@ void RangeCache::put(const std::string& key, std::span<const std::uint8_t> bytes
     head.u64(bytes.size());
     head.u64(partChecksum(key, bytes));
     head.text(key);
-    if (!file.writeAll(head.bytes()) || !file.writeAll(bytes)) {
+    if (!file.write(head.bytes().data(), head.bytes().size()) || !file.write(bytes.data(), bytes.size())) {
       ::unlink(aside.c_str());
       return;
     }
@@ -185,7 +153,7 @@ void RangeCache::remove(const std::string& key) { ::unlink(pathOf(key).c_str());
 void RangeCache::trim() {
   const std::unique_lock only(trimming_, std::try_to_lock);
   if (!only.owns_lock()) return;
-  const PartFile lock(::open((folder_ + "/lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600));
+  const Descriptor lock(::open((folder_ + "/lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600));
   if (!lock.isOpen() || ::flock(lock.number(), LOCK_EX | LOCK_NB) != 0) return;
   added_ = 0;
   std::vector<CachedPart> parts = listParts(folder_);

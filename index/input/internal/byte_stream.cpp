@@ -1,15 +1,11 @@
 #include "index/input/internal/byte_stream.h"
 
-#include "index/errors.h"
 #include "index/file/internal/digest.h"
-#include "index/text.h"
+#include "index/input/internal/file_parts.h"
 
 #include <algorithm>
-#include <cerrno>
 #include <cstring>
-#include <fcntl.h>
-#include <new>
-#include <unistd.h>
+#include <optional>
 #include <vector>
 
 namespace filiform::internal {
@@ -22,18 +18,10 @@ bool isSpace(int c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
 }  // namespace
 
 struct ByteStream::Source {
-  std::string path;  // empty for a text, which is complete from the start
-  int fd = -1;
+  std::optional<FileParts> file;  // none for a text, which is complete from the start
   std::function<void(std::uint64_t)> progress;
   std::vector<char> block;
   RunningDigest digest;
-
-  Source() = default;
-  Source(const Source&) = delete;
-  Source& operator=(const Source&) = delete;
-  ~Source() {
-    if (fd >= 0) ::close(fd);
-  }
 };
 
 ByteStream::ByteStream(std::string_view bytes)
@@ -43,10 +31,8 @@ ByteStream::ByteStream(std::string_view bytes)
 
 ByteStream::ByteStream(const std::string& path, std::function<void(std::uint64_t)> progress)
     : source_(std::make_unique<Source>()) {
-  source_->path = path;
+  source_->file.emplace(path);
   source_->progress = std::move(progress);
-  source_->fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  if (source_->fd < 0) throw IoError(escaped(path), "cannot open", errno);
   source_->block.resize(kBlock);
 }
 
@@ -54,18 +40,13 @@ ByteStream::~ByteStream() = default;
 
 bool ByteStream::fill() {
   Source& s = *source_;
-  if (s.fd < 0) return false;
-  for (;;) {
-    const ssize_t got = ::read(s.fd, s.block.data(), s.block.size());
-    if (got < 0 && errno == EINTR) continue;
-    if (got < 0) throw IoError(escaped(s.path), "cannot read", errno);
-    if (got == 0) return false;
-    s.digest.add(std::string_view(s.block.data(), static_cast<std::size_t>(got)));
-    at_ = s.block.data();
-    end_ = at_ + got;
-    if (s.progress) s.progress(static_cast<std::uint64_t>(got));
-    return true;
-  }
+  const std::size_t n = s.file ? s.file->next(s.block) : 0;
+  if (n == 0) return false;
+  s.digest.add(std::string_view(s.block.data(), n));
+  at_ = s.block.data();
+  end_ = at_ + n;
+  if (s.progress) s.progress(n);
+  return true;
 }
 
 std::string_view ByteStream::head(std::size_t n) {

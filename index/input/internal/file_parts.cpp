@@ -7,8 +7,8 @@
 #include <cerrno>
 #include <fcntl.h>
 #include <memory>
+#include <optional>
 #include <sys/stat.h>
-#include <unistd.h>
 #include <utility>
 
 namespace filiform::internal {
@@ -18,29 +18,30 @@ constexpr const char* kFileChanged = "changed while it was being read; run again
 
 }  // namespace
 
-FileParts::FileParts(std::string path, std::uint64_t bytes)
-    : path_(std::move(path)), fd_(::open(path_.c_str(), O_RDONLY | O_CLOEXEC)) {
-  if (fd_ < 0) throw IoError(escaped(path_), "cannot open", errno);
-  struct stat status {};
-  const bool known = ::fstat(fd_, &status) == 0;
-  const int error = errno;
-  if (known && static_cast<std::uint64_t>(status.st_size) == bytes) return;
-  ::close(fd_);
-  if (!known) throw IoError(escaped(path_), "cannot read", error);
-  throw IoError(escaped(path_), kFileChanged);
+FileParts::FileParts(std::string path) : path_(std::move(path)), file_(::open(path_.c_str(), O_RDONLY | O_CLOEXEC)) {
+  if (!file_.isOpen()) throw IoError(escaped(path_), "cannot open", errno);
 }
 
-FileParts::~FileParts() { ::close(fd_); }
+FileParts::FileParts(std::string path, std::uint64_t bytes) : FileParts(std::move(path)) {
+  if (size() != bytes) throw IoError(escaped(path_), kFileChanged);
+}
+
+std::uint64_t FileParts::size() const {
+  struct stat status {};
+  if (::fstat(file_.number(), &status) != 0) throw IoError(escaped(path_), "cannot read", errno);
+  return static_cast<std::uint64_t>(status.st_size);
+}
 
 void FileParts::read(std::uint64_t offset, std::span<char> bytes) const {
-  while (!bytes.empty()) {
-    const ssize_t got = ::pread(fd_, bytes.data(), bytes.size(), static_cast<off_t>(offset));
-    if (got < 0 && errno == EINTR) continue;
-    if (got < 0) throw IoError(escaped(path_), "cannot read", errno);
-    if (got == 0) throw IoError(escaped(path_), kFileChanged);
-    bytes = bytes.subspan(static_cast<std::size_t>(got));
-    offset += static_cast<std::uint64_t>(got);
-  }
+  const std::optional<std::size_t> n = file_.readAt(offset, bytes.data(), bytes.size());
+  if (!n) throw IoError(escaped(path_), "cannot read", errno);
+  if (*n < bytes.size()) throw IoError(escaped(path_), kFileChanged);
+}
+
+std::size_t FileParts::next(std::span<char> bytes) {
+  const std::optional<std::size_t> n = file_.read(bytes.data(), bytes.size());
+  if (!n) throw IoError(escaped(path_), "cannot read", errno);
+  return *n;
 }
 
 void FileParts::pass(std::uint64_t offset, std::uint64_t bytes, const Container::Reader::Sink& sink) const {

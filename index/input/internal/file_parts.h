@@ -1,8 +1,10 @@
-// Reads parts of a file that must not change meanwhile. Thread rule: thread-compatible.
+// Reads a file of input, in whole or in parts. Thread rule: thread-compatible.
 #pragma once
 
 #include "index/input/internal/container.h"
+#include "index/internal/descriptor.h"
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -11,21 +13,22 @@ namespace filiform::internal {
 
 class FileParts {
  public:
-  // Opens the file. Throws IoError, also if it does not have `bytes` bytes.
+  // Opens the file. Throws IoError.
+  explicit FileParts(std::string path);
+  // The same for a file that must still have `bytes` bytes.
   FileParts(std::string path, std::uint64_t bytes);
-  ~FileParts();
-  FileParts(const FileParts&) = delete;
-  FileParts& operator=(const FileParts&) = delete;
 
+  std::uint64_t size() const;
   // Fills all of `bytes` from `offset` on. Throws IoError.
   void read(std::uint64_t offset, std::span<char> bytes) const;
+  // The next bytes, also of a pipe. Returns their number, below bytes.size() only at the end. Throws IoError.
+  std::size_t next(std::span<char> bytes);
   // Passes `bytes` bytes from `offset` on to `sink`, in blocks.
   void pass(std::uint64_t offset, std::uint64_t bytes, const Container::Reader::Sink& sink) const;
-  int descriptor() const { return fd_; }
 
  private:
   std::string path_;
-  int fd_ = -1;
+  Descriptor file_;
 };
 
 }  // namespace filiform::internal

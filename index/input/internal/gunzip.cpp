@@ -1,29 +1,21 @@
 #include "index/input/internal/gunzip.h"
 
-#include "index/errors.h"
-#include "index/text.h"
+#include "index/input/internal/file_parts.h"
+#include "index/internal/descriptor.h"
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <fcntl.h>
 #include <memory>
 #include <new>
 #include <sys/stat.h>
-#include <unistd.h>
+#include <vector>
 #include <zlib.h>
 
 namespace filiform::internal {
 namespace {
 
 constexpr std::size_t kGzipBlock = std::size_t{1} << 16;
-
-struct GzipDescriptor {
-  int fd;
-  ~GzipDescriptor() {
-    if (fd >= 0) ::close(fd);
-  }
-};
 
 }  // namespace
 
@@ -96,27 +88,23 @@ std::optional<InputCode> gunzip(std::string_view bytes, std::uint64_t most, std:
 
 std::optional<InputCode> gunzipFile(const std::string& path, const Gunzip::Sink& sink,
                                     const std::function<void(std::uint64_t)>& progress) {
-  const GzipDescriptor file{::open(path.c_str(), O_RDONLY | O_CLOEXEC)};
-  if (file.fd < 0) throw IoError(escaped(path), "cannot open", errno);
+  FileParts file(path);
   Gunzip packed;
-  const std::unique_ptr<char[]> block(new char[kGzipBlock]);
-  for (;;) {
-    const ssize_t got = ::read(file.fd, block.get(), kGzipBlock);
-    if (got < 0 && errno == EINTR) continue;
-    if (got < 0) throw IoError(escaped(path), "cannot read", errno);
-    if (got == 0) return packed.finish();
-    if (const auto wrong = packed.feed({block.get(), static_cast<std::size_t>(got)}, sink)) return wrong;
-    if (progress) progress(static_cast<std::uint64_t>(got));
+  std::vector<char> block(kGzipBlock);
+  while (const std::size_t n = file.next(block)) {
+    if (const auto wrong = packed.feed({block.data(), n}, sink)) return wrong;
+    if (progress) progress(n);
   }
+  return packed.finish();
 }
 
 std::optional<std::uint32_t> statedSize(const std::string& path) {
-  const GzipDescriptor file{::open(path.c_str(), O_RDONLY | O_CLOEXEC)};
+  const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
   struct stat status {};
   std::array<unsigned char, 4> size{};
   constexpr off_t kLeast = 18;
-  if (file.fd < 0 || ::fstat(file.fd, &status) != 0 || status.st_size < kLeast ||
-      ::pread(file.fd, size.data(), size.size(), status.st_size - 4) != 4)
+  if (!file.isOpen() || ::fstat(file.number(), &status) != 0 || status.st_size < kLeast ||
+      file.readAt(static_cast<std::uint64_t>(status.st_size) - 4, size.data(), size.size()) != size.size())
     return std::nullopt;
   return size[0] | std::uint32_t{size[1]} << 8 | std::uint32_t{size[2]} << 16 | std::uint32_t{size[3]} << 24;
 }

@@ -87,9 +87,10 @@ std::chrono::nanoseconds queuedTime(pid_t process) {
   return std::chrono::nanoseconds(in ? queued : 0);
 }
 
-void closeFile(int& file) {
-  if (file >= 0) ::close(file);
-  file = -1;
+// Waits for the end of a child process.
+void reap(pid_t child) {
+  while (::waitpid(child, nullptr, 0) < 0 && errno == EINTR) {
+  }
 }
 
 // The program died or hangs.
@@ -127,17 +128,17 @@ void splitNames(Hdf5Bytes payload, const std::function<void(std::string_view)>& 
 
 void Hdf5Process::start() {
   const std::string program = programPath();
-  int to[2] = {-1, -1}, from[2] = {-1, -1};
-  if (::pipe2(to, O_CLOEXEC) != 0 || ::pipe2(from, O_CLOEXEC) != 0) {
-    const int error = errno;
-    for (int file : {to[0], to[1]})
-      if (file >= 0) ::close(file);
-    throw IoError(program, "cannot start it", error).asShortage();
+  Descriptor its_input, its_output;
+  for (const auto& [reader, writer] : {std::pair(&its_input, &to_), std::pair(&from_, &its_output)}) {
+    int ends[2];
+    if (::pipe2(ends, O_CLOEXEC) != 0) throw IoError(program, "cannot start it", errno).asShortage();
+    *reader = Descriptor(ends[0]);
+    *writer = Descriptor(ends[1]);
   }
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_adddup2(&actions, to[0], STDIN_FILENO);
-  posix_spawn_file_actions_adddup2(&actions, from[1], STDOUT_FILENO);
+  posix_spawn_file_actions_adddup2(&actions, its_input.number(), STDIN_FILENO);
+  posix_spawn_file_actions_adddup2(&actions, its_output.number(), STDOUT_FILENO);
   posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
   posix_spawnattr_t attributes;  // no blocked signals
   posix_spawnattr_init(&attributes);
@@ -150,27 +151,20 @@ void Hdf5Process::start() {
   const int error = posix_spawnp(&child_, program.c_str(), &actions, &attributes, arguments, environ);
   posix_spawn_file_actions_destroy(&actions);
   posix_spawnattr_destroy(&attributes);
-  ::close(to[0]);
-  ::close(from[1]);
-  to_ = to[1];
-  from_ = from[0];
-  ::fcntl(to_, F_SETFL, O_NONBLOCK);  // a program that hangs reads nothing
+  ::fcntl(to_.number(), F_SETFL, O_NONBLOCK);  // a program that hangs reads nothing
   if (error != 0) {
     child_ = -1;
-    closeFile(to_);
-    closeFile(from_);
     throw IoError(program, "cannot start the program that reads HDF5 files; set FILIFORM_HDF5 to its path", error)
         .asShortage();
   }
 }
 
 void Hdf5Process::stop() noexcept {
-  closeFile(to_);
-  closeFile(from_);
+  to_ = {};
+  from_ = {};
   if (child_ > 0) {
     ::kill(child_, SIGKILL);
-    while (::waitpid(child_, nullptr, 0) < 0 && errno == EINTR) {
-    }
+    reap(child_);
   }
   child_ = -1;
   buffer_.clear();
@@ -178,12 +172,12 @@ void Hdf5Process::stop() noexcept {
 }
 
 // Waits for an event of a pipe. Returns false if none came in time.
-bool Hdf5Process::waitFor(int file, short events) const {
+bool Hdf5Process::waitFor(const Descriptor& file, short events) const {
   using std::chrono::steady_clock;
   std::chrono::nanoseconds waited{0}, queued = queuedTime(child_);
   while (waited < std::chrono::seconds(secondsWithoutBytes())) {
     const auto begun = steady_clock::now();
-    pollfd waiting{file, events, 0};
+    pollfd waiting{file.number(), events, 0};
     const int ready = ::poll(&waiting, 1, static_cast<int>(kWaitStep.count()));
     if (ready > 0) return true;
     if (ready < 0 && errno != EINTR) return false;
@@ -198,7 +192,7 @@ bool Hdf5Process::waitFor(int file, short events) const {
 void Hdf5Process::send(Hdf5Bytes bytes) {
   const NoPipeSignal guard;
   while (!bytes.empty()) {
-    const ssize_t n = ::write(to_, bytes.data(), bytes.size());
+    const ssize_t n = ::write(to_.number(), bytes.data(), bytes.size());
     if (n > 0) {
       bytes = bytes.subspan(static_cast<std::size_t>(n));
     } else if (n == 0 || (errno != EINTR && errno != EAGAIN) || !waitFor(to_, POLLOUT)) {
@@ -208,12 +202,11 @@ void Hdf5Process::send(Hdf5Bytes bytes) {
 }
 
 void Hdf5Process::close() noexcept {
-  closeFile(to_);
+  to_ = {};
   if (child_ > 0 && waitFor(from_, POLLIN)) {
-    pollfd ended{from_, POLLIN, 0};
+    pollfd ended{from_.number(), POLLIN, 0};
     if (::poll(&ended, 1, 0) > 0 && (ended.revents & POLLIN) == 0) {  // it closed its pipe, so it ends
-      while (::waitpid(child_, nullptr, 0) < 0 && errno == EINTR) {
-      }
+      reap(child_);
       child_ = -1;
     }
   }
@@ -233,7 +226,7 @@ void Hdf5Process::readSome(std::span<std::uint8_t> bytes) {
     at_ = 0;
     if (!waitFor(from_, POLLIN)) throw Ended();
     buffer_.resize(kPipeBytes);
-    const ssize_t n = ::read(from_, buffer_.data(), buffer_.size());
+    const ssize_t n = ::read(from_.number(), buffer_.data(), buffer_.size());
     const bool again = n < 0 && errno == EINTR;
     buffer_.resize(n > 0 ? static_cast<std::size_t>(n) : 0);
     if (n <= 0 && !again) throw Ended();
@@ -257,7 +250,7 @@ std::string Hdf5Process::deathOf() {
       return "filiform-hdf5 ended on it with exit code " + std::to_string(WEXITSTATUS(status)) +
              (WEXITSTATUS(status) == 127 ? "; set FILIFORM_HDF5 to the path of the program" : "");
     }
-    pollfd waiting{from_, POLLIN, 0};
+    pollfd waiting{from_.number(), POLLIN, 0};
     if (::poll(&waiting, 1, 0) == 0) break;  // the pipe is open: it hangs
     ::usleep(10'000);
   }

@@ -5,6 +5,7 @@
 #pragma once
 
 #include "index/input/hdf5_protocol.h"
+#include "index/internal/descriptor.h"
 
 #include <cstdint>
 #include <functional>
@@ -59,13 +60,13 @@ class Hdf5Process {
 
  private:
   void start();
-  bool waitFor(int file, short events) const;
+  bool waitFor(const Descriptor& file, short events) const;
   void send(Hdf5Bytes bytes);
   void readSome(std::span<std::uint8_t> bytes);
   std::string deathOf();
 
   pid_t child_ = -1;
-  int to_ = -1, from_ = -1;
+  Descriptor to_, from_;
   std::vector<std::uint8_t> buffer_;
   std::size_t at_ = 0;
 };

@@ -1,8 +1,9 @@
-// Content of a compressed archive, kept in a temporary file without a name so that its entries can be read in any
-// order. Blocks are packed by LZ4: a hostile archive makes a file of a few times its own size at most, where gzip alone
-// would let it make a thousand times as much. Thread rule: add() by one thread; then read() by any.
+// Content of a compressed archive, kept in an unnamed file so that its entries can be read in any order. Blocks are
+// packed by LZ4: a hostile archive makes a file of a few times its own size at most, where gzip alone would let it make
+// a thousand times as much. Thread rule: add() by one thread; then read() by any.
 #pragma once
 
+#include "index/file/internal/unnamed_file.h"
 #include "index/input/internal/container.h"
 
 #include <cstdint>
@@ -15,12 +16,7 @@ namespace filiform::internal {
 
 class PackedSpool {
  public:
-  PackedSpool() = default;
-  ~PackedSpool();
-  PackedSpool(const PackedSpool&) = delete;
-  PackedSpool& operator=(const PackedSpool&) = delete;
-
-  // Begins an entry and returns its place. The file is made in $TMPDIR or /tmp. Throws IoError, as add() and end().
+  // Begins an entry and returns its place. Throws IoError, as add() and end().
   std::uint64_t begin();
   void add(std::string_view bytes);
   void end();
@@ -31,7 +27,7 @@ class PackedSpool {
  private:
   void writeBlock();
 
-  int fd_ = -1;
+  UnnamedFile file_{"", "the archive's content"};
   std::uint64_t end_ = 0;
   std::string block_;
 };

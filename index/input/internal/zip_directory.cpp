@@ -1,17 +1,10 @@
 #include "index/input/internal/zip_directory.h"
 
-#include "index/errors.h"
 #include "index/file/internal/digest.h"
-#include "index/text.h"
+#include "index/input/internal/file_parts.h"
 
 #include <algorithm>
-#include <cerrno>
-#include <fcntl.h>
-#include <memory>
-#include <new>
 #include <string_view>
-#include <sys/stat.h>
-#include <unistd.h>
 
 namespace filiform::internal {
 namespace {
@@ -32,43 +25,12 @@ std::uint64_t number(std::string_view bytes, std::size_t at, std::size_t width) 
   return value;
 }
 
-class File {
- public:
-  explicit File(const std::string& path) : path_(path), fd_(::open(path.c_str(), O_RDONLY | O_CLOEXEC)) {
-    struct stat status {};
-    if (fd_ < 0) throw IoError(escaped(path_), "cannot open", errno);
-    if (::fstat(fd_, &status) != 0) {
-      const int error = errno;
-      ::close(fd_);
-      throw IoError(escaped(path_), "cannot read", error);
-    }
-    size_ = static_cast<std::uint64_t>(status.st_size);
-  }
-  ~File() { ::close(fd_); }
-  File(const File&) = delete;
-  File& operator=(const File&) = delete;
-
-  std::uint64_t size() const { return size_; }
-
-  // Requires that the range lies in the file.
-  std::string read(std::uint64_t at, std::uint64_t count) const {
-    std::string bytes(static_cast<std::size_t>(count), '\0');
-    std::size_t have = 0;
-    while (have < bytes.size()) {
-      const ssize_t got = ::pread(fd_, bytes.data() + have, bytes.size() - have, static_cast<off_t>(at + have));
-      if (got < 0 && errno == EINTR) continue;
-      if (got < 0) throw IoError(escaped(path_), "cannot read", errno);
-      if (got == 0) throw IoError(escaped(path_), "became shorter while it was read; run again");
-      have += static_cast<std::size_t>(got);
-    }
-    return bytes;
-  }
-
- private:
-  const std::string& path_;
-  int fd_;
-  std::uint64_t size_ = 0;
-};
+// Requires that the range lies in the file.
+std::string textOf(const FileParts& file, std::uint64_t at, std::uint64_t count) {
+  std::string bytes(static_cast<std::size_t>(count), '\0');
+  file.read(at, bytes);
+  return bytes;
+}
 
 struct EndRecord {
   std::uint64_t entries = 0, bytes = 0, at = 0;  // of the directory, as stated
@@ -77,14 +39,14 @@ struct EndRecord {
 };
 
 // The zip64 record is where its locator says. If bytes precede the archive, it is directly before the locator.
-bool readEnd64(const File& file, std::uint64_t end_at, EndRecord& record) {
+bool readEnd64(const FileParts& file, std::uint64_t end_at, EndRecord& record) {
   if (end_at < kLocator64Bytes + kEnd64Bytes) return false;
   const std::uint64_t locator_at = end_at - kLocator64Bytes;
-  const std::string locator = file.read(locator_at, kLocator64Bytes);
+  const std::string locator = textOf(file, locator_at, kLocator64Bytes);
   if (locator.compare(0, 4, kLocator64Mark) != 0) return false;
   for (const std::uint64_t at : {number(locator, 8, 8), locator_at - kEnd64Bytes}) {
     if (at > locator_at - kEnd64Bytes) continue;
-    const std::string end64 = file.read(at, kEnd64Bytes);
+    const std::string end64 = textOf(file, at, kEnd64Bytes);
     if (end64.compare(0, 4, kEnd64Mark) != 0) continue;
     record.several_disks =
         number(end64, 16, 4) != 0 || number(end64, 20, 4) != 0 || number(end64, 24, 8) != number(end64, 32, 8);
@@ -97,7 +59,7 @@ bool readEnd64(const File& file, std::uint64_t end_at, EndRecord& record) {
   return false;
 }
 
-EndRecord readEnd(const File& file, std::string_view bytes, std::uint64_t end_at) {
+EndRecord readEnd(const FileParts& file, std::string_view bytes, std::uint64_t end_at) {
   EndRecord record;
   record.several_disks =
       number(bytes, 4, 2) != 0 || number(bytes, 6, 2) != 0 || number(bytes, 8, 2) != number(bytes, 10, 2);
@@ -143,7 +105,7 @@ bool readExtra64(std::string_view extra, ZipEntry& entry) {
 // Reads a stated directory in windows, since a damaged record may state gigabytes.
 class CentralDirectoryReader {
  public:
-  CentralDirectoryReader(const File& file, std::uint64_t at, std::uint64_t bytes)
+  CentralDirectoryReader(const FileParts& file, std::uint64_t at, std::uint64_t bytes)
       : file_(file), at_(at), left_(bytes) {}
   // The next bytes: at least `count`, or all if fewer are left.
   std::string_view peek(std::size_t count) {
@@ -151,7 +113,7 @@ class CentralDirectoryReader {
       window_.erase(0, from_);
       from_ = 0;
       const std::uint64_t n = std::min<std::uint64_t>(left_, std::max(kWindow, count));
-      window_ += file_.read(at_, n);
+      window_ += textOf(file_, at_, n);
       at_ += n;
       left_ -= n;
     }
@@ -169,7 +131,7 @@ class CentralDirectoryReader {
 
  private:
   static constexpr std::size_t kWindow = std::size_t{1} << 18;
-  const File& file_;
+  const FileParts& file_;
   std::uint64_t at_, left_;
   std::string window_;
   std::size_t from_ = 0;
@@ -224,12 +186,12 @@ bool entriesOverlap(const std::vector<ZipEntry>& entries, std::uint64_t director
 }  // namespace
 
 ZipDirectory readZipDirectory(const std::string& path) {
-  const File file(path);
+  const FileParts file(path);
   ZipDirectory found;
-  found.file_bytes = file.size();
-  const std::uint64_t tail_bytes = std::min(file.size(), kMaxComment + kEndBytes);
-  const std::uint64_t tail_at = file.size() - tail_bytes;
-  const std::string tail = file.read(tail_at, tail_bytes);
+  const std::uint64_t size = found.file_bytes = file.size();
+  const std::uint64_t tail_bytes = std::min(size, kMaxComment + kEndBytes);
+  const std::uint64_t tail_at = size - tail_bytes;
+  const std::string tail = textOf(file, tail_at, tail_bytes);
 
   bool bytes_missing = false, end_seen = false, have = false;
   std::vector<ZipEntry> entries;
@@ -252,7 +214,7 @@ ZipDirectory readZipDirectory(const std::string& path) {
     if (record.several_disks || (shifted && have)) continue;
     if (!plausible(record)) continue;
     // Only an archive made to waste time states so many directories.
-    if ((parsed += record.bytes) > 4 * file.size() + kMostParsedTwice) break;
+    if ((parsed += record.bytes) > 4 * size + kMostParsedTwice) break;
     CentralDirectoryReader directory(file, directory_at, record.bytes);
     if (!parseEntries(directory, record.entries, entries)) continue;
     found.entries = std::move(entries);
@@ -267,7 +229,7 @@ ZipDirectory readZipDirectory(const std::string& path) {
     if (!shifted) break;
   }
   if (!have) {
-    const std::string start = file.read(0, std::min<std::uint64_t>(file.size(), 4));
+    const std::string start = textOf(file, 0, std::min<std::uint64_t>(size, 4));
     const auto is_start = [&](std::string_view mark) {
       return start.size() >= 2 && mark.substr(0, start.size()) == start;
     };

@@ -54,10 +54,6 @@ Bytes recordPage(const CellColumns& cells, std::uint32_t begin, std::uint32_t en
   return page.take();
 }
 
-}  // namespace
-
-namespace {
-
 // Runs of consecutive ranks.
 void writeOddRadii(const std::vector<CellDetail::OddBits>& radii, ByteWriter& out) {
   const auto runEnd = [&radii](std::size_t begin) {

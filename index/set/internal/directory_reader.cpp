@@ -16,8 +16,8 @@ DirectoryReader::DirectoryReader(const Revision& revision) : revision_(revision)
     pack_bytes_.push_back(pack->bytes);
     pack_names_.push_back(revision.describe(pack->name));
   }
-  groups_ = std::make_unique<Slot<DirectoryGroup>[]>(root_.groups.size());
-  pages_ = std::make_unique<Slot<DirectoryPage>[]>(root_.page_count());
+  groups_ = std::make_unique<ReadOnce<DirectoryGroup>[]>(root_.groups.size());
+  pages_ = std::make_unique<ReadOnce<DirectoryPage>[]>(root_.page_count());
   pages_unknown_ = root_.page_count();
   std::vector<MortonKey> lows;
   for (std::uint32_t g = 0; g < root_.groups.size() && root_.pageBegin(root_.groupBegin(g)) < root_.leaf_count(); ++g)
@@ -42,7 +42,7 @@ auto DirectoryReader::readDirectory(Decode decode) const {
 }
 
 const DirectoryGroup& DirectoryReader::group(std::uint32_t number) const {
-  if (const DirectoryGroup* const known = groups_[number].known.load(std::memory_order_acquire)) return *known;
+  if (const DirectoryGroup* const known = groups_[number].known()) return *known;
   auto found = std::make_unique<DirectoryGroup>(
       readDirectory([&](const ReadPart& read) { return decodeDirectoryGroup(root_, number, read); }));
   std::vector<MortonKey> lows;
@@ -50,18 +50,14 @@ const DirectoryGroup& DirectoryReader::group(std::uint32_t number) const {
   for (std::uint32_t i = 0; i < found->size() && root_.pageBegin(begin + i) < root_.leaf_count(); ++i)
     lows.push_back((*found)[i].low);
   const std::lock_guard lock(mutex_);
-  Slot<DirectoryGroup>& slot = groups_[number];
-  if (slot.owned != nullptr) return *slot.owned;
-  slot.owned = std::move(found);
-  slot.known.store(slot.owned.get(), std::memory_order_release);
-  if (!lows.empty()) leaves_.addGroup(number, std::move(lows));
-  return *slot.owned;
+  if (groups_[number].keep(std::move(found)) && !lows.empty()) leaves_.addGroup(number, std::move(lows));
+  return *groups_[number].known();
 }
 
 const DirectoryPage& DirectoryReader::page(TileId tile) const {
   if (tile >= root_.tiles) throw std::out_of_range("the tile does not exist");
   const std::uint32_t number = tile / root_.page_tiles;
-  const DirectoryPage* const known = pages_[number].known.load(std::memory_order_acquire);
+  const DirectoryPage* const known = pages_[number].known();
   return known != nullptr ? *known : readPage(number);
 }
 
@@ -76,7 +72,6 @@ void DirectoryReader::checkLocation(TileId tile, const TileLocation& at) const {
 }
 
 const DirectoryPage& DirectoryReader::readPage(std::uint32_t number) const {
-  // Two threads may read the same page at once: the first to finish adds it.
   const DirectoryGroup& listed = group(number / root_.group_pages);
   auto found = std::make_unique<DirectoryPage>(
       readDirectory([&](const ReadPart& read) { return decodeDirectoryPage(root_, listed, number, read); }));
@@ -88,13 +83,11 @@ const DirectoryPage& DirectoryReader::readPage(std::uint32_t number) const {
   for (std::size_t t = 0; t < found->entries.size() && begin + t < root_.leaf_count(); ++t)
     keys.push_back(found->entries[t].key);
   const std::lock_guard lock(mutex_);
-  Slot<DirectoryPage>& slot = pages_[number];
-  if (slot.owned != nullptr) return *slot.owned;
-  slot.owned = std::move(found);
-  slot.known.store(slot.owned.get(), std::memory_order_release);  // who finds a page in leaves_ can take its entries
-  if (!keys.empty()) leaves_.add(number, std::move(keys));
-  pages_unknown_.fetch_sub(1, std::memory_order_release);
-  return *slot.owned;
+  if (pages_[number].keep(std::move(found))) {  // before leaves_: who finds a page there can take its entries
+    if (!keys.empty()) leaves_.add(number, std::move(keys));
+    pages_unknown_.fetch_sub(1, std::memory_order_release);
+  }
+  return *pages_[number].known();
 }
 
 GridBox DirectoryReader::pageContent(std::uint32_t page) const {

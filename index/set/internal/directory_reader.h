@@ -2,6 +2,7 @@
 #pragma once
 
 #include "index/set/internal/directory_file.h"
+#include "index/set/internal/read_once.h"
 #include "index/set/internal/revision.h"
 #include "index/tile/leaf_index.h"
 
@@ -40,11 +41,6 @@ class DirectoryReader {
   const std::string& packName(std::uint32_t pack) const { return pack_names_[pack]; }  // for messages
 
  private:
-  template <typename T>
-  struct Slot {  // set once, under the mutex
-    std::atomic<const T*> known{nullptr};
-    std::unique_ptr<const T> owned;
-  };
   const DirectoryPage& page(TileId tile) const;
   const DirectoryPage& readPage(std::uint32_t number) const;
   const DirectoryGroup& group(std::uint32_t number) const;
@@ -57,8 +53,9 @@ class DirectoryReader {
   std::vector<std::uint64_t> pack_bytes_;
   std::vector<std::string> pack_names_;
   mutable std::mutex mutex_;  // held while a page is added, never while reading
-  mutable std::unique_ptr<Slot<DirectoryGroup>[]> groups_;
-  mutable std::unique_ptr<Slot<DirectoryPage>[]> pages_;
+  // Several threads may read a part at once, since one may read with a lower priority: the first to finish keeps it.
+  mutable std::unique_ptr<ReadOnce<DirectoryGroup>[]> groups_;
+  mutable std::unique_ptr<ReadOnce<DirectoryPage>[]> pages_;
   mutable std::atomic<std::uint32_t> pages_unknown_{0};
   mutable LeafIndex leaves_;
 };

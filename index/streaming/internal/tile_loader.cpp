@@ -316,7 +316,6 @@ void TileLoader::plan(double due) {
   std::sort(unwanted_.begin(), unwanted_.end(), goesLater);
 }
 
-// The least urgent claim is evicted first; among tiles without a claim, the one that lost its claim first.
 std::vector<TileId> TileLoader::dueTiles() const {
   std::vector<TileId> tiles;
   for (std::size_t i = head_; i < queue_.size(); ++i)

@@ -3,6 +3,7 @@
 
 namespace filiform::internal {
 
+// The least urgent claim is evicted first; among tiles without a claim, the one that lost its claim first.
 bool TileLoader::goesLater(const TileSlot* a, const TileSlot* b) {
   if (a->order != b->order) return a->order < b->order;
   return a->last_claimed != b->last_claimed ? a->last_claimed > b->last_claimed : a->id > b->id;

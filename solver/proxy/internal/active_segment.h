@@ -12,14 +12,6 @@ namespace filiform::internal {
 // False if the squared distance may overflow in later sums, or is NaN.
 inline bool usableDistance(double squared_um2) noexcept { return squared_um2 <= 1e300; }
 
-inline void clear(SolverStep& step) noexcept {
-  step.visited = 0;
-  step.capped = false;
-  step.frontiers = 0;
-  step.touched.count = step.absent.count = 0;
-  step.touched.overflow = step.absent.overflow = false;
-}
-
 // The decoded segment of the proxy. It is kept until the proxy leaves the segment.
 struct ActiveSegment {
   struct End {

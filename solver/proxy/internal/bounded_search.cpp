@@ -34,7 +34,7 @@ void BoundedSearch::setPlace(const ProxyPlace& place) noexcept {
 
 [[gnu::flatten]] void BoundedSearch::advance(const GraphView& graph, const ProbeState& probe,
                                              SolverStep& step) noexcept {
-  clear(step);
+  step.clear();
   undo_ = Undo::nothing;
   const double distance2 = (state_.place.p_W - probe.h_W).squaredNorm();
   if (!usableDistance(distance2) || !state_.place.valid()) return;

@@ -1,6 +1,8 @@
 #include "solver/travel/internal/navigation_choice.h"
 
 #include "solver/force/passivity.h"
+#include "solver/proxy/parameters.h"
+#include "solver/travel/default_cell.h"
 
 #include <algorithm>
 #include <cmath>
@@ -39,6 +41,15 @@ NavigationChoice chooseNavigation(const DeviceCapabilities& can, const Navigatio
   // The second button of a stylus, or its only one, is the clutch.
   if (can.senses_orientation && can.buttons > 0) navigation.buttons[can.buttons > 1 ? 1 : 0] = ButtonAction::turn;
   return choice;
+}
+
+std::unique_ptr<ProxySolver> chooseSolver(const TileStore& store, SolverMethod method,
+                                          std::optional<std::uint32_t> pool_nodes) {
+  SolverParameters parameters;
+  const bool reaches = method == SolverMethod::force || method == SolverMethod::force_listing;
+  if (reaches && store.cell_count() > 0) parameters = automaticParameters(store, defaultCell(store));
+  if (pool_nodes) parameters.pool_nodes = *pool_nodes;
+  return makeProxySolver(method, parameters);
 }
 
 std::string loweredNote(const NavigationChoice& choice, const DeviceCapabilities& can) {

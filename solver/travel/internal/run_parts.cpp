@@ -20,14 +20,6 @@ TileKind tileKindOf(const RunOptions& options, const TravelDevice& device) {
   return device.replaysMarks() && !options.realtime ? TileKind::replay : TileKind::resident;
 }
 
-ResidencyOptions residencyOf(const RunOptions& options) {
-  ResidencyOptions residency;
-  if (options.budget_bytes) residency.budget_bytes = *options.budget_bytes;
-  residency.prefetch = options.prefetch;
-  residency.io_threads = options.io_threads;
-  return residency;
-}
-
 }  // namespace
 
 RunParts::RunParts(const TileStore& scene, const RunOptions& wanted)
@@ -38,7 +30,10 @@ RunParts::RunParts(const TileStore& scene, const RunOptions& wanted)
       first(itinerary.next()),
       first_cell(first->route.cell()),
       device({options.device, time.period_s(), options.delay_samples, options.make_device}),
-      tiles(store, tileKindOf(options, device), residencyOf(options)),
+      tiles(store, tileKindOf(options, device),
+            {.budget_bytes = options.budget_bytes.value_or(UINT64_MAX),
+             .prefetch = options.prefetch,
+             .io_threads = options.io_threads}),
       statistics(store.tile_count()) {
   if (!options.record.empty()) record();
   check();

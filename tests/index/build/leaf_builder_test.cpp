@@ -32,7 +32,7 @@ class LongSegments : public ::testing::Test {
   }
   LeafBuilder builder(std::vector<std::size_t>& stored) {
     return LeafBuilder(partition_, spool_, too_long_, kShort,
-                       [&stored](LeafUnit& unit) { stored.push_back(unit.records.size()); });
+                       [&stored](LeafContent& content) { stored.push_back(content.segments.size()); });
   }
   Spool spool_{"", std::size_t{4} << 10, 0};
   SegmentChain own_, too_long_;
@@ -44,7 +44,6 @@ TEST_F(LongSegments, AreCountedApart) {
   std::vector<std::size_t> stored;
   SegmentChain* const chain = &own_;
   const LeafBuilder::Counts counts = builder(stored).count({&chain, 1}, {leaf_, leaf_ + 1, partition_.leaves()[leaf_]});
-  EXPECT_EQ(counts.midpoints, std::vector<std::uint32_t>{kShort + kLong});
   EXPECT_EQ(counts.stored, std::vector<std::uint32_t>{kShort});
   EXPECT_EQ(counts.too_long, std::vector<std::uint32_t>{kLong});
 }
@@ -53,11 +52,11 @@ TEST_F(LongSegments, AreCountedApart) {
 TEST_F(LongSegments, DoNotMakeATileTooLarge) {
   std::vector<std::size_t> stored;
   SegmentChain* const chain = &own_;
-  MemoryGate gate(LeafBuilder::tileCost(kShort + 10), 1);
-  MemoryGate::Pass pass(gate);
+  MemoryBudget budget(LeafBuilder::tileCost(kShort + 10), 1);
+  MemoryBudget::Hold hold(budget);
   LeafBuilder made = builder(stored);
   made.memoryFor = [](std::uint64_t bytes) { return bytes; };
-  made.build({&chain, 1}, {leaf_, leaf_ + 1, partition_.leaves()[leaf_]}, gate, pass);
+  made.build({&chain, 1}, {leaf_, leaf_ + 1, partition_.leaves()[leaf_]}, hold);
   EXPECT_EQ(stored, std::vector<std::size_t>{kShort});
   too_long_.close();
   EXPECT_EQ(too_long_.count(), kLong);

@@ -21,26 +21,12 @@ using test::TempFolder;
 
 class Collected final : public TileSink {
  public:
-  struct Leaf {
-    BlockKey key;
-    bool is_long;
-    std::vector<StoredSegment> segments;
-    TileAppearance appearance;
-  };
-  void add(unsigned, LeafUnit& unit) override {
+  void add(unsigned, LeafContent& content) override {
     const std::lock_guard lock(mutex_);
-    EXPECT_TRUE(units.emplace(unit.first, unit.first + static_cast<std::uint32_t>(unit.keys.size())).second);
-    for (std::size_t i = 1; i < unit.records.size(); ++i)
-      EXPECT_LT(unit.records[i - 1].id.key(), unit.records[i].id.key());
-    for (std::size_t i = 0; i < unit.keys.size(); ++i) {
-      if (unit.of(i).empty()) continue;
-      Leaf leaf{unit.keys[i], unit.is_long, {}, {}};
-      unit.content(i, leaf.segments, leaf.appearance);
-      EXPECT_TRUE(leaves.emplace(unit.first + static_cast<std::uint32_t>(i), std::move(leaf)).second);
-    }
+    EXPECT_FALSE(content.segments.empty());
+    EXPECT_TRUE(leaves.emplace(content.leaf, std::move(content)).second);
   }
-  std::map<std::uint32_t, Leaf> leaves;
-  std::map<std::uint32_t, std::uint32_t> units;  // first leaf, end
+  std::map<std::uint32_t, LeafContent> leaves;
 
  private:
   std::mutex mutex_;
@@ -118,29 +104,9 @@ TEST(Tiler, FindsWhatHoldingEverythingFinds) {
           const TempFolder folder;
           TilerOptions options{.grid = Grid(), .capacity = capacity, .chunk_segments = chunk, .threads = threads};
           if (chunk != 0) options.folder = folder.path();
-          options.unit_leaves = chunk == 100 ? 3 : chunk == 0 ? 8 : 1;
           expectSameAsReference(named.cells, options);
           if (HasFatalFailure()) return;
         }
-  }
-}
-
-TEST(Tiler, UnitsDoNotDependOnChunks) {
-  for (const test::NamedCells& named : test::worstCases()) {
-    if (named.cells.empty()) continue;
-    SCOPED_TRACE(named.name);
-    std::map<std::uint32_t, std::uint32_t> units;
-    for (const std::uint64_t chunk : {1000000u, 300u, 1u}) {
-      CellList stream(named.cells);
-      const TempFolder folder;
-      Tiler tiler({.grid = Grid(), .capacity = 10, .unit_leaves = 6, .chunk_segments = chunk, .folder = folder.path()});
-      tiler.read(stream);
-      tiler.cut();
-      Collected sink;
-      tiler.tiles(sink);
-      if (chunk == 1000000) units = sink.units;
-      ASSERT_EQ(sink.units, units);
-    }
   }
 }
 
@@ -215,7 +181,6 @@ TEST(Tiler, GhostsAreBuiltInPartsWhereMemoryIsShort) {
       const TempFolder folder;
       TilerOptions options{.grid = Grid(), .capacity = capacity, .memory = std::uint64_t{4} << 20, .threads = threads};
       options.folder = folder.path();
-      if (capacity == 64) options.unit_leaves = 2;
       expectSameAsReference(stars, options);
       if (HasFatalFailure()) return;
     }
@@ -291,7 +256,7 @@ TEST(Tiler, ACellOfLinksKeepsItsLoops) {
   Collected sink;
   tiler.tiles(sink);
   ASSERT_EQ(sink.leaves.size(), 1u);
-  const Collected::Leaf& leaf = sink.leaves.begin()->second;
+  const LeafContent& leaf = sink.leaves.begin()->second;
   ASSERT_EQ(leaf.segments.size(), loop.links.size());
   for (std::uint32_t i = 0; i < loop.links.size(); ++i) {
     EXPECT_EQ(leaf.segments[i].id, (SegmentId{0, i}));

@@ -74,29 +74,6 @@ TEST(Partition, IsRebuiltFromItsLeaves) {
   }
 }
 
-// Units are the leaves of a partition with a larger capacity.
-TEST(Partition, UnitsAreTheLeavesOfALargerCapacity) {
-  for (std::int64_t span : {std::int64_t{1}, std::int64_t{50}, std::int64_t{1} << 40}) {
-    const std::vector<MortonKey> keys = randomKeys(12, 3000, span);
-    for (std::uint32_t times : {1u, 2u, 5u, 8u, 1000u}) {
-      const std::vector<BlockKey> leaves = Partition::split(keys, 10).leaves();
-      const std::vector<BlockKey> units = Partition::split(keys, 10 * times).leaves();
-      std::vector<std::uint32_t> owned;
-      for (const BlockKey& leaf : leaves)
-        owned.push_back(static_cast<std::uint32_t>(std::upper_bound(keys.begin(), keys.end(), leaf.high()) -
-                                                   std::lower_bound(keys.begin(), keys.end(), leaf.low)));
-      std::size_t first = 0;
-      for (const BlockKey& unit : units) {
-        ASSERT_LT(first, leaves.size());
-        ASSERT_EQ(leaves[first].low, unit.low);
-        first = unitEnd(leaves, owned, first, 10 * times);
-        ASSERT_EQ(leaves[first - 1].high(), unit.high());
-      }
-      ASSERT_EQ(first, leaves.size());
-    }
-  }
-}
-
 TEST(Partition, LeavesMetAgreesWithBruteForce) {
   for (std::int64_t span : {std::int64_t{6}, std::int64_t{1000}, std::int64_t{1} << 40}) {
     SCOPED_TRACE(span);

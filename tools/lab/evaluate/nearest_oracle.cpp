@@ -17,10 +17,7 @@ class NearestOracle : public ProxySolver {
   }
   void advance(const GraphView&, const ProbeState& probe, SolverStep& step) noexcept override {
     const Vector3d& h_W = probe.h_W;
-    step.visited = step.frontiers = 0;
-    step.capped = false;
-    step.touched.count = step.absent.count = 0;
-    step.touched.overflow = step.absent.overflow = false;
+    step.clear();
     before_ = place_;
     if (tree_ == nullptr || !h_W.allFinite()) return;
     // The active segment is tested first: its point bounds the search.

@@ -289,7 +289,7 @@ void CardTiles::count(SceneFigures& figures) {
   figures.wanted_error_px = chosen_.error_px;
   figures.tiles = static_cast<std::uint32_t>(shown_.size());
   figures.stand_ins = figures.pending = 0;
-  figures.left_out = levels_ == nullptr ? chosen_.left_out : 0;
+  figures.left_out = chosen_.left_out;
   figures.tiles_left_out = chosen_.tiles_left_out;
   figures.hidden = 0;
   figures.limited = chosen_.limited;
