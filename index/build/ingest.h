@@ -8,12 +8,7 @@
 #include "index/set/provenance.h"
 #include "index/set/tile_set.h"
 
-#include <atomic>
-#include <cstdint>
-#include <functional>
-#include <map>
 #include <string>
-#include <vector>
 
 namespace filiform {
 

@@ -41,12 +41,7 @@
 #include "solver/travel/simulated_person.h"
 #include "solver/travel/tick_row.h"
 
-#include <atomic>
-#include <cstdint>
 #include <functional>
-#include <memory>
-#include <optional>
-#include <string>
 
 namespace filiform {
 
