@@ -7,6 +7,7 @@
 #include "index/http/internal/url_origin.h"
 #include "index/input/internal/file_parts.h"
 #include "index/input/internal/gunzip.h"
+#include "index/input/internal/shard_index.h"
 #include "index/text.h"
 
 #include <algorithm>
