@@ -1,7 +1,6 @@
 #include "device/haply/simulated_haply.h"
 
 #include "device/haply/internal/haply_messages.h"
-#include "device/haply/internal/haply_peer.h"
 #include "device/haply/internal/json_reader.h"
 
 #include <algorithm>
@@ -46,40 +45,6 @@ SimulatedHandOptions handOptions(const SimulatedHaplyOptions& options) {
   hand.device_damping_Ns_m = options.device_damping_Ns_m;
   return hand;
 }
-
-class VirtualStream : public ByteStream {
- public:
-  VirtualStream(SimulatedHaply& service, double& now_s) : service_(service), peer_(service), now_s_(now_s) {}
-
-  bool write(std::span<const char> bytes, double) noexcept override {
-    const std::uint64_t before = service_.answers();
-    if (ended_) return false;
-    ended_ = !peer_.take(bytes, coming_);
-    now_s_ += service_.options().period_s * static_cast<double>(service_.answers() - before);
-    return true;
-  }
-  long read(std::span<char> into, double wait_s) noexcept override {
-    if (coming_.empty() && !ended_) ended_ = !peer_.goOn(coming_);
-    if (coming_.empty()) {
-      if (ended_ || service_.faults().ends) return -1;
-      now_s_ += wait_s;
-      return 0;
-    }
-    const std::size_t part = std::min(into.size(), coming_.size());
-    std::copy_n(coming_.begin(), part, into.begin());
-    coming_.erase(0, part);
-    return static_cast<long>(part);
-  }
-  void sleepUntil(double until_s) noexcept override { now_s_ = std::max(now_s_, until_s); }
-  double time_s() const noexcept override { return now_s_; }
-
- private:
-  SimulatedHaply& service_;
-  internal::HaplyPeer peer_;
-  double& now_s_;
-  std::string coming_;
-  bool ended_ = false;
-};
 
 }  // namespace
 
@@ -292,8 +257,6 @@ std::uint64_t SimulatedHaply::answers() const noexcept { return impl_->answers; 
 
 double SimulatedHaply::strongest_N() const noexcept { return impl_->strongest_N; }
 
-std::function<std::unique_ptr<ByteStream>()> SimulatedHaply::connections() {
-  return [this] { return std::make_unique<VirtualStream>(*this, impl_->now_s); };
-}
+double& SimulatedHaply::now_s() noexcept { return impl_->now_s; }
 
 }  // namespace filiform

@@ -93,6 +93,8 @@ class SimulatedHaply {
   std::function<std::unique_ptr<ByteStream>()> connections();
 
  private:
+  double& now_s() noexcept;  // virtual time, of connections()
+
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };

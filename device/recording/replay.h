@@ -3,6 +3,7 @@
 #pragma once
 
 #include "device/haptic_device.h"
+#include "device/recording/recorded_run.h"
 
 #include <array>
 #include <cstddef>
@@ -13,18 +14,6 @@
 #include <vector>
 
 namespace filiform {
-
-// The part of a wrench that is recorded.
-struct RecordedForces {
-  Eigen::Vector3d force_N = Eigen::Vector3d::Zero(), torque_Nm = Eigen::Vector3d::Zero();
-};
-
-// Data of the run for one exchange, needed to repeat the run exactly. Stored verbatim; not interpreted here.
-struct RunMarks {
-  std::uint32_t bits = 0;
-  std::uint32_t count = 0;  // number of values used
-  std::array<std::uint32_t, 6> values{};
-};
 
 struct RecordingOptions {
   // Number of exchanges that may wait to be written. 65536 is more than a minute at 1 kHz, so the disk may stall that

@@ -1,6 +1,8 @@
 // How tile sets are read over HTTP. Thread rule: values.
 #pragma once
 
+#include "index/file/remote_counters.h"
+
 #include <atomic>
 #include <cstdint>
 #include <string>
@@ -20,17 +22,6 @@ struct RemoteOptions {
       20;                // no retry after this time since a read began; each attempt may take as long, plus 1 s/64 KiB
   unsigned stall_s = 5;  // a transfer without a byte for this time is given up, and tried again
   const std::atomic<bool>* cancel = nullptr;  // when true: reads throw Interrupted
-};
-
-// What was asked of the server so far.
-struct RemoteCounters {
-  std::uint64_t requests = 0;  // retries and redirects included
-  std::uint64_t retries = 0;
-  std::uint64_t merged = 0;  // reads that were served by the request of another read
-  std::uint64_t bytes = 0;   // of bodies, as received
-  std::uint64_t cache_hits = 0;
-  bool lost = false;    // the newest attempts found no server, or no answer in time
-  double silent_s = 0;  // no answer for this time, though reads wait or the server is lost; 0: answers come
 };
 
 }  // namespace filiform

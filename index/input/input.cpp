@@ -68,7 +68,7 @@ std::string hintAt(const fs::path& folder) {
 
 }  // namespace
 
-void Input::State::list(const std::string& argument) {
+void internal::InputState::list(const std::string& argument) {
   const internal::ListingOptions listing{options.versions, options.ids, options.remote};
   if (const std::string address = internal::skeletonAddress(argument); !address.empty()) {
     for (const ListedFile& file : internal::listAddress(address, listing)) addFile(file);
@@ -95,12 +95,12 @@ void Input::State::list(const std::string& argument) {
 }
 
 // Adds a row for an unreadable input. Rethrows the failure if the process is at fault.
-void Input::State::refuse(const ListedFile& file, const IoError& failure) {
+void internal::InputState::refuse(const ListedFile& file, const IoError& failure) {
   if (failure.isShortage()) throw failure;
   addRow(file, {}).report = unreadableFor(failure.reason());
 }
 
-SourceReport& Input::State::addRow(const ListedFile& file, std::uint64_t bytes) {
+SourceReport& internal::InputState::addRow(const ListedFile& file, std::uint64_t bytes) {
   SourceReport report;
   report.file = file.shown;
   report.archive = file.kind != internal::FileKind::cell;
@@ -111,7 +111,7 @@ SourceReport& Input::State::addRow(const ListedFile& file, std::uint64_t bytes) 
   return rows.emplace_back(std::move(report));
 }
 
-void Input::State::addFile(const ListedFile& file) {
+void internal::InputState::addFile(const ListedFile& file) {
   const auto row = static_cast<std::uint32_t>(rows.size());
   try {
     if (!file.unreadable.empty()) throw IoError(escaped(file.path), file.unreadable);
@@ -147,20 +147,20 @@ void Input::State::addFile(const ListedFile& file) {
 }
 
 // The other version of the neuron is read.
-void Input::State::addLeftOut(const ListedFile& file) {
+void internal::InputState::addLeftOut(const ListedFile& file) {
   SourceReport& row = addRow(file, 0);
   row.left_out = true;
   row.report.codes.add(InputCode::OTHER_VERSION);
   row.report.records.add({0, InputCode::OTHER_VERSION, Effect::kInputRefused, {}});
 }
 
-void Input::State::advance(std::uint64_t bytes) {
+void internal::InputState::advance(std::uint64_t bytes) {
   bytes_done += bytes;
   if (options.progress) options.progress(std::min(bytes_done, bytes_total), bytes_total);
 }
 
 // Equal sources are ordered by digest, which needs an extra read; they are rare.
-void Input::State::orderEqualSources() {
+void internal::InputState::orderEqualSources() {
   if (position < ordered) return;
   ordered = position + 1;
   while (ordered < items.size() && items[ordered].source == items[position].source) ++ordered;
@@ -177,7 +177,7 @@ void Input::State::orderEqualSources() {
                    [](const Item& a, const Item& b) { return a.digest < b.digest; });
 }
 
-InputItem Input::State::inputItem(const Item& item) const {
+InputItem internal::InputState::inputItem(const Item& item) const {
   const ListedFile& file = files[item.row];
   InputItem input;
   input.source = &item.source;
@@ -204,14 +204,15 @@ InputItem Input::State::inputItem(const Item& item) const {
   return input;
 }
 
-std::unique_ptr<ItemReader> Input::State::makeReader(std::size_t open_archives) const {
+std::unique_ptr<ItemReader> internal::InputState::makeReader(std::size_t open_archives) const {
   return std::make_unique<ItemReader>(
       options.swc, ItemReader::Limits{options.memory, options.cell_share, std::max<std::size_t>(open_archives, 1)});
 }
 
 // The first pass refuses a file that cannot be read. Later passes must give the same cells, so they throw.
-InputReport Input::State::readOrRefuse(ItemReader& reader, const Item& item, Cell& cell,
-                                       const std::function<void(std::uint64_t)>& on_bytes, bool is_ahead) const {
+InputReport internal::InputState::readOrRefuse(ItemReader& reader, const Item& item, Cell& cell,
+                                               const std::function<void(std::uint64_t)>& on_bytes,
+                                               bool is_ahead) const {
   try {
     return reader.read(inputItem(item), cell, on_bytes, is_ahead);
   } catch (const IoError& failure) {
@@ -222,12 +223,12 @@ InputReport Input::State::readOrRefuse(ItemReader& reader, const Item& item, Cel
   }
 }
 
-void Input::State::checkUnchanged(const Item& item, const InputReport& report, const Cell& cell) const {
+void internal::InputState::checkUnchanged(const Item& item, const InputReport& report, const Cell& cell) const {
   if (item.digest && !isUnreadable(report) && *item.digest != cell.digest)
     throw IoError(escaped(item.source), "changed while it was being read; run again");
 }
 
-InputReport Input::State::readHere(Item& item, Cell& cell) {
+InputReport internal::InputState::readHere(Item& item, Cell& cell) {
   std::exception_ptr thrown;
   InputReport report;
   try {
@@ -246,7 +247,7 @@ InputReport Input::State::readHere(Item& item, Cell& cell) {
   return report;
 }
 
-InputReport Input::State::takeAhead(Item& item, Cell& cell) {
+InputReport internal::InputState::takeAhead(Item& item, Cell& cell) {
   ReadAhead::Result result;
   std::swap(result.cell, cell);
   ahead->take(static_cast<std::size_t>(&item - items.data()), result, [this] { advance(0); });
@@ -262,13 +263,13 @@ InputReport Input::State::takeAhead(Item& item, Cell& cell) {
 }
 
 // Memory of the inputs that are read ahead.
-std::uint64_t Input::State::bytesAhead() const {
+std::uint64_t internal::InputState::bytesAhead() const {
   const double share = options.cell_share / 2 * static_cast<double>(options.memory);
   return static_cast<std::uint64_t>(std::min<double>(share, kMostReadAhead));
 }
 
 // Memory that a further thread takes for open archives.
-std::uint64_t Input::State::bytesOfThread() const {
+std::uint64_t internal::InputState::bytesOfThread() const {
   std::vector<std::uint64_t> bytes;
   for (const auto& [row, container] : containers)
     bytes.push_back(container->entries().size() * container->reader_bytes_per_entry());
@@ -277,7 +278,7 @@ std::uint64_t Input::State::bytesOfThread() const {
   return std::accumulate(bytes.begin(), bytes.begin() + open, std::uint64_t{0});
 }
 
-unsigned Input::State::readingThreads() const {
+unsigned internal::InputState::readingThreads() const {
   const std::uint64_t most = bytesAhead() / (kBytesOfReader + bytesOfThread());
   const bool from_server = std::any_of(files.begin(), files.end(), [](const ListedFile& file) {
     return file.kind == internal::FileKind::objects || file.path.find("://") != std::string::npos;
@@ -287,7 +288,7 @@ unsigned Input::State::readingThreads() const {
 }
 
 // Inputs of equal source are read alone, since their order follows from their content.
-std::vector<std::uint64_t> Input::State::costsAhead() const {
+std::vector<std::uint64_t> internal::InputState::costsAhead() const {
   const std::uint64_t most = bytesAhead() / kBytesOfByte;
   std::vector<std::uint64_t> costs(items.size(), ReadAhead::kSkip);
   for (std::size_t i = 0; i < items.size(); ++i) {
@@ -300,7 +301,7 @@ std::vector<std::uint64_t> Input::State::costsAhead() const {
   return costs;
 }
 
-void Input::State::startReadingAhead() {
+void internal::InputState::startReadingAhead() {
   const unsigned threads = readingThreads();
   if (threads == 1 || ahead) return;
   while (readers.size() < threads) readers.push_back(makeReader(kOpenArchivesOfThread));
@@ -317,7 +318,7 @@ void Input::State::startReadingAhead() {
   ahead = std::make_unique<ReadAhead>(ReadAhead::Plan{threads, bytesAhead(), costsAhead(), read});
 }
 
-void Input::State::record(const Item& item, std::uint64_t digest, InputReport report) {
+void internal::InputState::record(const Item& item, std::uint64_t digest, InputReport report) {
   SourceReport& row = rows[item.row];
   if (item.entry == kNoEntry) {
     row.digest = digest;
@@ -330,13 +331,13 @@ void Input::State::record(const Item& item, std::uint64_t digest, InputReport re
   entry.report = std::move(report);
 }
 
-void Input::State::sumContainers() {
+void internal::InputState::sumContainers() {
   for (const auto& [row, container] : containers)
     if (container->refusal() || !container->entries().empty())
       internal::sumEntries(*container, options.swc.strict, rows[row]);
 }
 
-void Input::State::begin() {
+void internal::InputState::begin() {
   hdf5.stop();
   std::stable_sort(items.begin(), items.end(), [](const Item& a, const Item& b) { return a.source < b.source; });
 }

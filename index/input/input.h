@@ -13,7 +13,9 @@
 
 #include "index/cell/cell.h"
 #include "index/http/remote_options.h"
+#include "index/input/input_options.h"
 #include "index/input/input_report.h"
+#include "index/input/source_report.h"
 #include "index/input/swc.h"
 #include "index/input/versions.h"
 
@@ -29,49 +31,9 @@
 
 namespace filiform {
 
-// The report on one neuron of a container, or on an inner archive, which is not opened.
-struct EntryReport {
-  std::string entry;  // name in the archive, raw bytes
-  std::uint64_t bytes = 0;
-  std::uint64_t digest = 0;  // XXH3 of the content
-  bool dropped = false;      // the whole entry was skipped or refused
-  InputReport report;
-};
-
-// One row of `check`: a file argument, a file of a folder, a container (sums over its entries), or a folder that cannot
-// be listed. A container is an archive, a MouseLight file, a shard of skeletons, or skeletons at an address.
-struct SourceReport {
-  std::string file;       // base name of the argument, or path below the folder argument; raw bytes
-  bool archive = false;   // a container
-  bool left_out = false;  // not read: OTHER_VERSION
-  std::uint64_t bytes = 0;
-  std::uint64_t digest = 0;  // XXH3 of the content; for a container, of what lists its entries
-  InputReport report;        // for an archive: sums, and records of the archive itself
-  std::vector<EntryReport> entries;
-};
-
-struct InputOptions {
-  SwcOptions swc;
-  std::uint64_t memory = UINT64_MAX;                    // bytes
-  double cell_share = 0.625;                            // fraction of `memory` that one cell may take while it is read
-  MorphologyVersion versions = MorphologyVersion::cng;  // of neurons that a folder or archive holds twice
-  // Objects of precomputed skeletons to read, ascending; null: all.
-  std::shared_ptr<const std::vector<std::uint64_t>> ids = {};
-  RemoteOptions remote = {};  // for addresses
-  // Threads that read, the calling one included; fewer if half of the share of a cell does not suffice for them, at
-  // 16 MiB each.
-  unsigned threads = 1;
-  // Called after each block or input read, and every 0.1 s of waiting: `done` of `total` bytes of the files on disk. An
-  // exception that it throws ends the run.
-  std::function<void(std::uint64_t done, std::uint64_t total)> progress;
-};
-
-// A file to read under a name of the caller's choice.
-struct InputFile {
-  std::string path;
-  std::string shown;                                  // the source, or its beginning for the entries of a container
-  std::optional<std::vector<std::string>> only = {};  // ascending: morphologies of an H5 container; others are left out
-};
+namespace internal {
+struct InputState;
+}
 
 class Input : public CellStream {
  public:
@@ -154,7 +116,7 @@ class Input : public CellStream {
   std::string unitDoubt() const;
 
  private:
-  struct State;
+  using State = internal::InputState;
   std::unique_ptr<State> state_;
 };
 

@@ -10,7 +10,7 @@ namespace filiform {
 
 using internal::InputItem;
 
-std::size_t Input::State::startOfSource(std::uint64_t at) const {
+std::size_t internal::InputState::startOfSource(std::uint64_t at) const {
   std::size_t start = std::min<std::uint64_t>(at, items.size());
   while (start > 0 && start < items.size() && items[start].source == items[start - 1].source) --start;
   return start;

@@ -37,10 +37,6 @@ struct CellGraph {
   Vector3d position_W(std::uint32_t rank) const { return grid.toWorld(positions[rank]); }
 };
 
-// True if the cell has loops; its segments are then named by their position among its links (see Cell). A cell with
-// loops has more links than a forest.
-inline bool hasLoops(const CellRecord& cell) { return cell.segments + cell.roots > cell.samples; }
-
 // The links as {parent, child} by rank, in the order of their segments; without isolated samples. O(samples).
 std::vector<std::array<std::uint32_t, 2>> parentLinks(const CellGraph& cell);
 

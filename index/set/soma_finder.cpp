@@ -1,7 +1,6 @@
 #include "index/set/soma_finder.h"
 
 #include "index/geometry/partition.h"
-#include "index/set/cell_graph.h"
 
 #include <algorithm>
 #include <cmath>

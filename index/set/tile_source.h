@@ -2,7 +2,7 @@
 // files, so an object store can serve as well as a folder.
 #pragma once
 
-#include "index/http/remote_options.h"
+#include "index/file/remote_counters.h"
 
 #include <cstddef>
 #include <cstdint>

@@ -1,7 +1,5 @@
 #include "index/set/tile_store.h"
 
-#include "index/set/usual_box.h"
-
 #include <algorithm>
 #include <utility>
 
@@ -38,13 +36,6 @@ void TileFloor::add(std::uint64_t bytes, bool is_long) {
   } else {
     second_ = std::max(second_, bytes);
   }
-}
-
-UsualBox TileStore::usualBox() const {
-  std::vector<TileEntry> entries;
-  entries.reserve(tile_count());
-  for (TileId tile = 0; tile < tile_count(); ++tile) entries.push_back(entry(tile));
-  return usualBoxOf(entries, long_tile());
 }
 
 std::uint64_t TileStore::segmentCount() const {

@@ -31,6 +31,10 @@ struct CellRecord {
   bool removed = false;  // all else is then empty
 };
 
+// True if the cell has loops; its segments are then named by their position among its links (index/cell/cell.h). A
+// cell with loops has more links than a forest.
+inline bool hasLoops(const CellRecord& cell) { return cell.segments + cell.roots > cell.samples; }
+
 // The rest of what a set stores about a cell.
 struct CellDetail {
   struct Root {

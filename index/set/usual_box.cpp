@@ -69,4 +69,11 @@ UsualBox usualBoxOf(std::span<const TileEntry> entries, TileId long_tile) {
   return usual;
 }
 
+UsualBox TileStore::usualBox() const {
+  std::vector<TileEntry> entries;
+  entries.reserve(tile_count());
+  for (TileId tile = 0; tile < tile_count(); ++tile) entries.push_back(entry(tile));
+  return usualBoxOf(entries, long_tile());
+}
+
 }  // namespace filiform

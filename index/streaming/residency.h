@@ -13,6 +13,8 @@
 #pragma once
 
 #include "index/set/tile_store.h"
+#include "index/streaming/residency_options.h"
+#include "index/streaming/tile_reader.h"
 #include "index/streaming/tile_table.h"
 
 #include <cstdint>
@@ -24,93 +26,8 @@
 
 namespace filiform {
 
-enum class TileState : std::uint8_t { absent, queued, reading, ready, resident, retiring, failed };
 // The state's name, for messages.
 const char* toString(TileState state);
-
-// How tiles are predicted: not at all, by distance, or along the neurite (prefetch.h).
-enum class PrefetchPolicy : std::uint8_t { none, distance, structure };
-
-// What a reader works on, published once a tick. The loader turns it into claims on the budget.
-struct ReaderFocus {
-  TileId active_tile = kNoTile;                // pinned in memory
-  NodeId active_node{UINT32_MAX, UINT32_MAX};  // a node of the proxy's segment; the walk ahead starts there
-  Vector3d p_W = Vector3d::Zero();             // proxy, um
-  Vector3d v_W = Vector3d::Zero();             // velocity of the proxy, um/s
-  Vector3d pull_W = Vector3d::Zero();          // from the proxy to the hand, um
-  double radius_um = 0;                        // half the workspace: tiles within it are claimed, nearest first
-  bool is_view = false;                        // for a camera: its surroundings come after those of all proxies
-  // A pending jump that waits for its tiles; kNoTile: none. These tiles are claimed after the active tiles.
-  TileId target_tile = kNoTile;
-  NodeId target_node{UINT32_MAX, UINT32_MAX};  // a node in target_tile
-  Vector3d target_W = Vector3d::Zero();        // um
-};
-
-struct ResidencyOptions {
-  std::uint64_t budget_bytes = UINT64_MAX;  // bytes of all tiles in state ready, resident or retiring
-  PrefetchPolicy prefetch = PrefetchPolicy::structure;
-  // With PrefetchPolicy::structure: look-ahead time at the present speed. In real time it is shorter while reads are
-  // fast, and longer while they are slow, as measured.
-  double lookahead_s = 0.5;
-  // Parallel reads in real time; more hide the latency of a slow disk. 0: 1, and for a set at an address as many as the
-  // measured time of reads allows, from kLeastRemoteReads to kMostRemoteReads.
-  unsigned io_threads = 0;
-  static constexpr unsigned kLeastRemoteReads = 8, kMostRemoteReads = 64;
-};
-
-// What the loader has done so far.
-struct ResidencyCounters {
-  std::uint64_t reads = 0, bytes_read_decoded = 0, evictions = 0, failures = 0, cancelled = 0;
-  std::uint64_t bytes = 0, peak_bytes = 0;    // counted against the budget
-  std::uint64_t queued = 0, peak_queued = 0;  // tiles waiting to be read
-
-  // A reader requested a tile that was not in memory, by cause. A repeated request counts once.
-  std::uint64_t missed_unclaimed = 0;  // not predicted
-  std::uint64_t missed_full = 0;       // predicted, but more urgent claims filled the budget
-  std::uint64_t missed_late = 0;       // queued or being read
-  std::uint64_t missed_evicted = 0;    // evicted earlier, and not predicted to be needed again
-  std::uint64_t missed_failed = 0;     // cannot be read
-  std::uint64_t misses() const { return missed_unclaimed + missed_full + missed_late + missed_evicted + missed_failed; }
-
-  std::uint64_t entered = 0;  // a reader's active tile changed to one that is in memory
-  // Tiles read without request; of these, later entered or requested; evicted unused.
-  std::uint64_t prefetched = 0, prefetch_used = 0, prefetch_wasted = 0;
-  double wait_sum = 0, wait_most = 0;  // time from queued to held by every reader: ticks in virtual time, else s
-  std::uint64_t waits = 0;
-  double read_mean_s = 0;  // in real time: moving average of the time of a read
-};
-
-// Why tiles are held in addition to what readers work on; see Residency::hold().
-enum class HoldKind : std::uint8_t {
-  target,  // of a jump: claimed after active tiles, before all others
-  cell,    // of a highlighted or followed cell: claimed after tiles ahead of a proxy, before its surroundings
-};
-using HoldId = std::uint64_t;
-
-// What one hand or camera asks for. Safe in the haptic thread: every member is noexcept, without allocation, lock or
-// system call. Thread rule: owned by one reading thread.
-class TileFocus {
- public:
-  virtual ~TileFocus() = default;
-  // Publishes what the hand works on; once a tick.
-  virtual void publishFocus(const ReaderFocus& focus) noexcept = 0;
-  // Requests an absent tile, which becomes urgent. A repeated request is harmless. A request is lost if the ring is
-  // full and must then be repeated.
-  virtual void request(TileId tile) noexcept = 0;
-  // True if the pending jump can be made. The table then holds the target tile. With prefetch it also holds the tiles
-  // that the proxy may reach within 2.75 times of the fastest read, at least 0.14 s and at most 0.5 s, as far as the
-  // budget goes.
-  virtual bool isTargetReady(NodeId target_node) const noexcept = 0;
-};
-
-// The reader's side: a table of tiles, and the focus of the one who uses it. As TileFocus.
-class TileReader : public TileFocus {
- public:
-  virtual const TileTable& tiles() const noexcept = 0;
-  // Takes up to `most` messages from the loader, changes the table and acknowledges them. Returns the number of
-  // messages.
-  virtual int apply(int most = 8) noexcept = 0;
-};
 
 // Thread rule: internally synchronised; call addReader() before start(). Many hands can share one reader's table
 // (addFocus), if one thread serves them all.

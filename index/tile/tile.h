@@ -18,6 +18,7 @@
 #include "index/geometry/grid.h"
 #include "index/geometry/morton.h"
 #include "index/geometry/offsets.h"
+#include "index/tile/segment_run.h"
 
 #include <compare>
 #include <cstddef>
@@ -50,14 +51,6 @@ struct StoredSegment {
   std::uint32_t child_sample, parent_sample;
   GridPoint child, parent;
   bool owned;
-};
-
-// One to eight consecutive segments of one fragment: the content of a leaf of the search tree.
-struct SegmentRun {
-  std::uint32_t begin_and_count;  // 8 * first segment + count - 1
-
-  std::uint32_t begin() const { return begin_and_count >> 3; }
-  std::uint32_t count() const { return (begin_and_count & 7) + 1; }
 };
 
 class Tile {

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "index/tile/tile.h"
+#include "index/tile/tile_place.h"
 
 #include <cstdint>
 #include <span>
@@ -17,14 +18,6 @@ std::vector<std::uint8_t> encodeTile(const Tile& tile);
 // Encodes an appearance. O(segments).
 std::vector<std::uint8_t> encodeAppearance(const TileAppearance& appearance);
 
-// Which tile the bytes are of, and where they lie. Errors name `file` and the position of the fault in it.
-struct TilePlace {
-  TileId tile;
-  BlockKey key;
-  bool is_long;          // the long-segment tile
-  const char* file;      // its name; must live during the call
-  std::uint64_t offset;  // position of the first byte in the file
-};
 // Decodes a tile. `grid` must be that of the set. Whatever the bytes are, both decoders read only these bytes and
 // allocate at most a fixed multiple of their number. They throw CorruptTile if the bytes are not a whole encoding, or
 // continue after it. Checksums are the caller's. O(segments).

@@ -26,6 +26,7 @@
 #include "device/haptic_device.h"
 #include "index/streaming/residency.h"
 #include "solver/loop/loop_metrics.h"
+#include "solver/travel/pointing.h"
 #include "solver/travel/shared_tiles.h"
 #include "solver/workspace/navigation_link.h"
 #include "solver/workspace/workspace.h"
@@ -57,20 +58,6 @@ struct SessionOptions {
   std::string record{};
   // Makes `device` from its name and the period (s), not opened. None: makeDevice().
   std::function<std::unique_ptr<HapticDevice>(const std::string&, double)> make_device{};
-};
-
-// The target that the pointer gives the hand.
-struct Pointing {
-  enum class Kind : std::uint8_t {
-    rest,  // the hand stays at the proxy, without force
-    at,    // the hand is pulled to the point target_D
-    push,  // the hand is pulled to the proxy's position plus target_D, so the proxy continues to travel
-  };
-  Kind kind = Kind::rest;
-  Vector3d target_D = Vector3d::Zero();  // m
-
-  static Pointing at(const Vector3d& target_D) { return {Kind::at, target_D}; }
-  static Pointing push(const Vector3d& by_D) { return {Kind::push, by_D}; }
 };
 
 class Session {

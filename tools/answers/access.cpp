@@ -1,7 +1,7 @@
 #include "tools/answers/access.h"
 
 #include "index/text.h"
-#include "tools/answers/session_answer.h"
+#include "tools/answers/session_request.h"
 
 #include <algorithm>
 #include <arpa/inet.h>

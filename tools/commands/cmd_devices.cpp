@@ -6,8 +6,9 @@
 #include "index/output.h"
 #include "index/text.h"
 #include "tools/commands/commands.h"
-#include "tools/commands/device_check.h"
 #include "tools/commands/device_report.h"
+#include "tools/commands/device_test.h"
+#include "tools/commands/found_devices.h"
 #include "tools/program/interruption.h"
 #include "tools/program/numbers.h"
 #include "tools/program/output_check.h"
@@ -242,6 +243,7 @@ int runDevices(const DevicesArguments& a) {
     const std::unique_ptr<HapticDevice> device = makeDevice(spec, {.usb = recorder.get()});
     DeviceCheckOptions options;
     options.tell = [](const std::string& text) { std::cerr << text << '\n'; };
+    options.poll = [] { throwIfInterrupted(); };
     if (report) options.walk.emplace();
     if (report && spec.starts_with("sim"))  // no person has to read or to move the hand
       options.walk->workspace_s = options.walk->damping_s = options.walk->pause_s = 0.5;

@@ -1,10 +1,7 @@
-// Finds the devices that are plugged in, and tests one: behind `filiform devices`. Thread rule: functions without
-// state.
+// What the test of a device does and finds (device_test.h). Thread rule: values.
 #pragma once
 
-#include "device/haply/haply_service.h"
 #include "device/haptic_device.h"
-#include "device/usb/usb_transport.h"
 #include "tools/commands/device_walk.h"
 
 #include <cstdint>
@@ -15,31 +12,6 @@
 
 namespace filiform::tools {
 
-struct FoundDevice {
-  std::string kind;    // "Novint Falcon", "3Dconnexion mouse", "gamepad", "bridge"
-  std::string device;  // the name for --device
-  UsbDeviceInfo info;  // of a USB device; of a Haply device or gamepad the name alone, of a bridge empty
-  // "ready", "no_permission", "no_firmware"; of a Haply device as in HaplyServiceState; of a bridge also "not_running"
-  std::string state;
-  std::string remedy;  // empty if ready
-};
-
-// The plugged-in devices that this build has a driver for, by bus path. Opens none. Throws as UsbTransport::devices().
-std::vector<FoundDevice> findDevices(UsbTransport& transport);
-
-// The gamepads of the system. Opens none.
-std::vector<FoundDevice> findPads();
-
-// The bridges in bridgeFolder(), by name. Connects to each for a moment.
-std::vector<FoundDevice> findBridgedDevices();
-
-// The devices of a Haply service as `found` devices; `info` has only the name.
-std::vector<FoundDevice> devicesOf(const HaplyServiceState& service);
-
-// Returns whether `device`, a name for --device, is plugged in and may be opened. Asks the Haply service for a
-// name that begins with haply. Throws as findDevices().
-bool isPluggedIn(UsbTransport& transport, const std::string& device);
-
 struct DeviceCheckOptions {
   double read_s = 1;
   double homing_s = 60;                     // time limit for homing
@@ -48,6 +20,7 @@ struct DeviceCheckOptions {
   double most_moved_m = 0.025;              // the force ends if the hand moves farther
   std::optional<DeviceWalkOptions> walk{};  // also walks through DeviceWalk
   std::function<void(const std::string&)> tell{};  // receives instructions for the user
+  std::function<void()> poll{};                    // called every few milliseconds; an exception from it ends the test
 };
 
 struct DeviceCheck {
@@ -63,9 +36,5 @@ struct DeviceCheck {
   std::vector<std::string> refusals;                  // see HapticLoop
   std::optional<DeviceWalkFound> walk;                // with DeviceCheckOptions::walk
 };
-
-// Opens the device, waits for its homing, reads it, ramps a small force along each axis, and closes it. Every exit
-// sends zero force. Throws DeviceError if the device cannot be opened, is lost, or is not homed in time; Interrupted.
-DeviceCheck checkDevice(HapticDevice& device, const DeviceCheckOptions& options = {});
 
 }  // namespace filiform::tools

@@ -6,7 +6,7 @@
 #include "tools/answers/desk_answer.h"
 #include "tools/answers/limits.h"
 #include "tools/answers/routes.h"
-#include "tools/answers/session_answer.h"
+#include "tools/answers/session_request.h"
 #include "tools/serve/answer_head.h"
 #include "tools/serve/internal/desk_socket.h"
 #include "tools/serve/internal/session_socket.h"

@@ -62,18 +62,6 @@ const Vector3d kRoomForSomata_um = Vector3d::Constant(kDrawnUnknownSoma_um);
 
 }  // namespace
 
-SceneBudget SceneBudget::of(const std::string& renderer_description) {
-  if (!isSoftwareRenderer(renderer_description)) return {};
-  return {.segments = 200'000,
-          .moving_segments = 50'000,
-          .samples = 2,
-          .moving_samples = 1,
-          .moving_shade = false,
-          .upload_bytes = 1U << 20,
-          .upload_ms = 20,  // beside some 100 ms of drawing
-          .card_bytes = 256U << 20};
-}
-
 struct SceneView::Impl {
   struct DepthRange {
     double nearest_um, farthest_um;

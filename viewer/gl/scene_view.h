@@ -14,6 +14,7 @@
 #pragma once
 
 #include "viewer/gl/renderer.h"
+#include "viewer/gl/scene_frame.h"
 #include "viewer/scene/cell_colours.h"
 #include "viewer/scene/draw_list.h"
 #include "viewer/scene/glyph.h"
@@ -27,74 +28,6 @@
 #include <vector>
 
 namespace filiform {
-
-struct SceneBudget {
-  std::uint64_t segments = 2'000'000;         // chosen at rest, at most
-  std::uint64_t moving_segments = 2'000'000;  // chosen while camera or proxy move, at most
-  int samples = 2, moving_samples = 2;        // across a pixel
-  bool moving_shade = true;                   // use eye-dome lighting of far views also in motion
-  double enough_px = Levels::kEnough_px;      // choose no finer tiles where the error is below this
-  std::uint64_t upload_bytes = 4U << 20;      // in one frame; one tile is always uploaded
-  double upload_ms = 2;                       // in one frame; one tile is always uploaded
-  std::uint64_t card_bytes = 1ULL << 30;      // above this, tiles that are not drawn are removed from the card
-
-  // The budget with which a renderer of this description draws smoothly; see GraphicsContext::description().
-  static SceneBudget of(const std::string& renderer_description);
-};
-
-// What one frame shows. Its pointers must stay valid during the call only.
-struct SceneFrame {
-  Camera camera{};
-  // Drawn as two boxes. Fog begins behind its middle, and neurites between the camera and the workspace fade.
-  // nullptr: fog and eye-dome lighting over the depth of the whole scene.
-  const Workspace* workspace = nullptr;
-  std::optional<Vector3d> proxy_W{};      // drawn as a ball
-  std::optional<Vector3d> companion_W{};  // the proxy of somebody else: drawn as a ball of another colour
-  std::optional<Stylus> stylus{};
-  const Junction* junction = nullptr;  // drawn as a glyph
-  GlyphPalette palette = kRedGreen;    // of the glyph; an anaglyph uses kForGlasses
-  ColourBy colour = ColourBy::cell;
-  std::shared_ptr<const CellColours> cell_colours{};  // if set: replace `colour`
-  std::optional<std::uint32_t> cell{};  // highlighted: drawn in full resolution over the others, which are dimmed
-  bool orthographic = false;            // see parallel()
-  // From any clock that never runs backwards. Used to detect rest, to smooth the eye separation, and to retry tiles.
-  double time_s = 0;
-  std::optional<bool> moving{};  // none: in motion until kRest_s after the camera or the proxy last moved
-
-  PictureSize size{};
-  StereoMode stereo = StereoMode::mono;
-  StereoOptions eyes{};
-  SceneBudget budget{};
-  bool frozen = false;       // keep the chosen tiles, however the camera moves
-  double overlay_scale = 0;  // size of boxes, proxy and glyph; 0: by the picture's height
-
-  static constexpr double kRest_s = 0.3;
-};
-
-struct SceneFigures {
-  RenderFigures drawn;
-  bool redrawn = false;              // false: nothing changed, and the last picture was kept
-  bool moving = false;               // drawn with the budget for motion
-  bool complete = false;             // every chosen tile is drawn, without stand-ins
-  std::uint64_t segments = 0;        // of the drawn tiles
-  std::uint64_t hidden = 0;          // full-resolution segments that levels hide: others cover their pixels
-  std::uint64_t left_out = 0;        // full-resolution segments in view, in places of which no tile is drawn
-  bool limited = false;              // levels are coarser than `enough_px`, because of the budget
-  std::uint64_t tiles_left_out = 0;  // without levels: tiles beyond the budget
-  double error_px = 0;               // largest error of the drawn tiles; may be infinite
-  double wanted_error_px = 0;        // largest error of the chosen tiles
-  std::uint32_t tiles = 0;           // drawn
-  std::uint32_t stand_ins = 0;       // drawn tiles that are coarser or finer than chosen
-  bool has_gaps = false;             // some place has no uploaded tile yet
-  std::uint32_t pending = 0;         // chosen tiles that are not uploaded yet
-  std::uint32_t uploads = 0;         // tiles, in this frame
-  std::uint64_t upload_bytes = 0;
-  double upload_ms = 0;
-  std::uint64_t card_bytes = 0;         // of all batches
-  std::uint64_t implausible_radii = 0;  // in the drawn tiles
-  double separation = 0;                // of the eyes, divided by their distance of convergence
-  std::vector<std::string> failed;      // one line for each tile that cannot be read, with the reason
-};
 
 class SceneView {
  public:

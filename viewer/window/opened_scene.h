@@ -1,7 +1,7 @@
 // OpenedScene: what a window shows. Thread rule: plain data.
 #pragma once
 
-#include "index/http/remote_options.h"
+#include "index/file/remote_counters.h"
 #include "index/set/levels.h"
 #include "index/set/tile_set.h"
 #include "index/set/tile_store.h"

@@ -1,7 +1,7 @@
 // Encodes and decodes the bytes of a recording (device/PROTOCOL.md), without files.
 #pragma once
 
-#include "device/recording/replay.h"
+#include "device/recording/recorded_run.h"
 
 #include <cstddef>
 #include <cstdint>

@@ -56,7 +56,7 @@ TilePacker::Options packerOptionsOf(const IngestOptions& options, unsigned threa
           .leaves = static_cast<std::uint32_t>(tiler.leaves().size())};
 }
 
-Provenance provenanceOf(const IngestOptions& options) {
+Provenance statedProvenance(const IngestOptions& options) {
   return options.provenance ? options.provenance() : Provenance{};
 }
 
@@ -90,7 +90,7 @@ IngestResult completeSet(SetFolder& folder, const IngestOptions& options, Tiler&
     for (const auto& [name, bytes] : options.sections()) writer.writeSection(name, bytes);
 
   result.spool_bytes = tiler.spool_file_bytes();
-  if (!provenance) provenance = provenanceOf(options);
+  if (!provenance) provenance = statedProvenance(options);
   result.revision = writer.finish(*provenance);
   result.counts = writer.counts();
   result.bytes = writer.bytes();
@@ -132,7 +132,7 @@ IngestResult makeSet(SetFolder* folder, const std::string& building, const Inges
   Tiler tiler(tilerOptionsOf(options, threads, building));
   read(tiler);
   std::optional<Provenance> provenance;
-  if (ranks != nullptr) provenance = provenanceOf(options);  // all ranks together
+  if (ranks != nullptr) provenance = statedProvenance(options);  // all ranks together
   tiler.cut();
   const auto leaves = static_cast<std::uint32_t>(tiler.leaves().size());
   TilePacker::Options packing = packerOptionsOf(options, threads, building, tiler);

@@ -1,7 +1,7 @@
 // makeSet: writes and publishes a set from the segments that a tiler gets.
 #pragma once
 
-#include "index/build/ingest.h"
+#include "index/build/ingest_options.h"
 #include "index/build/internal/set_folder.h"
 #include "index/build/internal/tiler.h"
 

@@ -3,8 +3,9 @@
 // The tiles of the range of leaves that is next in order are passed on at once. Tiles of later ranges wait in a spool.
 #pragma once
 
-#include "index/build/internal/tiler.h"
+#include "index/build/internal/tile_sink.h"
 #include "index/file/internal/spool.h"
+#include "index/set/tile_store.h"
 #include "index/tile/internal/neurites.h"
 
 #include <atomic>

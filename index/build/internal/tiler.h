@@ -16,6 +16,7 @@
 
 #include "index/build/internal/leaf_content.h"
 #include "index/build/internal/stored_cells.h"
+#include "index/build/internal/tile_sink.h"
 #include "index/build/internal/tile_writer.h"
 #include "index/build/ranks.h"
 #include "index/geometry/partition.h"
@@ -44,18 +45,6 @@ struct TilerOptions {
   const std::atomic<bool>* cancel = nullptr;
   // Called from the calling thread. An exception that it throws ends the work.
   std::function<void(const char* phase, std::uint64_t done, std::uint64_t total)> progress = {};
-};
-
-// Receives the content of each leaf that stores segments, from several threads. The leaves lie in ranges, which
-// together are all leaves; the long-segment tile follows as a range of its own. The leaves of a range come in order,
-// from one worker. Ranges begin in the order of leaves and end in any order.
-class TileSink {
- public:
-  virtual ~TileSink() = default;
-  virtual void begin(unsigned /*worker*/, std::uint32_t /*first*/) {}
-  virtual void end(unsigned /*worker*/, std::uint32_t /*end*/) {}
-  // The vectors of `content` may be moved from. `worker` < options.threads: calls of one worker do not overlap.
-  virtual void add(unsigned worker, LeafContent& content) = 0;
 };
 
 // Thread rule: thread-compatible; starts its own threads. Throws Interrupted if `cancel` becomes true, IoError if the

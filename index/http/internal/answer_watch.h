@@ -1,7 +1,7 @@
 // AnswerWatch: tells from the answers of a server whether the network is slow or lost. Thread rule: thread-compatible.
 #pragma once
 
-#include "index/http/remote_options.h"
+#include "index/file/remote_counters.h"
 
 #include <chrono>
 

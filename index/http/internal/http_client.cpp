@@ -6,7 +6,7 @@
 #include "index/http/internal/http_errors.h"
 #include "index/http/internal/http_flight.h"
 #include "index/http/internal/http_queue.h"
-#include "index/http/internal/remote_address.h"
+#include "index/http/internal/url_origin.h"
 #include "index/text.h"
 
 #include <algorithm>

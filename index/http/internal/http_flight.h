@@ -2,6 +2,7 @@
 #pragma once
 
 #include "index/http/internal/http_job.h"
+#include "index/http/internal/http_landing.h"
 #include "index/http/internal/s3_account.h"
 
 #include <array>
@@ -13,17 +14,6 @@
 #include <vector>
 
 namespace filiform::internal {
-
-// What became of a request.
-struct HttpLanding {
-  enum class Kind : std::uint8_t { done, redirect, retry, missing, ends, refused, denied };
-  Kind kind = Kind::done;
-  std::string what = {};         // retry, missing, refused, denied: what is wrong
-  std::string remedy = {};       // what to do; empty: about the network
-  std::string target = {};       // redirect: to where
-  double wait_s = 0;             // retry: the server asks for this wait
-  std::uint64_t file_bytes = 0;  // ends: the file ends before the end of the range
-};
 
 struct HttpFlightOptions {
   std::string token;                   // empty: none

@@ -1,6 +1,8 @@
 #include "index/http/internal/remote_address.h"
 
 #include "index/errors.h"
+#include "index/http/internal/parsed_url.h"
+#include "index/http/internal/url_origin.h"
 #include "index/text.h"
 
 #include <algorithm>
@@ -11,25 +13,6 @@
 namespace filiform::internal {
 namespace {
 
-// A parsed URL.
-class ParsedUrl {
- public:
-  explicit ParsedUrl(const std::string& text) : url_(curl_url(), curl_url_cleanup) {
-    valid_ = url_ != nullptr && curl_url_set(url_.get(), CURLUPART_URL, text.c_str(), 0) == CURLUE_OK;
-  }
-  bool valid() const { return valid_; }
-  std::optional<std::string> part(CURLUPart which, unsigned flags = 0) const {
-    char* text = nullptr;
-    if (curl_url_get(url_.get(), which, &text, flags) != CURLUE_OK) return std::nullopt;
-    std::string copy = text;
-    curl_free(text);
-    return copy;
-  }
-
- private:
-  std::unique_ptr<CURLU, void (*)(CURLU*)> url_;
-  bool valid_ = false;
-};
 
 // True for a path that ends in /v1/sets/NAME. A static server's folder has the ending .fil.
 bool isServicePath(const std::string& path) {
@@ -94,16 +77,6 @@ RemoteAddress::RemoteAddress(const std::string& text) {
   while (path.ends_with('/')) path.pop_back();
   set = origin + path;
   files = set + (isServicePath(path) ? "/files/" : "/");
-}
-
-std::string originOf(const std::string& text) {
-  const ParsedUrl url(text);
-  if (!url.valid()) return {};
-  const std::string scheme = lowerCase(url.part(CURLUPART_SCHEME).value_or(""));
-  const auto host = url.part(CURLUPART_HOST), port = url.part(CURLUPART_PORT, CURLU_DEFAULT_PORT);
-  if ((scheme != "http" && scheme != "https") || !host || !port) return {};
-  const bool usual = *port == (scheme == "http" ? "80" : "443");
-  return scheme + "://" + lowerCase(*host) + (usual ? "" : ":" + *port);
 }
 
 }  // namespace filiform::internal

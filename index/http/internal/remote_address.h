@@ -29,7 +29,4 @@ struct RemoteAddress {
 
 bool isS3Address(std::string_view text);  // begins with s3://, in any letter case
 
-// Scheme, host and port of a URL, in lower case; empty if it is malformed or neither http nor https.
-std::string originOf(const std::string& url);
-
 }  // namespace filiform::internal

@@ -1,7 +1,7 @@
 #include "index/http/internal/s3_account.h"
 
 #include "index/errors.h"
-#include "index/http/internal/remote_address.h"
+#include "index/http/internal/url_origin.h"
 #include "index/text.h"
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 // What an object store says when it does not answer as asked. Thread rule: pure function.
 #pragma once
 
-#include "index/http/internal/http_flight.h"
+#include "index/http/internal/http_landing.h"
 #include "index/http/internal/s3_account.h"
 
 #include <optional>

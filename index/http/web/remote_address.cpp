@@ -2,6 +2,7 @@
 #include "index/http/internal/remote_address.h"
 
 #include "index/errors.h"
+#include "index/http/internal/url_origin.h"
 #include "index/text.h"
 
 namespace filiform::internal {

@@ -2,7 +2,7 @@
 // what to ask for.
 #include "index/errors.h"
 #include "index/http/internal/http_errors.h"
-#include "index/http/internal/remote_address.h"
+#include "index/http/internal/url_origin.h"
 #include "index/input/internal/file_listing.h"
 #include "index/text.h"
 

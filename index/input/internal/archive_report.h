@@ -1,8 +1,8 @@
 // The report on an archive: its entries, and the sums over them. Thread rule: pure functions.
 #pragma once
 
-#include "index/input/input.h"
 #include "index/input/internal/container.h"
+#include "index/input/source_report.h"
 
 namespace filiform::internal {
 

@@ -1,12 +1,13 @@
-// Input::State: the lists of an Input, and how far it has read. Thread rule: as Input.
+// InputState: the lists of an Input, and how far it has read. Thread rule: as Input.
 #pragma once
 
 #include "index/cell/internal/unit_check.h"
 #include "index/errors.h"
-#include "index/input/input.h"
+#include "index/input/input_options.h"
 #include "index/input/internal/file_listing.h"
 #include "index/input/internal/item_reader.h"
 #include "index/input/internal/read_ahead.h"
+#include "index/input/source_report.h"
 
 #include <algorithm>
 #include <cstdint>
@@ -18,37 +19,33 @@
 #include <utility>
 #include <vector>
 
-namespace filiform {
-
-namespace internal {
+namespace filiform::internal {
 
 inline constexpr std::uint32_t kNoEntry = UINT32_MAX;
 inline constexpr std::size_t kOpenArchives = 8;
 inline bool isUnreadable(const InputReport& report) { return report.codes[InputCode::E_UNREADABLE] > 0; }
 
-}  // namespace internal
-
-struct Input::State {
+struct InputState {
   struct Item {
     std::string source;
     std::uint32_t row = 0;
-    std::uint32_t entry = internal::kNoEntry;  // in the archive's entries()
+    std::uint32_t entry = kNoEntry;  // in the archive's entries()
     std::optional<std::uint64_t> digest;
     bool refused = false;
   };
 
-  explicit State(InputOptions input_options) : options(std::move(input_options)) {
-    readers.push_back(makeReader(internal::kOpenArchives));
+  explicit InputState(InputOptions input_options) : options(std::move(input_options)) {
+    readers.push_back(makeReader(kOpenArchives));
   }
 
   void list(const std::string& argument);
-  void addFile(const internal::ListedFile& file);
-  SourceReport& addRow(const internal::ListedFile& file, std::uint64_t bytes);
-  void addLeftOut(const internal::ListedFile& file);
-  void refuse(const internal::ListedFile& file, const IoError& failure);
+  void addFile(const ListedFile& file);
+  SourceReport& addRow(const ListedFile& file, std::uint64_t bytes);
+  void addLeftOut(const ListedFile& file);
+  void refuse(const ListedFile& file, const IoError& failure);
   void orderEqualSources();
-  internal::InputItem inputItem(const Item& item) const;
-  std::unique_ptr<internal::ItemReader> makeReader(std::size_t open_archives) const;
+  InputItem inputItem(const Item& item) const;
+  std::unique_ptr<ItemReader> makeReader(std::size_t open_archives) const;
   std::uint64_t bytesAhead() const;
   std::uint64_t bytesOfThread() const;
   unsigned readingThreads() const;
@@ -56,7 +53,7 @@ struct Input::State {
   void startReadingAhead();
   InputReport readHere(Item& item, Cell& cell);
   InputReport takeAhead(Item& item, Cell& cell);
-  InputReport readOrRefuse(internal::ItemReader& reader, const Item& item, Cell& cell,
+  InputReport readOrRefuse(ItemReader& reader, const Item& item, Cell& cell,
                            const std::function<void(std::uint64_t)>& on_bytes, bool is_ahead = false) const;
   void checkUnchanged(const Item& item, const InputReport& report, const Cell& cell) const;
   void advance(std::uint64_t bytes);
@@ -67,19 +64,19 @@ struct Input::State {
   std::size_t end() const { return std::min(end_at, items.size()); }
 
   InputOptions options;
-  std::vector<internal::ListedFile> files;   // by row
+  std::vector<ListedFile> files;             // by row
   std::vector<std::uint64_t> content_bytes;  // of packed cells, by row; 0: not stated
   std::vector<SourceReport> rows;
   std::map<std::uint32_t, std::unique_ptr<Container>> containers;  // by row
-  internal::Hdf5Process hdf5;                                      // lists H5 files
+  Hdf5Process hdf5;                                                // lists H5 files
   std::vector<Item> items;
   std::size_t position = 0, ordered = 0;
   std::size_t begin_at = 0, end_at = SIZE_MAX;  // of the items to be read
   bool complete = false;
   std::uint64_t bytes_total = 0, bytes_done = 0;
   UnitCheck units;
-  std::vector<std::unique_ptr<internal::ItemReader>> readers;  // by thread; 0: the calling one
-  std::unique_ptr<internal::ReadAhead> ahead;                  // its threads end before all else
+  std::vector<std::unique_ptr<ItemReader>> readers;  // by thread; 0: the calling one
+  std::unique_ptr<ReadAhead> ahead;                  // its threads end before all else
 };
 
-}  // namespace filiform
+}  // namespace filiform::internal

@@ -4,9 +4,10 @@
 #include "index/file/internal/digest.h"
 #include "index/http/internal/http_client.h"
 #include "index/http/internal/http_errors.h"
-#include "index/http/internal/remote_address.h"
+#include "index/http/internal/url_origin.h"
 #include "index/input/internal/file_parts.h"
 #include "index/input/internal/gunzip.h"
+#include "index/input/internal/shard_index.h"
 #include "index/text.h"
 
 #include <algorithm>

@@ -26,7 +26,7 @@ std::uint64_t number(std::string_view bytes, std::size_t at, std::size_t width) 
 }
 
 // Requires that the range lies in the file.
-std::string textOf(const FileParts& file, std::uint64_t at, std::uint64_t count) {
+std::string bytesAt(const FileParts& file, std::uint64_t at, std::uint64_t count) {
   std::string bytes(static_cast<std::size_t>(count), '\0');
   file.read(at, bytes);
   return bytes;
@@ -42,11 +42,11 @@ struct EndRecord {
 bool readEnd64(const FileParts& file, std::uint64_t end_at, EndRecord& record) {
   if (end_at < kLocator64Bytes + kEnd64Bytes) return false;
   const std::uint64_t locator_at = end_at - kLocator64Bytes;
-  const std::string locator = textOf(file, locator_at, kLocator64Bytes);
+  const std::string locator = bytesAt(file, locator_at, kLocator64Bytes);
   if (locator.compare(0, 4, kLocator64Mark) != 0) return false;
   for (const std::uint64_t at : {number(locator, 8, 8), locator_at - kEnd64Bytes}) {
     if (at > locator_at - kEnd64Bytes) continue;
-    const std::string end64 = textOf(file, at, kEnd64Bytes);
+    const std::string end64 = bytesAt(file, at, kEnd64Bytes);
     if (end64.compare(0, 4, kEnd64Mark) != 0) continue;
     record.several_disks =
         number(end64, 16, 4) != 0 || number(end64, 20, 4) != 0 || number(end64, 24, 8) != number(end64, 32, 8);
@@ -113,7 +113,7 @@ class CentralDirectoryReader {
       window_.erase(0, from_);
       from_ = 0;
       const std::uint64_t n = std::min<std::uint64_t>(left_, std::max(kWindow, count));
-      window_ += textOf(file_, at_, n);
+      window_ += bytesAt(file_, at_, n);
       at_ += n;
       left_ -= n;
     }
@@ -191,7 +191,7 @@ ZipDirectory readZipDirectory(const std::string& path) {
   const std::uint64_t size = found.file_bytes = file.size();
   const std::uint64_t tail_bytes = std::min(size, kMaxComment + kEndBytes);
   const std::uint64_t tail_at = size - tail_bytes;
-  const std::string tail = textOf(file, tail_at, tail_bytes);
+  const std::string tail = bytesAt(file, tail_at, tail_bytes);
 
   bool bytes_missing = false, end_seen = false, have = false;
   std::vector<ZipEntry> entries;
@@ -229,7 +229,7 @@ ZipDirectory readZipDirectory(const std::string& path) {
     if (!shifted) break;
   }
   if (!have) {
-    const std::string start = textOf(file, 0, std::min<std::uint64_t>(size, 4));
+    const std::string start = bytesAt(file, 0, std::min<std::uint64_t>(size, 4));
     const auto is_start = [&](std::string_view mark) {
       return start.size() >= 2 && mark.substr(0, start.size()) == start;
     };

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "index/set/internal/set_files.h"
-#include "index/set/levels.h"
+#include "index/set/level_parts.h"
 
 #include <string>
 #include <vector>

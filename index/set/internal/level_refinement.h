@@ -2,7 +2,7 @@
 // limit (Levels::choose()). Thread rule: thread-compatible.
 #pragma once
 
-#include "index/set/levels.h"
+#include "index/set/level_parts.h"
 
 #include <cmath>
 #include <functional>

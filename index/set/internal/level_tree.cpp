@@ -14,7 +14,7 @@ LevelTree::LevelTree(const TileSet& set, const std::vector<LevelEntry>& entries)
   for (LevelId level = 0; level < entries.size(); ++level) {
     const LevelEntry& e = entries[level];
     while (!inside.empty() && entries[inside.back()].key.high() < e.key.low) inside.pop_back();
-    above_.push_back(inside.empty() ? Levels::kRoots : inside.back());
+    above_.push_back(inside.empty() ? kLevelRoots : inside.back());
     below_[placeOf(above_.back())].push_back({true, level, e.segments, 0});
     inside.push_back(level);
     // Tiles below lie in the block; simplified neurites may leave it.
@@ -26,8 +26,8 @@ LevelTree::LevelTree(const TileSet& set, const std::vector<LevelEntry>& entries)
 }
 
 std::size_t LevelTree::placeOf(LevelId level) const {
-  if (level != Levels::kRoots && level >= entries_.size()) throw std::out_of_range("the level tile does not exist");
-  return level == Levels::kRoots ? entries_.size() : level;
+  if (level != kLevelRoots && level >= entries_.size()) throw std::out_of_range("the level tile does not exist");
+  return level == kLevelRoots ? entries_.size() : level;
 }
 
 // The keys of full-resolution tiles directly below: those of the block between the level tiles inside.
@@ -78,12 +78,12 @@ std::uint32_t LevelTree::segmentsOfLeaves(LevelId level) const {
 
 LevelId LevelTree::above(const LevelPart& part) const {
   if (part.level) return above_.at(part.tile);
-  if (entries_.empty() || part.tile == set_.long_tile()) return Levels::kRoots;
+  if (entries_.empty() || part.tile == set_.long_tile()) return kLevelRoots;
   const MortonKey key = set_.entry(part.tile).key.low;
   const auto after = std::upper_bound(entries_.begin(), entries_.end(), key,
                                       [](MortonKey k, const LevelEntry& e) { return k < e.key.low; });
-  LevelId level = after == entries_.begin() ? Levels::kRoots : static_cast<LevelId>(after - entries_.begin()) - 1;
-  while (level != Levels::kRoots && entries_[level].key.high() < key) level = above_[level];
+  LevelId level = after == entries_.begin() ? kLevelRoots : static_cast<LevelId>(after - entries_.begin()) - 1;
+  while (level != kLevelRoots && entries_[level].key.high() < key) level = above_[level];
   return level;
 }
 

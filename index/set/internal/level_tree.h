@@ -3,7 +3,8 @@
 #pragma once
 
 #include "index/set/internal/read_once.h"
-#include "index/set/levels.h"
+#include "index/set/level_parts.h"
+#include "index/set/tile_set.h"
 
 #include <span>
 #include <vector>

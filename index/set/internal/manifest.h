@@ -4,7 +4,8 @@
 
 #include "index/file/internal/bytes.h"
 #include "index/set/provenance.h"
-#include "index/set/tile_set.h"
+#include "index/set/set_counts.h"
+#include "index/set/tile_store.h"
 
 #include <functional>
 #include <optional>

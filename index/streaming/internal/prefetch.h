@@ -11,7 +11,8 @@
 
 #include "index/query/tile_finder.h"
 #include "index/streaming/internal/known_pages.h"
-#include "index/streaming/residency.h"
+#include "index/streaming/residency_options.h"
+#include "index/streaming/tile_reader.h"
 
 #include <algorithm>
 #include <span>

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "index/spsc_ring.h"
-#include "index/streaming/residency.h"
+#include "index/streaming/tile_reader.h"
 #include "index/triple_buffer.h"
 
 #include <atomic>

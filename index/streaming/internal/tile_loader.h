@@ -11,7 +11,8 @@
 #include "index/streaming/internal/reads_in_flight.h"
 #include "index/streaming/internal/tile_channel.h"
 #include "index/streaming/internal/tile_slots.h"
-#include "index/streaming/residency.h"
+#include "index/streaming/residency_options.h"
+#include "index/streaming/tile_reader.h"
 
 #include <deque>
 #include <functional>

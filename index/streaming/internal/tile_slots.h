@@ -2,7 +2,7 @@
 // thread-compatible.
 #pragma once
 
-#include "index/streaming/residency.h"
+#include "index/streaming/residency_options.h"
 #include "index/tile/tile.h"
 
 #include <cstdint>

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "index/geometry/grid.h"
-#include "index/tile/tile.h"
+#include "index/tile/segment_run.h"
 
 #include <cstdint>
 #include <span>

@@ -4,7 +4,7 @@
 
 #include "index/file/internal/bytes.h"
 #include "index/tile/tile.h"
-#include "index/tile/tile_codec.h"
+#include "index/tile/tile_place.h"
 
 #include <array>
 #include <cstdint>

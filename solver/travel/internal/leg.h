@@ -4,7 +4,7 @@
 
 #include "index/set/tile_store.h"
 #include "solver/travel/route.h"
-#include "solver/travel/run.h"
+#include "solver/travel/run_options.h"
 #include "solver/travel/simulated_person.h"
 
 #include <cstdint>

@@ -12,7 +12,9 @@
 #include "solver/travel/internal/run_statistics.h"
 #include "solver/travel/internal/run_time.h"
 #include "solver/travel/internal/travel_device.h"
-#include "solver/travel/run.h"
+#include "solver/travel/run_options.h"
+#include "solver/travel/run_summary.h"
+#include "solver/travel/tick_row.h"
 
 #include <cstdint>
 #include <functional>

@@ -6,7 +6,7 @@
 #include "index/triple_buffer.h"
 #include "solver/travel/internal/hand_navigation.h"
 #include "solver/travel/internal/session_commands.h"
-#include "solver/travel/session.h"
+#include "solver/travel/pointing.h"
 #include "solver/workspace/navigation_link.h"
 
 #include <atomic>

@@ -1,6 +1,7 @@
 #include "index/http/internal/remote_address.h"
 
 #include "index/errors.h"
+#include "index/http/internal/url_origin.h"
 #include "index/set/http_source.h"
 
 #include <gtest/gtest.h>

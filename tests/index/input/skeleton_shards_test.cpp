@@ -1,7 +1,7 @@
 // Sharded skeletons, and skeletons on a server.
 #include "index/errors.h"
 #include "index/input/input.h"
-#include "index/input/internal/shard_scheme.h"
+#include "index/input/internal/shard_index.h"
 #include "index/input/object_ids.h"
 #include "tests/support/gzip_bytes.h"
 #include "tests/support/http_server.h"

@@ -3,7 +3,8 @@
 #include "tests/support/fake_usb.h"
 #include "tests/support/process.h"
 #include "tests/support/temp_folder.h"
-#include "tools/commands/device_check.h"
+#include "tools/commands/device_test.h"
+#include "tools/commands/found_devices.h"
 
 #include <cstdlib>
 

@@ -8,8 +8,9 @@
 #include "tests/support/started_process.h"
 #include "tests/support/temp_folder.h"
 #include "tests/support/variable.h"
-#include "tools/commands/device_check.h"
 #include "tools/commands/device_report.h"
+#include "tools/commands/device_test.h"
+#include "tools/commands/found_devices.h"
 
 #include <csignal>
 #include <fstream>

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "tools/drawing/report.h"
+#include "tools/lab/bench/bench_table.h"
 
 #include <chrono>
 #include <cstdint>
@@ -38,24 +39,8 @@ struct BenchOptions {
   std::function<void(const std::string& what)> progress;  // must be set when a workload runs
 };
 
-using BenchValue = std::variant<std::string, double, std::int64_t>;
-
-// The value as text for tables: numbers with four significant digits.
-std::string shown(const BenchValue& value);
-// Processor, threads, memory, system, compiler, version of the program.
-std::vector<std::pair<std::string, BenchValue>> machineFacts();
-
 // Name and version of the libraries that the program is built with.
 std::vector<std::pair<std::string, std::string>> libraryVersions();
-
-struct BenchTable {
-  std::string name;     // a word; the key in the JSON
-  std::string caption;  // a line, with units
-  std::vector<std::string> columns;
-  std::vector<std::vector<BenchValue>> rows;  // each as long as columns
-  // The columns that identify a row, for `--compare`; empty: the first column.
-  std::vector<std::string> keys = {};
-};
 
 // A promise and the measured value.
 struct BenchGoal {
@@ -102,9 +87,6 @@ struct BenchReport {
   std::vector<std::string> pictures;                          // file names in `out`
 };
 
-// The caption and the table as Markdown.
-std::string markdownTable(const BenchTable& table);
-
 struct Workload {
   std::string name;     // a word
   std::string summary;  // a line
@@ -120,10 +102,6 @@ struct BenchResult {  // of one workload
   BenchReport report;
 };
 
-// Runs the workload and writes OUT/NAME.json and OUT/NAME.md (bench_record.h). Throws IoError. Exceptions of the
-// workload propagate.
-BenchResult runWorkload(const Workload& workload, const BenchOptions& options);
-
 // A temporary folder below `out`. The destructor removes it with its content. Throws std::filesystem errors.
 class WorkFolder {
  public:
@@ -137,12 +115,9 @@ class WorkFolder {
   std::string path_;
 };
 
-// The value below which `fraction` of the values lie, by nearest rank; NaN if there are none. O(n).
-double percentile(std::vector<double> values, double fraction);
 // Divides the values, in their order, into kBatches groups of nearly equal size and returns the median of each: the
 // batches of a sample. Returns fewer if there are fewer values.
 std::vector<double> batchMedians(const std::vector<double>& values);
-inline double median(const std::vector<double>& values) { return percentile(values, 0.5); }
 inline double since_ms(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
 }

@@ -7,6 +7,7 @@
 #include "tools/program/numbers.h"
 
 #include <algorithm>
+#include <chrono>
 #include <sstream>
 #include <stdexcept>
 
@@ -311,6 +312,16 @@ void writeBenchRun(const std::vector<BenchResult>& results, const BenchOptions& 
   const std::string title = "filiform bench";
   writeText(options.out + "/bench.html", htmlPage(title, all, options.out));
   writeText(options.out + "/bench.md", markdownPage(title, all));
+}
+
+BenchResult runWorkload(const Workload& workload, const BenchOptions& options) {
+  const auto started = std::chrono::steady_clock::now();
+  BenchResult result{workload.name, workload.summary, 0, workload.run(options)};
+  result.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+  const std::string base = options.out + "/" + workload.name;
+  writeText(base + ".json", workloadJson(result, options));
+  writeText(base + ".md", workloadMarkdown(result, options));
+  return result;
 }
 
 }  // namespace filiform::tools

@@ -32,4 +32,8 @@ std::string benchRunJson(const std::vector<BenchResult>& results, const BenchOpt
 void writeBenchRun(const std::vector<BenchResult>& results, const BenchOptions& options, double wall_s,
                    double load_before);
 
+// Runs the workload and writes OUT/NAME.json and OUT/NAME.md. Throws IoError. Exceptions of the
+// workload propagate.
+BenchResult runWorkload(const Workload& workload, const BenchOptions& options);
+
 }  // namespace filiform::tools

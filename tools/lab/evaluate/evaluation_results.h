@@ -2,7 +2,7 @@
 #pragma once
 
 #include "tools/lab/evaluate/campaign.h"
-#include "tools/lab/evaluate/evaluation.h"
+#include "tools/lab/evaluate/evaluation_options.h"
 #include "tools/lab/evaluate/fan_campaign.h"
 #include "tools/lab/evaluate/hold_campaign.h"
 #include "tools/lab/evaluate/protocol.h"

@@ -2,7 +2,7 @@
 // Thread-compatible.
 #pragma once
 
-#include "tools/lab/bench/bench.h"
+#include "tools/lab/bench/bench_table.h"
 #include "tools/lab/evaluate/evaluation_results.h"
 
 #include <string>

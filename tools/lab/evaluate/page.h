@@ -1,7 +1,7 @@
 // Writes a report as one HTML page with its pictures inside (no network), and as Markdown. Functions without state.
 #pragma once
 
-#include "tools/lab/bench/bench.h"
+#include "tools/lab/bench/bench_table.h"
 
 #include <string>
 #include <utility>

@@ -1,6 +1,6 @@
 #include "tools/lab/evaluate/summary.h"
 
-#include "tools/lab/bench/bench.h"
+#include "tools/lab/bench/bench_table.h"
 
 #include <algorithm>
 #include <map>

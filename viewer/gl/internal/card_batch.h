@@ -1,7 +1,7 @@
 // A batch of segments on the graphics card. Thread rule: the thread of the context.
 #pragma once
 
-#include "viewer/gl/renderer.h"
+#include "viewer/gl/render_options.h"
 
 #include <array>
 #include <cstddef>

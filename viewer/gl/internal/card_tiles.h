@@ -8,7 +8,7 @@
 #include "viewer/gl/internal/batch_loader.h"
 #include "viewer/gl/internal/signature.h"
 #include "viewer/gl/renderer.h"
-#include "viewer/gl/scene_view.h"
+#include "viewer/gl/scene_frame.h"
 #include "viewer/scene/draw_list.h"
 
 #include <cmath>

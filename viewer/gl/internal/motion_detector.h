@@ -1,7 +1,7 @@
 // Tells frames in motion from frames at rest: only frames at rest get the full budget. Thread-compatible.
 #pragma once
 
-#include "viewer/gl/scene_view.h"
+#include "viewer/gl/scene_frame.h"
 
 #include <optional>
 

@@ -15,7 +15,7 @@ constexpr double kFlatBall_px = 6;
 }  // namespace
 
 RenderFigures listPieces(const EyeView& view, const PictureSize& size, int samples, std::size_t most_segments,
-                         std::map<Renderer::BatchId, CardBatch>& batches, std::vector<Piece>& pieces) {
+                         std::map<BatchId, CardBatch>& batches, std::vector<Piece>& pieces) {
   const LevelView levels = levelView(view, size);
   RenderFigures figures;
   // A neurite's batch: large balls up to `large_balls`, small ones up to `balls`, cones up to `cones`, ribbons up to

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "viewer/gl/internal/card_batch.h"
-#include "viewer/gl/renderer.h"
+#include "viewer/gl/render_options.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -36,6 +36,6 @@ struct Piece {
 // Replaces `pieces` by those of one eye's view, of at most `most_segments` each. `size`: in samples, of which a pixel
 // has `samples` in each direction. O(batches log segments + pieces).
 RenderFigures listPieces(const EyeView& view, const PictureSize& size, int samples, std::size_t most_segments,
-                         std::map<Renderer::BatchId, CardBatch>& batches, std::vector<Piece>& pieces);
+                         std::map<BatchId, CardBatch>& batches, std::vector<Piece>& pieces);
 
 }  // namespace filiform::internal

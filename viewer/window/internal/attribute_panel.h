@@ -2,7 +2,7 @@
 // window's thread, between Window::beginPanels() and endPanels().
 #pragma once
 
-#include "viewer/window/panels.h"
+#include "viewer/window/panel_data.h"
 
 namespace filiform::internal {
 

@@ -3,7 +3,7 @@
 
 #include "index/set/cell_attributes.h"
 #include "viewer/scene/cell_colours.h"
-#include "viewer/window/panels.h"
+#include "viewer/window/panel_data.h"
 
 #include <cstdint>
 #include <memory>

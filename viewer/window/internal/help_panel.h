@@ -2,7 +2,7 @@
 // Window::beginPanels() and endPanels().
 #pragma once
 
-#include "viewer/window/panels.h"
+#include "viewer/window/panel_data.h"
 
 namespace filiform::internal {
 

@@ -1,7 +1,7 @@
 // What the window says of the network. Pure; any thread.
 #pragma once
 
-#include "index/http/remote_options.h"
+#include "index/file/remote_counters.h"
 
 #include <string>
 

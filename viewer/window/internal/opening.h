@@ -3,9 +3,10 @@
 #pragma once
 
 #include "solver/travel/place_finder.h"
+#include "solver/travel/session.h"
 #include "solver/workspace/saved_history.h"
 #include "viewer/gl/scene_view.h"
-#include "viewer/window/application.h"
+#include "viewer/window/opened_scene.h"
 
 #include <future>
 #include <memory>

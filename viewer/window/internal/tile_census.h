@@ -3,7 +3,7 @@
 
 #include "index/query/tile_finder.h"
 #include "index/set/tile_store.h"
-#include "viewer/window/panels.h"
+#include "viewer/window/panel_data.h"
 
 #include <cstddef>
 #include <vector>

@@ -5,15 +5,14 @@ from __future__ import annotations
 import operator
 import os
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple, Union
+from typing import Any, NamedTuple, Union
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _core
-
-if TYPE_CHECKING:
-    from .set import Set
+from .pictures import notebook_png, render
+from .scene import Owner
 
 Array = npt.NDArray[Any]
 
@@ -42,8 +41,8 @@ class Cell:
     A *place* of a cell is a sample id, or a row of `Set.nearest`.
     """
 
-    def __init__(self, owner: Set, index: int) -> None:
-        self.set = owner
+    def __init__(self, owner: Owner, index: int) -> None:
+        self.set: Any = owner  # the Set
         self.index = index
         record = owner._handle.cell_record(index)
         if record is None:
@@ -218,8 +217,6 @@ class Cell:
 
     def render(self, **options: Any) -> Array:
         """`filiform.render` of this cell."""
-        from .pictures import render
-
         return render(self, **options)
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -235,6 +232,7 @@ class Cell:
         return f"<filiform.Cell {self.name!r}: {self.segments} segments>"
 
     def _repr_png_(self) -> bytes | None:
-        from .pictures import notebook_png
+        return notebook_png(self)
 
-        return notebook_png(self.set, self)
+    def _scene(self) -> tuple[Owner, int | None, Array | None]:
+        return self.set, self.index, self.bounds

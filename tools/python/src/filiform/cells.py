@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import operator
-from typing import TYPE_CHECKING, Any, Iterator, Mapping, Union
+from typing import Any, Iterator, Mapping, Union
 
 import numpy as np
 import numpy.typing as npt
 
 from .cell import Cell
-
-if TYPE_CHECKING:
-    from .set import Set
+from .html import cell_table
+from .scene import Owner
 
 
 def text(raw: bytes) -> str:
@@ -39,8 +38,6 @@ class CellList(list[Cell]):
         return f"<filiform.CellList of {len(self)} cells>"
 
     def _repr_html_(self) -> str:
-        from .html import cell_table
-
         return cell_table(self)
 
 
@@ -50,7 +47,7 @@ class Cells(Mapping[str, Cell]):
     Names are text, also where they are numbers: ids of FlyWire and MICrONS exceed 2**53.
     """
 
-    def __init__(self, owner: Set) -> None:
+    def __init__(self, owner: Owner) -> None:
         self._set = owner
 
     def index(self, cell: Any) -> int:

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Sequence, Union
+from typing import Any, Sequence, Union
 
 import numpy as np
 import numpy.typing as npt
 
-from .cell import Cell
-from .set import Set
-
-if TYPE_CHECKING:
-    Scene = Union[Set, Cell]
+from .png import encode
+from .scene import Scene
 
 _VIEWS = {
     "front": (0.0, 0.0), "back": (180.0, 0.0), "right": (90.0, 0.0), "left": (-90.0, 0.0),
@@ -48,14 +45,10 @@ def render(
     libegl1, libgl1-mesa-dri), ValueError for a wrong option. Do not draw in a process that was forked after its
     parent has drawn: OpenGL does not survive a fork.
     """
-    if isinstance(scene, Cell):
-        owner, cell = scene.set, scene
-        box = cell.bounds if box is None and proxy is None else box
-        highlight = cell if highlight is None else highlight
-    elif isinstance(scene, Set):
-        owner = scene
-    else:
+    if not hasattr(scene, "_scene"):
         raise TypeError(f"scene: expected a Set or a Cell, got {type(scene).__name__}")
+    owner, index, bounds = scene._scene()
+    box = bounds if box is None and proxy is None else box
     current = owner._handle.current()  # first: a closed set is named, also where nothing can be drawn
     from . import _render
 
@@ -76,19 +69,18 @@ def render(
         width, height = size
     except (TypeError, ValueError):
         raise ValueError("size: expected (width, height)") from None
-    index = None if highlight is None else owner.cells.index(highlight)
+    if highlight is not None:
+        index = owner._index_of(highlight)
     return _render.render(
         current, width, height, box, proxy, zoom, yaw, pitch, look, index, colour_by, orthographic, segments
     )
 
 
-def notebook_png(owner: Set, cell: Cell | None) -> bytes | None:
+def notebook_png(scene: Scene) -> bytes | None:
     """The picture that a notebook shows; None where nothing can be drawn."""
-    from .png import encode
-
-    if owner.closed:
+    if scene._scene()[0].closed:
         return None
     try:
-        return encode(render(cell if cell is not None else owner, size=(640, 400), segments=300_000))
+        return encode(render(scene, size=(640, 400), segments=300_000))
     except (ImportError, RuntimeError, ValueError):
         return None

@@ -14,6 +14,8 @@ import numpy.typing as npt
 from . import _core
 from .cells import CellList, Cells
 from .navigation import Navigation
+from .pictures import notebook_png, render
+from .scene import Owner
 
 Array = npt.NDArray[Any]
 _ENDS = ("x0", "y0", "z0", "x1", "y1", "z1")
@@ -163,9 +165,13 @@ class Set:
         return f"<filiform.Set {self._path!r}: {cells} cells, {segments} segments>"
 
     def _repr_png_(self) -> bytes | None:
-        from .pictures import notebook_png
+        return notebook_png(self)
 
-        return notebook_png(self, None)
+    def _index_of(self, cell: Any) -> int:
+        return self.cells.index(cell)
+
+    def _scene(self) -> tuple[Owner, int | None, Array | None]:
+        return self, None, None
 
     # -- attributes of cells
 
@@ -363,8 +369,6 @@ class Set:
 
     def render(self, **options: Any) -> Array:
         """`filiform.render` of this set."""
-        from .pictures import render
-
         return render(self, **options)
 
 

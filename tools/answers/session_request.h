@@ -1,4 +1,4 @@
-// The route /v1/session: a WebSocket that speaks filiform.v1 (tools/serve/PROTOCOL.md). Functions without state.
+// Requests for a session: a WebSocket that speaks filiform.v1 (tools/serve/PROTOCOL.md). Functions without state.
 #pragma once
 
 #include "tools/answers/request.h"
