@@ -243,11 +243,6 @@ TEST(BenchProgram, EveryWorkloadRunsQuickAndTheRunIsAsTheSchemaSays) {
   EXPECT_EQ(page.find("src=\"http"), std::string::npos);
   for (std::size_t at = page.find("<svg"); at != std::string::npos; at = page.find("<svg", at + 1))
     EXPECT_EQ(page.compare(page.find('>', at) + 1, 8, "\n<title>"), 0);
-  // A run compared with itself has no changes.
-  const test::Outcome same = test::runFiliform({"bench", "--compare", folder / "bench.json", folder / "bench.json"});
-  EXPECT_EQ(same.exit_code, 0) << same.err;
-  EXPECT_NE(same.out.find("0 regressions"), std::string::npos) << same.out;
-  EXPECT_EQ(same.out.find("run only"), std::string::npos) << same.out;
 }
 
 TEST(BenchSchema, RefusesWhatIsNoRun) {
@@ -322,8 +317,7 @@ TEST(BenchProgram, JsonIsAllThatStdoutHolds) {
 
 TEST(BenchProgram, RefusesContradictions) {
   for (const std::vector<std::string>& arguments : {std::vector<std::string>{"bench", "index", "index"},
-                                                    {"bench", "--list", "--strict"},
-                                                    {"bench", "--compare", "a.json", "b.json", "--strict"}}) {
+                                                    {"bench", "--list", "--strict"}}) {
     const test::Outcome outcome = test::runFiliform(arguments);
     EXPECT_EQ(outcome.exit_code, 2) << arguments.back();
     EXPECT_TRUE(outcome.oneLineOnStderr()) << outcome.err;

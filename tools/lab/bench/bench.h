@@ -19,7 +19,7 @@ namespace filiform::tools {
 inline constexpr std::uint64_t kMiB = 1 << 20;
 inline constexpr double kPerUm3 = 0.67;           // segments in a um^3 of cortex
 inline constexpr double kSegmentsPerCell = 4500;  // of the synthetic column
-// Number of batches for a median. Nine, so that `--compare` can detect a change among a thousand figures: the exact
+// Number of batches for a median. Nine, so that `compare` can detect a change among a thousand figures: the exact
 // rank-sum test of nine against nine reaches 4e-5, of five against five only 8e-3.
 inline constexpr int kBatches = 9;
 
@@ -53,7 +53,7 @@ struct BenchTable {
   std::string caption;  // a line, with units
   std::vector<std::string> columns;
   std::vector<std::vector<BenchValue>> rows;  // each as long as columns
-  // The columns that identify a row, for `--compare`; empty: the first column.
+  // The columns that identify a row, for `compare`; empty: the first column.
   std::vector<std::string> keys = {};
 };
 
