@@ -3,7 +3,7 @@
 // Thread rule: functions without state; a workload runs on the calling thread.
 #pragma once
 
-#include "tools/drawing/report.h"
+#include "tools/drawing/plot.h"
 
 #include <chrono>
 #include <cstdint>
