@@ -1,4 +1,5 @@
 // The script tools/lab/bench/compare, on runs that the program writes.
+#include "tests/support/folders.h"
 #include "tests/support/process.h"
 #include "tests/support/temp_folder.h"
 #include "tools/lab/bench/bench_record.h"
@@ -30,8 +31,7 @@ class CompareRuns : public ::testing::Test {
   }
 
   static test::Outcome compare(const std::vector<std::string>& arguments) {
-    return test::runFiliformInShell("shift; exec /usr/bin/python3 '" + std::string(FILIFORM_SOURCE) +
-                                        "/tools/lab/bench/compare' \"$@\"",
+    return test::runFiliformInShell("shift; exec '" + test::inSource("tools/lab/bench/compare") + "' \"$@\"",
                                     arguments);
   }
 
@@ -88,9 +88,9 @@ TEST_F(CompareRuns, FlagsOnlyWhatIsWorseBeyondTenPercentAndItsSpread) {
 
 TEST_F(CompareRuns, TheChanceIsExactAlsoWithTies) {
   // 2 of the 252 divisions lie as far apart; with ranks 1, 3, 3, 3, 5.5, 5.5, 6 of 20.
-  const json result = compared(
-      run("a", {sampleOf("apart", "", false, {1, 2, 3, 4, 5}), sampleOf("tied", "", false, {1, 2, 2})}),
-      run("b", {sampleOf("apart", "", false, {6, 7, 8, 9, 10}), sampleOf("tied", "", false, {2, 3, 3})}));
+  const json result =
+      compared(run("a", {sampleOf("apart", "", false, {1, 2, 3, 4, 5}), sampleOf("tied", "", false, {1, 2, 2})}),
+               run("b", {sampleOf("apart", "", false, {6, 7, 8, 9, 10}), sampleOf("tied", "", false, {2, 3, 3})}));
   EXPECT_NEAR(result.at("figures")[0].at("chance"), 2.0 / 252, 1e-12);
   EXPECT_NEAR(result.at("figures")[0].at("corrected"), 4.0 / 252, 1e-12);
   EXPECT_NEAR(result.at("figures")[1].at("chance"), 0.3, 1e-12);
