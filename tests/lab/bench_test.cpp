@@ -305,11 +305,11 @@ TEST(BenchProgram, StrictEndsWithFiveWhereAPromiseIsMissed) {
 
 TEST(BenchProgram, JsonIsAllThatStdoutHolds) {
   const test::TempFolder folder;
-  const test::Outcome run = test::runFiliform({"bench", "storage", "--quick", "--json", "--out", folder.path()});
+  const test::Outcome run = test::runFiliform({"bench", "index", "--quick", "--json", "--out", folder.path()});
   ASSERT_EQ(run.exit_code, 0) << run.err;
   writeText(folder.file("stdout.json"), run.out);
   EXPECT_EQ(schemaProblems(folder.file("stdout.json")), "");
-  EXPECT_EQ(nlohmann::json::parse(run.out).at("workloads").at(0).at("workload"), "storage");
+  EXPECT_EQ(nlohmann::json::parse(run.out).at("workloads").at(0).at("workload"), "index");
   const test::Outcome list = test::runFiliform({"bench", "--list", "--json"});
   ASSERT_EQ(list.exit_code, 0) << list.err;
   const auto json = nlohmann::json::parse(list.out);
@@ -330,7 +330,7 @@ TEST(BenchProgram, ACorpusWithoutUsableNeuronsIsOneClearLine) {
   const test::TempFolder folder;
   std::filesystem::create_directories(folder / "tiny");
   test::writeBytes(folder / "tiny/a.swc", "1 1 0 0 0 1 -1\n2 3 1 0 0 1 1\n");
-  for (const char* workload : {"nearest", "work", "solver", "parameters", "storage"}) {
+  for (const char* workload : {"nearest", "solver"}) {
     const test::Outcome outcome =
         test::runFiliform({"bench", workload, "--corpus", folder / "tiny", "--out", folder / "out"});
     EXPECT_EQ(outcome.exit_code, 2) << outcome.err;
