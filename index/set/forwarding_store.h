@@ -1,5 +1,5 @@
-// ForwardingStore: a tile store that answers as another store does. Derived classes replace some answers. Thread rule: as
-// the other store.
+// ForwardingStore: a tile store that answers as another store does. Derived classes replace some answers. Thread rule:
+// as the other store.
 #pragma once
 
 #include "index/set/tile_store.h"

@@ -318,8 +318,8 @@ TEST(BenchProgram, JsonIsAllThatStdoutHolds) {
 }
 
 TEST(BenchProgram, RefusesContradictions) {
-  for (const std::vector<std::string>& arguments : {std::vector<std::string>{"bench", "index", "index"},
-                                                    {"bench", "--list", "--strict"}}) {
+  for (const std::vector<std::string>& arguments :
+       {std::vector<std::string>{"bench", "index", "index"}, {"bench", "--list", "--strict"}}) {
     const test::Outcome outcome = test::runFiliform(arguments);
     EXPECT_EQ(outcome.exit_code, 2) << arguments.back();
     EXPECT_TRUE(outcome.oneLineOnStderr()) << outcome.err;

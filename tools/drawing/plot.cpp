@@ -263,8 +263,8 @@ Layout layoutOf(Canvas& canvas, const Plot& plot, Axes& axes) {
   Layout l;
   const bool headed = !plot.title.empty() || plot.series.size() > 1;
   const double legend_width = legendWidth(canvas, plot);
-  l.legend_below = legend_width > 0 && !plot.title.empty() &&
-                   40 + canvas.textWidth(plot.title, 12) + legend_width > plot.width - 60;
+  l.legend_below =
+      legend_width > 0 && !plot.title.empty() && 40 + canvas.textWidth(plot.title, 12) + legend_width > plot.width - 60;
   const double head = 18 + (headed ? 26 : 0) + (plot.subtitle.empty() ? 0 : 20) + (l.legend_below ? 20 : 0);
   l.bottom = plot.height - (plot.x_label.empty() ? 34 : 58);
   l.y_ticks = ticksOf(axes.y, std::max(2, static_cast<int>((l.bottom - head) / 55)));

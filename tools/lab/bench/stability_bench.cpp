@@ -166,8 +166,11 @@ Picture drawMap(const std::string& title, const std::string& subtitle, const std
   const auto columns = static_cast<int>(panels[0].columns.size()), rows = static_cast<int>(stiffness_N_m.size());
   const auto across = static_cast<int>(panel_columns);
   const int down = (static_cast<int>(panels.size()) + across - 1) / across;
-  Picture picture =
-      whitePicture(kLeft + across * (columns * kCell_x + kGap_x), kTop + down * (rows * kCell_y + kGap_y) + 8);
+  Picture scratch = whitePicture(1, 1);
+  Canvas measure(scratch);
+  const double words_px = 40 + std::max(measure.textWidth(title, 13), measure.textWidth(subtitle, 9));
+  const int width = std::max(static_cast<int>(words_px), kLeft + across * (columns * kCell_x + kGap_x));
+  Picture picture = whitePicture(width, kTop + down * (rows * kCell_y + kGap_y) + 8);
   {
     Canvas canvas(picture);
     canvas.text(title, {20, 32}, 13, kInk);
