@@ -1,9 +1,13 @@
 #include "index/text.h"
 
+#include <algorithm>
+#include <cstdint>
 #include <cstdio>
 
 namespace filiform {
 namespace {
+
+constexpr std::string_view kBase64Digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
 
 bool isHarmless(char32_t c) {
   if (c < 0x20 || (c >= 0x7F && c < 0xA0)) return false;
@@ -89,6 +93,36 @@ std::string lowerCase(std::string_view text) {
 
 bool endsWithNoCase(std::string_view name, std::string_view suffix) {
   return name.size() >= suffix.size() && lowerCase(name.substr(name.size() - suffix.size())) == suffix;
+}
+
+std::string toBase64(std::string_view bytes) {
+  std::string text;
+  text.reserve((bytes.size() + 2) / 3 * 4);
+  for (std::size_t at = 0; at < bytes.size(); at += 3) {
+    const std::size_t n = std::min<std::size_t>(3, bytes.size() - at);
+    std::uint32_t group = 0;
+    for (std::size_t i = 0; i < 3; ++i) group = group << 8 | (i < n ? static_cast<std::uint8_t>(bytes[at + i]) : 0u);
+    for (std::size_t i = 0; i < 4; ++i) text += i <= n ? kBase64Digits[group >> (18 - 6 * i) & 63] : '=';
+  }
+  return text;
+}
+
+std::optional<std::string> fromBase64(std::string_view text) {
+  std::string bytes;
+  bytes.reserve(text.size() / 4 * 3);
+  std::uint32_t group = 0;
+  int bits = 0;
+  for (const char c : text.substr(0, text.find('='))) {
+    const std::size_t digit = kBase64Digits.find(c);
+    if (digit == std::string_view::npos) return std::nullopt;
+    group = (group << 6 | static_cast<std::uint32_t>(digit)) & 0xFFFFFF;
+    bits += 6;
+    if (bits < 8) continue;
+    bits -= 8;
+    bytes += static_cast<char>(group >> bits);
+  }
+  if (toBase64(bytes) != text) return std::nullopt;
+  return bytes;
 }
 
 }  // namespace filiform

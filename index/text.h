@@ -1,7 +1,9 @@
-// Makes text from files safe for terminals, tables and messages. Thread rule: pure functions, any thread.
+// Makes text from files safe for terminals, tables and messages, and bytes safe inside a text. Thread rule: pure
+// functions, any thread.
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -28,6 +30,10 @@ bool isUtf8(std::string_view text);
 
 // `text` with the ASCII letters in lower case. O(length).
 std::string lowerCase(std::string_view text);
+// Base64 (RFC 4648, section 4, with padding). O(bytes).
+std::string toBase64(std::string_view bytes);
+// Reverses toBase64(). Returns nullopt for a text that toBase64() does not give. O(length).
+std::optional<std::string> fromBase64(std::string_view text);
 
 // True if `name` ends in `suffix`, in any letter case. Requires a lower-case ASCII `suffix`.
 bool endsWithNoCase(std::string_view name, std::string_view suffix);

@@ -1,11 +1,11 @@
 #include "index/set/cell_filter.h"
 
 #include "index/errors.h"
+#include "index/set/glob.h"
 #include "index/text.h"
 
 #include <charconv>
 #include <cmath>
-#include <fnmatch.h>
 
 namespace filiform {
 namespace {
@@ -18,7 +18,7 @@ double numberOrNaN(const std::string& text) {
 }
 
 bool matches(const std::string& pattern, const std::string& text) {
-  return pattern == text || fnmatch(pattern.c_str(), text.c_str(), 0) == 0;
+  return pattern == text || matchesGlob(pattern, text);
 }
 
 bool compares(double value, const std::string& op, double limit) {

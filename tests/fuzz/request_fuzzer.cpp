@@ -1,5 +1,5 @@
+#include "index/set/glob.h"
 #include "tests/fuzz/fuzz_bytes.h"
-#include "tools/answers/glob.h"
 #include "tools/answers/npy.h"
 #include "tools/answers/point_list.h"
 #include "tools/answers/refusal.h"
@@ -27,7 +27,7 @@ void fuzzTarget(const std::string& text) {
     request.parseTarget();
     require(!request.parts.empty(), "a target has a part");
     for (const auto& [name, value] : request.parameters) {
-      tools::matchesGlob(value, name);
+      matchesGlob(value, name);
       try {
         tools::parseNumbers(name, value, 3);
         request.whole(name, 0, 1000);

@@ -1,6 +1,7 @@
 #include "index/text.h"
 
 #include <cstdint>
+#include <random>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -56,6 +57,28 @@ TEST(DecodeUtf8, ReadsWellFormedCharactersAlone) {
   for (const char* text :
        {"\x80", "\xC1\x81", "\xE0\x9F\xBF", "\xED\xA0\x80", "\xF0\x8F\xBF\xBF", "\xF4\x90\x80\x80", "\xE2\x82", "\xFF"})
     EXPECT_EQ(decoded(text).first, 0u) << text;
+}
+
+TEST(Base64, WritesWhatTheStandardShows) {
+  EXPECT_EQ(toBase64(""), "");
+  EXPECT_EQ(toBase64("f"), "Zg==");
+  EXPECT_EQ(toBase64("fo"), "Zm8=");
+  EXPECT_EQ(toBase64("foo"), "Zm9v");
+  EXPECT_EQ(toBase64("foobar"), "Zm9vYmFy");
+}
+
+TEST(Base64, BytesSurviveIt) {
+  std::mt19937_64 random(3);
+  for (std::size_t n = 0; n < 100; ++n) {
+    std::string bytes(n, '\0');
+    for (char& b : bytes) b = static_cast<char>(random());
+    EXPECT_EQ(fromBase64(toBase64(bytes)), bytes);
+  }
+}
+
+TEST(Base64, RefusesOtherTexts) {
+  for (const char* text : {"Z", "Zg", "Zg=", "Zh==", "Zg==Zg==", "Zm9v\n", "Zm 9", "====", "Zm9=", "Zm-_"})
+    EXPECT_EQ(fromBase64(text), std::nullopt) << text;
 }
 
 }  // namespace

@@ -1,8 +1,8 @@
 // A tile store for tests: counts loads, fails or delays loads on request, and knows which tiles are still held.
 #pragma once
 
+#include "index/set/forwarding_store.h"
 #include "index/set/internal/read_once.h"
-#include "index/set/tile_store.h"
 
 #include <chrono>
 #include <map>
@@ -14,13 +14,13 @@
 namespace filiform::test {
 
 // Thread rule: internally synchronised.
-class CountingStore : public TileStore {
+class CountingStore : public ForwardingStore {
  public:
   static constexpr int kForever = -1;
 
   // With `most_landmarks`, the landmarks are chosen anew, at most this many: few are chosen quickly.
   explicit CountingStore(const TileStore& store, std::size_t most_landmarks = 0)
-      : store_(store), most_landmarks_(most_landmarks), account_(std::make_shared<Account>()) {}
+      : ForwardingStore(store), most_landmarks_(most_landmarks), account_(std::make_shared<Account>()) {}
 
   // Makes the next `times` loads of the tile throw CorruptTile.
   void failLoads(TileId tile, int times = kForever);
@@ -36,23 +36,7 @@ class CountingStore : public TileStore {
   std::uint64_t heldBytes() const;
   std::uint64_t peakHeldBytes() const;
 
-  Grid grid() const override { return store_.grid(); }
-  const LeafIndex& leaves() const override { return store_.leaves(); }
-  TileId home(const GridPoint& p) const override { return store_.home(p); }
-  TileId tile_count() const override { return store_.tile_count(); }
-  TileId long_tile() const override { return store_.long_tile(); }
-  const TileEntry& entry(TileId tile) const override { return store_.entry(tile); }
-  TileId page_tiles() const override { return store_.page_tiles(); }
-  std::uint32_t group_pages() const override { return store_.group_pages(); }
-  GridBox pageContent(std::uint32_t page) const override { return store_.pageContent(page); }
-  GridBox groupContent(std::uint32_t group) const override { return store_.groupContent(group); }
-  std::uint32_t capacity() const override { return store_.capacity(); }
   std::shared_ptr<const Tile> load(TileId tile) const override;
-  TileAppearance loadAppearance(TileId tile) const override { return store_.loadAppearance(tile); }
-  std::uint32_t cell_count() const override { return store_.cell_count(); }
-  const CellRecord& cell(std::uint32_t id) const override { return store_.cell(id); }
-  std::optional<std::uint32_t> findCell(const std::string& name) const override { return store_.findCell(name); }
-  CellDetail loadCellDetail(std::uint32_t id) const override { return store_.loadCellDetail(id); }
   const Landmarks& landmarks() const override;
 
  private:
@@ -66,7 +50,6 @@ class CountingStore : public TileStore {
     std::uint64_t held = 0, peak_held = 0;
   };
 
-  const TileStore& store_;
   const std::size_t most_landmarks_;
   mutable internal::ReadOnce<Landmarks> chosen_;
   std::shared_ptr<Account> account_;

@@ -186,7 +186,7 @@ RunnableCommand runnable(const std::string& text) {
     line += " --quick";
     shortened = true;
   }
-  if (name == "bench" && line.find(" --list") == std::string::npos && line.find(" --compare") == std::string::npos) {
+  if (name == "bench" && line.find(" --list") == std::string::npos) {
     static const std::regex kWithoutName("filiform\\s+bench(\\s+--|$)");
     if (std::regex_search(line, kWithoutName))
       line = std::regex_replace(line, kWithoutName, "filiform bench extremes$1");

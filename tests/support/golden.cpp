@@ -1,7 +1,5 @@
 #include "tests/support/golden.h"
 
-#include "tools/drawing/image.h"
-
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -60,14 +58,6 @@ Picture readPng(const std::string& path) {
   if (png_image_finish_read(&image, nullptr, picture.rgb.data(), 0, nullptr) == 0)
     throw std::runtime_error(path + ": " + image.message);
   return picture;
-}
-
-void writePng(const Picture& picture, const std::string& path) {
-  tools::Image image;
-  image.width = picture.width;
-  image.height = picture.height;
-  image.rgb = picture.rgb;
-  tools::writePng(image, path);
 }
 
 }  // namespace filiform::test

@@ -20,8 +20,13 @@ struct PictureDifference {
 };
 PictureDifference compare(const Picture& a, const Picture& b);
 
+// The colour of a pixel. Requires a place inside.
+inline Rgba colourAt(const Picture& picture, int x, int y) {
+  const std::uint8_t* const c = &picture.rgb[static_cast<std::size_t>(3 * (y * picture.width + x))];
+  return {c[0], c[1], c[2]};
+}
+
 // Throws std::runtime_error.
 Picture readPng(const std::string& path);
-void writePng(const Picture& picture, const std::string& path);
 
 }  // namespace filiform::test

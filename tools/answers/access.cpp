@@ -2,12 +2,12 @@
 
 #include "index/text.h"
 #include "tools/answers/session_request.h"
+#include "tools/program/token_file.h"
 
 #include <algorithm>
 #include <arpa/inet.h>
 #include <array>
 #include <cerrno>
-#include <fstream>
 #include <regex>
 #include <unistd.h>
 #include <utility>
@@ -148,11 +148,7 @@ void Access::addCors(const Request& request, Answer& answer) const {
 }
 
 std::string readToken(const std::string& path) {
-  std::ifstream file(path);
-  if (!file) throw IoError(escaped(path), "cannot open the token file", errno);
-  std::string token;
-  std::getline(file, token);
-  if (!token.empty() && token.back() == '\r') token.pop_back();
+  std::string token = readTokenFile(path);
   const bool plain = std::all_of(token.begin(), token.end(), [](char c) {
     return c > 0x20 && c < 0x7F && std::string_view(";,\"\\").find(c) == std::string_view::npos;
   });

@@ -1,18 +1,16 @@
 // The answers of the routes cells, cells/NAME and path.
 #include "index/query/cell_paths.h"
 #include "index/set/cell_graph.h"
+#include "index/set/glob.h"
 #include "index/text.h"
 #include "tools/answers/cell_json.h"
 #include "tools/answers/cell_place_text.h"
 #include "tools/answers/found_path.h"
-#include "tools/answers/glob.h"
 #include "tools/answers/limits.h"
 #include "tools/answers/npy.h"
 #include "tools/answers/service.h"
 
-#include <bit>
 #include <cmath>
-#include <cstring>
 #include <sstream>
 
 namespace filiform::tools {
@@ -42,14 +40,6 @@ nlohmann::ordered_json samplesJson(const CellGraph& graph) {
   return json;
 }
 
-template <typename Value>
-void appendRaw(std::string& bytes, Value value) {
-  static_assert(std::endian::native == std::endian::little, "records are written as they lie in memory");
-  char raw[sizeof value];
-  std::memcpy(raw, &value, sizeof value);
-  bytes.append(raw, sizeof value);
-}
-
 // One record a sample. `parent` is a record's position, -1 for a root.
 std::string samplesNpy(const CellGraph& graph) {
   std::string bytes = npyHeader(
@@ -58,11 +48,11 @@ std::string samplesNpy(const CellGraph& graph) {
       graph.samples());
   for (std::uint32_t rank = 0; rank < graph.samples(); ++rank) {
     const Vector3d p_W = graph.position_W(rank);
-    appendRaw(bytes, graph.sample_ids[rank]);
-    for (int axis = 0; axis < 3; ++axis) appendRaw(bytes, static_cast<double>(p_W[axis]));
-    appendRaw(bytes, graph.radii_um[rank]);
-    appendRaw(bytes, graph.types[rank]);
-    appendRaw(bytes, graph.parents[rank] == kNoParent ? -1 : static_cast<std::int32_t>(graph.parents[rank]));
+    appendValue(bytes, graph.sample_ids[rank]);
+    for (int axis = 0; axis < 3; ++axis) appendValue(bytes, static_cast<double>(p_W[axis]));
+    appendValue(bytes, graph.radii_um[rank]);
+    appendValue(bytes, graph.types[rank]);
+    appendValue(bytes, graph.parents[rank] == kNoParent ? -1 : static_cast<std::int32_t>(graph.parents[rank]));
   }
   return bytes;
 }

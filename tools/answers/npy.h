@@ -3,6 +3,7 @@
 
 #include "index/geometry/grid.h"
 
+#include <bit>
 #include <cstddef>
 #include <string>
 #include <string_view>
@@ -17,5 +18,11 @@ std::vector<Vector3d> readNpyPoints(std::string_view bytes, std::size_t most);
 
 // The header of an array of `rows` records. `type`: as Python writes it, such as "[('x', '<f8')]".
 std::string npyHeader(const std::string& type, std::size_t rows);
+// Appends one value of a record, little-endian.
+template <typename Value>
+void appendValue(std::string& bytes, Value value) {
+  static_assert(std::endian::native == std::endian::little, "records are written as they lie in memory");
+  bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
+}
 
 }  // namespace filiform::tools

@@ -2,7 +2,7 @@
 
 #include "tools/answers/refusal.h"
 #include "tools/answers/served_set.h"
-#include "tools/drawing/image.h"
+#include "tools/drawing/png.h"
 #include "viewer/gl/scene_view.h"
 
 #include <atomic>
@@ -57,12 +57,7 @@ class Easel {
     frame.budget.segments = PictureMaker::kMostSegments;
     frame.camera = cameraFor(camera, *scene_, size.aspect());
     scene_->drawWhole(frame, [&](std::size_t, std::size_t) { check(); });
-    Picture picture = renderer_->read();
-    Image image;
-    image.width = picture.width;
-    image.height = picture.height;
-    image.rgb = std::move(picture.rgb);
-    return std::make_shared<const std::string>(pngBytes(image));
+    return std::make_shared<const std::string>(pngBytes(renderer_->read()));
   }
 
  private:

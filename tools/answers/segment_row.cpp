@@ -1,22 +1,8 @@
 #include "tools/answers/segment_row.h"
 
-#include <bit>
-#include <cstring>
+#include "tools/answers/npy.h"
 
 namespace filiform::tools {
-
-namespace {
-
-static_assert(std::endian::native == std::endian::little, "records are written as they lie in memory");
-
-template <typename Value>
-void appendValue(std::string& bytes, Value value) {
-  char raw[sizeof value];
-  std::memcpy(raw, &value, sizeof value);
-  bytes.append(raw, sizeof value);
-}
-
-}  // namespace
 
 nlohmann::ordered_json segmentRowJson(const SegmentRow& row, SegmentRowFields fields) {
   const NearestResult& r = *row.result;

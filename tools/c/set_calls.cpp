@@ -1,7 +1,7 @@
 // filiform.h: sets and their cells.
+#include "index/set/glob.h"
 #include "index/streaming/residency.h"
 #include "index/text.h"
-#include "tools/answers/glob.h"
 #include "tools/c/open_set.h"
 
 #include <algorithm>
@@ -133,7 +133,7 @@ int filiform_cells(filiform_set* set, const char* pattern, uint32_t** cells, siz
     std::vector<std::uint32_t> ids;
     for (std::uint32_t id = 0; id < s.cell_count(); ++id) {
       const CellRecord& record = s.cell(id);
-      if (!record.removed && (pattern == nullptr || tools::matchesGlob(pattern, record.name))) ids.push_back(id);
+      if (!record.removed && (pattern == nullptr || matchesGlob(pattern, record.name))) ids.push_back(id);
     }
     *cells = arrayOf(ids);
     *count = ids.size();

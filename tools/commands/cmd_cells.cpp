@@ -2,6 +2,7 @@
 #include "index/set/cell_attributes.h"
 #include "index/set/cell_filter.h"
 #include "index/set/cell_graph.h"
+#include "index/set/glob.h"
 #include "index/set/tile_set.h"
 #include "index/text.h"
 #include "tools/answers/answer.h"
@@ -17,7 +18,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <fnmatch.h>
 #include <iostream>
 #include <memory>
 #include <optional>
@@ -51,7 +51,7 @@ std::vector<std::uint32_t> cellsOf(const TileSet& store, const CellAttributes& a
   for (const std::uint32_t cell : CellFilter(a.where).select(store, attributes)) {
     if (cell % kRowsBetween == 0) throwIfInterrupted();
     if (store.cell(cell).removed) continue;
-    if (glob == "*" || fnmatch(glob.c_str(), store.cell(cell).name.c_str(), 0) == 0) cells.push_back(cell);
+    if (glob == "*" || matchesGlob(glob, store.cell(cell).name)) cells.push_back(cell);
   }
   return cells;
 }

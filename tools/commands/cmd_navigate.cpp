@@ -20,6 +20,7 @@
 #include "tools/program/output_check.h"
 #include "tools/program/progress.h"
 #include "tools/program/progress_option.h"
+#include "viewer/gl/graphics_context.h"
 
 #include <algorithm>
 #include <cmath>
@@ -377,7 +378,12 @@ int runNavigate(const NavigateArguments& a) {
   if (csv && (!interrupted || !csv->isFile())) csv->finish();
   const std::string title = summary.cell + ", " + a.route + ", " + a.method;
   if (!a.plot.empty() && !interrupted) travel->writeForcePlot(a.plot, escaped(title), summary);
-  if (!a.picture.empty() && !interrupted) travel->writePicture(a.picture, escaped(title), summary, *store);
+  std::string not_drawn;  // the travel and the other files stay where there is no OpenGL
+  try {
+    if (!a.picture.empty() && !interrupted) travel->writePicture(a.picture, escaped(title), summary, *store);
+  } catch (const GraphicsError& error) {
+    not_drawn = error.what();
+  }
 
   const auto* const set = dynamic_cast<const TileSet*>(store.get());
   const std::optional<RemoteCounters> network = set != nullptr ? set->remoteCounters() : std::nullopt;
@@ -389,7 +395,9 @@ int runNavigate(const NavigateArguments& a) {
   if (interrupted && ((csv && csv->isFile()) || travel))
     std::cerr << "filiform: note: interrupted: the files of --csv, --plot and --picture were not written\n";
   for (const std::string& failure : summary.failures) std::cerr << "filiform: " << failure << '\n';
+  if (!not_drawn.empty()) std::cerr << "filiform: --picture " << escaped(a.picture) << ": " << not_drawn << '\n';
   if (interrupted) return interruptedExitCode();
+  if (!not_drawn.empty()) return 3;
   return summary.failures.empty() ? 0 : 1;
 }
 
@@ -461,7 +469,7 @@ void addNavigate(CLI::App& app, Chosen& chosen) {
                    "beside --csv, if --csv is a regular file")
       ->type_name("FILE");
   command->add_option("--plot", a->plot, "write the force curve as PNG")->type_name("FILE");
-  command->add_option("--picture", a->picture, "write a front view of the tissue and the path of the proxy as PNG")
+  command->add_option("--picture", a->picture, "draw the scene from the front, with the path of the proxy, as PNG")
       ->type_name("FILE");
   command->add_flag("--json", a->json, "write the summary as one JSON object");
   a->remote = addRemoteArguments(*command);

@@ -16,8 +16,8 @@
 #include "tools/commands/scene.h"
 #include "tools/drawing/camera_text.h"
 #include "tools/drawing/film.h"
-#include "tools/drawing/image.h"
 #include "tools/drawing/legend.h"
+#include "tools/drawing/png.h"
 #include "tools/program/interruption.h"
 #include "tools/program/numbers.h"
 #include "tools/program/output_check.h"
@@ -197,14 +197,6 @@ SceneFrame frameOf(const TileStore& store, const RenderArguments& a,
   return frame;
 }
 
-Image imageOf(Picture picture) {
-  Image image;
-  image.width = picture.width;
-  image.height = picture.height;
-  image.rgb = std::move(picture.rgb);
-  return image;
-}
-
 SceneFigures drawPicture(const TileStore& store, const RenderArguments& a,
                          const std::shared_ptr<const CellColours>& colours, SceneView& scene, Renderer& renderer) {
   SceneFrame frame = frameOf(store, a, colours);
@@ -226,9 +218,9 @@ SceneFigures drawPicture(const TileStore& store, const RenderArguments& a,
     progress.update(done);
   });
   progress.finish();
-  Image image = imageOf(renderer.read());
-  if (colours != nullptr && !a.no_legend) drawLegend(image, *colours);
-  writePng(image, a.out);
+  Picture picture = renderer.read();
+  if (colours != nullptr && !a.no_legend) drawLegend(picture, *colours);
+  writePng(picture, a.out);
   return figures;
 }
 
@@ -272,9 +264,9 @@ SceneFigures drawFilm(const TileStore& store, const RenderArguments& a,
     frame.camera = workspaceCamera(workspace, aspect);
     frame.time_s = time_s;
     figures = scene.drawWhole(frame);
-    const Image image = imageOf(renderer.read());
+    const Picture picture = renderer.read();
     // One picture for each moment, even where the recording's ticks are farther apart.
-    while (static_cast<double>(film.pictures()) / a.pictures_s <= time_s) film.add(image);
+    while (static_cast<double>(film.pictures()) / a.pictures_s <= time_s) film.add(picture);
     progress.update(film.pictures());
   };
   const RunSummary summary = run(store, options);

@@ -11,7 +11,7 @@
 #include "tools/commands/remote_arguments.h"
 #include "tools/commands/scene.h"
 #include "tools/commands/web_page.h"
-#include "tools/drawing/image.h"
+#include "tools/drawing/png.h"
 #include "tools/program/ending_watch.h"
 #include "tools/program/interruption.h"
 #include "tools/program/numbers.h"
@@ -106,15 +106,11 @@ int runView(const ViewArguments& a) {
   options.paths = a.scene;
   options.open = [remote = remote_options](const std::vector<std::string>& paths) { return openToView(paths, remote); };
   options.write = [](const Picture& picture, const std::string& path) {
-    Image image;
-    image.width = picture.width;
-    image.height = picture.height;
-    image.rgb = picture.rgb;
     const std::filesystem::path folder = std::filesystem::path(path).parent_path();
     std::error_code error;
     std::filesystem::create_directories(folder, error);
     if (error) throw IoError(escaped(folder.string()), "cannot make the folder for pictures", error.value());
-    writePng(image, path);
+    writePng(picture, path);
   };
   options.poll = [&follow] {
     throwIfInterrupted();

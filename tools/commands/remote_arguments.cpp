@@ -5,11 +5,9 @@
 #include "index/text.h"
 #include "tools/program/interruption.h"
 #include "tools/program/numbers.h"
+#include "tools/program/token_file.h"
 
-#include <cerrno>
 #include <cstdlib>
-#include <fstream>
-#include <iterator>
 
 #include <CLI/CLI.hpp>
 
@@ -19,20 +17,6 @@ namespace {
 
 constexpr const char* kRemoteGroup =
     "For a SET at an address (http://HOST/v1/sets/NAME, https://HOST/PATH/NAME.fil or s3://BUCKET/PATH/NAME.fil)";
-constexpr std::size_t kMostTokenBytes = 4096;
-
-std::string tokenOf(const std::string& file) {
-  std::ifstream in(file, std::ios::binary);
-  if (!in) throw IoError("--token-file " + escaped(file), "cannot open", errno);
-  std::string token(kMostTokenBytes + 1, '\0');
-  in.read(token.data(), static_cast<std::streamsize>(token.size()));
-  token.resize(static_cast<std::size_t>(in.gcount()));
-  if (token.size() > kMostTokenBytes) throw UsageError("--token-file " + escaped(file) + ": has more than 4 KiB");
-  while (!token.empty() && (token.back() == '\n' || token.back() == '\r')) token.pop_back();
-  if (token.empty())
-    throw UsageError("--token-file " + escaped(file) + ": is empty; write the token in its first line");
-  return token;
-}
 
 }  // namespace
 
@@ -40,7 +24,7 @@ RemoteOptions RemoteArguments::options() const {
   RemoteOptions options;
   const char* const token = std::getenv("FILIFORM_TOKEN");
   if (!token_file.empty())
-    options.token = tokenOf(token_file);
+    options.token = readTokenFile(token_file);
   else if (token != nullptr)
     options.token = token;
   options.cache_folder = cache;

@@ -1,12 +1,15 @@
 #include "tools/commands/travel_report.h"
 
-#include "tools/drawing/report.h"
-#include "viewer/scene/drawn_somata.h"
+#include "index/set/tile_set.h"
+#include "tools/drawing/canvas.h"
+#include "tools/drawing/plot.h"
+#include "tools/drawing/png.h"
+#include "viewer/gl/scene_view.h"
+#include "viewer/scene/minimap.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <set>
 
 namespace filiform::tools {
 
@@ -16,6 +19,37 @@ std::string format(const char* pattern, double a, double b) {
   char text[160];
   std::snprintf(text, sizeof text, pattern, a, b);
   return text;
+}
+
+// Draws the path, from a ring to an arrowhead, then title, legend and scale bar.
+void drawOver(Picture& picture, const std::vector<Vector2d>& way, double um_px, const std::string& title,
+              const std::string& subtitle) {
+  constexpr Rgba kPath{255, 122, 30}, kBackground{20, 23, 31, 204}, kLetters{235, 238, 245}, kPale{160, 166, 180};
+  Canvas canvas(picture);
+  canvas.polyline(way, 6, kBackground);
+  canvas.polyline(way, 2.8, kPath);
+  if (!way.empty()) {
+    canvas.disc(way.front(), 6.5, kPath);
+    canvas.disc(way.front(), 3.5, kBackground);
+    // The direction over the last ten pixels: a single tick is too short.
+    const Vector2d end = way.back();
+    Vector2d along(0, 0);
+    for (std::size_t i = way.size(); i-- > 0 && along.norm() < 10;) along = end - way[i];
+    const Vector2d back = -11 * along.normalized(), side(0.6 * back.y(), -0.6 * back.x());
+    canvas.polyline({end + back + side, end, end + back - side}, 3, kPath);
+  }
+  canvas.fill(0, 0, std::max(canvas.textWidth(title, 12), canvas.textWidth(subtitle, 9)) + 32, 62, kBackground);
+  canvas.text(title, {16, 27}, 12, kLetters);
+  canvas.text(subtitle, {16, 48}, 9, kPale);
+  const double bottom = picture.height - 22.0, right = picture.width - 24.0;
+  const std::string legend = "path of the proxy";
+  canvas.fill(8, bottom - 18, 72 + canvas.textWidth(legend, 9), bottom + 14, kBackground);
+  canvas.line({16, bottom - 4}, {46, bottom - 4}, 2.8, kPath);
+  canvas.text(legend, {56, bottom}, 9, kLetters);
+  const ScaleBar bar = scaleBar(um_px, picture.width / 4.0);
+  canvas.fill(right - bar.length_px - 8, bottom - 18, right + 8, bottom + 14, kBackground);
+  canvas.fill(right - bar.length_px, bottom + 4, right, bottom + 8, kLetters);
+  canvas.text(bar.text, {right - bar.length_px / 2, bottom - 2}, 9, kLetters, Align::centre);
 }
 
 }  // namespace
@@ -44,54 +78,28 @@ void TravelReport::writeForcePlot(const std::string& path, const std::string& ti
 
 void TravelReport::writePicture(const std::string& path, const std::string& title, const RunSummary& summary,
                                 const TileStore& store) const {
-  GridBox bounds;
-  for (std::uint32_t id = 0; id < store.cell_count(); ++id) bounds.extend(store.cell(id).bounds);
-  ProjectionOptions options;
-  options.title = title;
-  options.subtitle =
-      toString(summary.outcome) + format(": %.0f of %.0f um travelled", summary.reached_um, summary.route_um);
-  options.lo_um = store.grid().toWorld(bounds.lo);
-  options.hi_um = store.grid().toWorld(bounds.hi);
-  for (int axis = 0; axis < 3; ++axis)  // a flat or single-point scene also needs a frame
-    if (options.hi_um[axis] - options.lo_um[axis] < 1e-3) options.hi_um[axis] += 0.5, options.lo_um[axis] -= 0.5;
-  const auto is_synthetic = [&](std::uint32_t id) {
-    return store.cell(id).source.find("column/L") != std::string::npos;
-  };
-  if (store.cell_count() > 0 && is_synthetic(0) && is_synthetic(store.cell_count() - 1))
-    options.levels = syntheticLevels();
-  ProjectionPicture picture(options);
-  RootTable somata;
-  for (std::uint32_t cell = 0; cell < store.cell_count(); ++cell)
-    for (const CellDetail::Root& root : store.loadCellDetail(cell).roots)
-      if (root.type == kSomaType) somata.emplace(NodeId{cell, root.rank}, root);
-  std::set<NodeId> drawn;  // roots of the somata already drawn
-  SomaFinder finder(store);
-  for (TileId id = 0; id < store.tile_count(); ++id) {
-    const std::shared_ptr<const Tile> tile = store.load(id);
-    const TileAppearance appearance = store.loadAppearance(id);
-    finder.offer(tile, appearance);
-    const SomaTable spheres = somataIn(*tile, appearance, somata, finder);
-    std::size_t owned = 0;
-    for (std::uint32_t s = 0; s < tile->segment_count(); ++s) {
-      if (!tile->owned(s)) continue;
-      const float radius_um = appearance.radii_um[owned];
-      const std::uint16_t type = appearance.types[owned++];
-      const NodeId parent = tile->nodeId(tile->parent(s));
-      const Vector3d parent_W = tile->position_W(tile->parent(s));
-      const auto sphere = spheres.find(parent);
-      if (sphere != spheres.end()) {
-        const Soma& soma = *sphere->second;
-        if (drawn.insert({parent.cell, soma.root}).second) picture.addSoma(parent.cell, soma.centre_um, soma.radius_um);
-        const auto child = spheres.find(tile->nodeId(tile->child(s)));
-        if (child != spheres.end() && child->second == sphere->second) continue;
-      } else if (const auto soma = somata.find(parent); soma != somata.end() && drawn.insert(parent).second) {
-        picture.addSoma(parent.cell, parent_W, soma->second.radius_um);
-      }
-      picture.addSegment(parent.cell, tile->position_W(tile->child(s)), parent_W, type, radius_um);
-    }
+  const auto* const set = dynamic_cast<const TileSet*>(&store);
+  const std::unique_ptr<const Levels> levels = set != nullptr ? Levels::open(*set) : nullptr;
+  const auto context = makeOffscreenContext();
+  Renderer renderer(*context);
+  SceneView scene(store, levels.get(), renderer);
+  Vector3d lo_W = scene.usual_lo_W(), hi_W = scene.usual_hi_W();
+  for (const Vector3d& p_W : way_W_) lo_W = lo_W.cwiseMin(p_W), hi_W = hi_W.cwiseMax(p_W);
+  SceneFrame frame;
+  const double height = 1200, width = std::clamp(height * (hi_W - lo_W).x() / (hi_W - lo_W).y(), 600.0, 2000.0);
+  frame.size = {static_cast<int>(width), static_cast<int>(height)};
+  frame.camera = parallel(overview(lo_W, hi_W, 0, 0, frame.size.aspect()));
+  scene.drawWhole(frame);
+  Picture picture = renderer.read();
+  const EyeView view = viewOf(frame.camera, frame.size.aspect());
+  std::vector<Vector2d> way;
+  for (const Vector3d& p_W : way_W_) {
+    const ScreenPoint at = project(view, p_W, frame.size);
+    if (way.empty() || std::hypot(at.x - way.back().x(), at.y - way.back().y()) > 0.3) way.emplace_back(at.x, at.y);
   }
-  picture.addPath(way_W_);
-  writePng(picture.finish(), path);
+  drawOver(picture, way, frame.camera.focus_um / pixelsPerRadian(view.frustum, frame.size), title,
+           toString(summary.outcome) + format(": %.0f of %.0f um travelled", summary.reached_um, summary.route_um));
+  writePng(picture, path);
 }
 
 }  // namespace filiform::tools

@@ -1,4 +1,4 @@
-// The pictures of one navigation run: the force curve, and the tissue with the path of the proxy. Thread rule:
+// The pictures of one navigation run: the force curve, and the scene with the path of the proxy. Thread rule:
 // thread-compatible.
 #pragma once
 
@@ -17,8 +17,8 @@ class TravelReport {
 
   // Draws force against time; dashed lines show frontiers. Throws IoError. O(ticks).
   void writeForcePlot(const std::string& path, const std::string& title, const RunSummary& summary) const;
-  // Draws every segment of the store from the front, tile by tile, and the path of the proxy. Throws IoError,
-  // CorruptTile. O(segments).
+  // Draws the scene from the front as `filiform render` does, and the path of the proxy over it. Throws GraphicsError
+  // without OpenGL 3.3, IoError, CorruptTile.
   void writePicture(const std::string& path, const std::string& title, const RunSummary& summary,
                     const TileStore& store) const;
 

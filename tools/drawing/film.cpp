@@ -3,6 +3,7 @@
 #include "index/errors.h"
 #include "index/output.h"
 #include "index/text.h"
+#include "tools/drawing/png.h"
 #include "tools/program/interruption.h"
 #include "tools/program/numbers.h"
 
@@ -200,7 +201,7 @@ Film::~Film() {
   impl_->end();
 }
 
-void Film::add(const Image& image) {
+void Film::add(const Picture& picture) {
   ++impl_->pictures;
   if (impl_->number) {
     std::string digits = std::to_string(impl_->pictures);
@@ -208,11 +209,11 @@ void Film::add(const Image& image) {
     if (digits.size() < wanted) digits.insert(0, wanted - digits.size(), '0');
     std::string name = impl_->out;
     name.replace(impl_->number->begin, impl_->number->end - impl_->number->begin, digits);
-    writePng(image, name);
+    writePng(picture, name);
     return;
   }
-  for (std::size_t sent = 0; sent < image.rgb.size();) {
-    const ssize_t n = ::send(impl_->to_encoder, image.rgb.data() + sent, image.rgb.size() - sent, MSG_NOSIGNAL);
+  for (std::size_t sent = 0; sent < picture.rgb.size();) {
+    const ssize_t n = ::send(impl_->to_encoder, picture.rgb.data() + sent, picture.rgb.size() - sent, MSG_NOSIGNAL);
     if (n > 0) {
       sent += static_cast<std::size_t>(n);
       continue;

@@ -2,7 +2,7 @@
 // Output (index/output.h). Thread rule: thread-compatible.
 #pragma once
 
-#include "tools/drawing/image.h"
+#include "viewer/gl/renderer.h"
 
 #include <memory>
 #include <string>
@@ -29,7 +29,7 @@ class Film {
   Film& operator=(const Film&) = delete;
 
   // Requires the size given to the constructor. Throws IoError, with ffmpeg's message if ffmpeg failed.
-  void add(const Image& image);
+  void add(const Picture& picture);
   // Publishes the file. Throws IoError, ClosedPipe.
   void finish();
 

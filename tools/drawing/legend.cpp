@@ -1,35 +1,35 @@
 #include "tools/drawing/legend.h"
 
 #include "index/text.h"
+#include "tools/drawing/canvas.h"
 
 #include <algorithm>
 #include <string>
 
 namespace filiform::tools {
 
-void drawLegend(Image& image, const CellColours& colours) {
+void drawLegend(Picture& picture, const CellColours& colours) {
   if (colours.legend.empty()) return;
-  constexpr Colour kLetters{235, 238, 245}, kBackground{20, 23, 31};
-  const double capital = std::clamp(image.height / 60.0, 7.0, 22.0), line = 1.9 * capital, rim = capital;
-  const auto most = static_cast<std::size_t>(std::max(1.0, (image.height - 2 * rim) / line - 3));
+  constexpr Rgba kLetters{235, 238, 245}, kBackground{20, 23, 31, 204};
+  const double capital = std::clamp(picture.height / 60.0, 7.0, 22.0), line = 1.9 * capital, rim = capital;
+  const auto most = static_cast<std::size_t>(std::max(1.0, (picture.height - 2 * rim) / line - 3));
   const std::size_t shown = std::min(colours.legend.size(), most);
   std::vector<std::string> lines{escaped(colours.attribute, 40)};
   for (std::size_t i = 0; i < shown; ++i)
     lines.push_back(escaped(colours.legend[i].value, 40) + "  (" + std::to_string(colours.legend[i].cells) +
                     (colours.legend[i].cells == 1 ? " cell)" : " cells)"));
   if (shown < colours.legend.size()) lines.push_back("and " + std::to_string(colours.legend.size() - shown) + " more");
+  Canvas canvas(picture);
   double widest = 0;
-  for (const std::string& text : lines) widest = std::max(widest, Canvas::textWidth(text, capital));
-  Canvas canvas(image);
-  canvas.fill(rim, rim, rim + widest + 4 * capital, rim + line * (static_cast<double>(lines.size()) + 0.6), kBackground,
-              0.8);
+  for (const std::string& text : lines) widest = std::max(widest, canvas.textWidth(text, capital));
+  canvas.fill(rim, rim, rim + widest + 4 * capital, rim + line * (static_cast<double>(lines.size()) + 0.6),
+              kBackground);
   for (std::size_t i = 0; i < lines.size(); ++i) {
     const double base = rim + line * (static_cast<double>(i) + 1);
     const bool value = i > 0 && i <= shown;
     if (value) {
       const CellColours::Entry& entry = colours.legend[i - 1];
-      const Rgba c = entry.chosen ? entry.colour : kUnchosenCell;
-      canvas.fill(rim + capital, base - capital, rim + 2 * capital, base, {c.r, c.g, c.b});
+      canvas.fill(rim + capital, base - capital, rim + 2 * capital, base, entry.chosen ? entry.colour : kUnchosenCell);
     }
     canvas.text(lines[i], {rim + (value ? 2.8 : 1) * capital, base}, capital, kLetters);
   }

@@ -4,7 +4,6 @@
 #include "index/text.h"
 #include "tools/lab/bench/bench.h"
 #include "tools/lab/bench/bench_record.h"
-#include "tools/lab/bench/compare.h"
 #include "tools/lab/bench/peers.h"
 #include "tools/lab/lab_commands.h"
 #include "tools/program/interruption.h"
@@ -28,11 +27,10 @@ namespace {
 
 struct BenchCommand {
   BenchOptions options;
-  std::vector<std::string> names, compare;
+  std::vector<std::string> names;
   bool list = false, json = false, strict = false;
 };
 
-constexpr int kRegressionExit = 4;
 constexpr int kMissedExit = 5;
 
 int listWorkloads(const std::vector<Workload>& all, bool as_json) {
@@ -74,11 +72,6 @@ std::vector<std::string> missedPromises(const std::vector<BenchResult>& results)
 int runBench(BenchCommand command) {
   const std::vector<Workload> all = workloads();
   if (command.list) return listWorkloads(all, command.json);
-  if (!command.compare.empty()) {
-    const RunComparison comparison = compareRuns(command.compare.at(0), command.compare.at(1));
-    std::cout << (command.json ? comparisonJson(comparison) : comparisonMarkdown(comparison));
-    return comparison.regressions() > 0 ? kRegressionExit : 0;
-  }
   if (command.options.quick) command.options.corpus.clear();
   std::vector<Workload> chosen;
   for (const std::string& name : command.names) {
@@ -133,7 +126,6 @@ void addBench(CLI::App& app, Chosen& chosen) {
   CLI::App* bench = app.add_subcommand("bench", "Measure named workloads, with ratios to peers in the same run");
   bench->footer(
       "Examples:\n  filiform bench --list\n  filiform bench solver --out bench\n"
-      "  filiform bench --compare before/bench.json after/bench.json   (exit 4: a regression of more than 10 %)\n"
       "  filiform bench extremes --strict   (exit 5: a promise is missed)");
   bench->add_option("NAME", command->names, "workloads to run; default: all");
   CLI::Option* list = bench->add_flag("--list", command->list, "list workloads and peers");
@@ -155,14 +147,6 @@ void addBench(CLI::App& app, Chosen& chosen) {
       ->type_name("SET");
   bench->add_flag("--long", command->options.long_run, "run the largest sizes, and each loop for ten minutes: hours");
   bench->add_flag("--quick", command->options.quick, "run small sizes without the corpus, to see that it works");
-  bench
-      ->add_option("--compare", command->compare,
-                   "compare two files bench.json, figure by figure (workload, table, row, column); the tests are "
-                   "corrected for the number of figures (Holm)")
-      ->expected(2)
-      ->type_name("A.json B.json")
-      ->excludes(list)
-      ->excludes(strict);
   list->excludes(strict);
   bench->callback([command, &chosen] { chosen = [command] { return runBench(*command); }; });
 }

@@ -1,7 +1,7 @@
 // SetHandle in Python: opening and closing, totals, names of cells.
+#include "index/set/glob.h"
 #include "tools/answers/answer.h"
 #include "tools/answers/cell_json.h"
-#include "tools/answers/glob.h"
 #include "tools/answers/set_json.h"
 #include "tools/program/near_names.h"
 #include "tools/program/numbers.h"
@@ -47,7 +47,7 @@ std::vector<std::pair<std::uint32_t, std::string>> cellsNamed(SetHandle& handle,
   for (std::uint32_t id = 0; id < open->set().cell_count(); ++id) {
     check();
     const CellRecord& cell = open->set().cell(id);
-    if (!cell.removed && (pattern.empty() || tools::matchesGlob(pattern, cell.name))) cells.emplace_back(id, cell.name);
+    if (!cell.removed && (pattern.empty() || matchesGlob(pattern, cell.name))) cells.emplace_back(id, cell.name);
   }
   return cells;
 }

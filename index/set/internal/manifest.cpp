@@ -1,6 +1,5 @@
 #include "index/set/internal/manifest.h"
 
-#include "index/file/internal/base64.h"
 #include "index/file/internal/digest.h"
 #include "index/set/internal/set_files.h"
 #include "index/set/tile_source.h"
@@ -90,7 +89,8 @@ std::string encodeManifest(const Manifest& manifest, const Provenance& provenanc
   json["covering_radius_um"] = manifest.covering_radius_um;
   json["grown"] = manifest.grown;
   json["smallest_budget_bytes"] = manifest.floor_bytes;
-  json["directory"] = toBase64(manifest.directory_root);
+  json["directory"] =
+      toBase64({reinterpret_cast<const char*>(manifest.directory_root.data()), manifest.directory_root.size()});
   json["cells_root"] = {{"bytes", manifest.cells_root_bytes}, {"xxh3", hex16(manifest.cells_root_checksum)}};
   json["files"] = nlohmann::ordered_json::array();
   for (const SetFile& file : manifest.files) {
@@ -163,7 +163,9 @@ Manifest decodeManifest(const std::string& text) {
     manifest.covering_radius_um = json.at("covering_radius_um").get<double>();
     manifest.refused = wholeNumber<std::uint64_t>(json.at("provenance").at("refused"));
     manifest.floor_bytes = wholeNumber<std::uint64_t>(json.at("smallest_budget_bytes"));
-    manifest.directory_root = fromBase64(json.at("directory").get_ref<const std::string&>());
+    const std::optional<std::string> root = fromBase64(json.at("directory").get_ref<const std::string&>());
+    if (!root) throw Damage{0, "not base64"};
+    manifest.directory_root.assign(root->begin(), root->end());
     const nlohmann::json& cells_root = json.at("cells_root");
     manifest.cells_root_bytes = wholeNumber<std::uint64_t>(cells_root.at("bytes"));
     manifest.cells_root_checksum = fromHex16(cells_root.at("xxh3").get<std::string>());

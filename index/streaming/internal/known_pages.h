@@ -4,7 +4,7 @@
 #pragma once
 
 #include "index/errors.h"
-#include "index/set/tile_store.h"
+#include "index/set/forwarding_store.h"
 
 #include <algorithm>
 #include <limits>
@@ -18,11 +18,11 @@ namespace filiform::internal {
 // Not an error: the answer is in a page of the directory that is not read yet. The page is noted.
 struct PageAbsent {};
 
-class KnownPages final : public TileStore {
+class KnownPages final : public ForwardingStore {
  public:
   // The store must outlive this object. O(pages).
   explicit KnownPages(const TileStore& store)
-      : store_(store),
+      : ForwardingStore(store),
         page_tiles_(store.page_tiles()),
         group_pages_(store.group_pages()),
         known_((std::size_t{store.tile_count()} + page_tiles_ - 1) / page_tiles_),
@@ -91,11 +91,6 @@ class KnownPages final : public TileStore {
     throw PageAbsent{};
   }
 
-  Grid grid() const override { return store_.grid(); }
-  const LeafIndex& leaves() const override { return store_.leaves(); }
-  TileId tile_count() const override { return store_.tile_count(); }
-  TileId long_tile() const override { return store_.long_tile(); }
-  TileId page_tiles() const override { return store_.page_tiles(); }
   std::uint32_t group_pages() const override { return group_pages_; }
   GridBox pageContent(std::uint32_t page) const override {
     const std::uint32_t group = page / group_pages_;
@@ -113,16 +108,6 @@ class KnownPages final : public TileStore {
       throw PageAbsent{};
     }
   }
-  GridBox groupContent(std::uint32_t group) const override { return store_.groupContent(group); }
-  std::uint64_t floorBytes() const override { return store_.floorBytes(); }
-  std::uint32_t capacity() const override { return store_.capacity(); }
-  std::shared_ptr<const Tile> load(TileId tile) const override { return store_.load(tile); }
-  TileAppearance loadAppearance(TileId tile) const override { return store_.loadAppearance(tile); }
-  std::uint32_t cell_count() const override { return store_.cell_count(); }
-  const CellRecord& cell(std::uint32_t id) const override { return store_.cell(id); }
-  std::optional<std::uint32_t> findCell(const std::string& name) const override { return store_.findCell(name); }
-  CellDetail loadCellDetail(std::uint32_t id) const override { return store_.loadCellDetail(id); }
-  const Landmarks& landmarks() const override { return store_.landmarks(); }
 
  private:
   // The store does not have the page, against what it said before.
@@ -135,7 +120,6 @@ class KnownPages final : public TileStore {
     if (!first) at->second = std::min(at->second, cost_);
   }
 
-  const TileStore& store_;
   const TileId page_tiles_;
   const std::uint32_t group_pages_;
   bool may_read_ = true;

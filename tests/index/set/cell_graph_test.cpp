@@ -2,6 +2,7 @@
 
 #include "index/errors.h"
 #include "index/input/swc.h"
+#include "index/set/forwarding_store.h"
 #include "tests/support/counting_store.h"
 #include "tests/support/memory_store.h"
 #include "tests/support/random_cells.h"
@@ -152,30 +153,14 @@ TEST(CellGraph, HeaderAndOddRadiiComeBackAsText) {
 }
 
 // A store that omits one tile of each cell's list.
-class Forgetful final : public TileStore {
+class Forgetful final : public ForwardingStore {
  public:
-  explicit Forgetful(const TileStore& whole) : whole_(whole) {}
-  Grid grid() const override { return whole_.grid(); }
-  const LeafIndex& leaves() const override { return whole_.leaves(); }
-  TileId home(const GridPoint& p) const override { return whole_.home(p); }
-  TileId tile_count() const override { return whole_.tile_count(); }
-  TileId long_tile() const override { return whole_.long_tile(); }
-  const TileEntry& entry(TileId tile) const override { return whole_.entry(tile); }
-  std::uint32_t capacity() const override { return whole_.capacity(); }
-  std::shared_ptr<const Tile> load(TileId tile) const override { return whole_.load(tile); }
-  TileAppearance loadAppearance(TileId tile) const override { return whole_.loadAppearance(tile); }
-  std::uint32_t cell_count() const override { return whole_.cell_count(); }
-  const CellRecord& cell(std::uint32_t id) const override { return whole_.cell(id); }
-  std::optional<std::uint32_t> findCell(const std::string& name) const override { return whole_.findCell(name); }
+  using ForwardingStore::ForwardingStore;
   CellDetail loadCellDetail(std::uint32_t id) const override {
-    CellDetail detail = whole_.loadCellDetail(id);
+    CellDetail detail = store_.loadCellDetail(id);
     detail.tiles.pop_back();
     return detail;
   }
-  const Landmarks& landmarks() const override { return whole_.landmarks(); }
-
- private:
-  const TileStore& whole_;
 };
 
 TEST(CellGraph, AReadThatIsToldToStopReadsNoTile) {

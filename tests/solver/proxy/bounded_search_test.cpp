@@ -1,5 +1,5 @@
 // The common engine of the basic and the force-based solver: equality with the literal oracle, tilings, frontiers,
-// bounds, undo.
+// bounds, undo. BoundedMethods tests BoundedClimb, too.
 #include "solver/proxy/internal/bounded_search.h"
 
 #include "tests/support/no_alloc_guard.h"
@@ -31,7 +31,7 @@ class SearchOracle final : public Oracle {
   PaperOracle oracle_;
 };
 
-class BoundedSearch : public testing::TestWithParam<SolverMethod> {
+class BoundedMethods : public testing::TestWithParam<SolverMethod> {
  protected:
   static void tick(ProxySolver& solver, const GraphView& view, const Vector3d& h_W, SolverStep& step) {
     watchedTick(solver, view, {h_W}, step);
@@ -40,6 +40,10 @@ class BoundedSearch : public testing::TestWithParam<SolverMethod> {
   std::unique_ptr<ProxySolver> solver(std::uint32_t max_visited) const {
     return makeProxySolver(GetParam(), livelyParameters(max_visited));
   }
+};
+
+class BoundedSearch : public BoundedMethods {
+ protected:
   WalkedMethod walked() const {
     return {[this](std::uint64_t, std::uint32_t max_visited) { return solver(max_visited); },
             [](std::uint64_t, const WholeGraph& whole) { return std::make_unique<SearchOracle>(whole, GetParam()); },
@@ -53,13 +57,19 @@ class BoundedSearch : public testing::TestWithParam<SolverMethod> {
   }
 };
 
+std::string nameOf(const testing::TestParamInfo<SolverMethod>& method) {
+  std::string name = toString(method.param);
+  std::replace(name.begin(), name.end(), '-', '_');
+  return name;
+}
+
 INSTANTIATE_TEST_SUITE_P(Methods, BoundedSearch,
                          testing::Values(SolverMethod::basic, SolverMethod::force, SolverMethod::force_listing),
-                         [](const auto& method) {
-                           std::string name = toString(method.param);
-                           std::replace(name.begin(), name.end(), '-', '_');
-                           return name;
-                         });
+                         nameOf);
+INSTANTIATE_TEST_SUITE_P(Methods, BoundedMethods,
+                         testing::Values(SolverMethod::basic, SolverMethod::force, SolverMethod::force_listing,
+                                         SolverMethod::climb),
+                         nameOf);
 
 TEST_P(BoundedSearch, EqualsTheLiteralOracleInEveryTiling) {
   Walked result;
@@ -81,7 +91,7 @@ TEST_P(BoundedSearch, LoadingWhatWasAbsentAndRepeatingGivesTheAnswerOfTheWhole) 
   EXPECT_GT(result.frontiers, 100u);
 }
 
-TEST_P(BoundedSearch, ATileIsReportedAbsentIfAndOnlyIfItWouldHaveBeenRead) {
+TEST_P(BoundedMethods, ATileIsReportedAbsentIfAndOnlyIfItWouldHaveBeenRead) {
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
     SCOPED_TRACE(testing::Message() << "seed " << seed);
     std::mt19937_64 random(seed);
@@ -120,7 +130,7 @@ TEST_P(BoundedSearch, ATileIsReportedAbsentIfAndOnlyIfItWouldHaveBeenRead) {
   }
 }
 
-TEST_P(BoundedSearch, UndoneTicksLeaveNoTrace) {
+TEST_P(BoundedMethods, UndoneTicksLeaveNoTrace) {
   for (std::uint64_t seed = 0; seed < 42; ++seed) {
     SCOPED_TRACE(testing::Message() << "seed " << seed);
     std::mt19937_64 random(seed);
@@ -368,7 +378,7 @@ TEST_P(BoundedSearch, FullLabelsEndTheSweepAndAreReported) {
   EXPECT_LT(visited, kBranches);
 }
 
-TEST_P(BoundedSearch, ProbeThatIsNotFiniteChangesNothing) {
+TEST_P(BoundedMethods, ProbeThatIsNotFiniteChangesNothing) {
   std::mt19937_64 random(5);
   const TestGraph graph = randomGraph(random, 200, true);
   const WholeGraph whole(graph.segments, graph.grid);
@@ -396,7 +406,7 @@ TEST_P(BoundedSearch, ProbeThatIsNotFiniteChangesNothing) {
   }
 }
 
-TEST_P(BoundedSearch, ProbeThatJumpsByMetresStaysWithinTheBounds) {
+TEST_P(BoundedMethods, ProbeThatJumpsByMetresStaysWithinTheBounds) {
   std::mt19937_64 random(6);
   TestGraphBuilder builder;  // a long neurite with twigs
   std::uint32_t last = builder.node(Vector3d(0, 0, 0));
@@ -472,7 +482,7 @@ TEST_P(BoundedSearch, SetPlaceForgetsAnUnfinishedSweep) {
   }
 }
 
-TEST_P(BoundedSearch, AnInvalidPlaceIsLeftAlone) {
+TEST_P(BoundedMethods, AnInvalidPlaceIsLeftAlone) {
   std::mt19937_64 random(8);
   const TestGraph graph = randomGraph(random, 50, false);
   const TiledGraph tiled(graph, 16);
@@ -492,7 +502,7 @@ TEST_P(BoundedSearch, AnInvalidPlaceIsLeftAlone) {
   EXPECT_EQ(step.absent.count, 0u);
 }
 
-TEST_P(BoundedSearch, TicksMakeNoSystemCall) {
+TEST_P(BoundedMethods, TicksMakeNoSystemCall) {
   std::mt19937_64 random(9);
   const TestGraph graph = randomGraph(random, 400, true);
   const WholeGraph whole(graph.segments, graph.grid);

@@ -83,9 +83,9 @@ TEST(Access, TokensAreReadFromTheFirstLine) {
     return readToken(folder / "token");
   };
   EXPECT_EQ(read(kToken), kToken);
-  EXPECT_EQ(read(kToken + "\r\nmore\n"), kToken);
-  for (const std::string wrong :
-       {"", "short", "\n0123456789abcdef0123", "0123456789abcdef 0123", "0123456789abcdef;0123"})
+  EXPECT_EQ(read("\xEF\xBB\xBF" + kToken + " \r\nmore\n"), kToken);
+  for (const std::string wrong : {"", "short", "\n0123456789abcdef0123", "0123456789abcdef 0123",
+                                  "0123456789abcdef\t0123", "0123456789abcdef;0123"})
     EXPECT_THROW(read(wrong), UsageError) << wrong;
   EXPECT_THROW(readToken(folder / "absent"), IoError);
 }

@@ -99,13 +99,17 @@ TEST_F(RemoteCommandTest, TheTokenComesFromAFileOrTheEnvironment) {
   EXPECT_EQ(without.exit_code, 3);
   EXPECT_TRUE(without.oneLineOnStderr()) << without.err;
   EXPECT_NE(without.err.find("--token-file"), std::string::npos) << without.err;
-  test::writeBytes(*folder_ / "token", "a-secret\n");
-  EXPECT_EQ(runFiliform({"info", asks / "a.fil", "--token-file", *folder_ / "token"}).exit_code, 0);
+  for (const char* const file : {"a-secret\n",
+                                 "\xEF\xBB\xBF"
+                                 "a-secret \r\nmade on Monday\n"}) {
+    test::writeBytes(*folder_ / "token", file);
+    EXPECT_EQ(runFiliform({"info", asks / "a.fil", "--token-file", *folder_ / "token"}).exit_code, 0) << file;
+  }
   EXPECT_EQ(test::runFiliformInShell("FILIFORM_TOKEN=a-secret \"$@\"", {"info", asks / "a.fil"}).exit_code, 0);
   const Outcome wrong = test::runFiliformInShell("FILIFORM_TOKEN=other-secret \"$@\"", {"info", asks / "a.fil"});
   EXPECT_EQ(wrong.exit_code, 3);
   EXPECT_EQ(wrong.err.find("other-secret"), std::string::npos) << wrong.err;
-  for (const std::string& text : {std::string(), std::string("\n"), std::string(5000, 'x')}) {
+  for (const std::string& text : {std::string(), std::string("\n"), std::string(5000, 'x'), std::string("a\tb")}) {
     test::writeBytes(*folder_ / "bad", text);
     const Outcome bad = runFiliform({"info", asks / "a.fil", "--token-file", *folder_ / "bad"});
     EXPECT_EQ(bad.exit_code, 2) << bad.err;

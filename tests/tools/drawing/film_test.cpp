@@ -16,11 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-Image picture(std::uint8_t grey) {
-  Image image(6, 4);
-  for (std::uint8_t& c : image.rgb) c = grey;
-  return image;
-}
+Picture greyPicture(std::uint8_t grey) { return {6, 4, std::vector<std::uint8_t>(72, grey)}; }
 
 // Restores PATH at the end.
 class OnPath {
@@ -52,8 +48,8 @@ void putEncoder(const test::TempFolder& folder, const std::string& script) {
 TEST(Film, NumbersASequence) {
   test::TempFolder folder;
   Film film(folder / "a%03d.png", 6, 4, 30);
-  film.add(picture(10));
-  film.add(picture(20));
+  film.add(greyPicture(10));
+  film.add(greyPicture(20));
   film.finish();
   EXPECT_EQ(film.pictures(), 2u);
   EXPECT_TRUE(film.note().empty());
@@ -67,7 +63,7 @@ TEST(Film, HandsEveryPictureToTheEncoderAndPublishesItsFile) {
   const OnPath path(folder / "bin", false);
   {
     Film film(folder / "a.mp4", 6, 4, 30);
-    for (const std::uint8_t grey : {1, 2, 3}) film.add(picture(grey));
+    for (const std::uint8_t grey : {1, 2, 3}) film.add(greyPicture(grey));
     EXPECT_FALSE(fs::exists(folder / "a.mp4"));
     film.finish();
   }
@@ -96,7 +92,7 @@ TEST(Film, SaysWhyTheEncoderGaveUp) {
   const OnPath path(folder / "bin", false);
   Film film(folder / "a.mp4", 6, 4, 30);
   try {
-    for (int i = 0; i < 100; ++i) film.add(picture(1));
+    for (int i = 0; i < 100; ++i) film.add(greyPicture(1));
     film.finish();
     FAIL();
   } catch (const IoError& error) {
@@ -110,7 +106,7 @@ TEST(Film, WithoutAnEncoderThePicturesAreASequenceBesideIt) {
   const OnPath path(folder / "bin", true);
   Film film(folder / "a.mp4", 6, 4, 30);
   EXPECT_NE(film.note().find("ffmpeg"), std::string::npos);
-  film.add(picture(7));
+  film.add(greyPicture(7));
   film.finish();
   EXPECT_TRUE(fs::exists(folder / "a-00001.png"));
 }

@@ -1,8 +1,6 @@
 // Desks and pages of `filiform serve` over WebSockets, and DeskLink as a client.
 #include "index/set/tile_set.h"
-#include "tests/support/process.h"
-#include "tests/support/server_process.h"
-#include "tests/support/temp_folder.h"
+#include "tests/support/served_column.h"
 #include "tools/desk/desk_link.h"
 #include "tools/desk/desk_rooms.h"
 #include "tools/lab/bench/web_socket.h"
@@ -24,7 +22,6 @@ namespace {
 
 using namespace std::chrono_literals;
 using test::runFiliform;
-using test::ServerProcess;
 using tools::DeskAddress;
 using tools::DeskLink;
 using tools::DeskPlace;
@@ -39,16 +36,11 @@ DeskPlace deskAt(double x) {
   return place;
 }
 
-class DeskSockets : public ::testing::Test {
+class DeskSockets : public test::ServedColumn {
  protected:
   void SetUp() override {
-    ASSERT_EQ(runFiliform({"synth", folder_ / "t.zip", "--cells", "2", "--seed", "1"}).exit_code, 0);
-    ASSERT_EQ(runFiliform({"ingest", folder_ / "t.zip", "-o", set_}).exit_code, 0);
+    ServedColumn::SetUp();
     revision_ = TileSet::open(set_)->revision();
-  }
-  ServerProcess& start(std::vector<std::string> options = {}) {
-    options.insert(options.begin(), set_);
-    return server_.emplace(options, folder_ / "err");
   }
   std::string path(const std::string& more = "", const std::string& name = "anna") const {
     return "/v1/sets/t/desks/" + name + more + "?revision=" + revision_;
@@ -78,10 +70,7 @@ class DeskSockets : public ::testing::Test {
   }
   bool hasNote(const std::string& part) const { return notes_.find(part) != std::string::npos; }
 
-  test::TempFolder folder_;
-  const std::string set_ = folder_ / "t.fil";
   std::string revision_, notes_;
-  std::optional<ServerProcess> server_;
 };
 
 TEST_F(DeskSockets, PagesSeeTheDesk) {

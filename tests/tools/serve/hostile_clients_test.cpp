@@ -1,10 +1,8 @@
 // filiform serve as a process, among friendly and hostile clients at once, and over a set that is damaged meanwhile.
 #include "tests/support/campaign.h"
 #include "tests/support/folders.h"
-#include "tests/support/process.h"
 #include "tests/support/sanitized.h"
-#include "tests/support/server_process.h"
-#include "tests/support/temp_folder.h"
+#include "tests/support/served_column.h"
 
 #include <algorithm>
 #include <csignal>
@@ -21,15 +19,11 @@ namespace filiform {
 namespace {
 
 using test::fetch;
-using test::runFiliform;
 using test::ServerProcess;
 
-class HostileClients : public ::testing::Test {
+class HostileClients : public test::ServedColumn {
  protected:
-  void SetUp() override {
-    ASSERT_EQ(runFiliform({"synth", folder_ / "t.zip", "--cells", "10", "--seed", "1"}).exit_code, 0);
-    ASSERT_EQ(runFiliform({"ingest", folder_ / "t.zip", "-o", set_}).exit_code, 0);
-  }
+  HostileClients() : ServedColumn(10) {}
   // Runs support/mixed_clients against the server and returns what it prints.
   nlohmann::json mixedClients(const ServerProcess& server, const std::string& options) {
     const std::string out = folder_ / "out";
@@ -39,8 +33,6 @@ class HostileClients : public ::testing::Test {
     EXPECT_EQ(code, 0) << test::readBytes(out) << test::readBytes(folder_ / "err");
     return code == 0 ? nlohmann::json::parse(test::readBytes(out)) : nlohmann::json();
   }
-  test::TempFolder folder_;
-  const std::string set_ = folder_ / "t.fil";
 };
 
 TEST_F(HostileClients, OthersGetTheSameAnswersBesideThem) {

@@ -1,10 +1,8 @@
 // tools/serve/nginx.conf with the real nginx in front of the server: TLS, tokens, the cache.
 #include "tests/support/folders.h"
 #include "tests/support/free_port.h"
-#include "tests/support/process.h"
 #include "tests/support/sanitized.h"
-#include "tests/support/server_process.h"
-#include "tests/support/temp_folder.h"
+#include "tests/support/served_column.h"
 
 #include <csignal>
 #include <cstdlib>
@@ -21,18 +19,16 @@ namespace {
 
 const char* const kProxyToken = "0123456789abcdef0123";
 
-class Nginx : public ::testing::Test {
+class Nginx : public test::ServedColumn {
  protected:
+  Nginx() : ServedColumn(2) {}
   void SetUp() override {
     if (test::kSanitized) GTEST_SKIP() << "another program's configuration, once is enough";
     if (std::system("command -v nginx >/dev/null && command -v openssl >/dev/null && command -v curl >/dev/null") != 0)
       GTEST_SKIP() << "needs nginx, openssl and curl";
     test::writeBytes(folder_ / "token", std::string(kProxyToken) + "\n");
-    ASSERT_EQ(test::runFiliform({"synth", folder_ / "t.zip", "--cells", "2", "--seed", "1"}).exit_code, 0);
-    ASSERT_EQ(test::runFiliform({"ingest", folder_ / "t.zip", "-o", folder_ / "t.fil"}).exit_code, 0);
-    server_.emplace(
-        std::vector<std::string>{folder_ / "t.fil", "--token-file", folder_ / "token", "--host", "tiles.example"},
-        folder_ / "err");
+    ServedColumn::SetUp();
+    start({"--token-file", folder_ / "token", "--host", "tiles.example"});
     ASSERT_EQ(shell("cd " + folder_.path() +
                     " && openssl req -x509 -newkey rsa:2048 -nodes -days 2 -subj /CN=tiles.example "
                     "-addext subjectAltName=DNS:tiles.example,IP:127.0.0.1 "
@@ -61,18 +57,11 @@ class Nginx : public ::testing::Test {
     return "nginx -p " + folder_.path() + " -c nginx.conf -e " + folder_ / "nginx.err" + " -g 'pid " +
            folder_ / "nginx.pid" + ";'" + more + " 2>&1";
   }
-  std::string shell(const std::string& line) const {
-    const std::string out = folder_ / "out";
-    if (std::system(("(" + line + ") >" + out).c_str()) == 0) return test::readBytes(out);
-    return test::readBytes(out) + "failed";
-  }
   std::string curl(const std::string& path, const std::string& options = "") const {
     const std::string address = "https://tiles.example:" + std::to_string(port_);
     return shell("curl -s --cacert " + folder_ / "certificate.pem" + " --resolve tiles.example:" +
                  std::to_string(port_) + ":127.0.0.1 " + options + " '" + address + path + "'");
   }
-  test::TempFolder folder_;
-  std::optional<test::ServerProcess> server_;
   int port_ = 0;
 };
 

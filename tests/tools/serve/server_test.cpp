@@ -1,9 +1,7 @@
 // filiform serve as a process: clients of several kinds, hostile ones too, and its end.
 #include "tests/support/campaign.h"
-#include "tests/support/process.h"
 #include "tests/support/sanitized.h"
-#include "tests/support/server_process.h"
-#include "tests/support/temp_folder.h"
+#include "tests/support/served_column.h"
 
 #include <chrono>
 #include <csignal>
@@ -28,27 +26,13 @@ using namespace std::chrono_literals;
 using test::fetch;
 using test::RawClient;
 using test::runFiliform;
-using test::ServerProcess;
 
-class Server : public ::testing::Test {
+class Server : public test::ServedColumn {
  protected:
-  void SetUp() override {
-    ASSERT_EQ(runFiliform({"synth", folder_ / "t.zip", "--cells", "4", "--seed", "1"}).exit_code, 0);
-    ASSERT_EQ(runFiliform({"ingest", folder_ / "t.zip", "-o", set_}).exit_code, 0);
-  }
-  ServerProcess& start(std::vector<std::string> options = {}) {
-    options.insert(options.begin(), set_);
-    return server_.emplace(options, folder_ / "err");
-  }
   // What a shell line prints; "$U" stands for the address.
   std::string shell(const std::string& line) const {
-    const std::string out = folder_ / "out";
-    const int code = std::system(("U=" + server_->address() + "; (" + line + ") >" + out + " 2>&1").c_str());
-    return test::readBytes(out) + (code == 0 ? "" : "exit " + std::to_string(WEXITSTATUS(code)));
+    return ServedColumn::shell("U=" + server_->address() + "; " + line);
   }
-  test::TempFolder folder_;
-  const std::string set_ = folder_ / "t.fil";
-  std::optional<ServerProcess> server_;
 };
 
 TEST_F(Server, CurlReadsPageQueriesAndRanges) {

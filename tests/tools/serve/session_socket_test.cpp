@@ -1,9 +1,7 @@
 // Sessions of `filiform serve` over WebSockets: clients of several kinds, wrong ones, and the end of the server.
 #include "tests/support/folders.h"
-#include "tests/support/process.h"
 #include "tests/support/sanitized.h"
-#include "tests/support/server_process.h"
-#include "tests/support/temp_folder.h"
+#include "tests/support/served_column.h"
 #include "tools/lab/bench/web_socket.h"
 #include "tools/session/protocol.h"
 
@@ -32,22 +30,11 @@ using FrameKind = WebSocketClient::Message::Kind;
 
 constexpr const char* kSessionToken = "0123456789abcdef0123";
 
-class SessionSockets : public ::testing::Test {
+class SessionSockets : public test::ServedColumn {
  protected:
-  void SetUp() override {
-    ASSERT_EQ(runFiliform({"synth", folder_ / "t.zip", "--cells", "4", "--seed", "1"}).exit_code, 0);
-    ASSERT_EQ(runFiliform({"ingest", folder_ / "t.zip", "-o", set_}).exit_code, 0);
-  }
-  ServerProcess& start(std::vector<std::string> options = {}) {
-    options.insert(options.begin(), set_);
-    return server_.emplace(options, folder_ / "err");
-  }
   std::uint16_t port() const { return server_->port(); }
   std::string shell(const std::string& line) const {
-    const std::string out = folder_ / "out";
-    const std::string address = "ws://127.0.0.1:" + std::to_string(port()) + "/v1/session";
-    const int code = std::system(("U=" + address + "; (" + line + ") >" + out + " 2>&1").c_str());
-    return test::readBytes(out) + (code == 0 ? "" : "exit " + std::to_string(WEXITSTATUS(code)));
+    return ServedColumn::shell("U=ws://127.0.0.1:" + std::to_string(port()) + "/v1/session; " + line);
   }
   static void open(WebSocketClient& client, const std::string& more = "") {
     client.ask("hello", "{}");
@@ -77,9 +64,6 @@ class SessionSockets : public ::testing::Test {
       if (message.kind == FrameKind::ended || message.kind == FrameKind::none) return 0;
     }
   }
-  test::TempFolder folder_;
-  const std::string set_ = folder_ / "t.fil";
-  std::optional<ServerProcess> server_;
 };
 
 TEST_F(SessionSockets, HandsGiveProxies) {

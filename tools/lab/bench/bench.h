@@ -3,7 +3,7 @@
 // Thread rule: functions without state; a workload runs on the calling thread.
 #pragma once
 
-#include "tools/drawing/report.h"
+#include "tools/drawing/plot.h"
 #include "tools/lab/bench/bench_table.h"
 
 #include <chrono>
@@ -20,7 +20,7 @@ namespace filiform::tools {
 inline constexpr std::uint64_t kMiB = 1 << 20;
 inline constexpr double kPerUm3 = 0.67;           // segments in a um^3 of cortex
 inline constexpr double kSegmentsPerCell = 4500;  // of the synthetic column
-// Number of batches for a median. Nine, so that `--compare` can detect a change among a thousand figures: the exact
+// Number of batches for a median. Nine, so that `compare` can detect a change among a thousand figures: the exact
 // rank-sum test of nine against nine reaches 4e-5, of five against five only 8e-3.
 inline constexpr int kBatches = 9;
 

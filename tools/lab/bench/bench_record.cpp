@@ -1,7 +1,6 @@
 #include "tools/lab/bench/bench_record.h"
 
 #include "index/output.h"
-#include "tools/drawing/svg_canvas.h"
 #include "tools/lab/bench/peers.h"
 #include "tools/lab/evaluate/page.h"
 #include "tools/program/numbers.h"
@@ -236,7 +235,7 @@ std::vector<PageSection> sections(const std::vector<BenchResult>& results, const
   for (const BenchResult& result : results) {
     PageSection section{result.name, {result.summary + " (" + shown(result.wall_s) + " s)"}, {}, {}};
     for (const BenchCurve& curve : result.report.curves)
-      section.figures.push_back({svgPlot(curve.plot, described(curve)), curve.finding});
+      section.figures.push_back({svgPlot(curve.plot), described(curve), curve.finding});
     section.tables = result.report.tables;
     for (const std::string& picture : result.report.pictures)
       section.pictures.push_back({picture, result.name + ": " + picture});

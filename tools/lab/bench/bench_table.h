@@ -21,7 +21,7 @@ struct BenchTable {
   std::string caption;  // a line, with units
   std::vector<std::string> columns;
   std::vector<std::vector<BenchValue>> rows;  // each as long as columns
-  // The columns that identify a row, for `--compare`; empty: the first column.
+  // The columns that identify a row, for `compare`; empty: the first column.
   std::vector<std::string> keys = {};
 };
 

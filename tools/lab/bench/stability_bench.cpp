@@ -11,7 +11,8 @@
 #include "solver/proxy/parameters.h"
 #include "solver/travel/run.h"
 #include "solver/workspace/navigation.h"
-#include "tools/drawing/image.h"
+#include "tools/drawing/canvas.h"
+#include "tools/drawing/png.h"
 #include "tools/lab/bench/energy_sweep.h"
 #include "tools/lab/bench/trade.h"
 #include "tools/lab/bench/workloads.h"
@@ -160,43 +161,49 @@ struct Panel {
   std::vector<double> predicted_N_m;          // by column
 };
 
-Image drawMap(const std::string& title, const std::string& subtitle, const std::string& x_label,
-              const std::vector<double>& stiffness_N_m, const std::vector<Panel>& panels, std::size_t panel_columns) {
+Picture drawMap(const std::string& title, const std::string& subtitle, const std::string& x_label,
+                const std::vector<double>& stiffness_N_m, const std::vector<Panel>& panels, std::size_t panel_columns) {
   constexpr int kCell_x = 44, kCell_y = 18, kLeft = 92, kTop = 84, kGap_x = 84, kGap_y = 76;
   const auto columns = static_cast<int>(panels[0].columns.size()), rows = static_cast<int>(stiffness_N_m.size());
   const auto across = static_cast<int>(panel_columns);
   const int down = (static_cast<int>(panels.size()) + across - 1) / across;
-  Image image(kLeft + across * (columns * kCell_x + kGap_x), kTop + down * (rows * kCell_y + kGap_y) + 8);
-  Canvas canvas(image);
-  canvas.text(title, {20, 32}, 13, kInk);
-  canvas.text(subtitle, {20, 54}, 9, kGrey);
-  const Colour still{226, 236, 244}, shakes{196, 60, 40};
-  const double lo = std::log(stiffness_N_m.front()), step = std::log(stiffness_N_m[1] / stiffness_N_m[0]);
-  for (std::size_t p = 0; p < panels.size(); ++p) {
-    const Panel& panel = panels[p];
-    const std::size_t column = p % panel_columns, below = p / panel_columns;
-    const double x0 = kLeft + static_cast<double>(column) * (columns * kCell_x + kGap_x);
-    const double y0 = kTop + 16 + static_cast<double>(below) * (rows * kCell_y + kGap_y);
-    const double y1 = y0 + rows * kCell_y;
-    canvas.text(panel.title, {x0, y0 - 8}, 9.5, kInk);
-    for (int c = 0; c < columns; ++c) {
-      for (int r = 0; r < rows; ++r) {
-        const double x = x0 + c * kCell_x, y = y1 - (r + 1) * kCell_y;
-        const double t = panel.fraction[static_cast<std::size_t>(c)][static_cast<std::size_t>(r)];
-        canvas.fill(x + 0.5, y + 0.5, x + kCell_x - 0.5, y + kCell_y - 0.5, mix(still, shakes, t));
+  Picture scratch = whitePicture(1, 1);
+  Canvas measure(scratch);
+  const double words_px = 40 + std::max(measure.textWidth(title, 13), measure.textWidth(subtitle, 9));
+  const int width = std::max(static_cast<int>(words_px), kLeft + across * (columns * kCell_x + kGap_x));
+  Picture picture = whitePicture(width, kTop + down * (rows * kCell_y + kGap_y) + 8);
+  {
+    Canvas canvas(picture);
+    canvas.text(title, {20, 32}, 13, kInk);
+    canvas.text(subtitle, {20, 54}, 9, kGrey);
+    const Rgba still{226, 236, 244}, shakes{196, 60, 40};
+    const double lo = std::log(stiffness_N_m.front()), step = std::log(stiffness_N_m[1] / stiffness_N_m[0]);
+    for (std::size_t p = 0; p < panels.size(); ++p) {
+      const Panel& panel = panels[p];
+      const std::size_t column = p % panel_columns, below = p / panel_columns;
+      const double x0 = kLeft + static_cast<double>(column) * (columns * kCell_x + kGap_x);
+      const double y0 = kTop + 16 + static_cast<double>(below) * (rows * kCell_y + kGap_y);
+      const double y1 = y0 + rows * kCell_y;
+      canvas.text(panel.title, {x0, y0 - 8}, 9.5, kInk);
+      for (int c = 0; c < columns; ++c) {
+        for (int r = 0; r < rows; ++r) {
+          const double x = x0 + c * kCell_x, y = y1 - (r + 1) * kCell_y;
+          const double t = panel.fraction[static_cast<std::size_t>(c)][static_cast<std::size_t>(r)];
+          canvas.fill(x + 0.5, y + 0.5, x + kCell_x - 0.5, y + kCell_y - 0.5, mix(still, shakes, t));
+        }
+        canvas.text(panel.columns[static_cast<std::size_t>(c)], {x0 + (c + 0.5) * kCell_x, y1 + 14}, 8.5, kInk,
+                    Align::centre);
+        const double row = (std::log(panel.predicted_N_m[static_cast<std::size_t>(c)]) - lo) / step + 0.5;
+        if (row > 0 && row < rows)
+          canvas.line({x0 + c * kCell_x, y1 - row * kCell_y}, {x0 + (c + 1) * kCell_x, y1 - row * kCell_y}, 3, kInk);
       }
-      canvas.text(panel.columns[static_cast<std::size_t>(c)], {x0 + (c + 0.5) * kCell_x, y1 + 14}, 8.5, kInk,
-                  Align::centre);
-      const double row = (std::log(panel.predicted_N_m[static_cast<std::size_t>(c)]) - lo) / step + 0.5;
-      if (row > 0 && row < rows)
-        canvas.line({x0 + c * kCell_x, y1 - row * kCell_y}, {x0 + (c + 1) * kCell_x, y1 - row * kCell_y}, 3, kInk);
+      for (int r = 0; r < rows; r += 2)
+        canvas.text(std::to_string(std::lround(stiffness_N_m[static_cast<std::size_t>(r)])),
+                    {x0 - 6, y1 - (r + 0.5) * kCell_y + 4}, 8.5, kInk, Align::right);
+      canvas.text(x_label, {x0 + 0.5 * columns * kCell_x, y1 + 30}, 8.5, kGrey, Align::centre);
     }
-    for (int r = 0; r < rows; r += 2)
-      canvas.text(std::to_string(std::lround(stiffness_N_m[static_cast<std::size_t>(r)])),
-                  {x0 - 6, y1 - (r + 0.5) * kCell_y + 4}, 8.5, kInk, Align::right);
-    canvas.text(x_label, {x0 + 0.5 * columns * kCell_x, y1 + 30}, 8.5, kGrey, Align::centre);
   }
-  return image;
+  return picture;
 }
 
 struct MapCell {
@@ -381,8 +388,8 @@ BenchReport runStability(const BenchOptions& options) {
     damping_panels.push_back(std::move(panel));
   }
   const std::string key = "rows: stiffness, N/m; red: holds that oscillate; bar: predicted bound b / (T/2 + d T)";
-  const auto picture = [&](const std::string& file, const Image& image) {
-    writePng(image, options.out + "/" + file);
+  const auto picture = [&](const std::string& file, const Picture& drawn) {
+    writePng(drawn, options.out + "/" + file);
     report.pictures.push_back(file);
   };
   picture("stability-map.png", drawMap("Holds that oscillate: stiffness against rate, delay and hand", key, "rate, Hz",

@@ -8,7 +8,6 @@ std::vector<Workload> workloads() {
   addNearestWorkloads(all);
   addPeersWorkloads(all);
   addSolverWorkloads(all);
-  addParametersWorkloads(all);
   addStabilityWorkloads(all);
   addIngestWorkloads(all);
   addJumpWorkloads(all);
@@ -17,8 +16,6 @@ std::vector<Workload> workloads() {
   addHaplyWorkloads(all);
   addTransportWorkloads(all);
   addSearchWorkloads(all);
-  addStorageWorkloads(all);
-  addWorkWorkloads(all);
   addScaleWorkloads(all);
   addSceneWorkloads(all);
   addExtremesWorkloads(all);

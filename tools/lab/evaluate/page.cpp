@@ -1,10 +1,10 @@
 #include "tools/lab/evaluate/page.h"
 
 #include "index/errors.h"
-#include "tools/drawing/svg_canvas.h"
+#include "index/text.h"
+#include "tools/answers/html.h"
 
 #include <cerrno>
-#include <cstdint>
 #include <fstream>
 #include <iterator>
 #include <sstream>
@@ -14,7 +14,8 @@ namespace filiform::tools {
 namespace {
 
 constexpr const char* kStyle = R"(
-:root { color-scheme: light dark; }
+:root { color-scheme: light dark; --ink: #26262b; --grey: #787880; --paper: #fff; --grid: #e8e8ec; --link: #0072b2; --missed: #d55e00; }
+@media screen and (prefers-color-scheme: dark) { :root { --ink: #e4e4e8; --grey: #9a9aa4; --paper: #16161a; --grid: #33333a; --link: #59a3cd; --missed: #e47e33; } }
 body { font: 15px/1.5 system-ui, sans-serif; color: var(--ink); background: var(--paper); margin: 2rem auto; max-width: 1100px; padding: 0 1rem; }
 h1 { font-size: 1.6rem; } h2 { font-size: 1.25rem; margin-top: 2.5rem; border-bottom: 1px solid var(--grid); }
 table { border-collapse: collapse; margin: 1rem 0 1.5rem; font-size: 13px; display: block; overflow-x: auto; }
@@ -23,31 +24,23 @@ th, td { padding: .2rem .6rem; border-bottom: 1px solid var(--grid); text-align:
 th { border-bottom: 2px solid var(--grey); } td.t, th.t { text-align: left; }
 td.long { white-space: normal; min-width: 14rem; }
 figure { margin: 1.5rem 0; } img { max-width: 100%; border: 1px solid var(--grid); background: #fff; }
-svg { max-width: 100%; height: auto; }
-figcaption { color: var(--grey); font-size: 13px; } td.missed { color: var(--s1); font-weight: 600; }
-nav a { margin-right: 1rem; } a { color: var(--s0); }
+figcaption { color: var(--grey); font-size: 13px; } td.missed { color: var(--missed); font-weight: 600; }
+nav a { margin-right: 1rem; } a { color: var(--link); }
 @media print { :root { color-scheme: light; } body { max-width: none; margin: 0; font-size: 11px; } nav { display: none; }
   figure, tr { break-inside: avoid; } h2 { break-after: avoid; } table { display: table; font-size: 8px; } th, td { padding: .1rem .25rem; white-space: normal; } td.long { overflow-wrap: anywhere; min-width: 0; } }
 )";
-
-std::string base64(const std::string& bytes) {
-  static constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string out;
-  out.reserve((bytes.size() + 2) / 3 * 4);
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    std::uint32_t group = 0;
-    for (std::size_t k = 0; k < 3; ++k)
-      group = group << 8 | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0u);
-    for (std::size_t k = 0; k < 4; ++k) out += i + k > bytes.size() ? '=' : kDigits[group >> (18 - 6 * k) & 63];
-  }
-  return out;
-}
 
 std::string bytesOf(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   std::string bytes((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
   if (!file) throw IoError(path, "cannot read", errno);
   return bytes;
+}
+
+void putPicture(std::ostream& out, const std::string& description, const char* kind, const std::string& bytes,
+                const std::string& caption) {
+  out << "<figure><img alt=\"" << htmlText(description) << "\" src=\"data:image/" << kind << ";base64,"
+      << toBase64(bytes) << "\"><figcaption>" << htmlText(caption) << "</figcaption></figure>\n";
 }
 
 constexpr std::size_t kLongText = 48;  // letters: longer cells of a table are broken into lines
@@ -59,9 +52,9 @@ void putTable(std::ostream& out, const BenchTable& table) {
   const auto cell = [&](std::size_t column) {
     return !table.rows.empty() && isText(table.rows.front()[column]) ? " class=\"t\"" : "";
   };
-  out << "<table><caption>" << escapedMarkup(table.caption) << "</caption>\n<tr>";
+  out << "<table><caption>" << htmlText(table.caption) << "</caption>\n<tr>";
   for (std::size_t i = 0; i < table.columns.size(); ++i)
-    out << "<th" << cell(i) << '>' << escapedMarkup(table.columns[i]) << "</th>";
+    out << "<th" << cell(i) << '>' << htmlText(table.columns[i]) << "</th>";
   out << "</tr>\n";
   for (const auto& row : table.rows) {
     out << "<tr>";
@@ -72,7 +65,7 @@ void putTable(std::ostream& out, const BenchTable& table) {
           << (text == "missed" ? " class=\"missed\""
               : words          ? " class=\"t long\""
                                : cell(i))
-          << '>' << escapedMarkup(text) << "</td>";
+          << '>' << htmlText(text) << "</td>";
     }
     out << "</tr>\n";
   }
@@ -83,23 +76,21 @@ void putTable(std::ostream& out, const BenchTable& table) {
 
 std::string htmlPage(const std::string& title, const std::vector<PageSection>& sections, const std::string& folder) {
   std::ostringstream out;
-  out << "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>" << escapedMarkup(title)
-      << "</title><meta name=\"viewport\" content=\"width=device-width\"><style>" << svgStyle() << kStyle
-      << "</style></head><body>\n<h1>" << escapedMarkup(title) << "</h1>\n<nav>";
+  out << "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>" << htmlText(title)
+      << "</title><meta name=\"viewport\" content=\"width=device-width\"><style>" << kStyle
+      << "</style></head><body>\n<h1>" << htmlText(title) << "</h1>\n<nav>";
   for (std::size_t i = 0; i < sections.size(); ++i)
-    out << "<a href=\"#s" << i << "\">" << escapedMarkup(sections[i].heading) << "</a> ";
+    out << "<a href=\"#s" << i << "\">" << htmlText(sections[i].heading) << "</a> ";
   out << "</nav>\n";
   for (std::size_t i = 0; i < sections.size(); ++i) {
     const PageSection& section = sections[i];
-    out << "<h2 id=\"s" << i << "\">" << escapedMarkup(section.heading) << "</h2>\n";
-    for (const std::string& paragraph : section.paragraphs) out << "<p>" << escapedMarkup(paragraph) << "</p>\n";
+    out << "<h2 id=\"s" << i << "\">" << htmlText(section.heading) << "</h2>\n";
+    for (const std::string& paragraph : section.paragraphs) out << "<p>" << htmlText(paragraph) << "</p>\n";
     for (const PageFigure& figure : section.figures)
-      out << "<figure>" << figure.svg << "<figcaption>" << escapedMarkup(figure.caption) << "</figcaption></figure>\n";
+      putPicture(out, figure.description, "svg+xml", figure.svg, figure.caption);
     for (const BenchTable& table : section.tables) putTable(out, table);
     for (const PagePicture& picture : section.pictures)
-      out << "<figure><img alt=\"" << escapedMarkup(picture.caption) << "\" src=\"data:image/png;base64,"
-          << base64(bytesOf(folder + "/" + picture.file)) << "\"><figcaption>" << escapedMarkup(picture.caption)
-          << "</figcaption></figure>\n";
+      putPicture(out, picture.caption, "png", bytesOf(folder + "/" + picture.file), picture.caption);
   }
   out << "</body></html>\n";
   return out.str();

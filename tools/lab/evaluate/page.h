@@ -15,7 +15,8 @@ struct PagePicture {
 };
 
 struct PageFigure {
-  std::string svg;  // an SVG element
+  std::string svg;          // an SVG document
+  std::string description;  // for readers who cannot see it
   std::string caption;
 };
 

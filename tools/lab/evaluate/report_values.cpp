@@ -1,5 +1,7 @@
 #include "tools/lab/evaluate/report_values.h"
 
+#include "tools/drawing/png.h"
+
 #include <algorithm>
 
 namespace filiform::tools {

@@ -1,7 +1,7 @@
 // Small functions shared by the sections of an evaluation. Functions without state.
 #pragma once
 
-#include "tools/drawing/report.h"
+#include "tools/drawing/plot.h"
 #include "tools/lab/evaluate/page.h"
 
 #include <cstdint>

@@ -172,17 +172,17 @@ void plotScenes(const EvaluationResults& r, PageSection& section) {
     }
     panels.back().x_label = "tick (ms)";
     panels.back().height += 24;
-    Image image;
+    Picture picture;
     for (Plot& plot : panels) {
       plot.x_most = longest;
       plot.y_most = strongest;
-      const Image panel = drawPlot(plot);
-      image.width = panel.width;
-      image.height += panel.height;
-      image.rgb.insert(image.rgb.end(), panel.rgb.begin(), panel.rgb.end());
+      const Picture panel = drawPlot(plot);
+      picture.width = panel.width;
+      picture.height += panel.height;
+      picture.rgb.insert(picture.rgb.end(), panel.rgb.begin(), panel.rgb.end());
     }
     const std::string file = r.scenes[number].cell.source + ".png";
-    writePng(image, r.options.out + "/" + file);
+    writePng(picture, r.options.out + "/" + file);
     section.pictures.push_back(
         {file,
          sceneTitle(r.scenes[number]) +

@@ -1,7 +1,7 @@
-#include "tools/drawing/report.h"
+#include "tools/drawing/plot.h"
 
 #include "index/errors.h"
-#include "tools/drawing/svg_canvas.h"
+#include "tools/drawing/canvas.h"
 
 #include <algorithm>
 #include <cmath>
@@ -130,10 +130,11 @@ class Envelope {
   Point first_, least_, greatest_, last_;
 };
 
-constexpr double kBroad = 8, kPale = 0.35;
+constexpr double kBroad = 8;  // pixels
 
-template <typename Surface>
-void drawSeries(Surface& canvas, const PlotSeries& series, const Axis& x, const Axis& y, Colour colour) {
+Rgba pale(Rgba colour) { return {colour.r, colour.g, colour.b, 90}; }
+
+void drawSeries(Canvas& canvas, const PlotSeries& series, const Axis& x, const Axis& y, Rgba colour) {
   Envelope envelope;
   std::vector<Vector2d> markers;
   const auto draw = [&] {
@@ -142,7 +143,7 @@ void drawSeries(Surface& canvas, const PlotSeries& series, const Axis& x, const 
     if (points.size() == 1) {
       canvas.disc(points[0], 2.5, colour);
     } else {
-      canvas.polyline(points, series.broad ? kBroad : 1.8, colour, series.broad ? kPale : 0.95);
+      canvas.polyline(points, series.broad ? kBroad : 1.8, series.broad ? pale(colour) : colour);
     }
   };
   for (std::size_t i = 0; i < series.x.size(); ++i) {
@@ -163,23 +164,21 @@ void drawSeries(Surface& canvas, const PlotSeries& series, const Axis& x, const 
 
 constexpr double kLegendGap = 52;
 
-template <typename Surface>
-double legendWidth(const Plot& plot) {
+double legendWidth(Canvas& canvas, const Plot& plot) {
   double width = 0;
   if (plot.series.size() > 1)
-    for (const PlotSeries& series : plot.series) width += Surface::textWidth(series.name, 9) + kLegendGap;
+    for (const PlotSeries& series : plot.series) width += canvas.textWidth(series.name, 9) + kLegendGap;
   return width;
 }
 
-template <typename Surface>
-void drawPlotLegend(Surface& canvas, const Plot& plot, double right, double y) {
+void drawPlotLegend(Canvas& canvas, const Plot& plot, double right, double y) {
   if (plot.series.size() < 2) return;
   for (std::size_t i = plot.series.size(); i-- > 0;) {
-    const double width = Surface::textWidth(plot.series[i].name, 9);
+    const double width = canvas.textWidth(plot.series[i].name, 9);
     canvas.text(plot.series[i].name, {right - width, y}, 9, kInk);
     const bool broad = plot.series[i].broad;
-    canvas.line({right - width - 30, y - 4.5}, {right - width - 8, y - 4.5}, broad ? kBroad : 2.6, seriesColour(i),
-                broad ? kPale : 1);
+    canvas.line({right - width - 30, y - 4.5}, {right - width - 8, y - 4.5}, broad ? kBroad : 2.6,
+                broad ? pale(seriesColour(i)) : seriesColour(i));
     right -= width + kLegendGap;
   }
 }
@@ -192,15 +191,14 @@ struct LineLabel {
 };
 constexpr double kLabelRow = 15, kLabelHeight = 8.5;
 
-template <typename Surface>
-std::vector<LineLabel> placeLabels(const Plot& plot, const Axis& x) {
+std::vector<LineLabel> placeLabels(Canvas& canvas, const Plot& plot, const Axis& x) {
   std::vector<LineLabel> labels;
   for (std::size_t i = 0; i < plot.lines.size(); ++i)
     if (x.shows(plot.lines[i].x)) labels.push_back({i, x.pixel(plot.lines[i].x), 0});
   std::sort(labels.begin(), labels.end(), [](const LineLabel& a, const LineLabel& b) { return a.at < b.at; });
   std::vector<double> taken;  // right end of the labels in each row
   for (LineLabel& label : labels) {
-    const double half = 0.5 * Surface::textWidth(plot.lines[label.line].label, kLabelHeight);
+    const double half = 0.5 * canvas.textWidth(plot.lines[label.line].label, kLabelHeight);
     label.at = std::max(std::min(label.at, x.to + 16 - half), x.from + half);
     while (label.row < static_cast<int>(taken.size()) &&
            label.at - half < taken[static_cast<std::size_t>(label.row)] + 10)
@@ -261,23 +259,22 @@ struct Layout {
 };
 
 // Sets the pixels of both axes.
-template <typename Surface>
-Layout layoutOf(const Plot& plot, Axes& axes) {
+Layout layoutOf(Canvas& canvas, const Plot& plot, Axes& axes) {
   Layout l;
   const bool headed = !plot.title.empty() || plot.series.size() > 1;
-  const double legend_width = legendWidth<Surface>(plot);
-  l.legend_below = legend_width > 0 && !plot.title.empty() &&
-                   40 + 1.1 * Surface::textWidth(plot.title, 12) + legend_width > plot.width - 60;
+  const double legend_width = legendWidth(canvas, plot);
+  l.legend_below =
+      legend_width > 0 && !plot.title.empty() && 40 + canvas.textWidth(plot.title, 12) + legend_width > plot.width - 60;
   const double head = 18 + (headed ? 26 : 0) + (plot.subtitle.empty() ? 0 : 20) + (l.legend_below ? 20 : 0);
   l.bottom = plot.height - (plot.x_label.empty() ? 34 : 58);
   l.y_ticks = ticksOf(axes.y, std::max(2, static_cast<int>((l.bottom - head) / 55)));
   double widest = 0;
-  for (const Tick& tick : l.y_ticks) widest = std::max(widest, Surface::textWidth(tick.label, 9));
+  for (const Tick& tick : l.y_ticks) widest = std::max(widest, canvas.textWidth(tick.label, 9));
   l.left = std::round(widest + 26 + (plot.y_label.empty() ? 0 : 26));
   l.right = plot.width - 24;
   axes.x.from = l.left;
   axes.x.to = l.right;
-  l.labels = placeLabels<Surface>(plot, axes.x);
+  l.labels = placeLabels(canvas, plot, axes.x);
   int rows = 0;
   for (const LineLabel& label : l.labels) rows = std::max(rows, label.row + 1);
   l.top = head + kLabelRow * rows;
@@ -290,8 +287,7 @@ Layout layoutOf(const Plot& plot, Axes& axes) {
 // Straight lines lie on pixel centres.
 double crisp(double pixel) { return std::floor(pixel) + 0.5; }
 
-template <typename Surface>
-void drawAxes(Surface& canvas, const Axes& axes, const Layout& l) {
+void drawAxes(Canvas& canvas, const Axes& axes, const Layout& l) {
   for (const Tick& tick : l.y_ticks) {
     const double at = crisp(axes.y.pixel(tick.value));
     canvas.line({l.left, at}, {l.right, at}, 1, tick.label.empty() ? kFinerGridLine : kGridLine);
@@ -308,11 +304,9 @@ void drawAxes(Surface& canvas, const Axes& axes, const Layout& l) {
   canvas.line({crisp(l.left), l.top}, {crisp(l.left), l.bottom}, 1, kGrey);
 }
 
-template <typename Surface>
-void drawCurves(Surface& canvas, const Plot& plot, const Axes& axes, const Layout& l) {
+void drawCurves(Canvas& canvas, const Plot& plot, const Axes& axes, const Layout& l) {
   const auto& [x, y, any_x, any_y] = axes;
-  canvas.clip(static_cast<int>(l.left) - 9, static_cast<int>(l.top) - 9, static_cast<int>(l.right) + 9,
-              static_cast<int>(l.bottom) + 9);
+  canvas.clip(l.left - 9, l.top - 9, l.right + 9, l.bottom + 9);
   for (const PlotLine& line : plot.lines) {
     if (!x.shows(line.x)) continue;
     const double at = crisp(x.pixel(line.x));
@@ -328,11 +322,9 @@ void drawCurves(Surface& canvas, const Plot& plot, const Axes& axes, const Layou
   canvas.clipNothing();
 }
 
-// Draws on any surface with the functions of Canvas.
-template <typename Surface>
-void layPlot(Surface& canvas, const Plot& plot) {
+void layPlot(Canvas& canvas, const Plot& plot) {
   Axes axes = rangesOf(plot);
-  const Layout l = layoutOf<Surface>(plot, axes);
+  const Layout l = layoutOf(canvas, plot, axes);
   drawAxes(canvas, axes, l);
   drawCurves(canvas, plot, axes, l);
   for (const LineLabel& label : l.labels)
@@ -386,19 +378,24 @@ std::string tickLabel(double value, double step) {
   return (value < 0 ? "−" : "") + digits;
 }
 
-Image drawPlot(const Plot& plot) {
+Picture drawPlot(const Plot& plot) {
   requireSize(plot);
-  Image image(plot.width, plot.height);
-  Canvas canvas(image);
-  layPlot(canvas, plot);
-  return image;
+  Picture picture = whitePicture(plot.width, plot.height);
+  {
+    Canvas canvas(picture);
+    layPlot(canvas, plot);
+  }
+  return picture;
 }
 
-std::string svgPlot(const Plot& plot, const std::string& description) {
+std::string svgPlot(const Plot& plot) {
   requireSize(plot);
-  SvgCanvas canvas(plot.width, plot.height, plot.title, description);
-  layPlot(canvas, plot);
-  return canvas.finish();
+  std::string svg;
+  {
+    Canvas canvas(plot.width, plot.height, svg);
+    layPlot(canvas, plot);
+  }
+  return svg;
 }
 
 }  // namespace filiform::tools

@@ -1,5 +1,5 @@
 // Patterns for names: each kind of element, and a pattern that would take other matchers forever.
-#include "tools/answers/glob.h"
+#include "index/set/glob.h"
 
 #include <fnmatch.h>
 #include <random>
@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-namespace filiform::tools {
+namespace filiform {
 namespace {
 
 TEST(Glob, MatchesAsFnmatchDoes) {
@@ -37,4 +37,4 @@ TEST(Glob, ManyStarsTakeLittleTime) {
 }
 
 }  // namespace
-}  // namespace filiform::tools
+}  // namespace filiform

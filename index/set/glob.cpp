@@ -1,8 +1,8 @@
-#include "tools/answers/glob.h"
+#include "index/set/glob.h"
 
 #include <cstddef>
 
-namespace filiform::tools {
+namespace filiform {
 
 namespace {
 
@@ -60,4 +60,4 @@ bool matchesGlob(std::string_view pattern, std::string_view name) {
   return p == pattern.size();
 }
 
-}  // namespace filiform::tools
+}  // namespace filiform
