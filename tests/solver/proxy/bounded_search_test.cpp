@@ -7,6 +7,7 @@
 #include "tests/support/paper_oracle.h"
 #include "tests/support/proxy_walk.h"
 #include "tests/support/random_cells.h"
+#include "tests/support/sanitized.h"
 #include "tests/support/store_graph.h"
 #include "tests/support/test_graph.h"
 
@@ -73,8 +74,8 @@ INSTANTIATE_TEST_SUITE_P(Methods, BoundedMethods,
 
 TEST_P(BoundedSearch, EqualsTheLiteralOracleInEveryTiling) {
   Walked result;
-  walkInEveryTiling(walked(), 240, result);
-  EXPECT_GT(result.moved, 5000u);
+  walkInEveryTiling(walked(), sampled(240), result);
+  EXPECT_GT(result.moved, sampled(5000));
   EXPECT_GT(result.farthest, 20u);
 }
 
@@ -87,12 +88,12 @@ TEST_P(BoundedSearch, EqualsTheLiteralOracleOnTheTilesOfTheProduct) {
 
 TEST_P(BoundedSearch, LoadingWhatWasAbsentAndRepeatingGivesTheAnswerOfTheWhole) {
   Walked result;  // with small caps, unfinished sweeps must survive changes of the tiles
-  walkThroughAbsentTiles(walked(), 36, {3, 20, kUnbounded}, result);
-  EXPECT_GT(result.frontiers, 100u);
+  walkThroughAbsentTiles(walked(), sampled(36), {3, 20, kUnbounded}, result);
+  EXPECT_GT(result.frontiers, sampled(100));
 }
 
 TEST_P(BoundedMethods, ATileIsReportedAbsentIfAndOnlyIfItWouldHaveBeenRead) {
-  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+  for (std::uint64_t seed = 0; seed < sampled(20); ++seed) {
     SCOPED_TRACE(testing::Message() << "seed " << seed);
     std::mt19937_64 random(seed);
     const TestGraph graph = randomGraph(random, 120, seed % 2 == 0);
@@ -131,7 +132,7 @@ TEST_P(BoundedMethods, ATileIsReportedAbsentIfAndOnlyIfItWouldHaveBeenRead) {
 }
 
 TEST_P(BoundedMethods, UndoneTicksLeaveNoTrace) {
-  for (std::uint64_t seed = 0; seed < 42; ++seed) {
+  for (std::uint64_t seed = 0; seed < sampled(42); ++seed) {
     SCOPED_TRACE(testing::Message() << "seed " << seed);
     std::mt19937_64 random(seed);
     const TestGraph graph = randomGraph(random, 200, seed % 2 == 0);
@@ -166,7 +167,7 @@ TEST_P(BoundedMethods, UndoneTicksLeaveNoTrace) {
 
 TEST_P(BoundedSearch, CappedSweepEndsWithTheOraclesAnswerWhileTheProbeIsHeld) {
   std::uint64_t capped = 0;
-  for (std::uint64_t seed = 0; seed < 60; ++seed) {
+  for (std::uint64_t seed = 0; seed < sampled(60); ++seed) {
     SCOPED_TRACE(testing::Message() << "seed " << seed);
     std::mt19937_64 random(seed);
     const TestGraph graph = randomGraph(random, 150, seed % 2 == 0);
@@ -197,11 +198,11 @@ TEST_P(BoundedSearch, CappedSweepEndsWithTheOraclesAnswerWhileTheProbeIsHeld) {
       ASSERT_TRUE(samePlace(bounded->place(), oracle.place()));
     }
   }
-  EXPECT_GT(capped, 1000u);
+  EXPECT_GT(capped, sampled(1000));
 }
 
 TEST_P(BoundedSearch, DistanceNeverRisesAtAFixedProbe) {
-  for (std::uint64_t seed = 0; seed < 40; ++seed) {
+  for (std::uint64_t seed = 0; seed < sampled(40); ++seed) {
     SCOPED_TRACE(testing::Message() << "seed " << seed);
     std::mt19937_64 random(seed);
     const TestGraph graph = randomGraph(random, 200, seed % 2 == 0);
