@@ -57,8 +57,8 @@ Answer travelAnswer(const Call& call) {
   Answer answer{.type = "text/html; charset=utf-8"};
   if (call.service.web_folder.empty()) {
     html +=
-        "</head><body><p>This page is not built: run <code>tools/setup --web</code>, <code>cmake --preset web</code> "
-        "and <code>cmake --build --preset web</code>, then start the server again.</body></html>\n";
+        "</head><body><p>This page is not built: run <code>tools/setup --web && "
+        "cmake --workflow --preset web</code>, then start the server again.</body></html>\n";
   } else {
     const std::string version = versionOf(call.service.web_folder);
     const auto file = [&](const std::string& before, const char* which, const char* after) {
@@ -86,7 +86,7 @@ Answer travelFileAnswer(const Call& call) {
   const bool zipped = call.request.header("accept-encoding").find("gzip") != std::string_view::npos;
   std::optional<std::string> content;
   if (!call.service.web_folder.empty()) content = fileContent(zipped ? path + ".gz" : path);
-  if (!content) throw Refusal(404, "the page for travel is not built; run tools/setup --web and build the preset web");
+  if (!content) throw Refusal(404, "the page for travel is not built; run tools/setup --web && cmake --workflow --preset web");
   char tag[24];
   std::snprintf(tag, sizeof tag, "\"%016llx\"", static_cast<unsigned long long>(std::hash<std::string>()(*content)));
   Answer answer{.type = mediaTypeOf(name), .body = std::move(*content)};

@@ -176,9 +176,8 @@ bool openInBrowser(const std::string& path) {
 int travelInBrowser(const std::string& set) {
   if (findWebFolder().empty())
     throw UsageError(
-        "--web: the page is not built; run tools/setup --web, cmake --preset web and cmake --build --preset web, or "
-        "leave "
-        "out --web for the window");
+        "--web: the page is not built; run `tools/setup --web && cmake --workflow --preset web`, or leave out --web for "
+        "the window");
   ServeArguments a;
   a.sets = {set};
   a.listen = "127.0.0.1:0";
