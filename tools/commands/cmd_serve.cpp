@@ -176,7 +176,8 @@ bool openInBrowser(const std::string& path) {
 int travelInBrowser(const std::string& set) {
   if (findWebFolder().empty())
     throw UsageError(
-        "--web: the page is not built; run `tools/setup --web && cmake --workflow --preset web`, or leave out --web for "
+        "--web: the page is not built; run `tools/setup --web && cmake --workflow --preset web`, or leave out --web "
+        "for "
         "the window");
   ServeArguments a;
   a.sets = {set};
