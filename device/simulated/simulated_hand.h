@@ -1,5 +1,5 @@
 // SimulatedHand: the mechanics of a hand that holds a device. A spring and a damper pull a mass towards a moving
-// target; the handle adds its own viscous damping. solver/travel/simulated_person.h decides the target.
+// target; the handle adds its own viscous damping. solver/travel/routes/simulated_person.h decides the target.
 #pragma once
 
 #include "device/haptic_device.h"

@@ -1,9 +1,9 @@
 #include "index/input/input.h"
 
+#include "index/containers/internal/gunzip.h"
+#include "index/containers/internal/h5_container.h"
 #include "index/errors.h"
 #include "index/input/internal/archive_report.h"
-#include "index/input/internal/gunzip.h"
-#include "index/input/internal/h5_container.h"
 #include "index/input/internal/input_state.h"
 #include "index/text.h"
 

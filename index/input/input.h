@@ -12,12 +12,12 @@
 #pragma once
 
 #include "index/cell/cell.h"
-#include "index/http/remote_options.h"
+#include "index/containers/versions.h"
+#include "index/formats/swc.h"
 #include "index/input/input_options.h"
-#include "index/input/input_report.h"
 #include "index/input/source_report.h"
-#include "index/input/swc.h"
-#include "index/input/versions.h"
+#include "index/remote/remote_options.h"
+#include "index/reports/input_report.h"
 
 #include <cstdint>
 #include <functional>
@@ -40,13 +40,13 @@ class Input : public CellStream {
   // Lists all inputs; reads only what lists the entries of containers. Folders are searched recursively, hidden files
   // included, except `._*` and `__MACOSX`, for these endings in any letter case: .swc, .asc, .swc.gz, .asc.gz, .zip,
   // .tar, .tar.gz, .tgz, and .json if the file begins like MouseLight. A folder with an `info` of Neuroglancer
-  // skeletons counts as one input of skeletons. index/input/versions.h says which files of a folder are left out.
+  // skeletons counts as one input of skeletons. index/containers/versions.h says which files of a folder are left out.
   //
   // A file argument may have any name: *.zip, *.tar, *.tar.gz and *.tgz are archives; *.json is MouseLight; *.h5 is one
   // H5 morphology or a container of some, each an entry (read by internal::Hdf5Process, a program of its own); *.edges,
-  // *.obj, *.vtk and *.asc are graphs (index/input/internal/graph_file.h); all others are SWC; a further .gz means that
-  // the file is packed. Graph files other than .asc inside folders and archives are ignored, since such folders usually
-  // hold meshes. An argument that begins with http://, https:// or precomputed:// is the folder of precomputed
+  // *.obj, *.vtk and *.asc are graphs (index/formats/internal/graph_file.h); all others are SWC; a further .gz means
+  // that the file is packed. Graph files other than .asc inside folders and archives are ignored, since such folders
+  // usually hold meshes. An argument that begins with http://, https:// or precomputed:// is the folder of precomputed
   // skeletons on a server.
   //
   // Symbolic links to files and folders are followed. Within one folder argument, each real file (device and inode, so

@@ -1,9 +1,9 @@
 // How Input reads. Thread rule: values.
 #pragma once
 
-#include "index/http/remote_options.h"
-#include "index/input/swc.h"
-#include "index/input/versions.h"
+#include "index/containers/versions.h"
+#include "index/formats/swc.h"
+#include "index/remote/remote_options.h"
 
 #include <cstdint>
 #include <functional>

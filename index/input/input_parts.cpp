@@ -1,7 +1,7 @@
 // Parts of the inputs, for processes that read together.
 #include "index/input/input.h"
 #include "index/input/internal/input_state.h"
-#include "index/input/internal/report_bytes.h"
+#include "index/reports/internal/report_bytes.h"
 
 #include <algorithm>
 #include <utility>

@@ -1,7 +1,7 @@
 // The reports on what Input reads: one for each source, with those of its entries. Thread rule: values.
 #pragma once
 
-#include "index/input/input_report.h"
+#include "index/reports/input_report.h"
 
 #include <cstdint>
 #include <string>

@@ -11,7 +11,7 @@
 // is taken. Segments between the samples of a soma count like all others. Thread rule: immutable after construction.
 #pragma once
 
-#include "index/set/cell_graph.h"
+#include "index/query/cell_graph.h"
 
 #include <array>
 #include <cstdint>

@@ -1,7 +1,7 @@
 #include "index/query/tile_finder.h"
 
+#include "index/file/internal/read_once.h"
 #include "index/query/internal/box_levels.h"
-#include "index/set/internal/read_once.h"
 
 #include <algorithm>
 #include <limits>

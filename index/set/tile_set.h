@@ -4,9 +4,9 @@
 //   const std::shared_ptr<const Tile> tile = set->load(0);
 #pragma once
 
-#include "index/http/remote_options.h"
+#include "index/file/tile_source.h"
+#include "index/remote/remote_options.h"
 #include "index/set/set_counts.h"
-#include "index/set/tile_source.h"
 #include "index/set/tile_store.h"
 
 #include <memory>
@@ -92,11 +92,11 @@ class TileSet final : public TileStore {
   void checkFile(const SetFile& file) const;
   // File and offset of a tile, for messages.
   std::pair<std::string, std::uint64_t> place(TileId tile) const;
-  // True if cells were added or removed since the set was made (index/build/growth.h). Its leaves then need not follow
+  // True if cells were added or removed since the set was made (index/ingest/growth.h). Its leaves then need not follow
   // from its segments.
   bool grown() const;
 
-  // For index/build/: how the set stores a tile or a cell. They throw CorruptSet, IoError.
+  // For index/ingest/: how the set stores a tile or a cell. They throw CorruptSet, IoError.
   const internal::TileLocation& location(TileId tile) const;
   const internal::Patch* patch(TileId tile) const;               // nullptr: none
   std::pair<Tile, TileAppearance> loadPatch(TileId tile) const;  // requires patch(tile)

@@ -1,6 +1,6 @@
 #include "index/set/tiles_ahead.h"
 
-#include "index/http/internal/background_reads.h"
+#include "index/remote/internal/background_reads.h"
 #include "index/set/reads_at_once.h"
 
 #include <algorithm>

@@ -5,7 +5,7 @@
 //   for (std::size_t i = 0; i < tiles.size(); ++i) use(ahead.next());
 #pragma once
 
-#include "index/set/future_read.h"
+#include "index/file/future_read.h"
 #include "index/set/tile_store.h"
 
 #include <cstddef>

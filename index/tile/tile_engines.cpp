@@ -1,8 +1,7 @@
-#include "index/tile/tile_engine.h"
-
 #include "index/errors.h"
 #include "index/tile/packed_tree.h"
 #include "index/tile/reference_tree.h"
+#include "index/tile/tile_engine.h"
 
 #include <utility>
 

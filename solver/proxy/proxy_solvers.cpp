@@ -1,11 +1,10 @@
-#include "solver/proxy/proxy_solver.h"
-
 #include "index/errors.h"
 #include "solver/proxy/bounded_climb.h"
 #include "solver/proxy/descent.h"
 #include "solver/proxy/force_based.h"
 #include "solver/proxy/force_shading.h"
 #include "solver/proxy/internal/bounded_search.h"
+#include "solver/proxy/proxy_solver.h"
 
 #include <cmath>
 

@@ -1,4 +1,4 @@
-#include "index/input/internal/graph_file.h"
+#include "index/formats/internal/graph_file.h"
 #include "tests/fuzz/fuzz_bytes.h"
 
 namespace filiform::fuzz {

@@ -1,7 +1,7 @@
 #include "device/falcon/falcon.h"
 #include "device/falcon/falcon_protocol.h"
 #include "tests/fuzz/fuzz_bytes.h"
-#include "tests/support/fake_falcon.h"
+#include "tests/support/devices/fake_falcon.h"
 
 #include <cmath>
 

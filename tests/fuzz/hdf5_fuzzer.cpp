@@ -1,8 +1,8 @@
+#include "index/attributes/internal/attributes_section.h"
+#include "index/circuits/internal/node_table.h"
 #include "index/errors.h"
 #include "index/file/internal/digest.h"
-#include "index/input/internal/h5_morphology.h"
-#include "index/input/internal/node_table.h"
-#include "index/set/internal/attributes_section.h"
+#include "index/formats/internal/h5_morphology.h"
 #include "tests/fuzz/fuzz_bytes.h"
 
 #include <cmath>

@@ -1,5 +1,5 @@
-#include "index/input/internal/graph_file.h"
-#include "index/input/internal/mouselight_file.h"
+#include "index/containers/internal/mouselight_file.h"
+#include "index/formats/internal/graph_file.h"
 #include "tests/fuzz/fuzz_bytes.h"
 
 namespace filiform::fuzz {

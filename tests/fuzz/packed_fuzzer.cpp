@@ -1,6 +1,6 @@
+#include "index/containers/internal/gunzip.h"
+#include "index/containers/internal/tar_archive.h"
 #include "index/errors.h"
-#include "index/input/internal/gunzip.h"
-#include "index/input/internal/tar_archive.h"
 #include "tests/fuzz/fuzz_bytes.h"
 
 #include <algorithm>

@@ -1,5 +1,5 @@
+#include "index/circuits/placements.h"
 #include "index/errors.h"
-#include "index/input/placements.h"
 #include "tests/fuzz/fuzz_bytes.h"
 
 #include <cmath>

@@ -1,9 +1,9 @@
 #include "index/set/glob.h"
 #include "tests/fuzz/fuzz_bytes.h"
-#include "tools/answers/npy.h"
-#include "tools/answers/point_list.h"
-#include "tools/answers/refusal.h"
-#include "tools/answers/request.h"
+#include "tools/serve/routes/point_list.h"
+#include "tools/serve/routes/request.h"
+#include "tools/words/npy.h"
+#include "tools/words/refusal.h"
 
 #include <string>
 

@@ -1,9 +1,9 @@
 #include "tests/fuzz/fuzz_bytes.h"
-#include "tools/session/hand_path.h"
-#include "tools/session/json_rpc.h"
-#include "tools/session/outbox.h"
-#include "tools/session/protocol.h"
-#include "tools/session/remote_hand.h"
+#include "tools/serve/session/hand_path.h"
+#include "tools/serve/session/json_rpc.h"
+#include "tools/serve/session/outbox.h"
+#include "tools/serve/session/protocol.h"
+#include "tools/serve/session/remote_hand.h"
 
 #include <cstring>
 #include <string>

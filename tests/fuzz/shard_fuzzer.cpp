@@ -1,4 +1,4 @@
-#include "index/input/internal/shard_index.h"
+#include "index/containers/internal/shard_index.h"
 #include "tests/fuzz/fuzz_bytes.h"
 
 #include <algorithm>

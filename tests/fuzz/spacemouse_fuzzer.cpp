@@ -1,7 +1,7 @@
 #include "device/spacemouse/internal/spacemouse_reports.h"
 #include "device/spacemouse/spacemouse.h"
 #include "tests/fuzz/fuzz_bytes.h"
-#include "tests/support/fake_usb.h"
+#include "tests/support/devices/fake_usb.h"
 
 #include <cmath>
 

@@ -1,5 +1,5 @@
 #include "index/errors.h"
-#include "index/input/swc.h"
+#include "index/formats/swc.h"
 #include "tests/fuzz/fuzz_bytes.h"
 
 namespace filiform::fuzz {

@@ -1,5 +1,5 @@
+#include "index/containers/internal/archive.h"
 #include "index/errors.h"
-#include "index/input/internal/archive.h"
 #include "index/text.h"
 #include "tests/fuzz/fuzz_bytes.h"
 

@@ -5,10 +5,10 @@
 #include "tests/support/process.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/temp_folder.h"
-#include "tools/drawing/canvas.h"
-#include "tools/drawing/png.h"
 #include "tools/lab/bench/bench_record.h"
 #include "tools/lab/bench/workloads.h"
+#include "tools/pictures/canvas.h"
+#include "tools/pictures/png.h"
 
 #include <algorithm>
 #include <cmath>

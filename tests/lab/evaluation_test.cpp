@@ -4,10 +4,10 @@
 #include "tests/lab/evaluation_cells.h"
 #include "tests/support/process.h"
 #include "tests/support/temp_folder.h"
-#include "tools/lab/evaluate/page.h"
-#include "tools/lab/evaluate/parallel.h"
-#include "tools/lab/evaluate/scenes.h"
-#include "tools/lab/evaluate/trial.h"
+#include "tools/lab/evaluate/trials/scenes.h"
+#include "tools/lab/evaluate/trials/trial.h"
+#include "tools/lab/shared/page.h"
+#include "tools/lab/shared/parallel.h"
 #include "tools/synthetic/synthetic.h"
 
 #include <atomic>

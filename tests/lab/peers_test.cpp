@@ -3,7 +3,7 @@
 #include "index/geometry/closest_point.h"
 #include "tests/support/sanitized.h"
 #include "tools/lab/bench/bench.h"
-#include "tools/lab/bench/jump_race.h"
+#include "tools/lab/bench/index/jump_race.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
-#include "tools/lab/evaluate/segment_tree.h"
+#include "tools/lab/evaluate/trials/segment_tree.h"
 
 #include "tests/lab/evaluation_cells.h"
-#include "tools/lab/evaluate/trial_cell.h"
+#include "tools/lab/evaluate/trials/trial_cell.h"
 
 #include <limits>
 #include <random>

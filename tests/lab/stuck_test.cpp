@@ -1,4 +1,4 @@
-#include "tools/lab/evaluate/stuck.h"
+#include "tools/lab/evaluate/trials/stuck.h"
 
 #include "tests/lab/evaluation_cells.h"
 

@@ -1,8 +1,8 @@
 // `filiform bench transports` runs more of this, and --long an hour.
-#include "tools/lab/bench/transport_sweep.h"
+#include "tools/lab/bench/device/transport_sweep.h"
 
 #include "tests/support/temp_folder.h"
-#include "tools/lab/bench/energy_meter.h"
+#include "tools/lab/bench/device/energy_meter.h"
 
 #include <gtest/gtest.h>
 

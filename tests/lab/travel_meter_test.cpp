@@ -1,4 +1,4 @@
-#include "tools/lab/evaluate/travel_meter.h"
+#include "tools/lab/evaluate/trials/travel_meter.h"
 
 #include "tests/lab/evaluation_cells.h"
 

@@ -1,8 +1,8 @@
-#include "tools/lab/evaluate/trial_corpus.h"
+#include "tools/lab/evaluate/trials/trial_corpus.h"
 
-#include "solver/travel/route.h"
+#include "solver/travel/routes/route.h"
 #include "tests/lab/evaluation_cells.h"
-#include "tools/lab/evaluate/trial_cell.h"
+#include "tools/lab/evaluate/trials/trial_cell.h"
 
 #include <algorithm>
 #include <set>

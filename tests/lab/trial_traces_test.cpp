@@ -1,5 +1,5 @@
-#include "tools/lab/evaluate/trial.h"
-#include "tools/lab/evaluate/trial_corpus.h"
+#include "tools/lab/evaluate/trials/trial.h"
+#include "tools/lab/evaluate/trials/trial_corpus.h"
 #include "tools/synthetic/synthetic.h"
 
 #include <gtest/gtest.h>

@@ -3,9 +3,9 @@
 #include "solver/graph/graph_view.h"
 #include "solver/loop/haptic_loop.h"
 #include "solver/workspace/navigation.h"
-#include "tests/support/memory_store.h"
-#include "tests/support/random_cells.h"
-#include "tools/lab/bench/energy_sweep.h"
+#include "tests/support/scenes/memory_store.h"
+#include "tests/support/scenes/random_cells.h"
+#include "tools/lab/reference/energy_sweep.h"
 
 #include <algorithm>
 #include <atomic>

@@ -4,11 +4,11 @@
 #include "index/errors.h"
 #include "solver/graph/graph_view.h"
 #include "solver/proxy/parameters.h"
-#include "solver/travel/run.h"
+#include "solver/travel/run/run.h"
 #include "solver/workspace/navigation.h"
-#include "tests/support/memory_store.h"
 #include "tests/support/numbers.h"
-#include "tests/support/random_cells.h"
+#include "tests/support/scenes/memory_store.h"
+#include "tests/support/scenes/random_cells.h"
 
 #include <cmath>
 #include <map>

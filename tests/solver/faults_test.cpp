@@ -1,16 +1,16 @@
 // The hand is safe whatever happens to the disk: tiles are late, missing, damaged, removed while open, or never come.
 // Commanded forces are finite, within the limit, and grow no faster than force_law.h says.
 #include "device/recording/internal/recording_format.h"
-#include "index/build/ingest.h"
-#include "index/build/memory_tiles.h"
-#include "index/set/faulty_source.h"
+#include "index/file/faulty_source.h"
+#include "index/ingest/ingest.h"
+#include "index/ingest/memory_tiles.h"
 #include "index/set/tile_set.h"
 #include "index/streaming/residency.h"
 #include "solver/force/force_law.h"
-#include "solver/travel/run.h"
+#include "solver/travel/run/run.h"
 #include "tests/support/campaign.h"
 #include "tests/support/numbers.h"
-#include "tests/support/random_cells.h"
+#include "tests/support/scenes/random_cells.h"
 #include "tests/support/temp_folder.h"
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 // The figures of "Forces on routes" in solver/RESULTS.md, and their bounds. Prints the table as it stands there.
-#include "index/build/memory_tiles.h"
-#include "solver/travel/run.h"
-#include "tests/support/random_cells.h"
+#include "index/ingest/memory_tiles.h"
+#include "solver/travel/run/run.h"
+#include "tests/support/scenes/random_cells.h"
 
 #include <algorithm>
 #include <cstdio>

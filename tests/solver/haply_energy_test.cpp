@@ -1,5 +1,5 @@
 // The energy that a hand receives through the driver of the Haply service. `filiform bench haply` runs a longer form.
-#include "tools/lab/bench/haply_sweep.h"
+#include "tools/lab/reference/haply_sweep.h"
 
 #include <algorithm>
 

@@ -122,7 +122,7 @@ cp f.rec travel.rec
 mkdir recorded
 filiform serve column.fil --listen 127.0.0.1:0 --record-sessions recorded > address 2>/dev/null & server=$!
 while [ ! -s address ]; do sleep 0.05; done
-python3 "$TESTS/support/short_session" "$(cat address)" column
+python3 "$TESTS/support/servers/short_session" "$(cat address)" column
 kill $server
 wait $server
 for ending in rec rec.json rec.frames; do mv recorded/*.$ending session.$ending; done

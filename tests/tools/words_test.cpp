@@ -1,13 +1,13 @@
 // The messages for mistyped command lines, and the forms of values that the program accepts.
 #include "index/errors.h"
-#include "index/input/swc.h"
+#include "index/formats/swc.h"
 #include "tests/support/process.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/temp_folder.h"
 #include "tools/commands/commands.h"
-#include "tools/program/near_names.h"
-#include "tools/program/numbers.h"
-#include "tools/program/unit.h"
+#include "tools/words/near_names.h"
+#include "tools/words/numbers.h"
+#include "tools/words/unit.h"
 
 #include <filesystem>
 #include <string>

@@ -10,21 +10,21 @@
 #include "device/haply/simulated_haply.h"
 #include "device/usb/usb_recording.h"
 #include "device/usb/usb_transport.h"
-#include "index/build/ingest.h"
-#include "index/input/circuit.h"
-#include "index/input/hdf5_writer.h"
+#include "index/attributes/cell_attributes.h"
+#include "index/attributes/cell_filter.h"
+#include "index/circuits/circuit.h"
+#include "index/circuits/placements.h"
+#include "index/file/faulty_source.h"
+#include "index/file/future_read.h"
+#include "index/formats/swc.h"
+#include "index/hdf5/hdf5_writer.h"
+#include "index/ingest/ingest.h"
 #include "index/input/input.h"
-#include "index/input/placements.h"
-#include "index/input/swc.h"
+#include "index/levels/levels.h"
 #include "index/output.h"
 #include "index/query/cell_paths.h"
 #include "index/query/nearest.h"
-#include "index/set/cell_attributes.h"
-#include "index/set/cell_filter.h"
-#include "index/set/faulty_source.h"
-#include "index/set/future_read.h"
-#include "index/set/http_source.h"
-#include "index/set/levels.h"
+#include "index/remote/http_source.h"
 #include "index/set/tile_set.h"
 #include "index/set/tiles_ahead.h"
 #include "solver/force/force_gate.h"
@@ -32,11 +32,11 @@
 #include "solver/loop/haptic_loop.h"
 #include "solver/loop/loop_gate.h"
 #include "solver/loop/tick_clock.h"
-#include "solver/travel/run.h"
-#include "solver/travel/session.h"
-#include "solver/travel/stepped_travel.h"
-#include "solver/travel/tour.h"
-#include "solver/travel/worker.h"
+#include "solver/travel/routes/tour.h"
+#include "solver/travel/run/run.h"
+#include "solver/travel/session/session.h"
+#include "solver/travel/session/stepped_travel.h"
+#include "solver/travel/session/worker.h"
 #include "solver/workspace/navigation.h"
 #include "solver/workspace/saved_history.h"
 #include "tests/support/folders.h"
@@ -73,12 +73,12 @@ namespace examples {
 #pragma GCC diagnostic ignored "-Wshadow"
 
 void httpSource() {
-  // index/set/http_source.h
+  // index/remote/http_source.h
   const auto set = TileSet::open("https://host/path/column.fil");
 }
 
 void futureRead(const TileStore& store, TileId now, TileId next, void draw(const Tile&)) {
-  // index/set/future_read.h
+  // index/file/future_read.h
   ReadThreads threads(2);
   FutureRead<std::shared_ptr<const Tile>> ahead(&threads, [&] { return store.load(next); });
   draw(*store.load(now));
@@ -175,7 +175,7 @@ void cellPaths() {
 }
 
 void faultySource(const std::string& path) {
-  // index/set/faulty_source.h
+  // index/file/faulty_source.h
   auto source = std::make_unique<FaultySource>(openFolder(path), FaultPlan{.delay = FaultPlan::Delay::constant,
                                                                           .delay_s = 0.02});
   FaultySource& faults = *source;
@@ -191,7 +191,7 @@ void input() {
 }
 
 void levels(const std::unique_ptr<TileSet>& set, const LevelView& view) {
-  // index/set/levels.h
+  // index/levels/levels.h
   const auto levels = Levels::open(*set);
   const LevelChoice choice = levels->choose(view, 2'000'000);
   for (const LevelPart& part : choice.parts)
@@ -207,14 +207,14 @@ void nearest() {
 }
 
 void placements() {
-  // index/input/placements.h
+  // index/circuits/placements.h
   Input library({"lib.zip"});
   PlacedCells cells(library, PlacementTable::read("column.tsv"));
   ingest(cells, "column.fil");
 }
 
 void swc(std::string_view text) {
-  // index/input/swc.h
+  // index/formats/swc.h
   Cell cell;
   const InputReport report = readSwc(text, "cell.swc", {}, cell);
 }
@@ -254,14 +254,14 @@ void savedHistory(const std::unique_ptr<TileSet>& set, const ProxyPlace& place) 
 }
 
 void headlessRun(const std::unique_ptr<TileSet>& set) {
-  // solver/travel/run.h
+  // solver/travel/run/run.h
   RunOptions options;
   options.route = "random:3";
   const RunSummary summary = run(*set, options, [](const TickRow& row) { writeCsvRow(std::cout, row); });
 }
 
 void tour(const TileStore& store, std::uint64_t seed) {
-  // solver/travel/tour.h
+  // solver/travel/routes/tour.h
   Tour tour(store, seed);
   const Route first = tour.next(), second = tour.next();
 }
@@ -286,7 +286,7 @@ void sceneView(const std::unique_ptr<TileSet>& set, const std::unique_ptr<Levels
 }
 
 void session(const std::unique_ptr<TileSet>& set, const ProxyPlace& place, const Vector3d& target_D) {
-  // solver/travel/session.h
+  // solver/travel/session/session.h
   Session session(*set, {.device = "mouse"});
   session.start();
   session.jump(place);
@@ -313,7 +313,7 @@ void window(Renderer& renderer, const std::array<EyeView, 2>& views, const Rende
 void worker(const Nearest& nearest, const Vector3d& p_W,
             const std::function<void(const std::vector<NearestResult>&)>& go,
             const std::function<void(const std::string&)>& showError) {
-  // solver/travel/worker.h
+  // solver/travel/session/worker.h
   Worker worker;
   worker.ask([&] { return [&go, place = nearest.find(p_W)] { go(place); }; });
   worker.serve(showError);  // once a frame: runs what the finished works returned
@@ -351,7 +351,7 @@ void tickClock(double rate_Hz, const DeviceState& state) {
 }
 
 void circuit(const InputOptions& options) {
-  // index/input/circuit.h
+  // index/circuits/circuit.h
   Circuit circuit = Circuit::read("circuit_config.json", {});
   Input library(circuit.files(), options);
   CircuitCells cells(library, circuit);
@@ -359,20 +359,20 @@ void circuit(const InputOptions& options) {
 }
 
 void hdf5Writer(std::span<const double> x) {
-  // index/input/hdf5_writer.h
+  // index/hdf5/hdf5_writer.h
   Hdf5Writer out("nodes.h5");
   out.reals("nodes/column/0/x", "f64", 1, x);
   out.finish();
 }
 
 void cellFilter(const std::unique_ptr<TileSet>& set, const CellAttributes& attributes) {
-  // index/set/cell_filter.h
+  // index/attributes/cell_filter.h
   const CellFilter filter({"mtype=L5_*", "layer>=4"});
   for (std::uint32_t cell : filter.select(*set, attributes)) std::cout << set->cell(cell).name << '\n';
 }
 
 void cellAttributes(const std::unique_ptr<TileSet>& set, std::uint32_t cell) {
-  // index/set/cell_attributes.h
+  // index/attributes/cell_attributes.h
   const CellAttributes attributes(*set);
   if (const auto mtype = attributes.find("mtype")) std::cout << textOf(attributes.value(*mtype, cell)) << '\n';
 }
@@ -386,7 +386,7 @@ void nearbyGraph(const GraphView& graph, const ProxyPlace& place, void draw(cons
 
 void steppedTravel(const std::unique_ptr<TileSet>& set, const Vector3d& p_W, const Vector3d& hand_D,
                    Vector3d& force_N) {
-  // solver/travel/stepped_travel.h
+  // solver/travel/session/stepped_travel.h
   const NearestResult start = Nearest(*set).find(p_W).at(0);
   SteppedTravel travel(*set);
   travel.jump(start.tile, start.segment, start.t);

@@ -1,13 +1,13 @@
 // filiform.h: ingest.
-#include "index/build/growth.h"
-#include "index/build/ingest.h"
-#include "index/build/input_provenance.h"
+#include "index/circuits/placements.h"
+#include "index/ingest/growth.h"
+#include "index/ingest/ingest.h"
+#include "index/ingest/input_provenance.h"
 #include "index/input/input.h"
-#include "index/input/placements.h"
-#include "index/set/http_source.h"
+#include "index/remote/http_source.h"
 #include "index/text.h"
 #include "tools/c/call.h"
-#include "tools/program/unit.h"
+#include "tools/words/unit.h"
 
 #include <algorithm>
 #include <optional>

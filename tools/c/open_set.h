@@ -4,9 +4,9 @@
 #include "index/query/cell_paths.h"
 #include "index/query/nearest.h"
 #include "index/set/tile_set.h"
-#include "solver/travel/stepped_travel.h"
-#include "tools/answers/sample_ids.h"
+#include "solver/travel/session/stepped_travel.h"
 #include "tools/c/call.h"
+#include "tools/words/sample_ids.h"
 
 #include <atomic>
 #include <memory>

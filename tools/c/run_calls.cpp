@@ -1,5 +1,5 @@
 // filiform.h: navigation, whole runs.
-#include "solver/travel/run.h"
+#include "solver/travel/run/run.h"
 #include "tools/c/open_set.h"
 
 #include <algorithm>

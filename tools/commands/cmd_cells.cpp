@@ -1,19 +1,19 @@
 // filiform cells: lists the cells of a tile set.
-#include "index/set/cell_attributes.h"
-#include "index/set/cell_filter.h"
-#include "index/set/cell_graph.h"
+#include "index/attributes/cell_attributes.h"
+#include "index/attributes/cell_filter.h"
+#include "index/measure/cell_lengths.h"
+#include "index/query/cell_graph.h"
 #include "index/set/glob.h"
 #include "index/set/tile_set.h"
 #include "index/text.h"
-#include "tools/answers/answer.h"
-#include "tools/answers/cell_json.h"
-#include "tools/commands/cell_lengths.h"
 #include "tools/commands/commands.h"
-#include "tools/commands/remote_arguments.h"
+#include "tools/commands/shared/remote_arguments.h"
 #include "tools/program/interruption.h"
-#include "tools/program/numbers.h"
 #include "tools/program/progress.h"
 #include "tools/program/progress_option.h"
+#include "tools/words/answer.h"
+#include "tools/words/cell_json.h"
+#include "tools/words/numbers.h"
 
 #include <algorithm>
 #include <array>

@@ -1,19 +1,19 @@
 // filiform check: reads input as ingest does, and reports what ingest would keep, drop and refuse.
 #include "index/cell/soma.h"
+#include "index/circuits/circuit.h"
 #include "index/errors.h"
-#include "index/input/circuit.h"
 #include "index/input/input.h"
+#include "index/ranks/rank_inputs.h"
 #include "index/text.h"
-#include "tools/commands/circuit_report.h"
 #include "tools/commands/commands.h"
-#include "tools/commands/rank_inputs.h"
-#include "tools/commands/reading_arguments.h"
+#include "tools/commands/shared/circuit_report.h"
+#include "tools/commands/shared/reading_arguments.h"
 #include "tools/program/interruption.h"
-#include "tools/program/numbers.h"
-#include "tools/program/open_json.h"
 #include "tools/program/progress.h"
 #include "tools/program/progress_option.h"
-#include "tools/program/unit.h"
+#include "tools/words/numbers.h"
+#include "tools/words/open_json.h"
+#include "tools/words/unit.h"
 
 #include <algorithm>
 #include <functional>

@@ -1,13 +1,13 @@
 // filiform compact: rewrites a set to which cells were added, or from which cells were removed.
-#include "index/build/growth.h"
 #include "index/errors.h"
+#include "index/ingest/growth.h"
 #include "tools/commands/commands.h"
-#include "tools/commands/growth_report.h"
-#include "tools/commands/remote_arguments.h"
+#include "tools/commands/shared/growth_report.h"
+#include "tools/commands/shared/remote_arguments.h"
 #include "tools/program/interruption.h"
-#include "tools/program/numbers.h"
 #include "tools/program/progress.h"
 #include "tools/program/progress_option.h"
+#include "tools/words/numbers.h"
 
 #include <iostream>
 #include <memory>

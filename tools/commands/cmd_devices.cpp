@@ -1,17 +1,17 @@
 // filiform devices: lists the devices that are plugged in, says what they lack, and tests them.
+#include "device/check/found_devices.h"
 #include "device/factory/device_factory.h"
 #include "device/haply/simulated_haply_server.h"
 #include "device/usb/usb_recording.h"
 #include "index/errors.h"
 #include "index/output.h"
 #include "index/text.h"
+#include "solver/loop/device_test.h"
 #include "tools/commands/commands.h"
-#include "tools/commands/device_report.h"
-#include "tools/commands/device_test.h"
-#include "tools/commands/found_devices.h"
 #include "tools/program/interruption.h"
-#include "tools/program/numbers.h"
 #include "tools/program/output_check.h"
+#include "tools/words/device_report.h"
+#include "tools/words/numbers.h"
 
 #include <algorithm>
 #include <chrono>

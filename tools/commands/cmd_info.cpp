@@ -1,19 +1,19 @@
 // filiform info: prints what a tile set holds.
+#include "index/levels/levels.h"
 #include "index/query/nearest.h"
-#include "index/set/levels.h"
 #include "index/set/tile_set.h"
 #include "index/streaming/residency.h"
 #include "index/text.h"
 #include "solver/force/force_law.h"
 #include "solver/proxy/parameters.h"
-#include "solver/travel/confusion.h"
-#include "solver/travel/run.h"
+#include "solver/travel/places/confusion.h"
+#include "solver/travel/run/run.h"
 #include "solver/workspace/navigation.h"
-#include "tools/answers/set_json.h"
-#include "tools/commands/cell_name.h"
 #include "tools/commands/commands.h"
-#include "tools/commands/remote_arguments.h"
-#include "tools/program/numbers.h"
+#include "tools/commands/shared/remote_arguments.h"
+#include "tools/words/cell_name.h"
+#include "tools/words/numbers.h"
+#include "tools/words/set_json.h"
 
 #include <algorithm>
 #include <iostream>

@@ -1,15 +1,15 @@
 // filiform nearest: finds the segments nearest to points on the command line, in a file or on stdin.
 #include "index/errors.h"
 #include "index/query/nearest.h"
+#include "index/ranks/rank_points.h"
 #include "index/set/tile_set.h"
 #include "index/text.h"
 #include "tools/commands/commands.h"
-#include "tools/commands/nearest_rows.h"
-#include "tools/commands/point_file.h"
-#include "tools/commands/rank_points.h"
-#include "tools/commands/remote_arguments.h"
+#include "tools/commands/shared/nearest_rows.h"
+#include "tools/commands/shared/point_file.h"
+#include "tools/commands/shared/remote_arguments.h"
 #include "tools/program/interruption.h"
-#include "tools/program/numbers.h"
+#include "tools/words/numbers.h"
 
 #include <algorithm>
 #include <functional>

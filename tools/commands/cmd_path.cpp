@@ -1,19 +1,19 @@
 // filiform path: measures and prints the path between two places of a cell.
 #include "index/errors.h"
 #include "index/output.h"
+#include "index/query/cell_graph.h"
 #include "index/query/cell_paths.h"
-#include "index/set/cell_graph.h"
 #include "index/set/tile_set.h"
 #include "index/text.h"
-#include "tools/answers/answer.h"
-#include "tools/answers/cell_place_text.h"
-#include "tools/answers/found_path.h"
-#include "tools/commands/cell_name.h"
 #include "tools/commands/commands.h"
-#include "tools/commands/remote_arguments.h"
+#include "tools/commands/shared/remote_arguments.h"
 #include "tools/program/interruption.h"
-#include "tools/program/numbers.h"
 #include "tools/program/output_check.h"
+#include "tools/words/answer.h"
+#include "tools/words/cell_name.h"
+#include "tools/words/cell_place_text.h"
+#include "tools/words/found_path.h"
+#include "tools/words/numbers.h"
 
 #include <array>
 #include <cmath>

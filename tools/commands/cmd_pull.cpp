@@ -1,7 +1,7 @@
 // filiform pull: copies a tile set from an address to a folder.
 #include "tools/commands/commands.h"
-#include "tools/commands/copy_report.h"
-#include "tools/commands/remote_arguments.h"
+#include "tools/commands/shared/copy_report.h"
+#include "tools/commands/shared/remote_arguments.h"
 #include "tools/program/progress_option.h"
 
 #include <memory>

@@ -1,7 +1,7 @@
 // filiform push: copies a tile set to an object store.
 #include "index/text.h"
 #include "tools/commands/commands.h"
-#include "tools/commands/copy_report.h"
+#include "tools/commands/shared/copy_report.h"
 #include "tools/program/progress_option.h"
 
 #include <iostream>

@@ -2,9 +2,9 @@
 #include "index/errors.h"
 #include "index/set/tile_set.h"
 #include "index/text.h"
-#include "tools/answers/answer.h"
 #include "tools/commands/commands.h"
-#include "tools/session/session_replay.h"
+#include "tools/serve/session/session_replay.h"
+#include "tools/words/answer.h"
 
 #include <iostream>
 #include <memory>

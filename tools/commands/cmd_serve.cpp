@@ -1,18 +1,18 @@
 // filiform serve: answers questions about tile sets over HTTP.
 #include "index/errors.h"
 #include "index/text.h"
-#include "tools/answers/html.h"
-#include "tools/answers/picture_maker.h"
-#include "tools/answers/routes.h"
 #include "tools/commands/commands.h"
-#include "tools/commands/web_page.h"
+#include "tools/commands/shared/web_page.h"
 #include "tools/program/ending_watch.h"
 #include "tools/program/interruption.h"
-#include "tools/program/numbers.h"
-#include "tools/program/web_folder.h"
-#include "tools/serve/log_entry.h"
-#include "tools/serve/server.h"
-#include "tools/session/session_house.h"
+#include "tools/serve/http/log_entry.h"
+#include "tools/serve/http/server.h"
+#include "tools/serve/http/web_folder.h"
+#include "tools/serve/routes/html.h"
+#include "tools/serve/routes/routes.h"
+#include "tools/serve/session/session_house.h"
+#include "tools/serve/sets/picture_maker.h"
+#include "tools/words/numbers.h"
 
 #include <algorithm>
 #include <cerrno>

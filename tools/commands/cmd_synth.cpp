@@ -3,12 +3,12 @@
 #include "index/text.h"
 #include "tools/commands/commands.h"
 #include "tools/program/interruption.h"
-#include "tools/program/numbers.h"
 #include "tools/program/output_check.h"
 #include "tools/program/progress.h"
 #include "tools/program/progress_option.h"
 #include "tools/synthetic/synthetic.h"
 #include "tools/synthetic/synthetic_circuit.h"
+#include "tools/words/numbers.h"
 
 #include <algorithm>
 #include <filesystem>

@@ -1,13 +1,13 @@
 // filiform verify: checks a tile set for damage.
 #include "index/errors.h"
-#include "index/set/verify.h"
 #include "index/text.h"
+#include "index/verify/verify.h"
 #include "tools/commands/commands.h"
-#include "tools/commands/remote_arguments.h"
+#include "tools/commands/shared/remote_arguments.h"
 #include "tools/program/interruption.h"
-#include "tools/program/numbers.h"
 #include "tools/program/progress.h"
 #include "tools/program/progress_option.h"
+#include "tools/words/numbers.h"
 
 #include <iostream>
 

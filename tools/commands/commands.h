@@ -1,7 +1,7 @@
 // The commands of `filiform`. Each is one source, cmd_NAME.cpp; commands.cpp lists them. Thread rule: as cli.h.
 #pragma once
 
-#include "index/build/ranks.h"
+#include "index/ranks/ranks.h"
 #include "tools/program/cli.h"
 
 #include <functional>

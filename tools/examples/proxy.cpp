@@ -2,7 +2,7 @@
 // proxy slides along the neurites.
 //
 //   proxy CELL.swc
-#include "index/build/memory_tiles.h"
+#include "index/ingest/memory_tiles.h"
 #include "index/input/input.h"
 #include "index/query/nearest.h"
 #include "solver/graph/graph_view.h"

@@ -1,10 +1,10 @@
-// MpiRanks: the ranks of an MPI job (index/build/ranks.h). Thread rule: thread-compatible, on the thread that made it.
+// MpiRanks: the ranks of an MPI job (index/ranks/ranks.h). Thread rule: thread-compatible, on the thread that made it.
 //
 // Each call begins with a word of every rank: it goes on, or it has failed. So a rank that fails never leaves others
 // waiting. Waiting ranks sleep between looks, since MPI itself would keep a core busy.
 #pragma once
 
-#include "index/build/ranks.h"
+#include "index/ranks/ranks.h"
 
 #include <chrono>
 #include <cstdint>

@@ -8,9 +8,9 @@
 #include "tools/program/config_file.h"
 #include "tools/program/environment.h"
 #include "tools/program/interruption.h"
-#include "tools/program/near_names.h"
-#include "tools/program/numbers.h"
 #include "tools/program/usage_json.h"
+#include "tools/words/near_names.h"
+#include "tools/words/numbers.h"
 #include "viewer/gl/graphics_context.h"
 
 #include <algorithm>

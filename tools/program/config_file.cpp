@@ -2,7 +2,7 @@
 
 #include "index/errors.h"
 #include "index/text.h"
-#include "tools/program/near_names.h"
+#include "tools/words/near_names.h"
 
 #include <algorithm>
 #include <cstdlib>

@@ -1,5 +1,5 @@
 // The attributes of a set's cells in Python, as columns.
-#include "index/set/cell_attributes.h"
+#include "index/attributes/cell_attributes.h"
 #include "tools/python/internal/arguments.h"
 #include "tools/python/internal/bindings.h"
 #include "tools/python/internal/set_handle.h"

@@ -1,16 +1,16 @@
 // Making a tile set from Python.
-#include "index/build/ingest.h"
+#include "index/ingest/ingest.h"
 
-#include "index/build/growth.h"
-#include "index/build/input_provenance.h"
+#include "index/circuits/placements.h"
 #include "index/errors.h"
+#include "index/ingest/growth.h"
+#include "index/ingest/input_provenance.h"
 #include "index/input/input.h"
-#include "index/input/placements.h"
 #include "index/text.h"
-#include "tools/program/unit.h"
 #include "tools/python/internal/arguments.h"
 #include "tools/python/internal/bindings.h"
 #include "tools/python/internal/calls.h"
+#include "tools/words/unit.h"
 
 #include <algorithm>
 #include <atomic>

@@ -1,10 +1,10 @@
 // Travelling in Python: a simulated or recorded hand follows a route.
-#include "solver/travel/run.h"
-#include "tools/program/numbers.h"
+#include "solver/travel/run/run.h"
 #include "tools/python/internal/arguments.h"
 #include "tools/python/internal/bindings.h"
 #include "tools/python/internal/calls.h"
 #include "tools/python/internal/set_handle.h"
+#include "tools/words/numbers.h"
 
 #include <pybind11/stl.h>
 #include <vector>

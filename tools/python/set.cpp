@@ -1,14 +1,14 @@
 // SetHandle in Python: opening and closing, totals, names of cells.
 #include "index/set/glob.h"
-#include "tools/answers/answer.h"
-#include "tools/answers/cell_json.h"
-#include "tools/answers/set_json.h"
-#include "tools/program/near_names.h"
-#include "tools/program/numbers.h"
 #include "tools/python/internal/arguments.h"
 #include "tools/python/internal/bindings.h"
 #include "tools/python/internal/calls.h"
 #include "tools/python/internal/set_handle.h"
+#include "tools/words/answer.h"
+#include "tools/words/cell_json.h"
+#include "tools/words/near_names.h"
+#include "tools/words/numbers.h"
+#include "tools/words/set_json.h"
 
 #include <algorithm>
 #include <pybind11/stl.h>

@@ -1,15 +1,15 @@
 #include "tools/synthetic/synthetic.h"
 
 #include "index/errors.h"
+#include "index/export/zip_writer.h"
 #include "index/output.h"
 #include "index/text.h"
-#include "tools/program/near_names.h"
-#include "tools/program/thousandths.h"
-#include "tools/program/zip_writer.h"
 #include "tools/synthetic/synthetic_fan.h"
 #include "tools/synthetic/synthetic_neuron.h"
 #include "tools/synthetic/synthetic_swc.h"
 #include "tools/synthetic/synthetic_trace.h"
+#include "tools/synthetic/thousandths.h"
+#include "tools/words/near_names.h"
 
 #include <algorithm>
 #include <array>

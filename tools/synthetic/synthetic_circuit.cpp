@@ -1,7 +1,7 @@
 #include "tools/synthetic/synthetic_circuit.h"
 
 #include "index/errors.h"
-#include "index/input/hdf5_writer.h"
+#include "index/hdf5/hdf5_writer.h"
 #include "tools/program/output_folder.h"
 #include "tools/synthetic/synthetic_neuron.h"
 

@@ -1,9 +1,9 @@
 #include "tools/synthetic/synthetic_fan.h"
 
 #include "index/errors.h"
-#include "tools/program/thousandths.h"
 #include "tools/synthetic/synthetic_path.h"
 #include "tools/synthetic/synthetic_swc.h"
+#include "tools/synthetic/thousandths.h"
 
 #include <cmath>
 #include <numbers>

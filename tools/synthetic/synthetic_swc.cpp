@@ -1,6 +1,6 @@
 #include "tools/synthetic/synthetic_swc.h"
 
-#include "tools/program/thousandths.h"
+#include "tools/synthetic/thousandths.h"
 
 #include <cstdint>
 #include <utility>

@@ -1,7 +1,7 @@
 #include "tools/synthetic/synthetic_trace.h"
 
 #include "index/errors.h"
-#include "tools/program/thousandths.h"
+#include "tools/synthetic/thousandths.h"
 
 #include <algorithm>
 #include <array>

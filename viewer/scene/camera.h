@@ -3,8 +3,8 @@
 // thread-compatible.
 #pragma once
 
+#include "index/levels/levels.h"
 #include "index/query/nearest.h"
-#include "index/set/levels.h"
 
 #include <Eigen/Core>
 

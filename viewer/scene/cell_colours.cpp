@@ -1,7 +1,7 @@
 #include "viewer/scene/cell_colours.h"
 
+#include "index/attributes/cell_filter.h"
 #include "index/errors.h"
-#include "index/set/cell_filter.h"
 
 #include <algorithm>
 #include <array>

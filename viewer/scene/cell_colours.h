@@ -1,7 +1,7 @@
-// Colours of cells by an attribute (index/set/cell_attributes.h), with the legend. Functions without state.
+// Colours of cells by an attribute (index/attributes/cell_attributes.h), with the legend. Functions without state.
 #pragma once
 
-#include "index/set/cell_attributes.h"
+#include "index/attributes/cell_attributes.h"
 #include "viewer/scene/colour.h"
 
 #include <cstdint>

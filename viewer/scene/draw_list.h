@@ -2,7 +2,7 @@
 // Counts all segments that are left out. A pure function of its arguments; thread-compatible.
 #pragma once
 
-#include "index/set/levels.h"
+#include "index/levels/levels.h"
 #include "index/set/tile_store.h"
 
 namespace filiform {

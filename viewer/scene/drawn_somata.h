@@ -2,7 +2,7 @@
 // they use the given finder. Thread rule: the finder's thread.
 #pragma once
 
-#include "index/set/soma_finder.h"
+#include "index/query/soma_finder.h"
 #include "index/set/tile_store.h"
 
 #include <map>

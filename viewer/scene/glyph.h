@@ -2,7 +2,7 @@
 // paper, section 4). Pure functions.
 #pragma once
 
-#include "solver/travel/junction.h"
+#include "solver/travel/places/junction.h"
 #include "viewer/scene/neurite_batches.h"
 
 namespace filiform {

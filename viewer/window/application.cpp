@@ -2,16 +2,16 @@
 
 #include "device/haptic_device.h"
 #include "index/errors.h"
-#include "viewer/window/internal/closing.h"
-#include "viewer/window/internal/kept_settings.h"
-#include "viewer/window/internal/messages.h"
 #include "viewer/window/internal/open_scene.h"
-#include "viewer/window/internal/opening.h"
-#include "viewer/window/internal/screenshots.h"
 #include "viewer/window/internal/state_file.h"
-#include "viewer/window/internal/text_format.h"
 #include "viewer/window/internal/window_actions.h"
-#include "viewer/window/panels.h"
+#include "viewer/window/panels/panels.h"
+#include "viewer/window/settings/internal/kept_settings.h"
+#include "viewer/window/settings/internal/messages.h"
+#include "viewer/window/settings/internal/text_format.h"
+#include "viewer/window/travel/internal/closing.h"
+#include "viewer/window/travel/internal/opening.h"
+#include "viewer/window/travel/internal/screenshots.h"
 #include "viewer/window/window.h"
 
 #include <cstdint>

@@ -2,11 +2,11 @@
 // panels and places. Thread rule: the main thread.
 #pragma once
 
-#include "solver/travel/session.h"
+#include "solver/travel/session/session.h"
 #include "viewer/gl/renderer.h"
-#include "viewer/window/companion.h"
-#include "viewer/window/opened_scene.h"
-#include "viewer/window/settings.h"
+#include "viewer/window/settings/settings.h"
+#include "viewer/window/travel/companion.h"
+#include "viewer/window/travel/opened_scene.h"
 
 #include <cstdint>
 #include <functional>

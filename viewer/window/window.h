@@ -16,7 +16,7 @@
 #include "viewer/gl/graphics_context.h"
 #include "viewer/gl/renderer.h"
 #include "viewer/scene/camera.h"
-#include "viewer/window/bindings.h"
+#include "viewer/window/settings/bindings.h"
 
 #include <memory>
 #include <string>

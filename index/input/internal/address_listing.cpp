@@ -1,9 +1,9 @@
 // Lists precomputed skeletons on a web server (file_listing.h). A server lists no folder, so ids or shard numbers tell
 // what to ask for.
 #include "index/errors.h"
-#include "index/http/internal/http_errors.h"
-#include "index/http/internal/url_origin.h"
 #include "index/input/internal/file_listing.h"
+#include "index/remote/internal/http_errors.h"
+#include "index/remote/internal/url_origin.h"
 #include "index/text.h"
 
 #include <algorithm>

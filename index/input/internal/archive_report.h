@@ -1,7 +1,7 @@
 // The report on an archive: its entries, and the sums over them. Thread rule: pure functions.
 #pragma once
 
-#include "index/input/internal/container.h"
+#include "index/containers/internal/container.h"
 #include "index/input/source_report.h"
 
 namespace filiform::internal {

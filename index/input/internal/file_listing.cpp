@@ -1,12 +1,12 @@
 #include "index/input/internal/file_listing.h"
 
+#include "index/containers/internal/archive.h"
+#include "index/containers/internal/h5_container.h"
+#include "index/containers/internal/mouselight_file.h"
+#include "index/containers/internal/tar_archive.h"
 #include "index/errors.h"
-#include "index/input/internal/archive.h"
+#include "index/formats/object_ids.h"
 #include "index/input/internal/folder_walk.h"
-#include "index/input/internal/h5_container.h"
-#include "index/input/internal/mouselight_file.h"
-#include "index/input/internal/tar_archive.h"
-#include "index/input/object_ids.h"
 #include "index/text.h"
 
 #include <algorithm>

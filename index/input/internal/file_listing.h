@@ -1,12 +1,12 @@
 // Lists the inputs that arguments name: files of folders, skeletons at addresses. Thread rule: pure functions.
 #pragma once
 
-#include "index/http/remote_options.h"
-#include "index/input/internal/container.h"
-#include "index/input/internal/graph_file.h"
-#include "index/input/internal/hdf5_process.h"
-#include "index/input/internal/skeleton_source.h"
-#include "index/input/versions.h"
+#include "index/containers/internal/container.h"
+#include "index/containers/internal/skeleton_source.h"
+#include "index/containers/versions.h"
+#include "index/formats/internal/graph_file.h"
+#include "index/hdf5/internal/hdf5_process.h"
+#include "index/remote/remote_options.h"
 
 #include <cstdint>
 #include <functional>

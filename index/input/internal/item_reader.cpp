@@ -1,8 +1,8 @@
 #include "index/input/internal/item_reader.h"
 
+#include "index/containers/internal/gunzip.h"
 #include "index/errors.h"
-#include "index/input/internal/gunzip.h"
-#include "index/input/internal/h5_morphology.h"
+#include "index/formats/internal/h5_morphology.h"
 #include "index/text.h"
 
 #include <algorithm>

@@ -3,10 +3,10 @@
 #pragma once
 
 #include "index/cell/cell.h"
-#include "index/input/internal/container.h"
-#include "index/input/internal/graph_file.h"
-#include "index/input/internal/hdf5_process.h"
-#include "index/input/swc.h"
+#include "index/containers/internal/container.h"
+#include "index/formats/internal/graph_file.h"
+#include "index/formats/swc.h"
+#include "index/hdf5/internal/hdf5_process.h"
 
 #include <cstdint>
 #include <functional>

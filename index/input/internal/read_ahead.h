@@ -5,7 +5,7 @@
 #pragma once
 
 #include "index/cell/cell.h"
-#include "index/input/input_report.h"
+#include "index/reports/input_report.h"
 
 #include <atomic>
 #include <condition_variable>

@@ -3,7 +3,7 @@
 // synchronised.
 #pragma once
 
-#include "index/set/internal/read_once.h"
+#include "index/file/internal/read_once.h"
 #include "index/set/tile_store.h"
 
 #include <memory>

@@ -3,7 +3,7 @@
 // input.
 #pragma once
 
-#include "index/set/internal/set_files.h"
+#include "index/file/internal/set_files.h"
 #include "index/set/tile_store.h"
 
 #include <functional>

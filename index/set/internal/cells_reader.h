@@ -1,8 +1,8 @@
 // CellsReader: the table of cells of an open set. It reads pages when they are first needed, and keeps them.
 #pragma once
 
+#include "index/file/internal/read_once.h"
 #include "index/set/internal/cells_file.h"
-#include "index/set/internal/read_once.h"
 #include "index/set/internal/revision.h"
 
 #include <memory>

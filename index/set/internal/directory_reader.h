@@ -1,8 +1,8 @@
 // DirectoryReader: the directory of an open set. It reads pages when they are first needed, and keeps them.
 #pragma once
 
+#include "index/file/internal/read_once.h"
 #include "index/set/internal/directory_file.h"
-#include "index/set/internal/read_once.h"
 #include "index/set/internal/revision.h"
 #include "index/tile/leaf_index.h"
 

@@ -1,7 +1,7 @@
 // samples.bin: the landmarks. FORMAT.md specifies the bytes.
 #pragma once
 
-#include "index/set/internal/set_files.h"
+#include "index/file/internal/set_files.h"
 #include "index/set/tile_store.h"
 
 namespace filiform::internal {

@@ -1,8 +1,8 @@
 #include "index/set/internal/manifest.h"
 
 #include "index/file/internal/digest.h"
-#include "index/set/internal/set_files.h"
-#include "index/set/tile_source.h"
+#include "index/file/internal/set_files.h"
+#include "index/file/tile_source.h"
 #include "index/text.h"
 #include "index/whole_number.h"
 

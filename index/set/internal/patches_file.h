@@ -2,7 +2,7 @@
 // Damage and never read past their input.
 #pragma once
 
-#include "index/set/internal/set_files.h"
+#include "index/file/internal/set_files.h"
 #include "index/set/tile_store.h"
 
 #include <vector>

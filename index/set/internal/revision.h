@@ -2,9 +2,9 @@
 #pragma once
 
 #include "index/errors.h"
+#include "index/file/internal/set_files.h"
+#include "index/file/tile_source.h"
 #include "index/set/internal/manifest.h"
-#include "index/set/internal/set_files.h"
-#include "index/set/tile_source.h"
 
 #include <map>
 #include <memory>

@@ -1,9 +1,9 @@
 #include "device/bridge/bridge_device.h"
 
 #include "device/factory/device_factory.h"
-#include "tests/support/bridge_process.h"
-#include "tests/support/free_port.h"
+#include "tests/support/devices/bridge_process.h"
 #include "tests/support/no_alloc_guard.h"
+#include "tests/support/servers/free_port.h"
 #include "tests/support/temp_folder.h"
 #include "tests/support/variable.h"
 

@@ -1,5 +1,5 @@
 #include "device/bridge/bridge_device.h"
-#include "tests/support/bridge_process.h"
+#include "tests/support/devices/bridge_process.h"
 #include "tests/support/folders.h"
 #include "tests/support/temp_folder.h"
 #include "tests/support/variable.h"

@@ -1,7 +1,7 @@
 // filiform's side against a bridge that answers wrongly.
 #include "device/bridge/bridge_device.h"
 #include "device/bridge/bridge_protocol.h"
-#include "tests/support/bridge_process.h"
+#include "tests/support/devices/bridge_process.h"
 #include "tests/support/temp_folder.h"
 
 #include <algorithm>

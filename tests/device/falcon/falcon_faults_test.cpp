@@ -1,6 +1,6 @@
 // A Falcon that fails: bad packets, silence, failed transfers, unplugging. Each ends in a zero force.
 #include "device/falcon/falcon.h"
-#include "tests/support/falcon_bench.h"
+#include "tests/support/devices/falcon_bench.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/temp_folder.h"
 

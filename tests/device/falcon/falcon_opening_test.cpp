@@ -1,6 +1,6 @@
 // Finding and opening a Falcon: permissions, firmware, several devices.
 #include "device/falcon/falcon.h"
-#include "tests/support/falcon_bench.h"
+#include "tests/support/devices/falcon_bench.h"
 #include "tests/support/temp_folder.h"
 
 #include <cstdlib>

@@ -1,7 +1,7 @@
 // A Falcon that works: homing, forces, positions, closing.
 #include "device/falcon/falcon.h"
 
-#include "tests/support/falcon_bench.h"
+#include "tests/support/devices/falcon_bench.h"
 #include "tests/support/no_alloc_guard.h"
 
 #include <algorithm>

@@ -2,7 +2,7 @@
 
 #include "device/simulated/null_device.h"
 #include "device/simulated/simulated_hand.h"
-#include "tests/support/device_states.h"
+#include "tests/support/devices/device_states.h"
 #include "tests/support/temp_folder.h"
 
 #include <bit>

@@ -1,7 +1,7 @@
 #include "device/spacemouse/spacemouse.h"
 
 #include "device/spacemouse/internal/spacemouse_reports.h"
-#include "tests/support/fake_usb.h"
+#include "tests/support/devices/fake_usb.h"
 #include "tests/support/no_alloc_guard.h"
 
 #include <cmath>

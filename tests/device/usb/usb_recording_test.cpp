@@ -2,9 +2,9 @@
 
 #include "device/falcon/falcon.h"
 #include "device/spacemouse/spacemouse.h"
-#include "tests/support/device_states.h"
-#include "tests/support/fake_falcon.h"
-#include "tests/support/fake_usb.h"
+#include "tests/support/devices/device_states.h"
+#include "tests/support/devices/fake_falcon.h"
+#include "tests/support/devices/fake_usb.h"
 #include "tests/support/no_alloc_guard.h"
 #include "tests/support/temp_folder.h"
 

@@ -1,6 +1,6 @@
 #include "device/usb/usb_transport.h"
 
-#include "tests/support/fake_usb.h"
+#include "tests/support/devices/fake_usb.h"
 
 #include <gtest/gtest.h>
 

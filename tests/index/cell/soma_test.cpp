@@ -1,6 +1,6 @@
 #include "index/cell/soma.h"
 
-#include "tests/support/random_cells.h"
+#include "tests/support/scenes/random_cells.h"
 
 #include <numbers>
 

@@ -1,6 +1,6 @@
 #include "index/cell/internal/unit_check.h"
 
-#include "tests/support/random_cells.h"
+#include "tests/support/scenes/random_cells.h"
 
 #include <gtest/gtest.h>
 

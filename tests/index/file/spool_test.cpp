@@ -1,10 +1,10 @@
 #include "index/file/internal/spool.h"
 
-#include "index/build/internal/segment_chain.h"
 #include "index/errors.h"
-#include "tests/support/random_cells.h"
+#include "index/ingest/tiling/internal/segment_chain.h"
+#include "tests/support/scenes/random_cells.h"
+#include "tests/support/scenes/tile_invariants.h"
 #include "tests/support/temp_folder.h"
-#include "tests/support/tile_invariants.h"
 
 #include <csignal>
 #include <filesystem>

@@ -1,8 +1,8 @@
 // Paths along cells: against relaxation over all links until nothing changes.
 #include "index/query/cell_paths.h"
 
-#include "tests/support/memory_store.h"
-#include "tests/support/random_cells.h"
+#include "tests/support/scenes/memory_store.h"
+#include "tests/support/scenes/random_cells.h"
 
 #include <algorithm>
 #include <cmath>

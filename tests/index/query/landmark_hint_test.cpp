@@ -1,10 +1,10 @@
 #include "index/query/internal/landmark_hint.h"
 
-#include "tests/support/brute_force.h"
-#include "tests/support/counting_store.h"
-#include "tests/support/memory_store.h"
-#include "tests/support/random_cells.h"
-#include "tests/support/tile_invariants.h"
+#include "tests/support/scenes/brute_force.h"
+#include "tests/support/scenes/counting_store.h"
+#include "tests/support/scenes/memory_store.h"
+#include "tests/support/scenes/random_cells.h"
+#include "tests/support/scenes/tile_invariants.h"
 
 #include <cmath>
 #include <limits>

@@ -1,9 +1,9 @@
 // Exact searches in a set that is far away: the same results, in fewer rounds of reads.
-#include "index/build/ingest.h"
+#include "index/ingest/ingest.h"
 #include "index/query/nearest.h"
 #include "index/set/tile_set.h"
-#include "tests/support/random_cells.h"
-#include "tests/support/slow_folder.h"
+#include "tests/support/scenes/random_cells.h"
+#include "tests/support/scenes/slow_folder.h"
 #include "tests/support/temp_folder.h"
 
 #include <memory>

@@ -1,11 +1,11 @@
 #include "index/query/nearest.h"
 
 #include "index/errors.h"
-#include "tests/support/brute_force.h"
-#include "tests/support/counting_store.h"
-#include "tests/support/memory_store.h"
-#include "tests/support/random_cells.h"
-#include "tests/support/tile_invariants.h"
+#include "tests/support/scenes/brute_force.h"
+#include "tests/support/scenes/counting_store.h"
+#include "tests/support/scenes/memory_store.h"
+#include "tests/support/scenes/random_cells.h"
+#include "tests/support/scenes/tile_invariants.h"
 
 #include <algorithm>
 #include <cmath>

@@ -2,9 +2,9 @@
 
 #include "index/errors.h"
 #include "index/tile/tile_engine.h"
-#include "tests/support/counting_store.h"
-#include "tests/support/memory_store.h"
-#include "tests/support/random_cells.h"
+#include "tests/support/scenes/counting_store.h"
+#include "tests/support/scenes/memory_store.h"
+#include "tests/support/scenes/random_cells.h"
 
 #include <algorithm>
 #include <atomic>

@@ -1,12 +1,12 @@
 // For any damage to the bytes of a tile set, the result is correct or an error that names the file; never a crash.
-#include "index/build/ingest.h"
 #include "index/errors.h"
+#include "index/ingest/ingest.h"
+#include "index/levels/levels.h"
+#include "index/query/cell_graph.h"
 #include "index/query/nearest.h"
-#include "index/set/cell_graph.h"
-#include "index/set/levels.h"
-#include "index/set/verify.h"
+#include "index/verify/verify.h"
 #include "tests/support/campaign.h"
-#include "tests/support/random_cells.h"
+#include "tests/support/scenes/random_cells.h"
 #include "tests/support/temp_folder.h"
 
 #include <algorithm>

@@ -1,11 +1,11 @@
 #include "index/set/tile_set.h"
 
-#include "index/build/ingest.h"
 #include "index/errors.h"
+#include "index/ingest/ingest.h"
 #include "index/query/tile_finder.h"
 #include "index/set/internal/manifest.h"
-#include "index/set/verify.h"
-#include "tests/support/random_cells.h"
+#include "index/verify/verify.h"
+#include "tests/support/scenes/random_cells.h"
 #include "tests/support/temp_folder.h"
 
 #include <algorithm>

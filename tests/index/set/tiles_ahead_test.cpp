@@ -1,13 +1,13 @@
 #include "index/set/tiles_ahead.h"
 
-#include "index/build/ingest.h"
 #include "index/errors.h"
+#include "index/ingest/ingest.h"
 #include "index/set/tile_set.h"
-#include "tests/support/random_cells.h"
 #include "tests/support/sanitized.h"
-#include "tests/support/slow_folder.h"
+#include "tests/support/scenes/random_cells.h"
+#include "tests/support/scenes/slow_folder.h"
+#include "tests/support/scenes/tile_invariants.h"
 #include "tests/support/temp_folder.h"
-#include "tests/support/tile_invariants.h"
 
 #include <atomic>
 #include <chrono>

@@ -1,9 +1,9 @@
 #include "index/set/usual_box.h"
 
-#include "index/build/ingest.h"
-#include "index/build/memory_tiles.h"
+#include "index/ingest/ingest.h"
+#include "index/ingest/memory_tiles.h"
 #include "index/set/tile_set.h"
-#include "tests/support/random_cells.h"
+#include "tests/support/scenes/random_cells.h"
 #include "tests/support/temp_folder.h"
 
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
-#include "index/build/ingest.h"
 #include "index/errors.h"
-#include "index/set/faulty_source.h"
+#include "index/file/faulty_source.h"
+#include "index/ingest/ingest.h"
 #include "index/set/tile_set.h"
 #include "tests/index/streaming/residency_fixture.h"
 #include "tests/support/temp_folder.h"

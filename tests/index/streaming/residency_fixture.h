@@ -1,10 +1,10 @@
 // A residency over a store in memory that counts its loads; for the tests of Residency.
 #pragma once
 
-#include "index/build/memory_tiles.h"
+#include "index/ingest/memory_tiles.h"
 #include "index/streaming/residency.h"
-#include "tests/support/counting_store.h"
-#include "tests/support/random_cells.h"
+#include "tests/support/scenes/counting_store.h"
+#include "tests/support/scenes/random_cells.h"
 
 #include <cstdint>
 #include <limits>

@@ -1,11 +1,11 @@
 // Residency over a slow source: many reads at once, and no thread waits for another's.
-#include "index/build/ingest.h"
+#include "index/ingest/ingest.h"
 #include "index/set/tile_set.h"
 #include "index/streaming/internal/read_latency.h"
 #include "index/streaming/internal/reads_in_flight.h"
 #include "index/streaming/residency.h"
-#include "tests/support/random_cells.h"
 #include "tests/support/sanitized.h"
+#include "tests/support/scenes/random_cells.h"
 #include "tests/support/temp_folder.h"
 
 #include <algorithm>

@@ -1,10 +1,10 @@
 #include "index/tile/reference_tree.h"
 
-#include "index/build/memory_tiles.h"
 #include "index/errors.h"
-#include "tests/support/brute_force.h"
+#include "index/ingest/memory_tiles.h"
 #include "tests/support/numbers.h"
-#include "tests/support/random_cells.h"
+#include "tests/support/scenes/brute_force.h"
+#include "tests/support/scenes/random_cells.h"
 
 #include <random>
 

@@ -1,10 +1,10 @@
 #include "index/tile/tile_codec.h"
 
-#include "index/build/memory_tiles.h"
 #include "index/errors.h"
-#include "tests/support/random_cells.h"
-#include "tests/support/test_graph.h"
-#include "tests/support/tile_invariants.h"
+#include "index/ingest/memory_tiles.h"
+#include "tests/support/scenes/random_cells.h"
+#include "tests/support/scenes/test_graph.h"
+#include "tests/support/scenes/tile_invariants.h"
 
 #include <bit>
 #include <random>

@@ -1,6 +1,6 @@
 #include "index/tile/tile.h"
 
-#include "tests/support/test_graph.h"
+#include "tests/support/scenes/test_graph.h"
 
 #include <algorithm>
 #include <map>

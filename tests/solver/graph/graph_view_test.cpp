@@ -2,9 +2,9 @@
 
 #include "index/geometry/closest_point.h"
 #include "tests/support/no_alloc_guard.h"
-#include "tests/support/paper_oracle.h"
-#include "tests/support/proxy_walk.h"
-#include "tests/support/test_graph.h"
+#include "tests/support/scenes/paper_oracle.h"
+#include "tests/support/scenes/proxy_walk.h"
+#include "tests/support/scenes/test_graph.h"
 
 #include <algorithm>
 #include <limits>

@@ -1,8 +1,8 @@
 #include "solver/graph/nearby_graph.h"
 
-#include "index/build/memory_tiles.h"
+#include "index/ingest/memory_tiles.h"
 #include "index/query/nearest.h"
-#include "tests/support/random_cells.h"
+#include "tests/support/scenes/random_cells.h"
 
 #include <algorithm>
 #include <map>

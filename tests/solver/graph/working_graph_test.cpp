@@ -2,9 +2,9 @@
 #include "solver/graph/internal/working_graph.h"
 
 #include "tests/support/no_alloc_guard.h"
-#include "tests/support/oracle_walk.h"
-#include "tests/support/proxy_walk.h"
-#include "tests/support/test_graph.h"
+#include "tests/support/scenes/oracle_walk.h"
+#include "tests/support/scenes/proxy_walk.h"
+#include "tests/support/scenes/test_graph.h"
 
 #include <memory>
 #include <set>

@@ -3,8 +3,8 @@
 #include "device/falcon/falcon.h"
 #include "solver/force/force_hold.h"
 #include "solver/loop/haptic_loop.h"
-#include "tests/support/fake_falcon.h"
-#include "tests/support/haptic_loops.h"
+#include "tests/support/devices/fake_falcon.h"
+#include "tests/support/devices/haptic_loops.h"
 #include "tests/support/sanitized.h"
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 #include "device/simulated/null_device.h"
 #include "solver/loop/haptic_loop.h"
-#include "tests/support/haptic_loops.h"
-#include "tests/support/paced_device.h"
+#include "tests/support/devices/haptic_loops.h"
+#include "tests/support/devices/paced_device.h"
 
 #include <algorithm>
 #include <atomic>

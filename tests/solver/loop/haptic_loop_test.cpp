@@ -3,7 +3,7 @@
 #include "device/simulated/null_device.h"
 #include "device/simulated/simulated_hand.h"
 #include "index/errors.h"
-#include "tests/support/haptic_loops.h"
+#include "tests/support/devices/haptic_loops.h"
 #include "tests/support/sanitized.h"
 
 #include <atomic>

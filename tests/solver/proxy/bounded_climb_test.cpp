@@ -1,12 +1,12 @@
 #include "solver/proxy/bounded_climb.h"
 
-#include "index/build/memory_tiles.h"
-#include "tests/support/climb_oracle.h"
-#include "tests/support/oracle_walk.h"
-#include "tests/support/proxy_walk.h"
-#include "tests/support/random_cells.h"
-#include "tests/support/store_graph.h"
-#include "tests/support/test_graph.h"
+#include "index/ingest/memory_tiles.h"
+#include "tests/support/scenes/climb_oracle.h"
+#include "tests/support/scenes/oracle_walk.h"
+#include "tests/support/scenes/proxy_walk.h"
+#include "tests/support/scenes/random_cells.h"
+#include "tests/support/scenes/store_graph.h"
+#include "tests/support/scenes/test_graph.h"
 
 #include <cmath>
 #include <limits>

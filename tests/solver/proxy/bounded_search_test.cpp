@@ -3,13 +3,13 @@
 #include "solver/proxy/internal/bounded_search.h"
 
 #include "tests/support/no_alloc_guard.h"
-#include "tests/support/oracle_walk.h"
-#include "tests/support/paper_oracle.h"
-#include "tests/support/proxy_walk.h"
-#include "tests/support/random_cells.h"
 #include "tests/support/sanitized.h"
-#include "tests/support/store_graph.h"
-#include "tests/support/test_graph.h"
+#include "tests/support/scenes/oracle_walk.h"
+#include "tests/support/scenes/paper_oracle.h"
+#include "tests/support/scenes/proxy_walk.h"
+#include "tests/support/scenes/random_cells.h"
+#include "tests/support/scenes/store_graph.h"
+#include "tests/support/scenes/test_graph.h"
 
 #include <algorithm>
 #include <cmath>

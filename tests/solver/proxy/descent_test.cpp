@@ -1,8 +1,8 @@
 #include "solver/proxy/descent.h"
 
 #include "index/errors.h"
-#include "tests/support/proxy_walk.h"
-#include "tests/support/test_graph.h"
+#include "tests/support/scenes/proxy_walk.h"
+#include "tests/support/scenes/test_graph.h"
 
 #include <cmath>
 #include <limits>

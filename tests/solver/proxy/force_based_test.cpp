@@ -1,8 +1,8 @@
 #include "solver/proxy/force_based.h"
 
 #include "solver/proxy/descent.h"
-#include "tests/support/proxy_walk.h"
-#include "tests/support/test_graph.h"
+#include "tests/support/scenes/proxy_walk.h"
+#include "tests/support/scenes/test_graph.h"
 
 #include <cmath>
 #include <memory>

@@ -1,11 +1,11 @@
 #include "solver/proxy/force_shading.h"
 
-#include "tests/support/oracle_walk.h"
-#include "tests/support/proxy_walk.h"
-#include "tests/support/random_cells.h"
-#include "tests/support/shading_oracle.h"
-#include "tests/support/store_graph.h"
-#include "tests/support/test_graph.h"
+#include "tests/support/scenes/oracle_walk.h"
+#include "tests/support/scenes/proxy_walk.h"
+#include "tests/support/scenes/random_cells.h"
+#include "tests/support/scenes/shading_oracle.h"
+#include "tests/support/scenes/store_graph.h"
+#include "tests/support/scenes/test_graph.h"
 
 #include <cmath>
 #include <limits>

@@ -1,7 +1,7 @@
 #include "solver/proxy/parameters.h"
 
-#include "index/build/memory_tiles.h"
-#include "tests/support/random_cells.h"
+#include "index/ingest/memory_tiles.h"
+#include "tests/support/scenes/random_cells.h"
 
 #include <algorithm>
 #include <random>

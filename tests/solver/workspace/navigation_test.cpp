@@ -1,9 +1,9 @@
 #include "solver/workspace/navigation.h"
 
 #include "index/errors.h"
-#include "tests/support/navigation_scene.h"
 #include "tests/support/no_alloc_guard.h"
 #include "tests/support/numbers.h"
+#include "tests/support/scenes/navigation_scene.h"
 
 #include <cmath>
 #include <memory>

@@ -1,7 +1,7 @@
 // Navigation by devices that report rates, and by a stylus that turns.
 #include "solver/workspace/navigation.h"
-#include "tests/support/navigation_scene.h"
 #include "tests/support/numbers.h"
+#include "tests/support/scenes/navigation_scene.h"
 
 #include <cmath>
 

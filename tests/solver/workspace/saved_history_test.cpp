@@ -2,8 +2,8 @@
 
 #include "index/errors.h"
 #include "solver/graph/graph_view.h"
-#include "tests/support/memory_store.h"
-#include "tests/support/random_cells.h"
+#include "tests/support/scenes/memory_store.h"
+#include "tests/support/scenes/random_cells.h"
 #include "tests/support/temp_folder.h"
 #include "tests/support/variable.h"
 

@@ -1,6 +1,6 @@
 // The program with the simulated bridge of tools/bridges.
-#include "tests/support/bridge_process.h"
-#include "tests/support/device_route.h"
+#include "tests/support/devices/bridge_process.h"
+#include "tests/support/devices/device_route.h"
 #include "tests/support/process.h"
 #include "tests/support/temp_folder.h"
 #include "tests/support/variable.h"

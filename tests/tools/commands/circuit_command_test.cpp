@@ -1,9 +1,9 @@
 // Circuits and H5 morphologies as a user ingests them: figures against an independent reading, and bad input.
-#include "index/set/cell_attributes.h"
+#include "index/attributes/cell_attributes.h"
 #include "index/set/tile_set.h"
-#include "tests/support/circuit_figures.h"
 #include "tests/support/process.h"
-#include "tests/support/small_circuit.h"
+#include "tests/support/scenes/circuit_figures.h"
+#include "tests/support/scenes/small_circuit.h"
 #include "tests/support/temp_folder.h"
 
 #include <array>

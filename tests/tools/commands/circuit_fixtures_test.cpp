@@ -1,9 +1,9 @@
 // Public circuits and morphologies, against figures of an independent reading by h5py and numpy.
-#include "index/set/cell_graph.h"
+#include "index/query/cell_graph.h"
 #include "index/set/tile_set.h"
-#include "tests/support/circuit_figures.h"
 #include "tests/support/corpus.h"
 #include "tests/support/process.h"
+#include "tests/support/scenes/circuit_figures.h"
 #include "tests/support/temp_folder.h"
 
 #include <filesystem>

@@ -3,7 +3,7 @@
 #include "index/set/tile_set.h"
 #include "tests/support/campaign.h"
 #include "tests/support/process.h"
-#include "tests/support/small_circuit.h"
+#include "tests/support/scenes/small_circuit.h"
 #include "tests/support/temp_folder.h"
 
 #include <cstdlib>

@@ -1,10 +1,10 @@
+#include "device/check/found_devices.h"
 #include "device/simulated/null_device.h"
 #include "device/simulated/simulated_hand.h"
-#include "tests/support/fake_usb.h"
+#include "solver/loop/device_test.h"
+#include "tests/support/devices/fake_usb.h"
 #include "tests/support/process.h"
 #include "tests/support/temp_folder.h"
-#include "tools/commands/device_test.h"
-#include "tools/commands/found_devices.h"
 
 #include <cstdlib>
 

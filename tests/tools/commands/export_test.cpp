@@ -1,11 +1,11 @@
 // `export` as a process: ingest of every format gives the same cell again.
+#include "index/export/skeleton_shards.h"
 #include "index/input/input.h"
-#include "index/set/cell_graph.h"
+#include "index/query/cell_graph.h"
 #include "index/set/tile_set.h"
 #include "tests/support/corpus.h"
 #include "tests/support/process.h"
 #include "tests/support/temp_folder.h"
-#include "tools/commands/skeleton_shards.h"
 
 #include <algorithm>
 #include <cmath>

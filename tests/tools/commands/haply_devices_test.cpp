@@ -1,16 +1,16 @@
 // `filiform devices` and `navigate` with a simulated Haply service.
+#include "device/check/found_devices.h"
 #include "device/haply/haply_device.h"
 #include "device/haply/simulated_haply.h"
 #include "device/haply/simulated_haply_server.h"
-#include "tests/support/device_route.h"
-#include "tests/support/fake_usb.h"
+#include "solver/loop/device_test.h"
+#include "tests/support/devices/device_route.h"
+#include "tests/support/devices/fake_usb.h"
 #include "tests/support/process.h"
-#include "tests/support/started_process.h"
+#include "tests/support/servers/started_process.h"
 #include "tests/support/temp_folder.h"
 #include "tests/support/variable.h"
-#include "tools/commands/device_report.h"
-#include "tools/commands/device_test.h"
-#include "tools/commands/found_devices.h"
+#include "tools/words/device_report.h"
 
 #include <csignal>
 #include <fstream>

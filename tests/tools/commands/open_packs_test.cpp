@@ -1,9 +1,9 @@
 // A set with more packs than a process may have open files.
-#include "index/build/ingest.h"
 #include "index/cell/cell.h"
+#include "index/ingest/ingest.h"
 #include "tests/support/process.h"
-#include "tests/support/random_cells.h"
 #include "tests/support/sanitized.h"
+#include "tests/support/scenes/random_cells.h"
 #include "tests/support/temp_folder.h"
 
 #include <filesystem>

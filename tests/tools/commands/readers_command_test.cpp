@@ -1,7 +1,7 @@
 // Inputs other than SWC, by the program as a process.
 #include "tests/support/gzip_bytes.h"
-#include "tests/support/http_server.h"
 #include "tests/support/process.h"
+#include "tests/support/servers/http_server.h"
 #include "tests/support/temp_folder.h"
 #include "tests/support/zip_builder.h"
 

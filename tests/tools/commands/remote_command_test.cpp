@@ -1,7 +1,7 @@
 // The commands with a set at an address, as processes: the same answers as with the folder.
-#include "tests/support/http_server.h"
 #include "tests/support/process.h"
 #include "tests/support/sanitized.h"
+#include "tests/support/servers/http_server.h"
 #include "tests/support/temp_folder.h"
 
 #include <chrono>

@@ -1,10 +1,10 @@
 #include "viewer/gl/internal/batch_loader.h"
 
-#include "index/build/ingest.h"
 #include "index/errors.h"
+#include "index/ingest/ingest.h"
 #include "index/set/tile_set.h"
 #include "tests/support/campaign.h"
-#include "tests/support/random_cells.h"
+#include "tests/support/scenes/random_cells.h"
 #include "tests/support/temp_folder.h"
 
 #include <algorithm>

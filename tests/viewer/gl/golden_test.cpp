@@ -2,10 +2,10 @@
 // is meant: FILIFORM_GOLDEN=renew build/dev/filiform_viewer_tests --gtest_filter='GoldenPictures.*', and look at them.
 #include "tests/support/golden.h"
 
-#include "index/build/memory_tiles.h"
+#include "index/ingest/memory_tiles.h"
 #include "solver/workspace/workspace.h"
 #include "tests/support/folders.h"
-#include "tests/support/random_cells.h"
+#include "tests/support/scenes/random_cells.h"
 #include "viewer/gl/scene_view.h"
 
 #include <cstdlib>

@@ -1,15 +1,15 @@
 // Frames while tiles are loaded: no frame waits, each place is drawn once, and the figures count what is missing.
 #include "viewer/gl/scene_view.h"
 
-#include "index/build/ingest.h"
-#include "index/build/memory_tiles.h"
 #include "index/errors.h"
+#include "index/ingest/ingest.h"
+#include "index/ingest/memory_tiles.h"
 #include "index/set/tile_set.h"
 #include "solver/workspace/workspace.h"
-#include "tests/support/counting_store.h"
-#include "tests/support/far_folder.h"
 #include "tests/support/golden.h"
-#include "tests/support/random_cells.h"
+#include "tests/support/scenes/counting_store.h"
+#include "tests/support/scenes/far_folder.h"
+#include "tests/support/scenes/random_cells.h"
 #include "tests/support/temp_folder.h"
 
 #include <chrono>

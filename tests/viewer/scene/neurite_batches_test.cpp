@@ -1,8 +1,8 @@
 #include "viewer/scene/neurite_batches.h"
 
 #include "index/errors.h"
-#include "tests/support/memory_store.h"
-#include "tests/support/random_cells.h"
+#include "tests/support/scenes/memory_store.h"
+#include "tests/support/scenes/random_cells.h"
 
 #include <cmath>
 #include <map>

@@ -1,15 +1,15 @@
 // Three-point and contour somata are drawn as one sphere. Their samples are neither branches nor tips. Everything else
 // is drawn as in the file.
-#include "index/build/ingest.h"
-#include "index/set/cell_graph.h"
-#include "index/set/levels.h"
+#include "index/ingest/ingest.h"
+#include "index/levels/levels.h"
+#include "index/query/cell_graph.h"
 #include "index/set/tile_set.h"
-#include "solver/travel/cell_walk.h"
-#include "solver/travel/place_finder.h"
+#include "solver/travel/places/cell_walk.h"
+#include "solver/travel/places/place_finder.h"
 #include "tests/support/golden.h"
-#include "tests/support/memory_store.h"
 #include "tests/support/process.h"
-#include "tests/support/random_cells.h"
+#include "tests/support/scenes/memory_store.h"
+#include "tests/support/scenes/random_cells.h"
 #include "tests/support/temp_folder.h"
 #include "viewer/scene/neurite_batches.h"
 

@@ -4,13 +4,13 @@
 
 #include "device/factory/device_factory.h"
 #include "device/simulated/null_device.h"
-#include "index/build/ingest.h"
-#include "index/set/faulty_source.h"
+#include "index/file/faulty_source.h"
+#include "index/ingest/ingest.h"
 #include "index/set/tile_set.h"
 #include "tests/support/campaign.h"
 #include "tests/support/display.h"
-#include "tests/support/random_cells.h"
 #include "tests/support/sanitized.h"
+#include "tests/support/scenes/random_cells.h"
 #include "tests/support/temp_folder.h"
 #include "viewer/window/window.h"
 

@@ -3,8 +3,8 @@
 // Thread rule: functions without state; a workload runs on the calling thread.
 #pragma once
 
-#include "tools/drawing/plot.h"
-#include "tools/lab/bench/bench_table.h"
+#include "tools/lab/shared/bench_table.h"
+#include "tools/pictures/plot.h"
 
 #include <chrono>
 #include <cstdint>

@@ -2,8 +2,8 @@
 
 #include "index/output.h"
 #include "tools/lab/bench/peers.h"
-#include "tools/lab/evaluate/page.h"
-#include "tools/program/numbers.h"
+#include "tools/lab/shared/page.h"
+#include "tools/words/numbers.h"
 
 #include <algorithm>
 #include <chrono>

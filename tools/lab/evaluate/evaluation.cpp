@@ -2,10 +2,10 @@
 
 #include "index/errors.h"
 #include "index/text.h"
-#include "tools/lab/evaluate/evaluation_output.h"
-#include "tools/lab/evaluate/evaluation_results.h"
-#include "tools/lab/evaluate/report_sections.h"
-#include "tools/lab/evaluate/scenes.h"
+#include "tools/lab/evaluate/report/evaluation_output.h"
+#include "tools/lab/evaluate/report/report_sections.h"
+#include "tools/lab/evaluate/trials/evaluation_results.h"
+#include "tools/lab/evaluate/trials/scenes.h"
 
 #include <algorithm>
 #include <chrono>

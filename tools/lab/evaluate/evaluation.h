@@ -3,7 +3,7 @@
 #pragma once
 
 #include "index/cell/cell.h"
-#include "tools/lab/evaluate/evaluation_options.h"
+#include "tools/lab/evaluate/trials/evaluation_options.h"
 
 #include <cstdint>
 #include <functional>

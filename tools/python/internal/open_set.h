@@ -1,10 +1,10 @@
 // OpenSet: an open revision of a tile set with what queries from Python need. Thread rule: internally synchronised.
 #pragma once
 
+#include "index/levels/levels.h"
 #include "index/query/nearest.h"
-#include "index/set/levels.h"
 #include "index/set/tile_set.h"
-#include "tools/answers/sample_ids.h"
+#include "tools/words/sample_ids.h"
 
 #include <cstdint>
 #include <memory>

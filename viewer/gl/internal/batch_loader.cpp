@@ -1,6 +1,6 @@
 #include "viewer/gl/internal/batch_loader.h"
 
-#include "index/set/future_read.h"
+#include "index/file/future_read.h"
 #include "index/set/reads_at_once.h"
 
 #include <algorithm>

@@ -2,7 +2,7 @@
 // caller, the drawing thread.
 #pragma once
 
-#include "index/set/levels.h"
+#include "index/levels/levels.h"
 #include "index/set/tile_store.h"
 #include "viewer/scene/cell_colours.h"
 #include "viewer/scene/neurite_batches.h"

@@ -1,5 +1,5 @@
 // Makes the requests of the program. A worker of its own, which always returns to its event loop.
-// index/http/web/page_reader.h says what the numbers in the program's memory are.
+// index/remote/web/page_reader.h says what the numbers in the program's memory are.
 'use strict';
 
 const kSenders = 32;  // channels

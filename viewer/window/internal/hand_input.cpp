@@ -1,7 +1,7 @@
 #include "viewer/window/internal/hand_input.h"
 
 #include "viewer/scene/pointer.h"
-#include "viewer/window/bindings.h"
+#include "viewer/window/settings/bindings.h"
 
 #include <cmath>
 

@@ -2,7 +2,7 @@
 // owner.
 #pragma once
 
-#include "solver/travel/session.h"
+#include "solver/travel/session/session.h"
 #include "viewer/scene/camera.h"
 #include "viewer/window/window.h"
 

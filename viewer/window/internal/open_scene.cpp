@@ -1,8 +1,8 @@
 #include "viewer/window/internal/open_scene.h"
 
 #include "index/errors.h"
-#include "viewer/window/internal/network_text.h"
-#include "viewer/window/internal/text_format.h"
+#include "viewer/window/panels/internal/network_text.h"
+#include "viewer/window/settings/internal/text_format.h"
 
 #include <algorithm>
 #include <iterator>

@@ -3,14 +3,14 @@
 #pragma once
 
 #include "viewer/gl/scene_view.h"
-#include "viewer/window/companion.h"
-#include "viewer/window/internal/attribute_view.h"
-#include "viewer/window/internal/messages.h"
-#include "viewer/window/internal/opening.h"
-#include "viewer/window/internal/tile_census.h"
-#include "viewer/window/internal/travel.h"
-#include "viewer/window/internal/viewpoint.h"
-#include "viewer/window/panels.h"
+#include "viewer/window/panels/internal/attribute_view.h"
+#include "viewer/window/panels/internal/tile_census.h"
+#include "viewer/window/panels/panels.h"
+#include "viewer/window/settings/internal/messages.h"
+#include "viewer/window/travel/companion.h"
+#include "viewer/window/travel/internal/opening.h"
+#include "viewer/window/travel/internal/travel.h"
+#include "viewer/window/travel/internal/viewpoint.h"
 
 #include <functional>
 #include <memory>

@@ -1,7 +1,7 @@
 #include "viewer/window/internal/window_actions.h"
 
 #include "viewer/scene/pointer.h"
-#include "viewer/window/internal/setting_actions.h"
+#include "viewer/window/settings/internal/setting_actions.h"
 
 #include <cmath>
 

@@ -4,11 +4,11 @@
 
 #include "viewer/gl/renderer.h"
 #include "viewer/window/internal/hand_input.h"
-#include "viewer/window/internal/messages.h"
 #include "viewer/window/internal/open_scene.h"
-#include "viewer/window/internal/screenshots.h"
-#include "viewer/window/internal/tooltip.h"
-#include "viewer/window/panels.h"
+#include "viewer/window/panels/panels.h"
+#include "viewer/window/settings/internal/messages.h"
+#include "viewer/window/travel/internal/screenshots.h"
+#include "viewer/window/travel/internal/tooltip.h"
 #include "viewer/window/window.h"
 
 #include <cstdint>

@@ -1,0 +1,101 @@
+#include "index/attributes/cell_filter.h"
+
+#include "index/errors.h"
+#include "index/set/glob.h"
+#include "index/text.h"
+
+#include <charconv>
+#include <cmath>
+
+namespace filiform {
+namespace {
+
+// The number that the whole text states, or NaN.
+double numberOrNaN(const std::string& text) {
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return error == std::errc() && end == text.data() + text.size() && !text.empty() ? value : std::nan("");
+}
+
+bool matches(const std::string& pattern, const std::string& text) {
+  return pattern == text || matchesGlob(pattern, text);
+}
+
+bool compares(double value, const std::string& op, double limit) {
+  if (op == "<") return value < limit;
+  if (op == "<=") return value <= limit;
+  if (op == ">") return value > limit;
+  return value >= limit;
+}
+
+}  // namespace
+
+std::string unknownAttribute(const std::string& name, const CellAttributes& attributes) {
+  if (attributes.empty()) return "the set has no attributes of cells, so none named " + escaped(name, 80);
+  std::string all;
+  for (const CellAttributes::Column& column : attributes.columns())
+    all += (all.empty() ? "" : ", ") + escaped(column.name, 80);
+  return "the cells have no attribute " + escaped(name, 80) + "; the attributes are " + escaped(all, 600);
+}
+
+CellFilter::CellFilter(const std::vector<std::string>& conditions) {
+  for (const std::string& text : conditions) {
+    const std::size_t at = text.find_first_of("=<>!");
+    Condition condition{text.substr(0, at), "", "", text};
+    if (at != std::string::npos) {
+      const bool wide = at + 1 < text.size() && text[at] != '=' && text[at + 1] == '=';
+      condition.op = text.substr(at, wide ? 2 : 1);
+      condition.value = text.substr(at + condition.op.size());
+    }
+    if (condition.name.empty() || condition.op.empty() || condition.op == "!" ||
+        (condition.op[0] != '=' && condition.op[0] != '!' && std::isnan(numberOrNaN(condition.value))))
+      throw UsageError("--where " + escaped(text, 80) +
+                       ": expected NAME=VALUE, NAME!=VALUE, or NAME<NUMBER with <, <=, > or >=");
+    conditions_.push_back(std::move(condition));
+  }
+}
+
+std::vector<std::uint32_t> CellFilter::select(const TileSet& set, const CellAttributes& attributes) const {
+  std::vector<bool> chosen(set.cell_count(), true);
+  for (const Condition& condition : conditions_) {
+    const auto column = attributes.find(condition.name);
+    if (!column)
+      throw UsageError("--where " + escaped(condition.whole, 80) + ": " + unknownAttribute(condition.name, attributes));
+    const bool differs = condition.op == "!=";
+    const bool text = attributes.columns()[*column].type == AttributeType::text;
+    if (!differs && condition.op != "=") {
+      if (text)
+        throw UsageError("--where " + escaped(condition.whole, 80) + ": " + escaped(condition.name, 80) +
+                         " holds text, so only = and != apply");
+      const double limit = numberOrNaN(condition.value);
+      const std::vector<double> numbers = attributes.numbers(*column);
+      for (std::size_t i = 0; i < chosen.size(); ++i)
+        chosen[i] = chosen[i] && compares(numbers[i], condition.op, limit);  // NaN compares false
+      continue;
+    }
+    std::vector<bool> meets(chosen.size(), false);
+    if (text) {
+      const std::vector<std::string>& dictionary = attributes.dictionary(*column);
+      std::vector<bool> of_code;
+      for (const std::string& entry : dictionary) of_code.push_back(matches(condition.value, entry));
+      const std::vector<std::uint32_t> codes = attributes.codes(*column);
+      for (std::size_t i = 0; i < meets.size(); ++i)
+        meets[i] = codes[i] == CellAttributes::kNoCode ? condition.value.empty() : of_code[codes[i]];
+    } else {
+      for (std::uint32_t i = 0; i < meets.size(); ++i) {
+        if (!chosen[i]) continue;
+        const AttributeValue value = attributes.value(*column, i);
+        const auto number = numberOf(value);
+        meets[i] = number ? matches(condition.value, textOf(value)) || *number == numberOrNaN(condition.value)
+                          : condition.value.empty();
+      }
+    }
+    for (std::size_t i = 0; i < chosen.size(); ++i) chosen[i] = chosen[i] && meets[i] != differs;
+  }
+  std::vector<std::uint32_t> cells;
+  for (std::uint32_t i = 0; i < chosen.size(); ++i)
+    if (chosen[i] && !set.cell(i).removed) cells.push_back(i);
+  return cells;
+}
+
+}  // namespace filiform

@@ -1,0 +1,78 @@
+// Containers of precomputed skeletons: a shard, or the objects of an unsharded source at an address. Their entries are
+// named by the ids. Thread rule: as Container.
+#pragma once
+
+#include "index/containers/internal/container.h"
+#include "index/remote/remote_options.h"
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace filiform {
+
+namespace internal {
+class HttpClient;
+}
+
+// Where the files of skeletons lie. Thread rule: immutable, any thread.
+class SkeletonFiles {
+ public:
+  virtual ~SkeletonFiles() = default;
+  // For messages.
+  virtual std::string pathOf(const std::string& file) const = 0;
+  // Throws IoError; internal::NotOnServer if a server has no such file.
+  virtual std::uint64_t size(const std::string& file) const = 0;
+  // An open file. Thread rule: thread-compatible.
+  class File {
+   public:
+    virtual ~File() = default;
+    virtual void read(std::uint64_t offset, std::span<char> bytes) = 0;  // throws IoError
+  };
+  virtual std::unique_ptr<File> open(const std::string& file, std::uint64_t bytes) const = 0;
+  // Throws IoError, also beyond `most` bytes.
+  virtual std::string readWhole(const std::string& file, std::uint64_t most) const = 0;
+};
+
+std::shared_ptr<const SkeletonFiles> filesInFolder(std::string folder);
+// `address`: of the folder, without a slash at its end.
+std::shared_ptr<const SkeletonFiles> filesAtAddress(std::string address, const RemoteOptions& options);
+
+// A shard. With `ids`, in ascending order, only these objects are entries; those that it lacks are refused as
+// E_UNREADABLE.
+class SkeletonShard final : public Container {
+ public:
+  // Reads the indexes. Refuses the shard (E_FORMAT, with the reason) if one of them is damaged or points outside the
+  // file. Throws IoError.
+  SkeletonShard(std::shared_ptr<const SkeletonFiles> files, std::string file, std::shared_ptr<const SkeletonInfo> info,
+                const std::vector<std::uint64_t>* ids = nullptr);
+
+  const SkeletonInfo* skeletons() const override { return info_.get(); }
+  std::unique_ptr<Reader> reader() const override;
+
+ private:
+  void addMissing(const std::vector<std::uint64_t>& ids);
+
+  std::shared_ptr<const SkeletonFiles> files_;
+  std::string file_;
+  std::shared_ptr<const SkeletonInfo> info_;
+};
+
+// The objects `ids` of an unsharded source. An object that the server lacks is refused as E_UNREADABLE.
+class SkeletonObjects final : public Container {
+ public:
+  SkeletonObjects(std::shared_ptr<const SkeletonFiles> files, std::shared_ptr<const SkeletonInfo> info,
+                  const std::vector<std::uint64_t>& ids);
+
+  const SkeletonInfo* skeletons() const override { return info_.get(); }
+  std::unique_ptr<Reader> reader() const override;
+
+ private:
+  std::shared_ptr<const SkeletonFiles> files_;
+  std::shared_ptr<const SkeletonInfo> info_;
+};
+
+}  // namespace filiform

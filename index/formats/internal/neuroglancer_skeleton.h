@@ -1,0 +1,53 @@
+// Reads Neuroglancer precomputed skeletons: a folder with a JSON file `info` and one binary file an object, named by
+// the object's id in decimal digits; or with shards, which hold many objects (shard_scheme.h).
+//
+// A skeleton file is little-endian: u32 node count, u32 link count, float32 x y z for each node, a u32 pair for each
+// link, then each attribute of the info in order. The info's 3x4 `transform` converts positions to nanometres. The
+// attribute `radius` is in nanometres, one number a node. `vertex_types` holds SWC type codes. A file whose length
+// differs from its counts: E_FORMAT.
+#pragma once
+
+#include "index/formats/internal/shard_scheme.h"
+
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace filiform {
+
+namespace internal {
+class ByteStream;
+class GraphBuilder;
+}  // namespace internal
+
+struct SkeletonInfo {
+  struct Attribute {
+    enum class Type { kFloat32, kInt8, kUint8, kInt16, kUint16, kInt32, kUint32 } type = Type::kFloat32;
+    std::size_t components = 1;
+    std::string id;
+  };
+  std::array<double, 12> transform_nm = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};  // row-major
+  std::vector<Attribute> attributes;
+  std::optional<ShardScheme> sharding;
+  std::string segment_properties;  // folder below that of the info, with the ids of objects; empty: none
+
+  static constexpr std::size_t kMaxBytes = std::size_t{1} << 20;
+
+  // True if the text is the `info` of skeletons.
+  static bool isSkeletonInfo(std::string_view json);
+  // Reads the text of `info`. Throws InputError naming `file` for an unknown data type or sharding, or an invalid
+  // transform.
+  static SkeletonInfo parse(std::string_view json, const std::string& file);
+};
+
+// The ids of objects that the info of segment properties lists (`inline.ids`): decimal digits from 0 to 2^64-1. Throws
+// InputError naming `file`.
+std::vector<std::uint64_t> readSegmentProperties(std::string_view json, const std::string& file);
+
+// Reads the whole input into `graph`. graph_file.h states the errors.
+void readSkeleton(internal::ByteStream& in, const SkeletonInfo& info, internal::GraphBuilder& graph);
+
+}  // namespace filiform

@@ -1,0 +1,262 @@
+#include "index/ingest/growth.h"
+
+#include "index/attributes/cell_attributes.h"
+#include "index/attributes/internal/attributes_section.h"
+#include "index/errors.h"
+#include "index/ingest/growth/internal/addition.h"
+#include "index/ingest/growth/internal/grown_revision.h"
+#include "index/ingest/growth/internal/removal.h"
+#include "index/ingest/growth/internal/stored_cells.h"
+#include "index/ingest/internal/make_set.h"
+#include "index/levels/internal/somata_section.h"
+#include "index/set/internal/cells_file.h"
+#include "index/set/internal/manifest.h"
+#include "index/text.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <tuple>
+#include <unistd.h>
+#include <utility>
+
+namespace filiform {
+
+using internal::Bytes;
+using internal::ByteSpan;
+using internal::GrownRevision;
+using internal::SetFolder;
+
+namespace {
+
+IngestOptions optionsLike(const TileSet& set, IngestOptions options) {
+  options.capacity = set.capacity();
+  options.quantum_exponent = set.grid().exponent();
+  options.force = false;
+  return options;
+}
+
+Provenance provenanceOfBoth(const TileSet& base, const TileSet* added) {
+  Provenance all = internal::decodeProvenance(base.readProvenance(), base.manifest());
+  if (added != nullptr) {
+    const Provenance more = internal::decodeProvenance(added->readProvenance(), added->manifest());
+    all.sources.insert(all.sources.end(), more.sources.begin(), more.sources.end());
+    all.refused.insert(all.refused.end(), more.refused.begin(), more.refused.end());
+    for (const auto& [code, count] : more.codes) all.codes[code] += count;
+    std::stable_sort(all.sources.begin(), all.sources.end(), [](const auto& a, const auto& b) {
+      return std::tie(a.name, a.digest, a.bytes) < std::tie(b.name, b.digest, b.bytes);
+    });
+    std::stable_sort(all.refused.begin(), all.refused.end(), [](const auto& a, const auto& b) {
+      return std::tie(a.name, a.code, a.reason) < std::tie(b.name, b.code, b.reason);
+    });
+  }
+  return all;
+}
+
+std::map<std::string, std::vector<std::uint8_t>> sectionsOf(const TileSet& base, const TileSet* added) {
+  std::map<std::string, std::vector<std::uint8_t>> sections;
+  for (const TileSet* set : {added, &base})
+    for (const std::string& name : set != nullptr ? set->sections() : std::vector<std::string>{})
+      sections[name] = *set->section(name);
+  for (const char* const made_anew :
+       {internal::kSomataSection, internal::kAttributesSection, internal::kLevelsDroppedSection})
+    sections.erase(made_anew);
+  return sections;
+}
+
+// The name of a set that is made beside the revisions, and removed in the end.
+class Aside {
+ public:
+  explicit Aside(const std::string& folder) : path_(folder + "/add.tmp-" + std::to_string(::getpid())) {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+  }
+  Aside(const Aside&) = delete;
+  Aside& operator=(const Aside&) = delete;
+  ~Aside() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+  }
+  const std::string& path() const { return path_; }
+
+ private:
+  std::string path_;
+};
+
+// Makes one set of all cells of both.
+IngestResult rewrite(SetFolder& folder, const TileSet& base, const TileSet* added, const IngestOptions& given) {
+  IngestOptions options = optionsLike(base, given);
+  options.levels = internal::wantsLevels(base);
+  options.provenance = [&] { return provenanceOfBoth(base, added); };
+  options.sections = [&] { return sectionsOf(base, added); };
+  std::vector<const TileSet*> sets{&base};
+  if (added != nullptr) sets.push_back(added);
+  const internal::StoredCells cells(sets);
+  return internal::makeSet(&folder, folder.building(), options, [&](internal::Tiler& tiler) { tiler.read(cells); });
+}
+
+void refuseTwins(const TileSet& base, const TileSet& added, const std::string& path) {
+  for (std::uint32_t c = 0; c < added.cell_count(); ++c)
+    if (const std::string& name = added.cell(c).name; base.findCell(name))
+      throw InputError(path + ": already has a cell named " + escaped(name) +
+                       "; remove it first with filiform ingest --remove");
+}
+
+// Writes cells, landmarks, sections and manifest of a grown revision, and publishes it.
+class Finish {
+ public:
+  Finish(SetFolder& folder, const TileSet& base, GrownRevision& revision)
+      : folder_(folder), base_(base), revision_(revision) {}
+
+  std::vector<CellRecord> records;
+  std::vector<std::uint64_t> digests;
+
+  void takeCells(const TileSet& set) {
+    for (std::uint32_t c = 0; c < set.cell_count(); ++c) {
+      records.push_back(set.cell(c));
+      digests.push_back(set.cellDigest(c));
+    }
+  }
+  // The detail of a cell of the base, with the tiles of the new revision.
+  Bytes detailNow(std::uint32_t cell) const {
+    return internal::withTiles(base_.encodedDetail(cell), [this](std::vector<TileId>& tiles) {
+      for (TileId& tile : tiles) tile = revision_.tileNow(tile).value();
+    });
+  }
+  GrowthResult publish(const Landmarks& landmarks, const TileSet* added,
+                       const std::function<void(const TileWriter::UseDetail& use)>& details) {
+    TileWriter& writer = revision_.writer();
+    writer.writeCells(records, digests, details);
+    writer.writeLandmarks(landmarks);
+    for (const auto& [name, bytes] : sectionsOf(base_, added)) writer.writeSection(name, bytes);
+    writeSomata(added);
+    writeAttributes(added);
+    const bool levels = internal::wantsLevels(base_);
+    if (levels) writer.writeSection(internal::kLevelsDroppedSection, {});
+    GrowthResult result;
+    result.set.revision = writer.finish(provenanceOfBoth(base_, added));
+    result.set.counts = writer.counts();
+    result.set.bytes = writer.bytes();
+    result.tiles_kept = revision_.counts().kept;
+    result.tiles_patched = revision_.counts().patched;
+    result.tiles_written = revision_.counts().written;
+    result.levels_dropped = levels;
+    folder_.publish(result.set.revision, writer.revisionsInUse());
+    return result;
+  }
+
+ private:
+  void writeSomata(const TileSet* added) {
+    std::vector<SomaRoot> somata = internal::storedSomata(base_);
+    if (added != nullptr)
+      for (SomaRoot soma : internal::storedSomata(*added)) {
+        soma.cell += base_.cell_count();
+        somata.push_back(soma);
+      }
+    if (!somata.empty()) revision_.writer().writeSection(internal::kSomataSection, internal::encodeSomata(somata));
+  }
+
+  void writeAttributes(const TileSet* added) {
+    internal::AttributeTable table;
+    std::uint32_t cell = 0;
+    for (const TileSet* set : {&base_, added}) {
+      if (set == nullptr) continue;
+      const CellAttributes attributes(*set);
+      for (std::uint32_t c = 0; c < set->cell_count(); ++c, ++cell)
+        if (!records[cell].removed && !attributes.empty()) table.add(cell, attributes.of(c));
+    }
+    if (!table.empty()) revision_.writer().writeSection(internal::kAttributesSection, table.encode(cell));
+  }
+
+  SetFolder& folder_;
+  const TileSet& base_;
+  GrownRevision& revision_;
+};
+
+GridBox boundsOf(const std::vector<CellRecord>& records) {
+  GridBox bounds;
+  for (const CellRecord& record : records) bounds.extend(record.bounds);
+  return bounds;
+}
+
+}  // namespace
+
+GrowthResult addCells(CellStream& cells, const std::string& path, const IngestOptions& given) {
+  internal::checkedThreads(given);
+  SetFolder folder(internal::folderName(path), SetFolder::Purpose::grow);
+  const auto base = TileSet::open(path);
+  IngestOptions options = optionsLike(*base, given);
+  options.levels = false;
+  const auto step = internal::stepOf(options);
+  const Aside aside(internal::folderName(path));
+  ingest(cells, aside.path(), options);
+  const auto added = TileSet::open(aside.path());
+  refuseTwins(*base, *added, path);
+  const auto segments = [](const TileSet& set) { return set.counts().segments + set.counts().isolated; };
+  if (segments(*base) < 2 * segments(*added)) {
+    GrowthResult result{rewrite(folder, *base, added.get(), given)};
+    result.compacted = true;
+    return result;
+  }
+  GridBox bounds = base->bounds();
+  bounds.extend(added->bounds());
+  GrownRevision revision(*base, folder.building(), bounds, options.pack_bytes);
+  internal::Addition addition(*base, *added, revision);
+  addition.run([&](std::uint64_t done, std::uint64_t total) { step("adding to tiles", done, total); });
+  step("writing cells", 0, 0);
+  Finish finish(folder, *base, revision);
+  finish.takeCells(*base);
+  finish.takeCells(*added);
+  const Landmarks landmarks = internal::withLandmarks(base->landmarks(), added->landmarks(), base->cell_count());
+  const auto details = [&](const TileWriter::UseDetail& use) {
+    for (std::uint32_t c = 0; c < base->cell_count(); ++c) use(finish.detailNow(c));
+    for (std::uint32_t c = 0; c < added->cell_count(); ++c)
+      use(internal::withTiles(added->encodedDetail(c),
+                              [&](std::vector<TileId>& tiles) { tiles = addition.tilesOf(c); }));
+  };
+  return finish.publish(landmarks, added.get(), details);
+}
+
+GrowthResult removeCells(const std::vector<std::string>& names, const std::string& path, const IngestOptions& given) {
+  internal::checkedThreads(given);
+  SetFolder folder(internal::folderName(path), SetFolder::Purpose::grow);
+  const auto base = TileSet::open(path);
+  const auto step = internal::stepOf(given);
+  std::vector<bool> removed(base->cell_count(), false);
+  for (const std::string& name : names) {
+    const auto cell = base->findCell(name);
+    if (!cell) throw UsageError(path + ": has no cell named " + escaped(name) + "; filiform cells lists the names");
+    removed[*cell] = true;
+  }
+  std::vector<CellRecord> records;
+  for (std::uint32_t c = 0; c < base->cell_count(); ++c) {
+    records.push_back(removed[c] ? CellRecord{} : base->cell(c));
+    if (removed[c]) records[c].removed = true;
+  }
+  const GridBox bounds = boundsOf(records);
+  GrownRevision revision(*base, folder.building(), bounds, given.pack_bytes);
+  internal::removeFromTiles(*base, removed, revision,
+                            [&](std::uint64_t done, std::uint64_t total) { step("removing from tiles", done, total); });
+  step("writing cells", 0, 0);
+  Finish finish(folder, *base, revision);
+  finish.takeCells(*base);
+  finish.records = std::move(records);
+  for (std::uint32_t c = 0; c < base->cell_count(); ++c)
+    if (removed[c]) finish.digests[c] = 0;
+  const Landmarks landmarks = internal::withoutCells(*base, removed, bounds);
+  return finish.publish(landmarks, nullptr, [&](const TileWriter::UseDetail& use) {
+    const Bytes none = internal::encodeDetail({});
+    for (std::uint32_t c = 0; c < base->cell_count(); ++c) use(removed[c] ? none : finish.detailNow(c));
+  });
+}
+
+GrowthResult compactSet(const std::string& path, const IngestOptions& options) {
+  SetFolder folder(internal::folderName(path), SetFolder::Purpose::grow);
+  const auto base = TileSet::open(path);
+  GrowthResult result{rewrite(folder, *base, nullptr, options)};
+  result.compacted = true;
+  return result;
+}
+
+}  // namespace filiform

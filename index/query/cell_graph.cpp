@@ -1,0 +1,271 @@
+#include "index/query/cell_graph.h"
+
+#include "index/cell/internal/spanning_forest.h"
+#include "index/errors.h"
+#include "index/file/internal/decimals.h"
+#include "index/query/soma_finder.h"
+#include "index/set/tiles_ahead.h"
+
+#include <algorithm>
+#include <bit>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <ostream>
+
+namespace filiform {
+namespace {
+
+// The tile's first segment whose cell id is at least `cell`.
+std::uint32_t firstOf(const Tile& tile, std::uint32_t cell) {
+  std::uint32_t low = 0, high = tile.segment_count();
+  while (low < high) {
+    const std::uint32_t middle = low + (high - low) / 2;
+    if (tile.segmentId(middle).cell < cell) {
+      low = middle + 1;
+    } else {
+      high = middle;
+    }
+  }
+  return low;
+}
+
+class Assembly {
+ public:
+  Assembly(CellGraph& graph, const CellRecord& record, std::uint32_t cell)
+      : graph_(graph),
+        what_("cell " + std::to_string(cell) + " of the tile set"),
+        has_loops_(hasLoops(record)),
+        placed_(record.samples, 0),
+        linked_(has_loops_ ? record.segments + record.isolated : record.samples, 0) {
+    if (has_loops_) graph_.links.resize(linked_.size());
+  }
+
+  [[noreturn]] void fail(const std::string& why) const { throw CorruptSet(what_, 0, why); }
+
+  void place(std::uint32_t rank, const GridPoint& p) {
+    if (rank >= placed_.size()) fail("sample " + std::to_string(rank) + " does not exist");
+    if (placed_[rank] && graph_.positions[rank] != p) fail("sample " + std::to_string(rank) + " is in two places");
+    placed_[rank] = 1;
+    graph_.positions[rank] = p;
+  }
+  void link(std::uint32_t segment, std::uint32_t child, std::uint32_t parent) {
+    if (segment >= linked_.size() || (!has_loops_ && segment != child))
+      fail("segment does not exist: " + std::to_string(segment));
+    if (linked_[segment]) fail("segment " + std::to_string(segment) + " has two owners");
+    linked_[segment] = 1;
+    if (has_loops_) {
+      graph_.links[segment] = {child, parent};
+    } else if (parent != child) {
+      graph_.parents[child] = parent;
+    }
+  }
+  void finish(const std::vector<CellDetail::Root>& roots) {
+    std::vector<std::uint8_t> is_root(placed_.size(), 0);
+    for (const CellDetail::Root& root : roots) is_root[root.rank] = 1;
+    for (std::size_t i = 0; i < placed_.size(); ++i)
+      if (!placed_[i]) fail("sample " + std::to_string(i) + " is in no tile");
+    for (std::size_t i = 0; i < linked_.size(); ++i)
+      if (!linked_[i] && (has_loops_ || !is_root[i])) fail("segment " + std::to_string(i) + " has no owner");
+    if (has_loops_) graph_.parents = spanningForest(placed_.size(), graph_.links).parents;
+    for (std::size_t i = 0; !has_loops_ && i < placed_.size(); ++i)
+      if (graph_.parents[i] != kNoParent && is_root[i]) fail("root " + std::to_string(i) + " has a parent");
+  }
+
+ private:
+  CellGraph& graph_;
+  std::string what_;
+  bool has_loops_;
+  std::vector<std::uint8_t> placed_, linked_;
+};
+
+std::string hexEscaped(const std::string& bytes) {
+  std::string text;
+  for (unsigned char c : bytes) {
+    if (c >= 0x20 && c != 0x7F) {
+      text += static_cast<char>(c);
+      continue;
+    }
+    char code[8];
+    std::snprintf(code, sizeof code, "\\x%02X", static_cast<unsigned>(c));
+    text += code;
+  }
+  return text;
+}
+
+class Line {
+ public:
+  void number(auto value) {
+    blank();
+    at_ = std::to_chars(at_, text_ + sizeof text_, value).ptr;
+  }
+  void coordinate(double um, const Grid& grid) {
+    blank();
+    at_ = internal::putCoordinate(at_, um, grid);
+  }
+  void radius(const CellGraph& cell, std::uint32_t rank) {
+    blank();
+    const double odd_um = cell.oddRadius_um(rank);
+    at_ = std::isnan(odd_um) ? internal::putRadius(at_, cell.radii_um[rank]) : internal::putRadius(at_, odd_um);
+  }
+  void word(std::string_view w) {
+    blank();
+    at_ = std::copy(w.begin(), w.end(), at_);
+  }
+  void writeTo(std::ostream& out) {
+    *at_++ = '\n';
+    out.write(text_, at_ - text_);
+    at_ = text_;
+  }
+
+ private:
+  void blank() {
+    if (at_ != text_) *at_++ = ' ';
+  }
+  char text_[512];
+  char* at_ = text_;
+};
+
+CellSomata readSomata(const TileStore& store, std::uint32_t cell, const CellGraph& graph, const CellDetail& detail) {
+  if (graph.isGraph() || std::none_of(detail.roots.begin(), detail.roots.end(),
+                                      [](const CellDetail::Root& root) { return root.type == kSomaType; }))
+    return {};
+  if (!graph.types.empty()) {
+    std::vector<Vector3d> positions_um(graph.samples());
+    for (std::uint32_t rank = 0; rank < graph.samples(); ++rank) positions_um[rank] = graph.position_W(rank);
+    return somataOf(graph.parents, positions_um, graph.radii_um, graph.types,
+                    graph.grid.quantum_um() * std::sqrt(3.0) / 2);
+  }
+  CellSomata found;
+  SomaFinder finder(store);
+  finder.offer(cell, detail);
+  for (const CellDetail::Root& root : detail.roots)
+    if (root.type == kSomaType)
+      if (const auto soma = finder.of({cell, root.rank}, graph.positions[root.rank])) found.somata.push_back(*soma);
+  return found;
+}
+
+}  // namespace
+
+std::vector<std::array<std::uint32_t, 2>> parentLinks(const CellGraph& cell) {
+  std::vector<std::array<std::uint32_t, 2>> links;
+  for (const auto& [child, parent] : cell.links)
+    if (child != parent) links.push_back({parent, child});
+  for (std::uint32_t i = 0; !cell.isGraph() && i < cell.samples(); ++i)
+    if (cell.parents[i] != kNoParent) links.push_back({cell.parents[i], i});
+  return links;
+}
+
+std::vector<std::int64_t> distinctIds(const CellGraph& cell) {
+  std::vector<std::int64_t> ids = cell.sample_ids;
+  std::int64_t highest = INT64_MIN;
+  for (std::size_t block = 0; block <= cell.block_starts.size(); ++block) {
+    const std::size_t begin = block == 0 ? 0 : cell.block_starts[block - 1];
+    const std::size_t end = block == cell.block_starts.size() ? ids.size() : cell.block_starts[block];
+    if (begin == end) continue;
+    const auto [least, most] = std::minmax_element(ids.begin() + static_cast<std::ptrdiff_t>(begin),
+                                                   ids.begin() + static_cast<std::ptrdiff_t>(end));
+    std::int64_t shift = 0, top = *most;
+    if (block > 0 && *least <= highest) {
+      if (__builtin_sub_overflow(highest, *least, &shift) || __builtin_add_overflow(shift, 1, &shift) ||
+          __builtin_add_overflow(*most, shift, &top)) {
+        for (std::size_t i = 0; i < ids.size(); ++i) ids[i] = static_cast<std::int64_t>(i) + 1;
+        return ids;
+      }
+      for (std::size_t i = begin; i < end; ++i) ids[i] += shift;
+    }
+    highest = std::max(highest, top);
+  }
+  return ids;
+}
+
+CellGraph readCell(const TileStore& store, std::uint32_t cell, bool with_appearance, const std::atomic<bool>* stop) {
+  const CellRecord& record = store.cell(cell);
+  CellDetail detail = store.loadCellDetail(cell);
+  CellGraph graph;
+  graph.name = record.name;
+  graph.source = record.source;
+  graph.grid = store.grid();
+  graph.positions.assign(record.samples, GridPoint::Zero());
+  graph.parents.assign(record.samples, kNoParent);
+  if (with_appearance) {
+    graph.radii_um.assign(record.samples, kUnknownRadius);
+    graph.types.assign(record.samples, 0);
+  }
+  Assembly assembly(graph, record, cell);
+  TilesAhead ahead(store, detail.tiles, with_appearance);
+  for (std::size_t i = 0; i < detail.tiles.size(); ++i) {
+    if (stop != nullptr && stop->load(std::memory_order_relaxed)) throw Interrupted("the cell is no longer wanted");
+    const auto [tile, appearance] = ahead.next();
+    std::uint32_t s = firstOf(*tile, cell);
+    std::uint32_t owned = s < tile->segment_count() ? tile->ownedIndex(s) : 0;
+    for (; s < tile->segment_count() && tile->segmentId(s).cell == cell; ++s) {
+      if (!tile->owned(s)) continue;
+      const std::uint32_t look = owned++;
+      const std::uint32_t child = tile->nodeId(tile->child(s)).sample, parent = tile->nodeId(tile->parent(s)).sample;
+      assembly.place(child, tile->gridPoint(tile->child(s)));
+      assembly.place(parent, tile->gridPoint(tile->parent(s)));
+      assembly.link(tile->segmentId(s).segment, child, parent);
+      if (!with_appearance) continue;
+      graph.radii_um[child] = appearance.radii_um[look];
+      graph.types[child] = appearance.types[look];
+    }
+  }
+  for (const CellDetail::Root& root : detail.roots) {
+    if (!with_appearance) break;
+    graph.radii_um[root.rank] = root.radius_um;
+    graph.types[root.rank] = root.type;
+  }
+  assembly.finish(detail.roots);
+  graph.header = std::move(detail.header);
+  if (with_appearance && !detail.odd_radii.empty()) {
+    graph.odd_radii_um.assign(graph.samples(), kUnknownRadius);
+    for (const CellDetail::OddBits& odd : detail.odd_radii) {
+      const auto bits = std::bit_cast<std::uint64_t>(static_cast<double>(graph.radii_um[odd.rank]));
+      const auto radius_um = std::bit_cast<double>(bits + static_cast<std::uint64_t>(odd.difference));
+      graph.odd_radii_um[odd.rank] = radius_um;
+      if (!(radius_um > 0) || storedRadius(radius_um) != graph.radii_um[odd.rank])
+        assembly.fail("the radius of sample " + std::to_string(odd.rank) + " is not the one in its tile");
+    }
+  }
+  graph.somata = readSomata(store, cell, graph, detail);
+  graph.sample_ids = std::move(detail.sample_ids);
+  graph.block_starts = std::move(detail.block_starts);
+  return graph;
+}
+
+void writeHeader(std::ostream& out, const CellGraph& cell, const std::vector<std::string>& lines) {
+  const std::string between = '\n' + cell.header + '\n';
+  if (!cell.header.empty()) out << cell.header << '\n';
+  for (const std::string& line : lines)
+    if (between.find('\n' + line + '\n') == std::string::npos) out << line << '\n';
+}
+
+void writeSwc(std::ostream& out, const CellGraph& cell) {
+  if (cell.isGraph())
+    throw InputError("'" + hexEscaped(cell.name) +
+                     "' has loops, which SWC cannot hold; write an edge list instead, such as " + "-o cell.edges");
+  writeHeader(
+      out, cell,
+      {"# " + hexEscaped(cell.name), "# source: " + hexEscaped(cell.source), "# id type x y z radius parent, um"});
+  const std::vector<std::int64_t> ids = distinctIds(cell);
+  if (ids != cell.sample_ids)
+    out << "# ids began again in the source at " << cell.block_starts.size()
+        << " place(s); from there on they are renumbered past the highest before\n";
+  Line line;
+  for (std::uint32_t i = 0; i < cell.samples(); ++i) {
+    const Vector3d p_W = cell.position_W(i);
+    line.number(ids[i]);
+    line.number(cell.types[i]);
+    for (int axis = 0; axis < 3; ++axis) line.coordinate(p_W[axis], cell.grid);
+    if (std::isnan(cell.radii_um[i])) {
+      line.word("NaN");
+    } else {
+      line.radius(cell, i);
+    }
+    line.number(cell.parents[i] == kNoParent ? std::int64_t{-1} : ids[cell.parents[i]]);
+    line.writeTo(out);
+  }
+}
+
+}  // namespace filiform

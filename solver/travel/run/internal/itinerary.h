@@ -1,0 +1,33 @@
+// The legs of a run in sequence: one route, or the routes of a tour. Thread rule: thread-compatible; not for the haptic
+// thread.
+#pragma once
+
+#include "solver/travel/routes/tour.h"
+#include "solver/travel/run/internal/leg.h"
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <optional>
+
+namespace filiform::internal {
+
+class Itinerary {
+ public:
+  // Store and options must outlive the object. Throws UsageError for a tour whose seed is not a number.
+  Itinerary(const TileStore& store, const RunOptions& options);
+
+  bool isTour() const { return tour_.has_value(); }
+
+  // Plans the next leg; for a single route, the same leg each time. Reads a cell. Throws as readCell(), planRoute(),
+  // Tour::next() and Leg do.
+  std::unique_ptr<Leg> next(const std::atomic<bool>* stop = nullptr);
+
+ private:
+  const TileStore& store_;
+  const RunOptions& options_;
+  std::optional<Tour> tour_;
+  std::uint64_t legs_ = 0;
+};
+
+}  // namespace filiform::internal

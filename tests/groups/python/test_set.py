@@ -1,0 +1,264 @@
+"""Set: opening, closing, pickling, forked processes, damage, addresses, leaks."""
+
+import gc
+import multiprocessing
+import os
+import pathlib
+import pickle
+import shutil
+import subprocess
+import sys
+import threading
+
+import numpy as np
+import pytest
+
+import filiform as ff
+from conftest import points_about
+
+
+def test_info_is_that_of_the_program(column, s):
+    import json
+    from conftest import run
+    assert s.info() == json.loads(run("info", column, "--json"))
+    assert s.revision == s.info()["revision"] and s.bounds.shape == (2, 3) and s.units == "1 micrometer"
+    assert "12 cells" in repr(s) and s.path == str(column)
+
+
+def test_missing_sets_are_oserrors(tmp_path):
+    with pytest.raises(FileNotFoundError, match="column.fil"):
+        ff.open(tmp_path / "column.fil")
+    (tmp_path / "file").write_text("")
+    with pytest.raises(NotADirectoryError):
+        ff.open(tmp_path / "file")
+    with pytest.raises(OSError):
+        ff.open(tmp_path)
+    for wrong in (3, b"x", None):
+        with pytest.raises(TypeError):
+            ff.open(wrong)
+    with pytest.raises(ValueError):
+        ff.open(tmp_path, budget="much")
+
+
+def test_closed_sets_say_so(column):
+    opened = ff.open(column)
+    cell, cells = opened.cells[0], opened.cells
+    opened.close()
+    opened.close()
+    assert opened.closed and "closed" in repr(opened)
+    for call in (lambda: opened.nearest([0, 0, 0]), lambda: opened.info(), lambda: opened.bounds, lambda: len(cells),
+                 lambda: cells["x"], lambda: "x" in cells, lambda: cell.nodes, lambda: opened.box_counts([0] * 3, [1] * 3),
+                 lambda: opened.navigate(), lambda: opened.levels(np.eye(3)[:2], 3), lambda: ff.render(opened),
+                 lambda: pickle.dumps(opened), lambda: opened.ray([0] * 3, [1] * 3), lambda: opened.snap([0] * 3)):
+        with pytest.raises(ValueError, match="closed"):
+            call()
+
+
+def test_closing_waits_for_calls_under_way(column, random):
+    opened = ff.open(column)
+    points = points_about(opened, random, 20_000)
+    results = []
+    thread = threading.Thread(target=lambda: results.append(opened.nearest(points)))
+    thread.start()
+    opened.close()
+    thread.join()
+    assert len(results) in (0, 1)  # 0: the call came after close()
+
+
+def damage(folder, pattern):
+    for pack in pathlib.Path(folder).rglob(pattern):
+        content = bytearray(pack.read_bytes())
+        for i in range(len(content) // 3, len(content), 97):
+            content[i] ^= 0x55
+        pack.write_bytes(content)
+
+
+def test_damage_is_corrupt_set(column, tmp_path, random):
+    shutil.copytree(column, tmp_path / "bad.fil")
+    for file in (tmp_path / "bad.fil").rglob("*"):
+        if file.is_file() and file.stat().st_size > 20_000:
+            damage(file.parent, file.name)
+    with pytest.raises(ff.CorruptSet):
+        with ff.open(tmp_path / "bad.fil") as opened:
+            opened.nearest(points_about(opened, random, 2000))
+            opened.cells[0].nodes
+    assert not issubclass(ff.CorruptSet, (OSError, ValueError))
+
+
+def test_sets_and_cells_pickle_as_paths(s, column, monkeypatch, tmp_path):
+    pickled = pickle.dumps((s, s.cells[3]))
+    assert len(pickled) < 1000
+    monkeypatch.chdir(tmp_path)  # a worker may have another folder
+    again, cell = pickle.loads(pickled)
+    assert again == s and again is not s and cell == s.cells[3] and hash(again) == hash(s)
+    np.testing.assert_array_equal(again.nearest([[0, 0, 0]]), s.nearest([[0, 0, 0]]))
+    np.testing.assert_array_equal(cell.nodes, s.cells[3].nodes)
+
+
+def _distances(job):
+    opened, points = job
+    return opened.nearest(points)["distance"].sum()
+
+
+@pytest.mark.parametrize("method", ["fork", "spawn", "forkserver"])
+def test_processes_share_a_set(s, random, method):
+    points = points_about(s, random, 400)
+    with multiprocessing.get_context(method).Pool(2) as pool:
+        sums = pool.map(_distances, [(s, part) for part in np.split(points, 4)])
+    assert sum(sums) == pytest.approx(s.nearest(points)["distance"].sum())
+
+
+def test_a_graph_of_tasks_pickles(s, random):
+    """What dask does: functions with a set in their arguments, pickled, run elsewhere."""
+    from concurrent.futures import ProcessPoolExecutor
+    points = points_about(s, random, 100)
+    with ProcessPoolExecutor(2, mp_context=multiprocessing.get_context("spawn")) as pool:
+        futures = [pool.submit(_distances, (s, part)) for part in np.array_split(points, 3)]
+        assert sum(f.result() for f in futures) == pytest.approx(s.nearest(points)["distance"].sum())
+
+
+def test_a_fork_uses_the_set_while_other_threads_do(s, random):
+    points = points_about(s, random, 20_000)
+    wanted = s.nearest(points[:50])
+    busy = threading.Event()
+    ended = threading.Event()
+
+    def search():
+        while not ended.is_set():
+            busy.set()
+            s.nearest(points)
+
+    threads = [threading.Thread(target=search) for _ in range(3)]
+    for thread in threads:
+        thread.start()
+    busy.wait()
+    try:
+        for _ in range(10):
+            child = os.fork()
+            if child == 0:
+                status = 1
+                try:
+                    status = 0 if (s.nearest(points[:50]) == wanted).all() else 2
+                finally:
+                    os._exit(status)
+            assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0
+    finally:
+        ended.set()
+        for thread in threads:
+            thread.join()
+
+
+def test_a_set_at_an_address_answers_alike(s, column, random):
+    program = os.environ.get("FILIFORM_PROGRAM", "filiform")
+    server = subprocess.Popen([program, "serve", str(column), "--listen", "127.0.0.1:0"], stdout=subprocess.PIPE,
+                              stderr=subprocess.STDOUT, text=True)
+    try:
+        import re
+        address = None
+        for line in server.stdout:
+            if found := re.search(r"http://[0-9.]+:[0-9]+", line):
+                address = found[0]
+                break
+        assert address, "filiform serve tells no address"
+        points = points_about(s, random, 50)
+        with ff.open(address + "/v1/sets/column") as remote:
+            np.testing.assert_array_equal(remote.nearest(points, k=2), s.nearest(points, k=2))
+            assert remote.cells.names == s.cells.names
+            np.testing.assert_array_equal(remote.cells[1].nodes, s.cells[1].nodes)
+            assert pickle.loads(pickle.dumps(remote)) == remote
+            child = os.fork()
+            if child == 0:
+                os._exit(0 if (remote.nearest(points) == s.nearest(points)).all() else 1)
+            assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0
+        with pytest.raises(OSError):
+            ff.open(address + "/v1/sets/nothing")
+    finally:
+        server.terminate()
+        server.wait()
+    with pytest.raises(ValueError):
+        ff.open("http://")
+
+
+def memory():
+    for line in pathlib.Path("/proc/self/status").read_text().splitlines():
+        if line.startswith("VmRSS"):
+            return int(line.split()[1]) << 10
+    raise AssertionError
+
+
+def test_opening_leaks_nothing(column):
+    count = 100_000 if os.environ.get("FILIFORM_CAMPAIGN") else 2000
+
+    def use():
+        with ff.open(column) as opened:
+            opened.nearest([0, 0, 0])
+            opened.cells[0].bounds
+
+    for _ in range(count // 10):
+        use()
+    gc.collect()
+    before, files = memory(), len(os.listdir("/proc/self/fd"))
+    for _ in range(count):
+        use()
+    gc.collect()
+    grown = memory() - before
+    print(f"campaign: opens of a set: {count}, memory grew by {grown} bytes")
+    assert len(os.listdir("/proc/self/fd")) == files
+    assert grown < max(4 << 20, 100 * count)
+
+
+def test_results_leak_nothing(s, random):
+    points = points_about(s, random, 1000)
+    cell = s.cells[0]
+
+    def use():
+        s.nearest(points)
+        s.box_query(points[0], points[1])
+        ff.Cell(s, 0).nodes
+        cell.path(int(cell.node_ids[0]))
+        with pytest.raises(ValueError):
+            s.nearest([0, 0])
+
+    for _ in range(10):
+        use()
+    before = memory()
+    for _ in range(50):
+        use()
+    assert memory() - before < 8 << 20
+
+
+def test_import_is_light():
+    """Only NumPy is imported, and no OpenGL. How long it takes is in RESULTS.md."""
+    code = ("import sys, filiform; heavy = {'scipy', 'pandas', 'networkx', 'matplotlib', 'navis', 'filiform._render'};"
+            "sys.exit(', '.join(heavy & set(sys.modules)) or None)")
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+
+
+def test_interrupting_a_search(column):
+    """Ctrl-C ends a call that takes long, with KeyboardInterrupt."""
+    code = f"""
+import numpy as np, filiform as ff, sys
+s = ff.open({str(column)!r})
+points = np.random.default_rng(1).uniform(*s.bounds, (10_000_000, 3))
+print("searching", flush=True)
+try:
+    s.nearest(points)
+except KeyboardInterrupt:
+    s.nearest([0, 0, 0])
+    sys.exit(42)
+"""
+    process = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
+    process.stdout.readline()
+    import signal
+    import time
+    time.sleep(0.5)
+    process.send_signal(signal.SIGINT)
+    assert process.wait(60) == 42
+
+
+def test_eight_threads_use_one_set(column, random):
+    """Also run by tests/groups/python/threads.py under the thread sanitizer's build."""
+    from threads import hammer
+    with ff.open(column, budget=1 << 20) as opened:  # a small budget: tiles come and go
+        hammer(opened, seconds=2, threads=8)

@@ -1,0 +1,118 @@
+// Cells and paths over the routes.
+#include "index/query/cell_graph.h"
+#include "tests/support/servers/served_sets.h"
+
+#include <bit>
+#include <cstring>
+#include <sstream>
+#include <string>
+
+#include <gtest/gtest.h>
+
+namespace filiform::tools {
+namespace {
+
+using Json = nlohmann::json;
+
+TEST(CellAnswer, ListsMatchNames) {
+  const test::ServedSets sets;
+  const Json all = sets.json("/v1/sets/fork/cells");
+  EXPECT_EQ(all.at("truncated"), false);
+  EXPECT_EQ(all.at("cursor"), nullptr);
+  ASSERT_EQ(all.at("cells").size(), 2u);
+  EXPECT_EQ(all["cells"][0].at("name"), "fork");
+  EXPECT_EQ(all["cells"][1].at("loops"), 1);
+  EXPECT_EQ(sets.json("/v1/sets/fork/cells?name=s*e").at("cells").size(), 1u);
+  EXPECT_EQ(sets.json("/v1/sets/fork/cells?name=x*").at("cells").size(), 0u);
+  EXPECT_EQ(sets.json("/v1/sets/fork/cells?cursor=1").at("cells").size(), 1u);
+  EXPECT_EQ(sets.json("/v1/sets/fork/cells?cursor=99").at("cells").size(), 0u);
+  EXPECT_EQ(sets.get("/v1/sets/fork/cells?cursor=x").status, 400u);
+}
+
+TEST(CellAnswer, ACellIsTheCellOfTheSet) {
+  const test::ServedSets sets;
+  const auto served = sets.shelf->find("column");
+  const CellGraph graph = readCell(served->set(), 3, true);
+  std::ostringstream text;
+  writeSwc(text, graph);
+  const Answer swc = sets.get("/v1/sets/column/cells/" + graph.name + ".swc");
+  EXPECT_EQ(swc.status, 200u) << swc.body;
+  EXPECT_EQ(swc.body, text.str());
+  const Json json = sets.json("/v1/sets/column/cells/" + graph.name + ".json");
+  EXPECT_EQ(json.at("name"), graph.name);
+  const Json& samples = json.at("samples_by_rank");
+  ASSERT_EQ(samples.at("x").size(), graph.samples());
+  EXPECT_EQ(samples.at("id"), graph.sample_ids);
+  EXPECT_EQ(samples.at("x")[7], graph.position_W(7).x());
+  EXPECT_EQ(samples.at("parent")[7], graph.parents[7]);
+  const Json loop = sets.json("/v1/sets/fork/cells/square.json");
+  EXPECT_EQ(loop.at("links").size(), 5u);
+  EXPECT_EQ(sets.get("/v1/sets/fork/cells/square.swc").status, 400u);
+  EXPECT_EQ(sets.get("/v1/sets/fork/cells/fork").status, 404u);
+  EXPECT_EQ(sets.get("/v1/sets/fork/cells/for.json").status, 404u) << "only whole names";
+}
+
+TEST(CellAnswer, ANameWithASlashIsEscaped) {
+  const test::ServedSets sets;
+  const Answer answer = sets.get("/v1/sets/fork/cells/L5_TPC:A/1234.json");
+  EXPECT_EQ(answer.status, 404u);
+  EXPECT_NE(answer.body.find("is written %2F"), std::string::npos) << answer.body;
+}
+
+TEST(CellAnswer, AnArrayHoldsEachSample) {
+  const test::ServedSets sets;
+  const CellGraph graph = readCell(sets.shelf->find("column")->set(), 3, true);
+  const Answer answer = sets.get("/v1/sets/column/cells/" + graph.name + ".npy");
+  ASSERT_EQ(answer.status, 200u) << answer.body;
+  EXPECT_EQ(answer.type, kNpyType);
+  constexpr std::size_t kRecord = 8 + 3 * 8 + 4 + 2 + 4;
+  const std::size_t start = answer.body.find('\n') + 1;
+  EXPECT_EQ(start % 64, 0u);
+  ASSERT_EQ(answer.body.size(), start + graph.samples() * kRecord);
+  for (std::uint32_t rank = 0; rank < graph.samples(); ++rank) {
+    const char* at = answer.body.data() + start + rank * kRecord;
+    const auto next = [&at](auto value) {
+      std::memcpy(&value, at, sizeof value);
+      at += sizeof value;
+      return value;
+    };
+    ASSERT_EQ(next(std::int64_t{}), graph.sample_ids[rank]);
+    for (int axis = 0; axis < 3; ++axis) ASSERT_EQ(next(0.0), graph.position_W(rank)[axis]);
+    ASSERT_EQ(next(std::uint32_t{}), std::bit_cast<std::uint32_t>(graph.radii_um[rank])) << "unknown radii are NaN";
+    ASSERT_EQ(next(std::uint16_t{}), graph.types[rank]);
+    ASSERT_EQ(next(std::int32_t{}), graph.parents[rank] == kNoParent ? -1 : static_cast<int>(graph.parents[rank]));
+  }
+  EXPECT_EQ(sets.get("/v1/sets/fork/cells/square.npy").status, 400u);
+}
+
+TEST(CellAnswer, PathsAreThoseOfTheCell) {
+  const test::ServedSets sets;
+  const Json path = sets.json("/v1/sets/fork/path?from=fork:3&to=fork:5");
+  EXPECT_EQ(path.at("length_um"), 25);
+  EXPECT_EQ(path.at("truncated"), false);
+  EXPECT_EQ(path.at("points").size(), 4u);
+  EXPECT_EQ(sets.json("/v1/sets/fork/path?from=fork:3%2B0.5&to=fork:4+0.25").at("length_um"), 2.5 + 7.5);
+  EXPECT_EQ(sets.json("/v1/sets/fork/path?from=fork:1&to=tip").at("to").at("sample"), 5);
+  EXPECT_EQ(sets.get("/v1/sets/fork/path?from=fork:1&to=square:1").status, 400u);
+  EXPECT_EQ(sets.get("/v1/sets/fork/path?from=fork:1&to=fork:77").status, 400u);
+  EXPECT_EQ(sets.get("/v1/sets/fork/path?from=none:1&to=tip").status, 404u);
+  EXPECT_EQ(sets.get("/v1/sets/fork/path?from=fork:1").status, 400u);
+}
+
+TEST(Metrics, CountRequestsByRouteAndStatus) {
+  test::ServedSets sets;
+  sets.metrics.count("/v1/sets", 200, 0.002, 10, 100);
+  sets.metrics.count("/v1/sets", 200, 70, 0, 1);
+  sets.metrics.count("a\"b\\", 404, 0, 0, 0);
+  const std::string text = sets.get("/metrics").body;
+  for (const char* line :
+       {"filiform_requests_total{route=\"/v1/sets\",status=\"200\"} 2\n",
+        "filiform_requests_total{route=\"a\\\"b\\\\\",status=\"404\"} 1\n",
+        "filiform_request_seconds_bucket{le=\"0.003\"} 2\n", "filiform_request_seconds_bucket{le=\"5\"} 2\n",
+        "filiform_request_seconds_bucket{le=\"+Inf\"} 3\n", "filiform_sent_bytes_total 101\n",
+        "filiform_tile_bytes{set=\"column\"} "})
+    EXPECT_NE(text.find(line), std::string::npos) << line << text;
+}
+
+}  // namespace
+}  // namespace filiform::tools

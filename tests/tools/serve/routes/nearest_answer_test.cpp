@@ -1,0 +1,159 @@
+// nearest, box and ray over the routes give what the library gives, in JSON and in .npy.
+#include "tests/support/servers/served_sets.h"
+#include "tools/serve/sets/limits.h"
+
+#include <random>
+#include <set>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace filiform::tools {
+namespace {
+
+using Json = nlohmann::json;
+using test::NpyRow;
+
+class NearestAnswer : public ::testing::Test {
+ protected:
+  std::vector<Vector3d> points(std::size_t count) const {
+    std::mt19937_64 random(41);
+    std::uniform_real_distribution<double> along(-200, 500);
+    std::vector<Vector3d> list;
+    for (std::size_t i = 0; i < count; ++i) list.emplace_back(along(random), along(random), along(random));
+    return list;
+  }
+  const ServedSet& column() const { return *(column_ = sets_.shelf->find("column")); }
+  void expectRow(const NpyRow& row, std::size_t query, const NearestResult& r) const {
+    EXPECT_EQ(row.query, query);
+    EXPECT_EQ(row.rank, r.rank);
+    EXPECT_EQ(row.distance, r.distance_um);
+    EXPECT_EQ(Vector3d(row.x, row.y, row.z), r.p_W);
+    EXPECT_EQ(row.cell, r.segment.cell);
+    EXPECT_EQ(row.segment, r.segment.segment);
+    EXPECT_EQ(row.sample, column().set().loadCellDetail(r.segment.cell).sample_ids.at(r.segment.segment));
+    EXPECT_EQ(row.exact, r.exact);
+  }
+  test::ServedSets sets_;
+  mutable std::shared_ptr<const ServedSet> column_;
+};
+
+TEST_F(NearestAnswer, ArraysHoldWhatTheLibraryFinds) {
+  const std::vector<Vector3d> asked = points(500);
+  const Answer answer = sets_.ask("POST", "/v1/sets/column/nearest?k=3",
+                                  {{"content-type", kNpyType}, {"accept", kNpyType}}, test::npyOf(asked));
+  ASSERT_EQ(answer.status, 200u) << answer.body;
+  EXPECT_EQ(answer.type, kNpyType);
+  EXPECT_EQ(answer.header("Filiform-Truncated"), "false");
+  const std::vector<NpyRow> rows = test::npyRows(answer.body);
+  ASSERT_EQ(rows.size(), 1500u);
+  for (std::size_t i = 0; i < asked.size(); ++i) {
+    const auto found = column().nearest().find(asked[i], {.k = 3});
+    for (std::size_t r = 0; r < 3; ++r) expectRow(rows[3 * i + r], i, found[r]);
+  }
+}
+
+TEST_F(NearestAnswer, JsonHoldsTheSameNumbers) {
+  const std::vector<Vector3d> asked = points(50);
+  Json body{{"points", Json::array()}, {"k", 2}, {"epsilon", 0}};
+  for (const Vector3d& p : asked) body["points"].push_back({p.x(), p.y(), p.z()});
+  const Answer json = sets_.ask("POST", "/v1/sets/column/nearest", {{"content-type", "application/json"}}, body.dump());
+  ASSERT_EQ(json.status, 200u) << json.body;
+  const Answer npy = sets_.ask("POST", "/v1/sets/column/nearest?k=2",
+                               {{"content-type", kNpyType}, {"accept", kNpyType}}, test::npyOf(asked));
+  const std::vector<NpyRow> rows = test::npyRows(npy.body);
+  const Json parsed = Json::parse(json.body);
+  EXPECT_EQ(parsed.at("truncated"), false);
+  ASSERT_EQ(parsed.at("rows").size(), rows.size());
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const Json& row = parsed["rows"][i];
+    EXPECT_EQ(row.at("distance"), rows[i].distance);
+    EXPECT_EQ(row.at("x"), rows[i].x);
+    EXPECT_EQ(row.at("cell"), column().set().cell(rows[i].cell).name);
+    EXPECT_EQ(row.at("segment"), rows[i].segment);
+    EXPECT_EQ(row.at("sample"), rows[i].sample);
+    EXPECT_EQ(row.at("query"), rows[i].query);
+  }
+  const Json one = sets_.json("/v1/sets/fork/nearest?at=10,-15,1");
+  ASSERT_EQ(one.at("rows").size(), 1u);
+  EXPECT_EQ(one["rows"][0].at("sample"), 5);
+  EXPECT_EQ(one["rows"][0].at("distance"), 1);
+  const Json loop = sets_.json("/v1/sets/fork/nearest?at=2,0,7");
+  EXPECT_EQ(loop["rows"][0].at("cell"), "square");
+}
+
+TEST_F(NearestAnswer, ARadiusFindsAllWithin) {
+  const Json all = sets_.json("/v1/sets/fork/nearest?at=10,0,0&radius=11");
+  EXPECT_EQ(all.at("truncated"), false);
+  std::set<std::int64_t> samples;
+  for (const Json& row : all.at("rows"))
+    if (row.at("cell") == "fork") samples.insert(row.at("sample").get<std::int64_t>());
+  EXPECT_EQ(samples, (std::set<std::int64_t>{2, 3, 4, 5}));
+  EXPECT_EQ(sets_.json("/v1/sets/fork/nearest?at=10,0,0&radius=0.5&k=9").at("rows").size(), 3u);
+  EXPECT_EQ(sets_.json("/v1/sets/fork/nearest?at=1000,0,0&radius=1").at("rows").size(), 0u);
+}
+
+TEST_F(NearestAnswer, BoxesAndRaysAreThoseOfTheLibrary) {
+  const auto found = column().nearest().inBox({-100, -100, -100}, {300, 300, 300});
+  ASSERT_GT(found.size(), 20u);
+  const Answer box =
+      sets_.get("/v1/sets/column/box?lo=-100,-100,-100&hi=300,300,300", {{"accept", "application/x-npy"}});
+  const std::vector<NpyRow> rows = test::npyRows(box.body);
+  ASSERT_EQ(rows.size(), found.size());
+  for (std::size_t i = 0; i < rows.size(); ++i) expectRow(rows[i], 0, found[i]);
+  const Json few = sets_.json("/v1/sets/column/box?lo=-100,-100,-100&hi=300,300,300&limit=7");
+  EXPECT_EQ(few.at("truncated"), true);
+  EXPECT_EQ(few.at("rows").size(), 7u);
+  const auto hits =
+      column().nearest().alongRay({.origin_W = {-200, 50, 50}, .direction = {1, 0.1, 0}, .radius_um = 20, .most = 5});
+  ASSERT_EQ(hits.size(), 5u);
+  const Json ray = sets_.json("/v1/sets/column/ray?from=-200,50,50&direction=1,0.1,0&tolerance=20&k=5");
+  EXPECT_EQ(ray.at("truncated"), true);
+  ASSERT_EQ(ray.at("rows").size(), 5u);
+  for (std::size_t i = 0; i < 5; ++i) {
+    EXPECT_EQ(ray["rows"][i].at("along"), hits[i].along_um);
+    EXPECT_EQ(ray["rows"][i].at("segment"), hits[i].segment.segment);
+  }
+}
+
+TEST_F(NearestAnswer, LimitsAreEnforced) {
+  const auto post = [&](const std::string& query, std::size_t count) {
+    return sets_.ask("POST", "/v1/sets/column/nearest" + query, {{"content-type", kNpyType}, {"accept", kNpyType}},
+                     test::npyOf(std::vector<Vector3d>(count, Vector3d(0, 0, 0))));
+  };
+  EXPECT_EQ(post("", limits::kPoints + 1).status, 413u);
+  EXPECT_EQ(post("?k=1001", 1000).status, 413u);
+  EXPECT_EQ(post("?k=10001", 1).status, 400u);
+  EXPECT_EQ(post("?k=1", 0).status, 200u);
+  EXPECT_EQ(post("?at=1,2,3", 1).status, 400u) << "at and a body";
+  EXPECT_EQ(
+      sets_.ask("POST", "/v1/sets/column/nearest?k=1", {{"content-type", kJsonType}}, R"({"points":[],"k":1})").status,
+      400u)
+      << "k twice";
+  EXPECT_EQ(
+      sets_.ask("POST", "/v1/sets/column/nearest", {{"content-type", kJsonType}}, R"({"points":[],"j":1})").status,
+      400u);
+}
+
+TEST_F(NearestAnswer, SampleIdsAreKeptWithinTheirBudget) {
+  SampleIds ids(column().set(), 3000);
+  for (int round = 0; round < 2; ++round)
+    for (std::uint32_t cell = 0; cell < column().set().cell_count(); ++cell) {
+      const std::vector<std::int64_t> expected = childSampleIds(column().set(), cell);
+      const auto kept = ids.cell(cell);
+      for (std::uint32_t s = 0; s < expected.size(); ++s) ASSERT_EQ(kept->of(s), expected[s]);
+      EXPECT_LE(ids.bytes(), 3000u);
+    }
+  EXPECT_GT(ids.bytes(), 0u);
+}
+
+TEST_F(NearestAnswer, ReadsEndWhenTheTimeIsOver) {
+  const TimedStore::Limit limit(0);
+  EXPECT_THROW(column().store().load(0), AnswerTimeout);
+  EXPECT_THROW(column().nearest().find({1, 2, 3}), AnswerTimeout);
+  EXPECT_THROW(TimedStore::check(), AnswerTimeout);
+}
+
+}  // namespace
+}  // namespace filiform::tools

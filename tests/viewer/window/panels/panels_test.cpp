@@ -1,0 +1,249 @@
+// Tests panels by Dear ImGui's lists of triangles, without a window.
+#include "viewer/window/panels/panels.h"
+
+#include "tests/support/process.h"
+#include "tests/support/temp_folder.h"
+#include "viewer/window/internal/letters.h"
+#include "viewer/window/internal/system_fonts.h"
+
+#include <algorithm>
+#include <cstring>
+#include <filesystem>
+#include <imgui.h>
+
+#include <gtest/gtest.h>
+
+namespace filiform {
+namespace {
+
+using internal::Letters;
+
+class Panels : public ::testing::Test {
+ protected:
+  Panels() {
+    ImGui::CreateContext();
+    ImGui::GetIO().IniFilename = nullptr;
+    ImGui::GetIO().DeltaTime = 0.02F;
+    letters_.build(1);
+  }
+  ~Panels() override { ImGui::DestroyContext(); }
+
+  // Dear ImGui knows the size of a panel after one or two frames.
+  void draw(const PictureSize& size, double scale = 1) {
+    if (letters_.isStale()) letters_.build(scale);
+    data_.size = size;
+    data_.scale = scale;
+    ImGui::GetIO().DisplaySize = {static_cast<float>(size.width), static_cast<float>(size.height)};
+    ImGui::GetIO().MousePos = {static_cast<float>(pointer_x_), static_cast<float>(pointer_y_)};
+    for (int frame = 0; frame < 4; ++frame) {
+      ImGui::NewFrame();
+      requests_ = drawPanels(data_, tiles_, open_, search_, settings_);
+      ImGui::Render();
+    }
+  }
+  const ImDrawList* listOf(const char* panel) const {
+    const ImDrawData& drawn = *ImGui::GetDrawData();
+    for (int i = 0; i < drawn.CmdListsCount; ++i)
+      if (std::strcmp(drawn.CmdLists[i]->_OwnerName, panel) == 0) return drawn.CmdLists[i];
+    return nullptr;
+  }
+  float leftOf(const char* panel) const {
+    const ImDrawList* list = listOf(panel);
+    if (list == nullptr) return -1;
+    return std::min_element(list->VtxBuffer.begin(), list->VtxBuffer.end(),
+                            [](const auto& a, const auto& b) { return a.pos.x < b.pos.x; })
+        ->pos.x;
+  }
+  // The corners of letters, which are the triangles with a texture, and how far they reach.
+  struct Written {
+    int corners = 0;
+    float left = 1e9F, right = 0;
+    bool inside = true;  // all are inside the visible part of the panel
+  };
+  Written written(const char* panel) const {
+    Written written;
+    const ImDrawList* list = listOf(panel);
+    if (list == nullptr) return written;
+    const ImVec2 white = ImGui::GetIO().Fonts->TexUvWhitePixel;
+    for (const ImDrawCmd& command : list->CmdBuffer)
+      for (unsigned i = 0; i < command.ElemCount; ++i) {
+        const ImDrawVert& corner = list->VtxBuffer[list->IdxBuffer[static_cast<int>(command.IdxOffset + i)]];
+        if (corner.uv.x == white.x && corner.uv.y == white.y) continue;
+        ++written.corners;
+        written.left = std::min(written.left, corner.pos.x);
+        written.right = std::max(written.right, std::min(corner.pos.x, command.ClipRect.z));
+        written.inside &= corner.pos.x <= command.ClipRect.z + 1 && corner.pos.x >= command.ClipRect.x - 1;
+      }
+    return written;
+  }
+
+  Letters letters_{internal::findFonts(internal::fontFolders())};
+  PanelData data_;
+  TilePanel tiles_;
+  OpenPanels open_;
+  SearchPanel search_;
+  Settings settings_;
+  PanelRequests requests_;
+  double pointer_x_ = -1, pointer_y_ = -1;
+};
+
+TEST_F(Panels, TheHelpIsWholeInWindowsOfAnySize) {
+  open_.help = true;
+  draw({5000, 4000});
+  const Written whole = written("keys and mouse");
+  EXPECT_GT(whole.corners, 5000);
+  EXPECT_TRUE(whole.inside);
+  draw({1280, 800});
+  EXPECT_EQ(written("keys and mouse").corners, whole.corners);
+  EXPECT_TRUE(written("keys and mouse").inside);
+  // In smaller windows the help scrolls vertically, never horizontally.
+  for (const PictureSize& size : {PictureSize{900, 700}, {640, 480}, {400, 300}}) {
+    draw(size);
+    EXPECT_TRUE(written("keys and mouse").inside) << size.width;
+    EXPECT_GT(written("keys and mouse").corners, 500) << size.width;
+  }
+}
+
+TEST_F(Panels, LongNamesEndBeforeTheNextPanelAndAreWholeUnderThePointer) {
+  const std::vector<float> forces(100, 1);
+  data_.forces_N = &forces;
+  data_.scene = data_.cell = std::string(400, 'w');
+  data_.device = "mouse";
+  draw({1000, 700});
+  EXPECT_LT(written("status").right, leftOf("force"));
+  EXPECT_GT(written("status").right, 500);
+  EXPECT_EQ(written("##Tooltip_00").corners, 0);
+  pointer_x_ = 200;
+  pointer_y_ = 22;  // on the scene's name
+  draw({1000, 700});
+  EXPECT_GE(written("##Tooltip_00").corners, 400 * 6);
+  EXPECT_TRUE(written("##Tooltip_00").inside);
+}
+
+TEST_F(Panels, MessagesEndBeforeTheMinimapAndTheScaleBar) {
+  data_.lo_W = Vector3d::Zero();
+  data_.hi_W = Vector3d(300, 300, 300);
+  data_.zoom_um = 100;
+  data_.um_px = 1;
+  data_.messages = {"a"};
+  draw({900, 600});
+  const auto background = [&] { return written("##Background"); };
+  const Written one = background();
+  data_.messages = {std::string("a word ") + std::string(300, 'm') + " and more words"};
+  draw({900, 600});
+  EXPECT_GT(background().corners, one.corners + 300 * 6);
+  EXPECT_GT(background().left, written("minimap").right);
+  EXPECT_GT(written("minimap").right, 150);
+}
+
+TEST_F(Panels, ACompanionIsShownByNameAndPull) {
+  data_.companion_name = "anna";
+  draw({900, 600});
+  const int none = written("##Background").corners;
+  data_.companion = ScreenPoint{400, 300, 50};
+  draw({900, 600});
+  const int named = written("##Background").corners;
+  EXPECT_GT(named, none);
+  data_.companion_hand = ScreenPoint{460, 300, 50};
+  data_.companion_force_N = 1.5;
+  draw({900, 600});
+  EXPECT_GT(written("##Background").corners, named) << "the force";
+  data_.companion->depth_um = -1;
+  draw({900, 600});
+  EXPECT_EQ(written("##Background").corners, none) << "behind the eye";
+}
+
+TEST_F(Panels, NamesAreShownAsTheyAreAndChosenWhole) {
+  open_.search = true;
+  const auto cornersOf = [&](const std::string& name) {
+    search_.names = {name};
+    draw({1000, 700});
+    return written("go to").corners;
+  };
+  const int none = cornersOf("");
+  EXPECT_EQ(cornersOf("axon##2"), none + 7 * 6);
+  EXPECT_EQ(cornersOf("100%s%n"), none + 7 * 6);
+  EXPECT_EQ(cornersOf("##"), none + 2 * 6);
+  // A long name is cut at the rim.
+  const int cut = cornersOf(std::string(300, '#')) - none;
+  EXPECT_GT(cut, 20 * 6);
+  EXPECT_LT(cut, 200 * 6);
+  EXPECT_TRUE(written("go to").inside);
+}
+
+TEST_F(Panels, APictureThatIsDrawnTellsHowFarItIsAndOneThatIsWrittenCannotBeCancelled) {
+  draw({1000, 700});
+  EXPECT_EQ(listOf("picture"), nullptr);
+  data_.picture = "picture of 3000 x 2100 pixels";
+  data_.picture_part = 0.5;
+  draw({1000, 700});
+  const int drawn = written("picture").corners;
+  EXPECT_FALSE(requests_.cancel_picture);
+  data_.picture_part = -1;
+  draw({1000, 700});
+  EXPECT_LT(written("picture").corners, drawn);
+}
+
+// With the fonts of Debian (tools/setup installs them).
+TEST_F(Panels, LettersOfOtherScriptsAreThere) {
+  if (internal::findFonts(internal::fontFolders()).empty()) GTEST_SKIP() << "no font that is known: run tools/setup";
+  const ImFont* font = ImGui::GetIO().Fonts->Fonts[0];
+  for (const int character : {0x61, 0xB5, 0x131, 0x3BC, 0x3A9, 0x416, 0x2190, 0x2192, 0x2264, 0x2026})
+    EXPECT_NE(font->FindGlyphNoFallback(static_cast<ImWchar>(character)), nullptr) << std::hex << character;
+  ASSERT_NE(font->FallbackGlyph, nullptr);
+  EXPECT_GT(font->FallbackGlyph->X1, font->FallbackGlyph->X0);  // visible
+
+  // Other characters are added when they are wanted, if a font has them. DejaVu Sans has U+10A0 (Georgian).
+  EXPECT_EQ(font->FindGlyphNoFallback(0x10A0), nullptr);
+  letters_.want("cell");
+  EXPECT_FALSE(letters_.isStale());
+  letters_.want("\u10A0");
+  EXPECT_TRUE(letters_.isStale());
+  letters_.want("\U0001F9E0 \xFF\xE4");  // above U+FFFF, and invalid UTF-8
+  letters_.build(1);
+  EXPECT_FALSE(letters_.isStale());
+  font = ImGui::GetIO().Fonts->Fonts[0];
+  const bool dejavu = internal::findFonts(internal::fontFolders()).front().filename() == "DejaVuSans.ttf";
+  EXPECT_TRUE(!dejavu || font->FindGlyphNoFallback(0x10A0) != nullptr);
+  // A character that no font has is drawn as one replacement sign.
+  data_.scene = "\U0001F9E0\uE123";
+  draw({1000, 700});
+  const int two = written("status").corners;
+  data_.scene = "ab";
+  draw({1000, 700});
+  EXPECT_EQ(written("status").corners, two);
+}
+
+TEST_F(Panels, AFontIsReadOnce) {
+  const auto fonts = internal::findFonts(internal::fontFolders());
+  if (fonts.empty() || fonts.front().filename() != "DejaVuSans.ttf") GTEST_SKIP() << "no DejaVu Sans: run tools/setup";
+  test::TempFolder folder;
+  std::filesystem::copy_file(fonts.front(), folder / "DejaVuSans.ttf");
+  letters_ = Letters({folder / "DejaVuSans.ttf"});
+  letters_.build(1);
+  std::filesystem::remove(folder / "DejaVuSans.ttf");
+  letters_.want("\u10A0");
+  letters_.build(1);
+  EXPECT_NE(ImGui::GetIO().Fonts->Fonts[0]->FindGlyphNoFallback(0x10A0), nullptr);
+}
+
+TEST_F(Panels, LettersWithoutAFontAreTheBuiltInOnes) {
+  test::TempFolder folder;
+  test::writeBytes(folder / "DejaVuSans.ttf", "no font");
+  std::filesystem::create_directories(folder / "deeper");
+  test::writeBytes(folder / "deeper/wqy-zenhei.ttc", "nor this");
+  const auto fonts = internal::findFonts({folder / "none", std::filesystem::path(folder / "deeper").parent_path()});
+  ASSERT_EQ(fonts.size(), 2u);
+  EXPECT_EQ(fonts[1].filename(), "wqy-zenhei.ttc");
+  EXPECT_TRUE(internal::findFonts({folder / "deeper"}).empty());  // no main font
+  letters_ = Letters(fonts);
+  letters_.want("\u4E2D");
+  letters_.build(2);
+  EXPECT_NE(ImGui::GetIO().Fonts->Fonts[0]->FindGlyphNoFallback('a'), nullptr);
+  data_.scene = "\u4E2D";
+  draw({1000, 700}, 2);
+  EXPECT_GT(written("status").corners, 6);
+}
+
+}  // namespace
+}  // namespace filiform

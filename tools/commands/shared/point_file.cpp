@@ -1,0 +1,50 @@
+#include "tools/commands/shared/point_file.h"
+
+#include "index/errors.h"
+#include "index/query/nearest.h"
+#include "index/text.h"
+#include "tools/words/numbers.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <fstream>
+#include <iostream>
+#include <iterator>
+#include <sstream>
+
+namespace filiform::tools {
+
+namespace {
+
+std::vector<Vector3d> readLines(std::istream& in, const std::string& name) {
+  std::vector<Vector3d> points;
+  std::string line;
+  for (std::size_t number = 1; std::getline(in, line); ++number) {
+    line.erase(std::min(line.find('#'), line.size()));
+    for (char& c : line)
+      if (c == ',' || c == '\t' || c == '\r') c = ' ';
+    std::istringstream words(line);
+    const std::vector<std::string> fields{std::istream_iterator<std::string>(words), {}};
+    if (fields.empty()) continue;
+    const std::string where = name + ":" + std::to_string(number);
+    if (fields.size() != 3)
+      throw UsageError(where + ": " + std::to_string(fields.size()) + " fields; give three: x y z");
+    points.emplace_back(parseNumber(where + ": x", fields[0]), parseNumber(where + ": y", fields[1]),
+                        parseNumber(where + ": z", fields[2]));
+    if (points.back().cwiseAbs().maxCoeff() > Nearest::kMaxCoordinate_um)
+      throw UsageError(where + ": coordinates must lie within 1e150 um");
+  }
+  if (in.bad()) throw IoError(name, "cannot read");
+  return points;
+}
+
+}  // namespace
+
+std::vector<Vector3d> readPoints(const std::string& file) {
+  if (file == "-") return readLines(std::cin, "stdin");
+  std::ifstream in(file);
+  if (!in) throw IoError(escaped(file), "cannot open", errno);
+  return readLines(in, escaped(file));
+}
+
+}  // namespace filiform::tools

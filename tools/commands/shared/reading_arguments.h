@@ -1,0 +1,31 @@
+// The options of commands that read neurons: which of them, and how. Thread rule: values.
+#pragma once
+
+#include "index/input/input.h"
+#include "tools/commands/shared/remote_arguments.h"
+
+#include <memory>
+#include <string>
+
+namespace CLI {
+class App;
+}
+
+namespace filiform::tools {
+
+inline constexpr const char* kInputHelp =
+    "SWC, ASC, H5, MouseLight JSON; folders; archives (zip, tar, tar.gz); skeletons in a folder or at an address; "
+    "graphs: .edges, .obj, .vtk; or one SONATA circuit_config.json or nodes.h5";
+
+struct ReadingArguments {
+  std::string version = "cng", ids;
+  std::shared_ptr<RemoteArguments> remote;
+
+  // Sets the options that these arguments name. Throws IoError and InputError for the file of --ids.
+  void apply(InputOptions& options) const;
+};
+
+// Adds --version, --ids, and the options for addresses.
+std::shared_ptr<ReadingArguments> addReadingArguments(CLI::App& command);
+
+}  // namespace filiform::tools

@@ -1,0 +1,30 @@
+// The options of commands that read a tile set: how it is read from an address. Thread rule: values.
+#pragma once
+
+#include "index/remote/remote_options.h"
+
+#include <memory>
+#include <string>
+
+namespace CLI {
+class App;
+}
+
+namespace filiform::tools {
+
+struct RemoteArguments {
+  std::string token_file, cache, cache_size;
+  unsigned connections = 0;  // 0: the default of RemoteOptions
+
+  // Reads the token from the file, or else from the environment variable FILIFORM_TOKEN. A signal cancels reads. Throws
+  // IoError if the file cannot be read, UsageError if it is empty or larger than 4 KiB.
+  RemoteOptions options() const;
+};
+
+// Adds --token-file, --cache, --cache-size and --connections, in a group of their own in the help.
+std::shared_ptr<RemoteArguments> addRemoteArguments(CLI::App& command);
+
+// For an option that names a set to be written. Throws UsageError if it is an address.
+void refuseAddress(const std::string& option, const std::string& path);
+
+}  // namespace filiform::tools

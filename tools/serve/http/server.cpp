@@ -1,0 +1,486 @@
+#include "tools/serve/http/server.h"
+
+#include "index/errors.h"
+#include "index/set/tile_set.h"
+#include "index/text.h"
+#include "tools/serve/http/answer_head.h"
+#include "tools/serve/http/internal/desk_socket.h"
+#include "tools/serve/http/internal/session_socket.h"
+#include "tools/serve/http/internal/unread_request.h"
+#include "tools/serve/http/log_entry.h"
+#include "tools/serve/routes/desk_answer.h"
+#include "tools/serve/routes/routes.h"
+#include "tools/serve/routes/session_request.h"
+#include "tools/serve/sets/limits.h"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <ctime>
+#include <optional>
+#include <set>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include <boost/asio.hpp>
+#include <boost/beast/core.hpp>
+#include <boost/beast/http.hpp>
+
+namespace filiform::tools {
+
+namespace {
+
+namespace beast = boost::beast;
+namespace http = boost::beast::http;
+namespace net = boost::asio;
+using boost::system::error_code;
+using net::ip::tcp;
+using Clock = std::chrono::steady_clock;
+using internal::detailOf;
+using internal::statusOf;
+
+constexpr std::size_t kPieceBytes = 256 << 10;
+constexpr std::uint64_t kMostAnswersBytes = std::uint64_t{512} << 20;  // of answers in memory
+constexpr double kLeastBytes_s = 64 << 10;                             // of a client that reads an answer, on average
+constexpr double kLinger_s = 2;                 // for a client to read the last answer before the connection ends
+constexpr std::size_t kLingerBytes = 32 << 20;  // of an unread body
+
+Clock::duration steadySeconds(double seconds) {
+  return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
+}
+
+class Connection;
+
+// What the connections share. Only the thread of run() uses it, except where stated.
+struct Hall {
+  Hall(const Routes& r, Metrics& m, const ServerOptions& o)
+      : routes(r), metrics(m), options(o), workers(std::max(1U, o.threads)) {
+    sockets.house = o.sessions;
+    sockets.version = o.version;
+    sockets.log = [this](const internal::SessionSocket& socket) { logSocket("/v1/session", socket); };
+    desks.log = [this](const internal::DeskSocket& socket) { logSocket("/v1/sets/{set}/desks/{desk}", socket); };
+    if (o.sessions != nullptr) o.sessions->onNews([this] { internal::wake(sockets); });
+  }
+  ~Hall() {
+    workers.stop();
+    workers.join();
+  }
+
+  void listen();
+  void run();
+  void accept();
+  void admit(tcp::socket socket);
+  void tick();
+  void beginToStop();
+  template <class Socket>
+  void logSocket(const char* route, const Socket& socket);
+  void endOf(const std::shared_ptr<Connection>& connection);
+
+  const Routes& routes;  // any thread
+  Metrics& metrics;      // any thread
+  const ServerOptions options;
+  std::string address;
+  net::io_context io{1};
+  tcp::acceptor acceptor{io};
+  net::steady_timer timer{io}, retry{io};
+  std::set<std::shared_ptr<Connection>> connections;
+  internal::SocketHall sockets{io, workers};
+  internal::DeskHall desks;
+  bool stopping = false;
+  Clock::time_point stop_by{}, next_second = Clock::now();
+  std::atomic<bool> in_second{false};  // each_second runs now; any thread
+  net::thread_pool workers;            // last: ends first
+};
+
+// The headers that routes read.
+constexpr std::array<std::string_view, 13> kReadHeaders{"host",
+                                                        "origin",
+                                                        "authorization",
+                                                        "cookie",
+                                                        "accept",
+                                                        "accept-encoding",
+                                                        "content-type",
+                                                        "content-encoding",
+                                                        "range",
+                                                        "if-range",
+                                                        "if-none-match",
+                                                        "x-forwarded-proto",
+                                                        "sec-websocket-protocol"};
+
+// One client: reads a request, has it answered, sends the answer, and so on.
+class Connection : public std::enable_shared_from_this<Connection> {
+ public:
+  Connection(tcp::socket socket, Hall& hall) : hall_(hall), metrics_(hall.metrics), stream_(std::move(socket)) {
+    error_code ignored;
+    const auto peer = stream_.socket().remote_endpoint(ignored);
+    client_ = peer.address().to_string(ignored);
+    stream_.socket().set_option(tcp::no_delay(true), ignored);
+    ++metrics_.connections;
+  }
+  ~Connection() {
+    releaseAnswer();
+    --metrics_.connections;
+  }
+
+  bool isIdle() const { return idle_; }
+  Clock::time_point idleSince() const { return idle_since_; }
+
+  void waitForRequest() {
+    if (hall_.stopping && buffer_.size() == 0) return close();
+    parser_.emplace();
+    parser_->header_limit(limits::kHeaderBytes);
+    parser_->body_limit(limits::kBodyBytes);
+    request_ = {};
+    if (buffer_.size() > 0) return readHeader();
+    idle_ = true;
+    idle_since_ = Clock::now();
+    stream_.expires_after(steadySeconds(hall_.options.idle_s));
+    stream_.async_read_some(buffer_.prepare(4096), [self = shared_from_this()](error_code error, std::size_t bytes) {
+      self->idle_ = false;
+      if (error) return self->close();
+      self->buffer_.commit(bytes);
+      self->readHeader();
+    });
+  }
+
+  // Sends one answer and ends the connection.
+  void turnAway(Answer answer) {
+    began_ = Clock::now();
+    keep_ = false;
+    send({std::move(answer)});
+  }
+
+  void close() {
+    stream_.close();
+    hall_.endOf(shared_from_this());
+  }
+
+ private:
+  void readHeader() {
+    stream_.expires_after(steadySeconds(hall_.options.header_s));
+    http::async_read_header(stream_, buffer_, *parser_, [self = shared_from_this()](error_code error, std::size_t) {
+      if (error) return self->refuseUnread(error);
+      self->judgeHead();
+    });
+  }
+
+  void refuseUnread(const error_code& error) {
+    const unsigned status = statusOf(error);
+    if (status == 0) return close();
+    turnAway(problem(status, detailOf(status)));
+  }
+
+  // Copies the head; false if a header that routes read comes twice.
+  bool copyHead() {
+    const auto& head = parser_->get();
+    request_.method = std::string(head.method_string());
+    request_.target = std::string(head.target());
+    for (const auto& field : head) {
+      std::string name(field.name_string());
+      for (char& c : name) c = static_cast<char>(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c);
+      if (std::find(kReadHeaders.begin(), kReadHeaders.end(), name) == kReadHeaders.end()) continue;
+      if (!request_.headers.emplace(name, std::string(field.value())).second) return false;
+    }
+    return true;
+  }
+
+  void judgeHead() {
+    began_ = Clock::now();
+    keep_ = parser_->keep_alive();
+    const bool body_follows = !parser_->is_done();
+    if (!copyHead()) return turnAway(problem(400, "a header is given twice"));
+    if (auto refused = hall_.routes.refuse(request_)) {
+      keep_ = keep_ && !body_follows;
+      return send(std::move(*refused));
+    }
+    if (isSession(request_) && boost::beast::websocket::is_upgrade(parser_->get())) return becomeSession();
+    const auto desk = hall_.options.desks == nullptr ? std::nullopt : deskRequest(request_);
+    if (desk && boost::beast::websocket::is_upgrade(parser_->get())) return becomeDesk(*desk);
+    if (!body_follows) return answer();
+    const auto expected = parser_->get()[http::field::expect];
+    if (expected.empty()) return readBody();
+    if (!beast::iequals(expected, "100-continue")) return turnAway(problem(417, "only Expect: 100-continue is known"));
+    static constexpr std::string_view kContinue = "HTTP/1.1 100 Continue\r\n\r\n";
+    net::async_write(stream_, net::buffer(kContinue), [self = shared_from_this()](error_code error, std::size_t) {
+      error ? self->close() : self->readBody();
+    });
+  }
+
+  // True if the request cannot become a WebSocket; the answer is then on its way.
+  bool refuseUpgrade() {
+    if (hall_.stopping)
+      turnAway(problem(503, "the server ends"));
+    else if (buffer_.size() > 0)
+      turnAway(problem(400, "wait for the answer to the upgrade before you send"));
+    else
+      return false;
+    return true;
+  }
+
+  void becomeDesk(const DeskRequest& desk) {
+    if (refuseUpgrade()) return;
+    const auto socket = std::make_shared<internal::DeskSocket>(std::move(stream_), hall_.desks, desk.room, client_,
+                                                               redacted(request_.target));
+    hall_.desks.sockets.insert(socket);
+    socket->begin(parser_->get(), desk.role, refuseRoom(*hall_.options.desks, desk.room));
+    hall_.endOf(shared_from_this());
+  }
+
+  // The socket goes on as a WebSocket.
+  void becomeSession() {
+    if (hall_.sockets.house == nullptr) return turnAway(problem(404, "this server has no sessions"));
+    if (refuseUpgrade()) return;
+    const auto socket = std::make_shared<internal::SessionSocket>(std::move(stream_), hall_.sockets, client_,
+                                                                  redacted(request_.target));
+    hall_.sockets.sockets.insert(socket);
+    socket->begin(parser_->get());
+    hall_.endOf(shared_from_this());
+  }
+
+  void readBody() {
+    stream_.expires_after(steadySeconds(hall_.options.body_s));
+    http::async_read(stream_, buffer_, *parser_, [self = shared_from_this()](error_code error, std::size_t) {
+      if (error) return self->refuseUnread(error);
+      self->answer();
+    });
+  }
+
+  void answer() {
+    stream_.expires_never();
+    request_.body = std::move(parser_->get().body());
+    net::post(hall_.workers, [self = shared_from_this()] {
+      Routed routed = self->metrics_.answer_bytes > kMostAnswersBytes
+                          ? Routed{problem(503, "too many answers are being sent; ask again")}
+                          : self->hall_.routes.answer(self->request_);
+      self->held_ = routed.answer.body.size();
+      self->metrics_.answer_bytes += self->held_;
+      net::post(self->hall_.io, [self, routed = std::move(routed)]() mutable { self->send(std::move(routed)); });
+    });
+  }
+
+  void send(Routed routed) {
+    routed_ = std::move(routed);
+    if (hall_.stopping) keep_ = false;
+    head_ = answerHead(routed_.answer, keep_, std::time(nullptr));
+    sent_ = 0;
+    sending_ = Clock::now();
+    to_send_ = request_.method == "HEAD" ? 0 : routed_.answer.contentBytes();
+    sendPiece();
+  }
+
+  void sendPiece() {
+    const double taken_s = std::chrono::duration<double>(Clock::now() - sending_).count();
+    if (taken_s > hall_.options.piece_s + static_cast<double>(sent_) / kLeastBytes_s) return close();
+    const auto bytes = static_cast<std::size_t>(std::min<std::uint64_t>(to_send_ - sent_, kPieceBytes));
+    if (!routed_.answer.file || bytes == 0) return writePiece(routed_.answer.body.data() + sent_, bytes);
+    net::post(hall_.workers, [self = shared_from_this(), bytes] {
+      const FileRange& range = *self->routed_.answer.file;
+      self->piece_.resize(bytes);
+      bool read = true;
+      try {
+        range.set->read(range.file, range.first + self->sent_, self->piece_);
+      } catch (const std::exception&) {
+        read = false;  // the client sees that the content is cut
+      }
+      net::post(self->hall_.io, [self, read, bytes] {
+        if (!read) return self->close();
+        self->writePiece(reinterpret_cast<const char*>(self->piece_.data()), bytes);
+      });
+    });
+  }
+
+  // The head goes with the first piece.
+  void writePiece(const char* data, std::size_t bytes) {
+    stream_.expires_after(steadySeconds(hall_.options.piece_s));
+    const std::array<net::const_buffer, 2> buffers{net::buffer(head_), net::buffer(data, bytes)};
+    net::async_write(stream_, buffers, [self = shared_from_this(), bytes](error_code error, std::size_t) {
+      if (error) return self->close();
+      self->head_.clear();
+      self->sent_ += bytes;
+      self->sent_ < self->to_send_ ? self->sendPiece() : self->finishAnswer();
+    });
+  }
+
+  void finishAnswer() {
+    const double seconds = std::chrono::duration<double>(Clock::now() - began_).count();
+    metrics_.count(routed_.route, routed_.answer.status, seconds, request_.body.size(), sent_);
+    if (hall_.options.log)
+      hall_.options.log({std::time(nullptr), client_, request_.method.empty() ? "-" : request_.method,
+                         request_.target.empty() ? "-" : request_.target, routed_.answer.status, sent_, seconds});
+    releaseAnswer();
+    routed_ = {};
+    if (keep_) return waitForRequest();
+    linger();
+  }
+
+  // If the connection ended with data unread, the client might lose the answer.
+  void linger() {
+    error_code ignored;
+    stream_.socket().shutdown(tcp::socket::shutdown_send, ignored);
+    stream_.expires_after(steadySeconds(kLinger_s));
+    buffer_.clear();
+    discard(0);
+  }
+  void discard(std::size_t before) {
+    stream_.async_read_some(buffer_.prepare(kPieceBytes),
+                            [self = shared_from_this(), before](error_code error, std::size_t bytes) {
+                              if (error || before + bytes > kLingerBytes) return self->close();
+                              self->discard(before + bytes);
+                            });
+  }
+
+  void releaseAnswer() {
+    metrics_.answer_bytes -= held_;
+    held_ = 0;
+  }
+
+  Hall& hall_;
+  Metrics& metrics_;
+  beast::tcp_stream stream_;
+  beast::flat_buffer buffer_;
+  std::string client_;
+  std::optional<http::request_parser<http::string_body>> parser_;
+  Request request_;
+  Routed routed_;
+  std::string head_;
+  std::vector<std::uint8_t> piece_;
+  std::uint64_t sent_ = 0, to_send_ = 0, held_ = 0;  // held_: counted in Metrics::answer_bytes
+  bool keep_ = false, idle_ = false;
+  Clock::time_point began_{}, sending_{}, idle_since_{};
+};
+
+// ADDRESS:PORT, with brackets round an IPv6 address.
+tcp::endpoint endpointOf(const std::string& listen) {
+  const auto refuse = [&]() -> UsageError {
+    return UsageError("--listen " + escaped(listen, 80) + ": give ADDRESS:PORT, such as 127.0.0.1:7878 or [::1]:7878");
+  };
+  const std::size_t colon = listen.rfind(':');
+  if (colon == std::string::npos) throw refuse();
+  std::string host = listen.substr(0, colon);
+  if (host == "localhost") host = "127.0.0.1";
+  if (host.size() > 2 && host.front() == '[' && host.back() == ']') host = host.substr(1, host.size() - 2);
+  const std::string port = listen.substr(colon + 1);
+  if (port.empty() || port.size() > 5 || port.find_first_not_of("0123456789") != std::string::npos) throw refuse();
+  error_code wrong;
+  const auto address = net::ip::make_address(host, wrong);
+  const unsigned long number = std::stoul(port);
+  if (wrong || number > 65535) throw refuse();
+  return {address, static_cast<std::uint16_t>(number)};
+}
+
+void Hall::listen() {
+  const tcp::endpoint endpoint = endpointOf(options.listen);
+  if (options.open && !endpoint.address().is_loopback())
+    throw UsageError("--listen " + escaped(options.listen, 80) +
+                     ": other machines can reach this address; give --token-file, or listen on 127.0.0.1");
+  error_code error;
+  acceptor.open(endpoint.protocol(), error);
+  if (!error) acceptor.set_option(tcp::acceptor::reuse_address(true), error);
+  if (!error) acceptor.bind(endpoint, error);
+  if (!error) acceptor.listen(net::socket_base::max_listen_connections, error);
+  if (error) throw IoError(escaped(options.listen, 80), "cannot listen", error.value());
+  const tcp::endpoint local = acceptor.local_endpoint();
+  const std::string host = local.address().to_string();
+  address = "http://" + (local.address().is_v6() ? "[" + host + "]" : host) + ":" + std::to_string(local.port());
+}
+
+void Hall::accept() {
+  acceptor.async_accept([this](error_code error, tcp::socket socket) {
+    if (stopping) return;
+    if (!error) {
+      admit(std::move(socket));
+      return accept();
+    }
+    retry.expires_after(steadySeconds(0.1));  // usually: no descriptor is left
+    retry.async_wait([this](error_code) {
+      if (!stopping) accept();
+    });
+  });
+}
+
+void Hall::admit(tcp::socket socket) {
+  const std::size_t most =
+      options.most_clients - std::min(options.most_clients, sockets.sockets.size() + desks.sockets.size());
+  if (connections.size() >= most) {
+    std::shared_ptr<Connection> longest;
+    for (const auto& one : connections)
+      if (one->isIdle() && (longest == nullptr || one->idleSince() < longest->idleSince())) longest = one;
+    if (longest != nullptr) longest->close();
+  }
+  const bool full = connections.size() >= most;
+  if (full) ++metrics.refused_connections;
+  if (connections.size() >= 2 * options.most_clients) return;  // closes the socket
+  const auto connection = std::make_shared<Connection>(std::move(socket), *this);
+  connections.insert(connection);
+  full ? connection->turnAway(problem(503, "too many clients; ask again")) : connection->waitForRequest();
+}
+
+void Hall::endOf(const std::shared_ptr<Connection>& connection) { connections.erase(connection); }
+
+void Hall::tick() {
+  const Clock::time_point now = Clock::now();
+  if (!stopping && options.stop != nullptr && options.stop->load()) beginToStop();
+  if (stopping && now >= stop_by)
+    for (const auto& connection : std::set(connections)) connection->close();
+  for (const auto& socket : std::set(sockets.sockets)) stopping&& now >= stop_by ? socket->end() : socket->watch();
+  for (const auto& socket : std::set(desks.sockets)) stopping&& now >= stop_by ? socket->end() : socket->watch();
+  metrics.sessions = sockets.sockets.size();
+  if (stopping && connections.empty() && sockets.sockets.empty() && desks.sockets.empty()) return io.stop();
+  if (options.each_second && now >= next_second && !in_second.exchange(true)) {
+    next_second = now + steadySeconds(1);
+    net::post(workers, [this] {
+      options.each_second();
+      in_second = false;
+    });
+  }
+  timer.expires_after(steadySeconds(0.05));
+  timer.async_wait([this](error_code) { tick(); });
+}
+
+void Hall::beginToStop() {
+  stopping = true;
+  stop_by = Clock::now() + steadySeconds(options.drain_s);
+  error_code ignored;
+  acceptor.close(ignored);
+  for (const auto& connection : std::set(connections))
+    if (connection->isIdle()) connection->close();
+  for (const auto& socket : std::set(sockets.sockets)) socket->close({CloseCode::going_away, "the server ends"});
+  for (const auto& socket : std::set(desks.sockets)) socket->close({DeskCode::going_away, "the server ends"});
+}
+
+template <class Socket>
+void Hall::logSocket(const char* route, const Socket& socket) {
+  metrics.count(route, 101, 0, socket.receivedBytes(), socket.sentBytes());
+  if (options.log)
+    options.log({std::time(nullptr), socket.clientAddress(), "GET", socket.target(), 101, socket.sentBytes(),
+                 socket.seconds()});
+}
+
+void Hall::run() {
+  accept();
+  tick();
+  io.run();
+  connections.clear();
+  sockets.sockets.clear();
+  desks.sockets.clear();
+}
+
+}  // namespace
+
+struct Server::Impl {
+  Hall hall;
+};
+
+Server::Server(const Routes& routes, Metrics& metrics, const ServerOptions& options)
+    : impl_(new Impl{Hall(routes, metrics, options)}) {
+  impl_->hall.listen();
+}
+
+Server::~Server() = default;
+
+const std::string& Server::address() const { return impl_->hall.address; }
+
+void Server::run() { impl_->hall.run(); }
+
+}  // namespace filiform::tools

@@ -1,0 +1,162 @@
+#include "tools/serve/routes/access.h"
+
+#include "index/text.h"
+#include "tools/program/token_file.h"
+#include "tools/serve/routes/session_request.h"
+
+#include <algorithm>
+#include <arpa/inet.h>
+#include <array>
+#include <cerrno>
+#include <regex>
+#include <unistd.h>
+#include <utility>
+
+namespace filiform::tools {
+
+namespace {
+
+constexpr std::size_t kLeastToken = 16, kMostToken = 512;
+
+// The host of HOST[:PORT] in lower case, without the brackets of IPv6. Empty if the text is malformed.
+std::string hostOf(std::string_view authority) {
+  if (authority.starts_with('[')) {
+    const std::size_t end = authority.find(']');
+    return end == std::string_view::npos ? "" : lowerCase(authority.substr(1, end - 1));
+  }
+  return lowerCase(authority.substr(0, authority.find(':')));
+}
+
+bool isIpAddress(const std::string& host) {
+  in6_addr address{};
+  return inet_pton(AF_INET, host.c_str(), &address) == 1 || inet_pton(AF_INET6, host.c_str(), &address) == 1;
+}
+
+// The value of a cookie; empty if it is absent.
+std::string_view cookieOf(std::string_view header, std::string_view name) {
+  while (!header.empty()) {
+    const std::string_view pair = header.substr(0, header.find(';'));
+    header.remove_prefix(std::min(header.size(), pair.size() + 1));
+    const std::size_t begin = pair.find_first_not_of(' ');
+    if (begin == std::string_view::npos) continue;
+    const std::string_view trimmed = pair.substr(begin);
+    if (trimmed.size() > name.size() && trimmed.starts_with(name) && trimmed[name.size()] == '=')
+      return trimmed.substr(name.size() + 1);
+  }
+  return {};
+}
+
+// Takes the same time for each text of the same length. False for an empty secret.
+bool isSecret(std::string_view text, const std::string& secret) {
+  if (secret.empty()) return false;
+  unsigned difference = text.size() == secret.size() ? 0 : 1;
+  for (std::size_t i = 0; i < text.size(); ++i)
+    difference |= static_cast<unsigned char>(text[i]) ^ static_cast<unsigned char>(secret[i % secret.size()]);
+  return difference == 0;
+}
+
+std::string_view givenToken(const Request& request) {
+  const std::string_view given = request.header("authorization");
+  constexpr std::string_view kScheme = "bearer ";
+  if (given.size() > kScheme.size() && lowerCase(given.substr(0, kScheme.size())) == kScheme)
+    return given.substr(kScheme.size());
+  if (!given.empty()) return {};
+  const std::string_view cookie = cookieOf(request.header("cookie"), kTokenCookie);
+  return cookie.empty() ? tokenOfProtocols(request.header("sec-websocket-protocol")) : cookie;
+}
+
+}  // namespace
+
+std::string randomText() {
+  std::array<unsigned char, 16> bytes{};
+  if (::getentropy(bytes.data(), bytes.size()) != 0) throw IoError("the system's random numbers", "cannot read", errno);
+  std::string text;
+  for (const unsigned char byte : bytes) {
+    static constexpr char kHex[] = "0123456789abcdef";
+    (text += kHex[byte >> 4]) += kHex[byte & 15];
+  }
+  return text;
+}
+
+Access::Access(AccessRules rules) : rules_(std::move(rules)) {
+  static const std::regex kOrigin("[a-z][a-z0-9+.-]*://[^/?#@ ]+");
+  for (std::string& origin : rules_.origins) {
+    origin = lowerCase(origin);
+    if (!std::regex_match(origin, kOrigin))
+      throw UsageError("--origin " + escaped(origin, 80) +
+                       ": give SCHEME://HOST or SCHEME://HOST:PORT, without a path");
+  }
+  for (std::string& host : rules_.hosts) host = lowerCase(host);
+  if (needsToken()) capability_ = randomText();
+}
+
+std::string Access::capability() const {
+  const std::lock_guard lock(mutex_);
+  return capability_;
+}
+
+void Access::revokeCapability() {
+  if (!needsToken()) return;
+  std::string fresh = randomText();
+  const std::lock_guard lock(mutex_);
+  capability_ = std::move(fresh);
+}
+
+bool Access::isListed(std::string_view origin) const {
+  return std::find(rules_.origins.begin(), rules_.origins.end(), lowerCase(origin)) != rules_.origins.end();
+}
+
+bool Access::isToken(std::string_view text) const { return isSecret(text, rules_.token); }
+
+std::optional<Answer> Access::refuse(const Request& request, bool open) const {
+  const std::string_view authority = request.header("host");
+  if (authority.empty()) return problem(400, "the request has no Host header");
+  const std::string host = hostOf(authority);
+  if (host != "localhost" && !isIpAddress(host) &&
+      std::find(rules_.hosts.begin(), rules_.hosts.end(), host) == rules_.hosts.end())
+    return problem(421, "this server has not the name '" + escaped(host, 80) + "'; start it with --host NAME");
+  const std::string_view origin = request.header("origin");
+  const bool own =
+      lowerCase(origin) == "http://" + lowerCase(authority) || lowerCase(origin) == "https://" + lowerCase(authority);
+  if (!origin.empty() && !own && !isListed(origin))
+    return problem(403, "pages of " + escaped(origin, 80) + " may not ask; start the server with --origin URL");
+  if (request.capability && request.method != "OPTIONS") {
+    if (isSecret(*request.capability, capability())) return std::nullopt;
+    return problem(401, "this address was revoked; the server's page has the present one");
+  }
+  // A browser sends no token before it asks for leave.
+  if (open || !needsToken() || request.method == "OPTIONS" || isToken(givenToken(request))) return std::nullopt;
+  Answer answer =
+      problem(401, "send the header 'Authorization: Bearer TOKEN', with the token of the server's --token-file");
+  answer.headers.emplace_back("WWW-Authenticate", "Bearer");
+  return answer;
+}
+
+void Access::addCors(const Request& request, Answer& answer) const {
+  if (rules_.origins.empty()) return;
+  answer.headers.emplace_back("Vary", "Origin");
+  const std::string_view origin = request.header("origin");
+  if (!isListed(origin)) return;
+  answer.headers.emplace_back("Access-Control-Allow-Origin", std::string(origin));
+  answer.headers.emplace_back("Access-Control-Expose-Headers",
+                              "Accept-Ranges, Content-Range, ETag, Filiform-Truncated, Retry-After");
+  if (request.method != "OPTIONS") return;
+  answer.headers.emplace_back("Access-Control-Allow-Methods", "GET, HEAD, POST");
+  answer.headers.emplace_back("Access-Control-Allow-Headers",
+                              "Accept, Authorization, Content-Type, If-None-Match, Range");
+  answer.headers.emplace_back("Access-Control-Max-Age", "600");
+}
+
+std::string readToken(const std::string& path) {
+  std::string token = readTokenFile(path);
+  const bool plain = std::all_of(token.begin(), token.end(), [](char c) {
+    return c > 0x20 && c < 0x7F && std::string_view(";,\"\\").find(c) == std::string_view::npos;
+  });
+  if (!plain || token.size() < kLeastToken || token.size() > kMostToken)
+    throw UsageError("--token-file " + escaped(path) +
+                     ": its first line must be a token of 16 to 512 letters and "
+                     "digits, such as 'openssl rand -hex 32' prints");
+  return token;
+}
+
+}  // namespace filiform::tools

@@ -1,0 +1,141 @@
+// The answers of the routes cells, cells/NAME and path.
+#include "index/query/cell_graph.h"
+#include "index/query/cell_paths.h"
+#include "index/set/glob.h"
+#include "index/text.h"
+#include "tools/serve/routes/service.h"
+#include "tools/serve/sets/limits.h"
+#include "tools/words/cell_json.h"
+#include "tools/words/cell_place_text.h"
+#include "tools/words/found_path.h"
+#include "tools/words/npy.h"
+
+#include <cmath>
+#include <sstream>
+
+namespace filiform::tools {
+
+namespace {
+
+std::uint32_t cellNamed(const ServedSet& served, const std::string& name) {
+  const auto cell = served.store().findCell(name);
+  if (!cell) throw Refusal(404, "the set has no cell '" + escaped(name, 80) + "'; the route cells lists the names");
+  return *cell;
+}
+
+// Parallel lists, one entry a sample. `parent` is a position in these lists, -1 for a root.
+nlohmann::ordered_json samplesJson(const CellGraph& graph) {
+  using Json = nlohmann::ordered_json;
+  Json json{{"id", graph.sample_ids}};
+  for (const char* name : {"x", "y", "z", "radius", "type", "parent"}) json[name] = Json::array();
+  for (std::uint32_t rank = 0; rank < graph.samples(); ++rank) {
+    const Vector3d p_W = graph.position_W(rank);
+    json["x"].push_back(p_W.x());
+    json["y"].push_back(p_W.y());
+    json["z"].push_back(p_W.z());
+    json["radius"].push_back(std::isfinite(graph.radii_um[rank]) ? Json(graph.radii_um[rank]) : Json(nullptr));
+    json["type"].push_back(graph.types[rank]);
+    json["parent"].push_back(graph.parents[rank] == kNoParent ? -1 : static_cast<std::int64_t>(graph.parents[rank]));
+  }
+  return json;
+}
+
+// One record a sample. `parent` is a record's position, -1 for a root.
+std::string samplesNpy(const CellGraph& graph) {
+  std::string bytes = npyHeader(
+      "[('id', '<i8'), ('x', '<f8'), ('y', '<f8'), ('z', '<f8'), ('radius', '<f4'), ('type', '<u2'), ('parent', "
+      "'<i4')]",
+      graph.samples());
+  for (std::uint32_t rank = 0; rank < graph.samples(); ++rank) {
+    const Vector3d p_W = graph.position_W(rank);
+    appendValue(bytes, graph.sample_ids[rank]);
+    for (int axis = 0; axis < 3; ++axis) appendValue(bytes, static_cast<double>(p_W[axis]));
+    appendValue(bytes, graph.radii_um[rank]);
+    appendValue(bytes, graph.types[rank]);
+    appendValue(bytes, graph.parents[rank] == kNoParent ? -1 : static_cast<std::int32_t>(graph.parents[rank]));
+  }
+  return bytes;
+}
+
+}  // namespace
+
+void refuseLargeCell(const CellRecord& cell) {
+  if (cell.samples > limits::kCellSamples)
+    throw Refusal(413, "the cell has more than " + std::to_string(limits::kCellSamples) +
+                           " samples; use the program on the set's files");
+}
+
+Answer cellsAnswer(const Call& call) {
+  const TileStore& store = call.served->store();
+  const std::string glob = call.request.parameter("name").value_or("*");
+  const std::uint32_t count = store.cell_count();
+  std::uint64_t cell = call.request.whole("cursor", 0, UINT32_MAX).value_or(0);
+  nlohmann::ordered_json rows = nlohmann::ordered_json::array();
+  for (std::uint32_t scanned = 0; cell < count && rows.size() < limits::kListedCells && scanned < limits::kScannedCells;
+       ++cell, ++scanned) {
+    if (scanned % 256 == 0) TimedStore::check();
+    const auto id = static_cast<std::uint32_t>(cell);
+    const CellRecord& record = store.cell(id);
+    if (record.removed || !matchesGlob(glob, record.name)) continue;
+    rows.push_back(cellJson(id, record, store.grid()));
+    rows.back().erase("length_um");  // not measured
+    if (!call.served->attributes().empty())
+      rows.back()["attributes"] = attributesJson(call.served->attributes().of(id));
+  }
+  nlohmann::ordered_json json{{"truncated", cell < count}, {"cursor", nullptr}, {"cells", std::move(rows)}};
+  if (cell < count) json["cursor"] = std::to_string(cell);
+  return jsonAnswer(json);
+}
+
+Answer cellAnswer(const Call& call) {
+  const std::string& file = call.captured.at(1);
+  const bool swc = file.ends_with(".swc"), npy = file.ends_with(".npy");
+  if (!swc && !npy && !file.ends_with(".json"))
+    throw Refusal(404, "give the name of a cell with the ending .json, .swc or .npy");
+  const std::uint32_t id = cellNamed(*call.served, file.substr(0, file.size() - (swc || npy ? 4 : 5)));
+  const CellRecord& record = call.served->store().cell(id);
+  refuseLargeCell(record);
+  const CellGraph graph = readCell(call.served->store(), id, true);
+  if (swc) {
+    if (graph.isGraph()) throw Refusal(400, "the cell has loops, which SWC cannot hold; ask for .json");
+    std::ostringstream text;
+    writeSwc(text, graph);
+    return {.type = "text/plain; charset=utf-8", .body = std::move(text).str()};
+  }
+  if (npy) {
+    if (graph.isGraph()) throw Refusal(400, "the cell has loops, which a list of parents cannot hold; ask for .json");
+    return {.type = kNpyType, .body = samplesNpy(graph)};
+  }
+  nlohmann::ordered_json json = cellJson(id, record, graph.grid);
+  json.erase("length_um");
+  if (!call.served->attributes().empty()) json["attributes"] = attributesJson(call.served->attributes().of(id));
+  json["truncated"] = false;
+  json["samples_by_rank"] = samplesJson(graph);
+  if (graph.isGraph()) json["links"] = graph.links;
+  return jsonAnswer(json);
+}
+
+Answer pathAnswer(const Call& call) {
+  const auto from_text = call.request.parameter("from"), to_text = call.request.parameter("to");
+  if (!from_text || !to_text)
+    throw Refusal(400, "give from=CELL:SAMPLE and to=CELL:SAMPLE, or to=tip for the farthest tip");
+  const CellPlaceText from = parseCellPlace("from", *from_text);
+  const std::uint32_t id = cellNamed(*call.served, from.cell);
+  std::optional<CellPlaceText> to;
+  if (*to_text != "tip") {
+    to = parseCellPlace("to", *to_text);
+    if (cellNamed(*call.served, to->cell) != id) throw Refusal(400, "a path joins two places of one cell");
+  }
+  refuseLargeCell(call.served->store().cell(id));
+  const CellPaths cell(readCell(call.served->store(), id, false));
+  TimedStore::check();
+  const FoundPath found = to ? pathBetween(cell, from, *to, TimedStore::check) : pathToFarthestTip(cell, from);
+  nlohmann::ordered_json json = pathHeadJson(cell, found);
+  json["truncated"] = false;
+  json["note"] = found.note;
+  json["points"] = nlohmann::ordered_json::array();
+  for (const CellPath::Point& point : found.path.points) json["points"].push_back(pathPointJson(cell, point));
+  return jsonAnswer(json);
+}
+
+}  // namespace filiform::tools

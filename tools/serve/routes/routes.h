@@ -1,0 +1,60 @@
+// Routes: the table of what the service answers. One table decides which requests are answered, which parameters they
+// may have, and what /v1/openapi.json says. Thread rule: immutable; internally synchronised where a Service is.
+#pragma once
+
+#include "tools/serve/routes/service.h"
+
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace filiform::tools {
+
+struct RouteParameter {
+  const char* name;
+  const char* kind;  // string, number, integer
+  const char* meaning;
+};
+
+struct Route {
+  const char* method;  // GET (and HEAD), POST or DELETE
+  const char* path;    // {NAME} stands for one part; {set} for the name of a set
+  const char* summary;
+  const char* type;  // media type of the answer
+  std::vector<RouteParameter> parameters;
+  bool open;  // answers without a token
+  Answer (*answer)(const Call& call);
+};
+std::span<const Route> allRoutes();
+
+// The answer to a request, and the path of its route for the metrics; empty if no route fits.
+struct Routed {
+  Answer answer;
+  std::string route = {};
+};
+
+class Routes {
+ public:
+  // `log` gets one line for each answer that fails with a server's error; any thread calls it. The service and what it
+  // refers to must outlive this object.
+  Routes(const Service& service, std::function<void(const std::string& line)> log);
+
+  // Judges a request by its head, before the body is read: access, route, parameters, type of the body. Returns the
+  // refusal or the answer to a preflight; nullopt: read the body and call answer(). O(length of the head).
+  std::optional<Routed> refuse(Request& head) const;
+  // Answers a request, for HEAD too (the server then leaves out the content). Calls parseTarget() if nobody did. Every
+  // failure is an answer: 4xx for the request's, 503 for time and memory, 500 for the set's.
+  Routed answer(Request& request) const;
+
+ private:
+  struct Found;
+  Found find(Request& request) const;
+  Routed finished(const Request& request, Answer answer, const char* route) const;
+
+  const Service& service_;
+  std::function<void(const std::string& line)> log_;
+};
+
+}  // namespace filiform::tools

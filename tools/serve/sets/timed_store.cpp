@@ -1,0 +1,42 @@
+#include "tools/serve/sets/timed_store.h"
+
+#include "tools/words/refusal.h"
+
+#include <chrono>
+#include <optional>
+
+namespace filiform::tools {
+
+namespace {
+
+thread_local std::optional<std::chrono::steady_clock::time_point> answer_deadline;
+
+}  // namespace
+
+TimedStore::Limit::Limit(double seconds) {
+  answer_deadline = std::chrono::steady_clock::now() + std::chrono::duration_cast<std::chrono::steady_clock::duration>(
+                                                           std::chrono::duration<double>(seconds));
+}
+
+TimedStore::Limit::~Limit() { answer_deadline.reset(); }
+
+void TimedStore::check() {
+  if (answer_deadline && std::chrono::steady_clock::now() >= *answer_deadline) throw AnswerTimeout();
+}
+
+std::shared_ptr<const Tile> TimedStore::load(TileId tile) const {
+  check();
+  return store_.load(tile);
+}
+
+TileAppearance TimedStore::loadAppearance(TileId tile) const {
+  check();
+  return store_.loadAppearance(tile);
+}
+
+CellDetail TimedStore::loadCellDetail(std::uint32_t id) const {
+  check();
+  return store_.loadCellDetail(id);
+}
+
+}  // namespace filiform::tools

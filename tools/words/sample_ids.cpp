@@ -1,0 +1,58 @@
+#include "tools/words/sample_ids.h"
+
+#include "index/query/cell_graph.h"
+
+#include <utility>
+
+namespace filiform::tools {
+
+// In a forest, a segment has the rank of its child. A cell with loops has links.
+std::vector<std::int64_t> childSampleIds(const TileStore& store, std::uint32_t cell) {
+  if (!hasLoops(store.cell(cell))) return store.loadCellDetail(cell).sample_ids;
+  const CellGraph graph = readCell(store, cell, false);
+  std::vector<std::int64_t> ids;
+  for (const auto& link : graph.links) ids.push_back(graph.sample_ids[link[0]]);
+  return ids;
+}
+
+SampleIds::OfCell::OfCell(std::vector<std::int64_t> ids) {
+  bool consecutive = !ids.empty();
+  for (std::size_t i = 1; consecutive && i < ids.size(); ++i)
+    consecutive = ids[i - 1] != INT64_MAX && ids[i] == ids[i - 1] + 1;
+  if (consecutive)
+    first_ = ids.front();
+  else
+    ids_ = std::move(ids);
+}
+
+std::shared_ptr<const SampleIds::OfCell> SampleIds::cell(std::uint32_t cell) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (const auto found = kept_.find(cell); found != kept_.end()) {
+      order_.splice(order_.begin(), order_, found->second.place);
+      return found->second.ids;
+    }
+  }
+  // Reads without the lock: two threads may read the same cell, and one copy is kept.
+  const auto ids = std::make_shared<const OfCell>(childSampleIds(store_, cell));
+  const std::lock_guard lock(mutex_);
+  const auto [at, fresh] = kept_.try_emplace(cell);
+  if (!fresh) return at->second.ids;
+  order_.push_front(cell);
+  at->second = {ids, order_.begin()};
+  bytes_ += ids->bytes();
+  while (bytes_ > budget_bytes_ && !order_.empty()) {
+    const auto last = kept_.find(order_.back());
+    bytes_ -= last->second.ids->bytes();
+    kept_.erase(last);
+    order_.pop_back();
+  }
+  return ids;
+}
+
+std::uint64_t SampleIds::bytes() const {
+  const std::lock_guard lock(mutex_);
+  return bytes_;
+}
+
+}  // namespace filiform::tools

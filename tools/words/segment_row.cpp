@@ -1,0 +1,38 @@
+#include "tools/words/segment_row.h"
+
+#include "tools/words/npy.h"
+
+namespace filiform::tools {
+
+nlohmann::ordered_json segmentRowJson(const SegmentRow& row, SegmentRowFields fields) {
+  const NearestResult& r = *row.result;
+  nlohmann::ordered_json json{
+      {"query", row.query},   {"rank", r.rank},  {"distance", r.distance_um}, {"x", r.p_W.x()},
+      {"y", r.p_W.y()},       {"z", r.p_W.z()},  {"cell", *row.cell},         {"segment", r.segment.segment},
+      {"sample", row.sample}, {"exact", r.exact}};
+  if (fields == SegmentRowFields::program) json["tiles_read"] = r.tiles_searched;
+  if (row.along) json["along"] = *row.along;
+  return json;
+}
+
+std::string segmentRecordType(bool along) {
+  std::string type =
+      "[('query', '<u4'), ('rank', '<u4'), ('distance', '<f8'), ('x', '<f8'), ('y', '<f8'), ('z', '<f8'), "
+      "('cell', '<u4'), ('segment', '<u4'), ('sample', '<i8'), ('exact', '?')";
+  return type + (along ? ", ('along', '<f8')]" : "]");
+}
+
+void appendSegmentRecord(std::string& bytes, const SegmentRow& row) {
+  const NearestResult& r = *row.result;
+  appendValue(bytes, static_cast<std::uint32_t>(row.query));
+  appendValue(bytes, r.rank);
+  appendValue(bytes, r.distance_um);
+  for (int axis = 0; axis < 3; ++axis) appendValue(bytes, static_cast<double>(r.p_W[axis]));
+  appendValue(bytes, r.segment.cell);
+  appendValue(bytes, r.segment.segment);
+  appendValue(bytes, row.sample);
+  appendValue(bytes, static_cast<char>(r.exact ? 1 : 0));
+  if (row.along) appendValue(bytes, *row.along);
+}
+
+}  // namespace filiform::tools

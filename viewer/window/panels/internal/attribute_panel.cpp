@@ -1,0 +1,62 @@
+#include "viewer/window/panels/internal/attribute_panel.h"
+
+#include "viewer/window/panels/internal/panel_parts.h"
+
+#include <algorithm>
+
+namespace filiform::internal {
+
+void drawAttributes(const PanelData& d, PanelRequests& requests) {
+  if (d.attribute_names.empty() || d.size.width < 480 * d.scale || d.size.height < 300 * d.scale) return;
+  const double width = 220 * d.scale;
+  const double below_force = std::max(d.size.height * 0.22, 145 * d.scale);
+  ImGui::SetNextWindowPos(vec(d.size.width - 10 * d.scale, below_force), ImGuiCond_Always, vec(1, 0));
+  ImGui::SetNextWindowSizeConstraints(vec(width, 0), vec(width, d.size.height * 0.5));
+  ImGui::SetNextWindowBgAlpha(kPanelAlpha);
+  ImGui::Begin("attributes", nullptr,
+               ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoResize |
+                   ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_AlwaysAutoResize |
+                   ImGuiWindowFlags_NoFocusOnAppearing | ImGuiWindowFlags_NoNav);
+  ImGui::TextColored({0.6F, 0.63F, 0.69F, 1}, "colour by attribute");
+  ImGui::SetNextItemWidth(-1);
+  const std::string current = d.attribute.empty() ? "(none)" : fitted(d.attribute, static_cast<float>(width * 0.8));
+  if (ImGui::BeginCombo("##attribute", current.c_str())) {
+    if (ImGui::Selectable("(none)", d.attribute.empty())) requests.attribute = "";
+    for (std::size_t i = 0; i < d.attribute_names.size(); ++i) {
+      ImGui::PushID(static_cast<int>(i));
+      const ImVec2 at = ImGui::GetCursorScreenPos();
+      if (ImGui::Selectable("##name", d.attribute_names[i] == d.attribute)) requests.attribute = d.attribute_names[i];
+      ImGui::GetWindowDrawList()->AddText(at, ImGui::GetColorU32(ImGuiCol_Text), d.attribute_names[i].c_str());
+      ImGui::PopID();
+    }
+    ImGui::EndCombo();
+  }
+  if (!d.selection.empty()) showFitted(d.selection, width, d.scale);
+  if (d.selected && ImGui::SmallButton("select all")) requests.select_all = true;
+  if (d.legend != nullptr) {
+    const float line = ImGui::GetTextLineHeight();
+    for (std::size_t i = 0; i < d.legend->size(); ++i) {
+      const CellColours::Entry& entry = (*d.legend)[i];
+      ImGui::PushID(static_cast<int>(1000 + i));
+      const ImVec2 at = ImGui::GetCursorScreenPos();
+      if (ImGui::Selectable("##value", d.selected && entry.chosen, 0, ImVec2(0, line))) {
+        requests.value = entry.value;
+        requests.value_alone = !ImGui::GetIO().KeyCtrl;
+      }
+      ImDrawList& list = *ImGui::GetWindowDrawList();
+      const Rgba c = entry.chosen ? entry.colour : kUnchosenCell;
+      list.AddRectFilled(vec(at.x, at.y + 0.15 * line), vec(at.x + 0.8 * line, at.y + 0.85 * line),
+                         IM_COL32(c.r, c.g, c.b, 255));
+      const std::string count = countText(entry.cells);
+      const float count_width = ImGui::CalcTextSize(count.c_str()).x;
+      const auto right = static_cast<float>(at.x + ImGui::GetContentRegionAvail().x);
+      list.AddText(vec(at.x + 1.1 * line, at.y), entry.chosen ? kInk : kDim,
+                   fitted(entry.value, right - at.x - 1.4F * line - count_width).c_str());
+      list.AddText(vec(right - count_width, at.y), kDim, count.c_str());
+      ImGui::PopID();
+    }
+  }
+  ImGui::End();
+}
+
+}  // namespace filiform::internal

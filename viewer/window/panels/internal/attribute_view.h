@@ -1,0 +1,57 @@
+// AttributeView: colours and selects the cells of the open scene by their attributes. Thread rule: the window's thread.
+#pragma once
+
+#include "index/attributes/cell_attributes.h"
+#include "viewer/scene/cell_colours.h"
+#include "viewer/window/panels/panel_data.h"
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+namespace filiform::internal {
+
+class AttributeView {
+ public:
+  // `store` must outlive this object. Only tile sets have attributes.
+  explicit AttributeView(const TileStore& store);
+
+  bool hasAttributes() const { return attributes_ != nullptr && !attributes_->empty(); }
+  // nullptr: colours follow the settings.
+  const std::shared_ptr<const CellColours>& colours() const { return colours_; }
+  const std::string& attribute() const { return attribute_; }  // empty: none
+
+  // These throw UsageError, CorruptSet and IoError, and then change nothing. Each reads the columns that it needs.
+  //
+  // Colours by this attribute; empty: as the settings say. All cells are selected again.
+  void colourBy(const std::string& attribute);
+  // The attribute after the current one, or none after the last. False: none.
+  bool next();
+  // Selects only the cells that meet a condition of CellFilter. Returns how many these are.
+  std::size_t select(const std::string& condition);
+  // Selects this value of the legend alone, or adds or removes it if others are selected already. `alone`: alone.
+  void toggle(const std::string& value, bool alone);
+  void selectAll();
+
+  // True if the text has the form of a condition, so that the search box passes it to select().
+  bool isCondition(const std::string& text) const;
+
+  void fill(PanelData& data) const;
+  void describe(nlohmann::ordered_json& state) const;
+
+ private:
+  void make();
+
+  const TileSet* set_;
+  std::unique_ptr<CellAttributes> attributes_;
+  std::string attribute_, condition_;
+  std::optional<std::vector<std::uint32_t>> only_;
+  std::optional<std::vector<std::string>> values_;
+  std::shared_ptr<const CellColours> colours_;
+};
+
+}  // namespace filiform::internal

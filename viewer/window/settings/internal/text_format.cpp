@@ -1,0 +1,18 @@
+#include "viewer/window/settings/internal/text_format.h"
+
+#include <array>
+#include <cstdarg>
+#include <cstdio>
+
+namespace filiform::internal {
+
+std::string format(const char* pattern, ...) {
+  std::array<char, 256> text{};
+  va_list arguments;
+  va_start(arguments, pattern);
+  std::vsnprintf(text.data(), text.size(), pattern, arguments);
+  va_end(arguments);
+  return text.data();
+}
+
+}  // namespace filiform::internal
