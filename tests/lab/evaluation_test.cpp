@@ -53,11 +53,11 @@ TEST(Evaluation, WritesTheSameBytesWhateverTheThreadsAndAPageThatNeedsNothingEls
   EXPECT_NE(page.find("data:image/png;base64,iVBORw0KGgo"), std::string::npos);
   EXPECT_EQ(page.find("://"), std::string::npos);
   EXPECT_EQ(page.find("src=\"scene"), std::string::npos);
-  const auto json = nlohmann::json::parse(readBytes(folder / "two/evaluate.json"));
+  const auto evaluated = nlohmann::json::parse(readBytes(folder / "two/evaluate.json"));
   for (const char* table :
        {"goals", "scene_time", "scene_force", "scene_ratios", "scene_hands", "fan", "fan_completed", "main_medium",
         "held_out_medium", "paired", "hold", "ablation_climb", "stress", "parameters", "machine"})
-    EXPECT_TRUE(json["tables"].contains(table)) << table;
+    EXPECT_TRUE(evaluated["tables"].contains(table)) << table;
 }
 
 TEST(Evaluation, ProgramRefusesWhatMakesNoSense) {

@@ -12,7 +12,8 @@ ROOT = pathlib.Path(__file__).parents[3]
 
 @pytest.mark.parametrize("readme", ["README.md", "tools/python/README.md"], ids=["of_the_repository", "of_the_package"])
 def test_the_first_lines_run(readme, column, tmp_path, monkeypatch):
-    (tmp_path / "column.fil").symlink_to(column)
+    for name in "column.fil", "my.fil":
+        (tmp_path / name).symlink_to(column)
     monkeypatch.chdir(tmp_path)
     code = re.search(r"^```python\n(.*?)^```$", (ROOT / readme).read_text(), re.M | re.S)[1]
     assert 3 <= len(code.splitlines()) <= 4

@@ -40,7 +40,7 @@ class CommandLine : public ::testing::Test {
     std::ostringstream text;
     std::streambuf* const out = std::cout.rdbuf(text.rdbuf());
     std::streambuf* const err = std::cerr.rdbuf(text.rdbuf());
-    const int code = tools::runFiliform(static_cast<int>(words.size()), argv.data());
+    const int code = tools::runCommands(static_cast<int>(words.size()), argv.data());
     std::cout.rdbuf(out);
     std::cerr.rdbuf(err);
     said_ = text.str();

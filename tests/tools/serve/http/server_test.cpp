@@ -2,6 +2,7 @@
 #include "tests/support/campaign.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/servers/served_column.h"
+#include "tests/support/servers/server_process.h"
 
 #include <chrono>
 #include <csignal>
@@ -312,7 +313,7 @@ TEST_F(Server, ANewRevisionIsServedToNewRequests) {
 
 TEST_F(Server, ASetAtAnAddressIsReady) {
   start();
-  const ServerProcess far({server_->address() + "/v1/sets/t"}, folder_ / "far.err");
+  const test::ServerProcess far({server_->address() + "/v1/sets/t"}, folder_ / "far.err");
   for (int i = 0; i < 10; ++i, std::this_thread::sleep_for(100ms))  // before and after the first look for a revision
     ASSERT_EQ(fetch(far.port(), "/readyz").status, 200u) << test::readBytes(folder_ / "far.err");
   EXPECT_EQ(fetch(far.port(), "/v1/sets/t").body, fetch(server_->port(), "/v1/sets/t").body);
