@@ -1,9 +1,10 @@
-#include "device/haply/internal/web_socket_frames.h"
+#include "device/web_socket/frames.h"
 
 #include <algorithm>
 #include <cstring>
+#include <utility>
 
-namespace filiform::internal {
+namespace filiform {
 namespace {
 
 constexpr std::uint8_t kFinal = 0x80, kReserved = 0x70, kKind = 0x0f, kMasked = 0x80, kLength = 0x7f;
@@ -35,7 +36,8 @@ FrameParser::FrameParser(std::size_t capacity, bool masked)
 
 void FrameParser::reset() noexcept {
   begin_ = end_ = message_bytes_ = 0;
-  in_message_ = message_taken_ = broken_ = false;
+  message_event_ = Event::none;
+  message_taken_ = broken_ = false;
 }
 
 std::span<char> FrameParser::space() noexcept {
@@ -93,11 +95,12 @@ FrameParser::Event FrameParser::next(std::string_view& payload) noexcept {
         return Event::pong;
       case FrameKind::text:
       case FrameKind::binary:
-        if (in_message_) return broken();
-        if (is_final) return Event::message;
+        if (message_event_ != Event::none) return broken();
+        message_event_ = kind == FrameKind::text ? Event::text : Event::binary;
+        if (is_final) return std::exchange(message_event_, Event::none);
         break;
       case FrameKind::continuation:
-        if (!in_message_) return broken();
+        if (message_event_ == Event::none) return broken();
         break;
       default:
         return broken();
@@ -105,13 +108,12 @@ FrameParser::Event FrameParser::next(std::string_view& payload) noexcept {
     if (message_.size() - message_bytes_ < bytes) return broken();
     std::copy_n(data, bytes, message_.data() + message_bytes_);
     message_bytes_ += bytes;
-    in_message_ = !is_final;
     if (!is_final) continue;
     message_taken_ = true;
     payload = {message_.data(), message_bytes_};
-    return Event::message;
+    return std::exchange(message_event_, Event::none);
   }
   return Event::broken;
 }
 
-}  // namespace filiform::internal
+}  // namespace filiform
