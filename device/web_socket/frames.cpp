@@ -37,7 +37,7 @@ FrameParser::FrameParser(std::size_t capacity, bool masked)
 void FrameParser::reset() noexcept {
   begin_ = end_ = message_bytes_ = 0;
   message_event_ = Event::none;
-  message_taken_ = broken_ = false;
+  message_taken_ = broken_ = too_long_ = false;
 }
 
 std::span<char> FrameParser::space() noexcept {
@@ -51,8 +51,9 @@ std::span<char> FrameParser::space() noexcept {
   return std::span<char>(bytes_).subspan(end_);
 }
 
-FrameParser::Event FrameParser::broken() noexcept {
+FrameParser::Event FrameParser::broken(bool too_long) noexcept {
   broken_ = true;
+  too_long_ = too_long;
   return Event::broken;
 }
 
@@ -76,8 +77,9 @@ FrameParser::Event FrameParser::next(std::string_view& payload) noexcept {
     if (length_bytes > 0) {
       length = 0;
       for (std::size_t i = 0; i < length_bytes; ++i) length = length << 8 | byteOf(frame[2 + i]);
+      if (length <= (length_bytes == 2 ? kShort : 0xffff)) return broken();  // not the shortest form
     }
-    if (length > message_.size()) return broken();
+    if (length > message_.size()) return broken(true);
     const auto bytes = static_cast<std::size_t>(length);
     if (have - header < bytes) return Event::none;
 
@@ -105,7 +107,7 @@ FrameParser::Event FrameParser::next(std::string_view& payload) noexcept {
       default:
         return broken();
     }
-    if (message_.size() - message_bytes_ < bytes) return broken();
+    if (message_.size() - message_bytes_ < bytes) return broken(true);
     std::copy_n(data, bytes, message_.data() + message_bytes_);
     message_bytes_ += bytes;
     if (!is_final) continue;

@@ -37,15 +37,17 @@ class FrameParser {
   // The next event of the bytes that have come. `payload` is valid until the next call. `broken`: the bytes are not
   // frames, or longer than the capacity; it stays so until reset().
   Event next(std::string_view& payload) noexcept;
+  // The close code for `broken`: 1009 if a frame or a message is longer than the capacity, otherwise 1002.
+  unsigned closeCode() const noexcept { return too_long_ ? 1009 : 1002; }
 
  private:
-  Event broken() noexcept;
+  Event broken(bool too_long = false) noexcept;
 
   std::vector<char> bytes_, message_;  // message_: the parts of a message of several frames
   std::size_t begin_ = 0, end_ = 0;    // of the bytes that are not parsed
   std::size_t message_bytes_ = 0;
   Event message_event_ = Event::none;  // of the message whose parts come; none: no message has begun
-  bool masked_, message_taken_ = false, broken_ = false;
+  bool masked_, message_taken_ = false, broken_ = false, too_long_ = false;
 };
 
 }  // namespace filiform

@@ -1,6 +1,6 @@
 #include "device/web_socket/web_socket.h"
 
-#include "device/web_socket/internal/handshake.h"
+#include "device/web_socket/handshake.h"
 
 #include <algorithm>
 #include <random>

@@ -2,7 +2,7 @@
 #include "device/haply/internal/haply_messages.h"
 #include "device/haply/internal/json_reader.h"
 #include "device/web_socket/frames.h"
-#include "device/web_socket/internal/handshake.h"
+#include "device/web_socket/handshake.h"
 #include "tests/fuzz/fuzz_bytes.h"
 #include "tests/fuzz/fuzzers.h"
 

@@ -1,7 +1,7 @@
 #include "device/haply/internal/haply_link.h"
 
 #include "device/haptic_device.h"
-#include "device/web_socket/internal/handshake.h"
+#include "device/web_socket/handshake.h"
 
 #include <utility>
 

@@ -1,6 +1,6 @@
 #include "device/haply/internal/haply_peer.h"
 
-#include "device/web_socket/internal/handshake.h"
+#include "device/web_socket/handshake.h"
 
 #include <algorithm>
 #include <vector>

@@ -77,7 +77,7 @@ TEST(FrameParser, RefusesWhatBreaksTheProtocol) {
        {frame("x", FrameKind::text, true), open_ping, reserved, frame("x", FrameKind::continuation, false),
         part + frame("y", FrameKind::text, false), frame(std::string(101, 'x'), FrameKind::text, false),
         frame(std::string(126, 'x'), FrameKind::ping, false), frame("x", static_cast<FrameKind>(3), false),
-        std::string("\x81\x7f\xff\xff\xff\xff\xff\xff\xff\xff", 10)}) {
+        std::string("\x81\x7e\x00\x01x", 5), std::string("\x81\x7f\xff\xff\xff\xff\xff\xff\xff\xff", 10)}) {
     FrameParser parser(100, false);
     feed(parser, bytes, 1000);
     std::string_view read;
@@ -86,6 +86,23 @@ TEST(FrameParser, RefusesWhatBreaksTheProtocol) {
     parser.reset();
     feed(parser, frame("again", FrameKind::text, false), 1000);
     EXPECT_EQ(parser.next(read), Event::text);
+  }
+}
+
+TEST(FrameParser, TellsTooLongFromWrong) {
+  const std::string half(60, 'x');
+  std::string part = frame(half, FrameKind::text, false);
+  part[0] = '\x01';
+  for (const auto& [bytes, code] : {std::tuple{frame(std::string(101, 'x'), FrameKind::text, false), 1009U},
+                                    {part + frame(half, FrameKind::continuation, false), 1009U},
+                                    {frame("x", FrameKind::continuation, false), 1002U},
+                                    {frame("x", FrameKind::text, true), 1002U}}) {
+    FrameParser parser(100, false);
+    std::string_view read;
+    for (std::size_t at = 0; at < bytes.size(); at += feed(parser, std::string_view(bytes).substr(at), 50))
+      EXPECT_EQ(parser.next(read), Event::none);
+    EXPECT_EQ(parser.next(read), Event::broken);
+    EXPECT_EQ(parser.closeCode(), code);
   }
 }
 

@@ -1,7 +1,7 @@
 #include "device/web_socket/web_socket.h"
 
 #include "device/haptic_device.h"
-#include "device/web_socket/internal/handshake.h"
+#include "device/web_socket/handshake.h"
 
 #include <algorithm>
 #include <chrono>

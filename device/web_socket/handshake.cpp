@@ -1,4 +1,4 @@
-#include "device/web_socket/internal/handshake.h"
+#include "device/web_socket/handshake.h"
 
 #include <algorithm>
 #include <array>
