@@ -109,7 +109,7 @@ struct HaplyDevice::Impl {
 
   internal::MakeStream connection() const {
     if (options.connect) return options.connect;
-    return [this] { return connectTcp(options.host, options.port, options.timeout_s); };
+    return [this] { return connectTcp(options.host, options.port, {.timeout_s = options.timeout_s}); };
   }
 
   internal::HaplyInventory beginSession() {
@@ -117,7 +117,7 @@ struct HaplyDevice::Impl {
     try {
       transport.version = internal::askVersion(connection(), options.host, options.timeout_s);
     } catch (const DeviceError& error) {
-      throw DeviceError(std::string("the Haply Inverse Service does not run (") + error.what() +
+      throw DeviceError("the Haply Inverse Service does not run (" + at + ": " + error.what() +
                         "): start it with systemctl start haply-inverse-service, or name its host and port");
     }
     dialect = internal::dialectFor(transport.version);

@@ -23,8 +23,8 @@
 // Nothing of this was tried on a real device: HARDWARE.md lists what is to be tested.
 #pragma once
 
-#include "device/haply/byte_stream.h"
 #include "device/haptic_device.h"
+#include "device/web_socket/byte_stream.h"
 
 #include <cstdint>
 #include <functional>

@@ -17,7 +17,7 @@ HaplyServiceState askHaplyService(const HaplyOptions& options, double timeout_s)
   HaplyServiceState state;
   state.address = options.host + ':' + std::to_string(options.port);
   internal::MakeStream connect = options.connect;
-  if (!connect) connect = [&] { return connectTcp(options.host, options.port, timeout_s); };
+  if (!connect) connect = [&] { return connectTcp(options.host, options.port, {.timeout_s = timeout_s}); };
   try {
     state.version = internal::askVersion(connect, options.host, timeout_s);
     internal::HaplyLink link;

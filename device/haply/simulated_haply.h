@@ -10,8 +10,8 @@
 // documentation, not from a real service. Thread rule: one thread, except for the faults, which any thread may set.
 #pragma once
 
-#include "device/haply/byte_stream.h"
 #include "device/simulated/simulated_hand.h"
+#include "device/web_socket/byte_stream.h"
 
 #include <array>
 #include <atomic>

@@ -1,8 +1,8 @@
 #include "device/haply/haply_device.h"
 #include "device/haply/internal/haply_messages.h"
 #include "device/haply/internal/json_reader.h"
-#include "device/haply/internal/web_socket_frames.h"
-#include "device/haply/internal/web_socket_handshake.h"
+#include "device/web_socket/frames.h"
+#include "device/web_socket/handshake.h"
 #include "tests/fuzz/fuzz_bytes.h"
 #include "tests/fuzz/fuzzers.h"
 
@@ -61,9 +61,9 @@ class HostileService : public ByteStream {
 
  private:
   void put(const std::string& text) {
-    std::string buffer(internal::kMostFrameHeader, ' ');
+    std::string buffer(kMostFrameHeader, ' ');
     buffer += text;
-    const auto frame = internal::frameAround(buffer, text.size(), internal::FrameKind::text, nullptr);
+    const auto frame = frameAround(buffer, text.size(), FrameKind::text, nullptr);
     coming_.append(frame.begin(), frame.end());
   }
 
@@ -89,7 +89,7 @@ void fuzzHaply(Input input) {
   for (const auto& device : inventory.devices) require(device.id.size() <= internal::kMostHaplyId, "ids are short");
 
   for (const bool masked : {false, true}) {
-    internal::FrameParser parser(300, masked);
+    FrameParser parser(300, masked);
     std::size_t at = 0;
     bool broken = false;
     while (at < text.size() && !broken) {
@@ -101,9 +101,9 @@ void fuzzHaply(Input input) {
       at += part;
       std::string_view payload;
       for (;;) {
-        const internal::FrameParser::Event event = parser.next(payload);
-        broken = event == internal::FrameParser::Event::broken;
-        if (broken || event == internal::FrameParser::Event::none) break;
+        const FrameParser::Event event = parser.next(payload);
+        broken = event == FrameParser::Event::broken;
+        if (broken || event == FrameParser::Event::none) break;
         require(payload.size() <= 300, "no message is longer than the capacity");
       }
     }

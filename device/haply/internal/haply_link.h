@@ -2,12 +2,9 @@
 // Thread rule: one thread at a time.
 #pragma once
 
-#include "device/haply/byte_stream.h"
 #include "device/haply/internal/haply_messages.h"
-#include "device/haply/internal/web_socket_frames.h"
+#include "device/web_socket/web_socket.h"
 
-#include <array>
-#include <cstdint>
 #include <functional>
 #include <memory>
 #include <string>
@@ -25,16 +22,14 @@ class HaplyLink {
  public:
   static constexpr std::size_t kMostMessage = 64 * 1024;  // bytes
 
-  HaplyLink();
-
   // Connects, and reads the inventory, the first message of a session. Throws DeviceError, with the reason, if the peer
   // is not such a service or is silent for timeout_s (s), and what `connect` throws.
   HaplyInventory open(const MakeStream& connect, const std::string& host, double timeout_s);
   // Sends a close frame and closes the connection. Any state.
   void close() noexcept;
-  bool isOpen() const noexcept { return stream_ != nullptr && !lost_; }
-  double time_s() const noexcept { return stream_->time_s(); }
-  void sleepUntil(double until_s) noexcept { stream_->sleepUntil(until_s); }
+  bool isOpen() const noexcept { return socket_.isOpen(); }
+  double time_s() noexcept { return socket_.stream().time_s(); }
+  void sleepUntil(double until_s) noexcept { socket_.stream().sleepUntil(until_s); }
 
   // Sends a command; see writeCommand(). Returns false if the session has ended, or if the service does not take the
   // message within wait_s. Does not allocate.
@@ -44,15 +39,8 @@ class HaplyLink {
   std::string_view receive(double until_s) noexcept;
 
  private:
-  bool put(FrameKind kind, std::size_t payload_bytes, double wait_s) noexcept;
-  FrameMask nextMask() noexcept;
-  void readHead(const std::string& key, double until_s);
-
-  std::unique_ptr<ByteStream> stream_;
-  FrameParser parser_{kMostMessage, false};
-  std::array<char, kMostFrameHeader + kMostCommand> out_{};
-  std::uint64_t mask_state_ = 1;
-  bool first_ = true, lost_ = false;
+  WebSocket socket_{kMostMessage, 0.001};
+  bool first_ = true;
 };
 
 }  // namespace filiform::internal

@@ -1,6 +1,6 @@
 #include "device/haply/internal/haply_peer.h"
 
-#include "device/haply/internal/web_socket_handshake.h"
+#include "device/web_socket/handshake.h"
 
 #include <algorithm>
 #include <vector>
@@ -65,7 +65,8 @@ bool HaplyPeer::goOn(std::string& out) {
   for (;;) {
     std::string_view payload;
     switch (parser_.next(payload)) {
-      case FrameParser::Event::message: {
+      case FrameParser::Event::text:
+      case FrameParser::Event::binary: {
         const std::string answer = service_.answer(payload);
         if (!answer.empty()) put(answer, FrameKind::text, out);
         if (!answer.empty() && service_.faults().sends_twice) put(answer, FrameKind::text, out);

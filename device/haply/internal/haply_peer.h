@@ -2,8 +2,8 @@
 // go in, bytes come out. Thread rule: one thread.
 #pragma once
 
-#include "device/haply/internal/web_socket_frames.h"
 #include "device/haply/simulated_haply.h"
+#include "device/web_socket/frames.h"
 
 #include <span>
 #include <string>

@@ -6,6 +6,7 @@
 #include "tools/serve/http/answer_head.h"
 #include "tools/serve/http/internal/desk_socket.h"
 #include "tools/serve/http/internal/session_socket.h"
+#include "tools/serve/http/internal/tcp_wire.h"
 #include "tools/serve/http/internal/unread_request.h"
 #include "tools/serve/http/log_entry.h"
 #include "tools/serve/routes/desk_answer.h"
@@ -23,9 +24,15 @@
 #include <utility>
 #include <vector>
 
-#include <boost/asio.hpp>
-#include <boost/beast/core.hpp>
-#include <boost/beast/http.hpp>
+#include <boost/asio/basic_socket_acceptor.hpp>
+#include <boost/asio/basic_waitable_timer.hpp>
+#include <boost/beast/core/flat_buffer.hpp>
+#include <boost/beast/core/read_size.hpp>
+#include <boost/beast/http/error.hpp>
+#include <boost/beast/http/parser.hpp>
+#include <boost/beast/http/rfc7230.hpp>
+#include <boost/beast/http/string_body.hpp>
+#include <boost/beast/websocket/rfc6455.hpp>
 
 namespace filiform::tools {
 
@@ -35,10 +42,13 @@ namespace beast = boost::beast;
 namespace http = boost::beast::http;
 namespace net = boost::asio;
 using boost::system::error_code;
+using internal::detailOf;
+using internal::post;
+using internal::statusOf;
+using internal::TcpWire;
 using net::ip::tcp;
 using Clock = std::chrono::steady_clock;
-using internal::detailOf;
-using internal::statusOf;
+using Timer = net::basic_waitable_timer<Clock, net::wait_traits<Clock>, TcpWire::Executor>;
 
 constexpr std::size_t kPieceBytes = 256 << 10;
 constexpr std::uint64_t kMostAnswersBytes = std::uint64_t{512} << 20;  // of answers in memory
@@ -56,11 +66,11 @@ class Connection;
 struct Hall {
   Hall(const Routes& r, Metrics& m, const ServerOptions& o)
       : routes(r), metrics(m), options(o), workers(std::max(1U, o.threads)) {
-    sockets.house = o.sessions;
-    sockets.version = o.version;
-    sockets.log = [this](const internal::SessionSocket& socket) { logSocket("/v1/session", socket); };
-    desks.log = [this](const internal::DeskSocket& socket) { logSocket("/v1/sets/{set}/desks/{desk}", socket); };
-    if (o.sessions != nullptr) o.sessions->onNews([this] { internal::wake(sockets); });
+    sessions.house = o.sessions;
+    sessions.version = o.version;
+    sessions.log = [this](const internal::ServerSocket& socket) { logSocket("/v1/session", socket); };
+    desks.log = [this](const internal::ServerSocket& socket) { logSocket("/v1/sets/{set}/desks/{desk}", socket); };
+    if (o.sessions != nullptr) o.sessions->onNews([this] { internal::wake(sessions); });
   }
   ~Hall() {
     workers.stop();
@@ -70,11 +80,10 @@ struct Hall {
   void listen();
   void run();
   void accept();
-  void admit(tcp::socket socket);
+  void admit(TcpWire::Socket socket);
   void tick();
   void beginToStop();
-  template <class Socket>
-  void logSocket(const char* route, const Socket& socket);
+  void logSocket(const char* route, const internal::ServerSocket& socket);
   void endOf(const std::shared_ptr<Connection>& connection);
 
   const Routes& routes;  // any thread
@@ -82,11 +91,12 @@ struct Hall {
   const ServerOptions options;
   std::string address;
   net::io_context io{1};
-  tcp::acceptor acceptor{io};
-  net::steady_timer timer{io}, retry{io};
+  net::basic_socket_acceptor<tcp, TcpWire::Executor> acceptor{io};
+  TcpWire::Socket arriving{io};
+  Timer timer{io}, retry{io};
   std::set<std::shared_ptr<Connection>> connections;
-  internal::SocketHall sockets{io, workers};
-  internal::DeskHall desks;
+  internal::SessionHall sessions{io, workers};
+  internal::DeskHall desks{io};
   bool stopping = false;
   Clock::time_point stop_by{}, next_second = Clock::now();
   std::atomic<bool> in_second{false};  // each_second runs now; any thread
@@ -111,11 +121,11 @@ constexpr std::array<std::string_view, 13> kReadHeaders{"host",
 // One client: reads a request, has it answered, sends the answer, and so on.
 class Connection : public std::enable_shared_from_this<Connection> {
  public:
-  Connection(tcp::socket socket, Hall& hall) : hall_(hall), metrics_(hall.metrics), stream_(std::move(socket)) {
+  Connection(TcpWire::Socket socket, Hall& hall) : hall_(hall), metrics_(hall.metrics), wire_(std::move(socket)) {
     error_code ignored;
-    const auto peer = stream_.socket().remote_endpoint(ignored);
+    const auto peer = wire_.socket().remote_endpoint(ignored);
     client_ = peer.address().to_string(ignored);
-    stream_.socket().set_option(tcp::no_delay(true), ignored);
+    wire_.socket().set_option(tcp::no_delay(true), ignored);
     ++metrics_.connections;
   }
   ~Connection() {
@@ -125,22 +135,22 @@ class Connection : public std::enable_shared_from_this<Connection> {
 
   bool isIdle() const { return idle_; }
   Clock::time_point idleSince() const { return idle_since_; }
+  bool isLate(Clock::time_point now) const { return wire_.isLate(now); }
 
   void waitForRequest() {
     if (hall_.stopping && buffer_.size() == 0) return close();
     parser_.emplace();
     parser_->header_limit(limits::kHeaderBytes);
     parser_->body_limit(limits::kBodyBytes);
+    reads_body_ = false;
     request_ = {};
     if (buffer_.size() > 0) return readHeader();
     idle_ = true;
     idle_since_ = Clock::now();
-    stream_.expires_after(steadySeconds(hall_.options.idle_s));
-    stream_.async_read_some(buffer_.prepare(4096), [self = shared_from_this()](error_code error, std::size_t bytes) {
-      self->idle_ = false;
-      if (error) return self->close();
-      self->buffer_.commit(bytes);
-      self->readHeader();
+    wire_.expireAfter(steadySeconds(hall_.options.idle_s));
+    readSome(4096, [](Connection& self) {
+      self.idle_ = false;
+      self.readHeader();
     });
   }
 
@@ -152,23 +162,53 @@ class Connection : public std::enable_shared_from_this<Connection> {
   }
 
   void close() {
-    stream_.close();
+    wire_.close();
     hall_.endOf(shared_from_this());
   }
 
  private:
-  void readHeader() {
-    stream_.expires_after(steadySeconds(hall_.options.header_s));
-    http::async_read_header(stream_, buffer_, *parser_, [self = shared_from_this()](error_code error, std::size_t) {
-      if (error) return self->refuseUnread(error);
-      self->judgeHead();
+  using Next = void (*)(Connection& self);
+
+  // Reads what comes into the buffer, then calls `next`. Ends the connection after an error.
+  void readSome(std::size_t most, Next next) {
+    wire_.read(buffer_.prepare(most), [self = shared_from_this(), next](error_code error, std::size_t bytes) {
+      if (error) return self->close();
+      self->buffer_.commit(bytes);
+      next(*self);
     });
   }
 
-  void refuseUnread(const error_code& error) {
-    const unsigned status = statusOf(error);
-    if (status == 0) return close();
-    turnAway(problem(status, detailOf(status)));
+  // Writes the head and these bytes, then calls `next`. Ends the connection after an error.
+  void write(std::string_view bytes, Next next) {
+    wire_.write(head_, bytes, [self = shared_from_this(), next](error_code error, std::size_t) {
+      error ? self->close() : next(*self);
+    });
+  }
+
+  void readHeader() {
+    wire_.expireAfter(steadySeconds(hall_.options.header_s));
+    parse();
+  }
+
+  void readBody() {
+    wire_.expireAfter(steadySeconds(hall_.options.body_s));
+    reads_body_ = true;
+    parser_->eager(true);
+    parse();
+  }
+
+  // Parses what has come; reads on until the header, or then the body, is there.
+  void parse() {
+    while (reads_body_ ? !parser_->is_done() : !parser_->is_header_done()) {
+      error_code error = http::error::need_more;
+      if (buffer_.size() > 0) buffer_.consume(parser_->put(buffer_.data(), error));
+      if (error == http::error::need_more)
+        return readSome(beast::read_size(buffer_, 65536), [](Connection& self) { self.parse(); });
+      if (!error) continue;
+      const unsigned status = statusOf(error);
+      return status == 0 ? close() : turnAway(problem(status, detailOf(status)));
+    }
+    reads_body_ ? answer() : judgeHead();
   }
 
   // Copies the head; false if a header that routes read comes twice.
@@ -202,9 +242,13 @@ class Connection : public std::enable_shared_from_this<Connection> {
     if (expected.empty()) return readBody();
     if (!beast::iequals(expected, "100-continue")) return turnAway(problem(417, "only Expect: 100-continue is known"));
     static constexpr std::string_view kContinue = "HTTP/1.1 100 Continue\r\n\r\n";
-    net::async_write(stream_, net::buffer(kContinue), [self = shared_from_this()](error_code error, std::size_t) {
-      error ? self->close() : self->readBody();
-    });
+    write(kContinue, [](Connection& self) { self.readBody(); });
+  }
+
+  static Answer otherVersion() {
+    Answer answer = problem(426, "WebSockets of version 13 only");
+    answer.headers.emplace_back("Sec-WebSocket-Version", "13");
+    return answer;
   }
 
   // True if the request cannot become a WebSocket; the answer is then on its way.
@@ -213,6 +257,10 @@ class Connection : public std::enable_shared_from_this<Connection> {
       turnAway(problem(503, "the server ends"));
     else if (buffer_.size() > 0)
       turnAway(problem(400, "wait for the answer to the upgrade before you send"));
+    else if (parser_->get()[http::field::sec_websocket_version] != "13")
+      turnAway(otherVersion());
+    else if (const std::size_t key = parser_->get()[http::field::sec_websocket_key].size(); key == 0 || key > 24)
+      turnAway(problem(400, "Sec-WebSocket-Key has 24 characters"));
     else
       return false;
     return true;
@@ -220,42 +268,37 @@ class Connection : public std::enable_shared_from_this<Connection> {
 
   void becomeDesk(const DeskRequest& desk) {
     if (refuseUpgrade()) return;
-    const auto socket = std::make_shared<internal::DeskSocket>(std::move(stream_), hall_.desks, desk.room, client_,
-                                                               redacted(request_.target));
-    hall_.desks.sockets.insert(socket);
-    socket->begin(parser_->get(), desk.role, refuseRoom(*hall_.options.desks, desk.room));
+    const auto refused = refuseRoom(*hall_.options.desks, desk.room);
+    std::make_shared<internal::DeskSocket>(origin(), hall_.desks, desk.room, desk.role, refused)->begin();
     hall_.endOf(shared_from_this());
   }
 
   // The socket goes on as a WebSocket.
   void becomeSession() {
-    if (hall_.sockets.house == nullptr) return turnAway(problem(404, "this server has no sessions"));
+    if (hall_.sessions.house == nullptr) return turnAway(problem(404, "this server has no sessions"));
     if (refuseUpgrade()) return;
-    const auto socket = std::make_shared<internal::SessionSocket>(std::move(stream_), hall_.sockets, client_,
-                                                                  redacted(request_.target));
-    hall_.sockets.sockets.insert(socket);
-    socket->begin(parser_->get());
+    // Of the subprotocols, only filiform.v1 is repeated: another may be a token.
+    const auto offered = http::token_list(parser_->get()[http::field::sec_websocket_protocol]);
+    const bool named = std::find(offered.begin(), offered.end(), "filiform.v1") != offered.end();
+    std::make_shared<internal::SessionSocket>(origin(), hall_.sessions)->begin(named ? "filiform.v1" : "");
     hall_.endOf(shared_from_this());
   }
 
-  void readBody() {
-    stream_.expires_after(steadySeconds(hall_.options.body_s));
-    http::async_read(stream_, buffer_, *parser_, [self = shared_from_this()](error_code error, std::size_t) {
-      if (error) return self->refuseUnread(error);
-      self->answer();
-    });
+  internal::SocketOrigin origin() {
+    return {std::move(wire_), std::string(parser_->get()[http::field::sec_websocket_key]), client_,
+            redacted(request_.target)};
   }
 
   void answer() {
-    stream_.expires_never();
+    wire_.expireNever();
     request_.body = std::move(parser_->get().body());
-    net::post(hall_.workers, [self = shared_from_this()] {
+    post(hall_.workers, [self = shared_from_this()] {
       Routed routed = self->metrics_.answer_bytes > kMostAnswersBytes
                           ? Routed{problem(503, "too many answers are being sent; ask again")}
                           : self->hall_.routes.answer(self->request_);
       self->held_ = routed.answer.body.size();
       self->metrics_.answer_bytes += self->held_;
-      net::post(self->hall_.io, [self, routed = std::move(routed)]() mutable { self->send(std::move(routed)); });
+      post(self->hall_.io, [self, routed = std::move(routed)]() mutable { self->send(std::move(routed)); });
     });
   }
 
@@ -274,7 +317,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     if (taken_s > hall_.options.piece_s + static_cast<double>(sent_) / kLeastBytes_s) return close();
     const auto bytes = static_cast<std::size_t>(std::min<std::uint64_t>(to_send_ - sent_, kPieceBytes));
     if (!routed_.answer.file || bytes == 0) return writePiece(routed_.answer.body.data() + sent_, bytes);
-    net::post(hall_.workers, [self = shared_from_this(), bytes] {
+    post(hall_.workers, [self = shared_from_this(), bytes] {
       const FileRange& range = *self->routed_.answer.file;
       self->piece_.resize(bytes);
       bool read = true;
@@ -283,7 +326,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
       } catch (const std::exception&) {
         read = false;  // the client sees that the content is cut
       }
-      net::post(self->hall_.io, [self, read, bytes] {
+      post(self->hall_.io, [self, read, bytes] {
         if (!read) return self->close();
         self->writePiece(reinterpret_cast<const char*>(self->piece_.data()), bytes);
       });
@@ -292,13 +335,12 @@ class Connection : public std::enable_shared_from_this<Connection> {
 
   // The head goes with the first piece.
   void writePiece(const char* data, std::size_t bytes) {
-    stream_.expires_after(steadySeconds(hall_.options.piece_s));
-    const std::array<net::const_buffer, 2> buffers{net::buffer(head_), net::buffer(data, bytes)};
-    net::async_write(stream_, buffers, [self = shared_from_this(), bytes](error_code error, std::size_t) {
-      if (error) return self->close();
-      self->head_.clear();
-      self->sent_ += bytes;
-      self->sent_ < self->to_send_ ? self->sendPiece() : self->finishAnswer();
+    wire_.expireAfter(steadySeconds(hall_.options.piece_s));
+    piece_bytes_ = bytes;
+    write({data, bytes}, [](Connection& self) {
+      self.head_.clear();
+      self.sent_ += self.piece_bytes_;
+      self.sent_ < self.to_send_ ? self.sendPiece() : self.finishAnswer();
     });
   }
 
@@ -317,17 +359,17 @@ class Connection : public std::enable_shared_from_this<Connection> {
   // If the connection ended with data unread, the client might lose the answer.
   void linger() {
     error_code ignored;
-    stream_.socket().shutdown(tcp::socket::shutdown_send, ignored);
-    stream_.expires_after(steadySeconds(kLinger_s));
+    wire_.socket().shutdown(tcp::socket::shutdown_send, ignored);
+    wire_.expireAfter(steadySeconds(kLinger_s));
+    discarded_ = 0;
     buffer_.clear();
-    discard(0);
+    discard();
   }
-  void discard(std::size_t before) {
-    stream_.async_read_some(buffer_.prepare(kPieceBytes),
-                            [self = shared_from_this(), before](error_code error, std::size_t bytes) {
-                              if (error || before + bytes > kLingerBytes) return self->close();
-                              self->discard(before + bytes);
-                            });
+  void discard() {
+    discarded_ += buffer_.size();
+    buffer_.clear();
+    if (discarded_ > kLingerBytes) return close();
+    readSome(kPieceBytes, [](Connection& self) { self.discard(); });
   }
 
   void releaseAnswer() {
@@ -337,7 +379,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
 
   Hall& hall_;
   Metrics& metrics_;
-  beast::tcp_stream stream_;
+  TcpWire wire_;
   beast::flat_buffer buffer_;
   std::string client_;
   std::optional<http::request_parser<http::string_body>> parser_;
@@ -345,8 +387,9 @@ class Connection : public std::enable_shared_from_this<Connection> {
   Routed routed_;
   std::string head_;
   std::vector<std::uint8_t> piece_;
+  std::size_t piece_bytes_ = 0, discarded_ = 0;
   std::uint64_t sent_ = 0, to_send_ = 0, held_ = 0;  // held_: counted in Metrics::answer_bytes
-  bool keep_ = false, idle_ = false;
+  bool keep_ = false, idle_ = false, reads_body_ = false;
   Clock::time_point began_{}, sending_{}, idle_since_{};
 };
 
@@ -386,10 +429,10 @@ void Hall::listen() {
 }
 
 void Hall::accept() {
-  acceptor.async_accept([this](error_code error, tcp::socket socket) {
+  acceptor.async_accept(arriving, [this](error_code error) {
     if (stopping) return;
     if (!error) {
-      admit(std::move(socket));
+      admit(std::move(arriving));  // which can then accept another
       return accept();
     }
     retry.expires_after(steadySeconds(0.1));  // usually: no descriptor is left
@@ -399,9 +442,9 @@ void Hall::accept() {
   });
 }
 
-void Hall::admit(tcp::socket socket) {
+void Hall::admit(TcpWire::Socket socket) {
   const std::size_t most =
-      options.most_clients - std::min(options.most_clients, sockets.sockets.size() + desks.sockets.size());
+      options.most_clients - std::min(options.most_clients, sessions.sockets.size() + desks.sockets.size());
   if (connections.size() >= most) {
     std::shared_ptr<Connection> longest;
     for (const auto& one : connections)
@@ -423,13 +466,15 @@ void Hall::tick() {
   if (!stopping && options.stop != nullptr && options.stop->load()) beginToStop();
   if (stopping && now >= stop_by)
     for (const auto& connection : std::set(connections)) connection->close();
-  for (const auto& socket : std::set(sockets.sockets)) stopping&& now >= stop_by ? socket->end() : socket->watch();
+  for (const auto& connection : std::set(connections))
+    if (connection->isLate(now)) connection->close();
+  for (const auto& socket : std::set(sessions.sockets)) stopping&& now >= stop_by ? socket->end() : socket->watch();
   for (const auto& socket : std::set(desks.sockets)) stopping&& now >= stop_by ? socket->end() : socket->watch();
-  metrics.sessions = sockets.sockets.size();
-  if (stopping && connections.empty() && sockets.sockets.empty() && desks.sockets.empty()) return io.stop();
+  metrics.sessions = sessions.sockets.size();
+  if (stopping && connections.empty() && sessions.sockets.empty() && desks.sockets.empty()) return io.stop();
   if (options.each_second && now >= next_second && !in_second.exchange(true)) {
     next_second = now + steadySeconds(1);
-    net::post(workers, [this] {
+    post(workers, [this] {
       options.each_second();
       in_second = false;
     });
@@ -445,12 +490,13 @@ void Hall::beginToStop() {
   acceptor.close(ignored);
   for (const auto& connection : std::set(connections))
     if (connection->isIdle()) connection->close();
-  for (const auto& socket : std::set(sockets.sockets)) socket->close({CloseCode::going_away, "the server ends"});
-  for (const auto& socket : std::set(desks.sockets)) socket->close({DeskCode::going_away, "the server ends"});
+  for (const auto& socket : std::set(sessions.sockets))
+    socket->close(static_cast<unsigned>(CloseCode::going_away), "the server ends");
+  for (const auto& socket : std::set(desks.sockets))
+    socket->close(static_cast<unsigned>(DeskCode::going_away), "the server ends");
 }
 
-template <class Socket>
-void Hall::logSocket(const char* route, const Socket& socket) {
+void Hall::logSocket(const char* route, const internal::ServerSocket& socket) {
   metrics.count(route, 101, 0, socket.receivedBytes(), socket.sentBytes());
   if (options.log)
     options.log({std::time(nullptr), socket.clientAddress(), "GET", socket.target(), 101, socket.sentBytes(),
@@ -462,7 +508,7 @@ void Hall::run() {
   tick();
   io.run();
   connections.clear();
-  sockets.sockets.clear();
+  sessions.sockets.clear();
   desks.sockets.clear();
 }
 

@@ -1,7 +1,7 @@
 // Desks and pages of `filiform serve` over WebSockets, and DeskLink as a client.
 #include "index/set/tile_set.h"
 #include "tests/support/servers/served_column.h"
-#include "tools/lab/reference/web_socket.h"
+#include "tools/lab/reference/service_socket.h"
 #include "tools/serve/desk/desk_link.h"
 #include "tools/serve/desk/desk_rooms.h"
 
@@ -25,8 +25,8 @@ using test::runFiliform;
 using tools::DeskAddress;
 using tools::DeskLink;
 using tools::DeskPlace;
-using tools::WebSocketClient;
-using DeskFrame = WebSocketClient::Message::Kind;
+using tools::ServiceSocket;
+using DeskFrame = ServiceSocket::Message::Kind;
 
 constexpr const char* kDeskToken = "fedcba98765432100123";
 
@@ -45,15 +45,15 @@ class DeskSockets : public test::ServedColumn {
   std::string path(const std::string& more = "", const std::string& name = "anna") const {
     return "/v1/sets/t/desks/" + name + more + "?revision=" + revision_;
   }
-  WebSocketClient connect(const std::string& target, const std::vector<std::string>& headers = {}) const {
-    return WebSocketClient(server_->port(), headers, target);
+  ServiceSocket connect(const std::string& target, const std::string& headers = {}) const {
+    return ServiceSocket(server_->port(), {.target = target, .headers = headers});
   }
   DeskAddress address() const {
     return DeskAddress::parse("ws://127.0.0.1:" + std::to_string(server_->port()) + "/v1/sets/t/desks/anna");
   }
-  static WebSocketClient::Message closed(WebSocketClient& client) {
+  static ServiceSocket::Message closed(ServiceSocket& client) {
     for (;;) {
-      const WebSocketClient::Message message = client.read(30s);
+      const ServiceSocket::Message message = client.read(30s);
       if (message.kind == DeskFrame::close || message.kind == DeskFrame::ended || message.kind == DeskFrame::none)
         return message;
     }
@@ -75,11 +75,11 @@ class DeskSockets : public test::ServedColumn {
 
 TEST_F(DeskSockets, PagesSeeTheDesk) {
   start();
-  WebSocketClient page = connect(path("/page"));
+  ServiceSocket page = connect(path("/page"));
   ASSERT_EQ(page.status(), 101u) << page.head();
   EXPECT_EQ(page.text(), tools::DeskRooms::kGone);
   {
-    WebSocketClient desk = connect(path());
+    ServiceSocket desk = connect(path());
     ASSERT_TRUE(desk.sendText(toJson(deskAt(7))));
     EXPECT_EQ(page.text(), toJson(deskAt(7)));
   }
@@ -93,7 +93,7 @@ TEST_F(DeskSockets, WrongRoomsAreRefusedWithAReason) {
         {std::string("/v1/sets/t/desks/anna"), 4009u, std::string("open the same set")},
         {"/v1/sets/u/desks/anna?revision=" + revision_, 4004u, std::string("no set 'u'")},
         {path("", "a%20b"), 1008u, std::string("1 to 32 letters")}}) {
-    WebSocketClient client = connect(target);
+    ServiceSocket client = connect(target);
     ASSERT_EQ(client.status(), 101u) << client.head();
     const auto last = closed(client);
     EXPECT_EQ(last.code, code) << target;
@@ -107,22 +107,22 @@ TEST_F(DeskSockets, WrongRoomsAreRefusedWithAReason) {
 
 TEST_F(DeskSockets, WrongMessagesEndTheirConnectionAlone) {
   start();
-  WebSocketClient page = connect(path("/page", "bert")), other = connect(path("", "bert"));
-  const auto endOf = [&](const std::string& target, unsigned opcode, const std::string& text, int times = 1) {
-    WebSocketClient client = connect(target);
-    for (int i = 0; i < times && client.send(opcode, text); ++i) {
+  ServiceSocket page = connect(path("/page", "bert")), other = connect(path("", "bert"));
+  const auto endOf = [&](const std::string& target, FrameKind kind, const std::string& text, int times = 1) {
+    ServiceSocket client = connect(target);
+    for (int i = 0; i < times && client.send(kind, text); ++i) {
     }
     const auto last = closed(client);
     EXPECT_EQ(last.bytes.find('\n'), std::string::npos) << last.bytes;
-    return std::to_string(last.code) + ' ' + last.bytes;
+    return std::to_string(last.code) + ' ' + std::string(last.bytes);
   };
   const std::string good = toJson(deskAt(1));
-  EXPECT_TRUE(endOf(path(), 1, "{}").starts_with("1008 this is no place of a desk"));
-  EXPECT_TRUE(endOf(path(), 1, good + "\n" + good).starts_with("1008 this is no place of a desk"));
-  EXPECT_TRUE(endOf(path(), 2, good).starts_with("1008 a place is a text"));
-  EXPECT_TRUE(endOf(path(), 1, std::string(5000, ' ')).starts_with("1009"));
-  EXPECT_TRUE(endOf(path(), 1, good, 1000).starts_with("1008 more than 120 messages a second"));
-  EXPECT_TRUE(endOf(path("/page"), 1, good).starts_with("1008 a page sends nothing"));
+  EXPECT_TRUE(endOf(path(), FrameKind::text, "{}").starts_with("1008 this is no place of a desk"));
+  EXPECT_TRUE(endOf(path(), FrameKind::text, good + "\n" + good).starts_with("1008 this is no place of a desk"));
+  EXPECT_TRUE(endOf(path(), FrameKind::binary, good).starts_with("1008 a place is a text"));
+  EXPECT_TRUE(endOf(path(), FrameKind::text, std::string(5000, ' ')).starts_with("1009"));
+  EXPECT_TRUE(endOf(path(), FrameKind::text, good, 1000).starts_with("1008 more than 120 messages a second"));
+  EXPECT_TRUE(endOf(path("/page"), FrameKind::text, good).starts_with("1008 a page sends nothing"));
   ASSERT_TRUE(other.sendText(toJson(deskAt(9))));
   std::string seen;
   while (seen != toJson(deskAt(9))) seen = page.text();
@@ -135,11 +135,11 @@ TEST_F(DeskSockets, WrongMessagesEndTheirConnectionAlone) {
 TEST_F(DeskSockets, ForeignPagesAndWrongTokensAreRefused) {
   test::writeBytes(folder_ / "token", std::string(kDeskToken) + "\n");
   start({"--token-file", folder_ / "token"});
-  const std::string bearer = std::string("Authorization: Bearer ") + kDeskToken;
+  const std::string bearer = std::string("Authorization: Bearer ") + kDeskToken + "\r\n";
   EXPECT_EQ(connect(path()).status(), 401u);
   EXPECT_EQ(connect(path("/page")).status(), 401u);
-  EXPECT_EQ(connect(path(), {bearer}).status(), 101u);
-  EXPECT_EQ(connect(path("/page"), {bearer, "Origin: https://evil.example"}).status(), 403u);
+  EXPECT_EQ(connect(path(), bearer).status(), 101u);
+  EXPECT_EQ(connect(path("/page"), bearer + "Origin: https://evil.example\r\n").status(), 403u);
   DeskLink link(address(), "");
   EXPECT_TRUE(showUntil(link, deskAt(1), [&] { return link.refusal().has_value(); }));
   EXPECT_NE(link.refusal()->find("--token-file"), std::string::npos) << *link.refusal();
@@ -150,10 +150,10 @@ TEST_F(DeskSockets, ForeignPagesAndWrongTokensAreRefused) {
 TEST_F(DeskSockets, APageThatReadsLateMissesOldPlaces) {
   start();
   constexpr int kPlaces = 900;
-  WebSocketClient late(server_->port(), {}, path("/page"), 2048);
-  WebSocketClient page = connect(path("/page")), desk = connect(path());
+  ServiceSocket late(server_->port(), {.target = path("/page"), .receive_bytes = 2048});
+  ServiceSocket page = connect(path("/page")), desk = connect(path());
   std::string seen;
-  const auto last = [&](WebSocketClient& client) {
+  const auto last = [&](ServiceSocket& client) {
     int read = 0;
     for (seen.clear(); seen != toJson(deskAt(kPlaces - 1)); ++read) seen = client.text();
     return read;
@@ -171,7 +171,7 @@ TEST_F(DeskSockets, TheLinkComesBackAfterALostServer) {
   const std::uint16_t port = server_->port();
   DeskLink link(address(), "");
   {
-    WebSocketClient page = connect(path("/page"));
+    ServiceSocket page = connect(path("/page"));
     EXPECT_TRUE(showUntil(link, deskAt(3), [&] { return hasNote("shown at"); })) << notes_;
     std::string seen;
     EXPECT_TRUE(showUntil(link, deskAt(4), [&] { return (seen = page.text()) == toJson(deskAt(4)); })) << seen;
@@ -183,7 +183,7 @@ TEST_F(DeskSockets, TheLinkComesBackAfterALostServer) {
       {test::filiformProgram().string(), "serve", set_, "--listen", "127.0.0.1:" + std::to_string(port)},
       folder_ / "err");
   EXPECT_TRUE(showUntil(link, deskAt(5), [&] { return hasNote("shown again at"); })) << notes_;
-  WebSocketClient page(port, {}, path("/page"));
+  ServiceSocket page(port, {.target = path("/page")});
   std::string seen;
   EXPECT_TRUE(showUntil(link, deskAt(5), [&] { return (seen = page.text()) == toJson(deskAt(5)); })) << seen;
   EXPECT_FALSE(link.refusal());
@@ -191,7 +191,7 @@ TEST_F(DeskSockets, TheLinkComesBackAfterALostServer) {
 
 TEST_F(DeskSockets, TheLinkGoesWhereItsSceneIs) {
   start();
-  WebSocketClient page = connect(path("/page"));
+  ServiceSocket page = connect(path("/page"));
   DeskLink link(address(), "");
   for (int i = 0; i < 200 && !link.refusal(); ++i) link.show("r-other", deskAt(1)), std::this_thread::sleep_for(20ms);
   ASSERT_TRUE(link.refusal());
@@ -208,7 +208,7 @@ TEST_F(DeskSockets, NamesOfSetsMayHaveAnyCharacters) {
   revision_ = TileSet::open(odd)->revision();
   server_.emplace(std::vector<std::string>{odd}, folder_ / "err");
   const std::string where = "/v1/sets/a%20b%27+%C3%BC/desks/Anna-1._";
-  WebSocketClient page = connect(where + "/page?revision=" + revision_);
+  ServiceSocket page = connect(where + "/page?revision=" + revision_);
   EXPECT_EQ(page.text(), tools::DeskRooms::kGone);
   DeskLink link(DeskAddress::parse("ws://127.0.0.1:" + std::to_string(server_->port()) + where), "");
   std::string seen;

@@ -2,7 +2,7 @@
 #include "tests/support/folders.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/servers/served_column.h"
-#include "tools/lab/reference/web_socket.h"
+#include "tools/lab/reference/service_socket.h"
 #include "tools/serve/session/protocol.h"
 
 #include <chrono>
@@ -25,8 +25,8 @@ namespace {
 using namespace std::chrono_literals;
 using test::runFiliform;
 using test::ServerProcess;
-using tools::WebSocketClient;
-using FrameKind = WebSocketClient::Message::Kind;
+using tools::ServiceSocket;
+using SessionFrame = ServiceSocket::Message::Kind;
 
 constexpr const char* kSessionToken = "0123456789abcdef0123";
 
@@ -36,12 +36,12 @@ class SessionSockets : public test::ServedColumn {
   std::string shell(const std::string& line) const {
     return ServedColumn::shell("U=ws://127.0.0.1:" + std::to_string(port()) + "/v1/session; " + line);
   }
-  static void open(WebSocketClient& client, const std::string& more = "") {
+  static void open(ServiceSocket& client, const std::string& more = "") {
     client.ask("hello", "{}");
     const std::string answer = client.ask("open", R"({"set":"t","at":[0,700,0])" + more + "}");
     ASSERT_NE(answer.find("\"place\":{"), std::string::npos) << answer;
   }
-  static bool sendHand(WebSocketClient& client, std::uint32_t seq, std::uint32_t ack, double x_m = 0.001) {
+  static bool sendHand(ServiceSocket& client, std::uint32_t seq, std::uint32_t ack, double x_m = 0.001) {
     v1::Hand hand;
     hand.seq = seq;
     hand.ack = ack;
@@ -50,25 +50,25 @@ class SessionSockets : public test::ServedColumn {
     v1::encode(hand, bytes);
     return client.sendBinary(bytes);
   }
-  static std::optional<v1::Proxy> proxyOf(const WebSocketClient::Message& message) {
+  static std::optional<v1::Proxy> proxyOf(const ServiceSocket::Message& message) {
     v1::Proxy proxy;
     const auto* const bytes = reinterpret_cast<const unsigned char*>(message.bytes.data());
-    if (message.kind != FrameKind::binary || !v1::decode(bytes, message.bytes.size(), proxy)) return std::nullopt;
+    if (message.kind != SessionFrame::binary || !v1::decode(bytes, message.bytes.size(), proxy)) return std::nullopt;
     return proxy;
   }
   // Reads to the close frame, and returns its code; 0: none came.
-  static unsigned closeCode(WebSocketClient& client) {
+  static unsigned closeCode(ServiceSocket& client) {
     for (;;) {
-      const WebSocketClient::Message message = client.read(30s);
-      if (message.kind == FrameKind::close) return message.code;
-      if (message.kind == FrameKind::ended || message.kind == FrameKind::none) return 0;
+      const ServiceSocket::Message message = client.read(30s);
+      if (message.kind == SessionFrame::close) return message.code;
+      if (message.kind == SessionFrame::ended || message.kind == SessionFrame::none) return 0;
     }
   }
 };
 
 TEST_F(SessionSockets, HandsGiveProxies) {
   start();
-  WebSocketClient client(port(), {"Sec-WebSocket-Protocol: filiform.v1"});
+  ServiceSocket client(port(), {.headers = "Sec-WebSocket-Protocol: filiform.v1\r\n"});
   ASSERT_EQ(client.status(), 101u) << client.head();
   EXPECT_NE(client.head().find("Sec-WebSocket-Protocol: filiform.v1\r\n"), std::string::npos);
   open(client);
@@ -88,17 +88,17 @@ TEST_F(SessionSockets, HandsGiveProxies) {
 TEST_F(SessionSockets, ForeignPagesAreRefusedAndTokensNeverRepeated) {
   test::writeBytes(folder_ / "token", std::string(kSessionToken) + "\n");
   start({"--token-file", folder_ / "token", "--origin", "https://lab.example"});
-  EXPECT_EQ(WebSocketClient(port()).status(), 401u);
-  const std::string bearer = std::string("Authorization: Bearer ") + kSessionToken;
-  EXPECT_EQ(WebSocketClient(port(), {bearer, "Origin: https://evil.example"}).status(), 403u);
-  EXPECT_EQ(WebSocketClient(port(), {bearer, "Origin: https://lab.example"}).status(), 101u);
-  EXPECT_EQ(WebSocketClient(port(), {bearer}).status(), 101u);  // no Origin: no page of a browser
+  EXPECT_EQ(ServiceSocket(port()).status(), 401u);
+  const std::string bearer = std::string("Authorization: Bearer ") + kSessionToken + "\r\n";
+  EXPECT_EQ(ServiceSocket(port(), {.headers = bearer + "Origin: https://evil.example\r\n"}).status(), 403u);
+  EXPECT_EQ(ServiceSocket(port(), {.headers = bearer + "Origin: https://lab.example\r\n"}).status(), 101u);
+  EXPECT_EQ(ServiceSocket(port(), {.headers = bearer}).status(), 101u);  // no Origin: no page of a browser
   const std::string protocols = std::string("Sec-WebSocket-Protocol: filiform.v1, filiform.token.") + kSessionToken;
-  const WebSocketClient page(port(), {protocols, "Origin: https://lab.example"});
+  const ServiceSocket page(port(), {.headers = protocols + "\r\nOrigin: https://lab.example\r\n"});
   EXPECT_EQ(page.status(), 101u);
   EXPECT_NE(page.head().find("filiform.v1"), std::string::npos);
   EXPECT_EQ(page.head().find(kSessionToken), std::string::npos) << page.head();
-  EXPECT_EQ(WebSocketClient(port(), {protocols + "x"}).status(), 401u);
+  EXPECT_EQ(ServiceSocket(port(), {.headers = protocols + "x\r\n"}).status(), 401u);
   EXPECT_EQ(test::readBytes(folder_ / "err").find(kSessionToken), std::string::npos);
 }
 
@@ -112,22 +112,22 @@ TEST_F(SessionSockets, WithoutAnUpgradeTheAnswerSaysWhatToDo) {
 TEST_F(SessionSockets, WrongFramesEndTheConnectionWithTheirCode) {
   start();
   {
-    WebSocketClient client(port());
+    ServiceSocket client(port());
     client.sendBinary(std::vector<unsigned char>(64, 7));
     EXPECT_EQ(closeCode(client), 1003u);
   }
   {
-    WebSocketClient client(port());
+    ServiceSocket client(port());
     client.sendText(std::string(70000, ' '));
     EXPECT_EQ(closeCode(client), 1009u);
   }
   {
-    WebSocketClient client(port());
+    ServiceSocket client(port());
     client.sendText("\xff\xfe");
     EXPECT_EQ(closeCode(client), 1007u);
   }
   {
-    WebSocketClient client(port());
+    ServiceSocket client(port());
     for (int i = 0; i < 100; ++i) {
       client.sendText("{");
       if (i < 99) client.text();
@@ -135,22 +135,22 @@ TEST_F(SessionSockets, WrongFramesEndTheConnectionWithTheirCode) {
     EXPECT_EQ(closeCode(client), 1008u);
   }
   {
-    WebSocketClient client(port());
+    ServiceSocket client(port());
     client.sendRaw(std::string("\x81\x05hello", 7));  // without a mask
     EXPECT_EQ(closeCode(client), 1002u);
   }
   {
-    WebSocketClient client(port());
+    ServiceSocket client(port());
     client.sendClose();
     EXPECT_EQ(closeCode(client), 1000u);
   }
-  WebSocketClient after(port());  // others are served
+  ServiceSocket after(port());  // others are served
   open(after);
 }
 
 TEST_F(SessionSockets, SigtermEndsSessionsWithTheirCode) {
   ServerProcess& server = start();
-  WebSocketClient client(port());
+  ServiceSocket client(port());
   open(client);
   server.signal(SIGTERM);
   EXPECT_EQ(closeCode(client), 1001u);
@@ -161,9 +161,9 @@ TEST_F(SessionSockets, SigtermEndsSessionsWithTheirCode) {
 TEST_F(SessionSockets, AClientThatDoesNotReadHoldsNoMemory) {
   if (test::kSanitized) GTEST_SKIP() << "sanitizers keep freed memory";
   ServerProcess& server = start();
-  std::vector<std::unique_ptr<WebSocketClient>> clients;
+  std::vector<std::unique_ptr<ServiceSocket>> clients;
   for (int i = 0; i < 10; ++i) {
-    clients.push_back(std::make_unique<WebSocketClient>(port(), std::vector<std::string>{}, "/v1/session", 4096));
+    clients.push_back(std::make_unique<ServiceSocket>(port(), tools::ServiceRequest{.receive_bytes = 4096}));
     open(*clients.back());
     clients.back()->ask("subscribe", R"({"proxy_Hz":1000,"model_Hz":100,"radius_um":1000})");
   }
@@ -180,7 +180,7 @@ TEST_F(SessionSockets, AThousandReconnects) {
   const int count = test::kSanitized ? 100 : 1000;
   std::uint64_t before = 0;
   for (int i = 0; i < count; ++i) {
-    WebSocketClient client(port());
+    ServiceSocket client(port());
     ASSERT_EQ(client.status(), 101u) << i;
     open(client);
     ASSERT_TRUE(sendHand(client, 1, 0));
@@ -190,7 +190,7 @@ TEST_F(SessionSockets, AThousandReconnects) {
   if (!test::kSanitized) {
     EXPECT_LT(server.residentBytes(), before + (16u << 20));
   }
-  WebSocketClient client(port());
+  ServiceSocket client(port());
   open(client);
 }
 
@@ -200,7 +200,7 @@ TEST_F(SessionSockets, RecordingsReplayToTheBit) {
   std::filesystem::create_directory(recordings);
   ServerProcess& server = start({"--record-sessions", recordings});
   {
-    WebSocketClient client(port());
+    ServiceSocket client(port());
     open(client);
     std::uint32_t ack = 0;
     for (std::uint32_t seq = 1; seq <= 150; ++seq) {

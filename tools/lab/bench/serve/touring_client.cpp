@@ -55,10 +55,10 @@ void TouringClient::take(const v1::Proxy& proxy, std::int64_t now_ns) {
 
 void TouringClient::step(std::int64_t now_ns) {
   for (;;) {
-    const WebSocketClient::Message message = socket_.read(std::chrono::milliseconds(0));
-    if (message.kind == WebSocketClient::Message::Kind::none) break;
-    if (message.kind == WebSocketClient::Message::Kind::close || message.kind == WebSocketClient::Message::Kind::ended)
-      throw std::runtime_error("bench sessions: the connection ended: " + message.bytes);
+    const ServiceSocket::Message message = socket_.read(std::chrono::milliseconds(0));
+    if (message.kind == ServiceSocket::Message::Kind::none) break;
+    if (message.kind == ServiceSocket::Message::Kind::close || message.kind == ServiceSocket::Message::Kind::ended)
+      throw std::runtime_error("bench sessions: the connection ended: " + std::string(message.bytes));
     v1::Proxy proxy;
     v1::ModelHead model;
     const auto* const bytes = reinterpret_cast<const unsigned char*>(message.bytes.data());

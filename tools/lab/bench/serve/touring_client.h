@@ -3,7 +3,7 @@
 #pragma once
 
 #include "solver/travel/routes/route.h"
-#include "tools/lab/reference/web_socket.h"
+#include "tools/lab/reference/service_socket.h"
 #include "tools/serve/session/protocol.h"
 
 #include <cstddef>
@@ -35,7 +35,7 @@ class TouringClient {
   void take(const v1::Proxy& proxy, std::int64_t now_ns);
   void jump();
 
-  WebSocketClient socket_;
+  ServiceSocket socket_;
   const std::vector<filiform::Route> routes_;
   std::size_t route_ = 0;
   v1::Proxy proxy_;

@@ -2,7 +2,7 @@
 // without state.
 #pragma once
 
-#include <boost/beast/http.hpp>
+#include <boost/beast/http/error.hpp>
 
 namespace filiform::tools::internal {
 

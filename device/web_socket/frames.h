@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-namespace filiform::internal {
+namespace filiform {
 
 enum class FrameKind : std::uint8_t { continuation = 0, text = 1, binary = 2, close = 8, ping = 9, pong = 10 };
 inline constexpr std::size_t kMostFrameHeader = 14;  // bytes
@@ -22,7 +22,7 @@ std::span<const char> frameAround(std::span<char> buffer, std::size_t payload_by
 
 class FrameParser {
  public:
-  enum class Event : std::uint8_t { none, message, ping, pong, close, broken };
+  enum class Event : std::uint8_t { none, text, binary, ping, pong, close, broken };
 
   // `capacity`: the longest frame and the longest message (bytes). `masked`: frames of a client, which must have a
   // mask; otherwise none may have one. Allocates here only.
@@ -37,14 +37,17 @@ class FrameParser {
   // The next event of the bytes that have come. `payload` is valid until the next call. `broken`: the bytes are not
   // frames, or longer than the capacity; it stays so until reset().
   Event next(std::string_view& payload) noexcept;
+  // The close code for `broken`: 1009 if a frame or a message is longer than the capacity, otherwise 1002.
+  unsigned closeCode() const noexcept { return too_long_ ? 1009 : 1002; }
 
  private:
-  Event broken() noexcept;
+  Event broken(bool too_long = false) noexcept;
 
   std::vector<char> bytes_, message_;  // message_: the parts of a message of several frames
   std::size_t begin_ = 0, end_ = 0;    // of the bytes that are not parsed
   std::size_t message_bytes_ = 0;
-  bool masked_, in_message_ = false, message_taken_ = false, broken_ = false;
+  Event message_event_ = Event::none;  // of the message whose parts come; none: no message has begun
+  bool masked_, message_taken_ = false, broken_ = false, too_long_ = false;
 };
 
-}  // namespace filiform::internal
+}  // namespace filiform

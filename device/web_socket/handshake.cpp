@@ -1,15 +1,19 @@
-#include "device/haply/internal/web_socket_handshake.h"
+#include "device/web_socket/handshake.h"
 
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <charconv>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <random>
+#include <system_error>
 
 namespace filiform::internal {
 namespace {
 
+constexpr std::size_t kMostAnswer = 16 * 1024;                                  // bytes
 constexpr std::string_view kConstant = "258EAFA5-E914-47DA-95CA-C5AB0DC85B11";  // RFC 6455, 1.3
 
 char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
@@ -24,6 +28,13 @@ std::string base64(std::string_view bytes) {
     for (std::size_t i = 0; i < 4; ++i) out += at + i <= bytes.size() ? kLetters[group >> (18 - 6 * i) & 63u] : '=';
   }
   return out;
+}
+
+std::optional<std::size_t> headerNumber(std::string_view digits) {
+  std::size_t number = 0;
+  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), number);
+  if (error != std::errc{} || end != digits.data() + digits.size()) return std::nullopt;
+  return number;
 }
 
 std::string sha1(std::string_view text) {
@@ -69,12 +80,6 @@ std::string webSocketKey() {
   return base64(bytes);
 }
 
-std::string upgradeRequest(const std::string& host, const std::string& key) {
-  return "GET / HTTP/1.1\r\nHost: " + host +
-         "\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: " + key +
-         "\r\n\r\n";
-}
-
 std::string acceptOf(std::string_view key) { return base64(sha1(std::string(key) + std::string(kConstant))); }
 
 std::string_view headerField(std::string_view head, std::string_view name) {
@@ -92,8 +97,30 @@ std::string_view headerField(std::string_view head, std::string_view name) {
   return {};
 }
 
-bool isUpgraded(std::string_view head, std::string_view key) {
-  return head.starts_with("HTTP/1.1 101") && headerField(head, "sec-websocket-accept") == acceptOf(key);
+HttpAnswer askHttp(ByteStream& stream, const std::string& request, double until_s) {
+  const auto left_s = [&] { return std::max(0.0, until_s - stream.time_s()); };
+  HttpAnswer answer;
+  answer.trouble = "it ends the connection";
+  if (!stream.write(request, left_s())) return answer;
+  std::array<char, kHttpBlock> block{};
+  std::string text;
+  std::size_t head = std::string::npos, whole = kMostAnswer;  // lengths
+  while (text.size() < whole) {
+    const long got = stream.read(block, left_s());
+    if (got == 0) answer.trouble = "it does not answer";
+    if (got <= 0) break;
+    text.append(block.data(), static_cast<std::size_t>(got));
+    if (head != std::string::npos || (head = text.find("\r\n\r\n")) == std::string::npos) continue;
+    head += 4;
+    answer.head = text.substr(0, head);
+    answer.status = text.starts_with("HTTP/1.1 ") ? headerNumber(text.substr(9, 3)).value_or(0) : 0;
+    whole =
+        answer.status <= 101 ? head : head + headerNumber(headerField(answer.head, "content-length")).value_or(whole);
+    whole = std::min(whole, kMostAnswer);
+  }
+  if (head == std::string::npos ? text.size() >= whole : answer.status == 0) answer.trouble = "it does not speak HTTP";
+  if (head != std::string::npos) answer.rest = text.substr(head);
+  return answer;
 }
 
 }  // namespace filiform::internal

@@ -1,22 +1,21 @@
-#include "device/haply/internal/web_socket_frames.h"
-
-#include "device/haply/internal/web_socket_handshake.h"
+#include "device/web_socket/frames.h"
 
 #include <algorithm>
 #include <random>
 #include <string>
+#include <tuple>
+#include <vector>
 
 #include <gtest/gtest.h>
 
-namespace filiform::internal {
+namespace filiform {
 namespace {
 
 using Event = FrameParser::Event;
 
-std::string frame(const std::string& payload, FrameKind kind, bool masked) {
+std::string frame(const std::string& payload, FrameKind kind, bool masked, const FrameMask& mask = {1, 200, 3, 77}) {
   std::vector<char> buffer(kMostFrameHeader + payload.size());
   std::copy(payload.begin(), payload.end(), buffer.begin() + kMostFrameHeader);
-  const FrameMask mask{1, 200, 3, 77};
   const auto bytes = frameAround(buffer, payload.size(), kind, masked ? &mask : nullptr);
   return {bytes.begin(), bytes.end()};
 }
@@ -44,7 +43,7 @@ TEST(FrameParser, ReadsFramesOfEveryLengthCutAnywhere) {
         at += feed(parser, std::string_view(bytes).substr(at), 1 + random() % 9000);
         std::string_view read;
         for (Event event; (event = parser.next(read)) != Event::none;) {
-          ASSERT_EQ(event, Event::message) << length;
+          ASSERT_EQ(event, Event::text) << length;
           got.emplace_back(read);
         }
       }
@@ -63,7 +62,7 @@ TEST(FrameParser, JoinsPartsWithAPingBetweenThem) {
   std::string_view read;
   EXPECT_EQ(parser.next(read), Event::ping);
   EXPECT_EQ(read, "here");
-  EXPECT_EQ(parser.next(read), Event::message);
+  EXPECT_EQ(parser.next(read), Event::text);
   EXPECT_EQ(read, "one two");
   EXPECT_EQ(parser.next(read), Event::none);
 }
@@ -78,7 +77,7 @@ TEST(FrameParser, RefusesWhatBreaksTheProtocol) {
        {frame("x", FrameKind::text, true), open_ping, reserved, frame("x", FrameKind::continuation, false),
         part + frame("y", FrameKind::text, false), frame(std::string(101, 'x'), FrameKind::text, false),
         frame(std::string(126, 'x'), FrameKind::ping, false), frame("x", static_cast<FrameKind>(3), false),
-        std::string("\x81\x7f\xff\xff\xff\xff\xff\xff\xff\xff", 10)}) {
+        std::string("\x81\x7e\x00\x01x", 5), std::string("\x81\x7f\xff\xff\xff\xff\xff\xff\xff\xff", 10)}) {
     FrameParser parser(100, false);
     feed(parser, bytes, 1000);
     std::string_view read;
@@ -86,20 +85,51 @@ TEST(FrameParser, RefusesWhatBreaksTheProtocol) {
     EXPECT_EQ(parser.next(read), Event::broken);
     parser.reset();
     feed(parser, frame("again", FrameKind::text, false), 1000);
-    EXPECT_EQ(parser.next(read), Event::message);
+    EXPECT_EQ(parser.next(read), Event::text);
   }
 }
 
-// The example of RFC 6455, 1.3.
-TEST(WebSocketHandshake, AcceptsAsTheProtocolsExample) {
-  EXPECT_EQ(acceptOf("dGhlIHNhbXBsZSBub25jZQ=="), "s3pPLMBiTxaQ9kYGzzhZRbK+xOo=");
-  const std::string head =
-      "HTTP/1.1 101 Switching Protocols\r\nSEC-websocket-ACCEPT:  s3pPLMBiTxaQ9kYGzzhZRbK+xOo= \r\n\r\n";
-  EXPECT_TRUE(isUpgraded(head, "dGhlIHNhbXBsZSBub25jZQ=="));
-  EXPECT_FALSE(isUpgraded(head, "dGhlIHNhbXBsZSBub25jZQ=?"));
-  EXPECT_EQ(webSocketKey().size(), 24U);
-  EXPECT_NE(webSocketKey(), webSocketKey());
+TEST(FrameParser, TellsTooLongFromWrong) {
+  const std::string half(60, 'x');
+  std::string part = frame(half, FrameKind::text, false);
+  part[0] = '\x01';
+  for (const auto& [bytes, code] : {std::tuple{frame(std::string(101, 'x'), FrameKind::text, false), 1009U},
+                                    {part + frame(half, FrameKind::continuation, false), 1009U},
+                                    {frame("x", FrameKind::continuation, false), 1002U},
+                                    {frame("x", FrameKind::text, true), 1002U}}) {
+    FrameParser parser(100, false);
+    std::string_view read;
+    for (std::size_t at = 0; at < bytes.size(); at += feed(parser, std::string_view(bytes).substr(at), 50))
+      EXPECT_EQ(parser.next(read), Event::none);
+    EXPECT_EQ(parser.next(read), Event::broken);
+    EXPECT_EQ(parser.closeCode(), code);
+  }
+}
+
+// The examples of RFC 6455, 5.7, which prove both directions by bytes that this project did not write.
+TEST(FrameParser, ReadsAndWritesTheProtocolsExamples) {
+  const std::string zeros(65536, '\0');
+  using namespace std::string_literals;
+  for (const auto& [bytes, payload, kind, event, is_masked] :
+       {std::tuple{"\x81\x05Hello"s, "Hello"s, FrameKind::text, Event::text, false},
+        {"\x81\x85\x37\xfa\x21\x3d\x7f\x9f\x4d\x51\x58"s, "Hello"s, FrameKind::text, Event::text, true},
+        {"\x89\x05Hello"s, "Hello"s, FrameKind::ping, Event::ping, false},
+        {"\x8a\x85\x37\xfa\x21\x3d\x7f\x9f\x4d\x51\x58"s, "Hello"s, FrameKind::pong, Event::pong, true},
+        {"\x82\x7e\x01\x00"s + zeros.substr(0, 256), zeros.substr(0, 256), FrameKind::binary, Event::binary, false},
+        {"\x82\x7f\0\0\0\0\0\x01\0\0"s + zeros, zeros, FrameKind::binary, Event::binary, false}}) {
+    EXPECT_EQ(frame(payload, kind, is_masked, {0x37, 0xfa, 0x21, 0x3d}), bytes);
+    FrameParser parser(70'000, is_masked);
+    feed(parser, bytes, bytes.size());
+    std::string_view read;
+    EXPECT_EQ(parser.next(read), event);
+    EXPECT_EQ(read, payload);
+  }
+  FrameParser parser(100, false);
+  feed(parser, "\x01\x03Hel\x80\x02lo"s, 100);
+  std::string_view read;
+  EXPECT_EQ(parser.next(read), Event::text);
+  EXPECT_EQ(read, "Hello");
 }
 
 }  // namespace
-}  // namespace filiform::internal
+}  // namespace filiform

@@ -1,9 +1,10 @@
-#include "device/haply/internal/web_socket_frames.h"
+#include "device/web_socket/frames.h"
 
 #include <algorithm>
 #include <cstring>
+#include <utility>
 
-namespace filiform::internal {
+namespace filiform {
 namespace {
 
 constexpr std::uint8_t kFinal = 0x80, kReserved = 0x70, kKind = 0x0f, kMasked = 0x80, kLength = 0x7f;
@@ -35,7 +36,8 @@ FrameParser::FrameParser(std::size_t capacity, bool masked)
 
 void FrameParser::reset() noexcept {
   begin_ = end_ = message_bytes_ = 0;
-  in_message_ = message_taken_ = broken_ = false;
+  message_event_ = Event::none;
+  message_taken_ = broken_ = too_long_ = false;
 }
 
 std::span<char> FrameParser::space() noexcept {
@@ -49,8 +51,9 @@ std::span<char> FrameParser::space() noexcept {
   return std::span<char>(bytes_).subspan(end_);
 }
 
-FrameParser::Event FrameParser::broken() noexcept {
+FrameParser::Event FrameParser::broken(bool too_long) noexcept {
   broken_ = true;
+  too_long_ = too_long;
   return Event::broken;
 }
 
@@ -74,8 +77,9 @@ FrameParser::Event FrameParser::next(std::string_view& payload) noexcept {
     if (length_bytes > 0) {
       length = 0;
       for (std::size_t i = 0; i < length_bytes; ++i) length = length << 8 | byteOf(frame[2 + i]);
+      if (length <= (length_bytes == 2 ? kShort : 0xffff)) return broken();  // not the shortest form
     }
-    if (length > message_.size()) return broken();
+    if (length > message_.size()) return broken(true);
     const auto bytes = static_cast<std::size_t>(length);
     if (have - header < bytes) return Event::none;
 
@@ -93,25 +97,25 @@ FrameParser::Event FrameParser::next(std::string_view& payload) noexcept {
         return Event::pong;
       case FrameKind::text:
       case FrameKind::binary:
-        if (in_message_) return broken();
-        if (is_final) return Event::message;
+        if (message_event_ != Event::none) return broken();
+        message_event_ = kind == FrameKind::text ? Event::text : Event::binary;
+        if (is_final) return std::exchange(message_event_, Event::none);
         break;
       case FrameKind::continuation:
-        if (!in_message_) return broken();
+        if (message_event_ == Event::none) return broken();
         break;
       default:
         return broken();
     }
-    if (message_.size() - message_bytes_ < bytes) return broken();
+    if (message_.size() - message_bytes_ < bytes) return broken(true);
     std::copy_n(data, bytes, message_.data() + message_bytes_);
     message_bytes_ += bytes;
-    in_message_ = !is_final;
     if (!is_final) continue;
     message_taken_ = true;
     payload = {message_.data(), message_bytes_};
-    return Event::message;
+    return std::exchange(message_event_, Event::none);
   }
   return Event::broken;
 }
 
-}  // namespace filiform::internal
+}  // namespace filiform
