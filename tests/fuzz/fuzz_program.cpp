@@ -7,35 +7,6 @@ namespace {
 
 using namespace filiform::fuzz;
 
-struct Target {
-  const char* name;
-  void (*run)(Input);
-};
-// The slowest targets first, which is best when they run side by side.
-// clang-format off
-constexpr Target kTargets[] = {
-    {"falcon", fuzzFalcon},
-    {"swc", fuzzSwc},
-    {"graph", fuzzGraph},
-    {"manifest", fuzzManifest},
-    {"recording", fuzzRecording},
-    {"zip", fuzzZip},
-    {"directory", fuzzDirectory},
-    {"spacemouse", fuzzSpaceMouse},
-    {"haply", fuzzHaply},
-    {"bridge", fuzzBridge},
-    {"tile", fuzzTile},
-    {"text", fuzzText},
-    {"placements", fuzzPlacements},
-    {"request", fuzzRequest},
-    {"session", fuzzSession},
-    {"hdf5", fuzzHdf5},
-    {"packed", fuzzPacked},
-    {"json", fuzzJson},
-    {"asc", fuzzAsc},
-    {"shard", fuzzShard},
-};
-// clang-format on
 const Target* chosen = nullptr;
 
 }  // namespace

@@ -33,6 +33,35 @@ void fuzzRequest(Input input);
 void fuzzSession(Input input);
 void fuzzHdf5(Input input);
 
+struct Target {
+  const char* name;  // also of the folder of its seeds
+  void (*run)(Input);
+  unsigned mutations;  // in each run of the tests: about a second under the address sanitizer
+};
+// The slowest targets first, which is best when they run side by side.
+inline constexpr Target kTargets[] = {
+    {"falcon", fuzzFalcon, 20000},
+    {"swc", fuzzSwc, 20000},
+    {"graph", fuzzGraph, 20000},
+    {"manifest", fuzzManifest, 20000},
+    {"recording", fuzzRecording, 20000},
+    {"zip", fuzzZip, 20000},
+    {"directory", fuzzDirectory, 20000},
+    {"spacemouse", fuzzSpaceMouse, 20000},
+    {"haply", fuzzHaply, 20000},
+    {"bridge", fuzzBridge, 20000},
+    {"tile", fuzzTile, 20000},
+    {"text", fuzzText, 20000},
+    {"placements", fuzzPlacements, 20000},
+    {"request", fuzzRequest, 20000},
+    {"session", fuzzSession, 20000},
+    {"hdf5", fuzzHdf5, 20000},
+    {"packed", fuzzPacked, 20000},
+    {"json", fuzzJson, 20000},
+    {"asc", fuzzAsc, 20000},
+    {"shard", fuzzShard, 20000},
+};
+
 // Aborts if a promise is broken.
 inline void require(bool kept, const char* promise) {
   if (kept) return;
