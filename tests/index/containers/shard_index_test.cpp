@@ -1,5 +1,6 @@
 // Sharded skeletons, and skeletons on a server.
 #include "index/containers/internal/shard_index.h"
+
 #include "index/errors.h"
 #include "index/formats/object_ids.h"
 #include "index/input/input.h"
