@@ -139,7 +139,7 @@ TEST_F(Program, DamagedSetIsRefusedByEveryCommandThatReadsTheDamage) {
       {"nearest", set, "0", "0", "0"},
       {"cells", set},
       {"info", set, "--parameters"},
-      {"path", set, "--cell", "cell", "1", "5"},
+      {"path", set, "cell:1", "cell:5"},
       {"export", set, "--cell", "cell", "-o", "-"},
   };
   std::vector<Outcome> usual;
