@@ -140,7 +140,8 @@ BenchTable boundTable(const std::vector<BenchBound>& bounds) {
 
 // Describes a plot for readers who cannot see it.
 std::string described(const BenchCurve& curve) {
-  std::string text = curve.plot.y_label + " against " + curve.plot.x_label + ". " + curve.finding;
+  std::string text =
+      curve.plot.title + ": " + curve.plot.y_label + " against " + curve.plot.x_label + ". " + curve.finding;
   for (const PlotLine& line : curve.plot.lines) text += " Line at " + shown(line.x) + ": " + line.label + ".";
   for (const PlotSeries& series : curve.plot.series) {
     if (series.x.empty()) continue;
