@@ -49,7 +49,11 @@ int startLab(const CLI::App& app, const std::string& command, std::vector<std::s
   ::execvp(program.c_str(), argv.data());
   const int reason = errno;
   if (reason == ENOENT)
-    throw IoError(kLab, "filiform " + command + " needs this program, but it is neither beside filiform nor in PATH");
+    throw IoError(
+        kLab,
+        "filiform " + command +
+            " needs this program, but it is neither beside filiform nor in PATH; install the package "
+            "filiform-lab, or build it: cmake --preset release -DFILIFORM_LAB=ON && cmake --build --preset release");
   throw IoError(program, "cannot start it", reason);
 }
 
