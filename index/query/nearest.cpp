@@ -6,7 +6,7 @@
 #include "index/query/curve_order.h"
 #include "index/query/internal/landmark_hint.h"
 #include "index/query/tile_finder.h"
-#include "index/tile/tile_engine.h"
+#include "index/tile/box_region.h"
 #include "index/workers.h"
 
 #include <algorithm>
@@ -141,15 +141,6 @@ class TileCache {
   std::unordered_map<TileId, Slot> tiles_;
   std::uint64_t bytes_ = 0;
   std::deque<std::shared_ptr<const Tile>> ahead_;  // read ahead and not used yet
-};
-
-struct BoxRegion final : Region {
-  WorldBox box;
-
-  explicit BoxRegion(const WorldBox& b) : box(b) {}
-  bool mayMeet(const WorldBox& other) const noexcept override {
-    return (box.lo_W.array() <= other.hi_W.array()).all() && (box.hi_W.array() >= other.lo_W.array()).all();
-  }
 };
 
 // The boxes in which a hit may lie. A hit's closest approach lies in its segment's box, at most radius + slope * along

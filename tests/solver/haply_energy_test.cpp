@@ -1,4 +1,4 @@
-// The energy that a hand receives through the driver of the Haply service. `filiform bench haply` runs a longer form.
+// The energy that a hand receives through the driver of the Haply service.
 #include "tools/lab/reference/haply_sweep.h"
 
 #include <algorithm>

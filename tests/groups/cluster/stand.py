@@ -6,19 +6,14 @@ import pathlib
 import shutil
 import socket
 import subprocess
+import sys
 import time
 
-ROOT = pathlib.Path(__file__).resolve().parents[3]
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "support"))
+from parts import ROOT, Failed, Skipped
+
 # Of the caller's environment, nothing that names a store.
 PLAIN = {k: v for k, v in os.environ.items() if not k.startswith("AWS_") and k not in ("FILIFORM_TOKEN", "FILIFORM_CACHE")}
-
-
-class Skipped(Exception):
-    pass
-
-
-class Failed(Exception):
-    pass
 
 
 def require(*programs):
@@ -77,19 +72,6 @@ def run(*words, most_s=300, expect=0, env=None):
 def started(*words, env=None):
     return subprocess.Popen([str(w) for w in words], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
                             env=env or store.environment())
-
-
-@contextlib.contextmanager
-def far_away(address, delay_ms, *options):
-    """The address behind a slow wire, and the round trip that the wire measured."""
-    wire = subprocess.Popen([ROOT / "tests/support/servers/slow_wire", address.split("//")[1], "--delay", str(delay_ms), *options],
-                            stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
-    try:
-        port = wire.stdout.readline().split()[1]
-        yield f"http://127.0.0.1:{port}", wire.stdout.readline().split(",")[0].strip()
-    finally:
-        wire.stdin.close()
-        wire.wait(10)
 
 
 def s3(name):

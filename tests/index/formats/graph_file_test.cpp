@@ -4,6 +4,7 @@
 #include "index/export/cell_formats.h"
 #include "index/input/input.h"
 #include "index/query/cell_graph.h"
+#include "tests/support/graph_reading.h"
 #include "tests/support/temp_folder.h"
 
 #include <bit>
@@ -18,51 +19,23 @@
 namespace filiform {
 namespace {
 
+using test::GraphReading;
+using test::readAs;
+using test::readingRow;
 using Links = std::vector<std::array<std::uint32_t, 2>>;
 
-struct GraphReading {
-  Cell cell;
-  InputReport report;
-};
-
-GraphReading readAs(GraphFormat format, const std::string& bytes, const GraphOptions& options = {}) {
-  GraphReading reading;
-  reading.report = readGraph(bytes, "test", format, options, reading.cell);
-  return reading;
-}
-
-// "severity samples segments dropped cut codes"; also checks that the cell's arrays have equal lengths.
-std::string rowOfReading(const GraphReading& reading) {
-  const InputReport& r = reading.report;
-  const Cell& cell = reading.cell;
-  const std::size_t n = cell.samples();
-  EXPECT_EQ(cell.positions_um.size(), n);
-  EXPECT_EQ(cell.radii_um.size(), n);
-  EXPECT_EQ(cell.types.size(), n);
-  EXPECT_EQ(cell.parents.size(), cell.isGraph() ? 0 : n);
-  EXPECT_EQ(r.samples, n);
-  EXPECT_TRUE(r.severity != Severity::kRefuse || n == 0);
-  std::uint64_t segments = 0;
-  for (std::uint32_t s = 0; s < cell.segmentRanks(); ++s) segments += cell.ends(s)[0] != cell.ends(s)[1];
-  EXPECT_EQ(r.segments, segments);
-  std::ostringstream out;
-  out << name(r.severity) << ' ' << r.samples << ' ' << r.segments << ' ' << r.dropped_lines << ' ' << r.links_cut;
-  for (const auto& [code, count] : r.codes.all()) out << ' ' << name(code) << ':' << count;
-  return out.str();
-}
-
 std::string edges(const std::string& text, const GraphOptions& options = {}) {
-  return rowOfReading(readAs(GraphFormat::kEdgeList, text, options));
+  return readingRow(readAs(GraphFormat::kEdgeList, text, options));
 }
-std::string obj(const std::string& text) { return rowOfReading(readAs(GraphFormat::kObjLines, text)); }
-std::string vtk(const std::string& text) { return rowOfReading(readAs(GraphFormat::kVtkPolylines, text)); }
+std::string obj(const std::string& text) { return readingRow(readAs(GraphFormat::kObjLines, text)); }
+std::string vtk(const std::string& text) { return readingRow(readAs(GraphFormat::kVtkPolylines, text)); }
 
 const std::string kTriangle =
     "# a ring\nnode 10 0 0 0 1 3\nnode 20 4 0 0\nnode 30\t0 3 0 nan\nedge 10 20\nedge 20 30\nedge 30 10\n";
 
 TEST(EdgeList, KeepsLoopsIdsRadiiAndTypes) {
   const GraphReading ring = readAs(GraphFormat::kEdgeList, kTriangle);
-  EXPECT_EQ(rowOfReading(ring), "accept 3 3 0 0");
+  EXPECT_EQ(readingRow(ring), "accept 3 3 0 0");
   EXPECT_EQ(ring.cell.sample_ids, (std::vector<std::int64_t>{10, 20, 30}));
   EXPECT_EQ(ring.cell.links, (Links{{1, 0}, {2, 1}, {2, 0}}));
   EXPECT_EQ(ring.cell.positions_um[1], Vector3d(4, 0, 0));
@@ -78,7 +51,7 @@ TEST(EdgeList, TakesLinesInAnyOrderAndAnyLineEnds) {
   const GraphReading tree = readAs(GraphFormat::kEdgeList,
                                    "\xEF\xBB\xBF"
                                    "edge 2 1\r\nnode 2 1 1 1\r\rnode 1 0 0 0 # root\r\n");
-  EXPECT_EQ(rowOfReading(tree), "warn 2 1 0 0 W_BOM:1");
+  EXPECT_EQ(readingRow(tree), "warn 2 1 0 0 W_BOM:1");
   EXPECT_FALSE(tree.cell.isGraph());
   EXPECT_EQ(tree.cell.parents, (std::vector<std::uint32_t>{kNoParent, 0}));
 }
@@ -136,7 +109,7 @@ TEST(EdgeList, WritesWhatItReads) {
   std::ostringstream out;
   writeEdgeList(out, graph);
   const GraphReading back = readAs(GraphFormat::kEdgeList, out.str());
-  EXPECT_EQ(rowOfReading(back), "accept 4 3 0 0");
+  EXPECT_EQ(readingRow(back), "accept 4 3 0 0");
   EXPECT_EQ(back.cell.sample_ids, graph.sample_ids);
   EXPECT_EQ(back.cell.links, graph.links);
   EXPECT_EQ(back.cell.types, graph.types);
@@ -151,7 +124,7 @@ TEST(ObjLines, ReadsPolylinesOfAllForms) {
   const GraphReading reading = readAs(GraphFormat::kObjLines,
                                       "# x\nmtllib a.mtl\no thing\nv 0 0 0\nv 1 0 0 1.0\nv 1 1 0 .5 .5 .5\nvt 0 0\n"
                                       "l 1/1 2/1 3\nv 5 5 5\n\tl -1 -2 \\\n 1\n");
-  EXPECT_EQ(rowOfReading(reading), "accept 4 4 0 0");
+  EXPECT_EQ(readingRow(reading), "accept 4 4 0 0");
   EXPECT_EQ(reading.cell.sample_ids, (std::vector<std::int64_t>{1, 2, 3, 4}));
   EXPECT_EQ(reading.cell.links, (Links{{1, 0}, {2, 1}, {3, 2}, {2, 0}}));
 }
@@ -198,7 +171,7 @@ std::string asciiVtk() {
 
 TEST(VtkPolylines, ReadsAscii) {
   const GraphReading reading = readAs(GraphFormat::kVtkPolylines, asciiVtk());
-  EXPECT_EQ(rowOfReading(reading), "accept 4 3 0 0");
+  EXPECT_EQ(readingRow(reading), "accept 4 3 0 0");
   EXPECT_EQ(reading.cell.parents, (std::vector<std::uint32_t>{kNoParent, 0, 1, 2}));
   EXPECT_EQ(reading.cell.positions_um[2], Vector3d(1, 1, 0));
   EXPECT_EQ(reading.cell.radii_um, (std::vector<float>{1, 2, 3, 4}));
@@ -221,7 +194,7 @@ std::string binaryVtk() {
 
 TEST(VtkPolylines, ReadsBinary) {
   const GraphReading reading = readAs(GraphFormat::kVtkPolylines, binaryVtk());
-  EXPECT_EQ(rowOfReading(reading), "warn 3 3 0 0 W_BAD_RADIUS:1 W_ELEMENT:1");
+  EXPECT_EQ(readingRow(reading), "warn 3 3 0 0 W_BAD_RADIUS:1 W_ELEMENT:1");
   EXPECT_EQ(reading.cell.links, (Links{{1, 0}, {2, 1}, {2, 0}}));
   EXPECT_EQ(reading.cell.positions_um[1], Vector3d(1.5, 0, -0.25));
   EXPECT_EQ(reading.cell.radii_um[0], 0.5f);
@@ -237,13 +210,13 @@ TEST(VtkPolylines, ReadsOffsetsOfVersion5) {
                  "METADATA\nINFORMATION 1\nNAME x LOCATION y\nDATA 1 2\n\nVERTICES 2 1\nOFFSETS vtktypeint64\n"
                  "0 1\nCONNECTIVITY vtktypeint64\n0\n"
                  "LINES 4 6\nOFFSETS vtktypeint64\n0 3 3 6 \nCONNECTIVITY vtktypeint64\n0 1 2 2 3 0\n");
-  EXPECT_EQ(rowOfReading(ascii), "warn 4 4 0 0 W_ELEMENT:1");
+  EXPECT_EQ(readingRow(ascii), "warn 4 4 0 0 W_ELEMENT:1");
   std::string text = head + "BINARY\nDATASET POLYDATA\nPOINTS 3 float\n";
   for (const float x : {0.f, 0.f, 0.f, 1.f, 0.f, 0.f, 2.f, 0.f, 0.f}) text += bigEndian(bitsOf(x), 4);
   text += "\nLINES 2 3\nOFFSETS vtktypeint64\n" + bigEndian(0, 8) + bigEndian(3, 8) + "\nCONNECTIVITY vtktypeint64\n" +
           bigEndian(0, 8) + bigEndian(2, 8) + bigEndian(1, 8) + "\n";
   const GraphReading binary = readAs(GraphFormat::kVtkPolylines, text);
-  EXPECT_EQ(rowOfReading(binary), "accept 3 2 0 0");
+  EXPECT_EQ(readingRow(binary), "accept 3 2 0 0");
   EXPECT_EQ(binary.cell.parents, (std::vector<std::uint32_t>{kNoParent, 2, 0}));
 }
 
@@ -287,17 +260,16 @@ TEST(NeuroglancerSkeleton, AppliesTheTransformAndReadsAttributes) {
                             std::string(12, 'x') + littleEndian(bitsOf(250), 4) + littleEndian(bitsOf(0), 4) +
                             littleEndian(bitsOf(-5), 4) + "\x01\x03\x02";
   const GraphReading reading = readAs(GraphFormat::kNeuroglancerSkeleton, bytes, options);
-  EXPECT_EQ(rowOfReading(reading), "warn 3 3 0 0 W_BAD_RADIUS:1 W_ZERO_RADIUS:1");
+  EXPECT_EQ(readingRow(reading), "warn 3 3 0 0 W_BAD_RADIUS:1 W_ZERO_RADIUS:1");
   EXPECT_TRUE(reading.cell.positions_um[1].isApprox(Vector3d(4.1, 0, 0)));
   EXPECT_TRUE(reading.cell.positions_um[2].isApprox(Vector3d(0.1, 0, 4)));
   EXPECT_EQ(reading.cell.radii_um[0], 0.25f);
   EXPECT_EQ(reading.cell.types, (std::vector<std::uint16_t>{1, 3, 2}));
   for (std::size_t n = 0; n < bytes.size(); ++n)
-    EXPECT_EQ(rowOfReading(readAs(GraphFormat::kNeuroglancerSkeleton, bytes.substr(0, n), options)),
+    EXPECT_EQ(readingRow(readAs(GraphFormat::kNeuroglancerSkeleton, bytes.substr(0, n), options)),
               "refuse 0 0 0 0 E_FORMAT:1")
         << n;
-  EXPECT_EQ(rowOfReading(readAs(GraphFormat::kNeuroglancerSkeleton, bytes + "x", options)),
-            "refuse 0 0 0 0 E_FORMAT:1");
+  EXPECT_EQ(readingRow(readAs(GraphFormat::kNeuroglancerSkeleton, bytes + "x", options)), "refuse 0 0 0 0 E_FORMAT:1");
 }
 
 TEST(NeuroglancerSkeleton, TypesMayBeFloats) {
@@ -310,18 +282,18 @@ TEST(NeuroglancerSkeleton, TypesMayBeFloats) {
              skeleton({{0, 0, 0}, {1000, 0, 0}, {0, 0, 100}}, {{0, 1}, {1, 2}}) + littleEndian(bitsOf(3), 4) +
                  littleEndian(bitsOf(2.5), 4) + littleEndian(bitsOf(65535), 4),
              options);
-  EXPECT_EQ(rowOfReading(reading), "warn 3 2 0 0 W_BAD_TYPE:1") << "2.5 is no type";
+  EXPECT_EQ(readingRow(reading), "warn 3 2 0 0 W_BAD_TYPE:1") << "2.5 is no type";
   EXPECT_EQ(reading.cell.types, (std::vector<std::uint16_t>{3, 0, 65535}));
 }
 
 TEST(NeuroglancerSkeleton, DropsBadNodesAndCutsBadLinks) {
   const std::string bytes = skeleton({{0, 0, 0}, {NAN, 0, 0}, {0, 0, 1}, {3e12f, 0, 0}, {1, 1, 1}},
                                      {{0, 1}, {0, 2}, {2, 2}, {7, 0}, {UINT32_MAX, 0}});
-  EXPECT_EQ(rowOfReading(readAs(GraphFormat::kNeuroglancerSkeleton, bytes)),
+  EXPECT_EQ(readingRow(readAs(GraphFormat::kNeuroglancerSkeleton, bytes)),
             "warn 3 1 2 4 W_MISSING_PARENT:3 W_NONFINITE:1 W_RANGE:1 W_SELF_PARENT:1");
-  EXPECT_EQ(rowOfReading(
-                readAs(GraphFormat::kNeuroglancerSkeleton, littleEndian(UINT32_MAX, 4) + littleEndian(UINT32_MAX, 4))),
-            "refuse 0 0 0 0 E_FORMAT:1");
+  EXPECT_EQ(
+      readingRow(readAs(GraphFormat::kNeuroglancerSkeleton, littleEndian(UINT32_MAX, 4) + littleEndian(UINT32_MAX, 4))),
+      "refuse 0 0 0 0 E_FORMAT:1");
 }
 
 TEST(NeuroglancerSkeleton, RefusesAnInfoThatItCannotFollow) {
@@ -424,7 +396,7 @@ TEST(GraphFile, DamageIsReportedAndNothingElseHappens) {
       }
     }
     SCOPED_TRACE(round);
-    rowOfReading(readAs(format, bytes, options));
+    readingRow(readAs(format, bytes, options));
   }
 }
 

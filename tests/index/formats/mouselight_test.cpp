@@ -3,6 +3,7 @@
 #include "index/formats/internal/graph_file.h"
 #include "index/input/input.h"
 #include "tests/support/corpus.h"
+#include "tests/support/graph_reading.h"
 #include "tests/support/temp_folder.h"
 
 #include <sstream>
@@ -12,6 +13,8 @@
 
 namespace filiform {
 namespace {
+
+using test::GraphReading;
 
 std::string sampleText(int number, int type, double x, double y, double z, int parent, const std::string& more = "") {
   std::ostringstream out;
@@ -29,28 +32,11 @@ std::string neuronText(const std::string& id) {
          sampleText(2, 3, 1, 5, 3, 1) + "]}";
 }
 
-struct NeuronReading {
-  Cell cell;
-  InputReport report;
-};
-
-NeuronReading readNeuron(const std::string& text) {
-  NeuronReading reading;
-  reading.report = readGraph(text, "test", GraphFormat::kMouseLight, {}, reading.cell);
-  return reading;
-}
-
-std::string neuronRow(const std::string& text) {
-  const NeuronReading reading = readNeuron(text);
-  const InputReport& r = reading.report;
-  std::ostringstream out;
-  out << name(r.severity) << ' ' << r.samples << ' ' << r.segments << ' ' << r.dropped_lines << ' ' << r.links_cut;
-  for (const auto& [code, count] : r.codes.all()) out << ' ' << name(code) << ':' << count;
-  return out.str();
-}
+GraphReading readNeuron(const std::string& text) { return test::readAs(GraphFormat::kMouseLight, text); }
+std::string neuronRow(const std::string& text) { return test::readingRow(readNeuron(text)); }
 
 TEST(MouseLight, AxonAndDendriteShareTheSoma) {
-  const NeuronReading reading = readNeuron(neuronText("AA0001"));
+  const GraphReading reading = readNeuron(neuronText("AA0001"));
   const Cell& cell = reading.cell;
   EXPECT_EQ(reading.report.severity, Severity::kAccept);
   EXPECT_EQ(cell.sample_ids, (std::vector<std::int64_t>{1, 2, 3, 5}));
@@ -88,7 +74,7 @@ TEST(MouseLight, BadFieldsAreDroppedOrDegradedWithARecord) {
 }
 
 TEST(MouseLight, BrokenTextIsRefusedWithItsLine) {
-  const NeuronReading reading = readNeuron("{\"axon\": [\n{\"sampleNumber\": 1,,}]}");
+  const GraphReading reading = readNeuron("{\"axon\": [\n{\"sampleNumber\": 1,,}]}");
   EXPECT_EQ(refusalReason(reading.report), "line 2: invalid JSON, byte 31 of neuron");
   EXPECT_EQ(neuronRow(std::string(1000000, '[')), "refuse 0 0 0 0 E_FORMAT:1");
   EXPECT_EQ(neuronRow("[]"), "refuse 0 0 0 0 E_FORMAT:1");

@@ -3,6 +3,7 @@
 #include "index/formats/internal/graph_file.h"
 #include "index/input/input.h"
 #include "tests/support/corpus.h"
+#include "tests/support/graph_reading.h"
 #include "tests/support/temp_folder.h"
 
 #include <array>
@@ -16,25 +17,13 @@
 namespace filiform {
 namespace {
 
-struct AscReading {
-  Cell cell;
-  InputReport report;
-};
+using test::GraphReading;
+using test::readingRow;
 
-AscReading readAsc(const std::string& text, bool soma_links = true) {
+GraphReading readAsc(const std::string& text, bool soma_links = true) {
   GraphOptions options;
   options.units.soma_links = soma_links;
-  AscReading reading;
-  reading.report = readGraph(text, "test.asc", GraphFormat::kNeurolucida, options, reading.cell);
-  return reading;
-}
-
-std::string ascRow(const AscReading& reading) {
-  const InputReport& r = reading.report;
-  std::ostringstream out;
-  out << name(r.severity) << ' ' << r.samples << ' ' << r.segments << ' ' << r.dropped_lines << ' ' << r.links_cut;
-  for (const auto& [code, count] : r.codes.all()) out << ' ' << name(code) << ':' << count;
-  return out.str();
+  return test::readAs(GraphFormat::kNeurolucida, text, options);
 }
 
 double lengthOf(const Cell& cell) {
@@ -59,8 +48,8 @@ const std::string kTree =
     ")\n";
 
 TEST(Neurolucida, ReadsASomaAndNestedBranches) {
-  const AscReading reading = readAsc(kSoma + kTree);
-  EXPECT_EQ(ascRow(reading), "warn 7 6 0 0 REPEATED_POINT:1 SOMA_CONTOUR:1 SOMA_LINK:1 W_ELEMENT:2");
+  const GraphReading reading = readAsc(kSoma + kTree);
+  EXPECT_EQ(readingRow(reading), "warn 7 6 0 0 REPEATED_POINT:1 SOMA_CONTOUR:1 SOMA_LINK:1 W_ELEMENT:2");
   const Cell& cell = reading.cell;
   EXPECT_EQ(cell.sample_ids, (std::vector<std::int64_t>{1, 5, 6, 7, 8, 9, 10}));
   EXPECT_EQ(cell.positions_um[0], Vector3d(0, 0, 0));
@@ -72,8 +61,8 @@ TEST(Neurolucida, ReadsASomaAndNestedBranches) {
 }
 
 TEST(Neurolucida, SomaLinksCanBeLeftOut) {
-  const AscReading reading = readAsc(kSoma + kTree, false);
-  EXPECT_EQ(ascRow(reading), "warn 7 5 0 0 REPEATED_POINT:1 SOMA_CONTOUR:1 W_ELEMENT:2");
+  const GraphReading reading = readAsc(kSoma + kTree, false);
+  EXPECT_EQ(readingRow(reading), "warn 7 5 0 0 REPEATED_POINT:1 SOMA_CONTOUR:1 W_ELEMENT:2");
   EXPECT_EQ(reading.report.roots, 2u);
 }
 
@@ -84,8 +73,8 @@ TEST(Neurolucida, AStackOfContoursIsOneSomaAndEachTreeJoinsItsOwn) {
         << " 0) (" << x << " -5 " << z << " 0))\n";
     return out.str();
   };
-  const AscReading reading = readAsc(contour(0, -2) + contour(0, 2) + contour(100, 0) +
-                                     "((Axon) (90 0 0 1) (50 0 0 1))" + "((Apical) (0 8 0 1) (0 20 0 1))");
+  const GraphReading reading = readAsc(contour(0, -2) + contour(0, 2) + contour(100, 0) +
+                                       "((Axon) (90 0 0 1) (50 0 0 1))" + "((Apical) (0 8 0 1) (0 20 0 1))");
   EXPECT_EQ(reading.report.samples, 6u);
   EXPECT_EQ(reading.report.codes[InputCode::SOMA_LINK], 2u);
   EXPECT_EQ(reading.cell.parents, (std::vector<std::uint32_t>{kNoParent, kNoParent, 1, 2, 0, 4}));
@@ -93,26 +82,28 @@ TEST(Neurolucida, AStackOfContoursIsOneSomaAndEachTreeJoinsItsOwn) {
 }
 
 TEST(Neurolucida, WhatIsNoTreeIsLeftOutAndCounted) {
-  EXPECT_EQ(ascRow(readAsc("(\"Pia\" (Closed) (0 0 0 1) (9 9 9 1))\n(Dot (1 2 3 4))\n((Axon) (0 0 0 1) (1 0 0 1))")),
-            "warn 2 1 0 0 W_ELEMENT:2");
-  EXPECT_EQ(ascRow(readAsc("((Color Red) (0 0 0 1) (1 0 0 1))")), "warn 2 1 0 0 W_BAD_TYPE:1");
+  EXPECT_EQ(
+      readingRow(readAsc("(\"Pia\" (Closed) (0 0 0 1) (9 9 9 1))\n(Dot (1 2 3 4))\n((Axon) (0 0 0 1) (1 0 0 1))")),
+      "warn 2 1 0 0 W_ELEMENT:2");
+  EXPECT_EQ(readingRow(readAsc("((Color Red) (0 0 0 1) (1 0 0 1))")), "warn 2 1 0 0 W_BAD_TYPE:1");
 }
 
 TEST(Neurolucida, BadPointsAreDroppedWithARecord) {
-  EXPECT_EQ(ascRow(readAsc("((Axon) (0 0 0 1) (1 oops 0 1) (2 0 0 1) (3 0) (4 0 0 -1) (5 0 0))")),
+  EXPECT_EQ(readingRow(readAsc("((Axon) (0 0 0 1) (1 oops 0 1) (2 0 0 1) (3 0) (4 0 0 -1) (5 0 0))")),
             "warn 4 1 2 2 W_BAD_LINE:1 W_BAD_RADIUS:1 W_MISSING_PARENT:2 W_SHORT_LINE:1");
 }
 
 TEST(Neurolucida, APointOutOfRangeTakesItsLinkAlong) {
-  EXPECT_EQ(ascRow(readAsc("((Axon) (0 0 0 1) (1e30 0 0 1) (2 0 0 1))")), "warn 2 0 1 1 W_MISSING_PARENT:1 W_RANGE:1");
-  EXPECT_EQ(ascRow(readAsc(kSoma + "((Axon) (1e30 0 0 1) (2 0 0 1))")),
+  EXPECT_EQ(readingRow(readAsc("((Axon) (0 0 0 1) (1e30 0 0 1) (2 0 0 1))")),
+            "warn 2 0 1 1 W_MISSING_PARENT:1 W_RANGE:1");
+  EXPECT_EQ(readingRow(readAsc(kSoma + "((Axon) (1e30 0 0 1) (2 0 0 1))")),
             "warn 2 0 1 1 SOMA_CONTOUR:1 W_MISSING_PARENT:1 W_RANGE:1");
-  EXPECT_EQ(ascRow(readAsc("((CellBody) (1e30 0 0 1))((Axon) (0 0 0 1) (2 0 0 1))")),
+  EXPECT_EQ(readingRow(readAsc("((CellBody) (1e30 0 0 1))((Axon) (0 0 0 1) (2 0 0 1))")),
             "warn 2 1 1 0 SOMA_CONTOUR:1 W_RANGE:1");
 }
 
 std::string reasonOf(const std::string& text) {
-  const AscReading reading = readAsc(text);
+  const GraphReading reading = readAsc(text);
   EXPECT_EQ(reading.report.severity, Severity::kRefuse) << text;
   return refusalReason(reading.report);
 }
@@ -132,7 +123,7 @@ TEST(Neurolucida, DeepNestingNeedsNoStack) {
   constexpr int kDepth = 200000;
   for (int i = 1; i <= kDepth; ++i) text += "((" + std::to_string(i) + " 0 0 1)";
   text += std::string(kDepth + 1, ')');
-  const AscReading reading = readAsc(text);
+  const GraphReading reading = readAsc(text);
   EXPECT_EQ(reading.report.samples, std::uint64_t{kDepth} + 1);
   EXPECT_EQ(readAsc(std::string(1000000, '(')).report.severity, Severity::kRefuse);
 }

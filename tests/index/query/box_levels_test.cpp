@@ -1,5 +1,7 @@
 #include "index/query/internal/box_levels.h"
 
+#include "index/tile/box_region.h"
+
 #include <algorithm>
 #include <random>
 #include <vector>
@@ -64,13 +66,6 @@ TEST(BoxLevels, BoundsAreAtMostTheDistancesOfTheBoxesBelow) {
     }
 }
 
-struct Meets final : Region {
-  WorldBox box;
-  bool mayMeet(const WorldBox& other) const noexcept override {
-    return (box.lo_W.array() <= other.hi_W.array()).all() && (box.hi_W.array() >= other.lo_W.array()).all();
-  }
-};
-
 TEST(BoxLevels, FindsEveryBoxThatMeetsARegionOnce) {
   SCOPED_TRACE("seed 6");
   std::mt19937_64 random(6);
@@ -78,8 +73,7 @@ TEST(BoxLevels, FindsEveryBoxThatMeetsARegionOnce) {
     const std::vector<WorldBox> boxes = randomBoxes(random, 1000, place_um);
     const BoxLevels levels(boxes);
     for (const WorldBox& wanted : randomBoxes(random, 50, place_um)) {
-      Meets region;
-      region.box = {wanted.lo_W, wanted.lo_W + Vector3d::Constant(60)};
+      const BoxRegion region({wanted.lo_W, wanted.lo_W + Vector3d::Constant(60)});
       std::vector<std::uint32_t> found;
       levels.meeting(region, [&](std::uint32_t item) { found.push_back(item); });
       std::sort(found.begin(), found.end());
@@ -93,7 +87,7 @@ TEST(BoxLevels, FindsEveryBoxThatMeetsARegionOnce) {
 TEST(BoxLevels, HoldsNothing) {
   const BoxLevels levels({});
   EXPECT_EQ(levels.items(), 0u);
-  levels.meeting(Meets(), [](std::uint32_t) { FAIL(); });
+  levels.meeting(BoxRegion({Vector3d::Zero(), Vector3d::Zero()}), [](std::uint32_t) { FAIL(); });
 }
 
 }  // namespace

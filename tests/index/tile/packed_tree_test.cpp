@@ -1,7 +1,7 @@
 #include "index/tile/packed_tree.h"
 
 #include "index/errors.h"
-#include "index/ingest/memory_tiles.h"
+#include "index/tile/box_region.h"
 #include "index/tile/reference_tree.h"
 #include "tests/support/numbers.h"
 #include "tests/support/scenes/brute_force.h"
@@ -93,13 +93,6 @@ TEST(PackedTree, AgreesWithBruteForceInLargeTiles) {
   }
 }
 
-struct BoxOf final : Region {
-  WorldBox box;
-  bool mayMeet(const WorldBox& other) const noexcept override {
-    return (box.lo_W.array() <= other.hi_W.array()).all() && (box.hi_W.array() >= other.lo_W.array()).all();
-  }
-};
-
 TEST(PackedTree, CollectsWhateverMeetsARegion) {
   CellList stream(test::randomColumn(11, 6, 300, 100));
   const auto store = buildTilesInMemory(stream, {.capacity = 5000});
@@ -108,9 +101,8 @@ TEST(PackedTree, CollectsWhateverMeetsARegion) {
   std::mt19937_64 random(11);
   std::uniform_real_distribution<double> place(-60, 60), size(0, 30);
   for (int i = 0; i < 50; ++i) {
-    BoxOf region;
-    region.box.lo_W = Vector3d(place(random), place(random), place(random));
-    region.box.hi_W = region.box.lo_W + Vector3d::Constant(size(random));
+    const Vector3d lo_W(place(random), place(random), place(random));
+    const BoxRegion region({lo_W, lo_W + Vector3d::Constant(size(random))});
     for (const TileEngine* engine : {packed.get(), reference.get()}) {
       std::vector<std::uint32_t> found;
       engine->collect(region, found);

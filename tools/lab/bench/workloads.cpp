@@ -13,7 +13,6 @@ std::vector<Workload> workloads() {
   addJumpWorkloads(all);
   addStreamingWorkloads(all);
   addLoopWorkloads(all);
-  addHaplyWorkloads(all);
   addTransportWorkloads(all);
   addSearchWorkloads(all);
   addScaleWorkloads(all);

@@ -19,7 +19,6 @@ void addIngestWorkloads(std::vector<Workload>& all);
 void addJumpWorkloads(std::vector<Workload>& all);
 void addStreamingWorkloads(std::vector<Workload>& all);
 void addLoopWorkloads(std::vector<Workload>& all);
-void addHaplyWorkloads(std::vector<Workload>& all);
 void addTransportWorkloads(std::vector<Workload>& all);
 void addViewerWorkloads(std::vector<Workload>& all);
 void addSearchWorkloads(std::vector<Workload>& all);

@@ -1,5 +1,6 @@
 #include "tools/serve/routes/catmaid_nodes.h"
 
+#include "index/tile/box_region.h"
 #include "tools/serve/sets/limits.h"
 
 #include <array>
@@ -15,13 +16,6 @@ void appendNumber(std::string& text, double value) {
   text.append(digits.data(), std::to_chars(digits.data(), digits.data() + digits.size(), value).ptr);
 }
 
-struct BoxRegion final : Region {
-  WorldBox box;
-  bool mayMeet(const WorldBox& other) const noexcept override {
-    return (box.lo_W.array() <= other.hi_W.array()).all() && (box.hi_W.array() >= other.lo_W.array()).all();
-  }
-};
-
 }  // namespace
 
 CatmaidNodes::CatmaidNodes(const ServedSet& served, const CatmaidSpace& space, const CatmaidSpace::Level& level,
@@ -32,8 +26,7 @@ CatmaidNodes::CatmaidNodes(const ServedSet& served, const CatmaidSpace& space, c
     for (const LevelPart& part : levels->below(Levels::kRoots)) addPart(part, level.depth);
     return;
   }
-  BoxRegion region;
-  region.box = {box_.lo_nm / 1e3, box_.hi_nm / 1e3};
+  const BoxRegion region({box_.lo_nm / 1e3, box_.hi_nm / 1e3});
   for (const auto& [tile, ignored] : served.finder().meeting(region)) addTile(tile);
   if (const TileId tile = served.store().long_tile(); tile != kNoTile) addTile(tile);
 }

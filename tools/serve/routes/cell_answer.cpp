@@ -17,6 +17,8 @@ namespace filiform::tools {
 
 namespace {
 
+using Json = nlohmann::ordered_json;
+
 std::uint32_t cellNamed(const ServedSet& served, const std::string& name) {
   const auto cell = served.store().findCell(name);
   if (!cell) throw Refusal(404, "the set has no cell '" + escaped(name, 80) + "'; the route cells lists the names");
@@ -24,8 +26,7 @@ std::uint32_t cellNamed(const ServedSet& served, const std::string& name) {
 }
 
 // Parallel lists, one entry a sample. `parent` is a position in these lists, -1 for a root.
-nlohmann::ordered_json samplesJson(const CellGraph& graph) {
-  using Json = nlohmann::ordered_json;
+Json samplesJson(const CellGraph& graph) {
   Json json{{"id", graph.sample_ids}};
   for (const char* name : {"x", "y", "z", "radius", "type", "parent"}) json[name] = Json::array();
   for (std::uint32_t rank = 0; rank < graph.samples(); ++rank) {

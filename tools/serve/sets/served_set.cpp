@@ -1,20 +1,10 @@
 #include "tools/serve/sets/served_set.h"
 
+#include "index/tile/box_region.h"
+
 #include <utility>
 
 namespace filiform::tools {
-
-namespace {
-
-struct TilesInBox final : Region {
-  WorldBox box;
-  explicit TilesInBox(const WorldBox& b) : box(b) {}
-  bool mayMeet(const WorldBox& other) const noexcept override {
-    return (box.lo_W.array() <= other.hi_W.array()).all() && (box.hi_W.array() >= other.lo_W.array()).all();
-  }
-};
-
-}  // namespace
 
 ServedSet::ServedSet(std::string name, const std::string& path, std::uint64_t budget_bytes, const RemoteOptions& remote)
     : name_(std::move(name)),
@@ -40,7 +30,7 @@ const CatmaidSpace& ServedSet::catmaidSpace() const {
 
 std::uint64_t ServedSet::segmentsAround(const Vector3d& lo_W, const Vector3d& hi_W) const {
   std::uint64_t segments = 0;
-  for (const auto& [tile, box] : finder_.meeting(TilesInBox({lo_W, hi_W}))) segments += store_.entry(tile).stored;
+  for (const auto& [tile, box] : finder_.meeting(BoxRegion({lo_W, hi_W}))) segments += store_.entry(tile).stored;
   return segments;
 }
 

@@ -18,10 +18,8 @@
 #include <array>
 #include <cmath>
 #include <csignal>
-#include <cstring>
 #include <filesystem>
 #include <limits>
-#include <map>
 #include <memory>
 #include <random>
 #include <sys/resource.h>
@@ -378,120 +376,6 @@ void tryDisks(const BenchOptions& options, Trials& trials, const std::string& fo
   }
 }
 
-// A folder in memory. One of its files is cut, or has a bit flipped.
-class AlteredFolder final : public TileSource {
- public:
-  explicit AlteredFolder(const std::string& path) {
-    for (const auto& entry : fs::recursive_directory_iterator(path)) {
-      if (!entry.is_regular_file()) continue;
-      std::vector<std::uint8_t> bytes(entry.file_size());
-      const std::string name = fs::relative(entry.path(), path).string();
-      openFolder(path)->read(name, 0, bytes);
-      files[name] = std::move(bytes);
-    }
-  }
-  std::uint64_t size(const std::string& name) const override { return bytesOf(name).size(); }
-  void read(const std::string& name, std::uint64_t offset, std::span<std::uint8_t> bytes) const override {
-    const auto& all = bytesOf(name);
-    if (offset > all.size() || bytes.size() > all.size() - offset) throw CorruptSet(name, offset, "ends too soon");
-    if (!bytes.empty()) std::memcpy(bytes.data(), all.data() + offset, bytes.size());
-  }
-  std::string describe(const std::string& name) const override { return name; }
-
-  std::map<std::string, std::vector<std::uint8_t>> files;
-
- private:
-  const std::vector<std::uint8_t>& bytesOf(const std::string& name) const {
-    const auto found = files.find(name);
-    if (found == files.end()) throw IoError(name, "is missing", ENOENT);
-    return found->second;
-  }
-};
-
-// A digest of all results of the set.
-std::uint64_t digestOf(const TileSet& set) {
-  std::uint64_t sum = 0;
-  const auto mix = [&](std::uint64_t value) { sum = (sum ^ value) * 0x9E3779B97F4A7C15u + (sum >> 29); };
-  for (TileId id = 0; id < set.tile_count(); ++id) {
-    const auto tile = set.load(id);
-    for (std::uint32_t s = 0; s < tile->segment_count(); ++s) {
-      mix(tile->segmentId(s).key()), mix(tile->owned(s));
-      for (const std::uint32_t node : {tile->child(s), tile->parent(s)})
-        for (int k = 0; k < 3; ++k) mix(static_cast<std::uint64_t>(tile->gridPoint(node)[k]));
-    }
-    for (const float radius : set.loadAppearance(id).radii_um) mix(std::hash<float>{}(radius));
-  }
-  for (std::uint32_t cell = 0; cell < set.cell_count(); ++cell) {
-    mix(std::hash<std::string>{}(set.cell(cell).name));
-    for (const std::int64_t sample : set.loadCellDetail(cell).sample_ids) mix(static_cast<std::uint64_t>(sample));
-  }
-  for (const GridPoint& p : set.landmarks().points) mix(static_cast<std::uint64_t>(p.x()));
-  return sum;
-}
-
-// A file that all trials share. It is altered for one trial at a time and then restored.
-class SharedFolder final : public TileSource {
- public:
-  explicit SharedFolder(const AlteredFolder& folder) : folder_(folder) {}
-  std::uint64_t size(const std::string& name) const override { return folder_.size(name); }
-  void read(const std::string& name, std::uint64_t offset, std::span<std::uint8_t> bytes) const override {
-    folder_.read(name, offset, bytes);
-  }
-  std::string describe(const std::string& name) const override { return folder_.describe(name); }
-
- private:
-  const AlteredFolder& folder_;
-};
-
-void tryDamage(const BenchOptions& options, Trials& trials, const std::string& path) {
-  const std::string set_path = path + "/small.fil";
-  Cell cell = walk("small", 60, 1, Vector3d::Zero());
-  CellList stream({cell});
-  ingest(stream, set_path, {.capacity = 32});
-  AlteredFolder folder(set_path);
-  const auto answers = [&] {
-    const auto set = TileSet::open(std::make_unique<SharedFolder>(folder));
-    return digestOf(*set);
-  };
-  const std::uint64_t truth = answers();
-  struct Outcome {
-    std::uint64_t tried = 0, refused = 0, same = 0, wrong = 0, untyped = 0;
-  };
-  const auto judge = [&](Outcome& outcome) {
-    ++outcome.tried;
-    try {
-      (answers() == truth ? outcome.same : outcome.wrong) += 1;
-    } catch (const Error&) {
-      ++outcome.refused;
-    } catch (const std::exception&) {
-      ++outcome.untyped;
-    }
-  };
-  Outcome cut, flipped;
-  const std::size_t every = options.quick ? 37 : 1;
-  for (auto& [name, bytes] : folder.files) {
-    options.progress("damage to " + name);
-    const std::vector<std::uint8_t> whole = bytes;
-    for (std::size_t n = 0; n < whole.size(); n += every) {
-      bytes.assign(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(n));
-      judge(cut);
-      bytes = whole;
-      bytes[n] ^= static_cast<std::uint8_t>(1u << (n % 8));
-      judge(flipped);
-      bytes = whole;
-    }
-  }
-  const auto put = [&](const std::string& tried, const Outcome& o) {
-    trials.put("a tile set that is damaged", tried,
-               std::to_string(o.wrong) + " wrong answers, " + std::to_string(o.untyped) + " without a cause",
-               std::to_string(o.tried) + " tried: " + std::to_string(o.refused) + " refused, " +
-                   std::to_string(o.same) + " the same answer",
-               o.wrong + o.untyped == 0);
-  };
-  put("cut at every length", cut);
-  put("a bit flipped in every byte", flipped);
-}
-
 BenchReport runExtremes(const BenchOptions& options) {
   const WorkFolder folder(options.out, "extremes");
   Trials trials(options);
@@ -499,7 +383,6 @@ BenchReport runExtremes(const BenchOptions& options) {
   tryProbes(options, trials);
   tryHands(options, trials);
   tryDisks(options, trials, folder.path());
-  tryDamage(options, trials, folder.path());
   BenchReport report;
   const auto missed = static_cast<double>(trials.rows.size() - trials.passed);
   report.goals.push_back({"extremes that fail", "0", "0", missed, missed == 0, missed == 0});
@@ -511,8 +394,7 @@ BenchReport runExtremes(const BenchOptions& options) {
   report.notes.push_back(
       "Passes: an error within what rounding of coordinates of that size allows; forces that are numbers, within the "
       "clamp of "
-      "8 N, that grow no faster than the force law states; no tick above the work cap; no wrong answer from a damaged "
-      "set. A "
+      "8 N, that grow no faster than the force law states; no tick above the work cap. A "
       "refusal passes only where the request makes no sense or the disk fails, and by the error that says so.");
   return report;
 }
