@@ -383,7 +383,7 @@ TEST_F(Documents, EveryOptionNamedIsThere) {
 // patterns.
 TEST_F(Documents, EveryPathNamedIsThere) {
   static const std::regex kPath(
-      R"((?:`((?:index|device|solver|viewer|tools|tests|\.github)/[\w./]+)`)|(?:\]\(([^)#:]+)(?:#[^)]*)?\)))");
+      R"((?:`((?:index|device|solver|viewer|tools|tests|\.github)/[\w./]+|[a-z_]\w*(?:/\w+)*/\w+\.(?:h|cpp|py|md|json))`)|(?:\]\(([^)#:]+)(?:#[^)]*)?\)))");
   static const std::regex kPattern("(^|/)[A-Z]+/");
   const fs::path root(test::inSource(""));
   std::size_t paths = 0;
@@ -392,11 +392,14 @@ TEST_F(Documents, EveryPathNamedIsThere) {
     std::istringstream text(sourceFile(document));
     std::string line;
     for (std::size_t number = 1; std::getline(text, line); ++number) {
+      std::vector<fs::path> bases{root, root / folder};  // and the folders of a line's links
       for (std::sregex_iterator i(line.begin(), line.end(), kPath), end; i != end; ++i) {
         const std::string path = (*i)[1].matched ? (*i)[1].str() : (*i)[2].str();
         if (std::regex_search(path, kPattern)) continue;
+        if ((*i)[2].matched) bases.push_back((root / folder / path).parent_path());
         ++paths;
-        const bool is_there = fs::exists(root / folder / path) || fs::exists(root / path);
+        const bool is_there =
+            std::any_of(bases.begin(), bases.end(), [&](const fs::path& base) { return fs::exists(base / path); });
         EXPECT_TRUE(is_there) << document << ":" << number << ": " << path << " does not exist";
       }
     }
