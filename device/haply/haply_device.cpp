@@ -388,6 +388,7 @@ struct HaplyDevice::Impl {
     const char* const obstacle = internal::obstacleOf(reading.status);
     say(*obstacle != '\0' ? obstacle : "the Inverse3 no longer reports the force that it is sent");
     sendZeros(link.time_s() + kHaplyZero_s);
+    check();
   }
 };
 

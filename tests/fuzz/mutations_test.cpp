@@ -105,7 +105,7 @@ class Inputs {
         piece = boundary();
         break;
       case 6:
-        piece = std::to_string(static_cast<std::int64_t>(std::uint64_t{1} << below(64)) - static_cast<int>(below(3)));
+        piece = std::to_string(static_cast<std::int64_t>((std::uint64_t{1} << below(64)) - below(3)));
         break;
       default:
         piece = any(tokens_);

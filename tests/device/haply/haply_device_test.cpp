@@ -5,6 +5,9 @@
 
 #include <cmath>
 #include <limits>
+#include <memory>
+#include <span>
+#include <string>
 #include <utility>
 
 #include <gtest/gtest.h>
@@ -201,6 +204,36 @@ TEST(HaplyDevice, ForceIsZeroAfterADisconnect) {
   bench.service.faults().ends = false;
   bench.haply.open();
   EXPECT_EQ(bench.haply.status(), DeviceStatus::ready);
+}
+
+// Ends when it has carried so many more messages.
+struct EndingStream : ByteStream {
+  EndingStream(std::unique_ptr<ByteStream> of, int& allowed) : stream(std::move(of)), left(allowed) {}
+  bool write(std::span<const char> bytes, double wait_s) noexcept override {
+    return left-- > 0 && stream->write(bytes, wait_s);
+  }
+  long read(std::span<char> into, double wait_s) noexcept override { return stream->read(into, wait_s); }
+  void sleepUntil(double until_s) noexcept override { stream->sleepUntil(until_s); }
+  double time_s() const noexcept override { return stream->time_s(); }
+
+  std::unique_ptr<ByteStream> stream;
+  int& left;
+};
+
+TEST(HaplyDevice, AConnectionThatEndsAtTheZeroMessagesIsAFault) {
+  SimulatedHaply service;
+  int messages = 1 << 20;
+  HaplyOptions options;
+  options.connect = [&] { return std::make_unique<EndingStream>(service.connections()(), messages); };
+  HaplyDevice haply(options);
+  haply.open();
+  for (int i = 0; i < 1200; ++i) haply.exchange(forceOf({1, 0, 0}));
+  service.faults().power = false;
+  messages = 1;
+  const DeviceState state = haply.exchange(forceOf({1, 0, 0}));
+  EXPECT_GT(state.sent_N->norm(), 0.9);  // the last force that was sent
+  EXPECT_EQ(state.status, DeviceStatus::fault);
+  EXPECT_NE(std::string(haply.advice()).find("ended the connection"), std::string::npos);
 }
 
 TEST(HaplyDevice, AStallIsSentZeroThenIsAFault) {
