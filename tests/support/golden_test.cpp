@@ -1,6 +1,7 @@
 #include "tests/support/golden.h"
 
 #include "tests/support/temp_folder.h"
+#include "tools/pictures/png.h"
 
 #include <algorithm>
 #include <random>
@@ -57,7 +58,7 @@ TEST(Golden, WrongPicturesAreNot) {
 TEST(Golden, FilesKeepEveryPixel) {
   TempFolder folder;
   const Picture picture = threads(1);
-  writePng(picture, folder / "a.png");
+  tools::writePng(picture, folder / "a.png");
   const Picture again = readPng(folder / "a.png");
   EXPECT_EQ(again.width, picture.width);
   EXPECT_EQ(again.rgb, picture.rgb);

@@ -6,6 +6,7 @@
 #include "solver/workspace/workspace.h"
 #include "tests/support/folders.h"
 #include "tests/support/scenes/random_cells.h"
+#include "tools/pictures/png.h"
 #include "viewer/gl/scene_view.h"
 
 #include <cstdlib>
@@ -48,13 +49,13 @@ class GoldenPictures : public ::testing::Test {
     path += name;
     path += ".png";
     const char* const wish = std::getenv("FILIFORM_GOLDEN");
-    if (wish != nullptr && std::string(wish) == "renew") test::writePng(drawn, path);
+    if (wish != nullptr && std::string(wish) == "renew") tools::writePng(drawn, path);
     const test::PictureDifference difference = test::compare(drawn, test::readPng(path));
     if (!difference.showsTheSame()) {
       std::string drawn_path = "golden-";
       drawn_path += name;
       drawn_path += ".png";
-      test::writePng(drawn, drawn_path);
+      tools::writePng(drawn, drawn_path);
       ADD_FAILURE() << name << ": mean difference " << difference.mean << ", far off " << difference.far_off
                     << "; the picture is " << drawn_path << " in the folder of the test";
     }
