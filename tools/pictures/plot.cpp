@@ -21,7 +21,10 @@ struct Axis {
 
   double inside(double value) const { return log ? std::log10(value) : value; }
   bool shows(double value) const { return std::isfinite(value) && (!log || value > 0); }
-  double pixel(double value) const { return from + (inside(value) - lo) / (hi - lo) * (to - from); }
+  // At most what Cairo's 24 bits hold: settle() may have cut the range.
+  double pixel(double value) const {
+    return std::clamp(from + (inside(value) - lo) / (hi - lo) * (to - from), -1e6, 1e6);
+  }
 };
 
 void widenAxis(Axis& axis, const std::vector<double>& values, const std::vector<double>& others, const Axis& other,
