@@ -119,7 +119,8 @@ HttpAnswer askHttp(ByteStream& stream, const std::string& request, double until_
     whole = std::min(whole, kMostAnswer);
   }
   if (head == std::string::npos ? text.size() >= whole : answer.status == 0) answer.trouble = "it does not speak HTTP";
-  if (head != std::string::npos) answer.rest = text.substr(head);
+  if (head != std::string::npos)
+    answer.rest = text.substr(head, answer.status > 101 ? whole - head : std::string::npos);
   return answer;
 }
 

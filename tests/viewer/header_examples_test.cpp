@@ -10,6 +10,7 @@
 #include "device/haply/simulated_haply.h"
 #include "device/usb/usb_recording.h"
 #include "device/usb/usb_transport.h"
+#include "device/web_socket/web_socket.h"
 #include "index/attributes/cell_attributes.h"
 #include "index/attributes/cell_filter.h"
 #include "index/circuits/circuit.h"
@@ -103,6 +104,15 @@ void gamepad(const Wrench& wrench) {
   Gamepad pad({.path = "/dev/input/event7"});
   pad.open();
   const DeviceState state = pad.exchange(wrench);   // rumbles with wrench.resistance
+}
+
+void webSocket() {
+  // device/web_socket/web_socket.h
+  WebSocket socket(64 * 1024);
+  const WebSocket::Answer answer = socket.open(connectTcp("127.0.0.1", 7878, {}), {.host = "127.0.0.1:7878"}, 5);
+  if (!socket.isOpen()) throw DeviceError(answer.trouble);
+  socket.send(FrameKind::text, "hello", 1);
+  const WebSocket::Message message = socket.receive(socket.stream().time_s() + 1);
 }
 
 void haply(const Wrench& wrench) {
@@ -450,7 +460,7 @@ TEST(HeaderExamples, AllAreCompiledHereAsTheyStandThere) {
             << text;
       }
     }
-  EXPECT_EQ(count, 39u) << "examples; a new one goes into this file";
+  EXPECT_EQ(count, 40u) << "examples; a new one goes into this file";
 }
 
 TEST(HeaderExamples, AnExampleIsTold) {

@@ -99,9 +99,10 @@ TEST(FrameParser, TellsTooLongFromWrong) {
                                     {frame("x", FrameKind::text, true), 1002U}}) {
     FrameParser parser(100, false);
     std::string_view read;
-    for (std::size_t at = 0; at < bytes.size(); at += feed(parser, std::string_view(bytes).substr(at), 50))
-      EXPECT_EQ(parser.next(read), Event::none);
-    EXPECT_EQ(parser.next(read), Event::broken);
+    Event event = Event::none;
+    for (std::size_t at = 0; at < bytes.size() && event == Event::none; event = parser.next(read))
+      at += feed(parser, std::string_view(bytes).substr(at), 50);
+    EXPECT_EQ(event, Event::broken);
     EXPECT_EQ(parser.closeCode(), code);
   }
 }

@@ -35,7 +35,7 @@ class PeerStream : public ByteStream {
     std::string answer = std::exchange(peer_.answer, "");
     if (const std::size_t at = answer.find("KEY"); at != std::string::npos)
       answer.replace(at, 3,
-                     internal::acceptOf(std::string_view(peer_.sent).substr(peer_.sent.find(kKey) + kKey.size(), 24)));
+                     internal::acceptOf(std::string_view(peer_.sent).substr(peer_.sent.rfind(kKey) + kKey.size(), 24)));
     peer_.coming = answer + peer_.coming;
     return true;
   }
@@ -141,6 +141,7 @@ TEST(WebSocket, AnswersPingsAndTheClosingFrame) {
   EXPECT_FALSE(socket.isOpen());
   EXPECT_EQ(socket.receive(9).kind, Got::ended);
 
+  peer.coming.clear();
   open(socket, peer, kUpgraded);  // again, with the same memory
   ASSERT_TRUE(socket.isOpen());
   peer.coming = std::string("\x88\x00", 2);
