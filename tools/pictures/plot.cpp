@@ -21,9 +21,9 @@ struct Axis {
 
   double inside(double value) const { return log ? std::log10(value) : value; }
   bool shows(double value) const { return std::isfinite(value) && (!log || value > 0); }
-  // At most what Cairo's 24 bits hold: settle() may have cut the range.
+  // Far outside as near as Cairo's 24 bits need it: settle() may have cut the range.
   double pixel(double value) const {
-    return std::clamp(from + (inside(value) - lo) / (hi - lo) * (to - from), -1e6, 1e6);
+    return from + std::clamp((inside(value) - lo) / (hi - lo), -1000.0, 1001.0) * (to - from);
   }
 };
 

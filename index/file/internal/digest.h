@@ -6,8 +6,6 @@
 #include <span>
 #include <string_view>
 
-struct XXH3_state_s;
-
 namespace filiform::internal {
 
 // Pure functions, any thread. O(bytes).
@@ -28,10 +26,8 @@ class RunningDigest {
   void reset();
 
  private:
-  struct Free {
-    void operator()(XXH3_state_s* state) const;
-  };
-  std::unique_ptr<XXH3_state_s, Free> state_;
+  struct State;
+  std::unique_ptr<State> state_;
 };
 
 }  // namespace filiform::internal
