@@ -19,10 +19,10 @@ namespace {
 using Got = WebSocket::Message::Kind;
 
 struct Peer {
-  std::string sent;            // by the client
-  std::string answer, coming;  // answer: with KEY for the value of Sec-WebSocket-Accept
-  std::size_t piece = 7;       // bytes of a read
-  bool ends = false;           // after what is coming
+  std::string sent{};              // by the client
+  std::string answer{}, coming{};  // answer: with KEY for the value of Sec-WebSocket-Accept
+  std::size_t piece = 7;           // bytes of a read
+  bool ends = false;               // after what is coming
   double now_s = 0;
 };
 
