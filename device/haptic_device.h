@@ -6,9 +6,10 @@
 // rest.
 #pragma once
 
+#include "index/error.h"
+
 #include <cstdint>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
@@ -19,9 +20,9 @@
 namespace filiform {
 
 // A device that cannot be opened or has failed permanently; the text says what to do. Exit code 3.
-class DeviceError : public std::runtime_error {
+class DeviceError : public Error {
  public:
-  using std::runtime_error::runtime_error;
+  using Error::Error;
 };
 
 // A device or hand name that this build does not know; the text lists the known names. Exit code 2.

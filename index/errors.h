@@ -2,17 +2,12 @@
 // The haptic tick never throws: it returns values. Thread rule: values.
 #pragma once
 
+#include "index/error.h"
+
 #include <cstdint>
-#include <stdexcept>
 #include <string>
 
 namespace filiform {
-
-// The base of all errors. what() is one line and safe to print: text from files is escaped beforehand.
-class Error : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
 
 // Input that cannot be used, or a refusal: nothing to ingest, not a zip, an existing set without --force. Exit code 1.
 class InputError : public Error {

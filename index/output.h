@@ -14,6 +14,8 @@
 // Thread rule: thread-compatible.
 #pragma once
 
+#include "index/errors.h"
+
 #include <atomic>
 #include <iosfwd>
 #include <memory>

@@ -3,6 +3,8 @@
 // Thread rule: one thread.
 #pragma once
 
+#include "device/haptic_device.h"
+
 #include <cstdint>
 #include <memory>
 #include <span>

@@ -2,6 +2,8 @@
 // replace the network and its time. Thread rule: one thread at a time.
 #pragma once
 
+#include "device/haptic_device.h"
+
 #include <cstdint>
 #include <functional>
 #include <memory>

@@ -4,6 +4,7 @@
 
 #include "index/cell/attribute.h"
 #include "index/cell/radius.h"
+#include "index/errors.h"
 #include "index/geometry/grid.h"
 
 #include <array>

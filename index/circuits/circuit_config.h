@@ -4,6 +4,8 @@
 // Thread rule: values and pure functions.
 #pragma once
 
+#include "index/errors.h"
+
 #include <optional>
 #include <string>
 #include <vector>

@@ -2,6 +2,8 @@
 // thread-compatible.
 #pragma once
 
+#include "index/errors.h"
+
 #include <cstddef>
 #include <cstdint>
 #include <functional>

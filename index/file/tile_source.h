@@ -2,6 +2,7 @@
 // files, so an object store can serve as well as a folder.
 #pragma once
 
+#include "index/errors.h"
 #include "index/file/remote_counters.h"
 
 #include <cstddef>

@@ -1,6 +1,8 @@
 // Ids of objects of precomputed skeletons, as people list them. Thread rule: pure functions, any thread.
 #pragma once
 
+#include "index/errors.h"
+
 #include <cstdint>
 #include <string>
 #include <string_view>

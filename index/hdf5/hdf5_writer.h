@@ -7,6 +7,8 @@
 // Thread rule: thread-compatible.
 #pragma once
 
+#include "index/errors.h"
+
 #include <cstdint>
 #include <memory>
 #include <span>

@@ -1,6 +1,7 @@
 // How tile sets are read over HTTP. Thread rule: values.
 #pragma once
 
+#include "index/errors.h"
 #include "index/file/remote_counters.h"
 
 #include <atomic>

@@ -4,6 +4,8 @@
 // process, records go to one temporary file without a name, in $TMPDIR or /tmp. Thread rule: values, thread-compatible.
 #pragma once
 
+#include "index/errors.h"
+
 #include <array>
 #include <cstddef>
 #include <cstdint>

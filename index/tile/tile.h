@@ -15,6 +15,7 @@
 // segments.
 #pragma once
 
+#include "index/errors.h"
 #include "index/geometry/grid.h"
 #include "index/geometry/morton.h"
 #include "index/geometry/offsets.h"

@@ -15,6 +15,7 @@
 #pragma once
 
 #include "device/haptic_device.h"
+#include "index/errors.h"
 
 #include <cstdint>
 #include <limits>

@@ -36,6 +36,8 @@
 // carried() excludes it from E. Thread rule: haptic thread only; a copy is a snapshot of the whole state.
 #pragma once
 
+#include "index/errors.h"
+
 #include <array>
 #include <cstdint>
 #include <limits>

@@ -20,6 +20,8 @@
 // do not allocate.
 #pragma once
 
+#include "index/errors.h"
+
 #include <Eigen/Core>
 
 namespace filiform {

@@ -6,6 +6,8 @@
 // zoom. Thread rule: haptic thread only; a copy is a snapshot of the whole state.
 #pragma once
 
+#include "index/errors.h"
+
 #include <Eigen/Core>
 
 namespace filiform {

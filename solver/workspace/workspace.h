@@ -7,6 +7,7 @@
 // comes back into the static region. Thread rule: haptic thread only; a copy is a snapshot of the whole state.
 #pragma once
 
+#include "index/errors.h"
 #include "index/geometry/grid.h"
 
 #include <Eigen/Core>

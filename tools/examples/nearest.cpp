@@ -1,9 +1,8 @@
 // Opens a tile set and prints the segments nearest to a point.
 //
 //   nearest SET.fil X Y Z [COUNT]      X Y Z in um
-#include "index/query/nearest.h"
-
-#include "index/set/tile_set.h"
+#include <filiform/index/query/nearest.h>
+#include <filiform/index/set/tile_set.h>
 
 #include <cstdlib>
 #include <exception>

@@ -2,11 +2,11 @@
 // proxy slides along the neurites.
 //
 //   proxy CELL.swc
-#include "index/ingest/memory_tiles.h"
-#include "index/input/input.h"
-#include "index/query/nearest.h"
-#include "solver/graph/graph_view.h"
-#include "solver/proxy/proxy_solver.h"
+#include <filiform/index/ingest/memory_tiles.h>
+#include <filiform/index/input/input.h>
+#include <filiform/index/query/nearest.h>
+#include <filiform/solver/graph/graph_view.h>
+#include <filiform/solver/proxy/proxy_solver.h>
 
 #include <exception>
 #include <iostream>

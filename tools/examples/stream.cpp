@@ -1,8 +1,8 @@
 // Streams the tiles around a point that crosses a tile set in one second, within a memory budget.
 //
 //   stream SET.fil [BUDGET_BYTES]
-#include "index/set/tile_set.h"
-#include "index/streaming/residency.h"
+#include <filiform/index/set/tile_set.h>
+#include <filiform/index/streaming/residency.h>
 
 #include <chrono>
 #include <cstdlib>

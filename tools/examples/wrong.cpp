@@ -1,8 +1,8 @@
 // Reads SWC files, folders or zip archives and lists what is wrong with them.
 //
 //   wrong INPUT...
-#include "index/input/input.h"
-#include "index/text.h"
+#include <filiform/index/input/input.h>
+#include <filiform/index/text.h>
 
 #include <exception>
 #include <iostream>

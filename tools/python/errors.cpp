@@ -1,7 +1,6 @@
 // What the errors of filiform become in Python.
 #include "index/errors.h"
 
-#include "device/haptic_device.h"
 #include "tools/python/internal/bindings.h"
 
 #include <string>
@@ -50,8 +49,6 @@ void addErrors(py::module_& module) {
     } catch (const Interrupted&) {
       PyErr_SetNone(PyExc_KeyboardInterrupt);
     } catch (const Error& error) {
-      PyErr_SetString(PyExc_RuntimeError, error.what());
-    } catch (const DeviceError& error) {
       PyErr_SetString(PyExc_RuntimeError, error.what());
     }
   });

@@ -1,4 +1,4 @@
-#include "device/factory/device_factory.h"
+#include <filiform/device/factory/device_factory.h>
 
 #include <iostream>
 
@@ -10,7 +10,7 @@ int main() {
   device->close();
   try {  // libusb is linked
     filiform::makeDevice("spacemouse")->open();
-  } catch (const filiform::DeviceError& error) {
+  } catch (const filiform::Error& error) {
     std::cout << error.what() << '\n';
   }
 }

@@ -1,5 +1,5 @@
-#include "index/ingest/memory_tiles.h"
-#include "index/query/nearest.h"
+#include <filiform/index/ingest/memory_tiles.h>
+#include <filiform/index/query/nearest.h>
 
 #include <iostream>
 #include <vector>

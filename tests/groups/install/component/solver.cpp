@@ -1,5 +1,5 @@
-#include "index/ingest/memory_tiles.h"
-#include "solver/travel/run/run.h"
+#include <filiform/index/ingest/memory_tiles.h>
+#include <filiform/solver/travel/run/run.h>
 
 #include <iostream>
 #include <utility>

@@ -1,5 +1,5 @@
-#include "viewer/scene/camera.h"
-#include "viewer/window/window.h"
+#include <filiform/viewer/scene/camera.h>
+#include <filiform/viewer/window/window.h>
 
 #include <iostream>
 

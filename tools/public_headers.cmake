@@ -1,0 +1,18 @@
+# cmake -P public_headers.cmake HOUSE FOLDER HEADER...: copies headers of rooms below HOUSE to the same paths below FOLDER, where
+# what they include of rooms begins with filiform/. A copy that would not change keeps its time.
+set(house "${CMAKE_ARGV3}")
+set(folder "${CMAKE_ARGV4}")
+math(EXPR last "${CMAKE_ARGC} - 1")
+foreach(at RANGE 5 ${last})
+  set(header "${CMAKE_ARGV${at}}")
+  cmake_path(RELATIVE_PATH header BASE_DIRECTORY "${house}" OUTPUT_VARIABLE path)
+  file(READ "${header}" text)
+  string(REGEX REPLACE "(#include \")((index|device|solver|viewer)/)" "\\1filiform/\\2" text "${text}")
+  set(copied "")
+  if(EXISTS "${folder}/${path}")
+    file(READ "${folder}/${path}" copied)
+  endif()
+  if(NOT copied STREQUAL text)
+    file(WRITE "${folder}/${path}" "${text}")
+  endif()
+endforeach()
