@@ -1,7 +1,6 @@
 // The program as users run it: every mistake gives one clear line and the documented exit code, and leaves no
 // incomplete file.
 #include "tests/support/process.h"
-#include "tests/support/sanitized.h"
 #include "tests/support/temp_folder.h"
 
 #include <cstdlib>
@@ -128,52 +127,6 @@ TEST_F(Program, FullFileSystemExitsThreeAndKeepsTheOldSet) {
   EXPECT_EQ(outcome.exit_code, 3) << outcome.err;
   EXPECT_TRUE(outcome.oneLineOnStderr()) << outcome.err;
   EXPECT_EQ(outcome.out, "") << "left behind";
-}
-
-// A command that does not read the damaged bytes answers as before.
-TEST_F(Program, DamagedSetIsRefusedByEveryCommandThatReadsTheDamage) {
-  const std::string set = path("small.fil");
-  const std::vector<std::vector<std::string>> commands{
-      {"verify", set},
-      {"nearest", set, "0", "0", "0", "--approximate"},
-      {"nearest", set, "0", "0", "0"},
-      {"cells", set},
-      {"info", set, "--parameters"},
-      {"path", set, "cell:1", "cell:5"},
-      {"export", set, "--cell", "cell", "-o", "-"},
-  };
-  std::vector<Outcome> usual;
-  for (const auto& command : commands) {
-    usual.push_back(runFiliform(command));
-    ASSERT_EQ(usual.back().exit_code, 0) << usual.back().err;
-  }
-  std::vector<fs::path> files;
-  for (const auto& entry : fs::recursive_directory_iterator(set))
-    if (entry.is_regular_file()) files.push_back(entry.path());
-  ASSERT_GE(files.size(), 5u);
-  std::vector<std::size_t> refused(commands.size());
-  for (const fs::path& file : files) {
-    const std::string good = textOfFile(file);
-    std::string flipped = good;
-    flipped[flipped.size() / 2] ^= 0x10;
-    for (const std::string& bad : {flipped, good.substr(0, good.size() / 2), std::string()}) {
-      write(file, bad);
-      for (std::size_t i = 0; i < (test::kSanitized ? 2 : commands.size()); ++i) {
-        const Outcome outcome = runFiliform(commands[i]);
-        SCOPED_TRACE(commands[i][0] + ", " + file.filename().string() + ", " + std::to_string(bad.size()) + " bytes");
-        if (outcome.exit_code == 0) {
-          EXPECT_EQ(outcome.out, usual[i].out);
-          continue;
-        }
-        ++refused[i];
-        EXPECT_TRUE(outcome.exit_code == 1 || outcome.exit_code == 3) << outcome.exit_code << outcome.err;
-        EXPECT_TRUE(outcome.oneLineOnStderr()) << outcome.err;
-      }
-    }
-    write(file, good);
-  }
-  EXPECT_EQ(refused[0], 3 * files.size()) << "verify reads every file";
-  EXPECT_EQ(runFiliform({"verify", "--deep", set}).exit_code, 0);
 }
 
 TEST_F(Program, NotANumberOnTheCommandLineExitsTwo) {
