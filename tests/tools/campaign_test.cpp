@@ -32,7 +32,6 @@ using test::Outcome;
 using test::readBytes;
 using test::runFiliform;
 using test::writeBytes;
-using Json = nlohmann::ordered_json;
 using Random = std::mt19937_64;
 
 constexpr std::uint64_t kSeed = 47;
@@ -258,23 +257,23 @@ TEST_F(Campaign, DamagedSetsOnAServer) {
 
 // A manifest that states other numbers, with all digests in order: XXH3 is no signature.
 TEST_F(Campaign, LyingManifests) {
-  const std::vector<Json> lies{0,     -1, 3, std::uint64_t{5'000'000'000}, 0xFFFF'FFFFu, 1e300, std::uint64_t{1} << 60,
-                               "many"};
+  const std::vector<nlohmann::json> lies{
+      0, -1, 3, std::uint64_t{5'000'000'000}, 0xFFFF'FFFFu, 1e300, std::uint64_t{1} << 60, "many"};
   const std::string set = path("good.fil");
   const std::string current = readBytes(set + "/CURRENT");
   const std::string revision = current.substr(0, current.size() - 1);
-  const Json manifest = Json::parse(readBytes(set + "/" + revision + "/manifest.json"));
-  std::vector<Json::json_pointer> numbers;
-  const Json flat = manifest.flatten();
+  const nlohmann::json manifest = nlohmann::json::parse(readBytes(set + "/" + revision + "/manifest.json"));
+  std::vector<nlohmann::json::json_pointer> numbers;
+  const nlohmann::json flat = manifest.flatten();
   for (const auto& [pointer, value] : flat.items())
     if (value.is_number()) numbers.emplace_back(pointer);
   ASSERT_GT(numbers.size(), 20u);
   for (const Command& command : readers()) usual(command, set);
   std::size_t turn = 0;
-  for (const Json::json_pointer& number : numbers)
-    for (const Json& lie : lies) {
+  for (const nlohmann::json::json_pointer& number : numbers)
+    for (const nlohmann::json& lie : lies) {
       if ((!test::wholeCampaign() && turn++ % 3 != 0) || leavesOut()) continue;
-      Json told = manifest;
+      nlohmann::json told = manifest;
       told[number] = lie;
       const std::string text = told.dump();
       std::array<char, 32> name{};
