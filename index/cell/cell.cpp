@@ -19,7 +19,7 @@ std::string_view withoutEndings(std::string_view path) {
     return true;
   };
   without(".gz");
-  for (const std::string_view ending : {".swc", ".edges", ".obj", ".vtk", ".h5", ".asc"})
+  for (const std::string_view ending : {".swc", ".eswc", ".swc.txt", ".edges", ".obj", ".vtk", ".h5", ".asc"})
     if (without(ending)) break;
   without(".cng");
   return path;

@@ -3,6 +3,7 @@
 #include "index/circuits/internal/node_table.h"
 #include "index/errors.h"
 #include "index/formats/internal/graph_builder.h"
+#include "index/formats/internal/h5_morphology.h"
 #include "index/text.h"
 
 #include <algorithm>
@@ -22,7 +23,8 @@ namespace fs = std::filesystem;
 using internal::NodeTable;
 using Quaternion = std::array<double, 4>;
 
-constexpr double kLeastLength = 1e-12;  // of a quaternion
+constexpr double kLeastLength = 1e-12;                            // of a quaternion
+constexpr std::string_view kOlderMorphology = "morphology_file";  // of circuits before the specification of 2019
 constexpr std::string_view kEndings[] = {".swc", ".h5", ".asc"};
 
 Quaternion product(const Quaternion& a, const Quaternion& b) {
@@ -104,6 +106,11 @@ class NodeAttributes final : public RowAttributes {
 }  // namespace
 
 struct Circuit::Reader {
+  struct Source {
+    std::string shown;
+    bool missing = false;
+  };
+
   explicit Reader(const CircuitOptions& circuit_options) : options(circuit_options) {}
 
   void readConfig(const std::string& path) {
@@ -218,7 +225,7 @@ struct Circuit::Reader {
     if (population.type == "vasculature") {
       report.vasculature = true;
       readVasculature(*table, report);
-    } else if (!table->has("morphology") || population.type == "virtual") {
+    } else if (!(table->has("morphology") || table->has(kOlderMorphology)) || population.type == "virtual") {
       report.without = report.nodes;
     } else {
       placeNodes(population, table, report);
@@ -231,7 +238,8 @@ struct Circuit::Reader {
     std::optional<Place> place;  // asked for at the first node that needs it
     attributes->addTable(table);
     for (std::uint64_t node = 0; node < table->nodes(); ++node) {
-      const std::string morphology = table->text("morphology", node);
+      std::string morphology = table->text("morphology", node);
+      if (morphology.empty()) morphology = table->text(kOlderMorphology, node);
       if (morphology.empty() || morphology == "NULL") {
         ++report.without;
         continue;
@@ -247,10 +255,16 @@ struct Circuit::Reader {
         moved[axis] = *value + 0.0;
       }
       const Quaternion turn = turnOf(*table, node);
-      const auto [w, x, y, z] = turn;
-      report.mean_y += Vector3d(2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x));
-      ++report.placed;
-      circuit.table_.add(sourceOf(*place, morphology), population.name + "/" + std::to_string(node),
+      const Source& source = sourceOf(*place, morphology);
+      if (source.missing) {
+        ++report.missing;
+        if (first_missing.empty()) first_missing = source.shown;
+      } else {
+        const auto [w, x, y, z] = turn;
+        report.mean_y += Vector3d(2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x));
+        ++report.placed;
+      }
+      circuit.table_.add(source.shown, population.name + "/" + std::to_string(node),
                          static_cast<std::uint32_t>(node + 1), moved, turn, table->number("recenter", node) != 0.0);
       attributes->addRow(node);
     }
@@ -258,12 +272,18 @@ struct Circuit::Reader {
   }
 
   // The source of a morphology, whose file is added to those that are read.
-  const std::string& sourceOf(const Place& place, const std::string& morphology) {
-    std::string& source = sources[{place.path, morphology}];
-    if (!source.empty()) return source;
+  const Source& sourceOf(const Place& place, const std::string& morphology) {
+    Source& source = sources[{place.path, morphology}];
+    if (!source.shown.empty()) return source;
     if (place.container) {
+      auto [names, is_new] = held.try_emplace(place.path);
+      if (is_new)
+        names->second = readable(place.path, [&] { return internal::listH5Morphologies(process, place.path); });
       containers[place.path].insert(morphology);
-      return source = shownBelow(place.path, folder) + "/" + morphology;
+      const bool single = names->second.size() == 1 && names->second.front().empty();
+      source.missing = !single && !std::binary_search(names->second.begin(), names->second.end(), morphology);
+      source.shown = shownBelow(place.path, folder) + "/" + morphology;
+      return source;
     }
     std::string path = place.path + "/" + morphology;
     std::error_code error;
@@ -276,8 +296,8 @@ struct Circuit::Reader {
           break;
         }
     }
-    source = shownBelow(path, folder);
-    files.emplace(path, source);
+    source = {shownBelow(path, folder), !fs::exists(path, error)};
+    files.emplace(path, source.shown);
     return source;
   }
 
@@ -321,6 +341,18 @@ struct Circuit::Reader {
   }
 
   void finish() {
+    PopulationReport all;
+    for (const PopulationReport& population : circuit.populations_) {
+      all.nodes += population.nodes;
+      all.placed += population.placed;
+      all.missing += population.missing;
+    }
+    if (all.placed == 0 && circuit.graph_reports_.empty())
+      throw InputError(escaped(circuit.table_.file()) + ": places none of its " + std::to_string(all.nodes) +
+                       " nodes: " +
+                       (all.missing > 0 ? "the morphologies of " + std::to_string(all.missing) +
+                                              " are missing, the first is " + escaped(first_missing, 200)
+                                        : "none has a morphology (attribute morphology or morphology_file)"));
     for (const auto& [path, names] : containers)
       circuit.files_.push_back({path, shownBelow(path, folder), std::vector<std::string>(names.begin(), names.end())});
     for (const auto& [path, shown] : files) circuit.files_.push_back({path, shown, std::nullopt});
@@ -334,9 +366,11 @@ struct Circuit::Reader {
   internal::Hdf5Process process;
   std::string folder;
   std::shared_ptr<NodeAttributes> attributes = std::make_shared<NodeAttributes>();
-  std::map<std::pair<std::string, std::string>, std::string> sources;  // by place and morphology
-  std::map<std::string, std::set<std::string>> containers;             // by path: the morphologies needed
-  std::map<std::string, std::string> files;                            // by path: the name shown
+  std::map<std::pair<std::string, std::string>, Source> sources;  // by place and morphology
+  std::map<std::string, std::set<std::string>> containers;        // by path: the morphologies needed
+  std::map<std::string, std::vector<std::string>> held;           // by path: the morphologies there, ascending
+  std::map<std::string, std::string> files;                       // by path: the name shown
+  std::string first_missing;
 };
 
 bool Circuit::isCircuit(const std::vector<std::string>& arguments, const CircuitOptions& options) {

@@ -36,7 +36,8 @@ struct PopulationReport {
   std::string file, name, type;  // type: as the circuit states it
   std::uint64_t nodes = 0;
   std::uint64_t placed = 0;            // nodes with a morphology; some may be unreadable
-  std::uint64_t without = 0;           // nodes without one: NULL, or no attribute `morphology`
+  std::uint64_t missing = 0;           // nodes whose morphology is not there
+  std::uint64_t without = 0;           // nodes without one: NULL, or no attribute `morphology` or `morphology_file`
   bool vasculature = false;            // read as a graph
   Vector3d mean_y = Vector3d::Zero();  // mean direction of the local y axis, over the placed nodes
   std::vector<std::string> skipped;    // attributes that are left out, and why
@@ -53,7 +54,8 @@ class Circuit {
   static bool isCircuit(const std::vector<std::string>& arguments, const CircuitOptions& options);
   // Reads a circuit_config.json, or an .h5 file of nodes. Throws IoError if a file cannot be read. Throws InputError
   // naming file, population and node for: an unknown population, a morphology place that is missing, a quaternion of
-  // length 0, a position that is missing or not finite, an attribute of the wrong type. O(values).
+  // length 0, a position that is missing or not finite, an attribute of the wrong type, a circuit that places no node.
+  // O(values).
   static Circuit read(const std::string& path, const CircuitOptions& options);
 
   const PlacementTable& table() const { return table_; }

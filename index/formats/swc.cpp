@@ -361,7 +361,7 @@ void SwcReader::State::judge(InputReport& report) {
   if (refused) return;
   if (report.samples == 0) {
     book.refuse(InputCode::E_NO_SAMPLES);
-  } else if (unreadable_lines * 2 > candidates) {
+  } else if (isMostlyBad(candidates, unreadable_lines, report.samples)) {
     book.refuse(InputCode::E_MOSTLY_BAD);
   }
 }

@@ -85,6 +85,12 @@ std::string_view explanation(InputCode code);
 inline bool isRefusal(InputCode code) { return code < InputCode::NULL_MORPHOLOGY; }
 inline bool isNote(InputCode code) { return !isRefusal(code) && code < InputCode::W_ATTRIBUTE; }
 
+// E_MOSTLY_BAD: more than half of the candidates cannot be read, or less than a tenth of them is kept, as of a table
+// whose first column is a cell's id.
+inline bool isMostlyBad(std::uint64_t candidates, std::uint64_t unreadable, std::uint64_t kept) {
+  return unreadable > candidates / 2 || kept < (candidates + 9) / 10;
+}
+
 enum class Severity : std::uint8_t { kAccept, kWarn, kRefuse };
 // "accept", "warn", "refuse".
 std::string_view name(Severity severity);

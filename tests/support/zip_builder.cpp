@@ -31,10 +31,18 @@ void putCommon(std::string& out, const ZipMember& member) {
   put(out, member.content.size(), 4);
   put(out, member.bytes.value_or(static_cast<std::uint32_t>(member.content.size())), 4);
   put(out, member.name.size(), 2);
-  put(out, 0, 2);
+  put(out, member.extra.size(), 2);
 }
 
 }  // namespace
+
+std::string unicodePath(const std::string& raw_name, const std::string& name) {
+  std::string field = "up";
+  put(field, 5 + name.size(), 2);
+  put(field, 1, 1);
+  put(field, crc32(raw_name), 4);
+  return field + name;
+}
 
 std::string buildZip(const std::vector<ZipMember>& members, const std::string& comment, const std::string& prefix) {
   std::string out, directory;
@@ -42,14 +50,14 @@ std::string buildZip(const std::vector<ZipMember>& members, const std::string& c
     const std::size_t header_at = out.size();
     out += "PK\3\4";
     putCommon(out, member);
-    out += member.name + member.content;
+    out += member.name + member.extra + member.content;
     directory += "PK\1\2";
     put(directory, 3 << 8 | 20, 2);
     putCommon(directory, member);
     put(directory, 0, 6);
     put(directory, member.attributes, 4);
     put(directory, member.header_at.value_or(static_cast<std::uint32_t>(header_at)), 4);
-    directory += member.name;
+    directory += member.name + member.extra;
   }
   const std::size_t directory_at = out.size();
   out += directory + "PK\5\6";

@@ -17,6 +17,7 @@ struct ZipMember {
   std::uint16_t flags = 0;
   std::uint16_t method = 0;
   std::uint32_t attributes = 0;
+  std::string extra = {};  // extra field, of the local header and of the directory
 };
 
 inline ZipMember zipMember(const std::string& name, const std::string& content) {
@@ -25,6 +26,9 @@ inline ZipMember zipMember(const std::string& name, const std::string& content) 
   member.content = content;
   return member;
 }
+
+// The extra field Info-ZIP Unicode Path: `name` stands for `raw_name`.
+std::string unicodePath(const std::string& raw_name, const std::string& name);
 
 inline constexpr std::uint32_t kSymbolicLinkAttributes = 0120777u << 16;
 

@@ -60,6 +60,7 @@ Json populationsJson(const std::vector<PopulationReport>& populations) {
                     {"type", p.type},
                     {"nodes", p.nodes},
                     {"placed", p.placed},
+                    {"missing", p.missing},
                     {"without_morphology", p.without},
                     {"mean_y", {p.mean_y.x(), p.mean_y.y(), p.mean_y.z()}},
                     {"attributes_left_out", p.skipped}});

@@ -199,7 +199,7 @@ void NodeTable::checkGroups() {
   nodes_ = type_of_.size();
   if (type_of_.empty() && !groups_.empty()) {
     const Group& first = groups_.begin()->second;
-    for (const char* const name : {"x", "morphology", "start_x"})
+    for (const char* const name : {"x", "morphology", "morphology_file", "start_x"})
       if (const auto found = first.find(name); nodes_ == 0 && found != first.end()) nodes_ = found->second.rows;
     if (nodes_ == 0 && !first.empty()) nodes_ = first.begin()->second.rows;
   }
@@ -227,7 +227,8 @@ void NodeTable::checkGroups() {
       }
       const std::string problem = "'" + at->first + "': has " + std::to_string(at->second.size()) + " values for " +
                                   std::to_string(size) + " nodes";
-      if (places(at->first) || at->first == "x" || at->first == "y" || at->first == "z" || at->first == "morphology")
+      if (places(at->first) || at->first == "x" || at->first == "y" || at->first == "z" || at->first == "morphology" ||
+          at->first == "morphology_file")
         fail({}, escaped(problem, 300));
       skipped_.push_back(problem);
       at = group.erase(at);

@@ -55,11 +55,15 @@ bool isPacked(std::string_view path) {
 
 }  // namespace
 
+bool namesSwc(std::string_view path) {
+  return endsWithNoCase(path, ".swc") || endsWithNoCase(path, ".eswc") || endsWithNoCase(path, ".swc.txt");
+}
+
 std::optional<ArchiveEntry> entryOfName(std::string_view raw_name, bool is_link) {
   const std::string path = withSlashes(raw_name);
   const bool packed = isPacked(path);
   const bool asc = endsWithNoCase(path, ".asc");
-  if (!endsWithNoCase(path, ".swc") && !asc && !packed) return std::nullopt;
+  if (!namesSwc(path) && !asc && !packed) return std::nullopt;
   if (anyPart(path, [](std::string_view part) { return part == "__MACOSX" || part.substr(0, 2) == "._"; }))
     return std::nullopt;
 

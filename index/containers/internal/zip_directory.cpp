@@ -2,9 +2,11 @@
 
 #include "index/file/internal/digest.h"
 #include "index/file/internal/file_parts.h"
+#include "index/text.h"
 
 #include <algorithm>
 #include <string_view>
+#include <zlib.h>
 
 namespace filiform::internal {
 namespace {
@@ -102,6 +104,25 @@ bool readExtra64(std::string_view extra, ZipEntry& entry) {
   return false;
 }
 
+// The name in the extra field Info-ZIP Unicode Path, which counts if it holds the checksum of the raw name, as libzip
+// reads it.
+std::string unicodeName(std::string_view extra, std::string_view raw_name) {
+  constexpr std::uint64_t kUnicodePath = 0x7075;
+  constexpr std::size_t kHeadBytes = 9;  // id, length, version, checksum
+  while (extra.size() >= 4) {
+    const std::uint64_t id = number(extra, 0, 2), length = number(extra, 2, 2);
+    if (extra.size() < 4 + length) break;
+    if (id == kUnicodePath && 4 + length > kHeadBytes && extra[4] == 1 &&
+        number(extra, 5, 4) ==
+            crc32(0, reinterpret_cast<const Bytef*>(raw_name.data()), static_cast<uInt>(raw_name.size()))) {
+      const std::string_view name = extra.substr(kHeadBytes, 4 + length - kHeadBytes);
+      if (isUtf8(name)) return std::string(name);
+    }
+    extra.remove_prefix(4 + length);
+  }
+  return std::string(raw_name);
+}
+
 // Reads a stated directory in windows, since a damaged record may state gigabytes.
 class CentralDirectoryReader {
  public:
@@ -155,7 +176,8 @@ bool parseEntries(CentralDirectoryReader& directory, std::uint64_t count, std::v
     const std::size_t whole = kCentralBytes + name + extra + comment;
     bytes = directory.peek(whole);
     if (bytes.size() < whole) return false;
-    entry.name = bytes.substr(kCentralBytes, name);
+    entry.name = unicodeName(bytes.substr(kCentralBytes + name, extra), bytes.substr(kCentralBytes, name));
+    entry.name_bytes = static_cast<std::uint16_t>(name);
     if (!readExtra64(bytes.substr(kCentralBytes + name, extra), entry)) return false;
     entries.push_back(std::move(entry));
     directory.skip(whole);
@@ -169,7 +191,7 @@ bool entriesOverlap(const std::vector<ZipEntry>& entries, std::uint64_t director
   std::vector<std::pair<std::uint64_t, std::uint64_t>> extents;
   extents.reserve(entries.size());
   for (const ZipEntry& entry : entries) {
-    const std::uint64_t overhead = kLocalBytes + entry.name.size();
+    const std::uint64_t overhead = kLocalBytes + entry.name_bytes;
     if (entry.header_at > directory_at || entry.packed_bytes > directory_at ||
         entry.header_at + overhead + entry.packed_bytes > directory_at) {
       return true;

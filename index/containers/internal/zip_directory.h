@@ -12,7 +12,8 @@
 namespace filiform::internal {
 
 struct ZipEntry {
-  std::string name;  // raw bytes
+  std::string name;  // raw bytes, or the name of the field Info-ZIP Unicode Path (APPNOTE 4.6.9) if it is valid
+  std::uint16_t name_bytes = 0;  // of the raw name
   std::uint16_t flags = 0;
   std::uint16_t method = 0;
   std::uint32_t crc32 = 0;

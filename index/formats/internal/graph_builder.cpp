@@ -120,7 +120,7 @@ InputReport GraphBuilder::finish(std::string_view file, Cell& cell) {
   if (!refused_) {
     if (report.samples == 0) {
       book_.refuse(InputCode::E_NO_SAMPLES);
-    } else if (unreadable_ * 2 > candidates_) {
+    } else if (isMostlyBad(candidates_, unreadable_, report.samples + merged_)) {
       book_.refuse(InputCode::E_MOSTLY_BAD);
     }
   }

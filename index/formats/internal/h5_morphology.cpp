@@ -51,35 +51,48 @@ InputReport h5Morphology(const std::vector<std::array<double, 4>>& points,
   GraphBuilder graph(options);
   NeuriteSections sections(graph, options.soma_links);
   const auto count = static_cast<std::int64_t>(points.size());
-  const auto refuse = [&](std::size_t section, const std::string& why) {
-    graph.refuse(InputCode::E_FORMAT, section + 1, "section " + std::to_string(section) + ": " + why);
+  const auto boundOf = [&](std::size_t section) {  // of its points: where it begins, and the section before it ends
+    return section < structure.size() ? std::clamp<std::int64_t>(structure[section][0], 0, count) : count;
   };
-  std::vector<std::uint32_t> number(structure.size(), NeuriteSections::kNoSection);
+  const auto dropPoints = [&](std::int64_t first, std::int64_t end, std::string_view why) {
+    for (std::int64_t i = first; i < end; ++i)
+      graph.dropNode(InputCode::W_BAD_LINE, static_cast<std::uint64_t>(i) + 1, why);
+  };
+  dropPoints(0, boundOf(0), "of no section");
+  std::vector<std::uint32_t> number(structure.size(),
+                                    NeuriteSections::kNoSection);  // of a section or what it is part of
   std::vector<SectionPoint> part;
-  for (std::size_t s = 0; s < structure.size() && !graph.refused(); ++s) {
-    const auto [first, type, parent] = structure[s];
-    const std::int64_t end = s + 1 < structure.size() ? structure[s + 1][0] : count;
-    if (first < 0 || first >= end || end > count) {
-      refuse(s, "has no points");
-    } else if (parent < -1 || parent >= static_cast<std::int64_t>(s)) {
-      refuse(s, "its parent " + std::to_string(parent) + " is no section before it");
-    } else {
-      part.clear();
-      for (std::int64_t i = first; i < end; ++i) {
-        const auto& p = points[static_cast<std::size_t>(i)];
-        part.push_back({{p[0], p[1], p[2]}, p[3] / 2, static_cast<std::uint64_t>(i) + 1});
-      }
-      if (type == kSomaType) {
-        sections.soma(part);
-        continue;
-      }
-      if (type < 0 || type > UINT16_MAX) graph.remark(InputCode::W_BAD_TYPE, static_cast<std::uint64_t>(first) + 1, "");
-      number[s] = sections.section(parent < 0 ? NeuriteSections::kNoSection : number[static_cast<std::size_t>(parent)],
-                                   type < 0 || type > UINT16_MAX ? 0 : static_cast<std::uint16_t>(type), part);
+  std::int64_t reached = boundOf(0);
+  for (std::size_t s = 0; s < structure.size(); ++s) {
+    const auto [stated, type, parent] = structure[s];
+    const std::int64_t first = std::max(reached, boundOf(s)), end = std::max(first, boundOf(s + 1));
+    reached = end;
+    const auto place = static_cast<std::uint64_t>(first) + 1;
+    const std::string token = "section " + std::to_string(s);
+    // No section: -1, other negative numbers, and -1 read as unsigned; the first section as its own parent.
+    const bool root = parent < 0 || parent >= UINT32_MAX || (s == 0 && parent == 0);
+    const bool known = !root && parent < static_cast<std::int64_t>(s);
+    if (known) number[s] = number[static_cast<std::size_t>(parent)];
+    if (first == end || stated < 0 || stated > count)
+      graph.remark(InputCode::W_ELEMENT, place, token + " has no points");
+    if (first == end) continue;
+    part.clear();
+    for (std::int64_t i = first; i < end; ++i) {
+      const auto& p = points[static_cast<std::size_t>(i)];
+      part.push_back({{p[0], p[1], p[2]}, p[3] / 2, static_cast<std::uint64_t>(i) + 1});
     }
+    if (type == kSomaType) {
+      number[s] = NeuriteSections::kNoSection;
+      sections.soma(part);
+      continue;
+    }
+    if (!root && !known)
+      graph.cutLink(InputCode::W_MISSING_PARENT, place, token + ", parent " + std::to_string(parent));
+    const bool typed = type >= 0 && type <= UINT16_MAX;
+    if (!typed) graph.remark(InputCode::W_BAD_TYPE, place, "");
+    number[s] = sections.section(number[s], typed ? static_cast<std::uint16_t>(type) : 0, part);
   }
-  if (!graph.refused() && !structure.empty() && structure[0][0] > 0) refuse(0, "points before it belong to no section");
-  if (!graph.refused()) sections.finish();
+  sections.finish();
   return graph.finish(file, cell);
 }
 

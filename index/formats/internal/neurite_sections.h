@@ -1,7 +1,8 @@
 // NeuriteSections: builds the graph of a neuron from its soma and its sections, as H5 and Neurolucida files hold them.
 //
-// The soma becomes one sample, and each section without a parent is linked to it (soma_link.h). The soma is the first
-// sample, so it is the root. The first point of a section is left out if it repeats the last point of the parent.
+// The soma becomes one sample, and each section without a parent is linked to it (soma_link.h), or to the section on
+// which it begins (tree_joins.h). The soma is the first sample, so it is the root. The first point of a section is left
+// out if it repeats the last point of the parent, or the point on which it begins.
 #pragma once
 
 #include "index/formats/internal/graph_builder.h"
@@ -28,7 +29,7 @@ class NeuriteSections {
 
   // Adds points of the soma, before or after the sections. Several contours count as one.
   void soma(std::span<const SectionPoint> contour);
-  // Adds a section; returns its number, from 0. `parent` is an earlier section or kNoSection.
+  // Adds a section of at least one point; returns its number, from 0. `parent` is an earlier section or kNoSection.
   std::uint32_t section(std::uint32_t parent, std::uint16_t type, std::span<const SectionPoint> points);
   // Passes everything to the graph. Call it once. O(points).
   void finish();

@@ -3,7 +3,9 @@
 #include "index/file/internal/byte_stream.h"
 #include "index/formats/internal/graph_builder.h"
 #include "index/formats/internal/soma_link.h"
+#include "index/formats/internal/tree_joins.h"
 #include "index/formats/swc/internal/swc_fields.h"
+#include "index/text.h"
 
 #include <array>
 #include <cmath>
@@ -24,7 +26,7 @@ constexpr std::size_t kPointNumbers = 4;
 
 struct AscToken {
   enum class Kind : std::uint8_t { kOpen, kClose, kBar, kSpine, kSpineEnd, kText, kWord, kEnd } kind = Kind::kEnd;
-  std::string_view word;  // of kWord; valid until the next token
+  std::string_view word;  // of kWord and kText; valid until the next token
   std::uint64_t line = 0;
 };
 using AscKind = AscToken::Kind;
@@ -70,9 +72,10 @@ class AscLexer {
         return single(AscKind::kSpineEnd, line);
       case '"':
         in_.get();
-        while ((c = in_.get()) != '"' && c != internal::ByteStream::kEnd) {
-        }
-        return {c == '"' ? AscKind::kText : AscKind::kEnd, {}, line};
+        word_.clear();
+        while ((c = in_.get()) != '"' && c != internal::ByteStream::kEnd)
+          if (word_.size() < internal::ByteStream::kMaxToken) word_ += static_cast<char>(c);
+        return {c == '"' ? AscKind::kText : AscKind::kEnd, word_, line};
       default:
         word_.clear();
         for (; c > ' ' && std::string_view("()|<>\";,").find(static_cast<char>(c)) == std::string_view::npos;
@@ -99,6 +102,16 @@ class AscLexer {
 bool looksLikeNumber(std::string_view word) {
   double value = 0;
   return internal::readReal(word, value) != RealKind::kText;
+}
+
+// Whether a contour with this name is a soma: "Soma", "Cell Body 2".
+bool namesSoma(std::string_view text) {
+  std::string name = lowerCase(text);
+  std::erase(name, ' ');
+  for (const std::string_view soma : {"soma", "cellbody"})
+    if (name.starts_with(soma) && (name.size() == soma.size() || name[soma.size()] < 'a' || name[soma.size()] > 'z'))
+      return true;
+  return false;
 }
 
 class AscReader {
@@ -153,8 +166,10 @@ class AscReader {
   struct TopList {
     std::uint64_t line = 0;
     std::size_t first_point = 0, first_bad = 0;
-    std::optional<std::uint16_t> type;  // 1: contour of a soma
+    std::optional<std::uint16_t> type = std::nullopt;  // 1: contour of a soma
     bool named = false, closed = false;
+    bool soma_by_name = false;
+    bool any_diameter = false;  // a point has four numbers
     std::vector<Branch> branches;
   };
 
@@ -162,7 +177,7 @@ class AscReader {
 
   // Reads a list from behind its '('. Returns false if the input is refused.
   bool readList(std::uint64_t line) {
-    TopList list{line, points_.size(), bad_.size(), {}, false, false, {{}}};
+    TopList list{.line = line, .first_point = points_.size(), .first_bad = bad_.size(), .branches = {{}}};
     while (!list.branches.empty()) {
       const AscToken token = lexer_.next();
       Branch& branch = list.branches.back();
@@ -182,8 +197,11 @@ class AscReader {
           graph_.remark(InputCode::W_ELEMENT, token.line, "spine");
           if (!skipTo(AscKind::kSpineEnd)) return fail(token.line, "this '<' is never closed"), false;
           break;
-        case AscKind::kText:
-          list.named = list.named || (list.branches.size() == 1 && points_.size() == list.first_point);
+        case AscKind::kText:  // a name, or the text of a label, before or behind its place
+          if (list.branches.size() == 1) {
+            list.soma_by_name = list.soma_by_name || (!list.named && namesSoma(token.word));
+            list.named = true;
+          }
           break;
         case AscKind::kEnd:
           return fail(line, "this '(' is never closed"), false;
@@ -228,6 +246,7 @@ class AscReader {
       }
     }
     if (token.kind != AscKind::kClose) return fail(line, "this point has no ')'"), false;
+    list.any_diameter = list.any_diameter || count == kPointNumbers;
     if (count < 3 && !bad) bad = {InputCode::W_SHORT_LINE, "point"};
     addPoint({numbers[0], numbers[1], numbers[2]}, numbers[3], line, std::move(bad), list.branches.back());
     return true;
@@ -258,10 +277,11 @@ class AscReader {
     const std::string word(token.kind == AscKind::kWord ? token.word : std::string_view());
     if (list.branches.size() == 1) {
       static constexpr std::pair<std::string_view, std::uint16_t> kTypes[] = {
-          {"CellBody", 1}, {"Soma", 1}, {"Axon", 2}, {"Dendrite", 3}, {"Apical", 4}};
+          {"cellbody", 1}, {"soma", 1}, {"axon", 2}, {"dendrite", 3}, {"apical", 4}};
+      const std::string lower = lowerCase(word);
       for (const auto& [name, type] : kTypes)
-        if (word == name) list.type = type;
-      list.closed = list.closed || word == "Closed";
+        if (lower == name) list.type = type;
+      list.closed = list.closed || lower == "closed";
     }
     bool any_point = false;
     if (!skipTo(AscKind::kClose, &any_point)) return fail(line, "this list is never closed"), false;
@@ -295,7 +315,10 @@ class AscReader {
   void close(const TopList& list) {
     const auto first = points_.begin() + static_cast<std::ptrdiff_t>(list.first_point);
     if (first == points_.end()) return;
-    const bool contour = list.type == 1, element = !list.type && (list.named || list.closed);
+    const std::size_t count = points_.size() - list.first_point;
+    // A label "Soma" has one point. A tree has diameters.
+    const bool contour = list.type == 1 || (!list.type && list.soma_by_name && (list.closed || count > 2));
+    const bool element = !contour && !list.type && (list.named || list.closed || !list.any_diameter);
     if (!contour && !element) {
       for (auto point = first; point != points_.end(); ++point) point->type = list.type.value_or(0);
       if (!list.type) graph_.remark(InputCode::W_BAD_TYPE, list.line, "tree without Axon, Dendrite or Apical");
@@ -303,7 +326,7 @@ class AscReader {
       return;
     }
     if (element) {
-      graph_.remark(InputCode::W_ELEMENT, list.line, "contour");
+      graph_.remark(InputCode::W_ELEMENT, list.line, count == 1 ? "text" : "contour");
     } else {
       addContour(list);
     }
@@ -341,8 +364,27 @@ class AscReader {
     contours_.push_back(std::move(contour));
   }
 
+  internal::TreeJoins joinsOfTrees() const {
+    internal::TreeJoins joins;
+    std::vector<std::uint32_t> tree(points_.size());
+    std::uint32_t trees = 0;
+    for (std::size_t i = 0; i < points_.size(); ++i) {
+      const Point& point = points_[i];
+      if (point.parent != kNoPoint) {
+        tree[i] = tree[static_cast<std::size_t>(point.parent)];
+      } else {
+        tree[i] = trees++;
+        joins.begins(i, point.bad > 0 ? Vector3d::Constant(std::nan("")) : point.position);
+      }
+    }
+    for (std::size_t i = 0; i < points_.size(); ++i)
+      if (points_[i].parent != kNoPoint && points_[i].bad == 0) joins.inside(i, points_[i].position, tree[i]);
+    return joins;
+  }
+
   // A point that is dropped takes its link to its parent with it. The links of its children are cut.
   void emit() {
+    const internal::TreeJoins joins = joinsOfTrees();
     internal::SomaLinks somata(graph_, soma_links_);
     for (const Contour& contour : contours_)
       somata.soma(contour.id, contour.sphere, contour.diameter / 2, contour.line);
@@ -352,9 +394,14 @@ class AscReader {
         graph_.dropNode(bad_[point.bad - 1].code, point.line, bad_[point.bad - 1].token);
         continue;
       }
+      if (joins.at(i) != i) {
+        graph_.mergePoint();
+        graph_.remark(InputCode::REPEATED_POINT, point.line, {});
+        continue;
+      }
       if (!graph_.node(ids_[i], point.position, point.diameter / 2, point.type, point.line, "point")) continue;
       if (point.parent != kNoPoint)
-        graph_.link(ids_[i], ids_[static_cast<std::size_t>(point.parent)], point.line);
+        graph_.link(ids_[i], ids_[joins.at(static_cast<std::size_t>(point.parent))], point.line);
       else
         somata.link(ids_[i], point.position, point.line);
     }

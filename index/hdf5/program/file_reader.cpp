@@ -349,6 +349,9 @@ void FileReader::morphologies(RecordPipe& pipe) {
     names.emplace_back();
   else
     findMorphologies(file_, "", 0, budget_, pipe, names);
+  if (names.empty() && has(links, "neuron1", false))
+    throw Failure(
+        "is an H5 morphology of version 2; filiform reads version 1, which MorphIO's `morph-tool convert` writes");
   sendTexts(names, RecordKind::names, pipe);
 }
 
@@ -359,7 +362,7 @@ void FileReader::morphology(const std::string& name, RecordPipe& pipe) {
   for (const char* const part : {"points", "structure"})
     if (!has(links, part, true)) throw Failure("has no '" + std::string(part) + "': not an H5 morphology of version 1");
   const Dataset points(group, "points", budget_), structure(group, "structure", budget_);
-  if (points.type() != ColumnType::real || points.width() != 4)
+  if ((points.type() != ColumnType::real && points.type() != ColumnType::integer) || points.width() != 4)
     throw Failure("'points' is not an array of N x 4 numbers");
   if (structure.type() != ColumnType::integer || structure.width() != 3)
     throw Failure("'structure' is not an array of N x 3 integers");

@@ -1,6 +1,7 @@
 #include "index/input/internal/file_listing.h"
 
 #include "index/containers/internal/archive.h"
+#include "index/containers/internal/entry_names.h"
 #include "index/containers/internal/h5_container.h"
 #include "index/containers/internal/mouselight_file.h"
 #include "index/containers/internal/tar_archive.h"
@@ -42,7 +43,7 @@ bool holdsCells(std::string_view name) {
   const FileKind kind = kindOf(name);
   if (kind != FileKind::cell) return kind != FileKind::h5;
   const std::string_view bare = withoutGz(name);
-  return endsWithNoCase(bare, ".swc") || endsWithNoCase(bare, ".asc");
+  return namesSwc(bare) || endsWithNoCase(bare, ".asc");
 }
 
 bool isSkeletonId(std::string_view name) {

@@ -8,6 +8,7 @@
 #include <fstream>
 #include <sstream>
 #include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -52,6 +53,25 @@ std::string archiveRow(const std::vector<ZipMember>& members) { return archiveRo
 
 TEST(Archive, SumsOverItsEntries) {
   EXPECT_EQ(archiveRow({kGood, swcMember("x/CNG version/two.CNG.SWC"), swcMember("readme.txt")}), "accept 4 2 - -");
+}
+
+// As WinZip writes names with umlauts: the name in cp437, and the same in UTF-8 behind it.
+TEST(Archive, AUnicodePathIsTheName) {
+  const test::TempFolder folder;
+  ZipMember member = swcMember("z\x81rich.swc");
+  member.extra = test::unicodePath(member.name, "zürich.swc");
+  test::writeBytes(folder.file("a.zip"), buildZip({member, kGood}));
+  Input input({folder.file("a.zip")});
+  std::vector<std::string> sources;
+  for (Cell cell; input.next(cell);) sources.push_back(cell.source);
+  EXPECT_EQ(sources, (std::vector<std::string>{"a.zip/good.swc", "a.zip/zürich.swc"}));
+  member.extra = test::unicodePath("another name", "zürich.swc");  // its checksum is of another name
+  EXPECT_EQ(archiveRow({member, kGood}), "warn 4 2 - W_ZIP_NAME_ENCODING:1");
+}
+
+TEST(Archive, SwcUnderOtherEndingsIsRead) {
+  EXPECT_EQ(archiveRow({swcMember("a.eswc"), swcMember("b.ano.eswc"), swcMember("c.swc.txt"), swcMember("d.txt")}),
+            "accept 6 3 - -");
 }
 
 TEST(Archive, DeflatedEntriesAreRead) {

@@ -88,6 +88,44 @@ TEST(Neurolucida, WhatIsNoTreeIsLeftOutAndCounted) {
   EXPECT_EQ(readingRow(readAsc("((Color Red) (0 0 0 1) (1 0 0 1))")), "warn 2 1 0 0 W_BAD_TYPE:1");
 }
 
+TEST(Neurolucida, ATextIsNoNeurite) {
+  for (const char* label :
+       {"(\"see note 3\" (Color White) (-140 -150 80))\n", "((Color White) (-140 -150 80) \"see\")\n",
+        "((Color White) (-140 -150 80 1) (Font \"Arial\" 12) \"see\")\n", "((-140 -150 80))\n"})
+    EXPECT_EQ(readingRow(readAsc(kSoma + "((Dendrite) (0 3 0 1) (0 9 0 1))\n" + label)),
+              "warn 3 2 0 0 SOMA_CONTOUR:1 SOMA_LINK:1 W_ELEMENT:1")
+        << label;
+}
+
+TEST(Neurolucida, AContourNamedSomaIsOne) {
+  const std::string tree = "((Dendrite) (0 6 0 1) (0 9 0 1))\n";
+  for (const char* name : {"Soma", "soma 2", "Cell Body", "CELLBODY"})
+    EXPECT_EQ(readingRow(readAsc("(\"" + std::string(name) + "\" (Closed) (MBFObjectType 5) (5 0 0) (0 5 0) (-5 0 0))" +
+                                 tree)),
+              "accept 3 2 0 0 SOMA_CONTOUR:1 SOMA_LINK:1")
+        << name;
+  for (const char* other : {"(\"Somatosensory\" (Closed) (5 0 0) (0 5 0) (-5 0 0))", "(\"Soma\" (5 0 0))"})
+    EXPECT_EQ(readingRow(readAsc(other + tree)), "warn 2 1 0 0 W_ELEMENT:1") << other;
+  EXPECT_EQ(readAsc("((axon) (0 6 0 1) (0 9 0 1))").cell.types, (std::vector<std::uint16_t>{2, 2}));
+}
+
+TEST(Neurolucida, ATreeThatBeginsOnAnotherIsJoinedThere) {
+  const std::string dendrite = "((Dendrite) (0 6 0 2) (0 20 0 2) (0 40 0 2) (0 60 0 1))\n";
+  const std::string axon = "((Axon) (0 40 0 1) (10 40 0 1) (20 40 0 1))\n";
+  for (const std::string& text : {kSoma + dendrite + axon, axon + kSoma + dendrite}) {
+    const GraphReading reading = readAsc(text);
+    EXPECT_EQ(readingRow(reading), "accept 7 6 0 0 REPEATED_POINT:1 SOMA_CONTOUR:1 SOMA_LINK:1");
+    EXPECT_NEAR(lengthOf(reading.cell), 6 + 54 + 20, 1e-9);
+  }
+  // Trees that begin on each other, and a tree that meets its own beginning: no ring.
+  EXPECT_EQ(readingRow(readAsc("((Axon) (0 0 0 1) (9 0 0 1))((Axon) (9 0 0 1) (0 0 0 1))")),
+            "accept 3 2 0 0 REPEATED_POINT:1");
+  EXPECT_EQ(readingRow(readAsc("((Axon) (0 0 0 1) (9 0 0 1) (0 0 0 1))")), "accept 3 2 0 0");
+  // Trees that begin at one place stay what they are.
+  EXPECT_EQ(readingRow(readAsc(kSoma + "((Axon) (0 6 0 1) (9 0 0 1))((Dendrite) (0 6 0 1) (0 9 0 1))")),
+            "accept 5 4 0 0 SOMA_CONTOUR:1 SOMA_LINK:2");
+}
+
 TEST(Neurolucida, BadPointsAreDroppedWithARecord) {
   EXPECT_EQ(readingRow(readAsc("((Axon) (0 0 0 1) (1 oops 0 1) (2 0 0 1) (3 0) (4 0 0 -1) (5 0 0))")),
             "warn 4 1 2 2 W_BAD_LINE:1 W_BAD_RADIUS:1 W_MISSING_PARENT:2 W_SHORT_LINE:1");

@@ -385,6 +385,16 @@ TEST(SwcReader, MostlyUnreadableIsRefused) {
   EXPECT_EQ(reading.cell.samples(), 0u);
 }
 
+// As a table whose first column is the cell: each line reads as a sample, and all but the first have its id.
+TEST(SwcReader, ATableThatLosesNearlyEveryLineIsRefused) {
+  std::string table = "16, 1, 0, 0, 0, 0, -1\n";
+  for (int i = 0; i < 9; ++i) table += "16, 2, 1, 20, 20, 30, 0\n";
+  EXPECT_EQ(read(table).report.severity, Severity::kWarn) << "a tenth is kept";
+  const Reading reading = read(table + "16, 2, 1, 20, 20, 30, 0\n");
+  EXPECT_EQ(reading.report.codes[InputCode::E_MOSTLY_BAD], 1u);
+  EXPECT_EQ(reading.cell.samples(), 0u);
+}
+
 TEST(SwcReader, StrictRefusesOnAnyWarning) {
   EXPECT_EQ(row(withLine("3 3 0 12 0 0 2"), {.strict = true}), "refuse 0 0 - W_ZERO_RADIUS:1");
   EXPECT_EQ(row(withLine("3 3 0 12 0 1 2"), {.strict = true}), "accept 3 2 - -");

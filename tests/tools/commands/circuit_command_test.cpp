@@ -191,6 +191,35 @@ TEST_F(CircuitCommand, APictureIsColouredByLayerWithALegend) {
   EXPECT_NE(unknown.err.find("layer, model_type"), std::string::npos) << unknown.err;
 }
 
+TEST_F(CircuitCommand, WhatIsNotPlacedIsCountedAndACircuitThatPlacesNothingIsRefused) {
+  const auto checked = [](const std::string& name, const std::string& types) {
+    const SmallCircuit circuit(*folder_ / name);
+    test::writeBytes(*folder_ / (name + "/types.csv"), types);
+    circuit.write([](Hdf5Writer& out) {
+      out.integers("nodes/p/node_type_id", "i64", 1, std::vector<std::int64_t>{7, 8});
+      writePlaces(out, 2);
+    });
+    return runFiliform({"check", circuit.config()});
+  };
+  const Outcome older = checked("older", "node_type_id morphology_file\n7 a.swc\n8 off.swc\n");
+  EXPECT_EQ(older.exit_code, 0) << older.err;
+  EXPECT_NE(older.out.find("2 nodes, 2 placed, 0 without a morphology"), std::string::npos) << older.out;
+  const Outcome partly = checked("partly", "node_type_id morphology\n7 a\n8 A\n");
+  EXPECT_NE(partly.out.find("2 nodes, 1 placed, 0 without a morphology, 1 whose morphology is missing"),
+            std::string::npos)
+      << partly.out;
+  for (const auto& [types, reason] :
+       {std::pair("node_type_id morphology\n7 A\n8 B\n", "the morphologies of 2 are missing, the first is A.swc"),
+        {"node_type_id kind\n7 a\n8 b\n", "none has a morphology (attribute morphology or morphology_file)"}}) {
+    const Outcome none = checked("none", types);
+    EXPECT_EQ(none.exit_code, 1) << none.out;
+    EXPECT_TRUE(none.oneLineOnStderr()) << none.err;
+    EXPECT_NE(none.err.find(std::string("circuit_config.json: places none of its 2 nodes: ") + reason),
+              std::string::npos)
+        << none.err;
+  }
+}
+
 TEST_F(CircuitCommand, TypesAnglesNullAndRecentringFollowTheSpecification) {
   const SmallCircuit circuit(*folder_ / "types");
   circuit.write([](Hdf5Writer& out) {

@@ -83,13 +83,17 @@ TEST(CircuitFixtures, OtherPublicFilesAreReadOrRefusedInOneLine) {
        "3 of the four"},
       {{snap + "/nodes_no_rotation.h5", "--morphologies", snap + "/morphologies/container-morphs.h5"}, 0, "3 nodes"},
       {{snap + "/nodes_with_library_small.h5", "--morphologies", snap + "/morphologies/container-morphs.h5"},
-       0,
-       "7 nodes, 0 placed, 7 without"},
-      {{fixtures() / "sonata/examples/300_intfire/network/v1_nodes.h5", "--morphologies", swc}, 0, "300 without"},
+       1,
+       "places none of its 7 nodes: none has a morphology"},
+      {{fixtures() / "sonata/examples/300_intfire/network/v1_nodes.h5", "--morphologies", swc},
+       1,
+       "none of its 300 nodes"},
       {{fixtures() / "sonata/src/pysonata/sonata/tests/circuit/examples/v1_nodes.h5", "--morphologies", swc},
        0,
        "449 nodes"},
-      {{fixtures() / "sonata/examples/layer4_sample/network/lgn_nodes.h5", "--morphologies", swc}, 0, "9 000 without"},
+      {{fixtures() / "sonata/examples/layer4_sample/network/lgn_nodes.h5", "--morphologies", swc},
+       1,
+       "none of its 9000 nodes"},
   };
   for (const Case& one : cases) {
     std::vector<std::string> arguments = one.arguments;
