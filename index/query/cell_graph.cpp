@@ -229,7 +229,7 @@ CellGraph readCell(const TileStore& store, std::uint32_t cell, bool with_appeara
     }
   }
   graph.somata = readSomata(store, cell, graph, detail);
-  graph.sample_ids = std::move(detail.sample_ids);
+  graph.sample_ids = detail.sample_ids.all();
   graph.block_starts = std::move(detail.block_starts);
   return graph;
 }

@@ -232,6 +232,7 @@ std::uint32_t TileSet::cell_count() const { return static_cast<std::uint32_t>(co
 const CellRecord& TileSet::cell(std::uint32_t id) const { return impl_->cells.record(id); }
 std::optional<std::uint32_t> TileSet::findCell(const std::string& name) const { return impl_->cells.find(name); }
 CellDetail TileSet::loadCellDetail(std::uint32_t id) const { return impl_->cells.detail(id, tile_count()); }
+std::vector<TileId> TileSet::cellTiles(std::uint32_t id) const { return impl_->cells.tiles(id, tile_count()); }
 
 const Landmarks& TileSet::landmarks() const {
   return impl_->landmarks.get([this] {

@@ -57,6 +57,7 @@ class TileSet final : public TileStore {
   const CellRecord& cell(std::uint32_t id) const override;
   std::optional<std::uint32_t> findCell(const std::string& name) const override;
   CellDetail loadCellDetail(std::uint32_t id) const override;
+  std::vector<TileId> cellTiles(std::uint32_t id) const override;
   const Landmarks& landmarks() const override;
 
   const std::string& revision() const;  // name of the revision's folder

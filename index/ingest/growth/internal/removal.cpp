@@ -24,7 +24,7 @@ class Holders {
     std::set<TileId> owners;
     for (std::uint32_t cell = 0; cell < removed_.size(); ++cell) {
       if (!removed_[cell]) continue;
-      const std::vector<TileId> tiles = set_.loadCellDetail(cell).tiles;
+      const std::vector<TileId> tiles = set_.cellTiles(cell);
       owners.insert(tiles.begin(), tiles.end());
     }
     for (const TileId t : owners) addFrom(t);
