@@ -74,6 +74,8 @@ class TileSet final : public TileStore {
   std::uint64_t bytes() const;  // of all files of the revision, including the manifest
   // Reads part of a file of the revision, unchecked. Throws CorruptSet, IoError.
   void read(const std::string& file, std::uint64_t offset, std::span<std::uint8_t> bytes) const;
+  // The same, for sizes that a file states: memory grows with the bytes that arrive.
+  std::vector<std::uint8_t> read(const std::string& file, std::uint64_t offset, std::uint64_t bytes) const;
   // As TileSource::discard(), for a file of the revision.
   bool discard(const std::string& file, std::uint64_t offset, std::uint64_t bytes) const;
   std::string describe(const std::string& file) const;   // the file's name for messages

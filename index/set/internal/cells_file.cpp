@@ -8,7 +8,6 @@ namespace filiform::internal {
 namespace {
 
 constexpr std::string_view kCellsMagic = "FILICELL";
-constexpr std::size_t kCellRecordBytes = 128;
 
 // Without a sum: the number may come from a damaged file.
 std::uint32_t pagesOf(std::uint32_t cells) { return cells / kCellsOfPage + (cells % kCellsOfPage != 0 ? 1 : 0); }

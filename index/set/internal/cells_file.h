@@ -14,7 +14,7 @@
 namespace filiform::internal {
 
 inline constexpr std::uint32_t kCellsOfPage = 256;
-inline constexpr std::size_t kCellsHeaderBytes = 16;
+inline constexpr std::size_t kCellsHeaderBytes = 16, kCellRecordBytes = 128;
 
 struct DetailPlace {
   std::uint64_t offset, bytes, checksum;  // offset in the file

@@ -32,7 +32,12 @@ CellPage CellsReader::readRecords(const CellsRoot& root, std::uint32_t page) con
   const Bytes bytes =
       revision_.readChecked(kCellsFile, at.offset, at.bytes, at.checksum, "page " + std::to_string(page) + " of cells");
   return decoded(revision_.describe(kCellsFile), at.offset, [&] {
-    return decodeCellPage(bytes, cellsOfPage(root.cells, page), revision_.file(kCellsFile).bytes);
+    CellPage found = decodeCellPage(bytes, cellsOfPage(root.cells, page), revision_.file(kCellsFile).bytes);
+    const SetCounts& all = revision_.manifest().counts;
+    for (const CellRecord& r : found.records)
+      if (r.samples > all.samples || r.segments > all.segments || r.isolated > all.isolated || r.roots > all.roots)
+        throw Damage{0, "a cell has more samples or segments than the set"};
+    return found;
   });
 }
 
