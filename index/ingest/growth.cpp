@@ -96,6 +96,18 @@ IngestResult rewrite(SetFolder& folder, const TileSet& base, const TileSet* adde
   return internal::makeSet(&folder, folder.building(), options, [&](internal::Tiler& tiler) { tiler.read(cells); });
 }
 
+// Bytes in memory of a tile and a cell of a set that grows: pages, records and lists of the set and of its new
+// revision. Measured with margins.
+constexpr std::uint64_t kBytesOfGrownTile = 1024, kBytesOfGrownCell = 1024;
+
+void requireMemory(const std::string& path, const TileSet& base, const IngestOptions& options) {
+  const std::uint64_t need = kBytesOfGrownTile * base.tile_count() + kBytesOfGrownCell * base.cell_count();
+  if (need <= options.memory) return;
+  throw InputError(escaped(path) + ": adding and removing take " + std::to_string((need >> 20) + 1) +
+                   " MiB of memory for its " + std::to_string(base.tile_count()) + " tiles and " +
+                   std::to_string(base.cell_count()) + " cells; give it by --memory");
+}
+
 void refuseTwins(const TileSet& base, const TileSet& added, const std::string& path) {
   for (std::uint32_t c = 0; c < added.cell_count(); ++c)
     if (const std::string& name = added.cell(c).name; base.findCell(name))
@@ -186,6 +198,7 @@ GrowthResult addCells(CellStream& cells, const std::string& path, const IngestOp
   internal::checkedThreads(given);
   SetFolder folder(internal::folderName(path), SetFolder::Purpose::grow);
   const auto base = TileSet::open(path);
+  requireMemory(path, *base, given);
   IngestOptions options = optionsLike(*base, given);
   options.levels = false;
   const auto step = internal::stepOf(options);
@@ -222,6 +235,7 @@ GrowthResult removeCells(const std::vector<std::string>& names, const std::strin
   internal::checkedThreads(given);
   SetFolder folder(internal::folderName(path), SetFolder::Purpose::grow);
   const auto base = TileSet::open(path);
+  requireMemory(path, *base, given);
   const auto step = internal::stepOf(given);
   std::vector<bool> removed(base->cell_count(), false);
   for (const std::string& name : names) {
