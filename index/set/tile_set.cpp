@@ -296,15 +296,18 @@ bool TileSet::discard(const std::string& file, std::uint64_t offset, std::uint64
 
 std::string TileSet::describe(const std::string& file) const { return impl_->revision.describe(file); }
 
-void TileSet::checkFile(const SetFile& f) const {
+void TileSet::checkFile(const SetFile& f, const UseBytes& use) const {
   const std::uint64_t found = impl_->revision.sizeOnDisk(f.name);
   if (found != f.bytes)
     throw CorruptSet(describe(f.name), std::min(found, f.bytes),
                      "has " + std::to_string(found) + " bytes, the manifest says " + std::to_string(f.bytes));
   internal::RunningDigest digest;
   constexpr std::uint64_t kPiece = std::uint64_t{4} << 20;
-  for (std::uint64_t at = 0; at < f.bytes; at += kPiece)
-    digest.add(impl_->revision.read(f.name, at, std::min(kPiece, f.bytes - at)));
+  for (std::uint64_t at = 0; at < f.bytes; at += kPiece) {
+    const Bytes piece = impl_->revision.read(f.name, at, std::min(kPiece, f.bytes - at));
+    digest.add(piece);
+    if (use) use(piece);
+  }
   if (digest.value() != f.digest) throw CorruptSet(describe(f.name), 0, "its digest differs from the manifest");
 }
 

@@ -9,6 +9,7 @@
 #include "index/set/set_counts.h"
 #include "index/set/tile_store.h"
 
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <span>
@@ -91,8 +92,10 @@ class TileSet final : public TileStore {
   void checkDirectory() const;
   // The same with the table of cells, one page at a time.
   void checkCells() const;
-  // Reads a whole file of the revision and compares its size and digest with the manifest. Throws CorruptSet, IoError.
-  void checkFile(const SetFile& file) const;
+  // Reads a whole file of the revision, passes its bytes to `use` in pieces, and compares its size and digest with the
+  // manifest. Throws CorruptSet, IoError.
+  using UseBytes = std::function<void(std::span<const std::uint8_t> bytes)>;
+  void checkFile(const SetFile& file, const UseBytes& use = {}) const;
   // File and offset of a tile, for messages.
   std::pair<std::string, std::uint64_t> place(TileId tile) const;
   // True if cells were added or removed since the set was made (index/ingest/growth.h). Its leaves then need not follow
