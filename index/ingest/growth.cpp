@@ -18,7 +18,6 @@
 #include <map>
 #include <memory>
 #include <tuple>
-#include <unistd.h>
 #include <utility>
 
 namespace filiform {
@@ -68,7 +67,7 @@ std::map<std::string, std::vector<std::uint8_t>> sectionsOf(const TileSet& base,
 // The name of a set that is made beside the revisions, and removed in the end.
 class Aside {
  public:
-  explicit Aside(const std::string& folder) : path_(folder + "/add.tmp-" + std::to_string(::getpid())) {
+  explicit Aside(const std::string& folder) : path_(internal::asideOf(folder)) {
     std::error_code ignored;
     std::filesystem::remove_all(path_, ignored);
   }
