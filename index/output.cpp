@@ -349,4 +349,15 @@ bool Output::isStandardOutput() const noexcept {
   return impl_->place.kind == OutputPlace::Kind::kDescriptor && impl_->place.descriptor == STDOUT_FILENO;
 }
 
+void refuseInputName(const std::string& folder) {
+  std::string name = folder;
+  while (name.size() > 1 && name.back() == '/') name.pop_back();
+  for (const std::string_view ending :
+       {".swc", ".asc", ".edges", ".obj", ".vtk", ".h5", ".json", ".shard", ".zip", ".tar", ".tgz", ".gz"})
+    if (endsWithNoCase(name, ending))
+      throw InputError(escaped(name) + ": is the name of an input (" + std::string(ending) +
+                       "), not of a folder to write; choose another name, such as " +
+                       escaped(name.substr(0, name.size() - ending.size())) + ".fil");
+}
+
 }  // namespace filiform

@@ -77,4 +77,7 @@ struct OutputPlace {
 // a folder.
 OutputPlace outputPlace(const std::string& path);
 
+// Throws InputError if the name ends as an input does (.swc, .zip and others): for a folder that a command makes.
+void refuseInputName(const std::string& folder);
+
 }  // namespace filiform

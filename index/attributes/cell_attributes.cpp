@@ -29,8 +29,7 @@ struct CellAttributes::Impl {
   template <typename Decode>
   auto decodedPart(std::uint64_t offset, std::uint64_t size, Decode decode) const {
     for (bool again = false;; again = true) {
-      internal::Bytes part(size);
-      set.read(file, offset, part);
+      const internal::Bytes part = set.read(file, offset, size);
       try {
         return internal::decoded(set.describe(file), offset, [&] { return decode(ByteSpan(part)); });
       } catch (const CorruptSet&) {

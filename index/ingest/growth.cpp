@@ -18,7 +18,6 @@
 #include <map>
 #include <memory>
 #include <tuple>
-#include <unistd.h>
 #include <utility>
 
 namespace filiform {
@@ -68,7 +67,7 @@ std::map<std::string, std::vector<std::uint8_t>> sectionsOf(const TileSet& base,
 // The name of a set that is made beside the revisions, and removed in the end.
 class Aside {
  public:
-  explicit Aside(const std::string& folder) : path_(folder + "/add.tmp-" + std::to_string(::getpid())) {
+  explicit Aside(const std::string& folder) : path_(internal::asideOf(folder)) {
     std::error_code ignored;
     std::filesystem::remove_all(path_, ignored);
   }
@@ -94,6 +93,18 @@ IngestResult rewrite(SetFolder& folder, const TileSet& base, const TileSet* adde
   if (added != nullptr) sets.push_back(added);
   const internal::StoredCells cells(sets);
   return internal::makeSet(&folder, folder.building(), options, [&](internal::Tiler& tiler) { tiler.read(cells); });
+}
+
+// Bytes in memory of a tile and a cell of a set that grows: pages, records and lists of the set and of its new
+// revision. Measured with margins.
+constexpr std::uint64_t kBytesOfGrownTile = 1024, kBytesOfGrownCell = 1024;
+
+void requireMemory(const std::string& path, const TileSet& base, const IngestOptions& options) {
+  const std::uint64_t need = kBytesOfGrownTile * base.tile_count() + kBytesOfGrownCell * base.cell_count();
+  if (need <= options.memory) return;
+  throw InputError(escaped(path) + ": adding and removing take " + std::to_string((need >> 20) + 1) +
+                   " MiB of memory for its " + std::to_string(base.tile_count()) + " tiles and " +
+                   std::to_string(base.cell_count()) + " cells; give it by --memory");
 }
 
 void refuseTwins(const TileSet& base, const TileSet& added, const std::string& path) {
@@ -186,6 +197,7 @@ GrowthResult addCells(CellStream& cells, const std::string& path, const IngestOp
   internal::checkedThreads(given);
   SetFolder folder(internal::folderName(path), SetFolder::Purpose::grow);
   const auto base = TileSet::open(path);
+  requireMemory(path, *base, given);
   IngestOptions options = optionsLike(*base, given);
   options.levels = false;
   const auto step = internal::stepOf(options);
@@ -222,6 +234,7 @@ GrowthResult removeCells(const std::vector<std::string>& names, const std::strin
   internal::checkedThreads(given);
   SetFolder folder(internal::folderName(path), SetFolder::Purpose::grow);
   const auto base = TileSet::open(path);
+  requireMemory(path, *base, given);
   const auto step = internal::stepOf(given);
   std::vector<bool> removed(base->cell_count(), false);
   for (const std::string& name : names) {

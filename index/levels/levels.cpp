@@ -59,10 +59,9 @@ std::unique_ptr<Levels> Levels::open(const TileSet& set) {
     impl->bytes += file.bytes;
   }
   if (table_file == nullptr) return nullptr;
-  Bytes bytes(table_file->bytes);
   const std::string name = set.describe(internal::kLevelsFile);
   for (bool again = false, read = false; !read; again = true) {
-    set.read(internal::kLevelsFile, 0, bytes);
+    const Bytes bytes = set.read(internal::kLevelsFile, 0, table_file->bytes);
     try {
       impl->table = internal::decodeLevels(bytes);
       read = true;
@@ -94,10 +93,9 @@ Bytes Levels::Impl::part(LevelId level, bool appearance, std::string& file, std:
   const internal::TileLocation& at = table.locations.at(level);
   file = packs[at.pack];
   offset = at.offset + (appearance ? at.geometry_bytes : 0);
-  Bytes read(appearance ? at.appearance_bytes : at.geometry_bytes);
   const std::string pack = internal::levelPackFile(at.pack);
   for (bool again = false;; again = true) {
-    set.read(pack, offset, read);
+    Bytes read = set.read(pack, offset, appearance ? at.appearance_bytes : at.geometry_bytes);
     if (internal::checksum(read) == (appearance ? at.appearance_checksum : at.geometry_checksum)) return read;
     if (again || !set.discard(pack, offset, read.size()))
       throw CorruptTile(level, file, offset,
@@ -114,10 +112,13 @@ std::shared_ptr<const Tile> Levels::load(LevelId level) const {
   auto tile = std::make_shared<const Tile>(decodeTile(bytes, place, Grid(stated.exponent)));
   if (tile->segment_count() != stated.segments || tile->bytes() != stated.decoded_bytes)
     throw CorruptTile(level, file, offset, "contradicts the table of levels");
+  if (tile->segment_count() > 0 && tile->segmentId(tile->segment_count() - 1).cell >= impl_->set.cell_count())
+    throw CorruptTile(level, file, offset, "holds a segment of a cell that does not exist");
   return tile;
 }
 
 TileAppearance Levels::loadAppearance(LevelId level) const {
+  if (entry(level).segments > internal::kMostOwnedUnread) load(level);
   std::string file;
   std::uint64_t offset = 0;
   const Bytes bytes = impl_->part(level, true, file, offset);

@@ -19,7 +19,7 @@ CellLengths::CellLengths(const TileStore& store, const std::vector<std::uint32_t
   }
   std::vector<bool> needed(store.tile_count());
   for (const std::uint32_t cell : cells)
-    for (const TileId tile : store.loadCellDetail(cell).tiles) needed[tile] = true;
+    for (const TileId tile : store.cellTiles(cell)) needed[tile] = true;
   for (TileId tile = 0; tile < needed.size(); ++tile)
     if (needed[tile]) tiles_.push_back(tile);
 }

@@ -30,27 +30,55 @@ std::uint32_t firstOf(const Tile& tile, std::uint32_t cell) {
   return low;
 }
 
+// Memory for a cell follows what its tiles hold, not what its record states: beyond kFirstRoom samples, at most
+// kRoomASegment samples for each segment that has arrived.
+constexpr std::uint64_t kFirstRoom = std::uint64_t{1} << 20, kRoomASegment = 8;
+
 class Assembly {
  public:
-  Assembly(CellGraph& graph, const CellRecord& record, std::uint32_t cell)
+  Assembly(CellGraph& graph, const CellRecord& record, std::uint32_t cell, bool with_appearance)
       : graph_(graph),
-        what_("cell " + std::to_string(cell) + " of the tile set"),
+        cell_(cell),
         has_loops_(hasLoops(record)),
-        placed_(record.samples, 0),
-        linked_(has_loops_ ? record.segments + record.isolated : record.samples, 0) {
-    if (has_loops_) graph_.links.resize(linked_.size());
+        with_appearance_(with_appearance),
+        samples_(record.samples),
+        segments_(has_loops_ ? record.segments + record.isolated : record.samples) {
+    makeRoom(kFirstRoom);
   }
 
-  [[noreturn]] void fail(const std::string& why) const { throw CorruptSet(what_, 0, why); }
+  [[noreturn]] void fail(const std::string& why) const {
+    throw CorruptSet("cell " + std::to_string(cell_) + " of the tile set", 0, why);
+  }
+
+  // Makes room for a tile's segments. Returns false if they need more room than there may be so far: pass the tile
+  // again after endTiles().
+  bool takes(const Tile& tile) {
+    if (room_ == most()) return true;
+    std::uint64_t end = 0;
+    for (std::uint32_t s = firstOf(tile, cell_); s < tile.segment_count() && tile.segmentId(s).cell == cell_; ++s) {
+      if (!tile.owned(s)) continue;
+      ++arrived_;
+      const auto rank = [&tile](std::uint32_t node) { return std::uint64_t{tile.nodeId(node).sample}; };
+      end = std::max(
+          {end, rank(tile.child(s)) + 1, rank(tile.parent(s)) + 1, tile.segmentId(s).segment + std::uint64_t{1}});
+    }
+    makeRoom(kFirstRoom + kRoomASegment * arrived_);
+    return std::min(end, most()) <= room_;
+  }
+  void endTiles(std::size_t roots) {
+    if (room_ < most() && (arrived_ + roots < samples_ || (has_loops_ && arrived_ < segments_)))
+      fail("its tiles hold fewer samples than its record states");
+    makeRoom(most());
+  }
 
   void place(std::uint32_t rank, const GridPoint& p) {
-    if (rank >= placed_.size()) fail("sample " + std::to_string(rank) + " does not exist");
+    if (rank >= samples_) fail("sample " + std::to_string(rank) + " does not exist");
     if (placed_[rank] && graph_.positions[rank] != p) fail("sample " + std::to_string(rank) + " is in two places");
     placed_[rank] = 1;
     graph_.positions[rank] = p;
   }
   void link(std::uint32_t segment, std::uint32_t child, std::uint32_t parent) {
-    if (segment >= linked_.size() || (!has_loops_ && segment != child))
+    if (segment >= segments_ || (!has_loops_ && segment != child))
       fail("segment does not exist: " + std::to_string(segment));
     if (linked_[segment]) fail("segment " + std::to_string(segment) + " has two owners");
     linked_[segment] = 1;
@@ -73,9 +101,24 @@ class Assembly {
   }
 
  private:
+  std::uint64_t most() const { return std::max(samples_, segments_); }
+  void makeRoom(std::uint64_t room) {
+    room_ = std::min(std::max(room, room_), most());
+    const std::uint64_t samples = std::min(room_, samples_), segments = std::min(room_, segments_);
+    placed_.resize(samples);
+    linked_.resize(segments);
+    graph_.positions.resize(samples, GridPoint::Zero());
+    graph_.parents.resize(samples, kNoParent);
+    if (has_loops_) graph_.links.resize(segments);
+    if (!with_appearance_) return;
+    graph_.radii_um.resize(samples, kUnknownRadius);
+    graph_.types.resize(samples);
+  }
+
   CellGraph& graph_;
-  std::string what_;
-  bool has_loops_;
+  std::uint32_t cell_;
+  bool has_loops_, with_appearance_;
+  std::uint64_t samples_, segments_, room_ = 0, arrived_ = 0;  // arrived: segments in tiles
   std::vector<std::uint8_t> placed_, linked_;
 };
 
@@ -186,31 +229,35 @@ CellGraph readCell(const TileStore& store, std::uint32_t cell, bool with_appeara
   graph.name = record.name;
   graph.source = record.source;
   graph.grid = store.grid();
-  graph.positions.assign(record.samples, GridPoint::Zero());
-  graph.parents.assign(record.samples, kNoParent);
-  if (with_appearance) {
-    graph.radii_um.assign(record.samples, kUnknownRadius);
-    graph.types.assign(record.samples, 0);
-  }
-  Assembly assembly(graph, record, cell);
-  TilesAhead ahead(store, detail.tiles, with_appearance);
-  for (std::size_t i = 0; i < detail.tiles.size(); ++i) {
-    if (stop != nullptr && stop->load(std::memory_order_relaxed)) throw Interrupted("the cell is no longer wanted");
-    const auto [tile, appearance] = ahead.next();
-    std::uint32_t s = firstOf(*tile, cell);
-    std::uint32_t owned = s < tile->segment_count() ? tile->ownedIndex(s) : 0;
-    for (; s < tile->segment_count() && tile->segmentId(s).cell == cell; ++s) {
-      if (!tile->owned(s)) continue;
-      const std::uint32_t look = owned++;
-      const std::uint32_t child = tile->nodeId(tile->child(s)).sample, parent = tile->nodeId(tile->parent(s)).sample;
-      assembly.place(child, tile->gridPoint(tile->child(s)));
-      assembly.place(parent, tile->gridPoint(tile->parent(s)));
-      assembly.link(tile->segmentId(s).segment, child, parent);
-      if (!with_appearance) continue;
-      graph.radii_um[child] = appearance.radii_um[look];
-      graph.types[child] = appearance.types[look];
+  Assembly assembly(graph, record, cell, with_appearance);
+  std::vector<TileId> later;
+  const auto take = [&](const std::vector<TileId>& tiles) {
+    TilesAhead ahead(store, tiles, with_appearance);
+    for (const TileId id : tiles) {
+      if (stop != nullptr && stop->load(std::memory_order_relaxed)) throw Interrupted("the cell is no longer wanted");
+      const auto [tile, appearance] = ahead.next();
+      if (!assembly.takes(*tile)) {
+        later.push_back(id);
+        continue;
+      }
+      std::uint32_t s = firstOf(*tile, cell);
+      std::uint32_t owned = s < tile->segment_count() ? tile->ownedIndex(s) : 0;
+      for (; s < tile->segment_count() && tile->segmentId(s).cell == cell; ++s) {
+        if (!tile->owned(s)) continue;
+        const std::uint32_t look = owned++;
+        const std::uint32_t child = tile->nodeId(tile->child(s)).sample, parent = tile->nodeId(tile->parent(s)).sample;
+        assembly.place(child, tile->gridPoint(tile->child(s)));
+        assembly.place(parent, tile->gridPoint(tile->parent(s)));
+        assembly.link(tile->segmentId(s).segment, child, parent);
+        if (!with_appearance) continue;
+        graph.radii_um[child] = appearance.radii_um[look];
+        graph.types[child] = appearance.types[look];
+      }
     }
-  }
+  };
+  take(detail.tiles);
+  assembly.endTiles(detail.roots.size());
+  take(later);
   for (const CellDetail::Root& root : detail.roots) {
     if (!with_appearance) break;
     graph.radii_um[root.rank] = root.radius_um;
@@ -229,7 +276,7 @@ CellGraph readCell(const TileStore& store, std::uint32_t cell, bool with_appeara
     }
   }
   graph.somata = readSomata(store, cell, graph, detail);
-  graph.sample_ids = std::move(detail.sample_ids);
+  graph.sample_ids = detail.sample_ids.all();
   graph.block_starts = std::move(detail.block_starts);
   return graph;
 }

@@ -21,7 +21,6 @@
 namespace filiform {
 namespace {
 
-constexpr std::uint64_t kMostManifest = std::uint64_t{64} << 20;
 // Larger reads are those of whole files, which verify and copies make.
 constexpr std::uint64_t kMostCachedRead = std::uint64_t{1} << 20;
 
@@ -100,14 +99,14 @@ internal::Bytes HttpSource::Impl::fetch(const std::string& name) const {
   const std::string size_key = url(name) + "@size";
   std::uint64_t size = 0;
   const std::span<std::uint8_t> size_bytes(reinterpret_cast<std::uint8_t*>(&size), sizeof size);
-  if (cache != nullptr && cache->get(size_key, size_bytes) && size <= kMostManifest) {
+  if (cache != nullptr && cache->get(size_key, size_bytes) && size <= internal::kMostManifestBytes) {
     internal::Bytes bytes(size);
     if (cache->get(key(name, 0), bytes)) {
       ++cache_hits;
       return bytes;
     }
   }
-  internal::Bytes bytes = client.readWhole(url(name), kMostManifest);
+  internal::Bytes bytes = client.readWhole(url(name), internal::kMostManifestBytes);
   size = bytes.size();
   if (cache != nullptr) {
     cache->put(key(name, 0), bytes);

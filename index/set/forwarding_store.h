@@ -37,6 +37,7 @@ class ForwardingStore : public TileStore {
   const CellRecord& cell(std::uint32_t id) const override { return store_.cell(id); }
   std::optional<std::uint32_t> findCell(const std::string& name) const override { return store_.findCell(name); }
   CellDetail loadCellDetail(std::uint32_t id) const override { return store_.loadCellDetail(id); }
+  std::vector<TileId> cellTiles(std::uint32_t id) const override { return store_.cellTiles(id); }
   const Landmarks& landmarks() const override { return store_.landmarks(); }
 
  protected:

@@ -185,9 +185,9 @@ std::shared_ptr<const Tile> TileSet::load(TileId tile) const {
   const TileEntry& stated = entry(tile);
   const internal::Patch* const patch = impl_->patch(tile);
   const internal::TileLocation& at = location(tile);
-  const auto refuse = [&](const internal::TileLocation& where) {
+  const auto refuse = [&](const internal::TileLocation& where, const char* why = "contradicts the directory") {
     const TilePlace place = impl_->placeOf(tile, where, false);
-    throw CorruptTile(tile, place.file, place.offset, "contradicts the directory");
+    throw CorruptTile(tile, place.file, place.offset, why);
   };
   Tile found = impl_->decodedTile(tile, at);
   if (patch != nullptr) {
@@ -202,6 +202,8 @@ std::shared_ptr<const Tile> TileSet::load(TileId tile) const {
   if (found.segment_count() != stated.stored || found.owned_count() != stated.owned ||
       found.bytes() != stated.decoded_bytes)
     refuse(at);
+  if (found.segment_count() > 0 && found.segmentId(found.segment_count() - 1).cell >= cell_count())
+    refuse(at, "holds a segment of a cell that does not exist");
   auto loaded = std::make_shared<const Tile>(std::move(found));
   impl_->directory.knowHomes(*loaded);
   return loaded;
@@ -210,6 +212,7 @@ std::shared_ptr<const Tile> TileSet::load(TileId tile) const {
 TileAppearance TileSet::loadAppearance(TileId tile) const {
   const TileEntry& stated = entry(tile);
   const internal::Patch* const patch = impl_->patch(tile);
+  if (stated.owned > internal::kMostOwnedUnread) load(tile);
   if (patch == nullptr) return impl_->decodedAppearance(tile, location(tile), stated.owned);
   if (patch->owned > stated.owned) throw CorruptSet(describe(internal::kPatchesFile), 0, "contradicts the directory");
   TileAppearance look = impl_->decodedAppearance(tile, location(tile), patch->owned);
@@ -232,12 +235,18 @@ std::uint32_t TileSet::cell_count() const { return static_cast<std::uint32_t>(co
 const CellRecord& TileSet::cell(std::uint32_t id) const { return impl_->cells.record(id); }
 std::optional<std::uint32_t> TileSet::findCell(const std::string& name) const { return impl_->cells.find(name); }
 CellDetail TileSet::loadCellDetail(std::uint32_t id) const { return impl_->cells.detail(id, tile_count()); }
+std::vector<TileId> TileSet::cellTiles(std::uint32_t id) const { return impl_->cells.tiles(id, tile_count()); }
 
 const Landmarks& TileSet::landmarks() const {
   return impl_->landmarks.get([this] {
     const SetFile& f = impl_->revision.file(internal::kLandmarksFile);
-    return std::make_unique<Landmarks>(impl_->revision.readDecoded(
-        f.name, 0, f.bytes, [](internal::ByteSpan bytes) { return internal::decodeLandmarks(bytes); }));
+    return std::make_unique<Landmarks>(
+        impl_->revision.readDecoded(f.name, 0, f.bytes, [this](internal::ByteSpan bytes) {
+          Landmarks found = internal::decodeLandmarks(bytes);
+          for (const SegmentId& segment : found.segments)
+            if (segment.cell >= cell_count()) throw internal::Damage{0, "a point lies on a cell that does not exist"};
+          return found;
+        }));
   });
 }
 
@@ -277,21 +286,28 @@ void TileSet::read(const std::string& file, std::uint64_t offset, std::span<std:
   impl_->revision.read(file, offset, bytes);
 }
 
+std::vector<std::uint8_t> TileSet::read(const std::string& file, std::uint64_t offset, std::uint64_t bytes) const {
+  return impl_->revision.read(file, offset, bytes);
+}
+
 bool TileSet::discard(const std::string& file, std::uint64_t offset, std::uint64_t bytes) const {
   return impl_->revision.discard(file, offset, bytes);
 }
 
 std::string TileSet::describe(const std::string& file) const { return impl_->revision.describe(file); }
 
-void TileSet::checkFile(const SetFile& f) const {
+void TileSet::checkFile(const SetFile& f, const UseBytes& use) const {
   const std::uint64_t found = impl_->revision.sizeOnDisk(f.name);
   if (found != f.bytes)
     throw CorruptSet(describe(f.name), std::min(found, f.bytes),
                      "has " + std::to_string(found) + " bytes, the manifest says " + std::to_string(f.bytes));
   internal::RunningDigest digest;
   constexpr std::uint64_t kPiece = std::uint64_t{4} << 20;
-  for (std::uint64_t at = 0; at < f.bytes; at += kPiece)
-    digest.add(impl_->revision.read(f.name, at, std::min(kPiece, f.bytes - at)));
+  for (std::uint64_t at = 0; at < f.bytes; at += kPiece) {
+    const Bytes piece = impl_->revision.read(f.name, at, std::min(kPiece, f.bytes - at));
+    digest.add(piece);
+    if (use) use(piece);
+  }
   if (digest.value() != f.digest) throw CorruptSet(describe(f.name), 0, "its digest differs from the manifest");
 }
 

@@ -9,6 +9,7 @@
 #include "index/set/set_counts.h"
 #include "index/set/tile_store.h"
 
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <span>
@@ -57,6 +58,7 @@ class TileSet final : public TileStore {
   const CellRecord& cell(std::uint32_t id) const override;
   std::optional<std::uint32_t> findCell(const std::string& name) const override;
   CellDetail loadCellDetail(std::uint32_t id) const override;
+  std::vector<TileId> cellTiles(std::uint32_t id) const override;
   const Landmarks& landmarks() const override;
 
   const std::string& revision() const;  // name of the revision's folder
@@ -73,6 +75,8 @@ class TileSet final : public TileStore {
   std::uint64_t bytes() const;  // of all files of the revision, including the manifest
   // Reads part of a file of the revision, unchecked. Throws CorruptSet, IoError.
   void read(const std::string& file, std::uint64_t offset, std::span<std::uint8_t> bytes) const;
+  // The same, for sizes that a file states: memory grows with the bytes that arrive.
+  std::vector<std::uint8_t> read(const std::string& file, std::uint64_t offset, std::uint64_t bytes) const;
   // As TileSource::discard(), for a file of the revision.
   bool discard(const std::string& file, std::uint64_t offset, std::uint64_t bytes) const;
   std::string describe(const std::string& file) const;   // the file's name for messages
@@ -88,8 +92,10 @@ class TileSet final : public TileStore {
   void checkDirectory() const;
   // The same with the table of cells, one page at a time.
   void checkCells() const;
-  // Reads a whole file of the revision and compares its size and digest with the manifest. Throws CorruptSet, IoError.
-  void checkFile(const SetFile& file) const;
+  // Reads a whole file of the revision, passes its bytes to `use` in pieces, and compares its size and digest with the
+  // manifest. Throws CorruptSet, IoError.
+  using UseBytes = std::function<void(std::span<const std::uint8_t> bytes)>;
+  void checkFile(const SetFile& file, const UseBytes& use = {}) const;
   // File and offset of a tile, for messages.
   std::pair<std::string, std::uint64_t> place(TileId tile) const;
   // True if cells were added or removed since the set was made (index/ingest/growth.h). Its leaves then need not follow

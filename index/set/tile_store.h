@@ -3,6 +3,7 @@
 #pragma once
 
 #include "index/cell/cell.h"
+#include "index/cell/id_runs.h"
 #include "index/tile/leaf_index.h"
 #include "index/tile/tile.h"
 
@@ -43,7 +44,7 @@ struct CellDetail {
     std::uint16_t type;
   };
   std::vector<TileId> tiles;                // tiles that own a segment of the cell, ascending
-  std::vector<std::int64_t> sample_ids;     // by rank
+  IdRuns sample_ids;                        // by rank
   std::vector<Root> roots;                  // ascending by rank; holds the attributes that no segment carries
   std::vector<std::uint32_t> block_starts;  // as in Cell
   std::string header;                       // as in Cell
@@ -126,6 +127,8 @@ class TileStore {
   virtual const CellRecord& cell(std::uint32_t id) const = 0;
   virtual std::optional<std::uint32_t> findCell(const std::string& name) const = 0;  // O(log cells)
   virtual CellDetail loadCellDetail(std::uint32_t id) const = 0;
+  // CellDetail::tiles alone. A set on disk reads the detail, but decodes only these. O(bytes of the detail) for sums.
+  virtual std::vector<TileId> cellTiles(std::uint32_t id) const { return loadCellDetail(id).tiles; }
 
   virtual const Landmarks& landmarks() const = 0;  // the landmarks; loaded at the first call
 };

@@ -2,6 +2,7 @@
 
 #include "index/errors.h"
 #include "index/file/internal/bytes.h"
+#include "index/file/internal/set_files.h"
 #include "index/tile/internal/decode_scratch.h"
 #include "index/tile/internal/run_order.h"
 #include "index/tile/internal/tile_parts.h"
@@ -152,8 +153,8 @@ Tile TileCodec::decode(ByteReader& in, const TilePlace& place, const Grid& grid)
   in.require((flags & ~kGraph) == 0, "an unknown flag");
   const bool graph = (flags & kGraph) != 0;
   const std::uint32_t count = in.varint32(), fragment_count = in.varint32(), stray_count = in.varint32();
-  // 32 steps take at least three bytes, each fragment three, each stray two.
-  in.require(count <= Tile::kMaxSegments && count / 11 <= in.left() && fragment_count / 3 <= in.left() &&
+  // Each fragment takes at least three bytes, each stray two.
+  in.require(count <= Tile::kMaxSegments && count / internal::kMostSegmentsAByte <= in.left() && fragment_count / 3 <= in.left() &&
                  stray_count / 2 <= in.left(),
              "more segments than there are bytes");
   Tile tile(place.tile, place.key, place.is_long, grid);

@@ -4,6 +4,7 @@
 #include "index/errors.h"
 #include "index/levels/levels.h"
 #include "index/verify/internal/deep_check.h"
+#include "index/verify/set_digest.h"
 
 #include <memory>
 
@@ -52,6 +53,13 @@ VerifyReport verify(const std::string& path, const VerifyOptions& options) {
     checker.step("checking files", report.bytes, set->bytes());
     checker.attempt([&] { set->checkFile(file); });
     report.bytes += file.bytes;
+  }
+  if (!options.sha256.empty()) {
+    checker.attempt([&] {
+      const std::string found =
+          setDigest(*set, [&](std::uint64_t done) { checker.step("comparing the SHA-256", done, set->bytes()); });
+      if (found != options.sha256) checker.problem(path + ": its SHA-256 is " + found + ", not the given one");
+    });
   }
   internal::DeepCheck deep(*set, [&](const std::string& what) { checker.problem(what); });
   for (TileId t = 0; t < set->tile_count(); ++t) {

@@ -26,6 +26,7 @@ struct VerifyOptions {
   // boxes, counts and cells in agreement with the segments; landmarks within their radius. Reads each tile twice. Takes
   // half a byte a sample and a few hundred bytes a tile and a cell.
   bool deep = false;
+  std::string sha256 = {};                    // compare with setDigest(); empty: do not
   const std::atomic<bool>* cancel = nullptr;  // when true: throw Interrupted
   RemoteOptions remote = {};                  // for an address
   std::function<void(const char* phase, std::uint64_t done, std::uint64_t total)> progress = {};

@@ -42,7 +42,7 @@ SolverParameters automaticParameters(const Cell& cell, const Grid& grid) {
 
 SolverParameters automaticParameters(const TileStore& store, std::uint32_t cell) {
   std::vector<double> lengths_um;
-  const std::vector<TileId> tiles = store.loadCellDetail(cell).tiles;
+  const std::vector<TileId> tiles = store.cellTiles(cell);
   TilesAhead ahead(store, tiles, false);
   for (std::size_t i = 0; i < tiles.size(); ++i) {
     const std::shared_ptr<const Tile> tile = ahead.next().tile;

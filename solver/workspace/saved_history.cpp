@@ -66,8 +66,7 @@ class Finder {
       if (!std::in_range<std::uint32_t>(number)) return std::nullopt;
       ranks.push_back(static_cast<std::uint32_t>(number));
     } else {
-      for (std::uint32_t rank = 0; rank < detail.sample_ids.size(); ++rank)
-        if (detail.sample_ids[rank] == number) ranks.push_back(rank);
+      ranks = detail.sample_ids.ranksOf(number);
     }
     if (ranks.empty()) return std::nullopt;
 

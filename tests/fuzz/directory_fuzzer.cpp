@@ -39,9 +39,10 @@ void sealPages(Bytes& bytes, std::size_t header, std::size_t entry, std::size_t 
 }
 
 internal::ReadPart readerOf(const Bytes& bytes) {
-  return [&bytes](std::uint64_t offset, std::span<std::uint8_t> to) {
-    require(offset <= bytes.size() && to.size() <= bytes.size() - offset, "never beyond the file");
-    if (!to.empty()) std::memcpy(to.data(), bytes.data() + offset, to.size());
+  return [&bytes](std::uint64_t offset, std::uint64_t size) {
+    require(offset <= bytes.size() && size <= bytes.size() - offset, "never beyond the file");
+    const auto from = bytes.begin() + static_cast<std::ptrdiff_t>(offset);
+    return Bytes(from, from + static_cast<std::ptrdiff_t>(size));
   };
 }
 

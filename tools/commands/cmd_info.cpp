@@ -1,9 +1,11 @@
 // filiform info: prints what a tile set holds.
+#include "index/errors.h"
 #include "index/levels/levels.h"
 #include "index/query/nearest.h"
 #include "index/set/tile_set.h"
 #include "index/streaming/residency.h"
 #include "index/text.h"
+#include "index/verify/set_digest.h"
 #include "solver/force/force_law.h"
 #include "solver/proxy/parameters.h"
 #include "solver/travel/places/confusion.h"
@@ -11,6 +13,9 @@
 #include "solver/workspace/navigation.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/shared/remote_arguments.h"
+#include "tools/program/interruption.h"
+#include "tools/program/progress.h"
+#include "tools/program/progress_option.h"
 #include "tools/words/cell_name.h"
 #include "tools/words/numbers.h"
 #include "tools/words/set_json.h"
@@ -31,7 +36,7 @@ namespace {
 struct InfoArguments {
   std::string path, cell;
   std::shared_ptr<const RemoteArguments> remote;
-  bool json = false, parameters = false;
+  bool json = false, parameters = false, sha256 = false;
 };
 
 // The default parameters of navigate, and what is measured on the set.
@@ -99,8 +104,17 @@ void printParameters(const Parameters& p) {
   }
 }
 
+std::string digestOf(const TileSet& set) {
+  Progress progress(ProgressOptions{.title = "reading", .noun = "", .total = set.bytes()});
+  return setDigest(set, [&](std::uint64_t done) {
+    if (interruptFlag()) throw Interrupted("interrupted");
+    progress.update(done);
+  });
+}
+
 void writeInfoJson(const TileSet& set, const Levels* levels, const InfoArguments& a) {
   nlohmann::ordered_json info = setJson(set, levels);
+  if (a.sha256) info["sha256"] = digestOf(set);
   if (a.parameters) {
     const Parameters p = measuredParameters(set, a.cell);
     auto& json = info["parameters"];
@@ -156,6 +170,7 @@ void printInfo(const TileSet& set, const Levels* levels, const InfoArguments& a)
   const auto refused_inputs = refusedInputs(set);
   for (std::size_t i = 0; i < std::min<std::size_t>(refused_inputs.size(), 20); ++i)
     std::cout << "    " << escaped(refused_inputs[i].first) << ": " << refused_inputs[i].second << '\n';
+  if (a.sha256) printLine("sha256", digestOf(set), "  of all bytes; verify --sha256 compares");
   if (a.parameters) printParameters(measuredParameters(set, a.cell));
 }
 
@@ -177,8 +192,12 @@ void addInfo(CLI::App& app, Chosen& chosen) {
   command->add_flag("--parameters", a->parameters,
                     "print also the default parameters of navigate, and the zoom at which a trembling hand confuses "
                     "one neurite with another in 5 % of places (reads some hundred tiles: seconds)");
+  command->add_flag(
+      "--sha256", a->sha256,
+      "print also the SHA-256 of all bytes of the set, which verify --sha256 compares (reads every byte)");
   command->add_option("--cell", a->cell, "print the parameters of this cell; default: the cell with the most segments");
   a->remote = addRemoteArguments(*command);
+  addProgressOption(*command);
   command->callback([a, &chosen] { chosen = [a] { return runInfo(*a); }; });
 }
 

@@ -10,6 +10,9 @@
 #include "tools/words/numbers.h"
 
 #include <iostream>
+#include <memory>
+#include <optional>
+#include <string>
 
 #include <CLI/CLI.hpp>
 
@@ -17,12 +20,29 @@ namespace filiform::tools {
 
 namespace {
 
-int runVerify(const std::string& path, bool deep, const RemoteArguments& remote) {
+struct VerifyArguments {
+  std::string path;
+  std::optional<std::string> sha256;
+  bool deep = false;
+  std::shared_ptr<const RemoteArguments> remote;
+};
+
+std::string checkedDigest(const std::string& text) {
+  const std::string digest = lowerCase(text);
+  if (digest.size() != 64 || digest.find_first_not_of("0123456789abcdef") != std::string::npos)
+    throw UsageError("--sha256 " + escaped(text, 80) +
+                     ": give 64 hexadecimal digits, as 'filiform info SET --sha256' prints them");
+  return digest;
+}
+
+int runVerify(const VerifyArguments& a) {
+  const std::string& path = a.path;
   std::unique_ptr<Progress> progress;
   std::string phase_now;
   VerifyOptions options;
-  options.deep = deep;
-  options.remote = remote.options();
+  options.deep = a.deep;
+  if (a.sha256) options.sha256 = checkedDigest(*a.sha256);
+  options.remote = a.remote->options();
   options.cancel = &interruptFlag();
   options.progress = [&](const char* phase, std::uint64_t done, std::uint64_t total) {
     if (phase_now != phase) {
@@ -35,7 +55,7 @@ int runVerify(const std::string& path, bool deep, const RemoteArguments& remote)
   progress.reset();
   if (report.sound()) {
     std::cout << escaped(path) << ": sound: " << formatCount(report.tiles) << " tiles, " << formatBytes(report.bytes)
-              << (deep ? ", every byte and every invariant of the format checked\n" : ", every byte checked\n");
+              << (a.deep ? ", every byte and every invariant of the format checked\n" : ", every byte checked\n");
     return 0;
   }
   for (const std::string& problem : report.problems) std::cout << problem << '\n';
@@ -47,17 +67,17 @@ int runVerify(const std::string& path, bool deep, const RemoteArguments& remote)
 }  // namespace
 
 void addVerify(CLI::App& app, Chosen& chosen) {
-  auto path = std::make_shared<std::string>();
-  auto deep = std::make_shared<bool>(false);
+  auto a = std::make_shared<VerifyArguments>();
   CLI::App* command = app.add_subcommand("verify", "Check every byte of a tile set");
   command->footer(
       "Example:\n  filiform verify --deep column.fil\nExits 1 and lists the problems if the set is damaged.");
-  command->add_option("SET", *path, "tile set, or its address")->required();
-  command->add_flag("--deep", *deep, "also check every invariant of the format");
-  const std::shared_ptr<const RemoteArguments> remote = addRemoteArguments(*command);
+  command->add_option("SET", a->path, "tile set, or its address")->required();
+  command->add_flag("--deep", a->deep, "also check every invariant of the format");
+  command->add_option("--sha256", a->sha256, "compare the SHA-256 of all bytes, which info --sha256 prints, with HEX")
+      ->type_name("HEX");
+  a->remote = addRemoteArguments(*command);
   addProgressOption(*command);
-  command->callback(
-      [path, deep, remote, &chosen] { chosen = [path, deep, remote] { return runVerify(*path, *deep, *remote); }; });
+  command->callback([a, &chosen] { chosen = [a] { return runVerify(*a); }; });
 }
 
 }  // namespace filiform::tools

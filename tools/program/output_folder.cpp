@@ -33,6 +33,7 @@ OutputFolder::OutputFolder(const std::string& path) : path_(path) {
     return;
   }
   if (fs::exists(status)) throw InputError(escaped(path_) + ": is not a folder; choose another name");
+  refuseInputName(path_);
   if (::mkdir(path_.c_str(), 0777) != 0) throw IoError(escaped(path_), "cannot make the folder", errno);
   made_.push_back(path_);
 }

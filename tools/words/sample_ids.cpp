@@ -1,28 +1,26 @@
 #include "tools/words/sample_ids.h"
 
+#include "index/errors.h"
 #include "index/query/cell_graph.h"
 
-#include <utility>
+#include <string>
+#include <vector>
 
 namespace filiform::tools {
 
 // In a forest, a segment has the rank of its child. A cell with loops has links.
-std::vector<std::int64_t> childSampleIds(const TileStore& store, std::uint32_t cell) {
+IdRuns childSampleIds(const TileStore& store, std::uint32_t cell) {
   if (!hasLoops(store.cell(cell))) return store.loadCellDetail(cell).sample_ids;
   const CellGraph graph = readCell(store, cell, false);
   std::vector<std::int64_t> ids;
   for (const auto& link : graph.links) ids.push_back(graph.sample_ids[link[0]]);
-  return ids;
+  return IdRuns(ids);
 }
 
-SampleIds::OfCell::OfCell(std::vector<std::int64_t> ids) {
-  bool consecutive = !ids.empty();
-  for (std::size_t i = 1; consecutive && i < ids.size(); ++i)
-    consecutive = ids[i - 1] != INT64_MAX && ids[i] == ids[i - 1] + 1;
-  if (consecutive)
-    first_ = ids.front();
-  else
-    ids_ = std::move(ids);
+std::int64_t SampleIds::OfCell::of(std::uint32_t segment) const {
+  if (segment < ids_.size()) return ids_[segment];
+  throw CorruptSet("cell " + std::to_string(cell_) + " of the tile set", 0,
+                   "segment does not exist: " + std::to_string(segment));
 }
 
 std::shared_ptr<const SampleIds::OfCell> SampleIds::cell(std::uint32_t cell) {
@@ -34,7 +32,7 @@ std::shared_ptr<const SampleIds::OfCell> SampleIds::cell(std::uint32_t cell) {
     }
   }
   // Reads without the lock: two threads may read the same cell, and one copy is kept.
-  const auto ids = std::make_shared<const OfCell>(childSampleIds(store_, cell));
+  const auto ids = std::make_shared<const OfCell>(cell, childSampleIds(store_, cell));
   const std::lock_guard lock(mutex_);
   const auto [at, fresh] = kept_.try_emplace(cell);
   if (!fresh) return at->second.ids;

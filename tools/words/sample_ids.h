@@ -2,12 +2,14 @@
 // Thread rule: internally synchronised.
 #pragma once
 
+#include "index/cell/id_runs.h"
+
 #include <cstdint>
 #include <list>
 #include <memory>
 #include <mutex>
 #include <unordered_map>
-#include <vector>
+#include <utility>
 
 namespace filiform {
 class TileStore;
@@ -15,9 +17,9 @@ class TileStore;
 
 namespace filiform::tools {
 
-// The id of the child sample of each segment of a cell. Throws CorruptSet, IoError. O(samples); for a cell with loops
-// it reads the cell's tiles.
-std::vector<std::int64_t> childSampleIds(const TileStore& store, std::uint32_t cell);
+// The id of the child sample of each segment of a cell. Throws CorruptSet, IoError. O(bytes of the cell's detail); for
+// a cell with loops it reads the cell's tiles.
+IdRuns childSampleIds(const TileStore& store, std::uint32_t cell);
 
 class SampleIds {
  public:
@@ -27,14 +29,14 @@ class SampleIds {
   // The ids of one cell.
   class OfCell {
    public:
-    explicit OfCell(std::vector<std::int64_t> ids);
-    // The id of the segment's child sample. Requires that the cell has the segment. O(1).
-    std::int64_t of(std::uint32_t segment) const { return ids_.empty() ? first_ + segment : ids_.at(segment); }
-    std::uint64_t bytes() const { return sizeof(OfCell) + ids_.capacity() * sizeof(std::int64_t); }
+    OfCell(std::uint32_t cell, IdRuns ids) : cell_(cell), ids_(std::move(ids)) {}
+    // The id of the segment's child sample. Throws CorruptSet if the cell has no such segment. O(log runs of ids).
+    std::int64_t of(std::uint32_t segment) const;
+    std::uint64_t bytes() const { return sizeof(OfCell) + ids_.bytes(); }
 
    private:
-    std::int64_t first_ = 0;         // consecutive ids are stored as the first of them
-    std::vector<std::int64_t> ids_;  // empty: consecutive
+    std::uint32_t cell_;
+    IdRuns ids_;
   };
   // Throws as childSampleIds() does. O(1) if the cell is kept.
   std::shared_ptr<const OfCell> cell(std::uint32_t cell);

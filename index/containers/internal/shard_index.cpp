@@ -17,6 +17,7 @@ std::uint64_t numberAt(std::string_view bytes, std::size_t index) {
 
 constexpr std::uint64_t kMostShardBytes = std::uint64_t{1} << 60;
 constexpr std::size_t kObjectBytes = 24, kPairBytes = 16;
+constexpr std::uint64_t kFirstIndexPiece = std::uint64_t{1} << 20;
 constexpr std::uint64_t kIndexBlock = 4096;  // pairs of the shard index read at once
 
 class ShardListing {
@@ -50,8 +51,12 @@ class ShardListing {
     if (begin == end) return {};
     if (begin > end || end > file_bytes_ - base_) return "its index lies outside the file";
     if (end - begin > kMostIndexBytes) return "its index is too large";
-    std::string stored(end - begin, '\0'), index;
-    read_(base_ + begin, stored);
+    std::string stored, index;
+    while (stored.size() < end - begin) {  // a server states the size of the file: memory follows the bytes that come
+      const std::uint64_t done = stored.size();
+      stored.resize(done + std::min(end - begin - done, std::max(kFirstIndexPiece, done)));
+      read_(base_ + begin + done, std::span(stored).subspan(done));
+    }
     if (sharding_.gzip_index) {
       if (const auto code = gunzip(stored, kMostIndexBytes, index))
         return "its index cannot be unpacked (" + std::string(name(*code)) + ")";
@@ -60,6 +65,7 @@ class ShardListing {
     }
     if (index.size() % kObjectBytes != 0) return "its index is not a table of three rows";
     const std::size_t objects = index.size() / kObjectBytes;
+    if (objects_.size() + objects > file_bytes_) return "lists more objects than the file has bytes";
     ShardObject object;
     std::uint64_t at = 0;
     for (std::size_t i = 0; i < objects; ++i) {

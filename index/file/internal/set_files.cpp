@@ -11,6 +11,8 @@ std::string packFile(std::uint32_t pack) {
   return name;
 }
 
+bool isPackFile(const std::string& name) { return name.starts_with("tiles-") && name.ends_with(".pack"); }
+
 std::string sectionFile(const std::string& section) { return "section-" + section + ".bin"; }
 
 std::string sectionOf(const std::string& file) {

@@ -6,7 +6,6 @@
 
 #include <cstdint>
 #include <functional>
-#include <span>
 #include <string>
 #include <string_view>
 
@@ -18,11 +17,14 @@ inline constexpr std::size_t kPackHeaderBytes = 16;
 inline constexpr const char* kCurrentFile = "CURRENT";  // beside the folders of revisions; names one of them
 inline constexpr std::uint64_t kMostCurrentBytes = 4096;
 inline constexpr const char* kManifestFile = "manifest.json";
+inline constexpr std::uint64_t kMostManifestBytes = std::uint64_t{16}
+                                                    << 20;  // of 100 000 files; JSON takes 16 times as much
 inline constexpr const char* kDirectoryFile = "directory.bin";
 inline constexpr const char* kCellsFile = "cells.bin";
 inline constexpr const char* kLandmarksFile = "samples.bin";
 inline constexpr const char* kProvenanceFile = "provenance.json";
 std::string packFile(std::uint32_t pack);
+bool isPackFile(const std::string& name);  // of full-resolution tiles
 // section-NAME.bin. NAME: at most 64 of [a-z0-9-], not empty.
 std::string sectionFile(const std::string& section);
 std::string sectionOf(const std::string& file);  // NAME; empty for other files
@@ -38,6 +40,14 @@ struct OtherVersion : Damage {
 };
 [[noreturn]] void throwOtherVersion(std::uint64_t offset, const std::string& version, bool older);
 
+// A byte of a tile's geometry holds at most this many segments: 32 steps take at least three bytes. A sample is an end
+// of a segment or isolated.
+inline constexpr std::uint64_t kMostSegmentsAByte = 11, kMostSamplesAByte = 2 * kMostSegmentsAByte;
+
+// An appearance of many segments may take few bytes, but their geometry does not: the geometry of a tile that owns more
+// segments is decoded before its appearance.
+inline constexpr std::uint32_t kMostOwnedUnread = std::uint32_t{1} << 20;
+
 // Where the bytes of a tile lie. A unit is some consecutive tiles that are encoded together: the location of each of
 // them is that of the unit.
 struct TileLocation {
@@ -49,6 +59,6 @@ struct TileLocation {
 };
 
 // Reads a part of a file. Its exceptions propagate.
-using ReadPart = std::function<void(std::uint64_t offset, std::span<std::uint8_t> bytes)>;
+using ReadPart = std::function<Bytes(std::uint64_t offset, std::uint64_t bytes)>;
 
 }  // namespace filiform::internal

@@ -49,18 +49,30 @@ bool isHexadecimal(std::string_view text) {
   return std::all_of(text.begin(), text.end(), [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'); });
 }
 
+// "aside-PROCESS-NUMBER"
+bool isAside(std::string_view name) {
+  if (!name.starts_with(kAside)) return false;
+  name.remove_prefix(kAside.size());
+  const std::size_t dash = name.find('-');
+  return dash != 0 && dash + 1 < name.size() && dash != std::string_view::npos &&
+         name.find_first_not_of("0123456789", dash + 1) == std::string_view::npos &&
+         name.substr(0, dash).find_first_not_of("0123456789") == std::string_view::npos;
+}
+
 struct CachedPart {
   std::string path;
   fs::file_time_type used;
   std::uint64_t bytes;
 };
 
-// The parts of a cache. Removes what a crash left behind.
+// The parts of a cache. Removes what a crash left behind. Names that put() does not give stay.
 std::vector<CachedPart> listParts(const std::string& folder) {
   std::vector<CachedPart> parts;
   const auto old = fs::file_time_type::clock::now() - kLeftBehind;
   std::error_code error;
   for (fs::directory_iterator sub(folder, error), end; !error && sub != end; sub.increment(error)) {
+    const std::string sub_name = sub->path().filename().string();
+    if (sub_name.size() != 2 || !isHexadecimal(sub_name)) continue;
     std::error_code unread;
     for (fs::directory_iterator at(sub->path(), unread); !unread && at != end; at.increment(unread)) {
       const std::string name = at->path().filename().string();
@@ -68,7 +80,7 @@ std::vector<CachedPart> listParts(const std::string& folder) {
       const fs::file_time_type used = at->last_write_time(gone);
       const std::uint64_t bytes = gone ? 0 : at->file_size(gone);
       if (gone) continue;
-      if (name.starts_with(kAside)) {
+      if (isAside(name)) {
         if (used < old) fs::remove(at->path(), gone);
       } else if (name.size() == 14 && isHexadecimal(name)) {
         parts.push_back({at->path().string(), used, bytes});

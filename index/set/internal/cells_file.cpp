@@ -8,7 +8,6 @@ namespace filiform::internal {
 namespace {
 
 constexpr std::string_view kCellsMagic = "FILICELL";
-constexpr std::size_t kCellRecordBytes = 128;
 
 // Without a sum: the number may come from a damaged file.
 std::uint32_t pagesOf(std::uint32_t cells) { return cells / kCellsOfPage + (cells % kCellsOfPage != 0 ? 1 : 0); }
@@ -54,6 +53,26 @@ Bytes recordPage(const CellColumns& cells, std::uint32_t begin, std::uint32_t en
   return page.take();
 }
 
+// The next value of an ascending list of numbers below `limit`.
+std::uint32_t nextOf(ByteReader& in, std::uint64_t& value, bool first, std::uint64_t limit) {
+  const std::uint64_t step = in.varint();
+  in.require((first || step > 0) && step < limit && value + step < limit, "a list is out of order");
+  return static_cast<std::uint32_t>(value += step);
+}
+
+void writeTiles(const std::vector<TileId>& tiles, ByteWriter& out) {
+  out.varint(tiles.size());
+  TileId last = 0;
+  for (const TileId tile : tiles) out.varint(tile - last), last = tile;
+}
+
+std::vector<TileId> readTiles(ByteReader& in) {
+  std::vector<TileId> tiles;
+  std::uint64_t at = 0;
+  for (std::uint32_t left = in.varint32(); left > 0; --left) tiles.push_back(nextOf(in, at, tiles.empty(), kNoTile));
+  return tiles;
+}
+
 // Runs of consecutive ranks.
 void writeOddRadii(const std::vector<CellDetail::OddBits>& radii, ByteWriter& out) {
   const auto runEnd = [&radii](std::size_t begin) {
@@ -93,26 +112,17 @@ std::vector<CellDetail::OddBits> readOddRadii(ByteReader& in, std::uint64_t samp
 
 Bytes encodeDetail(const CellDetail& detail) {
   ByteWriter out;
-  out.varint(detail.tiles.size());
-  std::uint32_t tile = 0;
-  for (TileId t : detail.tiles) out.varint(t - tile), tile = t;
-  const std::vector<std::int64_t>& ids = detail.sample_ids;
-  const auto runEnd = [&ids](std::size_t begin) {  // ids that increase by one
-    std::size_t end = begin + 1;
-    while (end < ids.size() && ids[end - 1] != INT64_MAX && ids[end] == ids[end - 1] + 1) ++end;
-    return end;
-  };
-  std::size_t runs = 0;
-  for (std::size_t i = 0; i < ids.size(); i = runEnd(i)) ++runs;
-  out.varint(runs);
+  writeTiles(detail.tiles, out);
+  const std::vector<IdRuns::Run>& runs = detail.sample_ids.runs();
+  out.varint(runs.size());
   std::uint64_t id = 0;
-  for (std::size_t begin = 0, end = 0; begin < ids.size(); begin = end) {
-    end = runEnd(begin);
+  for (std::size_t i = 0; i < runs.size(); ++i) {
     // Modulo 2^64: any two ids have a difference.
-    const auto first = static_cast<std::uint64_t>(ids[begin]);
+    const auto first = static_cast<std::uint64_t>(runs[i].first);
+    const std::uint32_t count = detail.sample_ids.endOf(i) - runs[i].rank;
     out.varint(zigzag(static_cast<std::int64_t>(first - id)));
-    out.varint(end - begin - 1);
-    id = first + (end - begin);
+    out.varint(count - 1);
+    id = first + count;
   }
   out.varint(detail.roots.size());
   std::uint32_t rank = 0;
@@ -130,36 +140,35 @@ Bytes encodeDetail(const CellDetail& detail) {
   return out.take();
 }
 
+std::vector<TileId> decodeTiles(ByteSpan detail) {
+  ByteReader in(detail);
+  return readTiles(in);
+}
+
 CellDetail decodeDetail(ByteSpan bytes, std::uint64_t samples) {
   ByteReader in(bytes);
   CellDetail detail;
-  const auto ascending = [&](std::uint64_t& value, bool first, std::uint64_t limit) {
-    const std::uint64_t step = in.varint();
-    in.require((first || step > 0) && step < limit && value + step < limit, "a list is out of order");
-    return static_cast<std::uint32_t>(value += step);
-  };
-  std::uint64_t at = 0;
-  const std::uint32_t tiles = in.varint32();
-  for (std::uint32_t i = 0; i < tiles; ++i) detail.tiles.push_back(ascending(at, i == 0, kNoTile));
+  detail.tiles = readTiles(in);
   const std::uint32_t runs = in.varint32();
   std::uint64_t id = 0;
   for (std::uint32_t i = 0; i < runs; ++i) {
     id += static_cast<std::uint64_t>(unzigzag(in.varint()));
     const std::uint64_t count = std::uint64_t{in.varint32()} + 1;
     in.require(count <= samples - detail.sample_ids.size(), "more sample ids than samples");
-    for (std::uint64_t k = 0; k < count; ++k) detail.sample_ids.push_back(static_cast<std::int64_t>(id++));
+    detail.sample_ids.add(static_cast<std::int64_t>(id), static_cast<std::uint32_t>(count));
+    id += count;
   }
   in.require(detail.sample_ids.size() == samples, "sample ids are missing");
   const std::uint32_t roots = in.varint32();
-  at = 0;
+  std::uint64_t at = 0;
   for (std::uint32_t i = 0; i < roots; ++i) {
-    const std::uint32_t rank = ascending(at, i == 0, samples);
+    const std::uint32_t rank = nextOf(in, at, i == 0, samples);
     const float radius_um = in.f32();
     detail.roots.push_back({rank, radius_um, in.u16()});
   }
   const std::uint32_t blocks = in.varint32();
   at = 0;
-  for (std::uint32_t i = 0; i < blocks; ++i) detail.block_starts.push_back(ascending(at, i == 0, samples));
+  for (std::uint32_t i = 0; i < blocks; ++i) detail.block_starts.push_back(nextOf(in, at, i == 0, samples));
   detail.header = asString(in.take(in.varint32()));
   detail.odd_radii = readOddRadii(in, samples);
   in.require(in.left() == 0, "bytes beyond the end of the cell");
@@ -168,14 +177,10 @@ CellDetail decodeDetail(ByteSpan bytes, std::uint64_t samples) {
 
 Bytes withTiles(ByteSpan detail, const std::function<void(std::vector<TileId>& tiles)>& change) {
   ByteReader in(detail);
-  std::vector<TileId> tiles(in.varint32());
-  TileId last = 0;
-  for (TileId& tile : tiles) tile = last += in.varint32();
+  std::vector<TileId> tiles = readTiles(in);
   change(tiles);
   ByteWriter out;
-  out.varint(tiles.size());
-  last = 0;
-  for (const TileId tile : tiles) out.varint(tile - last), last = tile;
+  writeTiles(tiles, out);
   out.append(detail.subspan(in.offset()));
   return out.take();
 }

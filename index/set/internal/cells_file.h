@@ -14,7 +14,7 @@
 namespace filiform::internal {
 
 inline constexpr std::uint32_t kCellsOfPage = 256;
-inline constexpr std::size_t kCellsHeaderBytes = 16;
+inline constexpr std::size_t kCellsHeaderBytes = 16, kCellRecordBytes = 128;
 
 struct DetailPlace {
   std::uint64_t offset, bytes, checksum;  // offset in the file
@@ -52,6 +52,7 @@ NamePage decodeNamePage(const CellsRoot& root, std::uint32_t page, ByteSpan byte
 
 Bytes encodeDetail(const CellDetail& detail);
 CellDetail decodeDetail(ByteSpan bytes, std::uint64_t samples);
+std::vector<TileId> decodeTiles(ByteSpan detail);  // CellDetail::tiles; the bytes behind them are not looked at
 // The detail with other tiles. Throws Damage. O(bytes).
 Bytes withTiles(ByteSpan detail, const std::function<void(std::vector<TileId>& tiles)>& change);
 

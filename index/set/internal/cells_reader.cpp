@@ -32,7 +32,12 @@ CellPage CellsReader::readRecords(const CellsRoot& root, std::uint32_t page) con
   const Bytes bytes =
       revision_.readChecked(kCellsFile, at.offset, at.bytes, at.checksum, "page " + std::to_string(page) + " of cells");
   return decoded(revision_.describe(kCellsFile), at.offset, [&] {
-    return decodeCellPage(bytes, cellsOfPage(root.cells, page), revision_.file(kCellsFile).bytes);
+    CellPage found = decodeCellPage(bytes, cellsOfPage(root.cells, page), revision_.file(kCellsFile).bytes);
+    const SetCounts& all = revision_.manifest().counts;
+    for (const CellRecord& r : found.records)
+      if (r.samples > all.samples || r.segments > all.segments || r.isolated > all.isolated || r.roots > all.roots)
+        throw Damage{0, "a cell has more samples or segments than the set"};
+    return found;
   });
 }
 
@@ -72,17 +77,31 @@ Bytes CellsReader::encodedDetail(std::uint32_t id) const {
   return revision_.readChecked(kCellsFile, at.offset, at.bytes, at.checksum, "cell " + std::to_string(id));
 }
 
-CellDetail CellsReader::detail(std::uint32_t id, TileId tile_count) const {
+template <typename Decode>
+auto CellsReader::decodedDetail(std::uint32_t id, Decode decode) const {
   const CellPage& p = page(id);
-  const CellRecord& record = p.records[id % kCellsOfPage];
-  const DetailPlace& at = p.details[id % kCellsOfPage];
-  const std::string cell = "cell " + std::to_string(id);
   const Bytes bytes = encodedDetail(id);
-  const std::string file = revision_.describe(kCellsFile);
-  CellDetail detail = decoded(file, at.offset, [&] { return decodeDetail(bytes, record.samples); });
-  if (detail.roots.size() != record.roots || (!detail.tiles.empty() && detail.tiles.back() >= tile_count))
-    throw CorruptSet(file, at.offset, cell + " contradicts its record");
-  return detail;
+  return decoded(revision_.describe(kCellsFile), p.details[id % kCellsOfPage].offset, [&] {
+    auto found = decode(bytes, p.records[id % kCellsOfPage]);
+    if (!found) throw Damage{0, "cell " + std::to_string(id) + " contradicts its record"};
+    return *std::move(found);
+  });
+}
+
+CellDetail CellsReader::detail(std::uint32_t id, TileId tile_count) const {
+  return decodedDetail(id, [&](ByteSpan bytes, const CellRecord& record) -> std::optional<CellDetail> {
+    CellDetail detail = decodeDetail(bytes, record.samples);
+    if (detail.roots.size() != record.roots || (!detail.tiles.empty() && detail.tiles.back() >= tile_count)) return {};
+    return detail;
+  });
+}
+
+std::vector<TileId> CellsReader::tiles(std::uint32_t id, TileId tile_count) const {
+  return decodedDetail(id, [&](ByteSpan bytes, const CellRecord&) -> std::optional<std::vector<TileId>> {
+    std::vector<TileId> tiles = decodeTiles(bytes);
+    if (!tiles.empty() && tiles.back() >= tile_count) return {};
+    return tiles;
+  });
 }
 
 void CellsReader::check() const {

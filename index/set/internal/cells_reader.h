@@ -21,6 +21,7 @@ class CellsReader {
   const CellRecord& record(std::uint32_t id) const;
   std::optional<std::uint32_t> find(const std::string& name) const;  // the lowest id; reads up to two pages of names
   CellDetail detail(std::uint32_t id, TileId tile_count) const;      // also reads the detail
+  std::vector<TileId> tiles(std::uint32_t id, TileId tile_count) const;  // also reads the detail
   std::uint64_t digest(std::uint32_t id) const { return page(id).digests[id % kCellsOfPage]; }
   Bytes encodedDetail(std::uint32_t id) const;
   // Reads all pages, one after the other, and compares their sums with the manifest. Keeps nothing.
@@ -33,6 +34,8 @@ class CellsReader {
     Pages records;
     std::unique_ptr<ReadOnce<NamePage>[]> names;
   };
+  template <typename Decode>  // decode(bytes of the detail, record) gives an optional; none: contradicts the record
+  auto decodedDetail(std::uint32_t id, Decode decode) const;
   const Table& table() const;
   const CellPage& page(std::uint32_t id) const;
   CellPage readRecords(const CellsRoot& root, std::uint32_t page) const;

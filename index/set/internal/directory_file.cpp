@@ -90,8 +90,7 @@ std::uint64_t pageAt(const DirectoryRoot& root, std::uint32_t page) {
 // Reads a page and compares its checksum.
 Bytes readPage(std::uint64_t at, std::uint64_t size, std::uint64_t stated, const char* kind, std::uint32_t number,
                const ReadPart& read) {
-  Bytes bytes(size);
-  read(at, bytes);
+  Bytes bytes = read(at, size);
   if (checksum(bytes) != stated) throw Damage{at, kind + std::to_string(number) + "'s checksum is wrong"};
   return bytes;
 }

@@ -28,9 +28,9 @@ DirectoryReader::DirectoryReader(const Revision& revision) : revision_(revision)
 template <typename Decode>
 auto DirectoryReader::readDirectory(Decode decode) const {
   std::uint64_t at = 0, size = 0;  // of the last read
-  const ReadPart read = [&](std::uint64_t offset, std::span<std::uint8_t> bytes) {
-    at = offset, size = bytes.size();
-    revision_.read(kDirectoryFile, offset, bytes);
+  const ReadPart read = [&](std::uint64_t offset, std::uint64_t bytes) {
+    at = offset, size = bytes;
+    return revision_.read(kDirectoryFile, offset, bytes);
   };
   for (bool again = false;; again = true) {
     try {

@@ -3,6 +3,7 @@
 #include "index/file/internal/digest.h"
 #include "index/file/internal/set_files.h"
 #include "index/file/tile_source.h"
+#include "index/set/internal/cells_file.h"
 #include "index/text.h"
 #include "index/whole_number.h"
 
@@ -56,6 +57,21 @@ std::uint64_t fromHex16(const std::string& text) {
   if (text.size() != 16 || text.find_first_not_of("0123456789abcdef") != std::string::npos)
     throw Damage{0, "a digest is malformed"};
   return std::stoull(text, nullptr, 16);
+}
+
+// Refuses counts that the files cannot hold, so that memory that follows from counts is bounded by bytes.
+void checkCounts(const Manifest& manifest) {
+  std::uint64_t packs = 0, cells = 0;
+  for (const SetFile& file : manifest.files) {
+    if (file.bytes > INT64_MAX / (manifest.files.size() * kMostSamplesAByte)) throw Damage{0, "a file is too large"};
+    if (isPackFile(file.name)) packs += file.bytes;
+    if (file.name == kCellsFile) cells = file.bytes;
+  }
+  const SetCounts& c = manifest.counts;
+  const std::uint64_t segments = kMostSegmentsAByte * packs, samples = kMostSamplesAByte * packs;
+  if (c.segments > segments || c.isolated > segments || c.stored_segments > segments || c.samples > samples ||
+      c.roots > samples || (c.cells + c.removed) * kCellRecordBytes > cells)
+    throw Damage{0, "counts more than its files can hold"};
 }
 
 }  // namespace
@@ -178,6 +194,7 @@ Manifest decodeManifest(const std::string& text) {
       const std::string& name = last.name;
       if (!isTileFileName(name) || name.find('/') != std::string::npos) throw Damage{0, "a file has an invalid name"};
     }
+    checkCounts(manifest);
     return manifest;
   } catch (const nlohmann::json::exception& error) {
     throw Damage{0, std::string("not a manifest: ") + error.what()};

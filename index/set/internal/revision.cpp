@@ -6,6 +6,15 @@
 #include <utility>
 
 namespace filiform::internal {
+namespace {
+
+constexpr std::uint64_t kFirstPiece = std::uint64_t{4}
+                                      << 20;  // of a large read; each further piece doubles what is there
+// Of files by which programs size arrays (one entry a tile or a cell): the server is asked for the last byte of a
+// larger one, since an address does not compare sizes.
+constexpr std::uint64_t kMostUnasked = std::uint64_t{16} << 20;
+
+}  // namespace
 
 Revision::Revision(std::unique_ptr<TileSource> source) : source_(std::move(source)) {
   const std::string current = source_->describe(kCurrentFile);
@@ -23,7 +32,10 @@ Revision::Revision(std::unique_ptr<TileSource> source) : source_(std::move(sourc
     throw CorruptSet(current, 0, "does not name a revision");
   const std::string file_name = describe(kManifestFile);
   const auto readText = [&] {
-    const Bytes bytes = read(kManifestFile, 0, sizeOnDisk(kManifestFile));
+    const std::uint64_t bytes_there = sizeOnDisk(kManifestFile);
+    if (bytes_there > kMostManifestBytes)
+      throw CorruptSet(file_name, kMostManifestBytes, "is too large for a manifest");
+    const Bytes bytes = read(kManifestFile, 0, bytes_there);
     text_.assign(bytes.begin(), bytes.end());
     return revisionName(text_) == name_;
   };
@@ -42,6 +54,9 @@ Revision::Revision(std::unique_ptr<TileSource> source) : source_(std::move(sourc
     files_[f.name] = &f;
     source_->expect(key(f.name), f.bytes);
   }
+  for (const char* const name : {kDirectoryFile, kCellsFile})
+    if (const SetFile* const f = find(name); f != nullptr && isRemote() && f->bytes > kMostUnasked)
+      read(name, f->bytes - 1, 1);
 }
 
 std::string Revision::key(const std::string& file) const {
@@ -67,8 +82,12 @@ void Revision::read(const std::string& file, std::uint64_t offset, std::span<std
 }
 
 Bytes Revision::read(const std::string& file, std::uint64_t offset, std::uint64_t bytes) const {
-  Bytes result(bytes);
-  read(file, offset, result);
+  Bytes result;
+  while (result.size() < bytes) {
+    const std::uint64_t done = result.size(), left = bytes - done, piece = std::max<std::uint64_t>(kFirstPiece, done);
+    result.resize(done + (left < 2 * piece ? left : piece));
+    read(file, offset + done, std::span(result).subspan(done));
+  }
   return result;
 }
 

@@ -3,14 +3,17 @@
 #include "index/errors.h"
 #include "index/file/internal/output_file.h"
 #include "index/file/internal/set_files.h"
+#include "index/output.h"
 #include "index/set/internal/manifest.h"
 #include "index/set/tile_set.h"
+#include "index/text.h"
 
 #include <algorithm>
 #include <cerrno>
 #include <fcntl.h>
 #include <filesystem>
 #include <new>
+#include <string_view>
 #include <sys/file.h>
 #include <unistd.h>
 #include <vector>
@@ -20,7 +23,37 @@ namespace {
 
 namespace fs = std::filesystem;
 
-bool isTemporaryName(const std::string& name) { return name.find(".tmp-") != std::string::npos; }
+constexpr std::string_view kTemporary = ".tmp-";
+
+std::string temporaryName(const std::string& name) {
+  return name + std::string(kTemporary) + std::to_string(::getpid());
+}
+
+// True for the names that this class and asideOf() give: only these are removed from a set's folder.
+bool isTemporaryName(const std::string& name) {
+  const std::size_t at = name.find(kTemporary);
+  if (at == std::string::npos) return false;
+  const std::string stem = name.substr(0, at), process = name.substr(at + kTemporary.size());
+  return (stem == "new" || stem == "add" || stem == kCurrentFile || isRevisionName(stem)) && !process.empty() &&
+         process.find_first_not_of("0123456789") == std::string::npos;
+}
+
+// True if the folder's CURRENT names a revision; other programs also have files of this name.
+bool isSet(const fs::path& folder) {
+  const Descriptor file(::open((folder / kCurrentFile).c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC));
+  std::string name(19, '\0');
+  return file.isOpen() && file.read(name.data(), name.size()) == name.size() && name.back() == '\n' &&
+         isRevisionName(name.substr(0, 18));
+}
+
+void refuseInsideSet(const std::string& path) {
+  std::error_code error;
+  const fs::path whole = fs::weakly_canonical(fs::absolute(path, error), error);
+  for (fs::path folder = whole.parent_path(); folder.has_relative_path(); folder = folder.parent_path())
+    if (isSet(folder) && whole != fs::path(asideOf(folder.string())))
+      throw InputError(escaped(path) + ": lies inside the tile set " + escaped(folder.string()) +
+                       "; choose a place outside");
+}
 
 bool holdsValidSet(const std::string& path) {
   try {
@@ -34,12 +67,16 @@ bool holdsValidSet(const std::string& path) {
 
 }  // namespace
 
+std::string asideOf(const std::string& set) { return set + "/" + temporaryName("add"); }
+
 SetFolder::SetFolder(const std::string& path, Purpose purpose) : path_(path) {
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
   bool created = false;
   if (!fs::exists(status)) {
     if (purpose == Purpose::grow) throw IoError(path, "is missing; make a set with filiform ingest");
+    refuseInputName(path);
+    refuseInsideSet(path);
     created = fs::create_directory(path, error);
     if (error) throw IoError(path, "cannot be created", error.value());
   } else if (!fs::is_directory(status)) {
@@ -50,7 +87,7 @@ SetFolder::SetFolder(const std::string& path, Purpose purpose) : path_(path) {
     created_ = created;
     if (!created_) inspect(purpose);
     // The revision's name is known only after everything is written.
-    building_ = path + "/new.tmp-" + std::to_string(::getpid());
+    building_ = path + "/" + temporaryName("new");
     fs::remove_all(building_);
     fs::create_directory(building_);
   } catch (const fs::filesystem_error& e) {
@@ -71,11 +108,11 @@ bool SetFolder::publish(const std::string& revision, const std::vector<std::stri
       removeOthers(revision, in_use);
       return false;
     }
-    const std::string own = ".tmp-" + std::to_string(::getpid());
     if (fs::exists(target)) {  // damaged, or left by a crash before CURRENT was written
-      fs::remove_all(target + own);
-      fs::rename(target, target + own);
-      aside_ = target + own;
+      const std::string aside = path_ + "/" + temporaryName(revision);
+      fs::remove_all(aside);
+      fs::rename(target, aside);
+      aside_ = aside;
     }
     target_ = target;
     fs::rename(building_, target);
@@ -104,7 +141,7 @@ void SetFolder::publishPresent(const std::string& revision, const std::vector<st
 }
 
 void SetFolder::writeCurrent(const std::string& revision) {
-  const std::string next = path_ + "/" + kCurrentFile + ".tmp-" + std::to_string(::getpid());
+  const std::string next = path_ + "/" + temporaryName(kCurrentFile);
   fs::remove(next);
   next_ = next;
   OutputFile file(next);
@@ -173,10 +210,9 @@ void SetFolder::undo() noexcept {
       fs::remove_all(target_, ignored);
       fs::rename(aside_, target_, ignored);
     }
-    if (created_) fs::remove_all(path_, ignored);
     folder_ = {};
     removeMade();                              // listing needs one more file descriptor
-    if (created_) fs::remove(path_, ignored);  // fails if another process already uses it
+    if (created_) fs::remove(path_, ignored);  // fails if it holds files of others, or another process already uses it
   } catch (const std::bad_alloc&) {
     // Without memory nothing can be removed; the next ingest removes it.
   }

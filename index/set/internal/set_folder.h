@@ -9,6 +9,9 @@
 
 namespace filiform::internal {
 
+// The name of a set that is made inside the folder `set` and removed before it is unlocked: of this process.
+std::string asideOf(const std::string& set);
+
 // Thread rule: thread-compatible; only one process at a time has the lock.
 class SetFolder {
  public:
@@ -18,7 +21,8 @@ class SetFolder {
     grow,     // a set must be there
   };
   // Creates or locks the folder, and creates a folder in it for the new revision. Throws InputError if the folder is
-  // not a tile set, is one although `purpose` forbids it, or another process writes it. Throws IoError.
+  // not a tile set, is one although `purpose` forbids it, lies inside another set (except asideOf()), has the name of
+  // an input, or another process writes it. Throws IoError.
   SetFolder(const std::string& path, Purpose purpose);
   SetFolder(const SetFolder&) = delete;
   SetFolder& operator=(const SetFolder&) = delete;

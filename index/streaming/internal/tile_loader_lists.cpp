@@ -48,7 +48,7 @@ bool TileLoader::fetchCells(double due, std::unique_lock<std::mutex>& lock) {
     leaves_();
     lock.unlock();
     try {
-      if (cell < store_.cell_count()) tiles = store_.loadCellDetail(cell).tiles;
+      if (cell < store_.cell_count()) tiles = store_.cellTiles(cell);
     } catch (const std::exception& error) {
       reason = error.what();
     }

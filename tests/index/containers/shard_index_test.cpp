@@ -116,6 +116,37 @@ std::vector<std::string> decimalsOf(const std::vector<std::uint64_t>& ids) {
   return names;
 }
 
+TEST(ShardIndex, MemoryFollowsTheBytesThatCome) {
+  struct NoMore {};
+  std::size_t most = 0;
+  std::vector<ShardObject> objects;
+  const auto read = [&](std::uint64_t offset, std::span<char> bytes) {
+    const std::string pair = u64(0) + u64(internal::kMostIndexBytes);
+    if (offset == 0) std::copy(pair.begin(), pair.end(), bytes.begin());
+    most = std::max(most, bytes.size());
+    if (offset > 0) throw NoMore();
+  };
+  EXPECT_THROW(
+      internal::listShard(shardingWith(0, 0, 0, false, false), std::nullopt, std::uint64_t{1} << 40, read, objects),
+      NoMore);
+  EXPECT_LE(most, std::size_t{1} << 20);
+}
+
+TEST(ShardIndex, AFileHasAtLeastAByteForEachObject) {
+  std::string table;
+  for (int i = 0; i < 100'000; ++i) table += u64(1);
+  table.resize(3 * table.size(), '\0');
+  const std::string packed = test::gzipped(table), file = u64(0) + u64(packed.size()) + packed;
+  std::vector<ShardObject> objects;
+  const auto read = [&](std::uint64_t offset, std::span<char> bytes) {
+    std::copy_n(file.begin() + static_cast<std::ptrdiff_t>(offset), bytes.size(), bytes.begin());
+  };
+  EXPECT_NE(internal::listShard(shardingWith(0, 0, 0, false, true), std::nullopt, file.size(), read, objects)
+                .find("more objects than the file has bytes"),
+            std::string::npos);
+  EXPECT_TRUE(objects.empty());
+}
+
 // Values by libmurmurhash 2 (lmmh_x86_128 of the eight bytes of the id).
 TEST(ShardScheme, HashesAsTheFormatSays) {
   ShardScheme s = shardingWith(0, 32, 32, true, false);

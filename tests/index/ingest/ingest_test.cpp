@@ -279,6 +279,61 @@ TEST(Ingest, OtherFoldersAreLeftAlone) {
   EXPECT_THROW(ingestCells({test::randomNeuron(1)}, folder / "no/such/folder"), IoError);
 }
 
+TEST(Ingest, OnlyNamesThatItGivesAreRemoved) {
+  const TempFolder folder;
+  ingestCells({test::randomNeuron(1)}, folder / "a.fil");
+  for (const char* const name :
+       {"holiday.tmp-2024", "new.tmp-", "new.tmp-1x", "newer.tmp-1", "r-0123456789abcde.tmp-1", "CURRENT.tmp-1.jpg"}) {
+    SCOPED_TRACE(name);
+    const std::string photo = folder / (std::string("a.fil/") + name + "/photo.txt");
+    fs::create_directories(fs::path(photo).parent_path());
+    test::writeBytes(photo, "precious");
+    EXPECT_THROW(ingestCells({test::randomNeuron(2)}, folder / "a.fil", {.force = true}), InputError);
+    EXPECT_EQ(test::readBytes(photo), "precious");
+    fs::remove_all(fs::path(photo).parent_path());
+  }
+  for (const char* const name : {"new.tmp-1", "add.tmp-22", "r-0123456789abcdef.tmp-3", "r-0123456789abcdef"})
+    fs::create_directories(folder / (std::string("a.fil/") + name));
+  test::writeBytes(folder / "a.fil/CURRENT.tmp-4", "half");
+  ingestCells({test::randomNeuron(2)}, folder / "a.fil", {.force = true});
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder / "a.fil"), fs::directory_iterator()), 2)
+      << "CURRENT, revision";
+}
+
+// Files that someone put into the folder while a set was made there, which then failed.
+TEST(Ingest, AFailureLeavesTheFilesOfOthersInAFolderThatItMade) {
+  const TempFolder folder;
+  IngestOptions options;
+  options.progress = [&](const char*, std::uint64_t, std::uint64_t) {
+    test::writeBytes(folder / "a.fil/thesis.txt", "precious");
+    throw Interrupted("interrupted");
+  };
+  EXPECT_THROW(ingestCells({test::randomNeuron(1)}, folder / "a.fil", options), Interrupted);
+  EXPECT_EQ(test::readBytes(folder / "a.fil/thesis.txt"), "precious");
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder / "a.fil"), fs::directory_iterator()), 1);
+}
+
+TEST(Ingest, RefusesAPlaceInsideASetAndTheNameOfAnInput) {
+  const TempFolder folder;
+  ingestCells({test::randomNeuron(1)}, folder / "a.fil");
+  const std::string revision = test::readBytes(folder / "a.fil/CURRENT").substr(0, 18);
+  fs::create_directory_symlink(folder / "a.fil", folder / "link");
+  for (const std::string& inner : {folder / "a.fil/inner.fil", folder / "a.fil/" + revision + "/inner.fil/",
+                                   folder / "link/inner.fil", folder / "a.fil/x/../inner.fil"}) {
+    EXPECT_THROW(ingestCells({test::randomNeuron(1)}, inner), InputError) << inner;
+    EXPECT_FALSE(fs::exists(inner)) << inner;
+  }
+  for (const char* const name :
+       {"cell.swc", "CELL.SWC", "cells.zip", "a.tar.gz", "b.asc/", "c.h5", "d.edges", "e.json"}) {
+    EXPECT_THROW(ingestCells({test::randomNeuron(1)}, folder / name), InputError) << name;
+    EXPECT_FALSE(fs::exists(folder / name)) << name;
+  }
+  // Another program's CURRENT makes no set.
+  fs::create_directory(folder / "database");
+  test::writeBytes(folder / "database/CURRENT", "MANIFEST-000001\n");
+  ingestCells({test::randomNeuron(1)}, folder / "database/b.fil");
+}
+
 TEST(Ingest, OneAtATime) {
   const TempFolder folder;
   fs::create_directory(folder / "a.fil");

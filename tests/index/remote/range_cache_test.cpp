@@ -112,13 +112,22 @@ TEST(RangeCache, LeavesOtherFilesAlone) {
   const test::TempFolder folder;
   RangeCache cache(folder.path(), 4 << 10);
   fs::create_directories(folder / "parts-1/ab");
-  for (const char* name : {"mine.txt", "parts-1/mine.txt", "parts-1/ab/mine.txt", "parts-1/ab/aside-new"})
+  fs::create_directories(folder / "parts-1/holiday");
+  const auto mine = {"mine.txt",
+                     "parts-1/mine.txt",
+                     "parts-1/ab/mine.txt",
+                     "parts-1/ab/aside-new",
+                     "parts-1/ab/aside-1-2.jpg",
+                     "parts-1/holiday/aside-1-2",
+                     "parts-1/holiday/20240101123456"};
+  for (const char* name : mine) {
     test::writeBytes(folder / name, std::string(8000, 'x'));
+    fs::last_write_time(folder / name, fs::file_time_type::clock::now() - std::chrono::hours(2));
+  }
   test::writeBytes(folder / "parts-1/ab/aside-1-2", "left behind");
   fs::last_write_time(folder / "parts-1/ab/aside-1-2", fs::file_time_type::clock::now() - std::chrono::hours(2));
   cache.trim();
-  for (const char* name : {"mine.txt", "parts-1/mine.txt", "parts-1/ab/mine.txt", "parts-1/ab/aside-new"})
-    EXPECT_TRUE(fs::exists(folder / name)) << name;
+  for (const char* name : mine) EXPECT_TRUE(fs::exists(folder / name)) << name;
   EXPECT_FALSE(fs::exists(folder / "parts-1/ab/aside-1-2"));
 }
 

@@ -78,7 +78,7 @@ TEST_F(ResidencyTest, AFailedTileIsMissingWhileItIsClaimed) {
 class LostLists final : public test::CountingStore {
  public:
   using CountingStore::CountingStore;
-  CellDetail loadCellDetail(std::uint32_t cell) const override {
+  std::vector<TileId> cellTiles(std::uint32_t cell) const override {
     throw IoError("cells.bin", "cannot read cell " + std::to_string(cell));
   }
 };

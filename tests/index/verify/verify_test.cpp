@@ -3,15 +3,11 @@
 #include "index/errors.h"
 #include "index/ingest/ingest.h"
 #include "index/ingest/memory_tiles.h"
-#include "index/ingest/tiling/internal/tile_writer.h"
-#include "index/set/internal/cells_file.h"
-#include "index/tile/tile_codec.h"
+#include "tests/support/scenes/faulty_set.h"
 #include "tests/support/scenes/random_cells.h"
 #include "tests/support/temp_folder.h"
 
 #include <algorithm>
-#include <filesystem>
-#include <functional>
 #include <stdexcept>
 
 #include <gtest/gtest.h>
@@ -19,56 +15,7 @@
 namespace filiform {
 namespace {
 
-namespace fs = std::filesystem;
-
-// Errors of a faulty writer, made before writing, so that all checksums match.
-struct Faults {
-  std::function<void(TileId, std::vector<StoredSegment>&)> segments;
-  std::function<void(TileId, TileEntry&)> entry;
-  std::function<void(std::uint32_t, CellDetail&)> detail;
-  std::function<void(std::vector<CellRecord>&)> records;
-  std::function<void(Landmarks&)> landmarks;
-};
-
-// Writes the store's tiles as a set, with faults.
-void writeSet(const TileStore& store, const std::string& path, const Faults& faults) {
-  fs::create_directories(path + "/r");
-  TileWriter writer(path + "/r", store.grid(), store.capacity());
-  for (TileId t = 0; t < store.tile_count(); ++t) {
-    const auto tile = store.load(t);
-    std::vector<StoredSegment> segments;
-    for (std::uint32_t s = 0; s < tile->segment_count(); ++s)
-      segments.push_back({tile->segmentId(s), tile->nodeId(tile->child(s)).sample, tile->nodeId(tile->parent(s)).sample,
-                          tile->gridPoint(tile->child(s)), tile->gridPoint(tile->parent(s)), tile->owned(s)});
-    if (faults.segments) faults.segments(t, segments);
-    const Tile faulty(t, tile->key(), tile->isLong(), store.grid(), segments);
-    TileAppearance appearance = store.loadAppearance(t);
-    appearance.radii_um.resize(faulty.owned_count());
-    appearance.types.resize(faulty.owned_count());
-    TileEntry entry = store.entry(t);
-    entry.owned = faulty.owned_count();
-    entry.stored = faulty.segment_count();
-    entry.decoded_bytes = faulty.bytes();
-    if (faults.entry) faults.entry(t, entry);
-    writer.add(entry, encodeTile(faulty), encodeAppearance(appearance), t == store.long_tile());
-  }
-  std::vector<CellRecord> records;
-  for (std::uint32_t c = 0; c < store.cell_count(); ++c) records.push_back(store.cell(c));
-  if (faults.records) faults.records(records);
-  writer.writeCells(records, std::vector<std::uint64_t>(records.size(), 0), [&](const TileWriter::UseDetail& use) {
-    for (std::uint32_t c = 0; c < records.size(); ++c) {
-      CellDetail detail = store.loadCellDetail(c);
-      if (faults.detail) faults.detail(c, detail);
-      use(internal::encodeDetail(detail));
-    }
-  });
-  Landmarks landmarks = store.landmarks();
-  if (faults.landmarks) faults.landmarks(landmarks);
-  writer.writeLandmarks(landmarks);
-  const std::string revision = writer.finish({});
-  fs::rename(path + "/r", path + "/" + revision);
-  test::writeBytes(path + "/CURRENT", revision + "\n");
-}
+using test::Faults;
 
 std::string firstProblem(const VerifyReport& report) { return report.problems.empty() ? "" : report.problems.front(); }
 
@@ -95,7 +42,7 @@ class FaultySet : public ::testing::Test {
   // The bytes are valid, the content is not: only the deep check can tell.
   void expectFound(const Faults& faults, const std::string& what) {
     const test::TempFolder folder;
-    writeSet(*store_, folder / "a.fil", faults);
+    test::writeFaultySet(*store_, folder / "a.fil", faults);
     const VerifyReport shallow = verify(folder / "a.fil");
     EXPECT_TRUE(shallow.sound()) << firstProblem(shallow);
     const VerifyReport deep = verify(folder / "a.fil", {.deep = true});
@@ -113,7 +60,7 @@ class FaultySet : public ::testing::Test {
 
 TEST_F(FaultySet, WithoutFaultsIsSound) {
   const test::TempFolder folder;
-  writeSet(*store_, folder / "a.fil", {});
+  test::writeFaultySet(*store_, folder / "a.fil", {});
   const VerifyReport report = verify(folder / "a.fil", {.deep = true});
   EXPECT_TRUE(report.sound()) << firstProblem(report);
 }

@@ -85,7 +85,7 @@ StoredSegment GridCells::segment(std::uint32_t sample, std::uint32_t cell, bool 
 CellDetail GridCells::detail(std::uint32_t cell) const {
   CellDetail detail;
   const std::uint32_t from = begin_[cell], to = begin_[cell + 1];
-  detail.sample_ids.assign(sample_ids_.begin() + from, sample_ids_.begin() + to);
+  detail.sample_ids = IdRuns(std::span(sample_ids_).subspan(from, to - from));
   for (std::uint32_t s = from; s < to; ++s)
     if (parents_[s] == kNoParent) detail.roots.push_back({s - from, radii_um_[s], types_[s]});
   detail.block_starts = block_starts_[cell];

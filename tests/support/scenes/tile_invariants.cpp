@@ -52,7 +52,7 @@ void expectCellTable(const TileStore& store, const std::vector<Cell>& cells) {
     EXPECT_EQ(record.bounds.lo, bounds.lo);
     EXPECT_EQ(record.bounds.hi, bounds.hi);
     const CellDetail detail = store.loadCellDetail(c);
-    EXPECT_EQ(detail.sample_ids, cell.sample_ids);
+    EXPECT_EQ(detail.sample_ids.all(), cell.sample_ids);
     EXPECT_EQ(detail.block_starts, cell.block_starts);
     ASSERT_EQ(detail.roots.size(), root_ranks.size());
     for (std::size_t i = 0; i < root_ranks.size(); ++i) {

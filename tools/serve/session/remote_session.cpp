@@ -133,7 +133,7 @@ Subscription RemoteSession::subscription() const {
 }
 
 std::size_t RemoteSession::follow(std::optional<std::uint32_t> cell) {
-  const std::vector<TileId> tiles = cell ? scene_->served().store().loadCellDetail(*cell).tiles : std::vector<TileId>{};
+  const std::vector<TileId> tiles = cell ? scene_->served().store().cellTiles(*cell) : std::vector<TileId>{};
   const std::lock_guard lock(mutex_);
   if (hold_) scene_->residency().release(*hold_);
   hold_.reset();

@@ -39,4 +39,9 @@ CellDetail TimedStore::loadCellDetail(std::uint32_t id) const {
   return store_.loadCellDetail(id);
 }
 
+std::vector<TileId> TimedStore::cellTiles(std::uint32_t id) const {
+  check();
+  return store_.cellTiles(id);
+}
+
 }  // namespace filiform::tools

@@ -29,6 +29,7 @@ class TimedStore final : public ForwardingStore {
   std::shared_ptr<const Tile> load(TileId tile) const override;
   TileAppearance loadAppearance(TileId tile) const override;
   CellDetail loadCellDetail(std::uint32_t id) const override;
+  std::vector<TileId> cellTiles(std::uint32_t id) const override;
 };
 
 }  // namespace filiform::tools

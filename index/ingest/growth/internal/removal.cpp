@@ -2,6 +2,7 @@
 
 #include "index/geometry/internal/grown_leaves.h"
 #include "index/geometry/partition.h"
+#include "index/query/internal/box_levels.h"
 #include "index/tile/internal/merged_tile.h"
 
 #include <algorithm>
@@ -24,7 +25,7 @@ class Holders {
     std::set<TileId> owners;
     for (std::uint32_t cell = 0; cell < removed_.size(); ++cell) {
       if (!removed_[cell]) continue;
-      const std::vector<TileId> tiles = set_.loadCellDetail(cell).tiles;
+      const std::vector<TileId> tiles = set_.cellTiles(cell);
       owners.insert(tiles.begin(), tiles.end());
     }
     for (const TileId t : owners) addFrom(t);
@@ -70,6 +71,42 @@ class Holders {
   std::vector<BlockKey> keys_;
   Partition partition_{std::vector<BlockKey>{BlockKey{}}};
   std::set<TileId> holders_;
+};
+
+// The squared distance of a point to the nearest of some points, which levels and positions hold in one order.
+class NearestPoint {
+ public:
+  // Consecutive points should lie close together. Requires at least one.
+  explicit NearestPoint(std::vector<Vector3d> points_W) : points_W_(std::move(points_W)), levels_(boxesOf(points_W_)) {}
+  double squared(const Vector3d& p_W) const {
+    double nearest2 = HUGE_VAL;
+    visit(levels_.root(), levels_.probe(p_W), p_W, nearest2);
+    return nearest2;
+  }
+
+ private:
+  static std::vector<WorldBox> boxesOf(const std::vector<Vector3d>& points_W) {
+    std::vector<WorldBox> boxes;
+    for (const Vector3d& p_W : points_W) boxes.push_back({p_W, p_W});
+    return boxes;
+  }
+  void visit(BoxLevels::Place node, const BoxLevels::Probe& probe, const Vector3d& p_W, double& nearest2) const {
+    BoxLevels::Bounds below;
+    levels_.squaredBelow(probe, node, below);
+    std::sort(below.begin(), below.end());
+    for (const BoxLevels::Bound& bound : below) {
+      if (bound.child() >= levels_.children(node)) continue;
+      if (bound.squared() >= nearest2) return;
+      const BoxLevels::Place place = BoxLevels::child(node, bound.child());
+      if (place.level < 0)
+        nearest2 = std::min(nearest2, (points_W_[place.at] - p_W).squaredNorm());
+      else
+        visit(place, probe, p_W, nearest2);
+    }
+  }
+
+  std::vector<Vector3d> points_W_;
+  BoxLevels levels_;
 };
 
 }  // namespace
@@ -130,12 +167,11 @@ Landmarks withoutCells(const TileSet& base, const std::vector<bool>& removed, co
     }
   }
   if (left.points.empty()) return left;
+  std::vector<Vector3d> left_W;
+  for (const GridPoint& p : left.points) left_W.push_back(grid.toWorld(p));
+  const NearestPoint nearest(std::move(left_W));
   double farthest2 = 0;
-  for (const Vector3d& p_W : gone_W) {
-    double nearest2 = HUGE_VAL;
-    for (const GridPoint& q : left.points) nearest2 = std::min(nearest2, (grid.toWorld(q) - p_W).squaredNorm());
-    farthest2 = std::max(farthest2, nearest2);
-  }
+  for (const Vector3d& p_W : gone_W) farthest2 = std::max(farthest2, nearest.squared(p_W));
   left.covering_radius_um = all.covering_radius_um + std::sqrt(farthest2);
   return left;
 }

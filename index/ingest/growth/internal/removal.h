@@ -17,7 +17,7 @@ void removeFromTiles(const TileSet& base, const std::vector<bool>& removed, Grow
                      const std::function<void(std::uint64_t done, std::uint64_t total)>& step);
 
 // The landmarks that lie on other cells. The radius grows by the distance from a removed landmark to the nearest that
-// remains. If none remains, any sample of the other cells becomes one. O(landmarks * removed landmarks).
+// remains. If none remains, any sample of the other cells becomes one. O(landmarks log landmarks) expected.
 Landmarks withoutCells(const TileSet& base, const std::vector<bool>& removed, const GridBox& bounds);
 
 // Both, with the cells of `added` numbered after the first `cells`. Of several landmarks at one position, the one with

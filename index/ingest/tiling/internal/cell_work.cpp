@@ -49,7 +49,7 @@ TakenCell CellWork::take(Cell& cell, std::uint32_t id) {
     is_child_ = {};
   }
 
-  detail.sample_ids.swap(cell.sample_ids);
+  detail.sample_ids = IdRuns(cell.sample_ids);
   detail.block_starts.swap(cell.block_starts);
   detail.header.swap(cell.header);
   for (const OddRadius& odd : cell.odd_radii)
@@ -57,7 +57,7 @@ TakenCell CellWork::take(Cell& cell, std::uint32_t id) {
         {odd.rank, std::bit_cast<std::int64_t>(odd.radius_um) -
                        std::bit_cast<std::int64_t>(static_cast<double>(cell.radii_um[odd.rank]))});
   taken.detail = encodeDetail(detail);
-  if (!large) cell.sample_ids.swap(detail.sample_ids);  // its memory serves the next cell
+  if (large) cell.sample_ids = {};
   taken.digest = cell.digest;
   taken.attributes = std::move(cell.attributes);
   return taken;

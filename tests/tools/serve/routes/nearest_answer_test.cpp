@@ -32,7 +32,7 @@ class NearestAnswer : public ::testing::Test {
     EXPECT_EQ(Vector3d(row.x, row.y, row.z), r.p_W);
     EXPECT_EQ(row.cell, r.segment.cell);
     EXPECT_EQ(row.segment, r.segment.segment);
-    EXPECT_EQ(row.sample, column().set().loadCellDetail(r.segment.cell).sample_ids.at(r.segment.segment));
+    EXPECT_EQ(row.sample, column().set().loadCellDetail(r.segment.cell).sample_ids[r.segment.segment]);
     EXPECT_EQ(row.exact, r.exact);
   }
   test::ServedSets sets_;
@@ -140,7 +140,7 @@ TEST_F(NearestAnswer, SampleIdsAreKeptWithinTheirBudget) {
   SampleIds ids(column().set(), 3000);
   for (int round = 0; round < 2; ++round)
     for (std::uint32_t cell = 0; cell < column().set().cell_count(); ++cell) {
-      const std::vector<std::int64_t> expected = childSampleIds(column().set(), cell);
+      const IdRuns expected = childSampleIds(column().set(), cell);
       const auto kept = ids.cell(cell);
       for (std::uint32_t s = 0; s < expected.size(); ++s) ASSERT_EQ(kept->of(s), expected[s]);
       EXPECT_LE(ids.bytes(), 3000u);

@@ -342,10 +342,10 @@ void Travel::describeAlong(const RayQuery& ray, std::function<void(std::string)>
       if (const auto picked = finder().along(ray)) {
         const SegmentId segment = picked->place.segment;
         text = escaped(store().cell(segment.cell).name);
-        const CellDetail detail = store().loadCellDetail(segment.cell);
-        if (segment.segment < detail.sample_ids.size()) {
+        const IdRuns ids = store().loadCellDetail(segment.cell).sample_ids;
+        if (segment.segment < ids.size()) {
           text += ":";
-          text += std::to_string(detail.sample_ids[segment.segment]);
+          text += std::to_string(ids[segment.segment]);
         }
         const Vector3d& p = picked->place.p_W;
         text += format("\n%.2f %.2f %.2f um", p.x(), p.y(), p.z());
