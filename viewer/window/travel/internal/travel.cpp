@@ -341,7 +341,7 @@ void Travel::describeAlong(const RayQuery& ray, std::function<void(std::string)>
     try {
       if (const auto picked = finder().along(ray)) {
         const SegmentId segment = picked->place.segment;
-        text = escaped(store().cell(segment.cell).name);
+        text = inShort(store().cell(segment.cell).name);
         const CellDetail detail = store().loadCellDetail(segment.cell);
         if (segment.segment < detail.sample_ids.size()) {
           text += ":";
