@@ -73,8 +73,8 @@ bool isSameFile(int descriptor, const struct stat& what) {
 
 void writeAll(const Descriptor& file, std::string_view bytes, const std::string& path) {
   if (file.write(bytes.data(), bytes.size())) return;
-  if (errno == EPIPE) throw ClosedPipe(escaped(path) + ": the pipe's reader has closed it");
-  throw IoError(escaped(path), "cannot write", errno);
+  if (errno == EPIPE) throw ClosedPipe(inShort(path) + ": the pipe's reader has closed it");
+  throw IoError(inShort(path), "cannot write", errno);
 }
 
 class DescriptorBuffer : public std::streambuf {
@@ -142,7 +142,7 @@ OutputPlace outputPlace(const std::string& path) {
   for (int links = 0;; ++links) {
     struct stat what {};
     if (::lstat(place.target.c_str(), &what) != 0) {
-      if (errno != ENOENT) throw IoError(escaped(path), "cannot write", errno);
+      if (errno != ENOENT) throw IoError(inShort(path), "cannot write", errno);
       return place;
     }
     if (S_ISLNK(what.st_mode)) {
@@ -152,15 +152,15 @@ OutputPlace outputPlace(const std::string& path) {
         place.exists = true;
         return place;
       }
-      if (links == kMostLinks) throw IoError(escaped(path), "cannot write", ELOOP);
+      if (links == kMostLinks) throw IoError(inShort(path), "cannot write", ELOOP);
       std::error_code error;
       const fs::path leads_to = fs::read_symlink(place.target, error);
-      if (error) throw IoError(escaped(path), "cannot write", error.value());
+      if (error) throw IoError(inShort(path), "cannot write", error.value());
       place.target = leads_to.is_absolute() ? leads_to.string() : folderOf(place.target) + leads_to.string();
       continue;
     }
     place.exists = true;
-    if (S_ISDIR(what.st_mode)) throw IoError(escaped(path), "is a folder; name a file in it");
+    if (S_ISDIR(what.st_mode)) throw IoError(inShort(path), "is a folder; name a file in it");
     if (!S_ISREG(what.st_mode)) {
       place.kind = OutputPlace::Kind::kThrough;
       return place;
@@ -190,7 +190,7 @@ struct Output::Impl {
     if (!partial.empty()) ::unlink(partial.c_str());
   }
 
-  [[noreturn]] void fail(int error_number) const { throw IoError(escaped(path), "cannot write", error_number); }
+  [[noreturn]] void fail(int error_number) const { throw IoError(inShort(path), "cannot write", error_number); }
 
   void makePartial(const std::string& folder, const std::string& name) {
     for (int tries = 0;; ++tries) {
@@ -258,7 +258,7 @@ struct Output::Impl {
     }
     struct stat old {};
     if (::lstat(place.target.c_str(), &old) == 0) {
-      if (!S_ISREG(old.st_mode)) throw IoError(escaped(path), "is no longer a regular file; not replaced");
+      if (!S_ISREG(old.st_mode)) throw IoError(inShort(path), "is no longer a regular file; not replaced");
       if (!aside) {
         // Change the owner first: this clears special permissions.
         [[maybe_unused]] const int ignored = ::fchown(file.number(), old.st_uid, old.st_gid);
@@ -323,7 +323,7 @@ void Output::finish() {
 std::string Output::finishAside() {
   Impl& d = *impl_;
   if (std::exchange(d.finished, true)) return d.path;
-  if (!d.stream) throw IoError(escaped(d.path), "was not written completely");
+  if (!d.stream) throw IoError(inShort(d.path), "was not written completely");
   d.complete(true);
   if (d.place.kind != OutputPlace::Kind::kFile) return d.path;
   // Use the first unused name: neither call replaces a file.

@@ -75,6 +75,27 @@ std::string escaped(std::string_view text, std::size_t limit) {
   return escaped(text.substr(0, end)) + "...";
 }
 
+std::string inShort(std::string_view text) {
+  static constexpr std::size_t kMost = 200, kEnd = 60;
+  if (text.size() <= kMost) return escaped(text);
+  std::size_t end = text.size() - kEnd;
+  while (end < text.size() && (static_cast<unsigned char>(text[end]) & 0xC0) == 0x80) ++end;
+  return escaped(text, kMost - kEnd - 3) + escaped(text.substr(end));
+}
+
+std::string withShortWords(std::string_view message) {
+  std::string out;
+  while (!message.empty()) {
+    const std::string_view word = message.substr(0, message.find(' '));
+    out += inShort(word);
+    message.remove_prefix(word.size());
+    const std::size_t blanks = std::min(message.find_first_not_of(' '), message.size());
+    out += message.substr(0, blanks);
+    message.remove_prefix(blanks);
+  }
+  return out;
+}
+
 bool isUtf8(std::string_view text) {
   while (!text.empty()) {
     const Utf8Character decoded = decodeUtf8(text);

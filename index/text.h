@@ -17,6 +17,13 @@ std::string escaped(std::string_view text);
 // Escapes at most `limit` bytes of input, cut at a whole character. Appends "..." if something was cut.
 std::string escaped(std::string_view text, std::size_t limit);
 
+// What a user or a file gave, for a message: escaped(). Of more than 200 bytes it keeps the beginning and the end, with
+// "..." between: 200 bytes before escaping. O(1).
+std::string inShort(std::string_view text);
+// The same for a whole message, which escaped() has left safe: each run of more than 200 bytes without a blank is cut
+// as by inShort(). O(length).
+std::string withShortWords(std::string_view message);
+
 // The first character of a text. `length` in bytes; 0 if the text does not begin with well-formed UTF-8.
 struct Utf8Character {
   std::size_t length = 0;

@@ -17,6 +17,11 @@ double numberOrNaN(const std::string& text) {
   return error == std::errc() && end == text.data() + text.size() && !text.empty() ? value : std::nan("");
 }
 
+std::string withoutEndBlanks(const std::string& text) {
+  const std::size_t begin = text.find_first_not_of(' ');
+  return begin == std::string::npos ? std::string() : text.substr(begin, text.find_last_not_of(' ') - begin + 1);
+}
+
 bool matches(const std::string& pattern, const std::string& text) {
   return pattern == text || matchesGlob(pattern, text);
 }
@@ -41,16 +46,19 @@ std::string unknownAttribute(const std::string& name, const CellAttributes& attr
 CellFilter::CellFilter(const std::vector<std::string>& conditions) {
   for (const std::string& text : conditions) {
     const std::size_t at = text.find_first_of("=<>!");
-    Condition condition{text.substr(0, at), "", "", text};
+    Condition condition{withoutEndBlanks(text.substr(0, at)), "", "", text};
     if (at != std::string::npos) {
-      const bool wide = at + 1 < text.size() && text[at] != '=' && text[at + 1] == '=';
+      const bool wide = at + 1 < text.size() && text[at + 1] == '=';
       condition.op = text.substr(at, wide ? 2 : 1);
-      condition.value = text.substr(at + condition.op.size());
+      condition.value = withoutEndBlanks(text.substr(at + condition.op.size()));
+      if (condition.op == "==") condition.op = "=";
     }
+    const bool is_order = condition.op.starts_with('<') || condition.op.starts_with('>');
     if (condition.name.empty() || condition.op.empty() || condition.op == "!" ||
-        (condition.op[0] != '=' && condition.op[0] != '!' && std::isnan(numberOrNaN(condition.value))))
-      throw UsageError("--where " + escaped(text, 80) +
-                       ": expected NAME=VALUE, NAME!=VALUE, or NAME<NUMBER with <, <=, > or >=");
+        condition.value.find_first_of("=<>!") == 0 || (is_order && std::isnan(numberOrNaN(condition.value))))
+      throw UsageError("--where " + inShort(text) +
+                       ": expected NAME=VALUE, NAME!=VALUE, or NAME<NUMBER with <, <=, > or >=; a VALUE that begins "
+                       "with = < > or ! needs \\ before it");
     conditions_.push_back(std::move(condition));
   }
 }
@@ -60,12 +68,12 @@ std::vector<std::uint32_t> CellFilter::select(const TileSet& set, const CellAttr
   for (const Condition& condition : conditions_) {
     const auto column = attributes.find(condition.name);
     if (!column)
-      throw UsageError("--where " + escaped(condition.whole, 80) + ": " + unknownAttribute(condition.name, attributes));
+      throw UsageError("--where " + inShort(condition.whole) + ": " + unknownAttribute(condition.name, attributes));
     const bool differs = condition.op == "!=";
     const bool text = attributes.columns()[*column].type == AttributeType::text;
     if (!differs && condition.op != "=") {
       if (text)
-        throw UsageError("--where " + escaped(condition.whole, 80) + ": " + escaped(condition.name, 80) +
+        throw UsageError("--where " + inShort(condition.whole) + ": " + escaped(condition.name, 80) +
                          " holds text, so only = and != apply");
       const double limit = numberOrNaN(condition.value);
       const std::vector<double> numbers = attributes.numbers(*column);

@@ -1,5 +1,6 @@
 #include "index/circuits/attribute_table.h"
 
+#include "index/count_text.h"
 #include "index/errors.h"
 #include "index/file/internal/bytes.h"
 #include "index/text.h"
@@ -33,7 +34,7 @@ class TableText {
   // The line at which the last record begins.
   std::uint64_t line() const { return line_; }
   [[noreturn]] void fail(const std::string& what) const {
-    throw InputError(escaped(file_) + ":" + std::to_string(line_) + ": " + what);
+    throw InputError(inShort(file_) + ":" + std::to_string(line_) + ": " + what);
   }
 
   // False at the end. Empty lines are passed over.
@@ -106,10 +107,10 @@ std::string firstNames(const std::vector<std::string>& names) {
 AttributeTable AttributeTable::read(const std::string& path, const std::string& key) {
   std::error_code error;
   const std::uint64_t bytes = std::filesystem::file_size(path, error);
-  if (error) throw IoError(escaped(path), "cannot read the table of attributes", error.value());
-  if (bytes > kMaxBytes) throw InputError(escaped(path) + ": a table of attributes has at most 1 GiB");
+  if (error) throw IoError(inShort(path), "cannot read the table of attributes", error.value());
+  if (bytes > kMaxBytes) throw InputError(inShort(path) + ": a table of attributes has at most 1 GiB");
   std::ifstream in(path, std::ios::binary);
-  if (!in) throw IoError(escaped(path), "cannot open the table of attributes", errno);
+  if (!in) throw IoError(inShort(path), "cannot open the table of attributes", errno);
   const std::string text((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
   return parse(text, std::filesystem::path(path).filename().native(), key);
 }
@@ -135,7 +136,7 @@ AttributeTable AttributeTable::parse(std::string_view text, const std::string& f
   }
   while (in.next(fields)) {
     if (fields.size() > header.size())
-      in.fail("has " + std::to_string(fields.size()) + " fields, but the header has " + std::to_string(header.size()));
+      in.fail("has " + counted(fields.size(), "field") + ", but the header has " + std::to_string(header.size()));
     fields.resize(header.size());
     if (table.rows_.empty()) table.first_key_ = fields[key_column];
     if (!table.by_key_.try_emplace(fields[key_column], table.rows_.size()).second) {

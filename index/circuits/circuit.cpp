@@ -132,7 +132,7 @@ struct Circuit::Reader {
       }
     }
     if (!found)
-      throw InputError(escaped(path) + ": has no population " + escaped(options.population, 100) + "; it has " +
+      throw InputError(inShort(path) + ": has no population " + escaped(options.population, 100) + "; it has " +
                        escaped(known, 600));
     finish();
   }
@@ -145,7 +145,7 @@ struct Circuit::Reader {
     population.morphologies = placesAt(options.morphologies);
     std::vector<std::string> names{options.population};
     if (options.population.empty()) names = populationsOf(path);
-    if (names.empty()) throw InputError(escaped(path) + ": holds no population of nodes");
+    if (names.empty()) throw InputError(inShort(path) + ": holds no population of nodes");
     for (const std::string& name : names) {
       population.name = name;
       readPopulation(population);
@@ -158,7 +158,7 @@ struct Circuit::Reader {
   static std::uint64_t bytesOf(const std::string& path) {
     std::error_code error;
     const std::uint64_t bytes = fs::file_size(path, error);
-    if (error) throw IoError(escaped(path), "cannot read", error.value());
+    if (error) throw IoError(inShort(path), "cannot read", error.value());
     return bytes;
   }
 
@@ -180,7 +180,7 @@ struct Circuit::Reader {
   // The places of --morphologies: a folder may hold files of any format.
   static MorphologyPlaces placesAt(const std::string& path) {
     std::error_code error;
-    if (!fs::exists(path, error)) throw IoError(escaped(path), "no such file or folder");
+    if (!fs::exists(path, error)) throw IoError(inShort(path), "no such file or folder");
     if (fs::is_directory(path, error)) return {path, "", ""};
     return {"", path, ""};
   }
@@ -206,7 +206,7 @@ struct Circuit::Reader {
       missing += (missing.empty() ? "" : ", ") + escaped(path, 300);
     }
     if (missing.empty())
-      throw InputError(escaped(population.nodes_file) + ": population " + escaped(population.name, 200) +
+      throw InputError(inShort(population.nodes_file) + ": population " + escaped(population.name, 200) +
                        ": no place of morphologies is stated; give one with --morphologies");
     throw IoError(missing, "no such file or folder: the morphologies of population " + escaped(population.name, 200));
   }

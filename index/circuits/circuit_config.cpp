@@ -31,7 +31,7 @@ class ConfigReader {
     std::ifstream in(config_.path, std::ios::binary);
     std::error_code error;
     if (fs::is_directory(config_.path, error)) fail("is a folder, not a circuit_config.json");
-    if (!in) throw IoError(escaped(config_.path), "cannot read", errno);
+    if (!in) throw IoError(inShort(config_.path), "cannot read", errno);
     const std::string text{std::istreambuf_iterator<char>(in), {}};
     const ConfigJson root = ConfigJson::parse(text, nullptr, false);
     if (!root.is_object()) fail("not JSON, or not an object");
@@ -51,7 +51,7 @@ class ConfigReader {
   }
 
  private:
-  [[noreturn]] void fail(const std::string& what) const { throw InputError(escaped(config_.path) + ": " + what); }
+  [[noreturn]] void fail(const std::string& what) const { throw InputError(inShort(config_.path) + ": " + what); }
 
   const ConfigJson& objectOf(const ConfigJson& value, const std::string& key) const {
     if (!value.is_object()) fail("`" + escaped(key, 200) + "` is not an object");

@@ -1,6 +1,7 @@
 #include "index/circuits/placements.h"
 
 #include "index/cell/soma.h"
+#include "index/count_text.h"
 #include "index/errors.h"
 #include "index/file/internal/digest.h"
 #include "index/text.h"
@@ -86,7 +87,7 @@ class PlacementTable::Parser {
     }
     // Some editors remove a tab at the end of a line.
     if (columns + 1 < kColumns.size() || columns > kColumns.size())
-      fail("has " + std::to_string(columns) + " columns instead of 9, separated by tabs");
+      fail("has " + counted(columns, "column") + " instead of 9, separated by tabs");
     row();
   }
 
@@ -99,7 +100,7 @@ class PlacementTable::Parser {
 
  private:
   [[noreturn]] void fail(const std::string& what) const {
-    throw InputError(escaped(table_.file_) + ":" + std::to_string(line_) + ": " + what);
+    throw InputError(inShort(table_.file_) + ":" + std::to_string(line_) + ": " + what);
   }
 
   std::size_t split(std::string_view text) {
@@ -178,13 +179,13 @@ PlacementTable PlacementTable::read(const std::string& path) {
   table.file_ = slash == std::string::npos ? path : path.substr(slash + 1);
   errno = 0;
   std::ifstream in(path, std::ios::binary);
-  if (!in) throw IoError(escaped(path), "cannot read the table of placements", errno);
+  if (!in) throw IoError(inShort(path), "cannot read the table of placements", errno);
   Parser parser(table);
   std::string buffer(kMaxLine + 3, '\0');  // room for a byte order mark and a line end
   for (;;) {
     in.getline(buffer.data(), static_cast<std::streamsize>(buffer.size()));
     const auto got = static_cast<std::size_t>(in.gcount());
-    if (in.bad()) throw IoError(escaped(path), "cannot read the table of placements", errno);
+    if (in.bad()) throw IoError(inShort(path), "cannot read the table of placements", errno);
     table.bytes_ += got;
     if (in.fail() && got == 0) break;
     // Without room for the line end, getline fails. The parser then also finds the line too long.
@@ -209,7 +210,7 @@ PlacedCells::PlacedCells(Input& library, PlacementTable table) : library_(librar
     std::uint32_t line = UINT32_MAX;
     for (std::uint32_t i = begin_[source]; i < begin_[source + 1]; ++i)
       line = std::min(line, table_.rows()[by_source_[i]].line);
-    throw InputError(escaped(table_.file()) + ":" + std::to_string(line) + ": '" + escaped(sources[source], 200) +
+    throw InputError(inShort(table_.file()) + ":" + std::to_string(line) + ": '" + escaped(sources[source], 200) +
                      "' " + why);
   };
   // Reports the table's first line with an error.

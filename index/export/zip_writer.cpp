@@ -105,12 +105,12 @@ class ZipFeed {
   std::exception_ptr failure_;
 };
 
-[[noreturn]] void throwZip(const std::string& shown, zip_error_t* error) {
+[[noreturn]] void throwZip(const std::string& named, zip_error_t* error) {
   const int system_error = zip_error_system_type(error) == ZIP_ET_SYS ? zip_error_code_system(error) : 0;
   const std::string what = std::string("cannot write the archive: ") + zip_error_strerror(error);
   zip_error_fini(error);
-  if (system_error != 0) throw IoError(escaped(shown), "cannot write the archive", system_error);
-  throw IoError(escaped(shown), what);
+  if (system_error != 0) throw IoError(inShort(named), "cannot write the archive", system_error);
+  throw IoError(inShort(named), what);
 }
 
 }  // namespace

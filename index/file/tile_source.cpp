@@ -1,5 +1,6 @@
 #include "index/file/tile_source.h"
 
+#include "index/count_text.h"
 #include "index/errors.h"
 #include "index/internal/descriptor.h"
 
@@ -55,7 +56,7 @@ class Folder final : public TileSource {
     const std::uint64_t found = size(name);
     if (found != bytes)
       throw CorruptSet(describe(name), std::min(found, bytes),
-                       "has " + std::to_string(found) + " bytes, the manifest says " + std::to_string(bytes));
+                       "has " + counted(found, "byte") + ", the manifest says " + formatCount(bytes));
   }
 
   std::string describe(const std::string& name) const override { return path_ + "/" + name; }

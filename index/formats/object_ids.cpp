@@ -27,10 +27,10 @@ std::vector<std::uint64_t> readObjectIds(std::string_view text, const std::strin
     if (word.empty()) continue;
     ids.emplace_back();
     if (!readObjectId(word, ids.back()))
-      throw InputError(escaped(file) + ":" + std::to_string(line) + ": " + escaped(word, 40) +
+      throw InputError(inShort(file) + ":" + std::to_string(line) + ": " + escaped(word, 40) +
                        " is not an id: give one a line, decimal digits from 0 to 2^64-1");
   }
-  if (ids.empty()) throw InputError(escaped(file) + ": holds no id");
+  if (ids.empty()) throw InputError(inShort(file) + ": holds no id");
   return ids;
 }
 

@@ -381,7 +381,7 @@ InputReport SwcReader::State::finish(std::string_view file, Cell& cell) {
   const std::uint64_t cut = report.records.count(Effect::kLinkCut);
   if (candidates != report.samples + report.dropped_lines || report.links_given != report.segments + cut ||
       cut != report.links_cut) {
-    throw ConservationError(escaped(file) + ": samples or links were lost without a record (" +
+    throw ConservationError(inShort(file) + ": samples or links were lost without a record (" +
                             std::to_string(candidates) + " lines, " + std::to_string(report.samples) + " kept, " +
                             std::to_string(report.dropped_lines) + " dropped; " + std::to_string(report.links_given) +
                             " links, " + std::to_string(report.segments) + " kept, " + std::to_string(cut) +

@@ -110,7 +110,7 @@ void requireMemory(const std::string& path, const TileSet& base, const IngestOpt
 void refuseTwins(const TileSet& base, const TileSet& added, const std::string& path) {
   for (std::uint32_t c = 0; c < added.cell_count(); ++c)
     if (const std::string& name = added.cell(c).name; base.findCell(name))
-      throw InputError(path + ": already has a cell named " + escaped(name) +
+      throw InputError(path + ": already has a cell named " + inShort(name) +
                        "; remove it first with filiform ingest --remove");
 }
 
@@ -239,7 +239,7 @@ GrowthResult removeCells(const std::vector<std::string>& names, const std::strin
   std::vector<bool> removed(base->cell_count(), false);
   for (const std::string& name : names) {
     const auto cell = base->findCell(name);
-    if (!cell) throw UsageError(path + ": has no cell named " + escaped(name) + "; filiform cells lists the names");
+    if (!cell) throw UsageError(path + ": has no cell named " + inShort(name) + "; filiform cells lists the names");
     removed[*cell] = true;
   }
   std::vector<CellRecord> records;

@@ -76,21 +76,23 @@ void internal::InputState::list(const std::string& argument) {
   }
   std::error_code error;
   const fs::file_status status = fs::status(argument, error);
-  if (status.type() == fs::file_type::not_found) throw IoError(escaped(argument), "no such file or folder");
+  if (status.type() == fs::file_type::not_found) throw IoError(inShort(argument), "no such file or folder");
   const std::string name = fs::path(argument).filename().native();
   if (error) {
-    refuse({argument, name}, IoError(escaped(argument), "cannot read", error.value()));
+    refuse({argument, name}, IoError(inShort(argument), "cannot read", error.value()));
   } else if (fs::is_directory(status)) {
+    if (fs::is_regular_file(fs::path(argument) / "CURRENT", error))
+      throw InputError(inShort(argument) + ": is a tile set already; name the files that it was made from");
     const std::vector<ListedFile> found = internal::listFiles(argument, listing);
     if (found.empty())
-      throw InputError(escaped(argument) +
+      throw InputError(inShort(argument) +
                        ": no .swc or .asc file, MouseLight .json or archive (.zip, .tar, .tar.gz) in this folder" +
                        hintAt(argument));
     for (const ListedFile& file : found) addFile(file);
   } else if (fs::is_regular_file(status)) {
     addFile(internal::fileArgument(argument, name));
   } else {
-    throw IoError(escaped(argument), "neither a file nor a folder");
+    throw IoError(inShort(argument), "neither a file nor a folder");
   }
 }
 
@@ -114,7 +116,7 @@ SourceReport& internal::InputState::addRow(const ListedFile& file, std::uint64_t
 void internal::InputState::addFile(const ListedFile& file) {
   const auto row = static_cast<std::uint32_t>(rows.size());
   try {
-    if (!file.unreadable.empty()) throw IoError(escaped(file.path), file.unreadable);
+    if (!file.unreadable.empty()) throw IoError(inShort(file.path), file.unreadable);
     if (file.left_out) return addLeftOut(file);
     std::unique_ptr<Container> container = internal::openContainer(file, hdf5, [this] { advance(0); });
     const auto* const h5 = dynamic_cast<const internal::H5Container*>(container.get());
@@ -133,7 +135,7 @@ void internal::InputState::addFile(const ListedFile& file) {
     } else {
       std::error_code error;
       const std::uint64_t bytes = fs::file_size(file.path, error);
-      if (error) throw IoError(escaped(file.path), "cannot read", error.value());
+      if (error) throw IoError(inShort(file.path), "cannot read", error.value());
       addRow(file, bytes);
       if (file.packed) {
         const std::uint64_t stated = internal::statedSize(file.path).value_or(0);
@@ -225,7 +227,7 @@ InputReport internal::InputState::readOrRefuse(ItemReader& reader, const Item& i
 
 void internal::InputState::checkUnchanged(const Item& item, const InputReport& report, const Cell& cell) const {
   if (item.digest && !isUnreadable(report) && *item.digest != cell.digest)
-    throw IoError(escaped(item.source), "changed while it was being read; run again");
+    throw IoError(inShort(item.source), "changed while it was being read; run again");
 }
 
 InputReport internal::InputState::readHere(Item& item, Cell& cell) {

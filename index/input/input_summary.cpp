@@ -1,4 +1,5 @@
 // Prints the table of `check` and the summary of inputs.
+#include "index/count_text.h"
 #include "index/input/input.h"
 #include "index/text.h"
 
@@ -31,16 +32,6 @@ std::string reason(const InputReport& report) {
     return why + " (" + std::string(name(code)) + ")";
   }
   return "warnings, refused because of --strict (" + codesColumn(report.codes) + ")";
-}
-
-std::string grouped(std::uint64_t count) {
-  const std::string digits = std::to_string(count);
-  std::string out;
-  for (std::size_t i = 0; i < digits.size(); ++i) {
-    if (i > 0 && (digits.size() - i) % 3 == 0) out += ' ';
-    out += digits[i];
-  }
-  return out;
 }
 
 InputFate fateOf(const InputReport& report) {
@@ -161,13 +152,13 @@ void writeCheckTable(std::ostream& out, const std::vector<SourceReport>& reports
 
 std::string summary(const std::vector<SourceReport>& reports) {
   const InputTotals sum = totals(reports);
-  std::string out = grouped(sum.accepted + sum.warned + sum.skipped + sum.refused) +
-                    " inputs: " + grouped(sum.accepted) + " accepted, " + grouped(sum.warned) + " with warnings, " +
-                    (sum.skipped > 0 ? grouped(sum.skipped) + " skipped, " : "") + grouped(sum.refused) + " refused; " +
-                    grouped(sum.samples) + " samples, " + grouped(sum.segments) + " segments kept\n";
+  std::string out = counted(sum.accepted + sum.warned + sum.skipped + sum.refused, "input") + ": " +
+                    formatCount(sum.accepted) + " accepted, " + formatCount(sum.warned) + " with warnings, " +
+                    (sum.skipped > 0 ? formatCount(sum.skipped) + " skipped, " : "") + formatCount(sum.refused) +
+                    " refused; " + counted(sum.samples, "sample") + ", " + counted(sum.segments, "segment") + " kept\n";
   for (const auto& [code, count] : sum.codes.all()) {
     if (!isRefusal(code))
-      out += "  " + std::string(name(code)) + " " + grouped(count) + ": " + std::string(explanation(code)) + "\n";
+      out += "  " + std::string(name(code)) + " " + formatCount(count) + ": " + std::string(explanation(code)) + "\n";
   }
   for (const auto& kind : {std::pair(InputFate::kRefused, " refused"), {InputFate::kSkipped, " skipped"}}) {
     const InputFate fate = kind.first;  // clang 14 cannot capture structured bindings in lambdas
@@ -176,9 +167,9 @@ std::string summary(const std::vector<SourceReport>& reports) {
     forEachInput(reports, [&](const std::string& input, const InputReport& report, InputFate its_fate) {
       if (report.codes[InputCode::OTHER_VERSION] > 0) return;  // counted above; there may be many
       if (its_fate == fate && ++named <= kNamedInputs)
-        out += " " + std::string(word) + " " + escaped(input) + ": " + reason(report) + "\n";
+        out += " " + std::string(word) + " " + inShort(input) + ": " + reason(report) + "\n";
     });
-    if (named > kNamedInputs) out += "  and " + grouped(named - kNamedInputs) + " more" + word + "\n";
+    if (named > kNamedInputs) out += "  and " + formatCount(named - kNamedInputs) + " more" + word + "\n";
   }
   return out;
 }

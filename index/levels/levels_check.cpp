@@ -1,5 +1,6 @@
 // checkLevels() of levels.h.
 #include "index/cell/soma.h"
+#include "index/count_text.h"
 #include "index/levels/levels.h"
 
 #include <algorithm>
@@ -100,13 +101,13 @@ class OpenLevel {
     if (owned_ != entry_.represented + entry_.hidden)
       say("represents " + std::to_string(entry_.represented) + " and hides " + std::to_string(entry_.hidden) +
           " segments, but there are " + std::to_string(owned_));
-    if (far_ > 0) say(std::to_string(far_) + " segments lie farther than its error and are not covered by others");
+    if (far_ > 0) say(counted(far_, "segment") + " farther than its error and not covered by others");
     if (far_ + covered_ > entry_.hidden)
-      say(std::to_string(far_ + covered_) + " segments lie farther than its error, but only " +
-          std::to_string(entry_.hidden) + " are stated as hidden");
+      say(counted(far_ + covered_, "segment") + " farther than its error, but only " + std::to_string(entry_.hidden) +
+          " are stated as hidden");
     const auto strays = std::count_if(pieces_.begin(), pieces_.end(), [](const Piece& p) { return !p.is_reached; });
     if (strays > 0) say(std::to_string(strays) + " of its segments lie farther than its error from their cells");
-    if (missing_ > 0) say("lacks " + std::to_string(missing_) + " segments of cells of which it has none");
+    if (missing_ > 0) say("lacks " + counted(missing_, "segment") + " of cells of which it has none");
     return std::move(problems_);
   }
 

@@ -1,5 +1,7 @@
 #include "index/set/glob.h"
 
+#include "index/text.h"
+
 #include <cstddef>
 
 namespace filiform {
@@ -58,6 +60,10 @@ bool matchesGlob(std::string_view pattern, std::string_view name) {
   }
   while (p < pattern.size() && pattern[p] == '*') ++p;
   return p == pattern.size();
+}
+
+bool matchesName(std::string_view pattern, std::string_view name) {
+  return matchesGlob(pattern, name) || matchesGlob(lowerCase(pattern), lowerCase(name));
 }
 
 }  // namespace filiform

@@ -9,4 +9,7 @@ namespace filiform {
 // `\` before a character for this character. A `[` without `]` stands for itself. O(pattern * name).
 bool matchesGlob(std::string_view pattern, std::string_view name);
 
+// The same for names of cells, which the user need not type in the right letter case.
+bool matchesName(std::string_view pattern, std::string_view name);
+
 }  // namespace filiform

@@ -65,7 +65,7 @@ std::string currentAt(internal::HttpClient& client, const internal::RemoteAddres
     std::string name(text.begin(), text.end());
     if (!name.empty() && name.back() == '\n') name.pop_back();
     if (!internal::isRevisionName(name))
-      throw InputError(escaped(url) + ": is there and names no revision of a tile set; choose another address");
+      throw InputError(inShort(url) + ": is there and names no revision of a tile set; choose another address");
     return name;
   } catch (const internal::NotOnServer&) {
     return {};
@@ -130,7 +130,7 @@ void pullFile(const TileSource& from, const std::string& folder, const CopiedFil
 
 CopyResult pushSet(const std::string& folder, const std::string& text, const CopyOptions& options) {
   if (!internal::isS3Address(text))
-    throw UsageError(escaped(text) + ": a set is pushed to an object store; give s3://BUCKET/PATH/NAME.fil");
+    throw UsageError(inShort(text) + ": a set is pushed to an object store; give s3://BUCKET/PATH/NAME.fil");
   const internal::RemoteAddress address(text);
   const auto set = TileSet::open(openFolder(folder));
   internal::HttpClient client(address.origin, options.remote, address.account);
@@ -192,7 +192,7 @@ CopyResult pushSet(const std::string& folder, const std::string& text, const Cop
 }
 
 CopyResult pullSet(const std::string& address, const std::string& folder, const CopyOptions& options) {
-  if (!isAddress(address)) throw UsageError(escaped(address) + ": is not an address; copy a folder with cp -r");
+  if (!isAddress(address)) throw UsageError(inShort(address) + ": is not an address; copy a folder with cp -r");
   // Reads of whole files do not pass through the cache on disk, and are not kept there.
   const auto set = TileSet::open(address, options.remote);
   const HttpSource from(address, options.remote);
@@ -201,7 +201,7 @@ CopyResult pullSet(const std::string& address, const std::string& folder, const 
   to.keepAfterFailure();
   CopyResult result{.revision = set->revision(), .before = to.previous()};
   if (!options.force && !result.before.empty() && result.before != result.revision)
-    throw InputError(escaped(folder) + ": is already another revision of a tile set; --force replaces it");
+    throw InputError(inShort(folder) + ": is already another revision of a tile set; --force replaces it");
   const auto present = openFolder(folder);
   for (const CopiedFile& copied : files) ++result.files, result.bytes += copied.file.bytes;
   std::uint64_t done = 0;

@@ -1,5 +1,6 @@
 #include "index/set/tile_set.h"
 
+#include "index/count_text.h"
 #include "index/errors.h"
 #include "index/file/internal/digest.h"
 #include "index/file/internal/read_once.h"
@@ -300,7 +301,7 @@ void TileSet::checkFile(const SetFile& f, const UseBytes& use) const {
   const std::uint64_t found = impl_->revision.sizeOnDisk(f.name);
   if (found != f.bytes)
     throw CorruptSet(describe(f.name), std::min(found, f.bytes),
-                     "has " + std::to_string(found) + " bytes, the manifest says " + std::to_string(f.bytes));
+                     "has " + counted(found, "byte") + ", the manifest says " + formatCount(f.bytes));
   internal::RunningDigest digest;
   constexpr std::uint64_t kPiece = std::uint64_t{4} << 20;
   for (std::uint64_t at = 0; at < f.bytes; at += kPiece) {

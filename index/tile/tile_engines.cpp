@@ -1,4 +1,5 @@
 #include "index/errors.h"
+#include "index/text.h"
 #include "index/tile/packed_tree.h"
 #include "index/tile/reference_tree.h"
 #include "index/tile/tile_engine.h"
@@ -9,7 +10,7 @@ namespace filiform {
 
 void requireTileEngine(const std::string& name) {
   if (name != "packed" && name != "cgal")
-    throw UsageError("search engine \"" + name + "\" is not in this build; use packed or cgal");
+    throw UsageError("search engine \"" + inShort(name) + "\" is not in this build; use packed or cgal");
 }
 
 std::unique_ptr<TileEngine> makeTileEngine(const std::string& name, std::shared_ptr<const Tile> tile) {

@@ -1,4 +1,5 @@
 #include "index/errors.h"
+#include "index/text.h"
 #include "solver/proxy/bounded_climb.h"
 #include "solver/proxy/descent.h"
 #include "solver/proxy/force_based.h"
@@ -75,7 +76,7 @@ const char* toString(SolverMethod method) noexcept {
 SolverMethod solverMethod(const std::string& name) {
   for (const SolverMethod method : kSolverMethods)
     if (name == toString(method)) return method;
-  throw UsageError("unknown method '" + name + "': choose basic, shading, force, force-listing or climb");
+  throw UsageError("unknown method '" + inShort(name) + "': choose basic, shading, force, force-listing or climb");
 }
 
 }  // namespace filiform

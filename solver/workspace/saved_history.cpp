@@ -156,7 +156,7 @@ struct SavedHistory::Impl {
         }
       }
       if (lost > 0)
-        warning = escaped(path) + ": " + std::to_string(lost) +
+        warning = inShort(path) + ": " + std::to_string(lost) +
                   " saved places are not in this set: it has no such cell or sample; their bookmarks stay in the file";
     } catch (const nlohmann::json::exception& error) {
       startAfresh("not a file of saved places");
@@ -175,8 +175,8 @@ struct SavedHistory::Impl {
     lost_bookmarks = ordered_json::object();
     std::error_code ignored;
     fs::rename(path, path + ".damaged", ignored);
-    warning = escaped(path) + ": the saved places are damaged (" + why + "); the file is now " +
-              escaped(fs::path(path).filename().string()) + ".damaged, and history and bookmarks are empty";
+    warning = inShort(path) + ": the saved places are damaged (" + why + "); the file is now " +
+              inShort(fs::path(path).filename().string()) + ".damaged, and history and bookmarks are empty";
   }
 };
 
@@ -185,7 +185,7 @@ std::string SavedHistory::pathFor(const std::string& set_path) {
   if (!whole.has_filename()) whole = whole.parent_path();
   const std::string name = whole.filename().string();
   if (name.empty() || name == "." || name == "..")
-    throw UsageError(escaped(set_path) + ": not the name of a set; places cannot be saved for it");
+    throw UsageError(inShort(set_path) + ": not the name of a set; places cannot be saved for it");
   std::string file;
   for (const char c : name) {
     const auto byte = static_cast<unsigned char>(c);

@@ -1,5 +1,7 @@
 #include "index/text.h"
 
+#include "index/errors.h"
+
 #include <cstdint>
 #include <random>
 #include <string>
@@ -57,6 +59,33 @@ TEST(DecodeUtf8, ReadsWellFormedCharactersAlone) {
   for (const char* text :
        {"\x80", "\xC1\x81", "\xE0\x9F\xBF", "\xED\xA0\x80", "\xF0\x8F\xBF\xBF", "\xF4\x90\x80\x80", "\xE2\x82", "\xFF"})
     EXPECT_EQ(decoded(text).first, 0u) << text;
+}
+
+TEST(InShort, KeepsTheBeginningAndTheEnd) {
+  EXPECT_EQ(inShort("a b\n"), "a b\\n");
+  EXPECT_EQ(inShort(std::string(200, 'x')), std::string(200, 'x'));
+  const std::string path = "/" + std::string(60'000, 'x') + "/cell.swc";
+  EXPECT_EQ(inShort(path).size(), 200u);
+  EXPECT_TRUE(inShort(path).starts_with("/xxx"));
+  EXPECT_TRUE(inShort(path).ends_with("x/cell.swc"));
+  std::string accents;
+  while (accents.size() < 60'000) accents += "\u00e9";
+  EXPECT_TRUE(isUtf8(inShort(accents))) << "cut at whole characters";
+  EXPECT_LE(inShort(accents).size(), 200u);
+}
+
+TEST(InShort, OfAMessageOnlyLongWordsAreCut) {
+  const std::string message = "--name " + std::string(60'000, 'x') + ":  give  a name ";
+  EXPECT_EQ(withShortWords(message), "--name " + inShort(std::string(60'000, 'x') + ":") + "  give  a name ");
+  EXPECT_EQ(withShortWords(""), "");
+  EXPECT_EQ(withShortWords(" a  b "), " a  b ");
+}
+
+TEST(InShort, NamesOfFilesAreShortInErrors) {
+  const std::string word(60'000, 'x');
+  EXPECT_LT(std::string(IoError(word + " " + word, "cannot open").what()).size(), 300u) << "a file name with a blank";
+  EXPECT_LT(std::string(CorruptSet(word, 7, "no").what()).size(), 300u);
+  EXPECT_EQ(CorruptSet(word, 7, "no").file(), word) << "the caller gets the whole name";
 }
 
 TEST(Base64, WritesWhatTheStandardShows) {

@@ -37,7 +37,9 @@ TEST(NearNames, PutsTheNearestFirst) {
   EXPECT_EQ(nearTo("INFO", commands), Names{"info"});
   EXPECT_EQ(nearTo("gate", commands), Names{"navigate"});
   EXPECT_EQ(nearTo("zebra", commands), Names{});
-  EXPECT_EQ(nearTo("x", {"xa", "axa", "b"}), (Names{"b", "xa"})) << "one letter is in too many names";
+  EXPECT_EQ(nearTo("x", {"xa", "axa", "b"}), Names{"xa"}) << "one letter is in too many names, and near no other";
+  EXPECT_EQ(nearTo("--cell", {"--help", "--tsv", "--cells"}), Names{"--cells"}) << "dashes are not alike letters";
+  EXPECT_EQ(nearTo("-x", {"-h", "-o"}), Names{});
   EXPECT_EQ(nearTo("cell_1", {"cell_15", "cell_14", "cell_13", "cell_12"}), (Names{"cell_12", "cell_13", "cell_14"}));
 }
 
@@ -244,7 +246,7 @@ TEST_F(Words, ATarIsAnArchive) {
   const Outcome check = pack("tar -czf t.tgz " + cells + " && cp t.tgz t.tar");
   EXPECT_EQ(check.exit_code, 1);
   EXPECT_EQ(check.out,
-            "1 inputs: 0 accepted, 0 with warnings, 1 refused; 0 samples, 0 segments kept\n"
+            "1 input: 0 accepted, 0 with warnings, 1 refused; 0 samples, 0 segments kept\n"
             "  refused t.tar: not an archive of its ending, or one that contradicts itself (E_ZIP_FORMAT)\n");
   const std::string none = folder_ / "none.fil";
   expectRefusal({"ingest", folder_ / "t.tar", "-o", none}, 1, {"t.tar", "not an archive of its ending"});

@@ -2,6 +2,7 @@
 
 #include "device/haptic_device.h"
 #include "index/text.h"
+#include "tools/words/library_text.h"
 
 #include <algorithm>
 #include <array>
@@ -28,19 +29,19 @@ int translated() {
   try {
     throw;
   } catch (const UsageError& error) {
-    return failWith(FILIFORM_USAGE, escaped(error.what()));
+    return failWith(FILIFORM_USAGE, tools::withPlainOptions(withShortWords(error.what())));
   } catch (const Interrupted& error) {
-    return failWith(FILIFORM_INTERRUPTED, escaped(error.what()));
+    return failWith(FILIFORM_INTERRUPTED, withShortWords(error.what()));
   } catch (const IoError& error) {
-    return failWith(FILIFORM_IO, escaped(error.what()));
+    return failWith(FILIFORM_IO, withShortWords(error.what()));
   } catch (const CorruptSet& error) {
-    return failWith(FILIFORM_CORRUPT, escaped(error.what()));
+    return failWith(FILIFORM_CORRUPT, withShortWords(error.what()));
   } catch (const UnknownDevice& error) {
-    return failWith(FILIFORM_USAGE, escaped(error.what()));
+    return failWith(FILIFORM_USAGE, tools::withPlainOptions(withShortWords(error.what())));
   } catch (const DeviceError& error) {
-    return failWith(FILIFORM_IO, escaped(error.what()));
+    return failWith(FILIFORM_IO, withShortWords(error.what()));
   } catch (const Error& error) {
-    return failWith(FILIFORM_INPUT, escaped(error.what()));
+    return failWith(FILIFORM_INPUT, tools::withPlainOptions(withShortWords(error.what())));
   } catch (const std::bad_alloc&) {
     return failWith(FILIFORM_NO_MEMORY, "out of memory");
   } catch (const std::system_error& error) {

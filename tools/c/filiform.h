@@ -205,8 +205,8 @@ FILIFORM_API int filiform_get_cell_info(filiform_set* set, uint32_t cell, filifo
 /* The id of the cell with exactly this name. FILIFORM_USAGE: there is none. O(log cells). */
 FILIFORM_API int filiform_find_cell(filiform_set* set, const char* name, uint32_t* cell);
 
-/* The ids of the cells whose name matches: * stands for any text, ? for any byte, [a-z] for one of a list. NULL: all
- * cells. Removed cells are left out. O(cells). */
+/* The ids of the cells whose name matches in any letter case: * stands for any text, ? for any byte, [a-z] for one of a
+ * list. NULL: all cells. Removed cells are left out. O(cells). */
 FILIFORM_API int filiform_cells(filiform_set* set, const char* pattern, uint32_t** cells, size_t* count);
 
 /* A whole cell, read into memory. */

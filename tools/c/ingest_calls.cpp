@@ -1,5 +1,6 @@
 // filiform.h: ingest.
 #include "index/circuits/placements.h"
+#include "index/count_text.h"
 #include "index/ingest/growth.h"
 #include "index/ingest/ingest.h"
 #include "index/ingest/input_provenance.h"
@@ -64,18 +65,18 @@ InputOptions inputOptionsFrom(const filiform_ingest_options& options, const Inge
 void requireUsable(const Input& input, const PlacedCells* placed, bool strict) {
   const InputTotals all = totals(input.reports());
   if (strict && all.refused > 0)
-    throw InputError("strict: " + std::to_string(all.refused) + " inputs refused, nothing written");
+    throw InputError("strict: " + counted(all.refused, "input") + " refused, nothing written");
   if (all.accepted + all.warned == 0) {
     std::string first = "nothing was read";
     if (!input.reports().empty())
-      first = escaped(input.reports().front().file) + ": " + refusalReason(input.reports().front().report);
+      first = inShort(input.reports().front().file) + ": " + refusalReason(input.reports().front().report);
     throw InputError("no usable neuron in the input (" + first + ")");
   }
   if (placed == nullptr) return;
   if (strict && !placed->report().codes.empty())
-    throw InputError("strict: " + escaped(placed->table().file()) + " has rows that were dropped, nothing written");
+    throw InputError("strict: " + inShort(placed->table().file()) + " has rows that were dropped, nothing written");
   if (placed->report().placed == 0)
-    throw InputError(escaped(placed->table().file()) + ": no row of the table places a morphology");
+    throw InputError(inShort(placed->table().file()) + ": no row of the table places a morphology");
 }
 
 void ingestCells(const std::vector<std::string>& paths, const std::string& output,

@@ -133,7 +133,7 @@ int filiform_cells(filiform_set* set, const char* pattern, uint32_t** cells, siz
     std::vector<std::uint32_t> ids;
     for (std::uint32_t id = 0; id < s.cell_count(); ++id) {
       const CellRecord& record = s.cell(id);
-      if (!record.removed && (pattern == nullptr || matchesGlob(pattern, record.name))) ids.push_back(id);
+      if (!record.removed && (pattern == nullptr || matchesName(pattern, record.name))) ids.push_back(id);
     }
     *cells = arrayOf(ids);
     *count = ids.size();

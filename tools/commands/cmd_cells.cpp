@@ -51,7 +51,7 @@ std::vector<std::uint32_t> cellsOf(const TileSet& store, const CellAttributes& a
   for (const std::uint32_t cell : CellFilter(a.where).select(store, attributes)) {
     if (cell % kRowsBetween == 0) throwIfInterrupted();
     if (store.cell(cell).removed) continue;
-    if (glob == "*" || matchesGlob(glob, store.cell(cell).name)) cells.push_back(cell);
+    if (glob == "*" || matchesName(glob, store.cell(cell).name)) cells.push_back(cell);
   }
   return cells;
 }
@@ -174,8 +174,8 @@ int runCells(const CellsArguments& a) {
     each([&](const CellRow& row) { writeText(cellTextOf(row), escaped(row.cell->source), widths); });
   }
   if (!measured)
-    std::cerr << "filiform: note: no lengths: measuring them reads " << formatCount(lengths.tiles())
-              << " tiles; --length measures them\n";
+    std::cerr << "filiform: note: no lengths: measuring them reads " << counted(lengths.tiles(), "tile")
+              << "; --length measures them\n";
   if (!attributes.empty() && !a.json && !a.tsv) {
     std::string names;
     for (const CellAttributes::Column& column : attributes.columns())
@@ -183,10 +183,10 @@ int runCells(const CellsArguments& a) {
     std::cerr << "filiform: note: --tsv and --json also show the attributes: " << escaped(names, 600) << '\n';
   }
   if (cells.empty() && set->cell_count() > 0 && !a.where.empty())
-    std::cerr << "filiform: note: --where matches none of the " << formatCount(set->cell_count()) << " cells\n";
+    std::cerr << "filiform: note: --where matches no cell; the set has " << counted(set->cell_count(), "cell") << "\n";
   else if (cells.empty() && set->cell_count() > 0)
-    std::cerr << "filiform: note: --name " << escaped(a.name) << " matches none of the "
-              << formatCount(set->cell_count()) << " cells\n";
+    std::cerr << "filiform: note: --name " << inShort(a.name) << " matches no cell; the set has "
+              << counted(set->cell_count(), "cell") << "\n";
   return 0;
 }
 
@@ -201,10 +201,12 @@ void addCells(CLI::App& app, Chosen& chosen) {
       "Commands accept the name of a cell, or any part of its name or source that no other cell has.");
   command->add_option("SET", a->set, "tile set, or its address")->required();
   command
-      ->add_option("--name", a->name,
-                   "list the cells whose whole name matches; * stands for any text, ? for any letter, [ab] for a or b")
+      ->add_option(
+          "--name", a->name,
+          "list the cells whose whole name matches, in any letter case; * stands for any text, ? for any letter, [ab] "
+          "for a or b")
       ->type_name("GLOB");
-  command->add_option("--where", a->where, kWhereHelp)->type_name("CONDITION")->expected(1);
+  command->add_option("--where", a->where, kWhereHelp)->type_name("CONDITION")->allow_extra_args(false);
   command->add_flag(
       "--length", a->length,
       "measure the lengths of the cells even if that reads more than " + std::to_string(kMostTilesUnasked) + " tiles");

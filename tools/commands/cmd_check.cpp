@@ -72,7 +72,7 @@ std::string notesText(const CheckNotes& notes) {
   if (off.empty()) return {};
   return "  soma_three_point_off " + formatCount(off.size()) +
          ": three soma samples, the outer two not one radius from the centre; kept as three samples (the first: " +
-         escaped(off.front()) + ")\n";
+         inShort(off.front()) + ")\n";
 }
 
 void writeCheckJson(std::ostream& out, const std::vector<SourceReport>& reports, const CheckNotes& notes) {

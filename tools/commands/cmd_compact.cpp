@@ -1,6 +1,7 @@
 // filiform compact: rewrites a set to which cells were added, or from which cells were removed.
 #include "index/errors.h"
 #include "index/ingest/growth.h"
+#include "index/text.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/shared/growth_report.h"
 #include "tools/commands/shared/remote_arguments.h"
@@ -30,7 +31,7 @@ int runCompact(const CompactArguments& a) {
   options.cancel = &interruptFlag();
   options.memory = parseBytes("--memory", a.memory);
   if (options.memory < kMinIngestMemory)
-    throw UsageError("--memory " + a.memory + ": give at least " + formatBytes(kMinIngestMemory));
+    throw UsageError("--memory " + inShort(a.memory) + ": give at least " + formatBytes(kMinIngestMemory));
   std::unique_ptr<Progress> progress;
   std::string phase_now;
   options.progress = [&](const char* phase, std::uint64_t done, std::uint64_t total) {

@@ -121,10 +121,10 @@ nlohmann::ordered_json asJson(const DeviceCheck& c) {
 void print(std::ostream& out, const std::string& device, const DeviceCapabilities& capabilities, const DeviceCheck& c) {
   out << escaped(device) << ": " << escaped(capabilities.name) << '\n'
       << "  homing   " << (capabilities.needs_homing ? fixed(c.homing_s, 1) + " s" : "not needed") << '\n'
-      << "  reading  " << formatCount(c.exchanges) << " exchanges in " << fixed(c.seconds, 2) << " s, "
+      << "  reading  " << counted(c.exchanges, "exchange") << " in " << fixed(c.seconds, 2) << " s, "
       << formatCount(static_cast<std::uint64_t>(std::llround(c.rate_Hz))) << " Hz; longest gap "
       << formatCount(static_cast<std::uint64_t>(std::llround(1e6 * c.longest_gap_s))) << " us; "
-      << formatCount(c.reports) << " reports\n";
+      << counted(c.reports, "report") << "\n";
   out << "  buttons  ";
   if (c.buttons == 0) out << "none pressed";
   for (int i = 0; i < 32; ++i)
@@ -157,7 +157,7 @@ class KeptTraffic {
     try {
       recorder_->finish();
       const std::string kept = output_->finishAside();
-      if (kept != output_->path()) std::cerr << "filiform: note: the traffic so far is in " << escaped(kept) << '\n';
+      if (kept != output_->path()) std::cerr << "filiform: note: the traffic so far is in " << inShort(kept) << '\n';
     } catch (const std::exception&) {
       // The first failure is reported.
     }

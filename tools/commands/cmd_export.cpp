@@ -68,7 +68,7 @@ Destination destinationOf(const std::string& out, const std::string& named_forma
   if (endsWithNoCase(out, ".zip")) return {Destination::Kind::kZip};
   // A device or a pipe may have any name. A name without ending means SWC.
   if (out == "-" || std::filesystem::path(out).extension().empty() || !isFileOutput(out)) return {};
-  throw UsageError("--output " + escaped(out) +
+  throw UsageError("--output " + inShort(out) +
                    ": the ending chooses the format: .swc, .edges, .obj or .vtk for one cell; DIR/, ARCHIVE.zip or "
                    "DIR.precomputed for all cells; no ending for SWC");
 }
@@ -77,7 +77,7 @@ std::optional<FileFormat> formatNamed(const std::string& name) {
   if (name.empty() || name == kShardedFormat) return std::nullopt;
   for (const auto& [format, ending] : kFileFormats)
     if (name == ending + 1) return format;
-  throw UsageError("--format " + escaped(name) + ": choose swc, edges, obj, vtk or precomputed");
+  throw UsageError("--format " + inShort(name) + ": choose swc, edges, obj, vtk or precomputed");
 }
 
 void writeCell(std::ostream& out, const CellGraph& cell, FileFormat format) {
@@ -106,7 +106,7 @@ int exportFile(const TileStore& set, std::uint32_t id, const std::string& path, 
   writeCell(out.stream(), cell, format);
   out.finish();
   if (!out.isStandardOutput())
-    std::cout << escaped(path) << ": " << formatCount(cell.samples()) << " samples of " << escaped(cell.source) << '\n';
+    std::cout << escaped(path) << ": " << counted(cell.samples(), "sample") << " of " << escaped(cell.source) << '\n';
   return 0;
 }
 
@@ -216,7 +216,7 @@ int runExport(const ExportArguments& a) {
       if (!set->cell(id).removed) ids.push_back(id);
   }
   if (one_file) return exportFile(*set, ids.front(), a.out, to.format);
-  if (ids.empty()) throw InputError(escaped(a.set) + ": the tile set has no cell");
+  if (ids.empty()) throw InputError(inShort(a.set) + ": the tile set has no cell");
   std::uint64_t samples = 0;
   for (const std::uint32_t id : ids) samples += set->cell(id).samples;
 
@@ -228,9 +228,8 @@ int runExport(const ExportArguments& a) {
     to.kind == Destination::Kind::kZip ? exportZip(files, a.out, progress) : exportFolder(files, a.out, progress);
   }
   progress.finish();
-  (isStandardOutput(a.out) ? std::cerr : std::cout)
-      << escaped(a.out) << ": " << formatCount(ids.size()) << (ids.size() == 1 ? " cell, " : " cells, ")
-      << formatCount(samples) << " samples of " << escaped(a.set) << '\n';
+  (isStandardOutput(a.out) ? std::cerr : std::cout) << inShort(a.out) << ": " << counted(ids.size(), "cell") << ", "
+                                                    << counted(samples, "sample") << " of " << inShort(a.set) << '\n';
   return 0;
 }
 

@@ -189,13 +189,15 @@ void addInfo(CLI::App& app, Chosen& chosen) {
   command->footer("Examples:\n  filiform info column.fil --json\n  filiform info column.fil --parameters");
   command->add_option("SET", a->path, "tile set, or its address")->required();
   command->add_flag("--json", a->json, "write one JSON object; tools/README.md lists the fields");
-  command->add_flag("--parameters", a->parameters,
-                    "print also the default parameters of navigate, and the zoom at which a trembling hand confuses "
-                    "one neurite with another in 5 % of places (reads some hundred tiles: seconds)");
+  CLI::Option* parameters = command->add_flag(
+      "--parameters", a->parameters,
+      "print also the default parameters of navigate, and the zoom at which a trembling hand confuses "
+      "one neurite with another in 5 % of places (reads some hundred tiles: seconds)");
   command->add_flag(
       "--sha256", a->sha256,
       "print also the SHA-256 of all bytes of the set, which verify --sha256 compares (reads every byte)");
-  command->add_option("--cell", a->cell, "print the parameters of this cell; default: the cell with the most segments");
+  command->add_option("--cell", a->cell, "print the parameters of this cell; default: the cell with the most segments")
+      ->needs(parameters);
   a->remote = addRemoteArguments(*command);
   addProgressOption(*command);
   command->callback([a, &chosen] { chosen = [a] { return runInfo(*a); }; });

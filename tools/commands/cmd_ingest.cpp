@@ -58,8 +58,9 @@ int quantumExponentOf(const std::string& text) {
   const double fraction = std::frexp(quantum, &exponent);
   --exponent;  // quantum = 2 fraction * 2^exponent
   if (fraction != 0.5 || exponent < Grid::kMinExponent || exponent > Grid::kMaxExponent)
-    throw UsageError("--quantum " + text + ": give a power of two from 2^" + std::to_string(Grid::kMinExponent) +
-                     " to 2^" + std::to_string(Grid::kMaxExponent) + " um, such as 2^-9");
+    throw UsageError("--quantum " + inShort(text) + ": give a power of two from 2^" +
+                     std::to_string(Grid::kMinExponent) + " to 2^" + std::to_string(Grid::kMaxExponent) +
+                     " um, such as 2^-9");
   return exponent;
 }
 
@@ -70,17 +71,16 @@ void checkPlacements(const PlacedCells& placed, bool strict) {
   const PlacementReport& report = placed.report();
   const PlacementTable& table = placed.table();
   if (strict && !report.codes.empty())
-    throw InputError("--strict: " + escaped(table.file()) + ":" + std::to_string(report.records.front().line) + ": " +
+    throw InputError("--strict: " + inShort(table.file()) + ":" + std::to_string(report.records.front().line) + ": " +
                      std::string(explanation(report.records.front().code)) + "; nothing written");
-  if (report.placed == 0) throw InputError(escaped(table.file()) + ": no row of the table places a morphology");
+  if (report.placed == 0) throw InputError(inShort(table.file()) + ": no row of the table places a morphology");
 }
 
 std::string placementText(const PlacedCells& placed) {
   const PlacementReport& report = placed.report();
-  std::string text = escaped(placed.table().file()) + ": places " + formatCount(report.morphologies) +
-                     (report.morphologies == 1 ? " morphology " : " morphologies ") + formatCount(report.placed) +
-                     " times: " + formatCount(report.samples) + " samples, " + formatCount(report.segments) +
-                     " segments\n";
+  std::string text = inShort(placed.table().file()) + ": places " +
+                     counted(report.morphologies, "morphology", "morphologies") + " " + counted(report.placed, "time") +
+                     ": " + counted(report.samples, "sample") + ", " + counted(report.segments, "segment") + "\n";
   for (const auto& [code, count] : report.codes.all())
     text += "  " + std::string(name(code)) + " " + formatCount(count) + ": " +
             (code == InputCode::W_BAD_LINE ? "the morphology of the row was refused; row dropped"
@@ -91,7 +91,7 @@ std::string placementText(const PlacedCells& placed) {
 
 std::string attributesText(const AttributedCells& attributed) {
   const AttributeTable& table = attributed.table();
-  std::string text = escaped(table.file()) + ": attributes: " + formatCount(table.names().size()) +
+  std::string text = inShort(table.file()) + ": attributes: " + formatCount(table.names().size()) +
                      "; cells with a row: " + formatCount(attributed.with_row()) +
                      ", without: " + formatCount(attributed.without_row()) +
                      "; rows without a cell: " + formatCount(attributed.rows_without_cell());
@@ -102,7 +102,7 @@ std::string attributesText(const AttributedCells& attributed) {
 // A doubt about the table: perhaps --key names the wrong column.
 std::string doubtAbout(const AttributedCells& attributed) {
   if (attributed.with_row() > 0 || attributed.table().rows() == 0 || attributed.without_row() == 0) return {};
-  return escaped(attributed.table().file()) + ": no row belongs to a cell: the first row is for '" +
+  return inShort(attributed.table().file()) + ": no row belongs to a cell: the first row is for '" +
          escaped(attributed.table().first_key(), 60) + "', and the first cell is '" +
          escaped(attributed.first_cell(), 60) + "'; does --key name the right column?";
 }
@@ -117,7 +117,7 @@ IngestOptions ingestOptionsOf(const IngestArguments& a) {
   options.cancel = &interruptFlag();
   options.memory = parseBytes("--memory", a.memory);
   if (options.memory < kMinIngestMemory)
-    throw UsageError("--memory " + a.memory + ": give at least " + formatBytes(kMinIngestMemory));
+    throw UsageError("--memory " + inShort(a.memory) + ": give at least " + formatBytes(kMinIngestMemory));
   return options;
 }
 
@@ -130,7 +130,7 @@ void requireUsable(const std::vector<SourceReport>& reports, bool strict) {
                      " inputs refused, nothing written; filiform check says which and why");
   if (all.accepted + all.warned > 0) return;
   const std::string first =
-      reports.empty() ? "nothing was read" : escaped(reports.front().file) + ": " + refusedFor(reports.front().report);
+      reports.empty() ? "nothing was read" : inShort(reports.front().file) + ": " + refusedFor(reports.front().report);
   throw InputError("no usable neuron in the input (" + first + "); filiform check lists what is wrong");
 }
 
@@ -304,7 +304,7 @@ void addIngestThat(CLI::App& app, Chosen& chosen, const Run& run) {
   command->add_flag("--add", a->add, "add the cells to the set; its --capacity and --quantum stay");
   command->add_option("--remove", a->removed, "remove the cell of this name from the set; repeatable")
       ->type_name("CELL")
-      ->expected(1);
+      ->allow_extra_args(false);
   command->add_flag("--force", a->force, "replace an existing set");
   command
       ->add_option("--log", a->log_s,

@@ -53,14 +53,14 @@ PrefetchPolicy prefetchPolicy(const std::string& name) {
   if (name == "none") return PrefetchPolicy::none;
   if (name == "distance") return PrefetchPolicy::distance;
   if (name == "structure") return PrefetchPolicy::structure;
-  throw UsageError("--prefetch " + escaped(name) + ": choose none, distance or structure");
+  throw UsageError("--prefetch " + inShort(name) + ": choose none, distance or structure");
 }
 
 FaultPlan::Delay delayKind(const std::string& name) {
   if (name == "constant") return FaultPlan::Delay::constant;
   if (name == "uniform") return FaultPlan::Delay::uniform;
   if (name == "exponential") return FaultPlan::Delay::exponential;
-  throw UsageError("--latency-kind " + escaped(name) + ": choose constant, uniform or exponential");
+  throw UsageError("--latency-kind " + inShort(name) + ": choose constant, uniform or exponential");
 }
 
 // With --realtime, --latency delays the reads of the set's files.
@@ -95,7 +95,7 @@ RunOptions optionsOf(const NavigateArguments& a, const TileStore& store, bool in
   if (!a.device.empty()) options.device = a.device;
   options.stiffness_N_m = a.stiffness_N_m;
   if (a.passivity != "auto" && a.passivity != "on" && a.passivity != "off")
-    throw UsageError("--passivity " + escaped(a.passivity) + ": choose auto, on or off");
+    throw UsageError("--passivity " + inShort(a.passivity) + ": choose auto, on or off");
   if (a.passivity != "auto") options.passivity = a.passivity == "on";
   options.zoom_um = a.zoom_um;
   if (!(a.rate_Hz > 0 && a.rate_Hz <= kMostRate_Hz))
@@ -112,7 +112,7 @@ RunOptions optionsOf(const NavigateArguments& a, const TileStore& store, bool in
   if (in_memory && a.latency_ms != 0)
     throw UsageError("--latency is for tile sets: an .swc or .zip file is read once, before the travel");
   if (a.delays != "constant" && !(a.realtime && a.latency_ms > 0))
-    throw UsageError("--latency-kind " + escaped(a.delays) + ": give --realtime and --latency MS too");
+    throw UsageError("--latency-kind " + inShort(a.delays) + ": give --realtime and --latency MS too");
   // In real time openScene() delays the files.
   options.latency_ms = a.realtime ? 0 : a.latency_ms;
   options.io_threads = a.io_threads != 0 ? a.io_threads : a.realtime && a.latency_ms > 0 ? 16 : 0;
@@ -123,7 +123,7 @@ RunOptions optionsOf(const NavigateArguments& a, const TileStore& store, bool in
   options.fault_csv = faultCsvOf(a);
   options.stop = &interruptFlag();
   options.recording_kept = [](const std::string& path) {
-    std::cerr << "filiform: note: the recording so far is in " << escaped(path) << '\n';
+    std::cerr << "filiform: note: the recording so far is in " << inShort(path) << '\n';
   };
   if (!a.cell.empty()) options.cell = findCellNamed(store, a.cell);
   return options;
@@ -160,10 +160,10 @@ void tellAgain(CLI::App& command, const std::string& device) {
       option->add_result(value);
       option->run_callback();
     } catch (const CLI::Error&) {
-      throw UsageError(escaped(file) + ": recorded with " + name + " " + escaped(value) +
+      throw UsageError(inShort(file) + ": recorded with " + name + " " + inShort(value) +
                        ", which this program does not accept");
     }
-    (((taken += ' ') += name) += ' ') += escaped(value);
+    (((taken += ' ') += name) += ' ') += inShort(value);
   }
   if (!taken.empty()) std::cerr << "filiform: note: options taken from the recording:" << taken << '\n';
 }
@@ -277,17 +277,17 @@ void describeForPeople(std::ostream& out, const RunSummary& s, const std::option
   out << "cell " << escaped(s.cell) << ", route " << escaped(a.route) << ", method " << a.method << ": "
       << toString(s.outcome) << explanationOf(s.outcome) << '\n';
   if (s.jumps > 0 || s.legs_completed > 1)
-    line("tour", formatCount(s.legs) + " routes begun, " + formatCount(s.legs_completed) + " completed; " +
-                     formatCount(s.jumps) + " jumps, " + formatCount(s.jump_wait_ticks) + " ticks of waiting for them");
+    line("tour", counted(s.legs, "route") + " begun, " + formatCount(s.legs_completed) + " completed; " +
+                     counted(s.jumps, "jump") + ", " + counted(s.jump_wait_ticks, "tick") + " of waiting for them");
   line("route", rounded(s.route_um, 1) + " um, reached " + rounded(s.reached_um, 1) + " um");
-  line("time", rounded(s.sim_s, 2) + " s, " + formatCount(s.ticks) + " ticks");
+  line("time", rounded(s.sim_s, 2) + " s, " + counted(s.ticks, "tick"));
   line("force", "mean " + rounded(s.mean_force_N, 3) + " N, largest " + rounded(s.max_force_N, 3) + " N, integral " +
                     rounded(s.force_integral_Ns, 2) + " N s");
   line("largest force step", rounded(s.max_force_step_N, 4) + " N from one tick to the next");
-  line("energy", "least " + rounded(1e3 * s.energy.least, 4) + " mJ, injected by the proxy " +
-                     rounded(1e3 * s.energy.injected, 4) + " mJ" +
-                     (s.passivity ? "; the passivity controller acted in " + formatCount(s.energy.acted) + " ticks"
-                                  : std::string()));
+  line("energy",
+       "least " + rounded(1e3 * s.energy.least, 4) + " mJ, injected by the proxy " +
+           rounded(1e3 * s.energy.injected, 4) + " mJ" +
+           (s.passivity ? "; the passivity controller acted in " + counted(s.energy.acted, "tick") : std::string()));
   line("segments in the set", formatCount(s.segments));
   line("tiles touched", formatCount(s.tiles));
   line("tiles read", formatCount(s.tiles_read) + ", evicted " + formatCount(s.evictions));
@@ -297,10 +297,10 @@ void describeForPeople(std::ostream& out, const RunSummary& s, const std::option
   line("stalls", formatCount(s.stalls) + "  (ticks repeated after a tile was read; the hand does not feel them)");
   line("frontiers", formatCount(s.frontiers) + "  (ticks at which the proxy waited for an absent tile)");
   if (network)
-    line("network", formatCount(network->requests) + " requests, " + formatBytes(network->bytes) + "; " +
-                        formatCount(network->merged) + " reads shared one, " + formatCount(network->cache_hits) +
-                        " came from the cache; " + formatCount(static_cast<std::uint64_t>(hourly(*network, s))) +
-                        " requests an hour at this pace");
+    line("network", counted(network->requests, "request") + ", " + formatBytes(network->bytes) + "; " +
+                        counted(network->merged, "read") + " shared one, " + formatCount(network->cache_hits) +
+                        " came from the cache; " + counted(static_cast<std::uint64_t>(hourly(*network, s)), "request") +
+                        " an hour at this pace");
   if (s.capped_ticks > 0) line("capped ticks", formatCount(s.capped_ticks) + "  (the search went on at the next tick)");
   if (s.missed_deadlines) line("missed deadlines", formatCount(*s.missed_deadlines) + " of " + formatCount(s.ticks));
   if (s.loop) {
@@ -395,7 +395,7 @@ int runNavigate(const NavigateArguments& a) {
   if (interrupted && ((csv && csv->isFile()) || travel))
     std::cerr << "filiform: note: interrupted: the files of --csv, --plot and --picture were not written\n";
   for (const std::string& failure : summary.failures) std::cerr << "filiform: " << failure << '\n';
-  if (!not_drawn.empty()) std::cerr << "filiform: --picture " << escaped(a.picture) << ": " << not_drawn << '\n';
+  if (!not_drawn.empty()) std::cerr << "filiform: --picture " << inShort(a.picture) << ": " << not_drawn << '\n';
   if (interrupted) return interruptedExitCode();
   if (!not_drawn.empty()) return 3;
   return summary.failures.empty() ? 0 : 1;

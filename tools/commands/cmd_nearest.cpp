@@ -42,9 +42,13 @@ std::vector<double> numbers(const std::string& option, const std::vector<std::st
 std::vector<Vector3d> pointsOf(const NearestArguments& a) {
   if (int{!a.points.empty()} + int{!a.coordinates.empty()} + int{!a.box.empty()} + int{!a.ray.empty()} != 1)
     throw UsageError("nearest: give one of: a point X Y Z, --points FILE (- for stdin), --box, --ray");
-  if (!a.coordinates.empty())
-    return {Vector3d(parseNumber("X", a.coordinates[0]), parseNumber("Y", a.coordinates[1]),
-                     parseNumber("Z", a.coordinates[2]))};
+  if (!a.coordinates.empty()) {
+    const char* const names[]{"X", "Y", "Z"};
+    Vector3d p_W;
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      p_W[static_cast<Eigen::Index>(axis)] = parseNumber(names[axis], a.coordinates[axis]);
+    return {p_W};
+  }
   return a.points.empty() ? std::vector<Vector3d>() : readPoints(a.points);  // none: a box or a ray
 }
 
@@ -167,29 +171,38 @@ void addNearestThat(CLI::App& app, Chosen& chosen, const NearestRun& run) {
   CLI::Option* k = command->add_option("--k", arguments->k, "find this many segments a point; along a ray, at most")
                        ->capture_default_str()
                        ->check(CLI::Range(1, 1000000));
-  command->add_option("--epsilon", arguments->epsilon, "allow distances up to (1 + E) times the nearest")
-      ->type_name("E")
-      ->capture_default_str();
-  command->add_flag("--approximate", arguments->approximate, "answer from the set's landmarks, without reading a tile");
+  CLI::Option* epsilon =
+      command->add_option("--epsilon", arguments->epsilon, "allow distances up to (1 + E) times the nearest")
+          ->type_name("E")
+          ->capture_default_str();
+  CLI::Option* approximate = command->add_flag("--approximate", arguments->approximate,
+                                               "answer from the set's landmarks, without reading a tile");
   command->add_option("--engine", arguments->engine, "search a tile with packed, or with cgal as a reference")
       ->capture_default_str();
   command->add_option("--budget", arguments->budget, "keep at most this memory of tiles between queries")
       ->capture_default_str()
       ->type_name("BYTES");
-  command->add_option("--radius", arguments->radius, "find only segments within R um; all of them without --k")
-      ->type_name("R")
-      ->check(CLI::NonNegativeNumber);
-  command->add_option("--box", arguments->box, "find all segments that meet a box, um; nearest to its middle first")
-      ->expected(6)
-      ->type_name("X0 Y0 Z0 X1 Y1 Z1");
-  command->add_option("--ray", arguments->ray, "find segments near a ray: origin, direction; sorted along the ray")
-      ->expected(6)
-      ->type_name("X Y Z DX DY DZ");
+  CLI::Option* radius =
+      command->add_option("--radius", arguments->radius, "find only segments within R um; all of them without --k")
+          ->type_name("R")
+          ->check(CLI::NonNegativeNumber);
+  CLI::Option* box =
+      command->add_option("--box", arguments->box, "find all segments that meet a box, um; nearest to its middle first")
+          ->expected(6)
+          ->type_name("X0 Y0 Z0 X1 Y1 Z1");
+  CLI::Option* ray =
+      command->add_option("--ray", arguments->ray, "find segments near a ray: origin, direction; sorted along the ray")
+          ->expected(6)
+          ->type_name("X Y Z DX DY DZ");
+  for (CLI::Option* const of_points : {epsilon, approximate, radius}) of_points->excludes(box)->excludes(ray);
+  k->excludes(box);
   command->add_option("--tolerance", arguments->tolerance, "largest distance from the ray, um")
       ->capture_default_str()
+      ->needs(ray)
       ->check(CLI::NonNegativeNumber);
   command->add_option("--slope", arguments->slope, "increase of the tolerance for each um along the ray")
       ->capture_default_str()
+      ->needs(ray)
       ->check(CLI::NonNegativeNumber);
   command->add_option("--threads", arguments->threads, "use N threads for many points")
       ->capture_default_str()

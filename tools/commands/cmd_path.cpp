@@ -5,13 +5,13 @@
 #include "index/query/cell_paths.h"
 #include "index/set/tile_set.h"
 #include "index/text.h"
+#include "solver/travel/places/cell_place_text.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/shared/remote_arguments.h"
 #include "tools/program/interruption.h"
 #include "tools/program/output_check.h"
 #include "tools/words/answer.h"
 #include "tools/words/cell_name.h"
-#include "tools/words/cell_place_text.h"
 #include "tools/words/found_path.h"
 #include "tools/words/numbers.h"
 
@@ -71,7 +71,7 @@ void writePathText(std::ostream& out, const CellPaths& cell, const FoundPath& fo
   out << escaped(cell.graph().name) << ": from " << placeText(cell, found.from) << " to "
       << (to_tip ? "the farthest tip, " : "") << placeText(cell, found.to) << ": " << hundredths(found.path.length_um())
       << " um along the cell, " << hundredths(found.straight_um()) << " um straight, "
-      << formatCount(found.path.points.size()) << (found.path.points.size() == 1 ? " point\n" : " points\n");
+      << counted(found.path.points.size(), "point") << "\n";
 }
 
 // An unbranched cell of the path's points, with ids from 1. A point between two samples is rounded to the grid, and has
@@ -96,11 +96,11 @@ CellGraph cellOfPath(const CellPaths& cell, const FoundPath& found) {
 
 void checkArguments(const PathArguments& a) {
   if (a.to.empty() != a.to_farthest_tip)
-    throw UsageError("path: give one of: a second place TO, such as CELL:SAMPLE, or --to-farthest-tip");
+    throw UsageError("path: give one of: a second place TO, such as CELL:ID, or --to-farthest-tip");
   if (a.out.empty()) return;
   const std::string ending = std::filesystem::path(a.out).extension().string();
   if (a.out != "-" && !ending.empty() && !endsWithNoCase(a.out, ".swc") && isFileOutput(a.out))
-    throw UsageError("--output " + escaped(a.out) + ": path writes SWC; give a name with the ending .swc");
+    throw UsageError("--output " + inShort(a.out) + ": path writes SWC; give a name with the ending .swc");
   checkOutputs({{"SET", a.set}}, {{"--output", a.out}, {"--json", a.json ? "-" : ""}, {"--tsv", a.tsv ? "-" : ""}});
 }
 
@@ -117,7 +117,8 @@ int runPath(const PathArguments& a) {
       throw UsageError("FROM is in '" + escaped(set->cell(cell_id).name, 80) + "' and TO in '" +
                        escaped(set->cell(other).name, 80) + "'; a path joins two places of one cell");
   }
-  const CellPaths cell(readCell(*set, cell_id, !a.out.empty()));
+  const bool with_types = !a.out.empty() || from.soma || (to && to->soma);
+  const CellPaths cell(readCell(*set, cell_id, with_types));
   throwIfInterrupted();
   const FoundPath found = to ? pathBetween(cell, from, *to, throwIfInterrupted) : pathToFarthestTip(cell, from);
   if (!found.note.empty()) std::cerr << "filiform: note: " << found.note << '\n';
@@ -141,15 +142,15 @@ void addPath(CLI::App& app, Chosen& chosen) {
   auto a = std::make_shared<PathArguments>();
   CLI::App* command = app.add_subcommand("path", "Measure the path along a cell between two places");
   command->footer(
-      "Examples:\n  filiform path column.fil CELL:1 CELL:245\n  filiform path column.fil CELL:1 --to-farthest-tip\n"
+      "Examples:\n  filiform path column.fil CELL:1 CELL:245\n  filiform path column.fil CELL:soma --to-farthest-tip\n"
       "  filiform path column.fil CELL:12+0.25 CELL:245 --tsv\n"
       "  filiform path column.fil CELL:1 CELL:245 -o path.swc\n"
-      "SAMPLE is the id of a sample in its file. CELL:SAMPLE+T lies between the sample (T = 0) and its parent (T = "
-      "1).\n"
+      "A place is CELL:soma; CELL:ID, with the id of a sample in its file; CELL:ID+T, between the sample (T = 0) and\n"
+      "its parent (T = 1); or CELL:X,Y,Z, the sample of the cell that is nearest to a point, um.\n"
       "In a cell with loops, the shortest path is taken.");
   command->add_option("SET", a->set, "tile set, or its address")->required();
-  command->add_option("FROM", a->from, "place where the path begins")->required()->type_name("CELL:SAMPLE");
-  command->add_option("TO", a->to, "place where the path ends, on the same cell")->type_name("CELL:SAMPLE");
+  command->add_option("FROM", a->from, "place where the path begins")->required()->type_name("PLACE");
+  command->add_option("TO", a->to, "place where the path ends, on the same cell")->type_name("PLACE");
   command->add_flag("--to-farthest-tip", a->to_farthest_tip, "end the path at the tip that is farthest along the cell");
   command->add_option("-o,--output", a->out, "write the path as SWC, with ids from 1; - for standard output")
       ->type_name("FILE");

@@ -3,10 +3,12 @@
 #include "index/attributes/cell_filter.h"
 #include "index/errors.h"
 #include "index/query/cell_graph.h"
+#include "index/query/cell_paths.h"
 #include "index/query/nearest.h"
 #include "index/set/tile_set.h"
 #include "index/text.h"
 #include "solver/graph/graph_view.h"
+#include "solver/travel/places/cell_place_text.h"
 #include "solver/travel/run/run.h"
 #include "solver/workspace/navigation_link.h"
 #include "solver/workspace/workspace.h"
@@ -102,19 +104,14 @@ NearestResult placeNamed(const TileStore& store, const RenderArguments& a) {
     if (found.empty()) throw InputError("--proxy: the scene has no segment");
     return found.front();
   }
-  const std::size_t colon = a.at.rfind(':');
-  if (colon == std::string::npos) throw UsageError("--at " + escaped(a.at) + ": give CELL:SAMPLE");
-  const std::uint32_t cell = findCellNamed(store, a.at.substr(0, colon), "--at");
-  const double id = parseNumber("--at", a.at.substr(colon + 1));
-  const CellGraph graph = readCell(store, cell, false);
-  const auto sample = std::find_if(graph.sample_ids.begin(), graph.sample_ids.end(),
-                                   [&](std::int64_t have) { return static_cast<double>(have) == id; });
-  if (sample == graph.sample_ids.end())
-    throw UsageError("--at " + escaped(a.at) + ": the cell has no sample with this id");
-  const Vector3d p_W = graph.position_W(static_cast<std::uint32_t>(sample - graph.sample_ids.begin()));
-  for (const NearestResult& result : nearest.find(p_W, {.k = SIZE_MAX, .max_distance_um = 0}))
+  const CellPlaceText text = parseCellPlace("--at", a.at);
+  const std::uint32_t cell = findCellNamed(store, text.cell, "--at");
+  const CellPaths paths(readCell(store, cell, text.soma));
+  const Vector3d p_W = paths.position_W(placesOf(paths, text).front());
+  // A place between two samples lies on its segment up to rounding.
+  for (const NearestResult& result : nearest.find(p_W, {.k = SIZE_MAX, .max_distance_um = 1e-3}))
     if (result.segment.cell == cell) return result;
-  throw InputError("--at " + escaped(a.at) + ": the sample has no segment");
+  throw InputError("--at " + inShort(a.at) + ": the sample has no segment");
 }
 
 // Finds forks near the proxy. Loads the tiles that the search needs, and keeps up to 512 of them.
@@ -282,7 +279,7 @@ SceneFigures drawFilm(const TileStore& store, const RenderArguments& a,
 void checkPictureName(const std::string& out) {
   const std::string ending = std::filesystem::path(out).extension().string();
   if (ending.empty() || endsWithNoCase(out, ".png") || !isFileOutput(out)) return;
-  throw UsageError("--output " + escaped(out) +
+  throw UsageError("--output " + inShort(out) +
                    ": the ending chooses the format: FILE.png, or - for standard output; with --path a film: FILE.mp4, "
                    ".mkv, .webm, .mov or FILE-%05d.png");
 }
@@ -290,11 +287,11 @@ void checkPictureName(const std::string& out) {
 int runRender(const RenderArguments& a) {
   if (!a.proxy.empty() && !a.at.empty()) throw UsageError("--proxy and --at: give one of them");
   if (a.palette != "red-green" && a.palette != "orange-blue")
-    throw UsageError("--palette " + escaped(a.palette) + ": choose red-green or orange-blue");
+    throw UsageError("--palette " + inShort(a.palette) + ": choose red-green or orange-blue");
   if (a.path.empty() && isFilmName(a.out))
-    throw UsageError(escaped(a.out) + ": a film needs --path FILE, a recording of navigate --record");
+    throw UsageError(inShort(a.out) + ": a film needs --path FILE, a recording of navigate --record");
   if (!a.path.empty() && !isFilmName(a.out))
-    throw UsageError(escaped(a.out) + ": with --path give FILE.mp4, .mkv, .webm, .mov or FILE-%05d.png");
+    throw UsageError(inShort(a.out) + ": with --path give FILE.mp4, .mkv, .webm, .mov or FILE-%05d.png");
   if (!a.path.empty() && (!a.proxy.empty() || !a.at.empty() || !a.camera.empty()))
     throw UsageError("--path uses the recorded hand: leave out --proxy, --at and --camera");
   if (a.path.empty()) checkPictureName(a.out);
@@ -350,9 +347,9 @@ int runRender(const RenderArguments& a) {
     return 0;
   }
   people << escaped(out) << ": ";
-  if (!a.path.empty()) people << formatCount(pictures) << " pictures of ";
-  people << size.width << " x " << size.height << ", " << formatCount(figures.segments) << " segments in "
-         << formatCount(figures.tiles) << " tiles, "
+  if (!a.path.empty()) people << counted(pictures, "picture") << " of ";
+  people << size.width << " x " << size.height << ", " << counted(figures.segments, "segment") << " in "
+         << counted(figures.tiles, "tile") << ", "
          << (std::isfinite(figures.error_px)
                  ? "error at most " + formatNumber(std::ceil(figures.error_px * 100) / 100) + " px"
                  : "error not limited, because the eye lies in a simplified tile")
@@ -360,22 +357,22 @@ int runRender(const RenderArguments& a) {
   if (colours)
     for (const CellColours::Entry& entry : colours->legend)
       people << "  " << escaped(colours->attribute, 60) << ' ' << escaped(entry.value, 60) << ": "
-             << formatCount(entry.cells) << (entry.cells == 1 ? " cell\n" : " cells\n");
+             << counted(entry.cells, "cell") << "\n";
   if (figures.limited)
     people << "  coarser than --error " << formatNumber(a.error_px) << " px, because --segments allows "
-           << formatCount(a.segments) << " segments; allow more for a finer picture\n";
+           << counted(a.segments, "segment") << "; allow more for a finer picture\n";
   if (figures.hidden > 0)
-    people << "  not drawn: " << formatCount(figures.hidden)
-           << " segments whose pixels others cover; --error 0 and more --segments draw them\n";
+    people << "  not drawn: " << counted(figures.hidden, "segment")
+           << " whose pixels others cover; --error 0 and more --segments draw them\n";
   if (figures.left_out > 0)
-    people << "  left out: " << formatCount(figures.left_out) << " segments, because --segments allows "
+    people << "  left out: " << counted(figures.left_out, "segment") << ", because --segments allows "
            << formatCount(a.segments) << (levels ? "" : " and the scene has no levels of detail") << "; allow more"
            << (levels || isFileScene(a.scene) ? "" : ", or ingest without --no-levels; after --add, filiform compact")
            << "\n";
   const bool is_overview = a.path.empty() && a.proxy.empty() && a.at.empty() && a.camera.find(':') == std::string::npos;
   if (is_overview && !a.all && scene.far_segments() > 0)
-    people << "  not in the picture: " << formatCount(scene.far_segments())
-           << (scene.far_segments() == 1 ? " segment" : " segments") << " far from all others; --all frames them too\n";
+    people << "  not in the picture: " << counted(scene.far_segments(), "segment")
+           << " far from all others; --all frames them too\n";
   if (figures.implausible_radii > 0)
     people << "  radii that are unknown or impossible in um: " << formatCount(figures.implausible_radii)
            << ", drawn with a usual radius\n";
@@ -408,7 +405,9 @@ void addRender(CLI::App& app, Chosen& chosen) {
       ->type_name("VIEW");
   command->add_option("--proxy", a->proxy, "put the proxy on the neurite nearest to this point, um")
       ->type_name("X,Y,Z");
-  command->add_option("--at", a->at, "put the proxy at this sample of a cell")->type_name("CELL:SAMPLE");
+  command
+      ->add_option("--at", a->at, "put the proxy at CELL:soma, CELL:ID or another place on a cell, as in filiform path")
+      ->type_name("PLACE");
   command->add_option("--zoom", a->zoom_um, "show this much tissue, um, across the workspace about the proxy")
       ->capture_default_str()
       ->type_name("UM")
@@ -428,25 +427,32 @@ void addRender(CLI::App& app, Chosen& chosen) {
                    "colour by cell, type, depth, radius, tile, or an attribute of the cells such as mtype")
       ->capture_default_str()
       ->type_name("NAME");
-  command->add_option("--where", a->where, "fade cells whose attribute does not meet NAME=VALUE; as in filiform cells")
+  command
+      ->add_option(
+          "--where", a->where,
+          "fade cells whose attribute does not meet NAME=VALUE, as in filiform cells; repeatable: all must hold")
       ->type_name("CONDITION")
-      ->expected(1);
+      ->allow_extra_args(false);
   command->add_flag("--no-legend", a->no_legend, "leave out the legend of an attribute's colours");
   command->add_option("--palette", a->palette, "colours of the branches at a fork: red-green or orange-blue")
       ->capture_default_str();
   command->add_option("--highlight", a->highlight, "emphasise this cell; the other cells fade")->type_name("CELL");
   command->add_flag("--orthographic", a->orthographic, "project in parallel: near objects look no larger");
-  command
-      ->add_option("--path", a->path,
-                   "draw a film of this recording of `navigate --record`, to FILE.mp4 (needs ffmpeg) or FILE-%05d.png; "
-                   "give --zoom, --route, --cell and --method as in the recorded run")
-      ->type_name("FILE.rec");
+  CLI::Option* path =
+      command
+          ->add_option(
+              "--path", a->path,
+              "draw a film of this recording of `navigate --record`, to FILE.mp4 (needs ffmpeg) or FILE-%05d.png; "
+              "give --zoom, --route, --cell and --method as in the recorded run")
+          ->type_name("FILE.rec");
   command->add_option("--fps", a->pictures_s, "pictures a second in a film")
       ->capture_default_str()
+      ->needs(path)
       ->check(CLI::Range(0.1, 1000.0));
-  command->add_option("--route", a->route, "route of the recording")->capture_default_str();
-  command->add_option("--cell", a->cell, "cell of the recording; default: the cell with the most segments");
-  command->add_option("--method", a->method, "method of the recording")->capture_default_str();
+  command->add_option("--route", a->route, "route of the recording")->needs(path)->capture_default_str();
+  command->add_option("--cell", a->cell, "cell of the recording; default: the cell with the most segments")
+      ->needs(path);
+  command->add_option("--method", a->method, "method of the recording")->needs(path)->capture_default_str();
   command->add_option("--segments", a->segments, "draw at most N segments")->capture_default_str();
   command->add_option("--error", a->error_px, "allow levels of detail to be wrong by N pixels")
       ->capture_default_str()

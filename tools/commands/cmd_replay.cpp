@@ -1,4 +1,5 @@
 // filiform replay: repeats a recorded session of `serve`, and compares it with the recording bit for bit.
+#include "index/count_text.h"
 #include "index/errors.h"
 #include "index/set/tile_set.h"
 #include "index/text.h"
@@ -25,8 +26,8 @@ int runReplay(const ReplayArguments& a) {
   const std::string revision = recordedRevision(a.recording);
   const auto set = TileSet::open(a.set);
   if (set->revision() != revision)
-    throw InputError(escaped(a.recording) + ": was recorded on revision " + escaped(revision, 40) + "; " +
-                     escaped(a.set) + " has " + set->revision() + ", so give the set as it was");
+    throw InputError(inShort(a.recording) + ": was recorded on revision " + escaped(revision, 40) + "; " +
+                     inShort(a.set) + " has " + set->revision() + ", so give the set as it was");
   const SessionReplay replay = replaySession(*set, a.recording);
   if (a.json) {
     std::cout << jsonText({{"set", replay.set},
@@ -39,9 +40,10 @@ int runReplay(const ReplayArguments& a) {
                            {"equal", replay.isEqual()}})
               << '\n';
   } else {
-    std::cout << replay.ticks << " ticks with " << replay.hands << " HAND frames: " << replay.differing_hands
-              << " positions of the hand differ from the recording\n"
-              << replay.proxies << " PROXY frames: " << replay.differing_proxies << " differ from the recording\n";
+    std::cout << counted(replay.ticks, "tick") << " with " << counted(replay.hands, "HAND frame") << ": "
+              << replay.differing_hands << " positions of the hand differ from the recording\n"
+              << counted(replay.proxies, "PROXY frame") << ": " << replay.differing_proxies
+              << " differ from the recording\n";
   }
   return replay.isEqual() ? 0 : 1;
 }

@@ -24,7 +24,7 @@ namespace {
 void checkArchiveName(const std::string& out) {
   const std::string ending = std::filesystem::path(out).extension().string();
   if (ending.empty() || endsWithNoCase(out, ".zip") || isStandardOutput(out) || !isFileOutput(out)) return;
-  throw UsageError("--output " + escaped(out) + ": synth writes a zip archive of SWC files; give OUT.zip");
+  throw UsageError("--output " + inShort(out) + ": synth writes a zip archive of SWC files; give OUT.zip");
 }
 
 int runCircuit(const SyntheticOptions& options, const std::string& out) {
@@ -38,10 +38,9 @@ int runCircuit(const SyntheticOptions& options, const std::string& out) {
     progress.update(done);
   });
   progress.finish();
-  std::cout << escaped(out) << "/circuit_config.json: " << formatCount(summary.cells)
-            << (summary.cells == 1 ? " cell from " : " cells from ") << formatCount(summary.files)
-            << (summary.files == 1 ? " morphology of " : " morphologies of ") << formatCount(summary.segments)
-            << " segments, " << formatBytes(summary.zip_bytes) << " of H5\n";
+  std::cout << escaped(out) << "/circuit_config.json: " << counted(summary.cells, "cell") << " from "
+            << counted(summary.files, "morphology", "morphologies") << " of " << counted(summary.segments, "segment")
+            << ", " << formatBytes(summary.zip_bytes) << " of H5\n";
   return 0;
 }
 
@@ -60,12 +59,12 @@ int runSynth(const SyntheticOptions& options, const std::string& out) {
       },
       &interruptFlag());
   progress.finish();
-  people << escaped(out) << ": " << formatCount(summary.files) << (summary.files == 1 ? " cell, " : " cells, ")
-         << formatCount(summary.samples) << " samples, " << formatCount(summary.segments) << " segments, "
-         << formatBytes(summary.text_bytes) << " of SWC in " << formatBytes(summary.zip_bytes) << " of zip\n";
+  people << escaped(out) << ": " << counted(summary.files, "cell") << ", " << counted(summary.samples, "sample") << ", "
+         << counted(summary.segments, "segment") << ", " << formatBytes(summary.text_bytes) << " of SWC in "
+         << formatBytes(summary.zip_bytes) << " of zip\n";
   if (!options.placements_out.empty())
-    people << escaped(options.placements_out) << ": places these morphologies " << formatCount(summary.cells)
-           << " times\n";
+    people << escaped(options.placements_out) << ": places these morphologies " << counted(summary.cells, "time")
+           << "\n";
   const auto& scenes = sceneKinds();
   if (std::find(scenes.begin(), scenes.end(), options.kind) != scenes.end())
     people << "suggested route through this scene: --route " << sceneRoute(options.kind) << '\n';

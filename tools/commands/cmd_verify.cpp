@@ -54,13 +54,13 @@ int runVerify(const VerifyArguments& a) {
   const VerifyReport report = verify(path, options);
   progress.reset();
   if (report.sound()) {
-    std::cout << escaped(path) << ": sound: " << formatCount(report.tiles) << " tiles, " << formatBytes(report.bytes)
+    std::cout << escaped(path) << ": sound: " << counted(report.tiles, "tile") << ", " << formatBytes(report.bytes)
               << (a.deep ? ", every byte and every invariant of the format checked\n" : ", every byte checked\n");
     return 0;
   }
   for (const std::string& problem : report.problems) std::cout << problem << '\n';
-  throw InputError(escaped(path) + ": damaged: " + formatCount(report.problem_count) +
-                   (report.problem_count == 1 ? " problem: " : " problems, the first: ") + report.problems.front() +
+  throw InputError(inShort(path) + ": damaged: " + counted(report.problem_count, "problem") +
+                   (report.problem_count == 1 ? ": " : ", the first: ") + report.problems.front() +
                    "; run ingest again to make a new set");
 }
 

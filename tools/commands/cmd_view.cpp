@@ -33,7 +33,7 @@ namespace {
 struct ViewArguments {
   std::shared_ptr<const RemoteArguments> remote;
   std::vector<std::string> scene;
-  std::string device = "mouse", method = "climb", budget, record, state, pictures = ".", size, follow;
+  std::string device = "mouse", method = "climb", budget, record, state, pictures = ".", size, follow, beside_web;
   double zoom_um = 300;
   std::optional<double> seconds, stiffness_N_m;
   std::uint64_t segments = 0;
@@ -54,7 +54,7 @@ OpenedScene openToView(const std::vector<std::string>& paths, const RemoteOption
     Input input(paths);
     scene.store = buildTilesInMemory(input);
     if (scene.store->cell_count() == 0)
-      throw InputError(escaped(paths.front()) + ": no usable neuron in it; filiform check says why");
+      throw InputError(inShort(paths.front()) + ": no usable neuron in it; filiform check says why");
     if (const std::string doubt = input.unitDoubt(); !doubt.empty()) std::cerr << "filiform: note: " << doubt << '\n';
     return scene;
   }
@@ -65,12 +65,12 @@ OpenedScene openToView(const std::vector<std::string>& paths, const RemoteOption
 
 PictureSize windowSize(const std::string& text) {
   const std::size_t cross = text.find('x');
-  if (cross == std::string::npos) throw UsageError("--size " + escaped(text) + ": give WIDTHxHEIGHT, such as 1280x800");
+  if (cross == std::string::npos) throw UsageError("--size " + inShort(text) + ": give WIDTHxHEIGHT, such as 1280x800");
   const double width = parseNumber("--size", text.substr(0, cross));
   const double height = parseNumber("--size", text.substr(cross + 1));
   for (const double side : {width, height})
     if (side != static_cast<int>(side) || side < 1 || side > Renderer::kMaxSize)
-      throw UsageError("--size " + escaped(text) + ": each side is a whole number from 1 to " +
+      throw UsageError("--size " + inShort(text) + ": each side is a whole number from 1 to " +
                        std::to_string(Renderer::kMaxSize));
   return {static_cast<int>(width), static_cast<int>(height)};
 }
@@ -90,7 +90,8 @@ int runView(const ViewArguments& a) {
   }
   if (a.web) {
     if (a.scene.size() != 1 || isFileScene(a.scene.front())) throw UsageError("--web: give one tile set");
-    if (!a.follow.empty()) throw UsageError("--follow: leave out --web; the window of this command has the device");
+    if (!a.beside_web.empty())
+      throw UsageError("--web: travel in a browser has settings of its own; leave out " + a.beside_web);
     return travelInBrowser(a.scene.front());
   }
   std::vector<NamedPath> outputs{{"--record", a.record}, {"--state", a.state}};
@@ -98,7 +99,7 @@ int runView(const ViewArguments& a) {
   checkOutputs(namedInputs(a), outputs);
   std::error_code none;
   if (std::filesystem::exists(a.pictures, none) && !std::filesystem::is_directory(a.pictures, none))
-    throw IoError("--pictures " + escaped(a.pictures), "is not a folder; name a folder for the screenshots");
+    throw IoError("--pictures " + inShort(a.pictures), "is not a folder; name a folder for the screenshots");
   const RemoteOptions remote_options = a.remote->options();
   std::unique_ptr<Follow> follow;
   if (!a.follow.empty()) follow = std::make_unique<Follow>(a.follow, a.scene, remote_options.token);
@@ -109,7 +110,7 @@ int runView(const ViewArguments& a) {
     const std::filesystem::path folder = std::filesystem::path(path).parent_path();
     std::error_code error;
     std::filesystem::create_directories(folder, error);
-    if (error) throw IoError(escaped(folder.string()), "cannot make the folder for pictures", error.value());
+    if (error) throw IoError(inShort(folder.string()), "cannot make the folder for pictures", error.value());
     writePng(picture, path);
   };
   options.poll = [&follow] {
@@ -187,10 +188,16 @@ void addView(CLI::App& app, Chosen& chosen) {
           "address")
       ->type_name("WS_URL");
   command->add_flag("--reset", a->reset, "reset the settings to defaults");
-  command->add_flag("--web", a->web, "travel in a browser instead of a window; the other options have no effect");
+  const CLI::Option* const web = command->add_flag(
+      "--web", a->web, "travel in a browser instead of a window; takes no other option of the window");
   command->add_flag("--keys", a->keys, "print keys and mouse actions as Markdown, and end");
   a->remote = addRemoteArguments(*command);
-  command->callback([a, &chosen] { chosen = [a] { return runView(*a); }; });
+  command->callback([a, web, command, &chosen] {
+    for (const CLI::Option* option : command->get_options())
+      if (option->nonpositional() && option->count() > 0 && option != web && option->get_group() == web->get_group())
+        a->beside_web += (a->beside_web.empty() ? "" : " and ") + option->get_name();
+    chosen = [a] { return runView(*a); };
+  });
 }
 
 }  // namespace filiform::tools

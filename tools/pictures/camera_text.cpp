@@ -22,7 +22,7 @@ std::vector<double> parseNumberList(const std::string& what, const std::string& 
     begin = end + 1;
   }
   if (values.size() != count)
-    throw UsageError(what + " " + escaped(text) + ": give " + std::to_string(count) + " numbers, separated by commas");
+    throw UsageError(what + " " + inShort(text) + ": give " + std::to_string(count) + " numbers, separated by commas");
   return values;
 }
 
@@ -57,7 +57,7 @@ CameraText parseCamera(const std::string& what, const std::string& text) {
     camera.yaw_rad = degrees[0] * std::numbers::pi / 180;
     camera.pitch_rad = degrees[1] * std::numbers::pi / 180;
   } else {
-    throw UsageError(what + " " + escaped(text) +
+    throw UsageError(what + " " + inShort(text) +
                      ": give front, back, left, right, top, bottom, follow, YAW,PITCH in degrees, or X,Y,Z:X,Y,Z");
   }
   return camera;
@@ -66,11 +66,11 @@ CameraText parseCamera(const std::string& what, const std::string& text) {
 PictureSize parseSize(const std::string& what, const std::string& text, int most) {
   const std::size_t cross = text.find('x');
   if (cross == std::string::npos)
-    throw UsageError(what + " " + escaped(text) + ": give WIDTHxHEIGHT, such as 1280x800");
+    throw UsageError(what + " " + inShort(text) + ": give WIDTHxHEIGHT, such as 1280x800");
   const double width = parseNumber(what, text.substr(0, cross)), height = parseNumber(what, text.substr(cross + 1));
   for (const double side : {width, height})
     if (side != std::floor(side) || side < 1 || side > most)
-      throw UsageError(what + " " + escaped(text) + ": each side is a whole number from 1 to " + std::to_string(most));
+      throw UsageError(what + " " + inShort(text) + ": each side is a whole number from 1 to " + std::to_string(most));
   return {static_cast<int>(width), static_cast<int>(height)};
 }
 

@@ -107,7 +107,7 @@ void Film::Impl::start(double pictures_s) {
   std::array<int, 2> pictures_in{}, words_out{};
   if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, pictures_in.data()) != 0 ||
       ::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, words_out.data()) != 0)
-    throw IoError(escaped(out), "cannot start ffmpeg", errno);
+    throw IoError(inShort(out), "cannot start ffmpeg", errno);
   std::string size = std::to_string(width);
   size += 'x';
   size += std::to_string(height);
@@ -147,7 +147,7 @@ void Film::Impl::start(double pictures_s) {
   from_encoder = words_out[0];
   if (failed != 0) {
     encoder = -1;
-    throw IoError(escaped(out), "cannot start ffmpeg", failed);
+    throw IoError(inShort(out), "cannot start ffmpeg", failed);
   }
 }
 
@@ -178,7 +178,7 @@ Film::Film(const std::string& out, int width, int height, double pictures_s) : i
   impl_->number = numberIn(out);
   if (impl_->number) return;
   if (!isFileName(out)) {
-    std::string text = escaped(out);
+    std::string text = inShort(out);
     text += ": a film is FILE.mp4, .mkv, .webm or .mov, or a sequence of pictures such as FILE-%05d.png";
     throw UsageError(text);
   }
@@ -190,9 +190,9 @@ Film::Film(const std::string& out, int width, int height, double pictures_s) : i
   impl_->out = fs::path(out).replace_extension().string();
   impl_->out += "-%05d.png";
   impl_->number = numberIn(impl_->out);
-  if (!impl_->number) throw UsageError(escaped(out) + ": without ffmpeg the name must not contain %");
+  if (!impl_->number) throw UsageError(inShort(out) + ": without ffmpeg the name must not contain %");
   impl_->note = "no ffmpeg found (apt-get install ffmpeg), so there is no film; the pictures are ";
-  impl_->note += escaped(impl_->out);
+  impl_->note += inShort(impl_->out);
 }
 
 Film::~Film() {
@@ -220,14 +220,14 @@ void Film::add(const Picture& picture) {
     }
     if (errno == EINTR) continue;
     const std::string words = impl_->end();
-    throw IoError(escaped(impl_->out), "ffmpeg failed: " + escaped(words));
+    throw IoError(inShort(impl_->out), "ffmpeg failed: " + escaped(words, 600));
   }
 }
 
 void Film::finish() {
   if (impl_->encoder < 0) return;
   const std::string words = impl_->end();
-  if (!words.empty()) throw IoError(escaped(impl_->out), "ffmpeg failed: " + escaped(words));
+  if (!words.empty()) throw IoError(inShort(impl_->out), "ffmpeg failed: " + escaped(words, 600));
   impl_->file->finish();
 }
 

@@ -22,11 +22,11 @@
 #include <memory>
 #include <new>
 #include <optional>
-#include <regex>
 #include <string>
 #include <string_view>
 #include <system_error>
 #include <unistd.h>
+#include <utility>
 #include <vector>
 
 #include <CLI/CLI.hpp>
@@ -38,8 +38,11 @@ namespace {
 std::string program_name = "filiform";
 
 int fail(int code, const std::string& what) {
-  // Callers escape untrusted text already. Escaping again changes nothing, and covers a place that was forgotten.
-  std::cerr << program_name << ": " << escaped(what) << '\n';
+  // Callers escape and shorten what was given already. Doing so again covers a place that was forgotten, and the errors
+  // of devices and libraries.
+  constexpr std::size_t kLongest = 1000;
+  const std::string line = withShortWords(what);
+  std::cerr << program_name << ": " << (line.size() > kLongest ? inShort(line) : line) << '\n';
   return code;
 }
 
@@ -73,46 +76,80 @@ void holdStandardDescriptors() {
       return;
 }
 
-// Translates CLI11's message about a refused value.
+// The text before a mark, and the text after it.
+std::optional<std::pair<std::string, std::string>> cutAt(const std::string& text, std::string_view mark,
+                                                         bool last = false) {
+  const std::size_t at = last ? text.rfind(mark) : text.find(mark);
+  if (at == std::string::npos) return std::nullopt;
+  return std::pair(text.substr(0, at), text.substr(at + mark.size()));
+}
+
+// Translates CLI11's message about a refused value. Without std::regex, whose recursion overflows the stack on long
+// words.
 std::string plainRefusal(const CLI::App& command, const std::string& said) {
   const auto typeOf = [&command](const std::string& name) {
     const CLI::Option* const option = command.get_option_no_throw(name);
     return option == nullptr ? std::string() : option->get_type_name();
   };
-  static const std::regex kUnread("Could not convert: (\\S+) = (.*)");
-  static const std::regex kRange("(\\S+): Value (\\S+) not in range (\\S+) to (\\S+)");
-  static const std::regex kCount("(\\S+): (?:At [Ll]east |At [Mm]ost |Exactly )?(\\d+) required but received (\\d+)");
-  static const std::regex kMissing("(\\S+): \\d+ required (.+) missing");
-  std::smatch m;
-  if (std::regex_match(said, m, kUnread))
-    return m.str(1) + ' ' + m.str(2) + ": give a " +
-           (typeOf(m[1]).find("INT") != std::string::npos ? "whole number" : "number");
-  if (std::regex_match(said, m, kRange)) {
+  const auto isWhole = [&typeOf](const std::string& name) { return typeOf(name).find("INT") != std::string::npos; };
+  constexpr std::string_view kUnread = "Could not convert: ", kExtra = "not expected: ";
+  if (said.starts_with(kUnread))
+    if (const auto named = cutAt(said.substr(kUnread.size()), " = "))
+      return named->first + ' ' + inShort(named->second) + ": give a " +
+             (isWhole(named->first) ? "whole number" : "number");
+  if (const auto extra = cutAt(said, kExtra); extra && said.starts_with("The following argument"))
+    return "unexpected " + inShort(extra->second);
+  const auto named = cutAt(said, ": ");
+  if (!named) {
+    if (const auto both = cutAt(said, " excludes ")) return both->first + " cannot be given with " + both->second;
+    if (const auto both = cutAt(said, " requires ")) return both->first + " needs " + both->second;
+    return inShort(said);
+  }
+  const auto& [name, problem] = *named;
+  constexpr std::string_view kValue = "Value ";
+  if (const auto range = cutAt(problem, " not in range ", true); range && problem.starts_with(kValue)) {
+    const auto bounds = cutAt(range->second, " to ").value();
     const auto bound = [](const std::string& text) {  // whole numbers stay unchanged
       return text.find('.') == std::string::npos ? text : formatNumber(std::stod(text));
     };
-    const std::string value = m.str(1) + ' ' + m.str(2) + ": give ";
-    if (std::stod(m[4]) > 1e300) return value + bound(m[3]) + " or more";
-    const bool whole = typeOf(m[1]).find("INT") != std::string::npos;
-    return value + (whole ? "a whole number from " : "a number from ") + bound(m[3]) + " to " + bound(m[4]);
+    const std::string given = name + ' ' + inShort(range->first.substr(kValue.size())) + ": give ";
+    if (std::stod(bounds.second) > 1e300) return given + bound(bounds.first) + " or more";
+    return given + (isWhole(name) ? "a whole number from " : "a number from ") + bound(bounds.first) + " to " +
+           bound(bounds.second);
   }
-  if (std::regex_match(said, m, kCount))
-    return m.str(1) + ": give " + m.str(2) + " values (" + typeOf(m[1]) + "), not " + m.str(3);
-  if (std::regex_match(said, m, kMissing)) return m.str(1) + " needs a value: " + m.str(2);
-  return said;
+  if (const auto member = cutAt(problem, " not in {", true)) {
+    std::string choices;
+    for (const char c : member->second.substr(0, member->second.find('}')))
+      choices += c == ',' ? ", " : std::string(1, c);
+    return name + ' ' + inShort(member->first) + ": choose one of " + choices;
+  }
+  if (const auto counts = cutAt(problem, " required but received ")) {
+    const std::string wanted = counts->first.substr(counts->first.rfind(' ') + 1);
+    if (wanted == "1" && counts->second != "0") return name + " may be given once";
+    return name + ": give " + wanted + " values (" + typeOf(name) + "), not " + counts->second;
+  }
+  if (problem.ends_with(" missing"))
+    if (const auto missing = cutAt(problem, " required "))
+      return name + " needs a value: " + missing->second.substr(0, missing->second.size() - 8);
+  return name + ": " + inShort(problem);
+}
+
+std::string without(std::string text, const std::string& part) {
+  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at)) text.erase(at, part.size());
+  return text;
 }
 
 // Removes CLI11's value counts and check names from the help.
 class PlainHelp : public CLI::Formatter {
  public:
   std::string make_option_opts(const CLI::Option* option) const override {
-    static const std::regex kCheck(":(UINT|INT|FLOAT|NONNEGATIVE)\\b"), kCount(" x \\d+");
-    const std::string text = std::regex_replace(CLI::Formatter::make_option_opts(option), kCheck, "");
-    return std::regex_replace(text, kCount, "");
+    std::string text =
+        without(CLI::Formatter::make_option_opts(option), " x " + std::to_string(option->get_expected()));
+    for (const char* check : {":UINT", ":INT", ":FLOAT", ":NONNEGATIVE"}) text = without(text, check);
+    return text;
   }
   std::string make_option_usage(const CLI::Option* option) const override {
-    static const std::regex kCount("\\(\\d+x\\)");
-    return std::regex_replace(CLI::Formatter::make_option_usage(option), kCount, "");
+    return without(CLI::Formatter::make_option_usage(option), "(" + std::to_string(option->get_expected()) + "x)");
   }
 };
 
@@ -143,7 +180,7 @@ std::string refusalOf(const CLI::App& app, const CLI::Error& error, const std::v
     return "unknown option '" + escaped(name, 80) + "'" + didYouMean(near.names()) +
            (near.names().empty() ? "; " : " ") + help + " lists the options";
   }
-  return escaped(plainRefusal(command, error.what())) + " (see " + help + ")";
+  return withShortWords(plainRefusal(command, error.what())) + " (see " + help + ")";
 }
 
 // While an object lives, std::cout throws where standard output cannot be written: ClosedPipe, or IoError with the
@@ -227,7 +264,7 @@ int runProgram(const Program& program, int argc, char** argv) {
       if (!chosen) throw UsageError("--json-usage: give no other words");
       code = chosen();
     } catch (const CLI::FileError&) {
-      throw IoError("--config " + escaped(app.get_config_ptr()->as<std::string>()), "cannot read the file", errno);
+      throw IoError("--config " + inShort(app.get_config_ptr()->as<std::string>()), "cannot read the file", errno);
     } catch (const CLI::ParseError& error) {
       code = app.exit(error) == 0 ? 0 : 2;
     }
@@ -243,7 +280,8 @@ int runProgram(const Program& program, int argc, char** argv) {
     return fail(3, error.what());
   } catch (const UnknownDevice& error) {
     NearNames near(error.given());
-    for (const std::string& name : error.known()) near.offer(name);
+    for (const std::string& name : error.known())
+      if (name != error.given()) near.offer(name);
     return fail(2, error.what() + didYouMean(near.names()));
   } catch (const DeviceError& error) {
     return fail(3, error.what());

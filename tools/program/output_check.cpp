@@ -51,7 +51,7 @@ std::set<FileId> filesOf(const std::vector<NamedPath>& inputs) {
   return files;
 }
 
-std::string said(const NamedPath& named) { return named.option + " " + escaped(named.path); }
+std::string said(const NamedPath& named) { return named.option + " " + inShort(named.path); }
 
 std::string parentOf(const std::string& path) {
   const std::string parent = fs::path(path).parent_path().string();
@@ -74,11 +74,11 @@ std::string placeOf(const OutputPlace& place) {
 void checkWritable(const NamedPath& output, const OutputPlace& place) {
   if (place.kind == OutputPlace::Kind::kDescriptor) return;
   if (place.exists && ::access(place.target.c_str(), W_OK) != 0)
-    throw IoError(escaped(output.path), "cannot write", errno);
+    throw IoError(inShort(output.path), "cannot write", errno);
   if (place.kind != OutputPlace::Kind::kFile) return;
   const std::string folder = parentOf(place.target);
   if (::access(folder.c_str(), W_OK | X_OK) != 0)
-    throw IoError(escaped(output.path), "cannot write into its folder", errno);
+    throw IoError(inShort(output.path), "cannot write into its folder", errno);
 }
 
 }  // namespace
@@ -110,7 +110,7 @@ void checkOutputFolder(const std::vector<NamedPath>& inputs, const NamedPath& fo
   for (fs::directory_iterator at(folder.path, error), end; !error && at != end; at.increment(error)) {
     const auto what = statOf(at->path().string());
     if (what && S_ISREG(what->st_mode) && read.contains(idOf(*what)))
-      throw UsageError(said(folder) + ": holds an input of this command, " + escaped(at->path().filename().string()) +
+      throw UsageError(said(folder) + ": holds an input of this command, " + inShort(at->path().filename().string()) +
                        "; name another folder");
   }
 }

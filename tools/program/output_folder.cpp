@@ -29,12 +29,12 @@ OutputFolder::OutputFolder(const std::string& path) : path_(path) {
   const fs::file_status status = fs::status(path_, error);
   if (fs::is_directory(status)) {
     if (!fs::is_empty(path_, error) || error)
-      throw InputError(escaped(path_) + ": is a folder that is not empty; name a new or an empty one");
+      throw InputError(inShort(path_) + ": is a folder that is not empty; name a new or an empty one");
     return;
   }
-  if (fs::exists(status)) throw InputError(escaped(path_) + ": is not a folder; choose another name");
+  if (fs::exists(status)) throw InputError(inShort(path_) + ": is not a folder; choose another name");
   refuseInputName(path_);
-  if (::mkdir(path_.c_str(), 0777) != 0) throw IoError(escaped(path_), "cannot make the folder", errno);
+  if (::mkdir(path_.c_str(), 0777) != 0) throw IoError(inShort(path_), "cannot make the folder", errno);
   made_.push_back(path_);
 }
 
@@ -45,7 +45,7 @@ OutputFolder::~OutputFolder() {
 
 void OutputFolder::makeFolder(const std::string& name) {
   const std::string path = path_ + "/" + name;
-  if (::mkdir(path.c_str(), 0777) != 0) throw IoError(escaped(path), "cannot make the folder", errno);
+  if (::mkdir(path.c_str(), 0777) != 0) throw IoError(inShort(path), "cannot make the folder", errno);
   made_.push_back(path);
 }
 

@@ -11,7 +11,7 @@ namespace filiform::tools {
 
 std::string readTokenFile(const std::string& path) {
   constexpr std::size_t kMostTokenBytes = 4096;
-  const std::string named = "--token-file " + escaped(path);
+  const std::string named = "--token-file " + inShort(path);
   std::ifstream in(path, std::ios::binary);
   if (!in) throw IoError(named, "cannot open", errno);
   std::string token(kMostTokenBytes + 1, '\0');

@@ -1,6 +1,7 @@
 #include "tools/program/usage_json.h"
 
 #include <algorithm>
+#include <set>
 #include <sstream>
 #include <utility>
 #include <vector>
@@ -27,7 +28,25 @@ std::string valueTypeOf(const CLI::Option& option) {
   return option.get_type_name().substr(0, option.get_type_name().find(':'));
 }
 
+// The check of CLI::Range and the like, which the type name states: "UINT:INT in [1 - 5]", "FLOAT:NONNEGATIVE".
+Json numberRangeOf(const CLI::Option& option) {
+  const std::string type = option.get_type_name();
+  if (type.ends_with(":NONNEGATIVE")) return {0, nullptr};
+  const std::size_t begin = type.find(" in ["), middle = type.find(" - ", begin), end = type.find(']', begin);
+  if (begin == std::string::npos || middle == std::string::npos || end == std::string::npos) return nullptr;
+  return {Json::parse(type.substr(begin + 5, middle - begin - 5)),
+          Json::parse(type.substr(middle + 3, end - middle - 3))};
+}
+
 bool repeats(const CLI::Option& option) { return option.get_items_expected_max() > 1000; }
+
+// CLI11 has them in no order.
+std::vector<std::string> sortedNames(const std::set<CLI::Option*>& options) {
+  std::vector<std::string> names;
+  for (const CLI::Option* option : options) names.push_back(option->get_name());
+  std::sort(names.begin(), names.end());
+  return names;
+}
 
 Json optionJson(const CLI::Option& option) {
   Json json;
@@ -39,14 +58,13 @@ Json optionJson(const CLI::Option& option) {
   const bool is_flag = option.get_items_expected_max() == 0;
   json["value"] = is_flag ? Json(nullptr) : Json(valueTypeOf(option));
   json["values"] = is_flag ? 0 : option.get_type_size();
+  json["range"] = numberRangeOf(option);
   json["required"] = option.get_required();
   json["repeatable"] = !is_flag && repeats(option);
   json["default"] = option.get_default_str().empty() ? Json(nullptr) : Json(option.get_default_str());
   json["environment"] = option.get_envname().empty() ? Json(nullptr) : Json(option.get_envname());
-  std::vector<std::string> excludes;  // CLI11 has them in no order
-  for (const CLI::Option* other : option.get_excludes()) excludes.push_back(other->get_name());
-  std::sort(excludes.begin(), excludes.end());
-  json["excludes"] = excludes;
+  json["needs"] = sortedNames(option.get_needs());
+  json["excludes"] = sortedNames(option.get_excludes());
   return json;
 }
 

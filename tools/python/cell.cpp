@@ -4,6 +4,7 @@
 #include "index/output.h"
 #include "index/query/cell_paths.h"
 #include "index/text.h"
+#include "solver/travel/places/cell_place_text.h"
 #include "tools/python/internal/arguments.h"
 #include "tools/python/internal/bindings.h"
 #include "tools/python/internal/calls.h"
@@ -41,8 +42,24 @@ struct PythonCell {
     return static_cast<std::uint32_t>(found - ids.begin());
   }
 
-  // A sample id, or (segment, x, y, z): the point of a segment that is nearest to a position.
+  // A sample id; a text as "soma"; an array, a point; or (segment, point): the place on it that is nearest to the
+  // point.
   CellPlace place(const char* name, py::handle value) const {
+    if (py::isinstance<py::str>(value)) {
+      const auto given = value.cast<std::string>();
+      std::optional<CellPlaceText> text = readCellPlace(":" + given);
+      if (!text)
+        throw py::value_error(std::string(name) + ": '" + inShort(given) +
+                              "' is no place; give 'soma', a sample id or a point");
+      if (!text->soma && !text->p_W && text->t == 0) return paths.at(rankOf(name, text->sample));
+      text->option = std::string(name) + " '" + inShort(given) + "'";
+      return placesOf(paths, *text).front();
+    }
+    if (py::isinstance<py::array>(value)) {
+      CellPlaceText text;
+      text.p_W = pointArgument(name, value);
+      return placesOf(paths, text).front();
+    }
     if (!py::isinstance<py::tuple>(value)) return paths.at(rankOf(name, integerArgument(name, value)));
     const auto parts = py::reinterpret_borrow<py::tuple>(value);
     const std::uint64_t segment = countArgument(name, parts[0], 0);

@@ -1,7 +1,9 @@
 // What the errors of filiform become in Python.
 #include "index/errors.h"
 
+#include "index/text.h"
 #include "tools/python/internal/bindings.h"
+#include "tools/words/library_text.h"
 
 #include <string>
 #include <string_view>
@@ -13,17 +15,13 @@ namespace py = pybind11;
 
 namespace {
 
-// Names the options of the program as arguments: "--budget 1" becomes "budget 1".
 std::string inPython(std::string text) {
   static const std::pair<std::string_view, std::string_view> kWords[] = {
       {"--force replaces it", "force=True replaces it"},
       {"make one with filiform ingest", "make one without add=True"}};
   for (const auto& [program, python] : kWords)
     if (const std::size_t at = text.find(program); at != std::string::npos) text.replace(at, program.size(), python);
-  for (std::size_t at = 0; (at = text.find("--", at)) != std::string::npos; ++at)
-    if ((at == 0 || text[at - 1] == ' ') && at + 2 < text.size() && text[at + 2] >= 'a' && text[at + 2] <= 'z')
-      text.erase(at, 2);
-  return text;
+  return tools::withPlainOptions(withShortWords(text));
 }
 
 }  // namespace

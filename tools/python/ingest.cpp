@@ -2,6 +2,7 @@
 #include "index/ingest/ingest.h"
 
 #include "index/circuits/placements.h"
+#include "index/count_text.h"
 #include "index/errors.h"
 #include "index/ingest/growth.h"
 #include "index/ingest/input_provenance.h"
@@ -41,10 +42,10 @@ struct Made {
 void requireUsable(const std::vector<SourceReport>& reports, bool strict) {
   const InputTotals all = totals(reports);
   if (strict && all.refused > 0)
-    throw InputError("strict: " + std::to_string(all.refused) + " inputs were refused; nothing was written");
+    throw InputError("strict: " + counted(all.refused, "input") + " refused; nothing was written");
   if (all.accepted + all.warned > 0) return;
   const std::string first =
-      reports.empty() ? "nothing was read" : escaped(reports.front().file) + ": " + refusedFor(reports.front().report);
+      reports.empty() ? "nothing was read" : inShort(reports.front().file) + ": " + refusedFor(reports.front().report);
   throw InputError("inputs: no usable neuron (" + first + ")");
 }
 

@@ -47,7 +47,7 @@ std::vector<std::pair<std::uint32_t, std::string>> cellsNamed(SetHandle& handle,
   for (std::uint32_t id = 0; id < open->set().cell_count(); ++id) {
     check();
     const CellRecord& cell = open->set().cell(id);
-    if (!cell.removed && (pattern.empty() || matchesGlob(pattern, cell.name))) cells.emplace_back(id, cell.name);
+    if (!cell.removed && (pattern.empty() || matchesName(pattern, cell.name))) cells.emplace_back(id, cell.name);
   }
   return cells;
 }

@@ -39,7 +39,7 @@ void SetHandle::abandonIfForked() noexcept {
 }
 
 std::shared_ptr<const OpenSet> SetHandle::get() {
-  if (closed_) throw UsageError("the set " + escaped(name_) + " is closed; open it again");
+  if (closed_) throw UsageError("the set " + inShort(name_) + " is closed; open it again");
   abandonIfForked();
   if (!open_) open_ = std::make_shared<const OpenSet>(name_, remote_, budget_bytes_);
   return open_;

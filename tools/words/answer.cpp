@@ -1,5 +1,7 @@
 #include "tools/words/answer.h"
 
+#include "index/text.h"
+
 namespace filiform::tools {
 
 std::string Answer::header(const std::string& name) const {
@@ -16,7 +18,7 @@ Answer jsonAnswer(const nlohmann::ordered_json& json) { return {.type = kJsonTyp
 
 Answer problem(unsigned status, const std::string& detail) {
   Answer answer =
-      jsonAnswer({{"type", "about:blank"}, {"title", reasonPhrase(status)}, {"status", status}, {"detail", detail}});
+      jsonAnswer({{"type", "about:blank"}, {"title", reasonPhrase(status)}, {"status", status}, {"detail", withShortWords(detail)}});
   answer.status = status;
   answer.type = "application/problem+json";
   if (status == 429 || status == 503) answer.headers.emplace_back("Retry-After", "1");

@@ -2,7 +2,6 @@
 
 #include "index/errors.h"
 #include "index/text.h"
-#include "tools/words/cell_place_text.h"
 #include "tools/words/numbers.h"
 
 #include <cmath>
@@ -12,6 +11,14 @@ namespace filiform::tools {
 namespace {
 
 std::string quotedName(const CellPaths& cell) { return "'" + escaped(cell.graph().name, 80) + "'"; }
+
+std::string severalPlaces(const CellPaths& cell, bool of_somata) {
+  return of_somata ? quotedName(cell) + " has several somata" : "sample ids repeat in " + quotedName(cell);
+}
+
+std::string idText(const CellPaths& cell, const CellPlace& place) {
+  return std::to_string(placeName(cell, place).first);
+}
 
 nlohmann::ordered_json placeJson(const CellPaths& cell, const CellPlace& place) {
   const auto [id, t] = placeName(cell, place);
@@ -31,13 +38,13 @@ FoundPath pathBetween(const CellPaths& cell, const CellPlaceText& from, const Ce
       if (!std::isfinite(lengths[end.child])) continue;
       const bool several = begins.size() > 1 || ends.size() > 1;
       return {begin, end, *cell.path(begin, end),
-              several ? "sample ids repeat in " + quotedName(cell) + "; the path joins the first two that are connected"
+              several ? severalPlaces(cell, from.soma || to.soma) + "; the path joins the first two that are connected"
                       : ""};
     }
   }
   std::size_t trees = 0;
   for (const std::uint32_t parent : cell.graph().parents) trees += parent == kNoParent ? 1 : 0;
-  throw UsageError("samples " + std::to_string(from.sample) + " and " + std::to_string(to.sample) + " of " +
+  throw UsageError("samples " + idText(cell, begins.front()) + " and " + idText(cell, ends.front()) + " of " +
                    quotedName(cell) + " are not connected: the cell has " + formatCount(trees) +
                    " separate trees; choose two samples of one tree");
 }
@@ -46,10 +53,10 @@ FoundPath pathToFarthestTip(const CellPaths& cell, const CellPlaceText& from) {
   const std::vector<CellPlace> begins = placesOf(cell, from);
   const auto tip = cell.farthestTip(begins.front());
   if (!tip)
-    throw UsageError(from.option + ": no tip can be reached from sample " + std::to_string(from.sample) + " of " +
+    throw UsageError(from.option + ": no tip can be reached from sample " + idText(cell, begins.front()) + " of " +
                      quotedName(cell) + "; choose a sample with segments that end in a tip");
   return {begins.front(), cell.at(*tip), *cell.path(begins.front(), cell.at(*tip)),
-          begins.size() > 1 ? "sample ids repeat in " + quotedName(cell) + "; the path begins at the first" : ""};
+          begins.size() > 1 ? severalPlaces(cell, from.soma) + "; the path begins at the first" : ""};
 }
 
 std::pair<std::int64_t, double> placeName(const CellPaths& cell, const CellPlace& place) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "index/query/cell_paths.h"
+#include "solver/travel/places/cell_place_text.h"
 
 #include <functional>
 #include <string>
@@ -10,8 +11,6 @@
 #include <nlohmann/json.hpp>
 
 namespace filiform::tools {
-
-struct CellPlaceText;
 
 struct FoundPath {
   CellPlace from, to;

@@ -34,12 +34,15 @@ NearNames::NearNames(std::string_view wanted, std::size_t most) : wanted_(lowerC
 
 void NearNames::offer(const std::string& name) {
   const std::string lower = lowerCase(name);
-  const std::size_t allowed = std::max<std::size_t>(1, wanted_.size() / 3);
+  const std::size_t letters = wanted_.size() - std::min(wanted_.find_first_not_of('-'), wanted_.size());
+  // The cost of edits is the product of the lengths.
+  constexpr std::size_t kLongest = 200;
+  const std::size_t allowed = wanted_.size() > kLongest ? 0 : std::max<std::size_t>(1, letters / 3);
   Rank rank{0, 0};
   if (lower != wanted_) {
     const std::size_t at = wanted_.size() > 1 ? lower.find(wanted_) : std::string::npos;
-    rank = {at == 0 ? 1 : at != std::string::npos ? 2 : 3, editsBetween(wanted_, lower, allowed)};
-    if (rank.kind == 3 && rank.edits > allowed) return;
+    rank = {at == 0 ? 1 : at != std::string::npos ? 2 : 3, allowed > 0 ? editsBetween(wanted_, lower, allowed) : 1};
+    if (rank.kind == 3 && (rank.edits > allowed || (letters == 1 && lower.size() == wanted_.size()))) return;
   }
   std::size_t place = ranks_.size();
   while (place > 0 && (rank < ranks_[place - 1] || (rank == ranks_[place - 1] && name < names_[place - 1]))) --place;

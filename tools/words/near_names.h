@@ -13,12 +13,13 @@ namespace filiform::tools {
 //   2. names that begin with `wanted`
 //   3. names that contain `wanted`
 //   4. names a few edits away: an edit inserts, removes, replaces or swaps letters. At most one edit for every three
-//      letters of `wanted`, and at least one
+//      letters of `wanted` (dashes before it are none), and at least one; a single letter is not
+//      replaced, and `wanted` has at most 200 letters
 // Equally near names are in byte order. The case of ASCII letters does not count.
 class NearNames {
  public:
   explicit NearNames(std::string_view wanted, std::size_t most = 3);
-  // O(length of both).
+  // O(product of the lengths).
   void offer(const std::string& name);
   const std::vector<std::string>& names() const { return names_; }
 

@@ -1,6 +1,7 @@
 #include "tools/words/numbers.h"
 
 #include "index/errors.h"
+#include "index/text.h"
 
 #include <array>
 #include <charconv>
@@ -28,7 +29,7 @@ std::uint64_t parseBytes(const std::string& option, const std::string& text) {
     if (binary || rest_of_unit == "B") factor = std::pow(binary ? 1024.0 : 1000.0, static_cast<double>(prefix + 1));
   }
   if (error != std::errc() || factor == 0 || !(value >= 0) || value * factor > 9e18)
-    throw UsageError(option + " " + text +
+    throw UsageError(option + " " + inShort(text) +
                      ": give a number of bytes, or one with K, M, G, T (KiB, MiB, GiB, TiB) or KB, MB, GB, TB, such as "
                      "64MiB");
   return static_cast<std::uint64_t>(std::llround(value * factor));
@@ -44,12 +45,6 @@ std::string formatBytes(std::uint64_t bytes) {
   return text.data();
 }
 
-std::string formatCount(std::uint64_t count) {
-  std::string text = std::to_string(count);
-  for (std::size_t i = text.size(); i > 3; i -= 3) text.insert(i - 3, 1, ' ');
-  return text;
-}
-
 std::string formatNumber(double value) {
   std::array<char, 32> text{};
   const auto end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
@@ -62,7 +57,7 @@ double parseNumber(const std::string& what, const std::string& text) {
   const char* end = text.data() + text.size();
   const auto [rest, error] = std::from_chars(begin, end, value);
   if (error != std::errc() || rest != end || !std::isfinite(value))
-    throw UsageError(what + " is '" + text + "': give a finite number");
+    throw UsageError(what + " is '" + inShort(text) + "': give a finite number");
   return value;
 }
 

@@ -1,6 +1,8 @@
 // Numbers in command lines and messages. Pure functions.
 #pragma once
 
+#include "index/count_text.h"
+
 #include <cstdint>
 #include <string>
 
@@ -11,8 +13,6 @@ namespace filiform::tools {
 std::uint64_t parseBytes(const std::string& option, const std::string& text);
 // "64.0 MiB", "312 B".
 std::string formatBytes(std::uint64_t bytes);
-// 1234567 -> "1 234 567".
-std::string formatCount(std::uint64_t count);
 // The fewest decimals that read back as the same double.
 std::string formatNumber(double value);
 // Reads a finite number; the whole text must be the number. Throws UsageError, which names `what`, otherwise.

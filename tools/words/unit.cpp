@@ -36,7 +36,7 @@ std::optional<Unit> takeUnit(std::string_view& text) {
 }
 
 [[noreturn]] void refuse(const std::string& text) {
-  throw UsageError("--unit " + escaped(text) +
+  throw UsageError("--unit " + inShort(text) +
                    ": give um, nm or mm, or the size of a voxel, such as 8nm or 0.5um, or its sizes along x, y and z, "
                    "such as 8,8,30nm; a number without a unit is in um");
 }

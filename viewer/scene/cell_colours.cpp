@@ -24,8 +24,8 @@ std::string shortText(double value) {
 }
 
 // Fills the legend and returns the place in it of each cell.
-std::vector<std::uint32_t> placesOf(const TileSet& set, const CellAttributes& attributes, std::uint32_t column,
-                                    CellColours& colours) {
+std::vector<std::uint32_t> legendPlacesOf(const TileSet& set, const CellAttributes& attributes, std::uint32_t column,
+                                          CellColours& colours) {
   const std::uint32_t cells = set.cell_count();
   std::vector<std::uint32_t> place(cells, CellAttributes::kNoCode);
   if (attributes.columns()[column].type == AttributeType::text) {
@@ -74,7 +74,7 @@ std::shared_ptr<const CellColours> coloursByAttribute(const TileSet& set, const 
   if (!attribute.empty()) {
     const auto column = attributes.find(attribute);
     if (!column) throw UsageError(unknownAttribute(attribute, attributes));
-    place = placesOf(set, attributes, *column, *colours);
+    place = legendPlacesOf(set, attributes, *column, *colours);
     const auto none = static_cast<std::uint32_t>(colours->legend.size());
     bool any = false;
     for (std::uint32_t c = 0; c < cells; ++c) {

@@ -41,7 +41,7 @@ ColourBy colourBy(const std::string& name) {
     if (name == toString(colouring)) return colouring;
     choices += (choices.empty() ? "" : ", ") + std::string(toString(colouring));
   }
-  throw UsageError("--colour-by " + escaped(name) + ": choose one of " + choices);
+  throw UsageError("--colour-by " + inShort(name) + ": choose one of " + choices);
 }
 
 float drawnRadius(float radius_um, std::uint16_t type, bool* replaced) noexcept {

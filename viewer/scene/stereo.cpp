@@ -33,7 +33,7 @@ StereoMode stereoMode(const std::string& name) {
     if (name == toString(mode)) return mode;
     choices += (choices.empty() ? "" : ", ") + std::string(toString(mode));
   }
-  throw UsageError("stereo mode " + escaped(name) + ": choose one of " + choices);
+  throw UsageError("stereo mode " + inShort(name) + ": choose one of " + choices);
 }
 
 PictureSize eyeSize(StereoMode mode, const PictureSize& size) {

@@ -1,5 +1,6 @@
 #include "index/circuits/internal/node_table.h"
 
+#include "index/count_text.h"
 #include "index/errors.h"
 #include "index/file/internal/bytes.h"
 #include "index/text.h"
@@ -83,7 +84,7 @@ struct NodeTable::Reading {
       const std::string text(name.begin(), name.end());
       column.names = parts(text, column.width);
       if (column.names.empty())
-        table.skipped_.push_back("'" + text + "': has " + std::to_string(column.width) + " values a node");
+        table.skipped_.push_back("'" + text + "': has " + counted(column.width, "value") + " a node");
       column.columns.resize(column.width);
       column.codes.resize(column.width);
       for (Column& one : column.columns) one.type = column.type;
@@ -148,7 +149,7 @@ AttributeValue NodeTable::Column::at(std::uint64_t row) const {
 }
 
 void NodeTable::fail(std::optional<std::uint64_t> node, const std::string& what) const {
-  throw InputError(escaped(file_) + ": population " + escaped(population_, 200) +
+  throw InputError(inShort(file_) + ": population " + escaped(population_, 200) +
                    (node ? ", node " + std::to_string(*node) : "") + ": " + what);
 }
 
@@ -159,7 +160,7 @@ NodeTable::NodeTable(Hdf5Process& process, const std::string& nodes_file, const 
   if (std::find(there.begin(), there.end(), population) == there.end()) {
     std::string all;
     for (const std::string& name : there) all += (all.empty() ? "" : ", ") + escaped(name, 100);
-    throw InputError(escaped(nodes_file) + ": holds no population " + escaped(population, 100) +
+    throw InputError(inShort(nodes_file) + ": holds no population " + escaped(population, 100) +
                      (all.empty() ? "; it holds none" : "; it holds " + escaped(all, 600)));
   }
   read([&](const UseRecord& use) { process.ask("population", nodes_file, {population}, use); });
@@ -225,8 +226,8 @@ void NodeTable::checkGroups() {
         ++at;
         continue;
       }
-      const std::string problem = "'" + at->first + "': has " + std::to_string(at->second.size()) + " values for " +
-                                  std::to_string(size) + " nodes";
+      const std::string problem =
+          "'" + at->first + "': has " + counted(at->second.size(), "value") + " for " + counted(size, "node");
       if (places(at->first) || at->first == "x" || at->first == "y" || at->first == "z" || at->first == "morphology" ||
           at->first == "morphology_file")
         fail({}, escaped(problem, 300));
@@ -239,7 +240,7 @@ void NodeTable::checkGroups() {
 void NodeTable::readTypes(const std::string& file) {
   errno = 0;
   std::ifstream in(file, std::ios::binary);
-  if (!in) throw IoError(escaped(file), "cannot read the table of node types", errno);
+  if (!in) throw IoError(inShort(file), "cannot read the table of node types", errno);
   std::string line;
   std::size_t number = 0, id_column = SIZE_MAX;
   while (std::getline(in, line)) {
@@ -250,20 +251,20 @@ void NodeTable::readTypes(const std::string& file) {
     if (id_column == SIZE_MAX) {
       const auto at = std::find(fields.begin(), fields.end(), "node_type_id");
       if (at == fields.end())
-        throw InputError(escaped(file) + ":" + std::to_string(number) +
+        throw InputError(inShort(file) + ":" + std::to_string(number) +
                          ": has no column node_type_id; columns are separated by one blank");
       id_column = static_cast<std::size_t>(at - fields.begin());
       type_columns_ = std::move(fields);
       continue;
     }
     if (fields.size() != type_columns_.size())
-      throw InputError(escaped(file) + ":" + std::to_string(number) + ": has " + std::to_string(fields.size()) +
+      throw InputError(inShort(file) + ":" + std::to_string(number) + ": has " + std::to_string(fields.size()) +
                        " columns instead of " + std::to_string(type_columns_.size()));
     std::vector<AttributeValue> values;
     for (const std::string& field : fields) values.push_back(field == "NULL" ? AttributeValue() : attributeFrom(field));
     const auto* const id = std::get_if<std::int64_t>(&values[id_column]);
     if (id == nullptr)
-      throw InputError(escaped(file) + ":" + std::to_string(number) + ": node_type_id is '" +
+      throw InputError(inShort(file) + ":" + std::to_string(number) + ": node_type_id is '" +
                        escaped(fields[id_column], 40) + "', not an integer");
     type_rows_.emplace(*id, types_.size());
     types_.push_back(std::move(values));

@@ -40,7 +40,7 @@ void throwIfSystem(const std::string& path, zip_error_t* error) {
     case ZIP_ER_READ:
     case ZIP_ER_SEEK:
     case ZIP_ER_TELL:
-      throw IoError(escaped(path), "cannot read the archive", zip_error_code_system(error));
+      throw IoError(inShort(path), "cannot read the archive", zip_error_code_system(error));
     case ZIP_ER_MEMORY:
       throw std::bad_alloc();
     default:
@@ -92,9 +92,9 @@ std::optional<InputCode> Archive::Reader::open() {
   const std::string& path = archive_->path_;
   const std::uint64_t bytes = archive_->file_bytes_;
   struct stat status {};
-  if (::stat(path.c_str(), &status) != 0) throw IoError(escaped(path), "cannot open", errno);
+  if (::stat(path.c_str(), &status) != 0) throw IoError(inShort(path), "cannot open", errno);
   if (static_cast<std::uint64_t>(status.st_size) != bytes)
-    throw IoError(escaped(path), "changed while it was being read; run again");
+    throw IoError(inShort(path), "changed while it was being read; run again");
   zip_error_t error;
   zip_error_init(&error);
   zip_source_t* const source = zip_source_file_create(path.c_str(), archive_->archive_at_,

@@ -15,9 +15,9 @@ namespace filiform::internal {
 H5Container::H5Container(Hdf5Process& process, const std::string& path, const std::vector<std::string>* only) {
   std::error_code error;
   file_bytes_ = std::filesystem::file_size(path, error);
-  if (error) throw IoError(escaped(path), "cannot read", error.value());
+  if (error) throw IoError(inShort(path), "cannot read", error.value());
   std::vector<std::string> names = listH5Morphologies(process, path);
-  if (names.empty()) throw IoError(escaped(path), "holds no morphology; give a file of nodes with --morphologies");
+  if (names.empty()) throw IoError(inShort(path), "holds no morphology; give a file of nodes with --morphologies");
   single_ = names.size() == 1 && names[0].empty();
   if (only != nullptr && !single_) {
     std::vector<std::string> wanted;

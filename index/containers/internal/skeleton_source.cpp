@@ -31,7 +31,7 @@ class FolderFiles final : public SkeletonFiles {
   std::uint64_t size(const std::string& file) const override {
     std::error_code error;
     const std::uint64_t bytes = std::filesystem::file_size(pathOf(file), error);
-    if (error) throw IoError(escaped(pathOf(file)), "cannot read", error.value());
+    if (error) throw IoError(inShort(pathOf(file)), "cannot read", error.value());
     return bytes;
   }
   std::unique_ptr<File> open(const std::string& file, std::uint64_t bytes) const override {
@@ -39,7 +39,7 @@ class FolderFiles final : public SkeletonFiles {
   }
   std::string readWhole(const std::string& file, std::uint64_t most) const override {
     const std::uint64_t bytes = size(file);
-    if (bytes > most) throw IoError(escaped(pathOf(file)), "has more than " + std::to_string(most) + " bytes");
+    if (bytes > most) throw IoError(inShort(pathOf(file)), "has more than " + std::to_string(most) + " bytes");
     std::string text(bytes, '\0');
     open(file, bytes)->read(0, text);
     return text;

@@ -171,7 +171,7 @@ InputCode refusalOfTar(archive* tar) {
 
 std::uint64_t sizeOfFile(const std::string& path) {
   struct stat status {};
-  if (::stat(path.c_str(), &status) != 0) throw IoError(escaped(path), "cannot open", errno);
+  if (::stat(path.c_str(), &status) != 0) throw IoError(inShort(path), "cannot open", errno);
   return static_cast<std::uint64_t>(status.st_size);
 }
 

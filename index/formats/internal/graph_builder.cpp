@@ -132,7 +132,7 @@ InputReport GraphBuilder::finish(std::string_view file, Cell& cell) {
   report.links_cut = report.records.count(Effect::kLinkCut);
   if (report.candidate_lines != report.samples + report.dropped_lines + report.merged_points ||
       report.links_given != report.segments + report.links_cut)
-    throw ConservationError(escaped(file) +
+    throw ConservationError(inShort(file) +
                             ": nodes or links were lost without a record; please report this with the "
                             "file");
   const bool refuse = report.codes.anyRefusal() || (options_.strict && report.codes.anyWarning());

@@ -161,7 +161,7 @@ ShardScheme shardingOf(const Json& json, Fail fail) {
 bool SkeletonInfo::isSkeletonInfo(std::string_view json) { return isOfSkeletons(parsed(json)); }
 
 SkeletonInfo SkeletonInfo::parse(std::string_view text, const std::string& file) {
-  const auto fail = [&](const std::string& what) { throw InputError(escaped(file) + ": " + what); };
+  const auto fail = [&](const std::string& what) { throw InputError(inShort(file) + ": " + what); };
   const Json json = parsed(text);
   if (!isOfSkeletons(json)) fail("is not the info of neuroglancer skeletons");
   SkeletonInfo info;
@@ -211,11 +211,11 @@ std::vector<std::uint64_t> readSegmentProperties(std::string_view text, const st
   std::vector<std::uint64_t> ids;
   const bool listed = json.is_object() && json.contains("inline") && json["inline"].is_object() &&
                       json["inline"].contains("ids") && json["inline"]["ids"].is_array();
-  if (!listed) throw InputError(escaped(file) + ": holds no list inline.ids of segment properties");
+  if (!listed) throw InputError(inShort(file) + ": holds no list inline.ids of segment properties");
   for (const Json& id : json["inline"]["ids"]) {
     ids.emplace_back();
     if (!id.is_string() || !readObjectId(id.get_ref<const std::string&>(), ids.back()))
-      throw InputError(escaped(file) + ": id " + std::to_string(ids.size()) +
+      throw InputError(inShort(file) + ": id " + std::to_string(ids.size()) +
                        " is not a text of decimal digits from 0 to 2^64-1");
   }
   return ids;

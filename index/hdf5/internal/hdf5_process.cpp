@@ -297,7 +297,7 @@ void Hdf5Process::ask(const std::string& op, const std::string& file, const std:
     stop();
     throw;
   }
-  throw IoError(escaped(file), escaped(failure, 400));
+  throw IoError(inShort(file), escaped(failure, 400));
 }
 
 }  // namespace filiform::internal

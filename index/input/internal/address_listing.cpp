@@ -38,7 +38,7 @@ std::vector<std::string> shardsAt(const SkeletonFiles& files, const SkeletonInfo
   } else {
     const std::uint64_t all = info.sharding->shards().value_or(UINT64_MAX);
     if (all > kMostShardsAsked)
-      throw InputError(escaped(address) + ": may have 2^" + std::to_string(info.sharding->shard_bits) +
+      throw InputError(inShort(address) + ": may have 2^" + std::to_string(info.sharding->shard_bits) +
                        " shards, and a server does not list them; name the objects with --ids FILE");
     for (std::uint64_t shard = 0; shard < all; ++shard) numbers.insert(shard);
   }
@@ -67,7 +67,7 @@ std::vector<ListedFile> listAddress(const std::string& address, const ListingOpt
   const auto source = filesAtAddress(address, options.remote);
   const std::string text = source->readWhole("info", SkeletonInfo::kMaxBytes);
   if (!SkeletonInfo::isSkeletonInfo(text))
-    throw InputError(escaped(address) + ": its info is not that of skeletons; give the address of their folder");
+    throw InputError(inShort(address) + ": its info is not that of skeletons; give the address of their folder");
   const auto info = std::make_shared<const SkeletonInfo>(SkeletonInfo::parse(text, source->pathOf("info")));
   ListingOptions wanted = options;
   if (!wanted.ids && !info->segment_properties.empty()) {
@@ -85,10 +85,10 @@ std::vector<ListedFile> listAddress(const std::string& address, const ListingOpt
       file.kind = FileKind::shard;
       files.push_back(std::move(file));
     }
-    if (files.empty()) throw InputError(escaped(address) + ": holds no shard" + (wanted.ids ? " with these ids" : ""));
+    if (files.empty()) throw InputError(inShort(address) + ": holds no shard" + (wanted.ids ? " with these ids" : ""));
   } else {
     if (!wanted.ids)
-      throw InputError(escaped(address) +
+      throw InputError(inShort(address) +
                        ": a server does not list its skeletons; name them with --ids FILE, one id a line");
     ListedFile file{address, shownOf(address)};
     file.kind = FileKind::objects;

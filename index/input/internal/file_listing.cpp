@@ -81,7 +81,7 @@ std::vector<ListedFile> listFolder(const std::string& folder, MorphologyVersion 
   const std::vector<bool> left_out = versionsLeftOut(names, versions);
   for (std::size_t i = 0; i < files.size(); ++i) files[i].left_out = left_out[i] && files[i].unreadable.empty();
   if (files.empty() && !walkFolder(folder, isShard, WalkDepth::folder_only).empty())
-    throw InputError(escaped(folder) + ": holds shards of skeletons, but no info file that says how to read them");
+    throw InputError(inShort(folder) + ": holds shards of skeletons, but no info file that says how to read them");
   return files;
 }
 
@@ -135,7 +135,7 @@ std::vector<ListedFile> listSkeletons(const std::string& folder, const ListingOp
     }
   }
   if (files.empty())
-    throw InputError(escaped(folder) + ": its info is that of skeletons, but it holds none" +
+    throw InputError(inShort(folder) + ": its info is that of skeletons, but it holds none" +
                      (options.ids ? " of these ids" : ""));
   return files;
 }

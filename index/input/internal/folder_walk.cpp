@@ -90,7 +90,7 @@ class FolderWalk {
   }
 
   void refuse(const std::string& path, const std::string& shown, const char* what, int error) {
-    const IoError failure(escaped(path), what, error);
+    const IoError failure(inShort(path), what, error);
     if (failure.isShortage()) throw failure;
     found_.push_back({path, shown, failure.reason()});
   }

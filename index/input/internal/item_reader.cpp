@@ -40,7 +40,7 @@ void ItemReader::refuseLargeCell(const InputItem& item, std::uint64_t fed) const
 void ItemReader::refuseBeyondMemory(const InputItem& item, std::uint64_t cell_bytes) const {
   const double wanted = static_cast<double>(cell_bytes) / limits_.cell_share;
   if (wanted <= static_cast<double>(limits_.memory)) return;
-  throw InputError(escaped(*item.source) + ": one cell of this size takes more memory than is given; use --memory " +
+  throw InputError(inShort(*item.source) + ": one cell of this size takes more memory than is given; use --memory " +
                    std::to_string((static_cast<std::uint64_t>(wanted) >> 20) + 1) + "MiB");
 }
 

@@ -1,5 +1,6 @@
 #include "index/remote/internal/http_client.h"
 
+#include "index/count_text.h"
 #include "index/errors.h"
 #include "index/remote/internal/answer_watch.h"
 #include "index/remote/internal/background_reads.h"
@@ -43,7 +44,7 @@ FlightClock::duration inSeconds(double s) {
 }
 
 std::exception_ptr errorOf(const HttpJob& job, const HttpLanding& landing) {
-  const std::string url = escaped(job.url);
+  const std::string url = inShort(job.url);
   if (landing.kind == HttpLanding::Kind::missing)
     return std::make_exception_ptr(
         NotOnServer(url, landing.what + "; check the address. If the set was replaced meanwhile, open it again"));
@@ -51,7 +52,7 @@ std::exception_ptr errorOf(const HttpJob& job, const HttpLanding& landing) {
     return std::make_exception_ptr(CorruptSet(url, landing.file_bytes, "the file ends here"));
   std::string what = landing.what;
   if (job.attempts > 1)
-    what += ", " + std::to_string(job.attempts) + " times in " +
+    what += ", " + counted(job.attempts, "time") + " in " +
             std::to_string(static_cast<int>(std::ceil(secondsSince(job.begun)))) + " s";
   if (landing.kind == HttpLanding::Kind::denied)
     return std::make_exception_ptr(DeniedByServer(url, what + "; " + landing.remedy));

@@ -42,7 +42,7 @@ void makeCacheFolder(const std::string& path) {
   std::error_code error;  // mkdir() reports it
   fs::create_directories(fs::path(path).parent_path(), error);
   if (::mkdir(path.c_str(), 0700) == 0 || errno == EEXIST) return;
-  throw IoError("--cache " + escaped(path), "cannot make the folder", errno);
+  throw IoError("--cache " + inShort(path), "cannot make the folder", errno);
 }
 
 bool isHexadecimal(std::string_view text) {
@@ -99,7 +99,7 @@ RangeCache::RangeCache(const std::string& folder, std::uint64_t most_bytes) : mo
   folder_ = path + "/parts-1";
   makeCacheFolder(folder_);
   if (::access(folder_.c_str(), R_OK | W_OK | X_OK) != 0)
-    throw IoError("--cache " + escaped(folder), "cannot write into the folder", errno);
+    throw IoError("--cache " + inShort(folder), "cannot write into the folder", errno);
 }
 
 std::string RangeCache::pathOf(const std::string& key) const {

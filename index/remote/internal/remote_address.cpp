@@ -39,12 +39,12 @@ RemoteAddress::RemoteAddress(const std::string& text, const S3Account& keys) {
   if (path.find('@') != std::string::npos)
     throw UsageError("the address of a set must not contain keys; set AWS_ACCESS_KEY_ID and AWS_SECRET_ACCESS_KEY");
   if (!isS3Address(text) || slash == std::string::npos)
-    throw UsageError(escaped(text) + ": is not a valid address; give s3://BUCKET/PATH/NAME.fil");
+    throw UsageError(inShort(text) + ": is not a valid address; give s3://BUCKET/PATH/NAME.fil");
   const std::string name = path.substr(0, slash), inside = path.substr(slash);
   if (name.size() < 3 || name.size() > 63 || !consistsOf(name, ".-_"))
-    throw UsageError(escaped(text) + ": " + escaped(name) + " is not the name of a bucket");
+    throw UsageError(inShort(text) + ": " + inShort(name) + " is not the name of a bucket");
   if (!consistsOf(inside, "/._-") || inside.find("//") != std::string::npos || inside.find("/.") != std::string::npos)
-    throw UsageError(escaped(text) + ": the path must consist of letters, digits, and . _ - between single slashes");
+    throw UsageError(inShort(text) + ": the path must consist of letters, digits, and . _ - between single slashes");
   const std::string aws = ".s3." + keys.region + ".amazonaws.com";
   if (!keys.endpoint.empty())
     bucket = keys.endpoint + "/" + name;
@@ -66,7 +66,7 @@ RemoteAddress::RemoteAddress(const std::string& text) {
   const ParsedUrl url(text);
   origin = originOf(text);
   if (!url.valid() || origin.empty())
-    throw UsageError(escaped(text) +
+    throw UsageError(inShort(text) +
                      ": is not a valid address; give http://HOST/PATH, https://HOST/PATH or s3://BUCKET/PATH");
   if (url.part(CURLUPART_USER) || url.part(CURLUPART_PASSWORD))
     throw UsageError("the address of a set must not contain a name or password; use --token-file");

@@ -30,14 +30,14 @@ std::optional<Profile> readProfile(const std::string& path, bool must_exist, con
                                    const std::string& prefix) {
   std::ifstream in(path);
   if (!in) {
-    if (must_exist) throw IoError(escaped(path), "cannot be opened; check AWS_CONFIG_FILE and the like", errno);
+    if (must_exist) throw IoError(inShort(path), "cannot be opened; check AWS_CONFIG_FILE and the like", errno);
     return std::nullopt;
   }
   std::optional<Profile> profile;
   bool inside = false;
   std::size_t bytes = 0;
   for (std::string line; std::getline(in, line);) {
-    if ((bytes += line.size()) > kMostFileBytes) throw UsageError(escaped(path) + ": has more than 1 MiB");
+    if ((bytes += line.size()) > kMostFileBytes) throw UsageError(inShort(path) + ": has more than 1 MiB");
     if (line.empty() || line.front() == ' ' || line.front() == '\t' || line.front() == '#' || line.front() == ';')
       continue;
     if (line.front() == '[') {
@@ -101,26 +101,26 @@ S3Account readS3Account(const Environment& environment) {
     account.session_token = variable({"AWS_SESSION_TOKEN"});
   } else {
     if (!stated_profile.empty() && !credentials && !config)
-      throw UsageError("AWS_PROFILE " + escaped(name) +
+      throw UsageError("AWS_PROFILE " + inShort(name) +
                        ": neither ~/.aws/credentials nor ~/.aws/config holds this profile; correct the name");
     for (const std::optional<Profile>* const from : {&credentials, &config}) {
       account.access_key = valueIn(*from, "aws_access_key_id");
       account.secret_key = valueIn(*from, "aws_secret_access_key");
       account.session_token = valueIn(*from, "aws_session_token");
       if (account.access_key.empty() != account.secret_key.empty())
-        throw UsageError("AWS profile " + escaped(name) +
+        throw UsageError("AWS profile " + inShort(name) +
                          ": aws_access_key_id and aws_secret_access_key go together; give both or none");
       if (account.hasKeys()) break;
     }
     for (const char* const other : {"role_arn", "sso_session", "sso_start_url", "credential_process"})
       if (!account.hasKeys() && (!valueIn(config, other).empty() || !valueIn(credentials, other).empty()))
-        throw UsageError("AWS profile " + escaped(name) + ": filiform cannot get keys by " + other +
+        throw UsageError("AWS profile " + inShort(name) + ": filiform cannot get keys by " + other +
                          "; set the variables that `aws configure export-credentials --format env` prints");
   }
   account.endpoint = variable({"AWS_ENDPOINT_URL_S3", "AWS_ENDPOINT_URL"});
   if (account.endpoint.empty()) account.endpoint = valueIn(config, "endpoint_url");
   if (!account.endpoint.empty() && originOf(account.endpoint).empty())
-    throw UsageError("AWS_ENDPOINT_URL " + escaped(account.endpoint) +
+    throw UsageError("AWS_ENDPOINT_URL " + inShort(account.endpoint) +
                      ": is not a valid address; give http://HOST:PORT or https://HOST");
   while (account.endpoint.ends_with('/')) account.endpoint.pop_back();
   std::string region = variable({"AWS_REGION", "AWS_DEFAULT_REGION"});
@@ -128,7 +128,7 @@ S3Account readS3Account(const Environment& environment) {
   if (!region.empty()) account.region = region;
   if (account.region.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-") !=
       std::string::npos)
-    throw UsageError("AWS_REGION " + escaped(account.region) + ": is not the name of a region, such as eu-west-1");
+    throw UsageError("AWS_REGION " + inShort(account.region) + ": is not the name of a region, such as eu-west-1");
   account.authorities = variable({"AWS_CA_BUNDLE"});
   requirePrintable("AWS_ACCESS_KEY_ID", account.access_key);
   requirePrintable("AWS_SECRET_ACCESS_KEY", account.secret_key);

@@ -49,7 +49,7 @@ HttpLanding judgeS3(const S3Answer& answer, const S3Account& account, HttpLandin
   if (code == "AuthorizationHeaderMalformed" || code == "PermanentRedirect" || answer.status == 301) {
     std::string region = answer.region.empty() ? xmlText(answer.body, "Region") : answer.region;
     region = escaped(region, 64);
-    return refuse("the bucket is not in the region " + escaped(account.region),
+    return refuse("the bucket is not in the region " + inShort(account.region),
                   region.empty() ? "set AWS_REGION to the bucket's region" : "set AWS_REGION=" + region);
   }
   if (answer.status == 403) {

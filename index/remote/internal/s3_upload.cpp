@@ -116,7 +116,7 @@ S3Upload::Begun S3Upload::begin(const std::string& name, std::uint64_t bytes, co
       client_.send({.method = "POST", .url = url + "?uploads=", .headers = {"x-amz-meta-xxh3: " + digest}});
   upload.id = xmlText(reply.body, "UploadId");
   if (upload.id.empty())
-    throw IoError(escaped(url), "the store gives no number for an upload in parts; check the endpoint");
+    throw IoError(inShort(url), "the store gives no number for an upload in parts; check the endpoint");
   const std::uint64_t part = partBytes(bytes);
   upload.tags.assign((bytes + part - 1) / part, "");
   return upload;
@@ -142,7 +142,7 @@ void S3Upload::finish(const std::string& name, std::uint64_t bytes, const Begun&
       throw;
     }
   }
-  throw IoError(escaped(url), "the store does not finish the upload (" + escaped(code, 64) + "); push again");
+  throw IoError(inShort(url), "the store does not finish the upload (" + escaped(code, 64) + "); push again");
 }
 
 void S3Upload::send(const std::string& name, std::uint64_t bytes, const std::string& digest, const Read& read,

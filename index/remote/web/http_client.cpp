@@ -55,7 +55,7 @@ struct HttpClient::Impl {
 
   // Waits until the job is done. Makes requests meanwhile, for whichever jobs are next.
   void wait(HttpJob& job) {
-    if (emscripten_is_main_browser_thread()) throw IoError(escaped(job.url), "cannot be read on the page's own thread");
+    if (emscripten_is_main_browser_thread()) throw IoError(inShort(job.url), "cannot be read on the page's own thread");
     job.begun = Clock::now();
     job.background = BackgroundReads::active();
     std::unique_lock lock(mutex);
@@ -109,7 +109,7 @@ struct HttpClient::Impl {
       }
       if (again)
         failures[i] = std::make_exception_ptr(
-            IoError(escaped(job.url), "cannot be read: no answer from the server; check the network"));
+            IoError(inShort(job.url), "cannot be read: no answer from the server; check the network"));
       job.failure = failures[i];
       job.done = true;
     }
@@ -150,21 +150,21 @@ struct HttpClient::Impl {
       return false;
     }
     if (status == 404 || status == 410)
-      throw NotOnServer(escaped(first.url), "is not on the server (" + std::to_string(status) + ")");
+      throw NotOnServer(inShort(first.url), "is not on the server (" + std::to_string(status) + ")");
     if (status == 401 || status == 403)
-      throw IoError(escaped(first.url),
+      throw IoError(inShort(first.url),
                     "the server refuses access (" + std::to_string(status) + "); open its page again with the token");
-    if (status == 416) throw CorruptSet(escaped(first.url), begin, "the file ends before here");
+    if (status == 416) throw CorruptSet(inShort(first.url), begin, "the file ends before here");
     if (status != 200)
-      throw IoError(escaped(first.url),
+      throw IoError(inShort(first.url),
                     "the server answered " + std::to_string(status) + "; check the address and the server");
     if (first.kind == HttpJob::Kind::size) {
       if (request.stated_bytes < 0)
-        throw IoError(escaped(first.url), "the server does not state its size; serve the set with another server");
+        throw IoError(inShort(first.url), "the server does not state its size; serve the set with another server");
       first.size = static_cast<std::uint64_t>(request.stated_bytes);
     } else if (first.kind == HttpJob::Kind::whole) {
       if (got > first.most)
-        throw IoError(escaped(first.url),
+        throw IoError(inShort(first.url),
                       "has more than " + std::to_string(first.most) + " bytes, so it belongs to no tile set");
       body.resize(got);
       request.method = PageRequest::Method::kept;

@@ -10,7 +10,7 @@ namespace filiform::internal {
 RemoteAddress::RemoteAddress(const std::string& text) {
   origin = originOf(text);
   if (origin.empty() || text.find_first_of("?#@") != std::string::npos)
-    throw UsageError(escaped(text) + ": is not a valid address; give http://HOST/PATH or https://HOST/PATH");
+    throw UsageError(inShort(text) + ": is not a valid address; give http://HOST/PATH or https://HOST/PATH");
   set = text;
   while (set.ends_with('/')) set.pop_back();
   files = set + "/files/";

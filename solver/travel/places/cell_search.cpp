@@ -43,14 +43,10 @@ CellQuery parseCellQuery(const std::string& text) {
     query.name.clear();
     return query;
   }
-  const std::size_t colon = query.name.rfind(':');
-  if (colon == std::string::npos) return query;
-  std::int64_t sample = 0;
-  const char* const end = query.name.data() + query.name.size();
-  const auto [rest, error] = std::from_chars(query.name.data() + colon + 1, end, sample);
-  if (error != std::errc() || rest != end) return query;
-  query.sample = sample;
-  query.name = withoutBlanks(query.name.substr(0, colon));
+  query.place = readCellPlace(query.name);
+  if (!query.place) return query;
+  query.place->option = inShort(query.name);
+  query.name = withoutBlanks(query.place->cell);
   return query;
 }
 

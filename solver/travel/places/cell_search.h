@@ -1,8 +1,9 @@
-// Parses what a user types to go somewhere: a cell's name or a part of it, CELL:SAMPLE, or a point. Thread rule: pure
-// functions; any thread that may read the set.
+// Parses what a user types to go somewhere: a cell's name or a part of it, a place on a cell, or a point. Thread rule:
+// pure functions; any thread that may read the set.
 #pragma once
 
 #include "index/set/tile_store.h"
+#include "solver/travel/places/cell_place_text.h"
 
 #include <cstdint>
 #include <optional>
@@ -14,9 +15,9 @@ namespace filiform {
 struct CellQuery {
   std::optional<Vector3d> p_W;           // "120 -40 800" or with commas: a point, um
   std::string name;                      // without a point: a cell
-  std::optional<std::int64_t> sample{};  // id of a sample of this cell
+  std::optional<CellPlaceText> place{};  // on this cell; none: its soma
 };
-// Blanks at either end are ignored. A number after the last colon is a sample.
+// Blanks at either end are ignored. The form of a place after the last colon: cell_place_text.h.
 CellQuery parseCellQuery(const std::string& text);
 
 struct CellMatches {

@@ -153,16 +153,12 @@ ProxyPlace PlaceFinder::find(const CellQuery& query) const {
     what += escaped(query.name, 60);
     throw UsageError(what += "' in it");
   }
-  if (!query.sample) return soma(cells[0]);
+  if (!query.place) return soma(cells[0]);
   const std::shared_ptr<const CellWalk> read = walk(cells[0]);
-  const std::vector<std::int64_t>& ids = read->graph().sample_ids;
-  const auto sample = std::find(ids.begin(), ids.end(), *query.sample);
-  if (sample == ids.end()) {
-    std::string what = escaped(read->graph().name);
-    what += " has no sample ";
-    throw UsageError(what += std::to_string(*query.sample));
-  }
-  return atSample(*read, cells[0], static_cast<std::uint32_t>(sample - ids.begin()));
+  const CellPlace place = placesOf(read->paths(), *query.place).front();
+  if (place.t == 0 || place.t == 1) return atSample(*read, cells[0], place.t == 0 ? place.child : place.parent);
+  // The home of the child holds the segment.
+  return impl_->at(impl_->store.home(read->graph().positions[place.child]), {cells[0], place.segment}, place.t);
 }
 
 std::optional<Junction> PlaceFinder::junction(const ProxyPlace& place, const Vector3d& heading_W, double reach_um,

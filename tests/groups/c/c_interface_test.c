@@ -148,9 +148,13 @@ static void cells_have_names(void) {
   OK(filiform_find_cell(set, "cell", &id));
   CHECK(id == 0);
   FAILS(FILIFORM_USAGE, "axon", filiform_find_cell(set, "axon", &id));
-  OK(filiform_cells(set, "c*", &ids, &count));
+  OK(filiform_cells(set, "C*", &ids, &count)); /* in any letter case */
   CHECK(count == 1 && ids[0] == 0);
   filiform_free(ids);
+  static char long_name[60001];
+  memset(long_name, 'x', sizeof long_name - 1);
+  FAILS(FILIFORM_USAGE, "xxx", filiform_find_cell(set, long_name, &id));
+  CHECK(strlen(filiform_error_text()) < 400);
   OK(filiform_cells(set, "x*", &ids, &count));
   CHECK(count == 0 && ids == NULL);
   OK(filiform_cells(set, NULL, &ids, &count));
@@ -199,7 +203,9 @@ static void paths_follow_the_cell(void) {
   FAILS(FILIFORM_USAGE, "from", filiform_cell_path(cell, between, b, &points, &count));
   CHECK(points == NULL && count == 0);
   between.t = NAN;
-  FAILS(FILIFORM_USAGE, "to", filiform_cell_distance(cell, a, between, &length_um));
+  FAILS(FILIFORM_USAGE, "to:", filiform_cell_distance(cell, a, between, &length_um));
+  FAILS(FILIFORM_USAGE, "from:", filiform_cell_distance(cell, between, between, &length_um));
+  FAILS(FILIFORM_USAGE, "from:", filiform_cell_path(cell, between, between, &points, &count));
   between.segment = 99;
   FAILS(FILIFORM_USAGE, "segment 99", filiform_cell_farthest_tip(cell, between, &tip, NULL, NULL));
   FAILS(FILIFORM_USAGE, "sample 99", filiform_cell_place(cell, 99, &tip));
@@ -383,6 +389,9 @@ static void runs_are_repeatable(void) {
   CHECK(first.outcome == FILIFORM_STOPPED && first.ticks == 11);
   options.route = "nowhere";
   FAILS(FILIFORM_USAGE, "nowhere", filiform_navigate(set, &options, &first));
+  options.route = "tour:1";
+  options.device = "null";
+  FAILS(FILIFORM_USAGE, "example device sim:medium", filiform_navigate(set, &options, &first)); /* no option of the program */
   options.route = NULL;
   options.device = "sim:soft";
   FAILS(FILIFORM_USAGE, "soft", filiform_navigate(set, &options, &first));

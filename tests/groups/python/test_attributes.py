@@ -36,6 +36,15 @@ def test_columns_are_by_cell(circuit):
         assert len(column) >= len(circuit.cells) and column.dtype in (np.float64, object)
 
 
+def test_a_column_is_taken_by_rows_of_nearest(circuit):
+    cells = np.array([[0, 2**32 - 1], [2, 1]], np.uint32)
+    for name in circuit.attributes:
+        column, taken = circuit.attribute(name), circuit.attribute(name, cells)
+        assert taken.shape == cells.shape and taken.dtype == column.dtype
+        assert taken[1, 0] == column[2] or (taken[1, 0] != taken[1, 0] and column[2] != column[2])
+        assert taken[0, 1] is None or np.isnan(taken[0, 1])
+
+
 def test_where_chooses_cells(circuit):
     for name in circuit.attributes:
         column = circuit.attribute(name)

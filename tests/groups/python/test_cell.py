@@ -98,6 +98,38 @@ def test_path_between_rows_of_nearest(s):
             other.path(wrong, int(other.node_ids[0]))
 
 
+def test_a_soma_and_a_point_are_places(small):
+    with ff.open(small) as opened:
+        fork = opened.cells["fork"]
+        tip = fork.path("soma").samples[-1]
+        assert fork.path("soma", int(tip)).length == fork.path(1, int(tip)).length
+        assert fork.path("Soma").length == fork.path(1).length
+        where = fork.vertices[fork.node_ids.tolist().index(3)] + [0.25, 0, 0]
+        for point in (where, where.tolist(), tuple(where), "%g,%g,%g" % tuple(where)):
+            assert fork.path("soma", point).samples[-1] == 3
+        assert fork.path("3", 3).length == 0
+        for wrong in ("somewhere", "", [1, 2], "1,2"):
+            with pytest.raises(ValueError, match="start"):
+                fork.path(wrong)
+        with pytest.raises(KeyError):
+            fork.path("99")
+        with pytest.raises(TypeError, match="'soma'"):
+            fork.path(1.5)
+        with pytest.raises(ValueError) as long:
+            fork.path("x" * 60_000)
+        assert len(str(long.value)) < 400
+
+
+def test_rows_without_a_segment_give_no_cell(s):
+    far = s.nearest([[0, 0, 0], [1e6, 1e6, 1e6]], distance_upper_bound=1e5)
+    assert far["cell"][1] == 2**32 - 1
+    assert [c.index for c in s.cells.where(far["cell"])] == [far["cell"][0]]
+
+
+def test_letter_case_of_a_pattern_does_not_count(s):
+    assert s.cells.find(s.cells.names[3].upper()) == s.cells.find(s.cells.names[3].lower()) != []
+
+
 def test_snap_finds_the_nearest_sample(s, random):
     cell = s.cells[2]
     locs = random.uniform(*cell.bounds, (40, 3))

@@ -80,7 +80,7 @@ TEST(PlacementTable, RefusesWhatIsWrongAndNamesTheLine) {
   EXPECT_NE(refusal("a\t0\t0\t0\t1\t0\t0\t0\t\n").find("t.tsv:1: expected the header"), std::string::npos);
   EXPECT_EQ(row("a\t0\t0\t0\t1\t0\t0"), "t.tsv:3: has 7 columns instead of 9, separated by tabs");
   EXPECT_EQ(row("a\t0\t0\t0\t1\t0\t0\t0\tn\tm"), "t.tsv:3: has 10 columns instead of 9, separated by tabs");
-  EXPECT_EQ(row("a 0 0 0 1 0 0 0"), "t.tsv:3: has 1 columns instead of 9, separated by tabs");
+  EXPECT_EQ(row("a 0 0 0 1 0 0 0"), "t.tsv:3: has 1 column instead of 9, separated by tabs");
   EXPECT_EQ(row("\t0\t0\t0\t1\t0\t0\t0\t"), "t.tsv:3: the source is empty");
   for (const char* bad : {"nan", "inf", "1e999", "", "1,5", "0x1p3", "1 2", "\x1b[2J"})
     EXPECT_NE(row(std::string("a\t0\t") + bad + "\t0\t1\t0\t0\t0\t").find("t.tsv:3: y_um is '"), std::string::npos);

@@ -269,7 +269,7 @@ TEST(Input, WhatCannotBeReadInAFolderIsRefusedWithItsReason) {
   Input input({folder.path()});
   EXPECT_EQ(sourcesOf(input), std::vector<std::string>{"good.swc"});
   const std::string said = summary(input.reports());
-  for (const char* line : {"7 inputs: 1 accepted, 0 with warnings, 6 refused; 2 samples, 1 segments kept\n",
+  for (const char* line : {"7 inputs: 1 accepted, 0 with warnings, 6 refused; 2 samples, 1 segment kept\n",
                            "  refused cells: a symbolic link to nothing (E_UNREADABLE)\n",
                            "  refused dangling.swc: a symbolic link to nothing (E_UNREADABLE)\n",
                            "  refused io.swc: cannot read: Input/output error (E_UNREADABLE)\n",
@@ -324,7 +324,7 @@ TEST(Input, TheSummaryNamesWhatIsRefusedAndWhy) {
   Input input({folder.path()});
   sourcesOf(input);
   EXPECT_EQ(summary(input.reports()),
-            "3 inputs: 0 accepted, 1 with warnings, 2 refused; 1 samples, 0 segments kept\n"
+            "3 inputs: 0 accepted, 1 with warnings, 2 refused; 1 sample, 0 segments kept\n"
             "  W_ZERO_RADIUS 1: radius 0; kept\n"
             "  refused bad\\x1b.swc: holds no sample (E_NO_SAMPLES)\n"
             "  refused z.zip: not an archive of its ending, or one that contradicts itself (E_ZIP_FORMAT)\n");

@@ -29,6 +29,13 @@ TEST(Glob, MatchesAsFnmatchDoes) {
   EXPECT_TRUE(matchesGlob("[]]", "]"));
 }
 
+TEST(Glob, NamesMatchInAnyLetterCase) {
+  EXPECT_TRUE(matchesName("TM3_*", "Tm3_194"));
+  EXPECT_TRUE(matchesName("[a-t]m3", "TM3"));
+  EXPECT_FALSE(matchesName("Tm4*", "Tm3_194"));
+  EXPECT_FALSE(matchesGlob("tm3", "Tm3"));
+}
+
 TEST(Glob, ManyStarsTakeLittleTime) {
   std::string pattern;
   for (int i = 0; i < 1000; ++i) pattern += "a*";

@@ -214,7 +214,7 @@ TEST(Check, VoxelsOf8NanometresDrawOneLine) {
   EXPECT_TRUE(check.oneLineOnStderr()) << check.err;
   EXPECT_NE(check.err.find("filiform: note: the unit looks wrong"), std::string::npos) << check.err;
   EXPECT_NE(check.err.find("--unit 8nm"), std::string::npos) << check.err;
-  EXPECT_EQ(check.out.substr(0, check.out.find(';')), "1 inputs: 1 accepted, 0 with warnings, 0 refused");
+  EXPECT_EQ(check.out.substr(0, check.out.find(';')), "1 input: 1 accepted, 0 with warnings, 0 refused");
   EXPECT_EQ(runFiliform({"check", file, "--strict"}).exit_code, 0);
   const Outcome json = runFiliform({"check", file, "--json"});
   EXPECT_EQ("filiform: note: " + nlohmann::json::parse(json.out).at("unit_doubt").get<std::string>() + "\n", check.err);

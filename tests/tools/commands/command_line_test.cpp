@@ -1,14 +1,11 @@
 // Random command lines: each ends with a documented exit code and prints no control characters and no internal error.
 #include "tests/support/campaign.h"
-#include "tests/support/process.h"
+#include "tests/support/run_here.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/temp_folder.h"
-#include "tools/commands/commands.h"
 
 #include <filesystem>
-#include <iostream>
 #include <random>
-#include <sstream>
 #include <string>
 #include <vector>
 
@@ -32,19 +29,10 @@ class CommandLine : public ::testing::Test {
   }
   ~CommandLine() override { fs::current_path(before_); }
 
-  int run(std::vector<std::string> words) {
-    words.insert(words.begin(), "filiform");
-    std::vector<char*> argv;
-    for (std::string& word : words) argv.push_back(word.data());
-    argv.push_back(nullptr);
-    std::ostringstream text;
-    std::streambuf* const out = std::cout.rdbuf(text.rdbuf());
-    std::streambuf* const err = std::cerr.rdbuf(text.rdbuf());
-    const int code = tools::runCommands(static_cast<int>(words.size()), argv.data());
-    std::cout.rdbuf(out);
-    std::cerr.rdbuf(err);
-    said_ = text.str();
-    return code;
+  int run(const std::vector<std::string>& words) {
+    const test::Outcome outcome = test::runHere(words);
+    said_ = outcome.out + outcome.err;
+    return outcome.exit_code;
   }
 
   fs::path before_ = fs::current_path();

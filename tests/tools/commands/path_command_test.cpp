@@ -115,7 +115,7 @@ TEST_F(PathCommand, AsSwcThePathIsItselfACell) {
 TEST_F(PathCommand, ANewcomerIsToldWhatToWrite) {
   expectRefusal({"frok:1", "fork:2"}, {"FROM frok: no cell", "did you mean 'fork'?"});
   expectRefusal({"fork:1", "sqare:2"}, {"TO sqare: no cell", "did you mean 'square'?"});
-  expectRefusal({"fork", "fork:2"}, {"FROM fork: give CELL:SAMPLE", "fork:1"});
+  expectRefusal({"fork", "fork:2"}, {"FROM fork: is no place on a cell", "CELL:soma", "CELL:ID", "CELL:X,Y,Z"});
   expectRefusal({"fork:7", "fork:2"}, {"FROM fork:7: 'fork' has no sample 7; the nearest ids are 5 and 9"});
   expectRefusal({"fork:1", "fork:99"}, {"TO fork:99: 'fork' has no sample 99; its highest id is 9"});
   expectRefusal({"fork:1", "fork:-3"}, {"'fork' has no sample -3; its lowest id is 1"});
@@ -123,15 +123,36 @@ TEST_F(PathCommand, ANewcomerIsToldWhatToWrite) {
   expectRefusal({"fork:1", "fork:9"}, {"samples 1 and 9 of 'fork' are not connected", "2 separate trees"});
   expectRefusal({"fork:1"}, {"second place TO", "--to-farthest-tip"});
   expectRefusal({"fork:1", "fork:2", "--to-farthest-tip"}, {"give one of"});
-  expectRefusal({"fork:soma", "fork:2"}, {"'soma' is no sample id"});
+  expectRefusal({"square:soma", "square:2"}, {"FROM square:soma: 'square' has no soma", "sample 1"});
+  expectRefusal({"fork:1,2", "fork:2"}, {"FROM fork:1,2: is no place on a cell"});
+  expectRefusal({"fork:1,2,nan", "fork:2"}, {"is no place on a cell"});
 }
 
 TEST_F(PathCommand, APlaceBetweenSamplesNeedsOneParent) {
   expectRefusal({"fork:1+0.5", "fork:2"}, {"sample 1 of 'fork' has no parent"});
-  expectRefusal({"fork:2+1.5", "fork:2"}, {"T from 0 (the sample) to 1 (its parent)"});
-  expectRefusal({"fork:2+x", "fork:2"}, {"FROM fork:2+x: T", "x"});
+  expectRefusal({"fork:2+1.5", "fork:2"}, {"FROM fork:2+1.5", "T from 0 (the sample) to 1 (its parent)"});
+  expectRefusal({"fork:2+x", "fork:2"}, {"FROM fork:2+x: is no place"});
   expectRefusal({"square:3+0.5", "square:1"}, {"sample 3 of 'square' has 2 parents", "loops"});
   EXPECT_EQ(length_um("square:5+0.5", "square:4"), 1.5);
+}
+
+TEST_F(PathCommand, ASomaAndTheSampleNearestToAPointArePlaces) {
+  EXPECT_EQ(length_um("fork:soma", "fork:5"), length_um("fork:1", "fork:5"));
+  EXPECT_EQ(length_um("fork:Soma", "fork:5"), length_um("fork:1", "fork:5")) << "in any letter case";
+  EXPECT_EQ(length_um("fork:1", "fork:11,-19,3"), length_um("fork:1", "fork:5"));
+  EXPECT_EQ(length_um("ork:1", "ORK: 11, -19, 3"), length_um("fork:1", "fork:5")) << "a part of a name, blanks";
+  EXPECT_EQ(length_um("square:0,0,0", "square:5"), length_um("square:1", "square:5"));
+}
+
+TEST_F(PathCommand, OfSeveralSomataTheConnectedOneCounts) {
+  test::writeBytes(folder_ / "two.swc",
+                   "1 1 0 0 0 1 -1\n2 3 1 0 0 1 1\n3 1 0 50 0 1 -1\n4 3 2 50 0 1 3\n5 3 6 50 0 1 4\n");
+  const std::string set = folder_ / "two.fil";
+  ASSERT_EQ(runFiliform({"ingest", folder_ / "two.swc", "-o", set}).exit_code, 0);
+  const Outcome outcome = runFiliform({"path", set, "two:soma", "two:5", "--json"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(nlohmann::json::parse(outcome.out).at("length_um"), 6);
+  EXPECT_NE(outcome.err.find("'two' has several somata"), std::string::npos) << outcome.err;
 }
 
 TEST_F(PathCommand, OfRepeatedIdsTheFirstConnectedPairCounts) {

@@ -31,7 +31,7 @@ void refuseSeveralCircuits(const std::vector<std::string>& inputs) {
   if (inputs.size() < 2) return;
   for (const std::string& input : inputs)
     if (isCircuitConfig(input))
-      throw UsageError(escaped(input) +
+      throw UsageError(inShort(input) +
                        ": a circuit is read alone; leave out the other inputs, or add them with --add");
 }
 
@@ -39,7 +39,7 @@ std::string describePopulations(const std::vector<PopulationReport>& populations
   std::string text;
   for (const PopulationReport& p : populations) {
     text += "population " + escaped(p.name, 200) + (p.type.empty() ? "" : " (" + escaped(p.type, 60) + ")") + ": " +
-            formatCount(p.nodes) + (p.nodes == 1 ? " node, " : " nodes, ");
+            counted(p.nodes, "node") + ", ";
     if (p.vasculature) {
       text += "read as a graph\n";
       continue;

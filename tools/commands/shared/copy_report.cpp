@@ -38,9 +38,8 @@ void printCopy(const std::string& there, const char* copied, const CopyResult& r
     std::cout << json.dump() << '\n';
     return;
   }
-  std::cout << escaped(there) << ": " << r.revision << ": " << formatCount(r.files)
-            << (r.files == 1 ? " file, " : " files, ") << formatBytes(r.bytes) << "; " << formatCount(r.copied) << ' '
-            << copied << ", " << formatBytes(r.copied_bytes);
+  std::cout << escaped(there) << ": " << r.revision << ": " << counted(r.files, "file") << ", " << formatBytes(r.bytes)
+            << "; " << formatCount(r.copied) << ' ' << copied << ", " << formatBytes(r.copied_bytes);
   if (r.copied < r.files) std::cout << "; the others were there";
   std::cout << '\n';
 }

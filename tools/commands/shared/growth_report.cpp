@@ -7,16 +7,15 @@ namespace filiform::tools {
 
 std::string reportOf(const std::string& path, const IngestResult& result) {
   const SetCounts& n = result.counts;
-  return escaped(path) + ": " + formatCount(n.cells) + (n.cells == 1 ? " cell, " : " cells, ") +
-         formatCount(n.samples) + " samples, " + formatCount(n.segments) + " segments in " + formatCount(n.tiles) +
-         " tiles, " + formatBytes(result.bytes) + (result.unchanged ? " (unchanged: the same set as before)" : "") +
-         "\n";
+  return escaped(path) + ": " + counted(n.cells, "cell") + ", " + counted(n.samples, "sample") + ", " +
+         counted(n.segments, "segment") + " in " + counted(n.tiles, "tile") + ", " + formatBytes(result.bytes) +
+         (result.unchanged ? " (unchanged: the same set as before)" : "") + "\n";
 }
 
 std::string reportOf(const std::string& path, const GrowthResult& result) {
   std::string text = reportOf(path, result.set);
   if (result.compacted) return text + "  all tiles were written anew\n";
-  text += "  " + formatCount(result.tiles_written) + " tiles written, " + formatCount(result.tiles_patched) +
+  text += "  " + counted(result.tiles_written, "tile") + " written, " + formatCount(result.tiles_patched) +
           " patched, " + formatCount(result.tiles_kept) + " unchanged; filiform compact makes one set of all\n";
   if (result.levels_dropped) text += "  without levels of detail; filiform compact makes them again\n";
   return text;

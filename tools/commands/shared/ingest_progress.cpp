@@ -31,7 +31,7 @@ void IngestProgress::read(std::uint64_t done, std::uint64_t total) {
   reading_.update(done);
   read_ = done;
   to_read_ = total;
-  if (log_) log_->update(done, total, formatCount(segments_) + " segments");
+  if (log_) log_->update(done, total, counted(segments_, "segment"));
 }
 
 void IngestProgress::build(const char* phase, std::uint64_t done, std::uint64_t total) {
@@ -39,7 +39,7 @@ void IngestProgress::build(const char* phase, std::uint64_t done, std::uint64_t 
   if (std::string_view(phase) == "reading") {  // read() shows this step, in bytes
     const bool notes = log_ && done / kSegmentsBetweenNotes != segments_ / kSegmentsBetweenNotes;
     segments_ = done;
-    if (notes) log_->update(read_, to_read_, formatCount(done) + " segments");
+    if (notes) log_->update(read_, to_read_, counted(done, "segment"));
     return;
   }
   if (phase_ != phase) {

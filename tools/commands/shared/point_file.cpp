@@ -11,15 +11,19 @@
 #include <iostream>
 #include <iterator>
 #include <sstream>
+#include <string_view>
 
 namespace filiform::tools {
 
 namespace {
 
+constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
+
 std::vector<Vector3d> readLines(std::istream& in, const std::string& name) {
   std::vector<Vector3d> points;
   std::string line;
   for (std::size_t number = 1; std::getline(in, line); ++number) {
+    if (number == 1 && line.starts_with(kByteOrderMark)) line.erase(0, kByteOrderMark.size());
     line.erase(std::min(line.find('#'), line.size()));
     for (char& c : line)
       if (c == ',' || c == '\t' || c == '\r') c = ' ';
@@ -27,10 +31,10 @@ std::vector<Vector3d> readLines(std::istream& in, const std::string& name) {
     const std::vector<std::string> fields{std::istream_iterator<std::string>(words), {}};
     if (fields.empty()) continue;
     const std::string where = name + ":" + std::to_string(number);
-    if (fields.size() != 3)
-      throw UsageError(where + ": " + std::to_string(fields.size()) + " fields; give three: x y z");
-    points.emplace_back(parseNumber(where + ": x", fields[0]), parseNumber(where + ": y", fields[1]),
-                        parseNumber(where + ": z", fields[2]));
+    if (fields.size() != 3) throw UsageError(where + ": " + counted(fields.size(), "field") + "; give three: x y z");
+    points.emplace_back();
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      points.back()[static_cast<Eigen::Index>(axis)] = parseNumber(where + ": " + "xyz"[axis], fields[axis]);
     if (points.back().cwiseAbs().maxCoeff() > Nearest::kMaxCoordinate_um)
       throw UsageError(where + ": coordinates must lie within 1e150 um");
   }
@@ -43,8 +47,8 @@ std::vector<Vector3d> readLines(std::istream& in, const std::string& name) {
 std::vector<Vector3d> readPoints(const std::string& file) {
   if (file == "-") return readLines(std::cin, "stdin");
   std::ifstream in(file);
-  if (!in) throw IoError(escaped(file), "cannot open", errno);
-  return readLines(in, escaped(file));
+  if (!in) throw IoError(inShort(file), "cannot open", errno);
+  return readLines(in, inShort(file));
 }
 
 }  // namespace filiform::tools

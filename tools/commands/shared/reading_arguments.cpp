@@ -22,7 +22,7 @@ void ReadingArguments::apply(InputOptions& options) const {
   options.remote = remote->options();
   if (ids.empty()) return;
   std::ifstream in(ids, std::ios::binary);
-  if (!in) throw IoError("--ids " + escaped(ids), "cannot open", errno);
+  if (!in) throw IoError("--ids " + inShort(ids), "cannot open", errno);
   const std::string text((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
   std::vector<std::uint64_t> wanted = readObjectIds(text, ids);
   std::sort(wanted.begin(), wanted.end());

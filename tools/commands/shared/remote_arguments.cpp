@@ -59,7 +59,7 @@ std::shared_ptr<RemoteArguments> addRemoteArguments(CLI::App& command) {
 
 void refuseAddress(const std::string& option, const std::string& path) {
   if (isAddress(path))
-    throw UsageError(option + " " + escaped(path) + ": a set is written to a folder, not to an address" +
+    throw UsageError(option + " " + inShort(path) + ": a set is written to a folder, not to an address" +
                      (path.starts_with("s3:") ? "; make it in a folder, then send it with filiform push" : ""));
 }
 

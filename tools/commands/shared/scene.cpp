@@ -13,7 +13,7 @@ std::unique_ptr<TileStore> buildScene(const std::string& path) {
   Input input({path});
   auto store = buildTilesInMemory(input);
   if (store->cell_count() == 0)
-    throw InputError(escaped(path) + ": no usable neuron in this file; filiform check lists what is wrong");
+    throw InputError(inShort(path) + ": no usable neuron in this file; filiform check lists what is wrong");
   return store;
 }
 

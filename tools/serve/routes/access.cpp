@@ -8,7 +8,6 @@
 #include <arpa/inet.h>
 #include <array>
 #include <cerrno>
-#include <regex>
 #include <unistd.h>
 #include <utility>
 
@@ -65,6 +64,14 @@ std::string_view givenToken(const Request& request) {
   return cookie.empty() ? tokenOfProtocols(request.header("sec-websocket-protocol")) : cookie;
 }
 
+// SCHEME://HOST or SCHEME://HOST:PORT in lower case.
+bool isOrigin(std::string_view text) {
+  const std::size_t scheme = text.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789+.-");
+  return !text.empty() && text[0] >= 'a' && text[0] <= 'z' && scheme != std::string_view::npos &&
+         text.substr(scheme).starts_with("://") && text.size() > scheme + 3 &&
+         text.find_first_of("/?#@ ", scheme + 3) == std::string_view::npos;
+}
+
 }  // namespace
 
 std::string randomText() {
@@ -79,12 +86,10 @@ std::string randomText() {
 }
 
 Access::Access(AccessRules rules) : rules_(std::move(rules)) {
-  static const std::regex kOrigin("[a-z][a-z0-9+.-]*://[^/?#@ ]+");
   for (std::string& origin : rules_.origins) {
     origin = lowerCase(origin);
-    if (!std::regex_match(origin, kOrigin))
-      throw UsageError("--origin " + escaped(origin, 80) +
-                       ": give SCHEME://HOST or SCHEME://HOST:PORT, without a path");
+    if (!isOrigin(origin))
+      throw UsageError("--origin " + inShort(origin) + ": give SCHEME://HOST or SCHEME://HOST:PORT, without a path");
   }
   for (std::string& host : rules_.hosts) host = lowerCase(host);
   if (needsToken()) capability_ = randomText();
@@ -153,7 +158,7 @@ std::string readToken(const std::string& path) {
     return c > 0x20 && c < 0x7F && std::string_view(";,\"\\").find(c) == std::string_view::npos;
   });
   if (!plain || token.size() < kLeastToken || token.size() > kMostToken)
-    throw UsageError("--token-file " + escaped(path) +
+    throw UsageError("--token-file " + inShort(path) +
                      ": its first line must be a token of 16 to 512 letters and "
                      "digits, such as 'openssl rand -hex 32' prints");
   return token;

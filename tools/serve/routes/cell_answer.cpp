@@ -3,10 +3,11 @@
 #include "index/query/cell_paths.h"
 #include "index/set/glob.h"
 #include "index/text.h"
+#include "solver/travel/places/cell_place_text.h"
 #include "tools/serve/routes/service.h"
 #include "tools/serve/sets/limits.h"
 #include "tools/words/cell_json.h"
-#include "tools/words/cell_place_text.h"
+#include "tools/words/cell_name.h"
 #include "tools/words/found_path.h"
 #include "tools/words/npy.h"
 
@@ -23,6 +24,17 @@ std::uint32_t cellNamed(const ServedSet& served, const std::string& name) {
   const auto cell = served.store().findCell(name);
   if (!cell) throw Refusal(404, "the set has no cell '" + escaped(name, 80) + "'; the route cells lists the names");
   return *cell;
+}
+
+// A part of a name is enough, as in the program; in a set too large to compare all names, the whole name is needed.
+std::uint32_t cellOfPlace(const ServedSet& served, const CellPlaceText& place, const char* parameter) {
+  const TileStore& store = served.store();
+  if (store.cell_count() > limits::kScannedCells) return cellNamed(served, place.cell);
+  try {
+    return findCellNamed(store, place.cell, parameter);
+  } catch (const UsageError& error) {
+    throw Refusal(404, error.what());
+  }
 }
 
 // Parallel lists, one entry a sample. `parent` is a position in these lists, -1 for a root.
@@ -77,7 +89,7 @@ Answer cellsAnswer(const Call& call) {
     if (scanned % 256 == 0) TimedStore::check();
     const auto id = static_cast<std::uint32_t>(cell);
     const CellRecord& record = store.cell(id);
-    if (record.removed || !matchesGlob(glob, record.name)) continue;
+    if (record.removed || !matchesName(glob, record.name)) continue;
     rows.push_back(cellJson(id, record, store.grid()));
     rows.back().erase("length_um");  // not measured
     if (!call.served->attributes().empty())
@@ -119,16 +131,16 @@ Answer cellAnswer(const Call& call) {
 Answer pathAnswer(const Call& call) {
   const auto from_text = call.request.parameter("from"), to_text = call.request.parameter("to");
   if (!from_text || !to_text)
-    throw Refusal(400, "give from=CELL:SAMPLE and to=CELL:SAMPLE, or to=tip for the farthest tip");
+    throw Refusal(400, "give from=PLACE and to=PLACE, such as CELL:soma or CELL:ID, or to=tip for the farthest tip");
   const CellPlaceText from = parseCellPlace("from", *from_text);
-  const std::uint32_t id = cellNamed(*call.served, from.cell);
+  const std::uint32_t id = cellOfPlace(*call.served, from, "from");
   std::optional<CellPlaceText> to;
   if (*to_text != "tip") {
     to = parseCellPlace("to", *to_text);
-    if (cellNamed(*call.served, to->cell) != id) throw Refusal(400, "a path joins two places of one cell");
+    if (cellOfPlace(*call.served, *to, "to") != id) throw Refusal(400, "a path joins two places of one cell");
   }
   refuseLargeCell(call.served->store().cell(id));
-  const CellPaths cell(readCell(call.served->store(), id, false));
+  const CellPaths cell(readCell(call.served->store(), id, from.soma || (to && to->soma)));
   TimedStore::check();
   const FoundPath found = to ? pathBetween(cell, from, *to, TimedStore::check) : pathToFarthestTip(cell, from);
   nlohmann::ordered_json json = pathHeadJson(cell, found);

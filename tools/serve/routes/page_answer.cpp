@@ -93,7 +93,7 @@ std::string sectionOf(const ServedSet& served, const PageContext& page) {
   row("cells", formatCount(n.cells));
   row("segments", formatCount(n.segments));
   row("tiles", formatCount(n.tiles));
-  row("levels of detail", served.levels() != nullptr ? formatCount(served.levels()->size()) + " tiles" : "none");
+  row("levels of detail", served.levels() != nullptr ? counted(served.levels()->size(), "tile") : "none");
   row("on disk", formatBytes(served.set().bytes()));
   row("revision", served.set().revision());
   html += "</table>\n";

@@ -1,5 +1,6 @@
 #include "tools/serve/session/session_log.h"
 
+#include "index/count_text.h"
 #include "index/errors.h"
 #include "index/text.h"
 
@@ -49,17 +50,17 @@ void SessionLog::drain() {
 void SessionLog::finish() {
   drain();
   if (const std::uint64_t lost = lost_.load(); lost > 0)
-    throw IoError(output_.path(), std::to_string(lost) + " frames came faster than they could be written", 0);
+    throw IoError(output_.path(), counted(lost, "frame") + " came faster than they could be written", 0);
   output_.write(headOf(UINT64_MAX, 0));
   output_.finish();
 }
 
 ReadLog readSessionLog(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
-  if (!file) throw IoError(escaped(path), "cannot open the frames of the session", errno);
+  if (!file) throw IoError(inShort(path), "cannot open the frames of the session", errno);
   const std::string bytes{std::istreambuf_iterator<char>(file), {}};
   const auto damaged = [&](std::size_t at) {
-    return InputError(escaped(path) + ": damaged or cut at byte " + std::to_string(at) + "; record the session again");
+    return InputError(inShort(path) + ": damaged or cut at byte " + std::to_string(at) + "; record the session again");
   };
   const auto* const raw = reinterpret_cast<const unsigned char*>(bytes.data());
   if (!bytes.starts_with(kLogMagic) || bytes.size() < 12) throw damaged(0);

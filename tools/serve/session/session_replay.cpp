@@ -32,7 +32,7 @@ LogAbout parseAbout(const std::string& path, const std::string& text) {
     }
     return about;
   } catch (const nlohmann::json::exception&) {
-    throw InputError(escaped(path) + ": its description is damaged; record the session again");
+    throw InputError(inShort(path) + ": its description is damaged; record the session again");
   }
 }
 
@@ -79,7 +79,7 @@ SessionReplay replaySession(const TileStore& store, const std::string& path) {
       result.differing_proxies += std::memcmp(bytes, record->bytes.data(), sizeof bytes) != 0;
     }
   }
-  if (const std::string fault = session.fault(); !fault.empty()) throw InputError(escaped(path) + ": " + fault);
+  if (const std::string fault = session.fault(); !fault.empty()) throw InputError(inShort(path) + ": " + fault);
   return result;
 }
 

@@ -22,7 +22,7 @@ function whatIsMissing() {
   return '';
 }
 
-// The address: ?budget=MiB&segments=N&desk=NAME#CELL:SAMPLE or #X,Y,Z, then &zoom=UM.
+// The address: ?budget=MiB&segments=N&desk=NAME#CELL:ID or #X,Y,Z, then &zoom=UM.
 function wanted() {
   const query = new URLSearchParams(location.search);
   const [place, ...more] = decodeURIComponent(location.hash.slice(1)).split('&');

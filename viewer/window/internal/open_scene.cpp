@@ -1,5 +1,6 @@
 #include "viewer/window/internal/open_scene.h"
 
+#include "index/count_text.h"
 #include "index/errors.h"
 #include "viewer/window/panels/internal/network_text.h"
 #include "viewer/window/settings/internal/text_format.h"
@@ -99,7 +100,7 @@ bool OpenScene::selectCells(const std::string& condition, std::string& error) {
   try {
     const std::size_t cells = attributes_->select(condition);
     error = cells == 0 ? "no cell meets this condition" : "";
-    if (cells > 0) messages_.say(format(cells == 1 ? "%zu cell selected" : "%zu cells selected", cells));
+    if (cells > 0) messages_.say(counted(cells, "cell") + " selected");
     return cells > 0;
   } catch (const Error& failure) {
     error = failure.what();

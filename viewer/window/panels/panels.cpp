@@ -1,5 +1,6 @@
 #include "viewer/window/panels/panels.h"
 
+#include "index/count_text.h"
 #include "viewer/scene/minimap.h"
 #include "viewer/window/panels/internal/attribute_panel.h"
 #include "viewer/window/panels/internal/help_panel.h"
@@ -58,15 +59,15 @@ void drawStatus(const PanelData& d, bool beside_force) {
   row("zoom", lengthText(d.zoom_um) + " across");
   row("force", format("%.2f N", d.force_N));
   row("measure", d.measure);
-  std::string drawn = countText(d.segments) + " segments";
+  std::string drawn = counted(d.segments, "segment");
   if (std::isinf(d.error_px))
     drawn += ", coarse near the camera";
   else if (d.error_px > 0)
     drawn += format(", error %.1f px", d.error_px);
   row("drawn", drawn);
-  row("left out", d.left_out > 0 ? countText(d.left_out) + " segments" : std::string());
-  row("loading", d.pending > 0 ? countText(d.pending) + (d.pending == 1 ? " tile" : " tiles") : std::string());
-  row("missing", d.unreadable > 0 ? countText(d.unreadable) + (d.unreadable == 1 ? " tile" : " tiles") : std::string());
+  row("left out", d.left_out > 0 ? counted(d.left_out, "segment") : std::string());
+  row("loading", d.pending > 0 ? counted(d.pending, "tile") : std::string());
+  row("missing", d.unreadable > 0 ? counted(d.unreadable, "tile") : std::string());
   row("stereo", d.stereo);
   if (d.frozen) ImGui::TextColored({0.92F, 0.78F, 0.35F, 1}, "levels of detail are frozen (l)");
   ImGui::End();
@@ -264,8 +265,8 @@ void drawSearch(const PanelData& d, bool& open, SearchPanel& search, PanelReques
                ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoResize);
   ImGui::TextColored({0.6F, 0.63F, 0.69F, 1}, "%s",
                      d.attribute_names.empty()
-                         ? "type a part of a cell's name, CELL:SAMPLE, or X Y Z in um; then Enter"
-                         : "type a part of a cell's name, CELL:SAMPLE, X Y Z in um, or ATTRIBUTE=VALUE; then Enter");
+                         ? "type a part of a cell's name, CELL:soma, CELL:ID, or X Y Z in um; then Enter"
+                         : "type a part of a cell's name, CELL:soma, CELL:ID, X Y Z in um, or ATTRIBUTE=VALUE; then Enter");
   if (search.focus) ImGui::SetKeyboardFocusHere();
   search.focus = false;
   std::array<char, 1024> text{};

@@ -44,7 +44,7 @@ constexpr std::array kBindings{
             "go to the nearest tip; press again for the next nearest"},
     Binding{Action::soma, "soma", "Travel", key('u'), kNoKey, "", "go to the cell's root"},
     Binding{Action::jump, "jump", "Travel", kNoKey, kNoKey, "double click", "jump to the neurite under the pointer"},
-    Binding{Action::search, "search", "Travel", key('/'), kNoKey, "", "go to a cell, CELL:SAMPLE, or X Y Z"},
+    Binding{Action::search, "search", "Travel", key('/'), kNoKey, "", "go to a cell, CELL:soma, CELL:ID, or X Y Z"},
     Binding{Action::back, "back", "Travel", key(Key::kBackspace), key(Key::kLeft, Key::kAlt), "",
             "go back to the place before the last jump"},
     Binding{Action::forward, "forward", "Travel", key(Key::kRight, Key::kAlt), kNoKey, "", "go forward again"},

@@ -29,7 +29,7 @@ Settings Settings::load(const std::string& path, std::string& warning) {
   if (!in) return s;
   const auto json = nlohmann::json::parse(in, nullptr, false);
   if (!json.is_object()) {
-    warning = escaped(path);
+    warning = inShort(path);
     warning += ": not a settings file of filiform view; using the defaults";
     return s;
   }

@@ -1,5 +1,6 @@
 #include "solver/travel/run/internal/realtime_run.h"
 
+#include "index/count_text.h"
 #include "index/errors.h"
 #include "index/output.h"
 #include "index/spsc_ring.h"
@@ -130,12 +131,12 @@ class RealTimeRun {
     run_.missed_deadlines = loop_.metrics().missed_deadlines();
     run_.loop = {loop_.metrics(), loop_.stale_ticks(), loop_.interruptions(), loop_.guard_exchanges()};
     if (loop_.interruptions() > 0)
-      run_.notes.push_back("the haptic loop was interrupted " + std::to_string(loop_.interruptions()) +
-                           " times; each time the force fell to zero and grew again");
+      run_.notes.push_back("the haptic loop was interrupted " + counted(loop_.interruptions(), "time") +
+                           "; each time the force fell to zero and grew again");
     run_.notes.insert(run_.notes.end(), loop_.refusals().begin(), loop_.refusals().end());
     if (rows_lost_ > 0)
-      run_.notes.push_back(std::to_string(rows_lost_) +
-                           " rows were lost, because they could not be written as fast as the loop ran");
+      run_.notes.push_back(counted(rows_lost_, "row was", "rows were") +
+                           " lost, because they could not be written as fast as the loop ran");
   }
 
   // Writes the last ticks to fault_csv. Returns a clause for the error message.

@@ -1,7 +1,9 @@
 #include "solver/travel/run/internal/run_parts.h"
 
+#include "index/count_text.h"
 #include "index/errors.h"
 #include "index/output.h"
+#include "index/text.h"
 #include "solver/proxy/parameters.h"
 
 #include <cmath>
@@ -70,7 +72,7 @@ void RunParts::check() const {
         "a tour can be replayed in virtual time only, because its jumps must be made at the recorded ticks: leave out "
         "--realtime");
   if ((device.capabilities().paces_loop || device.capabilities().keeps_time) && !options.realtime)
-    throw UsageError("device " + options.device + " keeps its own time: add --realtime");
+    throw UsageError("device " + inShort(options.device) + " keeps its own time: add --realtime");
   if (device.capabilities().rate_control && !options.realtime && device.replay() == nullptr)
     throw UsageError("device " + device.capabilities().name + " works in real time only: add --realtime");
 }
@@ -153,16 +155,15 @@ RunSummary RunParts::summary() const {
 void RunParts::addNotes(RunSummary& summary) const {
   summary.notes = notes;
   if (legs->counts().dropped > 0)
-    summary.notes.push_back(std::to_string(legs->counts().dropped) +
-                            " legs of the tour were dropped, because their first tile was not loaded in time");
+    summary.notes.push_back(counted(legs->counts().dropped, "leg of the tour was", "legs of the tour were") +
+                            " dropped, because their first tile was not loaded in time");
   if (device.replay() != nullptr && device.replay()->differingWrenches() > 0)
-    summary.notes.push_back(
-        std::to_string(device.replay()->differingWrenches()) +
-        " forces differ from those of the recording: the set, an option or the program is not the same, or the "
-        "recorded loop was interrupted");
+    summary.notes.push_back(counted(device.replay()->differingWrenches(), "force differs", "forces differ") +
+                            " from those of the recording: the set, an option or the program is not the same, or the "
+                            "recorded loop was interrupted");
   if (hand->uncertain_ticks() > 0)
-    summary.notes.push_back(std::to_string(hand->uncertain_ticks()) +
-                            " ticks of the recording met more absent tiles than it can store: from the first of them "
+    summary.notes.push_back(counted(hand->uncertain_ticks(), "tick") +
+                            " of the recording met more absent tiles than it can store: from the first of them "
                             "on, the replay may differ");
 }
 

@@ -69,7 +69,7 @@ SessionCommand fromJson(const SessionJson& json) {
 
 SessionCommands readSessionCommands(const std::string& path, TileId tile_count) {
   std::ifstream in(path, std::ios::binary);
-  if (!in) throw IoError(escaped(path), "cannot read the session's commands, which belong to the recording", errno);
+  if (!in) throw IoError(inShort(path), "cannot read the session's commands, which belong to the recording", errno);
   SessionCommands session;
   try {
     const auto json = SessionJson::parse(in);
@@ -79,13 +79,13 @@ SessionCommands readSessionCommands(const std::string& path, TileId tile_count) 
     session.rate_Hz = json.at("rate_Hz").get<double>();
     for (const auto& one : json.at("commands")) session.commands.push_back(fromJson(one));
   } catch (const nlohmann::json::exception& error) {
-    throw InputError(escaped(path) + ": not the commands of a session: " + error.what());
+    throw InputError(inShort(path) + ": not the commands of a session: " + error.what());
   } catch (const std::out_of_range& error) {
-    throw InputError(escaped(path) + ": not the commands of a session: " + error.what());
+    throw InputError(inShort(path) + ": not the commands of a session: " + error.what());
   }
   for (const SessionCommand& one : session.commands)
     if (one.command.place.valid() && one.command.place.tile >= tile_count)
-      throw InputError(escaped(path) + ": recorded in another scene, which has more tiles");
+      throw InputError(inShort(path) + ": recorded in another scene, which has more tiles");
   return session;
 }
 

@@ -70,6 +70,11 @@ TEST_F(Walks, PlacesAreFoundByNamePointAndSight) {
   EXPECT_EQ(finder.find(parseCellQuery("12, 3 1")).p_W, Vector3d(12, 0, 0));
   EXPECT_THROW(finder.find(parseCellQuery("who")), UsageError);
   EXPECT_THROW(finder.find(parseCellQuery("fork:99")), UsageError);
+  EXPECT_EQ(finder.find(parseCellQuery("fork:soma")).p_W, Vector3d(0, 0, 0));
+  EXPECT_EQ(finder.find(parseCellQuery("FOR:19,21, 5")).p_W, Vector3d(20, 20, 0)) << "the sample nearest to a point";
+  const ProxyPlace between = finder.find(parseCellQuery("fork:14+0.25"));
+  ASSERT_TRUE(between.valid());
+  EXPECT_EQ(between.t, 0.25);
   RayQuery ray;
   ray.origin_W = {5, 0.5, 100};
   ray.direction = {0, 0, -1};
@@ -99,8 +104,8 @@ TEST(CellQueries, AreReadAsTyped) {
   EXPECT_EQ(parseCellQuery("1 2").name, "1 2");
   EXPECT_EQ(parseCellQuery("1 2 nan").p_W, std::nullopt);
   EXPECT_EQ(parseCellQuery("a:b:17").name, "a:b");
-  EXPECT_EQ(parseCellQuery("a:b:17").sample, 17);
-  EXPECT_EQ(parseCellQuery("a:b").sample, std::nullopt);
+  EXPECT_EQ(parseCellQuery("a:b:17").place->sample, 17);
+  EXPECT_FALSE(parseCellQuery("a:b").place);
   EXPECT_EQ(parseCellQuery("a:b").name, "a:b");
   EXPECT_EQ(parseCellQuery("").name, "");
 }

@@ -223,7 +223,7 @@ TEST_F(DeskSockets, WrongOptionsEndViewBeforeItsWindow) {
         {{set_, "--follow", "wss" + good.substr(2)}, "ssh -L"},
         {{cell, "--follow", good}, "--follow takes one tile set; name the set that the page shows"},
         {{"--follow", good}, "--follow takes one tile set; name the set that the page shows"},
-        {{set_, "--web", "--follow", good}, "--follow: leave out --web"}}) {
+        {{set_, "--web", "--follow", good}, "leave out --follow"}}) {
     std::vector<std::string> words = arguments;
     words.insert(words.begin(), "view");
     const auto outcome = runFiliform(words);

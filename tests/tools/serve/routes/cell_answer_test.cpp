@@ -23,6 +23,7 @@ TEST(CellAnswer, ListsMatchNames) {
   EXPECT_EQ(all["cells"][0].at("name"), "fork");
   EXPECT_EQ(all["cells"][1].at("loops"), 1);
   EXPECT_EQ(sets.json("/v1/sets/fork/cells?name=s*e").at("cells").size(), 1u);
+  EXPECT_EQ(sets.json("/v1/sets/fork/cells?name=S*E").at("cells").size(), 1u) << "letter case does not count";
   EXPECT_EQ(sets.json("/v1/sets/fork/cells?name=x*").at("cells").size(), 0u);
   EXPECT_EQ(sets.json("/v1/sets/fork/cells?cursor=1").at("cells").size(), 1u);
   EXPECT_EQ(sets.json("/v1/sets/fork/cells?cursor=99").at("cells").size(), 0u);
@@ -96,6 +97,11 @@ TEST(CellAnswer, PathsAreThoseOfTheCell) {
   EXPECT_EQ(sets.get("/v1/sets/fork/path?from=fork:1&to=square:1").status, 400u);
   EXPECT_EQ(sets.get("/v1/sets/fork/path?from=fork:1&to=fork:77").status, 400u);
   EXPECT_EQ(sets.get("/v1/sets/fork/path?from=none:1&to=tip").status, 404u);
+  EXPECT_EQ(sets.json("/v1/sets/fork/path?from=FOR:3&to=ork:5").at("length_um"), 25)
+      << "a part of a name, as the program";
+  EXPECT_EQ(sets.json("/v1/sets/fork/path?from=fork:soma&to=fork:5").at("from").at("sample"), 1);
+  EXPECT_EQ(sets.json("/v1/sets/fork/path?from=fork:soma&to=fork:-99,-99,-99").at("truncated"), false);
+  EXPECT_EQ(sets.get("/v1/sets/fork/path?from=r:1&to=tip").status, 404u) << "several cells";
   EXPECT_EQ(sets.get("/v1/sets/fork/path?from=fork:1").status, 400u);
 }
 

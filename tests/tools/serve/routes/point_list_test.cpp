@@ -34,6 +34,8 @@ TEST(PointList, OtherJsonIsRefused) {
                            "1",
                            "null",
                            "[[1,2,3]]",
+                           "{}",
+                           R"({"k": 2})",
                            R"({"points": 1})",
                            R"({"points": [1,2,3]})",
                            R"({"points": [[1,2]]})",

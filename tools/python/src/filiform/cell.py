@@ -15,6 +15,7 @@ from .pictures import notebook_png, render
 from .scene import Owner
 
 Array = npt.NDArray[Any]
+_PLACE = "a sample id, 'soma', a point or one row of Set.nearest"
 
 
 class CellPath(NamedTuple):
@@ -38,7 +39,7 @@ class CellPath(NamedTuple):
 class Cell:
     """One cell of a set. Its arrays are read at first use, kept, and read-only.
 
-    A *place* of a cell is a sample id, or a row of `Set.nearest`.
+    A *place* of a cell is a sample id, ``"soma"``, a point (the nearest sample to it, um), or a row of `Set.nearest`.
     """
 
     def __init__(self, owner: Owner, index: int) -> None:
@@ -156,16 +157,18 @@ class Cell:
     def _place(self, name: str, place: Any) -> Any:
         if isinstance(place, np.void) or (isinstance(place, np.ndarray) and place.dtype.names):
             if place.shape != () or not {"cell", "segment", "x", "y", "z"} <= set(place.dtype.names or ()):
-                raise ValueError(f"{name}: expected a sample id or one row of Set.nearest")
+                raise ValueError(f"{name}: expected {_PLACE}")
             if int(place["cell"]) != self.index:
                 raise ValueError(f"{name}: this row lies on the cell with index {int(place['cell'])}, not on {self.name!r}")
             return int(place["segment"]), [float(place["x"]), float(place["y"]), float(place["z"])]
+        if isinstance(place, str):
+            return place
+        if isinstance(place, (list, tuple)) or (isinstance(place, np.ndarray) and place.shape != ()):
+            return np.asarray(place)
         try:
             return operator.index(place)
         except TypeError:
-            raise TypeError(
-                f"{name}: expected a sample id or one row of Set.nearest, got {type(place).__name__}"
-            ) from None
+            raise TypeError(f"{name}: expected {_PLACE}, got {type(place).__name__}") from None
 
     # -- for other libraries
 

@@ -12,6 +12,8 @@ from .cell import Cell
 from .html import cell_table
 from .scene import Owner
 
+NO_CELL = 2**32 - 1  #: the index in rows of `Set.nearest` without a segment
+
 
 def text(raw: bytes) -> str:
     """A name of a file as text. Bytes that are not UTF-8 become surrogates, as `os.fsdecode` makes them."""
@@ -97,15 +99,21 @@ class Cells(Mapping[str, Cell]):
         return [text(name) for _, name in self._set._handle.cells_named(b"")]
 
     def find(self, pattern: str) -> CellList:
-        """The cells whose whole name matches: ``*`` any text, ``?`` any byte, ``[a-z]`` one of these."""
+        """The cells whose whole name matches: ``*`` any text, ``?`` any byte, ``[a-z]`` one of these.
+
+        Letter case does not count.
+        """
         raw = pattern.encode("utf-8", "surrogateescape")
         if not raw:
             return CellList()
         return CellList(Cell(self._set, i) for i, _ in self._set._handle.cells_named(raw))
 
     def where(self, indices: npt.ArrayLike) -> CellList:
-        """The cells of an array of indices, such as ``hits["cell"]``: each once, ascending."""
-        return CellList(self[int(i)] for i in np.unique(np.asarray(indices)))
+        """The cells of an array of indices, such as ``hits["cell"]``: each once, ascending.
+
+        Rows without a segment, which have the index 2**32 - 1, give no cell.
+        """
+        return CellList(self[int(i)] for i in np.unique(np.asarray(indices)) if i != NO_CELL)
 
     def to_dataframe(self) -> Any:
         """A pandas DataFrame, one row a cell. Needs pandas."""

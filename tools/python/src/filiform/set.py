@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _core
-from .cells import CellList, Cells
+from .cells import NO_CELL, CellList, Cells
 from .navigation import Navigation
 from .pictures import notebook_png, render
 from .scene import Owner
@@ -180,11 +180,23 @@ class Set:
         """The names of the attributes that the set has of its cells, such as ``mtype`` and ``layer``."""
         return [name.decode("utf-8", "surrogateescape") for name in _core.attribute_names(self._handle)]
 
-    def attribute(self, name: str) -> Array:
+    def attribute(self, name: str, cells: npt.ArrayLike | None = None) -> Array:
         """One attribute of all cells, by cell index: float64 with nan, or objects (text) with None, where it is missing.
 
-        ``s.attribute("layer")[hits["cell"]]`` gives it for each row of `nearest`. Raises KeyError for an unknown one.
+        ``s.attribute("layer", hits["cell"])`` gives it for each row of `nearest`; it is missing where no segment was
+        found. Raises KeyError for an unknown one.
         """
+        column = self._column(name)
+        if cells is None:
+            return column
+        indices = np.asarray(cells)
+        absent = indices == NO_CELL
+        missing = np.nan if column.dtype.kind == "f" else None
+        chosen: Array = np.full(indices.shape, missing, column.dtype)
+        chosen[~absent] = column[indices[~absent]]
+        return chosen
+
+    def _column(self, name: str) -> Array:
         column = _core.attribute_column(self._handle, name.encode("utf-8", "surrogateescape"))
         if column is None:
             raise KeyError(f"no attribute {name!r} in {self._path}; it has {', '.join(self.attributes) or 'none'}")

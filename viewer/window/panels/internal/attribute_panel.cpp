@@ -1,5 +1,6 @@
 #include "viewer/window/panels/internal/attribute_panel.h"
 
+#include "index/count_text.h"
 #include "viewer/window/panels/internal/panel_parts.h"
 
 #include <algorithm>
@@ -47,7 +48,7 @@ void drawAttributes(const PanelData& d, PanelRequests& requests) {
       const Rgba c = entry.chosen ? entry.colour : kUnchosenCell;
       list.AddRectFilled(vec(at.x, at.y + 0.15 * line), vec(at.x + 0.8 * line, at.y + 0.85 * line),
                          IM_COL32(c.r, c.g, c.b, 255));
-      const std::string count = countText(entry.cells);
+      const std::string count = formatCount(entry.cells);
       const float count_width = ImGui::CalcTextSize(count.c_str()).x;
       const auto right = static_cast<float>(at.x + ImGui::GetContentRegionAvail().x);
       list.AddText(vec(at.x + 1.1 * line, at.y), entry.chosen ? kInk : kDim,

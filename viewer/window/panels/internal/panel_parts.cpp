@@ -7,12 +7,6 @@
 
 namespace filiform::internal {
 
-std::string countText(std::uint64_t n) {
-  std::string text = std::to_string(n);
-  for (std::size_t i = text.size(); i > 3; i -= 3) text.insert(i - 3, 1, ' ');
-  return text;
-}
-
 std::string bytesText(double n) {
   if (n < 1024) return format("%.0f B", n);
   if (n < 1024.0 * 1024) return format("%.1f KiB", n / 1024);

@@ -22,9 +22,8 @@ inline constexpr ImGuiWindowFlags kStill = ImGuiWindowFlags_NoDecoration | ImGui
 
 inline ImVec2 vec(double x, double y) { return {static_cast<float>(x), static_cast<float>(y)}; }
 
-std::string countText(std::uint64_t n);  // "12 345"
-std::string bytesText(double n);         // "1.5 MiB"
-std::string lengthText(double um);       // "300 um", "2 mm"
+std::string bytesText(double n);    // "1.5 MiB"
+std::string lengthText(double um);  // "300 um", "2 mm"
 
 // Writes over the picture, with a dark rim that makes the text readable on any background.
 void write(ImDrawList& list, const ImVec2& at, ImU32 colour, const std::string& text);

@@ -1,5 +1,6 @@
 #include "viewer/window/panels/internal/tile_panel.h"
 
+#include "index/count_text.h"
 #include "viewer/scene/minimap.h"
 #include "viewer/window/panels/internal/panel_parts.h"
 #include "viewer/window/settings/internal/text_format.h"
@@ -34,7 +35,7 @@ ImU32 colourOf(TileState state) {
 // States, memory and read rates.
 void showTileCounts(const TilePanel& t, double scale) {
   if (t.in_memory) {
-    ImGui::Text("all %s tiles are in memory", countText(t.tiles).c_str());
+    ImGui::Text("in memory: all of %s", counted(t.tiles, "tile").c_str());
     return;
   }
   const ResidencyCounters& c = t.counters;
@@ -43,14 +44,14 @@ void showTileCounts(const TilePanel& t, double scale) {
     ImGui::SameLine(static_cast<float>(100 * scale));
     ImGui::TextUnformatted(value.c_str());
   };
-  ImGui::Text("%s tiles; those of the hand:", countText(t.tiles).c_str());
+  ImGui::Text("%s; those of the hand:", counted(t.tiles, "tile").c_str());
   for (int i = 0; i < 7; ++i) {
     const auto state = static_cast<TileState>(i);
     if (t.counts[i] == 0 && state != TileState::resident) continue;
     ImGui::ColorButton(toString(state), ImColor(colourOf(state)), ImGuiColorEditFlags_NoTooltip,
                        vec(10 * scale, 10 * scale));
     ImGui::SameLine();
-    row(toString(state), countText(t.counts[i]));
+    row(toString(state), formatCount(t.counts[i]));
   }
   std::string budget = bytesText(static_cast<double>(c.bytes));
   budget += t.budget_bytes == UINT64_MAX ? " (no limit)" : " of " + bytesText(static_cast<double>(t.budget_bytes));
@@ -59,9 +60,9 @@ void showTileCounts(const TilePanel& t, double scale) {
     ImGui::ProgressBar(static_cast<float>(static_cast<double>(c.bytes) / static_cast<double>(t.budget_bytes)),
                        vec(240 * scale, 6 * scale), "");
   row("read",
-      format("%s tiles, %.0f per s, %s/s", countText(c.reads).c_str(), t.reads_s, bytesText(t.read_bytes_s).c_str()));
-  row("evicted", countText(c.evictions) + " tiles");
-  row("waited", countText(t.frontiers) + " ticks for tiles");
+      format("%s, %.0f per s, %s/s", counted(c.reads, "tile").c_str(), t.reads_s, bytesText(t.read_bytes_s).c_str()));
+  row("evicted", counted(c.evictions, "tile"));
+  row("waited", counted(t.frontiers, "tick") + " for tiles");
   ImGui::PushTextWrapPos(static_cast<float>(360 * scale));
   for (const std::string& failure : t.failures) ImGui::TextColored({0.94F, 0.43F, 0.37F, 1}, "%s", failure.c_str());
   ImGui::PopTextWrapPos();
@@ -89,8 +90,8 @@ void showTileMap(const PanelData& d, const TilePanel& t) {
   }
   list.AddCircleFilled(vec(at.x + map.x(d.proxy_W), at.y + map.y(d.proxy_W)), static_cast<float>(3 * d.scale), kInk);
   ImGui::PushTextWrapPos(static_cast<float>(side));
-  ImGui::TextColored({0.6F, 0.63F, 0.69F, 1}, "%s tiles nearest to the proxy, front view",
-                     countText(t.boxes.size()).c_str());
+  ImGui::TextColored({0.6F, 0.63F, 0.69F, 1}, "%s nearest to the proxy, front view",
+                     counted(t.boxes.size(), "tile").c_str());
   ImGui::PopTextWrapPos();
 }
 

@@ -66,7 +66,7 @@ void Screenshots::save(Picture picture) {
         return [this, path, width = picture->width, height = picture->height] {
           ++written_;
           last_path_ = path;
-          messages_.say(format("%d x %d pixels: ", width, height) + escaped(path));
+          messages_.say(format("%d x %d pixels: ", width, height) + inShort(path));
         };
       });
 }

@@ -341,7 +341,7 @@ void Travel::describeAlong(const RayQuery& ray, std::function<void(std::string)>
     try {
       if (const auto picked = finder().along(ray)) {
         const SegmentId segment = picked->place.segment;
-        text = escaped(store().cell(segment.cell).name);
+        text = inShort(store().cell(segment.cell).name);
         const IdRuns ids = store().loadCellDetail(segment.cell).sample_ids;
         if (segment.segment < ids.size()) {
           text += ":";
