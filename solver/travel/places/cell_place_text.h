@@ -8,6 +8,7 @@
 // Thread rule: functions without state.
 #pragma once
 
+#include "index/errors.h"
 #include "index/geometry/grid.h"
 
 #include <cstdint>
