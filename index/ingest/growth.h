@@ -1,7 +1,7 @@
 // Growth: adds cells to a tile set, removes some, and makes the result compact again.
 //
-// addCells() and removeCells() keep about 1 KiB of memory for each tile and cell of the set, within `memory`: they throw
-// InputError if it is too little.
+// addCells() and removeCells() keep about 1 KiB of memory for each tile and cell of the set, within `memory`: they
+// throw InputError if it is too little.
 //
 // Each call publishes a new revision as ingest() does: at once, an open reader keeps its revision, and a failure leaves
 // the set unchanged. A grown revision refers to the packs of older revisions, which stay. It writes only the tiles that

@@ -154,8 +154,8 @@ Tile TileCodec::decode(ByteReader& in, const TilePlace& place, const Grid& grid)
   const bool graph = (flags & kGraph) != 0;
   const std::uint32_t count = in.varint32(), fragment_count = in.varint32(), stray_count = in.varint32();
   // Each fragment takes at least three bytes, each stray two.
-  in.require(count <= Tile::kMaxSegments && count / internal::kMostSegmentsAByte <= in.left() && fragment_count / 3 <= in.left() &&
-                 stray_count / 2 <= in.left(),
+  in.require(count <= Tile::kMaxSegments && count / internal::kMostSegmentsAByte <= in.left() &&
+                 fragment_count / 3 <= in.left() && stray_count / 2 <= in.left(),
              "more segments than there are bytes");
   Tile tile(place.tile, place.key, place.is_long, grid);
   tile.segment_count_ = count;

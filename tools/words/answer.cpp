@@ -17,8 +17,10 @@ std::string jsonText(const nlohmann::ordered_json& json) {
 Answer jsonAnswer(const nlohmann::ordered_json& json) { return {.type = kJsonType, .body = jsonText(json) + "\n"}; }
 
 Answer problem(unsigned status, const std::string& detail) {
-  Answer answer =
-      jsonAnswer({{"type", "about:blank"}, {"title", reasonPhrase(status)}, {"status", status}, {"detail", withShortWords(detail)}});
+  Answer answer = jsonAnswer({{"type", "about:blank"},
+                              {"title", reasonPhrase(status)},
+                              {"status", status},
+                              {"detail", withShortWords(detail)}});
   answer.status = status;
   answer.type = "application/problem+json";
   if (status == 429 || status == 503) answer.headers.emplace_back("Retry-After", "1");

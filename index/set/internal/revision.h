@@ -37,8 +37,8 @@ class Revision {
   const SetFile* find(const std::string& file) const;  // nullptr if the manifest does not list it
   const SetFile& file(const std::string& file) const;  // throws CorruptSet if the manifest does not list it
   std::string describe(const std::string& file) const;
-  // Both read a part of a file, unchecked. The second reads large parts piece by piece, so that memory follows the bytes
-  // that arrive, not those that the set states.
+  // Both read a part of a file, unchecked. The second reads large parts piece by piece, so that memory follows the
+  // bytes that arrive, not those that the set states.
   void read(const std::string& file, std::uint64_t offset, std::span<std::uint8_t> bytes) const;
   Bytes read(const std::string& file, std::uint64_t offset, std::uint64_t bytes) const;
   // Reads a part of a file. Throws CorruptSet if its checksum differs; `part` names it in the message.

@@ -263,10 +263,11 @@ void drawSearch(const PanelData& d, bool& open, SearchPanel& search, PanelReques
   ImGui::SetNextWindowSize(vec(std::min(520 * d.scale, d.size.width * 0.9), 0));
   ImGui::Begin("go to", &open,
                ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoResize);
-  ImGui::TextColored({0.6F, 0.63F, 0.69F, 1}, "%s",
-                     d.attribute_names.empty()
-                         ? "type a part of a cell's name, CELL:soma, CELL:ID, or X Y Z in um; then Enter"
-                         : "type a part of a cell's name, CELL:soma, CELL:ID, X Y Z in um, or ATTRIBUTE=VALUE; then Enter");
+  ImGui::TextColored(
+      {0.6F, 0.63F, 0.69F, 1}, "%s",
+      d.attribute_names.empty()
+          ? "type a part of a cell's name, CELL:soma, CELL:ID, or X Y Z in um; then Enter"
+          : "type a part of a cell's name, CELL:soma, CELL:ID, X Y Z in um, or ATTRIBUTE=VALUE; then Enter");
   if (search.focus) ImGui::SetKeyboardFocusHere();
   search.focus = false;
   std::array<char, 1024> text{};
