@@ -15,6 +15,22 @@ class Failed(Exception):
     pass
 
 
+def finished(words, most_s, **options):
+    """The process of `words`, ended, with its output. After `most_s` seconds it is told to end, and so can end the browser that
+    it started; then TimeoutExpired is raised."""
+    process = subprocess.Popen([str(w) for w in words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, **options)
+    try:
+        out, err = process.communicate(timeout=most_s)
+    except BaseException:
+        process.terminate()
+        try:
+            process.wait(20)
+        except subprocess.TimeoutExpired:
+            process.kill()
+        raise
+    return subprocess.CompletedProcess(words, process.returncode, out, err)
+
+
 def built(name, *presets):
     """The program of the first preset that has built it; empty: of none."""
     return next((str(p) for p in (ROOT / "build" / preset / name for preset in presets) if p.exists()), "")
