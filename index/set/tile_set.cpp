@@ -250,6 +250,7 @@ std::string TileSet::readProvenance() const {
 }
 
 std::uint64_t TileSet::refused() const { return impl_->manifest().refused; }
+std::uint64_t TileSet::skipped() const { return impl_->manifest().skipped; }
 const SetCounts& TileSet::counts() const { return impl_->manifest().counts; }
 const GridBox& TileSet::bounds() const { return impl_->manifest().bounds; }
 const std::vector<SetFile>& TileSet::files() const { return impl_->manifest().files; }

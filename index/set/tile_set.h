@@ -63,6 +63,7 @@ class TileSet final : public TileStore {
   const std::string& manifest() const;  // text of the manifest, JSON
   std::string readProvenance() const;   // text of provenance.json; throws CorruptSet, IoError
   std::uint64_t refused() const;        // number of inputs that ingest refused
+  std::uint64_t skipped() const;        // number of entries that ingest left out of archives, other versions excepted
   const SetCounts& counts() const;      // as the manifest states
   const GridBox& bounds() const;        // of all samples
   const std::vector<SetFile>& files() const;
